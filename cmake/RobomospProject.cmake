@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: Apache-2.0
+# What every target of the project shares: warnings as errors, sanitizers, ccache, and one short
+# function each for modules, plugins and tests.
+
+find_program(ROBOMOSP_CCACHE ccache)
+if(ROBOMOSP_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
+  set(CMAKE_C_COMPILER_LAUNCHER "${ROBOMOSP_CCACHE}")
+  set(CMAKE_CXX_COMPILER_LAUNCHER "${ROBOMOSP_CCACHE}")
+endif()
+
+add_library(robomosp_flags INTERFACE)
+target_compile_options(robomosp_flags INTERFACE
+  -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror)
+if(ROBOMOSP_SANITIZE)
+  # Applied to everything, so that libraries of ours and tests agree.
+  add_compile_options(-fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer)
+  add_link_options(-fsanitize=address,undefined)
+endif()
+
+# robomosp_module(name SOURCES ... [PUBLIC libs] [PRIVATE libs]): static library robomosp::name whose
+# headers are included as "<folder>/<file>.h" from modules/, kernel/ as "kernel/<file>.h".
+function(robomosp_module name)
+  cmake_parse_arguments(arg "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  add_library(robomosp_${name} STATIC ${arg_SOURCES})
+  add_library(robomosp::${name} ALIAS robomosp_${name})
+  target_include_directories(robomosp_${name} PUBLIC
+    "${PROJECT_SOURCE_DIR}" "${PROJECT_SOURCE_DIR}/modules")
+  target_link_libraries(robomosp_${name} PUBLIC robomosp::sdk ${arg_PUBLIC} PRIVATE robomosp_flags ${arg_PRIVATE})
+endfunction()
+
+# robomosp_plugin(name SOURCES ... [LIBS libs]): a loadable plugin of the project, built as a
+# third-party one is: it sees the SDK and, if asked for, the helper library robomosp::spatial.
+function(robomosp_plugin name)
+  cmake_parse_arguments(arg "" "" "SOURCES;LIBS" ${ARGN})
+  add_library(${name} MODULE ${arg_SOURCES})
+  set_target_properties(${name} PROPERTIES PREFIX "" LIBRARY_OUTPUT_DIRECTORY "${ROBOMOSP_PLUGIN_OUTPUT_DIR}")
+  target_link_libraries(${name} PRIVATE robomosp::sdk robomosp_flags ${arg_LIBS})
+  set_property(GLOBAL APPEND PROPERTY ROBOMOSP_PLUGIN_TARGETS ${name})
+  install(TARGETS ${name} LIBRARY DESTINATION "${ROBOMOSP_PLUGIN_INSTALL_DIR}")
+endfunction()
+
+# robomosp_test(name SOURCES ... [LIBS libs] [LABELS labels]): one GoogleTest program, one CTest
+# entry. Tests that need files find them through the compile definitions ROBOMOSP_SOURCE_DIR,
+# ROBOMOSP_BUILD_DIR (programs in bin/, plugins in ROBOMOSP_PLUGIN_DIR).
+function(robomosp_test name)
+  cmake_parse_arguments(arg "" "" "SOURCES;LIBS;LABELS" ${ARGN})
+  add_executable(${name} ${arg_SOURCES})
+  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/tests")
+  target_include_directories(${name} PRIVATE "${PROJECT_SOURCE_DIR}" "${PROJECT_SOURCE_DIR}/modules" "${PROJECT_SOURCE_DIR}/tests")
+  target_compile_definitions(${name} PRIVATE
+    ROBOMOSP_SOURCE_DIR="${PROJECT_SOURCE_DIR}" ROBOMOSP_BUILD_DIR="${CMAKE_BINARY_DIR}"
+    ROBOMOSP_PLUGIN_DIR="${ROBOMOSP_PLUGIN_OUTPUT_DIR}")
+  target_link_libraries(${name} PRIVATE robomosp_flags robomosp::sdk ${arg_LIBS} GTest::gtest_main)
+  add_test(NAME ${name} COMMAND ${name})
+  set_tests_properties(${name} PROPERTIES TIMEOUT 300 LABELS "${arg_LABELS}")
+endfunction()

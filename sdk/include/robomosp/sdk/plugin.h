@@ -1,0 +1,130 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * The plugin door: one C function returning constant data (layer: contract).
+ * A plugin is a shared library that exports rmp_plugin_entry_v1. Everything the host needs to
+ * decide whether to trust the C++ interfaces behind it (ABI tag, versions, parameter tables) is
+ * plain C data that can be read before any C++ of the plugin runs. Plugins are never unloaded. */
+#pragma once
+
+#include <stdint.h>
+
+/** Number of this SDK's binary interface; raised whenever a layout or a virtual table changes. */
+#define RMP_SDK_ABI 1
+/** Version of the SDK's source interface, semantic. */
+#define RMP_SDK_VERSION "0.1.0"
+
+#define RMP_STR_(x) #x
+#define RMP_STR(x) RMP_STR_(x)
+
+#ifdef __cplusplus
+#include <version>
+#if defined(_GLIBCXX_USE_CXX11_ABI)
+#define RMP_ABI_CXX11 RMP_STR(_GLIBCXX_USE_CXX11_ABI)
+#else
+#define RMP_ABI_CXX11 "none"
+#endif
+#if defined(_GLIBCXX_DEBUG)
+#define RMP_ABI_DEBUG ";debugstl"
+#else
+#define RMP_ABI_DEBUG ""
+#endif
+/** What must be equal in host and plugin for C++ objects to cross: SDK, compiler ABI, library ABI. */
+#define RMP_ABI_TAG                                                                       \
+  "sdk" RMP_STR(RMP_SDK_ABI) ";gxxabi" RMP_STR(__GXX_ABI_VERSION) ";cxx11abi" RMP_ABI_CXX11 \
+  RMP_ABI_DEBUG
+extern "C" {
+#endif
+
+#if defined(__GNUC__)
+#define RMP_EXPORT __attribute__((visibility("default")))
+#else
+#define RMP_EXPORT
+#endif
+
+/** One row of a parameter table. All constant data. */
+typedef struct rmp_param {
+  const char* name;         /**< lower_snake */
+  const char* type;         /**< bool int real string enum pose path real[] ref:<kind> */
+  const char* unit;         /**< SI unit of a real or real[] ("m", "rad", "m/s"); "" when dimensionless */
+  const char* doc;          /**< one sentence */
+  const char* default_text; /**< as the user would type it; NULL = required */
+  const char* choices;      /**< "a|b|c" for an enum, else NULL */
+  double min, max;          /**< inclusive range of an int or real; min > max = unbounded */
+} rmp_param;
+
+/** What the host offers to a provider while it is created. Made by the host; may grow at the end. */
+typedef struct rmp_host {
+  uint32_t struct_size;
+  const char* program_version;
+  /** severity: 0 debug, 1 info, 2 warning, 3 error. [any thread] */
+  void (*log)(int32_t severity, const char* source, const char* text);
+} rmp_host;
+
+/** One implementation of one interface. All constant data. */
+typedef struct rmp_provider {
+  const char* interface_id; /**< "robomosp.ik/1" */
+  const char* name;         /**< lower_snake, unique within its interface */
+  const char* summary;      /**< one sentence */
+  const char* tags;         /**< capability words, comma-separated: "closed_form,serial,dof=6" */
+  const rmp_param* params;
+  uint32_t param_count;
+  /** Makes one instance (a pointer to the C++ interface class named by interface_id; the host
+   *  deletes it through its virtual destructor), or returns NULL and fills `error`. */
+  void* (*create)(const rmp_host* host, char* error, uint32_t error_size);
+} rmp_provider;
+
+/** What the entry function returns. `struct_size` lets it grow at the end. */
+typedef struct rmp_plugin {
+  uint32_t struct_size;
+  const char* abi_tag; /**< RMP_ABI_TAG as the plugin was compiled */
+  const char* id;      /**< reverse-domain: "org.example.my_ik" */
+  const char* version;
+  const char* license; /**< SPDX identifier */
+  const char* summary;
+  const rmp_provider* providers;
+  uint32_t provider_count;
+} rmp_plugin;
+
+typedef const rmp_plugin* (*rmp_plugin_entry_fn)(void);
+
+#ifdef __cplusplus
+}  // extern "C"
+
+#include <cstdio>
+#include <exception>
+
+namespace robomosp::detail {
+/// Makes a provider and keeps every exception inside the plugin.
+template <class T>
+void* create_provider(const rmp_host*, char* error, std::uint32_t error_size) {
+  try {
+    return static_cast<typename T::Interface*>(new T());
+  } catch (const std::exception& e) {
+    if (error && error_size) std::snprintf(error, error_size, "%s", e.what());
+  } catch (...) {
+    if (error && error_size) std::snprintf(error, error_size, "%s", "unknown exception");
+  }
+  return nullptr;
+}
+template <std::uint32_t N>
+constexpr std::uint32_t table_size(const rmp_param (&)[N]) { return N; }
+}  // namespace robomosp::detail
+
+/// One provider row: class, name, summary, tags, parameter table (an array of rmp_param).
+#define RMP_PROVIDER(Class, name, summary, tags, table)                                   \
+  rmp_provider { Class::Interface::kInterfaceId, name, summary, tags, table,               \
+                 robomosp::detail::table_size(table), &robomosp::detail::create_provider<Class> }
+/// The same for a provider without parameters.
+#define RMP_PROVIDER_NO_PARAMS(Class, name, summary, tags)                                \
+  rmp_provider { Class::Interface::kInterfaceId, name, summary, tags, nullptr, 0,          \
+                 &robomosp::detail::create_provider<Class> }
+
+/// Defines the entry point: id, version, SPDX licence, summary, then the provider rows.
+#define RMP_PLUGIN(id, version, license, summary, ...)                                    \
+  extern "C" RMP_EXPORT const rmp_plugin* rmp_plugin_entry_v1(void) {                      \
+    static const rmp_provider providers[] = {__VA_ARGS__};                                 \
+    static const rmp_plugin plugin = {                                                     \
+        sizeof(rmp_plugin), RMP_ABI_TAG, id, version, license, summary, providers,         \
+        static_cast<std::uint32_t>(sizeof(providers) / sizeof(providers[0]))};             \
+    return &plugin;                                                                        \
+  }
+#endif
