@@ -16,6 +16,7 @@
 #define RMP_STR(x) RMP_STR_(x)
 
 #ifdef __cplusplus
+#include <cstdint>
 #include <version>
 #if defined(_GLIBCXX_USE_CXX11_ABI)
 #define RMP_ABI_CXX11 RMP_STR(_GLIBCXX_USE_CXX11_ABI)

@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: Apache-2.0
+// The records a user can save: materials, solids, objects, robots, trajectories, worlds
+// (layer: data processing). Plain values; other records are named by id only. SI and radians.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <map>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include <robomosp/sdk/csg.h>
+#include <robomosp/sdk/robot_model.h>
+
+#include "kernel/ids.h"
+
+namespace robomosp::model {
+
+/// How the three angles of a Placement make a rotation matrix.
+enum class AngleNotation : std::uint8_t {
+  rpy,  ///< roll, pitch, yaw: R = Rz(yaw) Ry(pitch) Rx(roll), angles given (roll, pitch, yaw)
+  xyz,  ///< R = Rx(a) Ry(b) Rz(c)
+  zyz,  ///< R = Rz(a) Ry(b) Rz(c)
+};
+
+/// A placement as the user wrote it; `pose()` in modules/spatial turns it into a matrix.
+struct Placement {
+  Vec3 position{};  ///< [m]
+  Vec3 angles{};    ///< [rad]
+  AngleNotation notation = AngleNotation::rpy;
+  bool operator==(const Placement&) const = default;
+};
+
+/// A chosen provider with the values given for its parameters, by name. Empty name = the default.
+struct ProviderChoice {
+  using Param = std::variant<bool, std::int64_t, double, std::string, std::vector<double>>;
+  std::string name;
+  std::map<std::string, Param> params;  ///< SI
+  bool operator==(const ProviderChoice&) const = default;
+};
+
+struct Material {
+  std::string description;
+  std::string source;      ///< where the density comes from
+  double density = 1000;   ///< [kg/m^3], > 0
+  Colour colour;           ///< base colour, sRGB
+  double shininess = 0.3;  ///< 0 matt .. 1 mirror-like
+  double metalness = 0.0;  ///< 0 paint or plastic .. 1 bare metal
+};
+
+/// One node of a solid's CSG tree, flat, parents before children.
+struct SolidNode {
+  CsgKind kind = CsgKind::box;
+  std::string name;                ///< unique within the solid; how commands address the node
+  std::int32_t parent = -1;        ///< index of the parent, -1 for the root (node 0)
+  Placement placement;             ///< parent_T_node
+  std::array<double, 6> sizes{};   ///< in order of kCsgPrimitives [m]
+};
+
+struct Solid {
+  std::string description;
+  MaterialId material;             ///< may be none: then the solid has no mass
+  double chord = 1e-4;             ///< tessellation: greatest chord distance [m]
+  std::vector<SolidNode> nodes;
+};
+
+/// A part of an object: a solid or another object at a place.
+struct ObjectPart {
+  std::string name;
+  AnyId what;                      ///< solid or object
+  Placement placement;             ///< object_T_part
+  MaterialId material;             ///< overrides the solid's own; may be none
+};
+
+/// What happens where parts overlap.
+enum class Overlap : std::uint8_t {
+  once,  ///< shared volume counts once, for the part listed first
+  sum,   ///< every part counts in full
+};
+
+struct Object {
+  std::string description;
+  Overlap overlap = Overlap::once;
+  std::vector<ObjectPart> parts;
+};
+
+enum class Convention : std::uint8_t { dh, mdh };
+
+/// One row of a Denavit-Hartenberg table. The joint's variable adds to theta (revolute) or d
+/// (prismatic). Standard (dh): link i = Rz(theta) Tz(d) Tx(a) Rx(alpha) after link i-1.
+/// Modified (mdh, Craig): link i = Rx(alpha) Tx(a) Rz(theta) Tz(d) after link i-1.
+struct DhRow {
+  double a = 0;      ///< [m]
+  double alpha = 0;  ///< [rad]
+  double d = 0;      ///< [m]
+  double theta = 0;  ///< [rad]
+  bool operator==(const DhRow&) const = default;
+};
+
+enum class JointKind : std::uint8_t { revolute, prismatic, fixed };
+
+/// Motor and friction, at the motor side as published (joint side = times G or G^2).
+struct Drive {
+  double motor_inertia = 0;     ///< Jm [kg m^2]
+  double gear_ratio = 1;        ///< G, may be negative
+  double viscous = 0;           ///< B [N m s/rad]
+  double coulomb_positive = 0;  ///< Tc+ >= 0 [N m]
+  double coulomb_negative = 0;  ///< Tc- <= 0 [N m]
+  bool operator==(const Drive&) const = default;
+};
+
+/// A designed body: an object or solid at a place in the link's frame.
+struct BodyPart {
+  AnyId what;                   ///< object or solid
+  Placement placement;          ///< link_T_part
+};
+
+struct Link {
+  std::string name;
+  std::int32_t parent = -1;     ///< index of the parent link (< own index), -1 = base
+  JointKind joint = JointKind::revolute;
+  DhRow row;
+  double lower = -std::numeric_limits<double>::infinity();  ///< [rad or m]
+  double upper = std::numeric_limits<double>::infinity();
+  double max_velocity = std::numeric_limits<double>::infinity();
+  double max_acceleration = std::numeric_limits<double>::infinity();
+  double max_force = std::numeric_limits<double>::infinity();  ///< torque or force [N m or N]
+  Drive drive;
+  std::optional<MassProperties> given;  ///< published values, in the link frame
+  std::vector<BodyPart> parts;
+  bool visible = true;
+};
+
+/// Where the links' masses come from.
+enum class MassSource : std::uint8_t {
+  given,    ///< the published values of the links; links without them have no mass
+  designed, ///< the designed parts; links without parts fall back to the given values
+};
+
+/// A named joint vector, such as "home" or "ready".
+struct NamedPose {
+  std::string name;
+  std::vector<double> q;        ///< one entry a moving joint [rad or m]
+};
+
+struct Robot {
+  std::string description;
+  std::string source;           ///< where the parameters come from
+  Convention convention = Convention::dh;
+  MassSource mass_source = MassSource::given;
+  Placement base;               ///< mounting_T_base (a world adds its own placement before it)
+  std::vector<BodyPart> base_parts;
+  std::vector<Link> links;      ///< parents before children
+  Placement tool;               ///< last link_T_tool
+  std::vector<NamedPose> poses;
+  ProviderChoice ik, inverse_dynamics, forward_dynamics;
+  Colour skin_colour{0.93F, 0.93F, 0.91F, 1.0F};    ///< generated bodies: tubes
+  Colour skin_accent{0.20F, 0.21F, 0.23F, 1.0F};    ///< generated bodies: joints
+};
+
+/// A segment of a trajectory: a provider of robomosp.segment/1 with its control poses.
+struct TrajectorySegment {
+  ProviderChoice shape;         ///< "line", "circle", ...
+  std::vector<Placement> points;
+};
+
+struct Trajectory {
+  std::string description;
+  double sample_time = 0.01;    ///< default time between samples [s]
+  std::vector<TrajectorySegment> segments;
+};
+
+struct PlacedObject {
+  std::string name;             ///< unique in the world
+  AnyId what;                   ///< object or solid
+  Placement placement;          ///< world_T_object
+};
+struct PlacedRobot {
+  std::string name;
+  RobotId robot;
+  Placement placement;          ///< world_T_mounting
+  std::vector<double> q;        ///< joint values shown; empty = the pose "home" or zeros
+};
+struct PlacedTrajectory {
+  std::string name;
+  TrajectoryId trajectory;
+  Placement placement;          ///< world_T_trajectory
+};
+
+struct World {
+  std::string description;
+  Vec3 gravity{0, 0, -9.81};    ///< [m/s^2]
+  std::vector<PlacedObject> objects;
+  std::vector<PlacedRobot> robots;
+  std::vector<PlacedTrajectory> trajectories;
+};
+
+using Body = std::variant<Material, Solid, Object, Robot, Trajectory, World>;
+
+/// A record: a name, unique per kind, and its content. Immutable once in a document.
+struct Record {
+  std::string name;
+  std::string file;             ///< where it was loaded from or saved to; "" = never
+  Body body;
+  [[nodiscard]] Kind kind() const { return static_cast<Kind>(body.index()); }
+};
+
+/// Kind of a record type: kind_of<Solid> == Kind::solid.
+template <class R> struct KindOf;
+template <> struct KindOf<Material> { static constexpr Kind value = Kind::material; };
+template <> struct KindOf<Solid> { static constexpr Kind value = Kind::solid; };
+template <> struct KindOf<Object> { static constexpr Kind value = Kind::object; };
+template <> struct KindOf<Robot> { static constexpr Kind value = Kind::robot; };
+template <> struct KindOf<Trajectory> { static constexpr Kind value = Kind::trajectory; };
+template <> struct KindOf<World> { static constexpr Kind value = Kind::world; };
+template <class R> inline constexpr Kind kind_of = KindOf<R>::value;
+
+/// Calls fn(AnyId, std::string_view field) for every record that `body` refers to, in order.
+template <class Fn>
+void for_each_reference(const Body& body, Fn&& fn);
+
+}  // namespace robomosp::model
+
+#include "model/references.inl"
