@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+// Components: the parts of the program, in layers, started inside out and stopped in reverse
+// (layer: core).
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <robomosp/sdk/result.h>
+
+namespace robomosp {
+
+/// The onion: each layer may use itself and what is inside it.
+enum class Layer : std::uint8_t { core, data_processing, application, gui };
+[[nodiscard]] std::string_view to_string(Layer);
+
+struct ComponentInfo {
+  std::string id;                      ///< "document", "plugin:csg_occt"
+  Layer layer = Layer::core;
+  std::vector<std::string> requires_;  ///< ids
+};
+
+/// Something with a start and a stop. [application thread]
+class Component {
+ public:
+  virtual ~Component() = default;
+  virtual Result<void> start() { return {}; }
+  virtual void stop() noexcept {}
+};
+
+class Components {
+ public:
+  Components() = default;
+  Components(const Components&) = delete;
+  Components& operator=(const Components&) = delete;
+  ~Components();  ///< stops what is running
+
+  /// Refuses a second component of the same id.
+  Result<void> add(ComponentInfo, std::unique_ptr<Component>);
+  /// Starts all in topological order. Refuses, by name and before anything starts: a missing id,
+  /// a component that needs an outer layer, a cycle (with its path). If a start fails, those
+  /// already started are stopped again.
+  Result<void> start_all();
+  void stop_all() noexcept;  ///< reverse order
+  [[nodiscard]] std::vector<ComponentInfo> list() const;  ///< in start order once started
+
+ private:
+  struct Entry { ComponentInfo info; std::unique_ptr<Component> component; };
+  std::vector<Entry> entries_;
+  std::vector<std::size_t> running_;  ///< in start order
+};
+
+}  // namespace robomosp

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+// Messages: structured remarks to the user in a ring buffer, with subscribers (layer: core).
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <mutex>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace robomosp {
+
+enum class Severity : std::uint8_t { debug, info, warning, error };
+[[nodiscard]] std::string_view to_string(Severity);
+
+struct Message {
+  std::chrono::system_clock::time_point time;
+  Severity severity = Severity::info;
+  std::string code;    ///< stable word: "plugin_refused", "audit", ...
+  std::string text;    ///< a sentence
+  std::string source;  ///< who says it: "plugin_loader", "csg_occt"
+  std::uint32_t repeated = 0;  ///< how often the same text was suppressed before this one
+};
+
+/// Thread-safe. Subscribers are called outside the lock, on the posting thread. [any thread]
+class Messages {
+ public:
+  explicit Messages(std::size_t capacity = 1000) : capacity_(capacity) {}
+  /// The same (code, text) more than `kRateLimit` times within a second is counted, not repeated.
+  static constexpr int kRateLimit = 5;
+  void post(Severity, std::string_view code, std::string_view text, std::string_view source = {});
+  [[nodiscard]] std::vector<Message> recent(std::size_t at_most = 100) const;
+  using Subscriber = std::function<void(const Message&)>;
+  std::uint64_t subscribe(Subscriber);
+  void unsubscribe(std::uint64_t);
+
+ private:
+  struct Seen { std::chrono::steady_clock::time_point since; int count = 0; std::uint32_t suppressed = 0; };
+  std::size_t capacity_;
+  mutable std::mutex mutex_;
+  std::deque<Message> ring_;                        // guarded by mutex_
+  std::map<std::uint64_t, Subscriber> subscribers_; // guarded by mutex_
+  std::map<std::string, Seen> seen_;                // guarded by mutex_
+  std::uint64_t next_ = 1;                          // guarded by mutex_
+};
+
+}  // namespace robomosp

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+// Registry: providers by (interface id, name); built-in, plugin and Lua ones look the same
+// (layer: core).
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <robomosp/sdk/plugin.h>
+#include <robomosp/sdk/result.h>
+
+#include "kernel/schema.h"
+
+namespace robomosp {
+
+struct ProviderInfo {
+  std::string interface_id;       ///< "robomosp.ik/1"
+  std::string name;
+  std::string summary;
+  std::vector<std::string> tags;  ///< "closed_form", "dof=6"
+  std::string origin;             ///< plugin file, or "lua"
+  std::string version;            ///< of the plugin
+  Schema schema;
+  bool enabled = true;
+};
+
+/// Thread-safe; no lock is held while a provider is created. [any thread]
+class Registry {
+ public:
+  /// Creates the interface object (void* to the interface class); errors are sentences.
+  using Create = std::function<Result<void*>()>;
+  /// Refuses a second provider of the same interface and name unless `replace`.
+  Result<void> add(ProviderInfo, Create, bool replace = false);
+  bool remove(std::string_view interface_id, std::string_view name);
+  Result<void> set_enabled(std::string_view interface_id, std::string_view name, bool);
+
+  /// Empty name = the default: the one set by set_default, else the first registered.
+  [[nodiscard]] Result<ProviderInfo> find(std::string_view interface_id, std::string_view name) const;
+  [[nodiscard]] std::vector<ProviderInfo> list(std::string_view interface_id = {}) const;
+  Result<void> set_default(std::string_view interface_id, std::string_view name);
+
+  /// Makes an instance: auto ik = registry.create<IkSolver>("numeric"). Absence is an error that
+  /// names the available ones.
+  template <class I>
+  [[nodiscard]] Result<std::shared_ptr<I>> create(std::string_view name) const {
+    auto made = create_raw(I::kInterfaceId, name);
+    if (!made.ok()) return std::move(made).error();
+    return std::shared_ptr<I>(static_cast<I*>(*made));
+  }
+  /// Counts up with every add, remove, enable and default change. Part of fingerprints.
+  [[nodiscard]] std::uint64_t revision() const;
+
+ private:
+  [[nodiscard]] Result<void*> create_raw(std::string_view interface_id, std::string_view name) const;
+  struct Entry { ProviderInfo info; Create create; };
+  mutable std::mutex mutex_;
+  std::vector<Entry> entries_;                   // guarded by mutex_
+  std::map<std::string, std::string> defaults_;  // guarded by mutex_
+  std::uint64_t revision_ = 0;                   // guarded by mutex_
+};
+
+/// Calls into a provider and turns whatever it throws into ErrorCode::plugin_failed naming it.
+template <class Fn>
+auto guarded(std::string_view provider, Fn&& fn) -> decltype(fn()) {
+  try {
+    return fn();
+  } catch (const std::exception& e) {
+    return error(ErrorCode::plugin_failed, "provider \"" + std::string(provider) + "\" threw: " + e.what(),
+                 "Report it to the provider's author or choose another provider.");
+  } catch (...) {
+    return error(ErrorCode::plugin_failed, "provider \"" + std::string(provider) + "\" threw an unknown exception",
+                 "Report it to the provider's author or choose another provider.");
+  }
+}
+
+}  // namespace robomosp

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+// Schemas: what the parameters of a command or provider are, and checking Values against them
+// (layer: core).
+#pragma once
+
+#include <functional>
+#include <limits>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <robomosp/sdk/plugin.h>
+#include <robomosp/sdk/params.h>
+#include <robomosp/sdk/result.h>
+
+#include "kernel/value.h"
+
+namespace robomosp {
+
+/// One parameter. Types:
+///   bool, int, real, string, enum, path
+///   real[]      list of reals, one unit for all ("3 mm" allowed per entry)
+///   vec3        three reals
+///   pose        {position = vec3, rpy|xyz|zyz = vec3 [rad]} or 4x4 matrix or a flat list
+///               {x, y, z, roll, pitch, yaw}; normalised to a 4x4 matrix NumericArray
+///   matrix      rows of reals
+///   list, map, any
+///   ref:<kind>  handle or name of a record of that kind ("ref:robot", "ref:solid|object");
+///               normalised to a Handle
+struct ParamSpec {
+  std::string name;
+  std::string type;
+  std::string unit;                     ///< SI; "" = dimensionless
+  std::string doc;
+  std::optional<Value> default_value;   ///< none and required = must be given
+  bool required = false;
+  std::vector<std::string> choices;     ///< of an enum
+  double min = -std::numeric_limits<double>::infinity();
+  double max = std::numeric_limits<double>::infinity();
+};
+
+using Schema = std::vector<ParamSpec>;
+
+/// Turns a name or handle into a Handle of one of the kinds; the error suggests near names.
+using ResolveRef = std::function<Result<Handle>(std::string_view kinds, const Value&)>;
+
+/// Checks `given` against the schema, fills in defaults, converts units and references. All faults
+/// are told at once, one sentence each, with the parameter's path and unit; unknown names are
+/// refused with the nearest known one.
+[[nodiscard]] Result<Map> check(const Schema&, const Map& given, const ResolveRef& = {});
+
+/// Checks one value; `path` names it in messages.
+[[nodiscard]] Result<Value> check_value(const ParamSpec&, const Value&, std::string_view path, const ResolveRef& = {});
+
+/// `speed: real [m/s] = 0.1, greater than 0. Speed along the path.`
+[[nodiscard]] std::string describe(const ParamSpec&);
+
+/// The schema of a provider's constant parameter table; a malformed row is an error that names it.
+[[nodiscard]] Result<Schema> schema_from(std::span<const rmp_param> table);
+
+/// Params (as providers see them) over a checked Map; owns a copy.
+[[nodiscard]] std::unique_ptr<Params> make_params(Map checked);
+
+/// Pose <-> the normalised 4x4 NumericArray of type "pose".
+[[nodiscard]] Value pose_value(const Pose&);
+[[nodiscard]] std::optional<Pose> pose_from(const Value&);
+
+}  // namespace robomosp

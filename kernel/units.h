@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// Units: names like "mm", "deg", "N m", "kg/m^3" with their factor to SI and dimension
+// (layer: core). Angles have a dimension of their own, so that 90 mm is not an angle.
+#pragma once
+
+#include <array>
+#include <string>
+#include <string_view>
+
+#include <robomosp/sdk/result.h>
+
+namespace robomosp::units {
+
+/// Exponents of metre, kilogram, second, radian.
+using Dimension = std::array<int, 4>;
+
+struct Unit {
+  double factor = 1;  ///< SI value of one of it
+  Dimension dimension{};
+};
+
+/// Reads a unit: products by space, `*` or `.`, quotients by `/`, powers by `^` ("kg m^2", "mm/s").
+/// "" is dimensionless.
+[[nodiscard]] Result<Unit> parse(std::string_view name);
+
+/// Reads "20 mm", "90deg", "0.5" for a quantity of SI unit `si_unit`; a bare number is SI.
+/// A unit of another dimension is an error that names both.
+[[nodiscard]] Result<double> read_quantity(std::string_view s, std::string_view si_unit);
+
+/// A text for a file that reads back to the same bits: whichever of SI and the customary unit
+/// (mm for m, deg for rad) round-trips and is shorter; the unit is always written unless SI.
+[[nodiscard]] std::string print_quantity(double si, std::string_view si_unit);
+
+}  // namespace robomosp::units
