@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+// The native text files: one grammar for all records, exact positions in errors, byte-equal
+// rewriting, atomic saving (layer: application). Grammar: docs/user/files.md.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <robomosp/sdk/result.h>
+
+#include "document/document.h"
+
+namespace robomosp::io {
+
+/// Files loaded into a transaction: the record asked for and everything it refers to.
+struct Loaded {
+  AnyId id;                      ///< the record of the file itself
+  std::vector<AnyId> all;        ///< in dependency order, the main one last; also those reused
+  std::vector<std::string> notes;
+};
+
+/// ".rbt" etc. of a kind: material .mtr, solid .csg, object .part, robot .rbt, trajectory .tjc,
+/// world .wld.
+[[nodiscard]] std::string_view extension(Kind);
+
+/// Reads a file and all it refers to into the transaction. References are paths relative to the
+/// referring file, else inside a `library` folder. A file that is already in the document (same
+/// canonical path) is reused, not loaded again. A record whose name is taken gets a free name.
+/// Any fault is one Error whose `where` is `file:line:column`; nothing is added then.
+Result<Loaded> load(document::Transaction&, const std::filesystem::path& file,
+                    const std::vector<std::filesystem::path>& library);
+
+/// Text of one record as save() would write it to a file at `file` (references become paths
+/// relative to it). References to records without file are an error that names them.
+Result<std::string> print(const document::Snapshot&, AnyId, const std::filesystem::path& file,
+                          const std::vector<std::filesystem::path>& library);
+
+/// Saves the record; referred records that were never saved are saved beside it first, as
+/// `<name><extension>`. Sets Record::file through the transaction. Atomic per file: temporary
+/// file, fsync, rename.
+Result<std::vector<std::filesystem::path>> save(document::Transaction&, AnyId, const std::filesystem::path& file,
+                                                const std::vector<std::filesystem::path>& library);
+
+/// Writes bytes atomically: temporary file in the same folder, fsync, rename.
+Result<void> write_file(const std::filesystem::path&, std::string_view bytes);
+/// Reads a whole file of at most `limit` bytes.
+Result<std::string> read_file(const std::filesystem::path&, std::size_t limit = std::size_t{64} << 20);
+
+}  // namespace robomosp::io
