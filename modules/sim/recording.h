@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+// Recording: what a simulation gives, columns with units over time (layer: application).
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <robomosp/sdk/result.h>
+
+#include "kernel/ids.h"
+
+namespace robomosp::sim {
+
+struct Column {
+  std::string name;            ///< "time", "q1", "tau3", "x"
+  std::string unit;            ///< SI: "s", "rad", "N m"
+  std::string doc;             ///< "torque of joint 3 (elbow)"
+  std::vector<double> values;
+};
+
+/// A table with one row a sample; the first column is "time". Immutable once made.
+struct Recording {
+  std::string title;           ///< "pa10 on circle: inverse dynamics"
+  WorldId world;               ///< what it was made from; for playing it in the viewer
+  std::string robot, trajectory;  ///< names within the world
+  std::size_t dof = 0;
+  std::vector<Column> columns;
+
+  [[nodiscard]] std::size_t rows() const { return columns.empty() ? 0 : columns.front().values.size(); }
+  [[nodiscard]] const Column* find(std::string_view name) const;
+  /// Columns chosen by names; "tau" means all of tau1..tauN, "q" all of q1..qN. An unknown name is
+  /// an error that suggests near ones.
+  [[nodiscard]] Result<std::vector<const Column*>> select(std::span<const std::string> names) const;
+};
+using RecordingPtr = std::shared_ptr<const Recording>;
+
+/// Run state, outside the document and its history. [application thread]
+class Recordings {
+ public:
+  std::uint64_t add(RecordingPtr);                       ///< number of its handle, never reused
+  [[nodiscard]] RecordingPtr find(std::uint64_t number) const;
+  [[nodiscard]] std::vector<std::pair<std::uint64_t, RecordingPtr>> list() const;
+  bool remove(std::uint64_t number);
+
+ private:
+  std::uint64_t next_ = 1;
+  std::map<std::uint64_t, RecordingPtr> recordings_;
+};
+
+/// Comma-separated text with a header line `time [s],q1 [rad],...`, RFC 4180, shortest round trip.
+[[nodiscard]] std::string to_csv(const Recording&);
+
+/// What to draw: one panel, all columns against time.
+struct PlotSpec {
+  std::string title;
+  std::vector<const Column*> columns;
+  const Column* x = nullptr;
+  int width = 900, height = 520;  ///< pixels
+};
+/// A self-contained SVG picture (axes with units, grid, legend).
+[[nodiscard]] std::string to_svg(const PlotSpec&);
+/// Writes .svg by to_svg, .png through gnuplot; any other extension is an error.
+Result<void> write_plot(const PlotSpec&, const std::string& path);
+
+}  // namespace robomosp::sim
