@@ -3,6 +3,7 @@
 #pragma once
 
 #include <compare>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <span>
@@ -23,14 +24,18 @@ class Fingerprinter {
  public:
   explicit Fingerprinter(std::string_view domain);  ///< "mesh/1": what is being keyed
   Fingerprinter& add(std::string_view);
+  Fingerprinter& add(const char* s) { return add(std::string_view(s)); }  ///< else it would be a bool
   Fingerprinter& add(double);
   Fingerprinter& add(std::int64_t);
+  Fingerprinter& add(int v) { return add(static_cast<std::int64_t>(v)); }
+  Fingerprinter& add(std::size_t v) { return add(static_cast<std::int64_t>(v)); }
   Fingerprinter& add(bool);
   Fingerprinter& add(std::span<const double>);
   Fingerprinter& add(const Fingerprint&);
   [[nodiscard]] Fingerprint finish() const;
 
  private:
+  void word(std::uint64_t w);
   void bytes(const void* data, std::size_t size);
   std::uint64_t a_, b_, length_ = 0;
 };

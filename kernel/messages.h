@@ -10,6 +10,7 @@
 #include <mutex>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace robomosp {
@@ -26,10 +27,13 @@ struct Message {
   std::uint32_t repeated = 0;  ///< how often the same text was suppressed before this one
 };
 
-/// Thread-safe. Subscribers are called outside the lock, on the posting thread. [any thread]
+/// Thread-safe. Subscribers are called outside the lock, on the posting thread; one may still be
+/// called once just after its unsubscribe. [any thread]
 class Messages {
  public:
-  explicit Messages(std::size_t capacity = 1000) : capacity_(capacity) {}
+  using Clock = std::function<std::chrono::steady_clock::time_point()>;
+  /// `clock` is for tests of the rate limit; empty = the steady clock.
+  explicit Messages(std::size_t capacity = 1000, Clock clock = {}) : capacity_(capacity), clock_(std::move(clock)) {}
   /// The same (code, text) more than `kRateLimit` times within a second is counted, not repeated.
   static constexpr int kRateLimit = 5;
   void post(Severity, std::string_view code, std::string_view text, std::string_view source = {});
@@ -41,6 +45,7 @@ class Messages {
  private:
   struct Seen { std::chrono::steady_clock::time_point since; int count = 0; std::uint32_t suppressed = 0; };
   std::size_t capacity_;
+  Clock clock_;
   mutable std::mutex mutex_;
   std::deque<Message> ring_;                        // guarded by mutex_
   std::map<std::uint64_t, Subscriber> subscribers_; // guarded by mutex_

@@ -4,12 +4,14 @@
 #pragma once
 
 #include <cstdint>
+#include <exception>
 #include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <robomosp/sdk/plugin.h>
@@ -40,7 +42,7 @@ class Registry {
   bool remove(std::string_view interface_id, std::string_view name);
   Result<void> set_enabled(std::string_view interface_id, std::string_view name, bool);
 
-  /// Empty name = the default: the one set by set_default, else the first registered.
+  /// Empty name = the default: the one set by set_default, else the first registered and enabled.
   [[nodiscard]] Result<ProviderInfo> find(std::string_view interface_id, std::string_view name) const;
   [[nodiscard]] std::vector<ProviderInfo> list(std::string_view interface_id = {}) const;
   Result<void> set_default(std::string_view interface_id, std::string_view name);
@@ -59,6 +61,9 @@ class Registry {
  private:
   [[nodiscard]] Result<void*> create_raw(std::string_view interface_id, std::string_view name) const;
   struct Entry { ProviderInfo info; Create create; };
+  // Both with mutex_ held.
+  [[nodiscard]] const Entry* locate(std::string_view interface_id, std::string_view name) const;
+  [[nodiscard]] Error absent(std::string_view interface_id, std::string_view name) const;
   mutable std::mutex mutex_;
   std::vector<Entry> entries_;                   // guarded by mutex_
   std::map<std::string, std::string> defaults_;  // guarded by mutex_

@@ -5,6 +5,7 @@
 
 #include <functional>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -39,7 +40,11 @@ struct ParamSpec {
   std::vector<std::string> choices;     ///< of an enum
   double min = -std::numeric_limits<double>::infinity();
   double max = std::numeric_limits<double>::infinity();
+  bool infinite = false;                ///< inf and -inf are meant, where min..max allow them; NaN never is
 };
+
+/// `min` of a quantity that must be greater than 0.
+inline constexpr double kPositive = std::numeric_limits<double>::denorm_min();
 
 using Schema = std::vector<ParamSpec>;
 

@@ -23,6 +23,11 @@ struct Unit {
 /// "" is dimensionless.
 [[nodiscard]] Result<Unit> parse(std::string_view name);
 
+/// A number of `unit` in SI and back. A whole divisor (mm, g, ms) divides, so that 35 mm gives the
+/// same bits as 0.035.
+[[nodiscard]] double to_si(double value, const Unit& unit);
+[[nodiscard]] double from_si(double si, const Unit& unit);
+
 /// Reads "20 mm", "90deg", "0.5" for a quantity of SI unit `si_unit`; a bare number is SI.
 /// A unit of another dimension is an error that names both.
 [[nodiscard]] Result<double> read_quantity(std::string_view s, std::string_view si_unit);

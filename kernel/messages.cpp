@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "kernel/messages.h"
+
+#include <algorithm>
+
+namespace robomosp {
+
+std::string_view to_string(Severity s) {
+  switch (s) {
+    case Severity::debug: return "debug";
+    case Severity::info: return "info";
+    case Severity::warning: return "warning";
+    case Severity::error: return "error";
+  }
+  return "info";
+}
+
+void Messages::post(Severity severity, std::string_view code, std::string_view text, std::string_view source) {
+  constexpr auto kWindow = std::chrono::seconds(1);
+  Message message{std::chrono::system_clock::now(), severity, std::string(code), std::string(text), std::string(source)};
+  std::vector<Subscriber> receivers;
+  {
+    const std::lock_guard lock(mutex_);
+    const auto now = clock_ ? clock_() : std::chrono::steady_clock::now();
+    std::string key = message.code + '\n' + message.text;
+    Seen& seen = seen_[key];
+    if (seen.count == 0 || now - seen.since >= kWindow) {
+      message.repeated = seen.suppressed;
+      seen = {now, 1, 0};
+    } else if (++seen.count > kRateLimit) {
+      ++seen.suppressed;
+      return;
+    }
+    if (seen_.size() > std::max<std::size_t>(capacity_, 16))
+      std::erase_if(seen_, [&](const auto& entry) { return now - entry.second.since >= kWindow; });
+    if (seen_.size() > 4 * std::max<std::size_t>(capacity_, 16)) seen_.clear();
+    ring_.push_back(message);
+    while (ring_.size() > capacity_) ring_.pop_front();
+    for (const auto& [id, subscriber] : subscribers_) receivers.push_back(subscriber);
+  }
+  for (const Subscriber& receive : receivers) {
+    try {
+      receive(message);
+    } catch (...) {  // NOLINT: a listener's fault must not become the speaker's
+    }
+  }
+}
+
+std::vector<Message> Messages::recent(std::size_t at_most) const {
+  const std::lock_guard lock(mutex_);
+  const std::size_t count = std::min(at_most, ring_.size());
+  return {ring_.end() - static_cast<std::ptrdiff_t>(count), ring_.end()};
+}
+
+std::uint64_t Messages::subscribe(Subscriber subscriber) {
+  const std::lock_guard lock(mutex_);
+  subscribers_.emplace(next_, std::move(subscriber));
+  return next_++;
+}
+
+void Messages::unsubscribe(std::uint64_t id) {
+  const std::lock_guard lock(mutex_);
+  subscribers_.erase(id);
+}
+
+}  // namespace robomosp

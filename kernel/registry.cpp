@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "kernel/registry.h"
+
+#include <algorithm>
+
+#include "kernel/text.h"
+
+namespace robomosp {
+namespace {
+
+/// `ik` of "robomosp.ik/1": what users call the interface.
+std::string short_name(std::string_view interface_id) {
+  if (interface_id.starts_with("robomosp.")) interface_id.remove_prefix(9);
+  return std::string(interface_id.substr(0, interface_id.find('/')));
+}
+
+}  // namespace
+
+Result<void> Registry::add(ProviderInfo info, Create create, bool replace) {
+  if (info.interface_id.empty() || info.name.empty() || !create)
+    return error(ErrorCode::invalid_argument, "a provider needs an interface id, a name and a create function");
+  const std::lock_guard lock(mutex_);
+  const auto it = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) {
+    return e.info.interface_id == info.interface_id && e.info.name == info.name;
+  });
+  if (it != entries_.end() && !replace)
+    return error(ErrorCode::conflict,
+                 short_name(info.interface_id) + " provider " + text::quote(info.name) + " exists already, from " +
+                     text::quote(it->info.origin),
+                 "Give one of the two another name.");
+  if (it != entries_.end())
+    *it = {std::move(info), std::move(create)};
+  else
+    entries_.push_back({std::move(info), std::move(create)});
+  ++revision_;
+  return {};
+}
+
+bool Registry::remove(std::string_view interface_id, std::string_view name) {
+  const std::lock_guard lock(mutex_);
+  const auto removed = std::erase_if(
+      entries_, [&](const Entry& e) { return e.info.interface_id == interface_id && e.info.name == name; });
+  if (removed) ++revision_;
+  return removed != 0;
+}
+
+const Registry::Entry* Registry::locate(std::string_view interface_id, std::string_view name) const {
+  std::string_view wanted = name;
+  if (wanted.empty()) {
+    const auto chosen = defaults_.find(std::string(interface_id));
+    if (chosen != defaults_.end()) wanted = chosen->second;
+  }
+  const Entry* first_enabled = nullptr;
+  for (const Entry& e : entries_) {
+    if (e.info.interface_id != interface_id) continue;
+    if (!wanted.empty() && e.info.name == wanted && (e.info.enabled || !name.empty())) return &e;
+    if (!first_enabled && e.info.enabled) first_enabled = &e;
+  }
+  return name.empty() ? first_enabled : nullptr;
+}
+
+Error Registry::absent(std::string_view interface_id, std::string_view name) const {
+  const std::string what = short_name(interface_id);
+  std::vector<std::string> names;
+  for (const Entry& e : entries_)
+    if (e.info.interface_id == interface_id && e.info.enabled) names.push_back(e.info.name);
+  if (names.empty())
+    return error(ErrorCode::unknown_name,
+                 "there is no provider of " + what + (name.empty() ? "" : ", so none named " + text::quote(name)),
+                 "Load a plugin that offers " + text::quote(interface_id) + "; plugin.list tells which were found.");
+  std::string hint = text::did_you_mean(name, names);
+  if (!hint.empty()) hint += " ";
+  return error(ErrorCode::unknown_name, "there is no " + what + " provider " + text::quote(name),
+               hint + "Available: " + text::enumerate(names) + ".");
+}
+
+Result<void> Registry::set_enabled(std::string_view interface_id, std::string_view name, bool enabled) {
+  const std::lock_guard lock(mutex_);
+  for (Entry& e : entries_) {
+    if (e.info.interface_id != interface_id || e.info.name != name) continue;
+    if (e.info.enabled != enabled) ++revision_;
+    e.info.enabled = enabled;
+    return {};
+  }
+  return absent(interface_id, name);
+}
+
+Result<ProviderInfo> Registry::find(std::string_view interface_id, std::string_view name) const {
+  const std::lock_guard lock(mutex_);
+  const Entry* e = locate(interface_id, name);
+  if (!e) return absent(interface_id, name);
+  return e->info;
+}
+
+std::vector<ProviderInfo> Registry::list(std::string_view interface_id) const {
+  const std::lock_guard lock(mutex_);
+  std::vector<ProviderInfo> infos;
+  for (const Entry& e : entries_)
+    if (interface_id.empty() || e.info.interface_id == interface_id) infos.push_back(e.info);
+  return infos;
+}
+
+Result<void> Registry::set_default(std::string_view interface_id, std::string_view name) {
+  const std::lock_guard lock(mutex_);
+  if (name.empty()) {
+    defaults_.erase(std::string(interface_id));
+  } else {
+    if (!locate(interface_id, name)) return absent(interface_id, name);
+    defaults_[std::string(interface_id)] = name;
+  }
+  ++revision_;
+  return {};
+}
+
+std::uint64_t Registry::revision() const {
+  const std::lock_guard lock(mutex_);
+  return revision_;
+}
+
+Result<void*> Registry::create_raw(std::string_view interface_id, std::string_view name) const {
+  Create create;
+  std::string label;
+  {
+    const std::lock_guard lock(mutex_);
+    const Entry* e = locate(interface_id, name);
+    if (!e) return absent(interface_id, name);
+    label = short_name(interface_id) + " " + e->info.name;
+    if (!e->info.enabled)
+      return error(ErrorCode::unsupported, "provider \"" + label + "\" is disabled", "Enable it or choose another one.");
+    create = e->create;
+  }
+  Result<void*> made = guarded(label, create);
+  if (made.ok() && *made == nullptr)
+    return error(ErrorCode::plugin_failed, "provider \"" + label + "\" could not be made and gave no reason",
+                 "Report it to the provider's author or choose another provider.");
+  return made;
+}
+
+}  // namespace robomosp

@@ -1,0 +1,614 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "kernel/schema.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+
+#include "kernel/text.h"
+#include "kernel/units.h"
+
+namespace robomosp {
+namespace {
+
+constexpr std::array<std::string_view, 13> kTypes = {"bool",   "int",  "real",   "string", "enum", "path", "real[]",
+                                                     "vec3",   "pose", "matrix", "list",   "map",  "any"};
+
+bool is_known_type(std::string_view type) {
+  return std::find(kTypes.begin(), kTypes.end(), type) != kTypes.end() || (type.starts_with("ref:") && type.size() > 4);
+}
+
+bool is_dimensionless(std::string_view unit) { return unit.empty() || unit == "1"; }
+
+/// `a real in m/s`, `a real`
+std::string real_in(std::string_view unit) {
+  return is_dimensionless(unit) ? "a real" : "a real in " + std::string(unit);
+}
+
+/// `0.1 or "100 mm/s"`: two spellings of one amount in that unit.
+std::string example_real(std::string_view unit) {
+  struct Example {
+    std::string_view unit, text;
+  };
+  constexpr Example kExamples[] = {
+      {"m", "0.1 or \"100 mm\""},         {"m/s", "0.1 or \"100 mm/s\""},
+      {"m/s^2", "0.1 or \"100 mm/s^2\""}, {"rad", "1.57 or \"90 deg\""},
+      {"rad/s", "1.57 or \"90 deg/s\""},  {"rad/s^2", "1.57 or \"90 deg/s^2\""},
+      {"kg", "0.25 or \"250 g\""},        {"s", "0.5 or \"500 ms\""},
+  };
+  if (is_dimensionless(unit)) return "0.5";
+  for (const Example& e : kExamples)
+    if (e.unit == unit) return std::string(e.text);
+  return "0.1 or \"0.1 " + std::string(unit) + "\"";
+}
+
+std::string example(const ParamSpec& spec) {
+  const std::string_view type = spec.type;
+  if (type == "bool") return "Give true or false.";
+  if (type == "int") return "Give a whole number such as 3.";
+  if (type == "real") return "Give a number such as " + example_real(spec.unit) + ".";
+  if (type == "string" || type == "path") return "Give a text in quotes.";
+  if (type == "enum") return "Choices: " + text::enumerate(spec.choices) + ".";
+  if (type == "real[]") return "Give a list of numbers such as {" + example_real(spec.unit) + "}.";
+  if (type == "vec3") return "Give three numbers such as {0.1, 0, 0.2}.";
+  if (type == "pose")
+    return "Give {x, y, z, roll, pitch, yaw}, {position = {x, y, z}, rpy = {roll, pitch, yaw}} or a 4x4 matrix.";
+  if (type == "matrix") return "Give rows of equal length such as {{1, 0}, {0, 1}}.";
+  if (type == "list") return "Give a list such as {1, 2}.";
+  if (type == "map") return "Give named values such as {a = 1}.";
+  return {};
+}
+
+/// The kind of thing a parameter takes, with its article.
+std::string kind_name(const ParamSpec& spec) {
+  const std::string_view type = spec.type;
+  if (type == "real") return real_in(spec.unit);
+  if (type == "real[]")
+    return is_dimensionless(spec.unit) ? "a list of reals" : "a list of reals in " + spec.unit;
+  if (type == "int") return "an integer";
+  if (type == "enum") return "one of the choices";
+  if (type == "vec3") return is_dimensionless(spec.unit) ? "three reals" : "three reals in " + spec.unit;
+  if (type == "any") return "a value";
+  if (type.starts_with("ref:")) {
+    std::string kinds(type.substr(4));
+    for (std::size_t at = 0; (at = kinds.find('|', at)) != std::string::npos; at += 4) kinds.replace(at, 1, " or ");
+    return "a " + kinds;
+  }
+  return (type.front() == 'a' ? "an " : "a ") + std::string(type);
+}
+
+/// The value as a message shows it, cut to a readable length.
+std::string shown(const Value& v) {
+  constexpr std::size_t kLongest = 60;
+  std::string s = v.as_string() ? text::quote(*v.as_string()) : v.text();
+  if (s.size() <= kLongest) return s;
+  s.resize(kLongest);
+  // Do not cut within a UTF-8 character.
+  while (!s.empty() && (static_cast<unsigned char>(s.back()) & 0xC0U) == 0x80U) s.pop_back();
+  if (!s.empty() && static_cast<unsigned char>(s.back()) >= 0xC0U) s.pop_back();
+  return s + "...";
+}
+
+Error fault(std::string_view path, std::string message, std::string hint = {}) {
+  return error(ErrorCode::invalid_argument, std::move(message), std::move(hint), std::string(path));
+}
+
+Error wrong_type(const ParamSpec& spec, const Value& v, std::string_view path) {
+  return fault(path, shown(v) + " is not " + kind_name(spec), example(spec));
+}
+
+std::string with_unit(double v, std::string_view unit) {
+  return text::print(v) + (is_dimensionless(unit) ? "" : " " + std::string(unit));
+}
+
+/// "greater than 0" for the least positive double and its like.
+bool is_just_above_zero(double min) { return min > 0 && min <= 1e-300; }
+
+std::string range_text(const ParamSpec& spec) {
+  const bool low = spec.min != -std::numeric_limits<double>::infinity();
+  const bool high = spec.max != std::numeric_limits<double>::infinity();
+  if (!low && !high) return {};
+  if (low && is_just_above_zero(spec.min))
+    return "greater than 0" + (high ? " and at most " + with_unit(spec.max, spec.unit) : std::string());
+  if (low && high) return text::print(spec.min) + " to " + with_unit(spec.max, spec.unit);
+  return low ? "at least " + with_unit(spec.min, spec.unit) : "at most " + with_unit(spec.max, spec.unit);
+}
+
+Result<double> check_range(const ParamSpec& spec, double v, std::string_view path) {
+  if (std::isnan(v) || (std::isinf(v) && !spec.infinite))
+    return fault(path, text::print(v) + " is not a finite number", "Give a number such as " + example_real(spec.unit) + ".");
+  if (v < spec.min || v > spec.max)
+    return fault(path, with_unit(v, spec.unit) + " is out of range; it must be " + range_text(spec));
+  return v;
+}
+
+/// Any number within the unit, not yet range-checked.
+Result<double> read_real(const ParamSpec& spec, const Value& v, std::string_view path) {
+  if (v.is_number()) return v.number();
+  if (const std::string* s = v.as_string()) {
+    Result<double> read = units::read_quantity(*s, spec.unit == "1" ? std::string_view() : spec.unit);
+    if (read.ok()) return read;
+    Error e = std::move(read).error();
+    if (e.message.ends_with(" is not a number")) return wrong_type(spec, v, path);
+    return std::move(e).in(path);
+  }
+  return fault(path, shown(v) + " is not " + real_in(spec.unit), "Give a number such as " + example_real(spec.unit) + ".");
+}
+
+std::string element_path(std::string_view path, std::size_t i) {
+  return std::string(path) + "[" + std::to_string(i + 1) + "]";
+}
+
+/// The pieces of "1, 2, 3", "{1 mm, 2 mm}" or "1 2 3".
+std::vector<std::string_view> pieces(std::string_view s) {
+  s = text::trim(s);
+  if (s.size() >= 2 && ((s.front() == '{' && s.back() == '}') || (s.front() == '[' && s.back() == ']')))
+    s = text::trim(s.substr(1, s.size() - 2));
+  std::vector<std::string_view> parts;
+  if (s.empty()) return parts;
+  const bool commas = s.find(',') != std::string_view::npos;
+  for (const std::string_view part : text::split(s, commas ? ',' : ' ')) {
+    const std::string_view trimmed = text::trim(part);
+    if (commas || !trimmed.empty()) parts.push_back(trimmed);
+  }
+  return parts;
+}
+
+/// The reals of an array, a list, or a text; ranges checked entry by entry. nullopt = another type.
+Result<std::optional<std::vector<double>>> read_reals(const ParamSpec& spec, const Value& v, std::string_view path) {
+  ParamSpec one = spec;
+  one.type = "real";
+  std::vector<double> numbers;
+  const auto add = [&](const Value& item) -> Result<void> {
+    const std::string here = element_path(path, numbers.size());
+    RMP_TRY_ASSIGN(const double read, read_real(one, item, here));
+    RMP_TRY_ASSIGN(const double checked, check_range(one, read, here));
+    numbers.push_back(checked);
+    return {};
+  };
+  if (const NumericArray* a = v.as_array()) {
+    if (a->is_matrix() && a->rows() != 1 && a->cols() != 1) return std::optional<std::vector<double>>();
+    numbers.reserve(a->size());
+    for (const double x : a->data()) RMP_TRY(add(x));
+  } else if (const List* list = v.as_list()) {
+    numbers.reserve(list->size());
+    for (const Value& item : *list) RMP_TRY(add(item));
+  } else if (const std::string* s = v.as_string()) {
+    for (const std::string_view part : pieces(*s)) RMP_TRY(add(Value(part)));
+  } else if (!v.as_map() || !v.as_map()->empty()) {  // an empty table may be told as a map
+    return std::optional<std::vector<double>>();
+  }
+  return std::optional(std::move(numbers));
+}
+
+using Matrix3 = std::array<double, 9>;
+
+Matrix3 product(const Matrix3& a, const Matrix3& b) {
+  Matrix3 c{};
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < 3; ++j)
+      for (std::size_t k = 0; k < 3; ++k) c[3 * i + j] += a[3 * i + k] * b[3 * k + j];
+  return c;
+}
+
+Matrix3 turn(char axis, double angle) {
+  const double c = std::cos(angle), s = std::sin(angle);
+  if (axis == 'x') return {1, 0, 0, 0, c, -s, 0, s, c};
+  if (axis == 'y') return {c, 0, s, 0, 1, 0, -s, 0, c};
+  return {c, -s, 0, s, c, 0, 0, 0, 1};
+}
+
+/// rpy: R = Rz(yaw) Ry(pitch) Rx(roll) of (roll, pitch, yaw); xyz: Rx Ry Rz; zyz: Rz Ry Rz.
+Matrix3 rotation_of(std::string_view notation, const std::vector<double>& a) {
+  if (notation == "rpy") return product(product(turn('z', a[2]), turn('y', a[1])), turn('x', a[0]));
+  if (notation == "xyz") return product(product(turn('x', a[0]), turn('y', a[1])), turn('z', a[2]));
+  return product(product(turn('z', a[0]), turn('y', a[1])), turn('z', a[2]));
+}
+
+/// Departure of R from a rotation: greatest entry of |R^T R - 1|; 2 for a mirror.
+double rotation_error(const Matrix3& r) {
+  double worst = 0;
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < 3; ++j) {
+      double dot = i == j ? -1 : 0;
+      for (std::size_t k = 0; k < 3; ++k) dot += r[3 * k + i] * r[3 * k + j];
+      worst = std::max(worst, std::abs(dot));
+    }
+  const double det = r[0] * (r[4] * r[8] - r[5] * r[7]) - r[1] * (r[3] * r[8] - r[5] * r[6]) +
+                     r[2] * (r[3] * r[7] - r[4] * r[6]);
+  return det > 0 ? worst : 2;
+}
+
+/// Nearest rotation of a nearly orthogonal matrix: Newton's iteration for the polar factor.
+Matrix3 orthonormal(Matrix3 r) {
+  for (int step = 0; step < 4; ++step) {
+    Matrix3 g{};  // (3 - R^T R) / 2
+    for (std::size_t i = 0; i < 3; ++i)
+      for (std::size_t j = 0; j < 3; ++j) {
+        double dot = 0;
+        for (std::size_t k = 0; k < 3; ++k) dot += r[3 * k + i] * r[3 * k + j];
+        g[3 * i + j] = ((i == j ? 3 : 0) - dot) / 2;
+      }
+    r = product(r, g);
+  }
+  return r;
+}
+
+Result<Value> pose_from_matrix(const std::vector<double>& m, std::string_view path) {
+  // Entries typed with fewer than seven digits are refused rather than silently bent.
+  constexpr double kAccepted = 1e-6, kAsGiven = 1e-14, kLastRow = 1e-9;
+  for (const double x : m)
+    if (!std::isfinite(x)) return fault(path, "the matrix of a pose holds a number that is not finite");
+  if (std::abs(m[12]) > kLastRow || std::abs(m[13]) > kLastRow || std::abs(m[14]) > kLastRow || std::abs(m[15] - 1) > kLastRow)
+    return fault(path, "the last row of a pose's matrix is not 0, 0, 0, 1", "Give a matrix {R, p; 0, 1} with the position in the last column.");
+  Matrix3 r{m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10]};
+  const double off = rotation_error(r);
+  if (off > kAccepted)
+    return fault(path, "the 3x3 part of a pose's matrix is not a rotation (off by " + text::print_rounded(off, 2) + "; at most 1e-06 is accepted)",
+                 "Give more digits, or angles: {position = {x, y, z}, rpy = {roll, pitch, yaw}}.");
+  if (off > kAsGiven) r = orthonormal(r);
+  return pose_value(Pose{r, {m[3], m[7], m[11]}});
+}
+
+/// Numbers of one part of a pose: position [m] or angles [rad].
+Result<std::vector<double>> pose_part(const Value& v, std::string_view path, const char* unit) {
+  ParamSpec part;
+  part.type = "vec3";
+  part.unit = unit;
+  RMP_TRY_ASSIGN(auto numbers, read_reals(part, v, path));
+  if (!numbers) return wrong_type(part, v, path);
+  if (numbers->size() != 3)
+    return fault(path, std::to_string(numbers->size()) + " numbers are given; " + kind_name(part) + " are needed");
+  return std::move(*numbers);
+}
+
+Result<Value> pose_from_parts(const Value* position, const Value* angles, std::string_view notation, std::string_view path) {
+  Pose pose;
+  if (position) {
+    RMP_TRY_ASSIGN(const auto p, pose_part(*position, std::string(path) + ".position", "m"));
+    pose.p = {p[0], p[1], p[2]};
+  }
+  if (angles) {
+    RMP_TRY_ASSIGN(const auto a, pose_part(*angles, std::string(path) + "." + std::string(notation), "rad"));
+    pose.R = rotation_of(notation, a);
+  }
+  return pose_value(pose);
+}
+
+Result<Value> check_pose_map(const Map& map, std::string_view path) {
+  const std::vector<std::string> known = {"position", "rpy", "xyz", "zyz"};
+  const Value* position = nullptr;
+  const Value* angles = nullptr;
+  std::string notation = "rpy";
+  for (const auto& [key, value] : map) {
+    if (key == "position") {
+      position = &value;
+    } else if (key == "rpy" || key == "xyz" || key == "zyz") {
+      if (angles) return fault(path, "a pose has both " + notation + " and " + key, "Give one set of angles.");
+      angles = &value;
+      notation = key;
+    } else {
+      return error(ErrorCode::unknown_name, text::quote(key) + " is not a field of a pose",
+                   text::did_you_mean(key, known) + (text::nearest(key, known) ? " " : "") + "Fields: " + text::enumerate(known) + ".",
+                   std::string(path));
+    }
+  }
+  if (!position && !angles) return fault(path, "the pose is empty", "Give position, rpy, or both.");
+  return pose_from_parts(position, angles, notation, path);
+}
+
+/// Rows of equal length; nullopt = another type.
+Result<std::optional<NumericArray>> read_matrix(const ParamSpec& spec, const Value& v, std::string_view path) {
+  using Read = std::optional<NumericArray>;
+  if (const NumericArray* a = v.as_array()) {
+    if (!a->is_matrix()) return Read();
+    for (std::size_t i = 0; i < a->size(); ++i)
+      RMP_TRY(check_range(spec, (*a)[i], element_path(element_path(path, i / a->cols()), i % a->cols())));
+    return Read(*a);
+  }
+  const List* rows = v.as_list();
+  if (!rows || rows->empty()) return Read();
+  std::vector<double> data;
+  std::size_t cols = 0;
+  for (std::size_t r = 0; r < rows->size(); ++r) {
+    const std::string here = element_path(path, r);
+    const Value& row = (*rows)[r];
+    if (row.is_number() || row.as_string()) return Read();
+    RMP_TRY_ASSIGN(auto numbers, read_reals(spec, row, here));
+    if (!numbers) return Read();
+    if (r == 0) cols = numbers->size();
+    if (numbers->size() != cols || cols == 0)
+      return fault(here, "the row has " + std::to_string(numbers->size()) + " numbers, the first one " + std::to_string(cols),
+                   "Give rows of equal length.");
+    data.insert(data.end(), numbers->begin(), numbers->end());
+  }
+  return Read(NumericArray(std::move(data), rows->size(), cols, spec.unit));
+}
+
+Result<Value> check_pose(const ParamSpec& spec, const Value& v, std::string_view path) {
+  if (const Map* map = v.as_map()) return check_pose_map(*map, path);
+  ParamSpec plain;
+  plain.type = "real";
+  RMP_TRY_ASSIGN(const auto matrix, read_matrix(plain, v, path));
+  if (matrix) {
+    if (matrix->rows() != 4 || matrix->cols() != 4)
+      return fault(path, "the matrix of a pose is " + std::to_string(matrix->rows()) + "x" + std::to_string(matrix->cols()) + ", not 4x4", example(spec));
+    return pose_from_matrix(matrix->data(), path);
+  }
+  List items;
+  if (const List* list = v.as_list())
+    items = *list;
+  else if (const NumericArray* a = v.as_array())
+    items.assign(a->data().begin(), a->data().end());
+  else if (const std::string* s = v.as_string())
+    for (const std::string_view part : pieces(*s)) items.emplace_back(part);
+  if (items.size() != 6) return wrong_type(spec, v, path);
+  const Value position(List(items.begin(), items.begin() + 3)), angles(List(items.begin() + 3, items.end()));
+  return pose_from_parts(&position, &angles, "rpy", path);
+}
+
+Result<Value> check_integer(const ParamSpec& spec, const Value& v, std::string_view path) {
+  std::optional<std::int64_t> i;
+  if (v.as_int()) {
+    i = *v.as_int();
+  } else if (const double* r = v.as_real()) {
+    constexpr double kExact = 9007199254740992.0;  // 2^53: beyond it reals skip integers
+    if (std::abs(*r) <= kExact && std::floor(*r) == *r) i = static_cast<std::int64_t>(*r);
+  } else if (const std::string* s = v.as_string()) {
+    i = text::read_int(text::trim(*s));
+  }
+  if (!i) return wrong_type(spec, v, path);
+  RMP_TRY(check_range(spec, static_cast<double>(*i), path));
+  return Value(*i);
+}
+
+Result<Value> check_bool(const ParamSpec& spec, const Value& v, std::string_view path) {
+  if (v.as_bool()) return v;
+  if (const std::string* s = v.as_string()) {
+    if (*s == "true" || *s == "yes" || *s == "on") return Value(true);
+    if (*s == "false" || *s == "no" || *s == "off") return Value(false);
+  }
+  return wrong_type(spec, v, path);
+}
+
+Result<Value> check_enum(const ParamSpec& spec, const Value& v, std::string_view path) {
+  const std::string* s = v.as_string();
+  if (!s) return wrong_type(spec, v, path);
+  if (std::find(spec.choices.begin(), spec.choices.end(), *s) != spec.choices.end()) return v;
+  std::string hint = text::did_you_mean(*s, spec.choices);
+  if (!hint.empty()) hint += " ";
+  return fault(path, text::quote(*s) + " is not one of the choices", hint + example(spec));
+}
+
+Result<Value> check_ref(const ParamSpec& spec, const Value& v, std::string_view path, const ResolveRef& resolve) {
+  const std::string_view kinds = std::string_view(spec.type).substr(4);
+  if (!v.as_handle() && !v.as_string())
+    return fault(path, shown(v) + " is not " + kind_name(spec), "Give its name or a handle.");
+  if (resolve) {
+    Result<Handle> handle = resolve(kinds, v);
+    if (!handle.ok()) return std::move(handle).error().in(path);
+    return Value(std::move(*handle));
+  }
+  if (const Handle* h = v.as_handle()) {
+    for (const std::string_view kind : text::split(kinds, '|'))
+      if (kind == h->kind) return v;
+    return fault(path, shown(v) + " is not " + kind_name(spec));
+  }
+  return error(ErrorCode::unsupported, text::quote(*v.as_string()) + " cannot be looked up by name here",
+               "Give a handle.", std::string(path));
+}
+
+/// Joins the sentences of several faults; one fault stays as it is.
+Error all_faults(std::vector<Error> faults) {
+  if (faults.size() == 1) return std::move(faults[0]);
+  Error all;
+  all.code = faults[0].code;
+  for (const Error& e : faults) {
+    if (e.code != all.code) all.code = ErrorCode::invalid_argument;
+    all.message += (all.message.empty() ? "" : " ") + e.sentence();
+  }
+  return all;
+}
+
+}  // namespace
+
+Result<Value> check_value(const ParamSpec& spec, const Value& v, std::string_view path, const ResolveRef& resolve) {
+  const std::string_view type = spec.type;
+  if (type == "any") return v;
+  if (type == "bool") return check_bool(spec, v, path);
+  if (type == "int") return check_integer(spec, v, path);
+  if (type == "enum") return check_enum(spec, v, path);
+  if (type == "pose") return check_pose(spec, v, path);
+  if (type.starts_with("ref:")) return check_ref(spec, v, path, resolve);
+  if (type == "real") {
+    RMP_TRY_ASSIGN(const double read, read_real(spec, v, path));
+    RMP_TRY_ASSIGN(const double checked, check_range(spec, read, path));
+    return Value(checked);
+  }
+  if (type == "string" || type == "path") {
+    if (!v.as_string()) return wrong_type(spec, v, path);
+    if (type == "path" && (v.as_string()->empty() || v.as_string()->find('\0') != std::string::npos))
+      return fault(path, shown(v) + " is not a path", "Give the path of a file in quotes.");
+    return v;
+  }
+  if (type == "real[]" || type == "vec3") {
+    RMP_TRY_ASSIGN(auto numbers, read_reals(spec, v, path));
+    if (!numbers) return wrong_type(spec, v, path);
+    if (type == "vec3" && numbers->size() != 3)
+      return fault(path, std::to_string(numbers->size()) + " numbers are given; " + kind_name(spec) + " are needed", example(spec));
+    return Value(NumericArray(std::move(*numbers), is_dimensionless(spec.unit) ? std::string() : spec.unit));
+  }
+  if (type == "matrix") {
+    RMP_TRY_ASSIGN(auto matrix, read_matrix(spec, v, path));
+    if (!matrix) return wrong_type(spec, v, path);
+    return Value(std::move(*matrix));
+  }
+  if (type == "list") {
+    if (v.as_list()) return v;
+    if (v.as_map() && v.as_map()->empty()) return Value(List());
+    if (const NumericArray* a = v.as_array(); a && !a->is_matrix()) return Value(List(a->data().begin(), a->data().end()));
+    return wrong_type(spec, v, path);
+  }
+  if (type == "map") {
+    if (v.as_map()) return v;
+    if (v.as_list() && v.as_list()->empty()) return Value(Map());
+    return wrong_type(spec, v, path);
+  }
+  return error(ErrorCode::internal, "the schema has the unknown type " + text::quote(type), {}, std::string(path));
+}
+
+Result<Map> check(const Schema& schema, const Map& given, const ResolveRef& resolve) {
+  std::vector<Error> faults;
+  std::vector<std::string> known;
+  for (const ParamSpec& spec : schema) known.push_back(spec.name);
+  for (const auto& [key, value] : given) {
+    if (std::find(known.begin(), known.end(), key) != known.end()) continue;
+    std::string hint = text::did_you_mean(key, known);
+    if (hint.empty()) hint = known.empty() ? "It takes no parameters." : "Parameters: " + text::enumerate(known) + ".";
+    faults.push_back(error(ErrorCode::unknown_name, text::quote(key) + " is not a parameter", std::move(hint)));
+  }
+  Map checked;
+  for (const ParamSpec& spec : schema) {
+    const Value* v = given.find(spec.name);
+    if (v && v->is_nil() && spec.type != "any") v = nullptr;
+    if (!v && spec.default_value) v = &*spec.default_value;
+    if (!v) {
+      if (spec.required)
+        faults.push_back(fault(spec.name, "no value is given; " + kind_name(spec) + (spec.type == "vec3" ? " are" : " is") + " required", example(spec)));
+      continue;
+    }
+    Result<Value> one = check_value(spec, *v, spec.name, resolve);
+    if (one.ok())
+      checked.set(spec.name, std::move(*one));
+    else
+      faults.push_back(std::move(one).error());
+  }
+  if (!faults.empty()) return all_faults(std::move(faults));
+  return checked;
+}
+
+std::string describe(const ParamSpec& spec) {
+  std::string s = spec.name + ": " + spec.type;
+  if (spec.type == "enum") s += " " + text::join(spec.choices, "|");
+  if (!is_dimensionless(spec.unit)) s += " [" + spec.unit + "]";
+  if (spec.default_value) {
+    const bool quoted = spec.default_value->as_string() && spec.type != "enum";
+    s += " = " + (quoted ? text::quote(*spec.default_value->as_string()) : spec.default_value->text());
+  } else {
+    s += spec.required ? ", required" : ", optional";
+  }
+  if (const std::string range = range_text(spec); !range.empty()) s += ", " + range;
+  s += ".";
+  if (!spec.doc.empty()) {
+    s += " " + spec.doc;
+    if (s.back() != '.') s += ".";
+  }
+  return s;
+}
+
+Result<Schema> schema_from(std::span<const rmp_param> table) {
+  Schema schema;
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    const rmp_param& row = table[i];
+    const auto malformed = [&](const std::string& why) {
+      const std::string name = row.name && *row.name ? text::quote(row.name) : "row " + std::to_string(i + 1);
+      return error(ErrorCode::plugin_refused, "parameter " + name + " " + why);
+    };
+    if (!row.name || !*row.name) return malformed("has no name");
+    if (!row.type || !is_known_type(row.type)) return malformed("has the unknown type " + text::quote(row.type ? row.type : "(null)"));
+    ParamSpec spec;
+    spec.name = row.name;
+    spec.type = row.type;
+    spec.unit = row.unit ? row.unit : "";
+    spec.doc = row.doc ? row.doc : "";
+    if (std::any_of(schema.begin(), schema.end(), [&](const ParamSpec& s) { return s.name == spec.name; }))
+      return malformed("stands in the table twice");
+    if (auto unit = units::parse(spec.unit); !unit.ok()) return malformed("has a bad unit: " + unit.error().message);
+    if (std::isnan(row.min) || std::isnan(row.max)) return malformed("has a range that is not a number");
+    if (row.min <= row.max) {
+      spec.min = row.min;
+      spec.max = row.max;
+    }
+    if (row.choices)
+      for (const std::string_view choice : text::split(row.choices, '|')) spec.choices.emplace_back(text::trim(choice));
+    if (spec.type == "enum" && spec.choices.empty()) return malformed("is an enum without choices");
+    spec.required = row.default_text == nullptr;
+    if (row.default_text) {
+      spec.default_value = Value(row.default_text);
+      if (!spec.type.starts_with("ref:")) {
+        auto checked = check_value(spec, *spec.default_value, "default");
+        if (!checked.ok()) return malformed("has a bad default: " + checked.error().message);
+        spec.default_value = std::move(*checked);
+      }
+    }
+    schema.push_back(std::move(spec));
+  }
+  return schema;
+}
+
+namespace {
+
+class MapParams final : public Params {
+ public:
+  explicit MapParams(Map map) : map_(std::move(map)) {
+    // reals() hands out spans, so lists are turned into stored numbers once.
+    for (const auto& [name, value] : map_) {
+      if (const NumericArray* a = value.as_array()) {
+        arrays_.emplace(name, a->data());
+      } else if (const List* list = value.as_list()) {
+        std::vector<double> numbers;
+        for (const Value& v : *list)
+          if (v.is_number()) numbers.push_back(v.number());
+        if (numbers.size() == list->size()) arrays_.emplace(name, std::move(numbers));
+      }
+    }
+  }
+  [[nodiscard]] bool has(std::string_view name) const override { return map_.find(name) != nullptr; }
+  [[nodiscard]] double real(std::string_view name) const override {
+    const Value* v = map_.find(name);
+    return v ? v->number() : 0;
+  }
+  [[nodiscard]] long long integer(std::string_view name) const override {
+    const Value* v = map_.find(name);
+    return v && v->as_int() ? *v->as_int() : 0;
+  }
+  [[nodiscard]] bool boolean(std::string_view name) const override {
+    const Value* v = map_.find(name);
+    return v && v->as_bool() && *v->as_bool();
+  }
+  [[nodiscard]] std::string_view text(std::string_view name) const override {
+    const Value* v = map_.find(name);
+    return v && v->as_string() ? std::string_view(*v->as_string()) : std::string_view();
+  }
+  [[nodiscard]] std::span<const double> reals(std::string_view name) const override {
+    const auto it = arrays_.find(name);
+    return it == arrays_.end() ? std::span<const double>() : std::span<const double>(it->second);
+  }
+  [[nodiscard]] Pose pose(std::string_view name) const override {
+    const Value* v = map_.find(name);
+    return (v ? pose_from(*v) : std::nullopt).value_or(Pose{});
+  }
+
+ private:
+  Map map_;
+  std::map<std::string, std::vector<double>, std::less<>> arrays_;
+};
+
+}  // namespace
+
+std::unique_ptr<Params> make_params(Map checked) { return std::make_unique<MapParams>(std::move(checked)); }
+
+Value pose_value(const Pose& t) {
+  return NumericArray({t.R[0], t.R[1], t.R[2], t.p[0], t.R[3], t.R[4], t.R[5], t.p[1],
+                       t.R[6], t.R[7], t.R[8], t.p[2], 0, 0, 0, 1}, 4, 4);
+}
+
+std::optional<Pose> pose_from(const Value& v) {
+  const NumericArray* a = v.as_array();
+  if (!a || a->rows() != 4 || a->cols() != 4) return std::nullopt;
+  const auto& m = a->data();
+  return Pose{{m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10]}, {m[3], m[7], m[11]}};
+}
+
+}  // namespace robomosp

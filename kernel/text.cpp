@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "kernel/text.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <system_error>
+
+namespace robomosp::text {
+namespace {
+
+constexpr bool is_space(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r' || c == '\f' || c == '\v'; }
+constexpr char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
+
+/// Edit distance with swaps of neighbours counted as one, case-blind; stops at `limit` + 1.
+std::size_t edit_distance(std::string_view a, std::string_view b, std::size_t limit) {
+  const std::size_t gap = a.size() > b.size() ? a.size() - b.size() : b.size() - a.size();
+  if (gap > limit) return limit + 1;
+  std::vector<std::size_t> before(b.size() + 1), last(b.size() + 1), row(b.size() + 1);
+  for (std::size_t j = 0; j <= b.size(); ++j) last[j] = j;
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    row[0] = i;
+    std::size_t least = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const bool same = lower(a[i - 1]) == lower(b[j - 1]);
+      row[j] = std::min({last[j] + 1, row[j - 1] + 1, last[j - 1] + (same ? 0U : 1U)});
+      if (i > 1 && j > 1 && lower(a[i - 1]) == lower(b[j - 2]) && lower(a[i - 2]) == lower(b[j - 1]))
+        row[j] = std::min(row[j], before[j - 2] + 1);
+      least = std::min(least, row[j]);
+    }
+    if (least > limit) return limit + 1;
+    std::swap(before, last);
+    std::swap(last, row);
+  }
+  return last[b.size()];
+}
+
+bool starts_with_blind(std::string_view s, std::string_view start) {
+  return s.size() >= start.size() &&
+         std::equal(start.begin(), start.end(), s.begin(), [](char x, char y) { return lower(x) == lower(y); });
+}
+
+}  // namespace
+
+std::string print(double v) {
+  if (v == 0) return "0";
+  if (std::isnan(v)) return "nan";
+  std::array<char, 32> buffer;
+  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), v);
+  return {buffer.data(), end.ptr};
+}
+
+std::string print_rounded(double v, int digits) {
+  if (v == 0) return "0";
+  if (!std::isfinite(v)) return print(v);
+  std::array<char, 64> buffer;
+  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), v, std::chars_format::scientific,
+                                 std::clamp(digits, 1, 17) - 1);
+  // Through the rounded value, so that the text is also the shortest one of that value.
+  double rounded = v;
+  std::from_chars(buffer.data(), end.ptr, rounded);
+  return print(rounded);
+}
+
+std::optional<double> read_real(std::string_view s) {
+  if (s.size() > 1 && s[0] == '+' && s[1] != '-' && s[1] != '+') s.remove_prefix(1);
+  double v = 0;
+  const auto end = std::from_chars(s.data(), s.data() + s.size(), v);
+  if (s.empty() || end.ec != std::errc() || end.ptr != s.data() + s.size()) return std::nullopt;
+  return v;
+}
+
+std::optional<std::int64_t> read_int(std::string_view s) {
+  if (s.size() > 1 && s[0] == '+' && s[1] != '-' && s[1] != '+') s.remove_prefix(1);
+  std::int64_t v = 0;
+  const auto end = std::from_chars(s.data(), s.data() + s.size(), v);
+  if (s.empty() || end.ec != std::errc() || end.ptr != s.data() + s.size()) return std::nullopt;
+  return v;
+}
+
+std::string quote(std::string_view s) {
+  std::string out = "\"";
+  for (const char c : s) {
+    switch (c) {
+      case '"': out += "\\\""; break;
+      case '\\': out += "\\\\"; break;
+      case '\n': out += "\\n"; break;
+      case '\t': out += "\\t"; break;
+      case '\r': out += "\\r"; break;
+      default: out += c;
+    }
+  }
+  return out + '"';
+}
+
+std::string_view trim(std::string_view s) {
+  while (!s.empty() && is_space(s.front())) s.remove_prefix(1);
+  while (!s.empty() && is_space(s.back())) s.remove_suffix(1);
+  return s;
+}
+
+std::vector<std::string_view> split(std::string_view s, char separator) {
+  std::vector<std::string_view> parts;
+  for (;;) {
+    const auto at = s.find(separator);
+    parts.push_back(s.substr(0, at));
+    if (at == std::string_view::npos) return parts;
+    s.remove_prefix(at + 1);
+  }
+}
+
+std::string join(std::span<const std::string> words, std::string_view separator) {
+  std::string out;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    if (i) out += separator;
+    out += words[i];
+  }
+  return out;
+}
+
+std::string enumerate(std::span<const std::string> words) {
+  if (words.size() < 2) return words.empty() ? std::string() : words[0];
+  return join(words.first(words.size() - 1), ", ") + " and " + words.back();
+}
+
+std::optional<std::string> nearest(std::string_view word, std::span<const std::string> candidates) {
+  if (word.empty()) return std::nullopt;
+  const std::size_t limit = std::max<std::size_t>(1, word.size() / 3);
+  const std::string* best = nullptr;
+  std::size_t best_distance = limit + 1;
+  for (const std::string& c : candidates) {
+    std::size_t d = edit_distance(word, c, limit);
+    // A word of which nothing stays is no near miss ("x" for "y").
+    if (d >= std::max(word.size(), c.size())) d = limit + 1;
+    if (d < best_distance) {
+      best = &c;
+      best_distance = d;
+    }
+  }
+  if (best) return *best;
+  for (const std::string& c : candidates)
+    if (word.size() >= 2 && starts_with_blind(c, word)) return c;
+  return std::nullopt;
+}
+
+std::string did_you_mean(std::string_view word, std::span<const std::string> candidates) {
+  const auto near = nearest(word, candidates);
+  return near ? "Did you mean " + quote(*near) + "?" : std::string();
+}
+
+}  // namespace robomosp::text

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "kernel/value.h"
+
+#include <algorithm>
+
+#include "kernel/text.h"
+
+namespace robomosp {
+namespace {
+
+bool is_word(std::string_view s) {
+  const auto letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; };
+  if (s.empty() || !letter(s[0])) return false;
+  return std::all_of(s.begin(), s.end(), [&](char c) { return letter(c) || (c >= '0' && c <= '9'); });
+}
+
+std::string numbers(const double* v, std::size_t count) {
+  std::string out = "{";
+  for (std::size_t i = 0; i < count; ++i) {
+    if (i) out += ", ";
+    out += text::print(v[i]);
+  }
+  return out + "}";
+}
+
+std::string array_text(const NumericArray& a) {
+  std::string out;
+  if (a.is_matrix()) {
+    out = "{";
+    for (std::size_t r = 0; r < a.rows(); ++r) {
+      if (r) out += ", ";
+      out += numbers(a.data().data() + r * a.cols(), a.cols());
+    }
+    out += "}";
+  } else {
+    out = numbers(a.data().data(), a.size());
+  }
+  if (!a.unit().empty()) out += " " + a.unit();
+  return out;
+}
+
+/// Text of anything but lists and maps.
+std::string leaf_text(const Value& v, bool inside) {
+  switch (v.type()) {
+    case Value::Type::boolean: return *v.as_bool() ? "true" : "false";
+    case Value::Type::integer: return std::to_string(*v.as_int());
+    case Value::Type::real: return text::print(*v.as_real());
+    case Value::Type::string: return inside ? text::quote(*v.as_string()) : *v.as_string();
+    case Value::Type::array: return array_text(*v.as_array());
+    case Value::Type::handle: return v.as_handle()->kind + "#" + std::to_string(v.as_handle()->number);
+    default: return "nil";
+  }
+}
+
+}  // namespace
+
+Map::Map(std::initializer_list<Entry> entries) {
+  for (const Entry& e : entries) set(e.first, e.second);
+}
+
+const Value* Map::find(std::string_view key) const {
+  const auto it = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) { return e.first == key; });
+  return it == entries_.end() ? nullptr : &it->second;
+}
+
+Value* Map::find(std::string_view key) {
+  const auto it = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) { return e.first == key; });
+  return it == entries_.end() ? nullptr : &it->second;
+}
+
+void Map::set(std::string key, Value value) {
+  if (Value* old = find(key))
+    *old = std::move(value);
+  else
+    entries_.emplace_back(std::move(key), std::move(value));
+}
+
+bool Map::erase(std::string_view key) {
+  return std::erase_if(entries_, [&](const Entry& e) { return e.first == key; }) != 0;
+}
+
+bool Map::operator==(const Map& o) const {
+  if (size() != o.size()) return false;
+  return std::all_of(begin(), end(), [&](const Entry& e) {
+    const Value* other = o.find(e.first);
+    return other && *other == e.second;
+  });
+}
+
+std::string_view Value::type_name() const {
+  constexpr std::string_view kNames[] = {"nil", "bool", "int", "real", "string", "array", "list", "map", "handle"};
+  return kNames[v_.index()];
+}
+
+double Value::number() const {
+  if (const auto* i = as_int()) return static_cast<double>(*i);
+  if (const auto* r = as_real()) return *r;
+  return 0;
+}
+
+std::string Value::text() const {
+  // An explicit stack: depth is the user's, not ours.
+  struct Level {
+    const Value* container;
+    std::size_t next = 0;
+  };
+  if (!as_list() && !as_map()) return leaf_text(*this, false);
+  std::string out = "{";
+  std::vector<Level> stack{{this}};
+  while (!stack.empty()) {
+    Level& level = stack.back();
+    const List* list = level.container->as_list();
+    const Map* map = level.container->as_map();
+    if (level.next == (list ? list->size() : map->size())) {
+      out += "}";
+      stack.pop_back();
+      continue;
+    }
+    if (level.next) out += ", ";
+    const Value* item = nullptr;
+    if (list) {
+      item = &(*list)[level.next];
+    } else {
+      const Map::Entry& entry = *(map->begin() + static_cast<std::ptrdiff_t>(level.next));
+      out += is_word(entry.first) ? entry.first : "[" + text::quote(entry.first) + "]";
+      out += " = ";
+      item = &entry.second;
+    }
+    ++level.next;
+    if (item->as_list() || item->as_map()) {
+      out += "{";
+      stack.push_back({item});
+    } else {
+      out += leaf_text(*item, true);
+    }
+  }
+  return out;
+}
+
+}  // namespace robomosp
