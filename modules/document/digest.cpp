@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "document/digest.h"
+
+namespace robomosp::document {
+
+namespace {
+
+using namespace model;
+
+/// Feeds fields; one overload a type, so that a record's list of fields reads as such.
+class Feeder {
+ public:
+  Feeder(Fingerprinter& fp, const FeedReference& reference) : fp_(fp), reference_(reference) {}
+
+  void operator()(const Material& m) {
+    all(m.description, m.source, m.density, m.colour, m.shininess, m.metalness);
+  }
+  void operator()(const Solid& s) {
+    all(s.description, AnyId(s.material), s.chord, s.nodes);
+  }
+  void operator()(const Object& o) {
+    all(o.description, static_cast<int>(o.overlap), o.parts);
+  }
+  void operator()(const Robot& r) {
+    all(r.description, r.source, static_cast<int>(r.convention), static_cast<int>(r.mass_source),
+        r.base, r.base_parts, r.links, r.tool, r.poses, r.ik, r.inverse_dynamics,
+        r.forward_dynamics, r.skin_colour, r.skin_accent);
+  }
+  void operator()(const Trajectory& t) { all(t.description, t.sample_time, t.segments); }
+  void operator()(const World& w) {
+    all(w.description, w.gravity, w.objects, w.robots, w.trajectories);
+  }
+
+ private:
+  template <class... T>
+  void all(const T&... values) {
+    (add(values), ...);
+  }
+  template <class T>
+  void add(const std::vector<T>& list) {
+    fp_.add(static_cast<std::int64_t>(list.size()));
+    for (const T& v : list) add(v);
+  }
+  void add(const std::vector<double>& list) { fp_.add(std::span<const double>(list)); }
+  void add(const std::string& s) { fp_.add(std::string_view(s)); }
+  void add(double v) { fp_.add(v); }
+  void add(bool v) { fp_.add(v); }
+  void add(int v) { fp_.add(static_cast<std::int64_t>(v)); }
+  void add(std::int64_t v) { fp_.add(v); }
+  void add(const Vec3& v) { fp_.add(std::span<const double>(v)); }
+  void add(const Colour& c) {
+    all(static_cast<double>(c.r), static_cast<double>(c.g), static_cast<double>(c.b),
+        static_cast<double>(c.a));
+  }
+  void add(AnyId id) {
+    fp_.add(static_cast<bool>(id));
+    if (id) reference_(fp_, id);
+  }
+  void add(const Placement& p) { all(p.position, p.angles, static_cast<int>(p.notation)); }
+  void add(const ProviderChoice& p) {
+    all(p.name, static_cast<std::int64_t>(p.params.size()));
+    for (const auto& [name, value] : p.params) {
+      all(name, static_cast<int>(value.index()));
+      std::visit([this](const auto& v) { add(v); }, value);
+    }
+  }
+  void add(const SolidNode& n) {
+    all(static_cast<int>(n.kind), n.name, static_cast<int>(n.parent), n.placement);
+    fp_.add(std::span<const double>(n.sizes));
+  }
+  void add(const ObjectPart& p) { all(p.name, p.what, p.placement, AnyId(p.material)); }
+  void add(const BodyPart& p) { all(p.what, p.placement); }
+  void add(const MassProperties& m) {
+    all(m.mass, m.com, m.inertia.xx, m.inertia.yy, m.inertia.zz, m.inertia.xy, m.inertia.yz,
+        m.inertia.xz);
+  }
+  void add(const Link& l) {
+    all(l.name, static_cast<int>(l.parent), static_cast<int>(l.joint), l.row.a, l.row.alpha,
+        l.row.d, l.row.theta, l.lower, l.upper, l.max_velocity, l.max_acceleration, l.max_force,
+        l.drive.motor_inertia, l.drive.gear_ratio, l.drive.viscous, l.drive.coulomb_positive,
+        l.drive.coulomb_negative, l.given.has_value());
+    if (l.given) add(*l.given);
+    all(l.parts, l.visible);
+  }
+  void add(const NamedPose& p) { all(p.name, p.q); }
+  void add(const TrajectorySegment& s) { all(s.shape, s.points); }
+  void add(const PlacedObject& p) { all(p.name, p.what, p.placement); }
+  void add(const PlacedRobot& p) { all(p.name, AnyId(p.robot), p.placement, p.q); }
+  void add(const PlacedTrajectory& p) { all(p.name, AnyId(p.trajectory), p.placement); }
+
+  Fingerprinter& fp_;
+  const FeedReference& reference_;
+};
+
+std::size_t bytes(const ProviderChoice& p) {
+  std::size_t n = p.name.size();
+  for (const auto& [name, value] : p.params) {
+    n += 96 + name.size();
+    if (const auto* s = std::get_if<std::string>(&value)) n += s->size();
+    if (const auto* v = std::get_if<std::vector<double>>(&value)) n += 8 * v->size();
+  }
+  return n;
+}
+
+struct Size {
+  std::size_t operator()(const Material& m) const { return m.description.size() + m.source.size(); }
+  std::size_t operator()(const Solid& s) const {
+    std::size_t n = s.description.size() + s.nodes.size() * sizeof(SolidNode);
+    for (const auto& node : s.nodes) n += node.name.size();
+    return n;
+  }
+  std::size_t operator()(const Object& o) const {
+    std::size_t n = o.description.size() + o.parts.size() * sizeof(ObjectPart);
+    for (const auto& p : o.parts) n += p.name.size();
+    return n;
+  }
+  std::size_t operator()(const Robot& r) const {
+    std::size_t n = r.description.size() + r.source.size() + bytes(r.ik) +
+                    bytes(r.inverse_dynamics) + bytes(r.forward_dynamics) +
+                    r.base_parts.size() * sizeof(BodyPart) + r.links.size() * sizeof(Link);
+    for (const auto& l : r.links) n += l.name.size() + l.parts.size() * sizeof(BodyPart);
+    for (const auto& p : r.poses) n += sizeof(NamedPose) + p.name.size() + 8 * p.q.size();
+    return n;
+  }
+  std::size_t operator()(const Trajectory& t) const {
+    std::size_t n = t.description.size();
+    for (const auto& s : t.segments)
+      n += sizeof(TrajectorySegment) + bytes(s.shape) + s.points.size() * sizeof(Placement);
+    return n;
+  }
+  std::size_t operator()(const World& w) const {
+    std::size_t n = w.description.size() + w.objects.size() * sizeof(PlacedObject) +
+                    w.robots.size() * sizeof(PlacedRobot) +
+                    w.trajectories.size() * sizeof(PlacedTrajectory);
+    for (const auto& r : w.robots) n += 8 * r.q.size();
+    return n;
+  }
+};
+
+}  // namespace
+
+void feed(Fingerprinter& fp, const model::Body& body, const FeedReference& reference) {
+  fp.add(to_string(static_cast<Kind>(body.index())));
+  std::visit(Feeder(fp, reference), body);
+}
+
+Fingerprint record_fingerprint(const model::Record& record) {
+  Fingerprinter fp("record/1");
+  fp.add(std::string_view(record.name)).add(std::string_view(record.file));
+  feed(fp, record.body, [](Fingerprinter& f, AnyId id) {
+    f.add(static_cast<std::int64_t>(id.kind)).add(static_cast<std::int64_t>(id.number));
+  });
+  return fp.finish();
+}
+
+std::size_t record_bytes(const model::Record& record) {
+  return sizeof(model::Record) + record.name.size() + record.file.size() +
+         std::visit(Size{}, record.body);
+}
+
+}  // namespace robomosp::document

@@ -1,0 +1,299 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "document/validate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+#include <string>
+#include <unordered_set>
+
+#include "kernel/text.h"
+
+namespace robomosp::document {
+
+namespace {
+
+using namespace model;
+using text::quote;
+
+bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
+Error fault(std::string message, std::string hint = {}) {
+  return error(ErrorCode::invalid_argument, std::move(message), std::move(hint));
+}
+
+std::string shown(double v) { return text::print_rounded(v, 6); }
+
+/// `what` names the number: `the density`, `the x of box "plate"`.
+Result<void> finite(double v, const std::string& what) {
+  if (std::isfinite(v)) return {};
+  return fault(what + " is " + text::print(v) + "; it must be a finite number");
+}
+Result<void> finite(std::span<const double> v, const std::string& what) {
+  for (const double x : v) RMP_TRY(finite(x, what));
+  return {};
+}
+Result<void> within(double v, double low, double high, const std::string& what) {
+  RMP_TRY(finite(v, what));
+  if (v >= low && v <= high) return {};
+  return fault(what + " is " + shown(v) + "; it must be from " + shown(low) + " to " + shown(high));
+}
+Result<void> positive(double v, const std::string& what, const char* unit) {
+  RMP_TRY(finite(v, what));
+  if (v > 0) return {};
+  return fault(what + " is " + shown(v) + unit + "; it must be greater than 0");
+}
+Result<void> not_negative(double v, const std::string& what, const char* unit) {
+  RMP_TRY(finite(v, what));
+  if (v >= 0) return {};
+  return fault(what + " is " + shown(v) + unit + "; it must not be negative");
+}
+/// A limit: positive, infinity = none.
+Result<void> limit(double v, const std::string& what) {
+  if (v > 0) return {};
+  return fault(what + " is " + text::print(v) + "; it must be greater than 0");
+}
+Result<void> colour(const Colour& c, const std::string& what) {
+  for (const float v : {c.r, c.g, c.b, c.a}) RMP_TRY(within(static_cast<double>(v), 0, 1, what));
+  return {};
+}
+Result<void> placement(const Placement& p, const std::string& what) {
+  RMP_TRY(finite(p.position, "the position of " + what));
+  RMP_TRY(finite(p.angles, "an angle of the placement of " + what));
+  if (p.notation > AngleNotation::zyz) return fault("the placement of " + what + " has an unknown notation of angles");
+  return {};
+}
+Result<void> choice(const ProviderChoice& p, const std::string& what) {
+  for (const auto& [name, value] : p.params) {
+    const std::string which = "parameter " + quote(name) + " of " + what;
+    if (!is_name(name)) return bad_name(name, "parameter of " + what);
+    if (const auto* v = std::get_if<double>(&value)) RMP_TRY(finite(*v, which));
+    if (const auto* v = std::get_if<std::vector<double>>(&value)) RMP_TRY(finite(*v, which));
+  }
+  return {};
+}
+
+/// Names seen so far within one record.
+class Names {
+ public:
+  explicit Names(const char* what) : what_(what) {}
+  Result<void> add(const std::string& name) {
+    if (!is_name(name)) return bad_name(name, what_);
+    if (!seen_.insert(name).second)
+      return error(ErrorCode::conflict, "there are two " + std::string(what_) + "s named " + quote(name),
+                   "Give each its own name.");
+    return {};
+  }
+
+ private:
+  const char* what_;
+  std::unordered_set<std::string> seen_;
+};
+
+const CsgPrimitiveInfo* primitive(CsgKind kind) {
+  for (const auto& info : kCsgPrimitives)
+    if (info.kind == kind) return &info;
+  return nullptr;
+}
+bool is_operation(CsgKind k) {
+  return k == CsgKind::union_ || k == CsgKind::difference || k == CsgKind::intersection;
+}
+/// Sizes that may be 0: see the descriptions in kCsgPrimitives.
+bool may_be_zero(CsgKind kind, std::string_view size) {
+  return size == "fillet" || (kind == CsgKind::cone && size.ends_with("_radius")) ||
+         (kind == CsgKind::frustum && size.starts_with("top_"));
+}
+
+Result<void> check_node(const Solid& s, std::size_t i) {
+  const SolidNode& n = s.nodes[i];
+  const std::string node = "node " + quote(n.name);
+  if (i == 0 ? n.parent != -1 : (n.parent < 0 || static_cast<std::size_t>(n.parent) >= i))
+    return fault(i == 0 ? node + " is the root, so it cannot have a parent"
+                        : node + " does not come after its parent",
+                 "Every node but the first has a parent, and parents come first.");
+  if (n.parent >= 0 && !is_operation(s.nodes[static_cast<std::size_t>(n.parent)].kind)) {
+    const auto& p = s.nodes[static_cast<std::size_t>(n.parent)];
+    const auto* info = primitive(p.kind);
+    return fault(node + " is inside " + std::string(info ? info->name : "node") + " " + quote(p.name) +
+                     ", which is a primitive",
+                 "Only a union, difference or intersection has nodes inside.");
+  }
+  RMP_TRY(placement(n.placement, node));
+  if (is_operation(n.kind)) return {};
+  const CsgPrimitiveInfo* info = primitive(n.kind);
+  if (!info) return fault(node + " is of an unknown kind");
+  const std::string of = " of " + std::string(info->name) + " " + quote(n.name);
+  for (std::size_t k = 0; k < info->sizes.size() && !info->sizes[k].empty(); ++k) {
+    const std::string which = std::string(info->sizes[k]) + of;
+    RMP_TRY(may_be_zero(n.kind, info->sizes[k]) ? not_negative(n.sizes[k], which, " m")
+                                                : positive(n.sizes[k], which, " m"));
+  }
+  if (n.kind == CsgKind::cone && n.sizes[0] == 0 && n.sizes[1] == 0)
+    return fault("both radii" + of + " are 0", "Give one of them a size.");
+  return {};
+}
+
+Result<void> check(const Material& m) {
+  RMP_TRY(positive(m.density, "the density", " kg/m^3"));
+  RMP_TRY(colour(m.colour, "a component of the colour"));
+  RMP_TRY(within(m.shininess, 0, 1, "shininess"));
+  return within(m.metalness, 0, 1, "metalness");
+}
+
+Result<void> check(const Solid& s) {
+  RMP_TRY(positive(s.chord, "the chord", " m"));
+  Names names("node");
+  for (std::size_t i = 0; i < s.nodes.size(); ++i) {
+    RMP_TRY(names.add(s.nodes[i].name));
+    RMP_TRY(check_node(s, i));
+  }
+  return {};
+}
+
+Result<void> solid_or_object(AnyId id, const std::string& what) {
+  if (!id) return fault(what + " has neither a solid nor an object", "Say what stands there.");
+  return {};
+}
+
+Result<void> check(const Object& o) {
+  if (o.overlap > Overlap::sum) return fault("the overlap policy is unknown");
+  Names names("part");
+  for (const auto& p : o.parts) {
+    RMP_TRY(names.add(p.name));
+    RMP_TRY(solid_or_object(p.what, "part " + quote(p.name)));
+    RMP_TRY(placement(p.placement, "part " + quote(p.name)));
+  }
+  return {};
+}
+
+Result<void> check_link(const Robot& r, std::size_t i) {
+  const Link& l = r.links[i];
+  const std::string link = "link " + quote(l.name);
+  const std::string of = " of " + link;
+  if (l.parent < -1 || l.parent >= static_cast<std::int32_t>(i))
+    return fault(link + " does not come after its parent", "Parents come first; -1 is the base.");
+  if (l.joint > JointKind::fixed) return fault("the joint" + of + " is of an unknown kind");
+  RMP_TRY(finite(l.row.a, "a" + of));
+  RMP_TRY(finite(l.row.alpha, "alpha" + of));
+  RMP_TRY(finite(l.row.d, "d" + of));
+  RMP_TRY(finite(l.row.theta, "theta" + of));
+  if (!(l.lower <= l.upper))
+    return fault("the lower limit" + of + " is " + shown(l.lower) + " and the upper " + shown(l.upper),
+                 "The lower limit must not exceed the upper one.");
+  RMP_TRY(limit(l.max_velocity, "max_velocity" + of));
+  RMP_TRY(limit(l.max_acceleration, "max_acceleration" + of));
+  RMP_TRY(limit(l.max_force, "max_force" + of));
+  RMP_TRY(not_negative(l.drive.motor_inertia, "motor_inertia" + of, " kg m^2"));
+  RMP_TRY(finite(l.drive.gear_ratio, "gear_ratio" + of));
+  RMP_TRY(not_negative(l.drive.viscous, "viscous" + of, " N m s/rad"));
+  RMP_TRY(not_negative(l.drive.coulomb_positive, "the positive coulomb friction" + of, " N m"));
+  RMP_TRY(finite(l.drive.coulomb_negative, "the negative coulomb friction" + of));
+  if (l.drive.coulomb_negative > 0)
+    return fault("the negative coulomb friction" + of + " is " + shown(l.drive.coulomb_negative) +
+                 " N m; it must not be positive");
+  if (l.given) {
+    RMP_TRY(not_negative(l.given->mass, "the given mass" + of, " kg"));
+    RMP_TRY(finite(l.given->com, "the given centre of mass" + of));
+    const Sym3& s = l.given->inertia;
+    RMP_TRY(finite(std::array{s.xx, s.yy, s.zz, s.xy, s.yz, s.xz}, "the given inertia" + of));
+    for (const double v : {s.xx, s.yy, s.zz})
+      RMP_TRY(not_negative(v, "a diagonal element of the given inertia" + of, " kg m^2"));
+  }
+  for (const auto& p : l.parts) {
+    RMP_TRY(solid_or_object(p.what, "a part" + of));
+    RMP_TRY(placement(p.placement, "a part" + of));
+  }
+  return {};
+}
+
+Result<void> check(const Robot& r) {
+  if (r.convention > Convention::mdh) return fault("the convention is unknown");
+  if (r.mass_source > MassSource::designed) return fault("the source of masses is unknown");
+  RMP_TRY(placement(r.base, "the base"));
+  RMP_TRY(placement(r.tool, "the tool"));
+  for (const auto& p : r.base_parts) {
+    RMP_TRY(solid_or_object(p.what, "a part of the base"));
+    RMP_TRY(placement(p.placement, "a part of the base"));
+  }
+  Names names("link");
+  for (std::size_t i = 0; i < r.links.size(); ++i) {
+    RMP_TRY(names.add(r.links[i].name));
+    if (r.links[i].name == "base")
+      return fault("a link cannot be named \"base\"", "\"base\" is the frame the first link stands on.");
+    RMP_TRY(check_link(r, i));
+  }
+  const auto dof = static_cast<std::size_t>(std::count_if(
+      r.links.begin(), r.links.end(), [](const Link& l) { return l.joint != JointKind::fixed; }));
+  Names poses("pose");
+  for (const auto& p : r.poses) {
+    RMP_TRY(poses.add(p.name));
+    RMP_TRY(finite(p.q, "a joint value of pose " + quote(p.name)));
+    if (p.q.size() != dof)
+      return fault("pose " + quote(p.name) + " has " + std::to_string(p.q.size()) +
+                   " joint values; the robot has " + std::to_string(dof) + " moving joints");
+  }
+  RMP_TRY(choice(r.ik, "ik"));
+  RMP_TRY(choice(r.inverse_dynamics, "inverse_dynamics"));
+  RMP_TRY(choice(r.forward_dynamics, "forward_dynamics"));
+  RMP_TRY(colour(r.skin_colour, "a component of the skin's colour"));
+  return colour(r.skin_accent, "a component of the skin's accent");
+}
+
+Result<void> check(const Trajectory& t) {
+  RMP_TRY(positive(t.sample_time, "the sample time", " s"));
+  for (std::size_t i = 0; i < t.segments.size(); ++i) {
+    const std::string segment = "segment " + std::to_string(i + 1);
+    if (!is_name(t.segments[i].shape.name)) return bad_name(t.segments[i].shape.name, "shape of " + segment);
+    RMP_TRY(choice(t.segments[i].shape, segment));
+    for (std::size_t k = 0; k < t.segments[i].points.size(); ++k)
+      RMP_TRY(placement(t.segments[i].points[k], "point " + std::to_string(k + 1) + " of " + segment));
+  }
+  return {};
+}
+
+Result<void> check(const World& w) {
+  RMP_TRY(finite(w.gravity, "gravity"));
+  Names names("member");
+  for (const auto& o : w.objects) {
+    RMP_TRY(names.add(o.name));
+    RMP_TRY(solid_or_object(o.what, "object " + quote(o.name)));
+    RMP_TRY(placement(o.placement, "object " + quote(o.name)));
+  }
+  for (const auto& r : w.robots) {
+    RMP_TRY(names.add(r.name));
+    if (!r.robot) return fault("the placed robot " + quote(r.name) + " names no robot");
+    RMP_TRY(placement(r.placement, "robot " + quote(r.name)));
+    RMP_TRY(finite(r.q, "a joint value of robot " + quote(r.name)));
+  }
+  for (const auto& t : w.trajectories) {
+    RMP_TRY(names.add(t.name));
+    if (!t.trajectory) return fault("the placed trajectory " + quote(t.name) + " names no trajectory");
+    RMP_TRY(placement(t.placement, "trajectory " + quote(t.name)));
+  }
+  return {};
+}
+
+}  // namespace
+
+bool is_name(std::string_view name) {
+  if (name.empty() || !is_letter(name.front()) || name.back() == ' ') return false;
+  return std::all_of(name.begin(), name.end(), [](char c) {
+    return is_letter(c) || is_digit(c) || c == '_' || c == '-' || c == '.' || c == ' ';
+  });
+}
+
+Error bad_name(std::string_view name, std::string_view what) {
+  const std::string hint =
+      "A name starts with a letter and has letters, digits, _ - . and spaces, none at the end.";
+  if (name.empty()) return fault("the name of a " + std::string(what) + " is empty", hint);
+  return fault(quote(name) + " cannot be the name of a " + std::string(what), hint);
+}
+
+Result<void> check_record(const Record& record) {
+  if (!is_name(record.name)) return bad_name(record.name, to_string(record.kind()));
+  return std::visit([](const auto& body) { return check(body); }, record.body)
+      .in(std::string(to_string(record.kind())) + " " + quote(record.name));
+}
+
+}  // namespace robomosp::document

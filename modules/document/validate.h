@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// Checks of one record on its own: finite numbers, unique names, order, ranges, sizes
+// (layer: application).
+#pragma once
+
+#include <string_view>
+
+#include <robomosp/sdk/result.h>
+
+#include "model/records.h"
+
+namespace robomosp::document {
+
+/// A name starts with a letter, has letters, digits, _ - . and spaces, and does not end in a space.
+[[nodiscard]] bool is_name(std::string_view name);
+/// The refusal of a malformed name; `what` as in "robot" or "node".
+[[nodiscard]] Error bad_name(std::string_view name, std::string_view what);
+
+/// Everything that can be checked without other records; the error's `where` names the record and
+/// its message the node, part or link. [any thread]
+[[nodiscard]] Result<void> check_record(const model::Record& record);
+
+}  // namespace robomosp::document
