@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+// From a robot record and the masses of its designed bodies to the RobotModel that solvers read
+// (layer: data processing, robotics). Denavit-Hartenberg conventions end here. [any thread]
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <robomosp/sdk/result.h>
+#include <robomosp/sdk/robot_model.h>
+
+#include "model/records.h"
+
+namespace robomosp::robotics {
+
+/// Where a link of the record stands in the model: fixed to a joint's frame (-1 = base).
+struct LinkFrame {
+  std::int32_t joint = -1;
+  Pose joint_T_link;
+};
+
+/// Builds the model. `link_masses` holds one entry a link, in the link's frame, nullopt where
+/// nothing is designed; it may be empty. `gravity_in_mounting_frame` is in m/s^2. Fixed links
+/// are folded into the joint that carries them. Tip 0 is the tool on the last link; every other
+/// leaf link is a further tip at its own frame. Faults name robot and link.
+[[nodiscard]] Result<RobotModel> build_robot_model(
+    const std::string& name, const model::Robot& robot,
+    std::span<const std::optional<MassProperties>> link_masses, Vec3 gravity_in_mounting_frame);
+
+/// One entry a link of a robot that build_robot_model accepts.
+[[nodiscard]] std::vector<LinkFrame> link_frames(const model::Robot& robot);
+
+/// Joint of each link that moves: indices into robot.links in the order of RobotModel::joints.
+[[nodiscard]] std::vector<std::int32_t> moving_links(const model::Robot& robot);
+
+/// The pose of link's row for its variable at 0 up to the joint, and from the joint to the link:
+/// parent-link_T_joint and joint_T_link.
+struct RowPoses {
+  Pose parent_T_joint;
+  Pose joint_T_link;
+};
+[[nodiscard]] RowPoses row_poses(model::Convention convention, const model::DhRow& row);
+
+}  // namespace robomosp::robotics

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "robotics/kinematics.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Core>
+#include <Eigen/LU>
+
+#include "spatial/pose.h"
+
+namespace robomosp::robotics {
+namespace {
+
+Pose carried(std::int32_t joint, const Pose& local, std::span<const Pose> frames) {
+  return joint < 0 ? local : spatial::compose(frames[static_cast<std::size_t>(joint)], local);
+}
+
+}  // namespace
+
+void forward_kinematics(const RobotModel& model, std::span<const double> q,
+                        std::span<Pose> joint_frames) {
+  const std::size_t n = model.dof();
+  for (std::size_t first = 0; first + n <= q.size() && n > 0; first += n)
+    for (std::size_t j = 0; j < n; ++j) {
+      const JointModel& joint = model.joints[j];
+      const Pose local = spatial::joint_pose(joint.placement, joint.type, q[first + j]);
+      joint_frames[first + j] = carried(joint.parent, local, joint_frames.subspan(first, n));
+    }
+}
+
+Pose tip_pose(const RobotModel& model, std::size_t tip, std::span<const Pose> joint_frames) {
+  return carried(model.tips[tip].joint, model.tips[tip].tool, joint_frames);
+}
+
+void link_poses(std::span<const LinkFrame> links, std::span<const Pose> joint_frames,
+                std::span<Pose> base_T_link) {
+  for (std::size_t i = 0; i < links.size(); ++i)
+    base_T_link[i] = carried(links[i].joint, links[i].joint_T_link, joint_frames);
+}
+
+void geometric_jacobian(const RobotModel& model, std::size_t tip, std::span<const Pose> joint_frames,
+                        JacobianFrame frame, std::span<double> jacobian) {
+  std::fill(jacobian.begin(), jacobian.end(), 0.0);
+  const Pose at = tip_pose(model, tip, joint_frames);
+  const auto expressed = [&](const Vec3& v) {
+    switch (frame) {
+      case JacobianFrame::world: return spatial::rotate(model.base, v);
+      case JacobianFrame::tip: return spatial::rotate_back(at, v);
+      case JacobianFrame::base: break;
+    }
+    return v;
+  };
+  for (std::int32_t j = model.tips[tip].joint; j >= 0;
+       j = model.joints[static_cast<std::size_t>(j)].parent) {
+    const std::size_t i = static_cast<std::size_t>(j);
+    const Vec3 z = spatial::axis(joint_frames[i], 2);
+    double* column = jacobian.data() + 6 * i;
+    if (model.joints[i].type == JointType::revolute) {
+      const Vec3 v = expressed(spatial::cross(z, spatial::sub(at.p, joint_frames[i].p)));
+      const Vec3 w = expressed(z);
+      std::copy(v.begin(), v.end(), column);
+      std::copy(w.begin(), w.end(), column + 3);
+    } else {
+      const Vec3 v = expressed(z);
+      std::copy(v.begin(), v.end(), column);
+    }
+  }
+}
+
+double manipulability(std::span<const double> jacobian) {
+  const auto n = static_cast<Eigen::Index>(jacobian.size() / 6);
+  const Eigen::Map<const Eigen::Matrix<double, 6, Eigen::Dynamic>> J(jacobian.data(), 6, n);
+  if (n >= 6) {
+    const Eigen::Matrix<double, 6, 6> g = J * J.transpose();
+    return std::sqrt(std::max(0.0, g.determinant()));
+  }
+  // At most 5 x 5, so that nothing is allocated.
+  const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 5, 5> g = J.transpose() * J;
+  return n == 0 ? 0.0 : std::sqrt(std::max(0.0, g.determinant()));
+}
+
+}  // namespace robomosp::robotics
