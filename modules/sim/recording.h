@@ -31,6 +31,7 @@ struct Recording {
   std::string robot, trajectory;  ///< names within the world
   std::size_t dof = 0;
   std::vector<Column> columns;
+  std::vector<std::string> notes; ///< remarks, such as a limit exceeded, a sentence each
 
   [[nodiscard]] std::size_t rows() const { return columns.empty() ? 0 : columns.front().values.size(); }
   [[nodiscard]] const Column* find(std::string_view name) const;

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+// Path: the timed Cartesian path of a trajectory record, made of its segments by their providers
+// (layer: data processing).
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <robomosp/sdk/result.h>
+#include <robomosp/sdk/trajectory.h>
+
+#include "kernel/registry.h"
+#include "model/records.h"
+
+namespace robomosp::motion {
+
+/// Segments one after the other in time. Immutable. [any thread]
+class Path {
+ public:
+  /// Builds every segment by its provider. A gap between consecutive segments (position or
+  /// orientation) is an error that names both and tells its size.
+  static Result<std::shared_ptr<const Path>> build(const Registry&, std::string_view trajectory_name,
+                                                   const model::Trajectory&);
+
+  [[nodiscard]] double duration() const { return starts_.back(); }  ///< [s]
+  [[nodiscard]] double length() const { return length_; }           ///< [m]
+  [[nodiscard]] std::size_t segment_count() const { return segments_.size(); }
+  /// Fills out[i] for times[i] (ascending or not; held at the ends outside 0..duration()). A time
+  /// at a joint of two segments belongs to the later one. Poses in the trajectory's frame.
+  void sample(std::span<const double> times, std::span<PathSample> out) const;
+  /// 0, step, 2 step, ... and the very end.
+  [[nodiscard]] std::vector<double> sample_times(double step) const;
+
+ private:
+  std::vector<std::shared_ptr<const Segment>> segments_;
+  std::vector<double> starts_;  ///< start time of each segment, and the end of the last
+  double length_ = 0;
+};
+
+/// Greatest gap that still counts as joined.
+inline constexpr double kJoinPosition = 1e-9;  ///< [m]
+inline constexpr double kJoinRotation = 1e-9;  ///< [rad]
+
+/// Params of a provider choice, checked against the provider's own table; `where` names it in errors.
+Result<std::unique_ptr<Params>> checked_params(const ProviderInfo&, const model::ProviderChoice&,
+                                               std::string_view where);
+
+}  // namespace robomosp::motion
