@@ -3,6 +3,7 @@
 // (layer: core).
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -42,13 +43,16 @@ class Components {
   Result<void> add(ComponentInfo, std::unique_ptr<Component>);
   /// Starts all in topological order. Refuses, by name and before anything starts: a missing id,
   /// a component that needs an outer layer, a cycle (with its path). If a start fails, those
-  /// already started are stopped again.
+  /// already started are stopped again. Called again, it starts what was added since.
   Result<void> start_all();
   void stop_all() noexcept;  ///< reverse order
   [[nodiscard]] std::vector<ComponentInfo> list() const;  ///< in start order once started
 
  private:
   struct Entry { ComponentInfo info; std::unique_ptr<Component> component; };
+  [[nodiscard]] Result<std::vector<std::vector<std::size_t>>> edges() const;
+  [[nodiscard]] Result<std::vector<std::size_t>> start_order() const;
+  void stop_down_to(std::size_t count) noexcept;
   std::vector<Entry> entries_;
   std::vector<std::size_t> running_;  ///< in start order
 };

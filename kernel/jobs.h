@@ -53,12 +53,16 @@ class Jobs {
   [[nodiscard]] std::vector<JobStatus> list() const;               ///< [any thread]
   /// Runs finished jobs' completions; returns how many. [application thread]
   std::size_t pump();
-  /// Blocks until the job is finished (pumping completions) and returns its result.
+  /// Blocks until the job is finished (pumping completions) and returns its result. Results of the
+  /// last 256 delivered jobs can still be asked for. [application thread]
   [[nodiscard]] Result<Value> wait(std::uint64_t id);
 
  private:
   struct Job;
   void worker(std::stop_token);
+  bool cancel_locked(Job&);  // with mutex_ held
+  void forget_locked();      // with mutex_ held
+  [[nodiscard]] Error unknown(std::uint64_t id) const;
   mutable std::mutex mutex_;
   std::condition_variable_any wake_, finished_;
   std::deque<std::shared_ptr<Job>> queue_;              // guarded by mutex_

@@ -1,0 +1,341 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "kernel/plugin_loader.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cstdlib>
+#include <exception>
+#include <memory>
+#include <set>
+#include <span>
+#include <system_error>
+#include <utility>
+
+#include <robomosp/sdk/collision.h>
+#include <robomosp/sdk/compiler.h>
+#include <robomosp/sdk/csg.h>
+#include <robomosp/sdk/dynamics.h>
+#include <robomosp/sdk/ik.h>
+#include <robomosp/sdk/io.h>
+#include <robomosp/sdk/physics.h>
+#include <robomosp/sdk/plugin.h>
+#include <robomosp/sdk/post.h>
+#include <robomosp/sdk/trajectory.h>
+
+#include "kernel/text.h"
+
+#include <cxxabi.h>
+#include <dlfcn.h>
+
+namespace robomosp {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kOpenFlags = RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE;
+/// A table longer than this is a wild number, not a plugin.
+constexpr std::uint32_t kMostRows = 4096;
+
+// rmp_host::log carries no context, so the listener has to be reachable without one.
+std::atomic<Messages*> g_log_target{nullptr};
+
+void log_from_plugin(std::int32_t severity, const char* source, const char* text) {
+  Messages* messages = g_log_target.load();
+  if (!messages || !text) return;
+  try {
+    messages->post(static_cast<Severity>(std::clamp(severity, 0, 3)), "plugin", text, source ? source : "plugin");
+  } catch (...) {  // NOLINT: nothing may be thrown into a plugin
+  }
+}
+
+const rmp_host kHost = {sizeof(rmp_host), RMP_SDK_VERSION, &log_from_plugin};
+
+std::string or_empty(const char* s) { return s ? s : ""; }
+
+Error refused(std::string message, std::string hint) {
+  return error(ErrorCode::plugin_refused, std::move(message), std::move(hint));
+}
+
+std::string demangled(const std::string& symbol) {
+  int status = 0;
+  const std::unique_ptr<char, decltype(&std::free)> name(
+      abi::__cxa_demangle(symbol.c_str(), nullptr, nullptr, &status), &std::free);
+  return status == 0 && name ? name.get() : symbol;
+}
+
+/// Refusal 2: the linker's text, and what it means.
+Error cannot_open(const fs::path& file, std::string reason) {
+  constexpr std::string_view kMissing = ": cannot open shared object file", kUndefined = "undefined symbol: ";
+  const std::string own = file.string();
+  std::string hint = "Check that it is a shared library of this machine's kind.";
+  const auto missing = reason.find(kMissing);
+  if (missing != std::string::npos && reason.compare(0, missing, own) != 0) {
+    hint = "Install the library " + text::quote(reason.substr(0, missing)) + ", which it needs.";
+  } else if (const auto at = reason.find(kUndefined); at != std::string::npos) {
+    std::string symbol = reason.substr(at + kUndefined.size());
+    symbol = symbol.substr(0, symbol.find_first_of(", \t\n"));
+    hint = "Link it with the library that defines " + text::quote(demangled(symbol)) + ".";
+  }
+  // The where names the file already.
+  if (reason.starts_with(own + ": ")) reason.erase(0, own.size() + 2);
+  return refused("the dynamic linker cannot open it (" + reason + ")", std::move(hint));
+}
+
+/// Refusals 3 and 4: no entry, or only one of a newer SDK.
+Error no_entry(void* library) {
+  for (int version = 9; version >= 2; --version) {
+    const std::string name = "rmp_plugin_entry_v" + std::to_string(version);
+    if (::dlsym(library, name.c_str()))
+      return refused("it was built with a newer SDK (entry v" + std::to_string(version) + "); this program offers v1",
+                     std::string("Rebuild it with SDK ") + RMP_SDK_VERSION + " or update this program.");
+  }
+  return refused("it is not a robomosp plugin: it does not export rmp_plugin_entry_v1",
+                 "Build it with robomosp_add_plugin() and RMP_PLUGIN, or take it out of the plugin folder.");
+}
+
+/// Refusal 5: which part of the ABI tags differs.
+Error tag_differs(std::string_view theirs) {
+  const std::string_view ours = RMP_ABI_TAG;
+  const auto a = text::split(theirs, ';'), b = text::split(ours, ';');
+  std::string differing;
+  for (std::size_t i = 0; i < std::max(a.size(), b.size()); ++i) {
+    const std::string_view x = i < a.size() ? a[i] : "nothing", y = i < b.size() ? b[i] : "nothing";
+    if (x == y) continue;
+    if (!differing.empty()) differing += ", ";
+    differing += std::string(x) + " instead of " + std::string(y);
+  }
+  return refused("its ABI tag " + text::quote(theirs) + " differs from this program's " + text::quote(ours) + ": " + differing,
+                 std::string("Rebuild it with SDK ") + RMP_SDK_VERSION + " and the compiler and flags of this program (GCC " +
+                     std::to_string(__GNUC__) + ").");
+}
+
+/// The entry called behind a wall; checks all that can be checked without running more of it.
+Result<const rmp_plugin*> call_entry(rmp_plugin_entry_fn entry) {
+  constexpr const char* kReport = "Report it to the plugin's author.";
+  const rmp_plugin* plugin = nullptr;
+  try {
+    plugin = entry();
+  } catch (const std::exception& e) {
+    return refused(std::string("its entry function threw: ") + e.what(), kReport);
+  } catch (...) {
+    return refused("its entry function threw an unknown exception", kReport);
+  }
+  if (!plugin) return refused("its entry function returned nothing", kReport);
+  if (plugin->struct_size < sizeof(rmp_plugin))
+    return refused("its rmp_plugin has " + std::to_string(plugin->struct_size) + " bytes; at least " +
+                       std::to_string(sizeof(rmp_plugin)) + " are needed",
+                   "Set struct_size = sizeof(rmp_plugin), or use the RMP_PLUGIN macro.");
+  const std::string tag = or_empty(plugin->abi_tag);
+  if (tag != RMP_ABI_TAG) return tag_differs(tag);
+  if (!plugin->id || !*plugin->id) return refused("it has no id", "Give RMP_PLUGIN a reverse-domain id.");
+  if (plugin->provider_count > kMostRows || (plugin->provider_count && !plugin->providers))
+    return refused("its provider table is broken (" + std::to_string(plugin->provider_count) + " rows)", kReport);
+  return plugin;
+}
+
+/// `robomosp.ik` of "robomosp.ik/1"
+std::string_view without_revision(std::string_view interface_id) { return interface_id.substr(0, interface_id.find('/')); }
+
+/// Refusal 6: why this program cannot use that interface.
+std::string unknown_interface(const std::string& id) {
+  for (const std::string& known : known_interfaces())
+    if (without_revision(known) == without_revision(id))
+      return "this program knows " + text::quote(known) + ", not " + text::quote(id);
+  const std::string near = text::did_you_mean(id, known_interfaces());
+  return "this program knows no interface " + text::quote(id) + (near.empty() ? "" : ". " + near);
+}
+
+Registry::Create creator(const rmp_provider& row, std::string label) {
+  return [create = row.create, label = std::move(label)]() -> Result<void*> {
+    std::array<char, 512> reason{};
+    void* made = create(&kHost, reason.data(), static_cast<std::uint32_t>(reason.size()));
+    if (made) return made;
+    reason.back() = '\0';
+    const std::string why = reason[0] ? std::string(": ") + reason.data() : " and gave no reason";
+    return error(ErrorCode::plugin_failed, "provider \"" + label + "\" could not be made" + why,
+                 "Choose another provider or see the documentation of this one.");
+  };
+}
+
+std::vector<std::string> tag_list(const char* tags) {
+  std::vector<std::string> words;
+  for (const std::string_view word : text::split(tags ? tags : "", ','))
+    if (!text::trim(word).empty()) words.emplace_back(text::trim(word));
+  return words;
+}
+
+/// Registers one row, or says in `report` why not.
+void register_provider(Registry& registry, const rmp_plugin& plugin, std::uint32_t index, PluginReport& report) {
+  const rmp_provider& row = plugin.providers[index];
+  const std::string interface_id = or_empty(row.interface_id), name = or_empty(row.name);
+  const auto skip = [&](const std::string& why) {
+    const std::string which = name.empty() ? "provider number " + std::to_string(index + 1) : "provider " + text::quote(name);
+    const char last = why.back();
+    report.remarks.push_back(which + " is skipped: " + why + (last == '.' || last == '?' ? "" : "."));
+  };
+  if (name.empty()) return skip("it has no name");
+  if (interface_id.empty()) return skip("it names no interface");
+  const auto& known = known_interfaces();
+  if (std::find(known.begin(), known.end(), interface_id) == known.end()) return skip(unknown_interface(interface_id));
+  if (!row.create) return skip("it has no create function");
+  if (row.param_count > kMostRows || (row.param_count && !row.params)) return skip("its parameter table is broken");
+  auto schema = schema_from(std::span<const rmp_param>(row.params, row.param_count));
+  if (!schema.ok()) return skip(schema.error().message);
+
+  ProviderInfo info;
+  info.interface_id = interface_id;
+  info.name = name;
+  info.summary = or_empty(row.summary);
+  info.tags = tag_list(row.tags);
+  info.origin = report.file.string();
+  info.version = report.version;
+  info.schema = std::move(*schema);
+  auto added = registry.add(std::move(info), creator(row, interface_id + " " + name));
+  if (!added.ok()) return skip(added.error().message);
+  report.providers.push_back(interface_id + " " + name);
+}
+
+/// Opens, checks and registers `file`; every fault ends in the report.
+Result<void> load_file(Registry& registry, PluginReport& report) {
+  void* library = ::dlopen(report.file.c_str(), kOpenFlags);
+  if (!library) {
+    const char* reason = ::dlerror();
+    return cannot_open(report.file, reason ? reason : "no reason given");
+  }
+  void* symbol = ::dlsym(library, "rmp_plugin_entry_v1");
+  if (!symbol) return no_entry(library);
+  RMP_TRY_ASSIGN(const rmp_plugin* plugin, call_entry(reinterpret_cast<rmp_plugin_entry_fn>(symbol)));
+  report.id = plugin->id;
+  report.version = or_empty(plugin->version);
+  report.license = or_empty(plugin->license);
+  report.summary = or_empty(plugin->summary);
+  for (std::uint32_t i = 0; i < plugin->provider_count; ++i) register_provider(registry, *plugin, i, report);
+  report.loaded = true;
+  return {};
+}
+
+bool is_file(const fs::path& p) {
+  std::error_code ignored;
+  return fs::is_regular_file(p, ignored);
+}
+
+/// Absolute and free of symbolic links where it can be had.
+fs::path resolved(const fs::path& p) {
+  std::error_code failed;
+  const fs::path real = fs::canonical(p, failed);
+  return failed ? p : real;
+}
+
+void append_unique(std::vector<fs::path>& path, const fs::path& folder) {
+  if (!folder.empty() && std::find(path.begin(), path.end(), folder) == path.end()) path.push_back(folder);
+}
+
+}  // namespace
+
+const std::vector<std::string>& known_interfaces() {
+  static const std::vector<std::string> ids = {
+      CsgEngine::kInterfaceId,       IkSolver::kInterfaceId,        InverseDynamics::kInterfaceId,
+      ForwardDynamics::kInterfaceId, SegmentMaker::kInterfaceId,    CollisionEngine::kInterfaceId,
+      PhysicsEngine::kInterfaceId,   Compiler::kInterfaceId,        PostProcessor::kInterfaceId,
+      Importer::kInterfaceId,        Exporter::kInterfaceId};
+  return ids;
+}
+
+fs::path executable_folder() {
+  std::error_code failed;
+  const fs::path program = fs::read_symlink("/proc/self/exe", failed);
+  return failed ? fs::current_path(failed) : program.parent_path();
+}
+
+PluginLoader::PluginLoader(Registry& registry, Messages* messages) : registry_(registry), messages_(messages) {
+  if (messages_) g_log_target = messages_;
+}
+
+PluginLoader::~PluginLoader() {
+  Messages* mine = messages_;
+  if (mine) g_log_target.compare_exchange_strong(mine, nullptr);
+}
+
+std::vector<fs::path> PluginLoader::search_path(const std::vector<fs::path>& given) {
+  std::vector<fs::path> path;
+  for (const fs::path& folder : given) append_unique(path, folder);
+  if (const char* listed = std::getenv("ROBOMOSP_PLUGIN_PATH"))
+    for (const std::string_view folder : text::split(listed, ':')) append_unique(path, fs::path(folder));
+  const char* data_home = std::getenv("XDG_DATA_HOME");
+  const char* home = std::getenv("HOME");
+  if (data_home && *data_home)
+    append_unique(path, fs::path(data_home) / "robomosp" / "plugins");
+  else if (home && *home)
+    append_unique(path, fs::path(home) / ".local" / "share" / "robomosp" / "plugins");
+  const fs::path prefix = executable_folder().parent_path();
+  append_unique(path, prefix / ROBOMOSP_LIBDIR / "robomosp" / "plugins");
+  return path;
+}
+
+const PluginReport& PluginLoader::load(std::string_view name_or_path) {
+  const fs::path given(name_or_path);
+  if (given.has_parent_path()) {
+    if (is_file(given)) return load_resolved(given);
+    return not_found(name_or_path, {});
+  }
+  const fs::path file_name = given.extension() == ".so" ? given : fs::path(given.string() + ".so");
+  if (file_name == given && is_file(given)) return load_resolved(given);
+  for (const fs::path& folder : path_)
+    if (is_file(folder / file_name)) return load_resolved(folder / file_name);
+  return not_found(name_or_path, path_);
+}
+
+const PluginReport& PluginLoader::not_found(std::string_view name, const std::vector<fs::path>& looked_in) {
+  PluginReport report;
+  report.file = name;
+  if (looked_in.empty()) {
+    report.refusal = error(ErrorCode::not_found, "there is no plugin file " + text::quote(name),
+                           "Check the path, or give the plugin's name to look it up.");
+  } else {
+    std::vector<std::string> folders;
+    for (const fs::path& folder : looked_in) folders.push_back(text::quote(folder.string()));
+    report.refusal = error(ErrorCode::not_found,
+                           "there is no plugin " + text::quote(name) + "; looked in " + text::enumerate(folders),
+                           "Check the name, or add its folder with --plugin-path or ROBOMOSP_PLUGIN_PATH.");
+  }
+  return keep(std::move(report));
+}
+
+const PluginReport& PluginLoader::load_resolved(const fs::path& found) {
+  const fs::path file = resolved(found);
+  for (const PluginReport& known : reports_)
+    if (known.loaded && known.file == file) return known;
+  PluginReport report;
+  report.file = file;
+  auto loaded = load_file(registry_, report);
+  if (!loaded.ok()) report.refusal = std::move(loaded).error().in("plugin " + text::quote(file.string()));
+  return keep(std::move(report));
+}
+
+const PluginReport& PluginLoader::keep(PluginReport report) {
+  if (messages_) {
+    if (report.refusal) messages_->post(Severity::warning, to_string(report.refusal->code), report.refusal->sentence(), "plugin_loader");
+    for (const std::string& remark : report.remarks)
+      messages_->post(Severity::warning, "provider_skipped", "plugin " + text::quote(report.file.string()) + ": " + remark, "plugin_loader");
+  }
+  // One report a file: a second try replaces the first.
+  std::erase_if(reports_, [&](const PluginReport& r) { return r.file == report.file; });
+  reports_.push_back(std::move(report));
+  return reports_.back();
+}
+
+void PluginLoader::load_all() {
+  std::set<fs::path> seen;
+  for (const fs::path& folder : path_) {
+    std::vector<fs::path> files;
+    std::error_code failed;
+    for (fs::directory_iterator it(folder, failed), end; !failed && it != end; it.increment(failed))
+      if (it->path().extension() == ".so" && is_file(it->path())) files.push_back(it->path());
+    std::sort(files.begin(), files.end());
+    for (const fs::path& file : files)
+      if (seen.insert(file.filename()).second) load_resolved(file);
+  }
+}
+
+}  // namespace robomosp
