@@ -30,7 +30,8 @@ enum class ErrorCode : std::int32_t {
   permission,            ///< this session may not do that
   cancelled,             ///< stopped by the user
   unsupported,           ///< meaningful, but this provider or version cannot do it
-  internal               ///< a defect of this program
+  internal,              ///< a defect of this program
+  script_failed          ///< a script raised an error of its own
 };
 
 [[nodiscard]] constexpr std::string_view to_string(ErrorCode c) {
@@ -50,6 +51,7 @@ enum class ErrorCode : std::int32_t {
     case ErrorCode::cancelled: return "cancelled";
     case ErrorCode::unsupported: return "unsupported";
     case ErrorCode::internal: return "internal";
+    case ErrorCode::script_failed: return "script_failed";
   }
   return "internal";
 }
