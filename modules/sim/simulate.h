@@ -44,7 +44,7 @@ struct Run {
   WorldId world;
   std::string robot, trajectory;
   double sample_time = 0;      ///< [s]; 0 = the trajectory's own
-  IkTolerance tolerance;
+  IkTolerance tolerance{};
 };
 
 struct Simulator {

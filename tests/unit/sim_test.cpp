@@ -1,0 +1,259 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <random>
+#include <sstream>
+
+#include <gtest/gtest.h>
+
+#include "kernel/text.h"
+#include "model/placement.h"
+#include "robotics/kinematics.h"
+#include "sim/joint_rates.h"
+#include "sim/simulate.h"
+#include "support/reference_dynamics.h"
+#include "support/workbench.h"
+
+namespace robomosp {
+namespace {
+
+using sim::Recording;
+using test::unwrap;
+using test::Workbench;
+
+std::vector<double> row(const Recording& r, const std::string& stem, std::size_t i) {
+  std::vector<double> v;
+  for (std::size_t j = 1; j <= r.dof; ++j) v.push_back(r.find(stem + std::to_string(j))->values[i]);
+  return v;
+}
+
+TEST(JointRates, DerivativesOfAQuarticAreExactAtUnevenTimes) {
+  std::vector<double> times, values;
+  for (int i = 0; i < 12; ++i) times.push_back(0.1 * i + 0.03 * std::sin(i));
+  const auto f = [](double t) { return 1 - 2 * t + 3 * t * t - t * t * t + 0.5 * t * t * t * t; };
+  for (const double t : times) values.push_back(f(t));
+  std::vector<double> first(12), second(12);
+  sim::differentiate(times, values, 1, first, second);
+  for (std::size_t i = 0; i < 12; ++i) {
+    const double t = times[i];
+    EXPECT_NEAR(first[i], -2 + 6 * t - 3 * t * t + 2 * t * t * t, 1e-10);
+    EXPECT_NEAR(second[i], 6 - 6 * t + 6 * t * t, 1e-8);
+  }
+}
+
+class Pa10Circle : public ::testing::TestWithParam<const char*> {
+ protected:
+  static constexpr Vec3 kCentre{0.658, 0, 0.7346};
+  static constexpr double kRadius = 0.1;
+
+  Workbench bench;
+  NoProgress progress;
+  WorldId world;
+
+  /// The paper's circle with the given PA-10 at the world's origin.
+  void SetUp() override {
+    const AnyId robot = bench.load(std::string("robots/") + GetParam() + ".rbt");
+    const AnyId circle = bench.load("trajectories/circle.tjc");
+    auto t = bench.document.begin("world");
+    ASSERT_TRUE(t.ok());
+    model::World w;
+    w.robots.push_back({"arm", RobotId{robot.number}, {}, {0, 0.35, 0, 1.85, 0, 0.94, 0}});
+    w.trajectories.push_back({"circle", TrajectoryId{circle.number}, {}});
+    world = unwrap(t->add("cell", std::move(w)));
+    ASSERT_TRUE(t->commit().ok());
+  }
+  sim::RecordingPtr run(double sample_time = 0) {
+    const auto snapshot = bench.document.now();
+    const sim::Simulator simulator{bench.registry, bench.derived, *snapshot};
+    auto r = simulator.inverse_dynamics({.world = world, .robot = "arm", .trajectory = "circle", .sample_time = sample_time}, progress);
+    EXPECT_TRUE(r.ok()) << (r.ok() ? "" : r.error().sentence());
+    return r.ok() ? *r : nullptr;
+  }
+};
+
+TEST_P(Pa10Circle, TheTipStaysOnTheCircleWithinLimits) {
+  const auto r = run();
+  ASSERT_TRUE(r);
+  EXPECT_GE(r->rows(), 628U);
+  EXPECT_NEAR(r->find("time")->values.back(), 20 * M_PI, 1e-9);  // 2 pi 0.1 m / 0.01 m/s
+  const auto snapshot = bench.document.now();
+  const auto* w = snapshot->get(world);
+  const auto model = unwrap(bench.derived.robot_model(*snapshot, w->robots.front().robot, {0, 0, -9.81}, progress));
+  std::vector<Pose> frames(model->dof());
+  for (std::size_t i = 0; i < r->rows(); ++i) {
+    const auto q = row(*r, "q", i);
+    robotics::forward_kinematics(*model, q, frames);
+    const Vec3 p = robotics::tip_pose(*model, 0, frames).p;
+    EXPECT_NEAR(std::hypot(p[0] - kCentre[0], p[1] - kCentre[1]), kRadius, 1e-9) << "sample " << i;
+    EXPECT_NEAR(p[2], kCentre[2], 1e-9) << "sample " << i;
+    // Tool straight down: its z axis is -z.
+    EXPECT_NEAR(robotics::tip_pose(*model, 0, frames).R[8], -1, 1e-9);
+    for (std::size_t j = 0; j < q.size(); ++j) {
+      EXPECT_GE(q[j], model->joints[j].lower);
+      EXPECT_LE(q[j], model->joints[j].upper);
+    }
+  }
+  // The printed order of the points turns about -z: from (558, 0) towards (658, -100) would be
+  // positive; a quarter turn before the last point the tip is at (658, +100).
+  const std::size_t quarter = r->rows() / 4;
+  EXPECT_GT(r->find("y")->values[quarter], 0.05);
+}
+
+TEST_P(Pa10Circle, JointVelocitiesAreContinuousAndMoveTheTipAtTheProgrammedSpeed) {
+  const auto r = run();
+  ASSERT_TRUE(r);
+  const auto& t = r->find("time")->values;
+  for (std::size_t i = 1; i < r->rows(); ++i) {
+    const double dt = t[i] - t[i - 1];
+    const auto a = row(*r, "qd", i - 1), b = row(*r, "qd", i), aa = row(*r, "qdd", i - 1), bb = row(*r, "qdd", i);
+    for (std::size_t j = 0; j < r->dof; ++j) {
+      // What the accelerations explain, and no jump on top of it.
+      EXPECT_NEAR(b[j] - a[j], 0.5 * dt * (aa[j] + bb[j]), 2e-5) << "joint " << j + 1 << " at " << t[i];
+      EXPECT_LT(std::fabs(b[j] - a[j]), 2e-3);
+    }
+  }
+  // Tip speed from the recorded positions.
+  const auto &x = r->find("x")->values, &y = r->find("y")->values;
+  for (std::size_t i = 1; i + 2 < r->rows(); ++i)
+    EXPECT_NEAR(std::hypot(x[i + 1] - x[i - 1], y[i + 1] - y[i - 1]) / (t[i + 1] - t[i - 1]), 0.01, 1e-6);
+}
+
+TEST_P(Pa10Circle, RatesAreThoseOfTheRecordedPositions) {
+  const auto r = run();
+  ASSERT_TRUE(r);
+  const auto& t = r->find("time")->values;
+  for (std::size_t i = 2; i + 3 < r->rows(); i += 7) {
+    const auto before = row(*r, "q", i - 1), at = row(*r, "q", i), after = row(*r, "q", i + 1), qd = row(*r, "qd", i),
+               qdd = row(*r, "qdd", i);
+    const double h = t[i + 1] - t[i];
+    for (std::size_t j = 0; j < r->dof; ++j) {
+      EXPECT_NEAR((after[j] - before[j]) / (2 * h), qd[j], 1e-5);
+      EXPECT_NEAR((after[j] - 2 * at[j] + before[j]) / (h * h), qdd[j], 1e-4);
+    }
+  }
+}
+
+TEST_P(Pa10Circle, TorquesEqualAnIndependentEvaluation) {
+  const auto r = run();
+  ASSERT_TRUE(r);
+  const auto snapshot = bench.document.now();
+  const auto* w = snapshot->get(world);
+  const auto model = unwrap(bench.derived.robot_model(*snapshot, w->robots.front().robot, {0, 0, -9.81}, progress));
+  double greatest = 0;
+  for (std::size_t i = 0; i < r->rows(); i += 5) {
+    const auto reference = test::reference_torques(*model, row(*r, "q", i), row(*r, "qd", i), row(*r, "qdd", i));
+    const auto tau = row(*r, "tau", i);
+    for (std::size_t j = 0; j < r->dof; ++j) {
+      EXPECT_NEAR(tau[j], reference[j], 1e-10 * std::max(1.0, std::fabs(reference[j])));
+      greatest = std::max(greatest, std::fabs(tau[j]));
+    }
+  }
+  EXPECT_GT(greatest, 10) << "a PA-10 that weighs nothing proves nothing";
+}
+
+TEST_P(Pa10Circle, PartsOfTheTorqueSumToTheWhole) {
+  const auto r = run(1.0);
+  ASSERT_TRUE(r);
+  for (std::size_t i = 0; i < r->rows(); ++i) {
+    const auto all = row(*r, "tau", i), g = row(*r, "tau_gravity", i), m = row(*r, "tau_inertial", i),
+               v = row(*r, "tau_velocity", i), f = row(*r, "tau_friction", i);
+    for (std::size_t j = 0; j < r->dof; ++j) EXPECT_NEAR(all[j], g[j] + m[j] + v[j] + f[j], 1e-9);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(BothParameterSets, Pa10Circle, ::testing::Values("pa10", "pa10_nus"),
+                         [](const auto& param) { return std::string(param.param); });
+
+Recording small_recording() {
+  Recording r;
+  r.title = "a <small> one";
+  r.dof = 2;
+  r.columns = {{"time", "s", "", {0, 0.1, 0.2}},
+               {"tau1", "N m", "", {1, -2.5, 1e-17}},
+               {"tau2", "N m", "", {0, 0.30000000000000004, 3}},
+               {"tau_gravity1", "N m", "", {1, 1, 1}},
+               {"x", "m", "", {0.5, 0.6, 0.7}}};
+  return r;
+}
+
+TEST(Recordings, CsvReadsBackToTheSameBits) {
+  const Recording r = small_recording();
+  std::istringstream in(sim::to_csv(r));
+  std::string line;
+  std::getline(in, line);
+  EXPECT_EQ(line, "time [s],tau1 [N m],tau2 [N m],tau_gravity1 [N m],x [m]\r");
+  for (std::size_t i = 0; i < r.rows(); ++i) {
+    ASSERT_TRUE(std::getline(in, line));
+    const auto words = text::split(text::trim(line), ',');
+    ASSERT_EQ(words.size(), r.columns.size());
+    for (std::size_t c = 0; c < words.size(); ++c) EXPECT_EQ(text::read_real(words[c]), r.columns[c].values[i]);
+  }
+  EXPECT_FALSE(std::getline(in, line));
+}
+
+TEST(Recordings, AGroupNameSelectsItsNumberedColumnsOnly) {
+  const Recording r = small_recording();
+  const std::vector<std::string> group{"tau"};
+  const auto chosen = unwrap(r.select(group));
+  ASSERT_EQ(chosen.size(), 2U);
+  EXPECT_EQ(chosen[0]->name, "tau1");
+  EXPECT_EQ(chosen[1]->name, "tau2");
+}
+
+TEST(Recordings, AnUnknownColumnIsRefusedWithTheNearestName) {
+  const Recording r = small_recording();
+  const std::vector<std::string> wrong{"tua1"};
+  const auto chosen = r.select(wrong);
+  ASSERT_FALSE(chosen.ok());
+  EXPECT_EQ(chosen.error().sentence(), "the recording has no column \"tua1\". Did you mean \"tau1\"?");
+}
+
+TEST(Recordings, NumbersOfRemovedRecordingsAreNotUsedAgain) {
+  sim::Recordings all;
+  const auto first = all.add(std::make_shared<Recording>(small_recording()));
+  EXPECT_TRUE(all.remove(first));
+  EXPECT_EQ(all.find(first), nullptr);
+  EXPECT_NE(all.add(std::make_shared<Recording>(small_recording())), first);
+}
+
+TEST(Plots, SvgHasOneCurveAColumnAndOnePanelAUnit) {
+  const Recording r = small_recording();
+  sim::PlotSpec spec;
+  spec.title = r.title;
+  spec.x = r.find("time");
+  spec.columns = {r.find("tau1"), r.find("tau2"), r.find("x")};
+  const std::string svg = sim::to_svg(spec);
+  EXPECT_NE(svg.find("a &lt;small&gt; one"), std::string::npos);
+  std::size_t curves = 0;
+  for (std::size_t at = svg.find("stroke-linejoin"); at != std::string::npos; at = svg.find("stroke-linejoin", at + 1)) ++curves;
+  EXPECT_EQ(curves, 3U);
+  EXPECT_NE(svg.find("tau [N m]"), std::string::npos);
+  EXPECT_NE(svg.find(">x [m]<"), std::string::npos);
+  EXPECT_NE(svg.find(">time [s]<"), std::string::npos);
+}
+
+TEST(Plots, PngIsWrittenAndOtherEndingsAreRefused) {
+  const Recording r = small_recording();
+  sim::PlotSpec spec;
+  spec.x = r.find("time");
+  spec.columns = {r.find("tau1")};
+  const auto folder = std::filesystem::temp_directory_path() / ("robomosp-plot-" + std::to_string(std::random_device{}()));
+  std::filesystem::create_directory(folder);
+  const auto png = sim::write_plot(spec, (folder / "a.png").string());
+  ASSERT_TRUE(png.ok()) << png.error().sentence();
+  std::ifstream in(folder / "a.png", std::ios::binary);
+  std::string head(8, ' ');
+  in.read(head.data(), 8);
+  EXPECT_EQ(head, "\x89PNG\r\n\x1a\n");
+  const auto bad = sim::write_plot(spec, (folder / "a.gif").string());
+  ASSERT_FALSE(bad.ok());
+  EXPECT_NE(bad.error().sentence().find(".svg or .png"), std::string::npos);
+  const auto missing = sim::write_plot(spec, (folder / "none" / "a.png").string());
+  ASSERT_FALSE(missing.ok());
+  EXPECT_NE(missing.error().sentence().find("there is no folder"), std::string::npos);
+  std::filesystem::remove_all(folder);
+}
+
+}  // namespace
+}  // namespace robomosp
