@@ -4,7 +4,10 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <memory>
+#include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -60,21 +63,30 @@ class Application {
   Messages messages;
   Registry registry;
   PluginLoader plugins;
-  Jobs jobs;
   document::Document document;
   document::Derived derived;
   sim::Recordings recordings;
+  Jobs jobs;  ///< after what its work reads, so that it is joined first
   CommandTable commands;
   std::vector<std::filesystem::path> library;  ///< folders of shipped materials, robots, worlds
   std::filesystem::path share;                 ///< <executable>/../share/robomosp
+  bool quit_requested = false;                 ///< set by the command `quit`; front ends end then
+  std::function<void()> redraw;                ///< set by the viewer, if there is one
 
  private:
   explicit Application(ApplicationOptions);
-  Components components_;
+  Result<void> start();
+  Result<Value> run(Session&, const CommandSpec&, const Map& args);
   ApplicationOptions options_;
+  document::Transaction* open_ = nullptr;  ///< whichever session's; there is at most one
+  Components components_;
 };
 
 /// Adds every command of this program to the table (one add per commands_*.cpp).
 void register_commands(CommandTable&);
+
+/// A command as one line of Lua, `robot.set_link{id = "pa10", link = 3, lower = -1}`; what the
+/// audit message shows. Long arguments are cut.
+[[nodiscard]] std::string command_line(const Application&, const CommandSpec&, const Map& args);
 
 }  // namespace robomosp::ioci

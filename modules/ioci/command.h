@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <map>
 #include <memory>
@@ -50,13 +51,16 @@ class Session {
   std::string name_;
   std::uint32_t denied_ = 0;
   std::atomic<bool> interrupted_{false};
-  std::unique_ptr<document::Transaction> group_;  ///< open while a transaction group runs
+  /// Open while a transaction group or an editing command runs; what they dispatch joins it.
+  document::Transaction* transaction_ = nullptr;
 };
 
 /// What a running command may use. Lives for one dispatch.
 class CommandContext {
  public:
   CommandContext(Application& app, Session& session, Progress& progress);
+  CommandContext(const CommandContext&) = delete;
+  CommandContext& operator=(const CommandContext&) = delete;
   Application& app;
   Session& session;
   Progress& progress;
@@ -64,11 +68,15 @@ class CommandContext {
   [[nodiscard]] const document::Snapshot& snapshot() const;
   /// The transaction of this command; dispatch commits it. Only for Effect::edits and files_read.
   [[nodiscard]] document::Transaction& edit();
+  /// An argument as it was given, before the schema normalised it; nullptr when it was not given.
+  [[nodiscard]] const Value* given(std::string_view name) const { return given_ ? given_->find(name) : nullptr; }
 
  private:
   friend class Application;
+  const Map* given_ = nullptr;
   document::SnapshotPtr base_;
   document::Transaction* transaction_ = nullptr;
+  bool may_edit_ = false;
 };
 
 /// What comes back. For a map, `fields` tells the units that front ends print.
@@ -89,6 +97,8 @@ struct CommandSpec {
   ReturnSpec returns;
   Effect effect = Effect::reads;
   Result<Value> (*run)(CommandContext&, const Map& args) = nullptr;
+  /// For commands that work on the history itself or dispatch others: no transaction is opened.
+  bool own_transaction = false;
 };
 
 /// All commands; filled by one explicit array per commands_*.cpp.
@@ -103,6 +113,8 @@ class CommandTable {
   [[nodiscard]] std::vector<const CommandSpec*> apropos(std::string_view words) const;
   /// "there is no command ..." with near names.
   [[nodiscard]] Error unknown(std::string_view name) const;
+  /// The same for a classic line; tells an unknown noun from an unknown option.
+  [[nodiscard]] Error unknown_classic(std::string_view noun, std::string_view option) const;
 
  private:
   std::vector<std::unique_ptr<CommandSpec>> specs_;
@@ -112,6 +124,11 @@ class CommandTable {
 
 /// Markdown of one command, for `help` and docs/ioci.
 [[nodiscard]] std::string help_text(const CommandSpec&);
+
+/// The pages of docs/ioci by file name, made from the table alone: one a topic, and README.md.
+[[nodiscard]] std::map<std::string, std::string> reference_pages(const CommandTable&);
+/// Writes reference_pages() into a folder; a page that is no longer in the table is removed.
+Result<void> write_reference(const CommandTable&, const std::filesystem::path& folder);
 
 /// A classic line split into words: blanks separate, "..." and {...} group.
 [[nodiscard]] Result<std::vector<std::string>> split_classic(std::string_view line);

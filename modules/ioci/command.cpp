@@ -1,0 +1,308 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ioci/command.h"
+
+#include <algorithm>
+#include <cctype>
+#include <set>
+
+#include "ioci/application.h"
+#include "kernel/check.h"
+#include "kernel/text.h"
+
+namespace robomosp::ioci {
+namespace {
+
+std::string lower(std::string_view s) {
+  std::string out(s);
+  for (char& c : out) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return out;
+}
+
+/// "PRobot mGetDHP|PRobot vGetDHp" -> its spellings.
+std::vector<std::string> spellings(std::string_view classic) {
+  std::vector<std::string> out;
+  for (const std::string_view s : text::split(classic, '|'))
+    if (const std::string_view t = text::trim(s); !t.empty()) out.emplace_back(t);
+  return out;
+}
+
+void require(bool condition, const CommandSpec& spec, const char* what) {
+  if (condition) return;
+  const std::string text = "command \"" + spec.name + "\": " + what;
+  RMP_CHECK(false, text.c_str());
+}
+
+void check_spec(const CommandSpec& spec) {
+  const auto dot = spec.name.find('.');
+  require(!spec.name.empty() && dot != 0 && dot + 1 != spec.name.size(), spec, "malformed name");
+  require(!spec.summary.empty() && spec.summary.back() == '.', spec, "the summary is not a sentence");
+  require(!spec.example.empty(), spec, "no example");
+  require(spec.run != nullptr, spec, "nothing to run");
+  std::set<std::string_view> names;
+  for (const ParamSpec& p : spec.params) {
+    require(!p.name.empty() && !p.type.empty() && !p.doc.empty(), spec, "a parameter without name, type or doc");
+    require(names.insert(p.name).second, spec, "two parameters of one name");
+  }
+}
+
+std::string escape_cell(std::string_view s) {
+  std::string out;
+  for (const char c : s) {
+    if (c == '|') out += '\\';
+    out += c;
+  }
+  return out;
+}
+
+void field_table(std::string& out, const std::vector<ParamSpec>& fields, bool with_default) {
+  out += with_default ? "| argument | type | unit | default | meaning |\n|---|---|---|---|---|\n"
+                      : "| field | type | unit | meaning |\n|---|---|---|---|\n";
+  for (const ParamSpec& p : fields) {
+    out += "| `" + p.name + "` | " + escape_cell(p.type) + " | " + (p.unit.empty() ? "" : escape_cell(p.unit)) + " | ";
+    if (with_default)
+      out += (p.required ? std::string("required") : p.default_value ? "`" + escape_cell(p.default_value->text()) + "`" : std::string()) + " | ";
+    out += escape_cell(p.doc);
+    if (!p.choices.empty()) out += " One of " + text::enumerate(p.choices) + ".";
+    out += " |\n";
+  }
+}
+
+std::string topic_of(std::string_view name) {
+  const auto dot = name.find('.');
+  return std::string(dot == std::string_view::npos ? std::string_view("general") : name.substr(0, dot));
+}
+
+}  // namespace
+
+std::string_view to_string(Effect e) {
+  switch (e) {
+    case Effect::reads: return "reads";
+    case Effect::edits: return "edits";
+    case Effect::simulates: return "simulates";
+    case Effect::files_read: return "files_read";
+    case Effect::files_write: return "files_write";
+    case Effect::loads_code: return "loads_code";
+    case Effect::stops: return "stops";
+  }
+  return "reads";
+}
+
+CommandContext::CommandContext(Application& a, Session& s, Progress& p) : app(a), session(s), progress(p) {}
+
+const document::Snapshot& CommandContext::snapshot() const { return transaction_ ? transaction_->now() : *base_; }
+
+document::Transaction& CommandContext::edit() {
+  RMP_CHECK(may_edit_ && transaction_ != nullptr, "a command that does not edit asked for a transaction");
+  return *transaction_;
+}
+
+void CommandTable::add(std::vector<CommandSpec> specs) {
+  for (CommandSpec& given : specs) {
+    check_spec(given);
+    auto spec = std::make_unique<CommandSpec>(std::move(given));
+    require(by_name_.emplace(spec->name, spec.get()).second, *spec, "is in the table twice");
+    for (const std::string& classic : spellings(spec->classic))
+      require(by_classic_.emplace(lower(classic), spec.get()).second, *spec, "a classic spelling is in the table twice");
+    specs_.push_back(std::move(spec));
+  }
+}
+
+const CommandSpec* CommandTable::find(std::string_view name) const {
+  const auto it = by_name_.find(name);
+  return it == by_name_.end() ? nullptr : it->second;
+}
+
+const CommandSpec* CommandTable::find_classic(std::string_view noun, std::string_view option) const {
+  const auto it = by_classic_.find(lower(noun) + (option.empty() ? "" : " " + lower(option)));
+  return it == by_classic_.end() ? nullptr : it->second;
+}
+
+std::vector<const CommandSpec*> CommandTable::list() const {
+  std::vector<const CommandSpec*> out;
+  out.reserve(by_name_.size());
+  for (const auto& [name, spec] : by_name_) out.push_back(spec);
+  return out;
+}
+
+std::vector<const CommandSpec*> CommandTable::methods_of(std::string_view kind) const {
+  std::vector<const CommandSpec*> out;
+  const std::string prefix = std::string(kind) + ".";
+  for (auto it = by_name_.lower_bound(prefix); it != by_name_.end() && it->first.starts_with(prefix); ++it)
+    if (!it->second->params.empty() && it->second->params.front().name == "id") out.push_back(it->second);
+  return out;
+}
+
+std::vector<const CommandSpec*> CommandTable::apropos(std::string_view words) const {
+  const std::string wanted = lower(words);
+  std::vector<std::string_view> all = text::split(wanted, ' ');
+  std::vector<const CommandSpec*> out;
+  for (const auto& [name, spec] : by_name_) {
+    const std::string where = lower(spec->name + " " + spec->classic + " " + spec->summary + " " + spec->details);
+    if (std::all_of(all.begin(), all.end(), [&](std::string_view w) { return where.find(w) != std::string::npos; }))
+      out.push_back(spec);
+  }
+  return out;
+}
+
+Error CommandTable::unknown(std::string_view name) const {
+  std::vector<std::string> names;
+  names.reserve(by_name_.size());
+  for (const auto& [n, spec] : by_name_) names.push_back(n);
+  std::string hint = text::did_you_mean(name, names);
+  if (hint.empty()) {
+    // The topic may be right and the verb wrong: then its commands are what helps.
+    const std::string topic = topic_of(name);
+    std::vector<std::string> verbs;
+    for (const std::string& n : names)
+      if (topic_of(n) == topic && topic != "general") verbs.push_back(n.substr(topic.size() + 1));
+    hint = verbs.empty() ? "apropos(\"words\") searches the commands." : topic + " has " + text::enumerate(verbs) + ".";
+  }
+  return error(ErrorCode::unknown_name, "there is no command " + text::quote(name), std::move(hint));
+}
+
+Error CommandTable::unknown_classic(std::string_view noun, std::string_view option) const {
+  const std::string wanted = lower(noun);
+  std::set<std::string> nouns;
+  std::vector<std::string> options;
+  for (const auto& [key, spec] : by_classic_) {
+    for (const std::string& s : spellings(spec->classic)) {
+      if (lower(s) != key) continue;
+      const auto blank = s.find(' ');
+      nouns.insert(s.substr(0, blank));
+      if (lower(s.substr(0, blank)) == wanted && blank != std::string::npos) options.push_back(s.substr(blank + 1));
+    }
+  }
+  if (options.empty()) {
+    const std::vector<std::string> all(nouns.begin(), nouns.end());
+    const std::string near = text::did_you_mean(noun, all);
+    return error(ErrorCode::unknown_name, "there is no classic command " + text::quote(noun),
+                 near.empty() ? "Classic lines begin with " + text::enumerate(all) + "." : near);
+  }
+  const std::string near = text::did_you_mean(option, options);
+  return error(ErrorCode::unknown_name,
+               option.empty() ? std::string(noun) + " needs an option" : std::string(noun) + " has no option " + text::quote(option),
+               near.empty() ? "Options: " + text::enumerate(options) + "." : near);
+}
+
+std::string help_text(const CommandSpec& spec) {
+  std::string out = "## " + spec.name + "\n\n" + spec.summary + "\n";
+  if (!spec.details.empty()) out += "\n" + spec.details + "\n";
+  if (!spec.params.empty()) {
+    out += "\n";
+    field_table(out, spec.params, true);
+  }
+  out += "\nReturns: ";
+  out += spec.returns.type == "nil" ? "nothing" : spec.returns.type;
+  if (!spec.returns.unit.empty()) out += " [" + spec.returns.unit + "]";
+  out += spec.returns.doc.empty() ? "." : ". " + spec.returns.doc;
+  out += "\n";
+  if (!spec.returns.fields.empty()) {
+    out += "\n";
+    field_table(out, spec.returns.fields, false);
+  }
+  out += "\nEffect: " + std::string(to_string(spec.effect)) + ".\n";
+  if (const auto classics = spellings(spec.classic); !classics.empty()) {
+    out += "Classic: ";
+    for (std::size_t i = 0; i < classics.size(); ++i) {
+      const auto blank = classics[i].find(' ');
+      const bool method = !spec.params.empty() && spec.params.front().name == "id" && blank != std::string::npos;
+      out += (i ? ", `" : "`") + (method ? classics[i].substr(0, blank) + " <id>" + classics[i].substr(blank) : classics[i]) + "`";
+    }
+    out += ".\n";
+  }
+  out += "\n```lua\n" + spec.example + "\n```\n";
+  return out;
+}
+
+std::map<std::string, std::string> reference_pages(const CommandTable& table) {
+  std::map<std::string, std::string> pages;
+  std::map<std::string, std::vector<const CommandSpec*>> topics;
+  for (const CommandSpec* spec : table.list()) topics[topic_of(spec->name)].push_back(spec);
+  std::string index =
+      "# Commands\n\nGenerated from the command table; do not edit. `robomosp commands --markdown DIR` writes these pages.\n"
+      "Every command can be called from Lua (`robot.fk{id = \"pa10\", q = {...}}` or `pa10:fk{q = {...}}`), from a\n"
+      "classic line where one is named, and from every other front end, with the same arguments.\n\n"
+      "| command | classic | effect | summary |\n|---|---|---|---|\n";
+  std::string classic_lines = "\n## Classic lines\n\n| line | command |\n|---|---|\n";
+  std::map<std::string, std::string> classic_index;
+  for (const auto& [topic, specs] : topics) {
+    std::string page = "# " + topic + "\n\nGenerated from the command table; do not edit.\n";
+    for (const CommandSpec* spec : specs) {
+      page += "\n" + help_text(*spec);
+      std::string anchor;
+      for (const char c : spec->name)
+        if (c != '.') anchor += c;
+      const std::string link = "[`" + spec->name + "`](" + topic + ".md#" + anchor + ")";
+      std::string classics;
+      for (const std::string& s : spellings(spec->classic)) {
+        classics += (classics.empty() ? "`" : ", `") + s + "`";
+        classic_index[s] = link;
+      }
+      index += "| " + link + " | " + classics + " | " + std::string(to_string(spec->effect)) + " | " + escape_cell(spec->summary) + " |\n";
+    }
+    pages[topic + ".md"] = page;
+  }
+  for (const auto& [line, link] : classic_index) classic_lines += "| `" + line + "` | " + link + " |\n";
+  pages["README.md"] = index + classic_lines;
+  return pages;
+}
+
+Result<std::vector<std::string>> split_classic(std::string_view line) {
+  std::vector<std::string> words;
+  std::size_t at = 0;
+  const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; };
+  while (at < line.size()) {
+    if (blank(line[at])) {
+      ++at;
+      continue;
+    }
+    std::string word;
+    const std::size_t start = at;
+    if (line[at] == '"') {
+      bool closed = false;
+      for (++at; at < line.size() && !closed; ++at) {
+        if (line[at] == '\\' && at + 1 < line.size() && (line[at + 1] == '"' || line[at + 1] == '\\'))
+          word += line[++at];
+        else if (line[at] == '"')
+          closed = true;
+        else
+          word += line[at];
+      }
+      if (!closed)
+        return error(ErrorCode::syntax, "the \" at column " + std::to_string(start + 1) + " is not closed", "Add the closing \".");
+    } else if (line[at] == '{') {
+      std::size_t depth = 0;
+      for (; at < line.size(); ++at) {
+        if (line[at] == '{') ++depth;
+        if (line[at] == '}' && --depth == 0) {
+          ++at;
+          break;
+        }
+      }
+      if (depth != 0)
+        return error(ErrorCode::syntax, "the { at column " + std::to_string(start + 1) + " is not closed", "Add the closing }.");
+      word = std::string(line.substr(start, at - start));
+    } else {
+      // name={1 2} and name="a b" are one word.
+      std::size_t depth = 0;
+      bool quoted = false;
+      for (; at < line.size() && (depth > 0 || quoted || !blank(line[at])); ++at) {
+        const char c = line[at];
+        if (c == '"') {
+          quoted = !quoted;
+          continue;
+        }
+        if (!quoted && c == '{') ++depth;
+        if (!quoted && c == '}' && depth > 0) --depth;
+        word += c;
+      }
+      if (quoted || depth > 0)
+        return error(ErrorCode::syntax, "the word at column " + std::to_string(start + 1) + " has an open " + (quoted ? "\"" : "{"),
+                     "Close it.");
+    }
+    words.push_back(std::move(word));
+  }
+  return words;
+}
+
+}  // namespace robomosp::ioci

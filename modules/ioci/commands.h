@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the commands_*.cpp share: the list of their tables, short forms for schemas, reading of
+// checked arguments, and the library of shipped files (layer: application, ioci only).
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "ioci/application.h"
+#include "kernel/text.h"
+#include "model/placement.h"
+
+namespace robomosp::ioci {
+
+std::vector<CommandSpec> document_commands();
+std::vector<CommandSpec> file_commands();
+std::vector<CommandSpec> help_commands();
+std::vector<CommandSpec> material_commands();
+std::vector<CommandSpec> object_commands();
+std::vector<CommandSpec> plugin_commands();
+std::vector<CommandSpec> record_commands();
+std::vector<CommandSpec> recording_commands();
+std::vector<CommandSpec> robot_commands();
+std::vector<CommandSpec> robot_motion_commands();
+std::vector<CommandSpec> solid_commands();
+std::vector<CommandSpec> trajectory_commands();
+std::vector<CommandSpec> transform_commands();
+std::vector<CommandSpec> world_commands();
+
+// --- schemas -------------------------------------------------------------------------------
+
+/// A parameter that must be given.
+[[nodiscard]] ParamSpec needed(std::string name, std::string type, std::string unit, std::string doc);
+/// A parameter that may be left out.
+[[nodiscard]] ParamSpec optional(std::string name, std::string type, std::string unit, std::string doc);
+/// A parameter with a default.
+[[nodiscard]] ParamSpec defaulted(std::string name, std::string type, std::string unit, Value value, std::string doc);
+/// One of a few words; the first is the default unless `must`.
+[[nodiscard]] ParamSpec choice(std::string name, std::vector<std::string> choices, std::string doc, bool must = false);
+/// `id` of a method of one kind or several ("robot", "solid|object").
+[[nodiscard]] ParamSpec self(std::string kinds);
+/// The same parameter with bounds; `above_zero(p)` for what must be greater than 0.
+[[nodiscard]] ParamSpec between(ParamSpec p, double min, double max);
+[[nodiscard]] ParamSpec above_zero(ParamSpec p);
+/// A field of a returned map.
+[[nodiscard]] ParamSpec field(std::string name, std::string type, std::string unit, std::string doc);
+
+// --- checked arguments ---------------------------------------------------------------------
+
+[[nodiscard]] bool has(const Map& args, std::string_view name);
+[[nodiscard]] double real(const Map& args, std::string_view name);
+[[nodiscard]] std::int64_t integer(const Map& args, std::string_view name);
+[[nodiscard]] bool flag(const Map& args, std::string_view name);
+[[nodiscard]] std::string text_of(const Map& args, std::string_view name);
+[[nodiscard]] Vec3 vec3(const Map& args, std::string_view name);
+/// Of real[], vec3 or a list of numbers; empty when not given.
+[[nodiscard]] std::vector<double> reals(const Value* value);
+[[nodiscard]] std::vector<double> reals(const Map& args, std::string_view name);
+/// The record that a checked ref argument names; number 0 when it was not given.
+[[nodiscard]] AnyId ref(const Map& args, std::string_view name);
+/// Content of a checked `id`.
+template <class R>
+[[nodiscard]] const R& content(const CommandContext& ctx, const Map& args, std::string_view name = "id") {
+  const model::Record* r = ctx.snapshot().find(ref(args, name));
+  return std::get<R>(r->body);
+}
+template <class R>
+[[nodiscard]] Id<model::kind_of<R>> typed(const Map& args, std::string_view name = "id") {
+  return Id<model::kind_of<R>>{ref(args, name).number};
+}
+/// Changes the content of the record `id` in the command's transaction.
+template <class R, class Fn>
+[[nodiscard]] Result<void> change(CommandContext& ctx, AnyId id, Fn&& fn) {
+  return ctx.edit().edit(id, [&](model::Record& r) -> Result<void> { return fn(std::get<R>(r.body)); });
+}
+/// `robot "pa10"`
+[[nodiscard]] std::string name_in(const CommandContext& ctx, AnyId id);
+
+/// A name or handle inside a list or map, as a record of one of the kinds.
+[[nodiscard]] Result<AnyId> read_ref(const CommandContext& ctx, std::string_view kinds, const Value& value, std::string_view path);
+/// A placement as it was written (notation kept), from a pose's spellings; nil is the identity.
+[[nodiscard]] Result<model::Placement> read_placement(const Value* value, std::string_view path);
+/// Checks the entries of a list of maps or one map against a schema; `path` names it.
+[[nodiscard]] Result<Map> read_map(const CommandContext& ctx, const Schema& schema, const Value& value, std::string_view path);
+/// `{name = "numeric", params = {...}}` or a plain name.
+[[nodiscard]] Result<model::ProviderChoice> read_provider(const Value& value, std::string_view path);
+
+// --- values --------------------------------------------------------------------------------
+
+[[nodiscard]] Value vec_value(const Vec3& v, std::string unit = {});
+[[nodiscard]] Value sym_value(const Sym3& s, std::string unit);  ///< 3x3 matrix of its elements
+[[nodiscard]] Value placement_value(const model::Placement& p);
+[[nodiscard]] Value mass_value(const MassProperties& m);         ///< {mass, com, inertia}
+[[nodiscard]] Value provider_value(const model::ProviderChoice& p);
+[[nodiscard]] Value ref_value(const document::Snapshot& s, AnyId id);  ///< name, nil when none
+[[nodiscard]] std::string colour_text(const Colour& c);          ///< "#c0c0c0"
+[[nodiscard]] Value colour_value(const Colour& c);
+[[nodiscard]] Result<Colour> read_colour(const Value& v, std::string_view path);
+/// Everything a record holds as nested maps; what `describe` returns.
+[[nodiscard]] Map describe_record(const document::Snapshot& s, AnyId id);
+/// Pose as 4x4 matrix with position, roll-pitch-yaw and quaternion.
+[[nodiscard]] Map pose_map(const Pose& t);
+
+// --- library of shipped files --------------------------------------------------------------
+
+/// "materials", "parts", ... below a library folder.
+[[nodiscard]] std::vector<std::filesystem::path> library_folders(const Application& app, Kind kind);
+/// Names of the library's records of a kind, sorted.
+[[nodiscard]] std::vector<std::string> library_names(const Application& app, Kind kind);
+[[nodiscard]] std::optional<std::filesystem::path> library_file(const Application& app, Kind kind, std::string_view name);
+
+/// A list "a, b and c" of unknown-name fault.
+[[nodiscard]] Error unknown_name(std::string_view what, std::string_view name, const std::vector<std::string>& known);
+
+}  // namespace robomosp::ioci

@@ -1,0 +1,8 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ioci/commands.h"
+
+namespace robomosp::ioci {
+
+std::vector<CommandSpec> robot_commands() { return {}; }
+
+}  // namespace robomosp::ioci

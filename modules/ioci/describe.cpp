@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+
+#include "ioci/commands.h"
+
+namespace robomosp::ioci {
+namespace {
+
+Value number_or_nil(double v) { return std::isfinite(v) ? Value(v) : Value(); }
+
+void set_if(Map& m, std::string key, Value v) {
+  if (!v.is_nil()) m.set(std::move(key), std::move(v));
+}
+
+std::string_view kind_word(CsgKind kind) {
+  if (kind == CsgKind::union_) return "union";
+  if (kind == CsgKind::difference) return "difference";
+  if (kind == CsgKind::intersection) return "intersection";
+  for (const CsgPrimitiveInfo& p : kCsgPrimitives)
+    if (p.kind == kind) return p.name;
+  return "box";
+}
+
+struct Describe {
+  const document::Snapshot& s;
+  Map& m;
+
+  void operator()(const model::Material& x) const {
+    m.set("density", x.density);
+    m.set("colour", colour_value(x.colour));
+    m.set("shininess", x.shininess);
+    m.set("metalness", x.metalness);
+    m.set("description", x.description);
+    m.set("source", x.source);
+  }
+  void operator()(const model::Solid& x) const {
+    m.set("description", x.description);
+    set_if(m, "material", ref_value(s, x.material));
+    m.set("chord", x.chord);
+    List nodes;
+    for (const model::SolidNode& n : x.nodes) {
+      Map node{{"name", n.name}, {"kind", kind_word(n.kind)}};
+      if (n.parent >= 0) node.set("parent", x.nodes[static_cast<std::size_t>(n.parent)].name);
+      node.set("placement", placement_value(n.placement));
+      for (const CsgPrimitiveInfo& p : kCsgPrimitives)
+        if (p.kind == n.kind)
+          for (std::size_t i = 0; i < p.sizes.size() && !p.sizes[i].empty(); ++i) node.set(std::string(p.sizes[i]), n.sizes[i]);
+      nodes.emplace_back(std::move(node));
+    }
+    m.set("nodes", std::move(nodes));
+  }
+  void operator()(const model::Object& x) const {
+    m.set("description", x.description);
+    m.set("overlap", x.overlap == model::Overlap::once ? "once" : "sum");
+    List parts;
+    for (const model::ObjectPart& p : x.parts) {
+      Map part{{"name", p.name}, {"what", ref_value(s, p.what)}, {"kind", to_string(p.what.kind)}, {"placement", placement_value(p.placement)}};
+      set_if(part, "material", ref_value(s, p.material));
+      parts.emplace_back(std::move(part));
+    }
+    m.set("parts", std::move(parts));
+  }
+  [[nodiscard]] Value bodies(const std::vector<model::BodyPart>& parts) const {
+    List out;
+    for (const model::BodyPart& p : parts)
+      out.emplace_back(Map{{"what", ref_value(s, p.what)}, {"kind", to_string(p.what.kind)}, {"placement", placement_value(p.placement)}});
+    return out;
+  }
+  void operator()(const model::Robot& x) const {
+    m.set("description", x.description);
+    m.set("source", x.source);
+    m.set("convention", x.convention == model::Convention::dh ? "dh" : "mdh");
+    m.set("mass_source", x.mass_source == model::MassSource::given ? "given" : "designed");
+    m.set("base", placement_value(x.base));
+    m.set("base_parts", bodies(x.base_parts));
+    List links;
+    for (const model::Link& l : x.links) {
+      Map link{{"name", l.name}, {"parent", l.parent < 0 ? std::string("base") : x.links[static_cast<std::size_t>(l.parent)].name},
+               {"joint", l.joint == model::JointKind::revolute ? "revolute" : l.joint == model::JointKind::prismatic ? "prismatic" : "fixed"},
+               {"a", l.row.a}, {"alpha", l.row.alpha}, {"d", l.row.d}, {"theta", l.row.theta}};
+      set_if(link, "lower", number_or_nil(l.lower));
+      set_if(link, "upper", number_or_nil(l.upper));
+      set_if(link, "max_velocity", number_or_nil(l.max_velocity));
+      set_if(link, "max_acceleration", number_or_nil(l.max_acceleration));
+      set_if(link, "max_force", number_or_nil(l.max_force));
+      link.set("drive", Map{{"motor_inertia", l.drive.motor_inertia}, {"gear_ratio", l.drive.gear_ratio}, {"viscous", l.drive.viscous},
+                            {"coulomb_positive", l.drive.coulomb_positive}, {"coulomb_negative", l.drive.coulomb_negative}});
+      if (l.given) link.set("given", mass_value(*l.given));
+      link.set("parts", bodies(l.parts));
+      link.set("visible", l.visible);
+      links.emplace_back(std::move(link));
+    }
+    m.set("links", std::move(links));
+    m.set("tool", placement_value(x.tool));
+    Map poses;
+    for (const model::NamedPose& p : x.poses) poses.set(p.name, NumericArray(p.q));
+    m.set("poses", std::move(poses));
+    m.set("ik", provider_value(x.ik));
+    m.set("inverse_dynamics", provider_value(x.inverse_dynamics));
+    m.set("forward_dynamics", provider_value(x.forward_dynamics));
+    m.set("skin_colour", colour_value(x.skin_colour));
+    m.set("skin_accent", colour_value(x.skin_accent));
+  }
+  void operator()(const model::Trajectory& x) const {
+    m.set("description", x.description);
+    m.set("sample_time", x.sample_time);
+    List segments;
+    for (const model::TrajectorySegment& seg : x.segments) {
+      List points;
+      for (const model::Placement& p : seg.points) points.emplace_back(placement_value(p));
+      Value shape = provider_value(seg.shape);
+      segments.emplace_back(Map{{"shape", seg.shape.name}, {"params", *shape.as_map()->find("params")}, {"points", std::move(points)}});
+    }
+    m.set("segments", std::move(segments));
+  }
+  void operator()(const model::World& x) const {
+    m.set("description", x.description);
+    m.set("gravity", vec_value(x.gravity, "m/s^2"));
+    List objects, robots, trajectories;
+    for (const auto& o : x.objects)
+      objects.emplace_back(Map{{"name", o.name}, {"what", ref_value(s, o.what)}, {"kind", to_string(o.what.kind)}, {"placement", placement_value(o.placement)}});
+    for (const auto& r : x.robots)
+      robots.emplace_back(Map{{"name", r.name}, {"robot", ref_value(s, r.robot)}, {"placement", placement_value(r.placement)}, {"q", NumericArray(r.q)}});
+    for (const auto& t : x.trajectories)
+      trajectories.emplace_back(Map{{"name", t.name}, {"trajectory", ref_value(s, t.trajectory)}, {"placement", placement_value(t.placement)}});
+    m.set("objects", std::move(objects));
+    m.set("robots", std::move(robots));
+    m.set("trajectories", std::move(trajectories));
+  }
+};
+
+}  // namespace
+
+Map describe_record(const document::Snapshot& snapshot, AnyId id) {
+  const model::Record* r = snapshot.find(id);
+  Map m{{"name", r->name}, {"kind", to_string(id.kind)}, {"file", r->file}};
+  std::visit(Describe{snapshot, m}, r->body);
+  return m;
+}
+
+}  // namespace robomosp::ioci

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ioci/application.h"
+#include "ioci/commands.h"
+
+namespace robomosp::ioci {
+
+void register_commands(CommandTable& table) {
+  table.add(document_commands());
+  table.add(file_commands());
+  table.add(help_commands());
+  table.add(material_commands());
+  table.add(object_commands());
+  table.add(plugin_commands());
+  table.add(record_commands());
+  table.add(recording_commands());
+  table.add(robot_commands());
+  table.add(robot_motion_commands());
+  table.add(solid_commands());
+  table.add(trajectory_commands());
+  table.add(transform_commands());
+  table.add(world_commands());
+}
+
+}  // namespace robomosp::ioci
