@@ -35,7 +35,7 @@ struct Line {
   std::uint64_t id = 0;
   std::vector<Vec3> points;  ///< world coordinates [m]
   Colour colour{0.95F, 0.45F, 0.10F, 1.0F};
-  float width = 2.5F;        ///< pixels
+  float width = 2.5F;        ///< pixels in a picture 800 pixels high; grows with the picture
 };
 
 /// Red-green-blue axes of a coordinate frame.
@@ -48,11 +48,14 @@ struct Triad {
 
 /// Where the picture is taken from.
 struct Camera {
+  /// `isometric` is the three-quarter view from the front right; `front` looks along +y.
   enum class View { isometric, front, back, left, right, top, bottom, custom };
   View view = View::isometric;
   bool perspective = true;
   std::optional<Vec3> eye, target;  ///< for View::custom [m]; z is up
-  double zoom = 1.0;                ///< 1 = the scene fits the picture
+  double zoom = 1.0;                ///< 1 = the scene fits the picture (custom: the given distance)
+
+  friend bool operator==(const Camera&, const Camera&) = default;
 };
 
 /// Everything in one picture.

@@ -1,0 +1,298 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "viewer/scene/offscreen.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+#include <EGL/egl.h>
+#include <EGL/eglext.h>
+#include <GL/gl.h>
+
+namespace robomosp::viewer {
+namespace {
+
+constexpr int kMinSize = 16, kMaxSize = 8192;
+constexpr int kFastPasses = 8, kQualityPasses = 32;
+
+/// What is current in this thread, to be put back.
+struct CurrentContext {
+  EGLDisplay display = eglGetCurrentDisplay();
+  EGLContext context = eglGetCurrentContext();
+  EGLSurface draw = eglGetCurrentSurface(EGL_DRAW), read = eglGetCurrentSurface(EGL_READ);
+  EGLenum api = eglQueryAPI();
+};
+
+/// An OpenGL context with a tiny surface of its own; pictures go to framebuffer objects.
+class EglContext {
+ public:
+  static Result<std::unique_ptr<EglContext>> create();
+  EglContext(const EglContext&) = delete;
+  EglContext& operator=(const EglContext&) = delete;
+  ~EglContext() {
+    // The display stays initialised: EGL gives every caller in the process the same one.
+    eglDestroyContext(display_, context_);
+    eglDestroySurface(display_, surface_);
+  }
+
+  /// Makes the context current until the end of the scope.
+  class Scope {
+   public:
+    explicit Scope(const EglContext& c) : display_(c.display_) {
+      eglBindAPI(EGL_OPENGL_API);
+      eglMakeCurrent(c.display_, c.surface_, c.surface_, c.context_);
+    }
+    ~Scope() {
+      eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+      eglBindAPI(before_.api);
+      if (before_.context != EGL_NO_CONTEXT)
+        eglMakeCurrent(before_.display, before_.draw, before_.read, before_.context);
+    }
+    Scope(const Scope&) = delete;
+    Scope& operator=(const Scope&) = delete;
+
+   private:
+    CurrentContext before_;
+    EGLDisplay display_;
+  };
+
+ private:
+  EglContext(EGLDisplay d, EGLSurface s, EGLContext c) : display_(d), surface_(s), context_(c) {}
+  static std::unique_ptr<EglContext> on(EGLDisplay display);
+  EGLDisplay display_;
+  EGLSurface surface_;
+  EGLContext context_;
+};
+
+std::vector<EGLDisplay> displays() {
+  std::vector<EGLDisplay> found;
+  const auto platform_display = reinterpret_cast<PFNEGLGETPLATFORMDISPLAYEXTPROC>(
+      eglGetProcAddress("eglGetPlatformDisplayEXT"));
+  const auto query_devices =
+      reinterpret_cast<PFNEGLQUERYDEVICESEXTPROC>(eglGetProcAddress("eglQueryDevicesEXT"));
+  if (platform_display != nullptr) {
+    found.push_back(
+        platform_display(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr));
+    std::array<EGLDeviceEXT, 8> devices{};
+    EGLint count = 0;
+    if (query_devices != nullptr &&
+        query_devices(static_cast<EGLint>(devices.size()), devices.data(), &count) == EGL_TRUE) {
+      for (EGLint i = 0; i < count; ++i)
+        found.push_back(platform_display(EGL_PLATFORM_DEVICE_EXT,
+                                         devices[static_cast<std::size_t>(i)], nullptr));
+    }
+  }
+  found.push_back(eglGetDisplay(EGL_DEFAULT_DISPLAY));
+  return found;
+}
+
+std::unique_ptr<EglContext> EglContext::on(EGLDisplay display) {
+  if (display == EGL_NO_DISPLAY || eglInitialize(display, nullptr, nullptr) != EGL_TRUE) return {};
+  if (eglBindAPI(EGL_OPENGL_API) != EGL_TRUE) return {};
+  const std::array<EGLint, 15> wanted{EGL_SURFACE_TYPE, EGL_PBUFFER_BIT, EGL_RENDERABLE_TYPE,
+                                      EGL_OPENGL_BIT,   EGL_RED_SIZE,    8,
+                                      EGL_GREEN_SIZE,   8,               EGL_BLUE_SIZE,
+                                      8,                EGL_DEPTH_SIZE,  24,
+                                      EGL_NONE,         EGL_NONE,        EGL_NONE};
+  EGLConfig config = nullptr;
+  EGLint count = 0;
+  if (eglChooseConfig(display, wanted.data(), &config, 1, &count) != EGL_TRUE || count < 1)
+    return {};
+  const std::array<EGLint, 5> size{EGL_WIDTH, 16, EGL_HEIGHT, 16, EGL_NONE};
+  const EGLSurface surface = eglCreatePbufferSurface(display, config, size.data());
+  if (surface == EGL_NO_SURFACE) return {};
+  // No attributes: the compatibility profile, which Debian's OpenSceneGraph needs.
+  const EGLContext context = eglCreateContext(display, config, EGL_NO_CONTEXT, nullptr);
+  if (context == EGL_NO_CONTEXT) {
+    eglDestroySurface(display, surface);
+    return {};
+  }
+  return std::unique_ptr<EglContext>(new EglContext(display, surface, context));
+}
+
+Result<std::unique_ptr<EglContext>> EglContext::create() {
+  const EGLenum api = eglQueryAPI();
+  std::unique_ptr<EglContext> context;
+  for (const EGLDisplay display : displays()) {
+    context = on(display);
+    if (context) break;
+  }
+  eglBindAPI(api);
+  if (context) return context;
+  return error(ErrorCode::unsupported,
+               "cannot draw a picture, because this system offers no OpenGL through EGL",
+               "Install the packages libegl1 and libgl1-mesa-dri.");
+}
+
+/// Element i of the van der Corput sequence to a base: evenly filling 0..1.
+double radical_inverse(int i, int base) {
+  double result = 0, share = 1.0 / base;
+  for (; i > 0; i /= base, share /= base) result += share * (i % base);
+  return result;
+}
+
+Pass pass_number(int i, int count, Quality quality) {
+  // Halton points; the first is left out because all its coordinates are 0.
+  const auto halton = [&](int base) { return radical_inverse(i + 1, base); };
+  const double fraction = (i + 0.5) / count;
+  Pass pass;
+  pass.number = i;
+  pass.shift_x = halton(2) - 0.5;
+  pass.shift_y = halton(3) - 0.5;
+  const double lamp_angle = i * std::numbers::pi * (3 - std::sqrt(5.0));
+  // Few passes need a smaller lamp, or its shadows would show as steps.
+  const double lamp_radius = std::sqrt(fraction) * (quality == Quality::quality ? 1.0 : 0.45);
+  pass.lamp = {lamp_radius * std::cos(lamp_angle), lamp_radius * std::sin(lamp_angle)};
+  pass.glass_shadow = halton(5);
+  if (quality == Quality::quality) {
+    // Uniform over the hemisphere: equal steps in height, low-discrepancy turns.
+    const double z = std::max(radical_inverse(i, 2) + 0.5 / count, 0.02);
+    const double angle = 2 * std::numbers::pi * fraction, r = std::sqrt(1 - std::min(z * z, 1.0));
+    pass.sky = Vec3{r * std::cos(angle), r * std::sin(angle), z};
+  }
+  return pass;
+}
+
+/// Interleaved gradient noise as in the shaders, -0.5 .. 0.5.
+float gradient_noise(std::size_t x, std::size_t y) {
+  const double a = 0.06711056 * static_cast<double>(x) + 0.00583715 * static_cast<double>(y);
+  const double b = 52.9829189 * (a - std::floor(a));
+  return static_cast<float>(b - std::floor(b) - 0.5);
+}
+
+/// Shoulder of the Khronos PBR Neutral tone mapper, as in the shaders, then sRGB.
+struct Developer {
+  Developer() {
+    for (std::size_t i = 0; i < table.size(); ++i) {
+      const double c = static_cast<double>(i) / static_cast<double>(table.size() - 1);
+      const double s = c <= 0.0031308 ? 12.92 * c : 1.055 * std::pow(c, 1 / 2.4) - 0.055;
+      table[i] = static_cast<float>(255 * s);
+    }
+  }
+  /// `dither` in -0.5 .. 0.5 steps of the result hides the bands of slow gradients.
+  void operator()(const float* linear, float share, float dither, std::uint8_t* out) const {
+    std::array<float, 3> c{linear[0] * share, linear[1] * share, linear[2] * share};
+    const float peak = std::max({c[0], c[1], c[2]});
+    if (peak > 0.76F) {
+      const float squeezed = 1.0F - 0.24F * 0.24F / (peak + 0.24F - 0.76F);
+      const float grey = 1.0F - 1.0F / (0.15F * (peak - squeezed) + 1.0F);
+      for (float& x : c) x = x * (squeezed / peak) * (1 - grey) + squeezed * grey;
+    }
+    for (std::size_t i = 0; i < 3; ++i) {
+      const float x = std::clamp(c[i], 0.0F, 1.0F) * static_cast<float>(table.size() - 1);
+      out[i] = static_cast<std::uint8_t>(
+          std::clamp(table[static_cast<std::size_t>(x + 0.5F)] + dither + 0.5F, 0.0F, 255.0F));
+    }
+  }
+  std::array<float, 16384> table{};  // linear 0..1 to sRGB 0..255
+};
+
+}  // namespace
+
+struct OffscreenRenderer::Impl {
+  Impl(std::unique_ptr<EglContext> c, Quality q, int w, int h)
+      : context(std::move(c)), quality(q), width(w), height(h),
+        scene(std::make_unique<SceneView>(q, Target::memory)) {
+    scene->resize(w, h);
+    sum.resize(3 * static_cast<std::size_t>(w) * static_cast<std::size_t>(h));
+    const EglContext::Scope current(*context);
+    if (const auto* text = reinterpret_cast<const char*>(glGetString(GL_RENDERER))) name = text;
+  }
+  ~Impl() {
+    const EglContext::Scope current(*context);
+    scene->release();
+    scene.reset();
+  }
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
+
+  [[nodiscard]] Image developed(const std::vector<float>& rgb, float share) const {
+    static const Developer develop;
+    Image image{width, height, std::vector<std::uint8_t>(rgb.size())};
+    const std::size_t row = 3 * static_cast<std::size_t>(width);
+    for (std::size_t y = 0; y < static_cast<std::size_t>(height); ++y) {
+      const std::size_t from = (static_cast<std::size_t>(height) - 1 - y) * row;
+      for (std::size_t x = 0; x < row; x += 3)
+        develop(&rgb[from + x], share, gradient_noise(x / 3, y), &image.rgb[y * row + x]);
+    }
+    return image;
+  }
+
+  void add_pixels(std::vector<float>& to) const {
+    const auto& from = scene->pixels();
+    // A glint brighter than this would stay visible as a dot in the mean.
+    constexpr float kBrightest = 8.0F;
+    for (std::size_t i = 0, j = 0; j + 2 < to.size(); i += 4, j += 3)
+      for (std::size_t k = 0; k < 3; ++k)
+        to[j + k] += std::clamp(from[i + k], 0.0F, kBrightest);
+  }
+
+  std::unique_ptr<EglContext> context;
+  Quality quality;
+  int width, height, done = 0;
+  std::unique_ptr<SceneView> scene;
+  std::vector<float> sum;  // of the passes, linear RGB, rows from bottom to top
+  std::string name;
+};
+
+OffscreenRenderer::OffscreenRenderer(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+OffscreenRenderer::OffscreenRenderer(OffscreenRenderer&&) noexcept = default;
+OffscreenRenderer& OffscreenRenderer::operator=(OffscreenRenderer&&) noexcept = default;
+OffscreenRenderer::~OffscreenRenderer() = default;
+
+Result<OffscreenRenderer> OffscreenRenderer::create(int width, int height, Quality quality) {
+  if (std::min(width, height) < kMinSize || std::max(width, height) > kMaxSize) {
+    return error(ErrorCode::invalid_argument,
+                 "a picture of " + std::to_string(width) + " x " + std::to_string(height) +
+                     " pixels cannot be drawn",
+                 "Give a width and a height from 16 to 8192 pixels.");
+  }
+  RMP_TRY_ASSIGN(auto context, EglContext::create());
+  return OffscreenRenderer(std::make_unique<Impl>(std::move(context), quality, width, height));
+}
+
+SceneView& OffscreenRenderer::scene() { return *impl_->scene; }
+
+void OffscreenRenderer::restart() {
+  impl_->done = 0;
+  std::fill(impl_->sum.begin(), impl_->sum.end(), 0.0F);
+}
+
+int OffscreenRenderer::passes_done() const { return impl_->done; }
+int OffscreenRenderer::passes_wanted() const {
+  return impl_->quality == Quality::quality ? kQualityPasses : kFastPasses;
+}
+
+bool OffscreenRenderer::step() {
+  if (impl_->done >= passes_wanted()) return false;
+  const EglContext::Scope current(*impl_->context);
+  impl_->scene->draw(pass_number(impl_->done, passes_wanted(), impl_->quality));
+  impl_->add_pixels(impl_->sum);
+  ++impl_->done;
+  return true;
+}
+
+Image OffscreenRenderer::image() const {
+  return impl_->developed(impl_->sum, 1.0F / static_cast<float>(std::max(impl_->done, 1)));
+}
+
+const std::string& OffscreenRenderer::renderer_name() const { return impl_->name; }
+
+Result<Image> render_image(const Frame& frame, int width, int height, Quality quality) {
+  RMP_TRY_ASSIGN(auto renderer, OffscreenRenderer::create(width, height, quality));
+  renderer.scene().sync(frame);
+  while (renderer.step()) {
+  }
+  return renderer.image();
+}
+
+Result<void> render_png(const Frame& frame, int width, int height, Quality quality,
+                        const std::string& path) {
+  RMP_TRY_ASSIGN(const Image image, render_image(frame, width, height, quality));
+  return write_png(image, path);
+}
+
+}  // namespace robomosp::viewer

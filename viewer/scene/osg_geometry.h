@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Builds OSG geometry, programs and matrices from plain data (layer: GUI, private to scene/).
+#pragma once
+
+#include <span>
+#include <string>
+
+#include <osg/Geometry>
+#include <osg/Matrixd>
+#include <osg/Program>
+
+#include "viewer/frame.h"
+#include "viewer/scene/orbit_camera.h"
+#include "viewer/scene/shaders.h"
+#include "viewer/scene/surface.h"
+
+namespace robomosp::viewer {
+
+[[nodiscard]] osg::ref_ptr<osg::Program> program_of(const ShaderPair& sources, const char* name);
+/// OSG multiplies row vectors from the left, hence the transposed elements.
+[[nodiscard]] osg::Matrixd matrix_of(const Pose& pose);
+[[nodiscard]] osg::Matrixd matrix_of(const Matrix4& m);
+/// Linear light of an sRGB colour.
+[[nodiscard]] osg::Vec4f linear_of(const Colour& srgb);
+
+[[nodiscard]] osg::ref_ptr<osg::Geometry> triangles_of(const Surface& surface);
+[[nodiscard]] osg::ref_ptr<osg::Geometry> segments_of(const Surface& surface);
+/// The triangles with one normal per place instead of per vertex, so that a hull pushed outwards
+/// along them has no gaps at corners.
+[[nodiscard]] osg::ref_ptr<osg::Geometry> hull_of(const Surface& surface);
+/// The strip that the ribbon shader widens; points that repeat or are not finite are left out.
+[[nodiscard]] osg::ref_ptr<osg::Geometry> ribbon_of(std::span<const Vec3> points);
+/// Arrow of unit length along +z.
+[[nodiscard]] osg::ref_ptr<osg::Geometry> arrow_of(double shaft_radius);
+/// Rectangle at height zero from -half to half.
+[[nodiscard]] osg::ref_ptr<osg::Geometry> square_of(double half);
+
+}  // namespace robomosp::viewer

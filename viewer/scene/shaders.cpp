@@ -1,0 +1,326 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "viewer/scene/shaders.h"
+
+namespace robomosp::viewer {
+namespace {
+
+// Irradiances are divided by pi, so that a white surface under `kLamp` alone shows that colour.
+constexpr const char* kCommon = R"glsl(
+uniform vec4 eye;             // place, w = 1; or direction towards the eye, w = 0
+uniform vec3 lamp_direction, sky_direction;
+uniform mat4 lamp_map, sky_map;             // world to texture coordinates and depth 0..1
+uniform sampler2DShadow lamp_shadow, sky_shadow;
+uniform vec2 lamp_texel, sky_texel;         // x: in texture, y: in the world [m]
+uniform vec3 ray_centre, ray_right, ray_up; // view rays over the picture, -1..1
+const vec3 kLamp = vec3(1.02, 0.985, 0.93) * 0.86;
+const vec3 kSky = vec3(0.440, 0.470, 0.520);
+const vec3 kBounce = vec3(0.200, 0.190, 0.178);
+
+vec3 decoded(vec3 c) {  // sRGB to linear
+  return mix(c / 12.92, pow((c + 0.055) / 1.055, vec3(2.4)), step(0.04045, c));
+}
+vec3 encoded(vec3 c) {
+  c = clamp(c, 0.0, 1.0);
+  return mix(c * 12.92, 1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, step(0.0031308, c));
+}
+// Shoulder of the Khronos PBR Neutral tone mapper: colours below 0.76 stay as they are.
+vec3 toned(vec3 c) {
+  float peak = max(c.r, max(c.g, c.b));
+  if (peak < 0.76) return c;
+  float squeezed = 1.0 - 0.24 * 0.24 / (peak + 0.24 - 0.76);
+  return mix(c * (squeezed / peak), vec3(squeezed), 1.0 - 1.0 / (0.15 * (peak - squeezed) + 1.0));
+}
+#ifdef STILL
+vec3 shown(vec3 c) { return c; }  // linear light; averaged and developed later
+#else
+vec3 shown(vec3 c) { return encoded(toned(c)); }
+#endif
+
+// What lies behind everything: a studio wall, seen along a ray that rises with the sine `rise`.
+vec3 backdrop(float rise) {
+  vec3 low = vec3(0.405, 0.418, 0.438), haze = vec3(0.640, 0.668, 0.700), top = vec3(0.400, 0.475, 0.570);
+  vec3 c = mix(low, haze, smoothstep(-0.42, -0.06, rise));
+  return mix(c, top, smoothstep(-0.06, 0.34, rise));
+}
+vec3 ray_at(vec2 screen) { return normalize(ray_centre + screen.x * ray_right + screen.y * ray_up); }
+
+// Interleaved gradient noise (J. Jimenez, "Next generation post processing in Call of Duty", 2014);
+// its mean over passes is even.
+float noise(vec2 at) { return fract(52.9829189 * fract(dot(at, vec2(0.06711056, 0.00583715)))); }
+uniform float pass_number;
+vec2 scatter(float radius) {
+  vec2 at = gl_FragCoord.xy + 5.588238 * pass_number;
+  return (vec2(noise(at), noise(at.yx + 47.0)) - 0.5) * 2.0 * radius;
+}
+
+float lit(sampler2DShadow map, vec3 c) {
+  // What lies behind the farthest caster may still be in its shadow; beside the map nothing casts.
+  c.z = min(c.z, 0.9999);
+  if (any(lessThan(c.xy, vec2(0.0))) || any(greaterThan(c.xy, vec2(1.0)))) return 1.0;
+  return texture(map, c);
+}
+float lamp_visibility(vec3 p, vec3 n) {
+  float slope = 1.0 - max(dot(n, lamp_direction), 0.0);
+  vec3 c = (lamp_map * vec4(p + n * lamp_texel.y * (0.8 + 2.2 * slope), 1.0)).xyz;
+  // Software OpenGL runs both sides of every branch, hence compile-time choices. One tap is enough
+  // where many pictures with different lamps are averaged.
+#if defined(QUALITY) && !defined(STILL)
+  // Golden-angle disk, turned from pixel to pixel.
+  float turn = 6.2832 * noise(gl_FragCoord.xy);
+  float sum = 0.0;
+  for (int i = 0; i < 16; ++i) {
+    float a = turn + 2.3999632 * float(i), r = sqrt((float(i) + 0.5) / 16.0) * 3.0;
+    sum += lit(lamp_shadow, vec3(c.xy + vec2(cos(a), sin(a)) * r * lamp_texel.x, c.z));
+  }
+  return sum / 16.0;
+#else
+  c.xy += scatter(1.2) * lamp_texel.x;
+  return lit(lamp_shadow, c);
+#endif
+  return lit(lamp_shadow, c);
+}
+// `blur` [texels] must stay small on what casts shadows itself.
+float sky_visibility(vec3 p, vec3 n, float blur) {
+  float slope = 1.0 - max(dot(n, sky_direction), 0.0);
+  vec3 c = (sky_map * vec4(p + n * sky_texel.y * (1.2 + 2.8 * slope), 1.0)).xyz;
+  c.xy += scatter(blur) * sky_texel.x;
+  return lit(sky_shadow, c);
+}
+)glsl";
+
+constexpr const char* kWorldVertex = R"glsl(#version 130
+uniform mat4 world_T_view;
+out vec3 p_world, n_world;
+void main() {
+  vec4 v = gl_ModelViewMatrix * gl_Vertex;
+  p_world = (world_T_view * v).xyz;
+  n_world = mat3(world_T_view) * (gl_NormalMatrix * gl_Normal);
+  gl_Position = gl_ProjectionMatrix * v;
+}
+)glsl";
+
+constexpr const char* kSurfaceFragment = R"glsl(
+in vec3 p_world, n_world;
+uniform vec4 base;       // linear colour, opacity
+uniform vec4 surface;    // roughness, metalness, selection, unused
+
+#ifdef QUALITY
+// A studio: floor below, bright ceiling, one tall light panel behind the scene and one beside it.
+vec3 studio(vec3 r, float rough) {
+  float soft = 0.06 + 0.9 * rough;
+  vec3 c = mix(vec3(0.25, 0.247, 0.245), vec3(0.54, 0.585, 0.65), smoothstep(-soft, soft, r.z));
+  vec2 d = normalize(r.xy + 1e-4);
+  float low = smoothstep(-1.0, 0.15, r.z) * smoothstep(1.0, 0.6, abs(r.z));
+  float back = smoothstep(0.72 - soft, 0.93, dot(d, vec2(-0.75, 0.66)));
+  float side = smoothstep(0.80 - soft, 0.97, dot(d, vec2(0.97, 0.23)));
+  float front = smoothstep(0.88 - soft, 0.99, dot(d, vec2(-0.20, -0.98)));
+  return c + low * (vec3(0.85, 0.90, 1.0) * back * 0.60 + vec3(1.0, 0.97, 0.93) * (side * 0.55 + front * 0.65)) / (1.0 + 1.5 * rough);
+}
+#endif
+
+void main() {
+  vec3 v = normalize(eye.xyz - p_world * eye.w);
+  vec3 n = normalize(n_world);
+  if (dot(n, v) < 0.0) n = -n;
+  float nl = max(dot(n, lamp_direction), 0.0), nv = max(dot(n, v), 0.02);
+  vec3 h = normalize(v + lamp_direction);
+  float nh = max(dot(n, h), 0.0);
+  float rough = surface.x, metal = surface.y;
+  float lamp = lamp_visibility(p_world, n);
+
+  float open = 1.0;      // how much of the sky this place sees, relative to a free one
+  vec3 sky = kSky * (0.5 + 0.5 * n.z);
+#ifdef SKY
+  float seen = 2.0 * max(dot(n, sky_direction), 0.0) * sky_visibility(p_world, n, 1.2);
+  sky = kSky * seen;
+  open = seen * 2.0 / (1.0 + max(n.z, -0.5));
+#endif
+  vec3 ambient = sky + kBounce * (0.5 - 0.5 * n.z) + 0.09 * max(dot(n, vec3(-0.55, 0.75, 0.37)), 0.0);
+  vec3 diffuse = base.rgb * (1.0 - metal) * (kLamp * nl * lamp + ambient);
+  if (base.a < 0.999) diffuse = mix(diffuse, base.rgb, 0.7);  // clear bodies glow rather than shade
+#ifdef QUALITY
+  vec3 f0 = mix(vec3(0.04), base.rgb, metal);
+  float a2 = rough * rough * rough * rough, d = nh * nh * (a2 - 1.0) + 1.0;
+  float k = (rough + 1.0) * (rough + 1.0) / 8.0;
+  float visible = 1.0 / (4.0 * (nl * (1.0 - k) + k) * (nv * (1.0 - k) + k));
+  float away = 1.0 - max(dot(h, v), 0.0), away2 = away * away;
+  vec3 fresnel = f0 + (1.0 - f0) * (away2 * away2 * away);
+  vec3 specular = min(a2 / (d * d) * visible, 24.0) * fresnel * kLamp * nl * lamp;
+  // Split-sum fit of the environment term: B. Karis, "Physically based shading on mobile", 2014.
+  vec4 r4 = rough * vec4(-1.0, -0.0275, -0.572, 0.022) + vec4(1.0, 0.0425, 1.04, -0.04);
+  float fit = min(r4.x * r4.x, exp2(-9.28 * nv)) * r4.x + r4.y;
+  vec2 ab = vec2(-1.04, 1.04) * fit + r4.zw;
+  specular += studio(reflect(-v, n), rough) * (f0 * ab.x + ab.y) * (0.35 + 0.65 * open);
+#else
+  vec3 specular = mix(vec3(1.0), base.rgb, metal) * (pow(nh, mix(160.0, 10.0, rough)) * mix(0.55, 0.06, rough) * nl * lamp);
+  specular += base.rgb * metal * (kLamp * nl * lamp * 0.4 + ambient * 0.9) + 0.05 * pow(1.0 - nv, 3.0);
+#endif
+  float rim = (1.0 - nv) * (1.0 - nv);
+  vec3 c = diffuse + specular;
+  c = mix(c, vec3(1.0, 0.40, 0.06), surface.z * (0.16 + 0.55 * rim));
+  float alpha = base.a;
+  if (alpha < 0.999) alpha = clamp(alpha + 0.5 * rim * (1.0 - alpha) + 0.6 * max(specular.g - 0.1, 0.0), 0.0, 1.0);
+  gl_FragColor = vec4(shown(c), alpha);
+}
+)glsl";
+
+constexpr const char* kGroundFragment = R"glsl(
+in vec3 p_world, n_world;
+uniform vec4 ground;      // x, y of the scene's centre, fade begin and end [m]
+uniform vec4 grid;        // small step [m], large step [m], lines on, axes on
+uniform float line_scale; // width of a thin line [px]
+uniform vec2 viewport;    // [px]
+
+// Coverage of the pixel by lines of spacing `step`, fading out where they come too close.
+float lines(vec2 p, float step, float width) {
+  vec2 c = p / step, per_pixel = sqrt(dFdx(c) * dFdx(c) + dFdy(c) * dFdy(c)) + 1e-9;
+  vec2 away = abs(fract(c - 0.5) - 0.5) / per_pixel;
+  vec2 cover = clamp(0.5 * width + 0.5 - away, 0.0, 1.0) * (1.0 - smoothstep(0.10, 0.40, per_pixel));
+  return max(cover.x, cover.y);
+}
+vec2 axes(vec2 p, float width) {
+  vec2 per_pixel = sqrt(dFdx(p) * dFdx(p) + dFdy(p) * dFdy(p)) + 1e-9;
+  return clamp(0.5 * width + 0.5 - abs(p) / per_pixel, 0.0, 1.0);
+}
+
+void main() {
+  bool from_below = eye.w > 0.5 ? eye.z < p_world.z : eye.z < 0.0;
+  vec3 n = vec3(0.0, 0.0, 1.0);
+  float nl = max(lamp_direction.z, 0.0), lamp = lamp_visibility(p_world, n);
+  vec3 sky = kSky;
+#ifdef SKY
+  sky = kSky * (2.0 * sky_direction.z * sky_visibility(p_world, n, 8.0));
+#endif
+  vec3 received = (kLamp * nl * lamp + sky) / (kLamp * nl + kSky);
+  float far = length(p_world.xy - ground.xy);
+  float fade = smoothstep(ground.z, ground.w, far);
+  vec3 c = vec3(0.430, 0.440, 0.456);
+  float thin = lines(p_world.xy, grid.x, line_scale) * 0.26 * (1.0 - smoothstep(0.25 * ground.z, 1.6 * ground.z, far));
+  float thick = lines(p_world.xy, grid.y, 1.5 * line_scale) * 0.50;
+  float cover = max(thin, thick) * grid.z;
+  c = mix(c, vec3(0.155, 0.165, 0.185), cover);
+  vec2 axis = axes(p_world.yx, 2.2 * line_scale) * grid.w;
+  c = mix(c, vec3(0.60, 0.050, 0.060), axis.x * 0.9);
+  c = mix(c, vec3(0.070, 0.36, 0.075), axis.y * 0.9);
+  c = mix(c * received, backdrop(ray_at(gl_FragCoord.xy / viewport * 2.0 - 1.0).z), fade);
+  float alpha = from_below ? 0.6 * max(cover, max(axis.x, axis.y)) * (1.0 - fade) : 1.0;
+  gl_FragColor = vec4(shown(c), alpha);
+}
+)glsl";
+
+std::string header(ShaderVariant v) {
+  std::string s = "#version 130\n";
+  if (v.is_quality) s += "#define QUALITY 1\n";
+  if (v.is_still) s += "#define STILL 1\n";
+  if (v.is_still && v.is_quality) s += "#define SKY 1\n";  // ambient light from one direction a pass
+  return s;
+}
+
+std::string with_light(ShaderVariant v, const char* body) { return header(v) + kCommon + body; }
+
+}  // namespace
+
+ShaderPair surface_shader(ShaderVariant v) {
+  return {kWorldVertex, with_light(v, kSurfaceFragment)};
+}
+
+ShaderPair ground_shader(ShaderVariant v) {
+  return {kWorldVertex, with_light(v, kGroundFragment)};
+}
+
+ShaderPair background_shader(ShaderVariant v) {
+  return {R"glsl(#version 130
+out vec2 screen;
+void main() {
+  screen = gl_Vertex.xy;
+  gl_Position = vec4(gl_Vertex.xy, 0.9999, 1.0);
+}
+)glsl",
+          with_light(v, R"glsl(
+in vec2 screen;
+void main() {
+  // Half a grey level of noise keeps eight bits from showing bands.
+  gl_FragColor = vec4(shown(backdrop(ray_at(screen).z)) + (noise(gl_FragCoord.xy) - 0.5) / 255.0, 1.0);
+}
+)glsl")};
+}
+
+ShaderPair edge_shader(ShaderVariant v) {
+  return {R"glsl(#version 130
+void main() {
+  vec4 v = gl_ModelViewMatrix * gl_Vertex;
+  gl_Position = gl_ProjectionMatrix * v;
+  gl_Position.z -= 0.00004 * gl_Position.w;
+}
+)glsl",
+          with_light(v, R"glsl(
+uniform vec4 edge_colour;  // linear
+void main() { gl_FragColor = vec4(shown(edge_colour.rgb), edge_colour.a); }
+)glsl")};
+}
+
+// gl_Normal holds the point before, gl_MultiTexCoord0 the point after and, in w, the side.
+ShaderPair ribbon_shader(ShaderVariant v) {
+  return {R"glsl(#version 130
+uniform vec2 viewport;      // [px]
+uniform float line_scale;
+uniform float ribbon_width; // [px]
+out float across;           // [px] from the middle
+out float half_width;
+vec2 pixel(vec4 clip) { return clip.xy / max(clip.w, 1e-6) * viewport * 0.5; }
+void main() {
+  vec4 here = gl_ModelViewProjectionMatrix * gl_Vertex;
+  vec2 p = pixel(here);
+  vec2 before = p - pixel(gl_ModelViewProjectionMatrix * vec4(gl_Normal, 1.0));
+  vec2 after = pixel(gl_ModelViewProjectionMatrix * vec4(gl_MultiTexCoord0.xyz, 1.0)) - p;
+  float lb = length(before), la = length(after);
+  vec2 d1 = lb > 1e-4 ? before / lb : (la > 1e-4 ? after / la : vec2(1.0, 0.0));
+  vec2 d2 = la > 1e-4 ? after / la : d1;
+  vec2 sum = d1 + d2;
+  vec2 along = length(sum) > 0.2 ? normalize(sum) : d1;
+  vec2 normal = vec2(-along.y, along.x);
+  float mitre = 1.0 / max(dot(normal, vec2(-d1.y, d1.x)), 0.5);
+  half_width = 0.5 * ribbon_width * line_scale;
+  across = gl_MultiTexCoord0.w * (half_width + 1.0);
+  here.xy += normal * mitre * across / (viewport * 0.5) * here.w;
+  here.z -= 0.0001 * here.w;
+  gl_Position = here;
+}
+)glsl",
+          with_light(v, R"glsl(
+in float across;
+in float half_width;
+uniform vec4 base;          // linear
+uniform float veil;         // opacity of this draw: 1 in view, less where hidden
+void main() {
+  float cover = clamp(half_width + 0.5 - abs(across), 0.0, 1.0);
+  float edge = abs(across) / half_width;
+  vec3 c = base.rgb * (1.06 - 0.30 * edge * edge);   // a little roundness
+  gl_FragColor = vec4(shown(c), base.a * veil * cover);
+}
+)glsl")};
+}
+
+ShaderPair outline_shader(ShaderVariant v) {
+  return {R"glsl(#version 130
+uniform vec2 viewport;
+uniform float line_scale;
+void main() {
+  vec4 here = gl_ModelViewProjectionMatrix * gl_Vertex;
+  vec2 n = (gl_ProjectionMatrix * vec4(gl_NormalMatrix * gl_Normal, 0.0)).xy * viewport;
+  float l = length(n);
+  if (l > 1e-6) here.xy += n / l * 2.6 * line_scale / (viewport * 0.5) * here.w;
+  gl_Position = here;
+}
+)glsl",
+          with_light(v, R"glsl(
+void main() { gl_FragColor = vec4(shown(vec3(1.0, 0.33, 0.02)), 1.0); }
+)glsl")};
+}
+
+ShaderPair caster_shader() {
+  return {"#version 130\nvoid main() { gl_Position = gl_ModelViewProjectionMatrix * gl_Vertex; }\n",
+          "#version 130\nvoid main() { gl_FragColor = vec4(1.0); }\n"};
+}
+
+}  // namespace robomosp::viewer

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// GLSL 1.30 sources of the viewer's programs (layer: GUI). World coordinates have z up; light is
+// linear until the last line of each fragment shader.
+#pragma once
+
+#include <string>
+
+namespace robomosp::viewer {
+
+/// Sources of one program.
+struct ShaderPair {
+  std::string vertex, fragment;
+};
+
+/// Texture units of the two shadow maps.
+inline constexpr int kLampUnit = 1, kSkyUnit = 2;
+
+/// What a program is compiled for.
+struct ShaderVariant {
+  bool is_quality = false;  ///< physically based highlights and filtered shadows
+  bool is_still = false;    ///< one pass of many: linear light, lit from one point of lamp and sky
+};
+
+[[nodiscard]] ShaderPair surface_shader(ShaderVariant v);     ///< items and arrows
+[[nodiscard]] ShaderPair ground_shader(ShaderVariant v);      ///< floor: grid, axes, shadows
+[[nodiscard]] ShaderPair background_shader(ShaderVariant v);  ///< the wall the floor fades into
+[[nodiscard]] ShaderPair edge_shader(ShaderVariant v);        ///< feature edges
+[[nodiscard]] ShaderPair ribbon_shader(ShaderVariant v);      ///< lines of constant width in pixels
+[[nodiscard]] ShaderPair outline_shader(ShaderVariant v);     ///< rim around selected items
+[[nodiscard]] ShaderPair caster_shader();                     ///< depth only, for shadow maps
+
+}  // namespace robomosp::viewer

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "viewer/scene/shadow_map.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <osg/PolygonOffset>
+
+#include "viewer/scene/linear.h"
+#include "viewer/scene/osg_geometry.h"
+
+namespace robomosp::viewer {
+
+ShadowMap::ShadowMap(int size, osg::Node* casters, unsigned mask) : size_(size) {
+  depth_->setTextureSize(size, size);
+  depth_->setInternalFormat(GL_DEPTH_COMPONENT24);
+  depth_->setSourceFormat(GL_DEPTH_COMPONENT);  // without these two OSG cannot set up the buffer
+  depth_->setSourceType(GL_FLOAT);
+  depth_->setShadowComparison(true);
+  depth_->setShadowCompareFunc(osg::Texture::LEQUAL);
+  depth_->setFilter(osg::Texture::MIN_FILTER, osg::Texture::LINEAR);
+  depth_->setFilter(osg::Texture::MAG_FILTER, osg::Texture::LINEAR);
+  depth_->setWrap(osg::Texture::WRAP_S, osg::Texture::CLAMP_TO_EDGE);
+  depth_->setWrap(osg::Texture::WRAP_T, osg::Texture::CLAMP_TO_EDGE);
+  camera_->setRenderOrder(osg::Camera::PRE_RENDER);
+  camera_->setReferenceFrame(osg::Transform::ABSOLUTE_RF_INHERIT_VIEWPOINT);
+  camera_->setRenderTargetImplementation(osg::Camera::FRAME_BUFFER_OBJECT);
+  camera_->attach(osg::Camera::DEPTH_BUFFER, depth_.get());
+  camera_->setClearMask(GL_DEPTH_BUFFER_BIT);
+  camera_->setViewport(0, 0, size, size);
+  camera_->setComputeNearFarMode(osg::Camera::DO_NOT_COMPUTE_NEAR_FAR);
+  camera_->setCullingMode(osg::CullSettings::NO_CULLING);
+  camera_->addChild(casters);
+  set_mask(mask);
+  osg::StateSet* s = camera_->getOrCreateStateSet();
+  const auto forced = osg::StateAttribute::ON | osg::StateAttribute::OVERRIDE;
+  s->setAttributeAndModes(program_of(caster_shader(), "caster"), forced);
+  s->setAttributeAndModes(new osg::PolygonOffset(1.6F, 4.0F), forced);
+  s->setMode(GL_BLEND, osg::StateAttribute::OFF | osg::StateAttribute::OVERRIDE);
+  s->setMode(GL_CULL_FACE, osg::StateAttribute::OFF | osg::StateAttribute::OVERRIDE);
+}
+
+void ShadowMap::set_mask(unsigned mask) {
+  camera_->setCullMask(mask);
+  camera_->setNodeMask(mask == 0 ? 0 : ~0U);
+}
+
+ShadowLookup ShadowMap::aim(const Vec3& towards_light, std::span<const Vec3> points) {
+  const Vec3& z = towards_light;
+  Vec3 x = cross(std::abs(z[2]) < 0.95 ? Vec3{0, 0, 1} : Vec3{0, 1, 0}, z);
+  x = (1 / norm(x)) * x;
+  const Vec3 y = cross(z, x);
+  constexpr double kInf = std::numeric_limits<double>::infinity();
+  Vec3 low{kInf, kInf, kInf}, high{-kInf, -kInf, -kInf};
+  for (const Vec3& p : points) {
+    const Vec3 q{dot(p, x), dot(p, y), dot(p, z)};
+    for (std::size_t i = 0; i < 3; ++i) {
+      low[i] = std::min(low[i], q[i]);
+      high[i] = std::max(high[i], q[i]);
+    }
+  }
+  if (points.empty()) low = {0, 0, 0}, high = {1, 1, 1};
+  const Vec3 size = high - low;
+  const double border = 0.02 * std::max({size[0], size[1], size[2], 1e-6});
+  const osg::Matrixd view = matrix_of(Matrix4{x[0], x[1], x[2], 0, y[0], y[1], y[2], 0,  //
+                                              z[0], z[1], z[2], 0, 0, 0, 0, 1});
+  const osg::Matrixd projection =
+      osg::Matrixd::ortho(low[0] - border, high[0] + border, low[1] - border, high[1] + border,
+                          -high[2] - border, -low[2] + border);
+  camera_->setViewMatrix(view);
+  camera_->setProjectionMatrix(projection);
+  const double texel = (std::max(size[0], size[1]) + 2 * border) / size_;
+  return {view * projection * osg::Matrixd::translate(1, 1, 1) * osg::Matrixd::scale(0.5, 0.5, 0.5),
+          osg::Vec2f(1.0F / static_cast<float>(size_), static_cast<float>(texel))};
+}
+
+}  // namespace robomosp::viewer

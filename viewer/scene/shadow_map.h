@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// ShadowMap: a depth texture and the camera that fills it along parallel light (layer: GUI, private
+// to scene/).
+#pragma once
+
+#include <span>
+
+#include <osg/Camera>
+#include <osg/Texture2D>
+
+#include "viewer/frame.h"
+
+namespace robomosp::viewer {
+
+/// What a shader needs to look up a shadow.
+struct ShadowLookup {
+  osg::Matrixd map_T_world;  ///< to texture coordinates and depth, 0..1
+  osg::Vec2f texel;          ///< width of one texel in the texture and in the world [m]
+};
+
+class ShadowMap {
+ public:
+  /// `casters` is drawn with `mask`; the texture has `size` x `size` texels.
+  ShadowMap(int size, osg::Node* casters, unsigned mask);
+
+  /// Looks at the points [m] from the direction of the light (unit vector towards it).
+  ShadowLookup aim(const Vec3& towards_light, std::span<const Vec3> points);
+  /// Which nodes cast shadows from the next draw on; 0 leaves the map as it is, undrawn.
+  void set_mask(unsigned mask);
+
+  [[nodiscard]] osg::Camera* camera() { return camera_.get(); }
+  [[nodiscard]] osg::Texture2D* texture() { return depth_.get(); }
+
+ private:
+  osg::ref_ptr<osg::Texture2D> depth_ = new osg::Texture2D;
+  osg::ref_ptr<osg::Camera> camera_ = new osg::Camera;
+  int size_;
+};
+
+}  // namespace robomosp::viewer
