@@ -142,8 +142,7 @@ std::string unknown_interface(const std::string& id) {
   for (const std::string& known : known_interfaces())
     if (without_revision(known) == without_revision(id))
       return "this program knows " + text::quote(known) + ", not " + text::quote(id);
-  const std::string near = text::did_you_mean(id, known_interfaces());
-  return "this program knows no interface " + text::quote(id) + (near.empty() ? "" : ". " + near);
+  return "this program knows no interface " + text::quote(id) + "; it knows " + text::enumerate(known_interfaces());
 }
 
 Registry::Create creator(const rmp_provider& row, std::string label) {
