@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "boolean.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include <BRepAlgoAPI_Common.hxx>
+#include <BRepAlgoAPI_Cut.hxx>
+#include <BRepAlgoAPI_Fuse.hxx>
+#include <BRepBndLib.hxx>
+#include <BRepCheck_Analyzer.hxx>
+#include <BRepCheck_ListOfStatus.hxx>
+#include <BRepCheck_Shell.hxx>
+#include <BRepCheck_Solid.hxx>
+#include <BRep_Builder.hxx>
+#include <BRep_Tool.hxx>
+#include <TopExp_Explorer.hxx>
+#include <TopTools_ListOfShape.hxx>
+#include <TopoDS.hxx>
+#include <TopoDS_Compound.hxx>
+
+namespace robomosp::csg_occt {
+namespace {
+
+// From this many operands on OCCT's own threads pay (solids of 100 holes: 1.3 times).
+constexpr std::size_t kParallelFrom = 24;
+// Slack of the volume bounds, relative to the operands; wrong results miss by percents.
+constexpr double kVolumeSlack = 1e-6;
+// An edge blurred by more than this share of the size would blur the mass properties.
+constexpr double kEdgeBlur = 1e-4;
+
+double diagonal(const std::vector<Solid>& solids) {
+  Bnd_Box box;
+  for (const Solid& s : solids) box.Add(s.box);
+  return box.IsVoid() ? 0 : std::sqrt(box.SquareExtent());
+}
+
+double largest_edge_tolerance(const TopoDS_Shape& shape) {
+  double largest = 0;
+  for (TopExp_Explorer e(shape, TopAbs_EDGE); e.More(); e.Next())
+    largest = std::max(largest, BRep_Tool::Tolerance(TopoDS::Edge(e.Current())));
+  return largest;
+}
+
+struct Trial {
+  std::vector<Solid> solids;
+  std::string fault;  ///< empty = valid
+  bool blurred = false;
+};
+
+class Runner {
+ public:
+  Runner(const BooleanCall& call, FaceMemory& faces, Progress& progress, double from,
+         double to)
+      : call_(call), faces_(faces), progress_(progress), from_(from), to_(to) {
+    for (const Solid& s : call.objects) objects_.Append(s.shape);
+    for (const Solid& s : call.tools) tools_.Append(s.shape);
+    for (const auto& s : call.turned_objects) turned_objects_.Append(s);
+    for (const auto& s : call.turned_tools) turned_tools_.Append(s);
+    size_ = std::max(diagonal(call.objects), diagonal(call.tools));
+  }
+
+  Result<BooleanOutcome> run() {
+    Trial first = attempt(objects_, tools_, 0);
+    if (progress_.cancelled()) return cancelled_error();
+    if (first.fault.empty() && !first.blurred) return BooleanOutcome{std::move(first.solids), {}};
+    if (!turned_objects_.IsEmpty()) {
+      Trial turned = attempt(turned_objects_, turned_tools_, 0);
+      if (progress_.cancelled()) return cancelled_error();
+      if (turned.fault.empty() && !turned.blurred)
+        return BooleanOutcome{std::move(turned.solids), "poles and seams were moved aside"};
+    }
+    if (first.fault.empty())
+      return BooleanOutcome{std::move(first.solids),
+                            "intersection curves are less accurate than usual"};
+    for (const double share : {1e-6, 1e-5}) {
+      Trial healed = attempt(objects_, tools_, share * size_);
+      if (progress_.cancelled()) return cancelled_error();
+      if (healed.fault.empty())
+        return BooleanOutcome{std::move(healed.solids),
+                              "surfaces nearer than " +
+                                  number_text(share * size_ / kMillimetresPerMetre) +
+                                  " m were taken as touching"};
+    }
+    return error(ErrorCode::plugin_failed, first.fault,
+                 "Faces that nearly but not quite coincide are the usual cause: move or resize an "
+                 "operand slightly, or make them coincide exactly.");
+  }
+
+ private:
+  Trial attempt(const TopTools_ListOfShape& objects, const TopTools_ListOfShape& tools,
+                double fuzzy) {
+    Trial trial;
+    try {
+      std::unique_ptr<BRepAlgoAPI_BooleanOperation> op;
+      switch (call_.kind) {
+        case CsgKind::union_: op = std::make_unique<BRepAlgoAPI_Fuse>(); break;
+        case CsgKind::difference: op = std::make_unique<BRepAlgoAPI_Cut>(); break;
+        default: op = std::make_unique<BRepAlgoAPI_Common>(); break;
+      }
+      op->SetArguments(objects);
+      op->SetTools(tools);
+      op->SetNonDestructive(true);
+      op->SetToFillHistory(false);
+      op->SetFuzzyValue(fuzzy);
+      op->SetRunParallel(is_big());
+      const Handle(ProgressBridge) bridge =
+          new ProgressBridge(progress_, from_, to_, "combining solids");
+      op->Build(bridge->Start());
+      if (progress_.cancelled()) return trial;
+      if (!op->IsDone() || op->HasErrors()) {
+        trial.fault = "Open CASCADE could not compute the operation";
+        return trial;
+      }
+      inspect(op->Shape(), trial);
+    } catch (const Standard_Failure& e) {
+      trial.fault = std::string("Open CASCADE could not compute the operation: ") +
+                    (e.GetMessageString() ? e.GetMessageString() : "");
+    }
+    return trial;
+  }
+
+  void inspect(const TopoDS_Shape& shape, Trial& trial) {
+    if (shape.IsNull()) {
+      trial.fault = "Open CASCADE could not compute the operation";
+      return;
+    }
+    if (TopExp_Explorer(shape, TopAbs_FACE, TopAbs_SOLID).More()) {
+      trial.fault = "the result has faces that enclose no volume";
+      return;
+    }
+    double volume = 0;
+    for (TopExp_Explorer e(shape, TopAbs_SOLID); e.More(); e.Next()) {
+      Solid solid = measured(e.Current(), faces_);
+      if (solid.volume <= 0) {
+        trial.fault = "the result has a piece that is inside out";
+        return;
+      }
+      volume += solid.volume;
+      trial.solids.push_back(std::move(solid));
+    }
+    check_volume(volume, trial);
+    if (!trial.fault.empty() || trial.solids.empty()) return;
+    if (!is_valid(trial.solids)) {
+      trial.fault = "the result is not a valid solid";
+      return;
+    }
+    for (const Solid& solid : trial.solids) faces_.set_verified(solid.shape);
+    trial.blurred = largest_edge_tolerance(shape) > kEdgeBlur * size_;
+  }
+
+  // What BRepCheck_Analyzer does for a solid, without checking again the faces that came unchanged
+  // out of a solid that has passed.
+  bool is_valid(const std::vector<Solid>& solids) {
+    BRep_Builder builder;
+    TopoDS_Compound fresh;
+    builder.MakeCompound(fresh);
+    for (const Solid& solid : solids) {
+      for (TopExp_Explorer e(solid.shape, TopAbs_FACE); e.More(); e.Next())
+        if (!faces_.is_verified(e.Current())) builder.Add(fresh, e.Current());
+      for (TopExp_Explorer e(solid.shape, TopAbs_SHELL); e.More(); e.Next()) {
+        const Handle(BRepCheck_Shell) shell = new BRepCheck_Shell(TopoDS::Shell(e.Current()));
+        if (shell->Closed() != BRepCheck_NoError || shell->Orientation() != BRepCheck_NoError)
+          return false;
+      }
+      const Handle(BRepCheck_Solid) whole = new BRepCheck_Solid(TopoDS::Solid(solid.shape));
+      whole->Minimum();
+      for (const BRepCheck_Status status : whole->Status())
+        if (status != BRepCheck_NoError) return false;
+    }
+    return BRepCheck_Analyzer(fresh, true, is_big()).IsValid();
+  }
+  bool is_big() const { return call_.objects.size() + call_.tools.size() >= kParallelFrom; }
+
+  void check_volume(double volume, Trial& trial) const {
+    double objects = 0, tools = 0, largest = 0;
+    for (const Solid& s : call_.objects) objects += s.volume, largest = std::max(largest, s.volume);
+    for (const Solid& s : call_.tools) tools += s.volume, largest = std::max(largest, s.volume);
+    double low = 0, high = 0;
+    switch (call_.kind) {
+      case CsgKind::union_: low = largest, high = objects + tools; break;
+      case CsgKind::difference: low = objects - tools, high = objects; break;
+      default: high = std::min(objects, tools); break;
+    }
+    const double slack = kVolumeSlack * (objects + tools);
+    if (volume < low - slack || volume > high + slack)
+      trial.fault = "the result has a volume of " + number_text(volume / 1e9) +
+                    " m^3, but only " + number_text(std::max(low, 0.0) / 1e9) + " to " +
+                    number_text(high / 1e9) + " m^3 is possible";
+  }
+
+  const BooleanCall& call_;
+  FaceMemory& faces_;
+  Progress& progress_;
+  double from_, to_, size_ = 0;
+  TopTools_ListOfShape objects_, tools_, turned_objects_, turned_tools_;
+};
+
+}  // namespace
+
+Solid measured(const TopoDS_Shape& shape, FaceMemory& faces) {
+  Solid solid{shape, {}, faces.of(shape).volume};
+  BRepBndLib::Add(shape, solid.box, false);
+  return solid;
+}
+
+bool boxes_meet(const Bnd_Box& a, const Bnd_Box& b) {
+  return !a.IsVoid() && !b.IsVoid() && !a.IsOut(b);
+}
+
+Result<BooleanOutcome> run_boolean(const BooleanCall& call, FaceMemory& faces,
+                                   Progress& progress, double from, double to) {
+  return Runner(call, faces, progress, from, to).run();
+}
+
+}  // namespace robomosp::csg_occt

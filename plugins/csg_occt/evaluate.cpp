@@ -1,0 +1,367 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "evaluate.h"
+
+#include <algorithm>
+#include <numeric>
+#include <unordered_set>
+
+#include "primitives.h"
+
+namespace robomosp::csg_occt {
+namespace {
+
+constexpr std::size_t kMostNotes = 20;
+constexpr std::size_t kMostRecent = 1'000;
+// An operation is split into "all but what changed" and "what changed" when at most this many
+// items changed since its last evaluation and enough others did not.
+constexpr std::size_t kMostChanged = 2, kLeastKept = 3;
+
+/// A solid of one item, moved into the operation's frame.
+struct Operand {
+  Solid solid;
+  TopoDS_Shape turned;  ///< null when it cannot be turned
+  std::size_t item = 0;
+};
+
+/// Groups of operands whose boxes meet, by a sweep along x.
+std::vector<std::vector<std::size_t>> groups(const std::vector<Operand>& operands) {
+  const std::size_t n = operands.size();
+  std::vector<std::size_t> leader(n), order(n);
+  std::iota(leader.begin(), leader.end(), std::size_t{0});
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  const auto find = [&](std::size_t i) {
+    while (leader[i] != i) i = leader[i] = leader[leader[i]];
+    return i;
+  };
+  const auto low = [&](std::size_t i) { return operands[i].solid.box.CornerMin().X(); };
+  const auto high = [&](std::size_t i) { return operands[i].solid.box.CornerMax().X(); };
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t a, std::size_t b) { return low(a) < low(b); });
+  std::vector<std::size_t> active;
+  for (const std::size_t i : order) {
+    std::erase_if(active, [&](std::size_t j) { return high(j) < low(i); });
+    for (const std::size_t j : active)
+      if (operands[i].item != operands[j].item &&
+          boxes_meet(operands[i].solid.box, operands[j].solid.box))
+        leader[std::max(find(i), find(j))] = std::min(find(i), find(j));
+    active.push_back(i);
+  }
+  std::vector<std::vector<std::size_t>> result;
+  std::vector<std::size_t> place(n, n);
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::size_t l = find(i);
+    if (place[l] == n) {
+      place[l] = result.size();
+      result.emplace_back();
+    }
+    result[place[l]].push_back(i);
+  }
+  return result;
+}
+
+std::string_view kind_text(CsgKind kind) {
+  switch (kind) {
+    case CsgKind::union_: return "union";
+    case CsgKind::difference: return "difference";
+    case CsgKind::intersection: return "intersection";
+    default: return primitive_name(kind);
+  }
+}
+
+class Evaluator {
+ public:
+  Evaluator(const Plan& plan, const CsgTree& tree, TermCache& cache, FaceMemory& faces,
+            TopologyGate& gate, Progress& progress)
+      : plan_(plan), tree_(tree), cache_(cache), faces_(faces), gate_(gate),
+        progress_(progress), values_(plan.terms.size()) {}
+
+  Result<ValuePtr> run() {
+    std::vector<std::size_t> open{plan_.root.term};
+    std::vector<bool> opened(plan_.terms.size(), false);
+    while (!open.empty()) {
+      if (progress_.cancelled()) return cancelled_error();
+      const std::size_t t = open.back();
+      const Term& term = plan_.terms[t];
+      if (!values_[t]) values_[t] = cache_.find(term.key);
+      if (values_[t]) {
+        open.pop_back();
+        continue;
+      }
+      if (!opened[t]) {
+        opened[t] = true;
+        for (auto item = term.items.rbegin(); item != term.items.rend(); ++item)
+          if (!values_[item->term]) open.push_back(item->term);
+        if (open.back() != t) continue;
+      }
+      Result<ValuePtr> made = compute(term);
+      if (!made) return in_node(std::move(made).error(), term);
+      values_[t] = *made;
+      cache_.put(term.key, values_[t]);
+      ++finished_;
+      open.pop_back();
+    }
+    return values_[plan_.root.term];
+  }
+
+ private:
+  Error in_node(Error e, const Term& term) const {
+    if (e.code == ErrorCode::cancelled || !e.where.empty()) return e;
+    e.message = std::string(kind_text(term.kind)) + ": " + e.message;
+    e.where = node_text(tree_.nodes[term.node], term.node);
+    return e;
+  }
+
+  double fraction(double within) const {
+    return 0.95 * (static_cast<double>(finished_) + within) /
+           static_cast<double>(plan_.terms.size());
+  }
+
+  Result<ValuePtr> compute(const Term& term) {
+    return guarded("the operation", [&]() -> Result<ValuePtr> {
+      const auto reading = gate_.read(progress_);
+      if (!reading) return cancelled_error();
+      if (term.items.empty()) {
+        auto value = std::make_shared<Value>();
+        value->solids.push_back(measured(build_primitive(term.kind, term.sizes, false), faces_));
+        if (!(value->solids[0].volume > 0))
+          return error(ErrorCode::plugin_failed, "the solid has no volume",
+                       "Make its sizes less different from each other.");
+        return ValuePtr(value);
+      }
+      auto value = std::make_shared<Value>();
+      for (std::size_t i = 0; i < term.items.size(); ++i)
+        for (const Note& note : values_[term.items[i].term]->notes)
+          if (value->notes.size() < kMostNotes) {
+            value->notes.push_back(note);
+            value->notes.back().path.insert(value->notes.back().path.begin(),
+                                            static_cast<std::uint32_t>(i));
+          }
+      std::vector<Operand> operands;
+      for (std::size_t i = 0; i < term.items.size(); ++i) append_operands(term, i, operands);
+      if (term.kind == CsgKind::intersection) {
+        RMP_TRY(intersect(term, operands, *value));
+      } else {
+        RMP_TRY(combine_by_edit(term, operands, *value));
+      }
+      if (value->solids.empty())
+        return error(ErrorCode::invalid_argument, "the result is empty",
+                     term.kind == CsgKind::difference
+                         ? "Nothing is left of the first solid; make the others smaller."
+                         : "The solids have no common volume; move them together.");
+      return ValuePtr(value);
+    });
+  }
+
+  void append_operands(const Term& term, std::size_t i, std::vector<Operand>& operands) const {
+    const Item& item = term.items[i];
+    const Term& source = plan_.terms[item.term];
+    for (const Solid& s : values_[item.term]->solids) {
+      Operand operand{s, {}, i};
+      if (!is_identity(item.pose)) {
+        operand.solid.shape = placed(s.shape, item.pose);
+        operand.solid.box = s.box.Transformed(item.pose);
+      }
+      if (can_turn(source.kind))
+        operand.turned = placed(build_primitive(source.kind, source.sizes, true), item.pose);
+      operands.push_back(std::move(operand));
+    }
+  }
+
+  static Key item_key(const Plan& plan, const Item& item) {
+    Key key = plan.terms[item.term].key;
+    key.mix(item.pose);
+    return key;
+  }
+
+  static Operand stock_operand(const Solid& solid) { return {solid, {}, 0}; }
+
+  // While a user drags one hole, all other holes stay: cutting those once and keeping that stock
+  // turns every later step of the drag into one small cut.
+  Result<void> combine_by_edit(const Term& term, const std::vector<Operand>& operands,
+                               Value& value) {
+    std::vector<Key> keys;
+    for (const Item& item : term.items) keys.push_back(item_key(plan_, item));
+    Key context;
+    context.mix(static_cast<std::uint64_t>(term.kind));
+    context.mix(keys[0]);
+    const std::vector<Key> before = cache_.exchange_recent(context, keys);
+    const std::unordered_set<Key, KeyHash> known(before.begin(), before.end());
+    std::vector<bool> kept(keys.size());
+    std::size_t kept_count = 0;
+    for (std::size_t i = 0; i < keys.size(); ++i) {
+      kept[i] = i == 0 || known.contains(keys[i]);
+      kept_count += kept[i] ? 1U : 0U;
+    }
+    const std::size_t changed = keys.size() - kept_count;
+    if (changed == 0 || changed > kMostChanged || kept_count < kLeastKept)
+      return combine(term, operands, value, 0, 1);
+
+    Key stock_key;
+    stock_key.mix(static_cast<std::uint64_t>(term.kind));
+    for (std::size_t i = 0; i < keys.size(); ++i)
+      if (kept[i]) {
+        stock_key.mix(plan_.terms[term.items[i].term].key);
+        stock_key.mix(term.items[i].pose);
+      }
+    ValuePtr stock = cache_.find(stock_key);
+    if (!stock) {
+      std::vector<Operand> some;
+      for (const Operand& o : operands)
+        if (kept[o.item]) some.push_back(o);
+      auto made = std::make_shared<Value>();
+      RMP_TRY(combine(term, some, *made, 0, 0.8));
+      stock = made;
+      cache_.put(stock_key, stock);
+    }
+    for (const Note& note : stock->notes)
+      if (note.path.empty() && value.notes.size() < kMostNotes) value.notes.push_back(note);
+    std::vector<Operand> rest;
+    for (const Solid& s : stock->solids) rest.push_back(stock_operand(s));
+    for (const Operand& o : operands)
+      if (!kept[o.item]) rest.push_back(o);
+    return combine(term, rest, value, 0.8, 1);
+  }
+
+  Result<void> combine(const Term& term, const std::vector<Operand>& operands, Value& value,
+                       double from, double to) {
+    return term.kind == CsgKind::union_ ? unite(operands, value, from, to)
+                                        : cut(operands, value, from, to);
+  }
+
+  Result<void> apply(CsgKind kind, const std::vector<const Operand*>& objects,
+                     const std::vector<const Operand*>& tools, Value& value, double from,
+                     double to) {
+    BooleanCall call;
+    call.kind = kind;
+    bool can_turn_any = false;
+    for (const auto* list : {&objects, &tools})
+      for (const Operand* o : *list) can_turn_any |= !o->turned.IsNull();
+    const auto fill = [&](const std::vector<const Operand*>& list, std::vector<Solid>& solids,
+                          std::vector<TopoDS_Shape>& turned) {
+      for (const Operand* o : list) {
+        solids.push_back(o->solid);
+        if (can_turn_any) turned.push_back(o->turned.IsNull() ? o->solid.shape : o->turned);
+      }
+    };
+    fill(objects, call.objects, call.turned_objects);
+    fill(tools, call.tools, call.turned_tools);
+    RMP_TRY_ASSIGN(BooleanOutcome outcome, run_boolean(call, faces_, progress_, fraction(from),
+                                                       fraction(to)));
+    if (!outcome.remedy.empty()) value.notes.push_back({{}, outcome.remedy});
+    std::move(outcome.solids.begin(), outcome.solids.end(), std::back_inserter(value.solids));
+    return {};
+  }
+
+  Result<void> unite(const std::vector<Operand>& operands, Value& value, double from, double to) {
+    for (const auto& group : groups(operands)) {
+      if (progress_.cancelled()) return cancelled_error();
+      if (group.size() == 1) {
+        value.solids.push_back(operands[group[0]].solid);
+        continue;
+      }
+      std::vector<const Operand*> tools;
+      for (std::size_t k = 1; k < group.size(); ++k) tools.push_back(&operands[group[k]]);
+      RMP_TRY(apply(CsgKind::union_, {&operands[group[0]]}, tools, value, from, to));
+    }
+    return {};
+  }
+
+  Result<void> cut(const std::vector<Operand>& operands, Value& value, double from, double to) {
+    std::vector<bool> used(operands.size(), false);
+    for (const Operand& object : operands) {
+      if (object.item != 0) continue;
+      if (progress_.cancelled()) return cancelled_error();
+      std::vector<const Operand*> tools;
+      for (std::size_t k = 0; k < operands.size(); ++k)
+        if (operands[k].item != 0 && boxes_meet(object.solid.box, operands[k].solid.box)) {
+          tools.push_back(&operands[k]);
+          used[k] = true;
+        }
+      if (tools.empty())
+        value.solids.push_back(object.solid);
+      else
+        RMP_TRY(apply(CsgKind::difference, {&object}, tools, value, from, to));
+    }
+    std::size_t last_told = 0;
+    for (std::size_t k = 0; k < operands.size(); ++k) {
+      const std::size_t item = operands[k].item;
+      if (item == 0 || used[k] || item == last_told || value.notes.size() >= kMostNotes) continue;
+      last_told = item;
+      value.notes.push_back(
+          {{static_cast<std::uint32_t>(item)}, "cuts nothing: it does not reach the solid"});
+    }
+    return {};
+  }
+
+  Result<void> intersect(const Term& term, const std::vector<Operand>& operands, Value& value) {
+    std::vector<Operand> current, next;
+    for (const Operand& o : operands)
+      if (o.item == 0) current.push_back(o);
+    const std::size_t items = term.items.size();
+    for (std::size_t i = 1; i < items; ++i) {
+      next.clear();
+      for (const Operand& a : current) {
+        if (progress_.cancelled()) return cancelled_error();
+        std::vector<const Operand*> tools;
+        for (const Operand& o : operands)
+          if (o.item == i && boxes_meet(a.solid.box, o.solid.box)) tools.push_back(&o);
+        if (tools.empty()) continue;
+        Value step;
+        RMP_TRY(apply(CsgKind::intersection, {&a}, tools, step, double(i - 1) / double(items),
+                      double(i) / double(items)));
+        value.notes.insert(value.notes.end(), step.notes.begin(), step.notes.end());
+        for (Solid& s : step.solids) next.push_back({std::move(s), {}, 0});
+      }
+      std::swap(current, next);
+    }
+    for (Operand& o : current) value.solids.push_back(std::move(o.solid));
+    return {};
+  }
+
+  const Plan& plan_;
+  const CsgTree& tree_;
+  TermCache& cache_;
+  FaceMemory& faces_;
+  TopologyGate& gate_;
+  Progress& progress_;
+  std::vector<ValuePtr> values_;
+  std::size_t finished_ = 0;
+};
+
+}  // namespace
+
+ValuePtr TermCache::find(const Key& key) {
+  const std::lock_guard lock(mutex_);
+  const auto found = index_.find(key);
+  if (found == index_.end()) return {};
+  entries_.splice(entries_.begin(), entries_, found->second);
+  return found->second->value;
+}
+
+void TermCache::put(const Key& key, ValuePtr value) {
+  std::vector<ValuePtr> dropped;  // freed after the lock: a B-rep can take a while to free
+  const std::lock_guard lock(mutex_);
+  if (index_.contains(key)) return;
+  entries_.push_front({key, std::move(value)});
+  index_[key] = entries_.begin();
+  while (entries_.size() > limit_) {
+    dropped.push_back(std::move(entries_.back().value));
+    index_.erase(entries_.back().key);
+    entries_.pop_back();
+  }
+}
+
+std::vector<Key> TermCache::exchange_recent(const Key& context, std::vector<Key> now) {
+  const std::lock_guard lock(mutex_);
+  if (recent_.size() >= kMostRecent && !recent_.contains(context)) recent_.clear();
+  std::swap(recent_[context], now);
+  return now;
+}
+
+Result<ValuePtr> evaluate_plan(const Plan& plan, const CsgTree& tree, TermCache& cache,
+                               FaceMemory& faces, TopologyGate& gate,
+                               Progress& progress) {
+  return Evaluator(plan, tree, cache, faces, gate, progress).run();
+}
+
+}  // namespace robomosp::csg_occt

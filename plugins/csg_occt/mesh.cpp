@@ -1,0 +1,489 @@
+// SPDX-License-Identifier: Apache-2.0
+// Display meshes: OCCT's triangulation joined by topology, so that neighbouring faces share the
+// same positions to the bit, with surface normals and the sharp edges.
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <unordered_map>
+
+#include "engine.h"
+
+#include <BRepAdaptor_Surface.hxx>
+#include <BRepBuilderAPI_Copy.hxx>
+#include <BRepMesh_IncrementalMesh.hxx>
+#include <BRepTools.hxx>
+#include <BRep_Builder.hxx>
+#include <BRep_Tool.hxx>
+#include <IMeshTools_Parameters.hxx>
+#include <NCollection_DataMap.hxx>
+#include <Poly_PolygonOnTriangulation.hxx>
+#include <Poly_Triangulation.hxx>
+#include <Poly_TriangulationParameters.hxx>
+#include <TopExp.hxx>
+#include <TopExp_Explorer.hxx>
+#include <TopTools_IndexedDataMapOfShapeListOfShape.hxx>
+#include <TopTools_ShapeMapHasher.hxx>
+#include <TopoDS.hxx>
+#include <TopoDS_Compound.hxx>
+
+namespace robomosp::csg_occt {
+namespace {
+
+// Finer than this share of the solid's size a mesh would have tens of millions of triangles.
+constexpr double kFinestChordShare = 1e-7;
+constexpr double kFinestAngle = 0.005;
+constexpr int kParallelFromFaces = 48;
+// Faces that meet at less than this angle [rad] are drawn as one smooth surface.
+constexpr double kSmoothAngle = 0.01;
+constexpr double kSurfaceKeyQuantum = 1e-6;  // [mm] and [-]
+
+using NodeIds = std::vector<std::uint32_t>;
+
+IMeshTools_Parameters parameters(const MeshQuality& quality, bool delabella, int faces) {
+  IMeshTools_Parameters p;
+  p.Deflection = quality.chord * kMillimetresPerMetre;
+  p.Angle = quality.angle;
+  p.InParallel = faces >= kParallelFromFaces;
+  p.MeshAlgo =
+      delabella ? IMeshTools_MeshAlgoType_Delabella : IMeshTools_MeshAlgoType_Watson;
+  return p;
+}
+
+/// True when some face was meshed for another quality.
+bool has_other_quality(const TopoDS_Shape& shape, const MeshQuality& quality) {
+  const double deflection = quality.chord * kMillimetresPerMetre;
+  for (TopExp_Explorer e(shape, TopAbs_FACE); e.More(); e.Next()) {
+    TopLoc_Location location;
+    const auto& mesh = BRep_Tool::Triangulation(TopoDS::Face(e.Current()), location);
+    if (mesh.IsNull()) continue;
+    const auto& made = mesh->Parameters();
+    if (made.IsNull() || made->Deflection() != deflection || made->Angle() != quality.angle)
+      return true;
+  }
+  return false;
+}
+
+bool is_unmeshed(const TopoDS_Face& face) {
+  TopLoc_Location location;
+  const auto& mesh = BRep_Tool::Triangulation(face, location);
+  return mesh.IsNull() || mesh->NbTriangles() == 0;
+}
+
+// Delabella is ten times faster than Watson but now and then leaves a face empty.
+Result<void> triangulate(const TopoDS_Shape& shape, const MeshQuality& quality, bool delabella,
+                         Progress& progress) {
+  BRep_Builder builder;
+  TopoDS_Compound fresh;
+  builder.MakeCompound(fresh);
+  int faces = 0;
+  for (TopExp_Explorer e(shape, TopAbs_FACE); e.More(); e.Next())
+    if (is_unmeshed(TopoDS::Face(e.Current()))) {
+      builder.Add(fresh, e.Current());
+      ++faces;
+    }
+  if (faces == 0) return {};
+  // Only the new faces: OCCT discretises an edge by its curve alone, so that they fit the old
+  // ones; the caller checks that they do.
+  const Handle(ProgressBridge) bridge = new ProgressBridge(progress, 0, 0.8, "meshing");
+  const BRepMesh_IncrementalMesh mesher(fresh, parameters(quality, delabella, faces),
+                                        bridge->Start());
+  if (progress.cancelled()) {
+    BRepTools::Clean(shape);
+    return cancelled_error();
+  }
+  for (TopExp_Explorer e(shape, TopAbs_FACE); e.More(); e.Next()) {
+    const TopoDS_Face& face = TopoDS::Face(e.Current());
+    if (!is_unmeshed(face)) continue;
+    const BRepMesh_IncrementalMesh again(face, parameters(quality, false, 1));
+  }
+  const Handle(Poly_TriangulationParameters) made =
+      new Poly_TriangulationParameters(quality.chord * kMillimetresPerMetre, quality.angle);
+  for (TopExp_Explorer e(shape, TopAbs_FACE); e.More(); e.Next()) {
+    TopLoc_Location location;
+    const auto& mesh = BRep_Tool::Triangulation(TopoDS::Face(e.Current()), location);
+    if (mesh.IsNull()) continue;
+    mesh->Parameters(made);
+  }
+  return {};
+}
+
+/// Identity of a surface, so that a face keeps its number while others change.
+std::uint64_t surface_key(const BRepAdaptor_Surface& surface, bool reversed) {
+  Key key;
+  const auto put = [&](double x) {
+    key.mix(static_cast<std::uint64_t>(std::llround(x / kSurfaceKeyQuantum)));
+  };
+  const auto put_xyz = [&](const gp_XYZ& v) {
+    for (int i = 1; i <= 3; ++i) put(v.Coord(i));
+  };
+  // An axis has no preferred sign or point: take the direction with its first component positive
+  // and the point nearest to the origin.
+  const auto put_axis = [&](const gp_Ax1& axis) {
+    gp_XYZ d = axis.Direction().XYZ();
+    for (int i = 1; i <= 3; ++i) {
+      if (std::abs(d.Coord(i)) < kSurfaceKeyQuantum) continue;
+      if (d.Coord(i) < 0) d.Reverse();
+      break;
+    }
+    const gp_XYZ p = axis.Location().XYZ();
+    put_xyz(d);
+    put_xyz(p - d * p.Dot(d));
+  };
+  key.mix(static_cast<std::uint64_t>(surface.GetType()));
+  key.mix(static_cast<std::uint64_t>(reversed));
+  switch (surface.GetType()) {
+    case GeomAbs_Plane: {
+      const gp_Pln plane = surface.Plane();
+      const gp_XYZ n = plane.Position().XDirection().XYZ().Crossed(
+          plane.Position().YDirection().XYZ());
+      put_xyz(n);
+      put(n.Dot(plane.Location().XYZ()));
+      break;
+    }
+    case GeomAbs_Cylinder:
+      put_axis(surface.Cylinder().Axis());
+      put(surface.Cylinder().Radius());
+      break;
+    case GeomAbs_Cone:
+      put_axis(surface.Cone().Axis());
+      put_xyz(surface.Cone().Apex().XYZ());
+      put(surface.Cone().SemiAngle());
+      break;
+    case GeomAbs_Sphere:
+      put_xyz(surface.Sphere().Location().XYZ());
+      put(surface.Sphere().Radius());
+      break;
+    case GeomAbs_Torus:
+      put_axis(surface.Torus().Axis());
+      put_xyz(surface.Torus().Location().XYZ());
+      put(surface.Torus().MajorRadius());
+      put(surface.Torus().MinorRadius());
+      break;
+    default: break;
+  }
+  return key.a;
+}
+
+class MeshBuilder {
+ public:
+  MeshBuilder(const TopoDS_Shape& shape, const gp_Trsf& pose) : shape_(shape), pose_(pose) {}
+
+  /// False when the triangulation does not close.
+  bool run() {
+    TopExp::MapShapesAndUniqueAncestors(shape_, TopAbs_EDGE, TopAbs_FACE, edge_faces_);
+    for (TopExp_Explorer e(shape_, TopAbs_FACE); e.More(); e.Next())
+      if (!add_face(TopoDS::Face(e.Current()))) return false;
+    if (!is_closed()) return false;
+    number_equal_surfaces();
+    add_edges();
+    return true;
+  }
+  Mesh take() { return std::move(mesh_); }
+
+ private:
+  std::uint32_t new_id(const gp_Pnt& p) {
+    points_.push_back(p.Transformed(pose_));
+    return static_cast<std::uint32_t>(points_.size() - 1);
+  }
+
+  std::uint32_t vertex_id(const TopoDS_Vertex& vertex) {
+    const TopoDS_Shape key = vertex.Oriented(TopAbs_FORWARD);
+    if (const std::uint32_t* id = vertex_ids_.Seek(key)) return *id;
+    const std::uint32_t id = new_id(BRep_Tool::Pnt(vertex));
+    vertex_ids_.Bind(key, id);
+    return id;
+  }
+
+  /// Ids of the nodes along an edge, from its first to its last parameter.
+  const NodeIds* edge_ids(const TopoDS_Edge& edge, const TColStd_Array1OfInteger& nodes,
+                          const Handle(Poly_Triangulation) & mesh, const gp_Trsf& location) {
+    const TopoDS_Edge key = TopoDS::Edge(edge.Oriented(TopAbs_FORWARD));
+    if (const NodeIds* ids = edge_ids_.Seek(key))
+      return ids->size() == static_cast<std::size_t>(nodes.Length()) ? ids : nullptr;
+    NodeIds ids;
+    const TopoDS_Vertex first = TopExp::FirstVertex(key), last = TopExp::LastVertex(key);
+    const bool degenerated = BRep_Tool::Degenerated(key);
+    for (int i = nodes.Lower(); i <= nodes.Upper(); ++i) {
+      if (degenerated || (i == nodes.Lower() && !first.IsNull()))
+        ids.push_back(vertex_id(first));
+      else if (i == nodes.Upper() && !last.IsNull())
+        ids.push_back(vertex_id(last));
+      else
+        ids.push_back(new_id(mesh->Node(nodes(i)).Transformed(location)));
+    }
+    edge_ids_.Bind(key, ids);
+    return edge_ids_.Seek(key);
+  }
+
+  bool add_face(const TopoDS_Face& face) {
+    TopLoc_Location place;
+    const Handle(Poly_Triangulation) mesh = BRep_Tool::Triangulation(face, place);
+    if (mesh.IsNull() || mesh->NbTriangles() == 0) return false;
+    const gp_Trsf location = place.Transformation();
+    const bool reversed = face.Orientation() == TopAbs_REVERSED;
+    constexpr std::uint32_t kNone = ~std::uint32_t{0};
+    NodeIds ids(static_cast<std::size_t>(mesh->NbNodes()), kNone);
+    for (TopExp_Explorer e(face.Oriented(TopAbs_FORWARD), TopAbs_EDGE); e.More(); e.Next()) {
+      const TopoDS_Edge& edge = TopoDS::Edge(e.Current());
+      const auto polygon = BRep_Tool::PolygonOnTriangulation(edge, mesh, place);
+      if (polygon.IsNull()) continue;
+      const auto& nodes = polygon->Nodes();
+      const NodeIds* shared = edge_ids(edge, nodes, mesh, location);
+      if (!shared) return false;
+      for (int i = nodes.Lower(); i <= nodes.Upper(); ++i)
+        ids[static_cast<std::size_t>(nodes(i) - 1)] =
+            (*shared)[static_cast<std::size_t>(i - nodes.Lower())];
+    }
+    for (int i = 1; i <= mesh->NbNodes(); ++i)
+      if (std::uint32_t& id = ids[static_cast<std::size_t>(i - 1)]; id == kNone)
+        id = new_id(mesh->Node(i).Transformed(location));
+
+    const auto base = static_cast<std::uint32_t>(mesh_.vertex_count());
+    Mesh::Face run;
+    run.first_triangle = static_cast<std::uint32_t>(mesh_.triangle_count());
+    for (const std::uint32_t id : ids) {
+      for (int k = 1; k <= 3; ++k)
+        mesh_.positions.push_back(
+            static_cast<float>(points_[id].Coord(k) / kMillimetresPerMetre));
+      point_of_vertex_.push_back(id);
+    }
+    gp_XYZ centre(0, 0, 0);
+    double area = 0;
+    std::vector<gp_XYZ> average(ids.size(), gp_XYZ(0, 0, 0));
+    for (int t = 1; t <= mesh->NbTriangles(); ++t) {
+      int a = 0, b = 0, c = 0;
+      mesh->Triangle(t).Get(a, b, c);
+      if (reversed) std::swap(b, c);
+      const std::array<std::size_t, 3> local{static_cast<std::size_t>(a - 1),
+                                             static_cast<std::size_t>(b - 1),
+                                             static_cast<std::size_t>(c - 1)};
+      const std::array<std::uint32_t, 3> id{ids[local[0]], ids[local[1]], ids[local[2]]};
+      if (same_place(id[0], id[1]) || same_place(id[1], id[2]) || same_place(id[2], id[0]))
+        continue;
+      const gp_XYZ pa = points_[id[0]].XYZ(), pb = points_[id[1]].XYZ(), pc = points_[id[2]].XYZ();
+      const gp_XYZ n = (pb - pa).Crossed(pc - pa);
+      for (const std::size_t k : local) {
+        average[k] += n;
+        mesh_.triangles.push_back(base + static_cast<std::uint32_t>(k));
+      }
+      centre += (pa + pb + pc) * (n.Modulus() / 3);
+      area += n.Modulus();
+      ++run.triangle_count;
+    }
+    const BRepAdaptor_Surface surface(face, false);
+    add_normals(surface, *mesh, reversed, average);
+    run.id = surface_key(surface, reversed);
+    mesh_.faces.push_back(run);
+    face_centres_.push_back(area > 0 ? centre / area : centre);
+    return true;
+  }
+
+  // In the mesh's single precision two nodes can fall together; a triangle on them is no triangle.
+  bool same_place(std::uint32_t a, std::uint32_t b) const {
+    if (a == b) return true;
+    for (int k = 1; k <= 3; ++k)
+      if (static_cast<float>(points_[a].Coord(k) / kMillimetresPerMetre) !=
+          static_cast<float>(points_[b].Coord(k) / kMillimetresPerMetre))
+        return false;
+    return true;
+  }
+
+  void add_normals(const BRepAdaptor_Surface& surface, const Poly_Triangulation& mesh,
+                   bool reversed, const std::vector<gp_XYZ>& average) {
+    const gp_Mat turn = pose_.VectorialPart();
+    for (int i = 1; i <= mesh.NbNodes(); ++i) {
+      gp_XYZ n(0, 0, 0);
+      if (mesh.HasUVNodes()) {
+        const gp_Pnt2d uv = mesh.UVNode(i);
+        gp_Pnt p;
+        gp_Vec du, dv;
+        surface.D1(uv.X(), uv.Y(), p, du, dv);
+        const double scale = du.Magnitude() * dv.Magnitude();
+        n = du.XYZ().Crossed(dv.XYZ());
+        // At a pole or an apex one derivative vanishes and so does the product.
+        if (scale < 1e-9 || n.Modulus() < 1e-9 * scale) n = gp_XYZ(0, 0, 0);
+        if (reversed) n.Reverse();
+        n.Multiply(turn);
+      }
+      if (n.Modulus() == 0) n = average[static_cast<std::size_t>(i - 1)];
+      const double length = n.Modulus();
+      n = length > 0 ? n / length : gp_XYZ(0, 0, 1);
+      for (int k = 1; k <= 3; ++k) mesh_.normals.push_back(static_cast<float>(n.Coord(k)));
+    }
+  }
+
+  // Closed: every directed edge between two positions has as many opposite ones.
+  bool is_closed() const {
+    std::vector<std::uint64_t> sides;
+    sides.reserve(mesh_.triangles.size());
+    const NodeIds place = by_position();
+    for (std::size_t t = 0; t < mesh_.triangles.size(); t += 3)
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::uint64_t a = place[point_of_vertex_[mesh_.triangles[t + k]]];
+        const std::uint64_t b = place[point_of_vertex_[mesh_.triangles[t + (k + 1) % 3]]];
+        sides.push_back(a < b ? (a << 33 | b << 1) : (b << 33 | a << 1 | 1));
+      }
+    std::sort(sides.begin(), sides.end());
+    for (std::size_t i = 0; i < sides.size();) {
+      long balance = 0;
+      const std::uint64_t pair = sides[i] >> 1;
+      for (; i < sides.size() && sides[i] >> 1 == pair; ++i) balance += (sides[i] & 1) ? 1 : -1;
+      if (balance != 0) return false;
+    }
+    return true;
+  }
+
+  // Points that single precision makes equal count as one.
+  NodeIds by_position() const {
+    struct PlaceHash {
+      std::size_t operator()(const std::array<float, 3>& p) const {
+        std::uint64_t h = 0;
+        for (const float x : p) {
+          std::uint32_t bits = 0;
+          std::memcpy(&bits, &x, sizeof bits);
+          h = (h ^ bits) * 0x9e3779b97f4a7c15ULL;
+          h ^= h >> 29;
+        }
+        return h;
+      }
+    };
+    std::unordered_map<std::array<float, 3>, std::uint32_t, PlaceHash> first;
+    first.reserve(points_.size());
+    NodeIds place(points_.size());
+    for (std::uint32_t i = 0; i < points_.size(); ++i) {
+      std::array<float, 3> p{};
+      for (int k = 0; k < 3; ++k)
+        p[static_cast<std::size_t>(k)] =
+            static_cast<float>(points_[i].Coord(k + 1) / kMillimetresPerMetre) + 0.0F;
+      place[i] = first.try_emplace(p, i).first->second;
+    }
+    return place;
+  }
+
+  // Several faces on one surface are told apart by the order of their centres.
+  void number_equal_surfaces() {
+    std::map<std::uint64_t, std::vector<std::size_t>> same;
+    for (std::size_t i = 0; i < mesh_.faces.size(); ++i) same[mesh_.faces[i].id].push_back(i);
+    for (auto& [id, faces] : same) {
+      const auto before = [&](std::size_t a, std::size_t b) {
+        for (int k = 1; k <= 3; ++k) {
+          const double d = face_centres_[a].Coord(k) - face_centres_[b].Coord(k);
+          if (std::abs(d) > 1e-6) return d < 0;
+        }
+        return a < b;
+      };
+      std::stable_sort(faces.begin(), faces.end(), before);
+      for (std::size_t n = 1; n < faces.size(); ++n) {
+        Key key;
+        key.mix(id);
+        key.mix(static_cast<std::uint64_t>(n));
+        mesh_.faces[faces[n]].id = key.a;
+      }
+    }
+  }
+
+  static bool normal_at(const TopoDS_Edge& edge, const TopoDS_Face& face, double share,
+                        gp_XYZ& normal) {
+    double first = 0, last = 0;
+    const Handle(Geom2d_Curve) curve = BRep_Tool::CurveOnSurface(edge, face, first, last);
+    if (curve.IsNull()) return false;
+    const gp_Pnt2d uv = curve->Value(first + share * (last - first));
+    const BRepAdaptor_Surface surface(face, false);
+    gp_Pnt p;
+    gp_Vec du, dv;
+    surface.D1(uv.X(), uv.Y(), p, du, dv);
+    normal = du.XYZ().Crossed(dv.XYZ());
+    const double length = normal.Modulus();
+    if (length < 1e-12) return false;
+    normal /= face.Orientation() == TopAbs_REVERSED ? -length : length;
+    return true;
+  }
+
+  static bool is_smooth(const TopoDS_Edge& edge, const TopoDS_Face& a, const TopoDS_Face& b) {
+    for (const double share : {0.23, 0.5, 0.81}) {
+      gp_XYZ na, nb;
+      if (!normal_at(edge, a, share, na) || !normal_at(edge, b, share, nb)) return false;
+      if (na.Crossed(nb).Modulus() > kSmoothAngle || na.Dot(nb) < 0) return false;
+    }
+    return true;
+  }
+
+  void add_edges() {
+    for (int i = 1; i <= edge_faces_.Extent(); ++i) {
+      const TopoDS_Edge edge = TopoDS::Edge(edge_faces_.FindKey(i).Oriented(TopAbs_FORWARD));
+      const NodeIds* ids = edge_ids_.Seek(edge);
+      if (!ids || BRep_Tool::Degenerated(edge)) continue;
+      const auto& faces = edge_faces_(i);
+      if (faces.Extent() == 1) continue;  // a seam: the same face on both sides
+      if (faces.Extent() == 2 &&
+          is_smooth(edge, TopoDS::Face(faces.First()), TopoDS::Face(faces.Last())))
+        continue;
+      for (const std::uint32_t id : *ids)
+        for (int k = 1; k <= 3; ++k)
+          mesh_.edge_points.push_back(
+              static_cast<float>(points_[id].Coord(k) / kMillimetresPerMetre));
+      mesh_.edge_sizes.push_back(static_cast<std::uint32_t>(ids->size()));
+    }
+  }
+
+  const TopoDS_Shape& shape_;
+  gp_Trsf pose_;
+  Mesh mesh_;
+  std::vector<gp_Pnt> points_;  // [mm], one per position that topology tells apart
+  NodeIds point_of_vertex_;
+  std::vector<gp_XYZ> face_centres_;
+  TopTools_IndexedDataMapOfShapeListOfShape edge_faces_;
+  NCollection_DataMap<TopoDS_Shape, std::uint32_t, TopTools_ShapeMapHasher> vertex_ids_;
+  NCollection_DataMap<TopoDS_Shape, NodeIds, TopTools_ShapeMapHasher> edge_ids_;
+};
+
+TopoDS_Compound compound_of(const std::vector<Solid>& solids) {
+  BRep_Builder builder;
+  TopoDS_Compound compound;
+  builder.MakeCompound(compound);
+  for (const Solid& s : solids) builder.Add(compound, s.shape);
+  return compound;
+}
+
+Result<void> check_quality(const MeshQuality& quality, double extent) {
+  const auto bad = [](std::string what) {
+    return error(ErrorCode::invalid_argument, std::move(what));
+  };
+  if (!(quality.chord > 0) || !std::isfinite(quality.chord))
+    return bad("mesh chord is " + number_text(quality.chord) + " m; it must be greater than 0");
+  const double finest = kFinestChordShare * extent / kMillimetresPerMetre;
+  if (quality.chord < finest)
+    return bad("mesh chord is " + number_text(quality.chord) + " m; for a solid of this size " +
+               number_text(finest) + " m is the finest");
+  if (!(quality.angle >= kFinestAngle) || !std::isfinite(quality.angle))
+    return bad("mesh angle is " + number_text(quality.angle) + " rad; it must be at least " +
+               number_text(kFinestAngle) + " rad");
+  return {};
+}
+
+}  // namespace
+
+Result<Mesh> mesh_solids(const std::vector<Solid>& solids, const gp_Trsf& pose,
+                         const MeshQuality& quality, Progress& progress) {
+  if (progress.cancelled()) return cancelled_error();
+  RMP_TRY(check_quality(quality, extent_of(solids)));
+  // First on the shared topology, which keeps the triangles of faces that an edit did not touch;
+  // should that not close, on a private copy, by the fast and then by the sturdy algorithm.
+  for (int attempt = 0; attempt < 3; ++attempt) {
+    TopoDS_Shape shape = compound_of(solids);
+    if (attempt > 0) shape = BRepBuilderAPI_Copy(shape, true, false).Shape();
+    if (attempt == 0 && has_other_quality(shape, quality)) BRepTools::Clean(shape);
+    RMP_TRY(triangulate(shape, quality, attempt < 2, progress));
+    MeshBuilder builder(shape, pose);
+    if (builder.run()) {
+      progress.report(1, "meshed");
+      return builder.take();
+    }
+    if (progress.cancelled()) return cancelled_error();
+  }
+  return error(ErrorCode::plugin_failed, "the mesh does not close",
+               "Ask for a finer mesh, or move the solid's parts slightly.");
+}
+
+}  // namespace robomosp::csg_occt

@@ -1,0 +1,286 @@
+// SPDX-License-Identifier: Apache-2.0
+// The plugin csg_occt: the conformance suite, degenerate operands, and the compound object of the
+// ROBOMOSP paper.
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <robomosp/sdk/conformance/csg_suite.h>
+
+#include "support/plugin_door.h"
+
+namespace robomosp::conformance {
+namespace {
+
+const std::string kFile = ROBOMOSP_PLUGIN_DIR "/csg_occt.so";
+
+std::unique_ptr<CsgEngine> make_occt() { return test::make_provider<CsgEngine>(kFile, "occt"); }
+
+INSTANTIATE_TEST_SUITE_P(Occt, CsgConformance, ::testing::Values(CsgSubject{"occt", make_occt}),
+                         [](const auto& subject) { return subject.param.name; });
+
+class OcctCsg : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() { engine_ = make_occt().release(); }
+  static void TearDownTestSuite() {
+    delete engine_;
+    engine_ = nullptr;
+  }
+  static std::shared_ptr<const CsgShape> shape(const Csg& c) {
+    NoProgress progress;
+    auto result = engine_->evaluate(c.tree(), progress);
+    if (!result) {
+      ADD_FAILURE() << result.error().sentence();
+      return nullptr;
+    }
+    return *result;
+  }
+  static Moments moments(const Csg& c) {
+    NoProgress progress;
+    const auto s = shape(c);
+    return s ? *engine_->moments(*s, progress) : Moments{};
+  }
+  // The volume, and the same from a closed mesh.
+  static void expect_solid(const Csg& c, double volume, double relative, const char* what) {
+    SCOPED_TRACE(what);
+    const auto s = shape(c);
+    ASSERT_NE(s, nullptr);
+    NoProgress progress;
+    const auto m = engine_->moments(*s, progress);
+    ASSERT_TRUE(m.ok()) << m.error().sentence();
+    EXPECT_NEAR(m->volume, volume, relative * volume);
+    const auto mesh = engine_->mesh(*s, {1e-4, 0.3}, progress);
+    ASSERT_TRUE(mesh.ok()) << mesh.error().sentence();
+    const MeshFacts f = facts(*mesh);
+    EXPECT_EQ(f.unbalanced_sides, 0U);
+    EXPECT_NEAR(f.volume, volume, m->area * 1e-4);
+  }
+  static CsgEngine* engine_;
+};
+CsgEngine* OcctCsg::engine_ = nullptr;
+
+constexpr double kPi = std::numbers::pi;
+constexpr double kExact = 1e-12;
+
+TEST_F(OcctCsg, TheDoorTellsWhatThePluginIs) {
+  const rmp_plugin& plugin = test::open_plugin(kFile);
+  EXPECT_STREQ(plugin.id, "org.robomosp.csg_occt");
+  EXPECT_STREQ(plugin.license, "Apache-2.0");
+  ASSERT_EQ(plugin.provider_count, 1U);
+  EXPECT_STREQ(plugin.providers[0].interface_id, CsgEngine::kInterfaceId);
+}
+
+TEST_F(OcctCsg, PlanarAndPlainSolidsAreExactToFourteenDigits) {
+  for (const auto& c : detail::primitive_cases()) {
+    const Moments m = moments(c.solid);
+    expect_moments(m, c.want, 1e-14, c.name);
+    EXPECT_TRUE(m.exact) << c.name;
+  }
+}
+
+TEST_F(OcctCsg, CoplanarFacesJoinExactly) {
+  const Csg cube = box(0.1, 0.1, 0.1);
+  expect_solid(unite({cube, cube.at(0.1, 0, 0)}), 2e-3, kExact, "side by side");
+  expect_solid(unite({cube, cube.at(0.05, 0, 0)}), 1.5e-3, kExact, "shared side planes");
+  expect_solid(unite({cube, box(0.05, 0.05, 0.1).at(0, 0, 0.1)}), 1.25e-3, kExact, "stacked");
+  expect_solid(subtract({cube, box(0.05, 0.05, 0.05).at(0, 0, 0.05)}), 8.75e-4, kExact,
+               "flush pocket");
+  expect_solid(subtract({cube, box(0.1, 0.05, 0.05).at(0, 0, 0.05)}), 7.5e-4, kExact,
+               "flush slot");
+  const Pose tilt = turned({1, 1, 0}, 0.0872664625997165);
+  expect_solid(unite({cube, cube.at(0.1, 0, 0)}).at(tilt), 2e-3, kExact, "tilted");
+}
+
+TEST_F(OcctCsg, CoincidentSolidsAreOneSolid) {
+  const double V = kPi * 0.05 * 0.05 * 0.1;
+  const Csg c = cylinder(0.05, 0.1);
+  expect_solid(unite({c, c}), V, kExact, "union with itself");
+  expect_solid(intersect({c, c}), V, kExact, "intersection with itself");
+  expect_solid(unite({sphere(0.05), sphere(0.05)}), 4 * kPi / 3 * 1.25e-4, kExact, "spheres");
+  NoProgress progress;
+  const auto nothing = engine_->evaluate(subtract({c, c}).tree(), progress);
+  ASSERT_FALSE(nothing.ok());
+  EXPECT_EQ(nothing.error().code, ErrorCode::invalid_argument);
+}
+
+TEST_F(OcctCsg, CoaxialCylindersMakeATube) {
+  const Csg tube = subtract({cylinder(0.05, 0.1), cylinder(0.04, 0.1)});
+  const double V = kPi * (0.0025 - 0.0016) * 0.1;
+  expect_solid(tube, V, kExact, "flush ends");
+  expect_solid(unite({tube, cylinder(0.04, 0.1)}), kPi * 0.0025 * 0.1, kExact, "plugged");
+  expect_solid(tube.at(turned({1, 0.2, 0}, 0.0872664625997165)), V, kExact, "tilted");
+}
+
+TEST_F(OcctCsg, TouchingSolidsStaySeparateAndClosed) {
+  const Csg cube = box(0.1, 0.1, 0.1);
+  expect_solid(unite({cube, cube.at(0.1, 0.1, 0)}), 2e-3, kExact, "along an edge");
+  expect_solid(unite({cube, cube.at(0.1, 0.1, 0.1)}), 2e-3, kExact, "in a corner");
+  expect_solid(unite({cube, sphere(0.05).at(0, 0, 0.15)}), 1e-3 + 4 * kPi / 3 * 1.25e-4, 1e-9,
+               "sphere on a face");
+  const Csg two = unite({cube, cube.at(0.3, 0, 0)});
+  expect_solid(two, 2e-3, kExact, "apart");
+  ASSERT_EQ(shape(two)->notes().size(), 1U);
+  EXPECT_EQ(shape(two)->notes()[0], "The solid consists of 2 separate pieces.");
+}
+
+TEST_F(OcctCsg, TangentHolesLeaveClosedPieces) {
+  // A hole of the box's full width touches two sides along lines.
+  expect_solid(subtract({box(0.1, 0.1, 0.1), cylinder(0.05, 0.1)}), 1e-3 - kPi * 2.5e-4, 1e-9,
+               "hole as wide as the box");
+}
+
+TEST_F(OcctCsg, CrossingEqualCylindersShareSteinmetzVolume) {
+  const double r = 0.03;
+  const Csg a = cylinder(r, 0.2).at(0, 0, -0.1);
+  const Csg b = cylinder(r, 0.2).at(turned({0, 1, 0}, kPi / 2, {-0.1, 0, 0}));
+  expect_solid(intersect({a, b}), 16.0 / 3 * r * r * r, 1e-9, "intersection");
+  expect_solid(unite({a, b}), 2 * kPi * r * r * 0.2 - 16.0 / 3 * r * r * r, 1e-9, "union");
+}
+
+TEST_F(OcctCsg, NearlyEqualSolidsGiveARightResultOrAnError) {
+  for (const double angle : {1e-9, 1e-8, 5e-8, 1e-7, 2e-7, 3e-7, 1e-6, 1e-5, 1e-4}) {
+    const Csg c = unite({box(0.01, 0.01, 0.01), box(0.01, 0.01, 0.01).at(turned({0, 0, 1}, angle))});
+    NoProgress progress;
+    const auto s = engine_->evaluate(c.tree(), progress);
+    if (!s.ok()) {
+      EXPECT_EQ(s.error().code, ErrorCode::plugin_failed) << s.error().sentence();
+      continue;
+    }
+    // The two squares differ by eight triangles: area a^2 (1 + tan(angle / 2) ...) ~ a^2 angle / 2.
+    EXPECT_NEAR(engine_->moments(**s, progress)->volume, 1e-6 * (1 + angle / 2), 1e-6 * 3e-5)
+        << angle;
+  }
+  const Csg shell = subtract({cylinder(0.0050001, 0.1), cylinder(0.005, 0.1)});
+  expect_solid(shell, kPi * (0.0050001 * 0.0050001 - 0.005 * 0.005) * 0.1, 1e-6, "thin tube");
+}
+
+TEST_F(OcctCsg, ASphereWhosePoleLiesOnTheCutKeepsItsVolume) {
+  // Sphere R minus three orthogonal cylinders r through its centre, sphere turned so that a pole
+  // comes near the cut. By inclusion-exclusion: each sphere-cylinder intersection is
+  // 4/3 pi (R^3 - (R^2 - r^2)^(3/2)), each pair of cylinders 16/3 r^3, all three
+  // 8 (2 - sqrt 2) r^3 (the tricylinder), which lies inside the sphere for r sqrt 1.5 < R.
+  const double R = 0.05, r = 0.02;
+  const double one = 4 * kPi / 3 * (R * R * R - std::pow(R * R - r * r, 1.5));
+  const double cut = 3 * one - 3 * 16.0 / 3 * r * r * r + 8 * (2 - std::sqrt(2.0)) * r * r * r;
+  const Csg z = cylinder(r, 0.12).at(0, 0, -0.06);
+  const Csg x = cylinder(r, 0.12).at(turned({0, 1, 0}, kPi / 2, {-0.06, 0, 0}));
+  const Csg y = cylinder(r, 0.12).at(turned({1, 0, 0}, kPi / 2, {0, 0.06, 0}));
+  const double V = 4 * kPi / 3 * R * R * R - cut;
+  expect_solid(subtract({sphere(R), x, y, z}), V, 1e-8, "aligned");
+  // asin(r / R) puts the pole on the rim of the bore along z.
+  const Csg tilted = sphere(R).at(turned({1, 0, 0}, std::asin(r / R)));
+  expect_solid(subtract({tilted, x, y, z}), V, 1e-8, "pole on the rim");
+}
+
+TEST_F(OcctCsg, ToolsThatMissAreToldByName) {
+  const auto s = shape(subtract({box(0.1, 0.1, 0.1), cylinder(0.01, 1).at(5, 0, 0).named("bore")}));
+  ASSERT_NE(s, nullptr);
+  ASSERT_EQ(s->notes().size(), 1U);
+  EXPECT_EQ(s->notes()[0], "node 2 (\"bore\"): cuts nothing: it does not reach the solid.");
+}
+
+struct Body {
+  double mass;
+  Vec3 com;
+  Vec3 own;  // principal inertia about its own centre, axes parallel to the frame
+};
+
+MassProperties closed_form_of(const std::vector<Body>& bodies) {
+  MassProperties total;
+  for (const Body& b : bodies) {
+    total.mass += b.mass;
+    for (std::size_t i = 0; i < 3; ++i) total.com[i] += b.mass * b.com[i];
+  }
+  for (double& c : total.com) c /= total.mass;
+  for (const Body& b : bodies) {
+    const double x = b.com[0] - total.com[0], y = b.com[1] - total.com[1],
+                 z = b.com[2] - total.com[2];
+    total.inertia.xx += b.own[0] + b.mass * (y * y + z * z);
+    total.inertia.yy += b.own[1] + b.mass * (x * x + z * z);
+    total.inertia.zz += b.own[2] + b.mass * (x * x + y * y);
+    total.inertia.xy -= b.mass * x * y;
+    total.inertia.yz -= b.mass * y * z;
+    total.inertia.xz -= b.mass * x * z;
+  }
+  return total;
+}
+
+MassProperties mass_of(const std::vector<Moments>& parts, const std::vector<double>& densities) {
+  double m = 0;
+  Vec3 f{};
+  Sym3 s;
+  for (std::size_t k = 0; k < parts.size(); ++k) {
+    const double rho = densities[k];
+    m += rho * parts[k].volume;
+    for (std::size_t i = 0; i < 3; ++i) f[i] += rho * parts[k].first[i];
+    s.xx += rho * parts[k].second.xx;
+    s.yy += rho * parts[k].second.yy;
+    s.zz += rho * parts[k].second.zz;
+    s.xy += rho * parts[k].second.xy;
+    s.yz += rho * parts[k].second.yz;
+    s.xz += rho * parts[k].second.xz;
+  }
+  MassProperties out;
+  out.mass = m;
+  for (std::size_t i = 0; i < 3; ++i) out.com[i] = f[i] / m;
+  const auto& c = out.com;
+  s.xx -= m * c[0] * c[0];
+  s.yy -= m * c[1] * c[1];
+  s.zz -= m * c[2] * c[2];
+  out.inertia = {s.yy + s.zz, s.xx + s.zz, s.xx + s.yy, -(s.xy - m * c[0] * c[1]),
+                 -(s.yz - m * c[1] * c[2]), -(s.xz - m * c[0] * c[2])};
+  return out;
+}
+
+TEST_F(OcctCsg, TheCompoundObjectOfThePaperHasItsMassProperties) {
+  const auto plate = shape(box(0.20, 0.20, 0.05)), column = shape(cylinder(0.05, 0.20));
+  ASSERT_TRUE(plate && column);
+  Pose on_top;
+  on_top.p = {0, 0.05, 0.05};
+  NoProgress progress;
+  const auto parts =
+      engine_->partition(std::vector<PlacedShape>{{plate, {}}, {column, on_top}}, progress);
+  ASSERT_TRUE(parts.ok()) << parts.error().sentence();
+  EXPECT_EQ(parts->overlap, 0) << "they only touch";
+  const MassProperties got = mass_of(parts->parts, {7850, 2700});
+
+  const double mb = 7850 * 0.2 * 0.2 * 0.05, mc = 2700 * kPi * 0.05 * 0.05 * 0.2;
+  const double side = (3 * 0.05 * 0.05 + 0.2 * 0.2) / 12 * mc;
+  const MassProperties want = closed_form_of(
+      {{mb,
+        {0, 0, 0.025},
+        {mb * (0.2 * 0.2 + 0.05 * 0.05) / 12, mb * (0.2 * 0.2 + 0.05 * 0.05) / 12,
+         mb * (0.2 * 0.2 + 0.2 * 0.2) / 12}},
+       {mc, {0, 0.05, 0.15}, {side, side, mc * 0.05 * 0.05 / 2}}});
+  const double relative = 1e-12;
+  EXPECT_NEAR(got.mass, want.mass, relative * want.mass);
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(got.com[i], want.com[i], relative * 0.2);
+  EXPECT_NEAR(got.inertia.xx, want.inertia.xx, relative * want.inertia.xx);
+  EXPECT_NEAR(got.inertia.yy, want.inertia.yy, relative * want.inertia.yy);
+  EXPECT_NEAR(got.inertia.zz, want.inertia.zz, relative * want.inertia.zz);
+  EXPECT_NEAR(got.inertia.yz, want.inertia.yz, relative * -want.inertia.yz);
+  EXPECT_NEAR(got.inertia.xy, 0, relative);
+  EXPECT_NEAR(got.inertia.xz, 0, relative);
+
+  // The closed form to nine decimals, so that an error common to both computations shows; the
+  // paper prints these cut off after the fourth.
+  EXPECT_NEAR(got.mass, 19.941150082, 5e-10);
+  EXPECT_NEAR(got.com[1], 0.010634, 5e-7);
+  EXPECT_NEAR(got.com[2], 0.051585, 5e-7);
+  EXPECT_NEAR(got.inertia.xx, 0.132913751, 5e-10);
+  EXPECT_NEAR(got.inertia.yy, 0.124565930, 5e-10);
+  EXPECT_NEAR(got.inertia.zz, 0.118315925, 5e-10);
+  EXPECT_NEAR(got.inertia.yz, -0.020869551, 5e-10);
+  EXPECT_EQ(std::trunc(got.mass * 1e4), 199411);
+  EXPECT_EQ(std::trunc(got.inertia.xx * 1e4), 1329);
+  EXPECT_EQ(std::trunc(got.inertia.yy * 1e4), 1245);
+  EXPECT_EQ(std::trunc(got.inertia.zz * 1e4), 1183);
+  EXPECT_EQ(std::trunc(got.inertia.yz * 1e4), -208);
+}
+
+}  // namespace
+}  // namespace robomosp::conformance
