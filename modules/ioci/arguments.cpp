@@ -154,6 +154,51 @@ Result<model::Placement> read_placement(const Value* value, std::string_view pat
   return model::placement(*pose);
 }
 
+Schema placement_fields(std::string frame) {
+  return {optional("placement", "pose", "", "Where it stands in " + frame + "; or give position and angles."),
+          optional("position", "vec3", "m", "Its origin in " + frame + "."),
+          optional("rpy", "vec3", "rad", "Roll, pitch, yaw: R = Rz(yaw) Ry(pitch) Rx(roll)."),
+          optional("xyz", "vec3", "rad", "Angles about the moving x, y and z axes instead."),
+          optional("zyz", "vec3", "rad", "Angles about the moving z, y and z axes instead.")};
+}
+
+Result<model::Placement> read_placement_fields(const Map& table, std::string_view path) {
+  const Value* whole = table.find("placement");
+  Map parts;
+  for (const char* key : {"position", "rpy", "xyz", "zyz"})
+    if (const Value* v = table.find(key); v && !v->is_nil()) parts.set(key, *v);
+  if (whole && !whole->is_nil()) {
+    if (!parts.empty())
+      return error(ErrorCode::invalid_argument, "there is both a placement and a " + parts.begin()->first, "Give one of them.", std::string(path));
+    return read_placement(whole, std::string(path) + ".placement");
+  }
+  if (parts.empty()) return model::Placement{};
+  const Value v(std::move(parts));
+  return read_placement(&v, path);
+}
+
+Result<bool> set_placement(model::Placement& p, std::string_view name, const Value& value, std::string_view path) {
+  if (name == "placement") {
+    RMP_TRY_ASSIGN(p, read_placement(&value, path));
+    return true;
+  }
+  if (name == "position") {
+    RMP_TRY_ASSIGN(p.position, read_vec3(value, "m", path));
+    return true;
+  }
+  if (name.starts_with("position.") && name.size() == 10 && name[9] >= 'x' && name[9] <= 'z') {
+    RMP_TRY_ASSIGN(const Value v, check_value(field("", "real", "m", ""), value, path));
+    p.position[static_cast<std::size_t>(name[9] - 'x')] = v.number();
+    return true;
+  }
+  if (name == "rpy" || name == "xyz" || name == "zyz") {
+    RMP_TRY_ASSIGN(p.angles, read_vec3(value, "rad", path));
+    p.notation = name == "rpy" ? model::AngleNotation::rpy : name == "xyz" ? model::AngleNotation::xyz : model::AngleNotation::zyz;
+    return true;
+  }
+  return false;
+}
+
 Result<Map> read_map(const CommandContext& ctx, const Schema& schema, const Value& value, std::string_view path) {
   const Map* map = value.as_map();
   if (!map && value.as_list() && value.as_list()->empty()) {

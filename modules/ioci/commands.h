@@ -3,6 +3,7 @@
 // checked arguments, and the library of shipped files (layer: application, ioci only).
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -84,6 +85,13 @@ template <class R, class Fn>
 [[nodiscard]] Result<AnyId> read_ref(const CommandContext& ctx, std::string_view kinds, const Value& value, std::string_view path);
 /// A placement as it was written (notation kept), from a pose's spellings; nil is the identity.
 [[nodiscard]] Result<model::Placement> read_placement(const Value* value, std::string_view path);
+/// The placement fields of a table: `placement`, or `position` with `rpy`, `xyz` or `zyz`.
+[[nodiscard]] Schema placement_fields(std::string frame);
+/// Reads placement_fields() from a table as it was given.
+[[nodiscard]] Result<model::Placement> read_placement_fields(const Map& table, std::string_view path);
+/// Sets "placement", "position", "position.x", "rpy", "xyz" or "zyz"; false = another field.
+[[nodiscard]] Result<bool> set_placement(model::Placement& p, std::string_view field, const Value& value, std::string_view path);
+inline constexpr std::string_view kPlacementFields[] = {"placement", "position", "position.x", "position.y", "position.z", "rpy", "xyz", "zyz"};
 /// Checks the entries of a list of maps or one map against a schema; `path` names it.
 [[nodiscard]] Result<Map> read_map(const CommandContext& ctx, const Schema& schema, const Value& value, std::string_view path);
 /// `{name = "numeric", params = {...}}` or a plain name.
@@ -102,6 +110,17 @@ template <class R, class Fn>
 [[nodiscard]] Result<Colour> read_colour(const Value& v, std::string_view path);
 /// Everything a record holds as nested maps; what `describe` returns.
 [[nodiscard]] Map describe_record(const document::Snapshot& s, AnyId id);
+/// Fields of what a body weighs, and their values.
+[[nodiscard]] std::vector<ParamSpec> body_mass_fields();
+[[nodiscard]] Map body_mass_map(const document::BodyMass& b);
+/// Principal moments, ascending [kg m^2], and axes as columns (right-handed) of a symmetric tensor.
+struct Principal {
+  Vec3 moments{};
+  std::array<double, 9> axes{};
+};
+[[nodiscard]] Principal principal(const Sym3& inertia);
+/// Binary STL of drawables in their common frame.
+[[nodiscard]] Result<std::string> stl(const std::vector<document::Drawable>& bodies);
 /// Pose as 4x4 matrix with position, roll-pitch-yaw and quaternion.
 [[nodiscard]] Map pose_map(const Pose& t);
 
