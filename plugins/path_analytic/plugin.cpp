@@ -39,6 +39,8 @@ const rmp_param kCircleParams[] = {
 
 // Control points closer than this count as one [m]; it is far below what a robot can place.
 constexpr double kSamePoint = 1e-9;
+// Times this share of the duration beyond an end are that end: callers reach it by sums of steps.
+constexpr double kRounding = 1e-12;
 // Orientations closer than this count as one [rad].
 constexpr double kSameRotation = 1e-9;
 
@@ -69,7 +71,8 @@ class ConstantSpeed : public Segment {
   double length() const override { return length_; }
   void sample(std::span<const double> times, std::span<PathSample> out) const override {
     for (std::size_t i = 0; i < times.size() && i < out.size(); ++i) {
-      const bool moving = times[i] >= 0 && times[i] <= duration_;
+      const double slack = kRounding * duration_;
+      const bool moving = times[i] >= -slack && times[i] <= duration_ + slack;
       const double share = std::clamp(times[i] / duration_, 0.0, 1.0);
       turning_.fill(share, 1 / duration_, out[i]);
       place(share, length_ / duration_, out[i]);
@@ -153,7 +156,7 @@ class Arc final : public ConstantSpeed {
 
 Result<void> check_points(std::span<const Pose> points, std::size_t count, const char* shape, const char* which) {
   if (points.size() != count)
-    return bad(std::string("a ") + shape + " needs " + std::to_string(count) + " points, " +
+    return bad(std::string(shape) + " needs " + std::to_string(count) + " points, " +
                    std::to_string(points.size()) + (points.size() == 1 ? " was given" : " were given"),
                which);
   for (std::size_t i = 0; i < count; ++i)
@@ -178,7 +181,7 @@ Turning turning(const Pose& first, const Pose& last) {
 class LineMaker final : public SegmentMaker {
  public:
   Result<std::unique_ptr<Segment>> make(std::span<const Pose> points, const Params& params) const override {
-    RMP_TRY(check_points(points, 2, "line", "Give start and end."));
+    RMP_TRY(check_points(points, 2, "a line", "Give start and end."));
     const Turning turn = turning(points[0], points[1]);
     const Vec3 way = sub(points[1].p, points[0].p);
     const double length = spatial::norm(way), angle = spatial::norm(turn.whole);
@@ -197,7 +200,7 @@ class LineMaker final : public SegmentMaker {
 class ArcMaker final : public SegmentMaker {
  public:
   Result<std::unique_ptr<Segment>> make(std::span<const Pose> points, const Params& params) const override {
-    RMP_TRY(check_points(points, 3, "arc", "Give start, a point on the way, and end."));
+    RMP_TRY(check_points(points, 3, "an arc", "Give start, a point on the way, and end."));
     RMP_TRY_ASSIGN(const double speed, positive(params, "speed", "m/s"));
     RMP_TRY_ASSIGN(const Circle circle, circle_through(points[0].p, points[1].p, points[2].p));
     return std::unique_ptr<Segment>(new Arc(circle, circle.to_third,
@@ -209,7 +212,7 @@ class ArcMaker final : public SegmentMaker {
 class CircleMaker final : public SegmentMaker {
  public:
   Result<std::unique_ptr<Segment>> make(std::span<const Pose> points, const Params& params) const override {
-    RMP_TRY(check_points(points, 3, "circle", "Give three points on it, in the order they are passed."));
+    RMP_TRY(check_points(points, 3, "a circle", "Give three points on it, in the order they are passed."));
     RMP_TRY_ASSIGN(const double speed, positive(params, "speed", "m/s"));
     RMP_TRY_ASSIGN(const double turns, positive(params, "turns", "turns"));
     RMP_TRY_ASSIGN(const Circle circle, circle_through(points[0].p, points[1].p, points[2].p));

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+// Conformance suite of robomosp.segment/1 (layer: contract helper for tests, GoogleTest,
+// header-only): rates are derivatives, times outside are held. Include it in one file of a test
+// program and instantiate SegmentConformance with SegmentCase values.
+#pragma once
+
+#include <cmath>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <robomosp/sdk/conformance/models.h>
+#include <robomosp/sdk/conformance/provider.h>
+#include <robomosp/sdk/trajectory.h>
+
+namespace robomosp::conformance {
+
+struct SegmentCase {
+  std::string file, provider, name;
+  std::vector<Pose> points;
+  std::vector<std::pair<std::string, double>> params;
+  double constant_speed = 0;     ///< expected |velocity| all along [m/s]; 0 = not constant
+  bool passes_all_points = true; ///< every control point lies on the path
+  bool ends_at_last_point = true;
+};
+inline void PrintTo(const SegmentCase& c, std::ostream* os) { *os << c.provider << " " << c.name; }
+inline std::string segment_case_name(const testing::TestParamInfo<SegmentCase>& info) {
+  return info.param.provider + "_" + info.param.name;
+}
+
+class SegmentConformance : public testing::TestWithParam<SegmentCase> {
+ protected:
+  void SetUp() override {
+    auto found = find_provider<SegmentMaker>(GetParam().file, GetParam().provider);
+    ASSERT_TRUE(found.ok()) << found.error().sentence();
+    maker_ = create<SegmentMaker>(**found);
+    params_ = TableParams(**found);
+    for (const auto& [name, value] : GetParam().params) params_.set(name, value);
+    auto made = maker_->make(GetParam().points, params_);
+    ASSERT_TRUE(made.ok()) << made.error().sentence();
+    segment_ = std::move(made).value();
+  }
+  PathSample at(double t) const {
+    PathSample s[1];
+    const double time[] = {t};
+    segment_->sample(time, s);
+    return s[0];
+  }
+  static double size(const Vec3& v) { return std::hypot(v[0], v[1], v[2]); }
+  TableParams params_;
+  std::unique_ptr<SegmentMaker> maker_;
+  std::unique_ptr<Segment> segment_;
+};
+GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(SegmentConformance);
+
+TEST_P(SegmentConformance, VelocitiesAndAccelerationsAreDerivatives) {
+  const double T = segment_->duration(), h = T * 1e-4;
+  ASSERT_GT(T, 0);
+  for (int i = 1; i < 20; ++i) {
+    const double t = T * i / 20;
+    const PathSample a = at(t - h), s = at(t), b = at(t + h);
+    // Differences of order two: their error is about h^2 times the third derivative.
+    const double scale = 1e-6 * (1 + size(s.velocity) + size(s.acceleration) + size(s.angular_velocity));
+    double D[9] = {};
+    for (std::size_t r = 0; r < 3; ++r)
+      for (std::size_t c = 0; c < 3; ++c)
+        for (std::size_t k = 0; k < 3; ++k) D[3 * r + c] += b.pose.R[3 * r + k] * a.pose.R[3 * c + k];
+    const Vec3 turn{(D[7] - D[5]) / 2, (D[2] - D[6]) / 2, (D[3] - D[1]) / 2};
+    for (std::size_t k = 0; k < 3; ++k) {
+      EXPECT_NEAR(s.velocity[k], (b.pose.p[k] - a.pose.p[k]) / (2 * h), scale);
+      EXPECT_NEAR(s.acceleration[k], (b.velocity[k] - a.velocity[k]) / (2 * h), scale);
+      EXPECT_NEAR(s.angular_velocity[k], turn[k] / (2 * h), scale);
+      EXPECT_NEAR(s.angular_acceleration[k], (b.angular_velocity[k] - a.angular_velocity[k]) / (2 * h), scale);
+    }
+  }
+}
+
+TEST_P(SegmentConformance, LengthIsTheIntegralOfSpeed) {
+  constexpr int kSteps = 2000;
+  double length = 0;
+  for (int i = 0; i < kSteps; ++i) length += size(at(segment_->duration() * (i + 0.5) / kSteps).velocity);
+  EXPECT_NEAR(length * segment_->duration() / kSteps, segment_->length(), 1e-6 * (1 + segment_->length()));
+}
+
+TEST_P(SegmentConformance, SpeedIsAsAsked) {
+  if (GetParam().constant_speed <= 0) GTEST_SKIP() << "its speed is not constant";
+  for (int i = 0; i <= 50; ++i)
+    EXPECT_NEAR(size(at(segment_->duration() * i / 50).velocity), GetParam().constant_speed, 1e-12);
+}
+
+TEST_P(SegmentConformance, StartsAtTheFirstPointAndEndsWhereItShould) {
+  const auto& points = GetParam().points;
+  EXPECT_LE(position_gap(at(0).pose, points.front()), 1e-12);
+  EXPECT_LE(rotation_gap(at(0).pose, points.front()), 1e-9);
+  EXPECT_LE(rotation_gap(at(segment_->duration()).pose, points.back()), 1e-9);
+  if (GetParam().ends_at_last_point) {
+    EXPECT_LE(position_gap(at(segment_->duration()).pose, points.back()), 1e-12);
+  }
+}
+
+TEST_P(SegmentConformance, ControlPointsLieOnThePathInTheirOrder) {
+  if (!GetParam().passes_all_points) GTEST_SKIP();
+  constexpr int kSteps = 20000;
+  double last = -1;
+  for (const Pose& p : GetParam().points) {
+    double best = 1e9, when = 0;
+    for (int i = 0; i <= kSteps; ++i) {
+      const double t = segment_->duration() * i / kSteps, d = position_gap(at(t).pose, p);
+      if (d < best - 1e-9) best = d, when = t;
+    }
+    EXPECT_LE(best, segment_->length() / kSteps);
+    EXPECT_GT(when, last) << "the points are passed in the order given";
+    last = when;
+  }
+}
+
+TEST_P(SegmentConformance, TimesOutsideAreHeldAtTheEndsAtRest) {
+  const double T = segment_->duration();
+  const PathSample before = at(-1), after = at(T + 1);
+  EXPECT_LE(position_gap(before.pose, at(0).pose), 1e-15);
+  EXPECT_LE(position_gap(after.pose, at(T).pose), 1e-15);
+  for (const PathSample& s : {before, after}) {
+    EXPECT_EQ(size(s.velocity) + size(s.acceleration), 0);
+    EXPECT_EQ(size(s.angular_velocity) + size(s.angular_acceleration), 0);
+  }
+}
+
+TEST_P(SegmentConformance, OrientationsStayRotations) {
+  for (int i = 0; i <= 20; ++i) {
+    const Pose p = at(segment_->duration() * i / 20).pose;
+    for (std::size_t r = 0; r < 3; ++r)
+      for (std::size_t c = 0; c < 3; ++c) {
+        double dot = 0;
+        for (std::size_t k = 0; k < 3; ++k) dot += p.R[3 * r + k] * p.R[3 * c + k];
+        EXPECT_NEAR(dot, r == c ? 1 : 0, 1e-13);
+      }
+  }
+}
+
+TEST_P(SegmentConformance, BrokenInputIsRefused) {
+  EXPECT_FALSE(maker_->make({}, params_).ok()) << "no points";
+  auto points = GetParam().points;
+  points[0].p[0] = std::nan("");
+  EXPECT_FALSE(maker_->make(points, params_).ok()) << "a point that is not a number";
+  const std::vector<Pose> same(GetParam().points.size(), GetParam().points[0]);
+  EXPECT_FALSE(maker_->make(same, params_).ok()) << "all points the same";
+}
+
+}  // namespace robomosp::conformance
