@@ -67,7 +67,8 @@ Result<void> placement(const Placement& p, const std::string& what) {
 Result<void> choice(const ProviderChoice& p, const std::string& what) {
   for (const auto& [name, value] : p.params) {
     const std::string which = "parameter " + quote(name) + " of " + what;
-    if (!is_name(name)) return bad_name(name, "parameter of " + what);
+    if (!is_name(name) || name.find(' ') != std::string::npos || name == "point")
+      return bad_name(name, "parameter of " + what);
     if (const auto* v = std::get_if<double>(&value)) RMP_TRY(finite(*v, which));
     if (const auto* v = std::get_if<std::vector<double>>(&value)) RMP_TRY(finite(*v, which));
   }
@@ -134,17 +135,18 @@ Result<void> check_node(const Solid& s, std::size_t i) {
   return {};
 }
 
-Result<void> check(const Material& m) {
+Result<void> check(const Material& m, Subject&) {
   RMP_TRY(positive(m.density, "the density", " kg/m^3"));
   RMP_TRY(colour(m.colour, "a component of the colour"));
   RMP_TRY(within(m.shininess, 0, 1, "shininess"));
   return within(m.metalness, 0, 1, "metalness");
 }
 
-Result<void> check(const Solid& s) {
+Result<void> check(const Solid& s, Subject& subject) {
   RMP_TRY(positive(s.chord, "the chord", " m"));
   Names names("node");
   for (std::size_t i = 0; i < s.nodes.size(); ++i) {
+    subject = {"node", i};
     RMP_TRY(names.add(s.nodes[i].name));
     RMP_TRY(check_node(s, i));
   }
@@ -156,10 +158,12 @@ Result<void> solid_or_object(AnyId id, const std::string& what) {
   return {};
 }
 
-Result<void> check(const Object& o) {
+Result<void> check(const Object& o, Subject& subject) {
   if (o.overlap > Overlap::sum) return fault("the overlap policy is unknown");
   Names names("part");
-  for (const auto& p : o.parts) {
+  for (std::size_t i = 0; i < o.parts.size(); ++i) {
+    const ObjectPart& p = o.parts[i];
+    subject = {"part", i};
     RMP_TRY(names.add(p.name));
     RMP_TRY(solid_or_object(p.what, "part " + quote(p.name)));
     RMP_TRY(placement(p.placement, "part " + quote(p.name)));
@@ -207,7 +211,7 @@ Result<void> check_link(const Robot& r, std::size_t i) {
   return {};
 }
 
-Result<void> check(const Robot& r) {
+Result<void> check(const Robot& r, Subject& subject) {
   if (r.convention > Convention::mdh) return fault("the convention is unknown");
   if (r.mass_source > MassSource::designed) return fault("the source of masses is unknown");
   RMP_TRY(placement(r.base, "the base"));
@@ -218,6 +222,7 @@ Result<void> check(const Robot& r) {
   }
   Names names("link");
   for (std::size_t i = 0; i < r.links.size(); ++i) {
+    subject = {"link", i};
     RMP_TRY(names.add(r.links[i].name));
     if (r.links[i].name == "base")
       return fault("a link cannot be named \"base\"", "\"base\" is the frame the first link stands on.");
@@ -226,13 +231,17 @@ Result<void> check(const Robot& r) {
   const auto dof = static_cast<std::size_t>(std::count_if(
       r.links.begin(), r.links.end(), [](const Link& l) { return l.joint != JointKind::fixed; }));
   Names poses("pose");
-  for (const auto& p : r.poses) {
+  for (std::size_t i = 0; i < r.poses.size(); ++i) {
+    const NamedPose& p = r.poses[i];
+    subject = {"pose", i};
     RMP_TRY(poses.add(p.name));
     RMP_TRY(finite(p.q, "a joint value of pose " + quote(p.name)));
     if (p.q.size() != dof)
       return fault("pose " + quote(p.name) + " has " + std::to_string(p.q.size()) +
-                   " joint values; the robot has " + std::to_string(dof) + " moving joints");
+                   " joint values; the robot has " + std::to_string(dof) +
+                   (dof == 1 ? " moving joint" : " moving joints"));
   }
+  subject = {};
   RMP_TRY(choice(r.ik, "ik"));
   RMP_TRY(choice(r.inverse_dynamics, "inverse_dynamics"));
   RMP_TRY(choice(r.forward_dynamics, "forward_dynamics"));
@@ -240,9 +249,10 @@ Result<void> check(const Robot& r) {
   return colour(r.skin_accent, "a component of the skin's accent");
 }
 
-Result<void> check(const Trajectory& t) {
+Result<void> check(const Trajectory& t, Subject& subject) {
   RMP_TRY(positive(t.sample_time, "the sample time", " s"));
   for (std::size_t i = 0; i < t.segments.size(); ++i) {
+    subject = {"segment", i};
     const std::string segment = "segment " + std::to_string(i + 1);
     if (!is_name(t.segments[i].shape.name)) return bad_name(t.segments[i].shape.name, "shape of " + segment);
     RMP_TRY(choice(t.segments[i].shape, segment));
@@ -252,21 +262,27 @@ Result<void> check(const Trajectory& t) {
   return {};
 }
 
-Result<void> check(const World& w) {
+Result<void> check(const World& w, Subject& subject) {
   RMP_TRY(finite(w.gravity, "gravity"));
   Names names("member");
-  for (const auto& o : w.objects) {
+  for (std::size_t i = 0; i < w.objects.size(); ++i) {
+    const PlacedObject& o = w.objects[i];
+    subject = {"object", i};
     RMP_TRY(names.add(o.name));
     RMP_TRY(solid_or_object(o.what, "object " + quote(o.name)));
     RMP_TRY(placement(o.placement, "object " + quote(o.name)));
   }
-  for (const auto& r : w.robots) {
+  for (std::size_t i = 0; i < w.robots.size(); ++i) {
+    const PlacedRobot& r = w.robots[i];
+    subject = {"robot", i};
     RMP_TRY(names.add(r.name));
     if (!r.robot) return fault("the placed robot " + quote(r.name) + " names no robot");
     RMP_TRY(placement(r.placement, "robot " + quote(r.name)));
     RMP_TRY(finite(r.q, "a joint value of robot " + quote(r.name)));
   }
-  for (const auto& t : w.trajectories) {
+  for (std::size_t i = 0; i < w.trajectories.size(); ++i) {
+    const PlacedTrajectory& t = w.trajectories[i];
+    subject = {"trajectory", i};
     RMP_TRY(names.add(t.name));
     if (!t.trajectory) return fault("the placed trajectory " + quote(t.name) + " names no trajectory");
     RMP_TRY(placement(t.placement, "trajectory " + quote(t.name)));
@@ -290,10 +306,12 @@ Error bad_name(std::string_view name, std::string_view what) {
   return fault(quote(name) + " cannot be the name of a " + std::string(what), hint);
 }
 
-Result<void> check_record(const Record& record) {
+Result<void> check_record(const Record& record, Subject* subject) {
   if (!is_name(record.name)) return bad_name(record.name, to_string(record.kind()));
-  return std::visit([](const auto& body) { return check(body); }, record.body)
-      .in(std::string(to_string(record.kind())) + " " + quote(record.name));
+  Subject place;
+  auto result = std::visit([&place](const auto& body) { return check(body, place); }, record.body);
+  if (subject && !result.ok()) *subject = place;
+  return std::move(result).in(std::string(to_string(record.kind())) + " " + quote(record.name));
 }
 
 }  // namespace robomosp::document

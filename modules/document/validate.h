@@ -16,8 +16,15 @@ namespace robomosp::document {
 /// The refusal of a malformed name; `what` as in "robot" or "node".
 [[nodiscard]] Error bad_name(std::string_view name, std::string_view what);
 
+/// The element of a record that a fault is about: ("node" | "part" | "link" | "pose" | "segment" |
+/// "object" | "robot" | "trajectory", index); an empty list is the record as a whole.
+struct Subject {
+  std::string_view list;
+  std::size_t index = 0;
+};
+
 /// Everything that can be checked without other records; the error's `where` names the record and
 /// its message the node, part or link. [any thread]
-[[nodiscard]] Result<void> check_record(const model::Record& record);
+[[nodiscard]] Result<void> check_record(const model::Record& record, Subject* subject = nullptr);
 
 }  // namespace robomosp::document

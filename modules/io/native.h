@@ -32,6 +32,11 @@ struct Loaded {
 Result<Loaded> load(document::Transaction&, const std::filesystem::path& file,
                     const std::vector<std::filesystem::path>& library);
 
+/// The same for a text instead of a file: `shown` names it in messages, references are relative to
+/// `folder`. The record has no file.
+Result<Loaded> load_text(document::Transaction&, std::string_view text, const std::string& shown,
+                         const std::filesystem::path& folder, const std::vector<std::filesystem::path>& library);
+
 /// Text of one record as save() would write it to a file at `file` (references become paths
 /// relative to it). References to records without file are an error that names them.
 Result<std::string> print(const document::Snapshot&, AnyId, const std::filesystem::path& file,

@@ -1,0 +1,755 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "io/bind.h"
+
+#include <algorithm>
+#include <limits>
+#include <optional>
+#include <unordered_map>
+
+#include "document/validate.h"
+#include "kernel/text.h"
+#include "kernel/units.h"
+
+namespace robomosp::io {
+
+namespace {
+
+using namespace model;
+using text::quote;
+
+constexpr std::uint32_t kFile = std::numeric_limits<std::uint32_t>::max();  ///< the outermost "block"
+
+/// One field that a block may have.
+struct Rule {
+  std::string_view name;
+  std::function<Result<void>(std::uint32_t)> read;  ///< gets the field's index
+  bool is_repeated = false;
+  bool is_required = false;
+};
+
+std::optional<CsgKind> csg_kind(std::string_view word) {
+  if (word == "union") return CsgKind::union_;
+  if (word == "difference") return CsgKind::difference;
+  if (word == "intersection") return CsgKind::intersection;
+  for (const auto& info : kCsgPrimitives)
+    if (info.name == word) return info.kind;
+  return std::nullopt;
+}
+
+class Binder {
+ public:
+  explicit Binder(const Syntax& s) : s_(s) {}
+
+  Result<Bound> run() {
+    const auto kind = kind_from(s_.kind);
+    if (!kind) {
+      std::vector<std::string> kinds;
+      for (const Kind k : kAllKinds) kinds.emplace_back(to_string(k));
+      std::string hint = text::did_you_mean(s_.kind, kinds);
+      if (hint.empty()) hint = "Kinds are " + text::enumerate(kinds) + ".";
+      return s_.at(s_.kind_offset, ErrorCode::syntax, quote(s_.kind) + " is not a kind of record", hint);
+    }
+    switch (*kind) {
+      case Kind::material: RMP_TRY(material()); break;
+      case Kind::solid: RMP_TRY(solid()); break;
+      case Kind::object: RMP_TRY(object()); break;
+      case Kind::robot: RMP_TRY(robot()); break;
+      case Kind::trajectory: RMP_TRY(trajectory()); break;
+      case Kind::world: RMP_TRY(world()); break;
+    }
+    return std::move(out_);
+  }
+
+ private:
+  using Index = std::uint32_t;
+  using Skip = std::function<bool(Index)>;
+
+  // ---- records ----
+
+  Result<void> material() {
+    Material m;
+    RMP_TRY(block(kFile, "a material",
+                  {name_rule(), string("description", m.description), string("source", m.source),
+                   number("density", "kg/m^3", m.density, true), colour("colour", m.colour),
+                   number("shininess", "", m.shininess), number("metalness", "", m.metalness)}));
+    out_.record.body = std::move(m);
+    return {};
+  }
+
+  Result<void> solid() {
+    Solid s;
+    std::optional<Index> root;
+    const Skip is_node = [&](Index i) { return csg_kind(at(i).name).has_value(); };
+    RMP_TRY(block(kFile, "a solid",
+                  {name_rule(), string("description", s.description),
+                   reference("material", {Kind::material}, "the solid",
+                             [](Body& b, AnyId id) { std::get<Solid>(b).material = {id.number}; }),
+                   number("chord", "m", s.chord)},
+                  is_node));
+    for (Index i = 0; i < s_.fields.size(); i = at(i).end) {
+      if (!is_node(i)) continue;
+      if (root)
+        return s_.at(at(i).offset, ErrorCode::syntax, "a solid has a single top-level node, and this is the second",
+                     "Put both inside a union, difference or intersection.");
+      root = i;
+    }
+    if (root) RMP_TRY(nodes(s, *root));
+    out_.record.body = std::move(s);
+    return {};
+  }
+
+  /// Fields stand in pre-order, so one pass over them makes the flat tree at any depth.
+  Result<void> nodes(Solid& s, Index root) {
+    std::unordered_map<std::int32_t, std::int32_t> node_of;  // field -> node
+    std::unordered_map<std::string_view, Index> named;
+    std::vector<std::pair<std::size_t, std::string_view>> unnamed;
+    for (Index i = root; i < at(root).end; ++i) {
+      const Field& f = at(i);
+      const auto parent = node_of.find(f.parent);
+      const auto kind = csg_kind(f.name);
+      if (!kind || (i != root && parent == node_of.end())) continue;
+      SolidNode n;
+      n.kind = *kind;
+      n.parent = i == root ? -1 : parent->second;
+      const std::size_t index = s.nodes.size();
+      if (f.argument == Argument::none) {
+        unnamed.emplace_back(index, f.name);
+      } else {
+        RMP_TRY(read_name(i, n.name, "node"));
+        if (const auto [it, is_new] = named.emplace(f.text, i); !is_new)
+          return twice("node", n.name, i, it->second);
+      }
+      RMP_TRY(node(i, n));
+      out_.places[{"node", index}] = f.offset;
+      node_of.emplace(static_cast<std::int32_t>(i), static_cast<std::int32_t>(index));
+      s.nodes.push_back(std::move(n));
+    }
+    std::unordered_map<std::string_view, int> counts;
+    for (const auto& [index, kind] : unnamed) {
+      std::string name;
+      do {
+        name = std::string(kind) + "_" + std::to_string(++counts[kind]);
+      } while (named.contains(name));
+      s.nodes[index].name = std::move(name);
+    }
+    return {};
+  }
+
+  Result<void> node(Index i, SolidNode& n) {
+    const bool is_operation = n.kind < CsgKind::box;
+    std::vector<Rule> rules;
+    if (!is_operation) {
+      const auto info = std::find_if(kCsgPrimitives.begin(), kCsgPrimitives.end(),
+                                     [&](const auto& p) { return p.kind == n.kind; });
+      for (std::size_t k = 0; k < info->sizes.size() && !info->sizes[k].empty(); ++k)
+        rules.push_back(number(info->sizes[k], "m", n.sizes[k], info->sizes[k] != "fillet"));
+    }
+    placement(rules, n.placement);
+    const Skip is_inner = [&](Index k) { return csg_kind(at(k).name).has_value(); };
+    RMP_TRY(need_block(i));
+    RMP_TRY(block(i, article(at(i).name), rules, is_inner));
+    if (is_operation) return {};
+    for (Index k = i + 1; k < at(i).end; k = at(k).end)
+      if (is_inner(k))
+        return s_.at(at(k).offset, ErrorCode::syntax, article(at(i).name) + " is a primitive and has no nodes inside",
+                     "Put both inside a union, difference or intersection.");
+    return {};
+  }
+
+  Result<void> object() {
+    Object o;
+    std::unordered_map<std::string, Index> named;
+    Result<void> fields_read = block(kFile, "an object",
+                  {name_rule(), string("description", o.description),
+                   words("overlap", {"once", "sum"}, [&](std::size_t k) { o.overlap = static_cast<Overlap>(k); }),
+                   repeated("part", [&](Index i) -> Result<void> {
+                     ObjectPart p;
+                     const std::size_t at_part = o.parts.size();
+                     RMP_TRY(element(i, "part", at_part, p.name, named));
+                     std::vector<Rule> rules = body("part " + quote(p.name), [at_part](Body& b, AnyId id) {
+                       std::get<Object>(b).parts[at_part].what = id;
+                     });
+                     rules.push_back(reference("material", {Kind::material}, "part " + quote(p.name),
+                                               [at_part](Body& b, AnyId id) {
+                                                 std::get<Object>(b).parts[at_part].material = {id.number};
+                                               }));
+                     placement(rules, p.placement);
+                     RMP_TRY(block(i, "a part", rules));
+                     RMP_TRY(need_body(i));
+                     o.parts.push_back(std::move(p));
+                     return {};
+                   })});
+    RMP_TRY(std::move(fields_read));
+    out_.record.body = std::move(o);
+    return {};
+  }
+
+  Result<void> robot() {
+    Robot r;
+    std::unordered_map<std::string, Index> links, poses;
+    std::vector<Index> pose_fields;
+    Result<void> fields_read = block(
+        kFile, "a robot",
+        {name_rule(), string("description", r.description), string("source", r.source),
+         words("convention", {"dh", "mdh"}, [&](std::size_t k) { r.convention = static_cast<Convention>(k); }),
+         words("masses", {"given", "designed"}, [&](std::size_t k) { r.mass_source = static_cast<MassSource>(k); }),
+         placement_block("base", r.base),
+         repeated("base_part",
+                  [&](Index i) -> Result<void> {
+                    const std::size_t k = r.base_parts.size();
+                    return body_part(i, "a base part", r.base_parts, [k](Body& b, AnyId id) {
+                      std::get<Robot>(b).base_parts[k].what = id;
+                    });
+                  }),
+         repeated("link", [&](Index i) { return link(i, r, links); }), placement_block("tool", r.tool),
+         repeated("pose",
+                  [&](Index i) -> Result<void> {
+                    pose_fields.push_back(i);
+                    return {};
+                  }),
+         provider("ik", r.ik), provider("inverse_dynamics", r.inverse_dynamics),
+         provider("forward_dynamics", r.forward_dynamics),
+         Rule{"skin", [&](Index i) -> Result<void> {
+                RMP_TRY(need_block(i, true));
+                return block(i, "a skin", {colour("colour", r.skin_colour), colour("accent", r.skin_accent)});
+              }}});
+    RMP_TRY(std::move(fields_read));
+    std::vector<std::string_view> units;
+    for (const auto& l : r.links)
+      if (l.joint != JointKind::fixed) units.push_back(l.joint == JointKind::prismatic ? "m" : "rad");
+    for (const Index i : pose_fields) RMP_TRY(pose(i, r, units, poses));
+    out_.record.body = std::move(r);
+    return {};
+  }
+
+  /// `pose home (0, 90 deg)`
+  Result<void> pose(Index i, Robot& r, const std::vector<std::string_view>& units,
+                    std::unordered_map<std::string, Index>& named) {
+    NamedPose p;
+    RMP_TRY(element(i, "pose", r.poses.size(), p.name, named, false));
+    const Field& f = at(i);
+    if (f.has_block || !f.has_values)
+      return fail(i, "pose " + quote(p.name) + " needs its joint values in parentheses");
+    if (f.numbers != units.size())
+      return s_.at(f.offset, ErrorCode::syntax,
+                   "pose " + quote(p.name) + " has " + std::to_string(f.numbers) + " joint values; the robot has " +
+                       std::to_string(units.size()) + (units.size() == 1 ? " moving joint" : " moving joints"));
+    for (std::uint32_t k = 0; k < f.numbers; ++k) {
+      RMP_TRY_ASSIGN(const double v, quantity(s_.numbers[f.first_number + k], units[k]));
+      p.q.push_back(v);
+    }
+    r.poses.push_back(std::move(p));
+    return {};
+  }
+
+  Result<void> link(Index i, Robot& r, std::unordered_map<std::string, Index>& named) {
+    Link l;
+    const std::size_t index = r.links.size();
+    l.parent = static_cast<std::int32_t>(index) - 1;
+    RMP_TRY(element(i, "link", index, l.name, named));
+    // The unit of limits depends on the joint, which may stand after them.
+    for (Index k = i + 1; k < at(i).end; k = at(k).end)
+      if (at(k).name == "joint" && at(k).text == "prismatic") l.joint = JointKind::prismatic;
+    const bool slides = l.joint == JointKind::prismatic;
+    MassProperties given;
+    Result<void> fields_read = block(
+        i, "a link",
+        {Rule{"parent", [&](Index k) { return parent(k, r, l); }},
+         words("joint", {"revolute", "prismatic", "fixed"}, [&](std::size_t k) { l.joint = static_cast<JointKind>(k); }),
+         Rule{"row",
+              [&](Index k) -> Result<void> {
+                RMP_TRY(need_block(k, true));
+                return block(k, "a DH row",
+                             {number("a", "m", l.row.a), number("alpha", "rad", l.row.alpha),
+                              number("d", "m", l.row.d), number("theta", "rad", l.row.theta)});
+              },
+              false, true},
+         Rule{"limits",
+              [&](Index k) -> Result<void> {
+                std::array<double, 2> v{};
+                RMP_TRY(read_tuple(k, slides ? "m" : "rad", v));
+                l.lower = v[0];
+                l.upper = v[1];
+                return {};
+              }},
+         number("max_velocity", slides ? "m/s" : "rad/s", l.max_velocity),
+         number("max_acceleration", slides ? "m/s^2" : "rad/s^2", l.max_acceleration),
+         number("max_force", slides ? "N" : "N m", l.max_force),
+         Rule{"drive",
+              [&](Index k) -> Result<void> {
+                RMP_TRY(need_block(k, true));
+                return block(k, "a drive",
+                             {number("motor_inertia", "kg m^2", l.drive.motor_inertia),
+                              number("gear_ratio", "", l.drive.gear_ratio),
+                              number("viscous", "N m s/rad", l.drive.viscous),
+                              Rule{"coulomb", [&](Index c) -> Result<void> {
+                                     std::array<double, 2> v{};
+                                     RMP_TRY(read_tuple(c, "N m", v));
+                                     l.drive.coulomb_positive = v[0];
+                                     l.drive.coulomb_negative = v[1];
+                                     return {};
+                                   }}});
+              }},
+         Rule{"given",
+              [&](Index k) -> Result<void> {
+                RMP_TRY(need_block(k, true));
+                Result<void> given_read = block(k, "the given mass properties",
+                              {number("mass", "kg", given.mass, true), tuple("com", "m", given.com),
+                               Rule{"inertia", [&](Index c) -> Result<void> {
+                                      std::array<double, 6> v{};
+                                      RMP_TRY(read_tuple(c, "kg m^2", v));
+                                      given.inertia = {v[0], v[1], v[2], v[3], v[4], v[5]};
+                                      return {};
+                                    }}});
+                RMP_TRY(std::move(given_read));
+                l.given = given;
+                return {};
+              }},
+         repeated("part",
+                  [&](Index k) -> Result<void> {
+                    const std::size_t p = l.parts.size();
+                    return body_part(k, "a part of link " + quote(l.name), l.parts, [index, p](Body& b, AnyId id) {
+                      std::get<Robot>(b).links[index].parts[p].what = id;
+                    });
+                  }),
+         words("visible", {"false", "true"}, [&](std::size_t k) { l.visible = k == 1; })});
+    RMP_TRY(std::move(fields_read));
+    r.links.push_back(std::move(l));
+    return {};
+  }
+
+  Result<void> parent(Index i, const Robot& r, Link& l) {
+    std::string name;
+    RMP_TRY(read_name(i, name, "parent"));
+    if (name == "base") {
+      l.parent = -1;
+      return {};
+    }
+    std::vector<std::string> names{"base"};
+    for (std::size_t k = 0; k < r.links.size(); ++k) {
+      if (r.links[k].name == name) {
+        l.parent = static_cast<std::int32_t>(k);
+        return {};
+      }
+      names.push_back(r.links[k].name);
+    }
+    std::string hint = text::did_you_mean(name, names);
+    if (hint.empty()) hint = "The parent is \"base\" or a link that stands before this one.";
+    return s_.at(at(i).argument_offset, ErrorCode::unknown_name,
+                 quote(name) + " is not a link before link " + quote(l.name), hint);
+  }
+
+  Result<void> trajectory() {
+    Trajectory t;
+    Result<void> fields_read = block(kFile, "a trajectory",
+                  {name_rule(), string("description", t.description), number("sample_time", "s", t.sample_time),
+                   repeated("segment", [&](Index i) -> Result<void> {
+                     TrajectorySegment s;
+                     out_.places[{"segment", t.segments.size()}] = at(i).offset;
+                     RMP_TRY(need_argument(i));
+                     RMP_TRY(read_name(i, s.shape.name, "segment"));
+                     RMP_TRY(need_block(i));
+                     std::vector<Rule> rules;
+                     rules.push_back(repeated("point", [&](Index k) -> Result<void> {
+                       Placement p;
+                       RMP_TRY(need_block(k, true));
+                       std::vector<Rule> inner;
+                       placement(inner, p);
+                       RMP_TRY(block(k, "a point", inner));
+                       s.points.push_back(p);
+                       return {};
+                     }));
+                     RMP_TRY(block(i, "a segment", rules, [this](Index k) { return at(k).name != "point"; }));
+                     RMP_TRY(parameters(i, s.shape, "point"));
+                     t.segments.push_back(std::move(s));
+                     return {};
+                   })});
+    RMP_TRY(std::move(fields_read));
+    out_.record.body = std::move(t);
+    return {};
+  }
+
+  Result<void> world() {
+    World w;
+    std::unordered_map<std::string, Index> named;
+    const auto member = [&](Index i, std::string_view list, std::size_t index, std::string& name) {
+      return element(i, list, index, name, named);
+    };
+    Result<void> fields_read = block(
+        kFile, "a world",
+        {name_rule(), string("description", w.description), tuple("gravity", "m/s^2", w.gravity),
+         repeated("object",
+                  [&](Index i) -> Result<void> {
+                    PlacedObject p;
+                    const std::size_t k = w.objects.size();
+                    RMP_TRY(member(i, "object", k, p.name));
+                    auto rules = body("object " + quote(p.name), [k](Body& b, AnyId id) {
+                      std::get<World>(b).objects[k].what = id;
+                    });
+                    placement(rules, p.placement);
+                    RMP_TRY(block(i, "a placed object", rules));
+                    RMP_TRY(need_body(i));
+                    w.objects.push_back(std::move(p));
+                    return {};
+                  }),
+         repeated("robot",
+                  [&](Index i) -> Result<void> {
+                    PlacedRobot p;
+                    const std::size_t k = w.robots.size();
+                    RMP_TRY(member(i, "robot", k, p.name));
+                    std::vector<Rule> rules;
+                    rules.push_back(reference("robot", {Kind::robot}, "robot " + quote(p.name), [k](Body& b, AnyId id) {
+                      std::get<World>(b).robots[k].robot = {id.number};
+                    }));
+                    rules.back().is_required = true;
+                    rules.push_back(Rule{"q", [&](Index q) { return joint_values(q, p.q); }});
+                    placement(rules, p.placement);
+                    RMP_TRY(block(i, "a placed robot", rules));
+                    w.robots.push_back(std::move(p));
+                    return {};
+                  }),
+         repeated("trajectory", [&](Index i) -> Result<void> {
+           PlacedTrajectory p;
+           const std::size_t k = w.trajectories.size();
+           RMP_TRY(member(i, "trajectory", k, p.name));
+           std::vector<Rule> rules;
+           rules.push_back(reference("trajectory", {Kind::trajectory}, "trajectory " + quote(p.name),
+                                     [k](Body& b, AnyId id) {
+                                       std::get<World>(b).trajectories[k].trajectory = {id.number};
+                                     }));
+           rules.back().is_required = true;
+           placement(rules, p.placement);
+           RMP_TRY(block(i, "a placed trajectory", rules));
+           w.trajectories.push_back(std::move(p));
+           return {};
+         })});
+    RMP_TRY(std::move(fields_read));
+    out_.record.body = std::move(w);
+    return {};
+  }
+
+  // ---- blocks ----
+
+  [[nodiscard]] const Field& at(Index i) const { return s_.fields[i]; }
+  [[nodiscard]] static std::string article(std::string_view noun) {
+    const bool is_vowel = std::string_view("aeio").find(noun.front()) != std::string_view::npos;
+    return (is_vowel ? "an " : "a ") + std::string(noun);
+  }
+  [[nodiscard]] Error fail(Index i, std::string message, std::string hint = {}) const {
+    return s_.at(at(i).offset, ErrorCode::syntax, std::move(message), std::move(hint));
+  }
+  [[nodiscard]] Error twice(std::string_view what, const std::string& name, Index i, Index first) const {
+    return s_.at(at(i).argument_offset, ErrorCode::conflict,
+                 "there is already a " + std::string(what) + " named " + quote(name),
+                 "The first one is at " + s_.place(at(first).offset) + ".");
+  }
+
+  /// Reads the fields of a block (kFile: of the file) by its rules; `what` as in "a DH row".
+  Result<void> block(Index owner, const std::string& what, const std::vector<Rule>& rules, const Skip& skip = {}) {
+    const Index first = owner == kFile ? 0 : owner + 1;
+    const Index end = owner == kFile ? static_cast<Index>(s_.fields.size()) : at(owner).end;
+    std::vector<std::optional<Index>> seen(rules.size());
+    for (Index i = first; i < end; i = at(i).end) {
+      if (skip && skip(i)) continue;
+      const auto rule = std::find_if(rules.begin(), rules.end(), [&](const Rule& r) { return r.name == at(i).name; });
+      if (rule == rules.end()) return unknown(i, what, rules);
+      auto& before = seen[static_cast<std::size_t>(rule - rules.begin())];
+      if (before && !rule->is_repeated)
+        return fail(i, quote(rule->name) + " is given twice in " + what, "The first one is at " + s_.place(at(*before).offset) + ".");
+      before = i;
+      RMP_TRY(rule->read(i));
+    }
+    for (std::size_t k = 0; k < rules.size(); ++k) {
+      if (!rules[k].is_required || seen[k]) continue;
+      const std::uint32_t offset = owner == kFile ? s_.kind_offset : at(owner).offset;
+      return s_.at(offset, ErrorCode::syntax, quote(rules[k].name) + " is missing in " + what);
+    }
+    return {};
+  }
+
+  [[nodiscard]] Error unknown(Index i, const std::string& what, const std::vector<Rule>& rules) const {
+    std::vector<std::string> names;
+    for (const Rule& r : rules) names.emplace_back(r.name);
+    const std::string word(at(i).name);
+    std::string hint = text::did_you_mean(word, names);
+    if (hint.empty()) hint = "Fields are " + text::enumerate(names) + ".";
+    return s_.at(at(i).offset, ErrorCode::unknown_name, quote(word) + " is not a field of " + what, hint);
+  }
+
+  Result<void> need_argument(Index i) {
+    if (at(i).argument != Argument::none) return {};
+    return fail(i, article(at(i).name) + " needs a name", "Such as: " + std::string(at(i).name) + " first { ... }");
+  }
+  Result<void> need_block(Index i, bool without_name = false) {
+    if (!at(i).has_block || at(i).has_values) return fail(i, quote(at(i).name) + " needs a block in braces");
+    if (without_name && at(i).argument != Argument::none)
+      return s_.at(at(i).argument_offset, ErrorCode::syntax, quote(at(i).name) + " has a block but no name or value of its own");
+    return {};
+  }
+  Result<void> no_block(Index i) {
+    if (at(i).has_block) return fail(i, quote(at(i).name) + " has a value but no block");
+    if (at(i).has_values) return s_.at(at(i).argument_offset, ErrorCode::syntax, quote(at(i).name) + " has a single value");
+    return {};
+  }
+
+  /// A named member of a list: `link elbow { ... }`.
+  Result<void> element(Index i, std::string_view list, std::size_t index, std::string& name,
+                       std::unordered_map<std::string, Index>& named, bool has_block = true) {
+    out_.places[{list, index}] = at(i).offset;
+    RMP_TRY(need_argument(i));
+    RMP_TRY(read_name(i, name, list));
+    if (has_block) RMP_TRY(need_block(i));
+    if (const auto [it, is_new] = named.emplace(name, i); !is_new) return twice(list, name, i, it->second);
+    return {};
+  }
+
+  // ---- rules ----
+
+  Rule name_rule() {
+    return {"name",
+            [this](Index i) -> Result<void> {
+              RMP_TRY(no_block(i));
+              return read_name(i, out_.record.name, s_.kind);
+            },
+            false, true};
+  }
+  Rule string(std::string_view name, std::string& out) {
+    return {name, [this, &out](Index i) -> Result<void> {
+              RMP_TRY(no_block(i));
+              if (at(i).argument != Argument::string)
+                return s_.at(at(i).argument_offset, ErrorCode::syntax, quote(at(i).name) + " needs a text in double quotes");
+              out = unescape(at(i).text);
+              return {};
+            }};
+  }
+  Rule number(std::string_view name, std::string_view unit, double& out, bool is_required = false) {
+    return {name,
+            [this, unit, &out](Index i) -> Result<void> {
+              RMP_TRY(no_block(i));
+              RMP_TRY_ASSIGN(const Number n, single_number(i));
+              RMP_TRY_ASSIGN(out, quantity(n, unit));
+              return {};
+            },
+            false, is_required};
+  }
+  Rule tuple(std::string_view name, std::string_view unit, Vec3& out) {
+    return {name, [this, unit, &out](Index i) { return read_tuple(i, unit, out); }};
+  }
+  Rule colour(std::string_view name, Colour& out) {
+    return {name, [this, &out](Index i) -> Result<void> {
+              RMP_TRY(no_block(i));
+              const Field& f = at(i);
+              if (f.argument != Argument::tuple || (f.numbers != 3 && f.numbers != 4))
+                return fail(i, quote(f.name) + " needs three or four numbers in parentheses",
+                            "Red, green and blue from 0 to 1, then the opacity.");
+              std::array<double, 4> v{0, 0, 0, 1};
+              for (std::uint32_t k = 0; k < f.numbers; ++k) {
+                RMP_TRY_ASSIGN(v[k], quantity(s_.numbers[f.first_number + k], ""));
+              }
+              out = {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2]), static_cast<float>(v[3])};
+              return {};
+            }};
+  }
+  Rule words(std::string_view name, std::vector<std::string> choices, std::function<void(std::size_t)> set) {
+    return {name, [this, choices = std::move(choices), set = std::move(set)](Index i) -> Result<void> {
+              RMP_TRY(no_block(i));
+              const Field& f = at(i);
+              const auto it = f.argument == Argument::word ? std::find(choices.begin(), choices.end(), f.text) : choices.end();
+              if (it == choices.end()) {
+                std::string hint = f.argument == Argument::word ? text::did_you_mean(f.text, choices) : std::string();
+                return s_.at(f.argument_offset, ErrorCode::syntax,
+                             quote(f.name) + " must be " + or_list(choices), std::move(hint));
+              }
+              set(static_cast<std::size_t>(it - choices.begin()));
+              return {};
+            }};
+  }
+  static std::string or_list(const std::vector<std::string>& words) {
+    std::string s;
+    for (std::size_t i = 0; i < words.size(); ++i) s += (i == 0 ? "" : i + 1 == words.size() ? " or " : ", ") + words[i];
+    return s;
+  }
+  static Rule repeated(std::string_view name, std::function<Result<void>(Index)> read) {
+    return {name, std::move(read), true, false};
+  }
+  Rule placement_block(std::string_view name, Placement& out) {
+    return {name, [this, &out](Index i) -> Result<void> {
+              RMP_TRY(need_block(i, true));
+              std::vector<Rule> rules;
+              placement(rules, out);
+              return block(i, article(at(i).name) + " placement", rules);
+            }};
+  }
+  /// at, and one of rpy, xyz, zyz.
+  void placement(std::vector<Rule>& rules, Placement& out) {
+    rules.push_back(tuple("at", "m", out.position));
+    const auto has_angles = std::make_shared<std::optional<Index>>();
+    const std::pair<std::string_view, AngleNotation> notations[] = {
+        {"rpy", AngleNotation::rpy}, {"xyz", AngleNotation::xyz}, {"zyz", AngleNotation::zyz}};
+    for (const auto& [name, notation] : notations)
+      rules.push_back({name, [this, &out, has_angles, notation = notation](Index i) -> Result<void> {
+                         if (*has_angles)
+                           return fail(i, quote(at(i).name) + " cannot stand beside " + quote(at(**has_angles).name),
+                                       "A placement has one set of angles.");
+                         *has_angles = i;
+                         out.notation = notation;
+                         return read_tuple(i, "rad", out.angles);
+                       }});
+  }
+  Rule reference(std::string_view name, std::vector<Kind> kinds, std::string owner,
+                 std::function<void(Body&, AnyId)> set) {
+    return {name, [this, kinds = std::move(kinds), owner = std::move(owner), set = std::move(set)](Index i) -> Result<void> {
+              RMP_TRY(no_block(i));
+              const Field& f = at(i);
+              if (f.argument != Argument::string)
+                return s_.at(f.argument_offset, ErrorCode::syntax, quote(f.name) + " needs a file's path in double quotes");
+              std::string path = unescape(f.text);
+              if (path.empty()) return s_.at(f.argument_offset, ErrorCode::syntax, "the path of " + quote(f.name) + " is empty");
+              out_.references.push_back({std::move(path), f.argument_offset, kinds, owner, set});
+              return {};
+            }};
+  }
+  /// solid or object, exactly one of them (need_body).
+  std::vector<Rule> body(const std::string& what, const std::function<void(Body&, AnyId)>& set) {
+    std::vector<Rule> rules;
+    rules.push_back(reference("solid", {Kind::solid}, what, set));
+    rules.push_back(reference("object", {Kind::object}, what, set));
+    return rules;
+  }
+  Result<void> need_body(Index owner) {
+    std::optional<Index> found;
+    for (Index i = owner + 1; i < at(owner).end; i = at(i).end) {
+      if (at(i).name != "solid" && at(i).name != "object") continue;
+      if (found) return fail(i, "a solid and an object cannot stand at one place", "Make two parts of them.");
+      found = i;
+    }
+    if (found) return {};
+    return fail(owner, quote(at(owner).name) + " names neither a solid nor an object", "Such as: solid \"plate.csg\"");
+  }
+  Result<void> body_part(Index i, const std::string& what, std::vector<BodyPart>& parts,
+                         const std::function<void(Body&, AnyId)>& set) {
+    BodyPart p;
+    RMP_TRY(need_block(i, true));
+    auto rules = body(what, set);
+    placement(rules, p.placement);
+    RMP_TRY(block(i, what, rules));
+    RMP_TRY(need_body(i));
+    parts.push_back(p);
+    return {};
+  }
+  Rule provider(std::string_view name, ProviderChoice& out) {
+    return {name, [this, &out](Index i) -> Result<void> {
+              if (at(i).has_values) return no_block(i);
+              if (at(i).argument != Argument::none) RMP_TRY(read_name(i, out.name, "provider"));
+              return parameters(i, out, "");
+            }};
+  }
+  /// Every field of the block but `except` is a parameter of the provider.
+  Result<void> parameters(Index owner, ProviderChoice& out, std::string_view except) {
+    for (Index i = owner + 1; i < at(owner).end; i = at(i).end) {
+      if (at(i).name == except) continue;
+      RMP_TRY(no_block(i));
+      RMP_TRY_ASSIGN(auto value, parameter(i));
+      if (!out.params.emplace(std::string(at(i).name), std::move(value)).second)
+        return fail(i, "parameter " + quote(at(i).name) + " is given twice");
+    }
+    return {};
+  }
+  Result<ProviderChoice::Param> parameter(Index i) {
+    const Field& f = at(i);
+    using Param = ProviderChoice::Param;
+    switch (f.argument) {
+      case Argument::string: return Param(unescape(f.text));
+      case Argument::word:
+        if (f.text == "true" || f.text == "false") return Param(f.text == "true");
+        if (f.text == "inf") return Param(std::numeric_limits<double>::infinity());
+        return Param(std::string(f.text));
+      case Argument::number: {
+        const Number& n = s_.numbers[f.first_number];
+        if (n.unit.empty())
+          if (const auto whole = text::read_int(n.text)) return Param(*whole);
+        RMP_TRY_ASSIGN(const double v, any_quantity(n));
+        return Param(v);
+      }
+      case Argument::tuple: {
+        std::vector<double> v;
+        for (std::uint32_t k = 0; k < f.numbers; ++k) {
+          RMP_TRY_ASSIGN(const double x, any_quantity(s_.numbers[f.first_number + k]));
+          v.push_back(x);
+        }
+        return Param(std::move(v));
+      }
+      case Argument::none: break;
+    }
+    return fail(i, quote(f.name) + " has no value");
+  }
+
+  // ---- values ----
+
+  Result<Number> single_number(Index i) {
+    const Field& f = at(i);
+    if (f.argument == Argument::number) return s_.numbers[f.first_number];
+    if (f.argument == Argument::word && f.text == "inf") return Number{f.text, {}, f.argument_offset};
+    return s_.at(f.argument_offset, ErrorCode::syntax, quote(f.name) + " needs a number");
+  }
+  Result<double> quantity(const Number& n, std::string_view unit) {
+    std::string s(n.text);
+    if (!n.unit.empty()) s += " " + std::string(n.unit);
+    auto v = units::read_quantity(s, unit);
+    if (!v.ok()) return s_.at(n.offset, v.error().code, v.error().message, v.error().hint);
+    return *v;
+  }
+  /// A number in whatever unit it has, in SI.
+  Result<double> any_quantity(const Number& n) {
+    RMP_TRY_ASSIGN(const double v, quantity({n.text, {}, n.offset}, ""));
+    if (n.unit.empty()) return v;
+    auto unit = units::parse(n.unit);
+    if (!unit.ok()) return s_.at(n.offset, unit.error().code, unit.error().message, unit.error().hint);
+    return units::to_si(v, *unit);
+  }
+  /// Joint values of a robot that stands in another file: each an angle or a length.
+  Result<void> joint_values(Index i, std::vector<double>& out) {
+    RMP_TRY(no_block(i));
+    const Field& f = at(i);
+    if (f.argument != Argument::tuple) return fail(i, quote(f.name) + " needs numbers in parentheses");
+    for (std::uint32_t k = 0; k < f.numbers; ++k) {
+      const Number& n = s_.numbers[f.first_number + k];
+      const auto unit = units::parse(n.unit);
+      const bool is_length = unit.ok() && unit->dimension == units::Dimension{1, 0, 0, 0};
+      RMP_TRY_ASSIGN(const double v, quantity(n, is_length ? "m" : "rad"));
+      out.push_back(v);
+    }
+    return {};
+  }
+  template <std::size_t N>
+  Result<void> read_tuple(Index i, std::string_view unit, std::array<double, N>& out) {
+    RMP_TRY(no_block(i));
+    const Field& f = at(i);
+    if (f.argument != Argument::tuple || f.numbers != N)
+      return s_.at(f.argument_offset, ErrorCode::syntax,
+                   quote(f.name) + " needs " + std::to_string(N) + " numbers in parentheses" +
+                       (f.argument == Argument::tuple ? "; it has " + std::to_string(f.numbers) : std::string()));
+    for (std::uint32_t k = 0; k < N; ++k) {
+      RMP_TRY_ASSIGN(out[k], quantity(s_.numbers[f.first_number + k], unit));
+    }
+    return {};
+  }
+  Result<void> read_name(Index i, std::string& out, std::string_view what) {
+    const Field& f = at(i);
+    if (f.argument != Argument::word && f.argument != Argument::string)
+      return s_.at(f.argument_offset, ErrorCode::syntax, quote(f.name) + " needs a name");
+    out = f.argument == Argument::word ? std::string(f.text) : unescape(f.text);
+    if (document::is_name(out)) return {};
+    Error e = document::bad_name(out, what);
+    return s_.at(f.argument_offset, e.code, e.message, e.hint);
+  }
+
+  const Syntax& s_;
+  Bound out_;
+};
+
+}  // namespace
+
+Result<Bound> bind(const Syntax& s) { return Binder(s).run(); }
+
+}  // namespace robomosp::io

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// From the fields of a native file to a record whose references are still paths
+// (layer: application). Internal to modules/io.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <robomosp/sdk/result.h>
+
+#include "io/syntax.h"
+#include "kernel/ids.h"
+#include "model/records.h"
+
+namespace robomosp::io {
+
+/// A path written in a file, and where its id goes once it is loaded.
+struct Reference {
+  std::string path;
+  std::uint32_t offset = 0;
+  std::vector<Kind> kinds;  ///< that may stand there
+  std::string owner;        ///< for messages: `part "plate"`
+  std::function<void(model::Body&, AnyId)> set;
+};
+
+struct Bound {
+  model::Record record;
+  std::vector<Reference> references;
+  /// Where the elements of the record stand: ("node", 3) -> offset. See document::Subject.
+  std::map<std::pair<std::string_view, std::size_t>, std::uint32_t> places;
+};
+
+[[nodiscard]] Result<Bound> bind(const Syntax&);
+
+}  // namespace robomosp::io

@@ -1,0 +1,304 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "io/print.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "io/syntax.h"
+#include "kernel/text.h"
+#include "kernel/units.h"
+
+namespace robomosp::io {
+
+namespace {
+
+using namespace model;
+using text::quote;
+
+constexpr std::size_t kMostIndent = 40;  ///< levels; deeper trees do not move further right
+
+std::string name(const std::string& s) { return is_word(s) ? s : quote(s); }
+std::string quantity(double v, std::string_view unit) { return units::print_quantity(v, unit); }
+
+template <class Numbers>
+std::string tuple(const Numbers& numbers, std::string_view unit) {
+  std::string s = "(";
+  for (std::size_t i = 0; i < std::size(numbers); ++i) s += (i ? ", " : "") + quantity(numbers[i], unit);
+  return s + ")";
+}
+
+/// Fewest digits that give the same float again.
+std::string shortest(float v) {
+  for (int digits = 1; digits < 9; ++digits) {
+    std::string s = text::print_rounded(static_cast<double>(v), digits);
+    const auto back = text::read_real(s);
+    if (back && static_cast<float>(*back) == v) return s;
+  }
+  return text::print_rounded(static_cast<double>(v), 9);
+}
+std::string tuple(const Colour& c) {
+  std::string s = "(" + shortest(c.r) + ", " + shortest(c.g) + ", " + shortest(c.b);
+  if (c.a != 1.0F) s += ", " + shortest(c.a);
+  return s + ")";
+}
+bool same(const Colour& a, const Colour& b) {
+  return a.r == b.r && a.g == b.g && a.b == b.b && a.a == b.a;
+}
+
+/// "at (...)  rpy (...)", without what is zero.
+std::vector<std::string> placement(const Placement& p) {
+  std::vector<std::string> fields;
+  if (p.position != Vec3{}) fields.push_back("at " + tuple(p.position, "m"));
+  if (p.angles != Vec3{} || p.notation != AngleNotation::rpy) {
+    constexpr std::string_view kNames[] = {"rpy", "xyz", "zyz"};
+    fields.push_back(std::string(kNames[static_cast<std::size_t>(p.notation)]) + " " + tuple(p.angles, "rad"));
+  }
+  return fields;
+}
+
+std::string parameter(const ProviderChoice::Param& p) {
+  struct Visitor {
+    std::string operator()(bool v) const { return v ? "true" : "false"; }
+    std::string operator()(std::int64_t v) const { return std::to_string(v); }
+    std::string operator()(double v) const {
+      // A real stays a real: 5 would read back as an integer.
+      std::string s = text::print(v);
+      return s.find_first_of(".ein") == std::string::npos ? s + ".0" : s;
+    }
+    std::string operator()(const std::string& v) const { return quote(v); }
+    std::string operator()(const std::vector<double>& v) const { return tuple(v, ""); }
+  };
+  return std::visit(Visitor{}, p);
+}
+
+class Printer {
+ public:
+  Printer(const document::Snapshot& snapshot, const PathOf& path_of) : snapshot_(snapshot), path_of_(path_of) {}
+
+  std::string run(const Record& r) {
+    line("robomosp " + std::string(to_string(r.kind())) + " " + std::to_string(kVersion));
+    line("name " + name(r.name));
+    std::visit([this](const auto& body) { print(body); }, r.body);
+    return std::move(out_);
+  }
+
+ private:
+  void print(const Material& m) {
+    const Material d;
+    words("description", m.description);
+    words("source", m.source);
+    line("density " + quantity(m.density, "kg/m^3") + " kg/m^3");
+    if (!same(m.colour, d.colour)) line("colour " + tuple(m.colour));
+    if (m.shininess != d.shininess) line("shininess " + quantity(m.shininess, ""));
+    if (m.metalness != d.metalness) line("metalness " + quantity(m.metalness, ""));
+  }
+
+  void print(const Solid& s) {
+    words("description", s.description);
+    if (s.material) line("material " + quote(path_of_(s.material)));
+    if (s.chord != Solid{}.chord) line("chord " + quantity(s.chord, "m"));
+    if (s.nodes.empty()) return;
+    // Pre-order with an explicit stack; children keep their order.
+    std::vector<std::vector<std::size_t>> inner(s.nodes.size());
+    for (std::size_t i = 1; i < s.nodes.size(); ++i) inner[static_cast<std::size_t>(s.nodes[i].parent)].push_back(i);
+    struct Step {
+      std::size_t node, next;
+    };
+    std::vector<Step> stack;
+    const auto enter = [&](std::size_t i) {
+      if (s.nodes[i].kind >= CsgKind::box) return primitive(s.nodes[i]);
+      std::string fields;
+      for (const auto& f : placement(s.nodes[i].placement)) fields += "  " + f;
+      constexpr std::string_view kNames[] = {"union", "difference", "intersection"};
+      open(std::string(kNames[static_cast<std::size_t>(s.nodes[i].kind)]) + " " + name(s.nodes[i].name) + " {" + fields);
+      stack.push_back({i, 0});
+    };
+    enter(0);
+    while (!stack.empty()) {
+      Step& top = stack.back();
+      if (top.next == inner[top.node].size()) {
+        stack.pop_back();
+        close();
+      } else {
+        enter(inner[top.node][top.next++]);
+      }
+    }
+  }
+
+  void primitive(const SolidNode& n) {
+    const auto info = std::find_if(kCsgPrimitives.begin(), kCsgPrimitives.end(), [&](const auto& p) { return p.kind == n.kind; });
+    std::vector<std::string> fields = placement(n.placement);
+    for (std::size_t k = 0; k < info->sizes.size() && !info->sizes[k].empty(); ++k)
+      if (info->sizes[k] != "fillet" || n.sizes[k] != 0)
+        fields.push_back(std::string(info->sizes[k]) + " " + quantity(n.sizes[k], "m"));
+    block(std::string(info->name) + " " + name(n.name), fields);
+  }
+
+  void print(const Object& o) {
+    words("description", o.description);
+    if (o.overlap != Overlap::once) line("overlap sum");
+    for (const auto& p : o.parts) {
+      std::vector<std::string> fields = body(p.what, p.placement);
+      if (p.material) fields.push_back("material " + quote(path_of_(p.material)));
+      block("part " + name(p.name), fields);
+    }
+  }
+
+  void print(const Robot& r) {
+    words("description", r.description);
+    words("source", r.source);
+    line(r.convention == Convention::dh ? "convention dh" : "convention mdh");
+    if (r.mass_source != MassSource::given) line("masses designed");
+    if (r.base != Placement{}) block("base", placement(r.base));
+    for (const auto& p : r.base_parts) block("base_part", body(p.what, p.placement));
+    for (std::size_t i = 0; i < r.links.size(); ++i) link(r, i);
+    if (r.tool != Placement{}) block("tool", placement(r.tool));
+    for (const auto& p : r.poses) line("pose " + name(p.name) + " " + joint_values(r, p.q));
+    provider("ik", r.ik);
+    provider("inverse_dynamics", r.inverse_dynamics);
+    provider("forward_dynamics", r.forward_dynamics);
+    const Robot d;
+    std::vector<std::string> skin;
+    if (!same(r.skin_colour, d.skin_colour)) skin.push_back("colour " + tuple(r.skin_colour));
+    if (!same(r.skin_accent, d.skin_accent)) skin.push_back("accent " + tuple(r.skin_accent));
+    if (!skin.empty()) block("skin", skin);
+  }
+
+  void link(const Robot& r, std::size_t i) {
+    const Link& l = r.links[i];
+    const Link d;
+    const bool slides = l.joint == JointKind::prismatic;
+    open("link " + name(l.name) + " {");
+    if (l.parent != static_cast<std::int32_t>(i) - 1)
+      line("parent " + (l.parent < 0 ? std::string("base") : name(r.links[static_cast<std::size_t>(l.parent)].name)));
+    if (l.joint != JointKind::revolute) line(slides ? "joint prismatic" : "joint fixed");
+    block("row", {"a " + quantity(l.row.a, "m"), "alpha " + quantity(l.row.alpha, "rad"), "d " + quantity(l.row.d, "m"),
+                  "theta " + quantity(l.row.theta, "rad")});
+    if (l.lower != d.lower || l.upper != d.upper)
+      line("limits " + tuple(std::array{l.lower, l.upper}, slides ? "m" : "rad"));
+    if (l.max_velocity != d.max_velocity) line("max_velocity " + quantity(l.max_velocity, slides ? "m/s" : "rad/s"));
+    if (l.max_acceleration != d.max_acceleration)
+      line("max_acceleration " + quantity(l.max_acceleration, slides ? "m/s^2" : "rad/s^2"));
+    if (l.max_force != d.max_force) line("max_force " + quantity(l.max_force, slides ? "N" : "N m"));
+    if (l.drive != d.drive) {
+      std::vector<std::string> fields;
+      if (l.drive.motor_inertia != 0) fields.push_back("motor_inertia " + quantity(l.drive.motor_inertia, "kg m^2"));
+      if (l.drive.gear_ratio != 1) fields.push_back("gear_ratio " + quantity(l.drive.gear_ratio, ""));
+      if (l.drive.viscous != 0) fields.push_back("viscous " + quantity(l.drive.viscous, "N m s/rad"));
+      if (l.drive.coulomb_positive != 0 || l.drive.coulomb_negative != 0)
+        fields.push_back("coulomb " + tuple(std::array{l.drive.coulomb_positive, l.drive.coulomb_negative}, "N m"));
+      block("drive", fields);
+    }
+    if (l.given) {
+      const Sym3& s = l.given->inertia;
+      const std::array inertia{s.xx, s.yy, s.zz, s.xy, s.yz, s.xz};
+      std::vector<std::string> fields{"mass " + quantity(l.given->mass, "kg")};
+      if (l.given->com != Vec3{}) fields.push_back("com " + tuple(l.given->com, "m"));
+      if (inertia != std::array<double, 6>{}) fields.push_back("inertia " + tuple(inertia, "kg m^2"));
+      block("given", fields);
+    }
+    for (const auto& p : l.parts) block("part", body(p.what, p.placement));
+    if (!l.visible) line("visible false");
+    close();
+  }
+
+  void print(const Trajectory& t) {
+    words("description", t.description);
+    if (t.sample_time != Trajectory{}.sample_time) line("sample_time " + quantity(t.sample_time, "s"));
+    for (const auto& s : t.segments) {
+      open("segment " + name(s.shape.name) + " {");
+      parameters(s.shape);
+      for (const auto& p : s.points) block("point", placement(p));
+      close();
+    }
+  }
+
+  void print(const World& w) {
+    words("description", w.description);
+    if (w.gravity != World{}.gravity) line("gravity " + tuple(w.gravity, "m/s^2"));
+    for (const auto& o : w.objects) block("object " + name(o.name), body(o.what, o.placement));
+    for (const auto& r : w.robots) {
+      std::vector<std::string> fields{"robot " + quote(path_of_(r.robot))};
+      for (auto& f : placement(r.placement)) fields.push_back(std::move(f));
+      if (!r.q.empty()) {
+        const Robot* robot = snapshot_.get(r.robot);
+        fields.push_back("q " + joint_values(robot ? *robot : Robot{}, r.q));
+      }
+      block("robot " + name(r.name), fields);
+    }
+    for (const auto& t : w.trajectories) {
+      std::vector<std::string> fields{"trajectory " + quote(path_of_(t.trajectory))};
+      for (auto& f : placement(t.placement)) fields.push_back(std::move(f));
+      block("trajectory " + name(t.name), fields);
+    }
+  }
+
+  // ---- parts of records ----
+
+  std::vector<std::string> body(AnyId what, const Placement& at) {
+    std::vector<std::string> fields{std::string(to_string(what.kind)) + " " + quote(path_of_(what))};
+    for (auto& f : placement(at)) fields.push_back(std::move(f));
+    return fields;
+  }
+  static std::string joint_values(const Robot& r, const std::vector<double>& q) {
+    std::vector<std::string_view> joint_units;
+    for (const auto& l : r.links)
+      if (l.joint != JointKind::fixed) joint_units.push_back(l.joint == JointKind::prismatic ? "m" : "rad");
+    const bool fits = joint_units.size() == q.size();
+    std::string s = "(";
+    for (std::size_t i = 0; i < q.size(); ++i) s += (i ? ", " : "") + quantity(q[i], fits ? joint_units[i] : "");
+    return s + ")";
+  }
+  void provider(const std::string& field, const ProviderChoice& p) {
+    if (p.name.empty() && p.params.empty()) return;
+    const std::string start = p.name.empty() ? field : field + " " + name(p.name);
+    if (p.params.empty()) return line(start);
+    open(start + " {");
+    parameters(p);
+    close();
+  }
+  void parameters(const ProviderChoice& p) {
+    for (const auto& [key, value] : p.params) line(key + " " + parameter(value));
+  }
+  void words(const std::string& field, const std::string& s) {
+    if (!s.empty()) line(field + " " + quote(s));
+  }
+
+  // ---- lines ----
+
+  void line(const std::string& s) {
+    out_.append(2 * std::min(depth_, kMostIndent), ' ');
+    out_ += s;
+    out_ += '\n';
+  }
+  void open(const std::string& s) {
+    line(s);
+    ++depth_;
+  }
+  void close() {
+    --depth_;
+    line("}");
+  }
+  /// `start { field  field }` on one line.
+  void block(const std::string& start, const std::vector<std::string>& fields) {
+    std::string s = start + " {";
+    for (std::size_t i = 0; i < fields.size(); ++i) s += (i ? "  " : " ") + fields[i];
+    line(s + " }");
+  }
+
+  const document::Snapshot& snapshot_;
+  const PathOf& path_of_;
+  std::string out_;
+  std::size_t depth_ = 0;
+};
+
+}  // namespace
+
+Result<std::string> print_record(const document::Snapshot& snapshot, const Record& record, const PathOf& path_of) {
+  return Printer(snapshot, path_of).run(record);
+}
+
+}  // namespace robomosp::io

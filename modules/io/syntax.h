@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+// Syntax of the native files: text to a flat list of fields with positions; knows no kind of record
+// (layer: application). Internal to modules/io. Grammar: docs/user/files.md.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <robomosp/sdk/result.h>
+
+namespace robomosp::io {
+
+inline constexpr int kVersion = 1;  ///< of the grammar
+
+/// A number as written; converting needs to know what it is a number of.
+struct Number {
+  std::string_view text, unit;  ///< "20", "mm"; unit may be empty
+  std::uint32_t offset = 0;     ///< bytes from the start of the file
+};
+
+enum class Argument : std::uint8_t { none, number, word, string, tuple };
+
+/// `name argument (values) { fields }`; only a word or text can have values behind it; argument or
+/// block may be absent, not both.
+struct Field {
+  std::string_view name;
+  std::string_view text;  ///< word, or inside of the quotes as written
+  Argument argument = Argument::none;
+  bool has_values = false;  ///< numbers in parentheses behind a word or text
+  bool has_block = false;
+  std::uint32_t offset = 0, argument_offset = 0;
+  std::uint32_t first_number = 0, numbers = 0;  ///< in Syntax::numbers
+  std::int32_t parent = -1;                     ///< index of the enclosing field, -1 = file
+  std::uint32_t end = 0;                        ///< index after its last inner field
+};
+
+/// A file's fields in order of appearance (enclosing before enclosed). Views point into `text`.
+struct Syntax {
+  std::string file;        ///< as shown in messages
+  std::string_view text;
+  std::string kind;        ///< of the first line, not checked
+  std::uint32_t kind_offset = 0;
+  std::vector<Field> fields;
+  std::vector<Number> numbers;
+
+  /// An error at a place of the file: where = "file:line:column".
+  [[nodiscard]] Error at(std::uint32_t offset, ErrorCode code, std::string message, std::string hint = {}) const;
+  [[nodiscard]] std::string place(std::uint32_t offset) const;  ///< "file:line:column"
+};
+
+/// Parses; `text` must outlive the result. No recursion: any depth of blocks.
+[[nodiscard]] Result<Syntax> parse(std::string file, std::string_view text);
+
+/// The string that stands between quotes, escapes resolved.
+[[nodiscard]] std::string unescape(std::string_view inside);
+/// A word may be written without quotes: a letter or _, then letters, digits, _ - .
+[[nodiscard]] bool is_word(std::string_view s);
+
+}  // namespace robomosp::io
