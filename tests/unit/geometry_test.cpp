@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "geometry/mesh_checks.h"
+#include "geometry/mesh_mass.h"
+#include "spatial/mass.h"
+
+namespace robomosp::geometry {
+namespace {
+
+// A box between two corners; every face has its own four vertices, as display meshes have.
+Mesh box(Vec3 low, Vec3 high) {
+  Mesh m;
+  const int faces[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
+  for (const auto& face : faces) {
+    const auto base = static_cast<std::uint32_t>(m.vertex_count());
+    for (const int v : face)
+      for (std::size_t k = 0; k < 3; ++k)
+        m.positions.push_back(static_cast<float>((v >> k) & 1 ? high[k] : low[k]));
+    for (const std::uint32_t i : {0U, 1U, 2U, 0U, 2U, 3U}) m.triangles.push_back(base + i);
+  }
+  m.normals.assign(m.positions.size(), 0.0F);
+  return m;
+}
+
+void append(Mesh& a, const Mesh& b) {
+  const auto base = static_cast<std::uint32_t>(a.vertex_count());
+  a.positions.insert(a.positions.end(), b.positions.begin(), b.positions.end());
+  for (const std::uint32_t v : b.triangles) a.triangles.push_back(base + v);
+}
+
+TEST(MeshCheck, ABoxWithSeparateFacesIsClosedAndOnePiece) {
+  const MeshReport r = check(box({0, 0, 0}, {1, 2, 3}));
+  EXPECT_TRUE(r.is_closed) << r.problem;
+  EXPECT_EQ(r.pieces, 1U);
+  EXPECT_TRUE(r.problem.empty());
+}
+
+TEST(MeshCheck, AMissingTriangleLeavesThreeOpenEdges) {
+  Mesh m = box({0, 0, 0}, {1, 1, 1});
+  m.triangles.resize(m.triangles.size() - 3);
+  const MeshReport r = check(m);
+  EXPECT_FALSE(r.is_closed);
+  EXPECT_EQ(r.open_edges, 3U);
+}
+
+TEST(MeshCheck, ATurnedTriangleIsNotClosed) {
+  Mesh m = box({0, 0, 0}, {1, 1, 1});
+  std::swap(m.triangles[0], m.triangles[1]);
+  const MeshReport r = check(m);
+  EXPECT_FALSE(r.is_closed);
+  EXPECT_EQ(r.bad_edges, 3U);
+}
+
+TEST(MeshCheck, PiecesAreCounted) {
+  Mesh m = box({0, 0, 0}, {1, 1, 1});
+  append(m, box({2, 0, 0}, {3, 1, 1}));
+  EXPECT_EQ(check(m).pieces, 2U);
+  EXPECT_TRUE(check(m).is_closed);
+}
+
+TEST(MeshCheck, BrokenMeshesAreToldApart) {
+  EXPECT_FALSE(check(Mesh{}).is_closed);
+  Mesh m = box({0, 0, 0}, {1, 1, 1});
+  m.triangles[4] = 99;
+  EXPECT_EQ(check(m).problem, "a triangle refers to vertex 99 of 24.");
+  m = box({0, 0, 0}, {1, 1, 1});
+  m.positions[5] = std::nanf("");
+  EXPECT_EQ(check(m).problem, "a vertex of the mesh is not a finite number.");
+}
+
+TEST(MeshBounds, AreTheCorners) {
+  const auto b = *bounds(box({-1, 0.5, 2}, {1, 2, 3}));
+  EXPECT_EQ(b[0], (Vec3{-1, 0.5, 2}));
+  EXPECT_EQ(b[1], (Vec3{1, 2, 3}));
+  EXPECT_FALSE(bounds(Mesh{}).has_value());
+}
+
+// Box a, b, c about its middle: m (b^2 + c^2) / 12, independent of where the box stands.
+TEST(MeshMass, OfABoxFarAwayEqualsTheFormula) {
+  const Vec3 low{100, -50, 20}, high{100.5, -49.75, 22};
+  const auto m = moments(box(low, high));
+  ASSERT_TRUE(m.ok()) << m.error().sentence();
+  const MassProperties p = spatial::mass_properties(*m, 1000);
+  EXPECT_NEAR(m->volume, 0.25, 1e-14);
+  EXPECT_NEAR(m->area, 2 * (0.5 * 0.25 + 0.5 * 2 + 0.25 * 2), 1e-13);
+  EXPECT_NEAR(p.mass, 250, 1e-11);
+  EXPECT_NEAR(p.com[0], 100.25, 1e-12);
+  EXPECT_NEAR(p.com[1], -49.875, 1e-12);
+  EXPECT_NEAR(p.com[2], 21, 1e-12);
+  // Second moments about a far origin cancel: 250 kg * (100 m)^2 leaves nine digits.
+  EXPECT_NEAR(p.inertia.xx, 250.0 / 12 * (0.25 * 0.25 + 4), 1e-8);
+  EXPECT_NEAR(p.inertia.yy, 250.0 / 12 * (0.5 * 0.5 + 4), 1e-8);
+  EXPECT_NEAR(p.inertia.zz, 250.0 / 12 * (0.5 * 0.5 + 0.25 * 0.25), 1e-8);
+  EXPECT_NEAR(p.inertia.xy, 0, 1e-8);
+}
+
+TEST(MeshMass, OfACavityIsSubtracted) {
+  Mesh m = box({0, 0, 0}, {1, 1, 1});
+  Mesh hole = box({0.25, 0.25, 0.25}, {0.75, 0.75, 0.75});
+  for (std::size_t t = 0; t < hole.triangles.size(); t += 3) std::swap(hole.triangles[t], hole.triangles[t + 1]);
+  append(m, hole);
+  const auto r = moments(m);
+  ASSERT_TRUE(r.ok());
+  EXPECT_NEAR(r->volume, 1 - 0.125, 1e-15);
+}
+
+TEST(MeshMass, OpenAndInsideOutMeshesAreRefused) {
+  Mesh open = box({0, 0, 0}, {1, 1, 1});
+  open.triangles.resize(30);
+  EXPECT_FALSE(moments(open).ok());
+  Mesh inside_out = box({0, 0, 0}, {1, 1, 1});
+  for (std::size_t t = 0; t < inside_out.triangles.size(); t += 3)
+    std::swap(inside_out.triangles[t], inside_out.triangles[t + 1]);
+  EXPECT_FALSE(moments(inside_out).ok());
+}
+
+}  // namespace
+}  // namespace robomosp::geometry
