@@ -24,9 +24,11 @@ function(robomosp_module name)
   cmake_parse_arguments(arg "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
   add_library(robomosp_${name} STATIC ${arg_SOURCES})
   add_library(robomosp::${name} ALIAS robomosp_${name})
+  # In the build tree only: what is installed (sdk/cmake/package.cmake) has folders of its own.
   target_include_directories(robomosp_${name} PUBLIC
-    "${PROJECT_SOURCE_DIR}" "${PROJECT_SOURCE_DIR}/modules")
-  target_link_libraries(robomosp_${name} PUBLIC robomosp::sdk ${arg_PUBLIC} PRIVATE robomosp_flags ${arg_PRIVATE})
+    "$<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>" "$<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/modules>")
+  target_link_libraries(robomosp_${name} PUBLIC robomosp::sdk ${arg_PUBLIC}
+    PRIVATE "$<BUILD_INTERFACE:robomosp_flags>" ${arg_PRIVATE})
 endfunction()
 
 # robomosp_plugin(name SOURCES ... [LIBS libs]): a loadable plugin of the project, built as a
