@@ -5,6 +5,7 @@
 #include <cmath>
 #include <memory>
 
+#include <BOPAlgo_Builder.hxx>
 #include <BRepAlgoAPI_Common.hxx>
 #include <BRepAlgoAPI_Cut.hxx>
 #include <BRepAlgoAPI_Fuse.hxx>
@@ -15,8 +16,10 @@
 #include <BRepCheck_Solid.hxx>
 #include <BRep_Builder.hxx>
 #include <BRep_Tool.hxx>
+#include <NCollection_DataMap.hxx>
 #include <TopExp_Explorer.hxx>
 #include <TopTools_ListOfShape.hxx>
+#include <TopTools_ShapeMapHasher.hxx>
 #include <TopoDS.hxx>
 #include <TopoDS_Compound.hxx>
 
@@ -27,6 +30,8 @@ namespace {
 constexpr std::size_t kParallelFrom = 24;
 // Slack of the volume bounds, relative to the operands; wrong results miss by percents.
 constexpr double kVolumeSlack = 1e-6;
+// Taking surfaces as touching moves them by up to 1e-5 of the size.
+constexpr double kFuzzyVolumeSlack = 1e-4;
 // An edge blurred by more than this share of the size would blur the mass properties.
 constexpr double kEdgeBlur = 1e-4;
 
@@ -51,8 +56,7 @@ struct Trial {
 
 class Runner {
  public:
-  Runner(const BooleanCall& call, FaceMemory& faces, Progress& progress, double from,
-         double to)
+  Runner(const BooleanCall& call, FaceMemory& faces, Progress& progress, double from, double to)
       : call_(call), faces_(faces), progress_(progress), from_(from), to_(to) {
     for (const Solid& s : call.objects) objects_.Append(s.shape);
     for (const Solid& s : call.tools) tools_.Append(s.shape);
@@ -92,6 +96,8 @@ class Runner {
   Trial attempt(const TopTools_ListOfShape& objects, const TopTools_ListOfShape& tools,
                 double fuzzy) {
     Trial trial;
+    used_objects_ = &objects;
+    used_tools_ = &tools;
     try {
       std::unique_ptr<BRepAlgoAPI_BooleanOperation> op;
       switch (call_.kind) {
@@ -113,7 +119,7 @@ class Runner {
         trial.fault = "Open CASCADE could not compute the operation";
         return trial;
       }
-      inspect(op->Shape(), trial);
+      inspect(op->Shape(), *op->Builder(), fuzzy, trial);
     } catch (const Standard_Failure& e) {
       trial.fault = std::string("Open CASCADE could not compute the operation: ") +
                     (e.GetMessageString() ? e.GetMessageString() : "");
@@ -121,7 +127,8 @@ class Runner {
     return trial;
   }
 
-  void inspect(const TopoDS_Shape& shape, Trial& trial) {
+  void inspect(const TopoDS_Shape& shape, const BOPAlgo_Builder& splits, double fuzzy,
+               Trial& trial) {
     if (shape.IsNull()) {
       trial.fault = "Open CASCADE could not compute the operation";
       return;
@@ -140,7 +147,7 @@ class Runner {
       volume += solid.volume;
       trial.solids.push_back(std::move(solid));
     }
-    check_volume(volume, trial);
+    check_volume(volume, splits, fuzzy, trial);
     if (!trial.fault.empty() || trial.solids.empty()) return;
     if (!is_valid(trial.solids)) {
       trial.fault = "the result is not a valid solid";
@@ -173,21 +180,65 @@ class Runner {
   }
   bool is_big() const { return call_.objects.size() + call_.tools.size() >= kParallelFrom; }
 
-  void check_volume(double volume, Trial& trial) const {
-    double objects = 0, tools = 0, largest = 0;
-    for (const Solid& s : call_.objects) objects += s.volume, largest = std::max(largest, s.volume);
-    for (const Solid& s : call_.tools) tools += s.volume, largest = std::max(largest, s.volume);
-    double low = 0, high = 0;
-    switch (call_.kind) {
-      case CsgKind::union_: low = largest, high = objects + tools; break;
-      case CsgKind::difference: low = objects - tools, high = objects; break;
-      default: high = std::min(objects, tools); break;
+  // The operation splits its operands into cells. Those of one operand must fill it, and the
+  // result must have the volume of the cells it is made of. Of 600 operations on grid-snapped
+  // solids one passes every other check here with a quarter of its volume missing.
+  void check_volume(double volume, const BOPAlgo_Builder& splits, double fuzzy,
+                    Trial& trial) const {
+    struct Cell {
+      double volume = 0;
+      bool in_object = false, in_tool = false;
+    };
+    NCollection_DataMap<TopoDS_Shape, Cell, TopTools_ShapeMapHasher> cells;
+    double operands = 0;
+    for (const Solid& s : call_.objects) operands += s.volume;
+    for (const Solid& s : call_.tools) operands += s.volume;
+    const double slack = (fuzzy > 0 ? kFuzzyVolumeSlack : kVolumeSlack) * operands;
+    const auto enter = [&](const TopTools_ListOfShape& list, const std::vector<Solid>& solids,
+                           bool is_object) {
+      std::size_t i = 0;
+      for (const TopoDS_Shape& operand : list) {
+        TopTools_ListOfShape whole;
+        whole.Append(operand);
+        const TopTools_ListOfShape* parts = splits.Images().Seek(operand);
+        double filled = 0;
+        for (const TopoDS_Shape& part : parts ? *parts : whole) {
+          const TopoDS_Shape* same = splits.ShapesSD().Seek(part);
+          const TopoDS_Shape& shape = same ? *same : part;
+          Cell* cell = cells.ChangeSeek(shape);
+          if (!cell) {
+            cells.Bind(shape, {std::abs(faces_.of(shape).volume)});
+            cell = cells.ChangeSeek(shape);
+          }
+          (is_object ? cell->in_object : cell->in_tool) = true;
+          filled += cell->volume;
+        }
+        if (std::abs(filled - solids[i++].volume) > slack)
+          trial.fault = "an operand was split into pieces that do not fill it";
+      }
+    };
+    enter(*used_objects_, call_.objects, true);
+    enter(*used_tools_, call_.tools, false);
+    double expected = 0;
+    for (decltype(cells)::Iterator it(cells); it.More(); it.Next()) {
+      const Cell& cell = it.Value();
+      const bool wanted = call_.kind == CsgKind::union_       ? true
+                          : call_.kind == CsgKind::difference ? cell.in_object && !cell.in_tool
+                                                              : cell.in_object && cell.in_tool;
+      if (wanted) expected += cell.volume;
     }
-    const double slack = kVolumeSlack * (objects + tools);
-    if (volume < low - slack || volume > high + slack)
+    if (std::abs(volume - expected) > slack)
       trial.fault = "the result has a volume of " + number_text(volume / 1e9) +
-                    " m^3, but only " + number_text(std::max(low, 0.0) / 1e9) + " to " +
-                    number_text(high / 1e9) + " m^3 is possible";
+                    " m^3, but its pieces have " + number_text(expected / 1e9) + " m^3";
+    double low = 0, high = operands;
+    for (const Solid& s : call_.objects) low = std::max(low, s.volume);
+    if (call_.kind == CsgKind::union_ && volume < low - slack)
+      trial.fault = "the union is smaller than one of its solids";
+    if (call_.kind != CsgKind::union_) {
+      high = 0;
+      for (const Solid& s : call_.objects) high += s.volume;
+      if (volume > high + slack) trial.fault = "the result is larger than what it was cut from";
+    }
   }
 
   const BooleanCall& call_;
@@ -195,6 +246,7 @@ class Runner {
   Progress& progress_;
   double from_, to_, size_ = 0;
   TopTools_ListOfShape objects_, tools_, turned_objects_, turned_tools_;
+  const TopTools_ListOfShape *used_objects_ = nullptr, *used_tools_ = nullptr;
 };
 
 }  // namespace
@@ -209,8 +261,8 @@ bool boxes_meet(const Bnd_Box& a, const Bnd_Box& b) {
   return !a.IsVoid() && !b.IsVoid() && !a.IsOut(b);
 }
 
-Result<BooleanOutcome> run_boolean(const BooleanCall& call, FaceMemory& faces,
-                                   Progress& progress, double from, double to) {
+Result<BooleanOutcome> run_boolean(const BooleanCall& call, FaceMemory& faces, Progress& progress,
+                                   double from, double to) {
   return Runner(call, faces, progress, from, to).run();
 }
 

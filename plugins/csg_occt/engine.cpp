@@ -64,8 +64,8 @@ Result<std::shared_ptr<const CsgShape>> OcctCsgEngine::evaluate(const CsgTree& t
     if (!reading || progress.cancelled()) return cancelled_error();
     const auto bounds = tight_bounds(value->solids, plan.root.pose);
     progress.report(1, "solid evaluated");
-    return std::shared_ptr<const CsgShape>(std::make_shared<OcctShape>(
-        value, plan.root.pose, bounds, note_texts(plan, tree, *value)));
+    return std::shared_ptr<const CsgShape>(
+        std::make_shared<OcctShape>(value, plan.root.pose, bounds, note_texts(plan, tree, *value)));
   });
 }
 

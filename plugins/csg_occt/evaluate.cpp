@@ -72,8 +72,13 @@ class Evaluator {
  public:
   Evaluator(const Plan& plan, const CsgTree& tree, TermCache& cache, FaceMemory& faces,
             TopologyGate& gate, Progress& progress)
-      : plan_(plan), tree_(tree), cache_(cache), faces_(faces), gate_(gate),
-        progress_(progress), values_(plan.terms.size()) {}
+      : plan_(plan),
+        tree_(tree),
+        cache_(cache),
+        faces_(faces),
+        gate_(gate),
+        progress_(progress),
+        values_(plan.terms.size()) {}
 
   Result<ValuePtr> run() {
     std::vector<std::size_t> open{plan_.root.term};
@@ -245,8 +250,8 @@ class Evaluator {
     };
     fill(objects, call.objects, call.turned_objects);
     fill(tools, call.tools, call.turned_tools);
-    RMP_TRY_ASSIGN(BooleanOutcome outcome, run_boolean(call, faces_, progress_, fraction(from),
-                                                       fraction(to)));
+    RMP_TRY_ASSIGN(BooleanOutcome outcome,
+                   run_boolean(call, faces_, progress_, fraction(from), fraction(to)));
     if (!outcome.remedy.empty()) value.notes.push_back({{}, outcome.remedy});
     std::move(outcome.solids.begin(), outcome.solids.end(), std::back_inserter(value.solids));
     return {};
@@ -277,10 +282,8 @@ class Evaluator {
           tools.push_back(&operands[k]);
           used[k] = true;
         }
-      if (tools.empty())
-        value.solids.push_back(object.solid);
-      else
-        RMP_TRY(apply(CsgKind::difference, {&object}, tools, value, from, to));
+      if (tools.empty()) value.solids.push_back(object.solid);
+      else RMP_TRY(apply(CsgKind::difference, {&object}, tools, value, from, to));
     }
     std::size_t last_told = 0;
     for (std::size_t k = 0; k < operands.size(); ++k) {
@@ -359,8 +362,7 @@ std::vector<Key> TermCache::exchange_recent(const Key& context, std::vector<Key>
 }
 
 Result<ValuePtr> evaluate_plan(const Plan& plan, const CsgTree& tree, TermCache& cache,
-                               FaceMemory& faces, TopologyGate& gate,
-                               Progress& progress) {
+                               FaceMemory& faces, TopologyGate& gate, Progress& progress) {
   return Evaluator(plan, tree, cache, faces, gate, progress).run();
 }
 

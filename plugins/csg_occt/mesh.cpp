@@ -45,8 +45,7 @@ IMeshTools_Parameters parameters(const MeshQuality& quality, bool delabella, int
   p.Deflection = quality.chord * kMillimetresPerMetre;
   p.Angle = quality.angle;
   p.InParallel = faces >= kParallelFromFaces;
-  p.MeshAlgo =
-      delabella ? IMeshTools_MeshAlgoType_Delabella : IMeshTools_MeshAlgoType_Watson;
+  p.MeshAlgo = delabella ? IMeshTools_MeshAlgoType_Delabella : IMeshTools_MeshAlgoType_Watson;
   return p;
 }
 
@@ -135,8 +134,8 @@ std::uint64_t surface_key(const BRepAdaptor_Surface& surface, bool reversed) {
   switch (surface.GetType()) {
     case GeomAbs_Plane: {
       const gp_Pln plane = surface.Plane();
-      const gp_XYZ n = plane.Position().XDirection().XYZ().Crossed(
-          plane.Position().YDirection().XYZ());
+      const gp_XYZ n =
+          plane.Position().XDirection().XYZ().Crossed(plane.Position().YDirection().XYZ());
       put_xyz(n);
       put(n.Dot(plane.Location().XYZ()));
       break;
@@ -205,12 +204,9 @@ class MeshBuilder {
     const TopoDS_Vertex first = TopExp::FirstVertex(key), last = TopExp::LastVertex(key);
     const bool degenerated = BRep_Tool::Degenerated(key);
     for (int i = nodes.Lower(); i <= nodes.Upper(); ++i) {
-      if (degenerated || (i == nodes.Lower() && !first.IsNull()))
-        ids.push_back(vertex_id(first));
-      else if (i == nodes.Upper() && !last.IsNull())
-        ids.push_back(vertex_id(last));
-      else
-        ids.push_back(new_id(mesh->Node(nodes(i)).Transformed(location)));
+      if (degenerated || (i == nodes.Lower() && !first.IsNull())) ids.push_back(vertex_id(first));
+      else if (i == nodes.Upper() && !last.IsNull()) ids.push_back(vertex_id(last));
+      else ids.push_back(new_id(mesh->Node(nodes(i)).Transformed(location)));
     }
     edge_ids_.Bind(key, ids);
     return edge_ids_.Seek(key);
@@ -244,8 +240,7 @@ class MeshBuilder {
     run.first_triangle = static_cast<std::uint32_t>(mesh_.triangle_count());
     for (const std::uint32_t id : ids) {
       for (int k = 1; k <= 3; ++k)
-        mesh_.positions.push_back(
-            static_cast<float>(points_[id].Coord(k) / kMillimetresPerMetre));
+        mesh_.positions.push_back(static_cast<float>(points_[id].Coord(k) / kMillimetresPerMetre));
       point_of_vertex_.push_back(id);
     }
     gp_XYZ centre(0, 0, 0);

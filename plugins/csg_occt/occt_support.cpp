@@ -98,9 +98,8 @@ std::string node_text(const CsgNode& node, std::size_t index) {
 
 void silence_messenger() {
   static std::once_flag once;
-  std::call_once(once, [] {
-    Message::DefaultMessenger()->RemovePrinters(STANDARD_TYPE(Message_Printer));
-  });
+  std::call_once(
+      once, [] { Message::DefaultMessenger()->RemovePrinters(STANDARD_TYPE(Message_Printer)); });
 }
 
 void ProgressBridge::Show(const Message_ProgressScope&, Standard_Boolean) {

@@ -90,8 +90,7 @@ auto guarded(std::string_view task, Work&& work) -> decltype(work()) {
   } catch (...) {
     what = "unknown exception";
   }
-  return error(ErrorCode::plugin_failed,
-               std::string(task) + " failed inside Open CASCADE: " + what,
+  return error(ErrorCode::plugin_failed, std::string(task) + " failed inside Open CASCADE: " + what,
                "Simplify the solid or move its parts slightly.");
 }
 }  // namespace robomosp::csg_occt

@@ -69,10 +69,8 @@ Result<CsgEngine::Partition> partition_solids(const std::vector<PlacedSolids>& p
     for (const Low& other : active) {
       const Piece& theirs = pieces[other.part][other.piece];
       if (other.part == now.part || !overlap(mine.tight, theirs.tight)) continue;
-      if (other.part < now.part)
-        rivals[now.part][now.piece].push_back(&theirs);
-      else
-        rivals[other.part][other.piece].push_back(&mine);
+      if (other.part < now.part) rivals[now.part][now.piece].push_back(&theirs);
+      else rivals[other.part][other.piece].push_back(&mine);
     }
     active.push_back(now);
   }

@@ -115,14 +115,10 @@ class Planner {
       bool absorb = part.single;
       if (kind == CsgKind::difference)
         absorb |= part.kind == (k == 0 ? CsgKind::difference : CsgKind::union_);
-      else
-        absorb |= part.kind == kind;
-      if (!absorb)
-        form.items.push_back(as_item(std::move(part)));
-      else if (form.items.empty())
-        form.items = std::move(part.items);
-      else
-        form.items.insert(form.items.end(), part.items.begin(), part.items.end());
+      else absorb |= part.kind == kind;
+      if (!absorb) form.items.push_back(as_item(std::move(part)));
+      else if (form.items.empty()) form.items = std::move(part.items);
+      else form.items.insert(form.items.end(), part.items.begin(), part.items.end());
     }
     return form;
   }

@@ -16,7 +16,7 @@ struct Item {
 /// A primitive, or an n-ary operation on items. For a difference, items[0] is what is cut.
 struct Term {
   CsgKind kind = CsgKind::box;
-  std::size_t node = 0;  ///< the node of the user's tree to name in messages
+  std::size_t node = 0;           ///< the node of the user's tree to name in messages
   std::array<double, 6> sizes{};  ///< [m]
   std::vector<Item> items;
   Key key;  ///< of the content without its own placement

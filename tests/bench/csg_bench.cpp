@@ -41,9 +41,9 @@ Csg plate(int holes) {
   std::vector<Csg> parts{box(0.020 * holes, 0.020 * holes, 0.020)};
   for (int i = 0; i < holes; ++i)
     for (int j = 0; j < holes; ++j)
-      parts.push_back(cylinder(0.006, 0.030)
-                          .at(0.020 * (i - 0.5 * (holes - 1)), 0.020 * (j - 0.5 * (holes - 1)),
-                              -0.005));
+      parts.push_back(
+          cylinder(0.006, 0.030)
+              .at(0.020 * (i - 0.5 * (holes - 1)), 0.020 * (j - 0.5 * (holes - 1)), -0.005));
   return subtract(std::move(parts));
 }
 
@@ -107,7 +107,8 @@ void UnionOf200Apart(benchmark::State& state) {
 void PaperMass(benchmark::State& state) {
   Pose on_top;
   on_top.p = {0, 0.05, 0.05};
-  const CsgTree plate_tree = box(0.20, 0.20, 0.05).tree(), column_tree = cylinder(0.05, 0.20).tree();
+  const CsgTree plate_tree = box(0.20, 0.20, 0.05).tree(),
+                column_tree = cylinder(0.05, 0.20).tree();
   NoProgress progress;
   for (auto step : state) {
     (void)step;

@@ -17,8 +17,7 @@ namespace robomosp::test {
 inline const rmp_plugin& open_plugin(const std::string& file) {
   void* library = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE);
   if (!library) throw std::runtime_error(dlerror());
-  const auto entry =
-      reinterpret_cast<rmp_plugin_entry_fn>(dlsym(library, "rmp_plugin_entry_v1"));
+  const auto entry = reinterpret_cast<rmp_plugin_entry_fn>(dlsym(library, "rmp_plugin_entry_v1"));
   if (!entry) throw std::runtime_error(file + " exports no rmp_plugin_entry_v1");
   const rmp_plugin* plugin = entry();
   if (std::string_view(plugin->abi_tag) != RMP_ABI_TAG)

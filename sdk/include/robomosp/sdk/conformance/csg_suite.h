@@ -132,10 +132,9 @@ inline Moments closed_form(double volume, double first_z, double xx, double yy, 
 inline Moments moved(const Moments& m, const Pose& pose) {
   const auto& R = pose.R;
   const auto& p = pose.p;
-  const std::array<std::array<double, 3>, 3> S{
-      {{m.second.xx, m.second.xy, m.second.xz},
-       {m.second.xy, m.second.yy, m.second.yz},
-       {m.second.xz, m.second.yz, m.second.zz}}};
+  const std::array<std::array<double, 3>, 3> S{{{m.second.xx, m.second.xy, m.second.xz},
+                                                {m.second.xy, m.second.yy, m.second.yz},
+                                                {m.second.xz, m.second.yz, m.second.zz}}};
   Moments out = m;
   Vec3 f{};
   for (std::size_t i = 0; i < 3; ++i) {
@@ -319,15 +318,16 @@ inline constexpr double kPi = std::numbers::pi;
 
 inline Moments cone_form(double R0, double R1, double h) {
   const double d = R1 - R0;
-  return closed_form(
-      kPi * h / 3 * (R0 * R0 + R0 * R1 + R1 * R1),
-      kPi * h * h / 12 * (R0 * R0 + 2 * R0 * R1 + 3 * R1 * R1),
-      kPi * h / 20 * (std::pow(R0, 4) + R0 * R0 * R0 * R1 + R0 * R0 * R1 * R1 + R0 * R1 * R1 * R1 +
-                      std::pow(R1, 4)),
-      kPi * h / 20 * (std::pow(R0, 4) + R0 * R0 * R0 * R1 + R0 * R0 * R1 * R1 + R0 * R1 * R1 * R1 +
-                      std::pow(R1, 4)),
-      kPi * h * h * h * (R0 * R0 / 3 + R0 * d / 2 + d * d / 5),
-      kPi * (R0 + R1) * std::hypot(h, d) + kPi * R0 * R0 + kPi * R1 * R1);
+  return closed_form(kPi * h / 3 * (R0 * R0 + R0 * R1 + R1 * R1),
+                     kPi * h * h / 12 * (R0 * R0 + 2 * R0 * R1 + 3 * R1 * R1),
+                     kPi * h / 20 *
+                         (std::pow(R0, 4) + R0 * R0 * R0 * R1 + R0 * R0 * R1 * R1 +
+                          R0 * R1 * R1 * R1 + std::pow(R1, 4)),
+                     kPi * h / 20 *
+                         (std::pow(R0, 4) + R0 * R0 * R0 * R1 + R0 * R0 * R1 * R1 +
+                          R0 * R1 * R1 * R1 + std::pow(R1, 4)),
+                     kPi * h * h * h * (R0 * R0 / 3 + R0 * d / 2 + d * d / 5),
+                     kPi * (R0 + R1) * std::hypot(h, d) + kPi * R0 * R0 + kPi * R1 * R1);
 }
 inline Moments frustum_form(double a0, double b0, double a1, double b1, double h) {
   // a(s) = a0 + (a1 - a0) s and b(s) alike; the integrands are polynomials in s.
@@ -372,23 +372,23 @@ inline std::vector<PrimitiveCase> primitive_cases() {
     const double v = 2 * kPi * kPi * R * r * r, xx = v * (R * R / 2 + 3 * r * r / 8);
     return closed_form(v, 0, xx, xx, v * r * r / 4, 4 * kPi * kPi * R * r);
   };
-  return {{"box", box(0.2, 0.1, 0.05), box_form(0.2, 0.1, 0.05)},
-          {"small box", box(1e-4, 2e-4, 3e-4), box_form(1e-4, 2e-4, 3e-4)},
-          {"large box", box(30, 20, 10), box_form(30, 20, 10)},
-          {"cylinder", cylinder(0.05, 0.2), cylinder_form(0.05, 0.2)},
-          {"flat cylinder", cylinder(0.5, 0.002), cylinder_form(0.5, 0.002)},
-          {"truncated cone", cone(0.06, 0.02, 0.1), cone_form(0.06, 0.02, 0.1)},
-          {"cone on its base", cone(0.06, 0, 0.1), cone_form(0.06, 0, 0.1)},
-          {"cone on its tip", cone(0, 0.06, 0.1), cone_form(0, 0.06, 0.1)},
-          {"cone of equal radii", cone(0.06, 0.06, 0.1), cone_form(0.06, 0.06, 0.1)},
-          {"sphere", sphere(0.05), sphere_form(0.05)},
-          {"torus", torus(0.08, 0.02), torus_form(0.08, 0.02)},
-          {"frustum", frustum(0.2, 0.1, 0.05, 0.08, 0.15),
-           frustum_form(0.2, 0.1, 0.05, 0.08, 0.15)},
-          {"widening frustum", frustum(0.1, 0.1, 0.2, 0.3, 0.15),
-           frustum_form(0.1, 0.1, 0.2, 0.3, 0.15)},
-          {"pyramid", frustum(0.2, 0.1, 0, 0, 0.15), frustum_form(0.2, 0.1, 0, 0, 0.15)},
-          {"wedge", frustum(0.2, 0.1, 0, 0.1, 0.15), frustum_form(0.2, 0.1, 0, 0.1, 0.15)}};
+  return {
+      {"box", box(0.2, 0.1, 0.05), box_form(0.2, 0.1, 0.05)},
+      {"small box", box(1e-4, 2e-4, 3e-4), box_form(1e-4, 2e-4, 3e-4)},
+      {"large box", box(30, 20, 10), box_form(30, 20, 10)},
+      {"cylinder", cylinder(0.05, 0.2), cylinder_form(0.05, 0.2)},
+      {"flat cylinder", cylinder(0.5, 0.002), cylinder_form(0.5, 0.002)},
+      {"truncated cone", cone(0.06, 0.02, 0.1), cone_form(0.06, 0.02, 0.1)},
+      {"cone on its base", cone(0.06, 0, 0.1), cone_form(0.06, 0, 0.1)},
+      {"cone on its tip", cone(0, 0.06, 0.1), cone_form(0, 0.06, 0.1)},
+      {"cone of equal radii", cone(0.06, 0.06, 0.1), cone_form(0.06, 0.06, 0.1)},
+      {"sphere", sphere(0.05), sphere_form(0.05)},
+      {"torus", torus(0.08, 0.02), torus_form(0.08, 0.02)},
+      {"frustum", frustum(0.2, 0.1, 0.05, 0.08, 0.15), frustum_form(0.2, 0.1, 0.05, 0.08, 0.15)},
+      {"widening frustum", frustum(0.1, 0.1, 0.2, 0.3, 0.15),
+       frustum_form(0.1, 0.1, 0.2, 0.3, 0.15)},
+      {"pyramid", frustum(0.2, 0.1, 0, 0, 0.15), frustum_form(0.2, 0.1, 0, 0, 0.15)},
+      {"wedge", frustum(0.2, 0.1, 0, 0.1, 0.15), frustum_form(0.2, 0.1, 0, 0.1, 0.15)}};
 }
 }  // namespace detail
 
@@ -427,15 +427,15 @@ TEST_P(CsgConformance, InclusionAndExclusionHoldsForAllMoments) {
   RecordProperty("seed", static_cast<int>(seed));
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> unit(-1, 1);
-  const std::vector<Csg> solids{box(0.10, 0.08, 0.06), cylinder(0.04, 0.12), sphere(0.05),
-                                cone(0.06, 0.02, 0.1), torus(0.05, 0.02),
-                                frustum(0.1, 0.1, 0.04, 0.06, 0.09)};
+  const std::vector<Csg> solids{box(0.10, 0.08, 0.06), cylinder(0.04, 0.12),
+                                sphere(0.05),          cone(0.06, 0.02, 0.1),
+                                torus(0.05, 0.02),     frustum(0.1, 0.1, 0.04, 0.06, 0.09)};
   for (std::size_t i = 0; i < solids.size(); ++i)
     for (std::size_t j = i; j < solids.size(); ++j) {
       const Csg a = solids[i];
-      const Csg b = solids[j].at(turned({unit(random), unit(random), 1.5 + unit(random)},
-                                        3 * unit(random),
-                                        {0.02 * unit(random), 0.02 * unit(random), 0.02}));
+      const Csg b =
+          solids[j].at(turned({unit(random), unit(random), 1.5 + unit(random)}, 3 * unit(random),
+                              {0.02 * unit(random), 0.02 * unit(random), 0.02}));
       const std::string what = "solids " + std::to_string(i) + ", " + std::to_string(j);
       const Moments A = moments(a), B = moments(b), both = moments(intersect({a, b}));
       ASSERT_GT(both.volume, 0) << what;
@@ -496,14 +496,14 @@ TEST_P(CsgConformance, MeshesAreClosedFaceOutwardsAndKeepTheVolume) {
     if (c.name != "small box" && c.name != "large box") solids.emplace_back(c.name, c.solid);
   solids.emplace_back("rounded box", box(0.2, 0.1, 0.05, 0.01));
   solids.emplace_back("rounded cylinder", cylinder(0.05, 0.2, 0.01));
-  solids.emplace_back("drilled box", subtract({box(0.1, 0.1, 0.04),
-                                               cylinder(0.01, 0.1).at(0.02, 0, -0.02),
-                                               cylinder(0.01, 0.02).at(-0.02, 0, 0.03),
-                                               cylinder(0.01, 0.02).at(-0.02, 0.03, 0.03)}));
-  solids.emplace_back("sphere and cylinders",
-                      subtract({sphere(0.05), cylinder(0.02, 0.2).at(0, 0, -0.1),
-                                cylinder(0.02, 0.2).at(turned({0, 1, 0}, 1.5707963267948966,
-                                                              {-0.1, 0, 0}))}));
+  solids.emplace_back("drilled box",
+                      subtract({box(0.1, 0.1, 0.04), cylinder(0.01, 0.1).at(0.02, 0, -0.02),
+                                cylinder(0.01, 0.02).at(-0.02, 0, 0.03),
+                                cylinder(0.01, 0.02).at(-0.02, 0.03, 0.03)}));
+  solids.emplace_back(
+      "sphere and cylinders",
+      subtract({sphere(0.05), cylinder(0.02, 0.2).at(0, 0, -0.1),
+                cylinder(0.02, 0.2).at(turned({0, 1, 0}, 1.5707963267948966, {-0.1, 0, 0}))}));
   solids.emplace_back("turned and moved",
                       unite({box(0.1, 0.1, 0.1), sphere(0.05).at(0.05, 0.02, 0.1)})
                           .at(turned({1, -1, 2}, 0.9, {0.4, 0.1, -0.3})));
@@ -578,8 +578,9 @@ TEST_P(CsgConformance, AFaceKeepsItsIdWhileOthersChange) {
 
 TEST_P(CsgConformance, BadSizesAreRefusedByNode) {
   expect_error(box(0.1, 0, 0.1).named("plate"), {"\"plate\"", "box y", "0"});
-  expect_error(subtract({box(0.1, 0.1, 0.1), cylinder(0.02, 0.1), cylinder(-0.01, 0.1).named("bore")}),
-               {"node 3", "\"bore\"", "radius", "-0.01", "greater than 0"});
+  expect_error(
+      subtract({box(0.1, 0.1, 0.1), cylinder(0.02, 0.1), cylinder(-0.01, 0.1).named("bore")}),
+      {"node 3", "\"bore\"", "radius", "-0.01", "greater than 0"});
   expect_error(sphere(std::nan("")), {"node 0", "radius"});
   expect_error(sphere(INFINITY), {"node 0", "radius"});
   expect_error(cone(0, 0, 0.1), {"cone"});
@@ -626,9 +627,10 @@ TEST_P(CsgConformance, EmptyResultsAreRefusedByNode) {
                {"\"nothing\"", "empty"});
   expect_error(intersect({sphere(0.1), sphere(0.1).at(1, 0, 0)}), {"node 0", "empty"});
   expect_error(intersect({sphere(0.1), sphere(0.1).at(0.15, 0.15, 0)}), {"node 0", "empty"});
-  expect_error(unite({box(1, 1, 1), intersect({box(0.1, 0.1, 0.1), box(0.1, 0.1, 0.1).at(1, 0, 0)})
-                                        .named("inner")}),
-               {"\"inner\"", "empty"});
+  expect_error(
+      unite({box(1, 1, 1),
+             intersect({box(0.1, 0.1, 0.1), box(0.1, 0.1, 0.1).at(1, 0, 0)}).named("inner")}),
+      {"\"inner\"", "empty"});
 }
 
 TEST_P(CsgConformance, CancelledWorkStops) {
@@ -833,9 +835,9 @@ TEST_P(CsgConformance, ImpossibleMeshQualityIsRefused) {
   const auto s = shape(sphere(0.1));
   ASSERT_NE(s, nullptr);
   NoProgress progress;
-  for (const MeshQuality q : {MeshQuality{0, 0.3}, MeshQuality{-1, 0.3}, MeshQuality{1e-4, 0},
-                              MeshQuality{std::nan(""), 0.3}, MeshQuality{1e-4, std::nan("")},
-                              MeshQuality{1e-15, 0.3}})
+  for (const MeshQuality q :
+       {MeshQuality{0, 0.3}, MeshQuality{-1, 0.3}, MeshQuality{1e-4, 0},
+        MeshQuality{std::nan(""), 0.3}, MeshQuality{1e-4, std::nan("")}, MeshQuality{1e-15, 0.3}})
     EXPECT_FALSE(engine->mesh(*s, q, progress).ok());
 }
 
