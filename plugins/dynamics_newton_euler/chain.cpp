@@ -12,6 +12,7 @@ Result<Chain> make_chain(const RobotModel& model) {
     return error(ErrorCode::invalid_argument, "it has no joints", "Give it at least one joint.", where);
   Chain chain;
   chain.gravity = model.gravity;
+  chain.is_serial = model.is_serial();
   for (std::size_t i = 0; i < model.dof(); ++i) {
     const JointModel& m = model.joints[i];
     const std::string joint = where + ", joint \"" + m.name + "\"";

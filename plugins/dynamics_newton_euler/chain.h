@@ -27,6 +27,7 @@ struct ChainJoint {
 struct Chain {
   std::vector<ChainJoint> joints;
   Vec3 gravity{};
+  bool is_serial = true;        ///< every joint's parent is the joint before it
   std::int32_t tip_joint = -1;  ///< carries the tip that takes the wrench
   Vec3 tip{};                   ///< its origin in that joint's frame
   [[nodiscard]] std::size_t dof() const { return joints.size(); }

@@ -13,22 +13,27 @@ constexpr double kDiagonal = 1e-18;
 
 }  // namespace
 
-std::int32_t factor(const Chain& chain, double* m) {
+std::int32_t factor(const Chain& chain, double* m, double* diagonal) {
   const std::size_t n = chain.dof();
   double greatest = 0;
-  for (std::size_t k = 0; k < n; ++k) greatest = std::max(greatest, m[k * n + k]);
+  for (std::size_t k = 0; k < n; ++k) {
+    diagonal[k] = m[k * n + k];
+    greatest = std::max(greatest, diagonal[k]);
+  }
   for (std::size_t k = n; k-- > 0;) {
-    const double pivot = m[k * n + k];
-    // What the elimination took off this diagonal element, to know how large it was.
-    double taken = 0;
-    for (std::size_t i = k + 1; i < n; ++i) taken += m[i * n + k] * m[i * n + k] * m[i * n + i];
-    const double before = pivot + taken;
-    if (!(pivot > kPivot * before) || !(pivot > kDiagonal * greatest)) return static_cast<std::int32_t>(k);
+    const double* row = m + k * n;
+    const double pivot = row[k];
+    if (!(pivot > kPivot * diagonal[k]) || !(pivot > kDiagonal * greatest)) return static_cast<std::int32_t>(k);
     for (std::int32_t i = chain.joints[k].parent; i >= 0; i = chain.joints[static_cast<std::size_t>(i)].parent) {
       const std::size_t r = static_cast<std::size_t>(i);
-      const double a = m[k * n + r] / pivot;
-      for (std::int32_t j = i; j >= 0; j = chain.joints[static_cast<std::size_t>(j)].parent)
-        m[r * n + static_cast<std::size_t>(j)] -= a * m[k * n + static_cast<std::size_t>(j)];
+      double* to = m + r * n;
+      const double a = row[r] / pivot;
+      if (chain.is_serial) {
+        for (std::size_t j = 0; j <= r; ++j) to[j] -= a * row[j];
+      } else {
+        for (std::int32_t j = i; j >= 0; j = chain.joints[static_cast<std::size_t>(j)].parent)
+          to[j] -= a * row[j];
+      }
       m[k * n + r] = a;
     }
   }

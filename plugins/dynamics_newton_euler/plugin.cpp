@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Providers "newton_euler" (inverse dynamics) and "inertia_matrix" (forward dynamics)
 // (layer: plugin). Paper eqs 2-6 and 8-10.
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <string>
@@ -103,7 +104,7 @@ class InertiaMatrix final : public ForwardDynamics {
       for (std::size_t j = 0; j < n; ++j) out[j] = (batch.tau.empty() ? 0.0 : batch.tau[i * n + j]) - bias[j];
       if (!all_finite(out, n)) return not_finite("the forces", i);
       joint_space_inertia(chain_, method_, batch.q.data() + i * n, rest, m);
-      if (const std::int32_t joint = factor(chain_, m); joint >= 0)
+      if (const std::int32_t joint = factor(chain_, m, bias); joint >= 0)
         return std::move(singular(joint)).in("sample " + std::to_string(i + 1));
       solve(chain_, m, out);
     }
@@ -121,13 +122,13 @@ class InertiaMatrix final : public ForwardDynamics {
   // configuration could be an accident. The places are multiples of the golden angle.
   [[nodiscard]] Result<void> refuse_singular() const {
     const std::size_t n = chain_.dof();
-    std::vector<double> q(n), m(n * n), rest(inertia_scratch(chain_, method_));
+    std::vector<double> q(n), m(n * n), diagonal(n), rest(inertia_scratch(chain_, method_));
     std::int32_t joint = -1;
     for (int attempt = 1; attempt <= 4; ++attempt) {
       for (std::size_t j = 0; j < n; ++j)
         q[j] = std::fmod(2.399963229728653 * static_cast<double>(static_cast<std::size_t>(attempt) * (j + 1)), 3.0);
       joint_space_inertia(chain_, method_, q.data(), rest.data(), m.data());
-      joint = factor(chain_, m.data());
+      joint = factor(chain_, m.data(), diagonal.data());
       if (joint < 0) return {};
     }
     return singular(joint);
