@@ -37,7 +37,7 @@ struct BooleanOutcome {
 };
 
 /// Never returns a result that failed its check. The error lacks the place.
-Result<BooleanOutcome> run_boolean(const BooleanCall& call, FaceMemory& faces,
-                                   Progress& progress, double from, double to);
+Result<BooleanOutcome> run_boolean(const BooleanCall& call, FaceMemory& faces, Progress& progress,
+                                   double from, double to);
 
 }  // namespace robomosp::csg_occt

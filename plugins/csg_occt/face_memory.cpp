@@ -5,10 +5,10 @@
 #include <cmath>
 #include <vector>
 
+#include <BRepAdaptor_Curve.hxx>
 #include <BRepAdaptor_Surface.hxx>
 #include <BRep_Tool.hxx>
 #include <GCPnts_AbscissaPoint.hxx>
-#include <BRepAdaptor_Curve.hxx>
 #include <Geom2dAdaptor_Curve.hxx>
 #include <Geom2d_Curve.hxx>
 #include <TColStd_Array1OfReal.hxx>
@@ -77,6 +77,8 @@ class FaceIntegrator {
 
   Integrals run() {
     Integrals result;
+    for (TopExp_Explorer e(face_, TopAbs_VERTEX); e.More(); e.Next())
+      reach_ = std::max(reach_, BRep_Tool::Pnt(TopoDS::Vertex(e.Current())).XYZ().Modulus());
     for (TopExp_Explorer e(face_, TopAbs_EDGE); e.More(); e.Next()) {
       const TopoDS_Edge& edge = TopoDS::Edge(e.Current());
       const bool forward = edge.Orientation() == TopAbs_FORWARD;
@@ -87,8 +89,8 @@ class FaceIntegrator {
       const Geom2dAdaptor_Curve trim(curve, first, last);
       const bool analytic = add_curve(trim, forward ? 1.0 : -1.0);
       if (!analytic && !BRep_Tool::Degenerated(edge))
-        result.trim_doubt +=
-            BRep_Tool::Tolerance(edge) * GCPnts_AbscissaPoint::Length(BRepAdaptor_Curve(edge), 1e-2);
+        result.trim_doubt += BRep_Tool::Tolerance(edge) *
+                             GCPnts_AbscissaPoint::Length(BRepAdaptor_Curve(edge), 1e-2);
     }
     result.volume = total_[0] / 3;
     for (std::size_t i = 0; i < 3; ++i) result.first[i] = total_[1 + i] / 4;
@@ -118,7 +120,13 @@ class FaceIntegrator {
     const int spans = trim.NbIntervals(GeomAbs_C2);
     TColStd_Array1OfReal knots(1, spans + 1);
     trim.Intervals(knots, GeomAbs_C2);
-    for (int i = 1; i <= spans; ++i) adaptive(trim, knots(i), knots(i + 1), sign);
+    std::vector<Part> parts;
+    double area = 0;
+    for (int i = 1; i <= spans; ++i) {
+      parts.push_back({knots(i), knots(i + 1), span<8>(trim, knots(i), knots(i + 1)), 0});
+      area += std::abs(parts.back().sums[10]);
+    }
+    adaptive(trim, std::move(parts), area, sign);
     return false;
   }
 
@@ -131,13 +139,17 @@ class FaceIntegrator {
       accumulate(total_, span<12>(trim, a + (b - a) * i / n, a + (b - a) * (i + 1) / n), sign);
   }
 
-  void adaptive(const Geom2dAdaptor_Curve& trim, double a, double b, double sign) {
-    struct Part {
-      double a, b;
-      Sums sums;
-      int depth;
-    };
-    std::vector<Part> open{{a, b, span<8>(trim, a, b), 0}};
+  struct Part {
+    double a, b;
+    Sums sums;
+    int depth;
+  };
+
+  // Tolerances are set by the size of the swept area and its distance from the origin, because a
+  // single integral may vanish by symmetry.
+  void adaptive(const Geom2dAdaptor_Curve& trim, std::vector<Part> open, double area, double sign) {
+    const double r = std::max(reach_, std::sqrt(area));
+    const double tolerance = kRelativeTolerance * area;
     while (!open.empty()) {
       const Part part = open.back();
       open.pop_back();
@@ -145,9 +157,8 @@ class FaceIntegrator {
       const Sums left = span<8>(trim, part.a, middle), right = span<8>(trim, middle, part.b);
       bool good = true;
       for (std::size_t i = 0; i < kIntegrals; ++i) {
-        const double halves = left[i] + right[i];
-        largest_[i] = std::max(largest_[i], std::abs(halves));
-        good &= std::abs(halves - part.sums[i]) <= kRelativeTolerance * largest_[i];
+        const double scale = i == 0 ? r : i < 4 ? r * r : i < 10 ? r * r * r : 1;
+        good &= std::abs(left[i] + right[i] - part.sums[i]) <= tolerance * scale;
       }
       if (good || part.depth >= kDeepestHalving) {
         accumulate(total_, left, sign);
@@ -237,7 +248,8 @@ class FaceIntegrator {
   gp_Pln plane_;
   bool is_plane_ = false, u_is_angle_ = false, v_is_angle_ = false;
   double u0_ = 0;
-  Sums total_{}, largest_{};
+  double reach_ = 0;  // greatest distance of a corner from the origin
+  Sums total_{};
 };
 
 }  // namespace
@@ -291,7 +303,8 @@ void FaceMemory::set_verified(const TopoDS_Shape& solid) {
 Moments to_moments(const Integrals& in, const gp_Trsf& pose, double extent) {
   Integrals m = in;
   if (!is_identity(pose)) {
-    // x' = R x + p: first' = R first + V p; second' = R S R^T + (R first) p^T + p (R first)^T + V p p^T
+    // x' = R x + p: first' = R first + V p; second' = R S R^T + (R first) p^T + p (R first)^T + V p
+    // p^T
     const gp_Mat R = pose.VectorialPart();
     const gp_XYZ p = pose.TranslationPart();
     const gp_XYZ f = gp_XYZ(in.first[0], in.first[1], in.first[2]).Multiplied(R);
