@@ -20,8 +20,10 @@ using spatial::sub;
 
 /// Sizes of one joint's housing and where it stands along the chain.
 struct JointSize {
-  double radius = 0;  ///< of the housing [m]
-  double half = 0;    ///< half its length along the axis [m]
+  double radius = 0;    ///< of the housing [m]
+  double half = 0;      ///< half its length along the axis [m]
+  double envelope = 0;  ///< of all housings at the same point [m]
+  bool is_nested = false;  ///< shares its point with the joint before it
 };
 
 /// A link's row seen from the frame that carries it.
@@ -151,21 +153,25 @@ class SkinBuilder {
     reach_ = std::max(*std::max_element(longest.begin(), longest.end()) + tool, 0.0);
     if (!(reach_ > 1e-9)) reach_ = 1;
     const double typical = lengths > 0 ? total / static_cast<double>(lengths) : reach_;
-    const double thickest = std::min(0.068 * reach_, 0.36 * typical);
+    const double thickest = std::min(0.075 * reach_, 0.38 * typical);
     base_radius_ = thickest;
     sizes_.resize(n);
-    std::vector<int> nested(n, 0);
     for (std::size_t i = 0; i < n; ++i) {
       const model::Link& link = robot_.links[i];
       const double at = std::max(0.0, way[i] - (robot_.convention == model::Convention::dh
                                                     ? common_normal(i) : 0.0));
       const double t = std::clamp(at / reach_, 0.0, 1.0);
-      const double step = link_offset(i);
-      if (link.parent >= 0 && step < 1e-6 * reach_)
-        nested[i] = nested[static_cast<std::size_t>(link.parent)] + 1;
-      const double shrink = std::pow(0.88, std::min(nested[i], 8));
-      sizes_[i].radius = thickest * (1 - 0.52 * t) * shrink;
-      sizes_[i].half = 0.95 * sizes_[i].radius;
+      JointSize& size = sizes_[i];
+      size.radius = thickest * (1 - 0.52 * t);
+      size.half = size.envelope = 0.95 * size.radius;
+      if (link.parent < 0 || link_offset(i) >= 1e-6 * reach_) continue;
+      // A joint inside another one's housing is slimmer and sticks out of it on both sides; after
+      // a few of them they are as slim as may be.
+      const JointSize& outer = sizes_[static_cast<std::size_t>(link.parent)];
+      size.is_nested = true;
+      size.radius = std::max(0.78 * outer.radius, 0.3 * size.radius);
+      size.half = 1.22 * outer.radius;
+      size.envelope = std::max(outer.envelope, size.half);
     }
   }
 
@@ -209,7 +215,7 @@ class SkinBuilder {
     const model::Link& child = robot_.links[c];
     const JointSize& size = sizes_[c];
     const double r = size.radius;
-    if (child.joint == JointKind::revolute && !has_offset) {
+    if (child.joint == JointKind::revolute && !has_offset && !size.is_nested) {
       const Vec3 h = scale(at.axis, 0.7 * r);
       pieces.cylinder("hinge ring", SkinRole::tube, sub(seat, h), add(seat, h), 1.08 * r, 0.12 * r);
     } else if (child.joint == JointKind::prismatic) {
@@ -244,11 +250,16 @@ class SkinBuilder {
     if (ends_here && std::fabs(link.row.d) > 1.05 * half) {
       pieces.cylinder("wrist", SkinRole::joint, along(-half), along(-0.3 * r), r, 0.12 * r);
     } else if (ends_here) {
-      pieces.cylinder("wrist shaft", SkinRole::joint, along(0), along(1.55 * r), 0.8 * r, 0.08 * r);
+      pieces.cylinder("wrist shaft", SkinRole::joint, along(0), along(shaft_length(i) - 0.2 * r), 0.8 * r, 0.08 * r);
     } else {
       pieces.cylinder("housing", SkinRole::joint, along(-half), along(half), 0.98 * r, 0.16 * r);
       pieces.cylinder("caps", SkinRole::tube, along(-half - 0.05 * r), along(half + 0.05 * r), 0.62 * r, 0.04 * r);
     }
+  }
+
+  // How far the output of a last joint reaches out of the housings at its point.
+  [[nodiscard]] double shaft_length(std::size_t i) const {
+    return sizes_[i].is_nested ? 1.1 * sizes_[i].envelope + 0.5 * sizes_[i].radius : 1.6 * sizes_[i].radius;
   }
 
   // Length of the tube from the link's joint to its own frame.
@@ -270,8 +281,8 @@ class SkinBuilder {
     } else if (link.joint == JointKind::revolute && std::fabs(link.row.d) > 1.05 * sizes_[i].half) {
       pieces.cylinder("flange", SkinRole::tube, {0, 0, -0.3 * r}, face, 0.86 * r, 0.06 * r);
     } else {
-      face = {0, 0, 1.55 * r};
-      pieces.cylinder("flange", SkinRole::tube, {0, 0, 1.3 * r}, face, 0.9 * r, 0.06 * r);
+      face = {0, 0, shaft_length(i)};
+      pieces.cylinder("flange", SkinRole::tube, {0, 0, face[2] - 0.3 * r}, face, r, 0.06 * r);
     }
     if (i + 1 != robot_.links.size()) return;
     const Vec3 tool = robot_.tool.position;
@@ -291,7 +302,19 @@ class SkinBuilder {
   void draw_base(std::vector<SkinPiece>& out) const {
     Pieces pieces(out);
     const double r = base_radius_;
-    pieces.cylinder("foot", SkinRole::joint, {0, 0, 0}, {0, 0, 0.22 * r}, 1.55 * r, 0.06 * r);
+    // Where the first joint sits at the base frame itself, that frame is the shoulder: the
+    // pedestal is then drawn below it.
+    double floor = 0;
+    for (std::size_t c = 0; c < robot_.links.size(); ++c) {
+      const model::Link& link = robot_.links[c];
+      const Hook at = hook(c);
+      if (link.parent >= 0 || link.joint != JointKind::revolute) continue;
+      if (std::fabs(at.offset) > 1.05 * sizes_[c].half || spatial::norm(at.foot) > 0.2 * r) continue;
+      if (std::fabs(at.axis[2]) < 0.7) continue;
+      floor = -2.4 * r;
+      pieces.cone("pedestal", SkinRole::tube, {0, 0, floor}, {0, 0, at.offset - 0.7 * sizes_[c].half}, 1.12 * r, r);
+    }
+    pieces.cylinder("foot", SkinRole::joint, {0, 0, floor}, {0, 0, floor + 0.22 * r}, 1.55 * r, 0.06 * r);
     for (std::size_t c = 0; c < robot_.links.size(); ++c)
       if (robot_.links[c].parent < 0) draw_arm(pieces, Vec3{}, 1.12 * r, c);
   }
