@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: Apache-2.0
+# The SDK as a stranger gets it: installs its component to a fresh prefix, copies the template out of
+# the installed tree, builds it there and runs its tests; then a plugin that uses the helper library.
+# cmake -D BUILD_DIR=... -D SOURCE_DIR=... -D LAUNCHER=... -P sdk_template.cmake
+
+function(run what)
+  execute_process(COMMAND ${ARGN} RESULT_VARIABLE failed OUTPUT_VARIABLE output ERROR_VARIABLE output)
+  if(failed)
+    message(FATAL_ERROR "${what} failed (work folder ${work}):\n${output}")
+  endif()
+  message(STATUS "${what}: done")
+endfunction()
+
+set(temp "$ENV{TMPDIR}")
+if(NOT temp)
+  set(temp "/tmp")
+endif()
+string(RANDOM LENGTH 10 suffix)
+set(work "${temp}/robomosp-sdk-${suffix}")
+file(MAKE_DIRECTORY "${work}")
+set(generator -G Ninja "-DCMAKE_PREFIX_PATH=${work}/prefix" "-DCMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER}"
+  "-DCMAKE_CXX_FLAGS=${CXX_FLAGS}" "-DCMAKE_MODULE_LINKER_FLAGS=${CXX_FLAGS}" "-DCMAKE_EXE_LINKER_FLAGS=${CXX_FLAGS}")
+
+run("Installing the SDK" ${CMAKE_COMMAND} --install "${BUILD_DIR}" --component sdk --prefix "${work}/prefix")
+
+# What is installed must not remember where it was built.
+file(GLOB_RECURSE package "${work}/prefix/*.cmake" "${work}/prefix/*.h")
+foreach(file ${package})
+  file(READ "${file}" content)
+  foreach(folder "${SOURCE_DIR}/" "${BUILD_DIR}/")
+    string(FIND "${content}" "${folder}" at)
+    if(NOT at EQUAL -1)
+      message(FATAL_ERROR "${file} names the folder ${folder}")
+    endif()
+  endforeach()
+endforeach()
+
+file(COPY "${work}/prefix/share/robomosp/template" DESTINATION "${work}")
+run("Configuring the template" ${CMAKE_COMMAND} -S "${work}/template" -B "${work}/build" ${generator})
+run("Building the template" ${CMAKE_COMMAND} --build "${work}/build" -j 2)
+run("Testing the template" ${CMAKE_CTEST_COMMAND} --test-dir "${work}/build" --output-on-failure --no-tests=error)
+if(NOT EXISTS "${work}/build/my_ik.so")
+  message(FATAL_ERROR "the plugin is not called my_ik.so")
+endif()
+
+if(EXISTS "${work}/prefix/include/robomosp/helper/spatial")
+  file(WRITE "${work}/helper/CMakeLists.txt" "cmake_minimum_required(VERSION 3.25)
+project(helper LANGUAGES CXX)
+find_package(Robomosp 0.1 REQUIRED)
+file(GLOB headers RELATIVE \"${work}/prefix/include/robomosp/helper\" \"${work}/prefix/include/robomosp/helper/spatial/*.h\")
+set(includes)
+foreach(header \${headers})
+  string(APPEND includes \"#include \\\"\${header}\\\"\\n\")
+endforeach()
+string(APPEND includes \"double used() { return robomosp::spatial::from_rpy({0.1, 0.2, 0.3})[0]\\; }\\n\")
+file(WRITE \${CMAKE_BINARY_DIR}/uses_spatial.cpp \"\${includes}\")
+robomosp_add_plugin(uses_spatial SOURCES \${CMAKE_BINARY_DIR}/uses_spatial.cpp LIBS robomosp::spatial -Wl,--no-undefined)
+")
+  run("Configuring a plugin with the helper library" ${CMAKE_COMMAND} -S "${work}/helper" -B "${work}/helper/build" ${generator})
+  run("Building it" ${CMAKE_COMMAND} --build "${work}/helper/build" -j 2)
+endif()
+file(REMOVE_RECURSE "${work}")

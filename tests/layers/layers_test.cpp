@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: Apache-2.0
+// The layer rule: reads every #include of the tree and compares it with modules/layers.txt.
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <optional>
+#include <regex>
+#include <set>
+#include <sstream>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <fnmatch.h>
+
+namespace {
+
+namespace fs = std::filesystem;
+using Names = std::vector<std::string>;
+
+bool contains(const Names& names, std::string_view name) { return std::find(names.begin(), names.end(), name) != names.end(); }
+
+constexpr std::array kStandard = {
+    "algorithm", "any", "array", "atomic", "barrier", "bit", "bitset", "cassert", "cctype", "cerrno", "cfenv", "cfloat",
+    "charconv", "chrono", "cinttypes", "climits", "clocale", "cmath", "codecvt", "compare", "complex", "concepts",
+    "condition_variable", "coroutine", "csetjmp", "csignal", "cstdarg", "cstddef", "cstdint", "cstdio", "cstdlib",
+    "cstring", "ctime", "cuchar", "cwchar", "cwctype", "deque", "exception", "execution", "filesystem", "forward_list",
+    "fstream", "functional", "future", "initializer_list", "iomanip", "ios", "iosfwd", "iostream", "istream", "iterator",
+    "latch", "limits", "list", "locale", "map", "memory", "memory_resource", "mutex", "new", "numbers", "numeric",
+    "optional", "ostream", "queue", "random", "ranges", "ratio", "regex", "scoped_allocator", "semaphore", "set",
+    "shared_mutex", "source_location", "span", "sstream", "stack", "stdexcept", "stop_token", "streambuf", "string",
+    "string_view", "syncstream", "system_error", "thread", "tuple", "type_traits", "typeindex", "typeinfo",
+    "unordered_map", "unordered_set", "utility", "valarray", "variant", "vector", "version", "stdint.h", "stddef.h"};
+
+/// modules/layers.txt, read.
+struct Rules {
+  std::map<std::string, int> layer;  // of a module
+  std::map<std::string, Names> edges;
+  Names sdk_only;
+  std::vector<std::pair<std::string, Names>> homes;  // in order; the first pattern that matches decides
+  Names faults;
+
+  static Rules read(std::istream& in) {
+    Rules rules;
+    for (std::string line; std::getline(in, line);) {
+      const auto colon = line.find(':');
+      if (line.empty() || line[0] == '#') continue;
+      std::istringstream head(line.substr(0, colon)), tail(colon == std::string::npos ? "" : line.substr(colon + 1));
+      std::string word, subject;
+      head >> word >> subject;
+      Names names;
+      for (std::string name; tail >> name;) names.push_back(name);
+      if (word == "layer") {
+        for (const std::string& name : names) rules.layer[name] = std::stoi(subject);
+      } else if (word == "edge") {
+        rules.edges[subject] = names;
+      } else if (word == "sdk_only") {
+        rules.sdk_only = names;
+      } else if (word == "home") {
+        rules.homes.emplace_back(subject, names);
+      } else {
+        rules.faults.push_back(line);
+      }
+    }
+    return rules;
+  }
+};
+
+/// One include line: who, what, and whether it is a file beside the one that includes it.
+struct Include {
+  std::string file;  // from the root: "modules/io/bind.cpp"
+  std::string target;
+  bool angled = false;
+  bool neighbour = false;
+};
+
+std::string top(const std::string& path) { return path.substr(0, path.find('/')); }
+std::string second(const std::string& path) {
+  const auto slash = path.find('/');
+  return slash == std::string::npos ? "" : top(path.substr(slash + 1));
+}
+bool is_under(const std::string& file, const std::string& folder) { return file == folder || file.starts_with(folder + "/"); }
+
+std::optional<std::string> fault_of_library(const Rules& rules, const Include& i) {
+  for (const auto& [pattern, folders] : rules.homes) {
+    if (::fnmatch(pattern.c_str(), i.target.c_str(), 0) != 0) continue;
+    for (const std::string& folder : folders)
+      if (is_under(i.file, folder)) return std::nullopt;
+    std::string homes;
+    for (const std::string& folder : folders) homes += " " + folder;
+    return "<" + i.target + "> may be included only in" + homes;
+  }
+  return "<" + i.target + "> is neither standard nor has a home in modules/layers.txt";
+}
+
+std::optional<std::string> fault_of_module(const Rules& rules, const std::string& from, const std::string& to) {
+  const auto a = rules.layer.find(from), b = rules.layer.find(to);
+  if (a == rules.layer.end()) return "module \"" + from + "\" has no layer in modules/layers.txt";
+  if (b == rules.layer.end()) return "\"" + to + "/\" is not a module of modules/layers.txt";
+  if (from == to) return std::nullopt;
+  if (contains(rules.sdk_only, from)) return "\"" + from + "\" may include the SDK only, not \"" + to + "/\"";
+  if (b->second > a->second) return "\"" + to + "/\" is in an outer layer";
+  if (b->second < a->second) return std::nullopt;
+  const auto edge = rules.edges.find(from);
+  if (edge != rules.edges.end() && contains(edge->second, to)) return std::nullopt;
+  return "modules/layers.txt has no edge from \"" + from + "\" to \"" + to + "\"";
+}
+
+/// Why this include breaks the rule; nullopt when it does not.
+std::optional<std::string> fault(const Rules& rules, const Include& i) {
+  const std::string area = top(i.file);
+  if (area == "viewer") return std::nullopt;
+  if (std::find(kStandard.begin(), kStandard.end(), i.target) != kStandard.end()) return std::nullopt;
+  if (i.target.starts_with("robomosp/sdk/")) {
+    if (i.target.starts_with("robomosp/sdk/conformance/") && area != "sdk") return "conformance suites are for tests";
+    return std::nullopt;
+  }
+  if (i.angled) return fault_of_library(rules, i);
+  if (i.neighbour) return std::nullopt;
+  const std::string to = top(i.target);
+  if (area == "sdk") return "the SDK includes only the standard library and itself";
+  if (area == "plugins")
+    return to == "spatial" ? std::nullopt : std::optional("a plugin includes the SDK, \"spatial/\" and its own files only");
+  return fault_of_module(rules, area == "kernel" ? "kernel" : second(i.file), to);
+}
+
+/// All include lines of a text.
+std::vector<Include> includes_of(std::istream& in, const std::string& file) {
+  static const std::regex kLine(R"(^\s*#\s*include\s*([<"])([^>"]+)[>"])");
+  std::vector<Include> found;
+  std::smatch match;
+  for (std::string line; std::getline(in, line);)
+    if (std::regex_search(line, match, kLine)) found.push_back({file, match[2], match[1] == "<", false});
+  return found;
+}
+
+Rules project_rules() {
+  std::ifstream in(fs::path(ROBOMOSP_SOURCE_DIR) / "modules/layers.txt");
+  return Rules::read(in);
+}
+
+TEST(Layers, EveryIncludeOfTheTreeFollowsTheRule) {
+  const fs::path root = ROBOMOSP_SOURCE_DIR;
+  const Rules rules = project_rules();
+  const std::set<std::string> kinds = {".h", ".hpp", ".cpp", ".c", ".inl", ".in"};
+  std::size_t count = 0;
+  for (const char* area : {"sdk", "kernel", "modules", "plugins", "viewer"}) {
+    for (const auto& entry : fs::recursive_directory_iterator(root / area)) {
+      if (!entry.is_regular_file() || !kinds.contains(entry.path().extension().string())) continue;
+      std::ifstream in(entry.path());
+      for (Include& i : includes_of(in, entry.path().lexically_relative(root).generic_string())) {
+        ++count;
+        i.neighbour = !i.angled && fs::exists(entry.path().parent_path() / i.target);
+        const auto why = fault(rules, i);
+        EXPECT_FALSE(why.has_value()) << i.file << " includes " << i.target << ": " << *why << ".";
+      }
+    }
+  }
+  EXPECT_GT(count, 500U) << "the tree was not read";
+}
+
+TEST(Layers, TheTableIsWellFormedAndItsEdgesStayInTheirLayerWithoutACircle) {
+  const Rules rules = project_rules();
+  EXPECT_TRUE(rules.faults.empty()) << rules.faults.front();
+  Names placed;  // modules all of whose edges lead to placed ones
+  bool grew = true;
+  while (grew) {
+    grew = false;
+    for (const auto& [name, layer] : rules.layer) {
+      if (contains(placed, name)) continue;
+      const auto edge = rules.edges.find(name);
+      const bool ready = edge == rules.edges.end() || std::all_of(edge->second.begin(), edge->second.end(), [&](const std::string& to) { return contains(placed, to); });
+      if (!ready) continue;
+      placed.push_back(name);
+      grew = true;
+    }
+  }
+  EXPECT_EQ(placed.size(), rules.layer.size()) << "the edges of modules/layers.txt run in a circle";
+  for (const auto& [from, targets] : rules.edges)
+    for (const std::string& to : targets) {
+      ASSERT_TRUE(rules.layer.contains(from) && rules.layer.contains(to)) << from << ": " << to;
+      EXPECT_EQ(rules.layer.at(from), rules.layer.at(to)) << from << ": " << to;
+    }
+}
+
+TEST(Layers, EachBrokenRuleIsDetected) {
+  const Rules rules = project_rules();
+  const auto check = [&](const std::string& file, const std::string& line) {
+    std::istringstream text("// a comment\n" + line + "\n");
+    const auto found = includes_of(text, file);
+    if (found.size() != 1) return std::string("not an include");
+    return fault(rules, found[0]).value_or("fine");
+  };
+  EXPECT_EQ(check("kernel/jobs.cpp", "#include \"model/records.h\""), "\"model/\" is in an outer layer");
+  EXPECT_EQ(check("modules/geometry/mesh.cpp", "  #  include \"robotics/kinematics.h\""),
+            "modules/layers.txt has no edge from \"geometry\" to \"robotics\"");
+  EXPECT_EQ(check("modules/model/records.h", "#include \"document/document.h\""), "\"document/\" is in an outer layer");
+  EXPECT_EQ(check("modules/io/bind.cpp", "#include \"viewer/frame.h\""), "\"viewer/\" is not a module of modules/layers.txt");
+  EXPECT_EQ(check("modules/ioci/command.cpp", "#include \"plugins/csg_occt/engine.h\""), "\"plugins/\" is not a module of modules/layers.txt");
+  EXPECT_EQ(check("modules/spatial/pose.h", "#include \"kernel/text.h\""), "\"spatial\" may include the SDK only, not \"kernel/\"");
+  EXPECT_EQ(check("modules/unheard/x.cpp", "#include \"kernel/text.h\""), "module \"unheard\" has no layer in modules/layers.txt");
+  EXPECT_EQ(check("sdk/include/robomosp/sdk/ik.h", "#include \"kernel/value.h\""), "the SDK includes only the standard library and itself");
+  for (const char* line : {"#include <Eigen/Core>", "#include <gtest/gtest.h>", "#include <fmt/format.h>", "#include <unistd.h>", "#include <dlfcn.h>"})
+    EXPECT_NE(check("sdk/include/robomosp/sdk/ik.h", line), "fine") << line;
+  EXPECT_EQ(check("plugins/ik_numeric/search.cpp", "#include \"kernel/text.h\""), "a plugin includes the SDK, \"spatial/\" and its own files only");
+  EXPECT_EQ(check("plugins/ik_numeric/search.cpp", "#include <robomosp/sdk/conformance/models.h>"), "conformance suites are for tests");
+  EXPECT_NE(check("plugins/ik_numeric/search.cpp", "#include <gp_Pnt.hxx>"), "fine");
+  EXPECT_NE(check("modules/ioci/command.cpp", "#include <lua.hpp>"), "fine");
+  EXPECT_NE(check("modules/ioci/command.cpp", "#include <nlohmann/json.hpp>"), "fine");
+  EXPECT_NE(check("modules/shell/main.cpp", "#include <osg/Node>"), "fine");
+  EXPECT_NE(check("modules/shell/main.cpp", "#include <QApplication>"), "fine");
+  EXPECT_EQ(check("modules/shell/main.cpp", "#include <boost/any>"), "<boost/any> is neither standard nor has a home in modules/layers.txt");
+
+  EXPECT_EQ(check("modules/shell/main.cpp", "#include \"lua/lua_state.h\""), "fine");
+  EXPECT_EQ(check("modules/lua/call.cpp", "#include <lua.hpp>"), "fine");
+  EXPECT_EQ(check("plugins/csg_occt/engine.cpp", "#include <gp_Pnt.hxx>"), "fine");
+  EXPECT_EQ(check("plugins/ik_numeric/search.cpp", "#include \"spatial/pose.h\""), "fine");
+  EXPECT_EQ(check("sdk/include/robomosp/sdk/eigen.h", "#include <Eigen/Core>"), "fine");
+  EXPECT_EQ(check("viewer/main.cpp", "#include <QApplication>"), "fine");
+}
+
+}  // namespace
