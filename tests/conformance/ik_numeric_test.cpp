@@ -2,6 +2,7 @@
 // Provider "numeric": the SDK's suite, the paper's PA-10 pose and what is said about targets
 // without an answer.
 #include <robomosp/sdk/conformance/ik_suite.h>
+#include <robomosp/sdk/trajectory.h>
 
 namespace robomosp::conformance {
 namespace {
@@ -51,6 +52,48 @@ TEST_F(NumericIk, SolvesThePaperPoseOfThePa10ForBothSetsOfLengths) {
     for (std::size_t j = 0; j < 7; ++j) {
       EXPECT_GE(r.q[j], m.joints[j].lower);
       EXPECT_LE(r.q[j], m.joints[j].upper);
+    }
+  }
+}
+
+// The paper's first validation case, sampled every 0.1 s: the whole circle within limits, joint
+// rates without jumps.
+TEST_F(NumericIk, FollowsThePaperCircleWithContinuousJointRates) {
+  const std::string file = std::string(ROBOMOSP_PLUGIN_DIR) + "/path_analytic.so";
+  const rmp_provider* provider = *find_provider<SegmentMaker>(file, "circle");
+  const auto down = [](double x, double y) { return multiply(shift(x, y, 0.7346), turn_y(kPi)); };
+  const std::vector<Pose> points{down(0.558, 0), down(0.758, 0), down(0.658, -0.1)};
+  const auto circle = create<SegmentMaker>(*provider)->make(points, TableParams(*provider).set("speed", 0.01));
+  ASSERT_TRUE(circle.ok()) << circle.error().sentence();
+  constexpr double kStep = 0.1;
+  std::vector<double> times;
+  for (double t = 0; t < (*circle)->duration(); t += kStep) times.push_back(t);
+  std::vector<PathSample> path(times.size());
+  (*circle)->sample(times, path);
+  std::vector<Pose> targets;
+  for (const PathSample& p : path) targets.push_back(p.pose);
+
+  for (const RobotModel& m : {pa10(), pa10_nus()}) {
+    SCOPED_TRACE(m.name);
+    prepare(m);
+    const std::vector<double> seed{0, 45 * kDeg, 0, 90 * kDeg, 0, 45 * kDeg, 0};
+    IkBatch batch;
+    batch.targets = targets;
+    batch.seeds = seed;
+    batch.continuous = true;
+    std::vector<IkResult> results(targets.size());
+    NoProgress none;
+    ASSERT_TRUE(solver_->solve(batch, results, none).ok());
+    for (std::size_t i = 0; i < results.size(); ++i) {
+      ASSERT_EQ(results[i].status, IkStatus::solved) << i << ": " << results[i].detail;
+      EXPECT_LE(position_gap(tip_pose(m, results[i].q.data()), targets[i]), 1e-9);
+      for (std::size_t j = 0; i >= 2 && j < 7; ++j) {
+        const double rate = (results[i].q[j] - results[i - 1].q[j]) / kStep;
+        const double before = (results[i - 1].q[j] - results[i - 2].q[j]) / kStep;
+        EXPECT_LT(std::fabs(rate), 0.1) << "joint " << j + 1 << ", sample " << i;
+        // 10 mm/s round 100 mm turns by 0.01 rad a sample: rates change by about that share.
+        EXPECT_LT(std::fabs(rate - before), 2e-3) << "joint " << j + 1 << ", sample " << i;
+      }
     }
   }
 }
