@@ -3,9 +3,10 @@
 // fingerprint of its inputs; never edited, never saved (layer: application).
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,12 +20,14 @@
 
 namespace robomosp::document {
 
-/// Mass of a solid or object in its own frame.
+/// Mass of a solid or object in its own frame. Where an object's policy is Overlap::once, all that
+/// is inside it, also in nested objects, is counted once, for the part listed first; parts
+/// without material come last, so that they take no mass from others.
 struct BodyMass {
   MassProperties mass;      ///< zero mass when no part has a material
   double volume = 0;        ///< counted once where parts overlap (Overlap::once) [m^3]
   double area = 0;          ///< sum of the parts' surface areas [m^2]
-  double overlap = 0;       ///< volume shared by parts [m^3]
+  double overlap = 0;       ///< volume that was counted once though parts share it [m^3]
   bool exact = true;
   std::vector<std::string> notes;  ///< such as: solid "cover" has no material, so it has no mass
 };
@@ -38,8 +41,9 @@ struct Drawable {
   double shininess = 0.3, metalness = 0;
 };
 
-/// What to draw for a robot: [0] = base (in the mounting frame after Robot::base), then one list a
-/// link, in the link's frame. `generated` tells that the body is a skin made from the DH rows.
+/// What to draw for a robot: [0] = base, in the base frame (mounting frame times Robot::base), then
+/// one list a link, in the link's frame; an invisible link has an empty list. `generated` tells that
+/// no part is designed and the bodies are a skin made from the rows.
 struct RobotBodies {
   std::vector<std::vector<Drawable>> bodies;
   bool generated = false;
@@ -62,11 +66,13 @@ class Derived {
   Result<std::shared_ptr<const Mesh>> mesh(const Snapshot&, SolidId, Progress&);
   Result<Moments> moments(const Snapshot&, SolidId, Progress&);
   Result<BodyMass> mass(const Snapshot&, AnyId solid_or_object, Progress&);
-  /// Axis-aligned bounds {min, max} of a solid or object in its frame [m].
+  /// Axis-aligned box {min, max} that holds a solid or object, in its frame [m]; turned parts count
+  /// with the box of their own box.
   Result<std::array<Vec3, 2>> bounds(const Snapshot&, AnyId solid_or_object, Progress&);
   Result<std::vector<Drawable>> drawables(const Snapshot&, AnyId solid_or_object, Progress&);
 
-  /// The mechanism with masses by its mass_source; gravity given in the mounting frame.
+  /// The mechanism with masses by its mass_source (parts of one link add up); gravity is given in
+  /// the mounting frame.
   Result<std::shared_ptr<const RobotModel>> robot_model(const Snapshot&, RobotId, Vec3 gravity, Progress&);
   Result<RobotBodies> robot_bodies(const Snapshot&, RobotId, Progress&);
 

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "document/cache.h"
+
+#include <iterator>
+
+namespace robomosp::document {
+
+std::optional<Cache::Value> Cache::find(const Fingerprint& key, const Fingerprint& failure_key) {
+  const std::lock_guard lock(mutex_);
+  if (is_enabled_)
+    for (const Fingerprint& k : {key, failure_key})
+      if (const auto it = index_.find(k); it != index_.end()) {
+        entries_.splice(entries_.begin(), entries_, it->second);
+        ++stats_.hits;
+        return it->second->value;
+      }
+  ++stats_.misses;
+  return std::nullopt;
+}
+
+std::shared_ptr<const void> Cache::keep(const Fingerprint& key, Value value, std::size_t bytes) {
+  // What is let go is destroyed after the lock: a shape's destructor is its provider's code.
+  std::list<Entry> dropped;
+  const std::lock_guard lock(mutex_);
+  if (!is_enabled_) return value.value;
+  if (const auto it = index_.find(key); it != index_.end()) {
+    if (value.value && !it->second->value.value) it->second->value = value;  // another thread failed
+    return value.value ? it->second->value.value : nullptr;
+  }
+  const std::size_t size = bytes + sizeof(Entry) + 128;
+  entries_.push_front({key, value, size});
+  index_.emplace(key, entries_.begin());
+  stats_.bytes += size;
+  while (stats_.bytes > budget_ && entries_.size() > 1) {
+    stats_.bytes -= entries_.back().bytes;
+    index_.erase(entries_.back().key);
+    dropped.splice(dropped.begin(), entries_, std::prev(entries_.end()));
+  }
+  stats_.entries = entries_.size();
+  return value.value;
+}
+
+CacheStats Cache::stats() const {
+  const std::lock_guard lock(mutex_);
+  return stats_;
+}
+
+void Cache::clear() {
+  std::list<Entry> dropped;
+  const std::lock_guard lock(mutex_);
+  dropped.swap(entries_);
+  index_.clear();
+  stats_.entries = 0;
+  stats_.bytes = 0;
+}
+
+void Cache::set_enabled(bool is_enabled) {
+  const std::lock_guard lock(mutex_);
+  is_enabled_ = is_enabled;
+}
+
+}  // namespace robomosp::document
