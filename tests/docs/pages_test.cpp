@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+// Every ```lua block of the documentation is typed into a console, block after block, one session a
+// page; a ```text block after it is what the console must answer. A first line `-- not run` exempts
+// a block (for blocks that only show a shape).
+#include <unistd.h>
+
+#include <cctype>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "ioci/application.h"
+#include "kernel/text.h"
+#include "lua/lua_state.h"
+
+namespace robomosp {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Block {
+  std::string language, body;
+  int line = 0;
+};
+
+std::vector<Block> blocks_of(const fs::path& page) {
+  std::ifstream in(page);
+  EXPECT_TRUE(in) << page;
+  std::vector<Block> blocks;
+  std::string line;
+  int number = 0;
+  bool inside = false;
+  while (std::getline(in, line)) {
+    ++number;
+    if (line.starts_with("```")) {
+      if (!inside) blocks.push_back({std::string(text::trim(std::string_view(line).substr(3))), "", number + 1});
+      inside = !inside;
+    } else if (inside) {
+      blocks.back().body += line + "\n";
+    }
+  }
+  EXPECT_FALSE(inside) << page << " ends inside a block";
+  return blocks;
+}
+
+/// Lines without trailing blanks and without empty lines at the end.
+std::string tidy(const std::string& s) {
+  std::string out;
+  std::istringstream in(s);
+  for (std::string line; std::getline(in, line);) {
+    while (!line.empty() && (line.back() == ' ' || line.back() == '\r')) line.pop_back();
+    out += line + "\n";
+  }
+  while (out.ends_with("\n\n")) out.pop_back();
+  return out == "\n" ? "" : out;
+}
+
+class Page : public ::testing::TestWithParam<std::string> {};
+
+TEST_P(Page, DoesWhatItShows) {
+  const auto folder = fs::temp_directory_path() / ("robomosp-docs-" + std::to_string(::getpid()));
+  fs::create_directories(folder);
+  fs::current_path(folder);  // pages write files by relative names
+  auto app = ioci::Application::create({.plugin_path = {ROBOMOSP_PLUGIN_DIR},
+                                        .library = {fs::path(ROBOMOSP_SOURCE_DIR) / "scripts/library"}});
+  ASSERT_TRUE(app.ok()) << app.error().sentence();
+  ioci::Session session("docs");
+  std::string printed;
+  lua::LuaState lua(**app, session, {.print = [&](std::string_view s) { printed += s; },
+                                     .module_path = {fs::path(ROBOMOSP_SOURCE_DIR) / "scripts/lib"}});
+  const auto blocks = blocks_of(fs::path(ROBOMOSP_SOURCE_DIR) / GetParam());
+  int ran = 0;
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    const Block& block = blocks[b];
+    if (block.language != "lua" || block.body.starts_with("-- not run")) continue;
+    ++ran;
+    std::string answer, input;
+    std::istringstream lines(block.body);
+    const std::string where = GetParam() + ":" + std::to_string(block.line);
+    for (std::string line; std::getline(lines, line);) {
+      input += line + "\n";
+      if (text::trim(input).empty() || lua.is_incomplete(input)) continue;
+      printed.clear();
+      auto result = lua.eval(input);
+      answer += printed;
+      if (result.ok()) answer += *result + (result->empty() || result->ends_with('\n') ? "" : "\n");
+      else answer += "error: " + result.error().sentence() + "\n";
+      input.clear();
+    }
+    EXPECT_TRUE(text::trim(input).empty()) << where << ": the block ends inside a statement";
+    if (b + 1 < blocks.size() && blocks[b + 1].language == "text") EXPECT_EQ(tidy(answer), tidy(blocks[b + 1].body)) << where;
+    else EXPECT_EQ(answer.find("error: "), std::string::npos) << where << "\n" << answer;
+  }
+  EXPECT_GT(ran, 0);
+  fs::current_path(fs::temp_directory_path());
+  fs::remove_all(folder);
+}
+
+INSTANTIATE_TEST_SUITE_P(Documentation, Page,
+                         ::testing::Values("README.md", "docs/user/tutorial.md", "docs/user/solvers_in_lua.md"),
+                         [](const auto& param) {
+                           std::string name;
+                           for (const char c : param.param) name += std::isalnum(static_cast<unsigned char>(c)) ? c : '_';
+                           return name;
+                         });
+
+}  // namespace
+}  // namespace robomosp
