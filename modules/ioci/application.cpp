@@ -262,7 +262,7 @@ Result<Map> classic_arguments(const CommandSpec& spec, std::span<const std::stri
       return error(ErrorCode::usage, "the word " + text::quote(word) + " is one too many", "help(\"" + spec.name + "\") lists the arguments.", spec.name);
     const ParamSpec& p = spec.params[next];
     std::string value = word;
-    const bool many = p.type == "real[]" || p.type == "vec3" || p.type == "pose";
+    const bool many = p.name == "q" || p.type == "real[]" || p.type == "vec3" || p.type == "pose";
     if (many && (word.empty() || word.front() != '{')) {
       const std::size_t most = p.type == "vec3" ? 3 : p.type == "pose" ? 6 : words.size();
       std::size_t taken = 1;

@@ -15,6 +15,7 @@
 #include "document/derived.h"
 #include "document/document.h"
 #include "ioci/command.h"
+#include "ioci/solver_cache.h"
 #include "kernel/app_thread.h"
 #include "kernel/component.h"
 #include "kernel/jobs.h"
@@ -68,6 +69,7 @@ class Application {
   sim::Recordings recordings;
   Jobs jobs;  ///< after what its work reads, so that it is joined first
   CommandTable commands;
+  SolverCache solvers;
   std::vector<std::filesystem::path> library;  ///< folders of shipped materials, robots, worlds
   std::filesystem::path share;                 ///< <executable>/../share/robomosp
   bool quit_requested = false;                 ///< set by the command `quit`; front ends end then

@@ -5,7 +5,9 @@
 
 #include <array>
 #include <filesystem>
+#include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -96,6 +98,15 @@ inline constexpr std::string_view kPlacementFields[] = {"placement", "position",
 [[nodiscard]] Result<Map> read_map(const CommandContext& ctx, const Schema& schema, const Value& value, std::string_view path);
 /// `{name = "numeric", params = {...}}` or a plain name.
 [[nodiscard]] Result<model::ProviderChoice> read_provider(const Value& value, std::string_view path);
+
+/// Joint values as given: numbers, texts with units by each joint's type, or a named pose.
+[[nodiscard]] Result<std::vector<double>> read_q(const Value& value, const model::Robot& robot, std::span<const JointModel> joints, std::string_view path);
+/// The mechanism of a checked `id` under standard or given `gravity` (mounting frame).
+[[nodiscard]] Result<std::shared_ptr<const RobotModel>> model_of(CommandContext& ctx, const Map& args, std::string_view name = "id");
+/// Index of a link given by number (1 = first) or name; "base" or 0 is -1 where allowed.
+[[nodiscard]] Result<std::int32_t> read_link(const model::Robot& r, const Value& value, bool base_allowed, std::string_view path);
+/// Lua that makes a six-joint arm `arm` for examples.
+[[nodiscard]] std::string with_arm(const char* rest);
 
 // --- values --------------------------------------------------------------------------------
 

@@ -1,8 +1,411 @@
 // SPDX-License-Identifier: Apache-2.0
+// What a robot does: forward and inverse kinematics, Jacobian, dynamics, and where worlds show it.
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
 #include "ioci/commands.h"
+#include "robotics/kinematics.h"
+#include "spatial/pose.h"
 
 namespace robomosp::ioci {
+namespace {
 
-std::vector<CommandSpec> robot_motion_commands() { return {}; }
+using model::Robot;
+
+struct Posed {
+  std::shared_ptr<const RobotModel> model;
+  std::vector<double> q;
+  std::vector<Pose> frames;  ///< base_T_joint
+};
+
+Result<Posed> posed(CommandContext& ctx, const Map& args) {
+  Posed p;
+  RMP_TRY_ASSIGN(p.model, model_of(ctx, args));
+  RMP_TRY_ASSIGN(p.q, read_q(*args.find("q"), content<Robot>(ctx, args), p.model->joints, "q"));
+  p.frames.resize(p.model->dof());
+  robotics::forward_kinematics(*p.model, p.q, p.frames);
+  return p;
+}
+
+Result<std::size_t> tip_index(const RobotModel& m, const Map& args) {
+  if (!has(args, "tip")) return std::size_t{0};
+  std::vector<std::string> known;
+  const std::string wanted = text_of(args, "tip");
+  for (std::size_t i = 0; i < m.tips.size(); ++i) {
+    if (m.tips[i].name == wanted) return i;
+    known.push_back(m.tips[i].name);
+  }
+  return unknown_name("tip", wanted, known).in("robot " + text::quote(m.name));
+}
+
+Result<Value> fk(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(const Posed p, posed(ctx, args));
+  RMP_TRY_ASSIGN(const std::size_t tip, tip_index(*p.model, args));
+  Map out = pose_map(spatial::compose(p.model->base, robotics::tip_pose(*p.model, tip, p.frames)));
+  if (flag(args, "all")) {
+    const Robot& r = content<Robot>(ctx, args);
+    const auto frames = robotics::link_frames(r);
+    std::vector<Pose> poses(frames.size());
+    robotics::link_poses(frames, p.frames, poses);
+    List links;
+    for (std::size_t i = 0; i < poses.size(); ++i) {
+      Map link = pose_map(spatial::compose(p.model->base, poses[i]));
+      link.set("name", r.links[i].name);
+      links.emplace_back(std::move(link));
+    }
+    out.set("links", std::move(links));
+  }
+  return Value(std::move(out));
+}
+
+Result<Value> link_pose(CommandContext& ctx, const Map& args) {
+  const Robot& r = content<Robot>(ctx, args);
+  RMP_TRY_ASSIGN(const auto m, model_of(ctx, args));
+  RMP_TRY_ASSIGN(const std::int32_t index, read_link(r, *args.find("link"), false, "link"));
+  std::vector<double> q(m->dof(), 0.0);
+  if (has(args, "q")) {
+    RMP_TRY_ASSIGN(q, read_q(*args.find("q"), r, m->joints, "q"));
+  }
+  std::vector<Pose> frames(m->dof());
+  robotics::forward_kinematics(*m, q, frames);
+  const auto all = robotics::link_frames(r);
+  std::vector<Pose> poses(all.size());
+  robotics::link_poses(all, frames, poses);
+  Pose out = poses[static_cast<std::size_t>(index)];
+  if (text_of(args, "frame") == "parent") {
+    const std::int32_t parent = r.links[static_cast<std::size_t>(index)].parent;
+    if (parent >= 0) out = spatial::compose(spatial::inverse(poses[static_cast<std::size_t>(parent)]), out);
+  } else {
+    out = spatial::compose(m->base, out);
+  }
+  return Value(pose_map(out));
+}
+
+/// `mGetLocal` and `mGetGlobal` are the two frames of robot.link_pose.
+Result<Value> link_pose_parent(CommandContext& ctx, const Map& args) {
+  Map local = args;
+  local.set("frame", "parent");
+  return link_pose(ctx, local);
+}
+
+/// Jacobian joint after joint as the matrix of the textbooks: 6 rows (v, w), one column a joint.
+NumericArray jacobian_matrix(const std::vector<double>& columns, std::size_t dof) {
+  std::vector<double> rows(6 * dof);
+  for (std::size_t j = 0; j < dof; ++j)
+    for (std::size_t i = 0; i < 6; ++i) rows[i * dof + j] = columns[6 * j + i];
+  return NumericArray(std::move(rows), 6, dof);
+}
+
+Result<Value> jacobian(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(const Posed p, posed(ctx, args));
+  RMP_TRY_ASSIGN(const std::size_t tip, tip_index(*p.model, args));
+  std::vector<double> j(6 * p.model->dof());
+  const auto frame = text_of(args, "frame") == "tool" ? robotics::JacobianFrame::tip : robotics::JacobianFrame::world;
+  robotics::geometric_jacobian(*p.model, tip, p.frames, frame, j);
+  return Value(jacobian_matrix(j, p.model->dof()));
+}
+
+Result<Value> manipulability(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(const Posed p, posed(ctx, args));
+  RMP_TRY_ASSIGN(const std::size_t tip, tip_index(*p.model, args));
+  std::vector<double> j(6 * p.model->dof());
+  robotics::geometric_jacobian(*p.model, tip, p.frames, robotics::JacobianFrame::base, j);
+  return Value(robotics::manipulability(j));
+}
+
+std::string_view status_word(IkStatus s) {
+  switch (s) {
+    case IkStatus::solved: return "solved";
+    case IkStatus::out_of_reach: return "out_of_reach";
+    case IkStatus::joint_limit: return "joint_limit";
+    case IkStatus::not_converged: return "not_converged";
+  }
+  return "not_converged";
+}
+
+std::string_view status_sentence(IkStatus s) {
+  switch (s) {
+    case IkStatus::out_of_reach: return "the target is out of reach";
+    case IkStatus::joint_limit: return "the target can only be reached outside the joint limits";
+    default: return "no configuration was found for the target";
+  }
+}
+
+Result<model::ProviderChoice> chosen(const Map& args, const model::ProviderChoice& robots_own) {
+  return has(args, "provider") ? read_provider(*args.find("provider"), "provider") : Result<model::ProviderChoice>(robots_own);
+}
+
+Result<Value> solve_ik(CommandContext& ctx, const Map& args) {
+  const Robot& r = content<Robot>(ctx, args);
+  RMP_TRY_ASSIGN(const auto m, model_of(ctx, args));
+  RMP_TRY_ASSIGN(const std::size_t tip, tip_index(*m, args));
+  RMP_TRY_ASSIGN(const auto choice, chosen(args, r.ik));
+  const auto target = pose_from(*args.find("target"));
+  if (!target) return error(ErrorCode::invalid_argument, "the target is not a pose", {}, "target");
+  const Pose in_base = spatial::compose(spatial::inverse(m->base), *target);
+  std::vector<double> seed;
+  if (has(args, "seed")) {
+    RMP_TRY_ASSIGN(seed, read_q(*args.find("seed"), r, m->joints, "seed"));
+  }
+  RMP_TRY_ASSIGN(const auto bound, ctx.app.solvers.ik(ctx.app.registry, m, choice));
+  IkBatch batch;
+  batch.targets = std::span(&in_base, 1);
+  batch.seeds = seed;
+  batch.tolerance = {real(args, "position_tolerance"), real(args, "rotation_tolerance")};
+  batch.all_solutions = flag(args, "all");
+  batch.tip = static_cast<std::int32_t>(tip);
+  RMP_TRY_ASSIGN(const auto results, sim::solve_ik(bound, batch, ctx.progress));
+  const IkResult& result = results.front();
+  if (result.status != IkStatus::solved && !flag(args, "partial")) {
+    std::string message(status_sentence(result.status));
+    if (!result.q.empty())
+      message += "; the closest configuration found misses it by " + text::print_rounded(result.position_error * 1000, 4) + " mm and " +
+                 text::print_rounded(result.rotation_error * 180 / std::numbers::pi, 4) + " deg";
+    if (!result.detail.empty()) message += " (" + result.detail + ")";
+    return error(ErrorCode::unreachable, std::move(message), "Move the target, or give partial = true to get the closest configuration.", "robot " + text::quote(m->name));
+  }
+  const std::size_t dof = m->dof();
+  const std::size_t count = result.q.size() / dof;
+  Map out{{"status", status_word(result.status)}};
+  if (count > 0) out.set("q", NumericArray(std::vector<double>(result.q.begin(), result.q.begin() + static_cast<std::ptrdiff_t>(dof))));
+  out.set("solutions", count > 0 ? Value(NumericArray(result.q, count, dof)) : Value(List{}));
+  out.set("position_error", result.position_error);
+  out.set("rotation_error", result.rotation_error);
+  out.set("iterations", static_cast<std::int64_t>(result.iterations));
+  out.set("detail", result.detail);
+  out.set("provider", bound.provider);
+  return Value(std::move(out));
+}
+
+std::string torque_unit(const RobotModel& m) {
+  const auto slides = [](const JointModel& j) { return j.type == JointType::prismatic; };
+  if (std::none_of(m.joints.begin(), m.joints.end(), slides)) return "N m";
+  return std::all_of(m.joints.begin(), m.joints.end(), slides) ? "N" : "";
+}
+
+Result<std::uint32_t> read_terms(const Value* given) {
+  if (!given || given->is_nil()) return static_cast<std::uint32_t>(kAllTerms);
+  const std::pair<const char*, std::uint32_t> words[] = {{"gravity", kGravityTerm}, {"inertial", kInertialTerm}, {"velocity", kVelocityTerm}, {"friction", kFrictionTerm}, {"external", kExternalTerm}};
+  std::vector<std::string> known;
+  for (const auto& [word, bit] : words) known.emplace_back(word);
+  std::uint32_t out = 0;
+  for (const Value& v : *given->as_list()) {
+    const std::string name = v.as_string() ? *v.as_string() : v.text();
+    const auto it = std::find_if(std::begin(words), std::end(words), [&](const auto& w) { return name == w.first; });
+    if (it == std::end(words)) return unknown_name("term", name, known).in("terms");
+    out |= it->second;
+  }
+  return out;
+}
+
+Result<std::vector<double>> rates(const Map& args, std::string_view name, const Robot& r, const RobotModel& m) {
+  const Value* v = args.find(name);
+  if (!v || v->is_nil()) return std::vector<double>();
+  if (v->as_string() && v->as_string()->find_first_of("0123456789") == std::string::npos)
+    return error(ErrorCode::invalid_argument, text::quote(*v->as_string()) + " is not a list of joint values", {}, std::string(name));
+  const NumericArray* a = v->as_array();
+  if (!a && v->as_list())
+    for (const Value& x : *v->as_list())
+      if (!x.is_number())
+        return error(ErrorCode::invalid_argument, x.text() + " is not a number", "Give numbers in rad, m and seconds.", std::string(name));
+  return read_q(*v, r, m.joints, name);
+}
+
+struct DynamicsCall {
+  Posed at;
+  std::vector<double> qd, qdd, tau;
+  TipWrench wrench;
+  DynamicsBatch batch;
+};
+
+Result<void> dynamics_call(CommandContext& ctx, const Map& args, DynamicsCall& c) {
+  const Robot& r = content<Robot>(ctx, args);
+  RMP_TRY_ASSIGN(c.at, posed(ctx, args));
+  RMP_TRY_ASSIGN(c.qd, rates(args, "qd", r, *c.at.model));
+  RMP_TRY_ASSIGN(c.qdd, rates(args, "qdd", r, *c.at.model));
+  RMP_TRY_ASSIGN(c.tau, rates(args, "tau", r, *c.at.model));
+  RMP_TRY_ASSIGN(c.batch.terms, read_terms(args.find("terms")));
+  c.batch.count = 1;
+  c.batch.q = c.at.q;
+  c.batch.qd = c.qd;
+  c.batch.qdd = c.qdd;
+  c.batch.tau = c.tau;
+  if (has(args, "tip_force") || has(args, "tip_moment")) {
+    // Given in the mounting frame, where poses are; solvers want the base's axes.
+    c.wrench.force = spatial::rotate_back(c.at.model->base, vec3(args, "tip_force"));
+    c.wrench.moment = spatial::rotate_back(c.at.model->base, vec3(args, "tip_moment"));
+    c.batch.tip = std::span(&c.wrench, 1);
+  }
+  return {};
+}
+
+Result<Value> inverse_dynamics(CommandContext& ctx, const Map& args) {
+  DynamicsCall c;
+  RMP_TRY(dynamics_call(ctx, args, c));
+  RMP_TRY_ASSIGN(const auto choice, chosen(args, content<Robot>(ctx, args).inverse_dynamics));
+  RMP_TRY_ASSIGN(const auto bound, ctx.app.solvers.inverse_dynamics(ctx.app.registry, c.at.model, choice));
+  RMP_TRY_ASSIGN(auto tau, sim::torques(bound, c.batch, ctx.progress));
+  return Value(NumericArray(std::move(tau), torque_unit(*c.at.model)));
+}
+
+Result<Value> gravity_torques(CommandContext& ctx, const Map& args) {
+  DynamicsCall c;
+  RMP_TRY(dynamics_call(ctx, args, c));
+  c.batch.terms = kGravityTerm;
+  RMP_TRY_ASSIGN(const auto choice, chosen(args, content<Robot>(ctx, args).inverse_dynamics));
+  RMP_TRY_ASSIGN(const auto bound, ctx.app.solvers.inverse_dynamics(ctx.app.registry, c.at.model, choice));
+  RMP_TRY_ASSIGN(auto tau, sim::torques(bound, c.batch, ctx.progress));
+  return Value(NumericArray(std::move(tau), torque_unit(*c.at.model)));
+}
+
+Result<Value> inertia(CommandContext& ctx, const Map& args) {
+  DynamicsCall c;
+  RMP_TRY(dynamics_call(ctx, args, c));
+  RMP_TRY_ASSIGN(const auto choice, chosen(args, content<Robot>(ctx, args).inverse_dynamics));
+  RMP_TRY_ASSIGN(const auto bound, ctx.app.solvers.inverse_dynamics(ctx.app.registry, c.at.model, choice));
+  RMP_TRY_ASSIGN(auto m, sim::inertia(bound, c.batch, ctx.progress));
+  return Value(NumericArray(std::move(m), c.at.model->dof(), c.at.model->dof()));
+}
+
+Result<Value> forward_dynamics(CommandContext& ctx, const Map& args) {
+  DynamicsCall c;
+  RMP_TRY(dynamics_call(ctx, args, c));
+  RMP_TRY_ASSIGN(const auto choice, chosen(args, content<Robot>(ctx, args).forward_dynamics));
+  RMP_TRY_ASSIGN(const auto bound, ctx.app.solvers.forward_dynamics(ctx.app.registry, c.at.model, choice));
+  RMP_TRY_ASSIGN(auto qdd, sim::accelerations(bound, c.batch, ctx.progress));
+  return Value(NumericArray(std::move(qdd)));
+}
+
+/// The world and member that show a robot: the named world, else the only one that has it.
+struct Shown {
+  WorldId world;
+  std::size_t member = 0;
+  std::vector<double> q;
+};
+
+Result<Shown> shown(const CommandContext& ctx, const Map& args, const RobotModel& m) {
+  const RobotId id = typed<Robot>(args);
+  const auto& snapshot = ctx.snapshot();
+  std::vector<Shown> found;
+  std::vector<std::string> worlds;
+  for (const AnyId any : snapshot.list(Kind::world)) {
+    if (has(args, "world") && any.number != ref(args, "world").number) continue;
+    const auto* w = snapshot.get(WorldId{any.number});
+    for (std::size_t i = 0; i < w->robots.size(); ++i)
+      if (w->robots[i].robot == id) {
+        found.push_back({WorldId{any.number}, i, w->robots[i].q});
+        worlds.push_back(snapshot.find(any)->name + ":" + w->robots[i].name);
+      }
+  }
+  const std::string where = name_in(ctx, id);
+  if (found.empty())
+    return error(ErrorCode::conflict, "no world shows it, so that its joints stand nowhere", "Add it to a world first: world.add_robot.", where);
+  if (found.size() > 1)
+    return error(ErrorCode::conflict, "it is shown more than once: " + text::enumerate(worlds), "Use world.set_robot_q, which names the one meant.", where);
+  Shown s = found.front();
+  if (s.q.empty()) {
+    for (const auto& pose : content<Robot>(ctx, args).poses)
+      if (pose.name == "home") s.q = pose.q;
+    if (s.q.empty()) s.q.assign(m.dof(), 0.0);
+  }
+  return s;
+}
+
+Result<Value> put_joints(CommandContext& ctx, const Shown& s, std::vector<double> q) {
+  auto done = change<model::World>(ctx, s.world, [&](model::World& w) -> Result<void> {
+    w.robots[s.member].q = q;
+    return {};
+  });
+  if (!done.ok()) return std::move(done).error();
+  return Value(NumericArray(std::move(q)));
+}
+
+Result<Value> set_joints(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(const auto m, model_of(ctx, args));
+  RMP_TRY_ASSIGN(const Shown s, shown(ctx, args, *m));
+  RMP_TRY_ASSIGN(auto q, read_q(*args.find("q"), content<Robot>(ctx, args), m->joints, "q"));
+  return put_joints(ctx, s, std::move(q));
+}
+
+Result<Value> add_joints(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(const auto m, model_of(ctx, args));
+  RMP_TRY_ASSIGN(Shown s, shown(ctx, args, *m));
+  RMP_TRY_ASSIGN(const auto step, read_q(*args.find("q"), content<Robot>(ctx, args), m->joints, "q"));
+  for (std::size_t i = 0; i < step.size() && i < s.q.size(); ++i) s.q[i] += step[i];
+  return put_joints(ctx, s, std::move(s.q));
+}
+
+Result<Value> joint_values(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(const auto m, model_of(ctx, args));
+  RMP_TRY_ASSIGN(Shown s, shown(ctx, args, *m));
+  return Value(NumericArray(std::move(s.q)));
+}
+
+}  // namespace
+
+std::vector<CommandSpec> robot_motion_commands() {
+  std::vector<CommandSpec> all;
+  const ParamSpec q = needed("q", "any", "rad or m", "Joint values, one a joint, or the name of a pose.");
+  const ParamSpec tip = optional("tip", "string", "", "Name of the tip in a branched robot; the tool of the last link when left out.");
+  const ParamSpec gravity = optional("gravity", "vec3", "m/s^2", "In the frame the robot is mounted in; {0, 0, -9.81} when left out.");
+  const ParamSpec qd = optional("qd", "any", "rad/s or m/s", "Joint speeds; zeros when left out.");
+  const ParamSpec qdd = optional("qdd", "any", "rad/s^2 or m/s^2", "Joint accelerations; zeros when left out.");
+  const ParamSpec force = optional("tip_force", "vec3", "N", "Force that acts on the robot at the tool, in the mounting frame's axes.");
+  const ParamSpec moment = optional("tip_moment", "vec3", "N m", "Moment that acts on the robot at the tool.");
+  const ParamSpec provider = optional("provider", "any", "", "Name of the solver, or {name = ..., params = {...}}; the robot's own choice when left out.");
+  const std::vector<ParamSpec> pose_fields{field("pose", "pose", "", "4x4 homogeneous matrix."), field("position", "vec3", "m", "Position."), field("rpy", "vec3", "rad", "Roll, pitch, yaw."), field("quaternion", "real[]", "", "w, x, y, z.")};
+  auto fk_fields = pose_fields;
+  fk_fields.push_back(field("links", "list", "", "With all = true: the same of every link, and its name."));
+  const char* const mounting = "In the frame the robot is mounted in, which is its base frame unless the robot has a base placement.";
+
+  all.push_back({.name = "robot.fk", .classic = "PRobot LLRL FKine", .summary = "Gives the pose of the tool for given joint values.", .details = mounting,
+                 .example = with_arm("local t = arm:fk{q = {0, 0, 0, 0, 0, 0}}\nassert(math.abs(t.position[1] - 0.5) < 1e-12)\nassert(#arm:fk{q = \"ready\", all = true}.links == 6)"),
+                 .params = {self("robot"), q, defaulted("all", "bool", "", false, "Also the frames of all links."), tip}, .returns = {"map", "", "", fk_fields}, .effect = Effect::reads, .run = fk});
+  const ParamSpec link = needed("link", "any", "", "Number, 1 is the first, or name of the link.");
+  const ParamSpec q_optional = optional("q", "any", "rad or m", "Joint values or the name of a pose; zeros when left out.");
+  all.push_back({.name = "robot.link_pose", .classic = "PRobot Link mGetGlobal", .summary = "Gives the frame of one link.", .details = std::string(mounting) + " Classic: `PRobot <id> Link <i> mGetGlobal`.",
+                 .example = with_arm("assert(math.abs(arm:link_pose{link = 1}.position[3] - 0.4) < 1e-12)"), .params = {self("robot"), link, q_optional, choice("frame", {"mounting", "parent"}, "Relative to the mounting frame or to the link before.")},
+                 .returns = {"map", "", "", pose_fields}, .effect = Effect::reads, .run = link_pose});
+  all.push_back({.name = "robot.link_pose_local", .classic = "PRobot Link mGetLocal", .summary = "Gives the frame of one link in that of the link it stands on.", .details = "Classic: `PRobot <id> Link <i> mGetLocal`.",
+                 .example = with_arm("assert(math.abs(arm:link_pose_local{link = 2}.position[1] - 0.45) < 1e-12)"), .params = {self("robot"), link, q_optional}, .returns = {"map", "", "", pose_fields}, .effect = Effect::reads, .run = link_pose_parent});
+  all.push_back({.name = "robot.jacobian", .classic = "PRobot LLRL mJacobian", .summary = "Gives the geometric Jacobian of the tool.",
+                 .details = "Six rows (vx, vy, vz, wx, wy, wz), one column a joint; the reference point is the tool's origin.", .example = with_arm("local j = arm:jacobian{q = \"ready\", frame = \"tool\"}\nassert(#j == 6)"),
+                 .params = {self("robot"), q, choice("frame", {"base", "tool"}, "Axes that velocities are expressed in."), tip}, .returns = {"matrix", "", "6 x joints.", {}}, .effect = Effect::reads, .run = jacobian});
+  all.push_back({.name = "robot.manipulability", .classic = "", .summary = "Gives Yoshikawa's measure of how far the robot is from a singularity.", .details = "sqrt(det(J J^T)), for fewer than six joints sqrt(det(J^T J)); 0 when singular.",
+                 .example = with_arm("assert(arm:manipulability{q = \"ready\"} > 0)"), .params = {self("robot"), q, tip}, .returns = {"real", "", "", {}}, .effect = Effect::reads, .run = manipulability});
+  all.push_back({.name = "robot.solve_ik", .classic = "PRobot LLRL IKine", .summary = "Finds joint values that bring the tool to a pose.",
+                 .details = "The target is given in the frame the robot is mounted in. A target that cannot be reached is an error of code unreachable that tells how near one can get, unless partial = true.",
+                 .example = with_arm("local target = arm:fk{q = \"ready\"}.pose\nlocal s = arm:solve_ik{target = target, seed = {0, -0.8, 0.5, 0, 0.9, 0}}\nassert(s.status == \"solved\" and s.position_error < 1e-8)"),
+                 .params = {self("robot"), needed("target", "pose", "", "Where the tool shall be."), optional("seed", "any", "rad or m", "Joint values to start from, or the name of a pose."), defaulted("all", "bool", "", false, "Every solution the solver can tell apart."),
+                            defaulted("partial", "bool", "", false, "Return the closest configuration when the target cannot be reached."), above_zero(defaulted("position_tolerance", "real", "m", 1e-9, "When the position counts as reached.")),
+                            above_zero(defaulted("rotation_tolerance", "real", "rad", 1e-9, "When the rotation counts as reached.")), provider, tip},
+                 .returns = {"map", "", "", {field("status", "string", "", "solved, out_of_reach, joint_limit or not_converged."), field("q", "real[]", "rad or m", "The (first) solution."), field("solutions", "matrix", "rad or m", "One row a solution."),
+                                             field("position_error", "real", "m", "What is left of the first."), field("rotation_error", "real", "rad", "What is left of the first."), field("iterations", "int", "", "Steps of the solver."),
+                                             field("detail", "string", "", "Reason in words when not solved."), field("provider", "string", "", "The solver.")}},
+                 .effect = Effect::reads, .run = solve_ik});
+  all.push_back({.name = "robot.inverse_dynamics", .classic = "", .summary = "Gives the joint torques and forces for a motion.",
+                 .details = "The sum of the terms gravity, inertial, velocity, friction and external, or of those asked for. The wrench at the tip is what acts on the robot.",
+                 .example = with_arm("local tau = arm:inverse_dynamics{q = \"ready\", qd = {0.1, 0, 0, 0, 0, 0}, terms = {\"gravity\", \"velocity\"}}\nassert(#tau == 6)"),
+                 .params = {self("robot"), q, qd, qdd, optional("terms", "list", "", "Which terms: gravity, inertial, velocity, friction, external; all when left out."), gravity, force, moment, provider},
+                 .returns = {"array", "N m or N", "One value a joint.", {}}, .effect = Effect::reads, .run = inverse_dynamics});
+  all.push_back({.name = "robot.gravity_torques", .classic = "", .summary = "Gives the joint torques and forces that hold the robot still.", .details = "", .example = with_arm("assert(math.abs(arm:gravity_torques{q = \"ready\"}[1]) < 1e-12)"),
+                 .params = {self("robot"), q, gravity, provider}, .returns = {"array", "N m or N", "One value a joint.", {}}, .effect = Effect::reads, .run = gravity_torques});
+  all.push_back({.name = "robot.inertia", .classic = "", .summary = "Gives the joint-space inertia matrix, motors included.", .details = "", .example = with_arm("local m = arm:inertia{q = \"ready\"}\nassert(math.abs(m[1][2] - m[2][1]) < 1e-12)"),
+                 .params = {self("robot"), q, provider}, .returns = {"matrix", "", "Joints x joints, symmetric.", {}}, .effect = Effect::reads, .run = inertia});
+  all.push_back({.name = "robot.forward_dynamics", .classic = "", .summary = "Gives the joint accelerations that torques cause.", .details = "",
+                 .example = with_arm("local q = arm:poses().ready\nlocal tau = arm:inverse_dynamics{q = q, qdd = {1, 0, 0, 0, 0, 0}}\nlocal qdd = arm:forward_dynamics{q = q, tau = tau}\nassert(math.abs(qdd[1] - 1) < 1e-9)"),
+                 .params = {self("robot"), q, qd, optional("tau", "any", "N m or N", "Joint torques and forces; zeros when left out."), gravity, force, moment, provider},
+                 .returns = {"array", "rad/s^2 or m/s^2", "One value a joint.", {}}, .effect = Effect::reads, .run = forward_dynamics});
+  const std::string in_world = "local cell = world.create{name = \"cell\"}\ncell:add_robot{robot = arm}\n";
+  const ParamSpec world = optional("world", "ref:world", "", "The world, when several show the robot.");
+  all.push_back({.name = "robot.joint_values", .classic = "PRobot LLRL mGetInJointp", .summary = "Gives the joint values at which a world shows the robot.", .details = "", .example = with_arm((in_world + "assert(#arm:joint_values() == 6)").c_str()),
+                 .params = {self("robot"), world}, .returns = {"array", "rad or m", "", {}}, .effect = Effect::reads, .run = joint_values});
+  all.push_back({.name = "robot.set_joints", .classic = "PRobot SetLinks", .summary = "Sets the joint values at which a world shows the robot.", .details = "", .example = with_arm((in_world + "arm:set_joints(\"ready\")\nassert(arm:joint_values()[5] == 1)").c_str()),
+                 .params = {self("robot"), q, world}, .returns = {"array", "rad or m", "The joint values now.", {}}, .effect = Effect::edits, .run = set_joints});
+  all.push_back({.name = "robot.add_joints", .classic = "PRobot AddLinks", .summary = "Adds to the joint values at which a world shows the robot.", .details = "", .example = with_arm((in_world + "arm:add_joints({0.1, 0, 0, 0, 0, 0})\nassert(arm:joint_values()[1] == 0.1)").c_str()),
+                 .params = {self("robot"), q, world}, .returns = {"array", "rad or m", "The joint values now.", {}}, .effect = Effect::edits, .run = add_joints});
+  return all;
+}
 
 }  // namespace robomosp::ioci
