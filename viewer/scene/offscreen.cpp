@@ -256,6 +256,15 @@ Result<OffscreenRenderer> OffscreenRenderer::create(int width, int height, Quali
 
 SceneView& OffscreenRenderer::scene() { return *impl_->scene; }
 
+void OffscreenRenderer::resize(int width, int height) {
+  impl_->width = std::clamp(width, kMinSize, kMaxSize);
+  impl_->height = std::clamp(height, kMinSize, kMaxSize);
+  impl_->scene->resize(impl_->width, impl_->height);
+  impl_->sum.resize(3 * static_cast<std::size_t>(impl_->width) *
+                    static_cast<std::size_t>(impl_->height));
+  restart();
+}
+
 void OffscreenRenderer::restart() {
   impl_->done = 0;
   std::fill(impl_->sum.begin(), impl_->sum.end(), 0.0F);

@@ -28,6 +28,8 @@ class OffscreenRenderer {
 
   /// What is drawn. After changing it, call `restart`.
   [[nodiscard]] SceneView& scene();
+  /// Changes the size of the picture [px], held to 16..8192, and forgets the passes drawn so far.
+  void resize(int width, int height);
   /// Forgets the passes drawn so far.
   void restart();
   /// Draws one more pass. Returns false when all have been drawn and it did nothing.

@@ -557,20 +557,23 @@ void SceneView::Impl::place_camera(const Pass& pass) {
   hud->place(camera, labels, scale, pass.shift_x, pass.shift_y, is_still);
 }
 
-/// Done at the first draw, when context and size are known.
+/// Done at each draw, when context and size are known; does something at the first and after a
+/// change of size.
 void SceneView::Impl::prepare() {
-  // Not viewer.isRealized(): an embedded window always claims to be.
-  if (std::exchange(is_prepared, true)) return;
-  if (is_still) {
+  if (is_still && (!memory || memory->s() != camera.width() || memory->t() != camera.height())) {
     memory = new osg::Image;
     memory->allocateImage(camera.width(), camera.height(), 1, GL_RGBA, GL_FLOAT);
     memory->setInternalTextureFormat(GL_RGBA16F_ARB);
     osg::Camera* main = viewer.getCamera();
     main->setRenderTargetImplementation(osg::Camera::FRAME_BUFFER_OBJECT);
+    main->detach(osg::Camera::COLOR_BUFFER);
+    main->detach(osg::Camera::DEPTH_BUFFER);
     main->attach(osg::Camera::COLOR_BUFFER, memory.get());
     main->attach(osg::Camera::DEPTH_BUFFER, GL_DEPTH_COMPONENT24);
+    main->dirtyAttachmentMap();
   }
-  viewer.realize();
+  // Not viewer.isRealized(): an embedded window always claims to be.
+  if (!std::exchange(is_prepared, true)) viewer.realize();
 }
 
 SceneView::SceneView(Quality quality, Target target)
@@ -617,7 +620,6 @@ OrbitCamera& SceneView::camera() { return impl_->camera; }
 const OrbitCamera& SceneView::camera() const { return impl_->camera; }
 
 void SceneView::resize(int width, int height) {
-  if (impl_->memory) return;
   impl_->camera.set_viewport(width, height);
   impl_->refit_if_untouched();
 }

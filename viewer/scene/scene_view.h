@@ -67,7 +67,6 @@ class SceneView {
   [[nodiscard]] OrbitCamera& camera();
   [[nodiscard]] const OrbitCamera& camera() const;
   /// Size of the picture [device px]; a view that was fitted and not touched since is fitted anew.
-  /// The size of a picture in memory is fixed by its first draw.
   void resize(int width, int height);
   /// Puts everything into the picture, keeping the direction.
   void fit();

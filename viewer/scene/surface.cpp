@@ -41,21 +41,29 @@ std::vector<std::uint32_t> usable_triangles(const Mesh& mesh) {
   return kept;
 }
 
-/// For each vertex the number of the first vertex at the same place.
+/// For each vertex the number of the first vertex at the same place, up to rounding: a seam is
+/// often computed twice.
 std::vector<std::uint32_t> welded(const Surface& s) {
+  using Cell = std::array<std::int64_t, 3>;
   struct Hash {
-    std::size_t operator()(const std::array<float, 3>& p) const {
-      std::size_t h = 1469598103934665603ULL;  // FNV-1a over the three hashes
-      for (const float x : p) h = (h ^ std::hash<float>{}(x)) * 1099511628211ULL;
+    std::size_t operator()(const Cell& c) const {
+      std::size_t h = 1469598103934665603ULL;  // FNV-1a
+      for (const std::int64_t x : c) h = (h ^ static_cast<std::size_t>(x)) * 1099511628211ULL;
       return h;
     }
   };
-  std::unordered_map<std::array<float, 3>, std::uint32_t, Hash> first;
+  double largest = 0;
+  for (const std::uint32_t v : s.triangles)
+    for (const double x : vertex(s.positions, v)) largest = std::max(largest, std::abs(x));
+  const double cell = std::max(1e-6 * largest, 1e-30);  // floats carry 24 bits, 6e-8
+  std::unordered_map<Cell, std::uint32_t, Hash> first;
   std::vector<std::uint32_t> weld(s.positions.size() / 3);
-  for (std::size_t i = 0; i < weld.size(); ++i) {
-    const auto* p = &s.positions[3 * i];
-    const std::array<float, 3> key{p[0] + 0.0F, p[1] + 0.0F, p[2] + 0.0F};  // -0 becomes +0
-    weld[i] = first.emplace(key, static_cast<std::uint32_t>(i)).first->second;
+  for (std::size_t i = 0; i < weld.size(); ++i) weld[i] = static_cast<std::uint32_t>(i);
+  for (const std::uint32_t v : s.triangles) {
+    Cell key{};
+    const Vec3 p = vertex(s.positions, v);
+    for (std::size_t i = 0; i < 3; ++i) key[i] = std::llround(p[i] / cell);
+    weld[v] = first.emplace(key, v).first->second;
   }
   return weld;
 }

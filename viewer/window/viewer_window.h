@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// ViewerWindow: main window with the 3-D display, a list of objects and a timeline (layer: GUI).
+// A larger program derives from it or adds docks to it.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+
+#include <QElapsedTimer>
+#include <QMainWindow>
+#include <QTimer>
+
+#include "viewer/frame.h"
+#include "viewer/window/display.h"
+
+class QAction;
+class QActionGroup;
+class QComboBox;
+class QLabel;
+class QMenu;
+class QSlider;
+class QTreeWidget;
+
+namespace robomosp::viewer {
+
+class ViewerWindow : public QMainWindow {
+ public:
+  /// Takes over a display made by `Display::create`.
+  explicit ViewerWindow(std::unique_ptr<Display> display);
+  ~ViewerWindow() override;
+
+  void set_frame(const Frame& frame);
+  /// An unusable playback is refused with a message in the status bar.
+  void set_playback(const Playback& playback);
+  void set_time(double time);  ///< [s], held to the range of the playback
+  void play(bool on);
+  void set_speed(double speed);  ///< playback seconds per second
+
+  [[nodiscard]] double time() const { return time_; }  ///< [s]
+  [[nodiscard]] bool is_playing() const { return ticker_.isActive(); }
+  [[nodiscard]] Display& display() const { return *display_; }
+  /// Names of the selected item, empty if there is none.
+  [[nodiscard]] QString selected_name() const;
+
+  std::function<void(std::optional<Pick>)> on_pick;  ///< after each click in the picture
+
+ private:
+  void make_actions();
+  void make_objects_dock();
+  void make_timeline();
+  void make_view_actions(QMenu* menu, QToolBar* bar);
+  QAction* add_toggle(QMenu* menu, const QString& name, const QString& text, bool Frame::*flag);
+  void show_pick(const std::optional<Pick>& hit);
+  void show_time();
+  void tick();
+  void save_picture();
+
+  Display* display_;  // owned by the window as its central widget
+  Frame frame_;
+  std::shared_ptr<const Playback> playback_;
+  double time_ = 0, speed_ = 1;
+  QTimer ticker_;
+  QElapsedTimer clock_;
+  QTreeWidget* objects_ = nullptr;
+  QSlider* slider_ = nullptr;
+  QLabel* readout_ = nullptr;
+  QLabel* renderer_ = nullptr;
+  QComboBox* speeds_ = nullptr;
+  QAction* play_ = nullptr;
+  QAction* loop_ = nullptr;
+  QAction* to_start_ = nullptr;
+  QAction* perspective_ = nullptr;
+  QToolBar* bar_ = nullptr;
+};
+
+}  // namespace robomosp::viewer

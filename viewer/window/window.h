@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// run_window: shows a Frame in a window of its own, with mouse camera and timeline (layer: GUI; Qt
+// stays behind the source file). For a larger program use ViewerWindow from viewer_window.h.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "viewer/frame.h"
+#include "viewer/scene/scene_view.h"
+
+class QWidget;
+
+namespace robomosp::viewer {
+
+/// How a window starts.
+struct WindowOptions {
+  std::string title = "ROBOMOSP";
+  int width = 1280, height = 860;       ///< of the window [device-independent px]
+  std::optional<Quality> quality;       ///< nothing: chosen by the speed of the OpenGL renderer
+  bool software_view = false;           ///< draw through EGL even where a window could use OpenGL
+  bool refine = true;                   ///< replace a picture at rest by one of best quality
+  bool play = false;                    ///< start the playback at once
+  double speed = 1.0;                   ///< playback seconds per second
+  std::string screenshot;               ///< PNG file of the whole window; empty: none
+  double screenshot_after = 1.0;        ///< when to take it, then the program ends [s]
+  std::function<void(std::optional<Pick>)> on_pick;  ///< after each click; nothing = background
+  std::function<void(QWidget& window)> on_shown;     ///< once the first picture is on the screen
+};
+
+/// Opens the window and returns when it is closed: 0, or 1 after telling on standard error why
+/// there can be no window. Call from the thread of `main`; makes the QApplication if there is none.
+[[nodiscard]] int run_window(const Frame& frame, const Playback& playback,
+                             const WindowOptions& options = {});
+
+}  // namespace robomosp::viewer
