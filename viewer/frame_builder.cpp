@@ -102,7 +102,7 @@ void add_robot(const PosedRobot& robot, std::span<const double> q, Frame& frame)
   }
   double reach = 0;
   for (const auto& l : robot.record->links) reach += std::hypot(l.row.a, l.row.d);
-  frame.triads.push_back({robot.triad_id(), tool, std::clamp(0.09 * reach, 0.03, 0.3), {}});
+  frame.triads.push_back({robot.triad_id(), tool, std::clamp(0.07 * reach, 0.03, 0.25), {}});
 }
 
 constexpr std::size_t kLinePoints = 400;

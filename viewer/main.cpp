@@ -41,7 +41,7 @@ struct Options {
   std::string what = "pa10_circle";
   std::vector<std::string> play;  ///< robot, trajectory
   bool still = false;
-  std::string render;
+  std::string render, screenshot;
   double at = -1;
   std::array<int, 2> size{1600, 1000};
   std::string view = "isometric";
@@ -122,7 +122,7 @@ void pose_at(Picture& p, double time) {
   }
 }
 
-int run(const Options& options, int argc, char** argv) {
+int run(const Options& options) {
   auto made = ioci::Application::create({.plugin_path = options.plugin_path, .library = options.library});
   if (!made.ok()) return fail(made.error());
   ioci::Application& app = **made;
@@ -145,7 +145,9 @@ int run(const Options& options, int argc, char** argv) {
   }
   viewer::WindowOptions window;
   window.title = app.document.now()->find(*id)->name + " - ROBOMOSP";
-  return viewer::run_window(p.frame, p.playback, window, argc, argv);
+  window.play = !p.playback.times.empty();
+  window.screenshot = options.screenshot;
+  return viewer::run_window(p.frame, p.playback, window);
 }
 
 }  // namespace
@@ -158,6 +160,7 @@ int main(int argc, char** argv) {
   cli.add_option("--play", options.play, "simulate this robot on this trajectory (default: the first of each)")->expected(2)->type_name("ROBOT TRAJECTORY");
   cli.add_flag("--still", options.still, "do not simulate");
   cli.add_option("--render", options.render, "draw to this PNG file and exit; needs no display")->type_name("FILE");
+  cli.add_option("--screenshot", options.screenshot, "photograph the window to this PNG file after a second and end")->type_name("FILE");
   cli.add_option("--at", options.at, "time of the picture [s]")->check(CLI::NonNegativeNumber);
   cli.add_option("--size", options.size, "width and height of the picture [px]")->check(CLI::Range(16, 8192));
   cli.add_option("--view", options.view, "isometric, front, back, left, right, top or bottom")->check(CLI::IsMember(kViews));
@@ -172,5 +175,5 @@ int main(int argc, char** argv) {
     const int status = cli.exit(e);
     return status == 0 ? kOk : kUsage;
   }
-  return run(options, argc, argv);
+  return run(options);
 }
