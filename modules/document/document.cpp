@@ -236,7 +236,8 @@ struct Document::Impl {
     if (from.empty()) return error(ErrorCode::conflict, std::string("there is nothing to ") + verb);
     Step s = std::move(from.back());
     from.pop_back();
-    s.gesture.clear();  // what follows an undo is a step of its own
+    s.gesture.clear();  // what follows an undo or redo is a step of its own
+    if (!done.empty()) done.back().gesture.clear();
     const SnapshotPtr now = publish(std::make_shared<Snapshot::State>(*(is_undo ? s.before : s.after)));
     Commit commit{now->revision(), s.label, s.changed, affected_order(*now, s.changed)};
     to.push_back(std::move(s));

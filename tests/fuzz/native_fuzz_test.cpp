@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+// Seeded mutation of native files: reading never crashes, a refusal is a sentence with a place and
+// leaves nothing behind, and what is accepted is written and read again to the same bytes.
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <random>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "io/native.h"
+
+namespace robomosp {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string slurp(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::stringstream s;
+  s << in.rdbuf();
+  return s.str();
+}
+
+std::vector<std::string> samples() {
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(fs::path(ROBOMOSP_SOURCE_DIR) / "tests/fuzz/corpus"))
+    if (entry.is_regular_file()) files.push_back(entry.path());
+  std::sort(files.begin(), files.end());  // so that a seed gives the same run everywhere
+  std::vector<std::string> texts;
+  for (const auto& f : files) texts.push_back(slurp(f));
+  return texts;
+}
+
+class Mutator {
+ public:
+  Mutator(std::mt19937& random, const std::vector<std::string>& all) : random_(random), all_(all) {}
+
+  std::string mutate(std::string s) {
+    for (std::size_t n = 1 + pick(4); n > 0; --n) {
+      if (s.empty()) return s;
+      const std::size_t at = pick(s.size()), length = std::min(1 + pick(12), s.size() - at);
+      switch (pick(7)) {
+        case 0: s[at] = static_cast<char>(pick(256)); break;
+        case 1: s.erase(at, length); break;
+        case 2: s.insert(at, s.substr(at, length)); break;
+        case 3: s.insert(at, kTokens[pick(std::size(kTokens))]); break;
+        case 4: {
+          const std::string& other = all_[pick(all_.size())];
+          const std::size_t from = pick(other.size());
+          s.insert(at, other.substr(from, 1 + pick(80)));
+          break;
+        }
+        case 5: replace_word(s, at); break;
+        default: s.resize(at); break;
+      }
+    }
+    return s;
+  }
+
+ private:
+  static constexpr const char* kTokens[] = {
+      "{", "}", "(", ")", ",", "\"", "#", "\n", "\\", " -", "1e308 ", "1e-320 ", "-0 ", "inf ", "nan ", "0x1 ", "mm ", " deg ",
+      "name ", "union { ", "box { x 1 y 1 z 1 }", "at (0, 0, 1) ", "rpy (1, 2, 3) ", "robomosp ", "\xC3\xA9", "\xFF", "true ",
+      "9223372036854775808 ", "material \"a.mtr\" ", "pose p () ", "parent base "};
+
+  std::size_t pick(std::size_t n) { return std::uniform_int_distribution<std::size_t>(0, n - 1)(random_); }
+  /// Puts a word of another sample in the place of one: keeps the syntax and breaks the meaning.
+  void replace_word(std::string& s, std::size_t at) {
+    const auto word = [](const std::string& t, std::size_t i) {
+      std::size_t b = i, e = i;
+      while (b > 0 && !std::isspace(static_cast<unsigned char>(t[b - 1]))) --b;
+      while (e < t.size() && !std::isspace(static_cast<unsigned char>(t[e]))) ++e;
+      return std::pair{b, e - b};
+    };
+    const std::string& other = all_[pick(all_.size())];
+    const auto [b, n] = word(s, at);
+    const auto [ob, on] = word(other, pick(other.size()));
+    s.replace(b, n, other.substr(ob, on));
+  }
+
+  std::mt19937& random_;
+  const std::vector<std::string>& all_;
+};
+
+/// Reads a text; when it is accepted, checks that writing it is stable. Tells whether it was.
+bool check(const std::string& text, const fs::path& folder) {
+  document::Document document;
+  auto tx = document.begin("fuzz");
+  const auto loaded = io::load_text(*tx, text, "fuzz", folder, {});
+  if (!loaded.ok()) {
+    EXPECT_EQ(tx->now().size(), 0U);
+    EXPECT_FALSE(loaded.error().message.empty());
+    EXPECT_NE(loaded.error().where.find(':'), std::string::npos) << loaded.error().sentence() << "\n" << text;
+    return false;
+  }
+  const auto first = io::print(tx->now(), loaded->id, folder / "fuzz", {});
+  if (!first.ok()) {
+    ADD_FAILURE() << first.error().sentence() << "\n" << text;
+    return true;
+  }
+  EXPECT_TRUE(tx->commit().ok()) << text;
+  document::Document again;
+  auto tx2 = again.begin("fuzz");
+  const auto reloaded = io::load_text(*tx2, *first, "fuzz", folder, {});
+  if (!reloaded.ok()) {
+    ADD_FAILURE() << reloaded.error().sentence() << "\nread:\n" << text << "\nwritten:\n" << *first;
+    return true;
+  }
+  EXPECT_TRUE(tx2->commit().ok());
+  EXPECT_EQ(io::print(*again.now(), reloaded->id, folder / "fuzz", {}).value(), *first) << text;
+  EXPECT_EQ(again.content_digest(), document.content_digest()) << text;
+  return true;
+}
+
+TEST(NativeFuzz, MutatedFilesAreRefusedInASentenceOrRewrittenExactly) {
+  const char* given = std::getenv("ROBOMOSP_TEST_SEED");
+  const unsigned seed = given ? static_cast<unsigned>(std::strtoul(given, nullptr, 10)) : std::random_device{}();
+  const char* wanted = std::getenv("ROBOMOSP_FUZZ_SECONDS");
+  const std::chrono::seconds duration(wanted ? std::strtol(wanted, nullptr, 10) : 3);
+  std::cout << "seed " << seed << " (set ROBOMOSP_TEST_SEED to repeat)\n";
+  std::mt19937 random(seed);
+  const auto texts = samples();
+  ASSERT_GE(texts.size(), 6U);
+  const fs::path folder = fs::path(ROBOMOSP_SOURCE_DIR) / "tests/fuzz/corpus";
+  for (const auto& t : texts) ASSERT_TRUE(check(t, folder)) << t;
+
+  Mutator mutator(random, texts);
+  std::size_t runs = 0, accepted = 0;
+  const auto end = std::chrono::steady_clock::now() + duration;
+  while (std::chrono::steady_clock::now() < end && !testing::Test::HasFailure()) {
+    const std::string& base = texts[std::uniform_int_distribution<std::size_t>(0, texts.size() - 1)(random)];
+    accepted += check(mutator.mutate(base), folder) ? 1U : 0U;
+    ++runs;
+  }
+  std::cout << runs << " files, " << accepted << " accepted\n";
+  EXPECT_GT(accepted, 0U);
+  EXPECT_LT(accepted, runs);
+}
+
+}  // namespace
+}  // namespace robomosp
