@@ -18,7 +18,8 @@ std::vector<std::uint32_t> merged_by_position(const Mesh& mesh) {
   };
   std::vector<std::uint32_t> order(n), merged(n);
   std::iota(order.begin(), order.end(), 0U);
-  std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return at(a) < at(b); });
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::uint32_t a, std::uint32_t b) { return at(a) < at(b); });
   for (std::size_t i = 0; i < n; ++i)
     merged[order[i]] = i > 0 && at(order[i]) == at(order[i - 1]) ? merged[order[i - 1]] : order[i];
   return merged;
@@ -51,7 +52,8 @@ MeshReport check(const Mesh& mesh) {
     if (!std::isfinite(x)) return refuse("a vertex of the mesh is not a finite number.");
   for (const std::uint32_t v : mesh.triangles)
     if (v >= mesh.vertex_count())
-      return refuse("a triangle refers to vertex " + std::to_string(v) + " of " + std::to_string(mesh.vertex_count()) + ".");
+      return refuse("a triangle refers to vertex " + std::to_string(v) + " of " +
+                    std::to_string(mesh.vertex_count()) + ".");
 
   const std::vector<std::uint32_t> merged = merged_by_position(mesh);
   std::vector<Edge> edges;
@@ -75,7 +77,9 @@ MeshReport check(const Mesh& mesh) {
   std::iota(piece.begin(), piece.end(), std::size_t{0});
   for (std::size_t first = 0; first < edges.size();) {
     std::size_t end = first, forward = 0;
-    for (; end < edges.size() && edges[end].low == edges[first].low && edges[end].high == edges[first].high; ++end) {
+    for (; end < edges.size() && edges[end].low == edges[first].low &&
+           edges[end].high == edges[first].high;
+         ++end) {
       forward += edges[end].is_forward ? 1 : 0;
       piece[root_of(piece, edges[end].triangle)] = root_of(piece, edges[first].triangle);
     }

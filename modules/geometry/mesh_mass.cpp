@@ -13,7 +13,8 @@ using spatial::dot;
 using spatial::sub;
 
 Vec3 corner(const Mesh& mesh, std::size_t triangle, std::size_t k) {
-  const float* p = mesh.positions.data() + 3 * static_cast<std::size_t>(mesh.triangles[3 * triangle + k]);
+  const float* p =
+      mesh.positions.data() + 3 * static_cast<std::size_t>(mesh.triangles[3 * triangle + k]);
   return {p[0], p[1], p[2]};
 }
 
@@ -25,7 +26,8 @@ Vec3 corner(const Mesh& mesh, std::size_t triangle, std::size_t k) {
 Result<Moments> moments(const Mesh& mesh) {
   const MeshReport report = check(mesh);
   if (!report.is_closed)
-    return error(ErrorCode::invalid_argument, report.problem, "Mass properties need a closed mesh.");
+    return error(ErrorCode::invalid_argument, report.problem,
+                 "Mass properties need a closed mesh.");
   const auto box = *bounds(mesh);
   const Vec3 centre = spatial::scale(add(box[0], box[1]), 0.5);
   Moments m;
@@ -47,11 +49,13 @@ Result<Moments> moments(const Mesh& mesh) {
     second = spatial::add(second, {xy(0, 0), xy(1, 1), xy(2, 2), xy(0, 1), xy(1, 2), xy(0, 2)});
   }
   if (!(m.volume > 0))
-    return error(ErrorCode::invalid_argument, "the mesh encloses no volume, or its triangles face inwards",
+    return error(ErrorCode::invalid_argument,
+                 "the mesh encloses no volume, or its triangles face inwards",
                  "Turn its triangles so that they are counter-clockwise from outside.");
   m.first = add(first, spatial::scale(centre, m.volume));
   const auto shifted = [&](double about_centre, std::size_t i, std::size_t j) {
-    return about_centre + centre[i] * first[j] + centre[j] * first[i] + m.volume * centre[i] * centre[j];
+    return about_centre + centre[i] * first[j] + centre[j] * first[i] +
+           m.volume * centre[i] * centre[j];
   };
   m.second = {shifted(second.xx, 0, 0), shifted(second.yy, 1, 1), shifted(second.zz, 2, 2),
               shifted(second.xy, 0, 1), shifted(second.yz, 1, 2), shifted(second.xz, 0, 2)};

@@ -20,7 +20,8 @@ namespace robomosp::model {
 }
 
 /// A placement of the wanted notation that writes `t` down.
-[[nodiscard]] inline Placement placement(const Pose& t, AngleNotation notation = AngleNotation::rpy) {
+[[nodiscard]] inline Placement placement(const Pose& t,
+                                         AngleNotation notation = AngleNotation::rpy) {
   switch (notation) {
     case AngleNotation::xyz: return {t.p, spatial::to_xyz(t.R), notation};
     case AngleNotation::zyz: return {t.p, spatial::to_zyz(t.R), notation};

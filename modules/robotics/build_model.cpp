@@ -22,7 +22,8 @@ std::string link_label(const model::Robot& robot, std::size_t i) {
 }
 
 bool finite(const model::DhRow& r) {
-  return std::isfinite(r.a) && std::isfinite(r.alpha) && std::isfinite(r.d) && std::isfinite(r.theta);
+  return std::isfinite(r.a) && std::isfinite(r.alpha) && std::isfinite(r.d) &&
+         std::isfinite(r.theta);
 }
 bool finite(const model::Placement& p) {
   return spatial::is_finite(p.position) && spatial::is_finite(p.angles);
@@ -33,8 +34,9 @@ Error fault(std::string message, std::string hint) {
 }
 
 Result<void> check_drive(const model::Drive& d) {
-  if (!std::isfinite(d.motor_inertia) || !std::isfinite(d.gear_ratio) || !std::isfinite(d.viscous) ||
-      !std::isfinite(d.coulomb_positive) || !std::isfinite(d.coulomb_negative))
+  if (!std::isfinite(d.motor_inertia) || !std::isfinite(d.gear_ratio) ||
+      !std::isfinite(d.viscous) || !std::isfinite(d.coulomb_positive) ||
+      !std::isfinite(d.coulomb_negative))
     return fault("its drive has a value that is not a finite number",
                  "Correct motor inertia, gear ratio and friction.");
   if (d.motor_inertia < 0)
@@ -82,11 +84,12 @@ Result<void> check_mass(const MassProperties& m, const char* kind) {
 Result<void> check_link(const model::Robot& robot, std::size_t i) {
   const model::Link& link = robot.links[i];
   if (link.parent < -1 || link.parent >= static_cast<std::int32_t>(i))
-    return fault("its parent is link " + std::to_string(link.parent + 1) +
-                     ", which does not come before it",
-                 "Order the links so that parents come first; the base is parent 0.");
+    return fault(
+        "its parent is link " + std::to_string(link.parent + 1) + ", which does not come before it",
+        "Order the links so that parents come first; the base is parent 0.");
   if (!finite(link.row))
-    return fault("its row has a value that is not a finite number", "Correct a, alpha, d and theta.");
+    return fault("its row has a value that is not a finite number",
+                 "Correct a, alpha, d and theta.");
   RMP_TRY(check_limits(link));
   RMP_TRY(check_drive(link.drive));
   if (link.given) RMP_TRY(check_mass(*link.given, "given"));
@@ -161,14 +164,16 @@ Result<RobotModel> build_robot_model(const std::string& name, const model::Robot
   const std::string where = "robot \"" + name + "\"";
   if (robot.links.empty()) return fault("it has no links", "Add a link with its joint.").in(where);
   if (!link_masses.empty() && link_masses.size() != robot.links.size())
-    return fault("designed masses were given for " + std::to_string(link_masses.size()) + " of its " +
-                     std::to_string(robot.links.size()) + " links",
-                 "Give one entry a link, empty where nothing is designed.").in(where);
+    return fault("designed masses were given for " + std::to_string(link_masses.size()) +
+                     " of its " + std::to_string(robot.links.size()) + " links",
+                 "Give one entry a link, empty where nothing is designed.")
+        .in(where);
   if (!finite(robot.base) || !finite(robot.tool))
     return fault("the placement of its base or tool is not finite", "Correct position and angles.")
         .in(where);
   if (!spatial::is_finite(gravity_in_mounting_frame))
-    return fault("the gravity it stands in is not finite", "Correct the world's gravity.").in(where);
+    return fault("the gravity it stands in is not finite", "Correct the world's gravity.")
+        .in(where);
 
   RobotModel out;
   out.name = name;
@@ -181,14 +186,17 @@ Result<RobotModel> build_robot_model(const std::string& name, const model::Robot
     const model::Link& link = robot.links[i];
     const MassProperties* mass = chosen_mass(robot, i, link_masses);
     Result<void> checked = check_link(robot, i);
-    if (checked && mass) checked = check_mass(*mass, mass == (link.given ? &*link.given : nullptr) ? "given" : "designed");
+    if (checked && mass)
+      checked =
+          check_mass(*mass, mass == (link.given ? &*link.given : nullptr) ? "given" : "designed");
     if (!checked) return std::move(checked).error().in(link_label(robot, i)).in(where);
     frames.push_back(frame_of(robot, i, frames, static_cast<std::int32_t>(out.joints.size())));
     if (link.joint != JointKind::fixed) {
       const LinkFrame parent =
           link.parent < 0 ? LinkFrame{} : frames[static_cast<std::size_t>(link.parent)];
       out.joints.push_back(make_joint(link, row_poses(robot.convention, link.row), parent));
-      if (out.joints.back().name.empty()) out.joints.back().name = "joint " + std::to_string(out.joints.size());
+      if (out.joints.back().name.empty())
+        out.joints.back().name = "joint " + std::to_string(out.joints.size());
       bodies.emplace_back();
     }
     const LinkFrame& frame = frames.back();

@@ -39,8 +39,9 @@ void link_poses(std::span<const LinkFrame> links, std::span<const Pose> joint_fr
     base_T_link[i] = carried(links[i].joint, links[i].joint_T_link, joint_frames);
 }
 
-void geometric_jacobian(const RobotModel& model, std::size_t tip, std::span<const Pose> joint_frames,
-                        JacobianFrame frame, std::span<double> jacobian) {
+void geometric_jacobian(const RobotModel& model, std::size_t tip,
+                        std::span<const Pose> joint_frames, JacobianFrame frame,
+                        std::span<double> jacobian) {
   std::fill(jacobian.begin(), jacobian.end(), 0.0);
   const Pose at = tip_pose(model, tip, joint_frames);
   const auto expressed = [&](const Vec3& v) {

@@ -30,8 +30,9 @@ enum class JacobianFrame { base, world, tip };
 /// Geometric Jacobian of one sample: for joint j the six numbers jacobian[6 j ...] are the tip's
 /// linear [m/s] and angular [rad/s] velocity for unit joint rate, (vx vy vz wx wy wz). Joints
 /// that do not carry the tip get zeros.
-void geometric_jacobian(const RobotModel& model, std::size_t tip, std::span<const Pose> joint_frames,
-                        JacobianFrame frame, std::span<double> jacobian);
+void geometric_jacobian(const RobotModel& model, std::size_t tip,
+                        std::span<const Pose> joint_frames, JacobianFrame frame,
+                        std::span<double> jacobian);
 
 /// Yoshikawa's measure sqrt(det(J J^T)), for fewer than six joints sqrt(det(J^T J)); 0 when
 /// singular. `jacobian` as above, joint after joint.

@@ -20,23 +20,23 @@ using spatial::sub;
 
 /// Sizes of one joint's housing and where it stands along the chain.
 struct JointSize {
-  double radius = 0;    ///< of the housing [m]
-  double half = 0;      ///< half its length along the axis [m]
-  double envelope = 0;  ///< of all housings at the same point [m]
+  double radius = 0;       ///< of the housing [m]
+  double half = 0;         ///< half its length along the axis [m]
+  double envelope = 0;     ///< of all housings at the same point [m]
   bool is_nested = false;  ///< shares its point with the joint before it
 };
 
 /// A link's row seen from the frame that carries it.
 struct Hook {
-  Vec3 foot{};       ///< where the joint's axis is met, before the offset d
-  Vec3 axis{};       ///< the joint's axis
-  double offset = 0; ///< d: from the foot along the axis to the joint
+  Vec3 foot{};        ///< where the joint's axis is met, before the offset d
+  Vec3 axis{};        ///< the joint's axis
+  double offset = 0;  ///< d: from the foot along the axis to the joint
 };
 
 Vec3 any_normal(const Vec3& z) {
-  const std::size_t least =
-      std::fabs(z[0]) <= std::fabs(z[1]) && std::fabs(z[0]) <= std::fabs(z[2])
-          ? 0 : (std::fabs(z[1]) <= std::fabs(z[2]) ? 1 : 2);
+  const std::size_t least = std::fabs(z[0]) <= std::fabs(z[1]) && std::fabs(z[0]) <= std::fabs(z[2])
+                                ? 0
+                                : (std::fabs(z[1]) <= std::fabs(z[2]) ? 1 : 2);
   Vec3 e{};
   e[least] = 1;
   return spatial::unit(sub(e, scale(z, spatial::dot(e, z))));
@@ -62,7 +62,8 @@ class Pieces {
     put(name, role, CsgKind::cylinder, frame_along(from, sub(to, from)),
         {radius, length, std::min({fillet, 0.45 * radius, 0.45 * length}), 0, 0, 0});
   }
-  void cone(const char* name, SkinRole role, const Vec3& from, const Vec3& to, double base, double top) {
+  void cone(const char* name, SkinRole role, const Vec3& from, const Vec3& to, double base,
+            double top) {
     const double length = spatial::distance(from, to);
     if (!(length > 1e-3 * base)) return;
     if (std::fabs(base - top) < 1e-6 * base) return cylinder(name, role, from, to, base, 0);
@@ -119,7 +120,9 @@ class SkinBuilder {
     const Pose t = spatial::mdh_pose(row.a, row.alpha, 0, 0);
     return {t.p, spatial::axis(t, 2), row.d};
   }
-  [[nodiscard]] double common_normal(std::size_t i) const { return std::fabs(robot_.links[i].row.a); }
+  [[nodiscard]] double common_normal(std::size_t i) const {
+    return std::fabs(robot_.links[i].row.a);
+  }
   // The link's own joint frame in the link's frame.
   [[nodiscard]] Pose own_joint(std::size_t i) const {
     return spatial::inverse(row_poses(robot_.convention, robot_.links[i].row).joint_T_link);
@@ -158,8 +161,8 @@ class SkinBuilder {
     sizes_.resize(n);
     for (std::size_t i = 0; i < n; ++i) {
       const model::Link& link = robot_.links[i];
-      const double at = std::max(0.0, way[i] - (robot_.convention == model::Convention::dh
-                                                    ? common_normal(i) : 0.0));
+      const double at = std::max(
+          0.0, way[i] - (robot_.convention == model::Convention::dh ? common_normal(i) : 0.0));
       const double t = std::clamp(at / reach_, 0.0, 1.0);
       JointSize& size = sizes_[i];
       size.radius = thickest * (1 - 0.52 * t);
@@ -194,8 +197,11 @@ class SkinBuilder {
     const Vec3 seat = add(at.foot, scale(at.axis, at.offset));
     const bool has_normal = spatial::distance(start, at.foot) > 0.2 * tube;
     const double hidden = child.joint == JointKind::fixed ? 0 : size.half;
-    const bool has_offset = std::fabs(at.offset) > 1.05 * hidden && std::fabs(at.offset) > 0.2 * tube;
-    if (has_normal) pieces.cone("arm", SkinRole::tube, start, at.foot, start_radius, has_offset ? 0.5 * (start_radius + tube) : tube);
+    const bool has_offset =
+        std::fabs(at.offset) > 1.05 * hidden && std::fabs(at.offset) > 0.2 * tube;
+    if (has_normal)
+      pieces.cone("arm", SkinRole::tube, start, at.foot, start_radius,
+                  has_offset ? 0.5 * (start_radius + tube) : tube);
     if (has_offset) {
       const double begin = has_normal ? 0.5 * (start_radius + tube) : start_radius;
       const Vec3 end = sub(seat, scale(at.axis, std::copysign(hidden, at.offset)));
@@ -204,14 +210,16 @@ class SkinBuilder {
       if (child.joint == JointKind::revolute) {
         const Vec3 inner = sub(end, scale(at.axis, std::copysign(0.18 * size.radius, at.offset)));
         if (spatial::distance(at.foot, end) > 0.4 * size.radius)
-          pieces.cylinder("collar", SkinRole::tube, inner, end, 0.95 * size.radius, 0.06 * size.radius);
+          pieces.cylinder("collar", SkinRole::tube, inner, end, 0.95 * size.radius,
+                          0.06 * size.radius);
       }
     }
     draw_holder(pieces, at, seat, has_offset, c);
   }
 
   // What stays with the parent at child c: a ring round a hinge, a sleeve round a slide.
-  void draw_holder(Pieces& pieces, const Hook& at, const Vec3& seat, bool has_offset, std::size_t c) const {
+  void draw_holder(Pieces& pieces, const Hook& at, const Vec3& seat, bool has_offset,
+                   std::size_t c) const {
     const model::Link& child = robot_.links[c];
     const JointSize& size = sizes_[c];
     const double r = size.radius;
@@ -220,7 +228,8 @@ class SkinBuilder {
       pieces.cylinder("hinge ring", SkinRole::tube, sub(seat, h), add(seat, h), 1.08 * r, 0.12 * r);
     } else if (child.joint == JointKind::prismatic) {
       const Vec3 h = scale(at.axis, 1.1 * r);
-      if (is_slim(c)) pieces.cylinder("sleeve", SkinRole::tube, sub(seat, h), add(seat, h), r, 0.15 * r);
+      if (is_slim(c))
+        pieces.cylinder("sleeve", SkinRole::tube, sub(seat, h), add(seat, h), r, 0.15 * r);
       else pieces.box("sleeve", SkinRole::tube, sub(seat, h), add(seat, h), 2.0 * r);
     } else if (child.joint == JointKind::fixed) {
       pieces.sphere("elbow", SkinRole::tube, seat, 0.8 * r);
@@ -241,7 +250,8 @@ class SkinBuilder {
       const double up = std::isfinite(link.upper) ? link.upper : free;
       const double low = std::isfinite(link.lower) ? link.lower : -free;
       const double back = -std::max(up, 0.0) - 1.3 * r, front = std::max(-low, 0.0) + 0.4 * r;
-      if (is_slim(i)) pieces.cylinder("quill", SkinRole::joint, along(back), along(front), 0.55 * r, 0.08 * r);
+      if (is_slim(i))
+        pieces.cylinder("quill", SkinRole::joint, along(back), along(front), 0.55 * r, 0.08 * r);
       else pieces.box("rail", SkinRole::joint, along(back), along(front), 1.25 * r);
       return;
     }
@@ -250,16 +260,19 @@ class SkinBuilder {
     if (ends_here && std::fabs(link.row.d) > 1.05 * half) {
       pieces.cylinder("wrist", SkinRole::joint, along(-half), along(-0.3 * r), r, 0.12 * r);
     } else if (ends_here) {
-      pieces.cylinder("wrist shaft", SkinRole::joint, along(0), along(shaft_length(i) - 0.2 * r), 0.8 * r, 0.08 * r);
+      pieces.cylinder("wrist shaft", SkinRole::joint, along(0), along(shaft_length(i) - 0.2 * r),
+                      0.8 * r, 0.08 * r);
     } else {
       pieces.cylinder("housing", SkinRole::joint, along(-half), along(half), 0.98 * r, 0.16 * r);
-      pieces.cylinder("caps", SkinRole::tube, along(-half - 0.05 * r), along(half + 0.05 * r), 0.62 * r, 0.04 * r);
+      pieces.cylinder("caps", SkinRole::tube, along(-half - 0.05 * r), along(half + 0.05 * r),
+                      0.62 * r, 0.04 * r);
     }
   }
 
   // How far the output of a last joint reaches out of the housings at its point.
   [[nodiscard]] double shaft_length(std::size_t i) const {
-    return sizes_[i].is_nested ? 1.1 * sizes_[i].envelope + 0.5 * sizes_[i].radius : 1.6 * sizes_[i].radius;
+    return sizes_[i].is_nested ? 1.1 * sizes_[i].envelope + 0.5 * sizes_[i].radius
+                               : 1.6 * sizes_[i].radius;
   }
 
   // Length of the tube from the link's joint to its own frame.
@@ -277,7 +290,8 @@ class SkinBuilder {
     Vec3 face{};
     if (common_normal_ahead(i) >= 0.2 * r) {
       // A planar arm ends in a round tip rather than a flange beside its axis.
-      pieces.cylinder("tip", SkinRole::joint, {0, 0, -0.45 * r}, {0, 0, 0.45 * r}, 0.72 * r, 0.1 * r);
+      pieces.cylinder("tip", SkinRole::joint, {0, 0, -0.45 * r}, {0, 0, 0.45 * r}, 0.72 * r,
+                      0.1 * r);
     } else if (link.joint == JointKind::revolute && std::fabs(link.row.d) > 1.05 * sizes_[i].half) {
       pieces.cylinder("flange", SkinRole::tube, {0, 0, -0.3 * r}, face, 0.86 * r, 0.06 * r);
     } else {
@@ -309,12 +323,15 @@ class SkinBuilder {
       const model::Link& link = robot_.links[c];
       const Hook at = hook(c);
       if (link.parent >= 0 || link.joint != JointKind::revolute) continue;
-      if (std::fabs(at.offset) > 1.05 * sizes_[c].half || spatial::norm(at.foot) > 0.2 * r) continue;
+      if (std::fabs(at.offset) > 1.05 * sizes_[c].half || spatial::norm(at.foot) > 0.2 * r)
+        continue;
       if (std::fabs(at.axis[2]) < 0.7) continue;
       floor = -2.4 * r;
-      pieces.cone("pedestal", SkinRole::tube, {0, 0, floor}, {0, 0, at.offset - 0.7 * sizes_[c].half}, 1.12 * r, r);
+      pieces.cone("pedestal", SkinRole::tube, {0, 0, floor},
+                  {0, 0, at.offset - 0.7 * sizes_[c].half}, 1.12 * r, r);
     }
-    pieces.cylinder("foot", SkinRole::joint, {0, 0, floor}, {0, 0, floor + 0.22 * r}, 1.55 * r, 0.06 * r);
+    pieces.cylinder("foot", SkinRole::joint, {0, 0, floor}, {0, 0, floor + 0.22 * r}, 1.55 * r,
+                    0.06 * r);
     for (std::size_t c = 0; c < robot_.links.size(); ++c)
       if (robot_.links[c].parent < 0) draw_arm(pieces, Vec3{}, 1.12 * r, c);
   }

@@ -47,9 +47,8 @@ MassProperties mass_properties(const Moments& moments, double density) {
   m.mass = density * moments.volume;
   if (moments.volume > 0) m.com = scale(moments.first, 1 / moments.volume);
   const Sym3& s = moments.second;
-  const Sym3 about_origin{density * (s.yy + s.zz), density * (s.xx + s.zz),
-                          density * (s.xx + s.yy), 0.0 - density * s.xy,
-                          0.0 - density * s.yz,    0.0 - density * s.xz};
+  const Sym3 about_origin{density * (s.yy + s.zz), density * (s.xx + s.zz), density * (s.xx + s.yy),
+                          0.0 - density * s.xy,    0.0 - density * s.yz,    0.0 - density * s.xz};
   m.inertia = add(about_origin, scale(parallel_axis(m.mass, m.com), -1));
   return m;
 }

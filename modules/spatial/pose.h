@@ -105,9 +105,15 @@ struct SinCos {
 [[nodiscard]] inline Pose dh_pose(double a, double alpha, double d, double theta) {
   const SinCos t = sin_cos(theta), l = sin_cos(alpha);
   Pose r;
-  r.R = {t.cos, 0.0 - t.sin * l.cos, t.sin * l.sin,
-         t.sin, t.cos * l.cos,       0.0 - t.cos * l.sin,
-         0,     l.sin,               l.cos};
+  r.R = {t.cos,
+         0.0 - t.sin * l.cos,
+         t.sin * l.sin,
+         t.sin,
+         t.cos * l.cos,
+         0.0 - t.cos * l.sin,
+         0,
+         l.sin,
+         l.cos};
   r.p = {a * t.cos, a * t.sin, d};
   return r;
 }
@@ -115,8 +121,7 @@ struct SinCos {
 [[nodiscard]] inline Pose mdh_pose(double a, double alpha, double d, double theta) {
   const SinCos t = sin_cos(theta), l = sin_cos(alpha);
   Pose r;
-  r.R = {t.cos,         0.0 - t.sin,   0,
-         t.sin * l.cos, t.cos * l.cos, 0.0 - l.sin,
+  r.R = {t.cos,         0.0 - t.sin,   0,    t.sin * l.cos, t.cos * l.cos, 0.0 - l.sin,
          t.sin * l.sin, t.cos * l.sin, l.cos};
   r.p = {a, 0.0 - d * l.sin, d * l.cos};
   return r;

@@ -79,7 +79,8 @@ Matrix3 from_quaternion(const Quaternion& q) {
   const double xx = q.x * q.x * s, yy = q.y * q.y * s, zz = q.z * q.z * s;
   const double xy = q.x * q.y * s, xz = q.x * q.z * s, yz = q.y * q.z * s;
   const double wx = q.w * q.x * s, wy = q.w * q.y * s, wz = q.w * q.z * s;
-  return {1 - yy - zz, xy - wz, xz + wy, xy + wz, 1 - xx - zz, yz - wx, xz - wy, yz + wx, 1 - xx - yy};
+  return {1 - yy - zz, xy - wz, xz + wy, xy + wz,    1 - xx - zz,
+          yz - wx,     xz - wy, yz + wx, 1 - xx - yy};
 }
 
 Matrix3 from_axis_angle(const Vec3& axis, double angle) {

@@ -34,8 +34,8 @@ namespace robomosp::spatial {
   return std::isfinite(a[0]) && std::isfinite(a[1]) && std::isfinite(a[2]);
 }
 [[nodiscard]] inline bool is_finite(const Sym3& s) {
-  return std::isfinite(s.xx) && std::isfinite(s.yy) && std::isfinite(s.zz) &&
-         std::isfinite(s.xy) && std::isfinite(s.yz) && std::isfinite(s.xz);
+  return std::isfinite(s.xx) && std::isfinite(s.yy) && std::isfinite(s.zz) && std::isfinite(s.xy) &&
+         std::isfinite(s.yz) && std::isfinite(s.xz);
 }
 
 [[nodiscard]] constexpr Sym3 add(const Sym3& a, const Sym3& b) {

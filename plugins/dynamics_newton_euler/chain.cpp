@@ -9,7 +9,8 @@ namespace robomosp::newton_euler {
 Result<Chain> make_chain(const RobotModel& model) {
   const std::string where = "robot \"" + model.name + "\"";
   if (model.joints.empty())
-    return error(ErrorCode::invalid_argument, "it has no joints", "Give it at least one joint.", where);
+    return error(ErrorCode::invalid_argument, "it has no joints", "Give it at least one joint.",
+                 where);
   Chain chain;
   chain.gravity = model.gravity;
   chain.is_serial = model.is_serial();
@@ -50,16 +51,20 @@ Result<void> check_batch(const Chain& chain, const DynamicsBatch& b, std::size_t
   const auto wrong = [&](const char* what, std::size_t is, std::size_t should) {
     return error(ErrorCode::invalid_argument,
                  std::string(what) + " has " + std::to_string(is) + " values for " +
-                     std::to_string(b.count) + " samples of " + std::to_string(chain.dof()) + " joints",
+                     std::to_string(b.count) + " samples of " + std::to_string(chain.dof()) +
+                     " joints",
                  "Give " + std::to_string(should) + ".");
   };
   if (b.q.size() != want) return wrong("q", b.q.size(), want);
   if (!b.qd.empty() && b.qd.size() != want) return wrong("qd", b.qd.size(), want);
   if (!b.qdd.empty() && b.qdd.size() != want) return wrong("qdd", b.qdd.size(), want);
   if (!b.tau.empty() && b.tau.size() != want) return wrong("tau", b.tau.size(), want);
-  if (b.tip.size() > 1 && b.tip.size() != b.count) return wrong("the tip wrench", b.tip.size(), b.count);
-  if (output != b.count * output_per_sample) return wrong("the output", output, b.count * output_per_sample);
-  if (b.scratch.size() < required_scratch) return wrong("scratch", b.scratch.size(), required_scratch);
+  if (b.tip.size() > 1 && b.tip.size() != b.count)
+    return wrong("the tip wrench", b.tip.size(), b.count);
+  if (output != b.count * output_per_sample)
+    return wrong("the output", output, b.count * output_per_sample);
+  if (b.scratch.size() < required_scratch)
+    return wrong("scratch", b.scratch.size(), required_scratch);
   return {};
 }
 

@@ -13,11 +13,11 @@
 namespace robomosp::newton_euler {
 
 struct ChainJoint {
-  std::array<double, 9> R;     ///< parent_R_joint at q = 0, row-major
-  Vec3 p;                      ///< origin in the parent's frame at q = 0 [m]
-  double mass = 0;             ///< [kg]
-  Vec3 first{};                ///< mass times centre of mass [kg m]
-  Sym3 inertia;                ///< about the joint's origin [kg m^2]
+  std::array<double, 9> R;  ///< parent_R_joint at q = 0, row-major
+  Vec3 p;                   ///< origin in the parent's frame at q = 0 [m]
+  double mass = 0;          ///< [kg]
+  Vec3 first{};             ///< mass times centre of mass [kg m]
+  Sym3 inertia;             ///< about the joint's origin [kg m^2]
   double armature = 0;
   JointFriction friction;
   std::int32_t parent = -1;
@@ -37,8 +37,9 @@ struct Chain {
 Result<Chain> make_chain(const RobotModel& model);
 
 /// Refuses spans of the wrong length; `required_scratch` in doubles.
-Result<void> check_batch(const Chain& chain, const DynamicsBatch& batch, std::size_t required_scratch,
-                         std::size_t output, std::size_t output_per_sample);
+Result<void> check_batch(const Chain& chain, const DynamicsBatch& batch,
+                         std::size_t required_scratch, std::size_t output,
+                         std::size_t output_per_sample);
 
 /// Samples between two looks at Progress: far less than 100 ms of work for any mechanism.
 inline constexpr std::size_t kSamplesPerCheck = 256;

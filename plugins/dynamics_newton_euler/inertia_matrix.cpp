@@ -23,8 +23,10 @@ std::int32_t factor(const Chain& chain, double* m, double* diagonal) {
   for (std::size_t k = n; k-- > 0;) {
     const double* row = m + k * n;
     const double pivot = row[k];
-    if (!(pivot > kPivot * diagonal[k]) || !(pivot > kDiagonal * greatest)) return static_cast<std::int32_t>(k);
-    for (std::int32_t i = chain.joints[k].parent; i >= 0; i = chain.joints[static_cast<std::size_t>(i)].parent) {
+    if (!(pivot > kPivot * diagonal[k]) || !(pivot > kDiagonal * greatest))
+      return static_cast<std::int32_t>(k);
+    for (std::int32_t i = chain.joints[k].parent; i >= 0;
+         i = chain.joints[static_cast<std::size_t>(i)].parent) {
       const std::size_t r = static_cast<std::size_t>(i);
       double* to = m + r * n;
       const double a = row[r] / pivot;
@@ -43,11 +45,13 @@ std::int32_t factor(const Chain& chain, double* m, double* diagonal) {
 void solve(const Chain& chain, const double* m, double* x) {
   const std::size_t n = chain.dof();
   for (std::size_t k = n; k-- > 0;)  // L^T y = b
-    for (std::int32_t i = chain.joints[k].parent; i >= 0; i = chain.joints[static_cast<std::size_t>(i)].parent)
+    for (std::int32_t i = chain.joints[k].parent; i >= 0;
+         i = chain.joints[static_cast<std::size_t>(i)].parent)
       x[i] -= m[k * n + static_cast<std::size_t>(i)] * x[k];
   for (std::size_t k = 0; k < n; ++k) x[k] /= m[k * n + k];
   for (std::size_t k = 0; k < n; ++k)  // L x = D^-1 y
-    for (std::int32_t i = chain.joints[k].parent; i >= 0; i = chain.joints[static_cast<std::size_t>(i)].parent)
+    for (std::int32_t i = chain.joints[k].parent; i >= 0;
+         i = chain.joints[static_cast<std::size_t>(i)].parent)
       x[k] -= m[k * n + static_cast<std::size_t>(i)] * x[i];
 }
 

@@ -10,8 +10,8 @@
 
 namespace robomosp::newton_euler {
 
-/// Factors m (dof * dof) in place, with dof doubles of scratch. Returns -1, or the joint whose pivot
-/// is not positive; nothing is divided by such a pivot.
+/// Factors m (dof * dof) in place, with dof doubles of scratch. Returns -1, or the joint whose
+/// pivot is not positive; nothing is divided by such a pivot.
 [[nodiscard]] std::int32_t factor(const Chain& chain, double* m, double* scratch);
 /// Solves in place with a factored matrix.
 void solve(const Chain& chain, const double* m, double* x);

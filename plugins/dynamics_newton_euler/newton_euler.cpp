@@ -18,9 +18,9 @@ using spatial::scale;
 
 // What the outward pass leaves for the inward pass, in each joint's frame.
 struct State {
-  Pose to_parent;         // parent_T_joint(q)
-  Vec3 w{}, wd{}, a{};    // angular velocity, angular and linear acceleration of the origin
-  Vec3 f{}, n{};          // force and moment about the origin
+  Pose to_parent;       // parent_T_joint(q)
+  Vec3 w{}, wd{}, a{};  // angular velocity, angular and linear acceleration of the origin
+  Vec3 f{}, n{};        // force and moment about the origin
   std::array<double, 9> base_R{};  // only kept when a tip wrench acts
 };
 struct Composite {
@@ -56,8 +56,8 @@ std::array<double, 9> product(const std::array<double, 9>& a, const std::array<d
 }
 
 // Paper eqs 2 and 4, with gravity as an acceleration of the base.
-void outward(const ChainJoint& joint, const State* parent, const Vec3& base_a, double qd, double qdd,
-             State& s) {
+void outward(const ChainJoint& joint, const State* parent, const Vec3& base_a, double qd,
+             double qdd, State& s) {
   if (parent) {
     const Vec3 &w = parent->w, &wd = parent->wd, &p = s.to_parent.p;
     s.w = rotate_back(s.to_parent, w);
@@ -107,11 +107,13 @@ void newton_euler(const Chain& chain, const Motion& motion, double* scratch, dou
     State& s = states[j];
     const State* parent = joint.parent < 0 ? nullptr : &states[joint.parent];
     s.to_parent = moved(joint, motion.q[j]);
-    outward(joint, parent, base_a, motion.qd ? motion.qd[j] : 0.0, motion.qdd ? motion.qdd[j] : 0.0, s);
+    outward(joint, parent, base_a, motion.qd ? motion.qd[j] : 0.0, motion.qdd ? motion.qdd[j] : 0.0,
+            s);
     body_force(joint, s);
     if (motion.tip) s.base_R = parent ? product(parent->base_R, s.to_parent.R) : s.to_parent.R;
   }
-  if (motion.tip && chain.tip_joint >= 0) subtract_wrench(chain, *motion.tip, states[chain.tip_joint]);
+  if (motion.tip && chain.tip_joint >= 0)
+    subtract_wrench(chain, *motion.tip, states[chain.tip_joint]);
   for (std::size_t j = n; j-- > 0;) {
     const ChainJoint& joint = chain.joints[j];
     const State& s = states[j];
@@ -128,7 +130,8 @@ void selected_torques(const Chain& chain, const DynamicsBatch& batch, std::size_
                       std::uint32_t terms, double* scratch, double* tau) {
   const std::size_t n = chain.dof(), at = sample * n;
   const double* qd = batch.qd.empty() ? nullptr : batch.qd.data() + at;
-  const double* qdd = batch.qdd.empty() || !(terms & kInertialTerm) ? nullptr : batch.qdd.data() + at;
+  const double* qdd =
+      batch.qdd.empty() || !(terms & kInertialTerm) ? nullptr : batch.qdd.data() + at;
   Motion motion;
   motion.q = batch.q.data() + at;
   motion.qd = (terms & kVelocityTerm) ? qd : nullptr;
@@ -162,17 +165,18 @@ void add_to_parent(const Composite& c, Composite& up) {
   const Vec3 r0{c.to_parent.R[0], c.to_parent.R[1], c.to_parent.R[2]};
   const Vec3 r1{c.to_parent.R[3], c.to_parent.R[4], c.to_parent.R[5]};
   const Vec3 r2{c.to_parent.R[6], c.to_parent.R[7], c.to_parent.R[8]};
-  const Vec3 i0 = multiply(c.inertia, r0), i1 = multiply(c.inertia, r1), i2 = multiply(c.inertia, r2);
+  const Vec3 i0 = multiply(c.inertia, r0), i1 = multiply(c.inertia, r1),
+             i2 = multiply(c.inertia, r2);
   // For x' = R x + p with first moment h: 2 (p.h) 1 - p h^T - h p^T + m (p^2 1 - p p^T).
   const Vec3 g = add(h, scale(p, 0.5 * c.mass));
   const double trace = 2 * spatial::dot(p, g);
   const auto cross_term = [&](std::size_t a, std::size_t b) { return p[a] * g[b] + g[a] * p[b]; };
   up.inertia = spatial::add(
-      up.inertia, {spatial::dot(r0, i0) + trace - cross_term(0, 0),
-                   spatial::dot(r1, i1) + trace - cross_term(1, 1),
-                   spatial::dot(r2, i2) + trace - cross_term(2, 2),
-                   spatial::dot(r0, i1) - cross_term(0, 1), spatial::dot(r1, i2) - cross_term(1, 2),
-                   spatial::dot(r0, i2) - cross_term(0, 2)});
+      up.inertia,
+      {spatial::dot(r0, i0) + trace - cross_term(0, 0),
+       spatial::dot(r1, i1) + trace - cross_term(1, 1),
+       spatial::dot(r2, i2) + trace - cross_term(2, 2), spatial::dot(r0, i1) - cross_term(0, 1),
+       spatial::dot(r1, i2) - cross_term(1, 2), spatial::dot(r0, i2) - cross_term(0, 2)});
   up.first = add(up.first, add(h, scale(p, c.mass)));
   up.mass += c.mass;
 }
@@ -199,7 +203,8 @@ void composite_inertia(const Chain& chain, const double* q, double* scratch, dou
     }
     m[j * n + j] = (joint.is_prismatic ? f[2] : moment[2]) + joint.armature;
     std::size_t at = j;
-    for (std::int32_t up = joint.parent; up >= 0; up = chain.joints[static_cast<std::size_t>(up)].parent) {
+    for (std::int32_t up = joint.parent; up >= 0;
+         up = chain.joints[static_cast<std::size_t>(up)].parent) {
       const Pose& t = bodies[at].to_parent;
       f = rotate(t, f);
       moment = add(rotate(t, moment), cross(t.p, f));

@@ -18,12 +18,14 @@ namespace {
 
 const rmp_param kParams[] = {
     {"inertia_method", "enum", "",
-     "How the joint-space inertia is found: composite bodies, or column by column from Newton-Euler.",
+     "How the joint-space inertia is found: composite bodies, or column by column from "
+     "Newton-Euler.",
      "composite", "composite|columns", 1, 0},
 };
 
 InertiaMethod chosen_method(const Params& params) {
-  return params.text("inertia_method") == "columns" ? InertiaMethod::columns : InertiaMethod::composite;
+  return params.text("inertia_method") == "columns" ? InertiaMethod::columns
+                                                    : InertiaMethod::composite;
 }
 
 Error not_finite(const char* what, std::size_t sample) {
@@ -49,7 +51,8 @@ class NewtonEuler final : public InverseDynamics {
   std::size_t scratch_size() const override {
     return std::max(newton_euler_scratch(chain_), inertia_scratch(chain_, method_));
   }
-  Result<void> torques(const DynamicsBatch& batch, std::span<double> tau, Progress& progress) const override {
+  Result<void> torques(const DynamicsBatch& batch, std::span<double> tau,
+                       Progress& progress) const override {
     const std::size_t n = chain_.dof();
     RMP_TRY(check_batch(chain_, batch, newton_euler_scratch(chain_), tau.size(), n));
     for (std::size_t i = 0; i < batch.count; ++i) {
@@ -60,7 +63,8 @@ class NewtonEuler final : public InverseDynamics {
     }
     return {};
   }
-  Result<void> inertia(const DynamicsBatch& batch, std::span<double> m, Progress& progress) const override {
+  Result<void> inertia(const DynamicsBatch& batch, std::span<double> m,
+                       Progress& progress) const override {
     const std::size_t n = chain_.dof();
     RMP_TRY(check_batch(chain_, batch, inertia_scratch(chain_, method_), m.size(), n * n));
     for (std::size_t i = 0; i < batch.count; ++i) {
@@ -91,7 +95,8 @@ class InertiaMatrix final : public ForwardDynamics {
     const std::size_t n = chain_.dof();
     return std::max(newton_euler_scratch(chain_), inertia_scratch(chain_, method_)) + n * n + n;
   }
-  Result<void> accelerations(const DynamicsBatch& batch, std::span<double> qdd, Progress& progress) const override {
+  Result<void> accelerations(const DynamicsBatch& batch, std::span<double> qdd,
+                             Progress& progress) const override {
     const std::size_t n = chain_.dof();
     RMP_TRY(check_batch(chain_, batch, scratch_size(), qdd.size(), n));
     double* m = batch.scratch.data();
@@ -100,8 +105,10 @@ class InertiaMatrix final : public ForwardDynamics {
     for (std::size_t i = 0; i < batch.count; ++i) {
       if (i % kSamplesPerCheck == 0 && progress.cancelled()) return cancelled();
       double* out = qdd.data() + i * n;
-      selected_torques(chain_, batch, i, batch.terms & ~static_cast<std::uint32_t>(kInertialTerm), rest, bias);
-      for (std::size_t j = 0; j < n; ++j) out[j] = (batch.tau.empty() ? 0.0 : batch.tau[i * n + j]) - bias[j];
+      selected_torques(chain_, batch, i, batch.terms & ~static_cast<std::uint32_t>(kInertialTerm),
+                       rest, bias);
+      for (std::size_t j = 0; j < n; ++j)
+        out[j] = (batch.tau.empty() ? 0.0 : batch.tau[i * n + j]) - bias[j];
       if (!all_finite(out, n)) return not_finite("the forces", i);
       joint_space_inertia(chain_, method_, batch.q.data() + i * n, rest, m);
       if (const std::int32_t joint = factor(chain_, m, bias); joint >= 0)
@@ -113,10 +120,11 @@ class InertiaMatrix final : public ForwardDynamics {
 
  private:
   [[nodiscard]] Error singular(std::int32_t joint) const {
-    return error(ErrorCode::invalid_argument,
-                 "the inertia that it moves is zero or negative, so its acceleration is undefined",
-                 "Give the bodies it carries a mass, or its drive a motor inertia.",
-                 "robot \"" + robot_ + "\", joint \"" + names_[static_cast<std::size_t>(joint)] + "\"");
+    return error(
+        ErrorCode::invalid_argument,
+        "the inertia that it moves is zero or negative, so its acceleration is undefined",
+        "Give the bodies it carries a mass, or its drive a motor inertia.",
+        "robot \"" + robot_ + "\", joint \"" + names_[static_cast<std::size_t>(joint)] + "\"");
   }
   // A mechanism that is singular wherever one looks is singular by its masses; a single
   // configuration could be an accident. The places are multiples of the golden angle.
@@ -126,7 +134,9 @@ class InertiaMatrix final : public ForwardDynamics {
     std::int32_t joint = -1;
     for (int attempt = 1; attempt <= 4; ++attempt) {
       for (std::size_t j = 0; j < n; ++j)
-        q[j] = std::fmod(2.399963229728653 * static_cast<double>(static_cast<std::size_t>(attempt) * (j + 1)), 3.0);
+        q[j] = std::fmod(
+            2.399963229728653 * static_cast<double>(static_cast<std::size_t>(attempt) * (j + 1)),
+            3.0);
       joint_space_inertia(chain_, method_, q.data(), rest.data(), m.data());
       joint = factor(chain_, m.data(), diagonal.data());
       if (joint < 0) return {};

@@ -12,12 +12,14 @@ Chain make_chain(const RobotModel& model, std::size_t tip) {
   Chain chain;
   chain.tool = model.tips[tip].tool;
   chain.length = spatial::norm(chain.tool.p);
-  for (std::int32_t j = model.tips[tip].joint; j >= 0; j = model.joints[static_cast<std::size_t>(j)].parent) {
+  for (std::int32_t j = model.tips[tip].joint; j >= 0;
+       j = model.joints[static_cast<std::size_t>(j)].parent) {
     const JointModel& m = model.joints[static_cast<std::size_t>(j)];
     chain.joints.push_back({m.placement, m.lower, m.upper, 1, static_cast<std::size_t>(j), m.type});
   }
   std::reverse(chain.joints.begin(), chain.joints.end());
-  for (std::size_t i = 1; i < chain.size(); ++i) chain.length += spatial::norm(chain.joints[i].placement.p);
+  for (std::size_t i = 1; i < chain.size(); ++i)
+    chain.length += spatial::norm(chain.joints[i].placement.p);
   for (const PathJoint& joint : chain.joints)
     if (joint.type == JointType::prismatic) {
       chain.slide += std::max(std::fabs(joint.lower), std::fabs(joint.upper));
@@ -42,7 +44,8 @@ Pose forward(const Chain& chain, std::span<const double> q, std::span<Pose> fram
 double certain_gap(const Chain& chain, const Vec3& target) {
   if (chain.size() == 0) return 0;
   double reach = spatial::norm(chain.tool.p) + chain.slide;
-  for (std::size_t i = 1; i < chain.size(); ++i) reach += spatial::norm(chain.joints[i].placement.p);
+  for (std::size_t i = 1; i < chain.size(); ++i)
+    reach += spatial::norm(chain.joints[i].placement.p);
   return std::max(0.0, spatial::distance(target, chain.joints[0].placement.p) - reach);
 }
 

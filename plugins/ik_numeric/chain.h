@@ -11,9 +11,9 @@ namespace robomosp::ik_numeric {
 
 /// One joint on the way to the tip.
 struct PathJoint {
-  Pose placement;      ///< previous-path-joint_T_joint at q = 0
+  Pose placement;  ///< previous-path-joint_T_joint at q = 0
   double lower = 0, upper = 0;
-  double unit = 1;     ///< one step of the search: 1 rad, or the chain's length for slides [m]
+  double unit = 1;        ///< one step of the search: 1 rad, or the chain's length for slides [m]
   std::size_t index = 0;  ///< in RobotModel::joints
   JointType type = JointType::revolute;
 };
@@ -21,10 +21,10 @@ struct PathJoint {
 /// What the search needs of a mechanism, for one tip. Immutable after make_chain.
 struct Chain {
   std::vector<PathJoint> joints;
-  Pose first;          ///< base_T_tip when no joint carries the tip
-  Pose tool;           ///< last joint_T_tip
-  double length = 1;   ///< sum of the distances between the joints, > 0 [m]
-  double slide = 0;    ///< how far all slides together can move from q = 0; may be infinite [m]
+  Pose first;         ///< base_T_tip when no joint carries the tip
+  Pose tool;          ///< last joint_T_tip
+  double length = 1;  ///< sum of the distances between the joints, > 0 [m]
+  double slide = 0;   ///< how far all slides together can move from q = 0; may be infinite [m]
   [[nodiscard]] std::size_t size() const { return joints.size(); }
 };
 

@@ -20,10 +20,13 @@ namespace robomosp::ik_numeric {
 namespace {
 
 const rmp_param kParams[] = {
-    {"max_iterations", "int", "", "Greatest number of steps of one search.", "100", nullptr, 1, 100000},
-    {"restarts", "int", "", "Random starts after the seed has led nowhere.", "100", nullptr, 0, 100000},
-    {"damping", "real", "", "Damping per squared error; larger is more cautious far from the target.",
-     "0.01", nullptr, 1e-9, 1e3},
+    {"max_iterations", "int", "", "Greatest number of steps of one search.", "100", nullptr, 1,
+     100000},
+    {"restarts", "int", "", "Random starts after the seed has led nowhere.", "100", nullptr, 0,
+     100000},
+    {"damping", "real", "",
+     "Damping per squared error; larger is more cautious far from the target.", "0.01", nullptr,
+     1e-9, 1e3},
     {"seed", "int", "", "Start of the random numbers; the same seed gives the same answers.", "1",
      nullptr, 0, 4294967295.0},
 };
@@ -74,16 +77,25 @@ class Solver {
  public:
   Solver(const RobotModel& model, const Chain& chain, const SearchOptions& options, int restarts,
          std::uint64_t seed, const IkTolerance& tolerance, const Progress& progress)
-      : model_(model), chain_(chain), options_(options), restarts_(restarts), seed_(seed),
-        tolerance_(tolerance), progress_(progress), work_(chain.size()), q_(chain.size()),
-        from_(chain.size()), best_(chain.size()) {}
+      : model_(model),
+        chain_(chain),
+        options_(options),
+        restarts_(restarts),
+        seed_(seed),
+        tolerance_(tolerance),
+        progress_(progress),
+        work_(chain.size()),
+        q_(chain.size()),
+        from_(chain.size()),
+        best_(chain.size()) {}
 
   [[nodiscard]] bool cancelled() const { return cancelled_; }
 
   /// Solves for one target; `full` has one value a joint: the seed in, the first answer out.
   void solve(const Pose& target, std::span<double> full, bool all, IkResult& out) {
     begin(full, out);
-    const int restarts = certain_gap(chain_, target.p) > tolerance_.position ? std::min(restarts_, 3) : restarts_;
+    const int restarts =
+        certain_gap(chain_, target.p) > tolerance_.position ? std::min(restarts_, 3) : restarts_;
     Random random(seed_);
     std::vector<std::vector<double>> found;
     for (int i = 0, idle = 0; idle <= restarts && !cancelled_; ++i, ++idle) {
@@ -126,7 +138,8 @@ class Solver {
 
   void random_start(Random& random) {
     for (std::size_t i = 0; i < chain_.size(); ++i)
-      q_[i] = random.uniform(start_bound(chain_.joints[i], false), start_bound(chain_.joints[i], true));
+      q_[i] =
+          random.uniform(start_bound(chain_.joints[i], false), start_bound(chain_.joints[i], true));
   }
 
   // One search from q_; keeps the closest ending.
@@ -139,7 +152,8 @@ class Solver {
     return r.end == SearchEnd::reached;
   }
 
-  // Walks to a target that lies far from the sample before it, in small steps along the straight way.
+  // Walks to a target that lies far from the sample before it, in small steps along the straight
+  // way.
   bool approach(const Pose& target, const SearchOptions& options, IkResult& out) {
     q_ = from_;
     const Pose start = forward(chain_, q_, work_.frames);
@@ -153,7 +167,8 @@ class Solver {
       turned.R = spatial::rotation_exp(spatial::scale(turn, s));
       from_R.R = start.R;
       between.R = spatial::compose(turned, from_R).R;
-      const SearchResult r = search(chain_, i == kApproachSteps ? target : between, tolerance_, options, q_, work_, progress_);
+      const SearchResult r = search(chain_, i == kApproachSteps ? target : between, tolerance_,
+                                    options, q_, work_, progress_);
       out.iterations += r.iterations;
       cancelled_ |= r.end == SearchEnd::cancelled;
       if (r.end != SearchEnd::reached) return false;
@@ -162,7 +177,8 @@ class Solver {
   }
 
   void unwind(std::span<const double> near) {
-    for (std::size_t i = 0; i < chain_.size(); ++i) q_[i] = nearest_turn(chain_.joints[i], q_[i], near[i]);
+    for (std::size_t i = 0; i < chain_.size(); ++i)
+      q_[i] = nearest_turn(chain_.joints[i], q_[i], near[i]);
   }
 
   bool remember(std::vector<std::vector<double>>& found) const {
@@ -189,8 +205,8 @@ class Solver {
     return d;
   }
 
-  void finish_all(const Pose& target, std::span<double> full, std::vector<std::vector<double>>& found,
-                  IkResult& out) {
+  void finish_all(const Pose& target, std::span<double> full,
+                  std::vector<std::vector<double>>& found, IkResult& out) {
     std::stable_sort(found.begin(), found.end(), [&](const auto& a, const auto& b) {
       return distance_from_seed(a) < distance_from_seed(b);
     });
@@ -207,7 +223,8 @@ class Solver {
     for (std::size_t i = 0; i < chain_.size(); ++i) full[chain_.joints[i].index] = q[i];
   }
 
-  void finish(const Pose& target, std::span<double> full, std::span<const double> q, IkResult& out) {
+  void finish(const Pose& target, std::span<double> full, std::span<const double> q,
+              IkResult& out) {
     put(q, full);
     out.q.assign(full.begin(), full.end());
     measure(target, q, out);
@@ -223,7 +240,8 @@ class Solver {
   // No search has reached the target: finds out whether limits, distance or orientation forbid it.
   void explain(const Pose& target, std::span<double> full, IkResult& out) {
     const std::vector<double> closest = best_;
-    if (certain_gap(chain_, target.p) <= tolerance_.position && solve_without_limits(target, closest, out)) {
+    if (certain_gap(chain_, target.p) <= tolerance_.position &&
+        solve_without_limits(target, closest, out)) {
       if (out.detail.empty()) return finish(target, full, q_, out);
       out.status = IkStatus::joint_limit;
     } else if (!cancelled_) {
@@ -267,9 +285,11 @@ class Solver {
       if (joint.type == JointType::revolute && outside(joint, q_[i]) > 0) {
         const double low = std::isfinite(joint.lower) ? joint.lower : joint.upper - kTurn;
         const double high = std::isfinite(joint.upper) ? joint.upper : joint.lower + kTurn;
-        q_[i] = nearest_turn(joint, q_[i] + kTurn * std::round((0.5 * (low + high) - q_[i]) / kTurn), from_[i]);
+        q_[i] = nearest_turn(
+            joint, q_[i] + kTurn * std::round((0.5 * (low + high) - q_[i]) / kTurn), from_[i]);
       }
-      if (outside(joint, q_[i]) / joint.unit > outside(chain_.joints[worst], q_[worst]) / chain_.joints[worst].unit)
+      if (outside(joint, q_[i]) / joint.unit >
+          outside(chain_.joints[worst], q_[worst]) / chain_.joints[worst].unit)
         worst = i;
     }
     return worst;
@@ -294,17 +314,22 @@ class Solver {
       cancelled_ |= r.end == SearchEnd::cancelled;
       gap = std::min(gap, r.position_error);
     }
-    const std::string left = spatial::print_number(best_end_.position_error, 3) + " m and " +
-                             spatial::print_joint_value(best_end_.rotation_error, JointType::revolute, 3);
+    const std::string left =
+        spatial::print_number(best_end_.position_error, 3) + " m and " +
+        spatial::print_joint_value(best_end_.rotation_error, JointType::revolute, 3);
     if (gap > tolerance_.position) {
       out.status = IkStatus::out_of_reach;
       out.detail = "the target is " + spatial::print_number(gap, 3) + " m out of reach";
     } else if (!ended_early_) {
       out.status = IkStatus::out_of_reach;
-      out.detail = "the position can be reached, but not with this orientation; the closest pose found is off by " + left;
+      out.detail =
+          "the position can be reached, but not with this orientation; the closest pose found is "
+          "off by " +
+          left;
     } else {
       out.status = IkStatus::not_converged;
-      out.detail = "the search ended with " + left + " left; raise max_iterations or restarts, or give a seed nearby";
+      out.detail = "the search ended with " + left +
+                   " left; raise max_iterations or restarts, or give a seed nearby";
     }
   }
 
@@ -333,8 +358,10 @@ class NumericIk final : public IkSolver {
     if (model.tips.empty()) return bad("it has no tip to place", "Add a tool.").in(where);
     for (const JointModel& joint : model.joints)
       if (!(joint.lower <= joint.upper) || !spatial::is_rigid(joint.placement))
-        return bad("its limits or its placement are not usable numbers", "Correct the robot's table.")
-            .in("joint \"" + joint.name + "\"").in(where);
+        return bad("its limits or its placement are not usable numbers",
+                   "Correct the robot's table.")
+            .in("joint \"" + joint.name + "\"")
+            .in(where);
     model_ = &model;
     chains_.clear();
     for (std::size_t i = 0; i < model.tips.size(); ++i) chains_.push_back(make_chain(model, i));
@@ -346,7 +373,8 @@ class NumericIk final : public IkSolver {
     return {};
   }
 
-  Result<void> solve(const IkBatch& batch, std::span<IkResult> results, Progress& progress) const override {
+  Result<void> solve(const IkBatch& batch, std::span<IkResult> results,
+                     Progress& progress) const override {
     RMP_TRY(check(batch, results.size()));
     const std::size_t n = model_->dof();
     Solver solver(*model_, chains_[static_cast<std::size_t>(batch.tip)], options_, restarts_, seed_,
@@ -355,7 +383,8 @@ class NumericIk final : public IkSolver {
     for (std::size_t i = 0; i < results.size(); ++i) {
       if (progress.cancelled()) return stopped();
       if (i % 64 == 0)
-        progress.report(static_cast<double>(i) / static_cast<double>(results.size()), "inverse kinematics");
+        progress.report(static_cast<double>(i) / static_cast<double>(results.size()),
+                        "inverse kinematics");
       if (batch.continuous && i > 0) {
         solver.follow(batch.targets[i], q, results[i]);
       } else {
@@ -368,7 +397,9 @@ class NumericIk final : public IkSolver {
   }
 
  private:
-  static Error stopped() { return error(ErrorCode::cancelled, "the inverse kinematics were stopped"); }
+  static Error stopped() {
+    return error(ErrorCode::cancelled, "the inverse kinematics were stopped");
+  }
 
   [[nodiscard]] Result<void> check(const IkBatch& batch, std::size_t results) const {
     if (!model_) return bad("the solver was not given a robot", "Call prepare first.");
@@ -379,7 +410,8 @@ class NumericIk final : public IkSolver {
     if (!batch.seeds.empty() && batch.seeds.size() != n && batch.seeds.size() != n * count)
       return bad("the seeds have " + std::to_string(batch.seeds.size()) + " values for " +
                      std::to_string(count) + " targets and " + std::to_string(n) + " joints",
-                 "Give " + std::to_string(n) + " for all targets, " + std::to_string(n * count) + ", or none.");
+                 "Give " + std::to_string(n) + " for all targets, " + std::to_string(n * count) +
+                     ", or none.");
     if (batch.tip < 0 || static_cast<std::size_t>(batch.tip) >= chains_.size())
       return bad("there is no tip " + std::to_string(batch.tip),
                  "The robot has tips 0 to " + std::to_string(chains_.size() - 1) + ".");
@@ -391,15 +423,17 @@ class NumericIk final : public IkSolver {
                    "Its rotation must be orthonormal and all its numbers finite.");
     for (std::size_t i = 0; i < batch.seeds.size(); ++i)
       if (!std::isfinite(batch.seeds[i]))
-        return bad("value " + std::to_string(i + 1) + " of the seeds is not finite", "Correct the seed.");
+        return bad("value " + std::to_string(i + 1) + " of the seeds is not finite",
+                   "Correct the seed.");
     return {};
   }
 
   // The seed within the limits; without one the middle of the limits.
   void start(const IkBatch& batch, std::size_t sample, std::span<double> q) const {
     const std::size_t n = q.size();
-    const double* seed = batch.seeds.empty() ? nullptr
-                         : batch.seeds.data() + (batch.seeds.size() == n ? 0 : sample * n);
+    const double* seed = batch.seeds.empty()
+                             ? nullptr
+                             : batch.seeds.data() + (batch.seeds.size() == n ? 0 : sample * n);
     for (std::size_t j = 0; j < n; ++j) {
       const JointModel& joint = model_->joints[j];
       const bool bounded = std::isfinite(joint.lower) && std::isfinite(joint.upper);
@@ -418,8 +452,9 @@ class NumericIk final : public IkSolver {
 }  // namespace
 }  // namespace robomosp::ik_numeric
 
-RMP_PLUGIN("org.robomosp.ik_numeric", "0.1.0", "Apache-2.0",
-           "Inverse kinematics of any chain by a damped search.",
-           RMP_PROVIDER(robomosp::ik_numeric::NumericIk, "numeric",
-                        "Levenberg-Marquardt search within joint limits, for every tip of any robot.",
-                        "serial,tree,redundant,batch", robomosp::ik_numeric::kParams))
+RMP_PLUGIN(
+    "org.robomosp.ik_numeric", "0.1.0", "Apache-2.0",
+    "Inverse kinematics of any chain by a damped search.",
+    RMP_PROVIDER(robomosp::ik_numeric::NumericIk, "numeric",
+                 "Levenberg-Marquardt search within joint limits, for every tip of any robot.",
+                 "serial,tree,redundant,batch", robomosp::ik_numeric::kParams))

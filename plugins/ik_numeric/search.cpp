@@ -36,7 +36,8 @@ void fill_columns(const Chain& chain, const Pose& tip, bool position_only, Works
     const PathJoint& joint = chain.joints[i];
     const Vec3 z = spatial::axis(work.frames[i], 2);
     const bool turns = joint.type == JointType::revolute;
-    const Vec3 v = turns ? spatial::scale(spatial::cross(z, spatial::sub(tip.p, work.frames[i].p)), 1 / chain.length)
+    const Vec3 v = turns ? spatial::scale(spatial::cross(z, spatial::sub(tip.p, work.frames[i].p)),
+                                          1 / chain.length)
                          : spatial::scale(z, joint.unit / chain.length);
     const Vec3 w = turns && !position_only ? z : Vec3{};
     std::copy(v.begin(), v.end(), work.columns.begin() + static_cast<std::ptrdiff_t>(6 * i));
@@ -50,7 +51,9 @@ void damped_step(const Chain& chain, const Vector6& e, double damping, Workspace
   for (std::size_t i = 0; i < chain.size(); ++i) free += work.held[i] ? 0 : 1;
   std::fill(work.step.begin(), work.step.end(), 0.0);
   if (free == 0) return;
-  const auto column = [&](std::size_t i) { return Eigen::Map<const Vector6>(work.columns.data() + 6 * i); };
+  const auto column = [&](std::size_t i) {
+    return Eigen::Map<const Vector6>(work.columns.data() + 6 * i);
+  };
   if (free >= 6) {
     Eigen::Matrix<double, 6, 6> g = Eigen::Matrix<double, 6, 6>::Identity() * damping;
     for (std::size_t i = 0; i < chain.size(); ++i)
@@ -86,7 +89,8 @@ void limited_step(const Chain& chain, const Vector6& e, double damping, bool use
     bool more = false;
     for (std::size_t i = 0; i < chain.size(); ++i) {
       const PathJoint& joint = chain.joints[i];
-      const bool leaves = (q[i] <= joint.lower && work.step[i] < 0) || (q[i] >= joint.upper && work.step[i] > 0);
+      const bool leaves =
+          (q[i] <= joint.lower && work.step[i] < 0) || (q[i] >= joint.upper && work.step[i] > 0);
       if (leaves && !work.held[i]) work.held[i] = 1, more = true;
     }
     if (!more) return;
@@ -123,7 +127,8 @@ SearchResult search(const Chain& chain, const Pose& target, const IkTolerance& t
       return result;
     }
     fill_columns(chain, tip, options.position_only, work);
-    limited_step(chain, e, options.damping * trust * result.cost + kRounding, options.use_limits, q, work);
+    limited_step(chain, e, options.damping * trust * result.cost + kRounding, options.use_limits, q,
+                 work);
     double greatest = 0;
     for (std::size_t i = 0; i < n; ++i) greatest = std::max(greatest, std::fabs(work.step[i]));
     const double shorten = greatest > options.max_step ? options.max_step / greatest : 1.0;

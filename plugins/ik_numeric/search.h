@@ -15,8 +15,8 @@ namespace robomosp::ik_numeric {
 
 struct SearchOptions {
   int max_iterations = 100;
-  double damping = 1e-2;     ///< factor of the squared error in the damping
-  double max_step = 0.6;     ///< of one joint in one iteration [rad, or chain lengths]
+  double damping = 1e-2;  ///< factor of the squared error in the damping
+  double max_step = 0.6;  ///< of one joint in one iteration [rad, or chain lengths]
   bool use_limits = true;
   bool position_only = false;
 };

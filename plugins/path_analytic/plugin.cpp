@@ -77,7 +77,8 @@ class ConstantSpeed : public Segment {
       turning_.fill(share, 1 / duration_, out[i]);
       place(share, length_ / duration_, out[i]);
       if (!moving)
-        out[i].velocity = out[i].acceleration = out[i].angular_velocity = out[i].angular_acceleration = {};
+        out[i].velocity = out[i].acceleration = out[i].angular_velocity =
+            out[i].angular_acceleration = {};
     }
   }
 
@@ -93,7 +94,9 @@ class ConstantSpeed : public Segment {
 class Line final : public ConstantSpeed {
  public:
   Line(const Vec3& from, const Vec3& way, double duration, const Turning& turning)
-      : ConstantSpeed(spatial::norm(way), duration, turning), from_(from), way_(way),
+      : ConstantSpeed(spatial::norm(way), duration, turning),
+        from_(from),
+        way_(way),
         direction_(spatial::unit(way)) {}
 
  private:
@@ -115,17 +118,20 @@ struct Circle {
 Result<Circle> circle_through(const Vec3& a, const Vec3& b, const Vec3& c) {
   const Vec3 u = sub(b, a), v = sub(c, a), n = cross(u, v);
   const double lu = spatial::norm(u), lv = spatial::norm(v), lw = spatial::distance(b, c);
-  const std::pair<double, const char*> sides[] = {{lu, "1 and 2"}, {lv, "1 and 3"}, {lw, "2 and 3"}};
+  const std::pair<double, const char*> sides[] = {
+      {lu, "1 and 2"}, {lv, "1 and 3"}, {lw, "2 and 3"}};
   for (const auto& [length, which] : sides)
     if (!(length > kSamePoint))
       return bad(std::string("points ") + which + " are the same place",
                  "Three different points are needed to define a circle.");
   const double area = spatial::norm(n), longest = std::max({lu, lv, lw});
   if (!(area > 1e-9 * longest * longest))
-    return bad("the three points lie on a straight line", "Move one of them off the line, or use a line.");
+    return bad("the three points lie on a straight line",
+               "Move one of them off the line, or use a line.");
   Circle k;
   const double n2 = dot(n, n);
-  k.centre = add(a, scale(add(scale(cross(v, n), dot(u, u)), scale(cross(n, u), dot(v, v))), 0.5 / n2));
+  k.centre =
+      add(a, scale(add(scale(cross(v, n), dot(u, u)), scale(cross(n, u), dot(v, v))), 0.5 / n2));
   k.radius = spatial::distance(a, k.centre);
   k.x = spatial::unit(sub(a, k.centre));
   // Counter-clockwise about n the points come in the order 1, 2, 3.
@@ -154,21 +160,25 @@ class Arc final : public ConstantSpeed {
   double angle_;
 };
 
-Result<void> check_points(std::span<const Pose> points, std::size_t count, const char* shape, const char* which) {
+Result<void> check_points(std::span<const Pose> points, std::size_t count, const char* shape,
+                          const char* which) {
   if (points.size() != count)
     return bad(std::string(shape) + " needs " + std::to_string(count) + " points, " +
-                   std::to_string(points.size()) + (points.size() == 1 ? " was given" : " were given"),
+                   std::to_string(points.size()) +
+                   (points.size() == 1 ? " was given" : " were given"),
                which);
   for (std::size_t i = 0; i < count; ++i)
     if (!spatial::is_rigid(points[i], 1e-6))
-      return bad("point " + std::to_string(i + 1) + " is not a pose", "All its numbers must be finite.");
+      return bad("point " + std::to_string(i + 1) + " is not a pose",
+                 "All its numbers must be finite.");
   return {};
 }
 
 Result<double> positive(const Params& params, const char* name, const char* unit) {
   const double value = params.real(name);
   if (!(value > 0) || !std::isfinite(value))
-    return bad(std::string(name) + " is " + print_number(value) + " " + unit, "It must be above 0.");
+    return bad(std::string(name) + " is " + print_number(value) + " " + unit,
+               "It must be above 0.");
   return value;
 }
 
@@ -180,7 +190,8 @@ Turning turning(const Pose& first, const Pose& last) {
 
 class LineMaker final : public SegmentMaker {
  public:
-  Result<std::unique_ptr<Segment>> make(std::span<const Pose> points, const Params& params) const override {
+  Result<std::unique_ptr<Segment>> make(std::span<const Pose> points,
+                                        const Params& params) const override {
     RMP_TRY(check_points(points, 2, "a line", "Give start and end."));
     const Turning turn = turning(points[0], points[1]);
     const Vec3 way = sub(points[1].p, points[0].p);
@@ -199,7 +210,8 @@ class LineMaker final : public SegmentMaker {
 
 class ArcMaker final : public SegmentMaker {
  public:
-  Result<std::unique_ptr<Segment>> make(std::span<const Pose> points, const Params& params) const override {
+  Result<std::unique_ptr<Segment>> make(std::span<const Pose> points,
+                                        const Params& params) const override {
     RMP_TRY(check_points(points, 3, "an arc", "Give start, a point on the way, and end."));
     RMP_TRY_ASSIGN(const double speed, positive(params, "speed", "m/s"));
     RMP_TRY_ASSIGN(const Circle circle, circle_through(points[0].p, points[1].p, points[2].p));
@@ -211,14 +223,16 @@ class ArcMaker final : public SegmentMaker {
 
 class CircleMaker final : public SegmentMaker {
  public:
-  Result<std::unique_ptr<Segment>> make(std::span<const Pose> points, const Params& params) const override {
-    RMP_TRY(check_points(points, 3, "a circle", "Give three points on it, in the order they are passed."));
+  Result<std::unique_ptr<Segment>> make(std::span<const Pose> points,
+                                        const Params& params) const override {
+    RMP_TRY(check_points(points, 3, "a circle",
+                         "Give three points on it, in the order they are passed."));
     RMP_TRY_ASSIGN(const double speed, positive(params, "speed", "m/s"));
     RMP_TRY_ASSIGN(const double turns, positive(params, "turns", "turns"));
     RMP_TRY_ASSIGN(const Circle circle, circle_through(points[0].p, points[1].p, points[2].p));
     const double angle = 2 * std::numbers::pi * turns;
-    return std::unique_ptr<Segment>(new Arc(circle, angle, circle.radius * angle / speed,
-                                            turning(points[0], points[2])));
+    return std::unique_ptr<Segment>(
+        new Arc(circle, angle, circle.radius * angle / speed, turning(points[0], points[2])));
   }
 };
 

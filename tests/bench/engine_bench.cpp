@@ -38,7 +38,8 @@ RobotModel puma_links_only() {
 RobotModel long_chain(int n) {
   std::vector<Row> rows;
   for (int i = 0; i < n; ++i)
-    rows.push_back({0.1, 0.05, 0.1, i % 2 ? kPi / 2 : -0.7, -90, 90, body(1, -0.05, 0.01, 0, 0.01, 0.02, 0.02)});
+    rows.push_back({0.1, 0.05, 0.1, i % 2 ? kPi / 2 : -0.7, -90, 90,
+                    body(1, -0.05, 0.01, 0, 0.01, 0.02, 0.02)});
   return serial("chain", false, rows);
 }
 
@@ -87,7 +88,8 @@ void dynamics(benchmark::State& state, const RobotModel& m, What what, std::size
   if (!inverse || !forward) return state.SkipWithError("the plugin is missing");
   const States s(m);
   const std::size_t n = m.dof();
-  std::vector<double> scratch(std::max(inverse->scratch_size(), forward->scratch_size())), out(samples * n * n);
+  std::vector<double> scratch(std::max(inverse->scratch_size(), forward->scratch_size())),
+      out(samples * n * n);
   NoProgress none;
   std::size_t i = 0;
   for (auto _ : state) {

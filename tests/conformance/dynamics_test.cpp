@@ -8,11 +8,13 @@ namespace {
 const std::string kFile = std::string(ROBOMOSP_PLUGIN_DIR) + "/dynamics_newton_euler.so";
 
 std::vector<RobotModel> models() {
-  return {puma560(), puma560_modified(), pa10(), pa10_nus(), panda(), planar_rods(), scara(), tree()};
+  return {puma560(), puma560_modified(), pa10(),  pa10_nus(),
+          panda(),   planar_rods(),      scara(), tree()};
 }
 
 INSTANTIATE_TEST_SUITE_P(Composite, DynamicsConformance,
-                         testing::ValuesIn(dynamics_cases(kFile, "newton_euler", "inertia_matrix", models())),
+                         testing::ValuesIn(dynamics_cases(kFile, "newton_euler", "inertia_matrix",
+                                                          models())),
                          dynamics_case_name);
 INSTANTIATE_TEST_SUITE_P(Columns, DynamicsConformance,
                          testing::ValuesIn(dynamics_cases(kFile, "newton_euler", "inertia_matrix",

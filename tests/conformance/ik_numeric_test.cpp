@@ -11,8 +11,9 @@ const std::string kFile = std::string(ROBOMOSP_PLUGIN_DIR) + "/ik_numeric.so";
 
 INSTANTIATE_TEST_SUITE_P(Numeric, IkConformance,
                          testing::ValuesIn(ik_cases(kFile, "numeric",
-                                                    {puma560(), puma560_modified(), pa10(), pa10_nus(), panda(),
-                                                     planar_rods(), scara(), tree()})),
+                                                    {puma560(), puma560_modified(), pa10(),
+                                                     pa10_nus(), panda(), planar_rods(), scara(),
+                                                     tree()})),
                          ik_case_name);
 
 class NumericIk : public testing::Test {
@@ -63,7 +64,8 @@ TEST_F(NumericIk, FollowsThePaperCircleWithContinuousJointRates) {
   const rmp_provider* provider = *find_provider<SegmentMaker>(file, "circle");
   const auto down = [](double x, double y) { return multiply(shift(x, y, 0.7346), turn_y(kPi)); };
   const std::vector<Pose> points{down(0.558, 0), down(0.758, 0), down(0.658, -0.1)};
-  const auto circle = create<SegmentMaker>(*provider)->make(points, TableParams(*provider).set("speed", 0.01));
+  const auto circle =
+      create<SegmentMaker>(*provider)->make(points, TableParams(*provider).set("speed", 0.01));
   ASSERT_TRUE(circle.ok()) << circle.error().sentence();
   constexpr double kStep = 0.1;
   std::vector<double> times;
@@ -110,7 +112,8 @@ TEST_F(NumericIk, FindsAllEightPosturesOfThePuma) {
   EXPECT_EQ(r.q.size(), 8U * 6U);
   for (std::size_t k = 0; k < r.q.size() / 6; ++k)
     EXPECT_LE(position_gap(tip_pose(m, r.q.data() + 6 * k), target), 1e-9);
-  for (std::size_t j = 0; j < 6; ++j) EXPECT_NEAR(r.q[j], q[j], 1e-8) << "the one nearest to the seed comes first";
+  for (std::size_t j = 0; j < 6; ++j)
+    EXPECT_NEAR(r.q[j], q[j], 1e-8) << "the one nearest to the seed comes first";
 }
 
 TEST_F(NumericIk, TellsHowFarATargetIsOutOfReach) {

@@ -14,24 +14,49 @@ std::vector<Pose> paper_points() {
 }
 
 std::vector<SegmentCase> cases() {
-  const Pose a = multiply(shift(0.1, 0.2, 0.3), turn_x(0.3)), b = multiply(shift(-0.4, 0.5, 0.1), turn_z(2));
+  const Pose a = multiply(shift(0.1, 0.2, 0.3), turn_x(0.3)),
+             b = multiply(shift(-0.4, 0.5, 0.1), turn_z(2));
   return {
       {kFile, "line", "straight", {shift(0, 0, 0), shift(1, 2, 2)}, {{"speed", 0.3}}, 0.3},
       {kFile, "line", "turning", {a, b}, {{"speed", 0.05}}, 0.05},
-      {kFile, "line", "half_turn", {a, multiply(a, turn_y(kPi))}, {{"angular_speed", 0.7}}, 0, false},
+      {kFile,
+       "line",
+       "half_turn",
+       {a, multiply(a, turn_y(kPi))},
+       {{"angular_speed", 0.7}},
+       0,
+       false},
       {kFile, "circle", "paper", paper_points(), {{"speed", 0.01}}, 0.01, true, false},
-      {kFile, "circle", "tilted_three_turns",
-       {shift(1, 0, 0.2), multiply(shift(0, 1, 0.5), turn_x(1)), multiply(shift(-1, 0, 0.3), turn_z(0.5))},
-       {{"speed", 0.4}, {"turns", 3}}, 0.4, false, false},
-      {kFile, "arc", "short", {shift(1, 0, 0), shift(std::sqrt(0.5), std::sqrt(0.5), 0), shift(0, 1, 0)}, {{"speed", 0.2}}, 0.2},
-      {kFile, "arc", "long_way", {shift(1, 0, 0), shift(-1, 0, 0), shift(0, 1, 0)}, {{"speed", 0.2}}, 0.2},
+      {kFile,
+       "circle",
+       "tilted_three_turns",
+       {shift(1, 0, 0.2), multiply(shift(0, 1, 0.5), turn_x(1)),
+        multiply(shift(-1, 0, 0.3), turn_z(0.5))},
+       {{"speed", 0.4}, {"turns", 3}},
+       0.4,
+       false,
+       false},
+      {kFile,
+       "arc",
+       "short",
+       {shift(1, 0, 0), shift(std::sqrt(0.5), std::sqrt(0.5), 0), shift(0, 1, 0)},
+       {{"speed", 0.2}},
+       0.2},
+      {kFile,
+       "arc",
+       "long_way",
+       {shift(1, 0, 0), shift(-1, 0, 0), shift(0, 1, 0)},
+       {{"speed", 0.2}},
+       0.2},
       {kFile, "arc", "turning", {a, shift(0.5, 0.1, -0.2), b}, {{"speed", 0.2}}, 0.2},
   };
 }
-INSTANTIATE_TEST_SUITE_P(Analytic, SegmentConformance, testing::ValuesIn(cases()), segment_case_name);
+INSTANTIATE_TEST_SUITE_P(Analytic, SegmentConformance, testing::ValuesIn(cases()),
+                         segment_case_name);
 
-Result<std::unique_ptr<Segment>> make(const std::string& shape, const std::vector<Pose>& points,
-                                      const std::vector<std::pair<std::string, double>>& values = {}) {
+Result<std::unique_ptr<Segment>> make(
+    const std::string& shape, const std::vector<Pose>& points,
+    const std::vector<std::pair<std::string, double>>& values = {}) {
   const rmp_provider* provider = *find_provider<SegmentMaker>(kFile, shape);
   TableParams params(*provider);
   for (const auto& [name, value] : values) params.set(name, value);
@@ -64,16 +89,27 @@ TEST(Circle, OfThePaperHasItsCentreRadiusAndDuration) {
 
 TEST(Segments, TellWhatIsWrongInSentences) {
   const Pose a = shift(0, 0, 0), b = shift(1, 0, 0), c = shift(2, 0, 0), d = shift(0, 1, 0);
-  const auto sentence = [](const auto& r) { return r.ok() ? std::string("no error") : r.error().sentence(); };
+  const auto sentence = [](const auto& r) {
+    return r.ok() ? std::string("no error") : r.error().sentence();
+  };
   EXPECT_EQ(sentence(make("line", {a})), "a line needs 2 points, 1 was given. Give start and end.");
-  EXPECT_EQ(sentence(make("line", {a, a})), "start and end of the line are the same pose. Move or turn one of them.");
+  EXPECT_EQ(sentence(make("line", {a, a})),
+            "start and end of the line are the same pose. Move or turn one of them.");
   EXPECT_EQ(sentence(make("line", {a, b}, {{"speed", 0}})), "speed is 0 m/s. It must be above 0.");
-  EXPECT_EQ(sentence(make("line", {a, b}, {{"speed", -0.5}})), "speed is -0.5 m/s. It must be above 0.");
-  EXPECT_EQ(sentence(make("line", {a, turn_x(1)}, {{"angular_speed", -2}})), "angular_speed is -2 rad/s. It must be above 0.");
-  EXPECT_EQ(sentence(make("circle", {a, b, c})), "the three points lie on a straight line. Move one of them off the line, or use a line.");
-  EXPECT_EQ(sentence(make("arc", {a, b, a})), "points 1 and 3 are the same place. Three different points are needed to define a circle.");
-  EXPECT_EQ(sentence(make("circle", {a, b, d}, {{"turns", 0}})), "turns is 0 turns. It must be above 0.");
-  EXPECT_EQ(sentence(make("arc", {a, b})), "an arc needs 3 points, 2 were given. Give start, a point on the way, and end.");
+  EXPECT_EQ(sentence(make("line", {a, b}, {{"speed", -0.5}})),
+            "speed is -0.5 m/s. It must be above 0.");
+  EXPECT_EQ(sentence(make("line", {a, turn_x(1)}, {{"angular_speed", -2}})),
+            "angular_speed is -2 rad/s. It must be above 0.");
+  EXPECT_EQ(
+      sentence(make("circle", {a, b, c})),
+      "the three points lie on a straight line. Move one of them off the line, or use a line.");
+  EXPECT_EQ(
+      sentence(make("arc", {a, b, a})),
+      "points 1 and 3 are the same place. Three different points are needed to define a circle.");
+  EXPECT_EQ(sentence(make("circle", {a, b, d}, {{"turns", 0}})),
+            "turns is 0 turns. It must be above 0.");
+  EXPECT_EQ(sentence(make("arc", {a, b})),
+            "an arc needs 3 points, 2 were given. Give start, a point on the way, and end.");
 }
 
 }  // namespace

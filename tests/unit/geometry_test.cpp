@@ -13,7 +13,8 @@ namespace {
 // A box between two corners; every face has its own four vertices, as display meshes have.
 Mesh box(Vec3 low, Vec3 high) {
   Mesh m;
-  const int faces[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
+  const int faces[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
+                           {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
   for (const auto& face : faces) {
     const auto base = static_cast<std::uint32_t>(m.vertex_count());
     for (const int v : face)
@@ -100,7 +101,8 @@ TEST(MeshMass, OfABoxFarAwayEqualsTheFormula) {
 TEST(MeshMass, OfACavityIsSubtracted) {
   Mesh m = box({0, 0, 0}, {1, 1, 1});
   Mesh hole = box({0.25, 0.25, 0.25}, {0.75, 0.75, 0.75});
-  for (std::size_t t = 0; t < hole.triangles.size(); t += 3) std::swap(hole.triangles[t], hole.triangles[t + 1]);
+  for (std::size_t t = 0; t < hole.triangles.size(); t += 3)
+    std::swap(hole.triangles[t], hole.triangles[t + 1]);
   append(m, hole);
   const auto r = moments(m);
   ASSERT_TRUE(r.ok());

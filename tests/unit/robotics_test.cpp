@@ -27,7 +27,8 @@ using model::JointKind;
 constexpr Vec3 kDown{0, 0, -9.81};
 constexpr double kRight = kPi / 2;
 
-model::Link link(double theta, double d, double a, double alpha, std::optional<MassProperties> mass = {}) {
+model::Link link(double theta, double d, double a, double alpha,
+                 std::optional<MassProperties> mass = {}) {
   model::Link l;
   l.row = {a, alpha, d, theta};
   l.given = mass;
@@ -47,29 +48,34 @@ model::Robot chain(Convention convention, std::vector<model::Link> links) {
 }
 
 model::Robot puma() {
-  model::Robot r = chain(Convention::dh, {
-      link(0, 0, 0, kRight, body(0, {}, {0, 0.35, 0, 0, 0, 0})),
-      link(0, 0, 0.4318, 0, body(17.4, {-0.3638, 0.006, 0.2275}, {0.13, 0.524, 0.539, 0, 0, 0})),
-      link(0, 0.15005, 0.0203, -kRight, body(4.8, {-0.0203, -0.0141, 0.07}, {0.066, 0.086, 0.0125, 0, 0, 0})),
-      link(0, 0.4318, 0, kRight, body(0.82, {0, 0.019, 0}, {1.8e-3, 1.3e-3, 1.8e-3, 0, 0, 0})),
-      link(0, 0, 0, -kRight, body(0.34, {}, {0.3e-3, 0.4e-3, 0.3e-3, 0, 0, 0})),
-      link(0, 0, 0, 0, body(0.09, {0, 0, 0.032}, {0.15e-3, 0.15e-3, 0.04e-3, 0, 0, 0}))});
+  model::Robot r = chain(
+      Convention::dh,
+      {link(0, 0, 0, kRight, body(0, {}, {0, 0.35, 0, 0, 0, 0})),
+       link(0, 0, 0.4318, 0, body(17.4, {-0.3638, 0.006, 0.2275}, {0.13, 0.524, 0.539, 0, 0, 0})),
+       link(0, 0.15005, 0.0203, -kRight,
+            body(4.8, {-0.0203, -0.0141, 0.07}, {0.066, 0.086, 0.0125, 0, 0, 0})),
+       link(0, 0.4318, 0, kRight, body(0.82, {0, 0.019, 0}, {1.8e-3, 1.3e-3, 1.8e-3, 0, 0, 0})),
+       link(0, 0, 0, -kRight, body(0.34, {}, {0.3e-3, 0.4e-3, 0.3e-3, 0, 0, 0})),
+       link(0, 0, 0, 0, body(0.09, {0, 0, 0.032}, {0.15e-3, 0.15e-3, 0.04e-3, 0, 0, 0}))});
   r.links[0].drive = {200e-6, -62.6111, 1.48e-3, 0.395, -0.435};
   return r;
 }
 model::Robot pa10() {
-  model::Robot r = chain(Convention::mdh, {
-      link(0, 0.317, 0, 0), link(0, 0, 0, -kRight), link(0, 0.45, 0, kRight), link(0, 0, 0, -kRight),
-      link(0, 0.48, 0, kRight), link(0, 0, 0, -kRight), link(0, 0.07, 0, kRight)});
+  model::Robot r = chain(Convention::mdh,
+                         {link(0, 0.317, 0, 0), link(0, 0, 0, -kRight), link(0, 0.45, 0, kRight),
+                          link(0, 0, 0, -kRight), link(0, 0.48, 0, kRight), link(0, 0, 0, -kRight),
+                          link(0, 0.07, 0, kRight)});
   return r;
 }
 model::Robot pa10_nus() {
-  return chain(Convention::dh, {link(0, 0.315, 0, -kRight), link(0, 0, 0, kRight), link(0, 0.45, 0, -kRight),
-                                link(0, 0, 0, kRight), link(0, 0.5, 0, -kRight), link(0, 0, 0, kRight),
-                                link(0, 0.08, 0, 0)});
+  return chain(Convention::dh,
+               {link(0, 0.315, 0, -kRight), link(0, 0, 0, kRight), link(0, 0.45, 0, -kRight),
+                link(0, 0, 0, kRight), link(0, 0.5, 0, -kRight), link(0, 0, 0, kRight),
+                link(0, 0.08, 0, 0)});
 }
 model::Robot scara() {
-  model::Robot r = chain(Convention::dh, {link(0, 0.387, 0.325, 0), link(0, 0, 0.275, kPi), link(0, 0, 0, 0), link(0, 0, 0, 0)});
+  model::Robot r = chain(Convention::dh, {link(0, 0.387, 0.325, 0), link(0, 0, 0.275, kPi),
+                                          link(0, 0, 0, 0), link(0, 0, 0, 0)});
   r.links[2].joint = JointKind::prismatic;
   r.links[2].lower = 0, r.links[2].upper = 0.21;
   return r;
@@ -96,13 +102,16 @@ TEST(BuildModel, PumaEqualsTheHandFilledModel) {
   for (std::size_t j = 0; j < 6; ++j) {
     SCOPED_TRACE("joint " + std::to_string(j + 1));
     EXPECT_EQ(m.joints[j].parent, expected.joints[j].parent);
-    EXPECT_LT(conformance::position_gap(m.joints[j].placement, expected.joints[j].placement), 1e-15);
-    EXPECT_LT(conformance::rotation_gap(m.joints[j].placement, expected.joints[j].placement), 1e-15);
+    EXPECT_LT(conformance::position_gap(m.joints[j].placement, expected.joints[j].placement),
+              1e-15);
+    EXPECT_LT(conformance::rotation_gap(m.joints[j].placement, expected.joints[j].placement),
+              1e-15);
     EXPECT_LT(spatial::distance(m.joints[j].body.com, expected.joints[j].body.com), 1e-15);
     EXPECT_NEAR(m.joints[j].body.mass, expected.joints[j].body.mass, 0);
     EXPECT_NEAR(m.joints[j].body.inertia.yy, expected.joints[j].body.inertia.yy, 1e-15);
     EXPECT_NEAR(m.joints[j].body.inertia.zz, expected.joints[j].body.inertia.zz, 1e-15);
-    for (const double x : m.joints[j].placement.R) EXPECT_TRUE(x == 0 || std::fabs(x) == 1) << "right angles stay clean";
+    for (const double x : m.joints[j].placement.R)
+      EXPECT_TRUE(x == 0 || std::fabs(x) == 1) << "right angles stay clean";
   }
 }
 
@@ -110,16 +119,19 @@ TEST(BuildModel, MotorsAreSeenAtTheJoint) {
   const JointModel j = built(puma()).joints[0];
   EXPECT_DOUBLE_EQ(j.armature, 62.6111 * 62.6111 * 200e-6);
   EXPECT_DOUBLE_EQ(j.friction.viscous, 62.6111 * 62.6111 * 1.48e-3);
-  EXPECT_DOUBLE_EQ(j.friction.coulomb_positive, 62.6111 * 0.395) << "a negative gear ratio keeps the signs";
+  EXPECT_DOUBLE_EQ(j.friction.coulomb_positive, 62.6111 * 0.395)
+      << "a negative gear ratio keeps the signs";
   EXPECT_DOUBLE_EQ(j.friction.coulomb_negative, 62.6111 * -0.435);
 }
 
 // In-plane answers of the paper's PA-10 pose, printed with four decimals of a degree.
 TEST(ForwardKinematics, PaperPoseOfThePa10ForBothSetsOfLengths) {
-  const Pose target = conformance::multiply(conformance::shift(0.557, 0, 0.374),
-                                            conformance::multiply(conformance::turn_z(kPi), conformance::turn_x(kPi)));
+  const Pose target = conformance::multiply(
+      conformance::shift(0.557, 0, 0.374),
+      conformance::multiply(conformance::turn_z(kPi), conformance::turn_x(kPi)));
   const std::pair<model::Robot, std::vector<double>> sets[] = {
-      {pa10(), {0, 22.6421, 0, 104.2751, 0, 53.0827, 0}}, {pa10_nus(), {0, 19.0765, 0, 105.8535, 0, 55.0700, 0}}};
+      {pa10(), {0, 22.6421, 0, 104.2751, 0, 53.0827, 0}},
+      {pa10_nus(), {0, 19.0765, 0, 105.8535, 0, 55.0700, 0}}};
   for (const auto& [robot, degrees] : sets) {
     std::vector<double> q;
     for (const double d : degrees) q.push_back(d * kDeg);
@@ -155,7 +167,8 @@ TEST(Jacobian, IsTheDerivativeOfTheTipPoseInEveryFrame) {
   std::vector<Pose> frames(m.dof());
   forward_kinematics(m, q, frames);
   for (std::size_t tip = 0; tip < 2; ++tip)
-    for (const JacobianFrame frame : {JacobianFrame::base, JacobianFrame::world, JacobianFrame::tip}) {
+    for (const JacobianFrame frame :
+         {JacobianFrame::base, JacobianFrame::world, JacobianFrame::tip}) {
       std::vector<double> J(6 * m.dof());
       geometric_jacobian(m, tip, frames, frame, J);
       const Pose here = conformance::tip_pose(m, q.data(), tip);
@@ -163,11 +176,14 @@ TEST(Jacobian, IsTheDerivativeOfTheTipPoseInEveryFrame) {
         const double h = 1e-5;
         auto up = q, down = q;
         up[j] += h, down[j] -= h;
-        const Pose a = conformance::tip_pose(m, down.data(), tip), b = conformance::tip_pose(m, up.data(), tip);
+        const Pose a = conformance::tip_pose(m, down.data(), tip),
+                   b = conformance::tip_pose(m, up.data(), tip);
         Vec3 v = spatial::scale(spatial::sub(b.p, a.p), 0.5 / h);
         Vec3 w = spatial::scale(spatial::rotation_difference(a.R, b.R), 0.5 / h);
-        if (frame == JacobianFrame::world) v = spatial::rotate(m.base, v), w = spatial::rotate(m.base, w);
-        if (frame == JacobianFrame::tip) v = spatial::rotate_back(here, v), w = spatial::rotate_back(here, w);
+        if (frame == JacobianFrame::world)
+          v = spatial::rotate(m.base, v), w = spatial::rotate(m.base, w);
+        if (frame == JacobianFrame::tip)
+          v = spatial::rotate_back(here, v), w = spatial::rotate_back(here, w);
         for (std::size_t k = 0; k < 3; ++k) {
           EXPECT_NEAR(J[6 * j + k], v[k], 1e-9);
           EXPECT_NEAR(J[6 * j + 3 + k], w[k], 1e-9);
@@ -188,7 +204,8 @@ TEST(Manipulability, OfTheTwoRodsIsTheirParallelogramAndVanishesStretched) {
   };
   // det(J^T J) = |c1 x c2|^2 generalized: columns (v, w) with w = z twice.
   const double l1 = 0.7, l2 = 0.45, c = std::cos(1.1);
-  const double a = l1 * l1 + l2 * l2 + 2 * l1 * l2 * c + 1, b = l2 * l2 + l1 * l2 * c + 1, d = l2 * l2 + 1;
+  const double a = l1 * l1 + l2 * l2 + 2 * l1 * l2 * c + 1, b = l2 * l2 + l1 * l2 * c + 1,
+               d = l2 * l2 + 1;
   EXPECT_NEAR(at(1.1), std::sqrt(a * d - b * b), 1e-13);
   const RobotModel puma6 = conformance::puma560();
   std::vector<Pose> f(6);
@@ -206,7 +223,8 @@ TEST(BuildModel, OffsetsBaseAndToolAreTaken) {
   r.base = {{1, 2, 3}, {kPi / 2, 0, 0}, model::AngleNotation::rpy};
   r.tool = {{0, 0, 0.1}, {0, 0, 0.2}, model::AngleNotation::rpy};
   const RobotModel m = built(r);
-  const Pose expected = spatial::compose(spatial::dh_pose(0.3, 0.1, 0.2, 0.5 + 0.7), model::pose(r.tool));
+  const Pose expected =
+      spatial::compose(spatial::dh_pose(0.3, 0.1, 0.2, 0.5 + 0.7), model::pose(r.tool));
   EXPECT_LT(conformance::position_gap(tool_at(m, {0.7}), expected), 1e-15);
   EXPECT_LT(conformance::rotation_gap(tool_at(m, {0.7}), expected), 1e-15);
   EXPECT_EQ(m.gravity, (Vec3{0, -9.81, 0})) << "gravity is turned into the base frame";
@@ -222,8 +240,10 @@ TEST(BuildModel, APrismaticVariableAddsToD) {
 
 // A fixed link in the middle equals the same robot with the row written into its neighbours.
 TEST(BuildModel, FixedLinksAreFoldedIntoTheirParent) {
-  const MassProperties m1 = body(2, {0.1, 0.2, 0.3}, {0.1, 0.2, 0.25, 0.01, 0.02, 0.03}), m2 = body(3, {-0.1, 0, 0.2}, {0.3, 0.2, 0.25, 0, 0.01, 0});
-  model::Robot r = chain(Convention::dh, {link(0.1, 0.2, 0.3, 0.4, m1), link(0.5, 0.6, 0.7, 0.8, m2), link(0.2, 0.1, 0.4, 0.3)});
+  const MassProperties m1 = body(2, {0.1, 0.2, 0.3}, {0.1, 0.2, 0.25, 0.01, 0.02, 0.03}),
+                       m2 = body(3, {-0.1, 0, 0.2}, {0.3, 0.2, 0.25, 0, 0.01, 0});
+  model::Robot r = chain(Convention::dh, {link(0.1, 0.2, 0.3, 0.4, m1),
+                                          link(0.5, 0.6, 0.7, 0.8, m2), link(0.2, 0.1, 0.4, 0.3)});
   r.links[1].joint = JointKind::fixed;
   const RobotModel m = built(r);
   ASSERT_EQ(m.dof(), 2U);
@@ -241,7 +261,8 @@ TEST(BuildModel, FixedLinksAreFoldedIntoTheirParent) {
   EXPECT_EQ(moving_links(r), (std::vector<std::int32_t>{0, 2}));
   // Both bodies together, in the base: once by hand, once from the folded body.
   const MassProperties parts[] = {spatial::in_frame(m1, l1), spatial::in_frame(m2, l2)};
-  const MassProperties expected = spatial::combine(parts), folded = spatial::in_frame(m.joints[0].body, frames[0]);
+  const MassProperties expected = spatial::combine(parts),
+                       folded = spatial::in_frame(m.joints[0].body, frames[0]);
   EXPECT_NEAR(folded.mass, 5, 1e-15);
   EXPECT_LT(spatial::distance(folded.com, expected.com), 1e-15);
   EXPECT_NEAR(folded.inertia.xx, expected.inertia.xx, 1e-14);
@@ -249,7 +270,8 @@ TEST(BuildModel, FixedLinksAreFoldedIntoTheirParent) {
 }
 
 TEST(BuildModel, EveryLeafBecomesATip) {
-  model::Robot r = chain(Convention::mdh, {link(0, 0.1, 0, 0), link(0, 0.2, 0, 0), link(0, 0.3, 0, 0)});
+  model::Robot r =
+      chain(Convention::mdh, {link(0, 0.1, 0, 0), link(0, 0.2, 0, 0), link(0, 0.3, 0, 0)});
   r.links[2].parent = 0;
   const RobotModel m = built(r);
   ASSERT_EQ(m.tips.size(), 2U);
@@ -261,33 +283,46 @@ TEST(BuildModel, EveryLeafBecomesATip) {
 }
 
 TEST(BuildModel, MassSourceDecidesBetweenGivenAndDesigned) {
-  model::Robot r = chain(Convention::mdh, {link(0, 0, 0, 0, body(1, {}, {})), link(0, 0, 0, 0, body(2, {}, {}))});
+  model::Robot r = chain(Convention::mdh,
+                         {link(0, 0, 0, 0, body(1, {}, {})), link(0, 0, 0, 0, body(2, {}, {}))});
   const std::vector<std::optional<MassProperties>> designed{body(7, {}, {}), std::nullopt};
   EXPECT_EQ(build_robot_model("arm", r, designed, kDown)->joints[0].body.mass, 1);
   r.mass_source = model::MassSource::designed;
   EXPECT_EQ(build_robot_model("arm", r, designed, kDown)->joints[0].body.mass, 7);
-  EXPECT_EQ(build_robot_model("arm", r, designed, kDown)->joints[1].body.mass, 2) << "falls back to the given value";
+  EXPECT_EQ(build_robot_model("arm", r, designed, kDown)->joints[1].body.mass, 2)
+      << "falls back to the given value";
 }
 
 TEST(BuildModel, FaultsNameRobotAndLink) {
   model::Robot r = puma();
   r.links[2].name = "forearm";
   r.links[2].parent = 4;
-  EXPECT_EQ(refusal(r), "robot \"arm\", link 3 \"forearm\": its parent is link 5, which does not come before it. "
-                        "Order the links so that parents come first; the base is parent 0.");
+  EXPECT_EQ(
+      refusal(r),
+      "robot \"arm\", link 3 \"forearm\": its parent is link 5, which does not come before it. "
+      "Order the links so that parents come first; the base is parent 0.");
   r = puma();
   r.links[1].row.alpha = std::nan("");
-  EXPECT_EQ(refusal(r).rfind("robot \"arm\", link 2 \"link 2\": its row has a value that is not a finite number", 0), 0U);
+  EXPECT_EQ(
+      refusal(r).rfind(
+          "robot \"arm\", link 2 \"link 2\": its row has a value that is not a finite number", 0),
+      0U);
   r = puma();
   r.links[3].lower = 1, r.links[3].upper = -1;
-  EXPECT_EQ(refusal(r), "robot \"arm\", link 4 \"link 4\": its lower limit 57.3 deg is above its upper limit -57.3 deg. Exchange the two limits.");
+  EXPECT_EQ(refusal(r),
+            "robot \"arm\", link 4 \"link 4\": its lower limit 57.3 deg is above its upper limit "
+            "-57.3 deg. Exchange the two limits.");
   r = puma();
   r.links[5].given->mass = -2;
-  EXPECT_EQ(refusal(r), "robot \"arm\", link 6 \"link 6\": its given mass is -2 kg. A mass cannot be negative.");
+  EXPECT_EQ(
+      refusal(r),
+      "robot \"arm\", link 6 \"link 6\": its given mass is -2 kg. A mass cannot be negative.");
   EXPECT_EQ(refusal(model::Robot{}), "robot \"arm\": it has no links. Add a link with its joint.");
   r = chain(Convention::dh, {link(0, 0, 1, 0)});
   r.links[0].joint = JointKind::fixed;
-  EXPECT_EQ(refusal(r), "robot \"arm\": all its links are fixed. Give at least one link a revolute or prismatic joint.");
+  EXPECT_EQ(refusal(r),
+            "robot \"arm\": all its links are fixed. Give at least one link a revolute or "
+            "prismatic joint.");
 }
 
 // Skins: pieces must be valid primitives, near the robot, and join joint to joint.
@@ -310,7 +345,8 @@ void expect_sound(const Skin& skin, double reach) {
 }
 
 TEST(Skin, EveryLinkOfKnownRobotsHasABody) {
-  const std::pair<model::Robot, double> robots[] = {{puma(), 1.0}, {pa10(), 1.4}, {pa10_nus(), 1.4}, {scara(), 1.2}};
+  const std::pair<model::Robot, double> robots[] = {
+      {puma(), 1.0}, {pa10(), 1.4}, {pa10_nus(), 1.4}, {scara(), 1.2}};
   for (const auto& [robot, reach] : robots) {
     const Skin skin = make_skin(robot);
     ASSERT_EQ(skin.links.size(), robot.links.size());
@@ -325,7 +361,8 @@ TEST(Skin, ATubeJoinsTheElbowToTheWrist) {
   const Skin skin = make_skin(pa10());
   double longest = 0;
   for (const SkinPiece& p : skin.links[3])
-    if (p.tree.nodes[0].kind == CsgKind::cone) longest = std::max(longest, p.tree.nodes[0].sizes[2]);
+    if (p.tree.nodes[0].kind == CsgKind::cone)
+      longest = std::max(longest, p.tree.nodes[0].sizes[2]);
   EXPECT_GT(longest, 0.38);
   EXPECT_LT(longest, 0.48);
 }

@@ -34,8 +34,13 @@ Matrix3 about(char axis, double t) {
 }
 class Draw {
  public:
-  double operator()(double low, double high) { return std::uniform_real_distribution(low, high)(engine_); }
-  Vec3 vector(double size) { return {(*this)(-size, size), (*this)(-size, size), (*this)(-size, size)}; }
+  double operator()(double low, double high) {
+    return std::uniform_real_distribution(low, high)(engine_);
+  }
+  Vec3 vector(double size) {
+    return {(*this)(-size, size), (*this)(-size, size), (*this)(-size, size)};
+  }
+
  private:
   std::mt19937_64 engine_{kSeed};
 };
@@ -57,9 +62,15 @@ TEST(Angles, AreTheProductsTheyStandFor) {
   Draw draw;
   for (int i = 0; i < 100; ++i) {
     const Vec3 a = draw.vector(kPi);
-    EXPECT_LT(gap(from_rpy(a), multiplied(multiplied(about('z', a[2]), about('y', a[1])), about('x', a[0]))), 1e-15);
-    EXPECT_LT(gap(from_xyz(a), multiplied(multiplied(about('x', a[0]), about('y', a[1])), about('z', a[2]))), 1e-15);
-    EXPECT_LT(gap(from_zyz(a), multiplied(multiplied(about('z', a[0]), about('y', a[1])), about('z', a[2]))), 1e-15);
+    EXPECT_LT(gap(from_rpy(a),
+                  multiplied(multiplied(about('z', a[2]), about('y', a[1])), about('x', a[0]))),
+              1e-15);
+    EXPECT_LT(gap(from_xyz(a),
+                  multiplied(multiplied(about('x', a[0]), about('y', a[1])), about('z', a[2]))),
+              1e-15);
+    EXPECT_LT(gap(from_zyz(a),
+                  multiplied(multiplied(about('z', a[0]), about('y', a[1])), about('z', a[2]))),
+              1e-15);
   }
 }
 
@@ -80,7 +91,8 @@ TEST(Angles, ReproduceTheMatrixEverywhereAlsoNearSingularPositions) {
 TEST(Angles, OfThePaperPoseComeBackAsWritten) {
   const Vec3 a = to_rpy(from_rpy({kPi, 0, kPi}));
   EXPECT_EQ(a, (Vec3{kPi, 0, kPi}));
-  EXPECT_EQ(gap(from_rpy({kPi, 0, kPi}), {-1, 0, 0, 0, 1, 0, 0, 0, -1}), 0) << "the tool points straight down";
+  EXPECT_EQ(gap(from_rpy({kPi, 0, kPi}), {-1, 0, 0, 0, 1, 0, 0, 0, -1}), 0)
+      << "the tool points straight down";
 }
 
 TEST(Quaternions, AgreeWithMatricesForAllAngles) {
@@ -96,7 +108,8 @@ TEST(Quaternions, AgreeWithMatricesForAllAngles) {
 
 TEST(RotationLog, IsExactNearZeroAndNearPi) {
   Draw draw;
-  for (const double angle : {0.0, 1e-300, 1e-16, 1e-12, 1e-9, 1e-8, 1e-5, 0.1, 1.0, 3.0, kPi - 1e-5, kPi - 1e-9, kPi - 1e-13})
+  for (const double angle : {0.0, 1e-300, 1e-16, 1e-12, 1e-9, 1e-8, 1e-5, 0.1, 1.0, 3.0, kPi - 1e-5,
+                             kPi - 1e-9, kPi - 1e-13})
     for (int i = 0; i < 20; ++i) {
       const Vec3 axis = unit(draw.vector(1));
       const Vec3 v = rotation_log(from_axis_angle(axis, angle));
@@ -135,8 +148,10 @@ TEST(DenavitHartenberg, RowsAreTheProductsOfTheirConvention) {
   Draw draw;
   for (int i = 0; i < 50; ++i) {
     const double a = draw(-1, 1), alpha = draw(-3, 3), d = draw(-1, 1), theta = draw(-3, 3);
-    const Pose dh = compose(compose(rotation_z(theta), translation({0, 0, d})), compose(translation({a, 0, 0}), rotation_x(alpha)));
-    const Pose mdh = compose(compose(rotation_x(alpha), translation({a, 0, 0})), compose(rotation_z(theta), translation({0, 0, d})));
+    const Pose dh = compose(compose(rotation_z(theta), translation({0, 0, d})),
+                            compose(translation({a, 0, 0}), rotation_x(alpha)));
+    const Pose mdh = compose(compose(rotation_x(alpha), translation({a, 0, 0})),
+                             compose(rotation_z(theta), translation({0, 0, d})));
     EXPECT_LT(gap(dh_pose(a, alpha, d, theta).R, dh.R), 1e-15);
     EXPECT_LT(distance(dh_pose(a, alpha, d, theta).p, dh.p), 1e-15);
     EXPECT_LT(gap(mdh_pose(a, alpha, d, theta).R, mdh.R), 1e-15);
@@ -146,15 +161,20 @@ TEST(DenavitHartenberg, RowsAreTheProductsOfTheirConvention) {
 
 TEST(DenavitHartenberg, RightAnglesGiveCleanFrames) {
   Pose t;
-  for (int i = 0; i < 12; ++i) t = compose(t, i % 2 ? mdh_pose(0.5, -kPi / 2, 0.25, kPi / 2) : dh_pose(0.5, kPi / 2, 0.25, -kPi));
+  for (int i = 0; i < 12; ++i)
+    t = compose(t,
+                i % 2 ? mdh_pose(0.5, -kPi / 2, 0.25, kPi / 2) : dh_pose(0.5, kPi / 2, 0.25, -kPi));
   for (const double x : t.R) EXPECT_TRUE(x == 0 || std::fabs(x) == 1) << x;
   for (const double x : t.p) EXPECT_EQ(x * 4, std::round(x * 4)) << "exact quarters of a metre";
 }
 
 TEST(JointPose, TurnsAboutOrSlidesAlongItsOwnZ) {
   const Pose place = dh_pose(0.1, 0.4, 0.3, 0.8);
-  EXPECT_LT(gap(joint_pose(place, JointType::revolute, 0.7).R, compose(place, rotation_z(0.7)).R), 1e-15);
-  EXPECT_LT(distance(joint_pose(place, JointType::prismatic, 0.7).p, compose(place, translation({0, 0, 0.7})).p), 1e-15);
+  EXPECT_LT(gap(joint_pose(place, JointType::revolute, 0.7).R, compose(place, rotation_z(0.7)).R),
+            1e-15);
+  EXPECT_LT(distance(joint_pose(place, JointType::prismatic, 0.7).p,
+                     compose(place, translation({0, 0, 0.7})).p),
+            1e-15);
 }
 
 // Two point-like computations of the same thing: moving the pieces then combining, or combining
@@ -163,7 +183,10 @@ TEST(MassFrames, CombiningAndMovingCommute) {
   Draw draw;
   std::vector<MassProperties> parts;
   for (int i = 0; i < 4; ++i)
-    parts.push_back({draw(0.1, 3), draw.vector(1), {draw(1, 2), draw(1, 2), draw(1, 2), draw(-0.3, 0.3), draw(-0.3, 0.3), draw(-0.3, 0.3)}});
+    parts.push_back(
+        {draw(0.1, 3),
+         draw.vector(1),
+         {draw(1, 2), draw(1, 2), draw(1, 2), draw(-0.3, 0.3), draw(-0.3, 0.3), draw(-0.3, 0.3)}});
   Pose t;
   t.R = from_rpy({0.3, -1, 2}), t.p = {1, -2, 0.5};
   std::vector<MassProperties> moved;
@@ -182,7 +205,8 @@ TEST(MassFrames, KineticEnergyDoesNotDependOnTheFrame) {
   t.R = from_zyz(draw.vector(3)), t.p = draw.vector(1);
   const Vec3 w = draw.vector(1);
   const Vec3 turned = rotate(t, w);
-  EXPECT_NEAR(dot(w, multiply(m.inertia, w)), dot(turned, multiply(in_frame(m, t).inertia, turned)), 1e-14);
+  EXPECT_NEAR(dot(w, multiply(m.inertia, w)), dot(turned, multiply(in_frame(m, t).inertia, turned)),
+              1e-14);
 }
 
 // The paper's second case: steel box 0.20 x 0.20 x 0.05 m and aluminium cylinder r 0.05 m, l 0.20 m

@@ -49,7 +49,8 @@ namespace robomosp::conformance {
     const double x = (W[7] - W[5]) / 2, y = (W[2] - W[6]) / 2, z = (W[3] - W[1]) / 2;
     const Sym3& I = b.inertia;
     energy += 0.5 * b.mass * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-    energy += 0.5 * (I.xx * x * x + I.yy * y * y + I.zz * z * z) + I.xy * x * y + I.yz * y * z + I.xz * x * z;
+    energy += 0.5 * (I.xx * x * x + I.yy * y * y + I.zz * z * z) + I.xy * x * y + I.yz * y * z +
+              I.xz * x * z;
     energy += 0.5 * m.joints[i].armature * qd[i] * qd[i];
   }
   return energy;
@@ -68,7 +69,8 @@ namespace robomosp::conformance {
 }
 
 /// dV/dq by central differences of order four [N m or N].
-[[nodiscard]] inline std::vector<double> potential_gradient(const RobotModel& m, const std::vector<double>& q) {
+[[nodiscard]] inline std::vector<double> potential_gradient(const RobotModel& m,
+                                                            const std::vector<double>& q) {
   const double h = 2e-3;
   std::vector<double> g(q.size());
   for (std::size_t j = 0; j < q.size(); ++j) {
@@ -87,14 +89,16 @@ struct DynamicsCase {
   RobotModel model;
   std::vector<std::pair<std::string, std::string>> params;
 };
-inline std::vector<DynamicsCase> dynamics_cases(const std::string& file, const std::string& inverse,
-                                                const std::string& forward, std::vector<RobotModel> models,
-                                                std::vector<std::pair<std::string, std::string>> params = {}) {
+inline std::vector<DynamicsCase> dynamics_cases(
+    const std::string& file, const std::string& inverse, const std::string& forward,
+    std::vector<RobotModel> models, std::vector<std::pair<std::string, std::string>> params = {}) {
   std::vector<DynamicsCase> cases;
   for (RobotModel& m : models) cases.push_back({file, inverse, forward, std::move(m), params});
   return cases;
 }
-inline void PrintTo(const DynamicsCase& c, std::ostream* os) { *os << c.inverse << " on " << c.model.name; }
+inline void PrintTo(const DynamicsCase& c, std::ostream* os) {
+  *os << c.inverse << " on " << c.model.name;
+}
 inline std::string dynamics_case_name(const testing::TestParamInfo<DynamicsCase>& info) {
   std::string s = info.param.model.name;
   for (char& c : s)
@@ -152,16 +156,20 @@ GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(DynamicsConformance);
 
 TEST_P(DynamicsConformance, TermsAddUpToTheWhole) {
   for (int i = 0; i < 20; ++i) {
-    const auto q = random_.configuration(model()), qd = random_.vector(dof(), -2, 2), qdd = random_.vector(dof(), -5, 5);
+    const auto q = random_.configuration(model()), qd = random_.vector(dof(), -2, 2),
+               qdd = random_.vector(dof(), -5, 5);
     const std::vector<TipWrench> tip{{{3, -4, 5}, {0.3, 0.2, -0.1}}};
     const auto whole = torques(q, qd, qdd, kAllTerms, tip);
     std::vector<double> sum(dof());
     double size = 0;
-    for (const std::uint32_t term : {kGravityTerm, kInertialTerm, kVelocityTerm, kFrictionTerm, kExternalTerm}) {
+    for (const std::uint32_t term :
+         {kGravityTerm, kInertialTerm, kVelocityTerm, kFrictionTerm, kExternalTerm}) {
       const auto part = torques(q, qd, qdd, term, tip);
-      for (std::size_t j = 0; j < dof(); ++j) sum[j] += part[j], size = std::max(size, std::fabs(part[j]));
+      for (std::size_t j = 0; j < dof(); ++j)
+        sum[j] += part[j], size = std::max(size, std::fabs(part[j]));
     }
-    for (std::size_t j = 0; j < dof(); ++j) EXPECT_NEAR(whole[j], sum[j], 1e-13 * (1 + size)) << "joint " << j + 1;
+    for (std::size_t j = 0; j < dof(); ++j)
+      EXPECT_NEAR(whole[j], sum[j], 1e-13 * (1 + size)) << "joint " << j + 1;
   }
 }
 
@@ -169,7 +177,8 @@ TEST_P(DynamicsConformance, GravityTorqueIsTheGradientOfPotentialEnergy) {
   for (int i = 0; i < 10; ++i) {
     const auto q = random_.configuration(model());
     const auto g = torques(q, {}, {}, kGravityTerm), expected = potential_gradient(model(), q);
-    for (std::size_t j = 0; j < dof(); ++j) EXPECT_NEAR(g[j], expected[j], 1e-8) << "joint " << j + 1;
+    for (std::size_t j = 0; j < dof(); ++j)
+      EXPECT_NEAR(g[j], expected[j], 1e-8) << "joint " << j + 1;
   }
 }
 
@@ -197,7 +206,8 @@ TEST_P(DynamicsConformance, ColumnsOfTheInertiaAreTorquesOfUnitAccelerations) {
     std::vector<double> unit(n);
     unit[k] = 1;
     const auto tau = torques(q, {}, unit, kInertialTerm);
-    for (std::size_t j = 0; j < n; ++j) EXPECT_NEAR(tau[j], m[j * n + k], 1e-12) << j + 1 << ", " << k + 1;
+    for (std::size_t j = 0; j < n; ++j)
+      EXPECT_NEAR(tau[j], m[j * n + k], 1e-12) << j + 1 << ", " << k + 1;
   }
 }
 
@@ -205,11 +215,13 @@ TEST_P(DynamicsConformance, TorquesSatisfyLagrangesEquation) {
   // tau_j = d/dt (dT/dqd_j) - dT/dq_j + dV/dq_j, with T = qd^T M(q) qd / 2 from the energies above:
   // dT/dq by differences of the kinetic energy, the time derivative along (qd, qdd).
   const std::size_t n = dof();
-  const auto q = random_.configuration(model()), qd = random_.vector(n, -1, 1), qdd = random_.vector(n, -2, 2);
+  const auto q = random_.configuration(model()), qd = random_.vector(n, -1, 1),
+             qdd = random_.vector(n, -2, 2);
   const auto tau = torques(q, qd, qdd, kGravityTerm | kInertialTerm | kVelocityTerm);
   const auto gravity = potential_gradient(model(), q);
   // T is quadratic in qd, so this difference is exact but for rounding.
-  const auto momentum = [&](const std::vector<double>& x, const std::vector<double>& v, std::size_t j) {
+  const auto momentum = [&](const std::vector<double>& x, const std::vector<double>& v,
+                            std::size_t j) {
     std::vector<double> up = v, down = v;
     up[j] += 0.5, down[j] -= 0.5;
     return kinetic_energy(model(), x, up) - kinetic_energy(model(), x, down);
@@ -229,7 +241,9 @@ TEST_P(DynamicsConformance, TorquesSatisfyLagrangesEquation) {
       x[j] += s * h;
       return kinetic_energy(model(), x, qd);
     };
-    const auto derivative = [&](const auto& f) { return (8 * (f(1) - f(-1)) - (f(2) - f(-2))) / (12 * h); };
+    const auto derivative = [&](const auto& f) {
+      return (8 * (f(1) - f(-1)) - (f(2) - f(-2))) / (12 * h);
+    };
     const double expected = derivative(along) - derivative(across) + gravity[j];
     EXPECT_NEAR(tau[j], expected, 1e-7 * (1 + std::fabs(expected))) << "joint " << j + 1;
   }
@@ -237,7 +251,8 @@ TEST_P(DynamicsConformance, TorquesSatisfyLagrangesEquation) {
 
 TEST_P(DynamicsConformance, PowerEqualsTheRateOfEnergyWithoutFriction) {
   const std::size_t n = dof();
-  const auto q = random_.configuration(model()), qd = random_.vector(n, -1, 1), qdd = random_.vector(n, -2, 2);
+  const auto q = random_.configuration(model()), qd = random_.vector(n, -1, 1),
+             qdd = random_.vector(n, -2, 2);
   const auto tau = torques(q, qd, qdd, kGravityTerm | kInertialTerm | kVelocityTerm);
   double power = 0;
   for (std::size_t j = 0; j < n; ++j) power += tau[j] * qd[j];
@@ -271,14 +286,16 @@ TEST_P(DynamicsConformance, AWrenchAtTheTipIsBalancedByVirtualWork) {
     for (std::size_t r = 0; r < 3; ++r)
       for (std::size_t c = 0; c < 3; ++c)
         for (std::size_t k = 0; k < 3; ++k) D[3 * r + c] += b.R[3 * r + k] * a.R[3 * c + k];
-    work += 0.5 * (w.moment[0] * (D[7] - D[5]) + w.moment[1] * (D[2] - D[6]) + w.moment[2] * (D[3] - D[1]));
+    work += 0.5 * (w.moment[0] * (D[7] - D[5]) + w.moment[1] * (D[2] - D[6]) +
+                   w.moment[2] * (D[3] - D[1]));
     EXPECT_NEAR(tau[j], -work / (2 * h), 1e-6) << "joint " << j + 1;
   }
 }
 
 TEST_P(DynamicsConformance, ForwardUndoesInverseForManySamplesAtOnce) {
   constexpr std::size_t kCount = 50;
-  std::vector<double> q, qd = random_.vector(kCount * dof(), -2, 2), qdd = random_.vector(kCount * dof(), -5, 5);
+  std::vector<double> q, qd = random_.vector(kCount * dof(), -2, 2),
+                         qdd = random_.vector(kCount * dof(), -5, 5);
   for (std::size_t i = 0; i < kCount; ++i)
     for (const double x : random_.configuration(model())) q.push_back(x);
   const std::vector<TipWrench> tip{{{1, 2, -3}, {0.1, 0, 0.2}}};
@@ -295,7 +312,8 @@ TEST_P(DynamicsConformance, ForwardUndoesInverseForManySamplesAtOnce) {
 TEST_P(DynamicsConformance, FrictionOpposesMotionAndIsZeroAtRest) {
   const auto q = random_.configuration(model());
   const std::vector<double> forward(dof(), 0.5), backward(dof(), -0.5), rest(dof(), 0.0);
-  const auto f = torques(q, forward, {}, kFrictionTerm), b = torques(q, backward, {}, kFrictionTerm);
+  const auto f = torques(q, forward, {}, kFrictionTerm),
+             b = torques(q, backward, {}, kFrictionTerm);
   const auto r = torques(q, rest, {}, kFrictionTerm);
   for (std::size_t j = 0; j < dof(); ++j) {
     const JointFriction& t = model().joints[j].friction;
@@ -337,14 +355,16 @@ TEST_P(DynamicsConformance, AMasslessLastBodyIsRefusedByNameInForwardDynamics) {
 
 /// tau of the two rods of planar_rods() from their closed form (Spong, Robot Modeling and Control,
 /// 7.3): angles from the horizontal, I about each rod's middle.
-[[nodiscard]] inline std::vector<double> rods_closed_form(const std::vector<double>& q, const std::vector<double>& qd,
+[[nodiscard]] inline std::vector<double> rods_closed_form(const std::vector<double>& q,
+                                                          const std::vector<double>& qd,
                                                           const std::vector<double>& qdd) {
   const double l1 = 0.7, m1 = 2.5, l2 = 0.45, m2 = 1.2, c1 = l1 / 2, c2 = l2 / 2, g = 9.81;
   const double i1 = m1 * l1 * l1 / 12, i2 = m2 * l2 * l2 / 12;
   const double c = std::cos(q[1]), h = -m2 * l1 * c2 * std::sin(q[1]);
   const double d11 = m1 * c1 * c1 + m2 * (l1 * l1 + c2 * c2 + 2 * l1 * c2 * c) + i1 + i2;
   const double d12 = m2 * (c2 * c2 + l1 * c2 * c) + i2, d22 = m2 * c2 * c2 + i2;
-  const double g2 = m2 * c2 * g * std::cos(q[0] + q[1]), g1 = (m1 * c1 + m2 * l1) * g * std::cos(q[0]) + g2;
+  const double g2 = m2 * c2 * g * std::cos(q[0] + q[1]),
+               g1 = (m1 * c1 + m2 * l1) * g * std::cos(q[0]) + g2;
   return {d11 * qdd[0] + d12 * qdd[1] + h * (2 * qd[0] * qd[1] + qd[1] * qd[1]) + g1,
           d12 * qdd[0] + d22 * qdd[1] - h * qd[0] * qd[0] + g2};
 }
@@ -352,9 +372,11 @@ TEST_P(DynamicsConformance, AMasslessLastBodyIsRefusedByNameInForwardDynamics) {
 TEST_P(DynamicsConformance, TwoRodsFollowTheirClosedForm) {
   if (model().name != "planar2rods") GTEST_SKIP() << "only for the two rods";
   for (int i = 0; i < 50; ++i) {
-    const auto q = random_.configuration(model()), qd = random_.vector(2, -3, 3), qdd = random_.vector(2, -5, 5);
+    const auto q = random_.configuration(model()), qd = random_.vector(2, -3, 3),
+               qdd = random_.vector(2, -5, 5);
     const auto tau = torques(q, qd, qdd), expected = rods_closed_form(q, qd, qdd);
-    for (std::size_t j = 0; j < 2; ++j) EXPECT_NEAR(tau[j], expected[j], 1e-12) << "joint " << j + 1;
+    for (std::size_t j = 0; j < 2; ++j)
+      EXPECT_NEAR(tau[j], expected[j], 1e-12) << "joint " << j + 1;
   }
 }
 

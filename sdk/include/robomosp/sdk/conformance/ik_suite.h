@@ -29,7 +29,9 @@ inline std::vector<IkCase> ik_cases(const std::string& file, const std::string& 
   for (RobotModel& m : models) cases.push_back({file, provider, std::move(m)});
   return cases;
 }
-inline void PrintTo(const IkCase& c, std::ostream* os) { *os << c.provider << " on " << c.model.name; }
+inline void PrintTo(const IkCase& c, std::ostream* os) {
+  *os << c.provider << " on " << c.model.name;
+}
 inline std::string ik_case_name(const testing::TestParamInfo<IkCase>& info) {
   std::string s = info.param.model.name;
   for (char& c : s)
@@ -68,7 +70,8 @@ class IkConformance : public testing::TestWithParam<IkCase> {
       ASSERT_LE(r.q[i], j.upper) << j.name;
     }
   }
-  void expect_reaches(const Pose& target, const IkResult& r, const IkTolerance& t, std::size_t tip = 0) const {
+  void expect_reaches(const Pose& target, const IkResult& r, const IkTolerance& t,
+                      std::size_t tip = 0) const {
     for (std::size_t k = 0; k < r.q.size() / dof(); ++k) {
       const Pose at = tip_pose(model(), r.q.data() + k * dof(), tip);
       ASSERT_LE(position_gap(at, target), t.position) << "solution " << k + 1;
@@ -85,13 +88,15 @@ TEST_P(IkConformance, ReachableTargetsAreSolvedToToleranceWithinLimits) {
   Random random(kSeed);
   for (std::size_t tip = 0; tip < model().tips.size(); ++tip) {
     std::vector<Pose> targets;
-    for (int i = 0; i < 200; ++i) targets.push_back(tip_pose(model(), random.configuration(model()).data(), tip));
+    for (int i = 0; i < 200; ++i)
+      targets.push_back(tip_pose(model(), random.configuration(model()).data(), tip));
     IkBatch batch;
     batch.targets = targets;
     batch.tip = static_cast<std::int32_t>(tip);
     const auto results = solve(batch);
     for (std::size_t i = 0; i < targets.size(); ++i) {
-      SCOPED_TRACE("tip " + std::to_string(tip) + ", target " + std::to_string(i) + ", seed " + std::to_string(kSeed));
+      SCOPED_TRACE("tip " + std::to_string(tip) + ", target " + std::to_string(i) + ", seed " +
+                   std::to_string(kSeed));
       ASSERT_EQ(results[i].status, IkStatus::solved) << results[i].detail;
       expect_within_limits(results[i]);
       expect_reaches(targets[i], results[i], batch.tolerance, tip);
@@ -104,7 +109,8 @@ TEST_P(IkConformance, ReachableTargetsAreSolvedToToleranceWithinLimits) {
 TEST_P(IkConformance, TheSameCallGivesTheSameAnswerToTheBit) {
   Random random(kSeed + 1);
   std::vector<Pose> targets;
-  for (int i = 0; i < 10; ++i) targets.push_back(tip_pose(model(), random.configuration(model()).data()));
+  for (int i = 0; i < 10; ++i)
+    targets.push_back(tip_pose(model(), random.configuration(model()).data()));
   IkBatch batch;
   batch.targets = targets;
   const auto first = solve(batch), second = solve(batch);
@@ -200,6 +206,7 @@ TEST_P(IkConformance, CancellingStopsWithinATenthOfASecond) {
     bool cancelled() const override {
       return std::chrono::steady_clock::now() - start_ > std::chrono::milliseconds(30);
     }
+
    private:
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   } progress;
@@ -207,7 +214,8 @@ TEST_P(IkConformance, CancellingStopsWithinATenthOfASecond) {
   batch.targets = targets;
   const auto start = std::chrono::steady_clock::now();
   const auto r = solver_->solve(batch, results, progress);
-  const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  const double took =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   ASSERT_FALSE(r.ok());
   EXPECT_EQ(r.error().code, ErrorCode::cancelled);
   EXPECT_LT(took, 0.13);

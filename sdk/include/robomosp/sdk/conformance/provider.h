@@ -4,9 +4,9 @@
 // checks; a conformance test only needs the provider.
 #pragma once
 
+#include <dlfcn.h>
 #include <charconv>
 #include <cstring>
-#include <dlfcn.h>
 #include <map>
 #include <memory>
 #include <string>
@@ -25,7 +25,8 @@ class TableParams final : public Params {
   TableParams() = default;
   explicit TableParams(const rmp_provider& provider) {
     for (std::uint32_t i = 0; i < provider.param_count; ++i)
-      if (provider.params[i].default_text) set(provider.params[i].name, provider.params[i].default_text);
+      if (provider.params[i].default_text)
+        set(provider.params[i].name, provider.params[i].default_text);
   }
   TableParams& set(std::string name, std::string text) {
     Entry& e = values_[std::move(name)];
@@ -36,14 +37,17 @@ class TableParams final : public Params {
   }
   TableParams& set(std::string name, double value) {
     char text[64];
-    return set(std::move(name), std::string(text, std::to_chars(text, text + sizeof text, value).ptr));
+    return set(std::move(name),
+               std::string(text, std::to_chars(text, text + sizeof text, value).ptr));
   }
   bool has(std::string_view name) const override { return find(name) != nullptr; }
   double real(std::string_view name) const override {
     const Entry* e = find(name);
     return e ? e->number : 0.0;
   }
-  long long integer(std::string_view name) const override { return static_cast<long long>(real(name)); }
+  long long integer(std::string_view name) const override {
+    return static_cast<long long>(real(name));
+  }
   bool boolean(std::string_view name) const override { return text(name) == "true"; }
   std::string_view text(std::string_view name) const override {
     const Entry* e = find(name);
@@ -70,12 +74,14 @@ Result<const rmp_provider*> find_provider(const std::string& file, const std::st
   void* library = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE);
   if (!library) return error(ErrorCode::plugin_refused, dlerror());
   void* symbol = dlsym(library, "rmp_plugin_entry_v1");
-  if (!symbol) return error(ErrorCode::plugin_refused, "it has no entry rmp_plugin_entry_v1", {}, file);
+  if (!symbol)
+    return error(ErrorCode::plugin_refused, "it has no entry rmp_plugin_entry_v1", {}, file);
   rmp_plugin_entry_fn entry;
   std::memcpy(&entry, &symbol, sizeof entry);
   const rmp_plugin* plugin = entry();
   if (std::string_view(plugin->abi_tag) != RMP_ABI_TAG)
-    return error(ErrorCode::plugin_refused, std::string("its ABI tag is ") + plugin->abi_tag, {}, file);
+    return error(ErrorCode::plugin_refused, std::string("its ABI tag is ") + plugin->abi_tag, {},
+                 file);
   for (std::uint32_t i = 0; i < plugin->provider_count; ++i) {
     const rmp_provider& p = plugin->providers[i];
     if (std::string_view(p.interface_id) == Interface::kInterfaceId && name == p.name) return &p;
@@ -88,7 +94,8 @@ template <class Interface>
 std::unique_ptr<Interface> create(const rmp_provider& provider) {
   char message[256] = "";
   const rmp_host host{sizeof(rmp_host), "conformance", nullptr};
-  return std::unique_ptr<Interface>(static_cast<Interface*>(provider.create(&host, message, sizeof message)));
+  return std::unique_ptr<Interface>(
+      static_cast<Interface*>(provider.create(&host, message, sizeof message)));
 }
 
 }  // namespace robomosp::conformance

@@ -21,8 +21,8 @@ struct SegmentCase {
   std::string file, provider, name;
   std::vector<Pose> points;
   std::vector<std::pair<std::string, double>> params;
-  double constant_speed = 0;     ///< expected |velocity| all along [m/s]; 0 = not constant
-  bool passes_all_points = true; ///< every control point lies on the path
+  double constant_speed = 0;      ///< expected |velocity| all along [m/s]; 0 = not constant
+  bool passes_all_points = true;  ///< every control point lies on the path
   bool ends_at_last_point = true;
 };
 inline void PrintTo(const SegmentCase& c, std::ostream* os) { *os << c.provider << " " << c.name; }
@@ -62,17 +62,20 @@ TEST_P(SegmentConformance, VelocitiesAndAccelerationsAreDerivatives) {
     const double t = T * i / 20;
     const PathSample a = at(t - h), s = at(t), b = at(t + h);
     // Differences of order two: their error is about h^2 times the third derivative.
-    const double scale = 1e-6 * (1 + size(s.velocity) + size(s.acceleration) + size(s.angular_velocity));
+    const double scale =
+        1e-6 * (1 + size(s.velocity) + size(s.acceleration) + size(s.angular_velocity));
     double D[9] = {};
     for (std::size_t r = 0; r < 3; ++r)
       for (std::size_t c = 0; c < 3; ++c)
-        for (std::size_t k = 0; k < 3; ++k) D[3 * r + c] += b.pose.R[3 * r + k] * a.pose.R[3 * c + k];
+        for (std::size_t k = 0; k < 3; ++k)
+          D[3 * r + c] += b.pose.R[3 * r + k] * a.pose.R[3 * c + k];
     const Vec3 turn{(D[7] - D[5]) / 2, (D[2] - D[6]) / 2, (D[3] - D[1]) / 2};
     for (std::size_t k = 0; k < 3; ++k) {
       EXPECT_NEAR(s.velocity[k], (b.pose.p[k] - a.pose.p[k]) / (2 * h), scale);
       EXPECT_NEAR(s.acceleration[k], (b.velocity[k] - a.velocity[k]) / (2 * h), scale);
       EXPECT_NEAR(s.angular_velocity[k], turn[k] / (2 * h), scale);
-      EXPECT_NEAR(s.angular_acceleration[k], (b.angular_velocity[k] - a.angular_velocity[k]) / (2 * h), scale);
+      EXPECT_NEAR(s.angular_acceleration[k],
+                  (b.angular_velocity[k] - a.angular_velocity[k]) / (2 * h), scale);
     }
   }
 }
@@ -80,8 +83,10 @@ TEST_P(SegmentConformance, VelocitiesAndAccelerationsAreDerivatives) {
 TEST_P(SegmentConformance, LengthIsTheIntegralOfSpeed) {
   constexpr int kSteps = 2000;
   double length = 0;
-  for (int i = 0; i < kSteps; ++i) length += size(at(segment_->duration() * (i + 0.5) / kSteps).velocity);
-  EXPECT_NEAR(length * segment_->duration() / kSteps, segment_->length(), 1e-6 * (1 + segment_->length()));
+  for (int i = 0; i < kSteps; ++i)
+    length += size(at(segment_->duration() * (i + 0.5) / kSteps).velocity);
+  EXPECT_NEAR(length * segment_->duration() / kSteps, segment_->length(),
+              1e-6 * (1 + segment_->length()));
 }
 
 TEST_P(SegmentConformance, SpeedIsAsAsked) {
