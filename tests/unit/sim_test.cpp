@@ -4,6 +4,7 @@
 #include <fstream>
 #include <random>
 #include <sstream>
+#include <stdexcept>
 
 #include <gtest/gtest.h>
 
@@ -164,6 +165,114 @@ TEST_P(Pa10Circle, PartsOfTheTorqueSumToTheWhole) {
 
 INSTANTIATE_TEST_SUITE_P(BothParameterSets, Pa10Circle, ::testing::Values("pa10", "pa10_nus"),
                          [](const auto& param) { return std::string(param.param); });
+
+/// An ik provider that misbehaves in a chosen way.
+class BadIk final : public IkSolver {
+ public:
+  enum class Fault { throws, throws_int, nan, wrong_length, misses, outside };
+  explicit BadIk(Fault fault) : fault_(fault) {}
+  Result<void> prepare(const RobotModel& model, const Params&) override {
+    dof_ = model.dof();
+    return {};
+  }
+  Result<void> solve(const IkBatch&, std::span<IkResult> results, Progress&) const override {
+    if (fault_ == Fault::throws) throw std::runtime_error("no memory for matrices");
+    if (fault_ == Fault::throws_int) throw 7;  // NOLINT: what a careless plugin does
+    for (auto& r : results) {
+      r.status = IkStatus::solved;
+      r.q.assign(dof_, 0.0);
+      if (fault_ == Fault::nan) r.q[2] = std::nan("");
+      if (fault_ == Fault::wrong_length) r.q.pop_back();
+      if (fault_ == Fault::outside) r.q[1] = 3.0;
+    }
+    return {};
+  }
+
+ private:
+  Fault fault_;
+  std::size_t dof_ = 0;
+};
+
+struct BadCase {
+  BadIk::Fault fault;
+  const char* name;
+  const char* says;
+};
+
+class BadProvider : public ::testing::TestWithParam<BadCase> {};
+
+TEST_P(BadProvider, IsNamedInOneSentenceAndItsAnswerIsNotUsed) {
+  Workbench bench;
+  NoProgress progress;
+  const AnyId robot = bench.load("robots/pa10.rbt");
+  ProviderInfo info;
+  info.interface_id = IkSolver::kInterfaceId;
+  info.name = "bad";
+  const auto fault = GetParam().fault;
+  ASSERT_TRUE(bench.registry.add(info, [fault]() -> Result<void*> { return static_cast<IkSolver*>(new BadIk(fault)); }).ok());
+  const auto snapshot = bench.document.now();
+  const auto model = unwrap(bench.derived.robot_model(*snapshot, RobotId{robot.number}, {0, 0, -9.81}, progress));
+  model::ProviderChoice choice;
+  choice.name = "bad";
+  const auto ik = unwrap(sim::bind_ik(bench.registry, model, choice));
+  // With "outside" the pose is the one its answer has, so that only the limit is wrong with it.
+  std::vector<double> q(7, 0.0);
+  if (fault == BadIk::Fault::outside) q[1] = 3.0;
+  else if (fault == BadIk::Fault::misses) q[1] = 0.5;
+  std::vector<Pose> frames(7);
+  robotics::forward_kinematics(*model, q, frames);
+  const Pose target = robotics::tip_pose(*model, 0, frames);
+  IkBatch batch;
+  batch.targets = {&target, 1};
+  const auto result = sim::solve_ik(ik, batch, progress);
+  ASSERT_FALSE(result.ok());
+  EXPECT_EQ(result.error().code, ErrorCode::plugin_failed);
+  EXPECT_EQ(result.error().sentence().find("robot \"pa10\": provider \"bad\" "), 0U) << result.error().sentence();
+  EXPECT_NE(result.error().sentence().find(GetParam().says), std::string::npos) << result.error().sentence();
+}
+
+INSTANTIATE_TEST_SUITE_P(Ik, BadProvider,
+                         ::testing::Values(BadCase{BadIk::Fault::throws, "Throws", "threw: no memory for matrices"},
+                                           BadCase{BadIk::Fault::throws_int, "ThrowsAnInt", "threw an unknown exception"},
+                                           BadCase{BadIk::Fault::nan, "Nan", "a joint value that is not a number"},
+                                           BadCase{BadIk::Fault::wrong_length, "WrongLength", "returned 6 joint values for a robot with 7 joints"},
+                                           BadCase{BadIk::Fault::misses, "Misses", "claimed a solution that misses the target by"},
+                                           BadCase{BadIk::Fault::outside, "OutsideLimits", "outside the limits of joint 2"}),
+                         [](const auto& param) { return std::string(param.param.name); });
+
+/// Inverse dynamics that forgets to fill in a value.
+class LazyDynamics final : public InverseDynamics {
+ public:
+  Result<void> prepare(const RobotModel&, const Params&) override { return {}; }
+  [[nodiscard]] std::size_t scratch_size() const override { return 0; }
+  Result<void> torques(const DynamicsBatch&, std::span<double> tau, Progress&) const override {
+    std::fill(tau.begin(), tau.end() - 1, 0.0);
+    return {};
+  }
+  Result<void> inertia(const DynamicsBatch&, std::span<double>, Progress&) const override { return {}; }
+};
+
+TEST(BadProviders, TorquesThatWereNotComputedAreNotTakenForZero) {
+  Workbench bench;
+  NoProgress progress;
+  const AnyId robot = bench.load("robots/puma560.rbt");
+  ProviderInfo info;
+  info.interface_id = InverseDynamics::kInterfaceId;
+  info.name = "lazy";
+  ASSERT_TRUE(bench.registry.add(info, []() -> Result<void*> { return static_cast<InverseDynamics*>(new LazyDynamics); }).ok());
+  const auto model = unwrap(bench.derived.robot_model(*bench.document.now(), RobotId{robot.number}, {0, 0, -9.81}, progress));
+  model::ProviderChoice choice;
+  choice.name = "lazy";
+  const auto dynamics = unwrap(sim::bind_inverse_dynamics(bench.registry, model, choice));
+  const std::vector<double> q(6, 0.0);
+  DynamicsBatch batch;
+  batch.count = 1;
+  batch.q = q;
+  const auto tau = sim::torques(dynamics, batch, progress);
+  ASSERT_FALSE(tau.ok());
+  EXPECT_EQ(tau.error().code, ErrorCode::plugin_failed);
+  EXPECT_FALSE(sim::inertia(dynamics, batch, progress).ok());
+}
 
 Recording small_recording() {
   Recording r;
