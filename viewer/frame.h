@@ -15,9 +15,9 @@ namespace robomosp::viewer {
 
 /// How a surface looks.
 struct Appearance {
-  Colour colour;             ///< base colour, sRGB components as a designer writes them
-  float shininess = 0.35F;   ///< 0 matt .. 1 mirror-like highlight
-  float metalness = 0.0F;    ///< 0 paint or plastic .. 1 bare metal
+  Colour colour;            ///< base colour, sRGB components as a designer writes them
+  float shininess = 0.35F;  ///< 0 matt .. 1 mirror-like highlight
+  float metalness = 0.0F;   ///< 0 paint or plastic .. 1 bare metal
 };
 
 /// A mesh at a place. Items are matched between frames by `id`.
@@ -35,7 +35,7 @@ struct Line {
   std::uint64_t id = 0;
   std::vector<Vec3> points;  ///< world coordinates [m]
   Colour colour{0.95F, 0.45F, 0.10F, 1.0F};
-  float width = 2.5F;        ///< pixels in a picture 800 pixels high; grows with the picture
+  float width = 2.5F;  ///< pixels in a picture 800 pixels high; grows with the picture
 };
 
 /// Red-green-blue axes of a coordinate frame.
@@ -72,9 +72,9 @@ struct Frame {
 
 /// How the items and triads of a frame move over time.
 struct Playback {
-  std::vector<double> times;             ///< [s], increasing
-  std::vector<std::uint64_t> ids;        ///< the moving items and triads
-  std::vector<Pose> poses;               ///< times.size() * ids.size(), time-major
+  std::vector<double> times;       ///< [s], increasing
+  std::vector<std::uint64_t> ids;  ///< the moving items and triads
+  std::vector<Pose> poses;         ///< times.size() * ids.size(), time-major
 };
 
 }  // namespace robomosp::viewer

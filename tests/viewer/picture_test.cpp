@@ -50,9 +50,12 @@ double mean_difference(const Image& a, const Image& b) {
 /// A red cube of 20 cm hovering 10 cm over the floor.
 Frame cube_frame() {
   Frame frame;
-  frame.items.push_back(
-      {7, "cube", box(0.2, 0.2, 0.2), {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0.2}},
-       {{0.8F, 0.1F, 0.1F, 1}, 0.2F, 0}, false});
+  frame.items.push_back({7,
+                         "cube",
+                         box(0.2, 0.2, 0.2),
+                         {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0.2}},
+                         {{0.8F, 0.1F, 0.1F, 1}, 0.2F, 0},
+                         false});
   frame.camera.zoom = 0.5;
   return frame;
 }
@@ -144,17 +147,20 @@ TEST(Picture, AmbientLightIsWeakerWhereTheSkyIsHidden) {
 TEST(Picture, GlassShowsWhatIsBehindIt) {
   Frame frame = cube_frame();
   frame.camera.view = Camera::View::front;
-  frame.items.push_back({8, "pane", box(0.5, 0.01, 0.5),
+  frame.items.push_back({8,
+                         "pane",
+                         box(0.5, 0.01, 0.5),
                          {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, -0.3, 0.25}},
-                         {{0.2F, 0.3F, 0.9F, 0.3F}, 0.2F, 0}, false});
+                         {{0.2F, 0.3F, 0.9F, 0.3F}, 0.2F, 0},
+                         false});
   auto r = renderer_for(frame);
   const auto pixel = *r.scene().camera().project({0, -0.1, 0.2});
   const Rgb through = around(finished(r), pixel);
   frame.items.pop_back();
   r.scene().sync(frame);
   const Rgb bare = around(finished(r), pixel);
-  EXPECT_GT(through.r, through.g + 30);      // still the red cube
-  EXPECT_GT(through.b, bare.b + 20);         // tinted by the pane
+  EXPECT_GT(through.r, through.g + 30);  // still the red cube
+  EXPECT_GT(through.b, bare.b + 20);     // tinted by the pane
 }
 
 TEST(Picture, TwoRendersOfOneFrameAreEqual) {
@@ -200,8 +206,8 @@ TEST(Picture, AnItemThatLeavesTheFrameLeavesThePicture) {
 
 TEST(Picture, PickingTellsTheNearestItemAndThePlace) {
   Frame frame = cube_frame();
-  frame.items.push_back({9, "behind", box(0.2, 0.2, 0.2),
-                         {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 1, 0.2}}, {}, false});
+  frame.items.push_back(
+      {9, "behind", box(0.2, 0.2, 0.2), {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 1, 0.2}}, {}, false});
   frame.camera.view = Camera::View::front;
   auto r = renderer_for(frame);
   const auto pixel = *r.scene().camera().project({0.02, -0.1, 0.23});

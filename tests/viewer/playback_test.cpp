@@ -24,8 +24,7 @@ TEST(Playback, BetweenSamplesItTurnsAtConstantRate) {
   for (const double u : {0.0, 0.1, 0.25, 0.5, 0.9, 1.0}) {
     const auto poses = poses_at(p, 1 + u);
     ASSERT_EQ(poses.size(), 1U);
-    const Pose expected =
-        turned({0, 0, 1}, u * 170.0 / 180.0 * std::numbers::pi, {2 * u, 0, 0});
+    const Pose expected = turned({0, 0, 1}, u * 170.0 / 180.0 * std::numbers::pi, {2 * u, 0, 0});
     for (std::size_t i = 0; i < 9; ++i) EXPECT_NEAR(poses[0].R[i], expected.R[i], 1e-12);
     EXPECT_NEAR(poses[0].p[0], expected.p[0], 1e-12);
   }

@@ -144,9 +144,10 @@ Pose chained(const Pose& a, const Pose& b) {
 }
 
 Frame robot_cell(double phase) {
-  const Appearance white{{0.95F, 0.95F, 0.94F, 1}, 0.55F, 0}, dark{{0.17F, 0.18F, 0.20F, 1}, 0.5F, 0},
-      orange{{0.95F, 0.47F, 0.08F, 1}, 0.5F, 0}, steel{{0.78F, 0.79F, 0.80F, 1}, 0.7F, 1},
-      slate{{0.40F, 0.45F, 0.52F, 1}, 0.3F, 0}, glass{{0.45F, 0.68F, 0.88F, 0.28F}, 0.9F, 0};
+  const Appearance white{{0.95F, 0.95F, 0.94F, 1}, 0.55F, 0},
+      dark{{0.17F, 0.18F, 0.20F, 1}, 0.5F, 0}, orange{{0.95F, 0.47F, 0.08F, 1}, 0.5F, 0},
+      steel{{0.78F, 0.79F, 0.80F, 1}, 0.7F, 1}, slate{{0.40F, 0.45F, 0.52F, 1}, 0.3F, 0},
+      glass{{0.45F, 0.68F, 0.88F, 0.28F}, 0.9F, 0};
   const Vec3 x{1, 0, 0}, y{0, 1, 0}, z{0, 0, 1};
   Frame frame;
   std::uint64_t next = 1;
@@ -158,13 +159,24 @@ Frame robot_cell(double phase) {
 
   add("pedestal", cylinder(0.22, 0.035, 0.008), {}, dark);
   add("base",
-      lathe({{0, 0.035}, {0.165, 0.035}, {0.160, 0.07}, {0.143, 0.12}, {0.134, 0.18}, {0.132, 0.25},
+      lathe({{0, 0.035},
+             {0.165, 0.035},
+             {0.160, 0.07},
+             {0.143, 0.12},
+             {0.134, 0.18},
+             {0.132, 0.25},
              {0, 0.25}}),
       {}, white);
   const Pose j1 = turned(z, 0.35 + 0.5 * std::sin(phase), {0, 0, 0.25});
   add("ring1", cylinder(0.139, 0.026, 0.007), j1, dark);
-  add("turret", lathe({{0, 0.026}, {0.132, 0.026}, {0.130, 0.10}, {0.120, 0.18}, {0.104, 0.235},
-                       {0.075, 0.262}, {0, 0.27}}),
+  add("turret",
+      lathe({{0, 0.026},
+             {0.132, 0.026},
+             {0.130, 0.10},
+             {0.120, 0.18},
+             {0.104, 0.235},
+             {0.075, 0.262},
+             {0, 0.27}}),
       j1, white);
   const Pose shoulder = chained(j1, {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0.16}});
   add("shoulder", lathe(rounded_profile(0.098, -0.15, 0.15, 0.018)), chained(shoulder, across(0)),
@@ -174,7 +186,8 @@ Frame robot_cell(double phase) {
   const Pose j2 = chained(shoulder, turned(y, 0.42 + 0.2 * std::sin(phase + 0.6)));
   add("upper_arm_hub", lathe(rounded_profile(0.105, -0.06, 0.06, 0.02)), chained(j2, across(0.215)),
       white);
-  add("upper_arm", lathe({{0, 0}, {0.074, 0.0}, {0.070, 0.2}, {0.064, 0.45}, {0.062, 0.60}, {0, 0.60}}),
+  add("upper_arm",
+      lathe({{0, 0}, {0.074, 0.0}, {0.070, 0.2}, {0.064, 0.45}, {0.062, 0.60}, {0, 0.60}}),
       chained(j2, {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0.215, 0.03}}), white);
   const Pose j3 = chained(chained(j2, {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0.64}}),
                           turned(y, 1.05 + 0.25 * std::sin(phase)));
@@ -183,16 +196,19 @@ Frame robot_cell(double phase) {
       orange);
   add("forearm_hub", lathe(rounded_profile(0.088, -0.07, 0.07, 0.022)), chained(j3, across(0.03)),
       white);
-  add("forearm", lathe({{0, 0.02}, {0.070, 0.02}, {0.066, 0.16}, {0.056, 0.34}, {0.054, 0.395},
-                        {0, 0.395}}),
+  add("forearm",
+      lathe({{0, 0.02}, {0.070, 0.02}, {0.066, 0.16}, {0.056, 0.34}, {0.054, 0.395}, {0, 0.395}}),
       chained(j3, {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0.03, 0}}), white);
   const Pose j4 = chained(j3, {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0.03, 0.40}});
   add("ring4", lathe(rounded_profile(0.059, -0.012, 0.012, 0.004)), j4, orange);
-  add("wrist", lathe({{0, 0.012}, {0.054, 0.012}, {0.050, 0.14}, {0.044, 0.20}, {0, 0.20}}), j4, white);
+  add("wrist", lathe({{0, 0.012}, {0.054, 0.012}, {0.050, 0.14}, {0.044, 0.20}, {0, 0.20}}), j4,
+      white);
   const Pose j5 = chained(chained(j4, {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0.235}}),
                           turned(y, 1.05 - 0.4 * std::sin(phase)));
-  add("wrist_hub", lathe(rounded_profile(0.048, -0.062, 0.062, 0.010)), chained(j5, across(0)), dark);
-  const Pose j6 = chained(chained(j5, {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0.045}}), turned(z, 0.4));
+  add("wrist_hub", lathe(rounded_profile(0.048, -0.062, 0.062, 0.010)), chained(j5, across(0)),
+      dark);
+  const Pose j6 =
+      chained(chained(j5, {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0.045}}), turned(z, 0.4));
   add("flange", cylinder(0.037, 0.05, 0.004), j6, steel);
   add("gripper", box(0.055, 0.11, 0.05), chained(j6, {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0.075}}),
       dark);
@@ -204,7 +220,8 @@ Frame robot_cell(double phase) {
   add("table", cylinder(0.32, 0.34, 0.012, 128), {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0.92, -0.28, 0}},
       slate);
   add("workpiece", box(0.16, 0.09, 0.07), turned(z, 0.5, {0.82, -0.36, 0.375}), orange);
-  add("bolt", cylinder(0.05, 0.12, 0.006), {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {1.02, -0.16, 0.34}}, steel);
+  add("bolt", cylinder(0.05, 0.12, 0.006), {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {1.02, -0.16, 0.34}},
+      steel);
   add("screen", box(0.02, 1.5, 1.1), {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {-0.72, 0.1, 0.56}}, glass);
 
   Line path;

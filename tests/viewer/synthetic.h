@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Meshes and a whole scene made from formulas, so that the viewer's tests need no file and no kernel.
+// Meshes and a whole scene made from formulas, so that the viewer's tests need no file and no
+// kernel.
 #pragma once
 
 #include <memory>
@@ -29,8 +30,8 @@ struct ProfilePoint {
 /// a_T_c of a_T_b and b_T_c.
 [[nodiscard]] Pose chained(const Pose& a_T_b, const Pose& b_T_c);
 
-/// A white six-axis arm on a cell floor with a table, workpieces, a glass screen, frames and a path.
-/// `phase` [rad] bends the arm.
+/// A white six-axis arm on a cell floor with a table, workpieces, a glass screen, frames and a
+/// path. `phase` [rad] bends the arm.
 [[nodiscard]] Frame robot_cell(double phase = 0.0);
 
 }  // namespace robomosp::viewer::synthetic

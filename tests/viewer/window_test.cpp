@@ -101,8 +101,8 @@ TEST_F(Window, DraggingOrbitsAboutTheTarget) {
 }
 
 TEST_F(Window, ShiftDragAndMiddleButtonMoveTheTarget) {
-  for (const auto& [button, keys] : {std::pair{Qt::LeftButton, Qt::ShiftModifier},
-                                     {Qt::MiddleButton, Qt::NoModifier}}) {
+  for (const auto& [button, keys] :
+       {std::pair{Qt::LeftButton, Qt::ShiftModifier}, {Qt::MiddleButton, Qt::NoModifier}}) {
     const OrbitCamera before = view().camera();
     drag(button, keys, {300, 300}, {40, 16});
     const auto pixel = *view().camera().project(before.target());
@@ -214,8 +214,12 @@ TEST_F(Window, TheShadowIsOnTheFloor) {
   window->set_frame([] {
     Frame f;
     f.grid = f.world_axes = false;
-    f.items.push_back({77, "cube", synthetic::box(0.2, 0.2, 0.2),
-                       {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0.2}}, {}, false});
+    f.items.push_back({77,
+                       "cube",
+                       synthetic::box(0.2, 0.2, 0.2),
+                       {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0.2}},
+                       {},
+                       false});
     f.camera = {Camera::View::top, true, {}, {}, 0.25};
     return f;
   }());
@@ -284,6 +288,7 @@ TEST(RunWindow, AScreenshotThatCannotBeWrittenEndsWithOne) {
   WindowOptions options;
   options.screenshot = "/no/such/folder/w.png";
   options.screenshot_after = 0;
+  options.refine = false;
   EXPECT_EQ(run_window(Frame{}, Playback{}, options), 1);
 }
 

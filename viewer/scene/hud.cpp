@@ -74,10 +74,11 @@ Hud::Hud(osg::Program* surface_program, int first_bin, unsigned mask) {
   s->setAttributeAndModes(surface_program);
   s->setMode(GL_NORMALIZE, osg::StateAttribute::ON);
   s->addUniform(new osg::Uniform("eye", osg::Vec4f(0, 0, 1, 0)));
+  s->addUniform(new osg::Uniform("lamp_direction", osg::Vec3f(0, 0, 1)));
   // Maps whose coordinates are always outside: no shadow falls on the arrows.
   for (const char* map : {"lamp_map", "sky_map"})
-    s->addUniform(new osg::Uniform(map, osg::Matrixf::scale(0, 0, 0) *
-                                            osg::Matrixf::translate(-1, -1, 0)));
+    s->addUniform(
+        new osg::Uniform(map, osg::Matrixf::scale(0, 0, 0) * osg::Matrixf::translate(-1, -1, 0)));
   corner_->addChild(axes_of(0.042));
   arrows_->addChild(corner_);
   osg::StateSet* t = texts_->getStateSet();
@@ -117,11 +118,10 @@ void Hud::show_axes(bool on) { has_axes_ = on; }
 void Hud::put(osgText::Text& text, double x, double y, double size, const Colour& colour,
               bool is_linear) {
   // Whole pixels keep letters crisp.
-  text.setPosition(osg::Vec3f(static_cast<float>(std::round(x)), static_cast<float>(std::round(y)),
-                              0.0F));
+  text.setPosition(
+      osg::Vec3f(static_cast<float>(std::round(x)), static_cast<float>(std::round(y)), 0.0F));
   text.setCharacterSize(static_cast<float>(size));
-  text.setColor(is_linear ? linear_of(colour)
-                          : osg::Vec4f(colour.r, colour.g, colour.b, colour.a));
+  text.setColor(is_linear ? linear_of(colour) : osg::Vec4f(colour.r, colour.g, colour.b, colour.a));
 }
 
 void Hud::place(const OrbitCamera& camera, const std::vector<Label>& labels, double scale,
@@ -141,9 +141,13 @@ void Hud::place(const OrbitCamera& camera, const std::vector<Label>& labels, dou
   const double bottom = inset + (caption_->getText().empty() ? 0 : 1.4 * kCaptionSize * scale);
   corner_->setMatrix(osg::Matrixd::scale(length, length, length) * turn *
                      osg::Matrixd::translate(inset, bottom, 0));
-  osg::Vec3f towards_eye(static_cast<float>(z[0]), static_cast<float>(z[1]),
-                         static_cast<float>(z[2]));
-  arrows_->getStateSet()->getUniform("eye")->set(osg::Vec4f(towards_eye, 0));
+  const auto direction = [](const Vec3& v) {
+    return osg::Vec3f(static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2]));
+  };
+  arrows_->getStateSet()->getUniform("eye")->set(osg::Vec4f(direction(z), 0));
+  // Lit from over the viewer's left shoulder, from wherever one looks.
+  const Vec3 lamp = z + 0.6 * y + (-0.4) * x;
+  arrows_->getStateSet()->getUniform("lamp_direction")->set(direction((1 / norm(lamp)) * lamp));
 
   for (std::size_t i = 0; i < 3; ++i) {
     const double reach = length + 11 * scale;

@@ -18,9 +18,8 @@
 namespace robomosp::viewer {
 
 /// Red, green and blue of the x, y and z axes, sRGB.
-inline constexpr std::array<Colour, 3> kAxisColours{{{0.84F, 0.19F, 0.20F, 1},
-                                                     {0.20F, 0.62F, 0.25F, 1},
-                                                     {0.15F, 0.40F, 0.88F, 1}}};
+inline constexpr std::array<Colour, 3> kAxisColours{
+    {{0.84F, 0.19F, 0.20F, 1}, {0.20F, 0.62F, 0.25F, 1}, {0.15F, 0.40F, 0.88F, 1}}};
 
 /// Three arrows of unit length along the axes, for the surface program.
 [[nodiscard]] osg::ref_ptr<osg::Group> axes_of(double shaft_radius);

@@ -29,10 +29,10 @@ Result<void> write_png(const Image& image, const std::string& path) {
   const auto folder = std::filesystem::path(path).parent_path();
   std::error_code ignored;
   if (!folder.empty() && !std::filesystem::is_directory(folder, ignored)) {
-    return error(ErrorCode::not_found,
-                 "cannot write the picture \"" + path + "\": there is no folder \"" +
-                     folder.string() + "\"",
-                 "Create the folder or choose another one.");
+    return error(
+        ErrorCode::not_found,
+        "cannot write the picture \"" + path + "\": there is no folder \"" + folder.string() + "\"",
+        "Create the folder or choose another one.");
   }
 
   png_image header;

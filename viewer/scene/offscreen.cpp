@@ -74,8 +74,7 @@ std::vector<EGLDisplay> displays() {
   const auto query_devices =
       reinterpret_cast<PFNEGLQUERYDEVICESEXTPROC>(eglGetProcAddress("eglQueryDevicesEXT"));
   if (platform_display != nullptr) {
-    found.push_back(
-        platform_display(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr));
+    found.push_back(platform_display(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr));
     std::array<EGLDeviceEXT, 8> devices{};
     EGLint count = 0;
     if (query_devices != nullptr &&
@@ -92,11 +91,21 @@ std::vector<EGLDisplay> displays() {
 std::unique_ptr<EglContext> EglContext::on(EGLDisplay display) {
   if (display == EGL_NO_DISPLAY || eglInitialize(display, nullptr, nullptr) != EGL_TRUE) return {};
   if (eglBindAPI(EGL_OPENGL_API) != EGL_TRUE) return {};
-  const std::array<EGLint, 15> wanted{EGL_SURFACE_TYPE, EGL_PBUFFER_BIT, EGL_RENDERABLE_TYPE,
-                                      EGL_OPENGL_BIT,   EGL_RED_SIZE,    8,
-                                      EGL_GREEN_SIZE,   8,               EGL_BLUE_SIZE,
-                                      8,                EGL_DEPTH_SIZE,  24,
-                                      EGL_NONE,         EGL_NONE,        EGL_NONE};
+  const std::array<EGLint, 15> wanted{EGL_SURFACE_TYPE,
+                                      EGL_PBUFFER_BIT,
+                                      EGL_RENDERABLE_TYPE,
+                                      EGL_OPENGL_BIT,
+                                      EGL_RED_SIZE,
+                                      8,
+                                      EGL_GREEN_SIZE,
+                                      8,
+                                      EGL_BLUE_SIZE,
+                                      8,
+                                      EGL_DEPTH_SIZE,
+                                      24,
+                                      EGL_NONE,
+                                      EGL_NONE,
+                                      EGL_NONE};
   EGLConfig config = nullptr;
   EGLint count = 0;
   if (eglChooseConfig(display, wanted.data(), &config, 1, &count) != EGL_TRUE || count < 1)
@@ -135,23 +144,27 @@ double radical_inverse(int i, int base) {
 }
 
 Pass pass_number(int i, int count, Quality quality) {
-  // Halton points; the first is left out because all its coordinates are 0.
+  // Every coordinate has its own low-discrepancy sequence, so that any number of first passes
+  // samples pixel, lamp and sky evenly; a picture can be shown before all are drawn.
   const auto halton = [&](int base) { return radical_inverse(i + 1, base); };
-  const double fraction = (i + 0.5) / count;
+  const auto turn = [&](double rate) { return 2 * std::numbers::pi * std::fmod(i * rate, 1.0); };
+  const double half_step = 0.5 / count;
   Pass pass;
   pass.number = i;
   pass.shift_x = halton(2) - 0.5;
   pass.shift_y = halton(3) - 0.5;
-  const double lamp_angle = i * std::numbers::pi * (3 - std::sqrt(5.0));
   // Few passes need a smaller lamp, or its shadows would show as steps.
-  const double lamp_radius = std::sqrt(fraction) * (quality == Quality::quality ? 1.0 : 0.45);
+  const double lamp_size = quality == Quality::quality ? 1.0 : 0.6;
+  const double lamp_radius = lamp_size * std::sqrt(radical_inverse(i, 2) + half_step);
+  const double lamp_angle = turn(0.6180339887498949);  // golden section
   pass.lamp = {lamp_radius * std::cos(lamp_angle), lamp_radius * std::sin(lamp_angle)};
   pass.glass_shadow = halton(5);
   if (quality == Quality::quality) {
-    // Uniform over the hemisphere: equal steps in height, low-discrepancy turns.
-    const double z = std::max(radical_inverse(i, 2) + 0.5 / count, 0.02);
-    const double angle = 2 * std::numbers::pi * fraction, r = std::sqrt(1 - std::min(z * z, 1.0));
-    pass.sky = Vec3{r * std::cos(angle), r * std::sin(angle), z};
+    // Uniform over the hemisphere: equal steps in height.
+    const double z = std::max(radical_inverse(i, 3) + half_step, 0.03);
+    const double angle = turn(0.7548776662466927);  // inverse of the plastic number
+    const double r = std::sqrt(1 - std::min(z * z, 1.0));
+    pass.sky = Vec3{r * std::cos(angle), r * std::sin(angle), std::min(z, 1.0)};
   }
   return pass;
 }
@@ -194,7 +207,10 @@ struct Developer {
 
 struct OffscreenRenderer::Impl {
   Impl(std::unique_ptr<EglContext> c, Quality q, int w, int h)
-      : context(std::move(c)), quality(q), width(w), height(h),
+      : context(std::move(c)),
+        quality(q),
+        width(w),
+        height(h),
         scene(std::make_unique<SceneView>(q, Target::memory)) {
     scene->resize(w, h);
     sum.resize(3 * static_cast<std::size_t>(w) * static_cast<std::size_t>(h));
@@ -226,8 +242,7 @@ struct OffscreenRenderer::Impl {
     // A glint brighter than this would stay visible as a dot in the mean.
     constexpr float kBrightest = 8.0F;
     for (std::size_t i = 0, j = 0; j + 2 < to.size(); i += 4, j += 3)
-      for (std::size_t k = 0; k < 3; ++k)
-        to[j + k] += std::clamp(from[i + k], 0.0F, kBrightest);
+      for (std::size_t k = 0; k < 3; ++k) to[j + k] += std::clamp(from[i + k], 0.0F, kBrightest);
   }
 
   std::unique_ptr<EglContext> context;

@@ -66,8 +66,8 @@ void OrbitCamera::zoom_at(double x_px, double y_px, double factor) {
   // The point under the cursor in the plane through the target; scaling the camera about it leaves
   // its place in the picture unchanged in both projections.
   const double s = metres_per_pixel();
-  const Vec3 fixed = target_ + ((x_px - 0.5 * width_) * s) * right() +
-                     ((0.5 * height_ - y_px) * s) * up();
+  const Vec3 fixed =
+      target_ + ((x_px - 0.5 * width_) * s) * right() + ((0.5 * height_ - y_px) * s) * up();
   target_ = fixed + (wanted / distance_) * (target_ - fixed);
   distance_ = wanted;
 }
@@ -119,15 +119,12 @@ Vec3 OrbitCamera::backward() const {
 Vec3 OrbitCamera::right() const { return {-std::sin(yaw_), std::cos(yaw_), 0}; }
 
 Vec3 OrbitCamera::up() const {
-  return {-std::sin(pitch_) * std::cos(yaw_), -std::sin(pitch_) * std::sin(yaw_),
-          std::cos(pitch_)};
+  return {-std::sin(pitch_) * std::cos(yaw_), -std::sin(pitch_) * std::sin(yaw_), std::cos(pitch_)};
 }
 
 double OrbitCamera::tan_half_height() const { return std::tan(0.5 * kOpeningAngle); }
 
-double OrbitCamera::metres_per_pixel() const {
-  return 2 * distance_ * tan_half_height() / height_;
-}
+double OrbitCamera::metres_per_pixel() const { return 2 * distance_ * tan_half_height() / height_; }
 
 Matrix4 OrbitCamera::view() const {
   const Vec3 x = right(), y = up(), z = backward(), e = eye();
@@ -141,18 +138,32 @@ Matrix4 OrbitCamera::projection(double near, double far, double shift_x_px,
   const double k = tan_half_height();
   if (perspective_) {
     const double fy = 1 / k, fx = fy / aspect();
-    return {fx, 0, -sx, 0, 0, fy, -sy, 0, 0, 0, (near + far) / (near - far),
-            2 * near * far / (near - far), 0, 0, -1, 0};
+    return {fx,
+            0,
+            -sx,
+            0,
+            0,
+            fy,
+            -sy,
+            0,
+            0,
+            0,
+            (near + far) / (near - far),
+            2 * near * far / (near - far),
+            0,
+            0,
+            -1,
+            0};
   }
   const double h = k * distance_, w = h * aspect();
   return {1 / w, 0, 0, sx, 0, 1 / h, 0, sy, 0, 0, 2 / (near - far), (near + far) / (near - far),
-          0, 0, 0, 1};
+          0,     0, 0, 1};
 }
 
 Ray OrbitCamera::ray(double x_px, double y_px) const {
   const double s = metres_per_pixel();
-  const Vec3 in_plane = target_ + ((x_px - 0.5 * width_) * s) * right() +
-                        ((0.5 * height_ - y_px) * s) * up();
+  const Vec3 in_plane =
+      target_ + ((x_px - 0.5 * width_) * s) * right() + ((0.5 * height_ - y_px) * s) * up();
   if (!perspective_) {
     // Far enough back that nothing of an ordinary scene is behind the origin.
     return {in_plane + 100 * distance_ * backward(), -1.0 * backward()};

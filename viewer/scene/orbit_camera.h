@@ -45,9 +45,9 @@ class OrbitCamera {
   [[nodiscard]] const Vec3& target() const { return target_; }  ///< [m]
   [[nodiscard]] double distance() const { return distance_; }   ///< eye to target [m]
   [[nodiscard]] Vec3 eye() const;                               ///< [m]
-  [[nodiscard]] Vec3 backward() const;  ///< unit vector from the target towards the eye
-  [[nodiscard]] Vec3 right() const;     ///< unit vector to the right in the picture
-  [[nodiscard]] Vec3 up() const;        ///< unit vector upwards in the picture
+  [[nodiscard]] Vec3 backward() const;           ///< unit vector from the target towards the eye
+  [[nodiscard]] Vec3 right() const;              ///< unit vector to the right in the picture
+  [[nodiscard]] Vec3 up() const;                 ///< unit vector upwards in the picture
   [[nodiscard]] double tan_half_height() const;  ///< of the vertical opening angle
   [[nodiscard]] double aspect() const { return static_cast<double>(width_) / height_; }
   [[nodiscard]] int width() const { return width_; }    ///< [px]

@@ -64,8 +64,8 @@ osg::ref_ptr<osg::Geometry> triangles_of(const Surface& surface) {
   auto g = empty_geometry();
   g->setVertexArray(vectors_of(surface.positions));
   g->setNormalArray(vectors_of(surface.normals), osg::Array::BIND_PER_VERTEX);
-  g->addPrimitiveSet(new osg::DrawElementsUInt(GL_TRIANGLES, surface.triangles.begin(),
-                                               surface.triangles.end()));
+  g->addPrimitiveSet(
+      new osg::DrawElementsUInt(GL_TRIANGLES, surface.triangles.begin(), surface.triangles.end()));
   return g;
 }
 
@@ -94,8 +94,8 @@ osg::ref_ptr<osg::Geometry> hull_of(const Surface& surface) {
   }
   g->setVertexArray(positions);
   g->setNormalArray(normals, osg::Array::BIND_PER_VERTEX);
-  g->addPrimitiveSet(new osg::DrawElementsUInt(GL_TRIANGLES, surface.triangles.begin(),
-                                               surface.triangles.end()));
+  g->addPrimitiveSet(
+      new osg::DrawElementsUInt(GL_TRIANGLES, surface.triangles.begin(), surface.triangles.end()));
   return g;
 }
 
@@ -119,8 +119,7 @@ osg::ref_ptr<osg::Geometry> ribbon_of(std::span<const Vec3> points) {
   g->setVertexArray(here);
   g->setNormalArray(before, osg::Array::BIND_PER_VERTEX);
   g->setTexCoordArray(0, after, osg::Array::BIND_PER_VERTEX);
-  g->addPrimitiveSet(
-      new osg::DrawArrays(GL_TRIANGLE_STRIP, 0, static_cast<GLsizei>(here->size())));
+  g->addPrimitiveSet(new osg::DrawArrays(GL_TRIANGLE_STRIP, 0, static_cast<GLsizei>(here->size())));
   return g;
 }
 

@@ -62,8 +62,7 @@ Quaternion slerp(const Quaternion& a, Quaternion b, double u) {
 }
 
 Pose between(const Pose& a, const Pose& b, double u) {
-  return {matrix_of(slerp(quaternion_of(a.R), quaternion_of(b.R), u)),
-          (1 - u) * a.p + u * b.p};
+  return {matrix_of(slerp(quaternion_of(a.R), quaternion_of(b.R), u)), (1 - u) * a.p + u * b.p};
 }
 
 }  // namespace
@@ -106,8 +105,8 @@ std::vector<Pose> poses_at(const Playback& playback, double time) {
   if (playback.times.empty() || n == 0 || playback.poses.size() != n * playback.times.size())
     return {};
   const auto begin = playback.times.begin();
-  const auto after = static_cast<std::size_t>(
-      std::upper_bound(begin, playback.times.end(), time) - begin);
+  const auto after =
+      static_cast<std::size_t>(std::upper_bound(begin, playback.times.end(), time) - begin);
   const std::size_t last = playback.times.size() - 1;
   const std::size_t i = after == 0 ? 0 : after - 1, j = std::min(i + (after == 0 ? 0 : 1), last);
   const double span = playback.times[j] - playback.times[i];

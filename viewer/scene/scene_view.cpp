@@ -12,8 +12,8 @@
 #include <osg/ColorMask>
 #include <osg/CullFace>
 #include <osg/Depth>
-#include <osg/Geode>
 #include <osg/GLObjects>
+#include <osg/Geode>
 #include <osg/LineWidth>
 #include <osg/MatrixTransform>
 #include <osg/PolygonOffset>
@@ -40,7 +40,7 @@ constexpr int kBackgroundBin = -10, kEdgeBin = 1, kOutlineBin = 2, kGroundBin = 
 // Towards the lamp: above the left shoulder of whoever takes the isometric view.
 constexpr Vec3 kLamp{-0.20, -0.80, 1.02};
 // Angular radius of the lamp [rad]; larger than the sun's, as a softbox in a studio.
-constexpr double kLampRadius = 0.055;
+constexpr double kLampRadius = 0.042;
 constexpr float kOpaque = 0.999F;
 
 osg::Vec3f vec_of(const Vec3& v) {
@@ -52,9 +52,9 @@ Vec3 unit(const Vec3& v) { return (1 / norm(v)) * v; }
 std::array<Vec3, 8> corners(const Surface& s, const Pose& pose) {
   std::array<Vec3, 8> c;
   for (std::size_t i = 0; i < 8; ++i) {
-    c[i] = transform(pose, {(i & 1U) != 0 ? s.high[0] : s.low[0],
-                            (i & 2U) != 0 ? s.high[1] : s.low[1],
-                            (i & 4U) != 0 ? s.high[2] : s.low[2]});
+    c[i] =
+        transform(pose, {(i & 1U) != 0 ? s.high[0] : s.low[0], (i & 2U) != 0 ? s.high[1] : s.low[1],
+                         (i & 4U) != 0 ? s.high[2] : s.low[2]});
   }
   return c;
 }
@@ -161,8 +161,7 @@ struct SceneView::Impl {
 
   osg::ref_ptr<osg::Group> casters = new osg::Group;
   ShadowMap lamp, sky;
-  osg::ref_ptr<osg::Group> root = new osg::Group, ribbons = new osg::Group,
-                           frames = new osg::Group;
+  osg::ref_ptr<osg::Group> root = new osg::Group, ribbons = new osg::Group, frames = new osg::Group;
   osg::ref_ptr<osg::MatrixTransform> ground = new osg::MatrixTransform;
   osg::ref_ptr<osg::Geode> background;
   osg::ref_ptr<osg::Program> surface_program, edge_program, outline_program;
@@ -211,18 +210,18 @@ SceneView::Impl::Impl(Quality quality, Target target)
   g->setRenderBinDetails(kGroundBin, "RenderBin");
   blend(g);
 
-  ribbons->getOrCreateStateSet()->setAttributeAndModes(program_of(ribbon_shader(variant), "ribbon"));
+  ribbons->getOrCreateStateSet()->setAttributeAndModes(
+      program_of(ribbon_shader(variant), "ribbon"));
   frames->getOrCreateStateSet()->setAttributeAndModes(surface_program);
   frames->getOrCreateStateSet()->setMode(GL_NORMALIZE, osg::StateAttribute::ON);
   hud = std::make_unique<Hud>(surface_program.get(), kHudBin, kVisible);
 
   root->addChild(lamp.camera());
   root->addChild(sky.camera());
-  for (osg::Node* node : {static_cast<osg::Node*>(background.get()),
-                          static_cast<osg::Node*>(casters.get()),
-                          static_cast<osg::Node*>(ground.get()),
-                          static_cast<osg::Node*>(ribbons.get()),
-                          static_cast<osg::Node*>(frames.get()), hud->node()})
+  for (osg::Node* node :
+       {static_cast<osg::Node*>(background.get()), static_cast<osg::Node*>(casters.get()),
+        static_cast<osg::Node*>(ground.get()), static_cast<osg::Node*>(ribbons.get()),
+        static_cast<osg::Node*>(frames.get()), hud->node()})
     root->addChild(node);
 
   window = new osgViewer::GraphicsWindowEmbedded(0, 0, 64, 64);
@@ -424,9 +423,9 @@ void SceneView::Impl::place_ground() {
   ground->setMatrix(osg::Matrixd::scale(half, half, 1) *
                     osg::Matrixd::translate(centre[0], centre[1], z));
   osg::StateSet* s = ground->getStateSet();
-  set_uniform(s, "ground", osg::Vec4f(static_cast<float>(centre[0]), static_cast<float>(centre[1]),
-                                      static_cast<float>(2.5 * radius),
-                                      static_cast<float>(13 * radius)));
+  set_uniform(s, "ground",
+              osg::Vec4f(static_cast<float>(centre[0]), static_cast<float>(centre[1]),
+                         static_cast<float>(2.5 * radius), static_cast<float>(13 * radius)));
   const double step = std::pow(10.0, std::floor(std::log10(0.3 * radius)));
   osg::Vec4f grid = osg::Vec4f(static_cast<float>(step), static_cast<float>(10 * step), 1, 1);
   if (const osg::Uniform* old = s->getUniform("grid")) {
@@ -508,8 +507,8 @@ void SceneView::Impl::aim_lights(const Pass& pass) {
   osg::StateSet* s = root->getStateSet();
   const Vec3 middle = unit(kLamp);
   const Vec3 side = unit(cross(middle, {0, 0, 1})), across = cross(side, middle);
-  const Vec3 direction = unit(middle + (kLampRadius * pass.lamp[0]) * side +
-                              (kLampRadius * pass.lamp[1]) * across);
+  const Vec3 direction =
+      unit(middle + (kLampRadius * pass.lamp[0]) * side + (kLampRadius * pass.lamp[1]) * across);
   lamp.set_mask(mask);
   const ShadowLookup l = lamp.aim(direction, all);
   set_uniform(s, "lamp_direction", vec_of(direction));
@@ -534,15 +533,14 @@ void SceneView::Impl::place_camera(const Pass& pass) {
   const double far = d + 4 * reach + 90 * radius, near = is_flat ? -far : std::max(0.02 * d, 1e-5);
   const osg::Matrixd view = matrix_of(camera.view());
   main->setViewMatrix(view);
-  main->setProjectionMatrix(
-      matrix_of(camera.projection(near, far, pass.shift_x, pass.shift_y)));
+  main->setProjectionMatrix(matrix_of(camera.projection(near, far, pass.shift_x, pass.shift_y)));
 
   osg::StateSet* s = root->getStateSet();
   set_uniform(s, "world_T_view", osg::Matrixf(osg::Matrixd::inverse(view)));
   const Vec3 eye = is_flat ? camera.backward() : camera.eye();
   set_uniform(s, "eye", osg::Vec4f(vec_of(eye), is_flat ? 0.0F : 1.0F));
-  set_uniform(s, "viewport", osg::Vec2f(static_cast<float>(camera.width()),
-                                        static_cast<float>(camera.height())));
+  set_uniform(s, "viewport",
+              osg::Vec2f(static_cast<float>(camera.width()), static_cast<float>(camera.height())));
   const double scale = std::max(camera.height() / 800.0, 0.6);
   set_uniform(s, "line_scale", static_cast<float>(scale));
   edge_width->setWidth(static_cast<float>(1.15 * scale));

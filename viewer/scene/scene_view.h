@@ -24,10 +24,10 @@ enum class Quality {
 
 /// What a click in the picture met.
 struct Pick {
-  std::uint64_t id = 0;   ///< of the item
-  std::string name;       ///< of the item
-  Vec3 point{};           ///< where, in world coordinates [m]
-  double distance = 0;    ///< from the start of the view ray [m]
+  std::uint64_t id = 0;  ///< of the item
+  std::string name;      ///< of the item
+  Vec3 point{};          ///< where, in world coordinates [m]
+  double distance = 0;   ///< from the start of the view ray [m]
 };
 
 /// Where the pixels go.
@@ -39,11 +39,11 @@ enum class Target {
 /// What differs between the passes of a still: where in the pixel it samples, from which point of
 /// the lamp and from which direction of the sky it is lit. The default suits a window.
 struct Pass {
-  int number = 0;                              ///< 0, 1, ...: turns the noise
-  double shift_x = 0, shift_y = 0;             ///< sub-pixel shift, -0.5 .. 0.5
-  std::array<double, 2> lamp{0, 0};            ///< point on the unit disk of the lamp
-  std::optional<Vec3> sky;                     ///< unit direction; needed for stills of Quality::quality
-  double glass_shadow = 0.5;                   ///< glass less clear than this casts a shadow
+  int number = 0;                    ///< 0, 1, ...: turns the noise
+  double shift_x = 0, shift_y = 0;   ///< sub-pixel shift, -0.5 .. 0.5
+  std::array<double, 2> lamp{0, 0};  ///< point on the unit disk of the lamp
+  std::optional<Vec3> sky;           ///< unit direction; needed for stills of Quality::quality
+  double glass_shadow = 0.5;         ///< glass less clear than this casts a shadow
 };
 
 /// The picture of one Frame that follows changes of it at the least cost.

@@ -202,7 +202,7 @@ void main() {
   vec2 axis = axes(p_world.yx, 2.2 * line_scale) * grid.w;
   c = mix(c, vec3(0.60, 0.050, 0.060), axis.x * 0.9);
   c = mix(c, vec3(0.070, 0.36, 0.075), axis.y * 0.9);
-  c = mix(c * received, backdrop(ray_at(gl_FragCoord.xy / viewport * 2.0 - 1.0).z), fade);
+  c = mix(from_below ? c : c * received, backdrop(ray_at(gl_FragCoord.xy / viewport * 2.0 - 1.0).z), fade);
   float alpha = from_below ? 0.6 * max(cover, max(axis.x, axis.y)) * (1.0 - fade) : 1.0;
   gl_FragColor = vec4(shown(c), alpha);
 }
@@ -212,7 +212,8 @@ std::string header(ShaderVariant v) {
   std::string s = "#version 130\n";
   if (v.is_quality) s += "#define QUALITY 1\n";
   if (v.is_still) s += "#define STILL 1\n";
-  if (v.is_still && v.is_quality) s += "#define SKY 1\n";  // ambient light from one direction a pass
+  if (v.is_still && v.is_quality)
+    s += "#define SKY 1\n";  // ambient light from one direction a pass
   return s;
 }
 
@@ -224,9 +225,7 @@ ShaderPair surface_shader(ShaderVariant v) {
   return {kWorldVertex, with_light(v, kSurfaceFragment)};
 }
 
-ShaderPair ground_shader(ShaderVariant v) {
-  return {kWorldVertex, with_light(v, kGroundFragment)};
-}
+ShaderPair ground_shader(ShaderVariant v) { return {kWorldVertex, with_light(v, kGroundFragment)}; }
 
 ShaderPair background_shader(ShaderVariant v) {
   return {R"glsl(#version 130

@@ -149,8 +149,8 @@ void find_creases(Surface& s) {
   for (std::size_t i = 0, j; i < edges.size(); i = j) {
     for (j = i; j < edges.size() && edges[j].ends == edges[i].ends;) ++j;
     const bool is_border = j - i == 1;
-    const bool is_sharp = j - i == 2 && is_crease(normals[edges[i].triangle],
-                                                  normals[edges[i + 1].triangle]);
+    const bool is_sharp =
+        j - i == 2 && is_crease(normals[edges[i].triangle], normals[edges[i + 1].triangle]);
     if (!is_border && !is_sharp) continue;
     append(s.segments, vertex(s.positions, edges[i].ends >> 32));
     append(s.segments, vertex(s.positions, edges[i].ends & 0xFFFFFFFFU));
@@ -207,9 +207,9 @@ Surface surface_of(const Mesh& mesh) {
   return s;
 }
 
-// Möller and Trumbore, "Fast, minimum storage ray/triangle intersection", J. Graphics Tools 2 (1997).
-std::optional<double> first_hit(const Surface& surface, const Vec3& origin,
-                                const Vec3& direction) {
+// Möller and Trumbore, "Fast, minimum storage ray/triangle intersection", J. Graphics Tools 2
+// (1997).
+std::optional<double> first_hit(const Surface& surface, const Vec3& origin, const Vec3& direction) {
   if (surface.triangles.empty() || misses_box(surface, origin, direction)) return std::nullopt;
   std::optional<double> nearest;
   for (std::size_t t = 0; t + 2 < surface.triangles.size(); t += 3) {

@@ -56,8 +56,7 @@ bool is_software(const QString& renderer) {
 }
 
 QImage image_of(const Image& image) {
-  return QImage(image.rgb.data(), image.width, image.height, 3 * image.width,
-                QImage::Format_RGB888)
+  return QImage(image.rgb.data(), image.width, image.height, 3 * image.width, QImage::Format_RGB888)
       .copy();
 }
 
@@ -139,9 +138,7 @@ class Display::ImageSurface : public Display::Surface {
     is_old_ = true;
     view_->update();
   }
-  void resize(int width, int height) override {
-    renderer_.resize(width, height);
-  }
+  void resize(int width, int height) override { renderer_.resize(width, height); }
   QImage shown() override {
     refresh();
     return image_;
@@ -224,8 +221,7 @@ Result<std::unique_ptr<Display>> Display::create(std::optional<Quality> quality,
       return std::move(offscreen).error().in("the 3-D display on the Qt platform \"" +
                                              QGuiApplication::platformName().toStdString() + "\"");
     }
-    display->surface_ =
-        std::make_unique<ImageSurface>(display.get(), std::move(offscreen).value());
+    display->surface_ = std::make_unique<ImageSurface>(display.get(), std::move(offscreen).value());
   }
   QWidget* view = display->surface_->widget();
   view->setObjectName("display_surface");
@@ -351,9 +347,7 @@ Result<Image> Display::still(int width, int height) {
   return renderer.image();
 }
 
-QImage Display::shown() {
-  return overlay_->isVisible() ? overlay_->image() : surface_->shown();
-}
+QImage Display::shown() { return overlay_->isVisible() ? overlay_->image() : surface_->shown(); }
 int Display::pictures_drawn() const { return surface_->drawn; }
 bool Display::uses_window_opengl() const {
   return dynamic_cast<const GlSurface*>(surface_.get()) != nullptr;

@@ -119,8 +119,7 @@ void ViewerWindow::make_view_actions(QMenu* menu, QToolBar* bar) {
     QAction* action = menu->addAction(kViews[i].text);
     action->setObjectName(kViews[i].name);
     action->setShortcut(QKeySequence(QString::number(i + 1)));
-    connect(action, &QAction::triggered, this,
-            [this, v = kViews[i].view] { display_->look(v); });
+    connect(action, &QAction::triggered, this, [this, v = kViews[i].view] { display_->look(v); });
     if (i > 0) continue;
     action->setIcon(icon_of(Symbol::isometric));
     action->setToolTip("Three-quarter view (1)");
@@ -133,7 +132,8 @@ void ViewerWindow::make_view_actions(QMenu* menu, QToolBar* bar) {
   perspective_->setChecked(true);
   perspective_->setShortcut(QKeySequence("P"));
   perspective_->setToolTip("Perspective or parallel projection (P)");
-  connect(perspective_, &QAction::toggled, this, [this](bool on) { display_->set_perspective(on); });
+  connect(perspective_, &QAction::toggled, this,
+          [this](bool on) { display_->set_perspective(on); });
   bar->addAction(perspective_);
   menu->addSeparator();
   add_toggle(menu, "show_grid", "&Grid", &Frame::grid);
@@ -306,8 +306,8 @@ void ViewerWindow::show_time() {
   const double length = duration(*playback_);
   const double first = playback_->times.empty() ? 0 : playback_->times.front();
   const QSignalBlocker quiet(slider_);
-  slider_->setValue(length > 0 ? static_cast<int>(std::lround(kSliderSteps * (time_ - first) / length))
-                               : 0);
+  slider_->setValue(
+      length > 0 ? static_cast<int>(std::lround(kSliderSteps * (time_ - first) / length)) : 0);
   readout_->setText(length > 0 ? seconds(time_ - first) + " / " + seconds(length) : "no motion");
 }
 
@@ -343,9 +343,8 @@ void ViewerWindow::save_picture() {
   QApplication::setOverrideCursor(Qt::WaitCursor);
   const auto saved = [&]() -> Result<void> {
     const double r = display_->devicePixelRatioF();
-    RMP_TRY_ASSIGN(const Image image,
-                   display_->still(static_cast<int>(display_->width() * r),
-                                   static_cast<int>(display_->height() * r)));
+    RMP_TRY_ASSIGN(const Image image, display_->still(static_cast<int>(display_->width() * r),
+                                                      static_cast<int>(display_->height() * r)));
     return write_png(image, path.toStdString());
   }();
   QApplication::restoreOverrideCursor();

@@ -9,6 +9,7 @@
 
 #include <QAction>
 #include <QApplication>
+#include <QElapsedTimer>
 #include <QPainter>
 #include <QTimer>
 
@@ -80,20 +81,27 @@ int run_window(const Frame& frame, const Playback& playback, const WindowOptions
   if (options.play) window.play(true);
 
   int status = 0;
-  QTimer wait;  // for the first picture
-  QObject::connect(&wait, &QTimer::timeout, &window, [&] {
+  const double after = std::isfinite(options.screenshot_after) ? options.screenshot_after : 0;
+  QElapsedTimer shown;
+  QTimer watch;
+  QObject::connect(&watch, &QTimer::timeout, &window, [&] {
     if (window.display().pictures_drawn() == 0) return;
-    wait.stop();
-    if (options.on_shown) options.on_shown(window);
-    if (options.screenshot.empty()) return;
-    const double after = std::isfinite(options.screenshot_after) ? options.screenshot_after : 0;
-    QTimer::singleShot(static_cast<int>(1000 * std::clamp(after, 0.0, 3600.0)), &window, [&] {
-      if (const auto saved = save_window(window, options.screenshot); !saved)
-        status = refuse(saved.error());
-      window.close();
-    });
+    if (!shown.isValid()) {
+      shown.start();
+      if (options.on_shown) options.on_shown(window);
+      if (options.screenshot.empty()) watch.stop();
+      return;
+    }
+    const double waited = 1e-3 * static_cast<double>(shown.elapsed());
+    if (waited < after) return;
+    const bool may_improve = options.refine && !window.is_playing() && waited < after + 60;
+    if (may_improve && !window.display().is_refined()) return;
+    watch.stop();
+    if (const auto saved = save_window(window, options.screenshot); !saved)
+      status = refuse(saved.error());
+    window.close();
   });
-  wait.start(20);
+  watch.start(20);
   QApplication::exec();
   return status;
 }

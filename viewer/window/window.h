@@ -18,14 +18,14 @@ namespace robomosp::viewer {
 /// How a window starts.
 struct WindowOptions {
   std::string title = "ROBOMOSP";
-  int width = 1280, height = 860;       ///< of the window [device-independent px]
-  std::optional<Quality> quality;       ///< nothing: chosen by the speed of the OpenGL renderer
-  bool software_view = false;           ///< draw through EGL even where a window could use OpenGL
-  bool refine = true;                   ///< replace a picture at rest by one of best quality
-  bool play = false;                    ///< start the playback at once
-  double speed = 1.0;                   ///< playback seconds per second
-  std::string screenshot;               ///< PNG file of the whole window; empty: none
-  double screenshot_after = 1.0;        ///< when to take it, then the program ends [s]
+  int width = 1280, height = 860;  ///< of the window [device-independent px]
+  std::optional<Quality> quality;  ///< nothing: chosen by the speed of the OpenGL renderer
+  bool software_view = false;      ///< draw through EGL even where a window could use OpenGL
+  bool refine = true;              ///< replace a picture at rest by one of best quality
+  bool play = false;               ///< start the playback at once
+  double speed = 1.0;              ///< playback seconds per second
+  std::string screenshot;          ///< PNG file of the whole window; empty: none
+  double screenshot_after = 1.0;   ///< earliest time of it, then the program ends [s]
   std::function<void(std::optional<Pick>)> on_pick;  ///< after each click; nothing = background
   std::function<void(QWidget& window)> on_shown;     ///< once the first picture is on the screen
 };
