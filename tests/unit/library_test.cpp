@@ -225,7 +225,8 @@ class PlacedBodies {
   double shared(const std::vector<PlacedShape>& a, const std::vector<PlacedShape>& b) {
     double volume = 0;
     for (const PlacedShape& x : a)
-      for (const PlacedShape& y : b) volume += unwrap(engine_->partition(std::vector{x, y}, progress_)).overlap;
+      for (const PlacedShape& y : b)
+        volume += unwrap(engine_->partition(std::vector{x, y}, progress_)).overlap;
     return volume;
   }
   /// Lowest and highest z of a body [m].
@@ -286,21 +287,30 @@ TEST_P(Pa10Bodies, NeighboursMeetWithoutAGap) {
   }
 }
 
-TEST_P(Pa10Bodies, NeighboursDoNotPenetrateUpToTheirLimits) {
+INSTANTIATE_TEST_SUITE_P(BothParameterSets, Pa10Bodies, testing::Values("pa10", "pa10_nus"),
+                         [](const auto& p) { return std::string(p.param); });
+
+class DesignedBodies : public testing::TestWithParam<const char*> {};
+
+TEST_P(DesignedBodies, DoNotPenetrateTheirNeighboursFromLimitToLimit) {
   Workbench bench;
+  const model::Robot r = robot(bench, GetParam());
   PlacedBodies placed(bench, RobotId{bench.load(std::string("robots/") + GetParam() + ".rbt").number});
-  for (const double part : {0.0, 1.0}) {
-    const auto bodies = placed.at({0.5, part * 94 * kDeg, 0.3, part * 137 * kDeg, 0.7, part * 165 * kDeg, 0.2});
-    for (std::size_t i = 0; i + 1 < bodies.size(); ++i) {
-      EXPECT_LT(placed.shared(bodies[i], bodies[i + 1]), 1e-9) << i << " and " << i + 1 << " at " << part;
-      if (i + 2 < bodies.size()) {
-        EXPECT_LT(placed.shared(bodies[i], bodies[i + 2]), 1e-9) << i << " and " << i + 2 << " at " << part;
-      }
-    }
+  std::vector<std::vector<double>> poses(3);
+  for (const model::Link& l : r.links) {
+    poses[0].push_back(l.lower);
+    poses[1].push_back(0);
+    poses[2].push_back(l.upper);
+  }
+  for (std::size_t k = 0; k < poses.size(); ++k) {
+    const auto bodies = placed.at(poses[k]);
+    for (std::size_t i = 0; i < bodies.size(); ++i)
+      for (std::size_t j = i + 1; j < std::min(i + 3, bodies.size()); ++j)
+        EXPECT_LT(placed.shared(bodies[i], bodies[j]), 1e-9) << "bodies " << i << " and " << j << ", pose " << k;
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(BothParameterSets, Pa10Bodies, testing::Values("pa10", "pa10_nus"),
+INSTANTIATE_TEST_SUITE_P(OfTheLibrary, DesignedBodies, testing::Values("pa10", "pa10_nus", "puma560"),
                          [](const auto& p) { return std::string(p.param); });
 
 TEST(Library, TheCircleWorldStartsAtTheFirstPointOfTheCircle) {
