@@ -24,7 +24,8 @@ std::shared_ptr<const void> Cache::keep(const Fingerprint& key, Value value, std
   const std::lock_guard lock(mutex_);
   if (!is_enabled_) return value.value;
   if (const auto it = index_.find(key); it != index_.end()) {
-    if (value.value && !it->second->value.value) it->second->value = value;  // another thread failed
+    if (value.value && !it->second->value.value)
+      it->second->value = value;  // another thread failed
     return value.value ? it->second->value.value : nullptr;
   }
   const std::size_t size = bytes + sizeof(Entry) + 128;

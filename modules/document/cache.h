@@ -27,14 +27,16 @@ class Cache {
   /// the size of a value. Failures are kept under `failure_key`, cancellation is not kept.
   /// The fingerprint's domain ("mesh/1") must tell the type T.
   template <class T, class Make, class Bytes>
-  Result<std::shared_ptr<const T>> get(const Fingerprint& key, const Fingerprint& failure_key, Make&& make, Bytes&& bytes) {
+  Result<std::shared_ptr<const T>> get(const Fingerprint& key, const Fingerprint& failure_key,
+                                       Make&& make, Bytes&& bytes) {
     if (auto found = find(key, failure_key)) {
       if (found->error) return *found->error;
       return std::static_pointer_cast<const T>(found->value);
     }
     Result<T> made = make();
     if (!made.ok()) {
-      if (made.error().code != ErrorCode::cancelled) (void)keep(failure_key, {nullptr, made.error()}, 512);
+      if (made.error().code != ErrorCode::cancelled)
+        (void)keep(failure_key, {nullptr, made.error()}, 512);
       return std::move(made).error();
     }
     const std::size_t size = bytes(*made);
@@ -61,7 +63,7 @@ class Cache {
   std::shared_ptr<const void> keep(const Fingerprint& key, Value value, std::size_t bytes);
 
   mutable std::mutex mutex_;
-  std::list<Entry> entries_;                                           // most recent first; guarded by mutex_
+  std::list<Entry> entries_;  // most recent first; guarded by mutex_
   std::unordered_map<Fingerprint, std::list<Entry>::iterator> index_;  // guarded by mutex_
   CacheStats stats_;                                                   // guarded by mutex_
   std::size_t budget_;

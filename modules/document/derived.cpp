@@ -24,15 +24,16 @@ namespace {
 
 using text::quote;
 
-constexpr std::size_t kMostLeaves = 100'000;   ///< solids in one object, nested ones included
-constexpr double kSkinChord = 2e-4;            ///< tessellation of generated bodies [m]
+constexpr std::size_t kMostLeaves = 100'000;  ///< solids in one object, nested ones included
+constexpr double kSkinChord = 2e-4;           ///< tessellation of generated bodies [m]
 constexpr double kSkinShininess = 0.4;
 constexpr std::size_t kShapeBytesPerNode = 16'384;  ///< an engine's solid, about
 
 using ShapePtr = std::shared_ptr<const CsgShape>;
 
 Error stale(const Snapshot& s, AnyId id) {
-  return error(ErrorCode::stale_handle, s.describe(id) + " does not exist", "Look it up again by its name.");
+  return error(ErrorCode::stale_handle, s.describe(id) + " does not exist",
+               "Look it up again by its name.");
 }
 
 /// `object "arm" waits for solid "bore": ...`
@@ -47,15 +48,17 @@ Error broken(const std::string& provider, const std::string& what) {
 }
 
 bool is_finite(const Moments& m) {
-  return std::isfinite(m.volume) && std::isfinite(m.area) && spatial::is_finite(m.first) && spatial::is_finite(m.second) &&
-         std::isfinite(m.relative_error);
+  return std::isfinite(m.volume) && std::isfinite(m.area) && spatial::is_finite(m.first) &&
+         spatial::is_finite(m.second) && std::isfinite(m.relative_error);
 }
 
 /// A sentence about what is wrong with a mesh a provider made, or "".
 std::string fault_of(const Mesh& m) {
-  if (m.positions.size() % 3 != 0 || m.triangles.size() % 3 != 0) return "made a mesh with incomplete vertices or triangles";
-  if (m.normals.size() != m.positions.size()) return "made a mesh with " + std::to_string(m.normals.size() / 3) + " normals for " +
-                                                     std::to_string(m.positions.size() / 3) + " vertices";
+  if (m.positions.size() % 3 != 0 || m.triangles.size() % 3 != 0)
+    return "made a mesh with incomplete vertices or triangles";
+  if (m.normals.size() != m.positions.size())
+    return "made a mesh with " + std::to_string(m.normals.size() / 3) + " normals for " +
+           std::to_string(m.positions.size() / 3) + " vertices";
   if (m.triangles.empty()) return "made a mesh without triangles";
   for (const auto* numbers : {&m.positions, &m.normals, &m.edge_points})
     for (const float v : *numbers)
@@ -64,33 +67,40 @@ std::string fault_of(const Mesh& m) {
     if (i >= m.vertex_count()) return "made a mesh whose triangles name vertices that do not exist";
   std::size_t edge_points = 0;
   for (const auto n : m.edge_sizes) edge_points += n;
-  if (edge_points * 3 != m.edge_points.size()) return "made a mesh whose edges have the wrong number of points";
+  if (edge_points * 3 != m.edge_points.size())
+    return "made a mesh whose edges have the wrong number of points";
   for (const auto& f : m.faces)
-    if (std::size_t{f.first_triangle} + f.triangle_count > m.triangle_count()) return "made a mesh whose faces exceed its triangles";
+    if (std::size_t{f.first_triangle} + f.triangle_count > m.triangle_count())
+      return "made a mesh whose faces exceed its triangles";
   const auto report = geometry::check(m);
   return report.is_closed ? "" : "made an open mesh: " + report.problem;
 }
 
 std::size_t mesh_bytes(const Mesh& m) {
-  return sizeof(Mesh) + 4 * (m.positions.size() + m.normals.size() + m.triangles.size() + m.edge_points.size() + m.edge_sizes.size()) +
+  return sizeof(Mesh) +
+         4 * (m.positions.size() + m.normals.size() + m.triangles.size() + m.edge_points.size() +
+              m.edge_sizes.size()) +
          sizeof(Mesh::Face) * m.faces.size();
 }
 
 CsgTree tree_of(const model::Solid& s) {
   CsgTree tree;
   tree.nodes.reserve(s.nodes.size());
-  for (const auto& n : s.nodes) tree.nodes.push_back({n.kind, n.parent, model::pose(n.placement), n.sizes, n.name});
+  for (const auto& n : s.nodes)
+    tree.nodes.push_back({n.kind, n.parent, model::pose(n.placement), n.sizes, n.name});
   return tree;
 }
 
-void feed(Fingerprinter& fp, const Pose& t) { fp.add(std::span<const double>(t.R)).add(std::span<const double>(t.p)); }
+void feed(Fingerprinter& fp, const Pose& t) {
+  fp.add(std::span<const double>(t.R)).add(std::span<const double>(t.p));
+}
 
 /// A solid at a place within an object, nested objects resolved.
 struct Leaf {
   SolidId solid;
-  Pose placement;       ///< outermost_T_solid
-  MaterialId material;  ///< resolved; may be none
-  std::string name;     ///< "gripper.finger"; a solid's own name when it stands alone
+  Pose placement;         ///< outermost_T_solid
+  MaterialId material;    ///< resolved; may be none
+  std::string name;       ///< "gripper.finger"; a solid's own name when it stands alone
   std::size_t group = 0;  ///< leaves of one group share an object whose overlaps count once
 };
 
@@ -110,23 +120,28 @@ Result<std::vector<Leaf>> leaves_of(const Snapshot& s, AnyId id) {
     Step step = std::move(stack.back());
     stack.pop_back();
     if (++steps > kMostLeaves || leaves.size() >= kMostLeaves)
-      return error(ErrorCode::unsupported, "it has more than " + std::to_string(kMostLeaves) + " parts, nested ones included",
-                   "Divide it into smaller objects.", s.describe(id));
+      return error(
+          ErrorCode::unsupported,
+          "it has more than " + std::to_string(kMostLeaves) + " parts, nested ones included",
+          "Divide it into smaller objects.", s.describe(id));
     const Record* record = s.find(step.what);
     if (!record) return stale(s, step.what);
     if (const auto* solid = std::get_if<model::Solid>(&record->body)) {
-      leaves.push_back({SolidId{step.what.number}, step.placement, step.material ? step.material : solid->material,
-                        step.name.empty() ? record->name : std::move(step.name), step.group ? *step.group : groups++});
+      leaves.push_back({SolidId{step.what.number}, step.placement,
+                        step.material ? step.material : solid->material,
+                        step.name.empty() ? record->name : std::move(step.name),
+                        step.group ? *step.group : groups++});
       continue;
     }
     const auto* object = std::get_if<model::Object>(&record->body);
     if (!object)
-      return error(ErrorCode::invalid_argument, s.describe(step.what) + " is neither a solid nor an object");
+      return error(ErrorCode::invalid_argument,
+                   s.describe(step.what) + " is neither a solid nor an object");
     if (!step.group && object->overlap == model::Overlap::once) step.group = groups++;
     for (auto p = object->parts.rbegin(); p != object->parts.rend(); ++p)
       stack.push_back({p->what, spatial::compose(step.placement, model::pose(p->placement)),
-                       step.material ? step.material : p->material, step.name.empty() ? p->name : step.name + "." + p->name,
-                       step.group});
+                       step.material ? step.material : p->material,
+                       step.name.empty() ? p->name : step.name + "." + p->name, step.group});
   }
   return leaves;
 }
@@ -166,7 +181,9 @@ struct Derived::Impl {
     Fingerprinter fp("shape/1");
     fp.add(std::string_view(e.name)).add(std::string_view(e.version)).add(tree.nodes.size());
     for (const CsgNode& n : tree.nodes) {
-      fp.add(static_cast<int>(n.kind)).add(static_cast<int>(n.parent)).add(std::span<const double>(n.sizes));
+      fp.add(static_cast<int>(n.kind))
+          .add(static_cast<int>(n.parent))
+          .add(std::span<const double>(n.sizes));
       feed(fp, n.placement);
     }
     const Fingerprint key = fp.finish();
@@ -174,15 +191,17 @@ struct Derived::Impl {
     Fingerprinter failure("shape failure/1");
     failure.add(key);
     for (const CsgNode& n : tree.nodes) failure.add(std::string_view(n.name));
-    RMP_TRY_ASSIGN(auto found, cache.get<ShapePtr>(
-                                   key, failure.finish(),
-                                   [&]() -> Result<ShapePtr> {
-                                     if (progress.cancelled()) return error(ErrorCode::cancelled, "cancelled");
-                                     auto made = guarded(e.name, [&] { return e.csg->evaluate(tree, progress); });
-                                     if (made.ok() && !*made) return broken(e.name, "returned no solid");
-                                     return made;
-                                   },
-                                   [&](const ShapePtr&) { return kShapeBytesPerNode * tree.nodes.size(); }));
+    RMP_TRY_ASSIGN(auto found,
+                   cache.get<ShapePtr>(
+                       key, failure.finish(),
+                       [&]() -> Result<ShapePtr> {
+                         if (progress.cancelled()) return error(ErrorCode::cancelled, "cancelled");
+                         auto made =
+                             guarded(e.name, [&] { return e.csg->evaluate(tree, progress); });
+                         if (made.ok() && !*made) return broken(e.name, "returned no solid");
+                         return made;
+                       },
+                       [&](const ShapePtr&) { return kShapeBytesPerNode * tree.nodes.size(); }));
     return Shape{*found, key, std::move(e)};
   }
 
@@ -196,9 +215,11 @@ struct Derived::Impl {
     return cache.get<Mesh>(
         key, key,
         [&]() -> Result<Mesh> {
-          auto made = guarded(s.engine.name, [&] { return s.engine.csg->mesh(*s.shape, quality, progress); });
+          auto made = guarded(s.engine.name,
+                              [&] { return s.engine.csg->mesh(*s.shape, quality, progress); });
           if (made.ok())
-            if (const std::string fault = fault_of(*made); !fault.empty()) return broken(s.engine.name, fault);
+            if (const std::string fault = fault_of(*made); !fault.empty())
+              return broken(s.engine.name, fault);
           return made;
         },
         mesh_bytes);
@@ -208,17 +229,21 @@ struct Derived::Impl {
     Fingerprinter fp("moments/1");
     fp.add(s.key);
     const Fingerprint key = fp.finish();
-    RMP_TRY_ASSIGN(auto found, cache.get<Moments>(
-                                   key, key,
-                                   [&]() -> Result<Moments> {
-                                     auto made = guarded(s.engine.name, [&] { return s.engine.csg->moments(*s.shape, progress); });
-                                     if (made.ok() && !is_finite(*made))
-                                       return broken(s.engine.name, "returned moments that are not finite numbers");
-                                     if (made.ok() && !(made->volume > 0))
-                                       return broken(s.engine.name, "returned a volume of " + text::print(made->volume) + " m^3");
-                                     return made;
-                                   },
-                                   [](const Moments&) { return sizeof(Moments); }));
+    RMP_TRY_ASSIGN(
+        auto found,
+        cache.get<Moments>(
+            key, key,
+            [&]() -> Result<Moments> {
+              auto made =
+                  guarded(s.engine.name, [&] { return s.engine.csg->moments(*s.shape, progress); });
+              if (made.ok() && !is_finite(*made))
+                return broken(s.engine.name, "returned moments that are not finite numbers");
+              if (made.ok() && !(made->volume > 0))
+                return broken(s.engine.name,
+                              "returned a volume of " + text::print(made->volume) + " m^3");
+              return made;
+            },
+            [](const Moments&) { return sizeof(Moments); }));
     return *found;
   }
 
@@ -227,7 +252,8 @@ struct Derived::Impl {
     const auto* solid = s.get(id);
     if (!solid) return stale(s, id);
     if (solid->nodes.empty())
-      return error(ErrorCode::invalid_argument, "it has no nodes", "Add a primitive such as a box to it.", s.describe(id));
+      return error(ErrorCode::invalid_argument, "it has no nodes",
+                   "Add a primitive such as a box to it.", s.describe(id));
     return solid;
   }
 
@@ -236,7 +262,8 @@ struct Derived::Impl {
     return shape(tree_of(*solid), progress).in(s.describe(id));
   }
 
-  Result<CsgEngine::Partition> partition(const std::vector<Shape>& shapes, const std::vector<Pose>& poses, Progress& progress) {
+  Result<CsgEngine::Partition> partition(const std::vector<Shape>& shapes,
+                                         const std::vector<Pose>& poses, Progress& progress) {
     const Engine& e = shapes.front().engine;
     Fingerprinter fp("partition/1");
     fp.add(shapes.size());
@@ -245,29 +272,33 @@ struct Derived::Impl {
       feed(fp, poses[i]);
     }
     const Fingerprint key = fp.finish();
-    RMP_TRY_ASSIGN(auto found,
-                   cache.get<CsgEngine::Partition>(
-                       key, key,
-                       [&]() -> Result<CsgEngine::Partition> {
-                         std::vector<PlacedShape> placed;
-                         for (std::size_t i = 0; i < shapes.size(); ++i) placed.push_back({shapes[i].shape, poses[i]});
-                         auto made = guarded(e.name, [&] { return e.csg->partition(placed, progress); });
-                         if (!made.ok()) return made;
-                         if (made->parts.size() != placed.size())
-                           return broken(e.name, "returned " + std::to_string(made->parts.size()) + " parts for " +
-                                                     std::to_string(placed.size()));
-                         if (!std::isfinite(made->overlap) || !std::all_of(made->parts.begin(), made->parts.end(), is_finite))
-                           return broken(e.name, "returned moments that are not finite numbers");
-                         return made;
-                       },
-                       [](const CsgEngine::Partition& p) { return sizeof(Moments) * p.parts.size(); }));
+    RMP_TRY_ASSIGN(
+        auto found,
+        cache.get<CsgEngine::Partition>(
+            key, key,
+            [&]() -> Result<CsgEngine::Partition> {
+              std::vector<PlacedShape> placed;
+              for (std::size_t i = 0; i < shapes.size(); ++i)
+                placed.push_back({shapes[i].shape, poses[i]});
+              auto made = guarded(e.name, [&] { return e.csg->partition(placed, progress); });
+              if (!made.ok()) return made;
+              if (made->parts.size() != placed.size())
+                return broken(e.name, "returned " + std::to_string(made->parts.size()) +
+                                          " parts for " + std::to_string(placed.size()));
+              if (!std::isfinite(made->overlap) ||
+                  !std::all_of(made->parts.begin(), made->parts.end(), is_finite))
+                return broken(e.name, "returned moments that are not finite numbers");
+              return made;
+            },
+            [](const CsgEngine::Partition& p) { return sizeof(Moments) * p.parts.size(); }));
     return *found;
   }
 
   /// Adds the mass of leaves that share one object with Overlap::once.
-  Result<void> add_group(const Snapshot& s, std::vector<const Leaf*> group, std::vector<MassProperties>& masses, BodyMass& sum,
-                         Progress& progress) {
-    std::stable_partition(group.begin(), group.end(), [](const Leaf* l) { return static_cast<bool>(l->material); });
+  Result<void> add_group(const Snapshot& s, std::vector<const Leaf*> group,
+                         std::vector<MassProperties>& masses, BodyMass& sum, Progress& progress) {
+    std::stable_partition(group.begin(), group.end(),
+                          [](const Leaf* l) { return static_cast<bool>(l->material); });
     std::vector<Shape> shapes;
     std::vector<Pose> poses;
     std::vector<double> densities;
@@ -284,18 +315,21 @@ struct Derived::Impl {
       densities.push_back(material ? material->density : 0);
       if (!material) {
         std::string note = s.describe(l->solid) + " has no material, so it has no mass.";
-        if (std::find(sum.notes.begin(), sum.notes.end(), note) == sum.notes.end()) sum.notes.push_back(std::move(note));
+        if (std::find(sum.notes.begin(), sum.notes.end(), note) == sum.notes.end())
+          sum.notes.push_back(std::move(note));
       }
       sum.area += m->area;
       sum.exact = sum.exact && m->exact;
       for (const std::string& note : shapes.back().shape->notes()) {
         std::string full = s.describe(l->solid) + ": " + note;
-        if (std::find(sum.notes.begin(), sum.notes.end(), full) == sum.notes.end()) sum.notes.push_back(std::move(full));
+        if (std::find(sum.notes.begin(), sum.notes.end(), full) == sum.notes.end())
+          sum.notes.push_back(std::move(full));
       }
     }
     if (group.size() == 1) {
       sum.volume += whole[0].volume;
-      masses.push_back(spatial::in_frame(spatial::mass_properties(whole[0], densities[0]), poses[0]));
+      masses.push_back(
+          spatial::in_frame(spatial::mass_properties(whole[0], densities[0]), poses[0]));
       return {};
     }
     RMP_TRY_ASSIGN(const CsgEngine::Partition parts, partition(shapes, poses, progress));
@@ -323,8 +357,8 @@ struct Derived::Impl {
     }
     sum.mass = spatial::combine(masses);
     if (!spatial::is_finite(sum.mass))
-      return error(ErrorCode::invalid_argument, "its mass is beyond the range of real numbers", "Check sizes and densities.",
-                   s.describe(id));
+      return error(ErrorCode::invalid_argument, "its mass is beyond the range of real numbers",
+                   "Check sizes and densities.", s.describe(id));
     return sum;
   }
 
@@ -344,17 +378,24 @@ struct Derived::Impl {
 
   Result<std::array<Vec3, 2>> bounds(const Snapshot& s, AnyId id, Progress& progress) {
     RMP_TRY_ASSIGN(const std::vector<Leaf> leaves, leaves_of(s, id));
-    if (leaves.empty()) return error(ErrorCode::invalid_argument, "it has no parts", "Add a part to it.", s.describe(id));
+    if (leaves.empty())
+      return error(ErrorCode::invalid_argument, "it has no parts", "Add a part to it.",
+                   s.describe(id));
     constexpr double kInf = std::numeric_limits<double>::infinity();
     std::array<Vec3, 2> box{{{kInf, kInf, kInf}, {-kInf, -kInf, -kInf}}};
     for (const Leaf& l : leaves) {
       RMP_TRY_ASSIGN(const Shape shape_of_leaf, shape(s, l.solid, progress));
-      auto own = guarded(shape_of_leaf.engine.name, [&]() -> Result<std::array<Vec3, 2>> { return shape_of_leaf.shape->bounds(); });
+      auto own = guarded(shape_of_leaf.engine.name, [&]() -> Result<std::array<Vec3, 2>> {
+        return shape_of_leaf.shape->bounds();
+      });
       if (!own.ok()) return std::move(own).error().in(s.describe(l.solid));
       if (!spatial::is_finite((*own)[0]) || !spatial::is_finite((*own)[1]))
-        return broken(shape_of_leaf.engine.name, "returned bounds that are not finite numbers").in(s.describe(l.solid));
+        return broken(shape_of_leaf.engine.name, "returned bounds that are not finite numbers")
+            .in(s.describe(l.solid));
       for (unsigned corner = 0; corner < 8; ++corner) {
-        const Vec3 p = spatial::transform(l.placement, {(*own)[corner & 1U][0], (*own)[(corner >> 1U) & 1U][1], (*own)[(corner >> 2U) & 1U][2]});
+        const Vec3 p =
+            spatial::transform(l.placement, {(*own)[corner & 1U][0], (*own)[(corner >> 1U) & 1U][1],
+                                             (*own)[(corner >> 2U) & 1U][2]});
         for (std::size_t i = 0; i < 3; ++i) {
           box[0][i] = std::min(box[0][i], p[i]);
           box[1][i] = std::max(box[1][i], p[i]);
@@ -365,7 +406,8 @@ struct Derived::Impl {
   }
 
   /// Mass of a link's designed parts in the link's frame; nullopt without parts or material.
-  Result<std::optional<MassProperties>> designed_mass(const Snapshot& s, const model::Link& link, Progress& progress) {
+  Result<std::optional<MassProperties>> designed_mass(const Snapshot& s, const model::Link& link,
+                                                      Progress& progress) {
     std::vector<MassProperties> masses;
     for (const auto& p : link.parts) {
       RMP_TRY_ASSIGN(const BodyMass m, mass(s, p.what, progress));
@@ -375,7 +417,8 @@ struct Derived::Impl {
     return std::optional<MassProperties>{spatial::combine(masses)};
   }
 
-  Result<std::shared_ptr<const RobotModel>> robot_model(const Snapshot& s, RobotId id, Vec3 gravity, Progress& progress) {
+  Result<std::shared_ptr<const RobotModel>> robot_model(const Snapshot& s, RobotId id, Vec3 gravity,
+                                                        Progress& progress) {
     const Record* record = s.find(id);
     if (!record) return stale(s, id);
     const auto& robot = std::get<model::Robot>(record->body);
@@ -410,7 +453,9 @@ struct Derived::Impl {
     const Fingerprint key = fp.finish();
     return cache.get<RobotModel>(
         key, key, [&] { return robotics::build_robot_model(record->name, robot, masses, gravity); },
-        [](const RobotModel& m) { return sizeof(RobotModel) + sizeof(JointModel) * m.joints.size(); });
+        [](const RobotModel& m) {
+          return sizeof(RobotModel) + sizeof(JointModel) * m.joints.size();
+        });
   }
 
   Result<RobotBodies> robot_bodies(const Snapshot& s, RobotId id, Progress& progress) {
@@ -418,13 +463,15 @@ struct Derived::Impl {
     if (!robot) return stale(s, id);
     RobotBodies out;
     out.bodies.resize(robot->links.size() + 1);
-    out.generated = robot->base_parts.empty() &&
-                    std::all_of(robot->links.begin(), robot->links.end(), [](const auto& l) { return l.parts.empty(); });
+    out.generated =
+        robot->base_parts.empty() && std::all_of(robot->links.begin(), robot->links.end(),
+                                                 [](const auto& l) { return l.parts.empty(); });
     if (out.generated) {
       RMP_TRY(add_skin(*robot, out, progress));
       return out;
     }
-    const auto add = [&](const std::vector<model::BodyPart>& parts, std::vector<Drawable>& to) -> Result<void> {
+    const auto add = [&](const std::vector<model::BodyPart>& parts,
+                         std::vector<Drawable>& to) -> Result<void> {
       for (const auto& p : parts) {
         RMP_TRY_ASSIGN(auto drawn, drawables(s, p.what, progress));
         for (Drawable& d : drawn) {
@@ -442,11 +489,17 @@ struct Derived::Impl {
 
   Result<void> add_skin(const model::Robot& robot, RobotBodies& out, Progress& progress) {
     const robotics::Skin skin = robotics::make_skin(robot);
-    const auto add = [&](const std::vector<robotics::SkinPiece>& pieces, const std::string& name, std::vector<Drawable>& to) -> Result<void> {
+    const auto add = [&](const std::vector<robotics::SkinPiece>& pieces, const std::string& name,
+                         std::vector<Drawable>& to) -> Result<void> {
       for (const auto& piece : pieces) {
         RMP_TRY_ASSIGN(auto m, mesh(piece.tree, kSkinChord, progress));
-        to.push_back({name, std::move(m), {}, piece.role == robotics::SkinRole::tube ? robot.skin_colour : robot.skin_accent,
-                      kSkinShininess, 0});
+        to.push_back(
+            {name,
+             std::move(m),
+             {},
+             piece.role == robotics::SkinRole::tube ? robot.skin_colour : robot.skin_accent,
+             kSkinShininess,
+             0});
       }
       return {};
     };
@@ -469,16 +522,19 @@ namespace {
 template <class T>
 Result<T> for_whom(const Snapshot& s, AnyId who, Result<T> result) {
   if (result.ok() || result.error().code == ErrorCode::cancelled) return result;
-  if (who.kind == Kind::solid || result.error().where == s.describe(who) || !s.find(who)) return result;
+  if (who.kind == Kind::solid || result.error().where == s.describe(who) || !s.find(who))
+    return result;
   return waits(s, who, std::move(result).error());
 }
 
 }  // namespace
 
-Derived::Derived(const Registry& registry, std::size_t budget_bytes) : impl_(std::make_unique<Impl>(registry, budget_bytes)) {}
+Derived::Derived(const Registry& registry, std::size_t budget_bytes)
+    : impl_(std::make_unique<Impl>(registry, budget_bytes)) {}
 Derived::~Derived() = default;
 
-Result<std::shared_ptr<const Mesh>> Derived::mesh(const Snapshot& s, SolidId id, Progress& progress) {
+Result<std::shared_ptr<const Mesh>> Derived::mesh(const Snapshot& s, SolidId id,
+                                                  Progress& progress) {
   RMP_TRY_ASSIGN(const auto* solid, Impl::solid_of(s, id));
   return impl_->mesh(tree_of(*solid), solid->chord, progress).in(s.describe(id));
 }
@@ -500,7 +556,8 @@ Result<std::vector<Drawable>> Derived::drawables(const Snapshot& s, AnyId id, Pr
   return for_whom(s, id, impl_->drawables(s, id, progress));
 }
 
-Result<std::shared_ptr<const RobotModel>> Derived::robot_model(const Snapshot& s, RobotId id, Vec3 gravity, Progress& progress) {
+Result<std::shared_ptr<const RobotModel>> Derived::robot_model(const Snapshot& s, RobotId id,
+                                                               Vec3 gravity, Progress& progress) {
   auto made = impl_->robot_model(s, id, gravity, progress);
   // Faults of the robot itself say so already.
   if (!made.ok() && made.error().where.starts_with("robot ")) return made;

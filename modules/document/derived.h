@@ -24,10 +24,10 @@ namespace robomosp::document {
 /// is inside it, also in nested objects, is counted once, for the part listed first; parts
 /// without material come last, so that they take no mass from others.
 struct BodyMass {
-  MassProperties mass;      ///< zero mass when no part has a material
-  double volume = 0;        ///< counted once where parts overlap (Overlap::once) [m^3]
-  double area = 0;          ///< sum of the parts' surface areas [m^2]
-  double overlap = 0;       ///< volume that was counted once though parts share it [m^3]
+  MassProperties mass;  ///< zero mass when no part has a material
+  double volume = 0;    ///< counted once where parts overlap (Overlap::once) [m^3]
+  double area = 0;      ///< sum of the parts' surface areas [m^2]
+  double overlap = 0;   ///< volume that was counted once though parts share it [m^3]
   bool exact = true;
   std::vector<std::string> notes;  ///< such as: solid "cover" has no material, so it has no mass
 };
@@ -36,14 +36,14 @@ struct BodyMass {
 struct Drawable {
   std::string name;
   std::shared_ptr<const Mesh> mesh;
-  Pose placement;           ///< parent_T_mesh: parent = record's frame, or link frame for robots
-  Colour colour;            ///< sRGB
+  Pose placement;  ///< parent_T_mesh: parent = record's frame, or link frame for robots
+  Colour colour;   ///< sRGB
   double shininess = 0.3, metalness = 0;
 };
 
 /// What to draw for a robot: [0] = base, in the base frame (mounting frame times Robot::base), then
-/// one list a link, in the link's frame; an invisible link has an empty list. `generated` tells that
-/// no part is designed and the bodies are a skin made from the rows.
+/// one list a link, in the link's frame; an invisible link has an empty list. `generated` tells
+/// that no part is designed and the bodies are a skin made from the rows.
 struct RobotBodies {
   std::vector<std::vector<Drawable>> bodies;
   bool generated = false;
@@ -73,7 +73,8 @@ class Derived {
 
   /// The mechanism with masses by its mass_source (parts of one link add up); gravity is given in
   /// the mounting frame.
-  Result<std::shared_ptr<const RobotModel>> robot_model(const Snapshot&, RobotId, Vec3 gravity, Progress&);
+  Result<std::shared_ptr<const RobotModel>> robot_model(const Snapshot&, RobotId, Vec3 gravity,
+                                                        Progress&);
   Result<RobotBodies> robot_bodies(const Snapshot&, RobotId, Progress&);
 
   [[nodiscard]] CacheStats stats() const;

@@ -15,12 +15,8 @@ class Feeder {
   void operator()(const Material& m) {
     all(m.description, m.source, m.density, m.colour, m.shininess, m.metalness);
   }
-  void operator()(const Solid& s) {
-    all(s.description, AnyId(s.material), s.chord, s.nodes);
-  }
-  void operator()(const Object& o) {
-    all(o.description, static_cast<int>(o.overlap), o.parts);
-  }
+  void operator()(const Solid& s) { all(s.description, AnyId(s.material), s.chord, s.nodes); }
+  void operator()(const Object& o) { all(o.description, static_cast<int>(o.overlap), o.parts); }
   void operator()(const Robot& r) {
     all(r.description, r.source, static_cast<int>(r.convention), static_cast<int>(r.mass_source),
         r.base, r.base_parts, r.links, r.tool, r.poses, r.ik, r.inverse_dynamics,

@@ -24,14 +24,16 @@ constexpr std::size_t kStepOverhead = 8192;
 constexpr std::size_t kMostNamed = 5;  ///< referrers named in a refusal
 
 Error stale(AnyId id) {
-  return error(ErrorCode::stale_handle,
-               std::string(to_string(id.kind)) + " #" + std::to_string(id.number) + " no longer exists",
-               "Look it up again by its name.");
+  return error(
+      ErrorCode::stale_handle,
+      std::string(to_string(id.kind)) + " #" + std::to_string(id.number) + " no longer exists",
+      "Look it up again by its name.");
 }
 
 std::string name_some(const Snapshot& s, const std::vector<AnyId>& ids) {
   std::vector<std::string> words;
-  for (std::size_t i = 0; i < ids.size() && i < kMostNamed; ++i) words.push_back(s.describe(ids[i]));
+  for (std::size_t i = 0; i < ids.size() && i < kMostNamed; ++i)
+    words.push_back(s.describe(ids[i]));
   if (ids.size() > kMostNamed) words.push_back(std::to_string(ids.size() - kMostNamed) + " more");
   return text::enumerate(words);
 }
@@ -58,9 +60,10 @@ Error cycle_error(const Snapshot& s, std::vector<AnyId> cycle, const std::vector
   }
   std::string path;
   for (const AnyId id : cycle) path += (path.empty() ? "" : " > ") + s.find(id)->name;
-  return error(ErrorCode::conflict,
-               "cannot place object " + name(cycle.front()) + " in object " + name(cycle.back()) + ": " +
-                   name(cycle.back()) + " is already part of " + name(cycle.front()) + " (" + path + ")");
+  return error(ErrorCode::conflict, "cannot place object " + name(cycle.front()) + " in object " +
+                                        name(cycle.back()) + ": " + name(cycle.back()) +
+                                        " is already part of " + name(cycle.front()) + " (" + path +
+                                        ")");
 }
 
 /// Objects are the only records that refer to their own kind, so only they can form a cycle, and
@@ -141,7 +144,8 @@ std::vector<AnyId> affected_order(const Snapshot& s, const std::vector<AnyId>& c
   }
   std::vector<AnyId> gone, objects;
   std::array<std::vector<AnyId>, std::size(kAllKinds)> by_kind;
-  for (const AnyId id : all) (s.find(id) ? by_kind[static_cast<std::size_t>(id.kind)] : gone).push_back(id);
+  for (const AnyId id : all)
+    (s.find(id) ? by_kind[static_cast<std::size_t>(id.kind)] : gone).push_back(id);
   std::sort(gone.begin(), gone.end());
   for (auto& ids : by_kind) std::sort(ids.begin(), ids.end());
 
@@ -202,7 +206,8 @@ struct Document::Impl {
   void remember(Step step) {
     for (const Step& s : undone) history_bytes -= s.bytes;
     undone.clear();
-    const bool same_gesture = !step.gesture.empty() && !done.empty() && done.back().gesture == step.gesture;
+    const bool same_gesture =
+        !step.gesture.empty() && !done.empty() && done.back().gesture == step.gesture;
     if (same_gesture) {
       Step& top = done.back();
       top.after = std::move(step.after);
@@ -231,14 +236,16 @@ struct Document::Impl {
   Result<Commit> step(std::deque<Step>& from, std::deque<Step>& to, bool is_undo) {
     const char* verb = is_undo ? "undo" : "redo";
     if (is_open)
-      return error(ErrorCode::conflict, std::string("cannot ") + verb + " while a transaction is open",
+      return error(ErrorCode::conflict,
+                   std::string("cannot ") + verb + " while a transaction is open",
                    "Commit it or drop it first.");
     if (from.empty()) return error(ErrorCode::conflict, std::string("there is nothing to ") + verb);
     Step s = std::move(from.back());
     from.pop_back();
     s.gesture.clear();  // what follows an undo or redo is a step of its own
     if (!done.empty()) done.back().gesture.clear();
-    const SnapshotPtr now = publish(std::make_shared<Snapshot::State>(*(is_undo ? s.before : s.after)));
+    const SnapshotPtr now =
+        publish(std::make_shared<Snapshot::State>(*(is_undo ? s.before : s.after)));
     Commit commit{now->revision(), s.label, s.changed, affected_order(*now, s.changed)};
     to.push_back(std::move(s));
     tell(commit);
@@ -321,7 +328,8 @@ Result<void> Transaction::edit(AnyId id, const std::function<Result<void>(Record
   auto record = std::make_shared<Record>(*old);
   RMP_TRY(change(*record));
   if (record->kind() != id.kind)
-    return error(ErrorCode::invalid_argument, "an edit cannot turn " + work_->now.describe(id) + " into a " +
+    return error(ErrorCode::invalid_argument, "an edit cannot turn " + work_->now.describe(id) +
+                                                  " into a " +
                                                   std::string(to_string(record->kind())));
   if (record->name != old->name) {
     if (!is_name(record->name)) return bad_name(record->name, to_string(id.kind));
@@ -337,16 +345,19 @@ Result<void> Transaction::remove(AnyId id) {
   auto referrers = work_->now.referrers(id);
   if (!referrers.empty())
     return error(ErrorCode::conflict,
-                 "cannot remove " + work_->now.describe(id) + ": " + name_some(work_->now, referrers) +
+                 "cannot remove " + work_->now.describe(id) + ": " +
+                     name_some(work_->now, referrers) +
                      (referrers.size() == 1 ? " refers to it" : " refer to it"),
-                 referrers.size() == 1 ? "Remove or change that one first." : "Remove or change those first.");
+                 referrers.size() == 1 ? "Remove or change that one first."
+                                       : "Remove or change those first.");
   work_->put(id, nullptr);
   return {};
 }
 
 std::string Transaction::free_name(Kind kind, std::string_view wanted) const {
   std::string name(wanted);
-  for (int i = 2; work_->now.find(kind, name); ++i) name = std::string(wanted) + "_" + std::to_string(i);
+  for (int i = 2; work_->now.find(kind, name); ++i)
+    name = std::string(wanted) + "_" + std::to_string(i);
   return name;
 }
 
@@ -411,7 +422,8 @@ std::vector<std::string> Document::undo_labels() const {
 }
 std::vector<std::string> Document::redo_labels() const {
   std::vector<std::string> labels;
-  for (auto it = impl_->undone.rbegin(); it != impl_->undone.rend(); ++it) labels.push_back(it->label);
+  for (auto it = impl_->undone.rbegin(); it != impl_->undone.rend(); ++it)
+    labels.push_back(it->label);
   return labels;
 }
 

@@ -29,13 +29,13 @@ class Snapshot {
   Snapshot();
   ~Snapshot();
   [[nodiscard]] std::uint64_t revision() const;
-  [[nodiscard]] std::size_t size() const;                       ///< number of records
-  [[nodiscard]] const Record* find(AnyId) const;                ///< nullptr if it is not there
+  [[nodiscard]] std::size_t size() const;         ///< number of records
+  [[nodiscard]] const Record* find(AnyId) const;  ///< nullptr if it is not there
   [[nodiscard]] RecordPtr share(AnyId) const;
   [[nodiscard]] std::optional<AnyId> find(Kind, std::string_view name) const;
-  [[nodiscard]] std::vector<AnyId> list(Kind) const;            ///< in order of creation
+  [[nodiscard]] std::vector<AnyId> list(Kind) const;  ///< in order of creation
   [[nodiscard]] std::vector<AnyId> list() const;
-  [[nodiscard]] std::vector<AnyId> referrers(AnyId) const;      ///< who refers to it, ascending
+  [[nodiscard]] std::vector<AnyId> referrers(AnyId) const;  ///< who refers to it, ascending
   /// The content, or nullptr if the id is stale or of another kind.
   template <Kind K>
   [[nodiscard]] const auto* get(Id<K> id) const {
@@ -121,7 +121,8 @@ class Document {
   void clear();
   /// Called after every commit, undo and redo.
   void on_commit(std::function<void(const Commit&)>);
-  /// Fingerprint-like text of all records, independent of ids and revision; equal content, equal text.
+  /// Fingerprint-like text of all records, independent of ids and revision; equal content, equal
+  /// text.
   [[nodiscard]] std::string content_digest() const;
 
  private:

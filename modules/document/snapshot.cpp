@@ -81,8 +81,10 @@ void Snapshot::State::put(AnyId id, RecordPtr record) {
   own.record = std::move(record);
 
   std::vector<AnyId> gone, come;
-  std::set_difference(before.begin(), before.end(), after.begin(), after.end(), std::back_inserter(gone));
-  std::set_difference(after.begin(), after.end(), before.begin(), before.end(), std::back_inserter(come));
+  std::set_difference(before.begin(), before.end(), after.begin(), after.end(),
+                      std::back_inserter(gone));
+  std::set_difference(after.begin(), after.end(), before.begin(), before.end(),
+                      std::back_inserter(come));
   for (const AnyId target : gone) {
     if (!slot(target.number)) continue;
     auto& list = slot_for_change(target.number).referrers;

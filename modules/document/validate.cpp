@@ -61,7 +61,8 @@ Result<void> colour(const Colour& c, const std::string& what) {
 Result<void> placement(const Placement& p, const std::string& what) {
   RMP_TRY(finite(p.position, "the position of " + what));
   RMP_TRY(finite(p.angles, "an angle of the placement of " + what));
-  if (p.notation > AngleNotation::zyz) return fault("the placement of " + what + " has an unknown notation of angles");
+  if (p.notation > AngleNotation::zyz)
+    return fault("the placement of " + what + " has an unknown notation of angles");
   return {};
 }
 Result<void> choice(const ProviderChoice& p, const std::string& what) {
@@ -82,7 +83,8 @@ class Names {
   Result<void> add(const std::string& name) {
     if (!is_name(name)) return bad_name(name, what_);
     if (!seen_.insert(name).second)
-      return error(ErrorCode::conflict, "there are two " + std::string(what_) + "s named " + quote(name),
+      return error(ErrorCode::conflict,
+                   "there are two " + std::string(what_) + "s named " + quote(name),
                    "Give each its own name.");
     return {};
   }
@@ -116,8 +118,8 @@ Result<void> check_node(const Solid& s, std::size_t i) {
   if (n.parent >= 0 && !is_operation(s.nodes[static_cast<std::size_t>(n.parent)].kind)) {
     const auto& p = s.nodes[static_cast<std::size_t>(n.parent)];
     const auto* info = primitive(p.kind);
-    return fault(node + " is inside " + std::string(info ? info->name : "node") + " " + quote(p.name) +
-                     ", which is a primitive",
+    return fault(node + " is inside " + std::string(info ? info->name : "node") + " " +
+                     quote(p.name) + ", which is a primitive",
                  "Only a union, difference or intersection has nodes inside.");
   }
   RMP_TRY(placement(n.placement, node));
@@ -183,8 +185,9 @@ Result<void> check_link(const Robot& r, std::size_t i) {
   RMP_TRY(finite(l.row.d, "d" + of));
   RMP_TRY(finite(l.row.theta, "theta" + of));
   if (!(l.lower <= l.upper))
-    return fault("the lower limit" + of + " is " + shown(l.lower) + " and the upper " + shown(l.upper),
-                 "The lower limit must not exceed the upper one.");
+    return fault(
+        "the lower limit" + of + " is " + shown(l.lower) + " and the upper " + shown(l.upper),
+        "The lower limit must not exceed the upper one.");
   RMP_TRY(limit(l.max_velocity, "max_velocity" + of));
   RMP_TRY(limit(l.max_acceleration, "max_acceleration" + of));
   RMP_TRY(limit(l.max_force, "max_force" + of));
@@ -225,7 +228,8 @@ Result<void> check(const Robot& r, Subject& subject) {
     subject = {"link", i};
     RMP_TRY(names.add(r.links[i].name));
     if (r.links[i].name == "base")
-      return fault("a link cannot be named \"base\"", "\"base\" is the frame the first link stands on.");
+      return fault("a link cannot be named \"base\"",
+                   "\"base\" is the frame the first link stands on.");
     RMP_TRY(check_link(r, i));
   }
   const auto dof = static_cast<std::size_t>(std::count_if(
@@ -254,10 +258,12 @@ Result<void> check(const Trajectory& t, Subject& subject) {
   for (std::size_t i = 0; i < t.segments.size(); ++i) {
     subject = {"segment", i};
     const std::string segment = "segment " + std::to_string(i + 1);
-    if (!is_name(t.segments[i].shape.name)) return bad_name(t.segments[i].shape.name, "shape of " + segment);
+    if (!is_name(t.segments[i].shape.name))
+      return bad_name(t.segments[i].shape.name, "shape of " + segment);
     RMP_TRY(choice(t.segments[i].shape, segment));
     for (std::size_t k = 0; k < t.segments[i].points.size(); ++k)
-      RMP_TRY(placement(t.segments[i].points[k], "point " + std::to_string(k + 1) + " of " + segment));
+      RMP_TRY(
+          placement(t.segments[i].points[k], "point " + std::to_string(k + 1) + " of " + segment));
   }
   return {};
 }
@@ -284,7 +290,8 @@ Result<void> check(const World& w, Subject& subject) {
     const PlacedTrajectory& t = w.trajectories[i];
     subject = {"trajectory", i};
     RMP_TRY(names.add(t.name));
-    if (!t.trajectory) return fault("the placed trajectory " + quote(t.name) + " names no trajectory");
+    if (!t.trajectory)
+      return fault("the placed trajectory " + quote(t.name) + " names no trajectory");
     RMP_TRY(placement(t.placement, "trajectory " + quote(t.name)));
   }
   return {};

@@ -17,7 +17,8 @@ namespace {
 using namespace model;
 using text::quote;
 
-constexpr std::uint32_t kFile = std::numeric_limits<std::uint32_t>::max();  ///< the outermost "block"
+constexpr std::uint32_t kFile =
+    std::numeric_limits<std::uint32_t>::max();  ///< the outermost "block"
 
 /// One field that a block may have.
 struct Rule {
@@ -47,7 +48,8 @@ class Binder {
       for (const Kind k : kAllKinds) kinds.emplace_back(to_string(k));
       std::string hint = text::did_you_mean(s_.kind, kinds);
       if (hint.empty()) hint = "Kinds are " + text::enumerate(kinds) + ".";
-      return s_.at(s_.kind_offset, ErrorCode::syntax, quote(s_.kind) + " is not a kind of record", hint);
+      return s_.at(s_.kind_offset, ErrorCode::syntax, quote(s_.kind) + " is not a kind of record",
+                   hint);
     }
     switch (*kind) {
       case Kind::material: RMP_TRY(material()); break;
@@ -89,7 +91,8 @@ class Binder {
     for (Index i = 0; i < s_.fields.size(); i = at(i).end) {
       if (!is_node(i)) continue;
       if (root)
-        return s_.at(at(i).offset, ErrorCode::syntax, "a solid has a single top-level node, and this is the second",
+        return s_.at(at(i).offset, ErrorCode::syntax,
+                     "a solid has a single top-level node, and this is the second",
                      "Put both inside a union, difference or intersection.");
       root = i;
     }
@@ -151,7 +154,8 @@ class Binder {
     if (is_operation) return {};
     for (Index k = i + 1; k < at(i).end; k = at(k).end)
       if (is_inner(k))
-        return s_.at(at(k).offset, ErrorCode::syntax, article(at(i).name) + " is a primitive and has no nodes inside",
+        return s_.at(at(k).offset, ErrorCode::syntax,
+                     article(at(i).name) + " is a primitive and has no nodes inside",
                      "Put both inside a union, difference or intersection.");
     return {};
   }
@@ -159,26 +163,28 @@ class Binder {
   Result<void> object() {
     Object o;
     std::unordered_map<std::string, Index> named;
-    Result<void> fields_read = block(kFile, "an object",
-                  {name_rule(), string("description", o.description),
-                   words("overlap", {"once", "sum"}, [&](std::size_t k) { o.overlap = static_cast<Overlap>(k); }),
-                   repeated("part", [&](Index i) -> Result<void> {
-                     ObjectPart p;
-                     const std::size_t at_part = o.parts.size();
-                     RMP_TRY(element(i, "part", at_part, p.name, named));
-                     std::vector<Rule> rules = body("part " + quote(p.name), [at_part](Body& b, AnyId id) {
-                       std::get<Object>(b).parts[at_part].what = id;
-                     });
-                     rules.push_back(reference("material", {Kind::material}, "part " + quote(p.name),
-                                               [at_part](Body& b, AnyId id) {
-                                                 std::get<Object>(b).parts[at_part].material = {id.number};
-                                               }));
-                     placement(rules, p.placement);
-                     RMP_TRY(block(i, "a part", rules));
-                     RMP_TRY(need_body(i));
-                     o.parts.push_back(std::move(p));
-                     return {};
-                   })});
+    Result<void> fields_read = block(
+        kFile, "an object",
+        {name_rule(), string("description", o.description),
+         words("overlap", {"once", "sum"},
+               [&](std::size_t k) { o.overlap = static_cast<Overlap>(k); }),
+         repeated("part", [&](Index i) -> Result<void> {
+           ObjectPart p;
+           const std::size_t at_part = o.parts.size();
+           RMP_TRY(element(i, "part", at_part, p.name, named));
+           std::vector<Rule> rules = body("part " + quote(p.name), [at_part](Body& b, AnyId id) {
+             std::get<Object>(b).parts[at_part].what = id;
+           });
+           rules.push_back(reference("material", {Kind::material}, "part " + quote(p.name),
+                                     [at_part](Body& b, AnyId id) {
+                                       std::get<Object>(b).parts[at_part].material = {id.number};
+                                     }));
+           placement(rules, p.placement);
+           RMP_TRY(block(i, "a part", rules));
+           RMP_TRY(need_body(i));
+           o.parts.push_back(std::move(p));
+           return {};
+         })});
     RMP_TRY(std::move(fields_read));
     out_.record.body = std::move(o);
     return {};
@@ -191,8 +197,10 @@ class Binder {
     Result<void> fields_read = block(
         kFile, "a robot",
         {name_rule(), string("description", r.description), string("source", r.source),
-         words("convention", {"dh", "mdh"}, [&](std::size_t k) { r.convention = static_cast<Convention>(k); }),
-         words("masses", {"given", "designed"}, [&](std::size_t k) { r.mass_source = static_cast<MassSource>(k); }),
+         words("convention", {"dh", "mdh"},
+               [&](std::size_t k) { r.convention = static_cast<Convention>(k); }),
+         words("masses", {"given", "designed"},
+               [&](std::size_t k) { r.mass_source = static_cast<MassSource>(k); }),
          placement_block("base", r.base),
          repeated("base_part",
                   [&](Index i) -> Result<void> {
@@ -201,7 +209,8 @@ class Binder {
                       std::get<Robot>(b).base_parts[k].what = id;
                     });
                   }),
-         repeated("link", [&](Index i) { return link(i, r, links); }), placement_block("tool", r.tool),
+         repeated("link", [&](Index i) { return link(i, r, links); }),
+         placement_block("tool", r.tool),
          repeated("pose",
                   [&](Index i) -> Result<void> {
                     pose_fields.push_back(i);
@@ -211,12 +220,14 @@ class Binder {
          provider("forward_dynamics", r.forward_dynamics),
          Rule{"skin", [&](Index i) -> Result<void> {
                 RMP_TRY(need_block(i, true));
-                return block(i, "a skin", {colour("colour", r.skin_colour), colour("accent", r.skin_accent)});
+                return block(i, "a skin",
+                             {colour("colour", r.skin_colour), colour("accent", r.skin_accent)});
               }}});
     RMP_TRY(std::move(fields_read));
     std::vector<std::string_view> units;
     for (const auto& l : r.links)
-      if (l.joint != JointKind::fixed) units.push_back(l.joint == JointKind::prismatic ? "m" : "rad");
+      if (l.joint != JointKind::fixed)
+        units.push_back(l.joint == JointKind::prismatic ? "m" : "rad");
     for (const Index i : pose_fields) RMP_TRY(pose(i, r, units, poses));
     out_.record.body = std::move(r);
     return {};
@@ -232,8 +243,9 @@ class Binder {
       return fail(i, "pose " + quote(p.name) + " needs its joint values in parentheses");
     if (f.numbers != units.size())
       return s_.at(f.offset, ErrorCode::syntax,
-                   "pose " + quote(p.name) + " has " + std::to_string(f.numbers) + " joint values; the robot has " +
-                       std::to_string(units.size()) + (units.size() == 1 ? " moving joint" : " moving joints"));
+                   "pose " + quote(p.name) + " has " + std::to_string(f.numbers) +
+                       " joint values; the robot has " + std::to_string(units.size()) +
+                       (units.size() == 1 ? " moving joint" : " moving joints"));
     for (std::uint32_t k = 0; k < f.numbers; ++k) {
       RMP_TRY_ASSIGN(const double v, quantity(s_.numbers[f.first_number + k], units[k]));
       p.q.push_back(v);
@@ -255,7 +267,8 @@ class Binder {
     Result<void> fields_read = block(
         i, "a link",
         {Rule{"parent", [&](Index k) { return parent(k, r, l); }},
-         words("joint", {"revolute", "prismatic", "fixed"}, [&](std::size_t k) { l.joint = static_cast<JointKind>(k); }),
+         words("joint", {"revolute", "prismatic", "fixed"},
+               [&](std::size_t k) { l.joint = static_cast<JointKind>(k); }),
          Rule{"row",
               [&](Index k) -> Result<void> {
                 RMP_TRY(need_block(k, true));
@@ -293,14 +306,15 @@ class Binder {
          Rule{"given",
               [&](Index k) -> Result<void> {
                 RMP_TRY(need_block(k, true));
-                Result<void> given_read = block(k, "the given mass properties",
-                              {number("mass", "kg", given.mass, true), tuple("com", "m", given.com),
-                               Rule{"inertia", [&](Index c) -> Result<void> {
-                                      std::array<double, 6> v{};
-                                      RMP_TRY(read_tuple(c, "kg m^2", v));
-                                      given.inertia = {v[0], v[1], v[2], v[3], v[4], v[5]};
-                                      return {};
-                                    }}});
+                Result<void> given_read =
+                    block(k, "the given mass properties",
+                          {number("mass", "kg", given.mass, true), tuple("com", "m", given.com),
+                           Rule{"inertia", [&](Index c) -> Result<void> {
+                                  std::array<double, 6> v{};
+                                  RMP_TRY(read_tuple(c, "kg m^2", v));
+                                  given.inertia = {v[0], v[1], v[2], v[3], v[4], v[5]};
+                                  return {};
+                                }}});
                 RMP_TRY(std::move(given_read));
                 l.given = given;
                 return {};
@@ -308,9 +322,10 @@ class Binder {
          repeated("part",
                   [&](Index k) -> Result<void> {
                     const std::size_t p = l.parts.size();
-                    return body_part(k, "a part of link " + quote(l.name), l.parts, [index, p](Body& b, AnyId id) {
-                      std::get<Robot>(b).links[index].parts[p].what = id;
-                    });
+                    return body_part(k, "a part of link " + quote(l.name), l.parts,
+                                     [index, p](Body& b, AnyId id) {
+                                       std::get<Robot>(b).links[index].parts[p].what = id;
+                                     });
                   }),
          words("visible", {"false", "true"}, [&](std::size_t k) { l.visible = k == 1; })});
     RMP_TRY(std::move(fields_read));
@@ -341,29 +356,31 @@ class Binder {
 
   Result<void> trajectory() {
     Trajectory t;
-    Result<void> fields_read = block(kFile, "a trajectory",
-                  {name_rule(), string("description", t.description), number("sample_time", "s", t.sample_time),
-                   repeated("segment", [&](Index i) -> Result<void> {
-                     TrajectorySegment s;
-                     out_.places[{"segment", t.segments.size()}] = at(i).offset;
-                     RMP_TRY(need_argument(i));
-                     RMP_TRY(read_name(i, s.shape.name, "segment"));
-                     RMP_TRY(need_block(i));
-                     std::vector<Rule> rules;
-                     rules.push_back(repeated("point", [&](Index k) -> Result<void> {
-                       Placement p;
-                       RMP_TRY(need_block(k, true));
-                       std::vector<Rule> inner;
-                       placement(inner, p);
-                       RMP_TRY(block(k, "a point", inner));
-                       s.points.push_back(p);
-                       return {};
-                     }));
-                     RMP_TRY(block(i, "a segment", rules, [this](Index k) { return at(k).name != "point"; }));
-                     RMP_TRY(parameters(i, s.shape, "point"));
-                     t.segments.push_back(std::move(s));
-                     return {};
-                   })});
+    Result<void> fields_read = block(
+        kFile, "a trajectory",
+        {name_rule(), string("description", t.description),
+         number("sample_time", "s", t.sample_time),
+         repeated("segment", [&](Index i) -> Result<void> {
+           TrajectorySegment s;
+           out_.places[{"segment", t.segments.size()}] = at(i).offset;
+           RMP_TRY(need_argument(i));
+           RMP_TRY(read_name(i, s.shape.name, "segment"));
+           RMP_TRY(need_block(i));
+           std::vector<Rule> rules;
+           rules.push_back(repeated("point", [&](Index k) -> Result<void> {
+             Placement p;
+             RMP_TRY(need_block(k, true));
+             std::vector<Rule> inner;
+             placement(inner, p);
+             RMP_TRY(block(k, "a point", inner));
+             s.points.push_back(p);
+             return {};
+           }));
+           RMP_TRY(block(i, "a segment", rules, [this](Index k) { return at(k).name != "point"; }));
+           RMP_TRY(parameters(i, s.shape, "point"));
+           t.segments.push_back(std::move(s));
+           return {};
+         })});
     RMP_TRY(std::move(fields_read));
     out_.record.body = std::move(t);
     return {};
@@ -398,9 +415,10 @@ class Binder {
                     const std::size_t k = w.robots.size();
                     RMP_TRY(member(i, "robot", k, p.name));
                     std::vector<Rule> rules;
-                    rules.push_back(reference("robot", {Kind::robot}, "robot " + quote(p.name), [k](Body& b, AnyId id) {
-                      std::get<World>(b).robots[k].robot = {id.number};
-                    }));
+                    rules.push_back(reference("robot", {Kind::robot}, "robot " + quote(p.name),
+                                              [k](Body& b, AnyId id) {
+                                                std::get<World>(b).robots[k].robot = {id.number};
+                                              }));
                     rules.back().is_required = true;
                     rules.push_back(Rule{"q", [&](Index q) { return joint_values(q, p.q); }});
                     placement(rules, p.placement);
@@ -413,8 +431,8 @@ class Binder {
            const std::size_t k = w.trajectories.size();
            RMP_TRY(member(i, "trajectory", k, p.name));
            std::vector<Rule> rules;
-           rules.push_back(reference("trajectory", {Kind::trajectory}, "trajectory " + quote(p.name),
-                                     [k](Body& b, AnyId id) {
+           rules.push_back(reference("trajectory", {Kind::trajectory},
+                                     "trajectory " + quote(p.name), [k](Body& b, AnyId id) {
                                        std::get<World>(b).trajectories[k].trajectory = {id.number};
                                      }));
            rules.back().is_required = true;
@@ -438,24 +456,28 @@ class Binder {
   [[nodiscard]] Error fail(Index i, std::string message, std::string hint = {}) const {
     return s_.at(at(i).offset, ErrorCode::syntax, std::move(message), std::move(hint));
   }
-  [[nodiscard]] Error twice(std::string_view what, const std::string& name, Index i, Index first) const {
+  [[nodiscard]] Error twice(std::string_view what, const std::string& name, Index i,
+                            Index first) const {
     return s_.at(at(i).argument_offset, ErrorCode::conflict,
                  "there is already a " + std::string(what) + " named " + quote(name),
                  "The first one is at " + s_.place(at(first).offset) + ".");
   }
 
   /// Reads the fields of a block (kFile: of the file) by its rules; `what` as in "a DH row".
-  Result<void> block(Index owner, const std::string& what, const std::vector<Rule>& rules, const Skip& skip = {}) {
+  Result<void> block(Index owner, const std::string& what, const std::vector<Rule>& rules,
+                     const Skip& skip = {}) {
     const Index first = owner == kFile ? 0 : owner + 1;
     const Index end = owner == kFile ? static_cast<Index>(s_.fields.size()) : at(owner).end;
     std::vector<std::optional<Index>> seen(rules.size());
     for (Index i = first; i < end; i = at(i).end) {
       if (skip && skip(i)) continue;
-      const auto rule = std::find_if(rules.begin(), rules.end(), [&](const Rule& r) { return r.name == at(i).name; });
+      const auto rule = std::find_if(rules.begin(), rules.end(),
+                                     [&](const Rule& r) { return r.name == at(i).name; });
       if (rule == rules.end()) return unknown(i, what, rules);
       auto& before = seen[static_cast<std::size_t>(rule - rules.begin())];
       if (before && !rule->is_repeated)
-        return fail(i, quote(rule->name) + " is given twice in " + what, "The first one is at " + s_.place(at(*before).offset) + ".");
+        return fail(i, quote(rule->name) + " is given twice in " + what,
+                    "The first one is at " + s_.place(at(*before).offset) + ".");
       before = i;
       RMP_TRY(rule->read(i));
     }
@@ -467,28 +489,35 @@ class Binder {
     return {};
   }
 
-  [[nodiscard]] Error unknown(Index i, const std::string& what, const std::vector<Rule>& rules) const {
+  [[nodiscard]] Error unknown(Index i, const std::string& what,
+                              const std::vector<Rule>& rules) const {
     std::vector<std::string> names;
     for (const Rule& r : rules) names.emplace_back(r.name);
     const std::string word(at(i).name);
     std::string hint = text::did_you_mean(word, names);
     if (hint.empty()) hint = "Fields are " + text::enumerate(names) + ".";
-    return s_.at(at(i).offset, ErrorCode::unknown_name, quote(word) + " is not a field of " + what, hint);
+    return s_.at(at(i).offset, ErrorCode::unknown_name, quote(word) + " is not a field of " + what,
+                 hint);
   }
 
   Result<void> need_argument(Index i) {
     if (at(i).argument != Argument::none) return {};
-    return fail(i, article(at(i).name) + " needs a name", "Such as: " + std::string(at(i).name) + " first { ... }");
+    return fail(i, article(at(i).name) + " needs a name",
+                "Such as: " + std::string(at(i).name) + " first { ... }");
   }
   Result<void> need_block(Index i, bool without_name = false) {
-    if (!at(i).has_block || at(i).has_values) return fail(i, quote(at(i).name) + " needs a block in braces");
+    if (!at(i).has_block || at(i).has_values)
+      return fail(i, quote(at(i).name) + " needs a block in braces");
     if (without_name && at(i).argument != Argument::none)
-      return s_.at(at(i).argument_offset, ErrorCode::syntax, quote(at(i).name) + " has a block but no name or value of its own");
+      return s_.at(at(i).argument_offset, ErrorCode::syntax,
+                   quote(at(i).name) + " has a block but no name or value of its own");
     return {};
   }
   Result<void> no_block(Index i) {
     if (at(i).has_block) return fail(i, quote(at(i).name) + " has a value but no block");
-    if (at(i).has_values) return s_.at(at(i).argument_offset, ErrorCode::syntax, quote(at(i).name) + " has a single value");
+    if (at(i).has_values)
+      return s_.at(at(i).argument_offset, ErrorCode::syntax,
+                   quote(at(i).name) + " has a single value");
     return {};
   }
 
@@ -499,7 +528,8 @@ class Binder {
     RMP_TRY(need_argument(i));
     RMP_TRY(read_name(i, name, list));
     if (has_block) RMP_TRY(need_block(i));
-    if (const auto [it, is_new] = named.emplace(name, i); !is_new) return twice(list, name, i, it->second);
+    if (const auto [it, is_new] = named.emplace(name, i); !is_new)
+      return twice(list, name, i, it->second);
     return {};
   }
 
@@ -517,7 +547,8 @@ class Binder {
     return {name, [this, &out](Index i) -> Result<void> {
               RMP_TRY(no_block(i));
               if (at(i).argument != Argument::string)
-                return s_.at(at(i).argument_offset, ErrorCode::syntax, quote(at(i).name) + " needs a text in double quotes");
+                return s_.at(at(i).argument_offset, ErrorCode::syntax,
+                             quote(at(i).name) + " needs a text in double quotes");
               out = unescape(at(i).text);
               return {};
             }};
@@ -546,27 +577,34 @@ class Binder {
               for (std::uint32_t k = 0; k < f.numbers; ++k) {
                 RMP_TRY_ASSIGN(v[k], quantity(s_.numbers[f.first_number + k], ""));
               }
-              out = {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2]), static_cast<float>(v[3])};
+              out = {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2]),
+                     static_cast<float>(v[3])};
               return {};
             }};
   }
-  Rule words(std::string_view name, std::vector<std::string> choices, std::function<void(std::size_t)> set) {
-    return {name, [this, choices = std::move(choices), set = std::move(set)](Index i) -> Result<void> {
-              RMP_TRY(no_block(i));
-              const Field& f = at(i);
-              const auto it = f.argument == Argument::word ? std::find(choices.begin(), choices.end(), f.text) : choices.end();
-              if (it == choices.end()) {
-                std::string hint = f.argument == Argument::word ? text::did_you_mean(f.text, choices) : std::string();
-                return s_.at(f.argument_offset, ErrorCode::syntax,
-                             quote(f.name) + " must be " + or_list(choices), std::move(hint));
-              }
-              set(static_cast<std::size_t>(it - choices.begin()));
-              return {};
-            }};
+  Rule words(std::string_view name, std::vector<std::string> choices,
+             std::function<void(std::size_t)> set) {
+    return {
+        name, [this, choices = std::move(choices), set = std::move(set)](Index i) -> Result<void> {
+          RMP_TRY(no_block(i));
+          const Field& f = at(i);
+          const auto it = f.argument == Argument::word
+                              ? std::find(choices.begin(), choices.end(), f.text)
+                              : choices.end();
+          if (it == choices.end()) {
+            std::string hint =
+                f.argument == Argument::word ? text::did_you_mean(f.text, choices) : std::string();
+            return s_.at(f.argument_offset, ErrorCode::syntax,
+                         quote(f.name) + " must be " + or_list(choices), std::move(hint));
+          }
+          set(static_cast<std::size_t>(it - choices.begin()));
+          return {};
+        }};
   }
   static std::string or_list(const std::vector<std::string>& words) {
     std::string s;
-    for (std::size_t i = 0; i < words.size(); ++i) s += (i == 0 ? "" : i + 1 == words.size() ? " or " : ", ") + words[i];
+    for (std::size_t i = 0; i < words.size(); ++i)
+      s += (i == 0 ? "" : i + 1 == words.size() ? " or " : ", ") + words[i];
     return s;
   }
   static Rule repeated(std::string_view name, std::function<Result<void>(Index)> read) {
@@ -587,24 +625,31 @@ class Binder {
     const std::pair<std::string_view, AngleNotation> notations[] = {
         {"rpy", AngleNotation::rpy}, {"xyz", AngleNotation::xyz}, {"zyz", AngleNotation::zyz}};
     for (const auto& [name, notation] : notations)
-      rules.push_back({name, [this, &out, has_angles, notation = notation](Index i) -> Result<void> {
-                         if (*has_angles)
-                           return fail(i, quote(at(i).name) + " cannot stand beside " + quote(at(**has_angles).name),
-                                       "A placement has one set of angles.");
-                         *has_angles = i;
-                         out.notation = notation;
-                         return read_tuple(i, "rad", out.angles);
-                       }});
+      rules.push_back(
+          {name, [this, &out, has_angles, notation = notation](Index i) -> Result<void> {
+             if (*has_angles)
+               return fail(
+                   i, quote(at(i).name) + " cannot stand beside " + quote(at(**has_angles).name),
+                   "A placement has one set of angles.");
+             *has_angles = i;
+             out.notation = notation;
+             return read_tuple(i, "rad", out.angles);
+           }});
   }
   Rule reference(std::string_view name, std::vector<Kind> kinds, std::string owner,
                  std::function<void(Body&, AnyId)> set) {
-    return {name, [this, kinds = std::move(kinds), owner = std::move(owner), set = std::move(set)](Index i) -> Result<void> {
+    return {name,
+            [this, kinds = std::move(kinds), owner = std::move(owner),
+             set = std::move(set)](Index i) -> Result<void> {
               RMP_TRY(no_block(i));
               const Field& f = at(i);
               if (f.argument != Argument::string)
-                return s_.at(f.argument_offset, ErrorCode::syntax, quote(f.name) + " needs a file's path in double quotes");
+                return s_.at(f.argument_offset, ErrorCode::syntax,
+                             quote(f.name) + " needs a file's path in double quotes");
               std::string path = unescape(f.text);
-              if (path.empty()) return s_.at(f.argument_offset, ErrorCode::syntax, "the path of " + quote(f.name) + " is empty");
+              if (path.empty())
+                return s_.at(f.argument_offset, ErrorCode::syntax,
+                             "the path of " + quote(f.name) + " is empty");
               out_.references.push_back({std::move(path), f.argument_offset, kinds, owner, set});
               return {};
             }};
@@ -620,11 +665,14 @@ class Binder {
     std::optional<Index> found;
     for (Index i = owner + 1; i < at(owner).end; i = at(i).end) {
       if (at(i).name != "solid" && at(i).name != "object") continue;
-      if (found) return fail(i, "a solid and an object cannot stand at one place", "Make two parts of them.");
+      if (found)
+        return fail(i, "a solid and an object cannot stand at one place",
+                    "Make two parts of them.");
       found = i;
     }
     if (found) return {};
-    return fail(owner, quote(at(owner).name) + " names neither a solid nor an object", "Such as: solid \"plate.csg\"");
+    return fail(owner, quote(at(owner).name) + " names neither a solid nor an object",
+                "Such as: solid \"plate.csg\"");
   }
   Result<void> body_part(Index i, const std::string& what, std::vector<BodyPart>& parts,
                          const std::function<void(Body&, AnyId)>& set) {
@@ -689,7 +737,8 @@ class Binder {
   Result<Number> single_number(Index i) {
     const Field& f = at(i);
     if (f.argument == Argument::number) return s_.numbers[f.first_number];
-    if (f.argument == Argument::word && f.text == "inf") return Number{f.text, {}, f.argument_offset};
+    if (f.argument == Argument::word && f.text == "inf")
+      return Number{f.text, {}, f.argument_offset};
     return s_.at(f.argument_offset, ErrorCode::syntax, quote(f.name) + " needs a number");
   }
   Result<double> quantity(const Number& n, std::string_view unit) {
@@ -704,14 +753,16 @@ class Binder {
     RMP_TRY_ASSIGN(const double v, quantity({n.text, {}, n.offset}, ""));
     if (n.unit.empty()) return v;
     auto unit = units::parse(n.unit);
-    if (!unit.ok()) return s_.at(n.offset, unit.error().code, unit.error().message, unit.error().hint);
+    if (!unit.ok())
+      return s_.at(n.offset, unit.error().code, unit.error().message, unit.error().hint);
     return units::to_si(v, *unit);
   }
   /// Joint values of a robot that stands in another file: each an angle or a length.
   Result<void> joint_values(Index i, std::vector<double>& out) {
     RMP_TRY(no_block(i));
     const Field& f = at(i);
-    if (f.argument != Argument::tuple) return fail(i, quote(f.name) + " needs numbers in parentheses");
+    if (f.argument != Argument::tuple)
+      return fail(i, quote(f.name) + " needs numbers in parentheses");
     for (std::uint32_t k = 0; k < f.numbers; ++k) {
       const Number& n = s_.numbers[f.first_number + k];
       const auto unit = units::parse(n.unit);
@@ -728,7 +779,8 @@ class Binder {
     if (f.argument != Argument::tuple || f.numbers != N)
       return s_.at(f.argument_offset, ErrorCode::syntax,
                    quote(f.name) + " needs " + std::to_string(N) + " numbers in parentheses" +
-                       (f.argument == Argument::tuple ? "; it has " + std::to_string(f.numbers) : std::string()));
+                       (f.argument == Argument::tuple ? "; it has " + std::to_string(f.numbers)
+                                                      : std::string()));
     for (std::uint32_t k = 0; k < N; ++k) {
       RMP_TRY_ASSIGN(out[k], quantity(s_.numbers[f.first_number + k], unit));
     }

@@ -24,7 +24,9 @@ std::string reason(int number) { return std::generic_category().message(number);
 class Descriptor {
  public:
   explicit Descriptor(int fd) : fd_(fd) {}
-  ~Descriptor() { if (fd_ >= 0) ::close(fd_); }
+  ~Descriptor() {
+    if (fd_ >= 0) ::close(fd_);
+  }
   Descriptor(const Descriptor&) = delete;
   Descriptor& operator=(const Descriptor&) = delete;
   [[nodiscard]] int get() const { return fd_; }
@@ -56,18 +58,23 @@ Result<void> write_file(const fs::path& file, std::string_view bytes) {
   std::error_code ec;
   if (!fs::is_directory(folder, ec))
     return error(ErrorCode::not_found,
-                 "there is no folder " + quote(folder.generic_string()) + " to save " + quote(file.filename().generic_string()) + " in",
+                 "there is no folder " + quote(folder.generic_string()) + " to save " +
+                     quote(file.filename().generic_string()) + " in",
                  "Create the folder first or choose another one.");
   if (fs::is_directory(file, ec))
-    return error(ErrorCode::io, shown + " is a folder, so it cannot be written as a file", "Choose another name.");
+    return error(ErrorCode::io, shown + " is a folder, so it cannot be written as a file",
+                 "Choose another name.");
   const auto refused = [&](int number) {
-    return error(ErrorCode::io, "cannot write " + shown + ": " + reason(number), "Check the folder's permissions and free space.");
+    return error(ErrorCode::io, "cannot write " + shown + ": " + reason(number),
+                 "Check the folder's permissions and free space.");
   };
 
   // open() gives a new file the permissions of the user's umask; an old one keeps its own.
   static std::atomic<unsigned> counter{0};
   const std::string temporary =
-      (folder / ("." + file.filename().string() + "." + std::to_string(::getpid()) + "." + std::to_string(counter++))).string();
+      (folder / ("." + file.filename().string() + "." + std::to_string(::getpid()) + "." +
+                 std::to_string(counter++)))
+          .string();
   Descriptor fd(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
   if (fd.get() < 0) return refused(errno);
   struct stat old {};
@@ -93,7 +100,8 @@ Result<std::string> read_file(const fs::path& file, std::size_t limit) {
   if (status.type() == fs::file_type::not_found)
     return error(ErrorCode::not_found, "there is no file " + shown, "Check the path.");
   if (fs::is_directory(status)) return error(ErrorCode::io, shown + " is a folder, not a file");
-  if (fs::exists(status) && !fs::is_regular_file(status)) return error(ErrorCode::io, shown + " is not a regular file");
+  if (fs::exists(status) && !fs::is_regular_file(status))
+    return error(ErrorCode::io, shown + " is not a regular file");
   const Descriptor fd(::open(file.c_str(), O_RDONLY | O_CLOEXEC));
   if (fd.get() < 0) return error(ErrorCode::io, "cannot read " + shown + ": " + reason(errno));
   std::string bytes;
@@ -105,7 +113,8 @@ Result<std::string> read_file(const fs::path& file, std::size_t limit) {
     if (n == 0) return bytes;
     bytes.append(buffer, static_cast<std::size_t>(n));
     if (bytes.size() > limit)
-      return error(ErrorCode::io, shown + " is larger than " + std::to_string(limit) + " bytes, the most that is read");
+      return error(ErrorCode::io, shown + " is larger than " + std::to_string(limit) +
+                                      " bytes, the most that is read");
   }
 }
 

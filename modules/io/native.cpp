@@ -49,7 +49,8 @@ struct File {
 /// touched only when all is known to be right.
 class Loader {
  public:
-  Loader(Transaction& transaction, const std::vector<fs::path>& library) : tx_(transaction), library_(library) {
+  Loader(Transaction& transaction, const std::vector<fs::path>& library)
+      : tx_(transaction), library_(library) {
     const Snapshot& now = tx_.now();
     for (const AnyId id : now.list())
       if (const auto& file = now.find(id)->file; !file.empty()) known_.emplace(file, id);
@@ -65,7 +66,8 @@ class Loader {
     return run(root);
   }
 
-  Result<Loaded> load_text(std::string_view content, const std::string& shown, const fs::path& folder) {
+  Result<Loaded> load_text(std::string_view content, const std::string& shown,
+                           const fs::path& folder) {
     RMP_TRY_ASSIGN(const std::size_t root, add_file(std::string(content), shown, "", folder));
     return run(root);
   }
@@ -89,7 +91,8 @@ class Loader {
     return add_file(std::move(content), shown, key, path.parent_path());
   }
 
-  Result<std::size_t> add_file(std::string content, const std::string& shown, const std::string& key, const fs::path& folder) {
+  Result<std::size_t> add_file(std::string content, const std::string& shown,
+                               const std::string& key, const fs::path& folder) {
     auto file = std::make_unique<File>();
     file->shown = shown;
     file->key = key;
@@ -112,8 +115,10 @@ class Loader {
     auto checked = document::check_record(record, &subject);
     if (checked.ok()) return {};
     const auto place = file.bound.places.find({subject.list, subject.index});
-    const std::uint32_t offset = place == file.bound.places.end() ? file.syntax.kind_offset : place->second;
-    return file.syntax.at(offset, checked.error().code, checked.error().message, checked.error().hint);
+    const std::uint32_t offset =
+        place == file.bound.places.end() ? file.syntax.kind_offset : place->second;
+    return file.syntax.at(offset, checked.error().code, checked.error().message,
+                          checked.error().hint);
   }
 
   Result<std::size_t> follow(const File& from, const Reference& r) {
@@ -127,15 +132,19 @@ class Loader {
       for (const auto& t : tried) folders.push_back(quote(folder_name(t)));
       folders.erase(std::unique(folders.begin(), folders.end()), folders.end());
       return from.syntax.at(r.offset, ErrorCode::not_found,
-                            "there is no file " + quote(r.path) + ", which " + r.owner + " of " + quote(from.shown) + " refers to",
+                            "there is no file " + quote(r.path) + ", which " + r.owner + " of " +
+                                quote(from.shown) + " refers to",
                             "Looked in " + text::enumerate(folders) + ".");
     }
-    RMP_TRY_ASSIGN(const std::size_t node, open(*found, found->lexically_normal().generic_string()));
-    const Kind kind = nodes_[node].file ? nodes_[node].file->bound.record.kind() : nodes_[node].id.kind;
+    RMP_TRY_ASSIGN(const std::size_t node,
+                   open(*found, found->lexically_normal().generic_string()));
+    const Kind kind =
+        nodes_[node].file ? nodes_[node].file->bound.record.kind() : nodes_[node].id.kind;
     if (std::find(r.kinds.begin(), r.kinds.end(), kind) == r.kinds.end())
       return from.syntax.at(r.offset, ErrorCode::invalid_argument,
-                            "the file " + quote(r.path) + " holds a " + std::string(to_string(kind)) + ", but " + r.owner +
-                                " needs a " + std::string(to_string(r.kinds.front())));
+                            "the file " + quote(r.path) + " holds a " +
+                                std::string(to_string(kind)) + ", but " + r.owner + " needs a " +
+                                std::string(to_string(r.kinds.front())));
     return node;
   }
   static std::string folder_name(const fs::path& file) {
@@ -172,9 +181,10 @@ class Loader {
           is_inside = is_inside || s.node == target;
           if (is_inside) circle += nodes_[s.node].file->shown + " > ";
         }
-        return file->syntax.at(r.offset, ErrorCode::conflict,
-                               "these files refer to each other in a circle: " + circle + nodes_[target].file->shown,
-                               "An object cannot be a part of itself.");
+        return file->syntax.at(
+            r.offset, ErrorCode::conflict,
+            "these files refer to each other in a circle: " + circle + nodes_[target].file->shown,
+            "An object cannot be a part of itself.");
       }
       if (done.contains(target)) continue;
       open_nodes.insert(target);
@@ -197,7 +207,8 @@ class Loader {
         node.id = *id;
         added.push_back(*id);
       } else if (i == order.back()) {
-        loaded.notes.push_back(tx_.now().describe(node.id) + " was loaded before and is used as it is.");
+        loaded.notes.push_back(tx_.now().describe(node.id) +
+                               " was loaded before and is used as it is.");
       }
       loaded.all.push_back(node.id);
     }
@@ -212,8 +223,9 @@ class Loader {
     const std::string wanted = record.name;
     record.name = tx_.free_name(record.kind(), wanted);
     if (record.name != wanted)
-      notes.push_back("The " + std::string(to_string(record.kind())) + " of " + quote(file.shown) + " is named " +
-                      quote(record.name) + " here, since there is a " + quote(wanted) + " already.");
+      notes.push_back("The " + std::string(to_string(record.kind())) + " of " + quote(file.shown) +
+                      " is named " + quote(record.name) + " here, since there is a " +
+                      quote(wanted) + " already.");
     return tx_.add(std::move(record));
   }
 
@@ -231,22 +243,26 @@ bool starts_with(const fs::path& path, const fs::path& folder) {
 
 /// How `from` (a file) refers to `target` (canonical): through a library folder when the target
 /// lies in one that `from` does not lie in, else relative to the folder of `from`.
-std::string relative_path(const fs::path& target, const fs::path& from, const std::vector<fs::path>& library) {
+std::string relative_path(const fs::path& target, const fs::path& from,
+                          const std::vector<fs::path>& library) {
   const fs::path relative = target.lexically_relative(from.parent_path());
   for (const auto& entry : library) {
     const fs::path folder = canonical_name(entry);
     if (!starts_with(target, folder) || starts_with(from, folder)) continue;
     const fs::path inside = target.lexically_relative(folder);
-    if (!is_file(from.parent_path() / inside)) return inside.generic_string();  // else it would be hidden
+    if (!is_file(from.parent_path() / inside))
+      return inside.generic_string();  // else it would be hidden
   }
   return (relative.empty() ? target : relative).generic_string();
 }
 
-Result<std::string> print_with(const Snapshot& snapshot, AnyId id, const fs::path& file, const std::vector<fs::path>& library,
+Result<std::string> print_with(const Snapshot& snapshot, AnyId id, const fs::path& file,
+                               const std::vector<fs::path>& library,
                                const std::unordered_map<AnyId, std::string>& planned) {
   const model::Record* record = snapshot.find(id);
   if (!record)
-    return error(ErrorCode::stale_handle, snapshot.describe(id) + " cannot be saved", "Look it up again by its name.");
+    return error(ErrorCode::stale_handle, snapshot.describe(id) + " cannot be saved",
+                 "Look it up again by its name.");
   const fs::path from = canonical_name(file);
   const auto file_of = [&](AnyId target) {
     const auto it = planned.find(target);
@@ -256,18 +272,21 @@ Result<std::string> print_with(const Snapshot& snapshot, AnyId id, const fs::pat
   model::for_each_reference(record->body, [&](AnyId target, std::string_view) {
     if (!file_of(target).empty()) return;
     std::string what = snapshot.describe(target);
-    if (std::find(homeless.begin(), homeless.end(), what) == homeless.end()) homeless.push_back(std::move(what));
+    if (std::find(homeless.begin(), homeless.end(), what) == homeless.end())
+      homeless.push_back(std::move(what));
   });
   if (!homeless.empty())
     return error(ErrorCode::conflict,
                  snapshot.describe(id) + " refers to " + text::enumerate(homeless) + ", which " +
                      (homeless.size() == 1 ? "was" : "were") + " never saved",
                  homeless.size() == 1 ? "Save it first." : "Save them first.");
-  RMP_TRY_ASSIGN(std::string text,
-                 print_record(snapshot, *record, [&](AnyId target) { return relative_path(file_of(target), from, library); }));
+  RMP_TRY_ASSIGN(std::string text, print_record(snapshot, *record, [&](AnyId target) {
+                   return relative_path(file_of(target), from, library);
+                 }));
   // What is written must be readable: a description may hold bytes that are no text.
   if (!parse(file.filename().generic_string(), text).ok())
-    return error(ErrorCode::invalid_argument, "a text of " + snapshot.describe(id) + " is not UTF-8, so it cannot be saved",
+    return error(ErrorCode::invalid_argument,
+                 "a text of " + snapshot.describe(id) + " is not UTF-8, so it cannot be saved",
                  "Correct its description.");
   return text;
 }
@@ -290,31 +309,40 @@ Result<Loaded> load(Transaction& tx, const fs::path& file, const std::vector<fs:
   return Loader(tx, library).load_file(file);
 }
 
-Result<Loaded> load_text(Transaction& tx, std::string_view text, const std::string& shown, const fs::path& folder,
-                         const std::vector<fs::path>& library) {
+Result<Loaded> load_text(Transaction& tx, std::string_view text, const std::string& shown,
+                         const fs::path& folder, const std::vector<fs::path>& library) {
   return Loader(tx, library).load_text(text, shown, folder);
 }
 
-Result<std::string> print(const Snapshot& snapshot, AnyId id, const fs::path& file, const std::vector<fs::path>& library) {
+Result<std::string> print(const Snapshot& snapshot, AnyId id, const fs::path& file,
+                          const std::vector<fs::path>& library) {
   return print_with(snapshot, id, file, library, {});
 }
 
-Result<std::vector<fs::path>> save(Transaction& tx, AnyId id, const fs::path& wanted, const std::vector<fs::path>& library) {
+Result<std::vector<fs::path>> save(Transaction& tx, AnyId id, const fs::path& wanted,
+                                   const std::vector<fs::path>& library) {
   const Snapshot& now = tx.now();
-  if (!now.find(id)) return error(ErrorCode::stale_handle, now.describe(id) + " cannot be saved", "Look it up again by its name.");
+  if (!now.find(id))
+    return error(ErrorCode::stale_handle, now.describe(id) + " cannot be saved",
+                 "Look it up again by its name.");
   fs::path file = wanted;
   if (file.filename().empty())
-    return error(ErrorCode::invalid_argument, quote(wanted.generic_string()) + " is a folder, not a file to save to", "Add a file name.");
+    return error(ErrorCode::invalid_argument,
+                 quote(wanted.generic_string()) + " is a folder, not a file to save to",
+                 "Add a file name.");
   if (!file.has_extension()) file += extension(id.kind);
 
-  // Where each record goes: the wanted one, and those never saved that it needs, dependencies first.
+  // Where each record goes: the wanted one, and those never saved that it needs, dependencies
+  // first.
   std::unordered_map<std::string, AnyId> owners;
   for (const AnyId other : now.list())
     if (const auto& f = now.find(other)->file; !f.empty()) owners.emplace(f, other);
   const std::string main = canonical_name(file);
   if (const auto it = owners.find(main); it != owners.end() && it->second != id)
-    return error(ErrorCode::conflict, "the file " + quote(file.generic_string()) + " belongs to " + now.describe(it->second),
-                 "Choose another file.");
+    return error(
+        ErrorCode::conflict,
+        "the file " + quote(file.generic_string()) + " belongs to " + now.describe(it->second),
+        "Choose another file.");
   std::unordered_map<AnyId, std::string> planned{{id, main}};
   std::unordered_set<std::string> taken{main};
   std::vector<std::pair<AnyId, std::size_t>> path{{id, 0}};
@@ -323,7 +351,8 @@ Result<std::vector<fs::path>> save(Transaction& tx, AnyId id, const fs::path& wa
   while (!path.empty()) {
     const AnyId current = path.back().first;
     std::vector<AnyId> targets;
-    model::for_each_reference(now.find(current)->body, [&](AnyId t, std::string_view) { targets.push_back(t); });
+    model::for_each_reference(now.find(current)->body,
+                              [&](AnyId t, std::string_view) { targets.push_back(t); });
     if (path.back().second == targets.size()) {
       order.push_back(current);
       path.pop_back();
@@ -332,7 +361,8 @@ Result<std::vector<fs::path>> save(Transaction& tx, AnyId id, const fs::path& wa
     const AnyId target = targets[path.back().second++];
     const model::Record* record = now.find(target);
     if (!record)
-      return error(ErrorCode::stale_handle, now.describe(current) + " refers to " + now.describe(target));
+      return error(ErrorCode::stale_handle,
+                   now.describe(current) + " refers to " + now.describe(target));
     if (!record->file.empty() || !seen.insert(target).second) continue;
     std::string beside;
     for (int k = 1;; ++k) {

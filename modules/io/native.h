@@ -16,8 +16,8 @@ namespace robomosp::io {
 
 /// Files loaded into a transaction: the record asked for and everything it refers to.
 struct Loaded {
-  AnyId id;                      ///< the record of the file itself
-  std::vector<AnyId> all;        ///< in dependency order, the main one last; also those reused
+  AnyId id;                ///< the record of the file itself
+  std::vector<AnyId> all;  ///< in dependency order, the main one last; also those reused
   std::vector<std::string> notes;
 };
 
@@ -35,7 +35,8 @@ Result<Loaded> load(document::Transaction&, const std::filesystem::path& file,
 /// The same for a text instead of a file: `shown` names it in messages, references are relative to
 /// `folder`. The record has no file.
 Result<Loaded> load_text(document::Transaction&, std::string_view text, const std::string& shown,
-                         const std::filesystem::path& folder, const std::vector<std::filesystem::path>& library);
+                         const std::filesystem::path& folder,
+                         const std::vector<std::filesystem::path>& library);
 
 /// Text of one record as save() would write it to a file at `file` (references become paths
 /// relative to it). References to records without file are an error that names them.
@@ -45,12 +46,14 @@ Result<std::string> print(const document::Snapshot&, AnyId, const std::filesyste
 /// Saves the record; referred records that were never saved are saved beside it first, as
 /// `<name><extension>`. Sets Record::file through the transaction. Atomic per file: temporary
 /// file, fsync, rename.
-Result<std::vector<std::filesystem::path>> save(document::Transaction&, AnyId, const std::filesystem::path& file,
+Result<std::vector<std::filesystem::path>> save(document::Transaction&, AnyId,
+                                                const std::filesystem::path& file,
                                                 const std::vector<std::filesystem::path>& library);
 
 /// Writes bytes atomically: temporary file in the same folder, fsync, rename.
 Result<void> write_file(const std::filesystem::path&, std::string_view bytes);
 /// Reads a whole file of at most `limit` bytes.
-Result<std::string> read_file(const std::filesystem::path&, std::size_t limit = std::size_t{64} << 20);
+Result<std::string> read_file(const std::filesystem::path&,
+                              std::size_t limit = std::size_t{64} << 20);
 
 }  // namespace robomosp::io

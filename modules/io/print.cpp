@@ -26,7 +26,8 @@ std::string quantity(double v, std::string_view unit) { return units::print_quan
 template <class Numbers>
 std::string tuple(const Numbers& numbers, std::string_view unit) {
   std::string s = "(";
-  for (std::size_t i = 0; i < std::size(numbers); ++i) s += (i ? ", " : "") + quantity(numbers[i], unit);
+  for (std::size_t i = 0; i < std::size(numbers); ++i)
+    s += (i ? ", " : "") + quantity(numbers[i], unit);
   return s + ")";
 }
 
@@ -54,7 +55,8 @@ std::vector<std::string> placement(const Placement& p) {
   if (p.position != Vec3{}) fields.push_back("at " + tuple(p.position, "m"));
   if (p.angles != Vec3{} || p.notation != AngleNotation::rpy) {
     constexpr std::string_view kNames[] = {"rpy", "xyz", "zyz"};
-    fields.push_back(std::string(kNames[static_cast<std::size_t>(p.notation)]) + " " + tuple(p.angles, "rad"));
+    fields.push_back(std::string(kNames[static_cast<std::size_t>(p.notation)]) + " " +
+                     tuple(p.angles, "rad"));
   }
   return fields;
 }
@@ -76,7 +78,8 @@ std::string parameter(const ProviderChoice::Param& p) {
 
 class Printer {
  public:
-  Printer(const document::Snapshot& snapshot, const PathOf& path_of) : snapshot_(snapshot), path_of_(path_of) {}
+  Printer(const document::Snapshot& snapshot, const PathOf& path_of)
+      : snapshot_(snapshot), path_of_(path_of) {}
 
   std::string run(const Record& r) {
     line("robomosp " + std::string(to_string(r.kind())) + " " + std::to_string(kVersion));
@@ -103,7 +106,8 @@ class Printer {
     if (s.nodes.empty()) return;
     // Pre-order with an explicit stack; children keep their order.
     std::vector<std::vector<std::size_t>> inner(s.nodes.size());
-    for (std::size_t i = 1; i < s.nodes.size(); ++i) inner[static_cast<std::size_t>(s.nodes[i].parent)].push_back(i);
+    for (std::size_t i = 1; i < s.nodes.size(); ++i)
+      inner[static_cast<std::size_t>(s.nodes[i].parent)].push_back(i);
     struct Step {
       std::size_t node, next;
     };
@@ -113,7 +117,8 @@ class Printer {
       std::string fields;
       for (const auto& f : placement(s.nodes[i].placement)) fields += "  " + f;
       constexpr std::string_view kNames[] = {"union", "difference", "intersection"};
-      open(std::string(kNames[static_cast<std::size_t>(s.nodes[i].kind)]) + " " + name(s.nodes[i].name) + " {" + fields);
+      open(std::string(kNames[static_cast<std::size_t>(s.nodes[i].kind)]) + " " +
+           name(s.nodes[i].name) + " {" + fields);
       stack.push_back({i, 0});
     };
     enter(0);
@@ -129,7 +134,8 @@ class Printer {
   }
 
   void primitive(const SolidNode& n) {
-    const auto info = std::find_if(kCsgPrimitives.begin(), kCsgPrimitives.end(), [&](const auto& p) { return p.kind == n.kind; });
+    const auto info = std::find_if(kCsgPrimitives.begin(), kCsgPrimitives.end(),
+                                   [&](const auto& p) { return p.kind == n.kind; });
     std::vector<std::string> fields = placement(n.placement);
     for (std::size_t k = 0; k < info->sizes.size() && !info->sizes[k].empty(); ++k)
       if (info->sizes[k] != "fillet" || n.sizes[k] != 0)
@@ -173,23 +179,31 @@ class Printer {
     const bool slides = l.joint == JointKind::prismatic;
     open("link " + name(l.name) + " {");
     if (l.parent != static_cast<std::int32_t>(i) - 1)
-      line("parent " + (l.parent < 0 ? std::string("base") : name(r.links[static_cast<std::size_t>(l.parent)].name)));
+      line("parent " + (l.parent < 0 ? std::string("base")
+                                     : name(r.links[static_cast<std::size_t>(l.parent)].name)));
     if (l.joint != JointKind::revolute) line(slides ? "joint prismatic" : "joint fixed");
-    block("row", {"a " + quantity(l.row.a, "m"), "alpha " + quantity(l.row.alpha, "rad"), "d " + quantity(l.row.d, "m"),
-                  "theta " + quantity(l.row.theta, "rad")});
+    block("row", {"a " + quantity(l.row.a, "m"), "alpha " + quantity(l.row.alpha, "rad"),
+                  "d " + quantity(l.row.d, "m"), "theta " + quantity(l.row.theta, "rad")});
     if (l.lower != d.lower || l.upper != d.upper)
       line("limits " + tuple(std::array{l.lower, l.upper}, slides ? "m" : "rad"));
-    if (l.max_velocity != d.max_velocity) line("max_velocity " + quantity(l.max_velocity, slides ? "m/s" : "rad/s"));
+    if (l.max_velocity != d.max_velocity)
+      line("max_velocity " + quantity(l.max_velocity, slides ? "m/s" : "rad/s"));
     if (l.max_acceleration != d.max_acceleration)
       line("max_acceleration " + quantity(l.max_acceleration, slides ? "m/s^2" : "rad/s^2"));
-    if (l.max_force != d.max_force) line("max_force " + quantity(l.max_force, slides ? "N" : "N m"));
+    if (l.max_force != d.max_force)
+      line("max_force " + quantity(l.max_force, slides ? "N" : "N m"));
     if (l.drive != d.drive) {
       std::vector<std::string> fields;
-      if (l.drive.motor_inertia != 0) fields.push_back("motor_inertia " + quantity(l.drive.motor_inertia, "kg m^2"));
-      if (l.drive.gear_ratio != 1) fields.push_back("gear_ratio " + quantity(l.drive.gear_ratio, ""));
-      if (l.drive.viscous != 0) fields.push_back("viscous " + quantity(l.drive.viscous, "N m s/rad"));
+      if (l.drive.motor_inertia != 0)
+        fields.push_back("motor_inertia " + quantity(l.drive.motor_inertia, "kg m^2"));
+      if (l.drive.gear_ratio != 1)
+        fields.push_back("gear_ratio " + quantity(l.drive.gear_ratio, ""));
+      if (l.drive.viscous != 0)
+        fields.push_back("viscous " + quantity(l.drive.viscous, "N m s/rad"));
       if (l.drive.coulomb_positive != 0 || l.drive.coulomb_negative != 0)
-        fields.push_back("coulomb " + tuple(std::array{l.drive.coulomb_positive, l.drive.coulomb_negative}, "N m"));
+        fields.push_back(
+            "coulomb " +
+            tuple(std::array{l.drive.coulomb_positive, l.drive.coulomb_negative}, "N m"));
       block("drive", fields);
     }
     if (l.given) {
@@ -197,7 +211,8 @@ class Printer {
       const std::array inertia{s.xx, s.yy, s.zz, s.xy, s.yz, s.xz};
       std::vector<std::string> fields{"mass " + quantity(l.given->mass, "kg")};
       if (l.given->com != Vec3{}) fields.push_back("com " + tuple(l.given->com, "m"));
-      if (inertia != std::array<double, 6>{}) fields.push_back("inertia " + tuple(inertia, "kg m^2"));
+      if (inertia != std::array<double, 6>{})
+        fields.push_back("inertia " + tuple(inertia, "kg m^2"));
       block("given", fields);
     }
     for (const auto& p : l.parts) block("part", body(p.what, p.placement));
@@ -207,7 +222,8 @@ class Printer {
 
   void print(const Trajectory& t) {
     words("description", t.description);
-    if (t.sample_time != Trajectory{}.sample_time) line("sample_time " + quantity(t.sample_time, "s"));
+    if (t.sample_time != Trajectory{}.sample_time)
+      line("sample_time " + quantity(t.sample_time, "s"));
     for (const auto& s : t.segments) {
       open("segment " + name(s.shape.name) + " {");
       parameters(s.shape);
@@ -239,17 +255,20 @@ class Printer {
   // ---- parts of records ----
 
   std::vector<std::string> body(AnyId what, const Placement& at) {
-    std::vector<std::string> fields{std::string(to_string(what.kind)) + " " + quote(path_of_(what))};
+    std::vector<std::string> fields{std::string(to_string(what.kind)) + " " +
+                                    quote(path_of_(what))};
     for (auto& f : placement(at)) fields.push_back(std::move(f));
     return fields;
   }
   static std::string joint_values(const Robot& r, const std::vector<double>& q) {
     std::vector<std::string_view> joint_units;
     for (const auto& l : r.links)
-      if (l.joint != JointKind::fixed) joint_units.push_back(l.joint == JointKind::prismatic ? "m" : "rad");
+      if (l.joint != JointKind::fixed)
+        joint_units.push_back(l.joint == JointKind::prismatic ? "m" : "rad");
     const bool fits = joint_units.size() == q.size();
     std::string s = "(";
-    for (std::size_t i = 0; i < q.size(); ++i) s += (i ? ", " : "") + quantity(q[i], fits ? joint_units[i] : "");
+    for (std::size_t i = 0; i < q.size(); ++i)
+      s += (i ? ", " : "") + quantity(q[i], fits ? joint_units[i] : "");
     return s + ")";
   }
   void provider(const std::string& field, const ProviderChoice& p) {
@@ -297,7 +316,8 @@ class Printer {
 
 }  // namespace
 
-Result<std::string> print_record(const document::Snapshot& snapshot, const Record& record, const PathOf& path_of) {
+Result<std::string> print_record(const document::Snapshot& snapshot, const Record& record,
+                                 const PathOf& path_of) {
   return Printer(snapshot, path_of).run(record);
 }
 

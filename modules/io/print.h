@@ -15,6 +15,7 @@ namespace robomosp::io {
 using PathOf = std::function<std::string(AnyId)>;
 
 /// Fixed field order, defaults left out, shortest numbers: equal records give equal bytes.
-[[nodiscard]] Result<std::string> print_record(const document::Snapshot&, const model::Record&, const PathOf&);
+[[nodiscard]] Result<std::string> print_record(const document::Snapshot&, const model::Record&,
+                                               const PathOf&);
 
 }  // namespace robomosp::io

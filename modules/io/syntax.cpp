@@ -20,7 +20,8 @@ bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z')
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 bool is_word_char(char c) { return is_letter(c) || is_digit(c) || c == '-' || c == '.'; }
 bool is_unit_char(char c) {
-  return is_letter(c) || is_digit(c) || c == '^' || c == '/' || c == '*' || c == '.' || c == '%' || c == '-';
+  return is_letter(c) || is_digit(c) || c == '^' || c == '/' || c == '*' || c == '.' || c == '%' ||
+         c == '-';
 }
 
 std::string shown(std::string_view s) {
@@ -35,7 +36,10 @@ std::size_t first_bad_byte(std::string_view s) {
   for (std::size_t i = 0; i < s.size();) {
     const auto c = static_cast<unsigned char>(s[i]);
     if (c == 0) return i;
-    if (c < 0x80) { ++i; continue; }
+    if (c < 0x80) {
+      ++i;
+      continue;
+    }
     const std::size_t length = c >= 0xF0 ? 4U : c >= 0xE0 ? 3U : 2U;
     if (c < 0xC2 || c > 0xF4 || i + length > s.size()) return i;
     std::uint32_t code = c & (0xFFU >> (length + 1));
@@ -51,7 +55,17 @@ std::size_t first_bad_byte(std::string_view s) {
   return std::string_view::npos;
 }
 
-enum class TokenKind : std::uint8_t { end, word, number, string, open, close, open_tuple, close_tuple, comma };
+enum class TokenKind : std::uint8_t {
+  end,
+  word,
+  number,
+  string,
+  open,
+  close,
+  open_tuple,
+  close_tuple,
+  comma
+};
 
 struct Token {
   TokenKind kind = TokenKind::end;
@@ -74,7 +88,8 @@ class Parser {
                            s_.place(field(open_.back()).offset) + ", is not closed.");
         case TokenKind::close:
           if (open_.empty())
-            return fail("there is no block for this \"}\" to close", "Remove it, or add the \"{\" that is missing.");
+            return fail("there is no block for this \"}\" to close",
+                        "Remove it, or add the \"{\" that is missing.");
           field(open_.back()).end = size();
           open_.pop_back();
           RMP_TRY(advance());
@@ -103,7 +118,8 @@ class Parser {
 
   Result<void> read_field() {
     if (s_.fields.size() >= kMostFields)
-      return fail("the file has more than " + std::to_string(kMostFields) + " fields", "Divide it into several files.");
+      return fail("the file has more than " + std::to_string(kMostFields) + " fields",
+                  "Divide it into several files.");
     Field f;
     f.name = token_.text;
     f.offset = token_.offset;
@@ -117,8 +133,10 @@ class Parser {
     f.has_block = token_.kind == TokenKind::open;
     if (!f.has_block && f.argument == Argument::none && is_suspect) return misspelt_unit(f);
     if (!f.has_block && f.argument == Argument::none)
-      return fail(quote(f.name) + " has no value", "A field is a name and a value, or a name and a block in braces.");
-    if (is_suspect && f.argument == Argument::word && starts_value(token_.kind)) return misspelt_unit(f);
+      return fail(quote(f.name) + " has no value",
+                  "A field is a name and a value, or a name and a block in braces.");
+    if (is_suspect && f.argument == Argument::word && starts_value(token_.kind))
+      return misspelt_unit(f);
     s_.fields.push_back(f);
     s_.fields.back().end = size();
     if (!f.has_block) return {};
@@ -169,7 +187,8 @@ class Parser {
         const auto unit = units::parse(token_.text);
         if (!unit.ok()) return fail(unit.error().message, unit.error().hint);
       }
-      if (token_.kind != TokenKind::comma) return fail("\",\" or \")\" is expected here, not " + describe());
+      if (token_.kind != TokenKind::comma)
+        return fail("\",\" or \")\" is expected here, not " + describe());
       RMP_TRY(advance());
     }
   }
@@ -208,7 +227,8 @@ class Parser {
     if (byte < 0x20 || byte == 0x7F) {
       char hex[8];
       std::snprintf(hex, sizeof hex, "0x%02X", static_cast<unsigned>(byte));
-      return fail("the control character " + std::string(hex) + " cannot stand here", "Is this a text file?");
+      return fail("the control character " + std::string(hex) + " cannot stand here",
+                  "Is this a text file?");
     }
     std::size_t e = p_ + 1;
     while (e < all.size() && (static_cast<unsigned char>(all[e]) & 0xC0) == 0x80) ++e;
@@ -236,15 +256,18 @@ class Parser {
     std::size_t e = start;
     for (;; ++e) {
       if (e >= all.size() || all[e] == '\n')
-        return fail("the text that starts here has no closing \"", "A text ends on the line where it starts; write \\n for a new line.");
+        return fail("the text that starts here has no closing \"",
+                    "A text ends on the line where it starts; write \\n for a new line.");
       if (all[e] == '"') break;
       if (all[e] != '\\') continue;
-      if (e + 1 < all.size() && std::string_view("\"\\ntr").find(all[e + 1]) != std::string_view::npos) {
+      if (e + 1 < all.size() &&
+          std::string_view("\"\\ntr").find(all[e + 1]) != std::string_view::npos) {
         ++e;
         continue;
       }
       token_.offset = static_cast<std::uint32_t>(e);
-      return fail("a \\ in a text must be followed by \", \\, n, t or r", "Write \\\\ for a backslash itself.");
+      return fail("a \\ in a text must be followed by \", \\, n, t or r",
+                  "Write \\\\ for a backslash itself.");
     }
     token_.kind = TokenKind::string;
     token_.text = all.substr(start, e - start);
@@ -260,7 +283,8 @@ class Parser {
     const char* const last = all.data() + all.size();
     const auto got = std::from_chars(all.data() + start, last, value);
     std::size_t e = static_cast<std::size_t>(got.ptr - all.data());
-    const bool joined = e < all.size() && (all[e] == '.' || all[e] == '-' || all[e] == '+' || is_digit(all[e]));
+    const bool joined =
+        e < all.size() && (all[e] == '.' || all[e] == '-' || all[e] == '+' || is_digit(all[e]));
     if (got.ec == std::errc::invalid_argument || joined || (start > p_ && all[start] == '-')) {
       e = p_ + 1;
       while (e < all.size() && (is_word_char(all[e]) || all[e] == '+')) ++e;
@@ -281,7 +305,9 @@ class Parser {
     std::size_t begin = std::string_view::npos;
     for (std::size_t p = p_;;) {
       while (p < all.size() && (all[p] == ' ' || all[p] == '\t')) ++p;
-      if (p >= all.size() || !(is_letter(all[p]) || all[p] == '%' || all[p] == '/' || all[p] == '*')) break;
+      if (p >= all.size() ||
+          !(is_letter(all[p]) || all[p] == '%' || all[p] == '/' || all[p] == '*'))
+        break;
       std::size_t e = p;
       while (e < all.size() && is_unit_char(all[e])) ++e;
       if (begin == std::string_view::npos && (all[p] == '/' || all[p] == '*')) break;
@@ -306,7 +332,7 @@ class Parser {
   std::size_t p_;
   Token token_;
   std::uint32_t behind_number_ = 0;  ///< offset of the last word that follows a number without unit
-  std::vector<std::int32_t> open_;  ///< fields whose blocks are open
+  std::vector<std::int32_t> open_;   ///< fields whose blocks are open
 };
 
 /// The first line: `robomosp <kind> <version>`. Returns the offset after it.
@@ -329,12 +355,14 @@ Result<std::size_t> read_header(Syntax& s) {
                 "Its first line must be such as \"robomosp robot 1\".");
   const auto version = words.size() == 3 ? text::read_int(words[2]) : std::nullopt;
   if (!version || *version < 1)
-    return s.at(offset, ErrorCode::syntax, "the first line must be \"robomosp\", a kind and a version",
+    return s.at(offset, ErrorCode::syntax,
+                "the first line must be \"robomosp\", a kind and a version",
                 "Such as \"robomosp robot 1\".");
   if (*version > kVersion)
     return s.at(static_cast<std::uint32_t>(words[2].data() - all.data()), ErrorCode::unsupported,
                 "the file was written by a newer version of the program: its format is " +
-                    std::string(words[2]) + ", this program reads up to " + std::to_string(kVersion),
+                    std::string(words[2]) + ", this program reads up to " +
+                    std::to_string(kVersion),
                 "Update the program.");
   s.kind = std::string(words[1]);
   s.kind_offset = static_cast<std::uint32_t>(words[1].data() - all.data());
@@ -357,7 +385,8 @@ std::string Syntax::place(std::uint32_t offset) const {
   return file + ":" + std::to_string(line) + ":" + std::to_string(column);
 }
 
-Error Syntax::at(std::uint32_t offset, ErrorCode code, std::string message, std::string hint) const {
+Error Syntax::at(std::uint32_t offset, ErrorCode code, std::string message,
+                 std::string hint) const {
   return error(code, std::move(message), std::move(hint), place(offset));
 }
 
@@ -391,9 +420,10 @@ Result<Syntax> parse(std::string file, std::string_view text) {
   s.file = std::move(file);
   s.text = text;
   if (const std::size_t bad = first_bad_byte(text); bad != std::string_view::npos)
-    return s.at(static_cast<std::uint32_t>(bad), ErrorCode::syntax,
-                text[bad] == '\0' ? "this is a binary file, not a text" : "this byte is not UTF-8 text",
-                "Robomosp files are plain text in UTF-8.");
+    return s.at(
+        static_cast<std::uint32_t>(bad), ErrorCode::syntax,
+        text[bad] == '\0' ? "this is a binary file, not a text" : "this byte is not UTF-8 text",
+        "Robomosp files are plain text in UTF-8.");
   RMP_TRY_ASSIGN(const std::size_t start, read_header(s));
   RMP_TRY(Parser(s, start).run());
   return s;

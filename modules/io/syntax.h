@@ -38,15 +38,16 @@ struct Field {
 
 /// A file's fields in order of appearance (enclosing before enclosed). Views point into `text`.
 struct Syntax {
-  std::string file;        ///< as shown in messages
+  std::string file;  ///< as shown in messages
   std::string_view text;
-  std::string kind;        ///< of the first line, not checked
+  std::string kind;  ///< of the first line, not checked
   std::uint32_t kind_offset = 0;
   std::vector<Field> fields;
   std::vector<Number> numbers;
 
   /// An error at a place of the file: where = "file:line:column".
-  [[nodiscard]] Error at(std::uint32_t offset, ErrorCode code, std::string message, std::string hint = {}) const;
+  [[nodiscard]] Error at(std::uint32_t offset, ErrorCode code, std::string message,
+                         std::string hint = {}) const;
   [[nodiscard]] std::string place(std::uint32_t offset) const;  ///< "file:line:column"
 };
 

@@ -16,7 +16,8 @@ using document::Document;
 struct Filled {
   explicit Filled(std::int64_t records) {
     auto tx = document.begin("fill");
-    for (std::int64_t i = 0; i < records / 10; ++i) materials.push_back(*tx->add("material" + std::to_string(i), model::Material{}));
+    for (std::int64_t i = 0; i < records / 10; ++i)
+      materials.push_back(*tx->add("material" + std::to_string(i), model::Material{}));
     for (std::int64_t i = records / 10; i < records; ++i) {
       model::Solid s;
       s.material = materials[static_cast<std::size_t>(i) % materials.size()];
@@ -35,10 +36,11 @@ void edit_one(benchmark::State& state) {
   double size = 1;
   for (auto _ : state) {
     auto tx = f.document.begin("size");
-    (void)tx->edit(f.solids[f.solids.size() / 2], [&](model::Record& r) -> Result<void> {
-      std::get<model::Solid>(r.body).nodes[0].sizes[0] = (size += 1);
-      return {};
-    }).ok();
+    (void)
+        tx->edit(f.solids[f.solids.size() / 2], [&](model::Record& r) -> Result<void> {
+            std::get<model::Solid>(r.body).nodes[0].sizes[0] = (size += 1);
+            return {};
+          }).ok();
     if (!tx->commit().ok()) state.SkipWithError("commit failed");
   }
 }
@@ -49,10 +51,11 @@ void edit_material_of_nine(benchmark::State& state) {
   double density = 1;
   for (auto _ : state) {
     auto tx = f.document.begin("density");
-    (void)tx->edit(f.materials[3], [&](model::Record& r) -> Result<void> {
-      std::get<model::Material>(r.body).density = (density += 1);
-      return {};
-    }).ok();
+    (void)
+        tx->edit(f.materials[3], [&](model::Record& r) -> Result<void> {
+            std::get<model::Material>(r.body).density = (density += 1);
+            return {};
+          }).ok();
     if (!tx->commit().ok()) state.SkipWithError("commit failed");
   }
 }
@@ -74,10 +77,11 @@ void rename_one(benchmark::State& state) {
   for (auto _ : state) {
     auto tx = f.document.begin("rename");
     is_even = !is_even;
-    (void)tx->edit(f.solids[100], [&](model::Record& r) -> Result<void> {
-      r.name = is_even ? "even" : "odd";
-      return {};
-    }).ok();
+    (void)
+        tx->edit(f.solids[100], [&](model::Record& r) -> Result<void> {
+            r.name = is_even ? "even" : "odd";
+            return {};
+          }).ok();
     if (!tx->commit().ok()) state.SkipWithError("commit failed");
   }
 }
@@ -89,7 +93,8 @@ void undo_and_redo(benchmark::State& state) {
   (void)tx->add("new", model::Material{}).ok();
   (void)tx->commit().ok();
   for (auto _ : state)
-    if (!f.document.undo().ok() || !f.document.redo().ok()) state.SkipWithError("undo or redo failed");
+    if (!f.document.undo().ok() || !f.document.redo().ok())
+      state.SkipWithError("undo or redo failed");
 }
 BENCHMARK(undo_and_redo)->Arg(10'000)->Unit(benchmark::kMicrosecond);
 

@@ -30,7 +30,8 @@ std::string slurp(const fs::path& file) {
 
 std::vector<std::string> samples() {
   std::vector<fs::path> files;
-  for (const auto& entry : fs::directory_iterator(fs::path(ROBOMOSP_SOURCE_DIR) / "tests/fuzz/corpus"))
+  for (const auto& entry :
+       fs::directory_iterator(fs::path(ROBOMOSP_SOURCE_DIR) / "tests/fuzz/corpus"))
     if (entry.is_regular_file()) files.push_back(entry.path());
   std::sort(files.begin(), files.end());  // so that a seed gives the same run everywhere
   std::vector<std::string> texts;
@@ -65,12 +66,41 @@ class Mutator {
   }
 
  private:
-  static constexpr const char* kTokens[] = {
-      "{", "}", "(", ")", ",", "\"", "#", "\n", "\\", " -", "1e308 ", "1e-320 ", "-0 ", "inf ", "nan ", "0x1 ", "mm ", " deg ",
-      "name ", "union { ", "box { x 1 y 1 z 1 }", "at (0, 0, 1) ", "rpy (1, 2, 3) ", "robomosp ", "\xC3\xA9", "\xFF", "true ",
-      "9223372036854775808 ", "material \"a.mtr\" ", "pose p () ", "parent base "};
+  static constexpr const char* kTokens[] = {"{",
+                                            "}",
+                                            "(",
+                                            ")",
+                                            ",",
+                                            "\"",
+                                            "#",
+                                            "\n",
+                                            "\\",
+                                            " -",
+                                            "1e308 ",
+                                            "1e-320 ",
+                                            "-0 ",
+                                            "inf ",
+                                            "nan ",
+                                            "0x1 ",
+                                            "mm ",
+                                            " deg ",
+                                            "name ",
+                                            "union { ",
+                                            "box { x 1 y 1 z 1 }",
+                                            "at (0, 0, 1) ",
+                                            "rpy (1, 2, 3) ",
+                                            "robomosp ",
+                                            "\xC3\xA9",
+                                            "\xFF",
+                                            "true ",
+                                            "9223372036854775808 ",
+                                            "material \"a.mtr\" ",
+                                            "pose p () ",
+                                            "parent base "};
 
-  std::size_t pick(std::size_t n) { return std::uniform_int_distribution<std::size_t>(0, n - 1)(random_); }
+  std::size_t pick(std::size_t n) {
+    return std::uniform_int_distribution<std::size_t>(0, n - 1)(random_);
+  }
   /// Puts a word of another sample in the place of one: keeps the syntax and breaks the meaning.
   void replace_word(std::string& s, std::size_t at) {
     const auto word = [](const std::string& t, std::size_t i) {
@@ -97,7 +127,9 @@ bool check(const std::string& text, const fs::path& folder) {
   if (!loaded.ok()) {
     EXPECT_EQ(tx->now().size(), 0U);
     EXPECT_FALSE(loaded.error().message.empty());
-    EXPECT_NE(loaded.error().where.find(':'), std::string::npos) << loaded.error().sentence() << "\n" << text;
+    EXPECT_NE(loaded.error().where.find(':'), std::string::npos)
+        << loaded.error().sentence() << "\n"
+        << text;
     return false;
   }
   const auto first = io::print(tx->now(), loaded->id, folder / "fuzz", {});
@@ -121,7 +153,8 @@ bool check(const std::string& text, const fs::path& folder) {
 
 TEST(NativeFuzz, MutatedFilesAreRefusedInASentenceOrRewrittenExactly) {
   const char* given = std::getenv("ROBOMOSP_TEST_SEED");
-  const unsigned seed = given ? static_cast<unsigned>(std::strtoul(given, nullptr, 10)) : std::random_device{}();
+  const unsigned seed =
+      given ? static_cast<unsigned>(std::strtoul(given, nullptr, 10)) : std::random_device{}();
   const char* wanted = std::getenv("ROBOMOSP_FUZZ_SECONDS");
   const std::chrono::seconds duration(wanted ? std::strtol(wanted, nullptr, 10) : 3);
   std::cout << "seed " << seed << " (set ROBOMOSP_TEST_SEED to repeat)\n";
@@ -135,7 +168,8 @@ TEST(NativeFuzz, MutatedFilesAreRefusedInASentenceOrRewrittenExactly) {
   std::size_t runs = 0, accepted = 0;
   const auto end = std::chrono::steady_clock::now() + duration;
   while (std::chrono::steady_clock::now() < end && !testing::Test::HasFailure()) {
-    const std::string& base = texts[std::uniform_int_distribution<std::size_t>(0, texts.size() - 1)(random)];
+    const std::string& base =
+        texts[std::uniform_int_distribution<std::size_t>(0, texts.size() - 1)(random)];
     accepted += check(mutator.mutate(base), folder) ? 1U : 0U;
     ++runs;
   }

@@ -42,7 +42,7 @@ Moments box_moments(const Box& b) {
   m.volume = x * y * z;
   m.area = 2 * (x * y + y * z + z * x);
   m.first = {first(0) * y * z, x * first(1) * z, x * y * first(2)};
-  m.second = {second(0) * y * z, x * second(1) * z, x * y * second(2),
+  m.second = {second(0) * y * z,       x * second(1) * z,       x * y * second(2),
               first(0) * first(1) * z, x * first(1) * first(2), first(0) * y * first(2)};
   return m;
 }
@@ -75,7 +75,8 @@ class BoxEngine final : public CsgEngine {
  public:
   BoxEngine(Counts& counts, const Fault& fault) : counts_(counts), fault_(fault) {}
 
-  Result<std::shared_ptr<const CsgShape>> evaluate(const CsgTree& tree, Progress& progress) const override {
+  Result<std::shared_ptr<const CsgShape>> evaluate(const CsgTree& tree,
+                                                   Progress& progress) const override {
     ++counts_.evaluations;
     if (progress.cancelled()) return error(ErrorCode::cancelled, "cancelled");
     if (fault_ == Fault::throws) throw std::runtime_error("out of luck");
@@ -85,8 +86,8 @@ class BoxEngine final : public CsgEngine {
       return error(ErrorCode::unsupported, "node \"" + n.name + "\" is no box", "Use a box.");
     const Vec3& p = n.placement.p;
     const double x = n.sizes[0] / 2, y = n.sizes[1] / 2;
-    std::shared_ptr<const CsgShape> shape =
-        std::make_shared<const BoxShape>(Box{{p[0] - x, p[1] - y, p[2]}, {p[0] + x, p[1] + y, p[2] + n.sizes[2]}});
+    std::shared_ptr<const CsgShape> shape = std::make_shared<const BoxShape>(
+        Box{{p[0] - x, p[1] - y, p[2]}, {p[0] + x, p[1] + y, p[2] + n.sizes[2]}});
     return shape;
   }
   Result<Mesh> mesh(const CsgShape& shape, const MeshQuality&, Progress&) const override {
@@ -97,7 +98,8 @@ class BoxEngine final : public CsgEngine {
       const std::size_t axis = side / 2, u = (axis + 1) % 3, v = (axis + 2) % 3;
       const bool is_high = side % 2 == 1;
       const auto start = static_cast<std::uint32_t>(m.vertex_count());
-      for (const auto& [cu, cv] : {std::pair{0, 0}, std::pair{1, 0}, std::pair{1, 1}, std::pair{0, 1}}) {
+      for (const auto& [cu, cv] :
+           {std::pair{0, 0}, std::pair{1, 0}, std::pair{1, 1}, std::pair{0, 1}}) {
         Vec3 p{}, n{};
         p[axis] = is_high ? b.high[axis] : b.low[axis];
         p[u] = cu ? b.high[u] : b.low[u];
@@ -109,7 +111,8 @@ class BoxEngine final : public CsgEngine {
         }
       }
       if (fault_ == Fault::open_mesh && side == 5) break;
-      for (const std::uint32_t k : is_high ? std::array{0U, 1U, 2U, 0U, 2U, 3U} : std::array{0U, 2U, 1U, 0U, 3U, 2U})
+      for (const std::uint32_t k :
+           is_high ? std::array{0U, 1U, 2U, 0U, 2U, 3U} : std::array{0U, 2U, 1U, 0U, 3U, 2U})
         m.triangles.push_back(start + k);
     }
     if (fault_ == Fault::nan_mesh) m.positions[4] = std::numeric_limits<float>::quiet_NaN();
@@ -145,7 +148,8 @@ class BoxEngine final : public CsgEngine {
           for (std::size_t i = 0; i < boxes.size(); ++i) {
             bool is_inside = true;
             for (std::size_t k = 0; k < 3; ++k)
-              is_inside = is_inside && boxes[i].low[k] <= cell.low[k] && cell.high[k] <= boxes[i].high[k];
+              is_inside =
+                  is_inside && boxes[i].low[k] <= cell.low[k] && cell.high[k] <= boxes[i].high[k];
             if (!is_inside) continue;
             if (is_taken) is_shared = true;
             if (!is_taken) add(out.parts[i], box_moments(cell));
@@ -169,9 +173,10 @@ class DerivedTest : public testing::Test {
     info.interface_id = CsgEngine::kInterfaceId;
     info.name = "boxes";
     info.version = "1";
-    const auto added = registry.add(info, [this]() -> Result<void*> { 
+    const auto added = registry.add(info, [this]() -> Result<void*> {
       // The registry's caller owns what is made, as with plugins.
-      return static_cast<void*>(static_cast<CsgEngine*>(std::make_unique<BoxEngine>(counts, fault).release()));
+      return static_cast<void*>(
+          static_cast<CsgEngine*>(std::make_unique<BoxEngine>(counts, fault).release()));
     });
     EXPECT_TRUE(added.ok());
   }
@@ -200,9 +205,9 @@ class DerivedTest : public testing::Test {
   void edit(AnyId id, const std::function<void(R&)>& change) {
     auto tx = document.begin("edit");
     ASSERT_TRUE(tx->edit(id, [&](model::Record& r) -> Result<void> {
-      change(std::get<R>(r.body));
-      return {};
-    }).ok());
+                    change(std::get<R>(r.body));
+                    return {};
+                  }).ok());
     ASSERT_TRUE(tx->commit().ok());
   }
   document::BodyMass mass(AnyId id) {
@@ -284,7 +289,8 @@ TEST_F(DerivedTest, TwoEqualSolidsShareOneMeshAndFinerTessellationDoesNot) {
   const auto b = make("b", same);
   same.chord = 1e-5;
   const auto fine = make("fine", same);
-  const auto ma = derived.mesh(*document.now(), a, progress), mb = derived.mesh(*document.now(), b, progress);
+  const auto ma = derived.mesh(*document.now(), a, progress),
+             mb = derived.mesh(*document.now(), b, progress);
   ASSERT_TRUE(ma.ok() && mb.ok());
   EXPECT_EQ(ma->get(), mb->get());
   EXPECT_EQ(counts.meshes, 1);
@@ -356,7 +362,8 @@ TEST_F(DerivedTest, APartWithoutMaterialHasNoMassTakesNoneAndIsNoted) {
   const auto got = mass(make("o", o));
   EXPECT_NEAR(got.mass.mass, 1000, 1e-9);
   EXPECT_NEAR(got.volume, 1, 1e-12);
-  EXPECT_EQ(got.notes, std::vector<std::string>{"solid \"bare\" has no material, so it has no mass."});
+  EXPECT_EQ(got.notes,
+            std::vector<std::string>{"solid \"bare\" has no material, so it has no mass."});
 }
 
 TEST_F(DerivedTest, BoundsHoldTurnedParts) {
@@ -388,12 +395,15 @@ TEST_F(DerivedTest, AFailingSolidIsNamedAndBlocksOnlyWhatNeedsIt) {
   const auto robot = make("pa10", r);
   const auto now = document.now();
   EXPECT_TRUE(derived.mesh(*now, cube, progress).ok());
-  EXPECT_EQ(derived.mesh(*now, bore, progress).error().sentence(), "solid \"bore\": node \"ball\" is no box. Use a box.");
+  EXPECT_EQ(derived.mesh(*now, bore, progress).error().sentence(),
+            "solid \"bore\": node \"ball\" is no box. Use a box.");
   const std::string reason = "waits for solid \"bore\": node \"ball\" is no box. Use a box.";
   EXPECT_EQ(derived.mass(*now, arm, progress).error().sentence(), "object \"arm\" " + reason);
   EXPECT_EQ(derived.drawables(*now, arm, progress).error().sentence(), "object \"arm\" " + reason);
-  EXPECT_EQ(derived.robot_model(*now, robot, {}, progress).error().sentence(), "robot \"pa10\" " + reason);
-  EXPECT_EQ(derived.robot_bodies(*now, robot, progress).error().sentence(), "robot \"pa10\" " + reason);
+  EXPECT_EQ(derived.robot_model(*now, robot, {}, progress).error().sentence(),
+            "robot \"pa10\" " + reason);
+  EXPECT_EQ(derived.robot_bodies(*now, robot, progress).error().sentence(),
+            "robot \"pa10\" " + reason);
   // The failure is remembered: asked again, the engine is not.
   const int evaluations = counts.evaluations;
   EXPECT_FALSE(derived.mesh(*now, bore, progress).ok());
@@ -423,14 +433,21 @@ TEST_F(DerivedTest, ProvidersThatBreakTheirContractAreNamed) {
   const std::string hint = " Report it to the provider's author or choose another provider.";
   const auto mass_error = [&] { return derived.mass(*now, cube, progress).error(); };
   const auto mesh_error = [&] { return derived.mesh(*now, cube, progress).error(); };
-  EXPECT_EQ(sentence_with(Fault::nan_moments, mass_error),
-            "solid \"cube\": provider \"boxes\" returned moments that are not finite numbers." + hint);
-  EXPECT_EQ(sentence_with(Fault::nan_mesh, mesh_error),
-            "solid \"cube\": provider \"boxes\" made a mesh with numbers that are not finite." + hint);
-  EXPECT_NE(sentence_with(Fault::open_mesh, mesh_error).find("provider \"boxes\" made an open mesh"), std::string::npos);
-  EXPECT_EQ(sentence_with(Fault::throws, mesh_error), "solid \"cube\": provider \"boxes\" threw: out of luck." + hint);
-  EXPECT_EQ(sentence_with(Fault::null_shape, mesh_error), "solid \"cube\": provider \"boxes\" returned no solid." + hint);
-  EXPECT_EQ(sentence_with(Fault::short_partition, [&] { return derived.mass(*now, pair, progress).error(); }),
+  EXPECT_EQ(
+      sentence_with(Fault::nan_moments, mass_error),
+      "solid \"cube\": provider \"boxes\" returned moments that are not finite numbers." + hint);
+  EXPECT_EQ(
+      sentence_with(Fault::nan_mesh, mesh_error),
+      "solid \"cube\": provider \"boxes\" made a mesh with numbers that are not finite." + hint);
+  EXPECT_NE(
+      sentence_with(Fault::open_mesh, mesh_error).find("provider \"boxes\" made an open mesh"),
+      std::string::npos);
+  EXPECT_EQ(sentence_with(Fault::throws, mesh_error),
+            "solid \"cube\": provider \"boxes\" threw: out of luck." + hint);
+  EXPECT_EQ(sentence_with(Fault::null_shape, mesh_error),
+            "solid \"cube\": provider \"boxes\" returned no solid." + hint);
+  EXPECT_EQ(sentence_with(Fault::short_partition,
+                          [&] { return derived.mass(*now, pair, progress).error(); }),
             "object \"pair\": provider \"boxes\" returned 1 parts for 2." + hint);
 }
 
@@ -513,7 +530,8 @@ TEST_F(DerivedTest, ManyThreadsAskingAtOnceShareOneValue) {
 }
 
 TEST_F(DerivedTest, AStaleIdAndAnEmptySolidAreSentences) {
-  EXPECT_EQ(derived.mesh(*document.now(), SolidId{99}, progress).error().code, ErrorCode::stale_handle);
+  EXPECT_EQ(derived.mesh(*document.now(), SolidId{99}, progress).error().code,
+            ErrorCode::stale_handle);
   const auto empty = make("empty", model::Solid{});
   EXPECT_EQ(derived.mesh(*document.now(), empty, progress).error().sentence(),
             "solid \"empty\": it has no nodes. Add a primitive such as a box to it.");
@@ -528,7 +546,8 @@ TEST_F(DerivedTest, ObjectsThatDoubleAtEveryLevelAreRefusedBeforeTheyFillTheMemo
     what = make("o" + std::to_string(level), o);
   }
   EXPECT_EQ(derived.mass(*document.now(), what, progress).error().sentence(),
-            "object \"o39\": it has more than 100000 parts, nested ones included. Divide it into smaller objects.");
+            "object \"o39\": it has more than 100000 parts, nested ones included. Divide it into "
+            "smaller objects.");
 }
 
 TEST(DerivedWithOcct, ABoredCylinderHasTheMassOfTheClosedFormAndASkinIsClosed) {

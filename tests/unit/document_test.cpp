@@ -32,7 +32,8 @@ model::Solid ball(MaterialId material = {}) {
 }
 model::Object object_of(std::vector<AnyId> parts) {
   model::Object o;
-  for (const AnyId id : parts) o.parts.push_back({"p" + std::to_string(o.parts.size()), id, {}, {}});
+  for (const AnyId id : parts)
+    o.parts.push_back({"p" + std::to_string(o.parts.size()), id, {}, {}});
   return o;
 }
 template <class R>
@@ -50,7 +51,8 @@ Result<void> set_density(Transaction& tx, AnyId id, double density) {
     return {};
   });
 }
-Result<Commit> edit_density(Document& d, AnyId id, double density, const std::string& gesture = {}) {
+Result<Commit> edit_density(Document& d, AnyId id, double density,
+                            const std::string& gesture = {}) {
   auto tx = d.begin("density", gesture);
   if (!tx.ok()) return std::move(tx).error();
   RMP_TRY(set_density(*tx, id, density));
@@ -102,7 +104,8 @@ TEST(Document, ATransactionThatIsDroppedLeavesNothing) {
     ASSERT_TRUE(set_density(*tx, id, 1).ok());
     ASSERT_TRUE(tx->add("other", model::Material{}).ok());
     EXPECT_EQ(tx->now().size(), 2U);
-    EXPECT_EQ(d.begin("second").error().sentence(), "another transaction is open. Commit it or drop it first.");
+    EXPECT_EQ(d.begin("second").error().sentence(),
+              "another transaction is open. Commit it or drop it first.");
     EXPECT_FALSE(d.undo().ok());
   }
   EXPECT_EQ(d.now()->revision(), revision);
@@ -130,13 +133,17 @@ TEST(Document, NamesAreCheckedAndUniquePerKind) {
   Document d;
   const auto id = make(d, "pa10", model::Robot{});
   auto tx = d.begin("x");
-  EXPECT_EQ(tx->add("pa10", model::Robot{}).error().sentence(), "there is already a robot named \"pa10\". Choose another name.");
+  EXPECT_EQ(tx->add("pa10", model::Robot{}).error().sentence(),
+            "there is already a robot named \"pa10\". Choose another name.");
   EXPECT_TRUE(tx->add("pa10", model::World{}).ok());
   EXPECT_EQ(tx->add("1st", model::Robot{}).error().sentence(),
-            "\"1st\" cannot be the name of a robot. A name starts with a letter and has letters, digits, _ - . and spaces, none "
+            "\"1st\" cannot be the name of a robot. A name starts with a letter and has letters, "
+            "digits, _ - . and spaces, none "
             "at the end.");
-  for (const char* bad : {"", " a", "a ", "a/b", "a\n", "\xC3\xA9", "_a"}) EXPECT_FALSE(tx->add(bad, model::Robot{}).ok()) << bad;
-  for (const char* good : {"a", "A b", "a-1.2_c"}) EXPECT_TRUE(tx->add(good, model::Robot{}).ok()) << good;
+  for (const char* bad : {"", " a", "a ", "a/b", "a\n", "\xC3\xA9", "_a"})
+    EXPECT_FALSE(tx->add(bad, model::Robot{}).ok()) << bad;
+  for (const char* good : {"a", "A b", "a-1.2_c"})
+    EXPECT_TRUE(tx->add(good, model::Robot{}).ok()) << good;
   EXPECT_EQ(tx->free_name(Kind::robot, "pa10"), "pa10_2");
   EXPECT_EQ(tx->free_name(Kind::robot, "new"), "new");
   const auto renamed = tx->edit(id, [](model::Record& r) -> Result<void> {
@@ -145,9 +152,9 @@ TEST(Document, NamesAreCheckedAndUniquePerKind) {
   });
   EXPECT_EQ(renamed.error().code, ErrorCode::conflict);
   ASSERT_TRUE(tx->edit(id, [](model::Record& r) -> Result<void> {
-    r.name = "pa11";
-    return {};
-  }).ok());
+                  r.name = "pa11";
+                  return {};
+                }).ok());
   EXPECT_FALSE(tx->now().find(Kind::robot, "pa10"));
   EXPECT_EQ(*tx->now().find(Kind::robot, "pa11"), AnyId(id));
 }
@@ -159,13 +166,16 @@ TEST(Document, RemovalIsRefusedWhileOthersReferAndNamesThem) {
   const auto hand = make(d, "hand", object_of({bore, bore}));
   auto tx = d.begin("remove");
   EXPECT_EQ(tx->remove(bore).error().sentence(),
-            "cannot remove solid \"bore\": object \"arm\" and object \"hand\" refer to it. Remove or change those first.");
+            "cannot remove solid \"bore\": object \"arm\" and object \"hand\" refer to it. Remove "
+            "or change those first.");
   ASSERT_TRUE(tx->remove(arm).ok());
   EXPECT_EQ(tx->remove(bore).error().sentence(),
-            "cannot remove solid \"bore\": object \"hand\" refers to it. Remove or change that one first.");
+            "cannot remove solid \"bore\": object \"hand\" refers to it. Remove or change that one "
+            "first.");
   ASSERT_TRUE(tx->remove(hand).ok());
   ASSERT_TRUE(tx->remove(bore).ok());
-  EXPECT_EQ(tx->remove(bore).error().sentence(), "solid #1 no longer exists. Look it up again by its name.");
+  EXPECT_EQ(tx->remove(bore).error().sentence(),
+            "solid #1 no longer exists. Look it up again by its name.");
   ASSERT_TRUE(tx->commit().ok());
   EXPECT_EQ(d.now()->size(), 0U);
 }
@@ -176,7 +186,8 @@ TEST(Document, ALongListOfReferrersIsCutShort) {
   for (int i = 0; i < 8; ++i) make(d, "o" + std::to_string(i), object_of({bore}));
   auto tx = d.begin("remove");
   EXPECT_EQ(tx->remove(bore).error().message,
-            "cannot remove solid \"bore\": object \"o0\", object \"o1\", object \"o2\", object \"o3\", object \"o4\" and 3 more "
+            "cannot remove solid \"bore\": object \"o0\", object \"o1\", object \"o2\", object "
+            "\"o3\", object \"o4\" and 3 more "
             "refer to it");
 }
 
@@ -187,8 +198,10 @@ TEST(Document, AnObjectInsideItselfIsRefusedWithThePath) {
   const auto palm = make(d, "palm", object_of({hand}));
   const auto gripper = make(d, "gripper", object_of({palm}));
   EXPECT_EQ(set_parts(d, hand, {solid, gripper}).error().sentence(),
-            "cannot place object \"gripper\" in object \"hand\": \"hand\" is already part of \"gripper\" (gripper > palm > hand).");
-  EXPECT_EQ(set_parts(d, hand, {hand}).error().sentence(), "cannot place object \"hand\" in itself.");
+            "cannot place object \"gripper\" in object \"hand\": \"hand\" is already part of "
+            "\"gripper\" (gripper > palm > hand).");
+  EXPECT_EQ(set_parts(d, hand, {hand}).error().sentence(),
+            "cannot place object \"hand\" in itself.");
   EXPECT_EQ(d.now()->get(hand)->parts.size(), 1U);
   EXPECT_TRUE(set_parts(d, gripper, {palm, hand, solid}).ok()) << "using a part twice is no cycle";
 }
@@ -198,7 +211,8 @@ TEST(Document, ChainsOfObjectsMayBeVeryDeep) {
   Document d;
   auto tx = d.begin("chain");
   std::vector<ObjectId> all{*tx->add("o0", object_of({*tx->add("ball", ball())}))};
-  for (int i = 1; i < kDepth; ++i) all.push_back(*tx->add("o" + std::to_string(i), object_of({all.back()})));
+  for (int i = 1; i < kDepth; ++i)
+    all.push_back(*tx->add("o" + std::to_string(i), object_of({all.back()})));
   const auto commit = tx->commit();
   ASSERT_TRUE(commit.ok());
   EXPECT_EQ(set_parts(d, all[0], {all.back()}).error().code, ErrorCode::conflict);
@@ -215,9 +229,13 @@ TEST(Document, ReferencesMustExistAndFit) {
     EXPECT_EQ(d.now()->size(), 1U);
     return commit.ok() ? "" : commit.error().sentence();
   };
-  EXPECT_EQ(add(ball(MaterialId{99})), "solid \"x\": \"material\" refers to material #99, which does not exist.");
-  EXPECT_EQ(add(object_of({m})), "object \"x\": \"p0\" refers to material \"steel\". A solid or an object can stand there.");
-  EXPECT_EQ(add(object_of({AnyId{Kind::solid, m.number}})), "object \"x\": \"p0\" refers to solid #1, which does not exist.");
+  EXPECT_EQ(add(ball(MaterialId{99})),
+            "solid \"x\": \"material\" refers to material #99, which does not exist.");
+  EXPECT_EQ(
+      add(object_of({m})),
+      "object \"x\": \"p0\" refers to material \"steel\". A solid or an object can stand there.");
+  EXPECT_EQ(add(object_of({AnyId{Kind::solid, m.number}})),
+            "object \"x\": \"p0\" refers to solid #1, which does not exist.");
 }
 
 TEST(Document, ACommitTellsWhatIsAffectedEachAfterWhatItRefersTo) {
@@ -314,12 +332,14 @@ TEST(Document, HistoryKeepsToItsBudget) {
 TEST(Document, ListenersHearOfCommitsUndoAndRedo) {
   Document d;
   std::vector<std::string> heard;
-  d.on_commit([&](const Commit& c) { heard.push_back(c.label + " " + std::to_string(c.changed.size())); });
+  d.on_commit(
+      [&](const Commit& c) { heard.push_back(c.label + " " + std::to_string(c.changed.size())); });
   make(d, "steel", model::Material{});
   ASSERT_TRUE(d.undo().ok());
   ASSERT_TRUE(d.redo().ok());
   d.clear();
-  EXPECT_EQ(heard, (std::vector<std::string>{"add steel 1", "add steel 1", "add steel 1", "clear 1"}));
+  EXPECT_EQ(heard,
+            (std::vector<std::string>{"add steel 1", "add steel 1", "add steel 1", "clear 1"}));
 }
 
 TEST(Document, ATransactionFromBeforeAClearCannotCommit) {
@@ -327,7 +347,8 @@ TEST(Document, ATransactionFromBeforeAClearCannotCommit) {
   auto tx = d.begin("x");
   ASSERT_TRUE(tx->add("m", model::Material{}).ok());
   d.clear();
-  EXPECT_EQ(tx->commit().error().sentence(), "the document was cleared while this transaction was open.");
+  EXPECT_EQ(tx->commit().error().sentence(),
+            "the document was cleared while this transaction was open.");
 }
 
 TEST(Document, TheDigestTellsContentAndNotIdsOrOrder) {
@@ -341,9 +362,9 @@ TEST(Document, TheDigestTellsContentAndNotIdsOrOrder) {
   EXPECT_NE(a.content_digest(), b.content_digest());
   auto tx = b.begin("x");
   ASSERT_TRUE(tx->edit(ball_b, [&](model::Record& r) -> Result<void> {
-    std::get<model::Solid>(r.body).material = steel_b;
-    return {};
-  }).ok());
+                  std::get<model::Solid>(r.body).material = steel_b;
+                  return {};
+                }).ok());
   ASSERT_TRUE(tx->commit().ok());
   EXPECT_EQ(a.content_digest(), b.content_digest());
   ASSERT_TRUE(edit_density(b, steel_b, 1000.0000001).ok());
@@ -366,20 +387,28 @@ TEST(Document, RecordsAreCheckedAtCommitAndTheElementIsNamed) {
   EXPECT_EQ(refusal("m", m), "material \"m\": the density is nan; it must be a finite number.");
   model::Solid s = ball();
   s.nodes[0].sizes[0] = -1;
-  EXPECT_EQ(refusal("s", s), "solid \"s\": radius of sphere \"ball\" is -1 m; it must be greater than 0.");
+  EXPECT_EQ(refusal("s", s),
+            "solid \"s\": radius of sphere \"ball\" is -1 m; it must be greater than 0.");
   s = ball();
   s.nodes.push_back({CsgKind::sphere, "inner", 0, {}, {0.1}});
-  EXPECT_EQ(refusal("s", s), "solid \"s\": node \"inner\" is inside sphere \"ball\", which is a primitive. Only a union, "
-                             "difference or intersection has nodes inside.");
+  EXPECT_EQ(
+      refusal("s", s),
+      "solid \"s\": node \"inner\" is inside sphere \"ball\", which is a primitive. Only a union, "
+      "difference or intersection has nodes inside.");
   s.nodes = {{CsgKind::union_, "u", -1, {}, {}}, {CsgKind::box, "u", 0, {}, {1, 1, 1}}};
-  EXPECT_EQ(refusal("s", s), "solid \"s\": there are two nodes named \"u\". Give each its own name.");
+  EXPECT_EQ(refusal("s", s),
+            "solid \"s\": there are two nodes named \"u\". Give each its own name.");
   s.nodes[1] = {CsgKind::box, "b", 1, {}, {1, 1, 1}};
-  EXPECT_EQ(refusal("s", s), "solid \"s\": node \"b\" does not come after its parent. Every node but the first has a parent, and "
-                             "parents come first.");
+  EXPECT_EQ(refusal("s", s),
+            "solid \"s\": node \"b\" does not come after its parent. Every node but the first has "
+            "a parent, and "
+            "parents come first.");
   s.nodes[1] = {CsgKind::cone, "c", 0, {}, {0, 0, 1}};
-  EXPECT_EQ(refusal("s", s), "solid \"s\": both radii of cone \"c\" are 0. Give one of them a size.");
+  EXPECT_EQ(refusal("s", s),
+            "solid \"s\": both radii of cone \"c\" are 0. Give one of them a size.");
   s.nodes[1] = {CsgKind::frustum, "f", 0, {{kNan, 0, 0}, {}, {}}, {1, 1, 0, 0, 1}};
-  EXPECT_EQ(refusal("s", s), "solid \"s\": the position of node \"f\" is nan; it must be a finite number.");
+  EXPECT_EQ(refusal("s", s),
+            "solid \"s\": the position of node \"f\" is nan; it must be a finite number.");
   s.nodes[1].placement = {};
   EXPECT_EQ(refusal("s", s), "") << "a pyramid has a top of 0 by 0";
   model::Robot r;
@@ -387,25 +416,34 @@ TEST(Document, RecordsAreCheckedAtCommitAndTheElementIsNamed) {
   r.links[0].name = "a";
   r.links[1].name = "b";
   r.links[1].parent = 1;
-  EXPECT_EQ(refusal("r", r), "robot \"r\": link \"b\" does not come after its parent. Parents come first; -1 is the base.");
+  EXPECT_EQ(refusal("r", r),
+            "robot \"r\": link \"b\" does not come after its parent. Parents come first; -1 is the "
+            "base.");
   r.links[1].parent = 0;
   r.links[1].lower = 1;
   r.links[1].upper = -1;
-  EXPECT_EQ(refusal("r", r), "robot \"r\": the lower limit of link \"b\" is 1 and the upper -1. The lower limit must not exceed the upper one.");
+  EXPECT_EQ(refusal("r", r),
+            "robot \"r\": the lower limit of link \"b\" is 1 and the upper -1. The lower limit "
+            "must not exceed the upper one.");
   r.links[1].upper = 2;
   r.poses.push_back({"home", {0}});
-  EXPECT_EQ(refusal("r", r), "robot \"r\": pose \"home\" has 1 joint values; the robot has 2 moving joints.");
+  EXPECT_EQ(refusal("r", r),
+            "robot \"r\": pose \"home\" has 1 joint values; the robot has 2 moving joints.");
   r.links[1].joint = model::JointKind::fixed;
   EXPECT_EQ(refusal("r", r), "");
-  EXPECT_EQ(refusal("o", object_of({AnyId{}})), "object \"o\": part \"p0\" has neither a solid nor an object. Say what stands there.");
+  EXPECT_EQ(refusal("o", object_of({AnyId{}})),
+            "object \"o\": part \"p0\" has neither a solid nor an object. Say what stands there.");
 }
 
 TEST(Document, UndoAndRedoOfRandomEditsGiveTheSameContentsAgain) {
   const char* given = std::getenv("ROBOMOSP_TEST_SEED");
-  const unsigned seed = given ? static_cast<unsigned>(std::strtoul(given, nullptr, 10)) : std::random_device{}();
+  const unsigned seed =
+      given ? static_cast<unsigned>(std::strtoul(given, nullptr, 10)) : std::random_device{}();
   std::cout << "seed " << seed << " (set ROBOMOSP_TEST_SEED to repeat)\n";
   std::mt19937 random(seed);
-  const auto pick = [&](std::size_t n) { return std::uniform_int_distribution<std::size_t>(0, n - 1)(random); };
+  const auto pick = [&](std::size_t n) {
+    return std::uniform_int_distribution<std::size_t>(0, n - 1)(random);
+  };
 
   Document d;
   std::vector<std::string> digests{d.content_digest()};
@@ -416,7 +454,8 @@ TEST(Document, UndoAndRedoOfRandomEditsGiveTheSameContentsAgain) {
     std::size_t count = 0;
     for (const AnyId id : now->list()) {
       ++count;
-      model::for_each_reference(now->find(id)->body, [&](AnyId to, std::string_view) { expected[to].insert(id); });
+      model::for_each_reference(now->find(id)->body,
+                                [&](AnyId to, std::string_view) { expected[to].insert(id); });
       ASSERT_EQ(now->find(id.kind, now->find(id)->name), id);
     }
     ASSERT_EQ(count, now->size());
@@ -440,13 +479,16 @@ TEST(Document, UndoAndRedoOfRandomEditsGiveTheSameContentsAgain) {
         case 0: (void)tx->add(tx->free_name(Kind::material, "m"), model::Material{}).ok(); break;
         case 1: {
           const auto materials = tx->now().list(Kind::material);
-          const MaterialId m = materials.empty() ? MaterialId{} : MaterialId{materials[pick(materials.size())].number};
+          const MaterialId m = materials.empty()
+                                   ? MaterialId{}
+                                   : MaterialId{materials[pick(materials.size())].number};
           (void)tx->add(tx->free_name(Kind::solid, "s"), ball(m)).ok();
           break;
         }
         case 2: {
           std::vector<AnyId> parts;
-          for (std::size_t n = bodies.empty() ? 0 : pick(4); n > 0; --n) parts.push_back(bodies[pick(bodies.size())]);
+          for (std::size_t n = bodies.empty() ? 0 : pick(4); n > 0; --n)
+            parts.push_back(bodies[pick(bodies.size())]);
           (void)tx->add(tx->free_name(Kind::object, "o"), object_of(parts)).ok();
           break;
         }
@@ -457,26 +499,36 @@ TEST(Document, UndoAndRedoOfRandomEditsGiveTheSameContentsAgain) {
           if (!ids.empty()) {
             const AnyId id = ids[pick(ids.size())];
             const std::string name = tx->free_name(id.kind, "renamed");
-            (void)tx->edit(id, [&](model::Record& r) -> Result<void> {
-              r.name = name;
-              return {};
-            }).ok();
+            (void)
+                tx->edit(id, [&](model::Record& r) -> Result<void> {
+                    r.name = name;
+                    return {};
+                  }).ok();
           }
           break;
         case 5: {
           const auto materials = tx->now().list(Kind::material);
-          if (!materials.empty()) (void)set_density(*tx, materials[pick(materials.size())], 1.0 + static_cast<double>(pick(5))).ok();
+          if (!materials.empty())
+            (void)set_density(*tx, materials[pick(materials.size())],
+                              1.0 + static_cast<double>(pick(5)))
+                .ok();
           break;
         }
         default: {
           const auto objects = tx->now().list(Kind::object);
           if (objects.empty() || bodies.empty()) break;
-          const AnyId part = bodies[pick(bodies.size())];  // may make a cycle, which the commit refuses
-          (void)tx->edit(objects[pick(objects.size())], [&](model::Record& r) -> Result<void> {
-            auto& o = std::get<model::Object>(r.body);
-            o.parts.push_back({"more" + std::to_string(o.parts.size()) + "x" + std::to_string(step), part, {}, {}});
-            return {};
-          }).ok();
+          const AnyId part =
+              bodies[pick(bodies.size())];  // may make a cycle, which the commit refuses
+          (void)
+              tx->edit(objects[pick(objects.size())], [&](model::Record& r) -> Result<void> {
+                  auto& o = std::get<model::Object>(r.body);
+                  o.parts.push_back(
+                      {"more" + std::to_string(o.parts.size()) + "x" + std::to_string(step),
+                       part,
+                       {},
+                       {}});
+                  return {};
+                }).ok();
           break;
         }
       }

@@ -2,6 +2,7 @@
 // Native files: what they say, what is refused and in which words, and that writing is exact.
 #include "io/native.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -54,7 +55,8 @@ class NativeFiles : public testing::Test {
   std::string refusal(const std::string& text, const std::string& shown = "a.rbt") {
     auto tx = document.begin("load");
     const auto loaded = io::load_text(*tx, text, shown, folder, library);
-    EXPECT_EQ(tx->now().size(), document.now()->size()) << "a refused file must leave nothing behind";
+    EXPECT_EQ(tx->now().size(), document.now()->size())
+        << "a refused file must leave nothing behind";
     return loaded.ok() ? "" : loaded.error().sentence();
   }
   /// Loads a text, prints it, loads that and prints again; both prints must be the same bytes.
@@ -230,17 +232,21 @@ TEST_F(NativeFiles, WritingWhatWasReadGivesTheSameBytes) {
 }
 
 TEST_F(NativeFiles, SpacesCommentsOrderAndLineEndsAreFree) {
-  const std::string loose = "\xEF\xBB\xBFrobomosp material 1\r\n# steel\r\ndensity 7.85 g/cm^3 colour (1,0.5,\r\n0) "
-                            "name \"mild steel\"\r\n";
-  EXPECT_EQ(rewritten(loose), "robomosp material 1\nname \"mild steel\"\ndensity 7850 kg/m^3\ncolour (1, 0.5, 0)\n");
+  const std::string loose =
+      "\xEF\xBB\xBFrobomosp material 1\r\n# steel\r\ndensity 7.85 g/cm^3 colour (1,0.5,\r\n0) "
+      "name \"mild steel\"\r\n";
+  EXPECT_EQ(rewritten(loose),
+            "robomosp material 1\nname \"mild steel\"\ndensity 7850 kg/m^3\ncolour (1, 0.5, 0)\n");
 }
 
 TEST_F(NativeFiles, NumbersKeepEveryBit) {
-  for (const double v : {0.1, 1.0 / 3, std::numbers::pi, 1e-300, 123456789.123456789, 0.017453292519943295}) {
+  for (const double v :
+       {0.1, 1.0 / 3, std::numbers::pi, 1e-300, 123456789.123456789, 0.017453292519943295}) {
     Document scratch;
     auto tx = scratch.begin("load");
     model::Solid s;
-    s.nodes.push_back({CsgKind::sphere, "s", -1, {{v, -v, v}, {v, 0, -v}, model::AngleNotation::zyz}, {v}});
+    s.nodes.push_back(
+        {CsgKind::sphere, "s", -1, {{v, -v, v}, {v, 0, -v}, model::AngleNotation::zyz}, {v}});
     const auto id = tx->add("s", s);
     const auto text = io::print(tx->now(), *id, folder / "s.csg", {});
     ASSERT_TRUE(text.ok());
@@ -266,9 +272,12 @@ TEST_F(NativeFiles, TextsKeepQuotesBackslashesAndNewLines) {
 }
 
 TEST_F(NativeFiles, NodesWithoutNamesGetOnes) {
-  const std::string text = rewritten("robomosp solid 1 \nname s\nunion { box { x 1 y 1 z 1 } box box_1 { x 1 y 2 z 1 } box { x 1 y 3 z 1 } }");
+  const std::string text = rewritten(
+      "robomosp solid 1 \nname s\nunion { box { x 1 y 1 z 1 } box box_1 { x 1 y 2 z 1 } box { x 1 "
+      "y 3 z 1 } }");
   EXPECT_EQ(text,
-            "robomosp solid 1\nname s\nunion union_1 {\n  box box_2 { x 1  y 1  z 1 }\n  box box_1 { x 1  y 2  z 1 }\n"
+            "robomosp solid 1\nname s\nunion union_1 {\n  box box_2 { x 1  y 1  z 1 }\n  box box_1 "
+            "{ x 1  y 2  z 1 }\n"
             "  box box_3 { x 1  y 3  z 1 }\n}\n");
 }
 
@@ -276,21 +285,26 @@ TEST_F(NativeFiles, FaultsAreToldWithFileLineAndColumn) {
   const std::string head = "robomosp robot 1\nname r\nlink a {\n";
   EXPECT_EQ(refusal(head + "  row { a 0  alpa -90 deg }\n}\n", "pa10.rbt"),
             "pa10.rbt:4:14: \"alpa\" is not a field of a DH row. Did you mean \"alpha\"?");
-  EXPECT_EQ(refusal(head + "  row { a 90 deg }\n}\n"), "a.rbt:4:11: 90 deg is an angle; a length (m) is expected.");
+  EXPECT_EQ(refusal(head + "  row { a 90 deg }\n}\n"),
+            "a.rbt:4:11: 90 deg is an angle; a length (m) is expected.");
   EXPECT_EQ(refusal(head + "  row { a 90 mmm }\n}\n"),
             "a.rbt:4:14: \"mmm\" is not a unit. Did you mean \"mm\"?");
-  EXPECT_EQ(refusal(head + "  row { a 90mmm }\n}\n"), "a.rbt:4:13: \"mmm\" is not a unit. Did you mean \"mm\"?");
+  EXPECT_EQ(refusal(head + "  row { a 90mmm }\n}\n"),
+            "a.rbt:4:13: \"mmm\" is not a unit. Did you mean \"mm\"?");
   EXPECT_EQ(refusal(head + "  row { a 90 mmm d 1 }\n}\n"),
             "a.rbt:4:14: \"mmm\" is not a unit. Did you mean \"mm\"?");
   EXPECT_EQ(refusal(head + "  row { a 1  a 2 }\n}\n"),
             "a.rbt:4:14: \"a\" is given twice in a DH row. The first one is at a.rbt:4:9.");
   EXPECT_EQ(refusal(head + "  joint fixed\n}\n"), "a.rbt:3:1: \"row\" is missing in a link.");
   EXPECT_EQ(refusal(head + "  row { a x }\n}\n"), "a.rbt:4:11: \"a\" needs a number.");
-  EXPECT_EQ(refusal(head + "  row { }\n  limits (1)\n}\n"), "a.rbt:5:10: \"limits\" needs 2 numbers in parentheses; it has 1.");
+  EXPECT_EQ(refusal(head + "  row { }\n  limits (1)\n}\n"),
+            "a.rbt:5:10: \"limits\" needs 2 numbers in parentheses; it has 1.");
   EXPECT_EQ(refusal(head + "  row { }\n  limits (2, 1)\n}\n"),
-            "a.rbt:3:1: the lower limit of link \"a\" is 2 and the upper 1. The lower limit must not exceed the upper one.");
-  EXPECT_EQ(refusal(head + "  row { }\n  joint revolut\n}\n"),
-            "a.rbt:5:9: \"joint\" must be revolute, prismatic or fixed. Did you mean \"revolute\"?");
+            "a.rbt:3:1: the lower limit of link \"a\" is 2 and the upper 1. The lower limit must "
+            "not exceed the upper one.");
+  EXPECT_EQ(
+      refusal(head + "  row { }\n  joint revolut\n}\n"),
+      "a.rbt:5:9: \"joint\" must be revolute, prismatic or fixed. Did you mean \"revolute\"?");
   EXPECT_EQ(refusal(head + "  row { }\n}\nlink b {\n  parent aa\n  row { }\n}\n"),
             "a.rbt:7:10: \"aa\" is not a link before link \"b\". Did you mean \"a\"?");
   EXPECT_EQ(refusal(head + "  row { }\n}\nlink a { row { } }\n"),
@@ -298,21 +312,28 @@ TEST_F(NativeFiles, FaultsAreToldWithFileLineAndColumn) {
   EXPECT_EQ(refusal(head + "  row { }\n}\npose home (1, 2)\n"),
             "a.rbt:6:1: pose \"home\" has 2 joint values; the robot has 1 moving joint.");
   EXPECT_EQ(refusal(head + "  row { \n"),
-            "a.rbt:5:1: the file ends inside a block. The block of \"row\", which starts at a.rbt:4:3, is not closed.");
+            "a.rbt:5:1: the file ends inside a block. The block of \"row\", which starts at "
+            "a.rbt:4:3, is not closed.");
   EXPECT_EQ(refusal(head + "  row { }\n} }\n"),
-            "a.rbt:5:3: there is no block for this \"}\" to close. Remove it, or add the \"{\" that is missing.");
+            "a.rbt:5:3: there is no block for this \"}\" to close. Remove it, or add the \"{\" "
+            "that is missing.");
   EXPECT_EQ(refusal("robomosp robot 1\nname r\ndescription \"abc\nsource \"x\"\n"),
-            "a.rbt:3:13: the text that starts here has no closing \". A text ends on the line where it starts; write \\n for a "
+            "a.rbt:3:13: the text that starts here has no closing \". A text ends on the line "
+            "where it starts; write \\n for a "
             "new line.");
-  EXPECT_EQ(refusal("robomosp material 1\nname m\ndensity 1.2.3\n", "m.mtr"), "m.mtr:3:9: \"1.2.3\" is not a number.");
+  EXPECT_EQ(refusal("robomosp material 1\nname m\ndensity 1.2.3\n", "m.mtr"),
+            "m.mtr:3:9: \"1.2.3\" is not a number.");
   EXPECT_EQ(refusal("robomosp material 1\nname m\ndensity 1e999\n", "m.mtr"),
             "m.mtr:3:9: \"1e999\" is outside the range of real numbers.");
   EXPECT_EQ(refusal("robomosp material 1\nname m\ndensity -1\n", "m.mtr"),
             "m.mtr:1:10: the density is -1 kg/m^3; it must be greater than 0.");
-  EXPECT_EQ(refusal("robomosp material 1\nname m\n", "m.mtr"), "m.mtr:1:10: \"density\" is missing in a material.");
-  EXPECT_EQ(refusal("robomosp material 1\nname 2m\ndensity 1\n", "m.mtr"), "m.mtr:2:6: \"name\" needs a name.");
+  EXPECT_EQ(refusal("robomosp material 1\nname m\n", "m.mtr"),
+            "m.mtr:1:10: \"density\" is missing in a material.");
+  EXPECT_EQ(refusal("robomosp material 1\nname 2m\ndensity 1\n", "m.mtr"),
+            "m.mtr:2:6: \"name\" needs a name.");
   EXPECT_EQ(refusal("robomosp material 1\nname \"\xC3\xA9\" density 1 \xC3\xA9\n", "m.mtr"),
-            "m.mtr:2:20: the character \"\xC3\xA9\" cannot stand here. Put text with such letters in double quotes.");
+            "m.mtr:2:20: the character \"\xC3\xA9\" cannot stand here. Put text with such letters "
+            "in double quotes.");
 }
 
 TEST_F(NativeFiles, SolidsAreRefusedWithTheirNode) {
@@ -321,11 +342,14 @@ TEST_F(NativeFiles, SolidsAreRefusedWithTheirNode) {
   EXPECT_EQ(refusal(head + "union u {\n  box b { x 1  y 0  z 1 }\n}", "s.csg"),
             "s.csg:4:3: y of box \"b\" is 0 m; it must be greater than 0.");
   EXPECT_EQ(refusal(head + "box b { x 1  y 1  z 1  radius 2 }", "s.csg"),
-            "s.csg:3:24: \"radius\" is not a field of a box. Fields are x, y, z, fillet, at, rpy, xyz and zyz.");
+            "s.csg:3:24: \"radius\" is not a field of a box. Fields are x, y, z, fillet, at, rpy, "
+            "xyz and zyz.");
   EXPECT_EQ(refusal(head + "box b { x 1 y 1 z 1 sphere s { radius 1 } }", "s.csg"),
-            "s.csg:3:21: a box is a primitive and has no nodes inside. Put both inside a union, difference or intersection.");
+            "s.csg:3:21: a box is a primitive and has no nodes inside. Put both inside a union, "
+            "difference or intersection.");
   EXPECT_EQ(refusal(head + "box b { x 1 y 1 z 1 }\nbox c { x 1 y 1 z 1 }", "s.csg"),
-            "s.csg:4:1: a solid has a single top-level node, and this is the second. Put both inside a union, difference or "
+            "s.csg:4:1: a solid has a single top-level node, and this is the second. Put both "
+            "inside a union, difference or "
             "intersection.");
   EXPECT_EQ(refusal(head + "box b { x 1 y 1 z 1 rpy (0,0,0) xyz (0,0,0) }", "s.csg"),
             "s.csg:3:33: \"xyz\" cannot stand beside \"rpy\". A placement has one set of angles.");
@@ -333,19 +357,27 @@ TEST_F(NativeFiles, SolidsAreRefusedWithTheirNode) {
 
 TEST_F(NativeFiles, OtherFilesAreRefusedForWhatTheyAre) {
   EXPECT_EQ(refusal("solid cube\n facet normal 0 0 0\n", "cube.stl"),
-            "cube.stl:1:1: this is not a robomosp file. Its first line must be such as \"robomosp robot 1\".");
+            "cube.stl:1:1: this is not a robomosp file. Its first line must be such as \"robomosp "
+            "robot 1\".");
   EXPECT_EQ(refusal("", "empty.rbt"),
-            "empty.rbt:1:1: this is not a robomosp file. Its first line must be such as \"robomosp robot 1\".");
+            "empty.rbt:1:1: this is not a robomosp file. Its first line must be such as \"robomosp "
+            "robot 1\".");
   EXPECT_EQ(refusal("robomosp robot 2\nname r\n"),
-            "a.rbt:1:16: the file was written by a newer version of the program: its format is 2, this program reads up to 1. "
+            "a.rbt:1:16: the file was written by a newer version of the program: its format is 2, "
+            "this program reads up to 1. "
             "Update the program.");
-  EXPECT_EQ(refusal("robomosp robbot 1\n"), "a.rbt:1:10: \"robbot\" is not a kind of record. Did you mean \"robot\"?");
+  EXPECT_EQ(refusal("robomosp robbot 1\n"),
+            "a.rbt:1:10: \"robbot\" is not a kind of record. Did you mean \"robot\"?");
   EXPECT_EQ(refusal("robomosp robot\n"),
-            "a.rbt:1:1: the first line must be \"robomosp\", a kind and a version. Such as \"robomosp robot 1\".");
+            "a.rbt:1:1: the first line must be \"robomosp\", a kind and a version. Such as "
+            "\"robomosp robot 1\".");
   EXPECT_EQ(refusal("robomosp robot 1\nname \"\xFF\"\n"),
             "a.rbt:2:7: this byte is not UTF-8 text. Robomosp files are plain text in UTF-8.");
-  EXPECT_EQ(refusal(std::string("\x7F" "ELF\0\0", 6)),
-            "a.rbt:1:5: this is a binary file, not a text. Robomosp files are plain text in UTF-8.");
+  EXPECT_EQ(
+      refusal(std::string("\x7F"
+                          "ELF\0\0",
+                          6)),
+      "a.rbt:1:5: this is a binary file, not a text. Robomosp files are plain text in UTF-8.");
 }
 
 TEST_F(NativeFiles, AMissingFileIsToldWithBothFilesAndTheFoldersLookedIn) {
@@ -354,8 +386,9 @@ TEST_F(NativeFiles, AMissingFileIsToldWithBothFilesAndTheFoldersLookedIn) {
   const auto loaded = load(part);
   ASSERT_FALSE(loaded.ok());
   EXPECT_EQ(loaded.error().sentence(),
-            part.string() + ":3:16: there is no file \"gone.csg\", which part \"p\" of \"" + part.string() +
-                "\" refers to. Looked in \"" + folder.string() + "\" and \"" + (folder / "lib").string() + "\".");
+            part.string() + ":3:16: there is no file \"gone.csg\", which part \"p\" of \"" +
+                part.string() + "\" refers to. Looked in \"" + folder.string() + "\" and \"" +
+                (folder / "lib").string() + "\".");
   EXPECT_EQ(document.now()->size(), 0U);
   const auto nothing = load(folder / "no.wld");
   ASSERT_FALSE(nothing.ok());
@@ -364,7 +397,8 @@ TEST_F(NativeFiles, AMissingFileIsToldWithBothFilesAndTheFoldersLookedIn) {
 
 TEST_F(NativeFiles, AFaultInAReferredFileLeavesNothingAndNamesThatFile) {
   put("steel.mtr", kSteel);
-  const fs::path bad = put("plate.csg", "robomosp solid 1\nname s\nmaterial \"steel.mtr\"\nbox b { x 1 }\n");
+  const fs::path bad =
+      put("plate.csg", "robomosp solid 1\nname s\nmaterial \"steel.mtr\"\nbox b { x 1 }\n");
   const auto loaded = load(put("compound.part", kCompound));
   ASSERT_FALSE(loaded.ok());
   EXPECT_EQ(loaded.error().sentence(), bad.string() + ":4:1: \"y\" is missing in a box.");
@@ -373,9 +407,11 @@ TEST_F(NativeFiles, AFaultInAReferredFileLeavesNothingAndNamesThatFile) {
 
 TEST_F(NativeFiles, AFileOfTheWrongKindIsRefusedWhereItIsReferredTo) {
   put("steel.mtr", kSteel);
-  const fs::path part = put("c.part", "robomosp object 1\nname c\npart p { solid \"steel.mtr\" }\n");
+  const fs::path part =
+      put("c.part", "robomosp object 1\nname c\npart p { solid \"steel.mtr\" }\n");
   EXPECT_EQ(load(part).error().sentence(),
-            part.string() + ":3:16: the file \"steel.mtr\" holds a material, but part \"p\" needs a solid.");
+            part.string() +
+                ":3:16: the file \"steel.mtr\" holds a material, but part \"p\" needs a solid.");
 }
 
 TEST_F(NativeFiles, FilesThatReferInACircleAreRefusedWithThePath) {
@@ -385,8 +421,9 @@ TEST_F(NativeFiles, FilesThatReferInACircleAreRefusedWithThePath) {
   const auto loaded = load(folder / "a.part");
   ASSERT_FALSE(loaded.ok());
   const std::string b = (folder / "b.part").string(), c = (folder / "c.part").string();
-  EXPECT_EQ(loaded.error().sentence(), c + ":3:17: these files refer to each other in a circle: " + b + " > " + c + " > " + b +
-                                           ". An object cannot be a part of itself.");
+  EXPECT_EQ(loaded.error().sentence(),
+            c + ":3:17: these files refer to each other in a circle: " + b + " > " + c + " > " + b +
+                ". An object cannot be a part of itself.");
 }
 
 TEST_F(NativeFiles, AFileLoadedBeforeIsUsedAgain) {
@@ -411,19 +448,24 @@ TEST_F(NativeFiles, ANameThatIsTakenGetsANumberAndANote) {
   ASSERT_TRUE(second.ok());
   EXPECT_TRUE(document.now()->find(Kind::material, "steel_2"));
   ASSERT_EQ(second->notes.size(), 1U);
-  EXPECT_EQ(second->notes[0], "The material of \"" + (folder / "b/steel.mtr").string() +
-                                  "\" is named \"steel_2\" here, since there is a \"steel\" already.");
+  EXPECT_EQ(second->notes[0],
+            "The material of \"" + (folder / "b/steel.mtr").string() +
+                "\" is named \"steel_2\" here, since there is a \"steel\" already.");
 }
 
 TEST_F(NativeFiles, ReferencesAreAlsoFoundInTheLibraryAndWrittenThatWay) {
   library = {folder / "lib"};
   put("lib/materials/steel.mtr", kSteel);
-  const fs::path solid = put("mine/ball.csg", "robomosp solid 1\nname ball\nmaterial \"materials/steel.mtr\"\nsphere s { radius 1 }\n");
+  const fs::path solid =
+      put("mine/ball.csg",
+          "robomosp solid 1\nname ball\nmaterial \"materials/steel.mtr\"\nsphere s { radius 1 }\n");
   const auto loaded = load(solid);
   ASSERT_TRUE(loaded.ok()) << loaded.error().sentence();
   EXPECT_EQ(io::print(*document.now(), loaded->id, solid, library).value(), get(solid));
   // Within the library itself the path is relative, so that the library can be moved.
-  EXPECT_NE(io::print(*document.now(), loaded->id, folder / "lib/solids/ball.csg", library).value().find("\"../materials/steel.mtr\""),
+  EXPECT_NE(io::print(*document.now(), loaded->id, folder / "lib/solids/ball.csg", library)
+                .value()
+                .find("\"../materials/steel.mtr\""),
             std::string::npos);
 }
 
@@ -442,16 +484,19 @@ TEST_F(NativeFiles, SavingWritesWhatWasNeverSavedBesideIt) {
 
   const auto early = io::print(tx->now(), *object, folder / "balls.part", {});
   ASSERT_FALSE(early.ok());
-  EXPECT_EQ(early.error().sentence(), "object \"balls\" refers to solid \"ball\", which was never saved. Save it first.");
+  EXPECT_EQ(early.error().sentence(),
+            "object \"balls\" refers to solid \"ball\", which was never saved. Save it first.");
 
   put("ball.csg", "somebody else's file");
   const auto saved = io::save(*tx, *object, folder / "balls", {});
   ASSERT_TRUE(saved.ok()) << saved.error().sentence();
   ASSERT_TRUE(tx->commit().ok());
   EXPECT_EQ(get(folder / "ball.csg"), "somebody else's file");
-  EXPECT_EQ(get(folder / "balls.part"), "robomosp object 1\nname balls\npart one { solid \"ball_2.csg\" }\n");
+  EXPECT_EQ(get(folder / "balls.part"),
+            "robomosp object 1\nname balls\npart one { solid \"ball_2.csg\" }\n");
   EXPECT_EQ(saved->size(), 3U);
-  EXPECT_EQ(fs::weakly_canonical(folder / "balls.part"), document.now()->find(AnyId(*object))->file);
+  EXPECT_EQ(fs::weakly_canonical(folder / "balls.part"),
+            document.now()->find(AnyId(*object))->file);
 
   Document other;
   auto tx2 = other.begin("load");
@@ -465,8 +510,9 @@ TEST_F(NativeFiles, SavingIntoAFolderThatDoesNotExistIsASentence) {
   const auto id = tx->add("m", model::Material{});
   const auto saved = io::save(*tx, *id, folder / "no/m.mtr", {});
   ASSERT_FALSE(saved.ok());
-  EXPECT_EQ(saved.error().sentence(), "there is no folder \"" + (folder / "no").string() +
-                                          "\" to save \"m.mtr\" in. Create the folder first or choose another one.");
+  EXPECT_EQ(saved.error().sentence(),
+            "there is no folder \"" + (folder / "no").string() +
+                "\" to save \"m.mtr\" in. Create the folder first or choose another one.");
 }
 
 TEST_F(NativeFiles, SavingOverAnotherRecordsFileIsRefused) {
@@ -474,8 +520,9 @@ TEST_F(NativeFiles, SavingOverAnotherRecordsFileIsRefused) {
   ASSERT_TRUE(load(file).ok());
   auto tx = document.begin("make");
   const auto id = tx->add("m", model::Material{});
-  EXPECT_EQ(io::save(*tx, *id, file, {}).error().sentence(),
-            "the file \"" + file.string() + "\" belongs to material \"steel\". Choose another file.");
+  EXPECT_EQ(
+      io::save(*tx, *id, file, {}).error().sentence(),
+      "the file \"" + file.string() + "\" belongs to material \"steel\". Choose another file.");
 }
 
 TEST_F(NativeFiles, ASaveReplacesTheFileWholeAndLeavesNoTemporaryBehind) {
@@ -494,6 +541,33 @@ TEST_F(NativeFiles, AFileThatIsTooLargeIsRefused) {
   EXPECT_FALSE(io::read_file(folder).ok());
 }
 
+TEST_F(NativeFiles, EveryFileOfTheLibraryLoadsAndIsWrittenStably) {
+  library = {fs::path(ROBOMOSP_SOURCE_DIR) / "scripts/library"};
+  std::size_t files = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(library[0])) {
+    const fs::path& file = entry.path();
+    const bool is_native = std::any_of(std::begin(kAllKinds), std::end(kAllKinds), [&](Kind k) {
+      return io::extension(k) == file.extension().string();
+    });
+    if (!is_native) continue;
+    ++files;
+    Document first, second;
+    auto tx = first.begin("load");
+    const auto loaded = io::load(*tx, file, library);
+    ASSERT_TRUE(loaded.ok()) << loaded.error().sentence();
+    ASSERT_TRUE(tx->commit().ok());
+    const auto text = io::print(*first.now(), loaded->id, file, library);
+    ASSERT_TRUE(text.ok()) << text.error().sentence();
+    auto tx2 = second.begin("load");
+    const auto again = io::load_text(*tx2, *text, file.string(), file.parent_path(), library);
+    ASSERT_TRUE(again.ok()) << again.error().sentence() << "\n" << *text;
+    EXPECT_EQ(io::print(tx2->now(), again->id, file, library).value(), *text);
+    ASSERT_TRUE(tx2->commit().ok());
+    EXPECT_EQ(second.content_digest(), first.content_digest()) << file;
+  }
+  EXPECT_GT(files, 0U);
+}
+
 TEST_F(NativeFiles, ATreeAHundredThousandLevelsDeepLoadsAndSaves) {
   constexpr int kDepth = 100'000;
   std::string text = "robomosp solid 1\nname deep\n";
@@ -510,11 +584,15 @@ TEST_F(NativeFiles, ATreeAHundredThousandLevelsDeepLoadsAndSaves) {
   Document other;
   auto tx2 = other.begin("load");
   ASSERT_TRUE(io::load_text(*tx2, *printed, "deep.csg", folder, {}).ok());
-  EXPECT_EQ(refusal("robomosp solid 1\nname deep\n" + [] {
-              std::string s;
-              for (int i = 0; i < kDepth; ++i) s += "union {";
-              return s;
-            }(), "deep.csg").substr(0, 60),
+  EXPECT_EQ(refusal(
+                "robomosp solid 1\nname deep\n" +
+                    [] {
+                      std::string s;
+                      for (int i = 0; i < kDepth; ++i) s += "union {";
+                      return s;
+                    }(),
+                "deep.csg")
+                .substr(0, 60),
             "deep.csg:3:700001: the file ends inside a block. The block o");
 }
 
