@@ -1,0 +1,276 @@
+// SPDX-License-Identifier: Apache-2.0
+// Completion for every console: what may stand at the cursor, found without running any script.
+#include <algorithm>
+#include <set>
+
+#include "kernel/text.h"
+#include "lua/internal.h"
+
+namespace robomosp::lua {
+namespace {
+
+bool is_word(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
+}
+
+/// An open bracket and where it stands.
+struct Open {
+  char bracket;
+  std::size_t at;
+};
+
+/// What surrounds the cursor.
+struct Scan {
+  std::vector<Open> open;
+  bool in_string = false;
+  std::size_t string_start = 0;  ///< of the quote
+  bool in_comment = false;
+};
+
+/// Length of a long bracket `[[`, `[==[` at `at`, 0 if there is none; `level` is its number of `=`.
+std::size_t long_bracket(std::string_view s, std::size_t at, std::size_t& level) {
+  if (at >= s.size() || s[at] != '[') return 0;
+  std::size_t i = at + 1;
+  while (i < s.size() && s[i] == '=') ++i;
+  if (i >= s.size() || s[i] != '[') return 0;
+  level = i - at - 1;
+  return i + 1 - at;
+}
+
+Scan scan(std::string_view s) {
+  Scan out;
+  for (std::size_t i = 0; i < s.size();) {
+    const char c = s[i];
+    const bool is_comment = c == '-' && i + 1 < s.size() && s[i + 1] == '-';
+    const std::size_t body = is_comment ? i + 2 : i;
+    std::size_t level = 0;
+    if (const std::size_t length = (is_comment || c == '[') ? long_bracket(s, body, level) : 0) {
+      const std::string end = "]" + std::string(level, '=') + "]";
+      const std::size_t close = s.find(end, body + length);
+      if (close == std::string_view::npos) {
+        out.in_comment = true;  // nothing to offer inside a long string either
+        return out;
+      }
+      i = close + end.size();
+    } else if (is_comment) {
+      const std::size_t line = s.find('\n', i);
+      if (line == std::string_view::npos) {
+        out.in_comment = true;
+        return out;
+      }
+      i = line + 1;
+    } else if (c == '"' || c == '\'') {
+      std::size_t j = i + 1;
+      while (j < s.size() && s[j] != c && s[j] != '\n') j += s[j] == '\\' ? 2 : 1;
+      if (j >= s.size()) {
+        out.in_string = true;
+        out.string_start = i;
+        return out;
+      }
+      i = j + 1;
+    } else {
+      if (c == '(' || c == '{' || c == '[') out.open.push_back({c, i});
+      if ((c == ')' || c == '}' || c == ']') && !out.open.empty()) out.open.pop_back();
+      ++i;
+    }
+  }
+  return out;
+}
+
+/// `robot.solve_ik` or `pa10:fk` that ends just before `at` (blanks skipped); empty if none.
+std::string_view chain_before(std::string_view s, std::size_t at) {
+  while (at > 0 && (s[at - 1] == ' ' || s[at - 1] == '\t')) --at;
+  std::size_t from = at;
+  while (from > 0 && (is_word(s[from - 1]) || s[from - 1] == '.' || s[from - 1] == ':')) --from;
+  return s.substr(from, at - from);
+}
+
+/// `key` of `key = ` before `at`.
+std::string_view key_before(std::string_view s, std::size_t at) {
+  while (at > 0 && (s[at - 1] == ' ' || s[at - 1] == '\t')) --at;
+  if (at == 0 || s[at - 1] != '=') return {};
+  if (at >= 2 && (s[at - 2] == '=' || s[at - 2] == '~' || s[at - 2] == '<' || s[at - 2] == '>')) return {};
+  const std::string_view word = chain_before(s, at - 1);
+  return word.find_first_of(".:") == std::string_view::npos ? word : std::string_view();
+}
+
+/// Pushes the value of a chain by raw access; false (nothing pushed) when it leads nowhere.
+bool push_chain(lua_State* L, std::string_view chain) {
+  lua_pushglobaltable(L);
+  std::size_t from = 0;
+  while (from <= chain.size()) {
+    const std::size_t end = std::min(chain.find_first_of(".:", from), chain.size());
+    const std::string_view word = chain.substr(from, end - from);
+    bool found = false;
+    if (!word.empty() && lua_istable(L, -1)) {
+      lua_pushlstring(L, word.data(), word.size());
+      found = lua_rawget(L, -2) != LUA_TNIL;
+      lua_remove(L, -2);
+    }
+    if (!found) {
+      lua_pop(L, 1);
+      return false;
+    }
+    from = end + 1;
+  }
+  return true;
+}
+
+/// The command that `chain` calls, as a method when it has a colon.
+const ioci::CommandSpec* command_called(Impl& impl, lua_State* L, std::string_view chain, bool& is_method) {
+  is_method = false;
+  if (chain.empty()) return nullptr;
+  if (const auto colon = chain.rfind(':'); colon != std::string_view::npos) {
+    if (!push_chain(L, chain.substr(0, colon))) return nullptr;
+    const KindInfo* info = handle_kind(L, -1);
+    lua_pop(L, 1);
+    if (!info) return nullptr;
+    is_method = true;
+    return impl.app.commands.find(info->kind + "." + std::string(chain.substr(colon + 1)));
+  }
+  if (const auto* spec = impl.app.commands.find(chain)) return spec;
+  return impl.app.commands.find(std::string(chain) + ".get");
+}
+
+/// The call around an open bracket: `f{`, `f(`, `f({`.
+const ioci::CommandSpec* command_around(Impl& impl, lua_State* L, std::string_view s, const std::vector<Open>& open, bool& is_method) {
+  if (open.empty()) return nullptr;
+  std::size_t at = open.back().at;
+  if (chain_before(s, at).empty() && open.size() > 1 && open[open.size() - 2].bracket == '(' && open.back().bracket == '{')
+    at = open[open.size() - 2].at;
+  return command_called(impl, L, chain_before(s, at), is_method);
+}
+
+void add_records(const Impl& impl, std::string_view kinds, std::set<std::string>& out) {
+  const auto now = impl.app.document.now();
+  for (const Kind kind : kAllKinds) {
+    if (kinds != "any" && (std::string("|") + std::string(kinds) + "|").find("|" + std::string(to_string(kind)) + "|") == std::string::npos) continue;
+    for (const AnyId id : now->list(kind))
+      if (const auto* record = now->find(id)) out.insert(record->name);
+  }
+}
+
+/// Names of the shipped files of a kind: what <kind>.get would load.
+void add_library(Impl& impl, const std::string& kind, std::set<std::string>& out) {
+  const auto listed = impl.app.dispatch(impl.session, "library.list", Map{{"kind", kind}});
+  if (!listed.ok() || !listed->as_list()) return;
+  for (const Value& item : *listed->as_list()) {
+    const Value* name = item.as_map() ? item.as_map()->find("name") : &item;
+    if (name && name->as_string()) out.insert(*name->as_string());
+  }
+}
+
+void add_files(std::string_view partial, std::set<std::string>& out) {
+  const auto slash = partial.rfind('/');
+  const std::string folder(slash == std::string_view::npos ? std::string_view() : partial.substr(0, slash + 1));
+  std::error_code ec;
+  for (auto it = std::filesystem::directory_iterator(folder.empty() ? "." : folder, ec); !ec && it != std::filesystem::directory_iterator(); it.increment(ec)) {
+    const std::string name = it->path().filename().string();
+    const bool hidden = name.starts_with(".") && !(slash == std::string_view::npos ? partial : partial.substr(slash + 1)).starts_with(".");
+    if (hidden) continue;
+    std::error_code ignored;
+    out.insert(folder + name + (it->is_directory(ignored) ? "/" : ""));
+  }
+}
+
+/// Words for the text that begins at a quote.
+void string_words(Impl& impl, lua_State* L, std::string_view s, const Scan& at, std::set<std::string>& out) {
+  const std::string_view partial = s.substr(at.string_start + 1);
+  bool is_method = false;
+  const std::string_view direct = chain_before(s, at.string_start);
+  const std::string_view key = key_before(s, at.string_start);
+  const ioci::CommandSpec* spec = direct.empty() ? command_around(impl, L, s, at.open, is_method) : command_called(impl, L, direct, is_method);
+  const ParamSpec* param = nullptr;
+  if (spec && !key.empty()) {
+    for (const ParamSpec& p : spec->params)
+      if (p.name == key) param = &p;
+  } else if (spec && key.empty()) {
+    const std::size_t first = is_method ? 1 : 0;
+    if (first < spec->params.size()) param = &spec->params[first];
+  }
+  if (!spec || !param) {
+    add_records(impl, "any", out);
+    add_files(partial, out);
+    return;
+  }
+  if (spec->name == "help")
+    for (const auto* c : impl.app.commands.list()) out.insert(c->name);
+  else if (param->type.starts_with("ref:")) add_records(impl, std::string_view(param->type).substr(4), out);
+  else if (!param->choices.empty()) out.insert(param->choices.begin(), param->choices.end());
+  else if (param->type == "path") add_files(partial, out);
+  else if (spec->name.ends_with(".get")) {
+    const std::string kind = spec->name.substr(0, spec->name.size() - 4);
+    add_records(impl, kind, out);
+    add_library(impl, kind, out);
+  } else if (param->type == "string") {
+    add_records(impl, spec->name.substr(0, spec->name.find('.')), out);
+  }
+}
+
+/// Names behind `chain.` or `chain:`.
+void member_words(Impl& impl, lua_State* L, std::string_view chain, char separator, std::set<std::string>& out) {
+  if (!push_chain(L, chain)) return;
+  if (const KindInfo* info = handle_kind(L, -1)) {
+    for (std::string& m : method_names(impl, info->kind)) out.insert(std::move(m));
+    if (separator == '.') out.insert({"exists", "kind", "name", "number"});
+  } else {
+    if (lua_type(L, -1) == LUA_TSTRING) lua_getglobal(L, "string");
+    if (array_at(L, -1)) push_array_methods(L);
+    if (lua_istable(L, -1)) {
+      lua_pushnil(L);
+      while (lua_next(L, -2) != 0) {
+        if (lua_type(L, -2) == LUA_TSTRING && (separator == '.' || lua_isfunction(L, -1))) out.insert(lua_tostring(L, -2));
+        lua_pop(L, 1);
+      }
+    }
+  }
+}
+
+void global_words(lua_State* L, std::set<std::string>& out) {
+  static constexpr const char* kKeywords[] = {"and",   "break", "do",  "else", "elseif", "end",    "false", "for",  "function", "goto",  "if",
+                                              "in",    "local", "nil", "not",  "or",     "repeat", "return", "then", "true",     "until", "while"};
+  out.insert(std::begin(kKeywords), std::end(kKeywords));
+  lua_pushglobaltable(L);
+  lua_pushnil(L);
+  while (lua_next(L, -2) != 0) {
+    if (lua_type(L, -2) == LUA_TSTRING) out.insert(lua_tostring(L, -2));
+    lua_pop(L, 1);
+  }
+}
+
+}  // namespace
+
+Completion completion(Impl& impl, lua_State* L, std::string_view input, std::size_t cursor) {
+  const std::string_view s = input.substr(0, std::min(cursor, input.size()));
+  const Scan at = scan(s);
+  Completion out;
+  out.start = s.size();
+  if (at.in_comment) return out;
+  std::set<std::string> words;
+  if (at.in_string) {
+    out.start = at.string_start + 1;
+    string_words(impl, L, s, at, words);
+  } else {
+    while (out.start > 0 && is_word(s[out.start - 1])) --out.start;
+    const char before = out.start > 0 ? s[out.start - 1] : '\0';
+    const bool concatenation = before == '.' && out.start > 1 && s[out.start - 2] == '.';
+    if ((before == '.' || before == ':') && !concatenation) {
+      member_words(impl, L, chain_before(s, out.start - 1), before, words);
+    } else {
+      bool is_method = false;
+      if (!at.open.empty() && at.open.back().bracket == '{' && key_before(s, out.start).empty())
+        if (const ioci::CommandSpec* spec = command_around(impl, L, s, at.open, is_method))
+          for (std::size_t i = is_method ? 1 : 0; i < spec->params.size(); ++i) words.insert(spec->params[i].name + " = ");
+      // Where parameters are named, other words would only hide them.
+      const std::string_view partial = s.substr(out.start);
+      const bool named = std::any_of(words.begin(), words.end(), [&](const std::string& w) { return w.starts_with(partial); });
+      if (!named && !(partial.empty() && at.open.empty())) global_words(L, words);
+    }
+  }
+  const std::string_view partial = s.substr(out.start);
+  for (const std::string& w : words)
+    if (w.starts_with(partial)) out.words.push_back(w);
+  return out;
+}
+
+}  // namespace robomosp::lua

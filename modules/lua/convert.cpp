@@ -1,0 +1,397 @@
+// SPDX-License-Identifier: Apache-2.0
+// Value <-> Lua, and Error <-> error objects.
+#include <algorithm>
+
+#include "kernel/text.h"
+#include "lua/internal.h"
+#include "lua/pretty.h"
+
+namespace robomosp::lua {
+namespace {
+
+const char kReturnsKey = 0;  // in a result table's metatable: its ReturnSpec
+const char kErrorKey = 0;    // in the registry: metatable of error objects
+
+std::string type_text(lua_State* L, int index) { return luaL_typename(L, index); }
+
+/// How the keys of a table look.
+struct Keys {
+  std::size_t strings = 0, integers = 0;
+  lua_Integer greatest = 0;
+  bool has_other = false;
+  std::string other;  ///< type of the first key that is neither
+};
+
+Keys keys_of(lua_State* L, int table) {
+  Keys k;
+  lua_pushnil(L);
+  while (lua_next(L, table) != 0) {
+    if (lua_type(L, -2) == LUA_TSTRING) {
+      ++k.strings;
+    } else if (lua_isinteger(L, -2) && lua_tointeger(L, -2) >= 1) {
+      ++k.integers;
+      k.greatest = std::max(k.greatest, lua_tointeger(L, -2));
+    } else if (!k.has_other) {
+      k.has_other = true;
+      k.other = lua_type(L, -2) == LUA_TNUMBER ? "number that is not 1, 2, 3, ..." : type_text(L, -2);
+    }
+    lua_pop(L, 1);
+  }
+  return k;
+}
+
+Error bad_value(std::string message, std::string hint) {
+  return error(ErrorCode::invalid_argument, std::move(message), std::move(hint));
+}
+
+Result<Value> list_from(lua_State* L, int table, std::size_t count, int depth) {
+  List list;
+  list.reserve(count);
+  for (std::size_t i = 1; i <= count; ++i) {
+    lua_rawgeti(L, table, static_cast<lua_Integer>(i));
+    auto item = to_value(L, lua_gettop(L), depth + 1);
+    lua_pop(L, 1);
+    if (!item.ok()) return std::move(item).error().in("[" + std::to_string(i) + "]");
+    list.push_back(std::move(*item));
+  }
+  return Value(std::move(list));
+}
+
+Result<Value> table_to_value(lua_State* L, int table, int depth) {
+  if (depth >= kDeepestValue)
+    return bad_value("the table is nested deeper than " + std::to_string(kDeepestValue) + " levels or contains itself",
+                     "Give a flatter table.");
+  if (!lua_checkstack(L, 6)) return bad_value("the Lua stack is full", "Give a flatter table.");
+  const Keys keys = keys_of(L, table);
+  if (keys.has_other)
+    return bad_value("a table has a key that is a " + keys.other, "Use names or the numbers 1, 2, 3, ... as keys.");
+  if (keys.strings > 0 && keys.integers > 0)
+    return bad_value("a table mixes named and numbered entries",
+                     "Give either a list {1, 2, 3} or named values {a = 1, b = 2}.");
+  if (keys.strings > 0) {
+    auto map = to_map(L, table, depth);
+    if (!map.ok()) return std::move(map).error();
+    return Value(std::move(*map));
+  }
+  if (keys.greatest != static_cast<lua_Integer>(keys.integers))
+    return bad_value("a list has holes: it has " + std::to_string(keys.integers) + " entries, the last one is number " +
+                         std::to_string(keys.greatest),
+                     "Number the entries 1, 2, 3, ... without nil between.");
+  return list_from(L, table, keys.integers, depth);
+}
+
+}  // namespace
+
+Result<Map> to_map(lua_State* L, int index, int depth) {
+  const int table = lua_absindex(L, index);
+  if (depth >= kDeepestValue || !lua_checkstack(L, 6))
+    return bad_value("the table is nested deeper than " + std::to_string(kDeepestValue) + " levels or contains itself",
+                     "Give a flatter table.");
+  std::vector<Map::Entry> entries;
+  lua_pushnil(L);
+  while (lua_next(L, table) != 0) {
+    if (lua_type(L, -2) != LUA_TSTRING) {
+      const std::string type = type_text(L, -2);
+      lua_pop(L, 2);
+      return bad_value("named values are expected and one key is a " + type, "Write name = value.");
+    }
+    std::size_t length = 0;
+    const char* key = lua_tolstring(L, -2, &length);
+    std::string name(key, length);
+    auto item = to_value(L, lua_gettop(L), depth + 1);
+    if (!item.ok()) {
+      lua_pop(L, 2);
+      return std::move(item).error().in(name);
+    }
+    entries.emplace_back(std::move(name), std::move(*item));
+    lua_pop(L, 1);
+  }
+  // Lua's order of keys differs from run to run; logs and files must not.
+  std::sort(entries.begin(), entries.end(), [](const Map::Entry& a, const Map::Entry& b) { return a.first < b.first; });
+  Map map;
+  for (Map::Entry& e : entries) map.set(std::move(e.first), std::move(e.second));
+  return map;
+}
+
+Result<Value> to_value(lua_State* L, int index, int depth) {
+  index = lua_absindex(L, index);
+  switch (lua_type(L, index)) {
+    case LUA_TNIL:
+    case LUA_TNONE: return Value();
+    case LUA_TBOOLEAN: return Value(lua_toboolean(L, index) != 0);
+    case LUA_TNUMBER:
+      if (lua_isinteger(L, index)) return Value(static_cast<std::int64_t>(lua_tointeger(L, index)));
+      return Value(static_cast<double>(lua_tonumber(L, index)));
+    case LUA_TSTRING: {
+      std::size_t length = 0;
+      const char* s = lua_tolstring(L, index, &length);
+      return Value(std::string(s, length));
+    }
+    case LUA_TUSERDATA:
+      if (const ArrayBox* a = array_at(L, index)) return Value(a->value());
+      if (auto h = handle_at(L, index)) return Value(std::move(*h));
+      return bad_value("a userdata of another library cannot be given to a command", "Give numbers, texts, tables or handles.");
+    case LUA_TTABLE: return table_to_value(L, index, depth);
+    default:
+      return bad_value("a " + type_text(L, index) + " cannot be given to a command", "Give numbers, texts, tables or handles.");
+  }
+}
+
+Result<std::vector<double>> to_reals(lua_State* L, int index, std::string_view what) {
+  index = lua_absindex(L, index);
+  std::vector<double> out;
+  if (const ArrayBox* a = array_at(L, index)) {
+    if (a->is_matrix()) return a->source.data();
+    out.reserve(a->length());
+    for (std::size_t i = 0; i < a->length(); ++i) out.push_back(a->entry(i));
+    return out;
+  }
+  if (!lua_istable(L, index))
+    return bad_value(std::string(what) + " is a " + type_text(L, index) + ", not a list of numbers", "Give numbers such as {1, 2, 3}.");
+  const auto count = lua_rawlen(L, index);
+  out.reserve(count);
+  for (lua_Unsigned i = 1; i <= count; ++i) {
+    const int type = lua_rawgeti(L, index, static_cast<lua_Integer>(i));
+    const double v = lua_tonumber(L, -1);
+    lua_pop(L, 1);
+    if (type != LUA_TNUMBER)
+      return bad_value(std::string(what) + " has an entry [" + std::to_string(i) + "] that is not a number", "Give numbers such as {1, 2, 3}.");
+    out.push_back(v);
+  }
+  return out;
+}
+
+namespace {
+
+Result<int> result_text(Impl& impl, lua_State* L) {
+  const std::string text = pretty_of(impl, L, 1);
+  lua_pushlstring(L, text.data(), text.size());
+  return 1;
+}
+
+/// Pushes the metatable that remembers a ReturnSpec; made once for each.
+void push_result_metatable(lua_State* L, const ioci::ReturnSpec* returns) {
+  if (lua_rawgetp(L, LUA_REGISTRYINDEX, returns) == LUA_TTABLE) return;
+  lua_pop(L, 1);
+  lua_createtable(L, 0, 3);
+  lua_pushlightuserdata(L, const_cast<ioci::ReturnSpec*>(returns));
+  lua_rawsetp(L, -2, &kReturnsKey);
+  lua_pushcfunction(L, entry<result_text>);
+  lua_setfield(L, -2, "__tostring");
+  lua_pushvalue(L, -1);
+  lua_rawsetp(L, LUA_REGISTRYINDEX, returns);
+}
+
+std::string_view field_unit(const ioci::ReturnSpec* returns, std::string_view name) {
+  if (!returns) return {};
+  for (const ParamSpec& f : returns->fields)
+    if (f.name == name) return f.unit;
+  return {};
+}
+
+void push_any(Impl& impl, lua_State* L, const Value& v, const ioci::ReturnSpec* returns, std::string_view unit);
+
+void push_map(Impl& impl, lua_State* L, const Map& map, const ioci::ReturnSpec* returns) {
+  lua_createtable(L, 0, static_cast<int>(map.size()));
+  for (const auto& [key, value] : map) {
+    lua_pushlstring(L, key.data(), key.size());
+    push_any(impl, L, value, nullptr, field_unit(returns, key));
+    lua_rawset(L, -3);
+  }
+}
+
+void push_any(Impl& impl, lua_State* L, const Value& v, const ioci::ReturnSpec* returns, std::string_view unit) {
+  luaL_checkstack(L, 8, "a value is nested too deep");
+  switch (v.type()) {
+    case Value::Type::nil: lua_pushnil(L); return;
+    case Value::Type::boolean: lua_pushboolean(L, *v.as_bool() ? 1 : 0); return;
+    case Value::Type::integer: lua_pushinteger(L, *v.as_int()); return;
+    case Value::Type::real: lua_pushnumber(L, *v.as_real()); return;
+    case Value::Type::string: lua_pushlstring(L, v.as_string()->data(), v.as_string()->size()); return;
+    case Value::Type::array: push_array(impl, L, *v.as_array(), unit); return;
+    case Value::Type::handle: push_handle(impl, L, *v.as_handle()); return;
+    case Value::Type::map: push_map(impl, L, *v.as_map(), returns); break;
+    case Value::Type::list: {
+      const List& list = *v.as_list();
+      lua_createtable(L, static_cast<int>(std::min<std::size_t>(list.size(), 1U << 26)), 0);
+      lua_Integer i = 0;
+      for (const Value& item : list) {
+        push_any(impl, L, item, item.as_map() ? returns : nullptr, unit);
+        lua_rawseti(L, -2, ++i);
+      }
+      break;
+    }
+  }
+  if (returns && !returns->fields.empty()) {
+    push_result_metatable(L, returns);
+    lua_setmetatable(L, -2);
+  }
+}
+
+}  // namespace
+
+void push(Impl& impl, lua_State* L, const Value& value, const ioci::ReturnSpec* returns) {
+  push_any(impl, L, value, returns, returns ? std::string_view(returns->unit) : std::string_view());
+}
+
+const ioci::ReturnSpec* returns_of(lua_State* L, int index) {
+  if (!lua_istable(L, index) || lua_getmetatable(L, index) == 0) return nullptr;
+  lua_rawgetp(L, -1, &kReturnsKey);
+  const auto* returns = static_cast<const ioci::ReturnSpec*>(lua_touserdata(L, -1));
+  lua_pop(L, 2);
+  return returns;
+}
+
+// --- errors ---------------------------------------------------------------------------------------
+
+namespace {
+
+std::string string_field(lua_State* L, int table, const char* name) {
+  lua_pushstring(L, name);
+  lua_rawget(L, table);
+  std::size_t length = 0;
+  const char* s = lua_type(L, -1) == LUA_TSTRING ? lua_tolstring(L, -1, &length) : nullptr;
+  std::string out = s ? std::string(s, length) : std::string();
+  lua_pop(L, 1);
+  return out;
+}
+
+ErrorCode code_from(std::string_view word) {
+  for (auto i = static_cast<std::int32_t>(ErrorCode::invalid_argument); i <= static_cast<std::int32_t>(ErrorCode::script_failed); ++i)
+    if (to_string(static_cast<ErrorCode>(i)) == word) return static_cast<ErrorCode>(i);
+  return ErrorCode::script_failed;
+}
+
+/// "box.lua:12: text" -> {"box.lua:12", "text"}; no place, no split.
+std::pair<std::string, std::string> split_place(std::string_view s) {
+  for (std::size_t at = s.find(':'); at != std::string_view::npos; at = s.find(':', at + 1)) {
+    std::size_t end = at + 1;
+    while (end < s.size() && s[end] >= '0' && s[end] <= '9') ++end;
+    if (end > at + 1 && s.substr(end, 2) == ": " && s.find('\n') > at)
+      return {std::string(s.substr(0, end)), std::string(s.substr(end + 2))};
+  }
+  return {{}, std::string(s)};
+}
+
+}  // namespace
+
+void push_error(lua_State* L, const Error& e, std::string_view at) {
+  const auto set = [&](const char* name, std::string_view text) {
+    lua_pushlstring(L, text.data(), text.size());
+    lua_setfield(L, -2, name);
+  };
+  luaL_checkstack(L, 6, "while an error is raised");
+  lua_createtable(L, 0, 5);
+  set("code", to_string(e.code));
+  set("message", e.message);
+  set("where", e.where);
+  set("hint", e.hint);
+  set("at", at);
+  lua_rawgetp(L, LUA_REGISTRYINDEX, &kErrorKey);
+  lua_setmetatable(L, -2);
+}
+
+Error to_error(lua_State* L, int index) {
+  index = lua_absindex(L, index);
+  if (lua_istable(L, index)) {
+    Error e;
+    e.code = code_from(string_field(L, index, "code"));
+    e.message = string_field(L, index, "message");
+    e.where = string_field(L, index, "where");
+    e.hint = string_field(L, index, "hint");
+    const std::string at = string_field(L, index, "at");
+    if (!at.empty()) e = std::move(e).in(at);
+    if (e.message.empty()) e.message = "a script raised a table without a message";
+    return e;
+  }
+  if (lua_type(L, index) == LUA_TSTRING) {
+    auto [at, message] = split_place(lua_tostring(L, index));
+    return error(ErrorCode::script_failed, std::move(message), {}, std::move(at));
+  }
+  return error(ErrorCode::script_failed, "a script raised a " + type_text(L, index) + " instead of a text",
+               "Raise errors by error(\"what happened\").");
+}
+
+std::string place(lua_State* L, int level) {
+  lua_Debug ar;
+  for (; lua_getstack(L, level, &ar) != 0; ++level) {
+    lua_getinfo(L, "Sl", &ar);
+    if (ar.currentline > 0) return std::string(ar.short_src) + ":" + std::to_string(ar.currentline);
+  }
+  return {};
+}
+
+namespace {
+Result<int> error_text(Impl&, lua_State* L) {
+  Error e = to_error(L, 1);
+  if (lua_istable(L, 1)) e.where = string_field(L, 1, "where");  // the sentence is without the script line
+  const std::string text = e.sentence();
+  lua_pushlstring(L, text.data(), text.size());
+  return 1;
+}
+}  // namespace
+
+void open_errors(lua_State* L) {
+  lua_createtable(L, 0, 3);
+  lua_pushcfunction(L, entry<error_text>);
+  lua_setfield(L, -2, "__tostring");
+  lua_pushliteral(L, "error");
+  lua_setfield(L, -2, "__name");
+  lua_rawsetp(L, LUA_REGISTRYINDEX, &kErrorKey);
+}
+
+// --- text -------------------------------------------------------------------------------------------
+
+namespace {
+
+std::string basic_text(Impl& impl, lua_State* L, int index) {
+  switch (lua_type(L, index)) {
+    case LUA_TFUNCTION:
+      if (const ioci::CommandSpec* spec = command_of(L, index)) return "command " + spec->name + ": " + spec->summary;
+      return "function";
+    case LUA_TTABLE: return "table";
+    case LUA_TTHREAD: return "coroutine";
+    case LUA_TLIGHTUSERDATA: return "light userdata";
+    default: break;
+  }
+  const auto value = to_value(L, index);
+  if (!value.ok()) return luaL_typename(L, index);
+  return pretty(*value, nullptr, [&](const Handle& h) { return impl.app.describe(h); });
+}
+
+/// A table that has no Value (functions, mixed keys): one line an entry, tables inside not opened.
+std::string shallow_text(Impl& impl, lua_State* L, int table) {
+  constexpr std::size_t kMost = 60;
+  std::vector<std::string> lines;
+  std::size_t count = 0;
+  lua_pushnil(L);
+  while (lua_next(L, table) != 0) {
+    if (++count <= kMost) {
+      const std::string key = lua_type(L, -2) == LUA_TSTRING ? lua_tostring(L, -2) : "[" + basic_text(impl, L, lua_absindex(L, -2)) + "]";
+      lines.push_back(key + " = " + basic_text(impl, L, lua_absindex(L, -1)));
+    }
+    lua_pop(L, 1);
+  }
+  std::sort(lines.begin(), lines.end());
+  if (count > kMost) lines.push_back("... (" + std::to_string(count) + " entries)");
+  return text::join(lines, "\n");
+}
+
+}  // namespace
+
+std::string pretty_of(Impl& impl, lua_State* L, int index) {
+  index = lua_absindex(L, index);
+  if (!lua_checkstack(L, 16)) return luaL_typename(L, index);
+  if (!lua_istable(L, index)) return basic_text(impl, L, index);
+  if (lua_getmetatable(L, index) != 0) {
+    lua_rawgetp(L, LUA_REGISTRYINDEX, &kErrorKey);
+    const bool is_error = lua_rawequal(L, -1, -2) != 0;
+    lua_pop(L, 2);
+    if (is_error) return to_error(L, index).sentence();
+  }
+  const auto value = to_value(L, index);
+  if (!value.ok()) return shallow_text(impl, L, index);
+  return pretty(*value, returns_of(L, index), [&](const Handle& h) { return impl.app.describe(h); });
+}
+
+}  // namespace robomosp::lua

@@ -1,0 +1,241 @@
+// SPDX-License-Identifier: Apache-2.0
+// Global helpers of scripts: print, help, units, poses, time; and what the standard libraries must
+// not do here.
+#include <chrono>
+#include <cmath>
+#include <numbers>
+
+#include "kernel/text.h"
+#include "kernel/units.h"
+#include "lua/internal.h"
+#include "spatial/rotation.h"
+
+namespace robomosp::lua {
+namespace {
+
+Error misuse(std::string message, std::string hint) {
+  return error(ErrorCode::invalid_argument, std::move(message), std::move(hint));
+}
+
+Result<double> need_number(lua_State* L, int index, const char* what) {
+  if (lua_type(L, index) != LUA_TNUMBER)
+    return misuse(std::string(what) + " must be a number, not a " + luaL_typename(L, index), "Write a number such as 0.5.");
+  return static_cast<double>(lua_tonumber(L, index));
+}
+
+/// print(...): texts separated by tabs, through the session's sink.
+Result<int> print(Impl& impl, lua_State* L) {
+  std::string line;
+  const int count = lua_gettop(L);
+  for (int i = 1; i <= count; ++i) {
+    std::size_t length = 0;
+    const char* s = luaL_tolstring(L, i, &length);
+    if (i > 1) line += '\t';
+    line.append(s, length);
+    lua_pop(L, 1);
+  }
+  line += '\n';
+  print_text(impl, line);
+  return 0;
+}
+
+/// A number or all numbers of a table or array, from a unit to SI.
+Result<int> convert(Impl& impl, lua_State* L, const char* from, const char* si) {
+  const auto unit = units::parse(from);
+  if (!unit.ok()) return unit.error();
+  if (lua_type(L, 1) == LUA_TNUMBER) {
+    lua_pushnumber(L, units::to_si(lua_tonumber(L, 1), *unit));
+    return 1;
+  }
+  if (!lua_istable(L, 1) && !array_at(L, 1))
+    return misuse(std::string(from) + "(x) needs a number or a list of numbers, not a " + luaL_typename(L, 1),
+                  "Write " + std::string(from) + "(90).");
+  RMP_TRY_ASSIGN(auto numbers, to_reals(L, 1, "the argument"));
+  for (double& x : numbers) x = units::to_si(x, *unit);
+  const ArrayBox* a = array_at(L, 1);
+  push_array(impl, L, a && a->is_matrix() ? NumericArray(std::move(numbers), a->source.rows(), a->source.cols(), si) : NumericArray(std::move(numbers), si));
+  return 1;
+}
+Result<int> degrees(Impl& impl, lua_State* L) { return convert(impl, L, "deg", "rad"); }
+Result<int> millimetres(Impl& impl, lua_State* L) { return convert(impl, L, "mm", "m"); }
+
+Result<Vec3> three(lua_State* L, int first, const char* what) {
+  Vec3 v{};
+  if (lua_istable(L, first) || array_at(L, first)) {
+    RMP_TRY_ASSIGN(const auto numbers, to_reals(L, first, what));
+    if (numbers.size() != 3)
+      return misuse(std::string(what) + " has " + std::to_string(numbers.size()) + " numbers; three are needed", "Write {0.1, 0, 0.2}.");
+    return Vec3{numbers[0], numbers[1], numbers[2]};
+  }
+  for (int i = 0; i < 3; ++i) {
+    RMP_TRY_ASSIGN(v[static_cast<std::size_t>(i)], need_number(L, first + i, what));
+  }
+  return v;
+}
+
+/// rpy(roll, pitch, yaw): 3x3 rotation, R = Rz(yaw) Ry(pitch) Rx(roll).
+Result<int> rpy(Impl& impl, lua_State* L) {
+  RMP_TRY_ASSIGN(const Vec3 angles, three(L, 1, "an angle of rpy(roll, pitch, yaw)"));
+  const spatial::Matrix3 r = spatial::from_rpy(angles);
+  push_array(impl, L, NumericArray(std::vector<double>(r.begin(), r.end()), 3, 3));
+  return 1;
+}
+
+/// pose(x, y, z [, rotation]), pose({x, y, z} [, rotation]); the rotation is rpy(...), a 3x3
+/// matrix, or a table {roll, pitch, yaw}.
+Result<int> pose(Impl& impl, lua_State* L) {
+  Pose t;
+  RMP_TRY_ASSIGN(t.p, three(L, 1, "a coordinate of pose(x, y, z, rotation)"));
+  const int rotation = lua_type(L, 1) == LUA_TNUMBER ? 4 : 2;
+  if (!lua_isnoneornil(L, rotation)) {
+    RMP_TRY_ASSIGN(const auto r, to_reals(L, rotation, "the rotation of pose(x, y, z, rotation)"));
+    if (r.size() == 3) {
+      t.R = spatial::from_rpy({r[0], r[1], r[2]});
+    } else if (r.size() == 9) {
+      std::copy(r.begin(), r.end(), t.R.begin());
+    } else {
+      return misuse("the rotation of a pose has " + std::to_string(r.size()) + " numbers", "Give rpy(roll, pitch, yaw) or a 3x3 matrix.");
+    }
+  }
+  push(impl, L, pose_value(t));
+  return 1;
+}
+
+/// help(): overview; help(x) for a command, namespace, method, handle or topic.
+Result<int> help(Impl& impl, lua_State* L) {
+  Map args;
+  if (!lua_isnoneornil(L, 1)) {
+    const auto topic = help_topic(impl, L, 1);
+    if (!topic)
+      return misuse(std::string("there is no help about a ") + luaL_typename(L, 1), "Give a command, a handle, or a name in quotes.");
+    args.set("topic", *topic);
+  }
+  auto text = impl.app.dispatch(impl.session, "help", args);
+  if (!text.ok()) return std::move(text).error();
+  push(impl, L, *text);
+  return 1;
+}
+
+double seconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+const char kTicKey = 0;
+
+Result<int> tic(Impl&, lua_State* L) {
+  lua_pushnumber(L, seconds());
+  lua_rawsetp(L, LUA_REGISTRYINDEX, &kTicKey);
+  return 0;
+}
+/// toc(): seconds since tic().
+Result<int> toc(Impl&, lua_State* L) {
+  if (lua_rawgetp(L, LUA_REGISTRYINDEX, &kTicKey) != LUA_TNUMBER) return misuse("toc() was called before tic()", "Call tic() first.");
+  lua_pushnumber(L, seconds() - lua_tonumber(L, -1));
+  return 1;
+}
+
+/// traceback(): call stack of the last error that reached the console.
+Result<int> traceback(Impl& impl, lua_State* L) {
+  lua_pushlstring(L, impl.traceback.data(), impl.traceback.size());
+  return 1;
+}
+
+/// os.exit(code): unwinds the script instead of ending the process under the program's feet.
+Result<int> exit_script(Impl& impl, lua_State* L) {
+  int code = 0;
+  if (lua_isboolean(L, 1)) code = lua_toboolean(L, 1) ? 0 : 1;
+  else if (lua_isinteger(L, 1)) code = static_cast<int>(lua_tointeger(L, 1));
+  impl.exit_code = code;
+  stop_script(impl, L);
+  return error(ErrorCode::cancelled, "the script asked to exit");
+}
+
+/// The handler of xpcall runs with hooks off, so a handler that never ends could not be
+/// interrupted; while the script is being stopped no handler runs.
+Result<int> guarded_handler(Impl& impl, lua_State* L) {
+  if (is_stopping(impl)) return 1;
+  lua_pushvalue(L, lua_upvalueindex(1));
+  lua_insert(L, 1);
+  lua_call(L, lua_gettop(L) - 1, LUA_MULTRET);
+  return lua_gettop(L);
+}
+
+int xpcall_rest(lua_State* L, int, lua_KContext) { return lua_gettop(L); }
+
+/// xpcall with the handler wrapped; upvalue 1 is Lua's own. A plain C function, because its
+/// function may yield.
+int guarded_xpcall(lua_State* L) {
+  luaL_checktype(L, 2, LUA_TFUNCTION);
+  lua_pushvalue(L, 2);
+  lua_pushcclosure(L, entry<guarded_handler>, 1);
+  lua_replace(L, 2);
+  lua_pushvalue(L, lua_upvalueindex(1));
+  lua_insert(L, 1);
+  lua_callk(L, lua_gettop(L) - 1, LUA_MULTRET, 0, xpcall_rest);
+  return lua_gettop(L);
+}
+
+void remove_field(lua_State* L, const char* library, const char* name) {
+  lua_getglobal(L, library);
+  lua_pushnil(L);
+  lua_setfield(L, -2, name);
+  lua_pop(L, 1);
+}
+
+void tame_libraries(Impl& impl, lua_State* L) {
+  lua_getglobal(L, "os");
+  lua_pushcfunction(L, entry<exit_script>);
+  lua_setfield(L, -2, "exit");
+  lua_pop(L, 1);
+  // Would switch Ctrl-C off; and C modules of another Lua do not mix with this one. The locale is
+  // the program's.
+  remove_field(L, "debug", "sethook");
+  remove_field(L, "package", "loadlib");
+  remove_field(L, "os", "setlocale");
+  lua_getglobal(L, "package");
+  std::string path;
+  for (const auto& folder : impl.options.module_path) path += folder.string() + "/?.lua;";
+  path += "./?.lua";
+  lua_pushlstring(L, path.data(), path.size());
+  lua_setfield(L, -2, "path");
+  lua_pushliteral(L, "");
+  lua_setfield(L, -2, "cpath");
+  lua_pop(L, 1);
+  lua_getglobal(L, "xpcall");
+  lua_pushcclosure(L, guarded_xpcall, 1);
+  lua_setglobal(L, "xpcall");
+}
+
+}  // namespace
+
+std::optional<std::string> help_topic(Impl& impl, lua_State* L, int index) {
+  index = lua_absindex(L, index);
+  if (lua_type(L, index) == LUA_TSTRING) return lua_tostring(L, index);
+  if (const ioci::CommandSpec* spec = command_of(L, index)) return spec->name;
+  if (const KindInfo* info = handle_kind(L, index)) return info->kind;
+  if (!lua_istable(L, index)) return std::nullopt;
+  // A namespace is the global table of a topic.
+  for (const ioci::CommandSpec* spec : impl.app.commands.list()) {
+    const std::string topic = spec->name.substr(0, spec->name.find('.'));
+    lua_getglobal(L, topic.c_str());
+    const bool is_it = lua_rawequal(L, -1, index) != 0;
+    lua_pop(L, 1);
+    if (is_it) return topic;
+  }
+  return std::nullopt;
+}
+
+void open_globals(Impl& impl, lua_State* L) {
+  tame_libraries(impl, L);
+  static constexpr luaL_Reg kFunctions[] = {
+      {"print", entry<print>},   {"help", entry<help>}, {"deg", entry<degrees>}, {"mm", entry<millimetres>},
+      {"rpy", entry<rpy>},       {"pose", entry<pose>}, {"tic", entry<tic>},     {"toc", entry<toc>},
+      {"traceback", entry<traceback>}, {nullptr, nullptr}};
+  lua_pushglobaltable(L);
+  luaL_setfuncs(L, kFunctions, 0);
+  lua_pushnumber(L, std::numbers::pi);
+  lua_setfield(L, -2, "pi");
+  lua_pop(L, 1);
+}
+
+}  // namespace robomosp::lua

@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the files of this module share; the only header that shows Lua's own
+// (layer: application, lua, internal).
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <lua.hpp>
+
+#include "kernel/value.h"
+#include "lua/lua_state.h"
+
+namespace robomosp::lua {
+
+/// A table nested deeper than this (or one that contains itself) is refused; it also bounds the
+/// recursion of the conversions.
+inline constexpr int kDeepestValue = 64;
+
+/// Kind of a handle userdata; one metatable a kind, so that a handle is only its number.
+struct KindInfo {
+  std::string kind;
+};
+struct HandleBox {
+  std::uint64_t number;
+};
+
+/// A numeric array userdata; `row` other than kWhole is a view of one row of a matrix.
+struct ArrayBox {
+  static constexpr std::size_t kWhole = static_cast<std::size_t>(-1);
+  NumericArray source;
+  std::string unit;
+  std::size_t row = kWhole;
+  std::size_t counted = 0;  ///< bytes told to the memory budget
+
+  [[nodiscard]] bool is_matrix() const { return row == kWhole && source.is_matrix(); }
+  [[nodiscard]] std::size_t length() const { return row != kWhole ? source.cols() : source.rows(); }
+  [[nodiscard]] double entry(std::size_t i) const { return row != kWhole ? source.at(row, i) : source[i]; }
+  [[nodiscard]] NumericArray value() const;  ///< the viewed numbers with their unit
+};
+
+/// A provider given by a script. Adapters share it; on withdrawal `state` becomes null and they
+/// answer with an error. Written on the application thread only.
+struct LuaProvider {
+  LuaState::Impl* state = nullptr;
+  const AppThread* thread = nullptr;
+  int ref = LUA_NOREF;  ///< the function or table, in the registry
+  std::string interface_id, name;
+  Schema schema;
+};
+
+}  // namespace robomosp::lua
+
+struct robomosp::lua::LuaState::Impl {
+  Impl(ioci::Application& a, ioci::Session& s, LuaOptions o) : app(a), session(s), options(std::move(o)) {}
+
+  ioci::Application& app;
+  ioci::Session& session;
+  LuaOptions options;
+  lua_State* main = nullptr;
+  lua_State* current = nullptr;  ///< thread that runs now: what providers call back into
+  int depth = 0;                 ///< nested top-level runs
+  std::size_t used = 0;          ///< bytes allocated by Lua
+  std::size_t external = 0;      ///< bytes of arrays held by userdata
+  std::size_t collect_at = std::size_t{64} << 20;  ///< `external` at which a full collection runs
+  bool stopping = false;         ///< an interrupt is on its way up
+  std::optional<int> exit_code;
+  std::string traceback;
+  std::map<std::string, std::unique_ptr<KindInfo>, std::less<>> kinds;
+  std::vector<std::shared_ptr<LuaProvider>> providers;
+  std::vector<std::string> classic_nouns;  ///< lower case
+};
+
+namespace robomosp::lua {
+
+using Impl = LuaState::Impl;
+
+[[nodiscard]] inline Impl& impl_of(lua_State* L) { return **static_cast<Impl**>(lua_getextraspace(L)); }
+
+// --- the trampoline (call.cpp), the only place that raises -----------------------------------
+
+/// A function of ours: arguments on the stack, answers the number of results it pushed, or an
+/// Error. It may call Lua functions that raise: the C++ flavour of Lua unwinds our frames.
+using Function = Result<int> (*)(Impl&, lua_State*);
+/// Answer of a Function that leaves the error object to raise on top.
+inline constexpr int kRaiseTop = -1;
+
+/// Calls `fn` inside the wall: a Result's error and foreign exceptions become Lua error objects,
+/// raised only after every C++ object of `fn` is gone; Lua's own errors pass.
+int enter(lua_State* L, Function fn);
+template <Function fn>
+int entry(lua_State* L) {
+  return enter(L, fn);
+}
+
+/// A call with traceback from C++; the function and its arguments are on the stack. On failure the
+/// error object is left on the stack and LUA_OK is not returned.
+int protected_call(Impl&, lua_State* L, int arguments, int results);
+/// The same, and the error object taken off and told as an Error.
+Result<void> call(Impl&, lua_State* L, int arguments, int results);
+
+/// Adds the commands' namespaces and the table `ioci`.
+void open_commands(Impl&, lua_State* L);
+/// The command a function value stands for; nullptr if it is another function.
+[[nodiscard]] const ioci::CommandSpec* command_of(lua_State* L, int index);
+/// Pushes the function of a command; a method wants its handle first.
+void push_command(lua_State* L, const ioci::CommandSpec& spec, bool is_method);
+
+// --- values (convert.cpp) ---------------------------------------------------------------------
+
+[[nodiscard]] Result<Value> to_value(lua_State* L, int index, int depth = 0);
+/// Named arguments of a table whose keys must be strings.
+[[nodiscard]] Result<Map> to_map(lua_State* L, int index, int depth = 0);
+/// Pushes; `returns` (may be null) names the units and fields for printing.
+void push(Impl&, lua_State* L, const Value& value, const ioci::ReturnSpec* returns = nullptr);
+/// The ReturnSpec a table was pushed with; nullptr without.
+[[nodiscard]] const ioci::ReturnSpec* returns_of(lua_State* L, int index);
+/// Pushes an error object; `at` is the script line, may be empty.
+void push_error(lua_State* L, const Error& e, std::string_view at);
+/// The Error of any error object: ours, a table like it, a string, another value.
+[[nodiscard]] Error to_error(lua_State* L, int index);
+/// "box.lua:12" of the caller at a level, "" in C.
+[[nodiscard]] std::string place(lua_State* L, int level);
+/// Readable text of any value; never runs a script.
+[[nodiscard]] std::string pretty_of(Impl&, lua_State* L, int index);
+/// A sequence or array of numbers.
+[[nodiscard]] Result<std::vector<double>> to_reals(lua_State* L, int index, std::string_view what);
+void open_errors(lua_State* L);
+
+// --- userdata (array.cpp, handle.cpp) -----------------------------------------------------------
+
+[[nodiscard]] const ArrayBox* array_at(lua_State* L, int index);
+void push_array(Impl&, lua_State* L, NumericArray array, std::string_view unit = {});
+void open_arrays(lua_State* L);
+void push_array_methods(lua_State* L);  ///< their table
+
+[[nodiscard]] std::optional<Handle> handle_at(lua_State* L, int index);
+[[nodiscard]] const KindInfo* handle_kind(lua_State* L, int index);
+void push_handle(Impl&, lua_State* L, const Handle& handle);
+/// Names after the colon of a kind's handles, sorted.
+[[nodiscard]] std::vector<std::string> method_names(const Impl&, std::string_view kind);
+
+// --- the rest -----------------------------------------------------------------------------------
+
+void open_globals(Impl&, lua_State* L);    ///< print, help, deg, pose, ... (globals.cpp)
+void open_providers(Impl&, lua_State* L);  ///< ioci.provide, ioci.withdraw; `ioci` is on top (provide.cpp)
+void withdraw_all(Impl&);
+/// Re-arms the hook that looks for Ctrl-C and the time to stop (lua_state.cpp).
+void stop_script(Impl&, lua_State* L);
+[[nodiscard]] bool is_stopping(const Impl&);
+/// Candidates at a cursor (complete.cpp).
+[[nodiscard]] Completion completion(Impl&, lua_State* L, std::string_view input, std::size_t cursor);
+/// Prints through the session's sink.
+void print_text(Impl&, std::string_view text);
+/// The topic of the command `help` that explains the value at `index`; nullopt for a value that is
+/// neither command, namespace, handle nor text.
+[[nodiscard]] std::optional<std::string> help_topic(Impl&, lua_State* L, int index);
+
+}  // namespace robomosp::lua

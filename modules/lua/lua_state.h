@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+// LuaState: the scripting language of one session, generated from the command table; used by the
+// console of the terminal, the console of the desktop, `run`, `eval` and `rpc`
+// (layer: application, lua). No Lua type shows here.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <robomosp/sdk/result.h>
+
+#include "ioci/application.h"
+
+namespace robomosp::lua {
+
+struct LuaOptions {
+  /// Where print() goes; empty = standard output.
+  std::function<void(std::string_view)> print;
+  /// Bytes that Lua values and the numeric arrays they hold may take.
+  std::size_t memory_limit = std::size_t{1} << 30;
+  /// Folders of modules for require(); empty = <share>/lib.
+  std::vector<std::filesystem::path> module_path;
+};
+
+/// What TAB offers: the word that starts at byte `start` may become one of `words`.
+struct Completion {
+  std::size_t start = 0;
+  std::vector<std::string> words;
+};
+
+/// One Lua state bound to one session. Nothing throws out of it. [application thread]
+class LuaState {
+ public:
+  /// Both outlive the state.
+  LuaState(ioci::Application& app, ioci::Session& session, LuaOptions options = {});
+  /// Withdraws the providers that its scripts gave; adapters still held elsewhere answer with an error.
+  ~LuaState();
+  LuaState(const LuaState&) = delete;
+  LuaState& operator=(const LuaState&) = delete;
+
+  /// Runs a file; `args` become the global table `arg` and the chunk's `...`.
+  Result<void> run_file(const std::filesystem::path& file, std::span<const std::string> args = {});
+  Result<void> run_string(std::string_view code, std::string_view chunk_name);
+
+  /// One input of a console: an expression (also `=x`), statements, `x?` for help, or a classic
+  /// line. Returns the readable text of the results; "" when there are none. Results stay in `_`.
+  Result<std::string> eval(std::string_view input);
+  /// The same for programs: the results as Values (what has no Value comes as its text).
+  Result<List> eval_values(std::string_view input);
+
+  /// True when the input is the beginning of a statement that goes on.
+  [[nodiscard]] bool is_incomplete(std::string_view input) const;
+  /// Candidates at byte `cursor` of `input` (all lines so far). Runs no script.
+  [[nodiscard]] Completion complete(std::string_view input, std::size_t cursor) const;
+
+  /// Call stack of the last failure, one frame a line; folded away from the message.
+  [[nodiscard]] const std::string& traceback() const;
+  /// Set once a script called os.exit(code).
+  [[nodiscard]] std::optional<int> exit_requested() const;
+  /// Bytes in use, as the memory limit counts them.
+  [[nodiscard]] std::size_t memory_used() const;
+
+  struct Impl;  ///< for the files of this module only
+
+ private:
+  std::unique_ptr<Impl> impl_;
+};
+
+/// "Lua 5.4.4"
+[[nodiscard]] std::string lua_version();
+
+}  // namespace robomosp::lua

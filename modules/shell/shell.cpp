@@ -1,0 +1,466 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "shell/shell.h"
+
+#include <signal.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <functional>
+#include <iostream>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include <robomosp/sdk/plugin.h>
+
+#include "ioci/application.h"
+#include "kernel/plugin_loader.h"
+#include "kernel/text.h"
+#include "lua/lua_state.h"
+#include "shell/console.h"
+#include "shell/json.h"
+#include "shell/plugin_check.h"
+#include "shell/rpc.h"
+
+#ifndef ROBOMOSP_VERSION
+#define ROBOMOSP_VERSION "0"
+#endif
+
+namespace robomosp::shell {
+
+int exit_code(ErrorCode code) {
+  switch (code) {
+    case ErrorCode::usage: return 2;
+    case ErrorCode::invalid_argument:
+    case ErrorCode::unknown_name:
+    case ErrorCode::not_found:
+    case ErrorCode::syntax:
+    case ErrorCode::conflict:
+    case ErrorCode::stale_handle:
+    case ErrorCode::plugin_refused:
+    case ErrorCode::permission:
+    case ErrorCode::unsupported: return 3;
+    case ErrorCode::unreachable: return 4;
+    case ErrorCode::cancelled: return 130;
+    case ErrorCode::io:
+    case ErrorCode::plugin_failed:
+    case ErrorCode::internal:
+    case ErrorCode::script_failed: return 1;
+  }
+  return 1;
+}
+
+namespace {
+
+// --- Ctrl-C ---------------------------------------------------------------------------------------
+
+std::atomic<ioci::Session*> interrupted_session{nullptr};
+std::atomic<int> impatience{0};
+static_assert(std::atomic<ioci::Session*>::is_always_lock_free);
+
+/// The first Ctrl-C asks the script to stop; the fourth without effect ends the program, for the
+/// few C functions that cannot be asked.
+void on_interrupt(int) {
+  ioci::Session* session = interrupted_session.load();
+  if (session) session->interrupt();
+  if (!session || impatience.fetch_add(1) >= 3) ::_exit(130);
+}
+
+void catch_interrupts(ioci::Session& session) {
+  interrupted_session = &session;
+  struct sigaction action {};
+  action.sa_handler = on_interrupt;  // no SA_RESTART: a blocking read must notice
+  ::sigaction(SIGINT, &action, nullptr);
+  ::signal(SIGPIPE, SIG_IGN);
+}
+
+// --- what the command line says ---------------------------------------------------------------------
+
+struct Settings {
+  bool json = false, quiet = false, no_cache = false, trace = false;
+  std::string color = "auto";
+  std::vector<std::string> plugin_path, library;
+};
+
+/// Speaks to the user: results on standard output, everything else on standard error.
+class Voice {
+ public:
+  explicit Voice(const Settings& s) : settings_(s) {
+    const char* no_color = std::getenv("NO_COLOR");
+    color_ = s.color == "always" || (s.color == "auto" && ::isatty(STDERR_FILENO) != 0 && !(no_color && *no_color));
+  }
+  [[nodiscard]] bool json() const { return settings_.json; }
+  [[nodiscard]] bool quiet() const { return settings_.quiet; }
+
+  /// Prints the error and returns its exit code.
+  int fail(const Error& e, std::string_view trace = {}) const {
+    if (settings_.json) line(to_json(Map{{"ok", false}, {"error", error_map(e)}}));
+    else to_stderr("error", "\x1b[31m", e.sentence());
+    if (settings_.trace && !trace.empty()) std::fprintf(stderr, "%.*s\n", static_cast<int>(trace.size()), trace.data());
+    return exit_code(e.code);
+  }
+  void warn(std::string_view text) const {
+    if (!settings_.quiet) to_stderr("warning", "\x1b[33m", text);
+  }
+  void line(std::string_view text) const {
+    std::fwrite(text.data(), 1, text.size(), stdout);
+    std::fputc('\n', stdout);
+    std::fflush(stdout);
+  }
+  /// Prints a result: text for people, {"ok": true, "value": ...} for programs.
+  void result(const Value& value, std::string_view text, const NameOf& name_of = {}) const {
+    if (settings_.json) line(to_json(value.is_nil() ? Map{{"ok", true}} : Map{{"ok", true}, {"value", value}}, name_of));
+    else if (!text.empty()) line(text.ends_with('\n') ? text.substr(0, text.size() - 1) : text);
+  }
+
+ private:
+  void to_stderr(const char* word, const char* color, std::string_view text) const {
+    std::fprintf(stderr, "%s%s:%s %.*s\n", color_ ? color : "", word, color_ ? "\x1b[0m" : "", static_cast<int>(text.size()), text.data());
+  }
+  const Settings& settings_;
+  bool color_ = false;
+};
+
+/// The application with its session and Lua, as every subcommand but the light ones needs it.
+struct Program {
+  std::unique_ptr<ioci::Application> app;
+  std::unique_ptr<ioci::Session> session;
+  std::unique_ptr<lua::LuaState> lua;
+  RpcServer* rpc = nullptr;  ///< takes what scripts print while it serves
+  std::uint64_t subscription = 0;
+
+  [[nodiscard]] NameOf names() const {
+    return [this](const Handle& h) { return app->name_of(h).value_or(""); };
+  }
+  ~Program() {
+    interrupted_session = nullptr;
+    if (app && subscription) app->messages.unsubscribe(subscription);
+    lua.reset();
+  }
+};
+
+/// A bar on standard error, when that is a terminal.
+std::function<void(double, std::string_view)> progress_bar() {
+  return [last = std::chrono::steady_clock::time_point(), shown = false](double fraction, std::string_view what) mutable {
+    const auto now = std::chrono::steady_clock::now();
+    const bool is_done = fraction >= 1;
+    if (is_done && shown) std::fprintf(stderr, "\r\x1b[K");
+    if (is_done || now - last < std::chrono::milliseconds(100)) return;
+    last = now;
+    shown = true;
+    std::fprintf(stderr, "\r[%3d%%] %.*s\x1b[K", static_cast<int>(fraction * 100), static_cast<int>(what.size()), what.data());
+  };
+}
+
+Result<void> start(Program& p, const Settings& s, const Voice& voice, std::string session_name) {
+  ioci::ApplicationOptions options;
+  options.plugin_path.assign(s.plugin_path.begin(), s.plugin_path.end());
+  options.library.assign(s.library.begin(), s.library.end());
+  options.cache = !s.no_cache;
+  RMP_TRY_ASSIGN(p.app, ioci::Application::create(std::move(options)));
+  const auto show = [&voice](const Message& m) {
+    if (m.severity >= Severity::warning) voice.warn(m.text);
+  };
+  for (const Message& m : p.app->messages.recent()) show(m);
+  p.subscription = p.app->messages.subscribe(show);
+  p.session = std::make_unique<ioci::Session>(std::move(session_name));
+  if (!s.quiet && !s.json && ::isatty(STDERR_FILENO)) p.session->show_progress = progress_bar();
+  lua::LuaOptions lua_options;
+  lua_options.print = [&p, &voice](std::string_view text) {
+    if (p.rpc) {
+      p.rpc->printed += text;
+      return;
+    }
+    // With --json standard output carries JSON only.
+    std::FILE* out = voice.json() ? stderr : stdout;
+    std::fwrite(text.data(), 1, text.size(), out);
+    std::fflush(out);
+  };
+  p.lua = std::make_unique<lua::LuaState>(*p.app, *p.session, std::move(lua_options));
+  catch_interrupts(*p.session);
+  return {};
+}
+
+/// Results of a console input as one Value: nothing, the value, or a list of several.
+Value joined(List values) {
+  if (values.empty()) return {};
+  if (values.size() == 1) return std::move(values.front());
+  return values;
+}
+
+// --- subcommands --------------------------------------------------------------------------------------
+
+int run_script(const Settings& s, const Voice& voice, const std::string& file, const std::vector<std::string>& args) {
+  Program p;
+  if (auto started = start(p, s, voice, "script"); !started.ok()) return voice.fail(started.error());
+  const auto done = p.lua->run_file(file, args);
+  if (const auto code = p.lua->exit_requested()) return *code;
+  if (!done.ok()) return voice.fail(done.error(), p.lua->traceback());
+  voice.result({}, {});
+  return 0;
+}
+
+/// One input in a started program; prints its result. Returns the exit code.
+int evaluate(Program& p, const Voice& voice, const std::string& input) {
+  impatience = 0;
+  if (voice.json()) {
+    auto values = p.lua->eval_values(input);
+    if (const auto code = p.lua->exit_requested()) return *code;
+    if (!values.ok()) return voice.fail(values.error(), p.lua->traceback());
+    voice.result(joined(std::move(*values)), {}, p.names());
+    return 0;
+  }
+  const auto text = p.lua->eval(input);
+  if (const auto code = p.lua->exit_requested()) return *code;
+  if (!text.ok()) return voice.fail(text.error(), p.lua->traceback());
+  voice.result({}, *text);
+  return 0;
+}
+
+int run_eval(const Settings& s, const Voice& voice, const std::string& code) {
+  Program p;
+  if (auto started = start(p, s, voice, "eval"); !started.ok()) return voice.fail(started.error());
+  return evaluate(p, voice, code);
+}
+
+int run_classic(const Settings& s, const Voice& voice, const std::string& line) {
+  Program p;
+  if (auto started = start(p, s, voice, "classic"); !started.ok()) return voice.fail(started.error());
+  // Through Lua, so that the result is printed as the console prints it.
+  return evaluate(p, voice, "ioci.classic(" + text::quote(line) + ")");
+}
+
+int run_rpc(const Settings& s, const Voice& voice) {
+  Program p;
+  if (auto started = start(p, s, voice, "rpc"); !started.ok()) return voice.fail(started.error());
+  p.session->show_progress = {};
+  RpcServer server(*p.app, *p.session, *p.lua);
+  p.rpc = &server;
+  const int code = serve(*p.app, *p.session, server, STDIN_FILENO, STDOUT_FILENO);
+  return p.lua->exit_requested().value_or(code);
+}
+
+void pump(Program& p) {
+  p.app->thread.pump();
+  p.app->jobs.pump();
+}
+
+/// Statements from a pipe: stops at the first error.
+int run_piped(Program& p, const Voice& voice) {
+  std::string line, pending;
+  while (std::getline(std::cin, line)) {
+    if (!pending.empty()) pending += '\n';
+    pending += line;
+    if (p.lua->is_incomplete(pending)) continue;
+    const int code = evaluate(p, voice, std::exchange(pending, {}));
+    if (code != 0 || p.lua->exit_requested() || p.app->quit_requested) return code;
+    pump(p);
+  }
+  return pending.empty() ? 0 : evaluate(p, voice, pending);
+}
+
+std::filesystem::path user_startup() {
+  if (const char* config = std::getenv("XDG_CONFIG_HOME"); config && *config == '/') return std::filesystem::path(config) / "robomosp" / "startup.lua";
+  if (const char* home = std::getenv("HOME"); home && *home) return std::filesystem::path(home) / ".config" / "robomosp" / "startup.lua";
+  return {};
+}
+
+int run_interactive(Program& p, const Voice& voice) {
+  std::error_code ec;
+  for (const auto& file : {p.app->share / "startup.lua", user_startup()})
+    if (!file.empty() && std::filesystem::exists(file, ec))
+      if (const auto done = p.lua->run_file(file); !done.ok()) (void)voice.fail(done.error());
+  if (!voice.quiet()) {
+    voice.line("ROBOMOSP " ROBOMOSP_VERSION " with " + lua::lua_version() + ": " + std::to_string(p.app->commands.list().size()) + " commands, " +
+               std::to_string(p.app->registry.list().size()) + " providers.");
+    voice.line("help() explains, x? explains x, TAB completes, Ctrl-C stops a script, Ctrl-D leaves.");
+  }
+  LineEditor editor(*p.lua, [&p] { pump(p); });
+  std::string pending;
+  while (!p.app->quit_requested && !p.lua->exit_requested()) {
+    const auto line = editor.read(pending.empty() ? "> " : ">> ", pending);
+    if (line.outcome == LineEditor::Outcome::cancelled) {
+      pending.clear();
+      continue;
+    }
+    if (line.outcome == LineEditor::Outcome::end) {
+      voice.line("");
+      break;
+    }
+    editor.remember(line.text);
+    pending += line.text;
+    if (p.lua->is_incomplete(pending)) {
+      pending += '\n';
+      continue;
+    }
+    (void)evaluate(p, voice, std::exchange(pending, {}));
+    pump(p);
+  }
+  return p.lua->exit_requested().value_or(0);
+}
+
+int run_console(const Settings& s, const Voice& voice) {
+  Program p;
+  if (auto started = start(p, s, voice, "console"); !started.ok()) return voice.fail(started.error());
+  if (::isatty(STDIN_FILENO) != 0 && ::isatty(STDOUT_FILENO) != 0 && !s.json) return run_interactive(p, voice);
+  return run_piped(p, voice);
+}
+
+int run_plugin_list(const Settings& s, const Voice& voice) {
+  Program p;
+  if (auto started = start(p, s, voice, "plugin"); !started.ok()) return voice.fail(started.error());
+  return evaluate(p, voice, "plugin.list()");
+}
+
+int run_plugin_check(const Voice& voice, const std::string& file) {
+  const PluginCheck check = check_plugin(file);
+  if (voice.json()) voice.line(to_json(Map{{"ok", check.exit_code == 0}, {"value", check.report}}));
+  else if (check.exit_code == 0) voice.line(check.text);
+  else std::fprintf(stderr, "error: %s\n", check.text.c_str());
+  return check.exit_code;
+}
+
+int run_commands(const Settings& s, const Voice& voice, const std::string& folder) {
+  Program p;
+  if (auto started = start(p, s, voice, "commands"); !started.ok()) return voice.fail(started.error());
+  if (!folder.empty()) {
+    const auto written = ioci::write_reference(p.app->commands, folder);
+    if (!written.ok()) return voice.fail(written.error());
+    voice.result({}, "The pages were written to " + folder + ".");
+    return 0;
+  }
+  if (voice.json()) return evaluate(p, voice, "ioci.describe()");
+  std::size_t longest = 0;
+  for (const ioci::CommandSpec* spec : p.app->commands.list()) longest = std::max(longest, spec->name.size());
+  for (const ioci::CommandSpec* spec : p.app->commands.list())
+    voice.line(spec->name + std::string(longest + 2 - spec->name.size(), ' ') + spec->summary);
+  return 0;
+}
+
+/// What the program found and what it misses; exit code 1 when something is missing.
+int run_doctor(const Settings& s, const Voice& voice) {
+  Program p;
+  if (auto started = start(p, s, voice, "doctor"); !started.ok()) return voice.fail(started.error());
+  List missing, folders, plugins, providers;
+  std::string text = "robomosp " ROBOMOSP_VERSION "\nLua      " + lua::lua_version() + "\nSDK      " RMP_SDK_VERSION ", " RMP_ABI_TAG "\n\nplugin folders\n";
+  std::error_code ec;
+  std::vector<std::filesystem::path> given(s.plugin_path.begin(), s.plugin_path.end());
+  for (const auto& folder : PluginLoader::search_path(given)) {
+    const bool exists = std::filesystem::is_directory(folder, ec);
+    text += "  " + folder.string() + (exists ? "" : " (absent)") + "\n";
+    folders.emplace_back(Map{{"folder", folder.string()}, {"exists", exists}});
+  }
+  text += "plugins\n";
+  for (const PluginReport& r : p.app->plugins.reports()) {
+    text += "  " + r.file.filename().string() + ": " + (r.refusal ? "refused: " + r.refusal->sentence() : r.id + " " + r.version) + "\n";
+    plugins.emplace_back(Map{{"file", r.file.string()}, {"loaded", r.loaded}, {"id", r.id}, {"version", r.version}});
+    if (r.refusal) missing.emplace_back("plugin " + r.file.filename().string() + " was refused");
+  }
+  text += "providers\n";
+  for (const std::string& id : known_interfaces()) {
+    std::vector<std::string> names;
+    for (const ProviderInfo& info : p.app->registry.list(id)) names.push_back(info.name);
+    text += "  " + id + ": " + (names.empty() ? "none" : text::join(names, ", ")) + "\n";
+    List list;
+    for (const std::string& n : names) list.emplace_back(n);
+    providers.emplace_back(Map{{"interface", id}, {"names", std::move(list)}});
+    const bool is_needed = id == "robomosp.csg/1" || id == "robomosp.ik/1" || id == "robomosp.inverse_dynamics/1" ||
+                           id == "robomosp.forward_dynamics/1" || id == "robomosp.segment/1";
+    if (names.empty() && is_needed) missing.emplace_back("no provider of " + id);
+  }
+  text += "library\n";
+  for (const auto& folder : p.app->library) {
+    const bool exists = std::filesystem::is_directory(folder, ec);
+    text += "  " + folder.string() + (exists ? "" : " (absent)") + "\n";
+    if (!exists) missing.emplace_back("the library folder " + folder.string() + " does not exist");
+  }
+  text += "history\n  " + history_file().string() + "\n\n";
+  if (missing.empty()) text += "Nothing is missing.";
+  for (const Value& m : missing) text += "missing: " + *m.as_string() + "\n";
+  const bool is_healthy = missing.empty();
+  voice.result(Map{{"version", ROBOMOSP_VERSION}, {"lua", lua::lua_version()}, {"abi_tag", RMP_ABI_TAG}, {"plugin_folders", std::move(folders)},
+                   {"plugins", std::move(plugins)}, {"providers", std::move(providers)}, {"missing", std::move(missing)}},
+               text);
+  return is_healthy ? 0 : 1;
+}
+
+/// A usage fault of CLI11 as one sentence.
+int usage_fault(const Voice& voice, const CLI::App& cli, const CLI::ParseError& e) {
+  std::string what = e.what();
+  while (!what.empty() && (what.back() == '.' || what.back() == '\n')) what.pop_back();
+  std::vector<std::string> names;
+  for (const CLI::App* sub : cli.get_subcommands([](const CLI::App*) { return true; })) names.push_back(sub->get_name());
+  std::string hint = "robomosp --help lists what there is.";
+  const auto word = what.rfind(' ');
+  if (dynamic_cast<const CLI::ExtrasError*>(&e) && word != std::string::npos)
+    if (const std::string near = text::did_you_mean(what.substr(word + 1), names); !near.empty()) hint = near + " " + hint;
+  return voice.fail(error(ErrorCode::usage, std::move(what), std::move(hint)));
+}
+
+}  // namespace
+
+int shell_main(int argc, char** argv) {
+  Settings s;
+  CLI::App cli("ROBOMOSP: robotics modeling and simulation. Without a subcommand: the console.", "robomosp");
+  cli.set_version_flag("--version", "robomosp " ROBOMOSP_VERSION " (" + lua::lua_version() + ", SDK " RMP_SDK_VERSION ", " RMP_ABI_TAG ")");
+  cli.add_flag("--json", s.json, "Results and errors as JSON objects on standard output");
+  cli.add_flag("-q,--quiet", s.quiet, "No warnings, banner or progress");
+  cli.add_flag("--no-cache", s.no_cache, "Compute every derived value anew");
+  cli.add_flag("--trace", s.trace, "Show the call stack of a script's error");
+  cli.add_option("--color", s.color, "auto, always or never; NO_COLOR is respected")->check(CLI::IsMember({"auto", "always", "never"}));
+  cli.add_option("--plugin-path", s.plugin_path, "Folder of plugins, searched first (may be repeated)")->allow_extra_args(false);
+  cli.add_option("--library", s.library, "Folder of materials, parts and robots instead of the shipped one")->allow_extra_args(false);
+  cli.require_subcommand(0, 1);
+  cli.fallthrough();
+
+  std::string file, code, folder;
+  CLI::App* run = cli.add_subcommand("run", "Run a Lua script: run FILE [ARGS...]");
+  run->add_option("file", file, "Script")->required();
+  run->prefix_command();
+  CLI::App* eval = cli.add_subcommand("eval", "Evaluate one expression or statement and print the result");
+  eval->add_option("code", code, "Lua")->required();
+  CLI::App* rpc = cli.add_subcommand("rpc", "JSON-RPC 2.0 on standard input and output, one message a line");
+  CLI::App* classic = cli.add_subcommand("classic", "Run one classic command line, such as: classic \"PRobot pa10 mGetDHP\"");
+  classic->prefix_command();
+  CLI::App* plugin = cli.add_subcommand("plugin", "Look at plugins");
+  plugin->require_subcommand(1);
+  CLI::App* plugin_list = plugin->add_subcommand("list", "List what was found and loaded");
+  CLI::App* plugin_check = plugin->add_subcommand("check", "Load a file in a child process and tell whether it would be accepted");
+  plugin_check->add_option("file", file, "Plugin file")->required();
+  CLI::App* commands = cli.add_subcommand("commands", "List the commands");
+  commands->add_option("--markdown", folder, "Write the reference pages to this folder");
+  CLI::App* doctor = cli.add_subcommand("doctor", "Tell versions, folders, and what is missing");
+  for (CLI::App* sub : {run, eval, rpc, classic, plugin, plugin_list, plugin_check, commands, doctor}) sub->fallthrough();
+
+  try {
+    cli.parse(argc, argv);
+  } catch (const CLI::Success& e) {
+    return cli.exit(e);
+  } catch (const CLI::ParseError& e) {
+    // Options may not have been read yet; --json must hold for this error too.
+    for (int i = 1; i < argc; ++i) s.json = s.json || std::string_view(argv[i]) == "--json";
+    return usage_fault(Voice(s), cli, e);
+  }
+  const Voice voice(s);
+  if (run->parsed()) return run_script(s, voice, file, run->remaining());
+  if (eval->parsed()) return run_eval(s, voice, code);
+  if (rpc->parsed()) return run_rpc(s, voice);
+  if (classic->parsed()) {
+    const auto words = classic->remaining();
+    if (words.empty()) return voice.fail(error(ErrorCode::usage, "classic needs a command line", "Write classic \"World LsWorlds\"."));
+    return run_classic(s, voice, text::join(words, " "));
+  }
+  if (plugin_check->parsed()) return run_plugin_check(voice, file);
+  if (plugin_list->parsed()) return run_plugin_list(s, voice);
+  if (commands->parsed()) return run_commands(s, voice, folder);
+  if (doctor->parsed()) return run_doctor(s, voice);
+  return run_console(s, voice);
+}
+
+}  // namespace robomosp::shell
