@@ -33,9 +33,9 @@ namespace {
 // What each camera draws.
 constexpr unsigned kVisible = 1, kCaster = 2, kGlassCaster = 4;
 // Order of drawing within the picture.
-constexpr int kBackgroundBin = -10, kEdgeBin = 1, kOutlineBin = 2, kGroundBin = 3, kRibbonBin = 4,
-              kVeilBin = 5, kGlassBackBin = 10, kGlassFrontBin = 11, kGlassEdgeBin = 12,
-              kHudBin = 20;
+constexpr int kEdgeBin = 1, kOutlineBin = 2, kGroundBin = 3, kBackgroundBin = 4,
+              kGroundFromBelowBin = 5, kRibbonBin = 6, kVeilBin = 7, kGlassBackBin = 10,
+              kGlassFrontBin = 11, kGlassEdgeBin = 12, kHudBin = 20;
 
 // Towards the lamp: above the left shoulder of whoever takes the isometric view.
 constexpr Vec3 kLamp{-0.20, -0.80, 1.02};
@@ -200,15 +200,14 @@ SceneView::Impl::Impl(Quality quality, Target target)
   background->setCullingActive(false);
   osg::StateSet* b = background->getOrCreateStateSet();
   b->setAttributeAndModes(program_of(background_shader(variant), "background"));
-  b->setAttributeAndModes(new osg::Depth(osg::Depth::ALWAYS, 0, 1, false));
+  // After everything opaque, so that only what stays free is painted.
+  b->setAttributeAndModes(new osg::Depth(osg::Depth::LEQUAL, 0, 1, false));
   b->setRenderBinDetails(kBackgroundBin, "RenderBin");
 
   ground->addChild(geode_of(square_of(1), kVisible));
   ground->setCullingActive(false);
   osg::StateSet* g = ground->getOrCreateStateSet();
   g->setAttributeAndModes(program_of(ground_shader(variant), "ground"));
-  g->setRenderBinDetails(kGroundBin, "RenderBin");
-  blend(g);
 
   ribbons->getOrCreateStateSet()->setAttributeAndModes(
       program_of(ribbon_shader(variant), "ribbon"));
@@ -539,6 +538,16 @@ void SceneView::Impl::place_camera(const Pass& pass) {
   set_uniform(s, "world_T_view", osg::Matrixf(osg::Matrixd::inverse(view)));
   const Vec3 eye = is_flat ? camera.backward() : camera.eye();
   set_uniform(s, "eye", osg::Vec4f(vec_of(eye), is_flat ? 0.0F : 1.0F));
+  // Seen from above the floor hides what is behind it; from below it is a grid to look through.
+  const double floor = ground->getMatrix().getTrans().z();
+  const bool is_below = is_flat ? eye[2] < 0 : eye[2] < floor;
+  osg::StateSet* g = ground->getStateSet();
+  g->setRenderBinDetails(is_below ? kGroundFromBelowBin : kGroundBin, "RenderBin");
+  blend(g);
+  if (!is_below) {
+    g->setMode(GL_BLEND, osg::StateAttribute::OFF);
+    g->setAttributeAndModes(new osg::Depth(osg::Depth::LESS, 0, 1, true));
+  }
   set_uniform(s, "viewport",
               osg::Vec2f(static_cast<float>(camera.width()), static_cast<float>(camera.height())));
   const double scale = std::max(camera.height() / 800.0, 0.6);

@@ -16,12 +16,12 @@ const vec3 kLamp = vec3(1.02, 0.985, 0.93) * 0.86;
 const vec3 kSky = vec3(0.440, 0.470, 0.520);
 const vec3 kBounce = vec3(0.200, 0.190, 0.178);
 
-vec3 decoded(vec3 c) {  // sRGB to linear
-  return mix(c / 12.92, pow((c + 0.055) / 1.055, vec3(2.4)), step(0.04045, c));
-}
+// Linear to sRGB from square roots, which software OpenGL computes much faster than powers; within
+// 0.002 of the exact curve (I. Taylor, "sRGB approximations for HLSL", 2012).
 vec3 encoded(vec3 c) {
   c = clamp(c, 0.0, 1.0);
-  return mix(c * 12.92, 1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, step(0.0031308, c));
+  vec3 s1 = sqrt(c), s2 = sqrt(s1), s3 = sqrt(s2);
+  return 0.662002687 * s1 + 0.684122060 * s2 - 0.323583601 * s3 - 0.0225411470 * c;
 }
 // Shoulder of the Khronos PBR Neutral tone mapper: colours below 0.76 stay as they are.
 vec3 toned(vec3 c) {
@@ -153,7 +153,7 @@ void main() {
   specular += studio(reflect(-v, n), rough) * (f0 * ab.x + ab.y) * (0.35 + 0.65 * open);
 #else
   vec3 specular = mix(vec3(1.0), base.rgb, metal) * (pow(nh, mix(160.0, 10.0, rough)) * mix(0.55, 0.06, rough) * nl * lamp);
-  specular += base.rgb * metal * (kLamp * nl * lamp * 0.4 + ambient * 0.9) + 0.05 * pow(1.0 - nv, 3.0);
+  specular += base.rgb * metal * (kLamp * nl * lamp * 0.4 + ambient * 0.9) + 0.05 * (1.0 - nv) * (1.0 - nv) * (1.0 - nv);
 #endif
   float rim = (1.0 - nv) * (1.0 - nv);
   vec3 c = diffuse + specular;
@@ -232,7 +232,7 @@ ShaderPair background_shader(ShaderVariant v) {
 out vec2 screen;
 void main() {
   screen = gl_Vertex.xy;
-  gl_Position = vec4(gl_Vertex.xy, 0.9999, 1.0);
+  gl_Position = vec4(gl_Vertex.xy, 1.0, 1.0);  // at the far end of the depth range
 }
 )glsl",
           with_light(v, R"glsl(
