@@ -5,6 +5,7 @@
 #include <cctype>
 #include <cstdlib>
 
+#include "io/native.h"
 #include "ioci/commands.h"
 #include "kernel/check.h"
 #include "kernel/text.h"
@@ -438,7 +439,27 @@ bool is_word(std::string_view s) {
   return !s.empty() && letter(s[0]) && std::all_of(s.begin(), s.end(), [&](char c) { return letter(c) || (c >= '0' && c <= '9'); });
 }
 
+constexpr std::string_view kGenerated = "\n\nGenerated from the command table; do not edit.";
+
 }  // namespace
+
+Result<void> write_reference(const CommandTable& table, const std::filesystem::path& folder) {
+  std::error_code failed;
+  std::filesystem::create_directories(folder, failed);
+  if (failed) return error(ErrorCode::io, "the folder " + text::quote(folder.string()) + " cannot be made: " + failed.message(), "Check the path and its permissions.");
+  const auto pages = reference_pages(table);
+  for (const auto& [name, page] : pages) RMP_TRY(io::write_file(folder / name, page));
+  // Pages of topics that are gone; what somebody wrote by hand stays.
+  std::vector<std::filesystem::path> gone;
+  for (std::filesystem::directory_iterator it(folder, failed), end; !failed && it != end; it.increment(failed)) {
+    const auto& path = it->path();
+    if (path.extension() != ".md" || pages.contains(path.filename().string())) continue;
+    const auto old = io::read_file(path);
+    if (old.ok() && old->find(kGenerated) != std::string::npos) gone.push_back(path);
+  }
+  for (const auto& path : gone) std::filesystem::remove(path, failed);
+  return {};
+}
 
 std::string command_line(const Application& app, const CommandSpec& spec, const Map& args) {
   constexpr std::size_t kLongest = 400;

@@ -109,7 +109,7 @@ std::vector<CommandSpec> help_commands() {
                  .example = "assert(version().version ~= \"\")", .params = {},
                  .returns = {"map", "", "", {field("version", "string", "", "Version of the program."), field("sdk", "int", "", "Revision of the plugin interface."), field("abi_tag", "string", "", "What a plugin must be built with.")}},
                  .effect = Effect::reads, .run = version});
-  all.push_back({.name = "quit", .classic = "quit|exit", .summary = "Ends the program once the running script is done.", .details = "", .example = "-- quit()\nassert(help(\"quit\"))",
+  all.push_back({.name = "quit", .classic = "quit|exit", .summary = "Ends the program once the running script is done.", .details = "", .example = "quit()",
                  .params = {}, .returns = {}, .effect = Effect::stops, .run = quit});
   all.push_back({.name = "view.redraw", .classic = "ForceReDraw", .summary = "Draws the scene again, where there is one.", .details = "The viewer follows every change by itself.",
                  .example = "view.redraw()", .params = {}, .returns = {}, .effect = Effect::simulates, .run = redraw});

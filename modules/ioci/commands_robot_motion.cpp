@@ -374,7 +374,7 @@ std::vector<CommandSpec> robot_motion_commands() {
                  .params = {self("robot"), q, choice("frame", {"base", "tool"}, "Axes that velocities are expressed in."), tip}, .returns = {"matrix", "", "6 x joints.", {}}, .effect = Effect::reads, .run = jacobian});
   all.push_back({.name = "robot.manipulability", .classic = "", .summary = "Gives Yoshikawa's measure of how far the robot is from a singularity.", .details = "sqrt(det(J J^T)), for fewer than six joints sqrt(det(J^T J)); 0 when singular.",
                  .example = with_arm("assert(arm:manipulability{q = \"ready\"} > 0)"), .params = {self("robot"), q, tip}, .returns = {"real", "", "", {}}, .effect = Effect::reads, .run = manipulability});
-  all.push_back({.name = "robot.solve_ik", .classic = "PRobot LLRL IKine", .summary = "Finds joint values that bring the tool to a pose.",
+  all.push_back({.name = "robot.solve_ik", .classic = "PRobot LLRL IKine", .summary = "Finds joint values that bring the tool to a pose: inverse kinematics.",
                  .details = "The target is given in the frame the robot is mounted in. A target that cannot be reached is an error of code unreachable that tells how near one can get, unless partial = true.",
                  .example = with_arm("local target = arm:fk{q = \"ready\"}.pose\nlocal s = arm:solve_ik{target = target, seed = {0, -0.8, 0.5, 0, 0.9, 0}}\nassert(s.status == \"solved\" and s.position_error < 1e-8)"),
                  .params = {self("robot"), needed("target", "pose", "", "Where the tool shall be."), optional("seed", "any", "rad or m", "Joint values to start from, or the name of a pose."), defaulted("all", "bool", "", false, "Every solution the solver can tell apart."),
