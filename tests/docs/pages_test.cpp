@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Every ```lua block of the documentation is typed into a console, block after block, one session a
 // page; a ```text block after it is what the console must answer. A first line `-- not run` exempts
-// a block (for blocks that only show a shape).
+// a block (for blocks that only show a shape). With ROBOMOSP_UPDATE_DOCS=1 the answers are written
+// into the page instead: read them before you commit.
 #include <unistd.h>
 
 #include <cctype>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -24,7 +26,7 @@ namespace fs = std::filesystem;
 
 struct Block {
   std::string language, body;
-  int line = 0;
+  int line = 0;  ///< of the body's first line, from 1
 };
 
 std::vector<Block> blocks_of(const fs::path& page) {
@@ -59,6 +61,28 @@ std::string tidy(const std::string& s) {
   return out == "\n" ? "" : out;
 }
 
+/// The page with the bodies of some blocks replaced.
+void rewrite(const fs::path& page, const std::vector<Block>& blocks) {
+  std::ifstream in(page);
+  std::string out;
+  std::size_t next = 0;
+  bool inside = false;
+  for (std::string line; std::getline(in, line);) {
+    if (line.starts_with("```")) {
+      if (!inside) {
+        out += line + "\n" + blocks[next++].body;
+      } else {
+        out += line + "\n";
+      }
+      inside = !inside;
+    } else if (!inside) {
+      out += line + "\n";
+    }
+  }
+  in.close();
+  std::ofstream(page, std::ios::trunc) << out;
+}
+
 class Page : public ::testing::TestWithParam<std::string> {};
 
 TEST_P(Page, DoesWhatItShows) {
@@ -72,7 +96,8 @@ TEST_P(Page, DoesWhatItShows) {
   std::string printed;
   lua::LuaState lua(**app, session, {.print = [&](std::string_view s) { printed += s; },
                                      .module_path = {fs::path(ROBOMOSP_SOURCE_DIR) / "scripts/lib"}});
-  const auto blocks = blocks_of(fs::path(ROBOMOSP_SOURCE_DIR) / GetParam());
+  auto blocks = blocks_of(fs::path(ROBOMOSP_SOURCE_DIR) / GetParam());
+  const bool update = std::getenv("ROBOMOSP_UPDATE_DOCS") != nullptr;
   int ran = 0;
   for (std::size_t b = 0; b < blocks.size(); ++b) {
     const Block& block = blocks[b];
@@ -92,10 +117,13 @@ TEST_P(Page, DoesWhatItShows) {
       input.clear();
     }
     EXPECT_TRUE(text::trim(input).empty()) << where << ": the block ends inside a statement";
-    if (b + 1 < blocks.size() && blocks[b + 1].language == "text") EXPECT_EQ(tidy(answer), tidy(blocks[b + 1].body)) << where;
+    const bool has_answer = b + 1 < blocks.size() && blocks[b + 1].language == "text";
+    if (has_answer && update) blocks[b + 1].body = tidy(answer);
+    else if (has_answer) EXPECT_EQ(tidy(answer), tidy(blocks[b + 1].body)) << where;
     else EXPECT_EQ(answer.find("error: "), std::string::npos) << where << "\n" << answer;
   }
   EXPECT_GT(ran, 0);
+  if (update) rewrite(fs::path(ROBOMOSP_SOURCE_DIR) / GetParam(), blocks);
   fs::current_path(fs::temp_directory_path());
   fs::remove_all(folder);
 }
