@@ -76,21 +76,6 @@ std::string free_node_name(const std::set<std::string>& taken, const std::string
     if (const std::string name = wanted + "_" + std::to_string(i); !taken.contains(name)) return name;
 }
 
-/// Children given after the named fields, `{kind = "union", {...}, {...}}`, arrive as fields "1",
-/// "2", ... or as `children`; either becomes `children`.
-Map with_children(const Map& given) {
-  Map out;
-  List numbered;
-  for (const auto& [key, v] : given) {
-    if (const auto i = text::read_int(key); i && *i >= 1)
-      numbered.push_back(v);
-    else
-      out.set(key, v);
-  }
-  if (!numbered.empty() && !out.find("children")) out.set("children", std::move(numbered));
-  return out;
-}
-
 /// The flat form of a nested table, without recursion: parents first, children in order.
 Result<Nodes> read_tree(const CommandContext& ctx, const Value& root, std::set<std::string> taken, std::string_view path) {
   struct Open {
@@ -108,7 +93,7 @@ Result<Nodes> read_tree(const CommandContext& ctx, const Value& root, std::set<s
     if (nodes.size() >= kMostNodes) return error(ErrorCode::invalid_argument, "the tree has more than " + std::to_string(kMostNodes) + " nodes", {}, std::string(path));
     const Map* raw = open.value.as_map();
     if (!raw) return error(ErrorCode::invalid_argument, open.value.text() + " is not a node", "Give a table such as {kind = \"box\", x = 0.1, y = 0.1, z = 0.02}.", open.path);
-    const Map given = with_children(*raw);
+    const Map& given = *raw;
     ParamSpec kind_spec = choice("kind", kind_words(), "An operation or a primitive.", true);
     const Value* kind_value = given.find("kind");
     if (!kind_value) return error(ErrorCode::invalid_argument, "the node has no kind", "Kinds: " + text::enumerate(kind_words()) + ".", open.path);

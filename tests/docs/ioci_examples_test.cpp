@@ -2,6 +2,7 @@
 // Every command's example runs in a fresh session, and docs/ioci says what the table says.
 #include <unistd.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -42,6 +43,7 @@ TEST(IociExamples, EveryExampleRunsInAFreshSession) {
     EXPECT_TRUE(done.ok()) << spec->name << ": " << (done.ok() ? "" : done.error().sentence()) << "\n" << spec->example;
   }
   app().document.clear();
+  ASSERT_EQ(::unsetenv("TMPDIR"), 0);
   fs::remove_all(folder);
 }
 
