@@ -50,10 +50,10 @@ std::vector<CommandSpec> file_commands() {
   all.push_back({.name = "library.folders", .classic = "", .summary = "Lists the folders of the library.", .details = "From the command line, ROBOMOSP_LIBRARY, or beside the program.", .example = "assert(#library.folders() >= 1)", .params = {}, .returns = {"list", "", "Paths.", {}},
                  .effect = Effect::reads, .run = library_folders_of});
   all.push_back({.name = "file.load", .classic = "", .summary = "Loads a file of any kind and everything it refers to.", .details = "The kind follows from the extension: .mtr, .csg, .part, .rbt, .tjc, .wld. All or nothing, as one step.",
-                 .example = "material.create{name = \"brass\", density = 8500}\nlocal path = os.tmpname() .. \".mtr\"\nmaterial.save{id = \"brass\", file = path}\ndocument.clear()\nassert(file.load(path).name == \"brass\")",
+                 .example = "material.create{name = \"brass\", density = 8500}\nlocal path = \"example.mtr\"\nmaterial.save{id = \"brass\", file = path}\ndocument.clear()\nassert(file.load(path).name == \"brass\")",
                  .params = {needed("file", "path", "", "The file.")}, .returns = {"handle", "", "", {}}, .effect = Effect::files_read, .run = load});
   all.push_back({.name = "file.save_all", .classic = "", .summary = "Saves every record of the document.", .details = "A record goes to the file it came from, else into the folder given. What came from the library is left alone unless asked for.",
-                 .example = "material.create{name = \"brass\", density = 8500}\nassert(#file.save_all(\"/tmp\") == 1)",
+                 .example = "material.create{name = \"brass\", density = 8500}\nassert(#file.save_all(\".\") == 1)",
                  .params = {needed("folder", "path", "", "Folder for records that were never saved."), defaulted("library", "bool", "", false, "Also write back what came from the library.")},
                  .returns = {"list", "", "Paths of the files written.", {}}, .effect = Effect::files_write, .run = save_all});
   return all;

@@ -139,14 +139,14 @@ void add_kind(std::vector<CommandSpec>& all) {
                  .returns = {"map", "", "", {field("name", "string", "", "Its name."), field("file", "string", "", "Where it was loaded from or saved to.")}}, .effect = Effect::reads, .run = describe});
   all.push_back({.name = kind + ".load", .classic = world ? "Worlds Open" : "", .summary = "Loads " + a + " and everything it refers to from a " + extension + " file.",
                  .details = "All or nothing, as one step. A file that is in the document already is not loaded again.",
-                 .example = make + "\nlocal file = os.tmpname() .. \"" + extension + "\"\n" + kind + ".save{id = " + quoted + ", file = file}\ndocument.clear()\n" + kind + ".load(file)\nassert(#" + kind + ".list() == 1)",
+                 .example = make + "\nlocal file = \"example" + extension + "\"\n" + kind + ".save{id = " + quoted + ", file = file}\ndocument.clear()\n" + kind + ".load(file)\nassert(#" + kind + ".list() == 1)",
                  .params = {needed("file", "path", "", "The file.")}, .returns = {"handle", "", "", {}}, .effect = Effect::files_read, .run = load<K>});
   all.push_back({.name = kind + ".save", .classic = world ? "World Save" : "", .summary = "Saves " + a + " to a " + extension + " file.",
                  .details = "Records it refers to that were never saved are saved beside it.",
-                 .example = make + "\nlocal written = " + kind + ".save{id = " + quoted + ", file = os.tmpname() .. \"" + extension + "\"}\nassert(#written >= 1)",
+                 .example = make + "\nlocal written = " + kind + ".save{id = " + quoted + ", file = \"example" + extension + "\"}\nassert(#written >= 1)",
                  .params = {self(kind), optional("file", "path", "", "The file; the one it came from when left out.")}, .returns = {"list", "", "Paths of the files written.", {}}, .effect = Effect::files_write, .run = save});
   all.push_back({.name = kind + ".text", .classic = "", .summary = "Gives the text that saving " + a + " would write.", .details = "",
-                 .example = (K == Kind::object ? "local dir = os.tmpname()\n" + make + "\nsolid.save{id = \"pin\", file = dir .. \".csg\"}" : make) + "\nassert(" + kind + ".text(" + quoted + "):find(\"robomosp " + kind + "\"))",
+                 .example = (K == Kind::object ? "local dir = \"example\"\n" + make + "\nsolid.save{id = \"pin\", file = dir .. \".csg\"}" : make) + "\nassert(" + kind + ".text(" + quoted + "):find(\"robomosp " + kind + "\"))",
                  .params = {self(kind)}, .returns = {"string", "", "", {}}, .effect = Effect::reads, .run = native_text});
 }
 

@@ -426,13 +426,13 @@ std::vector<CommandSpec> solid_commands() {
                  .effect = Effect::reads, .run = mesh_info});
   const std::vector<ParamSpec> export_fields{field("file", "string", "", "The file."), field("triangles", "int", "", "Triangles in it.")};
   all.push_back({.name = "solid.export", .classic = "", .summary = "Writes the mesh of a solid as binary STL, in metres.", .details = "",
-                 .example = with_plate("assert(plate:export(os.tmpname() .. \".stl\").triangles > 12)"), .params = {self("solid"), needed("file", "path", "", "The file, *.stl.")},
+                 .example = with_plate("assert(plate:export(\"example.stl\").triangles > 12)"), .params = {self("solid"), needed("file", "path", "", "The file, *.stl.")},
                  .returns = {"map", "", "", export_fields}, .effect = Effect::files_write, .run = write_stl});
   all.push_back({.name = "object.bounds", .classic = "", .summary = "Gives the box around an object, along the axes of its frame.", .details = "",
                  .example = with_plate("local o = object.create{name = \"o\", parts = {{what = \"plate\"}}}\nassert(math.abs(o:bounds().size[1] - 0.2) < 1e-6)"), .params = {self("object")},
                  .returns = {"map", "", "", bounds_fields}, .effect = Effect::reads, .run = bounds});
   all.push_back({.name = "object.export", .classic = "", .summary = "Writes the meshes of an object's parts as one binary STL, in metres.", .details = "Parts that overlap stay separate shells.",
-                 .example = with_plate("local o = object.create{name = \"o\", parts = {{what = \"plate\"}}}\nassert(o:export(os.tmpname() .. \".stl\").triangles > 12)"),
+                 .example = with_plate("local o = object.create{name = \"o\", parts = {{what = \"plate\"}}}\nassert(o:export(\"example.stl\").triangles > 12)"),
                  .params = {self("object"), needed("file", "path", "", "The file, *.stl.")}, .returns = {"map", "", "", export_fields}, .effect = Effect::files_write, .run = write_stl});
   return all;
 }

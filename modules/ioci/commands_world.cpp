@@ -380,7 +380,7 @@ std::vector<CommandSpec> world_commands() {
   all.push_back({.name = "world.add_trajectory", .classic = "", .summary = "Places a trajectory in a world.", .details = "", .example = with_run("assert(cell:trajectories()[1].name == \"stroke\")"),
                  .params = placed({self("world"), needed("trajectory", "ref:trajectory", "", "The trajectory."), member_name_spec}), .returns = {"string", "", "Name of the member.", {}}, .effect = Effect::edits, .run = add_trajectory});
   all.push_back({.name = "world.load_trajectory", .classic = "World LoadPTrajectory", .summary = "Loads a trajectory from a file and places it in a world.", .details = "",
-                 .example = with_run("local file = os.tmpname() .. \".tjc\"\ntrajectory.save{id = \"stroke\", file = file}\nlocal other = world.create{name = \"other\"}\nother:load_trajectory(file)\nassert(#other:trajectories() == 1)"),
+                 .example = with_run("local file = \"example.tjc\"\ntrajectory.save{id = \"stroke\", file = file}\nlocal other = world.create{name = \"other\"}\nother:load_trajectory(file)\nassert(#other:trajectories() == 1)"),
                  .params = placed({self("world"), needed("file", "path", "", "The file."), member_name_spec}), .returns = {"string", "", "Name of the member.", {}}, .effect = Effect::files_read, .run = load_trajectory});
   all.push_back({.name = "world.remove_member", .classic = "", .summary = "Takes an object, robot or trajectory out of a world.", .details = "The record itself stays.", .example = with_cell("cell:remove_member(\"arm\")\nassert(#cell:robots() == 0)"),
                  .params = {self("world"), needed("member", "string", "", "Its name in the world.")}, .returns = {}, .effect = Effect::edits, .run = remove_member});
