@@ -47,6 +47,7 @@ struct Options {
   std::string view = "isometric";
   bool orthographic = false, fast = false;
   double zoom = 1;
+  std::vector<double> eye, target;  ///< [m], three each
   std::vector<std::filesystem::path> plugin_path, library;
 };
 
@@ -135,6 +136,11 @@ int run(const Options& options) {
   p.frame.camera.view = kViews.at(options.view);
   p.frame.camera.perspective = !options.orthographic;
   p.frame.camera.zoom = options.zoom;
+  if (!options.eye.empty()) {
+    p.frame.camera.view = viewer::Camera::View::custom;
+    p.frame.camera.eye = {options.eye[0], options.eye[1], options.eye[2]};
+    p.frame.camera.target = {options.target[0], options.target[1], options.target[2]};
+  }
   if (options.at >= 0) pose_at(p, options.at);
   const auto quality = options.fast ? viewer::Quality::fast : viewer::Quality::quality;
   if (!options.render.empty()) {
@@ -164,6 +170,8 @@ int main(int argc, char** argv) {
   cli.add_option("--at", options.at, "time of the picture [s]")->check(CLI::NonNegativeNumber);
   cli.add_option("--size", options.size, "width and height of the picture [px]")->check(CLI::Range(16, 8192));
   cli.add_option("--view", options.view, "isometric, front, back, left, right, top or bottom")->check(CLI::IsMember(kViews));
+  cli.add_option("--eye", options.eye, "where the camera stands, in the world [m]; with --target")->expected(3)->type_name("X Y Z");
+  cli.add_option("--target", options.target, "what the camera looks at, in the world [m]; with --eye")->expected(3)->type_name("X Y Z");
   cli.add_option("--zoom", options.zoom, "1 fits everything into the picture")->check(CLI::Range(0.01, 100.0));
   cli.add_flag("--orthographic", options.orthographic, "parallel projection");
   cli.add_flag("--fast", options.fast, "simple shading");
@@ -171,6 +179,8 @@ int main(int argc, char** argv) {
   cli.add_option("--library", options.library, "folders of materials, robots and worlds");
   try {
     cli.parse(argc, argv);
+    if (options.eye.empty() != options.target.empty())
+      throw CLI::RequiredError("--eye and --target go together: one of them");
   } catch (const CLI::ParseError& e) {
     const int status = cli.exit(e);
     return status == 0 ? kOk : kUsage;
