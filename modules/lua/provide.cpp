@@ -622,7 +622,7 @@ class LuaSegmentMaker final : public SegmentMaker {
       if (!(duration > 0) || !std::isfinite(duration))
         return failed(*p_, "the duration is not a number above 0 [s]", "Return the duration when t is nil, or give duration = seconds.");
       const auto count = sample_count(duration);
-      poses.reserve(count + 2 * kMargin);
+      poses.reserve(count);
       const double step = duration / static_cast<double>(count - 1);
       for (std::size_t i = 0; i < count; ++i) {
         lua_settop(L, values);
@@ -641,13 +641,12 @@ class LuaSegmentMaker final : public SegmentMaker {
   }
 
  private:
-  static constexpr std::size_t kMargin = 2;
   /// 2 ms apart, within 201..20001 samples.
   static std::size_t sample_count(double duration) {
     return static_cast<std::size_t>(std::clamp(std::ceil(duration / 0.002), 200.0, 20000.0)) + 1;
   }
 
-  /// Rates by finite differences of fourth order inside, second order at the ends.
+  /// Rates by finite differences of fourth order.
   static std::vector<PathSample> with_rates(const std::vector<Pose>& poses, double duration) {
     const std::size_t n = poses.size();
     const double h = duration / static_cast<double>(n - 1);
@@ -666,19 +665,27 @@ class LuaSegmentMaker final : public SegmentMaker {
     }
     return out;
   }
+  // Coefficients of fourth order on equidistant points: central ones inside, one-sided ones for the
+  // last two points of either end (`x` counted from that end).
   template <class At>
   static double first_difference(const At& x, std::size_t i, std::size_t n, double h) {
     if (i >= 2 && i + 2 < n) return (x(i - 2) - 8 * x(i - 1) + 8 * x(i + 1) - x(i + 2)) / (12 * h);
-    if (i == 0) return (-3 * x(0) + 4 * x(1) - x(2)) / (2 * h);
-    if (i + 1 == n) return (3 * x(n - 1) - 4 * x(n - 2) + x(n - 3)) / (2 * h);
-    return (x(i + 1) - x(i - 1)) / (2 * h);
+    const bool at_start = i < 2;
+    const auto y = [&](std::size_t k) { return x(at_start ? k : n - 1 - k); };
+    const std::size_t k = at_start ? i : n - 1 - i;
+    const double slope = k == 0 ? -25 * y(0) + 48 * y(1) - 36 * y(2) + 16 * y(3) - 3 * y(4)
+                                : -3 * y(0) - 10 * y(1) + 18 * y(2) - 6 * y(3) + y(4);
+    return (at_start ? slope : -slope) / (12 * h);
   }
   template <class At>
   static double second_difference(const At& x, std::size_t i, std::size_t n, double h) {
     if (i >= 2 && i + 2 < n) return (-x(i - 2) + 16 * x(i - 1) - 30 * x(i) + 16 * x(i + 1) - x(i + 2)) / (12 * h * h);
-    if (i == 0) return (2 * x(0) - 5 * x(1) + 4 * x(2) - x(3)) / (h * h);
-    if (i + 1 == n) return (2 * x(n - 1) - 5 * x(n - 2) + 4 * x(n - 3) - x(n - 4)) / (h * h);
-    return (x(i + 1) - 2 * x(i) + x(i - 1)) / (h * h);
+    const bool at_start = i < 2;
+    const auto y = [&](std::size_t k) { return x(at_start ? k : n - 1 - k); };
+    const std::size_t k = at_start ? i : n - 1 - i;
+    const double bend = k == 0 ? 45 * y(0) - 154 * y(1) + 214 * y(2) - 156 * y(3) + 61 * y(4) - 10 * y(5)
+                               : 10 * y(0) - 15 * y(1) - 4 * y(2) + 14 * y(3) - 6 * y(4) + y(5);
+    return bend / (12 * h * h);
   }
 
   ProviderPtr p_;

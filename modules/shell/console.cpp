@@ -26,9 +26,9 @@ fs::path history_file() {
 }
 
 struct LineEditor::Impl {
-  Impl(const lua::LuaState& l, std::function<void()> i) : lua(l), idle(std::move(i)) {}
+  Impl(const lua::LuaState& l, std::function<bool()> i) : lua(l), idle(std::move(i)) {}
   const lua::LuaState& lua;
-  std::function<void()> idle;
+  std::function<bool()> idle;
   EditLine* editor = nullptr;
   History* history = nullptr;
   fs::path file;
@@ -97,8 +97,10 @@ int read_key(EditLine* editor, wchar_t* out) {
     const int n = ::poll(&ready, 1, kIdleEvery);
     if (n <= 0) {
       if (n < 0 && errno != EINTR) return -1;
-      impl.idle();
-      continue;
+      // The prompt shows a moment before the terminal takes Ctrl-C as a key.
+      if (!impl.idle()) continue;
+      *out = L'\x03';
+      return 1;
     }
     unsigned char first = 0;
     const ssize_t got = ::read(STDIN_FILENO, &first, 1);
@@ -153,7 +155,7 @@ void ensure_utf8() {
 
 }  // namespace
 
-LineEditor::LineEditor(const lua::LuaState& lua, std::function<void()> idle) : impl_(std::make_unique<Impl>(lua, std::move(idle))) {
+LineEditor::LineEditor(const lua::LuaState& lua, std::function<bool()> idle) : impl_(std::make_unique<Impl>(lua, std::move(idle))) {
   ensure_utf8();
   Impl& m = *impl_;
   m.editor = el_init("robomosp", stdin, stdout, stderr);

@@ -19,8 +19,8 @@ namespace robomosp::shell {
 /// Line editor on standard input and output. [application thread]
 class LineEditor {
  public:
-  /// `idle` is called at least every 50 ms while it waits for a key.
-  LineEditor(const lua::LuaState& lua, std::function<void()> idle);
+  /// `idle` is called every 50 ms while it waits for a key; true means that Ctrl-C came as a signal.
+  LineEditor(const lua::LuaState& lua, std::function<bool()> idle);
   ~LineEditor();
   LineEditor(const LineEditor&) = delete;
   LineEditor& operator=(const LineEditor&) = delete;

@@ -281,7 +281,13 @@ int run_interactive(Program& p, const Voice& voice) {
                std::to_string(p.app->registry.list().size()) + " providers.");
     voice.line("help() explains, x? explains x, TAB completes, Ctrl-C stops a script, Ctrl-D leaves.");
   }
-  LineEditor editor(*p.lua, [&p] { pump(p); });
+  LineEditor editor(*p.lua, [&p] {
+    pump(p);
+    impatience = 0;
+    const bool interrupted = p.session->interrupted();
+    p.session->clear_interrupt();
+    return interrupted;
+  });
   std::string pending;
   while (!p.app->quit_requested && !p.lua->exit_requested()) {
     const auto line = editor.read(pending.empty() ? "> " : ">> ", pending);
@@ -436,7 +442,10 @@ int shell_main(int argc, char** argv) {
   CLI::App* commands = cli.add_subcommand("commands", "List the commands");
   commands->add_option("--markdown", folder, "Write the reference pages to this folder");
   CLI::App* doctor = cli.add_subcommand("doctor", "Tell versions, folders, and what is missing");
-  for (CLI::App* sub : {run, eval, rpc, classic, plugin, plugin_list, plugin_check, commands, doctor}) sub->fallthrough();
+  // Subcommands inherit the fallthrough of global options; what follows these two belongs to the
+  // script or the line.
+  run->fallthrough(false);
+  classic->fallthrough(false);
 
   try {
     cli.parse(argc, argv);
@@ -453,7 +462,7 @@ int shell_main(int argc, char** argv) {
   if (rpc->parsed()) return run_rpc(s, voice);
   if (classic->parsed()) {
     const auto words = classic->remaining();
-    if (words.empty()) return voice.fail(error(ErrorCode::usage, "classic needs a command line", "Write classic \"World LsWorlds\"."));
+    if (words.empty()) return voice.fail(error(ErrorCode::usage, "classic needs a command line", "Write classic \"PRobot pa10 mGetDHP\"."));
     return run_classic(s, voice, text::join(words, " "));
   }
   if (plugin_check->parsed()) return run_plugin_check(voice, file);

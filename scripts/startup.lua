@@ -1,0 +1,3 @@
+-- SPDX-License-Identifier: Apache-2.0
+-- Runs at the start of every interactive session, before ~/.config/robomosp/startup.lua.
+robomosp = require "robomosp"
