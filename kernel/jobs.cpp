@@ -55,7 +55,7 @@ struct Jobs::Job {
 };
 
 Jobs::Jobs(unsigned threads) {
-  if (threads == 0) threads = std::max(2U, std::thread::hardware_concurrency()) - 1;
+  if (threads == 0) threads = std::max(1U, std::thread::hardware_concurrency());
   for (unsigned i = 0; i < threads; ++i)
     threads_.emplace_back([this](std::stop_token token) { worker(std::move(token)); });
 }

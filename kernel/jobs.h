@@ -39,8 +39,9 @@ class Jobs {
  public:
   using Work = std::function<Result<Value>(Progress&)>;
   using Done = std::function<void(Result<Value>)>;
-  explicit Jobs(unsigned threads = 0);  ///< 0 = hardware threads - 1, at least 1
-  ~Jobs();                              ///< cancels and joins
+  /// 0 = one a hardware thread: whoever waits for jobs, waits without using one.
+  explicit Jobs(unsigned threads = 0);
+  ~Jobs();  ///< cancels and joins
   Jobs(const Jobs&) = delete;
   Jobs& operator=(const Jobs&) = delete;
 

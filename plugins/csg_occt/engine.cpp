@@ -60,8 +60,8 @@ Result<std::shared_ptr<const CsgShape>> OcctCsgEngine::evaluate(const CsgTree& t
     RMP_TRY_ASSIGN(const Plan plan, make_plan(tree, progress));
     RMP_TRY_ASSIGN(const ValuePtr value,
                    evaluate_plan(plan, tree, cache_, faces_, gate_, progress));
-    const auto reading = gate_.read(progress);
-    if (!reading || progress.cancelled()) return cancelled_error();
+    const auto claim = gate_.claim(value->lineage, progress);
+    if (!claim || progress.cancelled()) return cancelled_error();
     const auto bounds = tight_bounds(value->solids, plan.root.pose);
     progress.report(1, "solid evaluated");
     return std::shared_ptr<const CsgShape>(
@@ -73,8 +73,8 @@ Result<Mesh> OcctCsgEngine::mesh(const CsgShape& shape, const MeshQuality& quali
                                  Progress& progress) const {
   return guarded("meshing the solid", [&]() -> Result<Mesh> {
     RMP_TRY_ASSIGN(const OcctShape* own, own_shape(shape));
-    const auto writing = gate_.write(progress);
-    if (!writing) return cancelled_error();
+    const auto claim = gate_.claim(own->lineage(), progress);
+    if (!claim) return cancelled_error();
     return mesh_solids(own->solids(), own->pose(), quality, progress);
   });
 }
@@ -82,8 +82,8 @@ Result<Mesh> OcctCsgEngine::mesh(const CsgShape& shape, const MeshQuality& quali
 Result<Moments> OcctCsgEngine::moments(const CsgShape& shape, Progress& progress) const {
   return guarded("integrating the solid", [&]() -> Result<Moments> {
     RMP_TRY_ASSIGN(const OcctShape* own, own_shape(shape));
-    const auto reading = gate_.read(progress);
-    if (!reading) return cancelled_error();
+    const auto claim = gate_.claim(own->lineage(), progress);
+    if (!claim) return cancelled_error();
     Integrals sum;
     for (const Solid& s : own->solids()) {
       if (progress.cancelled()) return cancelled_error();
@@ -97,6 +97,7 @@ Result<CsgEngine::Partition> OcctCsgEngine::partition(std::span<const PlacedShap
                                                       Progress& progress) const {
   return guarded("separating overlapping parts", [&]() -> Result<Partition> {
     std::vector<PlacedSolids> placed_parts;
+    Lineage lineage;
     for (std::size_t i = 0; i < parts.size(); ++i) {
       const std::string where = "part " + std::to_string(i);
       if (!parts[i].shape)
@@ -110,9 +111,10 @@ Result<CsgEngine::Partition> OcctCsgEngine::partition(std::span<const PlacedShap
                      {}, where);
       placed_parts.push_back(
           {own->solids(), is_identity(*pose) ? own->pose() : *pose * own->pose()});
+      merge(lineage, own->lineage());
     }
-    const auto reading = gate_.read(progress);
-    if (!reading) return cancelled_error();
+    const auto claim = gate_.claim(std::move(lineage), progress);
+    if (!claim) return cancelled_error();
     return partition_solids(placed_parts, faces_, progress);
   });
 }

@@ -29,6 +29,7 @@ class OcctShape final : public CsgShape {
 
   const std::vector<Solid>& solids() const { return value_->solids; }  ///< before pose()
   const gp_Trsf& pose() const { return pose_; }                        ///< [mm]
+  const Lineage& lineage() const { return value_->lineage; }
 
  private:
   ValuePtr value_;
@@ -64,7 +65,7 @@ Result<const OcctShape*> own_shape(const CsgShape& shape);
 /// The diagonal of all boxes [mm].
 double extent_of(const std::vector<Solid>& solids);
 
-/// Meshes located solids [mm]; the caller holds the topology gate for writing.
+/// Meshes located solids [mm]; the caller holds a claim on their lineage.
 Result<Mesh> mesh_solids(const std::vector<Solid>& solids, const gp_Trsf& pose,
                          const MeshQuality& quality, Progress& progress);
 
@@ -72,7 +73,7 @@ struct PlacedSolids {
   std::vector<Solid> solids;  ///< in their own frame
   gp_Trsf pose;               ///< to the common frame
 };
-/// The caller holds the topology gate for reading.
+/// The caller holds a claim on the lineage of all parts.
 Result<CsgEngine::Partition> partition_solids(const std::vector<PlacedSolids>& parts,
                                               FaceMemory& faces, Progress& progress);
 

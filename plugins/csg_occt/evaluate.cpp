@@ -95,7 +95,7 @@ class Evaluator {
       if (!opened[t]) {
         opened[t] = true;
         for (auto item = term.items.rbegin(); item != term.items.rend(); ++item)
-          if (!values_[item->term]) open.push_back(item->term);
+          if (!values_[item->term] && !is_primitive(item->term)) open.push_back(item->term);
         if (open.back() != t) continue;
       }
       Result<ValuePtr> made = compute(term);
@@ -121,32 +121,57 @@ class Evaluator {
            static_cast<double>(plan_.terms.size());
   }
 
-  Result<ValuePtr> compute(const Term& term) {
-    return guarded("the operation", [&]() -> Result<ValuePtr> {
-      const auto reading = gate_.read(progress_);
-      if (!reading) return cancelled_error();
-      if (term.items.empty()) {
-        auto value = std::make_shared<Value>();
-        value->solids.push_back(measured(build_primitive(term.kind, term.sizes, false), faces_));
-        if (!(value->solids[0].volume > 0))
-          return error(ErrorCode::plugin_failed, "the solid has no volume",
-                       "Make its sizes less different from each other.");
-        return ValuePtr(value);
-      }
+  bool is_primitive(std::size_t t) const { return plan_.terms[t].items.empty(); }
+
+  // Primitives are quicker built than waited for: every evaluation makes its own, so that solids
+  // with a size in common share no topology.
+  Result<ValuePtr> primitive(const Term& term) {
+    ValuePtr& known = primitives_[term.key];
+    if (known) return known;
+    Result<ValuePtr> made = guarded("the primitive", [&]() -> Result<ValuePtr> {
       auto value = std::make_shared<Value>();
-      for (std::size_t i = 0; i < term.items.size(); ++i)
-        for (const Note& note : values_[term.items[i].term]->notes)
+      value->solids.push_back(measured(build_primitive(term.kind, term.sizes, false), faces_));
+      if (!(value->solids[0].volume > 0))
+        return error(ErrorCode::plugin_failed, "the solid has no volume",
+                     "Make its sizes less different from each other.");
+      value->lineage = {gate_.new_number()};
+      return ValuePtr(value);
+    });
+    if (!made) return in_node(std::move(made).error(), term);
+    known = *made;
+    return made;
+  }
+
+  Result<ValuePtr> compute(const Term& term) {
+    if (term.items.empty()) return primitive(term);
+    return guarded("the operation", [&]() -> Result<ValuePtr> {
+      auto value = std::make_shared<Value>();
+      Stock stock = find_stock(term);
+      value->lineage = stock.value ? stock.value->lineage : Lineage();
+      for (std::size_t i = 0; i < term.items.size(); ++i) {
+        ValuePtr& item = values_[term.items[i].term];
+        if (stock.value && stock.kept[i] && !item) continue;  // a primitive that is not needed
+        if (!item) {
+          RMP_TRY_ASSIGN(item, primitive(plan_.terms[term.items[i].term]));
+          ++finished_;
+        }
+        for (const Note& note : item->notes)
           if (value->notes.size() < kMostNotes) {
             value->notes.push_back(note);
             value->notes.back().path.insert(value->notes.back().path.begin(),
                                             static_cast<std::uint32_t>(i));
           }
+        if (!(stock.value && stock.kept[i])) merge(value->lineage, item->lineage);
+      }
+      const auto claim = gate_.claim(value->lineage, progress_);
+      if (!claim) return cancelled_error();
       std::vector<Operand> operands;
-      for (std::size_t i = 0; i < term.items.size(); ++i) append_operands(term, i, operands);
+      for (std::size_t i = 0; i < term.items.size(); ++i)
+        if (!(stock.value && stock.kept[i])) append_operands(term, i, operands);
       if (term.kind == CsgKind::intersection) {
         RMP_TRY(intersect(term, operands, *value));
       } else {
-        RMP_TRY(combine_by_edit(term, operands, *value));
+        RMP_TRY(combine_by_edit(term, operands, stock, *value));
       }
       if (value->solids.empty())
         return error(ErrorCode::invalid_argument, "the result is empty",
@@ -180,10 +205,18 @@ class Evaluator {
 
   static Operand stock_operand(const Solid& solid) { return {solid, {}, 0}; }
 
+  /// What an earlier evaluation of an operation left to start from.
+  struct Stock {
+    std::vector<bool> kept;  ///< items in it; empty when there are too few
+    Key key;
+    ValuePtr value;  ///< null until it is made
+  };
+
   // While a user drags one hole, all other holes stay: cutting those once and keeping that stock
   // turns every later step of the drag into one small cut.
-  Result<void> combine_by_edit(const Term& term, const std::vector<Operand>& operands,
-                               Value& value) {
+  Stock find_stock(const Term& term) {
+    Stock stock;
+    if (term.kind == CsgKind::intersection) return stock;
     std::vector<Key> keys;
     for (const Item& item : term.items) keys.push_back(item_key(plan_, item));
     Key context;
@@ -198,32 +231,38 @@ class Evaluator {
       kept_count += kept[i] ? 1U : 0U;
     }
     const std::size_t changed = keys.size() - kept_count;
-    if (changed == 0 || changed > kMostChanged || kept_count < kLeastKept)
-      return combine(term, operands, value, 0, 1);
-
-    Key stock_key;
-    stock_key.mix(static_cast<std::uint64_t>(term.kind));
+    if (changed == 0 || changed > kMostChanged || kept_count < kLeastKept) return stock;
+    stock.key.mix(static_cast<std::uint64_t>(term.kind));
     for (std::size_t i = 0; i < keys.size(); ++i)
       if (kept[i]) {
-        stock_key.mix(plan_.terms[term.items[i].term].key);
-        stock_key.mix(term.items[i].pose);
+        stock.key.mix(plan_.terms[term.items[i].term].key);
+        stock.key.mix(term.items[i].pose);
       }
-    ValuePtr stock = cache_.find(stock_key);
-    if (!stock) {
+    stock.kept = std::move(kept);
+    stock.value = cache_.find(stock.key);
+    return stock;
+  }
+
+  /// `operands` lacks those of a stock that is made already.
+  Result<void> combine_by_edit(const Term& term, const std::vector<Operand>& operands, Stock& stock,
+                               Value& value) {
+    if (stock.kept.empty()) return combine(term, operands, value, 0, 1);
+    if (!stock.value) {
       std::vector<Operand> some;
       for (const Operand& o : operands)
-        if (kept[o.item]) some.push_back(o);
+        if (stock.kept[o.item]) some.push_back(o);
       auto made = std::make_shared<Value>();
       RMP_TRY(combine(term, some, *made, 0, 0.8));
-      stock = made;
-      cache_.put(stock_key, stock);
+      made->lineage = value.lineage;
+      stock.value = made;
+      cache_.put(stock.key, stock.value);
     }
-    for (const Note& note : stock->notes)
+    for (const Note& note : stock.value->notes)
       if (note.path.empty() && value.notes.size() < kMostNotes) value.notes.push_back(note);
     std::vector<Operand> rest;
-    for (const Solid& s : stock->solids) rest.push_back(stock_operand(s));
+    for (const Solid& s : stock.value->solids) rest.push_back(stock_operand(s));
     for (const Operand& o : operands)
-      if (!kept[o.item]) rest.push_back(o);
+      if (!stock.kept[o.item]) rest.push_back(o);
     return combine(term, rest, value, 0.8, 1);
   }
 
@@ -328,6 +367,7 @@ class Evaluator {
   TopologyGate& gate_;
   Progress& progress_;
   std::vector<ValuePtr> values_;
+  std::unordered_map<Key, ValuePtr, KeyHash> primitives_;
   std::size_t finished_ = 0;
 };
 

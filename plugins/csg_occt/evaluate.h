@@ -25,6 +25,7 @@ struct Note {
 struct Value {
   std::vector<Solid> solids;
   std::vector<Note> notes;
+  Lineage lineage;
 };
 using ValuePtr = std::shared_ptr<const Value>;
 

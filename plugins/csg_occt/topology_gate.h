@@ -1,49 +1,105 @@
 // SPDX-License-Identifier: Apache-2.0
-// Who may touch topology when: meshing writes triangles and polygons into faces and edges that
-// other solids share, so it excludes everything that reads them (layer: plugin).
+// Who may touch topology when: meshing writes triangles and polygons into faces and edges, and
+// booleans write flags, so solids that share topology take turns and others do not (layer: plugin).
 #pragma once
 
+#include <algorithm>
 #include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <iterator>
+#include <list>
 #include <mutex>
-#include <shared_mutex>
+#include <utility>
+#include <vector>
 
 #include <robomosp/sdk/progress.h>
 
 namespace robomosp::csg_occt {
 
-/// Many readers (booleans, integrals) or one writer (meshing). Not reentrant. [any thread]
-class TopologyGate {
- public:
-  using Reading = std::shared_lock<std::shared_timed_mutex>;
-  using Writing = std::unique_lock<std::shared_timed_mutex>;
+/// Numbers of the primitives a solid was made from, ascending. Solids whose lineages have no
+/// number in common share no topology.
+using Lineage = std::vector<std::uint64_t>;
 
-  /// Waits for its turn; an unlocked result means that the user cancelled.
-  Reading read(const Progress& progress) {
-    // A waiting writer holds the turnstile, so that a stream of readers cannot starve it.
-    std::unique_lock turn(turnstile_, std::defer_lock);
-    if (!wait(turn, progress)) return Reading();
-    Reading lock(topology_, std::defer_lock);
-    wait(lock, progress);
-    return lock;
+inline void merge(Lineage& into, const Lineage& other) {
+  Lineage both;
+  both.reserve(into.size() + other.size());
+  std::set_union(into.begin(), into.end(), other.begin(), other.end(), std::back_inserter(both));
+  into = std::move(both);
+}
+
+/// One claim per lineage at a time, in order of arrival. A thread holds at most one claim.
+/// [any thread]
+class TopologyGate {
+ private:
+  using Queue = std::list<Lineage>;
+
+ public:
+  class Claim {
+   public:
+    Claim() = default;
+    Claim(TopologyGate& gate, Queue::iterator place) : gate_(&gate), place_(place) {}
+    Claim(Claim&& other) noexcept
+        : gate_(std::exchange(other.gate_, nullptr)), place_(other.place_) {}
+    Claim& operator=(Claim&&) = delete;
+    ~Claim() {
+      if (gate_) gate_->leave(place_);
+    }
+    explicit operator bool() const { return gate_ != nullptr; }
+
+   private:
+    TopologyGate* gate_ = nullptr;
+    Queue::iterator place_;
+  };
+
+  std::uint64_t new_number() {
+    const std::lock_guard lock(mutex_);
+    return ++last_number_;
   }
-  Writing write(const Progress& progress) {
-    std::unique_lock turn(turnstile_, std::defer_lock);
-    if (!wait(turn, progress)) return Writing();
-    Writing lock(topology_, std::defer_lock);
-    wait(lock, progress);
-    return lock;
+
+  /// Waits for its turn; an empty claim means that the user cancelled.
+  Claim claim(Lineage lineage, const Progress& progress) {
+    std::unique_lock lock(mutex_);
+    queue_.push_back(std::move(lineage));
+    const auto place = std::prev(queue_.end());
+    while (!is_first(place)) {
+      changed_.wait_for(lock, std::chrono::milliseconds(20));
+      if (!is_first(place) && progress.cancelled()) {
+        queue_.erase(place);
+        changed_.notify_all();
+        return {};
+      }
+    }
+    return {*this, place};
   }
 
  private:
-  template <class Lock>
-  static bool wait(Lock& lock, const Progress& progress) {
-    while (!lock.try_lock_for(std::chrono::milliseconds(20)))
-      if (progress.cancelled()) return false;
-    return true;
+  static bool is_shared(const Lineage& a, const Lineage& b) {
+    auto i = a.begin();
+    auto j = b.begin();
+    while (i != a.end() && j != b.end()) {
+      if (*i == *j) return true;
+      if (*i < *j) ++i;
+      else ++j;
+    }
+    return false;
+  }
+  bool is_first(Queue::const_iterator place) const {
+    return std::none_of(queue_.begin(), place,
+                        [&](const Lineage& earlier) { return is_shared(earlier, *place); });
+  }
+  void leave(Queue::iterator place) {
+    {
+      const std::lock_guard lock(mutex_);
+      queue_.erase(place);
+    }
+    changed_.notify_all();
   }
 
-  std::timed_mutex turnstile_;
-  std::shared_timed_mutex topology_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  Queue queue_;  // holders and those that wait, in order of arrival
+  std::uint64_t last_number_ = 0;
 };
 
 }  // namespace robomosp::csg_occt
