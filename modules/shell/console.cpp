@@ -191,6 +191,9 @@ LineEditor::Line LineEditor::read(const std::string& prompt, const std::string& 
   impl_->before = before;
   impl_->cancelled = false;
   el_resize(impl_->editor);
+  // Before the prompt shows: keys typed at once must not meet the terminal's own line mode, which
+  // would swallow a Ctrl-D.
+  el_set(impl_->editor, EL_PREP_TERM, 1);
   int count = 0;
   const char* text = el_gets(impl_->editor, &count);
   if (impl_->cancelled) return {Outcome::cancelled, {}};

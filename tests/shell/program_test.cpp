@@ -57,6 +57,7 @@ struct Folder {
 Outcome run(const std::vector<std::string>& args, const std::string& input = {}) {
   const Folder folder;
   std::ofstream(folder.path / "in", std::ios::binary) << input;
+  std::fflush(nullptr);  // or the child would print what waits in the buffers once more
   const pid_t child = ::fork();
   if (child == 0) {
     if (!std::freopen((folder.path / "in").c_str(), "r", stdin)) ::_exit(126);
@@ -203,7 +204,9 @@ class Terminal {
     }
   }
   int wait_exit() {
-    while (fill()) {}
+    const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+    while (fill())
+      if (std::chrono::steady_clock::now() > until) ::kill(child_, SIGKILL);
     int status = 0;
     ::waitpid(child_, &status, 0);
     child_ = -1;
