@@ -274,12 +274,12 @@ std::vector<fs::path> PluginLoader::search_path(const std::vector<fs::path>& giv
 
 const PluginReport& PluginLoader::load(std::string_view name_or_path) {
   const fs::path given(name_or_path);
+  if (given.has_extension() && is_file(given)) return load_resolved(given);
   if (given.has_parent_path()) {
     if (is_file(given)) return load_resolved(given);
     return not_found(name_or_path, {});
   }
   const fs::path file_name = given.extension() == ".so" ? given : fs::path(given.string() + ".so");
-  if (file_name == given && is_file(given)) return load_resolved(given);
   for (const fs::path& folder : path_)
     if (is_file(folder / file_name)) return load_resolved(folder / file_name);
   return not_found(name_or_path, path_);

@@ -136,6 +136,15 @@ Result<model::ProviderChoice> chosen(const Map& args, const model::ProviderChoic
   return has(args, "provider") ? read_provider(*args.find("provider"), "provider") : Result<model::ProviderChoice>(robots_own);
 }
 
+/// The unit all joints share: `turning` for revolute ones, `sliding` for prismatic ones, else `mixed`.
+std::string shared_unit(const RobotModel& m, const char* turning, const char* sliding, const char* mixed) {
+  const auto slides = [](const JointModel& j) { return j.type == JointType::prismatic; };
+  if (std::none_of(m.joints.begin(), m.joints.end(), slides)) return turning;
+  return std::all_of(m.joints.begin(), m.joints.end(), slides) ? sliding : mixed;
+}
+std::string joint_unit(const RobotModel& m) { return shared_unit(m, "rad", "m", "rad or m"); }
+std::string torque_unit(const RobotModel& m) { return shared_unit(m, "N m", "N", ""); }
+
 Result<Value> solve_ik(CommandContext& ctx, const Map& args) {
   const Robot& r = content<Robot>(ctx, args);
   RMP_TRY_ASSIGN(const auto m, model_of(ctx, args));
@@ -158,18 +167,14 @@ Result<Value> solve_ik(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const auto results, sim::solve_ik(bound, batch, ctx.progress));
   const IkResult& result = results.front();
   if (result.status != IkStatus::solved && !flag(args, "partial")) {
-    std::string message(status_sentence(result.status));
-    if (!result.q.empty())
-      message += "; the closest configuration found misses it by " + text::print_rounded(result.position_error * 1000, 4) + " mm and " +
-                 text::print_rounded(result.rotation_error * 180 / std::numbers::pi, 4) + " deg";
-    if (!result.detail.empty()) message += " (" + result.detail + ")";
+    std::string message = result.detail.empty() ? std::string(status_sentence(result.status)) : result.detail;
     return error(ErrorCode::unreachable, std::move(message), "Move the target, or give partial = true to get the closest configuration.", "robot " + text::quote(m->name));
   }
   const std::size_t dof = m->dof();
   const std::size_t count = result.q.size() / dof;
   Map out{{"status", status_word(result.status)}};
-  if (count > 0) out.set("q", NumericArray(std::vector<double>(result.q.begin(), result.q.begin() + static_cast<std::ptrdiff_t>(dof))));
-  out.set("solutions", count > 0 ? Value(NumericArray(result.q, count, dof)) : Value(List{}));
+  if (count > 0) out.set("q", NumericArray(std::vector<double>(result.q.begin(), result.q.begin() + static_cast<std::ptrdiff_t>(dof)), joint_unit(*m)));
+  out.set("solutions", count > 0 ? Value(NumericArray(result.q, count, dof, joint_unit(*m))) : Value(List{}));
   out.set("position_error", result.position_error);
   out.set("rotation_error", result.rotation_error);
   out.set("iterations", static_cast<std::int64_t>(result.iterations));
@@ -178,11 +183,6 @@ Result<Value> solve_ik(CommandContext& ctx, const Map& args) {
   return Value(std::move(out));
 }
 
-std::string torque_unit(const RobotModel& m) {
-  const auto slides = [](const JointModel& j) { return j.type == JointType::prismatic; };
-  if (std::none_of(m.joints.begin(), m.joints.end(), slides)) return "N m";
-  return std::all_of(m.joints.begin(), m.joints.end(), slides) ? "N" : "";
-}
 
 Result<std::uint32_t> read_terms(const Value* given) {
   if (!given || given->is_nil()) return static_cast<std::uint32_t>(kAllTerms);

@@ -4,6 +4,7 @@
 #include <signal.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstdio>
@@ -229,11 +230,22 @@ int run_eval(const Settings& s, const Voice& voice, const std::string& code) {
   return evaluate(p, voice, code);
 }
 
-int run_classic(const Settings& s, const Voice& voice, const std::string& line) {
+/// Words of one line, or several lines when every argument is more than a word.
+std::vector<std::string> classic_lines(const std::vector<std::string>& arguments) {
+  const bool all_lines = std::all_of(arguments.begin(), arguments.end(),
+                                     [](const std::string& a) { return a.find(' ') != std::string::npos; });
+  return all_lines ? arguments : std::vector<std::string>{text::join(arguments, " ")};
+}
+
+int run_classic(const Settings& s, const Voice& voice, const std::vector<std::string>& lines) {
   Program p;
   if (auto started = start(p, s, voice, "classic"); !started.ok()) return voice.fail(started.error());
-  // Through Lua, so that the result is printed as the console prints it.
-  return evaluate(p, voice, "ioci.classic(" + text::quote(line) + ")");
+  for (const std::string& line : lines) {
+    // Through Lua, so that the result is printed as the console prints it.
+    const int status = evaluate(p, voice, "ioci.classic(" + text::quote(line) + ")");
+    if (status != 0) return status;
+  }
+  return 0;
 }
 
 int run_rpc(const Settings& s, const Voice& voice) {
@@ -432,7 +444,7 @@ int shell_main(int argc, char** argv) {
   CLI::App* eval = cli.add_subcommand("eval", "Evaluate one expression or statement and print the result");
   eval->add_option("code", code, "Lua")->required();
   CLI::App* rpc = cli.add_subcommand("rpc", "JSON-RPC 2.0 on standard input and output, one message a line");
-  CLI::App* classic = cli.add_subcommand("classic", "Run one classic command line, such as: classic \"PRobot pa10 mGetDHP\"");
+  CLI::App* classic = cli.add_subcommand("classic", "Run classic command lines in turn, such as: classic \"Worlds Open worlds/pa10_circle.wld\" \"PRobot pa10 mGetDHP\"");
   classic->prefix_command();
   CLI::App* plugin = cli.add_subcommand("plugin", "Look at plugins");
   plugin->require_subcommand(1);
@@ -463,7 +475,7 @@ int shell_main(int argc, char** argv) {
   if (classic->parsed()) {
     const auto words = classic->remaining();
     if (words.empty()) return voice.fail(error(ErrorCode::usage, "classic needs a command line", "Write classic \"PRobot pa10 mGetDHP\"."));
-    return run_classic(s, voice, text::join(words, " "));
+    return run_classic(s, voice, classic_lines(words));
   }
   if (plugin_check->parsed()) return run_plugin_check(voice, file);
   if (plugin_list->parsed()) return run_plugin_list(s, voice);
