@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <chrono>
+#include <numeric>
 #include <set>
 #include <thread>
 
@@ -306,15 +307,22 @@ Result<Value> evaluate(CommandContext& ctx, const Map& args) {
   document::Derived& derived = ctx.app.derived;
   Jobs& jobs = ctx.app.jobs;
   const auto start = std::chrono::steady_clock::now();
-  std::vector<std::uint64_t> submitted;
-  for (const SolidId id : solids)
-    submitted.push_back(jobs.submit("evaluate " + snapshot->describe(id), [snapshot, id, &derived](Progress& progress) -> Result<Value> {
+  // The largest first, so that no core is left alone with one at the end.
+  const auto nodes_of = [&](std::size_t i) { return snapshot->get(solids[i])->nodes.size(); };
+  std::vector<std::size_t> order(solids.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return nodes_of(a) > nodes_of(b); });
+  std::vector<std::uint64_t> submitted(solids.size());
+  for (const std::size_t i : order) {
+    const SolidId id = solids[i];
+    submitted[i] = jobs.submit("evaluate " + snapshot->describe(id), [snapshot, id, &derived](Progress& progress) -> Result<Value> {
       const auto begin = std::chrono::steady_clock::now();
       RMP_TRY_ASSIGN(const auto mesh, derived.mesh(*snapshot, id, progress));
       RMP_TRY_ASSIGN(const auto moments, derived.moments(*snapshot, id, progress));
       const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
       return Value(Map{{"seconds", seconds}, {"triangles", mesh->triangle_count()}, {"volume", moments.volume}});
-    }));
+    });
+  }
   List out;
   std::optional<Error> cancelled;
   for (std::size_t i = 0; i < submitted.size(); ++i) {

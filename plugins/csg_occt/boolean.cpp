@@ -110,6 +110,8 @@ class Runner {
       op->SetNonDestructive(true);
       op->SetToFillHistory(false);
       op->SetFuzzyValue(fuzzy);
+      // Every operand has been measured: its volume is positive, so it is not inside out.
+      op->SetCheckInverted(false);
       op->SetRunParallel(is_big());
       const Handle(ProgressBridge) bridge =
           new ProgressBridge(progress_, from_, to_, "combining solids");

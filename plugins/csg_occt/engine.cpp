@@ -4,26 +4,101 @@
 #include <algorithm>
 #include <cmath>
 
+#include <BRepAdaptor_Curve.hxx>
+#include <BRepAdaptor_Surface.hxx>
 #include <BRepBndLib.hxx>
+#include <BRepClass_FaceClassifier.hxx>
+#include <BRep_Tool.hxx>
+#include <TopExp.hxx>
+#include <TopExp_Explorer.hxx>
+#include <TopTools_IndexedMapOfShape.hxx>
+#include <TopoDS.hxx>
 
 namespace robomosp::csg_occt {
 namespace {
 
-// Tight, without tolerances. The optimal algorithm can fail on odd surfaces; the plain one never
-// does and is only looser.
+bool contains(const Bnd_Box& box, const Bnd_Box& part, double slack) {
+  const gp_Pnt al = box.CornerMin(), ah = box.CornerMax();
+  const gp_Pnt bl = part.CornerMin(), bh = part.CornerMax();
+  for (int i = 1; i <= 3; ++i)
+    if (bl.Coord(i) < al.Coord(i) - slack || bh.Coord(i) > ah.Coord(i) + slack) return false;
+  return true;
+}
+
+// The optimal algorithm is slow and can fail on odd shapes; the plain one never does and is only
+// looser: what lies within the box by the plain one need not be looked at again.
+void widen(Bnd_Box& box, const TopoDS_Shape& part, double tolerance, bool is_plain_tight) {
+  Bnd_Box plain, tight;
+  BRepBndLib::Add(part, plain, false);
+  if (plain.IsVoid() || contains(box, plain, 2 * tolerance)) return;
+  try {
+    if (!is_plain_tight) BRepBndLib::AddOptimal(part, tight, false, false);
+  } catch (const Standard_Failure&) {
+    tight.SetVoid();
+  }
+  if (tight.IsVoid()) tight = plain;
+  tight.SetGap(0);
+  box.Add(tight);
+}
+
+void widen(Bnd_Box& box, const TopoDS_Edge& edge) {
+  if (BRep_Tool::Degenerated(edge)) return;
+  const GeomAbs_CurveType type = BRepAdaptor_Curve(edge).GetType();
+  if (type == GeomAbs_Line) return;
+  widen(box, edge, BRep_Tool::Tolerance(edge), type == GeomAbs_Circle || type == GeomAbs_Ellipse);
+}
+
+// A face made of straight lines reaches no further than its edges. A sphere or a torus can bulge
+// beyond them where its normal points along an axis.
+void widen(Bnd_Box& box, const TopoDS_Face& face) {
+  const BRepAdaptor_Surface surface(face, false);
+  gp_XYZ centre, axis;
+  double ring = 0, tube = 0;
+  switch (surface.GetType()) {
+    case GeomAbs_Plane:
+    case GeomAbs_Cylinder:
+    case GeomAbs_Cone: return;
+    case GeomAbs_Sphere:
+      centre = surface.Sphere().Location().XYZ();
+      tube = surface.Sphere().Radius();
+      break;
+    case GeomAbs_Torus:
+      centre = surface.Torus().Location().XYZ();
+      axis = surface.Torus().Axis().Direction().XYZ();
+      ring = surface.Torus().MajorRadius();
+      tube = surface.Torus().MinorRadius();
+      break;
+    default: widen(box, face, BRep_Tool::Tolerance(face), false); return;
+  }
+  for (int i = 1; i <= 3; ++i)
+    for (const double sign : {-1.0, 1.0}) {
+      gp_XYZ e(0, 0, 0);
+      e.SetCoord(i, sign);
+      // Along its own axis a torus is highest on a whole circle, of which any point will do: where
+      // the circle leaves the face there is an edge.
+      gp_XYZ out = e - axis * axis.Dot(e);
+      if (ring > 0 && out.Modulus() < 1e-9)
+        out = axis.Crossed(std::abs(axis.X()) < 0.7 ? gp_XYZ(1, 0, 0) : gp_XYZ(0, 1, 0));
+      const gp_Pnt p(centre + e * tube + (ring > 0 ? out.Normalized() * ring : gp_XYZ(0, 0, 0)));
+      if (!box.IsOut(p)) continue;
+      BRepClass_FaceClassifier classifier(face, p, BRep_Tool::Tolerance(face));
+      if (classifier.State() == TopAbs_IN || classifier.State() == TopAbs_ON) box.Add(p);
+    }
+}
+
+// Tight, without tolerances: corners, then bent edges, then curved faces.
 std::array<Vec3, 2> tight_bounds(const std::vector<Solid>& solids, const gp_Trsf& pose) {
   Bnd_Box box;
   for (const Solid& s : solids) {
     const TopoDS_Shape shape = placed(s.shape, pose);
-    Bnd_Box one;
-    try {
-      BRepBndLib::AddOptimal(shape, one, false, false);
-    } catch (const Standard_Failure&) {
-      one.SetVoid();
-    }
-    if (one.IsVoid()) BRepBndLib::Add(shape, one, false);
-    one.SetGap(0);
-    box.Add(one);
+    TopTools_IndexedMapOfShape corners, edges;
+    TopExp::MapShapes(shape, TopAbs_VERTEX, corners);
+    TopExp::MapShapes(shape, TopAbs_EDGE, edges);
+    for (int i = 1; i <= corners.Extent(); ++i)
+      box.Add(BRep_Tool::Pnt(TopoDS::Vertex(corners(i))));
+    for (int i = 1; i <= edges.Extent(); ++i) widen(box, TopoDS::Edge(edges(i)));
+    for (TopExp_Explorer e(shape, TopAbs_FACE); e.More(); e.Next())
+      widen(box, TopoDS::Face(e.Current()));
   }
   const gp_Pnt low = box.CornerMin(), high = box.CornerMax();
   const auto metres = [](const gp_Pnt& p) {

@@ -135,6 +135,7 @@ class Evaluator {
         return error(ErrorCode::plugin_failed, "the solid has no volume",
                      "Make its sizes less different from each other.");
       value->lineage = {gate_.new_number()};
+      faces_.set_verified(value->solids[0].shape);
       return ValuePtr(value);
     });
     if (!made) return in_node(std::move(made).error(), term);

@@ -108,6 +108,11 @@ class FaceIntegrator {
       // Along a line of constant v nothing is swept; this skips the rims of cylinders.
       if (d.Y() == 0) return true;
       double turns = 0;
+      // A polynomial of degree at most 4 along the line: four points are exact.
+      if (is_plane_ || (u_is_angle_ && !v_is_angle_ && d.X() == 0)) {
+        accumulate(total_, span<4>(trim, a, b), sign);
+        return true;
+      }
       if (u_is_angle_) turns = std::max(turns, std::abs(d.X() * (b - a)) / kQuarterTurn);
       if (v_is_angle_) turns = std::max(turns, std::abs(d.Y() * (b - a)) / kQuarterTurn);
       fixed_pieces(trim, a, b, pieces(turns), sign);
@@ -189,6 +194,7 @@ class FaceIntegrator {
   Sums strip(double u, double v) const {
     Sums sums{};
     const double length = u - u0_;
+    if (length == 0) return sums;
     if (is_plane_) {  // integrands of degree 2 in u: two points are exact
       add_points<2>(sums, u0_, u, v);
     } else if (u_is_angle_) {

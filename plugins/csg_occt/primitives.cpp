@@ -3,28 +3,37 @@
 
 #include <algorithm>
 #include <cmath>
+#include <mutex>
+#include <vector>
 
+#include <BRepBuilderAPI_MakeEdge.hxx>
 #include <BRepBuilderAPI_MakeFace.hxx>
 #include <BRepBuilderAPI_MakePolygon.hxx>
 #include <BRepBuilderAPI_MakeSolid.hxx>
+#include <BRepBuilderAPI_MakeWire.hxx>
 #include <BRepBuilderAPI_Sewing.hxx>
 #include <BRepFilletAPI_MakeFillet.hxx>
 #include <BRepLib.hxx>
 #include <BRepPrimAPI_MakeBox.hxx>
 #include <BRepPrimAPI_MakeCone.hxx>
 #include <BRepPrimAPI_MakeCylinder.hxx>
+#include <BRepPrimAPI_MakeRevol.hxx>
 #include <BRepPrimAPI_MakeSphere.hxx>
 #include <BRepPrimAPI_MakeTorus.hxx>
-#include <BRep_Tool.hxx>
+#include <GC_MakeArcOfCircle.hxx>
 #include <Standard_ConstructionError.hxx>
 #include <TopExp.hxx>
 #include <TopExp_Explorer.hxx>
 #include <TopTools_IndexedMapOfShape.hxx>
 #include <TopoDS.hxx>
 #include <TopoDS_Solid.hxx>
+#include <gp.hxx>
 
 namespace robomosp::csg_occt {
 namespace {
+
+// Nearer points [mm] are one to OCCT (Precision::Confusion) with some to spare.
+constexpr double kConfused = 1e-6;
 
 const CsgPrimitiveInfo* info(CsgKind kind) {
   for (const auto& row : kCsgPrimitives)
@@ -48,20 +57,44 @@ std::string spaced(std::string_view name) {
   return s;
 }
 
-TopoDS_Shape rounded(const TopoDS_Shape& sharp, double radius, bool only_circles) {
+TopoDS_Shape rounded_box(const TopoDS_Shape& sharp, double radius) {
   if (radius <= 0) return sharp;
+  // The fillet algorithm keeps state in static variables.
+  static std::mutex mutex;
+  const std::lock_guard lock(mutex);
   BRepFilletAPI_MakeFillet fillet(sharp);
   TopTools_IndexedMapOfShape edges;
   TopExp::MapShapes(sharp, TopAbs_EDGE, edges);
-  for (int i = 1; i <= edges.Extent(); ++i) {
-    const TopoDS_Edge& edge = TopoDS::Edge(edges(i));
-    // A closed edge of a cylinder is one of its rims; the open one is the seam.
-    if (only_circles && !BRep_Tool::IsClosed(edge)) continue;
-    fillet.Add(radius, edge);
-  }
+  for (int i = 1; i <= edges.Extent(); ++i) fillet.Add(radius, TopoDS::Edge(edges(i)));
   fillet.Build();
   if (!fillet.IsDone()) throw Standard_ConstructionError("the fillet could not be built");
   const TopExp_Explorer solid(fillet.Shape(), TopAbs_SOLID);
+  if (!solid.More()) throw Standard_ConstructionError("the fillet left no solid");
+  return solid.Current();
+}
+
+// Its profile turned about the axis: much quicker than the fillet algorithm.
+TopoDS_Shape rounded_cylinder(double radius, double height, double fillet) {
+  if (radius - fillet < kConfused) fillet = radius;
+  const auto at = [](double r, double z) { return gp_Pnt(r, 0, z); };
+  const double flat = radius - fillet, bulge = flat + fillet * std::sqrt(0.5),
+               dip = fillet * (1 - std::sqrt(0.5));
+  BRepBuilderAPI_MakeWire wire;
+  const auto line = [&](const gp_Pnt& a, const gp_Pnt& b) {
+    if (a.Distance(b) >= kConfused) wire.Add(BRepBuilderAPI_MakeEdge(a, b).Edge());
+  };
+  const auto arc = [&](const gp_Pnt& a, const gp_Pnt& through, const gp_Pnt& b) {
+    wire.Add(BRepBuilderAPI_MakeEdge(GC_MakeArcOfCircle(a, through, b).Value()).Edge());
+  };
+  line(at(0, 0), at(flat, 0));
+  arc(at(flat, 0), at(bulge, dip), at(radius, fillet));
+  line(at(radius, fillet), at(radius, height - fillet));
+  arc(at(radius, height - fillet), at(bulge, height - dip), at(flat, height));
+  line(at(flat, height), at(0, height));
+  line(at(0, height), at(0, 0));
+  const TopoDS_Face profile =
+      BRepBuilderAPI_MakeFace(gp_Pln(gp::Origin(), gp_Dir(0, -1, 0)), wire.Wire()).Face();
+  const TopExp_Explorer solid(BRepPrimAPI_MakeRevol(profile, gp::OZ()).Shape(), TopAbs_SOLID);
   if (!solid.More()) throw Standard_ConstructionError("the fillet left no solid");
   return solid.Current();
 }
@@ -162,10 +195,11 @@ TopoDS_Shape build_primitive(CsgKind kind, const std::array<double, 6>& sizes, b
   switch (kind) {
     case CsgKind::box: {
       const gp_Pnt low(-s[0] / 2, -s[1] / 2, 0);
-      return rounded(BRepPrimAPI_MakeBox(low, s[0], s[1], s[2]).Solid(), s[3], false);
+      return rounded_box(BRepPrimAPI_MakeBox(low, s[0], s[1], s[2]).Solid(), s[3]);
     }
     case CsgKind::cylinder:
-      return rounded(BRepPrimAPI_MakeCylinder(s[0], s[1]).Solid(), s[2], true);
+      if (s[2] > 0) return rounded_cylinder(s[0], s[1], s[2]);
+      return BRepPrimAPI_MakeCylinder(s[0], s[1]).Solid();
     case CsgKind::cone:
       // OCCT has no cone of equal radii; below its own tolerance the difference means nothing.
       if (std::abs(s[0] - s[1]) < 1e-7)
