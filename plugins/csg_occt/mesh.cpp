@@ -5,10 +5,12 @@
 #include <cmath>
 #include <cstring>
 #include <map>
+#include <span>
 #include <unordered_map>
 
 #include "engine.h"
 
+#include <BRepAdaptor_Curve.hxx>
 #include <BRepAdaptor_Surface.hxx>
 #include <BRepBuilderAPI_Copy.hxx>
 #include <BRepMesh_IncrementalMesh.hxx>
@@ -166,14 +168,17 @@ std::uint64_t surface_key(const BRepAdaptor_Surface& surface, bool reversed) {
 
 class MeshBuilder {
  public:
-  MeshBuilder(const TopoDS_Shape& shape, const gp_Trsf& pose) : shape_(shape), pose_(pose) {}
+  MeshBuilder(const TopoDS_Shape& shape, const gp_Trsf& pose, double chord)
+      : shape_(shape), pose_(pose), chord_(chord) {}
 
   /// False when the triangulation does not close.
   bool run() {
     TopExp::MapShapesAndUniqueAncestors(shape_, TopAbs_EDGE, TopAbs_FACE, edge_faces_);
     for (TopExp_Explorer e(shape_, TopAbs_FACE); e.More(); e.Next())
       if (!add_face(TopoDS::Face(e.Current()))) return false;
-    if (!is_closed()) return false;
+    if (has_empty_face_ || !is_closed()) {
+      if (!close_thin_faces() || !is_closed()) return false;
+    }
     number_equal_surfaces();
     add_edges();
     return true;
@@ -213,9 +218,19 @@ class MeshBuilder {
   }
 
   bool add_face(const TopoDS_Face& face) {
+    faces_.push_back(face);
     TopLoc_Location place;
     const Handle(Poly_Triangulation) mesh = BRep_Tool::Triangulation(face, place);
-    if (mesh.IsNull() || mesh->NbTriangles() == 0) return false;
+    if (mesh.IsNull() || mesh->NbTriangles() == 0) {
+      has_empty_face_ = true;
+      Mesh::Face none;
+      none.first_triangle = static_cast<std::uint32_t>(mesh_.triangle_count());
+      none.id = surface_key(BRepAdaptor_Surface(face, false),
+                            face.Orientation() == TopAbs_REVERSED);
+      mesh_.faces.push_back(none);
+      face_centres_.emplace_back(0, 0, 0);
+      return true;
+    }
     const gp_Trsf location = place.Transformation();
     const bool reversed = face.Orientation() == TopAbs_REVERSED;
     constexpr std::uint32_t kNone = ~std::uint32_t{0};
@@ -272,6 +287,144 @@ class MeshBuilder {
     mesh_.faces.push_back(run);
     face_centres_.push_back(area > 0 ? centre / area : centre);
     return true;
+  }
+
+  using Side = std::pair<std::uint32_t, std::uint32_t>;  // from one point to the next
+
+  // Where solids nearly touch, faces remain that are thinner than the mesh is fine; OCCT leaves
+  // them empty or meshes them past their edges. What their edges enclose fills them.
+  bool close_thin_faces() {
+    std::vector<std::vector<Side>> boundaries;
+    for (const TopoDS_Face& face : faces_) {
+      boundaries.emplace_back();
+      if (!boundary_of(face, boundaries.back())) return false;
+    }
+    const NodeIds place = by_position();
+    const std::vector<std::uint32_t> old = std::move(mesh_.triangles);
+    mesh_.triangles.clear();
+    for (std::size_t f = 0; f < faces_.size(); ++f) {
+      Mesh::Face& run = mesh_.faces[f];
+      const std::span<const std::uint32_t> own(old.data() + 3 * std::size_t{run.first_triangle},
+                                               3 * std::size_t{run.triangle_count});
+      run.first_triangle = static_cast<std::uint32_t>(mesh_.triangle_count());
+      if (is_bounded_by(own, boundaries[f], place)) {
+        mesh_.triangles.insert(mesh_.triangles.end(), own.begin(), own.end());
+      } else if (!fill_thin_face(f, boundaries[f], place)) {
+        return false;
+      }
+      run.triangle_count = static_cast<std::uint32_t>(mesh_.triangle_count()) - run.first_triangle;
+    }
+    return true;
+  }
+
+  bool boundary_of(const TopoDS_Face& face, std::vector<Side>& sides) {
+    const bool turned = face.Orientation() == TopAbs_REVERSED;
+    for (TopExp_Explorer e(face.Oriented(TopAbs_FORWARD), TopAbs_EDGE); e.More(); e.Next()) {
+      const TopoDS_Edge& edge = TopoDS::Edge(e.Current());
+      const bool forward = edge.Orientation() == TopAbs_FORWARD;
+      if (BRep_Tool::Degenerated(edge) || (!forward && edge.Orientation() != TopAbs_REVERSED))
+        continue;
+      const TopoDS_Edge key = TopoDS::Edge(edge.Oriented(TopAbs_FORWARD));
+      if (!edge_ids_.IsBound(key)) {  // all its faces are empty
+        if (BRepAdaptor_Curve(key).GetType() != GeomAbs_Line) return false;
+        edge_ids_.Bind(key, {vertex_id(TopExp::FirstVertex(key)), vertex_id(TopExp::LastVertex(key))});
+      }
+      const NodeIds& ids = *edge_ids_.Seek(key);
+      for (std::size_t i = 1; i < ids.size(); ++i)
+        sides.push_back(forward != turned ? Side{ids[i - 1], ids[i]} : Side{ids[i], ids[i - 1]});
+    }
+    return true;
+  }
+
+  // Triangles reach exactly to the boundary: along it and between themselves all sides cancel.
+  bool is_bounded_by(std::span<const std::uint32_t> triangles, const std::vector<Side>& boundary,
+                     const NodeIds& place) const {
+    std::map<Side, int> balance;
+    const auto count = [&](std::uint32_t a, std::uint32_t b, int by) {
+      const std::uint32_t p = place[a], q = place[b];
+      if (p < q) balance[{p, q}] += by;
+      if (q < p) balance[{q, p}] -= by;
+    };
+    for (std::size_t t = 0; t < triangles.size(); t += 3)
+      for (std::size_t k = 0; k < 3; ++k)
+        count(point_of_vertex_[triangles[t + k]], point_of_vertex_[triangles[t + (k + 1) % 3]], 1);
+    for (const auto& [a, b] : boundary) count(a, b, -1);
+    return std::all_of(balance.begin(), balance.end(),
+                       [](const auto& entry) { return entry.second == 0; });
+  }
+
+  bool fill_thin_face(std::size_t f, const std::vector<Side>& boundary, const NodeIds& place) {
+    std::map<std::uint32_t, std::uint32_t> next;
+    for (const auto& [a, b] : boundary)
+      if (place[a] != place[b] && !next.emplace(place[a], place[b]).second) return false;
+    while (!next.empty()) {
+      NodeIds loop;
+      for (auto at = next.begin(); at != next.end(); at = next.find(loop.back())) {
+        if (loop.empty()) loop.push_back(at->first);
+        loop.push_back(at->second);
+        next.erase(at);
+      }
+      if (loop.front() != loop.back()) return false;
+      loop.pop_back();
+      if (!fill_thin_loop(f, std::move(loop))) return false;
+    }
+    return true;
+  }
+
+  // Cutting off the corner across the shortest distance joins opposite sides, as a zip does.
+  bool fill_thin_loop(std::size_t f, NodeIds loop) {
+    gp_XYZ area(0, 0, 0);
+    double length = 0;
+    const gp_XYZ origin = points_[loop[0]].XYZ();
+    for (std::size_t i = 0; i < loop.size(); ++i) {
+      const gp_XYZ a = points_[loop[i]].XYZ() - origin;
+      const gp_XYZ b = points_[loop[(i + 1) % loop.size()]].XYZ() - origin;
+      area += a.Crossed(b) / 2;
+      length += (b - a).Modulus();
+    }
+    if (2 * area.Modulus() > chord_ * length) return false;
+    face_centres_[f] = origin;
+    const gp_XYZ normal = middle_normal(f, area);
+    const auto base = static_cast<std::uint32_t>(mesh_.vertex_count());
+    NodeIds corners;
+    for (const std::uint32_t id : loop) {
+      corners.push_back(base + static_cast<std::uint32_t>(corners.size()));
+      point_of_vertex_.push_back(id);
+      for (int k = 1; k <= 3; ++k) {
+        mesh_.positions.push_back(static_cast<float>(points_[id].Coord(k) / kMillimetresPerMetre));
+        mesh_.normals.push_back(static_cast<float>(normal.Coord(k)));
+      }
+    }
+    while (loop.size() >= 3) {
+      const std::size_t n = loop.size();
+      std::size_t best = 0;
+      double shortest = RealLast();
+      for (std::size_t i = 0; i < n && n > 3; ++i) {
+        const double d = points_[loop[(i + n - 1) % n]].SquareDistance(points_[loop[(i + 1) % n]]);
+        if (d < shortest) {
+          shortest = d;
+          best = i;
+        }
+      }
+      for (const std::size_t i : {(best + n - 1) % n, best, (best + 1) % n})
+        mesh_.triangles.push_back(corners[i]);
+      loop.erase(loop.begin() + static_cast<std::ptrdiff_t>(best));
+      corners.erase(corners.begin() + static_cast<std::ptrdiff_t>(best));
+    }
+    return true;
+  }
+
+  gp_XYZ middle_normal(std::size_t f, const gp_XYZ& otherwise) const {
+    const BRepAdaptor_Surface surface(faces_[f]);
+    gp_Pnt p;
+    gp_Vec du, dv;
+    surface.D1((surface.FirstUParameter() + surface.LastUParameter()) / 2,
+               (surface.FirstVParameter() + surface.LastVParameter()) / 2, p, du, dv);
+    gp_XYZ n = du.XYZ().Crossed(dv.XYZ());
+    if (faces_[f].Orientation() == TopAbs_REVERSED) n.Reverse();
+    n.Multiply(pose_.VectorialPart());
+    if (n.Modulus() == 0) n = otherwise;
+    return n.Modulus() > 0 ? n / n.Modulus() : gp_XYZ(0, 0, 1);
   }
 
   // In the mesh's single precision two nodes can fall together; a triangle on them is no triangle.
@@ -424,6 +577,9 @@ class MeshBuilder {
 
   const TopoDS_Shape& shape_;
   gp_Trsf pose_;
+  double chord_;  // [mm]
+  bool has_empty_face_ = false;
+  std::vector<TopoDS_Face> faces_;  // as in mesh_.faces
   Mesh mesh_;
   std::vector<gp_Pnt> points_;  // [mm], one per position that topology tells apart
   NodeIds point_of_vertex_;
@@ -470,7 +626,7 @@ Result<Mesh> mesh_solids(const std::vector<Solid>& solids, const gp_Trsf& pose,
     if (attempt > 0) shape = BRepBuilderAPI_Copy(shape, true, false).Shape();
     if (attempt == 0 && has_other_quality(shape, quality)) BRepTools::Clean(shape);
     RMP_TRY(triangulate(shape, quality, attempt < 2, progress));
-    MeshBuilder builder(shape, pose);
+    MeshBuilder builder(shape, pose, quality.chord * kMillimetresPerMetre);
     if (builder.run()) {
       progress.report(1, "meshed");
       return builder.take();
