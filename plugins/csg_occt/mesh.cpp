@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 #include <map>
+#include <set>
 #include <span>
 #include <unordered_map>
 
@@ -177,7 +178,7 @@ class MeshBuilder {
     for (TopExp_Explorer e(shape_, TopAbs_FACE); e.More(); e.Next())
       if (!add_face(TopoDS::Face(e.Current()))) return false;
     if (has_empty_face_ || !is_closed()) {
-      if (!close_thin_faces() || !is_closed()) return false;
+      if (!close_faces() || !is_closed()) return false;
     }
     number_equal_surfaces();
     add_edges();
@@ -291,9 +292,10 @@ class MeshBuilder {
 
   using Side = std::pair<std::uint32_t, std::uint32_t>;  // from one point to the next
 
-  // Where solids nearly touch, faces remain that are thinner than the mesh is fine; OCCT leaves
-  // them empty or meshes them past their edges. What their edges enclose fills them.
-  bool close_thin_faces() {
+  // Where solids nearly touch, faces remain that are thinner than the mesh is fine, or that end in
+  // such a tip; OCCT leaves them empty or meshes them past their edges. When they are thin or
+  // plane, the points on their edges are enough to fill them.
+  bool close_faces() {
     std::vector<std::vector<Side>> boundaries;
     for (const TopoDS_Face& face : faces_) {
       boundaries.emplace_back();
@@ -302,14 +304,26 @@ class MeshBuilder {
     const NodeIds place = by_position();
     const std::vector<std::uint32_t> old = std::move(mesh_.triangles);
     mesh_.triangles.clear();
+    const auto triangles_of = [&](std::size_t f) {
+      return std::span<const std::uint32_t>(old.data() + 3 * std::size_t{mesh_.faces[f].first_triangle},
+                                            3 * std::size_t{mesh_.faces[f].triangle_count});
+    };
+    std::vector<bool> is_good(faces_.size());
     for (std::size_t f = 0; f < faces_.size(); ++f) {
+      for (const auto& [a, b] : boundaries[f]) used_.insert(std::minmax(place[a], place[b]));
+      const auto own = triangles_of(f);
+      is_good[f] = is_bounded_by(own, boundaries[f], place);
+      for (std::size_t t = 0; is_good[f] && t < own.size(); ++t)
+        used_.insert(std::minmax(place[point_of_vertex_[own[t]]],
+                                 place[point_of_vertex_[own[t % 3 == 2 ? t - 2 : t + 1]]]));
+    }
+    for (std::size_t f = 0; f < faces_.size(); ++f) {
+      const auto own = triangles_of(f);
       Mesh::Face& run = mesh_.faces[f];
-      const std::span<const std::uint32_t> own(old.data() + 3 * std::size_t{run.first_triangle},
-                                               3 * std::size_t{run.triangle_count});
       run.first_triangle = static_cast<std::uint32_t>(mesh_.triangle_count());
-      if (is_bounded_by(own, boundaries[f], place)) {
+      if (is_good[f]) {
         mesh_.triangles.insert(mesh_.triangles.end(), own.begin(), own.end());
-      } else if (!fill_thin_face(f, boundaries[f], place)) {
+      } else if (!fill_face(f, boundaries[f], place)) {
         return false;
       }
       run.triangle_count = static_cast<std::uint32_t>(mesh_.triangle_count()) - run.first_triangle;
@@ -353,68 +367,121 @@ class MeshBuilder {
                        [](const auto& entry) { return entry.second == 0; });
   }
 
-  bool fill_thin_face(std::size_t f, const std::vector<Side>& boundary, const NodeIds& place) {
-    std::map<std::uint32_t, std::uint32_t> next;
-    for (const auto& [a, b] : boundary)
-      if (place[a] != place[b] && !next.emplace(place[a], place[b]).second) return false;
-    while (!next.empty()) {
-      NodeIds loop;
-      for (auto at = next.begin(); at != next.end(); at = next.find(loop.back())) {
-        if (loop.empty()) loop.push_back(at->first);
-        loop.push_back(at->second);
-        next.erase(at);
-      }
-      if (loop.front() != loop.back()) return false;
-      loop.pop_back();
-      if (!fill_thin_loop(f, std::move(loop))) return false;
-    }
-    return true;
+  struct Corner {
+    std::uint32_t id = 0, vertex = 0;
+    double x = 0, y = 0;
+  };
+  using Loop = std::vector<Corner>;
+  static double twice_area(const Corner& a, const Corner& b, const Corner& c) {
+    return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
+  }
+  static double square_distance(const Corner& a, const Corner& b) {
+    return (a.x - b.x) * (a.x - b.x) + (a.y - b.y) * (a.y - b.y);
   }
 
-  // Cutting off the corner across the shortest distance joins opposite sides, as a zip does.
-  bool fill_thin_loop(std::size_t f, NodeIds loop) {
-    gp_XYZ area(0, 0, 0);
-    double length = 0;
-    const gp_XYZ origin = points_[loop[0]].XYZ();
-    for (std::size_t i = 0; i < loop.size(); ++i) {
-      const gp_XYZ a = points_[loop[i]].XYZ() - origin;
-      const gp_XYZ b = points_[loop[(i + 1) % loop.size()]].XYZ() - origin;
-      area += a.Crossed(b) / 2;
-      length += (b - a).Modulus();
-    }
-    if (2 * area.Modulus() > chord_ * length) return false;
-    face_centres_[f] = origin;
-    const gp_XYZ normal = middle_normal(f, area);
-    const auto base = static_cast<std::uint32_t>(mesh_.vertex_count());
-    NodeIds corners;
-    for (const std::uint32_t id : loop) {
-      corners.push_back(base + static_cast<std::uint32_t>(corners.size()));
-      point_of_vertex_.push_back(id);
-      for (int k = 1; k <= 3; ++k) {
-        mesh_.positions.push_back(static_cast<float>(points_[id].Coord(k) / kMillimetresPerMetre));
-        mesh_.normals.push_back(static_cast<float>(normal.Coord(k)));
+  bool fill_face(std::size_t f, const std::vector<Side>& boundary, const NodeIds& place) {
+    std::multimap<std::uint32_t, std::uint32_t> next;  // several where the boundary pinches
+    for (const auto& [a, b] : boundary)
+      if (place[a] != place[b]) next.emplace(place[a], place[b]);
+    const gp_XYZ normal = middle_normal(f);
+    const gp_Ax2 frame{gp_Pnt(), gp_Dir(normal)};
+    std::vector<std::pair<double, Loop>> loops;  // with twice the area
+    double area = 0, length = 0;
+    while (!next.empty()) {
+      Loop loop;
+      std::uint32_t at = next.begin()->first;
+      for (auto side = next.begin(); side != next.end(); side = next.find(at)) {
+        const gp_XYZ p = points_[at].XYZ();
+        loop.push_back({at, static_cast<std::uint32_t>(mesh_.vertex_count()),
+                        p.Dot(frame.XDirection().XYZ()), p.Dot(frame.YDirection().XYZ())});
+        point_of_vertex_.push_back(at);
+        for (int k = 1; k <= 3; ++k) {
+          mesh_.positions.push_back(static_cast<float>(p.Coord(k) / kMillimetresPerMetre));
+          mesh_.normals.push_back(static_cast<float>(normal.Coord(k)));
+        }
+        at = side->second;
+        next.erase(side);
       }
+      if (at != loop.front().id) return false;
+      double twice = 0;
+      for (std::size_t i = 0; i < loop.size(); ++i) {
+        const Corner& to = loop[(i + 1) % loop.size()];
+        twice += twice_area(loop[0], loop[i], to);
+        length += std::sqrt(square_distance(loop[i], to));
+      }
+      area += twice / 2;
+      loops.emplace_back(twice, std::move(loop));
     }
+    if (loops.empty()) return true;
+    const bool is_plane = BRepAdaptor_Surface(faces_[f], false).GetType() == GeomAbs_Plane;
+    if (!is_plane && 2 * std::abs(area) > chord_ * length) return false;
+    face_centres_[f] = points_[loops[0].second[0].id].XYZ();
+    return cut_ears(joined(std::move(loops)), area, length);
+  }
+
+  // Holes become part of the outer loop by a bridge to its nearest corner.
+  static Loop joined(std::vector<std::pair<double, Loop>> loops) {
+    std::stable_sort(loops.begin(), loops.end(),
+                     [](const auto& a, const auto& b) { return a.first > b.first; });
+    Loop all = std::move(loops.front().second);
+    for (std::size_t done = 1; done < loops.size(); ++done) {
+      std::size_t nearest = done, from = 0, to = 0;
+      double shortest = RealLast();
+      for (std::size_t l = done; l < loops.size(); ++l)
+        for (std::size_t i = 0; i < all.size(); ++i)
+          for (std::size_t j = 0; j < loops[l].second.size(); ++j)
+            if (const double d = square_distance(all[i], loops[l].second[j]); d < shortest) {
+              shortest = d;
+              nearest = l;
+              from = i;
+              to = j;
+            }
+      std::swap(loops[done], loops[nearest]);
+      Loop& hole = loops[done].second;
+      std::rotate(hole.begin(), hole.begin() + static_cast<std::ptrdiff_t>(to), hole.end());
+      hole.push_back(hole.front());
+      hole.push_back(all[from]);
+      all.insert(all.begin() + static_cast<std::ptrdiff_t>(from) + 1, hole.begin(), hole.end());
+    }
+    return all;
+  }
+
+  // Ears with short cuts first, which joins the sides of a sliver as a zip does. The triangles
+  // close in any case; they lie in the face when their areas add up to its area.
+  bool cut_ears(Loop loop, double area, double length) {
+    double covered = 0;
+    std::vector<std::pair<double, std::size_t>> cuts;
     while (loop.size() >= 3) {
       const std::size_t n = loop.size();
-      std::size_t best = 0;
-      double shortest = RealLast();
-      for (std::size_t i = 0; i < n && n > 3; ++i) {
-        const double d = points_[loop[(i + n - 1) % n]].SquareDistance(points_[loop[(i + 1) % n]]);
-        if (d < shortest) {
-          shortest = d;
-          best = i;
-        }
-      }
-      for (const std::size_t i : {(best + n - 1) % n, best, (best + 1) % n})
-        mesh_.triangles.push_back(corners[i]);
-      loop.erase(loop.begin() + static_cast<std::ptrdiff_t>(best));
-      corners.erase(corners.begin() + static_cast<std::ptrdiff_t>(best));
+      const auto before = [&](std::size_t i) -> const Corner& { return loop[(i + n - 1) % n]; };
+      const auto after = [&](std::size_t i) -> const Corner& { return loop[(i + 1) % n]; };
+      cuts.clear();
+      for (std::size_t i = 0; i < n; ++i)
+        if (twice_area(before(i), loop[i], after(i)) >= 0)
+          cuts.emplace_back(square_distance(before(i), after(i)), i);
+      std::sort(cuts.begin(), cuts.end());
+      const auto is_free = [&](const auto& cut) {
+        const Corner &a = before(cut.second), &b = loop[cut.second], &c = after(cut.second);
+        if (n > 3 && used_.contains(std::minmax(a.id, c.id))) return false;
+        return std::none_of(loop.begin(), loop.end(), [&](const Corner& p) {
+          return p.id != a.id && p.id != b.id && p.id != c.id && twice_area(a, b, p) > 0 &&
+                 twice_area(b, c, p) > 0 && twice_area(c, a, p) > 0;
+        });
+      };
+      const auto ear = std::find_if(cuts.begin(), cuts.end(), is_free);
+      const std::size_t i = ear != cuts.end() ? ear->second : cuts.empty() ? 0 : cuts[0].second;
+      if (n > 3) used_.insert(std::minmax(before(i).id, after(i).id));
+      covered += std::abs(twice_area(before(i), loop[i], after(i))) / 2;
+      // A cut to the same place, across a bridge or a pinch, is no triangle.
+      if (before(i).id != after(i).id && before(i).id != loop[i].id && loop[i].id != after(i).id)
+        for (const std::uint32_t vertex : {before(i).vertex, loop[i].vertex, after(i).vertex})
+          mesh_.triangles.push_back(vertex);
+      loop.erase(loop.begin() + static_cast<std::ptrdiff_t>(i));
     }
-    return true;
+    return covered - std::abs(area) <= 0.5 * chord_ * length;
   }
 
-  gp_XYZ middle_normal(std::size_t f, const gp_XYZ& otherwise) const {
+  gp_XYZ middle_normal(std::size_t f) const {
     const BRepAdaptor_Surface surface(faces_[f]);
     gp_Pnt p;
     gp_Vec du, dv;
@@ -423,7 +490,6 @@ class MeshBuilder {
     gp_XYZ n = du.XYZ().Crossed(dv.XYZ());
     if (faces_[f].Orientation() == TopAbs_REVERSED) n.Reverse();
     n.Multiply(pose_.VectorialPart());
-    if (n.Modulus() == 0) n = otherwise;
     return n.Modulus() > 0 ? n / n.Modulus() : gp_XYZ(0, 0, 1);
   }
 
@@ -579,6 +645,7 @@ class MeshBuilder {
   gp_Trsf pose_;
   double chord_;  // [mm]
   bool has_empty_face_ = false;
+  std::set<Side> used_;  // sides of triangles, so that no two faces make the same one
   std::vector<TopoDS_Face> faces_;  // as in mesh_.faces
   Mesh mesh_;
   std::vector<gp_Pnt> points_;  // [mm], one per position that topology tells apart
