@@ -28,7 +28,8 @@ std::size_t AppThread::pump() {
     } catch (const std::exception& e) {
       std::fprintf(stderr, "robomosp: a task of the application thread threw: %s\n", e.what());
     } catch (...) {
-      std::fprintf(stderr, "robomosp: a task of the application thread threw an unknown exception\n");
+      std::fprintf(stderr,
+                   "robomosp: a task of the application thread threw an unknown exception\n");
     }
   }
   return tasks.size();

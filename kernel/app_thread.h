@@ -14,7 +14,7 @@ namespace robomosp {
 class AppThread {
  public:
   void post(std::function<void()> task);  ///< [any thread]
-  std::size_t pump();                     ///< runs what was posted; returns how many [application thread]
+  std::size_t pump();  ///< runs what was posted; returns how many [application thread]
   [[nodiscard]] bool is_current() const { return std::this_thread::get_id() == owner_; }
 
  private:

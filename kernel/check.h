@@ -6,10 +6,10 @@
 #include <cstdio>
 #include <cstdlib>
 
-#define RMP_CHECK(condition, what)                                                              \
-  do {                                                                                          \
-    if (!(condition)) {                                                                         \
+#define RMP_CHECK(condition, what)                                                               \
+  do {                                                                                           \
+    if (!(condition)) {                                                                          \
       std::fprintf(stderr, "robomosp: internal error at %s:%d: %s\n", __FILE__, __LINE__, what); \
-      std::abort();                                                                             \
-    }                                                                                           \
+      std::abort();                                                                              \
+    }                                                                                            \
   } while (false)

@@ -44,7 +44,8 @@ Result<void> Components::add(ComponentInfo info, std::unique_ptr<Component> comp
     return error(ErrorCode::invalid_argument, "a component needs an id and an object");
   for (const Entry& e : entries_)
     if (e.info.id == info.id)
-      return error(ErrorCode::conflict, who(info) + " exists already", "Give each component an id of its own.");
+      return error(ErrorCode::conflict, who(info) + " exists already",
+                   "Give each component an id of its own.");
   entries_.push_back({std::move(info), std::move(component)});
   return {};
 }
@@ -62,13 +63,15 @@ Result<std::vector<std::vector<std::size_t>>> Components::edges() const {
     for (const std::string& id : info.requires_) {
       const auto it = index.find(id);
       if (it == index.end())
-        return error(ErrorCode::unknown_name, who(info) + " requires " + text::quote(id) + ", which does not exist",
+        return error(ErrorCode::unknown_name,
+                     who(info) + " requires " + text::quote(id) + ", which does not exist",
                      text::did_you_mean(id, ids));
       const ComponentInfo& needed = entries_[it->second].info;
       if (needed.layer > info.layer)
         return error(ErrorCode::conflict,
-                     who(info) + " of layer " + std::string(to_string(info.layer)) + " requires " + text::quote(id) +
-                         " of the outer layer " + std::string(to_string(needed.layer)),
+                     who(info) + " of layer " + std::string(to_string(info.layer)) + " requires " +
+                         text::quote(id) + " of the outer layer " +
+                         std::string(to_string(needed.layer)),
                      "A component may require its own layer and inner ones.");
       needs[i].push_back(it->second);
     }
@@ -102,10 +105,13 @@ Result<std::vector<std::size_t>> Components::start_order() const {
         continue;
       }
       std::string path;
-      auto it = std::find_if(stack.begin(), stack.end(), [&](const auto& s) { return s.first == need; });
+      auto it =
+          std::find_if(stack.begin(), stack.end(), [&](const auto& s) { return s.first == need; });
       for (; it != stack.end(); ++it) path += entries_[it->first].info.id + " > ";
-      return error(ErrorCode::conflict, "components require each other in a circle (" + path + entries_[need].info.id + ")",
-                   "Remove one of these requirements.");
+      return error(
+          ErrorCode::conflict,
+          "components require each other in a circle (" + path + entries_[need].info.id + ")",
+          "Remove one of these requirements.");
     }
   }
   return order;
@@ -139,7 +145,8 @@ std::vector<ComponentInfo> Components::list() const {
   std::vector<ComponentInfo> infos;
   for (const std::size_t i : running_) infos.push_back(entries_[i].info);
   for (std::size_t i = 0; i < entries_.size(); ++i)
-    if (std::find(running_.begin(), running_.end(), i) == running_.end()) infos.push_back(entries_[i].info);
+    if (std::find(running_.begin(), running_.end(), i) == running_.end())
+      infos.push_back(entries_[i].info);
   return infos;
 }
 

@@ -19,7 +19,7 @@ enum class Layer : std::uint8_t { core, data_processing, application, gui };
 [[nodiscard]] std::string_view to_string(Layer);
 
 struct ComponentInfo {
-  std::string id;                      ///< "document", "plugin:csg_occt"
+  std::string id;  ///< "document", "plugin:csg_occt"
   Layer layer = Layer::core;
   std::vector<std::string> requires_;  ///< ids
 };
@@ -45,11 +45,14 @@ class Components {
   /// a component that needs an outer layer, a cycle (with its path). If a start fails, those
   /// already started are stopped again. Called again, it starts what was added since.
   Result<void> start_all();
-  void stop_all() noexcept;  ///< reverse order
+  void stop_all() noexcept;                               ///< reverse order
   [[nodiscard]] std::vector<ComponentInfo> list() const;  ///< in start order once started
 
  private:
-  struct Entry { ComponentInfo info; std::unique_ptr<Component> component; };
+  struct Entry {
+    ComponentInfo info;
+    std::unique_ptr<Component> component;
+  };
   [[nodiscard]] Result<std::vector<std::vector<std::size_t>>> edges() const;
   [[nodiscard]] Result<std::vector<std::size_t>> start_order() const;
   void stop_down_to(std::size_t count) noexcept;

@@ -24,7 +24,9 @@ class Fingerprinter {
  public:
   explicit Fingerprinter(std::string_view domain);  ///< "mesh/1": what is being keyed
   Fingerprinter& add(std::string_view);
-  Fingerprinter& add(const char* s) { return add(std::string_view(s)); }  ///< else it would be a bool
+  Fingerprinter& add(const char* s) {
+    return add(std::string_view(s));
+  }  ///< else it would be a bool
   Fingerprinter& add(double);
   Fingerprinter& add(std::int64_t);
   Fingerprinter& add(int v) { return add(static_cast<std::int64_t>(v)); }
@@ -44,5 +46,7 @@ class Fingerprinter {
 
 template <>
 struct std::hash<robomosp::Fingerprint> {
-  std::size_t operator()(const robomosp::Fingerprint& f) const noexcept { return static_cast<std::size_t>(f.hi ^ f.lo); }
+  std::size_t operator()(const robomosp::Fingerprint& f) const noexcept {
+    return static_cast<std::size_t>(f.hi ^ f.lo);
+  }
 };

@@ -12,8 +12,8 @@ namespace robomosp {
 
 /// Kinds of records a document holds.
 enum class Kind : std::uint8_t { material, solid, object, robot, trajectory, world };
-inline constexpr Kind kAllKinds[] = {Kind::material, Kind::solid, Kind::object,
-                                     Kind::robot, Kind::trajectory, Kind::world};
+inline constexpr Kind kAllKinds[] = {Kind::material, Kind::solid,      Kind::object,
+                                     Kind::robot,    Kind::trajectory, Kind::world};
 
 [[nodiscard]] constexpr std::string_view to_string(Kind k) {
   switch (k) {

@@ -28,7 +28,8 @@ Result<Value> guarded_work(const Jobs::Work& work, const std::string& label, Pro
   } catch (const std::exception& e) {
     return error(ErrorCode::internal, "the job " + text::quote(label) + " threw: " + e.what());
   } catch (...) {
-    return error(ErrorCode::internal, "the job " + text::quote(label) + " threw an unknown exception");
+    return error(ErrorCode::internal,
+                 "the job " + text::quote(label) + " threw an unknown exception");
   }
 }
 
@@ -46,9 +47,9 @@ std::string_view to_string(JobState s) {
 }
 
 struct Jobs::Job {
-  JobStatus status;               // guarded by mutex_
-  Work work;                      // taken by the worker
-  Done done;                      // application thread
+  JobStatus status;  // guarded by mutex_
+  Work work;         // taken by the worker
+  Done done;         // application thread
   std::stop_source stop;
   std::optional<Result<Value>> result;  // guarded by mutex_
   bool delivered = false;               // guarded by mutex_
@@ -112,7 +113,8 @@ void Jobs::cancel_all() {
 }
 
 Error Jobs::unknown(std::uint64_t id) const {
-  return error(ErrorCode::unknown_name, "there is no job " + std::to_string(id), "job.list tells those known.");
+  return error(ErrorCode::unknown_name, "there is no job " + std::to_string(id),
+               "job.list tells those known.");
 }
 
 Result<JobStatus> Jobs::status(std::uint64_t id) const {
@@ -134,7 +136,8 @@ void Jobs::worker(std::stop_token token) {
     std::shared_ptr<Job> job;
     {
       std::unique_lock lock(mutex_);
-      if (!wake_.wait(lock, token, [&] { return !queue_.empty(); }) || token.stop_requested()) return;
+      if (!wake_.wait(lock, token, [&] { return !queue_.empty(); }) || token.stop_requested())
+        return;
       job = std::move(queue_.front());
       queue_.pop_front();
       job->status.state = JobState::running;

@@ -76,9 +76,12 @@ class Jobs {
 /// A Progress that a stop_token can cancel; reports go to a callback (may be empty).
 class StopProgress final : public Progress {
  public:
-  explicit StopProgress(std::stop_token token, std::function<void(double, std::string_view)> show = {})
+  explicit StopProgress(std::stop_token token,
+                        std::function<void(double, std::string_view)> show = {})
       : token_(std::move(token)), show_(std::move(show)) {}
-  void report(double fraction, std::string_view what) override { if (show_) show_(fraction, what); }
+  void report(double fraction, std::string_view what) override {
+    if (show_) show_(fraction, what);
+  }
   [[nodiscard]] bool cancelled() const override { return token_.stop_requested(); }
 
  private:

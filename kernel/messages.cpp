@@ -15,9 +15,11 @@ std::string_view to_string(Severity s) {
   return "info";
 }
 
-void Messages::post(Severity severity, std::string_view code, std::string_view text, std::string_view source) {
+void Messages::post(Severity severity, std::string_view code, std::string_view text,
+                    std::string_view source) {
   constexpr auto kWindow = std::chrono::seconds(1);
-  Message message{std::chrono::system_clock::now(), severity, std::string(code), std::string(text), std::string(source)};
+  Message message{std::chrono::system_clock::now(), severity, std::string(code), std::string(text),
+                  std::string(source)};
   std::vector<Subscriber> receivers;
   {
     const std::lock_guard lock(mutex_);

@@ -21,9 +21,9 @@ enum class Severity : std::uint8_t { debug, info, warning, error };
 struct Message {
   std::chrono::system_clock::time_point time;
   Severity severity = Severity::info;
-  std::string code;    ///< stable word: "plugin_refused", "audit", ...
-  std::string text;    ///< a sentence
-  std::string source;  ///< who says it: "plugin_loader", "csg_occt"
+  std::string code;            ///< stable word: "plugin_refused", "audit", ...
+  std::string text;            ///< a sentence
+  std::string source;          ///< who says it: "plugin_loader", "csg_occt"
   std::uint32_t repeated = 0;  ///< how often the same text was suppressed before this one
 };
 
@@ -33,7 +33,8 @@ class Messages {
  public:
   using Clock = std::function<std::chrono::steady_clock::time_point()>;
   /// `clock` is for tests of the rate limit; empty = the steady clock.
-  explicit Messages(std::size_t capacity = 1000, Clock clock = {}) : capacity_(capacity), clock_(std::move(clock)) {}
+  explicit Messages(std::size_t capacity = 1000, Clock clock = {})
+      : capacity_(capacity), clock_(std::move(clock)) {}
   /// The same (code, text) more than `kRateLimit` times within a second is counted, not repeated.
   static constexpr int kRateLimit = 5;
   void post(Severity, std::string_view code, std::string_view text, std::string_view source = {});
@@ -43,14 +44,18 @@ class Messages {
   void unsubscribe(std::uint64_t);
 
  private:
-  struct Seen { std::chrono::steady_clock::time_point since; int count = 0; std::uint32_t suppressed = 0; };
+  struct Seen {
+    std::chrono::steady_clock::time_point since;
+    int count = 0;
+    std::uint32_t suppressed = 0;
+  };
   std::size_t capacity_;
   Clock clock_;
   mutable std::mutex mutex_;
-  std::deque<Message> ring_;                        // guarded by mutex_
-  std::map<std::uint64_t, Subscriber> subscribers_; // guarded by mutex_
-  std::map<std::string, Seen> seen_;                // guarded by mutex_
-  std::uint64_t next_ = 1;                          // guarded by mutex_
+  std::deque<Message> ring_;                         // guarded by mutex_
+  std::map<std::uint64_t, Subscriber> subscribers_;  // guarded by mutex_
+  std::map<std::string, Seen> seen_;                 // guarded by mutex_
+  std::uint64_t next_ = 1;                           // guarded by mutex_
 };
 
 }  // namespace robomosp

@@ -44,7 +44,8 @@ void log_from_plugin(std::int32_t severity, const char* source, const char* text
   Messages* messages = g_log_target.load();
   if (!messages || !text) return;
   try {
-    messages->post(static_cast<Severity>(std::clamp(severity, 0, 3)), "plugin", text, source ? source : "plugin");
+    messages->post(static_cast<Severity>(std::clamp(severity, 0, 3)), "plugin", text,
+                   source ? source : "plugin");
   } catch (...) {  // NOLINT: nothing may be thrown into a plugin
   }
 }
@@ -66,7 +67,8 @@ std::string demangled(const std::string& symbol) {
 
 /// Refusal 2: the linker's text, and what it means.
 Error cannot_open(const fs::path& file, std::string reason) {
-  constexpr std::string_view kMissing = ": cannot open shared object file", kUndefined = "undefined symbol: ";
+  constexpr std::string_view kMissing = ": cannot open shared object file",
+                             kUndefined = "undefined symbol: ";
   const std::string own = file.string();
   std::string hint = "Check that it is a shared library of this machine's kind.";
   const auto missing = reason.find(kMissing);
@@ -87,11 +89,14 @@ Error no_entry(void* library) {
   for (int version = 9; version >= 2; --version) {
     const std::string name = "rmp_plugin_entry_v" + std::to_string(version);
     if (::dlsym(library, name.c_str()))
-      return refused("it was built with a newer SDK (entry v" + std::to_string(version) + "); this program offers v1",
-                     std::string("Rebuild it with SDK ") + RMP_SDK_VERSION + " or update this program.");
+      return refused(
+          "it was built with a newer SDK (entry v" + std::to_string(version) +
+              "); this program offers v1",
+          std::string("Rebuild it with SDK ") + RMP_SDK_VERSION + " or update this program.");
   }
-  return refused("it is not a robomosp plugin: it does not export rmp_plugin_entry_v1",
-                 "Build it with robomosp_add_plugin() and RMP_PLUGIN, or take it out of the plugin folder.");
+  return refused(
+      "it is not a robomosp plugin: it does not export rmp_plugin_entry_v1",
+      "Build it with robomosp_add_plugin() and RMP_PLUGIN, or take it out of the plugin folder.");
 }
 
 /// Refusal 5: which part of the ABI tags differs.
@@ -105,8 +110,10 @@ Error tag_differs(std::string_view theirs) {
     if (!differing.empty()) differing += ", ";
     differing += std::string(x) + " instead of " + std::string(y);
   }
-  return refused("its ABI tag " + text::quote(theirs) + " differs from this program's " + text::quote(ours) + ": " + differing,
-                 std::string("Rebuild it with SDK ") + RMP_SDK_VERSION + " and the compiler and flags of this program (GCC " +
+  return refused("its ABI tag " + text::quote(theirs) + " differs from this program's " +
+                     text::quote(ours) + ": " + differing,
+                 std::string("Rebuild it with SDK ") + RMP_SDK_VERSION +
+                     " and the compiler and flags of this program (GCC " +
                      std::to_string(__GNUC__) + ").");
 }
 
@@ -123,26 +130,32 @@ Result<const rmp_plugin*> call_entry(rmp_plugin_entry_fn entry) {
   }
   if (!plugin) return refused("its entry function returned nothing", kReport);
   if (plugin->struct_size < sizeof(rmp_plugin))
-    return refused("its rmp_plugin has " + std::to_string(plugin->struct_size) + " bytes; at least " +
-                       std::to_string(sizeof(rmp_plugin)) + " are needed",
+    return refused("its rmp_plugin has " + std::to_string(plugin->struct_size) +
+                       " bytes; at least " + std::to_string(sizeof(rmp_plugin)) + " are needed",
                    "Set struct_size = sizeof(rmp_plugin), or use the RMP_PLUGIN macro.");
   const std::string tag = or_empty(plugin->abi_tag);
   if (tag != RMP_ABI_TAG) return tag_differs(tag);
-  if (!plugin->id || !*plugin->id) return refused("it has no id", "Give RMP_PLUGIN a reverse-domain id.");
+  if (!plugin->id || !*plugin->id)
+    return refused("it has no id", "Give RMP_PLUGIN a reverse-domain id.");
   if (plugin->provider_count > kMostRows || (plugin->provider_count && !plugin->providers))
-    return refused("its provider table is broken (" + std::to_string(plugin->provider_count) + " rows)", kReport);
+    return refused(
+        "its provider table is broken (" + std::to_string(plugin->provider_count) + " rows)",
+        kReport);
   return plugin;
 }
 
 /// `robomosp.ik` of "robomosp.ik/1"
-std::string_view without_revision(std::string_view interface_id) { return interface_id.substr(0, interface_id.find('/')); }
+std::string_view without_revision(std::string_view interface_id) {
+  return interface_id.substr(0, interface_id.find('/'));
+}
 
 /// Refusal 6: why this program cannot use that interface.
 std::string unknown_interface(const std::string& id) {
   for (const std::string& known : known_interfaces())
     if (without_revision(known) == without_revision(id))
       return "this program knows " + text::quote(known) + ", not " + text::quote(id);
-  return "this program knows no interface " + text::quote(id) + "; it knows " + text::enumerate(known_interfaces());
+  return "this program knows no interface " + text::quote(id) + "; it knows " +
+         text::enumerate(known_interfaces());
 }
 
 Registry::Create creator(const rmp_provider& row, std::string label) {
@@ -165,20 +178,25 @@ std::vector<std::string> tag_list(const char* tags) {
 }
 
 /// Registers one row, or says in `report` why not.
-void register_provider(Registry& registry, const rmp_plugin& plugin, std::uint32_t index, PluginReport& report) {
+void register_provider(Registry& registry, const rmp_plugin& plugin, std::uint32_t index,
+                       PluginReport& report) {
   const rmp_provider& row = plugin.providers[index];
   const std::string interface_id = or_empty(row.interface_id), name = or_empty(row.name);
   const auto skip = [&](const std::string& why) {
-    const std::string which = name.empty() ? "provider number " + std::to_string(index + 1) : "provider " + text::quote(name);
+    const std::string which = name.empty() ? "provider number " + std::to_string(index + 1)
+                                           : "provider " + text::quote(name);
     const char last = why.back();
-    report.remarks.push_back(which + " is skipped: " + why + (last == '.' || last == '?' ? "" : "."));
+    report.remarks.push_back(which + " is skipped: " + why +
+                             (last == '.' || last == '?' ? "" : "."));
   };
   if (name.empty()) return skip("it has no name");
   if (interface_id.empty()) return skip("it names no interface");
   const auto& known = known_interfaces();
-  if (std::find(known.begin(), known.end(), interface_id) == known.end()) return skip(unknown_interface(interface_id));
+  if (std::find(known.begin(), known.end(), interface_id) == known.end())
+    return skip(unknown_interface(interface_id));
   if (!row.create) return skip("it has no create function");
-  if (row.param_count > kMostRows || (row.param_count && !row.params)) return skip("its parameter table is broken");
+  if (row.param_count > kMostRows || (row.param_count && !row.params))
+    return skip("its parameter table is broken");
   auto schema = schema_from(std::span<const rmp_param>(row.params, row.param_count));
   if (!schema.ok()) return skip(schema.error().message);
 
@@ -204,12 +222,14 @@ Result<void> load_file(Registry& registry, PluginReport& report) {
   }
   void* symbol = ::dlsym(library, "rmp_plugin_entry_v1");
   if (!symbol) return no_entry(library);
-  RMP_TRY_ASSIGN(const rmp_plugin* plugin, call_entry(reinterpret_cast<rmp_plugin_entry_fn>(symbol)));
+  RMP_TRY_ASSIGN(const rmp_plugin* plugin,
+                 call_entry(reinterpret_cast<rmp_plugin_entry_fn>(symbol)));
   report.id = plugin->id;
   report.version = or_empty(plugin->version);
   report.license = or_empty(plugin->license);
   report.summary = or_empty(plugin->summary);
-  for (std::uint32_t i = 0; i < plugin->provider_count; ++i) register_provider(registry, *plugin, i, report);
+  for (std::uint32_t i = 0; i < plugin->provider_count; ++i)
+    register_provider(registry, *plugin, i, report);
   report.loaded = true;
   return {};
 }
@@ -227,16 +247,17 @@ fs::path resolved(const fs::path& p) {
 }
 
 void append_unique(std::vector<fs::path>& path, const fs::path& folder) {
-  if (!folder.empty() && std::find(path.begin(), path.end(), folder) == path.end()) path.push_back(folder);
+  if (!folder.empty() && std::find(path.begin(), path.end(), folder) == path.end())
+    path.push_back(folder);
 }
 
 }  // namespace
 
 const std::vector<std::string>& known_interfaces() {
   static const std::vector<std::string> ids = {
-      CsgEngine::kInterfaceId,       IkSolver::kInterfaceId,        InverseDynamics::kInterfaceId,
-      ForwardDynamics::kInterfaceId, SegmentMaker::kInterfaceId,    CollisionEngine::kInterfaceId,
-      PhysicsEngine::kInterfaceId,   Compiler::kInterfaceId,        PostProcessor::kInterfaceId,
+      CsgEngine::kInterfaceId,       IkSolver::kInterfaceId,     InverseDynamics::kInterfaceId,
+      ForwardDynamics::kInterfaceId, SegmentMaker::kInterfaceId, CollisionEngine::kInterfaceId,
+      PhysicsEngine::kInterfaceId,   Compiler::kInterfaceId,     PostProcessor::kInterfaceId,
       Importer::kInterfaceId,        Exporter::kInterfaceId};
   return ids;
 }
@@ -247,7 +268,8 @@ fs::path executable_folder() {
   return failed ? fs::current_path(failed) : program.parent_path();
 }
 
-PluginLoader::PluginLoader(Registry& registry, Messages* messages) : registry_(registry), messages_(messages) {
+PluginLoader::PluginLoader(Registry& registry, Messages* messages)
+    : registry_(registry), messages_(messages) {
   if (messages_) g_log_target = messages_;
 }
 
@@ -260,11 +282,11 @@ std::vector<fs::path> PluginLoader::search_path(const std::vector<fs::path>& giv
   std::vector<fs::path> path;
   for (const fs::path& folder : given) append_unique(path, folder);
   if (const char* listed = std::getenv("ROBOMOSP_PLUGIN_PATH"))
-    for (const std::string_view folder : text::split(listed, ':')) append_unique(path, fs::path(folder));
+    for (const std::string_view folder : text::split(listed, ':'))
+      append_unique(path, fs::path(folder));
   const char* data_home = std::getenv("XDG_DATA_HOME");
   const char* home = std::getenv("HOME");
-  if (data_home && *data_home)
-    append_unique(path, fs::path(data_home) / "robomosp" / "plugins");
+  if (data_home && *data_home) append_unique(path, fs::path(data_home) / "robomosp" / "plugins");
   else if (home && *home)
     append_unique(path, fs::path(home) / ".local" / "share" / "robomosp" / "plugins");
   const fs::path prefix = executable_folder().parent_path();
@@ -285,7 +307,8 @@ const PluginReport& PluginLoader::load(std::string_view name_or_path) {
   return not_found(name_or_path, path_);
 }
 
-const PluginReport& PluginLoader::not_found(std::string_view name, const std::vector<fs::path>& looked_in) {
+const PluginReport& PluginLoader::not_found(std::string_view name,
+                                            const std::vector<fs::path>& looked_in) {
   PluginReport report;
   report.file = name;
   if (looked_in.empty()) {
@@ -294,9 +317,10 @@ const PluginReport& PluginLoader::not_found(std::string_view name, const std::ve
   } else {
     std::vector<std::string> folders;
     for (const fs::path& folder : looked_in) folders.push_back(text::quote(folder.string()));
-    report.refusal = error(ErrorCode::not_found,
-                           "there is no plugin " + text::quote(name) + "; looked in " + text::enumerate(folders),
-                           "Check the name, or add its folder with --plugin-path or ROBOMOSP_PLUGIN_PATH.");
+    report.refusal =
+        error(ErrorCode::not_found,
+              "there is no plugin " + text::quote(name) + "; looked in " + text::enumerate(folders),
+              "Check the name, or add its folder with --plugin-path or ROBOMOSP_PLUGIN_PATH.");
   }
   return keep(std::move(report));
 }
@@ -308,15 +332,20 @@ const PluginReport& PluginLoader::load_resolved(const fs::path& found) {
   PluginReport report;
   report.file = file;
   auto loaded = load_file(registry_, report);
-  if (!loaded.ok()) report.refusal = std::move(loaded).error().in("plugin " + text::quote(file.string()));
+  if (!loaded.ok())
+    report.refusal = std::move(loaded).error().in("plugin " + text::quote(file.string()));
   return keep(std::move(report));
 }
 
 const PluginReport& PluginLoader::keep(PluginReport report) {
   if (messages_) {
-    if (report.refusal) messages_->post(Severity::warning, to_string(report.refusal->code), report.refusal->sentence(), "plugin_loader");
+    if (report.refusal)
+      messages_->post(Severity::warning, to_string(report.refusal->code),
+                      report.refusal->sentence(), "plugin_loader");
     for (const std::string& remark : report.remarks)
-      messages_->post(Severity::warning, "provider_skipped", "plugin " + text::quote(report.file.string()) + ": " + remark, "plugin_loader");
+      messages_->post(Severity::warning, "provider_skipped",
+                      "plugin " + text::quote(report.file.string()) + ": " + remark,
+                      "plugin_loader");
   }
   // One report a file: a second try replaces the first.
   std::erase_if(reports_, [&](const PluginReport& r) { return r.file == report.file; });

@@ -36,7 +36,8 @@ class PluginLoader {
   PluginLoader& operator=(const PluginLoader&) = delete;
   /// Folders in order of precedence: those given, ROBOMOSP_PLUGIN_PATH, the user's
   /// ~/.local/share/robomosp/plugins, <executable>/../<libdir>/robomosp/plugins.
-  [[nodiscard]] static std::vector<std::filesystem::path> search_path(const std::vector<std::filesystem::path>& given);
+  [[nodiscard]] static std::vector<std::filesystem::path> search_path(
+      const std::vector<std::filesystem::path>& given);
 
   /// A name ("my_ik") looked for in the search path, or a path to a file. The six refusals are told
   /// apart: not found (folders listed), dlopen failed, no entry, newer entry, ABI tag differs
@@ -50,7 +51,8 @@ class PluginLoader {
 
  private:
   const PluginReport& load_resolved(const std::filesystem::path& found);
-  const PluginReport& not_found(std::string_view name, const std::vector<std::filesystem::path>& looked_in);
+  const PluginReport& not_found(std::string_view name,
+                                const std::vector<std::filesystem::path>& looked_in);
   const PluginReport& keep(PluginReport report);
   Registry& registry_;
   Messages* messages_;

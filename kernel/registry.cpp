@@ -18,33 +18,34 @@ std::string short_name(std::string_view interface_id) {
 
 Result<void> Registry::add(ProviderInfo info, Create create, bool replace) {
   if (info.interface_id.empty() || info.name.empty() || !create)
-    return error(ErrorCode::invalid_argument, "a provider needs an interface id, a name and a create function");
+    return error(ErrorCode::invalid_argument,
+                 "a provider needs an interface id, a name and a create function");
   const std::lock_guard lock(mutex_);
   const auto it = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) {
     return e.info.interface_id == info.interface_id && e.info.name == info.name;
   });
   if (it != entries_.end() && !replace)
     return error(ErrorCode::conflict,
-                 short_name(info.interface_id) + " provider " + text::quote(info.name) + " exists already, from " +
-                     text::quote(it->info.origin),
+                 short_name(info.interface_id) + " provider " + text::quote(info.name) +
+                     " exists already, from " + text::quote(it->info.origin),
                  "Give one of the two another name.");
-  if (it != entries_.end())
-    *it = {std::move(info), std::move(create)};
-  else
-    entries_.push_back({std::move(info), std::move(create)});
+  if (it != entries_.end()) *it = {std::move(info), std::move(create)};
+  else entries_.push_back({std::move(info), std::move(create)});
   ++revision_;
   return {};
 }
 
 bool Registry::remove(std::string_view interface_id, std::string_view name) {
   const std::lock_guard lock(mutex_);
-  const auto removed = std::erase_if(
-      entries_, [&](const Entry& e) { return e.info.interface_id == interface_id && e.info.name == name; });
+  const auto removed = std::erase_if(entries_, [&](const Entry& e) {
+    return e.info.interface_id == interface_id && e.info.name == name;
+  });
   if (removed) ++revision_;
   return removed != 0;
 }
 
-const Registry::Entry* Registry::locate(std::string_view interface_id, std::string_view name) const {
+const Registry::Entry* Registry::locate(std::string_view interface_id,
+                                        std::string_view name) const {
   std::string_view wanted = name;
   if (wanted.empty()) {
     const auto chosen = defaults_.find(std::string(interface_id));
@@ -66,15 +67,18 @@ Error Registry::absent(std::string_view interface_id, std::string_view name) con
     if (e.info.interface_id == interface_id && e.info.enabled) names.push_back(e.info.name);
   if (names.empty())
     return error(ErrorCode::unknown_name,
-                 "there is no provider of " + what + (name.empty() ? "" : ", so none named " + text::quote(name)),
-                 "Load a plugin that offers " + text::quote(interface_id) + "; plugin.list tells which were found.");
+                 "there is no provider of " + what +
+                     (name.empty() ? "" : ", so none named " + text::quote(name)),
+                 "Load a plugin that offers " + text::quote(interface_id) +
+                     "; plugin.list tells which were found.");
   std::string hint = text::did_you_mean(name, names);
   if (!hint.empty()) hint += " ";
   return error(ErrorCode::unknown_name, "there is no " + what + " provider " + text::quote(name),
                hint + "Available: " + text::enumerate(names) + ".");
 }
 
-Result<void> Registry::set_enabled(std::string_view interface_id, std::string_view name, bool enabled) {
+Result<void> Registry::set_enabled(std::string_view interface_id, std::string_view name,
+                                   bool enabled) {
   const std::lock_guard lock(mutex_);
   for (Entry& e : entries_) {
     if (e.info.interface_id != interface_id || e.info.name != name) continue;
@@ -126,12 +130,14 @@ Result<void*> Registry::create_raw(std::string_view interface_id, std::string_vi
     if (!e) return absent(interface_id, name);
     label = short_name(interface_id) + " " + e->info.name;
     if (!e->info.enabled)
-      return error(ErrorCode::unsupported, "provider \"" + label + "\" is disabled", "Enable it or choose another one.");
+      return error(ErrorCode::unsupported, "provider \"" + label + "\" is disabled",
+                   "Enable it or choose another one.");
     create = e->create;
   }
   Result<void*> made = guarded(label, create);
   if (made.ok() && *made == nullptr)
-    return error(ErrorCode::plugin_failed, "provider \"" + label + "\" could not be made and gave no reason",
+    return error(ErrorCode::plugin_failed,
+                 "provider \"" + label + "\" could not be made and gave no reason",
                  "Report it to the provider's author or choose another provider.");
   return made;
 }

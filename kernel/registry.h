@@ -22,7 +22,7 @@
 namespace robomosp {
 
 struct ProviderInfo {
-  std::string interface_id;       ///< "robomosp.ik/1"
+  std::string interface_id;  ///< "robomosp.ik/1"
   std::string name;
   std::string summary;
   std::vector<std::string> tags;  ///< "closed_form", "dof=6"
@@ -43,7 +43,8 @@ class Registry {
   Result<void> set_enabled(std::string_view interface_id, std::string_view name, bool);
 
   /// Empty name = the default: the one set by set_default, else the first registered and enabled.
-  [[nodiscard]] Result<ProviderInfo> find(std::string_view interface_id, std::string_view name) const;
+  [[nodiscard]] Result<ProviderInfo> find(std::string_view interface_id,
+                                          std::string_view name) const;
   [[nodiscard]] std::vector<ProviderInfo> list(std::string_view interface_id = {}) const;
   Result<void> set_default(std::string_view interface_id, std::string_view name);
 
@@ -59,8 +60,12 @@ class Registry {
   [[nodiscard]] std::uint64_t revision() const;
 
  private:
-  [[nodiscard]] Result<void*> create_raw(std::string_view interface_id, std::string_view name) const;
-  struct Entry { ProviderInfo info; Create create; };
+  [[nodiscard]] Result<void*> create_raw(std::string_view interface_id,
+                                         std::string_view name) const;
+  struct Entry {
+    ProviderInfo info;
+    Create create;
+  };
   // Both with mutex_ held.
   [[nodiscard]] const Entry* locate(std::string_view interface_id, std::string_view name) const;
   [[nodiscard]] Error absent(std::string_view interface_id, std::string_view name) const;
@@ -76,10 +81,12 @@ auto guarded(std::string_view provider, Fn&& fn) -> decltype(fn()) {
   try {
     return fn();
   } catch (const std::exception& e) {
-    return error(ErrorCode::plugin_failed, "provider \"" + std::string(provider) + "\" threw: " + e.what(),
+    return error(ErrorCode::plugin_failed,
+                 "provider \"" + std::string(provider) + "\" threw: " + e.what(),
                  "Report it to the provider's author or choose another provider.");
   } catch (...) {
-    return error(ErrorCode::plugin_failed, "provider \"" + std::string(provider) + "\" threw an unknown exception",
+    return error(ErrorCode::plugin_failed,
+                 "provider \"" + std::string(provider) + "\" threw an unknown exception",
                  "Report it to the provider's author or choose another provider.");
   }
 }

@@ -12,11 +12,13 @@
 namespace robomosp {
 namespace {
 
-constexpr std::array<std::string_view, 13> kTypes = {"bool",   "int",  "real",   "string", "enum", "path", "real[]",
-                                                     "vec3",   "pose", "matrix", "list",   "map",  "any"};
+constexpr std::array<std::string_view, 13> kTypes = {"bool", "int",    "real", "string", "enum",
+                                                     "path", "real[]", "vec3", "pose",   "matrix",
+                                                     "list", "map",    "any"};
 
 bool is_known_type(std::string_view type) {
-  return std::find(kTypes.begin(), kTypes.end(), type) != kTypes.end() || (type.starts_with("ref:") && type.size() > 4);
+  return std::find(kTypes.begin(), kTypes.end(), type) != kTypes.end() ||
+         (type.starts_with("ref:") && type.size() > 4);
 }
 
 bool is_dimensionless(std::string_view unit) { return unit.empty() || unit == "1"; }
@@ -53,7 +55,8 @@ std::string example(const ParamSpec& spec) {
   if (type == "real[]") return "Give a list of numbers such as {" + example_real(spec.unit) + "}.";
   if (type == "vec3") return "Give three numbers such as {0.1, 0, 0.2}.";
   if (type == "pose")
-    return "Give {x, y, z, roll, pitch, yaw}, {position = {x, y, z}, rpy = {roll, pitch, yaw}} or a 4x4 matrix.";
+    return "Give {x, y, z, roll, pitch, yaw}, {position = {x, y, z}, rpy = {roll, pitch, yaw}} or "
+           "a 4x4 matrix.";
   if (type == "matrix") return "Give rows of equal length such as {{1, 0}, {0, 1}}.";
   if (type == "list") return "Give a list such as {1, 2}.";
   if (type == "map") return "Give named values such as {a = 1}.";
@@ -68,11 +71,13 @@ std::string kind_name(const ParamSpec& spec) {
     return is_dimensionless(spec.unit) ? "a list of reals" : "a list of reals in " + spec.unit;
   if (type == "int") return "an integer";
   if (type == "enum") return "one of the choices";
-  if (type == "vec3") return is_dimensionless(spec.unit) ? "three reals" : "three reals in " + spec.unit;
+  if (type == "vec3")
+    return is_dimensionless(spec.unit) ? "three reals" : "three reals in " + spec.unit;
   if (type == "any") return "a value";
   if (type.starts_with("ref:")) {
     std::string kinds(type.substr(4));
-    for (std::size_t at = 0; (at = kinds.find('|', at)) != std::string::npos; at += 4) kinds.replace(at, 1, " or ");
+    for (std::size_t at = 0; (at = kinds.find('|', at)) != std::string::npos; at += 4)
+      kinds.replace(at, 1, " or ");
     return "a " + kinds;
   }
   return (type.front() == 'a' ? "an " : "a ") + std::string(type);
@@ -110,16 +115,20 @@ std::string range_text(const ParamSpec& spec) {
   const bool high = spec.max != std::numeric_limits<double>::infinity();
   if (!low && !high) return {};
   if (low && is_just_above_zero(spec.min))
-    return "greater than 0" + (high ? " and at most " + with_unit(spec.max, spec.unit) : std::string());
+    return "greater than 0" +
+           (high ? " and at most " + with_unit(spec.max, spec.unit) : std::string());
   if (low && high) return text::print(spec.min) + " to " + with_unit(spec.max, spec.unit);
-  return low ? "at least " + with_unit(spec.min, spec.unit) : "at most " + with_unit(spec.max, spec.unit);
+  return low ? "at least " + with_unit(spec.min, spec.unit)
+             : "at most " + with_unit(spec.max, spec.unit);
 }
 
 Result<double> check_range(const ParamSpec& spec, double v, std::string_view path) {
   if (std::isnan(v) || (std::isinf(v) && !spec.infinite))
-    return fault(path, text::print(v) + " is not a finite number", "Give a number such as " + example_real(spec.unit) + ".");
+    return fault(path, text::print(v) + " is not a finite number",
+                 "Give a number such as " + example_real(spec.unit) + ".");
   if (v < spec.min || v > spec.max)
-    return fault(path, with_unit(v, spec.unit) + " is out of range; it must be " + range_text(spec));
+    return fault(path,
+                 with_unit(v, spec.unit) + " is out of range; it must be " + range_text(spec));
   return v;
 }
 
@@ -127,13 +136,15 @@ Result<double> check_range(const ParamSpec& spec, double v, std::string_view pat
 Result<double> read_real(const ParamSpec& spec, const Value& v, std::string_view path) {
   if (v.is_number()) return v.number();
   if (const std::string* s = v.as_string()) {
-    Result<double> read = units::read_quantity(*s, spec.unit == "1" ? std::string_view() : spec.unit);
+    Result<double> read =
+        units::read_quantity(*s, spec.unit == "1" ? std::string_view() : spec.unit);
     if (read.ok()) return read;
     Error e = std::move(read).error();
     if (e.message.ends_with(" is not a number")) return wrong_type(spec, v, path);
     return std::move(e).in(path);
   }
-  return fault(path, shown(v) + " is not " + real_in(spec.unit), "Give a number such as " + example_real(spec.unit) + ".");
+  return fault(path, shown(v) + " is not " + real_in(spec.unit),
+               "Give a number such as " + example_real(spec.unit) + ".");
 }
 
 std::string element_path(std::string_view path, std::size_t i) {
@@ -143,7 +154,8 @@ std::string element_path(std::string_view path, std::size_t i) {
 /// The pieces of "1, 2, 3", "{1 mm, 2 mm}" or "1 2 3".
 std::vector<std::string_view> pieces(std::string_view s) {
   s = text::trim(s);
-  if (s.size() >= 2 && ((s.front() == '{' && s.back() == '}') || (s.front() == '[' && s.back() == ']')))
+  if (s.size() >= 2 &&
+      ((s.front() == '{' && s.back() == '}') || (s.front() == '[' && s.back() == ']')))
     s = text::trim(s.substr(1, s.size() - 2));
   std::vector<std::string_view> parts;
   if (s.empty()) return parts;
@@ -156,7 +168,8 @@ std::vector<std::string_view> pieces(std::string_view s) {
 }
 
 /// The reals of an array, a list, or a text; ranges checked entry by entry. nullopt = another type.
-Result<std::optional<std::vector<double>>> read_reals(const ParamSpec& spec, const Value& v, std::string_view path) {
+Result<std::optional<std::vector<double>>> read_reals(const ParamSpec& spec, const Value& v,
+                                                      std::string_view path) {
   ParamSpec one = spec;
   one.type = "real";
   std::vector<double> numbers;
@@ -168,7 +181,8 @@ Result<std::optional<std::vector<double>>> read_reals(const ParamSpec& spec, con
     return {};
   };
   if (const NumericArray* a = v.as_array()) {
-    if (a->is_matrix() && a->rows() != 1 && a->cols() != 1) return std::optional<std::vector<double>>();
+    if (a->is_matrix() && a->rows() != 1 && a->cols() != 1)
+      return std::optional<std::vector<double>>();
     numbers.reserve(a->size());
     for (const double x : a->data()) RMP_TRY(add(x));
   } else if (const List* list = v.as_list()) {
@@ -239,13 +253,18 @@ Result<Value> pose_from_matrix(const std::vector<double>& m, std::string_view pa
   // Entries typed with fewer than seven digits are refused rather than silently bent.
   constexpr double kAccepted = 1e-6, kAsGiven = 1e-14, kLastRow = 1e-9;
   for (const double x : m)
-    if (!std::isfinite(x)) return fault(path, "the matrix of a pose holds a number that is not finite");
-  if (std::abs(m[12]) > kLastRow || std::abs(m[13]) > kLastRow || std::abs(m[14]) > kLastRow || std::abs(m[15] - 1) > kLastRow)
-    return fault(path, "the last row of a pose's matrix is not 0, 0, 0, 1", "Give a matrix {R, p; 0, 1} with the position in the last column.");
+    if (!std::isfinite(x))
+      return fault(path, "the matrix of a pose holds a number that is not finite");
+  if (std::abs(m[12]) > kLastRow || std::abs(m[13]) > kLastRow || std::abs(m[14]) > kLastRow ||
+      std::abs(m[15] - 1) > kLastRow)
+    return fault(path, "the last row of a pose's matrix is not 0, 0, 0, 1",
+                 "Give a matrix {R, p; 0, 1} with the position in the last column.");
   Matrix3 r{m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10]};
   const double off = rotation_error(r);
   if (off > kAccepted)
-    return fault(path, "the 3x3 part of a pose's matrix is not a rotation (off by " + text::print_rounded(off, 2) + "; at most 1e-06 is accepted)",
+    return fault(path,
+                 "the 3x3 part of a pose's matrix is not a rotation (off by " +
+                     text::print_rounded(off, 2) + "; at most 1e-06 is accepted)",
                  "Give more digits, or angles: {position = {x, y, z}, rpy = {roll, pitch, yaw}}.");
   if (off > kAsGiven) r = orthonormal(r);
   return pose_value(Pose{r, {m[3], m[7], m[11]}});
@@ -259,18 +278,21 @@ Result<std::vector<double>> pose_part(const Value& v, std::string_view path, con
   RMP_TRY_ASSIGN(auto numbers, read_reals(part, v, path));
   if (!numbers) return wrong_type(part, v, path);
   if (numbers->size() != 3)
-    return fault(path, std::to_string(numbers->size()) + " numbers are given; " + kind_name(part) + " are needed");
+    return fault(path, std::to_string(numbers->size()) + " numbers are given; " + kind_name(part) +
+                           " are needed");
   return std::move(*numbers);
 }
 
-Result<Value> pose_from_parts(const Value* position, const Value* angles, std::string_view notation, std::string_view path) {
+Result<Value> pose_from_parts(const Value* position, const Value* angles, std::string_view notation,
+                              std::string_view path) {
   Pose pose;
   if (position) {
     RMP_TRY_ASSIGN(const auto p, pose_part(*position, std::string(path) + ".position", "m"));
     pose.p = {p[0], p[1], p[2]};
   }
   if (angles) {
-    RMP_TRY_ASSIGN(const auto a, pose_part(*angles, std::string(path) + "." + std::string(notation), "rad"));
+    RMP_TRY_ASSIGN(const auto a,
+                   pose_part(*angles, std::string(path) + "." + std::string(notation), "rad"));
     pose.R = rotation_of(notation, a);
   }
   return pose_value(pose);
@@ -285,12 +307,15 @@ Result<Value> check_pose_map(const Map& map, std::string_view path) {
     if (key == "position") {
       position = &value;
     } else if (key == "rpy" || key == "xyz" || key == "zyz") {
-      if (angles) return fault(path, "a pose has both " + notation + " and " + key, "Give one set of angles.");
+      if (angles)
+        return fault(path, "a pose has both " + notation + " and " + key,
+                     "Give one set of angles.");
       angles = &value;
       notation = key;
     } else {
       return error(ErrorCode::unknown_name, text::quote(key) + " is not a field of a pose",
-                   text::did_you_mean(key, known) + (text::nearest(key, known) ? " " : "") + "Fields: " + text::enumerate(known) + ".",
+                   text::did_you_mean(key, known) + (text::nearest(key, known) ? " " : "") +
+                       "Fields: " + text::enumerate(known) + ".",
                    std::string(path));
     }
   }
@@ -299,12 +324,14 @@ Result<Value> check_pose_map(const Map& map, std::string_view path) {
 }
 
 /// Rows of equal length; nullopt = another type.
-Result<std::optional<NumericArray>> read_matrix(const ParamSpec& spec, const Value& v, std::string_view path) {
+Result<std::optional<NumericArray>> read_matrix(const ParamSpec& spec, const Value& v,
+                                                std::string_view path) {
   using Read = std::optional<NumericArray>;
   if (const NumericArray* a = v.as_array()) {
     if (!a->is_matrix()) return Read();
     for (std::size_t i = 0; i < a->size(); ++i)
-      RMP_TRY(check_range(spec, (*a)[i], element_path(element_path(path, i / a->cols()), i % a->cols())));
+      RMP_TRY(check_range(spec, (*a)[i],
+                          element_path(element_path(path, i / a->cols()), i % a->cols())));
     return Read(*a);
   }
   const List* rows = v.as_list();
@@ -319,7 +346,9 @@ Result<std::optional<NumericArray>> read_matrix(const ParamSpec& spec, const Val
     if (!numbers) return Read();
     if (r == 0) cols = numbers->size();
     if (numbers->size() != cols || cols == 0)
-      return fault(here, "the row has " + std::to_string(numbers->size()) + " numbers, the first one " + std::to_string(cols),
+      return fault(here,
+                   "the row has " + std::to_string(numbers->size()) + " numbers, the first one " +
+                       std::to_string(cols),
                    "Give rows of equal length.");
     data.insert(data.end(), numbers->begin(), numbers->end());
   }
@@ -333,18 +362,20 @@ Result<Value> check_pose(const ParamSpec& spec, const Value& v, std::string_view
   RMP_TRY_ASSIGN(const auto matrix, read_matrix(plain, v, path));
   if (matrix) {
     if (matrix->rows() != 4 || matrix->cols() != 4)
-      return fault(path, "the matrix of a pose is " + std::to_string(matrix->rows()) + "x" + std::to_string(matrix->cols()) + ", not 4x4", example(spec));
+      return fault(path,
+                   "the matrix of a pose is " + std::to_string(matrix->rows()) + "x" +
+                       std::to_string(matrix->cols()) + ", not 4x4",
+                   example(spec));
     return pose_from_matrix(matrix->data(), path);
   }
   List items;
-  if (const List* list = v.as_list())
-    items = *list;
-  else if (const NumericArray* a = v.as_array())
-    items.assign(a->data().begin(), a->data().end());
+  if (const List* list = v.as_list()) items = *list;
+  else if (const NumericArray* a = v.as_array()) items.assign(a->data().begin(), a->data().end());
   else if (const std::string* s = v.as_string())
     for (const std::string_view part : pieces(*s)) items.emplace_back(part);
   if (items.size() != 6) return wrong_type(spec, v, path);
-  const Value position(List(items.begin(), items.begin() + 3)), angles(List(items.begin() + 3, items.end()));
+  const Value position(List(items.begin(), items.begin() + 3)),
+      angles(List(items.begin() + 3, items.end()));
   return pose_from_parts(&position, &angles, "rpy", path);
 }
 
@@ -381,7 +412,8 @@ Result<Value> check_enum(const ParamSpec& spec, const Value& v, std::string_view
   return fault(path, text::quote(*s) + " is not one of the choices", hint + example(spec));
 }
 
-Result<Value> check_ref(const ParamSpec& spec, const Value& v, std::string_view path, const ResolveRef& resolve) {
+Result<Value> check_ref(const ParamSpec& spec, const Value& v, std::string_view path,
+                        const ResolveRef& resolve) {
   const std::string_view kinds = std::string_view(spec.type).substr(4);
   if (!v.as_handle() && !v.as_string())
     return fault(path, shown(v) + " is not " + kind_name(spec), "Give its name or a handle.");
@@ -395,8 +427,9 @@ Result<Value> check_ref(const ParamSpec& spec, const Value& v, std::string_view 
       if (kind == h->kind) return v;
     return fault(path, shown(v) + " is not " + kind_name(spec));
   }
-  return error(ErrorCode::unsupported, text::quote(*v.as_string()) + " cannot be looked up by name here",
-               "Give a handle.", std::string(path));
+  return error(ErrorCode::unsupported,
+               text::quote(*v.as_string()) + " cannot be looked up by name here", "Give a handle.",
+               std::string(path));
 }
 
 /// Joins the sentences of several faults; one fault stays as it is.
@@ -413,7 +446,8 @@ Error all_faults(std::vector<Error> faults) {
 
 }  // namespace
 
-Result<Value> check_value(const ParamSpec& spec, const Value& v, std::string_view path, const ResolveRef& resolve) {
+Result<Value> check_value(const ParamSpec& spec, const Value& v, std::string_view path,
+                          const ResolveRef& resolve) {
   const std::string_view type = spec.type;
   if (type == "any") return v;
   if (type == "bool") return check_bool(spec, v, path);
@@ -428,7 +462,8 @@ Result<Value> check_value(const ParamSpec& spec, const Value& v, std::string_vie
   }
   if (type == "string" || type == "path") {
     if (!v.as_string()) return wrong_type(spec, v, path);
-    if (type == "path" && (v.as_string()->empty() || v.as_string()->find('\0') != std::string::npos))
+    if (type == "path" &&
+        (v.as_string()->empty() || v.as_string()->find('\0') != std::string::npos))
       return fault(path, shown(v) + " is not a path", "Give the path of a file in quotes.");
     return v;
   }
@@ -436,8 +471,12 @@ Result<Value> check_value(const ParamSpec& spec, const Value& v, std::string_vie
     RMP_TRY_ASSIGN(auto numbers, read_reals(spec, v, path));
     if (!numbers) return wrong_type(spec, v, path);
     if (type == "vec3" && numbers->size() != 3)
-      return fault(path, std::to_string(numbers->size()) + " numbers are given; " + kind_name(spec) + " are needed", example(spec));
-    return Value(NumericArray(std::move(*numbers), is_dimensionless(spec.unit) ? std::string() : spec.unit));
+      return fault(path,
+                   std::to_string(numbers->size()) + " numbers are given; " + kind_name(spec) +
+                       " are needed",
+                   example(spec));
+    return Value(
+        NumericArray(std::move(*numbers), is_dimensionless(spec.unit) ? std::string() : spec.unit));
   }
   if (type == "matrix") {
     RMP_TRY_ASSIGN(auto matrix, read_matrix(spec, v, path));
@@ -447,7 +486,8 @@ Result<Value> check_value(const ParamSpec& spec, const Value& v, std::string_vie
   if (type == "list") {
     if (v.as_list()) return v;
     if (v.as_map() && v.as_map()->empty()) return Value(List());
-    if (const NumericArray* a = v.as_array(); a && !a->is_matrix()) return Value(List(a->data().begin(), a->data().end()));
+    if (const NumericArray* a = v.as_array(); a && !a->is_matrix())
+      return Value(List(a->data().begin(), a->data().end()));
     return wrong_type(spec, v, path);
   }
   if (type == "map") {
@@ -455,7 +495,8 @@ Result<Value> check_value(const ParamSpec& spec, const Value& v, std::string_vie
     if (v.as_list() && v.as_list()->empty()) return Value(Map());
     return wrong_type(spec, v, path);
   }
-  return error(ErrorCode::internal, "the schema has the unknown type " + text::quote(type), {}, std::string(path));
+  return error(ErrorCode::internal, "the schema has the unknown type " + text::quote(type), {},
+               std::string(path));
 }
 
 Result<Map> check(const Schema& schema, const Map& given, const ResolveRef& resolve) {
@@ -465,8 +506,11 @@ Result<Map> check(const Schema& schema, const Map& given, const ResolveRef& reso
   for (const auto& [key, value] : given) {
     if (std::find(known.begin(), known.end(), key) != known.end()) continue;
     std::string hint = text::did_you_mean(key, known);
-    if (hint.empty()) hint = known.empty() ? "It takes no parameters." : "Parameters: " + text::enumerate(known) + ".";
-    faults.push_back(error(ErrorCode::unknown_name, text::quote(key) + " is not a parameter", std::move(hint)));
+    if (hint.empty())
+      hint =
+          known.empty() ? "It takes no parameters." : "Parameters: " + text::enumerate(known) + ".";
+    faults.push_back(
+        error(ErrorCode::unknown_name, text::quote(key) + " is not a parameter", std::move(hint)));
   }
   Map checked;
   for (const ParamSpec& spec : schema) {
@@ -475,14 +519,15 @@ Result<Map> check(const Schema& schema, const Map& given, const ResolveRef& reso
     if (!v && spec.default_value) v = &*spec.default_value;
     if (!v) {
       if (spec.required)
-        faults.push_back(fault(spec.name, "no value is given; " + kind_name(spec) + (spec.type == "vec3" ? " are" : " is") + " required", example(spec)));
+        faults.push_back(fault(spec.name,
+                               "no value is given; " + kind_name(spec) +
+                                   (spec.type == "vec3" ? " are" : " is") + " required",
+                               example(spec)));
       continue;
     }
     Result<Value> one = check_value(spec, *v, spec.name, resolve);
-    if (one.ok())
-      checked.set(spec.name, std::move(*one));
-    else
-      faults.push_back(std::move(one).error());
+    if (one.ok()) checked.set(spec.name, std::move(*one));
+    else faults.push_back(std::move(one).error());
   }
   if (!faults.empty()) return all_faults(std::move(faults));
   return checked;
@@ -494,7 +539,8 @@ std::string describe(const ParamSpec& spec) {
   if (!is_dimensionless(spec.unit)) s += " [" + spec.unit + "]";
   if (spec.default_value) {
     const bool quoted = spec.default_value->as_string() && spec.type != "enum";
-    s += " = " + (quoted ? text::quote(*spec.default_value->as_string()) : spec.default_value->text());
+    s += " = " +
+         (quoted ? text::quote(*spec.default_value->as_string()) : spec.default_value->text());
   } else {
     s += spec.required ? ", required" : ", optional";
   }
@@ -512,26 +558,32 @@ Result<Schema> schema_from(std::span<const rmp_param> table) {
   for (std::size_t i = 0; i < table.size(); ++i) {
     const rmp_param& row = table[i];
     const auto malformed = [&](const std::string& why) {
-      const std::string name = row.name && *row.name ? text::quote(row.name) : "row " + std::to_string(i + 1);
+      const std::string name =
+          row.name && *row.name ? text::quote(row.name) : "row " + std::to_string(i + 1);
       return error(ErrorCode::plugin_refused, "parameter " + name + " " + why);
     };
     if (!row.name || !*row.name) return malformed("has no name");
-    if (!row.type || !is_known_type(row.type)) return malformed("has the unknown type " + text::quote(row.type ? row.type : "(null)"));
+    if (!row.type || !is_known_type(row.type))
+      return malformed("has the unknown type " + text::quote(row.type ? row.type : "(null)"));
     ParamSpec spec;
     spec.name = row.name;
     spec.type = row.type;
     spec.unit = row.unit ? row.unit : "";
     spec.doc = row.doc ? row.doc : "";
-    if (std::any_of(schema.begin(), schema.end(), [&](const ParamSpec& s) { return s.name == spec.name; }))
+    if (std::any_of(schema.begin(), schema.end(),
+                    [&](const ParamSpec& s) { return s.name == spec.name; }))
       return malformed("stands in the table twice");
-    if (auto unit = units::parse(spec.unit); !unit.ok()) return malformed("has a bad unit: " + unit.error().message);
-    if (std::isnan(row.min) || std::isnan(row.max)) return malformed("has a range that is not a number");
+    if (auto unit = units::parse(spec.unit); !unit.ok())
+      return malformed("has a bad unit: " + unit.error().message);
+    if (std::isnan(row.min) || std::isnan(row.max))
+      return malformed("has a range that is not a number");
     if (row.min <= row.max) {
       spec.min = row.min;
       spec.max = row.max;
     }
     if (row.choices)
-      for (const std::string_view choice : text::split(row.choices, '|')) spec.choices.emplace_back(text::trim(choice));
+      for (const std::string_view choice : text::split(row.choices, '|'))
+        spec.choices.emplace_back(text::trim(choice));
     if (spec.type == "enum" && spec.choices.empty()) return malformed("is an enum without choices");
     spec.required = row.default_text == nullptr;
     if (row.default_text) {
@@ -564,7 +616,9 @@ class MapParams final : public Params {
       }
     }
   }
-  [[nodiscard]] bool has(std::string_view name) const override { return map_.find(name) != nullptr; }
+  [[nodiscard]] bool has(std::string_view name) const override {
+    return map_.find(name) != nullptr;
+  }
   [[nodiscard]] double real(std::string_view name) const override {
     const Value* v = map_.find(name);
     return v ? v->number() : 0;
@@ -597,11 +651,14 @@ class MapParams final : public Params {
 
 }  // namespace
 
-std::unique_ptr<Params> make_params(Map checked) { return std::make_unique<MapParams>(std::move(checked)); }
+std::unique_ptr<Params> make_params(Map checked) {
+  return std::make_unique<MapParams>(std::move(checked));
+}
 
 Value pose_value(const Pose& t) {
-  return NumericArray({t.R[0], t.R[1], t.R[2], t.p[0], t.R[3], t.R[4], t.R[5], t.p[1],
-                       t.R[6], t.R[7], t.R[8], t.p[2], 0, 0, 0, 1}, 4, 4);
+  return NumericArray({t.R[0], t.R[1], t.R[2], t.p[0], t.R[3], t.R[4], t.R[5], t.p[1], t.R[6],
+                       t.R[7], t.R[8], t.p[2], 0, 0, 0, 1},
+                      4, 4);
 }
 
 std::optional<Pose> pose_from(const Value& v) {

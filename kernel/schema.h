@@ -12,8 +12,8 @@
 #include <string_view>
 #include <vector>
 
-#include <robomosp/sdk/plugin.h>
 #include <robomosp/sdk/params.h>
+#include <robomosp/sdk/plugin.h>
 #include <robomosp/sdk/result.h>
 
 #include "kernel/value.h"
@@ -33,14 +33,14 @@ namespace robomosp {
 struct ParamSpec {
   std::string name;
   std::string type;
-  std::string unit;                     ///< SI; "" = dimensionless
+  std::string unit;  ///< SI; "" = dimensionless
   std::string doc;
-  std::optional<Value> default_value;   ///< none and required = must be given
+  std::optional<Value> default_value;  ///< none and required = must be given
   bool required = false;
-  std::vector<std::string> choices;     ///< of an enum
+  std::vector<std::string> choices;  ///< of an enum
   double min = -std::numeric_limits<double>::infinity();
   double max = std::numeric_limits<double>::infinity();
-  bool infinite = false;                ///< inf and -inf are meant, where min..max allow them; NaN never is
+  bool infinite = false;  ///< inf and -inf are meant, where min..max allow them; NaN never is
 };
 
 /// `min` of a quantity that must be greater than 0.
@@ -57,7 +57,8 @@ using ResolveRef = std::function<Result<Handle>(std::string_view kinds, const Va
 [[nodiscard]] Result<Map> check(const Schema&, const Map& given, const ResolveRef& = {});
 
 /// Checks one value; `path` names it in messages.
-[[nodiscard]] Result<Value> check_value(const ParamSpec&, const Value&, std::string_view path, const ResolveRef& = {});
+[[nodiscard]] Result<Value> check_value(const ParamSpec&, const Value&, std::string_view path,
+                                        const ResolveRef& = {});
 
 /// `speed: real [m/s] = 0.1, greater than 0. Speed along the path.`
 [[nodiscard]] std::string describe(const ParamSpec&);

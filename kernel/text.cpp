@@ -10,7 +10,9 @@
 namespace robomosp::text {
 namespace {
 
-constexpr bool is_space(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r' || c == '\f' || c == '\v'; }
+constexpr bool is_space(char c) {
+  return c == ' ' || c == '\t' || c == '\n' || c == '\r' || c == '\f' || c == '\v';
+}
 constexpr char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
 
 /// Edit distance with swaps of neighbours counted as one, case-blind; stops at `limit` + 1.
@@ -25,7 +27,8 @@ std::size_t edit_distance(std::string_view a, std::string_view b, std::size_t li
     for (std::size_t j = 1; j <= b.size(); ++j) {
       const bool same = lower(a[i - 1]) == lower(b[j - 1]);
       row[j] = std::min({last[j] + 1, row[j - 1] + 1, last[j - 1] + (same ? 0U : 1U)});
-      if (i > 1 && j > 1 && lower(a[i - 1]) == lower(b[j - 2]) && lower(a[i - 2]) == lower(b[j - 1]))
+      if (i > 1 && j > 1 && lower(a[i - 1]) == lower(b[j - 2]) &&
+          lower(a[i - 2]) == lower(b[j - 1]))
         row[j] = std::min(row[j], before[j - 2] + 1);
       least = std::min(least, row[j]);
     }
@@ -38,7 +41,8 @@ std::size_t edit_distance(std::string_view a, std::string_view b, std::size_t li
 
 bool starts_with_blind(std::string_view s, std::string_view start) {
   return s.size() >= start.size() &&
-         std::equal(start.begin(), start.end(), s.begin(), [](char x, char y) { return lower(x) == lower(y); });
+         std::equal(start.begin(), start.end(), s.begin(),
+                    [](char x, char y) { return lower(x) == lower(y); });
 }
 
 }  // namespace
@@ -55,8 +59,8 @@ std::string print_rounded(double v, int digits) {
   if (v == 0) return "0";
   if (!std::isfinite(v)) return print(v);
   std::array<char, 64> buffer;
-  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), v, std::chars_format::scientific,
-                                 std::clamp(digits, 1, 17) - 1);
+  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), v,
+                                 std::chars_format::scientific, std::clamp(digits, 1, 17) - 1);
   // Through the rounded value, so that the text is also the shortest one of that value.
   double rounded = v;
   std::from_chars(buffer.data(), end.ptr, rounded);

@@ -28,8 +28,10 @@ namespace robomosp::text {
 [[nodiscard]] std::string enumerate(std::span<const std::string> words);
 
 /// The candidate nearest to `word` (edit distance, case-blind), if it is near enough to be meant.
-[[nodiscard]] std::optional<std::string> nearest(std::string_view word, std::span<const std::string> candidates);
+[[nodiscard]] std::optional<std::string> nearest(std::string_view word,
+                                                 std::span<const std::string> candidates);
 /// `Did you mean "x"?` or "" .
-[[nodiscard]] std::string did_you_mean(std::string_view word, std::span<const std::string> candidates);
+[[nodiscard]] std::string did_you_mean(std::string_view word,
+                                       std::span<const std::string> candidates);
 
 }  // namespace robomosp::text

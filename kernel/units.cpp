@@ -23,18 +23,41 @@ constexpr double kPi = std::numbers::pi;
 constexpr Dimension kNone{0, 0, 0, 0};
 // Factors of inch, foot and pound are the exact ones of the 1959 agreement.
 constexpr Named kUnits[] = {
-    {"m", 1, {1, 0, 0, 0}},          {"mm", 1e-3, {1, 0, 0, 0}},       {"cm", 1e-2, {1, 0, 0, 0}},
-    {"um", 1e-6, {1, 0, 0, 0}},      {"km", 1e3, {1, 0, 0, 0}},        {"in", 0.0254, {1, 0, 0, 0}},
-    {"ft", 0.3048, {1, 0, 0, 0}},    {"kg", 1, {0, 1, 0, 0}},          {"g", 1e-3, {0, 1, 0, 0}},
-    {"t", 1e3, {0, 1, 0, 0}},        {"lb", 0.45359237, {0, 1, 0, 0}}, {"s", 1, {0, 0, 1, 0}},
-    {"ms", 1e-3, {0, 0, 1, 0}},      {"min", 60, {0, 0, 1, 0}},        {"h", 3600, {0, 0, 1, 0}},
-    {"rad", 1, {0, 0, 0, 1}},        {"deg", kPi / 180, {0, 0, 0, 1}}, {"mrad", 1e-3, {0, 0, 0, 1}},
-    {"rev", 2 * kPi, {0, 0, 0, 1}},  {"rpm", kPi / 30, {0, 0, -1, 1}}, {"N", 1, {1, 1, -2, 0}},
-    {"kN", 1e3, {1, 1, -2, 0}},      {"Nm", 1, {2, 1, -2, 0}},         {"J", 1, {2, 1, -2, 0}},
-    {"kJ", 1e3, {2, 1, -2, 0}},      {"W", 1, {2, 1, -3, 0}},          {"kW", 1e3, {2, 1, -3, 0}},
-    {"Pa", 1, {-1, 1, -2, 0}},       {"kPa", 1e3, {-1, 1, -2, 0}},     {"MPa", 1e6, {-1, 1, -2, 0}},
-    {"GPa", 1e9, {-1, 1, -2, 0}},    {"bar", 1e5, {-1, 1, -2, 0}},     {"Hz", 1, {0, 0, -1, 0}},
-    {"%", 1e-2, kNone},              {"1", 1, kNone},
+    {"m", 1, {1, 0, 0, 0}},
+    {"mm", 1e-3, {1, 0, 0, 0}},
+    {"cm", 1e-2, {1, 0, 0, 0}},
+    {"um", 1e-6, {1, 0, 0, 0}},
+    {"km", 1e3, {1, 0, 0, 0}},
+    {"in", 0.0254, {1, 0, 0, 0}},
+    {"ft", 0.3048, {1, 0, 0, 0}},
+    {"kg", 1, {0, 1, 0, 0}},
+    {"g", 1e-3, {0, 1, 0, 0}},
+    {"t", 1e3, {0, 1, 0, 0}},
+    {"lb", 0.45359237, {0, 1, 0, 0}},
+    {"s", 1, {0, 0, 1, 0}},
+    {"ms", 1e-3, {0, 0, 1, 0}},
+    {"min", 60, {0, 0, 1, 0}},
+    {"h", 3600, {0, 0, 1, 0}},
+    {"rad", 1, {0, 0, 0, 1}},
+    {"deg", kPi / 180, {0, 0, 0, 1}},
+    {"mrad", 1e-3, {0, 0, 0, 1}},
+    {"rev", 2 * kPi, {0, 0, 0, 1}},
+    {"rpm", kPi / 30, {0, 0, -1, 1}},
+    {"N", 1, {1, 1, -2, 0}},
+    {"kN", 1e3, {1, 1, -2, 0}},
+    {"Nm", 1, {2, 1, -2, 0}},
+    {"J", 1, {2, 1, -2, 0}},
+    {"kJ", 1e3, {2, 1, -2, 0}},
+    {"W", 1, {2, 1, -3, 0}},
+    {"kW", 1e3, {2, 1, -3, 0}},
+    {"Pa", 1, {-1, 1, -2, 0}},
+    {"kPa", 1e3, {-1, 1, -2, 0}},
+    {"MPa", 1e6, {-1, 1, -2, 0}},
+    {"GPa", 1e9, {-1, 1, -2, 0}},
+    {"bar", 1e5, {-1, 1, -2, 0}},
+    {"Hz", 1, {0, 0, -1, 0}},
+    {"%", 1e-2, kNone},
+    {"1", 1, kNone},
 };
 
 struct NamedDimension {
@@ -74,13 +97,15 @@ Error unknown_unit(std::string_view name) {
   for (const Named& u : kUnits)
     if (u.name != "1") names.emplace_back(u.name);
   std::string hint = text::did_you_mean(name, names);
-  if (hint.empty()) hint = "Units are " + text::enumerate(names) + ", and products such as \"N m\" or \"kg/m^3\".";
+  if (hint.empty())
+    hint = "Units are " + text::enumerate(names) + ", and products such as \"N m\" or \"kg/m^3\".";
   return error(ErrorCode::invalid_argument, text::quote(name) + " is not a unit", std::move(hint));
 }
 
 Error malformed(std::string_view name) {
-  return error(ErrorCode::invalid_argument, text::quote(name) + " is not a unit",
-               "Write products with a space, quotients with / and powers with ^, such as \"kg m^2/s\".");
+  return error(
+      ErrorCode::invalid_argument, text::quote(name) + " is not a unit",
+      "Write products with a space, quotients with / and powers with ^, such as \"kg m^2/s\".");
 }
 
 /// `length` or, for a dimension without a name, `in kg m^3` read from the text.
@@ -154,11 +179,13 @@ Result<Unit> parse(std::string_view name) {
 Result<double> read_quantity(std::string_view s, std::string_view si_unit) {
   s = text::trim(s);
   std::string_view number = s;
-  if (number.size() > 1 && number[0] == '+' && number[1] != '-' && number[1] != '+') number.remove_prefix(1);
+  if (number.size() > 1 && number[0] == '+' && number[1] != '-' && number[1] != '+')
+    number.remove_prefix(1);
   double value = 0;
   const auto end = std::from_chars(number.data(), number.data() + number.size(), value);
   if (end.ec == std::errc::result_out_of_range)
-    return error(ErrorCode::invalid_argument, text::quote(s) + " is outside the range of real numbers");
+    return error(ErrorCode::invalid_argument,
+                 text::quote(s) + " is outside the range of real numbers");
   if (end.ec != std::errc())
     return error(ErrorCode::invalid_argument, text::quote(s) + " is not a number");
   const std::string_view written =

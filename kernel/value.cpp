@@ -9,9 +9,12 @@ namespace robomosp {
 namespace {
 
 bool is_word(std::string_view s) {
-  const auto letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; };
+  const auto letter = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_';
+  };
   if (s.empty() || !letter(s[0])) return false;
-  return std::all_of(s.begin(), s.end(), [&](char c) { return letter(c) || (c >= '0' && c <= '9'); });
+  return std::all_of(s.begin(), s.end(),
+                     [&](char c) { return letter(c) || (c >= '0' && c <= '9'); });
 }
 
 std::string numbers(const double* v, std::size_t count) {
@@ -47,7 +50,8 @@ std::string leaf_text(const Value& v, bool inside) {
     case Value::Type::real: return text::print(*v.as_real());
     case Value::Type::string: return inside ? text::quote(*v.as_string()) : *v.as_string();
     case Value::Type::array: return array_text(*v.as_array());
-    case Value::Type::handle: return v.as_handle()->kind + "#" + std::to_string(v.as_handle()->number);
+    case Value::Type::handle:
+      return v.as_handle()->kind + "#" + std::to_string(v.as_handle()->number);
     default: return "nil";
   }
 }
@@ -59,20 +63,20 @@ Map::Map(std::initializer_list<Entry> entries) {
 }
 
 const Value* Map::find(std::string_view key) const {
-  const auto it = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) { return e.first == key; });
+  const auto it = std::find_if(entries_.begin(), entries_.end(),
+                               [&](const Entry& e) { return e.first == key; });
   return it == entries_.end() ? nullptr : &it->second;
 }
 
 Value* Map::find(std::string_view key) {
-  const auto it = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) { return e.first == key; });
+  const auto it = std::find_if(entries_.begin(), entries_.end(),
+                               [&](const Entry& e) { return e.first == key; });
   return it == entries_.end() ? nullptr : &it->second;
 }
 
 void Map::set(std::string key, Value value) {
-  if (Value* old = find(key))
-    *old = std::move(value);
-  else
-    entries_.emplace_back(std::move(key), std::move(value));
+  if (Value* old = find(key)) *old = std::move(value);
+  else entries_.emplace_back(std::move(key), std::move(value));
 }
 
 bool Map::erase(std::string_view key) {
@@ -88,7 +92,8 @@ bool Map::operator==(const Map& o) const {
 }
 
 std::string_view Value::type_name() const {
-  constexpr std::string_view kNames[] = {"nil", "bool", "int", "real", "string", "array", "list", "map", "handle"};
+  constexpr std::string_view kNames[] = {"nil",   "bool", "int", "real",  "string",
+                                         "array", "list", "map", "handle"};
   return kNames[v_.index()];
 }
 

@@ -30,18 +30,28 @@ class NumericArray {
  public:
   NumericArray() = default;
   explicit NumericArray(std::vector<double> v, std::string unit = {})
-      : rows_(v.size()), data_(std::make_shared<const std::vector<double>>(std::move(v))), unit_(std::move(unit)) {}
+      : rows_(v.size()),
+        data_(std::make_shared<const std::vector<double>>(std::move(v))),
+        unit_(std::move(unit)) {}
   NumericArray(std::vector<double> v, std::size_t rows, std::size_t cols, std::string unit = {})
-      : rows_(rows), cols_(cols), data_(std::make_shared<const std::vector<double>>(std::move(v))), unit_(std::move(unit)) {}
+      : rows_(rows),
+        cols_(cols),
+        data_(std::make_shared<const std::vector<double>>(std::move(v))),
+        unit_(std::move(unit)) {}
   [[nodiscard]] bool is_matrix() const { return cols_ != 0; }
   [[nodiscard]] std::size_t rows() const { return rows_; }
   [[nodiscard]] std::size_t cols() const { return cols_; }  ///< 0 for a vector
   [[nodiscard]] std::size_t size() const { return data_ ? data_->size() : 0; }
-  [[nodiscard]] const std::vector<double>& data() const { static const std::vector<double> none; return data_ ? *data_ : none; }
+  [[nodiscard]] const std::vector<double>& data() const {
+    static const std::vector<double> none;
+    return data_ ? *data_ : none;
+  }
   [[nodiscard]] double operator[](std::size_t i) const { return (*data_)[i]; }
   [[nodiscard]] double at(std::size_t r, std::size_t c) const { return (*data_)[r * cols_ + c]; }
   [[nodiscard]] const std::string& unit() const { return unit_; }
-  bool operator==(const NumericArray& o) const { return rows_ == o.rows_ && cols_ == o.cols_ && data() == o.data(); }
+  bool operator==(const NumericArray& o) const {
+    return rows_ == o.rows_ && cols_ == o.cols_ && data() == o.data();
+  }
 
  private:
   std::size_t rows_ = 0, cols_ = 0;
@@ -76,19 +86,19 @@ class Value {
  public:
   enum class Type : std::uint8_t { nil, boolean, integer, real, string, array, list, map, handle };
   Value() = default;
-  Value(std::nullptr_t) {}                              // NOLINT: implicit by design, here and below
-  Value(bool v) : v_(v) {}                              // NOLINT
-  Value(int v) : v_(static_cast<std::int64_t>(v)) {}    // NOLINT
-  Value(std::int64_t v) : v_(v) {}                      // NOLINT
+  Value(std::nullptr_t) {}                            // NOLINT: implicit by design, here and below
+  Value(bool v) : v_(v) {}                            // NOLINT
+  Value(int v) : v_(static_cast<std::int64_t>(v)) {}  // NOLINT
+  Value(std::int64_t v) : v_(v) {}                    // NOLINT
   Value(std::size_t v) : v_(static_cast<std::int64_t>(v)) {}  // NOLINT
-  Value(double v) : v_(v) {}                            // NOLINT
-  Value(const char* v) : v_(std::string(v)) {}          // NOLINT
-  Value(std::string_view v) : v_(std::string(v)) {}     // NOLINT
-  Value(std::string v) : v_(std::move(v)) {}            // NOLINT
-  Value(NumericArray v) : v_(std::move(v)) {}           // NOLINT
-  Value(List v) : v_(std::move(v)) {}                   // NOLINT
-  Value(Map v) : v_(std::move(v)) {}                    // NOLINT
-  Value(Handle v) : v_(std::move(v)) {}                 // NOLINT
+  Value(double v) : v_(v) {}                                  // NOLINT
+  Value(const char* v) : v_(std::string(v)) {}                // NOLINT
+  Value(std::string_view v) : v_(std::string(v)) {}           // NOLINT
+  Value(std::string v) : v_(std::move(v)) {}                  // NOLINT
+  Value(NumericArray v) : v_(std::move(v)) {}                 // NOLINT
+  Value(List v) : v_(std::move(v)) {}                         // NOLINT
+  Value(Map v) : v_(std::move(v)) {}                          // NOLINT
+  Value(Handle v) : v_(std::move(v)) {}                       // NOLINT
 
   [[nodiscard]] Type type() const { return static_cast<Type>(v_.index()); }
   [[nodiscard]] std::string_view type_name() const;  ///< "nil", "bool", "int", "real", ...
@@ -112,7 +122,9 @@ class Value {
   [[nodiscard]] std::string text() const;
 
  private:
-  std::variant<std::monostate, bool, std::int64_t, double, std::string, NumericArray, List, Map, Handle> v_;
+  std::variant<std::monostate, bool, std::int64_t, double, std::string, NumericArray, List, Map,
+               Handle>
+      v_;
 };
 
 }  // namespace robomosp

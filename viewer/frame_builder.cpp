@@ -38,7 +38,8 @@ Item item_of(const Drawable& d, std::uint64_t id, std::string name, const Pose& 
 }
 
 /// Joint values to show: the world's, else the pose "home", else zeros.
-std::vector<double> shown_q(const model::Robot& robot, const std::vector<double>& given, std::size_t dof) {
+std::vector<double> shown_q(const model::Robot& robot, const std::vector<double>& given,
+                            std::size_t dof) {
   std::vector<double> q = given;
   if (q.empty())
     for (const auto& p : robot.poses)
@@ -67,18 +68,22 @@ struct PosedRobot {
       bodies_out[i] = spatial::compose(world_T_base, link_frames[i - 1]);
     tool = spatial::compose(world_T_base, robotics::tip_pose(*model, 0, joint_frames));
   }
-  [[nodiscard]] bool shows(std::size_t body) const { return body == 0 || record->links[body - 1].visible; }
+  [[nodiscard]] bool shows(std::size_t body) const {
+    return body == 0 || record->links[body - 1].visible;
+  }
   [[nodiscard]] std::string body_name(std::size_t body) const {
     return body == 0 ? owner + " base" : owner + " " + record->links[body - 1].name;
   }
   [[nodiscard]] std::uint64_t triad_id() const { return item_id(owner, 100000, 0); }
 };
 
-Result<PosedRobot> posed_robot(const Snapshot& snapshot, document::Derived& derived, RobotId id, std::string owner,
-                               const Pose& world_T_mounting, Progress& progress) {
+Result<PosedRobot> posed_robot(const Snapshot& snapshot, document::Derived& derived, RobotId id,
+                               std::string owner, const Pose& world_T_mounting,
+                               Progress& progress) {
   PosedRobot r;
   r.record = snapshot.get(id);
-  if (!r.record) return error(ErrorCode::stale_handle, "the robot no longer exists", "Add it again.");
+  if (!r.record)
+    return error(ErrorCode::stale_handle, "the robot no longer exists", "Add it again.");
   RMP_TRY_ASSIGN(r.model, derived.robot_model(snapshot, id, {0, 0, -9.81}, progress));
   RMP_TRY_ASSIGN(r.bodies, derived.robot_bodies(snapshot, id, progress));
   r.owner = std::move(owner);
@@ -98,7 +103,8 @@ void add_robot(const PosedRobot& robot, std::span<const double> q, Frame& frame)
     if (!robot.shows(b)) continue;
     const auto& parts = robot.bodies.bodies[b];
     for (std::size_t p = 0; p < parts.size(); ++p)
-      frame.items.push_back(item_of(parts[p], item_id(robot.owner, b, p), robot.body_name(b), bodies[b]));
+      frame.items.push_back(
+          item_of(parts[p], item_id(robot.owner, b, p), robot.body_name(b), bodies[b]));
   }
   double reach = 0;
   for (const auto& l : robot.record->links) reach += std::hypot(l.row.a, l.row.d);
@@ -107,9 +113,11 @@ void add_robot(const PosedRobot& robot, std::span<const double> q, Frame& frame)
 
 constexpr std::size_t kLinePoints = 400;
 
-Result<Line> trajectory_line(const Registry& registry, const Snapshot& snapshot, const model::PlacedTrajectory& placed) {
+Result<Line> trajectory_line(const Registry& registry, const Snapshot& snapshot,
+                             const model::PlacedTrajectory& placed) {
   const model::Trajectory* record = snapshot.get(placed.trajectory);
-  if (!record) return error(ErrorCode::stale_handle, "the trajectory no longer exists", "Add it again.");
+  if (!record)
+    return error(ErrorCode::stale_handle, "the trajectory no longer exists", "Add it again.");
   RMP_TRY_ASSIGN(const auto path, motion::Path::build(registry, placed.name, *record));
   const auto times = path->sample_times(path->duration() / static_cast<double>(kLinePoints));
   std::vector<PathSample> samples(times.size());
@@ -123,9 +131,11 @@ Result<Line> trajectory_line(const Registry& registry, const Snapshot& snapshot,
 
 }  // namespace
 
-Result<Frame> build_frame(const WorldView& view, std::vector<std::string>& left_out, Progress& progress) {
+Result<Frame> build_frame(const WorldView& view, std::vector<std::string>& left_out,
+                          Progress& progress) {
   const model::World* world = view.snapshot.get(view.world);
-  if (!world) return error(ErrorCode::stale_handle, "the world no longer exists", "Open or create one.");
+  if (!world)
+    return error(ErrorCode::stale_handle, "the world no longer exists", "Open or create one.");
   Frame frame;
   const auto skip = [&](Error e) -> Result<void> {
     if (e.code == ErrorCode::cancelled) return e;
@@ -139,10 +149,12 @@ Result<Frame> build_frame(const WorldView& view, std::vector<std::string>& left_
       continue;
     }
     for (std::size_t p = 0; p < parts->size(); ++p)
-      frame.items.push_back(item_of((*parts)[p], item_id("object " + o.name, 0, p), o.name, model::pose(o.placement)));
+      frame.items.push_back(item_of((*parts)[p], item_id("object " + o.name, 0, p), o.name,
+                                    model::pose(o.placement)));
   }
   for (const auto& r : world->robots) {
-    auto robot = posed_robot(view.snapshot, view.derived, r.robot, r.name, model::pose(r.placement), progress);
+    auto robot = posed_robot(view.snapshot, view.derived, r.robot, r.name, model::pose(r.placement),
+                             progress);
     if (!robot.ok()) {
       RMP_TRY(skip(std::move(robot).error()));
       continue;
@@ -157,22 +169,27 @@ Result<Frame> build_frame(const WorldView& view, std::vector<std::string>& left_
   return frame;
 }
 
-Result<Playback> build_playback(const WorldView& view, const sim::Recording& recording, Progress& progress) {
+Result<Playback> build_playback(const WorldView& view, const sim::Recording& recording,
+                                Progress& progress) {
   const model::World* world = view.snapshot.get(view.world);
-  if (!world) return error(ErrorCode::stale_handle, "the world no longer exists", "Open or create one.");
+  if (!world)
+    return error(ErrorCode::stale_handle, "the world no longer exists", "Open or create one.");
   const auto placed = std::find_if(world->robots.begin(), world->robots.end(),
                                    [&](const auto& r) { return r.name == recording.robot; });
   if (placed == world->robots.end())
-    return error(ErrorCode::unknown_name, "the world has no robot " + text::quote(recording.robot) + " any more",
+    return error(ErrorCode::unknown_name,
+                 "the world has no robot " + text::quote(recording.robot) + " any more",
                  "Simulate again.");
-  RMP_TRY_ASSIGN(const PosedRobot robot, posed_robot(view.snapshot, view.derived, placed->robot, placed->name,
-                                                     model::pose(placed->placement), progress));
+  RMP_TRY_ASSIGN(const PosedRobot robot,
+                 posed_robot(view.snapshot, view.derived, placed->robot, placed->name,
+                             model::pose(placed->placement), progress));
   const std::size_t dof = robot.model->dof();
   std::vector<const sim::Column*> q;
   for (std::size_t j = 0; j < dof; ++j) {
     q.push_back(recording.find("q" + std::to_string(j + 1)));
     if (!q.back() || recording.dof != dof)
-      return error(ErrorCode::conflict, "the recording was made from a robot with other joints", "Simulate again.");
+      return error(ErrorCode::conflict, "the recording was made from a robot with other joints",
+                   "Simulate again.");
   }
   Playback playback;
   playback.times = recording.columns.front().values;
@@ -195,13 +212,15 @@ Result<Playback> build_playback(const WorldView& view, const sim::Recording& rec
   return playback;
 }
 
-Result<Frame> build_frame(const Snapshot& snapshot, document::Derived& derived, AnyId id, Progress& progress) {
+Result<Frame> build_frame(const Snapshot& snapshot, document::Derived& derived, AnyId id,
+                          Progress& progress) {
   Frame frame;
   const model::Record* record = snapshot.find(id);
-  if (!record) return error(ErrorCode::stale_handle, "the record no longer exists", "Open or create one.");
+  if (!record)
+    return error(ErrorCode::stale_handle, "the record no longer exists", "Open or create one.");
   if (id.kind == Kind::robot) {
-    RMP_TRY_ASSIGN(const PosedRobot robot,
-                   posed_robot(snapshot, derived, RobotId{id.number}, record->name, Pose{}, progress));
+    RMP_TRY_ASSIGN(const PosedRobot robot, posed_robot(snapshot, derived, RobotId{id.number},
+                                                       record->name, Pose{}, progress));
     add_robot(robot, shown_q(*robot.record, {}, robot.model->dof()), frame);
     return frame;
   }

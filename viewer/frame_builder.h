@@ -26,12 +26,14 @@ struct WorldView {
 
 /// Objects, robots at the joint values the world gives them, trajectories as lines and a triad at
 /// each robot's tool. What cannot be built (a solid that fails) is left out and told in `left_out`.
-[[nodiscard]] Result<Frame> build_frame(const WorldView&, std::vector<std::string>& left_out, Progress&);
+[[nodiscard]] Result<Frame> build_frame(const WorldView&, std::vector<std::string>& left_out,
+                                        Progress&);
 
 /// How the robot of a recording moves; ids are those of build_frame on the same world.
 [[nodiscard]] Result<Playback> build_playback(const WorldView&, const sim::Recording&, Progress&);
 
 /// A solid, an object or a robot (at its "home" pose or zeros) on its own.
-[[nodiscard]] Result<Frame> build_frame(const document::Snapshot&, document::Derived&, AnyId, Progress&);
+[[nodiscard]] Result<Frame> build_frame(const document::Snapshot&, document::Derived&, AnyId,
+                                        Progress&);
 
 }  // namespace robomosp::viewer

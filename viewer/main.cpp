@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Program robomosp-desktop: shows a world, robot, object or solid in a window, or draws it to a file
-// without any display.
+// Program robomosp-desktop: shows a world, robot, object or solid in a window, or draws it to a
+// file without any display.
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
@@ -105,7 +105,8 @@ Result<Picture> picture(ioci::Application& app, AnyId id, const Options& options
   if (!play.empty()) {
     const sim::Simulator simulator{app.registry, app.derived, *snapshot};
     RMP_TRY_ASSIGN(const auto recording,
-                   simulator.inverse_kinematics({.world = world, .robot = play[0], .trajectory = play[1]}, progress));
+                   simulator.inverse_kinematics(
+                       {.world = world, .robot = play[0], .trajectory = play[1]}, progress));
     RMP_TRY_ASSIGN(p.playback, viewer::build_playback(view, *recording, progress));
   }
   return p;
@@ -124,7 +125,8 @@ void pose_at(Picture& p, double time) {
 }
 
 int run(const Options& options) {
-  auto made = ioci::Application::create({.plugin_path = options.plugin_path, .library = options.library});
+  auto made =
+      ioci::Application::create({.plugin_path = options.plugin_path, .library = options.library});
   if (!made.ok()) return fail(made.error());
   ioci::Application& app = **made;
   ioci::Session session("desktop");
@@ -144,7 +146,8 @@ int run(const Options& options) {
   if (options.at >= 0) pose_at(p, options.at);
   const auto quality = options.fast ? viewer::Quality::fast : viewer::Quality::quality;
   if (!options.render.empty()) {
-    auto drawn = viewer::render_png(p.frame, options.size[0], options.size[1], quality, options.render);
+    auto drawn =
+        viewer::render_png(p.frame, options.size[0], options.size[1], quality, options.render);
     if (!drawn.ok()) return fail(drawn.error());
     std::printf("%s\n", options.render.c_str());
     return kOk;
@@ -160,19 +163,35 @@ int run(const Options& options) {
 
 int main(int argc, char** argv) {
   Options options;
-  CLI::App cli("Shows a world, robot, object or solid; without --render in a window.", "robomosp-desktop");
+  CLI::App cli("Shows a world, robot, object or solid; without --render in a window.",
+               "robomosp-desktop");
   cli.set_version_flag("--version", "robomosp-desktop " RMP_SDK_VERSION);
-  cli.add_option("what", options.what, "a native file, or a name of the library (default: pa10_circle)");
-  cli.add_option("--play", options.play, "simulate this robot on this trajectory (default: the first of each)")->expected(2)->type_name("ROBOT TRAJECTORY");
+  cli.add_option("what", options.what,
+                 "a native file, or a name of the library (default: pa10_circle)");
+  cli.add_option("--play", options.play,
+                 "simulate this robot on this trajectory (default: the first of each)")
+      ->expected(2)
+      ->type_name("ROBOT TRAJECTORY");
   cli.add_flag("--still", options.still, "do not simulate");
-  cli.add_option("--render", options.render, "draw to this PNG file and exit; needs no display")->type_name("FILE");
-  cli.add_option("--screenshot", options.screenshot, "photograph the window to this PNG file after a second and end")->type_name("FILE");
+  cli.add_option("--render", options.render, "draw to this PNG file and exit; needs no display")
+      ->type_name("FILE");
+  cli.add_option("--screenshot", options.screenshot,
+                 "photograph the window to this PNG file after a second and end")
+      ->type_name("FILE");
   cli.add_option("--at", options.at, "time of the picture [s]")->check(CLI::NonNegativeNumber);
-  cli.add_option("--size", options.size, "width and height of the picture [px]")->check(CLI::Range(16, 8192));
-  cli.add_option("--view", options.view, "isometric, front, back, left, right, top or bottom")->check(CLI::IsMember(kViews));
-  cli.add_option("--eye", options.eye, "where the camera stands, in the world [m]; with --target")->expected(3)->type_name("X Y Z");
-  cli.add_option("--target", options.target, "what the camera looks at, in the world [m]; with --eye")->expected(3)->type_name("X Y Z");
-  cli.add_option("--zoom", options.zoom, "1 fits everything into the picture")->check(CLI::Range(0.01, 100.0));
+  cli.add_option("--size", options.size, "width and height of the picture [px]")
+      ->check(CLI::Range(16, 8192));
+  cli.add_option("--view", options.view, "isometric, front, back, left, right, top or bottom")
+      ->check(CLI::IsMember(kViews));
+  cli.add_option("--eye", options.eye, "where the camera stands, in the world [m]; with --target")
+      ->expected(3)
+      ->type_name("X Y Z");
+  cli.add_option("--target", options.target,
+                 "what the camera looks at, in the world [m]; with --eye")
+      ->expected(3)
+      ->type_name("X Y Z");
+  cli.add_option("--zoom", options.zoom, "1 fits everything into the picture")
+      ->check(CLI::Range(0.01, 100.0));
   cli.add_flag("--orthographic", options.orthographic, "parallel projection");
   cli.add_flag("--fast", options.fast, "simple shading");
   cli.add_option("--plugin-path", options.plugin_path, "folders searched for plugins first");

@@ -31,7 +31,8 @@ class Part final : public Component {
 /// Progress of the command that a session runs.
 class SessionProgress final : public Progress {
  public:
-  SessionProgress(const AppThread& thread, const Session& session) : thread_(thread), session_(session) {}
+  SessionProgress(const AppThread& thread, const Session& session)
+      : thread_(thread), session_(session) {}
   void report(double fraction, std::string_view what) override {
     if (session_.show_progress && thread_.is_current()) session_.show_progress(fraction, what);
   }
@@ -45,7 +46,9 @@ class SessionProgress final : public Progress {
 /// Restores what a session joins when a scope ends.
 class Joined {
  public:
-  Joined(document::Transaction*& slot, document::Transaction* now) : slot_(slot), before_(slot) { slot_ = now; }
+  Joined(document::Transaction*& slot, document::Transaction* now) : slot_(slot), before_(slot) {
+    slot_ = now;
+  }
   ~Joined() { slot_ = before_; }
   Joined(const Joined&) = delete;
   Joined& operator=(const Joined&) = delete;
@@ -55,7 +58,8 @@ class Joined {
   document::Transaction* before_;
 };
 
-std::vector<std::filesystem::path> library_path(const ApplicationOptions& options, const std::filesystem::path& share) {
+std::vector<std::filesystem::path> library_path(const ApplicationOptions& options,
+                                                const std::filesystem::path& share) {
   if (!options.library.empty()) return options.library;
   std::vector<std::filesystem::path> out;
   if (const char* given = std::getenv("ROBOMOSP_LIBRARY"))
@@ -91,24 +95,30 @@ bool kinds_include(std::string_view kinds, std::string_view kind) {
 
 std::string kinds_text(std::string_view kinds) {
   std::string out(kinds == "any" ? "record" : kinds);
-  for (std::size_t at = 0; (at = out.find('|', at)) != std::string::npos; at += 4) out.replace(at, 1, " or ");
+  for (std::size_t at = 0; (at = out.find('|', at)) != std::string::npos; at += 4)
+    out.replace(at, 1, " or ");
   return out;
 }
 
 Error stale(const Handle& h) {
-  return error(ErrorCode::stale_handle, h.kind + "#" + std::to_string(h.number) + " no longer exists",
+  return error(ErrorCode::stale_handle,
+               h.kind + "#" + std::to_string(h.number) + " no longer exists",
                "It was removed, or its creation was undone. Get a new handle by name.");
 }
 
 Error caught(std::string_view command, std::string what) {
-  return error(ErrorCode::internal, std::string(command) + " failed unexpectedly: " + std::move(what),
+  return error(ErrorCode::internal,
+               std::string(command) + " failed unexpectedly: " + std::move(what),
                "The document is as before. Please report this.");
 }
 
 }  // namespace
 
 Application::Application(ApplicationOptions options)
-    : plugins(registry), derived(registry), share(executable_folder() / ".." / "share" / "robomosp"), options_(std::move(options)) {
+    : plugins(registry),
+      derived(registry),
+      share(executable_folder() / ".." / "share" / "robomosp"),
+      options_(std::move(options)) {
   library = library_path(options_, share);
   derived.set_enabled(options_.cache);
 }
@@ -120,9 +130,11 @@ Application::~Application() {
 }
 
 Result<void> Application::start() {
-  const auto add = [this](std::string id, Layer layer, std::vector<std::string> needs, std::function<Result<void>()> on_start = {},
+  const auto add = [this](std::string id, Layer layer, std::vector<std::string> needs,
+                          std::function<Result<void>()> on_start = {},
                           std::function<void()> on_stop = {}) {
-    return components_.add({std::move(id), layer, std::move(needs)}, std::make_unique<Part>(std::move(on_start), std::move(on_stop)));
+    return components_.add({std::move(id), layer, std::move(needs)},
+                           std::make_unique<Part>(std::move(on_start), std::move(on_stop)));
   };
   using enum Layer;
   RMP_TRY(add("messages", core, {}));
@@ -136,8 +148,11 @@ Result<void> Application::start() {
     plugins.set_search_path(PluginLoader::search_path(options_.plugin_path));
     plugins.load_all();
     for (const PluginReport& report : plugins.reports()) {
-      if (report.refusal) messages.post(Severity::warning, "plugin_refused", report.refusal->sentence(), "plugin_loader");
-      for (const std::string& remark : report.remarks) messages.post(Severity::warning, "plugin_remark", remark, "plugin_loader");
+      if (report.refusal)
+        messages.post(Severity::warning, "plugin_refused", report.refusal->sentence(),
+                      "plugin_loader");
+      for (const std::string& remark : report.remarks)
+        messages.post(Severity::warning, "plugin_remark", remark, "plugin_loader");
     }
     return {};
   }));
@@ -145,10 +160,11 @@ Result<void> Application::start() {
   RMP_TRY(add("derived", application, {"document", "registry", "robotics"}));
   RMP_TRY(add("io", application, {"document"}));
   RMP_TRY(add("sim", application, {"derived", "motion", "plugins"}));
-  RMP_TRY(add("ioci", application, {"document", "derived", "io", "sim", "plugins", "jobs"}, [this]() -> Result<void> {
-    register_commands(commands);
-    return {};
-  }));
+  RMP_TRY(add("ioci", application, {"document", "derived", "io", "sim", "plugins", "jobs"},
+              [this]() -> Result<void> {
+                register_commands(commands);
+                return {};
+              }));
   return components_.start_all();
 }
 
@@ -167,12 +183,15 @@ Result<Value> Application::dispatch(Session& session, std::string_view name, con
 Result<Value> Application::run(Session& session, const CommandSpec& spec, const Map& args) {
   RMP_CHECK(thread.is_current(), "dispatch off the application thread");
   if (!session.may(spec.effect))
-    return error(ErrorCode::permission, "session " + text::quote(session.name()) + " may not run " + spec.name + ", which " +
-                                            (spec.effect == Effect::files_read    ? std::string("reads files")
-                                             : spec.effect == Effect::files_write ? std::string("writes files")
-                                             : spec.effect == Effect::loads_code  ? std::string("loads code")
-                                             : spec.effect == Effect::stops       ? std::string("stops the program")
-                                                                                  : std::string(to_string(spec.effect)) + " the document"),
+    return error(ErrorCode::permission,
+                 "session " + text::quote(session.name()) + " may not run " + spec.name +
+                     ", which " +
+                     (spec.effect == Effect::files_read    ? std::string("reads files")
+                      : spec.effect == Effect::files_write ? std::string("writes files")
+                      : spec.effect == Effect::loads_code  ? std::string("loads code")
+                      : spec.effect == Effect::stops
+                          ? std::string("stops the program")
+                          : std::string(to_string(spec.effect)) + " the document"),
                  "Start the session with the right to do so.");
   try {
     SessionProgress progress(thread, session);
@@ -183,20 +202,26 @@ Result<Value> Application::run(Session& session, const CommandSpec& spec, const 
 
     Map checked;
     if (!spec.params.empty() || !args.empty()) {
-      auto result = check(spec.params, args, [&](std::string_view kinds, const Value& v) { return resolve(ctx.snapshot(), kinds, v); });
+      auto result = check(spec.params, args, [&](std::string_view kinds, const Value& v) {
+        return resolve(ctx.snapshot(), kinds, v);
+      });
       if (!result.ok()) return std::move(result).error().in(spec.name);
       checked = std::move(*result);
     }
 
     if (spec.own_transaction && spec.effect == Effect::edits && open_)
-      return error(ErrorCode::conflict, spec.name + " cannot run while a group of edits is open", "Finish the group first.");
-    const bool edits = !spec.own_transaction && (spec.effect == Effect::edits || spec.effect == Effect::files_read || spec.effect == Effect::files_write);
+      return error(ErrorCode::conflict, spec.name + " cannot run while a group of edits is open",
+                   "Finish the group first.");
+    const bool edits = !spec.own_transaction &&
+                       (spec.effect == Effect::edits || spec.effect == Effect::files_read ||
+                        spec.effect == Effect::files_write);
     std::optional<document::Transaction> transaction;
     if (edits && !session.transaction_) {
       std::string label = spec.name, gesture;
       if (const Value* id = checked.find("id"); id && id->as_handle())
         if (const auto target = name_of(*id->as_handle())) label += " " + *target;
-      if (const Value* g = checked.find("gesture"); g && g->as_string() && !g->as_string()->empty()) {
+      if (const Value* g = checked.find("gesture");
+          g && g->as_string() && !g->as_string()->empty()) {
         const Value* path = checked.find("path");
         gesture = label + "|" + (path ? path->text() : std::string()) + "|" + *g->as_string();
       }
@@ -217,10 +242,12 @@ Result<Value> Application::run(Session& session, const CommandSpec& spec, const 
       auto commit = transaction->commit();
       if (!commit.ok()) return std::move(commit).error();
     }
-    if (spec.effect != Effect::reads) messages.post(Severity::info, "audit", command_line(*this, spec, args), session.name());
+    if (spec.effect != Effect::reads)
+      messages.post(Severity::info, "audit", command_line(*this, spec, args), session.name());
     return result;
   } catch (const std::bad_alloc&) {
-    return error(ErrorCode::internal, spec.name + " ran out of memory", "The document is as before.");
+    return error(ErrorCode::internal, spec.name + " ran out of memory",
+                 "The document is as before.");
   } catch (const std::exception& e) {
     return caught(spec.name, e.what());
   } catch (...) {
@@ -228,13 +255,17 @@ Result<Value> Application::run(Session& session, const CommandSpec& spec, const 
   }
 }
 
-Result<Value> Application::dispatch_positional(Session& session, std::string_view name, std::span<const Value> args) {
+Result<Value> Application::dispatch_positional(Session& session, std::string_view name,
+                                               std::span<const Value> args) {
   const CommandSpec* spec = commands.find(name);
   if (!spec) return commands.unknown(name);
   if (args.size() > spec->params.size())
     return error(ErrorCode::usage,
-                 std::to_string(args.size()) + " arguments are given; " + spec->name + " takes at most " + std::to_string(spec->params.size()),
-                 spec->params.empty() ? "Call it without arguments." : "help(\"" + spec->name + "\") lists them.", spec->name);
+                 std::to_string(args.size()) + " arguments are given; " + spec->name +
+                     " takes at most " + std::to_string(spec->params.size()),
+                 spec->params.empty() ? "Call it without arguments."
+                                      : "help(\"" + spec->name + "\") lists them.",
+                 spec->name);
   Map named;
   for (std::size_t i = 0; i < args.size(); ++i)
     if (!args[i].is_nil()) named.set(spec->params[i].name, args[i]);
@@ -245,14 +276,16 @@ namespace {
 
 /// Arguments of a classic line: `name=value` where `name` is a parameter, else by position. The
 /// last parameter takes all words that are left when it is a list of numbers or a free text.
-Result<Map> classic_arguments(const CommandSpec& spec, std::span<const std::string> words, std::size_t first) {
+Result<Map> classic_arguments(const CommandSpec& spec, std::span<const std::string> words,
+                              std::size_t first) {
   Map args;
   std::size_t next = first;
   for (std::size_t w = 0; w < words.size(); ++w) {
     const std::string& word = words[w];
     if (const auto equals = word.find('='); equals != std::string::npos && equals > 0) {
       const std::string name = word.substr(0, equals);
-      const auto known = std::find_if(spec.params.begin(), spec.params.end(), [&](const ParamSpec& p) { return p.name == name; });
+      const auto known = std::find_if(spec.params.begin(), spec.params.end(),
+                                      [&](const ParamSpec& p) { return p.name == name; });
       if (known != spec.params.end()) {
         args.set(name, word.substr(equals + 1));
         continue;
@@ -260,7 +293,8 @@ Result<Map> classic_arguments(const CommandSpec& spec, std::span<const std::stri
     }
     while (next < spec.params.size() && args.find(spec.params[next].name)) ++next;
     if (next >= spec.params.size())
-      return error(ErrorCode::usage, "the word " + text::quote(word) + " is one too many", "help(\"" + spec.name + "\") lists the arguments.", spec.name);
+      return error(ErrorCode::usage, "the word " + text::quote(word) + " is one too many",
+                   "help(\"" + spec.name + "\") lists the arguments.", spec.name);
     const ParamSpec& p = spec.params[next];
     std::string value = word;
     const bool many = p.name == "q" || p.type == "real[]" || p.type == "vec3" || p.type == "pose";
@@ -275,13 +309,15 @@ Result<Map> classic_arguments(const CommandSpec& spec, std::span<const std::stri
     if (p.type == "enum")
       for (const std::string& c : p.choices)
         if (std::equal(c.begin(), c.end(), value.begin(), value.end(), [](char a, char b) {
-              return std::tolower(static_cast<unsigned char>(a)) == std::tolower(static_cast<unsigned char>(b));
+              return std::tolower(static_cast<unsigned char>(a)) ==
+                     std::tolower(static_cast<unsigned char>(b));
             }))
           value = c;
     if (p.type == "list") {
       List items;
       std::string_view inner = value;
-      if (inner.size() >= 2 && inner.front() == '{' && inner.back() == '}') inner = inner.substr(1, inner.size() - 2);
+      if (inner.size() >= 2 && inner.front() == '{' && inner.back() == '}')
+        inner = inner.substr(1, inner.size() - 2);
       std::string blanks(inner);
       std::replace(blanks.begin(), blanks.end(), ',', ' ');
       RMP_TRY_ASSIGN(auto entries, split_classic(blanks));
@@ -295,7 +331,9 @@ Result<Map> classic_arguments(const CommandSpec& spec, std::span<const std::stri
   return args;
 }
 
-bool is_method(const CommandSpec& spec) { return !spec.params.empty() && spec.params.front().name == "id"; }
+bool is_method(const CommandSpec& spec) {
+  return !spec.params.empty() && spec.params.front().name == "id";
+}
 
 }  // namespace
 
@@ -307,9 +345,12 @@ Result<Value> Application::dispatch_classic(Session& session, std::string_view l
     RMP_TRY_ASSIGN(const Map args, classic_arguments(*spec, std::span(words).subspan(1), 0));
     return run(session, *spec, args);
   }
-  const auto word = [&](std::size_t i) { return i < words.size() ? std::string_view(words[i]) : std::string_view(); };
+  const auto word = [&](std::size_t i) {
+    return i < words.size() ? std::string_view(words[i]) : std::string_view();
+  };
   // `PRobot pa10 Link 3 mGetLocal`: the number stands inside the option.
-  if (words.size() >= 5 && words[2].size() == 4 && commands.find_classic(words[0], "Link " + words[4])) {
+  if (words.size() >= 5 && words[2].size() == 4 &&
+      commands.find_classic(words[0], "Link " + words[4])) {
     words[2] += " " + words[4];
     words.erase(words.begin() + 4);
   }
@@ -322,25 +363,29 @@ Result<Value> Application::dispatch_classic(Session& session, std::string_view l
       {std::string(word(2)) + " " + std::string(word(3)), 4, true},  // PRobot pa10 LLRL FKine
       {std::string(word(2)), 3, true},                               // World cell LsPRobots
       {std::string(word(1)) + " " + std::string(word(2)), 3, false},
-      {std::string(word(1)), 2, false},                              // Worlds LsWorlds
-      {std::string(), 1, false},                                     // ForceReDraw
+      {std::string(word(1)), 2, false},  // Worlds LsWorlds
+      {std::string(), 1, false},         // ForceReDraw
   };
   for (const Form& form : forms) {
     if (form.arguments > words.size()) continue;
     const CommandSpec* spec = commands.find_classic(words[0], form.option);
     if (!spec || is_method(*spec) != form.method) continue;
-    RMP_TRY_ASSIGN(Map args, classic_arguments(*spec, std::span(words).subspan(form.arguments), form.method ? 1 : 0));
+    RMP_TRY_ASSIGN(Map args, classic_arguments(*spec, std::span(words).subspan(form.arguments),
+                                               form.method ? 1 : 0));
     if (form.method) args.set("id", words[1]);
     return run(session, *spec, args);
   }
   if (words.size() == 2 && commands.find_classic(words[0], words[1]))
-    return error(ErrorCode::usage, words[0] + " " + words[1] + " lacks the name it works on", "Write " + words[0] + " <name> " + words[1] + ".");
-  if (commands.unknown_classic(words[0], word(2)).message.starts_with("there is no classic") && words[0].find('.') != std::string::npos)
+    return error(ErrorCode::usage, words[0] + " " + words[1] + " lacks the name it works on",
+                 "Write " + words[0] + " <name> " + words[1] + ".");
+  if (commands.unknown_classic(words[0], word(2)).message.starts_with("there is no classic") &&
+      words[0].find('.') != std::string::npos)
     return commands.unknown(words[0]);
   return commands.unknown_classic(words[0], words.size() > 2 ? word(2) : word(1));
 }
 
-Result<void> Application::transaction(Session& session, std::string label, const std::function<Result<void>()>& body) {
+Result<void> Application::transaction(Session& session, std::string label,
+                                      const std::function<Result<void>()>& body) {
   if (session.transaction_) return body();  // joins the outer group
   auto begun = document.begin(std::move(label));
   if (!begun.ok()) return std::move(begun).error();
@@ -365,10 +410,12 @@ Result<AnyId> Application::record_id(const document::Snapshot& snapshot, const H
   return id;
 }
 
-Result<Handle> Application::resolve(const document::Snapshot& snapshot, std::string_view kinds, const Value& value) const {
+Result<Handle> Application::resolve(const document::Snapshot& snapshot, std::string_view kinds,
+                                    const Value& value) const {
   const auto check_handle = [&](const Handle& h) -> Result<Handle> {
     if (!kinds_include(kinds, h.kind))
-      return error(ErrorCode::invalid_argument, describe(h) + " is a " + h.kind + ", not a " + kinds_text(kinds));
+      return error(ErrorCode::invalid_argument,
+                   describe(h) + " is a " + h.kind + ", not a " + kinds_text(kinds));
     if (is_record_kind(h.kind)) {
       RMP_TRY(record_id(snapshot, h));
     } else if (h.kind == "recording") {
@@ -382,7 +429,10 @@ Result<Handle> Application::resolve(const document::Snapshot& snapshot, std::str
   };
   if (const Handle* h = value.as_handle()) return check_handle(*h);
   const std::string* name = value.as_string();
-  if (!name) return error(ErrorCode::invalid_argument, value.text() + " is not the name of a " + kinds_text(kinds), "Give its name or a handle.");
+  if (!name)
+    return error(ErrorCode::invalid_argument,
+                 value.text() + " is not the name of a " + kinds_text(kinds),
+                 "Give its name or a handle.");
   for (const Kind k : kAllKinds)
     if (kinds_include(kinds, to_string(k)))
       if (const auto id = snapshot.find(k, *name)) return handle(*id);
@@ -398,11 +448,16 @@ Result<Handle> Application::resolve(const document::Snapshot& snapshot, std::str
     if (!kinds_include(kinds, to_string(k))) continue;
     for (const AnyId id : snapshot.list(k)) known.push_back(snapshot.find(id)->name);
     if (hint.empty() && library_file(*this, k, *name))
-      hint = std::string(to_string(k)) + ".get(" + text::quote(*name) + ") loads it from the library.";
+      hint =
+          std::string(to_string(k)) + ".get(" + text::quote(*name) + ") loads it from the library.";
   }
   if (hint.empty()) hint = text::did_you_mean(*name, known);
-  if (hint.empty() && !known.empty() && known.size() <= 12) hint = "There " + std::string(known.size() == 1 ? "is " : "are ") + text::enumerate(known) + ".";
-  return error(ErrorCode::unknown_name, "there is no " + kinds_text(kinds) + " " + text::quote(*name) + " in the document", hint);
+  if (hint.empty() && !known.empty() && known.size() <= 12)
+    hint =
+        "There " + std::string(known.size() == 1 ? "is " : "are ") + text::enumerate(known) + ".";
+  return error(ErrorCode::unknown_name,
+               "there is no " + kinds_text(kinds) + " " + text::quote(*name) + " in the document",
+               hint);
 }
 
 std::optional<std::string> Application::name_of(const Handle& h) const {
@@ -435,8 +490,12 @@ std::string Application::describe(const Handle& h) const {
 namespace {
 
 bool is_word(std::string_view s) {
-  const auto letter = [](char c) { return std::isalpha(static_cast<unsigned char>(c)) != 0 || c == '_'; };
-  return !s.empty() && letter(s[0]) && std::all_of(s.begin(), s.end(), [&](char c) { return letter(c) || (c >= '0' && c <= '9'); });
+  const auto letter = [](char c) {
+    return std::isalpha(static_cast<unsigned char>(c)) != 0 || c == '_';
+  };
+  return !s.empty() && letter(s[0]) && std::all_of(s.begin(), s.end(), [&](char c) {
+    return letter(c) || (c >= '0' && c <= '9');
+  });
 }
 
 constexpr std::string_view kGenerated = "\n\nGenerated from the command table; do not edit.";
@@ -446,12 +505,17 @@ constexpr std::string_view kGenerated = "\n\nGenerated from the command table; d
 Result<void> write_reference(const CommandTable& table, const std::filesystem::path& folder) {
   std::error_code failed;
   std::filesystem::create_directories(folder, failed);
-  if (failed) return error(ErrorCode::io, "the folder " + text::quote(folder.string()) + " cannot be made: " + failed.message(), "Check the path and its permissions.");
+  if (failed)
+    return error(
+        ErrorCode::io,
+        "the folder " + text::quote(folder.string()) + " cannot be made: " + failed.message(),
+        "Check the path and its permissions.");
   const auto pages = reference_pages(table);
   for (const auto& [name, page] : pages) RMP_TRY(io::write_file(folder / name, page));
   // Pages of topics that are gone; what somebody wrote by hand stays.
   std::vector<std::filesystem::path> gone;
-  for (std::filesystem::directory_iterator it(folder, failed), end; !failed && it != end; it.increment(failed)) {
+  for (std::filesystem::directory_iterator it(folder, failed), end; !failed && it != end;
+       it.increment(failed)) {
     const auto& path = it->path();
     if (path.extension() != ".md" || pages.contains(path.filename().string())) continue;
     const auto old = io::read_file(path);
@@ -472,15 +536,14 @@ std::string command_line(const Application& app, const CommandSpec& spec, const 
     first = false;
     out += (is_word(name) ? name : "[" + text::quote(name) + "]") + " = ";
     std::string shown;
-    if (value.as_string())
-      shown = text::quote(*value.as_string());
+    if (value.as_string()) shown = text::quote(*value.as_string());
     else if (const Handle* h = value.as_handle())
       shown = text::quote(app.name_of(*h).value_or(app.describe(*h)));
-    else
-      shown = value.text();
+    else shown = value.text();
     if (shown.size() > kLongest) {
       shown.resize(kLongest);
-      while (!shown.empty() && (static_cast<unsigned char>(shown.back()) & 0xC0U) == 0x80U) shown.pop_back();
+      while (!shown.empty() && (static_cast<unsigned char>(shown.back()) & 0xC0U) == 0x80U)
+        shown.pop_back();
       shown += " ...";
     }
     out += shown;

@@ -27,8 +27,8 @@
 namespace robomosp::ioci {
 
 struct ApplicationOptions {
-  std::vector<std::filesystem::path> plugin_path;   ///< searched first
-  std::vector<std::filesystem::path> library;       ///< empty = <executable>/../share/robomosp/library
+  std::vector<std::filesystem::path> plugin_path;  ///< searched first
+  std::vector<std::filesystem::path> library;  ///< empty = <executable>/../share/robomosp/library
   bool cache = true;
 };
 
@@ -51,7 +51,8 @@ class Application {
   Result<void> transaction(Session&, std::string label, const std::function<Result<void>()>& body);
 
   /// Handle or name -> handle; `kinds` as in "ref:robot" without the prefix, "solid|object".
-  [[nodiscard]] Result<Handle> resolve(const document::Snapshot&, std::string_view kinds, const Value&) const;
+  [[nodiscard]] Result<Handle> resolve(const document::Snapshot&, std::string_view kinds,
+                                       const Value&) const;
   /// A handle's record id, checked to exist; stale_handle otherwise.
   [[nodiscard]] static Result<AnyId> record_id(const document::Snapshot&, const Handle&);
   [[nodiscard]] static Handle handle(AnyId);

@@ -31,7 +31,8 @@ ParamSpec needed(std::string name, std::string type, std::string unit, std::stri
   return p;
 }
 
-ParamSpec defaulted(std::string name, std::string type, std::string unit, Value value, std::string doc) {
+ParamSpec defaulted(std::string name, std::string type, std::string unit, Value value,
+                    std::string doc) {
   ParamSpec p = field(std::move(name), std::move(type), std::move(unit), std::move(doc));
   p.default_value = std::move(value);
   return p;
@@ -39,17 +40,16 @@ ParamSpec defaulted(std::string name, std::string type, std::string unit, Value 
 
 ParamSpec choice(std::string name, std::vector<std::string> choices, std::string doc, bool must) {
   ParamSpec p = field(std::move(name), "enum", "", std::move(doc));
-  if (must)
-    p.required = true;
-  else
-    p.default_value = Value(choices.front());
+  if (must) p.required = true;
+  else p.default_value = Value(choices.front());
   p.choices = std::move(choices);
   return p;
 }
 
 ParamSpec self(std::string kinds) {
   std::string words = kinds;
-  for (std::size_t at = 0; (at = words.find('|', at)) != std::string::npos; at += 4) words.replace(at, 1, " or ");
+  for (std::size_t at = 0; (at = words.find('|', at)) != std::string::npos; at += 4)
+    words.replace(at, 1, " or ");
   return needed("id", "ref:" + std::move(kinds), "", "Name or handle of the " + words + ".");
 }
 
@@ -108,7 +108,8 @@ AnyId ref(const Map& args, std::string_view name) {
 }
 std::string name_in(const CommandContext& ctx, AnyId id) { return ctx.snapshot().describe(id); }
 
-Result<AnyId> read_ref(const CommandContext& ctx, std::string_view kinds, const Value& value, std::string_view path) {
+Result<AnyId> read_ref(const CommandContext& ctx, std::string_view kinds, const Value& value,
+                       std::string_view path) {
   auto handle = ctx.app.resolve(ctx.snapshot(), kinds, value);
   if (!handle.ok()) return std::move(handle).error().in(path);
   return Application::record_id(ctx.snapshot(), *handle);
@@ -138,7 +139,9 @@ Result<model::Placement> read_placement(const Value* value, std::string_view pat
         RMP_TRY_ASSIGN(out.position, read_vec3(v, "m", where + ".position"));
         continue;
       }
-      out.notation = key == "xyz" ? model::AngleNotation::xyz : key == "zyz" ? model::AngleNotation::zyz : model::AngleNotation::rpy;
+      out.notation = key == "xyz"   ? model::AngleNotation::xyz
+                     : key == "zyz" ? model::AngleNotation::zyz
+                                    : model::AngleNotation::rpy;
       RMP_TRY_ASSIGN(out.angles, read_vec3(v, "rad", where + "." + key));
     }
     return out;
@@ -155,7 +158,8 @@ Result<model::Placement> read_placement(const Value* value, std::string_view pat
 }
 
 Schema placement_fields(std::string frame) {
-  return {optional("placement", "pose", "", "Where it stands in " + frame + "; or give position and angles."),
+  return {optional("placement", "pose", "",
+                   "Where it stands in " + frame + "; or give position and angles."),
           optional("position", "vec3", "m", "Its origin in " + frame + "."),
           optional("rpy", "vec3", "rad", "Roll, pitch, yaw: R = Rz(yaw) Ry(pitch) Rx(roll)."),
           optional("xyz", "vec3", "rad", "Angles about the moving x, y and z axes instead."),
@@ -169,7 +173,9 @@ Result<model::Placement> read_placement_fields(const Map& table, std::string_vie
     if (const Value* v = table.find(key); v && !v->is_nil()) parts.set(key, *v);
   if (whole && !whole->is_nil()) {
     if (!parts.empty())
-      return error(ErrorCode::invalid_argument, "there is both a placement and a " + parts.begin()->first, "Give one of them.", std::string(path));
+      return error(ErrorCode::invalid_argument,
+                   "there is both a placement and a " + parts.begin()->first, "Give one of them.",
+                   std::string(path));
     return read_placement(whole, std::string(path) + ".placement");
   }
   if (parts.empty()) return model::Placement{};
@@ -177,7 +183,8 @@ Result<model::Placement> read_placement_fields(const Map& table, std::string_vie
   return read_placement(&v, path);
 }
 
-Result<bool> set_placement(model::Placement& p, std::string_view name, const Value& value, std::string_view path) {
+Result<bool> set_placement(model::Placement& p, std::string_view name, const Value& value,
+                           std::string_view path) {
   if (name == "placement") {
     RMP_TRY_ASSIGN(p, read_placement(&value, path));
     return true;
@@ -193,21 +200,27 @@ Result<bool> set_placement(model::Placement& p, std::string_view name, const Val
   }
   if (name == "rpy" || name == "xyz" || name == "zyz") {
     RMP_TRY_ASSIGN(p.angles, read_vec3(value, "rad", path));
-    p.notation = name == "rpy" ? model::AngleNotation::rpy : name == "xyz" ? model::AngleNotation::xyz : model::AngleNotation::zyz;
+    p.notation = name == "rpy"   ? model::AngleNotation::rpy
+                 : name == "xyz" ? model::AngleNotation::xyz
+                                 : model::AngleNotation::zyz;
     return true;
   }
   return false;
 }
 
-Result<Map> read_map(const CommandContext& ctx, const Schema& schema, const Value& value, std::string_view path) {
+Result<Map> read_map(const CommandContext& ctx, const Schema& schema, const Value& value,
+                     std::string_view path) {
   const Map* map = value.as_map();
   if (!map && value.as_list() && value.as_list()->empty()) {
     static const Map none;
     map = &none;
   }
   if (!map)
-    return error(ErrorCode::invalid_argument, value.text() + " is not a table of named values", "Give named values such as {name = \"a\"}.", std::string(path));
-  auto checked = check(schema, *map, [&](std::string_view kinds, const Value& v) { return ctx.app.resolve(ctx.snapshot(), kinds, v); });
+    return error(ErrorCode::invalid_argument, value.text() + " is not a table of named values",
+                 "Give named values such as {name = \"a\"}.", std::string(path));
+  auto checked = check(schema, *map, [&](std::string_view kinds, const Value& v) {
+    return ctx.app.resolve(ctx.snapshot(), kinds, v);
+  });
   if (!checked.ok()) return std::move(checked).error().in(path);
   return std::move(*checked);
 }
@@ -220,65 +233,77 @@ Result<model::ProviderChoice> read_provider(const Value& value, std::string_view
     return out;
   }
   const Map* map = value.as_map();
-  if (!map) return error(ErrorCode::invalid_argument, value.text() + " is not a provider", "Give its name, or {name = \"numeric\", params = {...}}.", std::string(path));
+  if (!map)
+    return error(ErrorCode::invalid_argument, value.text() + " is not a provider",
+                 "Give its name, or {name = \"numeric\", params = {...}}.", std::string(path));
   for (const auto& [key, v] : *map) {
     if (key == "name" && v.as_string()) {
       out.name = *v.as_string();
     } else if (key == "params" && (v.as_map() || (v.as_list() && v.as_list()->empty()))) {
       if (!v.as_map()) continue;
       for (const auto& [name, given] : *v.as_map()) {
-        if (given.as_bool())
-          out.params[name] = *given.as_bool();
-        else if (given.as_int())
-          out.params[name] = *given.as_int();
-        else if (given.as_real())
-          out.params[name] = *given.as_real();
-        else if (given.as_string())
-          out.params[name] = *given.as_string();
-        else if (given.as_array() || given.as_list())
-          out.params[name] = reals(&given);
+        if (given.as_bool()) out.params[name] = *given.as_bool();
+        else if (given.as_int()) out.params[name] = *given.as_int();
+        else if (given.as_real()) out.params[name] = *given.as_real();
+        else if (given.as_string()) out.params[name] = *given.as_string();
+        else if (given.as_array() || given.as_list()) out.params[name] = reals(&given);
         else
-          return error(ErrorCode::invalid_argument, given.text() + " is not a parameter's value", {}, std::string(path) + ".params." + name);
+          return error(ErrorCode::invalid_argument, given.text() + " is not a parameter's value",
+                       {}, std::string(path) + ".params." + name);
       }
     } else {
-      return error(ErrorCode::invalid_argument, text::quote(key) + " does not fit a provider", "Give {name = \"numeric\", params = {...}}.", std::string(path));
+      return error(ErrorCode::invalid_argument, text::quote(key) + " does not fit a provider",
+                   "Give {name = \"numeric\", params = {...}}.", std::string(path));
     }
   }
   return out;
 }
 
-Error unknown_name(std::string_view what, std::string_view name, const std::vector<std::string>& known) {
+Error unknown_name(std::string_view what, std::string_view name,
+                   const std::vector<std::string>& known) {
   std::string hint = text::did_you_mean(name, known);
-  if (hint.empty() && !known.empty() && known.size() <= 20) hint = "There " + std::string(known.size() == 1 ? "is " : "are ") + text::enumerate(known) + ".";
-  return error(ErrorCode::unknown_name, "there is no " + std::string(what) + " " + text::quote(name), std::move(hint));
+  if (hint.empty() && !known.empty() && known.size() <= 20)
+    hint =
+        "There " + std::string(known.size() == 1 ? "is " : "are ") + text::enumerate(known) + ".";
+  return error(ErrorCode::unknown_name,
+               "there is no " + std::string(what) + " " + text::quote(name), std::move(hint));
 }
 
 // --- values --------------------------------------------------------------------------------
 
-Value vec_value(const Vec3& v, std::string unit) { return NumericArray({v[0], v[1], v[2]}, std::move(unit)); }
+Value vec_value(const Vec3& v, std::string unit) {
+  return NumericArray({v[0], v[1], v[2]}, std::move(unit));
+}
 
 Value sym_value(const Sym3& s, std::string unit) {
-  return NumericArray({s.xx, s.xy, s.xz, s.xy, s.yy, s.yz, s.xz, s.yz, s.zz}, 3, 3, std::move(unit));
+  return NumericArray({s.xx, s.xy, s.xz, s.xy, s.yy, s.yz, s.xz, s.yz, s.zz}, 3, 3,
+                      std::move(unit));
 }
 
 Value placement_value(const model::Placement& p) {
-  const char* key = p.notation == model::AngleNotation::xyz ? "xyz" : p.notation == model::AngleNotation::zyz ? "zyz" : "rpy";
+  const char* key = p.notation == model::AngleNotation::xyz   ? "xyz"
+                    : p.notation == model::AngleNotation::zyz ? "zyz"
+                                                              : "rpy";
   return Map{{"position", vec_value(p.position, "m")}, {key, vec_value(p.angles, "rad")}};
 }
 
 Value mass_value(const MassProperties& m) {
-  return Map{{"mass", m.mass}, {"com", vec_value(m.com, "m")}, {"inertia", sym_value(m.inertia, "kg m^2")}};
+  return Map{{"mass", m.mass},
+             {"com", vec_value(m.com, "m")},
+             {"inertia", sym_value(m.inertia, "kg m^2")}};
 }
 
 Value provider_value(const model::ProviderChoice& p) {
   Map params;
   for (const auto& [name, v] : p.params)
-    params.set(name, std::visit([](const auto& x) -> Value {
-                 if constexpr (std::is_same_v<std::decay_t<decltype(x)>, std::vector<double>>)
-                   return NumericArray(x);
-                 else
-                   return x;
-               }, v));
+    params.set(name,
+               std::visit(
+                   [](const auto& x) -> Value {
+                     if constexpr (std::is_same_v<std::decay_t<decltype(x)>, std::vector<double>>)
+                       return NumericArray(x);
+                     else return x;
+                   },
+                   v));
   return Map{{"name", p.name}, {"params", std::move(params)}};
 }
 
@@ -288,30 +313,38 @@ Value ref_value(const document::Snapshot& s, AnyId id) {
 }
 
 std::string colour_text(const Colour& c) {
-  const auto byte = [](float x) { return static_cast<unsigned>(std::lround(std::clamp(x, 0.0F, 1.0F) * 255.0F)); };
+  const auto byte = [](float x) {
+    return static_cast<unsigned>(std::lround(std::clamp(x, 0.0F, 1.0F) * 255.0F));
+  };
   char out[16];
   if (c.a < 1.0F)
     std::snprintf(out, sizeof out, "#%02x%02x%02x%02x", byte(c.r), byte(c.g), byte(c.b), byte(c.a));
-  else
-    std::snprintf(out, sizeof out, "#%02x%02x%02x", byte(c.r), byte(c.g), byte(c.b));
+  else std::snprintf(out, sizeof out, "#%02x%02x%02x", byte(c.r), byte(c.g), byte(c.b));
   return out;
 }
 
 Value colour_value(const Colour& c) {
-  return NumericArray({static_cast<double>(c.r), static_cast<double>(c.g), static_cast<double>(c.b), static_cast<double>(c.a)});
+  return NumericArray({static_cast<double>(c.r), static_cast<double>(c.g), static_cast<double>(c.b),
+                       static_cast<double>(c.a)});
 }
 
 Result<Colour> read_colour(const Value& v, std::string_view path) {
   const auto fault = [&](std::string message) {
-    return error(ErrorCode::invalid_argument, std::move(message), "Give \"#rrggbb\", \"#rrggbbaa\" or {r, g, b[, a]} from 0 to 1.", std::string(path));
+    return error(ErrorCode::invalid_argument, std::move(message),
+                 "Give \"#rrggbb\", \"#rrggbbaa\" or {r, g, b[, a]} from 0 to 1.",
+                 std::string(path));
   };
   if (const std::string* s = v.as_string()) {
-    if ((s->size() != 7 && s->size() != 9) || (*s)[0] != '#') return fault(text::quote(*s) + " is not a colour");
+    if ((s->size() != 7 && s->size() != 9) || (*s)[0] != '#')
+      return fault(text::quote(*s) + " is not a colour");
     float part[4] = {0, 0, 0, 1};
     for (std::size_t i = 0; 2 * i + 2 < s->size(); ++i) {
       int byte = 0;
       for (const char c : s->substr(1 + 2 * i, 2)) {
-        const int digit = c >= '0' && c <= '9' ? c - '0' : c >= 'a' && c <= 'f' ? c - 'a' + 10 : c >= 'A' && c <= 'F' ? c - 'A' + 10 : -1;
+        const int digit = c >= '0' && c <= '9'   ? c - '0'
+                          : c >= 'a' && c <= 'f' ? c - 'a' + 10
+                          : c >= 'A' && c <= 'F' ? c - 'A' + 10
+                                                 : -1;
         if (digit < 0) return fault(text::quote(*s) + " is not a colour");
         byte = 16 * byte + digit;
       }
@@ -324,7 +357,8 @@ Result<Colour> read_colour(const Value& v, std::string_view path) {
   for (const double x : numbers)
     if (!(x >= 0 && x <= 1)) return fault(text::print(x) + " is not between 0 and 1");
   const auto f = [](double x) { return static_cast<float>(x); };
-  return Colour{f(numbers[0]), f(numbers[1]), f(numbers[2]), numbers.size() == 4 ? f(numbers[3]) : 1.0F};
+  return Colour{f(numbers[0]), f(numbers[1]), f(numbers[2]),
+                numbers.size() == 4 ? f(numbers[3]) : 1.0F};
 }
 
 Map pose_map(const Pose& t) {
@@ -354,7 +388,8 @@ const char* library_folder_name(Kind kind) {
 /// "steel 1018" and "steel-1018" are the file steel_1018.
 std::string plain(std::string_view name) {
   std::string out(name);
-  for (char& c : out) c = c == ' ' || c == '-' ? '_' : static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  for (char& c : out)
+    c = c == ' ' || c == '-' ? '_' : static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   return out;
 }
 
@@ -370,7 +405,8 @@ std::vector<std::string> library_names(const Application& app, Kind kind) {
   std::vector<std::string> out;
   for (const auto& folder : library_folders(app, kind)) {
     std::error_code none;
-    for (std::filesystem::recursive_directory_iterator it(folder, none), end; !none && it != end; it.increment(none))
+    for (std::filesystem::recursive_directory_iterator it(folder, none), end; !none && it != end;
+         it.increment(none))
       if (it->path().extension() == io::extension(kind)) out.push_back(it->path().stem().string());
   }
   std::sort(out.begin(), out.end());
@@ -378,13 +414,17 @@ std::vector<std::string> library_names(const Application& app, Kind kind) {
   return out;
 }
 
-std::optional<std::filesystem::path> library_file(const Application& app, Kind kind, std::string_view name) {
+std::optional<std::filesystem::path> library_file(const Application& app, Kind kind,
+                                                  std::string_view name) {
   if (name.find('/') != std::string_view::npos || name.empty()) return std::nullopt;
   const std::string wanted = plain(name);
   for (const auto& folder : library_folders(app, kind)) {
     std::error_code none;
-    for (std::filesystem::recursive_directory_iterator it(folder, none), end; !none && it != end; it.increment(none))
-      if (it->path().extension() == io::extension(kind) && plain(it->path().stem().string()) == wanted) return it->path();
+    for (std::filesystem::recursive_directory_iterator it(folder, none), end; !none && it != end;
+         it.increment(none))
+      if (it->path().extension() == io::extension(kind) &&
+          plain(it->path().stem().string()) == wanted)
+        return it->path();
   }
   return std::nullopt;
 }

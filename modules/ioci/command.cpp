@@ -35,12 +35,14 @@ void require(bool condition, const CommandSpec& spec, const char* what) {
 void check_spec(const CommandSpec& spec) {
   const auto dot = spec.name.find('.');
   require(!spec.name.empty() && dot != 0 && dot + 1 != spec.name.size(), spec, "malformed name");
-  require(!spec.summary.empty() && spec.summary.back() == '.', spec, "the summary is not a sentence");
+  require(!spec.summary.empty() && spec.summary.back() == '.', spec,
+          "the summary is not a sentence");
   require(!spec.example.empty(), spec, "no example");
   require(spec.run != nullptr, spec, "nothing to run");
   std::set<std::string_view> names;
   for (const ParamSpec& p : spec.params) {
-    require(!p.name.empty() && !p.type.empty() && !p.doc.empty(), spec, "a parameter without name, type or doc");
+    require(!p.name.empty() && !p.type.empty() && !p.doc.empty(), spec,
+            "a parameter without name, type or doc");
     require(names.insert(p.name).second, spec, "two parameters of one name");
   }
 }
@@ -58,9 +60,13 @@ void field_table(std::string& out, const std::vector<ParamSpec>& fields, bool wi
   out += with_default ? "| argument | type | unit | default | meaning |\n|---|---|---|---|---|\n"
                       : "| field | type | unit | meaning |\n|---|---|---|---|\n";
   for (const ParamSpec& p : fields) {
-    out += "| `" + p.name + "` | " + escape_cell(p.type) + " | " + (p.unit.empty() ? "" : escape_cell(p.unit)) + " | ";
+    out += "| `" + p.name + "` | " + escape_cell(p.type) + " | " +
+           (p.unit.empty() ? "" : escape_cell(p.unit)) + " | ";
     if (with_default)
-      out += (p.required ? std::string("required") : p.default_value ? "`" + escape_cell(p.default_value->text()) + "`" : std::string()) + " | ";
+      out += (p.required        ? std::string("required")
+              : p.default_value ? "`" + escape_cell(p.default_value->text()) + "`"
+                                : std::string()) +
+             " | ";
     out += escape_cell(p.doc);
     if (!p.choices.empty()) out += " One of " + text::enumerate(p.choices) + ".";
     out += " |\n";
@@ -69,7 +75,8 @@ void field_table(std::string& out, const std::vector<ParamSpec>& fields, bool wi
 
 std::string topic_of(std::string_view name) {
   const auto dot = name.find('.');
-  return std::string(dot == std::string_view::npos ? std::string_view("general") : name.substr(0, dot));
+  return std::string(dot == std::string_view::npos ? std::string_view("general")
+                                                   : name.substr(0, dot));
 }
 
 }  // namespace
@@ -87,12 +94,16 @@ std::string_view to_string(Effect e) {
   return "reads";
 }
 
-CommandContext::CommandContext(Application& a, Session& s, Progress& p) : app(a), session(s), progress(p) {}
+CommandContext::CommandContext(Application& a, Session& s, Progress& p)
+    : app(a), session(s), progress(p) {}
 
-const document::Snapshot& CommandContext::snapshot() const { return transaction_ ? transaction_->now() : *base_; }
+const document::Snapshot& CommandContext::snapshot() const {
+  return transaction_ ? transaction_->now() : *base_;
+}
 
 document::Transaction& CommandContext::edit() {
-  RMP_CHECK(may_edit_ && transaction_ != nullptr, "a command that does not edit asked for a transaction");
+  RMP_CHECK(may_edit_ && transaction_ != nullptr,
+            "a command that does not edit asked for a transaction");
   return *transaction_;
 }
 
@@ -102,7 +113,8 @@ void CommandTable::add(std::vector<CommandSpec> specs) {
     auto spec = std::make_unique<CommandSpec>(std::move(given));
     require(by_name_.emplace(spec->name, spec.get()).second, *spec, "is in the table twice");
     for (const std::string& classic : spellings(spec->classic))
-      require(by_classic_.emplace(lower(classic), spec.get()).second, *spec, "a classic spelling is in the table twice");
+      require(by_classic_.emplace(lower(classic), spec.get()).second, *spec,
+              "a classic spelling is in the table twice");
     specs_.push_back(std::move(spec));
   }
 }
@@ -112,7 +124,8 @@ const CommandSpec* CommandTable::find(std::string_view name) const {
   return it == by_name_.end() ? nullptr : it->second;
 }
 
-const CommandSpec* CommandTable::find_classic(std::string_view noun, std::string_view option) const {
+const CommandSpec* CommandTable::find_classic(std::string_view noun,
+                                              std::string_view option) const {
   const auto it = by_classic_.find(lower(noun) + (option.empty() ? "" : " " + lower(option)));
   return it == by_classic_.end() ? nullptr : it->second;
 }
@@ -127,8 +140,10 @@ std::vector<const CommandSpec*> CommandTable::list() const {
 std::vector<const CommandSpec*> CommandTable::methods_of(std::string_view kind) const {
   std::vector<const CommandSpec*> out;
   const std::string prefix = std::string(kind) + ".";
-  for (auto it = by_name_.lower_bound(prefix); it != by_name_.end() && it->first.starts_with(prefix); ++it)
-    if (!it->second->params.empty() && it->second->params.front().name == "id") out.push_back(it->second);
+  for (auto it = by_name_.lower_bound(prefix);
+       it != by_name_.end() && it->first.starts_with(prefix); ++it)
+    if (!it->second->params.empty() && it->second->params.front().name == "id")
+      out.push_back(it->second);
   return out;
 }
 
@@ -137,8 +152,10 @@ std::vector<const CommandSpec*> CommandTable::apropos(std::string_view words) co
   std::vector<std::string_view> all = text::split(wanted, ' ');
   std::vector<const CommandSpec*> out;
   for (const auto& [name, spec] : by_name_) {
-    const std::string where = lower(spec->name + " " + spec->classic + " " + spec->summary + " " + spec->details);
-    if (std::all_of(all.begin(), all.end(), [&](std::string_view w) { return where.find(w) != std::string::npos; }))
+    const std::string where =
+        lower(spec->name + " " + spec->classic + " " + spec->summary + " " + spec->details);
+    if (std::all_of(all.begin(), all.end(),
+                    [&](std::string_view w) { return where.find(w) != std::string::npos; }))
       out.push_back(spec);
   }
   return out;
@@ -155,9 +172,11 @@ Error CommandTable::unknown(std::string_view name) const {
     std::vector<std::string> verbs;
     for (const std::string& n : names)
       if (topic_of(n) == topic && topic != "general") verbs.push_back(n.substr(topic.size() + 1));
-    hint = verbs.empty() ? "apropos(\"words\") searches the commands." : topic + " has " + text::enumerate(verbs) + ".";
+    hint = verbs.empty() ? "apropos(\"words\") searches the commands."
+                         : topic + " has " + text::enumerate(verbs) + ".";
   }
-  return error(ErrorCode::unknown_name, "there is no command " + text::quote(name), std::move(hint));
+  return error(ErrorCode::unknown_name, "there is no command " + text::quote(name),
+               std::move(hint));
 }
 
 Error CommandTable::unknown_classic(std::string_view noun, std::string_view option) const {
@@ -169,7 +188,8 @@ Error CommandTable::unknown_classic(std::string_view noun, std::string_view opti
       if (lower(s) != key) continue;
       const auto blank = s.find(' ');
       nouns.insert(s.substr(0, blank));
-      if (lower(s.substr(0, blank)) == wanted && blank != std::string::npos) options.push_back(s.substr(blank + 1));
+      if (lower(s.substr(0, blank)) == wanted && blank != std::string::npos)
+        options.push_back(s.substr(blank + 1));
     }
   }
   if (options.empty()) {
@@ -180,7 +200,8 @@ Error CommandTable::unknown_classic(std::string_view noun, std::string_view opti
   }
   const std::string near = text::did_you_mean(option, options);
   return error(ErrorCode::unknown_name,
-               option.empty() ? std::string(noun) + " needs an option" : std::string(noun) + " has no option " + text::quote(option),
+               option.empty() ? std::string(noun) + " needs an option"
+                              : std::string(noun) + " has no option " + text::quote(option),
                near.empty() ? "Options: " + text::enumerate(options) + "." : near);
 }
 
@@ -205,8 +226,12 @@ std::string help_text(const CommandSpec& spec) {
     out += "Classic: ";
     for (std::size_t i = 0; i < classics.size(); ++i) {
       const auto blank = classics[i].find(' ');
-      const bool method = !spec.params.empty() && spec.params.front().name == "id" && blank != std::string::npos;
-      out += (i ? ", `" : "`") + (method ? classics[i].substr(0, blank) + " <id>" + classics[i].substr(blank) : classics[i]) + "`";
+      const bool method =
+          !spec.params.empty() && spec.params.front().name == "id" && blank != std::string::npos;
+      out += (i ? ", `" : "`") +
+             (method ? classics[i].substr(0, blank) + " <id>" + classics[i].substr(blank)
+                     : classics[i]) +
+             "`";
     }
     out += ".\n";
   }
@@ -219,9 +244,12 @@ std::map<std::string, std::string> reference_pages(const CommandTable& table) {
   std::map<std::string, std::vector<const CommandSpec*>> topics;
   for (const CommandSpec* spec : table.list()) topics[topic_of(spec->name)].push_back(spec);
   std::string index =
-      "# Commands\n\nGenerated from the command table; do not edit. `robomosp commands --markdown DIR` writes these pages.\n"
-      "Every command can be called from Lua (`robot.fk{id = \"pa10\", q = {...}}` or `pa10:fk{q = {...}}`), from a\n"
-      "classic line where one is named, and from every other front end, with the same arguments.\n\n"
+      "# Commands\n\nGenerated from the command table; do not edit. `robomosp commands --markdown "
+      "DIR` writes these pages.\n"
+      "Every command can be called from Lua (`robot.fk{id = \"pa10\", q = {...}}` or `pa10:fk{q = "
+      "{...}}`), from a\n"
+      "classic line where one is named, and from every other front end, with the same "
+      "arguments.\n\n"
       "| command | classic | effect | summary |\n|---|---|---|---|\n";
   std::string classic_lines = "\n## Classic lines\n\n| line | command |\n|---|---|\n";
   std::map<std::string, std::string> classic_index;
@@ -238,11 +266,13 @@ std::map<std::string, std::string> reference_pages(const CommandTable& table) {
         classics += (classics.empty() ? "`" : ", `") + s + "`";
         classic_index[s] = link;
       }
-      index += "| " + link + " | " + classics + " | " + std::string(to_string(spec->effect)) + " | " + escape_cell(spec->summary) + " |\n";
+      index += "| " + link + " | " + classics + " | " + std::string(to_string(spec->effect)) +
+               " | " + escape_cell(spec->summary) + " |\n";
     }
     pages[topic + ".md"] = page;
   }
-  for (const auto& [line, link] : classic_index) classic_lines += "| `" + line + "` | " + link + " |\n";
+  for (const auto& [line, link] : classic_index)
+    classic_lines += "| `" + line + "` | " + link + " |\n";
   pages["README.md"] = index + classic_lines;
   return pages;
 }
@@ -261,15 +291,16 @@ Result<std::vector<std::string>> split_classic(std::string_view line) {
     if (line[at] == '"') {
       bool closed = false;
       for (++at; at < line.size() && !closed; ++at) {
-        if (line[at] == '\\' && at + 1 < line.size() && (line[at + 1] == '"' || line[at + 1] == '\\'))
+        if (line[at] == '\\' && at + 1 < line.size() &&
+            (line[at + 1] == '"' || line[at + 1] == '\\'))
           word += line[++at];
-        else if (line[at] == '"')
-          closed = true;
-        else
-          word += line[at];
+        else if (line[at] == '"') closed = true;
+        else word += line[at];
       }
       if (!closed)
-        return error(ErrorCode::syntax, "the \" at column " + std::to_string(start + 1) + " is not closed", "Add the closing \".");
+        return error(ErrorCode::syntax,
+                     "the \" at column " + std::to_string(start + 1) + " is not closed",
+                     "Add the closing \".");
     } else if (line[at] == '{') {
       std::size_t depth = 0;
       for (; at < line.size(); ++at) {
@@ -280,7 +311,9 @@ Result<std::vector<std::string>> split_classic(std::string_view line) {
         }
       }
       if (depth != 0)
-        return error(ErrorCode::syntax, "the { at column " + std::to_string(start + 1) + " is not closed", "Add the closing }.");
+        return error(ErrorCode::syntax,
+                     "the { at column " + std::to_string(start + 1) + " is not closed",
+                     "Add the closing }.");
       word = std::string(line.substr(start, at - start));
     } else {
       // name={1 2} and name="a b" are one word.
@@ -297,7 +330,9 @@ Result<std::vector<std::string>> split_classic(std::string_view line) {
         word += c;
       }
       if (quoted || depth > 0)
-        return error(ErrorCode::syntax, "the word at column " + std::to_string(start + 1) + " has an open " + (quoted ? "\"" : "{"),
+        return error(ErrorCode::syntax,
+                     "the word at column " + std::to_string(start + 1) + " has an open " +
+                         (quoted ? "\"" : "{"),
                      "Close it.");
     }
     words.push_back(std::move(word));

@@ -27,9 +27,18 @@ namespace robomosp::ioci {
 class Application;
 
 /// What a command does to the world outside its return value; permissions are given by effect.
-enum class Effect : std::uint8_t { reads, edits, simulates, files_read, files_write, loads_code, stops };
-inline constexpr Effect kAllEffects[] = {Effect::reads, Effect::edits, Effect::simulates, Effect::files_read,
-                                         Effect::files_write, Effect::loads_code, Effect::stops};
+enum class Effect : std::uint8_t {
+  reads,
+  edits,
+  simulates,
+  files_read,
+  files_write,
+  loads_code,
+  stops
+};
+inline constexpr Effect kAllEffects[] = {
+    Effect::reads,       Effect::edits,      Effect::simulates, Effect::files_read,
+    Effect::files_write, Effect::loads_code, Effect::stops};
 [[nodiscard]] std::string_view to_string(Effect);
 
 /// One user of the program: the console, a script, an rpc peer. [application thread]
@@ -37,11 +46,15 @@ class Session {
  public:
   explicit Session(std::string name) : name_(std::move(name)) {}
   [[nodiscard]] const std::string& name() const { return name_; }
-  [[nodiscard]] bool may(Effect e) const { return (denied_ & (1U << static_cast<unsigned>(e))) == 0; }
+  [[nodiscard]] bool may(Effect e) const {
+    return (denied_ & (1U << static_cast<unsigned>(e))) == 0;
+  }
   void deny(Effect e) { denied_ |= 1U << static_cast<unsigned>(e); }
   /// Cancels the command that runs now. [any thread, signal-safe: sets an atomic]
   void interrupt() noexcept { interrupted_.store(true, std::memory_order_relaxed); }
-  [[nodiscard]] bool interrupted() const noexcept { return interrupted_.load(std::memory_order_relaxed); }
+  [[nodiscard]] bool interrupted() const noexcept {
+    return interrupted_.load(std::memory_order_relaxed);
+  }
   void clear_interrupt() noexcept { interrupted_.store(false, std::memory_order_relaxed); }
   /// Where progress is shown; may be empty.
   std::function<void(double, std::string_view)> show_progress;
@@ -69,7 +82,9 @@ class CommandContext {
   /// The transaction of this command; dispatch commits it. Only for Effect::edits and files_read.
   [[nodiscard]] document::Transaction& edit();
   /// An argument as it was given, before the schema normalised it; nullptr when it was not given.
-  [[nodiscard]] const Value* given(std::string_view name) const { return given_ ? given_->find(name) : nullptr; }
+  [[nodiscard]] const Value* given(std::string_view name) const {
+    return given_ ? given_->find(name) : nullptr;
+  }
 
  private:
   friend class Application;
@@ -81,19 +96,20 @@ class CommandContext {
 
 /// What comes back. For a map, `fields` tells the units that front ends print.
 struct ReturnSpec {
-  std::string type = "nil";       ///< as ParamSpec::type, or "handle", "array"
+  std::string type = "nil";  ///< as ParamSpec::type, or "handle", "array"
   std::string unit;
   std::string doc;
-  std::vector<ParamSpec> fields;  ///< name, type, unit, doc of a map's (or of each list entry's) fields
+  std::vector<ParamSpec>
+      fields;  ///< name, type, unit, doc of a map's (or of each list entry's) fields
 };
 
 struct CommandSpec {
-  std::string name;               ///< "robot.dh_table"; the part before the dot is the handle kind or a topic
-  std::string classic;            ///< "PRobot mGetDHP" or "" ; several separated by '|'
-  std::string summary;            ///< one sentence
-  std::string details;            ///< more, may be empty
-  std::string example;            ///< Lua, executed by tests in a fresh session
-  Schema params;                  ///< a first parameter "id" of type ref:<kind> makes it a method
+  std::string name;     ///< "robot.dh_table"; the part before the dot is the handle kind or a topic
+  std::string classic;  ///< "PRobot mGetDHP" or "" ; several separated by '|'
+  std::string summary;  ///< one sentence
+  std::string details;  ///< more, may be empty
+  std::string example;  ///< Lua, executed by tests in a fresh session
+  Schema params;        ///< a first parameter "id" of type ref:<kind> makes it a method
   ReturnSpec returns;
   Effect effect = Effect::reads;
   Result<Value> (*run)(CommandContext&, const Map& args) = nullptr;
@@ -107,8 +123,9 @@ class CommandTable {
   void add(std::vector<CommandSpec> specs);  ///< aborts on a malformed or duplicate entry
   [[nodiscard]] const CommandSpec* find(std::string_view name) const;
   /// `noun` and `option` of a classic line, case-blind: ("PRobot", "mGetDHP").
-  [[nodiscard]] const CommandSpec* find_classic(std::string_view noun, std::string_view option) const;
-  [[nodiscard]] std::vector<const CommandSpec*> list() const;                 ///< by name
+  [[nodiscard]] const CommandSpec* find_classic(std::string_view noun,
+                                                std::string_view option) const;
+  [[nodiscard]] std::vector<const CommandSpec*> list() const;  ///< by name
   [[nodiscard]] std::vector<const CommandSpec*> methods_of(std::string_view kind) const;
   [[nodiscard]] std::vector<const CommandSpec*> apropos(std::string_view words) const;
   /// "there is no command ..." with near names.

@@ -37,20 +37,25 @@ std::vector<CommandSpec> world_commands();
 // --- schemas -------------------------------------------------------------------------------
 
 /// A parameter that must be given.
-[[nodiscard]] ParamSpec needed(std::string name, std::string type, std::string unit, std::string doc);
+[[nodiscard]] ParamSpec needed(std::string name, std::string type, std::string unit,
+                               std::string doc);
 /// A parameter that may be left out.
-[[nodiscard]] ParamSpec optional(std::string name, std::string type, std::string unit, std::string doc);
+[[nodiscard]] ParamSpec optional(std::string name, std::string type, std::string unit,
+                                 std::string doc);
 /// A parameter with a default.
-[[nodiscard]] ParamSpec defaulted(std::string name, std::string type, std::string unit, Value value, std::string doc);
+[[nodiscard]] ParamSpec defaulted(std::string name, std::string type, std::string unit, Value value,
+                                  std::string doc);
 /// One of a few words; the first is the default unless `must`.
-[[nodiscard]] ParamSpec choice(std::string name, std::vector<std::string> choices, std::string doc, bool must = false);
+[[nodiscard]] ParamSpec choice(std::string name, std::vector<std::string> choices, std::string doc,
+                               bool must = false);
 /// `id` of a method of one kind or several ("robot", "solid|object").
 [[nodiscard]] ParamSpec self(std::string kinds);
 /// The same parameter with bounds; `above_zero(p)` for what must be greater than 0.
 [[nodiscard]] ParamSpec between(ParamSpec p, double min, double max);
 [[nodiscard]] ParamSpec above_zero(ParamSpec p);
 /// A field of a returned map.
-[[nodiscard]] ParamSpec field(std::string name, std::string type, std::string unit, std::string doc);
+[[nodiscard]] ParamSpec field(std::string name, std::string type, std::string unit,
+                              std::string doc);
 
 // --- checked arguments ---------------------------------------------------------------------
 
@@ -67,7 +72,8 @@ std::vector<CommandSpec> world_commands();
 [[nodiscard]] AnyId ref(const Map& args, std::string_view name);
 /// Content of a checked `id`.
 template <class R>
-[[nodiscard]] const R& content(const CommandContext& ctx, const Map& args, std::string_view name = "id") {
+[[nodiscard]] const R& content(const CommandContext& ctx, const Map& args,
+                               std::string_view name = "id") {
   const model::Record* r = ctx.snapshot().find(ref(args, name));
   return std::get<R>(r->body);
 }
@@ -78,33 +84,45 @@ template <class R>
 /// Changes the content of the record `id` in the command's transaction.
 template <class R, class Fn>
 [[nodiscard]] Result<void> change(CommandContext& ctx, AnyId id, Fn&& fn) {
-  return ctx.edit().edit(id, [&](model::Record& r) -> Result<void> { return fn(std::get<R>(r.body)); });
+  return ctx.edit().edit(id,
+                         [&](model::Record& r) -> Result<void> { return fn(std::get<R>(r.body)); });
 }
 /// `robot "pa10"`
 [[nodiscard]] std::string name_in(const CommandContext& ctx, AnyId id);
 
 /// A name or handle inside a list or map, as a record of one of the kinds.
-[[nodiscard]] Result<AnyId> read_ref(const CommandContext& ctx, std::string_view kinds, const Value& value, std::string_view path);
+[[nodiscard]] Result<AnyId> read_ref(const CommandContext& ctx, std::string_view kinds,
+                                     const Value& value, std::string_view path);
 /// A placement as it was written (notation kept), from a pose's spellings; nil is the identity.
 [[nodiscard]] Result<model::Placement> read_placement(const Value* value, std::string_view path);
 /// The placement fields of a table: `placement`, or `position` with `rpy`, `xyz` or `zyz`.
 [[nodiscard]] Schema placement_fields(std::string frame);
 /// Reads placement_fields() from a table as it was given.
-[[nodiscard]] Result<model::Placement> read_placement_fields(const Map& table, std::string_view path);
+[[nodiscard]] Result<model::Placement> read_placement_fields(const Map& table,
+                                                             std::string_view path);
 /// Sets "placement", "position", "position.x", "rpy", "xyz" or "zyz"; false = another field.
-[[nodiscard]] Result<bool> set_placement(model::Placement& p, std::string_view field, const Value& value, std::string_view path);
-inline constexpr std::string_view kPlacementFields[] = {"placement", "position", "position.x", "position.y", "position.z", "rpy", "xyz", "zyz"};
+[[nodiscard]] Result<bool> set_placement(model::Placement& p, std::string_view field,
+                                         const Value& value, std::string_view path);
+inline constexpr std::string_view kPlacementFields[] = {
+    "placement", "position", "position.x", "position.y", "position.z", "rpy", "xyz", "zyz"};
 /// Checks the entries of a list of maps or one map against a schema; `path` names it.
-[[nodiscard]] Result<Map> read_map(const CommandContext& ctx, const Schema& schema, const Value& value, std::string_view path);
+[[nodiscard]] Result<Map> read_map(const CommandContext& ctx, const Schema& schema,
+                                   const Value& value, std::string_view path);
 /// `{name = "numeric", params = {...}}` or a plain name.
-[[nodiscard]] Result<model::ProviderChoice> read_provider(const Value& value, std::string_view path);
+[[nodiscard]] Result<model::ProviderChoice> read_provider(const Value& value,
+                                                          std::string_view path);
 
 /// Joint values as given: numbers, texts with units by each joint's type, or a named pose.
-[[nodiscard]] Result<std::vector<double>> read_q(const Value& value, const model::Robot& robot, std::span<const JointModel> joints, std::string_view path);
+[[nodiscard]] Result<std::vector<double>> read_q(const Value& value, const model::Robot& robot,
+                                                 std::span<const JointModel> joints,
+                                                 std::string_view path);
 /// The mechanism of a checked `id` under standard or given `gravity` (mounting frame).
-[[nodiscard]] Result<std::shared_ptr<const RobotModel>> model_of(CommandContext& ctx, const Map& args, std::string_view name = "id");
+[[nodiscard]] Result<std::shared_ptr<const RobotModel>> model_of(CommandContext& ctx,
+                                                                 const Map& args,
+                                                                 std::string_view name = "id");
 /// Index of a link given by number (1 = first) or name; "base" or 0 is -1 where allowed.
-[[nodiscard]] Result<std::int32_t> read_link(const model::Robot& r, const Value& value, bool base_allowed, std::string_view path);
+[[nodiscard]] Result<std::int32_t> read_link(const model::Robot& r, const Value& value,
+                                             bool base_allowed, std::string_view path);
 /// Lua that makes a six-joint arm `arm` for examples.
 [[nodiscard]] std::string with_arm(const char* rest);
 
@@ -113,10 +131,10 @@ inline constexpr std::string_view kPlacementFields[] = {"placement", "position",
 [[nodiscard]] Value vec_value(const Vec3& v, std::string unit = {});
 [[nodiscard]] Value sym_value(const Sym3& s, std::string unit);  ///< 3x3 matrix of its elements
 [[nodiscard]] Value placement_value(const model::Placement& p);
-[[nodiscard]] Value mass_value(const MassProperties& m);         ///< {mass, com, inertia}
+[[nodiscard]] Value mass_value(const MassProperties& m);  ///< {mass, com, inertia}
 [[nodiscard]] Value provider_value(const model::ProviderChoice& p);
 [[nodiscard]] Value ref_value(const document::Snapshot& s, AnyId id);  ///< name, nil when none
-[[nodiscard]] std::string colour_text(const Colour& c);          ///< "#c0c0c0"
+[[nodiscard]] std::string colour_text(const Colour& c);                ///< "#c0c0c0"
 [[nodiscard]] Value colour_value(const Colour& c);
 [[nodiscard]] Result<Colour> read_colour(const Value& v, std::string_view path);
 /// Everything a record holds as nested maps; what `describe` returns.
@@ -141,9 +159,11 @@ struct Principal {
 [[nodiscard]] std::vector<std::filesystem::path> library_folders(const Application& app, Kind kind);
 /// Names of the library's records of a kind, sorted.
 [[nodiscard]] std::vector<std::string> library_names(const Application& app, Kind kind);
-[[nodiscard]] std::optional<std::filesystem::path> library_file(const Application& app, Kind kind, std::string_view name);
+[[nodiscard]] std::optional<std::filesystem::path> library_file(const Application& app, Kind kind,
+                                                                std::string_view name);
 
 /// A list "a, b and c" of unknown-name fault.
-[[nodiscard]] Error unknown_name(std::string_view what, std::string_view name, const std::vector<std::string>& known);
+[[nodiscard]] Error unknown_name(std::string_view what, std::string_view name,
+                                 const std::vector<std::string>& known);
 
 }  // namespace robomosp::ioci

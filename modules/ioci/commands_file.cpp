@@ -21,19 +21,26 @@ Result<Value> library_folders_of(CommandContext& ctx, const Map&) {
 
 Result<Value> load(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const auto loaded, io::load(ctx.edit(), text_of(args, "file"), ctx.app.library));
-  for (const std::string& note : loaded.notes) ctx.app.messages.post(Severity::info, "file_note", note, "io");
+  for (const std::string& note : loaded.notes)
+    ctx.app.messages.post(Severity::info, "file_note", note, "io");
   return Value(Application::handle(loaded.id));
 }
 
 Result<Value> save_all(CommandContext& ctx, const Map& args) {
   const std::filesystem::path folder = text_of(args, "folder");
   std::error_code failed;
-  if (!std::filesystem::is_directory(folder, failed)) return error(ErrorCode::not_found, "there is no folder " + text::quote(folder.string()), "Make it first.");
+  if (!std::filesystem::is_directory(folder, failed))
+    return error(ErrorCode::not_found, "there is no folder " + text::quote(folder.string()),
+                 "Make it first.");
   List out;
   for (const AnyId id : ctx.snapshot().list()) {
     const model::Record& r = *ctx.snapshot().find(id);
-    const std::filesystem::path file = r.file.empty() ? folder / (r.name + std::string(io::extension(id.kind))) : std::filesystem::path(r.file);
-    if (!r.file.empty() && library_file(ctx.app, id.kind, file.stem().string()) && !flag(args, "library")) continue;
+    const std::filesystem::path file = r.file.empty()
+                                           ? folder / (r.name + std::string(io::extension(id.kind)))
+                                           : std::filesystem::path(r.file);
+    if (!r.file.empty() && library_file(ctx.app, id.kind, file.stem().string()) &&
+        !flag(args, "library"))
+      continue;
     RMP_TRY_ASSIGN(const auto written, io::save(ctx.edit(), id, file, ctx.app.library));
     for (const auto& path : written) out.emplace_back(path.string());
   }
@@ -44,18 +51,53 @@ Result<Value> save_all(CommandContext& ctx, const Map& args) {
 
 std::vector<CommandSpec> file_commands() {
   std::vector<CommandSpec> all;
-  const std::vector<std::string> kinds{"robot", "material", "solid", "object", "trajectory", "world"};
-  all.push_back({.name = "library.list", .classic = "", .summary = "Lists the names that the library has of a kind.", .details = "robot.get(name) and its like load them.", .example = "for _, name in ipairs(library.list(\"robot\")) do\n  assert(#name > 0)\nend",
-                 .params = {choice("kind", kinds, "Kind of record.")}, .returns = {"list", "", "Names.", {}}, .effect = Effect::reads, .run = library_list});
-  all.push_back({.name = "library.folders", .classic = "", .summary = "Lists the folders of the library.", .details = "From the command line, ROBOMOSP_LIBRARY, or beside the program.", .example = "assert(#library.folders() >= 1)", .params = {}, .returns = {"list", "", "Paths.", {}},
-                 .effect = Effect::reads, .run = library_folders_of});
-  all.push_back({.name = "file.load", .classic = "", .summary = "Loads a file of any kind and everything it refers to.", .details = "The kind follows from the extension: .mtr, .csg, .part, .rbt, .tjc, .wld. All or nothing, as one step.",
-                 .example = "material.create{name = \"brass\", density = 8500}\nlocal path = \"example.mtr\"\nmaterial.save{id = \"brass\", file = path}\ndocument.clear()\nassert(file.load(path).name == \"brass\")",
-                 .params = {needed("file", "path", "", "The file.")}, .returns = {"handle", "", "", {}}, .effect = Effect::files_read, .run = load});
-  all.push_back({.name = "file.save_all", .classic = "", .summary = "Saves every record of the document.", .details = "A record goes to the file it came from, else into the folder given. What came from the library is left alone unless asked for.",
-                 .example = "material.create{name = \"brass\", density = 8500}\nassert(#file.save_all(\".\") == 1)",
-                 .params = {needed("folder", "path", "", "Folder for records that were never saved."), defaulted("library", "bool", "", false, "Also write back what came from the library.")},
-                 .returns = {"list", "", "Paths of the files written.", {}}, .effect = Effect::files_write, .run = save_all});
+  const std::vector<std::string> kinds{"robot",  "material",   "solid",
+                                       "object", "trajectory", "world"};
+  all.push_back(
+      {.name = "library.list",
+       .classic = "",
+       .summary = "Lists the names that the library has of a kind.",
+       .details = "robot.get(name) and its like load them.",
+       .example = "for _, name in ipairs(library.list(\"robot\")) do\n  assert(#name > 0)\nend",
+       .params = {choice("kind", kinds, "Kind of record.")},
+       .returns = {"list", "", "Names.", {}},
+       .effect = Effect::reads,
+       .run = library_list});
+  all.push_back({.name = "library.folders",
+                 .classic = "",
+                 .summary = "Lists the folders of the library.",
+                 .details = "From the command line, ROBOMOSP_LIBRARY, or beside the program.",
+                 .example = "assert(#library.folders() >= 1)",
+                 .params = {},
+                 .returns = {"list", "", "Paths.", {}},
+                 .effect = Effect::reads,
+                 .run = library_folders_of});
+  all.push_back({.name = "file.load",
+                 .classic = "",
+                 .summary = "Loads a file of any kind and everything it refers to.",
+                 .details = "The kind follows from the extension: .mtr, .csg, .part, .rbt, .tjc, "
+                            ".wld. All or nothing, as one step.",
+                 .example = "material.create{name = \"brass\", density = 8500}\nlocal path = "
+                            "\"example.mtr\"\nmaterial.save{id = \"brass\", file = "
+                            "path}\ndocument.clear()\nassert(file.load(path).name == \"brass\")",
+                 .params = {needed("file", "path", "", "The file.")},
+                 .returns = {"handle", "", "", {}},
+                 .effect = Effect::files_read,
+                 .run = load});
+  all.push_back(
+      {.name = "file.save_all",
+       .classic = "",
+       .summary = "Saves every record of the document.",
+       .details = "A record goes to the file it came from, else into the folder given. What came "
+                  "from the library is left alone unless asked for.",
+       .example =
+           "material.create{name = \"brass\", density = 8500}\nassert(#file.save_all(\".\") == 1)",
+       .params = {needed("folder", "path", "", "Folder for records that were never saved."),
+                  defaulted("library", "bool", "", false,
+                            "Also write back what came from the library.")},
+       .returns = {"list", "", "Paths of the files written.", {}},
+       .effect = Effect::files_write,
+       .run = save_all});
   return all;
 }
 

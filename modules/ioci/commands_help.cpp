@@ -14,7 +14,9 @@ Result<Value> help(CommandContext& ctx, const Map& args) {
   const CommandTable& table = ctx.app.commands;
   const std::string topic = text_of(args, "topic");
   if (topic.empty()) {
-    std::string out = "help(\"robot\") lists the commands on robots, help(\"robot.fk\") explains one, apropos(\"words\") searches.\n\nTopics:";
+    std::string out =
+        "help(\"robot\") lists the commands on robots, help(\"robot.fk\") explains one, "
+        "apropos(\"words\") searches.\n\nTopics:";
     std::string last;
     for (const CommandSpec* spec : table.list()) {
       const auto dot = spec->name.find('.');
@@ -26,7 +28,9 @@ Result<Value> help(CommandContext& ctx, const Map& args) {
   }
   if (const CommandSpec* spec = table.find(topic)) return Value(help_text(*spec));
   const auto blank = topic.find(' ');
-  if (const CommandSpec* spec = table.find_classic(topic.substr(0, blank), blank == std::string::npos ? "" : topic.substr(blank + 1))) return Value(help_text(*spec));
+  if (const CommandSpec* spec = table.find_classic(
+          topic.substr(0, blank), blank == std::string::npos ? "" : topic.substr(blank + 1)))
+    return Value(help_text(*spec));
   std::string out;
   for (const CommandSpec* spec : table.list())
     if (spec->name.starts_with(topic + ".")) out += spec->name + ": " + spec->summary + "\n";
@@ -36,7 +40,8 @@ Result<Value> help(CommandContext& ctx, const Map& args) {
 
 Result<Value> apropos(CommandContext& ctx, const Map& args) {
   List out;
-  for (const CommandSpec* spec : ctx.app.commands.apropos(text_of(args, "words"))) out.emplace_back(Map{{"name", spec->name}, {"summary", spec->summary}});
+  for (const CommandSpec* spec : ctx.app.commands.apropos(text_of(args, "words")))
+    out.emplace_back(Map{{"name", spec->name}, {"summary", spec->summary}});
   return Value(std::move(out));
 }
 
@@ -65,16 +70,27 @@ Result<Value> table(CommandContext& ctx, const Map& args) {
   const std::string only = text_of(args, "command");
   for (const CommandSpec* spec : ctx.app.commands.list()) {
     if (!only.empty() && spec->name != only) continue;
-    out.emplace_back(Map{{"name", spec->name}, {"classic", spec->classic}, {"summary", spec->summary}, {"details", spec->details}, {"example", spec->example},
-                         {"effect", to_string(spec->effect)}, {"params", describe_params(spec->params, true)},
-                         {"returns", Map{{"type", spec->returns.type}, {"unit", spec->returns.unit}, {"doc", spec->returns.doc}, {"fields", describe_params(spec->returns.fields, false)}}}});
+    out.emplace_back(
+        Map{{"name", spec->name},
+            {"classic", spec->classic},
+            {"summary", spec->summary},
+            {"details", spec->details},
+            {"example", spec->example},
+            {"effect", to_string(spec->effect)},
+            {"params", describe_params(spec->params, true)},
+            {"returns", Map{{"type", spec->returns.type},
+                            {"unit", spec->returns.unit},
+                            {"doc", spec->returns.doc},
+                            {"fields", describe_params(spec->returns.fields, false)}}}});
   }
   if (out.empty()) return ctx.app.commands.unknown(only);
   return Value(std::move(out));
 }
 
 Result<Value> version(CommandContext&, const Map&) {
-  return Value(Map{{"version", ROBOMOSP_VERSION}, {"sdk", static_cast<std::int64_t>(RMP_SDK_ABI)}, {"abi_tag", RMP_ABI_TAG}});
+  return Value(Map{{"version", ROBOMOSP_VERSION},
+                   {"sdk", static_cast<std::int64_t>(RMP_SDK_ABI)},
+                   {"abi_tag", RMP_ABI_TAG}});
 }
 
 Result<Value> quit(CommandContext& ctx, const Map&) {
@@ -91,28 +107,84 @@ Result<Value> redraw(CommandContext& ctx, const Map&) {
 
 std::vector<CommandSpec> help_commands() {
   std::vector<CommandSpec> all;
-  all.push_back({.name = "help", .classic = "help", .summary = "Explains a command, or lists those of a topic.", .details = "",
+  all.push_back({.name = "help",
+                 .classic = "help",
+                 .summary = "Explains a command, or lists those of a topic.",
+                 .details = "",
                  .example = "assert(help(\"robot.dh_table\"):find(\"mGetDHP\"))",
-                 .params = {defaulted("topic", "string", "", "", "A command, a classic spelling such as \"PRobot mGetDHP\", or the part before the dot.")},
-                 .returns = {"string", "", "Markdown.", {}}, .effect = Effect::reads, .run = help});
-  all.push_back({.name = "apropos", .classic = "apropos", .summary = "Lists the commands whose name or summary contains all the words given.", .details = "",
-                 .example = "local found = apropos(\"inverse kinematics\")\nassert(#found >= 2)", .params = {needed("words", "string", "", "Words, separated by blanks.")},
-                 .returns = {"list", "", "", {field("name", "string", "", "The command."), field("summary", "string", "", "What it does.")}}, .effect = Effect::reads, .run = apropos});
-  all.push_back({.name = "ioci.describe", .classic = "", .summary = "Gives the command table as data.", .details = "Front ends and editors build their menus and completion from it.",
-                 .example = "local t = ioci.describe(\"robot.fk\")\nassert(t[1].params[1].name == \"id\")",
-                 .params = {defaulted("command", "string", "", "", "Only this command.")},
-                 .returns = {"list", "", "", {field("name", "string", "", "The command."), field("classic", "string", "", "Spellings of the original, separated by |."), field("summary", "string", "", "One sentence."),
-                                              field("details", "string", "", "More."), field("example", "string", "", "Lua."), field("effect", "string", "", "What it does besides returning a value."),
-                                              field("params", "list", "", "Name, type, unit, doc, required, default, min, max and choices of each argument."), field("returns", "map", "", "Type, unit, doc and fields of the result.")}},
-                 .effect = Effect::reads, .run = table});
-  all.push_back({.name = "version", .classic = "version", .summary = "Tells the versions of the program and of its plugin interface.", .details = "",
-                 .example = "assert(version().version ~= \"\")", .params = {},
-                 .returns = {"map", "", "", {field("version", "string", "", "Version of the program."), field("sdk", "int", "", "Revision of the plugin interface."), field("abi_tag", "string", "", "What a plugin must be built with.")}},
-                 .effect = Effect::reads, .run = version});
-  all.push_back({.name = "quit", .classic = "quit|exit", .summary = "Ends the program once the running script is done.", .details = "", .example = "quit()",
-                 .params = {}, .returns = {}, .effect = Effect::stops, .run = quit});
-  all.push_back({.name = "view.redraw", .classic = "ForceReDraw", .summary = "Draws the scene again, where there is one.", .details = "The viewer follows every change by itself.",
-                 .example = "view.redraw()", .params = {}, .returns = {}, .effect = Effect::simulates, .run = redraw});
+                 .params = {defaulted("topic", "string", "", "",
+                                      "A command, a classic spelling such as \"PRobot mGetDHP\", "
+                                      "or the part before the dot.")},
+                 .returns = {"string", "", "Markdown.", {}},
+                 .effect = Effect::reads,
+                 .run = help});
+  all.push_back(
+      {.name = "apropos",
+       .classic = "apropos",
+       .summary = "Lists the commands whose name or summary contains all the words given.",
+       .details = "",
+       .example = "local found = apropos(\"inverse kinematics\")\nassert(#found >= 2)",
+       .params = {needed("words", "string", "", "Words, separated by blanks.")},
+       .returns = {"list",
+                   "",
+                   "",
+                   {field("name", "string", "", "The command."),
+                    field("summary", "string", "", "What it does.")}},
+       .effect = Effect::reads,
+       .run = apropos});
+  all.push_back(
+      {.name = "ioci.describe",
+       .classic = "",
+       .summary = "Gives the command table as data.",
+       .details = "Front ends and editors build their menus and completion from it.",
+       .example = "local t = ioci.describe(\"robot.fk\")\nassert(t[1].params[1].name == \"id\")",
+       .params = {defaulted("command", "string", "", "", "Only this command.")},
+       .returns = {"list",
+                   "",
+                   "",
+                   {field("name", "string", "", "The command."),
+                    field("classic", "string", "", "Spellings of the original, separated by |."),
+                    field("summary", "string", "", "One sentence."),
+                    field("details", "string", "", "More."), field("example", "string", "", "Lua."),
+                    field("effect", "string", "", "What it does besides returning a value."),
+                    field("params", "list", "",
+                          "Name, type, unit, doc, required, default, min, max and choices of each "
+                          "argument."),
+                    field("returns", "map", "", "Type, unit, doc and fields of the result.")}},
+       .effect = Effect::reads,
+       .run = table});
+  all.push_back({.name = "version",
+                 .classic = "version",
+                 .summary = "Tells the versions of the program and of its plugin interface.",
+                 .details = "",
+                 .example = "assert(version().version ~= \"\")",
+                 .params = {},
+                 .returns = {"map",
+                             "",
+                             "",
+                             {field("version", "string", "", "Version of the program."),
+                              field("sdk", "int", "", "Revision of the plugin interface."),
+                              field("abi_tag", "string", "", "What a plugin must be built with.")}},
+                 .effect = Effect::reads,
+                 .run = version});
+  all.push_back({.name = "quit",
+                 .classic = "quit|exit",
+                 .summary = "Ends the program once the running script is done.",
+                 .details = "",
+                 .example = "quit()",
+                 .params = {},
+                 .returns = {},
+                 .effect = Effect::stops,
+                 .run = quit});
+  all.push_back({.name = "view.redraw",
+                 .classic = "ForceReDraw",
+                 .summary = "Draws the scene again, where there is one.",
+                 .details = "The viewer follows every change by itself.",
+                 .example = "view.redraw()",
+                 .params = {},
+                 .returns = {},
+                 .effect = Effect::simulates,
+                 .run = redraw});
   return all;
 }
 

@@ -5,11 +5,14 @@ namespace robomosp::ioci {
 namespace {
 
 Schema look_and_mass(bool creating) {
-  Schema s{creating ? above_zero(needed("density", "real", "kg/m^3", "Density.")) : above_zero(optional("density", "real", "kg/m^3", "Density.")),
-           optional("colour", "any", "", "Base colour, \"#rrggbb\" or {r, g, b} from 0 to 1 (sRGB)."),
-           between(optional("shininess", "real", "", "0 matt to 1 mirror-like."), 0, 1),
-           between(optional("metalness", "real", "", "0 paint or plastic to 1 bare metal."), 0, 1),
-           optional("description", "string", "", "What it is."), optional("source", "string", "", "Where the density comes from.")};
+  Schema s{
+      creating ? above_zero(needed("density", "real", "kg/m^3", "Density."))
+               : above_zero(optional("density", "real", "kg/m^3", "Density.")),
+      optional("colour", "any", "", "Base colour, \"#rrggbb\" or {r, g, b} from 0 to 1 (sRGB)."),
+      between(optional("shininess", "real", "", "0 matt to 1 mirror-like."), 0, 1),
+      between(optional("metalness", "real", "", "0 paint or plastic to 1 bare metal."), 0, 1),
+      optional("description", "string", "", "What it is."),
+      optional("source", "string", "", "Where the density comes from.")};
   return s;
 }
 
@@ -33,7 +36,8 @@ Result<Value> create(CommandContext& ctx, const Map& args) {
 }
 
 Result<Value> set(CommandContext& ctx, const Map& args) {
-  RMP_TRY(change<model::Material>(ctx, ref(args, "id"), [&](model::Material& m) { return apply(args, m); }));
+  RMP_TRY(change<model::Material>(ctx, ref(args, "id"),
+                                  [&](model::Material& m) { return apply(args, m); }));
   return Value();
 }
 
@@ -42,16 +46,34 @@ Result<Value> set(CommandContext& ctx, const Map& args) {
 std::vector<CommandSpec> material_commands() {
   std::vector<CommandSpec> all;
   Schema create_params = look_and_mass(true);
-  create_params.insert(create_params.begin(), needed("name", "string", "", "Name, unique among materials."));
-  all.push_back({.name = "material.create", .classic = "", .summary = "Makes a material.", .details = "",
-                 .example = "local steel = material.create{name = \"steel\", density = 7850, colour = \"#b0b4b8\", metalness = 1}\nassert(steel:describe().density == 7850)",
-                 .params = std::move(create_params), .returns = {"handle", "", "", {}}, .effect = Effect::edits, .run = create});
+  create_params.insert(create_params.begin(),
+                       needed("name", "string", "", "Name, unique among materials."));
+  all.push_back(
+      {.name = "material.create",
+       .classic = "",
+       .summary = "Makes a material.",
+       .details = "",
+       .example = "local steel = material.create{name = \"steel\", density = 7850, colour = "
+                  "\"#b0b4b8\", metalness = 1}\nassert(steel:describe().density == 7850)",
+       .params = std::move(create_params),
+       .returns = {"handle", "", "", {}},
+       .effect = Effect::edits,
+       .run = create});
   Schema set_params = look_and_mass(false);
   set_params.insert(set_params.begin(), self("material"));
-  set_params.push_back(optional("gesture", "string", "", "Edits in a row with the same word share one step; for sliders."));
-  all.push_back({.name = "material.set", .classic = "", .summary = "Changes what is given of a material.", .details = "Everything made of it gets its new mass or look at once.",
-                 .example = "local steel = material.create{name = \"steel\", density = \"7.85 g/cm^3\"}\nsteel:set{density = 7900}\nassert(steel:describe().density == 7900)",
-                 .params = std::move(set_params), .returns = {}, .effect = Effect::edits, .run = set});
+  set_params.push_back(optional("gesture", "string", "",
+                                "Edits in a row with the same word share one step; for sliders."));
+  all.push_back(
+      {.name = "material.set",
+       .classic = "",
+       .summary = "Changes what is given of a material.",
+       .details = "Everything made of it gets its new mass or look at once.",
+       .example = "local steel = material.create{name = \"steel\", density = \"7.85 "
+                  "g/cm^3\"}\nsteel:set{density = 7900}\nassert(steel:describe().density == 7900)",
+       .params = std::move(set_params),
+       .returns = {},
+       .effect = Effect::edits,
+       .run = set});
   return all;
 }
 

@@ -10,36 +10,52 @@ using model::Object;
 using model::ObjectPart;
 
 Schema part_schema() {
-  Schema s{needed("what", "ref:solid|object", "", "A solid or another object."), optional("name", "string", "", "Name of the part within the object; that of the solid otherwise."),
+  Schema s{needed("what", "ref:solid|object", "", "A solid or another object."),
+           optional("name", "string", "",
+                    "Name of the part within the object; that of the solid otherwise."),
            optional("material", "ref:material", "", "Replaces the solid's own material.")};
   for (ParamSpec& p : placement_fields("the object")) s.push_back(std::move(p));
   return s;
 }
 
 std::string free_part_name(const Object& o, const std::string& wanted) {
-  const auto taken = [&](const std::string& name) { return std::any_of(o.parts.begin(), o.parts.end(), [&](const ObjectPart& p) { return p.name == name; }); };
+  const auto taken = [&](const std::string& name) {
+    return std::any_of(o.parts.begin(), o.parts.end(),
+                       [&](const ObjectPart& p) { return p.name == name; });
+  };
   if (!taken(wanted)) return wanted;
   for (int i = 2;; ++i)
     if (const std::string name = wanted + "_" + std::to_string(i); !taken(name)) return name;
 }
 
-Result<void> append(const CommandContext& ctx, Object& o, const Map& checked, const Map& given, std::string_view path) {
+Result<void> append(const CommandContext& ctx, Object& o, const Map& checked, const Map& given,
+                    std::string_view path) {
   ObjectPart part;
   part.what = ref(checked, "what");
   if (has(checked, "material")) part.material = typed<model::Material>(checked, "material");
   RMP_TRY_ASSIGN(part.placement, read_placement_fields(given, path));
-  const std::string wanted = has(checked, "name") ? text_of(checked, "name") : ctx.snapshot().find(part.what)->name;
+  const std::string wanted =
+      has(checked, "name") ? text_of(checked, "name") : ctx.snapshot().find(part.what)->name;
   part.name = free_part_name(o, wanted);
-  if (has(checked, "name") && (part.name != wanted || wanted.empty() || wanted.find('.') != std::string::npos))
+  if (has(checked, "name") &&
+      (part.name != wanted || wanted.empty() || wanted.find('.') != std::string::npos))
     return error(part.name != wanted ? ErrorCode::conflict : ErrorCode::invalid_argument,
-                 part.name != wanted ? "there are two parts named " + text::quote(wanted) : text::quote(wanted) + " cannot name a part", "Names are unique within an object and hold no dot.", std::string(path));
+                 part.name != wanted ? "there are two parts named " + text::quote(wanted)
+                                     : text::quote(wanted) + " cannot name a part",
+                 "Names are unique within an object and hold no dot.", std::string(path));
   o.parts.push_back(std::move(part));
   return {};
 }
 
-model::Overlap overlap_of(const Map& args) { return text_of(args, "overlap") == "sum" ? model::Overlap::sum : model::Overlap::once; }
+model::Overlap overlap_of(const Map& args) {
+  return text_of(args, "overlap") == "sum" ? model::Overlap::sum : model::Overlap::once;
+}
 
-ParamSpec overlap_spec() { return choice("overlap", {"once", "sum"}, "Whether volume that parts share counts once (for the part listed first) or for every part."); }
+ParamSpec overlap_spec() {
+  return choice(
+      "overlap", {"once", "sum"},
+      "Whether volume that parts share counts once (for the part listed first) or for every part.");
+}
 
 Result<Value> create(CommandContext& ctx, const Map& args) {
   Object o;
@@ -96,12 +112,11 @@ Result<Value> set(CommandContext& ctx, const Map& args) {
   const AnyId id = ref(args, "id");
   auto done = change<Object>(ctx, id, [&](Object& o) -> Result<void> {
     if (path == "description" || path == "overlap") {
-      const ParamSpec p = path == "overlap" ? overlap_spec() : optional("description", "string", "", "");
+      const ParamSpec p =
+          path == "overlap" ? overlap_spec() : optional("description", "string", "", "");
       RMP_TRY_ASSIGN(const Value v, check_value(p, value, path));
-      if (path == "overlap")
-        o.overlap = overlap_of(Map{{"overlap", v}});
-      else
-        o.description = *v.as_string();
+      if (path == "overlap") o.overlap = overlap_of(Map{{"overlap", v}});
+      else o.description = *v.as_string();
       return {};
     }
     const auto dot = path.find('.');
@@ -123,8 +138,12 @@ Result<Value> set(CommandContext& ctx, const Map& args) {
     }
     if (name == "name") {
       const std::string wanted = value.as_string() ? *value.as_string() : std::string();
-      if (wanted.empty() || wanted.find('.') != std::string::npos) return error(ErrorCode::invalid_argument, value.text() + " cannot name a part", "Use letters, digits and _.", path);
-      if (wanted != part.name && free_part_name(o, wanted) != wanted) return error(ErrorCode::conflict, "there is already a part named " + text::quote(wanted), {}, path);
+      if (wanted.empty() || wanted.find('.') != std::string::npos)
+        return error(ErrorCode::invalid_argument, value.text() + " cannot name a part",
+                     "Use letters, digits and _.", path);
+      if (wanted != part.name && free_part_name(o, wanted) != wanted)
+        return error(ErrorCode::conflict, "there is already a part named " + text::quote(wanted),
+                     {}, path);
       part.name = wanted;
       return {};
     }
@@ -147,39 +166,98 @@ Result<Value> dynamic_vector(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const auto b, ctx.app.derived.mass(ctx.snapshot(), ref(args, "id"), ctx.progress));
   const auto& m = b.mass;
   // An object by itself has no motor and no friction: the last five stand for a robot's link.
-  return Value(NumericArray({m.mass, m.com[0], m.com[1], m.com[2], m.inertia.xx, m.inertia.yy, m.inertia.zz, m.inertia.xy, m.inertia.yz, m.inertia.xz, 0, 1, 0, 0, 0}));
+  return Value(
+      NumericArray({m.mass, m.com[0], m.com[1], m.com[2], m.inertia.xx, m.inertia.yy, m.inertia.zz,
+                    m.inertia.xy, m.inertia.yz, m.inertia.xz, 0, 1, 0, 0, 0}));
 }
 
 const char* const kBolt =
     "material.create{name = \"steel\", density = 7850}\n"
-    "solid.create{name = \"pin\", material = \"steel\", root = {kind = \"cylinder\", radius = 0.01, height = 0.05}}\n"
-    "local bolt = object.create{name = \"bolt\", parts = {{what = \"pin\", name = \"shank\"}, {what = \"pin\", name = \"head\", position = {0, 0, 0.05}}}}\n";
+    "solid.create{name = \"pin\", material = \"steel\", root = {kind = \"cylinder\", radius = "
+    "0.01, height = 0.05}}\n"
+    "local bolt = object.create{name = \"bolt\", parts = {{what = \"pin\", name = \"shank\"}, "
+    "{what = \"pin\", name = \"head\", position = {0, 0, 0.05}}}}\n";
 std::string with_bolt(const char* rest) { return std::string(kBolt) + rest; }
 
 }  // namespace
 
 std::vector<CommandSpec> object_commands() {
   std::vector<CommandSpec> all;
-  all.push_back({.name = "object.create", .classic = "", .summary = "Makes an object, an assembly of solids and other objects.",
-                 .details = "A part is a table: what (a solid or object), name, placement or position with angles, and a material that replaces the solid's own.", .example = with_bolt("assert(#bolt:describe().parts == 2)"),
-                 .params = {needed("name", "string", "", "Name, unique among objects."), optional("parts", "list", "", "Its parts."), overlap_spec(), optional("description", "string", "", "What it is.")},
-                 .returns = {"handle", "", "", {}}, .effect = Effect::edits, .run = create});
+  all.push_back({.name = "object.create",
+                 .classic = "",
+                 .summary = "Makes an object, an assembly of solids and other objects.",
+                 .details = "A part is a table: what (a solid or object), name, placement or "
+                            "position with angles, and a material that replaces the solid's own.",
+                 .example = with_bolt("assert(#bolt:describe().parts == 2)"),
+                 .params = {needed("name", "string", "", "Name, unique among objects."),
+                            optional("parts", "list", "", "Its parts."), overlap_spec(),
+                            optional("description", "string", "", "What it is.")},
+                 .returns = {"handle", "", "", {}},
+                 .effect = Effect::edits,
+                 .run = create});
   Schema part = part_schema();
   part.insert(part.begin(), self("object"));
-  all.push_back({.name = "object.add_part", .classic = "", .summary = "Adds a part to an object.", .details = "", .example = with_bolt("bolt:add_part{what = \"pin\", name = \"tip\", position = {0, 0, -0.05}}\nassert(#bolt:describe().parts == 3)"),
-                 .params = std::move(part), .returns = {"string", "", "Name of the part.", {}}, .effect = Effect::edits, .run = add_part});
-  all.push_back({.name = "object.remove_part", .classic = "", .summary = "Removes a part from an object.", .details = "The solid itself stays.", .example = with_bolt("bolt:remove_part(\"head\")\nassert(#bolt:describe().parts == 1)"),
-                 .params = {self("object"), needed("part", "string", "", "Its name.")}, .returns = {}, .effect = Effect::edits, .run = remove_part});
-  all.push_back({.name = "object.set", .classic = "", .summary = "Changes one field of an object or of a part.",
-                 .details = "The path is overlap or description, or a part's name and one of its fields: \"head.position\", \"head.position.z\", \"head.rpy\", \"head.material\", \"head.what\", \"head.name\".",
-                 .example = with_bolt("bolt:set{path = \"head.position.z\", value = \"60 mm\"}\nassert(bolt:describe().parts[2].placement.position[3] == 0.06)"),
-                 .params = {self("object"), needed("path", "string", "", "What to change."), needed("value", "any", "", "The new value."), optional("gesture", "string", "", "Edits in a row with the same word share one step; for sliders.")},
-                 .returns = {}, .effect = Effect::edits, .run = set});
-  all.push_back({.name = "object.mass", .classic = "", .summary = "Gives mass, centre of mass and inertia of an object, overlapping volume counted as the object says.", .details = "",
-                 .example = with_bolt("assert(math.abs(bolt:mass().mass - 7850 * math.pi * 0.01^2 * 0.1) < 1e-9)"), .params = {self("object")}, .returns = {"map", "", "", body_mass_fields()}, .effect = Effect::reads, .run = mass});
-  all.push_back({.name = "object.dynamics_vector", .classic = "PObject vGetDynamicp", .summary = "Gives the dynamic parameters of an object as the original did, one row of 15 numbers.",
-                 .details = "mass, rx, ry, rz, Ixx, Iyy, Izz, Ixy, Iyz, Ixz, Jm, G, B, Tc+, Tc-. Inertia about the centre of mass, elements of the tensor; an object has no motor, so Jm = 0, G = 1 and no friction.",
-                 .example = with_bolt("assert(#bolt:dynamics_vector() == 15)"), .params = {self("object")}, .returns = {"array", "", "15 numbers, SI.", {}}, .effect = Effect::reads, .run = dynamic_vector});
+  all.push_back({.name = "object.add_part",
+                 .classic = "",
+                 .summary = "Adds a part to an object.",
+                 .details = "",
+                 .example = with_bolt("bolt:add_part{what = \"pin\", name = \"tip\", position = "
+                                      "{0, 0, -0.05}}\nassert(#bolt:describe().parts == 3)"),
+                 .params = std::move(part),
+                 .returns = {"string", "", "Name of the part.", {}},
+                 .effect = Effect::edits,
+                 .run = add_part});
+  all.push_back(
+      {.name = "object.remove_part",
+       .classic = "",
+       .summary = "Removes a part from an object.",
+       .details = "The solid itself stays.",
+       .example = with_bolt("bolt:remove_part(\"head\")\nassert(#bolt:describe().parts == 1)"),
+       .params = {self("object"), needed("part", "string", "", "Its name.")},
+       .returns = {},
+       .effect = Effect::edits,
+       .run = remove_part});
+  all.push_back(
+      {.name = "object.set",
+       .classic = "",
+       .summary = "Changes one field of an object or of a part.",
+       .details = "The path is overlap or description, or a part's name and one of its fields: "
+                  "\"head.position\", \"head.position.z\", \"head.rpy\", \"head.material\", "
+                  "\"head.what\", \"head.name\".",
+       .example =
+           with_bolt("bolt:set{path = \"head.position.z\", value = \"60 "
+                     "mm\"}\nassert(bolt:describe().parts[2].placement.position[3] == 0.06)"),
+       .params = {self("object"), needed("path", "string", "", "What to change."),
+                  needed("value", "any", "", "The new value."),
+                  optional("gesture", "string", "",
+                           "Edits in a row with the same word share one step; for sliders.")},
+       .returns = {},
+       .effect = Effect::edits,
+       .run = set});
+  all.push_back({.name = "object.mass",
+                 .classic = "",
+                 .summary = "Gives mass, centre of mass and inertia of an object, overlapping "
+                            "volume counted as the object says.",
+                 .details = "",
+                 .example = with_bolt(
+                     "assert(math.abs(bolt:mass().mass - 7850 * math.pi * 0.01^2 * 0.1) < 1e-9)"),
+                 .params = {self("object")},
+                 .returns = {"map", "", "", body_mass_fields()},
+                 .effect = Effect::reads,
+                 .run = mass});
+  all.push_back(
+      {.name = "object.dynamics_vector",
+       .classic = "PObject vGetDynamicp",
+       .summary =
+           "Gives the dynamic parameters of an object as the original did, one row of 15 numbers.",
+       .details = "mass, rx, ry, rz, Ixx, Iyy, Izz, Ixy, Iyz, Ixz, Jm, G, B, Tc+, Tc-. Inertia "
+                  "about the centre of mass, elements of the tensor; an object has no motor, so Jm "
+                  "= 0, G = 1 and no friction.",
+       .example = with_bolt("assert(#bolt:dynamics_vector() == 15)"),
+       .params = {self("object")},
+       .returns = {"array", "", "15 numbers, SI.", {}},
+       .effect = Effect::reads,
+       .run = dynamic_vector});
   return all;
 }
 

@@ -8,7 +8,14 @@ Map report_map(const PluginReport& r) {
   List providers, remarks;
   for (const auto& p : r.providers) providers.emplace_back(p);
   for (const auto& p : r.remarks) remarks.emplace_back(p);
-  Map m{{"file", r.file.string()}, {"loaded", r.loaded}, {"id", r.id}, {"version", r.version}, {"license", r.license}, {"summary", r.summary}, {"providers", std::move(providers)}, {"remarks", std::move(remarks)}};
+  Map m{{"file", r.file.string()},
+        {"loaded", r.loaded},
+        {"id", r.id},
+        {"version", r.version},
+        {"license", r.license},
+        {"summary", r.summary},
+        {"providers", std::move(providers)},
+        {"remarks", std::move(remarks)}};
   if (r.refusal) m.set("refusal", r.refusal->sentence());
   return m;
 }
@@ -22,7 +29,8 @@ Result<Value> list(CommandContext& ctx, const Map&) {
 Result<Value> load(CommandContext& ctx, const Map& args) {
   const PluginReport& r = ctx.app.plugins.load(text_of(args, "file"));
   if (r.refusal) return *r.refusal;
-  for (const std::string& remark : r.remarks) ctx.app.messages.post(Severity::warning, "plugin_remark", remark, "plugin_loader");
+  for (const std::string& remark : r.remarks)
+    ctx.app.messages.post(Severity::warning, "plugin_remark", remark, "plugin_loader");
   return Value(report_map(r));
 }
 
@@ -56,7 +64,14 @@ Result<Value> provider_list(CommandContext& ctx, const Map& args) {
     const auto standard = ctx.app.registry.find(p.interface_id, "");
     List tags;
     for (const auto& t : p.tags) tags.emplace_back(t);
-    out.emplace_back(Map{{"interface", p.interface_id}, {"name", p.name}, {"summary", p.summary}, {"origin", p.origin}, {"version", p.version}, {"tags", std::move(tags)}, {"enabled", p.enabled}, {"default", standard.ok() && standard->name == p.name}});
+    out.emplace_back(Map{{"interface", p.interface_id},
+                         {"name", p.name},
+                         {"summary", p.summary},
+                         {"origin", p.origin},
+                         {"version", p.version},
+                         {"tags", std::move(tags)},
+                         {"enabled", p.enabled},
+                         {"default", standard.ok() && standard->name == p.name}});
   }
   return Value(std::move(out));
 }
@@ -66,7 +81,11 @@ Result<Value> provider_params(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const auto info, ctx.app.registry.find(id, text_of(args, "name")));
   List out;
   for (const ParamSpec& p : info.schema) {
-    Map m{{"name", p.name}, {"type", p.type}, {"unit", p.unit}, {"doc", p.doc}, {"text", describe(p)}};
+    Map m{{"name", p.name},
+          {"type", p.type},
+          {"unit", p.unit},
+          {"doc", p.doc},
+          {"text", describe(p)}};
     if (p.default_value) m.set("default", *p.default_value);
     out.emplace_back(std::move(m));
   }
@@ -85,35 +104,126 @@ Result<Value> enable(CommandContext& ctx, const Map& args, bool on) {
   RMP_TRY(ctx.app.registry.set_enabled(id, text_of(args, "name"), on));
   return Value();
 }
-Result<Value> provider_enable(CommandContext& ctx, const Map& args) { return enable(ctx, args, true); }
-Result<Value> provider_disable(CommandContext& ctx, const Map& args) { return enable(ctx, args, false); }
+Result<Value> provider_enable(CommandContext& ctx, const Map& args) {
+  return enable(ctx, args, true);
+}
+Result<Value> provider_disable(CommandContext& ctx, const Map& args) {
+  return enable(ctx, args, false);
+}
 
 }  // namespace
 
 std::vector<CommandSpec> plugin_commands() {
   std::vector<CommandSpec> all;
-  const std::vector<ParamSpec> report{field("file", "string", "", "The file."), field("loaded", "bool", "", "Whether it was accepted."), field("id", "string", "", "Its identity."), field("version", "string", "", "Its version."), field("license", "string", "", "Its licence."),
-                                      field("summary", "string", "", "What it is."), field("providers", "list", "", "What it offers, \"robomosp.ik/1 numeric\"."), field("remarks", "list", "", "Providers left out and why."), field("refusal", "string", "", "Why it was refused.")};
-  const ParamSpec interface = needed("interface", "string", "", "Such as \"ik\" or \"robomosp.ik/1\".");
+  const std::vector<ParamSpec> report{
+      field("file", "string", "", "The file."),
+      field("loaded", "bool", "", "Whether it was accepted."),
+      field("id", "string", "", "Its identity."),
+      field("version", "string", "", "Its version."),
+      field("license", "string", "", "Its licence."),
+      field("summary", "string", "", "What it is."),
+      field("providers", "list", "", "What it offers, \"robomosp.ik/1 numeric\"."),
+      field("remarks", "list", "", "Providers left out and why."),
+      field("refusal", "string", "", "Why it was refused.")};
+  const ParamSpec interface =
+      needed("interface", "string", "", "Such as \"ik\" or \"robomosp.ik/1\".");
   const ParamSpec name = needed("name", "string", "", "Name of the provider.");
-  all.push_back({.name = "plugin.list", .classic = "", .summary = "Lists the plugin files that were looked at and what became of each.", .details = "", .example = "for _, p in ipairs(plugin.list()) do\n  assert(p.loaded or p.refusal)\nend", .params = {}, .returns = {"list", "", "", report}, .effect = Effect::reads, .run = list});
-  all.push_back({.name = "plugin.load", .classic = "", .summary = "Loads a plugin.", .details = "A plugin stays until the program ends.", .example = "local ok, e = pcall(plugin.load, \"no_such_plugin\")\nassert(not ok)",
-                 .params = {needed("file", "string", "", "A name looked for in the search path, or a path.")}, .returns = {"map", "", "", report}, .effect = Effect::loads_code, .run = load});
-  all.push_back({.name = "plugin.check", .classic = "", .summary = "Tells whether a plugin would be accepted, without making it available.", .details = "The file's code is loaded for it.", .example = "assert(plugin.check(\"no_such_plugin\").refusal)",
-                 .params = {needed("file", "string", "", "A name looked for in the search path, or a path.")}, .returns = {"map", "", "", report}, .effect = Effect::loads_code, .run = check_plugin});
-  all.push_back({.name = "provider.list", .classic = "", .summary = "Lists the providers of an interface, or of all.", .details = "", .example = "for _, p in ipairs(provider.list()) do\n  assert(p.name ~= \"\")\nend",
-                 .params = {defaulted("interface", "string", "", "", "Such as \"ik\" or \"robomosp.ik/1\"; all when left out.")},
-                 .returns = {"list", "", "", {field("interface", "string", "", "The interface."), field("name", "string", "", "Name of the provider."), field("summary", "string", "", "What it does."), field("origin", "string", "", "Plugin file, or lua."), field("version", "string", "", "Of the plugin."), field("tags", "list", "", "Abilities and needs."),
-                                              field("enabled", "bool", "", "Whether it may be chosen."), field("default", "bool", "", "Whether it is taken where none is named.")}},
-                 .effect = Effect::reads, .run = provider_list});
-  all.push_back({.name = "provider.params", .classic = "", .summary = "Lists the parameters of a provider.", .details = "", .example = "assert(#provider.params(\"segment\", \"line\") >= 1)", .params = {interface, name},
-                 .returns = {"list", "", "", {field("name", "string", "", "The parameter."), field("type", "string", "", "Its type."), field("unit", "string", "", "SI unit."), field("doc", "string", "", "What it means."), field("default", "any", "", "Its default."), field("text", "string", "", "All that in a line.")}},
-                 .effect = Effect::reads, .run = provider_params});
-  all.push_back({.name = "provider.default", .classic = "", .summary = "Tells or sets the provider that is taken where none is named.", .details = "", .example = "provider.default(\"ik\", provider.default(\"ik\"))",
-                 .params = {interface, optional("name", "string", "", "The new default.")}, .returns = {"string", "", "The default.", {}}, .effect = Effect::simulates, .run = provider_default});
-  all.push_back({.name = "provider.enable", .classic = "", .summary = "Lets a provider be chosen again.", .details = "", .example = "provider.enable(\"ik\", provider.default(\"ik\"))", .params = {interface, name}, .returns = {}, .effect = Effect::simulates, .run = provider_enable});
-  all.push_back({.name = "provider.disable", .classic = "", .summary = "Keeps a provider from being chosen.", .details = "Solvers that are in use finish their work.",
-                 .example = "local name = provider.default(\"ik\")\nprovider.disable(\"ik\", name)\nprovider.enable(\"ik\", name)", .params = {interface, name}, .returns = {}, .effect = Effect::simulates, .run = provider_disable});
+  all.push_back(
+      {.name = "plugin.list",
+       .classic = "",
+       .summary = "Lists the plugin files that were looked at and what became of each.",
+       .details = "",
+       .example = "for _, p in ipairs(plugin.list()) do\n  assert(p.loaded or p.refusal)\nend",
+       .params = {},
+       .returns = {"list", "", "", report},
+       .effect = Effect::reads,
+       .run = list});
+  all.push_back(
+      {.name = "plugin.load",
+       .classic = "",
+       .summary = "Loads a plugin.",
+       .details = "A plugin stays until the program ends.",
+       .example = "local ok, e = pcall(plugin.load, \"no_such_plugin\")\nassert(not ok)",
+       .params = {needed("file", "string", "", "A name looked for in the search path, or a path.")},
+       .returns = {"map", "", "", report},
+       .effect = Effect::loads_code,
+       .run = load});
+  all.push_back(
+      {.name = "plugin.check",
+       .classic = "",
+       .summary = "Tells whether a plugin would be accepted, without making it available.",
+       .details = "The file's code is loaded for it.",
+       .example = "assert(plugin.check(\"no_such_plugin\").refusal)",
+       .params = {needed("file", "string", "", "A name looked for in the search path, or a path.")},
+       .returns = {"map", "", "", report},
+       .effect = Effect::loads_code,
+       .run = check_plugin});
+  all.push_back(
+      {.name = "provider.list",
+       .classic = "",
+       .summary = "Lists the providers of an interface, or of all.",
+       .details = "",
+       .example = "for _, p in ipairs(provider.list()) do\n  assert(p.name ~= \"\")\nend",
+       .params = {defaulted("interface", "string", "", "",
+                            "Such as \"ik\" or \"robomosp.ik/1\"; all when left out.")},
+       .returns = {"list",
+                   "",
+                   "",
+                   {field("interface", "string", "", "The interface."),
+                    field("name", "string", "", "Name of the provider."),
+                    field("summary", "string", "", "What it does."),
+                    field("origin", "string", "", "Plugin file, or lua."),
+                    field("version", "string", "", "Of the plugin."),
+                    field("tags", "list", "", "Abilities and needs."),
+                    field("enabled", "bool", "", "Whether it may be chosen."),
+                    field("default", "bool", "", "Whether it is taken where none is named.")}},
+       .effect = Effect::reads,
+       .run = provider_list});
+  all.push_back({.name = "provider.params",
+                 .classic = "",
+                 .summary = "Lists the parameters of a provider.",
+                 .details = "",
+                 .example = "assert(#provider.params(\"segment\", \"line\") >= 1)",
+                 .params = {interface, name},
+                 .returns = {"list",
+                             "",
+                             "",
+                             {field("name", "string", "", "The parameter."),
+                              field("type", "string", "", "Its type."),
+                              field("unit", "string", "", "SI unit."),
+                              field("doc", "string", "", "What it means."),
+                              field("default", "any", "", "Its default."),
+                              field("text", "string", "", "All that in a line.")}},
+                 .effect = Effect::reads,
+                 .run = provider_params});
+  all.push_back({.name = "provider.default",
+                 .classic = "",
+                 .summary = "Tells or sets the provider that is taken where none is named.",
+                 .details = "",
+                 .example = "provider.default(\"ik\", provider.default(\"ik\"))",
+                 .params = {interface, optional("name", "string", "", "The new default.")},
+                 .returns = {"string", "", "The default.", {}},
+                 .effect = Effect::simulates,
+                 .run = provider_default});
+  all.push_back({.name = "provider.enable",
+                 .classic = "",
+                 .summary = "Lets a provider be chosen again.",
+                 .details = "",
+                 .example = "provider.enable(\"ik\", provider.default(\"ik\"))",
+                 .params = {interface, name},
+                 .returns = {},
+                 .effect = Effect::simulates,
+                 .run = provider_enable});
+  all.push_back({.name = "provider.disable",
+                 .classic = "",
+                 .summary = "Keeps a provider from being chosen.",
+                 .details = "Solvers that are in use finish their work.",
+                 .example = "local name = provider.default(\"ik\")\nprovider.disable(\"ik\", "
+                            "name)\nprovider.enable(\"ik\", name)",
+                 .params = {interface, name},
+                 .returns = {},
+                 .effect = Effect::simulates,
+                 .run = provider_disable});
   return all;
 }
 

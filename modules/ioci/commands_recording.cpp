@@ -9,7 +9,9 @@
 namespace robomosp::ioci {
 namespace {
 
-sim::RecordingPtr recording_of(CommandContext& ctx, const Map& args) { return ctx.app.recordings.find(args.find("id")->as_handle()->number); }
+sim::RecordingPtr recording_of(CommandContext& ctx, const Map& args) {
+  return ctx.app.recordings.find(args.find("id")->as_handle()->number);
+}
 
 Result<std::vector<const sim::Column*>> chosen(const sim::Recording& r, const Map& args) {
   std::vector<std::string> names;
@@ -17,9 +19,11 @@ Result<std::vector<const sim::Column*>> chosen(const sim::Recording& r, const Ma
     if (v->as_string()) {
       RMP_TRY_ASSIGN(names, split_classic(*v->as_string()));
     } else if (v->as_list()) {
-      for (const Value& name : *v->as_list()) names.push_back(name.as_string() ? *name.as_string() : name.text());
+      for (const Value& name : *v->as_list())
+        names.push_back(name.as_string() ? *name.as_string() : name.text());
     } else if (!v->is_nil()) {
-      return error(ErrorCode::invalid_argument, v->text() + " is not a list of column names", "Give \"tau1\" or {\"q\", \"tau\"}.", "columns");
+      return error(ErrorCode::invalid_argument, v->text() + " is not a list of column names",
+                   "Give \"tau1\" or {\"q\", \"tau\"}.", "columns");
     }
   }
   if (names.empty())
@@ -31,13 +35,18 @@ Result<std::vector<const sim::Column*>> chosen(const sim::Recording& r, const Ma
 Result<Value> list(CommandContext& ctx, const Map&) {
   List out;
   for (const auto& [number, r] : ctx.app.recordings.list())
-    out.emplace_back(Map{{"recording", Handle{"recording", number}}, {"title", r->title}, {"robot", r->robot}, {"trajectory", r->trajectory}, {"samples", r->rows()}});
+    out.emplace_back(Map{{"recording", Handle{"recording", number}},
+                         {"title", r->title},
+                         {"robot", r->robot},
+                         {"trajectory", r->trajectory},
+                         {"samples", r->rows()}});
   return Value(std::move(out));
 }
 
 Result<Value> columns(CommandContext& ctx, const Map& args) {
   List out;
-  for (const sim::Column& c : recording_of(ctx, args)->columns) out.emplace_back(Map{{"name", c.name}, {"unit", c.unit}, {"doc", c.doc}});
+  for (const sim::Column& c : recording_of(ctx, args)->columns)
+    out.emplace_back(Map{{"name", c.name}, {"unit", c.unit}, {"doc", c.doc}});
   return Value(std::move(out));
 }
 
@@ -79,7 +88,13 @@ Result<Value> summary(CommandContext& ctx, const Map& args) {
     const auto [low, high] = std::minmax_element(c.values.begin(), c.values.end());
     double squares = 0;
     for (const double v : c.values) squares += v * v;
-    out.emplace_back(Map{{"name", c.name}, {"unit", c.unit}, {"min", *low}, {"max", *high}, {"rms", std::sqrt(squares / static_cast<double>(c.values.size()))}, {"first", c.values.front()}, {"last", c.values.back()}});
+    out.emplace_back(Map{{"name", c.name},
+                         {"unit", c.unit},
+                         {"min", *low},
+                         {"max", *high},
+                         {"rms", std::sqrt(squares / static_cast<double>(c.values.size()))},
+                         {"first", c.values.front()},
+                         {"last", c.values.back()}});
   }
   return Value(std::move(out));
 }
@@ -91,10 +106,15 @@ Result<Value> remove(CommandContext& ctx, const Map& args) {
 
 std::string with_recording(const char* rest) {
   return with_arm(
-             "local cell = world.create{name = \"cell\"}\ncell:add_robot{robot = arm, q = \"ready\"}\nlocal start = arm:fk{q = \"ready\"}\nlocal p, a = start.position, start.rpy\n"
-             "trajectory.create{name = \"stroke\", sample_time = 0.05, segments = {{shape = \"line\", points = {\n"
-             "  {p[1], p[2], p[3], a[1], a[2], a[3]}, {p[1], p[2] + 0.05, p[3], a[1], a[2], a[3]}}}}}\n"
-             "cell:add_trajectory{trajectory = \"stroke\"}\nlocal run = cell:inverse_dynamics{robot = \"arm\", trajectory = \"stroke\"}\n") +
+             "local cell = world.create{name = \"cell\"}\ncell:add_robot{robot = arm, q = "
+             "\"ready\"}\nlocal start = arm:fk{q = \"ready\"}\nlocal p, a = start.position, "
+             "start.rpy\n"
+             "trajectory.create{name = \"stroke\", sample_time = 0.05, segments = {{shape = "
+             "\"line\", points = {\n"
+             "  {p[1], p[2], p[3], a[1], a[2], a[3]}, {p[1], p[2] + 0.05, p[3], a[1], a[2], "
+             "a[3]}}}}}\n"
+             "cell:add_trajectory{trajectory = \"stroke\"}\nlocal run = "
+             "cell:inverse_dynamics{robot = \"arm\", trajectory = \"stroke\"}\n") +
          rest;
 }
 
@@ -102,23 +122,107 @@ std::string with_recording(const char* rest) {
 
 std::vector<CommandSpec> recording_commands() {
   std::vector<CommandSpec> all;
-  const ParamSpec picked = optional("columns", "any", "", "A name or a list of names; \"tau\" means tau1, tau2 and so on. All but the time when left out.");
-  all.push_back({.name = "recording.list", .classic = "", .summary = "Lists what simulations have recorded.", .details = "Recordings live as long as the program runs, outside the document.", .example = with_recording("assert(#recording.list() == 1)"), .params = {},
-                 .returns = {"list", "", "", {field("recording", "handle", "", "The recording."), field("title", "string", "", "What it shows."), field("robot", "string", "", "The robot's name in the world."), field("trajectory", "string", "", "The trajectory's name in the world."), field("samples", "int", "", "Number of samples.")}},
-                 .effect = Effect::reads, .run = list});
-  all.push_back({.name = "recording.columns", .classic = "", .summary = "Lists the columns of a recording with units.", .details = "", .example = with_recording("assert(run:columns()[1].name == \"time\")"), .params = {self("recording")},
-                 .returns = {"list", "", "", {field("name", "string", "", "Name of the column."), field("unit", "string", "", "SI unit."), field("doc", "string", "", "What it holds.")}}, .effect = Effect::reads, .run = columns});
-  all.push_back({.name = "recording.values", .classic = "", .summary = "Gives the numbers of one or several columns.", .details = "", .example = with_recording("assert(#run:values(\"tau1\") == #run:values(\"time\"))"), .params = {self("recording"), picked},
-                 .returns = {"array", "", "One column as a vector; several as a matrix with one row a sample.", {}}, .effect = Effect::reads, .run = values});
-  all.push_back({.name = "recording.csv", .classic = "", .summary = "Writes a recording as comma-separated text with a header line.", .details = "", .example = with_recording("assert(run:csv(\"example.csv\").rows == #run:values(\"time\"))"), .params = {self("recording"), needed("file", "path", "", "The file.")},
-                 .returns = {"map", "", "", {field("file", "string", "", "The file."), field("rows", "int", "", "Lines after the header."), field("columns", "int", "", "Columns.")}}, .effect = Effect::files_write, .run = csv});
-  all.push_back({.name = "recording.plot", .classic = "", .summary = "Draws columns against time into a picture.", .details = "*.svg is written by the program itself, *.png through gnuplot.", .example = with_recording("run:plot{file = \"example.svg\", columns = {\"tau\"}}"),
-                 .params = {self("recording"), needed("file", "path", "", "The picture, *.svg or *.png."), picked, optional("title", "string", "", "Title; that of the recording when left out."), between(defaulted("width", "int", "", 900, "Pixels."), 100, 10000), between(defaulted("height", "int", "", 520, "Pixels."), 100, 10000)},
-                 .returns = {"string", "", "The file.", {}}, .effect = Effect::files_write, .run = plot});
-  all.push_back({.name = "recording.summary", .classic = "", .summary = "Gives least, greatest and root-mean-square value of every column.", .details = "", .example = with_recording("assert(run:summary()[1].min == 0)"), .params = {self("recording")},
-                 .returns = {"list", "", "", {field("name", "string", "", "The column."), field("unit", "string", "", "Its unit."), field("min", "real", "", "Least value."), field("max", "real", "", "Greatest value."), field("rms", "real", "", "Root mean square."), field("first", "real", "", "First value."), field("last", "real", "", "Last value.")}},
-                 .effect = Effect::reads, .run = summary});
-  all.push_back({.name = "recording.remove", .classic = "", .summary = "Forgets a recording.", .details = "", .example = with_recording("run:remove()\nassert(#recording.list() == 0)"), .params = {self("recording")}, .returns = {}, .effect = Effect::simulates, .run = remove});
+  const ParamSpec picked = optional("columns", "any", "",
+                                    "A name or a list of names; \"tau\" means tau1, tau2 and so "
+                                    "on. All but the time when left out.");
+  all.push_back(
+      {.name = "recording.list",
+       .classic = "",
+       .summary = "Lists what simulations have recorded.",
+       .details = "Recordings live as long as the program runs, outside the document.",
+       .example = with_recording("assert(#recording.list() == 1)"),
+       .params = {},
+       .returns = {"list",
+                   "",
+                   "",
+                   {field("recording", "handle", "", "The recording."),
+                    field("title", "string", "", "What it shows."),
+                    field("robot", "string", "", "The robot's name in the world."),
+                    field("trajectory", "string", "", "The trajectory's name in the world."),
+                    field("samples", "int", "", "Number of samples.")}},
+       .effect = Effect::reads,
+       .run = list});
+  all.push_back({.name = "recording.columns",
+                 .classic = "",
+                 .summary = "Lists the columns of a recording with units.",
+                 .details = "",
+                 .example = with_recording("assert(run:columns()[1].name == \"time\")"),
+                 .params = {self("recording")},
+                 .returns = {"list",
+                             "",
+                             "",
+                             {field("name", "string", "", "Name of the column."),
+                              field("unit", "string", "", "SI unit."),
+                              field("doc", "string", "", "What it holds.")}},
+                 .effect = Effect::reads,
+                 .run = columns});
+  all.push_back(
+      {.name = "recording.values",
+       .classic = "",
+       .summary = "Gives the numbers of one or several columns.",
+       .details = "",
+       .example = with_recording("assert(#run:values(\"tau1\") == #run:values(\"time\"))"),
+       .params = {self("recording"), picked},
+       .returns =
+           {"array", "", "One column as a vector; several as a matrix with one row a sample.", {}},
+       .effect = Effect::reads,
+       .run = values});
+  all.push_back(
+      {.name = "recording.csv",
+       .classic = "",
+       .summary = "Writes a recording as comma-separated text with a header line.",
+       .details = "",
+       .example = with_recording("assert(run:csv(\"example.csv\").rows == #run:values(\"time\"))"),
+       .params = {self("recording"), needed("file", "path", "", "The file.")},
+       .returns = {"map",
+                   "",
+                   "",
+                   {field("file", "string", "", "The file."),
+                    field("rows", "int", "", "Lines after the header."),
+                    field("columns", "int", "", "Columns.")}},
+       .effect = Effect::files_write,
+       .run = csv});
+  all.push_back(
+      {.name = "recording.plot",
+       .classic = "",
+       .summary = "Draws columns against time into a picture.",
+       .details = "*.svg is written by the program itself, *.png through gnuplot.",
+       .example = with_recording("run:plot{file = \"example.svg\", columns = {\"tau\"}}"),
+       .params = {self("recording"), needed("file", "path", "", "The picture, *.svg or *.png."),
+                  picked,
+                  optional("title", "string", "", "Title; that of the recording when left out."),
+                  between(defaulted("width", "int", "", 900, "Pixels."), 100, 10000),
+                  between(defaulted("height", "int", "", 520, "Pixels."), 100, 10000)},
+       .returns = {"string", "", "The file.", {}},
+       .effect = Effect::files_write,
+       .run = plot});
+  all.push_back({.name = "recording.summary",
+                 .classic = "",
+                 .summary = "Gives least, greatest and root-mean-square value of every column.",
+                 .details = "",
+                 .example = with_recording("assert(run:summary()[1].min == 0)"),
+                 .params = {self("recording")},
+                 .returns = {"list",
+                             "",
+                             "",
+                             {field("name", "string", "", "The column."),
+                              field("unit", "string", "", "Its unit."),
+                              field("min", "real", "", "Least value."),
+                              field("max", "real", "", "Greatest value."),
+                              field("rms", "real", "", "Root mean square."),
+                              field("first", "real", "", "First value."),
+                              field("last", "real", "", "Last value.")}},
+                 .effect = Effect::reads,
+                 .run = summary});
+  all.push_back({.name = "recording.remove",
+                 .classic = "",
+                 .summary = "Forgets a recording.",
+                 .details = "",
+                 .example = with_recording("run:remove()\nassert(#recording.list() == 0)"),
+                 .params = {self("recording")},
+                 .returns = {},
+                 .effect = Effect::simulates,
+                 .run = remove});
   return all;
 }
 

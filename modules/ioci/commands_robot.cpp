@@ -17,21 +17,29 @@ std::string with_arm(const char* rest) {
   // The wrist-partitioned arm of Craig, Introduction to Robotics, 3.7, in round numbers.
   return std::string(
              "local arm = robot.create{name = \"arm\", convention = \"dh\", links = {\n"
-             "  {d = 0.4, alpha = \"-90 deg\", lower = -3, upper = 3, mass = 5, com = {0, 0.1, 0}, inertia = {0.02, 0.01, 0.02, 0, 0, 0}},\n"
-             "  {a = 0.45, lower = -3, upper = 3, mass = 4, com = {-0.2, 0, 0}, inertia = {0.01, 0.05, 0.05, 0, 0, 0}},\n"
-             "  {a = 0.05, alpha = \"-90 deg\", lower = -3, upper = 3, mass = 3, com = {0, 0, 0.05}, inertia = {0.01, 0.01, 0.005, 0, 0, 0}},\n"
-             "  {d = 0.42, alpha = \"90 deg\", lower = -3, upper = 3, mass = 1, com = {0, -0.1, 0}, inertia = {0.003, 0.001, 0.003, 0, 0, 0}},\n"
-             "  {alpha = \"-90 deg\", lower = -2, upper = 2, mass = 0.5, inertia = {0.001, 0.001, 0.001, 0, 0, 0}},\n"
-             "  {d = 0.08, lower = -3, upper = 3, mass = 0.2, com = {0, 0, -0.02}, inertia = {1e-4, 1e-4, 1e-4, 0, 0, 0}}},\n"
+             "  {d = 0.4, alpha = \"-90 deg\", lower = -3, upper = 3, mass = 5, com = {0, 0.1, 0}, "
+             "inertia = {0.02, 0.01, 0.02, 0, 0, 0}},\n"
+             "  {a = 0.45, lower = -3, upper = 3, mass = 4, com = {-0.2, 0, 0}, inertia = {0.01, "
+             "0.05, 0.05, 0, 0, 0}},\n"
+             "  {a = 0.05, alpha = \"-90 deg\", lower = -3, upper = 3, mass = 3, com = {0, 0, "
+             "0.05}, inertia = {0.01, 0.01, 0.005, 0, 0, 0}},\n"
+             "  {d = 0.42, alpha = \"90 deg\", lower = -3, upper = 3, mass = 1, com = {0, -0.1, "
+             "0}, inertia = {0.003, 0.001, 0.003, 0, 0, 0}},\n"
+             "  {alpha = \"-90 deg\", lower = -2, upper = 2, mass = 0.5, inertia = {0.001, 0.001, "
+             "0.001, 0, 0, 0}},\n"
+             "  {d = 0.08, lower = -3, upper = 3, mass = 0.2, com = {0, 0, -0.02}, inertia = "
+             "{1e-4, 1e-4, 1e-4, 0, 0, 0}}},\n"
              "  poses = {ready = {0, -0.9, 0.6, 0, 1, 0}}}\n") +
          rest;
 }
 
-Result<std::int32_t> read_link(const model::Robot& r, const Value& value, bool base_allowed, std::string_view path) {
+Result<std::int32_t> read_link(const model::Robot& r, const Value& value, bool base_allowed,
+                               std::string_view path) {
   const auto count = static_cast<std::int64_t>(r.links.size());
   std::optional<std::int64_t> number;
   if (value.as_int()) number = *value.as_int();
-  if (const double* x = value.as_real(); x && std::floor(*x) == *x && std::fabs(*x) < 1e9) number = static_cast<std::int64_t>(*x);
+  if (const double* x = value.as_real(); x && std::floor(*x) == *x && std::fabs(*x) < 1e9)
+    number = static_cast<std::int64_t>(*x);
   if (const std::string* s = value.as_string()) {
     if (base_allowed && *s == "base") return -1;
     std::vector<std::string> known;
@@ -42,14 +50,18 @@ Result<std::int32_t> read_link(const model::Robot& r, const Value& value, bool b
     number = text::read_int(*s);
     if (!number) return unknown_name("link", *s, known).in(path);
   }
-  if (!number) return error(ErrorCode::invalid_argument, value.text() + " is not a link", "Give its number, 1 is the first, or its name.", std::string(path));
+  if (!number)
+    return error(ErrorCode::invalid_argument, value.text() + " is not a link",
+                 "Give its number, 1 is the first, or its name.", std::string(path));
   if (base_allowed && *number == 0) return -1;
   if (*number < 1 || *number > count)
-    return error(ErrorCode::invalid_argument, "there is no link " + std::to_string(*number), "Links are numbered 1 to " + std::to_string(count) + ".", std::string(path));
+    return error(ErrorCode::invalid_argument, "there is no link " + std::to_string(*number),
+                 "Links are numbered 1 to " + std::to_string(count) + ".", std::string(path));
   return static_cast<std::int32_t>(*number - 1);
 }
 
-Result<std::vector<double>> read_q(const Value& value, const model::Robot& robot, std::span<const JointModel> joints, std::string_view path) {
+Result<std::vector<double>> read_q(const Value& value, const model::Robot& robot,
+                                   std::span<const JointModel> joints, std::string_view path) {
   std::vector<double> q;
   const std::string where(path);
   if (const NumericArray* a = value.as_array()) {
@@ -63,7 +75,8 @@ Result<std::vector<double>> read_q(const Value& value, const model::Robot& robot
         continue;
       }
       const bool slides = i < joints.size() && joints[i].type == JointType::prismatic;
-      RMP_TRY_ASSIGN(const Value read, check_value(field("", "real", slides ? "m" : "rad", ""), v, where + "[" + std::to_string(i + 1) + "]"));
+      RMP_TRY_ASSIGN(const Value read, check_value(field("", "real", slides ? "m" : "rad", ""), v,
+                                                   where + "[" + std::to_string(i + 1) + "]"));
       q.push_back(read.number());
     }
   } else if (const std::string* name = value.as_string()) {
@@ -72,25 +85,36 @@ Result<std::vector<double>> read_q(const Value& value, const model::Robot& robot
       if (p.name == *name) return p.q;
       known.push_back(p.name);
     }
-    const bool all_turn = std::all_of(joints.begin(), joints.end(), [](const JointModel& j) { return j.type == JointType::revolute; });
+    const bool all_turn = std::all_of(joints.begin(), joints.end(), [](const JointModel& j) {
+      return j.type == JointType::revolute;
+    });
     auto read = check_value(field("", "real[]", all_turn ? "rad" : "", ""), value, where);
-    if (!read.ok() && text::trim(*name).find_first_of("0123456789") == std::string::npos) return unknown_name("pose", *name, known).in(path);
+    if (!read.ok() && text::trim(*name).find_first_of("0123456789") == std::string::npos)
+      return unknown_name("pose", *name, known).in(path);
     if (!read.ok()) return std::move(read).error();
     q = reals(&*read);
   } else if (!value.as_map() || !value.as_map()->empty()) {
-    return error(ErrorCode::invalid_argument, value.text() + " is not a list of joint values", "Give " + std::to_string(joints.size()) + " numbers or the name of a pose.", where);
+    return error(ErrorCode::invalid_argument, value.text() + " is not a list of joint values",
+                 "Give " + std::to_string(joints.size()) + " numbers or the name of a pose.",
+                 where);
   }
   if (q.size() != joints.size())
-    return error(ErrorCode::invalid_argument, std::to_string(q.size()) + " joint values are given; the robot has " + std::to_string(joints.size()) + " joints",
+    return error(ErrorCode::invalid_argument,
+                 std::to_string(q.size()) + " joint values are given; the robot has " +
+                     std::to_string(joints.size()) + " joints",
                  "Give one value a joint.", where);
   for (std::size_t i = 0; i < q.size(); ++i)
-    if (!std::isfinite(q[i])) return error(ErrorCode::invalid_argument, text::print(q[i]) + " is not a finite number", {}, where + "[" + std::to_string(i + 1) + "]");
+    if (!std::isfinite(q[i]))
+      return error(ErrorCode::invalid_argument, text::print(q[i]) + " is not a finite number", {},
+                   where + "[" + std::to_string(i + 1) + "]");
   return q;
 }
 
-Result<std::shared_ptr<const RobotModel>> model_of(CommandContext& ctx, const Map& args, std::string_view name) {
+Result<std::shared_ptr<const RobotModel>> model_of(CommandContext& ctx, const Map& args,
+                                                   std::string_view name) {
   const Vec3 gravity = has(args, "gravity") ? vec3(args, "gravity") : Vec3{0, 0, -9.81};
-  return ctx.app.derived.robot_model(ctx.snapshot(), typed<model::Robot>(args, name), gravity, ctx.progress);
+  return ctx.app.derived.robot_model(ctx.snapshot(), typed<model::Robot>(args, name), gravity,
+                                     ctx.progress);
 }
 
 namespace {
@@ -106,7 +130,8 @@ ParamSpec unbounded(ParamSpec p) {
 
 Schema link_schema(JointKind kind, bool creating) {
   const char* unit = kind == JointKind::prismatic ? "m" : "rad";
-  const std::string rate = std::string(unit) + "/s", rate2 = rate + "^2", force = kind == JointKind::prismatic ? "N" : "N m";
+  const std::string rate = std::string(unit) + "/s", rate2 = rate + "^2",
+                    force = kind == JointKind::prismatic ? "N" : "N m";
   Schema s{optional("name", "string", "", "Name of the link, unique in the robot."),
            optional("parent", "any", "", "Number or name of the link it stands on, \"base\" for the base; the link before when left out."),
            creating ? choice("joint", {"revolute", "prismatic", "fixed"}, "How it moves.") : [] {
@@ -136,7 +161,8 @@ Schema link_schema(JointKind kind, bool creating) {
   return s;
 }
 
-Result<std::vector<model::BodyPart>> read_bodies(const CommandContext& ctx, const Value& list, const std::string& path) {
+Result<std::vector<model::BodyPart>> read_bodies(const CommandContext& ctx, const Value& list,
+                                                 const std::string& path) {
   std::vector<model::BodyPart> out;
   Schema schema{needed("what", "ref:object|solid", "", "An object or solid.")};
   for (ParamSpec& p : placement_fields("the link")) schema.push_back(std::move(p));
@@ -155,41 +181,69 @@ Result<std::vector<model::BodyPart>> read_bodies(const CommandContext& ctx, cons
 Result<Sym3> read_inertia(const Value& v, const std::string& path) {
   const NumericArray* a = v.as_array();
   const List* list = v.as_list();
-  if ((a && a->is_matrix()) || (list && !list->empty() && !(*list)[0].is_number() && !(*list)[0].as_string())) {
+  if ((a && a->is_matrix()) ||
+      (list && !list->empty() && !(*list)[0].is_number() && !(*list)[0].as_string())) {
     RMP_TRY_ASSIGN(const Value m, check_value(field("", "matrix", "kg m^2", ""), v, path));
     const NumericArray& t = *m.as_array();
-    if (t.rows() != 3 || t.cols() != 3) return error(ErrorCode::invalid_argument, "the inertia matrix is " + std::to_string(t.rows()) + "x" + std::to_string(t.cols()) + ", not 3x3", {}, path);
+    if (t.rows() != 3 || t.cols() != 3)
+      return error(ErrorCode::invalid_argument,
+                   "the inertia matrix is " + std::to_string(t.rows()) + "x" +
+                       std::to_string(t.cols()) + ", not 3x3",
+                   {}, path);
     for (std::size_t i = 0; i < 3; ++i)
       for (std::size_t j = 0; j < i; ++j)
-        if (std::fabs(t.at(i, j) - t.at(j, i)) > 1e-12 * (1 + std::fabs(t.at(i, j)))) return error(ErrorCode::invalid_argument, "the inertia matrix is not symmetric", {}, path);
+        if (std::fabs(t.at(i, j) - t.at(j, i)) > 1e-12 * (1 + std::fabs(t.at(i, j))))
+          return error(ErrorCode::invalid_argument, "the inertia matrix is not symmetric", {},
+                       path);
     return Sym3{t.at(0, 0), t.at(1, 1), t.at(2, 2), t.at(0, 1), t.at(1, 2), t.at(0, 2)};
   }
   RMP_TRY_ASSIGN(const Value checked, check_value(field("", "real[]", "kg m^2", ""), v, path));
   const auto x = reals(&checked);
-  if (x.size() != 6) return error(ErrorCode::invalid_argument, std::to_string(x.size()) + " numbers are given for an inertia", "Give {Ixx, Iyy, Izz, Ixy, Iyz, Ixz} or a 3x3 matrix.", path);
+  if (x.size() != 6)
+    return error(ErrorCode::invalid_argument,
+                 std::to_string(x.size()) + " numbers are given for an inertia",
+                 "Give {Ixx, Iyy, Izz, Ixy, Iyz, Ixz} or a 3x3 matrix.", path);
   return Sym3{x[0], x[1], x[2], x[3], x[4], x[5]};
 }
 
 /// Applies checked link fields; `index` is the link's own, `robot` holds those before it.
-Result<void> apply_link(const CommandContext& ctx, const Map& args, const Robot& robot, std::int32_t index, Link& l, const std::string& path) {
+Result<void> apply_link(const CommandContext& ctx, const Map& args, const Robot& robot,
+                        std::int32_t index, Link& l, const std::string& path) {
   if (has(args, "name")) l.name = text_of(args, "name");
   if (has(args, "parent")) {
     RMP_TRY_ASSIGN(l.parent, read_link(robot, *args.find("parent"), true, path + ".parent"));
-    if (l.parent >= index) return error(ErrorCode::conflict, "a link stands on a link before it", "Order the links so that parents come first.", path + ".parent");
+    if (l.parent >= index)
+      return error(ErrorCode::conflict, "a link stands on a link before it",
+                   "Order the links so that parents come first.", path + ".parent");
   }
   if (has(args, "joint")) {
     const std::string joint = text_of(args, "joint");
-    l.joint = joint == "prismatic" ? JointKind::prismatic : joint == "fixed" ? JointKind::fixed : JointKind::revolute;
+    l.joint = joint == "prismatic" ? JointKind::prismatic
+              : joint == "fixed"   ? JointKind::fixed
+                                   : JointKind::revolute;
   }
   const std::pair<const char*, double*> numbers[] = {
-      {"a", &l.row.a}, {"alpha", &l.row.alpha}, {"d", &l.row.d}, {"theta", &l.row.theta}, {"lower", &l.lower}, {"upper", &l.upper},
-      {"max_velocity", &l.max_velocity}, {"max_acceleration", &l.max_acceleration}, {"max_force", &l.max_force},
-      {"motor_inertia", &l.drive.motor_inertia}, {"gear_ratio", &l.drive.gear_ratio}, {"viscous", &l.drive.viscous},
-      {"coulomb_positive", &l.drive.coulomb_positive}, {"coulomb_negative", &l.drive.coulomb_negative}};
+      {"a", &l.row.a},
+      {"alpha", &l.row.alpha},
+      {"d", &l.row.d},
+      {"theta", &l.row.theta},
+      {"lower", &l.lower},
+      {"upper", &l.upper},
+      {"max_velocity", &l.max_velocity},
+      {"max_acceleration", &l.max_acceleration},
+      {"max_force", &l.max_force},
+      {"motor_inertia", &l.drive.motor_inertia},
+      {"gear_ratio", &l.drive.gear_ratio},
+      {"viscous", &l.drive.viscous},
+      {"coulomb_positive", &l.drive.coulomb_positive},
+      {"coulomb_negative", &l.drive.coulomb_negative}};
   for (const auto& [name, target] : numbers)
     if (has(args, name)) *target = real(args, name);
   if (l.lower > l.upper)
-    return error(ErrorCode::invalid_argument, "the lower limit " + text::print(l.lower) + " is above the upper limit " + text::print(l.upper), "Swap them.", path);
+    return error(ErrorCode::invalid_argument,
+                 "the lower limit " + text::print(l.lower) + " is above the upper limit " +
+                     text::print(l.upper),
+                 "Swap them.", path);
   if (has(args, "mass") || has(args, "com") || has(args, "inertia")) {
     if (!l.given) l.given.emplace();
     if (has(args, "mass")) l.given->mass = real(args, "mass");
@@ -208,10 +262,13 @@ Result<void> apply_link(const CommandContext& ctx, const Map& args, const Robot&
 JointKind kind_given(const Value* joint, JointKind otherwise) {
   const std::string* s = joint ? joint->as_string() : nullptr;
   if (!s) return otherwise;
-  return *s == "prismatic" ? JointKind::prismatic : *s == "fixed" ? JointKind::fixed : JointKind::revolute;
+  return *s == "prismatic" ? JointKind::prismatic
+         : *s == "fixed"   ? JointKind::fixed
+                           : JointKind::revolute;
 }
 
-Result<void> append_link(const CommandContext& ctx, Robot& r, const Value& given, const std::string& path) {
+Result<void> append_link(const CommandContext& ctx, Robot& r, const Value& given,
+                         const std::string& path) {
   const Map* raw = given.as_map();
   const JointKind kind = kind_given(raw ? raw->find("joint") : nullptr, JointKind::revolute);
   RMP_TRY_ASSIGN(const Map checked, read_map(ctx, link_schema(kind, true), given, path));
@@ -221,7 +278,9 @@ Result<void> append_link(const CommandContext& ctx, Robot& r, const Value& given
   l.name = "link" + std::to_string(index + 1);
   RMP_TRY(apply_link(ctx, checked, r, index, l, path));
   for (const Link& other : r.links)
-    if (other.name == l.name) return error(ErrorCode::conflict, "there are two links named " + text::quote(l.name), "Names are unique within a robot.", path);
+    if (other.name == l.name)
+      return error(ErrorCode::conflict, "there are two links named " + text::quote(l.name),
+                   "Names are unique within a robot.", path);
   r.links.push_back(std::move(l));
   return {};
 }
@@ -232,30 +291,41 @@ Result<void> check_robot(const std::string& name, const Robot& r) {
   if (!built.ok()) return std::move(built).error();
   for (const model::NamedPose& p : r.poses)
     if (p.q.size() != built->dof())
-      return error(ErrorCode::conflict, "pose " + text::quote(p.name) + " has " + std::to_string(p.q.size()) + " values for " + std::to_string(built->dof()) + " joints",
+      return error(ErrorCode::conflict,
+                   "pose " + text::quote(p.name) + " has " + std::to_string(p.q.size()) +
+                       " values for " + std::to_string(built->dof()) + " joints",
                    "Set or remove the pose first.", "robot " + text::quote(name));
   return {};
 }
 
 Schema robot_fields() {
-  Schema s{choice("convention", {"dh", "mdh"}, "Standard or modified (Craig) Denavit-Hartenberg rows."),
-           choice("mass_source", {"given", "designed"}, "Masses from the links' published values, or from their designed parts."),
-           optional("base", "pose", "", "Where the base stands in the frame the robot is mounted in."),
-           optional("base_parts", "list", "", "Designed bodies of the base: {what = solid or object, placement or position with angles}."),
-           optional("tool", "pose", "", "The tool in the frame of the last link."),
-           optional("ik", "any", "", "Inverse kinematics provider: name, or {name = ..., params = {...}}."),
-           optional("inverse_dynamics", "any", "", "Inverse dynamics provider."),
-           optional("forward_dynamics", "any", "", "Forward dynamics provider."),
-           optional("skin_colour", "any", "", "Colour of the generated body, \"#rrggbb\"."),
-           optional("skin_accent", "any", "", "Colour of its joints."),
-           optional("description", "string", "", "What it is."),
-           optional("source", "string", "", "Where the parameters come from.")};
+  Schema s{
+      choice("convention", {"dh", "mdh"}, "Standard or modified (Craig) Denavit-Hartenberg rows."),
+      choice("mass_source", {"given", "designed"},
+             "Masses from the links' published values, or from their designed parts."),
+      optional("base", "pose", "", "Where the base stands in the frame the robot is mounted in."),
+      optional("base_parts", "list", "",
+               "Designed bodies of the base: {what = solid or object, placement or position with "
+               "angles}."),
+      optional("tool", "pose", "", "The tool in the frame of the last link."),
+      optional("ik", "any", "",
+               "Inverse kinematics provider: name, or {name = ..., params = {...}}."),
+      optional("inverse_dynamics", "any", "", "Inverse dynamics provider."),
+      optional("forward_dynamics", "any", "", "Forward dynamics provider."),
+      optional("skin_colour", "any", "", "Colour of the generated body, \"#rrggbb\"."),
+      optional("skin_accent", "any", "", "Colour of its joints."),
+      optional("description", "string", "", "What it is."),
+      optional("source", "string", "", "Where the parameters come from.")};
   return s;
 }
 
 Result<void> apply_fields(const CommandContext& ctx, const Map& args, Robot& r) {
-  if (has(args, "convention")) r.convention = text_of(args, "convention") == "mdh" ? model::Convention::mdh : model::Convention::dh;
-  if (has(args, "mass_source")) r.mass_source = text_of(args, "mass_source") == "designed" ? model::MassSource::designed : model::MassSource::given;
+  if (has(args, "convention"))
+    r.convention =
+        text_of(args, "convention") == "mdh" ? model::Convention::mdh : model::Convention::dh;
+  if (has(args, "mass_source"))
+    r.mass_source = text_of(args, "mass_source") == "designed" ? model::MassSource::designed
+                                                               : model::MassSource::given;
   if (has(args, "base")) {
     RMP_TRY_ASSIGN(r.base, read_placement(ctx.given("base"), "base"));
   }
@@ -265,7 +335,10 @@ Result<void> apply_fields(const CommandContext& ctx, const Map& args, Robot& r) 
   if (has(args, "base_parts")) {
     RMP_TRY_ASSIGN(r.base_parts, read_bodies(ctx, *args.find("base_parts"), "base_parts"));
   }
-  const std::pair<const char*, model::ProviderChoice*> providers[] = {{"ik", &r.ik}, {"inverse_dynamics", &r.inverse_dynamics}, {"forward_dynamics", &r.forward_dynamics}};
+  const std::pair<const char*, model::ProviderChoice*> providers[] = {
+      {"ik", &r.ik},
+      {"inverse_dynamics", &r.inverse_dynamics},
+      {"forward_dynamics", &r.forward_dynamics}};
   for (const auto& [name, target] : providers)
     if (has(args, name)) {
       RMP_TRY_ASSIGN(*target, read_provider(*args.find(name), name));
@@ -286,7 +359,8 @@ Result<Value> create(CommandContext& ctx, const Map& args) {
   const std::string name = text_of(args, "name");
   RMP_TRY(apply_fields(ctx, args, r));
   const List& links = *args.find("links")->as_list();
-  for (std::size_t i = 0; i < links.size(); ++i) RMP_TRY(append_link(ctx, r, links[i], "links[" + std::to_string(i + 1) + "]"));
+  for (std::size_t i = 0; i < links.size(); ++i)
+    RMP_TRY(append_link(ctx, r, links[i], "links[" + std::to_string(i + 1) + "]"));
   RMP_TRY_ASSIGN(const RobotModel built, robotics::build_robot_model(name, r, {}, {0, 0, -9.81}));
   if (const Value* poses = args.find("poses"); poses && poses->as_map())
     for (const auto& [pose, q] : *poses->as_map()) {
@@ -323,12 +397,16 @@ Result<Value> set_link(CommandContext& ctx, const Map& args) {
   Map given;
   for (const ParamSpec& p : link_schema(old.joint, false))
     if (const Value* v = ctx.given(p.name)) given.set(p.name, *v);
-  RMP_TRY_ASSIGN(const Map checked, read_map(ctx, link_schema(kind_given(given.find("joint"), old.joint), false), Value(given), "link " + text::quote(old.name)));
+  RMP_TRY_ASSIGN(const Map checked,
+                 read_map(ctx, link_schema(kind_given(given.find("joint"), old.joint), false),
+                          Value(given), "link " + text::quote(old.name)));
   return change_robot(ctx, args, [&](Robot& r) -> Result<void> {
     Link& l = r.links[static_cast<std::size_t>(index)];
     RMP_TRY(apply_link(ctx, checked, r, index, l, "link " + text::quote(old.name)));
     for (std::size_t i = 0; i < r.links.size(); ++i)
-      if (static_cast<std::int32_t>(i) != index && r.links[i].name == l.name) return error(ErrorCode::conflict, "there are two links named " + text::quote(l.name), "Names are unique within a robot.");
+      if (static_cast<std::int32_t>(i) != index && r.links[i].name == l.name)
+        return error(ErrorCode::conflict, "there are two links named " + text::quote(l.name),
+                     "Names are unique within a robot.");
     return {};
   });
 }
@@ -350,7 +428,11 @@ Result<Value> remove_link(CommandContext& ctx, const Map& args) {
   return change_robot(ctx, args, [&](Robot& r) -> Result<void> {
     RMP_TRY_ASSIGN(const std::int32_t index, read_link(r, *args.find("link"), false, "link"));
     for (const Link& l : r.links)
-      if (l.parent == index) return error(ErrorCode::conflict, "link " + text::quote(l.name) + " stands on link " + text::quote(r.links[static_cast<std::size_t>(index)].name), "Remove that first.");
+      if (l.parent == index)
+        return error(ErrorCode::conflict,
+                     "link " + text::quote(l.name) + " stands on link " +
+                         text::quote(r.links[static_cast<std::size_t>(index)].name),
+                     "Remove that first.");
     const auto moving = robotics::moving_links(r);
     if (const auto joint = std::find(moving.begin(), moving.end(), index); joint != moving.end())
       for (model::NamedPose& p : r.poses) p.q.erase(p.q.begin() + (joint - moving.begin()));
@@ -361,16 +443,25 @@ Result<Value> remove_link(CommandContext& ctx, const Map& args) {
   });
 }
 
-std::string_view joint_word(JointKind k) { return k == JointKind::revolute ? "revolute" : k == JointKind::prismatic ? "prismatic" : "fixed"; }
+std::string_view joint_word(JointKind k) {
+  return k == JointKind::revolute ? "revolute" : k == JointKind::prismatic ? "prismatic" : "fixed";
+}
 
 Result<Value> dh_table(CommandContext& ctx, const Map& args) {
   const Robot& r = content<Robot>(ctx, args);
   std::vector<double> matrix;
   List rows;
   for (const Link& l : r.links) {
-    const double type = l.joint == JointKind::revolute ? 0 : l.joint == JointKind::prismatic ? 1 : 2;
+    const double type = l.joint == JointKind::revolute    ? 0
+                        : l.joint == JointKind::prismatic ? 1
+                                                          : 2;
     matrix.insert(matrix.end(), {l.row.alpha, l.row.a, l.row.theta, l.row.d, type});
-    rows.emplace_back(Map{{"link", l.name}, {"alpha", l.row.alpha}, {"a", l.row.a}, {"theta", l.row.theta}, {"d", l.row.d}, {"type", joint_word(l.joint)}});
+    rows.emplace_back(Map{{"link", l.name},
+                          {"alpha", l.row.alpha},
+                          {"a", l.row.a},
+                          {"theta", l.row.theta},
+                          {"d", l.row.d},
+                          {"type", joint_word(l.joint)}});
   }
   return Value(Map{{"convention", r.convention == model::Convention::dh ? "dh" : "mdh"},
                    {"columns", List{"alpha", "a", "theta", "d", "type"}},
@@ -394,15 +485,24 @@ Result<Value> link_row(CommandContext& ctx, const Map& args) {
   const Robot& r = content<Robot>(ctx, args);
   RMP_TRY_ASSIGN(const std::int32_t index, read_link(r, *args.find("link"), false, "link"));
   const Link& l = r.links[static_cast<std::size_t>(index)];
-  return Value(NumericArray({l.row.alpha, l.row.a, l.row.theta, l.row.d, l.joint == JointKind::revolute ? 0.0 : l.joint == JointKind::prismatic ? 1.0 : 2.0}));
+  return Value(NumericArray({l.row.alpha, l.row.a, l.row.theta, l.row.d,
+                             l.joint == JointKind::revolute    ? 0.0
+                             : l.joint == JointKind::prismatic ? 1.0
+                                                               : 2.0}));
 }
 
 Result<Value> joints(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const auto m, model_of(ctx, args));
   List out;
   for (const JointModel& j : m->joints) {
-    Map row{{"name", j.name}, {"type", j.type == JointType::revolute ? "revolute" : "prismatic"}, {"unit", j.type == JointType::revolute ? "rad" : "m"}};
-    const std::pair<const char*, double> limits[] = {{"lower", j.lower}, {"upper", j.upper}, {"max_velocity", j.max_velocity}, {"max_acceleration", j.max_acceleration}, {"max_force", j.max_force}};
+    Map row{{"name", j.name},
+            {"type", j.type == JointType::revolute ? "revolute" : "prismatic"},
+            {"unit", j.type == JointType::revolute ? "rad" : "m"}};
+    const std::pair<const char*, double> limits[] = {{"lower", j.lower},
+                                                     {"upper", j.upper},
+                                                     {"max_velocity", j.max_velocity},
+                                                     {"max_acceleration", j.max_acceleration},
+                                                     {"max_force", j.max_force}};
     for (const auto& [name, v] : limits)
       if (std::isfinite(v)) row.set(name, v);
     out.emplace_back(std::move(row));
@@ -418,13 +518,15 @@ Result<Value> base_type(CommandContext&, const Map&) { return Value("Fixed"); }
 
 Result<Value> poses(CommandContext& ctx, const Map& args) {
   Map out;
-  for (const model::NamedPose& p : content<Robot>(ctx, args).poses) out.set(p.name, NumericArray(p.q));
+  for (const model::NamedPose& p : content<Robot>(ctx, args).poses)
+    out.set(p.name, NumericArray(p.q));
   return Value(std::move(out));
 }
 
 Result<Value> set_pose(CommandContext& ctx, const Map& args) {
   const std::string name = text_of(args, "name");
-  if (name.empty()) return error(ErrorCode::invalid_argument, "the pose has no name", "Give name = \"home\".");
+  if (name.empty())
+    return error(ErrorCode::invalid_argument, "the pose has no name", "Give name = \"home\".");
   RMP_TRY_ASSIGN(const auto m, model_of(ctx, args));
   RMP_TRY_ASSIGN(const auto q, read_q(*args.find("q"), content<Robot>(ctx, args), m->joints, "q"));
   return change_robot(ctx, args, [&](Robot& r) -> Result<void> {
@@ -443,7 +545,8 @@ Result<Value> remove_pose(CommandContext& ctx, const Map& args) {
   return change_robot(ctx, args, [&](Robot& r) -> Result<void> {
     std::vector<std::string> known;
     for (const auto& p : r.poses) known.push_back(p.name);
-    if (std::erase_if(r.poses, [&](const model::NamedPose& p) { return p.name == name; }) == 0) return unknown_name("pose", name, known);
+    if (std::erase_if(r.poses, [&](const model::NamedPose& p) { return p.name == name; }) == 0)
+      return unknown_name("pose", name, known);
     return {};
   });
 }
@@ -459,15 +562,27 @@ Result<Value> dynamics(CommandContext& ctx, const Map& args) {
     const JointModel& j = m->joints[i];
     const Link& l = r.links[static_cast<std::size_t>(moving[i])];
     const MassProperties b = spatial::in_frame(j.body, spatial::inverse(j.link));
-    matrix.insert(matrix.end(), {b.mass, b.com[0], b.com[1], b.com[2], b.inertia.xx, b.inertia.yy, b.inertia.zz, b.inertia.xy, b.inertia.yz, b.inertia.xz,
-                                 l.drive.motor_inertia, l.drive.gear_ratio, l.drive.viscous, l.drive.coulomb_positive, l.drive.coulomb_negative});
-    rows.emplace_back(Map{{"link", l.name}, {"mass", b.mass}, {"com", vec_value(b.com, "m")}, {"inertia", sym_value(b.inertia, "kg m^2")},
-                          {"motor_inertia", l.drive.motor_inertia}, {"gear_ratio", l.drive.gear_ratio}, {"viscous", l.drive.viscous},
-                          {"coulomb_positive", l.drive.coulomb_positive}, {"coulomb_negative", l.drive.coulomb_negative}});
+    matrix.insert(matrix.end(), {b.mass, b.com[0], b.com[1], b.com[2], b.inertia.xx, b.inertia.yy,
+                                 b.inertia.zz, b.inertia.xy, b.inertia.yz, b.inertia.xz,
+                                 l.drive.motor_inertia, l.drive.gear_ratio, l.drive.viscous,
+                                 l.drive.coulomb_positive, l.drive.coulomb_negative});
+    rows.emplace_back(Map{{"link", l.name},
+                          {"mass", b.mass},
+                          {"com", vec_value(b.com, "m")},
+                          {"inertia", sym_value(b.inertia, "kg m^2")},
+                          {"motor_inertia", l.drive.motor_inertia},
+                          {"gear_ratio", l.drive.gear_ratio},
+                          {"viscous", l.drive.viscous},
+                          {"coulomb_positive", l.drive.coulomb_positive},
+                          {"coulomb_negative", l.drive.coulomb_negative}});
   }
   List columns;
-  for (const char* c : {"mass", "rx", "ry", "rz", "Ixx", "Iyy", "Izz", "Ixy", "Iyz", "Ixz", "Jm", "G", "B", "Tc+", "Tc-"}) columns.emplace_back(c);
-  return Value(Map{{"columns", std::move(columns)}, {"matrix", NumericArray(std::move(matrix), m->joints.size(), 15)}, {"rows", std::move(rows)}});
+  for (const char* c : {"mass", "rx", "ry", "rz", "Ixx", "Iyy", "Izz", "Ixy", "Iyz", "Ixz", "Jm",
+                        "G", "B", "Tc+", "Tc-"})
+    columns.emplace_back(c);
+  return Value(Map{{"columns", std::move(columns)},
+                   {"matrix", NumericArray(std::move(matrix), m->joints.size(), 15)},
+                   {"rows", std::move(rows)}});
 }
 
 Result<Value> mass(CommandContext& ctx, const Map& args) {
@@ -479,7 +594,8 @@ Result<Value> mass(CommandContext& ctx, const Map& args) {
   std::vector<Pose> frames(m->dof());
   robotics::forward_kinematics(*m, q, frames);
   std::vector<MassProperties> bodies;
-  for (std::size_t i = 0; i < frames.size(); ++i) bodies.push_back(spatial::in_frame(m->joints[i].body, spatial::compose(m->base, frames[i])));
+  for (std::size_t i = 0; i < frames.size(); ++i)
+    bodies.push_back(spatial::in_frame(m->joints[i].body, spatial::compose(m->base, frames[i])));
   const MassProperties all = spatial::combine(bodies);
   return mass_value(all);
 }
@@ -504,10 +620,16 @@ Result<Value> set_tool(CommandContext& ctx, const Map& args) {
 Result<Value> skin(CommandContext& ctx, const Map& args) {
   const Robot& r = content<Robot>(ctx, args);
   const robotics::Skin s = robotics::make_skin(r);
-  const bool designed = !r.base_parts.empty() || std::any_of(r.links.begin(), r.links.end(), [](const Link& l) { return !l.parts.empty(); });
+  const bool designed =
+      !r.base_parts.empty() ||
+      std::any_of(r.links.begin(), r.links.end(), [](const Link& l) { return !l.parts.empty(); });
   List per_link;
   for (const auto& pieces : s.links) per_link.emplace_back(pieces.size());
-  return Value(Map{{"generated", !designed}, {"base", s.base.size()}, {"links", std::move(per_link)}, {"colour", colour_text(r.skin_colour)}, {"accent", colour_text(r.skin_accent)}});
+  return Value(Map{{"generated", !designed},
+                   {"base", s.base.size()},
+                   {"links", std::move(per_link)},
+                   {"colour", colour_text(r.skin_colour)},
+                   {"accent", colour_text(r.skin_accent)}});
 }
 
 }  // namespace
@@ -515,23 +637,46 @@ Result<Value> skin(CommandContext& ctx, const Map& args) {
 std::vector<CommandSpec> robot_commands() {
   std::vector<CommandSpec> all;
   const ParamSpec link = needed("link", "any", "", "Number, 1 is the first, or name of the link.");
-  const ParamSpec q = optional("q", "any", "rad or m", "Joint values, one a joint, or the name of a pose; zeros when left out.");
-  Schema create_params{needed("name", "string", "", "Name, unique among robots."), needed("links", "list", "", "Links, parents before children; fields as in robot.add_link.")};
+  const ParamSpec q =
+      optional("q", "any", "rad or m",
+               "Joint values, one a joint, or the name of a pose; zeros when left out.");
+  Schema create_params{
+      needed("name", "string", "", "Name, unique among robots."),
+      needed("links", "list", "", "Links, parents before children; fields as in robot.add_link.")};
   for (ParamSpec& p : robot_fields()) create_params.push_back(std::move(p));
-  create_params.push_back(optional("poses", "map", "", "Named joint vectors, such as {home = {0, 0, 0}}."));
-  all.push_back({.name = "robot.create", .classic = "", .summary = "Makes a robot from its links.",
-                 .details = "A link is a table of the fields that robot.add_link takes. Each stands on the one before it unless it names a parent, so that trees can be made as well.",
-                 .example = with_arm("assert(arm:dof() == 6)"), .params = std::move(create_params), .returns = {"handle", "", "", {}}, .effect = Effect::edits, .run = create});
+  create_params.push_back(
+      optional("poses", "map", "", "Named joint vectors, such as {home = {0, 0, 0}}."));
+  all.push_back(
+      {.name = "robot.create",
+       .classic = "",
+       .summary = "Makes a robot from its links.",
+       .details = "A link is a table of the fields that robot.add_link takes. Each stands on the "
+                  "one before it unless it names a parent, so that trees can be made as well.",
+       .example = with_arm("assert(arm:dof() == 6)"),
+       .params = std::move(create_params),
+       .returns = {"handle", "", "", {}},
+       .effect = Effect::edits,
+       .run = create});
   Schema set_params{self("robot")};
   for (ParamSpec& p : robot_fields()) {
     p.default_value.reset();
     set_params.push_back(std::move(p));
   }
-  all.push_back({.name = "robot.set", .classic = "", .summary = "Changes what is given of a robot.", .details = "", .example = with_arm("arm:set{mass_source = \"designed\", base = {0, 0, 0.1, 0, 0, 0}}\nassert(arm:describe().mass_source == \"designed\")"),
-                 .params = std::move(set_params), .returns = {}, .effect = Effect::edits, .run = set});
+  all.push_back({.name = "robot.set",
+                 .classic = "",
+                 .summary = "Changes what is given of a robot.",
+                 .details = "",
+                 .example = with_arm("arm:set{mass_source = \"designed\", base = {0, 0, 0.1, 0, 0, "
+                                     "0}}\nassert(arm:describe().mass_source == \"designed\")"),
+                 .params = std::move(set_params),
+                 .returns = {},
+                 .effect = Effect::edits,
+                 .run = set});
   Schema add_params{self("robot")};
   for (ParamSpec& p : link_schema(JointKind::revolute, true)) add_params.push_back(std::move(p));
-  const char* const by_type = "Limits are in rad, rad/s, rad/s^2 and N m for a revolute joint, in m, m/s, m/s^2 and N for a prismatic one.";
+  const char* const by_type =
+      "Limits are in rad, rad/s, rad/s^2 and N m for a revolute joint, in m, m/s, m/s^2 and N for "
+      "a prismatic one.";
   // What is here only declares the fields: the limits' units follow the joint's type.
   for (ParamSpec& p : add_params)
     if (p.name == "lower" || p.name == "upper" || p.name.starts_with("max_")) {
@@ -541,54 +686,233 @@ std::vector<CommandSpec> robot_commands() {
   Schema link_params = add_params;
   for (ParamSpec& p : link_params) p.default_value.reset();
   link_params.insert(link_params.begin() + 1, link);
-  link_params.push_back(optional("gesture", "string", "", "Edits in a row with the same word share one step; for sliders."));
-  all.push_back({.name = "robot.add_link", .classic = "", .summary = "Adds a link at the end of a robot's list.", .details = std::string(by_type) + " Named poses get 0 for its joint.", .example = with_arm("arm:add_link{name = \"rail\", joint = \"prismatic\", d = 0.1, lower = 0, upper = \"200 mm\"}\nassert(arm:dof() == 7)"),
-                 .params = std::move(add_params), .returns = {}, .effect = Effect::edits, .run = add_link});
-  all.push_back({.name = "robot.set_link", .classic = "", .summary = "Changes what is given of a link.", .details = by_type,
-                 .example = with_arm("arm:set_link{link = 2, a = \"500 mm\", upper = \"120 deg\"}\nassert(arm:link(2).a == 0.5)"), .params = std::move(link_params), .returns = {}, .effect = Effect::edits, .run = set_link});
-  all.push_back({.name = "robot.remove_link", .classic = "", .summary = "Removes a link on which no other stands.", .details = "Named poses lose the value of its joint.",
-                 .example = with_arm("arm:remove_link(6)\nassert(arm:dof() == 5)"), .params = {self("robot"), link}, .returns = {}, .effect = Effect::edits, .run = remove_link});
-  all.push_back({.name = "robot.dh_table", .classic = "PRobot mGetDHP|PRobot LLRL mGetDHP", .summary = "Gives the Denavit-Hartenberg table of a robot.",
-                 .details = "The matrix has one row a link with the columns of the original: alpha [rad], a [m], theta [rad], d [m], type (0 revolute, 1 prismatic, 2 fixed). The joint's variable adds to theta or d.",
-                 .example = with_arm("local t = arm:dh_table()\nassert(t.rows[1].d == 0.4 and t.columns[1] == \"alpha\")"), .params = {self("robot")},
-                 .returns = {"map", "", "", {field("convention", "string", "", "dh or mdh."), field("columns", "list", "", "Names of the matrix' columns."), field("matrix", "matrix", "", "One row a link."), field("rows", "list", "", "The same by names.")}},
-                 .effect = Effect::reads, .run = dh_table});
-  all.push_back({.name = "robot.links", .classic = "", .summary = "Lists the links with everything they hold.", .details = "Limits that are missing are unlimited.", .example = with_arm("assert(#arm:links() == 6)"), .params = {self("robot")},
-                 .returns = {"list", "", "Tables with the fields of robot.add_link.", {}}, .effect = Effect::reads, .run = links});
-  all.push_back({.name = "robot.link", .classic = "PRobot Link Get", .summary = "Gives everything one link holds.", .details = "Classic: `PRobot <id> Link <i> Get`.", .example = with_arm("assert(arm:link(1).d == 0.4)"), .params = {self("robot"), link},
-                 .returns = {"map", "", "The fields of robot.add_link.", {}}, .effect = Effect::reads, .run = link_of});
-  all.push_back({.name = "robot.link_row", .classic = "PRobot Link vGetDHp", .summary = "Gives alpha, a, theta, d and type of one link.", .details = "Classic: `PRobot <id> Link <i> vGetDHp`.", .example = with_arm("assert(arm:link_row(2)[2] == 0.45)"),
-                 .params = {self("robot"), link}, .returns = {"array", "", "alpha [rad], a [m], theta [rad], d [m], type.", {}}, .effect = Effect::reads, .run = link_row});
-  all.push_back({.name = "robot.joints", .classic = "", .summary = "Lists the moving joints with type and limits.", .details = "Limits that are missing are unlimited.", .example = with_arm("assert(arm:joints()[1].upper == 3)"), .params = {self("robot")},
-                 .returns = {"list", "", "", {field("name", "string", "", "Name of its link."), field("type", "string", "", "revolute or prismatic."), field("unit", "string", "", "rad or m."), field("lower", "real", "rad or m", "Least value."), field("upper", "real", "rad or m", "Greatest value."),
-                                              field("max_velocity", "real", "rad/s or m/s", "Greatest speed."), field("max_acceleration", "real", "rad/s^2 or m/s^2", "Greatest acceleration."), field("max_force", "real", "N m or N", "Greatest torque or force.")}},
-                 .effect = Effect::reads, .run = joints});
-  all.push_back({.name = "robot.dof", .classic = "PRobot GetDOF", .summary = "Counts the joint variables.", .details = "", .example = with_arm("assert(arm:dof() == 6)"), .params = {self("robot")}, .returns = {"int", "", "", {}}, .effect = Effect::reads, .run = dof});
-  all.push_back({.name = "robot.base_type", .classic = "PRobot GetBaseType", .summary = "Tells how the base is held.", .details = "Bases are fixed where the world places them.", .example = with_arm("assert(arm:base_type() == \"Fixed\")"), .params = {self("robot")},
-                 .returns = {"string", "", "", {}}, .effect = Effect::reads, .run = base_type});
-  all.push_back({.name = "robot.poses", .classic = "", .summary = "Lists the named poses of a robot.", .details = "", .example = with_arm("assert(#arm:poses().ready == 6)"), .params = {self("robot")}, .returns = {"map", "", "Joint values by name.", {}}, .effect = Effect::reads, .run = poses});
+  link_params.push_back(optional("gesture", "string", "",
+                                 "Edits in a row with the same word share one step; for sliders."));
+  all.push_back({.name = "robot.add_link",
+                 .classic = "",
+                 .summary = "Adds a link at the end of a robot's list.",
+                 .details = std::string(by_type) + " Named poses get 0 for its joint.",
+                 .example = with_arm("arm:add_link{name = \"rail\", joint = \"prismatic\", d = "
+                                     "0.1, lower = 0, upper = \"200 mm\"}\nassert(arm:dof() == 7)"),
+                 .params = std::move(add_params),
+                 .returns = {},
+                 .effect = Effect::edits,
+                 .run = add_link});
+  all.push_back({.name = "robot.set_link",
+                 .classic = "",
+                 .summary = "Changes what is given of a link.",
+                 .details = by_type,
+                 .example = with_arm("arm:set_link{link = 2, a = \"500 mm\", upper = \"120 "
+                                     "deg\"}\nassert(arm:link(2).a == 0.5)"),
+                 .params = std::move(link_params),
+                 .returns = {},
+                 .effect = Effect::edits,
+                 .run = set_link});
+  all.push_back({.name = "robot.remove_link",
+                 .classic = "",
+                 .summary = "Removes a link on which no other stands.",
+                 .details = "Named poses lose the value of its joint.",
+                 .example = with_arm("arm:remove_link(6)\nassert(arm:dof() == 5)"),
+                 .params = {self("robot"), link},
+                 .returns = {},
+                 .effect = Effect::edits,
+                 .run = remove_link});
+  all.push_back(
+      {.name = "robot.dh_table",
+       .classic = "PRobot mGetDHP|PRobot LLRL mGetDHP",
+       .summary = "Gives the Denavit-Hartenberg table of a robot.",
+       .details = "The matrix has one row a link with the columns of the original: alpha [rad], a "
+                  "[m], theta [rad], d [m], type (0 revolute, 1 prismatic, 2 fixed). The joint's "
+                  "variable adds to theta or d.",
+       .example = with_arm(
+           "local t = arm:dh_table()\nassert(t.rows[1].d == 0.4 and t.columns[1] == \"alpha\")"),
+       .params = {self("robot")},
+       .returns = {"map",
+                   "",
+                   "",
+                   {field("convention", "string", "", "dh or mdh."),
+                    field("columns", "list", "", "Names of the matrix' columns."),
+                    field("matrix", "matrix", "", "One row a link."),
+                    field("rows", "list", "", "The same by names.")}},
+       .effect = Effect::reads,
+       .run = dh_table});
+  all.push_back({.name = "robot.links",
+                 .classic = "",
+                 .summary = "Lists the links with everything they hold.",
+                 .details = "Limits that are missing are unlimited.",
+                 .example = with_arm("assert(#arm:links() == 6)"),
+                 .params = {self("robot")},
+                 .returns = {"list", "", "Tables with the fields of robot.add_link.", {}},
+                 .effect = Effect::reads,
+                 .run = links});
+  all.push_back({.name = "robot.link",
+                 .classic = "PRobot Link Get",
+                 .summary = "Gives everything one link holds.",
+                 .details = "Classic: `PRobot <id> Link <i> Get`.",
+                 .example = with_arm("assert(arm:link(1).d == 0.4)"),
+                 .params = {self("robot"), link},
+                 .returns = {"map", "", "The fields of robot.add_link.", {}},
+                 .effect = Effect::reads,
+                 .run = link_of});
+  all.push_back({.name = "robot.link_row",
+                 .classic = "PRobot Link vGetDHp",
+                 .summary = "Gives alpha, a, theta, d and type of one link.",
+                 .details = "Classic: `PRobot <id> Link <i> vGetDHp`.",
+                 .example = with_arm("assert(arm:link_row(2)[2] == 0.45)"),
+                 .params = {self("robot"), link},
+                 .returns = {"array", "", "alpha [rad], a [m], theta [rad], d [m], type.", {}},
+                 .effect = Effect::reads,
+                 .run = link_row});
+  all.push_back(
+      {.name = "robot.joints",
+       .classic = "",
+       .summary = "Lists the moving joints with type and limits.",
+       .details = "Limits that are missing are unlimited.",
+       .example = with_arm("assert(arm:joints()[1].upper == 3)"),
+       .params = {self("robot")},
+       .returns = {"list",
+                   "",
+                   "",
+                   {field("name", "string", "", "Name of its link."),
+                    field("type", "string", "", "revolute or prismatic."),
+                    field("unit", "string", "", "rad or m."),
+                    field("lower", "real", "rad or m", "Least value."),
+                    field("upper", "real", "rad or m", "Greatest value."),
+                    field("max_velocity", "real", "rad/s or m/s", "Greatest speed."),
+                    field("max_acceleration", "real", "rad/s^2 or m/s^2", "Greatest acceleration."),
+                    field("max_force", "real", "N m or N", "Greatest torque or force.")}},
+       .effect = Effect::reads,
+       .run = joints});
+  all.push_back({.name = "robot.dof",
+                 .classic = "PRobot GetDOF",
+                 .summary = "Counts the joint variables.",
+                 .details = "",
+                 .example = with_arm("assert(arm:dof() == 6)"),
+                 .params = {self("robot")},
+                 .returns = {"int", "", "", {}},
+                 .effect = Effect::reads,
+                 .run = dof});
+  all.push_back({.name = "robot.base_type",
+                 .classic = "PRobot GetBaseType",
+                 .summary = "Tells how the base is held.",
+                 .details = "Bases are fixed where the world places them.",
+                 .example = with_arm("assert(arm:base_type() == \"Fixed\")"),
+                 .params = {self("robot")},
+                 .returns = {"string", "", "", {}},
+                 .effect = Effect::reads,
+                 .run = base_type});
+  all.push_back({.name = "robot.poses",
+                 .classic = "",
+                 .summary = "Lists the named poses of a robot.",
+                 .details = "",
+                 .example = with_arm("assert(#arm:poses().ready == 6)"),
+                 .params = {self("robot")},
+                 .returns = {"map", "", "Joint values by name.", {}},
+                 .effect = Effect::reads,
+                 .run = poses});
   ParamSpec q_needed = q;
   q_needed.required = true;
   q_needed.doc = "Joint values, one a joint, or the name of a pose.";
-  all.push_back({.name = "robot.set_pose", .classic = "", .summary = "Names a joint vector.", .details = "The pose \"home\" is what a world shows first.", .example = with_arm("arm:set_pose{name = \"home\", q = {0, \"-45 deg\", 0, 0, 0, 0}}\nassert(math.abs(arm:poses().home[2] + math.pi / 4) < 1e-15)"),
-                 .params = {self("robot"), needed("name", "string", "", "Name of the pose."), q_needed}, .returns = {}, .effect = Effect::edits, .run = set_pose});
-  all.push_back({.name = "robot.remove_pose", .classic = "", .summary = "Forgets a named pose.", .details = "", .example = with_arm("arm:remove_pose(\"ready\")\nassert(arm:poses().ready == nil)"), .params = {self("robot"), needed("name", "string", "", "Name of the pose.")},
-                 .returns = {}, .effect = Effect::edits, .run = remove_pose});
-  all.push_back({.name = "robot.dynamics", .classic = "PRobot vGetDynamicp|PRobot vGetDynamic", .summary = "Gives the dynamic parameters of every moving link.",
-                 .details = "The matrix has the columns of the original: mass, rx, ry, rz, Ixx, Iyy, Izz, Ixy, Iyz, Ixz, Jm, G, B, Tc+, Tc-; in the link's frame, inertia about the centre of mass, motor and friction at the motor. Masses come from where mass_source says.",
-                 .example = with_arm("assert(arm:dynamics().rows[1].mass == 5)"), .params = {self("robot")},
-                 .returns = {"map", "", "", {field("columns", "list", "", "Names of the matrix' columns."), field("matrix", "matrix", "", "One row a moving link, SI."), field("rows", "list", "", "The same by names.")}}, .effect = Effect::reads, .run = dynamics});
-  all.push_back({.name = "robot.mass", .classic = "", .summary = "Gives mass, centre of mass and inertia of all moving links together.", .details = "In the frame the robot is mounted in. The base does not move and is left out.", .example = with_arm("assert(math.abs(arm:mass().mass - 13.7) < 1e-12)"), .params = {self("robot"), q},
-                 .returns = {"map", "", "", {field("mass", "real", "kg", "Mass."), field("com", "vec3", "m", "Centre of mass."), field("inertia", "matrix", "kg m^2", "Tensor about it.")}}, .effect = Effect::reads, .run = mass});
-  all.push_back({.name = "robot.tool", .classic = "PRobot mGetToolHMT", .summary = "Gives the tool's frame in the frame of the last link.", .details = "", .example = with_arm("assert(arm:tool().pose[4][4] == 1)"), .params = {self("robot")},
-                 .returns = {"map", "", "", {field("pose", "pose", "", "4x4 homogeneous matrix."), field("position", "vec3", "m", "Position."), field("rpy", "vec3", "rad", "Roll, pitch, yaw."), field("quaternion", "real[]", "", "w, x, y, z."), field("placement", "map", "", "As it was written.")}},
-                 .effect = Effect::reads, .run = tool});
+  all.push_back(
+      {.name = "robot.set_pose",
+       .classic = "",
+       .summary = "Names a joint vector.",
+       .details = "The pose \"home\" is what a world shows first.",
+       .example = with_arm("arm:set_pose{name = \"home\", q = {0, \"-45 deg\", 0, 0, 0, "
+                           "0}}\nassert(math.abs(arm:poses().home[2] + math.pi / 4) < 1e-15)"),
+       .params = {self("robot"), needed("name", "string", "", "Name of the pose."), q_needed},
+       .returns = {},
+       .effect = Effect::edits,
+       .run = set_pose});
+  all.push_back(
+      {.name = "robot.remove_pose",
+       .classic = "",
+       .summary = "Forgets a named pose.",
+       .details = "",
+       .example = with_arm("arm:remove_pose(\"ready\")\nassert(arm:poses().ready == nil)"),
+       .params = {self("robot"), needed("name", "string", "", "Name of the pose.")},
+       .returns = {},
+       .effect = Effect::edits,
+       .run = remove_pose});
+  all.push_back(
+      {.name = "robot.dynamics",
+       .classic = "PRobot vGetDynamicp|PRobot vGetDynamic",
+       .summary = "Gives the dynamic parameters of every moving link.",
+       .details =
+           "The matrix has the columns of the original: mass, rx, ry, rz, Ixx, Iyy, Izz, Ixy, Iyz, "
+           "Ixz, Jm, G, B, Tc+, Tc-; in the link's frame, inertia about the centre of mass, motor "
+           "and friction at the motor. Masses come from where mass_source says.",
+       .example = with_arm("assert(arm:dynamics().rows[1].mass == 5)"),
+       .params = {self("robot")},
+       .returns = {"map",
+                   "",
+                   "",
+                   {field("columns", "list", "", "Names of the matrix' columns."),
+                    field("matrix", "matrix", "", "One row a moving link, SI."),
+                    field("rows", "list", "", "The same by names.")}},
+       .effect = Effect::reads,
+       .run = dynamics});
+  all.push_back(
+      {.name = "robot.mass",
+       .classic = "",
+       .summary = "Gives mass, centre of mass and inertia of all moving links together.",
+       .details = "In the frame the robot is mounted in. The base does not move and is left out.",
+       .example = with_arm("assert(math.abs(arm:mass().mass - 13.7) < 1e-12)"),
+       .params = {self("robot"), q},
+       .returns = {"map",
+                   "",
+                   "",
+                   {field("mass", "real", "kg", "Mass."),
+                    field("com", "vec3", "m", "Centre of mass."),
+                    field("inertia", "matrix", "kg m^2", "Tensor about it.")}},
+       .effect = Effect::reads,
+       .run = mass});
+  all.push_back({.name = "robot.tool",
+                 .classic = "PRobot mGetToolHMT",
+                 .summary = "Gives the tool's frame in the frame of the last link.",
+                 .details = "",
+                 .example = with_arm("assert(arm:tool().pose[4][4] == 1)"),
+                 .params = {self("robot")},
+                 .returns = {"map",
+                             "",
+                             "",
+                             {field("pose", "pose", "", "4x4 homogeneous matrix."),
+                              field("position", "vec3", "m", "Position."),
+                              field("rpy", "vec3", "rad", "Roll, pitch, yaw."),
+                              field("quaternion", "real[]", "", "w, x, y, z."),
+                              field("placement", "map", "", "As it was written.")}},
+                 .effect = Effect::reads,
+                 .run = tool});
   Schema tool_params{self("robot")};
   for (ParamSpec& p : placement_fields("the last link")) tool_params.push_back(std::move(p));
-  all.push_back({.name = "robot.set_tool", .classic = "", .summary = "Sets the tool's frame in the frame of the last link.", .details = "", .example = with_arm("arm:set_tool{position = {0, 0, \"150 mm\"}}\nassert(arm:tool().position[3] == 0.15)"), .params = std::move(tool_params), .returns = {}, .effect = Effect::edits, .run = set_tool});
-  all.push_back({.name = "robot.skin", .classic = "", .summary = "Tells what body is drawn for a robot without designed parts.", .details = "The generated body has no mass.", .example = with_arm("assert(arm:skin().generated)"), .params = {self("robot")},
-                 .returns = {"map", "", "", {field("generated", "bool", "", "False when designed parts are drawn instead."), field("base", "int", "", "Pieces of the base."), field("links", "list", "", "Pieces of each link."), field("colour", "string", "", "Colour of the tubes."), field("accent", "string", "", "Colour of the joints.")}},
-                 .effect = Effect::reads, .run = skin});
+  all.push_back(
+      {.name = "robot.set_tool",
+       .classic = "",
+       .summary = "Sets the tool's frame in the frame of the last link.",
+       .details = "",
+       .example = with_arm(
+           "arm:set_tool{position = {0, 0, \"150 mm\"}}\nassert(arm:tool().position[3] == 0.15)"),
+       .params = std::move(tool_params),
+       .returns = {},
+       .effect = Effect::edits,
+       .run = set_tool});
+  all.push_back(
+      {.name = "robot.skin",
+       .classic = "",
+       .summary = "Tells what body is drawn for a robot without designed parts.",
+       .details = "The generated body has no mass.",
+       .example = with_arm("assert(arm:skin().generated)"),
+       .params = {self("robot")},
+       .returns = {"map",
+                   "",
+                   "",
+                   {field("generated", "bool", "", "False when designed parts are drawn instead."),
+                    field("base", "int", "", "Pieces of the base."),
+                    field("links", "list", "", "Pieces of each link."),
+                    field("colour", "string", "", "Colour of the tubes."),
+                    field("accent", "string", "", "Colour of the joints.")}},
+       .effect = Effect::reads,
+       .run = skin});
   return all;
 }
 

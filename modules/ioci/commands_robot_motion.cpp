@@ -75,7 +75,8 @@ Result<Value> link_pose(CommandContext& ctx, const Map& args) {
   Pose out = poses[static_cast<std::size_t>(index)];
   if (text_of(args, "frame") == "parent") {
     const std::int32_t parent = r.links[static_cast<std::size_t>(index)].parent;
-    if (parent >= 0) out = spatial::compose(spatial::inverse(poses[static_cast<std::size_t>(parent)]), out);
+    if (parent >= 0)
+      out = spatial::compose(spatial::inverse(poses[static_cast<std::size_t>(parent)]), out);
   } else {
     out = spatial::compose(m->base, out);
   }
@@ -101,7 +102,8 @@ Result<Value> jacobian(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const Posed p, posed(ctx, args));
   RMP_TRY_ASSIGN(const std::size_t tip, tip_index(*p.model, args));
   std::vector<double> j(6 * p.model->dof());
-  const auto frame = text_of(args, "frame") == "tool" ? robotics::JacobianFrame::tip : robotics::JacobianFrame::world;
+  const auto frame = text_of(args, "frame") == "tool" ? robotics::JacobianFrame::tip
+                                                      : robotics::JacobianFrame::world;
   robotics::geometric_jacobian(*p.model, tip, p.frames, frame, j);
   return Value(jacobian_matrix(j, p.model->dof()));
 }
@@ -133,11 +135,14 @@ std::string_view status_sentence(IkStatus s) {
 }
 
 Result<model::ProviderChoice> chosen(const Map& args, const model::ProviderChoice& robots_own) {
-  return has(args, "provider") ? read_provider(*args.find("provider"), "provider") : Result<model::ProviderChoice>(robots_own);
+  return has(args, "provider") ? read_provider(*args.find("provider"), "provider")
+                               : Result<model::ProviderChoice>(robots_own);
 }
 
-/// The unit all joints share: `turning` for revolute ones, `sliding` for prismatic ones, else `mixed`.
-std::string shared_unit(const RobotModel& m, const char* turning, const char* sliding, const char* mixed) {
+/// The unit all joints share: `turning` for revolute ones, `sliding` for prismatic ones, else
+/// `mixed`.
+std::string shared_unit(const RobotModel& m, const char* turning, const char* sliding,
+                        const char* mixed) {
   const auto slides = [](const JointModel& j) { return j.type == JointType::prismatic; };
   if (std::none_of(m.joints.begin(), m.joints.end(), slides)) return turning;
   return std::all_of(m.joints.begin(), m.joints.end(), slides) ? sliding : mixed;
@@ -167,14 +172,22 @@ Result<Value> solve_ik(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const auto results, sim::solve_ik(bound, batch, ctx.progress));
   const IkResult& result = results.front();
   if (result.status != IkStatus::solved && !flag(args, "partial")) {
-    std::string message = result.detail.empty() ? std::string(status_sentence(result.status)) : result.detail;
-    return error(ErrorCode::unreachable, std::move(message), "Move the target, or give partial = true to get the closest configuration.", "robot " + text::quote(m->name));
+    std::string message =
+        result.detail.empty() ? std::string(status_sentence(result.status)) : result.detail;
+    return error(ErrorCode::unreachable, std::move(message),
+                 "Move the target, or give partial = true to get the closest configuration.",
+                 "robot " + text::quote(m->name));
   }
   const std::size_t dof = m->dof();
   const std::size_t count = result.q.size() / dof;
   Map out{{"status", status_word(result.status)}};
-  if (count > 0) out.set("q", NumericArray(std::vector<double>(result.q.begin(), result.q.begin() + static_cast<std::ptrdiff_t>(dof)), joint_unit(*m)));
-  out.set("solutions", count > 0 ? Value(NumericArray(result.q, count, dof, joint_unit(*m))) : Value(List{}));
+  if (count > 0)
+    out.set("q",
+            NumericArray(std::vector<double>(result.q.begin(),
+                                             result.q.begin() + static_cast<std::ptrdiff_t>(dof)),
+                         joint_unit(*m)));
+  out.set("solutions",
+          count > 0 ? Value(NumericArray(result.q, count, dof, joint_unit(*m))) : Value(List{}));
   out.set("position_error", result.position_error);
   out.set("rotation_error", result.rotation_error);
   out.set("iterations", static_cast<std::int64_t>(result.iterations));
@@ -183,32 +196,40 @@ Result<Value> solve_ik(CommandContext& ctx, const Map& args) {
   return Value(std::move(out));
 }
 
-
 Result<std::uint32_t> read_terms(const Value* given) {
   if (!given || given->is_nil()) return static_cast<std::uint32_t>(kAllTerms);
-  const std::pair<const char*, std::uint32_t> words[] = {{"gravity", kGravityTerm}, {"inertial", kInertialTerm}, {"velocity", kVelocityTerm}, {"friction", kFrictionTerm}, {"external", kExternalTerm}};
+  const std::pair<const char*, std::uint32_t> words[] = {{"gravity", kGravityTerm},
+                                                         {"inertial", kInertialTerm},
+                                                         {"velocity", kVelocityTerm},
+                                                         {"friction", kFrictionTerm},
+                                                         {"external", kExternalTerm}};
   std::vector<std::string> known;
   for (const auto& [word, bit] : words) known.emplace_back(word);
   std::uint32_t out = 0;
   for (const Value& v : *given->as_list()) {
     const std::string name = v.as_string() ? *v.as_string() : v.text();
-    const auto it = std::find_if(std::begin(words), std::end(words), [&](const auto& w) { return name == w.first; });
+    const auto it = std::find_if(std::begin(words), std::end(words),
+                                 [&](const auto& w) { return name == w.first; });
     if (it == std::end(words)) return unknown_name("term", name, known).in("terms");
     out |= it->second;
   }
   return out;
 }
 
-Result<std::vector<double>> rates(const Map& args, std::string_view name, const Robot& r, const RobotModel& m) {
+Result<std::vector<double>> rates(const Map& args, std::string_view name, const Robot& r,
+                                  const RobotModel& m) {
   const Value* v = args.find(name);
   if (!v || v->is_nil()) return std::vector<double>();
   if (v->as_string() && v->as_string()->find_first_of("0123456789") == std::string::npos)
-    return error(ErrorCode::invalid_argument, text::quote(*v->as_string()) + " is not a list of joint values", {}, std::string(name));
+    return error(ErrorCode::invalid_argument,
+                 text::quote(*v->as_string()) + " is not a list of joint values", {},
+                 std::string(name));
   const NumericArray* a = v->as_array();
   if (!a && v->as_list())
     for (const Value& x : *v->as_list())
       if (!x.is_number())
-        return error(ErrorCode::invalid_argument, x.text() + " is not a number", "Give numbers in rad, m and seconds.", std::string(name));
+        return error(ErrorCode::invalid_argument, x.text() + " is not a number",
+                     "Give numbers in rad, m and seconds.", std::string(name));
   return read_q(*v, r, m.joints, name);
 }
 
@@ -244,7 +265,8 @@ Result<Value> inverse_dynamics(CommandContext& ctx, const Map& args) {
   DynamicsCall c;
   RMP_TRY(dynamics_call(ctx, args, c));
   RMP_TRY_ASSIGN(const auto choice, chosen(args, content<Robot>(ctx, args).inverse_dynamics));
-  RMP_TRY_ASSIGN(const auto bound, ctx.app.solvers.inverse_dynamics(ctx.app.registry, c.at.model, choice));
+  RMP_TRY_ASSIGN(const auto bound,
+                 ctx.app.solvers.inverse_dynamics(ctx.app.registry, c.at.model, choice));
   RMP_TRY_ASSIGN(auto tau, sim::torques(bound, c.batch, ctx.progress));
   return Value(NumericArray(std::move(tau), torque_unit(*c.at.model)));
 }
@@ -254,7 +276,8 @@ Result<Value> gravity_torques(CommandContext& ctx, const Map& args) {
   RMP_TRY(dynamics_call(ctx, args, c));
   c.batch.terms = kGravityTerm;
   RMP_TRY_ASSIGN(const auto choice, chosen(args, content<Robot>(ctx, args).inverse_dynamics));
-  RMP_TRY_ASSIGN(const auto bound, ctx.app.solvers.inverse_dynamics(ctx.app.registry, c.at.model, choice));
+  RMP_TRY_ASSIGN(const auto bound,
+                 ctx.app.solvers.inverse_dynamics(ctx.app.registry, c.at.model, choice));
   RMP_TRY_ASSIGN(auto tau, sim::torques(bound, c.batch, ctx.progress));
   return Value(NumericArray(std::move(tau), torque_unit(*c.at.model)));
 }
@@ -263,7 +286,8 @@ Result<Value> inertia(CommandContext& ctx, const Map& args) {
   DynamicsCall c;
   RMP_TRY(dynamics_call(ctx, args, c));
   RMP_TRY_ASSIGN(const auto choice, chosen(args, content<Robot>(ctx, args).inverse_dynamics));
-  RMP_TRY_ASSIGN(const auto bound, ctx.app.solvers.inverse_dynamics(ctx.app.registry, c.at.model, choice));
+  RMP_TRY_ASSIGN(const auto bound,
+                 ctx.app.solvers.inverse_dynamics(ctx.app.registry, c.at.model, choice));
   RMP_TRY_ASSIGN(auto m, sim::inertia(bound, c.batch, ctx.progress));
   return Value(NumericArray(std::move(m), c.at.model->dof(), c.at.model->dof()));
 }
@@ -272,7 +296,8 @@ Result<Value> forward_dynamics(CommandContext& ctx, const Map& args) {
   DynamicsCall c;
   RMP_TRY(dynamics_call(ctx, args, c));
   RMP_TRY_ASSIGN(const auto choice, chosen(args, content<Robot>(ctx, args).forward_dynamics));
-  RMP_TRY_ASSIGN(const auto bound, ctx.app.solvers.forward_dynamics(ctx.app.registry, c.at.model, choice));
+  RMP_TRY_ASSIGN(const auto bound,
+                 ctx.app.solvers.forward_dynamics(ctx.app.registry, c.at.model, choice));
   RMP_TRY_ASSIGN(auto qdd, sim::accelerations(bound, c.batch, ctx.progress));
   return Value(NumericArray(std::move(qdd)));
 }
@@ -300,9 +325,11 @@ Result<Shown> shown(const CommandContext& ctx, const Map& args, const RobotModel
   }
   const std::string where = name_in(ctx, id);
   if (found.empty())
-    return error(ErrorCode::conflict, "no world shows it, so that its joints stand nowhere", "Add it to a world first: world.add_robot.", where);
+    return error(ErrorCode::conflict, "no world shows it, so that its joints stand nowhere",
+                 "Add it to a world first: world.add_robot.", where);
   if (found.size() > 1)
-    return error(ErrorCode::conflict, "it is shown more than once: " + text::enumerate(worlds), "Use world.set_robot_q, which names the one meant.", where);
+    return error(ErrorCode::conflict, "it is shown more than once: " + text::enumerate(worlds),
+                 "Use world.set_robot_q, which names the one meant.", where);
   Shown s = found.front();
   if (s.q.empty()) {
     for (const auto& pose : content<Robot>(ctx, args).poses)
@@ -331,7 +358,8 @@ Result<Value> set_joints(CommandContext& ctx, const Map& args) {
 Result<Value> add_joints(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const auto m, model_of(ctx, args));
   RMP_TRY_ASSIGN(Shown s, shown(ctx, args, *m));
-  RMP_TRY_ASSIGN(const auto step, read_q(*args.find("q"), content<Robot>(ctx, args), m->joints, "q"));
+  RMP_TRY_ASSIGN(const auto step,
+                 read_q(*args.find("q"), content<Robot>(ctx, args), m->joints, "q"));
   for (std::size_t i = 0; i < step.size() && i < s.q.size(); ++i) s.q[i] += step[i];
   return put_joints(ctx, s, std::move(s.q));
 }
@@ -346,65 +374,221 @@ Result<Value> joint_values(CommandContext& ctx, const Map& args) {
 
 std::vector<CommandSpec> robot_motion_commands() {
   std::vector<CommandSpec> all;
-  const ParamSpec q = needed("q", "any", "rad or m", "Joint values, one a joint, or the name of a pose.");
-  const ParamSpec tip = optional("tip", "string", "", "Name of the tip in a branched robot; the tool of the last link when left out.");
-  const ParamSpec gravity = optional("gravity", "vec3", "m/s^2", "In the frame the robot is mounted in; {0, 0, -9.81} when left out.");
+  const ParamSpec q =
+      needed("q", "any", "rad or m", "Joint values, one a joint, or the name of a pose.");
+  const ParamSpec tip =
+      optional("tip", "string", "",
+               "Name of the tip in a branched robot; the tool of the last link when left out.");
+  const ParamSpec gravity =
+      optional("gravity", "vec3", "m/s^2",
+               "In the frame the robot is mounted in; {0, 0, -9.81} when left out.");
   const ParamSpec qd = optional("qd", "any", "rad/s or m/s", "Joint speeds; zeros when left out.");
-  const ParamSpec qdd = optional("qdd", "any", "rad/s^2 or m/s^2", "Joint accelerations; zeros when left out.");
-  const ParamSpec force = optional("tip_force", "vec3", "N", "Force that acts on the robot at the tool, in the mounting frame's axes.");
-  const ParamSpec moment = optional("tip_moment", "vec3", "N m", "Moment that acts on the robot at the tool.");
-  const ParamSpec provider = optional("provider", "any", "", "Name of the solver, or {name = ..., params = {...}}; the robot's own choice when left out.");
-  const std::vector<ParamSpec> pose_fields{field("pose", "pose", "", "4x4 homogeneous matrix."), field("position", "vec3", "m", "Position."), field("rpy", "vec3", "rad", "Roll, pitch, yaw."), field("quaternion", "real[]", "", "w, x, y, z.")};
+  const ParamSpec qdd =
+      optional("qdd", "any", "rad/s^2 or m/s^2", "Joint accelerations; zeros when left out.");
+  const ParamSpec force =
+      optional("tip_force", "vec3", "N",
+               "Force that acts on the robot at the tool, in the mounting frame's axes.");
+  const ParamSpec moment =
+      optional("tip_moment", "vec3", "N m", "Moment that acts on the robot at the tool.");
+  const ParamSpec provider = optional(
+      "provider", "any", "",
+      "Name of the solver, or {name = ..., params = {...}}; the robot's own choice when left out.");
+  const std::vector<ParamSpec> pose_fields{field("pose", "pose", "", "4x4 homogeneous matrix."),
+                                           field("position", "vec3", "m", "Position."),
+                                           field("rpy", "vec3", "rad", "Roll, pitch, yaw."),
+                                           field("quaternion", "real[]", "", "w, x, y, z.")};
   auto fk_fields = pose_fields;
-  fk_fields.push_back(field("links", "list", "", "With all = true: the same of every link, and its name."));
-  const char* const mounting = "In the frame the robot is mounted in, which is its base frame unless the robot has a base placement.";
+  fk_fields.push_back(
+      field("links", "list", "", "With all = true: the same of every link, and its name."));
+  const char* const mounting =
+      "In the frame the robot is mounted in, which is its base frame unless the robot has a base "
+      "placement.";
 
-  all.push_back({.name = "robot.fk", .classic = "PRobot LLRL FKine", .summary = "Gives the pose of the tool for given joint values.", .details = mounting,
-                 .example = with_arm("local t = arm:fk{q = {0, 0, 0, 0, 0, 0}}\nassert(math.abs(t.position[1] - 0.5) < 1e-12)\nassert(#arm:fk{q = \"ready\", all = true}.links == 6)"),
-                 .params = {self("robot"), q, defaulted("all", "bool", "", false, "Also the frames of all links."), tip}, .returns = {"map", "", "", fk_fields}, .effect = Effect::reads, .run = fk});
+  all.push_back(
+      {.name = "robot.fk",
+       .classic = "PRobot LLRL FKine",
+       .summary = "Gives the pose of the tool for given joint values.",
+       .details = mounting,
+       .example =
+           with_arm("local t = arm:fk{q = {0, 0, 0, 0, 0, 0}}\nassert(math.abs(t.position[1] - "
+                    "0.5) < 1e-12)\nassert(#arm:fk{q = \"ready\", all = true}.links == 6)"),
+       .params = {self("robot"), q,
+                  defaulted("all", "bool", "", false, "Also the frames of all links."), tip},
+       .returns = {"map", "", "", fk_fields},
+       .effect = Effect::reads,
+       .run = fk});
   const ParamSpec link = needed("link", "any", "", "Number, 1 is the first, or name of the link.");
-  const ParamSpec q_optional = optional("q", "any", "rad or m", "Joint values or the name of a pose; zeros when left out.");
-  all.push_back({.name = "robot.link_pose", .classic = "PRobot Link mGetGlobal", .summary = "Gives the frame of one link.", .details = std::string(mounting) + " Classic: `PRobot <id> Link <i> mGetGlobal`.",
-                 .example = with_arm("assert(math.abs(arm:link_pose{link = 1}.position[3] - 0.4) < 1e-12)"), .params = {self("robot"), link, q_optional, choice("frame", {"mounting", "parent"}, "Relative to the mounting frame or to the link before.")},
-                 .returns = {"map", "", "", pose_fields}, .effect = Effect::reads, .run = link_pose});
-  all.push_back({.name = "robot.link_pose_local", .classic = "PRobot Link mGetLocal", .summary = "Gives the frame of one link in that of the link it stands on.", .details = "Classic: `PRobot <id> Link <i> mGetLocal`.",
-                 .example = with_arm("assert(math.abs(arm:link_pose_local{link = 2}.position[1] - 0.45) < 1e-12)"), .params = {self("robot"), link, q_optional}, .returns = {"map", "", "", pose_fields}, .effect = Effect::reads, .run = link_pose_parent});
-  all.push_back({.name = "robot.jacobian", .classic = "PRobot LLRL mJacobian", .summary = "Gives the geometric Jacobian of the tool.",
-                 .details = "Six rows (vx, vy, vz, wx, wy, wz), one column a joint; the reference point is the tool's origin.", .example = with_arm("local j = arm:jacobian{q = \"ready\", frame = \"tool\"}\nassert(#j == 6)"),
-                 .params = {self("robot"), q, choice("frame", {"base", "tool"}, "Axes that velocities are expressed in."), tip}, .returns = {"matrix", "", "6 x joints.", {}}, .effect = Effect::reads, .run = jacobian});
-  all.push_back({.name = "robot.manipulability", .classic = "", .summary = "Gives Yoshikawa's measure of how far the robot is from a singularity.", .details = "sqrt(det(J J^T)), for fewer than six joints sqrt(det(J^T J)); 0 when singular.",
-                 .example = with_arm("assert(arm:manipulability{q = \"ready\"} > 0)"), .params = {self("robot"), q, tip}, .returns = {"real", "", "", {}}, .effect = Effect::reads, .run = manipulability});
-  all.push_back({.name = "robot.solve_ik", .classic = "PRobot LLRL IKine", .summary = "Finds joint values that bring the tool to a pose: inverse kinematics.",
-                 .details = "The target is given in the frame the robot is mounted in. A target that cannot be reached is an error of code unreachable that tells how near one can get, unless partial = true.",
-                 .example = with_arm("local target = arm:fk{q = \"ready\"}.pose\nlocal s = arm:solve_ik{target = target, seed = {0, -0.8, 0.5, 0, 0.9, 0}}\nassert(s.status == \"solved\" and s.position_error < 1e-8)"),
-                 .params = {self("robot"), needed("target", "pose", "", "Where the tool shall be."), optional("seed", "any", "rad or m", "Joint values to start from, or the name of a pose."), defaulted("all", "bool", "", false, "Every solution the solver can tell apart."),
-                            defaulted("partial", "bool", "", false, "Return the closest configuration when the target cannot be reached."), above_zero(defaulted("position_tolerance", "real", "m", 1e-9, "When the position counts as reached.")),
-                            above_zero(defaulted("rotation_tolerance", "real", "rad", 1e-9, "When the rotation counts as reached.")), provider, tip},
-                 .returns = {"map", "", "", {field("status", "string", "", "solved, out_of_reach, joint_limit or not_converged."), field("q", "real[]", "rad or m", "The (first) solution."), field("solutions", "matrix", "rad or m", "One row a solution."),
-                                             field("position_error", "real", "m", "What is left of the first."), field("rotation_error", "real", "rad", "What is left of the first."), field("iterations", "int", "", "Steps of the solver."),
-                                             field("detail", "string", "", "Reason in words when not solved."), field("provider", "string", "", "The solver.")}},
-                 .effect = Effect::reads, .run = solve_ik});
-  all.push_back({.name = "robot.inverse_dynamics", .classic = "", .summary = "Gives the joint torques and forces for a motion.",
-                 .details = "The sum of the terms gravity, inertial, velocity, friction and external, or of those asked for. The wrench at the tip is what acts on the robot.",
-                 .example = with_arm("local tau = arm:inverse_dynamics{q = \"ready\", qd = {0.1, 0, 0, 0, 0, 0}, terms = {\"gravity\", \"velocity\"}}\nassert(#tau == 6)"),
-                 .params = {self("robot"), q, qd, qdd, optional("terms", "list", "", "Which terms: gravity, inertial, velocity, friction, external; all when left out."), gravity, force, moment, provider},
-                 .returns = {"array", "N m or N", "One value a joint.", {}}, .effect = Effect::reads, .run = inverse_dynamics});
-  all.push_back({.name = "robot.gravity_torques", .classic = "", .summary = "Gives the joint torques and forces that hold the robot still.", .details = "", .example = with_arm("assert(math.abs(arm:gravity_torques{q = \"ready\"}[1]) < 1e-12)"),
-                 .params = {self("robot"), q, gravity, provider}, .returns = {"array", "N m or N", "One value a joint.", {}}, .effect = Effect::reads, .run = gravity_torques});
-  all.push_back({.name = "robot.inertia", .classic = "", .summary = "Gives the joint-space inertia matrix, motors included.", .details = "", .example = with_arm("local m = arm:inertia{q = \"ready\"}\nassert(math.abs(m[1][2] - m[2][1]) < 1e-12)"),
-                 .params = {self("robot"), q, provider}, .returns = {"matrix", "", "Joints x joints, symmetric.", {}}, .effect = Effect::reads, .run = inertia});
-  all.push_back({.name = "robot.forward_dynamics", .classic = "", .summary = "Gives the joint accelerations that torques cause.", .details = "",
-                 .example = with_arm("local q = arm:poses().ready\nlocal tau = arm:inverse_dynamics{q = q, qdd = {1, 0, 0, 0, 0, 0}}\nlocal qdd = arm:forward_dynamics{q = q, tau = tau}\nassert(math.abs(qdd[1] - 1) < 1e-9)"),
-                 .params = {self("robot"), q, qd, optional("tau", "any", "N m or N", "Joint torques and forces; zeros when left out."), gravity, force, moment, provider},
-                 .returns = {"array", "rad/s^2 or m/s^2", "One value a joint.", {}}, .effect = Effect::reads, .run = forward_dynamics});
-  const std::string in_world = "local cell = world.create{name = \"cell\"}\ncell:add_robot{robot = arm}\n";
-  const ParamSpec world = optional("world", "ref:world", "", "The world, when several show the robot.");
-  all.push_back({.name = "robot.joint_values", .classic = "PRobot LLRL mGetInJointp", .summary = "Gives the joint values at which a world shows the robot.", .details = "", .example = with_arm((in_world + "assert(#arm:joint_values() == 6)").c_str()),
-                 .params = {self("robot"), world}, .returns = {"array", "rad or m", "", {}}, .effect = Effect::reads, .run = joint_values});
-  all.push_back({.name = "robot.set_joints", .classic = "PRobot SetLinks", .summary = "Sets the joint values at which a world shows the robot.", .details = "", .example = with_arm((in_world + "arm:set_joints(\"ready\")\nassert(arm:joint_values()[5] == 1)").c_str()),
-                 .params = {self("robot"), q, world}, .returns = {"array", "rad or m", "The joint values now.", {}}, .effect = Effect::edits, .run = set_joints});
-  all.push_back({.name = "robot.add_joints", .classic = "PRobot AddLinks", .summary = "Adds to the joint values at which a world shows the robot.", .details = "", .example = with_arm((in_world + "arm:add_joints({0.1, 0, 0, 0, 0, 0})\nassert(arm:joint_values()[1] == 0.1)").c_str()),
-                 .params = {self("robot"), q, world}, .returns = {"array", "rad or m", "The joint values now.", {}}, .effect = Effect::edits, .run = add_joints});
+  const ParamSpec q_optional =
+      optional("q", "any", "rad or m", "Joint values or the name of a pose; zeros when left out.");
+  all.push_back(
+      {.name = "robot.link_pose",
+       .classic = "PRobot Link mGetGlobal",
+       .summary = "Gives the frame of one link.",
+       .details = std::string(mounting) + " Classic: `PRobot <id> Link <i> mGetGlobal`.",
+       .example = with_arm("assert(math.abs(arm:link_pose{link = 1}.position[3] - 0.4) < 1e-12)"),
+       .params = {self("robot"), link, q_optional,
+                  choice("frame", {"mounting", "parent"},
+                         "Relative to the mounting frame or to the link before.")},
+       .returns = {"map", "", "", pose_fields},
+       .effect = Effect::reads,
+       .run = link_pose});
+  all.push_back({.name = "robot.link_pose_local",
+                 .classic = "PRobot Link mGetLocal",
+                 .summary = "Gives the frame of one link in that of the link it stands on.",
+                 .details = "Classic: `PRobot <id> Link <i> mGetLocal`.",
+                 .example = with_arm(
+                     "assert(math.abs(arm:link_pose_local{link = 2}.position[1] - 0.45) < 1e-12)"),
+                 .params = {self("robot"), link, q_optional},
+                 .returns = {"map", "", "", pose_fields},
+                 .effect = Effect::reads,
+                 .run = link_pose_parent});
+  all.push_back(
+      {.name = "robot.jacobian",
+       .classic = "PRobot LLRL mJacobian",
+       .summary = "Gives the geometric Jacobian of the tool.",
+       .details = "Six rows (vx, vy, vz, wx, wy, wz), one column a joint; the reference point is "
+                  "the tool's origin.",
+       .example =
+           with_arm("local j = arm:jacobian{q = \"ready\", frame = \"tool\"}\nassert(#j == 6)"),
+       .params = {self("robot"), q,
+                  choice("frame", {"base", "tool"}, "Axes that velocities are expressed in."), tip},
+       .returns = {"matrix", "", "6 x joints.", {}},
+       .effect = Effect::reads,
+       .run = jacobian});
+  all.push_back(
+      {.name = "robot.manipulability",
+       .classic = "",
+       .summary = "Gives Yoshikawa's measure of how far the robot is from a singularity.",
+       .details = "sqrt(det(J J^T)), for fewer than six joints sqrt(det(J^T J)); 0 when singular.",
+       .example = with_arm("assert(arm:manipulability{q = \"ready\"} > 0)"),
+       .params = {self("robot"), q, tip},
+       .returns = {"real", "", "", {}},
+       .effect = Effect::reads,
+       .run = manipulability});
+  all.push_back(
+      {.name = "robot.solve_ik",
+       .classic = "PRobot LLRL IKine",
+       .summary = "Finds joint values that bring the tool to a pose: inverse kinematics.",
+       .details = "The target is given in the frame the robot is mounted in. A target that cannot "
+                  "be reached is an error of code unreachable that tells how near one can get, "
+                  "unless partial = true.",
+       .example = with_arm("local target = arm:fk{q = \"ready\"}.pose\nlocal s = "
+                           "arm:solve_ik{target = target, seed = {0, -0.8, 0.5, 0, 0.9, "
+                           "0}}\nassert(s.status == \"solved\" and s.position_error < 1e-8)"),
+       .params = {self("robot"), needed("target", "pose", "", "Where the tool shall be."),
+                  optional("seed", "any", "rad or m",
+                           "Joint values to start from, or the name of a pose."),
+                  defaulted("all", "bool", "", false, "Every solution the solver can tell apart."),
+                  defaulted("partial", "bool", "", false,
+                            "Return the closest configuration when the target cannot be reached."),
+                  above_zero(defaulted("position_tolerance", "real", "m", 1e-9,
+                                       "When the position counts as reached.")),
+                  above_zero(defaulted("rotation_tolerance", "real", "rad", 1e-9,
+                                       "When the rotation counts as reached.")),
+                  provider, tip},
+       .returns = {"map",
+                   "",
+                   "",
+                   {field("status", "string", "",
+                          "solved, out_of_reach, joint_limit or not_converged."),
+                    field("q", "real[]", "rad or m", "The (first) solution."),
+                    field("solutions", "matrix", "rad or m", "One row a solution."),
+                    field("position_error", "real", "m", "What is left of the first."),
+                    field("rotation_error", "real", "rad", "What is left of the first."),
+                    field("iterations", "int", "", "Steps of the solver."),
+                    field("detail", "string", "", "Reason in words when not solved."),
+                    field("provider", "string", "", "The solver.")}},
+       .effect = Effect::reads,
+       .run = solve_ik});
+  all.push_back(
+      {.name = "robot.inverse_dynamics",
+       .classic = "",
+       .summary = "Gives the joint torques and forces for a motion.",
+       .details = "The sum of the terms gravity, inertial, velocity, friction and external, or of "
+                  "those asked for. The wrench at the tip is what acts on the robot.",
+       .example = with_arm("local tau = arm:inverse_dynamics{q = \"ready\", qd = {0.1, 0, 0, 0, 0, "
+                           "0}, terms = {\"gravity\", \"velocity\"}}\nassert(#tau == 6)"),
+       .params =
+           {self("robot"), q, qd, qdd,
+            optional(
+                "terms", "list", "",
+                "Which terms: gravity, inertial, velocity, friction, external; all when left out."),
+            gravity, force, moment, provider},
+       .returns = {"array", "N m or N", "One value a joint.", {}},
+       .effect = Effect::reads,
+       .run = inverse_dynamics});
+  all.push_back(
+      {.name = "robot.gravity_torques",
+       .classic = "",
+       .summary = "Gives the joint torques and forces that hold the robot still.",
+       .details = "",
+       .example = with_arm("assert(math.abs(arm:gravity_torques{q = \"ready\"}[1]) < 1e-12)"),
+       .params = {self("robot"), q, gravity, provider},
+       .returns = {"array", "N m or N", "One value a joint.", {}},
+       .effect = Effect::reads,
+       .run = gravity_torques});
+  all.push_back(
+      {.name = "robot.inertia",
+       .classic = "",
+       .summary = "Gives the joint-space inertia matrix, motors included.",
+       .details = "",
+       .example = with_arm(
+           "local m = arm:inertia{q = \"ready\"}\nassert(math.abs(m[1][2] - m[2][1]) < 1e-12)"),
+       .params = {self("robot"), q, provider},
+       .returns = {"matrix", "", "Joints x joints, symmetric.", {}},
+       .effect = Effect::reads,
+       .run = inertia});
+  all.push_back(
+      {.name = "robot.forward_dynamics",
+       .classic = "",
+       .summary = "Gives the joint accelerations that torques cause.",
+       .details = "",
+       .example = with_arm("local q = arm:poses().ready\nlocal tau = arm:inverse_dynamics{q = q, "
+                           "qdd = {1, 0, 0, 0, 0, 0}}\nlocal qdd = arm:forward_dynamics{q = q, tau "
+                           "= tau}\nassert(math.abs(qdd[1] - 1) < 1e-9)"),
+       .params = {self("robot"), q, qd,
+                  optional("tau", "any", "N m or N",
+                           "Joint torques and forces; zeros when left out."),
+                  gravity, force, moment, provider},
+       .returns = {"array", "rad/s^2 or m/s^2", "One value a joint.", {}},
+       .effect = Effect::reads,
+       .run = forward_dynamics});
+  const std::string in_world =
+      "local cell = world.create{name = \"cell\"}\ncell:add_robot{robot = arm}\n";
+  const ParamSpec world =
+      optional("world", "ref:world", "", "The world, when several show the robot.");
+  all.push_back({.name = "robot.joint_values",
+                 .classic = "PRobot LLRL mGetInJointp",
+                 .summary = "Gives the joint values at which a world shows the robot.",
+                 .details = "",
+                 .example = with_arm((in_world + "assert(#arm:joint_values() == 6)").c_str()),
+                 .params = {self("robot"), world},
+                 .returns = {"array", "rad or m", "", {}},
+                 .effect = Effect::reads,
+                 .run = joint_values});
+  all.push_back(
+      {.name = "robot.set_joints",
+       .classic = "PRobot SetLinks",
+       .summary = "Sets the joint values at which a world shows the robot.",
+       .details = "",
+       .example = with_arm(
+           (in_world + "arm:set_joints(\"ready\")\nassert(arm:joint_values()[5] == 1)").c_str()),
+       .params = {self("robot"), q, world},
+       .returns = {"array", "rad or m", "The joint values now.", {}},
+       .effect = Effect::edits,
+       .run = set_joints});
+  all.push_back(
+      {.name = "robot.add_joints",
+       .classic = "PRobot AddLinks",
+       .summary = "Adds to the joint values at which a world shows the robot.",
+       .details = "",
+       .example = with_arm(
+           (in_world + "arm:add_joints({0.1, 0, 0, 0, 0, 0})\nassert(arm:joint_values()[1] == 0.1)")
+               .c_str()),
+       .params = {self("robot"), q, world},
+       .returns = {"array", "rad or m", "The joint values now.", {}},
+       .effect = Effect::edits,
+       .run = add_joints});
   return all;
 }
 

@@ -35,33 +35,34 @@ CsgKind kind_of_word(std::string_view word) {
 
 std::string word_of(CsgKind kind) {
   if (const auto* p = primitive(kind)) return std::string(p->name);
-  return kind == CsgKind::union_ ? "union" : kind == CsgKind::difference ? "difference" : "intersection";
+  return kind == CsgKind::union_       ? "union"
+         : kind == CsgKind::difference ? "difference"
+                                       : "intersection";
 }
 
 /// Sizes that may be 0 or left out.
-bool may_be_zero(std::string_view size) { return size == "fillet" || size.ends_with("_radius") || size.starts_with("top_"); }
+bool may_be_zero(std::string_view size) {
+  return size == "fillet" || size.ends_with("_radius") || size.starts_with("top_");
+}
 
 ParamSpec size_spec(std::string_view size) {
   ParamSpec p = field(std::string(size), "real", "m", "Size.");
   // A ring or tube of radius 0 is no torus; base and top radius of a cone may be 0.
-  if (may_be_zero(size) && size != "ring_radius" && size != "tube_radius")
-    p.min = 0;
-  else
-    p = above_zero(p);
+  if (may_be_zero(size) && size != "ring_radius" && size != "tube_radius") p.min = 0;
+  else p = above_zero(p);
   return p;
 }
 
 Schema node_schema(CsgKind kind) {
-  Schema s{choice("kind", kind_words(), "An operation or a primitive.", true), optional("name", "string", "", "Name of the node within the solid.")};
+  Schema s{choice("kind", kind_words(), "An operation or a primitive.", true),
+           optional("name", "string", "", "Name of the node within the solid.")};
   for (ParamSpec& p : placement_fields("its parent")) s.push_back(std::move(p));
   if (const auto* info = primitive(kind)) {
     for (const std::string_view size : info->sizes) {
       if (size.empty()) break;
       ParamSpec p = size_spec(size);
-      if (size == "fillet")
-        p.default_value = Value(0.0);
-      else
-        p.required = true;
+      if (size == "fillet") p.default_value = Value(0.0);
+      else p.required = true;
       s.push_back(std::move(p));
     }
   } else {
@@ -73,11 +74,13 @@ Schema node_schema(CsgKind kind) {
 std::string free_node_name(const std::set<std::string>& taken, const std::string& wanted) {
   if (!taken.contains(wanted)) return wanted;
   for (int i = 2;; ++i)
-    if (const std::string name = wanted + "_" + std::to_string(i); !taken.contains(name)) return name;
+    if (const std::string name = wanted + "_" + std::to_string(i); !taken.contains(name))
+      return name;
 }
 
 /// The flat form of a nested table, without recursion: parents first, children in order.
-Result<Nodes> read_tree(const CommandContext& ctx, const Value& root, std::set<std::string> taken, std::string_view path) {
+Result<Nodes> read_tree(const CommandContext& ctx, const Value& root, std::set<std::string> taken,
+                        std::string_view path) {
   struct Open {
     Value value;
     std::int32_t parent;
@@ -90,14 +93,22 @@ Result<Nodes> read_tree(const CommandContext& ctx, const Value& root, std::set<s
   while (!stack.empty()) {
     const Open open = std::move(stack.back());
     stack.pop_back();
-    if (nodes.size() >= kMostNodes) return error(ErrorCode::invalid_argument, "the tree has more than " + std::to_string(kMostNodes) + " nodes", {}, std::string(path));
+    if (nodes.size() >= kMostNodes)
+      return error(ErrorCode::invalid_argument,
+                   "the tree has more than " + std::to_string(kMostNodes) + " nodes", {},
+                   std::string(path));
     const Map* raw = open.value.as_map();
-    if (!raw) return error(ErrorCode::invalid_argument, open.value.text() + " is not a node", "Give a table such as {kind = \"box\", x = 0.1, y = 0.1, z = 0.02}.", open.path);
+    if (!raw)
+      return error(ErrorCode::invalid_argument, open.value.text() + " is not a node",
+                   "Give a table such as {kind = \"box\", x = 0.1, y = 0.1, z = 0.02}.", open.path);
     const Map& given = *raw;
     ParamSpec kind_spec = choice("kind", kind_words(), "An operation or a primitive.", true);
     const Value* kind_value = given.find("kind");
-    if (!kind_value) return error(ErrorCode::invalid_argument, "the node has no kind", "Kinds: " + text::enumerate(kind_words()) + ".", open.path);
-    RMP_TRY_ASSIGN(const Value kind_checked, check_value(kind_spec, *kind_value, open.path + ".kind"));
+    if (!kind_value)
+      return error(ErrorCode::invalid_argument, "the node has no kind",
+                   "Kinds: " + text::enumerate(kind_words()) + ".", open.path);
+    RMP_TRY_ASSIGN(const Value kind_checked,
+                   check_value(kind_spec, *kind_value, open.path + ".kind"));
     SolidNode node;
     node.kind = kind_of_word(*kind_checked.as_string());
     node.parent = open.parent;
@@ -106,19 +117,28 @@ Result<Nodes> read_tree(const CommandContext& ctx, const Value& root, std::set<s
     if (has(args, "name")) {
       node.name = text_of(args, "name");
       if (node.name.empty() || node.name.find('.') != std::string::npos)
-        return error(ErrorCode::invalid_argument, text::quote(node.name) + " cannot name a node", "Use letters, digits and _.", open.path);
-      if (taken.contains(node.name)) return error(ErrorCode::conflict, "there are two nodes named " + text::quote(node.name), "Names are unique within a solid.", open.path);
+        return error(ErrorCode::invalid_argument, text::quote(node.name) + " cannot name a node",
+                     "Use letters, digits and _.", open.path);
+      if (taken.contains(node.name))
+        return error(ErrorCode::conflict, "there are two nodes named " + text::quote(node.name),
+                     "Names are unique within a solid.", open.path);
     } else {
       node.name = free_node_name(taken, word_of(node.kind));
     }
     taken.insert(node.name);
     const auto index = static_cast<std::int32_t>(nodes.size());
     if (const auto* info = primitive(node.kind)) {
-      for (std::size_t i = 0; i < info->sizes.size() && !info->sizes[i].empty(); ++i) node.sizes[i] = real(args, info->sizes[i]);
+      for (std::size_t i = 0; i < info->sizes.size() && !info->sizes[i].empty(); ++i)
+        node.sizes[i] = real(args, info->sizes[i]);
     } else {
       const List& children = *args.find("children")->as_list();
-      if (children.empty()) return error(ErrorCode::invalid_argument, word_of(node.kind) + " " + text::quote(node.name) + " has no children", "Give children = {...}.", open.path);
-      for (std::size_t i = children.size(); i-- > 0;) stack.push_back({children[i], index, open.path + ".children[" + std::to_string(i + 1) + "]"});
+      if (children.empty())
+        return error(ErrorCode::invalid_argument,
+                     word_of(node.kind) + " " + text::quote(node.name) + " has no children",
+                     "Give children = {...}.", open.path);
+      for (std::size_t i = children.size(); i-- > 0;)
+        stack.push_back(
+            {children[i], index, open.path + ".children[" + std::to_string(i + 1) + "]"});
     }
     nodes.push_back(std::move(node));
   }
@@ -158,9 +178,11 @@ std::set<std::string> names(const Nodes& nodes) {
 }
 
 Schema solid_fields() {
-  return {optional("material", "ref:material", "", "What it is made of; without one it has no mass."),
-          above_zero(optional("chord", "real", "m", "Greatest distance of a mesh chord from the surface.")),
-          optional("description", "string", "", "What it is.")};
+  return {
+      optional("material", "ref:material", "", "What it is made of; without one it has no mass."),
+      above_zero(
+          optional("chord", "real", "m", "Greatest distance of a mesh chord from the surface.")),
+      optional("description", "string", "", "What it is.")};
 }
 
 void apply_fields(const Map& args, Solid& s) {
@@ -189,7 +211,8 @@ std::vector<std::string> settable(const SolidNode& n) {
   return out;
 }
 
-Result<void> set_node(Solid& s, std::size_t index, std::string_view name, const Value& value, const std::string& path) {
+Result<void> set_node(Solid& s, std::size_t index, std::string_view name, const Value& value,
+                      const std::string& path) {
   SolidNode& n = s.nodes[index];
   if (const auto* info = primitive(n.kind))
     for (std::size_t i = 0; i < info->sizes.size(); ++i)
@@ -202,13 +225,19 @@ Result<void> set_node(Solid& s, std::size_t index, std::string_view name, const 
   if (placed) return {};
   if (name == "name") {
     const std::string wanted = value.as_string() ? *value.as_string() : std::string();
-    if (wanted.empty() || wanted.find('.') != std::string::npos) return error(ErrorCode::invalid_argument, value.text() + " cannot name a node", "Use letters, digits and _.", path);
-    if (wanted != n.name && names(s.nodes).contains(wanted)) return error(ErrorCode::conflict, "there is already a node named " + text::quote(wanted), {}, path);
+    if (wanted.empty() || wanted.find('.') != std::string::npos)
+      return error(ErrorCode::invalid_argument, value.text() + " cannot name a node",
+                   "Use letters, digits and _.", path);
+    if (wanted != n.name && names(s.nodes).contains(wanted))
+      return error(ErrorCode::conflict, "there is already a node named " + text::quote(wanted), {},
+                   path);
     n.name = wanted;
     return {};
   }
   if (name == "kind" && !primitive(n.kind)) {
-    RMP_TRY_ASSIGN(const Value v, check_value(choice("kind", {"union", "difference", "intersection"}, "", true), value, path));
+    RMP_TRY_ASSIGN(const Value v,
+                   check_value(choice("kind", {"union", "difference", "intersection"}, "", true),
+                               value, path));
     n.kind = kind_of_word(*v.as_string());
     return {};
   }
@@ -226,7 +255,8 @@ Result<Value> set(CommandContext& ctx, const Map& args) {
     if (dot == std::string::npos) {
       for (const ParamSpec& p : solid_fields()) {
         if (p.name != path) continue;
-        if (path == "material" && (value.is_nil() || (value.as_string() && value.as_string()->empty()))) {
+        if (path == "material" &&
+            (value.is_nil() || (value.as_string() && value.as_string()->empty()))) {
           s.material = {};
           return {};
         }
@@ -235,7 +265,9 @@ Result<Value> set(CommandContext& ctx, const Map& args) {
         return {};
       }
       std::vector<std::string> known{"material", "chord", "description"};
-      for (const SolidNode& n : s.nodes) known.push_back(n.name + (primitive(n.kind) ? "." + std::string(primitive(n.kind)->sizes[0]) : ".placement"));
+      for (const SolidNode& n : s.nodes)
+        known.push_back(n.name + (primitive(n.kind) ? "." + std::string(primitive(n.kind)->sizes[0])
+                                                    : ".placement"));
       return unknown_name("field", path, known);
     }
     RMP_TRY_ASSIGN(const std::size_t node, find_node(s, path.substr(0, dot)));
@@ -248,12 +280,18 @@ Result<Value> set(CommandContext& ctx, const Map& args) {
 Result<Value> add_node(CommandContext& ctx, const Map& args) {
   const AnyId id = ref(args, "id");
   const Solid& before = content<Solid>(ctx, args);
-  RMP_TRY_ASSIGN(const Nodes block, read_tree(ctx, *args.find("node"), names(before.nodes), "node"));
+  RMP_TRY_ASSIGN(const Nodes block,
+                 read_tree(ctx, *args.find("node"), names(before.nodes), "node"));
   const std::string made = block.front().name;
   auto done = change<Solid>(ctx, id, [&](Solid& s) -> Result<void> {
-    RMP_TRY_ASSIGN(const std::size_t parent, has(args, "parent") ? find_node(s, text_of(args, "parent")) : Result<std::size_t>(0));
+    RMP_TRY_ASSIGN(const std::size_t parent, has(args, "parent")
+                                                 ? find_node(s, text_of(args, "parent"))
+                                                 : Result<std::size_t>(0));
     if (primitive(s.nodes[parent].kind))
-      return error(ErrorCode::conflict, word_of(s.nodes[parent].kind) + " " + text::quote(s.nodes[parent].name) + " cannot have children", "Wrap it in an operation first: solid.wrap.");
+      return error(ErrorCode::conflict,
+                   word_of(s.nodes[parent].kind) + " " + text::quote(s.nodes[parent].name) +
+                       " cannot have children",
+                   "Wrap it in an operation first: solid.wrap.");
     insert_block(s.nodes, subtree_end(s.nodes, parent), block, static_cast<std::int32_t>(parent));
     return {};
   });
@@ -265,15 +303,22 @@ Result<Value> remove_node(CommandContext& ctx, const Map& args) {
   const AnyId id = ref(args, "id");
   auto done = change<Solid>(ctx, id, [&](Solid& s) -> Result<void> {
     RMP_TRY_ASSIGN(const std::size_t at, find_node(s, text_of(args, "node")));
-    if (at == 0) return error(ErrorCode::conflict, "node " + text::quote(s.nodes[0].name) + " is the root", "Remove the solid instead.");
+    if (at == 0)
+      return error(ErrorCode::conflict, "node " + text::quote(s.nodes[0].name) + " is the root",
+                   "Remove the solid instead.");
     const std::int32_t parent = s.nodes[at].parent;
-    const auto children = std::count_if(s.nodes.begin(), s.nodes.end(), [&](const SolidNode& n) { return n.parent == parent; });
+    const auto children = std::count_if(s.nodes.begin(), s.nodes.end(),
+                                        [&](const SolidNode& n) { return n.parent == parent; });
     const SolidNode& above = s.nodes[static_cast<std::size_t>(parent)];
     if (children == 1)
-      return error(ErrorCode::conflict, "node " + text::quote(s.nodes[at].name) + " is the only child of " + word_of(above.kind) + " " + text::quote(above.name), "Remove that instead.");
+      return error(ErrorCode::conflict,
+                   "node " + text::quote(s.nodes[at].name) + " is the only child of " +
+                       word_of(above.kind) + " " + text::quote(above.name),
+                   "Remove that instead.");
     const std::size_t end = subtree_end(s.nodes, at);
     const auto gone = static_cast<std::int32_t>(end - at);
-    s.nodes.erase(s.nodes.begin() + static_cast<std::ptrdiff_t>(at), s.nodes.begin() + static_cast<std::ptrdiff_t>(end));
+    s.nodes.erase(s.nodes.begin() + static_cast<std::ptrdiff_t>(at),
+                  s.nodes.begin() + static_cast<std::ptrdiff_t>(end));
     for (SolidNode& n : s.nodes)
       if (n.parent >= static_cast<std::int32_t>(at)) n.parent -= gone;
     return {};
@@ -289,19 +334,23 @@ Result<Value> wrap(CommandContext& ctx, const Map& args) {
   SolidNode op;
   op.kind = kind_of_word(text_of(args, "kind"));
   op.name = has(args, "name") ? text_of(args, "name") : free_node_name(taken, word_of(op.kind));
-  if (taken.contains(op.name)) return error(ErrorCode::conflict, "there is already a node named " + text::quote(op.name), {}, name_in(ctx, id));
+  if (taken.contains(op.name))
+    return error(ErrorCode::conflict, "there is already a node named " + text::quote(op.name), {},
+                 name_in(ctx, id));
   taken.insert(op.name);
   Nodes with;
   if (has(args, "with")) {
     RMP_TRY_ASSIGN(with, read_tree(ctx, *args.find("with"), taken, "with"));
   }
   auto done = change<Solid>(ctx, id, [&](Solid& s) -> Result<void> {
-    RMP_TRY_ASSIGN(const std::size_t at, has(args, "node") ? find_node(s, text_of(args, "node")) : Result<std::size_t>(0));
+    RMP_TRY_ASSIGN(const std::size_t at, has(args, "node") ? find_node(s, text_of(args, "node"))
+                                                           : Result<std::size_t>(0));
     const std::int32_t above = s.nodes[at].parent;
     insert_block(s.nodes, at, {op}, above);
     s.nodes[at].parent = above;
     s.nodes[at + 1].parent = static_cast<std::int32_t>(at);
-    if (!with.empty()) insert_block(s.nodes, subtree_end(s.nodes, at), with, static_cast<std::int32_t>(at));
+    if (!with.empty())
+      insert_block(s.nodes, subtree_end(s.nodes, at), with, static_cast<std::int32_t>(at));
     return {};
   });
   if (!done.ok()) return std::move(done).in(name_in(ctx, id)).error();
@@ -317,15 +366,14 @@ Result<Value> tree(CommandContext& ctx, const Map& args) {
     const SolidNode& n = s.nodes[i];
     Map m{{"kind", word_of(n.kind)}, {"name", n.name}, {"placement", placement_value(n.placement)}};
     if (const auto* info = primitive(n.kind)) {
-      for (std::size_t k = 0; k < info->sizes.size() && !info->sizes[k].empty(); ++k) m.set(std::string(info->sizes[k]), n.sizes[k]);
+      for (std::size_t k = 0; k < info->sizes.size() && !info->sizes[k].empty(); ++k)
+        m.set(std::string(info->sizes[k]), n.sizes[k]);
     } else {
       std::reverse(children[i].begin(), children[i].end());
       m.set("children", std::move(children[i]));
     }
-    if (n.parent < 0)
-      root = Value(std::move(m));
-    else
-      children[static_cast<std::size_t>(n.parent)].emplace_back(std::move(m));
+    if (n.parent < 0) root = Value(std::move(m));
+    else children[static_cast<std::size_t>(n.parent)].emplace_back(std::move(m));
   }
   return root;
 }
@@ -336,24 +384,41 @@ Result<Value> mass(CommandContext& ctx, const Map& args) {
 }
 
 Result<Value> moments(CommandContext& ctx, const Map& args) {
-  RMP_TRY_ASSIGN(const auto m, ctx.app.derived.moments(ctx.snapshot(), typed<Solid>(args), ctx.progress));
-  return Value(Map{{"volume", m.volume}, {"area", m.area}, {"first", vec_value(m.first, "m^4")}, {"second", sym_value(m.second, "m^5")}, {"exact", m.exact}, {"relative_error", m.relative_error}});
+  RMP_TRY_ASSIGN(const auto m,
+                 ctx.app.derived.moments(ctx.snapshot(), typed<Solid>(args), ctx.progress));
+  return Value(Map{{"volume", m.volume},
+                   {"area", m.area},
+                   {"first", vec_value(m.first, "m^4")},
+                   {"second", sym_value(m.second, "m^5")},
+                   {"exact", m.exact},
+                   {"relative_error", m.relative_error}});
 }
 
 Result<Value> bounds(CommandContext& ctx, const Map& args) {
-  RMP_TRY_ASSIGN(const auto b, ctx.app.derived.bounds(ctx.snapshot(), ref(args, "id"), ctx.progress));
-  return Value(Map{{"min", vec_value(b[0], "m")}, {"max", vec_value(b[1], "m")}, {"size", vec_value({b[1][0] - b[0][0], b[1][1] - b[0][1], b[1][2] - b[0][2]}, "m")}});
+  RMP_TRY_ASSIGN(const auto b,
+                 ctx.app.derived.bounds(ctx.snapshot(), ref(args, "id"), ctx.progress));
+  return Value(
+      Map{{"min", vec_value(b[0], "m")},
+          {"max", vec_value(b[1], "m")},
+          {"size", vec_value({b[1][0] - b[0][0], b[1][1] - b[0][1], b[1][2] - b[0][2]}, "m")}});
 }
 
 Result<Value> mesh_info(CommandContext& ctx, const Map& args) {
-  RMP_TRY_ASSIGN(const auto mesh, ctx.app.derived.mesh(ctx.snapshot(), typed<Solid>(args), ctx.progress));
-  return Value(Map{{"vertices", mesh->vertex_count()}, {"triangles", mesh->triangle_count()}, {"faces", mesh->faces.size()}, {"edges", mesh->edge_sizes.size()}});
+  RMP_TRY_ASSIGN(const auto mesh,
+                 ctx.app.derived.mesh(ctx.snapshot(), typed<Solid>(args), ctx.progress));
+  return Value(Map{{"vertices", mesh->vertex_count()},
+                   {"triangles", mesh->triangle_count()},
+                   {"faces", mesh->faces.size()},
+                   {"edges", mesh->edge_sizes.size()}});
 }
 
 Result<Value> write_stl(CommandContext& ctx, const Map& args) {
   const std::string file = text_of(args, "file");
-  if (!file.ends_with(".stl")) return error(ErrorCode::invalid_argument, text::quote(file) + " does not end with .stl", "STL is what this command writes.");
-  RMP_TRY_ASSIGN(const auto bodies, ctx.app.derived.drawables(ctx.snapshot(), ref(args, "id"), ctx.progress));
+  if (!file.ends_with(".stl"))
+    return error(ErrorCode::invalid_argument, text::quote(file) + " does not end with .stl",
+                 "STL is what this command writes.");
+  RMP_TRY_ASSIGN(const auto bodies,
+                 ctx.app.derived.drawables(ctx.snapshot(), ref(args, "id"), ctx.progress));
   RMP_TRY_ASSIGN(const std::string bytes, stl(bodies));
   RMP_TRY(io::write_file(file, bytes));
   std::size_t triangles = 0;
@@ -363,9 +428,11 @@ Result<Value> write_stl(CommandContext& ctx, const Map& args) {
 
 const char* const kPlate =
     "material.create{name = \"steel\", density = 7850}\n"
-    "local plate = solid.create{name = \"plate\", material = \"steel\", root = {kind = \"difference\", children = {\n"
+    "local plate = solid.create{name = \"plate\", material = \"steel\", root = {kind = "
+    "\"difference\", children = {\n"
     "  {kind = \"box\", name = \"body\", x = 0.2, y = \"100 mm\", z = 0.01},\n"
-    "  {kind = \"cylinder\", name = \"bore\", radius = 0.01, height = 0.03, position = {0, 0, -0.01}}}}}\n";
+    "  {kind = \"cylinder\", name = \"bore\", radius = 0.01, height = 0.03, position = {0, 0, "
+    "-0.01}}}}}\n";
 
 std::string with_plate(const char* rest) { return std::string(kPlate) + rest; }
 
@@ -373,67 +440,194 @@ std::string with_plate(const char* rest) { return std::string(kPlate) + rest; }
 
 std::vector<CommandSpec> solid_commands() {
   std::vector<CommandSpec> all;
-  std::string kinds = "A node is a table: kind, an optional name, where it stands in its parent (placement, or position with rpy, xyz or zyz), and then\n\n"
-                      "| kind | fields | meaning |\n|---|---|---|\n"
-                      "| union | children | all children together |\n| difference | children | the first child minus all others |\n| intersection | children | what all children share |\n";
+  std::string kinds =
+      "A node is a table: kind, an optional name, where it stands in its parent (placement, or "
+      "position with rpy, xyz or zyz), and then\n\n"
+      "| kind | fields | meaning |\n|---|---|---|\n"
+      "| union | children | all children together |\n| difference | children | the first child "
+      "minus all others |\n| intersection | children | what all children share |\n";
   for (const CsgPrimitiveInfo& p : kCsgPrimitives) {
     kinds += "| " + std::string(p.name) + " | ";
-    for (std::size_t i = 0; i < p.sizes.size() && !p.sizes[i].empty(); ++i) kinds += (i ? ", " : "") + std::string(p.sizes[i]);
+    for (std::size_t i = 0; i < p.sizes.size() && !p.sizes[i].empty(); ++i)
+      kinds += (i ? ", " : "") + std::string(p.sizes[i]);
     kinds += " | " + std::string(p.doc) + " |\n";
   }
-  Schema create_params{needed("name", "string", "", "Name, unique among solids."), needed("root", "map", "", "The tree, a nested table of nodes.")};
+  Schema create_params{needed("name", "string", "", "Name, unique among solids."),
+                       needed("root", "map", "", "The tree, a nested table of nodes.")};
   for (ParamSpec& p : solid_fields()) create_params.push_back(std::move(p));
-  all.push_back({.name = "solid.create", .classic = "", .summary = "Makes a solid from a tree of primitives and operations.", .details = kinds,
-                 .example = with_plate("assert(#plate:describe().nodes == 3)"), .params = std::move(create_params), .returns = {"handle", "", "", {}}, .effect = Effect::edits, .run = create});
-  all.push_back({.name = "solid.set", .classic = "", .summary = "Changes one number or field of a solid.",
-                 .details = "The path is material, chord or description, or a node's name and one of its fields: \"bore.radius\", \"body.position\", \"body.position.z\", \"body.rpy\", \"body.name\".",
-                 .example = with_plate("plate:set{path = \"bore.radius\", value = \"12 mm\"}\nassert(plate:tree().children[2].radius == 0.012)"),
-                 .params = {self("solid"), needed("path", "string", "", "What to change."), needed("value", "any", "", "The new value; lengths in metres, or with a unit."),
-                            optional("gesture", "string", "", "Edits in a row with the same word share one step; for sliders.")},
-                 .returns = {}, .effect = Effect::edits, .run = set});
-  all.push_back({.name = "solid.add_node", .classic = "", .summary = "Adds a node, or a whole tree of them, below an operation.", .details = "",
-                 .example = with_plate("plate:add_node{node = {kind = \"cylinder\", name = \"second\", radius = 0.005, height = 0.03, position = {0.05, 0, -0.01}}}\nassert(#plate:tree().children == 3)"),
-                 .params = {self("solid"), needed("node", "map", "", "The node, as in solid.create."), optional("parent", "string", "", "Name of the operation; the root when left out.")},
-                 .returns = {"string", "", "Name of the node.", {}}, .effect = Effect::edits, .run = add_node});
-  all.push_back({.name = "solid.remove_node", .classic = "", .summary = "Removes a node and all below it.", .details = "",
-                 .example = with_plate("plate:add_node{node = {kind = \"sphere\", name = \"dent\", radius = 0.004}}\nplate:remove_node(\"dent\")\nassert(#plate:tree().children == 2)"),
-                 .params = {self("solid"), needed("node", "string", "", "Its name.")}, .returns = {}, .effect = Effect::edits, .run = remove_node});
-  all.push_back({.name = "solid.wrap", .classic = "", .summary = "Puts an operation around a node, with another node beside it if wanted.", .details = "",
-                 .example = "local pin = solid.create{name = \"pin\", root = {kind = \"cylinder\", radius = 0.01, height = 0.05}}\n"
-                            "pin:wrap{kind = \"difference\", with = {kind = \"cylinder\", name = \"bore\", radius = 0.004, height = 0.05}}\nassert(pin:tree().kind == \"difference\")",
-                 .params = {self("solid"), choice("kind", {"union", "difference", "intersection"}, "The operation.", true), optional("node", "string", "", "The node that becomes its first child; the root when left out."),
-                            optional("with", "map", "", "A further child, as in solid.create."), optional("name", "string", "", "Name of the operation.")},
-                 .returns = {"string", "", "Name of the operation.", {}}, .effect = Effect::edits, .run = wrap});
-  all.push_back({.name = "solid.tree", .classic = "", .summary = "Gives the tree as the nested table that solid.create takes.", .details = "",
-                 .example = with_plate("local twin = solid.create{name = \"twin\", root = plate:tree()}\nassert(twin:tree().children[1].x == 0.2)"),
-                 .params = {self("solid")}, .returns = {"map", "", "", {field("kind", "string", "", "Operation or primitive."), field("name", "string", "", "Name of the node."),
-                                                                          field("placement", "map", "", "Where it stands in its parent."), field("children", "list", "", "Of an operation: its nodes.")}},
-                 .effect = Effect::reads, .run = tree});
-  all.push_back({.name = "solid.mass", .classic = "", .summary = "Gives mass, centre of mass and inertia of a solid.", .details = "Exact to rounding: from the analytic surfaces, not from the mesh.",
-                 .example = with_plate("assert(math.abs(plate:mass().mass - 7850 * (0.2 * 0.1 * 0.01 - math.pi * 0.01^2 * 0.01)) < 1e-9)"),
-                 .params = {self("solid")}, .returns = {"map", "", "", body_mass_fields()}, .effect = Effect::reads, .run = mass});
-  all.push_back({.name = "solid.moments", .classic = "", .summary = "Gives volume, area and the first and second moments of a solid about its frame's origin.", .details = "",
-                 .example = with_plate("assert(plate:moments().exact)"), .params = {self("solid")},
-                 .returns = {"map", "", "", {field("volume", "real", "m^3", "Volume."), field("area", "real", "m^2", "Surface area."), field("first", "vec3", "m^4", "Integrals of x, y, z."),
-                                             field("second", "matrix", "m^5", "Integrals of the products of x, y, z."), field("exact", "bool", "", "From the analytic surface."), field("relative_error", "real", "", "Estimate when not exact.")}},
-                 .effect = Effect::reads, .run = moments});
-  const std::vector<ParamSpec> bounds_fields{field("min", "vec3", "m", "Least coordinates."), field("max", "vec3", "m", "Greatest coordinates."), field("size", "vec3", "m", "Their difference.")};
-  all.push_back({.name = "solid.bounds", .classic = "", .summary = "Gives the box around a solid, along the axes of its frame.", .details = "",
-                 .example = with_plate("assert(math.abs(plate:bounds().size[1] - 0.2) < 1e-6)"), .params = {self("solid")}, .returns = {"map", "", "", bounds_fields}, .effect = Effect::reads, .run = bounds});
-  all.push_back({.name = "solid.mesh_info", .classic = "", .summary = "Counts the vertices, triangles, faces and edges of a solid's mesh.", .details = "",
-                 .example = with_plate("assert(plate:mesh_info().triangles > 12)"), .params = {self("solid")},
-                 .returns = {"map", "", "", {field("vertices", "int", "", "Vertices."), field("triangles", "int", "", "Triangles."), field("faces", "int", "", "Faces of the solid."), field("edges", "int", "", "Feature edges.")}},
-                 .effect = Effect::reads, .run = mesh_info});
-  const std::vector<ParamSpec> export_fields{field("file", "string", "", "The file."), field("triangles", "int", "", "Triangles in it.")};
-  all.push_back({.name = "solid.export", .classic = "", .summary = "Writes the mesh of a solid as binary STL, in metres.", .details = "",
-                 .example = with_plate("assert(plate:export(\"example.stl\").triangles > 12)"), .params = {self("solid"), needed("file", "path", "", "The file, *.stl.")},
-                 .returns = {"map", "", "", export_fields}, .effect = Effect::files_write, .run = write_stl});
-  all.push_back({.name = "object.bounds", .classic = "", .summary = "Gives the box around an object, along the axes of its frame.", .details = "",
-                 .example = with_plate("local o = object.create{name = \"o\", parts = {{what = \"plate\"}}}\nassert(math.abs(o:bounds().size[1] - 0.2) < 1e-6)"), .params = {self("object")},
-                 .returns = {"map", "", "", bounds_fields}, .effect = Effect::reads, .run = bounds});
-  all.push_back({.name = "object.export", .classic = "", .summary = "Writes the meshes of an object's parts as one binary STL, in metres.", .details = "Parts that overlap stay separate shells.",
-                 .example = with_plate("local o = object.create{name = \"o\", parts = {{what = \"plate\"}}}\nassert(o:export(\"example.stl\").triangles > 12)"),
-                 .params = {self("object"), needed("file", "path", "", "The file, *.stl.")}, .returns = {"map", "", "", export_fields}, .effect = Effect::files_write, .run = write_stl});
+  all.push_back({.name = "solid.create",
+                 .classic = "",
+                 .summary = "Makes a solid from a tree of primitives and operations.",
+                 .details = kinds,
+                 .example = with_plate("assert(#plate:describe().nodes == 3)"),
+                 .params = std::move(create_params),
+                 .returns = {"handle", "", "", {}},
+                 .effect = Effect::edits,
+                 .run = create});
+  all.push_back(
+      {.name = "solid.set",
+       .classic = "",
+       .summary = "Changes one number or field of a solid.",
+       .details =
+           "The path is material, chord or description, or a node's name and one of its fields: "
+           "\"bore.radius\", \"body.position\", \"body.position.z\", \"body.rpy\", \"body.name\".",
+       .example = with_plate("plate:set{path = \"bore.radius\", value = \"12 "
+                             "mm\"}\nassert(plate:tree().children[2].radius == 0.012)"),
+       .params = {self("solid"), needed("path", "string", "", "What to change."),
+                  needed("value", "any", "", "The new value; lengths in metres, or with a unit."),
+                  optional("gesture", "string", "",
+                           "Edits in a row with the same word share one step; for sliders.")},
+       .returns = {},
+       .effect = Effect::edits,
+       .run = set});
+  all.push_back(
+      {.name = "solid.add_node",
+       .classic = "",
+       .summary = "Adds a node, or a whole tree of them, below an operation.",
+       .details = "",
+       .example = with_plate(
+           "plate:add_node{node = {kind = \"cylinder\", name = \"second\", radius = 0.005, height "
+           "= 0.03, position = {0.05, 0, -0.01}}}\nassert(#plate:tree().children == 3)"),
+       .params = {self("solid"), needed("node", "map", "", "The node, as in solid.create."),
+                  optional("parent", "string", "",
+                           "Name of the operation; the root when left out.")},
+       .returns = {"string", "", "Name of the node.", {}},
+       .effect = Effect::edits,
+       .run = add_node});
+  all.push_back({.name = "solid.remove_node",
+                 .classic = "",
+                 .summary = "Removes a node and all below it.",
+                 .details = "",
+                 .example = with_plate(
+                     "plate:add_node{node = {kind = \"sphere\", name = \"dent\", radius = "
+                     "0.004}}\nplate:remove_node(\"dent\")\nassert(#plate:tree().children == 2)"),
+                 .params = {self("solid"), needed("node", "string", "", "Its name.")},
+                 .returns = {},
+                 .effect = Effect::edits,
+                 .run = remove_node});
+  all.push_back(
+      {.name = "solid.wrap",
+       .classic = "",
+       .summary = "Puts an operation around a node, with another node beside it if wanted.",
+       .details = "",
+       .example = "local pin = solid.create{name = \"pin\", root = {kind = \"cylinder\", radius = "
+                  "0.01, height = 0.05}}\n"
+                  "pin:wrap{kind = \"difference\", with = {kind = \"cylinder\", name = \"bore\", "
+                  "radius = 0.004, height = 0.05}}\nassert(pin:tree().kind == \"difference\")",
+       .params = {self("solid"),
+                  choice("kind", {"union", "difference", "intersection"}, "The operation.", true),
+                  optional("node", "string", "",
+                           "The node that becomes its first child; the root when left out."),
+                  optional("with", "map", "", "A further child, as in solid.create."),
+                  optional("name", "string", "", "Name of the operation.")},
+       .returns = {"string", "", "Name of the operation.", {}},
+       .effect = Effect::edits,
+       .run = wrap});
+  all.push_back({.name = "solid.tree",
+                 .classic = "",
+                 .summary = "Gives the tree as the nested table that solid.create takes.",
+                 .details = "",
+                 .example = with_plate("local twin = solid.create{name = \"twin\", root = "
+                                       "plate:tree()}\nassert(twin:tree().children[1].x == 0.2)"),
+                 .params = {self("solid")},
+                 .returns = {"map",
+                             "",
+                             "",
+                             {field("kind", "string", "", "Operation or primitive."),
+                              field("name", "string", "", "Name of the node."),
+                              field("placement", "map", "", "Where it stands in its parent."),
+                              field("children", "list", "", "Of an operation: its nodes.")}},
+                 .effect = Effect::reads,
+                 .run = tree});
+  all.push_back({.name = "solid.mass",
+                 .classic = "",
+                 .summary = "Gives mass, centre of mass and inertia of a solid.",
+                 .details = "Exact to rounding: from the analytic surfaces, not from the mesh.",
+                 .example = with_plate("assert(math.abs(plate:mass().mass - 7850 * (0.2 * 0.1 * "
+                                       "0.01 - math.pi * 0.01^2 * 0.01)) < 1e-9)"),
+                 .params = {self("solid")},
+                 .returns = {"map", "", "", body_mass_fields()},
+                 .effect = Effect::reads,
+                 .run = mass});
+  all.push_back(
+      {.name = "solid.moments",
+       .classic = "",
+       .summary = "Gives volume, area and the first and second moments of a solid about its "
+                  "frame's origin.",
+       .details = "",
+       .example = with_plate("assert(plate:moments().exact)"),
+       .params = {self("solid")},
+       .returns = {"map",
+                   "",
+                   "",
+                   {field("volume", "real", "m^3", "Volume."),
+                    field("area", "real", "m^2", "Surface area."),
+                    field("first", "vec3", "m^4", "Integrals of x, y, z."),
+                    field("second", "matrix", "m^5", "Integrals of the products of x, y, z."),
+                    field("exact", "bool", "", "From the analytic surface."),
+                    field("relative_error", "real", "", "Estimate when not exact.")}},
+       .effect = Effect::reads,
+       .run = moments});
+  const std::vector<ParamSpec> bounds_fields{field("min", "vec3", "m", "Least coordinates."),
+                                             field("max", "vec3", "m", "Greatest coordinates."),
+                                             field("size", "vec3", "m", "Their difference.")};
+  all.push_back({.name = "solid.bounds",
+                 .classic = "",
+                 .summary = "Gives the box around a solid, along the axes of its frame.",
+                 .details = "",
+                 .example = with_plate("assert(math.abs(plate:bounds().size[1] - 0.2) < 1e-6)"),
+                 .params = {self("solid")},
+                 .returns = {"map", "", "", bounds_fields},
+                 .effect = Effect::reads,
+                 .run = bounds});
+  all.push_back({.name = "solid.mesh_info",
+                 .classic = "",
+                 .summary = "Counts the vertices, triangles, faces and edges of a solid's mesh.",
+                 .details = "",
+                 .example = with_plate("assert(plate:mesh_info().triangles > 12)"),
+                 .params = {self("solid")},
+                 .returns = {"map",
+                             "",
+                             "",
+                             {field("vertices", "int", "", "Vertices."),
+                              field("triangles", "int", "", "Triangles."),
+                              field("faces", "int", "", "Faces of the solid."),
+                              field("edges", "int", "", "Feature edges.")}},
+                 .effect = Effect::reads,
+                 .run = mesh_info});
+  const std::vector<ParamSpec> export_fields{field("file", "string", "", "The file."),
+                                             field("triangles", "int", "", "Triangles in it.")};
+  all.push_back({.name = "solid.export",
+                 .classic = "",
+                 .summary = "Writes the mesh of a solid as binary STL, in metres.",
+                 .details = "",
+                 .example = with_plate("assert(plate:export(\"example.stl\").triangles > 12)"),
+                 .params = {self("solid"), needed("file", "path", "", "The file, *.stl.")},
+                 .returns = {"map", "", "", export_fields},
+                 .effect = Effect::files_write,
+                 .run = write_stl});
+  all.push_back(
+      {.name = "object.bounds",
+       .classic = "",
+       .summary = "Gives the box around an object, along the axes of its frame.",
+       .details = "",
+       .example = with_plate("local o = object.create{name = \"o\", parts = {{what = "
+                             "\"plate\"}}}\nassert(math.abs(o:bounds().size[1] - 0.2) < 1e-6)"),
+       .params = {self("object")},
+       .returns = {"map", "", "", bounds_fields},
+       .effect = Effect::reads,
+       .run = bounds});
+  all.push_back(
+      {.name = "object.export",
+       .classic = "",
+       .summary = "Writes the meshes of an object's parts as one binary STL, in metres.",
+       .details = "Parts that overlap stay separate shells.",
+       .example = with_plate("local o = object.create{name = \"o\", parts = {{what = "
+                             "\"plate\"}}}\nassert(o:export(\"example.stl\").triangles > 12)"),
+       .params = {self("object"), needed("file", "path", "", "The file, *.stl.")},
+       .returns = {"map", "", "", export_fields},
+       .effect = Effect::files_write,
+       .run = write_stl});
   return all;
 }
 

@@ -23,12 +23,17 @@ Result<model::ProviderChoice::Param> param_of(const Value& v, const std::string&
 
 /// `{shape = "line", speed = "50 mm/s", points = {...}}`: what is neither shape nor points is a
 /// parameter of the shape's provider and is checked against its table.
-Result<TrajectorySegment> read_segment(const CommandContext& ctx, const Value& value, const std::string& path) {
+Result<TrajectorySegment> read_segment(const CommandContext& ctx, const Value& value,
+                                       const std::string& path) {
   const Map* given = value.as_map();
-  if (!given) return error(ErrorCode::invalid_argument, value.text() + " is not a segment", "Give a table such as {shape = \"line\", points = {...}}.", path);
+  if (!given)
+    return error(ErrorCode::invalid_argument, value.text() + " is not a segment",
+                 "Give a table such as {shape = \"line\", points = {...}}.", path);
   TrajectorySegment out;
   const Value* shape = given->find("shape");
-  if (!shape || !shape->as_string()) return error(ErrorCode::invalid_argument, "the segment has no shape", "Give shape = \"line\".", path);
+  if (!shape || !shape->as_string())
+    return error(ErrorCode::invalid_argument, "the segment has no shape", "Give shape = \"line\".",
+                 path);
   auto found = ctx.app.registry.find(SegmentMaker::kInterfaceId, *shape->as_string());
   if (!found.ok()) return std::move(found).error().in(path);
   const ProviderInfo& info = *found;
@@ -47,9 +52,12 @@ Result<TrajectorySegment> read_segment(const CommandContext& ctx, const Value& v
     RMP_TRY_ASSIGN(out.shape.params[key], param_of(*checked->find(key), path + "." + key));
   }
   const Value* points = given->find("points");
-  if (points && !points->is_nil() && !points->as_list()) return error(ErrorCode::invalid_argument, points->text() + " is not a list of poses", "Give {{x, y, z, roll, pitch, yaw}, ...}.", path + ".points");
+  if (points && !points->is_nil() && !points->as_list())
+    return error(ErrorCode::invalid_argument, points->text() + " is not a list of poses",
+                 "Give {{x, y, z, roll, pitch, yaw}, ...}.", path + ".points");
   for (std::size_t i = 0; points && points->as_list() && i < points->as_list()->size(); ++i) {
-    RMP_TRY_ASSIGN(auto placement, read_placement(&(*points->as_list())[i], path + ".points[" + std::to_string(i + 1) + "]"));
+    RMP_TRY_ASSIGN(auto placement, read_placement(&(*points->as_list())[i],
+                                                  path + ".points[" + std::to_string(i + 1) + "]"));
     out.points.push_back(placement);
   }
   return out;
@@ -57,7 +65,8 @@ Result<TrajectorySegment> read_segment(const CommandContext& ctx, const Value& v
 
 Result<std::shared_ptr<const motion::Path>> path_of(const CommandContext& ctx, const Map& args) {
   const AnyId id = ref(args, "id");
-  return motion::Path::build(ctx.app.registry, ctx.snapshot().find(id)->name, content<Trajectory>(ctx, args));
+  return motion::Path::build(ctx.app.registry, ctx.snapshot().find(id)->name,
+                             content<Trajectory>(ctx, args));
 }
 
 Result<Value> create(CommandContext& ctx, const Map& args) {
@@ -67,7 +76,8 @@ Result<Value> create(CommandContext& ctx, const Map& args) {
   if (has(args, "sample_time")) t.sample_time = real(args, "sample_time");
   const List& segments = *args.find("segments")->as_list();
   for (std::size_t i = 0; i < segments.size(); ++i) {
-    RMP_TRY_ASSIGN(auto segment, read_segment(ctx, segments[i], "segments[" + std::to_string(i + 1) + "]"));
+    RMP_TRY_ASSIGN(auto segment,
+                   read_segment(ctx, segments[i], "segments[" + std::to_string(i + 1) + "]"));
     t.segments.push_back(std::move(segment));
   }
   if (!t.segments.empty()) {
@@ -114,7 +124,8 @@ Result<Value> remove_segment(CommandContext& ctx, const Map& args) {
   return change_path(ctx, args, [&](Trajectory& t) -> Result<void> {
     const auto i = integer(args, "index");
     if (i < 1 || i > static_cast<std::int64_t>(t.segments.size()))
-      return error(ErrorCode::invalid_argument, "there is no segment " + std::to_string(i), "It has " + std::to_string(t.segments.size()) + ".");
+      return error(ErrorCode::invalid_argument, "there is no segment " + std::to_string(i),
+                   "It has " + std::to_string(t.segments.size()) + ".");
     t.segments.erase(t.segments.begin() + (i - 1));
     return {};
   });
@@ -140,9 +151,14 @@ Result<Value> sample(CommandContext& ctx, const Map& args) {
 
 Result<Value> points(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const auto path, path_of(ctx, args));
-  const double step = has(args, "step") ? real(args, "step") : content<Trajectory>(ctx, args).sample_time;
+  const double step =
+      has(args, "step") ? real(args, "step") : content<Trajectory>(ctx, args).sample_time;
   constexpr double kMost = 5e6;
-  if (path->duration() / step > kMost) return error(ErrorCode::invalid_argument, "a step of " + text::print(step) + " s makes more than " + text::print(kMost) + " points", "Give a longer step.", "step");
+  if (path->duration() / step > kMost)
+    return error(
+        ErrorCode::invalid_argument,
+        "a step of " + text::print(step) + " s makes more than " + text::print(kMost) + " points",
+        "Give a longer step.", "step");
   const auto times = path->sample_times(step);
   std::vector<PathSample> samples(times.size());
   path->sample(times, samples);
@@ -150,7 +166,8 @@ Result<Value> points(CommandContext& ctx, const Map& args) {
   rows.reserve(7 * times.size());
   for (std::size_t i = 0; i < times.size(); ++i) {
     const model::Placement p = model::placement(samples[i].pose);
-    rows.insert(rows.end(), {times[i], p.position[0], p.position[1], p.position[2], p.angles[0], p.angles[1], p.angles[2]});
+    rows.insert(rows.end(), {times[i], p.position[0], p.position[1], p.position[2], p.angles[0],
+                             p.angles[1], p.angles[2]});
   }
   return Value(NumericArray(std::move(rows), times.size(), 7));
 }
@@ -170,7 +187,12 @@ Result<Value> parameters(CommandContext& ctx, const Map& args) {
   const Trajectory& t = content<Trajectory>(ctx, args);
   List shapes;
   for (const auto& s : t.segments) shapes.emplace_back(s.shape.name);
-  return Value(Map{{"description", t.description}, {"duration", path->duration()}, {"length", path->length()}, {"sample_time", t.sample_time}, {"samples", path->sample_times(t.sample_time).size()}, {"shapes", std::move(shapes)}});
+  return Value(Map{{"description", t.description},
+                   {"duration", path->duration()},
+                   {"length", path->length()},
+                   {"sample_time", t.sample_time},
+                   {"samples", path->sample_times(t.sample_time).size()},
+                   {"shapes", std::move(shapes)}});
 }
 
 Result<Value> point_count(CommandContext& ctx, const Map& args) {
@@ -183,7 +205,8 @@ Result<Value> point(CommandContext& ctx, const Map& args) {
   const auto times = path->sample_times(content<Trajectory>(ctx, args).sample_time);
   const auto i = integer(args, "index");
   if (i < 0 || i >= static_cast<std::int64_t>(times.size()))
-    return error(ErrorCode::invalid_argument, "there is no point " + std::to_string(i), "Points are numbered 0 to " + std::to_string(times.size() - 1) + ".", "index");
+    return error(ErrorCode::invalid_argument, "there is no point " + std::to_string(i),
+                 "Points are numbered 0 to " + std::to_string(times.size() - 1) + ".", "index");
   const double t = times[static_cast<std::size_t>(i)];
   PathSample s;
   path->sample(std::span(&t, 1), std::span(&s, 1));
@@ -191,42 +214,155 @@ Result<Value> point(CommandContext& ctx, const Map& args) {
 }
 
 std::string with_stroke(const char* rest) {
-  return std::string("local stroke = trajectory.create{name = \"stroke\", segments = {\n  {shape = \"line\", points = {{0.5, 0, 0.3, 0, 0, 0}, {0.5, \"200 mm\", 0.3, 0, 0, 0}}}}}\n") + rest;
+  return std::string(
+             "local stroke = trajectory.create{name = \"stroke\", segments = {\n  {shape = "
+             "\"line\", points = {{0.5, 0, 0.3, 0, 0, 0}, {0.5, \"200 mm\", 0.3, 0, 0, 0}}}}}\n") +
+         rest;
 }
 
 }  // namespace
 
 std::vector<CommandSpec> trajectory_commands() {
   std::vector<CommandSpec> all;
-  const ParamSpec sample_time = above_zero(optional("sample_time", "real", "s", "Time between samples when a run does not say otherwise."));
-  const char* const segment_doc = "A segment is a table: shape (a provider, see provider.list(\"segment\")), points (poses, in the trajectory's frame) and the shape's own parameters.";
-  all.push_back({.name = "trajectory.create", .classic = "", .summary = "Makes a trajectory from segments, one after the other.", .details = std::string(segment_doc) + " Each segment starts where the one before ends.",
+  const ParamSpec sample_time = above_zero(optional(
+      "sample_time", "real", "s", "Time between samples when a run does not say otherwise."));
+  const char* const segment_doc =
+      "A segment is a table: shape (a provider, see provider.list(\"segment\")), points (poses, in "
+      "the trajectory's frame) and the shape's own parameters.";
+  all.push_back(
+      {.name = "trajectory.create",
+       .classic = "",
+       .summary = "Makes a trajectory from segments, one after the other.",
+       .details = std::string(segment_doc) + " Each segment starts where the one before ends.",
+       .example = with_stroke("assert(math.abs(stroke:length() - 0.2) < 1e-12)"),
+       .params = {needed("name", "string", "", "Name, unique among trajectories."),
+                  needed("segments", "list", "", "Its segments."), sample_time,
+                  optional("description", "string", "", "What it is.")},
+       .returns = {"handle", "", "", {}},
+       .effect = Effect::edits,
+       .run = create});
+  all.push_back(
+      {.name = "trajectory.set",
+       .classic = "",
+       .summary = "Changes what is given of a trajectory.",
+       .details = "",
+       .example = with_stroke(
+           "stroke:set{sample_time = \"5 ms\"}\nassert(stroke:describe().sample_time == 0.005)"),
+       .params = {self("trajectory"), sample_time,
+                  optional("description", "string", "", "What it is.")},
+       .returns = {},
+       .effect = Effect::edits,
+       .run = set});
+  all.push_back(
+      {.name = "trajectory.add_segment",
+       .classic = "",
+       .summary = "Adds a segment at the end.",
+       .details = segment_doc,
+       .example = with_stroke(
+           "stroke:add_segment({shape = \"line\", points = {{0.5, 0.2, 0.3, 0, 0, 0}, {0.5, 0.2, "
+           "0.4, 0, 0, 0}}})\nassert(math.abs(stroke:length() - 0.3) < 1e-12)"),
+       .params = {self("trajectory"), needed("segment", "map", "", "The segment.")},
+       .returns = {},
+       .effect = Effect::edits,
+       .run = add_segment});
+  all.push_back(
+      {.name = "trajectory.remove_segment",
+       .classic = "",
+       .summary = "Removes a segment.",
+       .details = "The ends of its neighbours must meet.",
+       .example = with_stroke("stroke:remove_segment(1)\nassert(#stroke:describe().segments == 0)"),
+       .params = {self("trajectory"), needed("index", "int", "", "Its number, 1 is the first.")},
+       .returns = {},
+       .effect = Effect::edits,
+       .run = remove_segment});
+  const std::vector<ParamSpec> sample_fields{
+      field("time", "real", "s", "Time."),
+      field("pose", "pose", "", "4x4 homogeneous matrix."),
+      field("position", "vec3", "m", "Position."),
+      field("rpy", "vec3", "rad", "Roll, pitch, yaw."),
+      field("quaternion", "real[]", "", "w, x, y, z."),
+      field("velocity", "vec3", "m/s", "Of the tool's origin."),
+      field("angular_velocity", "vec3", "rad/s", "Angular velocity."),
+      field("acceleration", "vec3", "m/s^2", "Of the tool's origin."),
+      field("angular_acceleration", "vec3", "rad/s^2", "Angular acceleration.")};
+  all.push_back(
+      {.name = "trajectory.sample",
+       .classic = "",
+       .summary = "Gives pose, velocity and acceleration at a time.",
+       .details = "Times outside the trajectory are held at its ends.",
+       .example = with_stroke("assert(stroke:sample(stroke:duration()).position[2] == 0.2)"),
+       .params = {self("trajectory"), needed("t", "real", "s", "Time from the start.")},
+       .returns = {"map", "", "", sample_fields},
+       .effect = Effect::reads,
+       .run = sample});
+  all.push_back(
+      {.name = "trajectory.points",
+       .classic = "",
+       .summary = "Samples the whole trajectory.",
+       .details = "",
+       .example =
+           with_stroke("local p = stroke:points()\nassert(p[1][1] == 0 and p[#p][3] == 0.2)"),
+       .params = {self("trajectory"),
+                  above_zero(
+                      optional("step", "real", "s",
+                               "Time between samples; the trajectory's own when left out."))},
+       .returns = {"matrix", "", "Columns: time [s], x, y, z [m], roll, pitch, yaw [rad].", {}},
+       .effect = Effect::reads,
+       .run = points});
+  all.push_back({.name = "trajectory.duration",
+                 .classic = "",
+                 .summary = "Gives the time a trajectory takes.",
+                 .details = "",
+                 .example = with_stroke("assert(stroke:duration() > 0)"),
+                 .params = {self("trajectory")},
+                 .returns = {"real", "s", "", {}},
+                 .effect = Effect::reads,
+                 .run = duration});
+  all.push_back({.name = "trajectory.length",
+                 .classic = "",
+                 .summary = "Gives the length of the tool's path.",
+                 .details = "",
                  .example = with_stroke("assert(math.abs(stroke:length() - 0.2) < 1e-12)"),
-                 .params = {needed("name", "string", "", "Name, unique among trajectories."), needed("segments", "list", "", "Its segments."), sample_time, optional("description", "string", "", "What it is.")},
-                 .returns = {"handle", "", "", {}}, .effect = Effect::edits, .run = create});
-  all.push_back({.name = "trajectory.set", .classic = "", .summary = "Changes what is given of a trajectory.", .details = "", .example = with_stroke("stroke:set{sample_time = \"5 ms\"}\nassert(stroke:describe().sample_time == 0.005)"),
-                 .params = {self("trajectory"), sample_time, optional("description", "string", "", "What it is.")}, .returns = {}, .effect = Effect::edits, .run = set});
-  all.push_back({.name = "trajectory.add_segment", .classic = "", .summary = "Adds a segment at the end.", .details = segment_doc,
-                 .example = with_stroke("stroke:add_segment({shape = \"line\", points = {{0.5, 0.2, 0.3, 0, 0, 0}, {0.5, 0.2, 0.4, 0, 0, 0}}})\nassert(math.abs(stroke:length() - 0.3) < 1e-12)"),
-                 .params = {self("trajectory"), needed("segment", "map", "", "The segment.")}, .returns = {}, .effect = Effect::edits, .run = add_segment});
-  all.push_back({.name = "trajectory.remove_segment", .classic = "", .summary = "Removes a segment.", .details = "The ends of its neighbours must meet.", .example = with_stroke("stroke:remove_segment(1)\nassert(#stroke:describe().segments == 0)"),
-                 .params = {self("trajectory"), needed("index", "int", "", "Its number, 1 is the first.")}, .returns = {}, .effect = Effect::edits, .run = remove_segment});
-  const std::vector<ParamSpec> sample_fields{field("time", "real", "s", "Time."), field("pose", "pose", "", "4x4 homogeneous matrix."), field("position", "vec3", "m", "Position."), field("rpy", "vec3", "rad", "Roll, pitch, yaw."), field("quaternion", "real[]", "", "w, x, y, z."),
-                                             field("velocity", "vec3", "m/s", "Of the tool's origin."), field("angular_velocity", "vec3", "rad/s", "Angular velocity."), field("acceleration", "vec3", "m/s^2", "Of the tool's origin."), field("angular_acceleration", "vec3", "rad/s^2", "Angular acceleration.")};
-  all.push_back({.name = "trajectory.sample", .classic = "", .summary = "Gives pose, velocity and acceleration at a time.", .details = "Times outside the trajectory are held at its ends.", .example = with_stroke("assert(stroke:sample(stroke:duration()).position[2] == 0.2)"),
-                 .params = {self("trajectory"), needed("t", "real", "s", "Time from the start.")}, .returns = {"map", "", "", sample_fields}, .effect = Effect::reads, .run = sample});
-  all.push_back({.name = "trajectory.points", .classic = "", .summary = "Samples the whole trajectory.", .details = "", .example = with_stroke("local p = stroke:points()\nassert(p[1][1] == 0 and p[#p][3] == 0.2)"),
-                 .params = {self("trajectory"), above_zero(optional("step", "real", "s", "Time between samples; the trajectory's own when left out."))},
-                 .returns = {"matrix", "", "Columns: time [s], x, y, z [m], roll, pitch, yaw [rad].", {}}, .effect = Effect::reads, .run = points});
-  all.push_back({.name = "trajectory.duration", .classic = "", .summary = "Gives the time a trajectory takes.", .details = "", .example = with_stroke("assert(stroke:duration() > 0)"), .params = {self("trajectory")}, .returns = {"real", "s", "", {}}, .effect = Effect::reads, .run = duration});
-  all.push_back({.name = "trajectory.length", .classic = "", .summary = "Gives the length of the tool's path.", .details = "", .example = with_stroke("assert(math.abs(stroke:length() - 0.2) < 1e-12)"), .params = {self("trajectory")}, .returns = {"real", "m", "", {}}, .effect = Effect::reads, .run = length});
-  all.push_back({.name = "trajectory.parameters", .classic = "PTrajectory GetParameters", .summary = "Gives duration, length, sampling and shapes of a trajectory.", .details = "", .example = with_stroke("assert(stroke:parameters().shapes[1] == \"line\")"), .params = {self("trajectory")},
-                 .returns = {"map", "", "", {field("description", "string", "", "What it is."), field("duration", "real", "s", "Time."), field("length", "real", "m", "Of the tool's path."), field("sample_time", "real", "s", "Between samples."), field("samples", "int", "", "Number of samples."), field("shapes", "list", "", "Shape of each segment.")}},
-                 .effect = Effect::reads, .run = parameters});
-  all.push_back({.name = "trajectory.point_count", .classic = "PTrajectory GetNumGenPoints", .summary = "Counts the samples of a trajectory at its own sample time.", .details = "", .example = with_stroke("assert(stroke:point_count() > 2)"), .params = {self("trajectory")}, .returns = {"int", "", "", {}},
-                 .effect = Effect::reads, .run = point_count});
-  all.push_back({.name = "trajectory.point", .classic = "PTrajectory GetGenPoint", .summary = "Gives one sample of a trajectory by its number.", .details = "", .example = with_stroke("assert(stroke:point(0).time == 0)"),
-                 .params = {self("trajectory"), needed("index", "int", "", "0 is the first, as in the original.")}, .returns = {"map", "", "", sample_fields}, .effect = Effect::reads, .run = point});
+                 .params = {self("trajectory")},
+                 .returns = {"real", "m", "", {}},
+                 .effect = Effect::reads,
+                 .run = length});
+  all.push_back({.name = "trajectory.parameters",
+                 .classic = "PTrajectory GetParameters",
+                 .summary = "Gives duration, length, sampling and shapes of a trajectory.",
+                 .details = "",
+                 .example = with_stroke("assert(stroke:parameters().shapes[1] == \"line\")"),
+                 .params = {self("trajectory")},
+                 .returns = {"map",
+                             "",
+                             "",
+                             {field("description", "string", "", "What it is."),
+                              field("duration", "real", "s", "Time."),
+                              field("length", "real", "m", "Of the tool's path."),
+                              field("sample_time", "real", "s", "Between samples."),
+                              field("samples", "int", "", "Number of samples."),
+                              field("shapes", "list", "", "Shape of each segment.")}},
+                 .effect = Effect::reads,
+                 .run = parameters});
+  all.push_back({.name = "trajectory.point_count",
+                 .classic = "PTrajectory GetNumGenPoints",
+                 .summary = "Counts the samples of a trajectory at its own sample time.",
+                 .details = "",
+                 .example = with_stroke("assert(stroke:point_count() > 2)"),
+                 .params = {self("trajectory")},
+                 .returns = {"int", "", "", {}},
+                 .effect = Effect::reads,
+                 .run = point_count});
+  all.push_back({.name = "trajectory.point",
+                 .classic = "PTrajectory GetGenPoint",
+                 .summary = "Gives one sample of a trajectory by its number.",
+                 .details = "",
+                 .example = with_stroke("assert(stroke:point(0).time == 0)"),
+                 .params = {self("trajectory"),
+                            needed("index", "int", "", "0 is the first, as in the original.")},
+                 .returns = {"map", "", "", sample_fields},
+                 .effect = Effect::reads,
+                 .run = point});
   return all;
 }
 

@@ -15,7 +15,9 @@ namespace {
 using model::World;
 
 Schema world_fields() {
-  return {optional("gravity", "vec3", "m/s^2", "Gravity in the world's frame; {0, 0, -9.81} unless set."), optional("description", "string", "", "What it is.")};
+  return {optional("gravity", "vec3", "m/s^2",
+                   "Gravity in the world's frame; {0, 0, -9.81} unless set."),
+          optional("description", "string", "", "What it is.")};
 }
 
 void apply_fields(const Map& args, World& w) {
@@ -54,12 +56,17 @@ std::set<std::string> member_names(const World& w) {
 }
 
 /// The given name, or one made from the record's; an error when the given one is taken.
-Result<std::string> member_name(const CommandContext& ctx, const World& w, const Map& args, AnyId what) {
+Result<std::string> member_name(const CommandContext& ctx, const World& w, const Map& args,
+                                AnyId what) {
   const auto taken = member_names(w);
   if (has(args, "name")) {
     const std::string name = text_of(args, "name");
-    if (name.empty()) return error(ErrorCode::invalid_argument, "the name is empty", "Give a name or leave it out.");
-    if (taken.contains(name)) return error(ErrorCode::conflict, "there is already a member named " + text::quote(name), "Names are unique within a world.");
+    if (name.empty())
+      return error(ErrorCode::invalid_argument, "the name is empty",
+                   "Give a name or leave it out.");
+    if (taken.contains(name))
+      return error(ErrorCode::conflict, "there is already a member named " + text::quote(name),
+                   "Names are unique within a world.");
     return name;
   }
   const std::string wanted = ctx.snapshot().find(what)->name;
@@ -80,10 +87,10 @@ Result<Value> add_object(CommandContext& ctx, const Map& args) {
   const AnyId what = ref(args, "what");
   std::string made;
   RMP_TRY_ASSIGN(const Value none, change_world(ctx, args, [&](World& w) -> Result<void> {
-    RMP_TRY_ASSIGN(made, member_name(ctx, w, args, what));
-    w.objects.push_back({made, what, placement});
-    return {};
-  }));
+                   RMP_TRY_ASSIGN(made, member_name(ctx, w, args, what));
+                   w.objects.push_back({made, what, placement});
+                   return {};
+                 }));
   static_cast<void>(none);
   return Value(made);
 }
@@ -94,14 +101,15 @@ Result<Value> add_robot(CommandContext& ctx, const Map& args) {
   std::vector<double> q;
   if (has(args, "q")) {
     RMP_TRY_ASSIGN(const auto m, model_of(ctx, args, "robot"));
-    RMP_TRY_ASSIGN(q, read_q(*args.find("q"), content<model::Robot>(ctx, args, "robot"), m->joints, "q"));
+    RMP_TRY_ASSIGN(
+        q, read_q(*args.find("q"), content<model::Robot>(ctx, args, "robot"), m->joints, "q"));
   }
   std::string made;
   RMP_TRY_ASSIGN(const Value none, change_world(ctx, args, [&](World& w) -> Result<void> {
-    RMP_TRY_ASSIGN(made, member_name(ctx, w, args, id));
-    w.robots.push_back({made, id, placement, q});
-    return {};
-  }));
+                   RMP_TRY_ASSIGN(made, member_name(ctx, w, args, id));
+                   w.robots.push_back({made, id, placement, q});
+                   return {};
+                 }));
   static_cast<void>(none);
   return Value(made);
 }
@@ -110,20 +118,25 @@ Result<Value> add_trajectory_record(CommandContext& ctx, const Map& args, Trajec
   RMP_TRY_ASSIGN(const auto placement, given_placement(ctx, "placement"));
   std::string made;
   RMP_TRY_ASSIGN(const Value none, change_world(ctx, args, [&](World& w) -> Result<void> {
-    RMP_TRY_ASSIGN(made, member_name(ctx, w, args, id));
-    w.trajectories.push_back({made, id, placement});
-    return {};
-  }));
+                   RMP_TRY_ASSIGN(made, member_name(ctx, w, args, id));
+                   w.trajectories.push_back({made, id, placement});
+                   return {};
+                 }));
   static_cast<void>(none);
   return Value(made);
 }
 
-Result<Value> add_trajectory(CommandContext& ctx, const Map& args) { return add_trajectory_record(ctx, args, typed<model::Trajectory>(args, "trajectory")); }
+Result<Value> add_trajectory(CommandContext& ctx, const Map& args) {
+  return add_trajectory_record(ctx, args, typed<model::Trajectory>(args, "trajectory"));
+}
 
 Result<Value> load_trajectory(CommandContext& ctx, const Map& args) {
   const std::filesystem::path file = text_of(args, "file");
   if (file.extension() != io::extension(Kind::trajectory))
-    return error(ErrorCode::invalid_argument, text::quote(file.string()) + " does not end with " + std::string(io::extension(Kind::trajectory)), "Give a trajectory file.");
+    return error(ErrorCode::invalid_argument,
+                 text::quote(file.string()) + " does not end with " +
+                     std::string(io::extension(Kind::trajectory)),
+                 "Give a trajectory file.");
   RMP_TRY_ASSIGN(const auto loaded, io::load(ctx.edit(), file, ctx.app.library));
   return add_trajectory_record(ctx, args, TrajectoryId{loaded.id.number});
 }
@@ -137,7 +150,10 @@ Result<Value> remove_member(CommandContext& ctx, const Map& args) {
   const std::string name = text_of(args, "member");
   return change_world(ctx, args, [&](World& w) -> Result<void> {
     const auto named = [&](const auto& m) { return m.name == name; };
-    if (std::erase_if(w.objects, named) + std::erase_if(w.robots, named) + std::erase_if(w.trajectories, named) == 0) return no_member(w, name);
+    if (std::erase_if(w.objects, named) + std::erase_if(w.robots, named) +
+            std::erase_if(w.trajectories, named) ==
+        0)
+      return no_member(w, name);
     return {};
   });
 }
@@ -164,7 +180,9 @@ Result<Value> place(CommandContext& ctx, const Map& args) {
 
 /// A member of a list by its name, or by the record it places when only one places it.
 template <class Placed>
-Result<std::size_t> find_member(const CommandContext& ctx, const std::vector<Placed>& list, const Value& given, AnyId (*what)(const Placed&), std::string_view kind, std::string_view path) {
+Result<std::size_t> find_member(const CommandContext& ctx, const std::vector<Placed>& list,
+                                const Value& given, AnyId (*what)(const Placed&),
+                                std::string_view kind, std::string_view path) {
   std::vector<std::string> known;
   if (const std::string* name = given.as_string())
     for (std::size_t i = 0; i < list.size(); ++i) {
@@ -181,13 +199,22 @@ Result<std::size_t> find_member(const CommandContext& ctx, const std::vector<Pla
   std::optional<std::size_t> found;
   for (std::size_t i = 0; record && i < list.size(); ++i)
     if (what(list[i]) == record) {
-      if (found) return error(ErrorCode::conflict, ctx.snapshot().describe(record) + " is placed more than once", "Give the member's name.", std::string(path));
+      if (found)
+        return error(ErrorCode::conflict,
+                     ctx.snapshot().describe(record) + " is placed more than once",
+                     "Give the member's name.", std::string(path));
       found = i;
     }
   if (found) return *found;
-  Error e = unknown_name(kind, given.as_string() ? *given.as_string() : ctx.app.name_of(given.as_handle() ? *given.as_handle() : Handle{}).value_or(given.text()), known);
+  Error e = unknown_name(kind,
+                         given.as_string()
+                             ? *given.as_string()
+                             : ctx.app.name_of(given.as_handle() ? *given.as_handle() : Handle{})
+                                   .value_or(given.text()),
+                         known);
   e.message += " in the world";
-  if (known.empty() && e.hint.empty()) e.hint = "It has none; add one with world.add_" + std::string(kind) + ".";
+  if (known.empty() && e.hint.empty())
+    e.hint = "It has none; add one with world.add_" + std::string(kind) + ".";
   return std::move(e).in(path);
 }
 
@@ -196,9 +223,11 @@ AnyId trajectory_of(const model::PlacedTrajectory& t) { return t.trajectory; }
 
 Result<Value> set_robot_q(CommandContext& ctx, const Map& args) {
   const World& w = content<World>(ctx, args);
-  RMP_TRY_ASSIGN(const std::size_t at, find_member(ctx, w.robots, *args.find("robot"), robot_of, "robot", name_in(ctx, ref(args, "id"))));
+  RMP_TRY_ASSIGN(const std::size_t at, find_member(ctx, w.robots, *args.find("robot"), robot_of,
+                                                   "robot", name_in(ctx, ref(args, "id"))));
   const RobotId robot = w.robots[at].robot;
-  RMP_TRY_ASSIGN(const auto m, ctx.app.derived.robot_model(ctx.snapshot(), robot, {0, 0, -9.81}, ctx.progress));
+  RMP_TRY_ASSIGN(const auto m,
+                 ctx.app.derived.robot_model(ctx.snapshot(), robot, {0, 0, -9.81}, ctx.progress));
   RMP_TRY_ASSIGN(const auto q, read_q(*args.find("q"), *ctx.snapshot().get(robot), m->joints, "q"));
   return change_world(ctx, args, [&](World& changed) -> Result<void> {
     changed.robots[at].q = q;
@@ -215,49 +244,73 @@ Value rows(const List_& list, Fn&& fn) {
 
 Result<Value> objects(CommandContext& ctx, const Map& args) {
   return rows(content<World>(ctx, args).objects, [&](const auto& m) {
-    return Map{{"name", m.name}, {"what", Application::handle(m.what)}, {"placement", placement_value(m.placement)}};
+    return Map{{"name", m.name},
+               {"what", Application::handle(m.what)},
+               {"placement", placement_value(m.placement)}};
   });
 }
 Result<Value> robots(CommandContext& ctx, const Map& args) {
   return rows(content<World>(ctx, args).robots, [&](const auto& m) {
-    return Map{{"name", m.name}, {"robot", Application::handle(m.robot)}, {"placement", placement_value(m.placement)}, {"q", NumericArray(m.q)}};
+    return Map{{"name", m.name},
+               {"robot", Application::handle(m.robot)},
+               {"placement", placement_value(m.placement)},
+               {"q", NumericArray(m.q)}};
   });
 }
 Result<Value> trajectories(CommandContext& ctx, const Map& args) {
   return rows(content<World>(ctx, args).trajectories, [&](const auto& m) {
-    return Map{{"name", m.name}, {"trajectory", Application::handle(m.trajectory)}, {"placement", placement_value(m.placement)}};
+    return Map{{"name", m.name},
+               {"trajectory", Application::handle(m.trajectory)},
+               {"placement", placement_value(m.placement)}};
   });
 }
 
 template <class Placed>
-Result<Value> name_at(CommandContext& ctx, const Map& args, const std::vector<Placed>& list, const char* kind) {
+Result<Value> name_at(CommandContext& ctx, const Map& args, const std::vector<Placed>& list,
+                      const char* kind) {
   const auto i = integer(args, "index");
   if (i < 0 || i >= static_cast<std::int64_t>(list.size()))
-    return error(ErrorCode::invalid_argument, "there is no " + std::string(kind) + " " + std::to_string(i), "It has " + std::to_string(list.size()) + ", numbered from 0.", name_in(ctx, ref(args, "id")));
+    return error(ErrorCode::invalid_argument,
+                 "there is no " + std::string(kind) + " " + std::to_string(i),
+                 "It has " + std::to_string(list.size()) + ", numbered from 0.",
+                 name_in(ctx, ref(args, "id")));
   return Value(list[static_cast<std::size_t>(i)].name);
 }
-Result<Value> object_name(CommandContext& ctx, const Map& args) { return name_at(ctx, args, content<World>(ctx, args).objects, "object"); }
-Result<Value> robot_name(CommandContext& ctx, const Map& args) { return name_at(ctx, args, content<World>(ctx, args).robots, "robot"); }
-Result<Value> trajectory_name(CommandContext& ctx, const Map& args) { return name_at(ctx, args, content<World>(ctx, args).trajectories, "trajectory"); }
+Result<Value> object_name(CommandContext& ctx, const Map& args) {
+  return name_at(ctx, args, content<World>(ctx, args).objects, "object");
+}
+Result<Value> robot_name(CommandContext& ctx, const Map& args) {
+  return name_at(ctx, args, content<World>(ctx, args).robots, "robot");
+}
+Result<Value> trajectory_name(CommandContext& ctx, const Map& args) {
+  return name_at(ctx, args, content<World>(ctx, args).trajectories, "trajectory");
+}
 
 Result<Value> robot_index(CommandContext& ctx, const Map& args) {
-  RMP_TRY_ASSIGN(const std::size_t at, find_member(ctx, content<World>(ctx, args).robots, *args.find("robot"), robot_of, "robot", name_in(ctx, ref(args, "id"))));
+  RMP_TRY_ASSIGN(const std::size_t at,
+                 find_member(ctx, content<World>(ctx, args).robots, *args.find("robot"), robot_of,
+                             "robot", name_in(ctx, ref(args, "id"))));
   return Value(at);
 }
 Result<Value> trajectory_index(CommandContext& ctx, const Map& args) {
-  RMP_TRY_ASSIGN(const std::size_t at, find_member(ctx, content<World>(ctx, args).trajectories, *args.find("trajectory"), trajectory_of, "trajectory", name_in(ctx, ref(args, "id"))));
+  RMP_TRY_ASSIGN(const std::size_t at,
+                 find_member(ctx, content<World>(ctx, args).trajectories, *args.find("trajectory"),
+                             trajectory_of, "trajectory", name_in(ctx, ref(args, "id"))));
   return Value(at);
 }
 
 Result<Value> world_name(CommandContext& ctx, const Map& args) {
   const auto all = ctx.snapshot().list(Kind::world);
   const auto i = integer(args, "index");
-  if (i < 0 || i >= static_cast<std::int64_t>(all.size())) return error(ErrorCode::invalid_argument, "there is no world " + std::to_string(i), "There are " + std::to_string(all.size()) + ", numbered from 0.");
+  if (i < 0 || i >= static_cast<std::int64_t>(all.size()))
+    return error(ErrorCode::invalid_argument, "there is no world " + std::to_string(i),
+                 "There are " + std::to_string(all.size()) + ", numbered from 0.");
   return Value(ctx.snapshot().find(all[static_cast<std::size_t>(i)])->name);
 }
 Result<Value> world_index(CommandContext& ctx, const Map& args) {
   const auto all = ctx.snapshot().list(Kind::world);
-  return Value(static_cast<std::int64_t>(std::find(all.begin(), all.end(), ref(args, "world")) - all.begin()));
+  return Value(static_cast<std::int64_t>(std::find(all.begin(), all.end(), ref(args, "world")) -
+                                         all.begin()));
 }
 
 using Simulate = Result<sim::RecordingPtr> (sim::Simulator::*)(const sim::Run&, Progress&) const;
@@ -265,8 +318,11 @@ using Simulate = Result<sim::RecordingPtr> (sim::Simulator::*)(const sim::Run&, 
 Result<Value> simulate(CommandContext& ctx, const Map& args, Simulate what) {
   const World& w = content<World>(ctx, args);
   const std::string where = name_in(ctx, ref(args, "id"));
-  RMP_TRY_ASSIGN(const std::size_t robot, find_member(ctx, w.robots, *args.find("robot"), robot_of, "robot", where));
-  RMP_TRY_ASSIGN(const std::size_t trajectory, find_member(ctx, w.trajectories, *args.find("trajectory"), trajectory_of, "trajectory", where));
+  RMP_TRY_ASSIGN(const std::size_t robot,
+                 find_member(ctx, w.robots, *args.find("robot"), robot_of, "robot", where));
+  RMP_TRY_ASSIGN(const std::size_t trajectory,
+                 find_member(ctx, w.trajectories, *args.find("trajectory"), trajectory_of,
+                             "trajectory", where));
   sim::Run run;
   run.world = typed<World>(args);
   run.robot = w.robots[robot].name;
@@ -278,8 +334,12 @@ Result<Value> simulate(CommandContext& ctx, const Map& args, Simulate what) {
   return Value(Handle{"recording", ctx.app.recordings.add(std::move(recording))});
 }
 
-Result<Value> inverse_kinematics(CommandContext& ctx, const Map& args) { return simulate(ctx, args, &sim::Simulator::inverse_kinematics); }
-Result<Value> inverse_dynamics(CommandContext& ctx, const Map& args) { return simulate(ctx, args, &sim::Simulator::inverse_dynamics); }
+Result<Value> inverse_kinematics(CommandContext& ctx, const Map& args) {
+  return simulate(ctx, args, &sim::Simulator::inverse_kinematics);
+}
+Result<Value> inverse_dynamics(CommandContext& ctx, const Map& args) {
+  return simulate(ctx, args, &sim::Simulator::inverse_dynamics);
+}
 
 /// All solids that a world shows, directly or through objects and robots.
 std::vector<SolidId> solids_of(const document::Snapshot& s, AnyId root) {
@@ -311,53 +371,67 @@ Result<Value> evaluate(CommandContext& ctx, const Map& args) {
   const auto nodes_of = [&](std::size_t i) { return snapshot->get(solids[i])->nodes.size(); };
   std::vector<std::size_t> order(solids.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return nodes_of(a) > nodes_of(b); });
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return nodes_of(a) > nodes_of(b); });
   std::vector<std::uint64_t> submitted(solids.size());
   for (const std::size_t i : order) {
     const SolidId id = solids[i];
-    submitted[i] = jobs.submit("evaluate " + snapshot->describe(id), [snapshot, id, &derived](Progress& progress) -> Result<Value> {
-      const auto begin = std::chrono::steady_clock::now();
-      RMP_TRY_ASSIGN(const auto mesh, derived.mesh(*snapshot, id, progress));
-      RMP_TRY_ASSIGN(const auto moments, derived.moments(*snapshot, id, progress));
-      const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-      return Value(Map{{"seconds", seconds}, {"triangles", mesh->triangle_count()}, {"volume", moments.volume}});
-    });
+    submitted[i] = jobs.submit(
+        "evaluate " + snapshot->describe(id),
+        [snapshot, id, &derived](Progress& progress) -> Result<Value> {
+          const auto begin = std::chrono::steady_clock::now();
+          RMP_TRY_ASSIGN(const auto mesh, derived.mesh(*snapshot, id, progress));
+          RMP_TRY_ASSIGN(const auto moments, derived.moments(*snapshot, id, progress));
+          const double seconds =
+              std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+          return Value(Map{{"seconds", seconds},
+                           {"triangles", mesh->triangle_count()},
+                           {"volume", moments.volume}});
+        });
   }
   List out;
   std::optional<Error> cancelled;
   for (std::size_t i = 0; i < submitted.size(); ++i) {
     for (;;) {
       const auto status = jobs.status(submitted[i]);
-      if (!status.ok() || (status->state != JobState::waiting && status->state != JobState::running)) break;
+      if (!status.ok() ||
+          (status->state != JobState::waiting && status->state != JobState::running))
+        break;
       if (ctx.progress.cancelled() && !cancelled) {
         for (const std::uint64_t id : submitted) jobs.cancel(id);
-        cancelled = error(ErrorCode::cancelled, "the evaluation was stopped", {}, name_in(ctx, ref(args, "id")));
+        cancelled = error(ErrorCode::cancelled, "the evaluation was stopped", {},
+                          name_in(ctx, ref(args, "id")));
       }
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
-    ctx.progress.report(static_cast<double>(i + 1) / static_cast<double>(submitted.size()), "evaluating solids");
+    ctx.progress.report(static_cast<double>(i + 1) / static_cast<double>(submitted.size()),
+                        "evaluating solids");
     auto result = jobs.wait(submitted[i]);
     Map row{{"solid", snapshot->find(solids[i])->name}};
     if (result.ok())
       for (const auto& [key, v] : *result->as_map()) row.set(key, v);
-    else
-      row.set("error", result.error().sentence());
+    else row.set("error", result.error().sentence());
     out.emplace_back(std::move(row));
   }
   if (cancelled) return std::move(*cancelled);
-  return Value(Map{{"seconds", std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()}, {"solids", std::move(out)}});
+  return Value(Map{
+      {"seconds", std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()},
+      {"solids", std::move(out)}});
 }
 
 std::string with_cell(const std::string& rest) {
-  return with_arm("local cell = world.create{name = \"cell\"}\ncell:add_robot{robot = arm}\n") + rest;
+  return with_arm("local cell = world.create{name = \"cell\"}\ncell:add_robot{robot = arm}\n") +
+         rest;
 }
 
 std::string with_run(const std::string& rest) {
-  return with_cell("local start = arm:fk{q = \"ready\"}\nlocal p, a = start.position, start.rpy\n"
-                   "trajectory.create{name = \"stroke\", sample_time = 0.05, segments = {{shape = \"line\", points = {\n"
-                   "  {p[1], p[2], p[3], a[1], a[2], a[3]}, {p[1], p[2] + 0.05, p[3], a[1], a[2], a[3]}}}}}\n"
-                   "cell:add_trajectory{trajectory = \"stroke\"}\narm:set_joints(\"ready\")\n" +
-                   rest);
+  return with_cell(
+      "local start = arm:fk{q = \"ready\"}\nlocal p, a = start.position, start.rpy\n"
+      "trajectory.create{name = \"stroke\", sample_time = 0.05, segments = {{shape = \"line\", "
+      "points = {\n"
+      "  {p[1], p[2], p[3], a[1], a[2], a[3]}, {p[1], p[2] + 0.05, p[3], a[1], a[2], a[3]}}}}}\n"
+      "cell:add_trajectory{trajectory = \"stroke\"}\narm:set_joints(\"ready\")\n" +
+      rest);
 }
 
 }  // namespace
@@ -368,67 +442,289 @@ std::vector<CommandSpec> world_commands() {
     for (ParamSpec& p : placement_fields("the world")) s.push_back(std::move(p));
     return s;
   };
-  const ParamSpec member_name_spec = optional("name", "string", "", "Name of the member, unique in the world; that of the record when left out.");
+  const ParamSpec member_name_spec =
+      optional("name", "string", "",
+               "Name of the member, unique in the world; that of the record when left out.");
   Schema create_params{needed("name", "string", "", "Name, unique among worlds.")};
   Schema set_params{self("world")};
   for (const ParamSpec& p : world_fields()) {
     create_params.push_back(p);
     set_params.push_back(p);
   }
-  all.push_back({.name = "world.create", .classic = "Worlds Create", .summary = "Makes an empty world.", .details = "", .example = "local moon = world.create{name = \"moon\", gravity = {0, 0, -1.62}}\nassert(moon:describe().gravity[3] == -1.62)",
-                 .params = std::move(create_params), .returns = {"handle", "", "", {}}, .effect = Effect::edits, .run = create});
-  all.push_back({.name = "world.set", .classic = "", .summary = "Changes what is given of a world.", .details = "", .example = "local cell = world.create{name = \"cell\"}\ncell:set{gravity = {0, 0, 0}}\nassert(cell:describe().gravity[3] == 0)",
-                 .params = std::move(set_params), .returns = {}, .effect = Effect::edits, .run = set});
-  all.push_back({.name = "world.add_object", .classic = "", .summary = "Places an object or a solid in a world.", .details = "",
-                 .example = "solid.create{name = \"table\", root = {kind = \"box\", x = 1, y = 1, z = 0.7}}\nlocal cell = world.create{name = \"cell\"}\ncell:add_object{what = \"table\", position = {1, 0, 0}}\nassert(#cell:objects() == 1)",
-                 .params = placed({self("world"), needed("what", "ref:object|solid", "", "What is placed."), member_name_spec}), .returns = {"string", "", "Name of the member.", {}}, .effect = Effect::edits, .run = add_object});
-  all.push_back({.name = "world.add_robot", .classic = "", .summary = "Places a robot in a world.", .details = "", .example = with_cell("assert(cell:robots()[1].name == \"arm\")"),
-                 .params = placed({self("world"), needed("robot", "ref:robot", "", "The robot."), member_name_spec, optional("q", "any", "rad or m", "Joint values shown, or the name of a pose.")}),
-                 .returns = {"string", "", "Name of the member.", {}}, .effect = Effect::edits, .run = add_robot});
-  all.push_back({.name = "world.add_trajectory", .classic = "", .summary = "Places a trajectory in a world.", .details = "", .example = with_run("assert(cell:trajectories()[1].name == \"stroke\")"),
-                 .params = placed({self("world"), needed("trajectory", "ref:trajectory", "", "The trajectory."), member_name_spec}), .returns = {"string", "", "Name of the member.", {}}, .effect = Effect::edits, .run = add_trajectory});
-  all.push_back({.name = "world.load_trajectory", .classic = "World LoadPTrajectory", .summary = "Loads a trajectory from a file and places it in a world.", .details = "",
-                 .example = with_run("local file = \"example.tjc\"\ntrajectory.save{id = \"stroke\", file = file}\nlocal other = world.create{name = \"other\"}\nother:load_trajectory(file)\nassert(#other:trajectories() == 1)"),
-                 .params = placed({self("world"), needed("file", "path", "", "The file."), member_name_spec}), .returns = {"string", "", "Name of the member.", {}}, .effect = Effect::files_read, .run = load_trajectory});
-  all.push_back({.name = "world.remove_member", .classic = "", .summary = "Takes an object, robot or trajectory out of a world.", .details = "The record itself stays.", .example = with_cell("cell:remove_member(\"arm\")\nassert(#cell:robots() == 0)"),
-                 .params = {self("world"), needed("member", "string", "", "Its name in the world.")}, .returns = {}, .effect = Effect::edits, .run = remove_member});
-  Schema place_params = placed({self("world"), needed("member", "string", "", "Its name in the world.")});
-  place_params.push_back(optional("gesture", "string", "", "Edits in a row with the same word share one step; for dragging."));
-  all.push_back({.name = "world.place", .classic = "", .summary = "Moves a member of a world to another place.", .details = "", .example = with_cell("cell:place{member = \"arm\", position = {0, 0, \"500 mm\"}}\nassert(cell:robots()[1].placement.position[3] == 0.5)"),
-                 .params = std::move(place_params), .returns = {}, .effect = Effect::edits, .run = place});
-  all.push_back({.name = "world.set_robot_q", .classic = "", .summary = "Sets the joint values at which a robot stands in a world.", .details = "The teach pendant's jog.", .example = with_cell("cell:set_robot_q{robot = \"arm\", q = \"ready\"}\nassert(cell:robots()[1].q[5] == 1)"),
-                 .params = {self("world"), needed("robot", "any", "", "Name of the member, or the robot."), needed("q", "any", "rad or m", "Joint values, or the name of a pose."), optional("gesture", "string", "", "Edits in a row with the same word share one step; for sliders.")},
-                 .returns = {}, .effect = Effect::edits, .run = set_robot_q});
+  all.push_back({.name = "world.create",
+                 .classic = "Worlds Create",
+                 .summary = "Makes an empty world.",
+                 .details = "",
+                 .example = "local moon = world.create{name = \"moon\", gravity = {0, 0, "
+                            "-1.62}}\nassert(moon:describe().gravity[3] == -1.62)",
+                 .params = std::move(create_params),
+                 .returns = {"handle", "", "", {}},
+                 .effect = Effect::edits,
+                 .run = create});
+  all.push_back({.name = "world.set",
+                 .classic = "",
+                 .summary = "Changes what is given of a world.",
+                 .details = "",
+                 .example = "local cell = world.create{name = \"cell\"}\ncell:set{gravity = {0, 0, "
+                            "0}}\nassert(cell:describe().gravity[3] == 0)",
+                 .params = std::move(set_params),
+                 .returns = {},
+                 .effect = Effect::edits,
+                 .run = set});
+  all.push_back(
+      {.name = "world.add_object",
+       .classic = "",
+       .summary = "Places an object or a solid in a world.",
+       .details = "",
+       .example = "solid.create{name = \"table\", root = {kind = \"box\", x = 1, y = 1, z = "
+                  "0.7}}\nlocal cell = world.create{name = \"cell\"}\ncell:add_object{what = "
+                  "\"table\", position = {1, 0, 0}}\nassert(#cell:objects() == 1)",
+       .params = placed({self("world"), needed("what", "ref:object|solid", "", "What is placed."),
+                         member_name_spec}),
+       .returns = {"string", "", "Name of the member.", {}},
+       .effect = Effect::edits,
+       .run = add_object});
+  all.push_back(
+      {.name = "world.add_robot",
+       .classic = "",
+       .summary = "Places a robot in a world.",
+       .details = "",
+       .example = with_cell("assert(cell:robots()[1].name == \"arm\")"),
+       .params =
+           placed({self("world"), needed("robot", "ref:robot", "", "The robot."), member_name_spec,
+                   optional("q", "any", "rad or m", "Joint values shown, or the name of a pose.")}),
+       .returns = {"string", "", "Name of the member.", {}},
+       .effect = Effect::edits,
+       .run = add_robot});
+  all.push_back({.name = "world.add_trajectory",
+                 .classic = "",
+                 .summary = "Places a trajectory in a world.",
+                 .details = "",
+                 .example = with_run("assert(cell:trajectories()[1].name == \"stroke\")"),
+                 .params = placed({self("world"),
+                                   needed("trajectory", "ref:trajectory", "", "The trajectory."),
+                                   member_name_spec}),
+                 .returns = {"string", "", "Name of the member.", {}},
+                 .effect = Effect::edits,
+                 .run = add_trajectory});
+  all.push_back(
+      {.name = "world.load_trajectory",
+       .classic = "World LoadPTrajectory",
+       .summary = "Loads a trajectory from a file and places it in a world.",
+       .details = "",
+       .example =
+           with_run("local file = \"example.tjc\"\ntrajectory.save{id = \"stroke\", file = "
+                    "file}\nlocal other = world.create{name = "
+                    "\"other\"}\nother:load_trajectory(file)\nassert(#other:trajectories() == 1)"),
+       .params = placed({self("world"), needed("file", "path", "", "The file."), member_name_spec}),
+       .returns = {"string", "", "Name of the member.", {}},
+       .effect = Effect::files_read,
+       .run = load_trajectory});
+  all.push_back(
+      {.name = "world.remove_member",
+       .classic = "",
+       .summary = "Takes an object, robot or trajectory out of a world.",
+       .details = "The record itself stays.",
+       .example = with_cell("cell:remove_member(\"arm\")\nassert(#cell:robots() == 0)"),
+       .params = {self("world"), needed("member", "string", "", "Its name in the world.")},
+       .returns = {},
+       .effect = Effect::edits,
+       .run = remove_member});
+  Schema place_params =
+      placed({self("world"), needed("member", "string", "", "Its name in the world.")});
+  place_params.push_back(optional(
+      "gesture", "string", "", "Edits in a row with the same word share one step; for dragging."));
+  all.push_back(
+      {.name = "world.place",
+       .classic = "",
+       .summary = "Moves a member of a world to another place.",
+       .details = "",
+       .example = with_cell("cell:place{member = \"arm\", position = {0, 0, \"500 "
+                            "mm\"}}\nassert(cell:robots()[1].placement.position[3] == 0.5)"),
+       .params = std::move(place_params),
+       .returns = {},
+       .effect = Effect::edits,
+       .run = place});
+  all.push_back(
+      {.name = "world.set_robot_q",
+       .classic = "",
+       .summary = "Sets the joint values at which a robot stands in a world.",
+       .details = "The teach pendant's jog.",
+       .example = with_cell(
+           "cell:set_robot_q{robot = \"arm\", q = \"ready\"}\nassert(cell:robots()[1].q[5] == 1)"),
+       .params = {self("world"), needed("robot", "any", "", "Name of the member, or the robot."),
+                  needed("q", "any", "rad or m", "Joint values, or the name of a pose."),
+                  optional("gesture", "string", "",
+                           "Edits in a row with the same word share one step; for sliders.")},
+       .returns = {},
+       .effect = Effect::edits,
+       .run = set_robot_q});
   const ParamSpec placement_field = field("placement", "map", "", "Where it stands in the world.");
-  all.push_back({.name = "world.objects", .classic = "World LsPObjects", .summary = "Lists the objects of a world.", .details = "", .example = with_cell("assert(#cell:objects() == 0)"), .params = {self("world")},
-                 .returns = {"list", "", "", {field("name", "string", "", "Name in the world."), field("what", "handle", "", "The object or solid."), placement_field}}, .effect = Effect::reads, .run = objects});
-  all.push_back({.name = "world.robots", .classic = "World LsPRobots", .summary = "Lists the robots of a world.", .details = "", .example = with_cell("assert(#cell:robots() == 1)"), .params = {self("world")},
-                 .returns = {"list", "", "", {field("name", "string", "", "Name in the world."), field("robot", "handle", "", "The robot."), placement_field, field("q", "real[]", "rad or m", "Joint values shown; none means the pose \"home\" or zeros.")}}, .effect = Effect::reads, .run = robots});
-  all.push_back({.name = "world.trajectories", .classic = "World LsPTrajectories", .summary = "Lists the trajectories of a world.", .details = "", .example = with_run("assert(#cell:trajectories() == 1)"), .params = {self("world")},
-                 .returns = {"list", "", "", {field("name", "string", "", "Name in the world."), field("trajectory", "handle", "", "The trajectory."), placement_field}}, .effect = Effect::reads, .run = trajectories});
+  all.push_back(
+      {.name = "world.objects",
+       .classic = "World LsPObjects",
+       .summary = "Lists the objects of a world.",
+       .details = "",
+       .example = with_cell("assert(#cell:objects() == 0)"),
+       .params = {self("world")},
+       .returns = {"list",
+                   "",
+                   "",
+                   {field("name", "string", "", "Name in the world."),
+                    field("what", "handle", "", "The object or solid."), placement_field}},
+       .effect = Effect::reads,
+       .run = objects});
+  all.push_back({.name = "world.robots",
+                 .classic = "World LsPRobots",
+                 .summary = "Lists the robots of a world.",
+                 .details = "",
+                 .example = with_cell("assert(#cell:robots() == 1)"),
+                 .params = {self("world")},
+                 .returns = {"list",
+                             "",
+                             "",
+                             {field("name", "string", "", "Name in the world."),
+                              field("robot", "handle", "", "The robot."), placement_field,
+                              field("q", "real[]", "rad or m",
+                                    "Joint values shown; none means the pose \"home\" or zeros.")}},
+                 .effect = Effect::reads,
+                 .run = robots});
+  all.push_back(
+      {.name = "world.trajectories",
+       .classic = "World LsPTrajectories",
+       .summary = "Lists the trajectories of a world.",
+       .details = "",
+       .example = with_run("assert(#cell:trajectories() == 1)"),
+       .params = {self("world")},
+       .returns = {"list",
+                   "",
+                   "",
+                   {field("name", "string", "", "Name in the world."),
+                    field("trajectory", "handle", "", "The trajectory."), placement_field}},
+       .effect = Effect::reads,
+       .run = trajectories});
   const ParamSpec index = needed("index", "int", "", "0 is the first, as in the original.");
-  all.push_back({.name = "world.object_name", .classic = "World GetPObjectId", .summary = "Gives the name of the i-th object of a world.", .details = "", .example = "solid.create{name = \"table\", root = {kind = \"box\", x = 1, y = 1, z = 0.7}}\nlocal cell = world.create{name = \"cell\"}\ncell:add_object{what = \"table\"}\nassert(cell:object_name(0) == \"table\")",
-                 .params = {self("world"), index}, .returns = {"string", "", "", {}}, .effect = Effect::reads, .run = object_name});
-  all.push_back({.name = "world.robot_name", .classic = "World GetPRobotId", .summary = "Gives the name of the i-th robot of a world.", .details = "", .example = with_cell("assert(cell:robot_name(0) == \"arm\")"), .params = {self("world"), index}, .returns = {"string", "", "", {}}, .effect = Effect::reads, .run = robot_name});
-  all.push_back({.name = "world.trajectory_name", .classic = "World GetPTrajectoryId", .summary = "Gives the name of the i-th trajectory of a world.", .details = "", .example = with_run("assert(cell:trajectory_name(0) == \"stroke\")"), .params = {self("world"), index}, .returns = {"string", "", "", {}},
-                 .effect = Effect::reads, .run = trajectory_name});
-  all.push_back({.name = "world.robot_index", .classic = "World GetPRobotIndex", .summary = "Gives the place of a robot in the list of a world.", .details = "", .example = with_cell("assert(cell:robot_index(\"arm\") == 0)"),
-                 .params = {self("world"), needed("robot", "any", "", "Name of the member, or the robot.")}, .returns = {"int", "", "0 is the first.", {}}, .effect = Effect::reads, .run = robot_index});
-  all.push_back({.name = "world.trajectory_index", .classic = "World GetPTrajectoryIndex", .summary = "Gives the place of a trajectory in the list of a world.", .details = "", .example = with_run("assert(cell:trajectory_index(\"stroke\") == 0)"),
-                 .params = {self("world"), needed("trajectory", "any", "", "Name of the member, or the trajectory.")}, .returns = {"int", "", "0 is the first.", {}}, .effect = Effect::reads, .run = trajectory_index});
-  all.push_back({.name = "world.name_at", .classic = "Worlds GetWorldId", .summary = "Gives the name of the i-th world.", .details = "", .example = "world.create{name = \"cell\"}\nassert(world.name_at(0) == \"cell\")", .params = {index}, .returns = {"string", "", "", {}}, .effect = Effect::reads, .run = world_name});
-  all.push_back({.name = "world.index_of", .classic = "Worlds GetWorldIndex", .summary = "Gives the place of a world in the list of worlds.", .details = "", .example = "world.create{name = \"cell\"}\nassert(world.index_of(\"cell\") == 0)",
-                 .params = {needed("world", "ref:world", "", "The world.")}, .returns = {"int", "", "0 is the first.", {}}, .effect = Effect::reads, .run = world_index});
-  const Schema run_params{self("world"), needed("robot", "any", "", "Name of the member, or the robot."), needed("trajectory", "any", "", "Name of the member, or the trajectory."), above_zero(optional("sample_time", "real", "s", "Time between samples; the trajectory's own when left out.")),
-                          above_zero(defaulted("position_tolerance", "real", "m", 1e-9, "When the position counts as reached.")), above_zero(defaulted("rotation_tolerance", "real", "rad", 1e-9, "When the rotation counts as reached."))};
-  all.push_back({.name = "world.inverse_kinematics", .classic = "World WorldInvKineSim|World InvKineWorldSim", .summary = "Moves a robot's tool along a trajectory and records joint values, speeds and accelerations.",
-                 .details = "Starts from the joint values at which the robot stands. A sample that cannot be reached is an error that names its time.", .example = with_run("local r = cell:inverse_kinematics{robot = \"arm\", trajectory = \"stroke\"}\nassert(#r:values(\"time\") > 2)"),
-                 .params = run_params, .returns = {"handle", "", "The recording.", {}}, .effect = Effect::simulates, .run = inverse_kinematics});
-  all.push_back({.name = "world.inverse_dynamics", .classic = "World WorldInvDynSim|World InvDynWorldSim", .summary = "Moves a robot's tool along a trajectory and records the joint torques as well.", .details = "The torques come in total and as gravity, inertial, velocity and friction parts.",
-                 .example = with_run("local r = cell:inverse_dynamics{robot = \"arm\", trajectory = \"stroke\"}\nassert(#r:values(\"tau1\") > 2)"), .params = run_params, .returns = {"handle", "", "The recording.", {}}, .effect = Effect::simulates, .run = inverse_dynamics});
-  all.push_back({.name = "world.evaluate", .classic = "", .summary = "Computes mesh and volume of every solid a world shows, several at a time.", .details = "What is known already takes no time. A solid that cannot be computed is told in its row; the others go on.",
-                 .example = "solid.create{name = \"table\", root = {kind = \"box\", x = 1, y = 1, z = 0.7}}\nlocal cell = world.create{name = \"cell\"}\ncell:add_object{what = \"table\"}\nlocal e = cell:evaluate()\nassert(math.abs(e.solids[1].volume - 0.7) < 1e-12)",
-                 .params = {self("world")}, .returns = {"map", "", "", {field("seconds", "real", "s", "Time for all."), field("solids", "list", "", "A table a solid: solid, seconds, triangles, volume, or error.")}}, .effect = Effect::reads, .run = evaluate});
+  all.push_back(
+      {.name = "world.object_name",
+       .classic = "World GetPObjectId",
+       .summary = "Gives the name of the i-th object of a world.",
+       .details = "",
+       .example = "solid.create{name = \"table\", root = {kind = \"box\", x = 1, y = 1, z = "
+                  "0.7}}\nlocal cell = world.create{name = \"cell\"}\ncell:add_object{what = "
+                  "\"table\"}\nassert(cell:object_name(0) == \"table\")",
+       .params = {self("world"), index},
+       .returns = {"string", "", "", {}},
+       .effect = Effect::reads,
+       .run = object_name});
+  all.push_back({.name = "world.robot_name",
+                 .classic = "World GetPRobotId",
+                 .summary = "Gives the name of the i-th robot of a world.",
+                 .details = "",
+                 .example = with_cell("assert(cell:robot_name(0) == \"arm\")"),
+                 .params = {self("world"), index},
+                 .returns = {"string", "", "", {}},
+                 .effect = Effect::reads,
+                 .run = robot_name});
+  all.push_back({.name = "world.trajectory_name",
+                 .classic = "World GetPTrajectoryId",
+                 .summary = "Gives the name of the i-th trajectory of a world.",
+                 .details = "",
+                 .example = with_run("assert(cell:trajectory_name(0) == \"stroke\")"),
+                 .params = {self("world"), index},
+                 .returns = {"string", "", "", {}},
+                 .effect = Effect::reads,
+                 .run = trajectory_name});
+  all.push_back(
+      {.name = "world.robot_index",
+       .classic = "World GetPRobotIndex",
+       .summary = "Gives the place of a robot in the list of a world.",
+       .details = "",
+       .example = with_cell("assert(cell:robot_index(\"arm\") == 0)"),
+       .params = {self("world"), needed("robot", "any", "", "Name of the member, or the robot.")},
+       .returns = {"int", "", "0 is the first.", {}},
+       .effect = Effect::reads,
+       .run = robot_index});
+  all.push_back({.name = "world.trajectory_index",
+                 .classic = "World GetPTrajectoryIndex",
+                 .summary = "Gives the place of a trajectory in the list of a world.",
+                 .details = "",
+                 .example = with_run("assert(cell:trajectory_index(\"stroke\") == 0)"),
+                 .params = {self("world"), needed("trajectory", "any", "",
+                                                  "Name of the member, or the trajectory.")},
+                 .returns = {"int", "", "0 is the first.", {}},
+                 .effect = Effect::reads,
+                 .run = trajectory_index});
+  all.push_back({.name = "world.name_at",
+                 .classic = "Worlds GetWorldId",
+                 .summary = "Gives the name of the i-th world.",
+                 .details = "",
+                 .example = "world.create{name = \"cell\"}\nassert(world.name_at(0) == \"cell\")",
+                 .params = {index},
+                 .returns = {"string", "", "", {}},
+                 .effect = Effect::reads,
+                 .run = world_name});
+  all.push_back({.name = "world.index_of",
+                 .classic = "Worlds GetWorldIndex",
+                 .summary = "Gives the place of a world in the list of worlds.",
+                 .details = "",
+                 .example = "world.create{name = \"cell\"}\nassert(world.index_of(\"cell\") == 0)",
+                 .params = {needed("world", "ref:world", "", "The world.")},
+                 .returns = {"int", "", "0 is the first.", {}},
+                 .effect = Effect::reads,
+                 .run = world_index});
+  const Schema run_params{
+      self("world"),
+      needed("robot", "any", "", "Name of the member, or the robot."),
+      needed("trajectory", "any", "", "Name of the member, or the trajectory."),
+      above_zero(optional("sample_time", "real", "s",
+                          "Time between samples; the trajectory's own when left out.")),
+      above_zero(defaulted("position_tolerance", "real", "m", 1e-9,
+                           "When the position counts as reached.")),
+      above_zero(defaulted("rotation_tolerance", "real", "rad", 1e-9,
+                           "When the rotation counts as reached."))};
+  all.push_back({.name = "world.inverse_kinematics",
+                 .classic = "World WorldInvKineSim|World InvKineWorldSim",
+                 .summary = "Moves a robot's tool along a trajectory and records joint values, "
+                            "speeds and accelerations.",
+                 .details = "Starts from the joint values at which the robot stands. A sample that "
+                            "cannot be reached is an error that names its time.",
+                 .example = with_run("local r = cell:inverse_kinematics{robot = \"arm\", "
+                                     "trajectory = \"stroke\"}\nassert(#r:values(\"time\") > 2)"),
+                 .params = run_params,
+                 .returns = {"handle", "", "The recording.", {}},
+                 .effect = Effect::simulates,
+                 .run = inverse_kinematics});
+  all.push_back(
+      {.name = "world.inverse_dynamics",
+       .classic = "World WorldInvDynSim|World InvDynWorldSim",
+       .summary = "Moves a robot's tool along a trajectory and records the joint torques as well.",
+       .details =
+           "The torques come in total and as gravity, inertial, velocity and friction parts.",
+       .example = with_run("local r = cell:inverse_dynamics{robot = \"arm\", trajectory = "
+                           "\"stroke\"}\nassert(#r:values(\"tau1\") > 2)"),
+       .params = run_params,
+       .returns = {"handle", "", "The recording.", {}},
+       .effect = Effect::simulates,
+       .run = inverse_dynamics});
+  all.push_back(
+      {.name = "world.evaluate",
+       .classic = "",
+       .summary = "Computes mesh and volume of every solid a world shows, several at a time.",
+       .details = "What is known already takes no time. A solid that cannot be computed is told in "
+                  "its row; the others go on.",
+       .example =
+           "solid.create{name = \"table\", root = {kind = \"box\", x = 1, y = 1, z = 0.7}}\nlocal "
+           "cell = world.create{name = \"cell\"}\ncell:add_object{what = \"table\"}\nlocal e = "
+           "cell:evaluate()\nassert(math.abs(e.solids[1].volume - 0.7) < 1e-12)",
+       .params = {self("world")},
+       .returns = {"map",
+                   "",
+                   "",
+                   {field("seconds", "real", "s", "Time for all."),
+                    field("solids", "list", "",
+                          "A table a solid: solid, seconds, triangles, volume, or error.")}},
+       .effect = Effect::reads,
+       .run = evaluate});
   return all;
 }
 

@@ -44,7 +44,8 @@ struct Describe {
       node.set("placement", placement_value(n.placement));
       for (const CsgPrimitiveInfo& p : kCsgPrimitives)
         if (p.kind == n.kind)
-          for (std::size_t i = 0; i < p.sizes.size() && !p.sizes[i].empty(); ++i) node.set(std::string(p.sizes[i]), n.sizes[i]);
+          for (std::size_t i = 0; i < p.sizes.size() && !p.sizes[i].empty(); ++i)
+            node.set(std::string(p.sizes[i]), n.sizes[i]);
       nodes.emplace_back(std::move(node));
     }
     m.set("nodes", std::move(nodes));
@@ -54,7 +55,10 @@ struct Describe {
     m.set("overlap", x.overlap == model::Overlap::once ? "once" : "sum");
     List parts;
     for (const model::ObjectPart& p : x.parts) {
-      Map part{{"name", p.name}, {"what", ref_value(s, p.what)}, {"kind", to_string(p.what.kind)}, {"placement", placement_value(p.placement)}};
+      Map part{{"name", p.name},
+               {"what", ref_value(s, p.what)},
+               {"kind", to_string(p.what.kind)},
+               {"placement", placement_value(p.placement)}};
       set_if(part, "material", ref_value(s, p.material));
       parts.emplace_back(std::move(part));
     }
@@ -63,7 +67,9 @@ struct Describe {
   [[nodiscard]] Value bodies(const std::vector<model::BodyPart>& parts) const {
     List out;
     for (const model::BodyPart& p : parts)
-      out.emplace_back(Map{{"what", ref_value(s, p.what)}, {"kind", to_string(p.what.kind)}, {"placement", placement_value(p.placement)}});
+      out.emplace_back(Map{{"what", ref_value(s, p.what)},
+                           {"kind", to_string(p.what.kind)},
+                           {"placement", placement_value(p.placement)}});
     return out;
   }
   void operator()(const model::Robot& x) const {
@@ -75,16 +81,26 @@ struct Describe {
     m.set("base_parts", bodies(x.base_parts));
     List links;
     for (const model::Link& l : x.links) {
-      Map link{{"name", l.name}, {"parent", l.parent < 0 ? std::string("base") : x.links[static_cast<std::size_t>(l.parent)].name},
-               {"joint", l.joint == model::JointKind::revolute ? "revolute" : l.joint == model::JointKind::prismatic ? "prismatic" : "fixed"},
-               {"a", l.row.a}, {"alpha", l.row.alpha}, {"d", l.row.d}, {"theta", l.row.theta}};
+      Map link{{"name", l.name},
+               {"parent", l.parent < 0 ? std::string("base")
+                                       : x.links[static_cast<std::size_t>(l.parent)].name},
+               {"joint", l.joint == model::JointKind::revolute    ? "revolute"
+                         : l.joint == model::JointKind::prismatic ? "prismatic"
+                                                                  : "fixed"},
+               {"a", l.row.a},
+               {"alpha", l.row.alpha},
+               {"d", l.row.d},
+               {"theta", l.row.theta}};
       set_if(link, "lower", number_or_nil(l.lower));
       set_if(link, "upper", number_or_nil(l.upper));
       set_if(link, "max_velocity", number_or_nil(l.max_velocity));
       set_if(link, "max_acceleration", number_or_nil(l.max_acceleration));
       set_if(link, "max_force", number_or_nil(l.max_force));
-      link.set("drive", Map{{"motor_inertia", l.drive.motor_inertia}, {"gear_ratio", l.drive.gear_ratio}, {"viscous", l.drive.viscous},
-                            {"coulomb_positive", l.drive.coulomb_positive}, {"coulomb_negative", l.drive.coulomb_negative}});
+      link.set("drive", Map{{"motor_inertia", l.drive.motor_inertia},
+                            {"gear_ratio", l.drive.gear_ratio},
+                            {"viscous", l.drive.viscous},
+                            {"coulomb_positive", l.drive.coulomb_positive},
+                            {"coulomb_negative", l.drive.coulomb_negative}});
       if (l.given) link.set("given", mass_value(*l.given));
       link.set("parts", bodies(l.parts));
       link.set("visible", l.visible);
@@ -109,7 +125,9 @@ struct Describe {
       List points;
       for (const model::Placement& p : seg.points) points.emplace_back(placement_value(p));
       Value shape = provider_value(seg.shape);
-      segments.emplace_back(Map{{"shape", seg.shape.name}, {"params", *shape.as_map()->find("params")}, {"points", std::move(points)}});
+      segments.emplace_back(Map{{"shape", seg.shape.name},
+                                {"params", *shape.as_map()->find("params")},
+                                {"points", std::move(points)}});
     }
     m.set("segments", std::move(segments));
   }
@@ -118,11 +136,19 @@ struct Describe {
     m.set("gravity", vec_value(x.gravity, "m/s^2"));
     List objects, robots, trajectories;
     for (const auto& o : x.objects)
-      objects.emplace_back(Map{{"name", o.name}, {"what", ref_value(s, o.what)}, {"kind", to_string(o.what.kind)}, {"placement", placement_value(o.placement)}});
+      objects.emplace_back(Map{{"name", o.name},
+                               {"what", ref_value(s, o.what)},
+                               {"kind", to_string(o.what.kind)},
+                               {"placement", placement_value(o.placement)}});
     for (const auto& r : x.robots)
-      robots.emplace_back(Map{{"name", r.name}, {"robot", ref_value(s, r.robot)}, {"placement", placement_value(r.placement)}, {"q", NumericArray(r.q)}});
+      robots.emplace_back(Map{{"name", r.name},
+                              {"robot", ref_value(s, r.robot)},
+                              {"placement", placement_value(r.placement)},
+                              {"q", NumericArray(r.q)}});
     for (const auto& t : x.trajectories)
-      trajectories.emplace_back(Map{{"name", t.name}, {"trajectory", ref_value(s, t.trajectory)}, {"placement", placement_value(t.placement)}});
+      trajectories.emplace_back(Map{{"name", t.name},
+                                    {"trajectory", ref_value(s, t.trajectory)},
+                                    {"placement", placement_value(t.placement)}});
     m.set("objects", std::move(objects));
     m.set("robots", std::move(robots));
     m.set("trajectories", std::move(trajectories));

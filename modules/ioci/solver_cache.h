@@ -15,13 +15,18 @@ namespace robomosp::ioci {
 
 class SolverCache {
  public:
-  Result<sim::Bound<IkSolver>> ik(const Registry& r, std::shared_ptr<const RobotModel> m, const model::ProviderChoice& c) {
+  Result<sim::Bound<IkSolver>> ik(const Registry& r, std::shared_ptr<const RobotModel> m,
+                                  const model::ProviderChoice& c) {
     return find(ik_, r, std::move(m), c, sim::bind_ik);
   }
-  Result<sim::Bound<InverseDynamics>> inverse_dynamics(const Registry& r, std::shared_ptr<const RobotModel> m, const model::ProviderChoice& c) {
+  Result<sim::Bound<InverseDynamics>> inverse_dynamics(const Registry& r,
+                                                       std::shared_ptr<const RobotModel> m,
+                                                       const model::ProviderChoice& c) {
     return find(inverse_, r, std::move(m), c, sim::bind_inverse_dynamics);
   }
-  Result<sim::Bound<ForwardDynamics>> forward_dynamics(const Registry& r, std::shared_ptr<const RobotModel> m, const model::ProviderChoice& c) {
+  Result<sim::Bound<ForwardDynamics>> forward_dynamics(const Registry& r,
+                                                       std::shared_ptr<const RobotModel> m,
+                                                       const model::ProviderChoice& c) {
     return find(forward_, r, std::move(m), c, sim::bind_forward_dynamics);
   }
 
@@ -34,7 +39,9 @@ class SolverCache {
     sim::Bound<S> bound;     ///< keeps the model alive, so that its address is a key
   };
   template <class S, class Bind>
-  static Result<sim::Bound<S>> find(std::list<Entry<S>>& all, const Registry& registry, std::shared_ptr<const RobotModel> model, const model::ProviderChoice& choice, Bind bind) {
+  static Result<sim::Bound<S>> find(std::list<Entry<S>>& all, const Registry& registry,
+                                    std::shared_ptr<const RobotModel> model,
+                                    const model::ProviderChoice& choice, Bind bind) {
     const std::uint64_t revision = registry.revision();
     for (auto it = all.begin(); it != all.end(); ++it)
       if (it->bound.model == model && it->revision == revision && it->choice == choice) {

@@ -18,12 +18,13 @@ NumericArray ArrayBox::value() const {
                               : NumericArray(source.data(), unit);
   }
   const auto first = source.data().begin() + static_cast<std::ptrdiff_t>(row * source.cols());
-  return NumericArray(std::vector<double>(first, first + static_cast<std::ptrdiff_t>(source.cols())), unit);
+  return NumericArray(
+      std::vector<double>(first, first + static_cast<std::ptrdiff_t>(source.cols())), unit);
 }
 
 namespace {
 
-const char kArrayKey = 0;  // in the registry: metatable of arrays; in it: a mark
+const char kArrayKey = 0;    // in the registry: metatable of arrays; in it: a mark
 const char kMethodsKey = 0;  // in the registry: their methods
 
 Error misuse(std::string message, std::string hint = {}) {
@@ -31,7 +32,8 @@ Error misuse(std::string message, std::string hint = {}) {
 }
 
 std::string shape(const ArrayBox& a) {
-  return a.is_matrix() ? "a " + std::to_string(a.source.rows()) + "x" + std::to_string(a.source.cols()) + " matrix"
+  return a.is_matrix() ? "a " + std::to_string(a.source.rows()) + "x" +
+                             std::to_string(a.source.cols()) + " matrix"
                        : "a vector of " + std::to_string(a.length());
 }
 
@@ -50,14 +52,16 @@ void finish_box(Impl& impl, lua_State* L, ArrayBox& box) {
 }
 
 void push_row(Impl& impl, lua_State* L, const ArrayBox& matrix, std::size_t row) {
-  auto* box = new (lua_newuserdatauv(L, sizeof(ArrayBox), 0)) ArrayBox{matrix.source, matrix.unit, row, 0};
+  auto* box =
+      new (lua_newuserdatauv(L, sizeof(ArrayBox), 0)) ArrayBox{matrix.source, matrix.unit, row, 0};
   finish_box(impl, L, *box);
 }
 
 /// The array at an index, or the error that says what is there instead.
 Result<const ArrayBox*> need_array(lua_State* L, int index) {
   if (const ArrayBox* a = array_at(L, index)) return a;
-  return misuse(std::string("a numeric array is expected, not a ") + luaL_typename(L, index), "Make one by array{1, 2, 3}.");
+  return misuse(std::string("a numeric array is expected, not a ") + luaL_typename(L, index),
+                "Make one by array{1, 2, 3}.");
 }
 
 // --- reading ---------------------------------------------------------------------------------
@@ -111,14 +115,18 @@ Result<int> call_array(Impl& impl, lua_State* L) {
   }
   const auto j = lua_tointeger(L, 3);
   if (!a->is_matrix()) return misuse("a vector has one index", "Write v[i].");
-  if (i < 1 || j < 1 || static_cast<std::size_t>(i) > a->source.rows() || static_cast<std::size_t>(j) > a->source.cols())
-    return misuse("entry (" + std::to_string(i) + ", " + std::to_string(j) + ") is outside " + shape(*a), "Indices start at 1.");
+  if (i < 1 || j < 1 || static_cast<std::size_t>(i) > a->source.rows() ||
+      static_cast<std::size_t>(j) > a->source.cols())
+    return misuse(
+        "entry (" + std::to_string(i) + ", " + std::to_string(j) + ") is outside " + shape(*a),
+        "Indices start at 1.");
   lua_pushnumber(L, a->source.at(static_cast<std::size_t>(i - 1), static_cast<std::size_t>(j - 1)));
   return 1;
 }
 
 Result<int> assign(Impl&, lua_State*) {
-  return misuse("numeric arrays cannot be changed", "Take a copy by a:table(), change it, and give that.");
+  return misuse("numeric arrays cannot be changed",
+                "Take a copy by a:table(), change it, and give that.");
 }
 
 Result<int> array_text(Impl&, lua_State* L) {
@@ -155,8 +163,12 @@ Result<int> collect(Impl& impl, lua_State* L) {
 
 // --- arithmetic ------------------------------------------------------------------------------
 
-void push_like(Impl& impl, lua_State* L, const ArrayBox& model, std::vector<double> data, std::string unit) {
-  if (model.is_matrix()) push_array(impl, L, NumericArray(std::move(data), model.source.rows(), model.source.cols(), std::move(unit)));
+void push_like(Impl& impl, lua_State* L, const ArrayBox& model, std::vector<double> data,
+               std::string unit) {
+  if (model.is_matrix())
+    push_array(
+        impl, L,
+        NumericArray(std::move(data), model.source.rows(), model.source.cols(), std::move(unit)));
   else push_array(impl, L, NumericArray(std::move(data), std::move(unit)));
 }
 
@@ -174,12 +186,16 @@ Result<int> combine(Impl& impl, lua_State* L, double sign, std::string_view verb
   RMP_TRY_ASSIGN(const auto a, operand(L, 1));
   RMP_TRY_ASSIGN(const auto b, operand(L, 2));
   if (!a || !b)
-    return misuse("an array and a " + std::string(luaL_typename(L, a ? 2 : 1)) + " cannot be " + std::string(verb),
+    return misuse("an array and a " + std::string(luaL_typename(L, a ? 2 : 1)) + " cannot be " +
+                      std::string(verb),
                   "Both must be arrays of one shape.");
-  if (a->length() != b->length() || a->is_matrix() != b->is_matrix() || (a->is_matrix() && a->source.cols() != b->source.cols()))
-    return misuse(shape(*a) + " and " + shape(*b) + " cannot be " + std::string(verb), "Both must have one shape.");
+  if (a->length() != b->length() || a->is_matrix() != b->is_matrix() ||
+      (a->is_matrix() && a->source.cols() != b->source.cols()))
+    return misuse(shape(*a) + " and " + shape(*b) + " cannot be " + std::string(verb),
+                  "Both must have one shape.");
   if (!a->unit.empty() && !b->unit.empty() && a->unit != b->unit)
-    return misuse("arrays in " + a->unit + " and in " + b->unit + " cannot be " + std::string(verb), "Both must have one unit.");
+    return misuse("arrays in " + a->unit + " and in " + b->unit + " cannot be " + std::string(verb),
+                  "Both must have one unit.");
   const NumericArray left = a->value(), right = b->value();
   std::vector<double> out(left.size());
   for (std::size_t i = 0; i < out.size(); ++i) out[i] = left[i] + sign * right[i];
@@ -211,23 +227,30 @@ Result<int> multiply(Impl& impl, lua_State* L) {
   RMP_TRY_ASSIGN(const auto a, operand(L, 1));
   RMP_TRY_ASSIGN(const auto b, operand(L, 2));
   if (!a || !b || !a->is_matrix())
-    return misuse("only a number or a matrix can multiply an array", "Write x:dot(y) for the dot product of vectors.");
+    return misuse("only a number or a matrix can multiply an array",
+                  "Write x:dot(y) for the dot product of vectors.");
   if (a->source.cols() != b->length())
-    return misuse(shape(*a) + " cannot multiply " + shape(*b), "The columns of the first must be as many as the rows of the second.");
-  const std::size_t rows = a->source.rows(), inner = a->source.cols(), cols = b->is_matrix() ? b->source.cols() : 1;
+    return misuse(shape(*a) + " cannot multiply " + shape(*b),
+                  "The columns of the first must be as many as the rows of the second.");
+  const std::size_t rows = a->source.rows(), inner = a->source.cols(),
+                    cols = b->is_matrix() ? b->source.cols() : 1;
   const NumericArray right = b->value();
   std::vector<double> out(rows * cols, 0.0);
   for (std::size_t i = 0; i < rows; ++i)
     for (std::size_t k = 0; k < inner; ++k)
-      for (std::size_t j = 0; j < cols; ++j) out[i * cols + j] += a->source.at(i, k) * right[k * cols + j];
+      for (std::size_t j = 0; j < cols; ++j)
+        out[i * cols + j] += a->source.at(i, k) * right[k * cols + j];
   std::string unit = product_unit(a->unit, b->unit);
-  push_array(impl, L, b->is_matrix() ? NumericArray(std::move(out), rows, cols, std::move(unit)) : NumericArray(std::move(out), std::move(unit)));
+  push_array(impl, L,
+             b->is_matrix() ? NumericArray(std::move(out), rows, cols, std::move(unit))
+                            : NumericArray(std::move(out), std::move(unit)));
   return 1;
 }
 
 Result<int> divide(Impl& impl, lua_State* L) {
   RMP_TRY_ASSIGN(const ArrayBox* a, need_array(L, 1));
-  if (lua_type(L, 2) != LUA_TNUMBER) return misuse("an array can be divided by a number only", "Write a / 2.");
+  if (lua_type(L, 2) != LUA_TNUMBER)
+    return misuse("an array can be divided by a number only", "Write a / 2.");
   return scaled(impl, L, *a, lua_tonumber(L, 2), true);
 }
 
@@ -294,9 +317,11 @@ Result<int> column(Impl& impl, lua_State* L) {
   RMP_TRY_ASSIGN(const ArrayBox* a, need_array(L, 1));
   const auto j = lua_tointeger(L, 2);
   if (!a->is_matrix() || j < 1 || static_cast<std::size_t>(j) > a->source.cols())
-    return misuse("there is no column " + std::to_string(j) + " in " + shape(*a), "Columns are numbered from 1.");
+    return misuse("there is no column " + std::to_string(j) + " in " + shape(*a),
+                  "Columns are numbered from 1.");
   std::vector<double> out(a->source.rows());
-  for (std::size_t i = 0; i < out.size(); ++i) out[i] = a->source.at(i, static_cast<std::size_t>(j - 1));
+  for (std::size_t i = 0; i < out.size(); ++i)
+    out[i] = a->source.at(i, static_cast<std::size_t>(j - 1));
   push_array(impl, L, NumericArray(std::move(out), a->unit));
   return 1;
 }
@@ -339,7 +364,8 @@ Result<int> extreme(lua_State* L, bool greatest) {
   const NumericArray v = a->value();
   if (v.size() == 0) return misuse("an empty array has no extremes");
   const auto& d = v.data();
-  lua_pushnumber(L, greatest ? *std::max_element(d.begin(), d.end()) : *std::min_element(d.begin(), d.end()));
+  lua_pushnumber(
+      L, greatest ? *std::max_element(d.begin(), d.end()) : *std::min_element(d.begin(), d.end()));
   return 1;
 }
 Result<int> least(Impl&, lua_State* L) { return extreme(L, false); }
@@ -348,7 +374,9 @@ Result<int> greatest(Impl&, lua_State* L) { return extreme(L, true); }
 Result<Pose> need_pose(lua_State* L) {
   RMP_TRY_ASSIGN(const ArrayBox* a, need_array(L, 1));
   const auto pose = pose_from(Value(a->value()));
-  if (!pose) return misuse(shape(*a) + " is not a pose", "A pose is a 4x4 matrix such as pose(0.1, 0, 0.2).");
+  if (!pose)
+    return misuse(shape(*a) + " is not a pose",
+                  "A pose is a 4x4 matrix such as pose(0.1, 0, 0.2).");
   return *pose;
 }
 
@@ -376,7 +404,9 @@ Result<int> make_array(Impl& impl, lua_State* L) {
     push_like(impl, L, *a, a->value().data(), unit_text.empty() ? a->unit : unit_text);
     return 1;
   }
-  if (!lua_istable(L, 1)) return misuse("array needs a table of numbers or of rows", "Write array{1, 2, 3} or array{{1, 0}, {0, 1}}.");
+  if (!lua_istable(L, 1))
+    return misuse("array needs a table of numbers or of rows",
+                  "Write array{1, 2, 3} or array{{1, 0}, {0, 1}}.");
   const int first = lua_rawgeti(L, 1, 1);
   const bool is_matrix = first == LUA_TTABLE || array_at(L, -1) != nullptr;
   lua_pop(L, 1);
@@ -394,7 +424,8 @@ Result<int> make_array(Impl& impl, lua_State* L) {
     lua_pop(L, 1);
     if (i == 1) width = row.size();
     if (row.size() != width || width == 0)
-      return misuse("row " + std::to_string(i) + " has " + std::to_string(row.size()) + " numbers, the first one " + std::to_string(width),
+      return misuse("row " + std::to_string(i) + " has " + std::to_string(row.size()) +
+                        " numbers, the first one " + std::to_string(width),
                     "Give rows of equal length.");
     data.insert(data.end(), row.begin(), row.end());
   }
@@ -414,25 +445,41 @@ const ArrayBox* array_at(lua_State* L, int index) {
 
 void push_array(Impl& impl, lua_State* L, NumericArray array, std::string_view unit) {
   std::string shown(array.unit().empty() ? unit : std::string_view(array.unit()));
-  auto* box = new (lua_newuserdatauv(L, sizeof(ArrayBox), 0)) ArrayBox{std::move(array), std::move(shown)};
+  auto* box =
+      new (lua_newuserdatauv(L, sizeof(ArrayBox), 0)) ArrayBox{std::move(array), std::move(shown)};
   finish_box(impl, L, *box);
 }
 
 void push_array_methods(lua_State* L) { lua_rawgetp(L, LUA_REGISTRYINDEX, &kMethodsKey); }
 
 void open_arrays(lua_State* L) {
-  static constexpr luaL_Reg kMeta[] = {
-      {"__len", entry<length>},      {"__call", entry<call_array>}, {"__newindex", entry<assign>},
-      {"__tostring", entry<array_text>}, {"__pairs", entry<pairs>}, {"__gc", entry<collect>},
-      {"__add", entry<add>},         {"__sub", entry<subtract>},    {"__mul", entry<multiply>},
-      {"__div", entry<divide>},      {"__unm", entry<negate>},      {"__eq", entry<equal>},
-      {nullptr, nullptr}};
-  static constexpr luaL_Reg kMethods[] = {
-      {"table", entry<to_table>},    {"unit", entry<unit>},           {"rows", entry<rows>},
-      {"cols", entry<cols>},         {"col", entry<column>},          {"transpose", entry<transpose>},
-      {"norm", entry<norm>},         {"dot", entry<dot>},             {"min", entry<least>},
-      {"max", entry<greatest>},      {"position", entry<pose_position>}, {"rpy", entry<pose_angles>},
-      {"inverse", entry<pose_inverse>}, {nullptr, nullptr}};
+  static constexpr luaL_Reg kMeta[] = {{"__len", entry<length>},
+                                       {"__call", entry<call_array>},
+                                       {"__newindex", entry<assign>},
+                                       {"__tostring", entry<array_text>},
+                                       {"__pairs", entry<pairs>},
+                                       {"__gc", entry<collect>},
+                                       {"__add", entry<add>},
+                                       {"__sub", entry<subtract>},
+                                       {"__mul", entry<multiply>},
+                                       {"__div", entry<divide>},
+                                       {"__unm", entry<negate>},
+                                       {"__eq", entry<equal>},
+                                       {nullptr, nullptr}};
+  static constexpr luaL_Reg kMethods[] = {{"table", entry<to_table>},
+                                          {"unit", entry<unit>},
+                                          {"rows", entry<rows>},
+                                          {"cols", entry<cols>},
+                                          {"col", entry<column>},
+                                          {"transpose", entry<transpose>},
+                                          {"norm", entry<norm>},
+                                          {"dot", entry<dot>},
+                                          {"min", entry<least>},
+                                          {"max", entry<greatest>},
+                                          {"position", entry<pose_position>},
+                                          {"rpy", entry<pose_angles>},
+                                          {"inverse", entry<pose_inverse>},
+                                          {nullptr, nullptr}};
   lua_createtable(L, 0, 18);
   lua_pushboolean(L, 1);
   lua_rawsetp(L, -2, &kArrayKey);

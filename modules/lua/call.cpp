@@ -39,11 +39,14 @@ int run_inside(lua_State* L, Function fn) {
   } catch (lua_longjmp*) {
     throw;  // Lua's own error on its way to a protected call
   } catch (const std::bad_alloc&) {
-    failed = error(ErrorCode::internal, "there is not enough memory", "Free some or work on less at once.");
+    failed = error(ErrorCode::internal, "there is not enough memory",
+                   "Free some or work on less at once.");
   } catch (const std::exception& e) {
-    failed = error(ErrorCode::internal, std::string("an unexpected failure: ") + e.what(), "Please report this.");
+    failed = error(ErrorCode::internal, std::string("an unexpected failure: ") + e.what(),
+                   "Please report this.");
   } catch (...) {
-    failed = error(ErrorCode::internal, "an unexpected failure of an unknown kind", "Please report this.");
+    failed = error(ErrorCode::internal, "an unexpected failure of an unknown kind",
+                   "Please report this.");
   }
   // A command that noticed Ctrl-C before the hook did: the script must not go on either.
   if (impl.session.interrupted()) stop_script(impl, L);
@@ -109,7 +112,9 @@ Result<Map> arguments(lua_State* L, const ioci::CommandSpec& spec, int first) {
   }
   for (; i <= top; ++i, ++next) {
     if (next >= spec.params.size())
-      return error(ErrorCode::usage, "there are more arguments than the " + std::to_string(spec.params.size()) + " that " + spec.name + " takes",
+      return error(ErrorCode::usage,
+                   "there are more arguments than the " + std::to_string(spec.params.size()) +
+                       " that " + spec.name + " takes",
                    "help(\"" + spec.name + "\") lists them.");
     if (lua_isnil(L, i)) continue;
     auto value = to_value(L, i);
@@ -140,13 +145,16 @@ Result<int> command_function(Impl& impl, lua_State* L) {
   const ioci::CommandSpec& spec = upvalue_command(L);
   if (lua_toboolean(L, lua_upvalueindex(2)) && !handle_kind(L, 1)) {
     const std::string verb = spec.name.substr(spec.name.find('.') + 1);
-    return error(ErrorCode::usage, "the method " + verb + " was called without its handle", "Write x:" + verb + "{...} with a colon.", spec.name);
+    return error(ErrorCode::usage, "the method " + verb + " was called without its handle",
+                 "Write x:" + verb + "{...} with a colon.", spec.name);
   }
   return run_command(impl, L, spec, 1);
 }
 
 /// `robot "pa10"` is `robot.get{name = "pa10"}`; argument 1 is the namespace itself.
-Result<int> namespace_call(Impl& impl, lua_State* L) { return run_command(impl, L, upvalue_command(L), 2); }
+Result<int> namespace_call(Impl& impl, lua_State* L) {
+  return run_command(impl, L, upvalue_command(L), 2);
+}
 
 /// A name that a namespace does not have; upvalue 1 is its name.
 Result<int> namespace_missing(Impl& impl, lua_State* L) {
@@ -154,7 +162,8 @@ Result<int> namespace_missing(Impl& impl, lua_State* L) {
     lua_pushnil(L);
     return 1;
   }
-  return impl.app.commands.unknown(std::string(lua_tostring(L, lua_upvalueindex(1))) + "." + lua_tostring(L, 2));
+  return impl.app.commands.unknown(std::string(lua_tostring(L, lua_upvalueindex(1))) + "." +
+                                   lua_tostring(L, 2));
 }
 
 /// The namespace table of a prefix, made when it is new, on top of the stack.
@@ -180,7 +189,8 @@ void push_namespace(Impl& impl, lua_State* L, const std::string& name) {
 
 Result<std::string> need_text(lua_State* L, int index, const char* what) {
   if (lua_type(L, index) != LUA_TSTRING)
-    return error(ErrorCode::invalid_argument, std::string(what) + " must be a text, not a " + luaL_typename(L, index));
+    return error(ErrorCode::invalid_argument,
+                 std::string(what) + " must be a text, not a " + luaL_typename(L, index));
   std::size_t length = 0;
   const char* s = lua_tolstring(L, index, &length);
   return std::string(s, length);
@@ -211,7 +221,8 @@ Result<int> ioci_transaction(Impl& impl, lua_State* L) {
     lua_remove(L, 1);
   }
   if (!lua_isfunction(L, 1))
-    return error(ErrorCode::invalid_argument, "a transaction needs a function", "Write ioci.transaction(\"label\", function() ... end).");
+    return error(ErrorCode::invalid_argument, "a transaction needs a function",
+                 "Write ioci.transaction(\"label\", function() ... end).");
   lua_settop(L, 1);
   bool script_failed = false;
   const auto done = impl.app.transaction(impl.session, label, [&]() -> Result<void> {
@@ -258,7 +269,8 @@ Result<void> call(Impl& impl, lua_State* L, int arguments, int results) {
   Error e = to_error(L, -1);
   if (status == LUA_ERRMEM)
     e = error(ErrorCode::script_failed,
-              "the script needs more memory than its " + std::to_string(impl.options.memory_limit >> 20) + " MiB",
+              "the script needs more memory than its " +
+                  std::to_string(impl.options.memory_limit >> 20) + " MiB",
               "Keep less in tables at once.");
   lua_settop(L, base);
   return e;
@@ -271,7 +283,8 @@ void push_command(lua_State* L, const ioci::CommandSpec& spec, bool is_method) {
 }
 
 const ioci::CommandSpec* command_of(lua_State* L, int index) {
-  if (lua_tocfunction(L, index) != static_cast<lua_CFunction>(entry<command_function>)) return nullptr;
+  if (lua_tocfunction(L, index) != static_cast<lua_CFunction>(entry<command_function>))
+    return nullptr;
   if (!lua_getupvalue(L, index, 1)) return nullptr;
   const auto* spec = static_cast<const ioci::CommandSpec*>(lua_touserdata(L, -1));
   lua_pop(L, 1);

@@ -89,7 +89,8 @@ std::string_view chain_before(std::string_view s, std::size_t at) {
 std::string_view key_before(std::string_view s, std::size_t at) {
   while (at > 0 && (s[at - 1] == ' ' || s[at - 1] == '\t')) --at;
   if (at == 0 || s[at - 1] != '=') return {};
-  if (at >= 2 && (s[at - 2] == '=' || s[at - 2] == '~' || s[at - 2] == '<' || s[at - 2] == '>')) return {};
+  if (at >= 2 && (s[at - 2] == '=' || s[at - 2] == '~' || s[at - 2] == '<' || s[at - 2] == '>'))
+    return {};
   const std::string_view word = chain_before(s, at - 1);
   return word.find_first_of(".:") == std::string_view::npos ? word : std::string_view();
 }
@@ -117,7 +118,8 @@ bool push_chain(lua_State* L, std::string_view chain) {
 }
 
 /// The command that `chain` calls, as a method when it has a colon.
-const ioci::CommandSpec* command_called(Impl& impl, lua_State* L, std::string_view chain, bool& is_method) {
+const ioci::CommandSpec* command_called(Impl& impl, lua_State* L, std::string_view chain,
+                                        bool& is_method) {
   is_method = false;
   if (chain.empty()) return nullptr;
   if (const auto colon = chain.rfind(':'); colon != std::string_view::npos) {
@@ -133,10 +135,12 @@ const ioci::CommandSpec* command_called(Impl& impl, lua_State* L, std::string_vi
 }
 
 /// The call around an open bracket: `f{`, `f(`, `f({`.
-const ioci::CommandSpec* command_around(Impl& impl, lua_State* L, std::string_view s, const std::vector<Open>& open, bool& is_method) {
+const ioci::CommandSpec* command_around(Impl& impl, lua_State* L, std::string_view s,
+                                        const std::vector<Open>& open, bool& is_method) {
   if (open.empty()) return nullptr;
   std::size_t at = open.back().at;
-  if (chain_before(s, at).empty() && open.size() > 1 && open[open.size() - 2].bracket == '(' && open.back().bracket == '{')
+  if (chain_before(s, at).empty() && open.size() > 1 && open[open.size() - 2].bracket == '(' &&
+      open.back().bracket == '{')
     at = open[open.size() - 2].at;
   return command_called(impl, L, chain_before(s, at), is_method);
 }
@@ -144,7 +148,10 @@ const ioci::CommandSpec* command_around(Impl& impl, lua_State* L, std::string_vi
 void add_records(const Impl& impl, std::string_view kinds, std::set<std::string>& out) {
   const auto now = impl.app.document.now();
   for (const Kind kind : kAllKinds) {
-    if (kinds != "any" && (std::string("|") + std::string(kinds) + "|").find("|" + std::string(to_string(kind)) + "|") == std::string::npos) continue;
+    if (kinds != "any" &&
+        (std::string("|") + std::string(kinds) + "|")
+                .find("|" + std::string(to_string(kind)) + "|") == std::string::npos)
+      continue;
     for (const AnyId id : now->list(kind))
       if (const auto* record = now->find(id)) out.insert(record->name);
   }
@@ -162,11 +169,15 @@ void add_library(Impl& impl, const std::string& kind, std::set<std::string>& out
 
 void add_files(std::string_view partial, std::set<std::string>& out) {
   const auto slash = partial.rfind('/');
-  const std::string folder(slash == std::string_view::npos ? std::string_view() : partial.substr(0, slash + 1));
+  const std::string folder(slash == std::string_view::npos ? std::string_view()
+                                                           : partial.substr(0, slash + 1));
   std::error_code ec;
-  for (auto it = std::filesystem::directory_iterator(folder.empty() ? "." : folder, ec); !ec && it != std::filesystem::directory_iterator(); it.increment(ec)) {
+  for (auto it = std::filesystem::directory_iterator(folder.empty() ? "." : folder, ec);
+       !ec && it != std::filesystem::directory_iterator(); it.increment(ec)) {
     const std::string name = it->path().filename().string();
-    const bool hidden = name.starts_with(".") && !(slash == std::string_view::npos ? partial : partial.substr(slash + 1)).starts_with(".");
+    const bool hidden =
+        name.starts_with(".") &&
+        !(slash == std::string_view::npos ? partial : partial.substr(slash + 1)).starts_with(".");
     if (hidden) continue;
     std::error_code ignored;
     out.insert(folder + name + (it->is_directory(ignored) ? "/" : ""));
@@ -174,12 +185,14 @@ void add_files(std::string_view partial, std::set<std::string>& out) {
 }
 
 /// Words for the text that begins at a quote.
-void string_words(Impl& impl, lua_State* L, std::string_view s, const Scan& at, std::set<std::string>& out) {
+void string_words(Impl& impl, lua_State* L, std::string_view s, const Scan& at,
+                  std::set<std::string>& out) {
   const std::string_view partial = s.substr(at.string_start + 1);
   bool is_method = false;
   const std::string_view direct = chain_before(s, at.string_start);
   const std::string_view key = key_before(s, at.string_start);
-  const ioci::CommandSpec* spec = direct.empty() ? command_around(impl, L, s, at.open, is_method) : command_called(impl, L, direct, is_method);
+  const ioci::CommandSpec* spec = direct.empty() ? command_around(impl, L, s, at.open, is_method)
+                                                 : command_called(impl, L, direct, is_method);
   const ParamSpec* param = nullptr;
   if (spec && !key.empty()) {
     for (const ParamSpec& p : spec->params)
@@ -195,7 +208,8 @@ void string_words(Impl& impl, lua_State* L, std::string_view s, const Scan& at, 
   }
   if (spec->name == "help")
     for (const auto* c : impl.app.commands.list()) out.insert(c->name);
-  else if (param->type.starts_with("ref:")) add_records(impl, std::string_view(param->type).substr(4), out);
+  else if (param->type.starts_with("ref:"))
+    add_records(impl, std::string_view(param->type).substr(4), out);
   else if (!param->choices.empty()) out.insert(param->choices.begin(), param->choices.end());
   else if (param->type == "path") add_files(partial, out);
   else if (spec->name.ends_with(".get")) {
@@ -208,7 +222,8 @@ void string_words(Impl& impl, lua_State* L, std::string_view s, const Scan& at, 
 }
 
 /// Names behind `chain.` or `chain:`.
-void member_words(Impl& impl, lua_State* L, std::string_view chain, char separator, std::set<std::string>& out) {
+void member_words(Impl& impl, lua_State* L, std::string_view chain, char separator,
+                  std::set<std::string>& out) {
   if (!push_chain(L, chain)) return;
   if (const KindInfo* info = handle_kind(L, -1)) {
     for (std::string& m : method_names(impl, info->kind)) out.insert(std::move(m));
@@ -219,7 +234,8 @@ void member_words(Impl& impl, lua_State* L, std::string_view chain, char separat
     if (lua_istable(L, -1)) {
       lua_pushnil(L);
       while (lua_next(L, -2) != 0) {
-        if (lua_type(L, -2) == LUA_TSTRING && (separator == '.' || lua_isfunction(L, -1))) out.insert(lua_tostring(L, -2));
+        if (lua_type(L, -2) == LUA_TSTRING && (separator == '.' || lua_isfunction(L, -1)))
+          out.insert(lua_tostring(L, -2));
         lua_pop(L, 1);
       }
     }
@@ -227,8 +243,10 @@ void member_words(Impl& impl, lua_State* L, std::string_view chain, char separat
 }
 
 void global_words(lua_State* L, std::set<std::string>& out) {
-  static constexpr const char* kKeywords[] = {"and",   "break", "do",  "else", "elseif", "end",    "false", "for",  "function", "goto",  "if",
-                                              "in",    "local", "nil", "not",  "or",     "repeat", "return", "then", "true",     "until", "while"};
+  static constexpr const char* kKeywords[] = {
+      "and",      "break",  "do",   "else", "elseif", "end",  "false", "for",
+      "function", "goto",   "if",   "in",   "local",  "nil",  "not",   "or",
+      "repeat",   "return", "then", "true", "until",  "while"};
   out.insert(std::begin(kKeywords), std::end(kKeywords));
   lua_pushglobaltable(L);
   lua_pushnil(L);
@@ -260,10 +278,12 @@ Completion completion(Impl& impl, lua_State* L, std::string_view input, std::siz
       bool is_method = false;
       if (!at.open.empty() && at.open.back().bracket == '{' && key_before(s, out.start).empty())
         if (const ioci::CommandSpec* spec = command_around(impl, L, s, at.open, is_method))
-          for (std::size_t i = is_method ? 1 : 0; i < spec->params.size(); ++i) words.insert(spec->params[i].name + " = ");
+          for (std::size_t i = is_method ? 1 : 0; i < spec->params.size(); ++i)
+            words.insert(spec->params[i].name + " = ");
       // Where parameters are named, other words would only hide them.
       const std::string_view partial = s.substr(out.start);
-      const bool named = std::any_of(words.begin(), words.end(), [&](const std::string& w) { return w.starts_with(partial); });
+      const bool named = std::any_of(words.begin(), words.end(),
+                                     [&](const std::string& w) { return w.starts_with(partial); });
       if (!named && !(partial.empty() && at.open.empty())) global_words(L, words);
     }
   }

@@ -33,7 +33,8 @@ Keys keys_of(lua_State* L, int table) {
       k.greatest = std::max(k.greatest, lua_tointeger(L, -2));
     } else if (!k.has_other) {
       k.has_other = true;
-      k.other = lua_type(L, -2) == LUA_TNUMBER ? "number that is not 1, 2, 3, ..." : type_text(L, -2);
+      k.other =
+          lua_type(L, -2) == LUA_TNUMBER ? "number that is not 1, 2, 3, ..." : type_text(L, -2);
     }
     lua_pop(L, 1);
   }
@@ -59,12 +60,14 @@ Result<Value> list_from(lua_State* L, int table, std::size_t count, int depth) {
 
 Result<Value> table_to_value(lua_State* L, int table, int depth) {
   if (depth >= kDeepestValue)
-    return bad_value("the table is nested deeper than " + std::to_string(kDeepestValue) + " levels or contains itself",
+    return bad_value("the table is nested deeper than " + std::to_string(kDeepestValue) +
+                         " levels or contains itself",
                      "Give a flatter table.");
   if (!lua_checkstack(L, 6)) return bad_value("the Lua stack is full", "Give a flatter table.");
   const Keys keys = keys_of(L, table);
   if (keys.has_other)
-    return bad_value("a table has a key that is a " + keys.other, "Use names or the numbers 1, 2, 3, ... as keys.");
+    return bad_value("a table has a key that is a " + keys.other,
+                     "Use names or the numbers 1, 2, 3, ... as keys.");
   if (keys.strings > 0 && keys.integers > 0)
     return bad_value("a table mixes named and numbered entries",
                      "Give either a list {1, 2, 3} or named values {a = 1, b = 2}.");
@@ -74,8 +77,8 @@ Result<Value> table_to_value(lua_State* L, int table, int depth) {
     return Value(std::move(*map));
   }
   if (keys.greatest != static_cast<lua_Integer>(keys.integers))
-    return bad_value("a list has holes: it has " + std::to_string(keys.integers) + " entries, the last one is number " +
-                         std::to_string(keys.greatest),
+    return bad_value("a list has holes: it has " + std::to_string(keys.integers) +
+                         " entries, the last one is number " + std::to_string(keys.greatest),
                      "Number the entries 1, 2, 3, ... without nil between.");
   return list_from(L, table, keys.integers, depth);
 }
@@ -85,7 +88,8 @@ Result<Value> table_to_value(lua_State* L, int table, int depth) {
 Result<Map> to_map(lua_State* L, int index, int depth) {
   const int table = lua_absindex(L, index);
   if (depth >= kDeepestValue || !lua_checkstack(L, 6))
-    return bad_value("the table is nested deeper than " + std::to_string(kDeepestValue) + " levels or contains itself",
+    return bad_value("the table is nested deeper than " + std::to_string(kDeepestValue) +
+                         " levels or contains itself",
                      "Give a flatter table.");
   std::vector<Map::Entry> entries;
   lua_pushnil(L);
@@ -107,7 +111,8 @@ Result<Map> to_map(lua_State* L, int index, int depth) {
     lua_pop(L, 1);
   }
   // Lua's order of keys differs from run to run; logs and files must not.
-  std::sort(entries.begin(), entries.end(), [](const Map::Entry& a, const Map::Entry& b) { return a.first < b.first; });
+  std::sort(entries.begin(), entries.end(),
+            [](const Map::Entry& a, const Map::Entry& b) { return a.first < b.first; });
   Map map;
   for (Map::Entry& e : entries) map.set(std::move(e.first), std::move(e.second));
   return map;
@@ -130,10 +135,12 @@ Result<Value> to_value(lua_State* L, int index, int depth) {
     case LUA_TUSERDATA:
       if (const ArrayBox* a = array_at(L, index)) return Value(a->value());
       if (auto h = handle_at(L, index)) return Value(std::move(*h));
-      return bad_value("a userdata of another library cannot be given to a command", "Give numbers, texts, tables or handles.");
+      return bad_value("a userdata of another library cannot be given to a command",
+                       "Give numbers, texts, tables or handles.");
     case LUA_TTABLE: return table_to_value(L, index, depth);
     default:
-      return bad_value("a " + type_text(L, index) + " cannot be given to a command", "Give numbers, texts, tables or handles.");
+      return bad_value("a " + type_text(L, index) + " cannot be given to a command",
+                       "Give numbers, texts, tables or handles.");
   }
 }
 
@@ -147,7 +154,8 @@ Result<std::vector<double>> to_reals(lua_State* L, int index, std::string_view w
     return out;
   }
   if (!lua_istable(L, index))
-    return bad_value(std::string(what) + " is a " + type_text(L, index) + ", not a list of numbers", "Give numbers such as {1, 2, 3}.");
+    return bad_value(std::string(what) + " is a " + type_text(L, index) + ", not a list of numbers",
+                     "Give numbers such as {1, 2, 3}.");
   const auto count = lua_rawlen(L, index);
   out.reserve(count);
   for (lua_Unsigned i = 1; i <= count; ++i) {
@@ -155,7 +163,9 @@ Result<std::vector<double>> to_reals(lua_State* L, int index, std::string_view w
     const double v = lua_tonumber(L, -1);
     lua_pop(L, 1);
     if (type != LUA_TNUMBER)
-      return bad_value(std::string(what) + " has an entry [" + std::to_string(i) + "] that is not a number", "Give numbers such as {1, 2, 3}.");
+      return bad_value(
+          std::string(what) + " has an entry [" + std::to_string(i) + "] that is not a number",
+          "Give numbers such as {1, 2, 3}.");
     out.push_back(v);
   }
   return out;
@@ -189,7 +199,8 @@ std::string_view field_unit(const ioci::ReturnSpec* returns, std::string_view na
   return {};
 }
 
-void push_any(Impl& impl, lua_State* L, const Value& v, const ioci::ReturnSpec* returns, std::string_view unit);
+void push_any(Impl& impl, lua_State* L, const Value& v, const ioci::ReturnSpec* returns,
+              std::string_view unit);
 
 void push_map(Impl& impl, lua_State* L, const Map& map, const ioci::ReturnSpec* returns) {
   lua_createtable(L, 0, static_cast<int>(map.size()));
@@ -200,14 +211,17 @@ void push_map(Impl& impl, lua_State* L, const Map& map, const ioci::ReturnSpec* 
   }
 }
 
-void push_any(Impl& impl, lua_State* L, const Value& v, const ioci::ReturnSpec* returns, std::string_view unit) {
+void push_any(Impl& impl, lua_State* L, const Value& v, const ioci::ReturnSpec* returns,
+              std::string_view unit) {
   luaL_checkstack(L, 8, "a value is nested too deep");
   switch (v.type()) {
     case Value::Type::nil: lua_pushnil(L); return;
     case Value::Type::boolean: lua_pushboolean(L, *v.as_bool() ? 1 : 0); return;
     case Value::Type::integer: lua_pushinteger(L, *v.as_int()); return;
     case Value::Type::real: lua_pushnumber(L, *v.as_real()); return;
-    case Value::Type::string: lua_pushlstring(L, v.as_string()->data(), v.as_string()->size()); return;
+    case Value::Type::string:
+      lua_pushlstring(L, v.as_string()->data(), v.as_string()->size());
+      return;
     case Value::Type::array: push_array(impl, L, *v.as_array(), unit); return;
     case Value::Type::handle: push_handle(impl, L, *v.as_handle()); return;
     case Value::Type::map: push_map(impl, L, *v.as_map(), returns); break;
@@ -242,7 +256,8 @@ const ioci::ReturnSpec* returns_of(lua_State* L, int index) {
   return returns;
 }
 
-// --- errors ---------------------------------------------------------------------------------------
+// --- errors
+// ---------------------------------------------------------------------------------------
 
 namespace {
 
@@ -257,7 +272,8 @@ std::string string_field(lua_State* L, int table, const char* name) {
 }
 
 ErrorCode code_from(std::string_view word) {
-  for (auto i = static_cast<std::int32_t>(ErrorCode::invalid_argument); i <= static_cast<std::int32_t>(ErrorCode::script_failed); ++i)
+  for (auto i = static_cast<std::int32_t>(ErrorCode::invalid_argument);
+       i <= static_cast<std::int32_t>(ErrorCode::script_failed); ++i)
     if (to_string(static_cast<ErrorCode>(i)) == word) return static_cast<ErrorCode>(i);
   return ErrorCode::script_failed;
 }
@@ -308,7 +324,8 @@ Error to_error(lua_State* L, int index) {
     auto [at, message] = split_place(lua_tostring(L, index));
     return error(ErrorCode::script_failed, std::move(message), {}, std::move(at));
   }
-  return error(ErrorCode::script_failed, "a script raised a " + type_text(L, index) + " instead of a text",
+  return error(ErrorCode::script_failed,
+               "a script raised a " + type_text(L, index) + " instead of a text",
                "Raise errors by error(\"what happened\").");
 }
 
@@ -324,7 +341,8 @@ std::string place(lua_State* L, int level) {
 namespace {
 Result<int> error_text(Impl&, lua_State* L) {
   Error e = to_error(L, 1);
-  if (lua_istable(L, 1)) e.where = string_field(L, 1, "where");  // the sentence is without the script line
+  if (lua_istable(L, 1))
+    e.where = string_field(L, 1, "where");  // the sentence is without the script line
   const std::string text = e.sentence();
   lua_pushlstring(L, text.data(), text.size());
   return 1;
@@ -340,14 +358,16 @@ void open_errors(lua_State* L) {
   lua_rawsetp(L, LUA_REGISTRYINDEX, &kErrorKey);
 }
 
-// --- text -------------------------------------------------------------------------------------------
+// --- text
+// -------------------------------------------------------------------------------------------
 
 namespace {
 
 std::string basic_text(Impl& impl, lua_State* L, int index) {
   switch (lua_type(L, index)) {
     case LUA_TFUNCTION:
-      if (const ioci::CommandSpec* spec = command_of(L, index)) return "command " + spec->name + ": " + spec->summary;
+      if (const ioci::CommandSpec* spec = command_of(L, index))
+        return "command " + spec->name + ": " + spec->summary;
       return "function";
     case LUA_TTABLE: return "table";
     case LUA_TTHREAD: return "coroutine";
@@ -367,7 +387,9 @@ std::string shallow_text(Impl& impl, lua_State* L, int table) {
   lua_pushnil(L);
   while (lua_next(L, table) != 0) {
     if (++count <= kMost) {
-      const std::string key = lua_type(L, -2) == LUA_TSTRING ? lua_tostring(L, -2) : "[" + basic_text(impl, L, lua_absindex(L, -2)) + "]";
+      const std::string key = lua_type(L, -2) == LUA_TSTRING
+                                  ? lua_tostring(L, -2)
+                                  : "[" + basic_text(impl, L, lua_absindex(L, -2)) + "]";
       lines.push_back(key + " = " + basic_text(impl, L, lua_absindex(L, -1)));
     }
     lua_pop(L, 1);
@@ -391,7 +413,8 @@ std::string pretty_of(Impl& impl, lua_State* L, int index) {
   }
   const auto value = to_value(L, index);
   if (!value.ok()) return shallow_text(impl, L, index);
-  return pretty(*value, returns_of(L, index), [&](const Handle& h) { return impl.app.describe(h); });
+  return pretty(*value, returns_of(L, index),
+                [&](const Handle& h) { return impl.app.describe(h); });
 }
 
 }  // namespace robomosp::lua

@@ -19,7 +19,8 @@ Error misuse(std::string message, std::string hint) {
 
 Result<double> need_number(lua_State* L, int index, const char* what) {
   if (lua_type(L, index) != LUA_TNUMBER)
-    return misuse(std::string(what) + " must be a number, not a " + luaL_typename(L, index), "Write a number such as 0.5.");
+    return misuse(std::string(what) + " must be a number, not a " + luaL_typename(L, index),
+                  "Write a number such as 0.5.");
   return static_cast<double>(lua_tonumber(L, index));
 }
 
@@ -48,12 +49,16 @@ Result<int> convert(Impl& impl, lua_State* L, const char* from, const char* si) 
     return 1;
   }
   if (!lua_istable(L, 1) && !array_at(L, 1))
-    return misuse(std::string(from) + "(x) needs a number or a list of numbers, not a " + luaL_typename(L, 1),
-                  "Write " + std::string(from) + "(90).");
+    return misuse(
+        std::string(from) + "(x) needs a number or a list of numbers, not a " + luaL_typename(L, 1),
+        "Write " + std::string(from) + "(90).");
   RMP_TRY_ASSIGN(auto numbers, to_reals(L, 1, "the argument"));
   for (double& x : numbers) x = units::to_si(x, *unit);
   const ArrayBox* a = array_at(L, 1);
-  push_array(impl, L, a && a->is_matrix() ? NumericArray(std::move(numbers), a->source.rows(), a->source.cols(), si) : NumericArray(std::move(numbers), si));
+  push_array(impl, L,
+             a && a->is_matrix()
+                 ? NumericArray(std::move(numbers), a->source.rows(), a->source.cols(), si)
+                 : NumericArray(std::move(numbers), si));
   return 1;
 }
 Result<int> degrees(Impl& impl, lua_State* L) { return convert(impl, L, "deg", "rad"); }
@@ -64,7 +69,9 @@ Result<Vec3> three(lua_State* L, int first, const char* what) {
   if (lua_istable(L, first) || array_at(L, first)) {
     RMP_TRY_ASSIGN(const auto numbers, to_reals(L, first, what));
     if (numbers.size() != 3)
-      return misuse(std::string(what) + " has " + std::to_string(numbers.size()) + " numbers; three are needed", "Write {0.1, 0, 0.2}.");
+      return misuse(std::string(what) + " has " + std::to_string(numbers.size()) +
+                        " numbers; three are needed",
+                    "Write {0.1, 0, 0.2}.");
     return Vec3{numbers[0], numbers[1], numbers[2]};
   }
   for (int i = 0; i < 3; ++i) {
@@ -94,7 +101,8 @@ Result<int> pose(Impl& impl, lua_State* L) {
     } else if (r.size() == 9) {
       std::copy(r.begin(), r.end(), t.R.begin());
     } else {
-      return misuse("the rotation of a pose has " + std::to_string(r.size()) + " numbers", "Give rpy(roll, pitch, yaw) or a 3x3 matrix.");
+      return misuse("the rotation of a pose has " + std::to_string(r.size()) + " numbers",
+                    "Give rpy(roll, pitch, yaw) or a 3x3 matrix.");
     }
   }
   push(impl, L, pose_value(t));
@@ -107,7 +115,8 @@ Result<int> help(Impl& impl, lua_State* L) {
   if (!lua_isnoneornil(L, 1)) {
     const auto topic = help_topic(impl, L, 1);
     if (!topic)
-      return misuse(std::string("there is no help about a ") + luaL_typename(L, 1), "Give a command, a handle, or a name in quotes.");
+      return misuse(std::string("there is no help about a ") + luaL_typename(L, 1),
+                    "Give a command, a handle, or a name in quotes.");
     args.set("topic", *topic);
   }
   auto text = impl.app.dispatch(impl.session, "help", args);
@@ -129,7 +138,8 @@ Result<int> tic(Impl&, lua_State* L) {
 }
 /// toc(): seconds since tic().
 Result<int> toc(Impl&, lua_State* L) {
-  if (lua_rawgetp(L, LUA_REGISTRYINDEX, &kTicKey) != LUA_TNUMBER) return misuse("toc() was called before tic()", "Call tic() first.");
+  if (lua_rawgetp(L, LUA_REGISTRYINDEX, &kTicKey) != LUA_TNUMBER)
+    return misuse("toc() was called before tic()", "Call tic() first.");
   lua_pushnumber(L, seconds() - lua_tonumber(L, -1));
   return 1;
 }
@@ -228,9 +238,10 @@ std::optional<std::string> help_topic(Impl& impl, lua_State* L, int index) {
 void open_globals(Impl& impl, lua_State* L) {
   tame_libraries(impl, L);
   static constexpr luaL_Reg kFunctions[] = {
-      {"print", entry<print>},   {"help", entry<help>}, {"deg", entry<degrees>}, {"mm", entry<millimetres>},
-      {"rpy", entry<rpy>},       {"pose", entry<pose>}, {"tic", entry<tic>},     {"toc", entry<toc>},
-      {"traceback", entry<traceback>}, {nullptr, nullptr}};
+      {"print", entry<print>},    {"help", entry<help>}, {"deg", entry<degrees>},
+      {"mm", entry<millimetres>}, {"rpy", entry<rpy>},   {"pose", entry<pose>},
+      {"tic", entry<tic>},        {"toc", entry<toc>},   {"traceback", entry<traceback>},
+      {nullptr, nullptr}};
   lua_pushglobaltable(L);
   luaL_setfuncs(L, kFunctions, 0);
   lua_pushnumber(L, std::numbers::pi);

@@ -21,7 +21,8 @@ Result<int> index_handle(Impl& impl, lua_State* L) {
   lua_pushvalue(L, 2);
   if (lua_rawget(L, lua_upvalueindex(1)) != LUA_TNIL) return 1;
   const Handle h = checked_handle(L, 1);
-  const std::string_view key = lua_type(L, 2) == LUA_TSTRING ? std::string_view(lua_tostring(L, 2)) : std::string_view();
+  const std::string_view key =
+      lua_type(L, 2) == LUA_TSTRING ? std::string_view(lua_tostring(L, 2)) : std::string_view();
   if (key == "kind") {
     lua_pushlstring(L, h.kind.data(), h.kind.size());
     return 1;
@@ -37,20 +38,23 @@ Result<int> index_handle(Impl& impl, lua_State* L) {
   }
   if (key == "name") {
     if (!name)
-      return error(ErrorCode::stale_handle, impl.app.describe(h) + " no longer exists", "Get a new handle by name.");
+      return error(ErrorCode::stale_handle, impl.app.describe(h) + " no longer exists",
+                   "Get a new handle by name.");
     lua_pushlstring(L, name->data(), name->size());
     return 1;
   }
   std::vector<std::string> known = method_names(impl, h.kind);
   std::string hint = text::did_you_mean(key, known);
   if (hint.empty()) hint = "help(x) lists the methods of x.";
-  return error(ErrorCode::unknown_name, "a " + h.kind + " has no method " + text::quote(key), std::move(hint), impl.app.describe(h));
+  return error(ErrorCode::unknown_name, "a " + h.kind + " has no method " + text::quote(key),
+               std::move(hint), impl.app.describe(h));
 }
 
 Result<int> assign_handle(Impl& impl, lua_State* L) {
   const Handle h = checked_handle(L, 1);
   return error(ErrorCode::invalid_argument, "fields of a " + h.kind + " cannot be assigned",
-               "Edit it by a command, for example x:set{...}; help(x) lists them.", impl.app.describe(h));
+               "Edit it by a command, for example x:set{...}; help(x) lists them.",
+               impl.app.describe(h));
 }
 
 Result<int> equal_handles(Impl&, lua_State* L) {
@@ -124,7 +128,8 @@ void push_handle(Impl& impl, lua_State* L, const Handle& handle) {
 
 std::vector<std::string> method_names(const Impl& impl, std::string_view kind) {
   std::vector<std::string> out;
-  for (const ioci::CommandSpec* spec : impl.app.commands.methods_of(kind)) out.push_back(spec->name.substr(kind.size() + 1));
+  for (const ioci::CommandSpec* spec : impl.app.commands.methods_of(kind))
+    out.push_back(spec->name.substr(kind.size() + 1));
   return out;
 }
 

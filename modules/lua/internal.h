@@ -40,7 +40,9 @@ struct ArrayBox {
 
   [[nodiscard]] bool is_matrix() const { return row == kWhole && source.is_matrix(); }
   [[nodiscard]] std::size_t length() const { return row != kWhole ? source.cols() : source.rows(); }
-  [[nodiscard]] double entry(std::size_t i) const { return row != kWhole ? source.at(row, i) : source[i]; }
+  [[nodiscard]] double entry(std::size_t i) const {
+    return row != kWhole ? source.at(row, i) : source[i];
+  }
   [[nodiscard]] NumericArray value() const;  ///< the viewed numbers with their unit
 };
 
@@ -57,7 +59,8 @@ struct LuaProvider {
 }  // namespace robomosp::lua
 
 struct robomosp::lua::LuaState::Impl {
-  Impl(ioci::Application& a, ioci::Session& s, LuaOptions o) : app(a), session(s), options(std::move(o)) {}
+  Impl(ioci::Application& a, ioci::Session& s, LuaOptions o)
+      : app(a), session(s), options(std::move(o)) {}
 
   ioci::Application& app;
   ioci::Session& session;
@@ -68,7 +71,7 @@ struct robomosp::lua::LuaState::Impl {
   std::size_t used = 0;          ///< bytes allocated by Lua
   std::size_t external = 0;      ///< bytes of arrays held by userdata
   std::size_t collect_at = std::size_t{64} << 20;  ///< `external` at which a full collection runs
-  bool stopping = false;         ///< an interrupt is on its way up
+  bool stopping = false;                           ///< an interrupt is on its way up
   std::optional<int> exit_code;
   std::string traceback;
   std::map<std::string, std::unique_ptr<KindInfo>, std::less<>> kinds;
@@ -80,7 +83,9 @@ namespace robomosp::lua {
 
 using Impl = LuaState::Impl;
 
-[[nodiscard]] inline Impl& impl_of(lua_State* L) { return **static_cast<Impl**>(lua_getextraspace(L)); }
+[[nodiscard]] inline Impl& impl_of(lua_State* L) {
+  return **static_cast<Impl**>(lua_getextraspace(L));
+}
 
 // --- the trampoline (call.cpp), the only place that raises -----------------------------------
 
@@ -147,14 +152,16 @@ void push_handle(Impl&, lua_State* L, const Handle& handle);
 
 // --- the rest -----------------------------------------------------------------------------------
 
-void open_globals(Impl&, lua_State* L);    ///< print, help, deg, pose, ... (globals.cpp)
-void open_providers(Impl&, lua_State* L);  ///< ioci.provide, ioci.withdraw; `ioci` is on top (provide.cpp)
+void open_globals(Impl&, lua_State* L);  ///< print, help, deg, pose, ... (globals.cpp)
+void open_providers(Impl&,
+                    lua_State* L);  ///< ioci.provide, ioci.withdraw; `ioci` is on top (provide.cpp)
 void withdraw_all(Impl&);
 /// Re-arms the hook that looks for Ctrl-C and the time to stop (lua_state.cpp).
 void stop_script(Impl&, lua_State* L);
 [[nodiscard]] bool is_stopping(const Impl&);
 /// Candidates at a cursor (complete.cpp).
-[[nodiscard]] Completion completion(Impl&, lua_State* L, std::string_view input, std::size_t cursor);
+[[nodiscard]] Completion completion(Impl&, lua_State* L, std::string_view input,
+                                    std::size_t cursor);
 /// Prints through the session's sink.
 void print_text(Impl&, std::string_view text);
 /// The topic of the command `help` that explains the value at `index`; nullopt for a value that is

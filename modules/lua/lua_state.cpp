@@ -27,7 +27,9 @@ void* allocate(void* ud, void* block, std::size_t old_size, std::size_t new_size
     impl.used -= old_size;
     return nullptr;
   }
-  if (new_size > old_size && impl.used + impl.external + (new_size - old_size) > impl.options.memory_limit) return nullptr;
+  if (new_size > old_size &&
+      impl.used + impl.external + (new_size - old_size) > impl.options.memory_limit)
+    return nullptr;
   void* fresh = std::realloc(block, new_size);
   if (fresh) impl.used += new_size - old_size;
   return fresh;
@@ -43,7 +45,10 @@ void hook(lua_State* L, lua_Debug*) {
     return;
   }
   stop_script(impl, L);
-  push_error(L, error(ErrorCode::cancelled, impl.exit_code ? "the script asked to exit" : "the script was interrupted"), place(L, 0));
+  push_error(L,
+             error(ErrorCode::cancelled,
+                   impl.exit_code ? "the script asked to exit" : "the script was interrupted"),
+             place(L, 0));
   lua_error(L);
 }
 
@@ -96,7 +101,8 @@ Result<void> protect(Impl& impl, const Body& body) {
   const Run run(impl);
   lua_State* L = Run::state(impl);
   Job job{&body, {}};
-  if (!lua_checkstack(L, 20)) return error(ErrorCode::script_failed, "the Lua stack is full", "Call less deep.");
+  if (!lua_checkstack(L, 20))
+    return error(ErrorCode::script_failed, "the Lua stack is full", "Call less deep.");
   lua_pushcfunction(L, entry<run_job>);
   lua_pushlightuserdata(L, &job);
   RMP_TRY(call(impl, L, 1, 0));
@@ -141,7 +147,8 @@ bool compiles(lua_State* L, const std::string& code) {
 
 /// A classic line begins with one of the paper's nouns and is not Lua.
 bool is_classic(const Impl& impl, lua_State* L, std::string_view input) {
-  const auto end = std::find_if(input.begin(), input.end(), [](char c) { return c == ' ' || c == '\t'; });
+  const auto end =
+      std::find_if(input.begin(), input.end(), [](char c) { return c == ' ' || c == '\t'; });
   const std::string word = lower(std::string_view(input.begin(), end));
   if (!std::binary_search(impl.classic_nouns.begin(), impl.classic_nouns.end(), word)) return false;
   const std::string code(input);
@@ -169,7 +176,8 @@ Result<void> run_input(Impl& impl, lua_State* L, std::string_view input) {
       topic = help_topic(impl, L, -1);
       lua_pop(L, 1);
     }
-    auto text = impl.app.dispatch(impl.session, "help", Map{{"topic", topic ? *topic : std::string(about)}});
+    auto text = impl.app.dispatch(impl.session, "help",
+                                  Map{{"topic", topic ? *topic : std::string(about)}});
     if (!text.ok()) return std::move(text).error();
     push(impl, L, *text);
     return {};
@@ -220,7 +228,8 @@ LuaState::LuaState(ioci::Application& app, ioci::Session& session, LuaOptions op
   std::set<std::string> nouns;
   for (const ioci::CommandSpec* spec : app.commands.list())
     for (const std::string_view spelling : text::split(spec->classic, '|'))
-      if (const auto t = text::trim(spelling); !t.empty()) nouns.insert(lower(t.substr(0, t.find(' '))));
+      if (const auto t = text::trim(spelling); !t.empty())
+        nouns.insert(lower(t.substr(0, t.find(' '))));
   impl_->classic_nouns.assign(nouns.begin(), nouns.end());
   const auto opened = protect(*impl_, [this](lua_State* l) -> Result<void> {
     luaL_openlibs(l);
@@ -238,11 +247,14 @@ LuaState::~LuaState() {
   lua_close(impl_->main);
 }
 
-Result<void> LuaState::run_file(const std::filesystem::path& file, std::span<const std::string> args) {
+Result<void> LuaState::run_file(const std::filesystem::path& file,
+                                std::span<const std::string> args) {
   std::ifstream in(file, std::ios::binary);
   std::error_code ec;
   if (!in || std::filesystem::is_directory(file, ec))
-    return error(ErrorCode::not_found, "there is no script \"" + file.string() + "\" that can be read", "Check the path.");
+    return error(ErrorCode::not_found,
+                 "there is no script \"" + file.string() + "\" that can be read",
+                 "Check the path.");
   const std::string code((std::istreambuf_iterator<char>(in)), {});
   return protect(*impl_, [&](lua_State* L) -> Result<void> {
     RMP_TRY(load(L, without_shebang(code), "@" + file.string()));
@@ -302,7 +314,9 @@ bool LuaState::is_incomplete(std::string_view input) const {
   bool incomplete = false;
   const auto done = protect(*impl_, [&](lua_State* L) -> Result<void> {
     const std::string_view trimmed = text::trim(input);
-    if (trimmed.empty() || trimmed.ends_with("?") || is_classic(*impl_, L, trimmed) || load_input(L, trimmed).ok()) return {};
+    if (trimmed.empty() || trimmed.ends_with("?") || is_classic(*impl_, L, trimmed) ||
+        load_input(L, trimmed).ok())
+      return {};
     const std::string code(trimmed.starts_with("=") ? trimmed.substr(1) : trimmed);
     // An expression that goes on is incomplete as `return x`, a statement as itself.
     for (const std::string& attempt : {"return " + code, code}) {

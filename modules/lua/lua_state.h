@@ -39,7 +39,8 @@ class LuaState {
  public:
   /// Both outlive the state.
   LuaState(ioci::Application& app, ioci::Session& session, LuaOptions options = {});
-  /// Withdraws the providers that its scripts gave; adapters still held elsewhere answer with an error.
+  /// Withdraws the providers that its scripts gave; adapters still held elsewhere answer with an
+  /// error.
   ~LuaState();
   LuaState(const LuaState&) = delete;
   LuaState& operator=(const LuaState&) = delete;

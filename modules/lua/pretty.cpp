@@ -37,8 +37,8 @@ std::vector<std::size_t> shown_rows(std::size_t count, std::size_t most) {
 
 /// Width in characters, not bytes.
 std::size_t width_of(std::string_view s) {
-  return static_cast<std::size_t>(
-      std::count_if(s.begin(), s.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; }));
+  return static_cast<std::size_t>(std::count_if(
+      s.begin(), s.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; }));
 }
 
 void pad(std::string& out, std::size_t used, std::size_t wanted) {
@@ -63,12 +63,15 @@ bool is_identifier(std::string_view s) {
 
 class Printer {
  public:
-  Printer(const DescribeHandle& describe, const PrettyStyle& style) : describe_(describe), style_(style) {}
+  Printer(const DescribeHandle& describe, const PrettyStyle& style)
+      : describe_(describe), style_(style) {}
 
-  std::string print(const Value& v, std::string_view unit, const std::vector<ParamSpec>* fields, int depth) const {
+  std::string print(const Value& v, std::string_view unit, const std::vector<ParamSpec>* fields,
+                    int depth) const {
     if (depth > kDeepest) return v.text();
     if (v.is_number()) return with_unit(number(v), unit);
-    if (const NumericArray* a = v.as_array()) return pretty_array(*a, a->unit().empty() ? unit : a->unit(), style_);
+    if (const NumericArray* a = v.as_array())
+      return pretty_array(*a, a->unit().empty() ? unit : a->unit(), style_);
     if (const Handle* h = v.as_handle()) return describe_(*h);
     if (const std::string* s = v.as_string()) return depth == 0 ? *s : text::quote(*s);
     if (const Map* m = v.as_map()) return print_map(*m, fields, depth);
@@ -84,12 +87,14 @@ class Printer {
 
   static const ParamSpec* field(const std::vector<ParamSpec>* fields, std::string_view name) {
     if (!fields) return nullptr;
-    const auto it = std::find_if(fields->begin(), fields->end(), [&](const ParamSpec& f) { return f.name == name; });
+    const auto it = std::find_if(fields->begin(), fields->end(),
+                                 [&](const ParamSpec& f) { return f.name == name; });
     return it == fields->end() ? nullptr : &*it;
   }
 
   /// Keys of a map: those of the return's fields in their order, then the rest as they come.
-  static std::vector<const Map::Entry*> ordered(const Map& m, const std::vector<ParamSpec>* fields) {
+  static std::vector<const Map::Entry*> ordered(const Map& m,
+                                                const std::vector<ParamSpec>* fields) {
     std::vector<const Map::Entry*> out;
     if (fields)
       for (const ParamSpec& f : *fields)
@@ -112,7 +117,8 @@ class Printer {
       std::string key = is_identifier(e->first) ? e->first : "[" + text::quote(e->first) + "]";
       pad(key, width_of(key), widest);
       key += " = ";
-      const std::string body = print(e->second, f ? std::string_view(f->unit) : std::string_view(), nullptr, depth + 1);
+      const std::string body =
+          print(e->second, f ? std::string_view(f->unit) : std::string_view(), nullptr, depth + 1);
       if (!out.empty()) out += '\n';
       const bool is_nested = e->second.as_map() && !e->second.as_map()->empty();
       if (is_nested) {
@@ -133,7 +139,8 @@ class Printer {
       for (const Map::Entry& e : *row.as_map())
         if (std::find(names.begin(), names.end(), e.first) == names.end()) names.push_back(e.first);
     std::erase_if(names, [&](const std::string& n) {
-      return std::none_of(rows.begin(), rows.end(), [&](const Value& r) { return r.as_map()->find(n) != nullptr; });
+      return std::none_of(rows.begin(), rows.end(),
+                          [&](const Value& r) { return r.as_map()->find(n) != nullptr; });
     });
 
     const auto visible = shown_rows(rows.size(), style_.most_rows);
@@ -182,7 +189,8 @@ class Printer {
     std::string s;
     if (const Handle* h = v.as_handle()) s = describe_(*h);
     else if (const std::string* t = v.as_string()) s = *t;
-    else if (v.as_array() && !v.as_array()->is_matrix()) s = pretty_array(*v.as_array(), {}, style_);
+    else if (v.as_array() && !v.as_array()->is_matrix())
+      s = pretty_array(*v.as_array(), {}, style_);
     else if (v.is_number()) s = number(v);
     else s = v.text();
     std::replace(s.begin(), s.end(), '\n', ' ');
@@ -199,22 +207,28 @@ class Printer {
     return s;
   }
 
-  std::string print_list(const List& list, std::string_view unit, const std::vector<ParamSpec>* fields, int depth) const {
+  std::string print_list(const List& list, std::string_view unit,
+                         const std::vector<ParamSpec>* fields, int depth) const {
     if (list.empty()) return "{}";
-    const bool all_maps =
-        std::all_of(list.begin(), list.end(), [](const Value& v) { return v.as_map() && !v.as_map()->empty(); });
+    const bool all_maps = std::all_of(list.begin(), list.end(), [](const Value& v) {
+      return v.as_map() && !v.as_map()->empty();
+    });
     if (all_maps && depth <= 1) return print_table(list, fields);
 
     std::vector<std::string> items;
     std::size_t total = 0;
     bool has_lines = false;
-    for (const std::size_t i : shown_rows(list.size(), std::max<std::size_t>(style_.most_rows, 4))) {
+    for (const std::size_t i :
+         shown_rows(list.size(), std::max<std::size_t>(style_.most_rows, 4))) {
       if (i == list.size()) items.emplace_back("...");
-      else items.push_back(list[i].as_map() ? list[i].text() : print(list[i], {}, nullptr, depth + 1));
+      else
+        items.push_back(list[i].as_map() ? list[i].text() : print(list[i], {}, nullptr, depth + 1));
       total += width_of(items.back()) + 2;
       has_lines = has_lines || items.back().find('\n') != std::string::npos;
     }
-    const bool all_handles = depth == 0 && std::all_of(list.begin(), list.end(), [](const Value& v) { return v.as_handle(); });
+    const bool all_handles =
+        depth == 0 &&
+        std::all_of(list.begin(), list.end(), [](const Value& v) { return v.as_handle(); });
     if (!has_lines && !all_handles && total <= style_.width) {
       return with_unit("{" + text::join(items, ", ") + "}", unit);
     }
@@ -227,11 +241,13 @@ class Printer {
 
 }  // namespace
 
-std::string pretty_array(const NumericArray& array, std::string_view unit, const PrettyStyle& style) {
+std::string pretty_array(const NumericArray& array, std::string_view unit,
+                         const PrettyStyle& style) {
   const auto print = [&](double v) { return text::print_rounded(v, style.digits); };
   if (!array.is_matrix()) {
     std::vector<std::string> cells;
-    for (const std::size_t i : shown_rows(array.size(), 4 * style.most_rows)) cells.push_back(i == array.size() ? "..." : print(array[i]));
+    for (const std::size_t i : shown_rows(array.size(), 4 * style.most_rows))
+      cells.push_back(i == array.size() ? "..." : print(array[i]));
     return with_unit("{" + text::join(cells, ", ") + "}", unit);
   }
   const auto rows = shown_rows(array.rows(), style.most_rows);
@@ -258,7 +274,8 @@ std::string pretty_array(const NumericArray& array, std::string_view unit, const
   return with_unit(std::move(out), unit);
 }
 
-std::string pretty(const Value& value, const ioci::ReturnSpec* returns, const DescribeHandle& describe, const PrettyStyle& style) {
+std::string pretty(const Value& value, const ioci::ReturnSpec* returns,
+                   const DescribeHandle& describe, const PrettyStyle& style) {
   const Printer printer(describe, style);
   return printer.print(value, returns ? std::string_view(returns->unit) : std::string_view(),
                        returns && !returns->fields.empty() ? &returns->fields : nullptr, 0);

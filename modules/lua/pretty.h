@@ -14,9 +14,9 @@
 namespace robomosp::lua {
 
 struct PrettyStyle {
-  int digits = 6;               ///< significant digits
-  std::size_t width = 100;      ///< columns before a list is broken into lines
-  std::size_t most_rows = 60;   ///< longer matrices and lists are shortened in the middle
+  int digits = 6;              ///< significant digits
+  std::size_t width = 100;     ///< columns before a list is broken into lines
+  std::size_t most_rows = 60;  ///< longer matrices and lists are shortened in the middle
 };
 
 /// `robot:pa10#17` of a handle.
@@ -24,10 +24,11 @@ using DescribeHandle = std::function<std::string(const Handle&)>;
 
 /// Text of a value, without a trailing newline; `returns` (may be null) gives units and the order
 /// of fields. [any thread] if `describe` is.
-[[nodiscard]] std::string pretty(const Value& value, const ioci::ReturnSpec* returns, const DescribeHandle& describe,
-                                 const PrettyStyle& style = {});
+[[nodiscard]] std::string pretty(const Value& value, const ioci::ReturnSpec* returns,
+                                 const DescribeHandle& describe, const PrettyStyle& style = {});
 
 /// `{0.557, 0, 0.374} m`, or the aligned rows of a matrix with the unit behind the last one.
-[[nodiscard]] std::string pretty_array(const NumericArray& array, std::string_view unit, const PrettyStyle& style = {});
+[[nodiscard]] std::string pretty_array(const NumericArray& array, std::string_view unit,
+                                       const PrettyStyle& style = {});
 
 }  // namespace robomosp::lua

@@ -54,25 +54,25 @@ struct Material {
 /// One node of a solid's CSG tree, flat, parents before children.
 struct SolidNode {
   CsgKind kind = CsgKind::box;
-  std::string name;                ///< unique within the solid; how commands address the node
-  std::int32_t parent = -1;        ///< index of the parent, -1 for the root (node 0)
-  Placement placement;             ///< parent_T_node
-  std::array<double, 6> sizes{};   ///< in order of kCsgPrimitives [m]
+  std::string name;               ///< unique within the solid; how commands address the node
+  std::int32_t parent = -1;       ///< index of the parent, -1 for the root (node 0)
+  Placement placement;            ///< parent_T_node
+  std::array<double, 6> sizes{};  ///< in order of kCsgPrimitives [m]
 };
 
 struct Solid {
   std::string description;
-  MaterialId material;             ///< may be none: then the solid has no mass
-  double chord = 1e-4;             ///< tessellation: greatest chord distance [m]
+  MaterialId material;  ///< may be none: then the solid has no mass
+  double chord = 1e-4;  ///< tessellation: greatest chord distance [m]
   std::vector<SolidNode> nodes;
 };
 
 /// A part of an object: a solid or another object at a place.
 struct ObjectPart {
   std::string name;
-  AnyId what;                      ///< solid or object
-  Placement placement;             ///< object_T_part
-  MaterialId material;             ///< overrides the solid's own; may be none
+  AnyId what;           ///< solid or object
+  Placement placement;  ///< object_T_part
+  MaterialId material;  ///< overrides the solid's own; may be none
 };
 
 /// What happens where parts overlap.
@@ -114,13 +114,13 @@ struct Drive {
 
 /// A designed body: an object or solid at a place in the link's frame.
 struct BodyPart {
-  AnyId what;                   ///< object or solid
-  Placement placement;          ///< link_T_part
+  AnyId what;           ///< object or solid
+  Placement placement;  ///< link_T_part
 };
 
 struct Link {
   std::string name;
-  std::int32_t parent = -1;     ///< index of the parent link (< own index), -1 = base
+  std::int32_t parent = -1;  ///< index of the parent link (< own index), -1 = base
   JointKind joint = JointKind::revolute;
   DhRow row;
   double lower = -std::numeric_limits<double>::infinity();  ///< [rad or m]
@@ -136,63 +136,63 @@ struct Link {
 
 /// Where the links' masses come from.
 enum class MassSource : std::uint8_t {
-  given,    ///< the published values of the links; links without them have no mass
-  designed, ///< the designed parts; links without parts fall back to the given values
+  given,     ///< the published values of the links; links without them have no mass
+  designed,  ///< the designed parts; links without parts fall back to the given values
 };
 
 /// A named joint vector, such as "home" or "ready".
 struct NamedPose {
   std::string name;
-  std::vector<double> q;        ///< one entry a moving joint [rad or m]
+  std::vector<double> q;  ///< one entry a moving joint [rad or m]
 };
 
 struct Robot {
   std::string description;
-  std::string source;           ///< where the parameters come from
+  std::string source;  ///< where the parameters come from
   Convention convention = Convention::dh;
   MassSource mass_source = MassSource::given;
-  Placement base;               ///< mounting_T_base (a world adds its own placement before it)
+  Placement base;  ///< mounting_T_base (a world adds its own placement before it)
   std::vector<BodyPart> base_parts;
-  std::vector<Link> links;      ///< parents before children
-  Placement tool;               ///< last link_T_tool
+  std::vector<Link> links;  ///< parents before children
+  Placement tool;           ///< last link_T_tool
   std::vector<NamedPose> poses;
   ProviderChoice ik, inverse_dynamics, forward_dynamics;
-  Colour skin_colour{0.93F, 0.93F, 0.91F, 1.0F};    ///< generated bodies: tubes
-  Colour skin_accent{0.20F, 0.21F, 0.23F, 1.0F};    ///< generated bodies: joints
+  Colour skin_colour{0.93F, 0.93F, 0.91F, 1.0F};  ///< generated bodies: tubes
+  Colour skin_accent{0.20F, 0.21F, 0.23F, 1.0F};  ///< generated bodies: joints
 };
 
 /// A segment of a trajectory: a provider of robomosp.segment/1 with its control poses.
 struct TrajectorySegment {
-  ProviderChoice shape;         ///< "line", "circle", ...
+  ProviderChoice shape;  ///< "line", "circle", ...
   std::vector<Placement> points;
 };
 
 struct Trajectory {
   std::string description;
-  double sample_time = 0.01;    ///< default time between samples [s]
+  double sample_time = 0.01;  ///< default time between samples [s]
   std::vector<TrajectorySegment> segments;
 };
 
 struct PlacedObject {
-  std::string name;             ///< unique in the world
-  AnyId what;                   ///< object or solid
-  Placement placement;          ///< world_T_object
+  std::string name;     ///< unique in the world
+  AnyId what;           ///< object or solid
+  Placement placement;  ///< world_T_object
 };
 struct PlacedRobot {
   std::string name;
   RobotId robot;
-  Placement placement;          ///< world_T_mounting
-  std::vector<double> q;        ///< joint values shown; empty = the pose "home" or zeros
+  Placement placement;    ///< world_T_mounting
+  std::vector<double> q;  ///< joint values shown; empty = the pose "home" or zeros
 };
 struct PlacedTrajectory {
   std::string name;
   TrajectoryId trajectory;
-  Placement placement;          ///< world_T_trajectory
+  Placement placement;  ///< world_T_trajectory
 };
 
 struct World {
   std::string description;
-  Vec3 gravity{0, 0, -9.81};    ///< [m/s^2]
+  Vec3 gravity{0, 0, -9.81};  ///< [m/s^2]
   std::vector<PlacedObject> objects;
   std::vector<PlacedRobot> robots;
   std::vector<PlacedTrajectory> trajectories;
@@ -203,20 +203,40 @@ using Body = std::variant<Material, Solid, Object, Robot, Trajectory, World>;
 /// A record: a name, unique per kind, and its content. Immutable once in a document.
 struct Record {
   std::string name;
-  std::string file;             ///< where it was loaded from or saved to; "" = never
+  std::string file;  ///< where it was loaded from or saved to; "" = never
   Body body;
   [[nodiscard]] Kind kind() const { return static_cast<Kind>(body.index()); }
 };
 
 /// Kind of a record type: kind_of<Solid> == Kind::solid.
-template <class R> struct KindOf;
-template <> struct KindOf<Material> { static constexpr Kind value = Kind::material; };
-template <> struct KindOf<Solid> { static constexpr Kind value = Kind::solid; };
-template <> struct KindOf<Object> { static constexpr Kind value = Kind::object; };
-template <> struct KindOf<Robot> { static constexpr Kind value = Kind::robot; };
-template <> struct KindOf<Trajectory> { static constexpr Kind value = Kind::trajectory; };
-template <> struct KindOf<World> { static constexpr Kind value = Kind::world; };
-template <class R> inline constexpr Kind kind_of = KindOf<R>::value;
+template <class R>
+struct KindOf;
+template <>
+struct KindOf<Material> {
+  static constexpr Kind value = Kind::material;
+};
+template <>
+struct KindOf<Solid> {
+  static constexpr Kind value = Kind::solid;
+};
+template <>
+struct KindOf<Object> {
+  static constexpr Kind value = Kind::object;
+};
+template <>
+struct KindOf<Robot> {
+  static constexpr Kind value = Kind::robot;
+};
+template <>
+struct KindOf<Trajectory> {
+  static constexpr Kind value = Kind::trajectory;
+};
+template <>
+struct KindOf<World> {
+  static constexpr Kind value = Kind::world;
+};
+template <class R>
+inline constexpr Kind kind_of = KindOf<R>::value;
 
 /// Calls fn(AnyId, std::string_view field) for every record that `body` refers to, in order.
 template <class Fn>

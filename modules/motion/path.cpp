@@ -113,7 +113,8 @@ std::vector<double> Path::sample_times(double step) const {
   const double end = duration();
   const auto count = static_cast<std::size_t>(std::floor(end / step * (1 + 1e-12)));
   times.reserve(count + 2);
-  for (std::size_t i = 0; i <= count; ++i) times.push_back(std::min(static_cast<double>(i) * step, end));
+  for (std::size_t i = 0; i <= count; ++i)
+    times.push_back(std::min(static_cast<double>(i) * step, end));
   if (end - times.back() > 1e-9 * step) times.push_back(end);
   return times;
 }

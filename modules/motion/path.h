@@ -22,7 +22,8 @@ class Path {
  public:
   /// Builds every segment by its provider. A gap between consecutive segments (position or
   /// orientation) is an error that names both and tells its size.
-  static Result<std::shared_ptr<const Path>> build(const Registry&, std::string_view trajectory_name,
+  static Result<std::shared_ptr<const Path>> build(const Registry&,
+                                                   std::string_view trajectory_name,
                                                    const model::Trajectory&);
 
   [[nodiscard]] double duration() const { return starts_.back(); }  ///< [s]
@@ -44,7 +45,8 @@ class Path {
 inline constexpr double kJoinPosition = 1e-9;  ///< [m]
 inline constexpr double kJoinRotation = 1e-9;  ///< [rad]
 
-/// Params of a provider choice, checked against the provider's own table; `where` names it in errors.
+/// Params of a provider choice, checked against the provider's own table; `where` names it in
+/// errors.
 Result<std::unique_ptr<Params>> checked_params(const ProviderInfo&, const model::ProviderChoice&,
                                                std::string_view where);
 

@@ -20,8 +20,10 @@ namespace robomosp::shell {
 namespace fs = std::filesystem;
 
 fs::path history_file() {
-  if (const char* state = std::getenv("XDG_STATE_HOME"); state && *state == '/') return fs::path(state) / "robomosp" / "history";
-  if (const char* home = std::getenv("HOME"); home && *home) return fs::path(home) / ".local" / "state" / "robomosp" / "history";
+  if (const char* state = std::getenv("XDG_STATE_HOME"); state && *state == '/')
+    return fs::path(state) / "robomosp" / "history";
+  if (const char* home = std::getenv("HOME"); home && *home)
+    return fs::path(home) / ".local" / "state" / "robomosp" / "history";
   return {};
 }
 
@@ -62,7 +64,8 @@ wchar_t decode(int fd, unsigned char first) {
 
 void print_columns(const std::vector<std::string>& words) {
   winsize size{};
-  const std::size_t width = ::ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
+  const std::size_t width =
+      ::ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
   std::size_t longest = 1;
   for (const std::string& w : words) longest = std::max(longest, w.size() + 2);
   const std::size_t columns = std::max<std::size_t>(1, width / longest);
@@ -127,7 +130,8 @@ unsigned char complete_word(EditLine* editor, int) {
   const LineEditor::Impl& impl = impl_of(editor);
   const LineInfo* line = el_line(editor);
   const std::string text = impl.before + std::string(line->buffer, line->lastchar);
-  const std::size_t cursor = impl.before.size() + static_cast<std::size_t>(line->cursor - line->buffer);
+  const std::size_t cursor =
+      impl.before.size() + static_cast<std::size_t>(line->cursor - line->buffer);
   lua::Completion found = impl.lua.complete(text, cursor);
   if (found.words.empty()) return CC_REFRESH_BEEP;
   const std::string partial = text.substr(found.start, cursor - found.start);
@@ -155,7 +159,8 @@ void ensure_utf8() {
 
 }  // namespace
 
-LineEditor::LineEditor(const lua::LuaState& lua, std::function<bool()> idle) : impl_(std::make_unique<Impl>(lua, std::move(idle))) {
+LineEditor::LineEditor(const lua::LuaState& lua, std::function<bool()> idle)
+    : impl_(std::make_unique<Impl>(lua, std::move(idle))) {
   ensure_utf8();
   Impl& m = *impl_;
   m.editor = el_init("robomosp", stdin, stdout, stderr);

@@ -19,7 +19,8 @@ namespace robomosp::shell {
 /// Line editor on standard input and output. [application thread]
 class LineEditor {
  public:
-  /// `idle` is called every 50 ms while it waits for a key; true means that Ctrl-C came as a signal.
+  /// `idle` is called every 50 ms while it waits for a key; true means that Ctrl-C came as a
+  /// signal.
   LineEditor(const lua::LuaState& lua, std::function<bool()> idle);
   ~LineEditor();
   LineEditor(const LineEditor&) = delete;

@@ -57,7 +57,8 @@ Json convert(const Value& v, const NameOf& name_of, std::size_t depth) {
     case Value::Type::handle: {
       const Handle& h = *v.as_handle();
       Json inner = {{"kind", h.kind}, {"number", h.number}};
-      if (const std::string name = name_of ? name_of(h) : std::string(); !name.empty()) inner["name"] = name;
+      if (const std::string name = name_of ? name_of(h) : std::string(); !name.empty())
+        inner["name"] = name;
       return {{"$handle", std::move(inner)}};
     }
   }
@@ -82,9 +83,12 @@ class Builder final : public nlohmann::json_sax<nlohmann::json> {
  public:
   bool null() override { return add(Value()); }
   bool boolean(bool v) override { return add(v); }
-  bool number_integer(number_integer_t v) override { return add(Value(static_cast<std::int64_t>(v))); }
+  bool number_integer(number_integer_t v) override {
+    return add(Value(static_cast<std::int64_t>(v)));
+  }
   bool number_unsigned(number_unsigned_t v) override {
-    if (v > static_cast<number_unsigned_t>(std::numeric_limits<std::int64_t>::max())) return add(Value(static_cast<double>(v)));
+    if (v > static_cast<number_unsigned_t>(std::numeric_limits<std::int64_t>::max()))
+      return add(Value(static_cast<double>(v)));
     return add(Value(static_cast<std::int64_t>(v)));
   }
   bool number_float(number_float_t v, const string_t&) override { return add(v); }
@@ -106,10 +110,12 @@ class Builder final : public nlohmann::json_sax<nlohmann::json> {
     frames_.pop_back();
     return add(std::move(list));
   }
-  bool parse_error(std::size_t position, const std::string&, const nlohmann::detail::exception& e) override {
+  bool parse_error(std::size_t position, const std::string&,
+                   const nlohmann::detail::exception& e) override {
     const std::string_view what = e.what();
     const auto cut = what.find("parse error");
-    fault = "byte " + std::to_string(position) + ": " + std::string(cut == std::string_view::npos ? what : what.substr(cut));
+    fault = "byte " + std::to_string(position) + ": " +
+            std::string(cut == std::string_view::npos ? what : what.substr(cut));
     return false;
   }
 
@@ -133,7 +139,8 @@ class Builder final : public nlohmann::json_sax<nlohmann::json> {
   }
   bool add(Value v) {
     if (frames_.empty()) done = std::move(v);
-    else if (frames_.back().is_object) frames_.back().map.set(std::move(frames_.back().key), std::move(v));
+    else if (frames_.back().is_object)
+      frames_.back().map.set(std::move(frames_.back().key), std::move(v));
     else frames_.back().list.push_back(std::move(v));
     return true;
   }
@@ -150,11 +157,13 @@ Result<Value> from_json(std::string_view text) {
   Builder builder;
   const bool ok = nlohmann::json::sax_parse(text.begin(), text.end(), &builder);
   if (ok && builder.done) return std::move(*builder.done);
-  return error(ErrorCode::syntax, "the text is not JSON: " + builder.fault, "Send one JSON value a line.");
+  return error(ErrorCode::syntax, "the text is not JSON: " + builder.fault,
+               "Send one JSON value a line.");
 }
 
 Map error_map(const Error& e) {
-  return Map{{"code", to_string(e.code)}, {"message", e.message}, {"where", e.where}, {"hint", e.hint}};
+  return Map{
+      {"code", to_string(e.code)}, {"message", e.message}, {"where", e.where}, {"hint", e.hint}};
 }
 
 }  // namespace robomosp::shell

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Value <-> JSON text: handles as {"$handle": {...}}, arrays as lists of numbers, NaN and infinities
-// as strings (layer: application, shell). [any thread]
+// Value <-> JSON text: handles as {"$handle": {...}}, arrays as lists of numbers, NaN and
+// infinities as strings (layer: application, shell). [any thread]
 #pragma once
 
 #include <functional>

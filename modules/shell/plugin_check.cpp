@@ -41,11 +41,14 @@ bool try_create(const Registry& registry, const ProviderInfo& p, std::string& fa
 std::string create_fault(const Registry& registry, const ProviderInfo& p) {
   std::string fault;
   (void)(try_create<CsgEngine>(registry, p, fault) || try_create<IkSolver>(registry, p, fault) ||
-         try_create<InverseDynamics>(registry, p, fault) || try_create<ForwardDynamics>(registry, p, fault) ||
-         try_create<SegmentMaker>(registry, p, fault) || try_create<CollisionEngine>(registry, p, fault) ||
-         try_create<PhysicsEngine>(registry, p, fault) || try_create<Compiler>(registry, p, fault) ||
-         try_create<PostProcessor>(registry, p, fault) || try_create<Importer>(registry, p, fault) ||
-         try_create<Exporter>(registry, p, fault));
+         try_create<InverseDynamics>(registry, p, fault) ||
+         try_create<ForwardDynamics>(registry, p, fault) ||
+         try_create<SegmentMaker>(registry, p, fault) ||
+         try_create<CollisionEngine>(registry, p, fault) ||
+         try_create<PhysicsEngine>(registry, p, fault) ||
+         try_create<Compiler>(registry, p, fault) ||
+         try_create<PostProcessor>(registry, p, fault) ||
+         try_create<Importer>(registry, p, fault) || try_create<Exporter>(registry, p, fault));
   return fault;
 }
 
@@ -57,12 +60,19 @@ Map inspect(const std::string& file) {
   List providers, remarks;
   for (const ProviderInfo& p : registry.list()) {
     Map one{{"interface", p.interface_id}, {"name", p.name}, {"summary", p.summary}};
-    if (std::string fault = create_fault(registry, p); !fault.empty()) one.set("fault", std::move(fault));
+    if (std::string fault = create_fault(registry, p); !fault.empty())
+      one.set("fault", std::move(fault));
     providers.emplace_back(std::move(one));
   }
   for (const std::string& remark : r.remarks) remarks.emplace_back(remark);
-  Map out{{"file", r.file.string()}, {"loaded", r.loaded}, {"id", r.id}, {"version", r.version}, {"license", r.license},
-          {"summary", r.summary}, {"providers", std::move(providers)}, {"remarks", std::move(remarks)}};
+  Map out{{"file", r.file.string()},
+          {"loaded", r.loaded},
+          {"id", r.id},
+          {"version", r.version},
+          {"license", r.license},
+          {"summary", r.summary},
+          {"providers", std::move(providers)},
+          {"remarks", std::move(remarks)}};
   if (r.refusal) out.set("error", error_map(*r.refusal));
   return out;
 }
@@ -89,7 +99,9 @@ std::string read_all(int fd) {
 }
 
 PluginCheck broken(const std::string& file, std::string what) {
-  const Error e = error(ErrorCode::plugin_refused, std::move(what), "Do not install it; report it to its author.", "plugin " + text::quote(file));
+  const Error e =
+      error(ErrorCode::plugin_refused, std::move(what),
+            "Do not install it; report it to its author.", "plugin " + text::quote(file));
   return {3, e.sentence(), Map{{"file", file}, {"loaded", false}, {"error", error_map(e)}}};
 }
 
@@ -104,7 +116,8 @@ PluginCheck summary(Map report) {
     out.text = e.sentence();
     out.exit_code = 3;
   } else {
-    out.text = text_of(report, "id") + " " + text_of(report, "version") + " (" + text_of(report, "license") + "): accepted";
+    out.text = text_of(report, "id") + " " + text_of(report, "version") + " (" +
+               text_of(report, "license") + "): accepted";
     if (const Value* providers = report.find("providers"); providers && providers->as_list())
       for (const Value& p : *providers->as_list()) {
         const Map& m = *p.as_map();
@@ -115,7 +128,8 @@ PluginCheck summary(Map report) {
       }
   }
   if (const Value* remarks = report.find("remarks"); remarks && remarks->as_list())
-    for (const Value& r : *remarks->as_list()) out.text += "\n  " + (r.as_string() ? *r.as_string() : std::string());
+    for (const Value& r : *remarks->as_list())
+      out.text += "\n  " + (r.as_string() ? *r.as_string() : std::string());
   out.report = std::move(report);
   return out;
 }
@@ -124,9 +138,11 @@ PluginCheck summary(Map report) {
 
 PluginCheck check_plugin(const std::string& file) {
   int ends[2];
-  if (::pipe(ends) != 0) return broken(file, std::string("the check could not start: ") + std::strerror(errno));
+  if (::pipe(ends) != 0)
+    return broken(file, std::string("the check could not start: ") + std::strerror(errno));
   const pid_t child = ::fork();
-  if (child < 0) return broken(file, std::string("the check could not start: ") + std::strerror(errno));
+  if (child < 0)
+    return broken(file, std::string("the check could not start: ") + std::strerror(errno));
   if (child == 0) {
     ::close(ends[0]);
     const std::string text = to_json(inspect(file));
@@ -142,10 +158,15 @@ PluginCheck check_plugin(const std::string& file) {
   ::close(ends[0]);
   int status = 0;
   if (::waitpid(child, &status, WNOHANG) == 0 && text.empty()) ::kill(child, SIGKILL);
-  while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {}
-  if (WIFSIGNALED(status)) return broken(file, std::string("it ended the check with signal ") + std::to_string(WTERMSIG(status)) + " (" + ::strsignal(WTERMSIG(status)) + ")");
+  while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  }
+  if (WIFSIGNALED(status))
+    return broken(file, std::string("it ended the check with signal ") +
+                            std::to_string(WTERMSIG(status)) + " (" +
+                            ::strsignal(WTERMSIG(status)) + ")");
   auto report = from_json(text);
-  if (!report.ok() || !report->as_map()) return broken(file, "it ended the process that checked it");
+  if (!report.ok() || !report->as_map())
+    return broken(file, "it ended the process that checked it");
   return summary(std::move(*report->as_map()));
 }
 

@@ -21,7 +21,8 @@ constexpr int kInvalidParams = -32602;
 constexpr int kCommandFailed = -32000;
 
 int code_of(ErrorCode c) {
-  return c == ErrorCode::invalid_argument || c == ErrorCode::usage ? kInvalidParams : kCommandFailed;
+  return c == ErrorCode::invalid_argument || c == ErrorCode::usage ? kInvalidParams
+                                                                   : kCommandFailed;
 }
 
 bool is_id(const Value& v) { return v.is_nil() || v.is_number() || v.as_string(); }
@@ -39,29 +40,37 @@ bool write_all(int fd, std::string_view text) {
 }  // namespace
 
 std::string RpcServer::success(const Value& id, const Value& result) const {
-  return R"({"jsonrpc":"2.0","id":)" + to_json(id) + R"(,"result":)" + to_json(result, [this](const Handle& h) { return app_.name_of(h).value_or(""); }) + "}";
+  return R"({"jsonrpc":"2.0","id":)" + to_json(id) + R"(,"result":)" +
+         to_json(result, [this](const Handle& h) { return app_.name_of(h).value_or(""); }) + "}";
 }
 
-std::string RpcServer::failure(const Value& id, int code, std::string_view message, const Error* data) {
+std::string RpcServer::failure(const Value& id, int code, std::string_view message,
+                               const Error* data) {
   Map fault{{"code", code}, {"message", message}};
   if (data) {
     Map details = error_map(*data);
     details.erase("message");
     fault.set("data", std::move(details));
   }
-  return R"({"jsonrpc":"2.0","id":)" + to_json(id) + R"(,"error":)" + to_json(std::move(fault)) + "}";
+  return R"({"jsonrpc":"2.0","id":)" + to_json(id) + R"(,"error":)" + to_json(std::move(fault)) +
+         "}";
 }
 
 std::string RpcServer::too_long() {
-  return failure({}, kInvalidRequest, "The line is longer than " + std::to_string(kLongestLine >> 20) + " MiB.");
+  return failure({}, kInvalidRequest,
+                 "The line is longer than " + std::to_string(kLongestLine >> 20) + " MiB.");
 }
 
 Result<Value> RpcServer::run(const std::string& method, const Value* params) {
   const Map* named = params ? params->as_map() : nullptr;
   const List* positional = params ? params->as_list() : nullptr;
   if (method == "lua.eval") {
-    const Value* code = named ? named->find("code") : positional && positional->size() == 1 ? &positional->front() : nullptr;
-    if (!code || !code->as_string()) return error(ErrorCode::invalid_argument, "lua.eval needs the text code", "Send {\"code\": \"1 + 1\"}.");
+    const Value* code = named                                   ? named->find("code")
+                        : positional && positional->size() == 1 ? &positional->front()
+                                                                : nullptr;
+    if (!code || !code->as_string())
+      return error(ErrorCode::invalid_argument, "lua.eval needs the text code",
+                   "Send {\"code\": \"1 + 1\"}.");
     printed.clear();
     RMP_TRY_ASSIGN(List values, lua_.eval_values(*code->as_string()));
     Map out;
@@ -83,8 +92,11 @@ std::optional<std::string> RpcServer::answer_one(const Value& message) {
   const Value* id = m ? m->find("id") : nullptr;
   const Value* params = m ? m->find("params") : nullptr;
   const Value told = id && is_id(*id) ? *id : Value();
-  if (!m || !version || !version->as_string() || *version->as_string() != "2.0" || !method || !method->as_string() || (id && !is_id(*id)))
-    return failure(told, kInvalidRequest, R"(A request is {"jsonrpc": "2.0", "id": 1, "method": "...", "params": {...}}.)");
+  if (!m || !version || !version->as_string() || *version->as_string() != "2.0" || !method ||
+      !method->as_string() || (id && !is_id(*id)))
+    return failure(
+        told, kInvalidRequest,
+        R"(A request is {"jsonrpc": "2.0", "id": 1, "method": "...", "params": {...}}.)");
   const bool wants_answer = id != nullptr;
   if (params && !params->as_map() && !params->as_list()) {
     if (!wants_answer) return std::nullopt;

@@ -19,7 +19,8 @@ inline constexpr std::size_t kLongestLine = std::size_t{8} << 20;
 /// Methods are the commands, plus "lua.eval" {code}. [application thread]
 class RpcServer {
  public:
-  RpcServer(ioci::Application& app, ioci::Session& session, lua::LuaState& lua) : app_(app), session_(session), lua_(lua) {}
+  RpcServer(ioci::Application& app, ioci::Session& session, lua::LuaState& lua)
+      : app_(app), session_(session), lua_(lua) {}
 
   /// Answer to one line without its newline; nullopt when nothing is to be sent (notifications,
   /// blank lines).
@@ -33,7 +34,8 @@ class RpcServer {
   [[nodiscard]] std::optional<std::string> answer_one(const Value& message);
   [[nodiscard]] Result<Value> run(const std::string& method, const Value* params);
   [[nodiscard]] std::string success(const Value& id, const Value& result) const;
-  [[nodiscard]] static std::string failure(const Value& id, int code, std::string_view message, const Error* data = nullptr);
+  [[nodiscard]] static std::string failure(const Value& id, int code, std::string_view message,
+                                           const Error* data = nullptr);
 
   ioci::Application& app_;
   ioci::Session& session_;

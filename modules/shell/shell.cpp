@@ -59,7 +59,8 @@ int exit_code(ErrorCode code) {
 
 namespace {
 
-// --- Ctrl-C ---------------------------------------------------------------------------------------
+// --- Ctrl-C
+// ---------------------------------------------------------------------------------------
 
 std::atomic<ioci::Session*> interrupted_session{nullptr};
 std::atomic<int> impatience{0};
@@ -81,7 +82,8 @@ void catch_interrupts(ioci::Session& session) {
   ::signal(SIGPIPE, SIG_IGN);
 }
 
-// --- what the command line says ---------------------------------------------------------------------
+// --- what the command line says
+// ---------------------------------------------------------------------
 
 struct Settings {
   bool json = false, quiet = false, no_cache = false, trace = false;
@@ -94,7 +96,8 @@ class Voice {
  public:
   explicit Voice(const Settings& s) : settings_(s) {
     const char* no_color = std::getenv("NO_COLOR");
-    color_ = s.color == "always" || (s.color == "auto" && ::isatty(STDERR_FILENO) != 0 && !(no_color && *no_color));
+    color_ = s.color == "always" ||
+             (s.color == "auto" && ::isatty(STDERR_FILENO) != 0 && !(no_color && *no_color));
   }
   [[nodiscard]] bool json() const { return settings_.json; }
   [[nodiscard]] bool quiet() const { return settings_.quiet; }
@@ -103,7 +106,8 @@ class Voice {
   int fail(const Error& e, std::string_view trace = {}) const {
     if (settings_.json) line(to_json(Map{{"ok", false}, {"error", error_map(e)}}));
     else to_stderr("error", "\x1b[31m", e.sentence());
-    if (settings_.trace && !trace.empty()) std::fprintf(stderr, "%.*s\n", static_cast<int>(trace.size()), trace.data());
+    if (settings_.trace && !trace.empty())
+      std::fprintf(stderr, "%.*s\n", static_cast<int>(trace.size()), trace.data());
     return exit_code(e.code);
   }
   void warn(std::string_view text) const {
@@ -116,13 +120,16 @@ class Voice {
   }
   /// Prints a result: text for people, {"ok": true, "value": ...} for programs.
   void result(const Value& value, std::string_view text, const NameOf& name_of = {}) const {
-    if (settings_.json) line(to_json(value.is_nil() ? Map{{"ok", true}} : Map{{"ok", true}, {"value", value}}, name_of));
+    if (settings_.json)
+      line(to_json(value.is_nil() ? Map{{"ok", true}} : Map{{"ok", true}, {"value", value}},
+                   name_of));
     else if (!text.empty()) line(text.ends_with('\n') ? text.substr(0, text.size() - 1) : text);
   }
 
  private:
   void to_stderr(const char* word, const char* color, std::string_view text) const {
-    std::fprintf(stderr, "%s%s:%s %.*s\n", color_ ? color : "", word, color_ ? "\x1b[0m" : "", static_cast<int>(text.size()), text.data());
+    std::fprintf(stderr, "%s%s:%s %.*s\n", color_ ? color : "", word, color_ ? "\x1b[0m" : "",
+                 static_cast<int>(text.size()), text.data());
   }
   const Settings& settings_;
   bool color_ = false;
@@ -148,14 +155,16 @@ struct Program {
 
 /// A bar on standard error, when that is a terminal.
 std::function<void(double, std::string_view)> progress_bar() {
-  return [last = std::chrono::steady_clock::time_point(), shown = false](double fraction, std::string_view what) mutable {
+  return [last = std::chrono::steady_clock::time_point(), shown = false](
+             double fraction, std::string_view what) mutable {
     const auto now = std::chrono::steady_clock::now();
     const bool is_done = fraction >= 1;
     if (is_done && shown) std::fprintf(stderr, "\r\x1b[K");
     if (is_done || now - last < std::chrono::milliseconds(100)) return;
     last = now;
     shown = true;
-    std::fprintf(stderr, "\r[%3d%%] %.*s\x1b[K", static_cast<int>(fraction * 100), static_cast<int>(what.size()), what.data());
+    std::fprintf(stderr, "\r[%3d%%] %.*s\x1b[K", static_cast<int>(fraction * 100),
+                 static_cast<int>(what.size()), what.data());
   };
 }
 
@@ -195,11 +204,14 @@ Value joined(List values) {
   return values;
 }
 
-// --- subcommands --------------------------------------------------------------------------------------
+// --- subcommands
+// --------------------------------------------------------------------------------------
 
-int run_script(const Settings& s, const Voice& voice, const std::string& file, const std::vector<std::string>& args) {
+int run_script(const Settings& s, const Voice& voice, const std::string& file,
+               const std::vector<std::string>& args) {
   Program p;
-  if (auto started = start(p, s, voice, "script"); !started.ok()) return voice.fail(started.error());
+  if (auto started = start(p, s, voice, "script"); !started.ok())
+    return voice.fail(started.error());
   const auto done = p.lua->run_file(file, args);
   if (const auto code = p.lua->exit_requested()) return *code;
   if (!done.ok()) return voice.fail(done.error(), p.lua->traceback());
@@ -232,14 +244,16 @@ int run_eval(const Settings& s, const Voice& voice, const std::string& code) {
 
 /// Words of one line, or several lines when every argument is more than a word.
 std::vector<std::string> classic_lines(const std::vector<std::string>& arguments) {
-  const bool all_lines = std::all_of(arguments.begin(), arguments.end(),
-                                     [](const std::string& a) { return a.find(' ') != std::string::npos; });
+  const bool all_lines = std::all_of(arguments.begin(), arguments.end(), [](const std::string& a) {
+    return a.find(' ') != std::string::npos;
+  });
   return all_lines ? arguments : std::vector<std::string>{text::join(arguments, " ")};
 }
 
 int run_classic(const Settings& s, const Voice& voice, const std::vector<std::string>& lines) {
   Program p;
-  if (auto started = start(p, s, voice, "classic"); !started.ok()) return voice.fail(started.error());
+  if (auto started = start(p, s, voice, "classic"); !started.ok())
+    return voice.fail(started.error());
   for (const std::string& line : lines) {
     // Through Lua, so that the result is printed as the console prints it.
     const int status = evaluate(p, voice, "ioci.classic(" + text::quote(line) + ")");
@@ -278,8 +292,10 @@ int run_piped(Program& p, const Voice& voice) {
 }
 
 std::filesystem::path user_startup() {
-  if (const char* config = std::getenv("XDG_CONFIG_HOME"); config && *config == '/') return std::filesystem::path(config) / "robomosp" / "startup.lua";
-  if (const char* home = std::getenv("HOME"); home && *home) return std::filesystem::path(home) / ".config" / "robomosp" / "startup.lua";
+  if (const char* config = std::getenv("XDG_CONFIG_HOME"); config && *config == '/')
+    return std::filesystem::path(config) / "robomosp" / "startup.lua";
+  if (const char* home = std::getenv("HOME"); home && *home)
+    return std::filesystem::path(home) / ".config" / "robomosp" / "startup.lua";
   return {};
 }
 
@@ -289,9 +305,11 @@ int run_interactive(Program& p, const Voice& voice) {
     if (!file.empty() && std::filesystem::exists(file, ec))
       if (const auto done = p.lua->run_file(file); !done.ok()) (void)voice.fail(done.error());
   if (!voice.quiet()) {
-    voice.line("ROBOMOSP " ROBOMOSP_VERSION " with " + lua::lua_version() + ": " + std::to_string(p.app->commands.list().size()) + " commands, " +
+    voice.line("ROBOMOSP " ROBOMOSP_VERSION " with " + lua::lua_version() + ": " +
+               std::to_string(p.app->commands.list().size()) + " commands, " +
                std::to_string(p.app->registry.list().size()) + " providers.");
-    voice.line("help() explains, x? explains x, TAB completes, Ctrl-C stops a script, Ctrl-D leaves.");
+    voice.line(
+        "help() explains, x? explains x, TAB completes, Ctrl-C stops a script, Ctrl-D leaves.");
   }
   LineEditor editor(*p.lua, [&p] {
     pump(p);
@@ -325,14 +343,17 @@ int run_interactive(Program& p, const Voice& voice) {
 
 int run_console(const Settings& s, const Voice& voice) {
   Program p;
-  if (auto started = start(p, s, voice, "console"); !started.ok()) return voice.fail(started.error());
-  if (::isatty(STDIN_FILENO) != 0 && ::isatty(STDOUT_FILENO) != 0 && !s.json) return run_interactive(p, voice);
+  if (auto started = start(p, s, voice, "console"); !started.ok())
+    return voice.fail(started.error());
+  if (::isatty(STDIN_FILENO) != 0 && ::isatty(STDOUT_FILENO) != 0 && !s.json)
+    return run_interactive(p, voice);
   return run_piped(p, voice);
 }
 
 int run_plugin_list(const Settings& s, const Voice& voice) {
   Program p;
-  if (auto started = start(p, s, voice, "plugin"); !started.ok()) return voice.fail(started.error());
+  if (auto started = start(p, s, voice, "plugin"); !started.ok())
+    return voice.fail(started.error());
   return evaluate(p, voice, "plugin.list()");
 }
 
@@ -346,7 +367,8 @@ int run_plugin_check(const Voice& voice, const std::string& file) {
 
 int run_commands(const Settings& s, const Voice& voice, const std::string& folder) {
   Program p;
-  if (auto started = start(p, s, voice, "commands"); !started.ok()) return voice.fail(started.error());
+  if (auto started = start(p, s, voice, "commands"); !started.ok())
+    return voice.fail(started.error());
   if (!folder.empty()) {
     const auto written = ioci::write_reference(p.app->commands, folder);
     if (!written.ok()) return voice.fail(written.error());
@@ -355,7 +377,8 @@ int run_commands(const Settings& s, const Voice& voice, const std::string& folde
   }
   if (voice.json()) return evaluate(p, voice, "ioci.describe()");
   std::size_t longest = 0;
-  for (const ioci::CommandSpec* spec : p.app->commands.list()) longest = std::max(longest, spec->name.size());
+  for (const ioci::CommandSpec* spec : p.app->commands.list())
+    longest = std::max(longest, spec->name.size());
   for (const ioci::CommandSpec* spec : p.app->commands.list())
     voice.line(spec->name + std::string(longest + 2 - spec->name.size(), ' ') + spec->summary);
   return 0;
@@ -364,9 +387,11 @@ int run_commands(const Settings& s, const Voice& voice, const std::string& folde
 /// What the program found and what it misses; exit code 1 when something is missing.
 int run_doctor(const Settings& s, const Voice& voice) {
   Program p;
-  if (auto started = start(p, s, voice, "doctor"); !started.ok()) return voice.fail(started.error());
+  if (auto started = start(p, s, voice, "doctor"); !started.ok())
+    return voice.fail(started.error());
   List missing, folders, plugins, providers;
-  std::string text = "robomosp " ROBOMOSP_VERSION "\nLua      " + lua::lua_version() + "\nSDK      " RMP_SDK_VERSION ", " RMP_ABI_TAG "\n\nplugin folders\n";
+  std::string text = "robomosp " ROBOMOSP_VERSION "\nLua      " + lua::lua_version() +
+                     "\nSDK      " RMP_SDK_VERSION ", " RMP_ABI_TAG "\n\nplugin folders\n";
   std::error_code ec;
   std::vector<std::filesystem::path> given(s.plugin_path.begin(), s.plugin_path.end());
   for (const auto& folder : PluginLoader::search_path(given)) {
@@ -376,8 +401,10 @@ int run_doctor(const Settings& s, const Voice& voice) {
   }
   text += "plugins\n";
   for (const PluginReport& r : p.app->plugins.reports()) {
-    text += "  " + r.file.filename().string() + ": " + (r.refusal ? "refused: " + r.refusal->sentence() : r.id + " " + r.version) + "\n";
-    plugins.emplace_back(Map{{"file", r.file.string()}, {"loaded", r.loaded}, {"id", r.id}, {"version", r.version}});
+    text += "  " + r.file.filename().string() + ": " +
+            (r.refusal ? "refused: " + r.refusal->sentence() : r.id + " " + r.version) + "\n";
+    plugins.emplace_back(
+        Map{{"file", r.file.string()}, {"loaded", r.loaded}, {"id", r.id}, {"version", r.version}});
     if (r.refusal) missing.emplace_back("plugin " + r.file.filename().string() + " was refused");
   }
   text += "providers\n";
@@ -388,7 +415,8 @@ int run_doctor(const Settings& s, const Voice& voice) {
     List list;
     for (const std::string& n : names) list.emplace_back(n);
     providers.emplace_back(Map{{"interface", id}, {"names", std::move(list)}});
-    const bool is_needed = id == "robomosp.csg/1" || id == "robomosp.ik/1" || id == "robomosp.inverse_dynamics/1" ||
+    const bool is_needed = id == "robomosp.csg/1" || id == "robomosp.ik/1" ||
+                           id == "robomosp.inverse_dynamics/1" ||
                            id == "robomosp.forward_dynamics/1" || id == "robomosp.segment/1";
     if (names.empty() && is_needed) missing.emplace_back("no provider of " + id);
   }
@@ -402,8 +430,13 @@ int run_doctor(const Settings& s, const Voice& voice) {
   if (missing.empty()) text += "Nothing is missing.";
   for (const Value& m : missing) text += "missing: " + *m.as_string() + "\n";
   const bool is_healthy = missing.empty();
-  voice.result(Map{{"version", ROBOMOSP_VERSION}, {"lua", lua::lua_version()}, {"abi_tag", RMP_ABI_TAG}, {"plugin_folders", std::move(folders)},
-                   {"plugins", std::move(plugins)}, {"providers", std::move(providers)}, {"missing", std::move(missing)}},
+  voice.result(Map{{"version", ROBOMOSP_VERSION},
+                   {"lua", lua::lua_version()},
+                   {"abi_tag", RMP_ABI_TAG},
+                   {"plugin_folders", std::move(folders)},
+                   {"plugins", std::move(plugins)},
+                   {"providers", std::move(providers)},
+                   {"missing", std::move(missing)}},
                text);
   return is_healthy ? 0 : 1;
 }
@@ -413,11 +446,13 @@ int usage_fault(const Voice& voice, const CLI::App& cli, const CLI::ParseError& 
   std::string what = e.what();
   while (!what.empty() && (what.back() == '.' || what.back() == '\n')) what.pop_back();
   std::vector<std::string> names;
-  for (const CLI::App* sub : cli.get_subcommands([](const CLI::App*) { return true; })) names.push_back(sub->get_name());
+  for (const CLI::App* sub : cli.get_subcommands([](const CLI::App*) { return true; }))
+    names.push_back(sub->get_name());
   std::string hint = "robomosp --help lists what there is.";
   const auto word = what.rfind(' ');
   if (dynamic_cast<const CLI::ExtrasError*>(&e) && word != std::string::npos)
-    if (const std::string near = text::did_you_mean(what.substr(word + 1), names); !near.empty()) hint = near + " " + hint;
+    if (const std::string near = text::did_you_mean(what.substr(word + 1), names); !near.empty())
+      hint = near + " " + hint;
   return voice.fail(error(ErrorCode::usage, std::move(what), std::move(hint)));
 }
 
@@ -425,15 +460,22 @@ int usage_fault(const Voice& voice, const CLI::App& cli, const CLI::ParseError& 
 
 int shell_main(int argc, char** argv) {
   Settings s;
-  CLI::App cli("ROBOMOSP: robotics modeling and simulation. Without a subcommand: the console.", "robomosp");
-  cli.set_version_flag("--version", "robomosp " ROBOMOSP_VERSION " (" + lua::lua_version() + ", SDK " RMP_SDK_VERSION ", " RMP_ABI_TAG ")");
+  CLI::App cli("ROBOMOSP: robotics modeling and simulation. Without a subcommand: the console.",
+               "robomosp");
+  cli.set_version_flag("--version", "robomosp " ROBOMOSP_VERSION " (" + lua::lua_version() +
+                                        ", SDK " RMP_SDK_VERSION ", " RMP_ABI_TAG ")");
   cli.add_flag("--json", s.json, "Results and errors as JSON objects on standard output");
   cli.add_flag("-q,--quiet", s.quiet, "No warnings, banner or progress");
   cli.add_flag("--no-cache", s.no_cache, "Compute every derived value anew");
   cli.add_flag("--trace", s.trace, "Show the call stack of a script's error");
-  cli.add_option("--color", s.color, "auto, always or never; NO_COLOR is respected")->check(CLI::IsMember({"auto", "always", "never"}));
-  cli.add_option("--plugin-path", s.plugin_path, "Folder of plugins, searched first (may be repeated)")->allow_extra_args(false);
-  cli.add_option("--library", s.library, "Folder of materials, parts and robots instead of the shipped one")->allow_extra_args(false);
+  cli.add_option("--color", s.color, "auto, always or never; NO_COLOR is respected")
+      ->check(CLI::IsMember({"auto", "always", "never"}));
+  cli.add_option("--plugin-path", s.plugin_path,
+                 "Folder of plugins, searched first (may be repeated)")
+      ->allow_extra_args(false);
+  cli.add_option("--library", s.library,
+                 "Folder of materials, parts and robots instead of the shipped one")
+      ->allow_extra_args(false);
   cli.require_subcommand(0, 1);
   cli.fallthrough();
 
@@ -441,15 +483,21 @@ int shell_main(int argc, char** argv) {
   CLI::App* run = cli.add_subcommand("run", "Run a Lua script: run FILE [ARGS...]");
   run->add_option("file", file, "Script")->required();
   run->prefix_command();
-  CLI::App* eval = cli.add_subcommand("eval", "Evaluate one expression or statement and print the result");
+  CLI::App* eval =
+      cli.add_subcommand("eval", "Evaluate one expression or statement and print the result");
   eval->add_option("code", code, "Lua")->required();
-  CLI::App* rpc = cli.add_subcommand("rpc", "JSON-RPC 2.0 on standard input and output, one message a line");
-  CLI::App* classic = cli.add_subcommand("classic", "Run classic command lines in turn, such as: classic \"Worlds Open worlds/pa10_circle.wld\" \"PRobot pa10 mGetDHP\"");
+  CLI::App* rpc =
+      cli.add_subcommand("rpc", "JSON-RPC 2.0 on standard input and output, one message a line");
+  CLI::App* classic =
+      cli.add_subcommand("classic",
+                         "Run classic command lines in turn, such as: classic \"Worlds Open "
+                         "worlds/pa10_circle.wld\" \"PRobot pa10 mGetDHP\"");
   classic->prefix_command();
   CLI::App* plugin = cli.add_subcommand("plugin", "Look at plugins");
   plugin->require_subcommand(1);
   CLI::App* plugin_list = plugin->add_subcommand("list", "List what was found and loaded");
-  CLI::App* plugin_check = plugin->add_subcommand("check", "Load a file in a child process and tell whether it would be accepted");
+  CLI::App* plugin_check = plugin->add_subcommand(
+      "check", "Load a file in a child process and tell whether it would be accepted");
   plugin_check->add_option("file", file, "Plugin file")->required();
   CLI::App* commands = cli.add_subcommand("commands", "List the commands");
   commands->add_option("--markdown", folder, "Write the reference pages to this folder");
@@ -474,7 +522,9 @@ int shell_main(int argc, char** argv) {
   if (rpc->parsed()) return run_rpc(s, voice);
   if (classic->parsed()) {
     const auto words = classic->remaining();
-    if (words.empty()) return voice.fail(error(ErrorCode::usage, "classic needs a command line", "Write classic \"PRobot pa10 mGetDHP\"."));
+    if (words.empty())
+      return voice.fail(error(ErrorCode::usage, "classic needs a command line",
+                              "Write classic \"PRobot pa10 mGetDHP\"."));
     return run_classic(s, voice, classic_lines(words));
   }
   if (plugin_check->parsed()) return run_plugin_check(voice, file);

@@ -30,7 +30,8 @@ struct PseudoInverse {
     const double floor = eigen.eigenvalues()[5] * kSingular * kSingular;
     Vector6 inverse = Vector6::Zero();
     for (int i = 0; i < 6; ++i)
-      if (eigen.eigenvalues()[i] > floor && eigen.eigenvalues()[i] > 0) inverse[i] = 1 / eigen.eigenvalues()[i];
+      if (eigen.eigenvalues()[i] > floor && eigen.eigenvalues()[i] > 0)
+        inverse[i] = 1 / eigen.eigenvalues()[i];
     square = eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose();
   }
   /// x := x + J+ (wanted - J x): the tip moves as wanted, the null space of x stays. The second
@@ -46,11 +47,13 @@ struct PseudoInverse {
 };
 
 /// Acceleration of the tip when all joint accelerations are zero: linear, then angular.
-Vector6 velocity_acceleration(const RobotModel& model, std::span<const Pose> frames, const Pose& tip,
-                              std::span<const double> qd, std::vector<std::int32_t>& chain) {
+Vector6 velocity_acceleration(const RobotModel& model, std::span<const Pose> frames,
+                              const Pose& tip, std::span<const double> qd,
+                              std::vector<std::int32_t>& chain) {
   using namespace spatial;
   chain.clear();
-  for (std::int32_t i = model.tips.front().joint; i >= 0; i = model.joints[static_cast<std::size_t>(i)].parent)
+  for (std::int32_t i = model.tips.front().joint; i >= 0;
+       i = model.joints[static_cast<std::size_t>(i)].parent)
     chain.push_back(i);
   Vec3 w{}, acceleration{}, angular{}, origin{};
   const auto move_to = [&](const Vec3& p) {
@@ -107,7 +110,8 @@ void differentiate(std::span<const double> times, std::span<const double> values
         c2 *= c3;
         if (j == k - 1) {
           for (std::size_t s = orders; s > 0; --s)
-            weight[k][s] = c1 * (static_cast<double>(s) * weight[k - 1][s - 1] - c5 * weight[k - 1][s]) / c2;
+            weight[k][s] =
+                c1 * (static_cast<double>(s) * weight[k - 1][s - 1] - c5 * weight[k - 1][s]) / c2;
           weight[k][0] = -c1 * c5 * weight[k - 1][0] / c2;
         }
         for (std::size_t s = orders; s > 0; --s)

@@ -16,8 +16,9 @@ namespace robomosp::sim {
 namespace {
 
 /// Ten colours that stay apart for most kinds of colour vision (Tableau 10 order, own values).
-constexpr std::array<const char*, 10> kPalette{"#2f6fb7", "#e07b1f", "#3a9a4b", "#c43c3c", "#7d5bb3",
-                                               "#8a5a48", "#d264a8", "#6d7680", "#aaa623", "#22a3b8"};
+constexpr std::array<const char*, 10> kPalette{"#2f6fb7", "#e07b1f", "#3a9a4b", "#c43c3c",
+                                               "#7d5bb3", "#8a5a48", "#d264a8", "#6d7680",
+                                               "#aaa623", "#22a3b8"};
 
 struct Range {
   double low = 0, high = 1, step = 0.2;
@@ -69,7 +70,8 @@ std::string escape_xml(std::string_view s) {
 std::vector<std::vector<const Column*>> panels_of(const PlotSpec& spec) {
   std::vector<std::vector<const Column*>> panels;
   for (const auto* c : spec.columns) {
-    auto it = std::find_if(panels.begin(), panels.end(), [&](const auto& p) { return p.front()->unit == c->unit; });
+    auto it = std::find_if(panels.begin(), panels.end(),
+                           [&](const auto& p) { return p.front()->unit == c->unit; });
     if (it == panels.end()) panels.push_back({c});
     else it->push_back(c);
   }
@@ -153,18 +155,24 @@ std::string gnuplot_script(const PlotSpec& spec, const std::string& path) {
     }
     s += "EOD\n";
   }
-  s += fmt::format("set multiplot layout {},1 title {} font 'DejaVu Sans,13'\n", panels.size(), gnuplot_text(spec.title));
-  const std::string x_label = spec.x->unit.empty() ? spec.x->name : spec.x->name + " [" + spec.x->unit + "]";
+  s += fmt::format("set multiplot layout {},1 title {} font 'DejaVu Sans,13'\n", panels.size(),
+                   gnuplot_text(spec.title));
+  const std::string x_label =
+      spec.x->unit.empty() ? spec.x->name : spec.x->name + " [" + spec.x->unit + "]";
   for (std::size_t p = 0; p < panels.size(); ++p) {
     const Range x = range_of({spec.x}, 8), y = range_of(panels[p], 5);
-    s += fmt::format("set xrange [{}:{}]\nset yrange [{}:{}]\nset ylabel {}\nset xlabel {}\nplot ",
-                     text::print(spec.x->values.empty() ? 0 : spec.x->values.front()),
-                     text::print(spec.x->values.empty() ? 1 : std::max(spec.x->values.back(), spec.x->values.front() + x.step * 1e-3)),
-                     text::print(y.low), text::print(y.high), gnuplot_text(axis_label(panels[p])),
-                     p + 1 == panels.size() ? gnuplot_text(x_label) : "''");
+    s += fmt::format(
+        "set xrange [{}:{}]\nset yrange [{}:{}]\nset ylabel {}\nset xlabel {}\nplot ",
+        text::print(spec.x->values.empty() ? 0 : spec.x->values.front()),
+        text::print(spec.x->values.empty()
+                        ? 1
+                        : std::max(spec.x->values.back(), spec.x->values.front() + x.step * 1e-3)),
+        text::print(y.low), text::print(y.high), gnuplot_text(axis_label(panels[p])),
+        p + 1 == panels.size() ? gnuplot_text(x_label) : "''");
     for (std::size_t c = 0; c < panels[p].size(); ++c)
-      s += fmt::format("{}$panel{} using 1:{} with lines linewidth 2 linecolor rgb '{}' title {}", c ? ", " : "", p,
-                       c + 2, kPalette[c % kPalette.size()], gnuplot_text(panels[p][c]->name));
+      s += fmt::format("{}$panel{} using 1:{} with lines linewidth 2 linecolor rgb '{}' title {}",
+                       c ? ", " : "", p, c + 2, kPalette[c % kPalette.size()],
+                       gnuplot_text(panels[p][c]->name));
     s += '\n';
   }
   return s + "unset multiplot\n";
@@ -175,12 +183,14 @@ Result<void> write_png(const PlotSpec& spec, const std::string& path) {
   std::error_code ec;
   const fs::path folder = fs::absolute(path, ec).parent_path();
   if (!fs::is_directory(folder, ec))
-    return error(ErrorCode::not_found, "there is no folder " + text::quote(folder.string()), "Create it first.");
+    return error(ErrorCode::not_found, "there is no folder " + text::quote(folder.string()),
+                 "Create it first.");
   // The script goes through a file, so that gnuplot's complaints can be read back from the pipe.
   std::string script = (folder / (".robomosp-plot-XXXXXX")).string();
   const int fd = mkstemp(script.data());
   if (fd < 0)
-    return error(ErrorCode::io, "cannot write in folder " + text::quote(folder.string()), "Check its permissions.");
+    return error(ErrorCode::io, "cannot write in folder " + text::quote(folder.string()),
+                 "Check its permissions.");
   std::FILE* f = fdopen(fd, "w");
   const std::string body = gnuplot_script(spec, path);
   const bool written = f && std::fwrite(body.data(), 1, body.size(), f) == body.size();
@@ -201,7 +211,8 @@ Result<void> write_png(const PlotSpec& spec, const std::string& path) {
   if (said.find("not found") != std::string::npos || status == -1)
     return error(ErrorCode::not_found, "PNG plots need the program gnuplot, which is not installed",
                  "Install gnuplot, or write an .svg plot.");
-  return error(ErrorCode::io, "gnuplot did not write " + text::quote(path) + ": " + std::string(text::trim(said)),
+  return error(ErrorCode::io,
+               "gnuplot did not write " + text::quote(path) + ": " + std::string(text::trim(said)),
                "Write an .svg plot instead.");
 }
 
@@ -211,10 +222,13 @@ std::string to_svg(const PlotSpec& spec) {
   const auto panels = panels_of(spec);
   const double width = spec.width, height = spec.height;
   const double left = 76, right = 128, top = 48, bottom = 52, gap = 26;
-  const double inner = (height - top - bottom - gap * static_cast<double>(panels.size() - 1)) / static_cast<double>(panels.size());
+  const double inner = (height - top - bottom - gap * static_cast<double>(panels.size() - 1)) /
+                       static_cast<double>(panels.size());
   std::string s = fmt::format(
-      "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0}\" height=\"{1}\" viewBox=\"0 0 {0} {1}\" "
-      "font-family=\"DejaVu Sans, Helvetica, Arial, sans-serif\" font-size=\"12\" fill=\"#39424d\">\n"
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0}\" height=\"{1}\" viewBox=\"0 0 {0} "
+      "{1}\" "
+      "font-family=\"DejaVu Sans, Helvetica, Arial, sans-serif\" font-size=\"12\" "
+      "fill=\"#39424d\">\n"
       "<rect width=\"{0}\" height=\"{1}\" fill=\"#ffffff\"/>\n"
       "<text x=\"{2:.1f}\" y=\"26\" font-size=\"15\" text-anchor=\"middle\">{3}</text>\n",
       spec.width, spec.height, left + (width - left - right) / 2, escape_xml(spec.title));
@@ -226,21 +240,30 @@ std::string to_svg(const PlotSpec& spec) {
   for (std::size_t p = 0; p < panels.size(); ++p) {
     const double y0 = top + static_cast<double>(p) * (inner + gap), y1 = y0 + inner;
     const Range range = range_of(panels[p], 5);
-    const auto py = [&](double y) { return y1 - (y - range.low) / (range.high - range.low) * inner; };
+    const auto py = [&](double y) {
+      return y1 - (y - range.low) / (range.high - range.low) * inner;
+    };
     for (double y = range.low; y <= range.high + range.step * 0.5; y += range.step)
       s += fmt::format(
           "<line x1=\"{:.1f}\" x2=\"{:.1f}\" y1=\"{:.1f}\" y2=\"{:.1f}\" stroke=\"#e3e7ec\"/>"
           "<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"end\">{}</text>\n",
           left, width - right, py(y), py(y), left - 8, py(y) + 4, tick_text(y, range.step));
-    for (double x = std::ceil(x0 / rough.step - 1e-9) * rough.step; x <= x1 + rough.step * 1e-6; x += rough.step) {
-      s += fmt::format("<line x1=\"{0:.1f}\" x2=\"{0:.1f}\" y1=\"{1:.1f}\" y2=\"{2:.1f}\" stroke=\"#e3e7ec\"/>", px(x), y0, y1);
+    for (double x = std::ceil(x0 / rough.step - 1e-9) * rough.step; x <= x1 + rough.step * 1e-6;
+         x += rough.step) {
+      s += fmt::format(
+          "<line x1=\"{0:.1f}\" x2=\"{0:.1f}\" y1=\"{1:.1f}\" y2=\"{2:.1f}\" stroke=\"#e3e7ec\"/>",
+          px(x), y0, y1);
       if (p + 1 == panels.size())
-        s += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\">{}</text>", px(x), y1 + 18, tick_text(x, rough.step));
+        s += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\">{}</text>", px(x),
+                         y1 + 18, tick_text(x, rough.step));
       s += '\n';
     }
-    s += fmt::format("<path d=\"M{0:.1f} {1:.1f}V{2:.1f}H{3:.1f}\" fill=\"none\" stroke=\"#9aa3ad\"/>\n", left, y0, y1, width - right);
-    s += fmt::format("<text transform=\"translate(18 {:.1f}) rotate(-90)\" text-anchor=\"middle\">{}</text>\n", (y0 + y1) / 2,
-                     escape_xml(axis_label(panels[p])));
+    s += fmt::format(
+        "<path d=\"M{0:.1f} {1:.1f}V{2:.1f}H{3:.1f}\" fill=\"none\" stroke=\"#9aa3ad\"/>\n", left,
+        y0, y1, width - right);
+    s += fmt::format(
+        "<text transform=\"translate(18 {:.1f}) rotate(-90)\" text-anchor=\"middle\">{}</text>\n",
+        (y0 + y1) / 2, escape_xml(axis_label(panels[p])));
     for (std::size_t c = 0; c < panels[p].size(); ++c) {
       const auto& ys = panels[p][c]->values;
       const char* colour = kPalette[c % kPalette.size()];
@@ -256,14 +279,17 @@ std::string to_svg(const PlotSpec& spec) {
       }
       const double key = y0 + 8 + 19 * static_cast<double>(c);
       s += fmt::format(
-          "<path d=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"2\" stroke-linejoin=\"round\"/>"
-          "<line x1=\"{:.1f}\" x2=\"{:.1f}\" y1=\"{:.1f}\" y2=\"{:.1f}\" stroke=\"{}\" stroke-width=\"2.5\"/>"
+          "<path d=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"2\" "
+          "stroke-linejoin=\"round\"/>"
+          "<line x1=\"{:.1f}\" x2=\"{:.1f}\" y1=\"{:.1f}\" y2=\"{:.1f}\" stroke=\"{}\" "
+          "stroke-width=\"2.5\"/>"
           "<text x=\"{:.1f}\" y=\"{:.1f}\">{}</text>\n",
-          d, colour, width - right + 14, width - right + 34, key, key, colour, width - right + 40, key + 4,
-          escape_xml(panels[p][c]->name));
+          d, colour, width - right + 14, width - right + 34, key, key, colour, width - right + 40,
+          key + 4, escape_xml(panels[p][c]->name));
     }
   }
-  const std::string x_label = spec.x->unit.empty() ? spec.x->name : spec.x->name + " [" + spec.x->unit + "]";
+  const std::string x_label =
+      spec.x->unit.empty() ? spec.x->name : spec.x->name + " [" + spec.x->unit + "]";
   s += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\">{}</text>\n</svg>\n",
                    left + (width - left - right) / 2, height - 14, escape_xml(x_label));
   return s;
@@ -271,7 +297,8 @@ std::string to_svg(const PlotSpec& spec) {
 
 Result<void> write_plot(const PlotSpec& spec, const std::string& path) {
   if (spec.columns.empty() || !spec.x)
-    return error(ErrorCode::invalid_argument, "there is nothing to plot", "Name at least one column.");
+    return error(ErrorCode::invalid_argument, "there is nothing to plot",
+                 "Name at least one column.");
   const std::string extension = std::filesystem::path(path).extension().string();
   if (extension == ".png") return write_png(spec, path);
   if (extension != ".svg")
@@ -280,7 +307,9 @@ Result<void> write_plot(const PlotSpec& spec, const std::string& path) {
   std::ofstream out(path, std::ios::binary | std::ios::trunc);
   out << to_svg(spec);
   out.close();
-  if (!out) return error(ErrorCode::io, "cannot write " + text::quote(path), "Check the folder and its permissions.");
+  if (!out)
+    return error(ErrorCode::io, "cannot write " + text::quote(path),
+                 "Check the folder and its permissions.");
   return {};
 }
 

@@ -48,7 +48,8 @@ Result<std::vector<const Column*>> Recording::select(std::span<const std::string
       for (const auto& c : columns) known.push_back(c.name);
       std::string hint = text::did_you_mean(name, known);
       if (hint.empty()) hint = "It has " + text::enumerate(known) + ".";
-      return error(ErrorCode::unknown_name, "the recording has no column " + text::quote(name), hint);
+      return error(ErrorCode::unknown_name, "the recording has no column " + text::quote(name),
+                   hint);
     }
   }
   return chosen;

@@ -18,22 +18,24 @@
 namespace robomosp::sim {
 
 struct Column {
-  std::string name;            ///< "time", "q1", "tau3", "x"
-  std::string unit;            ///< SI: "s", "rad", "N m"
-  std::string doc;             ///< "torque of joint 3 (elbow)"
+  std::string name;  ///< "time", "q1", "tau3", "x"
+  std::string unit;  ///< SI: "s", "rad", "N m"
+  std::string doc;   ///< "torque of joint 3 (elbow)"
   std::vector<double> values;
 };
 
 /// A table with one row a sample; the first column is "time". Immutable once made.
 struct Recording {
-  std::string title;           ///< "pa10 on circle: inverse dynamics"
-  WorldId world;               ///< what it was made from; for playing it in the viewer
+  std::string title;              ///< "pa10 on circle: inverse dynamics"
+  WorldId world;                  ///< what it was made from; for playing it in the viewer
   std::string robot, trajectory;  ///< names within the world
   std::size_t dof = 0;
   std::vector<Column> columns;
-  std::vector<std::string> notes; ///< remarks, such as a limit exceeded, a sentence each
+  std::vector<std::string> notes;  ///< remarks, such as a limit exceeded, a sentence each
 
-  [[nodiscard]] std::size_t rows() const { return columns.empty() ? 0 : columns.front().values.size(); }
+  [[nodiscard]] std::size_t rows() const {
+    return columns.empty() ? 0 : columns.front().values.size();
+  }
   [[nodiscard]] const Column* find(std::string_view name) const;
   /// Columns chosen by names; "tau" means all of tau1..tauN, "q" all of q1..qN. An unknown name is
   /// an error that suggests near ones.
@@ -44,7 +46,7 @@ using RecordingPtr = std::shared_ptr<const Recording>;
 /// Run state, outside the document and its history. [application thread]
 class Recordings {
  public:
-  std::uint64_t add(RecordingPtr);                       ///< number of its handle, never reused
+  std::uint64_t add(RecordingPtr);  ///< number of its handle, never reused
   [[nodiscard]] RecordingPtr find(std::uint64_t number) const;
   [[nodiscard]] std::vector<std::pair<std::uint64_t, RecordingPtr>> list() const;
   bool remove(std::uint64_t number);

@@ -18,8 +18,8 @@ namespace {
 using document::Snapshot;
 
 template <class Placed>
-Result<const Placed*> member(const std::vector<Placed>& all, std::string_view kind, const std::string& name,
-                             const std::string& world) {
+Result<const Placed*> member(const std::vector<Placed>& all, std::string_view kind,
+                             const std::string& name, const std::string& world) {
   std::vector<std::string> names;
   for (const auto& p : all) {
     if (p.name == name) return &p;
@@ -28,8 +28,10 @@ Result<const Placed*> member(const std::vector<Placed>& all, std::string_view ki
   std::string hint = text::did_you_mean(name, names);
   if (hint.empty())
     hint = names.empty() ? "It has none; add one first." : "It has " + text::enumerate(names) + ".";
-  return error(ErrorCode::unknown_name,
-               "world " + text::quote(world) + " has no " + std::string(kind) + " " + text::quote(name), hint);
+  return error(
+      ErrorCode::unknown_name,
+      "world " + text::quote(world) + " has no " + std::string(kind) + " " + text::quote(name),
+      hint);
 }
 
 /// Everything a run needs, and the tip's path in the robot's base frame.
@@ -39,40 +41,44 @@ struct Setup {
   model::ProviderChoice ik, inverse_dynamics;
   std::shared_ptr<const RobotModel> model;
   Pose world_T_base;
-  std::vector<double> start;     ///< seed of the first sample
+  std::vector<double> start;  ///< seed of the first sample
   std::vector<double> times;
   std::vector<PathSample> path;  ///< base frame
 };
 
 PathSample in_base(const PathSample& s, const Pose& base_T_path) {
   using namespace spatial;
-  return {compose(base_T_path, s.pose), rotate(base_T_path, s.velocity), rotate(base_T_path, s.angular_velocity),
-          rotate(base_T_path, s.acceleration), rotate(base_T_path, s.angular_acceleration)};
+  return {compose(base_T_path, s.pose), rotate(base_T_path, s.velocity),
+          rotate(base_T_path, s.angular_velocity), rotate(base_T_path, s.acceleration),
+          rotate(base_T_path, s.angular_acceleration)};
 }
 
 Result<Setup> prepare(const Simulator& sim, const Run& run, Progress& progress) {
   const model::World* world = sim.snapshot.get(run.world);
-  if (!world) return error(ErrorCode::stale_handle, "the world no longer exists", "Open or create one.");
+  if (!world)
+    return error(ErrorCode::stale_handle, "the world no longer exists", "Open or create one.");
   const std::string world_name = sim.snapshot.find(AnyId(run.world))->name;
-  RMP_TRY_ASSIGN(const model::PlacedRobot* robot, member(world->robots, "robot", run.robot, world_name));
+  RMP_TRY_ASSIGN(const model::PlacedRobot* robot,
+                 member(world->robots, "robot", run.robot, world_name));
   RMP_TRY_ASSIGN(const model::PlacedTrajectory* trajectory,
                  member(world->trajectories, "trajectory", run.trajectory, world_name));
   const model::Robot* robot_record = sim.snapshot.get(robot->robot);
   const model::Trajectory* trajectory_record = sim.snapshot.get(trajectory->trajectory);
   if (!robot_record || !trajectory_record)
-    return error(ErrorCode::stale_handle, "its robot or trajectory no longer exists", "Add it again.",
-                 "world " + text::quote(world_name));
+    return error(ErrorCode::stale_handle, "its robot or trajectory no longer exists",
+                 "Add it again.", "world " + text::quote(world_name));
 
   Setup setup;
   setup.snapshot = &sim.snapshot;
   setup.title = run.robot + " on " + run.trajectory;
-  setup.where = "world " + text::quote(world_name) + ", robot " + text::quote(run.robot) + ", trajectory " +
-                text::quote(run.trajectory);
+  setup.where = "world " + text::quote(world_name) + ", robot " + text::quote(run.robot) +
+                ", trajectory " + text::quote(run.trajectory);
   setup.ik = robot_record->ik;
   setup.inverse_dynamics = robot_record->inverse_dynamics;
   const Pose mounting = model::pose(robot->placement);
-  RMP_TRY_ASSIGN(setup.model, sim.derived.robot_model(sim.snapshot, robot->robot,
-                                                      spatial::rotate_back(mounting, world->gravity), progress));
+  RMP_TRY_ASSIGN(setup.model,
+                 sim.derived.robot_model(sim.snapshot, robot->robot,
+                                         spatial::rotate_back(mounting, world->gravity), progress));
   setup.world_T_base = spatial::compose(mounting, setup.model->base);
 
   const std::size_t dof = setup.model->dof();
@@ -83,18 +89,21 @@ Result<Setup> prepare(const Simulator& sim, const Run& run, Progress& progress) 
   if (setup.start.empty()) setup.start.assign(dof, 0.0);
   if (setup.start.size() != dof)
     return error(ErrorCode::invalid_argument,
-                 "the world places it with " + std::to_string(setup.start.size()) + " joint values, but it has " +
-                     std::to_string(dof) + " joints",
+                 "the world places it with " + std::to_string(setup.start.size()) +
+                     " joint values, but it has " + std::to_string(dof) + " joints",
                  "Set its joint values again.", setup.where);
   for (std::size_t j = 0; j < dof; ++j)
-    setup.start[j] = std::clamp(setup.start[j], setup.model->joints[j].lower, setup.model->joints[j].upper);
+    setup.start[j] =
+        std::clamp(setup.start[j], setup.model->joints[j].lower, setup.model->joints[j].upper);
 
-  RMP_TRY_ASSIGN(const auto path, motion::Path::build(sim.registry, run.trajectory, *trajectory_record));
+  RMP_TRY_ASSIGN(const auto path,
+                 motion::Path::build(sim.registry, run.trajectory, *trajectory_record));
   const double step = run.sample_time > 0 ? run.sample_time : trajectory_record->sample_time;
   if (!(step > 0) || path->duration() / step > 1e7)
     return error(ErrorCode::invalid_argument,
-                 "a sample time of " + text::print_rounded(step) + " s gives too many samples for " +
-                     text::print_rounded(path->duration()) + " s",
+                 "a sample time of " + text::print_rounded(step) +
+                     " s gives too many samples for " + text::print_rounded(path->duration()) +
+                     " s",
                  "Give a longer sample time.", setup.where);
   setup.times = path->sample_times(step);
   setup.path.resize(setup.times.size());
@@ -107,8 +116,8 @@ Result<Setup> prepare(const Simulator& sim, const Run& run, Progress& progress) 
 
 /// Joint values along the path: one free solution for the start, then one branch followed.
 Result<std::vector<double>> follow(const Simulator& sim, const Run& run, const Setup& setup,
-                                   std::vector<double>& position_error, std::vector<double>& rotation_error,
-                                   Progress& progress) {
+                                   std::vector<double>& position_error,
+                                   std::vector<double>& rotation_error, Progress& progress) {
   const std::size_t dof = setup.model->dof();
   RMP_TRY_ASSIGN(const auto ik, bind_ik(sim.registry, setup.model, setup.ik));
   std::vector<Pose> targets;
@@ -135,11 +144,12 @@ Result<std::vector<double>> follow(const Simulator& sim, const Run& run, const S
   for (std::size_t i = 0; i < results.size(); ++i) {
     const IkResult& r = results[i];
     if (r.status != IkStatus::solved)
-      return error(ErrorCode::unreachable,
-                   "at t = " + text::print_rounded(setup.times[i]) + " s (sample " + std::to_string(i + 1) + " of " +
-                       std::to_string(targets.size()) + ") the robot cannot follow: " +
-                       (r.detail.empty() ? "the solver found no solution" : r.detail),
-                   "Move the trajectory or the robot, or start from another configuration.", setup.where);
+      return error(
+          ErrorCode::unreachable,
+          "at t = " + text::print_rounded(setup.times[i]) + " s (sample " + std::to_string(i + 1) +
+              " of " + std::to_string(targets.size()) + ") the robot cannot follow: " +
+              (r.detail.empty() ? "the solver found no solution" : r.detail),
+          "Move the trajectory or the robot, or start from another configuration.", setup.where);
     q.insert(q.end(), r.q.begin(), r.q.begin() + static_cast<std::ptrdiff_t>(dof));
     position_error.push_back(r.position_error);
     rotation_error.push_back(r.rotation_error);
@@ -151,22 +161,23 @@ struct Tables {
   std::vector<double> q, qd, qdd, position_error, rotation_error;
 };
 
-Column take(std::string name, std::string unit, std::string doc, std::span<const double> table, std::size_t dof,
-            std::size_t joint) {
+Column take(std::string name, std::string unit, std::string doc, std::span<const double> table,
+            std::size_t dof, std::size_t joint) {
   Column c{std::move(name), std::move(unit), std::move(doc), {}};
   c.values.reserve(table.size() / dof);
   for (std::size_t i = joint; i < table.size(); i += dof) c.values.push_back(table[i]);
   return c;
 }
 
-void add_joint_columns(Recording& recording, const RobotModel& model, const std::string& stem, const std::string& what,
-                       const std::string& rotary_unit, const std::string& linear_unit,
-                       std::span<const double> table) {
+void add_joint_columns(Recording& recording, const RobotModel& model, const std::string& stem,
+                       const std::string& what, const std::string& rotary_unit,
+                       const std::string& linear_unit, std::span<const double> table) {
   for (std::size_t j = 0; j < model.dof(); ++j) {
     const bool rotary = model.joints[j].type == JointType::revolute;
-    recording.columns.push_back(take(stem + std::to_string(j + 1), rotary ? rotary_unit : linear_unit,
-                                     what + " of joint " + std::to_string(j + 1) + " (" + model.joints[j].name + ")",
-                                     table, model.dof(), j));
+    recording.columns.push_back(
+        take(stem + std::to_string(j + 1), rotary ? rotary_unit : linear_unit,
+             what + " of joint " + std::to_string(j + 1) + " (" + model.joints[j].name + ")", table,
+             model.dof(), j));
   }
 }
 
@@ -181,17 +192,21 @@ Recording kinematic_recording(const Run& run, const Setup& setup, const Tables& 
   add_joint_columns(recording, model, "q", "position", "rad", "m", t.q);
   add_joint_columns(recording, model, "qd", "velocity", "rad/s", "m/s", t.qd);
   add_joint_columns(recording, model, "qdd", "acceleration", "rad/s^2", "m/s^2", t.qdd);
-  std::array<Column, 3> tip{Column{"x", "m", "tool position in the world", {}}, Column{"y", "m", "tool position in the world", {}},
+  std::array<Column, 3> tip{Column{"x", "m", "tool position in the world", {}},
+                            Column{"y", "m", "tool position in the world", {}},
                             Column{"z", "m", "tool position in the world", {}}};
   std::vector<Pose> frames(model.dof());
   for (std::size_t i = 0; i < setup.times.size(); ++i) {
-    robotics::forward_kinematics(model, std::span<const double>(t.q).subspan(i * model.dof(), model.dof()), frames);
+    robotics::forward_kinematics(
+        model, std::span<const double>(t.q).subspan(i * model.dof(), model.dof()), frames);
     const Vec3 p = spatial::transform(setup.world_T_base, robotics::tip_pose(model, 0, frames).p);
     for (std::size_t k = 0; k < 3; ++k) tip[k].values.push_back(p[k]);
   }
   for (auto& c : tip) recording.columns.push_back(std::move(c));
-  recording.columns.push_back({"position_error", "m", "distance of the tool from the trajectory", t.position_error});
-  recording.columns.push_back({"rotation_error", "rad", "angle left to the wanted orientation", t.rotation_error});
+  recording.columns.push_back(
+      {"position_error", "m", "distance of the tool from the trajectory", t.position_error});
+  recording.columns.push_back(
+      {"rotation_error", "rad", "angle left to the wanted orientation", t.rotation_error});
   return recording;
 }
 
@@ -202,15 +217,17 @@ void note_speed_limits(Recording& recording, const RobotModel& model) {
     const double limit = model.joints[j].max_velocity;
     for (std::size_t i = 0; i < qd->values.size(); ++i)
       if (std::fabs(qd->values[i]) > limit) {
-        recording.notes.push_back("Joint " + std::to_string(j + 1) + " (" + model.joints[j].name + ") exceeds its velocity limit of " +
-                                  text::print_rounded(limit) + " " + qd->unit + " from t = " +
-                                  text::print_rounded(recording.columns.front().values[i]) + " s.");
+        recording.notes.push_back(
+            "Joint " + std::to_string(j + 1) + " (" + model.joints[j].name +
+            ") exceeds its velocity limit of " + text::print_rounded(limit) + " " + qd->unit +
+            " from t = " + text::print_rounded(recording.columns.front().values[i]) + " s.");
         break;
       }
   }
 }
 
-Result<Tables> kinematics(const Simulator& sim, const Run& run, const Setup& setup, Progress& progress) {
+Result<Tables> kinematics(const Simulator& sim, const Run& run, const Setup& setup,
+                          Progress& progress) {
   Tables t;
   RMP_TRY_ASSIGN(t.q, follow(sim, run, setup, t.position_error, t.rotation_error, progress));
   t.qd.resize(t.q.size());
@@ -233,7 +250,8 @@ Result<RecordingPtr> Simulator::inverse_kinematics(const Run& run, Progress& pro
 Result<RecordingPtr> Simulator::inverse_dynamics(const Run& run, Progress& progress) const {
   RMP_TRY_ASSIGN(const Setup setup, prepare(*this, run, progress));
   RMP_TRY_ASSIGN(const Tables t, kinematics(*this, run, setup, progress));
-  RMP_TRY_ASSIGN(const auto dynamics, bind_inverse_dynamics(registry, setup.model, setup.inverse_dynamics));
+  RMP_TRY_ASSIGN(const auto dynamics,
+                 bind_inverse_dynamics(registry, setup.model, setup.inverse_dynamics));
   Recording recording = kinematic_recording(run, setup, t);
   recording.title = setup.title + ": inverse dynamics";
   note_speed_limits(recording, *setup.model);
@@ -242,11 +260,12 @@ Result<RecordingPtr> Simulator::inverse_dynamics(const Run& run, Progress& progr
     const char* what;
     std::uint32_t terms;
   };
-  constexpr std::array<Part, 5> kParts{{{"tau", "torque", kAllTerms},
-                                        {"tau_gravity", "gravity part of the torque", kGravityTerm},
-                                        {"tau_inertial", "inertial part of the torque", kInertialTerm},
-                                        {"tau_velocity", "velocity part of the torque", kVelocityTerm},
-                                        {"tau_friction", "friction part of the torque", kFrictionTerm}}};
+  constexpr std::array<Part, 5> kParts{
+      {{"tau", "torque", kAllTerms},
+       {"tau_gravity", "gravity part of the torque", kGravityTerm},
+       {"tau_inertial", "inertial part of the torque", kInertialTerm},
+       {"tau_velocity", "velocity part of the torque", kVelocityTerm},
+       {"tau_friction", "friction part of the torque", kFrictionTerm}}};
   for (const auto& part : kParts) {
     DynamicsBatch batch;
     batch.count = setup.times.size();

@@ -27,9 +27,14 @@ struct Bound {
 };
 
 /// Creates, prepares and wraps a provider chosen by a robot; `choice.name` empty = the default.
-Result<Bound<IkSolver>> bind_ik(const Registry&, std::shared_ptr<const RobotModel>, const model::ProviderChoice&);
-Result<Bound<InverseDynamics>> bind_inverse_dynamics(const Registry&, std::shared_ptr<const RobotModel>, const model::ProviderChoice&);
-Result<Bound<ForwardDynamics>> bind_forward_dynamics(const Registry&, std::shared_ptr<const RobotModel>, const model::ProviderChoice&);
+Result<Bound<IkSolver>> bind_ik(const Registry&, std::shared_ptr<const RobotModel>,
+                                const model::ProviderChoice&);
+Result<Bound<InverseDynamics>> bind_inverse_dynamics(const Registry&,
+                                                     std::shared_ptr<const RobotModel>,
+                                                     const model::ProviderChoice&);
+Result<Bound<ForwardDynamics>> bind_forward_dynamics(const Registry&,
+                                                     std::shared_ptr<const RobotModel>,
+                                                     const model::ProviderChoice&);
 
 /// Calls the solver and checks what it gives (finite, right lengths, within limits, and by forward
 /// kinematics that a claimed solution is one); a provider that lies is plugin_failed.
@@ -43,7 +48,7 @@ Result<std::vector<double>> accelerations(const Bound<ForwardDynamics>&, Dynamic
 struct Run {
   WorldId world;
   std::string robot, trajectory;
-  double sample_time = 0;      ///< [s]; 0 = the trajectory's own
+  double sample_time = 0;  ///< [s]; 0 = the trajectory's own
   IkTolerance tolerance{};
 };
 
@@ -52,7 +57,8 @@ struct Simulator {
   document::Derived& derived;
   const document::Snapshot& snapshot;
 
-  /// time, q, qd, qdd of the joints, x, y, z of the tool in the world, and the remaining pose error.
+  /// time, q, qd, qdd of the joints, x, y, z of the tool in the world, and the remaining pose
+  /// error.
   Result<RecordingPtr> inverse_kinematics(const Run&, Progress&) const;
   /// The same and tau, with its gravity, inertial, velocity and friction parts.
   Result<RecordingPtr> inverse_dynamics(const Run&, Progress&) const;

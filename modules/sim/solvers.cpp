@@ -17,9 +17,11 @@ template <class Solver>
 Result<Bound<Solver>> bind(const Registry& registry, std::shared_ptr<const RobotModel> model,
                            const model::ProviderChoice& choice) {
   const std::string where = "robot " + text::quote(model->name);
-  RMP_TRY_ASSIGN(const ProviderInfo info, registry.find(Solver::kInterfaceId, choice.name).in(where));
+  RMP_TRY_ASSIGN(const ProviderInfo info,
+                 registry.find(Solver::kInterfaceId, choice.name).in(where));
   RMP_TRY_ASSIGN(auto solver, registry.create<Solver>(info.name).in(where));
-  RMP_TRY_ASSIGN(auto params, motion::checked_params(info, choice, where + ", provider " + text::quote(info.name)));
+  RMP_TRY_ASSIGN(auto params, motion::checked_params(
+                                  info, choice, where + ", provider " + text::quote(info.name)));
   auto prepared = guarded(info.name, [&] { return solver->prepare(*model, *params); });
   if (!prepared.ok()) return std::move(prepared).error().in(where);
   return Bound<Solver>{std::move(model), std::move(solver), info.name};
@@ -43,8 +45,9 @@ Result<void> check_answer(const Bound<IkSolver>& ik, const IkBatch& batch, const
   const std::size_t dof = model.dof();
   if (r.q.empty() || r.q.size() % dof != 0) {
     if (r.q.empty() && r.status != IkStatus::solved) return {};
-    return broken(ik.provider, "returned " + std::to_string(r.q.size()) + " joint values for a robot with " +
-                                   std::to_string(dof) + " joints");
+    return broken(ik.provider, "returned " + std::to_string(r.q.size()) +
+                                   " joint values for a robot with " + std::to_string(dof) +
+                                   " joints");
   }
   if (!all_finite(r.q)) return broken(ik.provider, "returned a joint value that is not a number");
   for (std::size_t k = 0; k < r.q.size() / dof; ++k) {
@@ -59,24 +62,27 @@ Result<void> check_answer(const Bound<IkSolver>& ik, const IkBatch& batch, const
     }
     if (r.status != IkStatus::solved) break;
     if (position > batch.tolerance.position * 1.001 || rotation > batch.tolerance.rotation * 1.001)
-      return broken(ik.provider, "claimed a solution that misses the target by " + text::print_rounded(position, 3) +
-                                     " m and " + text::print_rounded(rotation, 3) + " rad");
+      return broken(ik.provider, "claimed a solution that misses the target by " +
+                                     text::print_rounded(position, 3) + " m and " +
+                                     text::print_rounded(rotation, 3) + " rad");
     for (std::size_t j = 0; j < dof; ++j)
       if (q[j] < model.joints[j].lower - kLimitSlack || q[j] > model.joints[j].upper + kLimitSlack)
-        return broken(ik.provider, "claimed a solution outside the limits of joint " + std::to_string(j + 1) + " (\"" +
-                                       model.joints[j].name + "\")");
+        return broken(ik.provider, "claimed a solution outside the limits of joint " +
+                                       std::to_string(j + 1) + " (\"" + model.joints[j].name +
+                                       "\")");
   }
   return {};
 }
 
 template <class Call>
-Result<std::vector<double>> checked_numbers(const std::string& provider, const RobotModel& model, std::size_t size,
-                                            Call&& call) {
+Result<std::vector<double>> checked_numbers(const std::string& provider, const RobotModel& model,
+                                            std::size_t size, Call&& call) {
   std::vector<double> out(size, std::nan(""));
   auto done = guarded(provider, [&]() -> Result<void> { return call(std::span<double>(out)); });
   if (!done.ok()) return std::move(done).error().in("robot " + text::quote(model.name));
   if (!all_finite(out))
-    return broken(provider, "returned a value that is not a number").in("robot " + text::quote(model.name));
+    return broken(provider, "returned a value that is not a number")
+        .in("robot " + text::quote(model.name));
   return out;
 }
 
@@ -86,16 +92,19 @@ Result<Bound<IkSolver>> bind_ik(const Registry& registry, std::shared_ptr<const 
                                 const model::ProviderChoice& choice) {
   return bind<IkSolver>(registry, std::move(model), choice);
 }
-Result<Bound<InverseDynamics>> bind_inverse_dynamics(const Registry& registry, std::shared_ptr<const RobotModel> model,
+Result<Bound<InverseDynamics>> bind_inverse_dynamics(const Registry& registry,
+                                                     std::shared_ptr<const RobotModel> model,
                                                      const model::ProviderChoice& choice) {
   return bind<InverseDynamics>(registry, std::move(model), choice);
 }
-Result<Bound<ForwardDynamics>> bind_forward_dynamics(const Registry& registry, std::shared_ptr<const RobotModel> model,
+Result<Bound<ForwardDynamics>> bind_forward_dynamics(const Registry& registry,
+                                                     std::shared_ptr<const RobotModel> model,
                                                      const model::ProviderChoice& choice) {
   return bind<ForwardDynamics>(registry, std::move(model), choice);
 }
 
-Result<std::vector<IkResult>> solve_ik(const Bound<IkSolver>& ik, const IkBatch& batch, Progress& progress) {
+Result<std::vector<IkResult>> solve_ik(const Bound<IkSolver>& ik, const IkBatch& batch,
+                                       Progress& progress) {
   const std::string where = "robot " + text::quote(ik.model->name);
   std::vector<IkResult> results(batch.targets.size());
   auto done = guarded(ik.provider, [&] { return ik.solver->solve(batch, results, progress); });
@@ -106,27 +115,32 @@ Result<std::vector<IkResult>> solve_ik(const Bound<IkSolver>& ik, const IkBatch&
   return results;
 }
 
-Result<std::vector<double>> torques(const Bound<InverseDynamics>& dynamics, DynamicsBatch batch, Progress& progress) {
+Result<std::vector<double>> torques(const Bound<InverseDynamics>& dynamics, DynamicsBatch batch,
+                                    Progress& progress) {
   std::vector<double> scratch(dynamics.solver->scratch_size());
   batch.scratch = scratch;
-  return checked_numbers(dynamics.provider, *dynamics.model, batch.count * dynamics.model->dof(),
-                         [&](std::span<double> out) { return dynamics.solver->torques(batch, out, progress); });
+  return checked_numbers(
+      dynamics.provider, *dynamics.model, batch.count * dynamics.model->dof(),
+      [&](std::span<double> out) { return dynamics.solver->torques(batch, out, progress); });
 }
 
-Result<std::vector<double>> inertia(const Bound<InverseDynamics>& dynamics, DynamicsBatch batch, Progress& progress) {
+Result<std::vector<double>> inertia(const Bound<InverseDynamics>& dynamics, DynamicsBatch batch,
+                                    Progress& progress) {
   std::vector<double> scratch(dynamics.solver->scratch_size());
   batch.scratch = scratch;
   const std::size_t dof = dynamics.model->dof();
-  return checked_numbers(dynamics.provider, *dynamics.model, batch.count * dof * dof,
-                         [&](std::span<double> out) { return dynamics.solver->inertia(batch, out, progress); });
+  return checked_numbers(
+      dynamics.provider, *dynamics.model, batch.count * dof * dof,
+      [&](std::span<double> out) { return dynamics.solver->inertia(batch, out, progress); });
 }
 
-Result<std::vector<double>> accelerations(const Bound<ForwardDynamics>& dynamics, DynamicsBatch batch,
-                                          Progress& progress) {
+Result<std::vector<double>> accelerations(const Bound<ForwardDynamics>& dynamics,
+                                          DynamicsBatch batch, Progress& progress) {
   std::vector<double> scratch(dynamics.solver->scratch_size());
   batch.scratch = scratch;
-  return checked_numbers(dynamics.provider, *dynamics.model, batch.count * dynamics.model->dof(),
-                         [&](std::span<double> out) { return dynamics.solver->accelerations(batch, out, progress); });
+  return checked_numbers(
+      dynamics.provider, *dynamics.model, batch.count * dynamics.model->dof(),
+      [&](std::span<double> out) { return dynamics.solver->accelerations(batch, out, progress); });
 }
 
 }  // namespace robomosp::sim

@@ -48,7 +48,8 @@ TEST(MyIk, ReachesBothArmsOfATree) {
   Random random(5);
   NoProgress progress;
   for (std::int32_t tip = 0; tip < 2; ++tip) {
-    const Pose target = tip_pose(model, random.configuration(model).data(), static_cast<std::size_t>(tip));
+    const Pose target =
+        tip_pose(model, random.configuration(model).data(), static_cast<std::size_t>(tip));
     IkBatch batch;
     batch.targets = {&target, 1};
     batch.tip = tip;

@@ -10,8 +10,13 @@ namespace {
 
 class Idle : public robomosp::IkSolver {
  public:
-  robomosp::Result<void> prepare(const robomosp::RobotModel&, const robomosp::Params&) override { return {}; }
-  robomosp::Result<void> solve(const robomosp::IkBatch&, std::span<robomosp::IkResult>, robomosp::Progress&) const override { return {}; }
+  robomosp::Result<void> prepare(const robomosp::RobotModel&, const robomosp::Params&) override {
+    return {};
+  }
+  robomosp::Result<void> solve(const robomosp::IkBatch&, std::span<robomosp::IkResult>,
+                               robomosp::Progress&) const override {
+    return {};
+  }
 };
 
 [[maybe_unused]] void* make_idle(const rmp_host* host, char*, std::uint32_t) {
@@ -22,17 +27,23 @@ class Idle : public robomosp::IkSolver {
   std::snprintf(error, size, "%s", "no licence file was found");
   return nullptr;
 }
-[[maybe_unused]] void* make_nothing_silently(const rmp_host*, char*, std::uint32_t) { return nullptr; }
-[[maybe_unused]] void* make_throw(const rmp_host*, char*, std::uint32_t) { throw std::runtime_error("thrown by create"); }
+[[maybe_unused]] void* make_nothing_silently(const rmp_host*, char*, std::uint32_t) {
+  return nullptr;
+}
+[[maybe_unused]] void* make_throw(const rmp_host*, char*, std::uint32_t) {
+  throw std::runtime_error("thrown by create");
+}
 
 constexpr const char* kIk = "robomosp.ik/1";
-constexpr rmp_provider row(const char* interface_id, const char* name, void* (*create)(const rmp_host*, char*, std::uint32_t) = make_idle) {
+constexpr rmp_provider row(const char* interface_id, const char* name,
+                           void* (*create)(const rmp_host*, char*, std::uint32_t) = make_idle) {
   return {interface_id, name, "a test provider", "serial,dof=6", nullptr, 0, create};
 }
 
 template <std::uint32_t N>
 [[maybe_unused]] const rmp_plugin* plugin_of(const rmp_provider (&rows)[N]) {
-  static const rmp_plugin plugin = {sizeof(rmp_plugin), RMP_ABI_TAG, "org.robomosp.abi", "1.2.3", "Apache-2.0", "test", rows, N};
+  static const rmp_plugin plugin = {
+      sizeof(rmp_plugin), RMP_ABI_TAG, "org.robomosp.abi", "1.2.3", "Apache-2.0", "test", rows, N};
   return &plugin;
 }
 
@@ -48,27 +59,38 @@ ENTRY(2) { return nullptr; }
 
 #elif defined(CASE_WRONG_TAG)
 ENTRY(1) {
-  static const rmp_plugin plugin = {sizeof(rmp_plugin), "sdk1;gxxabi1002;cxx11abi0;debugstl", "org.robomosp.abi", "1", "MIT", "", nullptr, 0};
+  static const rmp_plugin plugin = {sizeof(rmp_plugin),
+                                    "sdk1;gxxabi1002;cxx11abi0;debugstl",
+                                    "org.robomosp.abi",
+                                    "1",
+                                    "MIT",
+                                    "",
+                                    nullptr,
+                                    0};
   return &plugin;
 }
 #elif defined(CASE_NO_TAG)
 ENTRY(1) {
-  static const rmp_plugin plugin = {sizeof(rmp_plugin), nullptr, "org.robomosp.abi", "1", "MIT", "", nullptr, 0};
+  static const rmp_plugin plugin = {
+      sizeof(rmp_plugin), nullptr, "org.robomosp.abi", "1", "MIT", "", nullptr, 0};
   return &plugin;
 }
 #elif defined(CASE_SMALL_STRUCT)
 ENTRY(1) {
-  static const rmp_plugin plugin = {16, RMP_ABI_TAG, "org.robomosp.abi", "1", "MIT", "", nullptr, 0};
+  static const rmp_plugin plugin = {16, RMP_ABI_TAG, "org.robomosp.abi", "1", "MIT", "", nullptr,
+                                    0};
   return &plugin;
 }
 #elif defined(CASE_NULL_NAMES)
 ENTRY(1) {
-  static const rmp_provider rows[] = {row(kIk, nullptr), row(nullptr, "homeless"), row(kIk, "uncreatable", nullptr), row(kIk, "sound")};
+  static const rmp_provider rows[] = {row(kIk, nullptr), row(nullptr, "homeless"),
+                                      row(kIk, "uncreatable", nullptr), row(kIk, "sound")};
   return plugin_of(rows);
 }
 #elif defined(CASE_UNKNOWN_INTERFACE)
 ENTRY(1) {
-  static const rmp_provider rows[] = {row("robomosp.ik/7", "later"), row("robomosp.teapot/1", "pot"), row(kIk, "sound")};
+  static const rmp_provider rows[] = {row("robomosp.ik/7", "later"),
+                                      row("robomosp.teapot/1", "pot"), row(kIk, "sound")};
   return plugin_of(rows);
 }
 #elif defined(CASE_ENTRY_THROWS)
@@ -79,7 +101,9 @@ ENTRY(1) { return nullptr; }
 
 #elif defined(CASE_CREATE_FAILS)
 ENTRY(1) {
-  static const rmp_provider rows[] = {row(kIk, "thrower", make_throw), row(kIk, "unlicensed", make_nothing), row(kIk, "silent", make_nothing_silently)};
+  static const rmp_provider rows[] = {row(kIk, "thrower", make_throw),
+                                      row(kIk, "unlicensed", make_nothing),
+                                      row(kIk, "silent", make_nothing_silently)};
   return plugin_of(rows);
 }
 #elif defined(CASE_DUPLICATES)
@@ -90,11 +114,14 @@ ENTRY(1) {
 #elif defined(CASE_BAD_TABLE)
 ENTRY(1) {
   static const rmp_param params[] = {{"speed", "real", "m/s", "", "90 deg", nullptr, 1, 0}};
-  static const rmp_provider rows[] = {{kIk, "misdefault", "", "", params, 1, make_idle}, {kIk, "tableless", "", "", nullptr, 3, make_idle}};
+  static const rmp_provider rows[] = {{kIk, "misdefault", "", "", params, 1, make_idle},
+                                      {kIk, "tableless", "", "", nullptr, 3, make_idle}};
   return plugin_of(rows);
 }
 #elif defined(CASE_UNDEFINED_SYMBOL)
-namespace elsewhere { int needed_function(int); }
+namespace elsewhere {
+int needed_function(int);
+}
 ENTRY(1) { return elsewhere::needed_function(1) ? nullptr : nullptr; }
 
 #elif defined(CASE_MISSING_LIBRARY)
@@ -102,9 +129,11 @@ int absent_helper();
 ENTRY(1) { return absent_helper() ? nullptr : nullptr; }
 
 #elif defined(CASE_GOOD)
-static const rmp_param kParams[] = {{"damping", "real", "1", "Damping factor.", "0.01", nullptr, 1e-6, 1}};
+static const rmp_param kParams[] = {
+    {"damping", "real", "1", "Damping factor.", "0.01", nullptr, 1e-6, 1}};
 ENTRY(1) {
-  static const rmp_provider rows[] = {{kIk, "abi_good", "does nothing", "serial, dof=6", kParams, 1, make_idle}};
+  static const rmp_provider rows[] = {
+      {kIk, "abi_good", "does nothing", "serial, dof=6", kParams, 1, make_idle}};
   return plugin_of(rows);
 }
 #endif

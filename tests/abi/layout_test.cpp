@@ -40,104 +40,211 @@ std::size_t slot(Pointer member) {
 }
 
 #define TYPE(T) out << #T << " size " << sizeof(T) << " align " << alignof(T) << "\n"
-#define FIELD(T, name) out << "  " #name " at " << offsetof(T, name) << " size " << sizeof(T::name) << "\n"
+#define FIELD(T, name) \
+  out << "  " #name " at " << offsetof(T, name) << " size " << sizeof(T::name) << "\n"
 #define VIRTUAL(T, name) out << "  virtual " #name " slot " << slot(&T::name) << "\n"
 #define VALUE(name) out << "  " #name " = " << static_cast<long long>(name) << "\n"
 #define F1(T, a) FIELD(T, a)
-#define F2(T, a, b) F1(T, a); FIELD(T, b)
-#define F3(T, a, b, c) F2(T, a, b); FIELD(T, c)
-#define F4(T, a, b, c, d) F3(T, a, b, c); FIELD(T, d)
-#define F5(T, a, b, c, d, e) F4(T, a, b, c, d); FIELD(T, e)
-#define F6(T, a, b, c, d, e, f) F5(T, a, b, c, d, e); FIELD(T, f)
-#define F7(T, a, b, c, d, e, f, g) F6(T, a, b, c, d, e, f); FIELD(T, g)
-#define F8(T, a, b, c, d, e, f, g, h) F7(T, a, b, c, d, e, f, g); FIELD(T, h)
+#define F2(T, a, b) \
+  F1(T, a);         \
+  FIELD(T, b)
+#define F3(T, a, b, c) \
+  F2(T, a, b);         \
+  FIELD(T, c)
+#define F4(T, a, b, c, d) \
+  F3(T, a, b, c);         \
+  FIELD(T, d)
+#define F5(T, a, b, c, d, e) \
+  F4(T, a, b, c, d);         \
+  FIELD(T, e)
+#define F6(T, a, b, c, d, e, f) \
+  F5(T, a, b, c, d, e);         \
+  FIELD(T, f)
+#define F7(T, a, b, c, d, e, f, g) \
+  F6(T, a, b, c, d, e, f);         \
+  FIELD(T, g)
+#define F8(T, a, b, c, d, e, f, g, h) \
+  F7(T, a, b, c, d, e, f, g);         \
+  FIELD(T, h)
 
 void plain_types(std::ostream& out) {
-  TYPE(rmp_param); F8(rmp_param, name, type, unit, doc, default_text, choices, min, max);
-  TYPE(rmp_host); F3(rmp_host, struct_size, program_version, log);
-  TYPE(rmp_provider); F7(rmp_provider, interface_id, name, summary, tags, params, param_count, create);
-  TYPE(rmp_plugin); F8(rmp_plugin, struct_size, abi_tag, id, version, license, summary, providers, provider_count);
-  TYPE(Pose); F2(Pose, R, p);
-  TYPE(Sym3); F6(Sym3, xx, yy, zz, xy, yz, xz);
-  TYPE(MassProperties); F3(MassProperties, mass, com, inertia);
-  TYPE(Colour); F4(Colour, r, g, b, a);
-  TYPE(Mesh); F6(Mesh, positions, normals, triangles, faces, edge_points, edge_sizes);
-  TYPE(Mesh::Face); F3(Mesh::Face, first_triangle, triangle_count, id);
-  TYPE(Error); F4(Error, code, message, where, hint);
-  TYPE(Result<void>); TYPE(Result<double>); TYPE(Result<std::string>);
-  TYPE(JointFriction); F3(JointFriction, viscous, coulomb_positive, coulomb_negative);
+  TYPE(rmp_param);
+  F8(rmp_param, name, type, unit, doc, default_text, choices, min, max);
+  TYPE(rmp_host);
+  F3(rmp_host, struct_size, program_version, log);
+  TYPE(rmp_provider);
+  F7(rmp_provider, interface_id, name, summary, tags, params, param_count, create);
+  TYPE(rmp_plugin);
+  F8(rmp_plugin, struct_size, abi_tag, id, version, license, summary, providers, provider_count);
+  TYPE(Pose);
+  F2(Pose, R, p);
+  TYPE(Sym3);
+  F6(Sym3, xx, yy, zz, xy, yz, xz);
+  TYPE(MassProperties);
+  F3(MassProperties, mass, com, inertia);
+  TYPE(Colour);
+  F4(Colour, r, g, b, a);
+  TYPE(Mesh);
+  F6(Mesh, positions, normals, triangles, faces, edge_points, edge_sizes);
+  TYPE(Mesh::Face);
+  F3(Mesh::Face, first_triangle, triangle_count, id);
+  TYPE(Error);
+  F4(Error, code, message, where, hint);
+  TYPE(Result<void>);
+  TYPE(Result<double>);
+  TYPE(Result<std::string>);
+  TYPE(JointFriction);
+  F3(JointFriction, viscous, coulomb_positive, coulomb_negative);
   TYPE(JointModel);
   F8(JointModel, name, type, parent, placement, link, body, lower, upper);
   F5(JointModel, max_velocity, max_acceleration, max_force, armature, friction);
-  TYPE(TipModel); F3(TipModel, name, joint, tool);
-  TYPE(RobotModel); F5(RobotModel, name, joints, tips, base, gravity);
-  TYPE(IkTolerance); F2(IkTolerance, position, rotation);
-  TYPE(IkBatch); F6(IkBatch, targets, seeds, tolerance, all_solutions, continuous, tip);
-  TYPE(IkResult); F6(IkResult, status, q, position_error, rotation_error, iterations, detail);
-  TYPE(TipWrench); F2(TipWrench, force, moment);
-  TYPE(DynamicsBatch); F8(DynamicsBatch, count, q, qd, qdd, tau, tip, terms, scratch);
-  TYPE(PathSample); F5(PathSample, pose, velocity, angular_velocity, acceleration, angular_acceleration);
-  TYPE(CollisionPair); F2(CollisionPair, a, b);
-  TYPE(PairDistance); F3(PairDistance, distance, on_a, on_b);
-  TYPE(PhysicsBody); F7(PhysicsBody, shape, mass, pose, velocity, angular_velocity, friction, restitution);
-  TYPE(PhysicsJoint); F7(PhysicsJoint, a, b, type, in_a, in_b, lower, upper);
-  TYPE(PhysicsState); F3(PhysicsState, poses, velocities, angular_velocities);
-  TYPE(CsgPrimitiveInfo); F4(CsgPrimitiveInfo, kind, name, sizes, doc);
-  TYPE(CsgNode); F5(CsgNode, kind, parent, placement, sizes, name);
-  TYPE(CsgTree); F1(CsgTree, nodes);
-  TYPE(MeshQuality); F2(MeshQuality, chord, angle);
-  TYPE(Moments); F6(Moments, volume, area, first, second, exact, relative_error);
-  TYPE(PlacedShape); F2(PlacedShape, shape, placement);
-  TYPE(CsgEngine::Partition); F2(CsgEngine::Partition, parts, overlap);
-  TYPE(Diagnostic); F4(Diagnostic, line, column, is_error, text);
-  TYPE(CodeLine); F5(CodeLine, operation, result, left, right, source_line);
-  TYPE(ThreeAddressCode); F3(ThreeAddressCode, program, lines, diagnostics);
-  TYPE(GeneratedFile); F2(GeneratedFile, name, text);
-  TYPE(ImportedFile); F2(ImportedFile, name, text);
-  TYPE(ImportedMesh); F2(ImportedMesh, name, mesh);
-  TYPE(Imported); F3(Imported, records, meshes, notes);
-  TYPE(ExportItem); F4(ExportItem, name, mesh, pose, colour);
+  TYPE(TipModel);
+  F3(TipModel, name, joint, tool);
+  TYPE(RobotModel);
+  F5(RobotModel, name, joints, tips, base, gravity);
+  TYPE(IkTolerance);
+  F2(IkTolerance, position, rotation);
+  TYPE(IkBatch);
+  F6(IkBatch, targets, seeds, tolerance, all_solutions, continuous, tip);
+  TYPE(IkResult);
+  F6(IkResult, status, q, position_error, rotation_error, iterations, detail);
+  TYPE(TipWrench);
+  F2(TipWrench, force, moment);
+  TYPE(DynamicsBatch);
+  F8(DynamicsBatch, count, q, qd, qdd, tau, tip, terms, scratch);
+  TYPE(PathSample);
+  F5(PathSample, pose, velocity, angular_velocity, acceleration, angular_acceleration);
+  TYPE(CollisionPair);
+  F2(CollisionPair, a, b);
+  TYPE(PairDistance);
+  F3(PairDistance, distance, on_a, on_b);
+  TYPE(PhysicsBody);
+  F7(PhysicsBody, shape, mass, pose, velocity, angular_velocity, friction, restitution);
+  TYPE(PhysicsJoint);
+  F7(PhysicsJoint, a, b, type, in_a, in_b, lower, upper);
+  TYPE(PhysicsState);
+  F3(PhysicsState, poses, velocities, angular_velocities);
+  TYPE(CsgPrimitiveInfo);
+  F4(CsgPrimitiveInfo, kind, name, sizes, doc);
+  TYPE(CsgNode);
+  F5(CsgNode, kind, parent, placement, sizes, name);
+  TYPE(CsgTree);
+  F1(CsgTree, nodes);
+  TYPE(MeshQuality);
+  F2(MeshQuality, chord, angle);
+  TYPE(Moments);
+  F6(Moments, volume, area, first, second, exact, relative_error);
+  TYPE(PlacedShape);
+  F2(PlacedShape, shape, placement);
+  TYPE(CsgEngine::Partition);
+  F2(CsgEngine::Partition, parts, overlap);
+  TYPE(Diagnostic);
+  F4(Diagnostic, line, column, is_error, text);
+  TYPE(CodeLine);
+  F5(CodeLine, operation, result, left, right, source_line);
+  TYPE(ThreeAddressCode);
+  F3(ThreeAddressCode, program, lines, diagnostics);
+  TYPE(GeneratedFile);
+  F2(GeneratedFile, name, text);
+  TYPE(ImportedFile);
+  F2(ImportedFile, name, text);
+  TYPE(ImportedMesh);
+  F2(ImportedMesh, name, mesh);
+  TYPE(Imported);
+  F3(Imported, records, meshes, notes);
+  TYPE(ExportItem);
+  F4(ExportItem, name, mesh, pose, colour);
 }
 
 void interfaces(std::ostream& out) {
   TYPE(Params);
-  VIRTUAL(Params, has); VIRTUAL(Params, real); VIRTUAL(Params, integer); VIRTUAL(Params, boolean);
-  VIRTUAL(Params, text); VIRTUAL(Params, reals); VIRTUAL(Params, pose);
-  TYPE(Progress); VIRTUAL(Progress, report); VIRTUAL(Progress, cancelled);
+  VIRTUAL(Params, has);
+  VIRTUAL(Params, real);
+  VIRTUAL(Params, integer);
+  VIRTUAL(Params, boolean);
+  VIRTUAL(Params, text);
+  VIRTUAL(Params, reals);
+  VIRTUAL(Params, pose);
+  TYPE(Progress);
+  VIRTUAL(Progress, report);
+  VIRTUAL(Progress, cancelled);
   TYPE(NoProgress);
-  TYPE(IkSolver); VIRTUAL(IkSolver, prepare); VIRTUAL(IkSolver, solve);
+  TYPE(IkSolver);
+  VIRTUAL(IkSolver, prepare);
+  VIRTUAL(IkSolver, solve);
   TYPE(InverseDynamics);
-  VIRTUAL(InverseDynamics, prepare); VIRTUAL(InverseDynamics, scratch_size);
-  VIRTUAL(InverseDynamics, torques); VIRTUAL(InverseDynamics, inertia);
+  VIRTUAL(InverseDynamics, prepare);
+  VIRTUAL(InverseDynamics, scratch_size);
+  VIRTUAL(InverseDynamics, torques);
+  VIRTUAL(InverseDynamics, inertia);
   TYPE(ForwardDynamics);
-  VIRTUAL(ForwardDynamics, prepare); VIRTUAL(ForwardDynamics, scratch_size); VIRTUAL(ForwardDynamics, accelerations);
-  TYPE(Segment); VIRTUAL(Segment, duration); VIRTUAL(Segment, length); VIRTUAL(Segment, sample);
-  TYPE(SegmentMaker); VIRTUAL(SegmentMaker, make);
-  TYPE(CollisionScene); VIRTUAL(CollisionScene, distances);
-  TYPE(CollisionEngine); VIRTUAL(CollisionEngine, build);
-  TYPE(PhysicsWorld); VIRTUAL(PhysicsWorld, step); VIRTUAL(PhysicsWorld, read);
-  TYPE(PhysicsEngine); VIRTUAL(PhysicsEngine, create);
-  TYPE(CsgShape); VIRTUAL(CsgShape, bounds); VIRTUAL(CsgShape, notes);
+  VIRTUAL(ForwardDynamics, prepare);
+  VIRTUAL(ForwardDynamics, scratch_size);
+  VIRTUAL(ForwardDynamics, accelerations);
+  TYPE(Segment);
+  VIRTUAL(Segment, duration);
+  VIRTUAL(Segment, length);
+  VIRTUAL(Segment, sample);
+  TYPE(SegmentMaker);
+  VIRTUAL(SegmentMaker, make);
+  TYPE(CollisionScene);
+  VIRTUAL(CollisionScene, distances);
+  TYPE(CollisionEngine);
+  VIRTUAL(CollisionEngine, build);
+  TYPE(PhysicsWorld);
+  VIRTUAL(PhysicsWorld, step);
+  VIRTUAL(PhysicsWorld, read);
+  TYPE(PhysicsEngine);
+  VIRTUAL(PhysicsEngine, create);
+  TYPE(CsgShape);
+  VIRTUAL(CsgShape, bounds);
+  VIRTUAL(CsgShape, notes);
   TYPE(CsgEngine);
-  VIRTUAL(CsgEngine, evaluate); VIRTUAL(CsgEngine, mesh); VIRTUAL(CsgEngine, moments); VIRTUAL(CsgEngine, partition);
-  TYPE(Compiler); VIRTUAL(Compiler, compile);
-  TYPE(PostProcessor); VIRTUAL(PostProcessor, generate);
-  TYPE(Importer); VIRTUAL(Importer, extensions); VIRTUAL(Importer, read);
-  TYPE(Exporter); VIRTUAL(Exporter, extensions); VIRTUAL(Exporter, write);
+  VIRTUAL(CsgEngine, evaluate);
+  VIRTUAL(CsgEngine, mesh);
+  VIRTUAL(CsgEngine, moments);
+  VIRTUAL(CsgEngine, partition);
+  TYPE(Compiler);
+  VIRTUAL(Compiler, compile);
+  TYPE(PostProcessor);
+  VIRTUAL(PostProcessor, generate);
+  TYPE(Importer);
+  VIRTUAL(Importer, extensions);
+  VIRTUAL(Importer, read);
+  TYPE(Exporter);
+  VIRTUAL(Exporter, extensions);
+  VIRTUAL(Exporter, write);
 }
 
 void enumerators(std::ostream& out) {
   TYPE(ErrorCode);
-  VALUE(ErrorCode::invalid_argument); VALUE(ErrorCode::internal);
+  VALUE(ErrorCode::invalid_argument);
+  VALUE(ErrorCode::internal);
   TYPE(JointType);
-  VALUE(JointType::revolute); VALUE(JointType::prismatic);
+  VALUE(JointType::revolute);
+  VALUE(JointType::prismatic);
   TYPE(IkStatus);
-  VALUE(IkStatus::solved); VALUE(IkStatus::out_of_reach); VALUE(IkStatus::joint_limit); VALUE(IkStatus::not_converged);
+  VALUE(IkStatus::solved);
+  VALUE(IkStatus::out_of_reach);
+  VALUE(IkStatus::joint_limit);
+  VALUE(IkStatus::not_converged);
   TYPE(DynamicsTerm);
-  VALUE(kGravityTerm); VALUE(kInertialTerm); VALUE(kVelocityTerm); VALUE(kFrictionTerm); VALUE(kExternalTerm); VALUE(kAllTerms);
+  VALUE(kGravityTerm);
+  VALUE(kInertialTerm);
+  VALUE(kVelocityTerm);
+  VALUE(kFrictionTerm);
+  VALUE(kExternalTerm);
+  VALUE(kAllTerms);
   TYPE(CsgKind);
-  VALUE(CsgKind::union_); VALUE(CsgKind::difference); VALUE(CsgKind::intersection); VALUE(CsgKind::box);
-  VALUE(CsgKind::cylinder); VALUE(CsgKind::cone); VALUE(CsgKind::sphere); VALUE(CsgKind::torus); VALUE(CsgKind::frustum);
+  VALUE(CsgKind::union_);
+  VALUE(CsgKind::difference);
+  VALUE(CsgKind::intersection);
+  VALUE(CsgKind::box);
+  VALUE(CsgKind::cylinder);
+  VALUE(CsgKind::cone);
+  VALUE(CsgKind::sphere);
+  VALUE(CsgKind::torus);
+  VALUE(CsgKind::frustum);
 }
 
 std::string layout_now() {
@@ -160,7 +267,8 @@ std::string first_difference(const std::string& golden, const std::string& now) 
   std::istringstream a(golden), b(now);
   std::string x, y, type;
   for (;;) {
-    const bool more_a = static_cast<bool>(std::getline(a, x)), more_b = static_cast<bool>(std::getline(b, y));
+    const bool more_a = static_cast<bool>(std::getline(a, x)),
+               more_b = static_cast<bool>(std::getline(b, y));
     if (!more_a && !more_b) return "none";
     if (!more_a) x = "(nothing)";
     if (!more_b) y = "(nothing)";
@@ -176,16 +284,19 @@ TEST(SdkLayout, IsTheOneThatReleasedPluginsWereBuiltFor) {
     std::ofstream(file, std::ios::binary) << now;
     GTEST_SKIP() << "written anew";
   }
-  EXPECT_EQ(golden, now) << "The layout of the SDK changed (" << first_difference(golden, now)
-                         << "): raise RMP_SDK_ABI in robomosp/sdk/plugin.h, then run this test with "
-                            "ROBOMOSP_UPDATE_GOLDEN=1 and commit tests/abi/layout.txt with the change.";
+  EXPECT_EQ(golden, now)
+      << "The layout of the SDK changed (" << first_difference(golden, now)
+      << "): raise RMP_SDK_ABI in robomosp/sdk/plugin.h, then run this test with "
+         "ROBOMOSP_UPDATE_GOLDEN=1 and commit tests/abi/layout.txt with the change.";
 }
 
 TEST(SdkLayout, CoversEveryTypeOfTheHeaders) {
   const std::string now = layout_now();
-  const std::regex declaration(R"(^\s*(?:typedef )?(?:struct|class|enum class|enum)\s+(\w+)[^;<]*\{)");
+  const std::regex declaration(
+      R"(^\s*(?:typedef )?(?:struct|class|enum class|enum)\s+(\w+)[^;<]*\{)");
   std::set<std::string> seen;
-  for (const auto& entry : fs::directory_iterator(fs::path(ROBOMOSP_SOURCE_DIR) / "sdk/include/robomosp/sdk")) {
+  for (const auto& entry :
+       fs::directory_iterator(fs::path(ROBOMOSP_SOURCE_DIR) / "sdk/include/robomosp/sdk")) {
     if (!entry.is_regular_file()) continue;
     std::istringstream lines(read_file(entry.path()));
     std::smatch match;
@@ -194,7 +305,8 @@ TEST(SdkLayout, CoversEveryTypeOfTheHeaders) {
       const std::string name = match[1];
       seen.insert(name);
       const bool listed = std::regex_search(now, std::regex("(^|\n)(\\w+::)?" + name + " size "));
-      EXPECT_TRUE(listed) << name << " of " << entry.path().filename() << " is missing from tests/abi/layout_test.cpp";
+      EXPECT_TRUE(listed) << name << " of " << entry.path().filename()
+                          << " is missing from tests/abi/layout_test.cpp";
     }
   }
   EXPECT_GT(seen.size(), 50U);

@@ -15,7 +15,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-fs::path plugin_file(const std::string& name) { return fs::canonical(ABI_PLUGIN_DIR) / ("abi_" + name + ".so"); }
+fs::path plugin_file(const std::string& name) {
+  return fs::canonical(ABI_PLUGIN_DIR) / ("abi_" + name + ".so");
+}
 
 /// A folder that is gone again at the end of the test.
 class TempFolder {
@@ -56,7 +58,8 @@ TEST(PluginRefusal, ANameThatIsNowhereListsTheFolders) {
             "there is no plugin \"ik_dls\"; looked in \"/nowhere/a\" and \"/nowhere/b\". "
             "Check the name, or add its folder with --plugin-path or ROBOMOSP_PLUGIN_PATH.");
   EXPECT_EQ(loader.load("/nowhere/x.so").refusal->sentence(),
-            "there is no plugin file \"/nowhere/x.so\". Check the path, or give the plugin's name to look it up.");
+            "there is no plugin file \"/nowhere/x.so\". Check the path, or give the plugin's name "
+            "to look it up.");
   EXPECT_EQ(loader.load("ik_dls").refusal->code, ErrorCode::not_found);
   EXPECT_EQ(loader.reports().size(), 2U);  // one a name
 }
@@ -64,30 +67,36 @@ TEST(PluginRefusal, ANameThatIsNowhereListsTheFolders) {
 TEST(PluginRefusal, AFileThatIsNoLibrary) {
   const TempFolder folder;
   const fs::path file = fs::canonical(folder.path()) / "text.so";
-  std::ofstream(file) << "this is not a shared library, whatever its name says, and long enough to have a header\n";
+  std::ofstream(file)
+      << "this is not a shared library, whatever its name says, and long enough to have a header\n";
   Registry registry;
   PluginLoader loader(registry);
   EXPECT_EQ(loader.load(file.string()).refusal->sentence(),
-            "plugin \"" + file.string() + "\": the dynamic linker cannot open it (invalid ELF header). "
-            "Check that it is a shared library of this machine's kind.");
+            "plugin \"" + file.string() +
+                "\": the dynamic linker cannot open it (invalid ELF header). "
+                "Check that it is a shared library of this machine's kind.");
 }
 
 TEST(PluginRefusal, AMissingLibraryIsNamed) {
-  EXPECT_EQ(refusal_of("missing_library"),
-            "the dynamic linker cannot open it (libabi_absent_helper.so: cannot open shared object file: "
-            "No such file or directory). Install the library \"libabi_absent_helper.so\", which it needs.");
+  EXPECT_EQ(
+      refusal_of("missing_library"),
+      "the dynamic linker cannot open it (libabi_absent_helper.so: cannot open shared object file: "
+      "No such file or directory). Install the library \"libabi_absent_helper.so\", which it "
+      "needs.");
 }
 
 TEST(PluginRefusal, AnUndefinedSymbolIsNamedAsInTheSource) {
-  EXPECT_EQ(refusal_of("undefined_symbol"),
-            "the dynamic linker cannot open it (undefined symbol: _ZN9elsewhere15needed_functionEi). "
-            "Link it with the library that defines \"elsewhere::needed_function(int)\".");
+  EXPECT_EQ(
+      refusal_of("undefined_symbol"),
+      "the dynamic linker cannot open it (undefined symbol: _ZN9elsewhere15needed_functionEi). "
+      "Link it with the library that defines \"elsewhere::needed_function(int)\".");
 }
 
 TEST(PluginRefusal, ALibraryWithoutEntry) {
-  EXPECT_EQ(refusal_of("no_entry"),
-            "it is not a robomosp plugin: it does not export rmp_plugin_entry_v1. "
-            "Build it with robomosp_add_plugin() and RMP_PLUGIN, or take it out of the plugin folder.");
+  EXPECT_EQ(
+      refusal_of("no_entry"),
+      "it is not a robomosp plugin: it does not export rmp_plugin_entry_v1. "
+      "Build it with robomosp_add_plugin() and RMP_PLUGIN, or take it out of the plugin folder.");
 }
 
 TEST(PluginRefusal, AnEntryOfANewerSdk) {
@@ -97,11 +106,15 @@ TEST(PluginRefusal, AnEntryOfANewerSdk) {
 }
 
 TEST(PluginRefusal, AnotherAbiTagShowsBothAndTheDifference) {
-  const std::string parts = "gxxabi1002 instead of gxxabi" RMP_STR(__GXX_ABI_VERSION) ", cxx11abi0 instead of cxx11abi" RMP_ABI_CXX11
-                            ", debugstl instead of nothing";
+  const std::string parts = "gxxabi1002 instead of gxxabi" RMP_STR(
+      __GXX_ABI_VERSION) ", cxx11abi0 instead of cxx11abi" RMP_ABI_CXX11
+                         ", debugstl instead of nothing";
   EXPECT_EQ(refusal_of("wrong_tag"),
-            "its ABI tag \"sdk1;gxxabi1002;cxx11abi0;debugstl\" differs from this program's \"" RMP_ABI_TAG "\": " + parts +
-                ". Rebuild it with SDK " RMP_SDK_VERSION " and the compiler and flags of this program (GCC " RMP_STR(__GNUC__) ").");
+            "its ABI tag \"sdk1;gxxabi1002;cxx11abi0;debugstl\" differs from this program's "
+            "\"" RMP_ABI_TAG "\": " +
+                parts +
+                ". Rebuild it with SDK " RMP_SDK_VERSION
+                " and the compiler and flags of this program (GCC " RMP_STR(__GNUC__) ").");
   EXPECT_NE(refusal_of("no_tag").find("its ABI tag \"\" differs"), std::string::npos);
 }
 
@@ -112,8 +125,10 @@ TEST(PluginRefusal, ATableThatIsTooSmall) {
 }
 
 TEST(PluginRefusal, AnEntryThatThrowsOrReturnsNothing) {
-  EXPECT_EQ(refusal_of("entry_throws"), "its entry function threw: thrown by the entry. Report it to the plugin's author.");
-  EXPECT_EQ(refusal_of("entry_null"), "its entry function returned nothing. Report it to the plugin's author.");
+  EXPECT_EQ(refusal_of("entry_throws"),
+            "its entry function threw: thrown by the entry. Report it to the plugin's author.");
+  EXPECT_EQ(refusal_of("entry_null"),
+            "its entry function returned nothing. Report it to the plugin's author.");
 }
 
 /// Remarks of a plugin of which only the providers named "sound" are usable.
@@ -128,32 +143,40 @@ std::vector<std::string> remarks_of(const std::string& name, std::vector<std::st
 }
 
 TEST(PluginRefusal, AnUnknownInterfaceIsSkippedAndTheRestLoads) {
-  EXPECT_EQ(remarks_of("unknown_interface", {"robomosp.ik/1 sound"}),
-            (std::vector<std::string>{"provider \"later\" is skipped: this program knows \"robomosp.ik/1\", not \"robomosp.ik/7\".",
-                                      "provider \"pot\" is skipped: this program knows no interface \"robomosp.teapot/1\"; it knows "
-                                      "robomosp.csg/1, robomosp.ik/1, robomosp.inverse_dynamics/1, robomosp.forward_dynamics/1, "
-                                      "robomosp.segment/1, robomosp.collision/1, robomosp.physics/1, robomosp.compiler/1, "
-                                      "robomosp.post/1, robomosp.importer/1 and robomosp.exporter/1."}));
+  EXPECT_EQ(
+      remarks_of("unknown_interface", {"robomosp.ik/1 sound"}),
+      (std::vector<std::string>{
+          "provider \"later\" is skipped: this program knows \"robomosp.ik/1\", not "
+          "\"robomosp.ik/7\".",
+          "provider \"pot\" is skipped: this program knows no interface \"robomosp.teapot/1\"; it "
+          "knows "
+          "robomosp.csg/1, robomosp.ik/1, robomosp.inverse_dynamics/1, "
+          "robomosp.forward_dynamics/1, "
+          "robomosp.segment/1, robomosp.collision/1, robomosp.physics/1, robomosp.compiler/1, "
+          "robomosp.post/1, robomosp.importer/1 and robomosp.exporter/1."}));
 }
 
 TEST(PluginRefusal, ProvidersWithoutNameInterfaceOrCreateAreSkipped) {
   EXPECT_EQ(remarks_of("null_names", {"robomosp.ik/1 sound"}),
-            (std::vector<std::string>{"provider number 1 is skipped: it has no name.",
-                                      "provider \"homeless\" is skipped: it names no interface.",
-                                      "provider \"uncreatable\" is skipped: it has no create function."}));
+            (std::vector<std::string>{
+                "provider number 1 is skipped: it has no name.",
+                "provider \"homeless\" is skipped: it names no interface.",
+                "provider \"uncreatable\" is skipped: it has no create function."}));
 }
 
 TEST(PluginRefusal, ASecondProviderOfTheSameNameIsSkipped) {
   EXPECT_EQ(remarks_of("duplicates", {"robomosp.ik/1 twin"}),
-            (std::vector<std::string>{"provider \"twin\" is skipped: ik provider \"twin\" exists already, from \"" +
-                                      plugin_file("duplicates").string() + "\"."}));
+            (std::vector<std::string>{
+                "provider \"twin\" is skipped: ik provider \"twin\" exists already, from \"" +
+                plugin_file("duplicates").string() + "\"."}));
 }
 
 TEST(PluginRefusal, ABrokenParameterTableSkipsItsProvider) {
   EXPECT_EQ(remarks_of("bad_table", {}),
-            (std::vector<std::string>{"provider \"misdefault\" is skipped: parameter \"speed\" has a bad default: "
-                                      "90 deg is an angle; a speed (m/s) is expected.",
-                                      "provider \"tableless\" is skipped: its parameter table is broken."}));
+            (std::vector<std::string>{
+                "provider \"misdefault\" is skipped: parameter \"speed\" has a bad default: "
+                "90 deg is an angle; a speed (m/s) is expected.",
+                "provider \"tableless\" is skipped: its parameter table is broken."}));
 }
 
 TEST(PluginRefusal, ACreateThatFailsIsAnErrorOfTheProvider) {
@@ -161,7 +184,8 @@ TEST(PluginRefusal, ACreateThatFailsIsAnErrorOfTheProvider) {
   PluginLoader loader(registry);
   ASSERT_TRUE(loader.load(plugin_file("create_fails").string()).loaded);
   EXPECT_EQ(registry.create<IkSolver>("thrower").error().sentence(),
-            "provider \"ik thrower\" threw: thrown by create. Report it to the provider's author or choose another provider.");
+            "provider \"ik thrower\" threw: thrown by create. Report it to the provider's author "
+            "or choose another provider.");
   EXPECT_EQ(registry.create<IkSolver>("unlicensed").error().sentence(),
             "provider \"robomosp.ik/1 unlicensed\" could not be made: no licence file was found. "
             "Choose another provider or see the documentation of this one.");

@@ -31,7 +31,8 @@ void start_to_first_answer(benchmark::State& state) {
     }
     int status = 0;
     waitpid(child, &status, 0);
-    if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) state.SkipWithError("robomosp eval 1 failed");
+    if (!WIFEXITED(status) || WEXITSTATUS(status) != 0)
+      state.SkipWithError("robomosp eval 1 failed");
   }
 }
 BENCHMARK(start_to_first_answer)->Unit(benchmark::kMillisecond)->UseRealTime();

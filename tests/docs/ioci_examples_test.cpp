@@ -20,7 +20,9 @@ namespace fs = std::filesystem;
 
 Application& app() {
   static const std::unique_ptr<Application> one = [] {
-    auto made = Application::create({.plugin_path = {ROBOMOSP_PLUGIN_DIR}, .library = {fs::path(ROBOMOSP_SOURCE_DIR) / "scripts/library"}});
+    auto made =
+        Application::create({.plugin_path = {ROBOMOSP_PLUGIN_DIR},
+                             .library = {fs::path(ROBOMOSP_SOURCE_DIR) / "scripts/library"}});
     if (!made.ok()) {
       ADD_FAILURE() << made.error().sentence();
       std::abort();
@@ -31,7 +33,8 @@ Application& app() {
 }
 
 TEST(IociExamples, EveryExampleRunsInAFreshSession) {
-  const auto folder = fs::temp_directory_path() / ("robomosp-examples-" + std::to_string(::getpid()));
+  const auto folder =
+      fs::temp_directory_path() / ("robomosp-examples-" + std::to_string(::getpid()));
   fs::create_directories(folder);
   const auto before = fs::current_path();
   fs::current_path(folder);  // examples write files by relative names
@@ -39,9 +42,13 @@ TEST(IociExamples, EveryExampleRunsInAFreshSession) {
     app().document.clear();
     for (const auto& [number, recording] : app().recordings.list()) app().recordings.remove(number);
     Session session("example");
-    lua::LuaState lua(app(), session, {.print = [](std::string_view) {}, .module_path = {fs::path(ROBOMOSP_SOURCE_DIR) / "scripts/lib"}});
+    lua::LuaState lua(app(), session,
+                      {.print = [](std::string_view) {},
+                       .module_path = {fs::path(ROBOMOSP_SOURCE_DIR) / "scripts/lib"}});
     const auto done = lua.run_string(spec->example, spec->name);
-    EXPECT_TRUE(done.ok()) << spec->name << ": " << (done.ok() ? "" : done.error().sentence()) << "\n" << spec->example;
+    EXPECT_TRUE(done.ok()) << spec->name << ": " << (done.ok() ? "" : done.error().sentence())
+                           << "\n"
+                           << spec->example;
   }
   app().document.clear();
   fs::current_path(before);
@@ -52,7 +59,10 @@ TEST(IociExamples, EveryExampleCallsItsCommand) {
   for (const CommandSpec* spec : app().commands.list()) {
     const auto dot = spec->name.find('.');
     const std::string verb = dot == std::string::npos ? spec->name : spec->name.substr(dot + 1);
-    EXPECT_TRUE(spec->example.find(spec->name) != std::string::npos || spec->example.find(":" + verb) != std::string::npos) << spec->name << "\n" << spec->example;
+    EXPECT_TRUE(spec->example.find(spec->name) != std::string::npos ||
+                spec->example.find(":" + verb) != std::string::npos)
+        << spec->name << "\n"
+        << spec->example;
   }
 }
 
@@ -64,14 +74,17 @@ TEST(IociReference, TheFolderDocsIociIsWhatTheTableSays) {
     ASSERT_TRUE(in) << name << " is missing; robomosp commands --markdown docs/ioci writes it";
     std::ostringstream now;
     now << in.rdbuf();
-    EXPECT_TRUE(now.str() == text) << name << " differs; robomosp commands --markdown docs/ioci writes it anew";
+    EXPECT_TRUE(now.str() == text)
+        << name << " differs; robomosp commands --markdown docs/ioci writes it anew";
   }
   for (const auto& entry : fs::directory_iterator(folder))
-    EXPECT_TRUE(pages.contains(entry.path().filename().string())) << entry.path() << " is not in the table any more";
+    EXPECT_TRUE(pages.contains(entry.path().filename().string()))
+        << entry.path() << " is not in the table any more";
 }
 
 TEST(IociReference, WritingTheReferenceRemovesPagesThatAreGone) {
-  const auto folder = fs::temp_directory_path() / ("robomosp-reference-" + std::to_string(::getpid()));
+  const auto folder =
+      fs::temp_directory_path() / ("robomosp-reference-" + std::to_string(::getpid()));
   fs::create_directories(folder);
   std::ofstream(folder / "gone.md") << "# gone\n\nGenerated from the command table; do not edit.\n";
   std::ofstream(folder / "notes.md") << "# Mine\n";
@@ -85,25 +98,64 @@ TEST(IociReference, WritingTheReferenceRemovesPagesThatAreGone) {
 TEST(IociReference, EveryCommandIsExplained) {
   for (const CommandSpec* spec : app().commands.list()) {
     EXPECT_TRUE(spec->summary.ends_with(".")) << spec->name;
-    for (const ParamSpec& p : spec->params) EXPECT_TRUE(p.doc.ends_with(".")) << spec->name << ", " << p.name;
-    const bool told = spec->returns.type != "map" || !spec->returns.fields.empty() || !spec->returns.doc.empty();
+    for (const ParamSpec& p : spec->params)
+      EXPECT_TRUE(p.doc.ends_with(".")) << spec->name << ", " << p.name;
+    const bool told =
+        spec->returns.type != "map" || !spec->returns.fields.empty() || !spec->returns.doc.empty();
     EXPECT_TRUE(told) << spec->name << " does not tell its fields";
-    for (const ParamSpec& p : spec->returns.fields) EXPECT_TRUE(p.doc.ends_with(".")) << spec->name << ", returned " << p.name;
+    for (const ParamSpec& p : spec->returns.fields)
+      EXPECT_TRUE(p.doc.ends_with(".")) << spec->name << ", returned " << p.name;
   }
 }
 
 // The original's commands that this program answers, from its console reference and the paper.
 TEST(IociReference, TheClassicSpellingsAreThere) {
-  const char* const spellings[] = {
-      "World LsPObjects", "World LsPRobots", "World LsPTrajectories", "World LoadPTrajectory", "World WorldInvKineSim", "World WorldInvDynSim",
-      "World InvKineWorldSim", "World InvDynWorldSim", "World GetPObjectId", "World GetPRobotId", "World GetPTrajectoryId", "World GetPRobotIndex",
-      "World GetPTrajectoryIndex", "World Close", "World Save", "World Show", "Worlds Open", "Worlds Create", "Worlds LsWorlds", "Worlds GetWorldId",
-      "Worlds GetWorldIndex", "PRobot AddLinks", "PRobot SetLinks", "PRobot vGetDynamic", "PRobot vGetDynamicp", "PRobot mGetDHP", "PRobot mGetToolHMT",
-      "PRobot GetDOF", "PRobot GetBaseType", "PRobot LLRL mJacobian", "PRobot LLRL FKine", "PRobot LLRL IKine", "PObject vGetDynamicp",
-      "PTrajectory GetParameters", "PTrajectory GetNumGenPoints", "PTrajectory GetGenPoint", "Transform Get", "Transform Set", "Transform Add", "ForceReDraw"};
+  const char* const spellings[] = {"World LsPObjects",
+                                   "World LsPRobots",
+                                   "World LsPTrajectories",
+                                   "World LoadPTrajectory",
+                                   "World WorldInvKineSim",
+                                   "World WorldInvDynSim",
+                                   "World InvKineWorldSim",
+                                   "World InvDynWorldSim",
+                                   "World GetPObjectId",
+                                   "World GetPRobotId",
+                                   "World GetPTrajectoryId",
+                                   "World GetPRobotIndex",
+                                   "World GetPTrajectoryIndex",
+                                   "World Close",
+                                   "World Save",
+                                   "World Show",
+                                   "Worlds Open",
+                                   "Worlds Create",
+                                   "Worlds LsWorlds",
+                                   "Worlds GetWorldId",
+                                   "Worlds GetWorldIndex",
+                                   "PRobot AddLinks",
+                                   "PRobot SetLinks",
+                                   "PRobot vGetDynamic",
+                                   "PRobot vGetDynamicp",
+                                   "PRobot mGetDHP",
+                                   "PRobot mGetToolHMT",
+                                   "PRobot GetDOF",
+                                   "PRobot GetBaseType",
+                                   "PRobot LLRL mJacobian",
+                                   "PRobot LLRL FKine",
+                                   "PRobot LLRL IKine",
+                                   "PObject vGetDynamicp",
+                                   "PTrajectory GetParameters",
+                                   "PTrajectory GetNumGenPoints",
+                                   "PTrajectory GetGenPoint",
+                                   "Transform Get",
+                                   "Transform Set",
+                                   "Transform Add",
+                                   "ForceReDraw"};
   for (const std::string line : spellings) {
     const auto blank = line.find(' ');
-    EXPECT_NE(app().commands.find_classic(line.substr(0, blank), blank == std::string::npos ? "" : line.substr(blank + 1)), nullptr) << line;
+    EXPECT_NE(app().commands.find_classic(line.substr(0, blank),
+                                          blank == std::string::npos ? "" : line.substr(blank + 1)),
+              nullptr)
+        << line;
   }
 }
 

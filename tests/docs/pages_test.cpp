@@ -39,7 +39,9 @@ std::vector<Block> blocks_of(const fs::path& page) {
   while (std::getline(in, line)) {
     ++number;
     if (line.starts_with("```")) {
-      if (!inside) blocks.push_back({std::string(text::trim(std::string_view(line).substr(3))), "", number + 1});
+      if (!inside)
+        blocks.push_back(
+            {std::string(text::trim(std::string_view(line).substr(3))), "", number + 1});
       inside = !inside;
     } else if (inside) {
       blocks.back().body += line + "\n";
@@ -89,13 +91,15 @@ TEST_P(Page, DoesWhatItShows) {
   const auto folder = fs::temp_directory_path() / ("robomosp-docs-" + std::to_string(::getpid()));
   fs::create_directories(folder);
   fs::current_path(folder);  // pages write files by relative names
-  auto app = ioci::Application::create({.plugin_path = {ROBOMOSP_PLUGIN_DIR},
-                                        .library = {fs::path(ROBOMOSP_SOURCE_DIR) / "scripts/library"}});
+  auto app =
+      ioci::Application::create({.plugin_path = {ROBOMOSP_PLUGIN_DIR},
+                                 .library = {fs::path(ROBOMOSP_SOURCE_DIR) / "scripts/library"}});
   ASSERT_TRUE(app.ok()) << app.error().sentence();
   ioci::Session session("docs");
   std::string printed;
-  lua::LuaState lua(**app, session, {.print = [&](std::string_view s) { printed += s; },
-                                     .module_path = {fs::path(ROBOMOSP_SOURCE_DIR) / "scripts/lib"}});
+  lua::LuaState lua(**app, session,
+                    {.print = [&](std::string_view s) { printed += s; },
+                     .module_path = {fs::path(ROBOMOSP_SOURCE_DIR) / "scripts/lib"}});
   auto blocks = blocks_of(fs::path(ROBOMOSP_SOURCE_DIR) / GetParam());
   const bool update = std::getenv("ROBOMOSP_UPDATE_DOCS") != nullptr;
   int ran = 0;
@@ -129,10 +133,12 @@ TEST_P(Page, DoesWhatItShows) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Documentation, Page,
-                         ::testing::Values("README.md", "docs/user/tutorial.md", "docs/user/solvers_in_lua.md"),
+                         ::testing::Values("README.md", "docs/user/tutorial.md",
+                                           "docs/user/solvers_in_lua.md"),
                          [](const auto& param) {
                            std::string name;
-                           for (const char c : param.param) name += std::isalnum(static_cast<unsigned char>(c)) ? c : '_';
+                           for (const char c : param.param)
+                             name += std::isalnum(static_cast<unsigned char>(c)) ? c : '_';
                            return name;
                          });
 

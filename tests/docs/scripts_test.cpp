@@ -38,8 +38,10 @@ Outcome run(const std::string& arguments) {
 std::vector<std::string> scripts() {
   std::vector<std::string> all;
   for (const char* folder : {"examples", "demos"})
-    for (const auto& entry : fs::directory_iterator(fs::path(ROBOMOSP_SOURCE_DIR) / "scripts" / folder))
-      if (entry.path().extension() == ".lua") all.push_back(std::string(folder) + "/" + entry.path().filename().string());
+    for (const auto& entry :
+         fs::directory_iterator(fs::path(ROBOMOSP_SOURCE_DIR) / "scripts" / folder))
+      if (entry.path().extension() == ".lua")
+        all.push_back(std::string(folder) + "/" + entry.path().filename().string());
   std::sort(all.begin(), all.end());
   return all;
 }
@@ -47,7 +49,8 @@ std::vector<std::string> scripts() {
 class Script : public ::testing::TestWithParam<std::string> {};
 
 TEST_P(Script, Runs) {
-  const fs::path folder = fs::temp_directory_path() / ("robomosp-script-" + std::to_string(::getpid()));
+  const fs::path folder =
+      fs::temp_directory_path() / ("robomosp-script-" + std::to_string(::getpid()));
   fs::create_directories(folder);
   fs::current_path(folder);
   const auto o = run("run " ROBOMOSP_SOURCE_DIR "/scripts/" + GetParam());
@@ -59,7 +62,8 @@ TEST_P(Script, Runs) {
 
 INSTANTIATE_TEST_SUITE_P(All, Script, ::testing::ValuesIn(scripts()), [](const auto& param) {
   std::string name;
-  for (const char c : param.param) name += (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') ? c : '_';
+  for (const char c : param.param)
+    name += (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') ? c : '_';
   return name;
 });
 

@@ -22,26 +22,116 @@ namespace {
 namespace fs = std::filesystem;
 using Names = std::vector<std::string>;
 
-bool contains(const Names& names, std::string_view name) { return std::find(names.begin(), names.end(), name) != names.end(); }
+bool contains(const Names& names, std::string_view name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
 
-constexpr std::array kStandard = {
-    "algorithm", "any", "array", "atomic", "barrier", "bit", "bitset", "cassert", "cctype", "cerrno", "cfenv", "cfloat",
-    "charconv", "chrono", "cinttypes", "climits", "clocale", "cmath", "codecvt", "compare", "complex", "concepts",
-    "condition_variable", "coroutine", "csetjmp", "csignal", "cstdarg", "cstddef", "cstdint", "cstdio", "cstdlib",
-    "cstring", "ctime", "cuchar", "cwchar", "cwctype", "deque", "exception", "execution", "filesystem", "forward_list",
-    "fstream", "functional", "future", "initializer_list", "iomanip", "ios", "iosfwd", "iostream", "istream", "iterator",
-    "latch", "limits", "list", "locale", "map", "memory", "memory_resource", "mutex", "new", "numbers", "numeric",
-    "optional", "ostream", "queue", "random", "ranges", "ratio", "regex", "scoped_allocator", "semaphore", "set",
-    "shared_mutex", "source_location", "span", "sstream", "stack", "stdexcept", "stop_token", "streambuf", "string",
-    "string_view", "syncstream", "system_error", "thread", "tuple", "type_traits", "typeindex", "typeinfo",
-    "unordered_map", "unordered_set", "utility", "valarray", "variant", "vector", "version", "stdint.h", "stddef.h"};
+constexpr std::array kStandard = {"algorithm",
+                                  "any",
+                                  "array",
+                                  "atomic",
+                                  "barrier",
+                                  "bit",
+                                  "bitset",
+                                  "cassert",
+                                  "cctype",
+                                  "cerrno",
+                                  "cfenv",
+                                  "cfloat",
+                                  "charconv",
+                                  "chrono",
+                                  "cinttypes",
+                                  "climits",
+                                  "clocale",
+                                  "cmath",
+                                  "codecvt",
+                                  "compare",
+                                  "complex",
+                                  "concepts",
+                                  "condition_variable",
+                                  "coroutine",
+                                  "csetjmp",
+                                  "csignal",
+                                  "cstdarg",
+                                  "cstddef",
+                                  "cstdint",
+                                  "cstdio",
+                                  "cstdlib",
+                                  "cstring",
+                                  "ctime",
+                                  "cuchar",
+                                  "cwchar",
+                                  "cwctype",
+                                  "deque",
+                                  "exception",
+                                  "execution",
+                                  "filesystem",
+                                  "forward_list",
+                                  "fstream",
+                                  "functional",
+                                  "future",
+                                  "initializer_list",
+                                  "iomanip",
+                                  "ios",
+                                  "iosfwd",
+                                  "iostream",
+                                  "istream",
+                                  "iterator",
+                                  "latch",
+                                  "limits",
+                                  "list",
+                                  "locale",
+                                  "map",
+                                  "memory",
+                                  "memory_resource",
+                                  "mutex",
+                                  "new",
+                                  "numbers",
+                                  "numeric",
+                                  "optional",
+                                  "ostream",
+                                  "queue",
+                                  "random",
+                                  "ranges",
+                                  "ratio",
+                                  "regex",
+                                  "scoped_allocator",
+                                  "semaphore",
+                                  "set",
+                                  "shared_mutex",
+                                  "source_location",
+                                  "span",
+                                  "sstream",
+                                  "stack",
+                                  "stdexcept",
+                                  "stop_token",
+                                  "streambuf",
+                                  "string",
+                                  "string_view",
+                                  "syncstream",
+                                  "system_error",
+                                  "thread",
+                                  "tuple",
+                                  "type_traits",
+                                  "typeindex",
+                                  "typeinfo",
+                                  "unordered_map",
+                                  "unordered_set",
+                                  "utility",
+                                  "valarray",
+                                  "variant",
+                                  "vector",
+                                  "version",
+                                  "stdint.h",
+                                  "stddef.h"};
 
 /// modules/layers.txt, read.
 struct Rules {
   std::map<std::string, int> layer;  // of a module
   std::map<std::string, Names> edges;
   Names sdk_only;
-  std::vector<std::pair<std::string, Names>> homes;  // in order; the first pattern that matches decides
+  std::vector<std::pair<std::string, Names>>
+      homes;  // in order; the first pattern that matches decides
   Names faults;
 
   static Rules read(std::istream& in) {
@@ -49,7 +139,8 @@ struct Rules {
     for (std::string line; std::getline(in, line);) {
       const auto colon = line.find(':');
       if (line.empty() || line[0] == '#') continue;
-      std::istringstream head(line.substr(0, colon)), tail(colon == std::string::npos ? "" : line.substr(colon + 1));
+      std::istringstream head(line.substr(0, colon)),
+          tail(colon == std::string::npos ? "" : line.substr(colon + 1));
       std::string word, subject;
       head >> word >> subject;
       Names names;
@@ -83,7 +174,9 @@ std::string second(const std::string& path) {
   const auto slash = path.find('/');
   return slash == std::string::npos ? "" : top(path.substr(slash + 1));
 }
-bool is_under(const std::string& file, const std::string& folder) { return file == folder || file.starts_with(folder + "/"); }
+bool is_under(const std::string& file, const std::string& folder) {
+  return file == folder || file.starts_with(folder + "/");
+}
 
 std::optional<std::string> fault_of_library(const Rules& rules, const Include& i) {
   for (const auto& [pattern, folders] : rules.homes) {
@@ -97,12 +190,14 @@ std::optional<std::string> fault_of_library(const Rules& rules, const Include& i
   return "<" + i.target + "> is neither standard nor has a home in modules/layers.txt";
 }
 
-std::optional<std::string> fault_of_module(const Rules& rules, const std::string& from, const std::string& to) {
+std::optional<std::string> fault_of_module(const Rules& rules, const std::string& from,
+                                           const std::string& to) {
   const auto a = rules.layer.find(from), b = rules.layer.find(to);
   if (a == rules.layer.end()) return "module \"" + from + "\" has no layer in modules/layers.txt";
   if (b == rules.layer.end()) return "\"" + to + "/\" is not a module of modules/layers.txt";
   if (from == to) return std::nullopt;
-  if (contains(rules.sdk_only, from)) return "\"" + from + "\" may include the SDK only, not \"" + to + "/\"";
+  if (contains(rules.sdk_only, from))
+    return "\"" + from + "\" may include the SDK only, not \"" + to + "/\"";
   if (b->second > a->second) return "\"" + to + "/\" is in an outer layer";
   if (b->second < a->second) return std::nullopt;
   const auto edge = rules.edges.find(from);
@@ -114,9 +209,11 @@ std::optional<std::string> fault_of_module(const Rules& rules, const std::string
 std::optional<std::string> fault(const Rules& rules, const Include& i) {
   const std::string area = top(i.file);
   if (area == "viewer") return std::nullopt;
-  if (std::find(kStandard.begin(), kStandard.end(), i.target) != kStandard.end()) return std::nullopt;
+  if (std::find(kStandard.begin(), kStandard.end(), i.target) != kStandard.end())
+    return std::nullopt;
   if (i.target.starts_with("robomosp/sdk/")) {
-    if (i.target.starts_with("robomosp/sdk/conformance/") && area != "sdk") return "conformance suites are for tests";
+    if (i.target.starts_with("robomosp/sdk/conformance/") && area != "sdk")
+      return "conformance suites are for tests";
     return std::nullopt;
   }
   if (i.angled) return fault_of_library(rules, i);
@@ -124,7 +221,9 @@ std::optional<std::string> fault(const Rules& rules, const Include& i) {
   const std::string to = top(i.target);
   if (area == "sdk") return "the SDK includes only the standard library and itself";
   if (area == "plugins")
-    return to == "spatial" ? std::nullopt : std::optional("a plugin includes the SDK, \"spatial/\" and its own files only");
+    return to == "spatial"
+               ? std::nullopt
+               : std::optional("a plugin includes the SDK, \"spatial/\" and its own files only");
   return fault_of_module(rules, area == "kernel" ? "kernel" : second(i.file), to);
 }
 
@@ -134,7 +233,8 @@ std::vector<Include> includes_of(std::istream& in, const std::string& file) {
   std::vector<Include> found;
   std::smatch match;
   for (std::string line; std::getline(in, line);)
-    if (std::regex_search(line, match, kLine)) found.push_back({file, match[2], match[1] == "<", false});
+    if (std::regex_search(line, match, kLine))
+      found.push_back({file, match[2], match[1] == "<", false});
   return found;
 }
 
@@ -173,7 +273,9 @@ TEST(Layers, TheTableIsWellFormedAndItsEdgesStayInTheirLayerWithoutACircle) {
     for (const auto& [name, layer] : rules.layer) {
       if (contains(placed, name)) continue;
       const auto edge = rules.edges.find(name);
-      const bool ready = edge == rules.edges.end() || std::all_of(edge->second.begin(), edge->second.end(), [&](const std::string& to) { return contains(placed, to); });
+      const bool ready = edge == rules.edges.end() ||
+                         std::all_of(edge->second.begin(), edge->second.end(),
+                                     [&](const std::string& to) { return contains(placed, to); });
       if (!ready) continue;
       placed.push_back(name);
       grew = true;
@@ -195,25 +297,36 @@ TEST(Layers, EachBrokenRuleIsDetected) {
     if (found.size() != 1) return std::string("not an include");
     return fault(rules, found[0]).value_or("fine");
   };
-  EXPECT_EQ(check("kernel/jobs.cpp", "#include \"model/records.h\""), "\"model/\" is in an outer layer");
+  EXPECT_EQ(check("kernel/jobs.cpp", "#include \"model/records.h\""),
+            "\"model/\" is in an outer layer");
   EXPECT_EQ(check("modules/geometry/mesh.cpp", "  #  include \"robotics/kinematics.h\""),
             "modules/layers.txt has no edge from \"geometry\" to \"robotics\"");
-  EXPECT_EQ(check("modules/model/records.h", "#include \"document/document.h\""), "\"document/\" is in an outer layer");
-  EXPECT_EQ(check("modules/io/bind.cpp", "#include \"viewer/frame.h\""), "\"viewer/\" is not a module of modules/layers.txt");
-  EXPECT_EQ(check("modules/ioci/command.cpp", "#include \"plugins/csg_occt/engine.h\""), "\"plugins/\" is not a module of modules/layers.txt");
-  EXPECT_EQ(check("modules/spatial/pose.h", "#include \"kernel/text.h\""), "\"spatial\" may include the SDK only, not \"kernel/\"");
-  EXPECT_EQ(check("modules/unheard/x.cpp", "#include \"kernel/text.h\""), "module \"unheard\" has no layer in modules/layers.txt");
-  EXPECT_EQ(check("sdk/include/robomosp/sdk/ik.h", "#include \"kernel/value.h\""), "the SDK includes only the standard library and itself");
-  for (const char* line : {"#include <Eigen/Core>", "#include <gtest/gtest.h>", "#include <fmt/format.h>", "#include <unistd.h>", "#include <dlfcn.h>"})
+  EXPECT_EQ(check("modules/model/records.h", "#include \"document/document.h\""),
+            "\"document/\" is in an outer layer");
+  EXPECT_EQ(check("modules/io/bind.cpp", "#include \"viewer/frame.h\""),
+            "\"viewer/\" is not a module of modules/layers.txt");
+  EXPECT_EQ(check("modules/ioci/command.cpp", "#include \"plugins/csg_occt/engine.h\""),
+            "\"plugins/\" is not a module of modules/layers.txt");
+  EXPECT_EQ(check("modules/spatial/pose.h", "#include \"kernel/text.h\""),
+            "\"spatial\" may include the SDK only, not \"kernel/\"");
+  EXPECT_EQ(check("modules/unheard/x.cpp", "#include \"kernel/text.h\""),
+            "module \"unheard\" has no layer in modules/layers.txt");
+  EXPECT_EQ(check("sdk/include/robomosp/sdk/ik.h", "#include \"kernel/value.h\""),
+            "the SDK includes only the standard library and itself");
+  for (const char* line : {"#include <Eigen/Core>", "#include <gtest/gtest.h>",
+                           "#include <fmt/format.h>", "#include <unistd.h>", "#include <dlfcn.h>"})
     EXPECT_NE(check("sdk/include/robomosp/sdk/ik.h", line), "fine") << line;
-  EXPECT_EQ(check("plugins/ik_numeric/search.cpp", "#include \"kernel/text.h\""), "a plugin includes the SDK, \"spatial/\" and its own files only");
-  EXPECT_EQ(check("plugins/ik_numeric/search.cpp", "#include <robomosp/sdk/conformance/models.h>"), "conformance suites are for tests");
+  EXPECT_EQ(check("plugins/ik_numeric/search.cpp", "#include \"kernel/text.h\""),
+            "a plugin includes the SDK, \"spatial/\" and its own files only");
+  EXPECT_EQ(check("plugins/ik_numeric/search.cpp", "#include <robomosp/sdk/conformance/models.h>"),
+            "conformance suites are for tests");
   EXPECT_NE(check("plugins/ik_numeric/search.cpp", "#include <gp_Pnt.hxx>"), "fine");
   EXPECT_NE(check("modules/ioci/command.cpp", "#include <lua.hpp>"), "fine");
   EXPECT_NE(check("modules/ioci/command.cpp", "#include <nlohmann/json.hpp>"), "fine");
   EXPECT_NE(check("modules/shell/main.cpp", "#include <osg/Node>"), "fine");
   EXPECT_NE(check("modules/shell/main.cpp", "#include <QApplication>"), "fine");
-  EXPECT_EQ(check("modules/shell/main.cpp", "#include <boost/any>"), "<boost/any> is neither standard nor has a home in modules/layers.txt");
+  EXPECT_EQ(check("modules/shell/main.cpp", "#include <boost/any>"),
+            "<boost/any> is neither standard nor has a home in modules/layers.txt");
 
   EXPECT_EQ(check("modules/shell/main.cpp", "#include \"lua/lua_state.h\""), "fine");
   EXPECT_EQ(check("modules/lua/call.cpp", "#include <lua.hpp>"), "fine");

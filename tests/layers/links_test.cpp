@@ -26,18 +26,20 @@ std::string libraries_of(const std::string& file) {
 
 void expect_none(const std::string& file, const std::vector<std::string>& forbidden) {
   const std::string found = libraries_of(file);
-  for (const auto& name : forbidden) EXPECT_EQ(found.find(name), std::string::npos) << file << " links " << name;
+  for (const auto& name : forbidden)
+    EXPECT_EQ(found.find(name), std::string::npos) << file << " links " << name;
 }
 
 const std::string kPlugins = ROBOMOSP_PLUGIN_DIR;
 
 TEST(Links, TheConsoleProgramNamesNeitherOpenSceneGraphNorQtNorASolidsEngine) {
-  expect_none(ROBOMOSP_BUILD_DIR "/bin/robomosp",
-              {"libosg", "libOpenThreads", "libQt", "libGL", "libEGL", "libX11", "libTK", "liblua5.4.so"});
+  expect_none(ROBOMOSP_BUILD_DIR "/bin/robomosp", {"libosg", "libOpenThreads", "libQt", "libGL",
+                                                   "libEGL", "libX11", "libTK", "liblua5.4.so"});
 }
 
 TEST(Links, LuaIsTheFlavourThatUnwindsCppFrames) {
-  EXPECT_NE(libraries_of(ROBOMOSP_BUILD_DIR "/bin/robomosp").find("liblua5.4-c++"), std::string::npos);
+  EXPECT_NE(libraries_of(ROBOMOSP_BUILD_DIR "/bin/robomosp").find("liblua5.4-c++"),
+            std::string::npos);
 }
 
 TEST(Links, PluginsLinkNeitherLuaNorAnyDisplay) {

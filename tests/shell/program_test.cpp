@@ -67,7 +67,8 @@ Outcome run(const std::vector<std::string>& args, const std::string& input = {})
   }
   int status = 0;
   ::waitpid(child, &status, 0);
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), slurp(folder.path / "out"), slurp(folder.path / "err")};
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status),
+          slurp(folder.path / "out"), slurp(folder.path / "err")};
 }
 
 TEST(CommandLine, EvaluatesAnExpression) {
@@ -94,7 +95,8 @@ TEST(CommandLine, AnErrorIsOneSentenceOnStandardError) {
 }
 
 TEST(CommandLine, JsonCarriesResultsAndErrors) {
-  const auto good = Json::parse(run({"-q", "--json", "eval", "print('aside') return pose(1, 2, 3)"}).out);
+  const auto good =
+      Json::parse(run({"-q", "--json", "eval", "print('aside') return pose(1, 2, 3)"}).out);
   EXPECT_TRUE(good.at("ok"));
   EXPECT_EQ(good.at("value").at(1).at(3), 2.0);
   const auto bad = Json::parse(run({"-q", "--json", "eval", "robot.lod{}"}).out);
@@ -125,18 +127,23 @@ TEST(CommandLine, AFileThatIsNoPluginIsRefusedByTheCheck) {
 }
 
 TEST(Rpc, AnswersRequestsBatchesNotificationsAndFaults) {
-  const auto r = run({"-q", "rpc"},
-                     "{\"jsonrpc\":\"2.0\",\"id\":1,\"method\":\"material.create\",\"params\":{\"name\":\"m\",\"density\":5}}\n"
-                     "not json\n"
-                     "{\"jsonrpc\":\"2.0\",\"id\":2}\n"
-                     "{\"jsonrpc\":\"2.0\",\"id\":3,\"method\":\"no.such\"}\n"
-                     "{\"jsonrpc\":\"2.0\",\"id\":4,\"method\":\"material.create\",\"params\":{\"density\":\"heavy\"}}\n"
-                     "{\"jsonrpc\":\"2.0\",\"method\":\"document.undo\"}\n"
-                     "[{\"jsonrpc\":\"2.0\",\"id\":5,\"method\":\"material.list\"},1,{\"jsonrpc\":\"2.0\",\"method\":\"version\"}]\n"
-                     "[]\n"
-                     "{\"jsonrpc\":\"2.0\",\"id\":\"e\",\"method\":\"lua.eval\",\"params\":{\"code\":\"print('x') return 0/0\"}}\n"
-                     "\"\xff\xfe\"\n" +
-                         std::string(100, '[') + "\n{\"jsonrpc\":\"2.0\",\"id\":6,\"method\":\"version\"}");
+  const auto r =
+      run({"-q", "rpc"},
+          "{\"jsonrpc\":\"2.0\",\"id\":1,\"method\":\"material.create\",\"params\":{\"name\":\"m\","
+          "\"density\":5}}\n"
+          "not json\n"
+          "{\"jsonrpc\":\"2.0\",\"id\":2}\n"
+          "{\"jsonrpc\":\"2.0\",\"id\":3,\"method\":\"no.such\"}\n"
+          "{\"jsonrpc\":\"2.0\",\"id\":4,\"method\":\"material.create\",\"params\":{\"density\":"
+          "\"heavy\"}}\n"
+          "{\"jsonrpc\":\"2.0\",\"method\":\"document.undo\"}\n"
+          "[{\"jsonrpc\":\"2.0\",\"id\":5,\"method\":\"material.list\"},1,{\"jsonrpc\":\"2.0\","
+          "\"method\":\"version\"}]\n"
+          "[]\n"
+          "{\"jsonrpc\":\"2.0\",\"id\":\"e\",\"method\":\"lua.eval\",\"params\":{\"code\":\"print('"
+          "x') return 0/0\"}}\n"
+          "\"\xff\xfe\"\n" +
+              std::string(100, '[') + "\n{\"jsonrpc\":\"2.0\",\"id\":6,\"method\":\"version\"}");
   EXPECT_EQ(r.code, 0) << r.err;
   std::vector<Json> answers;
   std::istringstream lines(r.out);
@@ -149,7 +156,8 @@ TEST(Rpc, AnswersRequestsBatchesNotificationsAndFaults) {
   EXPECT_EQ(answers[4].at("error").at("code"), -32602);
   EXPECT_EQ(answers[4].at("error").at("data").at("code"), "invalid_argument");
   ASSERT_EQ(answers[5].size(), 2U);  // the notification in the batch has no answer
-  EXPECT_EQ(answers[5][0].at("result").size(), 0U) << "the notification before it undid the material";
+  EXPECT_EQ(answers[5][0].at("result").size(), 0U)
+      << "the notification before it undid the material";
   EXPECT_EQ(answers[5][1].at("error").at("code"), -32600);
   EXPECT_EQ(answers[6].at("error").at("code"), -32600);
   EXPECT_EQ(answers[7].at("id"), "e");
@@ -161,7 +169,9 @@ TEST(Rpc, AnswersRequestsBatchesNotificationsAndFaults) {
 }
 
 TEST(Rpc, ALineThatIsTooLongIsRefusedAndTheNextOneAnswered) {
-  const auto r = run({"-q", "rpc"}, std::string((std::size_t{8} << 20) + 1, 'x') + "\n{\"jsonrpc\":\"2.0\",\"id\":1,\"method\":\"version\"}\n");
+  const auto r =
+      run({"-q", "rpc"}, std::string((std::size_t{8} << 20) + 1, 'x') +
+                             "\n{\"jsonrpc\":\"2.0\",\"id\":1,\"method\":\"version\"}\n");
   std::istringstream lines(r.out);
   std::string first, second;
   ASSERT_TRUE(std::getline(lines, first) && std::getline(lines, second)) << r.out;
@@ -191,7 +201,9 @@ class Terminal {
     }
     ::close(fd_);
   }
-  void type(const std::string& keys) { ASSERT_EQ(::write(fd_, keys.data(), keys.size()), static_cast<ssize_t>(keys.size())); }
+  void type(const std::string& keys) {
+    ASSERT_EQ(::write(fd_, keys.data(), keys.size()), static_cast<ssize_t>(keys.size()));
+  }
   /// Waits until `text` shows after what was waited for before.
   bool expect(const std::string& text, int ms = 20000) {
     const auto until = std::chrono::steady_clock::now() + std::chrono::milliseconds(ms);

@@ -21,7 +21,8 @@ struct Workbench {
     loader.set_search_path({ROBOMOSP_PLUGIN_DIR});
     loader.load_all();
     for (const auto& report : loader.reports())
-      EXPECT_TRUE(report.loaded) << (report.refusal ? report.refusal->sentence() : report.file.string());
+      EXPECT_TRUE(report.loaded) << (report.refusal ? report.refusal->sentence()
+                                                    : report.file.string());
   }
   /// Loads a file of scripts/library, such as "worlds/pa10_circle.wld".
   AnyId load(const std::string& file) {
@@ -39,7 +40,9 @@ struct Workbench {
     EXPECT_TRUE(commit.ok()) << (commit.ok() ? "" : commit.error().sentence());
     return loaded->id;
   }
-  static std::filesystem::path library() { return std::filesystem::path(ROBOMOSP_SOURCE_DIR) / "scripts/library"; }
+  static std::filesystem::path library() {
+    return std::filesystem::path(ROBOMOSP_SOURCE_DIR) / "scripts/library";
+  }
 
   Registry registry;
   PluginLoader loader;

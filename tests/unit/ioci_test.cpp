@@ -19,7 +19,9 @@ namespace fs = std::filesystem;
 class Ioci : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
-    auto made = Application::create({.plugin_path = {ROBOMOSP_PLUGIN_DIR}, .library = {fs::path(ROBOMOSP_SOURCE_DIR) / "scripts/library"}});
+    auto made =
+        Application::create({.plugin_path = {ROBOMOSP_PLUGIN_DIR},
+                             .library = {fs::path(ROBOMOSP_SOURCE_DIR) / "scripts/library"}});
     ASSERT_TRUE(made.ok()) << made.error().sentence();
     app_ = std::move(*made).release();
   }
@@ -70,10 +72,18 @@ class Ioci : public ::testing::Test {
   std::size_t steps() { return app().document.undo_labels().size(); }
   Value brass() { return call("material.create", {{"name", "brass"}, {"density", 8500}}); }
   Value plate() {
-    return call("solid.create", {{"name", "plate"},
-                                 {"root", Map{{"kind", "difference"},
-                                              {"children", List{Map{{"kind", "box"}, {"name", "body"}, {"x", 0.2}, {"y", 0.1}, {"z", 0.01}},
-                                                                Map{{"kind", "cylinder"}, {"name", "bore"}, {"radius", 0.01}, {"height", 0.03}, {"position", List{0, 0, -0.01}}}}}}}});
+    return call(
+        "solid.create",
+        {{"name", "plate"},
+         {"root",
+          Map{{"kind", "difference"},
+              {"children",
+               List{Map{{"kind", "box"}, {"name", "body"}, {"x", 0.2}, {"y", 0.1}, {"z", 0.01}},
+                    Map{{"kind", "cylinder"},
+                        {"name", "bore"},
+                        {"radius", 0.01},
+                        {"height", 0.03},
+                        {"position", List{0, 0, -0.01}}}}}}}});
   }
 
   Session session_{"test"};
@@ -88,7 +98,8 @@ class Ioci : public ::testing::Test {
 TEST_F(Ioci, AnUnknownCommandSuggestsTheNearName) {
   const Error e = fails("robot.dhtable");
   EXPECT_EQ(e.code, ErrorCode::unknown_name);
-  EXPECT_EQ(e.sentence(), "there is no command \"robot.dhtable\". Did you mean \"robot.dh_table\"?");
+  EXPECT_EQ(e.sentence(),
+            "there is no command \"robot.dhtable\". Did you mean \"robot.dh_table\"?");
 }
 
 TEST_F(Ioci, AnUnknownVerbOfAKnownTopicListsItsCommands) {
@@ -98,7 +109,8 @@ TEST_F(Ioci, AnUnknownVerbOfAKnownTopicListsItsCommands) {
 TEST_F(Ioci, AllFaultsOfTheArgumentsAreToldAtOnce) {
   const Error e = fails("material.create", {{"density", "heavy"}, {"colur", 1}});
   EXPECT_EQ(e.code, ErrorCode::invalid_argument) << e.sentence();
-  for (const char* word : {"name", "density", "colur", "colour"}) EXPECT_NE(e.sentence().find(word), std::string::npos) << e.sentence();
+  for (const char* word : {"name", "density", "colur", "colour"})
+    EXPECT_NE(e.sentence().find(word), std::string::npos) << e.sentence();
 }
 
 TEST_F(Ioci, AUnitOfAnotherDimensionIsRefused) {
@@ -176,18 +188,25 @@ TEST_F(Ioci, AWrongNodePathNamesWhatTheSolidHas) {
   plate();
   const Error e = fails("solid.set", {{"id", "plate"}, {"path", "bor.radius"}, {"value", 0.01}});
   EXPECT_EQ(e.hint, "Did you mean \"bore\"?");
-  EXPECT_NE(fails("solid.set", {{"id", "plate"}, {"path", "bore.raduis"}, {"value", 0.01}}).hint.find("radius"), std::string::npos);
-  EXPECT_EQ(fails("solid.set", {{"id", "plate"}, {"path", "bore.radius"}, {"value", -0.01}}).code, ErrorCode::invalid_argument);
+  EXPECT_NE(fails("solid.set", {{"id", "plate"}, {"path", "bore.raduis"}, {"value", 0.01}})
+                .hint.find("radius"),
+            std::string::npos);
+  EXPECT_EQ(fails("solid.set", {{"id", "plate"}, {"path", "bore.radius"}, {"value", -0.01}}).code,
+            ErrorCode::invalid_argument);
 }
 
 TEST_F(Ioci, AGapBetweenSegmentsIsRefusedWhenTheTrajectoryIsMade) {
-  const auto line = [](double from, double to) { return Map{{"shape", "line"}, {"points", List{List{from, 0, 0, 0, 0, 0}, List{to, 0, 0, 0, 0, 0}}}}; };
+  const auto line = [](double from, double to) {
+    return Map{{"shape", "line"},
+               {"points", List{List{from, 0, 0, 0, 0, 0}, List{to, 0, 0, 0, 0, 0}}}};
+  };
   fails("trajectory.create", {{"name", "t"}, {"segments", List{line(0, 0.1), line(0.2, 0.3)}}});
   call("trajectory.create", {{"name", "t"}, {"segments", List{line(0, 0.1), line(0.1, 0.3)}}});
 }
 
 TEST_F(Ioci, AnUnknownShapeNamesThoseAvailable) {
-  const Error e = fails("trajectory.create", {{"name", "t"}, {"segments", List{Map{{"shape", "lin"}}}}});
+  const Error e =
+      fails("trajectory.create", {{"name", "t"}, {"segments", List{Map{{"shape", "lin"}}}}});
   EXPECT_NE(e.sentence().find("line"), std::string::npos) << e.sentence();
 }
 
@@ -203,7 +222,8 @@ TEST_F(Ioci, ADeepTreeOfSolidsDoesNotExhaustTheStack) {
 TEST_F(Ioci, ADeniedEffectStopsTheCommandBeforeItRuns) {
   session_.deny(Effect::edits);
   session_.deny(Effect::files_write);
-  EXPECT_EQ(fails("material.create", {{"name", "brass"}, {"density", 8500}}).code, ErrorCode::permission);
+  EXPECT_EQ(fails("material.create", {{"name", "brass"}, {"density", 8500}}).code,
+            ErrorCode::permission);
   EXPECT_EQ(fails("material.save", {{"id", "x"}}).code, ErrorCode::permission);
   call("document.list");
 }
@@ -229,16 +249,23 @@ TEST_F(Ioci, OneCommandIsOneStep) {
 
 TEST_F(Ioci, EditsOfOneGestureShareAStep) {
   plate();
-  for (int i = 1; i <= 5; ++i) call("solid.set", {{"id", "plate"}, {"path", "bore.radius"}, {"value", 0.01 + 0.001 * i}, {"gesture", "drag 1"}});
+  for (int i = 1; i <= 5; ++i)
+    call("solid.set", {{"id", "plate"},
+                       {"path", "bore.radius"},
+                       {"value", 0.01 + 0.001 * i},
+                       {"gesture", "drag 1"}});
   EXPECT_EQ(steps(), 2U);
   call("document.undo");
-  EXPECT_EQ(at((*at(call("solid.tree", {{"id", "plate"}}), "children").as_list())[1], "radius").number(), 0.01);
+  EXPECT_EQ(
+      at((*at(call("solid.tree", {{"id", "plate"}}), "children").as_list())[1], "radius").number(),
+      0.01);
 }
 
 TEST_F(Ioci, AGroupIsOneStepAndSeesItsOwnEdits) {
   const auto done = app().transaction(session_, "two materials", [&]() -> Result<void> {
     RMP_TRY(app().dispatch(session_, "material.create", {{"name", "brass"}, {"density", 8500}}));
-    RMP_TRY_ASSIGN(const Value steel, app().dispatch(session_, "material.create", {{"name", "steel"}, {"density", 7850}}));
+    RMP_TRY_ASSIGN(const Value steel, app().dispatch(session_, "material.create",
+                                                     {{"name", "steel"}, {"density", 7850}}));
     EXPECT_EQ(app().name_of(*steel.as_handle()), "steel");
     RMP_TRY(app().dispatch(session_, "material.set", {{"id", "steel"}, {"density", 7900}}));
     return {};
@@ -266,8 +293,10 @@ TEST_F(Ioci, AGroupThatFailsLeavesNothing) {
 TEST_F(Ioci, ACommandThatFailsWithinAGroupLeavesTheRestOfTheGroup) {
   const auto done = app().transaction(session_, "group", [&]() -> Result<void> {
     RMP_TRY(app().dispatch(session_, "material.create", {{"name", "brass"}, {"density", 8500}}));
-    EXPECT_FALSE(app().dispatch(session_, "material.create", {{"name", "brass"}, {"density", 1}}).ok());
-    EXPECT_FALSE(app().dispatch(session_, "document.undo", {}).ok()) << "history waits for the end of the group";
+    EXPECT_FALSE(
+        app().dispatch(session_, "material.create", {{"name", "brass"}, {"density", 1}}).ok());
+    EXPECT_FALSE(app().dispatch(session_, "document.undo", {}).ok())
+        << "history waits for the end of the group";
     return {};
   });
   ASSERT_TRUE(done.ok()) << done.error().sentence();
@@ -277,7 +306,8 @@ TEST_F(Ioci, ACommandThatFailsWithinAGroupLeavesTheRestOfTheGroup) {
 TEST_F(Ioci, AGroupOfAnotherSessionIsNotJoined) {
   Session other("other");
   const auto done = app().transaction(session_, "mine", [&]() -> Result<void> {
-    EXPECT_FALSE(app().dispatch(other, "material.create", {{"name", "theirs"}, {"density", 1}}).ok());
+    EXPECT_FALSE(
+        app().dispatch(other, "material.create", {{"name", "theirs"}, {"density", 1}}).ok());
     return {};
   });
   EXPECT_TRUE(done.ok());
@@ -289,7 +319,8 @@ TEST_F(Ioci, AnInterruptedCommandIsCancelledAndLeavesNoTrace) {
   const auto world = app().document.now()->list(Kind::world).front();
   session_.interrupt();
   const Value name = Value(app().document.now()->find(world)->name);
-  const Error e = fails("world.inverse_kinematics", {{"id", name}, {"robot", "pa10"}, {"trajectory", "circle"}});
+  const Error e = fails("world.inverse_kinematics",
+                        {{"id", name}, {"robot", "pa10"}, {"trajectory", "circle"}});
   EXPECT_EQ(e.code, ErrorCode::cancelled) << e.sentence();
   session_.clear_interrupt();
 }
@@ -312,7 +343,8 @@ TEST_F(Ioci, NamedPositionalAndClassicCallsGiveEqualResults) {
   call("robot.get", {{"name", "pa10"}});
   const Value name("pa10");
   const Value by_name = call("robot.dh_table", {{"id", "pa10"}});
-  const auto by_position = app().dispatch_positional(session_, "robot.dh_table", std::span(&name, 1));
+  const auto by_position =
+      app().dispatch_positional(session_, "robot.dh_table", std::span(&name, 1));
   ASSERT_TRUE(by_position.ok());
   EXPECT_EQ(by_name, *by_position);
   EXPECT_EQ(by_name, classic("PRobot pa10 mGetDHP"));
@@ -321,14 +353,19 @@ TEST_F(Ioci, NamedPositionalAndClassicCallsGiveEqualResults) {
   EXPECT_EQ(call("robot.dynamics", {{"id", "pa10"}}), classic("PRobot pa10 vGetDynamic"));
   EXPECT_EQ(call("robot.dynamics", {{"id", "pa10"}}), classic("PRobot pa10 vGetDynamicp"));
   EXPECT_EQ(call("robot.tool", {{"id", "pa10"}}), classic("PRobot pa10 mGetToolHMT"));
-  EXPECT_EQ(call("robot.fk", {{"id", "pa10"}, {"q", List{0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7}}}), classic("PRobot pa10 LLRL FKine 0.1 0.2 0.3 0.4 0.5 0.6 0.7"));
-  EXPECT_EQ(call("robot.jacobian", {{"id", "pa10"}, {"q", List{0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7}}, {"frame", "tool"}}),
-            classic("PRobot pa10 LLRL mJacobian {0.1 0.2 0.3 0.4 0.5 0.6 0.7} tool"));
-  EXPECT_EQ(call("robot.link_row", {{"id", "pa10"}, {"link", 3}}), classic("PRobot pa10 Link 3 vGetDHp"));
+  EXPECT_EQ(call("robot.fk", {{"id", "pa10"}, {"q", List{0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7}}}),
+            classic("PRobot pa10 LLRL FKine 0.1 0.2 0.3 0.4 0.5 0.6 0.7"));
+  EXPECT_EQ(
+      call("robot.jacobian",
+           {{"id", "pa10"}, {"q", List{0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7}}, {"frame", "tool"}}),
+      classic("PRobot pa10 LLRL mJacobian {0.1 0.2 0.3 0.4 0.5 0.6 0.7} tool"));
+  EXPECT_EQ(call("robot.link_row", {{"id", "pa10"}, {"link", 3}}),
+            classic("PRobot pa10 Link 3 vGetDHp"));
 }
 
 TEST_F(Ioci, ClassicLinesRunAWholeSimulation) {
-  classic("Worlds Open \"" + std::string(ROBOMOSP_SOURCE_DIR) + "/scripts/library/worlds/pa10_circle.wld\"");
+  classic("Worlds Open \"" + std::string(ROBOMOSP_SOURCE_DIR) +
+          "/scripts/library/worlds/pa10_circle.wld\"");
   const Value worlds = classic("Worlds LsWorlds");
   ASSERT_EQ(worlds.as_list()->size(), 1U);
   const std::string cell = *app().name_of(*(*worlds.as_list())[0].as_handle());
@@ -344,7 +381,8 @@ TEST_F(Ioci, ClassicLinesRunAWholeSimulation) {
   EXPECT_EQ(torques.as_array()->cols(), 7U);
   // 62.832 s for one turn (2 pi 0.1 m at 10 mm/s) in steps of 0.5 s: 0 .. 62.5 and the very end.
   EXPECT_EQ(torques.as_array()->rows(), 127U);
-  EXPECT_EQ(classic("PTrajectory circle GetGenPoint 0"), call("trajectory.sample", {{"id", "circle"}, {"t", 0}}));
+  EXPECT_EQ(classic("PTrajectory circle GetGenPoint 0"),
+            call("trajectory.sample", {{"id", "circle"}, {"t", 0}}));
   const Value set = classic("PRobot pa10 SetLinks 0.1 0.2 0.3 0.4 0.5 0.6 0.7");
   EXPECT_EQ(classic("PRobot pa10 AddLinks 0 0 0 0 0 0 0.1").as_array()->data()[6], 0.7 + 0.1);
   EXPECT_EQ(set.as_array()->data()[0], 0.1);
@@ -356,8 +394,10 @@ TEST_F(Ioci, ClassicLinesRunAWholeSimulation) {
 
 TEST_F(Ioci, ClassicLinesThatAreWrongAreAnsweredInSentences) {
   call("robot.get", {{"name", "pa10"}});
-  EXPECT_EQ(classic_fails("PRobt pa10 mGetDHP").sentence(), "there is no classic command \"PRobt\". Did you mean \"PRobot\"?");
-  EXPECT_EQ(classic_fails("PRobot pa10 mGetDPH").sentence(), "PRobot has no option \"mGetDPH\". Did you mean \"mGetDHP\"?");
+  EXPECT_EQ(classic_fails("PRobt pa10 mGetDHP").sentence(),
+            "there is no classic command \"PRobt\". Did you mean \"PRobot\"?");
+  EXPECT_EQ(classic_fails("PRobot pa10 mGetDPH").sentence(),
+            "PRobot has no option \"mGetDPH\". Did you mean \"mGetDHP\"?");
   EXPECT_EQ(classic_fails("PRobot mGetDHP").code, ErrorCode::usage);
   EXPECT_EQ(classic_fails("PRobot pa10 mGetDHP 7").code, ErrorCode::usage);
   EXPECT_EQ(classic_fails("PRobot \"pa10").code, ErrorCode::syntax);
@@ -367,7 +407,8 @@ TEST_F(Ioci, ClassicLinesThatAreWrongAreAnsweredInSentences) {
 TEST_F(Ioci, ClassicWordsAreSplitAtBlanksOutsideQuotesAndBraces) {
   const auto words = split_classic("World \"my cell\" Show {1 2 {3}}  a=\"b c\" \"q\\\"q\"");
   ASSERT_TRUE(words.ok());
-  EXPECT_EQ(*words, (std::vector<std::string>{"World", "my cell", "Show", "{1 2 {3}}", "a=b c", "q\"q"}));
+  EXPECT_EQ(*words,
+            (std::vector<std::string>{"World", "my cell", "Show", "{1 2 {3}}", "a=b c", "q\"q"}));
   EXPECT_FALSE(split_classic("World {1 2").ok());
 }
 
@@ -381,9 +422,12 @@ TEST_F(Ioci, TooManyPositionalArgumentsAreRefused) {
 // --- content -------------------------------------------------------------------------------
 
 TEST_F(Ioci, ThePaperPumaHoldsItselfWithThePublishedTorques) {
-  // Corke's toolbox, standard-DH Puma 560 at q = 0 under 9.81 m/s^2: {0, 37.48366665, 0.24892875, 0, 0, 0} N m.
+  // Corke's toolbox, standard-DH Puma 560 at q = 0 under 9.81 m/s^2: {0, 37.48366665, 0.24892875,
+  // 0, 0, 0} N m.
   call("robot.get", {{"name", "puma560"}});
-  const Value tau = call("robot.gravity_torques", {{"id", "puma560"}, {"q", List{0, 0, 0, 0, 0, 0}}, {"gravity", List{0, 0, -9.81}}});
+  const Value tau =
+      call("robot.gravity_torques",
+           {{"id", "puma560"}, {"q", List{0, 0, 0, 0, 0, 0}}, {"gravity", List{0, 0, -9.81}}});
   const double expected[] = {0, 37.48366665, 0.24892875, 0, 0, 0};
   ASSERT_EQ(tau.as_array()->size(), 6U);
   for (std::size_t i = 0; i < 6; ++i) EXPECT_NEAR((*tau.as_array())[i], expected[i], 5e-9) << i;
@@ -394,10 +438,12 @@ TEST_F(Ioci, ThePaperCompoundHasItsExactMass) {
   call("object.get", {{"name", "paper_compound"}});
   const Value m = call("object.mass", {{"id", "paper_compound"}});
   // Steel box 0.2 x 0.2 x 0.05 m and aluminium cylinder r 0.05, l 0.2 m: closed form.
-  EXPECT_NEAR(at(m, "mass").number(), 7850 * 0.2 * 0.2 * 0.05 + 2700 * M_PI * 0.05 * 0.05 * 0.2, 1e-9);
+  EXPECT_NEAR(at(m, "mass").number(), 7850 * 0.2 * 0.2 * 0.05 + 2700 * M_PI * 0.05 * 0.05 * 0.2,
+              1e-9);
   const auto& principal = *at(m, "principal_moments").as_array();
   const auto& inertia = *at(m, "inertia").as_array();
-  EXPECT_NEAR(principal[0] + principal[1] + principal[2], inertia.at(0, 0) + inertia.at(1, 1) + inertia.at(2, 2), 1e-12);
+  EXPECT_NEAR(principal[0] + principal[1] + principal[2],
+              inertia.at(0, 0) + inertia.at(1, 1) + inertia.at(2, 2), 1e-12);
   // Axes diagonalise: I a = lambda a, column by column.
   const auto& axes = *at(m, "principal_axes").as_array();
   for (std::size_t k = 0; k < 3; ++k)
@@ -411,7 +457,8 @@ TEST_F(Ioci, ThePaperCompoundHasItsExactMass) {
 TEST_F(Ioci, InverseKinematicsComesBackToTheTargetOfAnotherConvention) {
   call("robot.get", {{"name", "pa10"}});
   // The paper's fourth case: (0.557, 0, 0.374) m, roll-pitch-yaw (pi, 0, pi).
-  const Value s = call("robot.solve_ik", {{"id", "pa10"}, {"target", List{0.557, 0, 0.374, M_PI, 0, M_PI}}});
+  const Value s =
+      call("robot.solve_ik", {{"id", "pa10"}, {"target", List{0.557, 0, 0.374, M_PI, 0, M_PI}}});
   const Value back = call("robot.fk", {{"id", "pa10"}, {"q", at(s, "q")}});
   EXPECT_NEAR((*at(back, "position").as_array())[0], 0.557, 1e-8);
   EXPECT_NEAR((*at(back, "position").as_array())[2], 0.374, 1e-8);
@@ -419,8 +466,18 @@ TEST_F(Ioci, InverseKinematicsComesBackToTheTargetOfAnotherConvention) {
 
 TEST_F(Ioci, NodesOfATreeCanBeAddedWrappedAndRemoved) {
   plate();
-  call("solid.wrap", {{"id", "plate"}, {"node", "body"}, {"kind", "union"}, {"name", "blank"}, {"with", Map{{"kind", "sphere"}, {"name", "knob"}, {"radius", 0.02}}}});
-  call("solid.add_node", {{"id", "plate"}, {"parent", "blank"}, {"node", Map{{"kind", "union"}, {"name", "pair"}, {"children", List{Map{{"kind", "sphere"}, {"radius", 0.01}}, Map{{"kind", "sphere"}, {"radius", 0.005}}}}}}});
+  call("solid.wrap", {{"id", "plate"},
+                      {"node", "body"},
+                      {"kind", "union"},
+                      {"name", "blank"},
+                      {"with", Map{{"kind", "sphere"}, {"name", "knob"}, {"radius", 0.02}}}});
+  call("solid.add_node",
+       {{"id", "plate"},
+        {"parent", "blank"},
+        {"node", Map{{"kind", "union"},
+                     {"name", "pair"},
+                     {"children", List{Map{{"kind", "sphere"}, {"radius", 0.01}},
+                                       Map{{"kind", "sphere"}, {"radius", 0.005}}}}}}});
   const auto order = [&] {
     std::string names;
     const Value all = call("solid.describe", {{"id", "plate"}});
@@ -430,7 +487,9 @@ TEST_F(Ioci, NodesOfATreeCanBeAddedWrappedAndRemoved) {
     }
     return names;
   };
-  EXPECT_EQ(order(), "difference< blank<difference body<blank knob<blank pair<blank sphere<pair sphere_2<pair bore<difference ");
+  EXPECT_EQ(order(),
+            "difference< blank<difference body<blank knob<blank pair<blank sphere<pair "
+            "sphere_2<pair bore<difference ");
   call("solid.remove_node", {{"id", "plate"}, {"node", "pair"}});
   EXPECT_EQ(order(), "difference< blank<difference body<blank knob<blank bore<difference ");
   fails("solid.remove_node", {{"id", "plate"}, {"node", "difference"}});
@@ -443,11 +502,16 @@ TEST_F(Ioci, NodesOfATreeCanBeAddedWrappedAndRemoved) {
 TEST_F(Ioci, ATreeReadBackMakesAnEqualSolid) {
   plate();
   call("solid.create", {{"name", "twin"}, {"root", call("solid.tree", {{"id", "plate"}})}});
-  EXPECT_EQ(at(call("solid.describe", {{"id", "plate"}}), "nodes"), at(call("solid.describe", {{"id", "twin"}}), "nodes"));
+  EXPECT_EQ(at(call("solid.describe", {{"id", "plate"}}), "nodes"),
+            at(call("solid.describe", {{"id", "twin"}}), "nodes"));
 }
 
 TEST_F(Ioci, ALinkChangesItsFieldsInTheUnitsOfItsJoint) {
-  call("robot.create", {{"name", "scara"}, {"links", List{Map{{"a", 0.3}}, Map{{"joint", "prismatic"}, {"d", 0.1}, {"lower", 0}, {"upper", "200 mm"}}}}});
+  call("robot.create",
+       {{"name", "scara"},
+        {"links",
+         List{Map{{"a", 0.3}},
+              Map{{"joint", "prismatic"}, {"d", 0.1}, {"lower", 0}, {"upper", "200 mm"}}}}});
   call("robot.set_link", {{"id", "scara"}, {"link", 1}, {"upper", "90 deg"}});
   fails("robot.set_link", {{"id", "scara"}, {"link", 2}, {"upper", "90 deg"}});
   fails("robot.set_link", {{"id", "scara"}, {"link", 3}, {"upper", 1}});
@@ -468,7 +532,8 @@ TEST_F(Ioci, SavedAndLoadedRecordsAreEqual) {
   app().document.clear();
   call("solid.load", {{"file", (folder_ / "plate.csg").string()}});
   EXPECT_EQ(call("solid.describe", {{"id", "plate"}}), before);
-  EXPECT_EQ(app().document.now()->list(Kind::material).size(), 1U) << "the material was saved beside it";
+  EXPECT_EQ(app().document.now()->list(Kind::material).size(), 1U)
+      << "the material was saved beside it";
 }
 
 TEST_F(Ioci, EvaluatingAWorldFillsTheCacheForAllItsSolids) {

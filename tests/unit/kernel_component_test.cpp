@@ -46,7 +46,8 @@ TEST(Components, StartInsideOutAndStopInReverse) {
   EXPECT_EQ(log, (Log{"+core", "+geometry", "+ioci", "+lua"}));
   EXPECT_EQ(all.list().front().id, "core");
   all.stop_all();
-  EXPECT_EQ(log, (Log{"+core", "+geometry", "+ioci", "+lua", "-lua", "-ioci", "-geometry", "-core"}));
+  EXPECT_EQ(log,
+            (Log{"+core", "+geometry", "+ioci", "+lua", "-lua", "-ioci", "-geometry", "-core"}));
 }
 
 TEST(Components, DestructionStopsWhatRuns) {
@@ -69,7 +70,8 @@ TEST(Components, ACycleIsToldByItsPath) {
   add(all, log, "b", Layer::core, {"c"});
   add(all, log, "c", Layer::core, {"a"});
   EXPECT_EQ(all.start_all().error().sentence(),
-            "components require each other in a circle (a > b > c > a). Remove one of these requirements.");
+            "components require each other in a circle (a > b > c > a). Remove one of these "
+            "requirements.");
   EXPECT_TRUE(log.empty());
 }
 
@@ -78,9 +80,10 @@ TEST(Components, AnOuterLayerIsRefusedByName) {
   Components all;
   add(all, log, "viewer", Layer::gui, {});
   add(all, log, "geometry", Layer::data_processing, {"viewer"});
-  EXPECT_EQ(all.start_all().error().sentence(),
-            "component \"geometry\" of layer data_processing requires \"viewer\" of the outer layer gui. "
-            "A component may require its own layer and inner ones.");
+  EXPECT_EQ(
+      all.start_all().error().sentence(),
+      "component \"geometry\" of layer data_processing requires \"viewer\" of the outer layer gui. "
+      "A component may require its own layer and inner ones.");
   EXPECT_TRUE(log.empty());
 }
 
@@ -90,7 +93,8 @@ TEST(Components, AMissingIdIsToldWithANearOne) {
   add(all, log, "geometry", Layer::core, {});
   add(all, log, "robot", Layer::core, {"geometri"});
   EXPECT_EQ(all.start_all().error().sentence(),
-            "component \"robot\" requires \"geometri\", which does not exist. Did you mean \"geometry\"?");
+            "component \"robot\" requires \"geometri\", which does not exist. Did you mean "
+            "\"geometry\"?");
   EXPECT_TRUE(log.empty());
 }
 
@@ -98,7 +102,8 @@ TEST(Components, ASecondComponentOfTheSameIdIsRefused) {
   Log log;
   Components all;
   add(all, log, "a", Layer::core, {});
-  EXPECT_EQ(all.add({"a", Layer::core, {}}, std::make_unique<Component>()).error().code, ErrorCode::conflict);
+  EXPECT_EQ(all.add({"a", Layer::core, {}}, std::make_unique<Component>()).error().code,
+            ErrorCode::conflict);
   EXPECT_FALSE(all.add({"b", Layer::core, {}}, nullptr).ok());
 }
 
@@ -111,7 +116,8 @@ TEST(Components, AFailedStartStopsTheStarted) {
     add(all, log, "net", Layer::core, {"b"}, how);
     add(all, log, "d", Layer::core, {"net"});
     EXPECT_EQ(all.start_all().error().sentence(),
-              how == Logged::Start::fails ? "component \"net\": the port is taken." : "component \"net\": its start threw: boom.");
+              how == Logged::Start::fails ? "component \"net\": the port is taken."
+                                          : "component \"net\": its start threw: boom.");
     EXPECT_EQ(log, (Log{"+a", "+b", "-b", "-a"}));
   }
 }
@@ -121,7 +127,9 @@ TEST(Components, ALongChainDoesNotUseTheCallStack) {
   Components all;
   constexpr int kCount = 3000;
   for (int i = 0; i < kCount; ++i)
-    add(all, log, std::to_string(i), Layer::core, i + 1 < kCount ? std::vector<std::string>{std::to_string(i + 1)} : std::vector<std::string>{});
+    add(all, log, std::to_string(i), Layer::core,
+        i + 1 < kCount ? std::vector<std::string>{std::to_string(i + 1)}
+                       : std::vector<std::string>{});
   ASSERT_TRUE(all.start_all().ok());
   EXPECT_EQ(log.front(), "+" + std::to_string(kCount - 1));
 }

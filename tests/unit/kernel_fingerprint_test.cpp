@@ -11,7 +11,9 @@ namespace robomosp {
 namespace {
 
 TEST(Fingerprint, EqualInputsGiveEqualKeysAndDomainsKeepThemApart) {
-  const auto key = [](std::string_view domain) { return Fingerprinter(domain).add("a").add(1.5).add(true).finish(); };
+  const auto key = [](std::string_view domain) {
+    return Fingerprinter(domain).add("a").add(1.5).add(true).finish();
+  };
   EXPECT_EQ(key("mesh/1"), key("mesh/1"));
   EXPECT_NE(key("mesh/1"), key("mesh/2"));
   EXPECT_EQ(key("mesh/1").hex().size(), 32U);
@@ -62,7 +64,8 @@ TEST(Fingerprint, OneChangedBitChangesAboutHalfOfTheKey) {
 TEST(Fingerprint, KeysStayTheSameBetweenVersionsOfTheProgram) {
   // Golden, from this implementation: a change here means caches on disk and recorded sessions
   // no longer match, so raise the domains' numbers when it is meant.
-  EXPECT_EQ(Fingerprinter("golden").add("x").add(1).add(0.5).finish().hex(), "ecf32573c695da4db4e70497b80bef93");
+  EXPECT_EQ(Fingerprinter("golden").add("x").add(1).add(0.5).finish().hex(),
+            "ecf32573c695da4db4e70497b80bef93");
 }
 
 }  // namespace

@@ -35,9 +35,17 @@ TEST(Jobs, CompletionsComeInTheOrderOfSubmission) {
   std::latch gate(1);
   std::vector<int> order;
   const auto done = [&](int i) { return [&order, i](Result<Value>) { order.push_back(i); }; };
-  jobs.submit("slow", [&](Progress&) -> Result<Value> { gate.wait(); return Value(0); }, done(0));
-  const auto second = jobs.submit("b", [](Progress&) -> Result<Value> { return Value(1); }, done(1));
-  const auto third = jobs.submit("c", [](Progress&) -> Result<Value> { return Value(2); }, done(2));
+  jobs.submit(
+      "slow",
+      [&](Progress&) -> Result<Value> {
+        gate.wait();
+        return Value(0);
+      },
+      done(0));
+  const auto second = jobs.submit(
+      "b", [](Progress&) -> Result<Value> { return Value(1); }, done(1));
+  const auto third = jobs.submit(
+      "c", [](Progress&) -> Result<Value> { return Value(2); }, done(2));
   ASSERT_TRUE(jobs.wait(second).ok());
   ASSERT_TRUE(jobs.wait(third).ok());
   EXPECT_TRUE(order.empty());  // the first still runs
@@ -89,7 +97,10 @@ TEST(Jobs, AWaitingJobThatIsCancelledNeverRuns) {
   Jobs jobs(1);
   const auto first = jobs.submit("first", endless);
   std::atomic<bool> ran = false;
-  const auto second = jobs.submit("second", [&](Progress&) -> Result<Value> { ran = true; return Value(1); });
+  const auto second = jobs.submit("second", [&](Progress&) -> Result<Value> {
+    ran = true;
+    return Value(1);
+  });
   EXPECT_TRUE(jobs.cancel(second));
   EXPECT_EQ(jobs.wait(second).error().message, "the job \"second\" was cancelled");
   EXPECT_TRUE(jobs.cancel(first));
@@ -113,7 +124,8 @@ TEST(Jobs, AValueThatComesAfterCancelIsDropped) {
 
 TEST(Jobs, AnExceptionBecomesAnError) {
   Jobs jobs(1);
-  const auto a = jobs.submit("mesh", [](Progress&) -> Result<Value> { throw std::runtime_error("boom"); });
+  const auto a =
+      jobs.submit("mesh", [](Progress&) -> Result<Value> { throw std::runtime_error("boom"); });
   const auto b = jobs.submit("odd", [](Progress&) -> Result<Value> { throw 7; });
   EXPECT_EQ(jobs.wait(a).error().message, "the job \"mesh\" threw: boom");
   EXPECT_EQ(jobs.wait(b).error().message, "the job \"odd\" threw an unknown exception");
@@ -127,7 +139,8 @@ TEST(Jobs, ACompletionMaySubmitAndWait) {
       "outer", [](Progress&) -> Result<Value> { return Value(1); },
       [&](Result<Value> r) {
         seen.push_back(static_cast<int>(r->number()));
-        const auto inner = jobs.submit("inner", [](Progress&) -> Result<Value> { return Value(2); });
+        const auto inner =
+            jobs.submit("inner", [](Progress&) -> Result<Value> { return Value(2); });
         seen.push_back(static_cast<int>(jobs.wait(inner)->number()));
       });
   ASSERT_TRUE(jobs.wait(outer).ok());
@@ -137,7 +150,8 @@ TEST(Jobs, ACompletionMaySubmitAndWait) {
 TEST(Jobs, OldJobsAreForgottenAndSaidToBeUnknown) {
   Jobs jobs(1);
   std::uint64_t last = 0;
-  for (int i = 0; i < 400; ++i) last = jobs.submit("n", [i](Progress&) -> Result<Value> { return Value(i); });
+  for (int i = 0; i < 400; ++i)
+    last = jobs.submit("n", [i](Progress&) -> Result<Value> { return Value(i); });
   EXPECT_EQ(*jobs.wait(last), Value(399));
   EXPECT_LE(jobs.list().size(), 257U);
   EXPECT_EQ(jobs.wait(1).error().sentence(), "there is no job 1. job.list tells those known.");

@@ -66,7 +66,8 @@ TEST(Messages, ThreadsMayPostAtTheSameTime) {
     std::vector<std::jthread> threads;
     for (int t = 0; t < 4; ++t)
       threads.emplace_back([&, t] {
-        for (int i = 0; i < 500; ++i) messages.post(Severity::info, "c", std::to_string(t * 1000 + i));
+        for (int i = 0; i < 500; ++i)
+          messages.post(Severity::info, "c", std::to_string(t * 1000 + i));
       });
   }
   EXPECT_EQ(messages.recent(10000).size(), 2000U);

@@ -46,11 +46,13 @@ TEST(Registry, CreatesWhatWasRegisteredAndDeletesIt) {
 TEST(Registry, AbsenceNamesThoseAvailable) {
   Registry registry;
   EXPECT_EQ(registry.create<Greeter>("").error().sentence(),
-            "there is no provider of greeter. Load a plugin that offers \"robomosp.greeter/1\"; plugin.list tells which were found.");
+            "there is no provider of greeter. Load a plugin that offers \"robomosp.greeter/1\"; "
+            "plugin.list tells which were found.");
   ASSERT_TRUE(registry.add(named("polite"), maker()).ok());
   ASSERT_TRUE(registry.add(named("rude"), maker()).ok());
   EXPECT_EQ(registry.create<Greeter>("polit").error().sentence(),
-            "there is no greeter provider \"polit\". Did you mean \"polite\"? Available: polite and rude.");
+            "there is no greeter provider \"polit\". Did you mean \"polite\"? Available: polite "
+            "and rude.");
 }
 
 TEST(Registry, ASecondProviderOfTheSameNameIsRefusedUnlessItReplaces) {
@@ -102,23 +104,33 @@ TEST(Registry, TheRevisionCountsEveryChange) {
 
 TEST(Registry, AProviderThatThrowsOrGivesNothingIsAnErrorThatNamesIt) {
   Registry registry;
-  ASSERT_TRUE(registry.add(named("thrower"), []() -> Result<void*> { throw std::runtime_error("no licence"); }).ok());
+  ASSERT_TRUE(
+      registry
+          .add(named("thrower"), []() -> Result<void*> { throw std::runtime_error("no licence"); })
+          .ok());
   ASSERT_TRUE(registry.add(named("odd"), []() -> Result<void*> { throw 5; }).ok());
-  ASSERT_TRUE(registry.add(named("empty"), []() -> Result<void*> { return static_cast<void*>(nullptr); }).ok());
+  ASSERT_TRUE(
+      registry.add(named("empty"), []() -> Result<void*> { return static_cast<void*>(nullptr); })
+          .ok());
   const auto thrown = registry.create<Greeter>("thrower");
   ASSERT_FALSE(thrown.ok());
   EXPECT_EQ(thrown.error().code, ErrorCode::plugin_failed);
   EXPECT_EQ(thrown.error().message, "provider \"greeter thrower\" threw: no licence");
-  EXPECT_EQ(registry.create<Greeter>("odd").error().message, "provider \"greeter odd\" threw an unknown exception");
-  EXPECT_EQ(registry.create<Greeter>("empty").error().message, "provider \"greeter empty\" could not be made and gave no reason");
+  EXPECT_EQ(registry.create<Greeter>("odd").error().message,
+            "provider \"greeter odd\" threw an unknown exception");
+  EXPECT_EQ(registry.create<Greeter>("empty").error().message,
+            "provider \"greeter empty\" could not be made and gave no reason");
 }
 
 TEST(Registry, ACreateFunctionMayUseTheRegistry) {
   Registry registry;  // a lock held during create would hang here
-  ASSERT_TRUE(registry.add(named("a"), [&]() -> Result<void*> {
-                        EXPECT_EQ(registry.list().size(), 1U);
-                        return static_cast<void*>(new Greeter);
-                      }).ok());
+  ASSERT_TRUE(registry
+                  .add(named("a"),
+                       [&]() -> Result<void*> {
+                         EXPECT_EQ(registry.list().size(), 1U);
+                         return static_cast<void*>(new Greeter);
+                       })
+                  .ok());
   EXPECT_TRUE(registry.create<Greeter>("a").ok());
 }
 

@@ -35,8 +35,10 @@ Value accepted(const ParamSpec& s, const Value& v) {
 TEST(Schema, AWrongRealIsToldWithItsUnitAndAnExample) {
   EXPECT_EQ(fault(spec("speed", "real", "m/s"), "fast"),
             "speed: \"fast\" is not a real in m/s. Give a number such as 0.1 or \"100 mm/s\".");
-  EXPECT_EQ(fault(spec("length", "real", "m"), "90 deg"), "length: 90 deg is an angle; a length (m) is expected.");
-  EXPECT_EQ(fault(spec("length", "real", "m"), true), "length: true is not a real in m. Give a number such as 0.1 or \"100 mm\".");
+  EXPECT_EQ(fault(spec("length", "real", "m"), "90 deg"),
+            "length: 90 deg is an angle; a length (m) is expected.");
+  EXPECT_EQ(fault(spec("length", "real", "m"), true),
+            "length: true is not a real in m. Give a number such as 0.1 or \"100 mm\".");
 }
 
 TEST(Schema, AllFaultsAreToldAtOnce) {
@@ -47,9 +49,11 @@ TEST(Schema, AllFaultsAreToldAtOnce) {
   ASSERT_FALSE(r.ok());
   EXPECT_EQ(r.error().sentence(),
             "\"lenght\" is not a parameter. Did you mean \"length\"? "
-            "length: no value is given; a real in m is required. Give a number such as 0.1 or \"100 mm\". "
+            "length: no value is given; a real in m is required. Give a number such as 0.1 or "
+            "\"100 mm\". "
             "count: 1.5 is not an integer. Give a whole number such as 3. "
-            "mode: \"exakt\" is not one of the choices. Did you mean \"exact\"? Choices: fast and exact.");
+            "mode: \"exakt\" is not one of the choices. Did you mean \"exact\"? Choices: fast and "
+            "exact.");
   EXPECT_EQ(r.error().code, ErrorCode::invalid_argument);
 }
 
@@ -61,7 +65,8 @@ TEST(Schema, AnUnknownParameterAloneIsAnUnknownName) {
 }
 
 TEST(Schema, DefaultsAreFilledInAndConverted) {
-  Schema schema = {spec("angle", "real", "rad"), spec("centre", "vec3", "m"), spec("name", "string")};
+  Schema schema = {spec("angle", "real", "rad"), spec("centre", "vec3", "m"),
+                   spec("name", "string")};
   schema[0].default_value = Value("90 deg");
   schema[1].default_value = Value(List{0, "20 mm", 0.5});
   const auto r = check(schema, {});
@@ -76,7 +81,8 @@ TEST(Schema, DefaultsAreFilledInAndConverted) {
 
 TEST(Schema, NotANumberAndInfinityAreRefusedUnlessMeant) {
   ParamSpec s = spec("upper", "real", "rad");
-  EXPECT_EQ(fault(s, kInf), "upper: inf is not a finite number. Give a number such as 1.57 or \"90 deg\".");
+  EXPECT_EQ(fault(s, kInf),
+            "upper: inf is not a finite number. Give a number such as 1.57 or \"90 deg\".");
   EXPECT_EQ(fault(s, "inf"), fault(s, kInf));
   EXPECT_NE(fault(s, std::nan("")).find("nan is not a finite number"), std::string::npos);
   s.infinite = true;
@@ -91,7 +97,8 @@ TEST(Schema, RangesAreToldWithValueAndLimit) {
   s.min = kPositive;
   EXPECT_EQ(fault(s, 0.0), "speed: 0 m/s is out of range; it must be greater than 0.");
   s.max = 2;
-  EXPECT_EQ(fault(s, "3000 mm/s"), "speed: 3 m/s is out of range; it must be greater than 0 and at most 2 m/s.");
+  EXPECT_EQ(fault(s, "3000 mm/s"),
+            "speed: 3 m/s is out of range; it must be greater than 0 and at most 2 m/s.");
   s.min = 1;
   EXPECT_EQ(fault(s, 0.5), "speed: 0.5 m/s is out of range; it must be 1 to 2 m/s.");
   ParamSpec i = spec("count", "int");
@@ -115,20 +122,25 @@ TEST(Schema, ListsOfRealsTellTheWrongEntry) {
   EXPECT_EQ(accepted(s, "{0.5, 90 deg}").as_array()->size(), 2U);
   EXPECT_EQ(accepted(s, "0.5 1 2").as_array()->size(), 3U);
   EXPECT_EQ(accepted(s, Map()).as_array()->size(), 0U);
-  EXPECT_EQ(fault(s, List{1, "x"}), "q[2]: \"x\" is not a real in rad. Give a number such as 1.57 or \"90 deg\".");
-  EXPECT_EQ(fault(s, "1,,2"), "q[2]: \"\" is not a real in rad. Give a number such as 1.57 or \"90 deg\".");
+  EXPECT_EQ(fault(s, List{1, "x"}),
+            "q[2]: \"x\" is not a real in rad. Give a number such as 1.57 or \"90 deg\".");
+  EXPECT_EQ(fault(s, "1,,2"),
+            "q[2]: \"\" is not a real in rad. Give a number such as 1.57 or \"90 deg\".");
   EXPECT_EQ(fault(spec("p", "vec3", "m"), List{1, 2}),
-            "p: 2 numbers are given; three reals in m are needed. Give three numbers such as {0.1, 0, 0.2}.");
+            "p: 2 numbers are given; three reals in m are needed. Give three numbers such as {0.1, "
+            "0, 0.2}.");
 }
 
 TEST(Schema, APoseIsTheSameHoweverItIsWritten) {
   const ParamSpec s = spec("target", "pose");
   // PA-10 pose of the paper: (0.557, 0, 0.374), rpy (pi, 0, pi), which is a half turn about y.
   const Value six = accepted(s, List{0.557, 0, 0.374, kPi, 0, kPi});
-  const Value map = accepted(s, Map{{"position", List{"557 mm", 0, 0.374}}, {"rpy", List{"180 deg", 0, "180 deg"}}});
+  const Value map = accepted(
+      s, Map{{"position", List{"557 mm", 0, 0.374}}, {"rpy", List{"180 deg", 0, "180 deg"}}});
   const Value xyz = accepted(s, Map{{"position", List{0.557, 0, 0.374}}, {"xyz", List{0, kPi, 0}}});
   const Value zyz = accepted(s, Map{{"position", List{0.557, 0, 0.374}}, {"zyz", List{0, kPi, 0}}});
-  const Value matrix = accepted(s, List{List{-1, 0, 0, 0.557}, List{0, 1, 0, 0}, List{0, 0, -1, 0.374}, List{0, 0, 0, 1}});
+  const Value matrix = accepted(
+      s, List{List{-1, 0, 0, 0.557}, List{0, 1, 0, 0}, List{0, 0, -1, 0.374}, List{0, 0, 0, 1}});
   const Value text = accepted(s, "557 mm, 0, 0.374, 180 deg, 0, 180 deg");
   for (const Value* v : {&six, &map, &xyz, &zyz, &text})
     for (std::size_t i = 0; i < 16; ++i)
@@ -161,7 +173,8 @@ TEST(Schema, AnglesOfAPoseFollowTheirNotation) {
     const auto pose = pose_from(accepted(spec("t", "pose"), Map{{one.name, List{a, b, c}}}));
     ASSERT_TRUE(pose.has_value());
     for (std::size_t i = 0; i < 3; ++i) {
-      const double got = pose->R[3 * i] * v[0] + pose->R[3 * i + 1] * v[1] + pose->R[3 * i + 2] * v[2];
+      const double got =
+          pose->R[3 * i] * v[0] + pose->R[3 * i + 1] * v[1] + pose->R[3 * i + 2] * v[2];
       EXPECT_NEAR(got, one.expected[i], 1e-15) << one.name;
     }
   }
@@ -172,15 +185,18 @@ TEST(Schema, AMatrixThatIsNoRotationIsRefused) {
   const auto matrix = [](double r00, double r22) {
     return List{List{r00, 0, 0, 0}, List{0, 1, 0, 0}, List{0, 0, r22, 0}, List{0, 0, 0, 1}};
   };
-  EXPECT_NE(fault(s, matrix(2, 1)).find("is not a rotation (off by 3;"), std::string::npos) << fault(s, matrix(2, 1));
+  EXPECT_NE(fault(s, matrix(2, 1)).find("is not a rotation (off by 3;"), std::string::npos)
+      << fault(s, matrix(2, 1));
   EXPECT_NE(fault(s, matrix(-1, 1)).find("is not a rotation"), std::string::npos);  // a mirror
   // Within rounding of a matrix typed with nine digits: made orthonormal again.
   const auto pose = pose_from(accepted(s, matrix(1 + 1e-8, 1)));
   ASSERT_TRUE(pose.has_value());
   EXPECT_NEAR(pose->R[0], 1, 1e-15);
   EXPECT_NE(fault(s, List{List{1, 2}, List{3, 4}}).find("2x2, not 4x4"), std::string::npos);
-  EXPECT_NE(fault(s, Map{{"pos", List{0, 0, 0}}}).find("Did you mean \"position\"?"), std::string::npos);
-  EXPECT_NE(fault(s, Map{{"position", List{0, 0}}}).find("t.position: 2 numbers are given"), std::string::npos);
+  EXPECT_NE(fault(s, Map{{"pos", List{0, 0, 0}}}).find("Did you mean \"position\"?"),
+            std::string::npos);
+  EXPECT_NE(fault(s, Map{{"position", List{0, 0}}}).find("t.position: 2 numbers are given"),
+            std::string::npos);
   EXPECT_NE(fault(s, Map()).find("the pose is empty"), std::string::npos);
 }
 
@@ -189,7 +205,8 @@ TEST(Schema, MatricesNeedRowsOfEqualLength) {
   const Value m = accepted(s, List{List{1, 2, 3}, NumericArray({4, 5, 6})});
   EXPECT_EQ(m.as_array()->rows(), 2U);
   EXPECT_EQ(m.as_array()->at(1, 2), 6);
-  EXPECT_EQ(fault(s, List{List{1, 2}, List{3}}), "m[2]: the row has 1 numbers, the first one 2. Give rows of equal length.");
+  EXPECT_EQ(fault(s, List{List{1, 2}, List{3}}),
+            "m[2]: the row has 1 numbers, the first one 2. Give rows of equal length.");
   EXPECT_NE(fault(s, List{}).find("is not a matrix"), std::string::npos);
   EXPECT_NE(fault(s, 3).find("is not a matrix"), std::string::npos);
 }
@@ -202,7 +219,8 @@ TEST(Schema, ReferencesAreResolvedToHandles) {
     return error(ErrorCode::unknown_name, "there is no robot \"pa1\"", "Did you mean \"pa10\"?");
   };
   EXPECT_EQ(*check_value(s, "pa10", "robot", resolve), Value(Handle{"robot", 17}));
-  EXPECT_EQ(check_value(s, "pa1", "robot", resolve).error().sentence(), "robot: there is no robot \"pa1\". Did you mean \"pa10\"?");
+  EXPECT_EQ(check_value(s, "pa1", "robot", resolve).error().sentence(),
+            "robot: there is no robot \"pa1\". Did you mean \"pa10\"?");
   EXPECT_EQ(*check_value(s, Handle{"object", 2}, "robot"), Value(Handle{"object", 2}));
   EXPECT_EQ(fault(s, Handle{"world", 2}), "robot: world#2 is not a robot or object.");
   EXPECT_EQ(fault(s, 5), "robot: 5 is not a robot or object. Give its name or a handle.");
@@ -253,10 +271,14 @@ TEST(Schema, AMalformedProviderRowIsNamed) {
     const auto r = schema_from({&row, 1});
     return r.ok() ? std::string("accepted") : r.error().sentence();
   };
-  EXPECT_EQ(sentence({nullptr, "real", "", "", nullptr, nullptr, 1, 0}), "parameter row 1 has no name.");
-  EXPECT_EQ(sentence({"a", "float", "", "", nullptr, nullptr, 1, 0}), "parameter \"a\" has the unknown type \"float\".");
-  EXPECT_EQ(sentence({"a", nullptr, "", "", nullptr, nullptr, 1, 0}), "parameter \"a\" has the unknown type \"(null)\".");
-  EXPECT_EQ(sentence({"a", "enum", "", "", "x", nullptr, 1, 0}), "parameter \"a\" is an enum without choices.");
+  EXPECT_EQ(sentence({nullptr, "real", "", "", nullptr, nullptr, 1, 0}),
+            "parameter row 1 has no name.");
+  EXPECT_EQ(sentence({"a", "float", "", "", nullptr, nullptr, 1, 0}),
+            "parameter \"a\" has the unknown type \"float\".");
+  EXPECT_EQ(sentence({"a", nullptr, "", "", nullptr, nullptr, 1, 0}),
+            "parameter \"a\" has the unknown type \"(null)\".");
+  EXPECT_EQ(sentence({"a", "enum", "", "", "x", nullptr, 1, 0}),
+            "parameter \"a\" is an enum without choices.");
   EXPECT_EQ(sentence({"a", "real", "m", "", "5", nullptr, 0, 1}),
             "parameter \"a\" has a bad default: 5 m is out of range; it must be 0 to 1 m.");
   EXPECT_EQ(sentence({"a", "real", "furlong", "", "5", nullptr, 1, 0}).substr(0, 44),

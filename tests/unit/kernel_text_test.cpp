@@ -23,7 +23,8 @@ TEST(Text, PrintedRealsReadBackToTheSameBits) {
     ++tried;
     const auto back = text::read_real(text::print(v));
     ASSERT_TRUE(back.has_value()) << text::print(v);
-    ASSERT_EQ(std::bit_cast<std::uint64_t>(*back), std::bit_cast<std::uint64_t>(v)) << text::print(v);
+    ASSERT_EQ(std::bit_cast<std::uint64_t>(*back), std::bit_cast<std::uint64_t>(v))
+        << text::print(v);
   }
 }
 
@@ -51,7 +52,8 @@ TEST(Text, ReadingTakesTheWholeTextOrNothing) {
   for (const char* bad : {"", " 1", "1 ", "1x", "+-1", "++1", "+", "1e400", "0x10", "1,5", "--1"})
     EXPECT_FALSE(text::read_real(bad)) << bad;
   EXPECT_EQ(text::read_int("-9223372036854775808"), std::numeric_limits<std::int64_t>::min());
-  for (const char* bad : {"", "9223372036854775808", "1.0", "1e3", "0x1", " 7"}) EXPECT_FALSE(text::read_int(bad)) << bad;
+  for (const char* bad : {"", "9223372036854775808", "1.0", "1e3", "0x1", " 7"})
+    EXPECT_FALSE(text::read_int(bad)) << bad;
 }
 
 TEST(Text, RoundedNumbersDropTrailingZeros) {

@@ -24,19 +24,25 @@ TEST(Units, NamedUnitsHaveTheirSiFactor) {
     const char* si;
     double value;
   } cases[] = {
-      {"20 mm", "m", 0.02},        {"35mm", "m", 0.035},          {"7 cm", "m", 0.07},
-      {"3 um", "m", 3e-6},         {"2 km", "m", 2000},           {"1 in", "m", 0.0254},
-      {"1 ft", "m", 0.3048},       {"250 g", "kg", 0.25},         {"2 t", "kg", 2000},
-      {"1 lb", "kg", 0.45359237},  {"500 ms", "s", 0.5},          {"3 min", "s", 180},
-      {"2 h", "s", 7200},          {"90 deg", "rad", kPi / 2},    {"180deg", "rad", kPi},
-      {"5 mrad", "rad", 0.005},    {"1 rev", "rad", 2 * kPi},     {"60 rpm", "rad/s", 2 * kPi},
-      {"5 kN", "N", 5000},         {"3 kJ", "J", 3000},           {"2 bar", "Pa", 2e5},
-      {"210 GPa", "Pa", 210e9},    {"50 %", "", 0.5},             {"7.85 g/cm^3", "kg/m^3", 7850},
-      {"100 mm/s", "m/s", 0.1},    {"2 N mm", "N m", 0.002},      {"2 N*mm", "N m", 0.002},
-      {"2 N.mm", "N m", 0.002},    {"1 kg m^2/s^2", "J", 1},      {"60 1/min", "Hz", 1},
-      {"4 m s^-2", "m/s^2", 4},    {"-5 mm", "m", -0.005},        {"+5 mm", "m", 0.005},
-      {"1e3 mm", "m", 1},          {"0.5", "m", 0.5},             {" 2 ", "kg", 2},
-      {"3 Nm", "N m", 3},          {"1 rev/min", "rad/s", 2 * kPi / 60},
+      {"20 mm", "m", 0.02},      {"35mm", "m", 0.035},
+      {"7 cm", "m", 0.07},       {"3 um", "m", 3e-6},
+      {"2 km", "m", 2000},       {"1 in", "m", 0.0254},
+      {"1 ft", "m", 0.3048},     {"250 g", "kg", 0.25},
+      {"2 t", "kg", 2000},       {"1 lb", "kg", 0.45359237},
+      {"500 ms", "s", 0.5},      {"3 min", "s", 180},
+      {"2 h", "s", 7200},        {"90 deg", "rad", kPi / 2},
+      {"180deg", "rad", kPi},    {"5 mrad", "rad", 0.005},
+      {"1 rev", "rad", 2 * kPi}, {"60 rpm", "rad/s", 2 * kPi},
+      {"5 kN", "N", 5000},       {"3 kJ", "J", 3000},
+      {"2 bar", "Pa", 2e5},      {"210 GPa", "Pa", 210e9},
+      {"50 %", "", 0.5},         {"7.85 g/cm^3", "kg/m^3", 7850},
+      {"100 mm/s", "m/s", 0.1},  {"2 N mm", "N m", 0.002},
+      {"2 N*mm", "N m", 0.002},  {"2 N.mm", "N m", 0.002},
+      {"1 kg m^2/s^2", "J", 1},  {"60 1/min", "Hz", 1},
+      {"4 m s^-2", "m/s^2", 4},  {"-5 mm", "m", -0.005},
+      {"+5 mm", "m", 0.005},     {"1e3 mm", "m", 1},
+      {"0.5", "m", 0.5},         {" 2 ", "kg", 2},
+      {"3 Nm", "N m", 3},        {"1 rev/min", "rad/s", 2 * kPi / 60},
   };
   for (const auto& c : cases) {
     const auto read = units::read_quantity(c.text, c.si);
@@ -54,9 +60,12 @@ TEST(Units, DecimalPrefixesGiveTheBitsOfTheDecimalNumber) {
 }
 
 TEST(Units, AQuantityOfAnotherDimensionIsRefusedByName) {
-  EXPECT_EQ(units::read_quantity("90 deg", "m").error().sentence(), "90 deg is an angle; a length (m) is expected.");
-  EXPECT_EQ(units::read_quantity("90 mm", "rad").error().sentence(), "90 mm is a length; an angle (rad) is expected.");
-  EXPECT_EQ(units::read_quantity("2 kg", "").error().sentence(), "2 kg is a mass; a number without a unit is expected.");
+  EXPECT_EQ(units::read_quantity("90 deg", "m").error().sentence(),
+            "90 deg is an angle; a length (m) is expected.");
+  EXPECT_EQ(units::read_quantity("90 mm", "rad").error().sentence(),
+            "90 mm is a length; an angle (rad) is expected.");
+  EXPECT_EQ(units::read_quantity("2 kg", "").error().sentence(),
+            "2 kg is a mass; a number without a unit is expected.");
   EXPECT_EQ(units::read_quantity("2 kg m^5", "m").error().sentence(),
             "2 kg m^5 is a quantity in kg m^5; a length (m) is expected.");
   EXPECT_EQ(units::read_quantity("2 Hz", "rad/s").error().sentence(),
@@ -64,8 +73,10 @@ TEST(Units, AQuantityOfAnotherDimensionIsRefusedByName) {
 }
 
 TEST(Units, AnUnknownUnitIsRefusedWithANearOne) {
-  EXPECT_EQ(units::read_quantity("3 degg", "rad").error().sentence(), "\"degg\" is not a unit. Did you mean \"deg\"?");
-  for (const char* bad : {"m^", "m^0", "m^99", "/s", "m//s", "m/", "^2", "m^2^2", "m *", "parsec", "(m)"})
+  EXPECT_EQ(units::read_quantity("3 degg", "rad").error().sentence(),
+            "\"degg\" is not a unit. Did you mean \"deg\"?");
+  for (const char* bad :
+       {"m^", "m^0", "m^99", "/s", "m//s", "m/", "^2", "m^2^2", "m *", "parsec", "(m)"})
     EXPECT_FALSE(units::parse(bad).ok()) << bad;
   for (const char* bad : {"", "fast", "mm", "1e999 mm", "- 1 mm", "1 2"})
     EXPECT_FALSE(units::read_quantity(bad, "m").ok()) << bad;
@@ -79,9 +90,10 @@ TEST(Units, PrintedQuantitiesReadBackToTheSameBits) {
   for (const char* unit : {"m", "rad", "rad/s", "kg", "", "N m"}) {
     for (int i = 0; i < 3000; ++i) {
       double v = 0;
-      if (i % 3 == 0) v = std::bit_cast<double>(random());                       // any bits
-      if (i % 3 == 1) v = std::round(angle(random) * 100) / 100 * (kPi / 180);   // angles people type
-      if (i % 3 == 2) v = std::round(angle(random) * 100) / 1e5;                 // lengths people type
+      if (i % 3 == 0) v = std::bit_cast<double>(random());  // any bits
+      if (i % 3 == 1)
+        v = std::round(angle(random) * 100) / 100 * (kPi / 180);  // angles people type
+      if (i % 3 == 2) v = std::round(angle(random) * 100) / 1e5;  // lengths people type
       if (!std::isfinite(v)) continue;
       const std::string printed = units::print_quantity(v, unit);
       const auto back = units::read_quantity(printed, unit);

@@ -14,7 +14,8 @@ TEST(Value, TextReadsWell) {
   EXPECT_EQ(Value("plain").text(), "plain");
   EXPECT_EQ(Value(Handle{"robot", 17}).text(), "robot#17");
   EXPECT_EQ(Value(List{1, 2.5, "a\"b"}).text(), "{1, 2.5, \"a\\\"b\"}");
-  EXPECT_EQ(Value(Map{{"x", 1}, {"a b", List{}}, {"m", Map{}}}).text(), "{x = 1, [\"a b\"] = {}, m = {}}");
+  EXPECT_EQ(Value(Map{{"x", 1}, {"a b", List{}}, {"m", Map{}}}).text(),
+            "{x = 1, [\"a b\"] = {}, m = {}}");
   EXPECT_EQ(Value(NumericArray({1, 2}, "N m")).text(), "{1, 2} N m");
   EXPECT_EQ(Value(NumericArray({1, 2, 3, 4}, 2, 2)).text(), "{{1, 2}, {3, 4}}");
   EXPECT_EQ(Value(List{List{1, List{2}}, 3}).text(), "{{1, {2}}, 3}");
@@ -39,7 +40,8 @@ TEST(Value, MapsAreEqualWhateverTheirOrder) {
 }
 
 TEST(Value, ATypeIsNeverMistakenForAnother) {
-  const Value values[] = {Value(), Value(true), Value(1), Value(1.5), Value("s"), Value(NumericArray({1})),
+  const Value values[] = {Value(),       Value(true),  Value(1),
+                          Value(1.5),    Value("s"),   Value(NumericArray({1})),
                           Value(List{}), Value(Map{}), Value(Handle{"job", 1})};
   const char* names[] = {"nil", "bool", "int", "real", "string", "array", "list", "map", "handle"};
   for (std::size_t i = 0; i < std::size(values); ++i) {

@@ -55,7 +55,8 @@ TEST(Library, EveryFileLoadsOnItsOwnAndIsWrittenBackByteEqual) {
     const auto commit = transaction->commit();
     ASSERT_TRUE(commit.ok()) << commit.error().sentence();
     const auto& record = *document.now()->find(loaded->id);
-    EXPECT_EQ(unwrap(io::print(*document.now(), loaded->id, path, {})), unwrap(io::read_file(path))) << file;
+    EXPECT_EQ(unwrap(io::print(*document.now(), loaded->id, path, {})), unwrap(io::read_file(path)))
+        << file;
     EXPECT_EQ(path.extension().string(), io::extension(record.kind())) << file;
   }
 }
@@ -97,7 +98,8 @@ struct Row {
   double a, alpha_deg, d;  ///< [m], [deg], [m]
 };
 
-void expect_rows(const model::Robot& r, model::Convention convention, const std::vector<Row>& rows) {
+void expect_rows(const model::Robot& r, model::Convention convention,
+                 const std::vector<Row>& rows) {
   EXPECT_EQ(r.convention, convention);
   ASSERT_EQ(r.links.size(), rows.size());
   for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -112,21 +114,37 @@ void expect_rows(const model::Robot& r, model::Convention convention, const std:
 TEST(Library, Puma560HasThePublishedRowsOfStandardDh) {
   Workbench bench;
   expect_rows(robot(bench, "puma560"), model::Convention::dh,
-              {{0, 90, 0}, {0.4318, 0, 0}, {0.0203, -90, 0.15005}, {0, 90, 0.4318}, {0, -90, 0}, {0, 0, 0}});
+              {{0, 90, 0},
+               {0.4318, 0, 0},
+               {0.0203, -90, 0.15005},
+               {0, 90, 0.4318},
+               {0, -90, 0},
+               {0, 0, 0}});
 }
 
 // Armstrong, Khatib and Burdick, ICRA 1986.
 TEST(Library, Puma560MdhHasThePublishedRowsOfModifiedDh) {
   Workbench bench;
   expect_rows(robot(bench, "puma560_mdh"), model::Convention::mdh,
-              {{0, 0, 0}, {0, -90, 0.2435}, {0.4318, 0, -0.0934}, {-0.0203, 90, 0.4331}, {0, -90, 0}, {0, 90, 0}});
+              {{0, 0, 0},
+               {0, -90, 0.2435},
+               {0.4318, 0, -0.0934},
+               {-0.0203, 90, 0.4331},
+               {0, -90, 0},
+               {0, 90, 0}});
 }
 
 // PA-10 manual: 317, 450, 480 and 70 mm.
 TEST(Library, Pa10HasTheLengthsOfItsManual) {
   Workbench bench;
   expect_rows(robot(bench, "pa10"), model::Convention::mdh,
-              {{0, 0, 0.317}, {0, -90, 0}, {0, 90, 0.45}, {0, -90, 0}, {0, 90, 0.48}, {0, -90, 0}, {0, 90, 0.07}});
+              {{0, 0, 0.317},
+               {0, -90, 0},
+               {0, 90, 0.45},
+               {0, -90, 0},
+               {0, 90, 0.48},
+               {0, -90, 0},
+               {0, 90, 0.07}});
 }
 
 TEST(Library, RobotsHaveFiniteModelsPosesOfTheirSizeAndPositiveMasses) {
@@ -146,8 +164,8 @@ TEST(Library, RobotsHaveFiniteModelsPosesOfTheirSizeAndPositiveMasses) {
       const MassProperties& m = *l.given;
       const bool is_inertia_only = m.mass == 0 && m.inertia.xx + m.inertia.yy + m.inertia.zz > 0;
       EXPECT_TRUE(m.mass > 0 || is_inertia_only) << file << " " << l.name;
-      for (const double v : {m.mass, m.com[0], m.com[1], m.com[2], m.inertia.xx, m.inertia.yy, m.inertia.zz,
-                             m.inertia.xy, m.inertia.yz, m.inertia.xz})
+      for (const double v : {m.mass, m.com[0], m.com[1], m.com[2], m.inertia.xx, m.inertia.yy,
+                             m.inertia.zz, m.inertia.xy, m.inertia.yz, m.inertia.xz})
         EXPECT_TRUE(std::isfinite(v)) << file << " " << l.name;
     }
     for (const auto& pose : r.poses) {
@@ -157,7 +175,9 @@ TEST(Library, RobotsHaveFiniteModelsPosesOfTheirSizeAndPositiveMasses) {
         EXPECT_LE(pose.q[i], r.links[i].upper) << file << " " << pose.name << " " << i;
       }
     }
-    EXPECT_TRUE(std::any_of(r.poses.begin(), r.poses.end(), [](const auto& p) { return p.name == "home"; })) << file;
+    EXPECT_TRUE(std::any_of(r.poses.begin(), r.poses.end(), [](const auto& p) {
+      return p.name == "home";
+    })) << file;
     const auto built = bench.derived.robot_model(*snapshot, id, {0, 0, -9.81}, progress);
     ASSERT_TRUE(built.ok()) << built.error().sentence();
     EXPECT_EQ((*built)->dof(), r.links.size()) << file;
@@ -202,22 +222,26 @@ TEST(Library, DesignedLinksWeighWhatWasPublishedWithinAQuarter) {
 /// The bodies of a robot, one list a link with the base first, placed for joint values q.
 class PlacedBodies {
  public:
-  PlacedBodies(Workbench& bench, RobotId id) : bench_(bench), snapshot_(bench.document.now()), robot_(*snapshot_->get(id)) {
+  PlacedBodies(Workbench& bench, RobotId id)
+      : bench_(bench), snapshot_(bench.document.now()), robot_(*snapshot_->get(id)) {
     engine_ = unwrap(bench.registry.create<CsgEngine>(""));
   }
   std::vector<std::vector<PlacedShape>> at(const std::vector<double>& q) {
     std::vector<std::vector<PlacedShape>> bodies(1);
     const Pose base = model::pose(robot_.base);
-    for (const auto& part : robot_.base_parts) add(bodies[0], part.what, spatial::compose(base, model::pose(part.placement)));
+    for (const auto& part : robot_.base_parts)
+      add(bodies[0], part.what, spatial::compose(base, model::pose(part.placement)));
     Pose frame = base;
     for (std::size_t i = 0; i < robot_.links.size(); ++i) {
       const model::Link& l = robot_.links[i];
       const bool is_standard = robot_.convention == model::Convention::dh;
       const double theta = l.row.theta + q[i];
-      frame = spatial::compose(frame, is_standard ? spatial::dh_pose(l.row.a, l.row.alpha, l.row.d, theta)
-                                                  : spatial::mdh_pose(l.row.a, l.row.alpha, l.row.d, theta));
+      frame = spatial::compose(
+          frame, is_standard ? spatial::dh_pose(l.row.a, l.row.alpha, l.row.d, theta)
+                             : spatial::mdh_pose(l.row.a, l.row.alpha, l.row.d, theta));
       bodies.emplace_back();
-      for (const auto& part : l.parts) add(bodies.back(), part.what, spatial::compose(frame, model::pose(part.placement)));
+      for (const auto& part : l.parts)
+        add(bodies.back(), part.what, spatial::compose(frame, model::pose(part.placement)));
     }
     return bodies;
   }
@@ -272,12 +296,14 @@ class Pa10Bodies : public testing::TestWithParam<const char*> {};
 
 TEST_P(Pa10Bodies, NeighboursMeetWithoutAGap) {
   Workbench bench;
-  PlacedBodies placed(bench, RobotId{bench.load(std::string("robots/") + GetParam() + ".rbt").number});
+  PlacedBodies placed(bench,
+                      RobotId{bench.load(std::string("robots/") + GetParam() + ".rbt").number});
   const auto bodies = placed.at(std::vector<double>(7, 0.0));  // the arm points straight up
   ASSERT_EQ(bodies.size(), 8U);
   EXPECT_NEAR(PlacedBodies::heights(bodies[0])[0], 0, 1e-6);
   for (std::size_t i = 0; i + 1 < bodies.size(); ++i) {
-    const double top = PlacedBodies::heights(bodies[i])[1], bottom = PlacedBodies::heights(bodies[i + 1])[0];
+    const double top = PlacedBodies::heights(bodies[i])[1],
+                 bottom = PlacedBodies::heights(bodies[i + 1])[0];
     // Joints that roll: face on face. Joints that pivot: the fork reaches around the drum.
     if (i % 2 == 0 && i < 6) {
       EXPECT_NEAR(top, bottom, 1e-6) << i;
@@ -295,7 +321,8 @@ class DesignedBodies : public testing::TestWithParam<const char*> {};
 TEST_P(DesignedBodies, DoNotPenetrateTheirNeighboursFromLimitToLimit) {
   Workbench bench;
   const model::Robot r = robot(bench, GetParam());
-  PlacedBodies placed(bench, RobotId{bench.load(std::string("robots/") + GetParam() + ".rbt").number});
+  PlacedBodies placed(bench,
+                      RobotId{bench.load(std::string("robots/") + GetParam() + ".rbt").number});
   std::vector<std::vector<double>> poses(3);
   for (const model::Link& l : r.links) {
     poses[0].push_back(l.lower);
@@ -306,11 +333,13 @@ TEST_P(DesignedBodies, DoNotPenetrateTheirNeighboursFromLimitToLimit) {
     const auto bodies = placed.at(poses[k]);
     for (std::size_t i = 0; i < bodies.size(); ++i)
       for (std::size_t j = i + 1; j < std::min(i + 3, bodies.size()); ++j)
-        EXPECT_LT(placed.shared(bodies[i], bodies[j]), 1e-9) << "bodies " << i << " and " << j << ", pose " << k;
+        EXPECT_LT(placed.shared(bodies[i], bodies[j]), 1e-9)
+            << "bodies " << i << " and " << j << ", pose " << k;
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(OfTheLibrary, DesignedBodies, testing::Values("pa10", "pa10_nus", "puma560"),
+INSTANTIATE_TEST_SUITE_P(OfTheLibrary, DesignedBodies,
+                         testing::Values("pa10", "pa10_nus", "puma560"),
                          [](const auto& p) { return std::string(p.param); });
 
 TEST(Library, TheCircleWorldStartsAtTheFirstPointOfTheCircle) {
@@ -323,12 +352,15 @@ TEST(Library, TheCircleWorldStartsAtTheFirstPointOfTheCircle) {
   ASSERT_EQ(world.trajectories.size(), 1U);
   const auto& trajectory = *snapshot->get(world.trajectories[0].trajectory);
   ASSERT_EQ(trajectory.segments.size(), 1U);
-  const Pose start = spatial::compose(model::pose(world.trajectories[0].placement), model::pose(trajectory.segments[0].points[0]));
-  const auto built = unwrap(bench.derived.robot_model(*snapshot, world.robots[0].robot, world.gravity, progress));
+  const Pose start = spatial::compose(model::pose(world.trajectories[0].placement),
+                                      model::pose(trajectory.segments[0].points[0]));
+  const auto built =
+      unwrap(bench.derived.robot_model(*snapshot, world.robots[0].robot, world.gravity, progress));
   ASSERT_NE(built, nullptr);
   std::vector<Pose> frames(built->dof());
   robotics::forward_kinematics(*built, world.robots[0].q, frames);
-  const Pose tip = spatial::compose(model::pose(world.robots[0].placement), robotics::tip_pose(*built, 0, frames));
+  const Pose tip = spatial::compose(model::pose(world.robots[0].placement),
+                                    robotics::tip_pose(*built, 0, frames));
   for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(tip.p[k], start.p[k], 1e-6);
   for (std::size_t k = 0; k < 9; ++k) EXPECT_NEAR(tip.R[k], start.R[k], 1e-6);
 }

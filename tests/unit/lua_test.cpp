@@ -20,8 +20,9 @@ namespace {
 class Lua : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
-    auto made = ioci::Application::create({.plugin_path = {ROBOMOSP_PLUGIN_DIR},
-                                           .library = {std::filesystem::path(ROBOMOSP_SOURCE_DIR) / "scripts/library"}});
+    auto made = ioci::Application::create(
+        {.plugin_path = {ROBOMOSP_PLUGIN_DIR},
+         .library = {std::filesystem::path(ROBOMOSP_SOURCE_DIR) / "scripts/library"}});
     ASSERT_TRUE(made.ok()) << made.error().sentence();
     app_ = std::move(*made).release();
   }
@@ -38,7 +39,8 @@ class Lua : public ::testing::Test {
   static ioci::Application& app() { return *app_; }
   std::string eval(std::string_view code) {
     auto r = state_->eval(code);
-    return r.ok() ? *r : "ERROR " + std::string(to_string(r.error().code)) + ": " + r.error().sentence();
+    return r.ok() ? *r
+                  : "ERROR " + std::string(to_string(r.error().code)) + ": " + r.error().sentence();
   }
   /// Interrupts the session from another thread after some ms, as a signal would.
   Result<std::string> eval_interrupted(std::string_view code, int ms = 50) {
@@ -77,7 +79,8 @@ class Lua : public ::testing::Test {
 ioci::Application* Lua::app_ = nullptr;
 
 TEST_F(Lua, ValuesKeepTheirTypeThroughBothConversions) {
-  const auto values = state_->eval_values("true, 7, 0.5, 'text', {1, 2.5, 'x'}, {a = {b = 1}}, array{{1, 2}, {3, 4}}, nil");
+  const auto values = state_->eval_values(
+      "true, 7, 0.5, 'text', {1, 2.5, 'x'}, {a = {b = 1}}, array{{1, 2}, {3, 4}}, nil");
   ASSERT_TRUE(values.ok()) << values.error().sentence();
   EXPECT_EQ((*values)[0], Value(true));
   EXPECT_EQ((*values)[1], Value(7));
@@ -90,15 +93,19 @@ TEST_F(Lua, ValuesKeepTheirTypeThroughBothConversions) {
 }
 
 TEST_F(Lua, MixedSparseCyclicAndForeignValuesAreRefusedInWords) {
-  EXPECT_NE(eval("material.create{name = {1, a = 2}}").find("mixes named and numbered"), std::string::npos);
+  EXPECT_NE(eval("material.create{name = {1, a = 2}}").find("mixes named and numbered"),
+            std::string::npos);
   EXPECT_NE(eval("material.create{name = {1, nil, 3}}").find("holes"), std::string::npos);
-  EXPECT_NE(eval("local t = {} t.t = t return material.create{name = t}").find("contains itself"), std::string::npos);
-  EXPECT_NE(eval("material.create{name = print}").find("a function cannot be given"), std::string::npos);
+  EXPECT_NE(eval("local t = {} t.t = t return material.create{name = t}").find("contains itself"),
+            std::string::npos);
+  EXPECT_NE(eval("material.create{name = print}").find("a function cannot be given"),
+            std::string::npos);
 }
 
 TEST_F(Lua, HandlesAreEqualByIdHaveMethodsAndGoStale) {
   ASSERT_TRUE(state_->run_string("m = material.create{name = 'steel', density = 7850}", "t").ok());
-  EXPECT_EQ(eval("m == material 'steel', m.name, m.kind, m:describe().density, m.exists"), "true\nsteel\nmaterial\n7850\ntrue");
+  EXPECT_EQ(eval("m == material 'steel', m.name, m.kind, m:describe().density, m.exists"),
+            "true\nsteel\nmaterial\n7850\ntrue");
   EXPECT_NE(eval("m:descrbe()").find("Did you mean \"describe\"?"), std::string::npos);
   EXPECT_NE(eval("m.describe()").find("with a colon"), std::string::npos);
   ASSERT_TRUE(app().document.undo().ok());
@@ -107,30 +114,41 @@ TEST_F(Lua, HandlesAreEqualByIdHaveMethodsAndGoStale) {
 }
 
 TEST_F(Lua, ArraysAreImmutableVectorsAndMatricesWithUnits) {
-  EXPECT_EQ(eval("local a = array({1, 2, 3}, 'm') return #a, a[2], a[4], a + a, -a, 2 * a, a / 2, a:unit(), a == array{1, 2, 3}"),
+  EXPECT_EQ(eval("local a = array({1, 2, 3}, 'm') return #a, a[2], a[4], a + a, -a, 2 * a, a / 2, "
+                 "a:unit(), a == array{1, 2, 3}"),
             "3\n2\nnil\n{2, 4, 6} m\n{-1, -2, -3} m\n{2, 4, 6} m\n{0.5, 1, 1.5} m\nm\ntrue");
-  EXPECT_EQ(eval("local m = array{{1, 2}, {3, 4}} return m[2][1], m(2, 2), m * array{1, 1}, m:table()[1][2]"), "3\n4\n{3, 7}\n2");
+  EXPECT_EQ(eval("local m = array{{1, 2}, {3, 4}} return m[2][1], m(2, 2), m * array{1, 1}, "
+                 "m:table()[1][2]"),
+            "3\n4\n{3, 7}\n2");
   EXPECT_NE(eval("array({1}, 'm') + array({1}, 'rad')").find("in m and in rad"), std::string::npos);
   EXPECT_NE(eval("array{1}[1] = 2").find("ERROR"), std::string::npos);
   EXPECT_NE(eval("local a = array{1} a[1] = 2").find("cannot be changed"), std::string::npos);
 }
 
 TEST_F(Lua, ErrorsAreTablesWithASentence) {
-  EXPECT_EQ(eval("local ok, e = pcall(robot.get, {name = 'nobody'}) return ok, e.code, tostring(e):find('nobody', 1, true) ~= nil"), "false\nunknown_name\ntrue");
+  EXPECT_EQ(eval("local ok, e = pcall(robot.get, {name = 'nobody'}) return ok, e.code, "
+                 "tostring(e):find('nobody', 1, true) ~= nil"),
+            "false\nunknown_name\ntrue");
   EXPECT_EQ(eval("error{code = 'unreachable', message = 'too far'}").find("ERROR unreachable"), 0U);
 }
 
 TEST_F(Lua, AnErrorInATransactionRollsAllOfItBack) {
-  EXPECT_NE(eval("ioci.transaction('t', function() material.create{name = 'a', density = 1} error('stop') end)").find("stop"), std::string::npos);
+  EXPECT_NE(eval("ioci.transaction('t', function() material.create{name = 'a', density = 1} "
+                 "error('stop') end)")
+                .find("stop"),
+            std::string::npos);
   EXPECT_EQ(eval("#material.list()"), "0");
-  EXPECT_EQ(eval("ioci.transaction('t', function() material.create{name = 'a', density = 1} material.create{name = 'b', density = 1} return 5 end)"), "5");
+  EXPECT_EQ(eval("ioci.transaction('t', function() material.create{name = 'a', density = 1} "
+                 "material.create{name = 'b', density = 1} return 5 end)"),
+            "5");
   ASSERT_TRUE(app().document.undo().ok());
   EXPECT_EQ(eval("#material.list()"), "0");
 }
 
 TEST_F(Lua, MemoryIsLimitedForTablesStringsAndArraysAndIsFreeAgainAfterwards) {
-  for (const char* code : {"local t = {} for i = 1, 1e9 do t[i] = {i} end", "local s = string.rep('x', 1 << 30)",
-                           "local t, n = {}, {} for i = 1, 1e5 do n[i] = i end for i = 1, 1e6 do t[i] = array(n) end"})
+  for (const char* code :
+       {"local t = {} for i = 1, 1e9 do t[i] = {i} end", "local s = string.rep('x', 1 << 30)",
+        "local t, n = {}, {} for i = 1, 1e5 do n[i] = i end for i = 1, 1e6 do t[i] = array(n) end"})
     EXPECT_NE(eval(code).find("memory"), std::string::npos) << code;
   EXPECT_EQ(eval("1 + 1"), "2");
   EXPECT_EQ(eval("collectgarbage() return 1"), "1");
@@ -138,10 +156,14 @@ TEST_F(Lua, MemoryIsLimitedForTablesStringsAndArraysAndIsFreeAgainAfterwards) {
 }
 
 TEST_F(Lua, CtrlCEndsLoopsThatPcallXpcallAndCoroutinesTryToSave) {
-  for (const char* code : {"while true do end", "while true do pcall(function() while true do end end) end",
-                           "pcall(function() while true do pcall(function() while true do end end) end end) while true do end",
-                           "xpcall(function() while true do end end, function() while true do end end) while true do end",
-                           "while true do coroutine.wrap(function() pcall(function() while true do end end) end)() end"}) {
+  for (const char* code :
+       {"while true do end", "while true do pcall(function() while true do end end) end",
+        "pcall(function() while true do pcall(function() while true do end end) end end) while "
+        "true do end",
+        "xpcall(function() while true do end end, function() while true do end end) while true do "
+        "end",
+        "while true do coroutine.wrap(function() pcall(function() while true do end end) end)() "
+        "end"}) {
     const auto start = std::chrono::steady_clock::now();
     const auto r = eval_interrupted(code);
     ASSERT_FALSE(r.ok()) << code;
@@ -154,12 +176,15 @@ TEST_F(Lua, CtrlCEndsLoopsThatPcallXpcallAndCoroutinesTryToSave) {
 TEST_F(Lua, EndlessRecursionIsAnErrorNotACrash) {
   // The stack's own limit or the memory budget, whichever is met first.
   EXPECT_EQ(eval("local function f() return 1 + f() end f()").find("ERROR script_failed"), 0U);
-  EXPECT_NE(eval("local s = string.rep('(', 100000) return load('return ' .. s)").find("nil"), std::string::npos);
+  EXPECT_NE(eval("local s = string.rep('(', 100000) return load('return ' .. s)").find("nil"),
+            std::string::npos);
 }
 
 TEST_F(Lua, IncompleteInputIsToldApartFromWrongInput) {
-  for (const char* s : {"for i = 1, 2 do", "x = {", "f(", "=1 +", "local s = [[a", "function f()"}) EXPECT_TRUE(state_->is_incomplete(s)) << s;
-  for (const char* s : {"x = 1", "1 + 1", "x = )", "=x", "for for", "", "robot?"}) EXPECT_FALSE(state_->is_incomplete(s)) << s;
+  for (const char* s : {"for i = 1, 2 do", "x = {", "f(", "=1 +", "local s = [[a", "function f()"})
+    EXPECT_TRUE(state_->is_incomplete(s)) << s;
+  for (const char* s : {"x = 1", "1 + 1", "x = )", "=x", "for for", "", "robot?"})
+    EXPECT_FALSE(state_->is_incomplete(s)) << s;
 }
 
 TEST_F(Lua, CompletionKnowsGlobalsCommandsParametersRecordsAndMethods) {
@@ -167,7 +192,8 @@ TEST_F(Lua, CompletionKnowsGlobalsCommandsParametersRecordsAndMethods) {
     const auto words = state_->complete(text, text.size()).words;
     return std::find(words.begin(), words.end(), word) != words.end();
   };
-  ASSERT_TRUE(state_->run_string("m = material.create{name = 'titanium', density = 4500}", "t").ok());
+  ASSERT_TRUE(
+      state_->run_string("m = material.create{name = 'titanium', density = 4500}", "t").ok());
   EXPECT_TRUE(offers("mater", "material"));
   EXPECT_TRUE(offers("material.cre", "create"));
   EXPECT_TRUE(offers("material.create{ den", "density = "));
@@ -179,11 +205,17 @@ TEST_F(Lua, CompletionKnowsGlobalsCommandsParametersRecordsAndMethods) {
 }
 
 TEST_F(Lua, AFunctionMaySolveInverseKinematicsAndIsJudgedByForwardKinematics) {
-  ASSERT_TRUE(state_->run_string("ioci.provide('robomosp.ik/1', 'mine', function(model, target, seed, tolerance)\n"
-                                 "  assert(model.dof == 1 and model.joints[1].upper == 3 and #seed == 1 and tolerance.position > 0)\n"
-                                 "  if target(1, 4) < -0.99 then return nil, 'out_of_reach' end\n"
-                                 "  if lie then return {0} end\n"
-                                 "  return {math.atan(target(2, 4), target(1, 4))} end)", "ik.lua").ok());
+  ASSERT_TRUE(
+      state_
+          ->run_string(
+              "ioci.provide('robomosp.ik/1', 'mine', function(model, target, seed, tolerance)\n"
+              "  assert(model.dof == 1 and model.joints[1].upper == 3 and #seed == 1 and "
+              "tolerance.position > 0)\n"
+              "  if target(1, 4) < -0.99 then return nil, 'out_of_reach' end\n"
+              "  if lie then return {0} end\n"
+              "  return {math.atan(target(2, 4), target(1, 4))} end)",
+              "ik.lua")
+          .ok());
   const RobotModel model = pendulum();
   auto ik = app().registry.create<IkSolver>("mine");
   ASSERT_TRUE(ik.ok()) << ik.error().sentence();
@@ -224,11 +256,16 @@ TEST_F(Lua, AProvidersFaultNamesTheProviderAndTheScriptLine) {
   IkBatch batch;
   batch.targets = targets;
   const auto fault = [&](const std::string& body) {
-    EXPECT_TRUE(state_->run_string("ioci.provide('robomosp.ik/1', 'bad', function()\n" + body + " end)", "bad.lua").ok());
+    EXPECT_TRUE(
+        state_
+            ->run_string("ioci.provide('robomosp.ik/1', 'bad', function()\n" + body + " end)",
+                         "bad.lua")
+            .ok());
     auto ik = app().registry.create<IkSolver>("bad");
     EXPECT_TRUE((*ik)->prepare(model, *make_params({})).ok());
     const auto r = (*ik)->solve(batch, results, progress);
-    return r.ok() ? std::string() : std::string(to_string(r.error().code)) + " " + r.error().sentence();
+    return r.ok() ? std::string()
+                  : std::string(to_string(r.error().code)) + " " + r.error().sentence();
   };
   const std::string raised = fault("error('no idea')");
   EXPECT_EQ(raised.find("plugin_failed"), 0U) << raised;
@@ -241,8 +278,13 @@ TEST_F(Lua, AProvidersFaultNamesTheProviderAndTheScriptLine) {
 
 TEST_F(Lua, DynamicsOfAScriptSplitIntoTermsAndInertia) {
   // tau = 2 qdd + 3 qd^2 + 5 cos q, the coefficients chosen to tell the terms apart.
-  ASSERT_TRUE(state_->run_string("ioci.provide('robomosp.inverse_dynamics/1', 'toy', function(model, q, qd, qdd)\n"
-                                 "  return {2 * qdd[1] + 3 * qd[1] ^ 2 + 5 * math.cos(q[1])} end)", "t").ok());
+  ASSERT_TRUE(
+      state_
+          ->run_string(
+              "ioci.provide('robomosp.inverse_dynamics/1', 'toy', function(model, q, qd, qdd)\n"
+              "  return {2 * qdd[1] + 3 * qd[1] ^ 2 + 5 * math.cos(q[1])} end)",
+              "t")
+          .ok());
   const RobotModel model = pendulum();
   auto id = app().registry.create<InverseDynamics>("toy");
   ASSERT_TRUE(id.ok() && (*id)->prepare(model, *make_params({})).ok());
@@ -270,8 +312,12 @@ TEST_F(Lua, DynamicsOfAScriptSplitIntoTermsAndInertia) {
 }
 
 TEST_F(Lua, ASegmentOfAScriptIsSmoothAndMayBeSampledOnAnyThread) {
-  ASSERT_TRUE(state_->run_string("ioci.provide('robomosp.segment/1', 'wave', {duration = 2, sample = function(points, params, t)\n"
-                                 "  return pose(math.sin(t), 0, 0, rpy(0, 0, 0.5 * t)) end})", "t").ok());
+  ASSERT_TRUE(state_
+                  ->run_string("ioci.provide('robomosp.segment/1', 'wave', {duration = 2, sample = "
+                               "function(points, params, t)\n"
+                               "  return pose(math.sin(t), 0, 0, rpy(0, 0, 0.5 * t)) end})",
+                               "t")
+                  .ok());
   auto maker = app().registry.create<SegmentMaker>("wave");
   ASSERT_TRUE(maker.ok());
   auto segment = (*maker)->make({}, *make_params({}));

@@ -12,7 +12,9 @@ namespace robomosp::shell {
 namespace {
 
 TEST(Json, ValuesReadBackToTheSameBits) {
-  const Value v = Map{{"b", true}, {"i", std::int64_t{9007199254740993}}, {"r", 0.1 + 0.2}, {"s", "\xC3\xA9\n\""}, {"n", nullptr}, {"l", List{1, 2.5, Map{}}}};
+  const Value v = Map{{"b", true},      {"i", std::int64_t{9007199254740993}},
+                      {"r", 0.1 + 0.2}, {"s", "\xC3\xA9\n\""},
+                      {"n", nullptr},   {"l", List{1, 2.5, Map{}}}};
   const auto back = from_json(to_json(v));
   ASSERT_TRUE(back.ok()) << back.error().sentence();
   EXPECT_EQ(*back, v);
@@ -20,14 +22,17 @@ TEST(Json, ValuesReadBackToTheSameBits) {
 
 TEST(Json, HandlesKeepKindNumberAndName) {
   const Value h = Handle{"robot", 17};
-  EXPECT_EQ(to_json(h, [](const Handle&) { return std::string("pa10"); }), R"({"$handle":{"kind":"robot","number":17,"name":"pa10"}})");
+  EXPECT_EQ(to_json(h, [](const Handle&) { return std::string("pa10"); }),
+            R"({"$handle":{"kind":"robot","number":17,"name":"pa10"}})");
   const auto back = from_json(to_json(h));
   ASSERT_TRUE(back.ok());
   EXPECT_EQ(*back, h);
 }
 
 TEST(Json, NumbersThatJsonCannotHoldAreStrings) {
-  EXPECT_EQ(to_json(List{std::nan(""), std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()}), R"(["nan","inf","-inf"])");
+  EXPECT_EQ(to_json(List{std::nan(""), std::numeric_limits<double>::infinity(),
+                         -std::numeric_limits<double>::infinity()}),
+            R"(["nan","inf","-inf"])");
   EXPECT_EQ(to_json(NumericArray({1, 2, 3, 4}, 2, 2)), "[[1.0,2.0],[3.0,4.0]]");
 }
 

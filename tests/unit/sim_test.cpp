@@ -67,7 +67,9 @@ class Pa10Circle : public ::testing::TestWithParam<const char*> {
   sim::RecordingPtr run(double sample_time = 0) {
     const auto snapshot = bench.document.now();
     const sim::Simulator simulator{bench.registry, bench.derived, *snapshot};
-    auto r = simulator.inverse_dynamics({.world = world, .robot = "arm", .trajectory = "circle", .sample_time = sample_time}, progress);
+    auto r = simulator.inverse_dynamics(
+        {.world = world, .robot = "arm", .trajectory = "circle", .sample_time = sample_time},
+        progress);
     EXPECT_TRUE(r.ok()) << (r.ok() ? "" : r.error().sentence());
     return r.ok() ? *r : nullptr;
   }
@@ -80,7 +82,8 @@ TEST_P(Pa10Circle, TheTipStaysOnTheCircleWithinLimits) {
   EXPECT_NEAR(r->find("time")->values.back(), 20 * M_PI, 1e-9);  // 2 pi 0.1 m / 0.01 m/s
   const auto snapshot = bench.document.now();
   const auto* w = snapshot->get(world);
-  const auto model = unwrap(bench.derived.robot_model(*snapshot, w->robots.front().robot, {0, 0, -9.81}, progress));
+  const auto model = unwrap(
+      bench.derived.robot_model(*snapshot, w->robots.front().robot, {0, 0, -9.81}, progress));
   std::vector<Pose> frames(model->dof());
   for (std::size_t i = 0; i < r->rows(); ++i) {
     const auto q = row(*r, "q", i);
@@ -107,17 +110,20 @@ TEST_P(Pa10Circle, JointVelocitiesAreContinuousAndMoveTheTipAtTheProgrammedSpeed
   const auto& t = r->find("time")->values;
   for (std::size_t i = 1; i < r->rows(); ++i) {
     const double dt = t[i] - t[i - 1];
-    const auto a = row(*r, "qd", i - 1), b = row(*r, "qd", i), aa = row(*r, "qdd", i - 1), bb = row(*r, "qdd", i);
+    const auto a = row(*r, "qd", i - 1), b = row(*r, "qd", i), aa = row(*r, "qdd", i - 1),
+               bb = row(*r, "qdd", i);
     for (std::size_t j = 0; j < r->dof; ++j) {
       // What the accelerations explain, and no jump on top of it.
-      EXPECT_NEAR(b[j] - a[j], 0.5 * dt * (aa[j] + bb[j]), 2e-5) << "joint " << j + 1 << " at " << t[i];
+      EXPECT_NEAR(b[j] - a[j], 0.5 * dt * (aa[j] + bb[j]), 2e-5)
+          << "joint " << j + 1 << " at " << t[i];
       EXPECT_LT(std::fabs(b[j] - a[j]), 2e-3);
     }
   }
   // Tip speed from the recorded positions.
   const auto &x = r->find("x")->values, &y = r->find("y")->values;
   for (std::size_t i = 1; i + 2 < r->rows(); ++i)
-    EXPECT_NEAR(std::hypot(x[i + 1] - x[i - 1], y[i + 1] - y[i - 1]) / (t[i + 1] - t[i - 1]), 0.01, 1e-6);
+    EXPECT_NEAR(std::hypot(x[i + 1] - x[i - 1], y[i + 1] - y[i - 1]) / (t[i + 1] - t[i - 1]), 0.01,
+                1e-6);
 }
 
 TEST_P(Pa10Circle, RatesAreThoseOfTheRecordedPositions) {
@@ -125,8 +131,8 @@ TEST_P(Pa10Circle, RatesAreThoseOfTheRecordedPositions) {
   ASSERT_TRUE(r);
   const auto& t = r->find("time")->values;
   for (std::size_t i = 2; i + 3 < r->rows(); i += 7) {
-    const auto before = row(*r, "q", i - 1), at = row(*r, "q", i), after = row(*r, "q", i + 1), qd = row(*r, "qd", i),
-               qdd = row(*r, "qdd", i);
+    const auto before = row(*r, "q", i - 1), at = row(*r, "q", i), after = row(*r, "q", i + 1),
+               qd = row(*r, "qd", i), qdd = row(*r, "qdd", i);
     const double h = t[i + 1] - t[i];
     for (std::size_t j = 0; j < r->dof; ++j) {
       EXPECT_NEAR((after[j] - before[j]) / (2 * h), qd[j], 1e-5);
@@ -140,10 +146,12 @@ TEST_P(Pa10Circle, TorquesEqualAnIndependentEvaluation) {
   ASSERT_TRUE(r);
   const auto snapshot = bench.document.now();
   const auto* w = snapshot->get(world);
-  const auto model = unwrap(bench.derived.robot_model(*snapshot, w->robots.front().robot, {0, 0, -9.81}, progress));
+  const auto model = unwrap(
+      bench.derived.robot_model(*snapshot, w->robots.front().robot, {0, 0, -9.81}, progress));
   double greatest = 0;
   for (std::size_t i = 0; i < r->rows(); i += 5) {
-    const auto reference = test::reference_torques(*model, row(*r, "q", i), row(*r, "qd", i), row(*r, "qdd", i));
+    const auto reference =
+        test::reference_torques(*model, row(*r, "q", i), row(*r, "qd", i), row(*r, "qdd", i));
     const auto tau = row(*r, "tau", i);
     for (std::size_t j = 0; j < r->dof; ++j) {
       EXPECT_NEAR(tau[j], reference[j], 1e-10 * std::max(1.0, std::fabs(reference[j])));
@@ -157,8 +165,9 @@ TEST_P(Pa10Circle, PartsOfTheTorqueSumToTheWhole) {
   const auto r = run(1.0);
   ASSERT_TRUE(r);
   for (std::size_t i = 0; i < r->rows(); ++i) {
-    const auto all = row(*r, "tau", i), g = row(*r, "tau_gravity", i), m = row(*r, "tau_inertial", i),
-               v = row(*r, "tau_velocity", i), f = row(*r, "tau_friction", i);
+    const auto all = row(*r, "tau", i), g = row(*r, "tau_gravity", i),
+               m = row(*r, "tau_inertial", i), v = row(*r, "tau_velocity", i),
+               f = row(*r, "tau_friction", i);
     for (std::size_t j = 0; j < r->dof; ++j) EXPECT_NEAR(all[j], g[j] + m[j] + v[j] + f[j], 1e-9);
   }
 }
@@ -209,9 +218,14 @@ TEST_P(BadProvider, IsNamedInOneSentenceAndItsAnswerIsNotUsed) {
   info.interface_id = IkSolver::kInterfaceId;
   info.name = "bad";
   const auto fault = GetParam().fault;
-  ASSERT_TRUE(bench.registry.add(info, [fault]() -> Result<void*> { return static_cast<IkSolver*>(new BadIk(fault)); }).ok());
+  ASSERT_TRUE(
+      bench.registry
+          .add(info,
+               [fault]() -> Result<void*> { return static_cast<IkSolver*>(new BadIk(fault)); })
+          .ok());
   const auto snapshot = bench.document.now();
-  const auto model = unwrap(bench.derived.robot_model(*snapshot, RobotId{robot.number}, {0, 0, -9.81}, progress));
+  const auto model =
+      unwrap(bench.derived.robot_model(*snapshot, RobotId{robot.number}, {0, 0, -9.81}, progress));
   model::ProviderChoice choice;
   choice.name = "bad";
   const auto ik = unwrap(sim::bind_ik(bench.registry, model, choice));
@@ -227,18 +241,23 @@ TEST_P(BadProvider, IsNamedInOneSentenceAndItsAnswerIsNotUsed) {
   const auto result = sim::solve_ik(ik, batch, progress);
   ASSERT_FALSE(result.ok());
   EXPECT_EQ(result.error().code, ErrorCode::plugin_failed);
-  EXPECT_EQ(result.error().sentence().find("robot \"pa10\": provider \"bad\" "), 0U) << result.error().sentence();
-  EXPECT_NE(result.error().sentence().find(GetParam().says), std::string::npos) << result.error().sentence();
+  EXPECT_EQ(result.error().sentence().find("robot \"pa10\": provider \"bad\" "), 0U)
+      << result.error().sentence();
+  EXPECT_NE(result.error().sentence().find(GetParam().says), std::string::npos)
+      << result.error().sentence();
 }
 
-INSTANTIATE_TEST_SUITE_P(Ik, BadProvider,
-                         ::testing::Values(BadCase{BadIk::Fault::throws, "Throws", "threw: no memory for matrices"},
-                                           BadCase{BadIk::Fault::throws_int, "ThrowsAnInt", "threw an unknown exception"},
-                                           BadCase{BadIk::Fault::nan, "Nan", "a joint value that is not a number"},
-                                           BadCase{BadIk::Fault::wrong_length, "WrongLength", "returned 6 joint values for a robot with 7 joints"},
-                                           BadCase{BadIk::Fault::misses, "Misses", "claimed a solution that misses the target by"},
-                                           BadCase{BadIk::Fault::outside, "OutsideLimits", "outside the limits of joint 2"}),
-                         [](const auto& param) { return std::string(param.param.name); });
+INSTANTIATE_TEST_SUITE_P(
+    Ik, BadProvider,
+    ::testing::Values(
+        BadCase{BadIk::Fault::throws, "Throws", "threw: no memory for matrices"},
+        BadCase{BadIk::Fault::throws_int, "ThrowsAnInt", "threw an unknown exception"},
+        BadCase{BadIk::Fault::nan, "Nan", "a joint value that is not a number"},
+        BadCase{BadIk::Fault::wrong_length, "WrongLength",
+                "returned 6 joint values for a robot with 7 joints"},
+        BadCase{BadIk::Fault::misses, "Misses", "claimed a solution that misses the target by"},
+        BadCase{BadIk::Fault::outside, "OutsideLimits", "outside the limits of joint 2"}),
+    [](const auto& param) { return std::string(param.param.name); });
 
 /// Inverse dynamics that forgets to fill in a value.
 class LazyDynamics final : public InverseDynamics {
@@ -249,7 +268,9 @@ class LazyDynamics final : public InverseDynamics {
     std::fill(tau.begin(), tau.end() - 1, 0.0);
     return {};
   }
-  Result<void> inertia(const DynamicsBatch&, std::span<double>, Progress&) const override { return {}; }
+  Result<void> inertia(const DynamicsBatch&, std::span<double>, Progress&) const override {
+    return {};
+  }
 };
 
 TEST(BadProviders, TorquesThatWereNotComputedAreNotTakenForZero) {
@@ -259,8 +280,13 @@ TEST(BadProviders, TorquesThatWereNotComputedAreNotTakenForZero) {
   ProviderInfo info;
   info.interface_id = InverseDynamics::kInterfaceId;
   info.name = "lazy";
-  ASSERT_TRUE(bench.registry.add(info, []() -> Result<void*> { return static_cast<InverseDynamics*>(new LazyDynamics); }).ok());
-  const auto model = unwrap(bench.derived.robot_model(*bench.document.now(), RobotId{robot.number}, {0, 0, -9.81}, progress));
+  ASSERT_TRUE(
+      bench.registry
+          .add(info,
+               []() -> Result<void*> { return static_cast<InverseDynamics*>(new LazyDynamics); })
+          .ok());
+  const auto model = unwrap(bench.derived.robot_model(*bench.document.now(), RobotId{robot.number},
+                                                      {0, 0, -9.81}, progress));
   model::ProviderChoice choice;
   choice.name = "lazy";
   const auto dynamics = unwrap(sim::bind_inverse_dynamics(bench.registry, model, choice));
@@ -296,7 +322,8 @@ TEST(Recordings, CsvReadsBackToTheSameBits) {
     ASSERT_TRUE(std::getline(in, line));
     const auto words = text::split(text::trim(line), ',');
     ASSERT_EQ(words.size(), r.columns.size());
-    for (std::size_t c = 0; c < words.size(); ++c) EXPECT_EQ(text::read_real(words[c]), r.columns[c].values[i]);
+    for (std::size_t c = 0; c < words.size(); ++c)
+      EXPECT_EQ(text::read_real(words[c]), r.columns[c].values[i]);
   }
   EXPECT_FALSE(std::getline(in, line));
 }
@@ -315,7 +342,8 @@ TEST(Recordings, AnUnknownColumnIsRefusedWithTheNearestName) {
   const std::vector<std::string> wrong{"tua1"};
   const auto chosen = r.select(wrong);
   ASSERT_FALSE(chosen.ok());
-  EXPECT_EQ(chosen.error().sentence(), "the recording has no column \"tua1\". Did you mean \"tau1\"?");
+  EXPECT_EQ(chosen.error().sentence(),
+            "the recording has no column \"tua1\". Did you mean \"tau1\"?");
 }
 
 TEST(Recordings, NumbersOfRemovedRecordingsAreNotUsedAgain) {
@@ -335,7 +363,9 @@ TEST(Plots, SvgHasOneCurveAColumnAndOnePanelAUnit) {
   const std::string svg = sim::to_svg(spec);
   EXPECT_NE(svg.find("a &lt;small&gt; one"), std::string::npos);
   std::size_t curves = 0;
-  for (std::size_t at = svg.find("stroke-linejoin"); at != std::string::npos; at = svg.find("stroke-linejoin", at + 1)) ++curves;
+  for (std::size_t at = svg.find("stroke-linejoin"); at != std::string::npos;
+       at = svg.find("stroke-linejoin", at + 1))
+    ++curves;
   EXPECT_EQ(curves, 3U);
   EXPECT_NE(svg.find("tau [N m]"), std::string::npos);
   EXPECT_NE(svg.find(">x [m]<"), std::string::npos);
@@ -347,7 +377,8 @@ TEST(Plots, PngIsWrittenAndOtherEndingsAreRefused) {
   sim::PlotSpec spec;
   spec.x = r.find("time");
   spec.columns = {r.find("tau1")};
-  const auto folder = std::filesystem::temp_directory_path() / ("robomosp-plot-" + std::to_string(std::random_device{}()));
+  const auto folder = std::filesystem::temp_directory_path() /
+                      ("robomosp-plot-" + std::to_string(std::random_device{}()));
   std::filesystem::create_directory(folder);
   const auto png = sim::write_plot(spec, (folder / "a.png").string());
   ASSERT_TRUE(png.ok()) << png.error().sentence();

@@ -20,8 +20,8 @@ struct CollisionPair {
 
 /// Answer for one pair at one sample.
 struct PairDistance {
-  double distance = 0;   ///< [m]; <= 0 when the bodies touch, overlap or one contains the other
-  Vec3 on_a{}, on_b{};   ///< nearest points in the world; equal when distance <= 0
+  double distance = 0;  ///< [m]; <= 0 when the bodies touch, overlap or one contains the other
+  Vec3 on_a{}, on_b{};  ///< nearest points in the world; equal when distance <= 0
 };
 
 /// Bodies bound to an engine. Immutable. [any thread]
@@ -41,7 +41,8 @@ class CollisionEngine {
   static constexpr const char* kInterfaceId = "robomosp.collision/1";
   virtual ~CollisionEngine() = default;
   /// Prepares closed meshes (metres) for queries; the meshes may be freed afterwards.
-  virtual Result<std::unique_ptr<CollisionScene>> build(std::span<const Mesh* const> bodies, Progress&) const = 0;
+  virtual Result<std::unique_ptr<CollisionScene>> build(std::span<const Mesh* const> bodies,
+                                                        Progress&) const = 0;
 };
 
 }  // namespace robomosp

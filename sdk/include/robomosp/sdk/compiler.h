@@ -17,7 +17,7 @@ namespace robomosp {
 struct Diagnostic {
   std::int32_t line = 0, column = 0;  ///< from 1
   bool is_error = true;
-  std::string text;                   ///< a sentence
+  std::string text;  ///< a sentence
 };
 
 /// result := operation(left, right); operands are names, literals or labels.

@@ -40,16 +40,26 @@ struct CsgPrimitiveInfo {
   std::string_view doc;
 };
 inline constexpr std::array<CsgPrimitiveInfo, 6> kCsgPrimitives{{
-    {CsgKind::box, "box", {"x", "y", "z", "fillet", "", ""},
+    {CsgKind::box,
+     "box",
+     {"x", "y", "z", "fillet", "", ""},
      "Rectangular block x by y by z; fillet rounds all twelve edges (0 = sharp)."},
-    {CsgKind::cylinder, "cylinder", {"radius", "height", "fillet", "", "", ""},
+    {CsgKind::cylinder,
+     "cylinder",
+     {"radius", "height", "fillet", "", "", ""},
      "Circular cylinder along z; fillet rounds both rims (0 = sharp)."},
-    {CsgKind::cone, "cone", {"base_radius", "top_radius", "height", "", "", ""},
+    {CsgKind::cone,
+     "cone",
+     {"base_radius", "top_radius", "height", "", "", ""},
      "Cone or truncated cone along z; one of the radii may be 0."},
     {CsgKind::sphere, "sphere", {"radius", "", "", "", "", ""}, "Sphere about the origin."},
-    {CsgKind::torus, "torus", {"ring_radius", "tube_radius", "", "", "", ""},
+    {CsgKind::torus,
+     "torus",
+     {"ring_radius", "tube_radius", "", "", "", ""},
      "Ring about z; ring_radius is measured to the tube's centre."},
-    {CsgKind::frustum, "frustum", {"base_x", "base_y", "top_x", "top_y", "height", ""},
+    {CsgKind::frustum,
+     "frustum",
+     {"base_x", "base_y", "top_x", "top_y", "height", ""},
      "Rectangle base_x by base_y at z = 0 joined to rectangle top_x by top_y at z = height; "
      "a top of 0 by 0 makes a pyramid."},
 }};
@@ -57,10 +67,10 @@ inline constexpr std::array<CsgPrimitiveInfo, 6> kCsgPrimitives{{
 /// One node of a flat tree. Nodes come parents first (pre-order); children keep their order.
 struct CsgNode {
   CsgKind kind = CsgKind::box;
-  std::int32_t parent = -1;         ///< index of the parent node, -1 for the root (node 0)
-  Pose placement;                   ///< parent_T_node
-  std::array<double, 6> sizes{};    ///< by kCsgPrimitives; unused for operations
-  std::string name;                 ///< for messages
+  std::int32_t parent = -1;       ///< index of the parent node, -1 for the root (node 0)
+  Pose placement;                 ///< parent_T_node
+  std::array<double, 6> sizes{};  ///< by kCsgPrimitives; unused for operations
+  std::string name;               ///< for messages
 };
 
 struct CsgTree {
@@ -109,7 +119,8 @@ class CsgEngine {
   /// Evaluates the tree to a verified solid. A size that is not positive (or, where the table
   /// allows it, zero) and an empty result are errors that name the node. Never returns a solid
   /// that failed its check.
-  virtual Result<std::shared_ptr<const CsgShape>> evaluate(const CsgTree& tree, Progress&) const = 0;
+  virtual Result<std::shared_ptr<const CsgShape>> evaluate(const CsgTree& tree,
+                                                           Progress&) const = 0;
   /// Closed triangle mesh with feature edges.
   virtual Result<Mesh> mesh(const CsgShape&, const MeshQuality&, Progress&) const = 0;
   /// Volume integrals about the origin of the tree's frame.

@@ -15,11 +15,11 @@ namespace robomosp {
 
 /// Parts of the inverse dynamics, to be summed by `|`.
 enum DynamicsTerm : std::uint32_t {
-  kGravityTerm = 1,   ///< weight of the bodies
-  kInertialTerm = 2,  ///< M(q) qdd, motor inertia included
-  kVelocityTerm = 4,  ///< Coriolis, centrifugal and gyroscopic
-  kFrictionTerm = 8,  ///< viscous and Coulomb
-  kExternalTerm = 16, ///< minus J^T of the wrench at the tip
+  kGravityTerm = 1,    ///< weight of the bodies
+  kInertialTerm = 2,   ///< M(q) qdd, motor inertia included
+  kVelocityTerm = 4,   ///< Coriolis, centrifugal and gyroscopic
+  kFrictionTerm = 8,   ///< viscous and Coulomb
+  kExternalTerm = 16,  ///< minus J^T of the wrench at the tip
   kAllTerms = 31,
 };
 
@@ -38,7 +38,7 @@ struct DynamicsBatch {
   std::span<const double> tau;     ///< count * dof or empty (forward dynamics) [N m or N]
   std::span<const TipWrench> tip;  ///< count, 1 for all, or empty
   std::uint32_t terms = kAllTerms;
-  std::span<double> scratch;       ///< at least scratch_size(), owned by the caller
+  std::span<double> scratch;  ///< at least scratch_size(), owned by the caller
 };
 
 /// Interface robomosp.inverse_dynamics/1.
@@ -52,9 +52,11 @@ class InverseDynamics {
   /// Doubles of scratch that one call needs, whatever its count. [any thread] after prepare
   [[nodiscard]] virtual std::size_t scratch_size() const = 0;
   /// tau (count * dof) of the chosen terms. Allocates nothing. [any thread] after prepare
-  virtual Result<void> torques(const DynamicsBatch& batch, std::span<double> tau, Progress&) const = 0;
+  virtual Result<void> torques(const DynamicsBatch& batch, std::span<double> tau,
+                               Progress&) const = 0;
   /// Joint-space inertia M(q), motor inertia included: count matrices of dof * dof, symmetric.
-  virtual Result<void> inertia(const DynamicsBatch& batch, std::span<double> m, Progress&) const = 0;
+  virtual Result<void> inertia(const DynamicsBatch& batch, std::span<double> m,
+                               Progress&) const = 0;
 };
 
 /// Interface robomosp.forward_dynamics/1.
@@ -69,7 +71,8 @@ class ForwardDynamics {
   [[nodiscard]] virtual std::size_t scratch_size() const = 0;
   /// qdd (count * dof) for the given q, qd, tau; `terms` without kInertialTerm select what
   /// resists (friction, gravity, ...). Allocates nothing. [any thread] after prepare
-  virtual Result<void> accelerations(const DynamicsBatch& batch, std::span<double> qdd, Progress&) const = 0;
+  virtual Result<void> accelerations(const DynamicsBatch& batch, std::span<double> qdd,
+                                     Progress&) const = 0;
 };
 
 }  // namespace robomosp

@@ -26,16 +26,16 @@ struct IkBatch {
   std::span<const Pose> targets;  ///< base_T_tip, one a sample
   std::span<const double> seeds;  ///< targets.size() * dof, joint-fastest; or dof for all; or empty
   IkTolerance tolerance;
-  bool all_solutions = false;     ///< return every solution the solver can tell apart
-  bool continuous = false;        ///< samples are one path: start each from the one before
-  std::int32_t tip = 0;           ///< index into RobotModel::tips
+  bool all_solutions = false;  ///< return every solution the solver can tell apart
+  bool continuous = false;     ///< samples are one path: start each from the one before
+  std::int32_t tip = 0;        ///< index into RobotModel::tips
 };
 
 enum class IkStatus : std::int32_t {
   solved = 0,
-  out_of_reach = 1,    ///< no configuration comes near enough; q holds the closest found
-  joint_limit = 2,     ///< solvable only outside the limits; q holds the closest inside
-  not_converged = 3,   ///< the iteration ended without an answer; q holds the closest found
+  out_of_reach = 1,   ///< no configuration comes near enough; q holds the closest found
+  joint_limit = 2,    ///< solvable only outside the limits; q holds the closest inside
+  not_converged = 3,  ///< the iteration ended without an answer; q holds the closest found
 };
 
 /// Answer for one target. An unreachable target is not an error.
@@ -45,7 +45,7 @@ struct IkResult {
   double position_error = 0;  ///< of the first solution [m]
   double rotation_error = 0;  ///< of the first solution [rad]
   std::int32_t iterations = 0;
-  std::string detail;         ///< reason in words when not solved; may be empty
+  std::string detail;  ///< reason in words when not solved; may be empty
 };
 
 /// Interface robomosp.ik/1.
@@ -58,7 +58,8 @@ class IkSolver {
   /// The model outlives the solver. [application thread or job]
   virtual Result<void> prepare(const RobotModel& model, const Params& params) = 0;
   /// Solves results.size() == batch.targets.size() targets. [any thread] after prepare.
-  virtual Result<void> solve(const IkBatch& batch, std::span<IkResult> results, Progress&) const = 0;
+  virtual Result<void> solve(const IkBatch& batch, std::span<IkResult> results,
+                             Progress&) const = 0;
 };
 
 }  // namespace robomosp

@@ -57,7 +57,8 @@ class Exporter {
   virtual ~Exporter() = default;
   [[nodiscard]] virtual std::string_view extensions() const = 0;
   /// The file's bytes; the host writes them atomically.
-  virtual Result<std::string> write(std::span<const ExportItem> items, const Params&, Progress&) const = 0;
+  virtual Result<std::string> write(std::span<const ExportItem> items, const Params&,
+                                    Progress&) const = 0;
 };
 
 }  // namespace robomosp

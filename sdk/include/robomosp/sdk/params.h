@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Params: read-only view of the values given for a provider's parameters (layer: contract, std only).
+// Params: read-only view of the values given for a provider's parameters (layer: contract, std
+// only).
 #pragma once
 
 #include <span>
@@ -15,11 +16,13 @@ namespace robomosp {
 class Params {
  public:
   virtual ~Params() = default;
-  [[nodiscard]] virtual bool has(std::string_view name) const = 0;  ///< given by the user or defaulted
+  [[nodiscard]] virtual bool has(
+      std::string_view name) const = 0;  ///< given by the user or defaulted
   [[nodiscard]] virtual double real(std::string_view name) const = 0;  ///< SI, radians
   [[nodiscard]] virtual long long integer(std::string_view name) const = 0;
   [[nodiscard]] virtual bool boolean(std::string_view name) const = 0;
-  [[nodiscard]] virtual std::string_view text(std::string_view name) const = 0;  ///< string, enum, path
+  [[nodiscard]] virtual std::string_view text(
+      std::string_view name) const = 0;  ///< string, enum, path
   [[nodiscard]] virtual std::span<const double> reals(std::string_view name) const = 0;  ///< real[]
   [[nodiscard]] virtual Pose pose(std::string_view name) const = 0;
 };

@@ -20,15 +20,15 @@ struct PhysicsBody {
   MassProperties mass;          ///< in the body's frame; mass 0 = immovable
   Pose pose;                    ///< world_T_body at the start
   Vec3 velocity{}, angular_velocity{};
-  double friction = 0.5;        ///< Coulomb coefficient [-]
-  double restitution = 0.0;     ///< 0..1 [-]
+  double friction = 0.5;     ///< Coulomb coefficient [-]
+  double restitution = 0.0;  ///< 0..1 [-]
 };
 
 /// A joint between two bodies; body -1 = the world. The axis is z of `in_a`.
 struct PhysicsJoint {
   std::int32_t a = -1, b = -1;
-  std::int32_t type = 0;  ///< 0 revolute, 1 prismatic, 2 fixed
-  Pose in_a, in_b;        ///< joint frame in either body
+  std::int32_t type = 0;        ///< 0 revolute, 1 prismatic, 2 fixed
+  Pose in_a, in_b;              ///< joint frame in either body
   double lower = 0, upper = 0;  ///< [rad or m]; lower > upper = unlimited
 };
 
@@ -43,7 +43,8 @@ class PhysicsWorld {
  public:
   virtual ~PhysicsWorld() = default;
   /// Advances `steps` steps of `dt` [s] with joint forces held (one a joint, N m or N).
-  virtual Result<void> step(double dt, std::int32_t steps, std::span<const double> forces, Progress&) = 0;
+  virtual Result<void> step(double dt, std::int32_t steps, std::span<const double> forces,
+                            Progress&) = 0;
   virtual void read(const PhysicsState& out) const = 0;
 };
 

@@ -28,10 +28,11 @@
 #else
 #define RMP_ABI_DEBUG ""
 #endif
-/** What must be equal in host and plugin for C++ objects to cross: SDK, compiler ABI, library ABI. */
-#define RMP_ABI_TAG                                                                       \
-  "sdk" RMP_STR(RMP_SDK_ABI) ";gxxabi" RMP_STR(__GXX_ABI_VERSION) ";cxx11abi" RMP_ABI_CXX11 \
-  RMP_ABI_DEBUG
+/** What must be equal in host and plugin for C++ objects to cross: SDK, compiler ABI, library ABI.
+ */
+#define RMP_ABI_TAG                             \
+  "sdk" RMP_STR(RMP_SDK_ABI) ";gxxabi" RMP_STR( \
+      __GXX_ABI_VERSION) ";cxx11abi" RMP_ABI_CXX11 RMP_ABI_DEBUG
 extern "C" {
 #endif
 
@@ -43,16 +44,17 @@ extern "C" {
 
 /** One row of a parameter table. All constant data. */
 typedef struct rmp_param {
-  const char* name;         /**< lower_snake */
-  const char* type;         /**< bool int real string enum pose path real[] ref:<kind> */
-  const char* unit;         /**< SI unit of a real or real[] ("m", "rad", "m/s"); "" when dimensionless */
-  const char* doc;          /**< one sentence */
+  const char* name; /**< lower_snake */
+  const char* type; /**< bool int real string enum pose path real[] ref:<kind> */
+  const char* unit; /**< SI unit of a real or real[] ("m", "rad", "m/s"); "" when dimensionless */
+  const char* doc;  /**< one sentence */
   const char* default_text; /**< as the user would type it; NULL = required */
   const char* choices;      /**< "a|b|c" for an enum, else NULL */
   double min, max;          /**< inclusive range of an int or real; min > max = unbounded */
 } rmp_param;
 
-/** What the host offers to a provider while it is created. Made by the host; may grow at the end. */
+/** What the host offers to a provider while it is created. Made by the host; may grow at the end.
+ */
 typedef struct rmp_host {
   uint32_t struct_size;
   const char* program_version;
@@ -107,25 +109,37 @@ void* create_provider(const rmp_host*, char* error, std::uint32_t error_size) {
   return nullptr;
 }
 template <std::uint32_t N>
-constexpr std::uint32_t table_size(const rmp_param (&)[N]) { return N; }
+constexpr std::uint32_t table_size(const rmp_param (&)[N]) {
+  return N;
+}
 }  // namespace robomosp::detail
 
 /// One provider row: class, name, summary, tags, parameter table (an array of rmp_param).
-#define RMP_PROVIDER(Class, name, summary, tags, table)                                   \
-  rmp_provider { Class::Interface::kInterfaceId, name, summary, tags, table,               \
-                 robomosp::detail::table_size(table), &robomosp::detail::create_provider<Class> }
+#define RMP_PROVIDER(Class, name, summary, tags, table)                                \
+  rmp_provider {                                                                       \
+    Class::Interface::kInterfaceId, name, summary, tags, table,                        \
+        robomosp::detail::table_size(table), &robomosp::detail::create_provider<Class> \
+  }
 /// The same for a provider without parameters.
-#define RMP_PROVIDER_NO_PARAMS(Class, name, summary, tags)                                \
-  rmp_provider { Class::Interface::kInterfaceId, name, summary, tags, nullptr, 0,          \
-                 &robomosp::detail::create_provider<Class> }
+#define RMP_PROVIDER_NO_PARAMS(Class, name, summary, tags)           \
+  rmp_provider {                                                     \
+    Class::Interface::kInterfaceId, name, summary, tags, nullptr, 0, \
+        &robomosp::detail::create_provider<Class>                    \
+  }
 
 /// Defines the entry point: id, version, SPDX licence, summary, then the provider rows.
-#define RMP_PLUGIN(id, version, license, summary, ...)                                    \
-  extern "C" RMP_EXPORT const rmp_plugin* rmp_plugin_entry_v1(void) {                      \
-    static const rmp_provider providers[] = {__VA_ARGS__};                                 \
-    static const rmp_plugin plugin = {                                                     \
-        sizeof(rmp_plugin), RMP_ABI_TAG, id, version, license, summary, providers,         \
-        static_cast<std::uint32_t>(sizeof(providers) / sizeof(providers[0]))};             \
-    return &plugin;                                                                        \
+#define RMP_PLUGIN(id, version, license, summary, ...)                         \
+  extern "C" RMP_EXPORT const rmp_plugin* rmp_plugin_entry_v1(void) {          \
+    static const rmp_provider providers[] = {__VA_ARGS__};                     \
+    static const rmp_plugin plugin = {                                         \
+        sizeof(rmp_plugin),                                                    \
+        RMP_ABI_TAG,                                                           \
+        id,                                                                    \
+        version,                                                               \
+        license,                                                               \
+        summary,                                                               \
+        providers,                                                             \
+        static_cast<std::uint32_t>(sizeof(providers) / sizeof(providers[0]))}; \
+    return &plugin;                                                            \
   }
 #endif

@@ -23,7 +23,8 @@ class PostProcessor {
   static constexpr const char* kInterfaceId = "robomosp.post/1";
   virtual ~PostProcessor() = default;
   /// Translates; an operation the controller cannot do is an error that names the source line.
-  virtual Result<std::vector<GeneratedFile>> generate(const ThreeAddressCode&, const Params&, Progress&) const = 0;
+  virtual Result<std::vector<GeneratedFile>> generate(const ThreeAddressCode&, const Params&,
+                                                      Progress&) const = 0;
 };
 
 }  // namespace robomosp

@@ -22,16 +22,16 @@ enum class ErrorCode : std::int32_t {
   not_found,             ///< a file or folder is missing
   syntax,                ///< text does not follow its grammar
   io,                    ///< the operating system refused to read or write
-  conflict,              ///< the edit contradicts the document (cycle, duplicate name, still referred to)
-  stale_handle,          ///< a handle names a record that no longer exists
-  unreachable,           ///< no solution exists for the given target
-  plugin_refused,        ///< a plugin file could not be accepted
-  plugin_failed,         ///< a provider threw, returned NaN or broke its contract
-  permission,            ///< this session may not do that
-  cancelled,             ///< stopped by the user
-  unsupported,           ///< meaningful, but this provider or version cannot do it
-  internal,              ///< a defect of this program
-  script_failed          ///< a script raised an error of its own
+  conflict,        ///< the edit contradicts the document (cycle, duplicate name, still referred to)
+  stale_handle,    ///< a handle names a record that no longer exists
+  unreachable,     ///< no solution exists for the given target
+  plugin_refused,  ///< a plugin file could not be accepted
+  plugin_failed,   ///< a provider threw, returned NaN or broke its contract
+  permission,      ///< this session may not do that
+  cancelled,       ///< stopped by the user
+  unsupported,     ///< meaningful, but this provider or version cannot do it
+  internal,        ///< a defect of this program
+  script_failed    ///< a script raised an error of its own
 };
 
 [[nodiscard]] constexpr std::string_view to_string(ErrorCode c) {
@@ -77,7 +77,8 @@ struct Error {
   }
 };
 
-/// Builds an Error: `return error(ErrorCode::not_found, "there is no file \"a.rbt\"", "Check the path.");`
+/// Builds an Error: `return error(ErrorCode::not_found, "there is no file \"a.rbt\"", "Check the
+/// path.");`
 [[nodiscard]] inline Error error(ErrorCode code, std::string message, std::string hint = {},
                                  std::string where = {}) {
   return Error{code, std::move(message), std::move(where), std::move(hint)};
@@ -87,25 +88,47 @@ struct Error {
 template <class T>
 class [[nodiscard]] Result {
  public:
-  Result(T value) : state_(std::in_place_index<0>, std::move(value)) {}  // NOLINT: implicit by design
-  Result(Error err) : state_(std::in_place_index<1>, std::move(err)) {}  // NOLINT: implicit by design
+  Result(T value)
+      : state_(std::in_place_index<0>, std::move(value)) {}  // NOLINT: implicit by design
+  Result(Error err)
+      : state_(std::in_place_index<1>, std::move(err)) {}  // NOLINT: implicit by design
 
   [[nodiscard]] bool ok() const { return state_.index() == 0; }
   explicit operator bool() const { return ok(); }
 
-  [[nodiscard]] T& value() & { check(true); return *std::get_if<0>(&state_); }
-  [[nodiscard]] const T& value() const& { check(true); return *std::get_if<0>(&state_); }
-  [[nodiscard]] T&& value() && { check(true); return std::move(*std::get_if<0>(&state_)); }
+  [[nodiscard]] T& value() & {
+    check(true);
+    return *std::get_if<0>(&state_);
+  }
+  [[nodiscard]] const T& value() const& {
+    check(true);
+    return *std::get_if<0>(&state_);
+  }
+  [[nodiscard]] T&& value() && {
+    check(true);
+    return std::move(*std::get_if<0>(&state_));
+  }
   [[nodiscard]] T& operator*() & { return value(); }
   [[nodiscard]] const T& operator*() const& { return value(); }
   [[nodiscard]] T&& operator*() && { return std::move(*this).value(); }
   [[nodiscard]] T* operator->() { return &value(); }
   [[nodiscard]] const T* operator->() const { return &value(); }
-  [[nodiscard]] T value_or(T other) && { return ok() ? std::move(*this).value() : std::move(other); }
+  [[nodiscard]] T value_or(T other) && {
+    return ok() ? std::move(*this).value() : std::move(other);
+  }
 
-  [[nodiscard]] Error& error() & { check(false); return *std::get_if<1>(&state_); }
-  [[nodiscard]] const Error& error() const& { check(false); return *std::get_if<1>(&state_); }
-  [[nodiscard]] Error&& error() && { check(false); return std::move(*std::get_if<1>(&state_)); }
+  [[nodiscard]] Error& error() & {
+    check(false);
+    return *std::get_if<1>(&state_);
+  }
+  [[nodiscard]] const Error& error() const& {
+    check(false);
+    return *std::get_if<1>(&state_);
+  }
+  [[nodiscard]] Error&& error() && {
+    check(false);
+    return std::move(*std::get_if<1>(&state_));
+  }
 
   /// Adds an outer context to the error, if there is one.
   [[nodiscard]] Result in(std::string_view context) && {
@@ -131,9 +154,18 @@ class [[nodiscard]] Result<void> {
 
   [[nodiscard]] bool ok() const { return !error_.has_value(); }
   explicit operator bool() const { return ok(); }
-  [[nodiscard]] Error& error() & { check(); return *error_; }
-  [[nodiscard]] const Error& error() const& { check(); return *error_; }
-  [[nodiscard]] Error&& error() && { check(); return std::move(*error_); }
+  [[nodiscard]] Error& error() & {
+    check();
+    return *error_;
+  }
+  [[nodiscard]] const Error& error() const& {
+    check();
+    return *error_;
+  }
+  [[nodiscard]] Error&& error() && {
+    check();
+    return std::move(*error_);
+  }
   [[nodiscard]] Result in(std::string_view context) && {
     if (error_) return std::move(*error_).in(context);
     return {};
@@ -153,13 +185,12 @@ class [[nodiscard]] Result<void> {
 // Hands an error up: RMP_TRY(do_this()); RMP_TRY_ASSIGN(auto x, make_x());
 #define RMP_CONCAT_(a, b) a##b
 #define RMP_CONCAT(a, b) RMP_CONCAT_(a, b)
-#define RMP_TRY(...)                                                   \
-  do {                                                                 \
-    if (auto rmp_result = (__VA_ARGS__); !rmp_result.ok())             \
-      return std::move(rmp_result).error();                            \
+#define RMP_TRY(...)                                                                             \
+  do {                                                                                           \
+    if (auto rmp_result = (__VA_ARGS__); !rmp_result.ok()) return std::move(rmp_result).error(); \
   } while (false)
-#define RMP_TRY_ASSIGN(decl, ...)                                      \
-  auto RMP_CONCAT(rmp_result_, __LINE__) = (__VA_ARGS__);              \
-  if (!RMP_CONCAT(rmp_result_, __LINE__).ok())                         \
-    return std::move(RMP_CONCAT(rmp_result_, __LINE__)).error();       \
+#define RMP_TRY_ASSIGN(decl, ...)                                \
+  auto RMP_CONCAT(rmp_result_, __LINE__) = (__VA_ARGS__);        \
+  if (!RMP_CONCAT(rmp_result_, __LINE__).ok())                   \
+    return std::move(RMP_CONCAT(rmp_result_, __LINE__)).error(); \
   decl = std::move(RMP_CONCAT(rmp_result_, __LINE__)).value()

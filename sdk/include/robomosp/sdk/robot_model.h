@@ -32,11 +32,11 @@ struct JointModel {
   Pose placement;            ///< parent-joint_T_joint at q = 0 (offset included)
   Pose link;                 ///< joint_T_link: the user's (DH) link frame in the joint frame
   MassProperties body;       ///< of all that moves rigidly with this joint, in the joint frame
-  double lower = -std::numeric_limits<double>::infinity();  ///< [rad or m]
-  double upper = std::numeric_limits<double>::infinity();   ///< [rad or m]
+  double lower = -std::numeric_limits<double>::infinity();            ///< [rad or m]
+  double upper = std::numeric_limits<double>::infinity();             ///< [rad or m]
   double max_velocity = std::numeric_limits<double>::infinity();      ///< [rad/s or m/s]
   double max_acceleration = std::numeric_limits<double>::infinity();  ///< [rad/s^2 or m/s^2]
-  double max_force = std::numeric_limits<double>::infinity();         ///< torque or force [N m or N]
+  double max_force = std::numeric_limits<double>::infinity();  ///< torque or force [N m or N]
   double armature = 0;  ///< motor inertia seen at the joint, G^2 Jm [kg m^2 or kg]
   JointFriction friction;
 };

@@ -38,7 +38,8 @@ class SegmentMaker {
   virtual ~SegmentMaker() = default;
   /// Builds a segment from its control poses. Wrong number of points, coincident or collinear
   /// points and non-positive speeds are errors that say which. [any thread]
-  virtual Result<std::unique_ptr<Segment>> make(std::span<const Pose> points, const Params&) const = 0;
+  virtual Result<std::unique_ptr<Segment>> make(std::span<const Pose> points,
+                                                const Params&) const = 0;
 };
 
 }  // namespace robomosp

@@ -48,8 +48,8 @@ struct Mesh {
   std::vector<float> normals;            ///< 3 per vertex, unit length; same length as positions
   std::vector<std::uint32_t> triangles;  ///< 3 vertex indices each, counter-clockwise from outside
   std::vector<Face> faces;               ///< may be empty (mesh without known faces)
-  std::vector<float> edge_points;        ///< 3 per point: the feature edges, polyline after polyline
-  std::vector<std::uint32_t> edge_sizes; ///< number of points of each polyline in edge_points
+  std::vector<float> edge_points;  ///< 3 per point: the feature edges, polyline after polyline
+  std::vector<std::uint32_t> edge_sizes;  ///< number of points of each polyline in edge_points
 
   [[nodiscard]] std::size_t vertex_count() const { return positions.size() / 3; }
   [[nodiscard]] std::size_t triangle_count() const { return triangles.size() / 3; }

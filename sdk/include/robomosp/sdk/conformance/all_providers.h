@@ -3,9 +3,9 @@
 // them (layer: contract helper for tests, header-only, POSIX).
 #pragma once
 
+#include <dlfcn.h>
 #include <cstdint>
 #include <cstring>
-#include <dlfcn.h>
 #include <string>
 #include <string_view>
 #include <vector>
