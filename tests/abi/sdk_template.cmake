@@ -42,6 +42,11 @@ run("Testing the template" ${CMAKE_CTEST_COMMAND} --test-dir "${work}/build" --o
 if(NOT EXISTS "${work}/build/my_ik.so")
   message(FATAL_ERROR "the plugin is not called my_ik.so")
 endif()
+# The program finds it by its folder and uses it: the PA-10's pose with both sets of lengths.
+set(program "${BUILD_DIR}/bin/robomosp")
+run("Checking the plugin" "${program}" plugin check "${work}/build/my_ik.so")
+run("Solving with the plugin from a script" "${program}" --plugin-path "${work}/build" run
+  "${SOURCE_DIR}/scripts/examples/08_pa10_pose.lua" my_ik)
 
 if(EXISTS "${work}/prefix/include/robomosp/helper/spatial")
   file(COPY "${SOURCE_DIR}/tests/abi/helper_plugin" DESTINATION "${work}")
