@@ -1,12 +1,19 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Program robomosp-desktop: shows a world, robot, object or solid in a window, or draws it to a
 // file without any display.
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <iostream>
+#include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
+
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 
@@ -42,12 +49,12 @@ struct Options {
   std::vector<std::string> play;  ///< robot, trajectory
   bool still = false;
   std::string render, screenshot;
-  double at = -1;
+  std::optional<double> at;  ///< [s]
   std::array<int, 2> size{1600, 1000};
   std::string view = "isometric";
   bool orthographic = false, fast = false;
   double zoom = 1;
-  std::vector<double> eye, target;  ///< [m], three each
+  std::optional<Vec3> eye, target;  ///< [m]; both or neither
   std::vector<std::filesystem::path> plugin_path, library;
 };
 
@@ -57,8 +64,55 @@ const std::map<std::string, viewer::Camera::View> kViews{
     {"right", viewer::Camera::View::right},         {"top", viewer::Camera::View::top},
     {"bottom", viewer::Camera::View::bottom}};
 
+constexpr std::array kShown{Kind::world, Kind::robot, Kind::object, Kind::solid};
+
+/// Why a material or a trajectory makes no picture.
+Error not_shown(const std::string& what, Kind kind, const std::string& name) {
+  return error(ErrorCode::invalid_argument,
+               text::quote(what) + " is a " + std::string(to_string(kind)) + "; it cannot be shown",
+               kind == Kind::trajectory
+                   ? "Give the world it is meant for, and --play ROBOT " + name + "."
+                   : "Give a world, a robot, an object or a solid.");
+}
+
+std::vector<std::string> library_names(ioci::Application& app, ioci::Session& session, Kind kind) {
+  std::vector<std::string> names;
+  const auto listed =
+      app.dispatch(session, "library.list", Map{{"kind", std::string(to_string(kind))}});
+  const List* list = listed.ok() ? listed->as_list() : nullptr;
+  if (list == nullptr) return names;
+  for (const Value& name : *list)
+    if (const std::string* word = name.as_string()) names.push_back(*word);
+  return names;
+}
+
+/// The error for a name that is nothing shown, with what may have been meant.
+Error nothing_shown(ioci::Application& app, ioci::Session& session, const std::string& what) {
+  for (const Kind kind : {Kind::material, Kind::trajectory}) {
+    const auto names = library_names(app, session, kind);
+    if (std::find(names.begin(), names.end(), what) != names.end())
+      return not_shown(what, kind, what);
+  }
+  std::vector<std::string> known;
+  for (const Kind kind : kShown) {
+    const auto names = library_names(app, session, kind);
+    known.insert(known.end(), names.begin(), names.end());
+  }
+  std::string hint = text::did_you_mean(what, known);
+  if (hint.empty()) {
+    const auto worlds = library_names(app, session, Kind::world),
+               robots = library_names(app, session, Kind::robot);
+    if (!worlds.empty()) hint = "The library has the worlds " + text::enumerate(worlds) + ".";
+    if (!robots.empty())
+      hint += (hint.empty() ? "The library" : " It") + std::string(" has the robots ") +
+              text::enumerate(robots) + ".";
+  }
+  return error(ErrorCode::unknown_name,
+               "there is no world, robot, object or solid " + text::quote(what), hint);
+}
+
 /// The record to show: a file, or a name of the library tried kind by kind.
-Result<AnyId> open(ioci::Application& app, ioci::Session& session, const std::string& what) {
+Result<AnyId> open_record(ioci::Application& app, ioci::Session& session, const std::string& what) {
   const auto id_of = [&](const Value& v) -> Result<AnyId> {
     const Handle* h = v.as_handle();
     if (!h) return error(ErrorCode::internal, "loading gave no handle", "Report this.");
@@ -67,17 +121,18 @@ Result<AnyId> open(ioci::Application& app, ioci::Session& session, const std::st
   const std::filesystem::path path(what);
   if (path.has_extension() || path.has_parent_path()) {
     RMP_TRY_ASSIGN(const Value loaded, app.dispatch(session, "file.load", Map{{"file", what}}));
-    return id_of(loaded);
+    RMP_TRY_ASSIGN(const AnyId id, id_of(loaded));
+    if (std::find(kShown.begin(), kShown.end(), id.kind) == kShown.end())
+      return not_shown(what, id.kind, app.document.now()->find(id)->name);
+    return id;
   }
-  std::optional<Error> first;
-  for (const Kind kind : {Kind::world, Kind::robot, Kind::object, Kind::solid}) {
+  for (const Kind kind : kShown) {
     auto found = app.dispatch(session, std::string(to_string(kind)) + ".get", Map{{"name", what}});
     if (found.ok()) return id_of(*found);
     if (found.error().code != ErrorCode::unknown_name && found.error().code != ErrorCode::not_found)
       return std::move(found).error();
-    if (!first) first = std::move(found).error();
   }
-  return *std::move(first);
+  return nothing_shown(app, session, what);
 }
 
 struct Picture {
@@ -124,13 +179,63 @@ void pose_at(Picture& p, double time) {
   }
 }
 
+/// Finds out before the work whether a picture can be written to `path` afterwards.
+Result<void> check_picture_file(const std::string& option, const std::string& path) {
+  namespace fs = std::filesystem;
+  const fs::path file(path);
+  std::string ending = file.extension().string();
+  for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  if (ending != ".png")
+    return error(ErrorCode::invalid_argument, text::quote(path) + " does not end with .png",
+                 "Pictures are written as PNG files only.", option);
+  const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
+  std::error_code ignored;
+  if (!fs::is_directory(folder, ignored))
+    return error(ErrorCode::not_found,
+                 "cannot write " + text::quote(path) + ": there is no folder " +
+                     text::quote(folder.string()),
+                 "Create the folder or choose another one.", option);
+  if (fs::is_directory(file, ignored))
+    return error(ErrorCode::invalid_argument, text::quote(path) + " is a folder",
+                 "Choose another name.", option);
+  if (access(folder.c_str(), W_OK | X_OK) != 0)
+    return error(ErrorCode::io,
+                 "cannot write " + text::quote(path) + ": the folder " +
+                     text::quote(folder.string()) + " may not be written",
+                 "Choose another folder.", option);
+  return {};
+}
+
+/// The time to show: beyond the end it is the end, which is told.
+double time_shown(double at, const viewer::Playback& playback) {
+  if (playback.times.empty()) {
+    std::fprintf(stderr, "warning: --at: nothing moves here, so the time changes nothing.\n");
+    return at;
+  }
+  const double end = playback.times.back();
+  if (at > end) {
+    std::fprintf(stderr,
+                 "warning: --at: %s s is beyond the end; the motion takes %s s, and its end is "
+                 "shown.\n",
+                 text::print_rounded(at).c_str(), text::print_rounded(end).c_str());
+  }
+  return std::min(at, end);
+}
+
 int run(const Options& options) {
+  // First of all, as it forks and the application has threads.
+  if (options.render.empty()) {
+    if (const auto display = viewer::check_display(); !display.ok()) {
+      fail(display.error());
+      return kFailed;
+    }
+  }
   auto made =
       ioci::Application::create({.plugin_path = options.plugin_path, .library = options.library});
   if (!made.ok()) return fail(made.error());
   ioci::Application& app = **made;
   ioci::Session session("desktop");
-  auto id = open(app, session, options.what);
+  auto id = open_record(app, session, options.what);
   if (!id.ok()) return fail(id.error());
   auto built = picture(app, *id, options);
   if (!built.ok()) return fail(built.error());
@@ -138,12 +243,12 @@ int run(const Options& options) {
   p.frame.camera.view = kViews.at(options.view);
   p.frame.camera.perspective = !options.orthographic;
   p.frame.camera.zoom = options.zoom;
-  if (!options.eye.empty()) {
+  if (options.eye) {
     p.frame.camera.view = viewer::Camera::View::custom;
-    p.frame.camera.eye = {options.eye[0], options.eye[1], options.eye[2]};
-    p.frame.camera.target = {options.target[0], options.target[1], options.target[2]};
+    p.frame.camera.eye = options.eye;
+    p.frame.camera.target = options.target;
   }
-  if (options.at >= 0) pose_at(p, options.at);
+  if (options.at) pose_at(p, time_shown(*options.at, p.playback));
   const auto quality = options.fast ? viewer::Quality::fast : viewer::Quality::quality;
   if (!options.render.empty()) {
     auto drawn =
@@ -159,10 +264,118 @@ int run(const Options& options) {
   return viewer::run_window(p.frame, p.playback, window);
 }
 
+/// The options that CLI11 would explain badly, as they were typed.
+struct Words {
+  std::string size, at, zoom;
+  std::vector<std::string> eye, target;
+};
+
+Error wrong(const std::string& option, std::string message) {
+  return error(ErrorCode::usage, std::move(message), {}, option);
+}
+
+Result<std::array<int, 2>> read_size(const std::string& typed) {
+  std::string words = typed;
+  for (char& c : words)
+    if (c == 'x' || c == 'X' || c == ',') c = ' ';
+  const auto space = words.find(' ');
+  if (space != std::string::npos) {
+    const std::string_view all = words;
+    const auto width = text::read_int(text::trim(all.substr(0, space))),
+               height = text::read_int(text::trim(all.substr(space)));
+    if (width && height) {
+      if (std::min(*width, *height) >= 16 && std::max(*width, *height) <= 8192)
+        return std::array{static_cast<int>(*width), static_cast<int>(*height)};
+      return wrong("--size", text::quote(typed) +
+                                 " is out of range; the width and the height are 16..8192 pixels");
+    }
+  }
+  return wrong("--size", text::quote(typed) +
+                             " is not a width and a height; give two whole numbers of pixels in "
+                             "16..8192, such as 640 480 or 640x480");
+}
+
+Result<double> read_at(const std::string& typed) {
+  const auto time = text::read_real(typed);
+  if (!time || !std::isfinite(*time))
+    return wrong("--at", text::quote(typed) + " is not a time in seconds");
+  if (*time < 0)
+    return wrong("--at",
+                 "the time must be 0 or more seconds, and " + text::quote(typed) + " is less");
+  return *time;
+}
+
+Result<double> read_zoom(const std::string& typed) {
+  const auto zoom = text::read_real(typed);
+  if (!zoom || std::isnan(*zoom)) return wrong("--zoom", text::quote(typed) + " is not a number");
+  if (*zoom < 0.01 || *zoom > 100)
+    return wrong("--zoom", text::quote(typed) + " is out of range; a zoom is 0.01..100");
+  return *zoom;
+}
+
+Result<Vec3> read_point(const std::string& option, const std::vector<std::string>& typed) {
+  // Further away single-precision graphics shows nothing.
+  constexpr double kFar = 1e6;
+  Vec3 point{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto coordinate = text::read_real(typed[i]);
+    if (!coordinate || !std::isfinite(*coordinate))
+      return wrong(option, text::quote(typed[i]) + " is not a coordinate in metres");
+    if (std::abs(*coordinate) > kFar)
+      return wrong(option,
+                   text::quote(typed[i]) + " is too far away; coordinates are -1000000..1000000 m");
+    point[i] = *coordinate;
+  }
+  return point;
+}
+
+Result<void> read_words(const CLI::App& cli, const Words& words, Options& options) {
+  if (cli.count("--size") > 0) {
+    RMP_TRY_ASSIGN(options.size, read_size(words.size));
+  }
+  if (cli.count("--at") > 0) {
+    RMP_TRY_ASSIGN(options.at, read_at(words.at));
+  }
+  if (cli.count("--zoom") > 0) {
+    RMP_TRY_ASSIGN(options.zoom, read_zoom(words.zoom));
+  }
+  if (words.eye.empty() != words.target.empty())
+    return wrong(words.eye.empty() ? "--target" : "--eye",
+                 "--eye and --target go together, and only one of them is given");
+  if (!words.eye.empty()) {
+    RMP_TRY_ASSIGN(options.eye, read_point("--eye", words.eye));
+    RMP_TRY_ASSIGN(options.target, read_point("--target", words.target));
+    const Vec3 &eye = *options.eye, &target = *options.target;
+    if (std::hypot(eye[0] - target[0], eye[1] - target[1], eye[2] - target[2]) < 1e-6)
+      return wrong("--eye", "the eye is at the target, so there is no direction to look");
+  }
+  if (cli.count("--render") > 0) RMP_TRY(check_picture_file("--render", options.render));
+  if (cli.count("--screenshot") > 0)
+    RMP_TRY(check_picture_file("--screenshot", options.screenshot));
+  return {};
+}
+
+/// The arguments after the program's name, last first as CLI11 wants them, with `--size W H` made
+/// `--size WxH`: an option of one or two words would swallow the name that follows.
+std::vector<std::string> arguments(int argc, char** argv) {
+  std::vector<std::string> all;
+  for (int i = 1; i < argc; ++i) {
+    all.emplace_back(argv[i]);
+    if (all.back() == "--size" && i + 2 < argc && text::read_real(argv[i + 1]) &&
+        text::read_real(argv[i + 2])) {
+      all.back() += "=" + std::string(argv[i + 1]) + "x" + argv[i + 2];
+      i += 2;
+    }
+  }
+  std::reverse(all.begin(), all.end());
+  return all;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   Options options;
+  Words words;
   CLI::App cli("Shows a world, robot, object or solid; without --render in a window.",
                "robomosp-desktop");
   cli.set_version_flag("--version", "robomosp-desktop " RMP_SDK_VERSION);
@@ -178,31 +391,31 @@ int main(int argc, char** argv) {
   cli.add_option("--screenshot", options.screenshot,
                  "photograph the window to this PNG file after a second and end")
       ->type_name("FILE");
-  cli.add_option("--at", options.at, "time of the picture [s]")->check(CLI::NonNegativeNumber);
-  cli.add_option("--size", options.size, "width and height of the picture [px]")
-      ->check(CLI::Range(16, 8192));
+  cli.add_option("--at", words.at, "time of the picture [s], 0 or more")->type_name("TIME");
+  cli.add_option("--size", words.size,
+                 "width and height of the picture [px], 16..8192 each; also WxH or W,H "
+                 "(default: 1600 1000)")
+      ->type_name("W H");
   cli.add_option("--view", options.view, "isometric, front, back, left, right, top or bottom")
       ->check(CLI::IsMember(kViews));
-  cli.add_option("--eye", options.eye, "where the camera stands, in the world [m]; with --target")
+  cli.add_option("--eye", words.eye, "where the camera stands, in the world [m]; with --target")
       ->expected(3)
       ->type_name("X Y Z");
-  cli.add_option("--target", options.target,
-                 "what the camera looks at, in the world [m]; with --eye")
+  cli.add_option("--target", words.target, "what the camera looks at, in the world [m]; with --eye")
       ->expected(3)
       ->type_name("X Y Z");
-  cli.add_option("--zoom", options.zoom, "1 fits everything into the picture")
-      ->check(CLI::Range(0.01, 100.0));
+  cli.add_option("--zoom", words.zoom, "0.01..100; 1 fits everything into the picture")
+      ->type_name("FACTOR");
   cli.add_flag("--orthographic", options.orthographic, "parallel projection");
   cli.add_flag("--fast", options.fast, "simple shading");
   cli.add_option("--plugin-path", options.plugin_path, "folders searched for plugins first");
   cli.add_option("--library", options.library, "folders of materials, robots and worlds");
   try {
-    cli.parse(argc, argv);
-    if (options.eye.empty() != options.target.empty())
-      throw CLI::RequiredError("--eye and --target go together: one of them");
+    cli.parse(arguments(argc, argv));
   } catch (const CLI::ParseError& e) {
     const int status = cli.exit(e);
     return status == 0 ? kOk : kUsage;
   }
+  if (const auto read = read_words(cli, words, options); !read.ok()) return fail(read.error());
   return run(options);
 }

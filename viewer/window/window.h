@@ -8,6 +8,8 @@
 #include <optional>
 #include <string>
 
+#include <robomosp/sdk/result.h>
+
 #include "viewer/frame.h"
 #include "viewer/scene/scene_view.h"
 
@@ -29,6 +31,11 @@ struct WindowOptions {
   std::function<void(std::optional<Pick>)> on_pick;  ///< after each click; nothing = background
   std::function<void(QWidget& window)> on_shown;     ///< once the first picture is on the screen
 };
+
+/// Whether there is a display that answers; the error tells why no window can be opened. Qt itself
+/// would end the program, so a child process tries it, for at most five seconds; an answer is
+/// remembered. Call from the thread of `main`, before other threads start: it forks.
+[[nodiscard]] Result<void> check_display();
 
 /// Opens the window and returns when it is closed: 0, or 1 after telling on standard error why
 /// there can be no window. Call from the thread of `main`; makes the QApplication if there is none.

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Runs robomosp-desktop with wrong inputs: the exit status and the sentence, nothing drawn.
+#include <array>
+#include <cstdio>
+#include <filesystem>
+#include <string>
+
+#include <sys/wait.h>
+
+#include <gtest/gtest.h>
+
+namespace {
+
+struct Ended {
+  int status = -1;     ///< of the program; 128 + signal as a shell has it
+  std::string output;  ///< standard output and standard error together
+};
+
+/// `before` are words for env(1): NAME=VALUE.
+Ended run(const std::string& arguments, const std::string& before = "") {
+  const std::string command =
+      "env -u DISPLAY -u WAYLAND_DISPLAY -u QT_QPA_PLATFORM -u XDG_SESSION_TYPE "
+      "-u XDG_RUNTIME_DIR " +
+      before + " '" ROBOMOSP_BUILD_DIR "/bin/robomosp-desktop' " + arguments + " 2>&1";
+  Ended ended;
+  std::FILE* pipe = popen(command.c_str(), "r");
+  if (pipe == nullptr) return ended;
+  std::array<char, 4096> part{};
+  for (std::size_t n; (n = std::fread(part.data(), 1, part.size(), pipe)) > 0;)
+    ended.output.append(part.data(), n);
+  const int status = pclose(pipe);
+  ended.status = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  return ended;
+}
+
+void expect(const std::string& arguments, int status, const std::string& sentence,
+            const std::string& before = "") {
+  const Ended ended = run(arguments, before);
+  EXPECT_EQ(ended.status, status) << arguments << "\n" << ended.output;
+  EXPECT_NE(ended.output.find(sentence), std::string::npos) << arguments << "\n" << ended.output;
+  // One sentence, perhaps with its hint, on one line.
+  EXPECT_EQ(ended.output.find('\n') + 1, ended.output.size()) << arguments << "\n" << ended.output;
+}
+
+/// A picture that is never drawn, so that no display is asked for.
+std::string render() { return " --render '" + testing::TempDir() + "robomosp-never-drawn.png'"; }
+
+TEST(Program, WithoutADisplayItRefusesTheWindowAndNamesRender) {
+  const std::string none =
+      "cannot open a window, because there is no display: neither DISPLAY nor WAYLAND_DISPLAY is";
+  expect("pa10_circle --still", 1, none);
+  expect("pa10_circle --still", 1, none, "DISPLAY=");
+  expect("pa10_circle --still", 1, "--render FILE");
+}
+
+TEST(Program, ADisplayThatDoesNotAnswerIsRefusedInsteadOfAborting) {
+  // Not :99, which Xvfb takes first for a test that runs beside this one.
+  expect("pa10_circle --still", 1,
+         "cannot open a window, because the display does not answer: DISPLAY is \":4321\". Start "
+         "the program in a desktop session, or draw the picture into a file instead with --render "
+         "FILE.",
+         "DISPLAY=:4321");
+  expect("pa10_circle --still", 1, "cannot open a window, because", "DISPLAY=' '");
+  expect("pa10_circle --still", 1, "QT_QPA_PLATFORM is \"nonsense\"", "QT_QPA_PLATFORM=nonsense");
+}
+
+TEST(Program, ANameThatIsNothingShownIsAnsweredOverAllKinds) {
+  expect("nope" + render(), 3, "there is no world, robot, object or solid \"nope\". The library");
+  expect("pa10_circel" + render(), 3,
+         "there is no world, robot, object or solid \"pa10_circel\". Did you mean "
+         "\"pa10_circle\"?");
+  expect("puma56" + render(), 3, "Did you mean \"puma560\"?");
+  expect("steel" + render(), 3, "\"steel\" is a material; it cannot be shown.");
+  expect("pa10_circle --play nobody circle" + render(), 3, "has no robot \"nobody\"");
+}
+
+TEST(Program, ASizeIsTwoWholeNumbersInItsRange) {
+  const std::string no =
+      "is not a width and a height; give two whole numbers of pixels in 16..8192";
+  for (const char* size : {"640", "abc", "640x", "x480", "640x480x3", "6.5x480", "''"})
+    expect(std::string("nope --size ") + size + render(), 2, no);
+  const std::string out = "is out of range; the width and the height are 16..8192 pixels";
+  for (const char* size : {"15x480", "640,8193", "640 8193", "-640 480", "0x0"})
+    expect(std::string("nope --size ") + size + render(), 2, out);
+  // Well-formed ones reach the name, also when it follows.
+  for (const char* size : {"640x480", "640,480", "640 480", "=640x480"})
+    expect((size[0] == '=' ? "--size" : "--size ") + std::string(size) + " nope" + render(), 3,
+           "solid \"nope\"");
+}
+
+TEST(Program, TimesAndZoomsAreNumbersInTheirRange) {
+  expect("nope --at abc" + render(), 2, "--at: \"abc\" is not a time in seconds");
+  expect("nope --at nan" + render(), 2, "--at: \"nan\" is not a time in seconds");
+  expect("nope --at -1" + render(), 2, "--at: the time must be 0 or more seconds");
+  expect("nope --zoom abc" + render(), 2, "--zoom: \"abc\" is not a number");
+  for (const char* zoom : {"0", "-1", "101", "inf"})
+    expect(std::string("nope --zoom ") + zoom + render(), 2,
+           "is out of range; a zoom is 0.01..100");
+}
+
+TEST(Program, ACameraNeedsTwoDifferentFinitePoints) {
+  expect("nope --eye 1 2 3" + render(), 2, "--eye and --target go together");
+  expect("nope --eye 1 2 3 --target 1 2 3" + render(), 2, "no direction to look");
+  expect("nope --eye 1 2 nan --target 1 2 3" + render(), 2, "\"nan\" is not a coordinate");
+  expect("nope --eye 1 2 3 --target 1 inf 3" + render(), 2, "\"inf\" is not a coordinate");
+  expect("nope --eye 1 2 1e300 --target 1 2 3" + render(), 2, "is too far away");
+}
+
+TEST(Program, APictureThatCannotBeWrittenIsRefusedBeforeTheWork) {
+  expect("nope --render a.jpg", 3, "--render: \"a.jpg\" does not end with .png");
+  expect("nope --render ''", 3, "does not end with .png");
+  expect("nope --render '" + testing::TempDir() + "robomosp-no-such-folder/a.png'", 3,
+         "there is no folder");
+  expect("nope --screenshot a.jpg", 3, "--screenshot: \"a.jpg\" does not end with .png");
+}
+
+TEST(Program, ARefusedPictureLeavesNoFile) {
+  const auto file = std::filesystem::path(testing::TempDir()) / "robomosp-never-drawn.png";
+  run("nope" + render());
+  EXPECT_FALSE(std::filesystem::exists(file));
+}
+
+}  // namespace
