@@ -78,9 +78,22 @@ std::string kind_name(const ParamSpec& spec) {
     std::string kinds(type.substr(4));
     for (std::size_t at = 0; (at = kinds.find('|', at)) != std::string::npos; at += 4)
       kinds.replace(at, 1, " or ");
-    return "a " + kinds;
+    return (std::string_view("aeio").find(kinds.front()) != std::string_view::npos ? "an " : "a ") +
+           kinds;
   }
   return (type.front() == 'a' ? "an " : "a ") + std::string(type);
+}
+
+std::string numbers_given(std::size_t n) {
+  return std::to_string(n) + (n == 1 ? " number is given" : " numbers are given");
+}
+
+/// What the first words of a parameter's sentence name, with its verb: `joint values are`.
+std::string doc_words(std::string_view doc) {
+  std::string words(doc.substr(0, doc.find_first_of(",.:;")));
+  const bool is_word = words.size() > 1 && words[1] >= 'a' && words[1] <= 'z';
+  if (is_word && words[0] >= 'A' && words[0] <= 'Z') words[0] = static_cast<char>(words[0] + 32);
+  return words + (words.ends_with('s') && !words.ends_with("ss") ? " are" : " is");
 }
 
 /// The value as a message shows it, cut to a readable length.
@@ -278,8 +291,7 @@ Result<std::vector<double>> pose_part(const Value& v, std::string_view path, con
   RMP_TRY_ASSIGN(auto numbers, read_reals(part, v, path));
   if (!numbers) return wrong_type(part, v, path);
   if (numbers->size() != 3)
-    return fault(path, std::to_string(numbers->size()) + " numbers are given; " + kind_name(part) +
-                           " are needed");
+    return fault(path, numbers_given(numbers->size()) + "; " + kind_name(part) + " are needed");
   return std::move(*numbers);
 }
 
@@ -471,9 +483,7 @@ Result<Value> check_value(const ParamSpec& spec, const Value& v, std::string_vie
     RMP_TRY_ASSIGN(auto numbers, read_reals(spec, v, path));
     if (!numbers) return wrong_type(spec, v, path);
     if (type == "vec3" && numbers->size() != 3)
-      return fault(path,
-                   std::to_string(numbers->size()) + " numbers are given; " + kind_name(spec) +
-                       " are needed",
+      return fault(path, numbers_given(numbers->size()) + "; " + kind_name(spec) + " are needed",
                    example(spec));
     return Value(
         NumericArray(std::move(*numbers), is_dimensionless(spec.unit) ? std::string() : spec.unit));
@@ -520,8 +530,10 @@ Result<Map> check(const Schema& schema, const Map& given, const ResolveRef& reso
     if (!v) {
       if (spec.required)
         faults.push_back(fault(spec.name,
-                               "no value is given; " + kind_name(spec) +
-                                   (spec.type == "vec3" ? " are" : " is") + " required",
+                               spec.type == "any" && !spec.doc.empty()
+                                   ? doc_words(spec.doc) + " required"
+                                   : "no value is given; " + kind_name(spec) +
+                                         (spec.type == "vec3" ? " are" : " is") + " required",
                                example(spec)));
       continue;
     }

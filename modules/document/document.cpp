@@ -288,7 +288,7 @@ struct Transaction::Work {
   Result<void> free_of(Kind kind, const std::string& name) const {
     if (!now.find(kind, name)) return {};
     return error(ErrorCode::conflict,
-                 "there is already a " + std::string(to_string(kind)) + " named " + quote(name),
+                 "there is already " + with_article(to_string(kind)) + " named " + quote(name),
                  "Choose another name.");
   }
 };
@@ -329,8 +329,8 @@ Result<void> Transaction::edit(AnyId id, const std::function<Result<void>(Record
   RMP_TRY(change(*record));
   if (record->kind() != id.kind)
     return error(ErrorCode::invalid_argument, "an edit cannot turn " + work_->now.describe(id) +
-                                                  " into a " +
-                                                  std::string(to_string(record->kind())));
+                                                  " into " +
+                                                  with_article(to_string(record->kind())));
   if (record->name != old->name) {
     if (!is_name(record->name)) return bad_name(record->name, to_string(id.kind));
     RMP_TRY(work_->free_of(id.kind, record->name));

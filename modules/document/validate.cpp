@@ -49,6 +49,14 @@ Result<void> not_negative(double v, const std::string& what, const char* unit) {
   if (v >= 0) return {};
   return fault(what + " is " + shown(v) + unit + "; it must not be negative");
 }
+/// Far beyond any robot, and far below where sums of lengths lose millimetres or overflow.
+constexpr double kLongest = 1e4;   // m
+constexpr double kHeaviest = 1e9;  // kg
+Result<void> at_most(double v, double most, const std::string& what, const char* unit) {
+  RMP_TRY(finite(v, what));
+  if (std::fabs(v) <= most) return {};
+  return fault(what + " is " + shown(v) + unit + "; at most " + shown(most) + unit + " is allowed");
+}
 /// A limit: positive, infinity = none.
 Result<void> limit(double v, const std::string& what) {
   if (v > 0) return {};
@@ -63,6 +71,11 @@ Result<void> placement(const Placement& p, const std::string& what) {
   RMP_TRY(finite(p.angles, "an angle of the placement of " + what));
   if (p.notation > AngleNotation::zyz)
     return fault("the placement of " + what + " has an unknown notation of angles");
+  return {};
+}
+Result<void> near(const Placement& p, const std::string& what) {
+  RMP_TRY(placement(p, what));
+  for (const double x : p.position) RMP_TRY(at_most(x, kLongest, "a coordinate of " + what, " m"));
   return {};
 }
 Result<void> choice(const ProviderChoice& p, const std::string& what) {
@@ -180,9 +193,9 @@ Result<void> check_link(const Robot& r, std::size_t i) {
   if (l.parent < -1 || l.parent >= static_cast<std::int32_t>(i))
     return fault(link + " does not come after its parent", "Parents come first; -1 is the base.");
   if (l.joint > JointKind::fixed) return fault("the joint" + of + " is of an unknown kind");
-  RMP_TRY(finite(l.row.a, "a" + of));
+  RMP_TRY(at_most(l.row.a, kLongest, "a" + of, " m"));
   RMP_TRY(finite(l.row.alpha, "alpha" + of));
-  RMP_TRY(finite(l.row.d, "d" + of));
+  RMP_TRY(at_most(l.row.d, kLongest, "d" + of, " m"));
   RMP_TRY(finite(l.row.theta, "theta" + of));
   if (!(l.lower <= l.upper))
     return fault(
@@ -201,6 +214,7 @@ Result<void> check_link(const Robot& r, std::size_t i) {
                  " N m; it must not be positive");
   if (l.given) {
     RMP_TRY(not_negative(l.given->mass, "the given mass" + of, " kg"));
+    RMP_TRY(at_most(l.given->mass, kHeaviest, "the given mass" + of, " kg"));
     RMP_TRY(finite(l.given->com, "the given centre of mass" + of));
     const Sym3& s = l.given->inertia;
     RMP_TRY(finite(std::array{s.xx, s.yy, s.zz, s.xy, s.yz, s.xz}, "the given inertia" + of));
@@ -217,8 +231,8 @@ Result<void> check_link(const Robot& r, std::size_t i) {
 Result<void> check(const Robot& r, Subject& subject) {
   if (r.convention > Convention::mdh) return fault("the convention is unknown");
   if (r.mass_source > MassSource::designed) return fault("the source of masses is unknown");
-  RMP_TRY(placement(r.base, "the base"));
-  RMP_TRY(placement(r.tool, "the tool"));
+  RMP_TRY(near(r.base, "the base"));
+  RMP_TRY(near(r.tool, "the tool"));
   for (const auto& p : r.base_parts) {
     RMP_TRY(solid_or_object(p.what, "a part of the base"));
     RMP_TRY(placement(p.placement, "a part of the base"));
@@ -241,9 +255,10 @@ Result<void> check(const Robot& r, Subject& subject) {
     RMP_TRY(poses.add(p.name));
     RMP_TRY(finite(p.q, "a joint value of pose " + quote(p.name)));
     if (p.q.size() != dof)
-      return fault("pose " + quote(p.name) + " has " + std::to_string(p.q.size()) +
-                   " joint values; the robot has " + std::to_string(dof) +
-                   (dof == 1 ? " moving joint" : " moving joints"));
+      return fault(
+          "pose " + quote(p.name) + " has " + std::to_string(p.q.size()) +
+          (p.q.size() == 1 ? " joint value; the robot has " : " joint values; the robot has ") +
+          std::to_string(dof) + (dof == 1 ? " moving joint" : " moving joints"));
   }
   subject = {};
   RMP_TRY(choice(r.ik, "ik"));
@@ -306,11 +321,17 @@ bool is_name(std::string_view name) {
   });
 }
 
+std::string with_article(std::string_view noun) {
+  const bool is_vowel =
+      !noun.empty() && std::string_view("aeio").find(noun.front()) != std::string_view::npos;
+  return (is_vowel ? "an " : "a ") + std::string(noun);
+}
+
 Error bad_name(std::string_view name, std::string_view what) {
   const std::string hint =
       "A name starts with a letter and has letters, digits, _ - . and spaces, none at the end.";
-  if (name.empty()) return fault("the name of a " + std::string(what) + " is empty", hint);
-  return fault(quote(name) + " cannot be the name of a " + std::string(what), hint);
+  if (name.empty()) return fault("the name of " + with_article(what) + " is empty", hint);
+  return fault(quote(name) + " cannot be the name of " + with_article(what), hint);
 }
 
 Result<void> check_record(const Record& record, Subject* subject) {

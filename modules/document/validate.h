@@ -13,6 +13,8 @@ namespace robomosp::document {
 
 /// A name starts with a letter, has letters, digits, _ - . and spaces, and does not end in a space.
 [[nodiscard]] bool is_name(std::string_view name);
+/// `a robot`, `an object`.
+[[nodiscard]] std::string with_article(std::string_view noun);
 /// The refusal of a malformed name; `what` as in "robot" or "node".
 [[nodiscard]] Error bad_name(std::string_view name, std::string_view what);
 

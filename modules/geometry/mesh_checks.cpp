@@ -32,6 +32,17 @@ struct Edge {
   auto operator<=>(const Edge&) const = default;
 };
 
+/// Edges of one line, forward ones first or last: whether two of them belong to the same triangle,
+/// given twice. `third` gives the corner that is not on the edge.
+template <class Third>
+bool has_twins(const std::vector<Edge>& edges, std::size_t first, std::size_t end, Third&& third) {
+  std::vector<std::pair<bool, std::uint32_t>> sides;
+  for (std::size_t i = first; i < end; ++i)
+    sides.emplace_back(edges[i].is_forward, third(edges[i]));
+  std::sort(sides.begin(), sides.end());
+  return std::adjacent_find(sides.begin(), sides.end()) != sides.end();
+}
+
 std::size_t root_of(std::vector<std::size_t>& parent, std::size_t i) {
   while (parent[i] != i) i = parent[i] = parent[parent[i]];
   return i;
@@ -75,6 +86,13 @@ MeshReport check(const Mesh& mesh) {
   std::sort(edges.begin(), edges.end());
   std::vector<std::size_t> piece(mesh.triangle_count());
   std::iota(piece.begin(), piece.end(), std::size_t{0});
+  const auto third = [&](const Edge& e) {
+    for (std::size_t k = 0; k < 3; ++k)
+      if (const auto v = merged[mesh.triangles[3 * std::size_t{e.triangle} + k]];
+          v != e.low && v != e.high)
+        return v;
+    return e.low;
+  };
   for (std::size_t first = 0; first < edges.size();) {
     std::size_t end = first, forward = 0;
     for (; end < edges.size() && edges[end].low == edges[first].low &&
@@ -84,8 +102,10 @@ MeshReport check(const Mesh& mesh) {
       piece[root_of(piece, edges[end].triangle)] = root_of(piece, edges[first].triangle);
     }
     const std::size_t backward = end - first - forward;
-    if (forward > 1 || backward > 1) ++report.bad_edges;
-    else if (forward + backward == 1) ++report.open_edges;
+    // Solids may touch along a line: four triangles meet there, two a direction.
+    if (forward + backward == 1) ++report.open_edges;
+    else if (forward != backward || (forward > 1 && has_twins(edges, first, end, third)))
+      ++report.bad_edges;
     first = end;
   }
   for (std::size_t t = 0; t < piece.size(); ++t)
@@ -94,7 +114,7 @@ MeshReport check(const Mesh& mesh) {
   report.is_closed = report.open_edges == 0 && report.bad_edges == 0;
   if (!report.is_closed)
     report.problem = "the mesh is not closed: " + std::to_string(report.open_edges) + " open and " +
-                     std::to_string(report.bad_edges) + " doubly used edges.";
+                     std::to_string(report.bad_edges) + " badly matched edges.";
   return report;
 }
 

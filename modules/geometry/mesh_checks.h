@@ -14,9 +14,9 @@ namespace robomosp::geometry {
 /// What a check of a mesh found. Vertices at exactly the same position count as one, so that
 /// normals may differ along edges.
 struct MeshReport {
-  bool is_closed = false;      ///< every edge is used once in each direction (2-manifold edges)
+  bool is_closed = false;      ///< every edge is used as often in one direction as in the other
   std::size_t open_edges = 0;  ///< edges with a triangle on one side only
-  std::size_t bad_edges = 0;   ///< edges used more than once in one direction
+  std::size_t bad_edges = 0;   ///< edges used unequally, or twice by the same triangle
   std::size_t degenerate = 0;  ///< triangles with two corners at one position
   std::size_t pieces = 0;      ///< parts that are not connected by an edge
   std::string problem;         ///< a sentence, empty when closed

@@ -450,8 +450,7 @@ class Binder {
 
   [[nodiscard]] const Field& at(Index i) const { return s_.fields[i]; }
   [[nodiscard]] static std::string article(std::string_view noun) {
-    const bool is_vowel = std::string_view("aeio").find(noun.front()) != std::string_view::npos;
-    return (is_vowel ? "an " : "a ") + std::string(noun);
+    return document::with_article(noun);
   }
   [[nodiscard]] Error fail(Index i, std::string message, std::string hint = {}) const {
     return s_.at(at(i).offset, ErrorCode::syntax, std::move(message), std::move(hint));
@@ -459,7 +458,7 @@ class Binder {
   [[nodiscard]] Error twice(std::string_view what, const std::string& name, Index i,
                             Index first) const {
     return s_.at(at(i).argument_offset, ErrorCode::conflict,
-                 "there is already a " + std::string(what) + " named " + quote(name),
+                 "there is already " + article(what) + " named " + quote(name),
                  "The first one is at " + s_.place(at(first).offset) + ".");
   }
 

@@ -142,9 +142,9 @@ class Loader {
         nodes_[node].file ? nodes_[node].file->bound.record.kind() : nodes_[node].id.kind;
     if (std::find(r.kinds.begin(), r.kinds.end(), kind) == r.kinds.end())
       return from.syntax.at(r.offset, ErrorCode::invalid_argument,
-                            "the file " + quote(r.path) + " holds a " +
-                                std::string(to_string(kind)) + ", but " + r.owner + " needs a " +
-                                std::string(to_string(r.kinds.front())));
+                            "the file " + quote(r.path) + " holds " +
+                                document::with_article(to_string(kind)) + ", but " + r.owner +
+                                " needs " + document::with_article(to_string(r.kinds.front())));
     return node;
   }
   static std::string folder_name(const fs::path& file) {

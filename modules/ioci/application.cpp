@@ -5,6 +5,7 @@
 #include <cctype>
 #include <cstdlib>
 
+#include "document/validate.h"
 #include "io/native.h"
 #include "ioci/commands.h"
 #include "kernel/check.h"
@@ -261,8 +262,8 @@ Result<Value> Application::dispatch_positional(Session& session, std::string_vie
   if (!spec) return commands.unknown(name);
   if (args.size() > spec->params.size())
     return error(ErrorCode::usage,
-                 std::to_string(args.size()) + " arguments are given; " + spec->name +
-                     " takes at most " + std::to_string(spec->params.size()),
+                 count_given(args.size(), "argument") + "; " + spec->name + " takes at most " +
+                     std::to_string(spec->params.size()),
                  spec->params.empty() ? "Call it without arguments."
                                       : "help(\"" + spec->name + "\") lists them.",
                  spec->name);
@@ -331,6 +332,29 @@ Result<Map> classic_arguments(const CommandSpec& spec, std::span<const std::stri
   return args;
 }
 
+/// Lines of the original name robots and worlds that its library has; here they are loaded when
+/// the document has nothing of that name.
+Result<void> load_named(Application& app, Session& session, const document::Snapshot& now,
+                        const CommandSpec& spec, const Map& args) {
+  const Value* id = args.find("id");
+  const std::string* name = id ? id->as_string() : nullptr;
+  if (!name || spec.params.empty() || spec.params.front().name != "id" ||
+      !spec.params.front().type.starts_with("ref:") || !session.may(Effect::files_read))
+    return {};
+  const std::string_view kinds = std::string_view(spec.params.front().type).substr(4);
+  if (kinds == "any" || handle_from_text(*name)) return {};
+  std::optional<Kind> shipped;
+  for (const Kind k : kAllKinds) {
+    if (!kinds_include(kinds, to_string(k))) continue;
+    if (now.find(k, *name)) return {};
+    if (!shipped && library_file(app, k, *name)) shipped = k;
+  }
+  if (!shipped) return {};
+  auto loaded = app.dispatch(session, std::string(to_string(*shipped)) + ".get", {{"name", *name}});
+  if (!loaded.ok()) return std::move(loaded).error();
+  return {};
+}
+
 bool is_method(const CommandSpec& spec) {
   return !spec.params.empty() && spec.params.front().name == "id";
 }
@@ -340,10 +364,16 @@ bool is_method(const CommandSpec& spec) {
 Result<Value> Application::dispatch_classic(Session& session, std::string_view line) {
   RMP_TRY_ASSIGN(auto words, split_classic(line));
   if (words.empty()) return Value();
+  const auto run_loaded = [&](const CommandSpec& spec, const Map& args) -> Result<Value> {
+    const auto now = document.now();
+    RMP_TRY(load_named(*this, session, session.transaction_ ? session.transaction_->now() : *now,
+                       spec, args));
+    return run(session, spec, args);
+  };
   // The table's own names work as well: `robot.fk pa10 {0 0 0}`.
   if (const CommandSpec* spec = commands.find(words[0])) {
     RMP_TRY_ASSIGN(const Map args, classic_arguments(*spec, std::span(words).subspan(1), 0));
-    return run(session, *spec, args);
+    return run_loaded(*spec, args);
   }
   const auto word = [&](std::size_t i) {
     return i < words.size() ? std::string_view(words[i]) : std::string_view();
@@ -373,7 +403,7 @@ Result<Value> Application::dispatch_classic(Session& session, std::string_view l
     RMP_TRY_ASSIGN(Map args, classic_arguments(*spec, std::span(words).subspan(form.arguments),
                                                form.method ? 1 : 0));
     if (form.method) args.set("id", words[1]);
-    return run(session, *spec, args);
+    return run_loaded(*spec, args);
   }
   if (words.size() == 2 && commands.find_classic(words[0], words[1]))
     return error(ErrorCode::usage, words[0] + " " + words[1] + " lacks the name it works on",
@@ -404,7 +434,8 @@ Handle Application::handle(AnyId id) { return {std::string(to_string(id.kind)), 
 
 Result<AnyId> Application::record_id(const document::Snapshot& snapshot, const Handle& h) {
   const auto kind = kind_from(h.kind);
-  if (!kind) return error(ErrorCode::invalid_argument, "a " + h.kind + " is not a record");
+  if (!kind)
+    return error(ErrorCode::invalid_argument, document::with_article(h.kind) + " is not a record");
   const AnyId id{*kind, h.number};
   if (!snapshot.find(id)) return stale(h);
   return id;
@@ -414,8 +445,9 @@ Result<Handle> Application::resolve(const document::Snapshot& snapshot, std::str
                                     const Value& value) const {
   const auto check_handle = [&](const Handle& h) -> Result<Handle> {
     if (!kinds_include(kinds, h.kind))
-      return error(ErrorCode::invalid_argument,
-                   describe(h) + " is a " + h.kind + ", not a " + kinds_text(kinds));
+      return error(ErrorCode::invalid_argument, describe(h) + " is " +
+                                                    document::with_article(h.kind) + ", not " +
+                                                    document::with_article(kinds_text(kinds)));
     if (is_record_kind(h.kind)) {
       RMP_TRY(record_id(snapshot, h));
     } else if (h.kind == "recording") {
@@ -431,7 +463,7 @@ Result<Handle> Application::resolve(const document::Snapshot& snapshot, std::str
   const std::string* name = value.as_string();
   if (!name)
     return error(ErrorCode::invalid_argument,
-                 value.text() + " is not the name of a " + kinds_text(kinds),
+                 value.text() + " is not the name of " + document::with_article(kinds_text(kinds)),
                  "Give its name or a handle.");
   for (const Kind k : kAllKinds)
     if (kinds_include(kinds, to_string(k)))

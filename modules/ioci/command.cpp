@@ -246,10 +246,14 @@ std::map<std::string, std::string> reference_pages(const CommandTable& table) {
   std::string index =
       "# Commands\n\nGenerated from the command table; do not edit. `robomosp commands --markdown "
       "DIR` writes these pages.\n"
-      "Every command can be called from Lua (`robot.fk{id = \"pa10\", q = {...}}` or `pa10:fk{q = "
-      "{...}}`), from a\n"
-      "classic line where one is named, and from every other front end, with the same "
-      "arguments.\n\n"
+      "Every command can be called from Lua, as `robot(\"pa10\"):fk{q = {0, 0.5, 0, 1, 0, 0, 0}}`, "
+      "or as\n"
+      "`robot.fk{id = \"pa10\", q = {0, 0.5, 0, 1, 0, 0, 0}}` once pa10 is in the document; from a "
+      "classic line\n"
+      "where one is named, such as `PRobot pa10 mGetDHP`; and from every other front end, with the "
+      "same\n"
+      "arguments. A classic line loads what it works on from the library when the document lacks "
+      "it.\n\n"
       "| command | classic | effect | summary |\n|---|---|---|---|\n";
   std::string classic_lines = "\n## Classic lines\n\n| line | command |\n|---|---|\n";
   std::map<std::string, std::string> classic_index;

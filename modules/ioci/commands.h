@@ -150,6 +150,10 @@ struct Principal {
 [[nodiscard]] Principal principal(const Sym3& inertia);
 /// Binary STL of drawables in their common frame.
 [[nodiscard]] Result<std::string> stl(const std::vector<document::Drawable>& bodies);
+/// Tells the user (code "no_mass") when no moving link of a robot has a mass; `outcome` as in
+/// `, so its torques are zero`.
+void tell_no_mass(CommandContext& ctx, const RobotModel& m, Severity severity,
+                  std::string_view outcome);
 /// Pose as 4x4 matrix with position, roll-pitch-yaw and quaternion.
 [[nodiscard]] Map pose_map(const Pose& t);
 
@@ -162,6 +166,10 @@ struct Principal {
 [[nodiscard]] std::optional<std::filesystem::path> library_file(const Application& app, Kind kind,
                                                                 std::string_view name);
 
+/// `1 number is given`, `3 numbers are given`.
+[[nodiscard]] inline std::string count_given(std::size_t n, const std::string& noun) {
+  return std::to_string(n) + " " + noun + (n == 1 ? " is given" : "s are given");
+}
 /// A list "a, b and c" of unknown-name fault.
 [[nodiscard]] Error unknown_name(std::string_view what, std::string_view name,
                                  const std::vector<std::string>& known);

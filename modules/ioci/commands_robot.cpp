@@ -100,8 +100,8 @@ Result<std::vector<double>> read_q(const Value& value, const model::Robot& robot
   }
   if (q.size() != joints.size())
     return error(ErrorCode::invalid_argument,
-                 std::to_string(q.size()) + " joint values are given; the robot has " +
-                     std::to_string(joints.size()) + " joints",
+                 count_given(q.size(), "joint value") + "; the robot has " +
+                     std::to_string(joints.size()) + (joints.size() == 1 ? " joint" : " joints"),
                  "Give one value a joint.", where);
   for (std::size_t i = 0; i < q.size(); ++i)
     if (!std::isfinite(q[i]))
@@ -115,6 +115,19 @@ Result<std::shared_ptr<const RobotModel>> model_of(CommandContext& ctx, const Ma
   const Vec3 gravity = has(args, "gravity") ? vec3(args, "gravity") : Vec3{0, 0, -9.81};
   return ctx.app.derived.robot_model(ctx.snapshot(), typed<model::Robot>(args, name), gravity,
                                      ctx.progress);
+}
+
+void tell_no_mass(CommandContext& ctx, const RobotModel& m, Severity severity,
+                  std::string_view outcome) {
+  const auto weighs = [](const JointModel& j) {
+    const Sym3& i = j.body.inertia;
+    return j.body.mass != 0 || i.xx != 0 || i.yy != 0 || i.zz != 0;
+  };
+  if (m.joints.empty() || std::any_of(m.joints.begin(), m.joints.end(), weighs)) return;
+  ctx.app.messages.post(severity, "no_mass",
+                        "robot " + text::quote(m.name) + " has no masses" + std::string(outcome) +
+                            ". Give its links masses or designed parts.",
+                        "ioci");
 }
 
 namespace {
@@ -200,8 +213,7 @@ Result<Sym3> read_inertia(const Value& v, const std::string& path) {
   RMP_TRY_ASSIGN(const Value checked, check_value(field("", "real[]", "kg m^2", ""), v, path));
   const auto x = reals(&checked);
   if (x.size() != 6)
-    return error(ErrorCode::invalid_argument,
-                 std::to_string(x.size()) + " numbers are given for an inertia",
+    return error(ErrorCode::invalid_argument, count_given(x.size(), "number") + " for an inertia",
                  "Give {Ixx, Iyy, Izz, Ixy, Iyz, Ixz} or a 3x3 matrix.", path);
   return Sym3{x[0], x[1], x[2], x[3], x[4], x[5]};
 }
@@ -298,6 +310,22 @@ Result<void> check_robot(const std::string& name, const Robot& r) {
   return {};
 }
 
+/// Tells of given inertias that no body can have. They are kept: published data may be partial,
+/// such as the only element of PUMA's first link that its torques depend on.
+void tell_inertia(CommandContext& ctx, const std::string& name, const Link& l) {
+  if (!l.given) return;
+  const Vec3 m = principal(l.given->inertia).moments;  // ascending
+  const double slack = 1e-6 * std::max(std::fabs(m[0]), std::fabs(m[2]));
+  if (m[0] >= -slack && m[2] <= m[0] + m[1] + slack) return;
+  const auto shown = [](double x) { return text::print_rounded(x, 4); };
+  ctx.app.messages.post(Severity::warning, "inertia",
+                        "robot " + text::quote(name) + ", link " + text::quote(l.name) +
+                            ": no body has the given inertia, with the principal moments " +
+                            shown(m[0]) + ", " + shown(m[1]) + " and " + shown(m[2]) +
+                            " kg m^2. None can be negative or exceed the sum of the others.",
+                        "ioci");
+}
+
 Schema robot_fields() {
   Schema s{
       choice("convention", {"dh", "mdh"}, "Standard or modified (Craig) Denavit-Hartenberg rows."),
@@ -367,8 +395,13 @@ Result<Value> create(CommandContext& ctx, const Map& args) {
       RMP_TRY_ASSIGN(auto values, read_q(q, r, built.joints, "poses." + pose));
       r.poses.push_back({pose, std::move(values)});
     }
+  for (const Link& l : r.links) tell_inertia(ctx, name, l);
   RMP_TRY_ASSIGN(const auto id, ctx.edit().add(name, std::move(r)));
   return Value(Application::handle(id));
+}
+
+std::string name_in_document(const CommandContext& ctx, const Map& args) {
+  return ctx.snapshot().find(ref(args, "id"))->name;
 }
 
 /// Changes a robot and refuses what no solver could accept.
@@ -407,6 +440,7 @@ Result<Value> set_link(CommandContext& ctx, const Map& args) {
       if (static_cast<std::int32_t>(i) != index && r.links[i].name == l.name)
         return error(ErrorCode::conflict, "there are two links named " + text::quote(l.name),
                      "Names are unique within a robot.");
+    if (checked.find("inertia")) tell_inertia(ctx, name_in_document(ctx, args), l);
     return {};
   });
 }
@@ -417,6 +451,7 @@ Result<Value> add_link(CommandContext& ctx, const Map& args) {
     if (const Value* v = ctx.given(p.name)) given.set(p.name, *v);
   return change_robot(ctx, args, [&](Robot& r) -> Result<void> {
     RMP_TRY(append_link(ctx, r, Value(given), "link " + std::to_string(r.links.size() + 1)));
+    tell_inertia(ctx, name_in_document(ctx, args), r.links.back());
     // Named poses keep fitting: the new joint stands at 0 in them.
     if (r.links.back().joint != JointKind::fixed)
       for (model::NamedPose& p : r.poses) p.q.push_back(0);
@@ -596,6 +631,7 @@ Result<Value> mass(CommandContext& ctx, const Map& args) {
   std::vector<MassProperties> bodies;
   for (std::size_t i = 0; i < frames.size(); ++i)
     bodies.push_back(spatial::in_frame(m->joints[i].body, spatial::compose(m->base, frames[i])));
+  tell_no_mass(ctx, *m, Severity::info, "");
   const MassProperties all = spatial::combine(bodies);
   return mass_value(all);
 }

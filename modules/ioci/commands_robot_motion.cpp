@@ -261,12 +261,24 @@ Result<void> dynamics_call(CommandContext& ctx, const Map& args, DynamicsCall& c
   return {};
 }
 
+/// What torques are without masses; motors, friction and a wrench at the tip still count.
+std::string_view without_mass(const DynamicsCall& c) {
+  const auto& joints = c.at.model->joints;
+  const bool driven = std::any_of(joints.begin(), joints.end(), [](const JointModel& j) {
+    return j.armature != 0 || j.friction.viscous != 0 || j.friction.coulomb_positive != 0 ||
+           j.friction.coulomb_negative != 0;
+  });
+  return driven || !c.batch.tip.empty() ? ", so its links add nothing to its torques"
+                                        : ", so its torques are zero";
+}
+
 Result<Value> inverse_dynamics(CommandContext& ctx, const Map& args) {
   DynamicsCall c;
   RMP_TRY(dynamics_call(ctx, args, c));
   RMP_TRY_ASSIGN(const auto choice, chosen(args, content<Robot>(ctx, args).inverse_dynamics));
   RMP_TRY_ASSIGN(const auto bound,
                  ctx.app.solvers.inverse_dynamics(ctx.app.registry, c.at.model, choice));
+  tell_no_mass(ctx, *c.at.model, Severity::warning, without_mass(c));
   RMP_TRY_ASSIGN(auto tau, sim::torques(bound, c.batch, ctx.progress));
   return Value(NumericArray(std::move(tau), torque_unit(*c.at.model)));
 }
@@ -278,6 +290,7 @@ Result<Value> gravity_torques(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const auto choice, chosen(args, content<Robot>(ctx, args).inverse_dynamics));
   RMP_TRY_ASSIGN(const auto bound,
                  ctx.app.solvers.inverse_dynamics(ctx.app.registry, c.at.model, choice));
+  tell_no_mass(ctx, *c.at.model, Severity::warning, ", so its torques are zero");
   RMP_TRY_ASSIGN(auto tau, sim::torques(bound, c.batch, ctx.progress));
   return Value(NumericArray(std::move(tau), torque_unit(*c.at.model)));
 }

@@ -32,7 +32,7 @@ Result<Value> convert(CommandContext&, const Map& args) {
     if (n == "rotation_vector") r = spatial::rotation_exp({v[0], v[1], v[2]});
     if (n == "quaternion" || n == "axis_angle") {
       if (v.size() != 4)
-        return error(ErrorCode::invalid_argument, std::to_string(v.size()) + " numbers are given",
+        return error(ErrorCode::invalid_argument, count_given(v.size(), "number"),
                      n == "quaternion" ? "Give {w, x, y, z}." : "Give {x, y, z, angle}.", name);
       const double length = n == "quaternion"
                                 ? std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2] + v[3] * v[3])

@@ -338,7 +338,16 @@ Result<Value> inverse_kinematics(CommandContext& ctx, const Map& args) {
   return simulate(ctx, args, &sim::Simulator::inverse_kinematics);
 }
 Result<Value> inverse_dynamics(CommandContext& ctx, const Map& args) {
-  return simulate(ctx, args, &sim::Simulator::inverse_dynamics);
+  RMP_TRY_ASSIGN(auto recording, simulate(ctx, args, &sim::Simulator::inverse_dynamics));
+  const World& w = content<World>(ctx, args);
+  const auto member = find_member(ctx, w.robots, *args.find("robot"), robot_of, "robot", "");
+  if (member.ok()) {
+    RMP_TRY_ASSIGN(const auto m,
+                   ctx.app.derived.robot_model(ctx.snapshot(), w.robots[*member].robot, w.gravity,
+                                               ctx.progress));
+    tell_no_mass(ctx, *m, Severity::warning, ", so its links add nothing to its torques");
+  }
+  return recording;
 }
 
 /// All solids that a world shows, directly or through objects and robots.
@@ -604,18 +613,18 @@ std::vector<CommandSpec> world_commands() {
        .effect = Effect::reads,
        .run = trajectories});
   const ParamSpec index = needed("index", "int", "", "0 is the first, as in the original.");
-  all.push_back(
-      {.name = "world.object_name",
-       .classic = "World GetPObjectId",
-       .summary = "Gives the name of the i-th object of a world.",
-       .details = "",
-       .example = "solid.create{name = \"table\", root = {kind = \"box\", x = 1, y = 1, z = "
-                  "0.7}}\nlocal cell = world.create{name = \"cell\"}\ncell:add_object{what = "
-                  "\"table\"}\nassert(cell:object_name(0) == \"table\")",
-       .params = {self("world"), index},
-       .returns = {"string", "", "", {}},
-       .effect = Effect::reads,
-       .run = object_name});
+  all.push_back({.name = "world.object_name",
+                 .classic = "World GetPObjectId",
+                 .summary = "Gives the name of the i-th object of a world.",
+                 .details = "",
+                 .example =
+                     "solid.create{name = \"table\", root = {kind = \"box\", x = 1, y = 1, z = "
+                     "0.7}}\nlocal cell = world.create{name = \"cell\"}\ncell:add_object{what = "
+                     "\"table\"}\nassert(cell:object_name(0) == \"table\")",
+                 .params = {self("world"), index},
+                 .returns = {"string", "", "", {}},
+                 .effect = Effect::reads,
+                 .run = object_name});
   all.push_back({.name = "world.robot_name",
                  .classic = "World GetPRobotId",
                  .summary = "Gives the name of the i-th robot of a world.",

@@ -13,6 +13,12 @@
 namespace robomosp::sim {
 namespace {
 
+/// Adds the robot to an error whose provider has not named it.
+Error in_robot(Error e, const std::string& robot) {
+  if (e.where == robot || e.where.starts_with(robot + ", ")) return e;
+  return std::move(e).in(robot);
+}
+
 template <class Solver>
 Result<Bound<Solver>> bind(const Registry& registry, std::shared_ptr<const RobotModel> model,
                            const model::ProviderChoice& choice) {
@@ -23,7 +29,7 @@ Result<Bound<Solver>> bind(const Registry& registry, std::shared_ptr<const Robot
   RMP_TRY_ASSIGN(auto params, motion::checked_params(
                                   info, choice, where + ", provider " + text::quote(info.name)));
   auto prepared = guarded(info.name, [&] { return solver->prepare(*model, *params); });
-  if (!prepared.ok()) return std::move(prepared).error().in(where);
+  if (!prepared.ok()) return in_robot(std::move(prepared).error(), where);
   return Bound<Solver>{std::move(model), std::move(solver), info.name};
 }
 
@@ -79,7 +85,7 @@ Result<std::vector<double>> checked_numbers(const std::string& provider, const R
                                             std::size_t size, Call&& call) {
   std::vector<double> out(size, std::nan(""));
   auto done = guarded(provider, [&]() -> Result<void> { return call(std::span<double>(out)); });
-  if (!done.ok()) return std::move(done).error().in("robot " + text::quote(model.name));
+  if (!done.ok()) return in_robot(std::move(done).error(), "robot " + text::quote(model.name));
   if (!all_finite(out))
     return broken(provider, "returned a value that is not a number")
         .in("robot " + text::quote(model.name));
@@ -108,7 +114,7 @@ Result<std::vector<IkResult>> solve_ik(const Bound<IkSolver>& ik, const IkBatch&
   const std::string where = "robot " + text::quote(ik.model->name);
   std::vector<IkResult> results(batch.targets.size());
   auto done = guarded(ik.provider, [&] { return ik.solver->solve(batch, results, progress); });
-  if (!done.ok()) return std::move(done).error().in(where);
+  if (!done.ok()) return in_robot(std::move(done).error(), where);
   std::vector<Pose> frames(ik.model->dof());
   for (std::size_t i = 0; i < results.size(); ++i)
     RMP_TRY(check_answer(ik, batch, batch.targets[i], frames, results[i]).in(where));

@@ -589,5 +589,32 @@ TEST(DerivedWithOcct, ABoredCylinderHasTheMassOfTheClosedFormAndASkinIsClosed) {
   EXPECT_FALSE(bodies->bodies[0].empty() && bodies->bodies[1].empty());
 }
 
+TEST(DerivedWithOcct, CubesThatTouchAlongAnEdgeAreASolid) {
+  const std::filesystem::path plugin = std::filesystem::path(ROBOMOSP_PLUGIN_DIR) / "csg_occt.so";
+  if (!std::filesystem::exists(plugin)) GTEST_SKIP() << "csg_occt is not built";
+  Registry registry;
+  PluginLoader loader(registry);
+  ASSERT_TRUE(loader.load(plugin.string()).loaded);
+  Document document;
+  Derived derived(registry);
+  NoProgress progress;
+  auto tx = document.begin("make");
+  model::Material water;
+  water.density = 1000;
+  const auto material = tx->add("water", water);
+  model::Solid pair;
+  pair.material = *material;
+  pair.nodes.push_back({CsgKind::union_, "pair", -1, {}, {}});
+  pair.nodes.push_back({CsgKind::box, "first", 0, {}, {0.1, 0.1, 0.1}});
+  pair.nodes.push_back({CsgKind::box, "second", 0, {{0.1, 0.1, 0}, {}, {}}, {0.1, 0.1, 0.1}});
+  const auto id = tx->add("pair", pair);
+  ASSERT_TRUE(tx->commit().ok());
+  const auto m = derived.mass(*document.now(), AnyId(*id), progress);
+  ASSERT_TRUE(m.ok()) << m.error().sentence();
+  EXPECT_NEAR(m->mass.mass, 2, 1e-9);
+  const auto mesh = derived.mesh(*document.now(), *id, progress);
+  ASSERT_TRUE(mesh.ok()) << mesh.error().sentence();
+}
+
 }  // namespace
 }  // namespace robomosp

@@ -62,6 +62,23 @@ TEST(MeshCheck, PiecesAreCounted) {
   EXPECT_TRUE(check(m).is_closed);
 }
 
+TEST(MeshCheck, BoxesThatTouchAlongAnEdgeAreClosed) {
+  Mesh m = box({0, 0, 0}, {1, 1, 1});
+  append(m, box({1, 1, 0}, {2, 2, 1}));
+  const MeshReport r = check(m);
+  EXPECT_TRUE(r.is_closed) << r.problem;
+  const auto moved = moments(m);
+  ASSERT_TRUE(moved.ok()) << moved.error().sentence();
+  EXPECT_NEAR(moved->volume, 2, 1e-12);
+  EXPECT_NEAR(moved->first[0], 0.5 + 1.5, 1e-12);
+}
+
+TEST(MeshCheck, AMeshGivenTwiceIsNotClosed) {
+  Mesh m = box({0, 0, 0}, {1, 1, 1});
+  append(m, box({0, 0, 0}, {1, 1, 1}));
+  EXPECT_EQ(check(m).bad_edges, 18U);
+}
+
 TEST(MeshCheck, BrokenMeshesAreToldApart) {
   EXPECT_FALSE(check(Mesh{}).is_closed);
   Mesh m = box({0, 0, 0}, {1, 1, 1});

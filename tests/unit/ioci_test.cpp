@@ -69,6 +69,14 @@ class Ioci : public ::testing::Test {
     EXPECT_NE(found, nullptr) << "no field " << key << " in " << v.text();
     return found ? *found : none;
   }
+  /// The latest message with a code.
+  static Message last(std::string_view code) {
+    Message found;
+    for (const Message& m : app().messages.recent(1000))
+      if (m.code == code) found = m;
+    EXPECT_FALSE(found.code.empty()) << "no message " << code;
+    return found;
+  }
   std::size_t steps() { return app().document.undo_labels().size(); }
   Value brass() { return call("material.create", {{"name", "brass"}, {"density", 8500}}); }
   Value plate() {
@@ -546,6 +554,86 @@ TEST_F(Ioci, EvaluatingAWorldFillsTheCacheForAllItsSolids) {
   const auto misses = app().derived.stats().misses;
   call("solid.moments", {{"id", "plate"}});
   EXPECT_EQ(app().derived.stats().misses, misses);
+}
+
+TEST_F(Ioci, AClassicLineLoadsWhatItWorksOnFromTheLibrary) {
+  const Value table = classic("PRobot pa10 mGetDHP");
+  EXPECT_EQ(at(table, "rows").as_list()->size(), 7U);
+  EXPECT_TRUE(app().document.now()->find(Kind::robot, "pa10"));
+  const std::string before = app().document.content_digest();
+  const auto steps_before = steps();
+  classic("PRobot pa10 GetDOF");
+  EXPECT_EQ(app().document.content_digest(), before) << "loaded once";
+  EXPECT_EQ(steps(), steps_before);
+}
+
+TEST_F(Ioci, AClassicLineInTheTablesOwnNamesLoadsAsWell) {
+  classic("robot.fk pa10 {0 0 0 0 0 0 0}");
+  EXPECT_TRUE(app().document.now()->find(Kind::robot, "pa10"));
+}
+
+TEST_F(Ioci, OnlyClassicLinesLoadFromTheLibraryUnasked) {
+  EXPECT_EQ(fails("robot.dh_table", {{"id", "pa10"}}).code, ErrorCode::unknown_name);
+  EXPECT_EQ(classic_fails("PRobot nobody mGetDHP").code, ErrorCode::unknown_name);
+  EXPECT_TRUE(app().document.now()->list(Kind::robot).empty());
+}
+
+TEST_F(Ioci, TorquesOfARobotWithoutMassComeWithAWarning) {
+  call("robot.create", {{"name", "ghost"}, {"links", List{Map{{"a", 0.3}}, Map{{"a", 0.2}}}}});
+  const Value tau = call("robot.gravity_torques", {{"id", "ghost"}, {"q", List{0.0, 0.0}}});
+  EXPECT_EQ(tau, Value(NumericArray({0, 0}, "N m")));
+  EXPECT_EQ(last("no_mass").text,
+            "robot \"ghost\" has no masses, so its torques are zero. Give its links masses or "
+            "designed parts.");
+  EXPECT_EQ(last("no_mass").severity, Severity::warning);
+  call("robot.mass", {{"id", "ghost"}});
+  EXPECT_EQ(last("no_mass").severity, Severity::info);
+  call("robot.set_link", {{"id", "ghost"}, {"link", 2}, {"mass", 1}});
+  const auto told = app().messages.recent().size();
+  call("robot.gravity_torques", {{"id", "ghost"}, {"q", List{0.0, 0.0}}});
+  EXPECT_EQ(app().messages.recent().size(), told);
+}
+
+TEST_F(Ioci, AnInertiaThatNoBodyHasIsKeptWithAWarning) {
+  call("robot.create",
+       {{"name", "odd"},
+        {"links", List{Map{{"a", 0.3}, {"mass", 1}, {"inertia", List{0.0, 0.35, 0.0, 0, 0, 0}}}}}});
+  EXPECT_EQ(last("inertia").text,
+            "robot \"odd\", link \"link1\": no body has the given inertia, with the principal "
+            "moments 0, 0 and 0.35 kg m^2. None can be negative or exceed the sum of the others.");
+  const auto told = app().messages.recent(1000).size();
+  // A flat plate is the limit: Izz = Ixx + Iyy.
+  call("robot.create",
+       {{"name", "plate"},
+        {"links", List{Map{{"a", 0.3}, {"mass", 1}, {"inertia", List{0.1, 0.2, 0.3, 0, 0, 0}}}}}});
+  EXPECT_EQ(app().messages.recent(1000).size(), told + 1) << "only the audit line";
+}
+
+TEST_F(Ioci, LengthsBeyondTenKilometresAreRefused) {
+  EXPECT_NE(fails("robot.create", {{"name", "far"}, {"links", List{Map{{"a", 1e300}}}}})
+                .sentence()
+                .find("at most 10000 m is allowed"),
+            std::string::npos);
+  call("robot.create", {{"name", "arm"}, {"links", List{Map{{"a", 1e4}}}}});
+  fails("robot.set_link", {{"id", "arm"}, {"link", 1}, {"d", -10001}});
+  fails("robot.set_link", {{"id", "arm"}, {"link", 1}, {"mass", 2e9}});
+}
+
+TEST_F(Ioci, CountsAndArticlesReadWell) {
+  call("robot.create", {{"name", "arm"}, {"links", List{Map{{"a", 0.3}}, Map{{"a", 0.2}}}}});
+  EXPECT_EQ(fails("robot.fk", {{"id", "arm"}, {"q", List{1.0}}}).message,
+            "1 joint value is given; the robot has 2 joints");
+  EXPECT_EQ(fails("robot.fk", {{"id", "arm"}}).sentence(),
+            "robot.fk, q: joint values are required.");
+  EXPECT_NE(fails("object.mass", {{"id", 5}}).sentence().find("5 is not an object"),
+            std::string::npos);
+}
+
+TEST_F(Ioci, ARobotIsNamedOnceInAnErrorOfItsSolver) {
+  call("robot.create", {{"name", "ghost"}, {"links", List{Map{{"a", 0.3}}, Map{{"a", 0.2}}}}});
+  const std::string said =
+      fails("robot.forward_dynamics", {{"id", "ghost"}, {"q", List{0.0, 0.0}}}).sentence();
+  EXPECT_EQ(said.find("robot \"ghost\""), said.rfind("robot \"ghost\"")) << said;
 }
 
 TEST_F(Ioci, DescribingTheTableGivesEveryCommand) {
