@@ -428,7 +428,7 @@ TEST(Document, RecordsAreCheckedAtCommitAndTheElementIsNamed) {
   r.links[1].upper = 2;
   r.poses.push_back({"home", {0}});
   EXPECT_EQ(refusal("r", r),
-            "robot \"r\": pose \"home\" has 1 joint values; the robot has 2 moving joints.");
+            "robot \"r\": pose \"home\" has 1 joint value; the robot has 2 moving joints.");
   r.links[1].joint = model::JointKind::fixed;
   EXPECT_EQ(refusal("r", r), "");
   EXPECT_EQ(refusal("o", object_of({AnyId{}})),
