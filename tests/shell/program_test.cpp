@@ -295,7 +295,8 @@ TEST(Console, HistoryOutlivesTheSession) {
     Terminal t(home.path);
     ASSERT_TRUE(t.expect("> ")) << t.seen;
     t.type("=111 * 3\n");
-    ASSERT_TRUE(t.expect("333")) << t.seen;
+    ASSERT_TRUE(t.expect("\r\n333")) << t.seen;
+    ASSERT_TRUE(t.expect("> ")) << t.seen;
     t.type("\x04");
     ASSERT_EQ(t.wait_exit(), 0);
   }
