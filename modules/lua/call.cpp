@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // The trampoline between Lua and C++, and the functions that stand for commands. This is the only
 // file that raises Lua errors; everything else answers with a Result.
+#include <algorithm>
 #include <exception>
 #include <new>
+#include <span>
 
 #include "kernel/text.h"
 #include "lua/internal.h"
@@ -66,13 +68,22 @@ int with_traceback(lua_State* L) {
   return 1;
 }
 
-bool is_map_like(std::string_view type) { return type == "map" || type == "pose" || type == "any"; }
+/// Could a table with this key be meant as a pose? A misspelt field counts, too.
+bool is_pose_field(const std::string& key, std::span<const std::string> params) {
+  static const std::vector<std::string> kFields = {"position", "rpy", "xyz", "zyz"};
+  if (std::find(kFields.begin(), kFields.end(), key) != kFields.end()) return true;
+  return text::nearest(key, kFields) && !text::nearest(key, params);
+}
 
-/// Does this only argument give names, or is it the value of the next parameter?
+/// Does this only argument give names, or is it the value of the next parameter? A table with
+/// names is a value only where a map or a pose is wanted: in "any" no command takes a map, and a
+/// misspelt name is to be told as such.
 bool gives_names(lua_State* L, int index, const Schema& params, std::size_t next) {
   if (!lua_istable(L, index)) return false;
-  const bool ambiguous = next < params.size() && is_map_like(params[next].type);
-  bool any = false, known = false;
+  const std::string type = next < params.size() ? params[next].type : std::string();
+  std::vector<std::string> names;
+  for (const ParamSpec& p : params) names.push_back(p.name);
+  bool any = false, known = false, pose = false;
   lua_pushnil(L);
   while (lua_next(L, index) != 0) {
     lua_pop(L, 1);
@@ -80,12 +91,12 @@ bool gives_names(lua_State* L, int index, const Schema& params, std::size_t next
       lua_pop(L, 1);
       return false;
     }
+    const std::string key = lua_tostring(L, -1);
     any = true;
-    if (!ambiguous) continue;
-    const std::string_view key = lua_tostring(L, -1);
-    for (const ParamSpec& p : params) known = known || p.name == key;
+    known = known || std::find(names.begin(), names.end(), key) != names.end();
+    pose = pose || (type == "pose" && is_pose_field(key, names));
   }
-  return !any || !ambiguous || known;
+  return !any || known || !(type == "map" || pose);
 }
 
 /// Arguments `first`.. of a call: an optional handle or name for `id`, then either one table of

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Value <-> Lua, and Error <-> error objects.
 #include <algorithm>
+#include <limits>
 
 #include "kernel/text.h"
 #include "lua/internal.h"
@@ -174,7 +175,7 @@ Result<std::vector<double>> to_reals(lua_State* L, int index, std::string_view w
 namespace {
 
 Result<int> result_text(Impl& impl, lua_State* L) {
-  const std::string text = pretty_of(impl, L, 1);
+  const std::string text = pretty_of(impl, L, 1, Shown::all);
   lua_pushlstring(L, text.data(), text.size());
   return 1;
 }
@@ -307,6 +308,38 @@ void push_error(lua_State* L, const Error& e, std::string_view at) {
   lua_setmetatable(L, -2);
 }
 
+namespace {
+
+/// `Did you mean "robot"?` for Lua's complaint about a global that is nil: a near global, or the
+/// command whose last word it is. "" for any other message.
+std::string suggestion(lua_State* L, std::string_view message) {
+  constexpr std::string_view kBefore = "a nil value (global '";
+  auto at = message.find(kBefore);
+  if (at == std::string_view::npos) return {};
+  at += kBefore.size();
+  const std::string name(message.substr(at, message.find('\'', at) - at));
+  std::vector<std::string> commands, globals;
+  for (const ioci::CommandSpec* spec : impl_of(L).app.commands.list())
+    if (spec->name.ends_with("." + name)) commands.push_back(spec->name);
+  if (commands.size() == 1) return "Did you mean " + text::quote(commands[0]) + "?";
+  lua_pushglobaltable(L);
+  lua_pushnil(L);
+  while (lua_next(L, -2) != 0) {
+    lua_pop(L, 1);
+    if (lua_type(L, -1) == LUA_TSTRING) globals.emplace_back(lua_tostring(L, -1));
+  }
+  lua_pop(L, 1);
+  std::sort(globals.begin(), globals.end());
+  std::string near = text::did_you_mean(name, globals);
+  if (near.empty() && !commands.empty()) {
+    if (commands.size() > 4) commands.resize(4);
+    near = "There is " + text::enumerate(commands) + ".";
+  }
+  return near;
+}
+
+}  // namespace
+
 Error to_error(lua_State* L, int index) {
   index = lua_absindex(L, index);
   if (lua_istable(L, index)) {
@@ -322,7 +355,8 @@ Error to_error(lua_State* L, int index) {
   }
   if (lua_type(L, index) == LUA_TSTRING) {
     auto [at, message] = split_place(lua_tostring(L, index));
-    return error(ErrorCode::script_failed, std::move(message), {}, std::move(at));
+    std::string hint = suggestion(L, message);
+    return error(ErrorCode::script_failed, std::move(message), std::move(hint), std::move(at));
   }
   return error(ErrorCode::script_failed,
                "a script raised a " + type_text(L, index) + " instead of a text",
@@ -379,29 +413,68 @@ std::string basic_text(Impl& impl, lua_State* L, int index) {
   return pretty(*value, nullptr, [&](const Handle& h) { return impl.app.describe(h); });
 }
 
-/// A table that has no Value (functions, mixed keys): one line an entry, tables inside not opened.
-std::string shallow_text(Impl& impl, lua_State* L, int table) {
-  constexpr std::size_t kMost = 60;
-  std::vector<std::string> lines;
-  std::size_t count = 0;
-  lua_pushnil(L);
-  while (lua_next(L, table) != 0) {
-    if (++count <= kMost) {
-      const std::string key = lua_type(L, -2) == LUA_TSTRING
-                                  ? lua_tostring(L, -2)
-                                  : "[" + basic_text(impl, L, lua_absindex(L, -2)) + "]";
-      lines.push_back(key + " = " + basic_text(impl, L, lua_absindex(L, -1)));
+/// Text of tables that have no Value (functions, mixed keys, cycles): one line an entry, tables
+/// inside indented.
+class TableText {
+ public:
+  TableText(Impl& impl, lua_State* L, Shown shown)
+      : impl_(impl), L_(L), left_(shown == Shown::all ? 100000U : 200U) {}
+
+  // The depth of the recursion is bounded by kDeepest.
+  std::string of(int table) {
+    if (const void* id = lua_topointer(L_, table);
+        std::find(open_.begin(), open_.end(), id) != open_.end())
+      return "<cycle>";
+    if (open_.size() >= kDeepest || !lua_checkstack(L_, 8)) return "table";
+    open_.push_back(lua_topointer(L_, table));
+    std::vector<std::pair<std::string, std::string>> named;
+    std::vector<std::pair<lua_Integer, std::string>> numbered;
+    std::size_t left_out = 0;
+    lua_pushnil(L_);
+    while (lua_next(L_, table) != 0) {
+      if (left_ == 0) {
+        ++left_out;
+      } else {
+        --left_;
+        const int value = lua_gettop(L_), key = value - 1;
+        std::string text = lua_istable(L_, value) ? nested(value) : basic_text(impl_, L_, value);
+        if (lua_isinteger(L_, key)) numbered.emplace_back(lua_tointeger(L_, key), std::move(text));
+        else if (lua_type(L_, key) == LUA_TSTRING)
+          named.emplace_back(lua_tostring(L_, key), std::move(text));
+        else named.emplace_back("[" + basic_text(impl_, L_, key) + "]", std::move(text));
+      }
+      lua_pop(L_, 1);
     }
-    lua_pop(L, 1);
+    open_.pop_back();
+    std::sort(numbered.begin(), numbered.end());
+    std::sort(named.begin(), named.end());
+    std::vector<std::string> lines;
+    for (const auto& [k, t] : numbered) lines.push_back("[" + std::to_string(k) + "] = " + t);
+    for (const auto& [k, t] : named) lines.push_back(k + " = " + t);
+    if (left_out > 0) lines.push_back("... " + std::to_string(left_out) + " more");
+    return lines.empty() ? "{}" : text::join(lines, "\n");
   }
-  std::sort(lines.begin(), lines.end());
-  if (count > kMost) lines.push_back("... (" + std::to_string(count) + " entries)");
-  return text::join(lines, "\n");
-}
+
+ private:
+  static constexpr std::size_t kDeepest = 8;
+
+  std::string nested(int table) {
+    std::string text = of(table);
+    if (text == "<cycle>" || text == "{}" || text == "table") return text;
+    for (std::size_t at = text.find('\n'); at != std::string::npos; at = text.find('\n', at + 3))
+      text.insert(at + 1, "  ");
+    return "\n  " + text;
+  }
+
+  Impl& impl_;
+  lua_State* L_;
+  std::size_t left_;  ///< entries that may still be shown
+  std::vector<const void*> open_;
+};
 
 }  // namespace
 
-std::string pretty_of(Impl& impl, lua_State* L, int index) {
+std::string pretty_of(Impl& impl, lua_State* L, int index, Shown shown) {
   index = lua_absindex(L, index);
   if (!lua_checkstack(L, 16)) return luaL_typename(L, index);
   if (!lua_istable(L, index)) return basic_text(impl, L, index);
@@ -412,9 +485,15 @@ std::string pretty_of(Impl& impl, lua_State* L, int index) {
     if (is_error) return to_error(L, index).sentence();
   }
   const auto value = to_value(L, index);
-  if (!value.ok()) return shallow_text(impl, L, index);
-  return pretty(*value, returns_of(L, index),
-                [&](const Handle& h) { return impl.app.describe(h); });
+  if (!value.ok()) return TableText(impl, L, shown).of(index);
+  const ioci::ReturnSpec* returns = returns_of(L, index);
+  const ioci::CommandSpec* apropos = impl.app.commands.find("apropos");
+  if (apropos && returns == &apropos->returns && value->as_list() && value->as_list()->empty())
+    return "Nothing was found. Try fewer or other words; help() lists the topics.";
+  PrettyStyle style;
+  if (shown == Shown::all) style.most_items = std::numeric_limits<std::size_t>::max();
+  return pretty(
+      *value, returns, [&](const Handle& h) { return impl.app.describe(h); }, style);
 }
 
 }  // namespace robomosp::lua

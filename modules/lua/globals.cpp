@@ -17,11 +17,32 @@ Error misuse(std::string message, std::string hint) {
   return error(ErrorCode::invalid_argument, std::move(message), std::move(hint));
 }
 
-Result<double> need_number(lua_State* L, int index, const char* what) {
-  if (lua_type(L, index) != LUA_TNUMBER)
-    return misuse(std::string(what) + " must be a number, not a " + luaL_typename(L, index),
-                  "Write a number such as 0.5.");
-  return static_cast<double>(lua_tonumber(L, index));
+/// A number in SI, or a text such as "20 mm".
+Result<double> need_quantity(lua_State* L, int index, const std::string& what, const char* si) {
+  if (lua_type(L, index) == LUA_TNUMBER) return static_cast<double>(lua_tonumber(L, index));
+  if (lua_type(L, index) == LUA_TSTRING) {
+    auto read = units::read_quantity(lua_tostring(L, index), si);
+    if (!read.ok()) return std::move(read).error().in(what);
+    return *read;
+  }
+  return misuse(what + " is a " + luaL_typename(L, index) + ", not a number",
+                std::string("Write a number in ") + si + ", or a text such as " +
+                    (std::string_view(si) == "m" ? "\"100 mm\"." : "\"90 deg\"."));
+}
+
+/// All quantities of a list or array.
+Result<std::vector<double>> quantities(lua_State* L, int index, const std::string& what,
+                                       const char* si) {
+  if (!lua_istable(L, index)) return to_reals(L, index, what);
+  std::vector<double> out;
+  const auto count = lua_rawlen(L, index);
+  for (lua_Unsigned i = 1; i <= count; ++i) {
+    lua_rawgeti(L, index, static_cast<lua_Integer>(i));
+    RMP_TRY_ASSIGN(const double v, need_quantity(L, lua_gettop(L), what, si));
+    lua_pop(L, 1);
+    out.push_back(v);
+  }
+  return out;
 }
 
 /// print(...): texts separated by tabs, through the session's sink.
@@ -29,9 +50,14 @@ Result<int> print(Impl& impl, lua_State* L) {
   std::string line;
   const int count = lua_gettop(L);
   for (int i = 1; i <= count; ++i) {
+    if (i > 1) line += '\t';
+    if (lua_istable(L, i) && lua_getmetatable(L, i) == 0) {
+      line += pretty_of(impl, L, i, Shown::all);
+      continue;
+    }
+    lua_settop(L, count);
     std::size_t length = 0;
     const char* s = luaL_tolstring(L, i, &length);
-    if (i > 1) line += '\t';
     line.append(s, length);
     lua_pop(L, 1);
   }
@@ -64,25 +90,32 @@ Result<int> convert(Impl& impl, lua_State* L, const char* from, const char* si) 
 Result<int> degrees(Impl& impl, lua_State* L) { return convert(impl, L, "deg", "rad"); }
 Result<int> millimetres(Impl& impl, lua_State* L) { return convert(impl, L, "mm", "m"); }
 
-Result<Vec3> three(lua_State* L, int first, const char* what) {
-  Vec3 v{};
-  if (lua_istable(L, first) || array_at(L, first)) {
-    RMP_TRY_ASSIGN(const auto numbers, to_reals(L, first, what));
-    if (numbers.size() != 3)
-      return misuse(std::string(what) + " has " + std::to_string(numbers.size()) +
-                        " numbers; three are needed",
-                    "Write {0.1, 0, 0.2}.");
-    return Vec3{numbers[0], numbers[1], numbers[2]};
+/// Three quantities of the SI unit `si` from a list or from arguments; `call` and `things` name
+/// them: "rpy(roll, pitch, yaw)" and "angle".
+Result<Vec3> three(lua_State* L, const char* call, const char* thing, const char* si) {
+  const std::string what = std::string(thing) + " of " + call;
+  std::vector<double> numbers;
+  if (lua_istable(L, 1) || array_at(L, 1)) {
+    RMP_TRY_ASSIGN(numbers, quantities(L, 1, what, si));
+  } else {
+    for (int i = 1; i <= 3 && !lua_isnoneornil(L, i); ++i) {
+      RMP_TRY_ASSIGN(const double v, need_quantity(L, i, what, si));
+      numbers.push_back(v);
+    }
   }
-  for (int i = 0; i < 3; ++i) {
-    RMP_TRY_ASSIGN(v[static_cast<std::size_t>(i)], need_number(L, first + i, what));
-  }
-  return v;
+  if (numbers.size() != 3)
+    return misuse(std::string(call) + " needs three " + thing + "s; " +
+                      (numbers.empty()       ? std::string("none is given")
+                       : numbers.size() == 1 ? std::string("one is given")
+                                             : std::to_string(numbers.size()) + " are given"),
+                  std::string_view(si) == "m" ? "Write pose(0.1, 0, \"200 mm\")."
+                                              : "Write rpy(0, 0, \"90 deg\").");
+  return Vec3{numbers[0], numbers[1], numbers[2]};
 }
 
 /// rpy(roll, pitch, yaw): 3x3 rotation, R = Rz(yaw) Ry(pitch) Rx(roll).
 Result<int> rpy(Impl& impl, lua_State* L) {
-  RMP_TRY_ASSIGN(const Vec3 angles, three(L, 1, "an angle of rpy(roll, pitch, yaw)"));
+  RMP_TRY_ASSIGN(const Vec3 angles, three(L, "rpy(roll, pitch, yaw)", "angle", "rad"));
   const spatial::Matrix3 r = spatial::from_rpy(angles);
   push_array(impl, L, NumericArray(std::vector<double>(r.begin(), r.end()), 3, 3));
   return 1;
@@ -92,10 +125,11 @@ Result<int> rpy(Impl& impl, lua_State* L) {
 /// matrix, or a table {roll, pitch, yaw}.
 Result<int> pose(Impl& impl, lua_State* L) {
   Pose t;
-  RMP_TRY_ASSIGN(t.p, three(L, 1, "a coordinate of pose(x, y, z, rotation)"));
-  const int rotation = lua_type(L, 1) == LUA_TNUMBER ? 4 : 2;
+  RMP_TRY_ASSIGN(t.p, three(L, "pose(x, y, z, rotation)", "coordinate", "m"));
+  const int rotation = lua_istable(L, 1) || array_at(L, 1) ? 2 : 4;
   if (!lua_isnoneornil(L, rotation)) {
-    RMP_TRY_ASSIGN(const auto r, to_reals(L, rotation, "the rotation of pose(x, y, z, rotation)"));
+    RMP_TRY_ASSIGN(const auto r,
+                   quantities(L, rotation, "the rotation of pose(x, y, z, rotation)", "rad"));
     if (r.size() == 3) {
       t.R = spatial::from_rpy({r[0], r[1], r[2]});
     } else if (r.size() == 9) {
@@ -109,17 +143,59 @@ Result<int> pose(Impl& impl, lua_State* L) {
   return 1;
 }
 
+/// What help() tells about the globals that are no commands.
+struct Topic {
+  std::string_view name, text;
+};
+constexpr Topic kTopics[] = {
+    {"units",
+     "Numbers are in SI: metres, kilograms, seconds, newtons; angles are in radians.\n"
+     "A text carries another unit: \"20 mm\", \"90 deg\", \"7.85 g/cm^3\"; a unit of the wrong "
+     "kind is "
+     "refused.\n"
+     "deg(90) and mm(20) turn a number, or all numbers of a list, into SI.\n"},
+    {"deg",
+     "deg(x): degrees to radians; x is a number or a list of numbers.\n"
+     "  deg(90)          deg{0, 45, 90}\n"},
+    {"mm",
+     "mm(x): millimetres to metres; x is a number or a list of numbers.\n"
+     "  mm(20)           mm{100, 0, 250}\n"},
+    {"rpy",
+     "rpy(roll, pitch, yaw): the 3x3 rotation Rz(yaw) Ry(pitch) Rx(roll); angles in rad or "
+     "texts.\n"
+     "  rpy(0, pi / 2, 0)          rpy(\"180 deg\", 0, 0)\n"},
+    {"pose",
+     "pose(x, y, z [, rotation]): a 4x4 pose; lengths in m or texts. The rotation is "
+     "rpy(...), a 3x3 array, or {roll, pitch, yaw}.\n"
+     "  pose(0.4, 0, \"250 mm\", rpy(\"180 deg\", 0, 0))          pose{0.4, 0, 0.25}\n"},
+    {"array",
+     "array(list [, unit]): numbers as an unchangeable vector, or as a matrix when the "
+     "list has rows. +, -, * and / work on it; a[i], m[r][c], m(r, c), #a, a:unit(), "
+     "a:table().\n"
+     "  array{1, 2, 3}          array({{1, 0}, {0, 1}}, \"m\")\n"},
+    {"pi", "pi: 3.14159...\n"},
+    {"print", "print(...): writes its arguments, tables too, as readable text.\n"},
+    {"help",
+     "help(): the topics. help(x): what x is, a command, a method, a handle or a helper; its "
+     "name in quotes works as well. In the console x? does the same.\n"
+     "  help(robot.fk)          help \"units\"          robot.fk?\n"},
+    {"tic", "tic(): starts the stopwatch that toc() reads.\n"},
+    {"toc", "toc(): seconds since tic().\n"},
+    {"traceback", "traceback(): the call stack of the last error that reached the console.\n"},
+};
+
 /// help(): overview; help(x) for a command, namespace, method, handle or topic.
 Result<int> help(Impl& impl, lua_State* L) {
-  Map args;
   if (!lua_isnoneornil(L, 1)) {
     const auto topic = help_topic(impl, L, 1);
     if (!topic)
       return misuse(std::string("there is no help about a ") + luaL_typename(L, 1),
                     "Give a command, a handle, or a name in quotes.");
-    args.set("topic", *topic);
+    RMP_TRY_ASSIGN(const std::string text, help_text(impl, *topic));
+    lua_pushlstring(L, text.data(), text.size());
+    return 1;
   }
-  auto text = impl.app.dispatch(impl.session, "help", args);
+  auto text = impl.app.dispatch(impl.session, "help", Map{});
   if (!text.ok()) return std::move(text).error();
   push(impl, L, *text);
   return 1;
@@ -223,6 +299,14 @@ std::optional<std::string> help_topic(Impl& impl, lua_State* L, int index) {
   if (lua_type(L, index) == LUA_TSTRING) return lua_tostring(L, index);
   if (const ioci::CommandSpec* spec = command_of(L, index)) return spec->name;
   if (const KindInfo* info = handle_kind(L, index)) return info->kind;
+  if (lua_isfunction(L, index)) {
+    for (const Topic& t : kTopics) {
+      lua_getglobal(L, std::string(t.name).c_str());
+      const bool is_it = lua_rawequal(L, -1, index) != 0;
+      lua_pop(L, 1);
+      if (is_it) return std::string(t.name);
+    }
+  }
   if (!lua_istable(L, index)) return std::nullopt;
   // A namespace is the global table of a topic.
   for (const ioci::CommandSpec* spec : impl.app.commands.list()) {
@@ -233,6 +317,13 @@ std::optional<std::string> help_topic(Impl& impl, lua_State* L, int index) {
     if (is_it) return topic;
   }
   return std::nullopt;
+}
+
+Result<std::string> help_text(Impl& impl, const std::string& topic) {
+  for (const Topic& t : kTopics)
+    if (t.name == topic) return std::string(t.text);
+  RMP_TRY_ASSIGN(const Value text, impl.app.dispatch(impl.session, "help", Map{{"topic", topic}}));
+  return text.as_string() ? *text.as_string() : text.text();
 }
 
 void open_globals(Impl& impl, lua_State* L) {

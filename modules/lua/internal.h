@@ -131,8 +131,10 @@ void push_error(lua_State* L, const Error& e, std::string_view at);
 [[nodiscard]] Error to_error(lua_State* L, int index);
 /// "box.lua:12" of the caller at a level, "" in C.
 [[nodiscard]] std::string place(lua_State* L, int level);
+/// Do long lists show their beginning only?
+enum class Shown { beginning, all };
 /// Readable text of any value; never runs a script.
-[[nodiscard]] std::string pretty_of(Impl&, lua_State* L, int index);
+[[nodiscard]] std::string pretty_of(Impl&, lua_State* L, int index, Shown shown = Shown::beginning);
 /// A sequence or array of numbers.
 [[nodiscard]] Result<std::vector<double>> to_reals(lua_State* L, int index, std::string_view what);
 void open_errors(lua_State* L);
@@ -167,5 +169,7 @@ void print_text(Impl&, std::string_view text);
 /// The topic of the command `help` that explains the value at `index`; nullopt for a value that is
 /// neither command, namespace, handle nor text.
 [[nodiscard]] std::optional<std::string> help_topic(Impl&, lua_State* L, int index);
+/// What there is to tell about a helper, a command or a topic.
+[[nodiscard]] Result<std::string> help_text(Impl&, const std::string& topic);
 
 }  // namespace robomosp::lua

@@ -140,7 +140,7 @@ std::string lower(std::string_view s) {
 }
 
 bool compiles(lua_State* L, const std::string& code) {
-  const bool ok = luaL_loadbufferx(L, code.data(), code.size(), "=stdin", "t") == LUA_OK;
+  const bool ok = luaL_loadbufferx(L, code.data(), code.size(), "=input", "t") == LUA_OK;
   lua_pop(L, 1);
   return ok;
 }
@@ -155,14 +155,51 @@ bool is_classic(const Impl& impl, lua_State* L, std::string_view input) {
   return !compiles(L, "return " + code) && !compiles(L, code);
 }
 
+/// `pa10:fk` without a call is no Lua; it is meant as the method itself, `pa10.fk`. nullopt for
+/// anything but names joined by dots with a colon before the last one.
+std::optional<std::string> bare_method(std::string_view input) {
+  input = text::trim(input);
+  if (input.starts_with("=")) input = text::trim(input.substr(1));
+  const auto colon = input.rfind(':');
+  if (colon == std::string_view::npos) return std::nullopt;
+  const auto is_name = [](std::string_view s) {
+    return !s.empty() && !(s[0] >= '0' && s[0] <= '9') &&
+           std::all_of(s.begin(), s.end(), [](char c) {
+             return c == '_' || (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') ||
+                    (c >= 'A' && c <= 'Z');
+           });
+  };
+  for (const std::string_view name : text::split(input.substr(0, colon), '.'))
+    if (!is_name(name)) return std::nullopt;
+  if (!is_name(input.substr(colon + 1))) return std::nullopt;
+  std::string out(input);
+  out[colon] = '.';
+  return out;
+}
+
 /// Loads one console input: `=x` and expressions return their values.
-Result<void> load_input(lua_State* L, std::string_view input) {
+Result<void> load_input(const Impl& impl, lua_State* L, std::string_view input) {
   std::string code(input);
+  if (auto method = bare_method(input)) code = std::move(*method);
   if (code.starts_with("=")) code.erase(0, 1);
+  const std::string name = "=" + impl.options.input_name;
   const std::string expression = "return " + code;
-  if (luaL_loadbufferx(L, expression.data(), expression.size(), "=stdin", "t") == LUA_OK) return {};
+  if (luaL_loadbufferx(L, expression.data(), expression.size(), name.c_str(), "t") == LUA_OK)
+    return {};
   lua_pop(L, 1);
-  return load(L, code, "=stdin");
+  return load(L, code, name);
+}
+
+/// In an input of one line the place "console:1" says nothing.
+Error without_place(const Impl& impl, std::string_view input, Error e) {
+  const std::string place = impl.options.input_name + ":1";
+  if (text::trim(input).find('\n') != std::string_view::npos || !e.where.starts_with(place))
+    return e;
+  std::string_view rest = std::string_view(e.where).substr(place.size());
+  if (!rest.empty() && !rest.starts_with(", ")) return e;  // console:12
+  rest.remove_prefix(std::min<std::size_t>(rest.size(), 2));
+  e.where = std::string(rest);
+  return e;
 }
 
 /// Runs one console input; its results are left on the stack above the height before.
@@ -171,15 +208,17 @@ Result<void> run_input(Impl& impl, lua_State* L, std::string_view input) {
   if (input.empty()) return {};
   if (input.ends_with("?")) {
     const std::string_view about = text::trim(input.substr(0, input.size() - 1));
-    std::optional<std::string> topic;
-    if (load_input(L, about).ok() && call(impl, L, 0, 1).ok()) {
-      topic = help_topic(impl, L, -1);
-      lua_pop(L, 1);
+    std::string topic(about);
+    if (load_input(impl, L, about).ok()) {
+      const auto found = call(impl, L, 0, 1);
+      if (!found.ok() && bare_method(about)) return found.error();
+      if (found.ok()) {
+        topic = help_topic(impl, L, -1).value_or(topic);
+        lua_pop(L, 1);
+      }
     }
-    auto text = impl.app.dispatch(impl.session, "help",
-                                  Map{{"topic", topic ? *topic : std::string(about)}});
-    if (!text.ok()) return std::move(text).error();
-    push(impl, L, *text);
+    RMP_TRY_ASSIGN(const std::string text, help_text(impl, topic));
+    lua_pushlstring(L, text.data(), text.size());
     return {};
   }
   if (is_classic(impl, L, input)) {
@@ -188,7 +227,7 @@ Result<void> run_input(Impl& impl, lua_State* L, std::string_view input) {
     if (!result->is_nil()) push(impl, L, *result);
     return {};
   }
-  RMP_TRY(load_input(L, input));
+  RMP_TRY(load_input(impl, L, input));
   return call(impl, L, 0, LUA_MULTRET);
 }
 
@@ -289,7 +328,7 @@ Result<std::string> LuaState::eval(std::string_view input) {
     remember(L, first, last);
     return {};
   });
-  if (!done.ok()) return done.error();
+  if (!done.ok()) return without_place(*impl_, input, done.error());
   return out;
 }
 
@@ -306,7 +345,7 @@ Result<List> LuaState::eval_values(std::string_view input) {
     remember(L, first, last);
     return {};
   });
-  if (!done.ok()) return done.error();
+  if (!done.ok()) return without_place(*impl_, input, done.error());
   return out;
 }
 
@@ -315,12 +354,12 @@ bool LuaState::is_incomplete(std::string_view input) const {
   const auto done = protect(*impl_, [&](lua_State* L) -> Result<void> {
     const std::string_view trimmed = text::trim(input);
     if (trimmed.empty() || trimmed.ends_with("?") || is_classic(*impl_, L, trimmed) ||
-        load_input(L, trimmed).ok())
+        load_input(*impl_, L, trimmed).ok())
       return {};
     const std::string code(trimmed.starts_with("=") ? trimmed.substr(1) : trimmed);
     // An expression that goes on is incomplete as `return x`, a statement as itself.
     for (const std::string& attempt : {"return " + code, code}) {
-      if (luaL_loadbufferx(L, attempt.data(), attempt.size(), "=stdin", "t") == LUA_ERRSYNTAX)
+      if (luaL_loadbufferx(L, attempt.data(), attempt.size(), "=input", "t") == LUA_ERRSYNTAX)
         incomplete = incomplete || ends_with_eof(lua_tostring(L, -1));
       lua_pop(L, 1);
     }

@@ -22,6 +22,8 @@ namespace robomosp::lua {
 struct LuaOptions {
   /// Where print() goes; empty = standard output.
   std::function<void(std::string_view)> print;
+  /// What errors and tracebacks call the inputs of eval(): "console:3".
+  std::string input_name = "console";
   /// Bytes that Lua values and the numeric arrays they hold may take.
   std::size_t memory_limit = std::size_t{1} << 30;
   /// Folders of modules for require(); empty = <share>/lib.
@@ -49,8 +51,9 @@ class LuaState {
   Result<void> run_file(const std::filesystem::path& file, std::span<const std::string> args = {});
   Result<void> run_string(std::string_view code, std::string_view chunk_name);
 
-  /// One input of a console: an expression (also `=x`), statements, `x?` for help, or a classic
-  /// line. Returns the readable text of the results; "" when there are none. Results stay in `_`.
+  /// One input of a console: an expression (also `=x`), statements, `x?` for help, `x:name` for
+  /// what a method does, or a classic line. Returns the readable text of the results; "" when there
+  /// are none. Results stay in `_`.
   Result<std::string> eval(std::string_view input);
   /// The same for programs: the results as Values (what has no Value comes as its text).
   Result<List> eval_values(std::string_view input);

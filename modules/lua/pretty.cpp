@@ -143,8 +143,8 @@ class Printer {
                           [&](const Value& r) { return r.as_map()->find(n) != nullptr; });
     });
 
-    const auto visible = shown_rows(rows.size(), style_.most_rows);
-    std::vector<std::vector<std::string>> cells(visible.size() + 1);
+    const std::size_t visible = std::min(rows.size(), style_.most_items);
+    std::vector<std::vector<std::string>> cells(visible + 1);
     std::vector<std::size_t> widths;
     std::vector<bool> right;
     for (const std::string& n : names) {
@@ -156,14 +156,10 @@ class Printer {
         return !v || v->is_nil() || v->is_number();
       }));
     }
-    for (std::size_t i = 0; i < visible.size(); ++i) {
+    for (std::size_t i = 0; i < visible; ++i) {
       for (std::size_t c = 0; c < names.size(); ++c) {
         std::string text;
-        if (visible[i] == rows.size()) {
-          text = "...";
-        } else if (const Value* v = rows[visible[i]].as_map()->find(names[c]); v && !v->is_nil()) {
-          text = cell(*v);
-        }
+        if (const Value* v = rows[i].as_map()->find(names[c]); v && !v->is_nil()) text = cell(*v);
         widths[c] = std::max(widths[c], width_of(text));
         cells[i + 1].push_back(std::move(text));
       }
@@ -181,10 +177,13 @@ class Printer {
       if (!out.empty()) out += '\n';
       out += line;
     }
+    if (visible < rows.size()) out += '\n' + rest(rows.size() - visible);
     return out;
   }
 
-  /// One line of at most 48 characters.
+  static std::string rest(std::size_t count) { return "... " + std::to_string(count) + " more"; }
+
+  /// One line of at most 64 characters.
   std::string cell(const Value& v) const {
     std::string s;
     if (const Handle* h = v.as_handle()) s = describe_(*h);
@@ -218,18 +217,17 @@ class Printer {
     std::vector<std::string> items;
     std::size_t total = 0;
     bool has_lines = false;
-    for (const std::size_t i :
-         shown_rows(list.size(), std::max<std::size_t>(style_.most_rows, 4))) {
-      if (i == list.size()) items.emplace_back("...");
-      else
-        items.push_back(list[i].as_map() ? list[i].text() : print(list[i], {}, nullptr, depth + 1));
+    const std::size_t visible = std::min(list.size(), style_.most_items);
+    for (std::size_t i = 0; i < visible; ++i) {
+      items.push_back(list[i].as_map() ? list[i].text() : print(list[i], {}, nullptr, depth + 1));
       total += width_of(items.back()) + 2;
       has_lines = has_lines || items.back().find('\n') != std::string::npos;
     }
+    if (visible < list.size()) items.push_back(rest(list.size() - visible));
     const bool all_handles =
         depth == 0 &&
         std::all_of(list.begin(), list.end(), [](const Value& v) { return v.as_handle(); });
-    if (!has_lines && !all_handles && total <= style_.width) {
+    if (!has_lines && !all_handles && total <= style_.width && visible == list.size()) {
       return with_unit("{" + text::join(items, ", ") + "}", unit);
     }
     return text::join(items, "\n");

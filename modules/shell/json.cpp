@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "shell/json.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -112,10 +113,12 @@ class Builder final : public nlohmann::json_sax<nlohmann::json> {
   }
   bool parse_error(std::size_t position, const std::string&,
                    const nlohmann::detail::exception& e) override {
-    const std::string_view what = e.what();
-    const auto cut = what.find("parse error");
-    fault = "byte " + std::to_string(position) + ": " +
-            std::string(cut == std::string_view::npos ? what : what.substr(cut));
+    // "[json.exception.parse_error.101] parse error at line 1, column 2: syntax error while ..."
+    std::string_view what = e.what();
+    if (what.starts_with("[json.")) what.remove_prefix(std::min(what.find(']') + 1, what.size()));
+    if (const auto at = what.find(": "); what.starts_with(" parse error") && at != what.npos)
+      what.remove_prefix(at + 1);
+    fault = "byte " + std::to_string(position) + ":" + std::string(what);
     return false;
   }
 

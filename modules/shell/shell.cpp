@@ -182,6 +182,7 @@ Result<void> start(Program& p, const Settings& s, const Voice& voice, std::strin
   p.session = std::make_unique<ioci::Session>(std::move(session_name));
   if (!s.quiet && !s.json && ::isatty(STDERR_FILENO)) p.session->show_progress = progress_bar();
   lua::LuaOptions lua_options;
+  lua_options.input_name = p.session->name();
   lua_options.print = [&p, &voice](std::string_view text) {
     if (p.rpc) {
       p.rpc->printed += text;
@@ -445,9 +446,26 @@ int run_doctor(const Settings& s, const Voice& voice) {
 int usage_fault(const Voice& voice, const CLI::App& cli, const CLI::ParseError& e) {
   std::string what = e.what();
   while (!what.empty() && (what.back() == '.' || what.back() == '\n')) what.pop_back();
-  std::vector<std::string> names;
-  for (const CLI::App* sub : cli.get_subcommands([](const CLI::App*) { return true; }))
-    names.push_back(sub->get_name());
+  const auto subcommands = [](const CLI::App& of) {
+    std::vector<std::string> names;
+    for (const CLI::App* sub : of.get_subcommands([](const CLI::App*) { return true; }))
+      names.push_back(sub->get_name());
+    return names;
+  };
+  // CLI11 tells only that a subcommand is missing, not which word was none.
+  const auto parsed = cli.get_subcommands();
+  const auto extras = cli.remaining(true);
+  if (dynamic_cast<const CLI::RequiredError*>(&e) && parsed.size() == 1 && !extras.empty()) {
+    const auto known = subcommands(*parsed.front());
+    if (!known.empty()) {
+      const std::string near = text::did_you_mean(extras.front(), known);
+      return voice.fail(error(
+          ErrorCode::usage,
+          parsed.front()->get_name() + " has no subcommand " + text::quote(extras.front()),
+          (near.empty() ? std::string() : near + " ") + "It has " + text::enumerate(known) + "."));
+    }
+  }
+  const std::vector<std::string> names = subcommands(cli);
   std::string hint = "robomosp --help lists what there is.";
   const auto word = what.rfind(' ');
   if (dynamic_cast<const CLI::ExtrasError*>(&e) && word != std::string::npos)
@@ -502,6 +520,9 @@ int shell_main(int argc, char** argv) {
   CLI::App* commands = cli.add_subcommand("commands", "List the commands");
   commands->add_option("--markdown", folder, "Write the reference pages to this folder");
   CLI::App* doctor = cli.add_subcommand("doctor", "Tell versions, folders, and what is missing");
+  std::string about;
+  CLI::App* help = cli.add_subcommand("help", "Show this text, or that of a subcommand");
+  help->add_option("subcommand", about, "Subcommand");
   // Subcommands inherit the fallthrough of global options; what follows these two belongs to the
   // script or the line.
   run->fallthrough(false);
@@ -517,6 +538,16 @@ int shell_main(int argc, char** argv) {
     return usage_fault(Voice(s), cli, e);
   }
   const Voice voice(s);
+  if (help->parsed()) {
+    const CLI::App* of = about.empty() ? &cli : nullptr;
+    for (const CLI::App* subcommand : cli.get_subcommands(nullptr))
+      if (subcommand->get_name() == about) of = subcommand;
+    if (!of)
+      return voice.fail(error(ErrorCode::usage, "there is no subcommand " + text::quote(about),
+                              "robomosp --help lists what there is."));
+    voice.line(of->help());
+    return 0;
+  }
   if (run->parsed()) return run_script(s, voice, file, run->remaining());
   if (eval->parsed()) return run_eval(s, voice, code);
   if (rpc->parsed()) return run_rpc(s, voice);

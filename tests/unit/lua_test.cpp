@@ -125,6 +125,41 @@ TEST_F(Lua, ArraysAreImmutableVectorsAndMatricesWithUnits) {
   EXPECT_NE(eval("local a = array{1} a[1] = 2").find("cannot be changed"), std::string::npos);
 }
 
+TEST_F(Lua, AMisspeltNameOfAnArgumentIsToldAsSuch) {
+  eval("arm = robot.create{name = 'arm', links = {{a = 1}}}");
+  EXPECT_NE(eval("arm:fk{Q = {0}}").find("\"Q\" is not a parameter. Did you mean \"q\"?"),
+            std::string::npos)
+      << eval("arm:fk{Q = {0}}");
+  EXPECT_EQ(eval("arm:fk{0}.position[1], arm:fk({0}).position[1], arm:fk{q = {0}}.position[1]"),
+            "1\n1\n1");
+}
+
+TEST_F(Lua, QuantitiesInTextWorkInPosesAndRotations) {
+  EXPECT_EQ(eval("rpy('180 deg', 0, '180 deg') == rpy(pi, 0, pi)"), "true");
+  EXPECT_EQ(eval("pose('100 mm', 0, 0) == pose(0.1, 0, 0)"), "true");
+  EXPECT_NE(eval("pose('90 deg', 0, 0)").find("ERROR invalid_argument"), std::string::npos);
+  EXPECT_EQ(eval("rpy(1)").find("a no value"), std::string::npos) << eval("rpy(1)");
+}
+
+TEST_F(Lua, AMethodWithoutACallIsCompleteAndTellsWhatItIs) {
+  eval("arm = robot.create{name = 'arm', links = {{a = 1}}}");
+  EXPECT_FALSE(state_->is_incomplete("arm:fk\n"));
+  EXPECT_NE(eval("arm:fk").find("robot.fk"), std::string::npos) << eval("arm:fk");
+  EXPECT_NE(eval("arm:fk?").find("Gives the pose of the tool"), std::string::npos);
+}
+
+TEST_F(Lua, AnUnknownGlobalSuggestsTheNearestName) {
+  EXPECT_NE(eval("robt.fk()").find("Did you mean \"robot\"?"), std::string::npos);
+  EXPECT_EQ(eval("nothing_like_it"), "nil");
+}
+
+TEST_F(Lua, EveryHelperHasHelp) {
+  for (const char* name : {"deg", "mm", "rpy", "pose", "array", "help", "apropos", "tic", "toc"}) {
+    EXPECT_EQ(eval(std::string("help(") + name + ")").find("ERROR"), std::string::npos) << name;
+    EXPECT_EQ(eval(std::string("help '") + name + "'").find("ERROR"), std::string::npos) << name;
+  }
+}
+
 TEST_F(Lua, ErrorsAreTablesWithASentence) {
   EXPECT_EQ(eval("local ok, e = pcall(robot.get, {name = 'nobody'}) return ok, e.code, "
                  "tostring(e):find('nobody', 1, true) ~= nil"),
