@@ -528,6 +528,8 @@ int shell_main(int argc, char** argv) {
   run->fallthrough(false);
   classic->fallthrough(false);
 
+  // After parsing, CLI11 gives the help of the subcommand that was parsed.
+  const std::string overview = cli.help();
   try {
     cli.parse(argc, argv);
   } catch (const CLI::Success& e) {
@@ -539,14 +541,17 @@ int shell_main(int argc, char** argv) {
   }
   const Voice voice(s);
   if (help->parsed()) {
-    const CLI::App* of = about.empty() ? &cli : nullptr;
-    for (const CLI::App* subcommand : cli.get_subcommands(nullptr))
-      if (subcommand->get_name() == about) of = subcommand;
-    if (!of)
-      return voice.fail(error(ErrorCode::usage, "there is no subcommand " + text::quote(about),
-                              "robomosp --help lists what there is."));
-    voice.line(of->help());
-    return 0;
+    if (about.empty()) {
+      voice.line(overview);
+      return 0;
+    }
+    for (const CLI::App* subcommand : cli.get_subcommands(nullptr)) {
+      if (subcommand->get_name() != about) continue;
+      voice.line(subcommand->help("robomosp"));
+      return 0;
+    }
+    return voice.fail(error(ErrorCode::usage, "there is no subcommand " + text::quote(about),
+                            "robomosp --help lists what there is."));
   }
   if (run->parsed()) return run_script(s, voice, file, run->remaining());
   if (eval->parsed()) return run_eval(s, voice, code);

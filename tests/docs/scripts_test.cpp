@@ -82,6 +82,19 @@ TEST(LuaLibrary, DoesWhatItsCommentsSay) {
   EXPECT_EQ(o.status, 0);
 }
 
+TEST(Help, IsTheSameAsAWordAndAsAnOptionAndNamesWhatIsNoSubcommand) {
+  EXPECT_NE(run("help").said.find("rpc"), std::string::npos) << run("help").said;
+  EXPECT_NE(run("help run").said.find("FILE"), std::string::npos) << run("help run").said;
+  const auto bogus = run("plugin bogus");
+  EXPECT_EQ(bogus.status, 2) << bogus.said;
+  EXPECT_NE(bogus.said.find("bogus"), std::string::npos) << bogus.said;
+}
+
+TEST(Print, ShowsTablesReadablyAndCyclesAsSuch) {
+  EXPECT_EQ(run("eval 'print({1, 2})'").said.find("table:"), std::string::npos);
+  EXPECT_NE(run("eval 'local t = {} t.t = t print(t)'").said.find("<cycle>"), std::string::npos);
+}
+
 TEST(ClassicLines, RunInTurnInOneProgram) {
   const auto o = run(R"(classic "Worlds Open worlds/pa10_circle.wld" "PRobot pa10 GetDOF")");
   EXPECT_EQ(o.status, 0) << o.said;
