@@ -8,6 +8,7 @@
 #include "model/placement.h"
 #include "motion/path.h"
 #include "robotics/build_model.h"
+#include "robotics/home.h"
 #include "robotics/kinematics.h"
 #include "spatial/pose.h"
 
@@ -40,10 +41,7 @@ Item item_of(const Drawable& d, std::uint64_t id, std::string name, const Pose& 
 /// Joint values to show: the world's, else the pose "home", else zeros.
 std::vector<double> shown_q(const model::Robot& robot, const std::vector<double>& given,
                             std::size_t dof) {
-  std::vector<double> q = given;
-  if (q.empty())
-    for (const auto& p : robot.poses)
-      if (p.name == "home") q = p.q;
+  std::vector<double> q = given.empty() ? robotics::home_joint_values(robot, dof) : given;
   q.resize(dof, 0.0);
   return q;
 }

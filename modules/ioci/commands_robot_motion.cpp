@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "ioci/commands.h"
+#include "robotics/home.h"
 #include "robotics/kinematics.h"
 #include "spatial/pose.h"
 
@@ -344,11 +345,7 @@ Result<Shown> shown(const CommandContext& ctx, const Map& args, const RobotModel
     return error(ErrorCode::conflict, "it is shown more than once: " + text::enumerate(worlds),
                  "Use world.set_robot_q, which names the one meant.", where);
   Shown s = found.front();
-  if (s.q.empty()) {
-    for (const auto& pose : content<Robot>(ctx, args).poses)
-      if (pose.name == "home") s.q = pose.q;
-    if (s.q.empty()) s.q.assign(m.dof(), 0.0);
-  }
+  if (s.q.empty()) s.q = robotics::home_joint_values(content<Robot>(ctx, args), m.dof());
   return s;
 }
 

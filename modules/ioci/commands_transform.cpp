@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "ioci/commands.h"
+#include "robotics/home.h"
 #include "robotics/kinematics.h"
 #include "spatial/pose.h"
 #include "spatial/rotation.h"
@@ -215,9 +216,7 @@ Result<Value> global(CommandContext& ctx, const Map& args) {
   const RobotId id{s.record.number};
   RMP_TRY_ASSIGN(const auto m,
                  ctx.app.derived.robot_model(ctx.snapshot(), id, {0, 0, -9.81}, ctx.progress));
-  std::vector<double> q(m->dof(), 0.0);
-  for (const auto& pose : ctx.snapshot().get(id)->poses)
-    if (pose.name == "home" && pose.q.size() == q.size()) q = pose.q;
+  const std::vector<double> q = robotics::home_joint_values(*ctx.snapshot().get(id), m->dof());
   std::vector<Pose> frames(m->dof());
   robotics::forward_kinematics(*m, q, frames);
   return Value(pose_map(spatial::compose(m->base, robotics::tip_pose(*m, 0, frames))));

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <exception>
 #include <new>
-#include <span>
 
 #include "kernel/text.h"
 #include "lua/internal.h"
@@ -69,10 +68,12 @@ int with_traceback(lua_State* L) {
 }
 
 /// Could a table with this key be meant as a pose? A misspelt field counts, too.
-bool is_pose_field(const std::string& key, std::span<const std::string> params) {
+bool is_pose_field(const std::string& key, const Schema& params) {
   static const std::vector<std::string> kFields = {"position", "rpy", "xyz", "zyz"};
   if (std::find(kFields.begin(), kFields.end(), key) != kFields.end()) return true;
-  return text::nearest(key, kFields) && !text::nearest(key, params);
+  std::vector<std::string> names;
+  for (const ParamSpec& p : params) names.push_back(p.name);
+  return text::nearest(key, kFields) && !text::nearest(key, names);
 }
 
 /// Does this only argument give names, or is it the value of the next parameter? A table with
@@ -80,9 +81,7 @@ bool is_pose_field(const std::string& key, std::span<const std::string> params) 
 /// misspelt name is to be told as such.
 bool gives_names(lua_State* L, int index, const Schema& params, std::size_t next) {
   if (!lua_istable(L, index)) return false;
-  const std::string type = next < params.size() ? params[next].type : std::string();
-  std::vector<std::string> names;
-  for (const ParamSpec& p : params) names.push_back(p.name);
+  const std::string_view type = next < params.size() ? std::string_view(params[next].type) : "";
   bool any = false, known = false, pose = false;
   lua_pushnil(L);
   while (lua_next(L, index) != 0) {
@@ -91,10 +90,11 @@ bool gives_names(lua_State* L, int index, const Schema& params, std::size_t next
       lua_pop(L, 1);
       return false;
     }
-    const std::string key = lua_tostring(L, -1);
+    const std::string_view key = lua_tostring(L, -1);
     any = true;
-    known = known || std::find(names.begin(), names.end(), key) != names.end();
-    pose = pose || (type == "pose" && is_pose_field(key, names));
+    known = known || std::any_of(params.begin(), params.end(),
+                                 [&](const ParamSpec& p) { return p.name == key; });
+    pose = pose || (type == "pose" && !known && is_pose_field(std::string(key), params));
   }
   return !any || known || !(type == "map" || pose);
 }

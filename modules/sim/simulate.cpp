@@ -8,6 +8,7 @@
 #include "kernel/text.h"
 #include "model/placement.h"
 #include "motion/path.h"
+#include "robotics/home.h"
 #include "robotics/kinematics.h"
 #include "sim/joint_rates.h"
 #include "spatial/pose.h"
@@ -82,11 +83,7 @@ Result<Setup> prepare(const Simulator& sim, const Run& run, Progress& progress) 
   setup.world_T_base = spatial::compose(mounting, setup.model->base);
 
   const std::size_t dof = setup.model->dof();
-  setup.start = robot->q;
-  if (setup.start.empty())
-    for (const auto& p : robot_record->poses)
-      if (p.name == "home") setup.start = p.q;
-  if (setup.start.empty()) setup.start.assign(dof, 0.0);
+  setup.start = robot->q.empty() ? robotics::home_joint_values(*robot_record, dof) : robot->q;
   if (setup.start.size() != dof)
     return error(ErrorCode::invalid_argument,
                  "the world places it with " + std::to_string(setup.start.size()) +
