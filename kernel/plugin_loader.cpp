@@ -15,6 +15,7 @@
 #include <robomosp/sdk/collision.h>
 #include <robomosp/sdk/compiler.h>
 #include <robomosp/sdk/csg.h>
+#include <robomosp/sdk/csg_primitive.h>
 #include <robomosp/sdk/dynamics.h>
 #include <robomosp/sdk/ik.h>
 #include <robomosp/sdk/io.h>
@@ -255,10 +256,10 @@ void append_unique(std::vector<fs::path>& path, const fs::path& folder) {
 
 const std::vector<std::string>& known_interfaces() {
   static const std::vector<std::string> ids = {
-      CsgEngine::kInterfaceId,       IkSolver::kInterfaceId,     InverseDynamics::kInterfaceId,
-      ForwardDynamics::kInterfaceId, SegmentMaker::kInterfaceId, CollisionEngine::kInterfaceId,
-      PhysicsEngine::kInterfaceId,   Compiler::kInterfaceId,     PostProcessor::kInterfaceId,
-      Importer::kInterfaceId,        Exporter::kInterfaceId};
+      CsgEngine::kInterfaceId,       CsgPrimitive::kInterfaceId,    IkSolver::kInterfaceId,
+      InverseDynamics::kInterfaceId, ForwardDynamics::kInterfaceId, SegmentMaker::kInterfaceId,
+      CollisionEngine::kInterfaceId, PhysicsEngine::kInterfaceId,   Compiler::kInterfaceId,
+      PostProcessor::kInterfaceId,   Importer::kInterfaceId,        Exporter::kInterfaceId};
   return ids;
 }
 

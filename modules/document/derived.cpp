@@ -87,12 +87,24 @@ CsgTree tree_of(const model::Solid& s) {
   CsgTree tree;
   tree.nodes.reserve(s.nodes.size());
   for (const auto& n : s.nodes)
-    tree.nodes.push_back({n.kind, n.parent, model::pose(n.placement), n.sizes, n.name});
+    tree.nodes.push_back({n.kind, n.parent, model::pose(n.placement), n.sizes, n.name, n.profile,
+                          n.geometry, n.select});
   return tree;
 }
 
 void feed(Fingerprinter& fp, const Pose& t) {
   fp.add(std::span<const double>(t.R)).add(std::span<const double>(t.p));
+}
+
+void feed(Fingerprinter& fp, const CsgProfile& profile) {
+  fp.add(profile.loops.size());
+  for (const CsgLoop& loop : profile.loops) {
+    fp.add(std::span<const double>(loop.start)).add(loop.curves.size());
+    for (const CsgCurve& c : loop.curves) {
+      fp.add(static_cast<int>(c.kind)).add(c.points.size());
+      for (const auto& p : c.points) fp.add(std::span<const double>(p));
+    }
+  }
 }
 
 /// A solid at a place within an object, nested objects resolved.
@@ -183,7 +195,13 @@ struct Derived::Impl {
     for (const CsgNode& n : tree.nodes) {
       fp.add(static_cast<int>(n.kind))
           .add(static_cast<int>(n.parent))
-          .add(std::span<const double>(n.sizes));
+          .add(std::span<const double>(n.sizes))
+          .add(std::string_view(n.select));
+      fp.add(n.profile != nullptr).add(n.geometry != nullptr);
+      if (n.profile) feed(fp, *n.profile);
+      if (n.geometry)
+        fp.add(static_cast<std::int64_t>(n.geometry->digest[0]))
+            .add(static_cast<std::int64_t>(n.geometry->digest[1]));
       feed(fp, n.placement);
     }
     const Fingerprint key = fp.finish();

@@ -13,18 +13,23 @@ class Feeder {
   Feeder(Fingerprinter& fp, const FeedReference& reference) : fp_(fp), reference_(reference) {}
 
   void operator()(const Material& m) {
-    all(m.description, m.source, m.density, m.colour, m.shininess, m.metalness);
+    all(m.description, m.source, m.density, m.colour, m.shininess, m.metalness, m.ambient,
+        m.specular, m.emission);
   }
-  void operator()(const Solid& s) { all(s.description, AnyId(s.material), s.chord, s.nodes); }
-  void operator()(const Object& o) { all(o.description, static_cast<int>(o.overlap), o.parts); }
+  void operator()(const Solid& s) {
+    all(s.description, AnyId(s.material), s.chord, s.nodes, s.parametric, s.measured);
+  }
+  void operator()(const Object& o) {
+    all(o.description, static_cast<int>(o.overlap), o.parts, o.parametric, o.measured);
+  }
   void operator()(const Robot& r) {
     all(r.description, r.source, static_cast<int>(r.convention), static_cast<int>(r.mass_source),
         r.base, r.base_parts, r.links, r.tool, r.poses, r.ik, r.inverse_dynamics,
-        r.forward_dynamics, r.skin_colour, r.skin_accent);
+        r.forward_dynamics, r.skin_colour, r.skin_accent, r.parametric);
   }
   void operator()(const Trajectory& t) { all(t.description, t.sample_time, t.segments); }
   void operator()(const World& w) {
-    all(w.description, w.gravity, w.objects, w.robots, w.trajectories);
+    all(w.description, w.gravity, w.objects, w.robots, w.trajectories, w.parametric);
   }
 
  private:
@@ -52,7 +57,23 @@ class Feeder {
     fp_.add(static_cast<bool>(id));
     if (id) reference_(fp_, id);
   }
-  void add(const Placement& p) { all(p.position, p.angles, static_cast<int>(p.notation)); }
+  void add(const Placement& p) {
+    all(p.position, p.angles, static_cast<int>(p.notation), static_cast<int>(p.coordinates));
+  }
+  template <class T>
+  void add(const std::optional<T>& v) {
+    fp_.add(v.has_value());
+    if (v) add(*v);
+  }
+  void add(const Parameter& p) { all(p.name, p.expression, p.unit, p.value, p.description); }
+  void add(const Parametric& p) {
+    all(p.parameters, static_cast<std::int64_t>(p.expressions.size()));
+    for (const auto& [path, expression] : p.expressions) all(path, expression);
+  }
+  void add(const MeasuredMass& m) { all(m.mass, m.source); }
+  void add(const std::array<double, 2>& p) { all(p[0], p[1]); }
+  void add(const CsgCurve& c) { all(static_cast<int>(c.kind), c.points); }
+  void add(const CsgLoop& l) { all(l.start, l.curves); }
   void add(const ProviderChoice& p) {
     all(p.name, static_cast<std::int64_t>(p.params.size()));
     for (const auto& [name, value] : p.params) {
@@ -63,6 +84,12 @@ class Feeder {
   void add(const SolidNode& n) {
     all(static_cast<int>(n.kind), n.name, static_cast<int>(n.parent), n.placement);
     fp_.add(std::span<const double>(n.sizes));
+    all(n.select, n.primitive, n.is_global, static_cast<bool>(n.profile),
+        static_cast<bool>(n.geometry));
+    if (n.profile) add(n.profile->loops);
+    if (n.geometry)
+      all(static_cast<int>(n.geometry->form), static_cast<std::int64_t>(n.geometry->digest[0]),
+          static_cast<std::int64_t>(n.geometry->digest[1]));
   }
   void add(const ObjectPart& p) { all(p.name, p.what, p.placement, AnyId(p.material)); }
   void add(const BodyPart& p) { all(p.what, p.placement); }
@@ -98,22 +125,33 @@ std::size_t bytes(const ProviderChoice& p) {
   return n;
 }
 
+std::size_t bytes(const Parametric& p) {
+  std::size_t n = p.parameters.size() * sizeof(Parameter);
+  for (const auto& v : p.parameters)
+    n += v.name.size() + v.expression.size() + v.description.size();
+  for (const auto& [path, expression] : p.expressions) n += 96 + path.size() + expression.size();
+  return n;
+}
+
 struct Size {
   std::size_t operator()(const Material& m) const { return m.description.size() + m.source.size(); }
   std::size_t operator()(const Solid& s) const {
-    std::size_t n = s.description.size() + s.nodes.size() * sizeof(SolidNode);
-    for (const auto& node : s.nodes) n += node.name.size();
+    std::size_t n = s.description.size() + s.nodes.size() * sizeof(SolidNode) + bytes(s.parametric);
+    // Profiles and geometries are shared between the versions of a record; an edit copies none.
+    for (const auto& node : s.nodes) n += node.name.size() + node.select.size();
     return n;
   }
   std::size_t operator()(const Object& o) const {
-    std::size_t n = o.description.size() + o.parts.size() * sizeof(ObjectPart);
+    std::size_t n =
+        o.description.size() + o.parts.size() * sizeof(ObjectPart) + bytes(o.parametric);
     for (const auto& p : o.parts) n += p.name.size();
     return n;
   }
   std::size_t operator()(const Robot& r) const {
     std::size_t n = r.description.size() + r.source.size() + bytes(r.ik) +
                     bytes(r.inverse_dynamics) + bytes(r.forward_dynamics) +
-                    r.base_parts.size() * sizeof(BodyPart) + r.links.size() * sizeof(Link);
+                    r.base_parts.size() * sizeof(BodyPart) + r.links.size() * sizeof(Link) +
+                    bytes(r.parametric);
     for (const auto& l : r.links) n += l.name.size() + l.parts.size() * sizeof(BodyPart);
     for (const auto& p : r.poses) n += sizeof(NamedPose) + p.name.size() + 8 * p.q.size();
     return n;
@@ -127,7 +165,7 @@ struct Size {
   std::size_t operator()(const World& w) const {
     std::size_t n = w.description.size() + w.objects.size() * sizeof(PlacedObject) +
                     w.robots.size() * sizeof(PlacedRobot) +
-                    w.trajectories.size() * sizeof(PlacedTrajectory);
+                    w.trajectories.size() * sizeof(PlacedTrajectory) + bytes(w.parametric);
     for (const auto& r : w.robots) n += 8 * r.q.size();
     return n;
   }

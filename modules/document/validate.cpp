@@ -107,18 +107,17 @@ class Names {
   std::unordered_set<std::string> seen_;
 };
 
-const CsgPrimitiveInfo* primitive(CsgKind kind) {
-  for (const auto& info : kCsgPrimitives)
-    if (info.kind == kind) return &info;
-  return nullptr;
-}
-bool is_operation(CsgKind k) {
-  return k == CsgKind::union_ || k == CsgKind::difference || k == CsgKind::intersection;
-}
-/// Sizes that may be 0: see the descriptions in kCsgPrimitives.
-bool may_be_zero(CsgKind kind, std::string_view size) {
-  return size == "fillet" || (kind == CsgKind::cone && size.ends_with("_radius")) ||
-         (kind == CsgKind::frustum && size.starts_with("top_"));
+Result<void> check_size(const CsgSize& size, double value, const std::string& which) {
+  const std::string unit = size.unit.empty() ? "" : " " + std::string(size.unit);
+  const char* tail = unit.c_str();
+  switch (size.range) {
+    case CsgRange::positive: return positive(value, which, tail);
+    case CsgRange::not_negative: return not_negative(value, which, tail);
+    case CsgRange::any: return finite(value, which);
+    case CsgRange::count: break;
+  }
+  if (value >= 1 && value <= 10'000 && value == std::floor(value)) return {};
+  return fault(which + " is " + text::print(value) + "; it must be a whole number from 1 to 10000");
 }
 
 Result<void> check_node(const Solid& s, std::size_t i) {
@@ -128,23 +127,20 @@ Result<void> check_node(const Solid& s, std::size_t i) {
     return fault(i == 0 ? node + " is the root, so it cannot have a parent"
                         : node + " does not come after its parent",
                  "Every node but the first has a parent, and parents come first.");
-  if (n.parent >= 0 && !is_operation(s.nodes[static_cast<std::size_t>(n.parent)].kind)) {
+  if (n.parent >= 0) {
     const auto& p = s.nodes[static_cast<std::size_t>(n.parent)];
-    const auto* info = primitive(p.kind);
-    return fault(node + " is inside " + std::string(info ? info->name : "node") + " " +
-                     quote(p.name) + ", which is a primitive",
-                 "Only a union, difference or intersection has nodes inside.");
+    const CsgNodeInfo& above = csg_info(p.kind);
+    if (above.children == CsgChildren::none)
+      return fault(node + " is inside " + std::string(above.name) + " " + quote(p.name) +
+                       ", which is a primitive",
+                   "Only an operation such as a union, or a modifier, has nodes inside.");
   }
   RMP_TRY(placement(n.placement, node));
-  if (is_operation(n.kind)) return {};
-  const CsgPrimitiveInfo* info = primitive(n.kind);
-  if (!info) return fault(node + " is of an unknown kind");
-  const std::string of = " of " + std::string(info->name) + " " + quote(n.name);
-  for (std::size_t k = 0; k < info->sizes.size() && !info->sizes[k].empty(); ++k) {
-    const std::string which = std::string(info->sizes[k]) + of;
-    RMP_TRY(may_be_zero(n.kind, info->sizes[k]) ? not_negative(n.sizes[k], which, " m")
-                                                : positive(n.sizes[k], which, " m"));
-  }
+  const CsgNodeInfo& info = csg_info(n.kind);
+  if (info.kind != n.kind) return fault(node + " is of an unknown kind");
+  const std::string of = " of " + std::string(info.name) + " " + quote(n.name);
+  for (std::size_t k = 0; k < csg_size_count(n.kind); ++k)
+    RMP_TRY(check_size(info.sizes[k], n.sizes[k], std::string(info.sizes[k].name) + of));
   if (n.kind == CsgKind::cone && n.sizes[0] == 0 && n.sizes[1] == 0)
     return fault("both radii" + of + " are 0", "Give one of them a size.");
   return {};

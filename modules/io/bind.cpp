@@ -28,13 +28,10 @@ struct Rule {
   bool is_required = false;
 };
 
-std::optional<CsgKind> csg_kind(std::string_view word) {
-  if (word == "union") return CsgKind::union_;
-  if (word == "difference") return CsgKind::difference;
-  if (word == "intersection") return CsgKind::intersection;
-  for (const auto& info : kCsgPrimitives)
-    if (info.name == word) return info.kind;
-  return std::nullopt;
+/// The kind of node that a field is; a number, as in `fillet 2 mm`, is a size.
+std::optional<CsgKind> csg_kind(const Field& f) {
+  const CsgNodeInfo* info = f.argument == Argument::number ? nullptr : csg_info(f.name);
+  return info ? std::optional(info->kind) : std::nullopt;
 }
 
 class Binder {
@@ -81,7 +78,7 @@ class Binder {
   Result<void> solid() {
     Solid s;
     std::optional<Index> root;
-    const Skip is_node = [&](Index i) { return csg_kind(at(i).name).has_value(); };
+    const Skip is_node = [&](Index i) { return csg_kind(at(i)).has_value(); };
     RMP_TRY(block(kFile, "a solid",
                   {name_rule(), string("description", s.description),
                    reference("material", {Kind::material}, "the solid",
@@ -109,7 +106,7 @@ class Binder {
     for (Index i = root; i < at(root).end; ++i) {
       const Field& f = at(i);
       const auto parent = node_of.find(f.parent);
-      const auto kind = csg_kind(f.name);
+      const auto kind = csg_kind(f);
       if (!kind || (i != root && parent == node_of.end())) continue;
       SolidNode n;
       n.kind = *kind;
@@ -139,16 +136,16 @@ class Binder {
   }
 
   Result<void> node(Index i, SolidNode& n) {
-    const bool is_operation = n.kind < CsgKind::box;
+    const CsgNodeInfo& info = csg_info(n.kind);
+    const bool is_operation = info.children != CsgChildren::none;
     std::vector<Rule> rules;
-    if (!is_operation) {
-      const auto info = std::find_if(kCsgPrimitives.begin(), kCsgPrimitives.end(),
-                                     [&](const auto& p) { return p.kind == n.kind; });
-      for (std::size_t k = 0; k < info->sizes.size() && !info->sizes[k].empty(); ++k)
-        rules.push_back(number(info->sizes[k], "m", n.sizes[k], info->sizes[k] != "fillet"));
+    for (std::size_t k = 0; k < csg_size_count(n.kind); ++k) {
+      const CsgSize& size = info.sizes[k];
+      if (!size.required) n.sizes[k] = size.default_value;
+      rules.push_back(number(size.name, size.unit, n.sizes[k], size.required));
     }
     placement(rules, n.placement);
-    const Skip is_inner = [&](Index k) { return csg_kind(at(k).name).has_value(); };
+    const Skip is_inner = [&](Index k) { return csg_kind(at(k)).has_value(); };
     RMP_TRY(need_block(i));
     RMP_TRY(block(i, article(at(i).name), rules, is_inner));
     if (is_operation) return {};

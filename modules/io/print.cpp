@@ -113,12 +113,12 @@ class Printer {
     };
     std::vector<Step> stack;
     const auto enter = [&](std::size_t i) {
-      if (s.nodes[i].kind >= CsgKind::box) return primitive(s.nodes[i]);
+      const CsgNodeInfo& info = csg_info(s.nodes[i].kind);
+      if (info.children == CsgChildren::none) return primitive(s.nodes[i]);
       std::string fields;
       for (const auto& f : placement(s.nodes[i].placement)) fields += "  " + f;
-      constexpr std::string_view kNames[] = {"union", "difference", "intersection"};
-      open(std::string(kNames[static_cast<std::size_t>(s.nodes[i].kind)]) + " " +
-           name(s.nodes[i].name) + " {" + fields);
+      for (const auto& f : sizes(s.nodes[i])) fields += "  " + f;
+      open(std::string(info.name) + " " + name(s.nodes[i].name) + " {" + fields);
       stack.push_back({i, 0});
     };
     enter(0);
@@ -134,13 +134,21 @@ class Printer {
   }
 
   void primitive(const SolidNode& n) {
-    const auto info = std::find_if(kCsgPrimitives.begin(), kCsgPrimitives.end(),
-                                   [&](const auto& p) { return p.kind == n.kind; });
     std::vector<std::string> fields = placement(n.placement);
-    for (std::size_t k = 0; k < info->sizes.size() && !info->sizes[k].empty(); ++k)
-      if (info->sizes[k] != "fillet" || n.sizes[k] != 0)
-        fields.push_back(std::string(info->sizes[k]) + " " + quantity(n.sizes[k], "m"));
-    block(std::string(info->name) + " " + name(n.name), fields);
+    for (std::string& f : sizes(n)) fields.push_back(std::move(f));
+    block(std::string(csg_info(n.kind).name) + " " + name(n.name), fields);
+  }
+
+  /// Sizes that are not their default.
+  std::vector<std::string> sizes(const SolidNode& n) {
+    const CsgNodeInfo& info = csg_info(n.kind);
+    std::vector<std::string> fields;
+    for (std::size_t k = 0; k < csg_size_count(n.kind); ++k) {
+      const CsgSize& size = info.sizes[k];
+      if (size.required || n.sizes[k] != size.default_value)
+        fields.push_back(std::string(size.name) + " " + quantity(n.sizes[k], size.unit));
+    }
+    return fields;
   }
 
   void print(const Object& o) {

@@ -12,44 +12,28 @@ using model::Solid;
 using model::SolidNode;
 using Nodes = std::vector<SolidNode>;
 
-const CsgPrimitiveInfo* primitive(CsgKind kind) {
-  for (const CsgPrimitiveInfo& p : kCsgPrimitives)
-    if (p.kind == kind) return &p;
-  return nullptr;
-}
+bool is_primitive(CsgKind kind) { return csg_info(kind).children == CsgChildren::none; }
 
 std::vector<std::string> kind_words() {
-  std::vector<std::string> out{"union", "difference", "intersection"};
-  for (const CsgPrimitiveInfo& p : kCsgPrimitives) out.emplace_back(p.name);
+  std::vector<std::string> out;
+  for (const CsgNodeInfo& row : kCsgNodes) out.emplace_back(row.name);
   return out;
 }
 
 CsgKind kind_of_word(std::string_view word) {
-  if (word == "union") return CsgKind::union_;
-  if (word == "difference") return CsgKind::difference;
-  if (word == "intersection") return CsgKind::intersection;
-  for (const CsgPrimitiveInfo& p : kCsgPrimitives)
-    if (p.name == word) return p.kind;
-  return CsgKind::box;
+  const CsgNodeInfo* row = csg_info(word);
+  return row ? row->kind : CsgKind::box;
 }
 
-std::string word_of(CsgKind kind) {
-  if (const auto* p = primitive(kind)) return std::string(p->name);
-  return kind == CsgKind::union_       ? "union"
-         : kind == CsgKind::difference ? "difference"
-                                       : "intersection";
-}
+std::string word_of(CsgKind kind) { return std::string(csg_info(kind).name); }
 
-/// Sizes that may be 0 or left out.
-bool may_be_zero(std::string_view size) {
-  return size == "fillet" || size.ends_with("_radius") || size.starts_with("top_");
-}
-
-ParamSpec size_spec(std::string_view size) {
-  ParamSpec p = field(std::string(size), "real", "m", "Size.");
-  // A ring or tube of radius 0 is no torus; base and top radius of a cone may be 0.
-  if (may_be_zero(size) && size != "ring_radius" && size != "tube_radius") p.min = 0;
-  else p = above_zero(p);
+ParamSpec size_spec(const CsgSize& size) {
+  ParamSpec p = field(std::string(size.name), "real", std::string(size.unit), "Size.");
+  if (size.range == CsgRange::positive) p = above_zero(p);
+  else if (size.range == CsgRange::not_negative) p.min = 0;
+  else if (size.range == CsgRange::count) p = between(p, 1, 10000);
+  if (size.required) p.required = true;
+  else p.default_value = Value(size.default_value);
   return p;
 }
 
@@ -57,17 +41,10 @@ Schema node_schema(CsgKind kind) {
   Schema s{choice("kind", kind_words(), "An operation or a primitive.", true),
            optional("name", "string", "", "Name of the node within the solid.")};
   for (ParamSpec& p : placement_fields("its parent")) s.push_back(std::move(p));
-  if (const auto* info = primitive(kind)) {
-    for (const std::string_view size : info->sizes) {
-      if (size.empty()) break;
-      ParamSpec p = size_spec(size);
-      if (size == "fillet") p.default_value = Value(0.0);
-      else p.required = true;
-      s.push_back(std::move(p));
-    }
-  } else {
+  for (std::size_t i = 0; i < csg_size_count(kind); ++i)
+    s.push_back(size_spec(csg_info(kind).sizes[i]));
+  if (!is_primitive(kind))
     s.push_back(needed("children", "list", "", "The nodes it works on, in order."));
-  }
   return s;
 }
 
@@ -127,10 +104,9 @@ Result<Nodes> read_tree(const CommandContext& ctx, const Value& root, std::set<s
     }
     taken.insert(node.name);
     const auto index = static_cast<std::int32_t>(nodes.size());
-    if (const auto* info = primitive(node.kind)) {
-      for (std::size_t i = 0; i < info->sizes.size() && !info->sizes[i].empty(); ++i)
-        node.sizes[i] = real(args, info->sizes[i]);
-    } else {
+    for (std::size_t i = 0; i < csg_size_count(node.kind); ++i)
+      node.sizes[i] = real(args, csg_info(node.kind).sizes[i].name);
+    if (!is_primitive(node.kind)) {
       const List& children = *args.find("children")->as_list();
       if (children.empty())
         return error(ErrorCode::invalid_argument,
@@ -201,12 +177,9 @@ Result<Value> create(CommandContext& ctx, const Map& args) {
 
 std::vector<std::string> settable(const SolidNode& n) {
   std::vector<std::string> out{"name"};
-  if (const auto* info = primitive(n.kind)) {
-    for (const std::string_view size : info->sizes)
-      if (!size.empty()) out.emplace_back(size);
-  } else {
-    out.emplace_back("kind");
-  }
+  for (std::size_t i = 0; i < csg_size_count(n.kind); ++i)
+    out.emplace_back(csg_info(n.kind).sizes[i].name);
+  if (csg_info(n.kind).children == CsgChildren::any) out.emplace_back("kind");
   out.insert(out.end(), std::begin(kPlacementFields), std::end(kPlacementFields));
   return out;
 }
@@ -214,13 +187,12 @@ std::vector<std::string> settable(const SolidNode& n) {
 Result<void> set_node(Solid& s, std::size_t index, std::string_view name, const Value& value,
                       const std::string& path) {
   SolidNode& n = s.nodes[index];
-  if (const auto* info = primitive(n.kind))
-    for (std::size_t i = 0; i < info->sizes.size(); ++i)
-      if (!info->sizes[i].empty() && info->sizes[i] == name) {
-        RMP_TRY_ASSIGN(const Value v, check_value(size_spec(name), value, path));
-        n.sizes[i] = v.number();
-        return {};
-      }
+  for (std::size_t i = 0; i < csg_size_count(n.kind); ++i)
+    if (const CsgSize& size = csg_info(n.kind).sizes[i]; size.name == name) {
+      RMP_TRY_ASSIGN(const Value v, check_value(size_spec(size), value, path));
+      n.sizes[i] = v.number();
+      return {};
+    }
   RMP_TRY_ASSIGN(const bool placed, set_placement(n.placement, name, value, path));
   if (placed) return {};
   if (name == "name") {
@@ -234,7 +206,7 @@ Result<void> set_node(Solid& s, std::size_t index, std::string_view name, const 
     n.name = wanted;
     return {};
   }
-  if (name == "kind" && !primitive(n.kind)) {
+  if (name == "kind" && csg_info(n.kind).children == CsgChildren::any) {
     RMP_TRY_ASSIGN(const Value v,
                    check_value(choice("kind", {"union", "difference", "intersection"}, "", true),
                                value, path));
@@ -266,8 +238,9 @@ Result<Value> set(CommandContext& ctx, const Map& args) {
       }
       std::vector<std::string> known{"material", "chord", "description"};
       for (const SolidNode& n : s.nodes)
-        known.push_back(n.name + (primitive(n.kind) ? "." + std::string(primitive(n.kind)->sizes[0])
-                                                    : ".placement"));
+        known.push_back(n.name + "." +
+                        (csg_size_count(n.kind) > 0 ? std::string(csg_info(n.kind).sizes[0].name)
+                                                    : std::string("placement")));
       return unknown_name("field", path, known);
     }
     RMP_TRY_ASSIGN(const std::size_t node, find_node(s, path.substr(0, dot)));
@@ -287,7 +260,7 @@ Result<Value> add_node(CommandContext& ctx, const Map& args) {
     RMP_TRY_ASSIGN(const std::size_t parent, has(args, "parent")
                                                  ? find_node(s, text_of(args, "parent"))
                                                  : Result<std::size_t>(0));
-    if (primitive(s.nodes[parent].kind))
+    if (is_primitive(s.nodes[parent].kind))
       return error(ErrorCode::conflict,
                    word_of(s.nodes[parent].kind) + " " + text::quote(s.nodes[parent].name) +
                        " cannot have children",
@@ -365,10 +338,9 @@ Result<Value> tree(CommandContext& ctx, const Map& args) {
   for (std::size_t i = s.nodes.size(); i-- > 0;) {
     const SolidNode& n = s.nodes[i];
     Map m{{"kind", word_of(n.kind)}, {"name", n.name}, {"placement", placement_value(n.placement)}};
-    if (const auto* info = primitive(n.kind)) {
-      for (std::size_t k = 0; k < info->sizes.size() && !info->sizes[k].empty(); ++k)
-        m.set(std::string(info->sizes[k]), n.sizes[k]);
-    } else {
+    for (std::size_t k = 0; k < csg_size_count(n.kind); ++k)
+      m.set(std::string(csg_info(n.kind).sizes[k].name), n.sizes[k]);
+    if (!is_primitive(n.kind)) {
       std::reverse(children[i].begin(), children[i].end());
       m.set("children", std::move(children[i]));
     }
@@ -443,13 +415,13 @@ std::vector<CommandSpec> solid_commands() {
   std::string kinds =
       "A node is a table: kind, an optional name, where it stands in its parent (placement, or "
       "position with rpy, xyz or zyz), and then\n\n"
-      "| kind | fields | meaning |\n|---|---|---|\n"
-      "| union | children | all children together |\n| difference | children | the first child "
-      "minus all others |\n| intersection | children | what all children share |\n";
-  for (const CsgPrimitiveInfo& p : kCsgPrimitives) {
+      "| kind | fields | meaning |\n|---|---|---|\n";
+  for (const CsgNodeInfo& p : kCsgNodes) {
     kinds += "| " + std::string(p.name) + " | ";
-    for (std::size_t i = 0; i < p.sizes.size() && !p.sizes[i].empty(); ++i)
-      kinds += (i ? ", " : "") + std::string(p.sizes[i]);
+    for (std::size_t i = 0; i < csg_size_count(p.kind); ++i)
+      kinds += (i ? ", " : "") + std::string(p.sizes[i].name);
+    if (p.children != CsgChildren::none)
+      kinds += csg_size_count(p.kind) ? ", children" : "children";
     kinds += " | " + std::string(p.doc) + " |\n";
   }
   Schema create_params{needed("name", "string", "", "Name, unique among solids."),

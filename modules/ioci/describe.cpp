@@ -12,15 +12,6 @@ void set_if(Map& m, std::string key, Value v) {
   if (!v.is_nil()) m.set(std::move(key), std::move(v));
 }
 
-std::string_view kind_word(CsgKind kind) {
-  if (kind == CsgKind::union_) return "union";
-  if (kind == CsgKind::difference) return "difference";
-  if (kind == CsgKind::intersection) return "intersection";
-  for (const CsgPrimitiveInfo& p : kCsgPrimitives)
-    if (p.kind == kind) return p.name;
-  return "box";
-}
-
 struct Describe {
   const document::Snapshot& s;
   Map& m;
@@ -39,13 +30,11 @@ struct Describe {
     m.set("chord", x.chord);
     List nodes;
     for (const model::SolidNode& n : x.nodes) {
-      Map node{{"name", n.name}, {"kind", kind_word(n.kind)}};
+      Map node{{"name", n.name}, {"kind", csg_info(n.kind).name}};
       if (n.parent >= 0) node.set("parent", x.nodes[static_cast<std::size_t>(n.parent)].name);
       node.set("placement", placement_value(n.placement));
-      for (const CsgPrimitiveInfo& p : kCsgPrimitives)
-        if (p.kind == n.kind)
-          for (std::size_t i = 0; i < p.sizes.size() && !p.sizes[i].empty(); ++i)
-            node.set(std::string(p.sizes[i]), n.sizes[i]);
+      for (std::size_t i = 0; i < csg_size_count(n.kind); ++i)
+        node.set(std::string(csg_info(n.kind).sizes[i].name), n.sizes[i]);
       nodes.emplace_back(std::move(node));
     }
     m.set("nodes", std::move(nodes));

@@ -2,15 +2,29 @@
 // Placements of records as poses and back (layer: data processing, model). [any thread]
 #pragma once
 
+#include <cmath>
+
 #include "model/records.h"
 #include "spatial/rotation.h"
 
 namespace robomosp::model {
 
+/// The Cartesian position that a placement writes down [m].
+[[nodiscard]] inline Vec3 position(const Placement& placement) {
+  const auto& [a, b, c] = placement.position;
+  switch (placement.coordinates) {
+    case PositionNotation::cylindrical: return {a * std::cos(b), a * std::sin(b), c};
+    case PositionNotation::spherical:
+      return {a * std::sin(c) * std::cos(b), a * std::sin(c) * std::sin(b), a * std::cos(c)};
+    case PositionNotation::cartesian: break;
+  }
+  return placement.position;
+}
+
 /// The pose that a placement writes down.
 [[nodiscard]] inline Pose pose(const Placement& placement) {
   Pose t;
-  t.p = placement.position;
+  t.p = position(placement);
   switch (placement.notation) {
     case AngleNotation::rpy: t.R = spatial::from_rpy(placement.angles); break;
     case AngleNotation::xyz: t.R = spatial::from_xyz(placement.angles); break;

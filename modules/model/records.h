@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <limits>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <variant>
@@ -26,12 +27,45 @@ enum class AngleNotation : std::uint8_t {
   zyz,  ///< R = Rz(a) Ry(b) Rz(c)
 };
 
-/// A placement as the user wrote it; `pose()` in modules/spatial turns it into a matrix.
+/// What the three numbers of a Placement's position are.
+enum class PositionNotation : std::uint8_t {
+  cartesian,    ///< x, y, z [m]
+  cylindrical,  ///< radius [m], angle about z from x [rad], z [m]
+  spherical,    ///< radius [m], angle about z from x [rad], angle from z [rad]
+};
+
+/// A placement as the user wrote it; `pose()` in model/placement.h turns it into a matrix.
 struct Placement {
-  Vec3 position{};  ///< [m]
+  Vec3 position{};  ///< by `coordinates` [m, rad]
   Vec3 angles{};    ///< [rad]
   AngleNotation notation = AngleNotation::rpy;
+  PositionNotation coordinates = PositionNotation::cartesian;
   bool operator==(const Placement&) const = default;
+};
+
+/// A named number that expressions of its record may use; worlds' parameters are known to all
+/// records as `world.name`.
+struct Parameter {
+  std::string name;
+  std::string expression;  ///< "" = a plain number
+  std::string unit;        ///< SI; "" = dimensionless
+  double value = 0;        ///< [unit]; of the expression, when there is one
+  std::string description;
+  bool operator==(const Parameter&) const = default;
+};
+
+/// Parameters of a record, and which of its numbers are expressions over them: path as in the set
+/// commands ("bore.radius", "chord") -> expression. The numbers hold the last values.
+struct Parametric {
+  std::vector<Parameter> parameters;
+  std::map<std::string, std::string> expressions;
+  bool operator==(const Parametric&) const = default;
+};
+
+/// Values measured on the real thing; they replace the computed ones, which stay known.
+struct MeasuredMass {
+  MassProperties mass;  ///< in the record's frame
+  std::string source;   ///< how and by whom
 };
 
 /// A chosen provider with the values given for its parameters, by name. Empty name = the default.
@@ -44,11 +78,14 @@ struct ProviderChoice {
 
 struct Material {
   std::string description;
-  std::string source;      ///< where the density comes from
-  double density = 1000;   ///< [kg/m^3], > 0
-  Colour colour;           ///< base colour, sRGB
-  double shininess = 0.3;  ///< 0 matt .. 1 mirror-like
-  double metalness = 0.0;  ///< 0 paint or plastic .. 1 bare metal
+  std::string source;              ///< where the density comes from
+  double density = 1000;           ///< [kg/m^3], > 0
+  Colour colour;                   ///< base (diffuse) colour, sRGB; a = opacity
+  double shininess = 0.3;          ///< 0 matt .. 1 mirror-like
+  double metalness = 0.0;          ///< 0 paint or plastic .. 1 bare metal
+  std::optional<Colour> ambient;   ///< colour in the shade; none = the base colour
+  std::optional<Colour> specular;  ///< colour of highlights; none = by metalness
+  Colour emission{0, 0, 0, 1};     ///< light of its own
 };
 
 /// One node of a solid's CSG tree, flat, parents before children.
@@ -57,7 +94,12 @@ struct SolidNode {
   std::string name;               ///< unique within the solid; how commands address the node
   std::int32_t parent = -1;       ///< index of the parent, -1 for the root (node 0)
   Placement placement;            ///< parent_T_node
-  std::array<double, 6> sizes{};  ///< in order of kCsgPrimitives [m]
+  std::array<double, 6> sizes{};  ///< in order of kCsgNodes [m, rad or 1]
+  std::shared_ptr<const CsgProfile> profile{};    ///< of a prism or revolution
+  std::shared_ptr<const CsgGeometry> geometry{};  ///< of an imported node
+  std::string select{};                           ///< edges of a fillet or chamfer, see CsgNode
+  ProviderChoice primitive{};                     ///< of a custom node (robomosp.primitive/1)
+  bool is_global = false;                         ///< placement is solid_T_node
 };
 
 struct Solid {
@@ -65,6 +107,8 @@ struct Solid {
   MaterialId material;  ///< may be none: then the solid has no mass
   double chord = 1e-4;  ///< tessellation: greatest chord distance [m]
   std::vector<SolidNode> nodes;
+  Parametric parametric;
+  std::optional<MeasuredMass> measured;
 };
 
 /// A part of an object: a solid or another object at a place.
@@ -85,6 +129,8 @@ struct Object {
   std::string description;
   Overlap overlap = Overlap::once;
   std::vector<ObjectPart> parts;
+  Parametric parametric;
+  std::optional<MeasuredMass> measured;
 };
 
 enum class Convention : std::uint8_t { dh, mdh };
@@ -159,6 +205,7 @@ struct Robot {
   ProviderChoice ik, inverse_dynamics, forward_dynamics;
   Colour skin_colour{0.93F, 0.93F, 0.91F, 1.0F};  ///< generated bodies: tubes
   Colour skin_accent{0.20F, 0.21F, 0.23F, 1.0F};  ///< generated bodies: joints
+  Parametric parametric;
 };
 
 /// A segment of a trajectory: a provider of robomosp.segment/1 with its control poses.
@@ -196,6 +243,7 @@ struct World {
   std::vector<PlacedObject> objects;
   std::vector<PlacedRobot> robots;
   std::vector<PlacedTrajectory> trajectories;
+  Parametric parametric;  ///< its parameters are known to all records as `<name>.<parameter>`
 };
 
 using Body = std::variant<Material, Solid, Object, Robot, Trajectory, World>;

@@ -12,6 +12,7 @@
 #include <robomosp/sdk/collision.h>
 #include <robomosp/sdk/compiler.h>
 #include <robomosp/sdk/csg.h>
+#include <robomosp/sdk/csg_primitive.h>
 #include <robomosp/sdk/dynamics.h>
 #include <robomosp/sdk/ik.h>
 #include <robomosp/sdk/io.h>
@@ -40,7 +41,8 @@ bool try_create(const Registry& registry, const ProviderInfo& p, std::string& fa
 /// Makes one instance of a provider; "" or what went wrong.
 std::string create_fault(const Registry& registry, const ProviderInfo& p) {
   std::string fault;
-  (void)(try_create<CsgEngine>(registry, p, fault) || try_create<IkSolver>(registry, p, fault) ||
+  (void)(try_create<CsgEngine>(registry, p, fault) ||
+         try_create<CsgPrimitive>(registry, p, fault) || try_create<IkSolver>(registry, p, fault) ||
          try_create<InverseDynamics>(registry, p, fault) ||
          try_create<ForwardDynamics>(registry, p, fault) ||
          try_create<SegmentMaker>(registry, p, fault) ||

@@ -35,22 +35,6 @@ namespace {
 // Nearer points [mm] are one to OCCT (Precision::Confusion) with some to spare.
 constexpr double kConfused = 1e-6;
 
-const CsgPrimitiveInfo* info(CsgKind kind) {
-  for (const auto& row : kCsgPrimitives)
-    if (row.kind == kind) return &row;
-  return nullptr;
-}
-
-bool may_be_zero(CsgKind kind, std::string_view size) {
-  switch (kind) {
-    case CsgKind::box:
-    case CsgKind::cylinder: return size == "fillet";
-    case CsgKind::cone: return size == "base_radius" || size == "top_radius";
-    case CsgKind::frustum: return size == "top_x" || size == "top_y";
-    default: return false;
-  }
-}
-
 std::string spaced(std::string_view name) {
   std::string s(name);
   std::replace(s.begin(), s.end(), '_', ' ');
@@ -133,32 +117,27 @@ TopoDS_Shape frustum(double base_x, double base_y, double top_x, double top_y, d
 
 }  // namespace
 
-std::size_t primitive_size_count(CsgKind kind) {
-  const auto* row = info(kind);
-  if (!row) return 0;
-  return static_cast<std::size_t>(std::count_if(row->sizes.begin(), row->sizes.end(),
-                                                [](std::string_view s) { return !s.empty(); }));
-}
+std::size_t primitive_size_count(CsgKind kind) { return csg_size_count(kind); }
 
-std::string_view primitive_name(CsgKind kind) {
-  const auto* row = info(kind);
-  return row ? row->name : std::string_view("operation");
-}
+std::string_view primitive_name(CsgKind kind) { return csg_info(kind).name; }
 
 Result<void> check_primitive(const CsgNode& node, std::size_t index) {
   const auto bad = [&](std::string what) {
     return error(ErrorCode::invalid_argument, std::move(what), {}, node_text(node, index));
   };
-  const auto* row = info(node.kind);
-  if (!row)
+  const CsgNodeInfo* row = &csg_info(node.kind);
+  if (row->kind != node.kind)
     return bad("kind " + std::to_string(static_cast<int>(node.kind)) +
                " is neither an operation nor a primitive");
+  if (node.kind > CsgKind::frustum ||
+      (node.kind > CsgKind::intersection && node.kind < CsgKind::box))
+    return bad("this engine does not know the kind " + std::string(row->name));
   const auto metres = [](double x) { return number_text(x) + " m"; };
   const std::size_t count = primitive_size_count(node.kind);
   for (std::size_t k = 0; k < count; ++k) {
     const double size = node.sizes[k];
-    const std::string name = std::string(row->name) + " " + spaced(row->sizes[k]);
-    const bool zero_ok = may_be_zero(node.kind, row->sizes[k]);
+    const std::string name = std::string(row->name) + " " + spaced(row->sizes[k].name);
+    const bool zero_ok = row->sizes[k].range == CsgRange::not_negative;
     if (!std::isfinite(size)) return bad(name + " is not a number");
     if (size < 0 && zero_ok) return bad(name + " is " + metres(size) + "; it must not be negative");
     if (size <= 0 && !zero_ok)

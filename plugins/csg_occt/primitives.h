@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checks and builds the primitives of kCsgPrimitives as Open CASCADE solids (layer: plugin).
+// Checks and builds the primitives of kCsgNodes as Open CASCADE solids (layer: plugin).
 #pragma once
 
 #include "occt_support.h"

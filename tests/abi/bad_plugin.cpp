@@ -60,7 +60,7 @@ ENTRY(2) { return nullptr; }
 #elif defined(CASE_WRONG_TAG)
 ENTRY(1) {
   static const rmp_plugin plugin = {sizeof(rmp_plugin),
-                                    "sdk1;gxxabi1002;cxx11abi0;debugstl",
+                                    "sdk1000;gxxabi1002;cxx11abi0;debugstl",
                                     "org.robomosp.abi",
                                     "1",
                                     "MIT",

@@ -15,6 +15,7 @@
 #include <robomosp/sdk/collision.h>
 #include <robomosp/sdk/compiler.h>
 #include <robomosp/sdk/csg.h>
+#include <robomosp/sdk/csg_primitive.h>
 #include <robomosp/sdk/dynamics.h>
 #include <robomosp/sdk/ik.h>
 #include <robomosp/sdk/io.h>
@@ -124,10 +125,23 @@ void plain_types(std::ostream& out) {
   F7(PhysicsJoint, a, b, type, in_a, in_b, lower, upper);
   TYPE(PhysicsState);
   F3(PhysicsState, poses, velocities, angular_velocities);
-  TYPE(CsgPrimitiveInfo);
-  F4(CsgPrimitiveInfo, kind, name, sizes, doc);
+  TYPE(CsgSize);
+  F5(CsgSize, name, unit, range, required, default_value);
+  TYPE(CsgNodeInfo);
+  F5(CsgNodeInfo, kind, name, children, sizes, doc);
+  TYPE(CsgCurve);
+  F2(CsgCurve, kind, points);
+  TYPE(CsgLoop);
+  F2(CsgLoop, start, curves);
+  TYPE(CsgProfile);
+  F1(CsgProfile, loops);
+  TYPE(CsgGeometry);
+  F6(CsgGeometry, form, brep, points, triangles, digest, source);
+  TYPE(CsgFeature);
+  F6(CsgFeature, kind, point, direction, radius, size, inward);
   TYPE(CsgNode);
   F5(CsgNode, kind, parent, placement, sizes, name);
+  F3(CsgNode, profile, geometry, select);
   TYPE(CsgTree);
   F1(CsgTree, nodes);
   TYPE(MeshQuality);
@@ -148,12 +162,13 @@ void plain_types(std::ostream& out) {
   F2(GeneratedFile, name, text);
   TYPE(ImportedFile);
   F2(ImportedFile, name, text);
-  TYPE(ImportedMesh);
-  F2(ImportedMesh, name, mesh);
+  TYPE(ImportedGeometry);
+  F2(ImportedGeometry, name, geometry);
   TYPE(Imported);
-  F3(Imported, records, meshes, notes);
+  F3(Imported, records, geometries, notes);
   TYPE(ExportItem);
-  F4(ExportItem, name, mesh, pose, colour);
+  F5(ExportItem, name, parent, pose, colour, mesh);
+  F2(ExportItem, geometry, definition);
 }
 
 void interfaces(std::ostream& out) {
@@ -204,6 +219,11 @@ void interfaces(std::ostream& out) {
   VIRTUAL(CsgEngine, mesh);
   VIRTUAL(CsgEngine, moments);
   VIRTUAL(CsgEngine, partition);
+  VIRTUAL(CsgEngine, features);
+  VIRTUAL(CsgEngine, section);
+  VIRTUAL(CsgEngine, geometry);
+  TYPE(CsgPrimitive);
+  VIRTUAL(CsgPrimitive, build);
   TYPE(Compiler);
   VIRTUAL(Compiler, compile);
   TYPE(PostProcessor);
@@ -213,6 +233,7 @@ void interfaces(std::ostream& out) {
   VIRTUAL(Importer, read);
   TYPE(Exporter);
   VIRTUAL(Exporter, extensions);
+  VIRTUAL(Exporter, is_exact);
   VIRTUAL(Exporter, write);
 }
 
@@ -239,12 +260,28 @@ void enumerators(std::ostream& out) {
   VALUE(CsgKind::union_);
   VALUE(CsgKind::difference);
   VALUE(CsgKind::intersection);
+  VALUE(CsgKind::mirror);
+  VALUE(CsgKind::linear_pattern);
+  VALUE(CsgKind::circular_pattern);
+  VALUE(CsgKind::fillet);
+  VALUE(CsgKind::chamfer);
   VALUE(CsgKind::box);
   VALUE(CsgKind::cylinder);
   VALUE(CsgKind::cone);
   VALUE(CsgKind::sphere);
   VALUE(CsgKind::torus);
   VALUE(CsgKind::frustum);
+  VALUE(CsgKind::wedge);
+  VALUE(CsgKind::pyramid);
+  VALUE(CsgKind::prism);
+  VALUE(CsgKind::revolution);
+  VALUE(CsgKind::imported);
+  VALUE(CsgKind::custom);
+  TYPE(CsgChildren);
+  TYPE(CsgRange);
+  TYPE(CsgCurve::Kind);
+  TYPE(CsgGeometry::Form);
+  TYPE(CsgFeature::Kind);
 }
 
 std::string layout_now() {

@@ -106,11 +106,12 @@ TEST(PluginRefusal, AnEntryOfANewerSdk) {
 }
 
 TEST(PluginRefusal, AnotherAbiTagShowsBothAndTheDifference) {
-  const std::string parts = "gxxabi1002 instead of gxxabi" RMP_STR(
-      __GXX_ABI_VERSION) ", cxx11abi0 instead of cxx11abi" RMP_ABI_CXX11
-                         ", debugstl instead of nothing";
+  const std::string parts =
+      "sdk1000 instead of sdk" RMP_STR(RMP_SDK_ABI) ", gxxabi1002 instead of gxxabi" RMP_STR(
+          __GXX_ABI_VERSION) ", cxx11abi0 instead of cxx11abi" RMP_ABI_CXX11
+                             ", debugstl instead of nothing";
   EXPECT_EQ(refusal_of("wrong_tag"),
-            "its ABI tag \"sdk1;gxxabi1002;cxx11abi0;debugstl\" differs from this program's "
+            "its ABI tag \"sdk1000;gxxabi1002;cxx11abi0;debugstl\" differs from this program's "
             "\"" RMP_ABI_TAG "\": " +
                 parts +
                 ". Rebuild it with SDK " RMP_SDK_VERSION
@@ -150,7 +151,7 @@ TEST(PluginRefusal, AnUnknownInterfaceIsSkippedAndTheRestLoads) {
           "\"robomosp.ik/7\".",
           "provider \"pot\" is skipped: this program knows no interface \"robomosp.teapot/1\"; it "
           "knows "
-          "robomosp.csg/1, robomosp.ik/1, robomosp.inverse_dynamics/1, "
+          "robomosp.csg/1, robomosp.primitive/1, robomosp.ik/1, robomosp.inverse_dynamics/1, "
           "robomosp.forward_dynamics/1, "
           "robomosp.segment/1, robomosp.collision/1, robomosp.physics/1, robomosp.compiler/1, "
           "robomosp.post/1, robomosp.importer/1 and robomosp.exporter/1."}));

@@ -391,10 +391,9 @@ TEST(Document, RecordsAreCheckedAtCommitAndTheElementIsNamed) {
             "solid \"s\": radius of sphere \"ball\" is -1 m; it must be greater than 0.");
   s = ball();
   s.nodes.push_back({CsgKind::sphere, "inner", 0, {}, {0.1}});
-  EXPECT_EQ(
-      refusal("s", s),
-      "solid \"s\": node \"inner\" is inside sphere \"ball\", which is a primitive. Only a union, "
-      "difference or intersection has nodes inside.");
+  EXPECT_EQ(refusal("s", s),
+            "solid \"s\": node \"inner\" is inside sphere \"ball\", which is a primitive. Only an "
+            "operation such as a union, or a modifier, has nodes inside.");
   s.nodes = {{CsgKind::union_, "u", -1, {}, {}}, {CsgKind::box, "u", 0, {}, {1, 1, 1}}};
   EXPECT_EQ(refusal("s", s),
             "solid \"s\": there are two nodes named \"u\". Give each its own name.");

@@ -3,11 +3,13 @@
 // (layer: contract, std only).
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include <robomosp/sdk/csg.h>
 #include <robomosp/sdk/params.h>
 #include <robomosp/sdk/progress.h>
 #include <robomosp/sdk/result.h>
@@ -15,18 +17,19 @@
 
 namespace robomosp {
 
-/// What an importer hands over: native text records (docs: file grammar), and meshes they name.
+/// What an importer hands over: native text records (docs: file grammar) that may name each other
+/// and, in `imported` nodes, the geometries.
 struct ImportedFile {
   std::string name;  ///< native file name, e.g. "arm.rbt"
   std::string text;
 };
-struct ImportedMesh {
-  std::string name;
-  Mesh mesh;
+struct ImportedGeometry {
+  std::string name;  ///< as the records name it, e.g. "housing.brep"
+  CsgGeometry geometry;
 };
 struct Imported {
-  std::vector<ImportedFile> records;
-  std::vector<ImportedMesh> meshes;
+  std::vector<ImportedFile> records;  ///< the main one last
+  std::vector<ImportedGeometry> geometries;
   std::vector<std::string> notes;  ///< every repair and every thing left out, a sentence each
 };
 
@@ -41,12 +44,16 @@ class Importer {
   virtual Result<Imported> read(std::string_view path, const Params&, Progress&) const = 0;
 };
 
-/// A mesh at a place with its colour, for export.
+/// A node of what is exported: an assembly (no mesh), or a part; parents before children.
 struct ExportItem {
   std::string name;
-  const Mesh* mesh = nullptr;
-  Pose pose;
+  std::int32_t parent = -1;
+  Pose pose;  ///< parent_T_item
   Colour colour;
+  const Mesh* mesh = nullptr;
+  const CsgGeometry* geometry = nullptr;  ///< exact, where the exporter asked for it
+  /// Items with equal definition [> 0] are copies of one part.
+  std::uint64_t definition = 0;
 };
 
 /// Interface robomosp.exporter/1. [any thread]
@@ -55,10 +62,13 @@ class Exporter {
   using Interface = Exporter;
   static constexpr const char* kInterfaceId = "robomosp.exporter/1";
   virtual ~Exporter() = default;
+  /// Lower-case extensions without dot, comma-separated.
   [[nodiscard]] virtual std::string_view extensions() const = 0;
+  /// Whether files of this extension hold exact solids, so that items need their geometry.
+  [[nodiscard]] virtual bool is_exact(std::string_view extension) const = 0;
   /// The file's bytes; the host writes them atomically.
-  virtual Result<std::string> write(std::span<const ExportItem> items, const Params&,
-                                    Progress&) const = 0;
+  virtual Result<std::string> write(std::string_view extension, std::span<const ExportItem> items,
+                                    const Params&, Progress&) const = 0;
 };
 
 }  // namespace robomosp
