@@ -63,27 +63,28 @@ constexpr Named kUnits[] = {
 struct NamedDimension {
   Dimension dimension;
   std::string_view name;  // with its article
+  std::string_view si;    // "" = written from the exponents
 };
 constexpr NamedDimension kDimensions[] = {
-    {kNone, "a number without a unit"},
-    {{1, 0, 0, 0}, "a length"},
-    {{2, 0, 0, 0}, "an area"},
-    {{3, 0, 0, 0}, "a volume"},
-    {{0, 1, 0, 0}, "a mass"},
-    {{0, 0, 1, 0}, "a time"},
-    {{0, 0, 0, 1}, "an angle"},
-    {{1, 0, -1, 0}, "a speed"},
-    {{1, 0, -2, 0}, "an acceleration"},
-    {{1, 0, -3, 0}, "a jerk"},
-    {{0, 0, -1, 1}, "an angular speed"},
-    {{0, 0, -2, 1}, "an angular acceleration"},
-    {{0, 0, -1, 0}, "a frequency"},
-    {{1, 1, -2, 0}, "a force"},
-    {{2, 1, -2, 0}, "a torque or energy"},
-    {{2, 1, -3, 0}, "a power"},
-    {{-1, 1, -2, 0}, "a pressure"},
-    {{-3, 1, 0, 0}, "a density"},
-    {{2, 1, 0, 0}, "a moment of inertia"},
+    {kNone, "a number without a unit", ""},
+    {{1, 0, 0, 0}, "a length", ""},
+    {{2, 0, 0, 0}, "an area", ""},
+    {{3, 0, 0, 0}, "a volume", ""},
+    {{0, 1, 0, 0}, "a mass", ""},
+    {{0, 0, 1, 0}, "a time", ""},
+    {{0, 0, 0, 1}, "an angle", ""},
+    {{1, 0, -1, 0}, "a speed", ""},
+    {{1, 0, -2, 0}, "an acceleration", ""},
+    {{1, 0, -3, 0}, "a jerk", ""},
+    {{0, 0, -1, 1}, "an angular speed", ""},
+    {{0, 0, -2, 1}, "an angular acceleration", ""},
+    {{0, 0, -1, 0}, "a frequency", "Hz"},
+    {{1, 1, -2, 0}, "a force", "N"},
+    {{2, 1, -2, 0}, "a torque or energy", "N m"},
+    {{2, 1, -3, 0}, "a power", "W"},
+    {{-1, 1, -2, 0}, "a pressure", "Pa"},
+    {{-3, 1, 0, 0}, "a density", ""},
+    {{2, 1, 0, 0}, "a moment of inertia", ""},
 };
 
 const Named* find_unit(std::string_view name) {
@@ -108,7 +109,7 @@ Error malformed(std::string_view name) {
       "Write products with a space, quotients with / and powers with ^, such as \"kg m^2/s\".");
 }
 
-/// `length` or, for a dimension without a name, `in kg m^3` read from the text.
+/// "a length" or, for a dimension without a name, "a quantity in kg m^3" with the unit as written.
 std::string kind_of(const Unit& unit, std::string_view written) {
   for (const NamedDimension& d : kDimensions)
     if (d.dimension == unit.dimension) return std::string(d.name);
@@ -122,6 +123,32 @@ constexpr Customary kCustomary[] = {
     {"m", "mm"}, {"rad", "deg"}, {"rad/s", "deg/s"}, {"rad/s^2", "deg/s^2"}};
 
 }  // namespace
+
+bool is_unit(std::string_view word) { return find_unit(word) != nullptr; }
+
+std::string kind_of(const Dimension& dimension) {
+  return kind_of(Unit{1, dimension}, si_name(dimension));
+}
+
+std::string si_name(const Dimension& dimension) {
+  for (const NamedDimension& d : kDimensions)
+    if (d.dimension == dimension && !d.si.empty()) return std::string(d.si);
+  constexpr std::string_view kNames[] = {"kg", "m", "s", "rad"};
+  constexpr std::size_t kIndex[] = {1, 0, 2, 3};  // mass is written first: kg m^2
+  const auto powers = [&](bool above, std::string_view separator) {
+    std::string s;
+    for (std::size_t i = 0; i < std::size(kNames); ++i) {
+      const int power = above ? dimension[kIndex[i]] : -dimension[kIndex[i]];
+      if (power <= 0) continue;
+      if (!s.empty()) s += separator;
+      s += kNames[i];
+      if (power > 1) s += "^" + std::to_string(power);
+    }
+    return s;
+  };
+  const std::string above = powers(true, " "), below = powers(false, "/");
+  return below.empty() ? above : (above.empty() ? "1" : above) + "/" + below;
+}
 
 double to_si(double value, const Unit& unit) {
   // 35 mm is 35 / 1000, correctly rounded, and not 35 * 0.001, which is one bit off.

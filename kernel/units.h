@@ -22,6 +22,13 @@ struct Unit {
 /// Reads a unit: products by space, `*` or `.`, quotients by `/`, powers by `^` ("kg m^2", "mm/s").
 /// "" is dimensionless.
 [[nodiscard]] Result<Unit> parse(std::string_view name);
+/// Whether `word` alone names a unit: "mm", "deg", "%".
+[[nodiscard]] bool is_unit(std::string_view word);
+
+/// "a length", "an angle", "a number without a unit", or "a quantity in kg m^5".
+[[nodiscard]] std::string kind_of(const Dimension&);
+/// The unit in SI: "m", "rad/s", "N m", "kg m^5"; "" = dimensionless.
+[[nodiscard]] std::string si_name(const Dimension&);
 
 /// A number of `unit` in SI and back. A whole divisor (mm, g, ms) divides, so that 35 mm gives the
 /// same bits as 0.035.
