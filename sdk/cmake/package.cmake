@@ -19,7 +19,7 @@ install(TARGETS ${sdk_targets} EXPORT RobomospTargets
   ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT sdk)
 install(EXPORT RobomospTargets NAMESPACE robomosp:: DESTINATION "${package_dir}" COMPONENT sdk)
 install(DIRECTORY "${sdk_dir}/include/" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}" COMPONENT sdk)
-install(DIRECTORY "${sdk_dir}/template" DESTINATION "${CMAKE_INSTALL_DATADIR}/robomosp" COMPONENT sdk)
+install(DIRECTORY "${sdk_dir}/template" "${sdk_dir}/examples" DESTINATION "${CMAKE_INSTALL_DATADIR}/robomosp" COMPONENT sdk)
 
 configure_package_config_file("${CMAKE_CURRENT_LIST_DIR}/RobomospConfig.cmake.in"
   "${CMAKE_BINARY_DIR}/sdk/RobomospConfig.cmake" INSTALL_DESTINATION "${package_dir}")
@@ -29,4 +29,5 @@ install(FILES
   "${CMAKE_BINARY_DIR}/sdk/RobomospConfig.cmake" "${CMAKE_BINARY_DIR}/sdk/RobomospConfigVersion.cmake"
   "${CMAKE_CURRENT_LIST_DIR}/RobomospPlugin.cmake" "${CMAKE_CURRENT_LIST_DIR}/conformance_ik.cpp.in"
   "${CMAKE_CURRENT_LIST_DIR}/conformance_csg.cpp.in" "${CMAKE_CURRENT_LIST_DIR}/conformance_dynamics.cpp.in"
+  "${CMAKE_CURRENT_LIST_DIR}/conformance_primitive.cpp.in"
   DESTINATION "${package_dir}" COMPONENT sdk)

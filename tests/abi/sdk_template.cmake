@@ -48,6 +48,12 @@ run("Checking the plugin" "${program}" plugin check "${work}/build/my_ik.so")
 run("Solving with the plugin from a script" "${program}" --plugin-path "${work}/build" run
   "${SOURCE_DIR}/scripts/examples/08_pa10_pose.lua" my_ik)
 
+# The example of a primitive of one's own.
+file(COPY "${work}/prefix/share/robomosp/examples/involute_gear" DESTINATION "${work}")
+run("Configuring the gear" ${CMAKE_COMMAND} -S "${work}/involute_gear" -B "${work}/involute_gear/build" ${generator})
+run("Building the gear" ${CMAKE_COMMAND} --build "${work}/involute_gear/build" -j 2)
+run("Testing the gear" ${CMAKE_CTEST_COMMAND} --test-dir "${work}/involute_gear/build" --output-on-failure --no-tests=error)
+
 if(EXISTS "${work}/prefix/include/robomosp/helper/spatial")
   file(COPY "${SOURCE_DIR}/tests/abi/helper_plugin" DESTINATION "${work}")
   run("Configuring a plugin with the helper library" ${CMAKE_COMMAND} -S "${work}/helper_plugin" -B "${work}/helper_plugin/build" ${generator})
