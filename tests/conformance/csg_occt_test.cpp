@@ -22,7 +22,9 @@ const std::string kFile = ROBOMOSP_PLUGIN_DIR "/csg_occt.so";
 
 std::unique_ptr<CsgEngine> make_occt() { return test::make_provider<CsgEngine>(kFile, "occt"); }
 
-INSTANTIATE_TEST_SUITE_P(Occt, CsgConformance, ::testing::Values(CsgSubject{"occt", make_occt}),
+INSTANTIATE_TEST_SUITE_P(Occt, CsgConformance,
+                         ::testing::Values(CsgSubject{"occt", make_occt,
+                                                      test::open_plugin(kFile).providers[0].tags}),
                          [](const auto& subject) { return subject.param.name; });
 
 class OcctCsg : public ::testing::Test {
@@ -136,17 +138,18 @@ TEST_F(OcctCsg, TangentHolesLeaveClosedPieces) {
 
 TEST_F(OcctCsg, DiscsJoinedByAFrustumThatIsAllButTangentGiveAClosedPlate) {
   // The sides touch the discs where the radius makes the angle acos((R - r) / d) with the line of
-  // centres. Rounding the corners leaves slivers between side and disc, from 1e-4 m down to nothing.
+  // centres. Rounding the corners leaves slivers between side and disc, from 1e-4 m down to
+  // nothing.
   const double R = 0.06, r = 0.04, d = 0.2, h = 0.02;
   const double c = (R - r) / d, s = std::sqrt(1 - c * c), angle = std::acos(c);
   for (const double step : {0.0, 1e-4, 1e-5, 1e-6, 1e-8}) {
     const auto snap = [&](double x) { return step > 0 ? std::round(x / step) * step : x; };
     const double x1 = snap(R * c), y1 = snap(R * s), x2 = snap(d + r * c), y2 = snap(r * s);
-    const Csg plate = unite({cylinder(R, h), cylinder(r, h).at(d, 0, 0),
-                             frustum(h, 2 * y1, h, 2 * y2, x2 - x1)
-                                 .at(turned({0, 1, 0}, kPi / 2, {x1, 0, h / 2}))});
-    const double area = (x2 - x1) * (y1 + y2) + R * R * (kPi - angle + s * c) +
-                        r * r * (angle - s * c);
+    const Csg plate = unite(
+        {cylinder(R, h), cylinder(r, h).at(d, 0, 0),
+         frustum(h, 2 * y1, h, 2 * y2, x2 - x1).at(turned({0, 1, 0}, kPi / 2, {x1, 0, h / 2}))});
+    const double area =
+        (x2 - x1) * (y1 + y2) + R * R * (kPi - angle + s * c) + r * r * (angle - s * c);
     expect_solid(plate, area * h, std::max(1e-9, 4 * step / R), std::to_string(step).c_str());
   }
 }
