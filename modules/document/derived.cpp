@@ -454,6 +454,7 @@ struct Derived::Impl {
     kinematic.poses.clear();
     kinematic.ik = kinematic.inverse_dynamics = kinematic.forward_dynamics = {};
     kinematic.skin_colour = kinematic.skin_accent = {};
+    kinematic.parametric = {};  // what it comes from does not matter, only the numbers
     for (auto& link : kinematic.links) {
       link.parts.clear();
       link.visible = true;

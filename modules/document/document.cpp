@@ -278,6 +278,32 @@ struct Transaction::Work {
     state().put(id, std::move(record));
     if (is_touched.insert(id).second) touched.push_back(id);
   }
+  /// Puts a record other than a world, its expressions evaluated.
+  Result<void> put_resolved(AnyId id, std::shared_ptr<Record> record) {
+    auto resolved = model::resolve(record->body, record->name, now.world_parameters());
+    if (!resolved.ok())
+      return std::move(resolved).error().in(std::string(to_string(id.kind)) + " " +
+                                            quote(record->name));
+    put(id, std::move(record));
+    return {};
+  }
+  Result<void> put_world(AnyId id, const Record* old, std::shared_ptr<Record> record);
+  /// Refuses, naming who, when expressions use a parameter of the world.
+  [[nodiscard]] Result<void> unused(AnyId world) const {
+    const Record& record = *now.find(world);
+    const auto& parametric = std::get<model::World>(record.body).parametric;
+    std::vector<AnyId> users;
+    for (const AnyId user : now.users_of_worlds())
+      for (const auto& n : model::world_mentions(now.find(user)->body))
+        if (n.scope == record.name && model::find_parameter(parametric, n.name) &&
+            (users.empty() || users.back() != user))
+          users.push_back(user);
+    if (users.empty()) return {};
+    return error(ErrorCode::conflict,
+                 "cannot remove " + now.describe(world) + ": " + name_some(now, users) +
+                     (users.size() == 1 ? " uses its parameters" : " use its parameters"),
+                 "Give their numbers plain values or other expressions first.");
+  }
   Result<void> usable() const {
     if (is_closed)
       return error(ErrorCode::conflict, "this transaction has ended", "Begin another one.");
@@ -292,6 +318,58 @@ struct Transaction::Work {
                  "Choose another name.");
   }
 };
+
+/// Puts a world, and with it the records that use its parameters: all or none.
+Result<void> Transaction::Work::put_world(AnyId id, const Record* old,
+                                          std::shared_ptr<Record> record) {
+  const std::string where = "world " + quote(record->name);
+  const bool is_renamed = old && old->name != record->name;
+  const auto follow_name = [&](const Expression::Name& n) {
+    return is_renamed && n.scope == old->name ? Expression::Name{record->name, n.name} : n;
+  };
+  if (is_renamed) model::rename_in(record->body, follow_name);
+  const model::WorldParameters none = [](const Expression::Name&) { return std::nullopt; };
+  auto resolved = model::resolve(record->body, record->name, none);
+  if (!resolved.ok()) return std::move(resolved).error().in(where);
+
+  const auto& after = std::get<model::World>(record->body).parametric;
+  const model::Parametric nothing;
+  const auto& before = old ? std::get<model::World>(old->body).parametric : nothing;
+  std::vector<std::pair<AnyId, std::shared_ptr<Record>>> followers;
+  if (is_renamed || before.parameters != after.parameters) {
+    const auto present = now.world_parameters();
+    const model::WorldParameters worlds =
+        [&](const Expression::Name& n) -> std::optional<Quantity> {
+      if (n.scope != record->name) return present(n);
+      const model::Parameter* p = model::find_parameter(after, n.name);
+      return p ? std::optional(model::quantity_of(*p)) : std::nullopt;
+    };
+    for (const AnyId user : now.users_of_worlds()) {
+      const Record& reader = *now.find(user);
+      bool follows = false;
+      for (const auto& n : model::world_mentions(reader.body)) {
+        const bool is_old = old && n.scope == old->name;
+        follows = follows || is_old || n.scope == record->name;
+        if (!is_old || model::find_parameter(after, n.name) ||
+            !model::find_parameter(before, n.name))
+          continue;
+        return error(ErrorCode::conflict,
+                     "cannot remove parameter " + quote(n.name) + ": " + now.describe(user) +
+                         " uses it (" + text::enumerate(model::uses_of(reader.body, n)) + ")",
+                     "Give that a plain number or another expression first.", where);
+      }
+      if (!follows) continue;
+      auto follower = std::make_shared<Record>(reader);
+      if (is_renamed) model::rename_in(follower->body, follow_name);
+      resolved = model::resolve(follower->body, follower->name, worlds);
+      if (!resolved.ok()) return std::move(resolved).error().in(now.describe(user));
+      followers.emplace_back(user, std::move(follower));
+    }
+  }
+  put(id, std::move(record));
+  for (auto& [user, follower] : followers) put(user, std::move(follower));
+  return {};
+}
 
 Transaction::Transaction(Document& document, std::string label, std::string gesture)
     : work_(std::make_unique<Work>()) {
@@ -317,7 +395,9 @@ Result<AnyId> Transaction::add(Record record) {
   if (!is_name(record.name)) return bad_name(record.name, to_string(kind));
   RMP_TRY(work_->free_of(kind, record.name));
   const AnyId id{kind, work_->document->next_id++};
-  work_->put(id, std::make_shared<const Record>(std::move(record)));
+  auto added = std::make_shared<Record>(std::move(record));
+  if (kind == Kind::world) RMP_TRY(work_->put_world(id, nullptr, std::move(added)));
+  else RMP_TRY(work_->put_resolved(id, std::move(added)));
   return id;
 }
 
@@ -335,8 +415,9 @@ Result<void> Transaction::edit(AnyId id, const std::function<Result<void>(Record
     if (!is_name(record->name)) return bad_name(record->name, to_string(id.kind));
     RMP_TRY(work_->free_of(id.kind, record->name));
   }
-  work_->put(id, std::move(record));
-  return {};
+  model::follow_edit(old->body, record->body);
+  return id.kind == Kind::world ? work_->put_world(id, old.get(), std::move(record))
+                                : work_->put_resolved(id, std::move(record));
 }
 
 Result<void> Transaction::remove(AnyId id) {
@@ -350,6 +431,7 @@ Result<void> Transaction::remove(AnyId id) {
                      (referrers.size() == 1 ? " refers to it" : " refer to it"),
                  referrers.size() == 1 ? "Remove or change that one first."
                                        : "Remove or change those first.");
+  if (id.kind == Kind::world) RMP_TRY(work_->unused(id));
   work_->put(id, nullptr);
   return {};
 }

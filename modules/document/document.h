@@ -16,6 +16,7 @@
 #include <robomosp/sdk/result.h>
 
 #include "kernel/ids.h"
+#include "model/parametric.h"
 #include "model/records.h"
 
 namespace robomosp::document {
@@ -36,6 +37,10 @@ class Snapshot {
   [[nodiscard]] std::vector<AnyId> list(Kind) const;  ///< in order of creation
   [[nodiscard]] std::vector<AnyId> list() const;
   [[nodiscard]] std::vector<AnyId> referrers(AnyId) const;  ///< who refers to it, ascending
+  /// Records with expressions that use parameters of worlds, loaded or not; ascending.
+  [[nodiscard]] std::vector<AnyId> users_of_worlds() const;
+  /// Parameters of the worlds that are there, for model::resolve(). The snapshot must outlive it.
+  [[nodiscard]] model::WorldParameters world_parameters() const;
   /// The content, or nullptr if the id is stale or of another kind.
   template <Kind K>
   [[nodiscard]] const auto* get(Id<K> id) const {
@@ -72,8 +77,8 @@ class Transaction {
   Transaction& operator=(Transaction&&) = delete;
   ~Transaction();
 
-  /// Adds a record; refuses an empty or malformed name (letters, digits, _ - . and spaces; must
-  /// start with a letter) and a name its kind has already.
+  /// Adds a record, its expressions evaluated; refuses an empty or malformed name (letters, digits,
+  /// _ - . and spaces; must start with a letter) and a name its kind has already.
   Result<AnyId> add(Record);
   template <class R>
   Result<Id<model::kind_of<R>>> add(std::string name, R content, std::string file = {}) {
@@ -81,9 +86,11 @@ class Transaction {
     if (!id.ok()) return std::move(id).error();
     return Id<model::kind_of<R>>{id->number};
   }
-  /// Replaces the record by what `change` makes of a copy.
+  /// Replaces the record by what `change` makes of a copy, its expressions evaluated. Records that
+  /// use parameters of a world follow when these change or the world is renamed; removing a
+  /// parameter that is used is refused.
   Result<void> edit(AnyId, const std::function<Result<void>(Record&)>& change);
-  /// Removes; refused, naming the referrers, while others refer to it.
+  /// Removes; refused, naming them, while others refer to it or use its parameters.
   Result<void> remove(AnyId);
   /// The records as they would be after commit.
   [[nodiscard]] const Snapshot& now() const;

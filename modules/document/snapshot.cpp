@@ -68,6 +68,15 @@ void Snapshot::State::remove_name(AnyId id, std::string_view name) {
   std::erase_if(bucket, [&](const Name& n) { return n.number == id.number; });
 }
 
+void Snapshot::State::note_use_of_worlds(AnyId id, bool was, bool is) {
+  if (was == is) return;
+  auto& ids = unique(users_of_worlds);
+  const auto at = std::lower_bound(ids.begin(), ids.end(), id);
+  if (is) ids.insert(at, id);
+  else ids.erase(at);
+  if (ids.empty()) users_of_worlds.reset();
+}
+
 void Snapshot::State::put(AnyId id, RecordPtr record) {
   Slot& own = slot_for_change(id.number);
   const RecordPtr old = own.record;
@@ -76,6 +85,8 @@ void Snapshot::State::put(AnyId id, RecordPtr record) {
     if (record) add_name(id, record->name);
   }
   count = count + (record ? 1U : 0U) - (old ? 1U : 0U);
+  note_use_of_worlds(id, old && !model::world_mentions(old->body).empty(),
+                     record && !model::world_mentions(record->body).empty());
   const auto before = old ? references(old->body) : std::vector<AnyId>{};
   const auto after = record ? references(record->body) : std::vector<AnyId>{};
   own.record = std::move(record);
@@ -144,6 +155,20 @@ std::vector<AnyId> Snapshot::referrers(AnyId id) const {
   if (!find(id)) return {};
   const State::Slot* s = state_->slot(id.number);
   return s->referrers ? *s->referrers : std::vector<AnyId>{};
+}
+
+std::vector<AnyId> Snapshot::users_of_worlds() const {
+  return state_->users_of_worlds ? *state_->users_of_worlds : std::vector<AnyId>{};
+}
+
+model::WorldParameters Snapshot::world_parameters() const {
+  return [this](const Expression::Name& n) -> std::optional<Quantity> {
+    const auto id = find(Kind::world, n.scope);
+    if (!id) return std::nullopt;
+    const auto& world = std::get<model::World>(find(*id)->body);
+    const model::Parameter* p = model::find_parameter(world.parametric, n.name);
+    return p ? std::optional(model::quantity_of(*p)) : std::nullopt;
+  };
 }
 
 std::string Snapshot::describe(AnyId id) const {

@@ -52,6 +52,7 @@ struct Snapshot::State {
   std::size_t count = 0;
   std::vector<std::shared_ptr<Chunk>> chunks;  ///< id n stands in chunk n / kChunk
   std::array<std::shared_ptr<NameTable>, std::size(kAllKinds)> names;
+  std::shared_ptr<std::vector<AnyId>> users_of_worlds;  ///< ascending; null = none
 
   [[nodiscard]] const Slot* slot(std::uint64_t number) const;
   [[nodiscard]] const RecordPtr* find(AnyId id) const;
@@ -64,6 +65,7 @@ struct Snapshot::State {
   Slot& slot_for_change(std::uint64_t number);
   void add_name(AnyId id, std::string_view name);
   void remove_name(AnyId id, std::string_view name);
+  void note_use_of_worlds(AnyId id, bool was, bool is);
 };
 
 /// Ids a body refers to, ascending, each once.

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+// Named parameters of records and numbers that are expressions over them (layer: data processing,
+// model). Paths are those of the set commands; rules for users: docs/user/parameters.md.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <robomosp/sdk/result.h>
+
+#include "kernel/expression.h"
+#include "model/records.h"
+
+namespace robomosp::model {
+
+/// Parameters and expressions of a record; nullptr for kinds that have none. [any thread]
+[[nodiscard]] const Parametric* parametric_of(const Body&);
+[[nodiscard]] Parametric* parametric_of(Body&);
+
+/// A number that a path names.
+struct PathNumber {
+  double value = 0;       ///< [unit]
+  std::string_view unit;  ///< SI; "" = dimensionless
+};
+/// The number at a path: `bore.radius`, `bore.position.x`, `bore.rpy.z` (of the notation it is
+/// written in), `plate.profile.1.3.x` (loop and point from 1; of a circle
+/// `plate.profile.2.radius`), `chord`; of an object `finger.position.x`; of a robot `elbow.a`,
+/// `elbow.parts.1.position.x`, `base_parts.1.position.x`, `tool.position.z`; of a world
+/// `table.position.x`, `gravity.z`.
+[[nodiscard]] std::optional<PathNumber> number_at(const Body&, std::string_view path);
+/// Writes it; false = the path names none.
+bool set_number(Body&, std::string_view path, double value);
+
+/// A parameter's quantity.
+[[nodiscard]] Quantity quantity_of(const Parameter&);
+[[nodiscard]] const Parameter* find_parameter(const Parametric&, std::string_view name);
+
+/// The quantity behind `world.parameter`, or none when the world is not there or lacks it.
+using WorldParameters = std::function<std::optional<Quantity>(const Expression::Name&)>;
+
+/// Evaluates the parameters in the order of their dependencies, then writes every number that is an
+/// expression. What uses a parameter of a world that is not there keeps its last value. Faults name
+/// the path or parameter: unknown names, dimensions, values that do not exist, and circles. [any
+/// thread]
+Result<void> resolve(Body&, std::string_view own_name, const WorldParameters&);
+
+/// Names known to the expressions of a record (its own parameters, and worlds'), each an error that
+/// says why there is none. `own_name` is that of a world itself. The references must outlive it.
+[[nodiscard]] Expression::Lookup lookup(const Parametric&, std::string_view own_name,
+                                        const WorldParameters&);
+
+/// Parameters of worlds that expressions of the record use, each once.
+[[nodiscard]] std::vector<Expression::Name> world_mentions(const Body&);
+/// Where a name is used: paths and `parameter "wall"`.
+[[nodiscard]] std::vector<std::string> uses_of(const Body&, const Expression::Name&);
+/// Replaces names in all expressions of the record.
+void rename_in(Body&, const std::function<Expression::Name(const Expression::Name&)>& rename);
+
+/// After an edit: expressions follow an element that was renamed, those of removed elements go, and
+/// one whose number the edit changed gives way to the number.
+void follow_edit(const Body& before, Body& after);
+
+}  // namespace robomosp::model
