@@ -207,7 +207,8 @@ struct CsgCurve {
   enum class Kind : std::int32_t {
     line,    ///< points: end
     arc,     ///< points: a point on the way, end
-    spline,  ///< points: those it passes through, the last is its end (C2, natural ends)
+    spline,  ///< points: those it passes through, the last is its end (cubic, C2, natural ends,
+             ///< parameters by chord length)
     circle,  ///< alone in its loop; points: centre, {radius, 0}
   };
   Kind kind = Kind::line;
