@@ -22,8 +22,10 @@
 #include <robomosp/sdk/physics.h>
 #include <robomosp/sdk/plugin.h>
 #include <robomosp/sdk/post.h>
+#include <robomosp/sdk/render.h>
 #include <robomosp/sdk/trajectory.h>
 
+#include "kernel/process.h"
 #include "kernel/text.h"
 
 #include <cxxabi.h>
@@ -51,9 +53,63 @@ void log_from_plugin(std::int32_t severity, const char* source, const char* text
   }
 }
 
-const rmp_host kHost = {sizeof(rmp_host), RMP_SDK_VERSION, &log_from_plugin};
-
 std::string or_empty(const char* s) { return s ? s : ""; }
+
+class ProgramProgress final : public Progress {
+ public:
+  explicit ProgramProgress(const rmp_program& program) : program_(program) {}
+  void report(double, std::string_view) override {}
+  [[nodiscard]] bool cancelled() const override {
+    return program_.cancelled && program_.cancelled(program_.context) != 0;
+  }
+
+ private:
+  const rmp_program& program_;
+};
+
+Result<void> run_program(const rmp_program& program) {
+  if (program.struct_size < sizeof(rmp_program) || !program.name || !program.output ||
+      (program.argument_count && !program.arguments) || (program.input_size && !program.input))
+    return error(ErrorCode::plugin_failed, "its rmp_program is not filled in");
+  ProcessSpec spec;
+  spec.program = program.name;
+  if (spec.program.is_relative()) spec.program = helper_program(program.name);
+  for (std::uint32_t i = 0; i < program.argument_count; ++i)
+    spec.arguments.emplace_back(or_empty(program.arguments[i]));
+  if (program.input_size)
+    spec.input = {program.input, static_cast<std::size_t>(program.input_size)};
+  spec.seconds = program.seconds;
+  spec.memory = program.memory;
+  spec.most_output = program.most_output;
+  if (program.line)
+    spec.line = [&](std::string_view l) { program.line(program.context, l.data(), l.size()); };
+  ProgramProgress progress(program);
+  RMP_TRY_ASSIGN(const std::string output, run_process(spec, progress));
+  program.output(program.context, output.data(), output.size());
+  return {};
+}
+
+std::int32_t run_for_plugin(const rmp_program* program, char* error, std::uint32_t error_size) {
+  std::string sentence = "it could not be run";
+  try {
+    const auto done =
+        program ? run_program(*program)
+                : Result<void>(robomosp::error(ErrorCode::plugin_failed, "no program was given"));
+    if (done.ok()) return 0;
+    if (done.error().code == ErrorCode::cancelled) return 1;
+    sentence = done.error().sentence();
+  } catch (const std::exception& e) {  // NOLINT: nothing may be thrown into a plugin
+    sentence = e.what();
+  }
+  if (error && error_size) {
+    const std::size_t n = std::min<std::size_t>(sentence.size(), error_size - 1);
+    std::copy_n(sentence.data(), n, error);
+    error[n] = '\0';
+  }
+  return 2;
+}
+
+const rmp_host kHost = {sizeof(rmp_host), RMP_SDK_VERSION, &log_from_plugin, &run_for_plugin};
 
 Error refused(std::string message, std::string hint) {
   return error(ErrorCode::plugin_refused, std::move(message), std::move(hint));
@@ -259,7 +315,8 @@ const std::vector<std::string>& known_interfaces() {
       CsgEngine::kInterfaceId,       CsgPrimitive::kInterfaceId,    IkSolver::kInterfaceId,
       InverseDynamics::kInterfaceId, ForwardDynamics::kInterfaceId, SegmentMaker::kInterfaceId,
       CollisionEngine::kInterfaceId, PhysicsEngine::kInterfaceId,   Compiler::kInterfaceId,
-      PostProcessor::kInterfaceId,   Importer::kInterfaceId,        Exporter::kInterfaceId};
+      PostProcessor::kInterfaceId,   Importer::kInterfaceId,        Exporter::kInterfaceId,
+      render::Renderer::kInterfaceId};
   return ids;
 }
 

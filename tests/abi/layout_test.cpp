@@ -72,7 +72,10 @@ void plain_types(std::ostream& out) {
   TYPE(rmp_param);
   F8(rmp_param, name, type, unit, doc, default_text, choices, min, max);
   TYPE(rmp_host);
-  F3(rmp_host, struct_size, program_version, log);
+  F4(rmp_host, struct_size, program_version, log, run);
+  TYPE(rmp_program);
+  F8(rmp_program, struct_size, name, arguments, argument_count, input, input_size, seconds, memory);
+  F5(rmp_program, most_output, context, output, line, cancelled);
   TYPE(rmp_provider);
   F7(rmp_provider, interface_id, name, summary, tags, params, param_count, create);
   TYPE(rmp_plugin);
@@ -165,10 +168,10 @@ void plain_types(std::ostream& out) {
   TYPE(ImportedGeometry);
   F2(ImportedGeometry, name, geometry);
   TYPE(Imported);
-  F3(Imported, records, geometries, notes);
+  F4(Imported, records, geometries, notes, profile);
   TYPE(ExportItem);
   F5(ExportItem, name, parent, pose, colour, mesh);
-  F2(ExportItem, geometry, definition);
+  F3(ExportItem, geometry, definition, profile);
 }
 
 void interfaces(std::ostream& out) {

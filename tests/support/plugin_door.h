@@ -32,7 +32,8 @@ std::unique_ptr<Interface> make_provider(const std::string& file, std::string_vi
   for (std::uint32_t i = 0; i < plugin.provider_count; ++i) {
     const rmp_provider& p = plugin.providers[i];
     if (name != p.name || std::string_view(p.interface_id) != Interface::kInterfaceId) continue;
-    const rmp_host host{sizeof(rmp_host), "test", [](std::int32_t, const char*, const char*) {}};
+    const rmp_host host{sizeof(rmp_host), "test", [](std::int32_t, const char*, const char*) {},
+                        nullptr};
     char text[256] = "";
     auto* made = static_cast<Interface*>(p.create(&host, text, sizeof text));
     if (!made) throw std::runtime_error(text);

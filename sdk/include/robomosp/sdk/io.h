@@ -31,6 +31,7 @@ struct Imported {
   std::vector<ImportedFile> records;  ///< the main one last
   std::vector<ImportedGeometry> geometries;
   std::vector<std::string> notes;  ///< every repair and every thing left out, a sentence each
+  CsgProfile profile;              ///< closed outlines of a flat drawing; else no loops
 };
 
 /// Interface robomosp.importer/1. [any thread]
@@ -54,6 +55,7 @@ struct ExportItem {
   const CsgGeometry* geometry = nullptr;  ///< exact, where the exporter asked for it
   /// Items with equal definition [> 0] are copies of one part.
   std::uint64_t definition = 0;
+  const CsgProfile* profile = nullptr;  ///< flat outlines in the item's xy plane, for drawings
 };
 
 /// Interface robomosp.exporter/1. [any thread]

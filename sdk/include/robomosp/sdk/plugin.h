@@ -53,6 +53,26 @@ typedef struct rmp_param {
   double min, max;          /**< inclusive range of an int or real; min > max = unbounded */
 } rmp_param;
 
+/** A program that a provider has run in a process of its own, so that a crash, a hang or a memory
+ *  bomb in it harms nothing else. The functions are called on the thread that asked, and may be
+ *  NULL except `output`; none may throw. */
+typedef struct rmp_program {
+  uint32_t struct_size;
+  /** A file in <prefix>/libexec/robomosp, or an absolute path. */
+  const char* name;
+  const char* const* arguments; /**< without the program's name */
+  uint32_t argument_count;
+  const char* input; /**< goes to its standard input; input_size bytes */
+  uint64_t input_size;
+  double seconds;       /**< it is killed after this time [s] */
+  uint64_t memory;      /**< greatest address space [bytes] */
+  uint64_t most_output; /**< greatest size of its standard output [bytes] */
+  void* context;        /**< first argument of what follows */
+  void (*output)(void* context, const char* bytes, uint64_t size); /**< once, when all went well */
+  void (*line)(void* context, const char* text, uint64_t size);    /**< of standard error */
+  int32_t (*cancelled)(void* context); /**< not 0 = kill it; asked some 20 times a second */
+} rmp_program;
+
 /** What the host offers to a provider while it is created. Made by the host; may grow at the end.
  */
 typedef struct rmp_host {
@@ -60,6 +80,10 @@ typedef struct rmp_host {
   const char* program_version;
   /** severity: 0 debug, 1 info, 2 warning, 3 error. [any thread] */
   void (*log)(int32_t severity, const char* source, const char* text);
+  /** Runs a program to its end. 0 = it went well; 1 = cancelled; else `error` (a sentence, cut at
+   *  error_size bytes) tells how it ended: missing, exit code, crash, limit. [any thread; blocks]
+   */
+  int32_t (*run)(const rmp_program* program, char* error, uint32_t error_size);
 } rmp_host;
 
 /** One implementation of one interface. All constant data. */

@@ -93,7 +93,7 @@ Result<const rmp_provider*> find_provider(const std::string& file, const std::st
 template <class Interface>
 std::unique_ptr<Interface> create(const rmp_provider& provider) {
   char message[256] = "";
-  const rmp_host host{sizeof(rmp_host), "conformance", nullptr};
+  const rmp_host host{sizeof(rmp_host), "conformance", nullptr, nullptr};
   return std::unique_ptr<Interface>(
       static_cast<Interface*>(provider.create(&host, message, sizeof message)));
 }

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+// Runs a helper program in a process of its own, with limits, so that a crash, a hang or a memory
+// bomb in it harms nothing else (layer: core).
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <robomosp/sdk/progress.h>
+#include <robomosp/sdk/result.h>
+
+namespace robomosp {
+
+struct ProcessSpec {
+  std::filesystem::path program;
+  std::vector<std::string> arguments;  ///< without the program's name
+  std::string_view input;              ///< goes to its standard input
+  double seconds = 300;                ///< wall clock and processor time [s]
+  /// Address space [bytes]; not enforced where the program itself is built with AddressSanitizer,
+  /// which reserves terabytes.
+  std::uint64_t memory = std::uint64_t{4} << 30;
+  std::uint64_t most_output = std::uint64_t{1} << 30;  ///< of standard output [bytes]
+  /// Hears every line of standard error (cut at 4096 bytes); may be empty.
+  std::function<void(std::string_view)> line;
+};
+
+/// Runs the program to its end and returns its standard output. Cancelling, the time limit and too
+/// much output kill it and all that it started. The error tells how it ended: not found, exit code,
+/// signal ("crashed"), limit; ErrorCode::cancelled when cancelled. [any thread; blocks]
+[[nodiscard]] Result<std::string> run_process(const ProcessSpec&, Progress&);
+
+/// Where programs that ship with this one and are not for users to start lie:
+/// `<executable>/../libexec/robomosp`.
+[[nodiscard]] std::filesystem::path helper_program(std::string_view name);
+
+}  // namespace robomosp
