@@ -22,7 +22,6 @@
 #include <robomosp/sdk/physics.h>
 #include <robomosp/sdk/plugin.h>
 #include <robomosp/sdk/post.h>
-#include <robomosp/sdk/render.h>
 #include <robomosp/sdk/trajectory.h>
 
 #include "kernel/process.h"
@@ -315,8 +314,7 @@ const std::vector<std::string>& known_interfaces() {
       CsgEngine::kInterfaceId,       CsgPrimitive::kInterfaceId,    IkSolver::kInterfaceId,
       InverseDynamics::kInterfaceId, ForwardDynamics::kInterfaceId, SegmentMaker::kInterfaceId,
       CollisionEngine::kInterfaceId, PhysicsEngine::kInterfaceId,   Compiler::kInterfaceId,
-      PostProcessor::kInterfaceId,   Importer::kInterfaceId,        Exporter::kInterfaceId,
-      render::Renderer::kInterfaceId};
+      PostProcessor::kInterfaceId,   Importer::kInterfaceId,        Exporter::kInterfaceId};
   return ids;
 }
 
