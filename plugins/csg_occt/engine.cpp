@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 #include <BRepAdaptor_Curve.hxx>
 #include <BRepAdaptor_Surface.hxx>
@@ -94,8 +95,7 @@ std::array<Vec3, 2> tight_bounds(const std::vector<Solid>& solids, const gp_Trsf
     TopTools_IndexedMapOfShape corners, edges;
     TopExp::MapShapes(shape, TopAbs_VERTEX, corners);
     TopExp::MapShapes(shape, TopAbs_EDGE, edges);
-    for (int i = 1; i <= corners.Extent(); ++i)
-      box.Add(BRep_Tool::Pnt(TopoDS::Vertex(corners(i))));
+    for (int i = 1; i <= corners.Extent(); ++i) box.Add(BRep_Tool::Pnt(TopoDS::Vertex(corners(i))));
     for (int i = 1; i <= edges.Extent(); ++i) widen(box, TopoDS::Edge(edges(i)));
     for (TopExp_Explorer e(shape, TopAbs_FACE); e.More(); e.Next())
       widen(box, TopoDS::Face(e.Current()));
@@ -125,7 +125,13 @@ std::vector<std::string> note_texts(const Plan& plan, const CsgTree& tree, const
 
 }  // namespace
 
-OcctCsgEngine::OcctCsgEngine() { silence_messenger(); }
+// Tests and benchmarks compare the shortcut with the general way.
+OcctCsgEngine::OcctCsgEngine() {
+  const char* variable = std::getenv("ROBOMOSP_CSG_PRISMATIC");
+  const std::string_view choice = variable ? variable : "on";
+  shortcut_ = choice == "off" ? Shortcut::off : choice == "only" ? Shortcut::only : Shortcut::on;
+  silence_messenger();
+}
 
 Result<std::shared_ptr<const CsgShape>> OcctCsgEngine::evaluate(const CsgTree& tree,
                                                                 Progress& progress) const {
@@ -134,7 +140,7 @@ Result<std::shared_ptr<const CsgShape>> OcctCsgEngine::evaluate(const CsgTree& t
     if (progress.cancelled()) return cancelled_error();
     RMP_TRY_ASSIGN(const Plan plan, make_plan(tree, progress));
     RMP_TRY_ASSIGN(const ValuePtr value,
-                   evaluate_plan(plan, tree, cache_, faces_, gate_, progress));
+                   evaluate_plan(plan, tree, cache_, faces_, gate_, shortcut_, progress));
     const auto claim = gate_.claim(value->lineage, progress);
     if (!claim || progress.cancelled()) return cancelled_error();
     const auto bounds = tight_bounds(value->solids, plan.root.pose);

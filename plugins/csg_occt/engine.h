@@ -54,6 +54,7 @@ class OcctCsgEngine final : public CsgEngine {
   /// Enough for the steps of some hundred edits; an entry shares what did not change.
   static constexpr std::size_t kTermLimit = 2'000;
 
+  Shortcut shortcut_ = Shortcut::on;
   mutable TermCache cache_{kTermLimit};
   mutable FaceMemory faces_;
   mutable TopologyGate gate_;

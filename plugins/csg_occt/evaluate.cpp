@@ -6,6 +6,9 @@
 #include <unordered_set>
 
 #include "primitives.h"
+#include "prismatic.h"
+
+#include <BRepCheck_Analyzer.hxx>
 
 namespace robomosp::csg_occt {
 namespace {
@@ -15,6 +18,8 @@ constexpr std::size_t kMostRecent = 1'000;
 // An operation is split into "all but what changed" and "what changed" when at most this many
 // items changed since its last evaluation and enough others did not.
 constexpr std::size_t kMostChanged = 2, kLeastKept = 3;
+// Shortcuts that fail may look at so many times the terms there are, however deep the tree.
+constexpr std::size_t kShortcutBudget = 8;
 
 /// A solid of one item, moved into the operation's frame.
 struct Operand {
@@ -71,8 +76,10 @@ std::string_view kind_text(CsgKind kind) {
 class Evaluator {
  public:
   Evaluator(const Plan& plan, const CsgTree& tree, TermCache& cache, FaceMemory& faces,
-            TopologyGate& gate, Progress& progress)
+            TopologyGate& gate, Shortcut shortcut, Progress& progress)
       : plan_(plan),
+        shortcut_(shortcut),
+        shortcut_budget_(shortcut == Shortcut::off ? 0 : kShortcutBudget * plan.terms.size()),
         tree_(tree),
         cache_(cache),
         faces_(faces),
@@ -94,6 +101,14 @@ class Evaluator {
       }
       if (!opened[t]) {
         opened[t] = true;
+        RMP_TRY_ASSIGN(values_[t], take_shortcut(t));
+        if (values_[t]) {
+          cache_.put(term.key, values_[t]);
+          open.pop_back();
+          continue;
+        }
+        if (shortcut_ == Shortcut::only)
+          return error(ErrorCode::unsupported, "the shortcut for prisms does not apply");
         for (auto item = term.items.rbegin(); item != term.items.rend(); ++item)
           if (!values_[item->term] && !is_primitive(item->term)) open.push_back(item->term);
         if (open.back() != t) continue;
@@ -140,6 +155,47 @@ class Evaluator {
     });
     if (!made) return in_node(std::move(made).error(), term);
     known = *made;
+    return made;
+  }
+
+  Result<bool> are_primitives_apart(const Term& term) {
+    if (term.kind != CsgKind::union_) return false;
+    for (const Item& item : term.items)
+      if (!is_primitive(item.term)) return false;
+    std::vector<Operand> operands;
+    for (std::size_t i = 0; i < term.items.size(); ++i) {
+      RMP_TRY_ASSIGN(const ValuePtr value, primitive(plan_.terms[term.items[i].term]));
+      operands.push_back({value->solids[0], {}, i});
+      operands.back().solid.box = operands.back().solid.box.Transformed(term.items[i].pose);
+    }
+    return groups(operands).size() == operands.size();
+  }
+
+  /// Null when the general way has to be gone.
+  Result<ValuePtr> take_shortcut(std::size_t t) {
+    const Term& term = plan_.terms[t];
+    if (term.items.empty() || term.items.size() > shortcut_budget_) return ValuePtr();
+    // Solids that are only put together are quicker put together.
+    RMP_TRY_ASSIGN(const bool apart, are_primitives_apart(term));
+    if (apart) return ValuePtr();
+    Result<ValuePtr> made = guarded("the operation", [&]() -> Result<ValuePtr> {
+      std::size_t cost = 0;
+      auto outcome = build_prismatic(plan_, t, faces_, progress_, cost);
+      shortcut_budget_ -= std::min(shortcut_budget_, cost);
+      if (progress_.cancelled()) return cancelled_error();
+      if (!outcome) return ValuePtr();
+      if (shortcut_ == Shortcut::only)
+        for (const Solid& solid : outcome->solids)
+          if (!BRepCheck_Analyzer(solid.shape).IsValid())
+            return error(ErrorCode::plugin_failed, "the shortcut made an invalid solid");
+      auto value = std::make_shared<Value>();
+      value->solids = std::move(outcome->solids);
+      value->notes = std::move(outcome->notes);
+      if (value->notes.size() > kMostNotes) value->notes.resize(kMostNotes);
+      value->lineage = {gate_.new_number()};
+      return ValuePtr(value);
+    });
+    if (!made) return in_node(std::move(made).error(), term);
     return made;
   }
 
@@ -362,6 +418,8 @@ class Evaluator {
   }
 
   const Plan& plan_;
+  Shortcut shortcut_;
+  std::size_t shortcut_budget_;
   const CsgTree& tree_;
   TermCache& cache_;
   FaceMemory& faces_;
@@ -403,8 +461,9 @@ std::vector<Key> TermCache::exchange_recent(const Key& context, std::vector<Key>
 }
 
 Result<ValuePtr> evaluate_plan(const Plan& plan, const CsgTree& tree, TermCache& cache,
-                               FaceMemory& faces, TopologyGate& gate, Progress& progress) {
-  return Evaluator(plan, tree, cache, faces, gate, progress).run();
+                               FaceMemory& faces, TopologyGate& gate, Shortcut shortcut,
+                               Progress& progress) {
+  return Evaluator(plan, tree, cache, faces, gate, shortcut, progress).run();
 }
 
 }  // namespace robomosp::csg_occt

@@ -51,8 +51,13 @@ class TermCache {
   std::unordered_map<Key, std::vector<Key>, KeyHash> recent_;
 };
 
+/// When the shortcut for prisms (prismatic.h) is taken. `only` is for tests: a tree that it does
+/// not apply to is an error, and what it makes is checked as the results of the general way are.
+enum class Shortcut { on, off, only };
+
 /// The value of the plan's root term. Errors name the node of `tree`.
 Result<ValuePtr> evaluate_plan(const Plan& plan, const CsgTree& tree, TermCache& cache,
-                               FaceMemory& faces, TopologyGate& gate, Progress& progress);
+                               FaceMemory& faces, TopologyGate& gate, Shortcut shortcut,
+                               Progress& progress);
 
 }  // namespace robomosp::csg_occt

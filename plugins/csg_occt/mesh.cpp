@@ -226,8 +226,8 @@ class MeshBuilder {
       has_empty_face_ = true;
       Mesh::Face none;
       none.first_triangle = static_cast<std::uint32_t>(mesh_.triangle_count());
-      none.id = surface_key(BRepAdaptor_Surface(face, false),
-                            face.Orientation() == TopAbs_REVERSED);
+      none.id =
+          surface_key(BRepAdaptor_Surface(face, false), face.Orientation() == TopAbs_REVERSED);
       mesh_.faces.push_back(none);
       face_centres_.emplace_back(0, 0, 0);
       return true;
@@ -305,8 +305,9 @@ class MeshBuilder {
     const std::vector<std::uint32_t> old = std::move(mesh_.triangles);
     mesh_.triangles.clear();
     const auto triangles_of = [&](std::size_t f) {
-      return std::span<const std::uint32_t>(old.data() + 3 * std::size_t{mesh_.faces[f].first_triangle},
-                                            3 * std::size_t{mesh_.faces[f].triangle_count});
+      return std::span<const std::uint32_t>(
+          old.data() + 3 * std::size_t{mesh_.faces[f].first_triangle},
+          3 * std::size_t{mesh_.faces[f].triangle_count});
     };
     std::vector<bool> is_good(faces_.size());
     for (std::size_t f = 0; f < faces_.size(); ++f) {
@@ -341,7 +342,8 @@ class MeshBuilder {
       const TopoDS_Edge key = TopoDS::Edge(edge.Oriented(TopAbs_FORWARD));
       if (!edge_ids_.IsBound(key)) {  // all its faces are empty
         if (BRepAdaptor_Curve(key).GetType() != GeomAbs_Line) return false;
-        edge_ids_.Bind(key, {vertex_id(TopExp::FirstVertex(key)), vertex_id(TopExp::LastVertex(key))});
+        edge_ids_.Bind(key,
+                       {vertex_id(TopExp::FirstVertex(key)), vertex_id(TopExp::LastVertex(key))});
       }
       const NodeIds& ids = *edge_ids_.Seek(key);
       for (std::size_t i = 1; i < ids.size(); ++i)
@@ -645,7 +647,7 @@ class MeshBuilder {
   gp_Trsf pose_;
   double chord_;  // [mm]
   bool has_empty_face_ = false;
-  std::set<Side> used_;  // sides of triangles, so that no two faces make the same one
+  std::set<Side> used_;             // sides of triangles, so that no two faces make the same one
   std::vector<TopoDS_Face> faces_;  // as in mesh_.faces
   Mesh mesh_;
   std::vector<gp_Pnt> points_;  // [mm], one per position that topology tells apart
