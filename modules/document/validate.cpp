@@ -6,8 +6,12 @@
 #include <span>
 #include <string>
 #include <unordered_set>
+#include <vector>
+
+#include <robomosp/sdk/csg_select.h>
 
 #include "kernel/text.h"
+#include "model/placement.h"
 
 namespace robomosp::document {
 
@@ -69,13 +73,13 @@ Result<void> colour(const Colour& c, const std::string& what) {
 Result<void> placement(const Placement& p, const std::string& what) {
   RMP_TRY(finite(p.position, "the position of " + what));
   RMP_TRY(finite(p.angles, "an angle of the placement of " + what));
-  if (p.notation > AngleNotation::zyz)
-    return fault("the placement of " + what + " has an unknown notation of angles");
+  if (p.notation > AngleNotation::zyz || p.coordinates > PositionNotation::spherical)
+    return fault("the placement of " + what + " has an unknown notation");
   return {};
 }
 Result<void> near(const Placement& p, const std::string& what) {
   RMP_TRY(placement(p, what));
-  for (const double x : p.position) RMP_TRY(at_most(x, kLongest, "a coordinate of " + what, " m"));
+  for (const double x : position(p)) RMP_TRY(at_most(x, kLongest, "a coordinate of " + what, " m"));
   return {};
 }
 Result<void> choice(const ProviderChoice& p, const std::string& what) {
@@ -120,7 +124,167 @@ Result<void> check_size(const CsgSize& size, double value, const std::string& wh
   return fault(which + " is " + text::print(value) + "; it must be a whole number from 1 to 10000");
 }
 
-Result<void> check_node(const Solid& s, std::size_t i) {
+using Point = std::array<double, 2>;
+
+/// Shorter than any line that can be made or drawn; engines work to about 1e-7 mm.
+constexpr double kShortest = 1e-9;  // m
+
+double distance(const Point& a, const Point& b) { return std::hypot(a[0] - b[0], a[1] - b[1]); }
+
+Result<void> check_curve(const CsgCurve& c, const Point& start, const std::string& what) {
+  const auto points = c.points.size();
+  switch (c.kind) {
+    case CsgCurve::Kind::line:
+      if (points != 1) return fault(what + " must have one point, its end");
+      if (distance(start, c.points[0]) < kShortest)
+        return fault(what + " ends where it begins", "Remove it.");
+      return {};
+    case CsgCurve::Kind::arc: {
+      if (points != 2) return fault(what + " must have two points, one on its way and its end");
+      const Point &by = c.points[0], &end = c.points[1];
+      const double cross =
+          (by[0] - start[0]) * (end[1] - start[1]) - (by[1] - start[1]) * (end[0] - start[0]);
+      const double longest =
+          std::max({distance(start, by), distance(by, end), distance(start, end)});
+      if (std::fabs(cross) < kShortest * longest)
+        return fault("the three points of " + what + " stand in a line or meet",
+                     "Use a line, or a circle in a loop of its own.");
+      return {};
+    }
+    case CsgCurve::Kind::spline: {
+      if (points == 0) return fault(what + " has no points");
+      const Point* before = &start;
+      for (const Point& p : c.points) {
+        if (distance(*before, p) < kShortest)
+          return fault(what + " has the same point twice in a row", "Remove one of them.");
+        before = &p;
+      }
+      return {};
+    }
+    case CsgCurve::Kind::circle:
+      return fault(what + " cannot stand beside other curves", "Give it a loop of its own.");
+  }
+  return fault(what + " is of an unknown kind");
+}
+
+Result<void> check_loop(const CsgLoop& l, const std::string& loop) {
+  if (l.curves.empty()) return fault(loop + " has no curves");
+  if (l.curves.size() == 1 && l.curves[0].kind == CsgCurve::Kind::circle) {
+    const auto& points = l.curves[0].points;
+    if (points.size() != 2)
+      return fault("the circle of " + loop + " needs its centre and its radius");
+    for (const double x : points[0]) RMP_TRY(at_most(x, kLongest, "the centre of " + loop, " m"));
+    RMP_TRY(positive(points[1][0], "the radius of " + loop, " m"));
+    return at_most(points[1][0], kLongest, "the radius of " + loop, " m");
+  }
+  for (const double x : l.start) RMP_TRY(at_most(x, kLongest, "the start of " + loop, " m"));
+  Point at = l.start;
+  bool is_curved = false;
+  for (std::size_t k = 0; k < l.curves.size(); ++k) {
+    const CsgCurve& c = l.curves[k];
+    const std::string curve = "curve " + std::to_string(k + 1) + " of " + loop;
+    for (const Point& p : c.points)
+      for (const double x : p) RMP_TRY(at_most(x, kLongest, "a coordinate of " + curve, " m"));
+    RMP_TRY(check_curve(c, at, curve));
+    at = c.points.back();
+    is_curved = is_curved || c.kind == CsgCurve::Kind::arc || c.points.size() > 1;
+  }
+  const std::size_t edges = l.curves.size() + (distance(at, l.start) < kShortest ? 0 : 1);
+  if (edges < 3 && !is_curved)
+    return fault(loop + " encloses nothing: it has fewer than three corners");
+  return {};
+}
+
+Result<void> check_profile(const SolidNode& n, const std::string& of) {
+  if (n.profile->loops.empty())
+    return fault("the profile" + of + " has no loops", "Give it at least one outline.");
+  for (std::size_t i = 0; i < n.profile->loops.size(); ++i) {
+    const CsgLoop& l = n.profile->loops[i];
+    const std::string loop = "loop " + std::to_string(i + 1) + " of the profile" + of;
+    RMP_TRY(check_loop(l, loop));
+    if (n.kind != CsgKind::revolution) continue;
+    const bool is_circle = l.curves[0].kind == CsgCurve::Kind::circle;
+    double least = is_circle ? l.curves[0].points[0][0] - l.curves[0].points[1][0] : l.start[0];
+    if (!is_circle)
+      for (const CsgCurve& c : l.curves)
+        for (const Point& p : c.points) least = std::min(least, p[0]);
+    if (least < -kShortest)
+      return fault(loop + " reaches x = " + shown(least) + " m, beyond the axis it is turned about",
+                   "Keep x at 0 or more.");
+  }
+  return {};
+}
+
+/// What a kind has beside its sizes, and what no other kind may have.
+Result<void> check_extras(const SolidNode& n, const std::string& of) {
+  const CsgNodeInfo& info = csg_info(n.kind);
+  const std::string node = std::string(info.name) + " " + quote(n.name);
+  const auto foreign = [&](const char* what) {
+    return fault(node + " has " + what + ", which its kind does not use");
+  };
+  const bool is_drawn = n.kind == CsgKind::prism || n.kind == CsgKind::revolution;
+  if (is_drawn && !n.profile) return fault(node + " has no profile", "Give it at least one loop.");
+  if (n.profile && !is_drawn) return foreign("a profile");
+  if (n.profile) RMP_TRY(check_profile(n, of));
+
+  if (n.kind == CsgKind::imported && !n.geometry)
+    return fault(node + " has no geometry", "Import it from a file.");
+  if (n.geometry && n.kind != CsgKind::imported) return foreign("a geometry");
+
+  const bool is_custom = n.kind == CsgKind::custom;
+  if (is_custom && n.primitive.name.empty())
+    return fault(node + " names no primitive", "Give the name of a plugin's primitive.");
+  if (is_custom && !is_name(n.primitive.name)) return bad_name(n.primitive.name, "primitive");
+  if (!is_custom && (!n.primitive.name.empty() || !n.primitive.params.empty()))
+    return foreign("a plugin's primitive");
+  RMP_TRY(choice(n.primitive, node));
+
+  if (!n.select.empty()) {
+    if (n.kind != CsgKind::fillet && n.kind != CsgKind::chamfer)
+      return foreign("a selection of edges");
+    if (auto tests = parse_csg_select(n.select); !tests.ok())
+      return std::move(tests).error().in(node);
+  }
+  return {};
+}
+
+/// Sizes that are in range one by one and make no sense together.
+Result<void> check_sizes_together(const SolidNode& n, const std::string& of) {
+  const auto& v = n.sizes;
+  switch (n.kind) {
+    case CsgKind::cone:
+      if (v[0] == 0 && v[1] == 0)
+        return fault("both radii" + of + " are 0", "Give one of them a size.");
+      break;
+    case CsgKind::mirror:
+      if (std::hypot(v[0], v[1], v[2]) < 1e-12)
+        return fault("the normal" + of + " is zero", "It is the direction the plane faces.");
+      if (v[4] != 0 && v[4] != 1)
+        return fault("keep" + of + " is " + shown(v[4]) + "; it must be 1 or 0");
+      break;
+    case CsgKind::linear_pattern:
+      if (v[0] > 1 && std::hypot(v[1], v[2], v[3]) < kShortest)
+        return fault("the copies" + of + " all stand at one place", "Give dx, dy or dz.");
+      break;
+    case CsgKind::circular_pattern:
+      if (v[0] > 1 && v[1] == 0)
+        return fault("the copies" + of + " all stand at one place", "Give the angle.");
+      break;
+    case CsgKind::pyramid:
+      if (v[0] < 3) return fault("sides" + of + " is " + shown(v[0]) + "; it must be at least 3");
+      break;
+    case CsgKind::revolution:
+      if (v[0] > kCsgFullTurn + 1e-9)
+        return fault("the angle" + of + " is " + shown(v[0]) +
+                     " rad; at most a full turn is allowed");
+      break;
+    default: break;
+  }
+  return {};
+}
+
+/// `children`: how many nodes it has inside.
+Result<void> check_node(const Solid& s, std::size_t i, std::size_t children) {
   const SolidNode& n = s.nodes[i];
   const std::string node = "node " + quote(n.name);
   if (i == 0 ? n.parent != -1 : (n.parent < 0 || static_cast<std::size_t>(n.parent) >= i))
@@ -141,9 +305,14 @@ Result<void> check_node(const Solid& s, std::size_t i) {
   const std::string of = " of " + std::string(info.name) + " " + quote(n.name);
   for (std::size_t k = 0; k < csg_size_count(n.kind); ++k)
     RMP_TRY(check_size(info.sizes[k], n.sizes[k], std::string(info.sizes[k].name) + of));
-  if (n.kind == CsgKind::cone && n.sizes[0] == 0 && n.sizes[1] == 0)
-    return fault("both radii" + of + " are 0", "Give one of them a size.");
-  return {};
+  RMP_TRY(check_sizes_together(n, of));
+  RMP_TRY(check_extras(n, of));
+  if (info.children != CsgChildren::one) return {};
+  if (children == 1) return {};
+  return fault(std::string(info.name) + " " + quote(n.name) + " has " +
+                   (children == 0 ? std::string("no node") : std::to_string(children) + " nodes") +
+                   " inside; it works on exactly one",
+               children == 0 ? "Put one inside." : "Put them into a union.");
 }
 
 Result<void> check(const Material& m, Subject&) {
@@ -156,10 +325,14 @@ Result<void> check(const Material& m, Subject&) {
 Result<void> check(const Solid& s, Subject& subject) {
   RMP_TRY(positive(s.chord, "the chord", " m"));
   Names names("node");
+  std::vector<std::size_t> children(s.nodes.size());
+  for (const SolidNode& n : s.nodes)
+    if (n.parent >= 0 && static_cast<std::size_t>(n.parent) < children.size())
+      ++children[static_cast<std::size_t>(n.parent)];
   for (std::size_t i = 0; i < s.nodes.size(); ++i) {
     subject = {"node", i};
     RMP_TRY(names.add(s.nodes[i].name));
-    RMP_TRY(check_node(s, i));
+    RMP_TRY(check_node(s, i, children[i]));
   }
   return {};
 }

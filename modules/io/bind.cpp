@@ -9,6 +9,7 @@
 #include "document/validate.h"
 #include "kernel/text.h"
 #include "kernel/units.h"
+#include "model/placement.h"
 
 namespace robomosp::io {
 
@@ -119,7 +120,7 @@ class Binder {
         if (const auto [it, is_new] = named.emplace(f.text, i); !is_new)
           return twice("node", n.name, i, it->second);
       }
-      RMP_TRY(node(i, n));
+      RMP_TRY(node(i, index, n));
       out_.places[{"node", index}] = f.offset;
       node_of.emplace(static_cast<std::int32_t>(i), static_cast<std::int32_t>(index));
       s.nodes.push_back(std::move(n));
@@ -135,7 +136,7 @@ class Binder {
     return {};
   }
 
-  Result<void> node(Index i, SolidNode& n) {
+  Result<void> node(Index i, std::size_t index, SolidNode& n) {
     const CsgNodeInfo& info = csg_info(n.kind);
     const bool is_operation = info.children != CsgChildren::none;
     std::vector<Rule> rules;
@@ -145,15 +146,110 @@ class Binder {
       rules.push_back(number(size.name, size.unit, n.sizes[k], size.required));
     }
     placement(rules, n.placement);
+    rules.push_back(
+        words("frame", {"parent", "global"}, [&](std::size_t k) { n.is_global = k == 1; }));
+    if (n.kind == CsgKind::fillet || n.kind == CsgKind::chamfer)
+      rules.push_back(string("select", n.select));
+    if (n.kind == CsgKind::prism || n.kind == CsgKind::revolution)
+      rules.push_back(Rule{"profile", [&](Index k) { return profile(k, n.profile); }, false, true});
+    if (n.kind == CsgKind::custom) {
+      rules.push_back(provider("primitive", n.primitive));
+      rules.back().is_required = true;
+    }
+    GeometryReference geometry;
+    if (n.kind == CsgKind::imported) {
+      rules.push_back(Rule{"geometry",
+                           [&](Index k) -> Result<void> {
+                             geometry.offset = at(k).argument_offset;
+                             RMP_TRY_ASSIGN(geometry.path, path(k));
+                             return {};
+                           },
+                           false, true});
+      rules.push_back(string("source", geometry.source));
+    }
     const Skip is_inner = [&](Index k) { return csg_kind(at(k)).has_value(); };
     RMP_TRY(need_block(i));
     RMP_TRY(block(i, article(at(i).name), rules, is_inner));
+    if (n.kind == CsgKind::imported) {
+      geometry.node = index;
+      out_.geometries.push_back(std::move(geometry));
+    }
     if (is_operation) return {};
     for (Index k = i + 1; k < at(i).end; k = at(k).end)
       if (is_inner(k))
         return s_.at(at(k).offset, ErrorCode::syntax,
                      article(at(i).name) + " is a primitive and has no nodes inside",
                      "Put both inside a union, difference or intersection.");
+    return {};
+  }
+
+  /// `profile { loop { ... } }`
+  Result<void> profile(Index i, std::shared_ptr<const CsgProfile>& out) {
+    CsgProfile p;
+    RMP_TRY(need_block(i, true));
+    RMP_TRY(block(i, "a profile", {repeated("loop", [&](Index k) { return loop(k, p); })}));
+    out = std::make_shared<const CsgProfile>(std::move(p));
+    return {};
+  }
+
+  /// `loop { start (0, 0)  line (1, 0)  arc (1, 1) (0, 1) }`, or `loop { circle (0, 0)  radius 1 }`
+  Result<void> loop(Index i, CsgProfile& profile) {
+    CsgLoop l;
+    std::optional<std::array<double, 2>> start, centre;
+    double radius = 0;
+    bool has_radius = false;
+    RMP_TRY(need_block(i, true));
+    const auto point = [this](std::string_view name, std::optional<std::array<double, 2>>& to) {
+      return Rule{name, [this, &to](Index k) { return read_tuple(k, "m", to.emplace()); }};
+    };
+    const auto curve = [&](std::string_view name, CsgCurve::Kind kind) {
+      return repeated(name, [this, &l, kind](Index k) { return curves(k, kind, l); });
+    };
+    Rule radius_rule = number("radius", "m", radius);
+    radius_rule.read = [read = radius_rule.read, &has_radius](Index k) {
+      has_radius = true;
+      return read(k);
+    };
+    RMP_TRY(block(i, "a loop",
+                  {point("start", start), curve("line", CsgCurve::Kind::line),
+                   curve("arc", CsgCurve::Kind::arc), curve("spline", CsgCurve::Kind::spline),
+                   point("circle", centre), radius_rule}));
+    if (centre) {
+      if (start || !l.curves.empty())
+        return fail(i, "a loop with a circle has nothing else in it",
+                    "Put the other curves into a loop of their own.");
+      if (!has_radius) return fail(i, "the circle of this loop has no radius");
+      l.curves.push_back({CsgCurve::Kind::circle, {*centre, {radius, 0}}});
+    } else {
+      if (has_radius) return fail(i, "this loop has a radius but no circle");
+      if (!start) return fail(i, "this loop has no start", "Such as: start (0, 0)");
+      l.start = *start;
+    }
+    profile.loops.push_back(std::move(l));
+    return {};
+  }
+
+  /// A line for each point, an arc for two, one spline through all.
+  Result<void> curves(Index i, CsgCurve::Kind kind, CsgLoop& l) {
+    RMP_TRY(no_block(i, true));
+    const Field& f = at(i);
+    if (f.argument != Argument::tuple || f.numbers != 2 * f.tuples)
+      return s_.at(f.argument_offset, ErrorCode::syntax,
+                   quote(f.name) + " needs points such as (10 mm, 0)");
+    CsgCurve c{kind, {}};
+    for (std::uint32_t k = 0; k < f.tuples; ++k) {
+      const std::uint32_t n = f.first_number + 2 * k;
+      RMP_TRY_ASSIGN(const double x, quantity(s_.numbers[n], "m"));
+      RMP_TRY_ASSIGN(const double y, quantity(s_.numbers[n + 1], "m"));
+      c.points.push_back({x, y});
+      if (kind != CsgCurve::Kind::line) continue;
+      l.curves.push_back(std::move(c));
+      c = {kind, {}};
+    }
+    if (kind == CsgCurve::Kind::line) return {};
+    if (kind == CsgCurve::Kind::arc && f.tuples != 2)
+      return fail(i, "an arc needs two points: one on its way and its end");
+    l.curves.push_back(std::move(c));
     return {};
   }
 
@@ -509,8 +605,11 @@ class Binder {
                    quote(at(i).name) + " has a block but no name or value of its own");
     return {};
   }
-  Result<void> no_block(Index i) {
+  Result<void> no_block(Index i, bool several_tuples = false) {
     if (at(i).has_block) return fail(i, quote(at(i).name) + " has a value but no block");
+    if (at(i).tuples > 1 && !several_tuples)
+      return s_.at(at(i).argument_offset, ErrorCode::syntax,
+                   quote(at(i).name) + " has its numbers in a single pair of parentheses");
     if (at(i).has_values)
       return s_.at(at(i).argument_offset, ErrorCode::syntax,
                    quote(at(i).name) + " has a single value");
@@ -614,15 +713,25 @@ class Binder {
               return block(i, article(at(i).name) + " placement", rules);
             }};
   }
-  /// at, and one of rpy, xyz, zyz.
+  /// One of at, cylindrical, spherical, and one of rpy, xyz, zyz.
   void placement(std::vector<Rule>& rules, Placement& out) {
-    rules.push_back(tuple("at", "m", out.position));
-    const auto has_angles = std::make_shared<std::optional<Index>>();
-    const std::pair<std::string_view, AngleNotation> notations[] = {
-        {"rpy", AngleNotation::rpy}, {"xyz", AngleNotation::xyz}, {"zyz", AngleNotation::zyz}};
-    for (const auto& [name, notation] : notations)
+    const auto has_position = std::make_shared<std::optional<Index>>();
+    for (const auto coordinates :
+         {PositionNotation::cartesian, PositionNotation::cylindrical, PositionNotation::spherical})
       rules.push_back(
-          {name, [this, &out, has_angles, notation = notation](Index i) -> Result<void> {
+          {word_of(coordinates), [this, &out, has_position, coordinates](Index i) -> Result<void> {
+             if (*has_position)
+               return fail(
+                   i, quote(at(i).name) + " cannot stand beside " + quote(at(**has_position).name),
+                   "A placement has one position.");
+             *has_position = i;
+             out.coordinates = coordinates;
+             return read_tuple(i, position_units(coordinates), out.position);
+           }});
+    const auto has_angles = std::make_shared<std::optional<Index>>();
+    for (const auto notation : {AngleNotation::rpy, AngleNotation::xyz, AngleNotation::zyz})
+      rules.push_back(
+          {word_of(notation), [this, &out, has_angles, notation](Index i) -> Result<void> {
              if (*has_angles)
                return fail(
                    i, quote(at(i).name) + " cannot stand beside " + quote(at(**has_angles).name),
@@ -634,21 +743,26 @@ class Binder {
   }
   Rule reference(std::string_view name, std::vector<Kind> kinds, std::string owner,
                  std::function<void(Body&, AnyId)> set) {
-    return {name,
-            [this, kinds = std::move(kinds), owner = std::move(owner),
-             set = std::move(set)](Index i) -> Result<void> {
-              RMP_TRY(no_block(i));
-              const Field& f = at(i);
-              if (f.argument != Argument::string)
-                return s_.at(f.argument_offset, ErrorCode::syntax,
-                             quote(f.name) + " needs a file's path in double quotes");
-              std::string path = unescape(f.text);
-              if (path.empty())
-                return s_.at(f.argument_offset, ErrorCode::syntax,
-                             "the path of " + quote(f.name) + " is empty");
-              out_.references.push_back({std::move(path), f.argument_offset, kinds, owner, set});
-              return {};
-            }};
+    return {
+        name,
+        [this, kinds = std::move(kinds), owner = std::move(owner),
+         set = std::move(set)](Index i) -> Result<void> {
+          RMP_TRY_ASSIGN(std::string file, path(i));
+          out_.references.push_back({std::move(file), at(i).argument_offset, kinds, owner, set});
+          return {};
+        }};
+  }
+  Result<std::string> path(Index i) {
+    RMP_TRY(no_block(i));
+    const Field& f = at(i);
+    if (f.argument != Argument::string)
+      return s_.at(f.argument_offset, ErrorCode::syntax,
+                   quote(f.name) + " needs a file's path in double quotes");
+    std::string path = unescape(f.text);
+    if (path.empty())
+      return s_.at(f.argument_offset, ErrorCode::syntax,
+                   "the path of " + quote(f.name) + " is empty");
+    return path;
   }
   /// solid or object, exactly one of them (need_body).
   std::vector<Rule> body(const std::string& what, const std::function<void(Body&, AnyId)>& set) {
@@ -770,6 +884,13 @@ class Binder {
   }
   template <std::size_t N>
   Result<void> read_tuple(Index i, std::string_view unit, std::array<double, N>& out) {
+    std::array<std::string_view, N> same;
+    same.fill(unit);
+    return read_tuple(i, same, out);
+  }
+  template <std::size_t N>
+  Result<void> read_tuple(Index i, const std::array<std::string_view, N>& unit,
+                          std::array<double, N>& out) {
     RMP_TRY(no_block(i));
     const Field& f = at(i);
     if (f.argument != Argument::tuple || f.numbers != N)
@@ -778,7 +899,7 @@ class Binder {
                        (f.argument == Argument::tuple ? "; it has " + std::to_string(f.numbers)
                                                       : std::string()));
     for (std::uint32_t k = 0; k < N; ++k) {
-      RMP_TRY_ASSIGN(out[k], quantity(s_.numbers[f.first_number + k], unit));
+      RMP_TRY_ASSIGN(out[k], quantity(s_.numbers[f.first_number + k], unit[k]));
     }
     return {};
   }

@@ -27,9 +27,18 @@ struct Reference {
   std::function<void(model::Body&, AnyId)> set;
 };
 
+/// A geometry file that an imported node names.
+struct GeometryReference {
+  std::string path;
+  std::string source;  ///< CsgGeometry::source
+  std::uint32_t offset = 0;
+  std::size_t node = 0;  ///< of the solid
+};
+
 struct Bound {
   model::Record record;
   std::vector<Reference> references;
+  std::vector<GeometryReference> geometries;
   /// Where the elements of the record stand: ("node", 3) -> offset. See document::Subject.
   std::map<std::pair<std::string_view, std::size_t>, std::uint32_t> places;
 };

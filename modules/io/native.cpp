@@ -10,6 +10,7 @@
 
 #include "document/validate.h"
 #include "io/bind.h"
+#include "io/legacy.h"
 #include "io/print.h"
 #include "io/syntax.h"
 #include "kernel/text.h"
@@ -49,8 +50,9 @@ struct File {
 /// touched only when all is known to be right.
 class Loader {
  public:
-  Loader(Transaction& transaction, const std::vector<fs::path>& library)
-      : tx_(transaction), library_(library) {
+  Loader(Transaction& transaction, const std::vector<fs::path>& library,
+         const MemoryFiles* memory = nullptr)
+      : tx_(transaction), library_(library), memory_(memory) {
     const Snapshot& now = tx_.now();
     for (const AnyId id : now.list())
       if (const auto& file = now.find(id)->file; !file.empty()) known_.emplace(file, id);
@@ -69,6 +71,16 @@ class Loader {
   Result<Loaded> load_text(std::string_view content, const std::string& shown,
                            const fs::path& folder) {
     RMP_TRY_ASSIGN(const std::size_t root, add_file(std::string(content), shown, "", folder));
+    return run(root);
+  }
+
+  Result<Loaded> load_memory(const std::string& main, const std::string& shown,
+                             const fs::path& folder) {
+    memory_shown_ = shown;
+    memory_folder_ = folder;
+    if (!memory_->texts.contains(main))
+      return error(ErrorCode::not_found, "there is no " + quote(main) + " in " + quote(shown));
+    RMP_TRY_ASSIGN(const std::size_t root, open_memory(main));
     return run(root);
   }
 
@@ -91,6 +103,16 @@ class Loader {
     return add_file(std::move(content), shown, key, path.parent_path());
   }
 
+  Result<std::size_t> open_memory(const std::string& name) {
+    const std::string key = "\n" + name;  // no path has a line end in front
+    if (const auto it = opened_.find(key); it != opened_.end()) return it->second;
+    RMP_TRY_ASSIGN(const std::size_t node,
+                   add_file(memory_->texts.find(name)->second, memory_shown_ + "/" + name, "",
+                            memory_folder_));
+    opened_.emplace(key, node);
+    return node;
+  }
+
   Result<std::size_t> add_file(std::string content, const std::string& shown,
                                const std::string& key, const fs::path& folder) {
     auto file = std::make_unique<File>();
@@ -101,6 +123,10 @@ class Loader {
     RMP_TRY_ASSIGN(file->syntax, parse(shown, file->text));
     RMP_TRY_ASSIGN(file->bound, bind(file->syntax));
     file->bound.record.file = key;
+    for (const GeometryReference& g : file->bound.geometries) {
+      RMP_TRY_ASSIGN(std::get<model::Solid>(file->bound.record.body).nodes[g.node].geometry,
+                     geometry(*file, g));
+    }
     RMP_TRY(check(*file));
     nodes_.push_back({std::move(file), {}});
     if (!key.empty()) opened_.emplace(key, nodes_.size() - 1);
@@ -121,23 +147,57 @@ class Loader {
                           checked.error().hint);
   }
 
-  Result<std::size_t> follow(const File& from, const Reference& r) {
-    const fs::path path(r.path);
+  /// The file that a path in another file means.
+  Result<fs::path> find(const File& from, const std::string& name, std::uint32_t offset,
+                        const std::string& owner) {
+    const fs::path path(name);
     std::vector<fs::path> tried{path.is_absolute() ? path : from.folder / path};
     if (path.is_relative())
       for (const auto& folder : library_) tried.push_back(folder / path);
     const auto found = std::find_if(tried.begin(), tried.end(), is_file);
-    if (found == tried.end()) {
-      std::vector<std::string> folders;
-      for (const auto& t : tried) folders.push_back(quote(folder_name(t)));
-      folders.erase(std::unique(folders.begin(), folders.end()), folders.end());
-      return from.syntax.at(r.offset, ErrorCode::not_found,
-                            "there is no file " + quote(r.path) + ", which " + r.owner + " of " +
-                                quote(from.shown) + " refers to",
-                            "Looked in " + text::enumerate(folders) + ".");
+    if (found != tried.end()) return *found;
+    std::vector<std::string> folders;
+    for (const auto& t : tried) folders.push_back(quote(folder_name(t)));
+    folders.erase(std::unique(folders.begin(), folders.end()), folders.end());
+    return from.syntax.at(offset, ErrorCode::not_found,
+                          "there is no file " + quote(name) + ", which " + owner + " of " +
+                              quote(from.shown) + " refers to",
+                          "Looked in " + text::enumerate(folders) + ".");
+  }
+
+  /// What an imported node holds; a file is read once, however many nodes share it.
+  Result<GeometryPtr> geometry(const File& from, const GeometryReference& g) {
+    const auto with_source = [&g](const GeometryPtr& same) {
+      if (g.source.empty() || same->source == g.source) return same;
+      auto copy = std::make_shared<CsgGeometry>(*same);
+      copy->source = g.source;
+      return GeometryPtr(std::move(copy));
+    };
+    if (memory_ && from.key.empty())
+      if (const auto it = memory_->geometries.find(g.path); it != memory_->geometries.end())
+        return with_source(it->second);
+    const auto& node = std::get<model::Solid>(from.bound.record.body).nodes[g.node];
+    RMP_TRY_ASSIGN(const fs::path path, find(from, g.path, g.offset, "node " + quote(node.name)));
+    GeometryPtr& known = geometries_[canonical_name(path) + "\n" + g.source];
+    if (known) return known;
+    auto read = read_geometry(path, g.source);
+    if (!read.ok()) {
+      const Error& e = read.error();
+      const std::string what = e.where.empty() ? std::string() : quote(g.path) + ": ";
+      return from.syntax.at(g.offset, e.code, what + e.message, e.hint);
     }
-    RMP_TRY_ASSIGN(const std::size_t node,
-                   open(*found, found->lexically_normal().generic_string()));
+    return known = *read;
+  }
+
+  Result<std::size_t> follow(const File& from, const Reference& r) {
+    const bool in_memory = memory_ && from.key.empty() && memory_->texts.contains(r.path);
+    std::size_t node = 0;
+    if (in_memory) {
+      RMP_TRY_ASSIGN(node, open_memory(r.path));
+    } else {
+      RMP_TRY_ASSIGN(const fs::path found, find(from, r.path, r.offset, r.owner));
+      RMP_TRY_ASSIGN(node, open(found, found.lexically_normal().generic_string()));
+    }
     const Kind kind =
         nodes_[node].file ? nodes_[node].file->bound.record.kind() : nodes_[node].id.kind;
     if (std::find(r.kinds.begin(), r.kinds.end(), kind) == r.kinds.end())
@@ -231,9 +291,13 @@ class Loader {
 
   Transaction& tx_;
   const std::vector<fs::path>& library_;
-  std::unordered_map<std::string, AnyId> known_;         ///< file -> record of the document
-  std::unordered_map<std::string, std::size_t> opened_;  ///< file -> node
-  std::deque<Node> nodes_;                               ///< stable: references into it are kept
+  const MemoryFiles* memory_;  ///< may be none
+  std::string memory_shown_;
+  fs::path memory_folder_;
+  std::unordered_map<std::string, GeometryPtr> geometries_;  ///< file and source -> what it holds
+  std::unordered_map<std::string, AnyId> known_;             ///< file -> record of the document
+  std::unordered_map<std::string, std::size_t> opened_;      ///< file -> node
+  std::deque<Node> nodes_;  ///< stable: references into it are kept
 };
 
 bool starts_with(const fs::path& path, const fs::path& folder) {
@@ -280,7 +344,7 @@ Result<std::string> print_with(const Snapshot& snapshot, AnyId id, const fs::pat
                  snapshot.describe(id) + " refers to " + text::enumerate(homeless) + ", which " +
                      (homeless.size() == 1 ? "was" : "were") + " never saved",
                  homeless.size() == 1 ? "Save it first." : "Save them first.");
-  RMP_TRY_ASSIGN(std::string text, print_record(snapshot, *record, [&](AnyId target) {
+  RMP_TRY_ASSIGN(std::string text, print_record(snapshot, *record, from, [&](AnyId target) {
                    return relative_path(file_of(target), from, library);
                  }));
   // What is written must be readable: a description may hold bytes that are no text.
@@ -289,6 +353,22 @@ Result<std::string> print_with(const Snapshot& snapshot, AnyId id, const fs::pat
                  "a text of " + snapshot.describe(id) + " is not UTF-8, so it cannot be saved",
                  "Correct its description.");
   return text;
+}
+
+/// The geometry files of a solid that is saved at `file`, each once.
+Result<void> add_geometries(const model::Record& record, const fs::path& file,
+                            std::vector<std::pair<fs::path, std::string>>& out) {
+  const auto* solid = std::get_if<model::Solid>(&record.body);
+  if (!solid) return {};
+  for (const auto& node : solid->nodes) {
+    if (!node.geometry) continue;
+    const fs::path target = file.parent_path() / geometry_file_name(file, *node.geometry);
+    if (std::any_of(out.begin(), out.end(), [&](const auto& o) { return o.first == target; }))
+      continue;
+    RMP_TRY_ASSIGN(std::string bytes, geometry_bytes(*node.geometry));
+    out.emplace_back(target, std::move(bytes));
+  }
+  return {};
 }
 
 }  // namespace
@@ -305,13 +385,21 @@ std::string_view extension(Kind kind) {
   return "";
 }
 
-Result<Loaded> load(Transaction& tx, const fs::path& file, const std::vector<fs::path>& library) {
+Result<Loaded> load(Transaction& tx, const fs::path& file, const std::vector<fs::path>& library,
+                    std::optional<Kind> wanted) {
+  if (is_legacy_file(file)) return load_legacy(tx, file, wanted);
   return Loader(tx, library).load_file(file);
 }
 
 Result<Loaded> load_text(Transaction& tx, std::string_view text, const std::string& shown,
                          const fs::path& folder, const std::vector<fs::path>& library) {
   return Loader(tx, library).load_text(text, shown, folder);
+}
+
+Result<Loaded> load_memory(Transaction& tx, const MemoryFiles& files, const std::string& main,
+                           const std::string& shown, const fs::path& folder,
+                           const std::vector<fs::path>& library) {
+  return Loader(tx, library, &files).load_memory(main, shown, folder);
 }
 
 Result<std::string> print(const Snapshot& snapshot, AnyId id, const fs::path& file,
@@ -376,11 +464,19 @@ Result<std::vector<fs::path>> save(Transaction& tx, AnyId id, const fs::path& wa
   }
 
   std::vector<std::pair<fs::path, std::string>> texts;
+  std::vector<std::pair<fs::path, std::string>> geometries;
   for (const AnyId each : order) {
     RMP_TRY_ASSIGN(std::string text, print_with(now, each, planned.at(each), library, planned));
     texts.emplace_back(each == id ? file : fs::path(planned.at(each)), std::move(text));
+    RMP_TRY(add_geometries(*now.find(each), planned.at(each), geometries));
   }
   std::vector<fs::path> written;
+  for (const auto& [target, bytes] : geometries) {
+    // The name tells the content: what stands there already is the same, unless it was damaged.
+    const auto there = read_file(target, bytes.size());
+    if (!there.ok() || *there != bytes) RMP_TRY(write_file(target, bytes));
+    written.push_back(target);
+  }
   for (const auto& [target, text] : texts) {
     RMP_TRY(write_file(target, text));
     written.push_back(target);

@@ -4,6 +4,9 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
+#include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -11,6 +14,7 @@
 #include <robomosp/sdk/result.h>
 
 #include "document/document.h"
+#include "io/geometry.h"
 
 namespace robomosp::io {
 
@@ -28,9 +32,12 @@ struct Loaded {
 /// Reads a file and all it refers to into the transaction. References are paths relative to the
 /// referring file, else inside a `library` folder. A file that is already in the document (same
 /// canonical path) is reused, not loaded again. A record whose name is taken gets a free name.
-/// Any fault is one Error whose `where` is `file:line:column`; nothing is added then.
+/// Any fault is one Error whose `where` is `file:line:column`; nothing is added then. Materials,
+/// solids and objects of the 2006 program are told by their content and read as well
+/// (io/legacy.h); `wanted` says what to make of them.
 Result<Loaded> load(document::Transaction&, const std::filesystem::path& file,
-                    const std::vector<std::filesystem::path>& library);
+                    const std::vector<std::filesystem::path>& library,
+                    std::optional<Kind> wanted = {});
 
 /// The same for a text instead of a file: `shown` names it in messages, references are relative to
 /// `folder`. The record has no file.
@@ -38,14 +45,28 @@ Result<Loaded> load_text(document::Transaction&, std::string_view text, const st
                          const std::filesystem::path& folder,
                          const std::vector<std::filesystem::path>& library);
 
+/// Files that are in memory only, such as what an importer made; names are paths as they are
+/// written in references.
+struct MemoryFiles {
+  std::map<std::string, std::string, std::less<>> texts;       ///< records
+  std::map<std::string, GeometryPtr, std::less<>> geometries;  ///< made by make_geometry()
+};
+/// The same for the record `main` of files in memory. What they refer to is looked for among them
+/// first, then as load_text() does relative to `folder`. The records of `files` have no file;
+/// messages name them as `shown/<name>`.
+Result<Loaded> load_memory(document::Transaction&, const MemoryFiles& files,
+                           const std::string& main, const std::string& shown,
+                           const std::filesystem::path& folder,
+                           const std::vector<std::filesystem::path>& library);
+
 /// Text of one record as save() would write it to a file at `file` (references become paths
 /// relative to it). References to records without file are an error that names them.
 Result<std::string> print(const document::Snapshot&, AnyId, const std::filesystem::path& file,
                           const std::vector<std::filesystem::path>& library);
 
 /// Saves the record; referred records that were never saved are saved beside it first, as
-/// `<name><extension>`. Sets Record::file through the transaction. Atomic per file: temporary
-/// file, fsync, rename.
+/// `<name><extension>`, and geometries before the solids they belong to (geometry_file_name). Sets
+/// Record::file through the transaction. Atomic per file: temporary file, fsync, rename.
 Result<std::vector<std::filesystem::path>> save(document::Transaction&, AnyId,
                                                 const std::filesystem::path& file,
                                                 const std::vector<std::filesystem::path>& library);

@@ -7,9 +7,11 @@
 #include <span>
 #include <vector>
 
+#include "io/geometry.h"
 #include "io/syntax.h"
 #include "kernel/text.h"
 #include "kernel/units.h"
+#include "model/placement.h"
 
 namespace robomosp::io {
 
@@ -28,6 +30,12 @@ std::string tuple(const Numbers& numbers, std::string_view unit) {
   std::string s = "(";
   for (std::size_t i = 0; i < std::size(numbers); ++i)
     s += (i ? ", " : "") + quantity(numbers[i], unit);
+  return s + ")";
+}
+
+std::string tuple(const Vec3& numbers, const std::array<std::string_view, 3>& units) {
+  std::string s = "(";
+  for (std::size_t i = 0; i < 3; ++i) s += (i ? ", " : "") + quantity(numbers[i], units[i]);
   return s + ")";
 }
 
@@ -52,12 +60,11 @@ bool same(const Colour& a, const Colour& b) {
 /// "at (...)  rpy (...)", without what is zero.
 std::vector<std::string> placement(const Placement& p) {
   std::vector<std::string> fields;
-  if (p.position != Vec3{}) fields.push_back("at " + tuple(p.position, "m"));
-  if (p.angles != Vec3{} || p.notation != AngleNotation::rpy) {
-    constexpr std::string_view kNames[] = {"rpy", "xyz", "zyz"};
-    fields.push_back(std::string(kNames[static_cast<std::size_t>(p.notation)]) + " " +
-                     tuple(p.angles, "rad"));
-  }
+  if (p.position != Vec3{} || p.coordinates != PositionNotation::cartesian)
+    fields.push_back(std::string(word_of(p.coordinates)) + " " +
+                     tuple(p.position, position_units(p.coordinates)));
+  if (p.angles != Vec3{} || p.notation != AngleNotation::rpy)
+    fields.push_back(std::string(word_of(p.notation)) + " " + tuple(p.angles, "rad"));
   return fields;
 }
 
@@ -78,8 +85,9 @@ std::string parameter(const ProviderChoice::Param& p) {
 
 class Printer {
  public:
-  Printer(const document::Snapshot& snapshot, const PathOf& path_of)
-      : snapshot_(snapshot), path_of_(path_of) {}
+  Printer(const document::Snapshot& snapshot, const std::filesystem::path& file,
+          const PathOf& path_of)
+      : snapshot_(snapshot), file_(file), path_of_(path_of) {}
 
   std::string run(const Record& r) {
     line("robomosp " + std::string(to_string(r.kind())) + " " + std::to_string(kVersion));
@@ -113,12 +121,16 @@ class Printer {
     };
     std::vector<Step> stack;
     const auto enter = [&](std::size_t i) {
-      const CsgNodeInfo& info = csg_info(s.nodes[i].kind);
-      if (info.children == CsgChildren::none) return primitive(s.nodes[i]);
-      std::string fields;
-      for (const auto& f : placement(s.nodes[i].placement)) fields += "  " + f;
-      for (const auto& f : sizes(s.nodes[i])) fields += "  " + f;
-      open(std::string(info.name) + " " + name(s.nodes[i].name) + " {" + fields);
+      const SolidNode& n = s.nodes[i];
+      const CsgNodeInfo& info = csg_info(n.kind);
+      const std::string start = std::string(info.name) + " " + name(n.name);
+      const std::vector<std::string> fields = node_fields(n);
+      if (info.children == CsgChildren::none && !n.profile) return block(start, fields);
+      std::string line = start + " {";
+      for (const auto& f : fields) line += "  " + f;
+      open(line);
+      if (n.profile) profile(*n.profile);
+      if (info.children == CsgChildren::none) return close();
       stack.push_back({i, 0});
     };
     enter(0);
@@ -133,10 +145,48 @@ class Printer {
     }
   }
 
-  void primitive(const SolidNode& n) {
+  /// What stands on the node's line: all but its profile and inner nodes.
+  std::vector<std::string> node_fields(const SolidNode& n) {
     std::vector<std::string> fields = placement(n.placement);
+    if (n.is_global) fields.emplace_back("frame global");
     for (std::string& f : sizes(n)) fields.push_back(std::move(f));
-    block(std::string(csg_info(n.kind).name) + " " + name(n.name), fields);
+    if (!n.select.empty()) fields.push_back("select " + quote(n.select));
+    if (n.geometry) {
+      fields.push_back("geometry " + quote(geometry_file_name(file_, *n.geometry)));
+      if (!n.geometry->source.empty()) fields.push_back("source " + quote(n.geometry->source));
+    }
+    if (n.kind != CsgKind::custom) return fields;
+    std::string primitive = "primitive " + name(n.primitive.name);
+    if (!n.primitive.params.empty()) {
+      std::string inner;
+      for (const auto& [key, value] : n.primitive.params)
+        inner += (inner.empty() ? " " : "  ") + key + " " + parameter(value);
+      primitive += " {" + inner + " }";
+    }
+    fields.push_back(std::move(primitive));
+    return fields;
+  }
+
+  void profile(const CsgProfile& p) {
+    open("profile {");
+    for (const CsgLoop& l : p.loops) {
+      if (!l.curves.empty() && l.curves[0].kind == CsgCurve::Kind::circle) {
+        const auto& points = l.curves[0].points;
+        block("loop", {"circle " + tuple(points[0], "m"), "radius " + quantity(points[1][0], "m")});
+        continue;
+      }
+      open("loop {");
+      line("start " + tuple(l.start, "m"));
+      for (const CsgCurve& c : l.curves) {
+        std::string s = c.kind == CsgCurve::Kind::line  ? "line"
+                        : c.kind == CsgCurve::Kind::arc ? "arc"
+                                                        : "spline";
+        for (const auto& point : c.points) s += " " + tuple(point, "m");
+        line(s);
+      }
+      close();
+    }
+    close();
   }
 
   /// Sizes that are not their default.
@@ -317,6 +367,7 @@ class Printer {
   }
 
   const document::Snapshot& snapshot_;
+  const std::filesystem::path& file_;
   const PathOf& path_of_;
   std::string out_;
   std::size_t depth_ = 0;
@@ -325,8 +376,8 @@ class Printer {
 }  // namespace
 
 Result<std::string> print_record(const document::Snapshot& snapshot, const Record& record,
-                                 const PathOf& path_of) {
-  return Printer(snapshot, path_of).run(record);
+                                 const std::filesystem::path& file, const PathOf& path_of) {
+  return Printer(snapshot, file, path_of).run(record);
 }
 
 }  // namespace robomosp::io

@@ -2,6 +2,7 @@
 // Text of a record in the native grammar (layer: application). Internal to modules/io.
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <string>
 
@@ -14,8 +15,9 @@ namespace robomosp::io {
 /// The path to be written for a reference.
 using PathOf = std::function<std::string(AnyId)>;
 
-/// Fixed field order, defaults left out, shortest numbers: equal records give equal bytes.
+/// Fixed field order, defaults left out, shortest numbers: equal records give equal bytes. `file`
+/// is where it will stand: geometries are named after it (geometry_file_name).
 [[nodiscard]] Result<std::string> print_record(const document::Snapshot&, const model::Record&,
-                                               const PathOf&);
+                                               const std::filesystem::path& file, const PathOf&);
 
 }  // namespace robomosp::io

@@ -129,7 +129,10 @@ class Parser {
     RMP_TRY(read_argument(f));
     f.has_values = (f.argument == Argument::word || f.argument == Argument::string) &&
                    token_.kind == TokenKind::open_tuple;
-    if (f.has_values) RMP_TRY(read_tuple(f));
+    if (f.has_values) {
+      f.first_number = static_cast<std::uint32_t>(s_.numbers.size());
+      RMP_TRY(read_tuple(f));
+    }
     f.has_block = token_.kind == TokenKind::open;
     if (!f.has_block && f.argument == Argument::none && is_suspect) return misspelt_unit(f);
     if (!f.has_block && f.argument == Argument::none)
@@ -165,13 +168,30 @@ class Parser {
         f.numbers = 1;
         s_.numbers.push_back({token_.text, token_.unit, token_.offset});
         return advance();
-      case TokenKind::open_tuple: f.argument = Argument::tuple; return read_tuple(f);
+      case TokenKind::open_tuple:
+        f.argument = Argument::tuple;
+        f.first_number = static_cast<std::uint32_t>(s_.numbers.size());
+        return read_tuples(f);
       default: return {};
     }
   }
 
+  /// `(0, 1) (2, 3)`: all of one length.
+  Result<void> read_tuples(Field& f) {
+    while (token_.kind == TokenKind::open_tuple) {
+      const std::uint32_t offset = token_.offset, before = f.numbers;
+      RMP_TRY(read_tuple(f));
+      ++f.tuples;
+      const std::uint32_t length = f.numbers - before;
+      if (length * f.tuples != f.numbers)
+        return s_.at(offset, ErrorCode::syntax,
+                     "these parentheses hold " + std::to_string(length) +
+                         " numbers, those before them " + std::to_string(before / (f.tuples - 1)));
+    }
+    return {};
+  }
+
   Result<void> read_tuple(Field& f) {
-    f.first_number = static_cast<std::uint32_t>(s_.numbers.size());
     RMP_TRY(advance());
     if (token_.kind == TokenKind::close_tuple) return advance();
     for (;;) {

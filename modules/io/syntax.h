@@ -22,8 +22,8 @@ struct Number {
 
 enum class Argument : std::uint8_t { none, number, word, string, tuple };
 
-/// `name argument (values) { fields }`; only a word or text can have values behind it; argument or
-/// block may be absent, not both.
+/// `name argument (values) { fields }`; only a word or text can have values behind it, and only a
+/// tuple more tuples, as many numbers in each; argument or block may be absent, not both.
 struct Field {
   std::string_view name;
   std::string_view text;  ///< word, or inside of the quotes as written
@@ -32,8 +32,9 @@ struct Field {
   bool has_block = false;
   std::uint32_t offset = 0, argument_offset = 0;
   std::uint32_t first_number = 0, numbers = 0;  ///< in Syntax::numbers
-  std::int32_t parent = -1;                     ///< index of the enclosing field, -1 = file
-  std::uint32_t end = 0;                        ///< index after its last inner field
+  std::uint32_t tuples = 0;  ///< of an argument that is a tuple; they share `numbers`
+  std::int32_t parent = -1;  ///< index of the enclosing field, -1 = file
+  std::uint32_t end = 0;     ///< index after its last inner field
 };
 
 /// A file's fields in order of appearance (enclosing before enclosed). Views point into `text`.
