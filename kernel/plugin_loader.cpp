@@ -22,6 +22,7 @@
 #include <robomosp/sdk/physics.h>
 #include <robomosp/sdk/plugin.h>
 #include <robomosp/sdk/post.h>
+#include <robomosp/sdk/render.h>
 #include <robomosp/sdk/trajectory.h>
 
 #include "kernel/process.h"
@@ -314,7 +315,8 @@ const std::vector<std::string>& known_interfaces() {
       CsgEngine::kInterfaceId,       CsgPrimitive::kInterfaceId,    IkSolver::kInterfaceId,
       InverseDynamics::kInterfaceId, ForwardDynamics::kInterfaceId, SegmentMaker::kInterfaceId,
       CollisionEngine::kInterfaceId, PhysicsEngine::kInterfaceId,   Compiler::kInterfaceId,
-      PostProcessor::kInterfaceId,   Importer::kInterfaceId,        Exporter::kInterfaceId};
+      PostProcessor::kInterfaceId,   Importer::kInterfaceId,        Exporter::kInterfaceId,
+      render::Renderer::kInterfaceId};
   return ids;
 }
 

@@ -19,9 +19,8 @@
 
 #include "ioci/application.h"
 #include "kernel/text.h"
+#include "scene/build.h"
 #include "sim/simulate.h"
-#include "viewer/frame_builder.h"
-#include "viewer/scene/offscreen.h"
 #include "viewer/scene/playback.h"
 #include "viewer/window/window.h"
 
@@ -51,8 +50,10 @@ struct Options {
   std::string render, screenshot;
   std::optional<double> at;  ///< [s]
   std::array<int, 2> size{1600, 1000};
-  std::string view = "isometric";
-  bool orthographic = false, fast = false;
+  std::string view = "isometric", style = "smooth", quality = "normal", section, background;
+  bool orthographic = false, fast = false, no_edges = false, hidden = false, com = false,
+       frames = false;
+  double explode = 0;
   double zoom = 1;
   std::optional<Vec3> eye, target;  ///< [m]; both or neither
   std::vector<std::filesystem::path> plugin_path, library;
@@ -65,6 +66,8 @@ const std::map<std::string, viewer::Camera::View> kViews{
     {"bottom", viewer::Camera::View::bottom}};
 
 constexpr std::array kShown{Kind::world, Kind::robot, Kind::object, Kind::solid};
+const std::array kStyles{"smooth", "flat", "wireframe", "hidden_line"};
+const std::array kQualities{"draft", "normal", "high"};
 
 /// Why a material or a trajectory makes no picture.
 Error not_shown(const std::string& what, Kind kind, const std::string& name) {
@@ -140,43 +143,40 @@ struct Picture {
   viewer::Playback playback;
 };
 
-Result<Picture> picture(ioci::Application& app, AnyId id, const Options& options) {
+/// The simulation that is played or looked into; nothing where nothing moves.
+Result<sim::RecordingPtr> recording_of(ioci::Application& app, AnyId id, const Options& options) {
+  if (id.kind != Kind::world) return sim::RecordingPtr{};
   NoProgress progress;
   const auto snapshot = app.document.now();
-  Picture p;
-  if (id.kind != Kind::world) {
-    RMP_TRY_ASSIGN(p.frame, viewer::build_frame(*snapshot, app.derived, id, progress));
-    return p;
-  }
   const WorldId world{id.number};
-  const viewer::WorldView view{*snapshot, app.derived, app.registry, world};
-  std::vector<std::string> left_out;
-  RMP_TRY_ASSIGN(p.frame, viewer::build_frame(view, left_out, progress));
-  for (const auto& s : left_out) std::fprintf(stderr, "warning: left out: %s\n", s.c_str());
   const auto* record = snapshot->get(world);
   std::vector<std::string> play = options.play;
   if (play.empty() && !options.still && !record->robots.empty() && !record->trajectories.empty())
     play = {record->robots.front().name, record->trajectories.front().name};
-  if (!play.empty()) {
-    const sim::Simulator simulator{app.registry, app.derived, *snapshot};
-    RMP_TRY_ASSIGN(const auto recording,
-                   simulator.inverse_kinematics(
-                       {.world = world, .robot = play[0], .trajectory = play[1]}, progress));
-    RMP_TRY_ASSIGN(p.playback, viewer::build_playback(view, *recording, progress));
-  }
-  return p;
+  if (play.empty()) return sim::RecordingPtr{};
+  const sim::Simulator simulator{app.registry, app.derived, *snapshot};
+  return simulator.inverse_kinematics({.world = world, .robot = play[0], .trajectory = play[1]},
+                                      progress);
 }
 
-/// Moves the frame's items and triads to their places at `time`.
-void pose_at(Picture& p, double time) {
-  if (p.playback.times.empty()) return;
-  const auto poses = viewer::poses_at(p.playback, time);
-  for (std::size_t i = 0; i < p.playback.ids.size(); ++i) {
-    for (auto& item : p.frame.items)
-      if (item.id == p.playback.ids[i]) item.pose = poses[i];
-    for (auto& triad : p.frame.triads)
-      if (triad.id == p.playback.ids[i]) triad.pose = poses[i];
+Result<Picture> picture(ioci::Application& app, AnyId id, const Options& options) {
+  NoProgress progress;
+  const auto snapshot = app.document.now();
+  const scene::Source source{*snapshot, app.derived, app.registry};
+  scene::Extras extras;
+  extras.com = options.com;
+  extras.frames = options.frames;
+  extras.explode = options.explode;
+  RMP_TRY_ASSIGN(scene::Built built, scene::build(source, id, extras, progress));
+  for (const auto& s : built.left_out) std::fprintf(stderr, "warning: left out: %s\n", s.c_str());
+  Picture p;
+  static_cast<render::Scene&>(p.frame) = std::move(built.scene);
+  RMP_TRY_ASSIGN(const sim::RecordingPtr recording, recording_of(app, id, options));
+  if (recording) {
+    RMP_TRY_ASSIGN(p.playback,
+                   scene::build_playback(source, WorldId{id.number}, *recording, progress));
   }
+  return p;
 }
 
 /// Finds out before the work whether a picture can be written to `path` afterwards.
@@ -207,12 +207,12 @@ Result<void> check_picture_file(const std::string& option, const std::string& pa
 }
 
 /// The time to show: beyond the end it is the end, which is told.
-double time_shown(double at, const viewer::Playback& playback) {
-  if (playback.times.empty()) {
+double time_shown(double at, const std::vector<double>& times) {
+  if (times.empty()) {
     std::fprintf(stderr, "warning: --at: nothing moves here, so the time changes nothing.\n");
     return at;
   }
-  const double end = playback.times.back();
+  const double end = times.back();
   if (at > end) {
     std::fprintf(stderr,
                  "warning: --at: %s s is beyond the end; the motion takes %s s, and its end is "
@@ -220,6 +220,48 @@ double time_shown(double at, const viewer::Playback& playback) {
                  text::print_rounded(at).c_str(), text::print_rounded(end).c_str());
   }
   return std::min(at, end);
+}
+
+/// Draws to the file by the command that every other front end uses.
+int render(ioci::Application& app, ioci::Session& session, AnyId id, const Options& options) {
+  const std::string kind(to_string(id.kind));
+  Map args{{"id", ioci::Application::handle(id)},
+           {"file", options.render},
+           {"view", options.view},
+           {"style", options.style},
+           {"quality", options.fast ? "draft" : options.quality},
+           {"size", List{options.size[0], options.size[1]}},
+           {"projection", options.orthographic ? "orthographic" : "perspective"},
+           {"zoom", options.zoom},
+           {"edges", !options.no_edges},
+           {"hidden", options.hidden}};
+  const auto add_vec = [&](const char* name, const std::optional<Vec3>& v) {
+    if (v) args.set(name, List{(*v)[0], (*v)[1], (*v)[2]});
+  };
+  add_vec("eye", options.eye);
+  add_vec("target", options.target);
+  if (!options.section.empty()) args.set("section", options.section);
+  if (!options.background.empty()) args.set("background", options.background);
+  if (options.explode > 0) args.set("explode", options.explode);
+  if (options.com) args.set("com", true);
+  if (options.frames) args.set("frames", true);
+  if (options.at) {
+    auto recording = recording_of(app, id, options);
+    if (!recording.ok()) return fail(recording.error());
+    const double at = time_shown(
+        *options.at, *recording ? (*recording)->columns.front().values : std::vector<double>{});
+    if (*recording) {
+      args.set("recording", Handle{"recording", app.recordings.add(*recording)});
+      args.set("at", at);
+    }
+  }
+  const auto drawn = app.dispatch(session, kind + ".render", args);
+  if (!drawn.ok()) return fail(drawn.error());
+  if (const Map* m = drawn->as_map(); m && m->find("left_out"))
+    for (const Value& sentence : *m->find("left_out")->as_list())
+      std::fprintf(stderr, "warning: left out: %s\n", sentence.as_string()->c_str());
+  std::printf("%s\n", options.render.c_str());
+  return kOk;
 }
 
 int run(const Options& options) {
@@ -237,6 +279,7 @@ int run(const Options& options) {
   ioci::Session session("desktop");
   auto id = open_record(app, session, options.what);
   if (!id.ok()) return fail(id.error());
+  if (!options.render.empty()) return render(app, session, *id, options);
   auto built = picture(app, *id, options);
   if (!built.ok()) return fail(built.error());
   Picture p = std::move(built).value();
@@ -248,15 +291,11 @@ int run(const Options& options) {
     p.frame.camera.eye = options.eye;
     p.frame.camera.target = options.target;
   }
-  if (options.at) pose_at(p, time_shown(*options.at, p.playback));
-  const auto quality = options.fast ? viewer::Quality::fast : viewer::Quality::quality;
-  if (!options.render.empty()) {
-    auto drawn =
-        viewer::render_png(p.frame, options.size[0], options.size[1], quality, options.render);
-    if (!drawn.ok()) return fail(drawn.error());
-    std::printf("%s\n", options.render.c_str());
-    return kOk;
-  }
+  const auto style = std::find(kStyles.begin(), kStyles.end(), options.style) - kStyles.begin();
+  p.frame.style = static_cast<viewer::Style>(style);
+  p.frame.feature_edges = !options.no_edges;
+  p.frame.hidden_edges = options.hidden;
+  if (options.at) scene::pose_at(p.frame, p.playback, time_shown(*options.at, p.playback.times));
   viewer::WindowOptions window;
   window.title = app.document.now()->find(*id)->name + " - ROBOMOSP";
   window.play = !p.playback.times.empty();
@@ -407,7 +446,25 @@ int main(int argc, char** argv) {
   cli.add_option("--zoom", words.zoom, "0.01..100; 1 fits everything into the picture")
       ->type_name("FACTOR");
   cli.add_flag("--orthographic", options.orthographic, "parallel projection");
-  cli.add_flag("--fast", options.fast, "simple shading");
+  cli.add_option("--style", options.style, "smooth, flat, wireframe or hidden_line")
+      ->check(CLI::IsMember(std::vector<std::string>(kStyles.begin(), kStyles.end())));
+  cli.add_flag("--no-edges", options.no_edges, "no lines along the edges of bodies");
+  cli.add_flag("--hidden", options.hidden, "with --style hidden_line: hidden edges dashed");
+  cli.add_option("--section", options.section,
+                 "with --render: cut through the middle and take away the side of this axis: x, "
+                 "-x, y, -y, z or -z")
+      ->check(CLI::IsMember({"x", "-x", "y", "-y", "z", "-z"}))
+      ->type_name("AXIS");
+  cli.add_option("--explode", options.explode, "move parts outwards by this share, 0..100")
+      ->check(CLI::Range(0.0, 100.0))
+      ->type_name("FACTOR");
+  cli.add_flag("--com", options.com, "mark the centre of mass and the principal axes");
+  cli.add_flag("--frames", options.frames, "frames of nodes, parts or links");
+  cli.add_option("--background", options.background,
+                 "with --render: studio, white, transparent or a colour such as #e8eef4");
+  cli.add_option("--quality", options.quality, "with --render: draft, normal or high")
+      ->check(CLI::IsMember(std::vector<std::string>(kQualities.begin(), kQualities.end())));
+  cli.add_flag("--fast", options.fast, "the same as --quality draft");
   cli.add_option("--plugin-path", options.plugin_path, "folders searched for plugins first");
   cli.add_option("--library", options.library, "folders of materials, robots and worlds");
   try {

@@ -12,6 +12,8 @@
 #include <string_view>
 #include <vector>
 
+#include <robomosp/sdk/render.h>
+
 #include "document/derived.h"
 #include "document/document.h"
 #include "ioci/command.h"
@@ -71,6 +73,8 @@ class Application {
   Jobs jobs;  ///< after what its work reads, so that it is joined first
   CommandTable commands;
   SolverCache solvers;
+  std::shared_ptr<render::Renderer> renderer;  ///< made with the first picture
+  std::uint64_t renderer_revision = 0;         ///< of the registry, when it was made
   std::vector<std::filesystem::path> library;  ///< folders of shipped materials, robots, worlds
   std::filesystem::path share;                 ///< <executable>/../share/robomosp
   bool quit_requested = false;                 ///< set by the command `quit`; front ends end then

@@ -32,6 +32,7 @@ std::vector<CommandSpec> robot_motion_commands();
 std::vector<CommandSpec> solid_commands();
 std::vector<CommandSpec> trajectory_commands();
 std::vector<CommandSpec> transform_commands();
+std::vector<CommandSpec> view_commands();
 std::vector<CommandSpec> world_commands();
 
 // --- schemas -------------------------------------------------------------------------------
@@ -142,12 +143,6 @@ inline constexpr std::string_view kPlacementFields[] = {
 /// Fields of what a body weighs, and their values.
 [[nodiscard]] std::vector<ParamSpec> body_mass_fields();
 [[nodiscard]] Map body_mass_map(const document::BodyMass& b);
-/// Principal moments, ascending [kg m^2], and axes as columns (right-handed) of a symmetric tensor.
-struct Principal {
-  Vec3 moments{};
-  std::array<double, 9> axes{};
-};
-[[nodiscard]] Principal principal(const Sym3& inertia);
 /// Binary STL of drawables in their common frame.
 [[nodiscard]] Result<std::string> stl(const std::vector<document::Drawable>& bodies);
 /// Tells the user (code "no_mass") when no moving link of a robot has a mass; `outcome` as in

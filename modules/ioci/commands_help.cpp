@@ -98,11 +98,6 @@ Result<Value> quit(CommandContext& ctx, const Map&) {
   return Value();
 }
 
-Result<Value> redraw(CommandContext& ctx, const Map&) {
-  if (ctx.app.redraw) ctx.app.redraw();
-  return Value();
-}
-
 }  // namespace
 
 std::vector<CommandSpec> help_commands() {
@@ -176,15 +171,6 @@ std::vector<CommandSpec> help_commands() {
                  .returns = {},
                  .effect = Effect::stops,
                  .run = quit});
-  all.push_back({.name = "view.redraw",
-                 .classic = "ForceReDraw",
-                 .summary = "Draws the scene again, where there is one.",
-                 .details = "The viewer follows every change by itself.",
-                 .example = "view.redraw()",
-                 .params = {},
-                 .returns = {},
-                 .effect = Effect::simulates,
-                 .run = redraw});
   return all;
 }
 

@@ -10,6 +10,7 @@
 #include "robotics/skin.h"
 #include "spatial/mass.h"
 #include "spatial/pose.h"
+#include "spatial/principal.h"
 
 namespace robomosp::ioci {
 
@@ -314,7 +315,7 @@ Result<void> check_robot(const std::string& name, const Robot& r) {
 /// such as the only element of PUMA's first link that its torques depend on.
 void tell_inertia(CommandContext& ctx, const std::string& name, const Link& l) {
   if (!l.given) return;
-  const Vec3 m = principal(l.given->inertia).moments;  // ascending
+  const Vec3 m = spatial::principal(l.given->inertia).moments;  // ascending
   const double slack = 1e-6 * std::max(std::fabs(m[0]), std::fabs(m[2]));
   if (m[0] >= -slack && m[2] <= m[0] + m[1] + slack) return;
   const auto shown = [](double x) { return text::print_rounded(x, 4); };

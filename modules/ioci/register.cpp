@@ -18,6 +18,7 @@ void register_commands(CommandTable& table) {
   table.add(solid_commands());
   table.add(trajectory_commands());
   table.add(transform_commands());
+  table.add(view_commands());
   table.add(world_commands());
 }
 

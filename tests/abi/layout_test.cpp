@@ -22,6 +22,7 @@
 #include <robomosp/sdk/physics.h>
 #include <robomosp/sdk/plugin.h>
 #include <robomosp/sdk/post.h>
+#include <robomosp/sdk/render.h>
 #include <robomosp/sdk/trajectory.h>
 
 namespace robomosp {
@@ -174,6 +175,56 @@ void plain_types(std::ostream& out) {
   F3(ExportItem, geometry, definition, profile);
 }
 
+void picture_types(std::ostream& out) {
+  using namespace render;
+  TYPE(Appearance);
+  F6(Appearance, colour, shininess, metalness, ambient, specular, emission);
+  TYPE(Item);
+  F6(Item, id, name, mesh, pose, appearance, selected);
+  TYPE(Line);
+  F4(Line, id, points, colour, width);
+  TYPE(Triad);
+  F4(Triad, id, pose, length, label);
+  TYPE(MassMark);
+  F4(MassMark, id, pose, gyration, label);
+  TYPE(Label);
+  F2(Label, place, text);
+  TYPE(Scene);
+  F5(Scene, items, lines, triads, marks, labels);
+  TYPE(Camera);
+  F5(Camera, view, perspective, eye, target, zoom);
+  TYPE(Section);
+  F4(Section, point, normal, colour, hatch);
+  TYPE(Look);
+  F6(Look, camera, style, feature_edges, hidden_edges, section, background);
+  F4(Look, background_colour, grid, world_axes, caption);
+  TYPE(Options);
+  F4(Options, width, height, quality, look);
+  TYPE(Image);
+  F4(Image, width, height, rgba, clip_T_world);
+  TYPE(Renderer);
+  VIRTUAL(Renderer, draw);
+  VIRTUAL(Renderer, png);
+  TYPE(Camera::View);
+  VALUE(Camera::View::isometric);
+  VALUE(Camera::View::bottom);
+  VALUE(Camera::View::custom);
+  TYPE(Style);
+  VALUE(Style::smooth);
+  VALUE(Style::flat);
+  VALUE(Style::wireframe);
+  VALUE(Style::hidden_line);
+  TYPE(Background);
+  VALUE(Background::automatic);
+  VALUE(Background::studio);
+  VALUE(Background::plain);
+  VALUE(Background::transparent);
+  TYPE(Quality);
+  VALUE(Quality::draft);
+  VALUE(Quality::normal);
+  VALUE(Quality::high);
+}
+
 void interfaces(std::ostream& out) {
   TYPE(Params);
   VIRTUAL(Params, has);
@@ -292,6 +343,7 @@ std::string layout_now() {
   out.imbue(std::locale::classic());
   out << "sdk_abi " << RMP_SDK_ABI << "\n";
   plain_types(out);
+  picture_types(out);
   interfaces(out);
   enumerators(out);
   return out.str();

@@ -59,7 +59,9 @@ osg::ref_ptr<osg::Group> axes_of(double shaft_radius) {
     osg::ref_ptr<osg::Geode> geode = new osg::Geode;
     geode->addDrawable(arrow);
     osg::StateSet* s = turn->getOrCreateStateSet();
-    s->addUniform(new osg::Uniform("base", linear_of(kAxisColours[i])));
+    const osg::Vec4f colour = linear_of(kAxisColours[i]);
+    s->addUniform(new osg::Uniform("base", colour));
+    s->addUniform(new osg::Uniform("shade", osg::Vec3f(colour.x(), colour.y(), colour.z())));
     s->addUniform(new osg::Uniform("surface", osg::Vec4f(0.55F, 0, 0, 0)));
     turn->addChild(geode);
     group->addChild(turn);
@@ -84,7 +86,8 @@ Hud::Hud(osg::Program* surface_program, int first_bin, unsigned mask) {
   osg::StateSet* t = texts_->getStateSet();
   t->setMode(GL_BLEND, osg::StateAttribute::ON);
   t->setAttributeAndModes(
-      new osg::BlendFunc(osg::BlendFunc::SRC_ALPHA, osg::BlendFunc::ONE_MINUS_SRC_ALPHA));
+      new osg::BlendFunc(osg::BlendFunc::SRC_ALPHA, osg::BlendFunc::ONE_MINUS_SRC_ALPHA,
+                         osg::BlendFunc::ONE, osg::BlendFunc::ONE_MINUS_SRC_ALPHA));
   t->setAttributeAndModes(new osg::Depth(osg::Depth::ALWAYS, 0.0, 0.001, false));
   texts_->addChild(text_node_);
   root_->addChild(arrows_);

@@ -19,6 +19,37 @@ Error cannot_write(const std::string& path, const std::string& reason) {
 
 }  // namespace
 
+Result<std::string> png_of(const render::Image& image) {
+  const auto wanted = 4 * static_cast<std::size_t>(image.width > 0 ? image.width : 0) *
+                      static_cast<std::size_t>(image.height > 0 ? image.height : 0);
+  if (wanted == 0 || image.rgba.size() != wanted)
+    return error(ErrorCode::invalid_argument, "the picture has no pixels",
+                 "Give a width and a height of at least one pixel.");
+  bool is_opaque = true;
+  for (std::size_t i = 3; i < wanted; i += 4) is_opaque = is_opaque && image.rgba[i] == 255;
+  std::vector<std::uint8_t> rgb;
+  if (is_opaque) {
+    rgb.reserve(wanted / 4 * 3);
+    for (std::size_t i = 0; i < wanted; ++i)
+      if (i % 4 != 3) rgb.push_back(image.rgba[i]);
+  }
+  png_image header;
+  std::memset(&header, 0, sizeof header);
+  header.version = PNG_IMAGE_VERSION;
+  header.width = static_cast<png_uint_32>(image.width);
+  header.height = static_cast<png_uint_32>(image.height);
+  header.format = is_opaque ? PNG_FORMAT_RGB : PNG_FORMAT_RGBA;
+  const void* pixels = is_opaque ? rgb.data() : image.rgba.data();
+  std::string bytes(PNG_IMAGE_PNG_SIZE_MAX(header), '\0');
+  png_alloc_size_t size = bytes.size();
+  if (png_image_write_to_memory(&header, bytes.data(), &size, 0, pixels, 0, nullptr) == 0)
+    return error(ErrorCode::internal,
+                 std::string("the picture cannot be packed as PNG: ") + header.message,
+                 "Try a smaller picture.");
+  bytes.resize(size);
+  return bytes;
+}
+
 Result<void> write_png(const Image& image, const std::string& path) {
   const auto wanted = 3 * static_cast<std::size_t>(image.width > 0 ? image.width : 0) *
                       static_cast<std::size_t>(image.height > 0 ? image.height : 0);

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include <robomosp/sdk/render.h>
 #include <robomosp/sdk/result.h>
 
 namespace robomosp::viewer {
@@ -22,6 +23,9 @@ struct Image {
                static_cast<std::size_t>(channel)];
   }
 };
+
+/// The bytes of a PNG file; without opacity channel when every pixel is opaque. [any thread]
+[[nodiscard]] Result<std::string> png_of(const render::Image& image);
 
 /// Writes a PNG file. The file appears only when it is complete. [any thread]
 [[nodiscard]] Result<void> write_png(const Image& image, const std::string& path);

@@ -176,31 +176,72 @@ float gradient_noise(std::size_t x, std::size_t y) {
   return static_cast<float>(b - std::floor(b) - 0.5);
 }
 
-/// Shoulder of the Khronos PBR Neutral tone mapper, as in the shaders, then sRGB.
-struct Developer {
-  Developer() {
-    for (std::size_t i = 0; i < table.size(); ++i) {
-      const double c = static_cast<double>(i) / static_cast<double>(table.size() - 1);
-      const double s = c <= 0.0031308 ? 12.92 * c : 1.055 * std::pow(c, 1 / 2.4) - 0.055;
-      table[i] = static_cast<float>(255 * s);
-    }
+float linear(float srgb) {
+  const float c = std::clamp(srgb, 0.0F, 1.0F);
+  return c <= 0.04045F ? c / 12.92F : std::pow((c + 0.055F) / 1.055F, 2.4F);
+}
+
+/// From linear light times opacity to sRGB and opacity.
+class Developer {
+ public:
+  explicit Developer(const render::Look& look) {
+    const bool is_drawing = look.style == Style::wireframe || look.style == Style::hidden_line;
+    is_toned_ = !is_drawing;
+    if (look.background == Background::transparent) ground_ = Ground::none;
+    else if (look.background == Background::plain ||
+             (look.background == Background::automatic && is_drawing))
+      ground_ = Ground::plain;
+    if (look.background == Background::plain)
+      paper_ = {linear(look.background_colour.r), linear(look.background_colour.g),
+                linear(look.background_colour.b)};
   }
   /// `dither` in -0.5 .. 0.5 steps of the result hides the bands of slow gradients.
-  void operator()(const float* linear, float share, float dither, std::uint8_t* out) const {
-    std::array<float, 3> c{linear[0] * share, linear[1] * share, linear[2] * share};
-    const float peak = std::max({c[0], c[1], c[2]});
-    if (peak > 0.76F) {
-      const float squeezed = 1.0F - 0.24F * 0.24F / (peak + 0.24F - 0.76F);
-      const float grey = 1.0F - 1.0F / (0.15F * (peak - squeezed) + 1.0F);
-      for (float& x : c) x = x * (squeezed / peak) * (1 - grey) + squeezed * grey;
-    }
+  void operator()(const float* rgba, float share, float dither, std::uint8_t* out) const {
+    std::array<float, 3> c{rgba[0] * share, rgba[1] * share, rgba[2] * share};
+    const float opacity =
+        ground_ == Ground::studio ? 1.0F : std::clamp(rgba[3] * share, 0.0F, 1.0F);
+    if (opacity > 0 && opacity < 1)
+      for (float& x : c) x /= opacity;
+    if (is_toned_) tone(c);
+    if (ground_ == Ground::plain)
+      for (std::size_t i = 0; i < 3; ++i) c[i] = c[i] * opacity + paper_[i] * (1 - opacity);
+    // One flat colour has no bands to hide.
+    if (ground_ != Ground::studio && opacity <= 0) dither = 0;
     for (std::size_t i = 0; i < 3; ++i) {
-      const float x = std::clamp(c[i], 0.0F, 1.0F) * static_cast<float>(table.size() - 1);
+      const float x = std::clamp(c[i], 0.0F, 1.0F) * static_cast<float>(kSteps - 1);
       out[i] = static_cast<std::uint8_t>(
-          std::clamp(table[static_cast<std::size_t>(x + 0.5F)] + dither + 0.5F, 0.0F, 255.0F));
+          std::clamp(table()[static_cast<std::size_t>(x + 0.5F)] + dither + 0.5F, 0.0F, 255.0F));
     }
+    out[3] = ground_ == Ground::none ? static_cast<std::uint8_t>(255 * opacity + 0.5F) : 255;
   }
-  std::array<float, 16384> table{};  // linear 0..1 to sRGB 0..255
+
+ private:
+  enum class Ground { studio, plain, none };
+  static constexpr std::size_t kSteps = 16384;
+  /// Shoulder of the Khronos PBR Neutral tone mapper, as in the shaders.
+  static void tone(std::array<float, 3>& c) {
+    const float peak = std::max({c[0], c[1], c[2]});
+    if (peak <= 0.76F) return;
+    const float squeezed = 1.0F - 0.24F * 0.24F / (peak + 0.24F - 0.76F);
+    const float grey = 1.0F - 1.0F / (0.15F * (peak - squeezed) + 1.0F);
+    for (float& x : c) x = x * (squeezed / peak) * (1 - grey) + squeezed * grey;
+  }
+  /// Linear 0..1 to sRGB 0..255.
+  static const std::vector<float>& table() {
+    static const std::vector<float> values = [] {
+      std::vector<float> t(kSteps);
+      for (std::size_t i = 0; i < kSteps; ++i) {
+        const double c = static_cast<double>(i) / static_cast<double>(kSteps - 1);
+        const double s = c <= 0.0031308 ? 12.92 * c : 1.055 * std::pow(c, 1 / 2.4) - 0.055;
+        t[i] = static_cast<float>(255 * s);
+      }
+      return t;
+    }();
+    return values;
+  }
+  bool is_toned_ = true;
+  Ground ground_ = Ground::studio;
+  std::array<float, 3> paper_{1, 1, 1};
 };
 
 }  // namespace
@@ -213,7 +254,7 @@ struct OffscreenRenderer::Impl {
         height(h),
         scene(std::make_unique<SceneView>(q, Target::memory)) {
     scene->resize(w, h);
-    sum.resize(3 * static_cast<std::size_t>(w) * static_cast<std::size_t>(h));
+    sum.resize(4 * static_cast<std::size_t>(w) * static_cast<std::size_t>(h));
     const EglContext::Scope current(*context);
     if (const auto* text = reinterpret_cast<const char*>(glGetString(GL_RENDERER))) name = text;
   }
@@ -225,31 +266,34 @@ struct OffscreenRenderer::Impl {
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
 
-  [[nodiscard]] Image developed(const std::vector<float>& rgb, float share) const {
-    static const Developer develop;
-    Image image{width, height, std::vector<std::uint8_t>(rgb.size())};
-    const std::size_t row = 3 * static_cast<std::size_t>(width);
+  [[nodiscard]] render::Image developed(float share) const {
+    const Developer develop(scene->look());
+    render::Image image;
+    image.width = width;
+    image.height = height;
+    image.rgba.resize(sum.size());
+    const std::size_t row = 4 * static_cast<std::size_t>(width);
     for (std::size_t y = 0; y < static_cast<std::size_t>(height); ++y) {
       const std::size_t from = (static_cast<std::size_t>(height) - 1 - y) * row;
-      for (std::size_t x = 0; x < row; x += 3)
-        develop(&rgb[from + x], share, gradient_noise(x / 3, y), &image.rgb[y * row + x]);
+      for (std::size_t x = 0; x < row; x += 4)
+        develop(&sum[from + x], share, gradient_noise(x / 4, y), &image.rgba[y * row + x]);
     }
     return image;
   }
 
-  void add_pixels(std::vector<float>& to) const {
+  void add_pixels() {
     const auto& from = scene->pixels();
     // A glint brighter than this would stay visible as a dot in the mean.
     constexpr float kBrightest = 8.0F;
-    for (std::size_t i = 0, j = 0; j + 2 < to.size(); i += 4, j += 3)
-      for (std::size_t k = 0; k < 3; ++k) to[j + k] += std::clamp(from[i + k], 0.0F, kBrightest);
+    for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += std::clamp(from[i], 0.0F, kBrightest);
   }
 
   std::unique_ptr<EglContext> context;
   Quality quality;
   int width, height, done = 0;
+  int wanted = quality == Quality::quality ? kQualityPasses : kFastPasses;
   std::unique_ptr<SceneView> scene;
-  std::vector<float> sum;  // of the passes, linear RGB, rows from bottom to top
+  std::vector<float> sum;  // of the passes, linear RGBA, rows from bottom to top
   std::string name;
 };
 
@@ -258,13 +302,16 @@ OffscreenRenderer::OffscreenRenderer(OffscreenRenderer&&) noexcept = default;
 OffscreenRenderer& OffscreenRenderer::operator=(OffscreenRenderer&&) noexcept = default;
 OffscreenRenderer::~OffscreenRenderer() = default;
 
+Result<void> check_size(int width, int height) {
+  if (std::min(width, height) >= kMinSize && std::max(width, height) <= kMaxSize) return {};
+  return error(ErrorCode::invalid_argument,
+               "a picture of " + std::to_string(width) + " x " + std::to_string(height) +
+                   " pixels cannot be drawn",
+               "Give a width and a height from 16 to 8192 pixels.");
+}
+
 Result<OffscreenRenderer> OffscreenRenderer::create(int width, int height, Quality quality) {
-  if (std::min(width, height) < kMinSize || std::max(width, height) > kMaxSize) {
-    return error(ErrorCode::invalid_argument,
-                 "a picture of " + std::to_string(width) + " x " + std::to_string(height) +
-                     " pixels cannot be drawn",
-                 "Give a width and a height from 16 to 8192 pixels.");
-  }
+  RMP_TRY(check_size(width, height));
   RMP_TRY_ASSIGN(auto context, EglContext::create());
   return OffscreenRenderer(std::make_unique<Impl>(std::move(context), quality, width, height));
 }
@@ -275,7 +322,7 @@ void OffscreenRenderer::resize(int width, int height) {
   impl_->width = std::clamp(width, kMinSize, kMaxSize);
   impl_->height = std::clamp(height, kMinSize, kMaxSize);
   impl_->scene->resize(impl_->width, impl_->height);
-  impl_->sum.resize(3 * static_cast<std::size_t>(impl_->width) *
+  impl_->sum.resize(4 * static_cast<std::size_t>(impl_->width) *
                     static_cast<std::size_t>(impl_->height));
   restart();
 }
@@ -286,21 +333,41 @@ void OffscreenRenderer::restart() {
 }
 
 int OffscreenRenderer::passes_done() const { return impl_->done; }
-int OffscreenRenderer::passes_wanted() const {
-  return impl_->quality == Quality::quality ? kQualityPasses : kFastPasses;
+int OffscreenRenderer::passes_wanted() const { return impl_->wanted; }
+void OffscreenRenderer::set_passes(int count) {
+  impl_->wanted = std::clamp(count, 1, 1024);
+  restart();
 }
 
 bool OffscreenRenderer::step() {
   if (impl_->done >= passes_wanted()) return false;
   const EglContext::Scope current(*impl_->context);
   impl_->scene->draw(pass_number(impl_->done, passes_wanted(), impl_->quality));
-  impl_->add_pixels(impl_->sum);
+  impl_->add_pixels();
   ++impl_->done;
   return true;
 }
 
+render::Image OffscreenRenderer::picture() const {
+  render::Image image = impl_->developed(1.0F / static_cast<float>(std::max(impl_->done, 1)));
+  const OrbitCamera& camera = impl_->scene->camera();
+  const double d = camera.distance();
+  const Matrix4 view = camera.view(), projection = camera.projection(0.01 * d, 100 * d);
+  for (std::size_t r = 0; r < 4; ++r)
+    for (std::size_t c = 0; c < 4; ++c)
+      for (std::size_t k = 0; k < 4; ++k)
+        image.clip_T_world[4 * r + c] += projection[4 * r + k] * view[4 * k + c];
+  return image;
+}
+
 Image OffscreenRenderer::image() const {
-  return impl_->developed(impl_->sum, 1.0F / static_cast<float>(std::max(impl_->done, 1)));
+  const render::Image from = impl_->developed(1.0F / static_cast<float>(std::max(impl_->done, 1)));
+  Image image{from.width, from.height, {}};
+  image.rgb.reserve(from.rgba.size() / 4 * 3);
+  for (std::size_t i = 0; i < from.rgba.size(); i += 4)
+    image.rgb.insert(image.rgb.end(), from.rgba.begin() + static_cast<std::ptrdiff_t>(i),
+                     from.rgba.begin() + static_cast<std::ptrdiff_t>(i + 3));
+  return image;
 }
 
 const std::string& OffscreenRenderer::renderer_name() const { return impl_->name; }

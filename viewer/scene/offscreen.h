@@ -37,6 +37,10 @@ class OffscreenRenderer {
   /// Passes drawn and wanted.
   [[nodiscard]] int passes_done() const;
   [[nodiscard]] int passes_wanted() const;
+  /// More passes look better and take longer, 1..1024; forgets those drawn so far.
+  void set_passes(int count);
+  /// The mean of the passes drawn so far with its opacity and projection.
+  [[nodiscard]] render::Image picture() const;
   /// The mean of the passes drawn so far; black before the first.
   [[nodiscard]] Image image() const;
   /// Name of the OpenGL renderer, such as "llvmpipe (LLVM 15.0.6, 256 bits)".
@@ -47,6 +51,9 @@ class OffscreenRenderer {
   explicit OffscreenRenderer(std::unique_ptr<Impl> impl);
   std::unique_ptr<Impl> impl_;
 };
+
+/// Fails unless width and height are 16..8192 px.
+[[nodiscard]] Result<void> check_size(int width, int height);
 
 /// Draws a frame. The same frame gives the same bytes on the same machine.
 [[nodiscard]] Result<Image> render_image(const Frame& frame, int width, int height,

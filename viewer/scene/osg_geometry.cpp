@@ -69,11 +69,51 @@ osg::ref_ptr<osg::Geometry> triangles_of(const Surface& surface) {
   return g;
 }
 
-osg::ref_ptr<osg::Geometry> segments_of(const Surface& surface) {
+osg::ref_ptr<osg::Geometry> segments_of(const std::vector<float>& ends,
+                                        const std::vector<float>& along) {
   auto g = empty_geometry();
-  g->setVertexArray(vectors_of(surface.segments));
-  g->addPrimitiveSet(
-      new osg::DrawArrays(GL_LINES, 0, static_cast<GLsizei>(surface.segments.size() / 3)));
+  g->setVertexArray(vectors_of(ends));
+  osg::ref_ptr<osg::FloatArray> way = new osg::FloatArray(along.begin(), along.end());
+  way->resize(ends.size() / 3);
+  g->setTexCoordArray(0, way, osg::Array::BIND_PER_VERTEX);
+  g->addPrimitiveSet(new osg::DrawArrays(GL_LINES, 0, static_cast<GLsizei>(ends.size() / 3)));
+  return g;
+}
+
+osg::ref_ptr<osg::Geometry> sheet_of(const std::vector<float>& positions,
+                                     const std::vector<std::uint32_t>& triangles,
+                                     const Vec3& normal) {
+  auto g = empty_geometry();
+  g->setVertexArray(vectors_of(positions));
+  osg::ref_ptr<osg::Vec3Array> n = new osg::Vec3Array(static_cast<unsigned>(positions.size() / 3));
+  std::fill(n->begin(), n->end(), vec_of(normal));
+  g->setNormalArray(n, osg::Array::BIND_PER_VERTEX);
+  g->addPrimitiveSet(new osg::DrawElementsUInt(GL_TRIANGLES, triangles.begin(), triangles.end()));
+  return g;
+}
+
+osg::ref_ptr<osg::Geometry> ball_of(double radius) {
+  constexpr unsigned kRings = 24, kSides = 48;
+  osg::ref_ptr<osg::Vec3Array> vertices = new osg::Vec3Array, normals = new osg::Vec3Array;
+  osg::ref_ptr<osg::DrawElementsUInt> triangles = new osg::DrawElementsUInt(GL_TRIANGLES);
+  for (unsigned r = 0; r <= kRings; ++r) {
+    const double b = std::numbers::pi * (static_cast<double>(r) / kRings - 0.5);
+    for (unsigned s = 0; s <= kSides; ++s) {
+      const double a = 2 * std::numbers::pi * s / kSides;
+      const Vec3 n{std::cos(b) * std::cos(a), std::cos(b) * std::sin(a), std::sin(b)};
+      vertices->push_back(vec_of(radius * n));
+      normals->push_back(vec_of(n));
+    }
+  }
+  for (unsigned r = 0; r < kRings; ++r)
+    for (unsigned s = 0; s < kSides; ++s) {
+      const unsigned a = r * (kSides + 1) + s, b = a + kSides + 1;
+      for (const unsigned i : {a, a + 1, b + 1, a, b + 1, b}) triangles->push_back(i);
+    }
+  auto g = empty_geometry();
+  g->setVertexArray(vertices);
+  g->setNormalArray(normals, osg::Array::BIND_PER_VERTEX);
+  g->addPrimitiveSet(triangles);
   return g;
 }
 

@@ -2,8 +2,10 @@
 // Builds OSG geometry, programs and matrices from plain data (layer: GUI, private to scene/).
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <string>
+#include <vector>
 
 #include <osg/Geometry>
 #include <osg/Matrixd>
@@ -24,7 +26,15 @@ namespace robomosp::viewer {
 [[nodiscard]] osg::Vec4f linear_of(const Colour& srgb);
 
 [[nodiscard]] osg::ref_ptr<osg::Geometry> triangles_of(const Surface& surface);
-[[nodiscard]] osg::ref_ptr<osg::Geometry> segments_of(const Surface& surface);
+/// Lines between pairs of ends (6 numbers each) with the way along the line at each end.
+[[nodiscard]] osg::ref_ptr<osg::Geometry> segments_of(const std::vector<float>& ends,
+                                                      const std::vector<float>& along);
+/// Plane triangles with one normal.
+[[nodiscard]] osg::ref_ptr<osg::Geometry> sheet_of(const std::vector<float>& positions,
+                                                   const std::vector<std::uint32_t>& triangles,
+                                                   const Vec3& normal);
+/// Sphere about the origin.
+[[nodiscard]] osg::ref_ptr<osg::Geometry> ball_of(double radius);
 /// The triangles with one normal per place instead of per vertex, so that a hull pushed outwards
 /// along them has no gaps at corners.
 [[nodiscard]] osg::ref_ptr<osg::Geometry> hull_of(const Surface& surface);

@@ -16,6 +16,7 @@
 #include <osg/Geode>
 #include <osg/LineWidth>
 #include <osg/MatrixTransform>
+#include <osg/PolygonMode>
 #include <osg/PolygonOffset>
 #include <osgViewer/GraphicsWindow>
 #include <osgViewer/Viewer>
@@ -33,9 +34,17 @@ namespace {
 // What each camera draws.
 constexpr unsigned kVisible = 1, kCaster = 2, kGlassCaster = 4;
 // Order of drawing within the picture.
-constexpr int kEdgeBin = 1, kOutlineBin = 2, kGroundBin = 3, kBackgroundBin = 4,
-              kGroundFromBelowBin = 5, kRibbonBin = 6, kVeilBin = 7, kGlassBackBin = 10,
-              kGlassFrontBin = 11, kGlassEdgeBin = 12, kHudBin = 20;
+constexpr int kOutlineBin = 2, kGroundBin = 3, kBackgroundBin = 4, kGroundFromBelowBin = 5,
+              kEdgeBin = 6, kRibbonBin = 7, kVeilBin = 8,
+              kGlassBin = 100,  // and the bins after it, one for each layer of glass
+    kMarkBin = 1 << 20, kHudBin = kMarkBin + 10;
+// Widths of lines and sizes in pixels of a picture 800 pixels high.
+constexpr double kEdgeWidth = 1.15, kDrawnWidth = 1.7, kMeshWidth = 1.0, kDashPeriod = 9.0,
+                 kHatchSpacing = 8.5, kBallRadius = 13.0;
+/// Axes of a mass mark, smallest moment first, sRGB.
+constexpr std::array<Colour, 3> kPrincipalColours{
+    {{0.80F, 0.10F, 0.52F, 1}, {0.02F, 0.55F, 0.58F, 1}, {0.88F, 0.60F, 0.02F, 1}}};
+constexpr osg::StateAttribute::GLMode kSectionMode = GL_CLIP_PLANE0;  // = GL_CLIP_DISTANCE0
 
 // Towards the lamp: above the left shoulder of whoever takes the isometric view.
 constexpr Vec3 kLamp{-0.20, -0.80, 1.02};
@@ -68,8 +77,10 @@ void set_uniform(osg::StateSet* state, const char* name, const T& value) {
 
 void blend(osg::StateSet* state, osg::Depth::Function function = osg::Depth::LESS) {
   state->setMode(GL_BLEND, osg::StateAttribute::ON);
+  // The colour in memory is the one times the opacity, so that passes can be averaged.
   state->setAttributeAndModes(
-      new osg::BlendFunc(osg::BlendFunc::SRC_ALPHA, osg::BlendFunc::ONE_MINUS_SRC_ALPHA));
+      new osg::BlendFunc(osg::BlendFunc::SRC_ALPHA, osg::BlendFunc::ONE_MINUS_SRC_ALPHA,
+                         osg::BlendFunc::ONE, osg::BlendFunc::ONE_MINUS_SRC_ALPHA));
   state->setAttributeAndModes(new osg::Depth(function, 0, 1, false));
 }
 
@@ -80,12 +91,41 @@ osg::ref_ptr<osg::Geode> geode_of(osg::Geometry* geometry, unsigned mask) {
   return geode;
 }
 
+/// From where something was last computed for an item.
+struct Seen {
+  Matrix4 view{};
+  Pose pose;
+  bool perspective = true;
+};
+bool same(const Seen& a, const Seen& b) {
+  return a.view == b.view && a.pose.R == b.pose.R && a.pose.p == b.pose.p &&
+         a.perspective == b.perspective;
+}
+
+/// A section with a unit normal.
+struct Plane {
+  Vec3 point{}, normal{};
+  friend bool operator==(const Plane&, const Plane&) = default;
+};
+
 struct ItemNode {
   Item item;
   Surface surface;
   osg::ref_ptr<osg::MatrixTransform> place;
   osg::ref_ptr<osg::Geometry> triangles, segments, hull;
   bool is_seen = true;
+  // Glass: the far and the near sides and the edges, which are ordered by depth at each draw.
+  osg::ref_ptr<osg::Geode> glass_back, glass_front, glass_edges;
+  std::optional<Seen> glass_sorted;
+  // Drawings: contours as seen from the camera.
+  std::vector<MeshEdge> mesh_edges;
+  std::vector<osg::ref_ptr<osg::Geode>> contours;
+  std::optional<Seen> contours_seen;
+  // Sections.
+  osg::ref_ptr<osg::Group> cut;
+  std::optional<Plane> cut_by;
+  Pose cut_pose;
+  std::vector<float> cut_points;
 };
 
 struct LineNode {
@@ -100,12 +140,40 @@ struct TriadNode {
   bool is_seen = true;
 };
 
+struct MarkNode {
+  MassMark mark;
+  osg::ref_ptr<osg::MatrixTransform> place, ball;
+  bool is_seen = true;
+};
+
 bool same(const Colour& a, const Colour& b) {
   return a.r == b.r && a.g == b.g && a.b == b.b && a.a == b.a;
 }
 
 bool same(const Appearance& a, const Appearance& b) {
-  return same(a.colour, b.colour) && a.shininess == b.shininess && a.metalness == b.metalness;
+  const auto both = [](const std::optional<Colour>& x, const std::optional<Colour>& y) {
+    return x.has_value() == y.has_value() && (!x || same(*x, *y));
+  };
+  return same(a.colour, b.colour) && a.shininess == b.shininess && a.metalness == b.metalness &&
+         both(a.ambient, b.ambient) && both(a.specular, b.specular) && same(a.emission, b.emission);
+}
+
+osg::Vec3f rgb_of(const Colour& srgb) {
+  const osg::Vec4f c = linear_of(srgb);
+  return {c.x(), c.y(), c.z()};
+}
+
+bool same(const std::optional<Section>& a, const std::optional<Section>& b) {
+  if (!a || !b) return a.has_value() == b.has_value();
+  return a->point == b->point && a->normal == b->normal && same(a->colour, b->colour) &&
+         a->hatch == b->hatch;
+}
+
+bool is_drawing(Style style) { return style == Style::wireframe || style == Style::hidden_line; }
+
+bool has_studio(const render::Look& look) {
+  return look.background == Background::studio ||
+         (look.background == Background::automatic && !is_drawing(look.style));
 }
 
 bool same(const Line& a, const Line& b) {
@@ -135,11 +203,25 @@ struct SceneView::Impl {
   void sync_items(const Frame& frame);
   void sync_lines(const Frame& frame);
   void sync_triads(const Frame& frame);
+  void sync_marks(const Frame& frame);
+  void sync_look(const Frame& frame);
+  [[nodiscard]] osg::ref_ptr<osg::Geode> line_geode(osg::Geometry* segments, bool is_hidden) const;
+  void update_cuts();
+  void build_cut(ItemNode& node);
+  void update_contours();
+  void sort_glass();
+  void sort_triangles(ItemNode& node) const;
+  void place_marks(double scale);
+  [[nodiscard]] double scale() const { return std::max(camera.height() / 800.0, 0.6); }
+  [[nodiscard]] bool is_kept(const Vec3& p) const {
+    return !plane || dot(plane->normal, p - plane->point) <= 0;
+  }
   void place_ground();
   void apply_camera(const Camera& wanted);
   void apply_time();
   void fit();
   void refit_if_untouched();
+  [[nodiscard]] std::vector<Vec3> points_of_bodies() const;
   [[nodiscard]] std::vector<Vec3> points_shown() const;
   [[nodiscard]] std::vector<Vec3> points_moved() const;
   void aim_lights(const Pass& pass);
@@ -150,22 +232,30 @@ struct SceneView::Impl {
   OrbitCamera camera, fitted;
   std::optional<Camera> frame_camera;
   double frame_zoom = 1;
-  bool is_fitted = false, has_edges = true;
+  bool is_fitted = false;
+  render::Look look;
+  std::optional<Plane> plane;
+  std::vector<render::Label> labels;
   std::size_t builds = 0;
   std::unordered_map<std::uint64_t, ItemNode> items;
   std::unordered_map<std::uint64_t, LineNode> lines;
   std::unordered_map<std::uint64_t, TriadNode> triads;
+  std::unordered_map<std::uint64_t, MarkNode> marks;
   std::shared_ptr<const Playback> playback;
   std::optional<double> time;
   double radius = 1;  // half the diagonal of the box around the frame [m]
 
   osg::ref_ptr<osg::Group> casters = new osg::Group;
   ShadowMap lamp, sky;
-  osg::ref_ptr<osg::Group> root = new osg::Group, ribbons = new osg::Group, frames = new osg::Group;
+  osg::ref_ptr<osg::Group> root = new osg::Group, ribbons = new osg::Group, frames = new osg::Group,
+                           cuts = new osg::Group, balls = new osg::Group;
   osg::ref_ptr<osg::MatrixTransform> ground = new osg::MatrixTransform;
   osg::ref_ptr<osg::Geode> background;
-  osg::ref_ptr<osg::Program> surface_program, edge_program, outline_program;
-  osg::ref_ptr<osg::LineWidth> edge_width = new osg::LineWidth(1.0F);
+  osg::ref_ptr<osg::Program> surface_program, flat_program, paper_program, cut_program,
+      edge_program, outline_program, ribbon_program, ball_program;
+  osg::ref_ptr<osg::LineWidth> edge_width = new osg::LineWidth(1.0F),
+                               drawn_width = new osg::LineWidth(1.0F),
+                               mesh_width = new osg::LineWidth(1.0F);
   std::unique_ptr<Hud> hud;
 
   osg::ref_ptr<osgViewer::GraphicsWindowEmbedded> window;
@@ -183,18 +273,31 @@ SceneView::Impl::Impl(Quality quality, Target target)
   surface_program = program_of(surface_shader(variant), "surface");
   edge_program = program_of(edge_shader(variant), "edge");
   outline_program = program_of(outline_shader(variant), "outline");
+  // Compiled when first drawn.
+  flat_program = program_of(surface_shader({variant.is_quality, is_still, true}), "flat");
+  paper_program = program_of(paper_shader(variant), "paper");
+  cut_program = program_of(cut_shader(variant), "cut");
+  ribbon_program = program_of(ribbon_shader(variant), "ribbon");
+  ball_program = program_of(ball_shader(variant), "ball");
 
   osg::StateSet* s = root->getOrCreateStateSet();
   // An alpha below one in a window's framebuffer would let what is behind the window shine through.
-  s->setAttribute(new osg::ColorMask(true, true, true, false));
+  s->setAttribute(new osg::ColorMask(true, true, true, is_still));
   s->setTextureAttribute(kLampUnit, lamp.texture());
   s->setTextureAttribute(kSkyUnit, sky.texture());
   set_uniform(s, "lamp_shadow", kLampUnit);
   set_uniform(s, "sky_shadow", kSkyUnit);
+  set_uniform(s, "highlight", osg::Vec4f(1, 1, 1, 0));
+  set_uniform(s, "glow", osg::Vec3f(0, 0, 0));
+  set_uniform(s, "section_plane", osg::Vec4f(0, 0, 0, 1));
+  set_uniform(s, "dash", 0.0F);
 
   osg::StateSet* c = casters->getOrCreateStateSet();
   c->setAttributeAndModes(surface_program);
   c->setAttributeAndModes(new osg::PolygonOffset(1.0F, 1.0F));
+  casters->addChild(cuts);
+  cuts->getOrCreateStateSet()->setMode(kSectionMode, osg::StateAttribute::OFF);
+  set_uniform(cuts->getStateSet(), "section_plane", osg::Vec4f(0, 0, 0, 1));
 
   background = geode_of(square_of(1), kVisible);
   background->setCullingActive(false);
@@ -209,8 +312,12 @@ SceneView::Impl::Impl(Quality quality, Target target)
   osg::StateSet* g = ground->getOrCreateStateSet();
   g->setAttributeAndModes(program_of(ground_shader(variant), "ground"));
 
-  ribbons->getOrCreateStateSet()->setAttributeAndModes(
-      program_of(ribbon_shader(variant), "ribbon"));
+  ribbons->getOrCreateStateSet()->setAttributeAndModes(ribbon_program);
+  // Marks are seen through everything: a sliver of the depth range before the scene is theirs.
+  osg::StateSet* m = balls->getOrCreateStateSet();
+  m->setAttributeAndModes(ball_program);
+  m->setAttributeAndModes(new osg::Depth(osg::Depth::LEQUAL, 0.001, 0.01, true));
+  m->setRenderBinDetails(kMarkBin, "RenderBin", osg::StateSet::OVERRIDE_RENDERBIN_DETAILS);
   frames->getOrCreateStateSet()->setAttributeAndModes(surface_program);
   frames->getOrCreateStateSet()->setMode(GL_NORMALIZE, osg::StateAttribute::ON);
   hud = std::make_unique<Hud>(surface_program.get(), kHudBin, kVisible);
@@ -220,7 +327,7 @@ SceneView::Impl::Impl(Quality quality, Target target)
   for (osg::Node* node :
        {static_cast<osg::Node*>(background.get()), static_cast<osg::Node*>(casters.get()),
         static_cast<osg::Node*>(ground.get()), static_cast<osg::Node*>(ribbons.get()),
-        static_cast<osg::Node*>(frames.get()), hud->node()})
+        static_cast<osg::Node*>(frames.get()), static_cast<osg::Node*>(balls.get()), hud->node()})
     root->addChild(node);
 
   window = new osgViewer::GraphicsWindowEmbedded(0, 0, 64, 64);
@@ -237,19 +344,50 @@ SceneView::Impl::Impl(Quality quality, Target target)
   viewer.setSceneData(root);
 }
 
+/// Lines in the look of the style; `is_hidden` = what faces hide, dashed.
+osg::ref_ptr<osg::Geode> SceneView::Impl::line_geode(osg::Geometry* segments,
+                                                     bool is_hidden) const {
+  const bool is_drawn = is_drawing(look.style);
+  auto geode = geode_of(segments, kVisible);
+  osg::StateSet* t = geode->getOrCreateStateSet();
+  t->setAttributeAndModes(edge_program);
+  t->setAttributeAndModes(is_hidden ? mesh_width : is_drawn ? drawn_width : edge_width);
+  t->setRenderBinDetails(kEdgeBin, "RenderBin");
+  const float opacity = is_hidden ? 0.60F : is_drawn ? 1.0F : 0.50F;
+  set_uniform(t, "edge_colour", osg::Vec4f(0.012F, 0.014F, 0.02F, opacity));
+  blend(t, is_hidden ? osg::Depth::GREATER : osg::Depth::LEQUAL);
+  if (is_hidden) set_uniform(t, "dash", 1.0F);  // its length is set when the camera is known
+  return geode;
+}
+
 void SceneView::Impl::build_item(ItemNode& node) {
   const Item& item = node.item;
   osg::MatrixTransform* place = node.place.get();
   place->removeChildren(0, place->getNumChildren());
+  node.glass_back = node.glass_front = node.glass_edges = nullptr;
+  node.glass_sorted.reset();
+  node.contours.clear();
+  node.contours_seen.reset();
   if (!node.triangles) return;
 
-  const bool is_glass = item.appearance.colour.a < kOpaque;
+  const bool is_lined = look.style == Style::hidden_line, is_wire = look.style == Style::wireframe;
+  const bool is_glass = item.appearance.colour.a < kOpaque && !is_drawing(look.style);
   osg::StateSet* s = place->getOrCreateStateSet();
-  set_uniform(s, "base", linear_of(item.appearance.colour));
+  const osg::Vec4f base = linear_of(item.appearance.colour);
+  osg::Vec4f drawn = base;
+  if (is_lined) drawn = item.selected ? osg::Vec4f(1.0F, 0.75F, 0.45F, 1) : osg::Vec4f(1, 1, 1, 1);
+  // Dark enough for lines on white.
+  if (is_wire) drawn = osg::Vec4f(0.55F * base.x(), 0.55F * base.y(), 0.55F * base.z(), 0.40F);
+  set_uniform(s, "base", drawn);
   const float rough = 0.78F - 0.64F * std::clamp(item.appearance.shininess, 0.0F, 1.0F);
   set_uniform(s, "surface",
               osg::Vec4f(rough, std::clamp(item.appearance.metalness, 0.0F, 1.0F),
                          item.selected ? 1.0F : 0.0F, 0.0F));
+  const Appearance& a = item.appearance;
+  set_uniform(s, "shade", rgb_of(a.ambient.value_or(a.colour)));
+  set_uniform(s, "highlight",
+              a.specular ? osg::Vec4f(rgb_of(*a.specular), 1.0F) : osg::Vec4f(1, 1, 1, 0));
+  set_uniform(s, "glow", rgb_of(a.emission));
   if (is_glass) {
     // The far sides before the near ones, so that both show.
     for (const bool is_front : {false, true}) {
@@ -258,23 +396,40 @@ void SceneView::Impl::build_item(ItemNode& node) {
       blend(t);
       t->setAttributeAndModes(
           new osg::CullFace(is_front ? osg::CullFace::BACK : osg::CullFace::FRONT));
-      t->setRenderBinDetails(is_front ? kGlassFrontBin : kGlassBackBin, "DepthSortedBin");
+      t->setRenderBinDetails(kGlassBin, "RenderBin");
+      (is_front ? node.glass_front : node.glass_back) = geode;
       place->addChild(geode);
     }
+  } else if (is_wire) {
+    const auto geode = geode_of(node.triangles, kVisible);
+    osg::StateSet* t = geode->getOrCreateStateSet();
+    t->setAttributeAndModes(
+        new osg::PolygonMode(osg::PolygonMode::FRONT_AND_BACK, osg::PolygonMode::LINE));
+    t->setAttributeAndModes(mesh_width);
+    blend(t);
+    t->setRenderBinDetails(kEdgeBin - 1, "RenderBin");
+    place->addChild(geode);
   } else {
     place->addChild(geode_of(node.triangles, kVisible | kCaster));
   }
-  if (node.segments && has_edges) {
-    const auto geode = geode_of(node.segments, kVisible);
-    osg::StateSet* t = geode->getOrCreateStateSet();
-    t->setAttributeAndModes(edge_program);
-    t->setAttributeAndModes(edge_width);
-    t->setRenderBinDetails(is_glass ? kGlassEdgeBin : kEdgeBin, "RenderBin");
-    set_uniform(t, "edge_colour", osg::Vec4f(0.012F, 0.014F, 0.02F, is_glass ? 0.28F : 0.50F));
-    blend(t, osg::Depth::LEQUAL);
+  if (node.segments && look.feature_edges) {
+    const auto geode = line_geode(node.segments, false);
+    if (is_glass) {
+      set_uniform(geode->getStateSet(), "edge_colour", osg::Vec4f(0.012F, 0.014F, 0.02F, 0.28F));
+      node.glass_edges = geode;
+    }
     place->addChild(geode);
+    if (is_lined && look.hidden_edges) place->addChild(line_geode(node.segments, true));
   }
-  if (item.selected && !is_glass) {  // the hull would show through glass
+  if (is_lined) {
+    if (node.mesh_edges.empty()) node.mesh_edges = edges_of(node.surface);
+    for (const bool is_hidden : {false, true}) {
+      if (is_hidden && !look.hidden_edges) continue;
+      node.contours.push_back(line_geode(segments_of({}, {}), is_hidden));
+      place->addChild(node.contours.back());
+    }
+  }
+  if (item.selected && !is_glass && !is_drawing(look.style)) {  // the hull would show through glass
     if (!node.hull) node.hull = hull_of(node.surface);
     const auto geode = geode_of(node.hull, kVisible);
     osg::StateSet* t = geode->getOrCreateStateSet();
@@ -283,6 +438,137 @@ void SceneView::Impl::build_item(ItemNode& node) {
     t->setRenderBinDetails(kOutlineBin, "RenderBin");
     place->addChild(geode);
   }
+}
+
+void SceneView::Impl::build_cut(ItemNode& node) {
+  node.cut->removeChildren(0, node.cut->getNumChildren());
+  node.cut_points.clear();
+  node.cut_by = plane;
+  node.cut_pose = node.item.pose;
+  if (!plane || node.surface.triangles.empty()) return;
+  Cut cut = cut_of(node.surface, node.item.pose, plane->point, plane->normal);
+  if (!cut.triangles.empty() && look.style != Style::wireframe) {
+    const auto face =
+        geode_of(sheet_of(cut.positions, cut.triangles, plane->normal), kVisible | kCaster);
+    osg::StateSet* s = face->getOrCreateStateSet();
+    s->setAttributeAndModes(cut_program);
+    const bool is_lined = look.style == Style::hidden_line;
+    const osg::Vec3f colour = is_lined ? osg::Vec3f(1, 1, 1) : rgb_of(look.section->colour);
+    const osg::Vec3f dark = is_lined ? osg::Vec3f(0.012F, 0.014F, 0.02F) : colour * 0.30F;
+    set_uniform(s, "base", osg::Vec4f(colour, 1));
+    const float strength = !look.section->hatch ? 0.0F : is_lined ? 0.9F : 0.6F;
+    set_uniform(s, "hatch", osg::Vec4f(dark, strength));
+    node.cut->addChild(face);
+  }
+  if (!cut.outline.ends.empty() && (look.feature_edges || is_drawing(look.style)))
+    node.cut->addChild(line_geode(segments_of(cut.outline.ends, cut.outline.along), false));
+  node.cut_points = std::move(cut.outline.ends);
+}
+
+/// Brings the cut faces to the section and the poses of now.
+void SceneView::Impl::update_cuts() {
+  for (auto& [id, node] : items) {
+    const Pose& pose = node.item.pose;
+    if (node.cut_by == plane &&
+        (!plane || (node.cut_pose.R == pose.R && node.cut_pose.p == pose.p)))
+      continue;
+    build_cut(node);
+  }
+  if (!plane) return;
+  // Neighbours are hatched in different directions; of cut faces that share a place the one of the
+  // lower number wins.
+  std::vector<std::pair<std::uint64_t, ItemNode*>> order;
+  for (auto& [id, node] : items)
+    if (node.cut->getNumChildren() > 0) order.emplace_back(id, &node);
+  std::sort(order.begin(), order.end());
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    osg::StateSet* s = order[i].second->cut->getOrCreateStateSet();
+    s->setAttributeAndModes(new osg::PolygonOffset(0.0F, 2.0F * static_cast<float>(i)));
+    const double spacing = kHatchSpacing * scale() * (1 + 0.25 * static_cast<double>(i / 2 % 3));
+    const double side = std::sqrt(0.5) / spacing;
+    set_uniform(
+        s, "hatch_lines",
+        osg::Vec2f(static_cast<float>(i % 2 == 0 ? side : -side), static_cast<float>(side)));
+  }
+}
+
+/// Contours for the camera of now.
+void SceneView::Impl::update_contours() {
+  if (look.style != Style::hidden_line) return;
+  const bool is_point = camera.perspective();
+  for (auto& [id, node] : items) {
+    if (node.contours.empty()) continue;
+    const Seen now{camera.view(), node.item.pose, is_point};
+    if (node.contours_seen && same(*node.contours_seen, now)) continue;
+    node.contours_seen = now;
+    const Vec3 eye = is_point ? rotate_back(node.item.pose, camera.eye() - node.item.pose.p)
+                              : rotate_back(node.item.pose, camera.backward());
+    const Segments contour = contour_of(node.surface, node.mesh_edges, eye, is_point);
+    const auto geometry = segments_of(contour.ends, contour.along);
+    for (const auto& geode : node.contours) {
+      geode->removeDrawables(0, geode->getNumDrawables());
+      geode->addDrawable(geometry);
+    }
+  }
+}
+
+/// Orders the triangles of a clear body from far to near.
+void SceneView::Impl::sort_triangles(ItemNode& node) const {
+  constexpr std::size_t kMostSorted = 300'000;
+  const auto& t = node.surface.triangles;
+  if (t.size() / 3 > kMostSorted) return;
+  const Seen now{camera.view(), node.item.pose, camera.perspective()};
+  if (node.glass_sorted && same(*node.glass_sorted, now)) return;
+  node.glass_sorted = now;
+  const Vec3 back = rotate_back(node.item.pose, camera.backward());
+  const Vec3 eye = rotate_back(node.item.pose, camera.eye() - node.item.pose.p);
+  std::vector<std::pair<double, std::uint32_t>> order;
+  order.reserve(t.size() / 3);
+  for (std::size_t i = 0; i + 2 < t.size(); i += 3) {
+    Vec3 middle{};
+    for (std::size_t k = 0; k < 3; ++k)
+      for (std::size_t c = 0; c < 3; ++c)
+        middle[c] += static_cast<double>(node.surface.positions[3 * std::size_t{t[i + k]} + c]) / 3;
+    const double depth = camera.perspective() ? norm(eye - middle) : -dot(back, middle);
+    order.emplace_back(-depth, static_cast<std::uint32_t>(i));
+  }
+  std::sort(order.begin(), order.end());
+  auto* elements = static_cast<osg::DrawElementsUInt*>(node.triangles->getPrimitiveSet(0));
+  std::size_t at = 0;
+  for (const auto& [depth, first] : order)
+    for (std::size_t k = 0; k < 3; ++k)
+      (*elements)[static_cast<unsigned>(at++)] = t[std::size_t{first} + k];
+  elements->dirty();
+}
+
+/// Clear bodies are drawn from far to near: the far sides of a body by its farthest place, the near
+/// sides by its nearest, so that what stands in a glass comes between them.
+void SceneView::Impl::sort_glass() {
+  struct Layer {
+    double depth;
+    std::uint64_t id;
+    osg::Geode* geode;
+  };
+  std::vector<Layer> layers;
+  for (auto& [id, node] : items) {
+    if (!node.glass_back) continue;
+    if (is_still) sort_triangles(node);
+    double near = std::numeric_limits<double>::infinity(), far = -near;
+    for (const Vec3& p : corners(node.surface, node.item.pose)) {
+      const double depth = -dot(camera.backward(), p);
+      near = std::min(near, depth);
+      far = std::max(far, depth);
+    }
+    layers.push_back({far, id, node.glass_back.get()});
+    layers.push_back({near, id, node.glass_front.get()});
+    if (node.glass_edges) layers.push_back({near, id, node.glass_edges.get()});
+  }
+  std::stable_sort(layers.begin(), layers.end(), [](const Layer& a, const Layer& b) {
+    return a.depth != b.depth ? a.depth > b.depth : a.id < b.id;
+  });
+  for (std::size_t i = 0; i < layers.size(); ++i)
+    layers[i].geode->getStateSet()->setRenderBinDetails(kGlassBin + static_cast<int>(i),
+                                                        "RenderBin");
 }
 
 void SceneView::Impl::build_line(LineNode& node) {
@@ -303,13 +589,11 @@ void SceneView::Impl::build_line(LineNode& node) {
 }
 
 void SceneView::Impl::sync_items(const Frame& frame) {
-  const bool edges_changed = std::exchange(has_edges, frame.feature_edges) != frame.feature_edges;
   for (const Item& item : frame.items) {
     auto [at, is_new] = items.try_emplace(item.id);
     ItemNode& node = at->second;
     const bool has_new_mesh = is_new || node.item.mesh != item.mesh;
-    const bool has_new_look = has_new_mesh || edges_changed ||
-                              !same(node.item.appearance, item.appearance) ||
+    const bool has_new_look = has_new_mesh || !same(node.item.appearance, item.appearance) ||
                               node.item.selected != item.selected;
     node.item = item;
     node.is_seen = true;
@@ -318,18 +602,29 @@ void SceneView::Impl::sync_items(const Frame& frame) {
       node.place = new osg::MatrixTransform;
       node.place->setDataVariance(osg::Object::DYNAMIC);
       casters->addChild(node.place);
+      node.cut = new osg::Group;
+      cuts->addChild(node.cut);
     }
     if (has_new_mesh) {
+      node.mesh_edges.clear();
+      node.cut_by.reset();
+      node.cut->removeChildren(0, node.cut->getNumChildren());
+      node.cut_points.clear();
       ++builds;
       node.surface = item.mesh ? surface_of(*item.mesh) : Surface{};
       node.hull = nullptr;
       node.triangles = node.surface.triangles.empty() ? nullptr : triangles_of(node.surface);
-      node.segments = node.surface.segments.empty() ? nullptr : segments_of(node.surface);
+      node.segments = node.surface.segments.empty()
+                          ? nullptr
+                          : segments_of(node.surface.segments, node.surface.along);
     }
     if (has_new_look) build_item(node);
     node.place->setMatrix(matrix_of(node.item.pose));
   }
-  sweep(items, [&](ItemNode& node) { casters->removeChild(node.place); });
+  sweep(items, [&](ItemNode& node) {
+    casters->removeChild(node.place);
+    cuts->removeChild(node.cut);
+  });
 }
 
 void SceneView::Impl::sync_lines(const Frame& frame) {
@@ -369,12 +664,121 @@ void SceneView::Impl::sync_triads(const Frame& frame) {
   sweep(triads, [&](TriadNode& node) { frames->removeChild(node.place); });
 }
 
-std::vector<Vec3> SceneView::Impl::points_shown() const {
+void SceneView::Impl::sync_marks(const Frame& frame) {
+  for (const MassMark& mark : frame.marks) {
+    auto [at, is_new] = marks.try_emplace(mark.id);
+    MarkNode& node = at->second;
+    node.is_seen = true;
+    node.mark = mark;
+    if (!is_finite(mark.pose)) node.mark.pose = Pose{};
+    if (is_new) {
+      node.place = new osg::MatrixTransform;
+      balls->addChild(node.place);
+    }
+    node.place->removeChildren(0, node.place->getNumChildren());
+    node.place->setMatrix(matrix_of(node.mark.pose));
+    node.ball = new osg::MatrixTransform;
+    node.ball->addChild(geode_of(ball_of(1), kVisible));
+    node.place->addChild(node.ball);
+    for (std::size_t i = 0; i < 3; ++i) {
+      double& k = node.mark.gyration[i];
+      if (!std::isfinite(k) || k < 0) k = 0;
+      Vec3 end{};
+      end[i] = k;
+      const std::array<Vec3, 2> line{-1.0 * end, end};
+      const auto geode = geode_of(ribbon_of(line), kVisible);
+      osg::StateSet* s = geode->getOrCreateStateSet();
+      s->setAttributeAndModes(ribbon_program);
+      s->setMode(GL_BLEND, osg::StateAttribute::ON);
+      s->setAttributeAndModes(
+          new osg::BlendFunc(osg::BlendFunc::SRC_ALPHA, osg::BlendFunc::ONE_MINUS_SRC_ALPHA,
+                             osg::BlendFunc::ONE, osg::BlendFunc::ONE_MINUS_SRC_ALPHA));
+      set_uniform(s, "base", linear_of(kPrincipalColours[i]));
+      set_uniform(s, "ribbon_width", 3.2F);
+      set_uniform(s, "veil", 1.0F);
+      node.place->addChild(geode);
+    }
+  }
+  sweep(marks, [&](MarkNode& node) { balls->removeChild(node.place); });
+}
+
+/// Keeps the balls at one size in pixels.
+void SceneView::Impl::place_marks(double per_nominal) {
+  for (auto& [id, node] : marks) {
+    const double depth = dot(camera.eye() - node.mark.pose.p, camera.backward());
+    const double share = camera.perspective() ? std::max(depth / camera.distance(), 1e-6) : 1.0;
+    const double r = kBallRadius * per_nominal * camera.metres_per_pixel() * share;
+    node.ball->setMatrix(osg::Matrixd::scale(r, r, r));
+  }
+}
+
+/// Takes over style, section and background; what looks different is built again.
+void SceneView::Impl::sync_look(const Frame& frame) {
+  const bool has_new_style = look.style != frame.style ||
+                             look.feature_edges != frame.feature_edges ||
+                             look.hidden_edges != frame.hidden_edges;
+  const bool has_new_section = has_new_style || !same(look.section, frame.section);
+  look = frame;
+  labels = frame.labels;
+  plane.reset();
+  if (look.section) {
+    const Section& section = *look.section;
+    const double length = norm(section.normal);
+    if (is_finite(section.point) && std::isfinite(length) && length > 0)
+      plane = Plane{section.point, (1 / length) * section.normal};
+  }
+  osg::StateSet* c = casters->getOrCreateStateSet();
+  const bool is_shaded = !is_drawing(look.style);
+  c->setAttributeAndModes(look.style == Style::flat ? flat_program
+                          : is_shaded               ? surface_program
+                                                    : paper_program);
+  c->setMode(kSectionMode, plane ? osg::StateAttribute::ON : osg::StateAttribute::OFF);
+  if (has_new_style)
+    for (auto& [id, node] : items) build_item(node);
+  if (has_new_section)
+    for (auto& [id, node] : items) {
+      node.cut_by.reset();
+      node.cut->removeChildren(0, node.cut->getNumChildren());
+      node.cut_points.clear();
+    }
+  const unsigned mask = has_studio(look) ? ~0U : 0U;
+  ground->setNodeMask(mask);
+  background->setNodeMask(mask & kVisible);
+  const Colour& b = look.background_colour;
+  const bool is_plain = look.background == Background::plain;
+  viewer.getCamera()->setClearColor(is_still   ? osg::Vec4(0, 0, 0, 0)
+                                    : is_plain ? osg::Vec4(b.r, b.g, b.b, 1)
+                                               : osg::Vec4(1, 1, 1, 1));
+}
+
+/// Places of the items that a section leaves.
+std::vector<Vec3> SceneView::Impl::points_of_bodies() const {
   std::vector<Vec3> points;
+  const auto add = [&](const std::vector<float>& p, const Pose& pose, bool all) {
+    for (std::size_t i = 0; i + 2 < p.size(); i += 3) {
+      const Vec3 at = transform(pose, {p[i], p[i + 1], p[i + 2]});
+      if ((all || is_kept(at)) && is_finite(at)) points.push_back(at);
+    }
+  };
   for (const auto& [id, node] : items) {
     if (node.surface.triangles.empty()) continue;
-    for (const Vec3& p : corners(node.surface, node.item.pose)) points.push_back(p);
+    add(node.surface.positions, node.item.pose, false);
+    add(node.cut_points, Pose{}, true);
   }
+  return points;
+}
+
+std::vector<Vec3> SceneView::Impl::points_shown() const {
+  std::vector<Vec3> points = points_of_bodies();
+  for (const auto& [id, node] : marks)
+    for (std::size_t i = 0; i < 3; ++i)
+      for (const double side : {-1.0, 1.0}) {
+        Vec3 end{};
+        end[i] = side * node.mark.gyration[i];
+        points.push_back(transform(node.mark.pose, end));
+      }
+  for (const auto& label : labels)
+    if (is_finite(label.place)) points.push_back(label.place);
   for (const auto& [id, node] : lines)
     for (const Vec3& p : node.line.points)
       if (is_finite(p)) points.push_back(p);
@@ -406,7 +810,9 @@ std::vector<Vec3> SceneView::Impl::points_moved() const {
 void SceneView::Impl::place_ground() {
   constexpr double kInf = std::numeric_limits<double>::infinity();
   Vec3 low{kInf, kInf, kInf}, high{-kInf, -kInf, -kInf};
-  for (const Vec3& p : points_shown()) {
+  auto points = points_of_bodies();
+  if (points.empty()) points = points_shown();
+  for (const Vec3& p : points) {
     for (std::size_t i = 0; i < 3; ++i) {
       low[i] = std::min(low[i], p[i]);
       high[i] = std::max(high[i], p[i]);
@@ -414,6 +820,16 @@ void SceneView::Impl::place_ground() {
   }
   if (low[0] > high[0]) low = {-0.5, -0.5, 0}, high = {0.5, 0.5, 0.5};
   radius = std::clamp(0.5 * norm(high - low), 1e-4, 1e5);
+  // Some drivers cut wherever a shader writes a distance, whether the mode is on or not: so the
+  // plane is given to the items alone. It lies a hair behind the section, so that a face in it is
+  // gone and shows its cut instead.
+  osg::Vec4f kept(0, 0, 0, 1);
+  if (plane) {
+    const Vec3& n = plane->normal;
+    kept = osg::Vec4f(vec_of(-1.0 * n),
+                      static_cast<float>(dot(n, plane->point) - 2e-6 * radius));
+  }
+  set_uniform(casters->getStateSet(), "section_plane", kept);
   // The floor lies at z = 0 or under whatever reaches lower; a hair below, so that a sheet lying on
   // it does not flicker.
   const double z = std::min(0.0, low[2]) - 2e-4 * radius;
@@ -446,7 +862,12 @@ void SceneView::Impl::apply_camera(const Camera& wanted) {
     is_fitted = false;
     return;
   }
-  camera.look(wanted.view == Camera::View::custom ? Camera::View::isometric : wanted.view);
+  const bool is_isometric =
+      wanted.view == Camera::View::custom || wanted.view == Camera::View::isometric;
+  camera.look(is_isometric ? Camera::View::isometric : wanted.view);
+  // In parallel projection the direction in which all three axes are equally short.
+  if (is_isometric && !wanted.perspective)
+    camera.look_from(camera.target() + camera.distance() * unit(Vec3{1, -1, 1}), camera.target());
   fit();
 }
 
@@ -486,6 +907,20 @@ void SceneView::Impl::apply_time() {
 }
 
 void SceneView::Impl::aim_lights(const Pass& pass) {
+  if (is_drawing(look.style)) {
+    // Frames and marks are lit from the eye; nothing casts shadows.
+    osg::StateSet* state = root->getStateSet();
+    const auto nowhere = osg::Matrixf::scale(0, 0, 0) * osg::Matrixf::translate(-1, -1, 0);
+    for (const char* map : {"lamp_map", "sky_map"}) set_uniform(state, map, nowhere);
+    for (const char* direction : {"lamp_direction", "sky_direction"})
+      set_uniform(state, direction, vec_of(camera.backward()));
+    set_uniform(state, "lamp_texel", osg::Vec2f(0, 0));
+    set_uniform(state, "sky_texel", osg::Vec2f(0, 0));
+    set_uniform(state, "pass_number", static_cast<float>(pass.number));
+    lamp.set_mask(0);
+    sky.set_mask(0);
+    return;
+  }
   std::vector<Vec3> opaque, all;
   for (const auto& [id, node] : items) {
     if (node.surface.triangles.empty()) continue;
@@ -497,10 +932,9 @@ void SceneView::Impl::aim_lights(const Pass& pass) {
   }
   // Glass of opacity a casts its shadow in a share a of the passes: on average a shadow of depth a.
   for (auto& [id, node] : items) {
-    const float a = node.item.appearance.colour.a;
-    if (a >= kOpaque || node.place->getNumChildren() < 2) continue;
-    const bool casts = static_cast<double>(a) > pass.glass_shadow;
-    node.place->getChild(1)->setNodeMask(kVisible | (casts ? kGlassCaster : 0U));
+    if (!node.glass_front) continue;
+    const bool casts = static_cast<double>(node.item.appearance.colour.a) > pass.glass_shadow;
+    node.glass_front->setNodeMask(kVisible | (casts ? kGlassCaster : 0U));
   }
   const unsigned mask = kCaster | kGlassCaster;
   osg::StateSet* s = root->getStateSet();
@@ -550,18 +984,31 @@ void SceneView::Impl::place_camera(const Pass& pass) {
   }
   set_uniform(s, "viewport",
               osg::Vec2f(static_cast<float>(camera.width()), static_cast<float>(camera.height())));
-  const double scale = std::max(camera.height() / 800.0, 0.6);
-  set_uniform(s, "line_scale", static_cast<float>(scale));
-  edge_width->setWidth(static_cast<float>(1.15 * scale));
+  const double per_nominal = scale();
+  set_uniform(s, "line_scale", static_cast<float>(per_nominal));
+  edge_width->setWidth(static_cast<float>(kEdgeWidth * per_nominal));
+  drawn_width->setWidth(static_cast<float>(kDrawnWidth * per_nominal));
+  mesh_width->setWidth(static_cast<float>(kMeshWidth * per_nominal));
+  for (auto& [id, node] : items)
+    for (unsigned i = 0; i < node.place->getNumChildren(); ++i)
+      if (osg::StateSet* t = node.place->getChild(i)->getStateSet(); t && t->getUniform("dash"))
+        set_uniform(t, "dash",
+                    static_cast<float>(kDashPeriod * per_nominal * camera.metres_per_pixel()));
+  place_marks(per_nominal);
+  sort_glass();
   const double k = camera.tan_half_height();
   set_uniform(s, "ray_centre", vec_of(-1.0 * camera.backward()));
   set_uniform(s, "ray_right", vec_of((k * camera.aspect()) * camera.right()));
   set_uniform(s, "ray_up", vec_of(k * camera.up()));
 
-  std::vector<Hud::Label> labels;
+  std::vector<Hud::Label> texts;
   for (const auto& [id, node] : triads)
-    if (!node.triad.label.empty()) labels.push_back({node.triad.pose.p, node.triad.label});
-  hud->place(camera, labels, scale, pass.shift_x, pass.shift_y, is_still);
+    if (!node.triad.label.empty()) texts.push_back({node.triad.pose.p, node.triad.label});
+  for (const auto& [id, node] : marks)
+    if (!node.mark.label.empty()) texts.push_back({node.mark.pose.p, node.mark.label});
+  for (const auto& label : labels)
+    if (is_finite(label.place)) texts.push_back({label.place, label.text});
+  hud->place(camera, texts, per_nominal, pass.shift_x, pass.shift_y, is_still);
 }
 
 /// Done at each draw, when context and size are known; does something at the first and after a
@@ -588,9 +1035,12 @@ SceneView::SceneView(Quality quality, Target target)
 SceneView::~SceneView() = default;
 
 void SceneView::sync(const Frame& frame) {
+  impl_->sync_look(frame);
   impl_->sync_items(frame);
   impl_->sync_lines(frame);
   impl_->sync_triads(frame);
+  impl_->sync_marks(frame);
+  impl_->update_cuts();
   osg::StateSet* s = impl_->ground->getOrCreateStateSet();
   impl_->place_ground();
   osg::Vec4f grid;
@@ -622,6 +1072,8 @@ void SceneView::select(const std::vector<std::uint64_t>& ids) {
     if (std::exchange(node.item.selected, wanted) != wanted) impl_->build_item(node);
   }
 }
+
+void SceneView::forget_camera() { impl_->frame_camera.reset(); }
 
 OrbitCamera& SceneView::camera() { return impl_->camera; }
 const OrbitCamera& SceneView::camera() const { return impl_->camera; }
@@ -659,6 +1111,8 @@ void SceneView::set_framebuffer(unsigned id) { impl_->window->setDefaultFboId(id
 void SceneView::draw(const Pass& pass) {
   if (impl_->is_released) return;
   impl_->prepare();
+  impl_->update_cuts();
+  impl_->update_contours();
   impl_->aim_lights(pass);
   impl_->place_camera(pass);
   impl_->viewer.advance();
@@ -682,6 +1136,8 @@ void SceneView::release() {
     osg::flushAllDeletedGLObjects(state->getContextID());
   }
 }
+
+const render::Look& SceneView::look() const { return impl_->look; }
 
 std::size_t SceneView::geometry_builds() const { return impl_->builds; }
 

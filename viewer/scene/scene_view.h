@@ -64,6 +64,8 @@ class SceneView {
   /// Highlights exactly these items.
   void select(const std::vector<std::uint64_t>& ids);
 
+  /// The next `sync` takes the camera of its frame, even if that is the one of the last frame.
+  void forget_camera();
   [[nodiscard]] OrbitCamera& camera();
   [[nodiscard]] const OrbitCamera& camera() const;
   /// Size of the picture [device px]; a view that was fitted and not touched since is fitted anew.
@@ -84,6 +86,8 @@ class SceneView {
   /// Frees what OpenGL holds; the context must be current. Nothing can be drawn afterwards.
   void release();
 
+  /// How the last frame wanted to be shown.
+  [[nodiscard]] const render::Look& look() const;
   /// How many times geometry was built since the start: a measure of what `sync` cost.
   [[nodiscard]] std::size_t geometry_builds() const;
   /// Box around everything shown [m]: low and high corner.

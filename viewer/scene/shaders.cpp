@@ -90,10 +90,12 @@ float sky_visibility(vec3 p, vec3 n, float blur) {
 
 constexpr const char* kWorldVertex = R"glsl(#version 130
 uniform mat4 world_T_view;
+uniform vec4 section_plane;  // what is on its negative side is cut away where that is switched on
 out vec3 p_world, n_world;
 void main() {
   vec4 v = gl_ModelViewMatrix * gl_Vertex;
   p_world = (world_T_view * v).xyz;
+  gl_ClipDistance[0] = dot(section_plane, vec4(p_world, 1.0));
   n_world = mat3(world_T_view) * (gl_NormalMatrix * gl_Normal);
   gl_Position = gl_ProjectionMatrix * v;
 }
@@ -103,6 +105,9 @@ constexpr const char* kSurfaceFragment = R"glsl(
 in vec3 p_world, n_world;
 uniform vec4 base;       // linear colour, opacity
 uniform vec4 surface;    // roughness, metalness, selection, unused
+uniform vec3 shade;      // linear colour under ambient light
+uniform vec4 highlight;  // linear colour of highlights; w = 1 if given
+uniform vec3 glow;       // linear light of its own
 
 #ifdef QUALITY
 // A studio: floor below, bright ceiling, one tall light panel behind the scene and one beside it.
@@ -120,7 +125,11 @@ vec3 studio(vec3 r, float rough) {
 
 void main() {
   vec3 v = normalize(eye.xyz - p_world * eye.w);
+#ifdef FLAT
+  vec3 n = normalize(cross(dFdx(p_world), dFdy(p_world)));
+#else
   vec3 n = normalize(n_world);
+#endif
   if (dot(n, v) < 0.0) n = -n;
   float nl = max(dot(n, lamp_direction), 0.0), nv = max(dot(n, v), 0.02);
   vec3 h = normalize(v + lamp_direction);
@@ -136,10 +145,10 @@ void main() {
   open = seen * 2.0 / (1.0 + max(n.z, -0.5));
 #endif
   vec3 ambient = sky + kBounce * (0.5 - 0.5 * n.z) + 0.09 * max(dot(n, vec3(-0.55, 0.75, 0.37)), 0.0);
-  vec3 diffuse = base.rgb * (1.0 - metal) * (kLamp * nl * lamp + ambient);
+  vec3 diffuse = (1.0 - metal) * (base.rgb * (kLamp * nl * lamp) + shade * ambient);
   if (base.a < 0.999) diffuse = mix(diffuse, base.rgb, 0.7);  // clear bodies glow rather than shade
 #ifdef QUALITY
-  vec3 f0 = mix(vec3(0.04), base.rgb, metal);
+  vec3 f0 = mix(0.04 * highlight.rgb, mix(base.rgb, highlight.rgb, highlight.w), metal);
   float a2 = rough * rough * rough * rough, d = nh * nh * (a2 - 1.0) + 1.0;
   float k = (rough + 1.0) * (rough + 1.0) / 8.0;
   float visible = 1.0 / (4.0 * (nl * (1.0 - k) + k) * (nv * (1.0 - k) + k));
@@ -152,11 +161,11 @@ void main() {
   vec2 ab = vec2(-1.04, 1.04) * fit + r4.zw;
   specular += studio(reflect(-v, n), rough) * (f0 * ab.x + ab.y) * (0.35 + 0.65 * open);
 #else
-  vec3 specular = mix(vec3(1.0), base.rgb, metal) * (pow(nh, mix(160.0, 10.0, rough)) * mix(0.55, 0.06, rough) * nl * lamp);
+  vec3 specular = mix(highlight.rgb, mix(base.rgb, highlight.rgb, highlight.w), metal) * (pow(nh, mix(160.0, 10.0, rough)) * mix(0.55, 0.06, rough) * nl * lamp);
   specular += base.rgb * metal * (kLamp * nl * lamp * 0.4 + ambient * 0.9) + 0.05 * (1.0 - nv) * (1.0 - nv) * (1.0 - nv);
 #endif
   float rim = (1.0 - nv) * (1.0 - nv);
-  vec3 c = diffuse + specular;
+  vec3 c = diffuse + specular + glow;
   c = mix(c, vec3(1.0, 0.40, 0.06), surface.z * (0.16 + 0.55 * rim));
   float alpha = base.a;
   if (alpha < 0.999) alpha = clamp(alpha + 0.5 * rim * (1.0 - alpha) + 0.6 * max(specular.g - 0.1, 0.0), 0.0, 1.0);
@@ -212,6 +221,7 @@ std::string header(ShaderVariant v) {
   std::string s = "#version 130\n";
   if (v.is_quality) s += "#define QUALITY 1\n";
   if (v.is_still) s += "#define STILL 1\n";
+  if (v.is_flat) s += "#define FLAT 1\n";
   if (v.is_still && v.is_quality)
     s += "#define SKY 1\n";  // ambient light from one direction a pass
   return s;
@@ -246,15 +256,25 @@ void main() {
 
 ShaderPair edge_shader(ShaderVariant v) {
   return {R"glsl(#version 130
+uniform mat4 world_T_view;
+uniform vec4 section_plane;
+out float along;  // [m] from the start of the line
 void main() {
   vec4 v = gl_ModelViewMatrix * gl_Vertex;
+  gl_ClipDistance[0] = dot(section_plane, vec4((world_T_view * v).xyz, 1.0));
+  along = gl_MultiTexCoord0.x;
   gl_Position = gl_ProjectionMatrix * v;
   gl_Position.z -= 0.00004 * gl_Position.w;
 }
 )glsl",
           with_light(v, R"glsl(
+in float along;
 uniform vec4 edge_colour;  // linear
-void main() { gl_FragColor = vec4(shown(edge_colour.rgb), edge_colour.a); }
+uniform float dash;        // length of a dash and its gap [m]; 0 = a whole line
+void main() {
+  if (dash > 0.0 && fract(along / dash) > 0.58) discard;
+  gl_FragColor = vec4(shown(edge_colour.rgb), edge_colour.a);
+}
 )glsl")};
 }
 
@@ -304,7 +324,11 @@ ShaderPair outline_shader(ShaderVariant v) {
   return {R"glsl(#version 130
 uniform vec2 viewport;
 uniform float line_scale;
+uniform mat4 world_T_view;
+uniform vec4 section_plane;
 void main() {
+  gl_ClipDistance[0] =
+      dot(section_plane, vec4((world_T_view * (gl_ModelViewMatrix * gl_Vertex)).xyz, 1.0));
   vec4 here = gl_ModelViewProjectionMatrix * gl_Vertex;
   vec2 n = (gl_ProjectionMatrix * vec4(gl_NormalMatrix * gl_Normal, 0.0)).xy * viewport;
   float l = length(n);
@@ -318,8 +342,61 @@ void main() { gl_FragColor = vec4(shown(vec3(1.0, 0.33, 0.02)), 1.0); }
 }
 
 ShaderPair caster_shader() {
-  return {"#version 130\nvoid main() { gl_Position = gl_ModelViewProjectionMatrix * gl_Vertex; }\n",
+  return {R"glsl(#version 130
+uniform mat4 world_T_view;
+uniform vec4 section_plane;
+void main() {
+  vec4 v = gl_ModelViewMatrix * gl_Vertex;
+  gl_ClipDistance[0] = dot(section_plane, vec4((world_T_view * v).xyz, 1.0));
+  gl_Position = gl_ProjectionMatrix * v;
+}
+)glsl",
           "#version 130\nvoid main() { gl_FragColor = vec4(1.0); }\n"};
+}
+
+ShaderPair paper_shader(ShaderVariant v) {
+  return {kWorldVertex, with_light(v, R"glsl(
+in vec3 p_world, n_world;
+uniform vec4 base;  // linear
+void main() { gl_FragColor = vec4(shown(base.rgb), base.a); }
+)glsl")};
+}
+
+ShaderPair cut_shader(ShaderVariant v) {
+  return {kWorldVertex, with_light(v, R"glsl(
+in vec3 p_world, n_world;
+uniform vec4 base;         // linear colour of the cut face
+uniform vec4 hatch;        // linear colour of the lines; w = their strength
+uniform vec2 hatch_lines;  // direction across them / spacing [1/px]
+uniform float line_scale;
+void main() {
+  float across = dot(gl_FragCoord.xy, hatch_lines), per_pixel = length(hatch_lines);
+  float away = abs(fract(across) - 0.5) / per_pixel;
+  float cover = clamp(0.5 * 1.1 * line_scale + 0.5 - away, 0.0, 1.0) * hatch.w;
+  gl_FragColor = vec4(shown(mix(base.rgb, hatch.rgb, cover)), 1.0);
+}
+)glsl")};
+}
+
+ShaderPair ball_shader(ShaderVariant v) {
+  return {R"glsl(#version 130
+out vec3 n_view;
+void main() {
+  n_view = gl_NormalMatrix * gl_Normal;
+  gl_Position = gl_ModelViewProjectionMatrix * gl_Vertex;
+}
+)glsl",
+          with_light(v, R"glsl(
+in vec3 n_view;
+void main() {
+  vec3 n = normalize(n_view);
+  float dark = step(0.0, n.x * n.y);  // four quarters, from wherever one looks
+  float light = 0.72 + 0.28 * clamp(dot(n, vec3(-0.36, 0.48, 0.80)), 0.0, 1.0);
+  vec3 c = mix(vec3(0.90), vec3(0.012), dark) * light;
+  if (abs(n.z) < 0.25) c = vec3(0.012);  // a rim keeps it apart from what is behind
+  gl_FragColor = vec4(shown(c), 1.0);
+}
+)glsl")};
 }
 
 }  // namespace robomosp::viewer

@@ -19,6 +19,7 @@ inline constexpr int kLampUnit = 1, kSkyUnit = 2;
 struct ShaderVariant {
   bool is_quality = false;  ///< physically based highlights and filtered shadows
   bool is_still = false;    ///< one pass of many: linear light, lit from one point of lamp and sky
+  bool is_flat = false;     ///< one normal a triangle
 };
 
 [[nodiscard]] ShaderPair surface_shader(ShaderVariant v);     ///< items and arrows
@@ -27,6 +28,9 @@ struct ShaderVariant {
 [[nodiscard]] ShaderPair edge_shader(ShaderVariant v);        ///< feature edges
 [[nodiscard]] ShaderPair ribbon_shader(ShaderVariant v);      ///< lines of constant width in pixels
 [[nodiscard]] ShaderPair outline_shader(ShaderVariant v);     ///< rim around selected items
+[[nodiscard]] ShaderPair paper_shader(ShaderVariant v);       ///< one colour without any light
+[[nodiscard]] ShaderPair cut_shader(ShaderVariant v);         ///< cut faces of a section
+[[nodiscard]] ShaderPair ball_shader(ShaderVariant v);        ///< the ball at a centre of mass
 [[nodiscard]] ShaderPair caster_shader();                     ///< depth only, for shadow maps
 
 }  // namespace robomosp::viewer

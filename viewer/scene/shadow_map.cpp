@@ -69,6 +69,10 @@ ShadowLookup ShadowMap::aim(const Vec3& towards_light, std::span<const Vec3> poi
       osg::Matrixd::ortho(low[0] - border, high[0] + border, low[1] - border, high[1] + border,
                           -high[2] - border, -low[2] + border);
   camera_->setViewMatrix(view);
+  osg::StateSet* s = camera_->getOrCreateStateSet();
+  const osg::Matrixf back(osg::Matrixd::inverse(view));
+  if (osg::Uniform* u = s->getUniform("world_T_view")) u->set(back);
+  else s->addUniform(new osg::Uniform("world_T_view", back));
   camera_->setProjectionMatrix(projection);
   const double texel = (std::max(size[0], size[1]) + 2 * border) / size_;
   return {view * projection * osg::Matrixd::translate(1, 1, 1) * osg::Matrixd::scale(0.5, 0.5, 0.5),

@@ -41,33 +41,6 @@ std::vector<std::uint32_t> usable_triangles(const Mesh& mesh) {
   return kept;
 }
 
-/// For each vertex the number of the first vertex at the same place, up to rounding: a seam is
-/// often computed twice.
-std::vector<std::uint32_t> welded(const Surface& s) {
-  using Cell = std::array<std::int64_t, 3>;
-  struct Hash {
-    std::size_t operator()(const Cell& c) const {
-      std::size_t h = 1469598103934665603ULL;  // FNV-1a
-      for (const std::int64_t x : c) h = (h ^ static_cast<std::size_t>(x)) * 1099511628211ULL;
-      return h;
-    }
-  };
-  double largest = 0;
-  for (const std::uint32_t v : s.triangles)
-    for (const double x : vertex(s.positions, v)) largest = std::max(largest, std::abs(x));
-  const double cell = std::max(1e-6 * largest, 1e-30);  // floats carry 24 bits, 6e-8
-  std::unordered_map<Cell, std::uint32_t, Hash> first;
-  std::vector<std::uint32_t> weld(s.positions.size() / 3);
-  for (std::size_t i = 0; i < weld.size(); ++i) weld[i] = static_cast<std::uint32_t>(i);
-  for (const std::uint32_t v : s.triangles) {
-    Cell key{};
-    const Vec3 p = vertex(s.positions, v);
-    for (std::size_t i = 0; i < 3; ++i) key[i] = std::llround(p[i] / cell);
-    weld[v] = first.emplace(key, v).first->second;
-  }
-  return weld;
-}
-
 std::vector<Vec3> face_normals(const Surface& s) {
   std::vector<Vec3> normals(s.triangles.size() / 3);
   for (std::size_t i = 0; i < normals.size(); ++i) normals[i] = area_normal(s, i);
@@ -118,11 +91,15 @@ void take_feature_edges(const Mesh& mesh, Surface& s) {
   std::size_t at = 0;
   const std::size_t points = mesh.edge_points.size() / 3;
   for (const std::uint32_t size : mesh.edge_sizes) {
+    double way = 0;
     for (std::size_t i = at; i + 1 < at + size && i + 1 < points; ++i) {
       const Vec3 a = vertex(mesh.edge_points, i), b = vertex(mesh.edge_points, i + 1);
       if (!is_finite(a) || !is_finite(b)) continue;
       append(s.segments, a);
       append(s.segments, b);
+      s.along.push_back(static_cast<float>(way));
+      way += norm(b - a);
+      s.along.push_back(static_cast<float>(way));
     }
     at += size;
   }
@@ -152,8 +129,12 @@ void find_creases(Surface& s) {
     const bool is_sharp =
         j - i == 2 && is_crease(normals[edges[i].triangle], normals[edges[i + 1].triangle]);
     if (!is_border && !is_sharp) continue;
-    append(s.segments, vertex(s.positions, edges[i].ends >> 32));
-    append(s.segments, vertex(s.positions, edges[i].ends & 0xFFFFFFFFU));
+    const Vec3 a = vertex(s.positions, edges[i].ends >> 32),
+               b = vertex(s.positions, edges[i].ends & 0xFFFFFFFFU);
+    append(s.segments, a);
+    append(s.segments, b);
+    s.along.push_back(0);
+    s.along.push_back(static_cast<float>(norm(b - a)));
   }
 }
 
@@ -186,6 +167,31 @@ bool misses_box(const Surface& s, const Vec3& o, const Vec3& d) {
 }
 
 }  // namespace
+
+std::vector<std::uint32_t> welded(const Surface& s) {
+  using Cell = std::array<std::int64_t, 3>;
+  struct Hash {
+    std::size_t operator()(const Cell& c) const {
+      std::size_t h = 1469598103934665603ULL;  // FNV-1a
+      for (const std::int64_t x : c) h = (h ^ static_cast<std::size_t>(x)) * 1099511628211ULL;
+      return h;
+    }
+  };
+  double largest = 0;
+  for (const std::uint32_t v : s.triangles)
+    for (const double x : vertex(s.positions, v)) largest = std::max(largest, std::abs(x));
+  const double cell = std::max(1e-6 * largest, 1e-30);  // floats carry 24 bits, 6e-8
+  std::unordered_map<Cell, std::uint32_t, Hash> first;
+  std::vector<std::uint32_t> weld(s.positions.size() / 3);
+  for (std::size_t i = 0; i < weld.size(); ++i) weld[i] = static_cast<std::uint32_t>(i);
+  for (const std::uint32_t v : s.triangles) {
+    Cell key{};
+    const Vec3 p = vertex(s.positions, v);
+    for (std::size_t i = 0; i < 3; ++i) key[i] = std::llround(p[i] / cell);
+    weld[v] = first.emplace(key, v).first->second;
+  }
+  return weld;
+}
 
 Surface surface_of(const Mesh& mesh) {
   Surface s;

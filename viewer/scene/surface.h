@@ -21,12 +21,47 @@ struct Surface {
   std::vector<float> normals;            ///< 3 per vertex, unit length
   std::vector<std::uint32_t> triangles;  ///< 3 indices each
   std::vector<float> segments;           ///< 6 per edge segment: both ends [m]
+  std::vector<float> along;              ///< 2 per edge segment: way from the start of its line [m]
   Vec3 low{}, high{};                    ///< bounding box [m]; both 0 if there are no triangles
 };
 
 /// Makes a mesh drawable: drops triangles with bad indices or numbers, computes normals that break
 /// at creases if the mesh has none, and finds the creases if the mesh names no feature edges.
 [[nodiscard]] Surface surface_of(const Mesh& mesh);
+
+/// For each vertex the number of the first vertex at the same place, up to rounding: a seam is
+/// often computed twice.
+[[nodiscard]] std::vector<std::uint32_t> welded(const Surface& surface);
+
+/// An edge of the surface between two triangles, or at the border of one.
+struct MeshEdge {
+  std::uint32_t a = 0, b = 0;         ///< vertices; of several at one place always the same
+  std::uint32_t left = 0, right = 0;  ///< triangles; equal at a border
+};
+/// All edges with two triangles or one, by which contours are found.
+[[nodiscard]] std::vector<MeshEdge> edges_of(const Surface& surface);
+
+/// Line segments and the way along the line they belong to.
+struct Segments {
+  std::vector<float> ends;   ///< 6 per segment [m]
+  std::vector<float> along;  ///< 2 per segment [m]
+};
+/// The contour as seen from `eye` (mesh coordinates; is_point = false: from the direction `eye`):
+/// the edges between a triangle that faces the eye and one that does not, joined to lines.
+[[nodiscard]] Segments contour_of(const Surface& surface, const std::vector<MeshEdge>& edges,
+                                  const Vec3& eye, bool is_point);
+
+/// Where a plane cuts a closed surface.
+struct Cut {
+  std::vector<float> positions;          ///< 3 per vertex, in the world [m]
+  std::vector<std::uint32_t> triangles;  ///< 3 indices each: the cut face
+  Segments outline;                      ///< its border
+};
+/// The cut face of the surface placed at `pose` and the plane through `point` with the unit vector
+/// `normal`, all in the world: every place the surface winds around belongs to it, so holes stay
+/// free. Gaps of a surface that is not closed are not filled. [m]
+[[nodiscard]] Cut cut_of(const Surface& surface, const Pose& pose, const Vec3& point,
+                         const Vec3& normal);
 
 /// Distance along the ray (unit direction, mesh coordinates) to the first triangle; nothing if the
 /// ray misses. Both sides of a triangle count. [m]

@@ -1,14 +1,13 @@
-// SPDX-License-Identifier: GPL-3.0-or-later
-#include "viewer/scene/playback.h"
+// SPDX-License-Identifier: Apache-2.0
+#include "scene/playback.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <string>
+#include <unordered_map>
 
-#include "viewer/scene/linear.h"
-
-namespace robomosp::viewer {
+namespace robomosp::scene {
 namespace {
 
 using Quaternion = std::array<double, 4>;  // w, x, y, z
@@ -62,7 +61,14 @@ Quaternion slerp(const Quaternion& a, Quaternion b, double u) {
 }
 
 Pose between(const Pose& a, const Pose& b, double u) {
-  return {matrix_of(slerp(quaternion_of(a.R), quaternion_of(b.R), u)), (1 - u) * a.p + u * b.p};
+  Pose t{matrix_of(slerp(quaternion_of(a.R), quaternion_of(b.R), u)), {}};
+  for (std::size_t i = 0; i < 3; ++i) t.p[i] = (1 - u) * a.p[i] + u * b.p[i];
+  return t;
+}
+
+bool is_finite(const Pose& t) {
+  const auto finite = [](double x) { return std::isfinite(x); };
+  return std::all_of(t.R.begin(), t.R.end(), finite) && std::all_of(t.p.begin(), t.p.end(), finite);
 }
 
 }  // namespace
@@ -121,4 +127,16 @@ std::vector<Pose> poses_at(const Playback& playback, double time) {
   return result;
 }
 
-}  // namespace robomosp::viewer
+void pose_at(render::Scene& scene, const Playback& playback, double time) {
+  const auto poses = poses_at(playback, time);
+  std::unordered_map<std::uint64_t, const Pose*> by_id;
+  for (std::size_t i = 0; i < poses.size(); ++i) by_id[playback.ids[i]] = &poses[i];
+  const auto move = [&](auto& all) {
+    for (auto& one : all)
+      if (const auto at = by_id.find(one.id); at != by_id.end()) one.pose = *at->second;
+  };
+  move(scene.items);
+  move(scene.triads);
+}
+
+}  // namespace robomosp::scene

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+// From the records of a document to the scene of a picture, and from a recording to its playback
+// (layer: application, scene). [any thread: reads a snapshot]
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <robomosp/sdk/progress.h>
+#include <robomosp/sdk/render.h>
+#include <robomosp/sdk/result.h>
+
+#include "document/derived.h"
+#include "document/document.h"
+#include "kernel/registry.h"
+#include "scene/playback.h"
+#include "sim/recording.h"
+
+namespace robomosp::scene {
+
+/// What a picture is built from.
+struct Source {
+  const document::Snapshot& snapshot;
+  document::Derived& derived;
+  const Registry& registry;
+};
+
+/// What a picture shows besides the bodies themselves.
+struct Extras {
+  bool com = false;       ///< a MassMark for each solid, object and robot
+  bool frames = false;    ///< frames of nodes, parts and links, with their names
+  double explode = 0;     ///< parts are moved outwards by this share of their distance, >= 0
+  std::vector<double> q;  ///< joint values of a robot on its own [rad or m]; empty = "home" or 0
+};
+
+/// A scene, and sentences about what could not be built and was left out.
+struct Built {
+  render::Scene scene;
+  std::vector<std::string> left_out;
+};
+
+/// A world (objects, robots at the joint values the world gives them, trajectories as lines, a
+/// triad at each tool), a robot, object or solid on its own, or a material on a sphere and a cone.
+/// In a world, what cannot be built is left out; elsewhere it is the error.
+[[nodiscard]] Result<Built> build(const Source&, AnyId, const Extras&, Progress&);
+
+/// How the robot of a recording moves; ids are those of build() on the same world.
+[[nodiscard]] Result<Playback> build_playback(const Source&, WorldId, const sim::Recording&,
+                                              Progress&);
+
+/// Moves the groups of items outwards from the middle of the box around all: each by `factor` times
+/// the way from there to the middle of its own box; groups that share the middle (a pin in its
+/// bore) are spread along the longest axis of the box. `group_of[i]` numbers the group of item i.
+/// Thin lines join the old and the new middles. [m]
+void explode(render::Scene& scene, std::span<const std::size_t> group_of, double factor);
+
+/// The mark of a body's mass, given in the world. Mass and principal moments must be positive.
+[[nodiscard]] render::MassMark mass_mark(std::uint64_t id, const MassProperties& world_mass);
+
+/// Items that show a material: a sphere and a cone side by side, 0.1 m high.
+[[nodiscard]] std::vector<render::Item> material_preview(const render::Appearance&);
+
+}  // namespace robomosp::scene
