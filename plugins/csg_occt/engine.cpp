@@ -15,6 +15,8 @@
 #include <TopTools_IndexedMapOfShape.hxx>
 #include <TopoDS.hxx>
 
+#include "modifiers.h"
+
 namespace robomosp::csg_occt {
 namespace {
 
@@ -87,19 +89,8 @@ void widen(Bnd_Box& box, const TopoDS_Face& face) {
     }
 }
 
-// Tight, without tolerances: corners, then bent edges, then curved faces.
 std::array<Vec3, 2> tight_bounds(const std::vector<Solid>& solids, const gp_Trsf& pose) {
-  Bnd_Box box;
-  for (const Solid& s : solids) {
-    const TopoDS_Shape shape = placed(s.shape, pose);
-    TopTools_IndexedMapOfShape corners, edges;
-    TopExp::MapShapes(shape, TopAbs_VERTEX, corners);
-    TopExp::MapShapes(shape, TopAbs_EDGE, edges);
-    for (int i = 1; i <= corners.Extent(); ++i) box.Add(BRep_Tool::Pnt(TopoDS::Vertex(corners(i))));
-    for (int i = 1; i <= edges.Extent(); ++i) widen(box, TopoDS::Edge(edges(i)));
-    for (TopExp_Explorer e(shape, TopAbs_FACE); e.More(); e.Next())
-      widen(box, TopoDS::Face(e.Current()));
-  }
+  const Bnd_Box box = tight_box(solids, pose);
   const gp_Pnt low = box.CornerMin(), high = box.CornerMax();
   const auto metres = [](const gp_Pnt& p) {
     return Vec3{p.X() / kMillimetresPerMetre, p.Y() / kMillimetresPerMetre,
@@ -198,6 +189,22 @@ Result<CsgEngine::Partition> OcctCsgEngine::partition(std::span<const PlacedShap
     if (!claim) return cancelled_error();
     return partition_solids(placed_parts, faces_, progress);
   });
+}
+
+// Corners, then bent edges, then curved faces.
+Bnd_Box tight_box(const std::vector<Solid>& solids, const gp_Trsf& pose) {
+  Bnd_Box box;
+  for (const Solid& s : solids) {
+    const TopoDS_Shape shape = placed(s.shape, pose);
+    TopTools_IndexedMapOfShape corners, edges;
+    TopExp::MapShapes(shape, TopAbs_VERTEX, corners);
+    TopExp::MapShapes(shape, TopAbs_EDGE, edges);
+    for (int i = 1; i <= corners.Extent(); ++i) box.Add(BRep_Tool::Pnt(TopoDS::Vertex(corners(i))));
+    for (int i = 1; i <= edges.Extent(); ++i) widen(box, TopoDS::Edge(edges(i)));
+    for (TopExp_Explorer e(shape, TopAbs_FACE); e.More(); e.Next())
+      widen(box, TopoDS::Face(e.Current()));
+  }
+  return box;
 }
 
 Result<const OcctShape*> own_shape(const CsgShape& shape) {

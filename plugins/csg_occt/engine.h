@@ -49,6 +49,11 @@ class OcctCsgEngine final : public CsgEngine {
   Result<Moments> moments(const CsgShape& shape, Progress& progress) const override;
   Result<Partition> partition(std::span<const PlacedShape> parts,
                               Progress& progress) const override;
+  Result<std::vector<CsgFeature>> features(const CsgShape& shape,
+                                           Progress& progress) const override;
+  Result<CsgProfile> section(const CsgShape& shape, const Pose& plane, double chord,
+                             Progress& progress) const override;
+  Result<CsgGeometry> geometry(const CsgShape& shape, Progress& progress) const override;
 
  private:
   /// Enough for the steps of some hundred edits; an entry shares what did not change.

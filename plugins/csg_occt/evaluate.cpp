@@ -5,6 +5,8 @@
 #include <numeric>
 #include <unordered_set>
 
+#include "content.h"
+#include "modifiers.h"
 #include "primitives.h"
 #include "prismatic.h"
 
@@ -64,13 +66,10 @@ std::vector<std::vector<std::size_t>> groups(const std::vector<Operand>& operand
   return result;
 }
 
-std::string_view kind_text(CsgKind kind) {
-  switch (kind) {
-    case CsgKind::union_: return "union";
-    case CsgKind::difference: return "difference";
-    case CsgKind::intersection: return "intersection";
-    default: return primitive_name(kind);
-  }
+std::string kind_text(CsgKind kind) {
+  std::string text(csg_info(kind).name);
+  std::replace(text.begin(), text.end(), '_', ' ');
+  return text;
 }
 
 class Evaluator {
@@ -126,7 +125,7 @@ class Evaluator {
  private:
   Error in_node(Error e, const Term& term) const {
     if (e.code == ErrorCode::cancelled || !e.where.empty()) return e;
-    e.message = std::string(kind_text(term.kind)) + ": " + e.message;
+    e.message = kind_text(tree_.nodes[term.node].kind) + ": " + e.message;
     e.where = node_text(tree_.nodes[term.node], term.node);
     return e;
   }
@@ -136,7 +135,9 @@ class Evaluator {
            static_cast<double>(plan_.terms.size());
   }
 
-  bool is_primitive(std::size_t t) const { return plan_.terms[t].items.empty(); }
+  bool is_primitive(std::size_t t) const {
+    return plan_.terms[t].items.empty() && !has_content(plan_.terms[t].kind);
+  }
 
   // Primitives are quicker built than waited for: every evaluation makes its own, so that solids
   // with a size in common share no topology.
@@ -145,6 +146,14 @@ class Evaluator {
     if (known) return known;
     Result<ValuePtr> made = guarded("the primitive", [&]() -> Result<ValuePtr> {
       auto value = std::make_shared<Value>();
+      if (has_content(term.kind)) {
+        RMP_TRY_ASSIGN(Content content, build_content(tree_.nodes[term.node], faces_, progress_));
+        value->solids = std::move(content.solids);
+        for (std::string& note : content.notes) value->notes.push_back({{}, std::move(note)});
+        value->lineage = {gate_.new_number()};
+        for (const Solid& solid : value->solids) faces_.set_verified(solid.shape);
+        return ValuePtr(value);
+      }
       value->solids.push_back(measured(build_primitive(term.kind, term.sizes, false), faces_));
       if (!(value->solids[0].volume > 0))
         return error(ErrorCode::plugin_failed, "the solid has no volume",
@@ -174,7 +183,7 @@ class Evaluator {
   /// Null when the general way has to be gone.
   Result<ValuePtr> take_shortcut(std::size_t t) {
     const Term& term = plan_.terms[t];
-    if (term.items.empty() || term.items.size() > shortcut_budget_) return ValuePtr();
+    if (!is_operation(term.kind) || term.items.size() > shortcut_budget_) return ValuePtr();
     // Solids that are only put together are quicker put together.
     RMP_TRY_ASSIGN(const bool apart, are_primitives_apart(term));
     if (apart) return ValuePtr();
@@ -199,8 +208,35 @@ class Evaluator {
     return made;
   }
 
+  /// A fillet, a chamfer or a mirror image.
+  Result<ValuePtr> modify(const Term& term) {
+    return guarded("the operation", [&]() -> Result<ValuePtr> {
+      ValuePtr& child = values_[term.items[0].term];
+      if (!child) {
+        RMP_TRY_ASSIGN(child, primitive(plan_.terms[term.items[0].term]));
+        ++finished_;
+      }
+      auto value = std::make_shared<Value>();
+      value->notes = child->notes;
+      for (Note& note : value->notes) note.path.insert(note.path.begin(), 0);
+      const auto claim = gate_.claim(child->lineage, progress_);
+      if (!claim) return cancelled_error();
+      // A mirror image is a copy, the others keep the faces they do not touch.
+      value->lineage = term.kind == CsgKind::mirror ? Lineage{gate_.new_number()} : child->lineage;
+      progress_.report(fraction(0), kind_text(term.kind));
+      std::vector<Operand> operands;
+      append_operands(term, 0, operands);
+      std::vector<Solid> solids;
+      for (Operand& o : operands) solids.push_back(std::move(o.solid));
+      RMP_TRY_ASSIGN(value->solids,
+                     run_modifier(tree_.nodes[term.node], solids, faces_, progress_));
+      return ValuePtr(value);
+    });
+  }
+
   Result<ValuePtr> compute(const Term& term) {
     if (term.items.empty()) return primitive(term);
+    if (is_modifier(term.kind)) return modify(term);
     return guarded("the operation", [&]() -> Result<ValuePtr> {
       auto value = std::make_shared<Value>();
       Stock stock = find_stock(term);

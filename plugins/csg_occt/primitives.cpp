@@ -3,30 +3,34 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <mutex>
+#include <utility>
 #include <vector>
 
 #include <BRepBuilderAPI_MakeEdge.hxx>
 #include <BRepBuilderAPI_MakeFace.hxx>
-#include <BRepBuilderAPI_MakePolygon.hxx>
-#include <BRepBuilderAPI_MakeSolid.hxx>
+#include <BRepBuilderAPI_MakeVertex.hxx>
 #include <BRepBuilderAPI_MakeWire.hxx>
-#include <BRepBuilderAPI_Sewing.hxx>
 #include <BRepFilletAPI_MakeFillet.hxx>
-#include <BRepLib.hxx>
 #include <BRepPrimAPI_MakeBox.hxx>
 #include <BRepPrimAPI_MakeCone.hxx>
 #include <BRepPrimAPI_MakeCylinder.hxx>
 #include <BRepPrimAPI_MakeRevol.hxx>
 #include <BRepPrimAPI_MakeSphere.hxx>
 #include <BRepPrimAPI_MakeTorus.hxx>
+#include <BRep_Builder.hxx>
 #include <GC_MakeArcOfCircle.hxx>
 #include <Standard_ConstructionError.hxx>
 #include <TopExp.hxx>
 #include <TopExp_Explorer.hxx>
 #include <TopTools_IndexedMapOfShape.hxx>
 #include <TopoDS.hxx>
+#include <TopoDS_Edge.hxx>
+#include <TopoDS_Shell.hxx>
 #include <TopoDS_Solid.hxx>
+#include <TopoDS_Vertex.hxx>
+#include <TopoDS_Wire.hxx>
 #include <gp.hxx>
 
 namespace robomosp::csg_occt {
@@ -34,6 +38,7 @@ namespace {
 
 // Nearer points [mm] are one to OCCT (Precision::Confusion) with some to spare.
 constexpr double kConfused = 1e-6;
+constexpr double kMostCount = 10'000;
 
 std::string spaced(std::string_view name) {
   std::string s(name);
@@ -43,9 +48,7 @@ std::string spaced(std::string_view name) {
 
 TopoDS_Shape rounded_box(const TopoDS_Shape& sharp, double radius) {
   if (radius <= 0) return sharp;
-  // The fillet algorithm keeps state in static variables.
-  static std::mutex mutex;
-  const std::lock_guard lock(mutex);
+  const std::lock_guard lock(fillet_mutex());
   BRepFilletAPI_MakeFillet fillet(sharp);
   TopTools_IndexedMapOfShape edges;
   TopExp::MapShapes(sharp, TopAbs_EDGE, edges);
@@ -83,39 +86,100 @@ TopoDS_Shape rounded_cylinder(double radius, double height, double fillet) {
   return solid.Current();
 }
 
-// The four sides are planar because matching sides of both rectangles are parallel.
-TopoDS_Shape frustum(double base_x, double base_y, double top_x, double top_y, double height) {
-  const auto corner = [](double x, double y, double z, int k) {
-    return gp_Pnt(k == 1 || k == 2 ? x / 2 : -x / 2, k >= 2 ? y / 2 : -y / 2, z);
-  };
-  BRepBuilderAPI_Sewing sewing;
-  const auto add_face = [&](std::initializer_list<gp_Pnt> corners) {
-    BRepBuilderAPI_MakePolygon polygon;
-    std::vector<gp_Pnt> distinct;
-    for (const gp_Pnt& p : corners)
-      if (distinct.empty() ||
-          (!p.IsEqual(distinct.back(), 0.0) && !p.IsEqual(distinct.front(), 0.0)))
-        distinct.push_back(p);
-    if (distinct.size() < 3) return;
-    for (const gp_Pnt& p : distinct) polygon.Add(p);
-    polygon.Close();
-    sewing.Add(BRepBuilderAPI_MakeFace(polygon.Wire(), true).Face());
-  };
-  const auto b = [&](int k) { return corner(base_x, base_y, 0, k % 4); };
-  const auto t = [&](int k) { return corner(top_x, top_y, height, k % 4); };
-  add_face({b(3), b(2), b(1), b(0)});
-  add_face({t(0), t(1), t(2), t(3)});
-  for (int k = 0; k < 4; ++k) add_face({b(k), b(k + 1), t(k + 1), t(k)});
-  sewing.Perform();
-  const TopExp_Explorer shell(sewing.SewedShape(), TopAbs_SHELL);
-  if (!shell.More()) throw Standard_ConstructionError("the faces did not close");
-  TopoDS_Solid solid = BRepBuilderAPI_MakeSolid(TopoDS::Shell(shell.Current())).Solid();
-  if (!BRepLib::OrientClosedSolid(solid))
-    throw Standard_ConstructionError("the faces did not close");
+/// A closed polyhedron; faces are loops of corners, counter-clockwise from outside. Corners at the
+/// same place are one, faces that lose their area by that are left out.
+TopoDS_Shape polyhedron(const std::vector<gp_Pnt>& corners,
+                        const std::vector<std::vector<std::size_t>>& faces) {
+  std::vector<std::size_t> first(corners.size());
+  std::vector<TopoDS_Vertex> vertices(corners.size());
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    first[i] = i;
+    // Only frustums, which have eight corners, collapse sides.
+    for (std::size_t k = 0; k < i && k < 8; ++k)
+      if (corners[i].IsEqual(corners[k], 0.0)) {
+        first[i] = first[k];
+        break;
+      }
+    if (first[i] == i) vertices[i] = BRepBuilderAPI_MakeVertex(corners[i]).Vertex();
+  }
+  BRep_Builder builder;
+  TopoDS_Shell shell;
+  builder.MakeShell(shell);
+  std::map<std::pair<std::size_t, std::size_t>, TopoDS_Edge> edges;
+  for (const auto& face : faces) {
+    std::vector<std::size_t> loop;
+    for (const std::size_t c : face)
+      if (loop.empty() || (first[c] != loop.back() && first[c] != loop.front()))
+        loop.push_back(first[c]);
+    if (loop.size() < 3) continue;
+    TopoDS_Wire wire;
+    builder.MakeWire(wire);
+    gp_XYZ normal(0, 0, 0);
+    for (std::size_t k = 0; k < loop.size(); ++k) {
+      const std::size_t a = loop[k], b = loop[(k + 1) % loop.size()];
+      normal += (corners[a].XYZ() - corners[loop[0]].XYZ())
+                    .Crossed(corners[b].XYZ() - corners[loop[0]].XYZ());
+      TopoDS_Edge& edge = edges[std::minmax(a, b)];
+      if (edge.IsNull())
+        edge = BRepBuilderAPI_MakeEdge(vertices[std::min(a, b)], vertices[std::max(a, b)]).Edge();
+      builder.Add(wire, edge.Oriented(a < b ? TopAbs_FORWARD : TopAbs_REVERSED));
+    }
+    wire.Closed(true);
+    const gp_Pln plane(corners[loop[0]], gp_Dir(normal));
+    builder.Add(shell, BRepBuilderAPI_MakeFace(plane, wire, false).Face());
+  }
+  shell.Closed(true);
+  TopoDS_Solid solid;
+  builder.MakeSolid(solid);
+  builder.Add(solid, shell);
   return solid;
 }
 
+// The four sides are planar because matching sides of both rectangles are parallel. `top_at` is the
+// x of the top's middle.
+TopoDS_Shape frustum(double base_x, double base_y, double top_x, double top_y, double height,
+                     double top_at = 0) {
+  std::vector<gp_Pnt> corners;
+  const auto rectangle = [&](double x, double y, double z, double at) {
+    for (const int k : {0, 1, 2, 3})
+      corners.emplace_back(at + (k == 1 || k == 2 ? x / 2 : -x / 2), k >= 2 ? y / 2 : -y / 2, z);
+  };
+  rectangle(base_x, base_y, 0, 0);
+  rectangle(top_x, top_y, height, top_at);
+  std::vector<std::vector<std::size_t>> faces{{3, 2, 1, 0}, {4, 5, 6, 7}};
+  for (std::size_t k = 0; k < 4; ++k) faces.push_back({k, (k + 1) % 4, 4 + (k + 1) % 4, 4 + k});
+  return polyhedron(corners, faces);
+}
+
+TopoDS_Shape pyramid(std::size_t sides, double radius, double top_radius, double height) {
+  std::vector<gp_Pnt> corners;
+  const auto polygon = [&](double r, double z) {
+    for (std::size_t k = 0; k < sides; ++k) {
+      const double angle = kCsgFullTurn * static_cast<double>(k) / static_cast<double>(sides);
+      corners.emplace_back(r * std::cos(angle), r * std::sin(angle), z);
+    }
+  };
+  polygon(radius, 0);
+  const bool is_pointed = top_radius == 0;
+  if (is_pointed) corners.emplace_back(0, 0, height);
+  else polygon(top_radius, height);
+  std::vector<std::vector<std::size_t>> faces(is_pointed ? 1 : 2);
+  for (std::size_t k = 0; k < sides; ++k) {
+    const std::size_t after = (k + 1) % sides;
+    faces[0].insert(faces[0].begin(), k);
+    if (!is_pointed) faces[1].push_back(sides + k);
+    if (is_pointed) faces.push_back({k, after, sides});
+    else faces.push_back({k, after, sides + after, sides + k});
+  }
+  return polyhedron(corners, faces);
+}
+
 }  // namespace
+
+std::timed_mutex& fillet_mutex() {
+  static std::timed_mutex mutex;
+  return mutex;
+}
 
 std::size_t primitive_size_count(CsgKind kind) { return csg_size_count(kind); }
 
@@ -129,23 +193,31 @@ Result<void> check_primitive(const CsgNode& node, std::size_t index) {
   if (row->kind != node.kind)
     return bad("kind " + std::to_string(static_cast<int>(node.kind)) +
                " is neither an operation nor a primitive");
-  if (node.kind > CsgKind::frustum ||
-      (node.kind > CsgKind::intersection && node.kind < CsgKind::box))
-    return bad("this engine does not know the kind " + std::string(row->name));
+  if (node.kind == CsgKind::custom)
+    return bad("a custom primitive has to be replaced by its parts before it is evaluated");
   const auto metres = [](double x) { return number_text(x) + " m"; };
   const std::size_t count = primitive_size_count(node.kind);
   for (std::size_t k = 0; k < count; ++k) {
+    const CsgSize& row_size = row->sizes[k];
     const double size = node.sizes[k];
-    const std::string name = std::string(row->name) + " " + spaced(row->sizes[k].name);
-    const bool zero_ok = row->sizes[k].range == CsgRange::not_negative;
+    const std::string name = spaced(row->name) + " " + spaced(row_size.name);
+    const auto quantity = [&](double x) {
+      return number_text(x) + (row_size.unit.empty() ? "" : " ") + std::string(row_size.unit);
+    };
     if (!std::isfinite(size)) return bad(name + " is not a number");
-    if (size < 0 && zero_ok) return bad(name + " is " + metres(size) + "; it must not be negative");
-    if (size <= 0 && !zero_ok)
-      return bad(name + " is " + metres(size) + "; it must be greater than 0");
-    if (size != 0 && size < kSmallestLength)
+    if (row_size.range == CsgRange::not_negative && size < 0)
+      return bad(name + " is " + quantity(size) + "; it must not be negative");
+    if (row_size.range == CsgRange::positive && size <= 0)
+      return bad(name + " is " + quantity(size) + "; it must be greater than 0");
+    if (row_size.range == CsgRange::count &&
+        (size != std::floor(size) || size < 1 || size > kMostCount))
+      return bad(name + " is " + quantity(size) + "; it must be a whole number from 1 to " +
+                 number_text(kMostCount));
+    if (row_size.unit != "m") continue;
+    if (size != 0 && std::abs(size) < kSmallestLength && row_size.range != CsgRange::any)
       return bad(name + " is " + metres(size) + "; the smallest length is " +
                  metres(kSmallestLength));
-    if (size > kGreatestLength)
+    if (std::abs(size) > kGreatestLength)
       return bad(name + " is " + metres(size) + "; the greatest length is " +
                  metres(kGreatestLength));
   }
@@ -163,8 +235,45 @@ Result<void> check_primitive(const CsgNode& node, std::size_t index) {
   if (node.kind == CsgKind::torus && s[1] >= s[0])
     return bad("torus tube radius is " + metres(s[1]) + "; it must be less than the ring radius, " +
                metres(s[0]));
+  if (node.kind == CsgKind::wedge && s[3] > s[0])
+    return bad("wedge top x is " + metres(s[3]) + "; it must not be greater than x, " +
+               metres(s[0]));
+  if (node.kind == CsgKind::pyramid && s[0] < 3)
+    return bad("pyramid sides is " + number_text(s[0]) + "; it must be 3 or more");
+  if (node.kind == CsgKind::mirror && std::hypot(s[0], s[1], s[2]) < 1e-9)
+    return bad("mirror normal is (0, 0, 0); it must point somewhere");
+  if ((node.kind == CsgKind::revolution || node.kind == CsgKind::circular_pattern) &&
+      std::abs(s[node.kind == CsgKind::revolution ? 0 : 1]) > kCsgFullTurn * (1 + 1e-12))
+    return bad(spaced(row->name) + " angle is " +
+               number_text(s[node.kind == CsgKind::revolution ? 0 : 1]) +
+               " rad; it must be within one turn, " + number_text(kCsgFullTurn) + " rad");
+  if ((node.kind == CsgKind::prism || node.kind == CsgKind::revolution) && !node.profile)
+    return bad(std::string(row->name) + " has no profile");
+  if (node.kind == CsgKind::imported) {
+    if (!node.geometry) return bad("the imported solid has no geometry");
+    if (node.geometry->form == CsgGeometry::Form::mesh)
+      return error(ErrorCode::unsupported,
+                   "the imported solid" +
+                       (node.geometry->source.empty() ? "" : " from " + node.geometry->source) +
+                       " is a triangle mesh, and this engine works on exact surfaces only",
+                   "Choose a CSG engine with the tag \"mesh\" (plugin csg_cgal), or import an "
+                   "exact format such as STEP.",
+                   node_text(node, index));
+  }
   return {};
 }
+
+bool has_content(CsgKind kind) {
+  return kind == CsgKind::prism || kind == CsgKind::revolution || kind == CsgKind::imported;
+}
+
+bool is_operation(CsgKind kind) {
+  return kind == CsgKind::union_ || kind == CsgKind::difference || kind == CsgKind::intersection;
+}
+
+bool is_modifier(CsgKind kind) { return csg_info(kind).children == CsgChildren::one; }
+
+std::size_t count_of(double size) { return static_cast<std::size_t>(std::lround(size)); }
 
 bool can_turn(CsgKind kind) { return kind == CsgKind::sphere || kind == CsgKind::torus; }
 
@@ -195,6 +304,8 @@ TopoDS_Shape build_primitive(CsgKind kind, const std::array<double, 6>& sizes, b
           .Solid();
     }
     case CsgKind::frustum: return frustum(s[0], s[1], s[2], s[3], s[4]);
+    case CsgKind::wedge: return frustum(s[0], s[1], s[3], s[1], s[2], (s[3] - s[0]) / 2);
+    case CsgKind::pyramid: return pyramid(count_of(sizes[0]), s[1], s[2], s[3]);
     default: throw Standard_ConstructionError("not a primitive");
   }
 }

@@ -2,8 +2,18 @@
 #include "tree_plan.h"
 
 #include <cmath>
+#include <functional>
+#include <optional>
+#include <utility>
 
+#include <robomosp/sdk/csg_select.h>
+
+#include <gp.hxx>
+#include <gp_Quaternion.hxx>
+
+#include "modifiers.h"
 #include "primitives.h"
+#include "profile.h"
 
 namespace robomosp::csg_occt {
 namespace {
@@ -17,8 +27,50 @@ struct Form {
   std::vector<Item> items;
 };
 
-bool is_operation(CsgKind kind) {
-  return kind == CsgKind::union_ || kind == CsgKind::difference || kind == CsgKind::intersection;
+// Patterns of patterns may place so many solids in all.
+constexpr double kMostCopies = 100'000;
+
+/// The product of two mirrorings and a motion: a motion again. Composed by hand because gp_Trsf
+/// keeps a scale of its own, and OCCT locates no shape by one that is not exactly 1.
+gp_Trsf rigid(const gp_Trsf& t) {
+  const gp_Mat m = t.VectorialPart();
+  gp_Trsf out;
+  bool is_turned = false;
+  for (int row = 1; row <= 3; ++row)
+    for (int column = 1; column <= 3; ++column)
+      is_turned |= m(row, column) != (row == column ? 1.0 : 0.0);
+  if (!is_turned) {
+    out.SetTranslation(gp_Vec(t.TranslationPart()));
+    return out;
+  }
+  gp_Quaternion q(m);
+  q.Normalize();
+  out.SetTransformation(q, gp_Vec(t.TranslationPart()));
+  return out;
+}
+
+/// A mirroring that maps the primitive onto itself.
+std::optional<gp_Trsf> own_mirror(const Term& term) {
+  gp_Trsf t;
+  switch (term.kind) {
+    case CsgKind::box:
+    case CsgKind::cylinder:
+    case CsgKind::cone:
+    case CsgKind::sphere:
+    case CsgKind::torus:
+    case CsgKind::frustum: t.SetMirror(gp_Ax2(gp::Origin(), gp_Dir(1, 0, 0))); return t;
+    case CsgKind::wedge:
+    case CsgKind::pyramid: t.SetMirror(gp_Ax2(gp::Origin(), gp_Dir(0, 1, 0))); return t;
+    case CsgKind::prism:
+      t.SetMirror(gp_Ax2(gp_Pnt(0, 0, term.sizes[0] * kMillimetresPerMetre / 2), gp_Dir(0, 0, 1)));
+      return t;
+    case CsgKind::revolution: {
+      const double half = term.sizes[0] / 2;
+      t.SetMirror(gp_Ax2(gp::Origin(), gp_Dir(-std::sin(half), std::cos(half), 0)));
+      return t;
+    }
+    default: return {};
+  }
 }
 
 class Planner {
@@ -32,6 +84,10 @@ class Planner {
     for (std::size_t i = n; i-- > 0;) {
       if (progress_.cancelled()) return cancelled_error();
       const CsgNode& node = tree_.nodes[i];
+      if (is_modifier(node.kind)) {
+        RMP_TRY_ASSIGN(forms[i], modifier(i, std::move(forms[first_child_[i]])));
+        continue;
+      }
       if (!is_operation(node.kind)) {
         forms[i] = primitive(i);
         continue;
@@ -71,9 +127,12 @@ class Planner {
                      "; it must be the index of an earlier node (0.." + std::to_string(i - 1) +
                      ")");
         const auto p = static_cast<std::size_t>(node.parent);
-        if (!is_operation(nodes[p].kind))
+        if (!is_operation(nodes[p].kind) && !is_modifier(nodes[p].kind))
           return bad("parent " + node_text(nodes[p], p) +
-                     " is a primitive; only union, difference and intersection have children");
+                     " is a primitive; only operations and modifiers have children");
+        if (is_modifier(nodes[p].kind) && first_child_[p] != 0)
+          return bad("parent " + node_text(nodes[p], p) +
+                     " has a child already; put both into a union to modify them together");
         (first_child_[p] == 0 ? first_child_[p] : next_sibling_[last_child[p]]) = i;
         last_child[p] = i;
       }
@@ -89,12 +148,20 @@ class Planner {
                      " m away; it must be within " + number_text(kGreatestLength) + " m");
       poses_.push_back(*pose);
       if (!is_operation(node.kind)) RMP_TRY(check_primitive(node, i));
+      if (node.kind == CsgKind::fillet || node.kind == CsgKind::chamfer)
+        if (const auto tests = parse_csg_select(node.select); !tests) {
+          Error refused = tests.error();
+          refused.where = node_text(node, i);
+          return refused;
+        }
     }
     for (std::size_t i = 0; i < nodes.size(); ++i)
-      if (is_operation(nodes[i].kind) && first_child_[i] == 0)
+      if ((is_operation(nodes[i].kind) || is_modifier(nodes[i].kind)) && first_child_[i] == 0)
         return error(ErrorCode::invalid_argument,
-                     "operation has no children; it needs at least one solid", {},
-                     node_text(nodes[i], i));
+                     is_operation(nodes[i].kind)
+                         ? "operation has no children; it needs at least one solid"
+                         : "modifier has no children; it needs one solid to work on",
+                     {}, node_text(nodes[i], i));
     return {};
   }
 
@@ -103,6 +170,8 @@ class Planner {
     Term term{node.kind, i, node.sizes, {}, {}};
     term.key.mix(static_cast<std::uint64_t>(node.kind));
     for (std::size_t k = 0; k < primitive_size_count(node.kind); ++k) term.key.mix(node.sizes[k]);
+    if (has_content(node.kind) && node.profile) mix(term.key, *node.profile);
+    if (node.kind == CsgKind::imported) mix_text(term.key, node.geometry->brep);
     return {true, node.kind, i, {add(std::move(term))}};
   }
 
@@ -123,6 +192,102 @@ class Planner {
     return form;
   }
 
+  // Of the content itself: nobody has to be trusted to have digested it.
+  static void mix_text(Key& key, std::string_view text) {
+    key.mix(std::uint64_t{text.size()});
+    key.mix(std::uint64_t{std::hash<std::string_view>()(text)});
+    std::uint64_t word = 0;
+    for (std::size_t i = 0; i < text.size(); ++i) {
+      word = word << 8 | static_cast<unsigned char>(text[i]);
+      if (i % 8 == 7 || i + 1 == text.size()) key.mix(std::exchange(word, 0));
+    }
+  }
+
+  Result<Form> modifier(std::size_t i, Form child) {
+    const CsgNode& node = tree_.nodes[i];
+    const gp_Trsf& pose = poses_[first_child_[i]];
+    switch (node.kind) {
+      case CsgKind::mirror: move_by(child, pose); return mirror(i, std::move(child));
+      case CsgKind::linear_pattern: {
+        const gp_Vec step =
+            gp_Vec(node.sizes[1], node.sizes[2], node.sizes[3]) * kMillimetresPerMetre;
+        move_by(child, pose);
+        const bool moves = step.Magnitude() > 0;
+        return pattern(i, std::move(child), moves ? count_of(node.sizes[0]) : 1, [&](double k) {
+          gp_Trsf t;
+          t.SetTranslation(step * k);
+          return t;
+        });
+      }
+      case CsgKind::circular_pattern: {
+        const std::size_t count = count_of(node.sizes[0]);
+        const double angle = node.sizes[1];
+        const bool is_full = std::abs(angle) >= kCsgFullTurn * (1 - 1e-12);
+        const double step = angle / static_cast<double>(is_full || count == 1 ? count : count - 1);
+        move_by(child, pose);
+        return pattern(i, std::move(child), angle != 0 ? count : 1, [&](double k) {
+          gp_Trsf t;
+          t.SetTransformation(gp_Quaternion(gp_Vec(0, 0, 1), step * k), gp_Vec(0, 0, 0));
+          return t;
+        });
+      }
+      default: {
+        // Edges are chosen in the child's frame, so the child's own placement comes afterwards.
+        Term term{node.kind, i, node.sizes, {as_item(std::move(child))}, {}};
+        term.key.mix(static_cast<std::uint64_t>(node.kind));
+        term.key.mix(node.sizes[0]);
+        mix_text(term.key, node.select);
+        mix_items(term);
+        Form form{true, node.kind, i, {add(std::move(term))}};
+        move_by(form, pose);
+        return form;
+      }
+    }
+  }
+
+  template <class Place>
+  Result<Form> pattern(std::size_t i, Form child, std::size_t count, Place&& place) {
+    const Item item = as_item(std::move(child));
+    const double copies = weights_[item.term] * static_cast<double>(count);
+    if (copies > kMostCopies)
+      return error(ErrorCode::invalid_argument,
+                   "the pattern makes " + number_text(copies) + " copies; at most " +
+                       number_text(kMostCopies) + " are made, patterns of patterns counted through",
+                   "Make the count smaller.", node_text(tree_.nodes[i], i));
+    if (count == 1) return Form{true, tree_.nodes[i].kind, i, {item}};
+    Form form{false, CsgKind::union_, i, {}};
+    for (std::size_t k = 0; k < count; ++k) {
+      form.items.push_back(item);
+      if (k > 0) form.items.back().pose = place(static_cast<double>(k)) * item.pose;
+    }
+    return form;
+  }
+
+  Form mirror(std::size_t i, Form child) {
+    const CsgNode& node = tree_.nodes[i];
+    if (!child.single && child.kind != CsgKind::union_)
+      child = Form{true, child.kind, child.node, {as_item(std::move(child))}};
+    const gp_Trsf image = mirror_trsf(node.sizes);
+    Form form{false, CsgKind::union_, i, {}};
+    if (node.sizes[4] != 0) form.items = child.items;
+    for (const Item& item : child.items) form.items.push_back(mirrored(i, image, item));
+    form.single = form.items.size() == 1;
+    return form;
+  }
+
+  Item mirrored(std::size_t i, const gp_Trsf& image, const Item& item) {
+    const Term& source = plan_.terms[item.term];
+    if (const auto own = own_mirror(source)) return {item.term, rigid(image * item.pose * *own)};
+    if (source.kind == CsgKind::mirror)
+      return {source.items[0].term,
+              rigid(image * item.pose * mirror_trsf(source.sizes) * source.items[0].pose)};
+    Term term{CsgKind::mirror, i, tree_.nodes[i].sizes, {item}, {}};
+    term.key.mix(static_cast<std::uint64_t>(term.kind));
+    for (std::size_t k = 0; k < 4; ++k) term.key.mix(term.sizes[k]);
+    mix_items(term);
+    return add(std::move(term));
+  }
+
   static void move_by(Form& form, const gp_Trsf& pose) {
     if (is_identity(pose)) return;
     for (Item& item : form.items) item.pose = is_identity(item.pose) ? pose : pose * item.pose;
@@ -132,14 +297,21 @@ class Planner {
     if (form.single) return form.items.front();
     Term term{form.kind, form.node, {}, std::move(form.items), {}};
     term.key.mix(static_cast<std::uint64_t>(term.kind));
+    mix_items(term);
+    return add(std::move(term));
+  }
+
+  void mix_items(Term& term) const {
     for (const Item& item : term.items) {
       term.key.mix(plan_.terms[item.term].key);
       term.key.mix(item.pose);
     }
-    return add(std::move(term));
   }
 
   Item add(Term term) {
+    double weight = term.items.empty() ? 1 : 0;
+    for (const Item& item : term.items) weight += weights_[item.term];
+    weights_.push_back(weight);
     plan_.terms.push_back(std::move(term));
     return {plan_.terms.size() - 1, gp_Trsf()};
   }
@@ -148,6 +320,7 @@ class Planner {
   Progress& progress_;
   std::vector<std::size_t> first_child_, next_sibling_;  // 0 = none: node 0 is nobody's child
   std::vector<gp_Trsf> poses_;
+  std::vector<double> weights_;  // solids that the patterns in a term place
   Plan plan_;
 };
 

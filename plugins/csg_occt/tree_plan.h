@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Checks a CsgTree and brings it into the form that is cheapest to evaluate: chains of differences
-// become one n-ary cut, nested unions and intersections merge, every term gets a content key
-// (layer: plugin).
+// become one n-ary cut, nested unions and intersections merge, patterns become unions, mirror
+// images of symmetric primitives those primitives elsewhere; every term gets a content key (layer:
+// plugin).
 #pragma once
 
 #include "occt_support.h"
@@ -13,7 +14,8 @@ struct Item {
   gp_Trsf pose;  ///< term's frame in the frame of the term that uses it [mm]
 };
 
-/// A primitive, or an n-ary operation on items. For a difference, items[0] is what is cut.
+/// A primitive, an n-ary operation on items, or a modifier of one. For a difference, items[0] is
+/// what is cut.
 struct Term {
   CsgKind kind = CsgKind::box;
   std::size_t node = 0;           ///< the node of the user's tree to name in messages
