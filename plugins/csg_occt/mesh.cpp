@@ -10,6 +10,7 @@
 #include <unordered_map>
 
 #include "engine.h"
+#include "face_mesher.h"
 
 #include <BRepAdaptor_Curve.hxx>
 #include <BRepAdaptor_Surface.hxx>
@@ -72,24 +73,37 @@ bool is_unmeshed(const TopoDS_Face& face) {
   return mesh.IsNull() || mesh->NbTriangles() == 0;
 }
 
-// Delabella is ten times faster than Watson but now and then leaves a face empty.
-Result<void> triangulate(const TopoDS_Shape& shape, const MeshQuality& quality, bool delabella,
-                         Progress& progress) {
+// Delabella is ten times faster than Watson but now and then leaves a face empty. `own` lets
+// mesh_plain_face() do what it can.
+Result<void> triangulate(const TopoDS_Shape& shape, const MeshQuality& quality, bool own,
+                         bool delabella, Progress& progress) {
   BRep_Builder builder;
   TopoDS_Compound fresh;
   builder.MakeCompound(fresh);
-  int faces = 0;
-  for (TopExp_Explorer e(shape, TopAbs_FACE); e.More(); e.Next())
-    if (is_unmeshed(TopoDS::Face(e.Current()))) {
-      builder.Add(fresh, e.Current());
-      ++faces;
+  int others = 0;
+  std::vector<TopoDS_Face> plain;
+  for (TopExp_Explorer e(shape, TopAbs_FACE); e.More(); e.Next()) {
+    const TopoDS_Face& face = TopoDS::Face(e.Current());
+    if (!is_unmeshed(face)) continue;
+    if (own && is_plain_face(face)) {
+      plain.push_back(face);
+    } else {
+      builder.Add(fresh, face);
+      ++others;
     }
-  if (faces == 0) return {};
+  }
+  if (others == 0 && plain.empty()) return {};
   // Only the new faces: OCCT discretises an edge by its curve alone, so that they fit the old
   // ones; the caller checks that they do.
-  const Handle(ProgressBridge) bridge = new ProgressBridge(progress, 0, 0.8, "meshing");
-  const BRepMesh_IncrementalMesh mesher(fresh, parameters(quality, delabella, faces),
-                                        bridge->Start());
+  if (others > 0) {
+    const Handle(ProgressBridge) bridge = new ProgressBridge(progress, 0, 0.8, "meshing");
+    const BRepMesh_IncrementalMesh mesher(fresh, parameters(quality, delabella, others),
+                                          bridge->Start());
+  }
+  for (const TopoDS_Face& face : plain) {
+    if (progress.cancelled()) break;
+    mesh_plain_face(face, quality);
+  }
   if (progress.cancelled()) {
     BRepTools::Clean(shape);
     return cancelled_error();
@@ -694,7 +708,7 @@ Result<Mesh> mesh_solids(const std::vector<Solid>& solids, const gp_Trsf& pose,
     TopoDS_Shape shape = compound_of(solids);
     if (attempt > 0) shape = BRepBuilderAPI_Copy(shape, true, false).Shape();
     if (attempt == 0 && has_other_quality(shape, quality)) BRepTools::Clean(shape);
-    RMP_TRY(triangulate(shape, quality, attempt < 2, progress));
+    RMP_TRY(triangulate(shape, quality, attempt == 0, attempt < 2, progress));
     MeshBuilder builder(shape, pose, quality.chord * kMillimetresPerMetre);
     if (builder.run()) {
       progress.report(1, "meshed");
