@@ -229,18 +229,36 @@ Result<double> read_quantity(std::string_view s, std::string_view si_unit) {
   return to_si(value, unit);
 }
 
-std::string print_quantity(double si, std::string_view si_unit) {
-  std::string best = text::print(si);
-  if (!std::isfinite(si) || si == 0) return best;
+namespace {
+
+/// The shorter of `plain` (the number in SI) and the number in the customary unit that reads back
+/// to the same bits.
+std::string shorter(std::string plain, double si, std::string_view si_unit,
+                    bool prefers_customary) {
+  if (!std::isfinite(si) || si == 0) return plain;
   for (const Customary& c : kCustomary) {
     if (c.si != si_unit) continue;
     const Result<Unit> unit = parse(c.name);
     const std::string number = text::print_rounded(from_si(si, *unit), 12);
     const auto back = text::read_real(number);
-    const std::string candidate = number + " " + std::string(c.name);
-    if (back && to_si(*back, *unit) == si && candidate.size() < best.size()) best = candidate;
+    std::string candidate = number + " " + std::string(c.name);
+    if (back && to_si(*back, *unit) == si &&
+        candidate.size() < plain.size() + (prefers_customary ? 1 : 0))
+      plain = std::move(candidate);
   }
-  return best;
+  return plain;
+}
+
+}  // namespace
+
+std::string print_quantity(double si, std::string_view si_unit) {
+  return shorter(text::print(si), si, si_unit, false);
+}
+
+std::string print_with_unit(double si, std::string_view si_unit) {
+  const std::string number = text::print(si);
+  if (si_unit.empty()) return number;
+  return shorter(number + " " + std::string(si_unit), si, si_unit, true);
 }
 
 }  // namespace robomosp::units

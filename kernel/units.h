@@ -42,5 +42,7 @@ struct Unit {
 /// A text for a file that reads back to the same bits: whichever of SI and the customary unit
 /// (mm for m, deg for rad) round-trips and is shorter; the unit is always written unless SI.
 [[nodiscard]] std::string print_quantity(double si, std::string_view si_unit);
+/// The same with the unit in any case: "0.48 m", "20 mm", "3"; of equally long ones the customary.
+[[nodiscard]] std::string print_with_unit(double si, std::string_view si_unit);
 
 }  // namespace robomosp::units

@@ -113,6 +113,32 @@ Error caught(std::string_view command, std::string what) {
                "The document is as before. Please report this.");
 }
 
+/// Prepares the context for expressions, and reads those among the arguments.
+Result<Map> read_expressions(CommandContext& ctx, const CommandSpec& spec, const Map& args) {
+  const document::Snapshot& now = ctx.snapshot();
+  model::Parametric own;
+  std::string own_world;
+  if (spec.params.front().name == "id") {
+    const Value* given = args.find("id");
+    const auto handle =
+        given ? ctx.app.resolve(now, std::string_view(spec.params.front().type).substr(4), *given)
+              : Result<Handle>(Handle{});
+    const auto id =
+        handle.ok() ? Application::record_id(now, *handle) : Result<AnyId>(handle.error());
+    if (!id.ok()) return args;  // the schema's check says what is wrong
+    const model::Record& record = *now.find(*id);
+    if (const auto* p = model::parametric_of(record.body)) own = *p;
+    if (id->kind == Kind::world) own_world = record.name;
+  } else {
+    if (const Value* name = args.find("name");
+        name && name->as_string() && spec.name.starts_with("world."))
+      own_world = *name->as_string();
+    RMP_TRY_ASSIGN(own, read_parameters(now, own_world, args.find("parameters"), "parameters"));
+  }
+  ctx.expressions = Expressions(now, std::move(own), std::move(own_world));
+  return ctx.expressions.read(spec.params, args, "");
+}
+
 }  // namespace
 
 Application::Application(ApplicationOptions options)
@@ -201,9 +227,16 @@ Result<Value> Application::run(Session& session, const CommandSpec& spec, const 
     ctx.base_ = document.now();
     ctx.transaction_ = session.transaction_;
 
+    Map with_numbers;  // instead of expressions
+    if (spec.takes_expressions) {
+      auto read = read_expressions(ctx, spec, args);
+      if (!read.ok()) return std::move(read).error().in(spec.name);
+      with_numbers = std::move(*read);
+      ctx.given_ = &with_numbers;
+    }
     Map checked;
     if (!spec.params.empty() || !args.empty()) {
-      auto result = check(spec.params, args, [&](std::string_view kinds, const Value& v) {
+      auto result = check(spec.params, *ctx.given_, [&](std::string_view kinds, const Value& v) {
         return resolve(ctx.snapshot(), kinds, v);
       });
       if (!result.ok()) return std::move(result).error().in(spec.name);

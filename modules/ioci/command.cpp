@@ -208,6 +208,8 @@ Error CommandTable::unknown_classic(std::string_view noun, std::string_view opti
 std::string help_text(const CommandSpec& spec) {
   std::string out = "## " + spec.name + "\n\n" + spec.summary + "\n";
   if (!spec.details.empty()) out += "\n" + spec.details + "\n";
+  if (spec.takes_expressions)
+    out += "\nNumbers may be expressions over parameters, such as `\"bore/2 + 3 mm\"`.\n";
   if (!spec.params.empty()) {
     out += "\n";
     field_table(out, spec.params, true);

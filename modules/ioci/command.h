@@ -19,6 +19,7 @@
 #include <robomosp/sdk/result.h>
 
 #include "document/document.h"
+#include "ioci/expressions.h"
 #include "kernel/schema.h"
 #include "kernel/value.h"
 
@@ -77,6 +78,8 @@ class CommandContext {
   Application& app;
   Session& session;
   Progress& progress;
+  /// What was given as expressions, of commands with `takes_expressions`.
+  Expressions expressions;
   /// The records as this command must see them (an open transaction's, else the document's).
   [[nodiscard]] const document::Snapshot& snapshot() const;
   /// The transaction of this command; dispatch commits it. Only for Effect::edits and files_read.
@@ -115,6 +118,9 @@ struct CommandSpec {
   Result<Value> (*run)(CommandContext&, const Map& args) = nullptr;
   /// For commands that work on the history itself or dispatch others: no transaction is opened.
   bool own_transaction = false;
+  /// Numbers may be expressions over the parameters of the record `id`, or over those of the
+  /// argument `parameters`; what they are wanted for is kept with CommandContext::expressions.
+  bool takes_expressions = false;
 };
 
 /// All commands; filled by one explicit array per commands_*.cpp.

@@ -24,6 +24,7 @@ std::vector<CommandSpec> file_commands();
 std::vector<CommandSpec> help_commands();
 std::vector<CommandSpec> material_commands();
 std::vector<CommandSpec> object_commands();
+std::vector<CommandSpec> parameter_commands();
 std::vector<CommandSpec> plugin_commands();
 std::vector<CommandSpec> record_commands();
 std::vector<CommandSpec> recording_commands();

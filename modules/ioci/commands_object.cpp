@@ -28,7 +28,7 @@ std::string free_part_name(const Object& o, const std::string& wanted) {
     if (const std::string name = wanted + "_" + std::to_string(i); !taken(name)) return name;
 }
 
-Result<void> append(const CommandContext& ctx, Object& o, const Map& checked, const Map& given,
+Result<void> append(CommandContext& ctx, Object& o, const Map& checked, const Map& given,
                     std::string_view path) {
   ObjectPart part;
   part.what = ref(checked, "what");
@@ -43,6 +43,7 @@ Result<void> append(const CommandContext& ctx, Object& o, const Map& checked, co
                  part.name != wanted ? "there are two parts named " + text::quote(wanted)
                                      : text::quote(wanted) + " cannot name a part",
                  "Names are unique within an object and hold no dot.", std::string(path));
+  ctx.expressions.keep(o.parametric, part.name);
   o.parts.push_back(std::move(part));
   return {};
 }
@@ -61,10 +62,14 @@ Result<Value> create(CommandContext& ctx, const Map& args) {
   Object o;
   o.description = text_of(args, "description");
   o.overlap = overlap_of(args);
+  o.parametric = ctx.expressions.own();
   if (const Value* parts = args.find("parts"))
     for (std::size_t i = 0; i < parts->as_list()->size(); ++i) {
-      const Value& given = (*parts->as_list())[i];
+      Value given = (*parts->as_list())[i];
       const std::string path = "parts[" + std::to_string(i + 1) + "]";
+      if (const Map* raw = given.as_map()) {
+        RMP_TRY_ASSIGN(given, ctx.expressions.read(part_schema(), *raw, path));
+      }
       RMP_TRY_ASSIGN(const Map checked, read_map(ctx, part_schema(), given, path));
       RMP_TRY(append(ctx, o, checked, *given.as_map(), path));
     }
@@ -108,9 +113,14 @@ Result<Value> remove_part(CommandContext& ctx, const Map& args) {
 
 Result<Value> set(CommandContext& ctx, const Map& args) {
   const std::string path = text_of(args, "path");
-  const Value& value = *args.find("value");
   const AnyId id = ref(args, "id");
+  auto read = ctx.expressions.read_at(ctx.snapshot().find(id)->body, path, *args.find("value"));
+  if (!read.ok()) return std::move(read).in(name_in(ctx, id)).error();
+  const Value& value = *read;
+  RMP_TRY_ASSIGN(const bool is_done, set_component(ctx, id, path, value));
+  if (is_done) return Value();
   auto done = change<Object>(ctx, id, [&](Object& o) -> Result<void> {
+    ctx.expressions.keep(o.parametric);
     if (path == "description" || path == "overlap") {
       const ParamSpec p =
           path == "overlap" ? overlap_spec() : optional("description", "string", "", "");
@@ -183,18 +193,20 @@ std::string with_bolt(const char* rest) { return std::string(kBolt) + rest; }
 
 std::vector<CommandSpec> object_commands() {
   std::vector<CommandSpec> all;
-  all.push_back({.name = "object.create",
-                 .classic = "",
-                 .summary = "Makes an object, an assembly of solids and other objects.",
-                 .details = "A part is a table: what (a solid or object), name, placement or "
-                            "position with angles, and a material that replaces the solid's own.",
-                 .example = with_bolt("assert(#bolt:describe().parts == 2)"),
-                 .params = {needed("name", "string", "", "Name, unique among objects."),
-                            optional("parts", "list", "", "Its parts."), overlap_spec(),
-                            optional("description", "string", "", "What it is.")},
-                 .returns = {"handle", "", "", {}},
-                 .effect = Effect::edits,
-                 .run = create});
+  all.push_back(
+      {.name = "object.create",
+       .classic = "",
+       .summary = "Makes an object, an assembly of solids and other objects.",
+       .details = "A part is a table: what (a solid or object), name, placement or "
+                  "position with angles, and a material that replaces the solid's own.",
+       .example = with_bolt("assert(#bolt:describe().parts == 2)"),
+       .params = {needed("name", "string", "", "Name, unique among objects."),
+                  optional("parts", "list", "", "Its parts."), overlap_spec(),
+                  optional("description", "string", "", "What it is."), parameters_field()},
+       .returns = {"handle", "", "", {}},
+       .effect = Effect::edits,
+       .run = create,
+       .takes_expressions = true});
   Schema part = part_schema();
   part.insert(part.begin(), self("object"));
   all.push_back({.name = "object.add_part",
@@ -206,7 +218,8 @@ std::vector<CommandSpec> object_commands() {
                  .params = std::move(part),
                  .returns = {"string", "", "Name of the part.", {}},
                  .effect = Effect::edits,
-                 .run = add_part});
+                 .run = add_part,
+                 .takes_expressions = true});
   all.push_back(
       {.name = "object.remove_part",
        .classic = "",
@@ -233,7 +246,8 @@ std::vector<CommandSpec> object_commands() {
                            "Edits in a row with the same word share one step; for sliders.")},
        .returns = {},
        .effect = Effect::edits,
-       .run = set});
+       .run = set,
+       .takes_expressions = true});
   all.push_back({.name = "object.mass",
                  .classic = "",
                  .summary = "Gives mass, centre of mass and inertia of an object, overlapping "

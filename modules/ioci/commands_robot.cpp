@@ -175,18 +175,24 @@ Schema link_schema(JointKind kind, bool creating) {
   return s;
 }
 
-Result<std::vector<model::BodyPart>> read_bodies(const CommandContext& ctx, const Value& list,
-                                                 const std::string& path) {
+/// `name` is what paths call the list: "parts" or "base_parts".
+Result<std::vector<model::BodyPart>> read_bodies(CommandContext& ctx, const Value& list,
+                                                 const std::string& path, const char* name) {
   std::vector<model::BodyPart> out;
   Schema schema{needed("what", "ref:object|solid", "", "An object or solid.")};
   for (ParamSpec& p : placement_fields("the link")) schema.push_back(std::move(p));
   const List* items = list.as_list();
   for (std::size_t i = 0; items && i < items->size(); ++i) {
     const std::string where = path + "[" + std::to_string(i + 1) + "]";
-    RMP_TRY_ASSIGN(const Map checked, read_map(ctx, schema, (*items)[i], where));
+    Value given = (*items)[i];
+    if (const Map* raw = given.as_map()) {
+      RMP_TRY_ASSIGN(given, ctx.expressions.read(schema, *raw, where,
+                                                 std::string(name) + "." + std::to_string(i + 1)));
+    }
+    RMP_TRY_ASSIGN(const Map checked, read_map(ctx, schema, given, where));
     model::BodyPart part;
     part.what = ref(checked, "what");
-    RMP_TRY_ASSIGN(part.placement, read_placement_fields(*(*items)[i].as_map(), where));
+    RMP_TRY_ASSIGN(part.placement, read_placement_fields(*given.as_map(), where));
     out.push_back(std::move(part));
   }
   return out;
@@ -220,7 +226,7 @@ Result<Sym3> read_inertia(const Value& v, const std::string& path) {
 }
 
 /// Applies checked link fields; `index` is the link's own, `robot` holds those before it.
-Result<void> apply_link(const CommandContext& ctx, const Map& args, const Robot& robot,
+Result<void> apply_link(CommandContext& ctx, const Map& args, const Robot& robot,
                         std::int32_t index, Link& l, const std::string& path) {
   if (has(args, "name")) l.name = text_of(args, "name");
   if (has(args, "parent")) {
@@ -266,7 +272,7 @@ Result<void> apply_link(const CommandContext& ctx, const Map& args, const Robot&
     }
   }
   if (has(args, "parts")) {
-    RMP_TRY_ASSIGN(l.parts, read_bodies(ctx, *args.find("parts"), path + ".parts"));
+    RMP_TRY_ASSIGN(l.parts, read_bodies(ctx, *args.find("parts"), path + ".parts", "parts"));
   }
   if (has(args, "visible")) l.visible = flag(args, "visible");
   return {};
@@ -280,10 +286,12 @@ JointKind kind_given(const Value* joint, JointKind otherwise) {
                            : JointKind::revolute;
 }
 
-Result<void> append_link(const CommandContext& ctx, Robot& r, const Value& given,
-                         const std::string& path) {
+Result<void> append_link(CommandContext& ctx, Robot& r, Value given, const std::string& path) {
   const Map* raw = given.as_map();
   const JointKind kind = kind_given(raw ? raw->find("joint") : nullptr, JointKind::revolute);
+  if (raw) {
+    RMP_TRY_ASSIGN(given, ctx.expressions.read(link_schema(kind, true), Map(*raw), path));
+  }
   RMP_TRY_ASSIGN(const Map checked, read_map(ctx, link_schema(kind, true), given, path));
   Link l;
   const auto index = static_cast<std::int32_t>(r.links.size());
@@ -294,6 +302,7 @@ Result<void> append_link(const CommandContext& ctx, Robot& r, const Value& given
     if (other.name == l.name)
       return error(ErrorCode::conflict, "there are two links named " + text::quote(l.name),
                    "Names are unique within a robot.", path);
+  ctx.expressions.keep(r.parametric, l.name);
   r.links.push_back(std::move(l));
   return {};
 }
@@ -348,7 +357,7 @@ Schema robot_fields() {
   return s;
 }
 
-Result<void> apply_fields(const CommandContext& ctx, const Map& args, Robot& r) {
+Result<void> apply_fields(CommandContext& ctx, const Map& args, Robot& r) {
   if (has(args, "convention"))
     r.convention =
         text_of(args, "convention") == "mdh" ? model::Convention::mdh : model::Convention::dh;
@@ -362,7 +371,8 @@ Result<void> apply_fields(const CommandContext& ctx, const Map& args, Robot& r) 
     RMP_TRY_ASSIGN(r.tool, read_placement(ctx.given("tool"), "tool"));
   }
   if (has(args, "base_parts")) {
-    RMP_TRY_ASSIGN(r.base_parts, read_bodies(ctx, *args.find("base_parts"), "base_parts"));
+    RMP_TRY_ASSIGN(r.base_parts,
+                   read_bodies(ctx, *args.find("base_parts"), "base_parts", "base_parts"));
   }
   const std::pair<const char*, model::ProviderChoice*> providers[] = {
       {"ik", &r.ik},
@@ -380,12 +390,14 @@ Result<void> apply_fields(const CommandContext& ctx, const Map& args, Robot& r) 
   }
   if (has(args, "description")) r.description = text_of(args, "description");
   if (has(args, "source")) r.source = text_of(args, "source");
+  ctx.expressions.keep(r.parametric);
   return {};
 }
 
 Result<Value> create(CommandContext& ctx, const Map& args) {
   Robot r;
   const std::string name = text_of(args, "name");
+  r.parametric = ctx.expressions.own();
   RMP_TRY(apply_fields(ctx, args, r));
   const List& links = *args.find("links")->as_list();
   for (std::size_t i = 0; i < links.size(); ++i)
@@ -431,12 +443,14 @@ Result<Value> set_link(CommandContext& ctx, const Map& args) {
   Map given;
   for (const ParamSpec& p : link_schema(old.joint, false))
     if (const Value* v = ctx.given(p.name)) given.set(p.name, *v);
-  RMP_TRY_ASSIGN(const Map checked,
-                 read_map(ctx, link_schema(kind_given(given.find("joint"), old.joint), false),
-                          Value(given), "link " + text::quote(old.name)));
+  const Schema schema = link_schema(kind_given(given.find("joint"), old.joint), false);
+  const std::string where = "link " + text::quote(old.name);
+  RMP_TRY_ASSIGN(given, ctx.expressions.read(schema, given, where));
+  RMP_TRY_ASSIGN(const Map checked, read_map(ctx, schema, Value(given), where));
   return change_robot(ctx, args, [&](Robot& r) -> Result<void> {
     Link& l = r.links[static_cast<std::size_t>(index)];
-    RMP_TRY(apply_link(ctx, checked, r, index, l, "link " + text::quote(old.name)));
+    RMP_TRY(apply_link(ctx, checked, r, index, l, where));
+    ctx.expressions.keep(r.parametric, l.name);
     for (std::size_t i = 0; i < r.links.size(); ++i)
       if (static_cast<std::int32_t>(i) != index && r.links[i].name == l.name)
         return error(ErrorCode::conflict, "there are two links named " + text::quote(l.name),
@@ -683,6 +697,7 @@ std::vector<CommandSpec> robot_commands() {
   for (ParamSpec& p : robot_fields()) create_params.push_back(std::move(p));
   create_params.push_back(
       optional("poses", "map", "", "Named joint vectors, such as {home = {0, 0, 0}}."));
+  create_params.push_back(parameters_field());
   all.push_back(
       {.name = "robot.create",
        .classic = "",
@@ -693,7 +708,8 @@ std::vector<CommandSpec> robot_commands() {
        .params = std::move(create_params),
        .returns = {"handle", "", "", {}},
        .effect = Effect::edits,
-       .run = create});
+       .run = create,
+       .takes_expressions = true});
   Schema set_params{self("robot")};
   for (ParamSpec& p : robot_fields()) {
     p.default_value.reset();
@@ -708,7 +724,8 @@ std::vector<CommandSpec> robot_commands() {
                  .params = std::move(set_params),
                  .returns = {},
                  .effect = Effect::edits,
-                 .run = set});
+                 .run = set,
+                 .takes_expressions = true});
   Schema add_params{self("robot")};
   for (ParamSpec& p : link_schema(JointKind::revolute, true)) add_params.push_back(std::move(p));
   const char* const by_type =
@@ -734,7 +751,8 @@ std::vector<CommandSpec> robot_commands() {
                  .params = std::move(add_params),
                  .returns = {},
                  .effect = Effect::edits,
-                 .run = add_link});
+                 .run = add_link,
+                 .takes_expressions = true});
   all.push_back({.name = "robot.set_link",
                  .classic = "",
                  .summary = "Changes what is given of a link.",
@@ -744,7 +762,8 @@ std::vector<CommandSpec> robot_commands() {
                  .params = std::move(link_params),
                  .returns = {},
                  .effect = Effect::edits,
-                 .run = set_link});
+                 .run = set_link,
+                 .takes_expressions = true});
   all.push_back({.name = "robot.remove_link",
                  .classic = "",
                  .summary = "Removes a link on which no other stands.",

@@ -39,7 +39,8 @@ ParamSpec size_spec(const CsgSize& size) {
 
 Schema node_schema(CsgKind kind) {
   Schema s{choice("kind", kind_words(), "An operation or a primitive.", true),
-           optional("name", "string", "", "Name of the node within the solid.")};
+           optional("name", "string", "", "Name of the node within the solid."),
+           optional("expressions", "map", "", "Its numbers that are expressions, by path.")};
   for (ParamSpec& p : placement_fields("its parent")) s.push_back(std::move(p));
   for (std::size_t i = 0; i < csg_size_count(kind); ++i)
     s.push_back(size_spec(csg_info(kind).sizes[i]));
@@ -55,9 +56,10 @@ std::string free_node_name(const std::set<std::string>& taken, const std::string
       return name;
 }
 
-/// The flat form of a nested table, without recursion: parents first, children in order.
-Result<Nodes> read_tree(const CommandContext& ctx, const Value& root, std::set<std::string> taken,
-                        std::string_view path) {
+/// The flat form of a nested table, without recursion: parents first, children in order. Numbers
+/// that are expressions are noted in `into`.
+Result<Nodes> read_tree(CommandContext& ctx, const Value& root, std::set<std::string> taken,
+                        std::string_view path, model::Parametric& into) {
   struct Open {
     Value value;
     std::int32_t parent;
@@ -78,9 +80,8 @@ Result<Nodes> read_tree(const CommandContext& ctx, const Value& root, std::set<s
     if (!raw)
       return error(ErrorCode::invalid_argument, open.value.text() + " is not a node",
                    "Give a table such as {kind = \"box\", x = 0.1, y = 0.1, z = 0.02}.", open.path);
-    const Map& given = *raw;
     ParamSpec kind_spec = choice("kind", kind_words(), "An operation or a primitive.", true);
-    const Value* kind_value = given.find("kind");
+    const Value* kind_value = raw->find("kind");
     if (!kind_value)
       return error(ErrorCode::invalid_argument, "the node has no kind",
                    "Kinds: " + text::enumerate(kind_words()) + ".", open.path);
@@ -89,7 +90,9 @@ Result<Nodes> read_tree(const CommandContext& ctx, const Value& root, std::set<s
     SolidNode node;
     node.kind = kind_of_word(*kind_checked.as_string());
     node.parent = open.parent;
-    RMP_TRY_ASSIGN(const Map args, read_map(ctx, node_schema(node.kind), Value(given), open.path));
+    const Schema schema = node_schema(node.kind);
+    RMP_TRY_ASSIGN(const Map given, ctx.expressions.read(schema, *raw, open.path));
+    RMP_TRY_ASSIGN(const Map args, read_map(ctx, schema, Value(given), open.path));
     RMP_TRY_ASSIGN(node.placement, read_placement_fields(given, open.path));
     if (has(args, "name")) {
       node.name = text_of(args, "name");
@@ -103,6 +106,7 @@ Result<Nodes> read_tree(const CommandContext& ctx, const Value& root, std::set<s
       node.name = free_node_name(taken, word_of(node.kind));
     }
     taken.insert(node.name);
+    ctx.expressions.keep(into, node.name);
     const auto index = static_cast<std::int32_t>(nodes.size());
     for (std::size_t i = 0; i < csg_size_count(node.kind); ++i)
       node.sizes[i] = real(args, csg_info(node.kind).sizes[i].name);
@@ -170,7 +174,9 @@ void apply_fields(const Map& args, Solid& s) {
 Result<Value> create(CommandContext& ctx, const Map& args) {
   Solid s;
   apply_fields(args, s);
-  RMP_TRY_ASSIGN(s.nodes, read_tree(ctx, *args.find("root"), {}, "root"));
+  s.parametric = ctx.expressions.own();
+  ctx.expressions.keep(s.parametric);
+  RMP_TRY_ASSIGN(s.nodes, read_tree(ctx, *args.find("root"), {}, "root", s.parametric));
   RMP_TRY_ASSIGN(const auto id, ctx.edit().add(text_of(args, "name"), std::move(s)));
   return Value(Application::handle(id));
 }
@@ -220,9 +226,14 @@ Result<void> set_node(Solid& s, std::size_t index, std::string_view name, const 
 
 Result<Value> set(CommandContext& ctx, const Map& args) {
   const std::string path = text_of(args, "path");
-  const Value& value = *args.find("value");
   const AnyId id = ref(args, "id");
+  auto read = ctx.expressions.read_at(ctx.snapshot().find(id)->body, path, *args.find("value"));
+  if (!read.ok()) return std::move(read).in(name_in(ctx, id)).error();
+  const Value& value = *read;
+  RMP_TRY_ASSIGN(const bool is_done, set_component(ctx, id, path, value));
+  if (is_done) return Value();
   auto done = change<Solid>(ctx, id, [&](Solid& s) -> Result<void> {
+    ctx.expressions.keep(s.parametric);
     const auto dot = path.find('.');
     if (dot == std::string::npos) {
       for (const ParamSpec& p : solid_fields()) {
@@ -253,8 +264,9 @@ Result<Value> set(CommandContext& ctx, const Map& args) {
 Result<Value> add_node(CommandContext& ctx, const Map& args) {
   const AnyId id = ref(args, "id");
   const Solid& before = content<Solid>(ctx, args);
+  model::Parametric texts;
   RMP_TRY_ASSIGN(const Nodes block,
-                 read_tree(ctx, *args.find("node"), names(before.nodes), "node"));
+                 read_tree(ctx, *args.find("node"), names(before.nodes), "node", texts));
   const std::string made = block.front().name;
   auto done = change<Solid>(ctx, id, [&](Solid& s) -> Result<void> {
     RMP_TRY_ASSIGN(const std::size_t parent, has(args, "parent")
@@ -266,6 +278,7 @@ Result<Value> add_node(CommandContext& ctx, const Map& args) {
                        " cannot have children",
                    "Wrap it in an operation first: solid.wrap.");
     insert_block(s.nodes, subtree_end(s.nodes, parent), block, static_cast<std::int32_t>(parent));
+    s.parametric.expressions.merge(texts.expressions);
     return {};
   });
   if (!done.ok()) return std::move(done).in(name_in(ctx, id)).error();
@@ -312,8 +325,9 @@ Result<Value> wrap(CommandContext& ctx, const Map& args) {
                  name_in(ctx, id));
   taken.insert(op.name);
   Nodes with;
+  model::Parametric texts;
   if (has(args, "with")) {
-    RMP_TRY_ASSIGN(with, read_tree(ctx, *args.find("with"), taken, "with"));
+    RMP_TRY_ASSIGN(with, read_tree(ctx, *args.find("with"), taken, "with", texts));
   }
   auto done = change<Solid>(ctx, id, [&](Solid& s) -> Result<void> {
     RMP_TRY_ASSIGN(const std::size_t at, has(args, "node") ? find_node(s, text_of(args, "node"))
@@ -324,6 +338,7 @@ Result<Value> wrap(CommandContext& ctx, const Map& args) {
     s.nodes[at + 1].parent = static_cast<std::int32_t>(at);
     if (!with.empty())
       insert_block(s.nodes, subtree_end(s.nodes, at), with, static_cast<std::int32_t>(at));
+    s.parametric.expressions.merge(texts.expressions);
     return {};
   });
   if (!done.ok()) return std::move(done).in(name_in(ctx, id)).error();
@@ -340,6 +355,8 @@ Result<Value> tree(CommandContext& ctx, const Map& args) {
     Map m{{"kind", word_of(n.kind)}, {"name", n.name}, {"placement", placement_value(n.placement)}};
     for (std::size_t k = 0; k < csg_size_count(n.kind); ++k)
       m.set(std::string(csg_info(n.kind).sizes[k].name), n.sizes[k]);
+    if (Map texts = expressions_map(s.parametric, n.name); !texts.empty())
+      m.set("expressions", std::move(texts));
     if (!is_primitive(n.kind)) {
       std::reverse(children[i].begin(), children[i].end());
       m.set("children", std::move(children[i]));
@@ -427,6 +444,7 @@ std::vector<CommandSpec> solid_commands() {
   Schema create_params{needed("name", "string", "", "Name, unique among solids."),
                        needed("root", "map", "", "The tree, a nested table of nodes.")};
   for (ParamSpec& p : solid_fields()) create_params.push_back(std::move(p));
+  create_params.push_back(parameters_field());
   all.push_back({.name = "solid.create",
                  .classic = "",
                  .summary = "Makes a solid from a tree of primitives and operations.",
@@ -435,7 +453,8 @@ std::vector<CommandSpec> solid_commands() {
                  .params = std::move(create_params),
                  .returns = {"handle", "", "", {}},
                  .effect = Effect::edits,
-                 .run = create});
+                 .run = create,
+                 .takes_expressions = true});
   all.push_back(
       {.name = "solid.set",
        .classic = "",
@@ -451,7 +470,8 @@ std::vector<CommandSpec> solid_commands() {
                            "Edits in a row with the same word share one step; for sliders.")},
        .returns = {},
        .effect = Effect::edits,
-       .run = set});
+       .run = set,
+       .takes_expressions = true});
   all.push_back(
       {.name = "solid.add_node",
        .classic = "",
@@ -465,7 +485,8 @@ std::vector<CommandSpec> solid_commands() {
                            "Name of the operation; the root when left out.")},
        .returns = {"string", "", "Name of the node.", {}},
        .effect = Effect::edits,
-       .run = add_node});
+       .run = add_node,
+       .takes_expressions = true});
   all.push_back({.name = "solid.remove_node",
                  .classic = "",
                  .summary = "Removes a node and all below it.",
@@ -494,23 +515,26 @@ std::vector<CommandSpec> solid_commands() {
                   optional("name", "string", "", "Name of the operation.")},
        .returns = {"string", "", "Name of the operation.", {}},
        .effect = Effect::edits,
-       .run = wrap});
-  all.push_back({.name = "solid.tree",
-                 .classic = "",
-                 .summary = "Gives the tree as the nested table that solid.create takes.",
-                 .details = "",
-                 .example = with_plate("local twin = solid.create{name = \"twin\", root = "
-                                       "plate:tree()}\nassert(twin:tree().children[1].x == 0.2)"),
-                 .params = {self("solid")},
-                 .returns = {"map",
-                             "",
-                             "",
-                             {field("kind", "string", "", "Operation or primitive."),
-                              field("name", "string", "", "Name of the node."),
-                              field("placement", "map", "", "Where it stands in its parent."),
-                              field("children", "list", "", "Of an operation: its nodes.")}},
-                 .effect = Effect::reads,
-                 .run = tree});
+       .run = wrap,
+       .takes_expressions = true});
+  all.push_back(
+      {.name = "solid.tree",
+       .classic = "",
+       .summary = "Gives the tree as the nested table that solid.create takes.",
+       .details = "",
+       .example = with_plate("local twin = solid.create{name = \"twin\", root = "
+                             "plate:tree()}\nassert(twin:tree().children[1].x == 0.2)"),
+       .params = {self("solid")},
+       .returns = {"map",
+                   "",
+                   "",
+                   {field("kind", "string", "", "Operation or primitive."),
+                    field("name", "string", "", "Name of the node."),
+                    field("placement", "map", "", "Where it stands in its parent."),
+                    field("expressions", "map", "", "Numbers that are expressions, by path."),
+                    field("children", "list", "", "Of an operation: its nodes.")}},
+       .effect = Effect::reads,
+       .run = tree});
   all.push_back({.name = "solid.mass",
                  .classic = "",
                  .summary = "Gives mass, centre of mass and inertia of a solid.",

@@ -28,6 +28,8 @@ void apply_fields(const Map& args, World& w) {
 Result<Value> create(CommandContext& ctx, const Map& args) {
   World w;
   apply_fields(args, w);
+  w.parametric = ctx.expressions.own();
+  ctx.expressions.keep(w.parametric);
   RMP_TRY_ASSIGN(const auto id, ctx.edit().add(text_of(args, "name"), std::move(w)));
   return Value(Application::handle(id));
 }
@@ -43,6 +45,7 @@ Result<Value> change_world(CommandContext& ctx, const Map& args, Fn&& fn) {
 Result<Value> set(CommandContext& ctx, const Map& args) {
   return change_world(ctx, args, [&](World& w) -> Result<void> {
     apply_fields(args, w);
+    ctx.expressions.keep(w.parametric);
     return {};
   });
 }
@@ -89,6 +92,7 @@ Result<Value> add_object(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const Value none, change_world(ctx, args, [&](World& w) -> Result<void> {
                    RMP_TRY_ASSIGN(made, member_name(ctx, w, args, what));
                    w.objects.push_back({made, what, placement});
+                   ctx.expressions.keep(w.parametric, made);
                    return {};
                  }));
   static_cast<void>(none);
@@ -108,6 +112,7 @@ Result<Value> add_robot(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const Value none, change_world(ctx, args, [&](World& w) -> Result<void> {
                    RMP_TRY_ASSIGN(made, member_name(ctx, w, args, id));
                    w.robots.push_back({made, id, placement, q});
+                   ctx.expressions.keep(w.parametric, made);
                    return {};
                  }));
   static_cast<void>(none);
@@ -120,6 +125,7 @@ Result<Value> add_trajectory_record(CommandContext& ctx, const Map& args, Trajec
   RMP_TRY_ASSIGN(const Value none, change_world(ctx, args, [&](World& w) -> Result<void> {
                    RMP_TRY_ASSIGN(made, member_name(ctx, w, args, id));
                    w.trajectories.push_back({made, id, placement});
+                   ctx.expressions.keep(w.parametric, made);
                    return {};
                  }));
   static_cast<void>(none);
@@ -174,6 +180,7 @@ Result<Value> place(CommandContext& ctx, const Map& args) {
     move_in(w.robots);
     move_in(w.trajectories);
     if (!found) return no_member(w, name);
+    ctx.expressions.keep(w.parametric, name);
     return {};
   });
 }
@@ -460,6 +467,7 @@ std::vector<CommandSpec> world_commands() {
     create_params.push_back(p);
     set_params.push_back(p);
   }
+  create_params.push_back(parameters_field());
   all.push_back({.name = "world.create",
                  .classic = "Worlds Create",
                  .summary = "Makes an empty world.",
@@ -469,7 +477,8 @@ std::vector<CommandSpec> world_commands() {
                  .params = std::move(create_params),
                  .returns = {"handle", "", "", {}},
                  .effect = Effect::edits,
-                 .run = create});
+                 .run = create,
+                 .takes_expressions = true});
   all.push_back({.name = "world.set",
                  .classic = "",
                  .summary = "Changes what is given of a world.",
@@ -479,7 +488,8 @@ std::vector<CommandSpec> world_commands() {
                  .params = std::move(set_params),
                  .returns = {},
                  .effect = Effect::edits,
-                 .run = set});
+                 .run = set,
+                 .takes_expressions = true});
   all.push_back(
       {.name = "world.add_object",
        .classic = "",
@@ -492,7 +502,8 @@ std::vector<CommandSpec> world_commands() {
                          member_name_spec}),
        .returns = {"string", "", "Name of the member.", {}},
        .effect = Effect::edits,
-       .run = add_object});
+       .run = add_object,
+       .takes_expressions = true});
   all.push_back(
       {.name = "world.add_robot",
        .classic = "",
@@ -504,7 +515,8 @@ std::vector<CommandSpec> world_commands() {
                    optional("q", "any", "rad or m", "Joint values shown, or the name of a pose.")}),
        .returns = {"string", "", "Name of the member.", {}},
        .effect = Effect::edits,
-       .run = add_robot});
+       .run = add_robot,
+       .takes_expressions = true});
   all.push_back({.name = "world.add_trajectory",
                  .classic = "",
                  .summary = "Places a trajectory in a world.",
@@ -515,7 +527,8 @@ std::vector<CommandSpec> world_commands() {
                                    member_name_spec}),
                  .returns = {"string", "", "Name of the member.", {}},
                  .effect = Effect::edits,
-                 .run = add_trajectory});
+                 .run = add_trajectory,
+                 .takes_expressions = true});
   all.push_back(
       {.name = "world.load_trajectory",
        .classic = "World LoadPTrajectory",
@@ -528,7 +541,8 @@ std::vector<CommandSpec> world_commands() {
        .params = placed({self("world"), needed("file", "path", "", "The file."), member_name_spec}),
        .returns = {"string", "", "Name of the member.", {}},
        .effect = Effect::files_read,
-       .run = load_trajectory});
+       .run = load_trajectory,
+       .takes_expressions = true});
   all.push_back(
       {.name = "world.remove_member",
        .classic = "",
@@ -553,7 +567,8 @@ std::vector<CommandSpec> world_commands() {
        .params = std::move(place_params),
        .returns = {},
        .effect = Effect::edits,
-       .run = place});
+       .run = place,
+       .takes_expressions = true});
   all.push_back(
       {.name = "world.set_robot_q",
        .classic = "",

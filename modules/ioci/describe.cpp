@@ -150,6 +150,10 @@ Map describe_record(const document::Snapshot& snapshot, AnyId id) {
   const model::Record* r = snapshot.find(id);
   Map m{{"name", r->name}, {"kind", to_string(id.kind)}, {"file", r->file}};
   std::visit(Describe{snapshot, m}, r->body);
+  if (const model::Parametric* p = model::parametric_of(r->body)) {
+    if (!p->parameters.empty()) m.set("parameters", parameters_value(*p));
+    if (!p->expressions.empty()) m.set("expressions", expressions_map(*p));
+  }
   return m;
 }
 

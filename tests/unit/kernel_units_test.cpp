@@ -114,5 +114,17 @@ TEST(Units, TheShorterOfSiAndCustomaryUnitIsPrinted) {
   EXPECT_EQ(units::print_quantity(kPi, "rad/s"), "180 deg/s");
 }
 
+TEST(Units, WithItsUnitAQuantityReadsBackWithoutKnowingIt) {
+  EXPECT_EQ(units::print_with_unit(0.02, "m"), "20 mm");
+  EXPECT_EQ(units::print_with_unit(0.48, "m"), "480 mm");
+  EXPECT_EQ(units::print_with_unit(2, "m"), "2 m");
+  EXPECT_EQ(units::print_with_unit(0, "m"), "0 m");
+  EXPECT_EQ(units::print_with_unit(kPi / 4, "rad"), "45 deg");
+  EXPECT_EQ(units::print_with_unit(0.3, "rad"), "0.3 rad");
+  EXPECT_EQ(units::print_with_unit(3, ""), "3");
+  EXPECT_EQ(units::print_with_unit(0.1 / 3, "m"), "0.03333333333333333 m");
+  EXPECT_EQ(units::print_with_unit(7850, "kg/m^3"), "7850 kg/m^3");
+}
+
 }  // namespace
 }  // namespace robomosp

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+// Expressions over parameters among the arguments of commands (layer: application, ioci only).
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "document/document.h"
+#include "kernel/schema.h"
+#include "kernel/value.h"
+#include "model/parametric.h"
+
+namespace robomosp::ioci {
+
+class CommandContext;
+
+/// Reads numbers that were given as expressions: what takes the arguments then sees plain numbers,
+/// and the texts wait here until the command puts them into its record with keep().
+class Expressions {
+ public:
+  Expressions() = default;
+  /// For a record with parameters `own`; `own_name` is that of a world itself, else "".
+  Expressions(const document::Snapshot&, model::Parametric own, std::string own_name);
+
+  [[nodiscard]] const model::Parametric& own() const { return own_; }
+
+  /// The fields of `given` with reals, vec3s and poses of the schema as numbers; everything else as
+  /// it was. Paths are those of model::number_at() behind `prefix`. A field `expressions` of the
+  /// schema's type map holds texts by path.
+  Result<Map> read(const Schema&, const Map& given, std::string_view where,
+                   const std::string& prefix = {});
+  /// The value for a path of `body` ("bore.radius", "bore.position", "bore.placement").
+  Result<Value> read_at(const model::Body& body, const std::string& path, const Value&);
+
+  /// Moves the texts read so far into a record, their paths behind `prefix` ("bore" for the path
+  /// "radius"); paths that were given plain numbers lose their expression.
+  void keep(model::Parametric&, std::string_view prefix = {});
+
+ private:
+  Result<Value> number(const Value&, std::string_view unit, const std::string& path,
+                       const std::string& where);
+  Result<Value> numbers(const Value&, const std::vector<std::string_view>& units,
+                        const std::vector<std::string>& paths, const std::string& where);
+  Result<Value> pose(const Value&, const std::string& path, const std::string& where);
+  Result<Value> field(const ParamSpec&, const Value&, const std::string& prefix,
+                      const std::string& where);
+  void note(const std::string& path, std::optional<std::string> text);
+
+  const document::Snapshot* snapshot_ = nullptr;
+  model::Parametric own_;
+  std::string own_name_;
+  model::WorldParameters worlds_;
+  std::vector<std::pair<std::string, std::optional<std::string>>> found_;  ///< none = plain
+};
+
+/// Sets a number that is a part of what set commands set: an angle (`bore.rpy.z`) or a coordinate
+/// of a profile (`plate.profile.1.3.x`). False = the path is none of these.
+Result<bool> set_component(CommandContext&, AnyId, const std::string& path, const Value& value);
+
+/// `parameters` of the create commands: {bore = "20 mm", wall = {value = "bore/4", ...}}.
+[[nodiscard]] ParamSpec parameters_field();
+/// Reads it; nil is none. Every parameter has its unit and value.
+[[nodiscard]] Result<model::Parametric> read_parameters(const document::Snapshot&,
+                                                        const std::string& own_world, const Value*,
+                                                        std::string_view where);
+/// Sets one parameter from `{value, unit, expression, description}`; what is not given stays.
+Result<void> set_parameter(const document::Snapshot&, const std::string& own_world,
+                           model::Parametric&, const std::string& name, const Map& given);
+/// {bore = {value, unit, text, expression, description}}, which create takes as well.
+[[nodiscard]] Value parameters_value(const model::Parametric&);
+/// {["bore.radius"] = "bore/2"}; with a prefix those below it, without it in front.
+[[nodiscard]] Map expressions_map(const model::Parametric&, std::string_view prefix = {});
+
+}  // namespace robomosp::ioci
