@@ -67,6 +67,16 @@ std::string print_rounded(double v, int digits) {
   return print(rounded);
 }
 
+std::string print_fixed(double v, int decimals) {
+  if (!std::isfinite(v)) return print(v);
+  std::array<char, 400> buffer;  // 309 digits of the greatest double, and the decimals
+  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), v,
+                                 std::chars_format::fixed, std::clamp(decimals, 0, 50));
+  std::string out(buffer.data(), end.ptr);
+  if (out.find_first_not_of("-0.") == std::string::npos && out[0] == '-') out.erase(0, 1);
+  return out;
+}
+
 std::optional<double> read_real(std::string_view s) {
   if (s.size() > 1 && s[0] == '+' && s[1] != '-' && s[1] != '+') s.remove_prefix(1);
   double v = 0;

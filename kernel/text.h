@@ -15,6 +15,8 @@ namespace robomosp::text {
 [[nodiscard]] std::string print(double v);
 /// At most `digits` significant digits, trailing zeros dropped; for people, not for files.
 [[nodiscard]] std::string print_rounded(double v, int digits = 6);
+/// Exactly `decimals` digits behind the point, never an exponent; for formats that want it so.
+[[nodiscard]] std::string print_fixed(double v, int decimals);
 /// The whole of `s` as a real / an integer; nullopt if anything is left over or out of range.
 [[nodiscard]] std::optional<double> read_real(std::string_view s);
 [[nodiscard]] std::optional<std::int64_t> read_int(std::string_view s);

@@ -316,8 +316,11 @@ Result<void> check_node(const Solid& s, std::size_t i, std::size_t children) {
 }
 
 Result<void> check(const Material& m, Subject&) {
-  RMP_TRY(positive(m.density, "the density", " kg/m^3"));
+  RMP_TRY(not_negative(m.density, "the density", " kg/m^3"));
   RMP_TRY(colour(m.colour, "a component of the colour"));
+  if (m.ambient) RMP_TRY(colour(*m.ambient, "a component of the ambient colour"));
+  if (m.specular) RMP_TRY(colour(*m.specular, "a component of the specular colour"));
+  RMP_TRY(colour(m.emission, "a component of the emission"));
   RMP_TRY(within(m.shininess, 0, 1, "shininess"));
   return within(m.metalness, 0, 1, "metalness");
 }

@@ -18,6 +18,7 @@ namespace {
 using namespace model;
 using text::quote;
 
+constexpr Colour kNotWritten{-1, -1, -1, 1};  ///< no file can say this
 constexpr std::uint32_t kFile =
     std::numeric_limits<std::uint32_t>::max();  ///< the outermost "block"
 
@@ -71,7 +72,12 @@ class Binder {
     RMP_TRY(block(kFile, "a material",
                   {name_rule(), string("description", m.description), string("source", m.source),
                    number("density", "kg/m^3", m.density, true), colour("colour", m.colour),
-                   number("shininess", "", m.shininess), number("metalness", "", m.metalness)}));
+                   number("shininess", "", m.shininess), number("metalness", "", m.metalness),
+                   colour("ambient", m.ambient.emplace(kNotWritten)),
+                   colour("specular", m.specular.emplace(kNotWritten)),
+                   colour("emission", m.emission)}));
+    for (auto* c : {&m.ambient, &m.specular})
+      if ((*c)->r < 0) c->reset();
     out_.record.body = std::move(m);
     return {};
   }

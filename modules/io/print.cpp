@@ -105,6 +105,9 @@ class Printer {
     if (!same(m.colour, d.colour)) line("colour " + tuple(m.colour));
     if (m.shininess != d.shininess) line("shininess " + quantity(m.shininess, ""));
     if (m.metalness != d.metalness) line("metalness " + quantity(m.metalness, ""));
+    if (m.ambient) line("ambient " + tuple(*m.ambient));
+    if (m.specular) line("specular " + tuple(*m.specular));
+    if (!same(m.emission, d.emission)) line("emission " + tuple(m.emission));
   }
 
   void print(const Solid& s) {

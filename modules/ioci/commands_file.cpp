@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Files of any kind, and the library of shipped ones.
+#include "io/legacy.h"
 #include "io/native.h"
 #include "ioci/commands.h"
 
@@ -24,6 +25,15 @@ Result<Value> load(CommandContext& ctx, const Map& args) {
   for (const std::string& note : loaded.notes)
     ctx.app.messages.post(Severity::info, "file_note", note, "io");
   return Value(Application::handle(loaded.id));
+}
+
+Result<Value> export_2006(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(const auto written,
+                 io::export_legacy(ctx.snapshot(), ref(args, "id"), text_of(args, "folder"),
+                                   flag(args, "overwrite")));
+  List out;
+  for (const auto& path : written) out.emplace_back(path.string());
+  return Value(std::move(out));
 }
 
 Result<Value> save_all(CommandContext& ctx, const Map& args) {
@@ -76,7 +86,9 @@ std::vector<CommandSpec> file_commands() {
                  .classic = "",
                  .summary = "Loads a file of any kind and everything it refers to.",
                  .details = "The kind follows from the extension: .mtr, .csg, .part, .rbt, .tjc, "
-                            ".wld. All or nothing, as one step.",
+                            ".wld. Materials, solids and objects of ROBOMOSP 1.4 (2006) are told "
+                            "by their content; a .csg of several materials becomes an object "
+                            "(solid.load makes one solid of it). All or nothing, as one step.",
                  .example = "material.create{name = \"brass\", density = 8500}\nlocal path = "
                             "\"example.mtr\"\nmaterial.save{id = \"brass\", file = "
                             "path}\ndocument.clear()\nassert(file.load(path).name == \"brass\")",
@@ -84,6 +96,26 @@ std::vector<CommandSpec> file_commands() {
                  .returns = {"handle", "", "", {}},
                  .effect = Effect::files_read,
                  .run = load});
+  all.push_back(
+      {.name = "file.export_2006",
+       .classic = "",
+       .summary = "Writes a material, solid or object as files of ROBOMOSP 1.4 (2006).",
+       .details = "They go below the folder, which stands for that program's installation: "
+                  "Saves/Materials, Saves/CSGs, Saves/Objects, with all that is referred to. What "
+                  "the format cannot express is an error that names the node, and nothing is "
+                  "written. Masses, overlap and parameters have no place there.",
+       .example = "material.create{name = \"brass\", density = 8500}\nsolid.create{name = \"pin\", "
+                  "material = \"brass\", root = {kind = \"cylinder\", radius = 0.01, height = "
+                  "0.05}}\nassert(#file.export_2006{id = solid.get(\"pin\"), folder = \".\"} == "
+                  "2)\ndocument.clear()\nassert(solid.load(\"Saves/CSGs/pin.csg\").name == "
+                  "\"pin\")",
+       .params = {needed("id", "ref:material|solid|object", "", "What to write."),
+                  needed("folder", "path", "", "The folder; it must be there."),
+                  defaulted("overwrite", "bool", "", false,
+                            "Replace files that are there with another content.")},
+       .returns = {"list", "", "Paths of the files written, its own last.", {}},
+       .effect = Effect::files_write,
+       .run = export_2006});
   all.push_back(
       {.name = "file.save_all",
        .classic = "",

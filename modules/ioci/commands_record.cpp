@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Commands that every kind of record has: list, get, remove, rename, duplicate, describe, load,
 // save, text.
+#include "io/legacy.h"
 #include "io/native.h"
 #include "ioci/commands.h"
 
@@ -87,7 +88,7 @@ Result<Value> describe(CommandContext& ctx, const Map& args) {
 template <Kind K>
 Result<Value> load(CommandContext& ctx, const Map& args) {
   const std::filesystem::path file = text_of(args, "file");
-  if (file.extension() != io::extension(K)) {
+  if (file.extension() != io::extension(K) && !io::is_legacy_file(file)) {
     for (const Kind k : kAllKinds)
       if (file.extension() == io::extension(k))
         return error(ErrorCode::invalid_argument,
@@ -97,7 +98,7 @@ Result<Value> load(CommandContext& ctx, const Map& args) {
                  text::quote(file.string()) + " does not end with " + std::string(io::extension(K)),
                  "Files of this kind are named *" + std::string(io::extension(K)) + ".");
   }
-  RMP_TRY_ASSIGN(const auto loaded, io::load(ctx.edit(), file, ctx.app.library));
+  RMP_TRY_ASSIGN(const auto loaded, io::load(ctx.edit(), file, ctx.app.library, K));
   for (const std::string& note : loaded.notes)
     ctx.app.messages.post(Severity::info, "file_note", note, "io");
   return Value(Application::handle(loaded.id));
@@ -210,8 +211,11 @@ void add_kind(std::vector<CommandSpec>& all) {
       {.name = kind + ".load",
        .classic = world ? "Worlds Open" : "",
        .summary = "Loads " + a + " and everything it refers to from a " + extension + " file.",
-       .details = "All or nothing, as one step. A file that is in the document already is not "
-                  "loaded again.",
+       .details = std::string("All or nothing, as one step. A file that is in the document already "
+                              "is not loaded again.") +
+                  (K <= Kind::object ? " Files of ROBOMOSP 1.4 (2006) are told by their content "
+                                       "and read as well (.mtr, .csg, .obj)."
+                                     : ""),
        .example = make + "\nlocal file = \"example" + extension + "\"\n" + kind +
                   ".save{id = " + quoted + ", file = file}\ndocument.clear()\n" + kind +
                   ".load(file)\nassert(#" + kind + ".list() == 1)",

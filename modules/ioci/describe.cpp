@@ -21,6 +21,10 @@ struct Describe {
     m.set("colour", colour_value(x.colour));
     m.set("shininess", x.shininess);
     m.set("metalness", x.metalness);
+    m.set("opacity", static_cast<double>(x.colour.a));
+    if (x.ambient) m.set("ambient", colour_value(*x.ambient));
+    if (x.specular) m.set("specular", colour_value(*x.specular));
+    m.set("emission", colour_value(x.emission));
     m.set("description", x.description);
     m.set("source", x.source);
   }

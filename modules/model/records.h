@@ -79,7 +79,7 @@ struct ProviderChoice {
 struct Material {
   std::string description;
   std::string source;              ///< where the density comes from
-  double density = 1000;           ///< [kg/m^3], > 0
+  double density = 1000;           ///< [kg/m^3]; 0 = a look without mass
   Colour colour;                   ///< base (diffuse) colour, sRGB; a = opacity
   double shininess = 0.3;          ///< 0 matt .. 1 mirror-like
   double metalness = 0.0;          ///< 0 paint or plastic .. 1 bare metal

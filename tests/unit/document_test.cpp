@@ -381,8 +381,8 @@ TEST(Document, RecordsAreCheckedAtCommitAndTheElementIsNamed) {
   };
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   model::Material m;
-  m.density = 0;
-  EXPECT_EQ(refusal("m", m), "material \"m\": the density is 0 kg/m^3; it must be greater than 0.");
+  m.density = -1;
+  EXPECT_EQ(refusal("m", m), "material \"m\": the density is -1 kg/m^3; it must not be negative.");
   m.density = kNan;
   EXPECT_EQ(refusal("m", m), "material \"m\": the density is nan; it must be a finite number.");
   model::Solid s = ball();

@@ -326,7 +326,7 @@ TEST_F(NativeFiles, FaultsAreToldWithFileLineAndColumn) {
   EXPECT_EQ(refusal("robomosp material 1\nname m\ndensity 1e999\n", "m.mtr"),
             "m.mtr:3:9: \"1e999\" is outside the range of real numbers.");
   EXPECT_EQ(refusal("robomosp material 1\nname m\ndensity -1\n", "m.mtr"),
-            "m.mtr:1:10: the density is -1 kg/m^3; it must be greater than 0.");
+            "m.mtr:1:10: the density is -1 kg/m^3; it must not be negative.");
   EXPECT_EQ(refusal("robomosp material 1\nname m\n", "m.mtr"),
             "m.mtr:1:10: \"density\" is missing in a material.");
   EXPECT_EQ(refusal("robomosp material 1\nname 2m\ndensity 1\n", "m.mtr"),
