@@ -51,11 +51,15 @@ const Registry::Entry* Registry::locate(std::string_view interface_id,
     const auto chosen = defaults_.find(std::string(interface_id));
     if (chosen != defaults_.end()) wanted = chosen->second;
   }
+  const auto is_exact = [](const Entry& e) {
+    return std::find(e.info.tags.begin(), e.info.tags.end(), "approximate") == e.info.tags.end();
+  };
   const Entry* first_enabled = nullptr;
   for (const Entry& e : entries_) {
     if (e.info.interface_id != interface_id) continue;
     if (!wanted.empty() && e.info.name == wanted && (e.info.enabled || !name.empty())) return &e;
-    if (!first_enabled && e.info.enabled) first_enabled = &e;
+    if (e.info.enabled && (!first_enabled || (!is_exact(*first_enabled) && is_exact(e))))
+      first_enabled = &e;
   }
   return name.empty() ? first_enabled : nullptr;
 }

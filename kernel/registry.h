@@ -42,7 +42,8 @@ class Registry {
   bool remove(std::string_view interface_id, std::string_view name);
   Result<void> set_enabled(std::string_view interface_id, std::string_view name, bool);
 
-  /// Empty name = the default: the one set by set_default, else the first registered and enabled.
+  /// Empty name = the default: the one set by set_default, else the first registered and enabled
+  /// without the tag "approximate", else the first enabled.
   [[nodiscard]] Result<ProviderInfo> find(std::string_view interface_id,
                                           std::string_view name) const;
   [[nodiscard]] std::vector<ProviderInfo> list(std::string_view interface_id = {}) const;

@@ -1,0 +1,459 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What is shown and asked of a solid of triangles: its display mesh, its sharp edges, its features
+// and its sections.
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+#include <tuple>
+#include <unordered_map>
+
+#include "engine.h"
+
+namespace robomosp::csg_cgal {
+namespace {
+
+using Triangle = std::array<std::uint32_t, 3>;
+
+/// Faces with known surfaces meet sharply at more than this angle [rad], others (imported, splines)
+/// only beyond the second.
+constexpr double kSharp = 0.05, kSharpFacets = 0.52;
+/// A polyline goes on over a corner where it bends by less [rad] though the faces beside it change.
+constexpr double kStraightOn = 0.2;
+constexpr std::uint32_t kNone = ~0U;
+
+/// The mesh as it is after rounding to `Scalar`: corners at one place are one, triangles that
+/// shrank to a line or point are gone, those that now lie back to back too.
+template <class Scalar>
+PatchMesh rounded(const PatchMesh& in) {
+  PatchMesh out;
+  out.patches = in.patches;
+  std::map<std::array<Scalar, 3>, std::uint32_t> place;
+  std::vector<std::uint32_t> name;
+  name.reserve(in.points.size());
+  for (const Vec3& p : in.points) {
+    const std::array<Scalar, 3> r{static_cast<Scalar>(p[0]) + Scalar{0},
+                                  static_cast<Scalar>(p[1]) + Scalar{0},
+                                  static_cast<Scalar>(p[2]) + Scalar{0}};
+    const auto [at, is_new] = place.try_emplace(r, static_cast<std::uint32_t>(out.points.size()));
+    if (is_new) out.points.push_back(p);
+    name.push_back(at->second);
+  }
+  std::map<Triangle, std::vector<std::uint32_t>> by_corners;  // from the least corner on, sorted
+  std::vector<Triangle> triangles;
+  std::vector<bool> is_gone;
+  const auto turned = [](Triangle t) {
+    std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
+    return t;
+  };
+  for (std::uint32_t t = 0; t < in.triangles.size(); ++t) {
+    const Triangle v{name[in.triangles[t][0]], name[in.triangles[t][1]], name[in.triangles[t][2]]};
+    triangles.push_back(v);
+    is_gone.push_back(v[0] == v[1] || v[1] == v[2] || v[2] == v[0]);
+    if (is_gone.back()) continue;
+    const auto back = by_corners.find(turned({v[0], v[2], v[1]}));
+    if (back != by_corners.end() && !back->second.empty()) {
+      is_gone[back->second.back()] = true;
+      back->second.pop_back();
+      is_gone.back() = true;
+    } else {
+      by_corners[turned(v)].push_back(t);
+    }
+  }
+  for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+    if (is_gone[t]) continue;
+    out.triangles.push_back(triangles[t]);
+    out.patch_of.push_back(in.patch_of[t]);
+  }
+  return out;
+}
+
+/// A side of triangles with the two that share it; four where solids touch.
+struct Side {
+  std::uint32_t low, high;
+  std::uint32_t first = kNone, second = kNone;
+  bool is_crowded = false;
+};
+
+std::vector<Side> sides_of(const PatchMesh& mesh) {
+  std::vector<std::array<std::uint32_t, 3>> all;  // low, high, triangle
+  all.reserve(3 * mesh.triangles.size());
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto [low, high] = std::minmax(mesh.triangles[t][k], mesh.triangles[t][(k + 1) % 3]);
+      all.push_back({low, high, t});
+    }
+  std::sort(all.begin(), all.end());
+  std::vector<Side> sides;
+  for (const auto& [low, high, t] : all) {
+    if (sides.empty() || sides.back().low != low || sides.back().high != high)
+      sides.push_back({low, high});
+    Side& s = sides.back();
+    if (s.first == kNone) s.first = t;
+    else if (s.second == kNone) s.second = t;
+    else s.is_crowded = true;
+  }
+  return sides;
+}
+
+/// Normal of a triangle's surface at a point, on the triangle's side of it; the triangle's own
+/// where the surface is not known.
+Vec3 normal_at(const PatchMesh& mesh, std::uint32_t t, const Vec3& p) {
+  const Vec3 own = unit(mesh.area_vector(t));
+  const Vec3 smooth = mesh.patches[mesh.patch_of[t]].normal(p);
+  if (smooth == Vec3{}) return own;
+  return dot(own, smooth) < 0 ? smooth * -1 : smooth;
+}
+
+double angle_between(const Vec3& a, const Vec3& b) {
+  return std::atan2(norm(cross(a, b)), dot(a, b));
+}
+
+bool is_sharp(const PatchMesh& mesh, const Side& s) {
+  if (s.second == kNone || s.is_crowded) return true;
+  const std::uint32_t a = mesh.patch_of[s.first], b = mesh.patch_of[s.second];
+  const bool is_free =
+      mesh.patches[a].kind == Patch::Kind::free || mesh.patches[b].kind == Patch::Kind::free;
+  if (a == b && !is_free) return false;
+  const auto at = [&](std::uint32_t v) {
+    const Vec3& p = mesh.points[v];
+    return angle_between(normal_at(mesh, s.first, p), normal_at(mesh, s.second, p));
+  };
+  return std::max(at(s.low), at(s.high)) > (is_free ? kSharpFacets : kSharp);
+}
+
+/// A chain of sharp sides between the same two faces. Closed when its ends are one corner.
+struct Chain {
+  std::vector<std::uint32_t> corners;
+  std::array<std::uint32_t, 2> patches{};
+};
+
+std::vector<Chain> chains_of(const PatchMesh& mesh) {
+  std::vector<Side> sharp;
+  for (const Side& s : sides_of(mesh))
+    if (is_sharp(mesh, s)) sharp.push_back(s);
+  std::unordered_map<std::uint32_t, std::vector<std::uint32_t>> at;
+  for (std::uint32_t i = 0; i < sharp.size(); ++i) {
+    at[sharp[i].low].push_back(i);
+    at[sharp[i].high].push_back(i);
+  }
+  const auto faces = [&](const Side& s) {
+    const std::uint32_t a = mesh.patch_of[s.first],
+                        b = s.second == kNone ? a : mesh.patch_of[s.second];
+    return std::array<std::uint32_t, 2>{std::min(a, b), std::max(a, b)};
+  };
+  const auto other = [&](std::uint32_t i, std::uint32_t v) {
+    return sharp[i].low == v ? sharp[i].high : sharp[i].low;
+  };
+  const auto goes_on = [&](std::uint32_t v) {
+    const auto& here = at[v];
+    if (here.size() != 2) return false;
+    if (faces(sharp[here[0]]) == faces(sharp[here[1]])) return true;
+    const Vec3 in = mesh.points[v] - mesh.points[other(here[0], v)],
+               out = mesh.points[other(here[1], v)] - mesh.points[v];
+    return angle_between(in, out) < kStraightOn;
+  };
+  std::vector<bool> is_used(sharp.size());
+  std::vector<Chain> chains;
+  const auto follow = [&](std::uint32_t first, std::uint32_t from) {
+    Chain chain;
+    chain.patches = faces(sharp[first]);
+    chain.corners = {from};
+    std::uint32_t side = first, v = from;
+    while (true) {
+      is_used[side] = true;
+      v = other(side, v);
+      chain.corners.push_back(v);
+      if (v == from || !goes_on(v)) break;
+      const auto& here = at[v];
+      const std::uint32_t next = here[0] == side ? here[1] : here[0];
+      if (is_used[next]) break;
+      side = next;
+    }
+    chains.push_back(std::move(chain));
+  };
+  for (std::uint32_t i = 0; i < sharp.size(); ++i) {
+    if (is_used[i]) continue;
+    if (!goes_on(sharp[i].low)) follow(i, sharp[i].low);
+    else if (!goes_on(sharp[i].high)) follow(i, sharp[i].high);
+  }
+  for (std::uint32_t i = 0; i < sharp.size(); ++i)
+    if (!is_used[i]) follow(i, sharp[i].low);  // rings
+  return chains;
+}
+
+float narrow(double x) { return static_cast<float>(x); }
+
+}  // namespace
+
+Mesh display_mesh(const PatchMesh& exact, const Progress& progress) {
+  const PatchMesh mesh = rounded<float>(exact);
+  stop_if_cancelled(progress);
+  std::vector<std::uint32_t> order(mesh.triangles.size());
+  std::iota(order.begin(), order.end(), 0U);
+  std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return mesh.patch_of[a] < mesh.patch_of[b];
+  });
+  Mesh out;
+  // A corner once a face; a tip, which has no normal, once a triangle.
+  std::map<std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>, std::uint32_t> number;
+  std::vector<Vec3> normals;
+  std::uint64_t last_patch = std::uint64_t{kNone} + 1;
+  for (const std::uint32_t t : order) {
+    const std::uint32_t patch = mesh.patch_of[t];
+    const Patch& surface = mesh.patches[patch];
+    if (patch != last_patch) {
+      out.faces.push_back({static_cast<std::uint32_t>(out.triangle_count()), 0, surface.id});
+      last_patch = patch;
+    }
+    ++out.faces.back().triangle_count;
+    const Vec3 area = mesh.area_vector(t);
+    const auto corners = mesh.corners(t);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t v = mesh.triangles[t][k];
+      const bool is_free = surface.kind == Patch::Kind::free;
+      const bool is_tip = !is_free && surface.normal(mesh.points[v]) == Vec3{};
+      const auto [at, is_new] = number.try_emplace({v, patch, is_tip ? t : kNone},
+                                                   static_cast<std::uint32_t>(normals.size()));
+      if (is_new) {
+        for (const double x : mesh.points[v]) out.positions.push_back(narrow(x));
+        normals.push_back({});
+      }
+      // Free faces by the angle at the corner, known ones by area to tell the side.
+      const double weight = is_free ? angle_between(corners[(k + 1) % 3] - corners[k],
+                                                    corners[(k + 2) % 3] - corners[k])
+                                    : 1;
+      normals[at->second] = normals[at->second] + (is_free ? unit(area) : area) * weight;
+      out.triangles.push_back(at->second);
+    }
+  }
+  for (const auto& [key, n] : number) {
+    const auto& [v, patch, tip] = key;
+    const Vec3 smooth = mesh.patches[patch].normal(mesh.points[v]);
+    if (!(smooth == Vec3{})) normals[n] = dot(smooth, normals[n]) < 0 ? smooth * -1 : smooth;
+  }
+  for (const Vec3& given : normals) {
+    Vec3 n = unit(given);
+    if (n == Vec3{}) n = {0, 0, 1};
+    for (const double x : n) out.normals.push_back(narrow(x));
+  }
+  stop_if_cancelled(progress);
+  for (const Chain& chain : chains_of(mesh)) {
+    out.edge_sizes.push_back(static_cast<std::uint32_t>(chain.corners.size()));
+    for (const std::uint32_t v : chain.corners)
+      for (const double x : mesh.points[v]) out.edge_points.push_back(narrow(x));
+  }
+  return out;
+}
+
+namespace {
+
+/// Runs of connected triangles of one patch; planes that continue each other are one.
+std::vector<std::vector<std::uint32_t>> faces_of(const PatchMesh& mesh) {
+  std::vector<std::uint32_t> parent(mesh.triangles.size());
+  std::iota(parent.begin(), parent.end(), 0U);
+  const auto root = [&](std::uint32_t i) {
+    while (parent[i] != i) i = parent[i] = parent[parent[i]];
+    return i;
+  };
+  const auto continues = [&](std::uint32_t a, std::uint32_t b) {
+    if (mesh.patch_of[a] == mesh.patch_of[b]) return true;
+    const Patch &p = mesh.patches[mesh.patch_of[a]], &q = mesh.patches[mesh.patch_of[b]];
+    return p.kind == Patch::Kind::plane && q.kind == Patch::Kind::plane &&
+           angle_between(normal_at(mesh, a, p.point), normal_at(mesh, b, q.point)) < 1e-9;
+  };
+  for (const Side& s : sides_of(mesh))
+    if (s.second != kNone && !s.is_crowded && continues(s.first, s.second)) {
+      const std::uint32_t a = root(s.first), b = root(s.second);
+      parent[std::max(a, b)] = std::min(a, b);
+    }
+  std::vector<std::vector<std::uint32_t>> faces;
+  std::vector<std::uint32_t> number(mesh.triangles.size(), kNone);
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    std::uint32_t& n = number[root(t)];
+    if (n == kNone) {
+      n = static_cast<std::uint32_t>(faces.size());
+      faces.emplace_back();
+    }
+    faces[n].push_back(t);
+  }
+  // In the order of the tree's faces.
+  std::stable_sort(faces.begin(), faces.end(), [&](const auto& a, const auto& b) {
+    return mesh.patch_of[a.front()] < mesh.patch_of[b.front()];
+  });
+  return faces;
+}
+
+CsgFeature face_feature(const PatchMesh& mesh, const std::vector<std::uint32_t>& face) {
+  CsgFeature f;
+  const Patch& patch = mesh.patches[mesh.patch_of[face.front()]];
+  Vec3 centroid{}, normal{};
+  double from = std::numeric_limits<double>::infinity(), to = -from, outward = 0;
+  for (const std::uint32_t t : face) {
+    const Vec3 area = mesh.area_vector(t);
+    const auto [a, b, c] = mesh.corners(t);
+    const Vec3 middle = (a + b + c) * (1.0 / 3);
+    f.size += norm(area) / 2;
+    centroid = centroid + middle * (norm(area) / 2);
+    normal = normal + area;
+    for (const Vec3& p : {a, b, c}) {
+      from = std::min(from, dot(p - patch.point, patch.axis));
+      to = std::max(to, dot(p - patch.point, patch.axis));
+    }
+    outward += dot(area, patch.normal(middle));
+  }
+  f.point = centroid * (1 / f.size);
+  const Vec3 amid = patch.point + patch.axis * ((from + to) / 2);
+  switch (patch.kind) {
+    case Patch::Kind::plane:
+      f.kind = CsgFeature::Kind::plane;
+      f.direction = unit(normal);
+      return f;
+    case Patch::Kind::cylinder:
+      f.kind = CsgFeature::Kind::cylinder;
+      f.radius = patch.radius;
+      f.point = amid;
+      break;
+    case Patch::Kind::cone:
+      f.kind = CsgFeature::Kind::cone;
+      f.radius = std::abs((from + to) / 2) * patch.tube;
+      f.point = amid;
+      break;
+    case Patch::Kind::sphere:
+      f.kind = CsgFeature::Kind::sphere;
+      f.radius = patch.radius;
+      f.point = patch.point;
+      break;
+    case Patch::Kind::torus:
+      f.kind = CsgFeature::Kind::torus;
+      f.radius = patch.radius;
+      f.point = patch.point;
+      break;
+    case Patch::Kind::free: return f;
+  }
+  f.direction = patch.axis;
+  f.inward = outward < 0;
+  return f;
+}
+
+CsgFeature edge_feature(const PatchMesh& mesh, const Chain& chain) {
+  CsgFeature f;
+  const auto at = [&](std::size_t i) -> const Vec3& { return mesh.points[chain.corners[i]]; };
+  const std::size_t n = chain.corners.size();
+  for (std::size_t i = 0; i + 1 < n; ++i) f.size += norm(at(i + 1) - at(i));
+  const Vec3 way = at(n - 1) - at(0);
+  if (norm(way) > f.size * (1 - 1e-9)) {
+    f.kind = CsgFeature::Kind::line;
+    f.point = (at(0) + at(n - 1)) * 0.5;
+    f.direction = unit(way);
+    return f;
+  }
+  f.point = at(n / 2);
+  // Round where a surface with an axis meets a plane across it.
+  const Patch *round = &mesh.patches[chain.patches[0]], *flat = &mesh.patches[chain.patches[1]];
+  if (round->kind == Patch::Kind::plane) std::swap(round, flat);
+  const bool has_axis = round->kind == Patch::Kind::cylinder || round->kind == Patch::Kind::cone ||
+                        round->kind == Patch::Kind::torus;
+  if (flat->kind != Patch::Kind::plane) return f;
+  if (has_axis && norm(cross(round->axis, flat->axis)) > 1e-9) return f;
+  if (!has_axis && round->kind != Patch::Kind::sphere) return f;
+  f.kind = CsgFeature::Kind::circle;
+  f.direction = flat->axis;
+  f.point = round->point + flat->axis * dot(at(0) - round->point, flat->axis);
+  // The corners lie a little outside; the surface knows better where it is simple.
+  f.radius = norm(at(0) - f.point);
+  if (round->kind == Patch::Kind::cylinder) f.radius = round->radius;
+  if (round->kind == Patch::Kind::sphere) {
+    const double h = norm(f.point - round->point);
+    f.radius = std::sqrt(std::max(0.0, round->radius * round->radius - h * h));
+  }
+  return f;
+}
+
+}  // namespace
+
+std::vector<CsgFeature> features_of(const PatchMesh& exact, const Progress& progress) {
+  const PatchMesh mesh = rounded<float>(exact);  // slivers below display are no edges
+  std::vector<CsgFeature> all;
+  for (const auto& face : faces_of(mesh)) all.push_back(face_feature(mesh, face));
+  stop_if_cancelled(progress);
+  const auto chains = chains_of(mesh);
+  for (const Chain& chain : chains) all.push_back(edge_feature(mesh, chain));
+  std::vector<std::uint32_t> corners;
+  for (const Chain& chain : chains)
+    if (chain.corners.front() != chain.corners.back()) {
+      corners.push_back(chain.corners.front());
+      corners.push_back(chain.corners.back());
+    }
+  std::sort(corners.begin(), corners.end());
+  corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
+  for (const std::uint32_t v : corners) {
+    CsgFeature f;
+    f.kind = CsgFeature::Kind::corner;
+    f.point = mesh.points[v];
+    all.push_back(f);
+  }
+  return all;
+}
+
+// Corners on the plane count as above it, so that every triangle is cut in two points or not at
+// all, and the pieces join to closed loops.
+CsgProfile section_of(const PatchMesh& mesh) {
+  const auto is_above = [&](std::uint32_t v) { return mesh.points[v][2] >= 0; };
+  const auto key = [](std::uint32_t a, std::uint32_t b) {
+    return (std::uint64_t{std::min(a, b)} << 32U) | std::max(a, b);
+  };
+  const auto crossing = [&](std::uint64_t side) -> std::array<double, 2> {
+    const Vec3 &a = mesh.points[side >> 32U], &b = mesh.points[side & kNone];
+    const double u = a[2] / (a[2] - b[2]);
+    return {a[0] + u * (b[0] - a[0]), a[1] + u * (b[1] - a[1])};
+  };
+  std::unordered_map<std::uint64_t, std::vector<std::uint64_t>> next;  // from cut side to cut sides
+  std::vector<std::uint64_t> order;
+  for (const Triangle& t : mesh.triangles) {
+    std::uint64_t in = 0, out = 0;
+    std::size_t count = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t a = t[k], b = t[(k + 1) % 3];
+      if (is_above(a) == is_above(b)) continue;
+      (is_above(a) ? out : in) = key(a, b);
+      ++count;
+    }
+    if (count != 2) continue;
+    next[out].push_back(in);
+    order.push_back(out);
+  }
+  CsgProfile profile;
+  for (const std::uint64_t start : order) {
+    std::vector<std::array<double, 2>> points;
+    std::uint64_t side = start;
+    while (!next[side].empty()) {
+      const std::uint64_t to = next[side].back();
+      next[side].pop_back();
+      const auto p = crossing(side);
+      const bool is_new =
+          points.empty() || std::hypot(p[0] - points.back()[0], p[1] - points.back()[1]) > 1e-10;
+      if (is_new) points.push_back(p);
+      side = to;
+    }
+    // Points amid a straight line go.
+    std::vector<std::array<double, 2>> kept;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const auto &a = kept.empty() ? points.back() : kept.back(), &b = points[i],
+                 &c = points[(i + 1) % points.size()];
+      const double x1 = b[0] - a[0], y1 = b[1] - a[1], x2 = c[0] - b[0], y2 = c[1] - b[1];
+      if (std::abs(x1 * y2 - y1 * x2) > 1e-9 * std::hypot(x1, y1) * std::hypot(x2, y2) ||
+          x1 * x2 + y1 * y2 < 0)
+        kept.push_back(b);
+    }
+    if (kept.size() < 3) continue;
+    CsgLoop loop;
+    loop.start = kept.front();
+    for (std::size_t i = 1; i <= kept.size(); ++i)
+      loop.curves.push_back({CsgCurve::Kind::line, {kept[i % kept.size()]}});
+    profile.loops.push_back(std::move(loop));
+  }
+  return profile;
+}
+
+}  // namespace robomosp::csg_cgal

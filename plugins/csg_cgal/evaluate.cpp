@@ -1,0 +1,321 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "evaluate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "tessellate.h"
+
+namespace robomosp::csg_cgal {
+namespace {
+
+struct Item {
+  std::size_t term = 0;
+  Affine pose;                 ///< term's frame in the frame of the term that uses it
+  std::uint64_t instance = 0;  ///< tells the faces of copies apart; 0 = the one
+};
+
+/// A primitive, or an operation on items. For a difference, items[0] is what is cut.
+struct Term {
+  CsgKind kind = CsgKind::box;
+  std::size_t node = 0;  ///< the node of the user's tree to name in messages
+  std::vector<Item> items;
+};
+
+/// What a node amounts to in its parent's eyes. `kind` is the operation on the items, or, when
+/// `single`, there is one item and no operation left to do.
+struct Form {
+  bool single = false;
+  CsgKind kind = CsgKind::union_;
+  std::size_t node = 0;
+  std::vector<Item> items;
+};
+
+bool is_operation(CsgKind kind) { return csg_info(kind).children == CsgChildren::any; }
+bool is_modifier(CsgKind kind) { return csg_info(kind).children == CsgChildren::one; }
+
+class Planner {
+ public:
+  Planner(const CsgTree& tree, const Progress& progress) : tree_(tree), progress_(progress) {}
+
+  Result<void> run() {
+    RMP_TRY(check());
+    std::vector<Form> forms(tree_.nodes.size());
+    for (std::size_t i = forms.size(); i-- > 0;) {
+      stop_if_cancelled(progress_);
+      const CsgNode& node = tree_.nodes[i];
+      std::vector<Form> parts;
+      for (std::size_t child = first_child_[i]; child != 0; child = next_sibling_[child]) {
+        parts.push_back(std::move(forms[child]));
+        move_by(parts.back(), poses_[child]);
+      }
+      if (is_operation(node.kind)) forms[i] = combine(i, std::move(parts));
+      else if (is_modifier(node.kind)) {
+        RMP_TRY_ASSIGN(forms[i], copies(i, std::move(parts.front())));
+      } else forms[i] = {true, node.kind, i, {add({node.kind, i, {}})}};
+    }
+    move_by(forms[0], poses_[0]);
+    root = as_item(std::move(forms[0]));
+    return {};
+  }
+
+  std::vector<Term> terms;  ///< items come before the terms that use them
+  Item root;
+
+ private:
+  Result<void> check() {
+    const auto& nodes = tree_.nodes;
+    if (nodes.empty())
+      return error(ErrorCode::invalid_argument, "the tree has no nodes",
+                   "Give at least one primitive.");
+    first_child_.assign(nodes.size(), 0);
+    next_sibling_.assign(nodes.size(), 0);
+    std::vector<std::size_t> last_child(nodes.size(), 0), children(nodes.size(), 0);
+    for (std::size_t i = 0; i < nodes.size(); ++i) {
+      const CsgNode& node = nodes[i];
+      const auto bad = [&](std::string what) {
+        return error(ErrorCode::invalid_argument, std::move(what), {}, node_text(node, i));
+      };
+      if (csg_info(node.kind).kind != node.kind || node.kind == CsgKind::custom)
+        return bad("kind " + std::to_string(static_cast<int>(node.kind)) +
+                   " is neither an operation nor a primitive");
+      if (i == 0 && node.parent != -1)
+        return bad("parent is " + std::to_string(node.parent) +
+                   "; the first node is the root and its parent must be -1");
+      if (i > 0) {
+        if (node.parent < 0 || static_cast<std::size_t>(node.parent) >= i)
+          return bad("parent is " + std::to_string(node.parent) +
+                     "; it must be the index of an earlier node (0.." + std::to_string(i - 1) +
+                     ")");
+        const auto p = static_cast<std::size_t>(node.parent);
+        if (!is_operation(nodes[p].kind) && !is_modifier(nodes[p].kind))
+          return bad("parent " + node_text(nodes[p], p) +
+                     " is a primitive; only operations have children");
+        (first_child_[p] == 0 ? first_child_[p] : next_sibling_[last_child[p]]) = i;
+        last_child[p] = i;
+        ++children[p];
+      }
+      const auto pose = to_affine(node.placement);
+      if (!pose)
+        return bad(
+            "placement is not a rigid motion; its rotation must be orthonormal with determinant "
+            "+1 and all its numbers finite");
+      for (const double x : node.placement.p)
+        if (std::abs(x) > kGreatestLength)
+          return bad("placement is " + number_text(x) + " m away; it must be within " +
+                     number_text(kGreatestLength) + " m");
+      poses_.push_back(*pose);
+      RMP_TRY(check_primitive(node, i));
+      if (node.kind == CsgKind::fillet || node.kind == CsgKind::chamfer)
+        return error(
+            ErrorCode::unsupported,
+            "the engine of triangle meshes makes no " + std::string(csg_info(node.kind).name) + "s",
+            "Use the exact engine, or take the node out.", node_text(node, i));
+    }
+    for (std::size_t i = 0; i < nodes.size(); ++i) {
+      if (is_operation(nodes[i].kind) && children[i] == 0)
+        return error(ErrorCode::invalid_argument,
+                     "operation has no children; it needs at least one solid", {},
+                     node_text(nodes[i], i));
+      if (is_modifier(nodes[i].kind) && children[i] != 1)
+        return error(ErrorCode::invalid_argument,
+                     std::string(csg_info(nodes[i].kind).name) + " has " +
+                         std::to_string(children[i]) + " children; it needs exactly one",
+                     children[i] == 0 ? "Give it a solid." : "Put them into a union.",
+                     node_text(nodes[i], i));
+    }
+    return {};
+  }
+
+  Form combine(std::size_t i, std::vector<Form> parts) {
+    if (parts.size() == 1) return std::move(parts.front());
+    const CsgKind kind = tree_.nodes[i].kind;
+    Form form{false, kind, i, {}};
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+      Form& part = parts[k];
+      bool absorb = part.single;
+      if (kind == CsgKind::difference)
+        absorb |= part.kind == (k == 0 ? CsgKind::difference : CsgKind::union_);
+      else absorb |= part.kind == kind;
+      if (!absorb) form.items.push_back(as_item(std::move(part)));
+      else form.items.insert(form.items.end(), part.items.begin(), part.items.end());
+    }
+    return form;
+  }
+
+  /// A mirror or pattern is a union of copies.
+  Result<Form> copies(std::size_t i, Form part) {
+    const CsgNode& node = tree_.nodes[i];
+    const auto& s = node.sizes;
+    std::vector<Affine> where;
+    if (node.kind == CsgKind::mirror) {
+      const Vec3 given{s[0], s[1], s[2]};
+      if (norm(given) == 0)
+        return error(ErrorCode::invalid_argument, "mirror normal is (0, 0, 0)",
+                     "Give it a direction.", node_text(node, i));
+      const Vec3 n = unit(given);
+      Affine mirror;
+      for (std::size_t r = 0; r < 3; ++r)
+        for (std::size_t c = 0; c < 3; ++c)
+          mirror.A[3 * r + c] = (r == c ? 1 : 0) - 2 * n[r] * n[c];
+      mirror.t = n * (2 * s[3]);
+      if (s[4] != 0) where.emplace_back();
+      where.push_back(cleaned(mirror));
+    } else {
+      const int count = static_cast<int>(s[0]);
+      for (int k = 0; k < count; ++k) {
+        Affine copy;
+        if (node.kind == CsgKind::linear_pattern) {
+          copy.t = Vec3{s[1], s[2], s[3]} * k;
+        } else {
+          const bool is_full = std::abs(std::abs(s[1]) - kCsgFullTurn) < 1e-9;
+          const double step = s[1] / std::max(1, is_full ? count : count - 1),
+                       c = std::cos(step * k), sn = std::sin(step * k);
+          copy.A = {c, -sn, 0, sn, c, 0, 0, 0, 1};
+        }
+        where.push_back(cleaned(copy));
+      }
+    }
+    if (where.size() == 1) {
+      move_by(part, where.front());
+      return part;
+    }
+    const Item item = as_item(std::move(part));
+    Form form{false, CsgKind::union_, i, {}};
+    for (std::size_t k = 0; k < where.size(); ++k)
+      form.items.push_back({item.term, where[k] * item.pose,
+                            k == 0 ? item.instance : mixed(mixed(item.instance, i), k)});
+    return form;
+  }
+
+  static void move_by(Form& form, const Affine& pose) {
+    if (pose.is_identity()) return;
+    for (Item& item : form.items) item.pose = pose * item.pose;
+  }
+
+  Item as_item(Form form) {
+    if (form.single) return form.items.front();
+    return add({form.kind, form.node, std::move(form.items)});
+  }
+
+  Item add(Term term) {
+    terms.push_back(std::move(term));
+    return {terms.size() - 1, {}, 0};
+  }
+
+  const CsgTree& tree_;
+  const Progress& progress_;
+  std::vector<std::size_t> first_child_, next_sibling_;  // 0 = none: node 0 is nobody's child
+  std::vector<Affine> poses_;
+};
+
+class Evaluator {
+ public:
+  Evaluator(const CsgTree& tree, const Planner& plan, Progress& progress)
+      : tree_(tree), plan_(plan), progress_(progress) {}
+
+  Result<Evaluated> run() {
+    std::vector<std::optional<ExactSolid>> values(plan_.terms.size());
+    std::vector<std::size_t> uses(plan_.terms.size(), 0);
+    for (const Term& t : plan_.terms)
+      for (const Item& item : t.items) ++uses[item.term];
+    for (std::size_t t = 0; t < plan_.terms.size(); ++t) {
+      stop_if_cancelled(progress_);
+      const Term& term = plan_.terms[t];
+      const CsgNode& node = tree_.nodes[term.node];
+      progress_.report(static_cast<double>(t) / static_cast<double>(plan_.terms.size()),
+                       "evaluating triangles");
+      if (term.items.empty()) {
+        RMP_TRY_ASSIGN(values[t], primitive(node, term.node).in(node_text(node, term.node)));
+        continue;
+      }
+      std::vector<ExactSolid> operands;
+      for (const Item& item : term.items)
+        operands.push_back(values[item.term]->moved(item.pose, item.instance));
+      RMP_TRY_ASSIGN(const BooleanOutcome made,
+                     operate(term, std::move(operands)).in(node_text(node, term.node)));
+      if (!made.remedy.empty())
+        notes_.push_back(node_text(node, term.node) + ": " + made.remedy + ".");
+      if (made.solid.empty() || !(made.solid.volume() > 0))
+        return error(ErrorCode::invalid_argument, "the result is empty",
+                     term.kind == CsgKind::difference
+                         ? "Nothing is left of the first solid; make the others smaller."
+                         : "The solids have no common volume; move them together.",
+                     node_text(node, term.node));
+      values[t] = made.solid;
+      for (const Item& item : term.items)
+        if (--uses[item.term] == 0) values[item.term].reset();
+    }
+    ExactSolid solid = values[plan_.root.term]->moved(plan_.root.pose, plan_.root.instance);
+    add_closing_notes(solid.mesh());
+    return Evaluated{std::move(solid), std::move(notes_)};
+  }
+
+ private:
+  Result<ExactSolid> primitive(const CsgNode& node, std::size_t index) {
+    std::uint64_t key = mixed(0, static_cast<std::uint64_t>(node.kind));
+    key = node.name.empty() ? mixed(key, index) : mixed(key, node.name);
+    std::vector<std::string> repairs;
+    RMP_TRY_ASSIGN(const PatchMesh mesh, tessellate(node, key, repairs));
+    for (const std::string& r : repairs) notes_.push_back(node_text(node, index) + ": " + r + ".");
+    return ExactSolid::from(mesh);
+  }
+
+  Result<BooleanOutcome> operate(const Term& term, std::vector<ExactSolid> operands) {
+    switch (term.kind) {
+      case CsgKind::difference: {
+        const ExactSolid first = operands.front();
+        std::vector<ExactSolid> tools;
+        for (std::size_t k = 1; k < operands.size(); ++k) {
+          if (first.box().meets(operands[k].box())) {
+            tools.push_back(std::move(operands[k]));
+            continue;
+          }
+          const std::size_t n = plan_.terms[term.items[k].term].node;
+          notes_.push_back(node_text(tree_.nodes[n], n) +
+                           ": cuts nothing: it does not reach the solid.");
+        }
+        return subtract(first, std::move(tools), progress_);
+      }
+      case CsgKind::intersection: return intersect(std::move(operands), progress_);
+      default: return unite(std::move(operands), progress_);
+    }
+  }
+
+  void add_closing_notes(const PatchMesh& mesh) {
+    double deviation = 0;
+    for (const std::uint32_t p : mesh.patch_of)
+      deviation = std::max(deviation, mesh.patches[p].deviation);
+    if (deviation > 0)
+      notes_.push_back("Computed from triangles: curved faces are within " +
+                       millimetres_text(deviation) + " of their shape.");
+    const auto parts = parts_of(mesh);
+    const std::size_t count =
+        parts.empty() ? 0 : *std::max_element(parts.begin(), parts.end()) + std::size_t{1};
+    std::vector<double> six_volumes(count, 0.0);
+    for (std::size_t t = 0; t < parts.size(); ++t) {
+      const auto [a, b, c] = mesh.corners(t);
+      six_volumes[parts[t]] += dot(a, cross(b, c));
+    }
+    const auto pieces = std::count_if(six_volumes.begin(), six_volumes.end(),
+                                      [](double v) { return v > 0; });  // the others are cavities
+    if (pieces > 1)
+      notes_.push_back("The solid consists of " + std::to_string(pieces) + " separate pieces.");
+  }
+
+  const CsgTree& tree_;
+  const Planner& plan_;
+  Progress& progress_;
+  std::vector<std::string> notes_;
+};
+
+}  // namespace
+
+Result<Evaluated> evaluate_tree(const CsgTree& tree, Progress& progress) {
+  Planner plan(tree, progress);
+  RMP_TRY(plan.run());
+  return Evaluator(tree, plan, progress).run();
+}
+
+}  // namespace robomosp::csg_cgal

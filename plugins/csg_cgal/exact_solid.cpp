@@ -1,0 +1,349 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "exact_solid.h"
+
+#include <algorithm>
+#include <deque>
+#include <mutex>
+#include <numeric>
+#include <unordered_map>
+
+#include <CGAL/Exact_predicates_exact_constructions_kernel.h>
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Polygon_mesh_processing/corefinement.h>
+#include <CGAL/Polygon_mesh_processing/orientation.h>
+#include <CGAL/Polygon_mesh_processing/self_intersections.h>
+#include <CGAL/Surface_mesh.h>
+
+namespace robomosp::csg_cgal {
+namespace {
+
+namespace PMP = CGAL::Polygon_mesh_processing;
+using Kernel = CGAL::Exact_predicates_exact_constructions_kernel;
+using Point = Kernel::Point_3;
+using Surface = CGAL::Surface_mesh<Point>;
+using Face = Surface::Face_index;
+using Vertex = Surface::Vertex_index;
+using PatchMap = Surface::Property_map<Face, std::uint32_t>;
+
+constexpr const char* kPatchProperty = "f:patch";
+/// Relative; volumes are summed in double.
+constexpr double kVolumeSlack = 1e-9;
+/// How far, by its size, a solid is moved whose touching another in an edge or corner leaves no
+/// closed surface.
+constexpr double kNudge = 1e-9;
+
+PatchMap patches_of(const Surface& s) {
+  return s.property_map<Face, std::uint32_t>(kPatchProperty).first;
+}
+
+Point exact_point(const Vec3& p) { return {p[0], p[1], p[2]}; }
+
+/// Keeps every triangle's patch through an operation, and lets the user stop it.
+class Tracker : public PMP::Corefinement::Default_visitor<Surface> {
+ public:
+  explicit Tracker(const Progress& progress) : progress_(&progress) {}
+  void before_subface_creations(Face split, Surface& s) {
+    stop_if_cancelled(*progress_);
+    patch_ = patches_of(s)[split];
+  }
+  void after_subface_created(Face made, Surface& s) { patches_of(s)[made] = patch_; }
+  void after_face_copy(Face from, const Surface& source, Face to, Surface& target) {
+    patches_of(target)[to] = patches_of(source)[from];
+  }
+  void edge_face_intersections_step() const { stop_if_cancelled(*progress_); }
+  void intersection_of_coplanar_faces_step() const { stop_if_cancelled(*progress_); }
+  void triangulating_faces_step() const { stop_if_cancelled(*progress_); }
+
+ private:
+  const Progress* progress_;
+  std::uint32_t patch_ = 0;
+};
+
+}  // namespace
+
+struct ExactSolid::Impl {
+  Surface surface;
+  std::vector<Patch> patches;
+  // Found on first use, by whichever thread.
+  mutable std::once_flag rounded;
+  mutable PatchMesh mesh;
+  mutable Box3 box;
+  mutable double volume = 0;
+
+  void round() const {
+    std::call_once(rounded, [&] {
+      mesh.patches = patches;
+      mesh.points.reserve(surface.number_of_vertices());
+      std::vector<std::uint32_t> number(surface.num_vertices());
+      for (const Vertex v : surface.vertices()) {
+        const Point& p = surface.point(v);
+        number[v] = static_cast<std::uint32_t>(mesh.points.size());
+        mesh.points.push_back(
+            {CGAL::to_double(p.x()), CGAL::to_double(p.y()), CGAL::to_double(p.z())});
+      }
+      const PatchMap patch = patches_of(surface);
+      for (const Face f : surface.faces()) {
+        std::array<std::uint32_t, 3> t{};
+        std::size_t k = 0;
+        for (const Vertex v : surface.vertices_around_face(surface.halfedge(f))) t[k++] = number[v];
+        mesh.triangles.push_back(t);
+        mesh.patch_of.push_back(patch[f]);
+      }
+      box = box_of(mesh);
+      volume = volume_of(mesh);
+    });
+  }
+};
+
+ExactSolid::ExactSolid(std::shared_ptr<const Impl> impl) : impl_(std::move(impl)) {}
+const PatchMesh& ExactSolid::mesh() const {
+  impl_->round();
+  return impl_->mesh;
+}
+const Box3& ExactSolid::box() const {
+  impl_->round();
+  return impl_->box;
+}
+double ExactSolid::volume() const {
+  impl_->round();
+  return impl_->volume;
+}
+bool ExactSolid::empty() const { return impl_->surface.number_of_faces() == 0; }
+
+ExactSolid ExactSolid::from(const PatchMesh& mesh) {
+  auto made = std::make_shared<Impl>();
+  made->patches = mesh.patches;
+  Surface& s = made->surface;
+  s.reserve(static_cast<Surface::size_type>(mesh.points.size()),
+            static_cast<Surface::size_type>(3 * mesh.triangles.size() / 2),
+            static_cast<Surface::size_type>(mesh.triangles.size()));
+  PatchMap patch = s.add_property_map<Face, std::uint32_t>(kPatchProperty, 0).first;
+  for (const Vec3& p : mesh.points) s.add_vertex(exact_point(p));
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const auto& v = mesh.triangles[t];
+    const Face f = s.add_face(Vertex(v[0]), Vertex(v[1]), Vertex(v[2]));
+    if (f == Surface::null_face())
+      throw std::runtime_error("a surface that is no manifold, at triangle " + std::to_string(t));
+    patch[f] = mesh.patch_of[t];
+  }
+  return ExactSolid(std::move(made));
+}
+
+ExactSolid ExactSolid::moved(const Affine& motion, std::uint64_t instance) const {
+  if (motion.is_identity() && instance == 0) return *this;
+  auto made = std::make_shared<Impl>();
+  made->surface = impl_->surface;
+  made->patches = impl_->patches;
+  for (Patch& p : made->patches) {
+    p = csg_cgal::moved(p, motion);
+    if (instance != 0) p.id = mixed(p.id, instance);
+  }
+  const auto& A = motion.A;
+  const CGAL::Aff_transformation_3<Kernel> map(A[0], A[1], A[2], motion.t[0], A[3], A[4], A[5],
+                                               motion.t[1], A[6], A[7], A[8], motion.t[2]);
+  const Kernel::Vector_3 shift(motion.t[0], motion.t[1], motion.t[2]);
+  Surface& s = made->surface;
+  if (!motion.is_identity())
+    for (const Vertex v : s.vertices())
+      s.point(v) = motion.is_translation() ? s.point(v) + shift : map.transform(s.point(v));
+  if (motion.is_mirrored()) PMP::reverse_face_orientations(s);
+  return ExactSolid(std::move(made));
+}
+
+namespace {
+
+/// What the operation must keep between: a surface that cuts itself shows here.
+bool is_plausible(CsgKind kind, double a, double b, double got) {
+  const double slack = kVolumeSlack * (a + b);
+  switch (kind) {
+    case CsgKind::union_: return got >= std::max(a, b) - slack && got <= a + b + slack;
+    case CsgKind::difference: return got >= a - b - slack && got <= a + slack;
+    default: return got >= -slack && got <= std::min(a, b) + slack;
+  }
+}
+
+/// One operation on two solids as they lie; nothing when its result is no closed surface.
+std::optional<ExactSolid> try_boolean(CsgKind kind, const ExactSolid& a, const ExactSolid& b,
+                                      const Progress& progress) {
+  Surface first = a.impl().surface, second = b.impl().surface;
+  auto made = std::make_shared<ExactSolid::Impl>();
+  made->patches = a.impl().patches;
+  const auto offset = static_cast<std::uint32_t>(made->patches.size());
+  made->patches.insert(made->patches.end(), b.impl().patches.begin(), b.impl().patches.end());
+  PatchMap patch = patches_of(second);
+  for (const Face f : second.faces()) patch[f] += offset;
+  made->surface.add_property_map<Face, std::uint32_t>(kPatchProperty, 0);
+  const auto with = CGAL::parameters::visitor(Tracker(progress));
+  bool is_closed = false;
+  switch (kind) {
+    case CsgKind::union_:
+      is_closed = PMP::corefine_and_compute_union(first, second, made->surface, with);
+      break;
+    case CsgKind::difference:
+      is_closed = PMP::corefine_and_compute_difference(first, second, made->surface, with);
+      break;
+    default:
+      is_closed = PMP::corefine_and_compute_intersection(first, second, made->surface, with);
+      break;
+  }
+  if (!is_closed || !CGAL::is_closed(made->surface)) return std::nullopt;
+  made->surface.collect_garbage();
+  ExactSolid solid(std::move(made));
+  if (!is_plausible(kind, a.volume(), b.volume(), solid.volume())) return std::nullopt;
+  return solid;
+}
+
+Result<BooleanOutcome> boolean(CsgKind kind, const ExactSolid& a, const ExactSolid& b,
+                               const Progress& progress) {
+  stop_if_cancelled(progress);
+  if (auto solid = try_boolean(kind, a, b, progress)) return BooleanOutcome{*solid, ""};
+  // Solids that touch in a line or a point: a hair's breadth aside they do or do not.
+  const double size = std::max(a.box().diagonal(), b.box().diagonal());
+  for (const Vec3& way : {Vec3{0.5345, 0.8018, 0.2673}, Vec3{-0.6350, 0.2540, 0.7295},
+                          Vec3{0.1826, -0.5477, -0.8165}}) {
+    stop_if_cancelled(progress);
+    Affine nudge;
+    nudge.t = snapped(way * (kNudge * size));
+    if (auto solid = try_boolean(kind, a, b.moved(nudge, 0), progress))
+      return BooleanOutcome{*solid, "solids that only touch were moved by " +
+                                        millimetres_text(kNudge * size) +
+                                        " to get a closed result"};
+  }
+  return error(ErrorCode::plugin_failed, "the triangles could not be joined to a closed surface",
+               "Faces or edges that only touch are the usual cause: move an operand slightly.");
+}
+
+/// Solids that have nothing in common side by side.
+ExactSolid joined(const std::vector<ExactSolid>& solids) {
+  if (solids.size() == 1) return solids.front();
+  auto made = std::make_shared<ExactSolid::Impl>();
+  Surface& s = made->surface;
+  PatchMap to = s.add_property_map<Face, std::uint32_t>(kPatchProperty, 0).first;
+  for (const ExactSolid& solid : solids) {
+    const Surface& from = solid.impl().surface;
+    const PatchMap patch = patches_of(from);
+    const auto offset = static_cast<std::uint32_t>(made->patches.size());
+    made->patches.insert(made->patches.end(), solid.impl().patches.begin(),
+                         solid.impl().patches.end());
+    std::vector<Vertex> vertex(from.num_vertices());
+    for (const Vertex v : from.vertices()) vertex[v] = s.add_vertex(from.point(v));
+    for (const Face f : from.faces()) {
+      std::array<Vertex, 3> t;
+      std::size_t k = 0;
+      for (const Vertex v : from.vertices_around_face(from.halfedge(f))) t[k++] = vertex[v];
+      to[s.add_face(t[0], t[1], t[2])] = patch[f] + offset;
+    }
+  }
+  return ExactSolid(std::move(made));
+}
+
+/// Groups of solids whose boxes hang together, each in the order given.
+std::vector<std::vector<ExactSolid>> clusters(std::vector<ExactSolid> solids) {
+  std::vector<std::size_t> order(solids.size()), parent(solids.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::iota(parent.begin(), parent.end(), std::size_t{0});
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return solids[a].box().low[0] < solids[b].box().low[0];
+  });
+  const auto root = [&](std::size_t i) {
+    while (parent[i] != i) i = parent[i] = parent[parent[i]];
+    return i;
+  };
+  for (std::size_t i = 0; i < order.size(); ++i)
+    for (std::size_t j = i + 1; j < order.size(); ++j) {
+      const Box3 &a = solids[order[i]].box(), &b = solids[order[j]].box();
+      if (b.low[0] > a.high[0]) break;
+      if (a.meets(b)) {
+        const std::size_t x = root(order[i]), y = root(order[j]);
+        parent[std::max(x, y)] = std::min(x, y);
+      }
+    }
+  std::vector<std::vector<ExactSolid>> groups;
+  std::unordered_map<std::size_t, std::size_t> group_of;
+  for (std::size_t i = 0; i < solids.size(); ++i) {
+    const auto [at, is_new] = group_of.try_emplace(root(i), groups.size());
+    if (is_new) groups.emplace_back();
+    groups[at->second].push_back(std::move(solids[i]));
+  }
+  return groups;
+}
+
+}  // namespace
+
+Result<BooleanOutcome> unite(std::vector<ExactSolid> solids, Progress& progress) {
+  std::string remedy;
+  std::vector<ExactSolid> apart;
+  for (auto& group : clusters(std::move(solids))) {
+    // Pairs, then pairs of pairs: no triangle takes part in more than log n operations.
+    std::deque<ExactSolid> open(group.begin(), group.end());
+    while (open.size() > 1) {
+      RMP_TRY_ASSIGN(BooleanOutcome two, boolean(CsgKind::union_, open[0], open[1], progress));
+      if (!two.remedy.empty()) remedy = two.remedy;
+      open.erase(open.begin(), open.begin() + 2);
+      open.push_back(std::move(two.solid));
+    }
+    apart.push_back(std::move(open.front()));
+  }
+  return BooleanOutcome{joined(apart), std::move(remedy)};
+}
+
+Result<BooleanOutcome> subtract(const ExactSolid& solid, std::vector<ExactSolid> tools,
+                                Progress& progress) {
+  if (tools.empty()) return BooleanOutcome{solid, ""};
+  auto tool = unite(tools, progress);
+  if (tool.ok()) {
+    auto cut = boolean(CsgKind::difference, solid, tool->solid, progress);
+    if (cut.ok() && cut->remedy.empty()) cut->remedy = tool->remedy;
+    if (cut.ok() || tools.size() == 1) return cut;
+  }
+  // Tools that cannot be one: one after another.
+  BooleanOutcome rest{solid, ""};
+  for (const ExactSolid& t : tools) {
+    if (rest.solid.empty()) break;
+    RMP_TRY_ASSIGN(BooleanOutcome next, boolean(CsgKind::difference, rest.solid, t, progress));
+    if (next.remedy.empty()) next.remedy = std::move(rest.remedy);
+    rest = std::move(next);
+  }
+  return rest;
+}
+
+Result<BooleanOutcome> intersect(std::vector<ExactSolid> solids, Progress& progress) {
+  BooleanOutcome rest{solids.front(), ""};
+  for (std::size_t i = 1; i < solids.size() && !rest.solid.empty(); ++i) {
+    RMP_TRY_ASSIGN(BooleanOutcome next,
+                   boolean(CsgKind::intersection, rest.solid, solids[i], progress));
+    if (next.remedy.empty()) next.remedy = std::move(rest.remedy);
+    rest = std::move(next);
+  }
+  return rest;
+}
+
+bool orient_outwards(PatchMesh& mesh, std::array<std::uint32_t, 2>& witness) {
+  using Plain = CGAL::Surface_mesh<CGAL::Exact_predicates_inexact_constructions_kernel::Point_3>;
+  Plain s;
+  for (const Vec3& p : mesh.points) s.add_vertex({p[0], p[1], p[2]});
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const auto& v = mesh.triangles[t];
+    if (s.add_face(Plain::Vertex_index(v[0]), Plain::Vertex_index(v[1]),
+                   Plain::Vertex_index(v[2])) == Plain::null_face())
+      throw std::runtime_error("a surface that is no manifold, at triangle " + std::to_string(t));
+  }
+  std::vector<std::pair<Plain::Face_index, Plain::Face_index>> cuts;
+  PMP::self_intersections(s, std::back_inserter(cuts));
+  if (!cuts.empty()) {
+    witness = {static_cast<std::uint32_t>(cuts.front().first),
+               static_cast<std::uint32_t>(cuts.front().second)};
+    return false;
+  }
+  PMP::orient_to_bound_a_volume(s);
+  std::size_t t = 0;
+  for (const auto f : s.faces()) {
+    std::size_t k = 0;
+    for (const auto v : s.vertices_around_face(s.halfedge(f)))
+      mesh.triangles[t][k++] = static_cast<std::uint32_t>(v);
+    ++t;
+  }
+  return true;
+}
+
+}  // namespace robomosp::csg_cgal

@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "patch_mesh.h"
+
+#include <algorithm>
+#include <numeric>
+
+namespace robomosp::csg_cgal {
+
+namespace {
+
+/// p relative to the patch's point: along the axis, and the part across it.
+std::pair<double, Vec3> along_and_across(const Patch& patch, const Vec3& p) {
+  const Vec3 d = p - patch.point;
+  const double along = dot(d, patch.axis);
+  return {along, d - patch.axis * along};
+}
+
+}  // namespace
+
+Vec3 Patch::normal(const Vec3& p) const {
+  const auto [along, across] = along_and_across(*this, p);
+  switch (kind) {
+    case Kind::plane: return axis;
+    case Kind::cylinder: return unit(across);
+    case Kind::cone: {
+      const Vec3 out = unit(across);
+      return out == Vec3{} ? out : unit(out - axis * (along < 0 ? -tube : tube));
+    }
+    case Kind::sphere: return unit(p - point);
+    case Kind::torus: return unit(p - (point + unit(across) * radius));
+    case Kind::free: break;
+  }
+  return {};
+}
+
+double Patch::distance(const Vec3& p) const {
+  const auto [along, across] = along_and_across(*this, p);
+  switch (kind) {
+    case Kind::plane: return std::abs(along);
+    case Kind::cylinder: return std::abs(norm(across) - radius);
+    case Kind::cone:
+      return std::abs(norm(across) - std::abs(along) * tube) / std::sqrt(1 + tube * tube);
+    case Kind::sphere: return std::abs(norm(p - point) - radius);
+    case Kind::torus: return std::abs(norm(p - (point + unit(across) * radius)) - tube);
+    case Kind::free: break;
+  }
+  return 0;
+}
+
+Patch moved(Patch patch, const Affine& motion) {
+  patch.point = motion(patch.point);
+  patch.axis = motion.turn(patch.axis);
+  return patch;
+}
+
+void Box3::add(const Vec3& p) {
+  for (std::size_t i = 0; i < 3; ++i) {
+    low[i] = std::min(low[i], p[i]);
+    high[i] = std::max(high[i], p[i]);
+  }
+}
+
+void Box3::add(const Box3& b) {
+  add(b.low);
+  add(b.high);
+}
+
+bool Box3::meets(const Box3& b) const {
+  for (std::size_t i = 0; i < 3; ++i)
+    if (low[i] > b.high[i] || high[i] < b.low[i]) return false;
+  return true;
+}
+
+double Box3::diagonal() const { return low[0] <= high[0] ? norm(high - low) : 0; }
+
+Box3 box_of(const PatchMesh& mesh) {
+  Box3 box;
+  for (const Vec3& p : mesh.points) box.add(p);
+  return box;
+}
+
+double volume_of(const PatchMesh& mesh) {
+  const Box3 box = box_of(mesh);
+  const Vec3 centre = (box.low + box.high) * 0.5;
+  double six = 0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const auto [a, b, c] = mesh.corners(t);
+    six += dot(a - centre, cross(b - centre, c - centre));
+  }
+  return six / 6;
+}
+
+// Signed tetrahedra from the box's centre to every triangle (Mirtich 1996 in Tonon's form). What a
+// patch may be off its surface by, times its area, bounds the volume that lies between them.
+Moments moments_of(const PatchMesh& mesh) {
+  Moments m;
+  if (mesh.triangles.empty()) return m;
+  const Box3 box = box_of(mesh);
+  const Vec3 centre = (box.low + box.high) * 0.5;
+  Vec3 first{};
+  std::array<double, 6> second{};  // xx yy zz xy yz xz about the centre
+  constexpr std::array<std::array<std::size_t, 2>, 6> kPairs{
+      {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {1, 2}, {0, 2}}};
+  double gap = 0, gap_second = 0, gap_area = 0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const auto corners = mesh.corners(t);
+    const Vec3 a = corners[0] - centre, b = corners[1] - centre, c = corners[2] - centre;
+    const double area = 0.5 * norm(cross(b - a, c - a)), volume = dot(a, cross(b, c)) / 6;
+    const Vec3 s = a + b + c;
+    m.area += area;
+    m.volume += volume;
+    first = first + s * (volume / 4);
+    for (std::size_t k = 0; k < 6; ++k) {
+      const auto [i, j] = kPairs[k];
+      second[k] += volume / 20 * (a[i] * a[j] + b[i] * b[j] + c[i] * c[j] + s[i] * s[j]);
+    }
+    const Patch& patch = mesh.patches[mesh.patch_of[t]];
+    gap += patch.deviation * area;
+    gap_second += patch.deviation * area / 12 * (dot(a, a) + dot(b, b) + dot(c, c) + dot(s, s));
+    gap_area += patch.area_error * area;
+  }
+  const double trace = second[0] + second[1] + second[2];
+  m.exact = gap == 0;
+  // Corners lie on the grid, integrals are summed in double.
+  m.relative_error = m.volume > 0 ? 1e-12 + 4 * kGrid * m.area / m.volume : 0;
+  if (gap > 0 && m.volume > 0) {
+    m.relative_error = std::max({gap / m.volume, gap_area / m.area, m.relative_error});
+    if (trace > 0) m.relative_error = std::max(m.relative_error, gap_second / trace);
+  }
+  m.first = first + centre * m.volume;
+  std::array<double, 6> about_origin{};
+  for (std::size_t k = 0; k < 6; ++k) {
+    const auto [i, j] = kPairs[k];
+    about_origin[k] =
+        second[k] + centre[i] * first[j] + centre[j] * first[i] + m.volume * centre[i] * centre[j];
+  }
+  m.second = {about_origin[0], about_origin[1], about_origin[2],
+              about_origin[3], about_origin[4], about_origin[5]};
+  return m;
+}
+
+std::vector<std::uint32_t> parts_of(const PatchMesh& mesh) {
+  const std::size_t n = mesh.triangles.size();
+  std::vector<std::uint32_t> parent(n);
+  std::iota(parent.begin(), parent.end(), 0U);
+  const auto root = [&](std::uint32_t i) {
+    while (parent[i] != i) i = parent[i] = parent[parent[i]];
+    return i;
+  };
+  struct Side {
+    std::uint32_t low, high, triangle;
+  };
+  std::vector<Side> sides;
+  sides.reserve(3 * n);
+  for (std::uint32_t t = 0; t < n; ++t)
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t a = mesh.triangles[t][k], b = mesh.triangles[t][(k + 1) % 3];
+      sides.push_back({std::min(a, b), std::max(a, b), t});
+    }
+  std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
+    return std::tie(a.low, a.high) < std::tie(b.low, b.high);
+  });
+  for (std::size_t i = 1; i < sides.size(); ++i)
+    if (sides[i].low == sides[i - 1].low && sides[i].high == sides[i - 1].high)
+      parent[root(sides[i].triangle)] = root(sides[i - 1].triangle);
+  std::vector<std::uint32_t> number(n, ~0U), out(n);
+  std::uint32_t next = 0;
+  for (std::uint32_t t = 0; t < n; ++t) {
+    std::uint32_t& of_root = number[root(t)];
+    if (of_root == ~0U) of_root = next++;
+    out[t] = of_root;
+  }
+  return out;
+}
+
+}  // namespace robomosp::csg_cgal

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Triangles that know which face of which primitive they belong to, and what surface that face
+// approximates (layer: plugin).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "support.h"
+
+namespace robomosp::csg_cgal {
+
+/// The surface a patch of triangles lies on or approximates.
+struct Patch {
+  enum class Kind : std::uint8_t { plane, cylinder, cone, sphere, torus, free };
+  Kind kind = Kind::free;
+  std::uint64_t id = 0;   ///< stays the same while the face does
+  Vec3 point{};           ///< on the plane, on the axis (cone: its tip), or the centre
+  Vec3 axis{};            ///< of cylinder, cone and torus; the normal of a plane; unit length
+  double radius = 0;      ///< of cylinder, sphere; of a torus' ring
+  double tube = 0;        ///< of a torus; of a cone: tangent of the angle between axis and side
+  double deviation = 0;   ///< triangles lie within this distance of the surface [m]
+  double area_error = 0;  ///< relative error of the patch's area
+
+  /// A normal of the surface near p, either way round; zero where it has none.
+  [[nodiscard]] Vec3 normal(const Vec3& p) const;
+  /// Distance of p from the surface [m]; 0 for a free one.
+  [[nodiscard]] double distance(const Vec3& p) const;
+};
+[[nodiscard]] Patch moved(Patch patch, const Affine& motion);
+
+struct PatchMesh {
+  std::vector<Vec3> points;
+  std::vector<std::array<std::uint32_t, 3>> triangles;  ///< counter-clockwise from outside
+  std::vector<std::uint32_t> patch_of;                  ///< one a triangle
+  std::vector<Patch> patches;
+
+  [[nodiscard]] std::array<Vec3, 3> corners(std::size_t t) const {
+    return {points[triangles[t][0]], points[triangles[t][1]], points[triangles[t][2]]};
+  }
+  /// Twice the area, along the outward normal.
+  [[nodiscard]] Vec3 area_vector(std::size_t t) const {
+    const auto [a, b, c] = corners(t);
+    return cross(b - a, c - a);
+  }
+};
+
+struct Box3 {
+  Vec3 low{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity(),
+           std::numeric_limits<double>::infinity()};
+  Vec3 high{-std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity(),
+            -std::numeric_limits<double>::infinity()};
+  void add(const Vec3& p);
+  void add(const Box3& b);
+  [[nodiscard]] bool meets(const Box3& b) const;  ///< also when they only touch
+  [[nodiscard]] double diagonal() const;
+};
+[[nodiscard]] Box3 box_of(const PatchMesh& mesh);
+/// Signed volume of the polyhedron.
+[[nodiscard]] double volume_of(const PatchMesh& mesh);
+/// Integrals over the polyhedron, with a bound of the error that its patches make.
+[[nodiscard]] Moments moments_of(const PatchMesh& mesh);
+/// For every triangle the number of the connected part it belongs to; parts hang together by edges.
+[[nodiscard]] std::vector<std::uint32_t> parts_of(const PatchMesh& mesh);
+
+}  // namespace robomosp::csg_cgal

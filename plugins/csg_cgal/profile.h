@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Profiles as polygons whose sides know the curve they stand for (layer: plugin).
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <robomosp/sdk/csg.h>
+#include <robomosp/sdk/result.h>
+
+#include "triangulate.h"
+
+namespace robomosp::csg_cgal {
+
+/// The curve that a run of sides approximates.
+struct Curve2 {
+  enum class Kind : std::uint8_t { line, arc, free };
+  Kind kind = Kind::line;
+  Point2 centre{};
+  double radius = 0;
+  double deviation = 0;  ///< of the sides from the curve [m]
+  double turn = 0;       ///< greatest angle between two sides [rad]
+};
+
+struct Outline {
+  std::vector<Curve2> curves;
+  std::vector<std::vector<Point2>> loops;
+  std::vector<std::vector<std::uint32_t>> curve_of;  ///< of the side that begins at each corner
+};
+
+/// Number of sides that keep a full circle within the chord; a multiple of 4.
+int circle_sides(double radius);
+/// How much farther out than the radius the corners of a polygon with this angle a side lie, so
+/// that it has the circle's area.
+double equal_area(double angle_of_side);
+/// Points of an arc about the origin from angle `from`, without the last one: its ends lie on it,
+/// the points between so far out that the area is the sector's.
+std::vector<Point2> arc_points(double radius, double from, double sweep, int sides);
+
+/// The profile's loops as polygons, not yet oriented; the error tells what is wrong with it.
+Result<Outline> outline_of(const CsgProfile& profile);
+
+}  // namespace robomosp::csg_cgal

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Primitives as closed triangle meshes. Polygons that stand for circles have the circle's area, so
+// that volumes come out right though every face is within the chord only (layer: plugin).
+#pragma once
+
+#include <robomosp/sdk/csg.h>
+#include <robomosp/sdk/result.h>
+
+#include "patch_mesh.h"
+
+namespace robomosp::csg_cgal {
+
+/// Curved faces lie within this distance of their triangles [m], larger ones within kChordBySize of
+/// their radius.
+inline constexpr double kChord = 5e-5;
+inline constexpr double kChordBySize = 2.5e-4;
+/// Longest and shortest length of a size [m].
+inline constexpr double kGreatestLength = 1e4, kSmallestLength = 1e-8;
+
+/// Checks sizes, profile and geometry; the error names the node.
+Result<void> check_primitive(const CsgNode& node, std::size_t index);
+
+/// The primitive in its own frame; `key` goes into the ids of its faces. `notes` gets what had to
+/// be repaired of an imported mesh. Call check_primitive first.
+Result<PatchMesh> tessellate(const CsgNode& node, std::uint64_t key,
+                             std::vector<std::string>& notes);
+
+/// An imported mesh made fit for operations (repair.cpp).
+Result<PatchMesh> imported_mesh(const CsgGeometry& geometry, double scale, std::uint64_t key,
+                                std::vector<std::string>& notes);
+
+}  // namespace robomosp::csg_cgal
