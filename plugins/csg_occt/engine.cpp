@@ -16,6 +16,7 @@
 #include <TopoDS.hxx>
 
 #include "modifiers.h"
+#include "plain_bounds.h"
 
 namespace robomosp::csg_occt {
 namespace {
@@ -194,7 +195,9 @@ Result<CsgEngine::Partition> OcctCsgEngine::partition(std::span<const PlacedShap
 // Corners, then bent edges, then curved faces.
 Bnd_Box tight_box(const std::vector<Solid>& solids, const gp_Trsf& pose) {
   Bnd_Box box;
+  PlainBounds plain;
   for (const Solid& s : solids) {
+    if (plain.widen(box, s.shape, pose)) continue;
     const TopoDS_Shape shape = placed(s.shape, pose);
     TopTools_IndexedMapOfShape corners, edges;
     TopExp::MapShapes(shape, TopAbs_VERTEX, corners);

@@ -64,6 +64,8 @@ class FaceIntegrator {
       : face_(TopoDS::Face(face.Oriented(TopAbs_FORWARD))), surface_(face_, false) {
     is_plane_ = surface_.GetType() == GeomAbs_Plane;
     if (is_plane_) plane_ = surface_.Plane();
+    is_cylinder_ = surface_.GetType() == GeomAbs_Cylinder;
+    if (is_cylinder_) cylinder_ = surface_.Cylinder();
     u0_ = surface_.FirstUParameter();
     if (!std::isfinite(u0_) || std::abs(u0_) > 1e50) u0_ = 0;
     switch (surface_.GetType()) {
@@ -108,6 +110,10 @@ class FaceIntegrator {
       // Along a line of constant v nothing is swept; this skips the rims of cylinders.
       if (d.Y() == 0) return true;
       double turns = 0;
+      if (is_cylinder_ && d.X() == 0) {
+        add_cylinder_line(trim.Line().Location().X(), trim.Value(a).Y(), trim.Value(b).Y(), sign);
+        return true;
+      }
       // A polynomial of degree at most 4 along the line: four points are exact.
       if (is_plane_ || (u_is_angle_ && !v_is_angle_ && d.X() == 0)) {
         accumulate(total_, span<4>(trim, a, b), sign);
@@ -209,6 +215,46 @@ class FaceIntegrator {
     return sums;
   }
 
+  static void add_flux(Sums& sums, const gp_XYZ& p, const gp_XYZ& n, double weight) {
+    const double flux = weight * p.Dot(n);
+    const double x = p.X(), y = p.Y(), z = p.Z();
+    sums[0] += flux;
+    sums[1] += flux * x;
+    sums[2] += flux * y;
+    sums[3] += flux * z;
+    sums[4] += flux * x * x;
+    sums[5] += flux * y * y;
+    sums[6] += flux * z * z;
+    sums[7] += flux * x * y;
+    sums[8] += flux * y * z;
+    sums[9] += flux * x * z;
+    sums[10] += weight * n.Modulus();
+  }
+
+  // A straight line up a cylinder: span<4>() of strip(), with each direction worked out once.
+  void add_cylinder_line(double u, double v0, double v1, double sign) {
+    const double length = u - u0_;
+    if (length == 0) return;
+    const gp_Ax3& frame = cylinder_.Position();
+    const gp_XYZ x = frame.XDirection().XYZ() * cylinder_.Radius(),
+                 y = frame.YDirection().XYZ() * cylinder_.Radius(), axis = frame.Direction().XYZ(),
+                 origin = frame.Location().XYZ();
+    const double outward = frame.Direct() ? 1 : -1;
+    const int n = pieces(std::abs(length) / kQuarterTurn);
+    const auto& around = gauss<10>();
+    const auto& along = gauss<4>();
+    const double half_v = (v1 - v0) / 2, middle_v = (v0 + v1) / 2, half_u = length / n / 2;
+    for (int i = 0; i < n; ++i)
+      for (std::size_t k = 0; k < 10; ++k) {
+        const double angle = u0_ + half_u * (2 * i + 1 + around.x[k]);
+        const gp_XYZ out = x * std::cos(angle) + y * std::sin(angle);
+        const double weight = sign * half_v * half_u * around.w[k];
+        for (std::size_t m = 0; m < 4; ++m)
+          add_flux(total_, origin + out + axis * (middle_v + half_v * along.x[m]), out * outward,
+                   weight * along.w[m]);
+      }
+  }
+
   template <int N>
   void add_points(Sums& sums, double a, double b, double v) const {
     const double half = (b - a) / 2, middle = (a + b) / 2;
@@ -216,20 +262,7 @@ class FaceIntegrator {
     for (std::size_t i = 0; i < static_cast<std::size_t>(N); ++i) {
       gp_XYZ p, n;
       point_and_normal(middle + half * rule.x[i], v, p, n);
-      const double weight = half * rule.w[i];
-      const double flux = weight * p.Dot(n);
-      const double x = p.X(), y = p.Y(), z = p.Z();
-      sums[0] += flux;
-      sums[1] += flux * x;
-      sums[2] += flux * y;
-      sums[3] += flux * z;
-      sums[4] += flux * x * x;
-      sums[5] += flux * y * y;
-      sums[6] += flux * z * z;
-      sums[7] += flux * x * y;
-      sums[8] += flux * y * z;
-      sums[9] += flux * x * z;
-      sums[10] += weight * n.Modulus();
+      add_flux(sums, p, n, half * rule.w[i]);
     }
   }
 
@@ -252,7 +285,8 @@ class FaceIntegrator {
   TopoDS_Face face_;
   BRepAdaptor_Surface surface_;
   gp_Pln plane_;
-  bool is_plane_ = false, u_is_angle_ = false, v_is_angle_ = false;
+  gp_Cylinder cylinder_;
+  bool is_plane_ = false, is_cylinder_ = false, u_is_angle_ = false, v_is_angle_ = false;
   double u0_ = 0;
   double reach_ = 0;  // greatest distance of a corner from the origin
   Sums total_{};

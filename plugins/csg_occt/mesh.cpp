@@ -266,6 +266,13 @@ class MeshBuilder {
         id = new_id(mesh->Node(i).Transformed(location));
 
     const auto base = static_cast<std::uint32_t>(mesh_.vertex_count());
+    const auto grow = [](auto& list, std::size_t more) {
+      if (list.capacity() < list.size() + more)
+        list.reserve(std::max(list.size() + more, 2 * list.capacity()));
+    };
+    grow(mesh_.positions, 3 * ids.size());
+    grow(mesh_.normals, 3 * ids.size());
+    grow(mesh_.triangles, 3 * static_cast<std::size_t>(mesh->NbTriangles()));
     Mesh::Face run;
     run.first_triangle = static_cast<std::uint32_t>(mesh_.triangle_count());
     for (const std::uint32_t id : ids) {
@@ -519,9 +526,38 @@ class MeshBuilder {
     return true;
   }
 
+  /// Of the last `count` vertices, on a plane or a cylinder; false for other surfaces.
+  bool add_plain_normals(const BRepAdaptor_Surface& surface, const gp_Mat& turn, bool reversed,
+                         std::size_t count) {
+    const auto put = [&](const gp_XYZ& n) {
+      for (int k = 1; k <= 3; ++k) mesh_.normals.push_back(static_cast<float>(n.Coord(k)));
+    };
+    if (surface.GetType() == GeomAbs_Plane) {
+      const gp_Ax3 frame = surface.Plane().Position();
+      gp_XYZ n = frame.XDirection().XYZ().Crossed(frame.YDirection().XYZ());
+      n.Multiply(turn);
+      if (reversed) n.Reverse();
+      for (std::size_t i = 0; i < count; ++i) put(n);
+      return true;
+    }
+    if (surface.GetType() != GeomAbs_Cylinder) return false;
+    const gp_Ax3 frame = surface.Cylinder().Position();
+    gp_XYZ axis = frame.Direction().XYZ(), origin = frame.Location().XYZ();
+    axis.Multiply(turn);
+    pose_.Transforms(origin);
+    const double sign = reversed == frame.Direct() ? -1 : 1;
+    for (std::size_t i = point_of_vertex_.size() - count; i < point_of_vertex_.size(); ++i) {
+      gp_XYZ n = points_[point_of_vertex_[i]].XYZ() - origin;
+      n -= axis * n.Dot(axis);
+      put(n * (sign / n.Modulus()));
+    }
+    return true;
+  }
+
   void add_normals(const BRepAdaptor_Surface& surface, const Poly_Triangulation& mesh,
                    bool reversed, const std::vector<gp_XYZ>& average) {
     const gp_Mat turn = pose_.VectorialPart();
+    if (add_plain_normals(surface, turn, reversed, average.size())) return;
     for (int i = 1; i <= mesh.NbNodes(); ++i) {
       gp_XYZ n(0, 0, 0);
       if (mesh.HasUVNodes()) {
@@ -545,21 +581,28 @@ class MeshBuilder {
 
   // Closed: every directed edge between two positions has as many opposite ones.
   bool is_closed() const {
-    std::vector<std::uint64_t> sides;
-    sides.reserve(mesh_.triangles.size());
+    // Sides by their lower end, in one array: those of point i are from start[i] to start[i + 1].
     const NodeIds place = by_position();
-    for (std::size_t t = 0; t < mesh_.triangles.size(); t += 3)
-      for (std::size_t k = 0; k < 3; ++k) {
-        const std::uint64_t a = place[point_of_vertex_[mesh_.triangles[t + k]]];
-        const std::uint64_t b = place[point_of_vertex_[mesh_.triangles[t + (k + 1) % 3]]];
-        sides.push_back(a < b ? (a << 33 | b << 1) : (b << 33 | a << 1 | 1));
+    const std::size_t n = mesh_.triangles.size();
+    std::vector<std::uint32_t> at(n), start(points_.size() + 1, 0);
+    for (std::size_t k = 0; k < n; ++k) at[k] = place[point_of_vertex_[mesh_.triangles[k]]];
+    const auto after = [](std::size_t k) { return k % 3 == 2 ? k - 2 : k + 1; };
+    for (std::size_t k = 0; k < n; ++k) ++start[std::min(at[k], at[after(k)]) + 1];
+    for (std::size_t i = 1; i < start.size(); ++i) start[i] += start[i - 1];
+    std::vector<std::uint64_t> sides(n);
+    std::vector<std::uint32_t> filled(start.begin(), start.end() - 1);
+    for (std::size_t k = 0; k < n; ++k) {
+      const std::uint64_t a = at[k], b = at[after(k)];
+      sides[filled[std::min(a, b)]++] = a < b ? b << 1 : (a << 1 | 1);
+    }
+    for (std::size_t i = 0; i + 1 < start.size(); ++i) {
+      std::sort(sides.begin() + start[i], sides.begin() + start[i + 1]);
+      for (std::size_t k = start[i]; k < start[i + 1];) {
+        long balance = 0;
+        const std::uint64_t other = sides[k] >> 1;
+        for (; k < start[i + 1] && sides[k] >> 1 == other; ++k) balance += (sides[k] & 1) ? 1 : -1;
+        if (balance != 0) return false;
       }
-    std::sort(sides.begin(), sides.end());
-    for (std::size_t i = 0; i < sides.size();) {
-      long balance = 0;
-      const std::uint64_t pair = sides[i] >> 1;
-      for (; i < sides.size() && sides[i] >> 1 == pair; ++i) balance += (sides[i] & 1) ? 1 : -1;
-      if (balance != 0) return false;
     }
     return true;
   }
