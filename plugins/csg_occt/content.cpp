@@ -2,7 +2,6 @@
 #include "content.h"
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <cmath>
 #include <locale>
@@ -67,19 +66,21 @@ Result<Content> swept(const CsgNode& node, FaceMemory& faces, Progress& progress
   return content;
 }
 
-// A damaged file may claim more entries than it has characters; reading that would take for ever.
-bool are_counts_plausible(std::string_view text) {
-  static constexpr std::array<std::string_view, 8> sections{
-      "Locations ", "Curve2ds ",       "Curves ", "Polygon3D ", "PolygonOnTriangulations ",
-      "Surfaces ",  "Triangulations ", "TShapes "};
-  for (const std::string_view section : sections)
-    for (std::size_t at = text.find(section); at != std::string_view::npos;
-         at = text.find(section, at + 1)) {
-      std::uint64_t count = 0;
-      const char* from = text.data() + at + section.size();
-      const auto read = std::from_chars(from, text.data() + text.size(), count);
-      if (read.ec != std::errc() || count > text.size()) return false;
-    }
+// OCCT's reader prints to the program's output what it misses, and a damaged file may claim more
+// entries than it has characters, which would take for ever.
+bool is_plausible(std::string_view text) {
+  if (text.find("CASCADE Topology V") == std::string_view::npos) return false;
+  std::size_t from = 0;
+  for (const std::string_view section :
+       {"Locations ", "Curve2ds ", "Curves ", "Polygon3D ", "PolygonOnTriangulations ", "Surfaces ",
+        "Triangulations ", "TShapes "}) {
+    const std::size_t at = text.find(section, from);
+    if (at == std::string_view::npos) return false;
+    from = at + section.size();
+    std::uint64_t count = 0;
+    const auto read = std::from_chars(text.data() + from, text.data() + text.size(), count);
+    if (read.ec != std::errc() || count > text.size()) return false;
+  }
   return true;
 }
 
@@ -108,8 +109,8 @@ Result<Content> imported(const CsgNode& node, FaceMemory& faces, Progress& progr
     return error(ErrorCode::invalid_argument, "the imported solid" + from + " " + what,
                  std::move(remedy));
   };
-  if (!are_counts_plausible(geometry.brep))
-    return bad("is damaged: its counts do not fit its length", "Export it again.");
+  if (!is_plausible(geometry.brep))
+    return bad("is not in BREP format, or damaged", "Export it again.");
   TopoDS_Shape shape;
   try {
     std::istringstream in(geometry.brep);

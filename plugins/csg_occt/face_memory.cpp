@@ -73,8 +73,19 @@ class FaceIntegrator {
       case GeomAbs_Torus: v_is_angle_ = true; [[fallthrough]];
       case GeomAbs_Cylinder:
       case GeomAbs_Cone: u_is_angle_ = true; break;
-      default: break;
+      case GeomAbs_SurfaceOfRevolution:
+        u_is_angle_ = true;
+        has_knots_ = true;
+        break;
+      default: has_knots_ = surface_.GetType() != GeomAbs_Plane; break;
     }
+    if (!has_knots_) return;
+    TColStd_Array1OfReal u(1, surface_.NbUIntervals(GeomAbs_CN) + 1);
+    surface_.UIntervals(u, GeomAbs_CN);
+    u_knots_.assign(u.begin(), u.end());
+    TColStd_Array1OfReal v(1, surface_.NbVIntervals(GeomAbs_CN) + 1);
+    surface_.VIntervals(v, GeomAbs_CN);
+    v_knots_.assign(v.begin(), v.end());
   }
 
   Integrals run() {
@@ -115,12 +126,28 @@ class FaceIntegrator {
         return true;
       }
       // A polynomial of degree at most 4 along the line: four points are exact.
-      if (is_plane_ || (u_is_angle_ && !v_is_angle_ && d.X() == 0)) {
+      if (is_plane_ || (u_is_angle_ && !v_is_angle_ && !has_knots_ && d.X() == 0)) {
         accumulate(total_, span<4>(trim, a, b), sign);
         return true;
       }
       if (u_is_angle_) turns = std::max(turns, std::abs(d.X() * (b - a)) / kQuarterTurn);
       if (v_is_angle_) turns = std::max(turns, std::abs(d.Y() * (b - a)) / kQuarterTurn);
+      if (has_knots_) {
+        // A spline is another polynomial beyond every knot.
+        const gp_Pnt2d origin = trim.Line().Location();
+        std::vector<double> breaks{a, b};
+        const auto add = [&](const std::vector<double>& knots, double from, double slope) {
+          for (const double knot : knots)
+            if (const double t = (knot - from) / slope; slope != 0 && t > a && t < b)
+              breaks.push_back(t);
+        };
+        add(v_knots_, origin.Y(), d.Y());
+        if (!u_is_angle_) add(u_knots_, origin.X(), d.X());
+        std::sort(breaks.begin(), breaks.end());
+        for (std::size_t i = 1; i < breaks.size(); ++i)
+          fixed_pieces(trim, breaks[i - 1], breaks[i], std::max(2, pieces(turns)), sign);
+        return true;
+      }
       fixed_pieces(trim, a, b, pieces(turns), sign);
       return true;
     }
@@ -208,9 +235,19 @@ class FaceIntegrator {
       for (int i = 0; i < n; ++i)
         add_points<10>(sums, u0_ + length * i / n, u0_ + length * (i + 1) / n, v);
     } else {
-      constexpr int n = 4;
-      for (int i = 0; i < n; ++i)
-        add_points<20>(sums, u0_ + length * i / n, u0_ + length * (i + 1) / n, v);
+      std::vector<double> breaks{u0_};
+      for (const double knot : u_knots_)
+        if ((knot - u0_) * (knot - u) < 0) breaks.push_back(knot);
+      breaks.push_back(u);
+      std::sort(breaks.begin(), breaks.end());
+      const double sign = length < 0 ? -1 : 1;
+      const int n = breaks.size() > 4 ? 1 : 4;
+      Sums part{};
+      for (std::size_t k = 1; k < breaks.size(); ++k) {
+        const double from = breaks[k - 1], step = (breaks[k] - from) / n;
+        for (int i = 0; i < n; ++i) add_points<20>(part, from + step * i, from + step * (i + 1), v);
+      }
+      accumulate(sums, part, sign);
     }
     return sums;
   }
@@ -286,7 +323,9 @@ class FaceIntegrator {
   BRepAdaptor_Surface surface_;
   gp_Pln plane_;
   gp_Cylinder cylinder_;
-  bool is_plane_ = false, is_cylinder_ = false, u_is_angle_ = false, v_is_angle_ = false;
+  bool is_plane_ = false, is_cylinder_ = false, u_is_angle_ = false, v_is_angle_ = false,
+       has_knots_ = false;
+  std::vector<double> u_knots_, v_knots_;
   double u0_ = 0;
   double reach_ = 0;  // greatest distance of a corner from the origin
   Sums total_{};

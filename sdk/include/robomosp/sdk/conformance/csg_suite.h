@@ -923,3 +923,5 @@ TEST_P(CsgConformance, ImpossibleMeshQualityIsRefused) {
 }
 
 }  // namespace robomosp::conformance
+
+#include <robomosp/sdk/conformance/csg_suite_kinds.h>
