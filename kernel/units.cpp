@@ -147,7 +147,12 @@ std::string si_name(const Dimension& dimension) {
     return s;
   };
   const std::string above = powers(true, " "), below = powers(false, "/");
-  return below.empty() ? above : (above.empty() ? "1" : above) + "/" + below;
+  if (!above.empty()) return below.empty() ? above : above + "/" + below;
+  std::string s;
+  for (std::size_t i = 0; i < std::size(kNames); ++i)
+    if (const int power = dimension[kIndex[i]]; power != 0)
+      s += (s.empty() ? "" : " ") + std::string(kNames[i]) + "^" + std::to_string(power);
+  return s;
 }
 
 double to_si(double value, const Unit& unit) {

@@ -7,8 +7,10 @@
 #include <unordered_map>
 
 #include "document/validate.h"
+#include "io/expressions.h"
 #include "kernel/text.h"
 #include "kernel/units.h"
+#include "model/parametric.h"
 #include "model/placement.h"
 
 namespace robomosp::io {
@@ -58,6 +60,7 @@ class Binder {
       case Kind::trajectory: RMP_TRY(trajectory()); break;
       case Kind::world: RMP_TRY(world()); break;
     }
+    RMP_TRY(bind_expressions(s_, out_));
     return std::move(out_);
   }
 
@@ -69,13 +72,13 @@ class Binder {
 
   Result<void> material() {
     Material m;
-    RMP_TRY(block(kFile, "a material",
-                  {name_rule(), string("description", m.description), string("source", m.source),
-                   number("density", "kg/m^3", m.density, true), colour("colour", m.colour),
-                   number("shininess", "", m.shininess), number("metalness", "", m.metalness),
-                   colour("ambient", m.ambient.emplace(kNotWritten)),
-                   colour("specular", m.specular.emplace(kNotWritten)),
-                   colour("emission", m.emission)}));
+    RMP_TRY(block(
+        kFile, "a material",
+        {name_rule(), string("description", m.description), string("source", m.source),
+         number("density", "kg/m^3", m.density, true), colour("colour", m.colour),
+         number("shininess", "", m.shininess), number("metalness", "", m.metalness),
+         colour("ambient", m.ambient.emplace(kNotWritten)),
+         colour("specular", m.specular.emplace(kNotWritten)), colour("emission", m.emission)}));
     for (auto* c : {&m.ambient, &m.specular})
       if ((*c)->r < 0) c->reset();
     out_.record.body = std::move(m);
@@ -90,7 +93,7 @@ class Binder {
                   {name_rule(), string("description", s.description),
                    reference("material", {Kind::material}, "the solid",
                              [](Body& b, AnyId id) { std::get<Solid>(b).material = {id.number}; }),
-                   number("chord", "m", s.chord)},
+                   number("chord", "m", s.chord), parameter_rule(s.parametric)},
                   is_node));
     for (Index i = 0; i < s_.fields.size(); i = at(i).end) {
       if (!is_node(i)) continue;
@@ -264,7 +267,7 @@ class Binder {
     std::unordered_map<std::string, Index> named;
     Result<void> fields_read = block(
         kFile, "an object",
-        {name_rule(), string("description", o.description),
+        {name_rule(), string("description", o.description), parameter_rule(o.parametric),
          words("overlap", {"once", "sum"},
                [&](std::size_t k) { o.overlap = static_cast<Overlap>(k); }),
          repeated("part", [&](Index i) -> Result<void> {
@@ -300,7 +303,7 @@ class Binder {
                [&](std::size_t k) { r.convention = static_cast<Convention>(k); }),
          words("masses", {"given", "designed"},
                [&](std::size_t k) { r.mass_source = static_cast<MassSource>(k); }),
-         placement_block("base", r.base),
+         parameter_rule(r.parametric), placement_block("base", r.base),
          repeated("base_part",
                   [&](Index i) -> Result<void> {
                     const std::size_t k = r.base_parts.size();
@@ -493,7 +496,8 @@ class Binder {
     };
     Result<void> fields_read = block(
         kFile, "a world",
-        {name_rule(), string("description", w.description), tuple("gravity", "m/s^2", w.gravity),
+        {name_rule(), string("description", w.description), parameter_rule(w.parametric),
+         tuple("gravity", "m/s^2", w.gravity),
          repeated("object",
                   [&](Index i) -> Result<void> {
                     PlacedObject p;
@@ -643,6 +647,17 @@ class Binder {
               return read_name(i, out_.record.name, s_.kind);
             },
             false, true};
+  }
+  /// `parameter wall 7 mm = "bore/4 + 2 mm" "description"`
+  Rule parameter_rule(Parametric& out) {
+    return repeated("parameter", [this, &out](Index i) -> Result<void> {
+      RMP_TRY_ASSIGN(Parameter p, read_parameter(s_, i));
+      if (find_parameter(out, p.name))
+        return s_.at(at(i).argument_offset, ErrorCode::conflict,
+                     "there is already a parameter named " + quote(p.name));
+      out.parameters.push_back(std::move(p));
+      return {};
+    });
   }
   Rule string(std::string_view name, std::string& out) {
     return {name, [this, &out](Index i) -> Result<void> {
@@ -858,6 +873,7 @@ class Binder {
     return s_.at(f.argument_offset, ErrorCode::syntax, quote(f.name) + " needs a number");
   }
   Result<double> quantity(const Number& n, std::string_view unit) {
+    if (n.text.empty()) return 0;  // bind_expressions() computes it
     std::string s(n.text);
     if (!n.unit.empty()) s += " " + std::string(n.unit);
     auto v = units::read_quantity(s, unit);

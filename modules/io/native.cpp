@@ -259,7 +259,7 @@ class Loader {
     for (const std::size_t i : order) {
       Node& node = nodes_[i];
       if (node.file) {
-        auto id = add_record(*node.file, loaded.notes);
+        auto id = add_record(*node.file, added, loaded.notes);
         if (!id.ok()) {
           for (auto it = added.rbegin(); it != added.rend(); ++it) (void)tx_.remove(*it).ok();
           return std::move(id).error().in(node.file->shown);
@@ -273,10 +273,44 @@ class Loader {
       loaded.all.push_back(node.id);
     }
     loaded.id = loaded.all.back();
+    for (const AnyId id : added) note_absent_worlds(id, loaded.notes);
     return loaded;
   }
 
-  Result<AnyId> add_record(File& file, std::vector<std::string>& notes) {
+  /// Which worlds the expressions of a record use that are not there, so that old values stay.
+  void note_absent_worlds(AnyId id, std::vector<std::string>& notes) const {
+    const auto worlds = tx_.now().world_parameters();
+    std::vector<std::string> absent;
+    for (const auto& n : model::world_mentions(tx_.now().find(id)->body))
+      if (!worlds(n)) absent.push_back(Expression::spell(n));
+    if (absent.empty()) return;
+    notes.push_back(
+        "The expressions of " + tx_.now().describe(id) + " use " + text::enumerate(absent) +
+        " of a world that is not loaded; " +
+        (absent.size() == 1 ? "its last value is kept." : "their last values are kept."));
+  }
+
+  /// A world that gets another name takes those with it that were loaded for it.
+  Result<void> follow_world(const std::vector<AnyId>& added, const std::string& from,
+                            model::Record& world) {
+    const auto follow = [&](const Expression::Name& n) {
+      return n.scope == from ? Expression::Name{world.name, n.name} : n;
+    };
+    model::rename_in(world.body, follow);
+    for (const AnyId id : added) {
+      const auto mentions = model::world_mentions(tx_.now().find(id)->body);
+      if (std::any_of(mentions.begin(), mentions.end(),
+                      [&](const auto& n) { return n.scope == from; }))
+        RMP_TRY(tx_.edit(id, [&](model::Record& r) -> Result<void> {
+          model::rename_in(r.body, follow);
+          return {};
+        }));
+    }
+    return {};
+  }
+
+  Result<AnyId> add_record(File& file, const std::vector<AnyId>& added,
+                           std::vector<std::string>& notes) {
     model::Record record = std::move(file.bound.record);
     for (std::size_t k = 0; k < file.targets.size(); ++k)
       file.bound.references[k].set(record.body, nodes_[file.targets[k]].id);
@@ -286,6 +320,8 @@ class Loader {
       notes.push_back("The " + std::string(to_string(record.kind())) + " of " + quote(file.shown) +
                       " is named " + quote(record.name) + " here, since there is a " +
                       quote(wanted) + " already.");
+    if (record.name != wanted && record.kind() == Kind::world)
+      RMP_TRY(follow_world(added, wanted, record));
     return tx_.add(std::move(record));
   }
 

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "io/expressions.h"
 #include "io/geometry.h"
 #include "io/syntax.h"
 #include "kernel/text.h"
@@ -33,12 +34,6 @@ std::string tuple(const Numbers& numbers, std::string_view unit) {
   return s + ")";
 }
 
-std::string tuple(const Vec3& numbers, const std::array<std::string_view, 3>& units) {
-  std::string s = "(";
-  for (std::size_t i = 0; i < 3; ++i) s += (i ? ", " : "") + quantity(numbers[i], units[i]);
-  return s + ")";
-}
-
 /// Fewest digits that give the same float again.
 std::string shortest(float v) {
   for (int digits = 1; digits < 9; ++digits) {
@@ -55,17 +50,6 @@ std::string tuple(const Colour& c) {
 }
 bool same(const Colour& a, const Colour& b) {
   return a.r == b.r && a.g == b.g && a.b == b.b && a.a == b.a;
-}
-
-/// "at (...)  rpy (...)", without what is zero.
-std::vector<std::string> placement(const Placement& p) {
-  std::vector<std::string> fields;
-  if (p.position != Vec3{} || p.coordinates != PositionNotation::cartesian)
-    fields.push_back(std::string(word_of(p.coordinates)) + " " +
-                     tuple(p.position, position_units(p.coordinates)));
-  if (p.angles != Vec3{} || p.notation != AngleNotation::rpy)
-    fields.push_back(std::string(word_of(p.notation)) + " " + tuple(p.angles, "rad"));
-  return fields;
 }
 
 std::string parameter(const ProviderChoice::Param& p) {
@@ -85,9 +69,9 @@ std::string parameter(const ProviderChoice::Param& p) {
 
 class Printer {
  public:
-  Printer(const document::Snapshot& snapshot, const std::filesystem::path& file,
-          const PathOf& path_of)
-      : snapshot_(snapshot), file_(file), path_of_(path_of) {}
+  Printer(const document::Snapshot& snapshot, const Record& record,
+          const std::filesystem::path& file, const PathOf& path_of)
+      : snapshot_(snapshot), file_(file), path_of_(path_of), texts_(record.body) {}
 
   std::string run(const Record& r) {
     line("robomosp " + std::string(to_string(r.kind())) + " " + std::to_string(kVersion));
@@ -113,7 +97,8 @@ class Printer {
   void print(const Solid& s) {
     words("description", s.description);
     if (s.material) line("material " + quote(path_of_(s.material)));
-    if (s.chord != Solid{}.chord) line("chord " + quantity(s.chord, "m"));
+    if (differs(s.chord, Solid{}.chord)) line("chord " + quantity(s.chord, "m"));
+    named_parameters(s.parametric);
     if (s.nodes.empty()) return;
     // Pre-order with an explicit stack; children keep their order.
     std::vector<std::vector<std::size_t>> inner(s.nodes.size());
@@ -198,7 +183,7 @@ class Printer {
     std::vector<std::string> fields;
     for (std::size_t k = 0; k < csg_size_count(n.kind); ++k) {
       const CsgSize& size = info.sizes[k];
-      if (size.required || n.sizes[k] != size.default_value)
+      if (size.required || differs(n.sizes[k], size.default_value))
         fields.push_back(std::string(size.name) + " " + quantity(n.sizes[k], size.unit));
     }
     return fields;
@@ -206,6 +191,7 @@ class Printer {
 
   void print(const Object& o) {
     words("description", o.description);
+    named_parameters(o.parametric);
     if (o.overlap != Overlap::once) line("overlap sum");
     for (const auto& p : o.parts) {
       std::vector<std::string> fields = body(p.what, p.placement);
@@ -217,12 +203,13 @@ class Printer {
   void print(const Robot& r) {
     words("description", r.description);
     words("source", r.source);
+    named_parameters(r.parametric);
     line(r.convention == Convention::dh ? "convention dh" : "convention mdh");
     if (r.mass_source != MassSource::given) line("masses designed");
-    if (r.base != Placement{}) block("base", placement(r.base));
+    if (differs(r.base)) block("base", placement(r.base));
     for (const auto& p : r.base_parts) block("base_part", body(p.what, p.placement));
     for (std::size_t i = 0; i < r.links.size(); ++i) link(r, i);
-    if (r.tool != Placement{}) block("tool", placement(r.tool));
+    if (differs(r.tool)) block("tool", placement(r.tool));
     for (const auto& p : r.poses) line("pose " + name(p.name) + " " + joint_values(r, p.q));
     provider("ik", r.ik);
     provider("inverse_dynamics", r.inverse_dynamics);
@@ -245,33 +232,29 @@ class Printer {
     if (l.joint != JointKind::revolute) line(slides ? "joint prismatic" : "joint fixed");
     block("row", {"a " + quantity(l.row.a, "m"), "alpha " + quantity(l.row.alpha, "rad"),
                   "d " + quantity(l.row.d, "m"), "theta " + quantity(l.row.theta, "rad")});
-    if (l.lower != d.lower || l.upper != d.upper)
-      line("limits " + tuple(std::array{l.lower, l.upper}, slides ? "m" : "rad"));
-    if (l.max_velocity != d.max_velocity)
+    if (differs(l.lower, d.lower) || differs(l.upper, d.upper))
+      line("limits " + pair(l.lower, l.upper, slides ? "m" : "rad"));
+    if (differs(l.max_velocity, d.max_velocity))
       line("max_velocity " + quantity(l.max_velocity, slides ? "m/s" : "rad/s"));
-    if (l.max_acceleration != d.max_acceleration)
+    if (differs(l.max_acceleration, d.max_acceleration))
       line("max_acceleration " + quantity(l.max_acceleration, slides ? "m/s^2" : "rad/s^2"));
-    if (l.max_force != d.max_force)
+    if (differs(l.max_force, d.max_force))
       line("max_force " + quantity(l.max_force, slides ? "N" : "N m"));
-    if (l.drive != d.drive) {
-      std::vector<std::string> fields;
-      if (l.drive.motor_inertia != 0)
-        fields.push_back("motor_inertia " + quantity(l.drive.motor_inertia, "kg m^2"));
-      if (l.drive.gear_ratio != 1)
-        fields.push_back("gear_ratio " + quantity(l.drive.gear_ratio, ""));
-      if (l.drive.viscous != 0)
-        fields.push_back("viscous " + quantity(l.drive.viscous, "N m s/rad"));
-      if (l.drive.coulomb_positive != 0 || l.drive.coulomb_negative != 0)
-        fields.push_back(
-            "coulomb " +
-            tuple(std::array{l.drive.coulomb_positive, l.drive.coulomb_negative}, "N m"));
-      block("drive", fields);
-    }
+    std::vector<std::string> drive;
+    if (differs(l.drive.motor_inertia, 0))
+      drive.push_back("motor_inertia " + quantity(l.drive.motor_inertia, "kg m^2"));
+    if (differs(l.drive.gear_ratio, 1))
+      drive.push_back("gear_ratio " + quantity(l.drive.gear_ratio, ""));
+    if (differs(l.drive.viscous, 0))
+      drive.push_back("viscous " + quantity(l.drive.viscous, "N m s/rad"));
+    if (differs(l.drive.coulomb_positive, 0) || differs(l.drive.coulomb_negative, 0))
+      drive.push_back("coulomb " + pair(l.drive.coulomb_positive, l.drive.coulomb_negative, "N m"));
+    if (!drive.empty()) block("drive", drive);
     if (l.given) {
       const Sym3& s = l.given->inertia;
       const std::array inertia{s.xx, s.yy, s.zz, s.xy, s.yz, s.xz};
       std::vector<std::string> fields{"mass " + quantity(l.given->mass, "kg")};
-      if (l.given->com != Vec3{}) fields.push_back("com " + tuple(l.given->com, "m"));
+      if (differs(l.given->com, {})) fields.push_back("com " + tuple(l.given->com, "m"));
       if (inertia != std::array<double, 6>{})
         fields.push_back("inertia " + tuple(inertia, "kg m^2"));
       block("given", fields);
@@ -295,7 +278,8 @@ class Printer {
 
   void print(const World& w) {
     words("description", w.description);
-    if (w.gravity != World{}.gravity) line("gravity " + tuple(w.gravity, "m/s^2"));
+    named_parameters(w.parametric);
+    if (differs(w.gravity, World{}.gravity)) line("gravity " + tuple(w.gravity, "m/s^2"));
     for (const auto& o : w.objects) block("object " + name(o.name), body(o.what, o.placement));
     for (const auto& r : w.robots) {
       std::vector<std::string> fields{"robot " + quote(path_of_(r.robot))};
@@ -313,6 +297,47 @@ class Printer {
     }
   }
 
+  // ---- numbers: a number of the record itself is followed by its expression ----
+
+  [[nodiscard]] std::string quantity(const double& v, std::string_view unit) const {
+    return io::quantity(v, unit) + texts_.behind(v);
+  }
+  template <class Numbers>
+  [[nodiscard]] std::string tuple(const Numbers& numbers, std::string_view unit) const {
+    std::string s = "(";
+    for (std::size_t i = 0; i < std::size(numbers); ++i)
+      s += (i ? ", " : "") + quantity(numbers[i], unit);
+    return s + ")";
+  }
+  static std::string tuple(const Colour& c) { return io::tuple(c); }
+  [[nodiscard]] std::string pair(const double& a, const double& b, std::string_view unit) const {
+    return "(" + quantity(a, unit) + ", " + quantity(b, unit) + ")";
+  }
+  /// Whether a number must be written although it is the default.
+  [[nodiscard]] bool differs(const double& v, double standard) const {
+    return v != standard || texts_.has(v);
+  }
+  [[nodiscard]] bool differs(const Placement& p) const { return p != Placement{} || texts_.has(p); }
+  [[nodiscard]] bool differs(const Vec3& v, const Vec3& standard) const {
+    return differs(v[0], standard[0]) || differs(v[1], standard[1]) || differs(v[2], standard[2]);
+  }
+  /// "at (...)  rpy (...)", without what is zero.
+  [[nodiscard]] std::vector<std::string> placement(const Placement& p) const {
+    std::vector<std::string> fields;
+    if (differs(p.position, {}) || p.coordinates != PositionNotation::cartesian) {
+      const auto units = position_units(p.coordinates);
+      fields.push_back(
+          std::string(word_of(p.coordinates)) + " (" + quantity(p.position[0], units[0]) + ", " +
+          quantity(p.position[1], units[1]) + ", " + quantity(p.position[2], units[2]) + ")");
+    }
+    if (differs(p.angles, {}) || p.notation != AngleNotation::rpy)
+      fields.push_back(std::string(word_of(p.notation)) + " " + tuple(p.angles, "rad"));
+    return fields;
+  }
+  void named_parameters(const Parametric& p) {
+    for (const Parameter& v : p.parameters) line(print_parameter(v));
+  }
+
   // ---- parts of records ----
 
   std::vector<std::string> body(AnyId what, const Placement& at) {
@@ -321,7 +346,7 @@ class Printer {
     for (auto& f : placement(at)) fields.push_back(std::move(f));
     return fields;
   }
-  static std::string joint_values(const Robot& r, const std::vector<double>& q) {
+  [[nodiscard]] std::string joint_values(const Robot& r, const std::vector<double>& q) const {
     std::vector<std::string_view> joint_units;
     for (const auto& l : r.links)
       if (l.joint != JointKind::fixed)
@@ -372,6 +397,7 @@ class Printer {
   const document::Snapshot& snapshot_;
   const std::filesystem::path& file_;
   const PathOf& path_of_;
+  ExpressionTexts texts_;
   std::string out_;
   std::size_t depth_ = 0;
 };
@@ -380,7 +406,7 @@ class Printer {
 
 Result<std::string> print_record(const document::Snapshot& snapshot, const Record& record,
                                  const std::filesystem::path& file, const PathOf& path_of) {
-  return Printer(snapshot, file, path_of).run(record);
+  return Printer(snapshot, record, file, path_of).run(record);
 }
 
 }  // namespace robomosp::io

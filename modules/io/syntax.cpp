@@ -64,7 +64,8 @@ enum class TokenKind : std::uint8_t {
   close,
   open_tuple,
   close_tuple,
-  comma
+  comma,
+  equals
 };
 
 struct Token {
@@ -128,10 +129,22 @@ class Parser {
     RMP_TRY(advance());
     RMP_TRY(read_argument(f));
     f.has_values = (f.argument == Argument::word || f.argument == Argument::string) &&
-                   token_.kind == TokenKind::open_tuple;
+                   token_.kind == TokenKind::open_tuple && f.name != "parameter";
     if (f.has_values) {
       f.first_number = static_cast<std::uint32_t>(s_.numbers.size());
       RMP_TRY(read_tuple(f));
+    }
+    if (f.name == "parameter" && !f.has_values &&
+        (f.argument == Argument::word || f.argument == Argument::string) &&
+        (token_.kind == TokenKind::number || token_.kind == TokenKind::equals)) {
+      f.has_values = true;
+      f.first_number = static_cast<std::uint32_t>(s_.numbers.size());
+      f.numbers = 1;
+      RMP_TRY(read_number());
+      if (token_.kind == TokenKind::string) {
+        f.remark = token_.text;
+        RMP_TRY(advance());
+      }
     }
     f.has_block = token_.kind == TokenKind::open;
     if (!f.has_block && f.argument == Argument::none && is_suspect) return misspelt_unit(f);
@@ -166,14 +179,34 @@ class Parser {
         f.argument = Argument::number;
         f.first_number = static_cast<std::uint32_t>(s_.numbers.size());
         f.numbers = 1;
-        s_.numbers.push_back({token_.text, token_.unit, token_.offset});
-        return advance();
+        return read_number();
+      case TokenKind::equals:
+        f.argument = Argument::number;
+        f.first_number = static_cast<std::uint32_t>(s_.numbers.size());
+        f.numbers = 1;
+        return read_number();
       case TokenKind::open_tuple:
         f.argument = Argument::tuple;
         f.first_number = static_cast<std::uint32_t>(s_.numbers.size());
         return read_tuples(f);
       default: return {};
     }
+  }
+
+  /// `20 mm`, `20 mm = "bore"` or `= "bore"`: the token is the number or the sign.
+  Result<void> read_number() {
+    const bool is_missing = token_.kind == TokenKind::equals;
+    s_.numbers.push_back({is_missing ? std::string_view() : token_.text,
+                          is_missing ? std::string_view() : token_.unit, token_.offset});
+    if (!is_missing) RMP_TRY(advance());
+    if (token_.kind != TokenKind::equals) return {};
+    RMP_TRY(advance());
+    if (token_.kind != TokenKind::string || text::trim(token_.text).empty())
+      return fail("an expression in double quotes is expected behind the =",
+                  "Such as: radius 10 mm = \"bore/2\"");
+    s_.numbers.back().expression = token_.text;
+    s_.numbers.back().expression_offset = token_.offset;
+    return advance();
   }
 
   /// `(0, 1) (2, 3)`: all of one length.
@@ -196,12 +229,11 @@ class Parser {
     if (token_.kind == TokenKind::close_tuple) return advance();
     for (;;) {
       const bool is_infinite = token_.kind == TokenKind::word && token_.text == "inf";
-      if (token_.kind != TokenKind::number && !is_infinite)
+      if (token_.kind != TokenKind::number && token_.kind != TokenKind::equals && !is_infinite)
         return fail("a number is expected here, not " + describe());
       const bool has_unit = !token_.unit.empty();
-      s_.numbers.push_back({token_.text, token_.unit, token_.offset});
       ++f.numbers;
-      RMP_TRY(advance());
+      RMP_TRY(read_number());
       if (token_.kind == TokenKind::close_tuple) return advance();
       if (token_.kind == TokenKind::word && !has_unit) {
         const auto unit = units::parse(token_.text);
@@ -231,6 +263,7 @@ class Parser {
       case '(': return single(TokenKind::open_tuple);
       case ')': return single(TokenKind::close_tuple);
       case ',': return single(TokenKind::comma);
+      case '=': return single(TokenKind::equals);
       case '"': return lex_string();
       default: break;
     }

@@ -16,8 +16,10 @@ inline constexpr int kVersion = 1;  ///< of the grammar
 
 /// A number as written; converting needs to know what it is a number of.
 struct Number {
-  std::string_view text, unit;  ///< "20", "mm"; unit may be empty
-  std::uint32_t offset = 0;     ///< bytes from the start of the file
+  std::string_view text, unit;    ///< "20", "mm"; unit may be empty
+  std::uint32_t offset = 0;       ///< bytes from the start of the file
+  std::string_view expression{};  ///< inside of the quotes: 20 mm = "bore"; `text` may be empty
+  std::uint32_t expression_offset = 0;
 };
 
 enum class Argument : std::uint8_t { none, number, word, string, tuple };
@@ -28,7 +30,8 @@ struct Field {
   std::string_view name;
   std::string_view text;  ///< word, or inside of the quotes as written
   Argument argument = Argument::none;
-  bool has_values = false;  ///< numbers in parentheses behind a word or text
+  std::string_view remark{};  ///< inside of the quotes: parameter bore 20 mm "remark"
+  bool has_values = false;    ///< numbers in parentheses, or of a parameter one, behind a word
   bool has_block = false;
   std::uint32_t offset = 0, argument_offset = 0;
   std::uint32_t first_number = 0, numbers = 0;  ///< in Syntax::numbers

@@ -378,6 +378,12 @@ std::optional<PathNumber> number_at(const Body& body, std::string_view path) {
   return PathNumber{*at->in(const_cast<CsgProfile&>(*at->node->profile)), at->unit};
 }
 
+const double* number_in(const Body& body, std::string_view path) {
+  const auto at = locate(const_cast<Body&>(body), path);  // only its address is taken
+  if (!at) return nullptr;
+  return at->number ? at->number : at->in(const_cast<CsgProfile&>(*at->node->profile));
+}
+
 bool set_number(Body& body, std::string_view path, double value) {
   const auto at = locate(body, path);
   if (!at) return false;

@@ -32,6 +32,8 @@ struct PathNumber {
 /// `elbow.parts.1.position.x`, `base_parts.1.position.x`, `tool.position.z`; of a world
 /// `table.position.x`, `gravity.z`.
 [[nodiscard]] std::optional<PathNumber> number_at(const Body&, std::string_view path);
+/// Where it stands in the record; nullptr = the path names none.
+[[nodiscard]] const double* number_in(const Body&, std::string_view path);
 /// Writes it; false = the path names none.
 bool set_number(Body&, std::string_view path, double value);
 

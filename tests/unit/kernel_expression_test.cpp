@@ -490,7 +490,7 @@ TEST(Units, DimensionsHaveNames) {
   EXPECT_EQ(units::si_name({2, 1, -2, 0}), "N m");
   EXPECT_EQ(units::si_name({2, 1, 0, 0}), "kg m^2");
   EXPECT_EQ(units::si_name({0, 0, 0, 0}), "");
-  EXPECT_EQ(units::si_name({-1, 0, 0, 0}), "1/m");
+  EXPECT_EQ(units::si_name({-1, 0, 0, 0}), "m^-1");
   EXPECT_EQ(units::kind_of(kArea), "an area");
   EXPECT_EQ(units::kind_of({5, 1, 0, 0}), "a quantity in kg m^5");
   // Each of them reads back.
