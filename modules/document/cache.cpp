@@ -41,6 +41,16 @@ std::shared_ptr<const void> Cache::keep(const Fingerprint& key, Value value, std
   return value.value;
 }
 
+bool Cache::is_enabled() const {
+  const std::lock_guard lock(mutex_);
+  return is_enabled_;
+}
+
+bool Cache::holds(const Fingerprint& key, const Fingerprint& failure_key) const {
+  const std::lock_guard lock(mutex_);
+  return is_enabled_ && (index_.contains(key) || index_.contains(failure_key));
+}
+
 CacheStats Cache::stats() const {
   const std::lock_guard lock(mutex_);
   return stats_;

@@ -44,9 +44,12 @@ class Cache {
     return std::static_pointer_cast<const T>(keep(key, {std::move(value), std::nullopt}, size));
   }
 
+  /// Whether a value or failure is kept under either key; counts as no look-up.
+  [[nodiscard]] bool holds(const Fingerprint& key, const Fingerprint& failure_key) const;
   [[nodiscard]] CacheStats stats() const;
   void clear();
   void set_enabled(bool);
+  [[nodiscard]] bool is_enabled() const;
 
  private:
   struct Value {

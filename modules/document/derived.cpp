@@ -2,12 +2,18 @@
 #include "document/derived.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <mutex>
+#include <set>
+#include <thread>
 #include <utility>
 
+#include <robomosp/sdk/csg_primitive.h>
+
 #include "document/cache.h"
+#include "document/csg_tree.h"
 #include "document/digest.h"
 #include "geometry/mesh_checks.h"
 #include "kernel/fingerprint.h"
@@ -83,30 +89,6 @@ std::size_t mesh_bytes(const Mesh& m) {
          sizeof(Mesh::Face) * m.faces.size();
 }
 
-CsgTree tree_of(const model::Solid& s) {
-  CsgTree tree;
-  tree.nodes.reserve(s.nodes.size());
-  for (const auto& n : s.nodes)
-    tree.nodes.push_back({n.kind, n.parent, model::pose(n.placement), n.sizes, n.name, n.profile,
-                          n.geometry, n.select});
-  return tree;
-}
-
-void feed(Fingerprinter& fp, const Pose& t) {
-  fp.add(std::span<const double>(t.R)).add(std::span<const double>(t.p));
-}
-
-void feed(Fingerprinter& fp, const CsgProfile& profile) {
-  fp.add(profile.loops.size());
-  for (const CsgLoop& loop : profile.loops) {
-    fp.add(std::span<const double>(loop.start)).add(loop.curves.size());
-    for (const CsgCurve& c : loop.curves) {
-      fp.add(static_cast<int>(c.kind)).add(c.points.size());
-      for (const auto& p : c.points) fp.add(std::span<const double>(p));
-    }
-  }
-}
-
 /// A solid at a place within an object, nested objects resolved.
 struct Leaf {
   SolidId solid;
@@ -114,16 +96,34 @@ struct Leaf {
   MaterialId material;    ///< resolved; may be none
   std::string name;       ///< "gripper.finger"; a solid's own name when it stands alone
   std::size_t group = 0;  ///< leaves of one group share an object whose overlaps count once
+  /// The measured part its mass is in, by number.
+  std::optional<std::size_t> measured = std::nullopt;
 };
 
-/// All solids of a solid or object in order of listing. The outermost material given wins.
-Result<std::vector<Leaf>> leaves_of(const Snapshot& s, AnyId id) {
+/// A solid or object in an object whose mass was measured.
+struct MeasuredPart {
+  AnyId what;
+  Pose placement;  ///< outermost_T_part
+  model::MeasuredMass measured;
+};
+
+const std::optional<model::MeasuredMass>* measured_of(const Record& record) {
+  if (const auto* solid = std::get_if<model::Solid>(&record.body)) return &solid->measured;
+  if (const auto* object = std::get_if<model::Object>(&record.body)) return &object->measured;
+  return nullptr;
+}
+
+/// All solids of a solid or object in order of listing. The outermost material given wins, and the
+/// outermost measured mass below `id`; those go to `measured`.
+Result<std::vector<Leaf>> leaves_of(const Snapshot& s, AnyId id,
+                                    std::vector<MeasuredPart>& measured) {
   struct Step {
     AnyId what;
     Pose placement;
     MaterialId material;
     std::string name;
     std::optional<std::size_t> group;
+    std::optional<std::size_t> measured = std::nullopt;
   };
   std::vector<Leaf> leaves;
   std::size_t groups = 0, steps = 0;
@@ -138,11 +138,16 @@ Result<std::vector<Leaf>> leaves_of(const Snapshot& s, AnyId id) {
           "Divide it into smaller objects.", s.describe(id));
     const Record* record = s.find(step.what);
     if (!record) return stale(s, step.what);
+    const auto* mass = measured_of(*record);
+    if (steps > 1 && mass && mass->has_value() && !step.measured) {
+      step.measured = measured.size();
+      measured.push_back({step.what, step.placement, **mass});
+    }
     if (const auto* solid = std::get_if<model::Solid>(&record->body)) {
       leaves.push_back({SolidId{step.what.number}, step.placement,
                         step.material ? step.material : solid->material,
                         step.name.empty() ? record->name : std::move(step.name),
-                        step.group ? *step.group : groups++});
+                        step.group ? *step.group : groups++, step.measured});
       continue;
     }
     const auto* object = std::get_if<model::Object>(&record->body);
@@ -153,9 +158,19 @@ Result<std::vector<Leaf>> leaves_of(const Snapshot& s, AnyId id) {
     for (auto p = object->parts.rbegin(); p != object->parts.rend(); ++p)
       stack.push_back({p->what, spatial::compose(step.placement, model::pose(p->placement)),
                        step.material ? step.material : p->material,
-                       step.name.empty() ? p->name : step.name + "." + p->name, step.group});
+                       step.name.empty() ? p->name : step.name + "." + p->name, step.group,
+                       step.measured});
   }
   return leaves;
+}
+Result<std::vector<Leaf>> leaves_of(const Snapshot& s, AnyId id) {
+  std::vector<MeasuredPart> measured;
+  return leaves_of(s, id, measured);
+}
+
+void note(BodyMass& sum, std::string text) {
+  if (std::find(sum.notes.begin(), sum.notes.end(), text) == sum.notes.end())
+    sum.notes.push_back(std::move(text));
 }
 
 }  // namespace
@@ -167,51 +182,82 @@ struct Derived::Impl {
   struct Engine {
     std::shared_ptr<CsgEngine> csg;
     std::string name, version;
+    bool is_mesh = false;  ///< works on triangles throughout
   };
   struct Shape {
     ShapePtr shape;
     Fingerprint key;
     Engine engine;
+    std::string stand_in;  ///< why it is an approximation by another engine; "" = it is not
   };
 
+  static bool has_tag(const ProviderInfo& info, std::string_view tag) {
+    return std::find(info.tags.begin(), info.tags.end(), tag) != info.tags.end();
+  }
+
   Result<Engine> engine() {
+    return engine(known, [this] { return registry.find(CsgEngine::kInterfaceId, ""); });
+  }
+  /// The engine for imported meshes; made when first needed.
+  Result<Engine> mesh_engine() {
+    return engine(known_mesh, [this]() -> Result<ProviderInfo> {
+      for (ProviderInfo& info : registry.list(CsgEngine::kInterfaceId))
+        if (info.enabled && has_tag(info, "mesh")) return std::move(info);
+      return error(ErrorCode::unsupported, "no CSG engine that takes triangle meshes is loaded",
+                   "Load the plugin csg_cgal, or use an exact solid.");
+    });
+  }
+
+  struct Known {
+    std::optional<Engine> engine;
+    std::uint64_t revision = 0;
+  };
+  template <class Find>
+  Result<Engine> engine(Known& slot, Find&& find) {
     const std::uint64_t revision = registry.revision();
     {
       const std::lock_guard lock(mutex);
-      if (known && known_revision == revision) return *known;
+      if (slot.engine && slot.revision == revision) return *slot.engine;
     }
-    RMP_TRY_ASSIGN(const ProviderInfo info, registry.find(CsgEngine::kInterfaceId, ""));
+    RMP_TRY_ASSIGN(const ProviderInfo info, find());
     RMP_TRY_ASSIGN(auto csg, registry.create<CsgEngine>(info.name));
     const std::lock_guard lock(mutex);
-    known = Engine{std::move(csg), info.name, info.version};
-    known_revision = revision;
-    return *known;
+    slot = {Engine{std::move(csg), info.name, info.version, has_tag(info, "mesh")}, revision};
+    return *slot.engine;
   }
 
-  Result<Shape> shape(const CsgTree& tree, Progress& progress) {
+  static bool holds_mesh(const CsgTree& tree) {
+    return std::any_of(tree.nodes.begin(), tree.nodes.end(), [](const CsgNode& n) {
+      return n.kind == CsgKind::imported && n.geometry &&
+             n.geometry->form == CsgGeometry::Form::mesh;
+    });
+  }
+  Result<Engine> engine_for(const CsgTree& tree) {
     RMP_TRY_ASSIGN(Engine e, engine());
+    if (!e.is_mesh && holds_mesh(tree)) return mesh_engine();
+    return e;
+  }
+
+  struct Keys {
+    Fingerprint value, failure;
+  };
+  static Keys keys_of(const Engine& e, const CsgTree& tree) {
     Fingerprinter fp("shape/1");
-    fp.add(std::string_view(e.name)).add(std::string_view(e.version)).add(tree.nodes.size());
-    for (const CsgNode& n : tree.nodes) {
-      fp.add(static_cast<int>(n.kind))
-          .add(static_cast<int>(n.parent))
-          .add(std::span<const double>(n.sizes))
-          .add(std::string_view(n.select));
-      fp.add(n.profile != nullptr).add(n.geometry != nullptr);
-      if (n.profile) feed(fp, *n.profile);
-      if (n.geometry)
-        fp.add(static_cast<std::int64_t>(n.geometry->digest[0]))
-            .add(static_cast<std::int64_t>(n.geometry->digest[1]));
-      feed(fp, n.placement);
-    }
+    fp.add(std::string_view(e.name)).add(std::string_view(e.version));
+    document::feed(fp, tree);
     const Fingerprint key = fp.finish();
     // A failure names nodes, so equal trees with other names do not share it.
     Fingerprinter failure("shape failure/1");
     failure.add(key);
     for (const CsgNode& n : tree.nodes) failure.add(std::string_view(n.name));
+    return {key, failure.finish()};
+  }
+
+  Result<Shape> shape(Engine e, const CsgTree& tree, Progress& progress) {
+    const Keys keys = keys_of(e, tree);
     RMP_TRY_ASSIGN(auto found,
                    cache.get<ShapePtr>(
-                       key, failure.finish(),
+                       keys.value, keys.failure,
                        [&]() -> Result<ShapePtr> {
                          if (progress.cancelled()) return error(ErrorCode::cancelled, "cancelled");
                          auto made =
@@ -220,16 +266,65 @@ struct Derived::Impl {
                          return made;
                        },
                        [&](const ShapePtr&) { return kShapeBytesPerNode * tree.nodes.size(); }));
-    return Shape{*found, key, std::move(e)};
+    return Shape{*found, keys.value, std::move(e), ""};
   }
 
-  Result<std::shared_ptr<const Mesh>> mesh(const CsgTree& tree, double chord, Progress& progress) {
-    RMP_TRY_ASSIGN(const Shape s, shape(tree, progress));
+  /// By the engine that suits the tree. Where the exact one could not verify its result, by the one
+  /// that works on triangles.
+  Result<Shape> shape(const CsgTree& tree, Progress& progress) {
+    RMP_TRY_ASSIGN(const Engine e, engine_for(tree));
+    auto made = shape(e, tree, progress);
+    if (made.ok() || e.is_mesh || made.error().code != ErrorCode::plugin_failed) return made;
+    auto rough = stand_in(tree, made.error(), progress);
+    if (rough.ok() || rough.error().code == ErrorCode::cancelled) return rough;
+    return made;
+  }
+
+  Result<Shape> stand_in(const CsgTree& tree, const Error& why, Progress& progress) {
+    RMP_TRY_ASSIGN(Engine e, mesh_engine());
+    RMP_TRY_ASSIGN(Shape rough, shape(std::move(e), tree, progress));
+    rough.stand_in = "shown as an approximation: " + why.sentence();
+    return rough;
+  }
+
+  /// The tree that engines see, plugins' primitives made.
+  Result<CsgTree> tree_of(const model::Solid& solid, Progress& progress) {
+    return document::tree_of(
+        solid, [&](const model::SolidNode& node) -> Result<std::shared_ptr<const CsgTree>> {
+          RMP_TRY_ASSIGN(const ProviderInfo info,
+                         registry.find(CsgPrimitive::kInterfaceId, node.primitive.name));
+          Fingerprinter fp("primitive/1");
+          fp.add(std::string_view(info.name)).add(std::string_view(info.version));
+          fp.add(static_cast<std::int64_t>(registry.revision()));
+          for (const auto& [name, param] : node.primitive.params) {
+            fp.add(std::string_view(name)).add(param.index());
+            std::visit(
+                [&](const auto& v) {
+                  using T = std::decay_t<decltype(v)>;
+                  if constexpr (std::is_same_v<T, std::string>) fp.add(std::string_view(v));
+                  else if constexpr (std::is_same_v<T, std::vector<double>>)
+                    fp.add(std::span<const double>(v));
+                  else fp.add(v);
+                },
+                param);
+          }
+          const Fingerprint key = fp.finish();
+          return cache.get<CsgTree>(
+              key, key, [&] { return built_primitive(registry, info, node.primitive, progress); },
+              [](const CsgTree& t) { return sizeof(CsgNode) * t.nodes.size(); });
+        });
+  }
+
+  static Fingerprint mesh_key(const Fingerprint& shape, const MeshQuality& quality) {
+    Fingerprinter fp("mesh/1");
+    fp.add(shape).add(quality.chord).add(quality.angle);
+    return fp.finish();
+  }
+
+  Result<std::shared_ptr<const Mesh>> mesh(const Shape& s, double chord, Progress& progress) {
     MeshQuality quality;
     quality.chord = chord;
-    Fingerprinter fp("mesh/1");
-    fp.add(s.key).add(quality.chord).add(quality.angle);
-    const Fingerprint key = fp.finish();
+    const Fingerprint key = mesh_key(s.key, quality);
     return cache.get<Mesh>(
         key, key,
         [&]() -> Result<Mesh> {
@@ -241,6 +336,16 @@ struct Derived::Impl {
           return made;
         },
         mesh_bytes);
+  }
+
+  Result<std::shared_ptr<const Mesh>> mesh(const CsgTree& tree, double chord, Progress& progress) {
+    RMP_TRY_ASSIGN(const Shape s, shape(tree, progress));
+    auto made = mesh(s, chord, progress);
+    if (made.ok() || s.engine.is_mesh || made.error().code != ErrorCode::plugin_failed) return made;
+    const auto rough = stand_in(tree, made.error(), progress);
+    if (!rough.ok()) return rough.error().code == ErrorCode::cancelled ? rough.error() : made;
+    auto other = mesh(*rough, chord, progress);
+    return other.ok() || other.error().code == ErrorCode::cancelled ? std::move(other) : made;
   }
 
   Result<Moments> moments(const Shape& s, Progress& progress) {
@@ -265,6 +370,19 @@ struct Derived::Impl {
     return *found;
   }
 
+  Result<std::shared_ptr<const std::vector<CsgFeature>>> features(const Shape& s,
+                                                                  Progress& progress) {
+    Fingerprinter fp("features/1");
+    fp.add(s.key);
+    const Fingerprint key = fp.finish();
+    return cache.get<std::vector<CsgFeature>>(
+        key, key,
+        [&] {
+          return guarded(s.engine.name, [&] { return s.engine.csg->features(*s.shape, progress); });
+        },
+        [](const std::vector<CsgFeature>& all) { return sizeof(CsgFeature) * all.size(); });
+  }
+
   /// The solid's content, or why there is none to work on.
   static Result<const model::Solid*> solid_of(const Snapshot& s, SolidId id) {
     const auto* solid = s.get(id);
@@ -275,9 +393,64 @@ struct Derived::Impl {
     return solid;
   }
 
-  Result<Shape> shape(const Snapshot& s, SolidId id, Progress& progress) {
+  Result<CsgTree> tree_of(const Snapshot& s, SolidId id, Progress& progress) {
     RMP_TRY_ASSIGN(const auto* solid, solid_of(s, id));
-    return shape(tree_of(*solid), progress).in(s.describe(id));
+    return tree_of(*solid, progress).in(s.describe(id));
+  }
+  Result<Shape> shape(const Snapshot& s, SolidId id, Progress& progress) {
+    RMP_TRY_ASSIGN(const CsgTree tree, tree_of(s, id, progress));
+    return shape(tree, progress).in(s.describe(id));
+  }
+
+  Result<std::shared_ptr<const CsgProfile>> section(const Shape& s, const Pose& plane, double chord,
+                                                    Progress& progress) {
+    Fingerprinter fp("section/1");
+    fp.add(s.key).add(chord);
+    document::feed(fp, plane);
+    const Fingerprint key = fp.finish();
+    return cache.get<CsgProfile>(
+        key, key,
+        [&]() -> Result<CsgProfile> {
+          auto made = guarded(s.engine.name, [&] {
+            return s.engine.csg->section(*s.shape, plane, chord, progress);
+          });
+          if (made.ok())
+            for (const CsgLoop& loop : made->loops)
+              for (const CsgCurve& curve : loop.curves)
+                for (const auto& p : curve.points)
+                  if (!std::isfinite(p[0]) || !std::isfinite(p[1]))
+                    return broken(s.engine.name,
+                                  "returned a section with numbers that are not finite");
+          return made;
+        },
+        [](const CsgProfile& profile) {
+          std::size_t bytes = sizeof(CsgProfile);
+          for (const CsgLoop& loop : profile.loops) bytes += 80 * (1 + loop.curves.size());
+          return bytes;
+        });
+  }
+
+  Result<std::shared_ptr<const CsgGeometry>> geometry(const Shape& s, Progress& progress) {
+    Fingerprinter fp("geometry/1");
+    fp.add(s.key);
+    const Fingerprint key = fp.finish();
+    return cache.get<CsgGeometry>(
+        key, key,
+        [&]() -> Result<CsgGeometry> {
+          auto made =
+              guarded(s.engine.name, [&] { return s.engine.csg->geometry(*s.shape, progress); });
+          if (!made.ok()) return made;
+          Fingerprinter content("geometry content/1");
+          content.add(static_cast<int>(made->form)).add(std::string_view(made->brep));
+          content.add(std::span<const double>(made->points)).add(made->triangles.size());
+          for (const std::uint32_t v : made->triangles) content.add(static_cast<std::int64_t>(v));
+          const Fingerprint digest = content.finish();
+          made->digest = {digest.hi, digest.lo};
+          return made;
+        },
+        [](const CsgGeometry& g) {
+          return sizeof(CsgGeometry) + g.brep.size() + 8 * g.points.size() + 4 * g.triangles.size();
+        });
   }
 
   Result<CsgEngine::Partition> partition(const std::vector<Shape>& shapes,
@@ -287,7 +460,7 @@ struct Derived::Impl {
     fp.add(shapes.size());
     for (std::size_t i = 0; i < shapes.size(); ++i) {
       fp.add(shapes[i].key);
-      feed(fp, poses[i]);
+      document::feed(fp, poses[i]);
     }
     const Fingerprint key = fp.finish();
     RMP_TRY_ASSIGN(
@@ -312,86 +485,300 @@ struct Derived::Impl {
     return *found;
   }
 
-  /// Adds the mass of leaves that share one object with Overlap::once.
-  Result<void> add_group(const Snapshot& s, std::vector<const Leaf*> group,
-                         std::vector<MassProperties>& masses, BodyMass& sum, Progress& progress) {
-    std::stable_partition(group.begin(), group.end(),
-                          [](const Leaf* l) { return static_cast<bool>(l->material); });
+  /// What add_group() found out about one leaf.
+  struct Weighed {
+    PartMass part;
+    double relative_error = 0;
+  };
+
+  /// Adds the mass of leaves that share one object with Overlap::once, in the order in which they
+  /// claim volume; `group` is put into that order. Leaves whose mass was measured have none of
+  /// their own, and are left out when they cannot be made.
+  Result<void> add_group(const Snapshot& s, std::vector<const Leaf*>& group,
+                         std::vector<Weighed>& parts, BodyMass& sum, Progress& progress) {
+    // A material without density is a look only.
+    const auto weighs = [&](const Leaf* l) {
+      const auto* material = l->material ? s.get(l->material) : nullptr;
+      return l->measured || (material && material->density > 0);
+    };
+    std::stable_partition(group.begin(), group.end(), weighs);
+    std::vector<const Leaf*> made;
     std::vector<Shape> shapes;
-    std::vector<Pose> poses;
-    std::vector<double> densities;
     std::vector<Moments> whole;
     for (const Leaf* l : group) {
-      RMP_TRY_ASSIGN(Shape shape_of_leaf, shape(s, l->solid, progress));
-      auto m = moments(shape_of_leaf, progress).in(s.describe(l->solid));
-      if (!m.ok()) return std::move(m).error();
-      whole.push_back(*m);
-      shapes.push_back(std::move(shape_of_leaf));
-      poses.push_back(l->placement);
+      const auto both = [&]() -> Result<void> {
+        RMP_TRY_ASSIGN(Shape shape_of_leaf, shape(s, l->solid, progress));
+        RMP_TRY_ASSIGN(const Moments m, moments(shape_of_leaf, progress).in(s.describe(l->solid)));
+        shapes.push_back(std::move(shape_of_leaf));
+        whole.push_back(m);
+        return {};
+      }();
+      if (!both.ok() && l->measured && both.error().code != ErrorCode::cancelled) {
+        note(sum, "Its volume lacks a part: " + both.error().sentence());
+        continue;
+      }
+      RMP_TRY(both);
+      made.push_back(l);
+    }
+    group = made;
+    // Parts of two engines: triangles throughout.
+    const bool is_mixed = std::any_of(shapes.begin(), shapes.end(), [&](const Shape& x) {
+      return x.engine.name != shapes.front().engine.name;
+    });
+    if (is_mixed && group.size() > 1) {
+      RMP_TRY_ASSIGN(const Engine triangles, mesh_engine());
+      for (std::size_t i = 0; i < group.size(); ++i) {
+        if (shapes[i].engine.name == triangles.name) continue;
+        RMP_TRY_ASSIGN(const CsgTree tree, tree_of(s, group[i]->solid, progress));
+        std::string why = std::move(shapes[i].stand_in);
+        RMP_TRY_ASSIGN(shapes[i], shape(triangles, tree, progress).in(s.describe(group[i]->solid)));
+        shapes[i].stand_in = std::move(why);
+      }
+    }
+    std::vector<double> densities;
+    for (std::size_t i = 0; i < group.size(); ++i) {
+      const Leaf* l = group[i];
       const auto* material = l->material ? s.get(l->material) : nullptr;
       if (l->material && !material) return stale(s, l->material);
-      densities.push_back(material ? material->density : 0);
-      if (!material) {
-        std::string note = s.describe(l->solid) + " has no material, so it has no mass.";
-        if (std::find(sum.notes.begin(), sum.notes.end(), note) == sum.notes.end())
-          sum.notes.push_back(std::move(note));
-      }
-      sum.area += m->area;
-      sum.exact = sum.exact && m->exact;
-      for (const std::string& note : shapes.back().shape->notes()) {
-        std::string full = s.describe(l->solid) + ": " + note;
-        if (std::find(sum.notes.begin(), sum.notes.end(), full) == sum.notes.end())
-          sum.notes.push_back(std::move(full));
-      }
+      densities.push_back(material && !l->measured ? material->density : 0);
+      if (!material && !l->measured)
+        note(sum, s.describe(l->solid) + " has no material, so it has no mass.");
+      sum.area += whole[i].area;
+      sum.exact = sum.exact && whole[i].exact && shapes[i].stand_in.empty();
+      if (!shapes[i].stand_in.empty()) note(sum, s.describe(l->solid) + ": " + shapes[i].stand_in);
+      for (const std::string& text : shapes[i].shape->notes())
+        note(sum, s.describe(l->solid) + ": " + text);
     }
+    const auto add = [&](std::size_t i, const Moments& m, const MassProperties& mass) {
+      sum.volume += m.volume;
+      sum.exact = sum.exact && m.exact;
+      parts.push_back(
+          {{group[i]->name, group[i]->solid, group[i]->material, densities[i], m.volume, mass},
+           m.relative_error});
+    };
     if (group.size() == 1) {
-      sum.volume += whole[0].volume;
-      masses.push_back(
-          spatial::in_frame(spatial::mass_properties(whole[0], densities[0]), poses[0]));
+      add(0, whole[0],
+          spatial::in_frame(spatial::mass_properties(whole[0], densities[0]), group[0]->placement));
       return {};
     }
-    RMP_TRY_ASSIGN(const CsgEngine::Partition parts, partition(shapes, poses, progress));
-    sum.overlap += parts.overlap;
-    for (std::size_t i = 0; i < group.size(); ++i) {
-      sum.volume += parts.parts[i].volume;
-      sum.exact = sum.exact && parts.parts[i].exact;
-      masses.push_back(spatial::mass_properties(parts.parts[i], densities[i]));
-    }
+    if (group.empty()) return {};
+    std::vector<Pose> poses;
+    for (const Leaf* l : group) poses.push_back(l->placement);
+    RMP_TRY_ASSIGN(const CsgEngine::Partition split, partition(shapes, poses, progress));
+    sum.overlap += split.overlap;
+    for (std::size_t i = 0; i < group.size(); ++i)
+      add(i, split.parts[i], spatial::mass_properties(split.parts[i], densities[i]));
     return {};
   }
 
-  Result<BodyMass> mass(const Snapshot& s, AnyId id, Progress& progress) {
-    RMP_TRY_ASSIGN(const std::vector<Leaf> leaves, leaves_of(s, id));
+  /// Without the measured mass of `id` itself. `listed` gets what each solid adds, in order of
+  /// listing; a measured part's mass stands with its first solid.
+  Result<BodyMass> computed_mass(const Snapshot& s, AnyId id, Progress& progress,
+                                 std::vector<PartMass>* listed) {
+    std::vector<MeasuredPart> measured;
+    RMP_TRY_ASSIGN(const std::vector<Leaf> leaves, leaves_of(s, id, measured));
     std::size_t groups = 0;
     for (const Leaf& l : leaves) groups = std::max(groups, l.group + 1);
     std::vector<std::vector<const Leaf*>> by_group(groups);
     for (const Leaf& l : leaves) by_group[l.group].push_back(&l);
     BodyMass sum;
-    std::vector<MassProperties> masses;
+    std::vector<Weighed> parts;
+    std::vector<const Leaf*> order;
     for (auto& group : by_group) {
       if (group.empty()) continue;
-      auto added = add_group(s, std::move(group), masses, sum, progress);
+      auto added = add_group(s, group, parts, sum, progress);
       if (!added.ok()) return std::move(added).error();
+      order.insert(order.end(), group.begin(), group.end());
+    }
+    std::vector<MassProperties> masses;
+    double mass_error = 0, volume_error = 0;
+    for (const Weighed& w : parts) {
+      masses.push_back(w.part.mass);
+      mass_error += w.relative_error * w.part.mass.mass;
+      volume_error += w.relative_error * w.part.volume;
+    }
+    for (const MeasuredPart& m : measured) {
+      masses.push_back(spatial::in_frame(m.measured.mass, m.placement));
+      note(sum, s.describe(m.what) + " counts with its measured mass" +
+                    (m.measured.source.empty() ? "." : " (" + m.measured.source + ")."));
     }
     sum.mass = spatial::combine(masses);
     if (!spatial::is_finite(sum.mass))
       return error(ErrorCode::invalid_argument, "its mass is beyond the range of real numbers",
                    "Check sizes and densities.", s.describe(id));
+    if (!sum.exact)
+      sum.relative_error = sum.mass.mass > 0 ? mass_error / sum.mass.mass
+                           : sum.volume > 0  ? volume_error / sum.volume
+                                             : 0;
+    if (listed) {
+      // Groups and their weightless parts come in another order than the listing.
+      std::vector<std::pair<const Leaf*, PartMass*>> by_leaf;
+      for (std::size_t i = 0; i < parts.size(); ++i) by_leaf.emplace_back(order[i], &parts[i].part);
+      std::sort(by_leaf.begin(), by_leaf.end());  // all leaves are elements of one vector
+      std::set<std::size_t> told;
+      for (const auto& [leaf, part] : by_leaf) {
+        if (leaf->measured && told.insert(*leaf->measured).second)
+          part->mass = spatial::in_frame(measured[*leaf->measured].measured.mass,
+                                         measured[*leaf->measured].placement);
+        listed->push_back(std::move(*part));
+      }
+    }
     return sum;
+  }
+
+  Result<BodyMass> mass(const Snapshot& s, AnyId id, Progress& progress,
+                        std::vector<PartMass>* listed = nullptr) {
+    auto sum = computed_mass(s, id, progress, listed);
+    const Record* record = s.find(id);
+    const auto* own = record ? measured_of(*record) : nullptr;
+    if (!own || !own->has_value()) return sum;
+    if (!sum.ok()) {
+      if (sum.error().code == ErrorCode::cancelled) return sum;
+      // What was measured does not need the shape.
+      BodyMass only;
+      note(only, "Its volume is not known: " + sum.error().sentence());
+      sum = std::move(only);
+    } else {
+      sum->computed = sum->mass;
+    }
+    sum->mass = (*own)->mass;
+    sum->measured_source = (*own)->source;
+    return sum;
+  }
+
+  /// A branch of a tree that can be shown though the tree cannot.
+  struct Operand {
+    std::string name;
+    std::shared_ptr<const Mesh> mesh;
+    Pose placement;  ///< solid_T_mesh
+  };
+
+  /// The operands of the deepest operation that fails, those that can be made.
+  Result<std::vector<Operand>> operands(const CsgTree& tree, double chord, Progress& progress) {
+    std::vector<Operand> found;
+    for (std::size_t top = 0;;) {
+      std::optional<std::size_t> failing;
+      found.clear();
+      for (const std::size_t child : children_of(tree, top)) {
+        Branch branch = branch_of(tree, child);
+        auto made = mesh(branch.tree, chord, progress);
+        if (made.ok()) {
+          found.push_back({tree.nodes[child].name, std::move(made).value(), branch.placement});
+        } else if (made.error().code == ErrorCode::cancelled) {
+          return std::move(made).error();
+        } else if (!failing) {
+          failing = child;
+        }
+      }
+      // A primitive that fails is no operation: its neighbours are what there is to see.
+      if (!failing || csg_info(tree.nodes[*failing].kind).children == CsgChildren::none)
+        return found;
+      top = *failing;
+    }
   }
 
   Result<std::vector<Drawable>> drawables(const Snapshot& s, AnyId id, Progress& progress) {
     RMP_TRY_ASSIGN(const std::vector<Leaf> leaves, leaves_of(s, id));
+    if (leaves.size() > 1) RMP_TRY(prepare(s, leaves, progress));
     std::vector<Drawable> all;
+    std::optional<Error> first;
     for (const Leaf& l : leaves) {
       RMP_TRY_ASSIGN(const auto* solid, solid_of(s, l.solid));
-      auto m = mesh(tree_of(*solid), solid->chord, progress).in(s.describe(l.solid));
-      if (!m.ok()) return std::move(m).error();
       const auto* given = l.material ? s.get(l.material) : nullptr;
       const model::Material look = given ? *given : model::Material{};
-      all.push_back({l.name, *m, l.placement, look.colour, look.shininess, look.metalness});
+      const auto draw = [&](std::string name, std::shared_ptr<const Mesh> m, const Pose& placement,
+                            std::string failure) {
+        const bool is_operand = !failure.empty();
+        all.push_back({std::move(name), std::move(m), placement, look.colour, look.shininess,
+                       look.metalness, look.ambient, look.specular, look.emission, is_operand,
+                       std::move(failure)});
+      };
+      auto tree = tree_of(*solid, progress);
+      auto made = tree.ok() ? mesh(*tree, solid->chord, progress)
+                            : Result<std::shared_ptr<const Mesh>>(tree.error());
+      if (made.ok()) {
+        draw(l.name, *made, l.placement, "");
+        continue;
+      }
+      Error why = std::move(made).error().in(s.describe(l.solid));
+      if (why.code == ErrorCode::cancelled) return why;
+      if (tree.ok()) {
+        RMP_TRY_ASSIGN(const auto shown, operands(*tree, solid->chord, progress));
+        for (const Operand& o : shown)
+          draw(o.name.empty() ? l.name : l.name + "." + o.name, o.mesh,
+               spatial::compose(l.placement, o.placement), why.sentence());
+      }
+      if (!first) first = std::move(why);
     }
+    if (all.empty() && first) return *first;
     return all;
+  }
+
+  /// Cancels with the caller's, says nothing.
+  class Quiet final : public Progress {
+   public:
+    explicit Quiet(const Progress& outer) : outer_(outer) {}
+    void report(double, std::string_view) override {}
+    [[nodiscard]] bool cancelled() const override { return outer_.cancelled(); }
+
+   private:
+    const Progress& outer_;
+  };
+
+  /// Makes and meshes what is not known yet, several solids at once. Failures are remembered by
+  /// the cache and told to whoever asks.
+  Result<void> prepare(const Snapshot& s, const std::vector<Leaf>& leaves, Progress& progress) {
+    struct Work {
+      CsgTree tree;
+      double chord = 0;
+    };
+    std::vector<Work> work;
+    std::set<SolidId> seen;
+    std::set<Fingerprint> keys;
+    for (const Leaf& l : leaves) {
+      if (!seen.insert(l.solid).second) continue;
+      const auto solid = solid_of(s, l.solid);
+      if (!solid.ok()) continue;
+      auto tree = tree_of(**solid, progress);
+      if (!tree.ok()) continue;
+      const auto e = engine_for(*tree);
+      if (!e.ok()) continue;
+      MeshQuality quality;
+      quality.chord = (*solid)->chord;
+      const Keys shape_keys = keys_of(*e, *tree);
+      const Fingerprint key = mesh_key(shape_keys.value, quality);
+      if (cache.holds(key, shape_keys.failure) || !keys.insert(key).second) continue;
+      work.push_back({std::move(*tree), quality.chord});
+    }
+    if (work.size() < 2 || !cache.is_enabled()) return {};
+    std::atomic<std::size_t> next{0}, done{0};
+    std::mutex tell;
+    const auto run = [&] {
+      Quiet quiet(progress);
+      for (std::size_t i = next++; i < work.size() && !progress.cancelled(); i = next++) {
+        (void)mesh(work[i].tree, work[i].chord, quiet).ok();
+        const std::lock_guard lock(tell);
+        progress.report(static_cast<double>(++done) / static_cast<double>(work.size()),
+                        "making solids");
+      }
+    };
+    {
+      const std::size_t most = std::max(1U, std::thread::hardware_concurrency());
+      std::vector<std::jthread> helpers;
+      for (std::size_t i = 1; i < std::min(most, work.size()); ++i) helpers.emplace_back(run);
+      run();
+    }
+    if (progress.cancelled()) return error(ErrorCode::cancelled, "cancelled");
+    return {};
+  }
+
+  Result<void> prepare(const Snapshot& s, std::span<const AnyId> what, Progress& progress) {
+    std::vector<Leaf> all;
+    for (const AnyId id : what) {
+      auto leaves = leaves_of(s, id);
+      if (leaves.ok()) all.insert(all.end(), leaves->begin(), leaves->end());
+    }
+    return prepare(s, all, progress);
   }
 
   Result<std::array<Vec3, 2>> bounds(const Snapshot& s, AnyId id, Progress& progress) {
@@ -489,11 +876,25 @@ struct Derived::Impl {
       RMP_TRY(add_skin(*robot, out, progress));
       return out;
     }
+    std::vector<AnyId> parts_of_all;
+    for (const auto& p : robot->base_parts) parts_of_all.push_back(p.what);
+    for (const auto& l : robot->links)
+      if (l.visible)
+        for (const auto& p : l.parts) parts_of_all.push_back(p.what);
+    RMP_TRY(prepare(s, parts_of_all, progress));
+    std::optional<Error> first;
+    bool is_anything_drawn = false;
     const auto add = [&](const std::vector<model::BodyPart>& parts,
                          std::vector<Drawable>& to) -> Result<void> {
       for (const auto& p : parts) {
-        RMP_TRY_ASSIGN(auto drawn, drawables(s, p.what, progress));
-        for (Drawable& d : drawn) {
+        auto drawn = drawables(s, p.what, progress);
+        if (!drawn.ok()) {
+          if (drawn.error().code == ErrorCode::cancelled) return drawn.error();
+          if (!first) first = drawn.error();
+          continue;
+        }
+        is_anything_drawn = is_anything_drawn || !drawn->empty();
+        for (Drawable& d : *drawn) {
           d.placement = spatial::compose(model::pose(p.placement), d.placement);
           to.push_back(std::move(d));
         }
@@ -503,6 +904,7 @@ struct Derived::Impl {
     RMP_TRY(add(robot->base_parts, out.bodies[0]));
     for (std::size_t i = 0; i < robot->links.size(); ++i)
       if (robot->links[i].visible) RMP_TRY(add(robot->links[i].parts, out.bodies[i + 1]));
+    if (first && !is_anything_drawn) return *first;
     return out;
   }
 
@@ -531,8 +933,7 @@ struct Derived::Impl {
   const Registry& registry;
   Cache cache;
   std::mutex mutex;
-  std::optional<Engine> known;       // guarded by mutex
-  std::uint64_t known_revision = 0;  // guarded by mutex
+  Known known, known_mesh;  // guarded by mutex
 };
 
 namespace {
@@ -555,7 +956,8 @@ Derived::~Derived() = default;
 Result<std::shared_ptr<const Mesh>> Derived::mesh(const Snapshot& s, SolidId id,
                                                   Progress& progress) {
   RMP_TRY_ASSIGN(const auto* solid, Impl::solid_of(s, id));
-  return impl_->mesh(tree_of(*solid), solid->chord, progress).in(s.describe(id));
+  RMP_TRY_ASSIGN(const CsgTree tree, impl_->tree_of(s, id, progress));
+  return impl_->mesh(tree, solid->chord, progress).in(s.describe(id));
 }
 
 Result<Moments> Derived::moments(const Snapshot& s, SolidId id, Progress& progress) {
@@ -565,6 +967,38 @@ Result<Moments> Derived::moments(const Snapshot& s, SolidId id, Progress& progre
 
 Result<BodyMass> Derived::mass(const Snapshot& s, AnyId id, Progress& progress) {
   return for_whom(s, id, impl_->mass(s, id, progress));
+}
+
+Result<std::vector<PartMass>> Derived::part_masses(const Snapshot& s, AnyId id,
+                                                   Progress& progress) {
+  std::vector<PartMass> listed;
+  auto made = for_whom(s, id, impl_->mass(s, id, progress, &listed));
+  if (!made.ok()) return std::move(made).error();
+  return listed;
+}
+
+Result<std::shared_ptr<const std::vector<CsgFeature>>> Derived::features(const Snapshot& s,
+                                                                         SolidId id,
+                                                                         Progress& progress) {
+  RMP_TRY_ASSIGN(const auto shape, impl_->shape(s, id, progress));
+  return impl_->features(shape, progress).in(s.describe(id));
+}
+
+Result<std::shared_ptr<const CsgProfile>> Derived::section(const Snapshot& s, SolidId id,
+                                                           const Pose& plane, double chord,
+                                                           Progress& progress) {
+  RMP_TRY_ASSIGN(const auto shape, impl_->shape(s, id, progress));
+  return impl_->section(shape, plane, chord, progress).in(s.describe(id));
+}
+
+Result<std::shared_ptr<const CsgGeometry>> Derived::geometry(const Snapshot& s, SolidId id,
+                                                             Progress& progress) {
+  RMP_TRY_ASSIGN(const auto shape, impl_->shape(s, id, progress));
+  return impl_->geometry(shape, progress).in(s.describe(id));
+}
+
+Result<void> Derived::prepare(const Snapshot& s, std::span<const AnyId> what, Progress& progress) {
+  return impl_->prepare(s, what, progress);
 }
 
 Result<std::array<Vec3, 2>> Derived::bounds(const Snapshot& s, AnyId id, Progress& progress) {

@@ -20,7 +20,11 @@
 
 #include <gtest/gtest.h>
 
+#include <robomosp/sdk/csg_primitive.h>
+
+#include "document/csg_tree.h"
 #include "kernel/plugin_loader.h"
+#include "spatial/pose.h"
 
 namespace robomosp {
 namespace {
@@ -68,12 +72,22 @@ struct Counts {
 };
 
 /// Faults that a provider might have.
-enum class Fault { none, nan_moments, nan_mesh, open_mesh, short_partition, throws, null_shape };
+enum class Fault {
+  none,
+  nan_moments,
+  nan_mesh,
+  open_mesh,
+  short_partition,
+  throws,
+  null_shape,
+  unverified
+};
 
 /// Single boxes (also turned ones as a solid of their own), placed by translations in a partition.
 class BoxEngine final : public CsgEngine {
  public:
-  BoxEngine(Counts& counts, const Fault& fault) : counts_(counts), fault_(fault) {}
+  BoxEngine(Counts& counts, const Fault& fault, bool takes_meshes = false)
+      : counts_(counts), fault_(fault), takes_meshes_(takes_meshes) {}
 
   Result<std::shared_ptr<const CsgShape>> evaluate(const CsgTree& tree,
                                                    Progress& progress) const override {
@@ -82,6 +96,19 @@ class BoxEngine final : public CsgEngine {
     if (fault_ == Fault::throws) throw std::runtime_error("out of luck");
     if (fault_ == Fault::null_shape) return std::shared_ptr<const CsgShape>();
     const CsgNode& n = tree.nodes.at(0);
+    if (fault_ == Fault::unverified)
+      return error(ErrorCode::plugin_failed, "the result did not close", "Move an operand.",
+                   "node \"" + n.name + "\"");
+    if (n.kind == CsgKind::imported && takes_meshes_) {
+      const auto& p = n.geometry->points;  // the box of its corners
+      Box b{{p[0], p[1], p[2]}, {p[0], p[1], p[2]}};
+      for (std::size_t i = 0; i < p.size(); ++i) {
+        b.low[i % 3] = std::min(b.low[i % 3], p[i]);
+        b.high[i % 3] = std::max(b.high[i % 3], p[i]);
+      }
+      std::shared_ptr<const CsgShape> made = std::make_shared<const BoxShape>(b);
+      return made;
+    }
     if (n.kind != CsgKind::box)
       return error(ErrorCode::unsupported, "node \"" + n.name + "\" is no box", "Use a box.");
     const Vec3& p = n.placement.p;
@@ -164,6 +191,25 @@ class BoxEngine final : public CsgEngine {
  private:
   Counts& counts_;
   const Fault& fault_;
+  bool takes_meshes_;
+};
+
+/// A block of three sizes on a foot that is as wide and 1 m high.
+class Block final : public CsgPrimitive {
+ public:
+  Block(int& built, const std::int32_t& parent) : built_(built), parent_(parent) {}
+  Result<CsgTree> build(const Params& params, Progress&) const override {
+    ++built_;
+    if (params.real("width") > 5)
+      return error(ErrorCode::invalid_argument, "width exceeds 5 m", "Make it less.");
+    CsgTree tree;
+    tree.nodes.push_back({CsgKind::box, parent_, {}, {params.real("width"), 1, 1}, "foot"});
+    return tree;
+  }
+
+ private:
+  int& built_;
+  const std::int32_t& parent_;
 };
 
 class DerivedTest : public testing::Test {
@@ -179,6 +225,70 @@ class DerivedTest : public testing::Test {
           static_cast<CsgEngine*>(std::make_unique<BoxEngine>(counts, fault).release()));
     });
     EXPECT_TRUE(added.ok());
+  }
+
+  /// A second engine, for triangles.
+  void add_mesh_engine() {
+    ProviderInfo info;
+    info.interface_id = CsgEngine::kInterfaceId;
+    info.name = "triangles";
+    info.version = "1";
+    info.tags = {"mesh", "approximate"};
+    ASSERT_TRUE(registry
+                    .add(info,
+                         [this]() -> Result<void*> {
+                           return static_cast<void*>(static_cast<CsgEngine*>(
+                               std::make_unique<BoxEngine>(mesh_counts, no_fault, true).release()));
+                         })
+                    .ok());
+  }
+  static model::Solid imported(MaterialId material, const Vec3& size) {
+    auto geometry = std::make_shared<CsgGeometry>();
+    geometry->form = CsgGeometry::Form::mesh;
+    geometry->points = {-size[0] / 2, -size[1] / 2, 0, size[0] / 2, size[1] / 2, size[2]};
+    geometry->triangles = {0, 1, 0};
+    geometry->digest = {1, static_cast<std::uint64_t>(size[0] * 1e6)};
+    model::Solid s;
+    s.material = material;
+    model::SolidNode n;
+    n.kind = CsgKind::imported;
+    n.name = "scan";
+    n.sizes = {1};
+    n.geometry = geometry;
+    s.nodes.push_back(n);
+    return s;
+  }
+  void add_block_primitive() {
+    ProviderInfo info;
+    info.interface_id = CsgPrimitive::kInterfaceId;
+    info.name = "block";
+    info.version = "1";
+    ParamSpec width;
+    width.name = "width";
+    width.type = "real";
+    width.unit = "m";
+    width.required = true;
+    width.min = 0.1;
+    info.schema.push_back(width);
+    ASSERT_TRUE(registry
+                    .add(info,
+                         [this]() -> Result<void*> {
+                           return static_cast<void*>(static_cast<CsgPrimitive*>(
+                               std::make_unique<Block>(built, block_parent).release()));
+                         })
+                    .ok());
+  }
+  static model::Solid block(MaterialId material, double width) {
+    model::Solid s;
+    s.material = material;
+    model::SolidNode n;
+    n.kind = CsgKind::custom;
+    n.name = "gear";
+    n.placement.position = {0, 0, 2};
+    n.primitive.name = "block";
+    n.primitive.params["width"] = width;
+    s.nodes.push_back(n);
+    return s;
   }
 
   static model::Solid box(MaterialId material, double x, double y, double z) {
@@ -243,8 +353,11 @@ class DerivedTest : public testing::Test {
     return m.ok() ? (*m)->joints.at(0).body.mass : -1;
   }
 
-  Counts counts;
+  Counts counts, mesh_counts;
   Fault fault = Fault::none;
+  const Fault no_fault = Fault::none;
+  int built = 0;
+  std::int32_t block_parent = -1;
   Registry registry;
   Document document;
   Derived derived{registry};
@@ -399,11 +512,18 @@ TEST_F(DerivedTest, AFailingSolidIsNamedAndBlocksOnlyWhatNeedsIt) {
             "solid \"bore\": node \"ball\" is no box. Use a box.");
   const std::string reason = "waits for solid \"bore\": node \"ball\" is no box. Use a box.";
   EXPECT_EQ(derived.mass(*now, arm, progress).error().sentence(), "object \"arm\" " + reason);
-  EXPECT_EQ(derived.drawables(*now, arm, progress).error().sentence(), "object \"arm\" " + reason);
+  EXPECT_EQ(derived.drawables(*now, bore, progress).error().sentence(),
+            "solid \"bore\": node \"ball\" is no box. Use a box.");
+  const auto drawn = derived.drawables(*now, arm, progress);
+  ASSERT_TRUE(drawn.ok()) << "the other part is drawn";
+  ASSERT_EQ(drawn->size(), 1U);
+  EXPECT_EQ(drawn->at(0).name, "a");
+  EXPECT_FALSE(drawn->at(0).is_operand);
   EXPECT_EQ(derived.robot_model(*now, robot, {}, progress).error().sentence(),
             "robot \"pa10\" " + reason);
-  EXPECT_EQ(derived.robot_bodies(*now, robot, progress).error().sentence(),
-            "robot \"pa10\" " + reason);
+  const auto bodies = derived.robot_bodies(*now, robot, progress);
+  ASSERT_TRUE(bodies.ok()) << bodies.error().sentence();
+  EXPECT_EQ(bodies->bodies[1].size(), 1U);
   // The failure is remembered: asked again, the engine is not.
   const int evaluations = counts.evaluations;
   EXPECT_FALSE(derived.mesh(*now, bore, progress).ok());
@@ -449,6 +569,172 @@ TEST_F(DerivedTest, ProvidersThatBreakTheirContractAreNamed) {
   EXPECT_EQ(sentence_with(Fault::short_partition,
                           [&] { return derived.mass(*now, pair, progress).error(); }),
             "object \"pair\": provider \"boxes\" returned 1 parts for 2." + hint);
+}
+
+TEST_F(DerivedTest, ImportedMeshesGoToTheEngineForTrianglesAndNothingElseDoes) {
+  const auto m = material("m", 1000);
+  const auto scan = make("scan", imported(m, {1, 2, 3}));
+  EXPECT_EQ(derived.mesh(*document.now(), scan, progress).error().sentence(),
+            "solid \"scan\": no CSG engine that takes triangle meshes is loaded. Load the plugin "
+            "csg_cgal, or use an exact solid.");
+  add_mesh_engine();
+  EXPECT_NEAR(mass(scan).mass.mass, 6000, 1e-9);
+  EXPECT_EQ(mesh_counts.evaluations, 1);
+  EXPECT_NEAR(mass(make("cube", box(m, 1, 1, 1))).mass.mass, 1000, 1e-9);
+  EXPECT_EQ(mesh_counts.evaluations, 1);
+  EXPECT_EQ(counts.evaluations, 1);
+}
+
+TEST_F(DerivedTest, OverlappingPartsOfTwoEnginesAreSeparatedByTheOneForTriangles) {
+  add_mesh_engine();
+  const auto m = material("m", 1000);
+  model::Object o;
+  o.parts.push_back({"scan", make("scan", imported(m, {1, 1, 1})), {}, {}});
+  o.parts.push_back({"cube", make("cube", box(m, 1, 1, 1)), {{0.25, 0, 0}, {}, {}}, {}});
+  const auto got = mass(make("o", o));
+  EXPECT_NEAR(got.mass.mass, 1250, 1e-9);
+  EXPECT_NEAR(got.overlap, 0.75, 1e-12);
+  EXPECT_EQ(counts.partitions, 0);
+  EXPECT_EQ(mesh_counts.partitions, 1);
+}
+
+TEST_F(DerivedTest, WhatTheExactEngineCannotVerifyIsAnApproximationThatSaysWhy) {
+  const auto cube = make("cube", box(material("m", 1000), 1, 1, 1));
+  fault = Fault::unverified;
+  const std::string refusal =
+      "solid \"cube\", node \"block\": the result did not close. Move an operand.";
+  EXPECT_EQ(derived.mass(*document.now(), cube, progress).error().sentence(), refusal);
+  add_mesh_engine();
+  const auto got = mass(cube);
+  EXPECT_NEAR(got.mass.mass, 1000, 1e-9);
+  EXPECT_FALSE(got.exact);
+  EXPECT_EQ(got.notes, std::vector<std::string>{
+                           "solid \"cube\": shown as an approximation: node \"block\": the result "
+                           "did not close. Move an operand."});
+  EXPECT_TRUE(derived.mesh(*document.now(), cube, progress).ok());
+  // A fault of the arguments is no reason to look elsewhere.
+  fault = Fault::none;
+  model::Solid ball;
+  ball.nodes.push_back({CsgKind::sphere, "ball", -1, {}, {1}});
+  const int evaluations = mesh_counts.evaluations;
+  EXPECT_FALSE(derived.mesh(*document.now(), make("ball", ball), progress).ok());
+  EXPECT_EQ(mesh_counts.evaluations, evaluations);
+}
+
+TEST_F(DerivedTest, APrimitiveOfAPluginIsBuiltOnceAndItsFaultsNameTheNode) {
+  const auto m = material("m", 1000);
+  const auto bare = make("bare", block(m, 2));
+  EXPECT_FALSE(derived.mass(*document.now(), bare, progress).ok()) << "there is no such primitive";
+  add_block_primitive();
+  const auto got = mass(bare);
+  EXPECT_NEAR(got.mass.mass, 2000, 1e-9);
+  EXPECT_NEAR(got.mass.com[2], 2.5, 1e-12) << "it stands where the node is";
+  EXPECT_EQ(built, 1);
+  ASSERT_TRUE(derived.mesh(*document.now(), bare, progress).ok());
+  EXPECT_EQ(built, 1);
+  const auto wide = make("wide", block(m, 6));
+  EXPECT_EQ(derived.mesh(*document.now(), wide, progress).error().sentence(),
+            "solid \"wide\", node \"gear\", primitive \"block\": width exceeds 5 m. Make it less.");
+  const auto thin = make("thin", block(m, 0.01));
+  const std::string refused = derived.mesh(*document.now(), thin, progress).error().sentence();
+  EXPECT_EQ(refused.find("solid \"thin\", node \"gear\", primitive \"block\""), 0U) << refused;
+  EXPECT_NE(refused.find("width"), std::string::npos) << refused;
+  block_parent = 3;
+  const auto odd = make("odd", block(m, 3));
+  EXPECT_EQ(derived.mesh(*document.now(), odd, progress).error().sentence(),
+            "solid \"odd\", node \"gear\": provider \"block\" built a tree whose node 0 has the "
+            "parent 3. Report it to the provider's author.");
+}
+
+TEST_F(DerivedTest, AMeasuredMassCountsInsteadOfTheComputedOneAndAboveIt) {
+  const auto water = material("water", 1000);
+  const auto motor = make("motor", box(water, 1, 1, 1)), plate = make("plate", box(water, 2, 2, 1));
+  model::Object inner;
+  inner.parts.push_back({"motor", motor, {{0, 0, 1}, {}, {}}, {}});
+  const auto drive = make("drive", inner);
+  model::Object outer;
+  outer.parts.push_back({"drive", drive, {{10, 0, 0}, {}, {}}, {}});
+  outer.parts.push_back({"plate", plate, {{10, 0, 0}, {}, {}}, {}});
+  const auto arm = make("arm", outer);
+  EXPECT_NEAR(mass(arm).mass.mass, 5000, 1e-9);
+  model::MeasuredMass weighed{{700, {0, 0, 0.25}, {1, 2, 3, 0, 0, 0}}, "scales, J. Doe"};
+  edit<model::Solid>(motor, [&](model::Solid& s) { s.measured = weighed; });
+  const auto own = mass(motor);
+  EXPECT_EQ(own.mass.mass, 700);
+  EXPECT_EQ(own.measured_source, "scales, J. Doe");
+  ASSERT_TRUE(own.computed.has_value());
+  EXPECT_NEAR(own.computed->mass, 1000, 1e-9);
+  EXPECT_NEAR(own.volume, 1, 1e-12);
+  const auto above = mass(arm);
+  EXPECT_NEAR(above.mass.mass, 4700, 1e-9);
+  EXPECT_NEAR(above.mass.com[2], (700 * 1.25 + 4000 * 0.5) / 4700, 1e-12);
+  EXPECT_FALSE(above.computed.has_value());
+  EXPECT_EQ(above.notes, std::vector<std::string>{
+                             "solid \"motor\" counts with its measured mass (scales, J. Doe)."});
+  const auto parts = derived.part_masses(*document.now(), arm, progress);
+  ASSERT_TRUE(parts.ok());
+  EXPECT_NEAR(parts->at(0).mass.mass, 700, 1e-9);
+  EXPECT_NEAR(parts->at(1).mass.mass, 4000, 1e-9);
+  // The outermost measured mass wins; no shape is needed for it.
+  weighed.mass.mass = 650;
+  edit<model::Object>(drive, [&](model::Object& x) { x.measured = weighed; });
+  EXPECT_NEAR(mass(arm).mass.mass, 4650, 1e-9);
+  edit<model::Solid>(motor, [](model::Solid& s) { s.nodes[0].kind = CsgKind::sphere; });
+  EXPECT_NEAR(mass(drive).mass.mass, 650, 1e-9);
+  EXPECT_FALSE(mass(drive).computed.has_value() && mass(drive).notes.empty());
+  EXPECT_NEAR(mass(arm).mass.mass, 4650, 1e-9);
+}
+
+TEST_F(DerivedTest, PlacementsInTheSolidsFrameAndInOtherCoordinatesAreResolved) {
+  model::Solid s;
+  s.nodes.push_back({CsgKind::union_, "all", -1, {{1, 0, 0}, {0, 0, std::numbers::pi / 2}, {}}});
+  s.nodes.push_back({CsgKind::union_, "group", 0, {{0, 3, 0}, {0.3, 0.2, 0.1}, {}}});
+  s.nodes.push_back({CsgKind::box, "here", 1, {{5, 6, 7}, {0.1, 0, 0}, {}}, {1, 1, 1}});
+  s.nodes[2].is_global = true;
+  s.nodes.push_back({CsgKind::box, "round", 0, {}, {1, 1, 1}});
+  s.nodes[3].placement.coordinates = model::PositionNotation::cylindrical;
+  s.nodes[3].placement.position = {2, std::numbers::pi / 2, 4};
+  const auto tree = document::tree_of(s, {});
+  ASSERT_TRUE(tree.ok());
+  // Chained by hand: the pose of "here" in the solid's frame is what was written.
+  const Pose here =
+      spatial::compose(spatial::compose(tree->nodes[0].placement, tree->nodes[1].placement),
+                       tree->nodes[2].placement);
+  EXPECT_NEAR(here.p[0], 5, 1e-12);
+  EXPECT_NEAR(here.p[1], 6, 1e-12);
+  EXPECT_NEAR(here.p[2], 7, 1e-12);
+  EXPECT_NEAR(here.R[0], 1, 1e-12);
+  EXPECT_NEAR(here.R[5], -std::sin(0.1), 1e-12);
+  EXPECT_NEAR(tree->nodes[3].placement.p[0], 0, 1e-12);
+  EXPECT_NEAR(tree->nodes[3].placement.p[1], 2, 1e-12);
+  EXPECT_NEAR(tree->nodes[3].placement.p[2], 4, 1e-12);
+}
+
+TEST_F(DerivedTest, SolidsPreparedTogetherAreFoundAndCancellingStops) {
+  std::vector<AnyId> ids;
+  for (int i = 1; i <= 12; ++i) ids.push_back(make("s" + std::to_string(i), box({}, i, 1, 1)));
+  ids.push_back(make("s1_again", box({}, 1, 1, 1)));
+  class Cancelled final : public Progress {
+   public:
+    void report(double, std::string_view) override {}
+    [[nodiscard]] bool cancelled() const override { return true; }
+  } cancelled;
+  EXPECT_EQ(derived.prepare(*document.now(), ids, cancelled).error().code, ErrorCode::cancelled);
+  EXPECT_EQ(counts.meshes, 0);
+  class Last final : public Progress {
+   public:
+    void report(double fraction, std::string_view) override { last = fraction; }
+    [[nodiscard]] bool cancelled() const override { return false; }
+    double last = 0;
+  } told;
+  ASSERT_TRUE(derived.prepare(*document.now(), ids, told).ok());
+  EXPECT_EQ(told.last, 1);
+  EXPECT_EQ(counts.meshes, 12) << "equal solids share one";
+  for (const AnyId id : ids)
+    EXPECT_TRUE(derived.mesh(*document.now(), SolidId{id.number}, progress).ok());
+  EXPECT_EQ(counts.meshes, 12);
+  ASSERT_TRUE(derived.prepare(*document.now(), ids, told).ok());
+  EXPECT_EQ(counts.meshes, 12);
 }
 
 TEST_F(DerivedTest, WithoutTheCacheEverythingIsTheSame) {
@@ -614,6 +900,114 @@ TEST(DerivedWithOcct, CubesThatTouchAlongAnEdgeAreASolid) {
   EXPECT_NEAR(m->mass.mass, 2, 1e-9);
   const auto mesh = derived.mesh(*document.now(), *id, progress);
   ASSERT_TRUE(mesh.ok()) << mesh.error().sentence();
+}
+
+TEST(DerivedWithOcct, AFailedOperationShowsItsOperands) {
+  const std::filesystem::path plugin = std::filesystem::path(ROBOMOSP_PLUGIN_DIR) / "csg_occt.so";
+  if (!std::filesystem::exists(plugin)) GTEST_SKIP() << "csg_occt is not built";
+  Registry registry;
+  PluginLoader loader(registry);
+  ASSERT_TRUE(loader.load(plugin.string()).loaded);
+  Document document;
+  Derived derived(registry);
+  NoProgress progress;
+  auto tx = document.begin("make");
+  model::Solid part;
+  part.nodes.push_back({CsgKind::union_, "all", -1, {{0, 0, 1}, {}, {}}, {}});
+  part.nodes.push_back({CsgKind::box, "plate", 0, {}, {0.3, 0.3, 0.01}});
+  part.nodes.push_back({CsgKind::difference, "nothing", 0, {{2, 0, 0}, {}, {}}, {}});
+  part.nodes.push_back({CsgKind::box, "small", 2, {}, {0.1, 0.1, 0.1}});
+  part.nodes.push_back({CsgKind::sphere, "ball", 2, {{0, 3, 0}, {}, {}}, {-1}});
+  part.nodes.push_back({CsgKind::box, "big", 2, {{0, 0, -1}, {}, {}}, {3, 3, 3}});
+  part.nodes[4].sizes[0] = 0.01;
+  const auto id = tx->add("part", part);
+  ASSERT_TRUE(tx->commit().ok());
+  const auto mesh = derived.mesh(*document.now(), *id, progress);
+  ASSERT_FALSE(mesh.ok());
+  EXPECT_NE(mesh.error().sentence().find("nothing"), std::string::npos);
+  EXPECT_FALSE(derived.mass(*document.now(), *id, progress).ok());
+  const auto drawn = derived.drawables(*document.now(), *id, progress);
+  ASSERT_TRUE(drawn.ok()) << drawn.error().sentence();
+  ASSERT_EQ(drawn->size(), 3U);
+  EXPECT_EQ(drawn->at(0).name, "part.small");
+  EXPECT_EQ(drawn->at(2).name, "part.big");
+  for (const auto& d : *drawn) {
+    EXPECT_TRUE(d.is_operand);
+    EXPECT_EQ(d.failure, mesh.error().sentence());
+    EXPECT_EQ(d.placement.p[0], 2);
+  }
+  EXPECT_EQ(drawn->at(1).placement.p[1], 3);
+  EXPECT_EQ(drawn->at(2).placement.p[2], 0);
+}
+
+TEST(DerivedWithCgal, AnImportedCubeIsCutMeasuredAndHandedOutAgain) {
+  const std::filesystem::path folder(ROBOMOSP_PLUGIN_DIR);
+  Registry registry;
+  PluginLoader loader(registry);
+  for (const char* name : {"csg_cgal.so", "csg_occt.so"}) {
+    if (!std::filesystem::exists(folder / name)) GTEST_SKIP() << name << " is not built";
+    ASSERT_TRUE(loader.load((folder / name).string()).loaded);
+  }
+  EXPECT_EQ(registry.find(CsgEngine::kInterfaceId, "")->name, "occt");
+  Document document;
+  Derived derived(registry);
+  NoProgress progress;
+  auto geometry = std::make_shared<CsgGeometry>();
+  geometry->form = CsgGeometry::Form::mesh;
+  for (int i = 0; i < 8; ++i)
+    for (int k = 0; k < 3; ++k) geometry->points.push_back((i >> k) & 1 ? 0.1 : 0.0);
+  geometry->triangles = {0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4,
+                         2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5};
+  geometry->digest = {7, 8};
+  auto tx = document.begin("make");
+  model::Material water;
+  water.density = 1000;
+  const auto material = tx->add("water", water);
+  model::Solid cut;
+  cut.material = *material;
+  cut.nodes.push_back({CsgKind::difference, "cut", -1, {}, {}});
+  model::SolidNode scan;
+  scan.kind = CsgKind::imported;
+  scan.name = "scan";
+  scan.parent = 0;
+  scan.sizes = {1};
+  scan.geometry = geometry;
+  cut.nodes.push_back(scan);
+  cut.nodes.push_back({CsgKind::box, "slot", 0, {{0.05, 0.05, 0.05}, {}, {}}, {0.02, 0.2, 0.1}});
+  const auto id = tx->add("cut", cut);
+  ASSERT_TRUE(tx->commit().ok());
+  const auto now = document.now();
+  const auto mass = derived.mass(*now, AnyId(*id), progress);
+  ASSERT_TRUE(mass.ok()) << mass.error().sentence();
+  EXPECT_NEAR(mass->mass.mass, 1 - 0.1, 1e-9);
+  EXPECT_TRUE(mass->exact) << "flat faces only";
+  const auto mesh = derived.mesh(*now, *id, progress);
+  ASSERT_TRUE(mesh.ok()) << mesh.error().sentence();
+  Pose plane;
+  plane.p = {0, 0, 0.075};
+  const auto section = derived.section(*now, *id, plane, 1e-4, progress);
+  ASSERT_TRUE(section.ok()) << section.error().sentence();
+  EXPECT_EQ((*section)->loops.size(), 2U) << "one either side of the slot";
+  const auto out = derived.geometry(*now, *id, progress);
+  ASSERT_TRUE(out.ok()) << out.error().sentence();
+  EXPECT_EQ((*out)->form, CsgGeometry::Form::mesh);
+  EXPECT_NE((*out)->digest, (std::array<std::uint64_t, 2>{}));
+  const auto features = derived.features(*now, *id, progress);
+  ASSERT_TRUE(features.ok()) << features.error().sentence();
+  // Bottom and two sides of the cube, two fronts cut to a U, two tops left, three of the slot.
+  EXPECT_EQ(std::count_if((*features)->begin(), (*features)->end(),
+                          [](const CsgFeature& f) { return f.kind == CsgFeature::Kind::plane; }),
+            3 + 2 + 2 + 3);
+  // What was handed out is the solid again.
+  auto then = document.begin("make");
+  model::Solid copy;
+  copy.material = *material;
+  scan.parent = -1;
+  scan.geometry = *out;
+  copy.nodes.push_back(scan);
+  const auto again = then->add("copy", copy);
+  ASSERT_TRUE(then->commit().ok());
+  EXPECT_NEAR(derived.mass(*document.now(), AnyId(*again), progress)->mass.mass, 0.9, 1e-9);
 }
 
 }  // namespace
