@@ -63,6 +63,14 @@ std::string example(const ParamSpec& spec) {
   return {};
 }
 
+/// Units of the entries of "m, rad, m"; empty = one unit for all.
+std::vector<std::string> units_of_entries(std::string_view unit) {
+  std::vector<std::string> out;
+  if (unit.find(',') == std::string_view::npos) return out;
+  for (const std::string_view part : text::split(unit, ',')) out.emplace_back(text::trim(part));
+  return out;
+}
+
 /// The kind of thing a parameter takes, with its article.
 std::string kind_name(const ParamSpec& spec) {
   const std::string_view type = spec.type;
@@ -185,9 +193,11 @@ Result<std::optional<std::vector<double>>> read_reals(const ParamSpec& spec, con
                                                       std::string_view path) {
   ParamSpec one = spec;
   one.type = "real";
+  const std::vector<std::string> entry_units = units_of_entries(spec.unit);
   std::vector<double> numbers;
   const auto add = [&](const Value& item) -> Result<void> {
     const std::string here = element_path(path, numbers.size());
+    if (numbers.size() < entry_units.size()) one.unit = entry_units[numbers.size()];
     RMP_TRY_ASSIGN(const double read, read_real(one, item, here));
     RMP_TRY_ASSIGN(const double checked, check_range(one, read, here));
     numbers.push_back(checked);
@@ -295,30 +305,110 @@ Result<std::vector<double>> pose_part(const Value& v, std::string_view path, con
   return std::move(*numbers);
 }
 
-Result<Value> pose_from_parts(const Value* position, const Value* angles, std::string_view notation,
+/// Rotation of (x, y, z) about an axis of any length but zero (Rodrigues).
+Matrix3 rotation_about(const std::array<double, 3>& axis, double angle) {
+  const double length = std::hypot(axis[0], axis[1], axis[2]);
+  const double x = axis[0] / length, y = axis[1] / length, z = axis[2] / length;
+  const double c = std::cos(angle), s = std::sin(angle), t = 1 - c;
+  return {t * x * x + c,     t * x * y - s * z, t * x * z + s * y, t * x * y + s * z, t * y * y + c,
+          t * y * z - s * x, t * x * z - s * y, t * y * z + s * x, t * z * z + c};
+}
+
+/// {w, x, y, z} of any length but zero.
+Result<Matrix3> rotation_of_quaternion(const Value& v, const std::string& path) {
+  ParamSpec part;
+  part.type = "real[]";
+  RMP_TRY_ASSIGN(const auto q, read_reals(part, v, path));
+  constexpr const char* kHint = "Give {w, x, y, z}.";
+  if (!q) return wrong_type(part, v, path);
+  if (q->size() != 4) return fault(path, numbers_given(q->size()) + "; four are needed", kHint);
+  const double length = std::hypot(std::hypot((*q)[0], (*q)[1], (*q)[2]), (*q)[3]);
+  if (!(length > 0)) return fault(path, "the quaternion is zero", kHint);
+  const double w = (*q)[0] / length, x = (*q)[1] / length, y = (*q)[2] / length,
+               z = (*q)[3] / length;
+  return Matrix3{1 - 2 * (y * y + z * z), 2 * (x * y - w * z),     2 * (x * z + w * y),
+                 2 * (x * y + w * z),     1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
+                 2 * (x * z - w * y),     2 * (y * z + w * x),     1 - 2 * (x * x + y * y)};
+}
+
+/// {x, y, z, angle}, or {axis = {x, y, z}, angle = angle}.
+Result<Matrix3> rotation_of_axis_angle(const Value& v, const std::string& path) {
+  constexpr const char* kHint = "Give {x, y, z, angle} or {axis = {x, y, z}, angle = angle}.";
+  List items;
+  if (const Map* map = v.as_map()) {
+    const Value* axis = map->find("axis");
+    const Value* angle = map->find("angle");
+    if (!axis || !angle || map->size() != 2)
+      return fault(path, "an axis_angle has an axis and an angle", kHint);
+    if (const List* list = axis->as_list()) items = *list;
+    else if (const NumericArray* a = axis->as_array())
+      items.assign(a->data().begin(), a->data().end());
+    if (items.size() != 3) return fault(path + ".axis", "three numbers are needed", kHint);
+    items.push_back(*angle);
+  } else if (const List* list = v.as_list()) {
+    items = *list;
+  } else if (const NumericArray* a = v.as_array()) {
+    items.assign(a->data().begin(), a->data().end());
+  }
+  if (items.size() != 4)
+    return fault(path, numbers_given(items.size()) + "; four are needed", kHint);
+  ParamSpec part;
+  part.type = "real[]";
+  part.unit = ", , , rad";
+  RMP_TRY_ASSIGN(const auto n, read_reals(part, Value(std::move(items)), path));
+  if (!n || n->size() != 4) return wrong_type(part, v, path);
+  const std::array<double, 3> axis{(*n)[0], (*n)[1], (*n)[2]};
+  if (!(std::hypot(axis[0], axis[1], axis[2]) > 0)) return fault(path, "the axis is zero", kHint);
+  return rotation_about(axis, (*n)[3]);
+}
+
+constexpr std::string_view kPositions[] = {"position", "cylindrical", "spherical"};
+constexpr std::string_view kRotations[] = {"rpy", "xyz", "zyz", "quaternion", "axis_angle"};
+
+Result<Value> pose_from_parts(const Value* position, std::string_view coordinates,
+                              const Value* angles, std::string_view notation,
                               std::string_view path) {
   Pose pose;
   if (position) {
-    RMP_TRY_ASSIGN(const auto p, pose_part(*position, std::string(path) + ".position", "m"));
+    const char* unit = coordinates == "cylindrical" ? "m, rad, m"
+                       : coordinates == "spherical" ? "m, rad, rad"
+                                                    : "m";
+    RMP_TRY_ASSIGN(const auto p,
+                   pose_part(*position, std::string(path) + "." + std::string(coordinates), unit));
     pose.p = {p[0], p[1], p[2]};
+    if (coordinates == "cylindrical") pose.p = {p[0] * std::cos(p[1]), p[0] * std::sin(p[1]), p[2]};
+    if (coordinates == "spherical")
+      pose.p = {p[0] * std::sin(p[2]) * std::cos(p[1]), p[0] * std::sin(p[2]) * std::sin(p[1]),
+                p[0] * std::cos(p[2])};
   }
   if (angles) {
-    RMP_TRY_ASSIGN(const auto a,
-                   pose_part(*angles, std::string(path) + "." + std::string(notation), "rad"));
-    pose.R = rotation_of(notation, a);
+    const std::string here = std::string(path) + "." + std::string(notation);
+    if (notation == "quaternion") {
+      RMP_TRY_ASSIGN(pose.R, rotation_of_quaternion(*angles, here));
+    } else if (notation == "axis_angle") {
+      RMP_TRY_ASSIGN(pose.R, rotation_of_axis_angle(*angles, here));
+    } else {
+      RMP_TRY_ASSIGN(const auto a, pose_part(*angles, here, "rad"));
+      pose.R = rotation_of(notation, a);
+    }
   }
   return pose_value(pose);
 }
 
 Result<Value> check_pose_map(const Map& map, std::string_view path) {
-  const std::vector<std::string> known = {"position", "rpy", "xyz", "zyz"};
+  std::vector<std::string> known(std::begin(kPositions), std::end(kPositions));
+  known.insert(known.end(), std::begin(kRotations), std::end(kRotations));
   const Value* position = nullptr;
   const Value* angles = nullptr;
-  std::string notation = "rpy";
+  std::string coordinates = "position", notation = "rpy";
   for (const auto& [key, value] : map) {
-    if (key == "position") {
+    if (std::find(std::begin(kPositions), std::end(kPositions), key) != std::end(kPositions)) {
+      if (position)
+        return fault(path, "a pose has both " + coordinates + " and " + key, "Give one position.");
       position = &value;
-    } else if (key == "rpy" || key == "xyz" || key == "zyz") {
+      coordinates = key;
+    } else if (std::find(std::begin(kRotations), std::end(kRotations), key) !=
+               std::end(kRotations)) {
       if (angles)
         return fault(path, "a pose has both " + notation + " and " + key,
                      "Give one set of angles.");
@@ -332,7 +422,7 @@ Result<Value> check_pose_map(const Map& map, std::string_view path) {
     }
   }
   if (!position && !angles) return fault(path, "the pose is empty", "Give position, rpy, or both.");
-  return pose_from_parts(position, angles, notation, path);
+  return pose_from_parts(position, coordinates, angles, notation, path);
 }
 
 /// Rows of equal length; nullopt = another type.
@@ -388,7 +478,7 @@ Result<Value> check_pose(const ParamSpec& spec, const Value& v, std::string_view
   if (items.size() != 6) return wrong_type(spec, v, path);
   const Value position(List(items.begin(), items.begin() + 3)),
       angles(List(items.begin() + 3, items.end()));
-  return pose_from_parts(&position, &angles, "rpy", path);
+  return pose_from_parts(&position, "position", &angles, "rpy", path);
 }
 
 Result<Value> check_integer(const ParamSpec& spec, const Value& v, std::string_view path) {

@@ -23,8 +23,9 @@ namespace robomosp {
 /// One parameter. Types:
 ///   bool, int, real, string, enum, path
 ///   real[]      list of reals, one unit for all ("3 mm" allowed per entry)
-///   vec3        three reals
-///   pose        {position = vec3, rpy|xyz|zyz = vec3 [rad]} or 4x4 matrix or a flat list
+///   vec3        three reals; the unit may be one for each: "m, rad, m"
+///   pose        {position|cylindrical|spherical = vec3, rpy|xyz|zyz = vec3 [rad]} (or quaternion =
+///               {w, x, y, z}, or axis_angle = {x, y, z, angle}) or 4x4 matrix or a flat list
 ///               {x, y, z, roll, pitch, yaw}; normalised to a 4x4 matrix NumericArray
 ///   matrix      rows of reals
 ///   list, map, any

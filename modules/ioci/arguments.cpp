@@ -127,6 +127,58 @@ Result<Vec3> read_vec3(const Value& value, const char* unit, std::string_view pa
 
 }  // namespace
 
+namespace {
+
+constexpr std::pair<std::string_view, model::PositionNotation> kPositions[] = {
+    {"position", model::PositionNotation::cartesian},
+    {"cylindrical", model::PositionNotation::cylindrical},
+    {"spherical", model::PositionNotation::spherical}};
+constexpr std::pair<std::string_view, model::AngleNotation> kAngles[] = {
+    {"rpy", model::AngleNotation::rpy},
+    {"xyz", model::AngleNotation::xyz},
+    {"zyz", model::AngleNotation::zyz}};
+constexpr std::string_view kRotations[] = {"quaternion", "axis_angle"};
+
+/// "m", or "m, rad, m".
+const char* unit_of(model::PositionNotation notation) {
+  switch (notation) {
+    case model::PositionNotation::cylindrical: return "m, rad, m";
+    case model::PositionNotation::spherical: return "m, rad, rad";
+    case model::PositionNotation::cartesian: break;
+  }
+  return "m";
+}
+
+/// Sets what one field of a placement says; false = it is none of a placement.
+Result<bool> set_part(model::Placement& p, std::string_view name, const Value& value,
+                      std::string_view path) {
+  for (const auto& [word, coordinates] : kPositions) {
+    if (word != name) continue;
+    RMP_TRY_ASSIGN(p.position, read_vec3(value, unit_of(coordinates), path));
+    p.coordinates = coordinates;
+    return true;
+  }
+  for (const auto& [word, notation] : kAngles) {
+    if (word != name) continue;
+    RMP_TRY_ASSIGN(p.angles, read_vec3(value, "rad", path));
+    p.notation = notation;
+    return true;
+  }
+  for (const std::string_view word : kRotations) {
+    if (word != name) continue;
+    // A pose reads them; a record keeps angles.
+    const auto dot = path.rfind('.');
+    RMP_TRY_ASSIGN(const Value checked,
+                   check_value(field("", "pose", "", ""), Map{{std::string(name), value}},
+                               path.substr(0, dot == std::string_view::npos ? 0 : dot)));
+    p.angles = model::placement(*pose_from(checked), p.notation).angles;
+    return true;
+  }
+  return false;
+}
+
+}  // namespace
+
 Result<model::Placement> read_placement(const Value* value, std::string_view path) {
   model::Placement out;
   if (!value || value->is_nil()) return out;
@@ -134,16 +186,7 @@ Result<model::Placement> read_placement(const Value* value, std::string_view pat
   RMP_TRY_ASSIGN(const Value checked, check_value(field("", "pose", "", ""), *value, path));
   const std::string where(path);
   if (const Map* map = value->as_map()) {
-    for (const auto& [key, v] : *map) {
-      if (key == "position") {
-        RMP_TRY_ASSIGN(out.position, read_vec3(v, "m", where + ".position"));
-        continue;
-      }
-      out.notation = key == "xyz"   ? model::AngleNotation::xyz
-                     : key == "zyz" ? model::AngleNotation::zyz
-                                    : model::AngleNotation::rpy;
-      RMP_TRY_ASSIGN(out.angles, read_vec3(v, "rad", where + "." + key));
-    }
+    for (const auto& [key, v] : *map) RMP_TRY(set_part(out, key, v, where + "." + key));
     return out;
   }
   const List* list = value->as_list();
@@ -158,19 +201,27 @@ Result<model::Placement> read_placement(const Value* value, std::string_view pat
 }
 
 Schema placement_fields(std::string frame) {
-  return {optional("placement", "pose", "",
-                   "Where it stands in " + frame + "; or give position and angles."),
-          optional("position", "vec3", "m", "Its origin in " + frame + "."),
-          optional("rpy", "vec3", "rad", "Roll, pitch, yaw: R = Rz(yaw) Ry(pitch) Rx(roll)."),
-          optional("xyz", "vec3", "rad", "Angles about the moving x, y and z axes instead."),
-          optional("zyz", "vec3", "rad", "Angles about the moving z, y and z axes instead.")};
+  return {
+      optional("placement", "pose", "",
+               "Where it stands in " + frame + "; or give position and angles."),
+      optional("position", "vec3", "m", "Its origin in " + frame + "."),
+      optional("cylindrical", "vec3", "m, rad, m", "Radius, angle about z from x, and z instead."),
+      optional("spherical", "vec3", "m, rad, rad",
+               "Radius, angle about z from x, and angle from z instead."),
+      optional("rpy", "vec3", "rad", "Roll, pitch, yaw: R = Rz(yaw) Ry(pitch) Rx(roll)."),
+      optional("xyz", "vec3", "rad", "Angles about the moving x, y and z axes instead."),
+      optional("zyz", "vec3", "rad", "Angles about the moving z, y and z axes instead."),
+      optional("quaternion", "real[]", "", "Rotation w, x, y, z of any length but zero instead."),
+      optional("axis_angle", "any", "",
+               "Rotation {x, y, z, angle} or {axis = {x, y, z}, angle = angle} instead.")};
 }
 
 Result<model::Placement> read_placement_fields(const Map& table, std::string_view path) {
   const Value* whole = table.find("placement");
   Map parts;
-  for (const char* key : {"position", "rpy", "xyz", "zyz"})
-    if (const Value* v = table.find(key); v && !v->is_nil()) parts.set(key, *v);
+  for (const std::string_view key : kPlacementFields)
+    if (const Value* v = table.find(key); v && !v->is_nil() && key != "placement")
+      parts.set(std::string(key), *v);
   if (whole && !whole->is_nil()) {
     if (!parts.empty())
       return error(ErrorCode::invalid_argument,
@@ -189,23 +240,14 @@ Result<bool> set_placement(model::Placement& p, std::string_view name, const Val
     RMP_TRY_ASSIGN(p, read_placement(&value, path));
     return true;
   }
-  if (name == "position") {
-    RMP_TRY_ASSIGN(p.position, read_vec3(value, "m", path));
-    return true;
-  }
   if (name.starts_with("position.") && name.size() == 10 && name[9] >= 'x' && name[9] <= 'z') {
-    RMP_TRY_ASSIGN(const Value v, check_value(field("", "real", "m", ""), value, path));
-    p.position[static_cast<std::size_t>(name[9] - 'x')] = v.number();
+    const auto axis = static_cast<std::size_t>(name[9] - 'x');
+    const std::string unit(model::position_units(p.coordinates)[axis]);
+    RMP_TRY_ASSIGN(const Value v, check_value(field("", "real", unit, ""), value, path));
+    p.position[axis] = v.number();
     return true;
   }
-  if (name == "rpy" || name == "xyz" || name == "zyz") {
-    RMP_TRY_ASSIGN(p.angles, read_vec3(value, "rad", path));
-    p.notation = name == "rpy"   ? model::AngleNotation::rpy
-                 : name == "xyz" ? model::AngleNotation::xyz
-                                 : model::AngleNotation::zyz;
-    return true;
-  }
-  return false;
+  return set_part(p, name, value, path);
 }
 
 Result<Map> read_map(const CommandContext& ctx, const Schema& schema, const Value& value,
@@ -281,10 +323,11 @@ Value sym_value(const Sym3& s, std::string unit) {
 }
 
 Value placement_value(const model::Placement& p) {
-  const char* key = p.notation == model::AngleNotation::xyz   ? "xyz"
-                    : p.notation == model::AngleNotation::zyz ? "zyz"
-                                                              : "rpy";
-  return Map{{"position", vec_value(p.position, "m")}, {key, vec_value(p.angles, "rad")}};
+  const auto position = static_cast<std::size_t>(p.coordinates);
+  const auto angles = static_cast<std::size_t>(p.notation);
+  const bool one_unit = p.coordinates == model::PositionNotation::cartesian;
+  return Map{{std::string(kPositions[position].first), vec_value(p.position, one_unit ? "m" : "")},
+             {std::string(kAngles[angles].first), vec_value(p.angles, "rad")}};
 }
 
 Value mass_value(const MassProperties& m) {

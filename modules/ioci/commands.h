@@ -97,16 +97,19 @@ template <class R, class Fn>
                                      const Value& value, std::string_view path);
 /// A placement as it was written (notation kept), from a pose's spellings; nil is the identity.
 [[nodiscard]] Result<model::Placement> read_placement(const Value* value, std::string_view path);
-/// The placement fields of a table: `placement`, or `position` with `rpy`, `xyz` or `zyz`.
+/// The placement fields of a table: `placement`, or one of `position`, `cylindrical`, `spherical`
+/// with one of `rpy`, `xyz`, `zyz`, `quaternion`, `axis_angle`.
 [[nodiscard]] Schema placement_fields(std::string frame);
 /// Reads placement_fields() from a table as it was given.
 [[nodiscard]] Result<model::Placement> read_placement_fields(const Map& table,
                                                              std::string_view path);
-/// Sets "placement", "position", "position.x", "rpy", "xyz" or "zyz"; false = another field.
+/// Sets "placement", another of kPlacementFields; "position.x" is the first number of the position
+/// in the coordinates it is written in. False = another field.
 [[nodiscard]] Result<bool> set_placement(model::Placement& p, std::string_view field,
                                          const Value& value, std::string_view path);
 inline constexpr std::string_view kPlacementFields[] = {
-    "placement", "position", "position.x", "position.y", "position.z", "rpy", "xyz", "zyz"};
+    "placement",  "position", "cylindrical", "spherical", "position.x", "position.y",
+    "position.z", "rpy",      "xyz",         "zyz",       "quaternion", "axis_angle"};
 /// Checks the entries of a list of maps or one map against a schema; `path` names it.
 [[nodiscard]] Result<Map> read_map(const CommandContext& ctx, const Schema& schema,
                                    const Value& value, std::string_view path);

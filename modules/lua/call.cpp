@@ -69,7 +69,8 @@ int with_traceback(lua_State* L) {
 
 /// Could a table with this key be meant as a pose? A misspelt field counts, too.
 bool is_pose_field(const std::string& key, const Schema& params) {
-  static const std::vector<std::string> kFields = {"position", "rpy", "xyz", "zyz"};
+  static const std::vector<std::string> kFields = {
+      "position", "cylindrical", "spherical", "rpy", "xyz", "zyz", "quaternion", "axis_angle"};
   if (std::find(kFields.begin(), kFields.end(), key) != kFields.end()) return true;
   std::vector<std::string> names;
   for (const ParamSpec& p : params) names.push_back(p.name);

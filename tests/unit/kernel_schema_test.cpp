@@ -180,6 +180,46 @@ TEST(Schema, AnglesOfAPoseFollowTheirNotation) {
   }
 }
 
+TEST(Schema, PosesTakeOtherCoordinatesQuaternionsAndAxesWithAngles) {
+  const auto pose = [](Map m) {
+    return pose_from(accepted(spec("t", "pose"), Value(std::move(m)))).value_or(Pose{});
+  };
+  const double h = std::sqrt(0.5);
+  // 45 degrees about z; and 60 degrees from z (the height is a half).
+  const Pose c = pose({{"cylindrical", List{2, "45 deg", "30 mm"}}});
+  EXPECT_NEAR(c.p[0], 2 * h, 1e-15);
+  EXPECT_NEAR(c.p[1], 2 * h, 1e-15);
+  EXPECT_EQ(c.p[2], 0.03);
+  const Pose s = pose({{"spherical", List{2, "90 deg", "60 deg"}}});
+  EXPECT_NEAR(s.p[0], 0, 1e-15);
+  EXPECT_NEAR(s.p[1], std::sqrt(3.0), 1e-15);
+  EXPECT_NEAR(s.p[2], 1, 1e-15);
+  // A quarter turn about z takes x to y, in every spelling.
+  for (const Pose& t :
+       {pose({{"quaternion", List{2, 0, 0, 2}}}), pose({{"axis_angle", List{0, 0, 3, "90 deg"}}}),
+        pose({{"axis_angle", Map{{"axis", List{0, 0, 1}}, {"angle", "90 deg"}}}}),
+        pose({{"rpy", List{0, 0, "90 deg"}}})})
+    for (std::size_t i = 0; i < 9; ++i)
+      EXPECT_NEAR(t.R[i], (std::array<double, 9>{0, -1, 0, 1, 0, 0, 0, 0, 1})[i], 1e-15) << i;
+  // A third of a turn about the space diagonal takes x to y to z.
+  const Pose d = pose({{"axis_angle", List{1, 1, 1, "120 deg"}}});
+  const Pose q = pose({{"quaternion", List{1, 1, 1, 1}}});
+  for (std::size_t i = 0; i < 9; ++i) {
+    EXPECT_NEAR(d.R[i], (std::array<double, 9>{0, 0, 1, 1, 0, 0, 0, 1, 0})[i], 1e-15) << i;
+    EXPECT_NEAR(q.R[i], d.R[i], 1e-15) << i;
+  }
+  const ParamSpec p = spec("t", "pose");
+  EXPECT_NE(fault(p, Map{{"quaternion", List{0, 0, 0, 0}}}).find("the quaternion is zero"),
+            std::string::npos);
+  EXPECT_NE(fault(p, Map{{"axis_angle", List{0, 0, 0, 1}}}).find("the axis is zero"),
+            std::string::npos);
+  EXPECT_NE(fault(p, Map{{"spherical", List{1, 2, "3 m"}}}).find("3 m is a length"),
+            std::string::npos);
+  EXPECT_NE(fault(p, Map{{"spherical", List{1, 2, 3}}, {"position", List{1, 2, 3}}})
+                .find("a pose has both spherical and position"),
+            std::string::npos);
+}
+
 TEST(Schema, AMatrixThatIsNoRotationIsRefused) {
   const ParamSpec s = spec("t", "pose");
   const auto matrix = [](double r00, double r22) {
