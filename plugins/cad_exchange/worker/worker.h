@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the worker program robomosp-exchange can do; everything here may crash or hang on a bad
+// file, which is why it is a program of its own (layer: plugin).
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <robomosp/sdk/progress.h>
+#include <robomosp/sdk/result.h>
+
+#include "../scene.h"
+
+namespace robomosp::cad_exchange {
+
+struct ReadOptions {
+  std::string format;  ///< extension, lower case
+  bool heal = true;
+  double unit = 0;  ///< length of one unit where the file does not tell [m]; 0 = not given
+};
+
+struct WriteOptions {
+  std::string format;            ///< "step" or "iges"
+  std::string unit = "mm";       ///< of the file
+  std::string schema = "ap214";  ///< of STEP: "ap203", "ap214", "ap242"
+};
+
+/// STEP and IGES through Open CASCADE, units, names, colours and assemblies included.
+Result<Scene> read_cad(const std::string& path, const ReadOptions&, Progress&);
+Result<std::string> write_cad(const Scene&, const WriteOptions&, Progress&);
+/// Meshes through Assimp: OBJ, PLY, glTF, GLB, DAE, 3MF.
+Result<Scene> read_meshes(const std::string& path, const ReadOptions&, Progress&);
+
+}  // namespace robomosp::cad_exchange

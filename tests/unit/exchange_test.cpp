@@ -1,0 +1,696 @@
+// SPDX-License-Identifier: Apache-2.0
+// Foreign files in and out: volumes, names, colours, assemblies, units, repairs, and files that are
+// damaged. Reading runs in the worker program, as for users.
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <numbers>
+#include <random>
+#include <sstream>
+
+#include <gtest/gtest.h>
+#include <robomosp/sdk/io.h>
+
+#include "cad_exchange/dxf_reader.h"
+#include "cad_exchange/mesh_repair.h"
+#include "cad_exchange/scene.h"
+#include "cad_exchange/spline2d.h"
+#include "cad_exchange/stl_reader.h"
+#include "cad_exchange/writers.h"
+#include "kernel/text.h"
+#include "model/placement.h"
+#include "spatial/pose.h"
+#include "support/workbench.h"
+
+namespace robomosp {
+namespace {
+
+namespace fs = std::filesystem;
+namespace cx = cad_exchange;
+using test::unwrap;
+constexpr double kPi = std::numbers::pi;
+
+struct Exchange : testing::Test {
+  Exchange() : folder(fs::path(testing::TempDir()) / ("exchange-" + std::to_string(::getpid()))) {
+    fs::create_directories(folder);
+  }
+  ~Exchange() override { fs::remove_all(folder); }
+
+  std::string put(const std::string& name, const std::string& bytes) const {
+    std::ofstream(folder / name, std::ios::binary) << bytes;
+    return (folder / name).string();
+  }
+  /// What an importer makes of a file.
+  Result<Imported> read(const std::string& path, Map values = {}) const {
+    const std::string e = fs::path(path).extension().string().substr(1);
+    for (const ProviderInfo& info : bench.registry.list(Importer::kInterfaceId)) {
+      const auto importer = unwrap(bench.registry.create<Importer>(info.name));
+      for (const std::string_view known : text::split(importer->extensions(), ','))
+        if (known == e) {
+          const auto params = make_params(unwrap(check(info.schema, values)));
+          NoProgress progress;
+          return importer->read(path, *params, progress);
+        }
+    }
+    return error(ErrorCode::unknown_name, "no importer");
+  }
+  /// The same as records of the document; the main one.
+  AnyId load(const Imported& made) {
+    io::MemoryFiles files;
+    for (const ImportedGeometry& g : made.geometries)
+      files.geometries.emplace(g.name, unwrap(io::make_geometry(g.geometry)));
+    for (const ImportedFile& f : made.records) files.texts.emplace(f.name, f.text);
+    auto tx = unwrap_transaction();
+    auto loaded = io::load_memory(*tx, files, made.records.back().name, "test", folder, {});
+    if (!loaded.ok()) {
+      ADD_FAILURE() << loaded.error().sentence();
+      return {};
+    }
+    const auto commit = tx->commit();
+    EXPECT_TRUE(commit.ok()) << (commit.ok() ? "" : commit.error().sentence());
+    return loaded->id;
+  }
+  Result<document::Transaction> unwrap_transaction() { return bench.document.begin("import"); }
+
+  Result<std::string> write(const std::string& extension, std::span<const ExportItem> items,
+                            Map values = {}) const {
+    for (const ProviderInfo& info : bench.registry.list(Exporter::kInterfaceId)) {
+      const auto exporter = unwrap(bench.registry.create<Exporter>(info.name));
+      for (const std::string_view known : text::split(exporter->extensions(), ','))
+        if (known == extension) {
+          const auto params = make_params(unwrap(check(info.schema, values)));
+          NoProgress progress;
+          return exporter->write(extension, items, *params, progress);
+        }
+    }
+    return error(ErrorCode::unknown_name, "no exporter");
+  }
+  /// A cylinder of radius 20 mm and height 50 mm less a bore of 10 mm, exact and as a mesh.
+  struct Part {
+    CsgGeometry geometry;
+    Mesh mesh;
+    double volume = 0;
+  };
+  Part bushing() const {
+    const auto engine = unwrap(bench.registry.create<CsgEngine>("occt"));
+    CsgTree tree;
+    tree.nodes.resize(3);
+    tree.nodes[0].kind = CsgKind::difference;
+    tree.nodes[1] = {CsgKind::cylinder, 0, {}, {0.02, 0.05, 0}, "body"};
+    tree.nodes[2] = {CsgKind::cylinder, 0, {}, {0.01, 0.05, 0}, "bore"};
+    tree.nodes[2].placement.p[0] = 0.004;  // off the centre, so that a turned copy differs
+    NoProgress progress;
+    Part p;
+    const auto shape = unwrap(engine->evaluate(tree, progress));
+    if (!shape) return p;
+    p.geometry = unwrap(engine->geometry(*shape, progress));
+    p.mesh = unwrap(engine->mesh(*shape, {}, progress));
+    p.volume = kPi * (0.02 * 0.02 - 0.01 * 0.01) * 0.05;
+    return p;
+  }
+  double volume(AnyId id) {
+    NoProgress progress;
+    return unwrap(bench.derived.mass(*bench.document.now(), id, progress)).volume;
+  }
+  /// An assembly "arm" with the parts "left" and "right", two copies of one, the right one turned.
+  static std::vector<ExportItem> assembly(const Part& part, bool exact) {
+    std::vector<ExportItem> items(3);
+    items[0].name = "arm";
+    for (std::size_t i : {1U, 2U}) {
+      items[i].name = i == 1 ? "left" : "right";
+      items[i].parent = 0;
+      items[i].definition = 7;
+      items[i].colour = {0.8F, 0.2F, 0.1F, 1};
+      if (exact) items[i].geometry = &part.geometry;
+      else items[i].mesh = &part.mesh;
+    }
+    items[1].pose.p = {0.1, 0, 0.02};
+    items[2].pose = spatial::rotation_z(0.5);
+    items[2].pose.p = {-0.1, 0.03, 0};
+    return items;
+  }
+
+  test::Workbench bench;
+  fs::path folder;
+};
+
+/// Volume and triangles of all meshes of a file, placements left out.
+std::pair<double, std::size_t> meshes_of(const Imported& made) {
+  double volume = 0;
+  std::size_t triangles = 0;
+  for (const ImportedGeometry& g : made.geometries) {
+    const auto& p = g.geometry.points;
+    for (std::size_t t = 0; t + 2 < g.geometry.triangles.size(); t += 3) {
+      const auto at = [&](std::size_t c, std::size_t k) {
+        return p[3 * std::size_t{g.geometry.triangles[t + c]} + k];
+      };
+      volume += (at(0, 0) * (at(1, 1) * at(2, 2) - at(1, 2) * at(2, 1)) -
+                 at(0, 1) * (at(1, 0) * at(2, 2) - at(1, 2) * at(2, 0)) +
+                 at(0, 2) * (at(1, 0) * at(2, 1) - at(1, 1) * at(2, 0))) /
+                6;
+      ++triangles;
+    }
+  }
+  return {volume, triangles};
+}
+
+std::string all_notes(const Imported& made) {
+  std::string s;
+  for (const auto& n : made.notes) s += n + "\n";
+  return s;
+}
+
+/// A box from 0 to size, as STL would hold it: no corner shared.
+void box(double size, std::vector<double>& points, std::vector<std::uint32_t>& triangles) {
+  static constexpr int kQuads[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
+                                       {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
+  for (const auto& q : kQuads)
+    for (const int c : {0, 1, 2, 0, 2, 3}) {
+      triangles.push_back(static_cast<std::uint32_t>(points.size() / 3));
+      for (int k = 0; k < 3; ++k) points.push_back((q[c] >> k & 1) ? size : 0.0);
+    }
+}
+
+// --- exact formats -------------------------------------------------------------------------
+
+TEST_F(Exchange, StepAndIgesKeepTheVolumeOfASolid) {
+  const Part part = bushing();
+  std::vector<ExportItem> items(1);
+  items[0].name = "bushing";
+  items[0].geometry = &part.geometry;
+  items[0].colour = {0.1F, 0.5F, 0.9F, 1};
+  for (const auto& [extension, unit, schema] :
+       std::vector<std::array<std::string, 3>>{{"step", "mm", "ap214"},
+                                               {"stp", "in", "ap203"},
+                                               {"step", "m", "ap242"},
+                                               {"iges", "mm", "ap214"},
+                                               {"igs", "in", "ap214"}}) {
+    const auto bytes = write(extension, items, Map{{"unit", unit}, {"schema", schema}});
+    ASSERT_TRUE(bytes.ok()) << bytes.error().sentence();
+    const auto made = read(put("b." + extension, *bytes), Map{{"name", extension + unit}});
+    ASSERT_TRUE(made.ok()) << made.error().sentence();
+    ASSERT_EQ(made->geometries.size(), 1U) << extension << " " << all_notes(*made);
+    EXPECT_EQ(made->geometries[0].geometry.form, CsgGeometry::Form::brep);
+    const AnyId id = load(*made);
+    EXPECT_EQ(id.kind, Kind::solid) << extension;
+    // IGES in inches rounds each number once more.
+    EXPECT_NEAR(volume(id) / part.volume, 1, extension == "igs" ? 1e-8 : 1e-9)
+        << extension << " in " << unit;
+    EXPECT_NE(made->records[0].text.find("colour (0.1, 0.5, 0.9)"), std::string::npos)
+        << made->records[0].text;
+  }
+}
+
+TEST_F(Exchange, StepKeepsNamesColoursAndSharedParts) {
+  const Part part = bushing();
+  const auto items = assembly(part, true);
+  const auto bytes = write("step", items);
+  ASSERT_TRUE(bytes.ok()) << bytes.error().sentence();
+  const auto made = read(put("arm.step", *bytes));
+  ASSERT_TRUE(made.ok()) << made.error().sentence();
+  EXPECT_EQ(made->geometries.size(), 1U) << "the copies must share their solid";
+  const AnyId id = load(*made);
+  ASSERT_EQ(id.kind, Kind::object);
+  const auto now = bench.document.now();
+  const auto& object = *now->get(ObjectId{id.number});
+  EXPECT_EQ(now->find(id)->name, "arm");
+  ASSERT_EQ(object.parts.size(), 2U);
+  EXPECT_EQ(object.parts[0].name, "left");
+  EXPECT_EQ(object.parts[1].name, "right");
+  EXPECT_EQ(object.parts[0].what, object.parts[1].what);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const Pose t = model::pose(object.parts[i].placement);
+    for (std::size_t k = 0; k < 9; ++k) EXPECT_NEAR(t.R[k], items[i + 1].pose.R[k], 1e-12);
+    for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(t.p[k], items[i + 1].pose.p[k], 1e-12);
+  }
+  EXPECT_NEAR(volume(id) / (2 * part.volume), 1, 1e-9);
+  const auto& solid = *now->get(SolidId{object.parts[0].what.number});
+  const auto& material = *now->get(solid.material);
+  EXPECT_NEAR(material.colour.r, 0.8, 1e-3);
+  EXPECT_NEAR(material.colour.g, 0.2, 1e-3);
+  EXPECT_NEAR(material.colour.b, 0.1, 1e-3);
+  EXPECT_EQ(material.density, 2700);
+  EXPECT_NE(all_notes(*made).find("density of aluminium"), std::string::npos) << all_notes(*made);
+}
+
+TEST_F(Exchange, ADensityIsTakenAsGivenAndNothingIsAssumed) {
+  const Part part = bushing();
+  const auto bytes = unwrap(write("step", assembly(part, true)));
+  const auto made = read(put("arm.step", bytes), Map{{"density", 7850.0}});
+  ASSERT_TRUE(made.ok()) << made.error().sentence();
+  EXPECT_TRUE(made->notes.empty()) << all_notes(*made);
+  NoProgress progress;
+  const AnyId id = load(*made);
+  const auto mass = unwrap(bench.derived.mass(*bench.document.now(), id, progress));
+  EXPECT_NEAR(mass.mass.mass, 7850 * 2 * part.volume, 1e-6);
+}
+
+TEST_F(Exchange, AMeshIsNotWrittenAsAnExactSolid) {
+  const Part part = bushing();
+  const auto bytes = write("step", assembly(part, false));
+  ASSERT_FALSE(bytes.ok());
+  EXPECT_EQ(bytes.error().code, ErrorCode::unsupported);
+}
+
+// --- meshes --------------------------------------------------------------------------------
+
+TEST_F(Exchange, MeshFormatsKeepTrianglesAndVolume) {
+  const Part part = bushing();
+  const std::size_t triangles = part.mesh.triangle_count();
+  const auto items = assembly(part, false);
+  for (const std::string extension : {"stl", "obj", "ply", "glb", "3mf"}) {
+    const auto bytes = write(extension, items);
+    ASSERT_TRUE(bytes.ok()) << bytes.error().sentence();
+    const auto made = read(put("m." + extension, *bytes));
+    ASSERT_TRUE(made.ok()) << extension << ": " << made.error().sentence();
+    const auto [volume, count] = meshes_of(*made);
+    // STL and PLY hold one mesh, OBJ two, GLB and 3MF one that is used twice.
+    const bool is_shared = extension == "glb" || extension == "3mf";
+    const double copies = is_shared ? 1 : 2;
+    EXPECT_EQ(count, static_cast<std::size_t>(copies) * triangles) << extension;
+    EXPECT_NEAR(volume / copies, part.volume, 0.01 * part.volume) << extension;
+    if (is_shared) {
+      const AnyId id = load(*made);
+      ASSERT_EQ(id.kind, Kind::object) << extension;
+      const auto now = bench.document.now();
+      const auto& object = *now->get(ObjectId{id.number});
+      ASSERT_EQ(object.parts.size(), 2U) << extension;
+      EXPECT_EQ(object.parts[0].what, object.parts[1].what);
+      EXPECT_NEAR(model::pose(object.parts[0].placement).p[2], 0.02, 1e-6) << extension;
+      const Pose t = model::pose(object.parts[1].placement);
+      EXPECT_NEAR(t.R[0], std::cos(0.5), 1e-6) << extension;
+      EXPECT_NEAR(t.R[3], std::sin(0.5), 1e-6) << extension;
+      if (extension == "glb") {
+        EXPECT_EQ(object.parts[0].name, "left");
+        const auto& solid = *now->get(SolidId{object.parts[0].what.number});
+        EXPECT_NEAR(now->get(solid.material)->colour.r, 0.8, 1e-3);
+      }
+    }
+  }
+}
+
+TEST_F(Exchange, UnitsAreAskedForToldAndStated) {
+  std::vector<double> points;
+  std::vector<std::uint32_t> triangles;
+  box(1, points, triangles);
+  Mesh mesh;
+  for (const double x : points) mesh.positions.push_back(static_cast<float>(x));
+  mesh.triangles = triangles;
+  std::vector<ExportItem> items(1);
+  items[0].mesh = &mesh;
+  const std::string stl = unwrap(write("stl", items, Map{{"unit", "m"}}));
+  const auto size = [&](const Imported& made) { return std::cbrt(meshes_of(made).first); };
+
+  auto made = unwrap(read(put("one.stl", stl)));
+  EXPECT_NEAR(size(made), 1e-3, 1e-9);
+  EXPECT_NE(all_notes(made).find("read as millimetres"), std::string::npos);
+  EXPECT_NE(all_notes(made).find("give unit=\"m\""), std::string::npos) << "it is tiny";
+  made = unwrap(read(put("one.stl", stl), Map{{"unit", "in"}}));
+  EXPECT_NEAR(size(made), 0.0254, 1e-9);
+  EXPECT_EQ(all_notes(made).find("millimetres"), std::string::npos);
+  for (const std::string unit : {"mm", "cm", "m", "in", "ft"}) {
+    made = unwrap(read(put("one.3mf", unwrap(write("3mf", items, Map{{"unit", unit}})))));
+    EXPECT_NEAR(size(made), 1, 1e-5) << unit;
+    const auto dxf = unwrap(write("dxf", items, Map{{"unit", unit}}));
+    made = unwrap(read(put("one.dxf", dxf)));
+    EXPECT_NEAR(size(made), 1, 1e-9) << unit;
+  }
+  made = unwrap(read(put("one.glb", unwrap(write("glb", items))), Map{{"unit", "mm"}}));
+  EXPECT_NEAR(size(made), 1, 1e-6);
+  EXPECT_NE(all_notes(made).find("was not used"), std::string::npos);
+}
+
+TEST_F(Exchange, ColladaKeepsItsUnitAndUpAxis) {
+  std::vector<double> points;
+  std::vector<std::uint32_t> triangles;
+  box(1, points, triangles);
+  const auto dae = [&](const char* axis) {
+    std::ostringstream s;
+    s << "<?xml version=\"1.0\"?><COLLADA xmlns=\"http://www.collada.org/2005/11/COLLADASchema\" "
+         "version=\"1.4.1\"><asset><unit name=\"inch\" meter=\"0.0254\"/><up_axis>"
+      << axis
+      << "</up_axis></asset><library_geometries><geometry id=\"g\" name=\"g\"><mesh><source "
+         "id=\"p\"><float_array id=\"a\" count=\""
+      << points.size() << "\">";
+    // 1 x 1 x 3: the third coordinate is long
+    for (std::size_t i = 0; i < points.size(); ++i) s << points[i] * (i % 3 == 2 ? 3 : 1) << ' ';
+    s << "</float_array><technique_common><accessor source=\"#a\" count=\"" << points.size() / 3
+      << "\" stride=\"3\"><param name=\"X\" type=\"float\"/><param name=\"Y\" "
+         "type=\"float\"/><param name=\"Z\" type=\"float\"/></accessor></technique_common></source>"
+         "<vertices id=\"v\"><input semantic=\"POSITION\" source=\"#p\"/></vertices><triangles "
+         "count=\""
+      << triangles.size() / 3 << "\"><input semantic=\"VERTEX\" source=\"#v\" offset=\"0\"/><p>";
+    for (const auto t : triangles) s << t << ' ';
+    s << "</p></triangles></mesh></geometry></library_geometries><library_visual_scenes>"
+         "<visual_scene id=\"s\"><node id=\"n\" name=\"tower\"><instance_geometry url=\"#g\"/>"
+         "</node></visual_scene></library_visual_scenes><scene><instance_visual_scene "
+         "url=\"#s\"/></scene></COLLADA>";
+    return s.str();
+  };
+  for (const char* axis : {"Z_UP", "Y_UP"}) {
+    const auto made = read(put("t.dae", dae(axis)), Map{{"name", axis}});
+    ASSERT_TRUE(made.ok()) << made.error().sentence();
+    EXPECT_NEAR(meshes_of(*made).first, 3 * std::pow(0.0254, 3), 1e-9);
+    const AnyId id = load(*made);
+    Vec3 tip{0, 0, 3 * 0.0254};  // of the long edge, in the mesh
+    if (id.kind == Kind::object) {
+      const auto& object = *bench.document.now()->get(ObjectId{id.number});
+      ASSERT_EQ(object.parts.size(), 1U);
+      tip = spatial::transform(model::pose(object.parts[0].placement), tip);
+    }
+    const bool is_y_up = std::string(axis) == "Y_UP";
+    EXPECT_NEAR(tip[2], is_y_up ? 0 : 3 * 0.0254, 1e-6) << axis;
+    EXPECT_NEAR(tip[1], is_y_up ? -3 * 0.0254 : 0, 1e-6) << axis;
+  }
+}
+
+TEST(MeshRepair, HolesAreFilledTurnedTrianglesTurnedAndAllIsTold) {
+  const auto make = [](auto&& spoil) {
+    std::vector<double> points;
+    std::vector<std::uint32_t> triangles;
+    box(2, points, triangles);
+    spoil(points, triangles);
+    const cx::MeshRepair done = cx::repair(points, triangles, true);
+    EXPECT_NEAR(done.volume, 8, 1e-6);
+    EXPECT_EQ(done.open_edges, 0U);
+    return done;
+  };
+  using Points = std::vector<double>;
+  using Triangles = std::vector<std::uint32_t>;
+  EXPECT_TRUE(make([](Points&, Triangles&) {}).notes("box").empty());
+  const auto holed = make([](Points&, Triangles& t) { t.resize(t.size() - 6); });
+  EXPECT_EQ(holed.holes, 1U);
+  EXPECT_NEAR(holed.widest_hole, 2, 1e-12);
+  EXPECT_EQ(holed.notes("box").size(), 1U);
+  const auto turned = make([](Points&, Triangles& t) { std::swap(t[0], t[1]); });
+  EXPECT_EQ(turned.turned, 1U);
+  EXPECT_EQ(turned.holes, 0U);
+  const auto inside_out = make([](Points&, Triangles& t) {
+    for (std::size_t i = 0; i < t.size(); i += 3) std::swap(t[i], t[i + 1]);
+  });
+  EXPECT_TRUE(inside_out.inside_out);
+  const auto gapped = make([](Points& p, Triangles&) { p[0] += 1e-7; });
+  EXPECT_EQ(gapped.welded, 1U);
+  const auto doubled = make([](Points&, Triangles& t) { t.insert(t.end(), {t[0], t[1], t[2]}); });
+  EXPECT_EQ(doubled.doubled, 1U);
+}
+
+TEST(MeshRepair, AnyTriangleSoupBecomesClosed) {
+  std::mt19937 random(7);
+  for (int run = 0; run < 300; ++run) {
+    std::vector<double> points;
+    std::vector<std::uint32_t> triangles;
+    const std::size_t n = 3 + random() % 12;
+    for (std::size_t i = 0; i < 3 * n; ++i) points.push_back(static_cast<double>(random() % 5));
+    for (std::size_t i = 0; i < 3 * (1 + random() % 30); ++i)
+      triangles.push_back(static_cast<std::uint32_t>(random() % n));
+    triangles.resize(triangles.size() / 3 * 3);
+    const cx::MeshRepair done = cx::repair(points, triangles, true);
+    EXPECT_EQ(done.open_edges, 0U) << "run " << run;
+    EXPECT_GE(done.volume, -1e-12);
+    for (const auto i : triangles) ASSERT_LT(i, points.size() / 3);
+  }
+}
+
+// --- drawings ------------------------------------------------------------------------------
+
+double area(const CsgProfile& p) {
+  double sum = 0;
+  for (const CsgLoop& l : p.loops) {
+    std::array<double, 2> tip = l.start;
+    double a = 0;
+    const auto to = [&](const std::array<double, 2>& q) {
+      a += 0.5 * (tip[0] * q[1] - tip[1] * q[0]);
+      tip = q;
+    };
+    for (const CsgCurve& c : l.curves) {
+      if (c.kind == CsgCurve::Kind::circle) a += kPi * c.points[1][0] * c.points[1][0];
+      else if (c.kind == CsgCurve::Kind::line) to(c.points[0]);
+      else if (c.kind == CsgCurve::Kind::arc) {
+        // Sector less triangle, from three points.
+        const auto s = tip, m = c.points[0], e = c.points[1];
+        const double bx = m[0] - s[0], by = m[1] - s[1], ex = e[0] - s[0], ey = e[1] - s[1];
+        const double d = 2 * (bx * ey - by * ex), bb = bx * bx + by * by, ee = ex * ex + ey * ey;
+        const double ux = (ey * bb - by * ee) / d, uy = (bx * ee - ex * bb) / d;
+        const double r = std::hypot(ux, uy);
+        const auto angle = [&](const std::array<double, 2>& q) {
+          return std::atan2(q[1] - s[1] - uy, q[0] - s[0] - ux);
+        };
+        double sweep = std::fmod(angle(e) - angle(s) + 4 * kPi, 2 * kPi);
+        if (d < 0) sweep -= 2 * kPi;
+        a += 0.5 * r * r * (sweep - std::sin(sweep));
+        to(e);
+      } else {
+        std::vector<cx::Point2> points{tip};
+        points.insert(points.end(), c.points.begin(), c.points.end());
+        const cx::NaturalSpline spline(points);
+        for (int i = 1; i <= 4000; ++i) to(spline.at(spline.length() * i / 4000));
+      }
+    }
+    to(l.start);
+    sum += std::abs(a) * (&l == &p.loops[0] ? 1 : -1);
+  }
+  return sum;
+}
+
+std::string drawing(const std::string& entities, const char* header = "9\n$INSUNITS\n70\n4\n") {
+  return "0\nSECTION\n2\nHEADER\n" + std::string(header) + "0\nENDSEC\n0\nSECTION\n2\nENTITIES\n" +
+         entities + "0\nENDSEC\n0\nEOF\n";
+}
+
+TEST(Dxf, WhatIsWrittenIsReadBackExactly) {
+  CsgProfile p;
+  CsgLoop outer;
+  outer.start = {0, 0};
+  outer.curves = {{CsgCurve::Kind::line, {{0.1, 0}}},
+                  {CsgCurve::Kind::arc, {{0.125, 0.025}, {0.1, 0.05}}},
+                  {CsgCurve::Kind::spline, {{0.07, 0.06}, {0.03, 0.04}, {0, 0.05}}},
+                  {CsgCurve::Kind::arc, {{0.01, 0.025}, {0, 0}}}};  // this one runs right
+  CsgLoop hole;
+  hole.curves = {{CsgCurve::Kind::circle, {{0.05, 0.02}, {0.01, 0}}}};
+  p.loops = {outer, hole};
+  std::vector<ExportItem> items(1);
+  items[0].name = "plate";
+  items[0].profile = &p;
+  const auto text = unwrap(cx::write_dxf(items, {}));
+  const auto scene = unwrap(cx::read_dxf(text, 0));
+  ASSERT_EQ(scene.profile.loops.size(), 2U) << text;
+  const auto& a = scene.profile.loops;
+  const std::size_t round = a[0].curves[0].kind == CsgCurve::Kind::circle ? 0 : 1;
+  EXPECT_NEAR(a[round].curves[0].points[0][0], 0.05, 1e-15);
+  EXPECT_NEAR(a[round].curves[0].points[1][0], 0.01, 1e-15);
+  const CsgLoop& loop = a[1 - round];
+  ASSERT_EQ(loop.curves.size(), 4U);
+  EXPECT_EQ(loop.curves[2].kind, CsgCurve::Kind::spline);
+  ASSERT_EQ(loop.curves[2].points.size(), 3U);
+  EXPECT_NEAR(loop.curves[2].points[0][1], 0.06, 1e-12);
+  CsgProfile ordered;
+  ordered.loops = {loop, a[round]};
+  EXPECT_NEAR(area(ordered), area(p), 1e-12);
+  EXPECT_TRUE(scene.notes.empty()) << scene.notes[0];
+}
+
+TEST(Dxf, PolylinesWithBulgesEllipsesAndBlocksAreRead) {
+  // A slot: two straight sides, two half circles of radius 5.
+  const std::string slot =
+      "0\nLWPOLYLINE\n90\n4\n70\n1\n10\n0\n20\n0\n10\n20\n20\n0\n42\n1\n10\n20\n20\n10\n10\n0\n20\n"
+      "10\n42\n1\n";
+  auto scene = unwrap(cx::read_dxf(drawing(slot), 0));
+  ASSERT_EQ(scene.profile.loops.size(), 1U);
+  EXPECT_NEAR(area(scene.profile), (200 + 25 * kPi) * 1e-6, 1e-12);
+
+  const std::string old_slot =
+      "0\nPOLYLINE\n70\n1\n0\nVERTEX\n10\n0\n20\n0\n0\nVERTEX\n10\n20\n20\n0\n42\n1\n0\nVERTEX\n10"
+      "\n"
+      "20\n20\n10\n0\nVERTEX\n10\n0\n20\n10\n42\n1\n0\nSEQEND\n";
+  scene = unwrap(cx::read_dxf(drawing(old_slot), 0));
+  EXPECT_NEAR(area(scene.profile), (200 + 25 * kPi) * 1e-6, 1e-12);
+
+  const std::string ellipse =
+      "0\nELLIPSE\n10\n1\n20\n2\n11\n30\n21\n0\n40\n0.5\n41\n0\n42\n6.283185307179586\n";
+  scene = unwrap(cx::read_dxf(drawing(ellipse), 0));
+  ASSERT_EQ(scene.profile.loops.size(), 1U);
+  EXPECT_NEAR(area(scene.profile), kPi * 30 * 15 * 1e-6, 1e-10);
+  ASSERT_EQ(scene.notes.size(), 1U);
+  EXPECT_NE(scene.notes[0].find("splines through points"), std::string::npos);
+
+  // A block with a circle of radius 3 and one line of a square, inserted twice, the second time
+  // twice as large.
+  const std::string blocks =
+      "0\nSECTION\n2\nBLOCKS\n0\nBLOCK\n2\nB\n10\n0\n20\n0\n0\nCIRCLE\n10\n0\n20\n0\n40\n3\n0\n"
+      "ENDBLK\n0\nENDSEC\n0\nSECTION\n2\nENTITIES\n0\nINSERT\n2\nB\n10\n10\n20\n0\n0\nINSERT\n2\nB"
+      "\n"
+      "10\n50\n20\n0\n41\n2\n42\n2\n0\nENDSEC\n0\nEOF\n";
+  scene = unwrap(cx::read_dxf(blocks, 0.001));
+  ASSERT_EQ(scene.profile.loops.size(), 2U);
+  EXPECT_NEAR(scene.profile.loops[1].curves[0].points[1][0], 0.006, 1e-15);
+  EXPECT_NEAR(scene.profile.loops[1].curves[0].points[0][0], 0.05, 1e-15);
+}
+
+TEST(Dxf, PiecesAreJoinedInAnyOrderAndDirectionAndWhatIsOpenIsTold) {
+  const std::string pieces =
+      "0\nLINE\n10\n0\n20\n0\n11\n10\n21\n0\n0\nLINE\n10\n0\n20\n10\n11\n10\n21\n10\n0\nLINE\n10\n0"
+      "\n"
+      "20\n0\n11\n0\n21\n10\n0\nARC\n10\n10\n20\n5\n40\n5\n50\n270\n51\n90\n0\nLINE\n10\n100\n20\n0"
+      "\n"
+      "11\n110\n21\n0\n0\nTEXT\n1\nhello\n";
+  const auto scene = unwrap(cx::read_dxf(drawing(pieces, ""), 0));
+  ASSERT_EQ(scene.profile.loops.size(), 1U);
+  EXPECT_NEAR(area(scene.profile), (100 + 12.5 * kPi) * 1e-6, 1e-12);
+  std::string notes;
+  for (const auto& n : scene.notes) notes += n + "\n";
+  EXPECT_NE(notes.find("read as millimetres"), std::string::npos) << notes;
+  EXPECT_NE(notes.find("1 TEXT was left out"), std::string::npos) << notes;
+  EXPECT_NE(notes.find("1 line does not close"), std::string::npos) << notes;
+}
+
+TEST(Dxf, ASplineOfAnotherProgramIsFollowedClosely) {
+  // A full circle of radius 10 as a rational quadratic B-spline, exactly (Piegl and Tiller, The
+  // NURBS Book, example 7.1).
+  std::string s = "0\nSPLINE\n70\n8\n71\n2\n72\n12\n73\n9\n";
+  for (const char* k : {"0", "0", "0", "1", "1", "2", "2", "3", "3", "4", "4", "4"})
+    s += std::string("40\n") + k + "\n";
+  const int xy[9][2] = {{10, 0},    {10, 10}, {0, 10},   {-10, 10}, {-10, 0},
+                        {-10, -10}, {0, -10}, {10, -10}, {10, 0}};
+  for (int i = 0; i < 9; ++i)
+    s += std::string("41\n") + (i % 2 ? "0.7071067811865476" : "1") + "\n10\n" +
+         std::to_string(xy[i][0]) + "\n20\n" + std::to_string(xy[i][1]) + "\n";
+  const auto scene = unwrap(cx::read_dxf(drawing(s), 0));
+  ASSERT_EQ(scene.profile.loops.size(), 1U);
+  EXPECT_NEAR(area(scene.profile), kPi * 1e-4, 1e-8 * 1e-1);
+}
+
+TEST_F(Exchange, ADrawingComesAsAProfileAndAPolyfaceMeshAsASolid) {
+  const auto made = read(put("c.dxf", drawing("0\nCIRCLE\n10\n0\n20\n0\n40\n5\n")));
+  ASSERT_TRUE(made.ok()) << made.error().sentence();
+  EXPECT_TRUE(made->records.empty());
+  ASSERT_EQ(made->profile.loops.size(), 1U);
+  EXPECT_NEAR(area(made->profile), 25e-6 * kPi, 1e-15);
+
+  std::string face = "0\nPOLYLINE\n66\n1\n70\n64\n";
+  const int corner[4][3] = {{0, 0, 0}, {30, 0, 0}, {0, 30, 0}, {0, 0, 30}};
+  for (const auto& c : corner)
+    face += "0\nVERTEX\n70\n192\n10\n" + std::to_string(c[0]) + "\n20\n" + std::to_string(c[1]) +
+            "\n30\n" + std::to_string(c[2]) + "\n";
+  for (const char* f :
+       {"1\n72\n3\n73\n2", "1\n72\n2\n73\n4", "1\n72\n-4\n73\n3", "2\n72\n3\n73\n4"})
+    face += std::string("0\nVERTEX\n70\n128\n71\n") + f + "\n";
+  const auto solid = read(put("f.dxf", drawing(face + "0\nSEQEND\n")));
+  ASSERT_TRUE(solid.ok()) << solid.error().sentence();
+  EXPECT_NEAR(meshes_of(*solid).first, 27e-6 / 6, 1e-15);
+}
+
+// --- damage --------------------------------------------------------------------------------
+
+TEST_F(Exchange, DamagedFilesEndInASentence) {
+  const Part part = bushing();
+  const std::string step = unwrap(write("step", assembly(part, true)));
+  const std::string glb = unwrap(write("glb", assembly(part, false)));
+  std::mt19937 random(11);
+  std::size_t refused = 0;
+  for (const auto& [extension, whole] : std::map<std::string, std::string>{
+           {"step", step},
+           {"glb", glb},
+           {"iges", "S      1\nnonsense"},
+           {"dae", "<COLLADA><a>"},
+           {"3mf", "PK\x03\x04 cut"},
+           {"obj", "v 0 0\nf 1 2 99999999\n"},
+           {"stl", "solid x\nfacet"},
+           {"ply", "ply\nformat ascii 1.0\nelement vertex 99999999999\nend_header\n"}})
+    for (int i = 0; i < 2; ++i) {
+      std::string bytes = whole.substr(0, 1 + random() % whole.size());
+      if (i == 1) bytes[random() % bytes.size()] = static_cast<char>(random());
+      const auto made = read(put("bad." + extension, bytes));
+      if (made.ok()) continue;
+      ++refused;
+      EXPECT_FALSE(made.error().message.empty());
+      EXPECT_NE(made.error().sentence().find("bad." + extension), std::string::npos)
+          << made.error().sentence();
+    }
+  EXPECT_GE(refused, 10U);
+  const auto absent = read((folder / "absent.step").string());
+  ASSERT_FALSE(absent.ok());
+  EXPECT_EQ(absent.error().code, ErrorCode::not_found);
+}
+
+TEST(Scene, CutOrChangedBytesAreRefusedAndErrorsComeThrough) {
+  cx::Scene s;
+  cx::Shape shape;
+  box(1, shape.points, shape.triangles);
+  shape.name = "box";
+  s.shapes.push_back(shape);
+  s.nodes.resize(2);
+  s.nodes[1].parent = 0;
+  s.nodes[1].shape = 0;
+  s.profile.loops.push_back({{0, 0}, {{CsgCurve::Kind::circle, {{0, 0}, {1, 0}}}}});
+  s.notes = {"a note"};
+  const std::string whole = cx::encode(s);
+  const auto back = cx::decode(whole);
+  ASSERT_TRUE(back.ok()) << back.error().sentence();
+  EXPECT_EQ(back->scene.shapes[0].points, shape.points);
+  EXPECT_EQ(back->scene.profile, s.profile);
+  EXPECT_EQ(back->scene.notes, s.notes);
+  for (std::size_t n = 0; n < whole.size(); ++n)
+    EXPECT_FALSE(cx::decode(whole.substr(0, n)).ok()) << n;
+  s.nodes[1].pose.R[0] = 2;
+  EXPECT_FALSE(cx::decode(cx::encode(s)).ok()) << "not a rotation";
+  s.nodes[1].pose.R[0] = 1;
+  s.shapes[0].triangles[0] = 1000;
+  EXPECT_FALSE(cx::decode(cx::encode(s)).ok()) << "no such corner";
+  const auto told = cx::decode(cx::encode(error(ErrorCode::syntax, "bad", "Mend it.", "here")));
+  ASSERT_FALSE(told.ok());
+  EXPECT_EQ(told.error().code, ErrorCode::syntax);
+  EXPECT_EQ(told.error().sentence(), "here: bad. Mend it.");
+}
+
+// --- files of others, where there are some -------------------------------------------------
+
+/// Sample data beside the checkout or named by the environment; empty when there is none.
+fs::path samples() {
+  if (const char* given = std::getenv("ROBOMOSP_SAMPLE_DATA")) return given;
+  const fs::path beside = fs::path(ROBOMOSP_SOURCE_DIR) / "../shared/data";
+  return fs::exists(beside) ? beside : fs::path();
+}
+
+TEST_F(Exchange, MeshesOfRobotsBecomeSolids) {
+  const fs::path robots = samples() / "robots";
+  if (samples().empty() || !fs::exists(robots)) GTEST_SKIP() << "there is no sample data";
+  std::vector<fs::path> files;
+  for (const auto& e : fs::recursive_directory_iterator(robots))
+    if (e.path().extension() == ".stl" || e.path().extension() == ".dae") files.push_back(e.path());
+  std::sort(files.begin(), files.end());
+  ASSERT_FALSE(files.empty());
+  std::size_t read_well = 0;
+  for (std::size_t i = 0; i < files.size(); i += 5) {
+    Map values;
+    if (files[i].extension() == ".stl") values.set("unit", "m");
+    const auto made = read(files[i].string(), values);
+    if (!made.ok()) {
+      std::cout << files[i].filename() << ": " << made.error().sentence() << "\n";
+      continue;
+    }
+    ++read_well;
+    EXPECT_GT(meshes_of(*made).first, 1e-7) << files[i];
+    EXPECT_LT(meshes_of(*made).first, 0.2) << files[i];
+  }
+  EXPECT_GE(2 * read_well, files.size() / 5);
+}
+
+TEST_F(Exchange, StepFilesOfTheSystemAreRead) {
+  const fs::path file = "/usr/share/opencascade/data/step/screw.step";
+  if (!fs::exists(file)) GTEST_SKIP() << "Debian's samples (occt-misc) are not installed";
+  const auto made = read(file.string());
+  ASSERT_TRUE(made.ok()) << made.error().sentence();
+  EXPECT_GE(made->geometries.size(), 1U);
+  const AnyId id = load(*made);
+  EXPECT_GT(volume(id), 1e-9);
+}
+
+}  // namespace
+}  // namespace robomosp
