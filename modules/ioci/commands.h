@@ -19,9 +19,11 @@
 
 namespace robomosp::ioci {
 
+std::vector<CommandSpec> assembly_commands();
 std::vector<CommandSpec> document_commands();
 std::vector<CommandSpec> file_commands();
 std::vector<CommandSpec> help_commands();
+std::vector<CommandSpec> mass_commands();
 std::vector<CommandSpec> material_commands();
 std::vector<CommandSpec> object_commands();
 std::vector<CommandSpec> parameter_commands();
@@ -146,7 +148,10 @@ inline constexpr std::string_view kPlacementFields[] = {
 [[nodiscard]] Map describe_record(const document::Snapshot& s, AnyId id);
 /// Fields of what a body weighs, and their values.
 [[nodiscard]] std::vector<ParamSpec> body_mass_fields();
-[[nodiscard]] Map body_mass_map(const document::BodyMass& b);
+[[nodiscard]] Map body_mass_map(const document::BodyMass& b, const Pose& about = {});
+/// The argument `about` of the mass commands, and the frame that was given.
+[[nodiscard]] ParamSpec about_field();
+[[nodiscard]] Pose about_of(const Map& args);
 /// Binary STL of drawables in their common frame.
 [[nodiscard]] Result<std::string> stl(const std::vector<document::Drawable>& bodies);
 /// Tells the user (code "no_mass") when no moving link of a robot has a mass; `outcome` as in

@@ -169,7 +169,7 @@ Result<Value> set(CommandContext& ctx, const Map& args) {
 
 Result<Value> mass(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const auto b, ctx.app.derived.mass(ctx.snapshot(), ref(args, "id"), ctx.progress));
-  return Value(body_mass_map(b));
+  return Value(body_mass_map(b, about_of(args)));
 }
 
 Result<Value> dynamic_vector(CommandContext& ctx, const Map& args) {
@@ -255,7 +255,7 @@ std::vector<CommandSpec> object_commands() {
                  .details = "",
                  .example = with_bolt(
                      "assert(math.abs(bolt:mass().mass - 7850 * math.pi * 0.01^2 * 0.1) < 1e-9)"),
-                 .params = {self("object")},
+                 .params = {self("object"), about_field()},
                  .returns = {"map", "", "", body_mass_fields()},
                  .effect = Effect::reads,
                  .run = mass});

@@ -369,7 +369,7 @@ Result<Value> tree(CommandContext& ctx, const Map& args) {
 
 Result<Value> mass(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const auto b, ctx.app.derived.mass(ctx.snapshot(), ref(args, "id"), ctx.progress));
-  return Value(body_mass_map(b));
+  return Value(body_mass_map(b, about_of(args)));
 }
 
 Result<Value> moments(CommandContext& ctx, const Map& args) {
@@ -541,7 +541,7 @@ std::vector<CommandSpec> solid_commands() {
                  .details = "Exact to rounding: from the analytic surfaces, not from the mesh.",
                  .example = with_plate("assert(math.abs(plate:mass().mass - 7850 * (0.2 * 0.1 * "
                                        "0.01 - math.pi * 0.01^2 * 0.01)) < 1e-9)"),
-                 .params = {self("solid")},
+                 .params = {self("solid"), about_field()},
                  .returns = {"map", "", "", body_mass_fields()},
                  .effect = Effect::reads,
                  .run = mass});

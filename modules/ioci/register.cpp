@@ -5,9 +5,11 @@
 namespace robomosp::ioci {
 
 void register_commands(CommandTable& table) {
+  table.add(assembly_commands());
   table.add(document_commands());
   table.add(file_commands());
   table.add(help_commands());
+  table.add(mass_commands());
   table.add(material_commands());
   table.add(object_commands());
   table.add(parameter_commands());

@@ -53,6 +53,19 @@ MassProperties mass_properties(const Moments& moments, double density) {
   return m;
 }
 
+std::array<double, 10> inertial_parameters(const MassProperties& m) {
+  const Sym3 i = inertia_about(m, Vec3{});
+  return {
+      m.mass, m.mass * m.com[0], m.mass * m.com[1], m.mass * m.com[2], i.xx, i.yy, i.zz, i.xy, i.yz,
+      i.xz};
+}
+
+Vec3 radii_of_gyration(const MassProperties& m) {
+  if (!(m.mass > 0)) return {};
+  const auto radius = [&](double i) { return std::sqrt(std::fmax(i, 0) / m.mass); };
+  return {radius(m.inertia.xx), radius(m.inertia.yy), radius(m.inertia.zz)};
+}
+
 bool is_finite(const MassProperties& m) {
   return std::isfinite(m.mass) && is_finite(m.com) && is_finite(m.inertia);
 }

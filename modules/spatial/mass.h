@@ -3,6 +3,7 @@
 // spatial). Inertia tensors are matrix elements (see Sym3), about the centre of mass. [any thread]
 #pragma once
 
+#include <array>
 #include <span>
 
 #include <robomosp/sdk/csg.h>
@@ -22,6 +23,11 @@ namespace robomosp::spatial {
 [[nodiscard]] MassProperties combine(std::span<const MassProperties> bodies);
 /// Mass properties of a homogeneous solid from its volume integrals; density in kg/m^3.
 [[nodiscard]] MassProperties mass_properties(const Moments& moments, double density);
+/// m, m*com (3), then Ixx, Iyy, Izz, Ixy, Iyz, Ixz about the frame's origin (elements of the
+/// tensor): the ten parameters in which the equations of motion are linear.
+[[nodiscard]] std::array<double, 10> inertial_parameters(const MassProperties& m);
+/// sqrt(I / m) for each axis of the frame, through the centre of mass [m]; zeros without mass.
+[[nodiscard]] Vec3 radii_of_gyration(const MassProperties& m);
 [[nodiscard]] bool is_finite(const MassProperties& m);
 
 }  // namespace robomosp::spatial
