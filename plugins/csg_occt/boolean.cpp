@@ -6,6 +6,7 @@
 #include <memory>
 
 #include <BOPAlgo_Builder.hxx>
+#include <BRepAdaptor_Surface.hxx>
 #include <BRepAlgoAPI_Common.hxx>
 #include <BRepAlgoAPI_Cut.hxx>
 #include <BRepAlgoAPI_Fuse.hxx>
@@ -14,6 +15,9 @@
 #include <BRepCheck_ListOfStatus.hxx>
 #include <BRepCheck_Shell.hxx>
 #include <BRepCheck_Solid.hxx>
+#include <BRepClass3d_SolidClassifier.hxx>
+#include <BRepTools.hxx>
+#include <BRepTopAdaptor_FClass2d.hxx>
 #include <BRep_Builder.hxx>
 #include <BRep_Tool.hxx>
 #include <NCollection_DataMap.hxx>
@@ -34,6 +38,9 @@ constexpr double kVolumeSlack = 1e-6;
 constexpr double kFuzzyVolumeSlack = 1e-4;
 // An edge blurred by more than this share of the size would blur the mass properties.
 constexpr double kEdgeBlur = 1e-4;
+
+// A point nearer to a surface than this [mm] says nothing about sides: a hundred tolerances.
+constexpr double kOnSurface = 1e-5;
 
 double diagonal(const std::vector<Solid>& solids) {
   Bnd_Box box;
@@ -150,6 +157,8 @@ class Runner {
       trial.solids.push_back(std::move(solid));
     }
     check_volume(volume, splits, fuzzy, trial);
+    if (trial.fault.empty() && has_missed_crossing(splits))
+      trial.fault = "Open CASCADE missed where two operands cross";
     if (!trial.fault.empty() || trial.solids.empty()) return;
     if (!is_valid(trial.solids)) {
       trial.fault = "the result is not a valid solid";
@@ -241,6 +250,84 @@ class Runner {
       for (const Solid& s : call_.objects) high += s.volume;
       if (volume > high + slack) trial.fault = "the result is larger than what it was cut from";
     }
+  }
+
+  struct Operand {
+    TopoDS_Shape shape;
+    const Solid* solid;
+    bool is_whole;  ///< came out of the operation in one piece
+  };
+
+  // Operands that no other one divides are either apart from it or wholly inside it. Now and then
+  // OCCT loses an intersection without a word and takes two that cross for two that are apart; all
+  // volumes agree then, so that only points tell.
+  bool has_missed_crossing(const BOPAlgo_Builder& splits) const {
+    std::vector<Operand> operands;
+    const auto enter = [&](const TopTools_ListOfShape& list, const std::vector<Solid>& solids) {
+      std::size_t i = 0;
+      for (const TopoDS_Shape& shape : list) {
+        const TopTools_ListOfShape* parts = splits.Images().Seek(shape);
+        operands.push_back({shape, &solids[i++], !parts || parts->Extent() == 1});
+      }
+    };
+    enter(*used_objects_, call_.objects);
+    enter(*used_tools_, call_.tools);
+    for (const Operand& a : operands) {
+      if (!a.is_whole) continue;
+      for (const Operand& b : operands) {
+        if (&a == &b || (b.is_whole && &b < &a) || !boxes_meet(a.solid->box, b.solid->box))
+          continue;
+        const Sides of_a = sides(a, b), of_b = sides(b, a);
+        const bool cross = of_a.cross() || of_b.cross();
+        const bool inside = b.is_whole && (of_a.inside >= kWitnesses || of_b.inside >= kWitnesses);
+        if (cross || inside) return true;
+      }
+    }
+    return false;
+  }
+
+  // One point could be misjudged.
+  static constexpr int kWitnesses = 2;
+  struct Sides {
+    int inside = 0, outside = 0, on = 0;
+    bool cross() const { return inside >= kWitnesses && outside >= kWitnesses; }
+  };
+
+  /// Points on the surface of `a`, by where they are in `b`.
+  Sides sides(const Operand& a, const Operand& b) const {
+    constexpr int kPerFace = 5, kMostFaces = 40;
+    int faces = 0;
+    for (TopExp_Explorer e(a.shape, TopAbs_FACE); e.More(); e.Next()) ++faces;
+    const int stride = faces / kMostFaces + 1;
+    Sides count;
+    std::unique_ptr<BRepClass3d_SolidClassifier> solid;
+    int number = 0;
+    for (TopExp_Explorer e(a.shape, TopAbs_FACE); e.More(); e.Next()) {
+      if (number++ % stride != 0) continue;
+      const TopoDS_Face& face = TopoDS::Face(e.Current());
+      double u0 = 0, u1 = 0, v0 = 0, v1 = 0;
+      BRepTools::UVBounds(face, u0, u1, v0, v1);
+      const BRepAdaptor_Surface surface(face, false);
+      const BRepTopAdaptor_FClass2d trim(face, BRep_Tool::Tolerance(face));
+      for (int i = 0; i < kPerFace; ++i)
+        for (int k = 0; k < kPerFace; ++k) {
+          const gp_Pnt2d uv(u0 + (u1 - u0) * (i + 0.47) / kPerFace,
+                            v0 + (v1 - v0) * (k + 0.53) / kPerFace);
+          if (trim.Perform(uv) != TopAbs_IN) continue;
+          const gp_Pnt p = surface.Value(uv.X(), uv.Y());
+          if (b.solid->box.IsOut(p)) {
+            ++count.outside;
+            continue;
+          }
+          if (!solid) solid = std::make_unique<BRepClass3d_SolidClassifier>(b.shape);
+          solid->Perform(p, kOnSurface);
+          if (solid->State() == TopAbs_IN) ++count.inside;
+          else if (solid->State() == TopAbs_OUT) ++count.outside;
+          else ++count.on;
+          if (count.cross()) return count;
+        }
+    }
+    return count;
   }
 
   const BooleanCall& call_;

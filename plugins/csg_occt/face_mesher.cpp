@@ -98,12 +98,13 @@ class PlainFaceMesher {
       : face_(TopoDS::Face(face.Oriented(TopAbs_FORWARD))), quality_(quality) {}
 
   bool run() {
-    TopLoc_Location place;
-    const Handle(Geom_Surface) surface = basis(BRep_Tool::Surface(face_, place));
-    place_ = place;
-    to_face_ = place.Transformation().Inverted();
+    TopLoc_Location of_surface;  // triangles are in the face's frame, not in the surface's
+    const Handle(Geom_Surface) surface = basis(BRep_Tool::Surface(face_, of_surface));
+    place_ = face_.Location();
+    to_face_ = place_.Transformation().Inverted();
     if (const auto plane = Handle(Geom_Plane)::DownCast(surface)) {
       frame_ = plane->Position();
+      if (!of_surface.IsIdentity()) frame_.Transform(of_surface.Transformation());
     } else {
       is_cylinder_ = true;
       radius_ = Handle(Geom_CylindricalSurface)::DownCast(surface)->Radius();
@@ -157,9 +158,7 @@ class PlainFaceMesher {
       const gp_XYZ origin = frame_.Location().XYZ();
       if (!frame_.Direct()) return false;
       for (const gp_Pnt& p : chain.along.points) {
-        gp_XYZ q = p.XYZ();
-        if (!place_.IsIdentity()) to_face_.Transforms(q);
-        q -= origin;
+        const gp_XYZ q = p.XYZ() - origin;
         chain.corners.push_back({q.Dot(x), q.Dot(y)});
       }
     }
@@ -268,7 +267,7 @@ class PlainFaceMesher {
   TopoDS_Face face_;
   const MeshQuality& quality_;
   TopLoc_Location place_;
-  gp_Trsf to_face_;  // from where the shape is to the frame of the face's surface
+  gp_Trsf to_face_;
   bool is_cylinder_ = false;
   double radius_ = 0;
   gp_Ax3 frame_;
