@@ -16,11 +16,18 @@
 #include <BRepTools.hxx>
 #include <BRep_Builder.hxx>
 #include <BRep_Tool.hxx>
+#include <Geom2d_Curve.hxx>
+#include <Geom_Curve.hxx>
+#include <Geom_Surface.hxx>
 #include <ShapeFix_Shape.hxx>
+#include <TopExp.hxx>
 #include <TopExp_Explorer.hxx>
 #include <TopoDS.hxx>
+#include <TopoDS_Edge.hxx>
+#include <TopoDS_Face.hxx>
 #include <TopoDS_Shell.hxx>
 #include <TopoDS_Solid.hxx>
+#include <TopoDS_Vertex.hxx>
 #include <gp.hxx>
 
 #include "primitives.h"
@@ -84,6 +91,28 @@ bool is_plausible(std::string_view text) {
   return true;
 }
 
+/// Every face has a surface and every edge the curves that OCCT's checks take for granted.
+bool is_complete(const TopoDS_Shape& shape) {
+  for (TopExp_Explorer f(shape, TopAbs_FACE); f.More(); f.Next()) {
+    const TopoDS_Face& face = TopoDS::Face(f.Current());
+    const Handle(Geom_Surface) surface = BRep_Tool::Surface(face);
+    if (surface.IsNull()) return false;
+    for (TopExp_Explorer e(face, TopAbs_EDGE); e.More(); e.Next()) {
+      const TopoDS_Edge& edge = TopoDS::Edge(e.Current());
+      double first = 0, last = 0;
+      const Handle(Geom2d_Curve) trim = BRep_Tool::CurveOnSurface(edge, face, first, last);
+      if (trim.IsNull() || !(last > first) || !std::isfinite(last - first)) return false;
+      if (BRep_Tool::Degenerated(edge)) continue;
+      const Handle(Geom_Curve) curve = BRep_Tool::Curve(edge, first, last);
+      if (curve.IsNull() || !(last > first) || !std::isfinite(last - first)) return false;
+      TopoDS_Vertex a, b;
+      TopExp::Vertices(edge, a, b);
+      if (a.IsNull() || b.IsNull()) return false;
+    }
+  }
+  return true;
+}
+
 void append_solids(const TopoDS_Shape& shape, std::vector<TopoDS_Shape>& solids) {
   for (TopExp_Explorer e(shape, TopAbs_SOLID); e.More(); e.Next()) solids.push_back(e.Current());
 }
@@ -115,13 +144,18 @@ Result<Content> imported(const CsgNode& node, FaceMemory& faces, Progress& progr
   try {
     std::istringstream in(geometry.brep);
     in.imbue(std::locale::classic());
+    // OCCT's reader goes on for ever where a number is missing.
+    in.exceptions(std::ios::failbit | std::ios::badbit);
     const Handle(ProgressBridge) bridge = new ProgressBridge(progress, 0, 0, "reading the solid");
     BRepTools::Read(shape, in, BRep_Builder(), bridge->Start());
   } catch (const Standard_Failure&) {
     shape.Nullify();
+  } catch (const std::ios::failure&) {
+    shape.Nullify();
   }
   if (progress.cancelled()) return cancelled_error();
   if (shape.IsNull()) return bad("is not in BREP format, or damaged", "Export it again.");
+  if (!is_complete(shape)) return bad("lacks curves or surfaces", "Export it again.");
   if (node.sizes[0] != 1) {
     gp_Trsf scale;
     scale.SetScale(gp::Origin(), node.sizes[0]);
