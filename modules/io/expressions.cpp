@@ -2,6 +2,7 @@
 #include "io/expressions.h"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -188,6 +189,10 @@ Result<Parameter> read_parameter(const Syntax& s, std::uint32_t field) {
     return s.at(n.offset, ErrorCode::syntax, quote(n.text) + " is not the value of a parameter");
   p.value = units::to_si(*value, *unit);
   p.unit = units::si_name(unit->dimension);
+  if (!std::isfinite(p.value) || !units::parse(p.unit).ok())
+    return s.at(n.offset, ErrorCode::syntax,
+                quote(std::string(n.text) + " " + std::string(n.unit)) +
+                    " is beyond what a parameter can be");
   return p;
 }
 
