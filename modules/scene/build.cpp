@@ -55,6 +55,14 @@ constexpr std::size_t kToolBody = 100000, kLineBody = 200000, kMarkBody = 300000
 
 render::Appearance appearance_of(const Drawable& d) {
   render::Appearance a{d.colour, static_cast<float>(d.shininess), static_cast<float>(d.metalness)};
+  a.ambient = d.ambient;
+  a.specular = d.specular;
+  a.emission = d.emission;
+  // What is left of a solid that could not be made: clear and in the colour of a warning.
+  if (d.is_operand) {
+    a = render::Appearance{{1.0F, 0.42F, 0.05F, 0.45F}, 0.4F, 0.0F};
+    a.emission = {0.25F, 0.06F, 0.0F, 1};
+  }
   return a;
 }
 
@@ -127,7 +135,8 @@ Result<PosedRobot> posed_robot(const Source& source, RobotId id, std::string own
 /// Frame of a place with its name.
 void add_frame(Maker& m, std::string_view owner, std::size_t number, const Pose& pose,
                std::string name, double length) {
-  m.out.scene.triads.push_back({item_id(owner, kFrameBody, number), pose, length, std::move(name)});
+  m.out.scene.triads.push_back(
+      {item_id(owner, kFrameBody, number), pose, length, std::move(name), true});
 }
 
 /// The mark of a body given in the frame `world_T_body`; without mass a sentence says so.
@@ -159,7 +168,8 @@ void add_robot(Maker& m, const PosedRobot& robot, std::span<const double> q) {
     ++m.groups;
   }
   const double length = std::clamp(0.07 * reach(*robot.record), 0.03, 0.25);
-  m.out.scene.triads.push_back({robot.triad_id(), tool, length, {}});
+  // An exploded hand is not where the tool's frame is.
+  if (!(m.extras.explode > 0)) m.out.scene.triads.push_back({robot.triad_id(), tool, length, {}});
   if (m.extras.frames) {
     add_frame(m, robot.owner, 0, bodies[0], "base", length);
     for (std::size_t b = 1; b < bodies.size(); ++b)
@@ -183,8 +193,13 @@ Result<void> add_body(Maker& m, AnyId what, const std::string& owner, const std:
     m.add(
         item_of(parts[p], item_id(owner, 0, p), name.empty() ? parts[p].name : name, world_T_body));
     ++m.groups;
+    const auto& told = m.out.left_out;
+    if (parts[p].is_operand && std::find(told.begin(), told.end(), parts[p].failure) == told.end())
+      m.out.left_out.push_back(parts[p].failure);
   }
-  if (m.extras.com) {
+  const bool is_whole =
+      std::none_of(parts.begin(), parts.end(), [](const Drawable& d) { return d.is_operand; });
+  if (m.extras.com && is_whole) {
     RMP_TRY_ASSIGN(const auto mass, derived.mass(snapshot, what, m.progress));
     add_mark(m, owner, snapshot.describe(what), mass.mass, world_T_body);
   }

@@ -29,10 +29,11 @@ struct Source {
 
 /// What a picture shows besides the bodies themselves.
 struct Extras {
-  bool com = false;       ///< a MassMark for each solid, object and robot
-  bool frames = false;    ///< frames of nodes, parts and links, with their names
-  double explode = 0;     ///< parts are moved outwards by this share of their distance, >= 0
-  std::vector<double> q;  ///< joint values of a robot on its own [rad or m]; empty = "home" or 0
+  bool com = false;     ///< a MassMark for each solid, object and robot
+  bool frames = false;  ///< frames of nodes, parts and links, with their names
+  double explode = 0;   ///< parts are moved outwards by this share of their distance, >= 0
+  std::vector<double> q =
+      {};  ///< joint values of a robot on its own [rad or m]; empty = "home" or 0
 };
 
 /// A scene, and sentences about what could not be built and was left out.
@@ -43,7 +44,9 @@ struct Built {
 
 /// A world (objects, robots at the joint values the world gives them, trajectories as lines, a
 /// triad at each tool), a robot, object or solid on its own, or a material on a sphere and a cone.
-/// In a world, what cannot be built is left out; elsewhere it is the error.
+/// Of a solid that cannot be made, the operands of the failed operation are shown in the colour of
+/// a warning and the failure is told; in a world, what cannot be built is left out, elsewhere it is
+/// the error.
 [[nodiscard]] Result<Built> build(const Source&, AnyId, const Extras&, Progress&);
 
 /// How the robot of a recording moves; ids are those of build() on the same world.

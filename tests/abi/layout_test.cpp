@@ -184,7 +184,7 @@ void picture_types(std::ostream& out) {
   TYPE(Line);
   F4(Line, id, points, colour, width);
   TYPE(Triad);
-  F4(Triad, id, pose, length, label);
+  F5(Triad, id, pose, length, label, on_top);
   TYPE(MassMark);
   F4(MassMark, id, pose, gyration, label);
   TYPE(Label);

@@ -87,9 +87,3 @@ Result<render::Image> OsgRenderer::draw(const render::Scene& scene, const render
 Result<std::string> OsgRenderer::png(const render::Image& image) const { return png_of(image); }
 
 }  // namespace robomosp::viewer
-
-/// Makes the renderer for the plugin's door.
-extern "C" __attribute__((visibility("default"))) robomosp::render::Renderer*
-robomosp_render_osg_create() {
-  return new robomosp::viewer::OsgRenderer();
-}

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Contours of surfaces for line drawings.
 #include <algorithm>
+#include <cmath>
 #include <unordered_map>
 #include <utility>
 
@@ -79,6 +80,22 @@ std::vector<MeshEdge> edges_of(const Surface& s) {
                      halves[j - 1].triangle});
   }
   return edges;
+}
+
+Segments tangent_edges_of(const Surface& s, const std::vector<MeshEdge>& edges) {
+  if (s.face_of.empty()) return {};
+  const auto normal = [&](std::uint32_t t) {
+    const auto* i = &s.triangles[3 * std::size_t{t}];
+    const Vec3 a = vertex(s, i[0]);
+    return cross(vertex(s, i[1]) - a, vertex(s, i[2]) - a);
+  };
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> found;
+  for (const MeshEdge& e : edges) {
+    if (s.face_of[e.left] == s.face_of[e.right]) continue;
+    const Vec3 l = normal(e.left), r = normal(e.right);
+    if (dot(l, r) >= std::cos(kCreaseAngle) * norm(l) * norm(r)) found.emplace_back(e.a, e.b);
+  }
+  return joined(s, found);
 }
 
 Segments contour_of(const Surface& s, const std::vector<MeshEdge>& edges, const Vec3& eye,

@@ -181,19 +181,22 @@ float linear(float srgb) {
   return c <= 0.04045F ? c / 12.92F : std::pow((c + 0.055F) / 1.055F, 2.4F);
 }
 
-/// From linear light times opacity to sRGB and opacity.
+/// From light times opacity to sRGB and opacity.
 class Developer {
  public:
   explicit Developer(const render::Look& look) {
     const bool is_drawing = look.style == Style::wireframe || look.style == Style::hidden_line;
-    is_toned_ = !is_drawing;
+    is_drawing_ = is_drawing;
     if (look.background == Background::transparent) ground_ = Ground::none;
     else if (look.background == Background::plain ||
              (look.background == Background::automatic && is_drawing))
       ground_ = Ground::plain;
-    if (look.background == Background::plain)
-      paper_ = {linear(look.background_colour.r), linear(look.background_colour.g),
-                linear(look.background_colour.b)};
+    if (look.background == Background::plain) {
+      const Colour& c = look.background_colour;
+      paper_ = {c.r, c.g, c.b};
+      if (!is_drawing_)
+        for (float& x : paper_) x = linear(x);
+    }
   }
   /// `dither` in -0.5 .. 0.5 steps of the result hides the bands of slow gradients.
   void operator()(const float* rgba, float share, float dither, std::uint8_t* out) const {
@@ -202,15 +205,18 @@ class Developer {
         ground_ == Ground::studio ? 1.0F : std::clamp(rgba[3] * share, 0.0F, 1.0F);
     if (opacity > 0 && opacity < 1)
       for (float& x : c) x /= opacity;
-    if (is_toned_) tone(c);
+    if (!is_drawing_) tone(c);
     if (ground_ == Ground::plain)
       for (std::size_t i = 0; i < 3; ++i) c[i] = c[i] * opacity + paper_[i] * (1 - opacity);
     // One flat colour has no bands to hide.
-    if (ground_ != Ground::studio && opacity <= 0) dither = 0;
+    if (is_drawing_ || (ground_ != Ground::studio && opacity <= 0)) dither = 0;
     for (std::size_t i = 0; i < 3; ++i) {
-      const float x = std::clamp(c[i], 0.0F, 1.0F) * static_cast<float>(kSteps - 1);
-      out[i] = static_cast<std::uint8_t>(
-          std::clamp(table()[static_cast<std::size_t>(x + 0.5F)] + dither + 0.5F, 0.0F, 255.0F));
+      const float x = std::clamp(c[i], 0.0F, 1.0F);
+      const float shown =
+          is_drawing_
+              ? 255 * x
+              : table()[static_cast<std::size_t>(x * static_cast<float>(kSteps - 1) + 0.5F)];
+      out[i] = static_cast<std::uint8_t>(std::clamp(shown + dither + 0.5F, 0.0F, 255.0F));
     }
     out[3] = ground_ == Ground::none ? static_cast<std::uint8_t>(255 * opacity + 0.5F) : 255;
   }
@@ -239,7 +245,7 @@ class Developer {
     }();
     return values;
   }
-  bool is_toned_ = true;
+  bool is_drawing_ = false;  // such pictures come encoded from the shaders
   Ground ground_ = Ground::studio;
   std::array<float, 3> paper_{1, 1, 1};
 };

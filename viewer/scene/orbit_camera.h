@@ -39,7 +39,7 @@ class OrbitCamera {
   /// Scales the picture by `factor` (> 1 comes closer), keeping what is under pixel (x, y) there.
   void zoom_at(double x_px, double y_px, double factor);
   /// Frames the points [m], leaving `margin` (0..0.4) of the picture free on each side.
-  void fit(std::span<const Vec3> points, double margin = 0.08);
+  void fit(std::span<const Vec3> points, double margin = 0.055);
 
   [[nodiscard]] bool perspective() const { return perspective_; }
   [[nodiscard]] const Vec3& target() const { return target_; }  ///< [m]

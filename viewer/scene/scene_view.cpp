@@ -39,7 +39,7 @@ constexpr int kOutlineBin = 2, kGroundBin = 3, kBackgroundBin = 4, kGroundFromBe
               kGlassBin = 100,  // and the bins after it, one for each layer of glass
     kMarkBin = 1 << 20, kHudBin = kMarkBin + 10;
 // Widths of lines and sizes in pixels of a picture 800 pixels high.
-constexpr double kEdgeWidth = 1.15, kDrawnWidth = 1.7, kMeshWidth = 1.0, kDashPeriod = 9.0,
+constexpr double kEdgeWidth = 1.15, kDrawnWidth = 2.0, kMeshWidth = 1.0, kDashPeriod = 9.0,
                  kHatchSpacing = 8.5, kBallRadius = 13.0;
 /// Axes of a mass mark, smallest moment first, sRGB.
 constexpr std::array<Colour, 3> kPrincipalColours{
@@ -291,6 +291,7 @@ SceneView::Impl::Impl(Quality quality, Target target)
   set_uniform(s, "glow", osg::Vec3f(0, 0, 0));
   set_uniform(s, "section_plane", osg::Vec4f(0, 0, 0, 1));
   set_uniform(s, "dash", 0.0F);
+  set_uniform(s, "drawn", 0.0F);
 
   osg::StateSet* c = casters->getOrCreateStateSet();
   c->setAttributeAndModes(surface_program);
@@ -423,6 +424,13 @@ void SceneView::Impl::build_item(ItemNode& node) {
   }
   if (is_lined) {
     if (node.mesh_edges.empty()) node.mesh_edges = edges_of(node.surface);
+    const Segments soft = tangent_edges_of(node.surface, node.mesh_edges);
+    if (look.feature_edges && !soft.ends.empty()) {
+      const auto geode = line_geode(segments_of(soft.ends, soft.along), false);
+      geode->getStateSet()->setAttributeAndModes(mesh_width);
+      set_uniform(geode->getStateSet(), "edge_colour", osg::Vec4f(0.012F, 0.014F, 0.02F, 0.35F));
+      place->addChild(geode);
+    }
     for (const bool is_hidden : {false, true}) {
       if (is_hidden && !look.hidden_edges) continue;
       node.contours.push_back(line_geode(segments_of({}, {}), is_hidden));
@@ -658,6 +666,15 @@ void SceneView::Impl::sync_triads(const Frame& frame) {
       node.place->addChild(axes);
       frames->addChild(node.place);
     }
+    // In the sliver of the depth range that the marks have too.
+    osg::StateSet* s = node.place->getOrCreateStateSet();
+    if (triad.on_top) {
+      s->setAttributeAndModes(new osg::Depth(osg::Depth::LEQUAL, 0.001, 0.01, true));
+      s->setRenderBinDetails(kMarkBin, "RenderBin");
+    } else {
+      s->removeAttribute(osg::StateAttribute::DEPTH);
+      s->setRenderBinToInherit();
+    }
     const double l = std::isfinite(triad.length) ? std::max(triad.length, 1e-6) : 0.1;
     node.place->setMatrix(osg::Matrixd::scale(l, l, l) * matrix_of(node.triad.pose));
   }
@@ -741,6 +758,7 @@ void SceneView::Impl::sync_look(const Frame& frame) {
       node.cut->removeChildren(0, node.cut->getNumChildren());
       node.cut_points.clear();
     }
+  set_uniform(root->getStateSet(), "drawn", is_shaded ? 0.0F : 1.0F);
   const unsigned mask = has_studio(look) ? ~0U : 0U;
   ground->setNodeMask(mask);
   background->setNodeMask(mask & kVisible);
@@ -826,8 +844,7 @@ void SceneView::Impl::place_ground() {
   osg::Vec4f kept(0, 0, 0, 1);
   if (plane) {
     const Vec3& n = plane->normal;
-    kept = osg::Vec4f(vec_of(-1.0 * n),
-                      static_cast<float>(dot(n, plane->point) - 2e-6 * radius));
+    kept = osg::Vec4f(vec_of(-1.0 * n), static_cast<float>(dot(n, plane->point) - 2e-6 * radius));
   }
   set_uniform(casters->getStateSet(), "section_plane", kept);
   // The floor lies at z = 0 or under whatever reaches lower; a hair below, so that a sheet lying on
@@ -1008,7 +1025,8 @@ void SceneView::Impl::place_camera(const Pass& pass) {
     if (!node.mark.label.empty()) texts.push_back({node.mark.pose.p, node.mark.label});
   for (const auto& label : labels)
     if (is_finite(label.place)) texts.push_back({label.place, label.text});
-  hud->place(camera, texts, per_nominal, pass.shift_x, pass.shift_y, is_still);
+  hud->place(camera, texts, per_nominal, pass.shift_x, pass.shift_y,
+             is_still && !is_drawing(look.style));
 }
 
 /// Done at each draw, when context and size are known; does something at the first and after a

@@ -31,7 +31,10 @@ vec3 toned(vec3 c) {
   return mix(c * (squeezed / peak), vec3(squeezed), 1.0 - 1.0 / (0.15 * (peak - squeezed) + 1.0));
 }
 #ifdef STILL
-vec3 shown(vec3 c) { return c; }  // linear light; averaged and developed later
+// Linear light, averaged and developed later; but drawings as the eye sees them, so that the mean of
+// a line and the paper lies half way.
+uniform float drawn;
+vec3 shown(vec3 c) { return drawn > 0.5 ? encoded(c) : c; }
 #else
 vec3 shown(vec3 c) { return encoded(toned(c)); }
 #endif

@@ -27,7 +27,18 @@ Vec3 area_normal(const Surface& s, std::size_t triangle) {
   return cross(vertex(s.positions, t[1]) - a, vertex(s.positions, t[2]) - a);
 }
 
-std::vector<std::uint32_t> usable_triangles(const Mesh& mesh) {
+/// The triangles with usable corners; `face_of` gets the face of each, if the mesh knows faces.
+std::vector<std::uint32_t> usable_triangles(const Mesh& mesh, std::vector<std::uint32_t>& face_of) {
+  std::vector<std::uint32_t> faces;
+  if (!mesh.faces.empty()) {
+    faces.assign(mesh.triangles.size() / 3, 0);
+    for (std::size_t f = 0; f < mesh.faces.size(); ++f)
+      for (std::size_t t = mesh.faces[f].first_triangle;
+           t < std::size_t{mesh.faces[f].first_triangle} + mesh.faces[f].triangle_count &&
+           t < faces.size();
+           ++t)
+        faces[t] = static_cast<std::uint32_t>(f);
+  }
   const std::size_t count = mesh.positions.size() / 3;
   const auto is_usable = [&](std::uint32_t i) {
     return i < count && is_finite(vertex(mesh.positions, i));
@@ -36,7 +47,9 @@ std::vector<std::uint32_t> usable_triangles(const Mesh& mesh) {
   kept.reserve(mesh.triangles.size());
   for (std::size_t i = 0; i + 2 < mesh.triangles.size(); i += 3) {
     const auto* t = &mesh.triangles[i];
-    if (is_usable(t[0]) && is_usable(t[1]) && is_usable(t[2])) kept.insert(kept.end(), t, t + 3);
+    if (!is_usable(t[0]) || !is_usable(t[1]) || !is_usable(t[2])) continue;
+    kept.insert(kept.end(), t, t + 3);
+    if (!faces.empty()) face_of.push_back(faces[i / 3]);
   }
   return kept;
 }
@@ -195,7 +208,7 @@ std::vector<std::uint32_t> welded(const Surface& s) {
 
 Surface surface_of(const Mesh& mesh) {
   Surface s;
-  s.triangles = usable_triangles(mesh);
+  s.triangles = usable_triangles(mesh, s.face_of);
   s.positions = mesh.positions;
   s.positions.resize(s.positions.size() / 3 * 3);
   const bool has_edges = !mesh.edge_sizes.empty();

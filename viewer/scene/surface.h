@@ -22,6 +22,7 @@ struct Surface {
   std::vector<std::uint32_t> triangles;  ///< 3 indices each
   std::vector<float> segments;           ///< 6 per edge segment: both ends [m]
   std::vector<float> along;              ///< 2 per edge segment: way from the start of its line [m]
+  std::vector<std::uint32_t> face_of;    ///< per triangle: number of its face; empty = unknown
   Vec3 low{}, high{};                    ///< bounding box [m]; both 0 if there are no triangles
 };
 
@@ -50,6 +51,9 @@ struct Segments {
 /// the edges between a triangle that faces the eye and one that does not, joined to lines.
 [[nodiscard]] Segments contour_of(const Surface& surface, const std::vector<MeshEdge>& edges,
                                   const Vec3& eye, bool is_point);
+
+/// Edges between faces that meet smoothly, where no feature edge is: a fillet and its neighbour.
+[[nodiscard]] Segments tangent_edges_of(const Surface& surface, const std::vector<MeshEdge>& edges);
 
 /// Where a plane cuts a closed surface.
 struct Cut {

@@ -50,6 +50,7 @@ struct Triad {
   Pose pose;            ///< world_T_frame
   double length = 0.1;  ///< [m]
   std::string label;    ///< drawn at the origin; may be empty
+  bool on_top = false;  ///< drawn over what hides it
 };
 
 /// Where the mass of a body is: a chequered ball at the centre of mass with the principal axes,

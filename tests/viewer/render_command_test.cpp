@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The render commands through the application, the plugin and its engine.
+#include <array>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "ioci/application.h"
+
+namespace robomosp::ioci {
+namespace {
+
+namespace fs = std::filesystem;
+
+class RenderCommand : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::path(testing::TempDir()) / "robomosp-render-command";
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+    auto made =
+        Application::create({.plugin_path = {ROBOMOSP_PLUGIN_DIR},
+                             .library = {fs::path(ROBOMOSP_SOURCE_DIR) / "scripts/library"}});
+    ASSERT_TRUE(made.ok()) << made.error().sentence();
+    app_ = std::move(*made);
+    run("solid.create",
+        {{"name", "block"}, {"root", Map{{"kind", "box"}, {"x", 0.2}, {"y", 0.1}, {"z", 0.1}}}});
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  Value run(const std::string& command, const Map& args) {
+    auto done = app_->dispatch(session_, command, args);
+    EXPECT_TRUE(done.ok()) << (done.ok() ? "" : done.error().sentence());
+    return done.ok() ? *done : Value();
+  }
+  [[nodiscard]] std::string file(const std::string& name) const {
+    return (folder_ / name).string();
+  }
+  Map args(const Map& more = {}) const {
+    Map a{{"what", "block"}, {"file", file("a.png")}, {"size", List{64, 48}}, {"quality", "draft"}};
+    for (const auto& [name, value] : more) a.set(name, value);
+    return a;
+  }
+  /// The sentence of a refused picture, which leaves no file.
+  std::string refused(const Map& more) {
+    const auto done = app_->dispatch(session_, "view.render", args(more));
+    EXPECT_FALSE(done.ok());
+    EXPECT_FALSE(fs::exists(file("a.png")));
+    return done.ok() ? "" : done.error().sentence();
+  }
+  /// Width and height in the header of a PNG file.
+  static std::array<int, 2> size_of(const std::string& path) {
+    std::ifstream in(path, std::ios::binary);
+    std::array<unsigned char, 24> head{};
+    in.read(reinterpret_cast<char*>(head.data()), head.size());
+    return {256 * head[18] + head[19], 256 * head[22] + head[23]};
+  }
+
+  fs::path folder_;
+  std::unique_ptr<Application> app_;
+  Session session_{"test"};
+};
+
+TEST_F(RenderCommand, APictureOfTheWantedSizeIsWritten) {
+  const Value done = run("view.render", args());
+  EXPECT_EQ(size_of(file("a.png")), (std::array{64, 48}));
+  EXPECT_EQ(done.as_map()->find("items")->number(), 1);
+  EXPECT_EQ(done.as_map()->find("width")->number(), 64);
+  // Nothing else is left behind.
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator{}), 1);
+}
+
+TEST_F(RenderCommand, TheEngineIsLoadedWithTheFirstPictureOnly) {
+  const auto is_loaded = [] {
+    std::ifstream maps("/proc/self/maps");
+    for (std::string line; std::getline(maps, line);)
+      if (line.find("render_osg_engine") != std::string::npos) return true;
+    return false;
+  };
+  // Other tests of this process may have drawn before.
+  if (is_loaded()) GTEST_SKIP() << "run it on its own";
+  run("version", {});
+  EXPECT_FALSE(is_loaded());
+  run("view.render", args());
+  EXPECT_TRUE(is_loaded());
+}
+
+TEST_F(RenderCommand, WrongArgumentsAreToldBeforeAnyFileIsMade) {
+  const auto expect = [&](const Map& more, const std::string& part) {
+    const std::string sentence = refused(more);
+    EXPECT_NE(sentence.find(part), std::string::npos) << sentence;
+  };
+  expect({{"file", file("a.jpg")}}, "does not end with .png");
+  expect({{"file", file("none/a.png")}}, "there is no folder");
+  expect({{"what", "blok"}}, "block");
+  expect({{"size", List{64}}}, "two whole numbers of pixels in 16..8192");
+  expect({{"size", List{64, 9000}}}, "two whole numbers of pixels in 16..8192");
+  expect({{"style", "cartoon"}}, "hidden_line");
+  expect({{"eye", List{1, 2, 3}}}, "eye and target go together");
+  expect({{"eye", List{1, 2, 3}}, {"target", List{1, 2, 3}}}, "no direction to look");
+  expect({{"section", "w"}}, "is no axis");
+  expect({{"section", Map{{"normal", List{0, 0, 0}}}}}, "zero");
+  expect({{"section", Map{{"axis", "x"}, {"normal", List{0, 0, 1}}}}},
+         "either an axis or a normal");
+  expect({{"section", Map{{"offset", 0.1}}}}, "either an axis or a normal");
+  expect({{"background", "mauve"}}, "is not a background");
+  expect({{"explode", -1}}, "explode");
+  expect({{"q", List{0, 0}}}, "has no joints");
+  expect({{"at", 1.0}}, "needs a recording");
+}
+
+TEST_F(RenderCommand, WithoutARendererOneSentenceSaysSo) {
+  for (const auto& info : app_->registry.list("robomosp.renderer/1"))
+    app_->registry.remove("robomosp.renderer/1", info.name);
+  EXPECT_EQ(refused({}),
+            "cannot draw a picture, because no renderer is installed. Install the desktop package "
+            "of this program, which brings the plugin render_osg.");
+}
+
+TEST_F(RenderCommand, AMarkOfMassNeedsAMassAndSaysSo) {
+  const Value done = run("view.render", args({{"com", true}}));
+  const List& left_out = *done.as_map()->find("left_out")->as_list();
+  ASSERT_EQ(left_out.size(), 1U);
+  EXPECT_EQ(*left_out[0].as_string(),
+            "solid \"block\" has no mass, so its centre of mass is not shown.");
+}
+
+TEST_F(RenderCommand, EveryOptionTogetherDraws) {
+  run("material.create", {{"name", "steel"}, {"density", 7850}});
+  run("solid.set", {{"id", "block"}, {"path", "material"}, {"value", "steel"}});
+  run("view.render", args({{"style", "hidden_line"},
+                           {"hidden", true},
+                           {"com", true},
+                           {"frames", true},
+                           {"section", Map{{"axis", "-y"}, {"offset", 0.01}, {"hatch", false}}},
+                           {"projection", "orthographic"},
+                           {"view", "isometric"},
+                           {"background", "#e8eef4"},
+                           {"caption", "block"},
+                           {"edges", false},
+                           {"zoom", 0.9}}));
+  EXPECT_EQ(size_of(file("a.png")), (std::array{64, 48}));
+}
+
+}  // namespace
+}  // namespace robomosp::ioci
