@@ -367,6 +367,7 @@ CsgFeature edge_feature(const PatchMesh& mesh, const Chain& chain) {
     const double h = norm(f.point - round->point);
     f.radius = std::sqrt(std::max(0.0, round->radius * round->radius - h * h));
   }
+  if (chain.corners.front() == chain.corners.back()) f.size = kCsgFullTurn * f.radius;
   return f;
 }
 
@@ -378,13 +379,19 @@ std::vector<CsgFeature> features_of(const PatchMesh& exact, const Progress& prog
   for (const auto& face : faces_of(mesh)) all.push_back(face_feature(mesh, face));
   stop_if_cancelled(progress);
   const auto chains = chains_of(mesh);
-  for (const Chain& chain : chains) all.push_back(edge_feature(mesh, chain));
+  for (const Chain& chain : chains)
+    if (const CsgFeature f = edge_feature(mesh, chain); f.kind != CsgFeature::Kind::other)
+      all.push_back(f);
   std::vector<std::uint32_t> corners;
   for (const Chain& chain : chains)
     if (chain.corners.front() != chain.corners.back()) {
       corners.push_back(chain.corners.front());
       corners.push_back(chain.corners.back());
     }
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    if (const Patch& patch = mesh.patches[mesh.patch_of[t]]; patch.kind == Patch::Kind::cone)
+      for (const std::uint32_t v : mesh.triangles[t])
+        if (patch.normal(mesh.points[v]) == Vec3{}) corners.push_back(v);  // a tip
   std::sort(corners.begin(), corners.end());
   corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
   for (const std::uint32_t v : corners) {

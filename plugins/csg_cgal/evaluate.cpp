@@ -32,6 +32,9 @@ struct Form {
   std::vector<Item> items;
 };
 
+// Patterns of patterns may place so many solids in all.
+constexpr double kMostCopies = 20'000;
+
 bool is_operation(CsgKind kind) { return csg_info(kind).children == CsgChildren::any; }
 bool is_modifier(CsgKind kind) { return csg_info(kind).children == CsgChildren::one; }
 
@@ -177,11 +180,19 @@ class Planner {
         where.push_back(cleaned(copy));
       }
     }
+    if (where.size() > 1 && where[0].A == where[1].A && where[0].t == where[1].t)
+      where.resize(1);  // all at one place
     if (where.size() == 1) {
       move_by(part, where.front());
       return part;
     }
     const Item item = as_item(std::move(part));
+    const double placed = weights_[item.term] * static_cast<double>(where.size());
+    if (placed > kMostCopies)
+      return error(ErrorCode::invalid_argument,
+                   "the pattern makes " + number_text(placed) + " copies; at most " +
+                       number_text(kMostCopies) + " are made, patterns of patterns counted through",
+                   "Make the count smaller.", node_text(node, i));
     Form form{false, CsgKind::union_, i, {}};
     for (std::size_t k = 0; k < where.size(); ++k)
       form.items.push_back({item.term, where[k] * item.pose,
@@ -200,6 +211,9 @@ class Planner {
   }
 
   Item add(Term term) {
+    double weight = term.items.empty() ? 1 : 0;
+    for (const Item& item : term.items) weight += weights_[item.term];
+    weights_.push_back(weight);
     terms.push_back(std::move(term));
     return {terms.size() - 1, {}, 0};
   }
@@ -208,6 +222,7 @@ class Planner {
   const Progress& progress_;
   std::vector<std::size_t> first_child_, next_sibling_;  // 0 = none: node 0 is nobody's child
   std::vector<Affine> poses_;
+  std::vector<double> weights_;  // primitives that each term places
 };
 
 class Evaluator {

@@ -61,6 +61,40 @@ class Tracker : public PMP::Corefinement::Default_visitor<Surface> {
 
 }  // namespace
 
+namespace {
+
+/// Corners and triangles in an order of their own: CGAL's comes from addresses and differs from run
+/// to run.
+void sort(PatchMesh& mesh) {
+  std::vector<std::uint32_t> order(mesh.points.size()), number(mesh.points.size());
+  std::iota(order.begin(), order.end(), 0U);
+  std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return mesh.points[a] < mesh.points[b];
+  });
+  std::vector<Vec3> points;
+  points.reserve(order.size());
+  for (const std::uint32_t v : order) {
+    number[v] = static_cast<std::uint32_t>(points.size());
+    points.push_back(mesh.points[v]);
+  }
+  mesh.points = std::move(points);
+  std::vector<std::array<std::uint32_t, 4>> rows;  // patch and corners, the least first
+  rows.reserve(mesh.triangles.size());
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    std::array<std::uint32_t, 3> c{};
+    for (std::size_t k = 0; k < 3; ++k) c[k] = number[mesh.triangles[t][k]];
+    std::rotate(c.begin(), std::min_element(c.begin(), c.end()), c.end());
+    rows.push_back({mesh.patch_of[t], c[0], c[1], c[2]});
+  }
+  std::sort(rows.begin(), rows.end());
+  for (std::size_t t = 0; t < rows.size(); ++t) {
+    mesh.patch_of[t] = rows[t][0];
+    mesh.triangles[t] = {rows[t][1], rows[t][2], rows[t][3]};
+  }
+}
+
+}  // namespace
+
 struct ExactSolid::Impl {
   Surface surface;
   std::vector<Patch> patches;
@@ -89,6 +123,7 @@ struct ExactSolid::Impl {
         mesh.triangles.push_back(t);
         mesh.patch_of.push_back(patch[f]);
       }
+      sort(mesh);
       box = box_of(mesh);
       volume = volume_of(mesh);
     });

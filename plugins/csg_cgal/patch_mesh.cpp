@@ -8,11 +8,15 @@ namespace robomosp::csg_cgal {
 
 namespace {
 
+/// Nearer to the axis [m] there is no direction away from it.
+constexpr double kOnAxis = 1e-10;
+
 /// p relative to the patch's point: along the axis, and the part across it.
 std::pair<double, Vec3> along_and_across(const Patch& patch, const Vec3& p) {
   const Vec3 d = p - patch.point;
   const double along = dot(d, patch.axis);
-  return {along, d - patch.axis * along};
+  const Vec3 across = d - patch.axis * along;
+  return {along, norm(across) < kOnAxis ? Vec3{} : across};
 }
 
 }  // namespace

@@ -38,6 +38,20 @@ std::vector<double> spline_bends(const std::vector<double>& s, const std::vector
   return bend;
 }
 
+/// Whether two segments cross or touch.
+bool meet(const Point2& a, const Point2& b, const Point2& c, const Point2& d) {
+  const auto side = [](const Point2& p, const Point2& q, const Point2& r) {
+    const double x = (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);
+    const double least = kConfused * distance(p, q);
+    return x > least ? 1 : x < -least ? -1 : 0;
+  };
+  for (std::size_t k = 0; k < 2; ++k)
+    if (std::max(a[k], b[k]) + kConfused < std::min(c[k], d[k]) ||
+        std::max(c[k], d[k]) + kConfused < std::min(a[k], b[k]))
+      return false;
+  return side(a, b, c) * side(a, b, d) <= 0 && side(c, d, a) * side(c, d, b) <= 0;
+}
+
 class Spline {
  public:
   explicit Spline(const std::vector<Point2>& through) : points_(through), s_(through.size()) {
@@ -130,12 +144,8 @@ class Loop {
     const double ax = a[0] - m[0], ay = a[1] - m[1], bx = b[0] - m[0], by = b[1] - m[1];
     const double d = 2 * (ax * by - ay * bx), size = distance(a, m) * distance(b, m);
     at_ = b;
-    if (std::abs(d) <= 1e-9 * size) {
-      if (ax * bx + ay * by >= 0) return wrong("an arc of the profile turns back on itself");
-      start({});
-      corner(a);
-      return {};
-    }
+    if (std::abs(d) <= 1e-9 * size)
+      return wrong("an arc of the profile is straight: its three points lie on one line");
     const double aa = ax * ax + ay * ay, bb = bx * bx + by * by;
     const Point2 centre{m[0] + (by * aa - ay * bb) / d, m[1] + (ax * bb - bx * aa) / d};
     const double radius = distance(a, centre);
@@ -177,9 +187,13 @@ class Loop {
 
   Result<void> add_spline(const std::vector<Point2>& p) {
     std::vector<Point2> through{at_};
-    for (const Point2& x : p)
-      if (distance(x, through.back()) > kConfused) through.push_back(x);
+    for (const Point2& x : p) {
+      if (distance(x, through.back()) <= kConfused)
+        return wrong("a spline of the profile passes through one point twice in a row");
+      through.push_back(x);
+    }
     if (through.size() < 2) return wrong("a spline of the profile needs a point to pass through");
+    const auto first = points_.size();
     const Spline spline(through);
     Curve2 curve{Curve2::Kind::free, {}, 0, 0, 0};
     std::vector<Point2> made;
@@ -207,6 +221,10 @@ class Loop {
     start(curve);
     for (std::size_t i = 0; i + 1 < made.size(); ++i) corner(made[i]);
     at_ = through.back();
+    for (std::size_t i = first; i < points_.size(); ++i)
+      for (std::size_t k = i + 2; k < points_.size(); ++k)
+        if (meet(made[i - first], made[i + 1 - first], made[k - first], made[k + 1 - first]))
+          return wrong("a spline of the profile crosses itself");
     return {};
   }
 
@@ -246,15 +264,46 @@ Result<Outline> outline_of(const CsgProfile& profile) {
   if (profile.loops.empty())
     return error(ErrorCode::invalid_argument, "the profile has no loop", "Draw one.");
   Outline outline;
-  for (const CsgLoop& given : profile.loops) {
-    if (!std::isfinite(given.start[0]) || !std::isfinite(given.start[1]))
-      return error(ErrorCode::invalid_argument,
-                   "the start of a loop of the profile is not a number");
-    Loop loop(outline, given);
-    for (const CsgCurve& curve : given.curves) RMP_TRY(loop.add(curve));
-    RMP_TRY(loop.close(given.start));
+  for (std::size_t l = 0; l < profile.loops.size(); ++l) {
+    const CsgLoop& given = profile.loops[l];
+    const auto drawn = [&]() -> Result<void> {
+      if (!std::isfinite(given.start[0]) || !std::isfinite(given.start[1]))
+        return error(ErrorCode::invalid_argument, "its start is not a number");
+      Loop loop(outline, given);
+      for (const CsgCurve& curve : given.curves) RMP_TRY(loop.add(curve));
+      return loop.close(given.start);
+    }();
+    RMP_TRY(Result<void>(drawn).in(loop_text(l)));
   }
   return outline;
+}
+
+std::string loop_text(std::size_t loop) { return "loop " + std::to_string(loop + 1); }
+
+std::string conflict_text(const std::vector<std::vector<Point2>>& loops) {
+  for (std::size_t l = 0; l < loops.size(); ++l)
+    for (std::size_t m = l; m < loops.size(); ++m)
+      for (std::size_t i = 0; i < loops[l].size(); ++i)
+        for (std::size_t k = m == l ? i + 1 : 0; k < loops[m].size(); ++k) {
+          const auto &a = loops[l], &b = loops[m];
+          const std::size_t next_i = (i + 1) % a.size(), next_k = (k + 1) % b.size();
+          if (m == l && (next_i == k || next_k == i)) {
+            // Neighbours share a corner; they must not run back along each other.
+            const Point2 &corner = a[next_i == k ? k : i], &p = a[next_i == k ? i : k],
+                         &q = a[next_i == k ? next_k : next_i];
+            const double x1 = p[0] - corner[0], y1 = p[1] - corner[1], x2 = q[0] - corner[0],
+                         y2 = q[1] - corner[1];
+            if (std::abs(x1 * y2 - y1 * x2) > 1e-12 * std::hypot(x1, y1) * std::hypot(x2, y2) ||
+                x1 * x2 + y1 * y2 < 0)
+              continue;
+          } else if (!meet(a[i], a[next_i], b[k], b[next_k])) {
+            continue;
+          }
+          return l == m ? loop_text(l) + " of the profile crosses or touches itself"
+                        : loop_text(l) + " and " + loop_text(m) +
+                              " of the profile cross or touch each other";
+        }
+  return "the loops of the profile cross or touch";
 }
 
 }  // namespace robomosp::csg_cgal

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include <robomosp/sdk/csg.h>
@@ -36,6 +37,11 @@ double equal_area(double angle_of_side);
 /// Points of an arc about the origin from angle `from`, without the last one: its ends lie on it,
 /// the points between so far out that the area is the sector's.
 std::vector<Point2> arc_points(double radius, double from, double sweep, int sides);
+
+/// `loop 2`, counted from 1.
+std::string loop_text(std::size_t loop);
+/// Which loops cross or touch, for a message.
+std::string conflict_text(const std::vector<std::vector<Point2>>& loops);
 
 /// The profile's loops as polygons, not yet oriented; the error tells what is wrong with it.
 Result<Outline> outline_of(const CsgProfile& profile);

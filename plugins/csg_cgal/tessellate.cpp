@@ -335,8 +335,8 @@ Result<Drawn> drawn(const CsgProfile& profile) {
   RMP_TRY_ASSIGN(d.outline, outline_of(profile));
   auto region = triangulate(d.outline.loops);
   if (!region)
-    return error(ErrorCode::invalid_argument, "the loops of the profile cross or touch",
-                 "Move them apart.");
+    return error(ErrorCode::invalid_argument, conflict_text(d.outline.loops),
+                 "Move the curves apart.");
   d.region = std::move(*region);
   for (std::size_t l = 0; l < d.region.loops.size(); ++l) {
     if (d.region.loops[l] == d.outline.loops[l]) continue;
@@ -394,12 +394,12 @@ Result<void> revolution(Builder& out, const CsgProfile& profile, double angle) {
   constexpr double kOnAxis = 1e-9;  // [m]
   Turned t{d.region.loops, {}, d.region.triangles};
   double greatest = 0;
-  for (auto& loop : t.loops)
-    for (Point2& p : loop) {
+  for (std::size_t l = 0; l < t.loops.size(); ++l)
+    for (Point2& p : t.loops[l]) {
       if (p[0] < -kOnAxis)
         return error(ErrorCode::invalid_argument,
                      "the profile reaches beyond the axis, to x = " + number_text(p[0]) + " m",
-                     "Keep it at x >= 0.");
+                     "Keep it at x >= 0.", loop_text(l));
       if (p[0] < kOnAxis) p[0] = 0;
       greatest = std::max(greatest, p[0]);
     }
@@ -493,6 +493,16 @@ Result<void> check_primitive(const CsgNode& node, std::size_t index) {
       return {};
     case CsgKind::pyramid:
       if (s[0] < 3) return bad("pyramid sides is " + number_text(s[0]) + "; it must be 3 or more");
+      return {};
+    case CsgKind::wedge:
+      if (s[3] > s[0])
+        return bad("wedge top x is " + metres(s[3]) + "; it must not be greater than x, " +
+                   metres(s[0]));
+      return {};
+    case CsgKind::circular_pattern:
+      if (std::abs(s[1]) > kCsgFullTurn * (1 + 1e-12))
+        return bad("circular pattern angle is " + number_text(s[1]) +
+                   " rad; it must not exceed a full turn, " + number_text(kCsgFullTurn) + " rad");
       return {};
     case CsgKind::prism:
     case CsgKind::revolution:

@@ -11,7 +11,7 @@
 namespace robomosp::csg_cgal {
 
 /// Curved faces lie within this distance of their triangles [m], larger ones within kChordBySize of
-/// their radius.
+/// their radius; twice that where they are curved both ways, as spheres are.
 inline constexpr double kChord = 5e-5;
 inline constexpr double kChordBySize = 2.5e-4;
 /// Longest and shortest length of a size [m].

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+// The engine for triangle meshes: imported and faceted solids, where the exact engine is slow.
+#include <cmath>
+#include <cstdint>
+#include <memory>
+#include <numbers>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <benchmark/benchmark.h>
+
+#include <robomosp/sdk/csg.h>
+
+#include "kernel/plugin_loader.h"
+
+namespace robomosp {
+namespace {
+
+std::shared_ptr<CsgEngine> engine() {
+  static Registry registry;
+  static PluginLoader loader(registry);
+  static const std::shared_ptr<CsgEngine> one = [] {
+    (void)loader.load(std::string(ROBOMOSP_PLUGIN_DIR) + "/csg_cgal.so").loaded;
+    auto made = registry.create<CsgEngine>("cgal");
+    return made.ok() ? *made : nullptr;
+  }();
+  return one;
+}
+
+/// A ball of 2 columns (rows - 1) triangles.
+std::shared_ptr<const CsgGeometry> ball(int rows, int columns, double radius) {
+  auto g = std::make_shared<CsgGeometry>();
+  g->form = CsgGeometry::Form::mesh;
+  const auto at = [&](int i, int j) {
+    if (i == 0) return 0U;
+    if (i == rows) return static_cast<std::uint32_t>((rows - 1) * columns + 1);
+    return static_cast<std::uint32_t>(1 + (i - 1) * columns + j % columns);
+  };
+  g->points.resize(3 * (at(rows, 0) + std::size_t{1}));
+  for (int i = 0; i <= rows; ++i)
+    for (int j = 0; j < columns; ++j) {
+      const double polar = std::numbers::pi * i / rows, around = 2 * std::numbers::pi * j / columns;
+      double* p = g->points.data() + 3 * std::size_t{at(i, j)};
+      p[0] = radius * std::sin(polar) * std::cos(around);
+      p[1] = radius * std::sin(polar) * std::sin(around);
+      p[2] = radius * std::cos(polar);
+    }
+  g->triangles.reserve(static_cast<std::size_t>(6 * columns * rows));
+  const auto put = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+    for (const std::uint32_t v : {a, b, c}) g->triangles.push_back(v);
+  };
+  for (int i = 0; i < rows; ++i)
+    for (int j = 0; j < columns; ++j) {
+      if (i > 0) put(at(i, j), at(i + 1, j), at(i, j + 1));
+      if (i + 1 < rows) put(at(i, j + 1), at(i + 1, j), at(i + 1, j + 1));
+    }
+  return g;
+}
+
+CsgNode node(CsgKind kind, std::int32_t parent, std::array<double, 6> sizes, const Pose& at = {}) {
+  CsgNode n;
+  n.kind = kind;
+  n.parent = parent;
+  n.sizes = sizes;
+  n.placement = at;
+  return n;
+}
+CsgNode scan(std::shared_ptr<const CsgGeometry> g, Vec3 at = {}) {
+  CsgNode n = node(CsgKind::imported, 0, {1});
+  n.geometry = std::move(g);
+  n.placement.p = at;
+  return n;
+}
+
+void run(benchmark::State& state, const CsgTree& tree) {
+  NoProgress progress;
+  const auto csg = engine();
+  if (!csg) return state.SkipWithError("csg_cgal is not built");
+  std::size_t triangles = 0;
+  for (auto _ : state) {
+    const auto shape = csg->evaluate(tree, progress);
+    if (!shape.ok()) return state.SkipWithError(shape.error().sentence().c_str());
+    const auto mesh = csg->mesh(**shape, {}, progress);
+    if (!mesh.ok()) return state.SkipWithError(mesh.error().sentence().c_str());
+    triangles = mesh->triangle_count();
+  }
+  state.counters["triangles"] = static_cast<double>(triangles);
+}
+
+void faceted_sphere_minus_itself_moved(benchmark::State& state) {
+  const auto g = ball(32, 64, 0.05);  // 3968 triangles
+  CsgTree tree;
+  tree.nodes = {node(CsgKind::difference, -1, {}), scan(g), scan(g, {0.001, 0.002, 0.003})};
+  run(state, tree);
+}
+BENCHMARK(faceted_sphere_minus_itself_moved)->Unit(benchmark::kMillisecond);
+
+void sphere_minus_three_cylinders(benchmark::State& state) {
+  Pose x, y, z;
+  z.p = {0, 0, -0.1};
+  x.R = {0, 0, 1, 0, 1, 0, -1, 0, 0};
+  x.p = {-0.1, 0, 0};
+  y.R = {1, 0, 0, 0, 0, -1, 0, 1, 0};
+  y.p = {0, 0.1, 0};
+  CsgTree tree;
+  tree.nodes = {node(CsgKind::difference, -1, {}), node(CsgKind::sphere, 0, {0.05}),
+                node(CsgKind::cylinder, 0, {0.02, 0.2}, x),
+                node(CsgKind::cylinder, 0, {0.02, 0.2}, y),
+                node(CsgKind::cylinder, 0, {0.02, 0.2}, z)};
+  run(state, tree);
+}
+BENCHMARK(sphere_minus_three_cylinders)->Unit(benchmark::kMillisecond);
+
+void scan_of_20000_triangles_cut_by_a_box(benchmark::State& state) {
+  CsgTree tree;
+  Pose low;
+  low.p = {0, 0, -1.01};
+  tree.nodes = {node(CsgKind::difference, -1, {}), scan(ball(101, 100, 0.05)),
+                node(CsgKind::box, 0, {1, 1, 1}, low)};
+  run(state, tree);
+}
+BENCHMARK(scan_of_20000_triangles_cut_by_a_box)->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace robomosp
