@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: Apache-2.0
+// Parameters from the console: every command that takes numbers takes expressions, what depends on
+// a parameter follows it down to the torques of a robot, and faults are told in one sentence.
+#include <filesystem>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "lua/lua_state.h"
+
+namespace robomosp::lua {
+namespace {
+
+class Parameters : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    auto made = ioci::Application::create({.plugin_path = {ROBOMOSP_PLUGIN_DIR}, .library = {}});
+    ASSERT_TRUE(made.ok()) << made.error().sentence();
+    app_ = std::move(*made).release();
+  }
+  static void TearDownTestSuite() {
+    delete app_;
+    app_ = nullptr;
+  }
+  void SetUp() override {
+    app_->document.clear();
+    state_ = std::make_unique<LuaState>(*app_, session_, LuaOptions{});
+  }
+  std::string eval(std::string_view code) {
+    auto r = state_->eval(code);
+    return r.ok() ? *r : r.error().sentence();
+  }
+  /// Runs code that ends with asserts of its own.
+  void run(std::string_view code) {
+    auto r = state_->eval(code);
+    EXPECT_TRUE(r.ok()) << (r.ok() ? "" : r.error().sentence());
+  }
+  static ioci::Application* app_;
+  ioci::Session session_{"test"};
+  std::unique_ptr<LuaState> state_;
+};
+ioci::Application* Parameters::app_ = nullptr;
+
+/// A solid with parameters, in an object, on a robot, whose world gives the bore.
+const char* const kChain = R"~(
+material.create{name = "steel", density = 7850}
+cell = world.create{name = "cell", parameters = {bore = "20 mm"}}
+bush = solid.create{name = "bush", material = "steel",
+  parameters = {bore = "cell.bore", wall = {value = "bore/4 + 2 mm", description = "around it"}},
+  root = {kind = "difference", name = "body", children = {
+    {kind = "cylinder", name = "outer", radius = "bore/2 + wall", height = "30 mm"},
+    {kind = "cylinder", name = "hole", radius = "bore/2", height = "40 mm", position = {0, 0, "-wall"}}}}}
+pair = object.create{name = "pair", parameters = {gap = "2*cell.bore + 10 mm"}, parts = {
+  {what = "bush", name = "left"}, {what = "bush", name = "right", position = {"gap", 0, 0}}}}
+arm = robot.create{name = "arm", mass_source = "designed", parameters = {reach = "10*cell.bore"},
+  links = {{a = "reach", alpha = "90 deg"},
+           {a = "2*reach", parts = {{what = "pair", position = {"-reach/2", 0, 0}}}}}}
+function twin(bore)
+  local wall = bore / 4 + 0.002
+  local s = solid.create{name = "bush2", material = "steel", root = {kind = "difference", children = {
+    {kind = "cylinder", radius = bore / 2 + wall, height = 0.03},
+    {kind = "cylinder", radius = bore / 2, height = 0.04, position = {0, 0, -wall}}}}}
+  local o = object.create{name = "pair2", parts = {
+    {what = s, name = "left"}, {what = s, name = "right", position = {2 * bore + 0.01, 0, 0}}}}
+  local reach = 10 * bore
+  local r = robot.create{name = "arm2", mass_source = "designed", links = {
+    {a = reach, alpha = math.pi / 2}, {a = 2 * reach, parts = {{what = o, position = {-reach / 2, 0, 0}}}}}}
+  local mass, both = s:mass().mass, o:mass().mass
+  local tau = r:inverse_dynamics{q = {0.3, -0.7}, qd = {0.5, 1}, qdd = {-2, 3}}
+  r:remove() o:remove() s:remove()
+  return mass, both, tau
+end
+function close(a, b) return math.abs(a - b) <= 1e-12 * math.abs(b) end
+want = {}  -- beforehand, so that undo meets the steps of the test alone
+for _, bore in ipairs{0.02, 0.025, 0.032} do want[bore] = {twin(bore)} end
+function check(bore)
+  local mass, both, tau = table.unpack(want[bore])
+  assert(close(bush:mass().mass, mass), "solid")
+  assert(close(pair:mass().mass, both), "object")
+  local got = arm:inverse_dynamics{q = {0.3, -0.7}, qd = {0.5, 1}, qdd = {-2, 3}}
+  for i = 1, 2 do assert(close(got[i], tau[i]), "torque " .. i) end
+  -- The closed form of the two rings.
+  local r, R = bore / 2, bore / 2 + bore / 4 + 0.002
+  assert(math.abs(both - 2 * 7850 * math.pi * (R^2 - r^2) * 0.03) < 1e-9)
+  return tau[2]
+end
+)~";
+
+TEST_F(Parameters, OneOfAWorldReachesTheTorquesOfARobot) {
+  run(kChain);
+  run("before = check(0.02)\n"
+      "cell:set_parameter(\"bore\", \"32 mm\")\n"
+      "after = check(0.032)\n"
+      "assert(after ~= before)\n"
+      "document.undo()\nassert(check(0.02) == before)\n"
+      "document.redo()\nassert(check(0.032) == after)");
+  run("world.rename(\"cell\", \"big cell\")\ncell:set_parameter(\"bore\", 0.025)\ncheck(0.025)\n"
+      "cell:rename_parameter(\"bore\", \"hole\")\ncell:set_parameter(\"hole\", \"0.02\")\n"
+      "assert(check(0.02) == before)\n"
+      "assert(bush:parameters().bore.expression == \"'big cell'.hole\")");
+  EXPECT_EQ(
+      eval("cell:remove()"),
+      "cannot remove world \"big cell\": solid \"bush\", object \"pair\" and robot \"arm\" use "
+      "its parameters. Give their numbers plain values or other expressions first.");
+}
+
+TEST_F(Parameters, EveryNumberThatIsGivenMayBeAnExpression) {
+  run(kChain);
+  run("bush:set(\"hole.radius\", \"bore/4\")\nassert(bush:tree().children[2].radius == 0.005)\n"
+      "bush:set(\"chord\", \"wall/100\")\nassert(bush:describe().chord == 0.007 / 100)\n"
+      "bush:set(\"hole.position\", {\"wall\", 0, \"-wall\"})\n"
+      "bush:set(\"hole.rpy.z\", \"atan2(wall, bore)\")\n"
+      "local e = bush:describe().expressions\n"
+      "assert(e[\"hole.position.x\"] == \"wall\" and e[\"hole.position.y\"] == nil)\n"
+      "bush:set(\"hole.position\", {0, 0, -0.005})\n"
+      "assert(not bush:describe().expressions[\"hole.position.z\"])\n"
+      "bush:add_node{node = {kind = \"box\", name = \"slot\", x = \"wall\", y = \"2*wall\", z = "
+      "0.1}}\n"
+      "assert(bush:tree().children[3].y == 0.014)\n"
+      "bush:set(\"slot.name\", \"cut\")\n"
+      "assert(bush:describe().expressions[\"cut.x\"] == \"wall\")\n"
+      "bush:remove_node(\"cut\")\n"
+      "assert(not bush:describe().expressions[\"cut.x\"])");
+  run("pair:set(\"right.position.y\", \"gap/2\")\npair:set(\"right.rpy.x\", \"gap / (1 m) * "
+      "rad\")\n"
+      "pair:add_part{what = \"bush\", name = \"third\", position = {0, \"gap\", 0}}\n"
+      "local d = pair:describe()\n"
+      "assert(d.parts[2].placement.position[2] == 0.025 and d.parts[2].placement.rpy[1] == 0.05)\n"
+      "assert(d.parts[3].placement.position[2] == 0.05)\n"
+      "pair:set(\"third.position.y\", \"60 mm\")\n"
+      "assert(not pair:describe().expressions[\"third.position.y\"])");
+  run("arm:set_link{link = 2, d = \"reach/2\", upper = \"pi/2 * rad\", mass = 3, com = {\"reach\", "
+      "0, 0}}\n"
+      "assert(arm:link(2).d == 0.1 and arm:link(2).upper == math.pi / 2)\n"
+      "arm:add_link{name = \"rail\", joint = \"prismatic\", d = \"reach\", upper = \"2*reach\"}\n"
+      "assert(arm:link(3).upper == 0.4)\n"
+      "arm:set{tool = {position = {0, 0, \"reach/4\"}}}\n"
+      "arm:set_parameter(\"reach\", \"0.4 m\")\n"
+      "local d = arm:describe()\n"
+      "assert(d.links[2].d == 0.2 and d.links[3].upper == 0.8 and d.tool.position[3] == 0.1)\n"
+      "assert(d.links[2].given.com[1] == 0.4 and d.links[2].parts[1].placement.position[1] == "
+      "-0.2)\n"
+      "arm:set_link{link = 2, d = 0.3}\narm:set_parameter(\"reach\", \"0.5 m\")\n"
+      "assert(arm:link(2).d == 0.3 and arm:link(2).a == 1)");
+  run("cell:add_object{what = \"pair\", name = \"here\", position = {\"bore\", \"2*cell.bore\", "
+      "0}}\n"
+      "cell:add_robot{robot = \"arm\", position = {0, 0, \"bore\"}}\n"
+      "cell:set{gravity = {0, 0, \"-9.81 m/s^2 / 2\"}}\n"
+      "cell:set_parameter(\"bore\", \"30 mm\")\n"
+      "assert(cell:objects()[1].placement.position[2] == 0.06)\n"
+      "assert(cell:robots()[1].placement.position[3] == 0.03)\n"
+      "assert(cell:describe().gravity[3] == -9.81 / 2)\n"
+      "cell:place{member = \"here\", position = {1, 0, 0}}\n"
+      "assert(not cell:describe().expressions[\"here.position.x\"])");
+}
+
+TEST_F(Parameters, WhatDescribesARecordMakesItAgain) {
+  run(kChain);
+  run("local copy = solid.create{name = \"copy\", root = bush:tree(), parameters = "
+      "bush:parameters()}\n"
+      "cell:set_parameter(\"bore\", \"36 mm\")\n"
+      "assert(copy:tree().children[1].radius == bush:tree().children[1].radius)\n"
+      "local w = copy:parameters().wall\n"
+      "assert(w.text == \"11 mm\" and w.expression == \"bore/4 + 2 mm\" and w.description == "
+      "\"around it\")\n"
+      "assert(w.uses[1] == \"hole.position.z\" and w.uses[2] == \"outer.radius\")");
+}
+
+TEST_F(Parameters, FilesKeepThem) {
+  run(kChain);
+  run("arm:save(\"params_test_arm.rbt\")\nlocal text = bush:text()\n"
+      "assert(text:find('parameter bore 20 mm = \"cell.bore\"', 1, true), text)\n"
+      "document.clear()\nlocal back = robot.load(\"params_test_arm.rbt\")\n"
+      "assert(solid.get(\"bush\"):text() == text)\n"
+      "assert(back:link(1).a == 0.2)\n"
+      "for _, f in ipairs{\"params_test_arm.rbt\", \"pair.part\", \"bush.csg\", \"steel.mtr\"} do "
+      "end");
+  for (const char* f : {"params_test_arm.rbt", "pair.part", "bush.csg", "steel.mtr"})
+    std::filesystem::remove(f);
+}
+
+TEST_F(Parameters, FaultsAreOneSentence) {
+  run(kChain);
+  const std::pair<const char*, const char*> cases[] = {
+      {"bush:set(\"hole.radius\", \"bor/4\")",
+       "solid \"bush\", hole.radius, at character 1 of \"bor/4\": there is no parameter \"bor\". "
+       "Did "
+       "you mean \"bore\"?"},
+      {"bush:set(\"hole.radius\", \"3 mm + 2 deg\")",
+       "solid \"bush\", hole.radius, at character 6 of \"3 mm + 2 deg\": a length (3 mm) and an "
+       "angle "
+       "(2 deg) cannot be added."},
+      {"bush:set(\"hole.radius\", \"3 mmm\")",
+       "solid \"bush\", hole.radius: \"mmm\" is not a unit. Did you mean \"mm\"?"},
+      {"bush:set(\"hole.radius\", \"-bore\")",
+       "solid \"bush\", hole.radius: -0.02 m is out of range; it must be greater than 0."},
+      {"bush:set_parameter(\"h\", 3)",
+       "solid \"bush\", parameter \"h\": \"h\" cannot name a parameter: it is a unit. Choose a "
+       "longer "
+       "one, such as h_1."},
+      {"bush:set_parameter(\"bore\", \"wall\")",
+       "solid \"bush\": parameter \"bore\" depends on itself: bore > wall > bore. Give one of them "
+       "a "
+       "plain value."},
+      {"bush:remove_parameter(\"wall\")",
+       "solid \"bush\": cannot remove parameter \"wall\": it is used by hole.position.z and "
+       "outer.radius. Give these plain numbers or other expressions first."},
+      {"cell:remove_parameter(\"bore\")",
+       "world \"cell\": cannot remove parameter \"bore\": it is used by solid \"bush\": parameter "
+       "\"bore\", object \"pair\": parameter \"gap\" and robot \"arm\": parameter \"reach\". Give "
+       "these "
+       "plain numbers or other expressions first."},
+      {"bush:rename_parameter(\"wall\", \"bore\")",
+       "solid \"bush\": there is already a parameter named \"bore\". Choose another name."},
+      {"arm:set_link{link = 1, a = \"2 * reach + 3 deg\"}",
+       "robot.set_link, a, at character 11 of \"2 * reach + 3 deg\": a length (2 * reach) and an "
+       "angle "
+       "(3 deg) cannot be added."},
+      {"cell:set_parameter(\"bore\", \"-1 m\")",
+       "solid \"bush\": radius of cylinder \"outer\" is -0.748 m; it must be greater than 0."},
+      {"cell:set_parameter(\"bore\", \"20 deg\")",
+       "solid \"bush\", parameter \"bore\": \"cell.bore\" is an angle; a length (m) is expected."},
+  };
+  const std::string before = app_->document.content_digest();
+  for (const auto& [code, wanted] : cases) EXPECT_EQ(eval(code), wanted);
+  EXPECT_EQ(app_->document.content_digest(), before);
+}
+
+}  // namespace
+}  // namespace robomosp::lua
