@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "scene/build.h"
+
+#include <cmath>
+#include <numbers>
+#include <set>
+
+#include <gtest/gtest.h>
+
+#include "support/workbench.h"
+
+namespace robomosp::scene {
+namespace {
+
+using test::unwrap;
+using test::Workbench;
+
+/// A box of full lengths about the origin, as far as its corners matter.
+std::shared_ptr<const Mesh> corners(float x, float y, float z) {
+  auto m = std::make_shared<Mesh>();
+  for (int i = 0; i < 8; ++i) {
+    m->positions.push_back((i & 1) != 0 ? x / 2 : -x / 2);
+    m->positions.push_back((i & 2) != 0 ? y / 2 : -y / 2);
+    m->positions.push_back((i & 4) != 0 ? z / 2 : -z / 2);
+  }
+  return m;
+}
+
+render::Item item(std::uint64_t id, const std::shared_ptr<const Mesh>& mesh, const Vec3& place) {
+  render::Item i;
+  i.id = id;
+  i.mesh = mesh;
+  i.pose.p = place;
+  return i;
+}
+
+TEST(Explode, PartsMoveOutwardsByTheShareOfTheirDistance) {
+  render::Scene scene;
+  const auto cube = corners(0.1F, 0.1F, 0.1F);
+  scene.items = {item(1, cube, {-0.2, 0, 0}), item(2, cube, {0.2, 0, 0.1}),
+                 item(3, cube, {0.2, 0, -0.1})};
+  const std::size_t groups[] = {0, 1, 1};
+  explode(scene, groups, 0.5);
+  // The middle of all is the origin; the second group's middle is (0.2, 0, 0).
+  const Vec3 wanted[] = {{-0.3, 0, 0}, {0.3, 0, 0.1}, {0.3, 0, -0.1}};
+  for (std::size_t n = 0; n < 3; ++n)
+    for (std::size_t i = 0; i < 3; ++i)
+      EXPECT_NEAR(scene.items[n].pose.p[i], wanted[n][i], 1e-7) << n;
+  ASSERT_EQ(scene.lines.size(), 2U);
+  EXPECT_NEAR(scene.lines[0].points[1][0] - scene.lines[0].points[0][0], -0.1, 1e-7);
+}
+
+TEST(Explode, PartsInOnePlaceComeApart) {
+  render::Scene scene;
+  scene.items = {item(1, corners(0.1F, 0.1F, 0.3F), {}), item(2, corners(0.04F, 0.04F, 0.32F), {}),
+                 item(3, corners(0.02F, 0.02F, 0.1F), {})};
+  const std::size_t groups[] = {0, 1, 2};
+  explode(scene, groups, 1.0);
+  // Along z, the longest side: the first stays, the others stand clear above and below it.
+  EXPECT_NEAR(scene.items[0].pose.p[2], 0, 1e-9);
+  EXPECT_GT(scene.items[1].pose.p[2] - 0.16, 0.15);
+  EXPECT_LT(scene.items[2].pose.p[2] + 0.05, -0.15);
+}
+
+TEST(MassMark, AxesAreAsLongAsTheRadiiOfGyration) {
+  // A block a x b x c of mass m turned by 30 degrees about z: k_z^2 = (a^2 + b^2)/12.
+  const double a = 0.3, b = 0.2, c = 0.1, m = 5, turn = std::numbers::pi / 6;
+  const double ix = m * (b * b + c * c) / 12, iy = m * (a * a + c * c) / 12,
+               iz = m * (a * a + b * b) / 12;
+  const double cs = std::cos(turn), sn = std::sin(turn);
+  MassProperties mass;
+  mass.mass = m;
+  mass.com = {1, 2, 3};
+  mass.inertia = {
+      ix * cs * cs + iy * sn * sn, ix * sn * sn + iy * cs * cs, iz, (ix - iy) * cs * sn, 0, 0};
+  const render::MassMark mark = mass_mark(9, mass);
+  EXPECT_EQ(mark.pose.p, mass.com);
+  EXPECT_NEAR(mark.gyration[0], std::sqrt((b * b + c * c) / 12), 1e-12);
+  EXPECT_NEAR(mark.gyration[1], std::sqrt((a * a + c * c) / 12), 1e-12);
+  EXPECT_NEAR(mark.gyration[2], std::sqrt((a * a + b * b) / 12), 1e-12);
+  // The smallest moment is about the longest side, 30 degrees from x.
+  EXPECT_NEAR(std::abs(mark.pose.R[0]), cs, 1e-12);
+  EXPECT_NEAR(std::abs(mark.pose.R[3]), sn, 1e-12);
+}
+
+struct SceneTest : testing::Test {
+  Workbench bench;
+  NoProgress progress;
+  Built built(AnyId id, const Extras& extras = {}) {
+    const auto now = bench.document.now();
+    return unwrap(build({*now, bench.derived, bench.registry}, id, extras, progress));
+  }
+};
+
+TEST_F(SceneTest, AWorldShowsItsObjectsRobotsAndTrajectories) {
+  const AnyId world = bench.load("worlds/pa10_circle.wld");
+  const Built b = built(world);
+  EXPECT_TRUE(b.left_out.empty()) << b.left_out.front();
+  EXPECT_GT(b.scene.items.size(), 10U);
+  EXPECT_EQ(b.scene.lines.size(), 1U);
+  EXPECT_EQ(b.scene.triads.size(), 1U);
+  EXPECT_TRUE(b.scene.marks.empty());
+  // The same member has the same id in another build, and no two share one.
+  const Built again = built(world);
+  std::set<std::uint64_t> ids;
+  for (std::size_t i = 0; i < b.scene.items.size(); ++i) {
+    EXPECT_EQ(b.scene.items[i].id, again.scene.items[i].id);
+    ids.insert(b.scene.items[i].id);
+  }
+  EXPECT_EQ(ids.size(), b.scene.items.size());
+}
+
+TEST_F(SceneTest, AMarkOfMassForEveryBodyThatHasOne) {
+  const Built b = built(bench.load("worlds/pa10_circle.wld"), {.com = true});
+  EXPECT_GE(b.scene.marks.size() + b.left_out.size(), 3U);
+  for (const auto& mark : b.scene.marks)
+    for (const double k : mark.gyration) EXPECT_GT(k, 0);
+}
+
+TEST_F(SceneTest, ARobotIsShownAtTheJointValuesGiven) {
+  const AnyId robot = bench.load("robots/twolink.rbt");
+  const Built straight = built(robot, {.q = {0, 0}}), bent = built(robot, {.q = {0, 1.0}});
+  ASSERT_EQ(straight.scene.triads.size(), 1U);
+  const Vec3 a = straight.scene.triads[0].pose.p, b = bent.scene.triads[0].pose.p;
+  EXPECT_GT(std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]), 0.1);
+  EXPECT_EQ(built(robot, {.frames = true}).scene.triads.size(),
+            straight.scene.triads.size() + 3);  // base and two links
+}
+
+TEST_F(SceneTest, AMaterialIsShownOnASphereAndAClosedCone) {
+  const Built b = built(bench.load("materials/brass.mtr"));
+  ASSERT_EQ(b.scene.items.size(), 2U);
+  EXPECT_GT(b.scene.items[0].appearance.metalness, 0.5F);
+  // Volumes by the divergence theorem: of the sphere and the cone 0.1 m high.
+  const double wanted[] = {std::numbers::pi / 6 * 1e-3, std::numbers::pi / 12 * 1e-3};
+  for (std::size_t n = 0; n < 2; ++n) {
+    const Mesh& m = *b.scene.items[n].mesh;
+    double volume = 0;
+    for (std::size_t t = 0; t < m.triangles.size(); t += 3) {
+      double p[3][3];
+      for (std::size_t k = 0; k < 3; ++k)
+        for (std::size_t c = 0; c < 3; ++c)
+          p[k][c] = static_cast<double>(m.positions[3 * std::size_t{m.triangles[t + k]} + c]);
+      volume += (p[0][0] * (p[1][1] * p[2][2] - p[1][2] * p[2][1]) -
+                 p[0][1] * (p[1][0] * p[2][2] - p[1][2] * p[2][0]) +
+                 p[0][2] * (p[1][0] * p[2][1] - p[1][1] * p[2][0])) /
+                6;
+    }
+    EXPECT_NEAR(volume, wanted[n], 0.01 * wanted[n]) << n;
+  }
+}
+
+TEST_F(SceneTest, OfASolidThatCannotBeMadeTheOperandsAreShownAsAWarning) {
+  // A box minus a larger box around it leaves nothing.
+  model::Solid solid;
+  solid.nodes.resize(3);
+  solid.nodes[0].kind = CsgKind::difference;
+  solid.nodes[0].name = "cut";
+  for (std::size_t i : {1U, 2U}) {
+    solid.nodes[i].kind = CsgKind::box;
+    solid.nodes[i].name = i == 1 ? "inner" : "outer";
+    solid.nodes[i].parent = 0;
+    const double l = i == 1 ? 0.1 : 0.2;
+    solid.nodes[i].sizes = {l, l, l};
+  }
+  auto transaction = bench.document.begin("add");
+  ASSERT_TRUE(transaction.ok());
+  const auto id = unwrap(transaction->add("nothing", std::move(solid)));
+  ASSERT_TRUE(transaction->commit().ok());
+  const Built b = built(id, {.com = true});
+  ASSERT_EQ(b.scene.items.size(), 2U);
+  for (const auto& item : b.scene.items) {
+    EXPECT_LT(item.appearance.colour.a, 0.9F);
+    EXPECT_GT(item.appearance.colour.r, 2 * item.appearance.colour.g);
+  }
+  ASSERT_EQ(b.left_out.size(), 1U);
+  EXPECT_NE(b.left_out[0].find("nothing"), std::string::npos) << b.left_out[0];
+}
+
+TEST_F(SceneTest, ATrajectoryOnItsOwnIsRefusedInASentence) {
+  const AnyId path = bench.load("trajectories/circle.tjc");
+  const auto now = bench.document.now();
+  const auto failed = build({*now, bench.derived, bench.registry}, path, {}, progress);
+  ASSERT_FALSE(failed.ok());
+  EXPECT_NE(failed.error().sentence().find("has no body to show"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace robomosp::scene
