@@ -606,17 +606,6 @@ std::vector<CommandSpec> assembly_commands() {
        .returns = {"list", "", "Names of the copies.", {}},
        .effect = Effect::edits,
        .run = duplicate_part});
-  all.push_back({.name = "solid.features",
-                 .classic = "",
-                 .summary = "Lists faces, edges and corners of a solid.",
-                 .details = "In the solid's frame; the order is the same as long as the solid is.",
-                 .example = with_stack("local n = 0\nfor _, f in ipairs(solid.features(\"plate\")) "
-                                       "do\n  if f.kind == \"cylinder\" then\n    n = n + 1\n    "
-                                       "assert(f.inward)\n  end\nend\nassert(n == 1)"),
-                 .params = {self("solid")},
-                 .returns = features_returns(),
-                 .effect = Effect::reads,
-                 .run = features});
   return all;
 }
 
