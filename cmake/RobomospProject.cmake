@@ -33,13 +33,32 @@ function(robomosp_module name)
     PRIVATE "$<BUILD_INTERFACE:robomosp_flags>" ${arg_PRIVATE})
 endfunction()
 
-# robomosp_plugin(name SOURCES ... [LIBS libs]): a loadable plugin of the project, built as a
-# third-party one is: it sees the SDK and, if asked for, the helper library robomosp::spatial.
+# robomosp_plugin(name SOURCES ... [LIBS libs] [LAZY entry.cpp]): a loadable plugin of the project,
+# built as a third-party one is: it sees the SDK and, if asked for, the helper library
+# robomosp::spatial. LAZY names the source with RMP_PLUGIN: the plugin is then a door of that source
+# alone, and all sources and LIBS are the target name_lazy, which is opened with the first provider
+# that is made (sdk/lazy_door.h).
 function(robomosp_plugin name)
-  cmake_parse_arguments(arg "" "" "SOURCES;LIBS" ${ARGN})
-  add_library(${name} MODULE ${arg_SOURCES})
+  cmake_parse_arguments(arg "" "LAZY" "SOURCES;LIBS" ${ARGN})
+  if(arg_LAZY)
+    add_library(${name}_lazy MODULE ${arg_SOURCES})
+    set_target_properties(${name}_lazy PROPERTIES PREFIX "" OUTPUT_NAME ${name}
+      LIBRARY_OUTPUT_DIRECTORY "${ROBOMOSP_PLUGIN_OUTPUT_DIR}/lazy")
+    target_link_libraries(${name}_lazy PRIVATE robomosp::sdk robomosp_flags ${arg_LIBS})
+    install(TARGETS ${name}_lazy LIBRARY DESTINATION "${ROBOMOSP_PLUGIN_INSTALL_DIR}/lazy")
+    add_library(${name} MODULE ${arg_LAZY})
+    target_compile_definitions(${name} PRIVATE RMP_LAZY_DOOR)
+    target_link_libraries(${name} PRIVATE ${CMAKE_DL_LIBS})
+    if(NOT ROBOMOSP_SANITIZE)  # the sanitizers' own symbols are in the program
+      target_link_options(${name} PRIVATE -Wl,--no-undefined)
+    endif()
+    add_dependencies(${name} ${name}_lazy)
+  else()
+    add_library(${name} MODULE ${arg_SOURCES})
+    target_link_libraries(${name} PRIVATE ${arg_LIBS})
+  endif()
   set_target_properties(${name} PROPERTIES PREFIX "" LIBRARY_OUTPUT_DIRECTORY "${ROBOMOSP_PLUGIN_OUTPUT_DIR}")
-  target_link_libraries(${name} PRIVATE robomosp::sdk robomosp_flags ${arg_LIBS})
+  target_link_libraries(${name} PRIVATE robomosp::sdk robomosp_flags)
   set_property(GLOBAL APPEND PROPERTY ROBOMOSP_PLUGIN_TARGETS ${name})
   install(TARGETS ${name} LIBRARY DESTINATION "${ROBOMOSP_PLUGIN_INSTALL_DIR}")
 endfunction()

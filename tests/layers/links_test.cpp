@@ -42,6 +42,11 @@ TEST(Links, LuaIsTheFlavourThatUnwindsCppFrames) {
             std::string::npos);
 }
 
+TEST(Links, TheSolidsPluginIsADoorUntilItIsUsed) {
+  expect_none(kPlugins + "/csg_occt.so", {"libTK"});
+  EXPECT_NE(libraries_of(kPlugins + "/lazy/csg_occt.so").find("libTK"), std::string::npos);
+}
+
 TEST(Links, PluginsLinkNeitherLuaNorAnyDisplay) {
   int seen = 0;
   for (const auto& entry : std::filesystem::directory_iterator(kPlugins)) {

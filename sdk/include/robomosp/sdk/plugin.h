@@ -138,17 +138,23 @@ constexpr std::uint32_t table_size(const rmp_param (&)[N]) {
 }
 }  // namespace robomosp::detail
 
+#ifdef RMP_LAZY_DOOR
+#include <robomosp/sdk/lazy_door.h>
+#define RMP_CREATE_ robomosp::detail::create_later
+#else
+#define RMP_CREATE_ robomosp::detail::create_provider
+#endif
+
 /// One provider row: class, name, summary, tags, parameter table (an array of rmp_param).
-#define RMP_PROVIDER(Class, name, summary, tags, table)                                \
-  rmp_provider {                                                                       \
-    Class::Interface::kInterfaceId, name, summary, tags, table,                        \
-        robomosp::detail::table_size(table), &robomosp::detail::create_provider<Class> \
+#define RMP_PROVIDER(Class, name, summary, tags, table)          \
+  rmp_provider {                                                 \
+    Class::Interface::kInterfaceId, name, summary, tags, table,  \
+        robomosp::detail::table_size(table), &RMP_CREATE_<Class> \
   }
 /// The same for a provider without parameters.
-#define RMP_PROVIDER_NO_PARAMS(Class, name, summary, tags)           \
-  rmp_provider {                                                     \
-    Class::Interface::kInterfaceId, name, summary, tags, nullptr, 0, \
-        &robomosp::detail::create_provider<Class>                    \
+#define RMP_PROVIDER_NO_PARAMS(Class, name, summary, tags)                               \
+  rmp_provider {                                                                         \
+    Class::Interface::kInterfaceId, name, summary, tags, nullptr, 0, &RMP_CREATE_<Class> \
   }
 
 /// Defines the entry point: id, version, SPDX licence, summary, then the provider rows.
