@@ -40,6 +40,8 @@ namespace {
 constexpr double kSweptSlack = 1e-7;
 // Faces of a file without solids are joined where they are no further apart [mm].
 constexpr double kSewn = 1e-3;
+// Parameters of faces beyond these are damage: angles [rad], others [mm, or without unit].
+constexpr double kMostAngle = 1e3, kMostParameter = 1e9;
 
 Result<Content> swept(const CsgNode& node, FaceMemory& faces, Progress& progress) {
   const bool is_prism = node.kind == CsgKind::prism;
@@ -102,6 +104,13 @@ bool is_complete(const TopoDS_Shape& shape) {
       double first = 0, last = 0;
       const Handle(Geom2d_Curve) trim = BRep_Tool::CurveOnSurface(edge, face, first, last);
       if (trim.IsNull() || !(last > first) || !std::isfinite(last - first)) return false;
+      // Angles of millions of turns come from damage, and take as long to go round.
+      for (const double t : {first, last}) {
+        const gp_Pnt2d uv = trim->Value(t);
+        if (!(std::abs(uv.X()) < (surface->IsUPeriodic() ? kMostAngle : kMostParameter)) ||
+            !(std::abs(uv.Y()) < (surface->IsVPeriodic() ? kMostAngle : kMostParameter)))
+          return false;
+      }
       if (BRep_Tool::Degenerated(edge)) continue;
       const Handle(Geom_Curve) curve = BRep_Tool::Curve(edge, first, last);
       if (curve.IsNull() || !(last > first) || !std::isfinite(last - first)) return false;
