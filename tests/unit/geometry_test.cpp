@@ -136,5 +136,37 @@ TEST(MeshMass, OpenAndInsideOutMeshesAreRefused) {
   EXPECT_FALSE(moments(inside_out).ok());
 }
 
+TEST(MeshMass, TheErrorStatedBoundsThatOfATurnedPrismOfManySides) {
+  // A prism with n sides within a cylinder: sides r (1 - cos(pi/n)) from it at most.
+  const double r = 0.05, h = 0.2, pi = 3.14159265358979323846;
+  for (const int n : {8, 32, 128}) {
+    Mesh m;
+    const auto add_point = [&](double x, double y, double z) {
+      for (const double v : {x, y, z}) m.positions.push_back(static_cast<float>(v));
+    };
+    add_point(0, 0, 0);
+    add_point(0, 0, h);
+    for (int i = 0; i < n; ++i)
+      for (const double z : {0.0, h})
+        add_point(r * std::cos(2 * pi * i / n), r * std::sin(2 * pi * i / n), z);
+    for (int i = 0; i < n; ++i) {
+      const auto a = static_cast<std::uint32_t>(2 + 2 * i),
+                 b = static_cast<std::uint32_t>(2 + 2 * ((i + 1) % n));
+      for (const std::uint32_t v : {0U, b, a, 1U, a + 1, b + 1, a, b, b + 1, a, b + 1, a + 1})
+        m.triangles.push_back(v);
+    }
+    m.normals.assign(m.positions.size(), 0.0F);
+    const auto got = moments(m, r * (1 - std::cos(pi / n)));
+    ASSERT_TRUE(got.ok()) << got.error().sentence();
+    const double volume = pi * r * r * h, error = (volume - got->volume) / volume;
+    EXPECT_LE(error, got->relative_error) << n;
+    EXPECT_GT(error, 0.1 * got->relative_error) << "the bound is not far off, " << n;
+  }
+  // Without a deviation it is what rounding to float makes.
+  const auto flat = moments(box({0.1, 0.1, 0.1}, {0.2, 0.2, 0.2}));
+  EXPECT_LE(std::abs(flat->volume - 0.001) / 0.001, flat->relative_error);
+  EXPECT_LT(flat->relative_error, 1e-5);
+}
+
 }  // namespace
 }  // namespace robomosp::geometry
