@@ -33,6 +33,8 @@ std::vector<CommandSpec> recording_commands();
 std::vector<CommandSpec> robot_commands();
 std::vector<CommandSpec> robot_motion_commands();
 std::vector<CommandSpec> solid_commands();
+std::vector<CommandSpec> solid_feature_commands();
+std::vector<CommandSpec> solid_node_commands();
 std::vector<CommandSpec> trajectory_commands();
 std::vector<CommandSpec> transform_commands();
 std::vector<CommandSpec> view_commands();

@@ -4,158 +4,13 @@
 
 #include "io/native.h"
 #include "ioci/commands.h"
+#include "ioci/solid_nodes.h"
 
 namespace robomosp::ioci {
 namespace {
 
 using model::Solid;
 using model::SolidNode;
-using Nodes = std::vector<SolidNode>;
-
-bool is_primitive(CsgKind kind) { return csg_info(kind).children == CsgChildren::none; }
-
-std::vector<std::string> kind_words() {
-  std::vector<std::string> out;
-  for (const CsgNodeInfo& row : kCsgNodes) out.emplace_back(row.name);
-  return out;
-}
-
-CsgKind kind_of_word(std::string_view word) {
-  const CsgNodeInfo* row = csg_info(word);
-  return row ? row->kind : CsgKind::box;
-}
-
-std::string word_of(CsgKind kind) { return std::string(csg_info(kind).name); }
-
-ParamSpec size_spec(const CsgSize& size) {
-  ParamSpec p = field(std::string(size.name), "real", std::string(size.unit), "Size.");
-  if (size.range == CsgRange::positive) p = above_zero(p);
-  else if (size.range == CsgRange::not_negative) p.min = 0;
-  else if (size.range == CsgRange::count) p = between(p, 1, 10000);
-  if (size.required) p.required = true;
-  else p.default_value = Value(size.default_value);
-  return p;
-}
-
-Schema node_schema(CsgKind kind) {
-  Schema s{choice("kind", kind_words(), "An operation or a primitive.", true),
-           optional("name", "string", "", "Name of the node within the solid."),
-           optional("expressions", "map", "", "Its numbers that are expressions, by path.")};
-  for (ParamSpec& p : placement_fields("its parent")) s.push_back(std::move(p));
-  for (std::size_t i = 0; i < csg_size_count(kind); ++i)
-    s.push_back(size_spec(csg_info(kind).sizes[i]));
-  if (!is_primitive(kind))
-    s.push_back(needed("children", "list", "", "The nodes it works on, in order."));
-  return s;
-}
-
-std::string free_node_name(const std::set<std::string>& taken, const std::string& wanted) {
-  if (!taken.contains(wanted)) return wanted;
-  for (int i = 2;; ++i)
-    if (const std::string name = wanted + "_" + std::to_string(i); !taken.contains(name))
-      return name;
-}
-
-/// The flat form of a nested table, without recursion: parents first, children in order. Numbers
-/// that are expressions are noted in `into`.
-Result<Nodes> read_tree(CommandContext& ctx, const Value& root, std::set<std::string> taken,
-                        std::string_view path, model::Parametric& into) {
-  struct Open {
-    Value value;
-    std::int32_t parent;
-    std::string path;
-  };
-  constexpr std::size_t kMostNodes = 100000;
-  std::vector<Open> stack;
-  stack.push_back({root, -1, std::string(path)});
-  Nodes nodes;
-  while (!stack.empty()) {
-    const Open open = std::move(stack.back());
-    stack.pop_back();
-    if (nodes.size() >= kMostNodes)
-      return error(ErrorCode::invalid_argument,
-                   "the tree has more than " + std::to_string(kMostNodes) + " nodes", {},
-                   std::string(path));
-    const Map* raw = open.value.as_map();
-    if (!raw)
-      return error(ErrorCode::invalid_argument, open.value.text() + " is not a node",
-                   "Give a table such as {kind = \"box\", x = 0.1, y = 0.1, z = 0.02}.", open.path);
-    ParamSpec kind_spec = choice("kind", kind_words(), "An operation or a primitive.", true);
-    const Value* kind_value = raw->find("kind");
-    if (!kind_value)
-      return error(ErrorCode::invalid_argument, "the node has no kind",
-                   "Kinds: " + text::enumerate(kind_words()) + ".", open.path);
-    RMP_TRY_ASSIGN(const Value kind_checked,
-                   check_value(kind_spec, *kind_value, open.path + ".kind"));
-    SolidNode node;
-    node.kind = kind_of_word(*kind_checked.as_string());
-    node.parent = open.parent;
-    const Schema schema = node_schema(node.kind);
-    RMP_TRY_ASSIGN(const Map given, ctx.expressions.read(schema, *raw, open.path));
-    RMP_TRY_ASSIGN(const Map args, read_map(ctx, schema, Value(given), open.path));
-    RMP_TRY_ASSIGN(node.placement, read_placement_fields(given, open.path));
-    if (has(args, "name")) {
-      node.name = text_of(args, "name");
-      if (node.name.empty() || node.name.find('.') != std::string::npos)
-        return error(ErrorCode::invalid_argument, text::quote(node.name) + " cannot name a node",
-                     "Use letters, digits and _.", open.path);
-      if (taken.contains(node.name))
-        return error(ErrorCode::conflict, "there are two nodes named " + text::quote(node.name),
-                     "Names are unique within a solid.", open.path);
-    } else {
-      node.name = free_node_name(taken, word_of(node.kind));
-    }
-    taken.insert(node.name);
-    ctx.expressions.keep(into, node.name);
-    const auto index = static_cast<std::int32_t>(nodes.size());
-    for (std::size_t i = 0; i < csg_size_count(node.kind); ++i)
-      node.sizes[i] = real(args, csg_info(node.kind).sizes[i].name);
-    if (!is_primitive(node.kind)) {
-      const List& children = *args.find("children")->as_list();
-      if (children.empty())
-        return error(ErrorCode::invalid_argument,
-                     word_of(node.kind) + " " + text::quote(node.name) + " has no children",
-                     "Give children = {...}.", open.path);
-      for (std::size_t i = children.size(); i-- > 0;)
-        stack.push_back(
-            {children[i], index, open.path + ".children[" + std::to_string(i + 1) + "]"});
-    }
-    nodes.push_back(std::move(node));
-  }
-  return nodes;
-}
-
-Result<std::size_t> find_node(const Solid& s, std::string_view name) {
-  std::vector<std::string> known;
-  for (std::size_t i = 0; i < s.nodes.size(); ++i) {
-    if (s.nodes[i].name == name) return i;
-    known.push_back(s.nodes[i].name);
-  }
-  return unknown_name("node", name, known);
-}
-
-/// One past the last node of the subtree at `i`; subtrees are contiguous in this order.
-std::size_t subtree_end(const Nodes& nodes, std::size_t i) {
-  std::size_t end = i + 1;
-  while (end < nodes.size() && nodes[end].parent >= static_cast<std::int32_t>(i)) ++end;
-  return end;
-}
-
-/// Puts a block (its own parents relative to itself, -1 = block's root) at `at` under `parent`.
-void insert_block(Nodes& nodes, std::size_t at, Nodes block, std::int32_t parent) {
-  const auto shift = static_cast<std::int32_t>(block.size());
-  const auto first = static_cast<std::int32_t>(at);
-  for (SolidNode& n : nodes)
-    if (n.parent >= first) n.parent += shift;
-  for (SolidNode& n : block) n.parent = n.parent < 0 ? parent : n.parent + first;
-  nodes.insert(nodes.begin() + first, block.begin(), block.end());
-}
-
-std::set<std::string> names(const Nodes& nodes) {
-  std::set<std::string> out;
-  for (const SolidNode& n : nodes) out.insert(n.name);
-  return out;
-}
 
 Schema solid_fields() {
   return {
@@ -176,52 +31,11 @@ Result<Value> create(CommandContext& ctx, const Map& args) {
   apply_fields(args, s);
   s.parametric = ctx.expressions.own();
   ctx.expressions.keep(s.parametric);
-  RMP_TRY_ASSIGN(s.nodes, read_tree(ctx, *args.find("root"), {}, "root", s.parametric));
+  RMP_TRY_ASSIGN(model::Branch tree, read_tree(ctx, *args.find("root"), {}, "root"));
+  s.nodes = std::move(tree.nodes);
+  s.parametric.expressions.merge(tree.expressions);
   RMP_TRY_ASSIGN(const auto id, ctx.edit().add(text_of(args, "name"), std::move(s)));
   return Value(Application::handle(id));
-}
-
-std::vector<std::string> settable(const SolidNode& n) {
-  std::vector<std::string> out{"name"};
-  for (std::size_t i = 0; i < csg_size_count(n.kind); ++i)
-    out.emplace_back(csg_info(n.kind).sizes[i].name);
-  if (csg_info(n.kind).children == CsgChildren::any) out.emplace_back("kind");
-  out.insert(out.end(), std::begin(kPlacementFields), std::end(kPlacementFields));
-  return out;
-}
-
-Result<void> set_node(Solid& s, std::size_t index, std::string_view name, const Value& value,
-                      const std::string& path) {
-  SolidNode& n = s.nodes[index];
-  for (std::size_t i = 0; i < csg_size_count(n.kind); ++i)
-    if (const CsgSize& size = csg_info(n.kind).sizes[i]; size.name == name) {
-      RMP_TRY_ASSIGN(const Value v, check_value(size_spec(size), value, path));
-      n.sizes[i] = v.number();
-      return {};
-    }
-  RMP_TRY_ASSIGN(const bool placed, set_placement(n.placement, name, value, path));
-  if (placed) return {};
-  if (name == "name") {
-    const std::string wanted = value.as_string() ? *value.as_string() : std::string();
-    if (wanted.empty() || wanted.find('.') != std::string::npos)
-      return error(ErrorCode::invalid_argument, value.text() + " cannot name a node",
-                   "Use letters, digits and _.", path);
-    if (wanted != n.name && names(s.nodes).contains(wanted))
-      return error(ErrorCode::conflict, "there is already a node named " + text::quote(wanted), {},
-                   path);
-    n.name = wanted;
-    return {};
-  }
-  if (name == "kind" && csg_info(n.kind).children == CsgChildren::any) {
-    RMP_TRY_ASSIGN(const Value v,
-                   check_value(choice("kind", {"union", "difference", "intersection"}, "", true),
-                               value, path));
-    n.kind = kind_of_word(*v.as_string());
-    return {};
-  }
-  Error e = unknown_name("field", name, settable(n));
-  e.message += " of " + word_of(n.kind) + " " + text::quote(n.name);
-  return e;
 }
 
 Result<Value> set(CommandContext& ctx, const Map& args) {
@@ -254,109 +68,22 @@ Result<Value> set(CommandContext& ctx, const Map& args) {
                                                     : std::string("placement")));
       return unknown_name("field", path, known);
     }
-    RMP_TRY_ASSIGN(const std::size_t node, find_node(s, path.substr(0, dot)));
-    return set_node(s, node, path.substr(dot + 1), value, path);
+    RMP_TRY_ASSIGN(const std::size_t node, need_node(s, path.substr(0, dot)));
+    return set_node_field(ctx, s, node, path.substr(dot + 1), value, path);
   });
   if (!done.ok()) return std::move(done).in(name_in(ctx, id)).error();
   return Value();
-}
-
-Result<Value> add_node(CommandContext& ctx, const Map& args) {
-  const AnyId id = ref(args, "id");
-  const Solid& before = content<Solid>(ctx, args);
-  model::Parametric texts;
-  RMP_TRY_ASSIGN(const Nodes block,
-                 read_tree(ctx, *args.find("node"), names(before.nodes), "node", texts));
-  const std::string made = block.front().name;
-  auto done = change<Solid>(ctx, id, [&](Solid& s) -> Result<void> {
-    RMP_TRY_ASSIGN(const std::size_t parent, has(args, "parent")
-                                                 ? find_node(s, text_of(args, "parent"))
-                                                 : Result<std::size_t>(0));
-    if (is_primitive(s.nodes[parent].kind))
-      return error(ErrorCode::conflict,
-                   word_of(s.nodes[parent].kind) + " " + text::quote(s.nodes[parent].name) +
-                       " cannot have children",
-                   "Wrap it in an operation first: solid.wrap.");
-    insert_block(s.nodes, subtree_end(s.nodes, parent), block, static_cast<std::int32_t>(parent));
-    s.parametric.expressions.merge(texts.expressions);
-    return {};
-  });
-  if (!done.ok()) return std::move(done).in(name_in(ctx, id)).error();
-  return Value(made);
-}
-
-Result<Value> remove_node(CommandContext& ctx, const Map& args) {
-  const AnyId id = ref(args, "id");
-  auto done = change<Solid>(ctx, id, [&](Solid& s) -> Result<void> {
-    RMP_TRY_ASSIGN(const std::size_t at, find_node(s, text_of(args, "node")));
-    if (at == 0)
-      return error(ErrorCode::conflict, "node " + text::quote(s.nodes[0].name) + " is the root",
-                   "Remove the solid instead.");
-    const std::int32_t parent = s.nodes[at].parent;
-    const auto children = std::count_if(s.nodes.begin(), s.nodes.end(),
-                                        [&](const SolidNode& n) { return n.parent == parent; });
-    const SolidNode& above = s.nodes[static_cast<std::size_t>(parent)];
-    if (children == 1)
-      return error(ErrorCode::conflict,
-                   "node " + text::quote(s.nodes[at].name) + " is the only child of " +
-                       word_of(above.kind) + " " + text::quote(above.name),
-                   "Remove that instead.");
-    const std::size_t end = subtree_end(s.nodes, at);
-    const auto gone = static_cast<std::int32_t>(end - at);
-    s.nodes.erase(s.nodes.begin() + static_cast<std::ptrdiff_t>(at),
-                  s.nodes.begin() + static_cast<std::ptrdiff_t>(end));
-    for (SolidNode& n : s.nodes)
-      if (n.parent >= static_cast<std::int32_t>(at)) n.parent -= gone;
-    return {};
-  });
-  if (!done.ok()) return std::move(done).in(name_in(ctx, id)).error();
-  return Value();
-}
-
-Result<Value> wrap(CommandContext& ctx, const Map& args) {
-  const AnyId id = ref(args, "id");
-  const Solid& before = content<Solid>(ctx, args);
-  std::set<std::string> taken = names(before.nodes);
-  SolidNode op;
-  op.kind = kind_of_word(text_of(args, "kind"));
-  op.name = has(args, "name") ? text_of(args, "name") : free_node_name(taken, word_of(op.kind));
-  if (taken.contains(op.name))
-    return error(ErrorCode::conflict, "there is already a node named " + text::quote(op.name), {},
-                 name_in(ctx, id));
-  taken.insert(op.name);
-  Nodes with;
-  model::Parametric texts;
-  if (has(args, "with")) {
-    RMP_TRY_ASSIGN(with, read_tree(ctx, *args.find("with"), taken, "with", texts));
-  }
-  auto done = change<Solid>(ctx, id, [&](Solid& s) -> Result<void> {
-    RMP_TRY_ASSIGN(const std::size_t at, has(args, "node") ? find_node(s, text_of(args, "node"))
-                                                           : Result<std::size_t>(0));
-    const std::int32_t above = s.nodes[at].parent;
-    insert_block(s.nodes, at, {op}, above);
-    s.nodes[at].parent = above;
-    s.nodes[at + 1].parent = static_cast<std::int32_t>(at);
-    if (!with.empty())
-      insert_block(s.nodes, subtree_end(s.nodes, at), with, static_cast<std::int32_t>(at));
-    s.parametric.expressions.merge(texts.expressions);
-    return {};
-  });
-  if (!done.ok()) return std::move(done).in(name_in(ctx, id)).error();
-  return Value(op.name);
 }
 
 Result<Value> tree(CommandContext& ctx, const Map& args) {
   const Solid& s = content<Solid>(ctx, args);
+  const std::string& solid = ctx.snapshot().find(ref(args, "id"))->name;
   // From the last node to the first, each hands itself to its parent; no recursion.
   std::vector<List> children(s.nodes.size());
   Value root;
   for (std::size_t i = s.nodes.size(); i-- > 0;) {
     const SolidNode& n = s.nodes[i];
-    Map m{{"kind", word_of(n.kind)}, {"name", n.name}, {"placement", placement_value(n.placement)}};
-    for (std::size_t k = 0; k < csg_size_count(n.kind); ++k)
-      m.set(std::string(csg_info(n.kind).sizes[k].name), n.sizes[k]);
-    if (Map texts = expressions_map(s.parametric, n.name); !texts.empty())
-      m.set("expressions", std::move(texts));
+    Map m = node_map(s, i, solid);
     if (!is_primitive(n.kind)) {
       std::reverse(children[i].begin(), children[i].end());
       m.set("children", std::move(children[i]));
@@ -431,16 +158,32 @@ std::vector<CommandSpec> solid_commands() {
   std::vector<CommandSpec> all;
   std::string kinds =
       "A node is a table: kind, an optional name, where it stands in its parent (placement, or "
-      "position with rpy, xyz or zyz), and then\n\n"
+      "position, cylindrical or spherical with rpy, xyz, zyz, quaternion or axis_angle; frame = "
+      "\"global\" counts from the solid's frame), and then\n\n"
       "| kind | fields | meaning |\n|---|---|---|\n";
   for (const CsgNodeInfo& p : kCsgNodes) {
     kinds += "| " + std::string(p.name) + " | ";
     for (std::size_t i = 0; i < csg_size_count(p.kind); ++i)
       kinds += (i ? ", " : "") + std::string(p.sizes[i].name);
-    if (p.children != CsgChildren::none)
-      kinds += csg_size_count(p.kind) ? ", children" : "children";
+    std::vector<std::string> more;
+    if (p.kind == CsgKind::fillet || p.kind == CsgKind::chamfer) more.emplace_back("select");
+    if (p.kind == CsgKind::prism || p.kind == CsgKind::revolution) more.emplace_back("profile");
+    if (p.kind == CsgKind::imported) more.emplace_back("geometry");
+    if (p.kind == CsgKind::custom) more.emplace_back("primitive");
+    if (p.children == CsgChildren::one) more.emplace_back("children (one)");
+    if (p.children == CsgChildren::any) more.emplace_back("children");
+    for (std::size_t i = 0; i < more.size(); ++i)
+      kinds += (i > 0 || csg_size_count(p.kind) > 0 ? ", " : "") + more[i];
     kinds += " | " + std::string(p.doc) + " |\n";
   }
+  kinds += profile_help();
+  kinds +=
+      "\nselect chooses edges of the node inside: \"all\", or conditions joined by \"and\": "
+      "parallel x (or y, z), straight, round, convex, concave, top, bottom, left, right, front, "
+      "back (wholly at the greatest or least z, x, y), near (x, y, z) in metres.\n\n"
+      "primitive is the name of a provider of robomosp.primitive/1, or {name = \"gear\", params = "
+      "{teeth = 20}}. geometry is {solid = name, node = name} of an imported node, or {points = "
+      "{{x, y, z}, ...}, triangles = {{1, 2, 3}, ...}} of a closed mesh.\n";
   Schema create_params{needed("name", "string", "", "Name, unique among solids."),
                        needed("root", "map", "", "The tree, a nested table of nodes.")};
   for (ParamSpec& p : solid_fields()) create_params.push_back(std::move(p));
@@ -461,7 +204,9 @@ std::vector<CommandSpec> solid_commands() {
        .summary = "Changes one number or field of a solid.",
        .details =
            "The path is material, chord or description, or a node's name and one of its fields: "
-           "\"bore.radius\", \"body.position\", \"body.position.z\", \"body.rpy\", \"body.name\".",
+           "\"bore.radius\", \"body.position\", \"body.position.z\", \"body.rpy\", \"body.frame\", "
+           "\"body.name\", \"soft.select\", \"web.profile\", \"web.profile.1.3.x\", "
+           "\"wheel.primitive.teeth\".",
        .example = with_plate("plate:set{path = \"bore.radius\", value = \"12 "
                              "mm\"}\nassert(plate:tree().children[2].radius == 0.012)"),
        .params = {self("solid"), needed("path", "string", "", "What to change."),
@@ -471,51 +216,6 @@ std::vector<CommandSpec> solid_commands() {
        .returns = {},
        .effect = Effect::edits,
        .run = set,
-       .takes_expressions = true});
-  all.push_back(
-      {.name = "solid.add_node",
-       .classic = "",
-       .summary = "Adds a node, or a whole tree of them, below an operation.",
-       .details = "",
-       .example = with_plate(
-           "plate:add_node{node = {kind = \"cylinder\", name = \"second\", radius = 0.005, height "
-           "= 0.03, position = {0.05, 0, -0.01}}}\nassert(#plate:tree().children == 3)"),
-       .params = {self("solid"), needed("node", "map", "", "The node, as in solid.create."),
-                  optional("parent", "string", "",
-                           "Name of the operation; the root when left out.")},
-       .returns = {"string", "", "Name of the node.", {}},
-       .effect = Effect::edits,
-       .run = add_node,
-       .takes_expressions = true});
-  all.push_back({.name = "solid.remove_node",
-                 .classic = "",
-                 .summary = "Removes a node and all below it.",
-                 .details = "",
-                 .example = with_plate(
-                     "plate:add_node{node = {kind = \"sphere\", name = \"dent\", radius = "
-                     "0.004}}\nplate:remove_node(\"dent\")\nassert(#plate:tree().children == 2)"),
-                 .params = {self("solid"), needed("node", "string", "", "Its name.")},
-                 .returns = {},
-                 .effect = Effect::edits,
-                 .run = remove_node});
-  all.push_back(
-      {.name = "solid.wrap",
-       .classic = "",
-       .summary = "Puts an operation around a node, with another node beside it if wanted.",
-       .details = "",
-       .example = "local pin = solid.create{name = \"pin\", root = {kind = \"cylinder\", radius = "
-                  "0.01, height = 0.05}}\n"
-                  "pin:wrap{kind = \"difference\", with = {kind = \"cylinder\", name = \"bore\", "
-                  "radius = 0.004, height = 0.05}}\nassert(pin:tree().kind == \"difference\")",
-       .params = {self("solid"),
-                  choice("kind", {"union", "difference", "intersection"}, "The operation.", true),
-                  optional("node", "string", "",
-                           "The node that becomes its first child; the root when left out."),
-                  optional("with", "map", "", "A further child, as in solid.create."),
-                  optional("name", "string", "", "Name of the operation.")},
-       .returns = {"string", "", "Name of the operation.", {}},
-       .effect = Effect::edits,
-       .run = wrap,
        .takes_expressions = true});
   all.push_back(
       {.name = "solid.tree",

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
 
-#include "ioci/commands.h"
+#include "ioci/solid_nodes.h"
 
 namespace robomosp::ioci {
 namespace {
@@ -34,17 +34,24 @@ struct Describe {
     m.set("chord", x.chord);
     List nodes;
     for (const model::SolidNode& n : x.nodes) {
-      Map node{{"name", n.name}, {"kind", csg_info(n.kind).name}};
+      Map node =
+          node_map(x, static_cast<std::size_t>(&n - x.nodes.data()), *m.find("name")->as_string());
+      node.erase("expressions");  // they are told for the solid
       if (n.parent >= 0) node.set("parent", x.nodes[static_cast<std::size_t>(n.parent)].name);
-      node.set("placement", placement_value(n.placement));
-      for (std::size_t i = 0; i < csg_size_count(n.kind); ++i)
-        node.set(std::string(csg_info(n.kind).sizes[i].name), n.sizes[i]);
       nodes.emplace_back(std::move(node));
     }
     m.set("nodes", std::move(nodes));
+    set_measured(x.measured);
+  }
+  void set_measured(const std::optional<model::MeasuredMass>& x) const {
+    if (!x) return;
+    Map measured = *mass_value(x->mass).as_map();
+    measured.set("source", x->source);
+    m.set("measured", std::move(measured));
   }
   void operator()(const model::Object& x) const {
     m.set("description", x.description);
+    set_measured(x.measured);
     m.set("overlap", x.overlap == model::Overlap::once ? "once" : "sum");
     List parts;
     for (const model::ObjectPart& p : x.parts) {

@@ -19,6 +19,8 @@ void register_commands(CommandTable& table) {
   table.add(robot_commands());
   table.add(robot_motion_commands());
   table.add(solid_commands());
+  table.add(solid_feature_commands());
+  table.add(solid_node_commands());
   table.add(trajectory_commands());
   table.add(transform_commands());
   table.add(view_commands());
