@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Mass of solids and objects as commands return it, principal axes, and STL.
+// Mass of solids and objects as commands return it and principal axes.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -85,45 +85,6 @@ Pose about_of(const Map& args) {
   const Value* v = args.find("about");
   const auto pose = v && !v->is_nil() ? pose_from(*v) : std::nullopt;
   return pose ? *pose : Pose{};
-}
-
-Result<std::string> stl(const std::vector<document::Drawable>& bodies) {
-  std::size_t triangles = 0;
-  for (const auto& b : bodies) triangles += b.mesh->triangle_count();
-  if (triangles > 0xFFFFFFFFU)
-    return error(ErrorCode::unsupported, "the mesh has too many triangles for STL");
-  std::string out(84 + 50 * triangles, '\0');
-  const std::string_view title = "robomosp, metres";
-  std::copy(title.begin(), title.end(), out.begin());
-  // STL is little-endian whatever the machine.
-  const auto put32 = [&](std::size_t at, std::uint32_t w) {
-    for (std::size_t i = 0; i < 4; ++i) out[at + i] = static_cast<char>((w >> (8 * i)) & 0xFFU);
-  };
-  const auto put = [&](std::size_t at, double value) {
-    const auto f = static_cast<float>(value);
-    std::uint32_t w = 0;
-    std::memcpy(&w, &f, 4);
-    put32(at, w);
-  };
-  put32(80, static_cast<std::uint32_t>(triangles));
-  std::size_t at = 84;
-  for (const auto& b : bodies)
-    for (std::size_t t = 0; t < b.mesh->triangle_count(); ++t, at += 50) {
-      Vec3 corner[3];
-      for (std::size_t c = 0; c < 3; ++c) {
-        const float* p = &b.mesh->positions[3 * std::size_t{b.mesh->triangles[3 * t + c]}];
-        corner[c] = spatial::transform(
-            b.placement,
-            {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])});
-      }
-      const Vec3 n = spatial::unit(
-          spatial::cross(spatial::sub(corner[1], corner[0]), spatial::sub(corner[2], corner[0])));
-      for (std::size_t i = 0; i < 3; ++i) {
-        put(at + 4 * i, n[i]);
-        for (std::size_t c = 0; c < 3; ++c) put(at + 12 + 12 * c + 4 * i, corner[c][i]);
-      }
-    }
-  return out;
 }
 
 }  // namespace robomosp::ioci

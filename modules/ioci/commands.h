@@ -21,6 +21,7 @@ namespace robomosp::ioci {
 
 std::vector<CommandSpec> assembly_commands();
 std::vector<CommandSpec> document_commands();
+std::vector<CommandSpec> exchange_commands();
 std::vector<CommandSpec> file_commands();
 std::vector<CommandSpec> help_commands();
 std::vector<CommandSpec> mass_commands();
@@ -154,8 +155,6 @@ inline constexpr std::string_view kPlacementFields[] = {
 /// The argument `about` of the mass commands, and the frame that was given.
 [[nodiscard]] ParamSpec about_field();
 [[nodiscard]] Pose about_of(const Map& args);
-/// Binary STL of drawables in their common frame.
-[[nodiscard]] Result<std::string> stl(const std::vector<document::Drawable>& bodies);
 /// Tells the user (code "no_mass") when no moving link of a robot has a mass; `outcome` as in
 /// `, so its torques are zero`.
 void tell_no_mass(CommandContext& ctx, const RobotModel& m, Severity severity,

@@ -128,20 +128,6 @@ Result<Value> mesh_info(CommandContext& ctx, const Map& args) {
                    {"edges", mesh->edge_sizes.size()}});
 }
 
-Result<Value> write_stl(CommandContext& ctx, const Map& args) {
-  const std::string file = text_of(args, "file");
-  if (!file.ends_with(".stl"))
-    return error(ErrorCode::invalid_argument, text::quote(file) + " does not end with .stl",
-                 "STL is what this command writes.");
-  RMP_TRY_ASSIGN(const auto bodies,
-                 ctx.app.derived.drawables(ctx.snapshot(), ref(args, "id"), ctx.progress));
-  RMP_TRY_ASSIGN(const std::string bytes, stl(bodies));
-  RMP_TRY(io::write_file(file, bytes));
-  std::size_t triangles = 0;
-  for (const auto& b : bodies) triangles += b.mesh->triangle_count();
-  return Value(Map{{"file", file}, {"triangles", triangles}});
-}
-
 const char* const kPlate =
     "material.create{name = \"steel\", density = 7850}\n"
     "local plate = solid.create{name = \"plate\", material = \"steel\", root = {kind = "
@@ -291,17 +277,6 @@ std::vector<CommandSpec> solid_commands() {
                               field("edges", "int", "", "Feature edges.")}},
                  .effect = Effect::reads,
                  .run = mesh_info});
-  const std::vector<ParamSpec> export_fields{field("file", "string", "", "The file."),
-                                             field("triangles", "int", "", "Triangles in it.")};
-  all.push_back({.name = "solid.export",
-                 .classic = "",
-                 .summary = "Writes the mesh of a solid as binary STL, in metres.",
-                 .details = "",
-                 .example = with_plate("assert(plate:export(\"example.stl\").triangles > 12)"),
-                 .params = {self("solid"), needed("file", "path", "", "The file, *.stl.")},
-                 .returns = {"map", "", "", export_fields},
-                 .effect = Effect::files_write,
-                 .run = write_stl});
   all.push_back(
       {.name = "object.bounds",
        .classic = "",
@@ -313,17 +288,6 @@ std::vector<CommandSpec> solid_commands() {
        .returns = {"map", "", "", bounds_fields},
        .effect = Effect::reads,
        .run = bounds});
-  all.push_back(
-      {.name = "object.export",
-       .classic = "",
-       .summary = "Writes the meshes of an object's parts as one binary STL, in metres.",
-       .details = "Parts that overlap stay separate shells.",
-       .example = with_plate("local o = object.create{name = \"o\", parts = {{what = "
-                             "\"plate\"}}}\nassert(o:export(\"example.stl\").triangles > 12)"),
-       .params = {self("object"), needed("file", "path", "", "The file, *.stl.")},
-       .returns = {"map", "", "", export_fields},
-       .effect = Effect::files_write,
-       .run = write_stl});
   return all;
 }
 

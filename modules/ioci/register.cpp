@@ -7,6 +7,7 @@ namespace robomosp::ioci {
 void register_commands(CommandTable& table) {
   table.add(assembly_commands());
   table.add(document_commands());
+  table.add(exchange_commands());
   table.add(file_commands());
   table.add(help_commands());
   table.add(mass_commands());
