@@ -671,7 +671,11 @@ void SceneView::Impl::sync_triads(const Frame& frame) {
     if (triad.on_top) {
       s->setAttributeAndModes(new osg::Depth(osg::Depth::LEQUAL, 0.001, 0.01, true));
       s->setRenderBinDetails(kMarkBin, "RenderBin");
+      // What shines through a body is not in its shadow: maps that are outside everywhere.
+      for (const char* map : {"lamp_map", "sky_map"})
+        set_uniform(s, map, osg::Matrixf::scale(0, 0, 0) * osg::Matrixf::translate(-1, -1, 0));
     } else {
+      for (const char* map : {"lamp_map", "sky_map"}) s->removeUniform(map);
       s->removeAttribute(osg::StateAttribute::DEPTH);
       s->setRenderBinToInherit();
     }
