@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "engine.h"
+#include "plain_bounds.h"
 
 #include <BRepBndLib.hxx>
 
@@ -48,10 +49,12 @@ Result<CsgEngine::Partition> partition_solids(const std::vector<PlacedSolids>& p
     std::size_t part, piece;
   };
   std::vector<Low> order;
+  PlainBounds plain;
   for (std::size_t i = 0; i < parts.size(); ++i)
     for (const Solid& s : parts[i].solids) {
       const TopoDS_Shape shape = placed(s.shape, parts[i].pose);
-      const Bnd_Box tight = tight_box(shape);
+      Bnd_Box tight;
+      if (!plain.widen(tight, s.shape, parts[i].pose)) tight = tight_box(shape);
       order.push_back({tight.CornerMin().X(), i, pieces[i].size()});
       pieces[i].push_back({{shape, s.box.Transformed(parts[i].pose), s.volume}, tight});
     }
