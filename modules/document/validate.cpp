@@ -315,6 +315,19 @@ Result<void> check_node(const Solid& s, std::size_t i, std::size_t children) {
                children == 0 ? "Put one inside." : "Put them into a union.");
 }
 
+Result<void> measured(const std::optional<MeasuredMass>& m) {
+  if (!m) return {};
+  RMP_TRY(positive(m->mass.mass, "the measured mass", " kg"));
+  RMP_TRY(at_most(m->mass.mass, kHeaviest, "the measured mass", " kg"));
+  for (const double x : m->mass.com)
+    RMP_TRY(at_most(x, kLongest, "a coordinate of the measured centre of mass", " m"));
+  const Sym3& s = m->mass.inertia;
+  RMP_TRY(finite(std::array{s.xx, s.yy, s.zz, s.xy, s.yz, s.xz}, "the measured inertia"));
+  for (const double v : {s.xx, s.yy, s.zz})
+    RMP_TRY(not_negative(v, "a diagonal element of the measured inertia", " kg m^2"));
+  return {};
+}
+
 Result<void> check(const Material& m, Subject&) {
   RMP_TRY(not_negative(m.density, "the density", " kg/m^3"));
   RMP_TRY(colour(m.colour, "a component of the colour"));
@@ -327,6 +340,7 @@ Result<void> check(const Material& m, Subject&) {
 
 Result<void> check(const Solid& s, Subject& subject) {
   RMP_TRY(positive(s.chord, "the chord", " m"));
+  RMP_TRY(measured(s.measured));
   Names names("node");
   std::vector<std::size_t> children(s.nodes.size());
   for (const SolidNode& n : s.nodes)
@@ -347,6 +361,7 @@ Result<void> solid_or_object(AnyId id, const std::string& what) {
 
 Result<void> check(const Object& o, Subject& subject) {
   if (o.overlap > Overlap::sum) return fault("the overlap policy is unknown");
+  RMP_TRY(measured(o.measured));
   Names names("part");
   for (std::size_t i = 0; i < o.parts.size(); ++i) {
     const ObjectPart& p = o.parts[i];

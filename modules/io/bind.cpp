@@ -89,12 +89,13 @@ class Binder {
     Solid s;
     std::optional<Index> root;
     const Skip is_node = [&](Index i) { return csg_kind(at(i)).has_value(); };
-    RMP_TRY(block(kFile, "a solid",
-                  {name_rule(), string("description", s.description),
-                   reference("material", {Kind::material}, "the solid",
-                             [](Body& b, AnyId id) { std::get<Solid>(b).material = {id.number}; }),
-                   number("chord", "m", s.chord), parameter_rule(s.parametric)},
-                  is_node));
+    RMP_TRY(
+        block(kFile, "a solid",
+              {name_rule(), string("description", s.description),
+               reference("material", {Kind::material}, "the solid",
+                         [](Body& b, AnyId id) { std::get<Solid>(b).material = {id.number}; }),
+               number("chord", "m", s.chord), parameter_rule(s.parametric), measured(s.measured)},
+              is_node));
     for (Index i = 0; i < s_.fields.size(); i = at(i).end) {
       if (!is_node(i)) continue;
       if (root)
@@ -270,7 +271,7 @@ class Binder {
         {name_rule(), string("description", o.description), parameter_rule(o.parametric),
          words("overlap", {"once", "sum"},
                [&](std::size_t k) { o.overlap = static_cast<Overlap>(k); }),
-         repeated("part", [&](Index i) -> Result<void> {
+         measured(o.measured), repeated("part", [&](Index i) -> Result<void> {
            ObjectPart p;
            const std::size_t at_part = o.parts.size();
            RMP_TRY(element(i, "part", at_part, p.name, named));
@@ -682,6 +683,23 @@ class Binder {
   Rule tuple(std::string_view name, std::string_view unit, Vec3& out) {
     return {name, [this, unit, &out](Index i) { return read_tuple(i, unit, out); }};
   }
+  Rule measured(std::optional<MeasuredMass>& out) {
+    return {"measured", [this, &out](Index i) -> Result<void> {
+              RMP_TRY(need_block(i, true));
+              MeasuredMass& m = out.emplace();
+              return block(i, "a measured mass",
+                           {number("mass", "kg", m.mass.mass, true), tuple("com", "m", m.mass.com),
+                            Rule{"inertia",
+                                 [&](Index k) -> Result<void> {
+                                   std::array<double, 6> v{};
+                                   RMP_TRY(read_tuple(k, "kg m^2", v));
+                                   m.mass.inertia = {v[0], v[1], v[2], v[3], v[4], v[5]};
+                                   return {};
+                                 }},
+                            string("source", m.source)});
+            }};
+  }
+
   Rule colour(std::string_view name, Colour& out) {
     return {name, [this, &out](Index i) -> Result<void> {
               RMP_TRY(no_block(i));

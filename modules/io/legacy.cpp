@@ -141,7 +141,13 @@ class Binder {
     RMP_TRY_ASSIGN(m.density, in_.number("the density"));
     if (m.density < 0)
       return in_.at(at, "the density is " + text::print(m.density) + "; it must not be negative");
-    RMP_TRY(in_.units(1));
+    const std::uint32_t unit_at = in_.offset();
+    RMP_TRY_ASSIGN(const auto unit, in_.whole("the unit of the density"));
+    // Files with code 3 say 2700 for aluminium, so the number is one of kg/m^3 there too.
+    if (unit != 0)
+      out_.notes.push_back(s_.place(unit_at) + ": the unit " + std::to_string(unit) +
+                           " of the density is not known; " + text::print(m.density) +
+                           " is taken as kg/m^3.");
     if (words != name_) m.description = words;
     out_.record.body = std::move(m);
     return {};
@@ -494,6 +500,8 @@ class Loader {
                                std::string(to_string(kind)) + ".load reads it.");
     }
     out_.notes.insert(out_.notes.end(), bound.notes.begin(), bound.notes.end());
+    // The name of the file is left for an object that holds this one as its first part.
+    if (from && kind == Kind::object) bound.record.name += " parts";
     if (!from && wanted == Kind::object && kind == Kind::solid) bound = one_part(std::move(bound));
     return add(*source, std::move(bound));
   }

@@ -99,6 +99,7 @@ class Printer {
     if (s.material) line("material " + quote(path_of_(s.material)));
     if (differs(s.chord, Solid{}.chord)) line("chord " + quantity(s.chord, "m"));
     named_parameters(s.parametric);
+    measured(s.measured);
     if (s.nodes.empty()) return;
     // Pre-order with an explicit stack; children keep their order.
     std::vector<std::vector<std::size_t>> inner(s.nodes.size());
@@ -193,11 +194,22 @@ class Printer {
     words("description", o.description);
     named_parameters(o.parametric);
     if (o.overlap != Overlap::once) line("overlap sum");
+    measured(o.measured);
     for (const auto& p : o.parts) {
       std::vector<std::string> fields = body(p.what, p.placement);
       if (p.material) fields.push_back("material " + quote(path_of_(p.material)));
       block("part " + name(p.name), fields);
     }
+  }
+
+  void measured(const std::optional<MeasuredMass>& m) {
+    if (!m) return;
+    const Sym3& s = m->mass.inertia;
+    std::vector<std::string> fields{
+        "mass " + quantity(m->mass.mass, "kg"), "com " + tuple(m->mass.com, "m"),
+        "inertia " + tuple(std::array{s.xx, s.yy, s.zz, s.xy, s.yz, s.xz}, "kg m^2")};
+    if (!m->source.empty()) fields.push_back("source " + quote(m->source));
+    block("measured", fields);
   }
 
   void print(const Robot& r) {

@@ -88,7 +88,13 @@ Result<Value> describe(CommandContext& ctx, const Map& args) {
 template <Kind K>
 Result<Value> load(CommandContext& ctx, const Map& args) {
   const std::filesystem::path file = text_of(args, "file");
-  if (file.extension() != io::extension(K) && !io::is_legacy_file(file)) {
+  std::error_code none;
+  const bool old_object = K == Kind::object && file.extension() == ".obj";
+  if (old_object && std::filesystem::exists(file, none) && !io::is_legacy_file(file))
+    return error(ErrorCode::invalid_argument,
+                 text::quote(file.string()) + " is not an object of ROBOMOSP 1.4",
+                 "import reads Wavefront meshes.");
+  if (file.extension() != io::extension(K) && !old_object && !io::is_legacy_file(file)) {
     for (const Kind k : kAllKinds)
       if (file.extension() == io::extension(k))
         return error(ErrorCode::invalid_argument,
