@@ -166,6 +166,18 @@ TEST_F(Parameters, WhatDescribesARecordMakesItAgain) {
       "assert(w.uses[1] == \"hole.position.z\" and w.uses[2] == \"outer.radius\")");
 }
 
+TEST_F(Parameters, ComputedValuesDependOnTheNumbersOnly) {
+  run(kChain);
+  run("local function made()\n  pair:mass() arm:inverse_dynamics{q = {0.3, -0.7}}\n"
+      "  return cache.stats().misses\nend\n"
+      "local before = made()\n"
+      "arm:rename_parameter(\"reach\", \"length\")\n"
+      "bush:set(\"outer.radius\", \"wall + bore/2\")\n"
+      "bush:set_parameter{name = \"wall\", description = \"another text\"}\n"
+      "assert(made() == before)\n"
+      "cell:set_parameter(\"bore\", \"21 mm\")\nassert(made() > before)");
+}
+
 TEST_F(Parameters, FilesKeepThem) {
   run(kChain);
   run("arm:save(\"params_test_arm.rbt\")\nlocal text = bush:text()\n"
