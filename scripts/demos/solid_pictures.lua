@@ -1,6 +1,7 @@
--- One part in every style: writes docs/images/solid_*.png when started in the folder above docs.
--- Another folder may be given: robomosp run scripts/demos/solid_pictures.lua FOLDER
-local folder = (arg and arg[1]) or "docs/images"
+-- One part in every style, as solid_*.png in the current folder. A folder and a quality may be given;
+-- the pictures of the manual are made by
+--   robomosp run scripts/demos/solid_pictures.lua docs/images normal
+local folder, quality = arg and arg[1] or ".", arg and arg[2] or "draft"
 
 material.create{name = "machined aluminium", density = 2700, colour = "#c3c8ce", shininess = 0.55,
                 metalness = 0.25}
@@ -40,9 +41,15 @@ local bearing = object.create{name = "bearing", parts = {
 local function draw(what, name, options)
   options.file = folder .. "/solid_" .. name .. ".png"
   options.size = options.size or {400, 300}
+  options.quality = quality
   what:render(options)
 end
 
+local can_draw, fault = pcall(draw, bracket, "smooth", {})
+if not can_draw then
+  print(fault)  -- such as: no renderer is installed
+  return
+end
 for _, style in ipairs{"smooth", "flat", "wireframe", "hidden_line"} do
   draw(bracket, style, {style = style})
 end
@@ -55,3 +62,4 @@ draw(bracket, "com", {com = true})
 draw(bracket, "frames", {frames = true})
 draw(bearing, "exploded", {explode = 1.7})
 draw(bearing, "assembly_section", {section = "-y"})
+print("The pictures are in " .. folder .. ".")
