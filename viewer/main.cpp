@@ -245,14 +245,16 @@ int render(ioci::Application& app, ioci::Session& session, AnyId id, const Optio
   if (options.explode > 0) args.set("explode", options.explode);
   if (options.com) args.set("com", true);
   if (options.frames) args.set("frames", true);
-  if (options.at) {
+  if (options.at || !options.play.empty()) {
     auto recording = recording_of(app, id, options);
     if (!recording.ok()) return fail(recording.error());
-    const double at = time_shown(
-        *options.at, *recording ? (*recording)->columns.front().values : std::vector<double>{});
-    if (*recording) {
-      args.set("recording", Handle{"recording", app.recordings.add(*recording)});
-      args.set("at", at);
+    if (options.at) {
+      const double at = time_shown(
+          *options.at, *recording ? (*recording)->columns.front().values : std::vector<double>{});
+      if (*recording) {
+        args.set("recording", Handle{"recording", app.recordings.add(*recording)});
+        args.set("at", at);
+      }
     }
   }
   const auto drawn = app.dispatch(session, kind + ".render", args);
