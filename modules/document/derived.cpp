@@ -431,7 +431,7 @@ struct Derived::Impl {
   }
 
   Result<std::shared_ptr<const CsgGeometry>> geometry(const Shape& s, Progress& progress) {
-    Fingerprinter fp("geometry/1");
+    Fingerprinter fp("solid geometry/1");
     fp.add(s.key);
     const Fingerprint key = fp.finish();
     return cache.get<CsgGeometry>(
@@ -440,10 +440,16 @@ struct Derived::Impl {
           auto made =
               guarded(s.engine.name, [&] { return s.engine.csg->geometry(*s.shape, progress); });
           if (!made.ok()) return made;
-          Fingerprinter content("geometry content/1");
-          content.add(static_cast<int>(made->form)).add(std::string_view(made->brep));
-          content.add(std::span<const double>(made->points)).add(made->triangles.size());
-          for (const std::uint32_t v : made->triangles) content.add(static_cast<std::int64_t>(v));
+          // As io::make_geometry() does: equal content, equal digest.
+          Fingerprinter content("geometry/1");
+          content.add(static_cast<int>(made->form));
+          if (made->form == CsgGeometry::Form::brep) {
+            content.add(std::string_view(made->brep));
+          } else {
+            content.add(std::span<const double>(made->points));
+            content.add(std::string_view(reinterpret_cast<const char*>(made->triangles.data()),
+                                         made->triangles.size() * sizeof(std::uint32_t)));
+          }
           const Fingerprint digest = content.finish();
           made->digest = {digest.hi, digest.lo};
           return made;

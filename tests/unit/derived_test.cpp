@@ -23,6 +23,7 @@
 #include <robomosp/sdk/csg_primitive.h>
 
 #include "document/csg_tree.h"
+#include "io/geometry.h"
 #include "kernel/plugin_loader.h"
 #include "spatial/pose.h"
 
@@ -991,7 +992,9 @@ TEST(DerivedWithCgal, AnImportedCubeIsCutMeasuredAndHandedOutAgain) {
   const auto out = derived.geometry(*now, *id, progress);
   ASSERT_TRUE(out.ok()) << out.error().sentence();
   EXPECT_EQ((*out)->form, CsgGeometry::Form::mesh);
-  EXPECT_NE((*out)->digest, (std::array<std::uint64_t, 2>{}));
+  const auto same = io::make_geometry(**out);
+  ASSERT_TRUE(same.ok()) << same.error().sentence();
+  EXPECT_EQ((*out)->digest, (*same)->digest) << "as if it came from a file";
   const auto features = derived.features(*now, *id, progress);
   ASSERT_TRUE(features.ok()) << features.error().sentence();
   // Bottom and two sides of the cube, two fronts cut to a U, two tops left, three of the slot.
