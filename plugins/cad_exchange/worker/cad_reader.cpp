@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
 #include <map>
 #include <optional>
 #include <sstream>
@@ -12,6 +13,7 @@
 #include "cad_common.h"
 #include "worker.h"
 
+#include <BRepBndLib.hxx>
 #include <BRepBuilderAPI_MakeSolid.hxx>
 #include <BRepBuilderAPI_Sewing.hxx>
 #include <BRepBuilderAPI_Transform.hxx>
@@ -21,6 +23,7 @@
 #include <BRepTools.hxx>
 #include <BRep_Builder.hxx>
 #include <BRep_Tool.hxx>
+#include <Bnd_Box.hxx>
 #include <GProp_GProps.hxx>
 #include <IGESCAFControl_Reader.hxx>
 #include <Quantity_ColorRGBA.hxx>
@@ -44,8 +47,10 @@
 namespace robomosp::cad_exchange {
 namespace {
 
-/// Gaps up to this are closed where faces are joined to a solid [mm]; what CAD systems leave.
-constexpr double kSewingTolerance = 1e-2;
+/// Gaps up to these shares of the size are closed where faces are joined to a solid.
+constexpr double kSewingShares[] = {1e-6, 1e-5, 1e-4};
+/// Open CASCADE's own resolution [mm].
+constexpr double kResolution = 1e-6;
 /// No solid of a machine is smaller [mm^3].
 constexpr double kLeastVolume = 1e-9;
 constexpr double kRigid = 1e-9;
@@ -81,6 +86,18 @@ double volume_of(const TopoDS_Shape& s) {
 bool is_valid(const TopoDS_Shape& s) { return BRepCheck_Analyzer(s).IsValid(); }
 
 std::string quote(const std::string& s) { return "\"" + s + "\""; }
+
+std::string short_text(double v) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.2g", v);
+  return text;
+}
+
+bool has_closed_shell(const TopoDS_Shape& s) {
+  for (TopExp_Explorer e(s, TopAbs_SHELL); e.More(); e.Next())
+    if (BRep_Tool::IsClosed(e.Current())) return true;
+  return false;
+}
 
 class CadReader {
  public:
@@ -287,12 +304,25 @@ class CadReader {
       note(quote(name) + " has " + faces + " that belong to no solid; they were left out.");
       return found;
     }
-    BRepBuilderAPI_Sewing sewing(kSewingTolerance);
-    for (TopExp_Explorer e(shape, TopAbs_FACE, TopAbs_SOLID); e.More(); e.Next())
-      sewing.Add(e.Current());
-    sewing.Perform();
+    // The least tolerance that closes them; what closes with none is sewn with the first.
+    TopoDS_Shape sewed;
+    double used = 0;
+    Bnd_Box box;
+    BRepBndLib::Add(shape, box);
+    const double size = box.IsVoid() ? 0 : std::sqrt(box.SquareExtent());
+    for (const double share : kSewingShares) {
+      const double tolerance = std::max(kResolution, share * size);
+      BRepBuilderAPI_Sewing sewing(tolerance);
+      for (TopExp_Explorer e(shape, TopAbs_FACE, TopAbs_SOLID); e.More(); e.Next())
+        sewing.Add(e.Current());
+      sewing.Perform();
+      const bool is_closed = has_closed_shell(sewing.SewedShape());
+      if (used > 0 && !is_closed) continue;
+      sewed = sewing.SewedShape();
+      used = tolerance;
+      if (is_closed) break;
+    }
     std::size_t solids = 0, open = 0;
-    const TopoDS_Shape sewed = sewing.SewedShape();
     for (TopExp_Explorer e(sewed, TopAbs_SHELL); e.More(); e.Next()) {
       const TopoDS_Shell shell = TopoDS::Shell(e.Current());
       if (!BRep_Tool::IsClosed(shell)) {
@@ -305,7 +335,8 @@ class CadReader {
     for (TopExp_Explorer e(sewed, TopAbs_FACE, TopAbs_SHELL); e.More(); e.Next()) ++open;
     if (solids > 0)
       note(faces + " of " + quote(name) + " were joined to " +
-           (solids == 1 ? "a solid" : std::to_string(solids) + " solids") + ".");
+           (solids == 1 ? "a solid" : std::to_string(solids) + " solids") +
+           ", closing gaps of up to " + short_text(used) + " mm.");
     if (open > 0)
       note(quote(name) + " has " + std::to_string(open) +
            (open == 1 ? " face that does" : " faces that do") +
