@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Files of ROBOMOSP 1.4 (2006): read, refused in words, written and read again; the samples here
-// are our own. With ROBOMOSP_LEGACY_DATA (a folder with a Saves folder of that program), or one
-// beside the source tree, all its solids and objects are read and computed too.
+// are our own. With ROBOMOSP_LEGACY_DATA (a folder with a Saves folder of that program), all its
+// solids and objects are read and computed too.
 #include "io/legacy.h"
 
 #include <unistd.h>
@@ -382,8 +382,8 @@ TEST_F(Legacy, AFileWithOtherContentIsOnlyReplacedWhenAsked) {
 
 /// Files of the original program, when they are there.
 fs::path original_data() {
-  if (const char* given = std::getenv("ROBOMOSP_LEGACY_DATA")) return given;
-  return fs::path(ROBOMOSP_SOURCE_DIR) / "../shared/data/robomosp-1.4";
+  const char* given = std::getenv("ROBOMOSP_LEGACY_DATA");
+  return given ? given : "";
 }
 
 TEST_F(Legacy, AllSolidsAndObjectsOfTheOriginalLoadAndEvaluate) {
