@@ -377,5 +377,35 @@ TEST(Library, TheCircleWorldStartsAtTheFirstPointOfTheCircle) {
   for (std::size_t k = 0; k < 9; ++k) EXPECT_NEAR(tip.R[k], start.R[k], 1e-6);
 }
 
+TEST(Library, DrawnAndPatternedPartsHaveTheVolumesOfTheirFormulas) {
+  Workbench bench;
+  NoProgress progress;
+  const auto volume = [&](const std::string& name) {
+    const SolidId id{bench.load("parts/" + name + ".csg").number};
+    return unwrap(bench.derived.moments(*bench.document.now(), id, progress)).volume;
+  };
+  constexpr double kPi = std::numbers::pi;
+  EXPECT_NEAR(volume("flange"),
+              kPi * (0.0432 * 0.0432 * 0.01 + 0.02 * 0.02 * 0.02 - 0.01 * 0.01 * 0.03 -
+                     6 * 0.0033 * 0.0033 * 0.01),
+              1e-13);
+  // The rounded corner adds a square less a quarter circle.
+  EXPECT_NEAR(volume("bracket"),
+              (0.06 * 0.006 + 0.054 * 0.006 + (1 - kPi / 4) * 0.008 * 0.008) * 0.04 -
+                  2 * kPi * 0.0033 * 0.0033 * 0.006,
+              1e-13);
+  // Hub, web, and a rim whose groove takes away two trapezia turned about the axis: each frustum
+  // of a cone has pi h (r^2 + r R + R^2) / 3.
+  const auto frustum = [](double r, double R, double h) {
+    return kPi * h * (r * r + r * R + R * R) / 3;
+  };
+  const auto ring = [](double r, double R, double h) { return kPi * h * (R * R - r * r); };
+  EXPECT_NEAR(volume("pulley"),
+              ring(0.006, 0.012, 0.024) + ring(0.012, 0.03, 0.008) + frustum(0.04, 0.04, 0.004) +
+                  2 * frustum(0.034, 0.04, 0.004) + frustum(0.034, 0.034, 0.004) -
+                  frustum(0.03, 0.03, 0.016),
+              1e-13);
+}
+
 }  // namespace
 }  // namespace robomosp
