@@ -651,11 +651,10 @@ TEST(Scene, CutOrChangedBytesAreRefusedAndErrorsComeThrough) {
 
 // --- files of others, where there are some -------------------------------------------------
 
-/// Sample data beside the checkout or named by the environment; empty when there is none.
+/// Folder of sample data named by ROBOMOSP_SAMPLE_DATA; empty when there is none.
 fs::path samples() {
-  if (const char* given = std::getenv("ROBOMOSP_SAMPLE_DATA")) return given;
-  const fs::path beside = fs::path(ROBOMOSP_SOURCE_DIR) / "../shared/data";
-  return fs::exists(beside) ? beside : fs::path();
+  const char* given = std::getenv("ROBOMOSP_SAMPLE_DATA");
+  return given ? given : "";
 }
 
 TEST_F(Exchange, MeshesOfRobotsBecomeSolids) {
