@@ -183,7 +183,8 @@ class Evaluator {
   /// Null when the general way has to be gone.
   Result<ValuePtr> take_shortcut(std::size_t t) {
     const Term& term = plan_.terms[t];
-    if (!is_operation(term.kind) || term.items.size() > shortcut_budget_) return ValuePtr();
+    if (!is_operation(term.kind) || term.general || term.items.size() > shortcut_budget_)
+      return ValuePtr();
     // Solids that are only put together are quicker put together.
     RMP_TRY_ASSIGN(const bool apart, are_primitives_apart(term));
     if (apart) return ValuePtr();

@@ -167,7 +167,7 @@ class Planner {
 
   Form primitive(std::size_t i) {
     const CsgNode& node = tree_.nodes[i];
-    Term term{node.kind, i, node.sizes, {}, {}};
+    Term term{node.kind, i, node.sizes, {}};
     term.key.mix(static_cast<std::uint64_t>(node.kind));
     for (std::size_t k = 0; k < primitive_size_count(node.kind); ++k) term.key.mix(node.sizes[k]);
     if (has_content(node.kind) && node.profile) mix(term.key, *node.profile);
@@ -233,7 +233,8 @@ class Planner {
       }
       default: {
         // Edges are chosen in the child's frame, so the child's own placement comes afterwards.
-        Term term{node.kind, i, node.sizes, {as_item(std::move(child))}, {}};
+        Term term{node.kind, i, node.sizes, {as_item(std::move(child))}};
+        make_general(term.items[0].term);
         term.key.mix(static_cast<std::uint64_t>(node.kind));
         term.key.mix(node.sizes[0]);
         mix_text(term.key, node.select);
@@ -281,7 +282,7 @@ class Planner {
     if (source.kind == CsgKind::mirror)
       return {source.items[0].term,
               rigid(image * item.pose * mirror_trsf(source.sizes) * source.items[0].pose)};
-    Term term{CsgKind::mirror, i, tree_.nodes[i].sizes, {item}, {}};
+    Term term{CsgKind::mirror, i, tree_.nodes[i].sizes, {item}};
     term.key.mix(static_cast<std::uint64_t>(term.kind));
     for (std::size_t k = 0; k < 4; ++k) term.key.mix(term.sizes[k]);
     mix_items(term);
@@ -295,13 +296,36 @@ class Planner {
 
   Item as_item(Form form) {
     if (form.single) return form.items.front();
-    Term term{form.kind, form.node, {}, std::move(form.items), {}};
+    Term term{form.kind, form.node, {}, std::move(form.items)};
     term.key.mix(static_cast<std::uint64_t>(term.kind));
     mix_items(term);
     return add(std::move(term));
   }
 
+  /// For everything that a fillet is made of, down to the fillets in it, which are so already.
+  void make_general(std::size_t root) {
+    std::vector<bool> is_below(root + 1, false);
+    is_below[root] = true;
+    for (std::size_t t = root + 1; t-- > 0;) {
+      const Term& term = plan_.terms[t];
+      if (!is_below[t] || term.kind == CsgKind::fillet || term.kind == CsgKind::chamfer) continue;
+      for (const Item& item : term.items) is_below[item.term] = true;
+    }
+    for (std::size_t t = 0; t <= root; ++t) {
+      Term& term = plan_.terms[t];
+      if (!is_below[t] || term.items.empty()) continue;
+      if (term.kind == CsgKind::fillet || term.kind == CsgKind::chamfer) continue;
+      if (is_operation(term.kind) && !term.general) {
+        term.general = true;
+        term.own.mix(std::uint64_t{1});
+      }
+      term.key = term.own;
+      mix_items(term);
+    }
+  }
+
   void mix_items(Term& term) const {
+    term.own = term.key;
     for (const Item& item : term.items) {
       term.key.mix(plan_.terms[item.term].key);
       term.key.mix(item.pose);

@@ -21,7 +21,10 @@ struct Term {
   std::size_t node = 0;           ///< the node of the user's tree to name in messages
   std::array<double, 6> sizes{};  ///< [m]
   std::vector<Item> items;
-  Key key;  ///< of the content without its own placement
+  Key key{};  ///< of the content without its own placement
+  Key own{};  ///< of the content without the items
+  /// Not by the shortcut for prisms: OCCT's fillets fail on the faces that makes.
+  bool general = false;
 };
 
 struct Plan {

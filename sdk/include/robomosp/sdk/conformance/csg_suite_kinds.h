@@ -512,6 +512,17 @@ TEST_P(CsgConformance, SelectedEdgesAreRoundedAndBevelled) {
   volume(fillet(angle, r, "concave"), solid + lost * 0.1, "concave");
   volume(fillet(angle, r / 2, "convex and parallel y and top"), solid - 2 * lost / 4 * 0.1,
          "convex");
+  // Hubs joined by a web, inner and outer edges, straight ones and arcs; the body made before, so
+  // that it is remembered.
+  const Csg lever = unite({cylinder(0.06, 0.08), cylinder(0.045, 0.08).at(0.3, 0, 0),
+                           box(0.3, 0.06, 0.05).at(0.15, 0, 0.015)});
+  const Moments plain = moments(lever);
+  for (const char* which : {"concave", "concave and straight", "convex"}) {
+    const Moments m = moments(fillet(lever, 0.002, which));
+    EXPECT_EQ(m.volume > plain.volume, which[3] == 'c') << which;
+    EXPECT_NEAR(m.volume, plain.volume, 0.005 * plain.volume) << which;
+    EXPECT_NE(m.volume, plain.volume) << which;
+  }
   // In the child's frame, wherever the child is.
   volume(fillet(block.at(turned({1, 2, 3}, 1, {0.3, 0, 0})), r, "parallel z and right"),
          V - 2 * lost * z, "child's frame");
