@@ -16,6 +16,7 @@
 #include <robomosp/sdk/compiler.h>
 #include <robomosp/sdk/csg.h>
 #include <robomosp/sdk/csg_primitive.h>
+#include <robomosp/sdk/csg_select.h>
 #include <robomosp/sdk/dynamics.h>
 #include <robomosp/sdk/ik.h>
 #include <robomosp/sdk/io.h>
@@ -336,6 +337,11 @@ void enumerators(std::ostream& out) {
   TYPE(CsgCurve::Kind);
   TYPE(CsgGeometry::Form);
   TYPE(CsgFeature::Kind);
+  TYPE(CsgEdgeTest);
+  F2(CsgEdgeTest, kind, point);
+  TYPE(CsgEdgeTest::Kind);
+  TYPE(CsgEdgeWord);
+  F2(CsgEdgeWord, word, kind);
 }
 
 std::string layout_now() {

@@ -18,8 +18,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-Application& app() {
-  static const std::unique_ptr<Application> one = [] {
+std::unique_ptr<Application>& holder() {
+  static std::unique_ptr<Application> one = [] {
     auto made =
         Application::create({.plugin_path = {ROBOMOSP_PLUGIN_DIR},
                              .library = {fs::path(ROBOMOSP_SOURCE_DIR) / "scripts/library"}});
@@ -29,8 +29,16 @@ Application& app() {
     }
     return std::move(*made);
   }();
-  return *one;
+  return one;
 }
+
+Application& app() { return *holder(); }
+
+/// The application ends before the libraries do that its plugins opened.
+class End final : public testing::Environment {
+  void TearDown() override { holder().reset(); }
+};
+const testing::Environment* const kEnd = testing::AddGlobalTestEnvironment(new End);
 
 TEST(IociExamples, EveryExampleRunsInAFreshSession) {
   const auto folder =
