@@ -53,6 +53,7 @@ file(COPY "${work}/prefix/share/robomosp/examples/involute_gear" DESTINATION "${
 run("Configuring the gear" ${CMAKE_COMMAND} -S "${work}/involute_gear" -B "${work}/involute_gear/build" ${generator})
 run("Building the gear" ${CMAKE_COMMAND} --build "${work}/involute_gear/build" -j 2)
 run("Testing the gear" ${CMAKE_CTEST_COMMAND} --test-dir "${work}/involute_gear/build" --output-on-failure --no-tests=error)
+run("Using the gear" "${program}" --plugin-path "${work}/involute_gear/build" run "${SOURCE_DIR}/scripts/examples/10_gear.lua")
 
 if(EXISTS "${work}/prefix/include/robomosp/helper/spatial")
   file(COPY "${SOURCE_DIR}/tests/abi/helper_plugin" DESTINATION "${work}")
