@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <memory>
 
 #include <BOPAlgo_Builder.hxx>
+#include <BOPAlgo_CellsBuilder.hxx>
 #include <BRepAdaptor_Surface.hxx>
 #include <BRepAlgoAPI_Common.hxx>
 #include <BRepAlgoAPI_Cut.hxx>
@@ -42,6 +44,8 @@ constexpr double kEdgeBlur = 1e-4;
 // A point nearer to a surface than this [mm] says nothing about sides: a hundred tolerances.
 constexpr double kOnSurface = 1e-5;
 
+constexpr const char* kNotComputed = "Open CASCADE could not compute the operation";
+
 double diagonal(const std::vector<Solid>& solids) {
   Bnd_Box box;
   for (const Solid& s : solids) box.Add(s.box);
@@ -67,8 +71,6 @@ class Runner {
       : call_(call), faces_(faces), progress_(progress), from_(from), to_(to) {
     for (const Solid& s : call.objects) objects_.Append(s.shape);
     for (const Solid& s : call.tools) tools_.Append(s.shape);
-    for (const auto& s : call.turned_objects) turned_objects_.Append(s);
-    for (const auto& s : call.turned_tools) turned_tools_.Append(s);
     size_ = std::max(diagonal(call.objects), diagonal(call.tools));
   }
 
@@ -76,8 +78,11 @@ class Runner {
     Trial first = attempt(objects_, tools_, 0);
     if (progress_.cancelled()) return cancelled_error();
     if (first.fault.empty() && !first.blurred) return BooleanOutcome{std::move(first.solids), {}};
-    if (!turned_objects_.IsEmpty()) {
-      Trial turned = attempt(turned_objects_, turned_tools_, 0);
+    for (const BooleanCall::Turned& turn : call_.turned) {
+      TopTools_ListOfShape objects, tools;
+      for (const TopoDS_Shape& s : turn.objects) objects.Append(s);
+      for (const TopoDS_Shape& s : turn.tools) tools.Append(s);
+      Trial turned = attempt(objects, tools, 0);
       if (progress_.cancelled()) return cancelled_error();
       if (turned.fault.empty() && !turned.blurred)
         return BooleanOutcome{std::move(turned.solids), "poles and seams were moved aside"};
@@ -85,6 +90,12 @@ class Runner {
     if (first.fault.empty())
       return BooleanOutcome{std::move(first.solids),
                             "intersection curves are less accurate than usual"};
+    Trial pieced = attempt(objects_, tools_, 0, true);
+    if (progress_.cancelled()) return cancelled_error();
+    if (pieced.fault.empty() && !pieced.blurred)
+      return BooleanOutcome{
+          std::move(pieced.solids),
+          "the result was put together from the parts that its solids cut each other into"};
     for (const double share : {1e-6, 1e-5}) {
       Trial healed = attempt(objects_, tools_, share * size_);
       if (progress_.cancelled()) return cancelled_error();
@@ -101,45 +112,86 @@ class Runner {
 
  private:
   Trial attempt(const TopTools_ListOfShape& objects, const TopTools_ListOfShape& tools,
-                double fuzzy) {
+                double fuzzy, bool from_cells = false) {
     Trial trial;
     used_objects_ = &objects;
     used_tools_ = &tools;
     try {
-      std::unique_ptr<BRepAlgoAPI_BooleanOperation> op;
-      switch (call_.kind) {
-        case CsgKind::union_: op = std::make_unique<BRepAlgoAPI_Fuse>(); break;
-        case CsgKind::difference: op = std::make_unique<BRepAlgoAPI_Cut>(); break;
-        default: op = std::make_unique<BRepAlgoAPI_Common>(); break;
-      }
-      op->SetArguments(objects);
-      op->SetTools(tools);
-      op->SetNonDestructive(true);
-      op->SetToFillHistory(false);
-      op->SetFuzzyValue(fuzzy);
-      // Every operand has been measured: its volume is positive, so it is not inside out.
-      op->SetCheckInverted(false);
-      op->SetRunParallel(is_big());
       const Handle(ProgressBridge) bridge =
           new ProgressBridge(progress_, from_, to_, "combining solids");
-      op->Build(bridge->Start());
-      if (progress_.cancelled()) return trial;
-      if (!op->IsDone() || op->HasErrors()) {
-        trial.fault = "Open CASCADE could not compute the operation";
-        return trial;
-      }
-      inspect(op->Shape(), *op->Builder(), fuzzy, trial);
+      if (from_cells) take_cells(objects, tools, bridge->Start(), trial);
+      else operate(objects, tools, fuzzy, bridge->Start(), trial);
     } catch (const Standard_Failure& e) {
-      trial.fault = std::string("Open CASCADE could not compute the operation: ") +
-                    (e.GetMessageString() ? e.GetMessageString() : "");
+      trial.fault =
+          std::string(kNotComputed) + ": " + (e.GetMessageString() ? e.GetMessageString() : "");
     }
     return trial;
+  }
+
+  void operate(const TopTools_ListOfShape& objects, const TopTools_ListOfShape& tools, double fuzzy,
+               const Message_ProgressRange& range, Trial& trial) {
+    std::unique_ptr<BRepAlgoAPI_BooleanOperation> op;
+    switch (call_.kind) {
+      case CsgKind::union_: op = std::make_unique<BRepAlgoAPI_Fuse>(); break;
+      case CsgKind::difference: op = std::make_unique<BRepAlgoAPI_Cut>(); break;
+      default: op = std::make_unique<BRepAlgoAPI_Common>(); break;
+    }
+    op->SetArguments(objects);
+    op->SetTools(tools);
+    op->SetNonDestructive(true);
+    op->SetToFillHistory(false);
+    op->SetFuzzyValue(fuzzy);
+    // Every operand has been measured: its volume is positive, so it is not inside out.
+    op->SetCheckInverted(false);
+    op->SetRunParallel(is_big());
+    op->Build(range);
+    if (progress_.cancelled()) return;
+    if (!op->IsDone() || op->HasErrors()) trial.fault = kNotComputed;
+    else inspect(op->Shape(), *op->Builder(), fuzzy, trial);
+  }
+
+  // OCCT's operations build shells from all faces left over and take two solids that touch along a
+  // line, as a cylinder and a plane tangent to it, for a solid with a void. The cells that the
+  // operands cut each other into are sound then.
+  void take_cells(const TopTools_ListOfShape& objects, const TopTools_ListOfShape& tools,
+                  const Message_ProgressRange& range, Trial& trial) {
+    BOPAlgo_CellsBuilder cells;
+    cells.SetArguments(objects);
+    for (const TopoDS_Shape& tool : tools) cells.AddArgument(tool);
+    cells.SetNonDestructive(true);
+    cells.SetToFillHistory(false);
+    cells.SetCheckInverted(false);
+    cells.SetRunParallel(is_big());
+    cells.Perform(range);
+    if (progress_.cancelled()) return;
+    if (cells.HasErrors()) {
+      trial.fault = kNotComputed;
+      return;
+    }
+    constexpr int kMaterial = 1;  // cells of one material become one solid
+    const auto take = [&](std::initializer_list<TopoDS_Shape> within,
+                          const TopTools_ListOfShape& outside) {
+      TopTools_ListOfShape inside;
+      for (const TopoDS_Shape& s : within) inside.Append(s);
+      cells.AddToResult(inside, outside, kMaterial);
+    };
+    const TopTools_ListOfShape nothing;
+    if (call_.kind == CsgKind::union_) cells.AddAllToResult(kMaterial);
+    else
+      for (const TopoDS_Shape& object : objects) {
+        if (call_.kind == CsgKind::difference) take({object}, tools);
+        else
+          for (const TopoDS_Shape& tool : tools) take({object, tool}, nothing);
+      }
+    cells.RemoveInternalBoundaries();
+    if (cells.HasErrors()) trial.fault = kNotComputed;
+    else inspect(cells.Shape(), cells, 0, trial);
   }
 
   void inspect(const TopoDS_Shape& shape, const BOPAlgo_Builder& splits, double fuzzy,
                Trial& trial) {
     if (shape.IsNull()) {
-      trial.fault = "Open CASCADE could not compute the operation";
+      trial.fault = kNotComputed;
       return;
     }
     if (TopExp_Explorer(shape, TopAbs_FACE, TopAbs_SOLID).More()) {
@@ -334,7 +386,7 @@ class Runner {
   FaceMemory& faces_;
   Progress& progress_;
   double from_, to_, size_ = 0;
-  TopTools_ListOfShape objects_, tools_, turned_objects_, turned_tools_;
+  TopTools_ListOfShape objects_, tools_;
   const TopTools_ListOfShape *used_objects_ = nullptr, *used_tools_ = nullptr;
 };
 

@@ -27,8 +27,11 @@ bool boxes_meet(const Bnd_Box& a, const Bnd_Box& b);
 struct BooleanCall {
   CsgKind kind = CsgKind::union_;
   std::vector<Solid> objects, tools;  ///< for a union their roles are equal
-  /// The same operands with poles and seams elsewhere; empty when there is nothing to turn.
-  std::vector<TopoDS_Shape> turned_objects, turned_tools;
+  /// The same operands with poles and seams elsewhere.
+  struct Turned {
+    std::vector<TopoDS_Shape> objects, tools;
+  };
+  std::vector<Turned> turned;  ///< tried in this order; empty when there is nothing to turn
 };
 
 struct BooleanOutcome {

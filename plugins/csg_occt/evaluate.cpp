@@ -26,7 +26,7 @@ constexpr std::size_t kShortcutBudget = 8;
 /// A solid of one item, moved into the operation's frame.
 struct Operand {
   Solid solid;
-  TopoDS_Shape turned;  ///< null when it cannot be turned
+  std::vector<TopoDS_Shape> turned;  ///< by turns_of; empty when it cannot be turned
   std::size_t item = 0;
 };
 
@@ -154,7 +154,7 @@ class Evaluator {
         for (const Solid& solid : value->solids) faces_.set_verified(solid.shape);
         return ValuePtr(value);
       }
-      value->solids.push_back(measured(build_primitive(term.kind, term.sizes, false), faces_));
+      value->solids.push_back(measured(build_primitive(term.kind, term.sizes), faces_));
       if (!(value->solids[0].volume > 0))
         return error(ErrorCode::plugin_failed, "the solid has no volume",
                      "Make its sizes less different from each other.");
@@ -285,8 +285,8 @@ class Evaluator {
         operand.solid.shape = placed(s.shape, item.pose);
         operand.solid.box = s.box.Transformed(item.pose);
       }
-      if (can_turn(source.kind))
-        operand.turned = placed(build_primitive(source.kind, source.sizes, true), item.pose);
+      for (const gp_Trsf& turn : turns_of(source.kind, source.sizes))
+        operand.turned.push_back(placed(s.shape, item.pose * turn));
       operands.push_back(std::move(operand));
     }
   }
@@ -371,18 +371,19 @@ class Evaluator {
                      double to) {
     BooleanCall call;
     call.kind = kind;
-    bool can_turn_any = false;
     for (const auto* list : {&objects, &tools})
-      for (const Operand* o : *list) can_turn_any |= !o->turned.IsNull();
+      for (const Operand* o : *list)
+        call.turned.resize(std::max(call.turned.size(), o->turned.size()));
     const auto fill = [&](const std::vector<const Operand*>& list, std::vector<Solid>& solids,
-                          std::vector<TopoDS_Shape>& turned) {
+                          std::vector<TopoDS_Shape> BooleanCall::Turned::*turned) {
       for (const Operand* o : list) {
         solids.push_back(o->solid);
-        if (can_turn_any) turned.push_back(o->turned.IsNull() ? o->solid.shape : o->turned);
+        for (std::size_t t = 0; t < call.turned.size(); ++t)
+          (call.turned[t].*turned).push_back(t < o->turned.size() ? o->turned[t] : o->solid.shape);
       }
     };
-    fill(objects, call.objects, call.turned_objects);
-    fill(tools, call.tools, call.turned_tools);
+    fill(objects, call.objects, &BooleanCall::Turned::objects);
+    fill(tools, call.tools, &BooleanCall::Turned::tools);
     RMP_TRY_ASSIGN(BooleanOutcome outcome,
                    run_boolean(call, faces_, progress_, fraction(from), fraction(to)));
     if (!outcome.remedy.empty()) value.notes.push_back({{}, outcome.remedy});

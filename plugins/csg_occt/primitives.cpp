@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <map>
 #include <mutex>
 #include <utility>
@@ -32,6 +33,8 @@
 #include <TopoDS_Vertex.hxx>
 #include <TopoDS_Wire.hxx>
 #include <gp.hxx>
+#include <gp_Ax1.hxx>
+#include <gp_Trsf.hxx>
 
 namespace robomosp::csg_occt {
 namespace {
@@ -275,9 +278,32 @@ bool is_modifier(CsgKind kind) { return csg_info(kind).children == CsgChildren::
 
 std::size_t count_of(double size) { return static_cast<std::size_t>(std::lround(size)); }
 
-bool can_turn(CsgKind kind) { return kind == CsgKind::sphere || kind == CsgKind::torus; }
+std::span<const gp_Trsf> turns_of(CsgKind kind, const std::array<double, 6>& sizes) {
+  // Angles that no user aligns a part with.
+  const auto make = [](const gp_Dir& axis, std::initializer_list<double> angles) {
+    std::vector<gp_Trsf> turns;
+    for (const double angle : angles) {
+      turns.emplace_back();
+      turns.back().SetRotation(gp_Ax1(gp::Origin(), axis), angle);
+    }
+    return turns;
+  };
+  static const std::vector<gp_Trsf> about_z = make(gp::DZ(), {0.6161, 2.2733}),
+                                    about_centre =
+                                        make(gp_Dir(-0.5723, 0.8201, 0), {0.7053, 2.1347});
+  switch (kind) {
+    case CsgKind::sphere: return about_centre;
+    case CsgKind::cylinder:
+    case CsgKind::cone:
+    case CsgKind::torus: return about_z;
+    case CsgKind::revolution:
+      if (std::abs(sizes[0]) >= kCsgFullTurn) return about_z;
+      return {};
+    default: return {};
+  }
+}
 
-TopoDS_Shape build_primitive(CsgKind kind, const std::array<double, 6>& sizes, bool turned) {
+TopoDS_Shape build_primitive(CsgKind kind, const std::array<double, 6>& sizes) {
   std::array<double, 6> s = sizes;
   for (double& x : s) x *= kMillimetresPerMetre;
   switch (kind) {
@@ -293,16 +319,8 @@ TopoDS_Shape build_primitive(CsgKind kind, const std::array<double, 6>& sizes, b
       if (std::abs(s[0] - s[1]) < 1e-7)
         return BRepPrimAPI_MakeCylinder((s[0] + s[1]) / 2, s[2]).Solid();
       return BRepPrimAPI_MakeCone(s[0], s[1], s[2]).Solid();
-    case CsgKind::sphere: {
-      // Any direction that no user aligns a part with.
-      const gp_Dir axis = turned ? gp_Dir(0.5318, 0.3711, 0.7613) : gp_Dir(0, 0, 1);
-      return BRepPrimAPI_MakeSphere(gp_Ax2(gp_Pnt(0, 0, 0), axis), s[0]).Solid();
-    }
-    case CsgKind::torus: {
-      const gp_Dir seam = turned ? gp_Dir(0.8161, 0.5779, 0) : gp_Dir(1, 0, 0);
-      return BRepPrimAPI_MakeTorus(gp_Ax2(gp_Pnt(0, 0, 0), gp_Dir(0, 0, 1), seam), s[0], s[1])
-          .Solid();
-    }
+    case CsgKind::sphere: return BRepPrimAPI_MakeSphere(s[0]).Solid();
+    case CsgKind::torus: return BRepPrimAPI_MakeTorus(s[0], s[1]).Solid();
     case CsgKind::frustum: return frustum(s[0], s[1], s[2], s[3], s[4]);
     case CsgKind::wedge: return frustum(s[0], s[1], s[3], s[1], s[2], (s[3] - s[0]) / 2);
     case CsgKind::pyramid: return pyramid(count_of(sizes[0]), s[1], s[2], s[3]);

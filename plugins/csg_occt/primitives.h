@@ -3,6 +3,7 @@
 #pragma once
 
 #include <mutex>
+#include <span>
 
 #include "occt_support.h"
 
@@ -24,10 +25,11 @@ bool is_operation(CsgKind kind);
 bool is_modifier(CsgKind kind);
 /// A size read as a number of things.
 std::size_t count_of(double size);
-/// One solid in millimetres. `turned` puts the poles and seams of spheres and tori elsewhere on
-/// the same surface, which cures intersections that run through them.
-TopoDS_Shape build_primitive(CsgKind kind, const std::array<double, 6>& sizes, bool turned);
-bool can_turn(CsgKind kind);
+/// One solid in millimetres.
+TopoDS_Shape build_primitive(CsgKind kind, const std::array<double, 6>& sizes);
+/// Rotations that map the primitive on itself and put its poles and seams elsewhere on the same
+/// surface, which cures intersections that run through them; empty when it has no such symmetry.
+std::span<const gp_Trsf> turns_of(CsgKind kind, const std::array<double, 6>& sizes);
 /// OCCT's fillet algorithm keeps state in static variables: one at a time.
 std::timed_mutex& fillet_mutex();
 
