@@ -322,7 +322,7 @@ std::string count(std::size_t n, const char* one, const char* many) {
 }  // namespace
 
 std::vector<std::string> MeshRepair::notes(const std::string& name) const {
-  const std::string what = "The mesh \"" + name + "\": ";
+  const std::string what = name.empty() ? "The mesh: " : "The mesh \"" + name + "\": ";
   std::vector<std::string> out;
   const auto say = [&](const std::string& text) { out.push_back(what + text); };
   if (welded)

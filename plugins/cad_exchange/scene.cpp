@@ -308,6 +308,32 @@ Result<void> check(const Scene& s) {
   return {};
 }
 
+/// Messages quote broken files, whose bytes may be anything: what no terminal or JSON takes becomes
+/// a question mark.
+std::string legible(std::string s) {
+  for (std::size_t i = 0; i < s.size();) {
+    const auto c = static_cast<unsigned char>(s[i]);
+    const std::size_t more = c >= 0xC2 && c < 0xE0   ? 1
+                             : c >= 0xE0 && c < 0xF0 ? 2
+                             : c >= 0xF0 && c < 0xF5 ? 3
+                                                     : 0;
+    bool good = c >= 0x20 && c != 0x7F && (c < 0x80 || more > 0) && i + more < s.size();
+    for (std::size_t k = 1; good && k <= more; ++k)
+      good = (static_cast<unsigned char>(s[i + k]) & 0xC0U) == 0x80U;
+    // Overlong forms, surrogates, and the control characters behind ASCII.
+    const auto next = static_cast<unsigned char>(good && more > 0 ? s[i + 1] : 0xA0);
+    good &= !(c == 0xC2 && next < 0xA0) && !(c == 0xE0 && next < 0xA0) &&
+            !(c == 0xED && next >= 0xA0) && !(c == 0xF0 && next < 0x90) &&
+            !(c == 0xF4 && next >= 0x90);
+    if (good) {
+      i += more + 1;
+    } else {
+      s[i++] = '?';
+    }
+  }
+  return s;
+}
+
 Result<Answer> decode(std::string_view bytes) {
   Reader r(bytes);
   if (r.take(kMagic.size()) != kMagic) return broken("it does not begin as it must");
@@ -316,8 +342,8 @@ Result<Answer> decode(std::string_view bytes) {
   Error told;
   if (kind == Kind::error) {
     const std::int32_t code = r.i32();
-    told.message = r.text();
-    told.where = r.text();
+    told.message = legible(r.text());
+    told.where = legible(r.text());
     told.hint = r.text();
     told.code = code >= static_cast<std::int32_t>(ErrorCode::invalid_argument) &&
                         code <= static_cast<std::int32_t>(ErrorCode::script_failed)
@@ -325,6 +351,7 @@ Result<Answer> decode(std::string_view bytes) {
                     : ErrorCode::plugin_failed;
   } else if (kind == Kind::scene) {
     answer.scene = read_scene(r);
+    for (std::string& note : answer.scene.notes) note = legible(std::move(note));
   } else if (kind == Kind::file) {
     answer.file = r.text();
   } else {

@@ -647,6 +647,10 @@ TEST(Scene, CutOrChangedBytesAreRefusedAndErrorsComeThrough) {
   ASSERT_FALSE(told.ok());
   EXPECT_EQ(told.error().code, ErrorCode::syntax);
   EXPECT_EQ(told.error().sentence(), "here: bad. Mend it.");
+  const auto raw = cx::decode(cx::encode(error(
+      ErrorCode::syntax, "\"\x1B[31m\xFF\xC3\xA4\xE2\x82\xAC\xED\xA0\x80\xC2\x9B\xE2\x82\"")));
+  ASSERT_FALSE(raw.ok());
+  EXPECT_EQ(raw.error().message, "\"?[31m?\xC3\xA4\xE2\x82\xAC???????\"");
 }
 
 // --- files of others, where there are some -------------------------------------------------

@@ -89,7 +89,9 @@ void finish_meshes(Scene& scene, bool heal) {
       // A flat patch that was closed with its own back encloses rounding only.
       if (s.triangles.empty() || done.open_edges > 0 ||
           !(done.volume > 1e-9 * size * size * size)) {
-        scene.notes.push_back("The mesh \"" + s.name + "\" encloses no solid; it was left out.");
+        scene.notes.push_back(
+            (s.name.empty() ? std::string("The mesh") : "The mesh \"" + s.name + "\"") +
+            " encloses no solid; it was left out.");
         continue;
       }
     }
