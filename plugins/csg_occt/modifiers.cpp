@@ -225,10 +225,12 @@ std::optional<Solid> worked(CsgKind kind, double size, const Solid& solid,
     shape = found.Current();
     found.Next();
     if (found.More()) return {};
+    // Before the integrals, which take minutes where the outlines of faces run wild.
+    if (!is_sound(shape)) return {};
     Solid made = measured(shape, faces);
     if (!(made.volume > 0)) return {};
     if (std::abs(made.volume - solid.volume - expected) > kPlausible * much) return {};
-    if (!is_sound(shape) || meets_itself(shape)) return {};
+    if (meets_itself(shape)) return {};
     return made;
   } catch (const Standard_Failure&) {
     return {};
