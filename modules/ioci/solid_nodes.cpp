@@ -58,7 +58,8 @@ Schema node_schema(CsgKind kind) {
 Result<void> check_node_name(const Value& value, const std::string& path) {
   const std::string* name = value.as_string();
   if (name && !name->empty() && name->find('.') == std::string::npos) return {};
-  return error(ErrorCode::invalid_argument, value.text() + " cannot name a node",
+  return error(ErrorCode::invalid_argument,
+               (name ? text::quote(*name) : value.text()) + " cannot name a node",
                "Use letters, digits and _.", path);
 }
 
