@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <mutex>
 #include <set>
 #include <thread>
@@ -497,6 +498,50 @@ struct Derived::Impl {
     double relative_error = 0;
   };
 
+  /// The box around a placed solid.
+  static Result<std::array<Vec3, 2>> placed_box(const Shape& shape, const Pose& placement) {
+    RMP_TRY_ASSIGN(const auto own, guarded(shape.engine.name, [&]() -> Result<std::array<Vec3, 2>> {
+                     return shape.shape->bounds();
+                   }));
+    if (!spatial::is_finite(own[0]) || !spatial::is_finite(own[1]))
+      return broken(shape.engine.name, "returned bounds that are not finite numbers");
+    constexpr double kInf = std::numeric_limits<double>::infinity();
+    std::array<Vec3, 2> box{{{kInf, kInf, kInf}, {-kInf, -kInf, -kInf}}};
+    for (unsigned corner = 0; corner < 8; ++corner) {
+      const Vec3 p = spatial::transform(
+          placement,
+          {own[corner & 1U][0], own[(corner >> 1U) & 1U][1], own[(corner >> 2U) & 1U][2]});
+      for (std::size_t i = 0; i < 3; ++i) {
+        box[0][i] = std::min(box[0][i], p[i]);
+        box[1][i] = std::max(box[1][i], p[i]);
+      }
+    }
+    return box;
+  }
+
+  /// True when boxes show that no two solids of different engines share volume.
+  static bool engines_are_apart(const std::vector<Shape>& shapes,
+                                const std::vector<const Leaf*>& leaves) {
+    std::vector<std::array<Vec3, 2>> boxes;
+    for (std::size_t i = 0; i < shapes.size(); ++i) {
+      const auto box = placed_box(shapes[i], leaves[i]->placement);
+      if (!box.ok()) return false;
+      boxes.push_back(*box);
+    }
+    constexpr double kTouching = 1e-9;  ///< depth that is rounding of a face on a face [m]
+    for (std::size_t a = 0; a < boxes.size(); ++a)
+      for (std::size_t b = 0; b < a; ++b) {
+        if (shapes[a].engine.name == shapes[b].engine.name) continue;
+        bool is_apart = false;
+        for (std::size_t i = 0; i < 3; ++i)
+          is_apart |=
+              std::min(boxes[a][1][i], boxes[b][1][i]) - std::max(boxes[a][0][i], boxes[b][0][i]) <=
+              kTouching;
+        if (!is_apart) return false;
+      }
+    return true;
+  }
+
   /// Adds the mass of leaves that share one object with Overlap::once, in the order in which they
   /// claim volume; `group` is put into that order. Leaves whose mass was measured have none of
   /// their own, and are left out when they cannot be made.
@@ -527,17 +572,24 @@ struct Derived::Impl {
       made.push_back(l);
     }
     group = made;
-    // Parts of two engines: triangles throughout.
+    // Parts of two engines: each by its own where they cannot overlap, else triangles throughout.
     const bool is_mixed = std::any_of(shapes.begin(), shapes.end(), [&](const Shape& x) {
       return x.engine.name != shapes.front().engine.name;
     });
-    if (is_mixed && group.size() > 1) {
+    const bool are_apart = is_mixed && engines_are_apart(shapes, group);
+    if (is_mixed && !are_apart) {
       RMP_TRY_ASSIGN(const Engine triangles, mesh_engine());
       for (std::size_t i = 0; i < group.size(); ++i) {
         if (shapes[i].engine.name == triangles.name) continue;
         RMP_TRY_ASSIGN(const CsgTree tree, tree_of(s, group[i]->solid, progress));
         std::string why = std::move(shapes[i].stand_in);
-        RMP_TRY_ASSIGN(shapes[i], shape(triangles, tree, progress).in(s.describe(group[i]->solid)));
+        auto rough = shape(triangles, tree, progress).in(s.describe(group[i]->solid));
+        if (!rough.ok() && rough.error().code == ErrorCode::unsupported)
+          return error(ErrorCode::unsupported,
+                       "what an exact solid shares with a triangle mesh next to it cannot be found",
+                       "Set the object's overlap to sum, or import both in one form.",
+                       s.describe(group[i]->solid));
+        RMP_TRY_ASSIGN(shapes[i], std::move(rough));
         shapes[i].stand_in = std::move(why);
       }
     }
@@ -570,10 +622,30 @@ struct Derived::Impl {
     if (group.empty()) return {};
     std::vector<Pose> poses;
     for (const Leaf* l : group) poses.push_back(l->placement);
-    RMP_TRY_ASSIGN(const CsgEngine::Partition split, partition(shapes, poses, progress));
-    sum.overlap += split.overlap;
-    for (std::size_t i = 0; i < group.size(); ++i)
-      add(i, split.parts[i], spatial::mass_properties(split.parts[i], densities[i]));
+    std::map<std::string, std::vector<std::size_t>> by_engine;
+    for (std::size_t i = 0; i < group.size(); ++i) by_engine[shapes[i].engine.name].push_back(i);
+    std::vector<Moments> own = whole;
+    std::vector<MassProperties> masses(group.size());
+    for (const auto& [name, members] : by_engine) {
+      if (members.size() == 1) {
+        const std::size_t i = members.front();
+        masses[i] = spatial::in_frame(spatial::mass_properties(whole[i], densities[i]), poses[i]);
+        continue;
+      }
+      std::vector<Shape> some;
+      std::vector<Pose> where;
+      for (const std::size_t i : members) {
+        some.push_back(shapes[i]);
+        where.push_back(poses[i]);
+      }
+      RMP_TRY_ASSIGN(const CsgEngine::Partition split, partition(some, where, progress));
+      sum.overlap += split.overlap;
+      for (std::size_t k = 0; k < members.size(); ++k) {
+        own[members[k]] = split.parts[k];
+        masses[members[k]] = spatial::mass_properties(split.parts[k], densities[members[k]]);
+      }
+    }
+    for (std::size_t i = 0; i < group.size(); ++i) add(i, own[i], masses[i]);
     return {};
   }
 
@@ -796,21 +868,11 @@ struct Derived::Impl {
     std::array<Vec3, 2> box{{{kInf, kInf, kInf}, {-kInf, -kInf, -kInf}}};
     for (const Leaf& l : leaves) {
       RMP_TRY_ASSIGN(const Shape shape_of_leaf, shape(s, l.solid, progress));
-      auto own = guarded(shape_of_leaf.engine.name, [&]() -> Result<std::array<Vec3, 2>> {
-        return shape_of_leaf.shape->bounds();
-      });
-      if (!own.ok()) return std::move(own).error().in(s.describe(l.solid));
-      if (!spatial::is_finite((*own)[0]) || !spatial::is_finite((*own)[1]))
-        return broken(shape_of_leaf.engine.name, "returned bounds that are not finite numbers")
-            .in(s.describe(l.solid));
-      for (unsigned corner = 0; corner < 8; ++corner) {
-        const Vec3 p =
-            spatial::transform(l.placement, {(*own)[corner & 1U][0], (*own)[(corner >> 1U) & 1U][1],
-                                             (*own)[(corner >> 2U) & 1U][2]});
-        for (std::size_t i = 0; i < 3; ++i) {
-          box[0][i] = std::min(box[0][i], p[i]);
-          box[1][i] = std::max(box[1][i], p[i]);
-        }
+      RMP_TRY_ASSIGN(const auto own,
+                     placed_box(shape_of_leaf, l.placement).in(s.describe(l.solid)));
+      for (std::size_t i = 0; i < 3; ++i) {
+        box[0][i] = std::min(box[0][i], own[0][i]);
+        box[1][i] = std::max(box[1][i], own[1][i]);
       }
     }
     return box;

@@ -599,6 +599,27 @@ TEST_F(DerivedTest, OverlappingPartsOfTwoEnginesAreSeparatedByTheOneForTriangles
   EXPECT_EQ(mesh_counts.partitions, 1);
 }
 
+TEST_F(DerivedTest, PartsOfTwoEnginesThatAreApartKeepTheirOwnEngines) {
+  add_mesh_engine();
+  const auto m = material("m", 1000);
+  const auto cube = make("cube", box(m, 1, 1, 1));
+  model::Object o;
+  o.parts.push_back({"left", cube, {{0.75, 0, 0}, {}, {}}, {}});
+  o.parts.push_back({"scan", make("scan", imported(m, {1, 1, 1})), {{-0.5, 0, 0}, {}, {}}, {}});
+  o.parts.push_back({"right", cube, {{1.25, 0, 0}, {}, {}}, {}});
+  const auto id = make("o", o);
+  const auto got = mass(id);
+  EXPECT_NEAR(got.mass.mass, 2500, 1e-9);
+  EXPECT_NEAR(got.mass.com[0], (1000 * 0.75 - 1000 * 0.5 + 500 * 1.5) / 2500, 1e-12);
+  EXPECT_NEAR(got.overlap, 0.5, 1e-12);
+  EXPECT_EQ(counts.partitions, 1) << "of the two cubes";
+  EXPECT_EQ(mesh_counts.partitions, 0);
+  const auto rows = derived.part_masses(*document.now(), id, progress);
+  ASSERT_TRUE(rows.ok());
+  EXPECT_EQ(rows->at(1).name, "scan");
+  EXPECT_NEAR(rows->at(1).mass.mass, 1000, 1e-9);
+}
+
 TEST_F(DerivedTest, WhatTheExactEngineCannotVerifyIsAnApproximationThatSaysWhy) {
   const auto cube = make("cube", box(material("m", 1000), 1, 1, 1));
   fault = Fault::unverified;
