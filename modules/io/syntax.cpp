@@ -404,8 +404,10 @@ Result<std::size_t> read_header(Syntax& s) {
   }
   const auto offset = static_cast<std::uint32_t>(start);
   if (words.empty() || words[0] != "robomosp")
-    return s.at(offset, ErrorCode::syntax, "this is not a robomosp file",
-                "Its first line must be such as \"robomosp robot 1\".");
+    return s.at(
+        offset, ErrorCode::syntax, "this is not a robomosp file",
+        "Its first line must be such as \"robomosp robot 1\"; CAD and mesh files are read by "
+        "import.");
   const auto version = words.size() == 3 ? text::read_int(words[2]) : std::nullopt;
   if (!version || *version < 1)
     return s.at(offset, ErrorCode::syntax,
@@ -476,7 +478,7 @@ Result<Syntax> parse(std::string file, std::string_view text) {
     return s.at(
         static_cast<std::uint32_t>(bad), ErrorCode::syntax,
         text[bad] == '\0' ? "this is a binary file, not a text" : "this byte is not UTF-8 text",
-        "Robomosp files are plain text in UTF-8.");
+        "Robomosp files are plain text in UTF-8; CAD and mesh files are read by import.");
   RMP_TRY_ASSIGN(const std::size_t start, read_header(s));
   RMP_TRY(Parser(s, start).run());
   return s;

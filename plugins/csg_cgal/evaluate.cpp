@@ -114,7 +114,8 @@ class Planner {
         return error(
             ErrorCode::unsupported,
             "the engine of triangle meshes makes no " + std::string(csg_info(node.kind).name) + "s",
-            "Use the exact engine, or take the node out.", node_text(node, i));
+            "Take the node out, or keep imported meshes in a solid of their own.",
+            node_text(node, i));
     }
     for (std::size_t i = 0; i < nodes.size(); ++i) {
       if (is_operation(nodes[i].kind) && children[i] == 0)

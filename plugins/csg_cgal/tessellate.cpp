@@ -516,7 +516,8 @@ Result<void> check_primitive(const CsgNode& node, std::size_t index) {
       if (node.geometry->form != CsgGeometry::Form::mesh)
         return error(ErrorCode::unsupported,
                      "the engine of triangle meshes takes no imported exact solids (B-rep)",
-                     "Use the exact engine, or import a triangle mesh.", node_text(node, index));
+                     "Import it as a mesh such as STL when it shares a solid with a mesh.",
+                     node_text(node, index));
       return {};
     default: return {};
   }

@@ -358,10 +358,10 @@ TEST_F(NativeFiles, SolidsAreRefusedWithTheirNode) {
 TEST_F(NativeFiles, OtherFilesAreRefusedForWhatTheyAre) {
   EXPECT_EQ(refusal("solid cube\n facet normal 0 0 0\n", "cube.stl"),
             "cube.stl:1:1: this is not a robomosp file. Its first line must be such as \"robomosp "
-            "robot 1\".");
+            "robot 1\"; CAD and mesh files are read by import.");
   EXPECT_EQ(refusal("", "empty.rbt"),
             "empty.rbt:1:1: this is not a robomosp file. Its first line must be such as \"robomosp "
-            "robot 1\".");
+            "robot 1\"; CAD and mesh files are read by import.");
   EXPECT_EQ(refusal("robomosp robot 2\nname r\n"),
             "a.rbt:1:16: the file was written by a newer version of the program: its format is 2, "
             "this program reads up to 1. "
@@ -372,12 +372,13 @@ TEST_F(NativeFiles, OtherFilesAreRefusedForWhatTheyAre) {
             "a.rbt:1:1: the first line must be \"robomosp\", a kind and a version. Such as "
             "\"robomosp robot 1\".");
   EXPECT_EQ(refusal("robomosp robot 1\nname \"\xFF\"\n"),
-            "a.rbt:2:7: this byte is not UTF-8 text. Robomosp files are plain text in UTF-8.");
-  EXPECT_EQ(
-      refusal(std::string("\x7F"
-                          "ELF\0\0",
-                          6)),
-      "a.rbt:1:5: this is a binary file, not a text. Robomosp files are plain text in UTF-8.");
+            "a.rbt:2:7: this byte is not UTF-8 text. Robomosp files are plain text in UTF-8; CAD "
+            "and mesh files are read by import.");
+  EXPECT_EQ(refusal(std::string("\x7F"
+                                "ELF\0\0",
+                                6)),
+            "a.rbt:1:5: this is a binary file, not a text. Robomosp files are plain text in UTF-8; "
+            "CAD and mesh files are read by import.");
 }
 
 TEST_F(NativeFiles, AMissingFileIsToldWithBothFilesAndTheFoldersLookedIn) {
