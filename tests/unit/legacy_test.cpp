@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Files of ROBOMOSP 1.4 (2006): read, refused in words, written and read again; the samples here
-// are our own. With ROBOMOSP_LEGACY_DATA (a folder with a Saves folder of that program), all its
-// solids and objects are read and computed too.
+// are our own. Where the files of the original are there (ROBOMOSP_LEGACY_DATA, a folder with a
+// Saves folder of that program, or sample data beside the project), all its solids and objects are
+// read and computed too.
 #include "io/legacy.h"
 
 #include <unistd.h>
@@ -383,7 +384,7 @@ TEST_F(Legacy, AFileWithOtherContentIsOnlyReplacedWhenAsked) {
 /// Files of the original program, when they are there.
 fs::path original_data() {
   const char* given = std::getenv("ROBOMOSP_LEGACY_DATA");
-  return given ? given : "";
+  return given ? fs::path(given) : fs::path(ROBOMOSP_SOURCE_DIR) / "../shared/data/robomosp-1.4";
 }
 
 TEST_F(Legacy, AllSolidsAndObjectsOfTheOriginalLoadAndEvaluate) {
