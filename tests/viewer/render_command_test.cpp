@@ -67,7 +67,7 @@ TEST_F(RenderCommand, TheEngineIsLoadedWithTheFirstPictureOnly) {
   const auto is_loaded = [] {
     std::ifstream maps("/proc/self/maps");
     for (std::string line; std::getline(maps, line);)
-      if (line.find("render_osg_engine") != std::string::npos) return true;
+      if (line.find("lazy/render_osg") != std::string::npos) return true;
     return false;
   };
   // Nothing has drawn yet: this is the first test of the program.
