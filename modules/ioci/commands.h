@@ -130,6 +130,8 @@ inline constexpr std::string_view kPlacementFields[] = {
 [[nodiscard]] Result<std::shared_ptr<const RobotModel>> model_of(CommandContext& ctx,
                                                                  const Map& args,
                                                                  std::string_view name = "id");
+/// Index of the part of that name; the error lists the names there are.
+[[nodiscard]] Result<std::size_t> find_part(const model::Object& o, std::string_view name);
 /// Index of a link given by number (1 = first) or name; "base" or 0 is -1 where allowed.
 [[nodiscard]] Result<std::int32_t> read_link(const model::Robot& r, const Value& value,
                                              bool base_allowed, std::string_view path);

@@ -286,15 +286,6 @@ Value feature_list(const Features& all) {
   return out;
 }
 
-Result<std::size_t> find_part(const Object& o, std::string_view name) {
-  std::vector<std::string> known;
-  for (std::size_t i = 0; i < o.parts.size(); ++i) {
-    if (o.parts[i].name == name) return i;
-    known.push_back(o.parts[i].name);
-  }
-  return unknown_name("part", name, known);
-}
-
 Result<Value> features(CommandContext& ctx, const Map& args) {
   const AnyId id = ref(args, "id");
   if (!has(args, "part")) {

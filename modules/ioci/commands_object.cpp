@@ -91,15 +91,6 @@ Result<Value> add_part(CommandContext& ctx, const Map& args) {
   return Value(made);
 }
 
-Result<std::size_t> find_part(const Object& o, std::string_view name) {
-  std::vector<std::string> known;
-  for (std::size_t i = 0; i < o.parts.size(); ++i) {
-    if (o.parts[i].name == name) return i;
-    known.push_back(o.parts[i].name);
-  }
-  return unknown_name("part", name, known);
-}
-
 Result<Value> remove_part(CommandContext& ctx, const Map& args) {
   const AnyId id = ref(args, "id");
   auto done = change<Object>(ctx, id, [&](Object& o) -> Result<void> {
@@ -190,6 +181,15 @@ const char* const kBolt =
 std::string with_bolt(const char* rest) { return std::string(kBolt) + rest; }
 
 }  // namespace
+
+Result<std::size_t> find_part(const model::Object& o, std::string_view name) {
+  std::vector<std::string> known;
+  for (std::size_t i = 0; i < o.parts.size(); ++i) {
+    if (o.parts[i].name == name) return i;
+    known.push_back(o.parts[i].name);
+  }
+  return unknown_name("part", name, known);
+}
 
 std::vector<CommandSpec> object_commands() {
   std::vector<CommandSpec> all;
