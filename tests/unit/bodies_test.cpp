@@ -11,6 +11,7 @@
 
 #include "ioci/application.h"
 #include "spatial/rotation.h"
+#include "support/program.h"
 
 namespace robomosp::ioci {
 namespace {
@@ -19,44 +20,17 @@ namespace fs = std::filesystem;
 
 constexpr double kPi = std::numbers::pi;
 
-class Bodies : public ::testing::Test {
+class Bodies : public test::CommandTest {
  protected:
-  static void SetUpTestSuite() {
-    auto made =
-        Application::create({.plugin_path = {ROBOMOSP_PLUGIN_DIR},
-                             .library = {fs::path(ROBOMOSP_SOURCE_DIR) / "scripts/library"}});
-    ASSERT_TRUE(made.ok()) << made.error().sentence();
-    app_ = std::move(*made).release();
-  }
-  static void TearDownTestSuite() {
-    delete app_;
-    app_ = nullptr;
-  }
   void SetUp() override {
-    app().document.clear();
+    CommandTest::SetUp();
     call("material.create", {{"name", "steel"}, {"density", 8000}});
     call("material.create", {{"name", "light"}, {"density", 1000}});
   }
 
-  static Application& app() { return *app_; }
-  Value call(std::string_view name, const Map& args = {}) {
-    auto r = app().dispatch(session_, name, args);
-    EXPECT_TRUE(r.ok()) << name << ": " << (r.ok() ? "" : r.error().sentence());
-    return r.ok() ? std::move(*r) : Value();
-  }
   /// The sentence of a command that must fail and must leave the document as it was.
   std::string fails(std::string_view name, const Map& args = {}) {
-    const std::string before = app().document.content_digest();
-    auto r = app().dispatch(session_, name, args);
-    EXPECT_FALSE(r.ok()) << name << " should have failed";
-    EXPECT_EQ(app().document.content_digest(), before) << name;
-    return r.ok() ? std::string() : r.error().sentence();
-  }
-  static Value at(const Value& v, std::string_view key) {
-    const Map* m = v.as_map();
-    const Value* found = m ? m->find(key) : nullptr;
-    EXPECT_NE(found, nullptr) << "no field " << key << " in " << v.text();
-    return found ? *found : Value();
+    return CommandTest::fails(name, args).sentence();
   }
   static double number(const Value& v, std::string_view key) { return at(v, key).number(); }
   static std::vector<double> array(const Value& v, std::string_view key) {
@@ -99,10 +73,7 @@ class Bodies : public ::testing::Test {
     }
     return out;
   }
-  static Application* app_;
-  Session session_{"test"};
 };
-Application* Bodies::app_ = nullptr;
 
 Map place(std::initializer_list<std::pair<std::string, Value>> fields) {
   Map m{{"id", "joint"}, {"part", "pin"}};

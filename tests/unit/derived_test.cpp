@@ -858,15 +858,22 @@ TEST_F(DerivedTest, ObjectsThatDoubleAtEveryLevelAreRefusedBeforeTheyFillTheMemo
             "smaller objects.");
 }
 
-TEST(DerivedWithOcct, ABoredCylinderHasTheMassOfTheClosedFormAndASkinIsClosed) {
-  const std::filesystem::path plugin = std::filesystem::path(ROBOMOSP_PLUGIN_DIR) / "csg_occt.so";
-  if (!std::filesystem::exists(plugin)) GTEST_SKIP() << "csg_occt is not built";
+/// Derived values with the exact engine of the project.
+class DerivedWithOcct : public testing::Test {
+ protected:
+  void SetUp() override {
+    const std::filesystem::path plugin = std::filesystem::path(ROBOMOSP_PLUGIN_DIR) / "csg_occt.so";
+    if (!std::filesystem::exists(plugin)) GTEST_SKIP() << "csg_occt is not built";
+    ASSERT_TRUE(loader.load(plugin.string()).loaded);
+  }
   Registry registry;
-  PluginLoader loader(registry);
-  ASSERT_TRUE(loader.load(plugin.string()).loaded);
+  PluginLoader loader{registry};
   Document document;
-  Derived derived(registry);
+  Derived derived{registry};
   NoProgress progress;
+};
+
+TEST_F(DerivedWithOcct, ABoredCylinderHasTheMassOfTheClosedFormAndASkinIsClosed) {
   auto tx = document.begin("make");
   model::Material steel;
   steel.density = 7850;
@@ -897,15 +904,7 @@ TEST(DerivedWithOcct, ABoredCylinderHasTheMassOfTheClosedFormAndASkinIsClosed) {
   EXPECT_FALSE(bodies->bodies[0].empty() && bodies->bodies[1].empty());
 }
 
-TEST(DerivedWithOcct, CubesThatTouchAlongAnEdgeAreASolid) {
-  const std::filesystem::path plugin = std::filesystem::path(ROBOMOSP_PLUGIN_DIR) / "csg_occt.so";
-  if (!std::filesystem::exists(plugin)) GTEST_SKIP() << "csg_occt is not built";
-  Registry registry;
-  PluginLoader loader(registry);
-  ASSERT_TRUE(loader.load(plugin.string()).loaded);
-  Document document;
-  Derived derived(registry);
-  NoProgress progress;
+TEST_F(DerivedWithOcct, CubesThatTouchAlongAnEdgeAreASolid) {
   auto tx = document.begin("make");
   model::Material water;
   water.density = 1000;
@@ -924,15 +923,7 @@ TEST(DerivedWithOcct, CubesThatTouchAlongAnEdgeAreASolid) {
   ASSERT_TRUE(mesh.ok()) << mesh.error().sentence();
 }
 
-TEST(DerivedWithOcct, AFailedOperationShowsItsOperands) {
-  const std::filesystem::path plugin = std::filesystem::path(ROBOMOSP_PLUGIN_DIR) / "csg_occt.so";
-  if (!std::filesystem::exists(plugin)) GTEST_SKIP() << "csg_occt is not built";
-  Registry registry;
-  PluginLoader loader(registry);
-  ASSERT_TRUE(loader.load(plugin.string()).loaded);
-  Document document;
-  Derived derived(registry);
-  NoProgress progress;
+TEST_F(DerivedWithOcct, AFailedOperationShowsItsOperands) {
   auto tx = document.begin("make");
   model::Solid part;
   part.nodes.push_back({CsgKind::union_, "all", -1, {{0, 0, 1}, {}, {}}, {}});

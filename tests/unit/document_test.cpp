@@ -16,6 +16,8 @@
 
 #include <gtest/gtest.h>
 
+#include "support/records.h"
+
 namespace robomosp {
 namespace {
 
@@ -23,6 +25,7 @@ using document::Commit;
 using document::Document;
 using document::Snapshot;
 using document::Transaction;
+using test::make;
 
 model::Solid ball(MaterialId material = {}) {
   model::Solid s;
@@ -35,15 +38,6 @@ model::Object object_of(std::vector<AnyId> parts) {
   for (const AnyId id : parts)
     o.parts.push_back({"p" + std::to_string(o.parts.size()), id, {}, {}});
   return o;
-}
-template <class R>
-Id<model::kind_of<R>> make(Document& d, const std::string& name, R content) {
-  auto tx = d.begin("add " + name);
-  const auto id = tx->add(name, std::move(content));
-  EXPECT_TRUE(id.ok()) << (id.ok() ? "" : id.error().sentence());
-  const auto commit = tx->commit();
-  EXPECT_TRUE(commit.ok()) << (commit.ok() ? "" : commit.error().sentence());
-  return *id;
 }
 Result<void> set_density(Transaction& tx, AnyId id, double density) {
   return tx.edit(id, [density](model::Record& r) -> Result<void> {

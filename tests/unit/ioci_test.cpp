@@ -9,49 +9,22 @@
 #include <gtest/gtest.h>
 
 #include "ioci/application.h"
+#include "support/program.h"
 
 namespace robomosp::ioci {
 namespace {
 
 namespace fs = std::filesystem;
 
-/// One program for all tests of this file; each test starts with an empty document.
-class Ioci : public ::testing::Test {
+class Ioci : public test::CommandTest {
  protected:
-  static void SetUpTestSuite() {
-    auto made =
-        Application::create({.plugin_path = {ROBOMOSP_PLUGIN_DIR},
-                             .library = {fs::path(ROBOMOSP_SOURCE_DIR) / "scripts/library"}});
-    ASSERT_TRUE(made.ok()) << made.error().sentence();
-    app_ = std::move(*made).release();
-  }
-  static void TearDownTestSuite() {
-    delete app_;
-    app_ = nullptr;
-  }
   void SetUp() override {
-    app().document.clear();
+    CommandTest::SetUp();
     folder_ = fs::temp_directory_path() / ("robomosp-ioci-" + std::to_string(::getpid()));
     fs::create_directories(folder_);
   }
   void TearDown() override { fs::remove_all(folder_); }
 
-  static Application& app() { return *app_; }
-  Value call(std::string_view name, const Map& args = {}) {
-    auto r = app().dispatch(session_, name, args);
-    EXPECT_TRUE(r.ok()) << name << ": " << (r.ok() ? "" : r.error().sentence());
-    return r.ok() ? std::move(*r) : Value();
-  }
-  /// The error of a command that must fail and must leave the document as it was.
-  Error fails(std::string_view name, const Map& args = {}) {
-    const std::string before = app().document.content_digest();
-    const auto steps = app().document.undo_labels().size();
-    auto r = app().dispatch(session_, name, args);
-    EXPECT_FALSE(r.ok()) << name << " should have failed";
-    EXPECT_EQ(app().document.content_digest(), before) << name;
-    EXPECT_EQ(app().document.undo_labels().size(), steps) << name;
-    return r.ok() ? Error{} : r.error();
-  }
   Value classic(std::string_view line) {
     auto r = app().dispatch_classic(session_, line);
     EXPECT_TRUE(r.ok()) << line << ": " << (r.ok() ? "" : r.error().sentence());
@@ -61,13 +34,6 @@ class Ioci : public ::testing::Test {
     auto r = app().dispatch_classic(session_, line);
     EXPECT_FALSE(r.ok()) << line << " should have failed";
     return r.ok() ? Error{} : r.error();
-  }
-  static const Value& at(const Value& v, std::string_view key) {
-    static const Value none;
-    const Map* m = v.as_map();
-    const Value* found = m ? m->find(key) : nullptr;
-    EXPECT_NE(found, nullptr) << "no field " << key << " in " << v.text();
-    return found ? *found : none;
   }
   /// The latest message with a code.
   static Message last(std::string_view code) {
@@ -94,11 +60,7 @@ class Ioci : public ::testing::Test {
                         {"position", List{0, 0, -0.01}}}}}}}});
   }
 
-  Session session_{"test"};
   fs::path folder_;
-
- private:
-  static inline Application* app_ = nullptr;
 };
 
 // --- errors --------------------------------------------------------------------------------

@@ -14,29 +14,19 @@
 #include <robomosp/sdk/ik.h>
 #include <robomosp/sdk/trajectory.h>
 
+#include "support/program.h"
+
 namespace robomosp::lua {
 namespace {
 
-class Lua : public ::testing::Test {
+class Lua : public test::ProgramTest {
  protected:
-  static void SetUpTestSuite() {
-    auto made = ioci::Application::create(
-        {.plugin_path = {ROBOMOSP_PLUGIN_DIR},
-         .library = {std::filesystem::path(ROBOMOSP_SOURCE_DIR) / "scripts/library"}});
-    ASSERT_TRUE(made.ok()) << made.error().sentence();
-    app_ = std::move(*made).release();
-  }
-  static void TearDownTestSuite() {
-    delete app_;
-    app_ = nullptr;
-  }
   void SetUp() override {
-    app().document.clear();
+    ProgramTest::SetUp();
     options_.print = [this](std::string_view s) { printed_ += s; };
     options_.memory_limit = std::size_t{64} << 20;
     state_ = std::make_unique<LuaState>(app(), session_, options_);
   }
-  static ioci::Application& app() { return *app_; }
   std::string eval(std::string_view code) {
     auto r = state_->eval(code);
     return r.ok() ? *r
@@ -70,13 +60,11 @@ class Lua : public ::testing::Test {
     return t;
   }
 
-  static ioci::Application* app_;
   ioci::Session session_{"test"};
   LuaOptions options_;
   std::string printed_;
   std::unique_ptr<LuaState> state_;
 };
-ioci::Application* Lua::app_ = nullptr;
 
 TEST_F(Lua, ValuesKeepTheirTypeThroughBothConversions) {
   const auto values = state_->eval_values(

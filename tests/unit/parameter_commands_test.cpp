@@ -7,24 +7,16 @@
 #include <gtest/gtest.h>
 
 #include "lua/lua_state.h"
+#include "support/program.h"
 
 namespace robomosp::lua {
 namespace {
 
-class Parameters : public ::testing::Test {
+class Parameters : public test::ProgramTest {
  protected:
-  static void SetUpTestSuite() {
-    auto made = ioci::Application::create({.plugin_path = {ROBOMOSP_PLUGIN_DIR}, .library = {}});
-    ASSERT_TRUE(made.ok()) << made.error().sentence();
-    app_ = std::move(*made).release();
-  }
-  static void TearDownTestSuite() {
-    delete app_;
-    app_ = nullptr;
-  }
   void SetUp() override {
-    app_->document.clear();
-    state_ = std::make_unique<LuaState>(*app_, session_, LuaOptions{});
+    ProgramTest::SetUp();
+    state_ = std::make_unique<LuaState>(app(), session_, LuaOptions{});
   }
   std::string eval(std::string_view code) {
     auto r = state_->eval(code);
@@ -35,11 +27,9 @@ class Parameters : public ::testing::Test {
     auto r = state_->eval(code);
     EXPECT_TRUE(r.ok()) << (r.ok() ? "" : r.error().sentence());
   }
-  static ioci::Application* app_;
   ioci::Session session_{"test"};
   std::unique_ptr<LuaState> state_;
 };
-ioci::Application* Parameters::app_ = nullptr;
 
 /// A solid with parameters, in an object, on a robot, whose world gives the bore.
 const char* const kChain = R"~(
@@ -233,9 +223,9 @@ TEST_F(Parameters, FaultsAreOneSentence) {
       {"cell:set_parameter(\"bore\", \"20 deg\")",
        "solid \"bush\", parameter \"bore\": \"cell.bore\" is an angle; a length (m) is expected."},
   };
-  const std::string before = app_->document.content_digest();
+  const std::string before = app().document.content_digest();
   for (const auto& [code, wanted] : cases) EXPECT_EQ(eval(code), wanted);
-  EXPECT_EQ(app_->document.content_digest(), before);
+  EXPECT_EQ(app().document.content_digest(), before);
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include <gtest/gtest.h>
 
 #include "document/document.h"
+#include "support/records.h"
 
 namespace robomosp {
 namespace {
@@ -19,6 +20,7 @@ namespace {
 using document::Document;
 using document::Transaction;
 using model::Parameter;
+using test::make;
 
 const model::WorldParameters kNoWorlds = [](const Expression::Name&) { return std::nullopt; };
 
@@ -41,15 +43,6 @@ model::World cell(double gap) {
   model::World w;
   w.parametric.parameters = {{"gap", "", "m", gap, ""}, {"twice", "2*gap", "m", 0, ""}};
   return w;
-}
-template <class R>
-Id<model::kind_of<R>> make(Document& d, const std::string& name, R content) {
-  auto tx = d.begin("add " + name);
-  const auto id = tx->add(name, std::move(content));
-  EXPECT_TRUE(id.ok()) << (id.ok() ? "" : id.error().sentence());
-  const auto commit = tx->commit();
-  EXPECT_TRUE(commit.ok()) << (commit.ok() ? "" : commit.error().sentence());
-  return id.ok() ? *id : Id<model::kind_of<R>>{};
 }
 template <class R>
 Result<document::Commit> edit(Document& d, Id<model::kind_of<R>> id,
