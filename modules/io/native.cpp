@@ -384,10 +384,12 @@ Result<std::string> print_with(const Snapshot& snapshot, AnyId id, const fs::pat
                    return relative_path(file_of(target), from, library);
                  }));
   // What is written must be readable: a description may hold bytes that are no text.
-  if (!parse(file.filename().generic_string(), text).ok())
-    return error(ErrorCode::invalid_argument,
-                 "a text of " + snapshot.describe(id) + " is not UTF-8, so it cannot be saved",
-                 "Correct its description.");
+  if (const auto again = parse(file.filename().generic_string(), text); !again.ok())
+    return error(
+        ErrorCode::invalid_argument,
+        snapshot.describe(id) +
+            " cannot be saved, for its file could not be read again: " + again.error().message,
+        "Correct its texts: they must be UTF-8.", again.error().where);
   return text;
 }
 

@@ -67,6 +67,12 @@ std::string parameter(const ProviderChoice::Param& p) {
   return std::visit(Visitor{}, p);
 }
 
+/// Behind a number and on its line, the name would be taken for the number's unit: teeth 20  m 2.
+bool reads_as_unit(std::string_view name) {
+  const std::size_t end = name.find_first_of("._-");
+  return units::parse(name.substr(0, end)).ok();
+}
+
 class Printer {
  public:
   Printer(const document::Snapshot& snapshot, const Record& record,
@@ -149,7 +155,10 @@ class Printer {
     if (!n.primitive.params.empty()) {
       std::string inner;
       for (const auto& [key, value] : n.primitive.params)
-        inner += (inner.empty() ? " " : "  ") + key + " " + parameter(value);
+        inner += (inner.empty()        ? " "
+                  : reads_as_unit(key) ? "\n" + std::string(2 * depth_ + 4, ' ')
+                                       : "  ") +
+                 key + " " + parameter(value);
       primitive += " {" + inner + " }";
     }
     fields.push_back(std::move(primitive));

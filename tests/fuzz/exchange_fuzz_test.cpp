@@ -17,6 +17,7 @@
 #include "cad_exchange/records.h"
 #include "cad_exchange/scene.h"
 #include "cad_exchange/stl_reader.h"
+#include "support/seed.h"
 
 namespace robomosp::cad_exchange {
 namespace {
@@ -139,18 +140,12 @@ std::string mutate(std::string s, std::mt19937& random) {
 }
 
 TEST(ExchangeFuzz, MutatedFilesAreRefusedInASentenceOrHoldUp) {
-  const char* given = std::getenv("ROBOMOSP_TEST_SEED");
-  const unsigned seed =
-      given ? static_cast<unsigned>(std::strtoul(given, nullptr, 10)) : std::random_device{}();
-  const char* wanted = std::getenv("ROBOMOSP_FUZZ_SECONDS");
-  const std::chrono::seconds duration(wanted ? std::strtol(wanted, nullptr, 10) : 2);
-  std::cout << "seed " << seed << " (set ROBOMOSP_TEST_SEED to repeat)\n";
-  std::mt19937 random(seed);
+  std::mt19937 random(test::seed());
+  const test::FuzzBudget budget(20'000);
   const std::vector<std::string> samples{text_stl(), binary_stl(), dxf(), scene()};
   for (std::size_t i : {0U, 2U, 3U}) ASSERT_TRUE(run(i, samples[i])) << i;
   std::vector<std::size_t> runs(4), accepted(4);
-  const auto end = std::chrono::steady_clock::now() + duration;
-  while (std::chrono::steady_clock::now() < end && !testing::Test::HasFailure()) {
+  for (std::size_t n = 0; budget.allows(n) && !testing::Test::HasFailure(); ++n) {
     const std::size_t kind = random() % samples.size();
     const std::string bytes = mutate(samples[kind], random);
     accepted[kind] += run(kind, bytes) ? 1U : 0U;

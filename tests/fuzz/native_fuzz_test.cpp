@@ -15,6 +15,7 @@
 #include <gtest/gtest.h>
 
 #include "io/native.h"
+#include "support/seed.h"
 
 namespace robomosp {
 namespace {
@@ -158,13 +159,8 @@ bool check(const std::string& text, const fs::path& folder) {
 }
 
 TEST(NativeFuzz, MutatedFilesAreRefusedInASentenceOrRewrittenExactly) {
-  const char* given = std::getenv("ROBOMOSP_TEST_SEED");
-  const unsigned seed =
-      given ? static_cast<unsigned>(std::strtoul(given, nullptr, 10)) : std::random_device{}();
-  const char* wanted = std::getenv("ROBOMOSP_FUZZ_SECONDS");
-  const std::chrono::seconds duration(wanted ? std::strtol(wanted, nullptr, 10) : 3);
-  std::cout << "seed " << seed << " (set ROBOMOSP_TEST_SEED to repeat)\n";
-  std::mt19937 random(seed);
+  std::mt19937 random(test::seed());
+  const test::FuzzBudget budget(150'000);
   const auto texts = samples();
   ASSERT_GE(texts.size(), 7U);
   const fs::path folder = fs::path(ROBOMOSP_SOURCE_DIR) / "tests/fuzz/corpus";
@@ -172,8 +168,7 @@ TEST(NativeFuzz, MutatedFilesAreRefusedInASentenceOrRewrittenExactly) {
 
   Mutator mutator(random, texts);
   std::size_t runs = 0, accepted = 0;
-  const auto end = std::chrono::steady_clock::now() + duration;
-  while (std::chrono::steady_clock::now() < end && !testing::Test::HasFailure()) {
+  while (budget.allows(runs) && !testing::Test::HasFailure()) {
     const std::string& base =
         texts[std::uniform_int_distribution<std::size_t>(0, texts.size() - 1)(random)];
     accepted += check(mutator.mutate(base), folder) ? 1U : 0U;

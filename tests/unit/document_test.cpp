@@ -17,6 +17,7 @@
 #include <gtest/gtest.h>
 
 #include "support/records.h"
+#include "support/seed.h"
 
 namespace robomosp {
 namespace {
@@ -429,11 +430,7 @@ TEST(Document, RecordsAreCheckedAtCommitAndTheElementIsNamed) {
 }
 
 TEST(Document, UndoAndRedoOfRandomEditsGiveTheSameContentsAgain) {
-  const char* given = std::getenv("ROBOMOSP_TEST_SEED");
-  const unsigned seed =
-      given ? static_cast<unsigned>(std::strtoul(given, nullptr, 10)) : std::random_device{}();
-  std::cout << "seed " << seed << " (set ROBOMOSP_TEST_SEED to repeat)\n";
-  std::mt19937 random(seed);
+  std::mt19937 random(test::seed());
   const auto pick = [&](std::size_t n) {
     return std::uniform_int_distribution<std::size_t>(0, n - 1)(random);
   };
@@ -538,13 +535,13 @@ TEST(Document, UndoAndRedoOfRandomEditsGiveTheSameContentsAgain) {
   ASSERT_EQ(d.undo_labels().size() + 1, digests.size()) << "the budget is large enough for all";
   for (int round = 0; round < 2; ++round) {
     for (std::size_t i = digests.size() - 1; i > 0; --i) {
-      ASSERT_EQ(d.content_digest(), digests[i]) << "seed " << seed;
+      ASSERT_EQ(d.content_digest(), digests[i]);
       ASSERT_TRUE(d.undo().ok());
       if (i % 37 == 0) check_references();
     }
     ASSERT_EQ(d.now()->size(), 0U);
     for (std::size_t i = 0; i + 1 < digests.size(); ++i) {
-      ASSERT_EQ(d.content_digest(), digests[i]) << "seed " << seed;
+      ASSERT_EQ(d.content_digest(), digests[i]);
       ASSERT_TRUE(d.redo().ok());
     }
   }

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// Seeds and lengths of random tests: the same in every run, so that a failure is repeated by
+// running again.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdlib>
+#include <iostream>
+#include <optional>
+#include <random>
+#include <string_view>
+
+namespace robomosp::test {
+
+/// 1, or what ROBOMOSP_TEST_SEED says: a number, or "random" for another one in each run.
+inline unsigned seed() {
+  const char* given = std::getenv("ROBOMOSP_TEST_SEED");
+  const unsigned value = !given ? 1U
+                         : std::string_view(given) == "random"
+                             ? std::random_device{}()
+                             : static_cast<unsigned>(std::strtoul(given, nullptr, 10));
+  std::cout << "seed " << value << " (set ROBOMOSP_TEST_SEED to repeat)\n";
+  return value;
+}
+
+/// How long a mutation loop goes on: a number of files, the same on every machine, or as long as
+/// ROBOMOSP_FUZZ_SECONDS says.
+class FuzzBudget {
+ public:
+  explicit FuzzBudget(std::size_t files) : files_(files) {
+    if (const char* s = std::getenv("ROBOMOSP_FUZZ_SECONDS"))
+      end_ = std::chrono::steady_clock::now() + std::chrono::seconds(std::strtol(s, nullptr, 10));
+  }
+  [[nodiscard]] bool allows(std::size_t done) const {
+    return end_ ? std::chrono::steady_clock::now() < *end_ : done < files_;
+  }
+
+ private:
+  std::size_t files_;
+  std::optional<std::chrono::steady_clock::time_point> end_;
+};
+
+}  // namespace robomosp::test
