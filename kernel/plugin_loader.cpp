@@ -14,15 +14,18 @@
 
 #include <robomosp/sdk/collision.h>
 #include <robomosp/sdk/compiler.h>
+#include <robomosp/sdk/controller.h>
 #include <robomosp/sdk/csg.h>
 #include <robomosp/sdk/csg_primitive.h>
 #include <robomosp/sdk/dynamics.h>
 #include <robomosp/sdk/ik.h>
+#include <robomosp/sdk/integrator.h>
 #include <robomosp/sdk/io.h>
 #include <robomosp/sdk/physics.h>
 #include <robomosp/sdk/plugin.h>
 #include <robomosp/sdk/post.h>
 #include <robomosp/sdk/render.h>
+#include <robomosp/sdk/robot_code.h>
 #include <robomosp/sdk/trajectory.h>
 
 #include "kernel/process.h"
@@ -312,11 +315,12 @@ void append_unique(std::vector<fs::path>& path, const fs::path& folder) {
 
 const std::vector<std::string>& known_interfaces() {
   static const std::vector<std::string> ids = {
-      CsgEngine::kInterfaceId,       CsgPrimitive::kInterfaceId,    IkSolver::kInterfaceId,
-      InverseDynamics::kInterfaceId, ForwardDynamics::kInterfaceId, SegmentMaker::kInterfaceId,
-      CollisionEngine::kInterfaceId, PhysicsEngine::kInterfaceId,   Compiler::kInterfaceId,
-      PostProcessor::kInterfaceId,   Importer::kInterfaceId,        Exporter::kInterfaceId,
-      render::Renderer::kInterfaceId};
+      CsgEngine::kInterfaceId,         CsgPrimitive::kInterfaceId,    IkSolver::kInterfaceId,
+      InverseDynamics::kInterfaceId,   ForwardDynamics::kInterfaceId, SegmentMaker::kInterfaceId,
+      CollisionEngine::kInterfaceId,   PhysicsEngine::kInterfaceId,   Compiler::kInterfaceId,
+      PostProcessor::kInterfaceId,     Importer::kInterfaceId,        Exporter::kInterfaceId,
+      render::Renderer::kInterfaceId,  Integrator::kInterfaceId,      Controller::kInterfaceId,
+      RobotCodeGenerator::kInterfaceId};
   return ids;
 }
 

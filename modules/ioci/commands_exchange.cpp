@@ -203,7 +203,7 @@ class Items {
     RMP_TRY_ASSIGN(auto bodies, ctx_.app.derived.robot_bodies(ctx_.snapshot(), id, ctx_.progress));
     if (q.empty()) q = robotics::home_joint_values(robot, model->dof());
     q.resize(model->dof(), 0.0);
-    std::vector<Pose> joints(model->dof());
+    std::vector<Pose> joints(model->joints.size());
     const auto links = robotics::link_frames(robot);
     std::vector<Pose> frames(links.size());
     robotics::forward_kinematics(*model, q, joints);

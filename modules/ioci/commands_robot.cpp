@@ -641,7 +641,7 @@ Result<Value> mass(CommandContext& ctx, const Map& args) {
   if (has(args, "q")) {
     RMP_TRY_ASSIGN(q, read_q(*args.find("q"), content<Robot>(ctx, args), m->joints, "q"));
   }
-  std::vector<Pose> frames(m->dof());
+  std::vector<Pose> frames(m->joints.size());
   robotics::forward_kinematics(*m, q, frames);
   std::vector<MassProperties> bodies;
   for (std::size_t i = 0; i < frames.size(); ++i)

@@ -24,7 +24,7 @@ Result<Posed> posed(CommandContext& ctx, const Map& args) {
   Posed p;
   RMP_TRY_ASSIGN(p.model, model_of(ctx, args));
   RMP_TRY_ASSIGN(p.q, read_q(*args.find("q"), content<Robot>(ctx, args), p.model->joints, "q"));
-  p.frames.resize(p.model->dof());
+  p.frames.resize(p.model->joints.size());
   robotics::forward_kinematics(*p.model, p.q, p.frames);
   return p;
 }
@@ -68,7 +68,7 @@ Result<Value> link_pose(CommandContext& ctx, const Map& args) {
   if (has(args, "q")) {
     RMP_TRY_ASSIGN(q, read_q(*args.find("q"), r, m->joints, "q"));
   }
-  std::vector<Pose> frames(m->dof());
+  std::vector<Pose> frames(m->joints.size());
   robotics::forward_kinematics(*m, q, frames);
   const auto all = robotics::link_frames(r);
   std::vector<Pose> poses(all.size());

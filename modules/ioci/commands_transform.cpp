@@ -217,7 +217,7 @@ Result<Value> global(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const auto m,
                  ctx.app.derived.robot_model(ctx.snapshot(), id, {0, 0, -9.81}, ctx.progress));
   const std::vector<double> q = robotics::home_joint_values(*ctx.snapshot().get(id), m->dof());
-  std::vector<Pose> frames(m->dof());
+  std::vector<Pose> frames(m->joints.size());
   robotics::forward_kinematics(*m, q, frames);
   return Value(pose_map(spatial::compose(m->base, robotics::tip_pose(*m, 0, frames))));
 }

@@ -341,7 +341,7 @@ class LuaIk final : public IkSolver {
 
   void judge(const std::vector<double>& q, const IkBatch& batch, const Pose& target,
              IkResult& out) const {
-    std::vector<Pose> frames(model_->dof());
+    std::vector<Pose> frames(model_->joints.size());
     robotics::forward_kinematics(*model_, q, frames);
     const Pose reached = robotics::tip_pose(*model_, static_cast<std::size_t>(batch.tip), frames);
     const auto length = [](const Vec3& v) { return std::hypot(v[0], v[1], v[2]); };

@@ -146,7 +146,17 @@ struct DhRow {
   bool operator==(const DhRow&) const = default;
 };
 
-enum class JointKind : std::uint8_t { revolute, prismatic, fixed };
+/// How a link moves in its parent. The axis of one-axis joints is z of the joint's frame.
+enum class JointKind : std::uint8_t {
+  revolute,
+  prismatic,
+  fixed,
+  universal,    ///< turns about z, then about the new x: two coordinates [rad]
+  cylindrical,  ///< slides along z [m], turns about z [rad]
+  planar,       ///< slides along x and y [m], turns about z [rad]
+  spherical,    ///< unit quaternion w x y z
+  free,         ///< position x y z [m], then the quaternion w x y z; of a floating base
+};
 
 /// Motor and friction, at the motor side as published (joint side = times G or G^2).
 struct Drive {
@@ -156,6 +166,21 @@ struct Drive {
   double coulomb_positive = 0;  ///< Tc+ >= 0 [N m]
   double coulomb_negative = 0;  ///< Tc- <= 0 [N m]
   bool operator==(const Drive&) const = default;
+};
+
+/// A spring across a joint of one coordinate.
+struct Spring {
+  double stiffness = 0;  ///< [N m/rad or N/m]
+  double rest = 0;       ///< [rad or m]
+  bool operator==(const Spring&) const = default;
+};
+
+/// The joint follows the joint of an earlier link: q = ratio * q_of + offset.
+struct Mimic {
+  std::int32_t link = -1;  ///< index of the link whose joint is followed
+  double ratio = 1;        ///< [1, m/rad or rad/m]
+  double offset = 0;       ///< [rad or m]
+  bool operator==(const Mimic&) const = default;
 };
 
 /// A designed body: an object or solid at a place in the link's frame.
@@ -169,12 +194,20 @@ struct Link {
   std::int32_t parent = -1;  ///< index of the parent link (< own index), -1 = base
   JointKind joint = JointKind::revolute;
   DhRow row;
+  std::optional<Convention> convention;  ///< of this row; none = the robot's
+  /// Instead of a row: parent-link_T_link at rest, with the joint's axis in the link's frame.
+  std::optional<Placement> origin;
+  Vec3 axis{0, 0, 1};          ///< unit vector; counts only with an origin
+  std::optional<Mimic> mimic;  ///< of a joint of one coordinate
+  bool passive = false;        ///< has no motor
   double lower = -std::numeric_limits<double>::infinity();  ///< [rad or m]
   double upper = std::numeric_limits<double>::infinity();
   double max_velocity = std::numeric_limits<double>::infinity();
   double max_acceleration = std::numeric_limits<double>::infinity();
+  double max_jerk = std::numeric_limits<double>::infinity();   ///< [rad/s^3 or m/s^3]
   double max_force = std::numeric_limits<double>::infinity();  ///< torque or force [N m or N]
   Drive drive;
+  Spring spring;
   std::optional<MassProperties> given;  ///< published values, in the link frame
   std::vector<BodyPart> parts;
   bool visible = true;
@@ -189,7 +222,31 @@ enum class MassSource : std::uint8_t {
 /// A named joint vector, such as "home" or "ready".
 struct NamedPose {
   std::string name;
-  std::vector<double> q;  ///< one entry a moving joint [rad or m]
+  std::vector<double> q;  ///< the model's coordinates [rad, m or 1]
+};
+
+/// What a loop closure holds together, in the frame on link a.
+enum class LoopKind : std::uint8_t {
+  point,     ///< the origins meet (a ball joint)
+  revolute,  ///< and the z axes are one (a hinge)
+  planar,    ///< the origins meet in x and y (a hinge of a plane mechanism)
+  weld,      ///< the frames are one
+};
+
+/// Closes a loop: a frame on one link stays with a frame on another.
+struct LoopClosure {
+  std::string name;
+  LoopKind kind = LoopKind::revolute;
+  std::int32_t link_a = -1, link_b = -1;  ///< -1 = base
+  Placement in_a, in_b;                   ///< link_T_frame
+};
+
+/// A tool frame on a link, with what hangs there.
+struct RobotTool {
+  std::string name;
+  std::int32_t link = -1;                 ///< -1 = base
+  Placement placement;                    ///< link_T_tool
+  std::optional<MassProperties> payload;  ///< in the tool's frame
 };
 
 struct Robot {
@@ -199,10 +256,13 @@ struct Robot {
   MassSource mass_source = MassSource::given;
   Placement base;  ///< mounting_T_base (a world adds its own placement before it)
   std::vector<BodyPart> base_parts;
-  std::vector<Link> links;  ///< parents before children
-  Placement tool;           ///< last link_T_tool
+  std::vector<Link> links;                ///< parents before children
+  Placement tool;                         ///< last link_T_tool
+  std::optional<MassProperties> payload;  ///< carried at `tool`, in the tool's frame
+  std::vector<RobotTool> tools;           ///< further tools
+  std::vector<LoopClosure> loops;
   std::vector<NamedPose> poses;
-  ProviderChoice ik, inverse_dynamics, forward_dynamics;
+  ProviderChoice ik, inverse_dynamics, forward_dynamics, controller;
   Colour skin_colour{0.93F, 0.93F, 0.91F, 1.0F};  ///< generated bodies: tubes
   Colour skin_accent{0.20F, 0.21F, 0.23F, 1.0F};  ///< generated bodies: joints
   Parametric parametric;

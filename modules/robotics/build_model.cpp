@@ -208,6 +208,7 @@ Result<RobotModel> build_robot_model(const std::string& name, const model::Robot
     return fault("all its links are fixed", "Give at least one link a revolute or prismatic joint.")
         .in(where);
   for (std::size_t j = 0; j < bodies.size(); ++j) out.joints[j].body = spatial::combine(bodies[j]);
+  out.number_coordinates();
   out.tips = make_tips(robot, frames);
   return out;
 }

@@ -20,13 +20,16 @@ Pose carried(std::int32_t joint, const Pose& local, std::span<const Pose> frames
 
 void forward_kinematics(const RobotModel& model, std::span<const double> q,
                         std::span<Pose> joint_frames) {
-  const std::size_t n = model.dof();
-  for (std::size_t first = 0; first + n <= q.size() && n > 0; first += n)
+  const std::size_t n = model.joints.size(), coordinates = model.coordinate_count();
+  const std::size_t samples = n > 0 ? joint_frames.size() / n : 0;
+  for (std::size_t i = 0; i < samples; ++i) {
+    const std::span<Pose> frames = joint_frames.subspan(i * n, n);
     for (std::size_t j = 0; j < n; ++j) {
       const JointModel& joint = model.joints[j];
-      const Pose local = spatial::joint_pose(joint.placement, joint.type, q[first + j]);
-      joint_frames[first + j] = carried(joint.parent, local, joint_frames.subspan(first, n));
+      frames[j] =
+          carried(joint.parent, spatial::joint_pose(joint, q.data() + i * coordinates), frames);
     }
+  }
 }
 
 Pose tip_pose(const RobotModel& model, std::size_t tip, std::span<const Pose> joint_frames) {
@@ -54,18 +57,26 @@ void geometric_jacobian(const RobotModel& model, std::size_t tip,
   };
   for (std::int32_t j = model.tips[tip].joint; j >= 0;
        j = model.joints[static_cast<std::size_t>(j)].parent) {
-    const std::size_t i = static_cast<std::size_t>(j);
-    const Vec3 z = spatial::axis(joint_frames[i], 2);
-    double* column = jacobian.data() + 6 * i;
-    if (model.joints[i].type == JointType::revolute) {
-      const Vec3 v = expressed(spatial::cross(z, spatial::sub(at.p, joint_frames[i].p)));
-      const Vec3 w = expressed(z);
-      std::copy(v.begin(), v.end(), column);
-      std::copy(w.begin(), w.end(), column + 3);
-    } else {
-      const Vec3 v = expressed(z);
-      std::copy(v.begin(), v.end(), column);
-    }
+    const JointModel& joint = model.joints[static_cast<std::size_t>(j)];
+    const Pose& own = joint_frames[static_cast<std::size_t>(j)];
+    const double ratio = joint.is_coupled() ? joint.coupling.ratio : 1.0;
+    double* column = jacobian.data() + 6 * joint.v_index;
+    // Coupled joints add to the column of the joint they follow.
+    const auto add = [&](const Vec3& v, std::size_t row) {
+      for (std::size_t k = 0; k < 3; ++k) column[row + k] += ratio * v[k];
+    };
+    const auto slide = [&](std::size_t k) { add(expressed(spatial::axis(own, k)), 0); };
+    const auto turn = [&](std::size_t k) {
+      const Vec3 z = spatial::axis(own, k);
+      add(expressed(spatial::cross(z, spatial::sub(at.p, own.p))), 0);
+      add(expressed(z), 3);
+    };
+    if (joint.type == JointType::revolute) turn(2);
+    if (joint.type == JointType::prismatic) slide(2);
+    if (joint.type == JointType::free)
+      for (std::size_t k = 0; k < 3; ++k, column += 6) slide(k);
+    if (joint.type == JointType::spherical || joint.type == JointType::free)
+      for (std::size_t k = 0; k < 3; ++k, column += 6) turn(k);
   }
 }
 

@@ -11,8 +11,8 @@
 
 namespace robomosp::robotics {
 
-/// base_T_joint of every joint: joint_frames[i * dof + j] for q[i * dof + j], any number of
-/// samples. Both spans have the same size.
+/// base_T_joint of every joint: joint_frames[i * joints + j] for the i-th configuration in q, as
+/// many samples as joint_frames has room for.
 void forward_kinematics(const RobotModel& model, std::span<const double> q,
                         std::span<Pose> joint_frames);
 
@@ -27,9 +27,9 @@ void link_poses(std::span<const LinkFrame> links, std::span<const Pose> joint_fr
 /// Axes that the tip's velocity is expressed in; the reference point is always the tip's origin.
 enum class JacobianFrame { base, world, tip };
 
-/// Geometric Jacobian of one sample: for joint j the six numbers jacobian[6 j ...] are the tip's
-/// linear [m/s] and angular [rad/s] velocity for unit joint rate, (vx vy vz wx wy wz). Joints
-/// that do not carry the tip get zeros.
+/// Geometric Jacobian of one sample: for entry k of qd the six numbers jacobian[6 k ...] are the
+/// tip's linear [m/s] and angular [rad/s] velocity for unit rate, (vx vy vz wx wy wz). Joints that
+/// do not carry the tip get zeros. 6 * dof numbers.
 void geometric_jacobian(const RobotModel& model, std::size_t tip,
                         std::span<const Pose> joint_frames, JacobianFrame frame,
                         std::span<double> jacobian);

@@ -127,7 +127,7 @@ Result<PosedRobot> posed_robot(const Source& source, RobotId id, std::string own
   r.links = robotics::link_frames(*r.record);
   r.world_T_mounting = world_T_mounting;
   r.world_T_base = spatial::compose(world_T_mounting, r.model->base);
-  r.joint_frames.resize(r.model->dof());
+  r.joint_frames.resize(r.model->joints.size());
   r.link_frames.resize(r.links.size());
   return r;
 }

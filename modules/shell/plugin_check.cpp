@@ -11,13 +11,16 @@
 
 #include <robomosp/sdk/collision.h>
 #include <robomosp/sdk/compiler.h>
+#include <robomosp/sdk/controller.h>
 #include <robomosp/sdk/csg.h>
 #include <robomosp/sdk/csg_primitive.h>
 #include <robomosp/sdk/dynamics.h>
 #include <robomosp/sdk/ik.h>
+#include <robomosp/sdk/integrator.h>
 #include <robomosp/sdk/io.h>
 #include <robomosp/sdk/physics.h>
 #include <robomosp/sdk/post.h>
+#include <robomosp/sdk/robot_code.h>
 #include <robomosp/sdk/trajectory.h>
 
 #include "kernel/plugin_loader.h"
@@ -48,6 +51,8 @@ std::string create_fault(const Registry& registry, const ProviderInfo& p) {
          try_create<SegmentMaker>(registry, p, fault) ||
          try_create<CollisionEngine>(registry, p, fault) ||
          try_create<PhysicsEngine>(registry, p, fault) ||
+         try_create<Integrator>(registry, p, fault) || try_create<Controller>(registry, p, fault) ||
+         try_create<RobotCodeGenerator>(registry, p, fault) ||
          try_create<Compiler>(registry, p, fault) ||
          try_create<PostProcessor>(registry, p, fault) ||
          try_create<Importer>(registry, p, fault) || try_create<Exporter>(registry, p, fault));

@@ -192,7 +192,7 @@ Recording kinematic_recording(const Run& run, const Setup& setup, const Tables& 
   std::array<Column, 3> tip{Column{"x", "m", "tool position in the world", {}},
                             Column{"y", "m", "tool position in the world", {}},
                             Column{"z", "m", "tool position in the world", {}}};
-  std::vector<Pose> frames(model.dof());
+  std::vector<Pose> frames(model.joints.size());
   for (std::size_t i = 0; i < setup.times.size(); ++i) {
     robotics::forward_kinematics(
         model, std::span<const double>(t.q).subspan(i * model.dof(), model.dof()), frames);

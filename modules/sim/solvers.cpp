@@ -115,7 +115,7 @@ Result<std::vector<IkResult>> solve_ik(const Bound<IkSolver>& ik, const IkBatch&
   std::vector<IkResult> results(batch.targets.size());
   auto done = guarded(ik.provider, [&] { return ik.solver->solve(batch, results, progress); });
   if (!done.ok()) return in_robot(std::move(done).error(), where);
-  std::vector<Pose> frames(ik.model->dof());
+  std::vector<Pose> frames(ik.model->joints.size());
   for (std::size_t i = 0; i < results.size(); ++i)
     RMP_TRY(check_answer(ik, batch, batch.targets[i], frames, results[i]).in(where));
   return results;

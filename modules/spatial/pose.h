@@ -143,6 +143,40 @@ struct SinCos {
   return t;
 }
 
+/// Rotation by a quaternion w x y z of any length but zero, row-major.
+[[nodiscard]] inline std::array<double, 9> quaternion_rotation(const double* q) {
+  const double s = 2 / (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+  const double x = s * q[1], y = s * q[2], z = s * q[3];
+  return {1 - y * q[2] - z * q[3], x * q[2] - z * q[0],     x * q[3] + y * q[0],
+          x * q[2] + z * q[0],     1 - x * q[1] - z * q[3], y * q[3] - x * q[0],
+          x * q[3] - y * q[0],     y * q[3] + x * q[0],     1 - x * q[1] - y * q[2]};
+}
+
+/// The joint variable of a joint of one coordinate, in the configuration q of its mechanism.
+[[nodiscard]] inline double joint_value(const JointModel& joint, const double* q) {
+  const double x = q[joint.q_index];
+  return joint.is_coupled() ? joint.coupling.ratio * x + joint.coupling.offset : x;
+}
+
+/// parent_T_joint of any joint in the configuration q of its mechanism.
+[[nodiscard]] inline Pose joint_pose(const JointModel& joint, const double* q) {
+  switch (joint.type) {
+    case JointType::revolute:
+    case JointType::prismatic:
+      return joint_pose(joint.placement, joint.type, joint_value(joint, q));
+    case JointType::spherical: {
+      Pose moved;
+      moved.R = quaternion_rotation(q + joint.q_index);
+      return compose(joint.placement, moved);
+    }
+    case JointType::free: {
+      const double* own = q + joint.q_index;
+      return compose(joint.placement, {quaternion_rotation(own + 3), {own[0], own[1], own[2]}});
+    }
+  }
+  return joint.placement;
+}
+
 /// True when R is a rotation matrix to `tolerance` in every element of R R^T and det > 0, and all
 /// numbers are finite.
 [[nodiscard]] inline bool is_rigid(const Pose& t, double tolerance = 1e-9) {

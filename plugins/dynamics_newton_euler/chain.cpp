@@ -11,10 +11,15 @@ Result<Chain> make_chain(const RobotModel& model) {
   if (model.joints.empty())
     return error(ErrorCode::invalid_argument, "it has no joints", "Give it at least one joint.",
                  where);
+  if (!model.is_simple() || !model.loops.empty())
+    return error(ErrorCode::unsupported,
+                 "it has coupled, spherical or free joints or closed loops, which this provider "
+                 "does not know",
+                 "Choose another provider.", where);
   Chain chain;
   chain.gravity = model.gravity;
   chain.is_serial = model.is_serial();
-  for (std::size_t i = 0; i < model.dof(); ++i) {
+  for (std::size_t i = 0; i < model.joints.size(); ++i) {
     const JointModel& m = model.joints[i];
     const std::string joint = where + ", joint \"" + m.name + "\"";
     if (m.parent < -1 || m.parent >= static_cast<std::int32_t>(i))
@@ -36,7 +41,7 @@ Result<Chain> make_chain(const RobotModel& model) {
     chain.joints.push_back(c);
   }
   if (!model.tips.empty()) {
-    if (model.tips[0].joint >= static_cast<std::int32_t>(model.dof()))
+    if (model.tips[0].joint >= static_cast<std::int32_t>(model.joints.size()))
       return error(ErrorCode::invalid_argument, "its first tip is on a joint that does not exist",
                    "Correct the tip.", where);
     chain.tip_joint = model.tips[0].joint;

@@ -362,6 +362,10 @@ class NumericIk final : public IkSolver {
                    "Correct the robot's table.")
             .in("joint \"" + joint.name + "\"")
             .in(where);
+    if (!model.is_simple())
+      return error(ErrorCode::unsupported,
+                   "it has coupled, spherical or free joints, which this provider does not know",
+                   "Choose another provider.", "robot \"" + model.name + "\"");
     model_ = &model;
     chains_.clear();
     for (std::size_t i = 0; i < model.tips.size(); ++i) chains_.push_back(make_chain(model, i));
@@ -376,6 +380,9 @@ class NumericIk final : public IkSolver {
   Result<void> solve(const IkBatch& batch, std::span<IkResult> results,
                      Progress& progress) const override {
     RMP_TRY(check(batch, results.size()));
+    if (!batch.goals.empty() || batch.objective != IkObjective::none)
+      return error(ErrorCode::unsupported, "this provider takes one whole pose and no objective",
+                   "Choose another provider.");
     const std::size_t n = model_->dof();
     Solver solver(*model_, chains_[static_cast<std::size_t>(batch.tip)], options_, restarts_, seed_,
                   batch.tolerance, progress);

@@ -14,16 +14,19 @@
 #include <gtest/gtest.h>
 #include <robomosp/sdk/collision.h>
 #include <robomosp/sdk/compiler.h>
+#include <robomosp/sdk/controller.h>
 #include <robomosp/sdk/csg.h>
 #include <robomosp/sdk/csg_primitive.h>
 #include <robomosp/sdk/csg_select.h>
 #include <robomosp/sdk/dynamics.h>
 #include <robomosp/sdk/ik.h>
+#include <robomosp/sdk/integrator.h>
 #include <robomosp/sdk/io.h>
 #include <robomosp/sdk/physics.h>
 #include <robomosp/sdk/plugin.h>
 #include <robomosp/sdk/post.h>
 #include <robomosp/sdk/render.h>
+#include <robomosp/sdk/robot_code.h>
 #include <robomosp/sdk/trajectory.h>
 
 namespace robomosp {
@@ -101,23 +104,43 @@ void plain_types(std::ostream& out) {
   TYPE(Result<std::string>);
   TYPE(JointFriction);
   F3(JointFriction, viscous, coulomb_positive, coulomb_negative);
+  TYPE(JointSpring);
+  F2(JointSpring, stiffness, rest);
+  TYPE(JointCoupling);
+  F3(JointCoupling, of, ratio, offset);
   TYPE(JointModel);
-  F8(JointModel, name, type, parent, placement, link, body, lower, upper);
-  F5(JointModel, max_velocity, max_acceleration, max_force, armature, friction);
+  F8(JointModel, name, type, parent, q_index, v_index, placement, link, body);
+  F4(JointModel, coupling, passive, lower, upper);
+  F7(JointModel, max_velocity, max_acceleration, max_jerk, max_force, armature, friction, spring);
+  TYPE(LoopModel);
+  F6(LoopModel, name, joint_a, joint_b, in_a, in_b, fixed);
   TYPE(TipModel);
   F3(TipModel, name, joint, tool);
   TYPE(RobotModel);
-  F5(RobotModel, name, joints, tips, base, gravity);
+  F8(RobotModel, name, joints, tips, base, gravity, loops, coordinates, velocities);
   TYPE(IkTolerance);
   F2(IkTolerance, position, rotation);
   TYPE(IkBatch);
   F6(IkBatch, targets, seeds, tolerance, all_solutions, continuous, tip);
+  F4(IkBatch, goals, objective, clearance, arm_angles);
+  TYPE(IkGoal);
+  F3(IkGoal, tip, parts, weight);
   TYPE(IkResult);
   F6(IkResult, status, q, position_error, rotation_error, iterations, detail);
+  F3(IkResult, shortfall, limiting_joint, lost_direction);
   TYPE(TipWrench);
   F2(TipWrench, force, moment);
   TYPE(DynamicsBatch);
   F8(DynamicsBatch, count, q, qd, qdd, tau, tip, terms, scratch);
+  F2(DynamicsBatch, tip_index, base);
+  TYPE(BaseMotion);
+  F4(BaseMotion, gravity, acceleration, angular_velocity, angular_acceleration);
+  TYPE(Energy);
+  F5(Energy, kinetic, potential, momentum, angular_momentum, com);
+  TYPE(Shape);
+  F4(Shape, kind, sizes, mesh, pose);
+  TYPE(ShapedBody);
+  F1(ShapedBody, shapes);
   TYPE(PathSample);
   F5(PathSample, pose, velocity, angular_velocity, acceleration, angular_acceleration);
   TYPE(CollisionPair);
@@ -126,10 +149,23 @@ void plain_types(std::ostream& out) {
   F3(PairDistance, distance, on_a, on_b);
   TYPE(PhysicsBody);
   F7(PhysicsBody, shape, mass, pose, velocity, angular_velocity, friction, restitution);
+  F2(PhysicsBody, group, self);
   TYPE(PhysicsJoint);
   F7(PhysicsJoint, a, b, type, in_a, in_b, lower, upper);
+  F3(PhysicsJoint, viscous, coulomb, armature);
   TYPE(PhysicsState);
-  F3(PhysicsState, poses, velocities, angular_velocities);
+  F5(PhysicsState, poses, velocities, angular_velocities, joint_positions, joint_velocities);
+  TYPE(PhysicsContact);
+  F6(PhysicsContact, a, b, point, normal, depth, force);
+  TYPE(OdeRun);
+  F7(OdeRun, start, end, x0, sample_times, relative_tolerance, absolute_tolerance, step);
+  TYPE(OdeStatistics);
+  F5(OdeStatistics, steps, rejected, rates, events, end);
+  TYPE(ControlInput);
+  F7(ControlInput, time, dt, q, qd, q_wanted, qd_wanted, qdd_wanted);
+  F3(ControlInput, tip_wanted, tip_velocity_wanted, tip_acceleration_wanted);
+  TYPE(CodeFile);
+  F2(CodeFile, name, text);
   TYPE(CsgSize);
   F5(CsgSize, name, unit, range, required, default_value);
   TYPE(CsgNodeInfo);
@@ -247,10 +283,15 @@ void interfaces(std::ostream& out) {
   VIRTUAL(InverseDynamics, scratch_size);
   VIRTUAL(InverseDynamics, torques);
   VIRTUAL(InverseDynamics, inertia);
+  VIRTUAL(InverseDynamics, derivatives);
+  VIRTUAL(InverseDynamics, regressor);
+  VIRTUAL(InverseDynamics, energy);
   TYPE(ForwardDynamics);
   VIRTUAL(ForwardDynamics, prepare);
   VIRTUAL(ForwardDynamics, scratch_size);
   VIRTUAL(ForwardDynamics, accelerations);
+  VIRTUAL(ForwardDynamics, constrained);
+  VIRTUAL(ForwardDynamics, derivatives);
   TYPE(Segment);
   VIRTUAL(Segment, duration);
   VIRTUAL(Segment, length);
@@ -259,11 +300,38 @@ void interfaces(std::ostream& out) {
   VIRTUAL(SegmentMaker, make);
   TYPE(CollisionScene);
   VIRTUAL(CollisionScene, distances);
+  VIRTUAL(CollisionScene, collisions);
   TYPE(CollisionEngine);
   VIRTUAL(CollisionEngine, build);
   TYPE(PhysicsWorld);
   VIRTUAL(PhysicsWorld, step);
   VIRTUAL(PhysicsWorld, read);
+  VIRTUAL(PhysicsWorld, contacts);
+  VIRTUAL(PhysicsWorld, attach);
+  VIRTUAL(PhysicsWorld, release);
+  VIRTUAL(PhysicsWorld, move);
+  TYPE(OdeSystem);
+  VIRTUAL(OdeSystem, size);
+  VIRTUAL(OdeSystem, positions);
+  VIRTUAL(OdeSystem, rate);
+  VIRTUAL(OdeSystem, project);
+  VIRTUAL(OdeSystem, events);
+  VIRTUAL(OdeSystem, event_values);
+  VIRTUAL(OdeSystem, at_event);
+  TYPE(OdeSink);
+  VIRTUAL(OdeSink, sample);
+  TYPE(Integrator);
+  VIRTUAL(Integrator, prepare);
+  VIRTUAL(Integrator, run);
+  TYPE(Controller);
+  VIRTUAL(Controller, prepare);
+  VIRTUAL(Controller, memory_size);
+  VIRTUAL(Controller, scratch_size);
+  VIRTUAL(Controller, torques);
+  TYPE(RobotCodeGenerator);
+  VIRTUAL(RobotCodeGenerator, generate);
+  TYPE(ClearanceField);
+  VIRTUAL(ClearanceField, distance);
   TYPE(PhysicsEngine);
   VIRTUAL(PhysicsEngine, create);
   TYPE(CsgShape);
@@ -299,6 +367,24 @@ void enumerators(std::ostream& out) {
   TYPE(JointType);
   VALUE(JointType::revolute);
   VALUE(JointType::prismatic);
+  VALUE(JointType::spherical);
+  VALUE(JointType::free);
+  TYPE(LoopDirection);
+  TYPE(IkParts);
+  TYPE(RobotCodePart);
+  TYPE(IkObjective);
+  VALUE(IkObjective::none);
+  VALUE(IkObjective::centre);
+  VALUE(IkObjective::manipulability);
+  VALUE(IkObjective::limits);
+  VALUE(IkObjective::clearance);
+  TYPE(ShapeKind);
+  VALUE(ShapeKind::mesh);
+  VALUE(ShapeKind::box);
+  VALUE(ShapeKind::sphere);
+  VALUE(ShapeKind::cylinder);
+  VALUE(ShapeKind::capsule);
+  VALUE(ShapeKind::convex);
   TYPE(IkStatus);
   VALUE(IkStatus::solved);
   VALUE(IkStatus::out_of_reach);
@@ -310,6 +396,13 @@ void enumerators(std::ostream& out) {
   VALUE(kVelocityTerm);
   VALUE(kFrictionTerm);
   VALUE(kExternalTerm);
+  VALUE(kSpringTerm);
+  VALUE(kLoopPoint);
+  VALUE(kLoopRevolute);
+  VALUE(kLoopWeld);
+  VALUE(kIkAxis);
+  VALUE(kIkPose);
+  VALUE(kCodeAll);
   VALUE(kAllTerms);
   TYPE(CsgKind);
   VALUE(CsgKind::union_);

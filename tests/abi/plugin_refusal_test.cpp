@@ -154,7 +154,9 @@ TEST(PluginRefusal, AnUnknownInterfaceIsSkippedAndTheRestLoads) {
           "robomosp.csg/1, robomosp.primitive/1, robomosp.ik/1, robomosp.inverse_dynamics/1, "
           "robomosp.forward_dynamics/1, "
           "robomosp.segment/1, robomosp.collision/1, robomosp.physics/1, robomosp.compiler/1, "
-          "robomosp.post/1, robomosp.importer/1, robomosp.exporter/1 and robomosp.renderer/1."}));
+          "robomosp.post/1, robomosp.importer/1, robomosp.exporter/1, robomosp.renderer/1, "
+          "robomosp.integrator/1, "
+          "robomosp.controller/1 and robomosp.robot_code/1."}));
 }
 
 TEST(PluginRefusal, ProvidersWithoutNameInterfaceOrCreateAreSkipped) {

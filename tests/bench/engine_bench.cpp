@@ -3,7 +3,7 @@
 // random ones, cycled, so that branch prediction does not learn them.
 #include <benchmark/benchmark.h>
 
-#include <robomosp/sdk/conformance/models.h>
+#include <robomosp/sdk/conformance/mechanisms.h>
 #include <robomosp/sdk/conformance/provider.h>
 #include <robomosp/sdk/dynamics.h>
 #include <robomosp/sdk/ik.h>
@@ -35,14 +35,6 @@ RobotModel puma_links_only() {
   return m;
 }
 
-RobotModel long_chain(int n) {
-  std::vector<Row> rows;
-  for (int i = 0; i < n; ++i)
-    rows.push_back({0.1, 0.05, 0.1, i % 2 ? kPi / 2 : -0.7, -90, 90,
-                    body(1, -0.05, 0.01, 0, 0.01, 0.02, 0.02)});
-  return serial("chain", false, rows);
-}
-
 template <class Interface>
 std::unique_ptr<Interface> provider(const char* file, const char* name, const RobotModel& m) {
   auto found = find_provider<Interface>(kPlugins + file, name);
@@ -54,7 +46,7 @@ std::unique_ptr<Interface> provider(const char* file, const char* name, const Ro
 void forward_kinematics_single(benchmark::State& state) {
   const RobotModel m = puma560();
   const States s(m);
-  std::vector<Pose> frames(m.dof());
+  std::vector<Pose> frames(m.joints.size());
   std::size_t i = 0;
   for (auto _ : state) {
     robotics::forward_kinematics(m, {s.q.data() + i * m.dof(), m.dof()}, frames);
@@ -67,7 +59,7 @@ BENCHMARK(forward_kinematics_single);
 void jacobian_with_pose(benchmark::State& state) {
   const RobotModel m = puma560();
   const States s(m);
-  std::vector<Pose> frames(m.dof());
+  std::vector<Pose> frames(m.joints.size());
   std::vector<double> J(6 * m.dof());
   std::size_t i = 0;
   for (auto _ : state) {

@@ -369,7 +369,7 @@ TEST(Library, TheCircleWorldStartsAtTheFirstPointOfTheCircle) {
   const auto built =
       unwrap(bench.derived.robot_model(*snapshot, world.robots[0].robot, world.gravity, progress));
   ASSERT_NE(built, nullptr);
-  std::vector<Pose> frames(built->dof());
+  std::vector<Pose> frames(built->joints.size());
   robotics::forward_kinematics(*built, world.robots[0].q, frames);
   const Pose tip = spatial::compose(model::pose(world.robots[0].placement),
                                     robotics::tip_pose(*built, 0, frames));

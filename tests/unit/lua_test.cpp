@@ -51,6 +51,7 @@ class Lua : public test::ProgramTest {
     m.tips.resize(1);
     m.tips[0].joint = 0;
     m.tips[0].tool.p = {1, 0, 0};
+    m.number_coordinates();
     return m;
   }
   static Pose turned(double q) {

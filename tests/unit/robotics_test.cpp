@@ -87,7 +87,7 @@ RobotModel built(const model::Robot& r, Vec3 gravity = kDown) {
   return std::move(m).value();
 }
 Pose tool_at(const RobotModel& m, const std::vector<double>& q) {
-  std::vector<Pose> frames(m.dof());
+  std::vector<Pose> frames(m.joints.size());
   forward_kinematics(m, q, frames);
   return tip_pose(m, 0, frames);
 }
@@ -164,7 +164,7 @@ TEST(Jacobian, IsTheDerivativeOfTheTipPoseInEveryFrame) {
   m.base = conformance::multiply(conformance::shift(1, 2, 3), conformance::turn_x(0.7));
   conformance::Random random(6);
   const auto q = random.configuration(m);
-  std::vector<Pose> frames(m.dof());
+  std::vector<Pose> frames(m.joints.size());
   forward_kinematics(m, q, frames);
   for (std::size_t tip = 0; tip < 2; ++tip)
     for (const JacobianFrame frame :

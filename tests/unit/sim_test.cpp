@@ -84,7 +84,7 @@ TEST_P(Pa10Circle, TheTipStaysOnTheCircleWithinLimits) {
   const auto* w = snapshot->get(world);
   const auto model = unwrap(
       bench.derived.robot_model(*snapshot, w->robots.front().robot, {0, 0, -9.81}, progress));
-  std::vector<Pose> frames(model->dof());
+  std::vector<Pose> frames(model->joints.size());
   for (std::size_t i = 0; i < r->rows(); ++i) {
     const auto q = row(*r, "q", i);
     robotics::forward_kinematics(*model, q, frames);

@@ -1,17 +1,39 @@
 // SPDX-License-Identifier: Apache-2.0
-// Interface robomosp.collision/1: contact and distance between meshes at many configurations
+// Interface robomosp.collision/1: contact and distance between bodies at many configurations
 // (layer: contract, std only).
 #pragma once
 
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <vector>
 
+#include <robomosp/sdk/params.h>
 #include <robomosp/sdk/progress.h>
 #include <robomosp/sdk/result.h>
 #include <robomosp/sdk/types.h>
 
 namespace robomosp {
+
+enum class ShapeKind : std::int32_t {
+  mesh = 0,      ///< closed triangles
+  box = 1,       ///< sizes: x, y, z; centred
+  sphere = 2,    ///< sizes: radius
+  cylinder = 3,  ///< sizes: radius, length along z; centred
+  capsule = 4,   ///< sizes: radius, length of the straight part along z; centred
+  convex = 5,    ///< the convex hull of the mesh's vertices
+};
+
+/// One shape of a body. A body is the union of its shapes.
+struct Shape {
+  ShapeKind kind = ShapeKind::mesh;
+  Vec3 sizes{};                ///< [m]
+  const Mesh* mesh = nullptr;  ///< of mesh and convex [m]
+  Pose pose;                   ///< body_T_shape
+};
+struct ShapedBody {
+  std::vector<Shape> shapes;  ///< none = it touches nothing
+};
 
 /// A pair of bodies to be checked, by index into CollisionScene's bodies.
 struct CollisionPair {
@@ -20,8 +42,10 @@ struct CollisionPair {
 
 /// Answer for one pair at one sample.
 struct PairDistance {
-  double distance = 0;  ///< [m]; <= 0 when the bodies touch, overlap or one contains the other
-  Vec3 on_a{}, on_b{};  ///< nearest points in the world; equal when distance <= 0
+  /// [m]; <= 0 when the bodies touch, overlap or one contains the other: minus a depth where both
+  /// shapes are convex, else 0
+  double distance = 0;
+  Vec3 on_a{}, on_b{};  ///< nearest points in the world; equal when distance <= 0 and no depth
 };
 
 /// Bodies bound to an engine. Immutable. [any thread]
@@ -32,6 +56,10 @@ class CollisionScene {
   /// Pairs farther apart than `interest` [m] may be answered with distance = interest.
   virtual Result<void> distances(std::span<const Pose> poses, std::span<const CollisionPair> pairs,
                                  double interest, std::span<PairDistance> out, Progress&) const = 0;
+  /// out: samples * pairs, 1 where the bodies touch, overlap or one contains the other. Faster than
+  /// distances.
+  virtual Result<void> collisions(std::span<const Pose> poses, std::span<const CollisionPair> pairs,
+                                  std::span<std::uint8_t> out, Progress&) const = 0;
 };
 
 /// Interface robomosp.collision/1. [any thread]
@@ -40,9 +68,9 @@ class CollisionEngine {
   using Interface = CollisionEngine;
   static constexpr const char* kInterfaceId = "robomosp.collision/1";
   virtual ~CollisionEngine() = default;
-  /// Prepares closed meshes (metres) for queries; the meshes may be freed afterwards.
-  virtual Result<std::unique_ptr<CollisionScene>> build(std::span<const Mesh* const> bodies,
-                                                        Progress&) const = 0;
+  /// Prepares bodies for queries; the meshes may be freed afterwards.
+  virtual Result<std::unique_ptr<CollisionScene>> build(std::span<const ShapedBody> bodies,
+                                                        const Params&, Progress&) const = 0;
 };
 
 }  // namespace robomosp

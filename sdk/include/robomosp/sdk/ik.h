@@ -3,6 +3,7 @@
 // (layer: contract, std only).
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -21,14 +22,63 @@ struct IkTolerance {
   double rotation = 1e-9;  ///< angle of the rotation left [rad]
 };
 
-/// What to solve. Made by the host; may gain fields at the end.
+/// What of a target counts, to be summed by `|`; directions are the target's own axes.
+enum IkParts : std::uint32_t {
+  kIkX = 1,
+  kIkY = 2,
+  kIkZ = 4,
+  kIkTurnX = 8,
+  kIkTurnY = 16,
+  kIkTurnZ = 32,
+  kIkPosition = 7,
+  kIkRotation = 56,
+  kIkAxis = 24,  ///< the direction of the tip's z axis
+  kIkPose = 63,
+};
+
+/// One of several aims that a configuration meets at once.
+struct IkGoal {
+  std::int32_t tip = 0;  ///< index into RobotModel::tips
+  std::uint32_t parts = kIkPose;
+  double weight = 1;  ///< against the other goals, where not all can be met [> 0]
+};
+
+/// What a redundant mechanism does with its freedom.
+enum class IkObjective : std::int32_t {
+  none = 0,            ///< stay near the seed
+  centre = 1,          ///< joints near the middle of their limits
+  manipulability = 2,  ///< far from singular
+  limits = 3,          ///< away from limits that are near
+  clearance = 4,       ///< away from obstacles (IkBatch::clearance)
+};
+
+/// How far a configuration is from its obstacles. [any thread]
+class ClearanceField {
+ public:
+  virtual ~ClearanceField() = default;
+  /// Least distance [m] and its gradient with respect to the dof() velocities [m/rad or 1].
+  virtual double distance(std::span<const double> q, std::span<double> gradient) const = 0;
+};
+
+/// What to solve. Made by the host; may gain fields at the end. A configuration has
+/// RobotModel::coordinate_count() numbers.
 struct IkBatch {
-  std::span<const Pose> targets;  ///< base_T_tip, one a sample
-  std::span<const double> seeds;  ///< targets.size() * dof, joint-fastest; or dof for all; or empty
+  std::span<const Pose> targets;  ///< base_T_tip, one a sample; one a goal and sample, goal-fastest
+  std::span<const double> seeds;  ///< one configuration a sample; or one for all; or empty
   IkTolerance tolerance;
-  bool all_solutions = false;  ///< return every solution the solver can tell apart
-  bool continuous = false;     ///< samples are one path: start each from the one before
-  std::int32_t tip = 0;        ///< index into RobotModel::tips
+  bool all_solutions = false;     ///< return every solution the solver can tell apart
+  bool continuous = false;        ///< samples are one path: start each from the one before
+  std::int32_t tip = 0;           ///< index into RobotModel::tips, when there are no goals
+  std::span<const IkGoal> goals;  ///< empty = the whole pose of `tip`
+  IkObjective objective = IkObjective::none;
+  const ClearanceField* clearance = nullptr;
+  /// The redundancy parameter of solvers with the tag "arm_angle" (elbow angle) [rad]: one a
+  /// sample, one for all, or empty = the solver's choice.
+  std::span<const double> arm_angles;
+
+  [[nodiscard]] std::size_t samples() const {
+    return goals.empty() ? targets.size() : targets.size() / goals.size();
+  }
 };
 
 enum class IkStatus : std::int32_t {
@@ -41,11 +91,15 @@ enum class IkStatus : std::int32_t {
 /// Answer for one target. An unreachable target is not an error.
 struct IkResult {
   IkStatus status = IkStatus::not_converged;
-  std::vector<double> q;      ///< solutions one after the other, k * dof, all within limits
+  std::vector<double> q;      ///< configurations one after the other, all within limits
   double position_error = 0;  ///< of the first solution [m]
   double rotation_error = 0;  ///< of the first solution [rad]
   std::int32_t iterations = 0;
-  std::string detail;  ///< reason in words when not solved; may be empty
+  std::string detail;                ///< reason in words when not solved; may be empty
+  double shortfall = 0;              ///< out of reach by this much at least [m]; 0 = not known
+  std::int32_t limiting_joint = -1;  ///< whose limit is in the way; -1 = none known
+  /// Unit twist (v, w) in the base frame that the tip has lost at q, when q is singular; else 0.
+  std::array<double, 6> lost_direction{};
 };
 
 /// Interface robomosp.ik/1.
@@ -57,7 +111,8 @@ class IkSolver {
   /// Binds the solver to one mechanism; a mechanism it cannot solve is an error that says why.
   /// The model outlives the solver. [application thread or job]
   virtual Result<void> prepare(const RobotModel& model, const Params& params) = 0;
-  /// Solves results.size() == batch.targets.size() targets. [any thread] after prepare.
+  /// Solves results.size() == batch.samples() targets; a goal or objective that it cannot serve is
+  /// an error of code unsupported. [any thread] after prepare.
   virtual Result<void> solve(const IkBatch& batch, std::span<IkResult> results,
                              Progress&) const = 0;
 };

@@ -6,7 +6,9 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <vector>
 
+#include <robomosp/sdk/collision.h>
 #include <robomosp/sdk/params.h>
 #include <robomosp/sdk/progress.h>
 #include <robomosp/sdk/result.h>
@@ -16,36 +18,59 @@ namespace robomosp {
 
 /// One body of the physical world.
 struct PhysicsBody {
-  const Mesh* shape = nullptr;  ///< closed mesh in the body's frame; nullptr = no contact
-  MassProperties mass;          ///< in the body's frame; mass 0 = immovable
-  Pose pose;                    ///< world_T_body at the start
+  ShapedBody shape;     ///< in the body's frame; no shapes = no contact
+  MassProperties mass;  ///< in the body's frame; mass 0 = immovable, or moved by move()
+  Pose pose;            ///< world_T_body at the start
   Vec3 velocity{}, angular_velocity{};
   double friction = 0.5;     ///< Coulomb coefficient [-]
   double restitution = 0.0;  ///< 0..1 [-]
+  std::uint32_t group = 0;   ///< bodies of one group (a robot) touch only where `self` is set
+  bool self = false;
 };
 
 /// A joint between two bodies; body -1 = the world. The axis is z of `in_a`.
 struct PhysicsJoint {
   std::int32_t a = -1, b = -1;
-  std::int32_t type = 0;        ///< 0 revolute, 1 prismatic, 2 fixed
+  std::int32_t type = 0;        ///< 0 revolute, 1 prismatic, 2 fixed, 3 ball
   Pose in_a, in_b;              ///< joint frame in either body
   double lower = 0, upper = 0;  ///< [rad or m]; lower > upper = unlimited
+  double viscous = 0;           ///< [N m s/rad or N s/m]
+  double coulomb = 0;           ///< [N m or N]
+  double armature = 0;          ///< motor inertia [kg m^2 or kg]
 };
 
-/// State of all bodies, body-fastest.
+/// State of all bodies, body-fastest, and of the joints; empty spans are not filled.
 struct PhysicsState {
   std::span<Pose> poses;
   std::span<Vec3> velocities, angular_velocities;
+  std::span<double> joint_positions, joint_velocities;  ///< [rad or m, per s]
+};
+
+/// A point where two bodies touched in the last step.
+struct PhysicsContact {
+  std::int32_t a = -1, b = -1;  ///< bodies
+  Vec3 point{}, normal{};       ///< in the world; the normal points to body a
+  double depth = 0;             ///< [m]
+  Vec3 force{};                 ///< on body a [N]
 };
 
 /// A running world; one thread at a time.
 class PhysicsWorld {
  public:
   virtual ~PhysicsWorld() = default;
-  /// Advances `steps` steps of `dt` [s] with joint forces held (one a joint, N m or N).
+  /// Advances `steps` steps of `dt` [s] with joint forces held (one a joint, N m or N). Equal calls
+  /// from equal states give equal bits.
   virtual Result<void> step(double dt, std::int32_t steps, std::span<const double> forces,
                             Progress&) = 0;
   virtual void read(const PhysicsState& out) const = 0;
+  /// Contacts of the last step, in a fixed order.
+  virtual void contacts(std::vector<PhysicsContact>& out) const = 0;
+  /// Ties two bodies as they stand (a gripper that holds); gives a number for release().
+  virtual Result<std::int32_t> attach(std::int32_t a, std::int32_t b) = 0;
+  virtual Result<void> release(std::int32_t attachment) = 0;
+  /// Places an immovable body and gives it the velocity that contacts see (a conveyor).
+  virtual Result<void> move(std::int32_t body, const Pose& pose, Vec3 velocity,
+                            Vec3 angular_velocity) = 0;
 };
 
 /// Interface robomosp.physics/1.

@@ -8,7 +8,7 @@
 #include <stdint.h>
 
 /** Number of this SDK's binary interface; raised whenever a layout or a virtual table changes. */
-#define RMP_SDK_ABI 2
+#define RMP_SDK_ABI 3
 /** Version of the SDK's source interface, semantic. */
 #define RMP_SDK_VERSION "0.1.0"
 

@@ -26,13 +26,11 @@ namespace robomosp::conformance {
   const double steps[4] = {-2, -1, 1, 2}, weights[4] = {1.0 / 12, -8.0 / 12, 8.0 / 12, -1.0 / 12};
   std::vector<Pose> at[4];
   for (int s = 0; s < 4; ++s) {
-    std::vector<double> x = q;
-    for (std::size_t j = 0; j < q.size(); ++j) x[j] += steps[s] * h * qd[j];
-    at[s] = joint_frames(m, x.data());
+    at[s] = joint_frames(m, advanced(m, q.data(), qd.data(), steps[s] * h).data());
   }
   const std::vector<Pose> now = joint_frames(m, q.data());
   double energy = 0;
-  for (std::size_t i = 0; i < m.dof(); ++i) {
+  for (std::size_t i = 0; i < m.joints.size(); ++i) {
     const MassProperties& b = m.joints[i].body;
     Vec3 v{};
     double Rd[9] = {};
@@ -51,7 +49,12 @@ namespace robomosp::conformance {
     energy += 0.5 * b.mass * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
     energy += 0.5 * (I.xx * x * x + I.yy * y * y + I.zz * z * z) + I.xy * x * y + I.yz * y * z +
               I.xz * x * z;
-    energy += 0.5 * m.joints[i].armature * qd[i] * qd[i];
+    const JointModel& joint = m.joints[i];
+    if (robomosp::velocity_count(joint.type) == 1) {
+      const double rate = (joint.is_coupled() ? joint.coupling.ratio : 1) *
+                          qd[static_cast<std::size_t>(joint.v_index)];
+      energy += 0.5 * joint.armature * rate * rate;
+    }
   }
   return energy;
 }
@@ -60,7 +63,7 @@ namespace robomosp::conformance {
 [[nodiscard]] inline double potential_energy(const RobotModel& m, const std::vector<double>& q) {
   const std::vector<Pose> now = joint_frames(m, q.data());
   double energy = 0;
-  for (std::size_t i = 0; i < m.dof(); ++i) {
+  for (std::size_t i = 0; i < m.joints.size(); ++i) {
     const MassProperties& b = m.joints[i].body;
     const Pose c = multiply(now[i], shift(b.com[0], b.com[1], b.com[2]));
     for (std::size_t k = 0; k < 3; ++k) energy -= b.mass * m.gravity[k] * c.p[k];
@@ -68,16 +71,16 @@ namespace robomosp::conformance {
   return energy;
 }
 
-/// dV/dq by central differences of order four [N m or N].
+/// dV by the velocities, by central differences of order four [N m or N].
 [[nodiscard]] inline std::vector<double> potential_gradient(const RobotModel& m,
                                                             const std::vector<double>& q) {
   const double h = 2e-3;
-  std::vector<double> g(q.size());
-  for (std::size_t j = 0; j < q.size(); ++j) {
+  std::vector<double> g(m.dof()), unit(m.dof());
+  for (std::size_t j = 0; j < g.size(); ++j) {
     const auto at = [&](double s) {
-      std::vector<double> x = q;
-      x[j] += s * h;
-      return potential_energy(m, x);
+      std::fill(unit.begin(), unit.end(), 0.0);
+      unit[j] = s;
+      return potential_energy(m, advanced(m, q.data(), unit.data(), h));
     };
     g[j] = (8 * (at(1) - at(-1)) - (at(2) - at(-2))) / (12 * h);
   }
@@ -129,7 +132,7 @@ class DynamicsConformance : public testing::TestWithParam<DynamicsCase> {
                               const std::vector<double>& qdd, std::uint32_t terms = kAllTerms,
                               const std::vector<TipWrench>& tip = {}) {
     DynamicsBatch b;
-    b.count = q.size() / dof();
+    b.count = q.size() / model().coordinate_count();
     b.q = q, b.qd = qd, b.qdd = qdd, b.tip = tip, b.terms = terms, b.scratch = scratch_;
     std::vector<double> tau(q.size());
     NoProgress none;
@@ -139,7 +142,7 @@ class DynamicsConformance : public testing::TestWithParam<DynamicsCase> {
   }
   std::vector<double> inertia(const std::vector<double>& q) {
     DynamicsBatch b;
-    b.count = q.size() / dof();
+    b.count = q.size() / model().coordinate_count();
     b.q = q, b.scratch = scratch_;
     std::vector<double> m(b.count * dof() * dof());
     NoProgress none;

@@ -52,12 +52,92 @@ inline constexpr double kDeg = kPi / 180;
   return a;
 }
 
+/// Rotation by a quaternion w x y z of any length.
+[[nodiscard]] inline Pose turn_quaternion(const double* q) {
+  const double w = q[0], x = q[1], y = q[2], z = q[3];
+  const double n = w * w + x * x + y * y + z * z;
+  Pose a;
+  a.R = {(w * w + x * x - y * y - z * z) / n,
+         2 * (x * y - w * z) / n,
+         2 * (x * z + w * y) / n,
+         2 * (x * y + w * z) / n,
+         (w * w - x * x + y * y - z * z) / n,
+         2 * (y * z - w * x) / n,
+         2 * (x * z - w * y) / n,
+         2 * (y * z + w * x) / n,
+         (w * w - x * x - y * y + z * z) / n};
+  return a;
+}
+
+/// How a joint has moved from rest, J(q).
+[[nodiscard]] inline Pose joint_motion(const JointModel& j, const double* q) {
+  const double* own = q + j.q_index;
+  const double x = j.is_coupled() ? j.coupling.ratio * own[0] + j.coupling.offset : own[0];
+  switch (j.type) {
+    case JointType::revolute: return turn_z(x);
+    case JointType::prismatic: return shift(0, 0, x);
+    case JointType::spherical: return turn_quaternion(own);
+    case JointType::free: return multiply(shift(own[0], own[1], own[2]), turn_quaternion(own + 3));
+  }
+  return {};
+}
+
+/// The configuration after moving for `seconds` with constant velocities qd.
+[[nodiscard]] inline std::vector<double> advanced(const RobotModel& m, const double* q,
+                                                  const double* qd, double seconds) {
+  std::vector<double> out(q, q + m.coordinate_count());
+  // a := a * exp(w seconds / 2), the velocity being in the moving frame.
+  const auto turn = [&](double* a, const double* w) {
+    const double speed = std::sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
+    const double half = speed * seconds / 2;
+    const double s = speed > 0 ? std::sin(half) / speed : 0, c = std::cos(half);
+    const double b[4] = {c, s * w[0], s * w[1], s * w[2]};
+    const double r[4] = {a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
+                         a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
+                         a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1],
+                         a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0]};
+    std::copy(r, r + 4, a);
+  };
+  for (const JointModel& j : m.joints) {
+    if (j.is_coupled()) continue;
+    double* own = out.data() + j.q_index;
+    const double* v = qd + j.v_index;
+    switch (j.type) {
+      case JointType::revolute:
+      case JointType::prismatic: own[0] += seconds * v[0]; break;
+      case JointType::spherical: turn(own, v); break;
+      case JointType::free: {
+        // v is constant in the moving frame: the origin follows a screw, integrated by Gauss
+        // points.
+        const double x[3] = {0.5 - std::sqrt(0.15), 0.5, 0.5 + std::sqrt(0.15)};
+        const double weight[3] = {5.0 / 18, 8.0 / 18, 5.0 / 18};
+        Vec3 way{};
+        for (std::size_t g = 0; g < 3; ++g) {
+          double at[4] = {own[3], own[4], own[5], own[6]};
+          const double whole = seconds;
+          seconds = whole * x[g];
+          turn(at, v + 3);
+          seconds = whole;
+          const Pose t = turn_quaternion(at);
+          for (std::size_t r = 0; r < 3; ++r)
+            for (std::size_t c = 0; c < 3; ++c)
+              way[r] += weight[g] * seconds * t.R[3 * r + c] * v[c];
+        }
+        for (std::size_t r = 0; r < 3; ++r) own[r] += way[r];
+        turn(own + 3, v + 3);
+        break;
+      }
+    }
+  }
+  return out;
+}
+
 /// base_T_joint of all joints, plainly.
 [[nodiscard]] inline std::vector<Pose> joint_frames(const RobotModel& m, const double* q) {
-  std::vector<Pose> f(m.dof());
-  for (std::size_t i = 0; i < m.dof(); ++i) {
+  std::vector<Pose> f(m.joints.size());
+  for (std::size_t i = 0; i < m.joints.size(); ++i) {
     const JointModel& j = m.joints[i];
-    const Pose motion = j.type == JointType::revolute ? turn_z(q[i]) : shift(0, 0, q[i]);
+    const Pose motion = joint_motion(j, q);
     const Pose local = multiply(j.placement, motion);
     f[i] = j.parent < 0 ? local : multiply(f[static_cast<std::size_t>(j.parent)], local);
   }
@@ -137,6 +217,7 @@ struct Row {
   }
   m.tips.push_back(
       {"tool", static_cast<std::int32_t>(rows.size()) - 1, multiply(parent_link, tool)});
+  m.number_coordinates();
   return m;
 }
 
@@ -296,6 +377,7 @@ struct Row {
   add(8, turns, multiply(shift(0.2, 0, 0), turn_y(kPi / 2)), -2, 2,
       body(0.6, 0.01, 0, 0.1, 0.002, 0.002, 0.001));
   m.tips = {{"left", 6, shift(0, 0, 0.05)}, {"right", 9, shift(0, 0, 0.12)}};
+  m.number_coordinates();
   return m;
 }
 
@@ -309,11 +391,25 @@ class Random {
     z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
     return low + (high - low) * static_cast<double>((z ^ (z >> 31)) >> 11) * 0x1.0p-53;
   }
-  /// A configuration within the limits (within one turn where there are none).
+  /// A configuration within the limits (within one turn where there are none; free joints within
+  /// 1 m). Limits of coupled joints are not looked at.
   std::vector<double> configuration(const RobotModel& m) {
     std::vector<double> q;
-    for (const JointModel& j : m.joints)
-      q.push_back(uniform(std::max(j.lower, -2 * kPi), std::min(j.upper, 2 * kPi)));
+    for (const JointModel& j : m.joints) {
+      if (j.is_coupled()) continue;
+      if (j.type == JointType::revolute || j.type == JointType::prismatic) {
+        q.push_back(uniform(std::max(j.lower, -2 * kPi), std::min(j.upper, 2 * kPi)));
+        continue;
+      }
+      if (j.type == JointType::free)
+        for (int k = 0; k < 3; ++k) q.push_back(uniform(-1, 1));
+      double turn[4], length = 0;
+      do {
+        length = 0;
+        for (double& x : turn) x = uniform(-1, 1), length += x * x;
+      } while (length > 1 || length < 0.01);
+      for (const double x : turn) q.push_back(x / std::sqrt(length));
+    }
     return q;
   }
   std::vector<double> vector(std::size_t n, double low, double high) {

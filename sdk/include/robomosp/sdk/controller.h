@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+// Interface robomosp.controller/1: joint forces from a state and what it should be
+// (layer: contract, std only).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include <robomosp/sdk/dynamics.h>
+#include <robomosp/sdk/params.h>
+#include <robomosp/sdk/result.h>
+#include <robomosp/sdk/robot_model.h>
+
+namespace robomosp {
+
+/// What a controller sees at a tick. Made by the host; may gain fields at the end.
+struct ControlInput {
+  double time = 0;                ///< [s]
+  double dt = 0;                  ///< since the tick before; 0 at the first [s]
+  std::span<const double> q, qd;  ///< as measured
+  std::span<const double> q_wanted, qd_wanted, qdd_wanted;  ///< of the reference
+  /// Reference of the tip 0 in the base frame, where the reference is Cartesian; else nullptr.
+  const Pose* tip_wanted = nullptr;
+  std::array<double, 6> tip_velocity_wanted{};      ///< (v, w), base axes, at the tip
+  std::array<double, 6> tip_acceleration_wanted{};  ///< its rate
+};
+
+/// Interface robomosp.controller/1. Holds no state between ticks but in `memory`.
+class Controller {
+ public:
+  using Interface = Controller;
+  static constexpr const char* kInterfaceId = "robomosp.controller/1";
+  virtual ~Controller() = default;
+  /// Binds to a mechanism and to the inverse dynamics it may ask (the robot's own choice); both
+  /// outlive it. [application thread or job]
+  virtual Result<void> prepare(const RobotModel& model, const InverseDynamics& dynamics,
+                               const Params& params) = 0;
+  /// Numbers that a run keeps from tick to tick (integrals); the host starts them at 0.
+  [[nodiscard]] virtual std::size_t memory_size() const = 0;
+  [[nodiscard]] virtual std::size_t scratch_size() const = 0;
+  /// tau, dof() numbers; the host cuts them at the joints' max_force. Allocates nothing.
+  /// [any thread] after prepare
+  virtual Result<void> torques(const ControlInput& in, std::span<double> memory,
+                               std::span<double> scratch, std::span<double> tau) const = 0;
+};
+
+}  // namespace robomosp
