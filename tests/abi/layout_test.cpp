@@ -177,7 +177,7 @@ void plain_types(std::ostream& out) {
   TYPE(CsgProfile);
   F1(CsgProfile, loops);
   TYPE(CsgGeometry);
-  F6(CsgGeometry, form, brep, points, triangles, digest, source);
+  F7(CsgGeometry, form, brep, points, triangles, digest, source, deviation);
   TYPE(CsgFeature);
   F6(CsgFeature, kind, point, direction, radius, size, inward);
   TYPE(CsgNode);

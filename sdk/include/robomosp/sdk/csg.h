@@ -242,6 +242,9 @@ struct CsgGeometry {
   std::vector<std::uint32_t> triangles;   ///< 3 vertex indices each
   std::array<std::uint64_t, 2> digest{};  ///< of the content; equal content, equal digest
   std::string source;                     ///< where it came from, for people
+  /// Of a mesh that stands for a curved solid: its triangles are within this distance of it [m];
+  /// 0 = the mesh is the solid.
+  double deviation = 0;
 };
 
 /// One node of a flat tree. Nodes come parents first (pre-order); children keep their order.
