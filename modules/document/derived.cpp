@@ -24,6 +24,7 @@
 #include "robotics/skin.h"
 #include "spatial/mass.h"
 #include "spatial/pose.h"
+#include "spatial/vec.h"
 
 namespace robomosp::document {
 
@@ -35,6 +36,10 @@ constexpr std::size_t kMostLeaves = 100'000;  ///< solids in one object, nested 
 constexpr double kSkinChord = 2e-4;           ///< tessellation of generated bodies [m]
 constexpr double kSkinShininess = 0.4;
 constexpr std::size_t kShapeBytesPerNode = 16'384;  ///< an engine's solid, about
+/// Distance of the triangles from the exact solid that they stand for, by its size.
+constexpr double kTrianglesBySize = 1e-4;
+/// Relative rounding of the coordinates of display meshes, which are in single precision.
+constexpr double kSinglePrecision = 6e-8;
 
 using ShapePtr = std::shared_ptr<const CsgShape>;
 
@@ -209,6 +214,18 @@ struct Derived::Impl {
     });
   }
 
+  /// The engine for exact solids; made when first needed.
+  Result<Engine> exact_engine() {
+    RMP_TRY_ASSIGN(Engine e, engine());
+    if (!e.is_mesh) return e;
+    return engine(known_exact, [this]() -> Result<ProviderInfo> {
+      for (ProviderInfo& info : registry.list(CsgEngine::kInterfaceId))
+        if (info.enabled && !has_tag(info, "mesh")) return std::move(info);
+      return error(ErrorCode::unsupported, "no CSG engine that takes exact solids is loaded",
+                   "Load the plugin csg_occt, or import the solid as a mesh.");
+    });
+  }
+
   struct Known {
     std::optional<Engine> engine;
     std::uint64_t revision = 0;
@@ -274,16 +291,91 @@ struct Derived::Impl {
   /// that works on triangles.
   Result<Shape> shape(const CsgTree& tree, Progress& progress) {
     RMP_TRY_ASSIGN(const Engine e, engine_for(tree));
+    if (e.is_mesh) return shape_of_triangles(e, tree, progress);
     auto made = shape(e, tree, progress);
-    if (made.ok() || e.is_mesh || made.error().code != ErrorCode::plugin_failed) return made;
+    if (made.ok() || made.error().code != ErrorCode::plugin_failed) return made;
     auto rough = stand_in(tree, made.error(), progress);
     if (rough.ok() || rough.error().code == ErrorCode::cancelled) return rough;
     return made;
   }
 
+  /// By an engine for triangles; what only an exact engine can make comes to it as a mesh that
+  /// states how far it may be off.
+  Result<Shape> shape_of_triangles(Engine e, const CsgTree& tree, Progress& progress) {
+    const std::vector<bool> only_exact = needs_exact_engine(tree);
+    if (std::none_of(only_exact.begin(), only_exact.end(), [](bool b) { return b; }))
+      return shape(std::move(e), tree, progress);
+    RMP_TRY_ASSIGN(const Engine exact, exact_engine());
+    CsgTree triangles;
+    std::vector<std::int32_t> number(tree.nodes.size(), -1);  // -1 = inside a replaced branch
+    for (std::size_t i = 0; i < tree.nodes.size(); ++i) {
+      CsgNode node = tree.nodes[i];
+      if (node.parent >= 0) {
+        node.parent = number[static_cast<std::size_t>(node.parent)];
+        if (node.parent < 0) continue;
+      }
+      if (only_exact[i]) {
+        RMP_TRY_ASSIGN(node.geometry, triangulated(exact, branch_of(tree, i).tree, progress));
+        node.kind = CsgKind::imported;
+        node.sizes = {1};
+        node.select.clear();
+      } else {
+        number[i] = static_cast<std::int32_t>(triangles.nodes.size());
+      }
+      triangles.nodes.push_back(std::move(node));
+    }
+    return shape(std::move(e), triangles, progress);
+  }
+
+  /// Imported exact solids, and fillets and chamfers of what holds no mesh; the outermost of them.
+  static std::vector<bool> needs_exact_engine(const CsgTree& tree) {
+    std::vector<bool> has_mesh(tree.nodes.size()), needs(tree.nodes.size());
+    for (std::size_t i = tree.nodes.size(); i-- > 0;) {
+      const CsgNode& n = tree.nodes[i];
+      const bool is_brep = n.geometry && n.geometry->form == CsgGeometry::Form::brep;
+      if (n.kind == CsgKind::imported) {
+        has_mesh[i] = n.geometry && !is_brep;
+        needs[i] = is_brep;
+      }
+      if (n.kind == CsgKind::fillet || n.kind == CsgKind::chamfer) needs[i] = !has_mesh[i];
+      if (n.parent >= 0 && has_mesh[i]) has_mesh[static_cast<std::size_t>(n.parent)] = true;
+    }
+    return needs;
+  }
+
+  /// The closed mesh of an exact solid in its own frame.
+  Result<std::shared_ptr<const CsgGeometry>> triangulated(const Engine& exact,
+                                                          const CsgTree& branch,
+                                                          Progress& progress) {
+    RMP_TRY_ASSIGN(const Shape s, shape(exact, branch, progress));
+    RMP_TRY_ASSIGN(const auto box, placed_box(s, {}));
+    const double chord = kTrianglesBySize * spatial::distance(box[0], box[1]);
+    Fingerprinter fp("triangulated/1");
+    fp.add(s.key).add(chord);
+    const Fingerprint key = fp.finish();
+    return cache.get<CsgGeometry>(
+        key, key,
+        [&]() -> Result<CsgGeometry> {
+          RMP_TRY_ASSIGN(const auto m, mesh(s, chord, progress));
+          double farthest = 0;
+          for (const Vec3& corner : box)
+            for (const double x : corner) farthest = std::max(farthest, std::fabs(x));
+          CsgGeometry out;
+          out.form = CsgGeometry::Form::mesh;
+          out.points.assign(m->positions.begin(), m->positions.end());
+          out.triangles = m->triangles;
+          out.deviation = chord + kSinglePrecision * farthest;
+          out.digest = {key.hi, key.lo};
+          return out;
+        },
+        [](const CsgGeometry& g) {
+          return sizeof(CsgGeometry) + 8 * g.points.size() + 4 * g.triangles.size();
+        });
+  }
+
   Result<Shape> stand_in(const CsgTree& tree, const Error& why, Progress& progress) {
     RMP_TRY_ASSIGN(Engine e, mesh_engine());
-    RMP_TRY_ASSIGN(Shape rough, shape(std::move(e), tree, progress));
+    RMP_TRY_ASSIGN(Shape rough, shape_of_triangles(std::move(e), tree, progress));
     rough.stand_in = "shown as an approximation: " + why.sentence();
     return rough;
   }
@@ -583,13 +675,9 @@ struct Derived::Impl {
         if (shapes[i].engine.name == triangles.name) continue;
         RMP_TRY_ASSIGN(const CsgTree tree, tree_of(s, group[i]->solid, progress));
         std::string why = std::move(shapes[i].stand_in);
-        auto rough = shape(triangles, tree, progress).in(s.describe(group[i]->solid));
-        if (!rough.ok() && rough.error().code == ErrorCode::unsupported)
-          return error(ErrorCode::unsupported,
-                       "what an exact solid shares with a triangle mesh next to it cannot be found",
-                       "Set the object's overlap to sum, or import both in one form.",
-                       s.describe(group[i]->solid));
-        RMP_TRY_ASSIGN(shapes[i], std::move(rough));
+        RMP_TRY_ASSIGN(
+            shapes[i],
+            shape_of_triangles(triangles, tree, progress).in(s.describe(group[i]->solid)));
         shapes[i].stand_in = std::move(why);
       }
     }
@@ -728,12 +816,15 @@ struct Derived::Impl {
   struct Operand {
     std::string name;
     std::shared_ptr<const Mesh> mesh;
-    Pose placement;  ///< solid_T_mesh
+    Pose placement;           ///< solid_T_mesh
+    bool is_healthy = false;  ///< stands in the solid as it is, beside what failed
   };
 
-  /// The operands of the deepest operation that fails, those that can be made.
+  /// The operands of the deepest operation that fails, those that can be made; before them what
+  /// unions put beside it, which would look the same if it had not failed.
   Result<std::vector<Operand>> operands(const CsgTree& tree, double chord, Progress& progress) {
-    std::vector<Operand> found;
+    std::vector<Operand> beside, found;
+    bool is_in_unions = true;
     for (std::size_t top = 0;;) {
       std::optional<std::size_t> failing;
       found.clear();
@@ -741,7 +832,8 @@ struct Derived::Impl {
         Branch branch = branch_of(tree, child);
         auto made = mesh(branch.tree, chord, progress);
         if (made.ok()) {
-          found.push_back({tree.nodes[child].name, std::move(made).value(), branch.placement});
+          found.push_back(
+              {tree.nodes[child].name, std::move(made).value(), branch.placement, false});
         } else if (made.error().code == ErrorCode::cancelled) {
           return std::move(made).error();
         } else if (!failing) {
@@ -749,8 +841,21 @@ struct Derived::Impl {
         }
       }
       // A primitive that fails is no operation: its neighbours are what there is to see.
-      if (!failing || csg_info(tree.nodes[*failing].kind).children == CsgChildren::none)
-        return found;
+      is_in_unions = is_in_unions && tree.nodes[top].kind == CsgKind::union_;
+      const bool is_deepest =
+          !failing || csg_info(tree.nodes[*failing].kind).children == CsgChildren::none;
+      if (is_deepest) {
+        // Somebody has to tell what failed.
+        if (found.empty()) std::swap(found, beside);
+        for (Operand& o : found) o.is_healthy = false;
+        beside.insert(beside.end(), found.begin(), found.end());
+        return beside;
+      }
+      if (is_in_unions)
+        for (Operand& o : found) {
+          o.is_healthy = true;
+          beside.push_back(std::move(o));
+        }
       top = *failing;
     }
   }
@@ -784,7 +889,7 @@ struct Derived::Impl {
         RMP_TRY_ASSIGN(const auto shown, operands(*tree, solid->chord, progress));
         for (const Operand& o : shown)
           draw(o.name.empty() ? l.name : l.name + "." + o.name, o.mesh,
-               spatial::compose(l.placement, o.placement), why.sentence());
+               spatial::compose(l.placement, o.placement), o.is_healthy ? "" : why.sentence());
       }
       if (!first) first = std::move(why);
     }
@@ -907,6 +1012,7 @@ struct Derived::Impl {
     kinematic.source.clear();
     kinematic.base_parts.clear();
     kinematic.poses.clear();
+    kinematic.pair_rules.clear();
     kinematic.ik = kinematic.inverse_dynamics = kinematic.forward_dynamics = {};
     kinematic.skin_colour = kinematic.skin_accent = {};
     kinematic.parametric = {};  // what it comes from does not matter, only the numbers
@@ -1001,7 +1107,7 @@ struct Derived::Impl {
   const Registry& registry;
   Cache cache;
   std::mutex mutex;
-  Known known, known_mesh;  // guarded by mutex
+  Known known, known_mesh, known_exact;  // guarded by mutex
 };
 
 namespace {

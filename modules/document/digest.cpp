@@ -24,12 +24,12 @@ class Feeder {
   }
   void operator()(const Robot& r) {
     all(r.description, r.source, static_cast<int>(r.convention), static_cast<int>(r.mass_source),
-        r.base, r.base_parts, r.links, r.tool, r.poses, r.ik, r.inverse_dynamics,
+        r.base, r.base_parts, r.links, r.tool, r.poses, r.pair_rules, r.ik, r.inverse_dynamics,
         r.forward_dynamics, r.skin_colour, r.skin_accent, r.parametric);
   }
   void operator()(const Trajectory& t) { all(t.description, t.sample_time, t.segments); }
   void operator()(const World& w) {
-    all(w.description, w.gravity, w.objects, w.robots, w.trajectories, w.parametric);
+    all(w.description, w.gravity, w.objects, w.robots, w.trajectories, w.pair_rules, w.parametric);
   }
 
  private:
@@ -106,6 +106,7 @@ class Feeder {
     all(l.parts, l.visible);
   }
   void add(const NamedPose& p) { all(p.name, p.q); }
+  void add(const PairRule& p) { all(p.a, p.b, p.is_allowed, p.reason); }
   void add(const TrajectorySegment& s) { all(s.shape, s.points); }
   void add(const PlacedObject& p) { all(p.name, p.what, p.placement); }
   void add(const PlacedRobot& p) { all(p.name, AnyId(p.robot), p.placement, p.q); }
@@ -133,6 +134,12 @@ std::size_t bytes(const Parametric& p) {
   return n;
 }
 
+std::size_t bytes(const std::vector<PairRule>& rules) {
+  std::size_t n = rules.size() * sizeof(PairRule);
+  for (const auto& r : rules) n += r.a.size() + r.b.size() + r.reason.size();
+  return n;
+}
+
 struct Size {
   std::size_t operator()(const Material& m) const { return m.description.size() + m.source.size(); }
   std::size_t operator()(const Solid& s) const {
@@ -151,7 +158,7 @@ struct Size {
     std::size_t n = r.description.size() + r.source.size() + bytes(r.ik) +
                     bytes(r.inverse_dynamics) + bytes(r.forward_dynamics) +
                     r.base_parts.size() * sizeof(BodyPart) + r.links.size() * sizeof(Link) +
-                    bytes(r.parametric);
+                    bytes(r.parametric) + bytes(r.pair_rules);
     for (const auto& l : r.links) n += l.name.size() + l.parts.size() * sizeof(BodyPart);
     for (const auto& p : r.poses) n += sizeof(NamedPose) + p.name.size() + 8 * p.q.size();
     return n;
@@ -165,7 +172,8 @@ struct Size {
   std::size_t operator()(const World& w) const {
     std::size_t n = w.description.size() + w.objects.size() * sizeof(PlacedObject) +
                     w.robots.size() * sizeof(PlacedRobot) +
-                    w.trajectories.size() * sizeof(PlacedTrajectory) + bytes(w.parametric);
+                    w.trajectories.size() * sizeof(PlacedTrajectory) + bytes(w.parametric) +
+                    bytes(w.pair_rules);
     for (const auto& r : w.robots) n += 8 * r.q.size();
     return n;
   }

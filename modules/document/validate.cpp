@@ -12,6 +12,7 @@
 
 #include "kernel/text.h"
 #include "model/placement.h"
+#include "spatial/principal.h"
 
 namespace robomosp::document {
 
@@ -315,6 +316,18 @@ Result<void> check_node(const Solid& s, std::size_t i, std::size_t children) {
                children == 0 ? "Put one inside." : "Put them into a union.");
 }
 
+/// No body has a negative principal moment, nor one greater than the two others together.
+Result<void> possible(const Sym3& inertia) {
+  constexpr double kRounding = 1e-3;  ///< of figures that were rounded when written down
+  const Vec3 p = spatial::principal(inertia).moments;
+  const double slack = kRounding * p[2];
+  if (p[0] >= -slack && p[0] + p[1] >= p[2] - slack) return {};
+  return fault("the measured inertia has the principal moments " + shown(p[0]) + ", " +
+                   shown(p[1]) + " and " + shown(p[2]) + " kg m^2, which no body has",
+               p[0] < -slack ? "None may be negative; check the products of inertia and their sign."
+                             : "None may be greater than the two others together.");
+}
+
 Result<void> measured(const std::optional<MeasuredMass>& m) {
   if (!m) return {};
   RMP_TRY(positive(m->mass.mass, "the measured mass", " kg"));
@@ -325,7 +338,7 @@ Result<void> measured(const std::optional<MeasuredMass>& m) {
   RMP_TRY(finite(std::array{s.xx, s.yy, s.zz, s.xy, s.yz, s.xz}, "the measured inertia"));
   for (const double v : {s.xx, s.yy, s.zz})
     RMP_TRY(not_negative(v, "a diagonal element of the measured inertia", " kg m^2"));
-  return {};
+  return possible(s);
 }
 
 Result<void> check(const Material& m, Subject&) {
@@ -415,6 +428,18 @@ Result<void> check_link(const Robot& r, std::size_t i) {
   return {};
 }
 
+Result<void> check(const std::vector<PairRule>& rules) {
+  for (const PairRule& p : rules) {
+    const std::string pair = "the pair of " + quote(p.a) + " and " + quote(p.b);
+    if (!is_name(p.a)) return bad_name(p.a, "body of a pair");
+    if (!is_name(p.b)) return bad_name(p.b, "body of a pair");
+    for (const PairRule& q : rules)
+      if (&q != &p && ((q.a == p.a && q.b == p.b) || (q.a == p.b && q.b == p.a)))
+        return fault(pair + " has two rules", "Keep one of them.");
+  }
+  return {};
+}
+
 Result<void> check(const Robot& r, Subject& subject) {
   if (r.convention > Convention::mdh) return fault("the convention is unknown");
   if (r.mass_source > MassSource::designed) return fault("the source of masses is unknown");
@@ -448,6 +473,7 @@ Result<void> check(const Robot& r, Subject& subject) {
           std::to_string(dof) + (dof == 1 ? " moving joint" : " moving joints"));
   }
   subject = {};
+  RMP_TRY(check(r.pair_rules));
   RMP_TRY(choice(r.ik, "ik"));
   RMP_TRY(choice(r.inverse_dynamics, "inverse_dynamics"));
   RMP_TRY(choice(r.forward_dynamics, "forward_dynamics"));
@@ -496,7 +522,8 @@ Result<void> check(const World& w, Subject& subject) {
       return fault("the placed trajectory " + quote(t.name) + " names no trajectory");
     RMP_TRY(placement(t.placement, "trajectory " + quote(t.name)));
   }
-  return {};
+  subject = {};
+  return check(w.pair_rules);
 }
 
 }  // namespace

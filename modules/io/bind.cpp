@@ -319,7 +319,9 @@ class Binder {
                     pose_fields.push_back(i);
                     return {};
                   }),
-         provider("ik", r.ik), provider("inverse_dynamics", r.inverse_dynamics),
+         pair_rule("allowed_pair", true, r.pair_rules),
+         pair_rule("checked_pair", false, r.pair_rules), provider("ik", r.ik),
+         provider("inverse_dynamics", r.inverse_dynamics),
          provider("forward_dynamics", r.forward_dynamics),
          Rule{"skin", [&](Index i) -> Result<void> {
                 RMP_TRY(need_block(i, true));
@@ -498,7 +500,8 @@ class Binder {
     Result<void> fields_read = block(
         kFile, "a world",
         {name_rule(), string("description", w.description), parameter_rule(w.parametric),
-         tuple("gravity", "m/s^2", w.gravity),
+         tuple("gravity", "m/s^2", w.gravity), pair_rule("allowed_pair", true, w.pair_rules),
+         pair_rule("checked_pair", false, w.pair_rules),
          repeated("object",
                   [&](Index i) -> Result<void> {
                     PlacedObject p;
@@ -833,6 +836,19 @@ class Binder {
     RMP_TRY(need_body(i));
     parts.push_back(p);
     return {};
+  }
+  /// `allowed_pair { a "base"  b "forearm"  reason "they never meet" }`
+  Rule pair_rule(std::string_view name, bool is_allowed, std::vector<PairRule>& out) {
+    return repeated(name, [this, is_allowed, &out](Index i) -> Result<void> {
+      PairRule p;
+      p.is_allowed = is_allowed;
+      RMP_TRY(need_block(i, true));
+      std::vector<Rule> rules{string("a", p.a), string("b", p.b), string("reason", p.reason)};
+      rules[0].is_required = rules[1].is_required = true;
+      RMP_TRY(block(i, "a pair of bodies", rules));
+      out.push_back(std::move(p));
+      return {};
+    });
   }
   Rule provider(std::string_view name, ProviderChoice& out) {
     return {name, [this, &out](Index i) -> Result<void> {

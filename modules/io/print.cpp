@@ -232,6 +232,7 @@ class Printer {
     for (std::size_t i = 0; i < r.links.size(); ++i) link(r, i);
     if (differs(r.tool)) block("tool", placement(r.tool));
     for (const auto& p : r.poses) line("pose " + name(p.name) + " " + joint_values(r, p.q));
+    pair_rules(r.pair_rules);
     provider("ik", r.ik);
     provider("inverse_dynamics", r.inverse_dynamics);
     provider("forward_dynamics", r.forward_dynamics);
@@ -315,6 +316,15 @@ class Printer {
       std::vector<std::string> fields{"trajectory " + quote(path_of_(t.trajectory))};
       for (auto& f : placement(t.placement)) fields.push_back(std::move(f));
       block("trajectory " + name(t.name), fields);
+    }
+    pair_rules(w.pair_rules);
+  }
+
+  void pair_rules(const std::vector<PairRule>& rules) {
+    for (const auto& p : rules) {
+      std::vector<std::string> fields{"a " + quote(p.a), "b " + quote(p.b)};
+      if (!p.reason.empty()) fields.push_back("reason " + quote(p.reason));
+      block(p.is_allowed ? "allowed_pair" : "checked_pair", fields);
     }
   }
 

@@ -249,6 +249,16 @@ struct RobotTool {
   std::optional<MassProperties> payload;  ///< in the tool's frame
 };
 
+/// Whether collision checks look at a pair of bodies, against what they would do by themselves. A
+/// robot's bodies are named by link, or "base"; a world's are "table", "arm.forearm", "arm.base",
+/// and "arm" stands for all of them. A name that nothing has is without effect.
+struct PairRule {
+  std::string a, b;
+  bool is_allowed = true;  ///< to touch: the pair is passed over; false = it is always checked
+  std::string reason;      ///< why, for people
+  bool operator==(const PairRule&) const = default;
+};
+
 struct Robot {
   std::string description;
   std::string source;  ///< where the parameters come from
@@ -262,6 +272,7 @@ struct Robot {
   std::vector<RobotTool> tools;           ///< further tools
   std::vector<LoopClosure> loops;
   std::vector<NamedPose> poses;
+  std::vector<PairRule> pair_rules;  ///< of its own bodies
   ProviderChoice ik, inverse_dynamics, forward_dynamics, controller;
   Colour skin_colour{0.93F, 0.93F, 0.91F, 1.0F};  ///< generated bodies: tubes
   Colour skin_accent{0.20F, 0.21F, 0.23F, 1.0F};  ///< generated bodies: joints
@@ -303,6 +314,7 @@ struct World {
   std::vector<PlacedObject> objects;
   std::vector<PlacedRobot> robots;
   std::vector<PlacedTrajectory> trajectories;
+  std::vector<PairRule> pair_rules;
   Parametric parametric;  ///< its parameters are known to all records as `<name>.<parameter>`
 };
 
