@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the methods of this plugin share: one step at a time, and the run around it that takes
+// samples, finds events and projects (layer: plugin).
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include <robomosp/sdk/integrator.h>
+
+namespace robomosp::integrators {
+
+/// Calls the system, counts, and tells where a rate is not finite or fails.
+class Rates {
+ public:
+  Rates(OdeSystem& system, OdeStatistics& statistics) : system_(system), statistics_(statistics) {}
+  /// False = some number of it is not finite.
+  Result<bool> operator()(double t, std::span<const double> x, std::span<double> dx);
+  [[nodiscard]] OdeSystem& system() const { return system_; }
+  [[nodiscard]] OdeStatistics& statistics() const { return statistics_; }
+
+ private:
+  OdeSystem& system_;
+  OdeStatistics& statistics_;
+};
+
+/// A method, bound to one run.
+class Stepper {
+ public:
+  virtual ~Stepper() = default;
+  /// From here on; at the start and where an event or a projection has changed x.
+  virtual Result<void> restart(double t, std::span<const double> x) = 0;
+  /// One accepted step towards `limit`, not beyond. What it reached: `time()`, `state()`.
+  virtual Result<void> step(double limit) = 0;
+  [[nodiscard]] virtual double time() const = 0;
+  [[nodiscard]] virtual std::span<const double> state() const = 0;
+  /// The state within the last step.
+  virtual Result<void> between(double t, std::span<double> x) = 0;
+  /// Parts of a step at whose ends events are looked for.
+  [[nodiscard]] virtual int looks_for_events() const = 0;
+};
+
+/// Refuses spans of the wrong length, times that do not rise and tolerances that make no sense.
+Result<void> check_run(const OdeSystem& system, const OdeRun& run);
+
+/// The whole run of a method.
+Result<OdeStatistics> integrate(Rates& rates, Stepper& stepper, const OdeRun& run, OdeSink& sink,
+                                Progress& progress);
+
+[[nodiscard]] std::string number(double value);
+[[nodiscard]] std::string at_time(double t);  ///< "t = 0.25 s"
+[[nodiscard]] Error rate_not_finite(double t);
+
+}  // namespace robomosp::integrators
