@@ -7,7 +7,7 @@ if(NOT DEFINED BUILD_TESTING OR BUILD_TESTING)
 endif()
 
 # robomosp_add_plugin(name SOURCES file... [LIBS library...] [TEST file...]
-#                     [CONFORMANCE ik|csg|primitive|dynamics...] [MODELS model...])
+#                     [CONFORMANCE ik|csg|primitive|dynamics|collision...] [MODELS model...])
 # Makes <name>.so as the loader wants it: hidden symbols, no prefix, robomosp::sdk linked. TEST adds
 # a GoogleTest program <name>_test, which finds the plugin in the definition ROBOMOSP_PLUGIN_FILE.
 # CONFORMANCE runs the suites of the SDK on every provider of the plugin; MODELS are mechanisms of
@@ -39,7 +39,7 @@ function(robomosp_add_plugin name)
   foreach(suite IN LISTS arg_CONFORMANCE)
     set(source "${_robomosp_package_dir}/conformance_${suite}.cpp.in")
     if(NOT EXISTS "${source}")
-      message(FATAL_ERROR "robomosp_add_plugin(${name}): there is no suite \"${suite}\" to run by itself; ik, csg, primitive and dynamics are.")
+      message(FATAL_ERROR "robomosp_add_plugin(${name}): there is no suite \"${suite}\" to run by itself; ik, csg, primitive, dynamics and collision are.")
     endif()
     configure_file("${source}" "${CMAKE_CURRENT_BINARY_DIR}/${name}_conformance_${suite}.cpp" @ONLY)
     _robomosp_plugin_test(${name} ${name}_conformance_${suite} ""

@@ -29,5 +29,5 @@ install(FILES
   "${CMAKE_BINARY_DIR}/sdk/RobomospConfig.cmake" "${CMAKE_BINARY_DIR}/sdk/RobomospConfigVersion.cmake"
   "${CMAKE_CURRENT_LIST_DIR}/RobomospPlugin.cmake" "${CMAKE_CURRENT_LIST_DIR}/conformance_ik.cpp.in"
   "${CMAKE_CURRENT_LIST_DIR}/conformance_csg.cpp.in" "${CMAKE_CURRENT_LIST_DIR}/conformance_dynamics.cpp.in"
-  "${CMAKE_CURRENT_LIST_DIR}/conformance_primitive.cpp.in"
+  "${CMAKE_CURRENT_LIST_DIR}/conformance_primitive.cpp.in" "${CMAKE_CURRENT_LIST_DIR}/conformance_collision.cpp.in"
   DESTINATION "${package_dir}" COMPONENT sdk)

@@ -1,0 +1,450 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "convex.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <set>
+#include <utility>
+
+#include "spatial/pose.h"
+#include "spatial/vec.h"
+
+namespace robomosp::collision_fcl {
+namespace {
+
+using namespace spatial;
+
+constexpr std::size_t kClimbFrom = 24;  ///< corners from which climbing beats looking at all
+constexpr int kMostSteps = 200;
+
+double clamp_to(double x, double half) { return std::clamp(x, -half, half); }
+
+/// Nearest point of a core to a point outside it; the point itself when inside.
+Vec3 nearest(const Core& c, const Vec3& p) {
+  switch (c.kind) {
+    case Core::Kind::point: return {};
+    case Core::Kind::segment: return {0, 0, clamp_to(p[2], c.half[2])};
+    case Core::Kind::box:
+      return {clamp_to(p[0], c.half[0]), clamp_to(p[1], c.half[1]), clamp_to(p[2], c.half[2])};
+    case Core::Kind::cylinder: {
+      const double r = std::hypot(p[0], p[1]);
+      const double s = r > c.half[0] ? c.half[0] / r : 1;
+      return {p[0] * s, p[1] * s, clamp_to(p[2], c.half[2])};
+    }
+    case Core::Kind::hull: break;
+  }
+  return p;
+}
+
+/// A point inside a box or cylinder: depth, and the nearest point of the surface.
+double inner_depth(const Core& c, const Vec3& p, Vec3& surface) {
+  surface = p;
+  double depth = std::numeric_limits<double>::infinity();
+  const auto side = [&](std::size_t k) {
+    const double d = c.half[k] - std::fabs(p[k]);
+    if (d >= depth) return;
+    depth = d;
+    surface = p;
+    surface[k] = std::copysign(c.half[k], p[k]);
+  };
+  side(2);
+  if (c.kind == Core::Kind::box) {
+    side(0);
+    side(1);
+    return depth;
+  }
+  const double r = std::hypot(p[0], p[1]);
+  if (c.half[0] - r < depth) {
+    depth = c.half[0] - r;
+    const Vec3 out = r > 0 ? Vec3{p[0] / r, p[1] / r, 0} : Vec3{1, 0, 0};
+    surface = {out[0] * c.half[0], out[1] * c.half[0], p[2]};
+  }
+  return depth;
+}
+
+/// From the nearest points of two cores apart to those of the shapes.
+Apart with_margins(const Vec3& a, const Vec3& b, double margin_a, double margin_b) {
+  Apart r;
+  const Vec3 way = sub(b, a);
+  const double d = norm(way);
+  const Vec3 n = d > 0 ? scale(way, 1 / d) : Vec3{0, 0, 1};
+  r.distance = d - margin_a - margin_b;
+  r.on_a = add(a, scale(n, margin_a));
+  r.on_b = sub(b, scale(n, margin_b));
+  return r;
+}
+
+/// The centre of a sphere against a box or cylinder whose frame is the points' frame; on_a is the
+/// solid's.
+Apart point_to_solid(const Core& solid, const Vec3& p, double margin) {
+  const Vec3 q = nearest(solid, p);
+  if (q != p) return with_margins(q, p, 0, margin);
+  Apart r;
+  Vec3 surface;
+  const double depth = inner_depth(solid, p, surface);
+  Vec3 n = sub(surface, p);
+  const double length = norm(n);
+  if (length > 0) {
+    n = scale(n, 1 / length);
+  } else {  // the centre is on the surface
+    n = {};
+    const Vec3 u{p[0] / solid.half[0], p[1] / solid.half[1], p[2] / solid.half[2]};
+    if (solid.kind == Core::Kind::cylinder && std::fabs(p[2]) < solid.half[2])
+      n = unit({p[0], p[1], 0});
+    else {
+      std::size_t k = 2;
+      if (solid.kind == Core::Kind::box)
+        for (std::size_t i = 0; i < 2; ++i)
+          if (std::fabs(u[i]) > std::fabs(u[k])) k = i;
+      n[k] = std::copysign(1, p[k]);
+    }
+  }
+  r.distance = -(depth + margin);
+  r.on_a = surface;
+  r.on_b = sub(p, scale(n, margin));
+  return r;
+}
+
+/// Nearest points of two segments (Ericson, Real-Time Collision Detection, 2005, 5.1.9), as
+/// parameters; both have positive length.
+std::pair<double, double> nearest_of_segments(const Vec3& p1, const Vec3& d1, const Vec3& p2,
+                                              const Vec3& d2) {
+  const Vec3 r = sub(p1, p2);
+  const double a = dot(d1, d1), e = dot(d2, d2), f = dot(d2, r), c = dot(d1, r), b = dot(d1, d2);
+  const double denominator = a * e - b * b;
+  double s = denominator > 1e-14 * a * e ? std::clamp((b * f - c * e) / denominator, 0.0, 1.0) : 0;
+  double t = (b * s + f) / e;
+  if (t < 0) t = 0, s = std::clamp(-c / a, 0.0, 1.0);
+  else if (t > 1) t = 1, s = std::clamp((b - c) / a, 0.0, 1.0);
+  return {s, t};
+}
+
+Apart segments(const Core& a, const Core& b, const Pose& a_T_b) {
+  const Vec3 d1{0, 0, 2 * a.half[2]}, p1{0, 0, -a.half[2]};
+  const Vec3 z = axis(a_T_b, 2);
+  const Vec3 d2 = scale(z, 2 * b.half[2]), p2 = sub(a_T_b.p, scale(z, b.half[2]));
+  const auto [s, t] = nearest_of_segments(p1, d1, p2, d2);
+  const Vec3 on1 = add(p1, scale(d1, s)), on2 = add(p2, scale(d2, t));
+  Apart r = with_margins(on1, on2, a.margin, b.margin);
+  if (distance(on1, on2) > 1e-12 * (a.margin + b.margin)) return r;
+  // The axes cross: out along the normal of both, or of one where they are parallel.
+  Vec3 n = cross({0, 0, 1}, z);
+  if (norm(n) < 1e-9) n = {1, 0, 0};
+  n = unit(n);
+  r.on_a = add(on1, scale(n, a.margin));
+  r.on_b = sub(on2, scale(n, b.margin));
+  return r;
+}
+
+/// Points of A - B with the points of A and B they come from.
+struct Simplex {
+  std::array<Vec3, 4> w{}, a{}, b{};
+  std::array<double, 4> weight{};
+  std::size_t size = 0;
+
+  void keep(std::initializer_list<std::pair<std::size_t, double>> which) {
+    Simplex s;
+    for (const auto& [i, l] : which) {
+      s.w[s.size] = w[i];
+      s.a[s.size] = a[i];
+      s.b[s.size] = b[i];
+      s.weight[s.size++] = l;
+    }
+    *this = s;
+  }
+  [[nodiscard]] Vec3 sum(const std::array<Vec3, 4>& of) const {
+    Vec3 p{};
+    for (std::size_t i = 0; i < size; ++i) p = add(p, scale(of[i], weight[i]));
+    return p;
+  }
+};
+
+using Weights = std::array<std::pair<std::size_t, double>, 3>;
+struct Part {
+  Weights part{};
+  std::size_t size = 0;
+  double squared = std::numeric_limits<double>::infinity();
+};
+
+Part part_of(const Simplex& s, Weights weights, std::size_t size) {
+  Part p{weights, size, 0};
+  Vec3 v{};
+  for (std::size_t i = 0; i < size; ++i)
+    v = add(v, scale(s.w[weights[i].first], weights[i].second));
+  p.squared = dot(v, v);
+  return p;
+}
+
+Part nearest_on_edge(const Simplex& s, std::size_t i, std::size_t j) {
+  const Vec3 ab = sub(s.w[j], s.w[i]);
+  const double t = -dot(s.w[i], ab), l = dot(ab, ab);
+  if (t <= 0 || l <= 0) return part_of(s, {{{i, 1.0}}}, 1);
+  if (t >= l) return part_of(s, {{{j, 1.0}}}, 1);
+  return part_of(s, {{{i, 1 - t / l}, {j, t / l}}}, 2);
+}
+
+/// Of the origin, by the regions of the triangle (Ericson 5.1.5). All its edges are tried where it
+/// is not the interior, which costs little and has no wrong turns on thin triangles.
+Part nearest_on_triangle(const Simplex& s, std::size_t i, std::size_t j, std::size_t k) {
+  const Vec3 &a = s.w[i], &b = s.w[j], &c = s.w[k];
+  const Vec3 n = cross(sub(b, a), sub(c, a));
+  const double nn = dot(n, n);
+  if (nn > 0) {
+    const double u = dot(n, cross(b, c)), v = dot(n, cross(c, a)), w = dot(n, cross(a, b));
+    if (u > 0 && v > 0 && w > 0) {
+      const double sum = u + v + w;
+      Part inside = part_of(s, {{{i, u / sum}, {j, v / sum}, {k, w / sum}}}, 3);
+      return inside;
+    }
+  }
+  Part best = nearest_on_edge(s, i, j);
+  for (const auto& [p, q] : {std::pair{j, k}, std::pair{k, i}})
+    if (const Part e = nearest_on_edge(s, p, q); e.squared < best.squared) best = e;
+  return best;
+}
+
+/// Reduces the simplex to the part nearest to the origin; false when the origin is inside.
+bool reduce(Simplex& s) {
+  Part best;
+  if (s.size == 1) {
+    s.weight[0] = 1;
+    return true;
+  }
+  if (s.size == 2) best = nearest_on_edge(s, 0, 1);
+  if (s.size == 3) best = nearest_on_triangle(s, 0, 1, 2);
+  if (s.size == 4) {
+    constexpr std::array<std::array<std::size_t, 4>, 4> kFaces{
+        {{0, 1, 2, 3}, {0, 2, 3, 1}, {0, 3, 1, 2}, {1, 3, 2, 0}}};
+    bool is_inside = true;
+    for (const auto& f : kFaces) {
+      const Vec3 n = cross(sub(s.w[f[1]], s.w[f[0]]), sub(s.w[f[2]], s.w[f[0]]));
+      const double of_rest = dot(n, sub(s.w[f[3]], s.w[f[0]]));
+      const double of_origin = -dot(n, s.w[f[0]]);
+      // A flat tetrahedron has no inside: all its faces are looked at.
+      const double flat = 1e-14 * norm(n) * norm(sub(s.w[f[3]], s.w[f[0]]));
+      if (std::fabs(of_rest) > flat && of_rest * of_origin >= 0) continue;
+      is_inside = false;
+      if (const Part p = nearest_on_triangle(s, f[0], f[1], f[2]); p.squared < best.squared)
+        best = p;
+    }
+    if (is_inside) return false;
+  }
+  if (best.size == 1) s.keep({best.part[0]});
+  if (best.size == 2) s.keep({best.part[0], best.part[1]});
+  if (best.size == 3) s.keep({best.part[0], best.part[1], best.part[2]});
+  return true;
+}
+
+bool is_round(const Core& c) { return c.kind == Core::Kind::cylinder; }
+
+/// Gilbert, Johnson, Keerthi (IEEE J. Robotics Automation 4 (1988) 193) on the cores.
+Apart gjk(const Core& a, const Core& b, const Pose& a_T_b, double interest) {
+  std::uint32_t hint_a = 0, hint_b = 0;
+  const auto support_a = [&](const Vec3& d) { return support(a, d, hint_a); };
+  const auto support_b = [&](const Vec3& d) {
+    return transform(a_T_b, support(b, rotate_back(a_T_b, d), hint_b));
+  };
+  const double margins = a.margin + b.margin;
+  // What is left of the last digits is found by projections, see below.
+  const bool projects =
+      (is_round(a) || is_round(b)) && a.kind != Core::Kind::hull && b.kind != Core::Kind::hull;
+  const double enough = projects ? 1e-9 : 1e-14;
+  Simplex s;
+  Vec3 v = dot(a_T_b.p, a_T_b.p) > 0 ? scale(a_T_b.p, -1) : Vec3{-1, 0, 0};
+  double vv = std::numeric_limits<double>::infinity(), extent = 0;
+  Apart out;
+  for (int step = 0; step < kMostSteps; ++step) {
+    const Vec3 wa = support_a(scale(v, -1)), wb = support_b(v), w = sub(wa, wb);
+    extent = std::max(extent, dot(w, w));
+    if (step > 0) {
+      const double vw = dot(v, w);
+      // The plane through w is a bound from below.
+      if (vw > 0 && vw > (interest + margins) * std::sqrt(vv)) {
+        out.state = Apart::State::beyond;
+        out.distance = interest;
+        return out;
+      }
+      if (vv - vw <= enough * vv) break;
+      bool is_known = false;
+      for (std::size_t i = 0; i < s.size; ++i) is_known = is_known || s.w[i] == w;
+      if (is_known) break;
+    }
+    const Simplex before = s;
+    s.w[s.size] = w;
+    s.a[s.size] = wa;
+    s.b[s.size] = wb;
+    ++s.size;
+    if (!reduce(s)) {
+      out.state = Apart::State::overlap;
+      out.is_exact = false;
+      return out;
+    }
+    const Vec3 next = s.sum(s.w);
+    const double nn = dot(next, next);
+    if (nn <= 1e-28 * extent) {
+      out.state = Apart::State::overlap;
+      out.is_exact = false;
+      out.on_a = s.sum(s.a);
+      return out;
+    }
+    if (step > 0 && nn >= vv) {  // rounding is all that is left
+      s = before;
+      break;
+    }
+    v = next;
+    vv = nn;
+  }
+  Vec3 on_a = s.sum(s.a), on_b = s.sum(s.b);
+  // Round surfaces are approached by chords only: the last digits come by projecting the points
+  // onto the shapes in turn, which never moves them apart.
+  if (projects) {
+    const Pose b_T_a = inverse(a_T_b);
+    double d = distance(on_a, on_b);
+    for (int i = 0; i < 60; ++i) {
+      const Vec3 pa = nearest(a, on_b);
+      const Vec3 pb = transform(a_T_b, nearest(b, transform(b_T_a, pa)));
+      const double closer = distance(pa, pb);
+      if (!(closer < d)) break;
+      const bool is_done = d - closer <= 1e-16 * d;
+      on_a = pa;
+      on_b = pb;
+      d = closer;
+      if (is_done) break;
+    }
+  }
+  return with_margins(on_a, on_b, a.margin, b.margin);
+}
+
+Apart swapped(const Core& a, const Core& b, const Pose& a_T_b, double interest) {
+  Apart r = separation(b, a, inverse(a_T_b), interest);
+  std::swap(r.on_a, r.on_b);
+  r.on_a = transform(a_T_b, r.on_a);
+  r.on_b = transform(a_T_b, r.on_b);
+  return r;
+}
+
+}  // namespace
+
+HullData hull_data(Hull hull) {
+  HullData d;
+  std::vector<std::set<std::uint32_t>> around(hull.points.size());
+  for (const auto& t : hull.triangles)
+    for (std::size_t k = 0; k < 3; ++k) {
+      around[t[k]].insert(t[(k + 1) % 3]);
+      around[t[k]].insert(t[(k + 2) % 3]);
+    }
+  for (const auto& set : around) {
+    d.first.push_back(static_cast<std::uint32_t>(d.neighbours.size()));
+    d.neighbours.insert(d.neighbours.end(), set.begin(), set.end());
+  }
+  d.first.push_back(static_cast<std::uint32_t>(d.neighbours.size()));
+  d.hull = std::move(hull);
+  return d;
+}
+
+Vec3 support(const Core& c, const Vec3& d, std::uint32_t& hint) {
+  switch (c.kind) {
+    case Core::Kind::point: return {};
+    case Core::Kind::segment: return {0, 0, std::copysign(c.half[2], d[2])};
+    case Core::Kind::box:
+      return {std::copysign(c.half[0], d[0]), std::copysign(c.half[1], d[1]),
+              std::copysign(c.half[2], d[2])};
+    case Core::Kind::cylinder: {
+      const double r = std::hypot(d[0], d[1]);
+      const double s = r > 0 ? c.half[0] / r : 0;
+      return {s * d[0], s * d[1], std::copysign(c.half[2], d[2])};
+    }
+    case Core::Kind::hull: break;
+  }
+  const auto& points = c.hull->hull.points;
+  if (points.size() < kClimbFrom) {
+    std::size_t best = 0;
+    double most = dot(points[0], d);
+    for (std::size_t i = 1; i < points.size(); ++i)
+      if (const double x = dot(points[i], d); x > most) most = x, best = i;
+    return points[best];
+  }
+  double most = dot(points[hint], d);
+  for (bool climbs = true; climbs;) {
+    climbs = false;
+    const std::uint32_t at = hint;
+    for (std::uint32_t k = c.hull->first[at]; k < c.hull->first[at + 1]; ++k) {
+      const std::uint32_t other = c.hull->neighbours[k];
+      if (const double x = dot(points[other], d); x > most) most = x, hint = other, climbs = true;
+    }
+  }
+  return points[hint];
+}
+
+bool contains(const Core& core, const Vec3& p) {
+  if (core.kind != Core::Kind::hull) return distance(nearest(core, p), p) <= core.margin;
+  const Hull& h = core.hull->hull;
+  return std::all_of(h.triangles.begin(), h.triangles.end(), [&](const auto& t) {
+    const Vec3 n = cross(sub(h.points[t[1]], h.points[t[0]]), sub(h.points[t[2]], h.points[t[0]]));
+    return dot(n, sub(p, h.points[t[0]])) <= 0;
+  });
+}
+
+double depth_bound(const Core& a, const Core& b, const Pose& a_T_b, Vec3& direction) {
+  double least = std::numeric_limits<double>::infinity();
+  std::uint32_t hint_a = 0, hint_b = 0;
+  const auto consider = [&](const Vec3& n) {
+    const double depth =
+        dot(n, support(a, n, hint_a)) + a.margin + b.margin -
+        dot(n, transform(a_T_b, support(b, rotate_back(a_T_b, scale(n, -1)), hint_b)));
+    if (depth < least) least = depth, direction = n;
+  };
+  constexpr int kDirections = 256;
+  for (int i = 0; i < kDirections; ++i) {  // a spiral over the sphere
+    const double z = 1 - (2.0 * i + 1) / kDirections, r = std::sqrt(1 - z * z);
+    consider({r * std::cos(2.399963229728653 * i), r * std::sin(2.399963229728653 * i), z});
+  }
+  for (std::size_t k = 0; k < 3; ++k)
+    for (const double sign : {-1.0, 1.0}) {
+      Vec3 n{};
+      n[k] = sign;
+      consider(n);
+      consider(rotate(a_T_b, n));
+    }
+  const auto faces = [&](const Core& c, bool is_b) {
+    if (c.kind != Core::Kind::hull) return;
+    const Hull& h = c.hull->hull;
+    for (const auto& t : h.triangles) {
+      const Vec3 n =
+          unit(cross(sub(h.points[t[1]], h.points[t[0]]), sub(h.points[t[2]], h.points[t[0]])));
+      if (norm(n) > 0) consider(is_b ? scale(rotate(a_T_b, n), -1) : n);
+    }
+  };
+  faces(a, false);
+  faces(b, true);
+  return std::max(least, 0.0);
+}
+
+Apart separation(const Core& a, const Core& b, const Pose& a_T_b, double interest) {
+  using Kind = Core::Kind;
+  if (a.kind > b.kind) return swapped(a, b, a_T_b, interest);
+  if (a.kind == Kind::point) {
+    switch (b.kind) {
+      case Kind::point: return with_margins({}, a_T_b.p, a.margin, b.margin);
+      case Kind::segment: {
+        const Pose b_T_a = inverse(a_T_b);
+        return with_margins({}, transform(a_T_b, nearest(b, b_T_a.p)), a.margin, b.margin);
+      }
+      case Kind::box:
+      case Kind::cylinder: {
+        Apart r = point_to_solid(b, inverse(a_T_b).p, a.margin);
+        std::swap(r.on_a, r.on_b);
+        r.on_a = transform(a_T_b, r.on_a);
+        r.on_b = transform(a_T_b, r.on_b);
+        return r;
+      }
+      case Kind::hull: break;
+    }
+  }
+  if (a.kind == Kind::segment && b.kind == Kind::segment) return segments(a, b, a_T_b);
+  return gjk(a, b, a_T_b, interest);
+}
+
+}  // namespace robomosp::collision_fcl

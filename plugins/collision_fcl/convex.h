@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+// Convex shapes as a core and a margin around it, their distance by closed forms where there are
+// some and by GJK elsewhere (layer: plugin, collision_fcl).
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include <robomosp/sdk/collision.h>
+
+#include "spatial/convex_hull.h"
+
+namespace robomosp::collision_fcl {
+
+/// A hull with the neighbours of its corners, for climbing to the extreme one.
+struct HullData {
+  spatial::Hull hull;
+  std::vector<std::uint32_t> first, neighbours;  ///< of corner i: neighbours[first[i]..first[i+1]]
+};
+[[nodiscard]] HullData hull_data(spatial::Hull hull);
+
+/// All points within `margin` of the core. Sphere: a point; capsule: a segment; others: margin 0.
+struct Core {
+  enum class Kind : std::int32_t { point, segment, box, cylinder, hull };
+  Kind kind = Kind::point;
+  Vec3 half{};  ///< box: half sizes; segment, cylinder: [0] radius (cylinder), [2] half length
+  double margin = 0;
+  std::shared_ptr<const HullData> hull;
+};
+
+/// What two shapes are to each other; points in the frame of the first.
+struct Apart {
+  enum class State : std::int32_t {
+    apart,    ///< `distance` and points hold; < 0 where only the margins overlap
+    beyond,   ///< farther than the interest
+    overlap,  ///< the cores overlap or touch: `distance` is known only if `is_exact`
+  };
+  State state = State::apart;
+  double distance = 0;
+  Vec3 on_a{}, on_b{};
+  bool is_exact = true;
+};
+
+/// `a_T_b`: frame of b in that of a. Answers may stop at `interest` [m].
+[[nodiscard]] Apart separation(const Core& a, const Core& b, const Pose& a_T_b, double interest);
+
+/// True when a point in the core's frame is in the shape, margin included.
+[[nodiscard]] bool contains(const Core& core, const Vec3& point);
+
+/// The least depth over the normals of faces and many directions: an upper bound of the depth, for
+/// when no better one could be computed.
+[[nodiscard]] double depth_bound(const Core& a, const Core& b, const Pose& a_T_b, Vec3& direction);
+
+/// Farthest point of the core (without margin) in a direction of its frame.
+[[nodiscard]] Vec3 support(const Core& core, const Vec3& direction, std::uint32_t& hint);
+
+}  // namespace robomosp::collision_fcl

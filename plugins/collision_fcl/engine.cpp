@@ -1,0 +1,435 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "convex.h"
+#include "fcl_shapes.h"
+#include "mesh_solid.h"
+#include "spatial/pose.h"
+#include "spatial/vec.h"
+
+namespace robomosp::collision_fcl {
+namespace {
+
+using namespace spatial;
+
+constexpr double kInf = std::numeric_limits<double>::infinity();
+constexpr std::size_t kBlock = 16;         ///< samples that one thread takes at a time
+constexpr std::size_t kManyQueries = 256;  ///< from which threads are worth starting
+
+/// Axis-aligned box around something.
+struct Box {
+  Vec3 centre{}, half{};
+};
+Box moved(const Box& b, const Pose& t) {
+  Box out{transform(t, b.centre), {}};
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < 3; ++j) out.half[i] += std::fabs(t.R[3 * i + j]) * b.half[j];
+  return out;
+}
+double gap(const Box& a, const Box& b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double d = std::fabs(a.centre[i] - b.centre[i]) - a.half[i] - b.half[i];
+    if (d > 0) sum += d * d;
+  }
+  return std::sqrt(sum);
+}
+Box box_around(std::span<const Vec3> points) {
+  Vec3 low{kInf, kInf, kInf}, high{-kInf, -kInf, -kInf};
+  for (const Vec3& p : points)
+    for (std::size_t k = 0; k < 3; ++k)
+      low[k] = std::min(low[k], p[k]), high[k] = std::max(high[k], p[k]);
+  return {scale(add(low, high), 0.5), scale(sub(high, low), 0.5)};
+}
+Box around(const Box& a, const Box& b) {
+  const std::array<Vec3, 4> corners{sub(a.centre, a.half), add(a.centre, a.half),
+                                    sub(b.centre, b.half), add(b.centre, b.half)};
+  return box_around(corners);
+}
+
+struct Solid {
+  bool is_convex = true;
+  Core core;
+  GeometryPtr convex;     ///< for depths
+  GeometryPtr triangles;  ///< of meshes; of hulls where the scene has meshes
+  MeshSolid mesh;
+  Pose pose;     ///< body_T_shape
+  Box box;       ///< in the shape's frame
+  Vec3 inner{};  ///< a point of the shape, convex only
+};
+struct Body {
+  std::vector<Solid> solids;
+  Box box;
+};
+
+Error bad(std::string message, std::string hint, std::string where = {}) {
+  return error(ErrorCode::invalid_argument, std::move(message), std::move(hint), std::move(where));
+}
+
+Result<Solid> convex_solid(const Shape& s) {
+  Solid out;
+  Core& c = out.core;
+  const auto positive = [&](std::size_t count) {
+    for (std::size_t i = 0; i < count; ++i)
+      if (!(s.sizes[i] > 0) || !std::isfinite(s.sizes[i])) return false;
+    return true;
+  };
+  const Error sizes = bad("a size is not positive", "Give lengths above 0.");
+  switch (s.kind) {
+    case ShapeKind::box:
+      if (!positive(3)) return sizes;
+      c.kind = Core::Kind::box;
+      c.half = scale(s.sizes, 0.5);
+      out.box.half = c.half;
+      break;
+    case ShapeKind::sphere:
+      if (!positive(1)) return sizes;
+      c.kind = Core::Kind::point;
+      c.margin = s.sizes[0];
+      out.box.half = {c.margin, c.margin, c.margin};
+      break;
+    case ShapeKind::cylinder:
+      if (!positive(2)) return sizes;
+      c.kind = Core::Kind::cylinder;
+      c.half = {s.sizes[0], s.sizes[0], s.sizes[1] / 2};
+      out.box.half = c.half;
+      break;
+    case ShapeKind::capsule:
+      if (!positive(2)) return sizes;
+      c.kind = Core::Kind::segment;
+      c.margin = s.sizes[0];
+      c.half = {0, 0, s.sizes[1] / 2};
+      out.box.half = {c.margin, c.margin, c.half[2] + c.margin};
+      break;
+    case ShapeKind::convex: {
+      auto hull = convex_hull(vertices(*s.mesh));
+      if (!hull) return bad("the vertices of a convex shape span no volume", "Give a solid body.");
+      out.box = box_around(hull->points);
+      out.inner = hull->middle;
+      c.kind = Core::Kind::hull;
+      c.hull = std::make_shared<const HullData>(hull_data(std::move(*hull)));
+      break;
+    }
+    default: return bad("the kind of a shape is unknown", "Use one of ShapeKind.");
+  }
+  out.convex = make_convex_geometry(c);
+  return out;
+}
+
+Result<Solid> solid_of(const Shape& s) {
+  if (!is_rigid(s.pose, 1e-6))
+    return bad("a shape's pose is no rigid motion", "Its rotation must be orthonormal.");
+  const bool wants_mesh = s.kind == ShapeKind::mesh || s.kind == ShapeKind::convex;
+  if (wants_mesh) {
+    if (!s.mesh || s.mesh->positions.size() < 12)
+      return bad("a shape has no mesh", "Give a closed mesh.");
+    for (const float v : s.mesh->positions)
+      if (!std::isfinite(v))
+        return bad("a mesh has a number that is not finite", "Correct the mesh.");
+    for (const auto i : s.mesh->triangles)
+      if (i >= s.mesh->vertex_count())
+        return bad("a mesh names a vertex that it does not have", "Correct the mesh.");
+  }
+  Solid out;
+  if (s.kind == ShapeKind::mesh) {
+    out.is_convex = false;
+    out.mesh = mesh_solid(*s.mesh);
+    if (out.mesh.triangles.empty()) return bad("a mesh has no triangles", "Give a closed mesh.");
+    out.box = box_around(out.mesh.points);
+    out.triangles = make_mesh_geometry(out.mesh.points, out.mesh.triangles);
+  } else {
+    RMP_TRY_ASSIGN(out, convex_solid(s));
+  }
+  out.pose = s.pose;
+  return out;
+}
+
+/// Poses and boxes of all shapes of a sample; one a thread.
+struct Placed {
+  std::vector<std::vector<Pose>> poses;
+  std::vector<std::vector<Box>> boxes;
+  std::vector<Box> bodies;
+  struct Candidate {
+    double gap;
+    std::uint32_t a, b;
+  };
+  std::vector<Candidate> candidates;
+};
+
+class Scene final : public CollisionScene {
+ public:
+  Scene(std::vector<Body> bodies, std::size_t threads)
+      : bodies_(std::move(bodies)), threads_(threads) {}
+
+  Result<void> distances(std::span<const Pose> poses, std::span<const CollisionPair> pairs,
+                         double interest, std::span<PairDistance> out,
+                         Progress& progress) const override {
+    if (!(interest >= 0))
+      return bad("the interest is not a length", "Give a length from 0 on, or infinity.");
+    return each(poses, pairs, out.size(), progress, [&](Placed& p, std::size_t i, std::size_t k) {
+      return distance(p, pairs[k], interest, out[i]);
+    });
+  }
+
+  Result<void> collisions(std::span<const Pose> poses, std::span<const CollisionPair> pairs,
+                          std::span<std::uint8_t> out, Progress& progress) const override {
+    return each(poses, pairs, out.size(), progress,
+                [&](Placed& p, std::size_t i, std::size_t k) -> Result<void> {
+                  out[i] = touch(p, pairs[k]) ? 1 : 0;
+                  return {};
+                });
+  }
+
+ private:
+  /// Checks the arguments and calls `query` for every sample and pair, samples spread over threads.
+  template <class Query>
+  Result<void> each(std::span<const Pose> poses, std::span<const CollisionPair> pairs,
+                    std::size_t room, Progress& progress, Query&& query) const {
+    const std::size_t n = bodies_.size();
+    const std::size_t samples = n == 0 ? 0 : poses.size() / n;
+    if (n == 0 ? !poses.empty() : poses.size() % n != 0)
+      return bad(std::to_string(poses.size()) + " poses for " + std::to_string(n) + " bodies",
+                 "Give one pose a body and sample.");
+    if (room != samples * pairs.size())
+      return bad("room for " + std::to_string(room) + " answers where " +
+                     std::to_string(samples * pairs.size()) + " are due",
+                 "Give one a pair and sample.");
+    for (const CollisionPair& p : pairs)
+      if (p.a < 0 || p.b < 0 || p.a == p.b || static_cast<std::size_t>(p.a) >= n ||
+          static_cast<std::size_t>(p.b) >= n)
+        return bad("a pair names bodies " + std::to_string(p.a) + " and " + std::to_string(p.b),
+                   "Give two different bodies out of " + std::to_string(n) + ", from 0 on.");
+    for (std::size_t i = 0; i < poses.size(); ++i)
+      if (!is_rigid(poses[i], 1e-6))
+        return bad("pose " + std::to_string(i) + " is no rigid motion",
+                   "Its rotation must be orthonormal and its numbers finite.");
+
+    std::atomic<std::size_t> next{0}, done{0};
+    std::atomic<bool> stops{false};
+    std::mutex mutex;
+    std::optional<Error> failure;  // guarded by mutex
+    const auto fail = [&](Error e) {
+      const std::lock_guard lock(mutex);
+      if (!failure) failure = std::move(e);
+      stops = true;
+    };
+    const auto work = [&](bool reports) {
+      Placed placed;
+      while (!stops) {
+        const std::size_t begin = kBlock * next.fetch_add(1);
+        if (begin >= samples) return;
+        const std::size_t end = std::min(samples, begin + kBlock);
+        for (std::size_t i = begin; i < end; ++i) {
+          place(poses.subspan(i * n, n), placed);
+          for (std::size_t k = 0; k < pairs.size(); ++k) {
+            if (k % 8 == 0 && (stops || progress.cancelled()))
+              return fail(error(ErrorCode::cancelled, "the collision check was stopped"));
+            if (auto r = query(placed, i * pairs.size() + k, k); !r.ok())
+              return fail(std::move(r).error());
+          }
+        }
+        done += end - begin;
+        if (reports)
+          progress.report(static_cast<double>(done) / static_cast<double>(samples), "collision");
+      }
+    };
+    const std::size_t blocks = (samples + kBlock - 1) / kBlock;
+    std::size_t helpers = std::min(threads_, blocks);
+    if (samples * pairs.size() < kManyQueries) helpers = 1;
+    std::vector<std::jthread> threads;
+    for (std::size_t t = 1; t < helpers; ++t) threads.emplace_back([&] { work(false); });
+    work(true);
+    threads.clear();
+    if (failure) return std::move(*failure);
+    return {};
+  }
+
+  void place(std::span<const Pose> poses, Placed& p) const {
+    p.poses.resize(bodies_.size());
+    p.boxes.resize(bodies_.size());
+    p.bodies.resize(bodies_.size());
+    for (std::size_t b = 0; b < bodies_.size(); ++b) {
+      const auto& solids = bodies_[b].solids;
+      p.poses[b].resize(solids.size());
+      p.boxes[b].resize(solids.size());
+      for (std::size_t s = 0; s < solids.size(); ++s) {
+        p.poses[b][s] = compose(poses[b], solids[s].pose);
+        p.boxes[b][s] = moved(solids[s].box, p.poses[b][s]);
+        p.bodies[b] = s == 0 ? p.boxes[b][0] : around(p.bodies[b], p.boxes[b][s]);
+      }
+    }
+  }
+
+  /// The pair in the order in which it is computed, so that (a, b) and (b, a) agree to the bit.
+  static std::pair<std::size_t, std::size_t> ordered(const CollisionPair& p) {
+    const auto [a, b] = std::minmax(p.a, p.b);
+    return {static_cast<std::size_t>(a), static_cast<std::size_t>(b)};
+  }
+
+  [[nodiscard]] bool is_empty(std::size_t a, std::size_t b) const {
+    return bodies_[a].solids.empty() || bodies_[b].solids.empty();
+  }
+
+  bool touch(Placed& p, const CollisionPair& pair) const {
+    const auto [a, b] = ordered(pair);
+    if (is_empty(a, b) || gap(p.bodies[a], p.bodies[b]) > 0) return false;
+    for (std::size_t i = 0; i < bodies_[a].solids.size(); ++i) {
+      if (gap(p.boxes[a][i], p.bodies[b]) > 0) continue;
+      for (std::size_t k = 0; k < bodies_[b].solids.size(); ++k)
+        if (!(gap(p.boxes[a][i], p.boxes[b][k]) > 0) &&
+            touch(bodies_[a].solids[i], p.poses[a][i], bodies_[b].solids[k], p.poses[b][k]))
+          return true;
+    }
+    return false;
+  }
+
+  static bool touch(const Solid& a, const Pose& at_a, const Solid& b, const Pose& at_b) {
+    if (a.is_convex && b.is_convex) {
+      const Apart r = separation(a.core, b.core, compose(inverse(at_a), at_b), 0);
+      return r.state == Apart::State::overlap ||
+             (r.state == Apart::State::apart && r.distance <= 0);
+    }
+    return surfaces_touch(geometry(a, b), at_a, geometry(b, a), at_b) ||
+           is_nested(a, at_a, b, at_b);
+  }
+
+  /// A hull meets meshes as triangles; FCL looks at all its corners otherwise.
+  static const Geometry& geometry(const Solid& of, const Solid& against) {
+    return !of.is_convex || (!against.is_convex && of.triangles) ? *of.triangles : *of.convex;
+  }
+
+  /// Whether one is inside the other, of a pair whose surfaces do not meet and with a mesh in it.
+  static bool is_nested(const Solid& a, const Pose& at_a, const Solid& b, const Pose& at_b) {
+    const auto holds = [](const Solid& outer, const Pose& at_outer, const Solid& inner,
+                          const Pose& at_inner) {
+      const Pose outer_T_inner = compose(inverse(at_outer), at_inner);
+      const auto has = [&](const Vec3& inner_point) {
+        const Vec3 p = transform(outer_T_inner, inner_point);
+        for (std::size_t k = 0; k < 3; ++k)
+          if (std::fabs(p[k] - outer.box.centre[k]) > outer.box.half[k]) return false;
+        return outer.is_convex ? contains(outer.core, p) : contains(outer.mesh, p);
+      };
+      if (inner.is_convex) return has(inner.inner);
+      return std::any_of(inner.mesh.one_of_each_piece.begin(), inner.mesh.one_of_each_piece.end(),
+                         has);
+    };
+    return holds(a, at_a, b, at_b) || holds(b, at_b, a, at_a);
+  }
+
+  Result<void> distance(Placed& p, const CollisionPair& pair, double interest,
+                        PairDistance& out) const {
+    const auto [a, b] = ordered(pair);
+    out = {};
+    out.distance = interest;
+    if (is_empty(a, b) || gap(p.bodies[a], p.bodies[b]) > interest) return {};
+    const auto &solids_a = bodies_[a].solids, &solids_b = bodies_[b].solids;
+    auto& candidates = p.candidates;
+    candidates.clear();
+    for (std::uint32_t i = 0; i < solids_a.size(); ++i) {
+      if (gap(p.boxes[a][i], p.bodies[b]) > interest) continue;
+      for (std::uint32_t k = 0; k < solids_b.size(); ++k)
+        if (const double g = gap(p.boxes[a][i], p.boxes[b][k]); g <= interest)
+          candidates.push_back({g, i, k});
+    }
+    std::stable_sort(candidates.begin(), candidates.end(),
+                     [](const auto& x, const auto& y) { return x.gap < y.gap; });
+    bool found = false;
+    for (const auto& c : candidates) {
+      if (c.gap > std::max(out.distance, 0.0)) break;
+      RMP_TRY_ASSIGN(const auto d,
+                     distance(solids_a[c.a], p.poses[a][c.a], solids_b[c.b], p.poses[b][c.b],
+                              found ? std::max(out.distance, 0.0) : interest));
+      if (d && (!found || d->distance < out.distance)) out = *d, found = true;
+    }
+    if (!found) out = {interest, {}, {}};
+    if (pair.a > pair.b) std::swap(out.on_a, out.on_b);
+    return {};
+  }
+
+  /// nullopt = farther than the interest.
+  static Result<std::optional<PairDistance>> distance(const Solid& a, const Pose& at_a,
+                                                      const Solid& b, const Pose& at_b,
+                                                      double interest) {
+    PairDistance d;
+    if (a.is_convex && b.is_convex) {
+      const Pose a_T_b = compose(inverse(at_a), at_b);
+      const Apart r = separation(a.core, b.core, a_T_b, interest);
+      if (r.state == Apart::State::beyond) return std::optional<PairDistance>{};
+      if (r.state == Apart::State::apart) {
+        d = {r.distance, transform(at_a, r.on_a), transform(at_a, r.on_b)};
+        return std::optional(d);
+      }
+      if (depth(*a.convex, at_a, *b.convex, at_b, d)) return std::optional(d);
+      Vec3 n{};
+      std::uint32_t hint = 0;
+      const double deep = depth_bound(a.core, b.core, a_T_b, n);
+      const Vec3 on_a = add(support(a.core, n, hint), scale(n, a.core.margin));
+      d = {-deep, transform(at_a, on_a), transform(at_a, sub(on_a, scale(n, deep)))};
+      return std::optional(d);
+    }
+    if (surfaces_touch(geometry(a, b), at_a, geometry(b, a), at_b) || is_nested(a, at_a, b, at_b)) {
+      d.on_a = d.on_b = meeting_point(a, at_a, b, at_b);
+      return std::optional(d);
+    }
+    RMP_TRY_ASSIGN(d, surface_distance(geometry(a, b), at_a, geometry(b, a), at_b));
+    return std::optional(d);
+  }
+
+  /// Somewhere in what the boxes share.
+  static Vec3 meeting_point(const Solid& a, const Pose& at_a, const Solid& b, const Pose& at_b) {
+    const Box box_a = moved(a.box, at_a), box_b = moved(b.box, at_b);
+    Vec3 p{};
+    for (std::size_t k = 0; k < 3; ++k)
+      p[k] = 0.5 * (std::max(box_a.centre[k] - box_a.half[k], box_b.centre[k] - box_b.half[k]) +
+                    std::min(box_a.centre[k] + box_a.half[k], box_b.centre[k] + box_b.half[k]));
+    return p;
+  }
+
+  std::vector<Body> bodies_;
+  std::size_t threads_;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<CollisionScene>> FclEngine::build(std::span<const ShapedBody> bodies,
+                                                         const Params& params,
+                                                         Progress& progress) const {
+  warm_up();
+  const bool has_mesh = std::any_of(bodies.begin(), bodies.end(), [](const ShapedBody& b) {
+    return std::any_of(b.shapes.begin(), b.shapes.end(),
+                       [](const Shape& s) { return s.kind == ShapeKind::mesh; });
+  });
+  std::vector<Body> made;
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    Body body;
+    for (std::size_t k = 0; k < bodies[i].shapes.size(); ++k) {
+      if (progress.cancelled())
+        return error(ErrorCode::cancelled, "the preparation of collision checks was stopped");
+      auto solid = solid_of(bodies[i].shapes[k]);
+      if (!solid.ok())
+        return std::move(solid).error().in("body " + std::to_string(i) + ", shape " +
+                                           std::to_string(k));
+      if (has_mesh && solid->is_convex && solid->core.kind == Core::Kind::hull)
+        solid->triangles =
+            make_mesh_geometry(solid->core.hull->hull.points, solid->core.hull->hull.triangles);
+      body.solids.push_back(std::move(*solid));
+    }
+    made.push_back(std::move(body));
+  }
+  const auto threads = static_cast<std::size_t>(std::max(0LL, params.integer("threads")));
+  return std::unique_ptr<CollisionScene>(std::make_unique<Scene>(
+      std::move(made), threads > 0 ? threads : std::max(1U, std::thread::hardware_concurrency())));
+}
+
+}  // namespace robomosp::collision_fcl

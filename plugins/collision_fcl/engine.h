@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+// Provider "fcl" of robomosp.collision/1 (layer: plugin, collision_fcl).
+#pragma once
+
+#include <robomosp/sdk/collision.h>
+
+namespace robomosp::collision_fcl {
+
+class FclEngine final : public CollisionEngine {
+ public:
+  Result<std::unique_ptr<CollisionScene>> build(std::span<const ShapedBody> bodies, const Params&,
+                                                Progress&) const override;
+};
+
+}  // namespace robomosp::collision_fcl

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fcl_shapes.h"
+
+#include <cmath>
+#include <exception>
+#include <mutex>
+
+#include <fcl/geometry/bvh/BVH_model.h>
+#include <fcl/geometry/shape/box.h>
+#include <fcl/geometry/shape/capsule.h>
+#include <fcl/geometry/shape/convex.h>
+#include <fcl/geometry/shape/cylinder.h>
+#include <fcl/geometry/shape/sphere.h>
+#include <fcl/narrowphase/collision.h>
+#include <fcl/narrowphase/distance.h>
+
+#include "spatial/vec.h"
+
+namespace robomosp::collision_fcl {
+
+struct Geometry {
+  std::unique_ptr<fcl::CollisionGeometryd> fcl;
+};
+
+namespace {
+
+fcl::Transform3d transform_of(const Pose& p) {
+  fcl::Transform3d t = fcl::Transform3d::Identity();
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) t.linear()(i, j) = p.R[static_cast<std::size_t>(3 * i + j)];
+    t.translation()(i) = p.p[static_cast<std::size_t>(i)];
+  }
+  return t;
+}
+Vec3 vec(const fcl::Vector3d& v) { return {v[0], v[1], v[2]}; }
+fcl::Vector3d vec(const Vec3& v) { return {v[0], v[1], v[2]}; }
+
+GeometryPtr wrap(std::unique_ptr<fcl::CollisionGeometryd> g) {
+  g->computeLocalAABB();
+  auto out = std::make_shared<Geometry>();
+  out->fcl = std::move(g);
+  return out;
+}
+
+}  // namespace
+
+GeometryPtr make_convex_geometry(const Core& c) {
+  switch (c.kind) {
+    case Core::Kind::point: return wrap(std::make_unique<fcl::Sphered>(c.margin));
+    case Core::Kind::segment: return wrap(std::make_unique<fcl::Capsuled>(c.margin, 2 * c.half[2]));
+    case Core::Kind::box:
+      return wrap(std::make_unique<fcl::Boxd>(2 * c.half[0], 2 * c.half[1], 2 * c.half[2]));
+    case Core::Kind::cylinder:
+      return wrap(std::make_unique<fcl::Cylinderd>(c.half[0], 2 * c.half[2]));
+    case Core::Kind::hull: break;
+  }
+  const spatial::Hull& hull = c.hull->hull;
+  auto points = std::make_shared<std::vector<fcl::Vector3d>>();
+  for (const Vec3& p : hull.points) points->push_back(vec(p));
+  auto faces = std::make_shared<std::vector<int>>();
+  for (const auto& t : hull.triangles) {
+    faces->push_back(3);
+    for (const auto i : t) faces->push_back(static_cast<int>(i));
+  }
+  return wrap(
+      std::make_unique<fcl::Convexd>(points, static_cast<int>(hull.triangles.size()), faces));
+}
+
+GeometryPtr make_mesh_geometry(const std::vector<Vec3>& points,
+                               const std::vector<std::array<std::uint32_t, 3>>& triangles) {
+  auto model = std::make_unique<fcl::BVHModel<fcl::OBBRSSd>>();
+  std::vector<fcl::Vector3d> v;
+  for (const Vec3& p : points) v.push_back(vec(p));
+  std::vector<fcl::Triangle> t;
+  for (const auto& i : triangles) t.emplace_back(i[0], i[1], i[2]);
+  model->beginModel(static_cast<int>(t.size()), static_cast<int>(v.size()));
+  model->addSubModel(v, t);
+  model->endModel();
+  return wrap(std::move(model));
+}
+
+void warm_up() {
+  static std::once_flag once;
+  std::call_once(once, [] {
+    const fcl::Sphered ball(1);
+    const fcl::Transform3d here = fcl::Transform3d::Identity();
+    fcl::Transform3d there = here;
+    there.translation()(0) = 3;
+    fcl::CollisionResultd collision;
+    fcl::collide(&ball, here, &ball, there, fcl::CollisionRequestd(), collision);
+    for (const auto solver : {fcl::GST_LIBCCD, fcl::GST_INDEP}) {
+      fcl::DistanceRequestd request(true);
+      request.gjk_solver_type = solver;
+      fcl::DistanceResultd distance;
+      fcl::distance(&ball, here, &ball, there, request, distance);
+      fcl::CollisionRequestd touch;
+      touch.gjk_solver_type = solver;
+      fcl::collide(&ball, here, &ball, there, touch, collision);
+    }
+  });
+}
+
+bool surfaces_touch(const Geometry& a, const Pose& world_T_a, const Geometry& b,
+                    const Pose& world_T_b) {
+  try {
+    fcl::CollisionRequestd request;
+    request.gjk_solver_type = fcl::GST_LIBCCD;
+    fcl::CollisionResultd result;
+    return fcl::collide(a.fcl.get(), transform_of(world_T_a), b.fcl.get(), transform_of(world_T_b),
+                        request, result) > 0;
+  } catch (const std::exception&) {
+    return true;  // it throws next to touching only
+  }
+}
+
+Result<PairDistance> surface_distance(const Geometry& a, const Pose& world_T_a, const Geometry& b,
+                                      const Pose& world_T_b) {
+  try {
+    fcl::DistanceRequestd request(true, false);
+    request.gjk_solver_type = fcl::GST_INDEP;
+    request.distance_tolerance = 1e-10;
+    fcl::DistanceResultd result;
+    fcl::distance(a.fcl.get(), transform_of(world_T_a), b.fcl.get(), transform_of(world_T_b),
+                  request, result);
+    PairDistance d;
+    d.on_a = vec(result.nearest_points[0]);
+    d.on_b = vec(result.nearest_points[1]);
+    d.distance = result.min_distance > 0 ? result.min_distance : 0;
+    if (!std::isfinite(d.distance) || !spatial::is_finite(d.on_a) || !spatial::is_finite(d.on_b))
+      return error(ErrorCode::plugin_failed, "FCL gave a distance that is not a number");
+    if (d.distance == 0) d.on_b = d.on_a;
+    return d;
+  } catch (const std::exception& e) {
+    return error(ErrorCode::plugin_failed,
+                 std::string("FCL could not tell a distance: ") + e.what());
+  }
+}
+
+bool depth(const Geometry& a, const Pose& world_T_a, const Geometry& b, const Pose& world_T_b,
+           PairDistance& out) {
+  try {
+    fcl::DistanceRequestd request(true, true);  // signed: by libccd only, the other one aborts
+    request.gjk_solver_type = fcl::GST_LIBCCD;
+    request.distance_tolerance = 1e-9;
+    fcl::DistanceResultd result;
+    fcl::distance(a.fcl.get(), transform_of(world_T_a), b.fcl.get(), transform_of(world_T_b),
+                  request, result);
+    out.distance = result.min_distance;
+    out.on_a = vec(result.nearest_points[0]);
+    out.on_b = vec(result.nearest_points[1]);
+    return std::isfinite(out.distance) && out.distance <= 0 && spatial::is_finite(out.on_a) &&
+           spatial::is_finite(out.on_b);
+  } catch (const std::exception&) {
+    return false;
+  }
+}
+
+}  // namespace robomosp::collision_fcl

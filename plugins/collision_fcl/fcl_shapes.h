@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+// What FCL does for us: triangle meshes in bounding volume hierarchies and the depth of convex
+// shapes (layer: plugin, collision_fcl). Its traps, and what is done about each, stand in
+// docs/decisions/0016-collision-by-fcl.md.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include <robomosp/sdk/collision.h>
+#include <robomosp/sdk/result.h>
+
+#include "convex.h"
+
+namespace robomosp::collision_fcl {
+
+/// FCL's object; its headers take seconds to compile, so that few files see them.
+struct Geometry;
+using GeometryPtr = std::shared_ptr<const Geometry>;
+
+/// Of a convex shape.
+[[nodiscard]] GeometryPtr make_convex_geometry(const Core& core);
+/// Of triangles: oriented boxes with spheres swept (OBBRSS), the only kind that FCL does not copy
+/// in every query.
+[[nodiscard]] GeometryPtr make_mesh_geometry(
+    const std::vector<Vec3>& points, const std::vector<std::array<std::uint32_t, 3>>& triangles);
+
+/// Fills FCL's tables of functions, which are made by the first query and not for several threads.
+void warm_up();
+
+/// Whether surfaces meet (of meshes) or shapes overlap (of convex ones). Exceptions count as touch.
+[[nodiscard]] bool surfaces_touch(const Geometry& a, const Pose& world_T_a, const Geometry& b,
+                                  const Pose& world_T_b);
+/// Distance and nearest points in the world of geometries that do not touch.
+[[nodiscard]] Result<PairDistance> surface_distance(const Geometry& a, const Pose& world_T_a,
+                                                    const Geometry& b, const Pose& world_T_b);
+/// Minus the depth of convex shapes that overlap; false when FCL could not tell.
+[[nodiscard]] bool depth(const Geometry& a, const Pose& world_T_a, const Geometry& b,
+                         const Pose& world_T_b, PairDistance& out);
+
+}  // namespace robomosp::collision_fcl

@@ -1,0 +1,526 @@
+// SPDX-License-Identifier: Apache-2.0
+// Conformance suite of robomosp.collision/1 (layer: contract helper for tests, GoogleTest,
+// header-only). Include it in one file of a test program and instantiate it:
+//   INSTANTIATE_TEST_SUITE_P(Mine, CollisionConformance,
+//                            testing::Values(CollisionCase{"mine.so", "mine"}));
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <robomosp/sdk/collision.h>
+#include <robomosp/sdk/conformance/models.h>
+#include <robomosp/sdk/conformance/provider.h>
+
+namespace robomosp::conformance {
+
+struct CollisionCase {
+  std::string file, provider;
+};
+inline void PrintTo(const CollisionCase& c, std::ostream* os) { *os << c.provider; }
+
+// --- shapes for tests ------------------------------------------------------------------------
+
+inline Shape shape_of(ShapeKind kind, double x, double y = 0, double z = 0) {
+  Shape s;
+  s.kind = kind;
+  s.sizes = {x, y, z};
+  return s;
+}
+/// A closed box of triangles.
+inline Mesh box_mesh(double x, double y, double z) {
+  Mesh m;
+  for (int i = 0; i < 8; ++i)
+    for (const double v : {i & 1 ? x / 2 : -x / 2, i & 2 ? y / 2 : -y / 2, i & 4 ? z / 2 : -z / 2})
+      m.positions.push_back(static_cast<float>(v));
+  m.normals.assign(m.positions.size(), 0.0F);
+  m.triangles = {0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4,
+                 2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5};
+  return m;
+}
+/// A ball of triangles whose rings are pushed in and out by `bump`.
+inline Mesh ball_mesh(double radius, int rings, double bump = 0) {
+  Mesh m;
+  const int around = 2 * rings;
+  const auto put = [&](double z, double r, double angle, double scale) {
+    m.positions.push_back(static_cast<float>(scale * r * std::cos(angle)));
+    m.positions.push_back(static_cast<float>(scale * r * std::sin(angle)));
+    m.positions.push_back(static_cast<float>(scale * z));
+  };
+  put(radius, 0, 0, 1);
+  for (int i = 1; i < rings; ++i)
+    for (int k = 0; k < around; ++k)
+      put(radius * std::cos(kPi * i / rings), radius * std::sin(kPi * i / rings),
+          2 * kPi * k / around, 1 + bump * std::sin(5.0 * i) * std::cos(3.0 * k));
+  put(-radius, 0, 0, 1);
+  const auto at = [&](int i, int k) {
+    return static_cast<std::uint32_t>(1 + (i - 1) * around + k % around);
+  };
+  const auto last = static_cast<std::uint32_t>(m.vertex_count() - 1);
+  for (int k = 0; k < around; ++k) {
+    m.triangles.insert(m.triangles.end(), {0, at(1, k), at(1, k + 1)});
+    m.triangles.insert(m.triangles.end(), {last, at(rings - 1, k + 1), at(rings - 1, k)});
+    for (int i = 1; i + 1 < rings; ++i) {
+      m.triangles.insert(m.triangles.end(), {at(i, k), at(i + 1, k), at(i + 1, k + 1)});
+      m.triangles.insert(m.triangles.end(), {at(i, k), at(i + 1, k + 1), at(i, k + 1)});
+    }
+  }
+  m.normals.assign(m.positions.size(), 0.0F);
+  return m;
+}
+
+class CollisionConformance : public testing::TestWithParam<CollisionCase> {
+ protected:
+  static constexpr std::uint64_t kSeed = 1106;
+  static constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+  void SetUp() override {
+    auto found = find_provider<CollisionEngine>(GetParam().file, GetParam().provider);
+    ASSERT_TRUE(found.ok()) << found.error().sentence();
+    params_ = TableParams(**found);
+    engine_ = create<CollisionEngine>(**found);
+    ASSERT_NE(engine_, nullptr);
+  }
+  std::unique_ptr<CollisionScene> build(std::vector<std::vector<Shape>> bodies) {
+    std::vector<ShapedBody> shaped;
+    for (auto& shapes : bodies) shaped.push_back({std::move(shapes)});
+    NoProgress none;
+    auto made = engine_->build(shaped, params_, none);
+    EXPECT_TRUE(made.ok()) << (made.ok() ? "" : made.error().sentence());
+    return made.ok() ? std::move(made).value() : nullptr;
+  }
+  PairDistance distance(const CollisionScene& scene, const Pose& a, const Pose& b,
+                        double interest = kInfinity) {
+    const std::array poses{a, b};
+    const std::array pairs{CollisionPair{0, 1}};
+    std::array<PairDistance, 1> out;
+    NoProgress none;
+    const auto done = scene.distances(poses, pairs, interest, out, none);
+    EXPECT_TRUE(done.ok()) << (done.ok() ? "" : done.error().sentence());
+    return out[0];
+  }
+  bool touches(const CollisionScene& scene, const Pose& a, const Pose& b) {
+    const std::array poses{a, b};
+    const std::array pairs{CollisionPair{0, 1}};
+    std::array<std::uint8_t, 1> out{7};
+    NoProgress none;
+    const auto done = scene.collisions(poses, pairs, out, none);
+    EXPECT_TRUE(done.ok()) << (done.ok() ? "" : done.error().sentence());
+    EXPECT_LE(out[0], 1);
+    return out[0] == 1;
+  }
+  static double apart(const PairDistance& d) {
+    return std::hypot(d.on_a[0] - d.on_b[0], d.on_a[1] - d.on_b[1], d.on_a[2] - d.on_b[2]);
+  }
+  static Pose random_pose(Random& random, double reach) {
+    Pose p = multiply(turn_z(random.uniform(-kPi, kPi)),
+                      multiply(turn_x(random.uniform(0, kPi)), turn_z(random.uniform(-kPi, kPi))));
+    for (double& x : p.p) x = random.uniform(-reach, reach);
+    return p;
+  }
+  /// A and B in the frame in which A stands at the origin, moved anywhere: what is known in one
+  /// frame must hold in all.
+  void expect_distance(const Shape& a, const Shape& b, const Pose& a_T_b, double expected,
+                       double tolerance = 1e-9) {
+    const auto scene = build({{a}, {b}});
+    ASSERT_NE(scene, nullptr);
+    Random random(kSeed);
+    for (int i = 0; i < 8; ++i) {
+      const Pose world_T_a = i == 0 ? Pose{} : random_pose(random, 2);
+      const Pose world_T_b = multiply(world_T_a, a_T_b);
+      const PairDistance d = distance(*scene, world_T_a, world_T_b);
+      ASSERT_NEAR(d.distance, expected, tolerance) << "pose " << i << ", seed " << kSeed;
+      ASSERT_EQ(touches(*scene, world_T_a, world_T_b), expected <= 0) << "pose " << i;
+      if (expected > 0) {
+        ASSERT_NEAR(apart(d), expected, tolerance) << "nearest points";
+      }
+    }
+  }
+
+  TableParams params_;
+  std::unique_ptr<CollisionEngine> engine_;
+};
+GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(CollisionConformance);
+
+// Distances below follow from the sizes by hand.
+TEST_P(CollisionConformance, SpheresBoxesAndCapsulesHaveTheDistancesOfClosedForms) {
+  using enum ShapeKind;
+  const double root2 = std::sqrt(2.0), root3 = std::sqrt(3.0);
+  const Shape ball = shape_of(sphere, 0.3), block = shape_of(box, 0.4, 0.6, 0.8);
+  const Shape pill = shape_of(capsule, 0.1, 0.6), can = shape_of(cylinder, 0.2, 0.5);
+  expect_distance(ball, shape_of(sphere, 0.2), shift(3, 4, 0), 4.5);
+  expect_distance(ball, shape_of(sphere, 0.2), shift(0.3, 0, 0), -0.2);
+  // A sphere before a face, an edge and a corner of a box.
+  expect_distance(ball, block, shift(0.9, 0, 0), 0.4);
+  expect_distance(ball, block, shift(0.2 + 1, 0.3 + 1, 0), root2 - 0.3);
+  expect_distance(ball, block, shift(0.2 + 1, 0.3 + 1, -0.4 - 1), root3 - 0.3);
+  expect_distance(ball, block, shift(0.4, 0, 0), -0.1);
+  expect_distance(ball, block, {}, -(0.3 + 0.2));
+  // A sphere beside, above and before the rim of a cylinder, and in it.
+  expect_distance(ball, can, shift(0.9, 0, 0.1), 0.4);
+  expect_distance(ball, can, shift(0.1, 0, 0.9), 0.35);
+  expect_distance(ball, can, shift(0.6, 0.8, 0.25 + 0.8), std::hypot(0.8, 0.8) - 0.3);
+  expect_distance(ball, can, shift(0.05, 0, 0), -(0.3 + 0.15));
+  // A sphere beside and at the end of a capsule.
+  expect_distance(ball, pill, shift(1, 0, 0.2), 0.6);
+  expect_distance(ball, pill, shift(0.3, 0.4, 1.5), std::hypot(0.5, 1.2) - 0.4);
+  // Capsules crossed, parallel, in line and with crossing axes.
+  expect_distance(pill, pill, multiply(shift(0.7, 0, 0.1), turn_x(kPi / 2)), 0.5);
+  expect_distance(pill, pill, shift(0.5, 0, 0.2), 0.3);
+  expect_distance(pill, pill, shift(0, 0, 1.1), 0.3);
+  expect_distance(pill, pill, turn_x(kPi / 2), -0.2);
+}
+
+TEST_P(CollisionConformance, BoxesCylindersAndCapsulesHaveTheDistancesOfClosedForms) {
+  using enum ShapeKind;
+  const Shape block = shape_of(box, 0.4, 0.6, 0.8), can = shape_of(cylinder, 0.2, 0.5);
+  const Shape pill = shape_of(capsule, 0.1, 0.6);
+  const double root2 = std::sqrt(2.0);
+  expect_distance(block, block, shift(1, 0.2, -0.1), 0.6);                     // face to face
+  expect_distance(block, block, shift(0.4 + 0.3, 0.6 + 0.4, 0), 0.5);          // edge to edge
+  expect_distance(block, block, shift(0.4 + 0.2, 0.6 + 0.3, 0.8 + 0.6), 0.7);  // corners
+  // A cube on its edge above a face: half its diagonal.
+  expect_distance(block, shape_of(box, 0.2, 0.2, 0.2), multiply(shift(0.05, 0, 1), turn_x(kPi / 4)),
+                  1 - 0.4 - 0.1 * root2);
+  expect_distance(block, can, shift(0.9, 0, 0.1), 0.5);              // the wall before a face
+  expect_distance(block, can, shift(0, 0, 1), 0.35);                 // the bottom before a face
+  expect_distance(block, can, shift(0.2 + 0.6, 0.3 + 0.8, 0), 0.8);  // the wall before an edge
+  expect_distance(can, can, shift(0.6, 0.8, 0.1), 0.6);              // parallel
+  expect_distance(can, can, shift(0.1, 0, 0.9), 0.4);                // one above the other
+  expect_distance(can, can, multiply(shift(0.7, 0, 0), turn_x(kPi / 2)), 0.3);  // crossed
+  expect_distance(can, can, shift(0.4 + 0.3, 0, 0.5 + 0.4), 0.5);               // rim to rim
+  expect_distance(can, pill, shift(0.6, 0.8, 0), 0.7);
+  expect_distance(can, pill, shift(0, 0, 1), 1 - 0.25 - 0.3 - 0.1);
+  expect_distance(block, pill, shift(0.9, 0, 0), 0.6);
+  expect_distance(block, pill, shift(0.2 + 0.3, 0.3 + 0.4, 0), 0.4);
+  // Depths: the least way out.
+  expect_distance(block, block, shift(0.35, 0, 0), -0.05, 1e-5);
+  expect_distance(block, can, shift(0, 0, 0.6), -0.05, 1e-5);
+}
+
+TEST_P(CollisionConformance, RandomBoxesAndHullsHaveTheDistanceOfTheirCornersAndEdges) {
+  // The reference for boxes needs no search: they overlap unless one of fifteen axes separates them
+  // (Gottschalk, Lin, Manocha, SIGGRAPH 1996), and apart they are as near as a corner of one is to
+  // the other or an edge to an edge.
+  using enum ShapeKind;
+  Random random(kSeed);
+  const auto corner = [](const Vec3& h, int i) {
+    return Vec3{i & 1 ? h[0] : -h[0], i & 2 ? h[1] : -h[1], i & 4 ? h[2] : -h[2]};
+  };
+  const auto apply = [](const Pose& t, const Vec3& v) {
+    return multiply(t, shift(v[0], v[1], v[2])).p;
+  };
+  const auto dot = [](const Vec3& a, const Vec3& b) {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+  };
+  const auto minus = [](const Vec3& a, const Vec3& b) {
+    return Vec3{a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+  };
+  const auto corner_to_box = [&](const Pose& t, const Vec3& p, const Vec3& h) {
+    double sum = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      double x = 0;
+      for (std::size_t i = 0; i < 3; ++i) x += t.R[3 * i + k] * (p[i] - t.p[i]);
+      const double out = std::max(0.0, std::fabs(x) - h[k]);
+      sum += out * out;
+    }
+    return std::sqrt(sum);
+  };
+  // Squared distance of segments as a quadratic in (s, t), by its interior and its four borders.
+  const auto edge_to_edge = [&](const Vec3& a0, const Vec3& a1, const Vec3& b0, const Vec3& b1) {
+    const Vec3 u = minus(a1, a0), v = minus(b1, b0), r = minus(a0, b0);
+    const double uu = dot(u, u), vv = dot(v, v), uv = dot(u, v), ur = dot(u, r), vr = dot(v, r);
+    double best = kInfinity;
+    const auto consider = [&](double s, double t) {
+      if (!(s >= 0 && s <= 1 && t >= 0 && t <= 1)) return;
+      Vec3 d{};
+      for (std::size_t k = 0; k < 3; ++k) d[k] = r[k] + s * u[k] - t * v[k];
+      best = std::min(best, std::sqrt(dot(d, d)));
+    };
+    const double det = uu * vv - uv * uv;
+    if (det > 1e-9 * uu * vv) consider((uv * vr - vv * ur) / det, (uu * vr - uv * ur) / det);
+    for (const double s : {0.0, 1.0}) consider(s, std::clamp((vr + s * uv) / vv, 0.0, 1.0));
+    for (const double t : {0.0, 1.0}) consider(std::clamp((t * uv - ur) / uu, 0.0, 1.0), t);
+    return best;
+  };
+  int separated = 0;
+  for (int trial = 0; trial < 200; ++trial) {
+    const Vec3 ha{random.uniform(0.05, 0.5), random.uniform(0.05, 0.5), random.uniform(0.05, 0.5)};
+    const Vec3 hb{random.uniform(0.05, 0.5), random.uniform(0.05, 0.5), random.uniform(0.05, 0.5)};
+    const Mesh mesh = box_mesh(static_cast<double>(static_cast<float>(hb[0])) * 2,
+                               static_cast<double>(static_cast<float>(hb[1])) * 2,
+                               static_cast<double>(static_cast<float>(hb[2])) * 2);
+    Vec3 hm{};
+    for (std::size_t k = 0; k < 3; ++k) hm[k] = static_cast<double>(static_cast<float>(hb[k]));
+    Shape hull;
+    hull.kind = convex;
+    hull.mesh = &mesh;
+    const auto scene = build({{shape_of(box, 2 * ha[0], 2 * ha[1], 2 * ha[2])}, {hull}});
+    const Pose a = random_pose(random, 0.5), b = random_pose(random, 0.5);
+    double expected = kInfinity;
+    for (int i = 0; i < 8; ++i) {
+      expected = std::min(expected, corner_to_box(b, apply(a, corner(ha, i)), hm));
+      expected = std::min(expected, corner_to_box(a, apply(b, corner(hm, i)), ha));
+      for (int k : {1, 2, 4})
+        for (int j = 0; j < 8; ++j)
+          for (int l : {1, 2, 4})
+            if (!(i & k) && !(j & l))
+              expected = std::min(
+                  expected, edge_to_edge(apply(a, corner(ha, i)), apply(a, corner(ha, i | k)),
+                                         apply(b, corner(hm, j)), apply(b, corner(hm, j | l))));
+    }
+    bool overlap = true;
+    const auto column = [](const Pose& t, std::size_t k) {
+      return Vec3{t.R[k], t.R[3 + k], t.R[6 + k]};
+    };
+    const auto separates = [&](const Vec3& n) {
+      double reach = 0;
+      for (std::size_t k = 0; k < 3; ++k)
+        reach += ha[k] * std::fabs(dot(n, column(a, k))) + hm[k] * std::fabs(dot(n, column(b, k)));
+      return dot(n, n) > 1e-12 && std::fabs(dot(n, minus(a.p, b.p))) > reach;
+    };
+    for (std::size_t k = 0; k < 3; ++k) {
+      overlap = overlap && !separates(column(a, k)) && !separates(column(b, k));
+      for (std::size_t l = 0; l < 3; ++l) {
+        const Vec3 u = column(a, k), v = column(b, l);
+        overlap = overlap && !separates({u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2],
+                                         u[0] * v[1] - u[1] * v[0]});
+      }
+    }
+    const PairDistance d = distance(*scene, a, b);
+    SCOPED_TRACE("trial " + std::to_string(trial) + ", seed " + std::to_string(kSeed));
+    ASSERT_EQ(touches(*scene, a, b), overlap);
+    if (overlap) {
+      ASSERT_LE(d.distance, 0);
+      continue;
+    }
+    ++separated;
+    ASSERT_NEAR(d.distance, expected, 1e-9);
+    ASSERT_NEAR(apart(d), expected, 1e-9);
+  }
+  EXPECT_GT(separated, 50);
+}
+
+TEST_P(CollisionConformance, ABodyInsideAnotherIsFound) {
+  using enum ShapeKind;
+  const Mesh outer = ball_mesh(1, 12), inner = ball_mesh(0.2, 6);
+  Shape big, small;
+  big.kind = small.kind = mesh;
+  big.mesh = &outer;
+  small.mesh = &inner;
+  const auto expect_inside = [&](const Shape& a, const Shape& b) {
+    const auto scene = build({{a}, {b}});
+    ASSERT_NE(scene, nullptr);
+    const Pose in = shift(0.3, 0.2, -0.1), out = shift(3, 0, 0);
+    EXPECT_TRUE(touches(*scene, {}, in));
+    EXPECT_LE(distance(*scene, {}, in).distance, 0);
+    EXPECT_FALSE(touches(*scene, {}, out));
+    EXPECT_GT(distance(*scene, {}, out).distance, 1.5);
+  };
+  expect_inside(big, small);
+  expect_inside(small, big);
+  expect_inside(big, shape_of(box, 0.2, 0.2, 0.2));
+  expect_inside(shape_of(sphere, 1), small);
+  expect_inside(shape_of(box, 2, 2, 2), small);
+  expect_inside(big, shape_of(capsule, 0.1, 0.2));
+  // A hollow: the ball within is not in the material.
+  Mesh shell = ball_mesh(1, 12);
+  const Mesh hole = ball_mesh(0.6, 12);
+  const auto offset = static_cast<std::uint32_t>(shell.vertex_count());
+  shell.positions.insert(shell.positions.end(), hole.positions.begin(), hole.positions.end());
+  shell.normals.insert(shell.normals.end(), hole.normals.begin(), hole.normals.end());
+  for (std::size_t i = 0; i < hole.triangles.size(); i += 3)
+    for (const std::size_t k : {0, 2, 1}) shell.triangles.push_back(hole.triangles[i + k] + offset);
+  Shape hollow;
+  hollow.kind = mesh;
+  hollow.mesh = &shell;
+  const auto scene = build({{hollow}, {small}});
+  EXPECT_FALSE(touches(*scene, {}, {}));
+  EXPECT_NEAR(distance(*scene, {}, {}).distance, 0.4, 0.03);
+  EXPECT_TRUE(touches(*scene, {}, shift(0.5, 0, 0)));
+}
+
+TEST_P(CollisionConformance, MeshesAreAsFarApartAsTheBoxesTheyAre) {
+  using enum ShapeKind;
+  const Mesh a = box_mesh(0.5, 0.25, 1), b = box_mesh(0.25, 0.5, 0.125);
+  const auto as = [](const Mesh& m, ShapeKind kind) {
+    Shape s;
+    s.kind = kind;
+    s.mesh = &m;
+    return s;
+  };
+  const auto meshes = build({{as(a, mesh)}, {as(b, mesh)}});
+  const auto mixed = build({{shape_of(box, 0.5, 0.25, 1)}, {as(b, mesh)}});
+  const auto hulls = build({{as(a, convex)}, {as(b, convex)}});
+  const auto boxes = build({{shape_of(box, 0.5, 0.25, 1)}, {shape_of(box, 0.25, 0.5, 0.125)}});
+  Random random(kSeed + 1);
+  for (int i = 0; i < 100; ++i) {
+    SCOPED_TRACE("pose " + std::to_string(i) + ", seed " + std::to_string(kSeed + 1));
+    const Pose at_a = random_pose(random, 0.6), at_b = random_pose(random, 0.6);
+    const double expected = distance(*boxes, at_a, at_b).distance;
+    if (std::fabs(expected) < 1e-6) continue;  // rounding decides
+    for (const auto* scene : {&meshes, &mixed, &hulls}) {
+      ASSERT_EQ(touches(**scene, at_a, at_b), expected < 0);
+      const PairDistance d = distance(**scene, at_a, at_b);
+      if (expected > 0) {
+        ASSERT_NEAR(d.distance, expected, 1e-7);
+        ASSERT_NEAR(apart(d), expected, 1e-6);
+      } else {
+        ASSERT_LE(d.distance, 0);
+      }
+    }
+    if (expected < 0) {
+      ASSERT_NEAR(distance(*hulls, at_a, at_b).distance, expected, 1e-4);
+    }
+  }
+}
+
+TEST_P(CollisionConformance, NextToTouchingNothingBreaks) {
+  using enum ShapeKind;
+  const Mesh hull_mesh = ball_mesh(0.5, 8);
+  Shape hull;
+  hull.kind = convex;
+  hull.mesh = &hull_mesh;
+  const std::vector<Shape> shapes{shape_of(sphere, 0.5), shape_of(box, 1, 1, 1),
+                                  shape_of(cylinder, 0.5, 1), shape_of(capsule, 0.25, 0.5), hull};
+  for (const Shape& a : shapes)
+    for (const Shape& b : shapes) {
+      const auto scene = build({{a}, {b}});
+      for (const double gap : {-1e-5, -1e-9, -1e-12, 0.0, 1e-15, 1e-12, 1e-9, 1e-5})
+        for (const Vec3 side : {Vec3{0, 0, 0}, Vec3{0.1, 0.2, 0}}) {
+          // All reach 0.5 along z.
+          const PairDistance d = distance(*scene, {}, shift(side[0], side[1], 1 + gap));
+          ASSERT_TRUE(std::isfinite(d.distance));
+          for (const double x : d.on_a) ASSERT_TRUE(std::isfinite(x));
+          for (const double x : d.on_b) ASSERT_TRUE(std::isfinite(x));
+          if (side[0] == 0) {
+            ASSERT_NEAR(d.distance, gap, 1e-6) << gap;
+          }
+          if (side[0] == 0 && std::fabs(gap) > 1e-7) {
+            ASSERT_EQ(touches(*scene, {}, shift(0, 0, 1 + gap)), gap < 0);
+          }
+        }
+    }
+}
+
+TEST_P(CollisionConformance, PairsAreSymmetricToTheBit) {
+  using enum ShapeKind;
+  const Mesh bumpy = ball_mesh(0.4, 8, 0.1);
+  Shape m;
+  m.kind = mesh;
+  m.mesh = &bumpy;
+  Shape off = shape_of(box, 0.2, 0.3, 0.4);
+  off.pose = shift(0.2, 0, 0);
+  const auto scene =
+      build({{m}, {off, shape_of(cylinder, 0.1, 0.5)}, {shape_of(capsule, 0.1, 0.4)}});
+  const std::vector<CollisionPair> there{{0, 1}, {1, 2}, {0, 2}}, back{{1, 0}, {2, 1}, {2, 0}};
+  Random random(kSeed + 2);
+  std::vector<Pose> poses;
+  for (int i = 0; i < 150; ++i) poses.push_back(random_pose(random, 0.7));
+  std::vector<PairDistance> a(150), b(150), again(150);
+  NoProgress none;
+  ASSERT_TRUE(scene->distances(poses, there, kInfinity, a, none).ok());
+  ASSERT_TRUE(scene->distances(poses, back, kInfinity, b, none).ok());
+  ASSERT_TRUE(scene->distances(poses, there, kInfinity, again, none).ok());
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    ASSERT_EQ(a[i].distance, b[i].distance);
+    ASSERT_EQ(a[i].distance, again[i].distance) << "the same call gives the same";
+    ASSERT_EQ(a[i].on_a, b[i].on_b);
+    ASSERT_EQ(a[i].on_b, b[i].on_a);
+  }
+}
+
+TEST_P(CollisionConformance, TheInterestBoundsWhatIsComputedAndBodiesAreUnions) {
+  using enum ShapeKind;
+  Shape left = shape_of(sphere, 0.1), right = left;
+  left.pose = shift(-1, 0, 0);
+  right.pose = shift(1, 0, 0);
+  const auto scene = build({{left, right}, {shape_of(sphere, 0.1)}});
+  EXPECT_NEAR(distance(*scene, {}, shift(2, 0, 0)).distance, 0.8, 1e-12);
+  const PairDistance near = distance(*scene, {}, shift(-2, 0, 0));
+  EXPECT_NEAR(near.on_a[0], -1.1, 1e-12);
+  EXPECT_NEAR(near.on_b[0], -1.9, 1e-12);
+  EXPECT_GE(distance(*scene, {}, shift(5, 0, 0), 0.5).distance, 0.5);
+  EXPECT_NEAR(distance(*scene, {}, shift(1.4, 0, 0), 0.5).distance, 0.2, 1e-12);
+  const auto with_nothing = build({{left, right}, {}});
+  EXPECT_FALSE(touches(*with_nothing, {}, {}));
+  EXPECT_EQ(distance(*with_nothing, {}, {}, 0.5).distance, 0.5);
+}
+
+TEST_P(CollisionConformance, WrongSizesAndBrokenNumbersAreRefused) {
+  using enum ShapeKind;
+  NoProgress none;
+  const auto refuses = [&](const Shape& s) {
+    const std::vector<ShapedBody> bodies{{{s}}};
+    return !engine_->build(bodies, params_, none).ok();
+  };
+  EXPECT_TRUE(refuses(shape_of(sphere, -1)));
+  EXPECT_TRUE(refuses(shape_of(box, 1, 0, 1)));
+  EXPECT_TRUE(refuses(shape_of(cylinder, 1, std::nan(""))));
+  EXPECT_TRUE(refuses(shape_of(mesh, 0)));
+  EXPECT_TRUE(refuses(shape_of(convex, 0)));
+  Mesh flat = box_mesh(1, 1, 1);
+  for (std::size_t i = 2; i < flat.positions.size(); i += 3) flat.positions[i] = 0;
+  Shape s;
+  s.kind = convex;
+  s.mesh = &flat;
+  EXPECT_TRUE(refuses(s));
+  Shape bent = shape_of(sphere, 1);
+  bent.pose.R[0] = 2;
+  EXPECT_TRUE(refuses(bent));
+
+  const auto scene = build({{shape_of(sphere, 1)}, {shape_of(sphere, 1)}});
+  std::vector<Pose> poses(2);
+  std::vector<PairDistance> out(1), two(2);
+  const std::vector<CollisionPair> good{{0, 1}}, out_of_range{{0, 2}}, itself{{1, 1}};
+  EXPECT_FALSE(scene->distances(poses, good, 1, two, none).ok());
+  EXPECT_FALSE(scene->distances(poses, out_of_range, 1, out, none).ok());
+  EXPECT_FALSE(scene->distances(poses, itself, 1, out, none).ok());
+  EXPECT_FALSE(scene->distances(poses, good, std::nan(""), out, none).ok());
+  poses[1].p[0] = std::nan("");
+  EXPECT_FALSE(scene->distances(poses, good, 1, out, none).ok());
+  poses.pop_back();
+  EXPECT_FALSE(scene->distances(poses, good, 1, out, none).ok());
+}
+
+TEST_P(CollisionConformance, CancellingStopsWithinATenthOfASecond) {
+  const Mesh bumpy = ball_mesh(0.5, 40, 0.1);
+  Shape m;
+  m.kind = ShapeKind::mesh;
+  m.mesh = &bumpy;
+  const auto scene = build({{m}, {m}});
+  std::vector<Pose> poses;
+  for (int i = 0; i < 20000; ++i) {
+    poses.push_back({});
+    poses.push_back(multiply(shift(1.3, 0, 0), turn_z(0.001 * i)));
+  }
+  class StopAfter final : public Progress {
+   public:
+    void report(double, std::string_view) override {}
+    bool cancelled() const override {
+      return std::chrono::steady_clock::now() - start_ > std::chrono::milliseconds(30);
+    }
+
+   private:
+    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  } progress;
+  const std::vector<CollisionPair> pairs{{0, 1}};
+  std::vector<PairDistance> out(20000);
+  const auto start = std::chrono::steady_clock::now();
+  const auto r = scene->distances(poses, pairs, kInfinity, out, progress);
+  const double took =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  ASSERT_FALSE(r.ok());
+  EXPECT_EQ(r.error().code, ErrorCode::cancelled);
+  EXPECT_LT(took, 0.13);
+}
+
+}  // namespace robomosp::conformance
