@@ -9,6 +9,8 @@
 #include "ioci/commands.h"
 #include "robotics/build_model.h"
 #include "scene/build.h"
+#include "spatial/pose.h"
+#include "spatial/vec.h"
 
 namespace robomosp::ioci {
 namespace {
@@ -143,22 +145,27 @@ std::optional<std::pair<std::size_t, double>> read_axis(std::string_view word) {
   return std::pair{static_cast<std::size_t>(word[0] - 'x'), sign};
 }
 
-/// Middle of the box around the items of a scene [m].
-Vec3 middle_of(const render::Scene& scene) {
-  Vec3 low{kFar, kFar, kFar}, high{-kFar, -kFar, -kFar};
+/// Calls `see` with the corners of all triangles of a scene [m].
+template <class See>
+void each_corner(const render::Scene& scene, See&& see) {
   for (const render::Item& item : scene.items) {
     if (!item.mesh) continue;
     const auto& p = item.mesh->positions;
-    const auto& R = item.pose.R;
     for (std::size_t v = 0; v + 2 < p.size(); v += 3)
-      for (std::size_t i = 0; i < 3; ++i) {
-        const double x = R[3 * i] * static_cast<double>(p[v]) +
-                         R[3 * i + 1] * static_cast<double>(p[v + 1]) +
-                         R[3 * i + 2] * static_cast<double>(p[v + 2]) + item.pose.p[i];
-        low[i] = std::min(low[i], x);
-        high[i] = std::max(high[i], x);
-      }
+      see(spatial::transform(item.pose, {static_cast<double>(p[v]), static_cast<double>(p[v + 1]),
+                                         static_cast<double>(p[v + 2])}));
   }
+}
+
+/// Middle of the box around the items of a scene [m].
+Vec3 middle_of(const render::Scene& scene) {
+  Vec3 low{kFar, kFar, kFar}, high{-kFar, -kFar, -kFar};
+  each_corner(scene, [&](const Vec3& x) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      low[i] = std::min(low[i], x[i]);
+      high[i] = std::max(high[i], x[i]);
+    }
+  });
   if (low[0] > high[0]) return {};
   return {0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]), 0.5 * (low[2] + high[2])};
 }
@@ -212,6 +219,17 @@ Result<std::optional<render::Section>> read_section(const CommandContext& ctx, c
   }
   section.hatch = flag(s, "hatch");
   return Out{section};
+}
+
+/// True when there is something to draw, all of it on the side that is taken away.
+bool takes_all(const render::Section& section, const render::Scene& scene) {
+  bool is_anything_there = false, is_anything_left = false;
+  each_corner(scene, [&](const Vec3& x) {
+    is_anything_there = true;
+    is_anything_left =
+        is_anything_left || spatial::dot(spatial::sub(x, section.point), section.normal) < 0;
+  });
+  return is_anything_there && !is_anything_left;
 }
 
 Result<std::shared_ptr<render::Renderer>> renderer(Application& app) {
@@ -272,6 +290,10 @@ Result<Value> render_what(CommandContext& ctx, const Map& args) {
     scene::pose_at(built.scene, playback, has(args, "at") ? real(args, "at") : 0.0);
   }
   RMP_TRY_ASSIGN(look.section, read_section(ctx, args, built.scene));
+  if (look.section && takes_all(*look.section, built.scene))
+    built.left_out.emplace_back(
+        "The section takes everything away: all lies on the side its normal points to. Turn the "
+        "normal round or move the plane.");
 
   RMP_TRY_ASSIGN(const auto drawer, renderer(ctx.app));
   const auto draw = [&] { return drawer->draw(built.scene, options, ctx.progress); };

@@ -320,7 +320,8 @@ class Repair {
 
 /// Faces: runs of triangles that meet smoothly. A face all of whose triangles lie in a plane is
 /// one.
-void find_faces(PatchMesh& mesh, std::uint64_t key) {
+/// `deviation`: how far the triangles may be off the solid they stand for [m].
+void find_faces(PatchMesh& mesh, std::uint64_t key, double deviation) {
   const std::size_t n = mesh.triangles.size();
   std::vector<Vec3> normal(n);
   for (std::size_t t = 0; t < n; ++t) normal[t] = unit(mesh.area_vector(t));
@@ -339,6 +340,7 @@ void find_faces(PatchMesh& mesh, std::uint64_t key) {
     patch.point = mesh.points[mesh.triangles[seed][0]];
     patch.axis = normal[seed];
     bool is_flat = true;
+    double straightest = 1;  // cosine of the greatest angle between neighbours
     mesh.patch_of[seed] = number;
     open.push_back(seed);
     while (!open.empty()) {
@@ -348,12 +350,18 @@ void find_faces(PatchMesh& mesh, std::uint64_t key) {
       for (std::size_t k = 0; k < 3; ++k) {
         const auto next = across.find(side(mesh.triangles[t][(k + 1) % 3], mesh.triangles[t][k]));
         if (next == across.end() || mesh.patch_of[next->second] != ~0U) continue;
-        if (dot(normal[t], normal[next->second]) < kSmooth) continue;
+        const double cosine = dot(normal[t], normal[next->second]);
+        if (cosine < kSmooth) continue;
+        straightest = std::min(straightest, cosine);
         mesh.patch_of[next->second] = number;
         open.push_back(next->second);
       }
     }
     patch.kind = is_flat ? Patch::Kind::plane : Patch::Kind::free;
+    patch.deviation = deviation;
+    // A surface that turns by the angle a from triangle to triangle is longer by a^2 / 24 along,
+    // and as much across; twice that for triangles that are not all alike.
+    if (deviation > 0) patch.area_error = 4 * (1 - straightest) / 12;
     mesh.patches.push_back(patch);
   }
 }
@@ -377,7 +385,7 @@ Result<PatchMesh> imported_mesh(const CsgGeometry& geometry, double scale, std::
                    "Check the file.");
   RMP_TRY_ASSIGN(PatchMesh mesh, Repair(geometry, scale).run(notes));
   if (!(volume_of(mesh) > 0)) return wrong("the mesh encloses no volume", "Check the file.");
-  find_faces(mesh, key);
+  find_faces(mesh, key, geometry.deviation * scale);
   return mesh;
 }
 

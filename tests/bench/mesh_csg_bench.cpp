@@ -122,5 +122,31 @@ void scan_of_20000_triangles_cut_by_a_box(benchmark::State& state) {
 }
 BENCHMARK(scan_of_20000_triangles_cut_by_a_box)->Unit(benchmark::kMillisecond);
 
+/// As it comes from an STL file: every triangle has corners of its own.
+void mass_of_980000_triangles(benchmark::State& state) {
+  const auto shared = ball(700, 701, 0.5);
+  auto soup = std::make_shared<CsgGeometry>();
+  soup->form = CsgGeometry::Form::mesh;
+  for (const std::uint32_t v : shared->triangles) {
+    soup->triangles.push_back(static_cast<std::uint32_t>(soup->triangles.size()));
+    for (std::size_t k = 0; k < 3; ++k)
+      soup->points.push_back(static_cast<double>(static_cast<float>(shared->points[3 * v + k])));
+  }
+  NoProgress progress;
+  const auto csg = engine();
+  if (!csg) return state.SkipWithError("csg_cgal is not built");
+  CsgTree tree;
+  tree.nodes = {scan(soup)};
+  tree.nodes[0].parent = -1;
+  for (auto _ : state) {
+    const auto shape = csg->evaluate(tree, progress);
+    if (!shape.ok()) return state.SkipWithError(shape.error().sentence().c_str());
+    const auto moments = csg->moments(**shape, progress);
+    if (!moments.ok()) return state.SkipWithError(moments.error().sentence().c_str());
+    benchmark::DoNotOptimize(moments->volume);
+  }
+}
+BENCHMARK(mass_of_980000_triangles)->Unit(benchmark::kMillisecond);
+
 }  // namespace
 }  // namespace robomosp

@@ -152,15 +152,27 @@ TEST_F(Bodies, AMeasuredMassCountsAndTheComputedOneStaysKnown) {
   call("solid.set_measured", {{"id", "block"},
                               {"mass", 9},
                               {"com", list({0.01, 0, 0.02})},
-                              {"inertia", list({1, 2, 3, 0.1, 0.2, 0.3})}});
+                              {"inertia", list({2, 2.5, 3, 0.1, 0.2, 0.3})}});
   const Value given = call("solid.mass", {{"id", "block"}});
   EXPECT_EQ(array(given, "com")[0], 0.01);
-  EXPECT_EQ(array(given, "inertia"), (std::vector<double>{1, 0.1, 0.3, 0.1, 2, 0.2, 0.3, 0.2, 3}));
+  EXPECT_EQ(array(given, "inertia"),
+            (std::vector<double>{2, 0.1, 0.3, 0.1, 2.5, 0.2, 0.3, 0.2, 3}));
   call("solid.clear_measured", {{"id", "block"}});
   EXPECT_NEAR(number(call("solid.mass", {{"id", "block"}}), "mass"), m, 1e-12);
   EXPECT_NE(fails("solid.set_measured", {{"id", "block"}, {"mass", 1}, {"inertia", list({1, 2})}})
                 .find("not an inertia"),
             std::string::npos);
+  const auto refused = [&](const Value& inertia) {
+    return fails("solid.set_measured", {{"id", "block"}, {"mass", 1}, {"inertia", inertia}});
+  };
+  EXPECT_EQ(refused(list({1, 1, 2.5, 0, 0, 0})),
+            "solid \"block\": the measured inertia has the principal moments 1, 1 and 2.5 kg m^2, "
+            "which no body has. None may be greater than the two others together.");
+  EXPECT_NE(refused(list({1, 1, 1, 2, 0, 0})).find("the principal moments -1, 1 and 3 kg m^2"),
+            std::string::npos);
+  // A thin plate, rounded to three digits.
+  call("solid.set_measured",
+       {{"id", "block"}, {"mass", 1}, {"inertia", list({0.0833, 0.0834, 0.1668, 0, 0, 0})}});
 }
 
 TEST_F(Bodies, ALinksTenParametersAreThoseOfItsPartsInItsFrame) {

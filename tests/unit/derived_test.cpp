@@ -26,6 +26,7 @@
 #include "io/geometry.h"
 #include "kernel/plugin_loader.h"
 #include "spatial/pose.h"
+#include "support/records.h"
 
 namespace robomosp {
 namespace {
@@ -941,88 +942,159 @@ TEST_F(DerivedWithOcct, AFailedOperationShowsItsOperands) {
   EXPECT_FALSE(derived.mass(*document.now(), *id, progress).ok());
   const auto drawn = derived.drawables(*document.now(), *id, progress);
   ASSERT_TRUE(drawn.ok()) << drawn.error().sentence();
-  ASSERT_EQ(drawn->size(), 3U);
-  EXPECT_EQ(drawn->at(0).name, "part.small");
-  EXPECT_EQ(drawn->at(2).name, "part.big");
-  for (const auto& d : *drawn) {
+  ASSERT_EQ(drawn->size(), 4U);
+  EXPECT_EQ(drawn->at(0).name, "part.plate");
+  EXPECT_FALSE(drawn->at(0).is_operand) << "it stands beside what failed, and is well";
+  EXPECT_EQ(drawn->at(0).placement.p[2], 1);
+  EXPECT_EQ(drawn->at(1).name, "part.small");
+  EXPECT_EQ(drawn->at(3).name, "part.big");
+  for (std::size_t i = 1; i < drawn->size(); ++i) {
+    const auto& d = drawn->at(i);
     EXPECT_TRUE(d.is_operand);
     EXPECT_EQ(d.failure, mesh.error().sentence());
     EXPECT_EQ(d.placement.p[0], 2);
   }
-  EXPECT_EQ(drawn->at(1).placement.p[1], 3);
-  EXPECT_EQ(drawn->at(2).placement.p[2], 0);
+  EXPECT_EQ(drawn->at(2).placement.p[1], 3);
+  EXPECT_EQ(drawn->at(3).placement.p[2], 0);
 }
 
-TEST(DerivedWithCgal, AnImportedCubeIsCutMeasuredAndHandedOutAgain) {
-  const std::filesystem::path folder(ROBOMOSP_PLUGIN_DIR);
-  Registry registry;
-  PluginLoader loader(registry);
-  for (const char* name : {"csg_cgal.so", "csg_occt.so"}) {
-    if (!std::filesystem::exists(folder / name)) GTEST_SKIP() << name << " is not built";
-    ASSERT_TRUE(loader.load((folder / name).string()).loaded);
+/// Derived values with both engines of the project.
+class DerivedWithCgal : public testing::Test {
+ protected:
+  void SetUp() override {
+    const std::filesystem::path folder(ROBOMOSP_PLUGIN_DIR);
+    for (const char* name : {"csg_cgal.so", "csg_occt.so"}) {
+      if (!std::filesystem::exists(folder / name)) GTEST_SKIP() << name << " is not built";
+      ASSERT_TRUE(loader.load((folder / name).string()).loaded);
+    }
+    EXPECT_EQ(registry.find(CsgEngine::kInterfaceId, "")->name, "occt");
   }
-  EXPECT_EQ(registry.find(CsgEngine::kInterfaceId, "")->name, "occt");
+  /// A cube of 0.1 m with a corner in the origin, as a mesh.
+  static std::shared_ptr<const CsgGeometry> cube() {
+    auto geometry = std::make_shared<CsgGeometry>();
+    geometry->form = CsgGeometry::Form::mesh;
+    for (int i = 0; i < 8; ++i)
+      for (int k = 0; k < 3; ++k) geometry->points.push_back((i >> k) & 1 ? 0.1 : 0.0);
+    geometry->triangles = {0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4,
+                           2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5};
+    geometry->digest = {7, 8};
+    return geometry;
+  }
+  static model::SolidNode imported_node(std::string name, std::int32_t parent,
+                                        std::shared_ptr<const CsgGeometry> geometry) {
+    model::SolidNode n;
+    n.kind = CsgKind::imported;
+    n.name = std::move(name);
+    n.parent = parent;
+    n.sizes = {1};
+    n.geometry = std::move(geometry);
+    return n;
+  }
+  model::Solid of_water() {
+    if (!water) {
+      model::Material m;
+      m.density = 1000;
+      water = test::make(document, "water", m);
+    }
+    model::Solid s;
+    s.material = water;
+    return s;
+  }
+  Registry registry;
+  PluginLoader loader{registry};
   Document document;
-  Derived derived(registry);
+  Derived derived{registry};
   NoProgress progress;
-  auto geometry = std::make_shared<CsgGeometry>();
-  geometry->form = CsgGeometry::Form::mesh;
-  for (int i = 0; i < 8; ++i)
-    for (int k = 0; k < 3; ++k) geometry->points.push_back((i >> k) & 1 ? 0.1 : 0.0);
-  geometry->triangles = {0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4,
-                         2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5};
-  geometry->digest = {7, 8};
-  auto tx = document.begin("make");
-  model::Material water;
-  water.density = 1000;
-  const auto material = tx->add("water", water);
-  model::Solid cut;
-  cut.material = *material;
+  MaterialId water;
+};
+
+TEST_F(DerivedWithCgal, AnImportedExactSolidBesideAMeshIsTrianglesWithAStatedBound) {
+  constexpr double kRadius = 0.03, kPi = std::numbers::pi;
+  model::Solid rod = of_water();
+  rod.nodes.push_back({CsgKind::cylinder, "rod", -1, {}, {kRadius, 0.2}});
+  const auto exact = derived.geometry(*document.now(), test::make(document, "rod", rod), progress);
+  ASSERT_TRUE(exact.ok()) << exact.error().sentence();
+  ASSERT_EQ((*exact)->form, CsgGeometry::Form::brep);
+  model::Solid bored = of_water();
+  bored.nodes.push_back({CsgKind::difference, "bored", -1, {}, {}});
+  bored.nodes.push_back(imported_node("scan", 0, cube()));
+  bored.nodes.push_back(imported_node("drill", 0, *exact));
+  bored.nodes.back().placement.position = {0.05, 0.05, -0.05};
+  const auto id = test::make(document, "bored", bored);
+  const auto m = derived.mass(*document.now(), AnyId(id), progress);
+  ASSERT_TRUE(m.ok()) << m.error().sentence();
+  const double volume = 1e-3 - kPi * kRadius * kRadius * 0.1;
+  EXPECT_FALSE(m->exact);
+  EXPECT_LT(m->relative_error, 1e-2);
+  EXPECT_LE(std::abs(m->volume / volume - 1), m->relative_error);
+  EXPECT_GT(std::abs(m->volume / volume - 1), 1e-9) << "it is made of triangles";
+  EXPECT_TRUE(derived.mesh(*document.now(), id, progress).ok());
+  // In an object the two are separated in the same way.
+  model::Object o;
+  model::Solid scan = of_water();
+  scan.nodes.push_back(imported_node("scan", -1, cube()));
+  model::Solid step = of_water();
+  step.nodes.push_back(imported_node("step", -1, *exact));
+  o.parts.push_back({"scan", test::make(document, "scan", scan), {}, {}});
+  o.parts.push_back(
+      {"step", test::make(document, "step", step), {{0.05, 0.05, -0.05}, {}, {}}, {}});
+  const auto both = derived.mass(*document.now(), AnyId(test::make(document, "o", o)), progress);
+  ASSERT_TRUE(both.ok()) << both.error().sentence();
+  const double rod_volume = kPi * kRadius * kRadius * 0.2;
+  EXPECT_NEAR(both->overlap, rod_volume / 2, 1e-2 * rod_volume);
+  EXPECT_LE(std::abs(both->volume / (1e-3 + rod_volume / 2) - 1), both->relative_error);
+}
+
+TEST_F(DerivedWithCgal, AFilletBesideAMeshIsMadeByTheExactEngineFirst) {
+  model::Solid s = of_water();
+  s.nodes.push_back({CsgKind::union_, "all", -1, {}, {}});
+  s.nodes.push_back(imported_node("scan", 0, cube()));
+  s.nodes.push_back({CsgKind::fillet, "round", 0, {{0.3, 0.05, 0}, {}, {}}, {0.01}});
+  s.nodes.back().select = "parallel z";
+  s.nodes.push_back({CsgKind::box, "block", 2, {}, {0.1, 0.1, 0.1}});
+  const auto m = derived.mass(*document.now(), AnyId(test::make(document, "s", s)), progress);
+  ASSERT_TRUE(m.ok()) << m.error().sentence();
+  const double volume = 1e-3 + 0.1 * (0.01 - (4 - std::numbers::pi) * 1e-4);
+  EXPECT_LE(std::abs(m->volume / volume - 1), m->relative_error);
+  EXPECT_LT(m->relative_error, 1e-2);
+}
+
+TEST_F(DerivedWithCgal, AnImportedCubeIsCutMeasuredAndHandedOutAgain) {
+  model::Solid cut = of_water();
   cut.nodes.push_back({CsgKind::difference, "cut", -1, {}, {}});
-  model::SolidNode scan;
-  scan.kind = CsgKind::imported;
-  scan.name = "scan";
-  scan.parent = 0;
-  scan.sizes = {1};
-  scan.geometry = geometry;
-  cut.nodes.push_back(scan);
+  cut.nodes.push_back(imported_node("scan", 0, cube()));
   cut.nodes.push_back({CsgKind::box, "slot", 0, {{0.05, 0.05, 0.05}, {}, {}}, {0.02, 0.2, 0.1}});
-  const auto id = tx->add("cut", cut);
-  ASSERT_TRUE(tx->commit().ok());
+  const auto id = test::make(document, "cut", cut);
   const auto now = document.now();
-  const auto mass = derived.mass(*now, AnyId(*id), progress);
+  const auto mass = derived.mass(*now, AnyId(id), progress);
   ASSERT_TRUE(mass.ok()) << mass.error().sentence();
   EXPECT_NEAR(mass->mass.mass, 1 - 0.1, 1e-9);
   EXPECT_TRUE(mass->exact) << "flat faces only";
-  const auto mesh = derived.mesh(*now, *id, progress);
+  const auto mesh = derived.mesh(*now, id, progress);
   ASSERT_TRUE(mesh.ok()) << mesh.error().sentence();
   Pose plane;
   plane.p = {0, 0, 0.075};
-  const auto section = derived.section(*now, *id, plane, 1e-4, progress);
+  const auto section = derived.section(*now, id, plane, 1e-4, progress);
   ASSERT_TRUE(section.ok()) << section.error().sentence();
   EXPECT_EQ((*section)->loops.size(), 2U) << "one either side of the slot";
-  const auto out = derived.geometry(*now, *id, progress);
+  const auto out = derived.geometry(*now, id, progress);
   ASSERT_TRUE(out.ok()) << out.error().sentence();
   EXPECT_EQ((*out)->form, CsgGeometry::Form::mesh);
+  EXPECT_EQ((*out)->deviation, 0);
   const auto same = io::make_geometry(**out);
   ASSERT_TRUE(same.ok()) << same.error().sentence();
   EXPECT_EQ((*out)->digest, (*same)->digest) << "as if it came from a file";
-  const auto features = derived.features(*now, *id, progress);
+  const auto features = derived.features(*now, id, progress);
   ASSERT_TRUE(features.ok()) << features.error().sentence();
   // Bottom and two sides of the cube, two fronts cut to a U, two tops left, three of the slot.
   EXPECT_EQ(std::count_if((*features)->begin(), (*features)->end(),
                           [](const CsgFeature& f) { return f.kind == CsgFeature::Kind::plane; }),
             3 + 2 + 2 + 3);
   // What was handed out is the solid again.
-  auto then = document.begin("make");
-  model::Solid copy;
-  copy.material = *material;
-  scan.parent = -1;
-  scan.geometry = *out;
-  copy.nodes.push_back(scan);
-  const auto again = then->add("copy", copy);
-  ASSERT_TRUE(then->commit().ok());
-  EXPECT_NEAR(derived.mass(*document.now(), AnyId(*again), progress)->mass.mass, 0.9, 1e-9);
+  model::Solid copy = of_water();
+  copy.nodes.push_back(imported_node("scan", -1, *out));
+  const auto again = test::make(document, "copy", copy);
+  EXPECT_NEAR(derived.mass(*document.now(), AnyId(again), progress)->mass.mass, 0.9, 1e-9);
 }
 
 }  // namespace

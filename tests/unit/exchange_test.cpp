@@ -326,6 +326,21 @@ TEST_F(Exchange, UnitsAreAskedForToldAndStated) {
   EXPECT_NE(all_notes(made).find("was not used"), std::string::npos);
 }
 
+TEST_F(Exchange, AnExtensionThatDoesNotFitTheContentIsRefusedBecauseTheUnitDependsOnIt) {
+  const Part part = bushing();
+  const auto items = assembly(part, false);
+  const std::vector<std::string> formats{"ply", "obj", "glb", "3mf"};
+  for (const std::string& content : formats)
+    for (const std::string& name : formats) {
+      const auto made = read(put("one." + name, unwrap(write(content, items))));
+      EXPECT_EQ(made.ok(), name == content) << content << " as " << name;
+      if (made.ok()) continue;
+      EXPECT_NE(made.error().sentence().find("does not begin like one of the format " + name),
+                std::string::npos)
+          << made.error().sentence();
+    }
+}
+
 TEST_F(Exchange, ColladaKeepsItsUnitAndUpAxis) {
   std::vector<double> points;
   std::vector<std::uint32_t> triangles;

@@ -126,6 +126,19 @@ TEST_F(RenderCommand, AMarkOfMassNeedsAMassAndSaysSo) {
             "solid \"block\" has no mass, so its centre of mass is not shown.");
 }
 
+TEST_F(RenderCommand, ASectionThatTakesEverythingAwayIsRemarkedOn) {
+  const auto left_out = [&](double offset) {
+    const Value done =
+        run("view.render", args({{"section", Map{{"axis", "x"}, {"offset", offset}}}}));
+    return *done.as_map()->find("left_out")->as_list();
+  };
+  EXPECT_TRUE(left_out(0.09).empty());
+  EXPECT_TRUE(left_out(0.5).empty()) << "nothing is taken away";
+  const List remarks = left_out(-0.2);
+  ASSERT_EQ(remarks.size(), 1U);
+  EXPECT_NE(remarks[0].as_string()->find("takes everything away"), std::string::npos);
+}
+
 TEST_F(RenderCommand, EveryOptionTogetherDraws) {
   run("material.create", {{"name", "steel"}, {"density", 7850}});
   run("solid.set", {{"id", "block"}, {"path", "material"}, {"value", "steel"}});

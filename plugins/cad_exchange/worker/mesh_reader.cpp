@@ -407,6 +407,18 @@ class MeshReader {
 };
 
 Affine scaled(double s) { return {{s, 0, 0, 0, s, 0, 0, 0, s}, {}}; }
+/// Assimp goes by content where the extension misleads, but unit and up axis go by the format.
+bool begins_like(const std::string& format, const std::string& head) {
+  const auto first = head.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
+  const std::string text = first == std::string::npos ? "" : head.substr(first);
+  if (format == "glb") return head.starts_with("glTF");
+  if (format == "gltf") return text.starts_with("{");
+  if (format == "dae") return text.starts_with("<") && text.find("COLLADA") != std::string::npos;
+  if (format == "3mf") return head.starts_with("PK");
+  if (format == "ply") return text.starts_with("ply");
+  return !head.starts_with("glTF") && !head.starts_with("PK") && !text.starts_with("ply");
+}
+
 /// x stays, y becomes z, z becomes -y.
 Affine y_up() { return {{1, 0, 0, 0, 0, -1, 0, 1, 0}, {}}; }
 
@@ -414,6 +426,11 @@ Affine y_up() { return {{1, 0, 0, 0, 0, -1, 0, 1, 0}, {}}; }
 
 Result<Scene> read_meshes(const std::string& path, const ReadOptions& options, Progress& progress) {
   progress.report(0, "reading");
+  const std::string head = head_of(path);
+  if (!begins_like(options.format, head))
+    return error(ErrorCode::syntax,
+                 "the file does not begin like one of the format " + options.format,
+                 "Its extension may be wrong: the unit depends on the format.");
   Assimp::Importer importer;
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   importer.SetPropertyBool(AI_CONFIG_PP_PTV_KEEP_HIERARCHY, true);
@@ -426,9 +443,9 @@ Result<Scene> read_meshes(const std::string& path, const ReadOptions& options, P
   if (options.format == "glb" || options.format == "gltf") {
     frame = y_up();
   } else if (options.format == "dae") {
-    const std::string head = lower(head_of(path));
-    if (head.find("<up_axis>z_up") == std::string::npos) frame = y_up();
-    if (head.find("<up_axis>x_up") != std::string::npos)
+    const std::string text = lower(head);
+    if (text.find("<up_axis>z_up") == std::string::npos) frame = y_up();
+    if (text.find("<up_axis>x_up") != std::string::npos)
       frame = {{0, -1, 0, 0, 0, -1, 1, 0, 0}, {}};
   } else if (options.format == "3mf") {
     frame = scaled(unit_of_3mf(path));
