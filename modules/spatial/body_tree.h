@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+// BodyTree: the constants of a mechanism as spatial-vector algorithms read them, its motion in the
+// base frame, and what follows from it: torques, inertia, derivatives. All joint types, coupled
+// joints and moving bases; loops are carried, not solved (layer: data processing, spatial).
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include <robomosp/sdk/dynamics.h>
+
+#include "spatial/screw.h"
+
+namespace robomosp::spatial {
+
+/// One joint and the body it moves. Its columns are the motions, in the joint frame, that its
+/// velocities cause: unit vectors of (angular, linear), times the ratio of a coupled joint.
+struct TreeBody {
+  JointType type = JointType::revolute;
+  std::int32_t parent = -1, q_index = 0, v_index = 0;
+  std::int32_t column = 0;   ///< of its first column among those of all joints
+  std::int32_t columns = 1;  ///< 1, 3 or 6
+  bool coupled = false;
+  double ratio = 1, offset = 0;
+  Pose placement;  ///< parent_T_joint at rest
+  RigidInertia inertia;
+  double armature = 0;
+  JointFriction friction;
+  JointSpring spring;
+};
+
+struct BodyTree {
+  std::string name;
+  std::vector<std::string> joint_names;
+  std::vector<TreeBody> bodies;
+  std::vector<TipModel> tips;
+  std::vector<LoopModel> loops;
+  Vec3 gravity{};
+  std::size_t coordinates = 0, velocities = 0;
+  std::size_t columns = 0;  ///< of all joints: more than velocities when joints are coupled
+  [[nodiscard]] std::string where() const { return "robot \"" + name + "\""; }
+};
+
+/// Copies what the algorithms need; a model that breaks its contract is an error.
+[[nodiscard]] Result<BodyTree> make_body_tree(const RobotModel& model);
+
+/// Refuses spans of the wrong length; `output` are the numbers expected of one sample.
+[[nodiscard]] Result<void> check_batch(const BodyTree& tree, const DynamicsBatch& batch,
+                                       std::size_t required_scratch, std::size_t output,
+                                       std::size_t output_per_sample);
+
+/// parent_T_joint of one body.
+[[nodiscard]] Pose joint_pose(const TreeBody& body, const double* q);
+/// Column k of a joint, in the joint frame.
+[[nodiscard]] Screw joint_column(const TreeBody& body, std::int32_t k);
+
+/// One sample of a batch; a null pointer means zeros.
+struct TreeState {
+  const double *q = nullptr, *qd = nullptr, *qdd = nullptr;
+  Screw base_velocity, base_acceleration;  ///< gravity included, base frame
+};
+/// What `terms` leave of a sample's motion. Of the inverse dynamics' inertial term come qdd and
+/// the base's motion; `forward` keeps the base's motion always.
+[[nodiscard]] TreeState state_of(const BodyTree& tree, const DynamicsBatch& batch,
+                                 std::size_t sample, std::uint32_t terms, bool forward);
+
+/// A body in motion, all in the base frame.
+struct MovingBody {
+  Pose pose;  ///< base_T_joint
+  Screw velocity, acceleration;
+  RigidInertia inertia;
+  Screw force;  ///< of the body alone, then (after gather) of all that it carries
+};
+
+/// Poses, velocities, accelerations, inertias and forces of the bodies; `columns` of all joints in
+/// the base frame. Allocates nothing.
+void sweep(const BodyTree& tree, const TreeState& state, std::span<MovingBody> bodies,
+           std::span<Screw> columns);
+/// Adds the wrench that acts on the robot at a tip to the forces of a swept tree.
+void apply_wrench(const BodyTree& tree, std::size_t tip, const TipWrench& wrench,
+                  std::span<MovingBody> bodies);
+/// Sums forces (and inertias, when asked) from the tips to the base.
+void gather(const BodyTree& tree, std::span<MovingBody> bodies, bool inertias);
+
+/// Velocity, friction, spring and motor parts of the joints alone, added to tau.
+void add_joint_forces(const BodyTree& tree, const DynamicsBatch& batch, std::size_t sample,
+                      std::uint32_t terms, std::span<double> tau);
+/// tau of one sample for the chosen terms. `bodies` and `columns` are scratch; they hold the swept
+/// and gathered tree afterwards. `forward`: qdd is left out, the base's motion is not.
+void tree_torques(const BodyTree& tree, const DynamicsBatch& batch, std::size_t sample,
+                  std::uint32_t terms, bool forward, std::span<MovingBody> bodies,
+                  std::span<Screw> columns, std::span<double> tau);
+/// M(q) with motor inertia from a gathered tree with its inertias summed: dof * dof, row-major.
+void tree_inertia(const BodyTree& tree, std::span<const MovingBody> bodies,
+                  std::span<const Screw> columns, std::span<double> m);
+
+/// Doubles that bodies and columns take of a caller's scratch.
+[[nodiscard]] std::size_t tree_scratch(const BodyTree& tree);
+/// The two in a caller's scratch.
+struct TreeScratch {
+  std::span<MovingBody> bodies;
+  std::span<Screw> columns;
+  double* rest = nullptr;  ///< first double behind them
+};
+[[nodiscard]] TreeScratch take_scratch(const BodyTree& tree, double* scratch);
+
+/// Doubles of scratch of tree_derivatives().
+[[nodiscard]] std::size_t derivatives_scratch(const BodyTree& tree);
+/// Partial derivatives of one sample's tau by small joint motions and by qd: dof * dof each,
+/// row-major, row = entry of tau, for the chosen terms. `qdd` replaces the batch's when not null.
+/// Closed form with composite bodies in the base frame (Singh, Russell, Wensing, Efficient
+/// Analytical Derivatives of Rigid-Body Dynamics using Spatial Vector Algebra, RA-L 2022).
+void tree_derivatives(const BodyTree& tree, const DynamicsBatch& batch, std::size_t sample,
+                      const double* qdd, bool forward, double* scratch, std::span<double> by_q,
+                      std::span<double> by_qd);
+
+/// Cholesky factor of a symmetric n * n matrix in its lower triangle, in place. Returns -1, or the
+/// row whose pivot is not positive.
+[[nodiscard]] std::ptrdiff_t cholesky(std::span<double> m, std::size_t n);
+/// Solves in place with a factored matrix.
+void cholesky_solve(std::span<const double> m, std::size_t n, double* x);
+
+}  // namespace robomosp::spatial

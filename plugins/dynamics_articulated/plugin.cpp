@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+// Provider "articulated_body" of forward dynamics (layer: plugin).
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <string>
+
+#include <robomosp/sdk/dynamics.h>
+#include <robomosp/sdk/plugin.h>
+
+#include "articulated_body.h"
+#include "samples.h"
+
+namespace robomosp::articulated {
+namespace {
+
+class ArticulatedBody final : public ForwardDynamics {
+ public:
+  Result<void> prepare(const RobotModel& model, const Params&) override {
+    RMP_TRY(refuse_loops(model));
+    RMP_TRY_ASSIGN(articulated_, make_articulated(model));
+    std::vector<double> scratch(articulated_scratch(articulated_));
+    return refuse_singular(tree(), [&](const DynamicsBatch& b, double* qdd) {
+      return articulated::accelerations(articulated_, b, 0, scratch.data(), qdd);
+    });
+  }
+  std::size_t scratch_size() const override {
+    const std::size_t n = tree().velocities;
+    return std::max(articulated_scratch(articulated_),
+                    spatial::derivatives_scratch(tree()) + n * n + 2 * n);
+  }
+  Result<void> accelerations(const DynamicsBatch& batch, std::span<double> qdd,
+                             Progress& progress) const override {
+    const std::size_t n = tree().velocities;
+    RMP_TRY(spatial::check_batch(tree(), batch, articulated_scratch(articulated_), qdd.size(), n));
+    for (std::size_t i = 0; i < batch.count; ++i) {
+      if (i % kSamplesPerCheck == 0 && progress.cancelled()) return cancelled();
+      RMP_TRY(one(batch, i, qdd.data() + i * n));
+    }
+    return {};
+  }
+  Result<void> derivatives(const DynamicsBatch& batch, std::span<double> by_q,
+                           std::span<double> by_qd, std::span<double> by_tau,
+                           Progress& progress) const override {
+    const std::size_t n = tree().velocities;
+    RMP_TRY(spatial::check_batch(tree(), batch, scratch_size(), by_q.size(), n * n));
+    RMP_TRY(spatial::check_batch(tree(), batch, scratch_size(), by_qd.size(), n * n));
+    RMP_TRY(spatial::check_batch(tree(), batch, scratch_size(), by_tau.size(), n * n));
+    double* m = batch.scratch.data() + spatial::derivatives_scratch(tree());
+    double *qdd = m + n * n, *column = qdd + n;
+    for (std::size_t i = 0; i < batch.count; ++i) {
+      if (i % kSamplesPerCheck == 0 && progress.cancelled()) return cancelled();
+      // The accelerations' scratch may reach into m, which is filled afterwards; qdd is moved out
+      // of its way.
+      RMP_TRY(one(batch, i, by_tau.data() + i * n * n));
+      std::copy_n(by_tau.data() + i * n * n, n, qdd);
+      const std::span<double> dq = by_q.subspan(i * n * n, n * n),
+                              dqd = by_qd.subspan(i * n * n, n * n),
+                              dtau = by_tau.subspan(i * n * n, n * n);
+      spatial::tree_derivatives(tree(), batch, i, qdd, true, batch.scratch.data(), dq, dqd);
+      const auto swept = spatial::take_scratch(tree(), batch.scratch.data());
+      spatial::tree_inertia(tree(), swept.bodies, swept.columns, std::span(m, n * n));
+      if (const std::ptrdiff_t bad = spatial::cholesky(std::span(m, n * n), n); bad >= 0)
+        return std::move(singular(tree(), joint_of(tree(), static_cast<std::size_t>(bad))))
+            .in(sample_name(i));
+      std::fill(dtau.begin(), dtau.end(), 0.0);
+      for (std::size_t k = 0; k < n; ++k) dtau[k * n + k] = 1;
+      for (const std::span<double> d : {dq, dqd, dtau})
+        for (std::size_t c = 0; c < n; ++c) {
+          const double sign = d.data() == dtau.data() ? 1 : -1;
+          for (std::size_t r = 0; r < n; ++r) column[r] = sign * d[r * n + c];
+          spatial::cholesky_solve(std::span<const double>(m, n * n), n, column);
+          for (std::size_t r = 0; r < n; ++r) d[r * n + c] = column[r];
+        }
+    }
+    return {};
+  }
+
+ private:
+  const spatial::BodyTree& tree() const { return articulated_.tree; }
+  Result<void> one(const DynamicsBatch& batch, std::size_t i, double* qdd) const {
+    const std::int32_t bad =
+        articulated::accelerations(articulated_, batch, i, batch.scratch.data(), qdd);
+    const bool finite = all_finite(qdd, bad >= 0 ? 0 : tree().velocities);
+    if (bad >= 0 && finite_inputs(tree(), batch, i))
+      return std::move(singular(tree(), bad)).in(sample_name(i));
+    if (bad >= 0 || !finite) return not_finite("the forces", i);
+    return {};
+  }
+  Articulated articulated_;
+};
+
+}  // namespace
+}  // namespace robomosp::articulated
+
+RMP_PLUGIN(
+    "org.robomosp.dynamics_articulated", "0.1.0", "Apache-2.0",
+    "Forward dynamics by articulated bodies.",
+    RMP_PROVIDER_NO_PARAMS(robomosp::articulated::ArticulatedBody, "articulated_body",
+                           "Articulated bodies in O(n): trees of all joint types, of any size.",
+                           "serial,tree,coupled,floating,batch,derivatives"))

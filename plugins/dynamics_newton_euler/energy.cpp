@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "further.h"
+
+namespace robomosp::newton_euler {
+namespace {
+
+using namespace spatial;
+
+constexpr std::size_t kSamplesPerLook = 64;  // between two looks at Progress
+
+Energy energy_of(const BodyTree& tree, const DynamicsBatch& batch, std::size_t sample) {
+  const TreeScratch s = take_scratch(tree, batch.scratch.data());
+  TreeState state;
+  state.q = batch.q.data() + sample * tree.coordinates;
+  if (!batch.qd.empty()) state.qd = batch.qd.data() + sample * tree.velocities;
+  Vec3 gravity = tree.gravity;
+  if (!batch.base.empty()) {
+    const BaseMotion& base = batch.base[batch.base.size() == 1 ? 0 : sample];
+    gravity = base.gravity;
+    state.base_velocity.angular = base.angular_velocity;
+  }
+  sweep(tree, state, s.bodies, s.columns);
+  Energy e;
+  double mass = 0;
+  Vec3 first{};
+  for (std::size_t i = 0; i < tree.bodies.size(); ++i) {
+    const TreeBody& b = tree.bodies[i];
+    const MovingBody& m = s.bodies[i];
+    const Screw momentum = multiply(m.inertia, m.velocity);
+    e.kinetic += 0.5 * dot(momentum, m.velocity);
+    e.momentum = add(e.momentum, momentum.linear);
+    e.angular_momentum = add(e.angular_momentum, momentum.angular);
+    mass += m.inertia.mass;
+    first = add(first, m.inertia.first);
+    if (b.columns != 1) continue;
+    if (state.qd) {
+      const double rate = b.ratio * state.qd[b.v_index];
+      e.kinetic += 0.5 * b.armature * rate * rate;
+    }
+    const double stretch = b.ratio * state.q[b.q_index] + b.offset - b.spring.rest;
+    if (b.spring.stiffness != 0) e.potential += 0.5 * b.spring.stiffness * stretch * stretch;
+  }
+  e.potential -= dot(gravity, first);
+  if (mass != 0) e.com = scale(first, 1 / mass);
+  return e;
+}
+
+}  // namespace
+
+std::size_t further_scratch(const BodyTree& tree) { return derivatives_scratch(tree); }
+
+Result<void> energy(const BodyTree& tree, const DynamicsBatch& batch, std::span<Energy> out,
+                    Progress& progress) {
+  RMP_TRY(check_batch(tree, batch, tree_scratch(tree), out.size(), 1));
+  for (std::size_t i = 0; i < batch.count; ++i) {
+    if (i % kSamplesPerLook == 0 && progress.cancelled())
+      return error(ErrorCode::cancelled, "the dynamics were stopped");
+    out[i] = energy_of(tree, batch, i);
+  }
+  return {};
+}
+
+Result<void> derivatives(const BodyTree& tree, const DynamicsBatch& batch, std::span<double> by_q,
+                         std::span<double> by_qd, Progress& progress) {
+  const std::size_t size = tree.velocities * tree.velocities;
+  RMP_TRY(check_batch(tree, batch, derivatives_scratch(tree), by_q.size(), size));
+  RMP_TRY(check_batch(tree, batch, derivatives_scratch(tree), by_qd.size(), size));
+  for (std::size_t i = 0; i < batch.count; ++i) {
+    if (i % kSamplesPerLook == 0 && progress.cancelled())
+      return error(ErrorCode::cancelled, "the dynamics were stopped");
+    tree_derivatives(tree, batch, i, nullptr, false, batch.scratch.data(),
+                     by_q.subspan(i * size, size), by_qd.subspan(i * size, size));
+  }
+  return {};
+}
+
+}  // namespace robomosp::newton_euler
