@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "spatial/pose.h"
 
@@ -39,6 +40,15 @@ Pose forward(const Chain& chain, std::span<const double> q, std::span<Pose> fram
     frames[i] = i == 0 ? local : spatial::compose(frames[i - 1], local);
   }
   return chain.size() == 0 ? chain.tool : spatial::compose(frames[chain.size() - 1], chain.tool);
+}
+
+double start_bound(const PathJoint& joint, bool upper) {
+  const double limit = upper ? joint.upper : joint.lower;
+  if (std::isfinite(limit)) return limit;
+  const double half = joint.type == JointType::revolute ? std::numbers::pi : joint.unit;
+  const double other = upper ? joint.lower : joint.upper;
+  const double centre = std::isfinite(other) ? other + (upper ? half : -half) : 0.0;
+  return centre + (upper ? half : -half);
 }
 
 double certain_gap(const Chain& chain, const Vec3& target) {

@@ -33,6 +33,9 @@ struct Chain {
 /// Frames along the chain for q (one entry a path joint); returns base_T_tip.
 Pose forward(const Chain& chain, std::span<const double> q, std::span<Pose> frames);
 
+/// Where searches may start: the limits, or one turn or chain length where there is none.
+[[nodiscard]] double start_bound(const PathJoint& joint, bool upper);
+
 /// A distance that base_T_tip's origin certainly stays away from `target` [m]; 0 = may be reached.
 [[nodiscard]] double certain_gap(const Chain& chain, const Vec3& target);
 

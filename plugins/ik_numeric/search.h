@@ -1,48 +1,62 @@
 // SPDX-License-Identifier: Apache-2.0
-// The search for joint values (layer: plugin): Levenberg-Marquardt on the base-referred Jacobian
-// inside the joint limits, with a damping that vanishes with the error, so that it ends as
-// Newton's method (Sugihara, IEEE T-RO 27(5), 2011; limits by the projected active set).
+// The general search (layer: plugin): Levenberg-Marquardt on all aims at once inside the joint
+// limits, with a damping that vanishes with the error, so that it ends as Newton's method
+// (Sugihara, IEEE T-RO 27(5), 2011; limits by an active set); and the use of what freedom is left.
 #pragma once
 
 #include <span>
 #include <vector>
 
-#include <robomosp/sdk/ik.h>
+#include <Eigen/Core>
 
-#include "chain.h"
+#include "aims.h"
 
 namespace robomosp::ik_numeric {
 
 struct SearchOptions {
   int max_iterations = 100;
   double damping = 1e-2;  ///< factor of the squared error in the damping
-  double max_step = 0.6;  ///< of one joint in one iteration [rad, or chain lengths]
+  double max_step = 0.6;  ///< of one joint in one iteration [rad, or mechanism lengths]
   bool use_limits = true;
-  bool position_only = false;
+  IkTolerance tolerance;
 };
 
 enum class SearchEnd { reached, stuck, out_of_iterations, cancelled };
 
-/// Memory of one thread's searches; sized once per solve call.
-struct Workspace {
-  explicit Workspace(std::size_t n)
-      : frames(n), trial_frames(n), trial(n), step(n), columns(6 * n), held(n) {}
-  std::vector<Pose> frames, trial_frames;
-  std::vector<double> trial, step, columns;
-  std::vector<char> held;
-};
-
 struct SearchResult {
   SearchEnd end = SearchEnd::stuck;
   int iterations = 0;
-  double position_error = 0;  ///< [m]
-  double rotation_error = 0;  ///< [rad]
-  double cost = 0;            ///< squared weighted error, to compare attempts
+  Miss miss;
+  double cost = 0;  ///< squared weighted error, to compare attempts
 };
 
-/// Improves q (one entry a path joint) in place.
-SearchResult search(const Chain& chain, const Pose& target, const IkTolerance& tolerance,
-                    const SearchOptions& options, std::span<double> q, Workspace& work,
-                    const Progress& progress);
+class Search {
+ public:
+  Search(Aims& aims, const Progress& progress);
+  /// Improves q in place.
+  SearchResult run(std::span<const Pose> targets, const SearchOptions& options,
+                   std::span<double> q);
+  /// Uses the freedom that the aims leave: raises the objective along their null space as long as
+  /// that gains something and at most `steps` times, keeping the aims. q must meet them. No joint
+  /// moves by more than `first_step` in one of them [rad, or mechanism lengths].
+  void improve(std::span<const Pose> targets, const SearchOptions& options, IkObjective which,
+               const ClearanceField* clearance, double first_step, int steps, std::span<double> q);
+
+ private:
+  void limited_step(const Eigen::VectorXd& e, double damping, bool use_limits,
+                    std::span<const double> q);
+  [[nodiscard]] Eigen::VectorXd free_part(const Eigen::VectorXd& direction);
+  void damped_step(const Eigen::VectorXd& e, double damping);
+  [[nodiscard]] double objective(IkObjective which, const ClearanceField* clearance,
+                                 std::span<const double> q, Eigen::VectorXd* gradient);
+  [[nodiscard]] double manipulability(std::span<const double> q);
+
+  Aims& aims_;
+  const Progress& progress_;
+  std::vector<double> trial_;
+  std::vector<char> held_;
+  Eigen::VectorXd step_, real_step_;
+  Eigen::MatrixXd free_columns_;
+};
 
 }  // namespace robomosp::ik_numeric

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+// The fast search (layer: plugin): several searches of one chain side by side, one a lane of the
+// processor's vector registers; compiled for AVX-512, AVX2 and the baseline and chosen at run time.
+// Plain data only, so that no inline function of the library is compiled for a newer processor.
+#pragma once
+
+namespace robomosp::ik_numeric {
+
+/// One joint on the way to the tip.
+struct LaneJoint {
+  double R[9], p[3];  ///< placement: previous-path-joint_T_joint at q = 0
+  double lower, upper;
+  double unit;  ///< one step of the search: 1 rad, or the chain's length for slides [m]
+  bool slides;
+};
+
+struct LaneChain {
+  const LaneJoint* joints;
+  int size;               ///< of joints, >= 1
+  double R[9], p[3];      ///< last joint_T_tip
+  double inverse_length;  ///< 1 / the chain's length [1/m]
+};
+
+struct LaneOptions {
+  int max_iterations = 100;
+  double damping = 1e-2;   ///< factor of the squared error in the damping
+  double max_step = 0.6;   ///< of one joint in one iteration [rad, or chain lengths]
+  double position = 1e-9;  ///< tolerance [m]
+  double rotation = 1e-9;  ///< tolerance, as the chord 2 sin(angle / 2)
+  int patience = 8;        ///< steps that gain little before a search is given up
+};
+
+enum class LaneEnd { reached, stuck, out_of_iterations };
+
+/// Where the lanes get their work and leave their answers.
+class LaneWork {
+ public:
+  /// Fills q (one value a joint, within the limits) and the target of a new search (R row-major);
+  /// false when this lane has nothing more to do now.
+  virtual bool next(int lane, double* q, double* R, double* p) = 0;
+  /// A search has ended at q; `cost` is its squared weighted error.
+  virtual void done(int lane, LaneEnd end, const double* q, double cost, int iterations) = 0;
+  /// True when the lane's search has become useless. Asked when another lane is done.
+  virtual bool obsolete(int lane) = 0;
+  /// True to stop everything. Asked now and then.
+  virtual bool stopped() = 0;
+
+ protected:
+  ~LaneWork() = default;
+};
+
+/// One compiled form of the search.
+struct LaneEngine {
+  int width;  ///< searches side by side
+  void (*run)(const LaneChain&, const LaneOptions&, LaneWork&, double* memory);
+  const char* name;
+};
+/// Numbers of memory that `run` needs, aligned to 64 bytes.
+constexpr unsigned lane_memory(int joints, int width) {
+  return static_cast<unsigned>((joints * 16 + 64) * width);
+}
+
+/// The best form for this processor.
+const LaneEngine& lane_engine();
+
+}  // namespace robomosp::ik_numeric
