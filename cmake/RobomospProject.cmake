@@ -33,6 +33,31 @@ function(robomosp_module name)
     PRIVATE "$<BUILD_INTERFACE:robomosp_flags>" ${arg_PRIVATE})
 endfunction()
 
+# robomosp_lanes(target source...): sources that include spatial/lanes.h, compiled once an instruction
+# set, each time in a namespace of that name (RMP_LANES). The program chooses at run time
+# (spatial/instruction_set.h), so the levels are those of the x86-64 psABI.
+function(robomosp_lanes target)
+  set(baseline_flags "-DRMP_LANES=baseline" "-DRMP_LANE_COUNT=2")
+  set(avx2_flags "-DRMP_LANES=avx2" "-DRMP_LANE_COUNT=4" "-march=x86-64-v3")
+  set(avx512_flags "-DRMP_LANES=avx512" "-DRMP_LANE_COUNT=8" "-march=x86-64-v4"
+    "-mprefer-vector-width=512")
+  set(sets baseline)
+  if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
+    list(APPEND sets avx2 avx512)
+  endif()
+  foreach(source ${ARGN})
+    get_filename_component(stem "${source}" NAME_WE)
+    foreach(set ${sets})
+      set(file "${CMAKE_CURRENT_BINARY_DIR}/${stem}_${set}.cpp")
+      file(CONFIGURE OUTPUT "${file}" CONTENT "#include \"${CMAKE_CURRENT_SOURCE_DIR}/${source}\"\n")
+      set_source_files_properties("${file}" PROPERTIES
+        COMPILE_OPTIONS "${${set}_flags};$<$<CONFIG:Release>:-O3>;-ffp-contract=fast;-fno-math-errno;-fno-trapping-math"
+        OBJECT_DEPENDS "${CMAKE_CURRENT_SOURCE_DIR}/${source}")
+      target_sources(${target} PRIVATE "${file}")
+    endforeach()
+  endforeach()
+endfunction()
+
 # robomosp_plugin(name SOURCES ... [LIBS libs] [LAZY entry.cpp]): a loadable plugin of the project,
 # built as a third-party one is: it sees the SDK and, if asked for, the helper library
 # robomosp::spatial. LAZY names the source with RMP_PLUGIN: the plugin is then a door of that source

@@ -1,47 +1,51 @@
 // SPDX-License-Identifier: Apache-2.0
-// The constants of a mechanism as the recursions read them: one flat row a joint, masses about the
-// joint's origin (layer: plugin).
+// A mechanism prepared for the kernels: one flat row a joint, masses about the joint's origin
+// (layer: plugin).
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <string>
 #include <vector>
 
 #include <robomosp/sdk/dynamics.h>
 
+#include "kernels.h"
+
 namespace robomosp::newton_euler {
 
-struct ChainJoint {
-  std::array<double, 9> R;  ///< parent_R_joint at q = 0, row-major
-  Vec3 p;                   ///< origin in the parent's frame at q = 0 [m]
-  double mass = 0;          ///< [kg]
-  Vec3 first{};             ///< mass times centre of mass [kg m]
-  Sym3 inertia;             ///< about the joint's origin [kg m^2]
-  double armature = 0;
-  JointFriction friction;
-  std::int32_t parent = -1;
-  bool is_prismatic = false;
-};
+/// Owns what its Mechanism points to.
+class Chain {
+ public:
+  /// Copies what the recursions need; a model that breaks its contract is an error. Closed loops
+  /// are not looked at.
+  static Result<Chain> make(const RobotModel& model);
 
-struct Chain {
-  std::vector<ChainJoint> joints;
-  Vec3 gravity{};
-  bool is_serial = true;        ///< every joint's parent is the joint before it
-  std::int32_t tip_joint = -1;  ///< carries the tip that takes the wrench
-  Vec3 tip{};                   ///< its origin in that joint's frame
-  [[nodiscard]] std::size_t dof() const { return joints.size(); }
-};
+  [[nodiscard]] const Mechanism& mechanism() const { return mechanism_; }
+  [[nodiscard]] std::size_t dof() const { return mechanism_.velocities; }
+  [[nodiscard]] std::size_t coordinates() const { return mechanism_.coordinates; }
+  [[nodiscard]] std::size_t tip_count() const { return tips_.size(); }
+  /// The joint that an entry of qd and tau belongs to.
+  [[nodiscard]] std::size_t joint_of(std::size_t entry) const { return joint_of_[entry]; }
 
-/// Copies what the recursions need; a model that breaks its contract is an error.
-Result<Chain> make_chain(const RobotModel& model);
+  Chain() = default;
+  Chain(Chain&&) = default;
+  Chain& operator=(Chain&&) = default;
+
+ private:
+  void add_body(const JointModel& joint);
+  void add_entries(const JointModel& joint, std::size_t index);
+  void add_tips(const RobotModel& model);
+
+  Mechanism mechanism_{};
+  std::vector<Body> bodies_;
+  std::vector<std::int32_t> entry_parent_, paths_;
+  std::vector<TipPath> tips_;
+  std::vector<std::size_t> joint_of_;
+};
 
 /// Refuses spans of the wrong length; `required_scratch` in doubles.
 Result<void> check_batch(const Chain& chain, const DynamicsBatch& batch,
                          std::size_t required_scratch, std::size_t output,
                          std::size_t output_per_sample);
-
-/// Samples between two looks at Progress: far less than 100 ms of work for any mechanism.
-inline constexpr std::size_t kSamplesPerCheck = 256;
 
 }  // namespace robomosp::newton_euler

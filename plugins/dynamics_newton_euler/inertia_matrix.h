@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Solves M x = b for the joint-space inertia of a tree (layer: plugin). M = L^T D L, eliminated
-// from the tips to the base, so that zeros between branches stay zeros and a pivot that vanishes
-// belongs to the joint that nothing resists (Featherstone, Rigid Body Dynamics Algorithms, 6.5).
+// Tells which joint makes a joint-space inertia singular (layer: plugin). M = L^T D L is eliminated
+// from the tips to the base, so that a pivot that vanishes belongs to the joint that nothing
+// resists (Featherstone, Rigid Body Dynamics Algorithms, 6.5).
 #pragma once
 
 #include <cstdint>
@@ -10,10 +10,7 @@
 
 namespace robomosp::newton_euler {
 
-/// Factors m (dof * dof) in place, with dof doubles of scratch. Returns -1, or the joint whose
-/// pivot is not positive; nothing is divided by such a pivot.
-[[nodiscard]] std::int32_t factor(const Chain& chain, double* m, double* scratch);
-/// Solves in place with a factored matrix.
-void solve(const Chain& chain, const double* m, double* x);
+/// Eliminates in m (dof * dof, changed). Returns -1, or the entry whose pivot is not positive.
+[[nodiscard]] std::int32_t singular_entry(const Chain& chain, std::vector<double> m);
 
 }  // namespace robomosp::newton_euler

@@ -3,29 +3,37 @@
 // (layer: plugin). Paper eqs 2-6 and 8-10.
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <string>
 
 #include <robomosp/sdk/dynamics.h>
 #include <robomosp/sdk/plugin.h>
 
+#include "batch.h"
 #include "chain.h"
 #include "inertia_matrix.h"
-#include "newton_euler.h"
 
 namespace robomosp::newton_euler {
 namespace {
+
+using What = Task::What;
 
 const rmp_param kParams[] = {
     {"inertia_method", "enum", "",
      "How the joint-space inertia is found: composite bodies, or column by column from "
      "Newton-Euler.",
      "composite", "composite|columns", 1, 0},
+    {"instructions", "enum", "",
+     "The processor's instructions to use: the widest it has, or no wider than these.", "auto",
+     "auto|avx512|avx2|baseline", 1, 0},
 };
 
-InertiaMethod chosen_method(const Params& params) {
-  return params.text("inertia_method") == "columns" ? InertiaMethod::columns
-                                                    : InertiaMethod::composite;
+Runner make_runner(const Params& params) {
+  using spatial::InstructionSet;
+  InstructionSet set = spatial::widest_instruction_set();
+  const auto wanted = params.text("instructions");
+  if (wanted == "avx2") set = std::min(set, InstructionSet::avx2);
+  if (wanted == "baseline") set = InstructionSet::baseline;
+  return {set, params.text("inertia_method") == "columns"};
 }
 
 Error not_finite(const char* what, std::size_t sample) {
@@ -34,118 +42,106 @@ Error not_finite(const char* what, std::size_t sample) {
                "Check the joint values, rates and forces given for it.");
 }
 
-bool all_finite(const double* v, std::size_t n) {
-  // 0 * v is NaN for infinities and NaN, else 0.
-  return std::accumulate(v, v + n, 0.0, [](double s, double x) { return s + 0 * x; }) == 0;
-}
-
-Error cancelled() { return error(ErrorCode::cancelled, "the dynamics were stopped"); }
-
 class NewtonEuler final : public InverseDynamics {
  public:
   Result<void> prepare(const RobotModel& model, const Params& params) override {
-    RMP_TRY_ASSIGN(chain_, make_chain(model));
-    method_ = chosen_method(params);
+    RMP_TRY_ASSIGN(chain_, Chain::make(model));
+    runner_ = make_runner(params);
+    scratch_ = runner_.scratch_size(chain_, {What::torques, What::inertia});
     return {};
   }
-  std::size_t scratch_size() const override {
-    return std::max(newton_euler_scratch(chain_), inertia_scratch(chain_, method_));
-  }
+  std::size_t scratch_size() const override { return scratch_; }
   Result<void> torques(const DynamicsBatch& batch, std::span<double> tau,
                        Progress& progress) const override {
-    const std::size_t n = chain_.dof();
-    RMP_TRY(check_batch(chain_, batch, newton_euler_scratch(chain_), tau.size(), n));
-    for (std::size_t i = 0; i < batch.count; ++i) {
-      if (i % kSamplesPerCheck == 0 && progress.cancelled()) return cancelled();
-      double* out = tau.data() + i * n;
-      selected_torques(chain_, batch, i, batch.terms, batch.scratch.data(), out);
-      if (!all_finite(out, n)) return not_finite("the torques", i);
-    }
-    return {};
+    return run(What::torques, "the torques", batch, tau, chain_.dof(), progress);
   }
   Result<void> inertia(const DynamicsBatch& batch, std::span<double> m,
                        Progress& progress) const override {
-    const std::size_t n = chain_.dof();
-    RMP_TRY(check_batch(chain_, batch, inertia_scratch(chain_, method_), m.size(), n * n));
-    for (std::size_t i = 0; i < batch.count; ++i) {
-      if (i % kSamplesPerCheck == 0 && progress.cancelled()) return cancelled();
-      double* out = m.data() + i * n * n;
-      joint_space_inertia(chain_, method_, batch.q.data() + i * n, batch.scratch.data(), out);
-      if (!all_finite(out, n * n)) return not_finite("the inertias", i);
-    }
-    return {};
+    return run(What::inertia, "the inertias", batch, m, chain_.dof() * chain_.dof(), progress);
   }
 
  private:
+  Result<void> run(What what, const char* name, const DynamicsBatch& batch, std::span<double> out,
+                   std::size_t width, Progress& progress) const {
+    RMP_TRY(check_batch(chain_, batch, scratch_, out.size(), width));
+    std::size_t bad = 0;
+    RMP_TRY_ASSIGN(bad, runner_.run(chain_, what, batch, out, progress));
+    if (bad != batch.count) return not_finite(name, bad);
+    return {};
+  }
+
   Chain chain_;
-  InertiaMethod method_ = InertiaMethod::composite;
+  Runner runner_;
+  std::size_t scratch_ = 0;
 };
 
 class InertiaMatrix final : public ForwardDynamics {
  public:
   Result<void> prepare(const RobotModel& model, const Params& params) override {
-    RMP_TRY_ASSIGN(chain_, make_chain(model));
-    method_ = chosen_method(params);
+    if (!model.loops.empty())
+      return error(ErrorCode::unsupported, "it has closed loops, which this provider does not know",
+                   "Choose a provider with the tag \"loops\", such as constrained.",
+                   "robot \"" + model.name + "\"");
+    RMP_TRY_ASSIGN(chain_, Chain::make(model));
+    runner_ = make_runner(params);
+    scratch_ = runner_.scratch_size(chain_, {What::inertia, What::accelerations});
     robot_ = model.name;
     names_.clear();
     for (const JointModel& joint : model.joints) names_.push_back(joint.name);
-    return refuse_singular();
+    return refuse_singular(model);
   }
-  std::size_t scratch_size() const override {
-    const std::size_t n = chain_.dof();
-    return std::max(newton_euler_scratch(chain_), inertia_scratch(chain_, method_)) + n * n + n;
-  }
+  std::size_t scratch_size() const override { return scratch_; }
   Result<void> accelerations(const DynamicsBatch& batch, std::span<double> qdd,
                              Progress& progress) const override {
-    const std::size_t n = chain_.dof();
-    RMP_TRY(check_batch(chain_, batch, scratch_size(), qdd.size(), n));
-    double* m = batch.scratch.data();
-    double* bias = m + n * n;
-    double* rest = bias + n;
-    for (std::size_t i = 0; i < batch.count; ++i) {
-      if (i % kSamplesPerCheck == 0 && progress.cancelled()) return cancelled();
-      double* out = qdd.data() + i * n;
-      selected_torques(chain_, batch, i, batch.terms & ~static_cast<std::uint32_t>(kInertialTerm),
-                       rest, bias);
-      for (std::size_t j = 0; j < n; ++j)
-        out[j] = (batch.tau.empty() ? 0.0 : batch.tau[i * n + j]) - bias[j];
-      if (!all_finite(out, n)) return not_finite("the forces", i);
-      joint_space_inertia(chain_, method_, batch.q.data() + i * n, rest, m);
-      if (const std::int32_t joint = factor(chain_, m, bias); joint >= 0)
-        return std::move(singular(joint)).in("sample " + std::to_string(i + 1));
-      solve(chain_, m, out);
-    }
-    return {};
+    RMP_TRY(check_batch(chain_, batch, scratch_, qdd.size(), chain_.dof()));
+    std::size_t bad = 0;
+    RMP_TRY_ASSIGN(bad, runner_.run(chain_, What::accelerations, batch, qdd, progress));
+    if (bad == batch.count) return {};
+    const std::size_t width = chain_.coordinates();
+    std::int32_t entry = -1;
+    RMP_TRY_ASSIGN(entry, singular_entry_at(batch.q.subspan(bad * width, width)));
+    if (entry < 0) return not_finite("the forces", bad);
+    return std::move(singular(entry)).in("sample " + std::to_string(bad + 1));
   }
 
  private:
-  [[nodiscard]] Error singular(std::int32_t joint) const {
-    return error(
-        ErrorCode::invalid_argument,
-        "the inertia that it moves is zero or negative, so its acceleration is undefined",
-        "Give the bodies it carries a mass, or its drive a motor inertia.",
-        "robot \"" + robot_ + "\", joint \"" + names_[static_cast<std::size_t>(joint)] + "\"");
+  [[nodiscard]] Error singular(std::int32_t entry) const {
+    const std::size_t joint = chain_.joint_of(static_cast<std::size_t>(entry));
+    return error(ErrorCode::invalid_argument,
+                 "the inertia that it moves is zero or negative, so its acceleration is undefined",
+                 "Give the bodies it carries a mass, or its drive a motor inertia.",
+                 "robot \"" + robot_ + "\", joint \"" + names_[joint] + "\"");
+  }
+  // -1 where the inertia is positive definite, or not finite.
+  [[nodiscard]] Result<std::int32_t> singular_entry_at(std::span<const double> q) const {
+    std::vector<double> m(chain_.dof() * chain_.dof()), scratch(scratch_);
+    DynamicsBatch b;
+    b.count = 1, b.q = q, b.scratch = scratch;
+    NoProgress none;
+    std::size_t bad = 0;
+    RMP_TRY_ASSIGN(bad, runner_.run(chain_, What::inertia, b, m, none));
+    return bad == 0 ? -1 : singular_entry(chain_, std::move(m));
   }
   // A mechanism that is singular wherever one looks is singular by its masses; a single
-  // configuration could be an accident. The places are multiples of the golden angle.
-  [[nodiscard]] Result<void> refuse_singular() const {
-    const std::size_t n = chain_.dof();
-    std::vector<double> q(n), m(n * n), diagonal(n), rest(inertia_scratch(chain_, method_));
-    std::int32_t joint = -1;
+  // configuration could be an accident. The places are multiples of the golden angle, and for
+  // quaternions numbers that are not all zero.
+  [[nodiscard]] Result<void> refuse_singular(const RobotModel& model) const {
+    std::vector<double> q(model.coordinate_count());
+    std::int32_t entry = -1;
     for (int attempt = 1; attempt <= 4; ++attempt) {
-      for (std::size_t j = 0; j < n; ++j)
+      for (std::size_t j = 0; j < q.size(); ++j)
         q[j] = std::fmod(
             2.399963229728653 * static_cast<double>(static_cast<std::size_t>(attempt) * (j + 1)),
             3.0);
-      joint_space_inertia(chain_, method_, q.data(), rest.data(), m.data());
-      joint = factor(chain_, m.data(), diagonal.data());
-      if (joint < 0) return {};
+      RMP_TRY_ASSIGN(entry, singular_entry_at(q));
+      if (entry < 0) return {};
     }
-    return singular(joint);
+    return singular(entry);
   }
 
   Chain chain_;
-  InertiaMethod method_ = InertiaMethod::composite;
+  Runner runner_;
+  std::size_t scratch_ = 0;
   std::string robot_;
   std::vector<std::string> names_;
 };
@@ -157,7 +153,7 @@ RMP_PLUGIN("org.robomosp.dynamics_newton_euler", "0.1.0", "Apache-2.0",
            "Inverse and forward dynamics by recursive Newton-Euler.",
            RMP_PROVIDER(robomosp::newton_euler::NewtonEuler, "newton_euler",
                         "Recursive Newton-Euler in joint frames, for chains and trees of any size.",
-                        "serial,tree,batch", robomosp::newton_euler::kParams),
+                        "serial,tree,floating,batch", robomosp::newton_euler::kParams),
            RMP_PROVIDER(robomosp::newton_euler::InertiaMatrix, "inertia_matrix",
                         "Joint-space inertia matrix and its sparse factorization, O(n^3) at worst.",
-                        "serial,tree,batch", robomosp::newton_euler::kParams))
+                        "serial,tree,floating,batch", robomosp::newton_euler::kParams))

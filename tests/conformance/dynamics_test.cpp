@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Provider "newton_euler" and "inertia_matrix": the SDK's suite and published figures.
 #include <robomosp/sdk/conformance/dynamics_suite.h>
+#include <robomosp/sdk/conformance/mechanisms.h>
 
 namespace robomosp::conformance {
 namespace {
@@ -8,8 +9,8 @@ namespace {
 const std::string kFile = std::string(ROBOMOSP_PLUGIN_DIR) + "/dynamics_newton_euler.so";
 
 std::vector<RobotModel> models() {
-  return {puma560(), puma560_modified(), pa10(),  pa10_nus(),
-          panda(),   planar_rods(),      scara(), tree()};
+  return {puma560(), puma560_modified(),    pa10(), pa10_nus(), panda(), planar_rods(), scara(),
+          tree(),    floating_manipulator()};
 }
 
 INSTANTIATE_TEST_SUITE_P(Composite, DynamicsConformance,
@@ -18,7 +19,8 @@ INSTANTIATE_TEST_SUITE_P(Composite, DynamicsConformance,
                          dynamics_case_name);
 INSTANTIATE_TEST_SUITE_P(Columns, DynamicsConformance,
                          testing::ValuesIn(dynamics_cases(kFile, "newton_euler", "inertia_matrix",
-                                                          {puma560(), scara(), tree()},
+                                                          {puma560(), scara(), tree(),
+                                                           floating_manipulator()},
                                                           {{"inertia_method", "columns"}})),
                          dynamics_case_name);
 

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which of the compiled instruction sets this processor runs (layer: data processing, spatial).
+#pragma once
+
+namespace robomosp::spatial {
+
+/// In order of width; sources of robomosp_lanes() are compiled once for each. Only baseline exists
+/// where the processor is no x86-64.
+enum class InstructionSet { baseline, avx2, avx512 };
+
+/// The widest that processor and operating system support. [any thread]
+[[nodiscard]] InstructionSet widest_instruction_set();
+
+}  // namespace robomosp::spatial

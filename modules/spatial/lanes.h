@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: Apache-2.0
+// Vectors of doubles, one sample a lane, for sources that CMake's robomosp_lanes() compiles once an
+// instruction set. Everything lives in a namespace of that set and uses no inline function of the
+// standard library, so that no code of one set is ever linked in place of another's
+// (layer: data processing, spatial). Decision 0013.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#if defined(__x86_64__)
+#include <immintrin.h>
+#endif
+
+#ifndef RMP_LANES
+#error "spatial/lanes.h is for sources that robomosp_lanes() compiles"
+#endif
+
+// Arguments are inlined away; the warning is about calls between sets, which do not happen.
+#pragma GCC diagnostic ignored "-Wpsabi"
+
+namespace robomosp::spatial::RMP_LANES {
+
+inline constexpr std::size_t kLanes = RMP_LANE_COUNT;
+using Lanes = double __attribute__((vector_size(8 * RMP_LANE_COUNT)));
+using Bits = std::int64_t __attribute__((vector_size(8 * RMP_LANE_COUNT)));
+
+[[gnu::always_inline]] inline Lanes load(const double* from) {
+  Lanes v;
+  __builtin_memcpy(&v, from, sizeof v);
+  return v;
+}
+[[gnu::always_inline]] inline void store(double* to, Lanes v) {
+  __builtin_memcpy(to, &v, sizeof v);
+}
+/// The same number in every lane, or the number itself.
+template <class T>
+[[gnu::always_inline]] inline T splat(double x) {
+  return x - T{};
+}
+/// True when a comparison holds in some lane.
+[[gnu::always_inline]] inline bool any(Bits mask) {
+#if defined(__AVX512DQ__) && RMP_LANE_COUNT == 8
+  return _mm512_movepi64_mask(reinterpret_cast<__m512i>(mask)) != 0;
+#elif defined(__AVX__) && RMP_LANE_COUNT == 4
+  return _mm256_movemask_pd(reinterpret_cast<__m256d>(mask)) != 0;
+#elif defined(__x86_64__) && RMP_LANE_COUNT == 2
+  return _mm_movemask_pd(reinterpret_cast<__m128d>(mask)) != 0;
+#else
+  for (std::size_t i = 0; i < kLanes; ++i)
+    if (mask[i]) return true;
+  return false;
+#endif
+}
+[[gnu::always_inline]] inline bool any(bool condition) { return condition; }
+
+/// Swaps rows and columns of a square of numbers, in log2(kLanes) rounds of exchanges.
+[[gnu::always_inline]] inline void transpose(Lanes* row) {
+  Bits lane, low, high;
+  for (std::size_t i = 0; i < kLanes; ++i) lane[i] = static_cast<std::int64_t>(i);
+#pragma GCC unroll 3
+  for (std::size_t d = 1; d < kLanes; d *= 2) {
+    const auto step = static_cast<std::int64_t>(d), count = static_cast<std::int64_t>(kLanes);
+    low = (lane & step) ? lane - step + count : lane;
+    high = (lane & step) ? lane + count : lane + step;
+#pragma GCC unroll 8
+    for (std::size_t i = 0; i < kLanes; ++i) {
+      if (i & d) continue;
+      const Lanes a = row[i], b = row[i + d];
+      row[i] = __builtin_shuffle(a, b, low);
+      row[i + d] = __builtin_shuffle(a, b, high);
+    }
+  }
+}
+
+/// Reads `width` numbers a sample of the first kLanes of `samples` samples at `from` into one
+/// vector a number; lanes beyond the last sample repeat it.
+inline void load_samples(const double* from, std::size_t width, std::size_t samples, Lanes* to) {
+  const std::size_t size = samples * width;
+  for (std::size_t first = 0; first < width; first += kLanes) {
+    const std::size_t part = width - first < kLanes ? width - first : kLanes;
+    Lanes row[kLanes];
+    for (std::size_t i = 0; i < kLanes; ++i) {
+      const std::size_t at = (i < samples ? i : samples - 1) * width + first;
+      if (at + kLanes <= size) {
+        row[i] = load(from + at);
+      } else {
+        row[i] = Lanes{};
+        __builtin_memcpy(&row[i], from + at, part * sizeof(double));
+      }
+    }
+    transpose(row);
+    for (std::size_t k = 0; k < part; ++k) to[first + k] = row[k];
+  }
+}
+
+/// Writes what load_samples reads: `width` vectors to min(samples, kLanes) samples at `to`.
+inline void store_samples(const Lanes* from, std::size_t width, std::size_t samples, double* to) {
+  if (samples > kLanes) samples = kLanes;
+  const std::size_t size = samples * width;
+  for (std::size_t next = 0; next < width; next += kLanes) {
+    // The last square of a wide sample overlaps the one before; a narrow sample is written with
+    // some of what follows it, which the next sample overwrites.
+    const std::size_t first = next + kLanes <= width || width < kLanes ? next : width - kLanes;
+    const std::size_t part = width < kLanes ? width : kLanes;
+    Lanes row[kLanes];
+    for (std::size_t k = 0; k < kLanes; ++k) row[k] = k < part ? from[first + k] : Lanes{};
+    transpose(row);
+    for (std::size_t i = 0; i < samples; ++i) {
+      const std::size_t at = i * width + first;
+      if (at + kLanes <= size) store(to + at, row[i]);
+      else __builtin_memcpy(to + at, &row[i], part * sizeof(double));
+    }
+  }
+}
+
+enum class RightAngles {
+  as_given,  ///< the number's own sine and cosine
+  exact,     ///< as spatial::sin_cos: what is within 1e-15 rad of a right angle is one
+};
+
+/// Sine and cosine. Up to kSinCosRange [rad] by reduction with pi/2 in three parts (119 bits) and
+/// the minimax polynomials of fdlibm (Sun, 1993: k_sin.c, k_cos.c), beyond and for NaN and
+/// infinities by the C library. Error below 1 ulp; as_given, sin(-x) = -sin(x).
+inline constexpr double kSinCosRange = 1e4;
+template <RightAngles Right>
+[[gnu::always_inline]] inline void sin_cos(Lanes x, Lanes& sine, Lanes& cosine) {
+  constexpr double kRound = 0x1.8p52, kTwoByPi = 0x1.45f306dc9c883p-1;
+  // pi/2 = kHigh + kMiddle + kLow; the first two have 33 bits, so that small multiples are exact.
+  constexpr double kHigh = 0x1.921fb544p0, kMiddle = 0x1.0b4611a6p-34, kLow = 0x1.3198a2e037073p-69;
+  const Lanes shifted = x * kTwoByPi + kRound;
+  const Bits quadrant = reinterpret_cast<Bits>(shifted);
+  const Lanes turns = shifted - kRound;
+  const Lanes t = x - turns * kHigh, w = turns * kMiddle, r = t - w;
+  const Lanes tail = turns * kLow - ((t - r) - w);
+  Lanes y = r - tail, rest = (r - y) - tail;
+  if constexpr (Right == RightAngles::exact) {
+    const Lanes size = turns < 0 ? -turns : turns, off = y < 0 ? -y : y;
+    const Bits right = off <= 1e-15 * (size > 1 ? size : splat<Lanes>(1));
+    y = right ? Lanes{} : y;
+    rest = right ? Lanes{} : rest;
+  }
+  const Lanes z = y * y, cube = z * y;
+  const Lanes p = 8.33333333332248946124e-03 +
+                  z * (-1.98412698298579493134e-04 +
+                       z * (2.75573137070700676789e-06 +
+                            z * (-2.50507602534068634195e-08 + z * 1.58969099521155010221e-10)));
+  const Lanes s = y - ((z * (0.5 * rest - cube * p) - rest) + cube * 1.66666666666666324348e-01);
+  const Lanes g =
+      z * (4.16666666666666019037e-02 +
+           z * (-1.38888888888741095749e-03 +
+                z * (2.48015872894767294178e-05 +
+                     z * (-2.75573143513906633035e-07 +
+                          z * (2.08757232129817482790e-09 + z * -1.13596475577881948265e-11)))));
+  const Lanes half = 0.5 * z, top = 1 - half;
+  const Lanes c = top + (((1 - top) - half) + (z * g - y * rest));
+  const Bits swap = (quadrant & 1) != 0;
+  sine = reinterpret_cast<Lanes>(reinterpret_cast<Bits>(swap ? c : s) ^ ((quadrant & 2) << 62));
+  cosine =
+      reinterpret_cast<Lanes>(reinterpret_cast<Bits>(swap ? s : c) ^ (((quadrant + 1) & 2) << 62));
+  const Lanes magnitude = x < 0 ? -x : x;
+  if (__builtin_expect(any(~(magnitude <= kSinCosRange)), 0))
+    for (std::size_t i = 0; i < kLanes; ++i) {
+      const double v = x[i];
+      if (magnitude[i] <= kSinCosRange) continue;
+      sine[i] = __builtin_sin(v);
+      cosine[i] = __builtin_cos(v);
+    }
+}
+
+/// The same of many numbers; reads and writes up to the next multiple of kLanes.
+template <RightAngles Right>
+inline void sin_cos(const double* x, std::size_t count, double* sine, double* cosine) {
+  for (std::size_t i = 0; i < count; i += kLanes) {
+    Lanes s, c;
+    sin_cos<Right>(load(x + i), s, c);
+    store(sine + i, s);
+    store(cosine + i, c);
+  }
+}
+
+}  // namespace robomosp::spatial::RMP_LANES
