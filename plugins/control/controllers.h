@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+// The providers of this plugin (layer: plugin).
+#pragma once
+
+#include <vector>
+
+#include <robomosp/sdk/controller.h>
+
+#include "gains.h"
+
+namespace robomosp::control {
+
+/// tau = M(q) (qdd_w + Kd ed + Kp e) + c(q, qd) + g(q): the closed loop is linear, e'' + Kd e' +
+/// Kp e = 0 (Luh, Walker, Paul, IEEE Trans. Automatic Control 25, 1980; Siciliano et al., Robotics,
+/// 8.5.2).
+class ComputedTorque final : public Controller {
+ public:
+  Result<void> prepare(const RobotModel& model, const InverseDynamics& dynamics,
+                       const Params& params) override;
+  [[nodiscard]] std::size_t memory_size() const override { return 0; }
+  [[nodiscard]] std::size_t scratch_size() const override;
+  Result<void> torques(const ControlInput& in, std::span<double> memory, std::span<double> scratch,
+                       std::span<double> tau) const override;
+
+ private:
+  Plant plant_;
+  std::vector<double> kp_, kd_;  ///< [1/s^2], [1/s]
+  bool overcomes_friction_ = true;
+};
+
+/// tau = g(q) + Kp e + Kd ed (Takegaki, Arimoto, J. Dyn. Sys. Meas. Control 103, 1981).
+class PdGravity final : public Controller {
+ public:
+  Result<void> prepare(const RobotModel& model, const InverseDynamics& dynamics,
+                       const Params& params) override;
+  [[nodiscard]] std::size_t memory_size() const override { return 0; }
+  [[nodiscard]] std::size_t scratch_size() const override;
+  Result<void> torques(const ControlInput& in, std::span<double> memory, std::span<double> scratch,
+                       std::span<double> tau) const override;
+
+ private:
+  Plant plant_;
+  std::vector<double> kp_, kd_;  ///< [N m/rad or N/m], [N m s/rad or N s/m]
+};
+
+/// tau = Kp e + Ki integral(e) + Kd ed, joint by joint. The integral stands still while the torque
+/// is at its limit and e would drive it further (conditional integration; Astrom, Hagglund,
+/// Advanced PID Control, 3.5).
+class JointPid final : public Controller {
+ public:
+  Result<void> prepare(const RobotModel& model, const InverseDynamics& dynamics,
+                       const Params& params) override;
+  [[nodiscard]] std::size_t memory_size() const override { return plant_.dof(); }
+  [[nodiscard]] std::size_t scratch_size() const override { return plant_.dof(); }
+  Result<void> torques(const ControlInput& in, std::span<double> memory, std::span<double> scratch,
+                       std::span<double> tau) const override;
+
+ private:
+  Plant plant_;
+  std::vector<double> kp_, kd_, ki_, limit_;
+};
+
+/// The tip 0 is driven as a unit mass: tau = J^T L (a - Jd qd) + h + (1 - J^T Jbar^T) tau_0 with
+/// L = (J M^-1 J^T)^-1 and Jbar = M^-1 J^T L; tau_0 keeps the posture where the tip leaves room
+/// (Khatib, IEEE J. Robotics and Automation 3, 1987). Near a singular configuration L is damped.
+class OperationalSpace final : public Controller {
+ public:
+  Result<void> prepare(const RobotModel& model, const InverseDynamics& dynamics,
+                       const Params& params) override;
+  [[nodiscard]] std::size_t memory_size() const override { return 0; }
+  [[nodiscard]] std::size_t scratch_size() const override;
+  Result<void> torques(const ControlInput& in, std::span<double> memory, std::span<double> scratch,
+                       std::span<double> tau) const override;
+
+ private:
+  Plant plant_;
+  double kp_ = 0, kd_ = 0, posture_kp_ = 0, posture_kd_ = 0;
+  std::size_t rows_ = 6;  ///< of the task: position and rotation, or position
+  bool overcomes_friction_ = true;
+};
+
+}  // namespace robomosp::control

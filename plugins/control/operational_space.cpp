@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "controllers.h"
+#include "spatial/pose.h"
+#include "spatial/rotation.h"
+#include "tip_motion.h"
+
+namespace robomosp::control {
+namespace {
+
+/// Damping begins where a pivot of the tip's mobility, scaled to a unit diagonal, falls below
+/// kNear, and grows to kDamping where it vanishes, so that directions in which the tip hardly moves
+/// ask for bounded forces (after Nakamura, Hanafusa, J. Dyn. Sys. Meas. Control 108, 1986).
+constexpr double kNear = 1e-4, kDamping = 1e-4;
+
+/// Cholesky factor of a symmetric positive matrix in its lower triangle. Returns the least pivot
+/// (before its root); not above 0 = it is not positive, and unfinished.
+double factor(std::span<double> m, std::size_t n) {
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t j = 0; j < n; ++j) {
+    for (std::size_t k = 0; k < j; ++k)
+      for (std::size_t i = j; i < n; ++i) m[i * n + j] -= m[i * n + k] * m[j * n + k];
+    least = std::min(least, m[j * n + j]);
+    if (!(least > 0)) return 0;
+    const double root = std::sqrt(m[j * n + j]);
+    for (std::size_t i = j; i < n; ++i) m[i * n + j] /= root;
+  }
+  return least;
+}
+void solve(std::span<const double> l, std::size_t n, double* x) {
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t k = 0; k < i; ++k) x[i] -= l[i * n + k] * x[k];
+    x[i] /= l[i * n + i];
+  }
+  for (std::size_t i = n; i-- > 0;) {
+    for (std::size_t k = i + 1; k < n; ++k) x[i] -= l[k * n + i] * x[k];
+    x[i] /= l[i * n + i];
+  }
+}
+
+double dot(const double* a, const double* b, std::size_t n) {
+  double sum = 0;
+  for (std::size_t i = 0; i < n; ++i) sum += a[i] * b[i];
+  return sum;
+}
+
+}  // namespace
+
+Result<void> OperationalSpace::prepare(const RobotModel& model, const InverseDynamics& dynamics,
+                                       const Params& params) {
+  RMP_TRY_ASSIGN(plant_, make_plant(model, dynamics));
+  if (model.tips.empty() || model.tips.front().joint < 0)
+    return error(ErrorCode::invalid_argument, "its first tip does not move",
+                 "Put the tool on a link that a joint moves.", "robot \"" + model.name + "\"");
+  const double w = params.real("frequency"), z = params.real("damping"),
+               posture = params.real("posture_frequency");
+  kp_ = w * w;
+  kd_ = 2 * z * w;
+  posture_kp_ = posture * posture;
+  posture_kd_ = 2 * z * posture;
+  rows_ = params.text("task") == "position" ? 3 : 6;
+  overcomes_friction_ = params.boolean("friction");
+  return {};
+}
+
+std::size_t OperationalSpace::scratch_size() const {
+  const std::size_t n = plant_.dof();
+  // Two Jacobians, M^-1 J^T, M, two joint vectors, the tip's motion, the dynamics' own.
+  return 18 * n + n * n + 2 * n + tip_motion_scratch(*plant_.model) +
+         plant_.dynamics->scratch_size();
+}
+
+Result<void> OperationalSpace::torques(const ControlInput& in, std::span<double> memory,
+                                       std::span<double> scratch, std::span<double> tau) const {
+  RMP_TRY(check_input(plant_, in, memory.size(), 0, scratch.size(), scratch_size(), tau.size()));
+  const RobotModel& model = *plant_.model;
+  const std::size_t n = plant_.dof(), rows = rows_;
+  const auto take = [&scratch](std::size_t count) {
+    const auto out = scratch.first(count);
+    scratch = scratch.subspan(count);
+    return out;
+  };
+  const auto jacobian = take(6 * n), wanted_jacobian = take(6 * n), mobility = take(6 * n),
+             m = take(n * n), posture = take(n), solved = take(n),
+             tip_scratch = take(tip_motion_scratch(model));
+  const TipMotion is = tip_motion(model, in.q, in.qd, jacobian, tip_scratch);
+
+  // The reference of the tip; of a reference in joint space, its own.
+  Pose pose;
+  std::array<double, 6> velocity = in.tip_velocity_wanted,
+                        acceleration = in.tip_acceleration_wanted;
+  if (in.tip_wanted) {
+    pose = *in.tip_wanted;
+  } else {
+    const TipMotion want =
+        tip_motion(model, in.q_wanted, in.qd_wanted, wanted_jacobian, tip_scratch);
+    pose = want.pose;
+    velocity = want.velocity;
+    acceleration = want.bias;
+    for (std::size_t j = 0; j < n; ++j)
+      for (std::size_t k = 0; k < 6; ++k)
+        acceleration[k] += wanted_jacobian[6 * j + k] * in.qdd_wanted[j];
+  }
+  const Vec3 way = spatial::sub(pose.p, is.pose.p),
+             turn = spatial::rotation_difference(is.pose.R, pose.R);
+  std::array<double, 6> force{};  // first the acceleration that the joints have to add
+  for (std::size_t k = 0; k < rows; ++k)
+    force[k] = acceleration[k] - is.bias[k] + kd_ * (velocity[k] - is.velocity[k]) +
+               kp_ * (k < 3 ? way[k] : turn[k - 3]);
+
+  DynamicsBatch batch;
+  batch.count = 1, batch.q = in.q, batch.scratch = scratch;
+  NoProgress none;
+  RMP_TRY(plant_.dynamics->inertia(batch, m, none));
+  // The posture's torques: M times an acceleration towards q_wanted.
+  configuration_error(model, in.q, in.q_wanted, solved);
+  for (std::size_t j = 0; j < n; ++j)
+    solved[j] =
+        in.qdd_wanted[j] + posture_kd_ * (in.qd_wanted[j] - in.qd[j]) + posture_kp_ * solved[j];
+  for (std::size_t i = 0; i < n; ++i) posture[i] = dot(&m[i * n], solved.data(), n);
+  if (!(factor(m, n) > 0))
+    return error(ErrorCode::invalid_argument, "its inertia matrix is not positive",
+                 "Give every moving body a mass.", "robot \"" + model.name + "\"");
+  // Row k of `mobility` is M^-1 times the k-th row of J.
+  std::array<double, 36> inverse{};
+  for (std::size_t k = 0; k < rows; ++k) {
+    double* row = &mobility[k * n];
+    for (std::size_t j = 0; j < n; ++j) row[j] = jacobian[6 * j + k];
+    solve(m, n, row);
+  }
+  std::array<double, 6> scale{};
+  for (std::size_t k = 0; k < rows; ++k) {
+    double sum = 0;
+    for (std::size_t j = 0; j < n; ++j) sum += jacobian[6 * j + k] * mobility[k * n + j];
+    scale[k] = sum > 0 ? 1 / std::sqrt(sum) : 0;  // 0: the tip never moves that way
+  }
+  std::array<double, 36> unit{};
+  for (std::size_t r = 0; r < rows; ++r)
+    for (std::size_t c = 0; c < rows; ++c) {
+      double sum = 0;
+      for (std::size_t j = 0; j < n; ++j) sum += jacobian[6 * j + r] * mobility[c * n + j];
+      unit[r * rows + c] = r == c ? (sum > 0 ? 1 : 0) : sum * scale[r] * scale[c];
+    }
+  inverse = unit;
+  const std::span<double> l(inverse.data(), rows * rows);
+  const double pivot = factor(l, rows);
+  if (pivot < kNear) {
+    const double missing = 1 - std::max(pivot, 0.0) / kNear;
+    inverse = unit;
+    for (std::size_t r = 0; r < rows; ++r) inverse[r * rows + r] += kDamping * missing * missing;
+    if (!(factor(l, rows) > 0))
+      return error(ErrorCode::invalid_argument, "its tip cannot move", "Check its joints.",
+                   "robot \"" + model.name + "\"");
+  }
+  // F = L (a - Jbar^T tau_0 in accelerations): J^T F + tau_0 moves the tip by `force` exactly.
+  // Near a singular configuration the inertia is damped in the scaled directions.
+  for (std::size_t k = 0; k < rows; ++k)
+    force[k] = scale[k] * (force[k] - dot(&mobility[k * n], posture.data(), n));
+  solve(l, rows, force.data());
+  for (std::size_t k = 0; k < rows; ++k) force[k] *= scale[k];
+
+  batch.qd = in.qd;
+  batch.terms = kGravityTerm | kVelocityTerm | kSpringTerm;
+  RMP_TRY(plant_.dynamics->torques(batch, tau, none));
+  for (std::size_t j = 0; j < n; ++j)
+    tau[j] += posture[j] + dot(&jacobian[6 * j], force.data(), rows);
+  if (overcomes_friction_) add_friction(model, in, tau);
+  clear_passive(plant_, tau);
+  return {};
+}
+
+}  // namespace robomosp::control
