@@ -1038,6 +1038,86 @@ struct Derived::Impl {
         });
   }
 
+  Result<std::shared_ptr<const std::vector<ShapePiece>>> shapes(const CsgTree& tree, double chord,
+                                                                Progress& progress) {
+    RMP_TRY_ASSIGN(const Engine e, engine_for(tree));
+    Fingerprinter fp("shapes/1");
+    fp.add(keys_of(e, tree).value).add(chord);
+    const Fingerprint key = fp.finish();
+    return cache.get<std::vector<ShapePiece>>(
+        key, key,
+        [&] {
+          return shape_pieces(tree, [&](const CsgTree& part) { return mesh(part, chord, progress); });
+        },
+        [](const std::vector<ShapePiece>& pieces) {
+          std::size_t bytes = sizeof(ShapePiece) * pieces.size();
+          for (const ShapePiece& p : pieces)
+            if (p.mesh) bytes += mesh_bytes(*p.mesh);
+          return bytes;
+        });
+  }
+
+  Result<std::shared_ptr<const std::vector<ShapePiece>>> shapes(const Snapshot& s, AnyId id,
+                                                                Progress& progress) {
+    RMP_TRY_ASSIGN(const auto leaves, leaves_of(s, id));
+    std::vector<ShapePiece> all;
+    for (const Leaf& leaf : leaves) {
+      RMP_TRY_ASSIGN(const auto* solid, solid_of(s, leaf.solid));
+      RMP_TRY_ASSIGN(const CsgTree tree, tree_of(s, leaf.solid, progress));
+      RMP_TRY_ASSIGN(const auto own,
+                     shapes(tree, solid->chord, progress).in(s.describe(leaf.solid)));
+      for (ShapePiece p : *own) {
+        p.pose = spatial::compose(leaf.placement, p.pose);
+        all.push_back(std::move(p));
+      }
+    }
+    return std::make_shared<const std::vector<ShapePiece>>(std::move(all));
+  }
+
+  Result<std::vector<std::vector<ShapePiece>>> robot_shapes(const Snapshot& s, RobotId id,
+                                                            Progress& progress) {
+    const auto* robot = s.get(id);
+    if (!robot) return stale(s, id);
+    std::vector<std::vector<ShapePiece>> out(robot->links.size() + 1);
+    const bool is_generated =
+        robot->base_parts.empty() && std::all_of(robot->links.begin(), robot->links.end(),
+                                                 [](const auto& l) { return l.parts.empty(); });
+    const auto add = [&](const std::shared_ptr<const std::vector<ShapePiece>>& pieces,
+                         const Pose& at, std::vector<ShapePiece>& to) {
+      for (ShapePiece p : *pieces) {
+        p.pose = spatial::compose(at, p.pose);
+        to.push_back(std::move(p));
+      }
+    };
+    const auto add_skin = [&](const std::vector<robotics::SkinPiece>& skin,
+                              std::vector<ShapePiece>& to) -> Result<void> {
+      for (const auto& piece : skin) {
+        RMP_TRY_ASSIGN(const auto own, shapes(piece.tree, kSkinChord, progress));
+        add(own, {}, to);
+      }
+      return {};
+    };
+    const auto add_parts = [&](const std::vector<model::BodyPart>& parts,
+                               std::vector<ShapePiece>& to) -> Result<void> {
+      for (const auto& part : parts) {
+        RMP_TRY_ASSIGN(const auto own, shapes(s, part.what, progress));
+        add(own, model::pose(part.placement), to);
+      }
+      return {};
+    };
+    if (is_generated) {
+      const robotics::Skin skin = robotics::make_skin(*robot);
+      RMP_TRY(add_skin(skin.base, out[0]));
+      for (std::size_t i = 0; i < skin.links.size(); ++i)
+        RMP_TRY(add_skin(skin.links[i], out[i + 1]));
+      return out;
+    }
+    RMP_TRY(add_parts(robot->base_parts, out[0]));
+    for (std::size_t i = 0; i < robot->links.size(); ++i)
+      RMP_TRY(add_parts(robot->links[i].parts, out[i + 1]));
+    return out;
+  }
+
   Result<RobotBodies> robot_bodies(const Snapshot& s, RobotId id, Progress& progress) {
     const auto* robot = s.get(id);
     if (!robot) return stale(s, id);
@@ -1193,6 +1273,16 @@ Result<std::shared_ptr<const RobotModel>> Derived::robot_model(const Snapshot& s
 
 Result<RobotBodies> Derived::robot_bodies(const Snapshot& s, RobotId id, Progress& progress) {
   return for_whom(s, id, impl_->robot_bodies(s, id, progress));
+}
+
+Result<std::shared_ptr<const std::vector<ShapePiece>>> Derived::shapes(const Snapshot& s, AnyId id,
+                                                                       Progress& progress) {
+  return for_whom(s, id, impl_->shapes(s, id, progress));
+}
+
+Result<std::vector<std::vector<ShapePiece>>> Derived::robot_shapes(const Snapshot& s, RobotId id,
+                                                                   Progress& progress) {
+  return for_whom(s, id, impl_->robot_shapes(s, id, progress));
 }
 
 CacheStats Derived::stats() const { return impl_->cache.stats(); }

@@ -18,6 +18,7 @@
 #include <robomosp/sdk/robot_model.h>
 
 #include "document/document.h"
+#include "document/shapes.h"
 #include "kernel/registry.h"
 
 namespace robomosp::document {
@@ -119,6 +120,13 @@ class Derived {
   Result<std::shared_ptr<const RobotModel>> robot_model(const Snapshot&, RobotId, Vec3 gravity,
                                                         Progress&);
   Result<RobotBodies> robot_bodies(const Snapshot&, RobotId, Progress&);
+
+  /// The shapes of a solid or object for collision and contact, in its frame.
+  Result<std::shared_ptr<const std::vector<ShapePiece>>> shapes(const Snapshot&,
+                                                                AnyId solid_or_object, Progress&);
+  /// The same of a robot: [0] = base, in the base frame, then one list a link, in the link's frame;
+  /// of the generated bodies where no part is designed.
+  Result<std::vector<std::vector<ShapePiece>>> robot_shapes(const Snapshot&, RobotId, Progress&);
 
   [[nodiscard]] CacheStats stats() const;
   void clear();
