@@ -404,3 +404,5 @@ TEST_P(DynamicsConformance, TwoRodsFollowTheirClosedForm) {
 }
 
 }  // namespace robomosp::conformance
+
+#include <robomosp/sdk/conformance/dynamics_suite_linear.h>

@@ -22,11 +22,13 @@ namespace robomosp::conformance {
 struct IkCase {
   std::string file, provider;
   RobotModel model;
+  std::string oracle;  ///< file of the provider "numeric" to compare all solutions with; or empty
 };
 inline std::vector<IkCase> ik_cases(const std::string& file, const std::string& provider,
-                                    std::vector<RobotModel> models) {
+                                    std::vector<RobotModel> models,
+                                    const std::string& oracle = {}) {
   std::vector<IkCase> cases;
-  for (RobotModel& m : models) cases.push_back({file, provider, std::move(m)});
+  for (RobotModel& m : models) cases.push_back({file, provider, std::move(m), oracle});
   return cases;
 }
 inline void PrintTo(const IkCase& c, std::ostream* os) {
