@@ -273,9 +273,9 @@ class Evaluator {
     std::uint64_t key = mixed(0, static_cast<std::uint64_t>(node.kind));
     key = node.name.empty() ? mixed(key, index) : mixed(key, node.name);
     std::vector<std::string> repairs;
-    RMP_TRY_ASSIGN(const PatchMesh mesh, tessellate(node, key, repairs));
+    RMP_TRY_ASSIGN(PatchMesh mesh, tessellate(node, key, repairs));
     for (const std::string& r : repairs) notes_.push_back(node_text(node, index) + ": " + r + ".");
-    return ExactSolid::from(mesh);
+    return ExactSolid::from(std::move(mesh));
   }
 
   Result<BooleanOutcome> operate(const Term& term, std::vector<ExactSolid> operands) {

@@ -95,94 +95,141 @@ void sort(PatchMesh& mesh) {
 
 }  // namespace
 
+/// A solid that was made of plain corners knows its mesh, one that came of an operation its
+/// surface; each makes the other when first needed, by whichever thread.
 struct ExactSolid::Impl {
-  Surface surface;
-  std::vector<Patch> patches;
-  // Found on first use, by whichever thread.
-  mutable std::once_flag rounded;
-  mutable PatchMesh mesh;
-  mutable Box3 box;
-  mutable double volume = 0;
+  /// From corners on the grid.
+  explicit Impl(PatchMesh given) : mesh_(std::move(given)), is_plain_(true) {
+    sort(mesh_);
+    measure();
+  }
+  Impl(Surface given, std::vector<Patch> patches) : surface_(std::move(given)) {
+    mesh_.patches = std::move(patches);
+  }
 
+  [[nodiscard]] bool is_plain() const { return is_plain_; }
+  [[nodiscard]] bool empty() const {
+    return is_plain_ ? mesh_.triangles.empty() : surface_.number_of_faces() == 0;
+  }
+  [[nodiscard]] const std::vector<Patch>& patches() const { return mesh_.patches; }
+  [[nodiscard]] const Surface& surface() const {
+    if (is_plain_) std::call_once(other_form_, [&] { build(); });
+    return surface_;
+  }
+  [[nodiscard]] const PatchMesh& mesh() const {
+    round();
+    return mesh_;
+  }
+  [[nodiscard]] const Box3& box() const {
+    round();
+    return box_;
+  }
+  [[nodiscard]] double volume() const {
+    round();
+    return volume_;
+  }
+
+ private:
   void round() const {
-    std::call_once(rounded, [&] {
-      mesh.patches = patches;
-      mesh.points.reserve(surface.number_of_vertices());
-      std::vector<std::uint32_t> number(surface.num_vertices());
-      for (const Vertex v : surface.vertices()) {
-        const Point& p = surface.point(v);
-        number[v] = static_cast<std::uint32_t>(mesh.points.size());
-        mesh.points.push_back(
+    if (is_plain_) return;
+    std::call_once(other_form_, [&] {
+      mesh_.points.reserve(surface_.number_of_vertices());
+      std::vector<std::uint32_t> number(surface_.num_vertices());
+      for (const Vertex v : surface_.vertices()) {
+        const Point& p = surface_.point(v);
+        number[v] = static_cast<std::uint32_t>(mesh_.points.size());
+        mesh_.points.push_back(
             {CGAL::to_double(p.x()), CGAL::to_double(p.y()), CGAL::to_double(p.z())});
       }
-      const PatchMap patch = patches_of(surface);
-      for (const Face f : surface.faces()) {
+      const PatchMap patch = patches_of(surface_);
+      for (const Face f : surface_.faces()) {
         std::array<std::uint32_t, 3> t{};
         std::size_t k = 0;
-        for (const Vertex v : surface.vertices_around_face(surface.halfedge(f))) t[k++] = number[v];
-        mesh.triangles.push_back(t);
-        mesh.patch_of.push_back(patch[f]);
+        for (const Vertex v : surface_.vertices_around_face(surface_.halfedge(f)))
+          t[k++] = number[v];
+        mesh_.triangles.push_back(t);
+        mesh_.patch_of.push_back(patch[f]);
       }
-      sort(mesh);
-      box = box_of(mesh);
-      volume = volume_of(mesh);
+      sort(mesh_);
+      measure();
     });
   }
+
+  void measure() const {
+    box_ = box_of(mesh_);
+    volume_ = volume_of(mesh_);
+  }
+
+  void build() const {
+    surface_.reserve(static_cast<Surface::size_type>(mesh_.points.size()),
+                     static_cast<Surface::size_type>(3 * mesh_.triangles.size() / 2),
+                     static_cast<Surface::size_type>(mesh_.triangles.size()));
+    PatchMap patch = surface_.add_property_map<Face, std::uint32_t>(kPatchProperty, 0).first;
+    for (const Vec3& p : mesh_.points) surface_.add_vertex(exact_point(p));
+    for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
+      const auto& v = mesh_.triangles[t];
+      const Face f = surface_.add_face(Vertex(v[0]), Vertex(v[1]), Vertex(v[2]));
+      if (f == Surface::null_face())
+        throw std::runtime_error("a surface that is no manifold, at triangle " + std::to_string(t));
+      patch[f] = mesh_.patch_of[t];
+    }
+  }
+
+  mutable Surface surface_;
+  mutable PatchMesh mesh_;
+  mutable Box3 box_;
+  mutable double volume_ = 0;
+  bool is_plain_ = false;
+  mutable std::once_flag other_form_;
 };
 
 ExactSolid::ExactSolid(std::shared_ptr<const Impl> impl) : impl_(std::move(impl)) {}
-const PatchMesh& ExactSolid::mesh() const {
-  impl_->round();
-  return impl_->mesh;
-}
-const Box3& ExactSolid::box() const {
-  impl_->round();
-  return impl_->box;
-}
-double ExactSolid::volume() const {
-  impl_->round();
-  return impl_->volume;
-}
-bool ExactSolid::empty() const { return impl_->surface.number_of_faces() == 0; }
+const PatchMesh& ExactSolid::mesh() const { return impl_->mesh(); }
+const Box3& ExactSolid::box() const { return impl_->box(); }
+double ExactSolid::volume() const { return impl_->volume(); }
+bool ExactSolid::empty() const { return impl_->empty(); }
 
-ExactSolid ExactSolid::from(const PatchMesh& mesh) {
-  auto made = std::make_shared<Impl>();
-  made->patches = mesh.patches;
-  Surface& s = made->surface;
-  s.reserve(static_cast<Surface::size_type>(mesh.points.size()),
-            static_cast<Surface::size_type>(3 * mesh.triangles.size() / 2),
-            static_cast<Surface::size_type>(mesh.triangles.size()));
-  PatchMap patch = s.add_property_map<Face, std::uint32_t>(kPatchProperty, 0).first;
-  for (const Vec3& p : mesh.points) s.add_vertex(exact_point(p));
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    const auto& v = mesh.triangles[t];
-    const Face f = s.add_face(Vertex(v[0]), Vertex(v[1]), Vertex(v[2]));
-    if (f == Surface::null_face())
-      throw std::runtime_error("a surface that is no manifold, at triangle " + std::to_string(t));
-    patch[f] = mesh.patch_of[t];
-  }
-  return ExactSolid(std::move(made));
+ExactSolid ExactSolid::from(PatchMesh mesh) {
+  return ExactSolid(std::make_shared<Impl>(std::move(mesh)));
 }
+
+namespace {
+
+/// Nearer to the origin [m] sums of numbers on the grid are exact.
+constexpr double kExactReach = 0x1p53 * kGrid;
+
+bool stays_exact(const Box3& box, const Vec3& shift) {
+  for (std::size_t i = 0; i < 3; ++i)
+    for (const double x : {box.low[i] + shift[i], box.high[i] + shift[i]})
+      if (!(std::abs(x) < kExactReach)) return false;
+  return snapped(shift) == shift;
+}
+
+}  // namespace
 
 ExactSolid ExactSolid::moved(const Affine& motion, std::uint64_t instance) const {
   if (motion.is_identity() && instance == 0) return *this;
-  auto made = std::make_shared<Impl>();
-  made->surface = impl_->surface;
-  made->patches = impl_->patches;
-  for (Patch& p : made->patches) {
+  std::vector<Patch> patches = impl_->patches();
+  for (Patch& p : patches) {
     p = csg_cgal::moved(p, motion);
     if (instance != 0) p.id = mixed(p.id, instance);
+  }
+  if (impl_->is_plain() && motion.is_translation() && stays_exact(box(), motion.t)) {
+    PatchMesh mesh = impl_->mesh();
+    mesh.patches = std::move(patches);
+    for (Vec3& p : mesh.points) p = p + motion.t;
+    return from(std::move(mesh));
   }
   const auto& A = motion.A;
   const CGAL::Aff_transformation_3<Kernel> map(A[0], A[1], A[2], motion.t[0], A[3], A[4], A[5],
                                                motion.t[1], A[6], A[7], A[8], motion.t[2]);
   const Kernel::Vector_3 shift(motion.t[0], motion.t[1], motion.t[2]);
-  Surface& s = made->surface;
+  Surface s = impl_->surface();
   if (!motion.is_identity())
     for (const Vertex v : s.vertices())
       s.point(v) = motion.is_translation() ? s.point(v) + shift : map.transform(s.point(v));
   if (motion.is_mirrored()) PMP::reverse_face_orientations(s);
-  return ExactSolid(std::move(made));
+  return ExactSolid(std::make_shared<Impl>(std::move(s), std::move(patches)));
 }
 
 namespace {
@@ -200,30 +247,27 @@ bool is_plausible(CsgKind kind, double a, double b, double got) {
 /// One operation on two solids as they lie; nothing when its result is no closed surface.
 std::optional<ExactSolid> try_boolean(CsgKind kind, const ExactSolid& a, const ExactSolid& b,
                                       const Progress& progress) {
-  Surface first = a.impl().surface, second = b.impl().surface;
-  auto made = std::make_shared<ExactSolid::Impl>();
-  made->patches = a.impl().patches;
-  const auto offset = static_cast<std::uint32_t>(made->patches.size());
-  made->patches.insert(made->patches.end(), b.impl().patches.begin(), b.impl().patches.end());
+  Surface first = a.impl().surface(), second = b.impl().surface(), made;
+  std::vector<Patch> patches = a.impl().patches();
+  const auto offset = static_cast<std::uint32_t>(patches.size());
+  patches.insert(patches.end(), b.impl().patches().begin(), b.impl().patches().end());
   PatchMap patch = patches_of(second);
   for (const Face f : second.faces()) patch[f] += offset;
-  made->surface.add_property_map<Face, std::uint32_t>(kPatchProperty, 0);
+  made.add_property_map<Face, std::uint32_t>(kPatchProperty, 0);
   const auto with = CGAL::parameters::visitor(Tracker(progress));
   bool is_closed = false;
   switch (kind) {
     case CsgKind::union_:
-      is_closed = PMP::corefine_and_compute_union(first, second, made->surface, with);
+      is_closed = PMP::corefine_and_compute_union(first, second, made, with);
       break;
     case CsgKind::difference:
-      is_closed = PMP::corefine_and_compute_difference(first, second, made->surface, with);
+      is_closed = PMP::corefine_and_compute_difference(first, second, made, with);
       break;
-    default:
-      is_closed = PMP::corefine_and_compute_intersection(first, second, made->surface, with);
-      break;
+    default: is_closed = PMP::corefine_and_compute_intersection(first, second, made, with); break;
   }
-  if (!is_closed || !CGAL::is_closed(made->surface)) return std::nullopt;
-  made->surface.collect_garbage();
-  ExactSolid solid(std::move(made));
+  if (!is_closed || !CGAL::is_closed(made)) return std::nullopt;
+  made.collect_garbage();
+  const ExactSolid solid(std::make_shared<ExactSolid::Impl>(std::move(made), std::move(patches)));
   if (!is_plausible(kind, a.volume(), b.volume(), solid.volume())) return std::nullopt;
   return solid;
 }
@@ -251,15 +295,14 @@ Result<BooleanOutcome> boolean(CsgKind kind, const ExactSolid& a, const ExactSol
 /// Solids that have nothing in common side by side.
 ExactSolid joined(const std::vector<ExactSolid>& solids) {
   if (solids.size() == 1) return solids.front();
-  auto made = std::make_shared<ExactSolid::Impl>();
-  Surface& s = made->surface;
+  Surface s;
+  std::vector<Patch> patches;
   PatchMap to = s.add_property_map<Face, std::uint32_t>(kPatchProperty, 0).first;
   for (const ExactSolid& solid : solids) {
-    const Surface& from = solid.impl().surface;
+    const Surface& from = solid.impl().surface();
     const PatchMap patch = patches_of(from);
-    const auto offset = static_cast<std::uint32_t>(made->patches.size());
-    made->patches.insert(made->patches.end(), solid.impl().patches.begin(),
-                         solid.impl().patches.end());
+    const auto offset = static_cast<std::uint32_t>(patches.size());
+    patches.insert(patches.end(), solid.impl().patches().begin(), solid.impl().patches().end());
     std::vector<Vertex> vertex(from.num_vertices());
     for (const Vertex v : from.vertices()) vertex[v] = s.add_vertex(from.point(v));
     for (const Face f : from.faces()) {
@@ -269,7 +312,7 @@ ExactSolid joined(const std::vector<ExactSolid>& solids) {
       to[s.add_face(t[0], t[1], t[2])] = patch[f] + offset;
     }
   }
-  return ExactSolid(std::move(made));
+  return ExactSolid(std::make_shared<ExactSolid::Impl>(std::move(s), std::move(patches)));
 }
 
 /// Groups of solids whose boxes hang together, each in the order given.
@@ -356,6 +399,9 @@ Result<BooleanOutcome> intersect(std::vector<ExactSolid> solids, Progress& progr
 bool orient_outwards(PatchMesh& mesh, std::array<std::uint32_t, 2>& witness) {
   using Plain = CGAL::Surface_mesh<CGAL::Exact_predicates_inexact_constructions_kernel::Point_3>;
   Plain s;
+  s.reserve(static_cast<Plain::size_type>(mesh.points.size()),
+            static_cast<Plain::size_type>(3 * mesh.triangles.size() / 2),
+            static_cast<Plain::size_type>(mesh.triangles.size()));
   for (const Vec3& p : mesh.points) s.add_vertex({p[0], p[1], p[2]});
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const auto& v = mesh.triangles[t];

@@ -19,8 +19,8 @@ class ExactSolid {
   struct Impl;
   explicit ExactSolid(std::shared_ptr<const Impl> impl);
 
-  /// A closed mesh, oriented outwards; corners are taken as they are.
-  static ExactSolid from(const PatchMesh& mesh);
+  /// A closed mesh, oriented outwards, its corners on the grid.
+  static ExactSolid from(PatchMesh mesh);
   /// Exactly moved; `instance` tells the ids of the copies of one solid apart (0 = keep them).
   [[nodiscard]] ExactSolid moved(const Affine& motion, std::uint64_t instance) const;
   /// Rounded to double.

@@ -2,11 +2,12 @@
 // Imported meshes made fit for boolean operations: corners welded, needless triangles removed, all
 // triangles turned outwards; what cannot be repaired is refused (layer: plugin).
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <map>
 #include <numeric>
 #include <set>
-#include <unordered_map>
+#include <span>
 
 #include "exact_solid.h"
 #include "tessellate.h"
@@ -36,6 +37,91 @@ std::string count_text(std::size_t n, const char* what) {
   return std::to_string(n) + " " + what + (n == 1 ? "" : "s");
 }
 
+constexpr std::uint32_t kNone = ~0U;
+
+/// For each of n things the first that is equal to it.
+template <class Hash, class Equal>
+std::vector<std::uint32_t> first_equals(std::size_t n, Hash&& hash, Equal&& equal) {
+  std::vector<std::uint32_t> first(n), slots(std::bit_ceil(2 * n + 1), kNone);
+  const std::size_t mask = slots.size() - 1;
+  for (std::uint32_t i = 0; i < n; ++i)
+    for (std::size_t at = hash(i) & mask;; at = (at + 1) & mask) {
+      if (slots[at] == kNone) slots[at] = i;
+      if (slots[at] != i && !equal(slots[at], i)) continue;
+      first[i] = slots[at];
+      break;
+    }
+  return first;
+}
+
+std::uint64_t stirred(std::uint64_t key, std::uint64_t value) {
+  key = (key ^ value) * 0x9E3779B97F4A7C15U;
+  return key ^ (key >> 32U);
+}
+
+/// The sides of triangles, whichever way they run, and who has them.
+class Sides {
+ public:
+  Sides(const std::vector<Triangle>& triangles, std::size_t corners)
+      : first_(corners + 1, 0), uses_(3 * triangles.size()) {
+    const auto each = [&](auto&& see) {
+      for (std::uint32_t t = 0; t < triangles.size(); ++t)
+        for (std::size_t k = 0; k < 3; ++k) {
+          const auto [low, high] = std::minmax(triangles[t][k], triangles[t][(k + 1) % 3]);
+          see(low, high, t);
+        }
+    };
+    each([&](std::uint32_t low, std::uint32_t, std::uint32_t) { ++first_[low + 1]; });
+    std::partial_sum(first_.begin(), first_.end(), first_.begin());
+    std::vector<std::uint32_t> next(first_.begin(), first_.end() - 1);
+    each([&](std::uint32_t low, std::uint32_t high, std::uint32_t t) {
+      uses_[next[low]++] = {high, t};
+    });
+    for (std::size_t v = 0; v < corners; ++v)
+      std::sort(uses_.begin() + first_[v], uses_.begin() + first_[v + 1]);
+  }
+  struct Use {
+    std::uint32_t high, triangle;
+    auto operator<=>(const Use&) const = default;
+  };
+  /// Of the side between two corners, by triangle.
+  [[nodiscard]] std::span<const Use> at(std::uint32_t a, std::uint32_t b) const {
+    const auto [low, high] = std::minmax(a, b);
+    std::uint32_t begin = first_[low];
+    while (uses_[begin].high != high) ++begin;
+    return run(begin, first_[low + 1]);
+  }
+  /// Calls `see` with the corners and users of every side in their order.
+  template <class See>
+  void each(See&& see) const {
+    for (std::uint32_t low = 0; low + 1 < first_.size(); ++low)
+      for (std::uint32_t i = first_[low]; i < first_[low + 1];) {
+        const auto users = run(i, first_[low + 1]);
+        see(low, users[0].high, users);
+        i += static_cast<std::uint32_t>(users.size());
+      }
+  }
+  /// For each side k of each triangle, from its corner k on, the other triangle there; kNone where
+  /// there are not two.
+  [[nodiscard]] std::vector<Triangle> neighbours(const std::vector<Triangle>& triangles) const {
+    std::vector<Triangle> all(triangles.size(), {kNone, kNone, kNone});
+    for (std::uint32_t t = 0; t < triangles.size(); ++t)
+      for (std::size_t k = 0; k < 3; ++k)
+        if (const auto users = at(triangles[t][k], triangles[t][(k + 1) % 3]); users.size() == 2)
+          all[t][k] = users[users[0].triangle == t ? 1 : 0].triangle;
+    return all;
+  }
+
+ private:
+  [[nodiscard]] std::span<const Use> run(std::uint32_t begin, std::uint32_t limit) const {
+    std::uint32_t end = begin + 1;
+    while (end < limit && uses_[end].high == uses_[begin].high) ++end;
+    return std::span(uses_).subspan(begin, end - begin);
+  }
+  std::vector<std::uint32_t> first_;  ///< by the lower corner
+  std::vector<Use> uses_;
+};
+
 class Repair {
  public:
   Repair(const CsgGeometry& geometry, double scale) {
@@ -60,8 +146,7 @@ class Repair {
                         millimetres_text(kWeld * box_.diagonal()) +
                         " from another were welded to it");
     }
-    split_slivers();
-    drop_needless();
+    if (split_slivers()) drop_needless();
     if (dropped_ > 0)
       notes.push_back(count_text(dropped_, "triangle") +
                       " of the mesh without area or there twice were removed");
@@ -99,13 +184,26 @@ class Repair {
       for (std::uint32_t& v : t) v = to[v];
   }
 
+  /// Formats such as STL repeat every corner.
   void weld_equal() {
-    std::vector<std::uint32_t> to(points_.size());
-    std::map<Vec3, std::uint32_t> first;
-    for (std::uint32_t v = 0; v < points_.size(); ++v)
-      to[v] = first.try_emplace(points_[v], v).first->second;
-    map_corners(to);
-    welded_ = 0;  // formats such as STL repeat every corner
+    const auto first = first_equals(
+        points_.size(),
+        [&](std::uint32_t v) {
+          std::uint64_t key = 0;
+          for (const double x : points_[v])
+            key = stirred(key, std::bit_cast<std::uint64_t>(x + 0.0));
+          return key;
+        },
+        [&](std::uint32_t v, std::uint32_t w) { return points_[v] == points_[w]; });
+    std::vector<std::uint32_t> number(points_.size());
+    std::uint32_t count = 0;
+    for (std::uint32_t v = 0; v < points_.size(); ++v) {
+      if (first[v] == v) points_[count] = points_[v];
+      number[v] = first[v] == v ? count++ : number[first[v]];
+    }
+    points_.resize(count);
+    for (Triangle& t : triangles_)
+      for (std::uint32_t& v : t) v = number[v];
   }
 
   void weld_near(double reach) {
@@ -135,86 +233,95 @@ class Repair {
   }
 
   void drop_needless() {
-    std::map<Triangle, std::size_t> seen;  // sorted corners
-    std::vector<Triangle> kept;
+    std::vector<Triangle> sorted, kept;
     for (const Triangle& t : triangles_) {
-      if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) {
-        ++dropped_;
-        continue;
-      }
-      Triangle sorted = t;
-      std::sort(sorted.begin(), sorted.end());
-      if (!seen.emplace(sorted, kept.size()).second) {
-        ++dropped_;
-        continue;
-      }
+      if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) continue;
       kept.push_back(t);
+      sorted.push_back(t);
+      std::sort(sorted.back().begin(), sorted.back().end());
     }
+    const auto first = first_equals(
+        kept.size(),
+        [&](std::uint32_t t) { return stirred(stirred(sorted[t][0], sorted[t][1]), sorted[t][2]); },
+        [&](std::uint32_t t, std::uint32_t u) { return sorted[t] == sorted[u]; });
+    std::size_t count = 0;
+    for (std::uint32_t t = 0; t < kept.size(); ++t)
+      if (first[t] == t) kept[count++] = kept[t];
+    kept.resize(count);
+    dropped_ += triangles_.size() - count;
     triangles_ = std::move(kept);
   }
 
-  using Side = std::pair<std::uint32_t, std::uint32_t>;
-  static Side side_of(const Triangle& t, std::size_t k) {
-    return std::minmax(t[k], t[(k + 1) % 3]);
-  }
-  [[nodiscard]] std::map<Side, std::vector<std::uint32_t>> sides() const {
-    std::map<Side, std::vector<std::uint32_t>> all;
-    for (std::uint32_t t = 0; t < triangles_.size(); ++t)
-      for (std::size_t k = 0; k < 3; ++k) all[side_of(triangles_[t], k)].push_back(t);
-    return all;
-  }
+  [[nodiscard]] Sides sides() const { return {triangles_, points_.size()}; }
   [[nodiscard]] std::pair<std::size_t, Vec3> open_sides() const {
     std::size_t open = 0;
     Vec3 where{};
-    for (const auto& [side, users] : sides())
-      if (users.size() == 1 && open++ == 0)
-        where = (points_[side.first] + points_[side.second]) * 0.5;
+    sides().each([&](std::uint32_t a, std::uint32_t b, const auto& users) {
+      if (users.size() == 1 && open++ == 0) where = (points_[a] + points_[b]) * 0.5;
+    });
     return {open, where};
   }
 
+  /// The number of the longest side when the corners lie on one line.
+  [[nodiscard]] std::optional<std::size_t> long_side_of_sliver(const Triangle& t) const {
+    const Vec3 &a = points_[t[0]], &b = points_[t[1]], &c = points_[t[2]];
+    const std::array<double, 3> length{norm(b - a), norm(c - b), norm(a - c)};
+    const auto longest =
+        static_cast<std::size_t>(std::max_element(length.begin(), length.end()) - length.begin());
+    if (norm(cross(b - a, c - a)) > 4 * kGrid * length[longest]) return std::nullopt;
+    return longest;
+  }
+
   /// A triangle whose corners lie on one line goes; its neighbour at the longest side is divided
-  /// at the corner between.
-  void split_slivers() {
+  /// at the corner between. False when there was none.
+  bool split_slivers() {
+    bool is_any = false;
     for (int round = 0; round < 8; ++round) {
-      const auto all = sides();
+      std::vector<std::uint32_t> slivers;
+      for (std::uint32_t t = 0; t < triangles_.size(); ++t)
+        if (long_side_of_sliver(triangles_[t])) slivers.push_back(t);
+      if (slivers.empty()) return is_any;
+      const Sides all = sides();
       std::vector<bool> is_touched(triangles_.size());
       bool is_done = true;
-      const std::size_t count = triangles_.size();
-      for (std::uint32_t t = 0; t < count; ++t) {
+      for (const std::uint32_t t : slivers) {
         if (is_touched[t]) continue;
         const Triangle tri = triangles_[t];
-        const Vec3 &a = points_[tri[0]], &b = points_[tri[1]], &c = points_[tri[2]];
-        const std::array<double, 3> length{norm(b - a), norm(c - b), norm(a - c)};
-        const auto longest = static_cast<std::size_t>(
-            std::max_element(length.begin(), length.end()) - length.begin());
-        if (norm(cross(b - a, c - a)) > 4 * kGrid * length[longest]) continue;
-        const std::uint32_t between = tri[(longest + 2) % 3];
-        const auto& users = all.at(side_of(tri, longest));
+        const std::size_t longest = *long_side_of_sliver(tri);
+        const std::uint32_t from = tri[longest], to = tri[(longest + 1) % 3],
+                            between = tri[(longest + 2) % 3];
+        const auto users = all.at(from, to);
         if (users.size() != 2) continue;
-        const std::uint32_t other = users[0] == t ? users[1] : users[0];
+        const std::uint32_t other = users[users[0].triangle == t ? 1 : 0].triangle;
         if (is_touched[other]) continue;
         const Triangle n = triangles_[other];
         for (std::size_t k = 0; k < 3; ++k) {
-          if (side_of(n, k) != side_of(tri, longest)) continue;
+          if (std::minmax(n[k], n[(k + 1) % 3]) != std::minmax(from, to)) continue;
           triangles_[other] = {n[k], between, n[(k + 2) % 3]};
           triangles_[t] = {between, n[(k + 1) % 3], n[(k + 2) % 3]};
         }
         is_touched[t] = is_touched[other] = true;
         ++dropped_;
         is_done = false;
+        is_any = true;
       }
-      if (is_done) return;
+      if (is_done) return is_any;
     }
+    return is_any;
   }
 
   /// Neighbours run through their common side in opposite directions.
   Result<void> turn_alike() {
-    const auto all = sides();
-    for (const auto& [side, users] : all)
-      if (users.size() > 2)
-        return wrong("more than two triangles of the mesh meet in one edge, at " +
-                         place_text((points_[side.first] + points_[side.second]) * 0.5),
-                     "Separate the parts that touch there.");
+    const Sides all = sides();
+    std::optional<Vec3> crowded;
+    all.each([&](std::uint32_t a, std::uint32_t b, const auto& users) {
+      if (users.size() > 2 && !crowded) crowded = (points_[a] + points_[b]) * 0.5;
+    });
+    if (crowded)
+      return wrong(
+          "more than two triangles of the mesh meet in one edge, at " + place_text(*crowded),
+          "Separate the parts that touch there.");
+    across_ = all.neighbours(triangles_);
     std::vector<char> state(triangles_.size(), 0);
     std::vector<std::uint32_t> open;
     const auto runs = [&](std::uint32_t t, std::uint32_t from, std::uint32_t to) {
@@ -232,13 +339,15 @@ class Repair {
         open.pop_back();
         for (std::size_t k = 0; k < 3; ++k) {
           const std::uint32_t a = triangles_[t][k], b = triangles_[t][(k + 1) % 3];
-          const auto& users = all.at(std::minmax(a, b));
-          const std::uint32_t other = users[0] == t ? users[1] : users[0];
+          const std::uint32_t other = across_[t][k];
           const bool is_alike = runs(other, b, a);
           if (state[other] && !is_alike)
             return wrong("the mesh has only one side, like a Moebius strip", "Check the file.");
           if (state[other]) continue;
-          if (!is_alike) std::swap(triangles_[other][1], triangles_[other][2]);
+          if (!is_alike) {
+            std::swap(triangles_[other][1], triangles_[other][2]);
+            std::swap(across_[other][0], across_[other][2]);
+          }
           state[other] = 1;
           open.push_back(other);
         }
@@ -249,33 +358,37 @@ class Repair {
 
   /// A corner where several fans of triangles meet is there once for each of them.
   void split_corners() {
-    const auto all = sides();
-    std::vector<std::vector<std::uint32_t>> users(points_.size());
+    std::vector<std::uint32_t> first(points_.size() + 1, 0), users(3 * triangles_.size());
+    for (const Triangle& t : triangles_)
+      for (const std::uint32_t v : t) ++first[v + 1];
+    std::partial_sum(first.begin(), first.end(), first.begin());
+    std::vector<std::uint32_t> next(first.begin(), first.end() - 1);
     for (std::uint32_t t = 0; t < triangles_.size(); ++t)
-      for (const std::uint32_t v : triangles_[t]) users[v].push_back(t);
+      for (const std::uint32_t v : triangles_[t]) users[next[v]++] = t;
     const std::size_t count = points_.size();
     const std::vector<Triangle> original = triangles_;
+    std::vector<std::uint32_t> seen_at(triangles_.size(), kNone), open;
     for (std::uint32_t v = 0; v < count; ++v) {
-      std::set<std::uint32_t> rest(users[v].begin(), users[v].end());
-      for (bool is_first = true; !rest.empty(); is_first = false) {
-        std::uint32_t name = v;
-        if (!is_first) {
+      std::uint32_t name = v;
+      for (std::uint32_t i = first[v]; i < first[v + 1]; ++i) {
+        if (seen_at[users[i]] == v) continue;
+        if (i > first[v]) {
           name = static_cast<std::uint32_t>(points_.size());
           points_.push_back(Vec3(points_[v]));
         }
-        std::vector<std::uint32_t> open{*rest.begin()};
-        rest.erase(rest.begin());
+        seen_at[users[i]] = v;
+        open.push_back(users[i]);
         while (!open.empty()) {
           const std::uint32_t t = open.back();
           open.pop_back();
           for (std::size_t k = 0; k < 3; ++k) {
-            const Side side = side_of(original[t], k);
-            if (side.first != v && side.second != v) continue;
-            for (const std::uint32_t next : all.at(side))
-              if (rest.erase(next) > 0) open.push_back(next);
-          }
-          for (std::size_t k = 0; k < 3; ++k)
             if (original[t][k] == v) triangles_[t][k] = name;
+            if (original[t][k] != v && original[t][(k + 1) % 3] != v) continue;
+            const std::uint32_t other = across_[t][k];
+            if (other == kNone || seen_at[other] == v) continue;
+            seen_at[other] = v;
+            open.push_back(other);
+          }
         }
       }
     }
@@ -294,12 +407,12 @@ class Repair {
   }
 
   void forget_unused(PatchMesh& mesh) {
-    std::vector<std::uint32_t> number(mesh.points.size(), ~0U);
+    std::vector<std::uint32_t> number(mesh.points.size(), kNone);
     std::vector<Vec3> kept;
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
       for (std::size_t k = 0; k < 3; ++k) {
         std::uint32_t& n = number[mesh.triangles[t][k]];
-        if (n == ~0U) {
+        if (n == kNone) {
           n = static_cast<std::uint32_t>(kept.size());
           kept.push_back(mesh.points[mesh.triangles[t][k]]);
         }
@@ -314,6 +427,7 @@ class Repair {
 
   std::vector<Vec3> points_;
   std::vector<Triangle> triangles_, before_;  ///< before_: as given, but for its corners' names
+  std::vector<Triangle> across_;              ///< the neighbours of each triangle
   Box3 box_;
   std::size_t welded_ = 0, dropped_ = 0;
 };
@@ -325,15 +439,11 @@ void find_faces(PatchMesh& mesh, std::uint64_t key, double deviation) {
   const std::size_t n = mesh.triangles.size();
   std::vector<Vec3> normal(n);
   for (std::size_t t = 0; t < n; ++t) normal[t] = unit(mesh.area_vector(t));
-  std::unordered_map<std::uint64_t, std::uint32_t> across;  // directed side -> triangle
-  const auto side = [](std::uint32_t a, std::uint32_t b) { return (std::uint64_t{a} << 32U) | b; };
-  for (std::uint32_t t = 0; t < n; ++t)
-    for (std::size_t k = 0; k < 3; ++k)
-      across[side(mesh.triangles[t][k], mesh.triangles[t][(k + 1) % 3])] = t;
-  mesh.patch_of.assign(n, ~0U);
+  const auto across = Sides(mesh.triangles, mesh.points.size()).neighbours(mesh.triangles);
+  mesh.patch_of.assign(n, kNone);
   std::vector<std::uint32_t> open;
   for (std::uint32_t seed = 0; seed < n; ++seed) {
-    if (mesh.patch_of[seed] != ~0U) continue;
+    if (mesh.patch_of[seed] != kNone) continue;
     const auto number = static_cast<std::uint32_t>(mesh.patches.size());
     Patch patch;
     patch.id = mixed(key, number);
@@ -348,13 +458,13 @@ void find_faces(PatchMesh& mesh, std::uint64_t key, double deviation) {
       open.pop_back();
       is_flat = is_flat && norm(normal[t] - patch.axis) < kFlat;
       for (std::size_t k = 0; k < 3; ++k) {
-        const auto next = across.find(side(mesh.triangles[t][(k + 1) % 3], mesh.triangles[t][k]));
-        if (next == across.end() || mesh.patch_of[next->second] != ~0U) continue;
-        const double cosine = dot(normal[t], normal[next->second]);
+        const std::uint32_t next = across[t][k];
+        if (next == kNone || mesh.patch_of[next] != kNone) continue;
+        const double cosine = dot(normal[t], normal[next]);
         if (cosine < kSmooth) continue;
         straightest = std::min(straightest, cosine);
-        mesh.patch_of[next->second] = number;
-        open.push_back(next->second);
+        mesh.patch_of[next] = number;
+        open.push_back(next);
       }
     }
     patch.kind = is_flat ? Patch::Kind::plane : Patch::Kind::free;
