@@ -1013,7 +1013,8 @@ struct Derived::Impl {
     kinematic.base_parts.clear();
     kinematic.poses.clear();
     kinematic.pair_rules.clear();
-    kinematic.ik = kinematic.inverse_dynamics = kinematic.forward_dynamics = {};
+    kinematic.ik = kinematic.inverse_dynamics = kinematic.forward_dynamics =
+        kinematic.controller = {};
     kinematic.skin_colour = kinematic.skin_accent = {};
     kinematic.parametric = {};  // what it comes from does not matter, only the numbers
     for (auto& link : kinematic.links) {

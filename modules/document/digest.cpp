@@ -24,8 +24,9 @@ class Feeder {
   }
   void operator()(const Robot& r) {
     all(r.description, r.source, static_cast<int>(r.convention), static_cast<int>(r.mass_source),
-        r.base, r.base_parts, r.links, r.tool, r.poses, r.pair_rules, r.ik, r.inverse_dynamics,
-        r.forward_dynamics, r.skin_colour, r.skin_accent, r.parametric);
+        r.base, r.base_parts, r.links, r.tool, r.payload, r.tools, r.loops, r.poses, r.pair_rules,
+        r.ik, r.inverse_dynamics, r.forward_dynamics, r.controller, r.skin_colour, r.skin_accent,
+        r.parametric);
   }
   void operator()(const Trajectory& t) { all(t.description, t.sample_time, t.segments); }
   void operator()(const World& w) {
@@ -97,13 +98,19 @@ class Feeder {
     all(m.mass, m.com, m.inertia.xx, m.inertia.yy, m.inertia.zz, m.inertia.xy, m.inertia.yz,
         m.inertia.xz);
   }
+  void add(const Mimic& m) { all(static_cast<int>(m.link), m.ratio, m.offset); }
+  void add(Convention c) { add(static_cast<int>(c)); }
   void add(const Link& l) {
     all(l.name, static_cast<int>(l.parent), static_cast<int>(l.joint), l.row.a, l.row.alpha,
-        l.row.d, l.row.theta, l.lower, l.upper, l.max_velocity, l.max_acceleration, l.max_force,
-        l.drive.motor_inertia, l.drive.gear_ratio, l.drive.viscous, l.drive.coulomb_positive,
-        l.drive.coulomb_negative, l.given.has_value());
-    if (l.given) add(*l.given);
-    all(l.parts, l.visible);
+        l.row.d, l.row.theta, l.convention, l.origin, l.axis, l.mimic, l.passive, l.lower, l.upper,
+        l.max_velocity, l.max_acceleration, l.max_jerk, l.max_force, l.drive.motor_inertia,
+        l.drive.gear_ratio, l.drive.viscous, l.drive.coulomb_positive, l.drive.coulomb_negative,
+        l.spring.stiffness, l.spring.rest, l.given, l.parts, l.visible);
+  }
+  void add(const RobotTool& t) { all(t.name, static_cast<int>(t.link), t.placement, t.payload); }
+  void add(const LoopClosure& l) {
+    all(l.name, static_cast<int>(l.kind), static_cast<int>(l.link_a), static_cast<int>(l.link_b),
+        l.in_a, l.in_b);
   }
   void add(const NamedPose& p) { all(p.name, p.q); }
   void add(const PairRule& p) { all(p.a, p.b, p.is_allowed, p.reason); }

@@ -12,6 +12,7 @@
 
 #include "kernel/text.h"
 #include "model/placement.h"
+#include "robotics/coordinates.h"
 #include "spatial/principal.h"
 
 namespace robomosp::document {
@@ -386,24 +387,61 @@ Result<void> check(const Object& o, Subject& subject) {
   return {};
 }
 
+/// `kind` such as "given ", `of` such as ` of link "elbow"`.
+Result<void> check_mass(const MassProperties& m, const std::string& kind, const std::string& of) {
+  RMP_TRY(not_negative(m.mass, "the " + kind + "mass" + of, " kg"));
+  RMP_TRY(at_most(m.mass, kHeaviest, "the " + kind + "mass" + of, " kg"));
+  RMP_TRY(finite(m.com, "the " + kind + "centre of mass" + of));
+  const Sym3& s = m.inertia;
+  RMP_TRY(finite(std::array{s.xx, s.yy, s.zz, s.xy, s.yz, s.xz}, "the " + kind + "inertia" + of));
+  for (const double v : {s.xx, s.yy, s.zz})
+    RMP_TRY(not_negative(v, "a diagonal element of the " + kind + "inertia" + of, " kg m^2"));
+  return {};
+}
+
 Result<void> check_link(const Robot& r, std::size_t i) {
   const Link& l = r.links[i];
   const std::string link = "link " + quote(l.name);
   const std::string of = " of " + link;
   if (l.parent < -1 || l.parent >= static_cast<std::int32_t>(i))
     return fault(link + " does not come after its parent", "Parents come first; -1 is the base.");
-  if (l.joint > JointKind::fixed) return fault("the joint" + of + " is of an unknown kind");
+  if (l.joint > JointKind::free) return fault("the joint" + of + " is of an unknown kind");
   RMP_TRY(at_most(l.row.a, kLongest, "a" + of, " m"));
   RMP_TRY(finite(l.row.alpha, "alpha" + of));
   RMP_TRY(at_most(l.row.d, kLongest, "d" + of, " m"));
   RMP_TRY(finite(l.row.theta, "theta" + of));
+  if (l.convention && *l.convention > Convention::mdh)
+    return fault("the convention" + of + " is unknown");
+  if (l.origin) {
+    RMP_TRY(near(*l.origin, "the origin" + of));
+    if (!(l.row == DhRow{}))
+      return fault(link + " has a row and an origin", "Keep the one that is meant.");
+  }
+  RMP_TRY(finite(l.axis, "the axis" + of));
+  if (!(std::hypot(l.axis[0], l.axis[1], l.axis[2]) > 1e-9))
+    return fault("the axis" + of + " has no direction", "Give a vector such as (0, 0, 1).");
+  if (l.mimic) {
+    if (l.mimic->link < 0 || l.mimic->link >= static_cast<std::int32_t>(i))
+      return fault("the joint" + of + " follows one that does not come before it",
+                   "A joint follows the joint of an earlier link.");
+    for (const Link* joint : {&l, &r.links[static_cast<std::size_t>(l.mimic->link)]})
+      if (!robotics::has_one_coordinate(joint->joint))
+        return fault("the joint" + of + " follows another one, but that of link " +
+                         quote(joint->name) + " is neither revolute nor prismatic",
+                     "Only joints of one coordinate can follow and be followed.");
+    RMP_TRY(finite(l.mimic->ratio, "the ratio by which the joint" + of + " follows"));
+    RMP_TRY(finite(l.mimic->offset, "the offset with which the joint" + of + " follows"));
+  }
   if (!(l.lower <= l.upper))
     return fault(
         "the lower limit" + of + " is " + shown(l.lower) + " and the upper " + shown(l.upper),
         "The lower limit must not exceed the upper one.");
   RMP_TRY(limit(l.max_velocity, "max_velocity" + of));
   RMP_TRY(limit(l.max_acceleration, "max_acceleration" + of));
+  RMP_TRY(limit(l.max_jerk, "max_jerk" + of));
   RMP_TRY(limit(l.max_force, "max_force" + of));
+  RMP_TRY(not_negative(l.spring.stiffness, "the spring's stiffness" + of, ""));
+  RMP_TRY(finite(l.spring.rest, "the spring's rest" + of));
   RMP_TRY(not_negative(l.drive.motor_inertia, "motor_inertia" + of, " kg m^2"));
   RMP_TRY(finite(l.drive.gear_ratio, "gear_ratio" + of));
   RMP_TRY(not_negative(l.drive.viscous, "viscous" + of, " N m s/rad"));
@@ -412,15 +450,7 @@ Result<void> check_link(const Robot& r, std::size_t i) {
   if (l.drive.coulomb_negative > 0)
     return fault("the negative coulomb friction" + of + " is " + shown(l.drive.coulomb_negative) +
                  " N m; it must not be positive");
-  if (l.given) {
-    RMP_TRY(not_negative(l.given->mass, "the given mass" + of, " kg"));
-    RMP_TRY(at_most(l.given->mass, kHeaviest, "the given mass" + of, " kg"));
-    RMP_TRY(finite(l.given->com, "the given centre of mass" + of));
-    const Sym3& s = l.given->inertia;
-    RMP_TRY(finite(std::array{s.xx, s.yy, s.zz, s.xy, s.yz, s.xz}, "the given inertia" + of));
-    for (const double v : {s.xx, s.yy, s.zz})
-      RMP_TRY(not_negative(v, "a diagonal element of the given inertia" + of, " kg m^2"));
-  }
+  if (l.given) RMP_TRY(check_mass(*l.given, "given ", of));
   for (const auto& p : l.parts) {
     RMP_TRY(solid_or_object(p.what, "a part" + of));
     RMP_TRY(placement(p.placement, "a part" + of));
@@ -458,25 +488,57 @@ Result<void> check(const Robot& r, Subject& subject) {
                    "\"base\" is the frame the first link stands on.");
     RMP_TRY(check_link(r, i));
   }
-  const auto dof = static_cast<std::size_t>(std::count_if(
-      r.links.begin(), r.links.end(), [](const Link& l) { return l.joint != JointKind::fixed; }));
+  const auto count = static_cast<std::int32_t>(r.links.size());
+  const auto is_link = [count](std::int32_t link) { return link >= -1 && link < count; };
+  if (r.payload) RMP_TRY(check_mass(*r.payload, "payload's ", " at the tool"));
+  Names tools("tool");
+  for (std::size_t i = 0; i < r.tools.size(); ++i) {
+    const RobotTool& t = r.tools[i];
+    subject = {"tool", i};
+    RMP_TRY(tools.add(t.name));
+    if (t.name == "tool")
+      return fault("a further tool cannot be named \"tool\"",
+                   "\"tool\" is the one on the last link.");
+    if (!is_link(t.link)) return fault("tool " + quote(t.name) + " hangs on no link of the robot");
+    RMP_TRY(near(t.placement, "tool " + quote(t.name)));
+    if (t.payload) RMP_TRY(check_mass(*t.payload, "payload's ", " at tool " + quote(t.name)));
+  }
+  Names loops("loop");
+  for (std::size_t i = 0; i < r.loops.size(); ++i) {
+    const LoopClosure& l = r.loops[i];
+    subject = {"loop", i};
+    RMP_TRY(loops.add(l.name));
+    if (l.kind > LoopKind::weld) return fault("loop " + quote(l.name) + " is of an unknown kind");
+    if (!is_link(l.link_a) || !is_link(l.link_b) || l.link_a == l.link_b)
+      return fault("loop " + quote(l.name) + " does not hold two links of the robot",
+                   "Name two links, or a link and the base.");
+    RMP_TRY(near(l.in_a, "a frame of loop " + quote(l.name)));
+    RMP_TRY(near(l.in_b, "a frame of loop " + quote(l.name)));
+  }
+  const std::vector<std::string_view> units = robotics::coordinate_units(r);
   Names poses("pose");
   for (std::size_t i = 0; i < r.poses.size(); ++i) {
     const NamedPose& p = r.poses[i];
     subject = {"pose", i};
     RMP_TRY(poses.add(p.name));
     RMP_TRY(finite(p.q, "a joint value of pose " + quote(p.name)));
-    if (p.q.size() != dof)
+    if (p.q.size() != units.size())
       return fault(
           "pose " + quote(p.name) + " has " + std::to_string(p.q.size()) +
           (p.q.size() == 1 ? " joint value; the robot has " : " joint values; the robot has ") +
-          std::to_string(dof) + (dof == 1 ? " moving joint" : " moving joints"));
+          robotics::counted_coordinates(r));
+    for (std::size_t k = 0; k + 3 < p.q.size(); k += units[k].empty() ? 4 : 1)
+      if (units[k].empty() &&
+          !(std::hypot(std::hypot(p.q[k], p.q[k + 1]), std::hypot(p.q[k + 2], p.q[k + 3])) > 1e-9))
+        return fault("a quaternion of pose " + quote(p.name) + " is zero",
+                     "1 0 0 0 is no rotation.");
   }
   subject = {};
   RMP_TRY(check(r.pair_rules));
   RMP_TRY(choice(r.ik, "ik"));
   RMP_TRY(choice(r.inverse_dynamics, "inverse_dynamics"));
   RMP_TRY(choice(r.forward_dynamics, "forward_dynamics"));
+  RMP_TRY(choice(r.controller, "controller"));
   RMP_TRY(colour(r.skin_colour, "a component of the skin's colour"));
   return colour(r.skin_accent, "a component of the skin's accent");
 }

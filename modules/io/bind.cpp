@@ -12,6 +12,8 @@
 #include "kernel/units.h"
 #include "model/parametric.h"
 #include "model/placement.h"
+#include "model/words.h"
+#include "robotics/coordinates.h"
 
 namespace robomosp::io {
 
@@ -295,16 +297,20 @@ class Binder {
 
   Result<void> robot() {
     Robot r;
-    std::unordered_map<std::string, Index> links, poses;
-    std::vector<Index> pose_fields;
+    std::unordered_map<std::string, Index> links, poses, tools, loops;
+    std::optional<Index> main_tool;
+    std::vector<Index> pose_fields, loop_fields;
     Result<void> fields_read = block(
         kFile, "a robot",
-        {name_rule(), string("description", r.description), string("source", r.source),
+        {name_rule(),
+         string("description", r.description),
+         string("source", r.source),
          words("convention", {"dh", "mdh"},
                [&](std::size_t k) { r.convention = static_cast<Convention>(k); }),
          words("masses", {"given", "designed"},
                [&](std::size_t k) { r.mass_source = static_cast<MassSource>(k); }),
-         parameter_rule(r.parametric), placement_block("base", r.base),
+         parameter_rule(r.parametric),
+         placement_block("base", r.base),
          repeated("base_part",
                   [&](Index i) -> Result<void> {
                     const std::size_t k = r.base_parts.size();
@@ -313,26 +319,33 @@ class Binder {
                     });
                   }),
          repeated("link", [&](Index i) { return link(i, r, links); }),
-         placement_block("tool", r.tool),
+         repeated("tool", [&](Index i) { return tool(i, r, main_tool, tools); }),
+         mass_block("payload", "the payload", r.payload),
+         repeated("loop",
+                  [&](Index i) -> Result<void> {
+                    loop_fields.push_back(i);
+                    return {};
+                  }),
          repeated("pose",
                   [&](Index i) -> Result<void> {
                     pose_fields.push_back(i);
                     return {};
                   }),
          pair_rule("allowed_pair", true, r.pair_rules),
-         pair_rule("checked_pair", false, r.pair_rules), provider("ik", r.ik),
+         pair_rule("checked_pair", false, r.pair_rules),
+         provider("ik", r.ik),
          provider("inverse_dynamics", r.inverse_dynamics),
          provider("forward_dynamics", r.forward_dynamics),
+         provider("controller", r.controller),
          Rule{"skin", [&](Index i) -> Result<void> {
                 RMP_TRY(need_block(i, true));
                 return block(i, "a skin",
                              {colour("colour", r.skin_colour), colour("accent", r.skin_accent)});
               }}});
     RMP_TRY(std::move(fields_read));
-    std::vector<std::string_view> units;
-    for (const auto& l : r.links)
-      if (l.joint != JointKind::fixed)
-        units.push_back(l.joint == JointKind::prismatic ? "m" : "rad");
+    for (const Index i : loop_fields) RMP_TRY(loop(i, r, loops));
+    for (RobotTool& t : r.tools) RMP_TRY(find_tool_link(r, t));
+    const std::vector<std::string_view> units = robotics::coordinate_units(r);
     for (const Index i : pose_fields) RMP_TRY(pose(i, r, units, poses));
     out_.record.body = std::move(r);
     return {};
@@ -349,8 +362,7 @@ class Binder {
     if (f.numbers != units.size())
       return s_.at(f.offset, ErrorCode::syntax,
                    "pose " + quote(p.name) + " has " + std::to_string(f.numbers) +
-                       " joint values; the robot has " + std::to_string(units.size()) +
-                       (units.size() == 1 ? " moving joint" : " moving joints"));
+                       " joint values; the robot has " + robotics::counted_coordinates(r));
     for (std::uint32_t k = 0; k < f.numbers; ++k) {
       RMP_TRY_ASSIGN(const double v, quantity(s_.numbers[f.first_number + k], units[k]));
       p.q.push_back(v);
@@ -366,22 +378,36 @@ class Binder {
     RMP_TRY(element(i, "link", index, l.name, named));
     // The unit of limits depends on the joint, which may stand after them.
     for (Index k = i + 1; k < at(i).end; k = at(k).end)
-      if (at(k).name == "joint" && at(k).text == "prismatic") l.joint = JointKind::prismatic;
+      if (at(k).name == "joint") l.joint = joint_kind(at(k).text).value_or(l.joint);
     const bool slides = l.joint == JointKind::prismatic;
-    MassProperties given;
+    bool has_row = false;
     Result<void> fields_read = block(
         i, "a link",
         {Rule{"parent", [&](Index k) { return parent(k, r, l); }},
-         words("joint", {"revolute", "prismatic", "fixed"},
+         words("joint", {kJointWords.begin(), kJointWords.end()},
                [&](std::size_t k) { l.joint = static_cast<JointKind>(k); }),
+         words("convention", {"dh", "mdh"},
+               [&](std::size_t k) { l.convention = static_cast<Convention>(k); }),
+         placement_block("origin", l.origin), tuple("axis", "", l.axis),
+         Rule{"mimic",
+              [&](Index k) -> Result<void> {
+                RMP_TRY(need_block(k, true));
+                Mimic& m = l.mimic.emplace();
+                Rule link_rule{"link", [&](Index n) { return earlier_link(n, r, l, m.link); }};
+                link_rule.is_required = true;
+                return block(k, "a mimic joint",
+                             {std::move(link_rule), number("ratio", "", m.ratio),
+                              number("offset", slides ? "m" : "rad", m.offset)});
+              }},
+         words("passive", {"false", "true"}, [&](std::size_t k) { l.passive = k == 1; }),
          Rule{"row",
               [&](Index k) -> Result<void> {
+                has_row = true;
                 RMP_TRY(need_block(k, true));
                 return block(k, "a DH row",
                              {number("a", "m", l.row.a), number("alpha", "rad", l.row.alpha),
                               number("d", "m", l.row.d), number("theta", "rad", l.row.theta)});
-              },
-              false, true},
+              }},
          Rule{"limits",
               [&](Index k) -> Result<void> {
                 std::array<double, 2> v{};
@@ -392,6 +418,7 @@ class Binder {
               }},
          number("max_velocity", slides ? "m/s" : "rad/s", l.max_velocity),
          number("max_acceleration", slides ? "m/s^2" : "rad/s^2", l.max_acceleration),
+         number("max_jerk", slides ? "m/s^3" : "rad/s^3", l.max_jerk),
          number("max_force", slides ? "N" : "N m", l.max_force),
          Rule{"drive",
               [&](Index k) -> Result<void> {
@@ -408,22 +435,14 @@ class Binder {
                                      return {};
                                    }}});
               }},
-         Rule{"given",
+         Rule{"spring",
               [&](Index k) -> Result<void> {
                 RMP_TRY(need_block(k, true));
-                Result<void> given_read =
-                    block(k, "the given mass properties",
-                          {number("mass", "kg", given.mass, true), tuple("com", "m", given.com),
-                           Rule{"inertia", [&](Index c) -> Result<void> {
-                                  std::array<double, 6> v{};
-                                  RMP_TRY(read_tuple(c, "kg m^2", v));
-                                  given.inertia = {v[0], v[1], v[2], v[3], v[4], v[5]};
-                                  return {};
-                                }}});
-                RMP_TRY(std::move(given_read));
-                l.given = given;
-                return {};
+                return block(k, "a spring",
+                             {number("stiffness", slides ? "N/m" : "N m/rad", l.spring.stiffness),
+                              number("rest", slides ? "m" : "rad", l.spring.rest)});
               }},
+         mass_block("given", "the given mass properties", l.given),
          repeated("part",
                   [&](Index k) -> Result<void> {
                     const std::size_t p = l.parts.size();
@@ -434,8 +453,121 @@ class Binder {
                   }),
          words("visible", {"false", "true"}, [&](std::size_t k) { l.visible = k == 1; })});
     RMP_TRY(std::move(fields_read));
+    if (!has_row && !l.origin)
+      return fail(i, "\"row\" is missing in a link",
+                  "Give its row, or origin and axis of its joint.");
+    if (has_row && l.origin)
+      return fail(i, "link " + quote(l.name) + " has a row and an origin",
+                  "Keep the one that is meant.");
     r.links.push_back(std::move(l));
     return {};
+  }
+
+  /// `mass 2  com (0, 0, 0.1)  inertia (...)`
+  Rule mass_block(std::string_view name, std::string what, std::optional<MassProperties>& out) {
+    return {name, [this, what = std::move(what), &out](Index i) -> Result<void> {
+              RMP_TRY(need_block(i, true));
+              MassProperties& m = out.emplace();
+              return block(i, what,
+                           {number("mass", "kg", m.mass, true), tuple("com", "m", m.com),
+                            Rule{"inertia", [&](Index c) -> Result<void> {
+                                   std::array<double, 6> v{};
+                                   RMP_TRY(read_tuple(c, "kg m^2", v));
+                                   m.inertia = {v[0], v[1], v[2], v[3], v[4], v[5]};
+                                   return {};
+                                 }}});
+            }};
+  }
+
+  /// `tool { at (0, 0, 0.1) }` on the last link, or `tool camera { link wrist  at (0, 0, 0.1) }`.
+  Result<void> tool(Index i, Robot& r, std::optional<Index>& main,
+                    std::unordered_map<std::string, Index>& named) {
+    if (at(i).argument == Argument::none) {
+      if (main)
+        return fail(i, "\"tool\" is given twice in a robot",
+                    "The first one is at " + s_.place(at(*main).offset) +
+                        ". Further tools have a name and a link.");
+      main = i;
+      return placement_block("tool", r.tool).read(i);
+    }
+    RobotTool t;
+    RMP_TRY(element(i, "tool", r.tools.size(), t.name, named));
+    // Links may stand behind the tool, so that its link is found when all are read.
+    std::vector<Rule> rules{Rule{"link", [](Index) -> Result<void> { return {}; }},
+                            mass_block("payload", "the payload", t.payload)};
+    rules.front().is_required = true;
+    placement(rules, t.placement);
+    RMP_TRY(block(i, "a tool", rules));
+    tool_fields_.push_back(i);
+    r.tools.push_back(std::move(t));
+    return {};
+  }
+  Result<void> find_tool_link(const Robot& r, RobotTool& t) {
+    const Index i = tool_fields_[static_cast<std::size_t>(&t - r.tools.data())];
+    for (Index k = i + 1; k < at(i).end; k = at(k).end)
+      if (at(k).name == "link") return any_link(k, r, t.link);
+    return {};
+  }
+
+  /// `loop pin { kind planar  a { link coupler  at (...) }  b { link rocker  at (...) } }`
+  Result<void> loop(Index i, Robot& r, std::unordered_map<std::string, Index>& named) {
+    LoopClosure l;
+    RMP_TRY(element(i, "loop", r.loops.size(), l.name, named));
+    const auto side = [&](std::string_view name, std::int32_t& link, Placement& frame) {
+      Rule rule{
+          name, [&](Index k) -> Result<void> {
+            RMP_TRY(need_block(k, true));
+            std::vector<Rule> rules{Rule{"link", [&](Index n) { return any_link(n, r, link); }}};
+            rules.front().is_required = true;
+            placement(rules, frame);
+            return block(k, "a side of a loop", rules);
+          }};
+      rule.is_required = true;
+      return rule;
+    };
+    RMP_TRY(block(i, "a loop",
+                  {words("kind", {kLoopWords.begin(), kLoopWords.end()},
+                         [&](std::size_t k) { l.kind = static_cast<LoopKind>(k); }),
+                   side("a", l.link_a, l.in_a), side("b", l.link_b, l.in_b)}));
+    r.loops.push_back(std::move(l));
+    return {};
+  }
+
+  /// The link that a word names, or the base.
+  Result<void> any_link(Index i, const Robot& r, std::int32_t& out) {
+    std::string name;
+    RMP_TRY(read_name(i, name, "link"));
+    out = -1;
+    if (name == "base") return {};
+    std::vector<std::string> names{"base"};
+    for (std::size_t k = 0; k < r.links.size(); ++k) {
+      if (r.links[k].name == name) {
+        out = static_cast<std::int32_t>(k);
+        return {};
+      }
+      names.push_back(r.links[k].name);
+    }
+    std::string hint = text::did_you_mean(name, names);
+    if (hint.empty()) hint = "Links are " + text::enumerate(names) + ".";
+    return s_.at(at(i).argument_offset, ErrorCode::unknown_name,
+                 quote(name) + " is not a link of the robot", hint);
+  }
+  /// The link before link `l` that a word names.
+  Result<void> earlier_link(Index i, const Robot& r, const Link& l, std::int32_t& out) {
+    std::string name;
+    RMP_TRY(read_name(i, name, "link"));
+    std::vector<std::string> names;
+    for (std::size_t k = 0; k < r.links.size(); ++k) {
+      if (r.links[k].name == name) {
+        out = static_cast<std::int32_t>(k);
+        return {};
+      }
+      names.push_back(r.links[k].name);
+    }
+    std::string hint = text::did_you_mean(name, names);
+    if (hint.empty()) hint = "A joint follows that of a link that stands before its own.";
+    return s_.at(at(i).argument_offset, ErrorCode::unknown_name,
+                 quote(name) + " is not a link before link " + quote(l.name), hint);
   }
 
   Result<void> parent(Index i, const Robot& r, Link& l) {
@@ -747,6 +879,10 @@ class Binder {
   static Rule repeated(std::string_view name, std::function<Result<void>(Index)> read) {
     return {name, std::move(read), true, false};
   }
+  Rule placement_block(std::string_view name, std::optional<Placement>& out) {
+    return {name,
+            [this, name, &out](Index i) { return placement_block(name, out.emplace()).read(i); }};
+  }
   Rule placement_block(std::string_view name, Placement& out) {
     return {name, [this, &out](Index i) -> Result<void> {
               RMP_TRY(need_block(i, true));
@@ -971,6 +1107,7 @@ class Binder {
 
   const Syntax& s_;
   Bound out_;
+  std::vector<Index> tool_fields_;  ///< of the robot's further tools
 };
 
 }  // namespace

@@ -44,7 +44,9 @@ class Paths {
         words.push_back(it->second);
         break;  // nodes stand in nodes, and paths begin with the innermost
       }
-      if (above.name == "row" || above.name == "drive" || above.name == "given") continue;
+      if (above.name == "row" || above.name == "drive" || above.name == "given" ||
+          above.name == "spring")
+        continue;
       if (above.name == "part")
         words.push_back("parts." + std::to_string(place_among(index(i), "part")));
       else if (above.name == "base_part")
@@ -68,6 +70,10 @@ class Paths {
     if (const auto* s = std::get_if<Solid>(&body); s && list == "node") return name(s->nodes);
     if (const auto* o = std::get_if<Object>(&body); o && list == "part") return name(o->parts);
     if (const auto* r = std::get_if<Robot>(&body); r && list == "link") return name(r->links);
+    if (const auto* r = std::get_if<Robot>(&body); r && (list == "tool" || list == "loop")) {
+      const std::string own = list == "tool" ? name(r->tools) : name(r->loops);
+      return own.empty() ? own : std::string(list) + "s." + own;
+    }
     if (const auto* w = std::get_if<World>(&body)) {
       if (list == "object") return name(w->objects);
       if (list == "robot") return name(w->robots);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <span>
+#include <tuple>
 #include <vector>
 
 #include "io/expressions.h"
@@ -13,6 +14,8 @@
 #include "kernel/text.h"
 #include "kernel/units.h"
 #include "model/placement.h"
+#include "model/words.h"
+#include "robotics/coordinates.h"
 
 namespace robomosp::io {
 
@@ -231,11 +234,15 @@ class Printer {
     for (const auto& p : r.base_parts) block("base_part", body(p.what, p.placement));
     for (std::size_t i = 0; i < r.links.size(); ++i) link(r, i);
     if (differs(r.tool)) block("tool", placement(r.tool));
+    if (r.payload) block("payload", mass(*r.payload));
+    for (const auto& t : r.tools) tool(r, t);
+    for (const auto& l : r.loops) loop(r, l);
     for (const auto& p : r.poses) line("pose " + name(p.name) + " " + joint_values(r, p.q));
     pair_rules(r.pair_rules);
     provider("ik", r.ik);
     provider("inverse_dynamics", r.inverse_dynamics);
     provider("forward_dynamics", r.forward_dynamics);
+    provider("controller", r.controller);
     const Robot d;
     std::vector<std::string> skin;
     if (!same(r.skin_colour, d.skin_colour)) skin.push_back("colour " + tuple(r.skin_colour));
@@ -248,18 +255,32 @@ class Printer {
     const Link d;
     const bool slides = l.joint == JointKind::prismatic;
     open("link " + name(l.name) + " {");
-    if (l.parent != static_cast<std::int32_t>(i) - 1)
-      line("parent " + (l.parent < 0 ? std::string("base")
-                                     : name(r.links[static_cast<std::size_t>(l.parent)].name)));
-    if (l.joint != JointKind::revolute) line(slides ? "joint prismatic" : "joint fixed");
-    block("row", {"a " + quantity(l.row.a, "m"), "alpha " + quantity(l.row.alpha, "rad"),
-                  "d " + quantity(l.row.d, "m"), "theta " + quantity(l.row.theta, "rad")});
+    if (l.parent != static_cast<std::int32_t>(i) - 1) line("parent " + link_name(r, l.parent));
+    if (l.joint != JointKind::revolute) line("joint " + std::string(joint_word(l.joint)));
+    if (l.convention) line(*l.convention == Convention::dh ? "convention dh" : "convention mdh");
+    if (l.origin) {
+      block("origin", placement(*l.origin));
+      if (differs(l.axis, d.axis)) line("axis " + tuple(l.axis, ""));
+    }
+    if (!l.origin)
+      block("row", {"a " + quantity(l.row.a, "m"), "alpha " + quantity(l.row.alpha, "rad"),
+                    "d " + quantity(l.row.d, "m"), "theta " + quantity(l.row.theta, "rad")});
+    if (l.mimic) {
+      std::vector<std::string> fields{"link " + link_name(r, l.mimic->link)};
+      if (differs(l.mimic->ratio, 1)) fields.push_back("ratio " + quantity(l.mimic->ratio, ""));
+      if (differs(l.mimic->offset, 0))
+        fields.push_back("offset " + quantity(l.mimic->offset, slides ? "m" : "rad"));
+      block("mimic", fields);
+    }
+    if (l.passive) line("passive true");
     if (differs(l.lower, d.lower) || differs(l.upper, d.upper))
       line("limits " + pair(l.lower, l.upper, slides ? "m" : "rad"));
     if (differs(l.max_velocity, d.max_velocity))
       line("max_velocity " + quantity(l.max_velocity, slides ? "m/s" : "rad/s"));
     if (differs(l.max_acceleration, d.max_acceleration))
       line("max_acceleration " + quantity(l.max_acceleration, slides ? "m/s^2" : "rad/s^2"));
+    if (differs(l.max_jerk, d.max_jerk))
+      line("max_jerk " + quantity(l.max_jerk, slides ? "m/s^3" : "rad/s^3"));
     if (differs(l.max_force, d.max_force))
       line("max_force " + quantity(l.max_force, slides ? "N" : "N m"));
     std::vector<std::string> drive;
@@ -272,17 +293,49 @@ class Printer {
     if (differs(l.drive.coulomb_positive, 0) || differs(l.drive.coulomb_negative, 0))
       drive.push_back("coulomb " + pair(l.drive.coulomb_positive, l.drive.coulomb_negative, "N m"));
     if (!drive.empty()) block("drive", drive);
-    if (l.given) {
-      const Sym3& s = l.given->inertia;
-      const std::array inertia{s.xx, s.yy, s.zz, s.xy, s.yz, s.xz};
-      std::vector<std::string> fields{"mass " + quantity(l.given->mass, "kg")};
-      if (differs(l.given->com, {})) fields.push_back("com " + tuple(l.given->com, "m"));
-      if (inertia != std::array<double, 6>{})
-        fields.push_back("inertia " + tuple(inertia, "kg m^2"));
-      block("given", fields);
-    }
+    std::vector<std::string> spring;
+    if (differs(l.spring.stiffness, 0))
+      spring.push_back("stiffness " + quantity(l.spring.stiffness, slides ? "N/m" : "N m/rad"));
+    if (differs(l.spring.rest, 0))
+      spring.push_back("rest " + quantity(l.spring.rest, slides ? "m" : "rad"));
+    if (!spring.empty()) block("spring", spring);
+    if (l.given) block("given", mass(*l.given));
     for (const auto& p : l.parts) block("part", body(p.what, p.placement));
     if (!l.visible) line("visible false");
+    close();
+  }
+
+  [[nodiscard]] static std::string link_name(const Robot& r, std::int32_t link) {
+    return link < 0 ? std::string("base") : name(r.links[static_cast<std::size_t>(link)].name);
+  }
+  /// "mass ...  com (...)  inertia (...)", without what is zero.
+  [[nodiscard]] std::vector<std::string> mass(const MassProperties& m) const {
+    const Sym3& s = m.inertia;
+    const std::array inertia{s.xx, s.yy, s.zz, s.xy, s.yz, s.xz};
+    std::vector<std::string> fields{"mass " + quantity(m.mass, "kg")};
+    if (differs(m.com, {})) fields.push_back("com " + tuple(m.com, "m"));
+    if (inertia != std::array<double, 6>{}) fields.push_back("inertia " + tuple(inertia, "kg m^2"));
+    return fields;
+  }
+  void tool(const Robot& r, const RobotTool& t) {
+    std::vector<std::string> fields{"link " + link_name(r, t.link)};
+    for (auto& f : placement(t.placement)) fields.push_back(std::move(f));
+    if (!t.payload) return block("tool " + name(t.name), fields);
+    std::string line = "tool " + name(t.name) + " {";
+    for (const auto& f : fields) line += "  " + f;
+    open(line);
+    block("payload", mass(*t.payload));
+    close();
+  }
+  void loop(const Robot& r, const LoopClosure& l) {
+    open("loop " + name(l.name) + " {");
+    line("kind " + std::string(loop_word(l.kind)));
+    for (const auto& [word, link, at] :
+         {std::tuple("a", l.link_a, &l.in_a), {"b", l.link_b, &l.in_b}}) {
+      std::vector<std::string> fields{"link " + link_name(r, link)};
+      for (auto& f : placement(*at)) fields.push_back(std::move(f));
+      block(word, fields);
+    }
     close();
   }
 
@@ -378,10 +431,7 @@ class Printer {
     return fields;
   }
   [[nodiscard]] std::string joint_values(const Robot& r, const std::vector<double>& q) const {
-    std::vector<std::string_view> joint_units;
-    for (const auto& l : r.links)
-      if (l.joint != JointKind::fixed)
-        joint_units.push_back(l.joint == JointKind::prismatic ? "m" : "rad");
+    const std::vector<std::string_view> joint_units = robotics::coordinate_units(r);
     const bool fits = joint_units.size() == q.size();
     std::string s = "(";
     for (std::size_t i = 0; i < q.size(); ++i)

@@ -201,8 +201,7 @@ class Items {
     RMP_TRY_ASSIGN(const auto model,
                    ctx_.app.derived.robot_model(ctx_.snapshot(), id, {0, 0, -9.81}, ctx_.progress));
     RMP_TRY_ASSIGN(auto bodies, ctx_.app.derived.robot_bodies(ctx_.snapshot(), id, ctx_.progress));
-    if (q.empty()) q = robotics::home_joint_values(robot, model->dof());
-    q.resize(model->dof(), 0.0);
+    if (q.size() != model->coordinate_count()) q = robotics::home_joint_values(robot);
     std::vector<Pose> joints(model->joints.size());
     const auto links = robotics::link_frames(robot);
     std::vector<Pose> frames(links.size());

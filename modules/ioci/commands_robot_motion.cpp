@@ -345,7 +345,7 @@ Result<Shown> shown(const CommandContext& ctx, const Map& args, const RobotModel
     return error(ErrorCode::conflict, "it is shown more than once: " + text::enumerate(worlds),
                  "Use world.set_robot_q, which names the one meant.", where);
   Shown s = found.front();
-  if (s.q.empty()) s.q = robotics::home_joint_values(content<Robot>(ctx, args), m.dof());
+  if (s.q.empty()) s.q = robotics::home_joint_values(content<Robot>(ctx, args));
   return s;
 }
 

@@ -216,7 +216,7 @@ Result<Value> global(CommandContext& ctx, const Map& args) {
   const RobotId id{s.record.number};
   RMP_TRY_ASSIGN(const auto m,
                  ctx.app.derived.robot_model(ctx.snapshot(), id, {0, 0, -9.81}, ctx.progress));
-  const std::vector<double> q = robotics::home_joint_values(*ctx.snapshot().get(id), m->dof());
+  const std::vector<double> q = robotics::home_joint_values(*ctx.snapshot().get(id));
   std::vector<Pose> frames(m->joints.size());
   robotics::forward_kinematics(*m, q, frames);
   return Value(pose_map(spatial::compose(m->base, robotics::tip_pose(*m, 0, frames))));

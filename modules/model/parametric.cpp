@@ -136,7 +136,10 @@ std::optional<Located> locate(Link& l, std::string_view path) {
                  {"upper", &l.upper, slides ? "m" : "rad"},
                  {"max_velocity", &l.max_velocity, slides ? "m/s" : "rad/s"},
                  {"max_acceleration", &l.max_acceleration, slides ? "m/s^2" : "rad/s^2"},
+                 {"max_jerk", &l.max_jerk, slides ? "m/s^3" : "rad/s^3"},
                  {"max_force", &l.max_force, slides ? "N" : "N m"},
+                 {"stiffness", &l.spring.stiffness, slides ? "N/m" : "N m/rad"},
+                 {"rest", &l.spring.rest, slides ? "m" : "rad"},
                  {"motor_inertia", &l.drive.motor_inertia, "kg m^2"},
                  {"gear_ratio", &l.drive.gear_ratio, ""},
                  {"viscous", &l.drive.viscous, "N m s/rad"},
@@ -149,7 +152,19 @@ std::optional<Located> locate(Link& l, std::string_view path) {
     const auto i = axis(path);
     return i ? std::optional(Located{&l.given->com[*i], "m"}) : std::nullopt;
   }
+  if (l.origin && take(path, "origin")) return locate(*l.origin, path);
+  if (l.mimic && path == "mimic.ratio") return Located{&l.mimic->ratio, ""};
+  if (l.mimic && path == "mimic.offset") return Located{&l.mimic->offset, slides ? "m" : "rad"};
   if (take(path, "parts")) return locate(l.parts, path);
+  return std::nullopt;
+}
+
+std::optional<Located> locate(RobotTool& t, std::string_view path) {
+  return locate(t.placement, path);
+}
+std::optional<Located> locate(LoopClosure& l, std::string_view path) {
+  if (take(path, "a")) return locate(l.in_a, path);
+  if (take(path, "b")) return locate(l.in_b, path);
   return std::nullopt;
 }
 
@@ -177,6 +192,8 @@ std::optional<Located> locate(Robot& r, std::string_view path) {
   if (take(rest, "base")) return locate(r.base, rest);
   if (take(rest, "tool")) return locate(r.tool, rest);
   if (take(rest, "base_parts")) return locate(r.base_parts, rest);
+  if (take(rest, "tools")) return locate_in(r.tools, rest);
+  if (take(rest, "loops")) return locate_in(r.loops, rest);
   return std::nullopt;
 }
 std::optional<Located> locate(World& w, std::string_view path) {

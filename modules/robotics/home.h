@@ -2,19 +2,20 @@
 // Where a robot stands when nobody says otherwise (layer: data processing, robotics). [any thread]
 #pragma once
 
-#include <cstddef>
 #include <vector>
 
 #include "model/records.h"
+#include "robotics/coordinates.h"
 
 namespace robomosp::robotics {
 
-/// Joint values of the pose "home", else `dof` zeros [rad or m].
-[[nodiscard]] inline std::vector<double> home_joint_values(const model::Robot& robot,
-                                                           std::size_t dof) {
+/// The configuration of the pose "home", else zeros with quaternions 1 0 0 0: coordinate_count()
+/// numbers [rad, m or 1].
+[[nodiscard]] inline std::vector<double> home_joint_values(const model::Robot& robot) {
+  std::vector<double> neutral = neutral_coordinates(robot);
   for (const auto& pose : robot.poses)
-    if (pose.name == "home") return pose.q;
-  return std::vector<double>(dof, 0.0);
+    if (pose.name == "home" && pose.q.size() == neutral.size()) return pose.q;
+  return neutral;
 }
 
 }  // namespace robomosp::robotics

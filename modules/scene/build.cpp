@@ -76,11 +76,12 @@ Item item_of(const Drawable& d, std::uint64_t id, std::string name, const Pose& 
   return item;
 }
 
-/// Joint values to show: the world's, else the pose "home", else zeros.
-std::vector<double> shown_q(const model::Robot& robot, const std::vector<double>& given,
-                            std::size_t dof) {
-  std::vector<double> q = given.empty() ? robotics::home_joint_values(robot, dof) : given;
-  q.resize(dof, 0.0);
+/// Joint values to show: the world's, else the pose "home", else zeros. What the world lacks,
+/// since the robot got links after it was placed, is neutral.
+std::vector<double> shown_q(const model::Robot& robot, const std::vector<double>& given) {
+  if (given.empty()) return robotics::home_joint_values(robot);
+  std::vector<double> q = robotics::neutral_coordinates(robot);
+  std::copy_n(given.begin(), std::min(given.size(), q.size()), q.begin());
   return q;
 }
 
@@ -256,7 +257,7 @@ Result<void> add_world(Maker& m, WorldId id) {
     RMP_TRY(skip(add_body(m, o.what, "object " + o.name, o.name, model::pose(o.placement))));
   for (const auto& r : world.robots) {
     auto robot = posed_robot(m.source, r.robot, r.name, model::pose(r.placement), m.progress);
-    if (robot.ok()) add_robot(m, *robot, shown_q(*robot->record, r.q, robot->model->dof()));
+    if (robot.ok()) add_robot(m, *robot, shown_q(*robot->record, r.q));
     else RMP_TRY(skip(std::move(robot).error()));
   }
   for (const auto& t : world.trajectories) {
@@ -386,7 +387,7 @@ Result<Built> build(const Source& source, AnyId id, const Extras& extras, Progre
     case Kind::robot: {
       RMP_TRY_ASSIGN(const PosedRobot robot,
                      posed_robot(source, RobotId{id.number}, record->name, Pose{}, progress));
-      add_robot(m, robot, shown_q(*robot.record, extras.q, robot.model->dof()));
+      add_robot(m, robot, shown_q(*robot.record, extras.q));
       break;
     }
     case Kind::object:

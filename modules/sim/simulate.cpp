@@ -83,7 +83,7 @@ Result<Setup> prepare(const Simulator& sim, const Run& run, Progress& progress) 
   setup.world_T_base = spatial::compose(mounting, setup.model->base);
 
   const std::size_t dof = setup.model->dof();
-  setup.start = robot->q.empty() ? robotics::home_joint_values(*robot_record, dof) : robot->q;
+  setup.start = robot->q.empty() ? robotics::home_joint_values(*robot_record) : robot->q;
   if (setup.start.size() != dof)
     return error(ErrorCode::invalid_argument,
                  "the world places it with " + std::to_string(setup.start.size()) +

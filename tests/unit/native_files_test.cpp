@@ -231,6 +231,38 @@ TEST_F(NativeFiles, WritingWhatWasReadGivesTheSameBytes) {
   EXPECT_EQ(rewritten(kWorld), kWorld);
 }
 
+TEST_F(NativeFiles, AMechanismWithEverythingARobotCanHaveKeepsItsBytes) {
+  std::ifstream in(fs::path(ROBOMOSP_SOURCE_DIR) / "tests/fuzz/corpus/mechanism.rbt");
+  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  EXPECT_EQ(rewritten(text), text);
+}
+
+TEST_F(NativeFiles, FaultsOfMechanismsAreToldWhereTheyStand) {
+  const std::string head = "robomosp robot 1\nname a\nlink one { row { } }\n";
+  const auto refused = [&](const std::string& rest) { return refusal(head + rest); };
+  EXPECT_EQ(
+      refused("link two { }\n"),
+      "a.rbt:4:1: \"row\" is missing in a link. Give its row, or origin and axis of its joint.");
+  EXPECT_EQ(refused("link two { row { }  origin { } }\n"),
+            "a.rbt:4:1: link \"two\" has a row and an origin. Keep the one that is meant.");
+  EXPECT_EQ(refused("link two { row { }  mimic { link two } }\n"),
+            "a.rbt:4:34: \"two\" is not a link before link \"two\". A joint follows that of a link "
+            "that stands before its own.");
+  EXPECT_EQ(refused("tool cam { link onw }\n"),
+            "a.rbt:4:17: \"onw\" is not a link of the robot. Did you mean \"one\"?");
+  EXPECT_EQ(refused("tool { }\ntool { }\n"),
+            "a.rbt:5:1: \"tool\" is given twice in a robot. The first one is at a.rbt:4:1. Further "
+            "tools have a name and a link.");
+  EXPECT_EQ(refused("loop pin { a { link one } }\n"), "a.rbt:4:1: \"b\" is missing in a loop.");
+  EXPECT_EQ(refused("link two { joint planar  row { } }\npose home (0, 0)\n"),
+            "a.rbt:5:1: pose \"home\" has 2 joint values; the robot has 4 coordinates.");
+  EXPECT_EQ(refused("link two { joint spherical  row { } }\npose home (0, 0, 0, 0, 0)\n"),
+            "a.rbt:5:1: a quaternion of pose \"home\" is zero. 1 0 0 0 is no rotation.");
+  EXPECT_EQ(refused("loop pin { a { link one }  b { link one } }\n"),
+            "a.rbt:4:1: loop \"pin\" does not hold two links of the robot. Name two links, or a "
+            "link and the base.");
+}
+
 TEST_F(NativeFiles, SpacesCommentsOrderAndLineEndsAreFree) {
   const std::string loose =
       "\xEF\xBB\xBFrobomosp material 1\r\n# steel\r\ndensity 7.85 g/cm^3 colour (1,0.5,\r\n0) "
@@ -295,7 +327,9 @@ TEST_F(NativeFiles, FaultsAreToldWithFileLineAndColumn) {
             "a.rbt:4:14: \"mmm\" is not a unit. Did you mean \"mm\"?");
   EXPECT_EQ(refusal(head + "  row { a 1  a 2 }\n}\n"),
             "a.rbt:4:14: \"a\" is given twice in a DH row. The first one is at a.rbt:4:9.");
-  EXPECT_EQ(refusal(head + "  joint fixed\n}\n"), "a.rbt:3:1: \"row\" is missing in a link.");
+  EXPECT_EQ(refusal(head + "  joint fixed\n}\n"),
+            "a.rbt:3:1: \"row\" is missing in a link. Give its row, or origin and axis of its "
+            "joint.");
   EXPECT_EQ(refusal(head + "  row { a x }\n}\n"), "a.rbt:4:11: \"a\" needs a number.");
   EXPECT_EQ(refusal(head + "  row { }\n  limits (1)\n}\n"),
             "a.rbt:5:10: \"limits\" needs 2 numbers in parentheses; it has 1.");
@@ -304,7 +338,8 @@ TEST_F(NativeFiles, FaultsAreToldWithFileLineAndColumn) {
             "not exceed the upper one.");
   EXPECT_EQ(
       refusal(head + "  row { }\n  joint revolut\n}\n"),
-      "a.rbt:5:9: \"joint\" must be revolute, prismatic or fixed. Did you mean \"revolute\"?");
+      "a.rbt:5:9: \"joint\" must be revolute, prismatic, fixed, universal, cylindrical, planar, "
+      "spherical or free. Did you mean \"revolute\"?");
   EXPECT_EQ(refusal(head + "  row { }\n}\nlink b {\n  parent aa\n  row { }\n}\n"),
             "a.rbt:7:10: \"aa\" is not a link before link \"b\". Did you mean \"a\"?");
   EXPECT_EQ(refusal(head + "  row { }\n}\nlink a { row { } }\n"),

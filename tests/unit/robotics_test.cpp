@@ -321,8 +321,7 @@ TEST(BuildModel, FaultsNameRobotAndLink) {
   r = chain(Convention::dh, {link(0, 0, 1, 0)});
   r.links[0].joint = JointKind::fixed;
   EXPECT_EQ(refusal(r),
-            "robot \"arm\": all its links are fixed. Give at least one link a revolute or "
-            "prismatic joint.");
+            "robot \"arm\": all its links are fixed. Give at least one link a joint that moves.");
 }
 
 // Skins: pieces must be valid primitives, near the robot, and join joint to joint.
