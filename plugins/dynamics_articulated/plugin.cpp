@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Provider "articulated_body" of forward dynamics (layer: plugin).
+// Providers of forward dynamics beside the inertia matrix (layer: plugin).
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -9,6 +9,7 @@
 #include <robomosp/sdk/plugin.h>
 
 #include "articulated_body.h"
+#include "constrained.h"
 #include "samples.h"
 
 namespace robomosp::articulated {
@@ -90,12 +91,22 @@ class ArticulatedBody final : public ForwardDynamics {
   Articulated articulated_;
 };
 
+const rmp_param kConstrainedParams[] = {
+    {"stabilization", "real", "1/s",
+     "Rate at which gaps of the loops close, critically damped; 0 lets them drift.", "20", nullptr,
+     0, 1000},
+};
+
 }  // namespace
 }  // namespace robomosp::articulated
 
 RMP_PLUGIN(
     "org.robomosp.dynamics_articulated", "0.1.0", "Apache-2.0",
-    "Forward dynamics by articulated bodies.",
+    "Forward dynamics by articulated bodies, and of closed loops.",
     RMP_PROVIDER_NO_PARAMS(robomosp::articulated::ArticulatedBody, "articulated_body",
                            "Articulated bodies in O(n): trees of all joint types, of any size.",
-                           "serial,tree,coupled,floating,batch,derivatives"))
+                           "serial,tree,coupled,floating,batch,derivatives"),
+    RMP_PROVIDER(
+        robomosp::articulated::Constrained, "constrained",
+        "Closed loops by Lagrange's multipliers, with the forces that close them; trees too.",
+        "serial,tree,coupled,floating,loops,batch", robomosp::articulated::kConstrainedParams))

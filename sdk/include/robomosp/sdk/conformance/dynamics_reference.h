@@ -162,7 +162,10 @@ template <class F>
                                                       const std::vector<double>& qdd,
                                                       const BaseMotion* base = nullptr) {
   const std::size_t n = m.dof(), bodies = m.joints.size();
-  const double h = 0.02;
+  double fastest = 1;
+  for (std::size_t k = 0; k < n; ++k)
+    fastest = std::max({fastest, std::fabs(qd[k]), std::sqrt(std::fabs(qdd[k]) / 5)});
+  const double h = 0.02 / fastest;
   const double first[5] = {0, 4.0 / 5, -1.0 / 5, 4.0 / 105, -1.0 / 280};
   const double second[5] = {-205.0 / 72, 8.0 / 5, -1.0 / 5, 8.0 / 315, -1.0 / 560};
   std::vector<Vec3> acceleration(bodies);
@@ -262,6 +265,46 @@ template <class F>
     for (std::size_t i = 0; i < rows; ++i) J[i][k] = (8 * (a[i] - b[i]) - (c[i] - d[i])) / (12 * h);
   }
   return J;
+}
+/// How the loops' forces act on the velocities' entries: a row a fixed direction. Force and moment
+/// on frame b in the axes of frame a; where one turn alone is fixed, what works on its residual.
+[[nodiscard]] inline std::vector<std::vector<double>> loop_force_rows(
+    const RobotModel& m, const std::vector<double>& q) {
+  std::vector<std::vector<double>> rows = loop_jacobian(m, q);
+  const auto relative = [&](const LoopModel& l, const std::vector<double>& at) {
+    const std::vector<Pose> frames = joint_frames(m, at.data());
+    const auto frame = [&](std::int32_t joint, const Pose& in) {
+      return joint < 0 ? in : multiply(frames[static_cast<std::size_t>(joint)], in);
+    };
+    const Pose a = frame(l.joint_a, l.in_a), b = frame(l.joint_b, l.in_b);
+    std::array<double, 9> D{};
+    for (std::size_t i = 0; i < 3; ++i)
+      for (std::size_t j = 0; j < 3; ++j)
+        for (std::size_t k = 0; k < 3; ++k) D[3 * i + j] += a.R[3 * k + i] * b.R[3 * k + j];
+    return D;
+  };
+  std::size_t row = 0;
+  for (const LoopModel& l : m.loops) {
+    const std::uint32_t turns = l.fixed >> 3;
+    const bool moments = turns == 3 || turns == 5 || turns == 6 || turns == 7;
+    const auto now = relative(l, q);
+    for (std::uint32_t d = 0; d < 6; ++d) {
+      if (!(l.fixed & (1U << d))) continue;
+      for (std::size_t k = 0; d >= 3 && moments && k < m.dof(); ++k)
+        rows[row][k] = difference(
+            [&](double h) {  // of the small turn D(h) D^T
+              const auto D = relative(l, nudged(m, q, k, h));
+              double S[9] = {};
+              for (std::size_t i = 0; i < 3; ++i)
+                for (std::size_t j = 0; j < 3; ++j)
+                  for (std::size_t c = 0; c < 3; ++c) S[3 * i + j] += D[3 * i + c] * now[3 * j + c];
+              return (d == 3 ? S[7] - S[5] : d == 4 ? S[2] - S[6] : S[3] - S[1]) / 2;
+            },
+            1e-3);
+      ++row;
+    }
+  }
+  return rows;
 }
 /// The smallest x with J x = r in the least squares sense, slightly damped.
 [[nodiscard]] inline std::vector<double> least_step(const std::vector<std::vector<double>>& J,
