@@ -1,0 +1,712 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/collision.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <set>
+#include <utility>
+
+#include "kernel/text.h"
+#include "model/placement.h"
+#include "motion/path.h"
+#include "robotics/build_model.h"
+#include "robotics/kinematics.h"
+#include "spatial/pose.h"
+#include "spatial/vec.h"
+
+namespace robomosp::sim {
+namespace {
+
+using namespace spatial;
+using document::ShapePiece;
+
+constexpr std::size_t kAlwaysSamples = 64;  ///< for pairs that touch always
+constexpr std::uint64_t kAlwaysSeed = 1;
+constexpr double kInf = std::numeric_limits<double>::infinity();
+
+/// SplitMix64 (Steele, Lea, Flood 2014): the same numbers on every platform.
+class Random {
+ public:
+  explicit Random(std::uint64_t seed) : state_(seed) {}
+  double uniform(double low, double high) {
+    std::uint64_t z = (state_ += 0x9e3779b97f4a7c15ULL);
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
+    z ^= z >> 31;
+    return low + (high - low) * (static_cast<double>(z >> 11) * 0x1.0p-53);
+  }
+  void quaternion(double* q) {
+    double length = 0;
+    do {
+      length = 0;
+      for (int k = 0; k < 4; ++k) q[k] = uniform(-1, 1), length += q[k] * q[k];
+    } while (length > 1 || length < 0.01);
+    for (int k = 0; k < 4; ++k) q[k] /= std::sqrt(length);
+  }
+
+ private:
+  std::uint64_t state_;
+};
+
+/// Within the limits; one turn or one metre about the middle where there are none.
+void random_configuration(const RobotModel& model, Random& random, double* q) {
+  for (const JointModel& j : model.joints) {
+    if (j.is_coupled()) continue;
+    double* own = q + j.q_index;
+    if (coordinate_count(j.type) == 1) {
+      const double half = j.type == JointType::revolute ? std::numbers::pi : 0.5;
+      const bool has_low = std::isfinite(j.lower), has_high = std::isfinite(j.upper);
+      const double low = has_low ? j.lower : has_high ? j.upper - 2 * half : -half;
+      const double high = has_high ? j.upper : low + 2 * half;
+      *own = random.uniform(low, high);
+      continue;
+    }
+    if (j.type == JointType::free) {
+      for (int k = 0; k < 3; ++k) own[k] = random.uniform(-0.5, 0.5);
+      own += 3;
+    }
+    random.quaternion(own);
+  }
+}
+
+std::vector<double> neutral(const RobotModel& model) {
+  std::vector<double> q(model.coordinate_count(), 0.0);
+  for (const JointModel& j : model.joints) {
+    if (j.is_coupled() || coordinate_count(j.type) == 1) continue;
+    q[static_cast<std::size_t>(j.q_index) + (j.type == JointType::free ? 3 : 0)] = 1;
+  }
+  return q;
+}
+
+/// The configuration given, else the pose "home", else the neutral one.
+std::vector<double> shown_q(const model::Robot& record, const RobotModel& model,
+                            const std::vector<double>& given) {
+  const std::size_t n = model.coordinate_count();
+  if (given.size() == n) return given;
+  for (const auto& pose : record.poses)
+    if (pose.name == "home" && pose.q.size() == n) return pose.q;
+  return neutral(model);
+}
+
+/// Greatest distance of a piece's points from a point of its body's frame.
+double reach_from(const ShapePiece& p, const Vec3& origin) {
+  const Vec3 away = sub(p.pose.p, origin);
+  switch (p.kind) {
+    case ShapeKind::box: return norm(away) + 0.5 * norm(p.sizes);
+    case ShapeKind::sphere: return norm(away) + p.sizes[0];
+    case ShapeKind::cylinder: return norm(away) + std::hypot(p.sizes[0], p.sizes[1] / 2);
+    case ShapeKind::capsule: return norm(away) + p.sizes[0] + p.sizes[1] / 2;
+    case ShapeKind::mesh:
+    case ShapeKind::convex: break;
+  }
+  double most = 0;
+  const auto& v = p.mesh->positions;
+  for (std::size_t i = 0; i + 2 < v.size(); i += 3)
+    most = std::max(most, distance(origin, transform(p.pose, {static_cast<double>(v[i]),
+                                                              static_cast<double>(v[i + 1]),
+                                                              static_cast<double>(v[i + 2])})));
+  return most;
+}
+
+/// Rotation from one unit quaternion to another: its angle [rad].
+double turn_between(const double* a, const double* b) {
+  double d = 0, aa = 0, bb = 0;
+  for (int k = 0; k < 4; ++k) d += a[k] * b[k], aa += a[k] * a[k], bb += b[k] * b[k];
+  return 2 * std::acos(std::clamp(std::fabs(d) / std::sqrt(aa * bb), 0.0, 1.0));
+}
+
+/// All joints evenly on the way: angles and lengths linearly, quaternions along the shortest arc.
+void between(const RobotModel& model, const double* from, const double* to, double share,
+             double* out) {
+  for (const JointModel& j : model.joints) {
+    if (j.is_coupled()) continue;
+    const std::int32_t i = j.q_index;
+    const std::int32_t linear = j.type == JointType::spherical ? 0
+                                : j.type == JointType::free    ? 3
+                                                               : 1;
+    for (std::int32_t k = i; k < i + linear; ++k) out[k] = from[k] + share * (to[k] - from[k]);
+    if (coordinate_count(j.type) == 1) continue;
+    const double *a = from + i + linear, *b = to + i + linear;
+    double* o = out + i + linear;
+    const double angle = turn_between(a, b) / 2;
+    double d = 0;
+    for (int k = 0; k < 4; ++k) d += a[k] * b[k];
+    const double sign = d < 0 ? -1 : 1;
+    const bool is_small = angle < 1e-9;
+    const double wa = is_small ? 1 - share : std::sin((1 - share) * angle) / std::sin(angle);
+    const double wb = is_small ? share : std::sin(share * angle) / std::sin(angle);
+    for (int k = 0; k < 4; ++k) o[k] = wa * a[k] + sign * wb * b[k];
+  }
+}
+
+}  // namespace
+
+// ---- building ----
+
+struct CollisionModel::Builder {
+  const Simulator& source;
+  Progress& progress;
+  std::shared_ptr<CollisionModel> out = std::make_shared<CollisionModel>();
+  std::vector<std::vector<ShapePiece>> pieces = {};  ///< of each body
+  std::vector<model::PairRule> rules = {};           ///< names of bodies of the whole
+
+  Result<void> add_robot(RobotId id, const std::string& name, const Pose& world_T_mounting,
+                         const std::vector<double>& q) {
+    const model::Robot* record = source.snapshot.get(id);
+    if (!record)
+      return error(ErrorCode::stale_handle, "the robot no longer exists", "Add it again.");
+    CollisionRobot robot;
+    robot.name = name;
+    robot.record = id;
+    RMP_TRY_ASSIGN(robot.model,
+                   source.derived.robot_model(source.snapshot, id, {0, 0, -9.81}, progress));
+    RMP_TRY_ASSIGN(auto shapes, source.derived.robot_shapes(source.snapshot, id, progress));
+    robot.world_T_base = compose(world_T_mounting, robot.model->base);
+    robot.shown = shown_q(*record, *robot.model, q);
+    robot.first = out->coordinates_;
+    out->coordinates_ += robot.model->coordinate_count();
+    const std::string prefix = name.empty() ? "" : name + ".";
+    const auto index = static_cast<std::int32_t>(out->robots_.size());
+    const auto frames = robotics::link_frames(*record);
+    for (std::size_t b = 0; b < shapes.size(); ++b) {
+      if (shapes[b].empty()) continue;
+      CollisionBody body;
+      body.robot = index;
+      body.name = prefix + (b == 0 ? "base" : record->links[b - 1].name);
+      if (b > 0) body.joint = frames[b - 1].joint;
+      const Pose in_joint = b > 0 ? frames[b - 1].joint_T_link : Pose{};
+      body.placement = body.joint < 0 ? compose(robot.world_T_base, in_joint) : in_joint;
+      const Vec3 origin = inverse(in_joint).p;
+      for (const ShapePiece& p : shapes[b])
+        body.reach = std::max(body.reach, reach_from(p, origin));
+      out->bodies_.push_back(std::move(body));
+      pieces.push_back(std::move(shapes[b]));
+    }
+    for (model::PairRule rule : record->pair_rules) {
+      rule.a = prefix + rule.a;
+      rule.b = prefix + rule.b;
+      rules.push_back(std::move(rule));
+    }
+    out->robots_.push_back(std::move(robot));
+    return {};
+  }
+
+  Result<void> add_object(const model::PlacedObject& o) {
+    RMP_TRY_ASSIGN(const auto shapes, source.derived.shapes(source.snapshot, o.what, progress));
+    CollisionBody body;
+    body.name = o.name;
+    body.placement = model::pose(o.placement);
+    out->bodies_.push_back(std::move(body));
+    pieces.push_back(*shapes);
+    return {};
+  }
+
+  /// Which rule speaks of a pair; a body's own name counts before that of its robot.
+  [[nodiscard]] const model::PairRule* rule_of(const CollisionBody& a,
+                                               const CollisionBody& b) const {
+    const auto fit = [&](const std::string& name, const CollisionBody& body) {
+      if (name == body.name) return 2;
+      return body.robot >= 0 && name == out->robots_[static_cast<std::size_t>(body.robot)].name ? 1
+                                                                                                : 0;
+    };
+    const model::PairRule* best = nullptr;
+    int most = 0;
+    for (const model::PairRule& r : rules)
+      for (const auto& [x, y] : {std::pair(&r.a, &r.b), std::pair(&r.b, &r.a)}) {
+        const int u = fit(*x, a), v = fit(*y, b);
+        if (u > 0 && v > 0 && u + v >= most) best = &r, most = u + v;
+      }
+    return best;
+  }
+
+  /// The joint that carries the next body towards the base, or -1.
+  [[nodiscard]] bool are_adjacent(const CollisionBody& a, const CollisionBody& b) const {
+    if (a.robot != b.robot || a.robot < 0) return false;
+    const RobotModel& m = *out->robots_[static_cast<std::size_t>(a.robot)].model;
+    std::set<std::int32_t> carrying;
+    for (const CollisionBody& other : out->bodies_)
+      if (other.robot == a.robot) carrying.insert(other.joint);
+    const auto below = [&](const CollisionBody& body) {
+      std::int32_t j = body.joint < 0 ? -2 : m.joints[static_cast<std::size_t>(body.joint)].parent;
+      while (j >= 0 && !carrying.contains(j)) j = m.joints[static_cast<std::size_t>(j)].parent;
+      return j;
+    };
+    if (below(a) == b.joint || below(b) == a.joint) return true;
+    // Closed loops join links that the tree does not.
+    return std::any_of(m.loops.begin(), m.loops.end(), [&](const LoopModel& l) {
+      return (l.joint_a == a.joint && l.joint_b == b.joint) ||
+             (l.joint_a == b.joint && l.joint_b == a.joint);
+    });
+  }
+
+  [[nodiscard]] bool moves_against(const CollisionBody& a, const CollisionBody& b) const {
+    if (a.joint < 0 && b.joint < 0) return false;
+    return a.robot != b.robot || a.joint != b.joint;
+  }
+
+  Result<std::shared_ptr<const CollisionModel>> finish() {
+    RMP_TRY_ASSIGN(const ProviderInfo info,
+                   source.registry.find(CollisionEngine::kInterfaceId, ""));
+    RMP_TRY_ASSIGN(const auto engine, source.registry.create<CollisionEngine>(info.name));
+    RMP_TRY_ASSIGN(const auto params, motion::checked_params(info, {}, "collision"));
+    std::vector<ShapedBody> shaped(pieces.size());
+    for (std::size_t b = 0; b < pieces.size(); ++b)
+      for (const ShapePiece& p : pieces[b]) shaped[b].shapes.push_back(p.shape());
+    auto scene = guarded(info.name, [&] { return engine->build(shaped, *params, progress); });
+    if (!scene.ok()) return std::move(scene).error();
+    out->provider_ = info.name;
+    out->scene_ = std::move(*scene);
+
+    std::vector<CollisionPair> undecided;
+    const auto count = static_cast<std::int32_t>(out->bodies_.size());
+    for (std::int32_t a = 0; a < count; ++a)
+      for (std::int32_t b = a + 1; b < count; ++b) {
+        const CollisionBody &x = out->bodies_[static_cast<std::size_t>(a)],
+                            &y = out->bodies_[static_cast<std::size_t>(b)];
+        if (!moves_against(x, y)) continue;
+        const model::PairRule* rule = rule_of(x, y);
+        if (rule && rule->is_allowed) {
+          out->passed_.push_back({{a, b}, PairReason::rule, rule->reason});
+        } else if (!rule && are_adjacent(x, y)) {
+          out->passed_.push_back({{a, b}, PairReason::adjacent, {}});
+        } else {
+          out->pairs_.push_back({a, b});
+          if (!rule && x.robot == y.robot) undecided.push_back({a, b});
+        }
+      }
+    if (!undecided.empty()) RMP_TRY(pass_always(undecided));
+    return std::shared_ptr<const CollisionModel>(std::move(out));
+  }
+
+  /// Takes out the pairs of one robot that touch however it stands: nothing could be done about
+  /// them.
+  Result<void> pass_always(const std::vector<CollisionPair>& undecided) {
+    const auto all = out->pairs_;
+    out->pairs_ = undecided;
+    auto sampled = out->sample_pairs(kAlwaysSamples, kAlwaysSeed, progress);
+    out->pairs_ = all;
+    if (!sampled.ok()) return std::move(sampled).error();
+    for (const SampledPair& s : *sampled) {
+      if (!s.always) continue;
+      std::erase_if(out->pairs_,
+                    [&](const CollisionPair& p) { return p.a == s.pair.a && p.b == s.pair.b; });
+      out->passed_.push_back({s.pair, PairReason::always, {}});
+    }
+    return {};
+  }
+};
+
+Result<std::shared_ptr<const CollisionModel>> CollisionModel::of_world(const Simulator& source,
+                                                                       WorldId id,
+                                                                       Progress& progress) {
+  const model::World* world = source.snapshot.get(id);
+  if (!world)
+    return error(ErrorCode::stale_handle, "the world no longer exists", "Open or create one.");
+  Builder b{source, progress};
+  const std::string where = source.snapshot.describe(id);
+  for (const auto& o : world->objects) RMP_TRY(b.add_object(o).in(where));
+  for (const auto& r : world->robots)
+    RMP_TRY(b.add_robot(r.robot, r.name, model::pose(r.placement), r.q).in(where));
+  // The world's own rules come last, so that they win over those of its robots.
+  b.rules.insert(b.rules.end(), world->pair_rules.begin(), world->pair_rules.end());
+  return b.finish().in(where);
+}
+
+Result<std::shared_ptr<const CollisionModel>> CollisionModel::of_robot(const Simulator& source,
+                                                                       RobotId id,
+                                                                       Progress& progress) {
+  Builder b{source, progress};
+  const std::string where = source.snapshot.describe(id);
+  RMP_TRY(b.add_robot(id, "", {}, {}).in(where));
+  return b.finish().in(where);
+}
+
+// ---- queries ----
+
+std::vector<double> CollisionModel::shown() const {
+  std::vector<double> q;
+  for (const CollisionRobot& r : robots_) q.insert(q.end(), r.shown.begin(), r.shown.end());
+  return q;
+}
+
+std::string CollisionModel::describe(const CollisionPair& p) const {
+  return bodies_[static_cast<std::size_t>(p.a)].name + " and " +
+         bodies_[static_cast<std::size_t>(p.b)].name;
+}
+
+void CollisionModel::place(std::span<const double> q, std::span<Pose> out) const {
+  std::vector<std::vector<Pose>> frames;
+  for (const CollisionRobot& r : robots_) {
+    frames.emplace_back(r.model->joints.size());
+    robotics::forward_kinematics(*r.model, q.subspan(r.first, r.model->coordinate_count()),
+                                 frames.back());
+  }
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    const CollisionBody& body = bodies_[b];
+    if (body.joint < 0) {
+      out[b] = body.placement;
+      continue;
+    }
+    const auto robot = static_cast<std::size_t>(body.robot);
+    out[b] = compose(robots_[robot].world_T_base,
+                     compose(frames[robot][static_cast<std::size_t>(body.joint)], body.placement));
+  }
+}
+
+Result<std::vector<PairDistance>> CollisionModel::distances_of(std::span<const double> q,
+                                                               std::span<const CollisionPair> pairs,
+                                                               double interest,
+                                                               Progress& progress) const {
+  const std::size_t samples = coordinates_ == 0 ? 1 : q.size() / coordinates_;
+  if (coordinates_ != 0 && q.size() % coordinates_ != 0)
+    return error(ErrorCode::invalid_argument,
+                 std::to_string(q.size()) + " joint values for configurations of " +
+                     std::to_string(coordinates_),
+                 "Give whole configurations.");
+  for (const double x : q)
+    if (!std::isfinite(x))
+      return error(ErrorCode::invalid_argument, "a joint value is not a finite number",
+                   "Correct it.");
+  std::vector<PairDistance> out(samples * pairs.size());
+  if (out.empty()) return out;
+  std::vector<Pose> poses(samples * bodies_.size());
+  for (std::size_t i = 0; i < samples; ++i)
+    place(q.subspan(i * coordinates_, coordinates_),
+          std::span<Pose>(poses).subspan(i * bodies_.size(), bodies_.size()));
+  auto done =
+      guarded(provider_, [&] { return scene_->distances(poses, pairs, interest, out, progress); });
+  if (!done.ok()) return std::move(done).error();
+  for (const PairDistance& d : out)
+    if (std::isnan(d.distance) || !is_finite(d.on_a) || !is_finite(d.on_b))
+      return error(
+          ErrorCode::plugin_failed,
+          "provider " + text::quote(provider_) + " returned a distance that is not a number",
+          "Report it to the provider's author or choose another provider.");
+  return out;
+}
+
+Result<std::vector<PairDistance>> CollisionModel::distances(std::span<const double> q,
+                                                            double interest,
+                                                            Progress& progress) const {
+  return distances_of(q, pairs_, interest, progress);
+}
+
+Result<std::vector<CollisionPair>> CollisionModel::collisions(std::span<const double> q,
+                                                              Progress& progress) const {
+  std::vector<CollisionPair> hits;
+  if (pairs_.empty()) return hits;
+  std::vector<Pose> poses(bodies_.size());
+  place(q, poses);
+  std::vector<std::uint8_t> touch(pairs_.size());
+  auto done =
+      guarded(provider_, [&] { return scene_->collisions(poses, pairs_, touch, progress); });
+  if (!done.ok()) return std::move(done).error();
+  for (std::size_t k = 0; k < pairs_.size(); ++k)
+    if (touch[k]) hits.push_back(pairs_[k]);
+  return hits;
+}
+
+Result<std::vector<Contact>> CollisionModel::clearance(std::span<const double> q,
+                                                       Progress& progress) const {
+  RMP_TRY_ASSIGN(const auto all, distances(q, kInf, progress));
+  const std::size_t samples = coordinates_ == 0 ? 1 : q.size() / coordinates_;
+  std::vector<Contact> out(samples, Contact{{-1, -1}, {kInf, {}, {}}});
+  for (std::size_t i = 0; i < samples; ++i)
+    for (std::size_t k = 0; k < pairs_.size(); ++k)
+      if (const PairDistance& d = all[i * pairs_.size() + k]; d.distance < out[i].at.distance)
+        out[i] = {pairs_[k], d};
+  return out;
+}
+
+double CollisionModel::motion_bound(const CollisionPair& pair, std::span<const double> from,
+                                    std::span<const double> to) const {
+  const auto& a = bodies_[static_cast<std::size_t>(pair.a)];
+  const auto& b = bodies_[static_cast<std::size_t>(pair.b)];
+  // Joints that carry both move them alike.
+  std::set<std::int32_t> shared;
+  if (a.robot == b.robot && a.robot >= 0) {
+    const RobotModel& m = *robots_[static_cast<std::size_t>(a.robot)].model;
+    std::set<std::int32_t> above;
+    for (std::int32_t j = a.joint; j >= 0; j = m.joints[static_cast<std::size_t>(j)].parent)
+      above.insert(j);
+    for (std::int32_t j = b.joint; j >= 0; j = m.joints[static_cast<std::size_t>(j)].parent)
+      if (above.contains(j)) shared.insert(j);
+  }
+  const auto way_of = [&](const CollisionBody& body) {
+    if (body.joint < 0) return 0.0;
+    const CollisionRobot& robot = robots_[static_cast<std::size_t>(body.robot)];
+    const double *q0 = from.data() + robot.first, *q1 = to.data() + robot.first;
+    double way = 0, arm = body.reach;  // from the joint's origin to the farthest point
+    for (std::int32_t i = body.joint; i >= 0 && !shared.contains(i);) {
+      const JointModel& j = robot.model->joints[static_cast<std::size_t>(i)];
+      const double *own0 = q0 + j.q_index, *own1 = q1 + j.q_index;
+      switch (j.type) {
+        case JointType::revolute:
+          way += std::fabs(joint_value(j, q1) - joint_value(j, q0)) * arm;
+          break;
+        case JointType::prismatic: {
+          const double x0 = joint_value(j, q0), x1 = joint_value(j, q1);
+          way += std::fabs(x1 - x0);
+          arm += std::max(std::fabs(x0), std::fabs(x1));
+          break;
+        }
+        case JointType::spherical: way += turn_between(own0, own1) * arm; break;
+        case JointType::free: {
+          const Vec3 p0{own0[0], own0[1], own0[2]}, p1{own1[0], own1[1], own1[2]};
+          way += turn_between(own0 + 3, own1 + 3) * arm + distance(p0, p1);
+          arm += std::max(norm(p0), norm(p1));
+          break;
+        }
+      }
+      arm += norm(j.placement.p);
+      i = j.parent;
+    }
+    return way;
+  };
+  return way_of(a) + way_of(b);
+}
+
+Result<std::optional<PathContact>> CollisionModel::check_path(std::span<const double> waypoints,
+                                                              double tolerance,
+                                                              Progress& progress) const {
+  using Out = std::optional<PathContact>;
+  if (!(tolerance > 0))
+    return error(ErrorCode::invalid_argument, "the tolerance is not positive",
+                 "Give a length above 0, such as 1e-4.");
+  const std::size_t n = coordinates_, count = pairs_.size();
+  const std::size_t points = n == 0 ? 1 : waypoints.size() / n;
+  if (points == 0 || count == 0) return Out{};
+  std::vector<double> bounds((points - 1) * count);
+  double most = tolerance;
+  for (std::size_t i = 0; i + 1 < points; ++i)
+    for (std::size_t k = 0; k < count; ++k) {
+      bounds[i * count + k] =
+          motion_bound(pairs_[k], waypoints.subspan(i * n, n), waypoints.subspan((i + 1) * n, n));
+      most = std::max(most, bounds[i * count + k]);
+    }
+  RMP_TRY_ASSIGN(const auto at, distances(waypoints, 1.001 * most, progress));
+  // Intervals in the order of time; a pair stays open while it could come near within.
+  struct Open {
+    std::size_t pair;
+    PairDistance begin;
+    double end;
+  };
+  struct Interval {
+    double begin, end;
+    std::vector<Open> open;
+  };
+  std::vector<double> q(n);
+  std::size_t steps = 0;
+  for (std::size_t i = 0; i < points; ++i) {
+    const bool is_last = i + 1 == points;
+    Interval whole{0, 1, {}};
+    for (std::size_t k = 0; k < count; ++k)
+      whole.open.push_back(
+          {k, at[i * count + k], is_last ? kInf : at[(i + 1) * count + k].distance});
+    std::vector<Interval> stack{std::move(whole)};
+    while (!stack.empty()) {
+      Interval now = std::move(stack.back());
+      stack.pop_back();
+      const Open* nearest = nullptr;
+      for (const Open& o : now.open)
+        if (o.begin.distance <= tolerance &&
+            (!nearest || o.begin.distance < nearest->begin.distance))
+          nearest = &o;
+      if (nearest) {
+        const Contact contact{pairs_[nearest->pair], nearest->begin};
+        if (is_last && i > 0) return Out{PathContact{i - 1, 1.0, contact}};
+        return Out{PathContact{i, now.begin, contact}};
+      }
+      if (is_last) break;
+      const double length = now.end - now.begin;
+      std::erase_if(now.open, [&](const Open& o) {
+        return o.begin.distance + std::max(o.end, 0.0) > bounds[i * count + o.pair] * length;
+      });
+      if (now.open.empty()) continue;
+      if (++steps % 64 == 0 && progress.cancelled())
+        return error(ErrorCode::cancelled, "the check of the path was stopped");
+      const double middle = 0.5 * (now.begin + now.end);
+      for (const CollisionRobot& r : robots_)
+        between(*r.model, &waypoints[i * n + r.first], &waypoints[(i + 1) * n + r.first], middle,
+                &q[r.first]);
+      std::vector<CollisionPair> asked;
+      for (const Open& o : now.open) asked.push_back(pairs_[o.pair]);
+      NoProgress none;  // one configuration
+      RMP_TRY_ASSIGN(const auto d, distances_of(q, asked, 1.001 * most, none));
+      Interval first{now.begin, middle, now.open}, second{middle, now.end, std::move(now.open)};
+      for (std::size_t k = 0; k < d.size(); ++k) {
+        first.open[k].end = d[k].distance;
+        second.open[k].begin = d[k];
+      }
+      stack.push_back(std::move(second));
+      stack.push_back(std::move(first));
+    }
+  }
+  return Out{};
+}
+
+Result<std::vector<SampledPair>> CollisionModel::sample_pairs(std::size_t samples,
+                                                              std::uint64_t seed,
+                                                              Progress& progress) const {
+  std::vector<SampledPair> out;
+  if (pairs_.empty() || samples == 0) return out;
+  std::vector<std::size_t> hits(pairs_.size());
+  Random random(seed);
+  constexpr std::size_t kBatch = 512;
+  std::vector<Pose> poses;
+  std::vector<std::uint8_t> touch;
+  std::vector<double> q(coordinates_);
+  for (std::size_t done = 0; done < samples;) {
+    const std::size_t now = std::min(kBatch, samples - done);
+    poses.resize(now * bodies_.size());
+    touch.resize(now * pairs_.size());
+    for (std::size_t i = 0; i < now; ++i) {
+      for (const CollisionRobot& r : robots_) random_configuration(*r.model, random, &q[r.first]);
+      place(q, std::span<Pose>(poses).subspan(i * bodies_.size(), bodies_.size()));
+    }
+    auto asked =
+        guarded(provider_, [&] { return scene_->collisions(poses, pairs_, touch, progress); });
+    if (!asked.ok()) return std::move(asked).error();
+    for (std::size_t i = 0; i < touch.size(); ++i) hits[i % pairs_.size()] += touch[i] ? 1 : 0;
+    done += now;
+  }
+  for (std::size_t k = 0; k < pairs_.size(); ++k)
+    if (hits[k] == 0 || hits[k] == samples) out.push_back({pairs_[k], hits[k] == samples});
+  return out;
+}
+
+// ---- the clearance as a field ----
+
+class RobotClearance final : public ClearanceField {
+ public:
+  RobotClearance(const CollisionModel& model, std::size_t robot, double influence)
+      : model_(model), robot_(robot), influence_(influence), shown_(model.shown()) {
+    for (const CollisionPair& p : model.pairs_) {
+      const auto index = static_cast<std::int32_t>(robot);
+      if (model.bodies_[static_cast<std::size_t>(p.a)].robot == index ||
+          model.bodies_[static_cast<std::size_t>(p.b)].robot == index)
+        pairs_.push_back(p);
+    }
+  }
+
+  double distance(std::span<const double> q, std::span<double> gradient) const override {
+    std::fill(gradient.begin(), gradient.end(), 0.0);
+    const CollisionRobot& robot = model_.robots_[robot_];
+    std::vector<double> all = shown_;
+    if (q.size() != robot.model->coordinate_count()) return influence_;
+    std::copy(q.begin(), q.end(), all.begin() + static_cast<std::ptrdiff_t>(robot.first));
+    NoProgress none;
+    const auto d = model_.distances_of(all, pairs_, influence_, none);
+    if (!d.ok()) return influence_;
+    std::size_t least = pairs_.size();
+    double most_near = influence_;
+    for (std::size_t k = 0; k < d->size(); ++k)
+      if ((*d)[k].distance < most_near) most_near = (*d)[k].distance, least = k;
+    if (least == pairs_.size()) return influence_;
+    const PairDistance& at = (*d)[least];
+    if (std::fabs(at.distance) < 1e-12 || gradient.size() != robot.model->dof()) return most_near;
+    const Vec3 n = scale(sub(at.on_b, at.on_a), 1 / at.distance);
+    std::vector<Pose> frames(robot.model->joints.size());
+    robotics::forward_kinematics(*robot.model, q, frames);
+    add(pairs_[least].b, at.on_b, n, frames, gradient);
+    add(pairs_[least].a, at.on_a, scale(n, -1), frames, gradient);
+    return most_near;
+  }
+
+ private:
+  /// Adds direction . velocity of a point of a body for unit rates of the robot.
+  void add(std::int32_t body, const Vec3& point, const Vec3& direction,
+           const std::vector<Pose>& frames, std::span<double> gradient) const {
+    const CollisionBody& b = model_.bodies_[static_cast<std::size_t>(body)];
+    if (b.robot != static_cast<std::int32_t>(robot_)) return;
+    const CollisionRobot& robot = model_.robots_[robot_];
+    for (std::int32_t i = b.joint; i >= 0;
+         i = robot.model->joints[static_cast<std::size_t>(i)].parent) {
+      const JointModel& j = robot.model->joints[static_cast<std::size_t>(i)];
+      const Pose at = compose(robot.world_T_base, frames[static_cast<std::size_t>(i)]);
+      const Vec3 arm = sub(point, at.p);
+      const auto turning = [&](std::size_t k) { return dot(direction, cross(axis(at, k), arm)); };
+      double* own = gradient.data() + j.v_index;
+      const double ratio = j.is_coupled() ? j.coupling.ratio : 1;
+      switch (j.type) {
+        case JointType::revolute: *own += ratio * turning(2); break;
+        case JointType::prismatic: *own += ratio * dot(direction, axis(at, 2)); break;
+        case JointType::spherical:
+          for (std::size_t k = 0; k < 3; ++k) own[k] += turning(k);
+          break;
+        case JointType::free:
+          for (std::size_t k = 0; k < 3; ++k) {
+            own[k] += dot(direction, axis(at, k));
+            own[3 + k] += turning(k);
+          }
+          break;
+      }
+    }
+  }
+
+  const CollisionModel& model_;
+  std::size_t robot_;
+  double influence_;
+  std::vector<double> shown_;
+  std::vector<CollisionPair> pairs_;
+};
+
+std::unique_ptr<ClearanceField> CollisionModel::field(std::size_t robot, double influence) const {
+  return std::make_unique<RobotClearance>(*this, robot, influence);
+}
+
+// ---- recordings ----
+
+Result<std::vector<double>> configurations(const CollisionModel& model,
+                                           const Recording& recording) {
+  const auto& robots = model.robots();
+  const auto robot = std::find_if(robots.begin(), robots.end(), [&](const CollisionRobot& r) {
+    return r.name == recording.robot;
+  });
+  if (robot == robots.end())
+    return error(ErrorCode::unknown_name,
+                 "the world has no robot " + text::quote(recording.robot) + " any more",
+                 "Make the recording again.");
+  const std::vector<double> shown = model.shown();
+  std::vector<double> q;
+  for (std::size_t i = 0; i < recording.rows(); ++i) q.insert(q.end(), shown.begin(), shown.end());
+  for (std::size_t k = 0; k < robot->model->coordinate_count(); ++k) {
+    const Column* c = recording.find("q" + std::to_string(k + 1));
+    if (!c)
+      return error(ErrorCode::invalid_argument,
+                   "the recording has no column q" + std::to_string(k + 1),
+                   "Its robot has been changed since; make it again.");
+    for (std::size_t i = 0; i < recording.rows(); ++i)
+      q[i * shown.size() + robot->first + k] = c->values[i];
+  }
+  return q;
+}
+
+Result<RecordingPtr> with_clearance(const Simulator& source, const Recording& recording,
+                                    Progress& progress) {
+  RMP_TRY_ASSIGN(const auto model, CollisionModel::of_world(source, recording.world, progress));
+  RMP_TRY_ASSIGN(const auto q, configurations(*model, recording));
+  RMP_TRY_ASSIGN(const auto nearest, model->clearance(q, progress));
+  Recording out = recording;
+  Column column{
+      "clearance", "m", "least distance of the robots' bodies to each other and to all else", {}};
+  for (std::size_t i = 0; i < recording.rows(); ++i)
+    column.values.push_back(nearest[i].at.distance);
+  const auto first = std::find_if(nearest.begin(), nearest.end(),
+                                  [](const Contact& c) { return c.at.distance <= 0; });
+  if (first != nearest.end())
+    out.notes.push_back(
+        model->describe(first->pair) + " touch from t = " +
+        text::print_rounded(
+            recording.columns.front().values[static_cast<std::size_t>(first - nearest.begin())]) +
+        " s.");
+  if (model->pairs().empty())
+    out.notes.emplace_back("Nothing in the world can touch, so the clearance is infinite.");
+  std::erase_if(out.columns, [](const Column& c) { return c.name == "clearance"; });
+  out.columns.push_back(std::move(column));
+  return std::make_shared<const Recording>(std::move(out));
+}
+
+}  // namespace robomosp::sim

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+// Collision of a world or robot: its bodies, the pairs worth a check, distances, checks of whole
+// joint paths, and the clearance with its gradient (layer: application).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <robomosp/sdk/collision.h>
+#include <robomosp/sdk/ik.h>
+#include <robomosp/sdk/progress.h>
+#include <robomosp/sdk/result.h>
+
+#include "sim/recording.h"
+#include "sim/simulate.h"
+
+namespace robomosp::sim {
+
+/// A rigid body: a placed object, a robot's base or a link.
+struct CollisionBody {
+  std::string name;         ///< "table", "arm.forearm", "arm.base"; of a robot alone "forearm"
+  std::int32_t robot = -1;  ///< index into robots(); -1 = an object
+  std::int32_t joint = -1;  ///< that carries it; -1 = none: it stands still
+  Pose placement;           ///< joint_T_body, or world_T_body of what stands still
+  double reach = 0;         ///< of its shapes from the joint's origin, a bound [m]
+};
+
+/// A robot and where its coordinates are in a configuration of all.
+struct CollisionRobot {
+  std::string name;
+  RobotId record;
+  std::shared_ptr<const RobotModel> model;
+  Pose world_T_base;
+  std::vector<double> shown;  ///< its configuration in the world
+  std::size_t first = 0;      ///< of its coordinate_count() entries
+};
+
+/// Why a pair is not checked.
+enum class PairReason : std::uint8_t {
+  adjacent,  ///< nothing but one joint (or links without shapes) between them
+  always,    ///< they touch in every sampled configuration
+  rule,      ///< the record says so (model::PairRule)
+};
+struct PassedPair {
+  CollisionPair pair;  ///< indices of bodies
+  PairReason reason = PairReason::adjacent;
+  std::string text;  ///< of a rule: its reason
+};
+
+/// A pair that is too near, and where.
+struct Contact {
+  CollisionPair pair;
+  PairDistance at;
+};
+/// First contact on a joint path.
+struct PathContact {
+  std::size_t segment = 0;  ///< between waypoints `segment` and `segment` + 1
+  double share = 0;         ///< of the way along it, 0..1
+  Contact contact;
+};
+
+/// What of sampled configurations says that a pair need not be checked.
+struct SampledPair {
+  CollisionPair pair;
+  bool always = false;  ///< touches in all samples; false = in none
+};
+
+/// Immutable; any thread may query it. A configuration holds the coordinates of all robots one
+/// after the other.
+class CollisionModel {
+ public:
+  /// Objects among themselves and with robots' bases, which never move, are not checked.
+  static Result<std::shared_ptr<const CollisionModel>> of_world(const Simulator&, WorldId,
+                                                                Progress&);
+  /// Self-collision of a robot that stands in its mounting frame.
+  static Result<std::shared_ptr<const CollisionModel>> of_robot(const Simulator&, RobotId,
+                                                                Progress&);
+
+  [[nodiscard]] const std::vector<CollisionBody>& bodies() const { return bodies_; }
+  [[nodiscard]] const std::vector<CollisionRobot>& robots() const { return robots_; }
+  /// The pairs that are checked.
+  [[nodiscard]] const std::vector<CollisionPair>& pairs() const { return pairs_; }
+  /// Pairs of bodies that move against each other and are not checked.
+  [[nodiscard]] const std::vector<PassedPair>& passed() const { return passed_; }
+  [[nodiscard]] std::size_t coordinate_count() const { return coordinates_; }
+  /// Where the world shows its robots.
+  [[nodiscard]] std::vector<double> shown() const;
+  /// "arm.forearm and table"
+  [[nodiscard]] std::string describe(const CollisionPair&) const;
+
+  /// samples * pairs() (pair-fastest) for samples * coordinate_count() numbers. Pairs farther than
+  /// `interest` [m] may have distance = interest.
+  [[nodiscard]] Result<std::vector<PairDistance>> distances(std::span<const double> q,
+                                                            double interest, Progress&) const;
+  /// Pairs that touch in one configuration.
+  [[nodiscard]] Result<std::vector<CollisionPair>> collisions(std::span<const double> q,
+                                                              Progress&) const;
+  /// The least distance of each sample, with its pair; no pairs: infinity and the pair (-1, -1).
+  [[nodiscard]] Result<std::vector<Contact>> clearance(std::span<const double> q, Progress&) const;
+  /// The first time that a pair comes nearer than `tolerance` > 0 [m] while all joints move evenly
+  /// from waypoint to waypoint. Nothing between samples is missed: an interval is free once the
+  /// distances at its ends add up to more than the pair can move against each other meanwhile
+  /// (Schwarzer, Saha, Latombe, IEEE Trans. Robotics 21 (2005) 338), else it is halved.
+  [[nodiscard]] Result<std::optional<PathContact>> check_path(std::span<const double> waypoints,
+                                                              double tolerance, Progress&) const;
+  /// Pairs that touch always or never in `samples` random configurations within the joint limits;
+  /// adjacent ones are left out. Equal seeds give equal answers.
+  [[nodiscard]] Result<std::vector<SampledPair>> sample_pairs(std::size_t samples,
+                                                              std::uint64_t seed, Progress&) const;
+
+  /// The clearance of one robot, others where the world shows them, and its gradient; distances
+  /// beyond `influence` [m] count as that.
+  [[nodiscard]] std::unique_ptr<ClearanceField> field(std::size_t robot, double influence) const;
+
+  /// world_T_body of all bodies for one configuration.
+  void place(std::span<const double> q, std::span<Pose> out) const;
+
+ private:
+  friend class RobotClearance;
+  struct Builder;
+  [[nodiscard]] Result<std::vector<PairDistance>> distances_of(std::span<const double> q,
+                                                               std::span<const CollisionPair> pairs,
+                                                               double interest, Progress&) const;
+  [[nodiscard]] double motion_bound(const CollisionPair&, std::span<const double> from,
+                                    std::span<const double> to) const;
+
+  std::vector<CollisionBody> bodies_;
+  std::vector<CollisionRobot> robots_;
+  std::vector<CollisionPair> pairs_;
+  std::vector<PassedPair> passed_;
+  std::size_t coordinates_ = 0;
+  std::string provider_;
+  std::unique_ptr<CollisionScene> scene_;
+};
+
+/// The recording with a column "clearance": the least distance of the robot's bodies to each other
+/// and to all else [m], negative where convex bodies overlap; and a note when something touches.
+[[nodiscard]] Result<RecordingPtr> with_clearance(const Simulator&, const Recording&, Progress&);
+
+/// Configurations of a world from a recording's columns q1.. and where the other robots stand.
+[[nodiscard]] Result<std::vector<double>> configurations(const CollisionModel&, const Recording&);
+
+}  // namespace robomosp::sim
