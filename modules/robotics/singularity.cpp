@@ -45,14 +45,14 @@ Twist tidy(VectorXd u) {
 }
 
 MatrixXd scaled_jacobian(const RobotModel& model, std::size_t tip, std::span<const double> q,
-                         double length) {
+                         double length, TwistPart part) {
   std::vector<Pose> frames(model.joints.size());
   forward_kinematics(model, q, frames);
   std::vector<double> columns(6 * model.dof());
   geometric_jacobian(model, tip, frames, JacobianFrame::base, columns);
   MatrixXd J = matrix_of(columns);
   J.topRows<3>() /= length;
-  return J;
+  return part_of(J, part);
 }
 
 // The configuration a little beside q: every coordinate moved by `size`, signs by the bits of
@@ -134,16 +134,16 @@ double reach(const RobotModel& model, std::size_t tip) {
 }
 
 Singularity singularity(const RobotModel& model, std::size_t tip, std::span<const double> q,
-                        double threshold) {
+                        TwistPart part, double threshold) {
   Singularity out;
   const double length = reach(model, tip);
-  const MatrixXd J = scaled_jacobian(model, tip, q, length);
+  const MatrixXd J = scaled_jacobian(model, tip, q, length, part);
   if (J.cols() == 0) return out;
   const Eigen::JacobiSVD<MatrixXd> svd(J, Eigen::ComputeFullU | Eigen::ComputeFullV);
   out.rank = rank_of(svd.singularValues(), threshold);
   out.full_rank = out.rank;
   for (unsigned i = 1; i <= 8; ++i) {
-    const MatrixXd other = scaled_jacobian(model, tip, beside(model, q, 0.7, i), length);
+    const MatrixXd other = scaled_jacobian(model, tip, beside(model, q, 0.7, i), length, part);
     out.full_rank =
         std::max(out.full_rank, rank_of(Eigen::JacobiSVD<MatrixXd>(other).singularValues(), 1e-9));
   }
@@ -155,19 +155,25 @@ Singularity singularity(const RobotModel& model, std::size_t tip, std::span<cons
   }
   const int lost = out.full_rank - out.rank;
   if (lost <= 0) return out;
-  const MatrixXd null = svd.matrixU().rightCols(6 - out.rank);
+  const MatrixXd null = svd.matrixU().rightCols(J.rows() - out.rank);
   // Of all that cannot be done here, what can be done a little beside: its part in the null space.
-  MatrixXd near(6 - out.rank, 0);
+  MatrixXd near(J.rows() - out.rank, 0);
   for (unsigned i = 1; i <= 4; ++i) {
-    const MatrixXd part =
-        null.transpose() * scaled_jacobian(model, tip, beside(model, q, 1e-4, i), length);
-    near.conservativeResize(Eigen::NoChange, near.cols() + part.cols());
-    near.rightCols(part.cols()) = part;
+    const MatrixXd here =
+        null.transpose() * scaled_jacobian(model, tip, beside(model, q, 1e-4, i), length, part);
+    near.conservativeResize(Eigen::NoChange, near.cols() + here.cols());
+    near.rightCols(here.cols()) = here;
   }
   const Eigen::JacobiSVD<MatrixXd> back(near, Eigen::ComputeThinU);
   MatrixXd directions = null * back.matrixU().leftCols(lost);
+  if (part == TwistPart::translation) directions.conservativeResizeLike(MatrixXd::Zero(6, lost));
+  if (part == TwistPart::rotation) {
+    MatrixXd whole = MatrixXd::Zero(6, lost);
+    whole.bottomRows<3>() = directions;
+    directions = whole;
+  }
   // Pure translations first, where several directions are lost: they are the plainest to tell.
-  if (lost > 1) {
+  if (lost > 1 && part == TwistPart::all) {
     const Eigen::JacobiSVD<MatrixXd> turning(directions.bottomRows<3>(), Eigen::ComputeFullV);
     directions = (directions * turning.matrixV()).rowwise().reverse().eval();
   }

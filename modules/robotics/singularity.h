@@ -49,10 +49,12 @@ struct Singularity {
   std::vector<std::vector<double>> idle;  ///< joint rates that move nothing, unit, dof() each
   [[nodiscard]] bool is_singular() const { return rank < full_rank; }
 };
-/// Looks at a tip in one configuration. A direction counts as lost when its rate is below
-/// `threshold` times the greatest, lengths counted in the way from base to tip.
+/// Looks at a tip in one configuration, at the whole twist or at a part of it. A direction counts
+/// as lost when its rate is below `threshold` times the greatest, lengths counted in the way from
+/// base to tip.
 [[nodiscard]] Singularity singularity(const RobotModel& model, std::size_t tip,
-                                      std::span<const double> q, double threshold = 1e-6);
+                                      std::span<const double> q, TwistPart part = TwistPart::all,
+                                      double threshold = 1e-6);
 
 /// The sum of the distances between the joints from base to tip, at least 1e-9, else 1 [m].
 [[nodiscard]] double reach(const RobotModel& model, std::size_t tip);
