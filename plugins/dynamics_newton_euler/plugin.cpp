@@ -10,6 +10,7 @@
 
 #include "batch.h"
 #include "chain.h"
+#include "further.h"
 #include "inertia_matrix.h"
 
 namespace robomosp::newton_euler {
@@ -47,7 +48,9 @@ class NewtonEuler final : public InverseDynamics {
   Result<void> prepare(const RobotModel& model, const Params& params) override {
     RMP_TRY_ASSIGN(chain_, Chain::make(model));
     runner_ = make_runner(params);
-    scratch_ = runner_.scratch_size(chain_, {What::torques, What::inertia});
+    RMP_TRY_ASSIGN(tree_, spatial::make_body_tree(model));
+    scratch_ = std::max(runner_.scratch_size(chain_, {What::torques, What::inertia}),
+                        further_scratch(tree_));
     return {};
   }
   std::size_t scratch_size() const override { return scratch_; }
@@ -58,6 +61,18 @@ class NewtonEuler final : public InverseDynamics {
   Result<void> inertia(const DynamicsBatch& batch, std::span<double> m,
                        Progress& progress) const override {
     return run(What::inertia, "the inertias", batch, m, chain_.dof() * chain_.dof(), progress);
+  }
+  Result<void> derivatives(const DynamicsBatch& batch, std::span<double> by_q,
+                           std::span<double> by_qd, Progress& progress) const override {
+    return newton_euler::derivatives(tree_, batch, by_q, by_qd, progress);
+  }
+  Result<void> regressor(const DynamicsBatch& batch, std::span<double> y,
+                         Progress& progress) const override {
+    return newton_euler::regressor(tree_, batch, y, progress);
+  }
+  Result<void> energy(const DynamicsBatch& batch, std::span<Energy> out,
+                      Progress& progress) const override {
+    return newton_euler::energy(tree_, batch, out, progress);
   }
 
  private:
@@ -71,6 +86,7 @@ class NewtonEuler final : public InverseDynamics {
   }
 
   Chain chain_;
+  spatial::BodyTree tree_;  // of what is not in the kernels
   Runner runner_;
   std::size_t scratch_ = 0;
 };
@@ -153,7 +169,8 @@ RMP_PLUGIN("org.robomosp.dynamics_newton_euler", "0.1.0", "Apache-2.0",
            "Inverse and forward dynamics by recursive Newton-Euler.",
            RMP_PROVIDER(robomosp::newton_euler::NewtonEuler, "newton_euler",
                         "Recursive Newton-Euler in joint frames, for chains and trees of any size.",
-                        "serial,tree,floating,batch", robomosp::newton_euler::kParams),
+                        "serial,tree,floating,batch,derivatives,regressor,energy",
+                        robomosp::newton_euler::kParams),
            RMP_PROVIDER(robomosp::newton_euler::InertiaMatrix, "inertia_matrix",
                         "Joint-space inertia matrix and its sparse factorization, O(n^3) at worst.",
                         "serial,tree,floating,batch", robomosp::newton_euler::kParams))
