@@ -20,6 +20,7 @@
 namespace robomosp::ioci {
 
 std::vector<CommandSpec> assembly_commands();
+std::vector<CommandSpec> collision_commands();
 std::vector<CommandSpec> document_commands();
 std::vector<CommandSpec> exchange_commands();
 std::vector<CommandSpec> file_commands();

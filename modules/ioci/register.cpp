@@ -6,6 +6,7 @@ namespace robomosp::ioci {
 
 void register_commands(CommandTable& table) {
   table.add(assembly_commands());
+  table.add(collision_commands());
   table.add(document_commands());
   table.add(exchange_commands());
   table.add(file_commands());
