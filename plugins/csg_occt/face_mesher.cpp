@@ -6,16 +6,12 @@
 #include <unordered_map>
 #include <vector>
 
+#include "edge_points.h"
 #include "occt_support.h"
 #include "polygon_mesher.h"
 
-#include <BRepAdaptor_Curve.hxx>
 #include <BRep_Builder.hxx>
-#include <BRep_CurveRepresentation.hxx>
-#include <BRep_ListIteratorOfListOfCurveRepresentation.hxx>
-#include <BRep_TEdge.hxx>
 #include <BRep_Tool.hxx>
-#include <GCPnts_TangentialDeflection.hxx>
 #include <Geom2d_Curve.hxx>
 #include <Geom_Circle.hxx>
 #include <Geom_CylindricalSurface.hxx>
@@ -25,7 +21,6 @@
 #include <Geom_TrimmedCurve.hxx>
 #include <Poly_PolygonOnTriangulation.hxx>
 #include <Poly_Triangulation.hxx>
-#include <Precision.hxx>
 #include <TopExp.hxx>
 #include <TopExp_Explorer.hxx>
 #include <TopoDS.hxx>
@@ -44,52 +39,6 @@ Handle(Geom_Curve) basis(Handle(Geom_Curve) curve) {
   while (const auto trimmed = Handle(Geom_TrimmedCurve)::DownCast(curve))
     curve = trimmed->BasisCurve();
   return curve;
-}
-
-/// Points along an edge with their parameters.
-struct EdgePoints {
-  std::vector<gp_Pnt> points;
-  std::vector<double> parameters;
-};
-
-/// Those that a neighbouring face has already.
-bool find_points(const TopoDS_Edge& edge, EdgePoints& out) {
-  const Handle(BRep_TEdge)& t = Handle(BRep_TEdge)::DownCast(edge.TShape());
-  for (BRep_ListIteratorOfListOfCurveRepresentation it(t->Curves()); it.More(); it.Next()) {
-    const Handle(BRep_CurveRepresentation)& r = it.Value();
-    if (!r->IsPolygonOnTriangulation()) continue;
-    const Handle(Poly_PolygonOnTriangulation)& polygon = r->PolygonOnTriangulation();
-    const Handle(Poly_Triangulation)& mesh = r->Triangulation();
-    if (!polygon->HasParameters()) continue;
-    const gp_Trsf place = (edge.Location() * r->Location()).Transformation();
-    const bool is_moved = place.Form() != gp_Identity;
-    for (int i = 1; i <= polygon->NbNodes(); ++i) {
-      gp_Pnt p = mesh->Node(polygon->Nodes()(i));
-      if (is_moved) p.Transform(place);
-      out.points.push_back(p);
-      out.parameters.push_back(polygon->Parameters()->Value(i));
-    }
-    return true;
-  }
-  return false;
-}
-
-// As BRepMesh divides an edge: half the quality asked for, at least three chords on a circle.
-void make_points(const TopoDS_Edge& edge, const MeshQuality& quality, EdgePoints& out) {
-  const BRepAdaptor_Curve curve(edge);
-  const double first = curve.FirstParameter(), last = curve.LastParameter();
-  if (curve.GetType() == GeomAbs_Line) {
-    out.parameters = {first, last};
-    out.points = {curve.Value(first), curve.Value(last)};
-    return;
-  }
-  const GCPnts_TangentialDeflection divided(
-      curve, first, last, std::max(quality.angle / 2, Precision::Angular()),
-      std::max(quality.chord * kMillimetresPerMetre / 2, Precision::Confusion()), 4);
-  for (int i = 1; i <= divided.NbPoints(); ++i) {
-    out.parameters.push_back(divided.Parameter(i));
-    out.points.push_back(divided.Value(i));
-  }
 }
 
 class PlainFaceMesher {
@@ -139,7 +88,7 @@ class PlainFaceMesher {
     chain.edge = edge;
     chain.forward = edge.Orientation() == TopAbs_FORWARD;
     const TopoDS_Edge bare = TopoDS::Edge(edge.Oriented(TopAbs_FORWARD));
-    if (!find_points(bare, chain.along)) make_points(bare, quality_, chain.along);
+    chain.along = points_along(bare, quality_);
     if (chain.along.points.size() < 2) return false;
     chain.corners.reserve(chain.along.points.size());
     if (is_cylinder_) {

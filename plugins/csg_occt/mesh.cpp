@@ -11,6 +11,7 @@
 
 #include "engine.h"
 #include "face_mesher.h"
+#include "grid_mesher.h"
 
 #include <BRepAdaptor_Curve.hxx>
 #include <BRepAdaptor_Surface.hxx>
@@ -74,25 +75,27 @@ bool is_unmeshed(const TopoDS_Face& face) {
 }
 
 // Delabella is ten times faster than Watson but now and then leaves a face empty. `own` lets
-// mesh_plain_face() do what it can.
+// the project's own meshers do what they can.
 Result<void> triangulate(const TopoDS_Shape& shape, const MeshQuality& quality, bool own,
                          bool delabella, Progress& progress) {
   BRep_Builder builder;
   TopoDS_Compound fresh;
   builder.MakeCompound(fresh);
-  int others = 0;
+  int others = 0, grids = 0;
   std::vector<TopoDS_Face> plain;
   for (TopExp_Explorer e(shape, TopAbs_FACE); e.More(); e.Next()) {
     const TopoDS_Face& face = TopoDS::Face(e.Current());
     if (!is_unmeshed(face)) continue;
     if (own && is_plain_face(face)) {
       plain.push_back(face);
+    } else if (own && mesh_grid_face(face, quality)) {
+      ++grids;
     } else {
       builder.Add(fresh, face);
       ++others;
     }
   }
-  if (others == 0 && plain.empty()) return {};
+  if (others == 0 && grids == 0 && plain.empty()) return {};
   // Only the new faces: OCCT discretises an edge by its curve alone, so that they fit the old
   // ones; the caller checks that they do.
   if (others > 0) {

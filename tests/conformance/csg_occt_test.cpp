@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // The plugin csg_occt: the conformance suite, degenerate operands, and the compound object of the
 // ROBOMOSP paper.
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <functional>
 #include <memory>
 #include <numbers>
 #include <string>
@@ -94,6 +97,67 @@ TEST_F(OcctCsg, CoplanarFacesJoinExactly) {
   expect_solid(subtract({cube, box(0.1, 0.05, 0.05).at(0, 0, 0.05)}), 7.5e-4, kExact, "flush slot");
   const Pose tilt = turned({1, 1, 0}, 0.0872664625997165);
   expect_solid(unite({cube, cube.at(0.1, 0, 0)}).at(tilt), 2e-3, kExact, "tilted");
+}
+
+TEST_F(OcctCsg, SpheresAndToriAreMeshedWithinTheChordAndNoFinerThanAGridNeeds) {
+  const double R = 0.05, ring = 0.06, tube = 0.02;
+  const auto off_sphere = [&](const std::array<double, 3>& p) {
+    return std::abs(std::hypot(p[0], p[1], p[2]) - R);
+  };
+  const auto off_torus = [&](const std::array<double, 3>& p) {
+    return std::abs(std::hypot(std::hypot(p[0], p[1]) - ring, p[2]) - tube);
+  };
+  const Csg low = box(1, 1, 1).at(0, 0, -1);
+  struct Case {
+    const char* name;
+    Csg solid;
+    std::function<double(const std::array<double, 3>&)> off;
+    double volume;
+    double most_triangles;  ///< at a chord of 10 um
+  };
+  const double ball = 4 * kPi / 3 * R * R * R, donut = 2 * kPi * kPi * ring * tube * tube;
+  // A grid of steps 2 acos(1 - chord / 2 R) has so many triangles.
+  const double step = 2 * std::acos(1 - 1e-5 / (2 * R)), grid = 4 * kPi * kPi / (step * step);
+  const std::vector<Case> cases{
+      {"ball", sphere(R), off_sphere, ball, 1.1 * grid},
+      {"turned ball", sphere(R).at(turned({1, 2, 3}, 0.7)), off_sphere, ball, 1.1 * grid},
+      {"ring", torus(ring, tube), off_torus, donut, 1.1 * 2 * grid * (ring + tube) / R},
+      {"half a ball", subtract({sphere(R), low}), off_sphere, ball / 2, 0.6 * grid}};
+  NoProgress progress;
+  for (const Case& c : cases)
+    for (const double chord : {1e-5, 1e-4}) {
+      SCOPED_TRACE(std::string(c.name) + ", chord " + std::to_string(chord));
+      const auto s = shape(c.solid);
+      ASSERT_NE(s, nullptr);
+      const auto mesh = engine_->mesh(*s, {chord, 0.35}, progress);
+      ASSERT_TRUE(mesh.ok()) << mesh.error().sentence();
+      const MeshFacts f = facts(*mesh, chord);
+      EXPECT_EQ(f.unbalanced_sides, 0U);
+      EXPECT_NEAR(f.volume, c.volume, 6 * c.volume / R * chord);
+      if (chord < 1e-4) {
+        EXPECT_LT(static_cast<double>(mesh->triangle_count()), c.most_triangles);
+      }
+      double worst = 0;
+      for (std::size_t t = 0; t < mesh->triangle_count(); ++t) {
+        std::array<double, 3> middle{};
+        for (std::size_t k = 0; k < 3; ++k) {
+          std::array<double, 3> p{};
+          for (std::size_t i = 0; i < 3; ++i) {
+            p[i] = static_cast<double>(mesh->positions[3 * mesh->triangles[3 * t + k] + i]);
+            middle[i] += p[i] / 3;
+          }
+          ASSERT_LT(std::abs(std::hypot(mesh->normals[3 * mesh->triangles[3 * t + k]],
+                                        mesh->normals[3 * mesh->triangles[3 * t + k] + 1],
+                                        mesh->normals[3 * mesh->triangles[3 * t + k] + 2]) -
+                             1),
+                    1e-5);
+        }
+        const bool is_cut =
+            std::abs(std::abs(middle[2]) - 0.03) < 1e-7 || std::abs(middle[2]) < 1e-9;
+        if (!is_cut) worst = std::max(worst, c.off(middle));
+      }
+      EXPECT_LE(worst, chord * 1.01 + 1e-8);
+    }
 }
 
 TEST_F(OcctCsg, CoincidentSolidsAreOneSolid) {
