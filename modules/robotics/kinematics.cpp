@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 #include <Eigen/LU>
 
+#include "robotics/kinematics_kernels.h"
 #include "spatial/pose.h"
 
 namespace robomosp::robotics {
@@ -20,16 +21,11 @@ Pose carried(std::int32_t joint, const Pose& local, std::span<const Pose> frames
 
 void forward_kinematics(const RobotModel& model, std::span<const double> q,
                         std::span<Pose> joint_frames) {
+  static const kernels::Table& kernel = kernels::table(spatial::widest_instruction_set());
   const std::size_t n = model.joints.size(), coordinates = model.coordinate_count();
   const std::size_t samples = n > 0 ? joint_frames.size() / n : 0;
-  for (std::size_t i = 0; i < samples; ++i) {
-    const std::span<Pose> frames = joint_frames.subspan(i * n, n);
-    for (std::size_t j = 0; j < n; ++j) {
-      const JointModel& joint = model.joints[j];
-      frames[j] =
-          carried(joint.parent, spatial::joint_pose(joint, q.data() + i * coordinates), frames);
-    }
-  }
+  for (std::size_t i = 0; i < samples; ++i)
+    kernel.frames(model.joints.data(), n, q.data() + i * coordinates, joint_frames[i * n].R.data());
 }
 
 Pose tip_pose(const RobotModel& model, std::size_t tip, std::span<const Pose> joint_frames) {

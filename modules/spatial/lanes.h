@@ -32,6 +32,24 @@ using Bits = std::int64_t __attribute__((vector_size(8 * RMP_LANE_COUNT)));
 [[gnu::always_inline]] inline void store(double* to, Lanes v) {
   __builtin_memcpy(to, &v, sizeof v);
 }
+/// The first n numbers, n < kLanes; the others are zero.
+[[gnu::always_inline]] inline Lanes load_first(const double* from, std::size_t n) {
+#if defined(__AVX512F__) && RMP_LANE_COUNT == 8
+  return _mm512_maskz_loadu_pd(static_cast<__mmask8>((1U << n) - 1), from);
+#else
+  Lanes v{};
+  for (std::size_t i = 0; i < kLanes; ++i) v[i] = i < n ? from[i] : 0;
+  return v;
+#endif
+}
+[[gnu::always_inline]] inline void store_first(double* to, Lanes v, std::size_t n) {
+#if defined(__AVX512F__) && RMP_LANE_COUNT == 8
+  _mm512_mask_storeu_pd(to, static_cast<__mmask8>((1U << n) - 1), v);
+#else
+  for (std::size_t i = 0; i < kLanes; ++i)
+    if (i < n) to[i] = v[i];
+#endif
+}
 /// The same number in every lane, or the number itself.
 template <class T>
 [[gnu::always_inline]] inline T splat(double x) {
@@ -81,12 +99,7 @@ inline void load_samples(const double* from, std::size_t width, std::size_t samp
     Lanes row[kLanes];
     for (std::size_t i = 0; i < kLanes; ++i) {
       const std::size_t at = (i < samples ? i : samples - 1) * width + first;
-      if (at + kLanes <= size) {
-        row[i] = load(from + at);
-      } else {
-        row[i] = Lanes{};
-        __builtin_memcpy(&row[i], from + at, part * sizeof(double));
-      }
+      row[i] = at + kLanes <= size ? load(from + at) : load_first(from + at, part);
     }
     transpose(row);
     for (std::size_t k = 0; k < part; ++k) to[first + k] = row[k];
@@ -108,7 +121,7 @@ inline void store_samples(const Lanes* from, std::size_t width, std::size_t samp
     for (std::size_t i = 0; i < samples; ++i) {
       const std::size_t at = i * width + first;
       if (at + kLanes <= size) store(to + at, row[i]);
-      else __builtin_memcpy(to + at, &row[i], part * sizeof(double));
+      else store_first(to + at, row[i], part);
     }
   }
 }

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// The kernels behind batch_kinematics.h, one table an instruction set; plain structures only
+// (layer: data processing, robotics).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "spatial/instruction_set.h"
+#include "spatial/joint_constants.h"
+
+namespace robomosp::robotics::kernels {
+
+/// What to compute. Poses are 12 numbers (R row-major, p); null outputs are left out.
+struct Task {
+  const spatial::JointConstants* joints;
+  const std::int32_t* path;  ///< joints to place, parents first
+  std::size_t path_count, joint_count, coordinates, dof;
+  const double* tool;       ///< of the tip on the last joint of the path
+  const double* turned_by;  ///< row-major, of Jacobians: axes_R_base; null = none
+  bool in_tip;              ///< Jacobians in the tip's axes
+  bool coupled;             ///< columns are sums over joints
+  const double* q;
+  double *frames, *poses, *jacobians;
+};
+
+struct Table {
+  /// Samples first..last of `samples`.
+  void (*run)(const Task&, std::size_t samples, std::size_t first, std::size_t last,
+              double* scratch);
+  std::size_t (*scratch)(std::size_t joints, std::size_t coordinates, std::size_t dof);
+  /// base_T_joint of one configuration, 12 numbers a joint, straight from the model.
+  void (*frames)(const JointModel* joints, std::size_t count, const double* q, double* frames);
+  std::size_t lanes;
+};
+
+/// The kernels of a set, or of the widest that processor and build have. [any thread]
+[[nodiscard]] const Table& table(spatial::InstructionSet set);
+
+namespace baseline {
+const Table& table();
+}
+namespace avx2 {
+const Table& table();
+}
+namespace avx512 {
+const Table& table();
+}
+
+}  // namespace robomosp::robotics::kernels
