@@ -89,13 +89,18 @@ Result<const rmp_provider*> find_provider(const std::string& file, const std::st
   return error(ErrorCode::unknown_name, "it has no provider \"" + name + "\"", {}, file);
 }
 
+/// The host that providers are made with. It runs no programs unless a test gives it `run`.
+inline rmp_host& host() {
+  static rmp_host h{sizeof(rmp_host), "conformance", nullptr, nullptr};
+  return h;
+}
+
 /// A new instance of a provider.
 template <class Interface>
 std::unique_ptr<Interface> create(const rmp_provider& provider) {
   char message[256] = "";
-  const rmp_host host{sizeof(rmp_host), "conformance", nullptr, nullptr};
   return std::unique_ptr<Interface>(
-      static_cast<Interface*>(provider.create(&host, message, sizeof message)));
+      static_cast<Interface*>(provider.create(&host(), message, sizeof message)));
 }
 
 }  // namespace robomosp::conformance

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+// A mechanism's kinematics and dynamics as expressions of its joint values (layer: plugin).
+// Recursive Newton-Euler with the pseudo-inertia of Balafoutis and Patel (Dynamic Analysis of Robot
+// Manipulators, 1991), composite bodies, and a factorization that keeps the zeros of branches
+// (Featherstone, Rigid Body Dynamics Algorithms, 2008, section 6.5).
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <robomosp/sdk/result.h>
+#include <robomosp/sdk/robot_model.h>
+
+#include "expression.h"
+
+namespace robomosp::robot_code {
+
+/// Input arrays of the functions.
+enum Array : std::uint32_t { kQ = 0, kQd = 1, kQdd = 2, kTau = 3, kArrays = 4 };
+
+/// One function to be written: outputs as nodes of its graph.
+struct Function {
+  std::string name;                   ///< "inverse_dynamics"
+  std::string doc;                    ///< what it computes, a sentence or two
+  std::vector<std::uint32_t> arrays;  ///< inputs, in order of its parameters
+  std::string output;                 ///< name of the output array
+  std::vector<Node> outputs;
+  Graph graph;
+};
+
+/// Refuses models that break their contract.
+Result<void> check_model(const RobotModel& model);
+
+/// Poses of all tips in the base frame: 12 numbers each, the rotation matrix row by row, then the
+/// origin.
+Function forward_kinematics(const RobotModel& model);
+/// Geometric Jacobian of the first tip, (v, w) in the base frame: 6 rows of dof() numbers.
+Function jacobian(const RobotModel& model);
+/// tau of all parts: gravity, inertial, velocity, friction, springs, motors.
+Function inverse_dynamics(const RobotModel& model);
+/// M(q) with motors, dof() rows of dof() numbers.
+Function inertia(const RobotModel& model);
+/// qdd of the tree; the model has no loops. A joint that moves no inertia is an error that names
+/// it.
+Result<Function> forward_dynamics(const RobotModel& model);
+
+}  // namespace robomosp::robot_code

@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: Apache-2.0
+// Generated C: compiled by the system's compiler without a warning, judged by the SDK's suite of
+// dynamics and by forward kinematics and Jacobians of other code.
+#include <dlfcn.h>
+#include <spawn.h>
+#include <sys/wait.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+#include <robomosp/sdk/conformance/dynamics_suite.h>
+#include <robomosp/sdk/conformance/mechanisms.h>
+#include <robomosp/sdk/robot_code.h>
+
+#include "robotics/kinematics.h"
+
+extern char** environ;
+
+namespace robomosp::conformance {
+namespace {
+
+namespace fs = std::filesystem;
+
+const std::string kFile = std::string(ROBOMOSP_PLUGIN_DIR) + "/robot_code_c.so";
+const fs::path kFolder = fs::path(ROBOMOSP_BUILD_DIR) / "robot_code";
+
+int run(const std::vector<std::string>& command) {
+  std::vector<char*> argv;
+  for (const std::string& a : command) argv.push_back(const_cast<char*>(a.c_str()));
+  argv.push_back(nullptr);
+  pid_t pid = 0;
+  if (posix_spawnp(&pid, argv[0], nullptr, nullptr, argv.data(), environ) != 0) return -1;
+  int status = 0;
+  waitpid(pid, &status, 0);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+/// What providers of this test run: the compiler, without limits.
+std::int32_t run_for_provider(const rmp_program* p, char*, std::uint32_t) {
+  std::vector<std::string> command{p->name};
+  command.insert(command.end(), p->arguments, p->arguments + p->argument_count);
+  return run(command) == 0 ? 0 : 2;
+}
+
+/// The compiled libraries are kept between runs of the tests; the provider checks them.
+const bool kReady = [] {
+  fs::create_directories(kFolder);
+  setenv("XDG_CACHE_HOME", kFolder.c_str(), 1);
+  host().run = &run_for_provider;
+  return true;
+}();
+
+RobotModel sprung_tree() {
+  RobotModel m = tree();
+  m.joints[2].spring = {15, 0.4};
+  return m;
+}
+
+INSTANTIATE_TEST_SUITE_P(Compiled, DynamicsConformance,
+                         testing::ValuesIn(dynamics_cases(kFile, "compiled", "compiled",
+                                                          {puma560(), scara(), sprung_tree(),
+                                                           floating_manipulator()})),
+                         dynamics_case_name);
+
+std::vector<CodeFile> generated(const RobotModel& m, const std::string& name,
+                                std::uint32_t parts = kCodeAll) {
+  const rmp_provider* provider = *find_provider<RobotCodeGenerator>(kFile, "c99");
+  NoProgress none;
+  auto files =
+      create<RobotCodeGenerator>(*provider)->generate(m, name, parts, TableParams(*provider), none);
+  EXPECT_TRUE(files.ok()) << (files.ok() ? "" : files.error().sentence());
+  return files.ok() ? *files : std::vector<CodeFile>{};
+}
+
+/// A library of the robot's code, compiled as a user would.
+void* library(const RobotModel& m, const std::string& name, std::uint32_t parts) {
+  const fs::path folder = kFolder / name;
+  fs::create_directories(folder);
+  for (const CodeFile& f : generated(m, name, parts)) std::ofstream(folder / f.name) << f.text;
+  const std::string source = (folder / (name + ".c")).string(), to = (folder / "lib.so").string();
+  EXPECT_EQ(run({"cc", "-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-O1", "-fPIC",
+                 "-shared", "-o", to, source, "-lm"}),
+            0);
+  void* opened = dlopen(to.c_str(), RTLD_NOW | RTLD_LOCAL);
+  EXPECT_NE(opened, nullptr) << dlerror();
+  return opened;
+}
+
+template <class F>
+F symbol(void* opened, const std::string& name) {
+  return reinterpret_cast<F>(dlsym(opened, name.c_str()));
+}
+
+using Single = void (*)(const double*, double*);
+using Batch = void (*)(std::size_t, const double*, double*);
+
+void check_kinematics(const RobotModel& m, const std::string& name) {
+  ASSERT_TRUE(kReady);
+  void* opened = library(m, name, kCodeForwardKinematics | kCodeJacobian);
+  ASSERT_NE(opened, nullptr);
+  const auto fk = symbol<Single>(opened, name + "_forward_kinematics");
+  const auto fk_batch = symbol<Batch>(opened, name + "_forward_kinematics_batch");
+  const auto jacobian = symbol<Single>(opened, name + "_jacobian");
+  const auto jacobian_batch = symbol<Batch>(opened, name + "_jacobian_batch");
+  ASSERT_TRUE(fk && fk_batch && jacobian && jacobian_batch);
+  constexpr std::size_t kCount = 37;  // not a multiple of the lanes
+  Random random(7);
+  const std::size_t nq = m.coordinate_count(), n = m.dof(), poses = 12 * m.tips.size();
+  std::vector<double> q;
+  for (std::size_t i = 0; i < kCount; ++i)
+    for (const double x : random.configuration(m)) q.push_back(x);
+  std::vector<double> many(kCount * poses), many_j(kCount * 6 * n), one(poses), one_j(6 * n);
+  fk_batch(kCount, q.data(), many.data());
+  jacobian_batch(kCount, q.data(), many_j.data());
+  std::vector<Pose> frames(m.joints.size());
+  std::vector<double> expected_j(6 * n);
+  for (std::size_t i = 0; i < kCount; ++i) {
+    fk(q.data() + i * nq, one.data());
+    jacobian(q.data() + i * nq, one_j.data());
+    for (std::size_t t = 0; t < m.tips.size(); ++t) {
+      const Pose expected = tip_pose(m, q.data() + i * nq, t);
+      for (std::size_t k = 0; k < 12; ++k) {
+        const double e = k < 9 ? expected.R[k] : expected.p[k - 9];
+        EXPECT_NEAR(one[12 * t + k], e, 1e-13);
+        EXPECT_NEAR(many[i * poses + 12 * t + k], e, 1e-13);
+      }
+    }
+    robotics::forward_kinematics(m, {q.data() + i * nq, nq}, frames);
+    robotics::geometric_jacobian(m, 0, frames, robotics::JacobianFrame::base, expected_j);
+    for (std::size_t c = 0; c < n; ++c)
+      for (std::size_t r = 0; r < 6; ++r) {
+        EXPECT_NEAR(one_j[r * n + c], expected_j[6 * c + r], 1e-13);
+        EXPECT_NEAR(many_j[i * 6 * n + r * n + c], expected_j[6 * c + r], 1e-13);
+      }
+  }
+}
+
+TEST(RobotCode, KinematicsOfAnArmAgreeWithOtherCode) { check_kinematics(panda(), "panda"); }
+TEST(RobotCode, KinematicsOfAFloatingTreeAgreeWithOtherCode) {
+  check_kinematics(floating_manipulator(), "floating");
+}
+
+TEST(RobotCode, AnglesFarFromZeroAreTakenByTheLibrarysSine) {
+  const RobotModel m = puma560();
+  void* opened = library(m, "far_puma", kCodeAll);
+  ASSERT_NE(opened, nullptr);
+  const auto fk = symbol<Single>(opened, "far_puma_forward_kinematics");
+  const auto batch = symbol<Batch>(opened, "far_puma_forward_kinematics_batch");
+  std::vector<double> q(2 * 6, 0.3), single(12), many(24);
+  q[7] = 4e7 + 0.1;
+  batch(2, q.data(), many.data());
+  for (std::size_t i = 0; i < 2; ++i) {
+    fk(q.data() + 6 * i, single.data());
+    const Pose expected = tip_pose(m, q.data() + 6 * i);
+    for (std::size_t k = 0; k < 3; ++k) {
+      EXPECT_NEAR(single[9 + k], expected.p[k], 1e-12);
+      EXPECT_NEAR(many[12 * i + 9 + k], expected.p[k], 1e-12);
+    }
+  }
+}
+
+TEST(RobotCode, PartsAreChosenAndFaultsAreSentences) {
+  const auto files = generated(scara(), "part", kCodeInertia);
+  ASSERT_EQ(files.size(), 2U);
+  EXPECT_EQ(files[0].name, "part.h");
+  EXPECT_NE(files[0].text.find("part_inertia_batch"), std::string::npos);
+  EXPECT_EQ(files[0].text.find("jacobian("), std::string::npos);
+
+  const rmp_provider* provider = *find_provider<RobotCodeGenerator>(kFile, "c99");
+  const auto c99 = create<RobotCodeGenerator>(*provider);
+  NoProgress none;
+  const auto refused = [&](const RobotModel& m, const char* name, std::uint32_t parts) {
+    const auto r = c99->generate(m, name, parts, TableParams(*provider), none);
+    return r.ok() ? std::string("it was accepted") : r.error().sentence();
+  };
+  EXPECT_EQ(
+      refused(scara(), "2fast", kCodeAll),
+      "\"2fast\" is no name of the C language. Give letters, digits and underscores, a letter "
+      "first.");
+  EXPECT_EQ(refused(four_bar(1, 0.3, 0.9, 0.7), "bars", kCodeAll),
+            "robot \"four-bar\": its forward dynamics have closed loops to meet. Leave "
+            "forward_dynamics out of the parts.");
+  EXPECT_EQ(refused(scara(), "a", 0), "no part was chosen. Choose at least one.");
+  EXPECT_NE(refused(long_chain(200), "long", kCodeForwardDynamics).find("operations written out"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace robomosp::conformance
