@@ -33,6 +33,7 @@ std::vector<CommandSpec> plugin_commands();
 std::vector<CommandSpec> record_commands();
 std::vector<CommandSpec> recording_commands();
 std::vector<CommandSpec> robot_commands();
+std::vector<CommandSpec> robot_dynamics_commands();
 std::vector<CommandSpec> robot_motion_commands();
 std::vector<CommandSpec> solid_commands();
 std::vector<CommandSpec> solid_feature_commands();

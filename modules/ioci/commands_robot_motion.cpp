@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a robot does: forward and inverse kinematics, Jacobian, dynamics, and where worlds show it.
+// What a robot does: forward and inverse kinematics, Jacobian, and where worlds show it.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -149,7 +149,6 @@ std::string shared_unit(const RobotModel& m, const char* turning, const char* sl
   return std::all_of(m.joints.begin(), m.joints.end(), slides) ? sliding : mixed;
 }
 std::string joint_unit(const RobotModel& m) { return shared_unit(m, "rad", "m", "rad or m"); }
-std::string torque_unit(const RobotModel& m) { return shared_unit(m, "N m", "N", ""); }
 
 Result<Value> solve_ik(CommandContext& ctx, const Map& args) {
   const Robot& r = content<Robot>(ctx, args);
@@ -195,125 +194,6 @@ Result<Value> solve_ik(CommandContext& ctx, const Map& args) {
   out.set("detail", result.detail);
   out.set("provider", bound.provider);
   return Value(std::move(out));
-}
-
-Result<std::uint32_t> read_terms(const Value* given) {
-  if (!given || given->is_nil()) return static_cast<std::uint32_t>(kAllTerms);
-  const std::pair<const char*, std::uint32_t> words[] = {{"gravity", kGravityTerm},
-                                                         {"inertial", kInertialTerm},
-                                                         {"velocity", kVelocityTerm},
-                                                         {"friction", kFrictionTerm},
-                                                         {"external", kExternalTerm}};
-  std::vector<std::string> known;
-  for (const auto& [word, bit] : words) known.emplace_back(word);
-  std::uint32_t out = 0;
-  for (const Value& v : *given->as_list()) {
-    const std::string name = v.as_string() ? *v.as_string() : v.text();
-    const auto it = std::find_if(std::begin(words), std::end(words),
-                                 [&](const auto& w) { return name == w.first; });
-    if (it == std::end(words)) return unknown_name("term", name, known).in("terms");
-    out |= it->second;
-  }
-  return out;
-}
-
-Result<std::vector<double>> rates(const Map& args, std::string_view name, const Robot& r,
-                                  const RobotModel& m) {
-  const Value* v = args.find(name);
-  if (!v || v->is_nil()) return std::vector<double>();
-  if (v->as_string() && v->as_string()->find_first_of("0123456789") == std::string::npos)
-    return error(ErrorCode::invalid_argument,
-                 text::quote(*v->as_string()) + " is not a list of joint values", {},
-                 std::string(name));
-  const NumericArray* a = v->as_array();
-  if (!a && v->as_list())
-    for (const Value& x : *v->as_list())
-      if (!x.is_number())
-        return error(ErrorCode::invalid_argument, x.text() + " is not a number",
-                     "Give numbers in rad, m and seconds.", std::string(name));
-  return read_q(*v, r, m.joints, name);
-}
-
-struct DynamicsCall {
-  Posed at;
-  std::vector<double> qd, qdd, tau;
-  TipWrench wrench;
-  DynamicsBatch batch;
-};
-
-Result<void> dynamics_call(CommandContext& ctx, const Map& args, DynamicsCall& c) {
-  const Robot& r = content<Robot>(ctx, args);
-  RMP_TRY_ASSIGN(c.at, posed(ctx, args));
-  RMP_TRY_ASSIGN(c.qd, rates(args, "qd", r, *c.at.model));
-  RMP_TRY_ASSIGN(c.qdd, rates(args, "qdd", r, *c.at.model));
-  RMP_TRY_ASSIGN(c.tau, rates(args, "tau", r, *c.at.model));
-  RMP_TRY_ASSIGN(c.batch.terms, read_terms(args.find("terms")));
-  c.batch.count = 1;
-  c.batch.q = c.at.q;
-  c.batch.qd = c.qd;
-  c.batch.qdd = c.qdd;
-  c.batch.tau = c.tau;
-  if (has(args, "tip_force") || has(args, "tip_moment")) {
-    // Given in the mounting frame, where poses are; solvers want the base's axes.
-    c.wrench.force = spatial::rotate_back(c.at.model->base, vec3(args, "tip_force"));
-    c.wrench.moment = spatial::rotate_back(c.at.model->base, vec3(args, "tip_moment"));
-    c.batch.tip = std::span(&c.wrench, 1);
-  }
-  return {};
-}
-
-/// What torques are without masses; motors, friction and a wrench at the tip still count.
-std::string_view without_mass(const DynamicsCall& c) {
-  const auto& joints = c.at.model->joints;
-  const bool driven = std::any_of(joints.begin(), joints.end(), [](const JointModel& j) {
-    return j.armature != 0 || j.friction.viscous != 0 || j.friction.coulomb_positive != 0 ||
-           j.friction.coulomb_negative != 0;
-  });
-  return driven || !c.batch.tip.empty() ? ", so its links add nothing to its torques"
-                                        : ", so its torques are zero";
-}
-
-Result<Value> inverse_dynamics(CommandContext& ctx, const Map& args) {
-  DynamicsCall c;
-  RMP_TRY(dynamics_call(ctx, args, c));
-  RMP_TRY_ASSIGN(const auto choice, chosen(args, content<Robot>(ctx, args).inverse_dynamics));
-  RMP_TRY_ASSIGN(const auto bound,
-                 ctx.app.solvers.inverse_dynamics(ctx.app.registry, c.at.model, choice));
-  tell_no_mass(ctx, *c.at.model, Severity::warning, without_mass(c));
-  RMP_TRY_ASSIGN(auto tau, sim::torques(bound, c.batch, ctx.progress));
-  return Value(NumericArray(std::move(tau), torque_unit(*c.at.model)));
-}
-
-Result<Value> gravity_torques(CommandContext& ctx, const Map& args) {
-  DynamicsCall c;
-  RMP_TRY(dynamics_call(ctx, args, c));
-  c.batch.terms = kGravityTerm;
-  RMP_TRY_ASSIGN(const auto choice, chosen(args, content<Robot>(ctx, args).inverse_dynamics));
-  RMP_TRY_ASSIGN(const auto bound,
-                 ctx.app.solvers.inverse_dynamics(ctx.app.registry, c.at.model, choice));
-  tell_no_mass(ctx, *c.at.model, Severity::warning, ", so its torques are zero");
-  RMP_TRY_ASSIGN(auto tau, sim::torques(bound, c.batch, ctx.progress));
-  return Value(NumericArray(std::move(tau), torque_unit(*c.at.model)));
-}
-
-Result<Value> inertia(CommandContext& ctx, const Map& args) {
-  DynamicsCall c;
-  RMP_TRY(dynamics_call(ctx, args, c));
-  RMP_TRY_ASSIGN(const auto choice, chosen(args, content<Robot>(ctx, args).inverse_dynamics));
-  RMP_TRY_ASSIGN(const auto bound,
-                 ctx.app.solvers.inverse_dynamics(ctx.app.registry, c.at.model, choice));
-  RMP_TRY_ASSIGN(auto m, sim::inertia(bound, c.batch, ctx.progress));
-  return Value(NumericArray(std::move(m), c.at.model->dof(), c.at.model->dof()));
-}
-
-Result<Value> forward_dynamics(CommandContext& ctx, const Map& args) {
-  DynamicsCall c;
-  RMP_TRY(dynamics_call(ctx, args, c));
-  RMP_TRY_ASSIGN(const auto choice, chosen(args, content<Robot>(ctx, args).forward_dynamics));
-  RMP_TRY_ASSIGN(const auto bound,
-                 ctx.app.solvers.forward_dynamics(ctx.app.registry, c.at.model, choice));
-  RMP_TRY_ASSIGN(auto qdd, sim::accelerations(bound, c.batch, ctx.progress));
-  return Value(NumericArray(std::move(qdd)));
 }
 
 /// The world and member that show a robot: the named world, else the only one that has it.
@@ -389,17 +269,6 @@ std::vector<CommandSpec> robot_motion_commands() {
   const ParamSpec tip =
       optional("tip", "string", "",
                "Name of the tip in a branched robot; the tool of the last link when left out.");
-  const ParamSpec gravity =
-      optional("gravity", "vec3", "m/s^2",
-               "In the frame the robot is mounted in; {0, 0, -9.81} when left out.");
-  const ParamSpec qd = optional("qd", "any", "rad/s or m/s", "Joint speeds; zeros when left out.");
-  const ParamSpec qdd =
-      optional("qdd", "any", "rad/s^2 or m/s^2", "Joint accelerations; zeros when left out.");
-  const ParamSpec force =
-      optional("tip_force", "vec3", "N",
-               "Force that acts on the robot at the tool, in the mounting frame's axes.");
-  const ParamSpec moment =
-      optional("tip_moment", "vec3", "N m", "Moment that acts on the robot at the tool.");
   const ParamSpec provider = optional(
       "provider", "any", "",
       "Name of the solver, or {name = ..., params = {...}}; the robot's own choice when left out.");
@@ -510,59 +379,6 @@ std::vector<CommandSpec> robot_motion_commands() {
                     field("provider", "string", "", "The solver.")}},
        .effect = Effect::reads,
        .run = solve_ik});
-  all.push_back(
-      {.name = "robot.inverse_dynamics",
-       .classic = "",
-       .summary = "Gives the joint torques and forces for a motion.",
-       .details = "The sum of the terms gravity, inertial, velocity, friction and external, or of "
-                  "those asked for. The wrench at the tip is what acts on the robot.",
-       .example = with_arm("local tau = arm:inverse_dynamics{q = \"ready\", qd = {0.1, 0, 0, 0, 0, "
-                           "0}, terms = {\"gravity\", \"velocity\"}}\nassert(#tau == 6)"),
-       .params =
-           {self("robot"), q, qd, qdd,
-            optional(
-                "terms", "list", "",
-                "Which terms: gravity, inertial, velocity, friction, external; all when left out."),
-            gravity, force, moment, provider},
-       .returns = {"array", "N m or N", "One value a joint.", {}},
-       .effect = Effect::reads,
-       .run = inverse_dynamics});
-  all.push_back(
-      {.name = "robot.gravity_torques",
-       .classic = "",
-       .summary = "Gives the joint torques and forces that hold the robot still.",
-       .details = "",
-       .example = with_arm("assert(math.abs(arm:gravity_torques{q = \"ready\"}[1]) < 1e-12)"),
-       .params = {self("robot"), q, gravity, provider},
-       .returns = {"array", "N m or N", "One value a joint.", {}},
-       .effect = Effect::reads,
-       .run = gravity_torques});
-  all.push_back(
-      {.name = "robot.inertia",
-       .classic = "",
-       .summary = "Gives the joint-space inertia matrix, motors included.",
-       .details = "",
-       .example = with_arm(
-           "local m = arm:inertia{q = \"ready\"}\nassert(math.abs(m[1][2] - m[2][1]) < 1e-12)"),
-       .params = {self("robot"), q, provider},
-       .returns = {"matrix", "", "Joints x joints, symmetric.", {}},
-       .effect = Effect::reads,
-       .run = inertia});
-  all.push_back(
-      {.name = "robot.forward_dynamics",
-       .classic = "",
-       .summary = "Gives the joint accelerations that torques cause.",
-       .details = "",
-       .example = with_arm("local q = arm:poses().ready\nlocal tau = arm:inverse_dynamics{q = q, "
-                           "qdd = {1, 0, 0, 0, 0, 0}}\nlocal qdd = arm:forward_dynamics{q = q, tau "
-                           "= tau}\nassert(math.abs(qdd[1] - 1) < 1e-9)"),
-       .params = {self("robot"), q, qd,
-                  optional("tau", "any", "N m or N",
-                           "Joint torques and forces; zeros when left out."),
-                  gravity, force, moment, provider},
-       .returns = {"array", "rad/s^2 or m/s^2", "One value a joint.", {}},
-       .effect = Effect::reads,
-       .run = forward_dynamics});
   const std::string in_world =
       "local cell = world.create{name = \"cell\"}\ncell:add_robot{robot = arm}\n";
   const ParamSpec world =

@@ -19,6 +19,7 @@ void register_commands(CommandTable& table) {
   table.add(record_commands());
   table.add(recording_commands());
   table.add(robot_commands());
+  table.add(robot_dynamics_commands());
   table.add(robot_motion_commands());
   table.add(solid_commands());
   table.add(solid_feature_commands());
