@@ -1,0 +1,526 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/forward_simulation.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "kernel/text.h"
+#include "model/placement.h"
+#include "motion/path.h"
+#include "robotics/kinematics.h"
+#include "sim/motion_reference.h"
+#include "sim/motion_table.h"
+#include "spatial/pose.h"
+
+namespace robomosp::sim {
+namespace {
+
+/// Loops that cannot be closed better than this at the start are an error [m, rad].
+constexpr double kOpenLoop = 1e-6;
+constexpr double kMostSamples = 1e7;
+constexpr double kMostTicks = 1e8;
+
+std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
+
+std::vector<double> neutral(const RobotModel& model) {
+  std::vector<double> q(model.coordinate_count(), 0.0);
+  for (const JointModel& joint : model.joints)
+    if (const std::int32_t count = coordinate_count(joint.type); count > 1)
+      q[index(joint.q_index + count - 4)] = 1;
+  return q;
+}
+
+/// A robot at its place.
+struct Placed {
+  const model::Robot* record = nullptr;
+  std::shared_ptr<const RobotModel> model;
+  std::string where, title;
+  Vec3 gravity{0, 0, -9.81};  ///< world axes
+  Pose world_T_mounting;
+  std::vector<double> q;  ///< where it stands
+  const model::World* world = nullptr;
+};
+
+template <class Member>
+Result<const Member*> member(const std::vector<Member>& all, const std::string& kind,
+                             const std::string& name, const std::string& where) {
+  std::vector<std::string> names;
+  for (const Member& m : all) {
+    if (m.name == name) return &m;
+    names.push_back(m.name);
+  }
+  std::string hint = text::did_you_mean(name, names);
+  if (hint.empty())
+    hint = names.empty() ? "It has none; add one first." : "It has " + text::enumerate(names) + ".";
+  return error(ErrorCode::unknown_name, "it has no " + kind + " " + text::quote(name), hint, where);
+}
+
+Result<Placed> place(const Simulator& sim, const ForwardRun& run, Progress& progress) {
+  Placed p;
+  RobotId id = run.record;
+  const document::Snapshot& s = sim.snapshot;
+  if (run.world.number != 0) {
+    p.world = s.get(run.world);
+    if (!p.world)
+      return error(ErrorCode::stale_handle, "the world no longer exists", "Open or create one.");
+    const std::string world = "world " + text::quote(s.find(AnyId(run.world))->name);
+    RMP_TRY_ASSIGN(const model::PlacedRobot* robot,
+                   member(p.world->robots, "robot", run.robot, world));
+    id = robot->robot;
+    p.where = world + ", robot " + text::quote(run.robot);
+    p.title = run.robot;
+    p.gravity = p.world->gravity;
+    p.world_T_mounting = model::pose(robot->placement);
+    p.q = robot->q;
+  }
+  p.record = s.get(id);
+  if (!p.record)
+    return error(ErrorCode::stale_handle, "the robot no longer exists", "Add it again.");
+  if (!p.world) {
+    p.title = s.find(AnyId(id))->name;
+    p.where = "robot " + text::quote(p.title);
+  }
+  RMP_TRY_ASSIGN(p.model,
+                 sim.derived.robot_model(s, id, spatial::rotate_back(p.world_T_mounting, p.gravity),
+                                         progress));
+  if (p.q.empty())
+    for (const auto& pose : p.record->poses)
+      if (pose.name == "home") p.q = pose.q;
+  if (p.q.size() != p.model->coordinate_count()) p.q = neutral(*p.model);
+  return p;
+}
+
+/// A trajectory of the world, as a path in the world.
+struct WorldPath {
+  std::shared_ptr<const motion::Path> path;
+  Pose world_T_path;
+};
+Result<WorldPath> path_of(const Simulator& sim, const Placed& p, const std::string& name) {
+  if (!p.world)
+    return error(ErrorCode::invalid_argument, "a robot outside a world has no trajectories",
+                 "Use world.simulate_dynamics, or a recording.", p.where);
+  RMP_TRY_ASSIGN(const model::PlacedTrajectory* placed,
+                 member(p.world->trajectories, "trajectory", name, p.where));
+  const model::Trajectory* record = sim.snapshot.get(placed->trajectory);
+  if (!record)
+    return error(ErrorCode::stale_handle, "the trajectory no longer exists", "Add it again.",
+                 p.where);
+  RMP_TRY_ASSIGN(auto path, motion::Path::build(sim.registry, name, *record));
+  return WorldPath{std::move(path), model::pose(placed->placement)};
+}
+
+/// The mounting's motion along a path: what the dynamics feel in the base's axes, and its place.
+class MovingBase {
+ public:
+  MovingBase(WorldPath path, Pose mounting_T_base, Vec3 gravity)
+      : path_(std::move(path)), mounting_T_base_(mounting_T_base), gravity_(gravity) {}
+
+  [[nodiscard]] Pose world_T_base(double t) const {
+    return spatial::compose(spatial::compose(path_.world_T_path, sample(t).pose), mounting_T_base_);
+  }
+  [[nodiscard]] BaseMotion at(double t) const {
+    using namespace spatial;
+    const PathSample s = sample(t);
+    const Pose mounting = compose(path_.world_T_path, s.pose);
+    const Pose base = compose(mounting, mounting_T_base_);
+    const Vec3 r = rotate(mounting, mounting_T_base_.p);
+    const Vec3 w = rotate(path_.world_T_path, s.angular_velocity),
+               wd = rotate(path_.world_T_path, s.angular_acceleration);
+    const Vec3 a =
+        add(rotate(path_.world_T_path, s.acceleration), add(cross(wd, r), cross(w, cross(w, r))));
+    return {rotate_back(base, gravity_), rotate_back(base, a), rotate_back(base, w),
+            rotate_back(base, wd)};
+  }
+
+ private:
+  [[nodiscard]] PathSample sample(double t) const {
+    PathSample s;
+    path_.path->sample(std::span(&t, 1), std::span(&s, 1));
+    if (t > path_.path->duration() || t < 0) s = {s.pose, {}, {}, {}, {}};
+    return s;
+  }
+  WorldPath path_;
+  Pose mounting_T_base_;
+  Vec3 gravity_;
+};
+
+class PartProgress final : public Progress {
+ public:
+  PartProgress(Progress& whole, double from, double share)
+      : whole_(whole), from_(from), share_(share) {}
+  void report(double fraction, std::string_view what) override {
+    whole_.report(from_ + share_ * fraction, what);
+  }
+  [[nodiscard]] bool cancelled() const override { return whole_.cancelled(); }
+
+ private:
+  Progress& whole_;
+  double from_, share_;
+};
+
+/// Keeps the samples that were asked for, with the forces there, and the last state.
+class Sampler final : public OdeSink {
+ public:
+  Sampler(MechanismMotion& motion, MotionTable& table, std::span<const double> times)
+      : motion_(motion), table_(table), times_(times) {}
+
+  bool sample(double t, std::span<const double> x) override {
+    last.assign(x.begin(), x.end());
+    if (next_ >= times_.size() || t != times_[next_]) return true;
+    ++next_;
+    if (auto done = motion_.forces(t, x, forces_); !done.ok()) {
+      failure = std::move(done).error();
+      return false;
+    }
+    table_.add(t, x, forces_);
+    return true;
+  }
+  /// Those not yet given, up to a time.
+  [[nodiscard]] std::span<const double> due(double limit) const {
+    const auto end = std::upper_bound(times_.begin(), times_.end(), limit);
+    return times_.subspan(next_, static_cast<std::size_t>(end - times_.begin()) - next_);
+  }
+  std::vector<double> last;
+  std::optional<Error> failure;
+
+ private:
+  MechanismMotion& motion_;
+  MotionTable& table_;
+  std::span<const double> times_;
+  std::size_t next_ = 0;
+  MechanismMotion::Forces forces_;
+};
+
+/// The whole run of one robot.
+class Simulation {
+ public:
+  Simulation(const Simulator& sim, const ForwardRun& run) : sim_(sim), run_(run) {}
+
+  Result<RecordingPtr> operator()(Progress& progress) {
+    RMP_TRY_ASSIGN(placed_, place(sim_, run_, progress));
+    auto done = simulate(progress);
+    if (!done.ok() && !done.error().where.starts_with(placed_.where))
+      return std::move(done).error().in(placed_.where);
+    return done;
+  }
+
+ private:
+  [[nodiscard]] const RobotModel& model() const { return *placed_.model; }
+
+  Result<void> find_reference(Progress& progress) {
+    if (!run_.trajectory.empty()) {
+      // The joints that put the tip on the path, and their rates, as the kinematic simulation has
+      // them.
+      RMP_TRY_ASSIGN(const WorldPath path, path_of(sim_, placed_, run_.trajectory));
+      Run along{run_.world, run_.robot, run_.trajectory, 0, run_.tolerance};
+      PartProgress part(progress, 0, 0.1);
+      RMP_TRY_ASSIGN(const auto recording, sim_.inverse_kinematics(along, part));
+      RMP_TRY_ASSIGN(auto reference, MotionReference::from_recording(model(), *recording));
+      reference.follow(path.path,
+                       spatial::compose(spatial::inverse(world_T_base(0)), path.world_T_path));
+      reference_ = std::move(reference);
+    } else if (run_.recorded_q) {
+      RMP_TRY_ASSIGN(reference_, MotionReference::from_recording(model(), *run_.recorded_q));
+    } else if (run_.is_controlled) {
+      std::vector<double> q = run_.hold.empty() ? (run_.q.empty() ? placed_.q : run_.q) : run_.hold;
+      RMP_TRY(check_size("the configuration to hold", q.size(), model().coordinate_count()));
+      reference_ = MotionReference(model(), std::move(q));
+    }
+    return {};
+  }
+
+  Result<void> find_start() {
+    MotionReference::Sample s;
+    if (reference_) reference_->at(0, s);
+    const bool follows = !run_.trajectory.empty() || run_.recorded_q;
+    std::vector<double> q = !run_.q.empty() ? run_.q : follows ? s.q : placed_.q;
+    std::vector<double> qd = !run_.qd.empty()            ? run_.qd
+                             : follows && run_.q.empty() ? s.qd
+                                                         : std::vector<double>(model().dof(), 0.0);
+    RMP_TRY(check_size("q", q.size(), model().coordinate_count()));
+    RMP_TRY(check_size("qd", qd.size(), model().dof()));
+    x_ = std::move(q);
+    x_.insert(x_.end(), qd.begin(), qd.end());
+    return {};
+  }
+
+  [[nodiscard]] Result<void> check_size(const std::string& what, std::size_t is,
+                                        std::size_t should) const {
+    if (is == should) return {};
+    return error(ErrorCode::invalid_argument,
+                 what + " has " + std::to_string(is) + " numbers, but " + std::to_string(should) +
+                     " are needed",
+                 "Give one for each coordinate of q and each velocity of qd and tau.");
+  }
+
+  [[nodiscard]] Pose world_T_base(double t) const {
+    return base_ ? base_->world_T_base(t)
+                 : spatial::compose(placed_.world_T_mounting, model().base);
+  }
+
+  Result<void> find_surroundings(MotionOptions& options) {
+    options.friction = run_.friction;
+    options.breakaway = run_.breakaway;
+    options.at_limit = run_.at_limit;
+    options.restitution = run_.restitution;
+    if (base_) options.base = [this](double t) { return base_->at(t); };
+    const bool pushes = run_.wrench.force != Vec3{} || run_.wrench.moment != Vec3{};
+    if (run_.recorded_wrench) {
+      RMP_TRY_ASSIGN(wrenches_, timed_rows(*run_.recorded_wrench, "wrench", 6));
+    }
+    if (run_.recorded_wrench || pushes)
+      options.wrench = [this](double t) {
+        std::array<double, 6> w{};
+        if (run_.recorded_wrench) wrenches_.at(t, w);
+        for (std::size_t k = 0; k < 3; ++k)
+          w[k] += run_.wrench.force[k], w[3 + k] += run_.wrench.moment[k];
+        const Pose base = world_T_base(t);
+        return TipWrench{spatial::rotate_back(base, {w[0], w[1], w[2]}),
+                         spatial::rotate_back(base, {w[3], w[4], w[5]})};
+      };
+    if (run_.is_controlled) return {};
+    if (run_.recorded_tau) {
+      RMP_TRY_ASSIGN(torques_, timed_rows(*run_.recorded_tau, "tau", model().dof()));
+      options.torques = [this](double t, std::span<double> tau) { torques_.at(t, tau); };
+    } else if (!run_.tau.empty()) {
+      RMP_TRY(check_size("tau", run_.tau.size(), model().dof()));
+    }
+    return {};
+  }
+
+  Result<RecordingPtr> simulate(Progress& progress) {
+    if (run_.is_controlled && (!run_.tau.empty() || run_.recorded_tau))
+      return error(ErrorCode::invalid_argument, "it is given torques and a controller",
+                   "Give one of them.");
+    if (!run_.base_trajectory.empty()) {
+      RMP_TRY_ASSIGN(WorldPath path, path_of(sim_, placed_, run_.base_trajectory));
+      base_.emplace(std::move(path), model().base, placed_.gravity);
+    }
+    RMP_TRY(find_reference(progress));
+    RMP_TRY(find_start());
+    RMP_TRY_ASSIGN(const auto times, sample_times());
+    MotionOptions options;
+    RMP_TRY(find_surroundings(options));
+    RMP_TRY_ASSIGN(auto forward, bind_forward_dynamics(sim_.registry, placed_.model,
+                                                       placed_.record->forward_dynamics));
+    RMP_TRY_ASSIGN(inverse_, bind_inverse_dynamics(sim_.registry, placed_.model,
+                                                   placed_.record->inverse_dynamics));
+    RMP_TRY_ASSIGN(integrator_, bind_integrator(sim_.registry, placed_.model, run_.integrator));
+    if (run_.is_controlled) {
+      const auto& choice =
+          run_.controller.name.empty() ? placed_.record->controller : run_.controller;
+      RMP_TRY_ASSIGN(controller_, bind_controller(sim_.registry, placed_.model, inverse_, choice));
+    }
+    MechanismMotion motion(std::move(forward), std::move(options));
+    if (!run_.tau.empty()) motion.set_torques(run_.tau);
+    motion.project(x_);
+    if (const double open = motion.loop_error(std::span(x_).first(motion.positions()));
+        open > kOpenLoop)
+      return error(ErrorCode::invalid_argument,
+                   "its loops cannot be closed from where it starts; " +
+                       text::print_rounded(open, 3) + " m or rad stay open",
+                   "Start from a configuration that closes them.");
+    RMP_TRY(check_start(motion));
+    MotionTable table(motion);
+    Sampler sampler(motion, table, times);
+    RMP_TRY(run_.is_controlled ? run_controlled(motion, table, sampler, progress)
+                               : run_open(motion, table, sampler, progress));
+    return record(motion, table, progress);
+  }
+
+  Result<void> check_start(const MechanismMotion& motion) const {
+    if (run_.at_limit != AtLimit::stop || !motion.has_stops()) return {};
+    for (const JointModel& joint : model().joints) {
+      if (coordinate_count(joint.type) != 1) continue;
+      const double q = spatial::joint_value(joint, x_.data());
+      if (q >= joint.lower - 1e-9 && q <= joint.upper + 1e-9) continue;
+      return error(ErrorCode::invalid_argument,
+                   "joint " + text::quote(joint.name) + " starts at " + text::print_rounded(q) +
+                       ", outside its limits",
+                   "Start within the limits, or give limits = \"report\".");
+    }
+    return {};
+  }
+
+  Result<std::vector<double>> sample_times() {
+    duration_ = run_.duration > 0 ? run_.duration : reference_ ? reference_->duration() : 0;
+    if (!(duration_ > 0))
+      return error(ErrorCode::invalid_argument, "how long to simulate is not said",
+                   "Give a duration such as duration = 2.");
+    if (!(run_.sample_time > 0) || duration_ / run_.sample_time > kMostSamples)
+      return error(ErrorCode::invalid_argument,
+                   "a sample time of " + text::print_rounded(run_.sample_time) +
+                       " s does not fit " + text::print_rounded(duration_) + " s",
+                   "Give a longer sample time.");
+    std::vector<double> times;
+    const auto count = static_cast<std::size_t>(duration_ / run_.sample_time + 1e-9);
+    for (std::size_t i = 0; i <= count; ++i)
+      times.push_back(std::min(static_cast<double>(i) * run_.sample_time, duration_));
+    if (duration_ - times.back() > 1e-9 * run_.sample_time) times.push_back(duration_);
+    times.back() = duration_;
+    return times;
+  }
+
+  Result<void> go(MechanismMotion& motion, Sampler& sampler, double start, double end, double step,
+                  Progress& progress) {
+    const auto due = sampler.due(end);
+    std::vector<double> times(due.begin(), due.end());
+    if (times.empty() || times.back() < end) times.push_back(end);
+    OdeRun ode;
+    ode.start = start, ode.end = end, ode.x0 = x_, ode.sample_times = times;
+    ode.relative_tolerance = run_.relative_tolerance;
+    ode.absolute_tolerance = run_.absolute_tolerance;
+    ode.step = step;
+    auto done = guarded(integrator_.provider,
+                        [&] { return integrator_.solver->run(motion, ode, sampler, progress); });
+    if (motion.failure()) return *motion.failure();
+    if (sampler.failure) return *sampler.failure;
+    if (!done.ok()) return std::move(done).error();
+    statistics_.steps += done->steps, statistics_.rejected += done->rejected;
+    statistics_.rates += done->rates, statistics_.events += done->events;
+    statistics_.end = done->end;
+    if (sampler.last.size() != x_.size() || done->end != end)
+      return error(ErrorCode::plugin_failed,
+                   "provider " + text::quote(integrator_.provider) +
+                       " ended at t = " + text::print_rounded(done->end) + " s instead of " +
+                       text::print_rounded(end) + " s",
+                   "Report it to the provider's author or choose another integrator.");
+    x_ = sampler.last;
+    return {};
+  }
+
+  Result<void> run_open(MechanismMotion& motion, MotionTable& table, Sampler& sampler,
+                        Progress& progress) {
+    RMP_TRY(motion.settle(0, x_));
+    RMP_TRY(go(motion, sampler, 0, duration_, run_.step, progress));
+    for (std::size_t v = 0; v < model().dof(); ++v) {
+      const double limit = table.limit_of(v);
+      for (std::size_t i = 0; i < table.times().size(); ++i)
+        table.cut(v, table.times()[i], std::isfinite(limit) && std::fabs(table.tau(i, v)) >= limit);
+    }
+    return {};
+  }
+
+  /// Torques are held from tick to tick, as a digital controller holds them.
+  Result<void> run_controlled(MechanismMotion& motion, MotionTable& table, Sampler& sampler,
+                              Progress& progress) {
+    const double period = run_.control_period;
+    if (!(period > 0) || duration_ / period > kMostTicks)
+      return error(ErrorCode::invalid_argument,
+                   "a control period of " + text::print_rounded(period) + " s does not fit",
+                   "Give a period such as 0.001 s.");
+    const std::size_t n = model().dof();
+    std::vector<double> memory(controller_.solver->memory_size(), 0.0),
+        scratch(controller_.solver->scratch_size()), tau(n), cut(n);
+    MotionReference::Sample want;
+    const auto ticks = static_cast<std::size_t>(std::ceil(duration_ / period - 1e-9));
+    for (std::size_t k = 0; k < ticks; ++k) {
+      const double t = static_cast<double>(k) * period,
+                   end = k + 1 == ticks ? duration_ : static_cast<double>(k + 1) * period;
+      if (progress.cancelled())
+        return error(ErrorCode::cancelled, "the simulation was stopped", {},
+                     "t = " + text::print_rounded(t) + " s");
+      reference_->at(t, want);
+      ControlInput in;
+      in.time = t, in.dt = k == 0 ? 0 : period;
+      in.q = std::span<const double>(x_).first(motion.positions());
+      in.qd = std::span<const double>(x_).subspan(motion.positions());
+      in.q_wanted = want.q, in.qd_wanted = want.qd, in.qdd_wanted = want.qdd;
+      if (want.has_tip) {
+        in.tip_wanted = &want.tip;
+        in.tip_velocity_wanted = want.tip_velocity;
+        in.tip_acceleration_wanted = want.tip_acceleration;
+      }
+      std::fill(tau.begin(), tau.end(), std::nan(""));
+      auto done = guarded(controller_.provider,
+                          [&] { return controller_.solver->torques(in, memory, scratch, tau); });
+      if (!done.ok()) return std::move(done).error().in("t = " + text::print_rounded(t) + " s");
+      for (std::size_t v = 0; v < n; ++v) {
+        if (!std::isfinite(tau[v]))
+          return error(ErrorCode::plugin_failed,
+                       "provider " + text::quote(controller_.provider) +
+                           " returned a torque that is not a number",
+                       "Lower the gains or shorten the control period; else report it to the "
+                       "provider's author.",
+                       "t = " + text::print_rounded(t) + " s");
+        table.cut(v, t, std::fabs(tau[v]) > table.limit_of(v));
+      }
+      motion.set_torques(tau);
+      RMP_TRY(motion.settle(t, x_));
+      PartProgress part(progress, 0.1 + 0.9 * t / duration_, 0);
+      RMP_TRY(go(motion, sampler, t, end, std::min(run_.step, period), part));
+    }
+    for (std::size_t v = 0; v < n; ++v) table.cut(v, duration_, false);
+    return {};
+  }
+
+  Result<RecordingPtr> record(MechanismMotion& motion, const MotionTable& table,
+                              Progress& progress) {
+    Recording out;
+    out.title = placed_.title + (run_.trajectory.empty() ? "" : " on " + run_.trajectory) +
+                (run_.is_controlled ? ": motion under " + controller_.provider : ": motion");
+    out.world = run_.world;
+    out.robot = run_.world.number != 0 ? run_.robot : placed_.title;
+    out.trajectory = run_.trajectory;
+    out.dof = model().dof();
+    table.add_joint_columns(out);
+    RMP_TRY(table.add_energy_columns(out, inverse_, progress));
+    table.add_tip_columns(out, [this](double t) { return world_T_base(t); });
+    if (reference_) table.add_error_columns(out, *reference_);
+    table.add_notes(out, motion);
+    out.notes.push_back("integrated by " + integrator_.provider + ": " +
+                        std::to_string(statistics_.steps) + " steps, " +
+                        std::to_string(statistics_.rejected) + " rejected, " +
+                        std::to_string(statistics_.rates) + " evaluations, " +
+                        std::to_string(statistics_.events) + " events");
+    return std::make_shared<const Recording>(std::move(out));
+  }
+
+  const Simulator& sim_;
+  const ForwardRun& run_;
+  Placed placed_;
+  std::optional<MovingBase> base_;
+  std::optional<MotionReference> reference_;
+  TimedRows torques_, wrenches_;
+  Bound<InverseDynamics> inverse_;
+  Bound<Integrator> integrator_;
+  Bound<Controller> controller_;
+  std::vector<double> x_;
+  double duration_ = 0;
+  OdeStatistics statistics_;
+};
+
+template <class Solver, class Prepare>
+Result<Bound<Solver>> bind(const Registry& registry, std::shared_ptr<const RobotModel> model,
+                           const model::ProviderChoice& choice, Prepare&& prepare) {
+  RMP_TRY_ASSIGN(const ProviderInfo info, registry.find(Solver::kInterfaceId, choice.name));
+  RMP_TRY_ASSIGN(auto solver, registry.create<Solver>(info.name));
+  RMP_TRY_ASSIGN(auto params,
+                 motion::checked_params(info, choice, "provider " + text::quote(info.name)));
+  RMP_TRY(guarded(info.name, [&] { return prepare(*solver, *params); }));
+  return Bound<Solver>{std::move(model), std::move(solver), info.name};
+}
+
+}  // namespace
+
+Result<Bound<Controller>> bind_controller(const Registry& registry,
+                                          std::shared_ptr<const RobotModel> model,
+                                          const Bound<InverseDynamics>& dynamics,
+                                          const model::ProviderChoice& choice) {
+  return bind<Controller>(registry, model, choice, [&](Controller& c, const Params& params) {
+    return c.prepare(*model, *dynamics.solver, params);
+  });
+}
+Result<Bound<Integrator>> bind_integrator(const Registry& registry,
+                                          std::shared_ptr<const RobotModel> model,
+                                          const model::ProviderChoice& choice) {
+  return bind<Integrator>(registry, std::move(model), choice,
+                          [](Integrator& i, const Params& params) { return i.prepare(params); });
+}
+
+Result<RecordingPtr> forward_dynamics(const Simulator& simulator, const ForwardRun& run,
+                                      Progress& progress) {
+  return Simulation(simulator, run)(progress);
+}
+
+}  // namespace robomosp::sim

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+// Forward dynamic simulation: how one robot moves under torques, a controller, weight and what
+// touches it (layer: application, sim).
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <robomosp/sdk/controller.h>
+#include <robomosp/sdk/integrator.h>
+
+#include "sim/mechanism_motion.h"
+#include "sim/simulate.h"
+
+namespace robomosp::sim {
+
+/// What to simulate. A robot of a world, or a robot record alone under standard gravity.
+struct ForwardRun {
+  WorldId world;              ///< none = the record alone
+  RobotId record;             ///< counts without a world
+  std::string robot;          ///< name within the world
+  double duration = 0;        ///< [s]; 0 = that of the reference
+  double sample_time = 0.01;  ///< of the recording [s]
+  std::vector<double> q;      ///< at the start; empty = of the reference, else as placed, else home
+  std::vector<double> qd;     ///< at the start; empty = of the reference, else zeros
+
+  /// Torques of the motors, constant or recorded (columns tau1, tau2, ...); neither = none.
+  std::vector<double> tau;
+  RecordingPtr recorded_tau;
+
+  /// A controller instead, every `control_period`, that makes the robot follow one of these:
+  bool is_controlled = false;
+  model::ProviderChoice controller;  ///< empty name = the robot's own, else the default
+  double control_period = 1e-3;      ///< [s]
+  std::string trajectory;            ///< of the world, by inverse kinematics
+  RecordingPtr recorded_q;           ///< columns q1, ... (qd1, qdd1, ...)
+  std::vector<double> hold;          ///< a configuration; all three empty = where it starts
+
+  std::string base_trajectory;   ///< of the world: how the mounting moves
+  TipWrench wrench;              ///< on the first tip, world axes
+  RecordingPtr recorded_wrench;  ///< columns wrench1..6: force and moment, world axes
+
+  model::ProviderChoice integrator;  ///< empty name = the default
+  double relative_tolerance = 1e-10, absolute_tolerance = 1e-12;
+  double step = 1e-3;  ///< of fixed-step methods [s]
+  bool friction = true;
+  double breakaway = 1;
+  AtLimit at_limit = AtLimit::stop;
+  double restitution = 0;
+  IkTolerance tolerance{};  ///< of the inverse kinematics along a trajectory
+};
+
+/// time, q, qd, qdd, tau of the motors, friction and stops, energies, x y z of the first tip in the
+/// world, and the errors against the reference. Notes tell limits met and torques cut.
+Result<RecordingPtr> forward_dynamics(const Simulator& simulator, const ForwardRun& run,
+                                      Progress& progress);
+
+/// Prepared providers of the two interfaces; `choice.name` empty = the default.
+Result<Bound<Controller>> bind_controller(const Registry&, std::shared_ptr<const RobotModel>,
+                                          const Bound<InverseDynamics>& dynamics,
+                                          const model::ProviderChoice&);
+Result<Bound<Integrator>> bind_integrator(const Registry&, std::shared_ptr<const RobotModel>,
+                                          const model::ProviderChoice&);
+
+}  // namespace robomosp::sim

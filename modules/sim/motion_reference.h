@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where a mechanism should be over time: joint values from tables, smoothly between their rows
+// (layer: application, sim).
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include <robomosp/sdk/result.h>
+#include <robomosp/sdk/robot_model.h>
+#include <robomosp/sdk/trajectory.h>
+
+#include "motion/path.h"
+#include "sim/recording.h"
+
+namespace robomosp::sim {
+
+/// Rows of numbers at rising times; linear between the rows, held before and after.
+struct TimedRows {
+  std::vector<double> times;
+  std::size_t width = 0;
+  std::vector<double> values;  ///< row after row
+  void at(double t, std::span<double> out) const;
+};
+
+/// The columns `stem`1, `stem`2, ... of a recording, `width` of them; an error tells the first that
+/// is missing.
+Result<TimedRows> timed_rows(const Recording& recording, const std::string& stem,
+                             std::size_t width);
+
+/// Wanted configuration, velocity and acceleration, and of the tip where it follows a path.
+class MotionReference {
+ public:
+  /// Held there.
+  MotionReference(const RobotModel& model, std::vector<double> q);
+  /// Joint columns q, and qd and qdd where there are such (else by differences).
+  static Result<MotionReference> from_recording(const RobotModel& model,
+                                                const Recording& recording);
+  /// Makes the tip follow a path as well: `base_T_path` times its poses.
+  void follow(std::shared_ptr<const motion::Path> path, const Pose& base_T_path);
+
+  struct Sample {
+    std::vector<double> q, qd, qdd;
+    Pose tip;
+    std::array<double, 6> tip_velocity{}, tip_acceleration{};
+    bool has_tip = false;
+  };
+  /// At rest at the last row after the end.
+  void at(double t, Sample& out) const;
+  [[nodiscard]] double duration() const { return times_.empty() ? 0 : times_.back(); }
+
+ private:
+  explicit MotionReference(const RobotModel& model) : model_(&model) {}
+  const RobotModel* model_;
+  std::vector<double> times_, q_, qd_, qdd_;
+  std::shared_ptr<const motion::Path> path_;
+  Pose base_T_path_;
+};
+
+}  // namespace robomosp::sim

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+// Samples of a simulated motion, and the columns and notes of its recording (layer: application,
+// sim).
+#pragma once
+
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "sim/mechanism_motion.h"
+#include "sim/motion_reference.h"
+#include "sim/recording.h"
+#include "sim/simulate.h"
+
+namespace robomosp::sim {
+
+class MotionTable {
+ public:
+  explicit MotionTable(const MechanismMotion& motion);
+
+  void add(double t, std::span<const double> x, const MechanismMotion::Forces& forces);
+  /// Tells at rising times whether the torque of an entry is cut.
+  void cut(std::size_t entry, double t, bool is_cut);
+  /// Greatest torque of the motor of an entry of tau [N m or N].
+  [[nodiscard]] double limit_of(std::size_t entry) const { return limits_[entry]; }
+  [[nodiscard]] const std::vector<double>& times() const { return times_; }
+  [[nodiscard]] double tau(std::size_t sample, std::size_t entry) const {
+    return tau_[sample * limits_.size() + entry];
+  }
+
+  /// time, q, qd, qdd, tau, tau_friction, tau_stop.
+  void add_joint_columns(Recording& out) const;
+  /// kinetic, potential, energy: of bodies, motors and springs, in the base frame.
+  Result<void> add_energy_columns(Recording& out, const Bound<InverseDynamics>& dynamics,
+                                  Progress& progress) const;
+  /// x, y, z of the first tip in the world.
+  void add_tip_columns(Recording& out, const std::function<Pose(double)>& world_T_base) const;
+  /// error1, ... of the joints against the reference, and tip_error.
+  void add_error_columns(Recording& out, const MotionReference& reference) const;
+  /// Limits met, joints that stick, torques cut.
+  void add_notes(Recording& out, const MechanismMotion& motion) const;
+
+ private:
+  struct Interval {
+    std::size_t entry = 0;
+    double from = 0, to = 0;
+    bool is_open = false;
+  };
+  [[nodiscard]] std::string label(std::size_t entry) const;
+  void add_entries(Recording& out, const std::string& stem, const std::string& what,
+                   const std::string& rotary, const std::string& linear,
+                   std::span<const double> table) const;
+
+  const RobotModel& model_;
+  bool has_friction_, has_stops_, has_loops_;
+  std::vector<double> limits_;
+  std::vector<std::size_t> joint_of_;  ///< by entry of qd
+  std::vector<bool> is_rotary_;        ///< likewise
+  std::vector<double> times_, q_, qd_, qdd_, tau_, friction_, stop_;
+  std::vector<Interval> cuts_;
+};
+
+}  // namespace robomosp::sim
