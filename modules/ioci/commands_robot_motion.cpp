@@ -4,7 +4,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "ioci/commands.h"
+#include "ioci/robots.h"
+#include "robotics/closure.h"
+#include "robotics/coordinates.h"
 #include "robotics/home.h"
 #include "robotics/kinematics.h"
 #include "spatial/pose.h"
@@ -41,7 +43,14 @@ Result<std::size_t> tip_index(const RobotModel& m, const Map& args) {
 }
 
 Result<Value> fk(CommandContext& ctx, const Map& args) {
-  RMP_TRY_ASSIGN(const Posed p, posed(ctx, args));
+  RMP_TRY_ASSIGN(Posed p, posed(ctx, args));
+  if (flag(args, "close")) {
+    const robotics::Closure closed =
+        robotics::close_loops(*p.model, p.q, p.q, robotics::actuated_velocities(*p.model));
+    RMP_TRY(closed_or_fault(*p.model, closed));
+    p.q = closed.q;
+    robotics::forward_kinematics(*p.model, p.q, p.frames);
+  }
   RMP_TRY_ASSIGN(const std::size_t tip, tip_index(*p.model, args));
   Map out = pose_map(spatial::compose(p.model->base, robotics::tip_pose(*p.model, tip, p.frames)));
   if (flag(args, "all")) {
@@ -57,6 +66,7 @@ Result<Value> fk(CommandContext& ctx, const Map& args) {
     }
     out.set("links", std::move(links));
   }
+  if (flag(args, "close")) out.set("q", NumericArray(p.q));
   return Value(std::move(out));
 }
 
@@ -64,7 +74,7 @@ Result<Value> link_pose(CommandContext& ctx, const Map& args) {
   const Robot& r = content<Robot>(ctx, args);
   RMP_TRY_ASSIGN(const auto m, model_of(ctx, args));
   RMP_TRY_ASSIGN(const std::int32_t index, read_link(r, *args.find("link"), false, "link"));
-  std::vector<double> q(m->dof(), 0.0);
+  std::vector<double> q = robotics::neutral_coordinates(*m);
   if (has(args, "q")) {
     RMP_TRY_ASSIGN(q, read_q(*args.find("q"), r, m->joints, "q"));
   }
@@ -144,6 +154,7 @@ Result<model::ProviderChoice> chosen(const Map& args, const model::ProviderChoic
 /// `mixed`.
 std::string shared_unit(const RobotModel& m, const char* turning, const char* sliding,
                         const char* mixed) {
+  if (!m.is_simple()) return mixed;
   const auto slides = [](const JointModel& j) { return j.type == JointType::prismatic; };
   if (std::none_of(m.joints.begin(), m.joints.end(), slides)) return turning;
   return std::all_of(m.joints.begin(), m.joints.end(), slides) ? sliding : mixed;
@@ -178,7 +189,7 @@ Result<Value> solve_ik(CommandContext& ctx, const Map& args) {
                  "Move the target, or give partial = true to get the closest configuration.",
                  "robot " + text::quote(m->name));
   }
-  const std::size_t dof = m->dof();
+  const std::size_t dof = m->coordinate_count();
   const std::size_t count = result.q.size() / dof;
   Map out{{"status", status_word(result.status)}};
   if (count > 0)
@@ -203,7 +214,7 @@ struct Shown {
   std::vector<double> q;
 };
 
-Result<Shown> shown(const CommandContext& ctx, const Map& args, const RobotModel& m) {
+Result<Shown> shown(const CommandContext& ctx, const Map& args) {
   const RobotId id = typed<Robot>(args);
   const auto& snapshot = ctx.snapshot();
   std::vector<Shown> found;
@@ -240,23 +251,28 @@ Result<Value> put_joints(CommandContext& ctx, const Shown& s, std::vector<double
 
 Result<Value> set_joints(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const auto m, model_of(ctx, args));
-  RMP_TRY_ASSIGN(const Shown s, shown(ctx, args, *m));
+  RMP_TRY_ASSIGN(const Shown s, shown(ctx, args));
   RMP_TRY_ASSIGN(auto q, read_q(*args.find("q"), content<Robot>(ctx, args), m->joints, "q"));
   return put_joints(ctx, s, std::move(q));
 }
 
 Result<Value> add_joints(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const auto m, model_of(ctx, args));
-  RMP_TRY_ASSIGN(Shown s, shown(ctx, args, *m));
+  RMP_TRY_ASSIGN(Shown s, shown(ctx, args));
   RMP_TRY_ASSIGN(const auto step,
                  read_q(*args.find("q"), content<Robot>(ctx, args), m->joints, "q"));
-  for (std::size_t i = 0; i < step.size() && i < s.q.size(); ++i) s.q[i] += step[i];
+  const auto units = robotics::coordinate_units(*m);
+  for (std::size_t i = 0; i < step.size() && i < s.q.size(); ++i) {
+    if (units[i].empty())
+      return error(ErrorCode::unsupported, "quaternions cannot be added to",
+                   "Set the joints with robot.set_joints.", "robot " + text::quote(m->name));
+    s.q[i] += step[i];
+  }
   return put_joints(ctx, s, std::move(s.q));
 }
 
 Result<Value> joint_values(CommandContext& ctx, const Map& args) {
-  RMP_TRY_ASSIGN(const auto m, model_of(ctx, args));
-  RMP_TRY_ASSIGN(Shown s, shown(ctx, args, *m));
+  RMP_TRY_ASSIGN(Shown s, shown(ctx, args));
   return Value(NumericArray(std::move(s.q)));
 }
 
@@ -279,6 +295,7 @@ std::vector<CommandSpec> robot_motion_commands() {
   auto fk_fields = pose_fields;
   fk_fields.push_back(
       field("links", "list", "", "With all = true: the same of every link, and its name."));
+  fk_fields.push_back(field("q", "real[]", "", "With close = true: the closed configuration."));
   const char* const mounting =
       "In the frame the robot is mounted in, which is its base frame unless the robot has a base "
       "placement.";
@@ -292,7 +309,10 @@ std::vector<CommandSpec> robot_motion_commands() {
            with_arm("local t = arm:fk{q = {0, 0, 0, 0, 0, 0}}\nassert(math.abs(t.position[1] - "
                     "0.5) < 1e-12)\nassert(#arm:fk{q = \"ready\", all = true}.links == 6)"),
        .params = {self("robot"), q,
-                  defaulted("all", "bool", "", false, "Also the frames of all links."), tip},
+                  defaulted("all", "bool", "", false, "Also the frames of all links."), tip,
+                  defaulted("close", "bool", "", false,
+                            "First closes the loops: joints without motors move to where those "
+                            "with motors, as given, put them.")},
        .returns = {"map", "", "", fk_fields},
        .effect = Effect::reads,
        .run = fk});

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "ioci/solid_nodes.h"
+#include "model/words.h"
 
 namespace robomosp::ioci {
 namespace {
@@ -84,17 +85,32 @@ struct Describe {
       Map link{{"name", l.name},
                {"parent", l.parent < 0 ? std::string("base")
                                        : x.links[static_cast<std::size_t>(l.parent)].name},
-               {"joint", l.joint == model::JointKind::revolute    ? "revolute"
-                         : l.joint == model::JointKind::prismatic ? "prismatic"
-                                                                  : "fixed"},
-               {"a", l.row.a},
-               {"alpha", l.row.alpha},
-               {"d", l.row.d},
-               {"theta", l.row.theta}};
+               {"joint", model::joint_word(l.joint)}};
+      if (l.origin) {
+        link.set("origin", placement_value(*l.origin));
+        link.set("axis", vec_value(l.axis));
+      } else {
+        link.set("a", l.row.a);
+        link.set("alpha", l.row.alpha);
+        link.set("d", l.row.d);
+        link.set("theta", l.row.theta);
+      }
+      if (l.convention)
+        link.set("convention", *l.convention == model::Convention::dh ? "dh" : "mdh");
+      if (l.mimic)
+        link.set("mimic", Map{{"link", x.links[static_cast<std::size_t>(l.mimic->link)].name},
+                              {"ratio", l.mimic->ratio},
+                              {"offset", l.mimic->offset}});
+      if (l.passive) link.set("passive", true);
+      if (!(l.spring == model::Spring{})) {
+        link.set("stiffness", l.spring.stiffness);
+        link.set("rest", l.spring.rest);
+      }
       set_if(link, "lower", number_or_nil(l.lower));
       set_if(link, "upper", number_or_nil(l.upper));
       set_if(link, "max_velocity", number_or_nil(l.max_velocity));
       set_if(link, "max_acceleration", number_or_nil(l.max_acceleration));
+      set_if(link, "max_jerk", number_or_nil(l.max_jerk));
       set_if(link, "max_force", number_or_nil(l.max_force));
       link.set("drive", Map{{"motor_inertia", l.drive.motor_inertia},
                             {"gear_ratio", l.drive.gear_ratio},
@@ -114,6 +130,7 @@ struct Describe {
     m.set("ik", provider_value(x.ik));
     m.set("inverse_dynamics", provider_value(x.inverse_dynamics));
     m.set("forward_dynamics", provider_value(x.forward_dynamics));
+    m.set("controller", provider_value(x.controller));
     m.set("skin_colour", colour_value(x.skin_colour));
     m.set("skin_accent", colour_value(x.skin_accent));
   }

@@ -18,9 +18,15 @@ void register_commands(CommandTable& table) {
   table.add(plugin_commands());
   table.add(record_commands());
   table.add(recording_commands());
+  table.add(robot_code_commands());
   table.add(robot_commands());
+  table.add(robot_link_commands());
+  table.add(robot_loop_commands());
+  table.add(robot_kinematics_commands());
   table.add(robot_dynamics_commands());
   table.add(robot_motion_commands());
+  table.add(robot_tool_commands());
+  table.add(simulation_commands());
   table.add(solid_commands());
   table.add(solid_feature_commands());
   table.add(solid_node_commands());
