@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // Providers bound to a model, with everything they return checked before it is used.
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 
 #include "kernel/text.h"
 #include "motion/path.h"
+#include "robotics/closure.h"
 #include "robotics/kinematics.h"
 #include "sim/simulate.h"
+#include "spatial/pose.h"
 #include "spatial/rotation.h"
 #include "spatial/vec.h"
 
@@ -45,23 +49,55 @@ bool all_finite(std::span<const double> v) {
 /// Limits are met up to this rounding slack [rad or m].
 constexpr double kLimitSlack = 1e-9;
 
-Result<void> check_answer(const Bound<IkSolver>& ik, const IkBatch& batch, const Pose& target,
-                          std::vector<Pose>& frames, IkResult& r) {
+/// What is left of a goal's parts at `reached`: of the position [m] and of the rotation [rad]. Two
+/// turns are the direction of the axis that is left; else the parts of the rotation vector.
+std::array<double, 2> goal_errors(std::uint32_t parts, const Pose& reached, const Pose& target) {
+  const Vec3 p = spatial::rotate_back(target, spatial::sub(reached.p, target.p));
+  Pose turn;
+  turn.R = spatial::compose(spatial::inverse(target), reached).R;
+  Vec3 r = spatial::rotation_log(turn.R);
+  const std::uint32_t turns = parts & kIkRotation;
+  if (std::popcount(turns) == 2) {
+    const std::size_t k = !(turns & kIkTurnX) ? 0 : !(turns & kIkTurnY) ? 1 : 2;
+    const Vec3 a = spatial::axis(turn, k);
+    const double across = std::hypot(a[(k + 1) % 3], a[(k + 2) % 3]);
+    r = {};
+    r[(k + 1) % 3] = std::atan2(across, a[k]);
+  }
+  double position = 0, rotation = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (parts & (kIkX << k)) position += p[k] * p[k];
+    if (parts & (kIkTurnX << k)) rotation += r[k] * r[k];
+  }
+  return {std::sqrt(position), std::sqrt(rotation)};
+}
+
+/// Checks one sample's answer against its targets, one a goal.
+Result<void> check_answer(const Bound<IkSolver>& ik, const IkBatch& batch,
+                          std::span<const Pose> targets, std::vector<Pose>& frames, IkResult& r) {
   const RobotModel& model = *ik.model;
-  const std::size_t dof = model.dof();
-  if (r.q.empty() || r.q.size() % dof != 0) {
+  const std::size_t n = model.coordinate_count();
+  if (r.q.empty() || r.q.size() % n != 0) {
     if (r.q.empty() && r.status != IkStatus::solved) return {};
     return broken(ik.provider, "returned " + std::to_string(r.q.size()) +
-                                   " joint values for a robot with " + std::to_string(dof) +
-                                   " joints");
+                                   " joint values for a robot with " + std::to_string(n) +
+                                   (model.is_simple() ? " joints" : " coordinates"));
   }
   if (!all_finite(r.q)) return broken(ik.provider, "returned a joint value that is not a number");
-  for (std::size_t k = 0; k < r.q.size() / dof; ++k) {
-    const std::span<const double> q(&r.q[k * dof], dof);
+  const IkGoal whole{batch.tip, kIkPose, 1};
+  const std::span<const IkGoal> goals = batch.goals.empty() ? std::span(&whole, 1) : batch.goals;
+  std::vector<double> open(robotics::loop_rows(model));
+  for (std::size_t k = 0; k < r.q.size() / n; ++k) {
+    const std::span<const double> q(&r.q[k * n], n);
     robotics::forward_kinematics(model, q, frames);
-    const Pose reached = robotics::tip_pose(model, static_cast<std::size_t>(batch.tip), frames);
-    const double position = spatial::distance(reached.p, target.p);
-    const double rotation = spatial::norm(spatial::rotation_difference(reached.R, target.R));
+    double position = 0, rotation = 0;
+    for (std::size_t g = 0; g < goals.size(); ++g) {
+      const Pose reached =
+          robotics::tip_pose(model, static_cast<std::size_t>(goals[g].tip), frames);
+      const auto [p, w] = goal_errors(goals[g].parts, reached, targets[g]);
+      position = std::max(position, p);
+      rotation = std::max(rotation, w);
+    }
     if (k == 0) {
       r.position_error = position;
       r.rotation_error = rotation;
@@ -71,11 +107,15 @@ Result<void> check_answer(const Bound<IkSolver>& ik, const IkBatch& batch, const
       return broken(ik.provider, "claimed a solution that misses the target by " +
                                      text::print_rounded(position, 3) + " m and " +
                                      text::print_rounded(rotation, 3) + " rad");
-    for (std::size_t j = 0; j < dof; ++j)
-      if (q[j] < model.joints[j].lower - kLimitSlack || q[j] > model.joints[j].upper + kLimitSlack)
-        return broken(ik.provider, "claimed a solution outside the limits of joint " +
-                                       std::to_string(j + 1) + " (\"" + model.joints[j].name +
-                                       "\")");
+    if (const std::int32_t j = robotics::joint_outside_limits(model, q, kLimitSlack); j >= 0)
+      return broken(ik.provider, "claimed a solution outside the limits of joint " +
+                                     std::to_string(j + 1) + " (\"" +
+                                     model.joints[static_cast<std::size_t>(j)].name + "\")");
+    robotics::loop_residual(model, frames, open);
+    for (const double x : open)
+      if (std::fabs(x) > 1.001 * std::max(batch.tolerance.position, batch.tolerance.rotation))
+        return broken(ik.provider, "claimed a solution whose loops are open by " +
+                                       text::print_rounded(std::fabs(x), 3));
   }
   return {};
 }
@@ -112,12 +152,14 @@ Result<Bound<ForwardDynamics>> bind_forward_dynamics(const Registry& registry,
 Result<std::vector<IkResult>> solve_ik(const Bound<IkSolver>& ik, const IkBatch& batch,
                                        Progress& progress) {
   const std::string where = "robot " + text::quote(ik.model->name);
-  std::vector<IkResult> results(batch.targets.size());
+  std::vector<IkResult> results(batch.samples());
   auto done = guarded(ik.provider, [&] { return ik.solver->solve(batch, results, progress); });
   if (!done.ok()) return in_robot(std::move(done).error(), where);
   std::vector<Pose> frames(ik.model->joints.size());
+  const std::size_t goals = std::max<std::size_t>(1, batch.goals.size());
   for (std::size_t i = 0; i < results.size(); ++i)
-    RMP_TRY(check_answer(ik, batch, batch.targets[i], frames, results[i]).in(where));
+    RMP_TRY(check_answer(ik, batch, batch.targets.subspan(i * goals, goals), frames, results[i])
+                .in(where));
   return results;
 }
 

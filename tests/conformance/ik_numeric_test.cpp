@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Provider "numeric": the SDK's suite, the paper's PA-10 pose and what is said about targets
 // without an answer.
+#include <robomosp/sdk/conformance/ik_goals_suite.h>
 #include <robomosp/sdk/conformance/ik_suite.h>
 #include <robomosp/sdk/trajectory.h>
 
@@ -15,6 +16,8 @@ INSTANTIATE_TEST_SUITE_P(Numeric, IkConformance,
                                                      pa10_nus(), panda(), planar_rods(), scara(),
                                                      tree()})),
                          ik_case_name);
+
+INSTANTIATE_TEST_SUITE_P(Numeric, IkGoals, testing::Values(IkGoalsCase{kFile, "numeric"}));
 
 class NumericIk : public testing::Test {
  protected:
