@@ -264,6 +264,11 @@ Result<Value> render_what(CommandContext& ctx, const Map& args) {
   scene::Extras extras;
   extras.com = has(args, "com") && flag(args, "com");
   extras.frames = has(args, "frames") && flag(args, "frames");
+  if (has(args, "ellipsoid")) {
+    const std::string shown = text_of(args, "ellipsoid");
+    extras.ellipsoids = {shown == "velocity" || shown == "both",
+                         shown == "force" || shown == "both"};
+  }
   extras.explode = has(args, "explode") ? real(args, "explode") : 0.0;
   const scene::Source source{ctx.snapshot(), ctx.app.derived, ctx.app.registry};
   if (has(args, "q")) {
@@ -366,6 +371,12 @@ Schema picture_params(ParamSpec what, const Abilities& can) {
   if (can.has_joints)
     s.push_back(optional("q", "any", "",
                          "Joint values or a named pose; the pose home or zeros when left out."));
+  if (can.has_joints || can.moves)
+    s.push_back(
+        choice("ellipsoid", {"none", "velocity", "force", "both"},
+               "At the tools of robots: the velocities for joint speeds, and the forces for "
+               "joint torques of unit length; the greatest half axis is a fifth of the "
+               "reach."));
   if (can.moves) {
     s.push_back(optional("recording", "ref:recording", "", "Where the robot is, with at."));
     ParamSpec at = optional("at", "real", "s", "Time within the recording.");

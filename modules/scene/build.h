@@ -15,6 +15,7 @@
 #include "document/derived.h"
 #include "document/document.h"
 #include "kernel/registry.h"
+#include "scene/ellipsoid.h"
 #include "scene/playback.h"
 #include "sim/recording.h"
 
@@ -29,9 +30,10 @@ struct Source {
 
 /// What a picture shows besides the bodies themselves.
 struct Extras {
-  bool com = false;     ///< a MassMark for each solid, object and robot
-  bool frames = false;  ///< frames of nodes, parts and links, with their names
-  double explode = 0;   ///< parts are moved outwards by this share of their distance, >= 0
+  bool com = false;                 ///< a MassMark for each solid, object and robot
+  bool frames = false;              ///< frames of nodes, parts and links, with their names
+  ShownEllipsoids ellipsoids = {};  ///< at the tools of robots
+  double explode = 0;  ///< parts are moved outwards by this share of their distance, >= 0
   std::vector<double> q =
       {};  ///< joint values of a robot on its own [rad or m]; empty = "home" or 0
 };
