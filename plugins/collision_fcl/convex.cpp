@@ -387,41 +387,6 @@ bool contains(const Core& core, const Vec3& p) {
   });
 }
 
-double depth_bound(const Core& a, const Core& b, const Pose& a_T_b, Vec3& direction) {
-  double least = std::numeric_limits<double>::infinity();
-  std::uint32_t hint_a = 0, hint_b = 0;
-  const auto consider = [&](const Vec3& n) {
-    const double depth =
-        dot(n, support(a, n, hint_a)) + a.margin + b.margin -
-        dot(n, transform(a_T_b, support(b, rotate_back(a_T_b, scale(n, -1)), hint_b)));
-    if (depth < least) least = depth, direction = n;
-  };
-  constexpr int kDirections = 256;
-  for (int i = 0; i < kDirections; ++i) {  // a spiral over the sphere
-    const double z = 1 - (2.0 * i + 1) / kDirections, r = std::sqrt(1 - z * z);
-    consider({r * std::cos(2.399963229728653 * i), r * std::sin(2.399963229728653 * i), z});
-  }
-  for (std::size_t k = 0; k < 3; ++k)
-    for (const double sign : {-1.0, 1.0}) {
-      Vec3 n{};
-      n[k] = sign;
-      consider(n);
-      consider(rotate(a_T_b, n));
-    }
-  const auto faces = [&](const Core& c, bool is_b) {
-    if (c.kind != Core::Kind::hull) return;
-    const Hull& h = c.hull->hull;
-    for (const auto& t : h.triangles) {
-      const Vec3 n =
-          unit(cross(sub(h.points[t[1]], h.points[t[0]]), sub(h.points[t[2]], h.points[t[0]])));
-      if (norm(n) > 0) consider(is_b ? scale(rotate(a_T_b, n), -1) : n);
-    }
-  };
-  faces(a, false);
-  faces(b, true);
-  return std::max(least, 0.0);
-}
-
 Apart separation(const Core& a, const Core& b, const Pose& a_T_b, double interest) {
   using Kind = Core::Kind;
   if (a.kind > b.kind) return swapped(a, b, a_T_b, interest);

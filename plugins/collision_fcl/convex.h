@@ -49,10 +49,6 @@ struct Apart {
 /// True when a point in the core's frame is in the shape, margin included.
 [[nodiscard]] bool contains(const Core& core, const Vec3& point);
 
-/// The least depth over the normals of faces and many directions: an upper bound of the depth, for
-/// when no better one could be computed.
-[[nodiscard]] double depth_bound(const Core& a, const Core& b, const Pose& a_T_b, Vec3& direction);
-
 /// Farthest point of the core (without margin) in a direction of its frame.
 [[nodiscard]] Vec3 support(const Core& core, const Vec3& direction, std::uint32_t& hint);
 

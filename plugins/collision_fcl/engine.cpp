@@ -15,6 +15,7 @@
 #include "convex.h"
 #include "fcl_shapes.h"
 #include "mesh_solid.h"
+#include "penetration.h"
 #include "spatial/pose.h"
 #include "spatial/vec.h"
 
@@ -61,7 +62,7 @@ Box around(const Box& a, const Box& b) {
 struct Solid {
   bool is_convex = true;
   Core core;
-  GeometryPtr convex;     ///< for depths
+  GeometryPtr convex;     ///< against meshes
   GeometryPtr triangles;  ///< of meshes; of hulls where the scene has meshes
   MeshSolid mesh;
   Pose pose;     ///< body_T_shape
@@ -370,12 +371,8 @@ class Scene final : public CollisionScene {
         d = {r.distance, transform(at_a, r.on_a), transform(at_a, r.on_b)};
         return std::optional(d);
       }
-      if (depth(*a.convex, at_a, *b.convex, at_b, d)) return std::optional(d);
-      Vec3 n{};
-      std::uint32_t hint = 0;
-      const double deep = depth_bound(a.core, b.core, a_T_b, n);
-      const Vec3 on_a = add(support(a.core, n, hint), scale(n, a.core.margin));
-      d = {-deep, transform(at_a, on_a), transform(at_a, sub(on_a, scale(n, deep)))};
+      const Apart deep = penetration(a.core, b.core, a_T_b);
+      d = {deep.distance, transform(at_a, deep.on_a), transform(at_a, deep.on_b)};
       return std::optional(d);
     }
     if (surfaces_touch(geometry(a, b), at_a, geometry(b, a), at_b) || is_nested(a, at_a, b, at_b)) {

@@ -136,23 +136,4 @@ Result<PairDistance> surface_distance(const Geometry& a, const Pose& world_T_a, 
   }
 }
 
-bool depth(const Geometry& a, const Pose& world_T_a, const Geometry& b, const Pose& world_T_b,
-           PairDistance& out) {
-  try {
-    fcl::DistanceRequestd request(true, true);  // signed: by libccd only, the other one aborts
-    request.gjk_solver_type = fcl::GST_LIBCCD;
-    request.distance_tolerance = 1e-9;
-    fcl::DistanceResultd result;
-    fcl::distance(a.fcl.get(), transform_of(world_T_a), b.fcl.get(), transform_of(world_T_b),
-                  request, result);
-    out.distance = result.min_distance;
-    out.on_a = vec(result.nearest_points[0]);
-    out.on_b = vec(result.nearest_points[1]);
-    return std::isfinite(out.distance) && out.distance <= 0 && spatial::is_finite(out.on_a) &&
-           spatial::is_finite(out.on_b);
-  } catch (const std::exception&) {
-    return false;
-  }
-}
-
 }  // namespace robomosp::collision_fcl

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What FCL does for us: triangle meshes in bounding volume hierarchies and the depth of convex
-// shapes (layer: plugin, collision_fcl). Its traps, and what is done about each, stand in
+// What FCL does for us: triangle meshes in bounding volume hierarchies (layer: plugin,
+// collision_fcl). Its traps, and what is done about each, stand in
 // docs/decisions/0016-collision-by-fcl.md.
 #pragma once
 
@@ -35,8 +35,5 @@ void warm_up();
 /// Distance and nearest points in the world of geometries that do not touch.
 [[nodiscard]] Result<PairDistance> surface_distance(const Geometry& a, const Pose& world_T_a,
                                                     const Geometry& b, const Pose& world_T_b);
-/// Minus the depth of convex shapes that overlap; false when FCL could not tell.
-[[nodiscard]] bool depth(const Geometry& a, const Pose& world_T_a, const Geometry& b,
-                         const Pose& world_T_b, PairDistance& out);
 
 }  // namespace robomosp::collision_fcl

@@ -17,5 +17,5 @@ RMP_PLUGIN("org.robomosp.collision_fcl", "0.1.0", "Apache-2.0",
            "Collision and distance: convex shapes by closed forms and GJK, meshes by FCL",
            RMP_PROVIDER(robomosp::collision_fcl::FclEngine, "fcl",
                         "Closed forms and GJK for convex shapes, bounding volume hierarchies of "
-                        "FCL for meshes, depths by libccd.",
+                        "FCL for meshes, depths by an expanding polytope.",
                         "convex,mesh,depth", robomosp::collision_fcl::kParams))
