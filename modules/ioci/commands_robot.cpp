@@ -13,26 +13,6 @@
 
 namespace robomosp::ioci {
 
-Result<std::shared_ptr<const RobotModel>> model_of(CommandContext& ctx, const Map& args,
-                                                   std::string_view name) {
-  const Vec3 gravity = has(args, "gravity") ? vec3(args, "gravity") : Vec3{0, 0, -9.81};
-  return ctx.app.derived.robot_model(ctx.snapshot(), typed<model::Robot>(args, name), gravity,
-                                     ctx.progress);
-}
-
-void tell_no_mass(CommandContext& ctx, const RobotModel& m, Severity severity,
-                  std::string_view outcome) {
-  const auto weighs = [](const JointModel& j) {
-    const Sym3& i = j.body.inertia;
-    return j.body.mass != 0 || i.xx != 0 || i.yy != 0 || i.zz != 0;
-  };
-  if (m.joints.empty() || std::any_of(m.joints.begin(), m.joints.end(), weighs)) return;
-  ctx.app.messages.post(severity, "no_mass",
-                        "robot " + text::quote(m.name) + " has no masses" + std::string(outcome) +
-                            ". Give its links masses or designed parts.",
-                        "ioci");
-}
-
 namespace {
 
 using model::Link;
