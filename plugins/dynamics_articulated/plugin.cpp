@@ -10,6 +10,7 @@
 
 #include "articulated_body.h"
 #include "constrained.h"
+#include "divide_and_conquer.h"
 #include "samples.h"
 
 namespace robomosp::articulated {
@@ -97,6 +98,11 @@ const rmp_param kConstrainedParams[] = {
      0, 1000},
 };
 
+const rmp_param kDivideParams[] = {
+    {"threads", "int", "", "Threads for one robot at most; 0 = as many as its length is worth.",
+     "0", nullptr, 0, 64},
+};
+
 }  // namespace
 }  // namespace robomosp::articulated
 
@@ -109,4 +115,7 @@ RMP_PLUGIN(
     RMP_PROVIDER(
         robomosp::articulated::Constrained, "constrained",
         "Closed loops by Lagrange's multipliers, with the forces that close them; trees too.",
-        "serial,tree,coupled,floating,loops,batch", robomosp::articulated::kConstrainedParams))
+        "serial,tree,coupled,floating,loops,batch", robomosp::articulated::kConstrainedParams),
+    RMP_PROVIDER(robomosp::articulated::DivideAndConquer, "divide_and_conquer",
+                 "Halves of long serial chains put together in O(log n) depth, on all cores.",
+                 "serial,batch", robomosp::articulated::kDivideParams))
