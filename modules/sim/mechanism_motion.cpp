@@ -299,9 +299,15 @@ bool MechanismMotion::at_event(double t, std::size_t index, std::span<double> x)
       return true;
     }
     hit(t, stop, x);
-  } else if (Entry& e = entries_[watched_[index]]; !e.is_held) {
-    x[coordinates_ + watched_[index]] = 0;
-    e.slides = 0;
+  } else if (const std::size_t v = watched_[index]; entries_[v].is_held) {
+    // At the very limit of what can hold it, where rounding decides on which side: it is let go.
+    if (auto done = let_go(t, v, x); !done.ok()) {
+      failure_ = std::move(done).error();
+      return false;
+    }
+    return true;
+  } else {
+    x[coordinates_ + v] = 0;
   }
   if (auto done = settle(t, x); !done.ok()) {
     failure_ = std::move(done).error();
@@ -347,6 +353,19 @@ void MechanismMotion::hit(double t, Stop& stop, std::span<double> x) {
 }
 
 Result<void> MechanismMotion::settle(double t, std::span<double> x) {
+  return settle(t, x, velocities_, 0);
+}
+
+Result<void> MechanismMotion::let_go(double t, std::size_t entry, std::span<double> x) {
+  RMP_TRY(evaluate(t, x));
+  const Entry& e = entries_[entry];
+  const double force = held_force_[entry];
+  return settle(t, x, entry, force - e.low < e.high - force ? 1 : -1);
+}
+
+/// `freed` does not hold any longer and goes in `direction`; velocities_ = none.
+Result<void> MechanismMotion::settle(double t, std::span<double> x, std::size_t freed,
+                                     int direction) {
   const auto q = x.first(coordinates_), qd = x.subspan(coordinates_);
   std::vector<bool> was_held(velocities_);
   std::vector<int> slid(velocities_);
@@ -370,9 +389,10 @@ Result<void> MechanismMotion::settle(double t, std::span<double> x) {
       e.is_held = true;
       (s.into() > 0 ? e.low : e.high) = s.into() > 0 ? -kInfinity : kInfinity;
     }
+  std::vector<bool> was_freed(velocities_);
+  if (freed < velocities_) release(freed, direction), was_freed[freed] = true;
   // Then what is pulled hardest is let go, one after the other. What then would slide against its
   // own friction, because another joint was let go as well, is held again, once.
-  std::vector<bool> was_freed(velocities_);
   for (std::size_t round = 0; round <= 3 * watched_.size(); ++round) {
     RMP_TRY(evaluate(t, x));
     bool changed = false;
@@ -384,17 +404,13 @@ Result<void> MechanismMotion::settle(double t, std::span<double> x) {
     }
     if (changed) continue;
     double worst = 0;
-    std::size_t freed = velocities_;
+    std::size_t next = velocities_;
     for (const std::size_t v : held_) {
       const double over = -margin(entries_[v], held_force_[v]);
-      if (over > worst) worst = over, freed = v;
+      if (over > worst) worst = over, next = v;
     }
-    if (freed == velocities_) break;
-    Entry& e = entries_[freed];
-    e.is_held = false;
-    e.slides = held_force_[freed] < e.low ? 1 : -1;
-    for (Stop& s : stops_)
-      if (s.entry == freed) s.is_touched = false;
+    if (next == velocities_) break;
+    release(next, held_force_[next] < entries_[next].low ? 1 : -1);
   }
   for (const std::size_t v : watched_) {
     const Entry& e = entries_[v];
@@ -402,6 +418,13 @@ Result<void> MechanismMotion::settle(double t, std::span<double> x) {
     if (!was_held[v] && e.is_held) happen(t, MotionEvent::Kind::sticks, e.joint);
   }
   return {};
+}
+
+void MechanismMotion::release(std::size_t entry, int direction) {
+  entries_[entry].is_held = false;
+  entries_[entry].slides = direction;
+  for (Stop& s : stops_)
+    if (s.entry == entry) s.is_touched = false;
 }
 
 Result<void> MechanismMotion::forces(double t, std::span<const double> x, Forces& out) {

@@ -106,6 +106,9 @@ class MechanismMotion final : public OdeSystem {
   void applied(double t, std::span<const double> qd);
   void coordinate_rates(std::span<const double> q, std::span<const double> qd,
                         std::span<double> dq) const;
+  Result<void> settle(double t, std::span<double> x, std::size_t freed, int direction);
+  Result<void> let_go(double t, std::size_t entry, std::span<double> x);
+  void release(std::size_t entry, int direction);
   void hit(double t, Stop& stop, std::span<double> x);
   void push(std::size_t entry, double impulse_to, std::span<double> x);
   void happen(double t, MotionEvent::Kind kind, std::size_t joint, bool is_upper = false,

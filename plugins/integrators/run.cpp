@@ -12,6 +12,8 @@ namespace {
 /// Events closer together than this part of the run, this often in a row, pile up.
 constexpr double kSameTime = 1e-12;
 constexpr int kMostEventsAtOnce = 200;
+/// Looks at 1e-6, 1e-4 and 1e-2 of the first step after an event.
+constexpr int kEarlyLooks = 3;
 constexpr std::int64_t kStepsPerCheck = 64;
 constexpr double kEps = std::numeric_limits<double>::epsilon();
 
@@ -36,9 +38,14 @@ class EventWatch {
   Result<double> find(Stepper& stepper, double start, std::vector<double>& x) {
     const double end = stepper.time();
     const int looks = stepper.looks_for_events();
+    // Right after an event its function has no sign yet; it is looked at early, or it could leave
+    // zero and be back before the first look.
+    const bool is_unsure = std::find(signs_.begin(), signs_.end(), 0) != signs_.end();
     double low = start;
-    for (int k = 1; k <= looks; ++k) {
-      const double t = k == looks ? end : start + (end - start) * k / looks;
+    for (int k = is_unsure ? -kEarlyLooks + 1 : 1; k <= looks; ++k) {
+      const double part = k > 0 ? static_cast<double>(k) / looks : std::pow(100.0, k - 1);
+      const double t = k == looks ? end : start + (end - start) * part;
+      if (!(t > low)) continue;
       RMP_TRY(evaluate(stepper, t, end, x));
       if (crossed()) return locate(stepper, low, t, end, x);
       for (std::size_t i = 0; i < signs_.size(); ++i)
