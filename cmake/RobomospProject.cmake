@@ -51,7 +51,7 @@ function(robomosp_lanes target)
       set(file "${CMAKE_CURRENT_BINARY_DIR}/${stem}_${set}.cpp")
       file(CONFIGURE OUTPUT "${file}" CONTENT "#include \"${CMAKE_CURRENT_SOURCE_DIR}/${source}\"\n")
       set_source_files_properties("${file}" PROPERTIES
-        COMPILE_OPTIONS "${${set}_flags};$<$<CONFIG:Release>:-O3>;-ffp-contract=fast;-fno-math-errno;-fno-trapping-math"
+        COMPILE_OPTIONS "${${set}_flags};$<$<CONFIG:Release>:-O3>;-ffp-contract=fast;-fno-math-errno;-fno-trapping-math;-fno-tree-loop-distribute-patterns"
         OBJECT_DEPENDS "${CMAKE_CURRENT_SOURCE_DIR}/${source}")
       target_sources(${target} PRIVATE "${file}")
     endforeach()

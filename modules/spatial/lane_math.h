@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Vectors, symmetric matrices and joint rotations of numbers T, which are doubles or Lanes; for
-// sources of robomosp_lanes() (layer: data processing, spatial).
+// Vectors, symmetric matrices and joint rotations of numbers T, which are doubles, Lanes or Wide;
+// for sources of robomosp_lanes() (layer: data processing, spatial).
 #pragma once
 
 #include "spatial/joint_constants.h"
@@ -14,8 +14,6 @@ struct Vec {
 };
 template <class A, class B>
 using Wider = decltype(A{} + B{});
-
-#define RMP_INLINE [[gnu::always_inline]] inline
 
 template <class T>
 RMP_INLINE Vec<T> vec(const double* v) {

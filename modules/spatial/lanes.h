@@ -20,20 +20,20 @@
 
 namespace robomosp::spatial::RMP_LANES {
 
+#define RMP_INLINE [[gnu::always_inline]] inline
+
 inline constexpr std::size_t kLanes = RMP_LANE_COUNT;
 using Lanes = double __attribute__((vector_size(8 * RMP_LANE_COUNT)));
 using Bits = std::int64_t __attribute__((vector_size(8 * RMP_LANE_COUNT)));
 
-[[gnu::always_inline]] inline Lanes load(const double* from) {
+RMP_INLINE Lanes load(const double* from) {
   Lanes v;
   __builtin_memcpy(&v, from, sizeof v);
   return v;
 }
-[[gnu::always_inline]] inline void store(double* to, Lanes v) {
-  __builtin_memcpy(to, &v, sizeof v);
-}
+RMP_INLINE void store(double* to, Lanes v) { __builtin_memcpy(to, &v, sizeof v); }
 /// The first n numbers, n < kLanes; the others are zero.
-[[gnu::always_inline]] inline Lanes load_first(const double* from, std::size_t n) {
+RMP_INLINE Lanes load_first(const double* from, std::size_t n) {
 #if defined(__AVX512F__) && RMP_LANE_COUNT == 8
   return _mm512_maskz_loadu_pd(static_cast<__mmask8>((1U << n) - 1), from);
 #else
@@ -42,7 +42,7 @@ using Bits = std::int64_t __attribute__((vector_size(8 * RMP_LANE_COUNT)));
   return v;
 #endif
 }
-[[gnu::always_inline]] inline void store_first(double* to, Lanes v, std::size_t n) {
+RMP_INLINE void store_first(double* to, Lanes v, std::size_t n) {
 #if defined(__AVX512F__) && RMP_LANE_COUNT == 8
   _mm512_mask_storeu_pd(to, static_cast<__mmask8>((1U << n) - 1), v);
 #else
@@ -52,11 +52,11 @@ using Bits = std::int64_t __attribute__((vector_size(8 * RMP_LANE_COUNT)));
 }
 /// The same number in every lane, or the number itself.
 template <class T>
-[[gnu::always_inline]] inline T splat(double x) {
+RMP_INLINE T splat(double x) {
   return x - T{};
 }
 /// True when a comparison holds in some lane.
-[[gnu::always_inline]] inline bool any(Bits mask) {
+RMP_INLINE bool any(Bits mask) {
 #if defined(__AVX512DQ__) && RMP_LANE_COUNT == 8
   return _mm512_movepi64_mask(reinterpret_cast<__m512i>(mask)) != 0;
 #elif defined(__AVX__) && RMP_LANE_COUNT == 4
@@ -69,10 +69,42 @@ template <class T>
   return false;
 #endif
 }
-[[gnu::always_inline]] inline bool any(bool condition) { return condition; }
+RMP_INLINE bool any(bool condition) { return condition; }
+
+RMP_INLINE double select(bool which, double a, double b) { return which ? a : b; }
+RMP_INLINE Lanes select(Bits which, Lanes a, Lanes b) { return which ? a : b; }
+
+/// Two vectors that are computed side by side: recursions wait for results less.
+struct Wide {
+  Lanes a, b;
+};
+struct WideBits {
+  Bits a, b;
+};
+#define RMP_WIDE_OPERATOR(op)                                                                    \
+  RMP_INLINE Wide operator op(const Wide& x, const Wide& y) { return {x.a op y.a, x.b op y.b}; } \
+  RMP_INLINE Wide operator op(const Wide& x, double y) { return {x.a op y, x.b op y}; }          \
+  RMP_INLINE Wide operator op(double x, const Wide& y) { return {x op y.a, x op y.b}; }          \
+  RMP_INLINE Wide& operator op##=(Wide& x, const Wide& y) { return x = x op y; }                 \
+  RMP_INLINE Wide& operator op##=(Wide& x, double y) { return x = x op y; }
+RMP_WIDE_OPERATOR(+)
+RMP_WIDE_OPERATOR(-)
+RMP_WIDE_OPERATOR(*)
+RMP_WIDE_OPERATOR(/)
+#undef RMP_WIDE_OPERATOR
+RMP_INLINE Wide operator-(const Wide& x) { return {-x.a, -x.b}; }
+RMP_INLINE WideBits operator<(const Wide& x, const Wide& y) { return {x.a < y.a, x.b < y.b}; }
+RMP_INLINE WideBits operator>(const Wide& x, const Wide& y) { return {x.a > y.a, x.b > y.b}; }
+RMP_INLINE WideBits operator<(const Wide& x, double y) { return {x.a < y, x.b < y}; }
+RMP_INLINE WideBits operator>(const Wide& x, double y) { return {x.a > y, x.b > y}; }
+RMP_INLINE WideBits operator~(const WideBits& x) { return {~x.a, ~x.b}; }
+RMP_INLINE bool any(const WideBits& x) { return any(x.a | x.b); }
+RMP_INLINE Wide select(const WideBits& which, const Wide& x, const Wide& y) {
+  return {select(which.a, x.a, y.a), select(which.b, x.b, y.b)};
+}
 
 /// Swaps rows and columns of a square of numbers, in log2(kLanes) rounds of exchanges.
-[[gnu::always_inline]] inline void transpose(Lanes* row) {
+RMP_INLINE void transpose(Lanes* row) {
   Bits lane, low, high;
   for (std::size_t i = 0; i < kLanes; ++i) lane[i] = static_cast<std::int64_t>(i);
 #pragma GCC unroll 3
@@ -91,8 +123,9 @@ template <class T>
 }
 
 /// Reads `width` numbers a sample of the first kLanes of `samples` samples at `from` into one
-/// vector a number; lanes beyond the last sample repeat it.
-inline void load_samples(const double* from, std::size_t width, std::size_t samples, Lanes* to) {
+/// vector a number, `stride` doubles apart; lanes beyond the last sample repeat it.
+inline void load_samples(const double* from, std::size_t width, std::size_t samples, double* to,
+                         std::size_t stride) {
   const std::size_t size = samples * width;
   for (std::size_t first = 0; first < width; first += kLanes) {
     const std::size_t part = width - first < kLanes ? width - first : kLanes;
@@ -102,12 +135,13 @@ inline void load_samples(const double* from, std::size_t width, std::size_t samp
       row[i] = at + kLanes <= size ? load(from + at) : load_first(from + at, part);
     }
     transpose(row);
-    for (std::size_t k = 0; k < part; ++k) to[first + k] = row[k];
+    for (std::size_t k = 0; k < part; ++k) store(to + (first + k) * stride, row[k]);
   }
 }
 
 /// Writes what load_samples reads: `width` vectors to min(samples, kLanes) samples at `to`.
-inline void store_samples(const Lanes* from, std::size_t width, std::size_t samples, double* to) {
+inline void store_samples(const double* from, std::size_t stride, std::size_t width,
+                          std::size_t samples, double* to) {
   if (samples > kLanes) samples = kLanes;
   const std::size_t size = samples * width;
   for (std::size_t next = 0; next < width; next += kLanes) {
@@ -116,7 +150,8 @@ inline void store_samples(const Lanes* from, std::size_t width, std::size_t samp
     const std::size_t first = next + kLanes <= width || width < kLanes ? next : width - kLanes;
     const std::size_t part = width < kLanes ? width : kLanes;
     Lanes row[kLanes];
-    for (std::size_t k = 0; k < kLanes; ++k) row[k] = k < part ? from[first + k] : Lanes{};
+    for (std::size_t k = 0; k < kLanes; ++k)
+      row[k] = k < part ? load(from + (first + k) * stride) : Lanes{};
     transpose(row);
     for (std::size_t i = 0; i < samples; ++i) {
       const std::size_t at = i * width + first;
@@ -126,17 +161,40 @@ inline void store_samples(const Lanes* from, std::size_t width, std::size_t samp
   }
 }
 
+/// Samples at `from`, of which there is at least one, in the lanes of T: of Lanes or Wide.
+template <class T>
+inline void load_samples(const double* from, std::size_t width, std::size_t samples, T* to) {
+  constexpr std::size_t kStride = sizeof(T) / sizeof(double);
+  auto* at = reinterpret_cast<double*>(to);
+  for (std::size_t half = 0; half < kStride; half += kLanes) {
+    const std::size_t begin = half < samples ? half : samples - 1;
+    load_samples(from + begin * width, width, samples - begin, at + half, kStride);
+  }
+}
+template <class T>
+inline void store_samples(const T* from, std::size_t width, std::size_t samples, double* to) {
+  constexpr std::size_t kStride = sizeof(T) / sizeof(double);
+  const auto* at = reinterpret_cast<const double*>(from);
+  for (std::size_t half = 0; half < kStride && half < samples; half += kLanes)
+    store_samples(at + half, kStride, width, samples - half, to + half * width);
+}
+
 enum class RightAngles {
   as_given,  ///< the number's own sine and cosine
-  exact,     ///< as spatial::sin_cos: what is within 1e-15 rad of a right angle is one
+  exact,     ///< as spatial::sin_cos: what is within some 1e-15 rad of a right angle is one
 };
+
+RMP_INLINE Lanes magnitude_of(Lanes x) {
+  return reinterpret_cast<Lanes>(reinterpret_cast<Bits>(x) & INT64_MAX);
+}
 
 /// Sine and cosine. Up to kSinCosRange [rad] by reduction with pi/2 in three parts (119 bits) and
 /// the minimax polynomials of fdlibm (Sun, 1993: k_sin.c, k_cos.c), beyond and for NaN and
 /// infinities by the C library. Error below 1 ulp; as_given, sin(-x) = -sin(x).
 inline constexpr double kSinCosRange = 1e4;
+/// For numbers within the range, of any other ones anything.
 template <RightAngles Right>
-[[gnu::always_inline]] inline void sin_cos(Lanes x, Lanes& sine, Lanes& cosine) {
+RMP_INLINE void near_sin_cos(Lanes x, Lanes& sine, Lanes& cosine) {
   constexpr double kRound = 0x1.8p52, kTwoByPi = 0x1.45f306dc9c883p-1;
   // pi/2 = kHigh + kMiddle + kLow; the first two have 33 bits, so that small multiples are exact.
   constexpr double kHigh = 0x1.921fb544p0, kMiddle = 0x1.0b4611a6p-34, kLow = 0x1.3198a2e037073p-69;
@@ -147,48 +205,61 @@ template <RightAngles Right>
   const Lanes tail = turns * kLow - ((t - r) - w);
   Lanes y = r - tail, rest = (r - y) - tail;
   if constexpr (Right == RightAngles::exact) {
-    const Lanes size = turns < 0 ? -turns : turns, off = y < 0 ? -y : y;
-    const Bits right = off <= 1e-15 * (size > 1 ? size : splat<Lanes>(1));
-    y = right ? Lanes{} : y;
-    rest = right ? Lanes{} : rest;
+    const Bits wrong = magnitude_of(y) > 0.5e-15 + 0.5e-15 * magnitude_of(turns);
+    y = reinterpret_cast<Lanes>(reinterpret_cast<Bits>(y) & wrong);
+    rest = reinterpret_cast<Lanes>(reinterpret_cast<Bits>(rest) & wrong);
   }
   const Lanes z = y * y, cube = z * y;
-  const Lanes p = 8.33333333332248946124e-03 +
-                  z * (-1.98412698298579493134e-04 +
-                       z * (2.75573137070700676789e-06 +
-                            z * (-2.50507602534068634195e-08 + z * 1.58969099521155010221e-10)));
+  // Pairs of terms side by side, so that less waits for what comes before.
+  const Lanes zz = z * z;
+  const Lanes p = (8.33333333332248946124e-03 + z * -1.98412698298579493134e-04) +
+                  zz * ((2.75573137070700676789e-06 + z * -2.50507602534068634195e-08) +
+                        zz * 1.58969099521155010221e-10);
   const Lanes s = y - ((z * (0.5 * rest - cube * p) - rest) + cube * 1.66666666666666324348e-01);
-  const Lanes g =
-      z * (4.16666666666666019037e-02 +
-           z * (-1.38888888888741095749e-03 +
-                z * (2.48015872894767294178e-05 +
-                     z * (-2.75573143513906633035e-07 +
-                          z * (2.08757232129817482790e-09 + z * -1.13596475577881948265e-11)))));
+  const Lanes g = z * ((4.16666666666666019037e-02 + z * -1.38888888888741095749e-03) +
+                       zz * ((2.48015872894767294178e-05 + z * -2.75573143513906633035e-07) +
+                             zz * (2.08757232129817482790e-09 + z * -1.13596475577881948265e-11)));
   const Lanes half = 0.5 * z, top = 1 - half;
   const Lanes c = top + (((1 - top) - half) + (z * g - y * rest));
   const Bits swap = (quadrant & 1) != 0;
   sine = reinterpret_cast<Lanes>(reinterpret_cast<Bits>(swap ? c : s) ^ ((quadrant & 2) << 62));
   cosine =
       reinterpret_cast<Lanes>(reinterpret_cast<Bits>(swap ? s : c) ^ (((quadrant + 1) & 2) << 62));
-  const Lanes magnitude = x < 0 ? -x : x;
-  if (__builtin_expect(any(~(magnitude <= kSinCosRange)), 0))
-    for (std::size_t i = 0; i < kLanes; ++i) {
-      const double v = x[i];
-      if (magnitude[i] <= kSinCosRange) continue;
-      sine[i] = __builtin_sin(v);
-      cosine[i] = __builtin_cos(v);
-    }
+}
+RMP_INLINE Bits far(Lanes x) { return ~(magnitude_of(x) <= kSinCosRange); }
+/// Of the lanes that are beyond the range.
+[[gnu::noinline]] inline void far_sin_cos(const double* x, double* sine, double* cosine) {
+  for (std::size_t i = 0; i < kLanes; ++i) {
+    if (__builtin_fabs(x[i]) <= kSinCosRange) continue;
+    sine[i] = __builtin_sin(x[i]);
+    cosine[i] = __builtin_cos(x[i]);
+  }
 }
 
-/// The same of many numbers; reads and writes up to the next multiple of kLanes.
+/// Of many numbers; reads and writes up to the next multiple of kLanes.
 template <RightAngles Right>
 inline void sin_cos(const double* x, std::size_t count, double* sine, double* cosine) {
-  for (std::size_t i = 0; i < count; i += kLanes) {
-    Lanes s, c;
-    sin_cos<Right>(load(x + i), s, c);
-    store(sine + i, s);
-    store(cosine + i, c);
+  std::size_t i = 0;
+  const auto write = [&](std::size_t at, Lanes s, Lanes c) {
+    store(sine + at, s);
+    store(cosine + at, c);
+  };
+  for (; i + kLanes < count; i += 2 * kLanes) {
+    const Lanes first = load(x + i), second = load(x + i + kLanes);
+    Lanes s, c, t, d;
+    near_sin_cos<Right>(first, s, c);
+    near_sin_cos<Right>(second, t, d);
+    write(i, s, c);
+    write(i + kLanes, t, d);
+    if (__builtin_expect(any(far(first) | far(second)), 0))
+      for (std::size_t at = i; at <= i + kLanes; at += kLanes)
+        far_sin_cos(x + at, sine + at, cosine + at);
   }
+  if (i >= count) return;
+  Lanes s, c;
+  near_sin_cos<Right>(load(x + i), s, c);
+  write(i, s, c);
+  if (__builtin_expect(any(far(load(x + i))), 0)) far_sin_cos(x + i, sine + i, cosine + i);
 }
 
 }  // namespace robomosp::spatial::RMP_LANES

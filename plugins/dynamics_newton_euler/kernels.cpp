@@ -257,8 +257,8 @@ void add_resistance(const Mechanism& m, std::uint32_t terms, const T* q, const T
     if (terms & kFrictionTerm) {
       const T rate = qd[k.v_index] * k.ratio, none{};
       force += rate * b.viscous;
-      force += rate > 0 ? splat<T>(b.coulomb_positive) : none;
-      force += rate < 0 ? splat<T>(b.coulomb_negative) : none;
+      force += select(rate > 0, splat<T>(b.coulomb_positive), none);
+      force += select(rate < 0, splat<T>(b.coulomb_negative), none);
     }
     if (terms & kSpringTerm) force += (q[k.q_index] * k.ratio + (k.offset - b.rest)) * b.stiffness;
     tau[k.v_index] += force * k.ratio;
@@ -273,15 +273,14 @@ struct Inputs {
 // Motion of the base that the chosen terms see, of T samples `width` apart.
 template <class T>
 Vec<T> base_vector(const double* base, std::size_t width, std::size_t last, std::size_t at) {
+  constexpr std::size_t kWide = sizeof(T) / sizeof(double);
+  double of[3][kWide];
+  for (std::size_t i = 0; i < kWide; ++i)
+    for (std::size_t k = 0; k < 3; ++k) of[k][i] = base[(i < last ? i : last) * width + at + k];
   Vec<T> v;
-  if constexpr (sizeof(T) == sizeof(double)) {
-    v = plain(base + at);
-  } else {
-    for (std::size_t i = 0; i < kLanes; ++i) {
-      const double* own = base + (i < last ? i : last) * width + at;
-      v.x[i] = own[0], v.y[i] = own[1], v.z[i] = own[2];
-    }
-  }
+  __builtin_memcpy(&v.x, of[0], sizeof(T));
+  __builtin_memcpy(&v.y, of[1], sizeof(T));
+  __builtin_memcpy(&v.z, of[2], sizeof(T));
   return v;
 }
 struct BaseRow {
@@ -454,15 +453,15 @@ T factor(const Mechanism& m, T* M, T* diagonal) {
   T greatest{};
   for (std::size_t k = 0; k < n; ++k) {
     diagonal[k] = M[k * n + k];
-    greatest = diagonal[k] > greatest ? diagonal[k] : greatest;
+    greatest = select(diagonal[k] > greatest, diagonal[k], greatest);
   }
   T least = splat<T>(1);
   for (std::size_t k = n; k-- > 0;) {
     const T* row = M + k * n;
     const T pivot = row[k];
     const T excess = pivot - kPivot * diagonal[k], floor = pivot - kDiagonal * greatest;
-    const T margin = excess < floor ? excess : floor;
-    least = margin > 0 ? least : splat<T>(-1);
+    const T margin = select(excess < floor, excess, floor);
+    least = select(margin > 0, least, splat<T>(-1));
     const T inverse = 1.0 / pivot;
     M[k * n + k] = inverse;
     for (std::int32_t i = m.entry_parent[k]; i >= 0; i = m.entry_parent[i]) {
@@ -544,26 +543,28 @@ std::size_t run_single(const Mechanism& m, const Task& task, std::size_t first, 
   return last;
 }
 
+template <class T>
 std::size_t run_lanes(const Mechanism& m, const Task& task, std::size_t samples, std::size_t first,
                       std::size_t last, double* scratch) {
-  Room<Lanes> x;
+  constexpr std::size_t kSamples = sizeof(T) / sizeof(double);
+  Room<T> x;
   furnish(m, task, scratch, x);
-  const std::size_t n = m.velocities, width = output_width<Lanes>(m, task);
-  for (std::size_t i = 0; i < n; ++i) x.zeros[i] = Lanes{};
+  const std::size_t n = m.velocities, width = output_width<T>(m, task);
+  for (std::size_t i = 0; i < n; ++i) x.zeros[i] = T{};
   // tau of forward dynamics shares the room of qdd, which forward dynamics does not read.
-  Lanes* out = task.what == Task::What::inertia ? x.m : x.tau;
+  T* out = task.what == Task::What::inertia ? x.m : x.tau;
   if (task.wrench && task.one_wrench)
-    for (std::size_t k = 0; k < 6; ++k) x.wrench[k] = splat<Lanes>(task.wrench[k]);
-  for (std::size_t i = first; i < last; i += kLanes) {
-    const std::size_t left = samples - i, here = last - i < kLanes ? last - i : kLanes;
-    const auto loaded = [&](const double* all, Lanes* to) -> const Lanes* {
+    for (std::size_t k = 0; k < 6; ++k) x.wrench[k] = splat<T>(task.wrench[k]);
+  for (std::size_t i = first; i < last; i += kSamples) {
+    const std::size_t left = samples - i, here = last - i < kSamples ? last - i : kSamples;
+    const auto loaded = [&](const double* all, T* to) -> const T* {
       if (!all) return x.zeros;
       load_samples(all + i * n, n, left, to);
       return to;
     };
     load_samples(task.q + i * m.coordinates, m.coordinates, left, x.q);
-    Inputs<Lanes> in{x.q, loaded(task.qd, x.qd), x.zeros, nullptr};
-    const Lanes* tau = x.zeros;
+    Inputs<T> in{x.q, loaded(task.qd, x.qd), x.zeros, nullptr};
+    const T* tau = x.zeros;
     if (task.what == Task::What::accelerations) tau = loaded(task.tau, x.qdd);
     else if (task.what == Task::What::torques) in.qdd = loaded(task.qdd, x.qdd);
     if (task.wrench) {
@@ -573,25 +574,37 @@ std::size_t run_lanes(const Mechanism& m, const Task& task, std::size_t samples,
     BaseRow row;
     if (task.base && task.one_base) row = {task.base, 0, 0};
     else if (task.base) row = {task.base + 12 * i, 12, left - 1};
-    const Lanes well = evaluate(m, task, in, row, tau, x, out);
+    const T well = evaluate(m, task, in, row, tau, x, out);
     store_samples(out, width, here, task.out + i * width);
-    if (__builtin_expect(any(~(well > 0)), 0))
+    if (__builtin_expect(any(~(well > 0)), 0)) {
+      double each[kSamples];
+      __builtin_memcpy(each, &well, sizeof well);
       for (std::size_t k = 0; k < here; ++k)
-        if (!(well[k] > 0)) return i + k;
+        if (!(each[k] > 0)) return i + k;
+    }
   }
   return last;
 }
 
+// Two vectors pay where there are registers for them and the matrix stays in the nearest cache.
+bool side_by_side(const Mechanism& m, const Task& task) {
+  return kLanes == 8 && (task.what == Task::What::torques || m.velocities <= 10);
+}
+
 std::size_t run(const Mechanism& m, const Task& task, std::size_t samples, std::size_t first,
                 std::size_t last, double* scratch) {
-  return task.lanes ? run_lanes(m, task, samples, first, last, scratch)
-                    : run_single(m, task, first, last, scratch);
+  if (!task.lanes) return run_single(m, task, first, last, scratch);
+  return side_by_side(m, task) ? run_lanes<Wide>(m, task, samples, first, last, scratch)
+                               : run_lanes<Lanes>(m, task, samples, first, last, scratch);
 }
 
 std::size_t scratch_size(const Mechanism& m, const Task& task) {
   Room<double> one;
-  Room<Lanes> many;
-  return task.lanes ? furnish(m, task, nullptr, many) : furnish(m, task, nullptr, one);
+  Room<Lanes> several;
+  Room<Wide> many;
+  if (!task.lanes) return furnish(m, task, nullptr, one);
+  return side_by_side(m, task) ? furnish(m, task, nullptr, many)
+                               : furnish(m, task, nullptr, several);
 }
 
 constexpr Kernels kTable{run, scratch_size, kLanes};
