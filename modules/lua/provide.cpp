@@ -110,6 +110,15 @@ void set_number(lua_State* L, const char* name, double v) {
   lua_setfield(L, -2, name);
 }
 
+/// Scripts count joints and coordinates alike.
+Result<void> need_simple(const RobotModel& model) {
+  if (model.is_simple() && model.loops.empty()) return {};
+  return error(ErrorCode::unsupported,
+               "solvers written in Lua serve robots whose joints have one coordinate each, without "
+               "followers and loops",
+               "Choose another provider for it.", "robot " + text::quote(model.name));
+}
+
 void push_model(Impl& impl, lua_State* L, const RobotModel& model, bool with_gravity) {
   lua_createtable(L, 0, 6);
   lua_pushstring(L, model.name.c_str());
@@ -248,6 +257,7 @@ class LuaIk final : public IkSolver {
   explicit LuaIk(ProviderPtr p) : p_(std::move(p)) {}
 
   Result<void> prepare(const RobotModel& model, const Params& params) override {
+    RMP_TRY(need_simple(model));
     model_ = &model;
     params_ = Kept(p_->schema, params);
     return {};
@@ -452,6 +462,7 @@ class LuaInverseDynamics final : public InverseDynamics {
  public:
   explicit LuaInverseDynamics(ProviderPtr p) : p_(std::move(p)) {}
   Result<void> prepare(const RobotModel& model, const Params& params) override {
+    RMP_TRY(need_simple(model));
     model_ = &model;
     params_ = Kept(p_->schema, params);
     return {};
@@ -540,6 +551,7 @@ class LuaForwardDynamics final : public ForwardDynamics {
  public:
   explicit LuaForwardDynamics(ProviderPtr p) : p_(std::move(p)) {}
   Result<void> prepare(const RobotModel& model, const Params& params) override {
+    RMP_TRY(need_simple(model));
     model_ = &model;
     params_ = Kept(p_->schema, params);
     return {};

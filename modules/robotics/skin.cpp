@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -100,6 +101,7 @@ class SkinBuilder {
     for (std::size_t i = 0; i < robot.links.size(); ++i)
       if (robot.links[i].parent >= 0)
         children_[static_cast<std::size_t>(robot.links[i].parent)].push_back(i);
+    find_attachments();
     measure();
   }
 
@@ -113,19 +115,54 @@ class SkinBuilder {
   }
 
  private:
+  /// Where something other than a link is held: a loop's frame or a further tool.
+  struct Attachment {
+    Pose at;                              ///< in the link's frame
+    std::optional<model::LoopKind> loop;  ///< none = a tool
+    bool has_pin = false;                 ///< draws the pin of its loop
+  };
+
+  void find_attachments() {
+    attachments_.resize(robot_.links.size() + 1);  // the base is the last one
+    const auto of = [this](std::int32_t link) -> std::vector<Attachment>& {
+      return link < 0 ? attachments_.back() : attachments_[static_cast<std::size_t>(link)];
+    };
+    for (const model::LoopClosure& loop : robot_.loops) {
+      of(loop.link_a).push_back({model::pose(loop.in_a), loop.kind, true});
+      of(loop.link_b).push_back({model::pose(loop.in_b), loop.kind, false});
+    }
+    for (const model::RobotTool& tool : robot_.tools)
+      if (tool.link >= 0)  // a mark on the base is no arm
+        of(tool.link).push_back({model::pose(tool.placement), std::nullopt, false});
+  }
+  [[nodiscard]] model::Convention convention(std::size_t i) const {
+    return robot_.links[i].convention.value_or(robot_.convention);
+  }
+  // Distance of the link's farthest attachment from its frame.
+  [[nodiscard]] double attachment_reach(std::size_t i) const {
+    double most = 0;
+    for (const Attachment& a : attachments_[i]) most = std::max(most, spatial::norm(a.at.p));
+    return most;
+  }
+
   // Where joint c is met in its parent link's frame.
   [[nodiscard]] Hook hook(std::size_t c) const {
     const model::DhRow& row = robot_.links[c].row;
-    if (robot_.convention == model::Convention::dh) return {Vec3{}, Vec3{0, 0, 1}, row.d};
+    if (robot_.links[c].origin) {
+      const Pose t = link_joint_poses(robot_, c).parent_T_joint;
+      return {t.p, spatial::axis(t, 2), 0};
+    }
+    if (convention(c) == model::Convention::dh) return {Vec3{}, Vec3{0, 0, 1}, row.d};
     const Pose t = spatial::mdh_pose(row.a, row.alpha, 0, 0);
     return {t.p, spatial::axis(t, 2), row.d};
   }
   [[nodiscard]] double common_normal(std::size_t i) const {
-    return std::fabs(robot_.links[i].row.a);
+    const model::Link& link = robot_.links[i];
+    return link.origin ? spatial::norm(model::position(*link.origin)) : std::fabs(link.row.a);
   }
   // The link's own joint frame in the link's frame.
   [[nodiscard]] Pose own_joint(std::size_t i) const {
-    return spatial::inverse(row_poses(robot_.convention, robot_.links[i].row).joint_T_link);
+    return spatial::inverse(link_joint_poses(robot_, i).joint_T_link);
   }
 
   // Reach is the longest path of row lengths; housings taper along it and shrink where several
@@ -152,6 +189,14 @@ class SkinBuilder {
         up = std::max(up, longest[i]);
       }
     }
+    // A loop's frame or a tool is as far as a link more; those on the base count as well.
+    for (std::size_t i = 0; i <= n; ++i)
+      for (const Attachment& a : attachments_[i])
+        if (const double l = spatial::norm(a.at.p); l > 0) {
+          total += l, ++lengths;
+          if (i < n) longest[i] = std::max(longest[i], way[i] + l);
+        }
+    for (std::size_t i = 0; i < n; ++i) longest[0] = std::max(longest[0], longest[i]);
     double tool = spatial::norm(robot_.tool.position);
     reach_ = std::max(*std::max_element(longest.begin(), longest.end()) + tool, 0.0);
     if (!(reach_ > 1e-9)) reach_ = 1;
@@ -161,8 +206,7 @@ class SkinBuilder {
     sizes_.resize(n);
     for (std::size_t i = 0; i < n; ++i) {
       const model::Link& link = robot_.links[i];
-      const double at = std::max(
-          0.0, way[i] - (robot_.convention == model::Convention::dh ? common_normal(i) : 0.0));
+      const double at = std::max(0.0, way[i] - (has_normal_ahead(i) ? common_normal(i) : 0.0));
       const double t = std::clamp(at / reach_, 0.0, 1.0);
       JointSize& size = sizes_[i];
       size.radius = thickest * (1 - 0.52 * t);
@@ -182,8 +226,9 @@ class SkinBuilder {
   [[nodiscard]] double link_offset(std::size_t i) const {
     const model::Link& link = robot_.links[i];
     const std::int32_t p = link.parent;
-    const double a = robot_.convention == model::Convention::dh
-                         ? (p < 0 ? 0 : common_normal(static_cast<std::size_t>(p)))
+    if (link.origin) return common_normal(i);
+    const double a = convention(i) == model::Convention::dh
+                         ? (p < 0 ? 0 : common_normal_ahead(static_cast<std::size_t>(p)))
                          : common_normal(i);
     return a + std::fabs(link.row.d);
   }
@@ -226,14 +271,28 @@ class SkinBuilder {
     if (child.joint == JointKind::revolute && !has_offset && !size.is_nested) {
       const Vec3 h = scale(at.axis, 0.7 * r);
       pieces.cylinder("hinge ring", SkinRole::tube, sub(seat, h), add(seat, h), 1.08 * r, 0.12 * r);
-    } else if (child.joint == JointKind::prismatic) {
+    } else if (child.joint == JointKind::prismatic || child.joint == JointKind::cylindrical) {
       const Vec3 h = scale(at.axis, 1.1 * r);
-      if (is_slim(c))
+      if (is_slim(c) || child.joint == JointKind::cylindrical)
         pieces.cylinder("sleeve", SkinRole::tube, sub(seat, h), add(seat, h), r, 0.15 * r);
       else pieces.box("sleeve", SkinRole::tube, sub(seat, h), add(seat, h), 2.0 * r);
     } else if (child.joint == JointKind::fixed) {
       pieces.sphere("elbow", SkinRole::tube, seat, 0.8 * r);
+    } else if (child.joint == JointKind::universal || child.joint == JointKind::spherical) {
+      const Vec3 h = scale(at.axis, 0.35 * r);
+      pieces.cylinder("socket", SkinRole::tube, sub(seat, h), add(seat, h), 1.1 * r, 0.1 * r);
+    } else if (child.joint == JointKind::planar) {
+      const Vec3 h = scale(at.axis, 0.6 * r);
+      pieces.cylinder("table", SkinRole::tube, sub(seat, scale(h, 1.3)), sub(seat, h), 0.4 * reach_,
+                      0.05 * r);
     }
+  }
+
+  // A slide that ends at a ball does not reach through it.
+  [[nodiscard]] bool ends_in_ball(std::size_t i) const {
+    return std::any_of(attachments_[i].begin(), attachments_[i].end(), [](const Attachment& a) {
+      return a.loop == model::LoopKind::point && spatial::norm(a.at.p) < 1e-9;
+    });
   }
 
   // Slides near the tool are round quills, those near the base square rails.
@@ -245,12 +304,26 @@ class SkinBuilder {
     const Vec3 z = spatial::axis(joint, 2);
     const double r = sizes_[i].radius, half = sizes_[i].half;
     const auto along = [&](double s) { return add(joint.p, scale(z, s)); };
-    if (link.joint == JointKind::prismatic) {
+    if (link.joint == JointKind::free) return draw_free_body(pieces, i);
+    if (link.joint == JointKind::spherical)
+      return pieces.sphere("ball", SkinRole::joint, joint.p, 0.95 * r);
+    if (link.joint == JointKind::planar)
+      return pieces.cylinder("puck", SkinRole::joint, along(-0.6 * r), along(0.6 * r), 1.4 * r,
+                             0.1 * r);
+    if (link.joint == JointKind::universal) {
+      // The cross: its second axis is carried by the link.
+      const Vec3 x = scale(spatial::axis(joint, 0), 1.05 * r);
+      pieces.cylinder("cross pin", SkinRole::joint, sub(joint.p, x), add(joint.p, x), 0.4 * r,
+                      0.05 * r);
+      return pieces.sphere("cross", SkinRole::joint, joint.p, 0.7 * r);
+    }
+    if (link.joint == JointKind::prismatic || link.joint == JointKind::cylindrical) {
       const double free = 0.5 * reach_;
       const double up = std::isfinite(link.upper) ? link.upper : free;
       const double low = std::isfinite(link.lower) ? link.lower : -free;
-      const double back = -std::max(up, 0.0) - 1.3 * r, front = std::max(-low, 0.0) + 0.4 * r;
-      if (is_slim(i))
+      const double back = -std::max(up, 0.0) - 1.3 * r,
+                   front = ends_in_ball(i) ? 0 : std::max(-low, 0.0) + 0.4 * r;
+      if (is_slim(i) || link.joint == JointKind::cylindrical)
         pieces.cylinder("quill", SkinRole::joint, along(back), along(front), 0.55 * r, 0.08 * r);
       else pieces.box("rail", SkinRole::joint, along(back), along(front), 1.25 * r);
       return;
@@ -275,9 +348,12 @@ class SkinBuilder {
                                : 1.6 * sizes_[i].radius;
   }
 
+  [[nodiscard]] bool has_normal_ahead(std::size_t i) const {
+    return !robot_.links[i].origin && convention(i) == model::Convention::dh;
+  }
   // Length of the tube from the link's joint to its own frame.
   [[nodiscard]] double common_normal_ahead(std::size_t i) const {
-    return robot_.convention == model::Convention::dh ? common_normal(i) : 0.0;
+    return has_normal_ahead(i) ? common_normal(i) : 0.0;
   }
 
   // The end of a branch: arm to the link's frame, flange, and for the last link a rod to the tool.
@@ -304,18 +380,64 @@ class SkinBuilder {
       pieces.cone("tool", SkinRole::joint, face, tool, 0.42 * r, 0.16 * r);
   }
 
+  // A floating base is a box; a platform held at three or more points is a disc through them.
+  void draw_free_body(Pieces& pieces, std::size_t i) const {
+    const double r = sizes_[i].radius;
+    if (attachments_[i].size() >= 3) {
+      const double radius = 1.05 * attachment_reach(i);
+      return pieces.cylinder("platform", SkinRole::tube, {0, 0, 0}, {0, 0, 0.5 * r}, radius,
+                             0.1 * r);
+    }
+    // Wide enough to carry what stands on it.
+    double half = 2.2 * r;
+    for (const std::size_t c : children_[i])
+      for (const double x : hook(c).foot) half = std::max(half, 0.95 * std::fabs(x));
+    pieces.box("body", SkinRole::tube, {0, 0, -half}, {0, 0, half}, 2 * half);
+  }
+
+  // Tubes from the link's joint to what it holds, with pins and balls where loops close.
+  void draw_attachments(Pieces& pieces, const Vec3& start, double radius,
+                        const std::vector<Attachment>& all) const {
+    for (const Attachment& a : all) {
+      const double pin = 0.85 * radius;
+      if (spatial::distance(start, a.at.p) > 0.3 * radius)
+        pieces.cone("arm to loop", SkinRole::tube, start, a.at.p, radius,
+                    a.loop ? 0.85 * radius : 0.4 * radius);
+      if (!a.loop) continue;
+      if (*a.loop == model::LoopKind::point) {
+        if (a.has_pin) pieces.sphere("ball", SkinRole::joint, a.at.p, 1.25 * pin);
+        continue;
+      }
+      const Vec3 h = scale(spatial::axis(a.at, 2), a.has_pin ? 1.25 * pin : 0.9 * pin);
+      pieces.cylinder(a.has_pin ? "pin" : "eye", a.has_pin ? SkinRole::joint : SkinRole::tube,
+                      sub(a.at.p, h), add(a.at.p, h), a.has_pin ? 0.8 * pin : 1.15 * pin,
+                      0.1 * pin);
+    }
+  }
+
   void draw_link(std::size_t i, std::vector<SkinPiece>& out) const {
     Pieces pieces(out);
-    const bool is_leaf = children_[i].empty();
+    const bool is_held = std::any_of(attachments_[i].begin(), attachments_[i].end(),
+                                     [](const Attachment& a) { return a.loop.has_value(); });
+    const bool is_leaf =
+        children_[i].empty() && !is_held && robot_.links[i].joint != JointKind::free;
     draw_own_joint(pieces, i, is_leaf);
     const Vec3 start = own_joint(i).p;
     for (const std::size_t c : children_[i]) draw_arm(pieces, start, 0.76 * sizes_[i].radius, c);
     if (is_leaf) draw_end(pieces, i);
+    const bool is_disc = robot_.links[i].joint == JointKind::free && attachments_[i].size() >= 3;
+    draw_attachments(pieces, is_held && has_normal_ahead(i) ? start : own_joint(i).p,
+                     is_disc ? 0.5 * sizes_[i].radius : 0.6 * sizes_[i].radius, attachments_[i]);
   }
 
   void draw_base(std::vector<SkinPiece>& out) const {
     Pieces pieces(out);
     const double r = base_radius_;
+    // A floating robot has no foot.
+    const bool floats = std::none_of(robot_.links.begin(), robot_.links.end(), [](const auto& l) {
+      return l.parent < 0 && l.joint != JointKind::free;
+    });
+    if (floats) return;
     // Where the first joint sits at the base frame itself, that frame is the shoulder: the
     // pedestal is then drawn below it.
     double floor = 0;
@@ -333,11 +455,14 @@ class SkinBuilder {
     pieces.cylinder("foot", SkinRole::joint, {0, 0, floor}, {0, 0, floor + 0.22 * r}, 1.55 * r,
                     0.06 * r);
     for (std::size_t c = 0; c < robot_.links.size(); ++c)
-      if (robot_.links[c].parent < 0) draw_arm(pieces, Vec3{}, 1.12 * r, c);
+      if (robot_.links[c].parent < 0 && robot_.links[c].joint != JointKind::free)
+        draw_arm(pieces, Vec3{}, 1.12 * r, c);
+    draw_attachments(pieces, Vec3{}, 0.6 * r, attachments_.back());
   }
 
   const model::Robot& robot_;
   std::vector<std::vector<std::size_t>> children_;
+  std::vector<std::vector<Attachment>> attachments_;  ///< of every link, then of the base
   std::vector<JointSize> sizes_;
   double reach_ = 1, base_radius_ = 0.07;
 };

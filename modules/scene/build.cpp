@@ -154,7 +154,8 @@ void add_mark(Maker& m, const std::string& owner, const std::string& what,
 
 double reach(const model::Robot& robot) {
   double sum = 0;
-  for (const auto& l : robot.links) sum += std::hypot(l.row.a, l.row.d);
+  for (const auto& l : robot.links)
+    sum += l.origin ? spatial::norm(model::position(*l.origin)) : std::hypot(l.row.a, l.row.d);
   return sum;
 }
 
@@ -447,11 +448,11 @@ Result<Playback> build_playback(const Source& source, WorldId id, const sim::Rec
                  "Simulate again.");
   RMP_TRY_ASSIGN(const PosedRobot robot, posed_robot(source, placed->robot, placed->name,
                                                      model::pose(placed->placement), progress));
-  const std::size_t dof = robot.model->dof();
+  const std::size_t dof = robot.model->coordinate_count();
   std::vector<const sim::Column*> q;
   for (std::size_t j = 0; j < dof; ++j) {
     q.push_back(recording.find("q" + std::to_string(j + 1)));
-    if (!q.back() || recording.dof != dof)
+    if (!q.back() || recording.dof != robot.model->dof())
       return error(ErrorCode::conflict, "the recording was made from a robot with other joints",
                    "Simulate again.");
   }

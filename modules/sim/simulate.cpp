@@ -81,6 +81,11 @@ Result<Setup> prepare(const Simulator& sim, const Run& run, Progress& progress) 
                  sim.derived.robot_model(sim.snapshot, robot->robot,
                                          spatial::rotate_back(mounting, world->gravity), progress));
   setup.world_T_base = spatial::compose(mounting, setup.model->base);
+  if (!setup.model->is_simple() || !setup.model->loops.empty())
+    return error(ErrorCode::unsupported,
+                 "it has loops or joints that are not of one coordinate each, and cannot follow a "
+                 "trajectory yet",
+                 "robot.close finds its closed configurations.", setup.where);
 
   const std::size_t dof = setup.model->dof();
   setup.start = robot->q.empty() ? robotics::home_joint_values(*robot_record) : robot->q;
