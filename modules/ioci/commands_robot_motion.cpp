@@ -161,6 +161,19 @@ std::string shared_unit(const RobotModel& m, const char* turning, const char* sl
 }
 std::string joint_unit(const RobotModel& m) { return shared_unit(m, "rad", "m", "rad or m"); }
 
+/// Why there is no solution, or which way the tip has lost: as far as the solver knows.
+void set_reasons(Map& out, const RobotModel& m, const IkResult& result) {
+  out.set("shortfall", result.shortfall);
+  if (result.limiting_joint >= 0 &&
+      static_cast<std::size_t>(result.limiting_joint) < m.joints.size())
+    out.set("limiting_joint", m.joints[static_cast<std::size_t>(result.limiting_joint)].name);
+  const auto& lost = result.lost_direction;
+  if (lost == std::array<double, 6>{}) return;
+  const Vec3 v = spatial::rotate(m.base, {lost[0], lost[1], lost[2]});
+  const Vec3 w = spatial::rotate(m.base, {lost[3], lost[4], lost[5]});
+  out.set("lost_direction", NumericArray({v[0], v[1], v[2], w[0], w[1], w[2]}));
+}
+
 Result<Value> solve_ik(CommandContext& ctx, const Map& args) {
   const Robot& r = content<Robot>(ctx, args);
   RMP_TRY_ASSIGN(const auto m, model_of(ctx, args));
@@ -180,6 +193,8 @@ Result<Value> solve_ik(CommandContext& ctx, const Map& args) {
   batch.tolerance = {real(args, "position_tolerance"), real(args, "rotation_tolerance")};
   batch.all_solutions = flag(args, "all");
   batch.tip = static_cast<std::int32_t>(tip);
+  const double arm_angle = has(args, "arm_angle") ? real(args, "arm_angle") : 0.0;
+  if (has(args, "arm_angle")) batch.arm_angles = std::span(&arm_angle, 1);
   RMP_TRY_ASSIGN(const auto results, sim::solve_ik(bound, batch, ctx.progress));
   const IkResult& result = results.front();
   if (result.status != IkStatus::solved && !flag(args, "partial")) {
@@ -203,6 +218,79 @@ Result<Value> solve_ik(CommandContext& ctx, const Map& args) {
   out.set("rotation_error", result.rotation_error);
   out.set("iterations", static_cast<std::int64_t>(result.iterations));
   out.set("detail", result.detail);
+  set_reasons(out, *m, result);
+  out.set("provider", bound.provider);
+  return Value(std::move(out));
+}
+
+/// Seeds of a batch: a pose's name, one configuration, or a list of configurations.
+Result<std::vector<double>> read_seeds(const Map& args, const Robot& r, const RobotModel& m) {
+  std::vector<double> out;
+  if (!has(args, "seed")) return out;
+  const Value& given = *args.find("seed");
+  const bool many =
+      given.as_list() && !given.as_list()->empty() && !given.as_list()->front().is_number();
+  const bool table = given.as_array() && given.as_array()->is_matrix();
+  if (!many && !table) return read_q(given, r, m.joints, "seed");
+  if (table) return reals(&given);
+  for (const Value& one : *given.as_list()) {
+    RMP_TRY_ASSIGN(const auto q, read_q(one, r, m.joints, "seed"));
+    out.insert(out.end(), q.begin(), q.end());
+  }
+  return out;
+}
+
+Result<Value> solve_ik_batch(CommandContext& ctx, const Map& args) {
+  const Robot& r = content<Robot>(ctx, args);
+  RMP_TRY_ASSIGN(const auto m, model_of(ctx, args));
+  RMP_TRY_ASSIGN(const std::size_t tip, tip_index(*m, args));
+  RMP_TRY_ASSIGN(const auto choice, chosen(args, r.ik));
+  const Pose base_T_mounting = spatial::inverse(m->base);
+  std::vector<Pose> targets;
+  for (const Value& v : *args.find("targets")->as_list()) {
+    const auto target = pose_from(v);
+    if (!target)
+      return error(ErrorCode::invalid_argument,
+                   "target " + std::to_string(targets.size() + 1) + " is not a pose",
+                   "Give poses such as pose(0.5, 0, 0.3).", "targets");
+    targets.push_back(spatial::compose(base_T_mounting, *target));
+  }
+  RMP_TRY_ASSIGN(const auto seeds, read_seeds(args, r, *m));
+  const std::vector<double> arm_angles = reals(args.find("arm_angle"));
+  RMP_TRY_ASSIGN(const auto bound, ctx.app.solvers.ik(ctx.app.registry, m, choice));
+  IkBatch batch;
+  batch.targets = targets;
+  batch.seeds = seeds;
+  batch.arm_angles = arm_angles;
+  batch.tolerance = {real(args, "position_tolerance"), real(args, "rotation_tolerance")};
+  batch.continuous = flag(args, "continuous");
+  batch.tip = static_cast<std::int32_t>(tip);
+  RMP_TRY_ASSIGN(const auto results, sim::solve_ik(bound, batch, ctx.progress));
+  const std::size_t n = m->coordinate_count();
+  std::vector<double> q, position, rotation, shortfall;
+  List status, detail;
+  std::int64_t solved = 0;
+  for (const IkResult& result : results) {
+    // A target without any configuration has the seed's place filled with zeros.
+    if (result.q.size() >= n)
+      q.insert(q.end(), result.q.begin(), result.q.begin() + static_cast<std::ptrdiff_t>(n));
+    else q.insert(q.end(), n, 0.0);
+    status.emplace_back(std::string(status_word(result.status)));
+    detail.emplace_back(result.detail);
+    position.push_back(result.position_error);
+    rotation.push_back(result.rotation_error);
+    shortfall.push_back(result.shortfall);
+    solved += result.status == IkStatus::solved ? 1 : 0;
+  }
+  Map out{{"solved", solved}};
+  out.set("q", results.empty()
+                   ? Value(List{})
+                   : Value(NumericArray(std::move(q), results.size(), n, joint_unit(*m))));
+  out.set("status", std::move(status));
+  out.set("detail", std::move(detail));
+  out.set("position_error", NumericArray(std::move(position), "m"));
+  out.set("rotation_error", NumericArray(std::move(rotation), "rad"));
+  out.set("shortfall", NumericArray(std::move(shortfall), "m"));
   out.set("provider", bound.provider);
   return Value(std::move(out));
 }
@@ -384,7 +472,10 @@ std::vector<CommandSpec> robot_motion_commands() {
                                        "When the position counts as reached.")),
                   above_zero(defaulted("rotation_tolerance", "real", "rad", 1e-9,
                                        "When the rotation counts as reached.")),
-                  provider, tip},
+                  provider, tip,
+                  optional("arm_angle", "real", "rad",
+                           "Of a 7-joint arm, with a solver tagged arm_angle: the elbow turned "
+                           "about the line from shoulder to wrist; 0 is the plane of axis 1.")},
        .returns = {"map",
                    "",
                    "",
@@ -396,9 +487,51 @@ std::vector<CommandSpec> robot_motion_commands() {
                     field("rotation_error", "real", "rad", "What is left of the first."),
                     field("iterations", "int", "", "Steps of the solver."),
                     field("detail", "string", "", "Reason in words when not solved."),
+                    field("shortfall", "real", "m",
+                          "How far the target is out of reach, at least; 0 when not known."),
+                    field("limiting_joint", "string", "", "Whose limit is in the way, if known."),
+                    field("lost_direction", "real[]", "",
+                          "Where q is singular: the unit twist (vx, vy, vz, wx, wy, wz) that the "
+                          "tip has lost, axes of the mounting frame."),
                     field("provider", "string", "", "The solver.")}},
        .effect = Effect::reads,
        .run = solve_ik});
+  all.push_back(
+      {.name = "robot.solve_ik_batch",
+       .classic = "",
+       .summary = "Finds joint values for many poses of the tool in one call.",
+       .details = "Poses are in the frame the robot is mounted in. What cannot be reached is no "
+                  "error: status and detail tell it, and q is the closest configuration found.",
+       .example = with_arm("local a = arm:fk{q = \"ready\"}.pose\nlocal b = arm:fk{q = {0.1, -0.8, "
+                           "0.5, 0, 0.9, 0}}.pose\nlocal s = arm:solve_ik_batch{targets = {a, b}, "
+                           "seed = \"ready\"}\nassert(s.solved == 2 and #s.q == 2)"),
+       .params = {self("robot"), needed("targets", "list", "", "Poses of the tool."),
+                  optional("seed", "any", "rad or m",
+                           "Joint values to start from, the name of a pose, or a list: one a "
+                           "target."),
+                  defaulted("continuous", "bool", "", false,
+                            "The poses are samples of one path: each starts from the one before."),
+                  optional(
+                      "arm_angle", "real[]", "rad",
+                      "Of 7-joint arms, see robot.solve_ik: one for all targets, or one each."),
+                  above_zero(defaulted("position_tolerance", "real", "m", 1e-9,
+                                       "When the position counts as reached.")),
+                  above_zero(defaulted("rotation_tolerance", "real", "rad", 1e-9,
+                                       "When the rotation counts as reached.")),
+                  provider, tip},
+       .returns = {"map",
+                   "",
+                   "",
+                   {field("solved", "int", "", "Number of targets reached."),
+                    field("q", "matrix", "rad or m", "One row a target."),
+                    field("status", "list", "", "Words as of robot.solve_ik."),
+                    field("detail", "list", "", "Reasons in words."),
+                    field("position_error", "array", "m", "One a target."),
+                    field("rotation_error", "array", "rad", "One a target."),
+                    field("shortfall", "array", "m", "One a target; 0 when not known."),
+                    field("provider", "string", "", "The solver.")}},
+       .effect = Effect::reads,
+       .run = solve_ik_batch});
   const std::string in_world =
       "local cell = world.create{name = \"cell\"}\ncell:add_robot{robot = arm}\n";
   const ParamSpec world =

@@ -55,6 +55,13 @@ run("Building the gear" ${CMAKE_COMMAND} --build "${work}/involute_gear/build" -
 run("Testing the gear" ${CMAKE_CTEST_COMMAND} --test-dir "${work}/involute_gear/build" --output-on-failure --no-tests=error)
 run("Using the gear" "${program}" --plugin-path "${work}/involute_gear/build" run "${SOURCE_DIR}/scripts/examples/10_gear.lua")
 
+# The example of a closed-form solver of one's own in place of a robot's default.
+file(COPY "${work}/prefix/share/robomosp/examples/scara_ik" DESTINATION "${work}")
+run("Configuring the SCARA solver" ${CMAKE_COMMAND} -S "${work}/scara_ik" -B "${work}/scara_ik/build" ${generator})
+run("Building the SCARA solver" ${CMAKE_COMMAND} --build "${work}/scara_ik/build" -j 2)
+run("Testing the SCARA solver" ${CMAKE_CTEST_COMMAND} --test-dir "${work}/scara_ik/build" --output-on-failure --no-tests=error)
+run("Using the SCARA solver" "${program}" --plugin-path "${work}/scara_ik/build" run "${SOURCE_DIR}/scripts/examples/11_scara.lua")
+
 if(EXISTS "${work}/prefix/include/robomosp/helper/spatial")
   file(COPY "${SOURCE_DIR}/tests/abi/helper_plugin" DESTINATION "${work}")
   run("Configuring a plugin with the helper library" ${CMAKE_COMMAND} -S "${work}/helper_plugin" -B "${work}/helper_plugin/build" ${generator})
