@@ -250,10 +250,31 @@ Result<void> check_extras(const SolidNode& n, const std::string& of) {
   return {};
 }
 
+Result<void> check_fillet(double fillet, double smallest, const char* of_what,
+                          const std::string& of) {
+  if (fillet == 0 || fillet < smallest / 2) return {};
+  return fault("the fillet" + of + " is " + shown(fillet) +
+               " m; it must be less than half the smallest " + of_what + ", " +
+               shown(smallest / 2) + " m");
+}
+
 /// Sizes that are in range one by one and make no sense together.
 Result<void> check_sizes_together(const SolidNode& n, const std::string& of) {
   const auto& v = n.sizes;
   switch (n.kind) {
+    case CsgKind::box: return check_fillet(v[3], std::min({v[0], v[1], v[2]}), "side", of);
+    case CsgKind::cylinder:
+      return check_fillet(v[2], std::min(2 * v[0], v[1]), "of diameter and height", of);
+    case CsgKind::torus:
+      if (v[1] >= v[0])
+        return fault("tube_radius" + of + " is " + shown(v[1]) +
+                     " m; it must be less than ring_radius, " + shown(v[0]) + " m");
+      break;
+    case CsgKind::wedge:
+      if (v[3] > v[0])
+        return fault("top_x" + of + " is " + shown(v[3]) + " m; it must not be greater than x, " +
+                     shown(v[0]) + " m");
+      break;
     case CsgKind::cone:
       if (v[0] == 0 && v[1] == 0)
         return fault("both radii" + of + " are 0", "Give one of them a size.");
@@ -271,6 +292,9 @@ Result<void> check_sizes_together(const SolidNode& n, const std::string& of) {
     case CsgKind::circular_pattern:
       if (v[0] > 1 && v[1] == 0)
         return fault("the copies" + of + " all stand at one place", "Give the angle.");
+      if (std::fabs(v[1]) > kCsgFullTurn + 1e-9)
+        return fault("the angle" + of + " is " + shown(v[1]) +
+                     " rad; at most a full turn is allowed");
       break;
     case CsgKind::pyramid:
       if (v[0] < 3) return fault("sides" + of + " is " + shown(v[0]) + "; it must be at least 3");

@@ -368,18 +368,6 @@ Result<std::string> print_with(const Snapshot& snapshot, AnyId id, const fs::pat
     const auto it = planned.find(target);
     return it != planned.end() ? it->second : snapshot.find(target)->file;
   };
-  std::vector<std::string> homeless;
-  model::for_each_reference(record->body, [&](AnyId target, std::string_view) {
-    if (!file_of(target).empty()) return;
-    std::string what = snapshot.describe(target);
-    if (std::find(homeless.begin(), homeless.end(), what) == homeless.end())
-      homeless.push_back(std::move(what));
-  });
-  if (!homeless.empty())
-    return error(ErrorCode::conflict,
-                 snapshot.describe(id) + " refers to " + text::enumerate(homeless) + ", which " +
-                     (homeless.size() == 1 ? "was" : "were") + " never saved",
-                 homeless.size() == 1 ? "Save it first." : "Save them first.");
   RMP_TRY_ASSIGN(std::string text, print_record(snapshot, *record, from, [&](AnyId target) {
                    return relative_path(file_of(target), from, library);
                  }));
@@ -391,6 +379,53 @@ Result<std::string> print_with(const Snapshot& snapshot, AnyId id, const fs::pat
             " cannot be saved, for its file could not be read again: " + again.error().message,
         "Correct its texts: they must be UTF-8.", again.error().where);
   return text;
+}
+
+/// Where each record goes: the wanted one, and those never saved that it needs.
+struct Plan {
+  std::unordered_map<AnyId, std::string> files;
+  std::vector<AnyId> order;  ///< dependencies first
+};
+
+Result<Plan> plan_files(const Snapshot& now, AnyId id, const fs::path& file) {
+  if (!now.find(id))
+    return error(ErrorCode::stale_handle, now.describe(id) + " cannot be saved",
+                 "Look it up again by its name.");
+  std::unordered_map<std::string, AnyId> owners;
+  for (const AnyId other : now.list())
+    if (const auto& f = now.find(other)->file; !f.empty()) owners.emplace(f, other);
+  const std::string main = canonical_name(file);
+  Plan plan{{{id, main}}, {}};
+  std::unordered_set<std::string> taken{main};
+  std::vector<std::pair<AnyId, std::size_t>> path{{id, 0}};
+  std::unordered_set<AnyId> seen{id};
+  while (!path.empty()) {
+    const AnyId current = path.back().first;
+    std::vector<AnyId> targets;
+    model::for_each_reference(now.find(current)->body,
+                              [&](AnyId t, std::string_view) { targets.push_back(t); });
+    if (path.back().second == targets.size()) {
+      plan.order.push_back(current);
+      path.pop_back();
+      continue;
+    }
+    const AnyId target = targets[path.back().second++];
+    const model::Record* record = now.find(target);
+    if (!record)
+      return error(ErrorCode::stale_handle,
+                   now.describe(current) + " refers to " + now.describe(target));
+    if (!record->file.empty() || !seen.insert(target).second) continue;
+    std::string beside;
+    for (int k = 1;; ++k) {
+      const std::string stem = record->name + (k > 1 ? "_" + std::to_string(k) : std::string());
+      beside = canonical_name(file.parent_path() / (stem + std::string(extension(target.kind))));
+      if (!taken.contains(beside) && !owners.contains(beside) && !is_file(beside)) break;
+    }
+    taken.insert(beside);
+    plan.files.emplace(target, beside);
+    path.emplace_back(target, 0);
+  }
+  return plan;
 }
 
 /// The geometry files of a solid that is saved at `file`, each once.
@@ -442,15 +477,13 @@ Result<Loaded> load_memory(Transaction& tx, const MemoryFiles& files, const std:
 
 Result<std::string> print(const Snapshot& snapshot, AnyId id, const fs::path& file,
                           const std::vector<fs::path>& library) {
-  return print_with(snapshot, id, file, library, {});
+  RMP_TRY_ASSIGN(const Plan plan, plan_files(snapshot, id, file));
+  return print_with(snapshot, id, file, library, plan.files);
 }
 
 Result<std::vector<fs::path>> save(Transaction& tx, AnyId id, const fs::path& wanted,
                                    const std::vector<fs::path>& library) {
   const Snapshot& now = tx.now();
-  if (!now.find(id))
-    return error(ErrorCode::stale_handle, now.describe(id) + " cannot be saved",
-                 "Look it up again by its name.");
   fs::path file = wanted;
   if (file.filename().empty())
     return error(ErrorCode::invalid_argument,
@@ -458,55 +491,20 @@ Result<std::vector<fs::path>> save(Transaction& tx, AnyId id, const fs::path& wa
                  "Add a file name.");
   if (!file.has_extension()) file += extension(id.kind);
 
-  // Where each record goes: the wanted one, and those never saved that it needs, dependencies
-  // first.
-  std::unordered_map<std::string, AnyId> owners;
+  RMP_TRY_ASSIGN(const Plan plan, plan_files(now, id, file));
   for (const AnyId other : now.list())
-    if (const auto& f = now.find(other)->file; !f.empty()) owners.emplace(f, other);
-  const std::string main = canonical_name(file);
-  if (const auto it = owners.find(main); it != owners.end() && it->second != id)
-    return error(
-        ErrorCode::conflict,
-        "the file " + quote(file.generic_string()) + " belongs to " + now.describe(it->second),
-        "Choose another file.");
-  std::unordered_map<AnyId, std::string> planned{{id, main}};
-  std::unordered_set<std::string> taken{main};
-  std::vector<std::pair<AnyId, std::size_t>> path{{id, 0}};
-  std::unordered_set<AnyId> seen{id};
-  std::vector<AnyId> order;
-  while (!path.empty()) {
-    const AnyId current = path.back().first;
-    std::vector<AnyId> targets;
-    model::for_each_reference(now.find(current)->body,
-                              [&](AnyId t, std::string_view) { targets.push_back(t); });
-    if (path.back().second == targets.size()) {
-      order.push_back(current);
-      path.pop_back();
-      continue;
-    }
-    const AnyId target = targets[path.back().second++];
-    const model::Record* record = now.find(target);
-    if (!record)
-      return error(ErrorCode::stale_handle,
-                   now.describe(current) + " refers to " + now.describe(target));
-    if (!record->file.empty() || !seen.insert(target).second) continue;
-    std::string beside;
-    for (int k = 1;; ++k) {
-      const std::string stem = record->name + (k > 1 ? "_" + std::to_string(k) : std::string());
-      beside = canonical_name(file.parent_path() / (stem + std::string(extension(target.kind))));
-      if (!taken.contains(beside) && !owners.contains(beside) && !is_file(beside)) break;
-    }
-    taken.insert(beside);
-    planned.emplace(target, beside);
-    path.emplace_back(target, 0);
-  }
-
+    if (other != id && now.find(other)->file == plan.files.at(id))
+      return error(
+          ErrorCode::conflict,
+          "the file " + quote(file.generic_string()) + " belongs to " + now.describe(other),
+          "Choose another file.");
   std::vector<std::pair<fs::path, std::string>> texts;
   std::vector<std::pair<fs::path, std::string>> geometries;
-  for (const AnyId each : order) {
-    RMP_TRY_ASSIGN(std::string text, print_with(now, each, planned.at(each), library, planned));
-    texts.emplace_back(each == id ? file : fs::path(planned.at(each)), std::move(text));
-    RMP_TRY(add_geometries(*now.find(each), planned.at(each), geometries));
+  for (const AnyId each : plan.order) {
+    const std::string& target = plan.files.at(each);
+    RMP_TRY_ASSIGN(std::string text, print_with(now, each, target, library, plan.files));
+    texts.emplace_back(each == id ? file : fs::path(target), std::move(text));
+    RMP_TRY(add_geometries(*now.find(each), target, geometries));
   }
   std::vector<fs::path> written;
   for (const auto& [target, bytes] : geometries) {
@@ -519,9 +517,9 @@ Result<std::vector<fs::path>> save(Transaction& tx, AnyId id, const fs::path& wa
     RMP_TRY(write_file(target, text));
     written.push_back(target);
   }
-  for (const AnyId each : order)
+  for (const AnyId each : plan.order)
     RMP_TRY(tx.edit(each, [&](model::Record& r) -> Result<void> {
-      r.file = planned.at(each);
+      r.file = plan.files.at(each);
       return {};
     }));
   return written;

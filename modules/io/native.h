@@ -60,7 +60,7 @@ Result<Loaded> load_memory(document::Transaction&, const MemoryFiles& files,
                            const std::vector<std::filesystem::path>& library);
 
 /// Text of one record as save() would write it to a file at `file` (references become paths
-/// relative to it). References to records without file are an error that names them.
+/// relative to it; those to records that were never saved, to where save() would put them).
 Result<std::string> print(const document::Snapshot&, AnyId, const std::filesystem::path& file,
                           const std::vector<std::filesystem::path>& library);
 

@@ -26,6 +26,8 @@ constexpr double kQuarterTurn = 1.5707963267948966;
 // Whole against halves; what a trimming curve of tolerance 1e-7 mm deserves.
 constexpr double kRelativeTolerance = 1e-12;
 constexpr int kDeepestHalving = 12;
+// In all, for one edge of a face: what a damaged curve asks for has an end.
+constexpr int kMostHalvings = 2'000;
 
 // One entry per integral: volume, first (3), second (6), area.
 constexpr std::size_t kIntegrals = 11;
@@ -109,6 +111,7 @@ class FaceIntegrator {
     for (std::size_t i = 0; i < 3; ++i) result.first[i] = total_[1 + i] / 4;
     for (std::size_t i = 0; i < 6; ++i) result.second[i] = total_[4 + i] / 5;
     result.area = total_[10];
+    result.trim_doubt += unresolved_;
     return result;
   }
 
@@ -164,7 +167,7 @@ class FaceIntegrator {
       parts.push_back({knots(i), knots(i + 1), span<8>(trim, knots(i), knots(i + 1)), 0});
       area += std::abs(parts.back().sums[10]);
     }
-    adaptive(trim, std::move(parts), area, sign);
+    unresolved_ += adaptive(trim, std::move(parts), area, sign);
     return false;
   }
 
@@ -185,9 +188,12 @@ class FaceIntegrator {
 
   // Tolerances are set by the size of the swept area and its distance from the origin, because a
   // single integral may vanish by symmetry.
-  void adaptive(const Geom2dAdaptor_Curve& trim, std::vector<Part> open, double area, double sign) {
+  double adaptive(const Geom2dAdaptor_Curve& trim, std::vector<Part> open, double area,
+                  double sign) {
     const double r = std::max(reach_, std::sqrt(area));
     const double tolerance = kRelativeTolerance * area;
+    int halvings = 0;
+    double left_over = 0;  // area by which parts that were not halved further may be off
     while (!open.empty()) {
       const Part part = open.back();
       open.pop_back();
@@ -198,14 +204,18 @@ class FaceIntegrator {
         const double scale = i == 0 ? r : i < 4 ? r * r : i < 10 ? r * r * r : 1;
         good &= std::abs(left[i] + right[i] - part.sums[i]) <= tolerance * scale;
       }
-      if (good || part.depth >= kDeepestHalving) {
+      if (good || part.depth >= kDeepestHalving || halvings >= kMostHalvings) {
         accumulate(total_, left, sign);
         accumulate(total_, right, sign);
+        if (halvings >= kMostHalvings && !good)
+          left_over += std::abs(left[10] + right[10] - part.sums[10]);
       } else {
+        ++halvings;
         open.push_back({part.a, middle, left, part.depth + 1});
         open.push_back({middle, part.b, right, part.depth + 1});
       }
     }
+    return left_over;
   }
 
   template <int N>
@@ -327,7 +337,8 @@ class FaceIntegrator {
        has_knots_ = false;
   std::vector<double> u_knots_, v_knots_;
   double u0_ = 0;
-  double reach_ = 0;  // greatest distance of a corner from the origin
+  double reach_ = 0;       // greatest distance of a corner from the origin
+  double unresolved_ = 0;  // area [mm^2] that halving had no time to settle
   Sums total_{};
 };
 

@@ -400,6 +400,21 @@ TEST(Document, RecordsAreCheckedAtCommitAndTheElementIsNamed) {
   s.nodes[1] = {CsgKind::cone, "c", 0, {}, {0, 0, 1}};
   EXPECT_EQ(refusal("s", s),
             "solid \"s\": both radii of cone \"c\" are 0. Give one of them a size.");
+  s.nodes[1] = {CsgKind::box, "b", 0, {}, {3, 1, 2, 0.5}};
+  EXPECT_EQ(refusal("s", s),
+            "solid \"s\": the fillet of box \"b\" is 0.5 m; it must be less than half the smallest "
+            "side, 0.5 m.");
+  s.nodes[1] = {CsgKind::cylinder, "c", 0, {}, {1, 0.5, 0.3}};
+  EXPECT_EQ(refusal("s", s),
+            "solid \"s\": the fillet of cylinder \"c\" is 0.3 m; it must be less than half the "
+            "smallest of diameter and height, 0.25 m.");
+  s.nodes[1] = {CsgKind::torus, "t", 0, {}, {1, 1}};
+  EXPECT_EQ(
+      refusal("s", s),
+      "solid \"s\": tube_radius of torus \"t\" is 1 m; it must be less than ring_radius, 1 m.");
+  s.nodes[1] = {CsgKind::wedge, "w", 0, {}, {1, 1, 1, 1.5}};
+  EXPECT_EQ(refusal("s", s),
+            "solid \"s\": top_x of wedge \"w\" is 1.5 m; it must not be greater than x, 1 m.");
   s.nodes[1] = {CsgKind::frustum, "f", 0, {{kNan, 0, 0}, {}, {}}, {1, 1, 0, 0, 1}};
   EXPECT_EQ(refusal("s", s),
             "solid \"s\": the position of node \"f\" is nan; it must be a finite number.");

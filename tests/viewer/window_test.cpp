@@ -209,6 +209,59 @@ TEST_F(Window, ThePictureIsNotBlankAndFollowsASwitch) {
   EXPECT_NE(view().shown(), with_grid);
 }
 
+TEST_F(Window, TheMenuChoosesTheDrawingStyle) {
+  const auto action = [&](const char* name) { return window->findChild<QAction*>(name); };
+  const auto save = [&](const char* name) {
+    const auto file = std::filesystem::path(ROBOMOSP_BUILD_DIR) / name;
+    EXPECT_TRUE(window->grab().save(QString::fromStdString(file.string())));
+  };
+  EXPECT_TRUE(action("style_smooth")->isChecked());
+  std::set<std::string> pictures;
+  for (const char* style : {"style_smooth", "style_flat", "style_wireframe", "style_hidden_line"}) {
+    action(style)->trigger();
+    settle();
+    EXPECT_TRUE(action(style)->isChecked());
+    EXPECT_EQ(action("show_hidden_edges")->isEnabled(), style == std::string("style_hidden_line"));
+    const QImage image = view().shown();
+    EXPECT_GT(colours(image), 2U) << style;
+    EXPECT_TRUE(pictures
+                    .insert(std::string(reinterpret_cast<const char*>(image.constBits()),
+                                        static_cast<std::size_t>(image.sizeInBytes())))
+                    .second)
+        << style << " looks like another one";
+    save((std::string("viewer_") + style + ".png").c_str());
+  }
+  // Something new to show is drawn in the chosen style.
+  window->set_frame(synthetic::robot_cell(0.5));
+  EXPECT_TRUE(action("style_hidden_line")->isChecked());
+}
+
+TEST_F(Window, TheMenuCutsWithAPlaneThatMovesAndTurns) {
+  const auto action = [&](const char* name) { return window->findChild<QAction*>(name); };
+  const QImage whole = view().shown();
+  EXPECT_FALSE(action("section_forward")->isEnabled());
+  action("section_y")->trigger();
+  settle();
+  EXPECT_TRUE(window->statusBar()->currentMessage().startsWith("Section at y = "));
+  const QImage half = view().shown();
+  EXPECT_NE(half, whole);
+  window->grab().save(QString::fromStdString(
+      (std::filesystem::path(ROBOMOSP_BUILD_DIR) / "viewer_section.png").string()));
+  action("section_back")->trigger();
+  settle();
+  const QImage less = view().shown();
+  EXPECT_NE(less, half);
+  action("section_forward")->trigger();
+  action("section_turn")->trigger();
+  settle();
+  EXPECT_NE(view().shown(), half);
+  action("section_turn")->trigger();
+  action("section_none")->trigger();
+  settle();
+  EXPECT_EQ(view().shown(), whole);
+  EXPECT_FALSE(action("section_turn")->isEnabled());
+}
+
 TEST_F(Window, TheShadowIsOnTheFloor) {
   // Seen from above, without lines that could be mistaken for a shadow.
   window->set_frame([] {

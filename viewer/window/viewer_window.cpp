@@ -4,9 +4,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
+#include <tuple>
 #include <utility>
 
 #include <QAction>
+#include <QActionGroup>
 #include <QApplication>
 #include <QComboBox>
 #include <QDockWidget>
@@ -22,6 +25,7 @@
 #include <QToolBar>
 #include <QTreeWidget>
 
+#include "viewer/scene/linear.h"
 #include "viewer/scene/playback.h"
 #include "viewer/window/theme.h"
 
@@ -30,6 +34,8 @@ namespace {
 
 constexpr int kSliderSteps = 10000;
 constexpr int kTickMs = 16;
+constexpr int kNoAxis = -1;
+constexpr double kSectionStep = 0.05;  ///< of the box of all items
 constexpr std::array<double, 6> kSpeeds{0.1, 0.25, 0.5, 1, 2, 4};
 constexpr const char* kHelp =
     "Drag: orbit   Shift+drag or middle button: move   Wheel: zoom   F: fit   1-7: views   "
@@ -40,6 +46,26 @@ QIcon swatch(const Colour& c) {
   pixmap.fill(QColor::fromRgbF(std::clamp(c.r, 0.0F, 1.0F), std::clamp(c.g, 0.0F, 1.0F),
                                std::clamp(c.b, 0.0F, 1.0F)));
   return QIcon(pixmap);
+}
+
+/// Least and greatest coordinates of all items, {} without any.
+std::array<Vec3, 2> box_of(const Frame& frame) {
+  constexpr double kFar = std::numeric_limits<double>::max();
+  std::array<Vec3, 2> box{Vec3{kFar, kFar, kFar}, Vec3{-kFar, -kFar, -kFar}};
+  for (const Item& item : frame.items) {
+    if (!item.mesh) continue;
+    const auto& p = item.mesh->positions;
+    for (std::size_t v = 0; v + 2 < p.size(); v += 3) {
+      const Vec3 at =
+          transform(item.pose, {static_cast<double>(p[v]), static_cast<double>(p[v + 1]),
+                                static_cast<double>(p[v + 2])});
+      for (std::size_t i = 0; i < 3; ++i) {
+        box[0][i] = std::min(box[0][i], at[i]);
+        box[1][i] = std::max(box[1][i], at[i]);
+      }
+    }
+  }
+  return box[0][0] <= box[1][0] ? box : std::array<Vec3, 2>{};
 }
 
 QString seconds(double t) { return QString::number(t, 'f', 2) + " s"; }
@@ -136,6 +162,9 @@ void ViewerWindow::make_view_actions(QMenu* menu, QToolBar* bar) {
           [this](bool on) { display_->set_perspective(on); });
   bar->addAction(perspective_);
   menu->addSeparator();
+  make_style_menu(menu->addMenu("Drawing &style"));
+  make_section_menu(menu->addMenu("Se&ction plane"));
+  menu->addSeparator();
   add_toggle(menu, "show_grid", "&Grid", &Frame::grid);
   add_toggle(menu, "show_axes", "World &axes", &Frame::world_axes);
   add_toggle(menu, "show_edges", "Feature &edges", &Frame::feature_edges);
@@ -145,6 +174,113 @@ void ViewerWindow::make_view_actions(QMenu* menu, QToolBar* bar) {
   connect(refine, &QAction::toggled, this, [this](bool on) { display_->set_refining(on); });
   menu->addSeparator();
   menu->addAction(findChild<QDockWidget*>("objects_dock")->toggleViewAction());
+}
+
+void ViewerWindow::make_style_menu(QMenu* menu) {
+  menu->setObjectName("style_menu");
+  styles_ = new QActionGroup(this);
+  struct Named {
+    const char *name, *text, *key;
+    Style style;
+  };
+  constexpr std::array<Named, 4> kStyles{
+      {{"style_smooth", "&Smooth", "Shift+1", Style::smooth},
+       {"style_flat", "&Flat", "Shift+2", Style::flat},
+       {"style_wireframe", "&Wireframe", "Shift+3", Style::wireframe},
+       {"style_hidden_line", "&Hidden line", "Shift+4", Style::hidden_line}}};
+  for (const Named& s : kStyles) {
+    QAction* action = menu->addAction(s.text);
+    action->setObjectName(s.name);
+    action->setCheckable(true);
+    action->setShortcut(QKeySequence(s.key));
+    action->setData(static_cast<int>(s.style));
+    styles_->addAction(action);
+  }
+  connect(styles_, &QActionGroup::triggered, this, [this](const QAction* chosen) {
+    is_style_chosen_ = true;
+    frame_.style = static_cast<Style>(chosen->data().toInt());
+    hidden_edges_->setEnabled(frame_.style == Style::hidden_line);
+    display_->set_frame(frame_);
+  });
+  menu->addSeparator();
+  hidden_edges_ =
+      add_toggle(menu, "show_hidden_edges", "Hidden edges &dashed", &Frame::hidden_edges);
+}
+
+void ViewerWindow::make_section_menu(QMenu* menu) {
+  menu->setObjectName("section_menu");
+  sections_ = new QActionGroup(this);
+  struct Named {
+    const char *name, *text;
+    int axis;
+  };
+  constexpr std::array<Named, 4> kAxes{{{"section_none", "&None", kNoAxis},
+                                        {"section_x", "Across &x", 0},
+                                        {"section_y", "Across &y", 1},
+                                        {"section_z", "Across &z", 2}}};
+  for (const Named& a : kAxes) {
+    QAction* action = menu->addAction(a.text);
+    action->setObjectName(a.name);
+    action->setCheckable(true);
+    action->setData(a.axis);
+    sections_->addAction(action);
+  }
+  connect(sections_, &QActionGroup::triggered, this, [this] {
+    section_share_ = 0.5;
+    choose_section();
+  });
+  menu->addSeparator();
+  turn_section_ = menu->addAction("Keep the &other side");
+  turn_section_->setObjectName("section_turn");
+  turn_section_->setCheckable(true);
+  connect(turn_section_, &QAction::toggled, this, [this] { choose_section(); });
+  for (const auto& [name, text, key, by] :
+       {std::tuple{"section_forward", "Move &forward", "Ctrl+Up", kSectionStep},
+        std::tuple{"section_back", "Move &back", "Ctrl+Down", -kSectionStep}}) {
+    QAction* action = menu->addAction(text);
+    action->setObjectName(name);
+    action->setShortcut(QKeySequence(key));
+    connect(action, &QAction::triggered, this, [this, by = by] { move_section(by); });
+  }
+}
+
+void ViewerWindow::choose_section() {
+  is_section_chosen_ = true;
+  const QAction* chosen = sections_->checkedAction();
+  const int axis = chosen ? chosen->data().toInt() : kNoAxis;
+  frame_.section.reset();
+  if (axis != kNoAxis) {
+    const auto k = static_cast<std::size_t>(axis);
+    const auto [low, high] = box_of(frame_);
+    Section section;
+    section.normal = {};
+    section.normal[k] = turn_section_->isChecked() ? -1 : 1;
+    section.point[k] = low[k] + section_share_ * (high[k] - low[k]);
+    frame_.section = section;
+    statusBar()->showMessage("Section at " + QString(QChar('x' + axis)) + " = " +
+                             QString::number(section.point[k], 'f', 3) + " m");
+  } else {
+    statusBar()->showMessage(kHelp);
+  }
+  show_style_and_section();
+  display_->set_frame(frame_);
+}
+
+void ViewerWindow::move_section(double share) {
+  if (!frame_.section) return;
+  section_share_ = std::clamp(section_share_ + share, 0.0, 1.0);
+  choose_section();
+}
+
+void ViewerWindow::show_style_and_section() {
+  for (QAction* action : styles_->actions())
+    action->setChecked(action->data().toInt() == static_cast<int>(frame_.style));
+  hidden_edges_->setEnabled(frame_.style == Style::hidden_line);
+  const bool is_cut = frame_.section.has_value();
+  if (!is_cut) sections_->actions().front()->setChecked(true);
+  turn_section_->setEnabled(is_cut);
+  for (const char* name : {"section_forward", "section_back"})
+    findChild<QAction*>(name)->setEnabled(is_cut);
 }
 
 QAction* ViewerWindow::add_toggle(QMenu* menu, const QString& name, const QString& text,
@@ -221,8 +357,16 @@ void ViewerWindow::make_timeline() {
 }
 
 void ViewerWindow::set_frame(const Frame& frame) {
+  // What the user chose to see stays when the application shows something new.
+  const auto [style, section, hidden_edges] =
+      std::tuple{frame_.style, frame_.section, frame_.hidden_edges};
   frame_ = frame;
-  display_->set_frame(frame);
+  if (is_style_chosen_) {
+    frame_.style = style;
+    frame_.hidden_edges = hidden_edges;
+  }
+  if (is_section_chosen_) frame_.section = section;
+  display_->set_frame(frame_);
   const QSignalBlocker blocked(objects_);
   objects_->clear();
   for (const Item& item : frame.items) {
@@ -233,12 +377,14 @@ void ViewerWindow::set_frame(const Frame& frame) {
   }
   for (const auto& [name, flag] : {std::pair{"show_grid", &Frame::grid},
                                    {"show_axes", &Frame::world_axes},
-                                   {"show_edges", &Frame::feature_edges}}) {
+                                   {"show_edges", &Frame::feature_edges},
+                                   {"show_hidden_edges", &Frame::hidden_edges}}) {
     if (auto* action = findChild<QAction*>(name)) {
       const QSignalBlocker quiet(action);
       action->setChecked(frame.*flag);
     }
   }
+  show_style_and_section();
   const QSignalBlocker quiet(perspective_);
   perspective_->setChecked(display_->camera().perspective());
 }

@@ -51,6 +51,13 @@ class ViewerWindow : public QMainWindow {
   void make_timeline();
   void make_view_actions(QMenu* menu, QToolBar* bar);
   QAction* add_toggle(QMenu* menu, const QString& name, const QString& text, bool Frame::*flag);
+  void make_style_menu(QMenu* menu);
+  void make_section_menu(QMenu* menu);
+  /// Ticks what the frame shows.
+  void show_style_and_section();
+  /// Cuts with the plane that the ticked actions of the section menu tell.
+  void choose_section();
+  void move_section(double share);
   void show_pick(const std::optional<Pick>& hit);
   void show_time();
   void tick();
@@ -71,6 +78,12 @@ class ViewerWindow : public QMainWindow {
   QAction* loop_ = nullptr;
   QAction* to_start_ = nullptr;
   QAction* perspective_ = nullptr;
+  QActionGroup* styles_ = nullptr;
+  QActionGroup* sections_ = nullptr;
+  QAction* turn_section_ = nullptr;
+  QAction* hidden_edges_ = nullptr;
+  bool is_style_chosen_ = false, is_section_chosen_ = false;  ///< in this window's menus
+  double section_share_ = 0.5;  ///< where along the box of all items the plane is
   QToolBar* bar_ = nullptr;
 };
 
