@@ -8,8 +8,11 @@
 
 namespace robomosp::ik_spherical_wrist {
 
-/// Fills all lanes. Chosen once a process for the processor's vector width.
-using LaneSolver = void (*)(const ParallelArm&, const Question&, Candidates&);
+/// For the processor's vector width.
+struct LaneSolver {
+  void (*solve)(const ParallelArm&, const Question&, Candidates&) = nullptr;  ///< fills all lanes
+  void (*sines_cosines)(const double* q, double* sine, double* cosine) = nullptr;  ///< of 8 angles
+};
 [[nodiscard]] LaneSolver lane_solver();
 
 }  // namespace robomosp::ik_spherical_wrist

@@ -7,6 +7,7 @@
 namespace robomosp::ik_spherical_wrist::RMP_LANES {
 namespace {
 
+using spatial::RMP_LANES::any;
 using spatial::RMP_LANES::Bits;
 using spatial::RMP_LANES::kLanes;
 using spatial::RMP_LANES::Lanes;
@@ -130,9 +131,9 @@ RMP_INLINE void solve(const ParallelArm& c, const Question& question, Candidates
   const double gap1 = __builtin_fabs(k1) > size1 ? __builtin_fabs(k1) - size1 : 0.0;
   const double k1c = k1 > size1 ? size1 : k1 < -size1 ? -size1 : k1;
   const double inv1 = free1 ? 0.0 : 1 / n1;
-  const double near_c1 = __builtin_cos(near[0]), near_s1 = __builtin_sin(near[0]);
+  const double near_c1 = free1 ? __builtin_cos(near[0]) : 0.0;
+  const double near_s1 = free1 ? __builtin_sin(near[0]) : 0.0;
   const std::size_t kept = three ? 5 : 3;  // of the pair that turns about one line
-  const double near_c = __builtin_cos(near[kept]), near_s = __builtin_sin(near[kept]);
   const double l22 = c.length2 * c.length2, l33 = c.length3 * c.length3;
   const double a3 = c.l2x * c.l3x + c.l2y * c.l3y;
   const double b3 = c.sign3 * (c.l2y * c.l3x - c.l2x * c.l3y);
@@ -210,10 +211,15 @@ RMP_INLINE void solve(const ParallelArm& c, const Question& question, Candidates
     const Lanes sharp = sign5 / pick(free5, splat<Lanes>(1), across);
     // Where it is singular, m11 and -m01 are cosine and sine of q4 + q6, or of q4 - q6 when axis 6
     // is turned over; one of them is kept.
-    const Lanes near_t = pick(m22 > 0, splat<Lanes>(near_s), splat<Lanes>(-near_s));
-    const Lanes free_c = three ? m11 * near_c - m01 * near_t : splat<Lanes>(near_c);
-    const Lanes free_s = three ? -m01 * near_c - m11 * near_t : splat<Lanes>(near_s);
-    const Lanes c4 = pick(free5, free_c, sharp * m02), s4 = pick(free5, free_s, sharp * m12);
+    Lanes c4 = sharp * m02, s4 = sharp * m12;
+    if (__builtin_expect(any(free5), 0)) {
+      const double near_c = __builtin_cos(near[kept]), near_s = __builtin_sin(near[kept]);
+      const Lanes near_t = pick(m22 > 0, splat<Lanes>(near_s), splat<Lanes>(-near_s));
+      const Lanes free_c = three ? m11 * near_c - m01 * near_t : splat<Lanes>(near_c);
+      const Lanes free_s = three ? -m01 * near_c - m11 * near_t : splat<Lanes>(near_s);
+      c4 = pick(free5, free_c, c4);
+      s4 = pick(free5, free_s, s4);
+    }
     const Lanes q6 = angle(c4 * m10 - s4 * m00, c4 * m11 - s4 * m01);
     Lanes q4 = angle(s4, c4);
     if (three) {
@@ -253,6 +259,10 @@ RMP_INLINE void solve(const ParallelArm& c, const Question& question, Candidates
 void solve_lanes(const ParallelArm& c, const Question& question, Candidates& out) {
   if (c.three) solve<true>(c, question, out);
   else solve<false>(c, question, out);
+}
+
+void sines_cosines(const double* q, double* sine, double* cosine) {
+  spatial::RMP_LANES::sin_cos<spatial::RMP_LANES::RightAngles::as_given>(q, 8, sine, cosine);
 }
 
 }  // namespace robomosp::ik_spherical_wrist::RMP_LANES

@@ -45,11 +45,11 @@ using Angles = std::array<double, 6>;
 struct Prepared {
   Family family;
   Question question;  ///< with limits
-  LaneSolver lanes = nullptr;
+  LaneSolver lanes;
 
   void candidates(const Question& q, Candidates& out) const {
     if (family.form == Form::general) solve_general(family, q, out);
-    else lanes(family.lanes, q, out);
+    else lanes.solve(family.lanes, q, out);
   }
 };
 
@@ -112,9 +112,28 @@ class Solver {
   }
 
   void measure(const Pose& target, const Angles& q, IkResult& out) const {
-    const Pose tip = spatial::arm_tip(arm_, q);
+    alignas(64) std::array<double, 8> angles{}, sine, cosine;
+    std::copy(q.begin(), q.end(), angles.begin());
+    prepared_.lanes.sines_cosines(angles.data(), sine.data(), cosine.data());
+    Pose tip;
+    for (std::size_t j = 0; j < 6; ++j) {
+      Pose turned = arm_.joints[j].placement;
+      for (std::size_t r = 0; r < 9; r += 3) {
+        const double x = turned.R[r], y = turned.R[r + 1];
+        turned.R[r] = x * cosine[j] + y * sine[j];
+        turned.R[r + 1] = y * cosine[j] - x * sine[j];
+      }
+      tip = j == 0 ? turned : spatial::compose(tip, turned);
+    }
+    tip = spatial::compose(tip, arm_.tool);
     out.position_error = spatial::distance(tip.p, target.p);
-    out.rotation_error = spatial::norm(spatial::rotation_difference(tip.R, target.R));
+    // Small turns by the difference of the matrices, which is 2 sqrt(2) sin(angle / 2) long.
+    double square = 0;
+    for (std::size_t k = 0; k < 9; ++k)
+      square += (tip.R[k] - target.R[k]) * (tip.R[k] - target.R[k]);
+    out.rotation_error = square < 1e-8
+                             ? std::sqrt(0.5 * square)
+                             : spatial::norm(spatial::rotation_difference(tip.R, target.R));
   }
 
   /// The lane nearest to the seed that reaches the target; kBranches = none.
