@@ -21,7 +21,8 @@ Pose carried(std::int32_t joint, const Pose& local, std::span<const Pose> frames
 
 void forward_kinematics(const RobotModel& model, std::span<const double> q,
                         std::span<Pose> joint_frames) {
-  static const kernels::Table& kernel = kernels::table(spatial::widest_instruction_set());
+  // One configuration alone gains nothing from wider vectors.
+  static const kernels::Table& kernel = kernels::table(spatial::InstructionSet::avx2);
   const std::size_t n = model.joints.size(), coordinates = model.coordinate_count();
   const std::size_t samples = n > 0 ? joint_frames.size() / n : 0;
   for (std::size_t i = 0; i < samples; ++i)

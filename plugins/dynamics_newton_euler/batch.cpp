@@ -51,14 +51,15 @@ std::size_t Runner::scratch_of(const Mechanism& m, Task::What what, bool lanes) 
   Task task{};
   task.what = what;
   task.lanes = lanes;
-  return kernels_->scratch(m, task);
+  return of(lanes).scratch(m, task);
 }
 
 std::size_t Runner::scratch_size(const Chain& chain,
                                  std::initializer_list<Task::What> kinds) const {
   std::size_t most = 0;
   for (const Task::What what : kinds)
-    most = std::max(most, scratch_of(chain.mechanism(), what, fits_lanes(chain.mechanism(), what)));
+    most = std::max({most, scratch_of(chain.mechanism(), what, false),
+                     scratch_of(chain.mechanism(), what, fits_lanes(chain.mechanism(), what))});
   return most * spatial::cores();
 }
 
@@ -71,7 +72,7 @@ Result<std::size_t> Runner::run(const Chain& chain, Task::What what, const Dynam
   const std::size_t threads = spatial::worthwhile_threads(batch.count, cost(m, task));
   if (threads == 1 && batch.count <= kSamplesPerCheck) {
     if (progress.cancelled()) return error(ErrorCode::cancelled, "the dynamics were stopped");
-    return kernels_->run(m, task, batch.count, 0, batch.count, batch.scratch.data());
+    return of(task.lanes).run(m, task, batch.count, 0, batch.count, batch.scratch.data());
   }
   const std::size_t own = scratch_of(m, what, task.lanes);
   std::atomic<std::size_t> first_bad{batch.count};
@@ -82,7 +83,7 @@ Result<std::size_t> Runner::run(const Chain& chain, Task::What what, const Dynam
       if (stop) return;
       const std::size_t end = std::min(last, i + kSamplesPerCheck);
       const std::size_t bad =
-          kernels_->run(m, task, batch.count, i, end, batch.scratch.data() + thread * own);
+          of(task.lanes).run(m, task, batch.count, i, end, batch.scratch.data() + thread * own);
       if (bad == end) continue;
       std::size_t known = first_bad;
       while (bad < known && !first_bad.compare_exchange_weak(known, bad)) {

@@ -3,6 +3,8 @@
 // (layer: plugin).
 #pragma once
 
+#include <algorithm>
+
 #include <robomosp/sdk/dynamics.h>
 
 #include "chain.h"
@@ -14,7 +16,11 @@ class Runner {
  public:
   Runner() = default;
   /// `set` must be one that this processor runs.
-  Runner(spatial::InstructionSet set, bool columns) : kernels_(&kernels(set)), columns_(columns) {}
+  /// One sample alone gains nothing from the widest vectors.
+  Runner(spatial::InstructionSet set, bool columns)
+      : kernels_(&kernels(set)),
+        single_(&kernels(std::min(set, spatial::InstructionSet::avx2))),
+        columns_(columns) {}
 
   /// Doubles that run needs for the kinds of task, on all cores.
   [[nodiscard]] std::size_t scratch_size(const Chain& chain,
@@ -29,7 +35,9 @@ class Runner {
   [[nodiscard]] bool fits_lanes(const Mechanism& m, Task::What what) const;
   [[nodiscard]] std::size_t scratch_of(const Mechanism& m, Task::What what, bool lanes) const;
 
-  const Kernels* kernels_ = nullptr;
+  [[nodiscard]] const Kernels& of(bool lanes) const { return lanes ? *kernels_ : *single_; }
+
+  const Kernels *kernels_ = nullptr, *single_ = nullptr;
   bool columns_ = false;
 };
 

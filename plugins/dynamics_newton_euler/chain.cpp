@@ -118,6 +118,7 @@ Result<Chain> Chain::make(const RobotModel& model) {
   chain.add_tips(model);
   // A coupled joint ties branches together, so that no element of the inertia is known to be zero.
   m.dense = true;
+  m.simple_chain = model.is_simple() && model.is_serial();
   for (std::size_t k = 0; k < m.velocities; ++k) {
     const std::int32_t before = static_cast<std::int32_t>(k) - 1;
     if (m.coupled) chain.entry_parent_[k] = before;

@@ -329,6 +329,74 @@ void torques(const Mechanism& m, const Task& task, const Inputs<T>& in, const Ba
         in.q, in.qd, in.qdd, tau);
 }
 
+template <class T>
+RMP_INLINE Composite<T> alone(const Body& b) {
+  const double* I = b.inertia;
+  return {vec<T>(b.first),
+          {splat<T>(I[0]), splat<T>(I[1]), splat<T>(I[2]), splat<T>(I[3]), splat<T>(I[4]),
+           splat<T>(I[5])}};
+}
+
+// Adds a body and all that it carries to its parent, p and the turn being its place there.
+template <class T, class R, class P>
+RMP_INLINE void add_carried(const Composite<T>& c, double mass, const R& turn, const Vec<P>& p,
+                            Composite<T>& up) {
+  const Vec<T> h = turn.forth(c.first);
+  const Sym<T> I = turn.forth(c.inertia);
+  // For r' = R r + p with first moment h: 2 (p.g) 1 - p g^T - g p^T with g = h + m p / 2.
+  const Vec<T> g = h + scaled(p, 0.5 * mass);
+  const T xx = p.x * g.x, yy = p.y * g.y, zz = p.z * g.z;
+  up.inertia.xx += I.xx + 2.0 * (yy + zz);
+  up.inertia.yy += I.yy + 2.0 * (xx + zz);
+  up.inertia.zz += I.zz + 2.0 * (xx + yy);
+  up.inertia.xy += I.xy - (p.x * g.y + g.x * p.y);
+  up.inertia.yz += I.yz - (p.y * g.z + g.y * p.z);
+  up.inertia.xz += I.xz - (p.x * g.z + g.x * p.z);
+  up.first = up.first + (h + scaled(p, mass));
+}
+
+// Composite bodies of a simple chain: the forces of unit accelerations of all joints behind one
+// pass it together. Takes the room of links.
+template <class T>
+void serial_inertia(const Mechanism& m, const Room<T>& x, bool lower_only, T* out) {
+  const std::size_t n = m.count;
+  for (std::size_t j = 0; j < n; ++j) x.composites[j] = alone<T>(m.bodies[j]);
+  for (std::size_t j = n; j-- > 0;) {
+    const Body& b = m.bodies[j];
+    const bool slides = b.joint.type == JointType::prismatic;
+    const Composite<T>& c = x.composites[j];
+    Link<T>& own = x.links[j];
+    const T zero{};
+    if (slides) {
+      own.f = Vec<T>{zero, zero, splat<T>(b.carried)};
+      own.n = Vec<T>{c.first.y, -c.first.x, zero};
+    } else {
+      own.f = Vec<T>{-c.first.y, c.first.x, zero};
+      own.n = Vec<T>{c.inertia.xz, c.inertia.yz, c.inertia.zz};
+    }
+    for (std::size_t k = j; k < n; ++k) {
+      const T value = slides ? x.links[k].f.z : x.links[k].n.z;
+      out[k * n + j] = value;
+      if (!lower_only) out[j * n + k] = value;
+    }
+    out[j * n + j] += b.armature;
+    if (j == 0) break;
+    by_turn(b.joint.turn, [&](auto kind) {
+      const auto turn = rotation<kind.kTurn>(x, b, j);
+      const auto pass = [&](const auto& p) {
+        add_carried(c, b.carried, turn, p, x.composites[j - 1]);
+        for (std::size_t k = j; k < n; ++k) {
+          Link<T>& o = x.links[k];
+          o.f = turn.forth(o.f);
+          o.n = turn.forth(o.n) + cross(p, o.f);
+        }
+      };
+      if (slides) pass(x.places[j].p);
+      else pass(plain(b.joint.p));
+    });
+  }
+}
+
 // Joint-space inertia by composite bodies, after place(): forces of unit accelerations, passed on
 // to the joints nearer the base.
 template <class T>
@@ -336,36 +404,15 @@ void composite_inertia(const Mechanism& m, const Room<T>& x, T* out) {
   const std::size_t n = m.velocities;
   if (!m.dense || m.coupled)
     for (std::size_t i = 0; i < n * n; ++i) out[i] = T{};
-  for (std::size_t j = 0; j < m.count; ++j) {
-    const Body& b = m.bodies[j];
-    const double* I = b.inertia;
-    x.composites[j] = {vec<T>(b.first),
-                       {splat<T>(I[0]), splat<T>(I[1]), splat<T>(I[2]), splat<T>(I[3]),
-                        splat<T>(I[4]), splat<T>(I[5])}};
-  }
+  for (std::size_t j = 0; j < m.count; ++j) x.composites[j] = alone<T>(m.bodies[j]);
   for (std::size_t j = m.count; j-- > 0;) {
     const Body& b = m.bodies[j];
     if (b.joint.parent < 0) continue;
     Composite<T>& up = x.composites[b.joint.parent];
-    const Composite<T>& c = x.composites[j];
     by_turn(b.joint.turn, [&](auto kind) {
       const auto turn = rotation<kind.kTurn>(x, b, j);
-      const Vec<T> h = turn.forth(c.first);
-      const Sym<T> I = turn.forth(c.inertia);
-      const auto add = [&](const auto& p) {
-        // For r' = R r + p with first moment h: 2 (p.g) 1 - p g^T - g p^T with g = h + m p / 2.
-        const Vec<T> g = h + scaled(p, 0.5 * b.carried);
-        const T xx = p.x * g.x, yy = p.y * g.y, zz = p.z * g.z;
-        up.inertia.xx += I.xx + 2.0 * (yy + zz);
-        up.inertia.yy += I.yy + 2.0 * (xx + zz);
-        up.inertia.zz += I.zz + 2.0 * (xx + yy);
-        up.inertia.xy += I.xy - (p.x * g.y + g.x * p.y);
-        up.inertia.yz += I.yz - (p.y * g.z + g.y * p.z);
-        up.inertia.xz += I.xz - (p.x * g.z + g.x * p.z);
-        up.first = up.first + (h + scaled(p, b.carried));
-      };
-      if (moves(b.joint)) add(x.places[j].p);
-      else add(plain(b.joint.p));
+      if (moves(b.joint)) add_carried(x.composites[j], b.carried, turn, x.places[j].p, up);
+      else add_carried(x.composites[j], b.carried, turn, plain(b.joint.p), up);
     });
   }
   for (std::size_t j = 0; j < m.count; ++j) {
@@ -441,6 +488,7 @@ void column_inertia(const Mechanism& m, const Room<T>& x, T* out) {
 template <class T>
 void inertia(const Mechanism& m, const Task& task, const Room<T>& x, T* out) {
   if (task.columns) column_inertia(m, x, out);
+  else if (m.simple_chain) serial_inertia(m, x, task.what == Task::What::accelerations, out);
   else composite_inertia(m, x, out);
 }
 

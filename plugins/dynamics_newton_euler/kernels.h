@@ -35,9 +35,10 @@ struct Mechanism {
   const TipPath* tips;
   std::size_t count, coordinates, velocities;
   double gravity[3];
-  bool coupled;  ///< entries of tau are sums over joints
-  bool dense;    ///< entry_parent[k] is k - 1 throughout
-  bool resists;  ///< some body does
+  bool coupled;       ///< entries of tau are sums over joints
+  bool dense;         ///< entry_parent[k] is k - 1 throughout
+  bool resists;       ///< some body does
+  bool simple_chain;  ///< revolute and prismatic joints, one behind the other, none coupled
 };
 
 /// What to compute for a range of samples. Pointers as the spans of DynamicsBatch; null = zeros.
