@@ -322,6 +322,16 @@ std::string_view status_word(IkStatus s) {
   return "not_converged";
 }
 
+/// The robot's own solver where it takes goals, else "numeric", which does.
+model::ProviderChoice goals_solver(const Registry& registry, const model::ProviderChoice& own) {
+  const auto info = registry.find(IkSolver::kInterfaceId, own.name);
+  if (info.ok() && std::find(info->tags.begin(), info->tags.end(), "goals") != info->tags.end())
+    return own;
+  model::ProviderChoice numeric;
+  numeric.name = "numeric";
+  return numeric;
+}
+
 constexpr const char* kObjectives[] = {"none", "centre", "manipulability", "limits", "clearance"};
 
 Result<Value> solve_goals(CommandContext& ctx, const Map& args) {
@@ -352,6 +362,8 @@ Result<Value> solve_goals(CommandContext& ctx, const Map& args) {
   model::ProviderChoice choice = r.ik;
   if (has(args, "provider")) {
     RMP_TRY_ASSIGN(choice, read_provider(*args.find("provider"), "provider"));
+  } else {
+    choice = goals_solver(ctx.app.registry, choice);
   }
   RMP_TRY_ASSIGN(const auto bound, ctx.app.solvers.ik(ctx.app.registry, m, choice));
   IkBatch batch;
@@ -666,7 +678,9 @@ std::vector<CommandSpec> robot_kinematics_commands() {
            defaulted("position_tolerance", "real", "m", 1e-9, "When a position is reached.")),
        above_zero(
            defaulted("rotation_tolerance", "real", "rad", 1e-9, "When a rotation is reached.")),
-       optional("provider", "any", "", "Name of the solver, or {name = ..., params = {...}}.")},
+       optional("provider", "any", "",
+                "Name of the solver, or {name = ..., params = {...}}; when left out the robot's "
+                "own if it takes goals, else numeric.")},
       {"map",
        "",
        "",

@@ -150,7 +150,8 @@ Singularity singularity(const RobotModel& model, std::size_t tip, std::span<cons
   if (out.full_rank > 0)
     out.least = svd.singularValues()[out.full_rank - 1] / svd.singularValues()[0];
   for (Index c = out.rank; c < J.cols(); ++c) {
-    const VectorXd v = svd.matrixV().col(c);
+    const VectorXd whole = svd.matrixV().col(c);
+    const VectorXd v = (whole.array().abs() < 1e-9).select(0.0, whole);
     out.idle.emplace_back(v.data(), v.data() + v.size());
   }
   const int lost = out.full_rank - out.rank;

@@ -18,7 +18,7 @@ Vec3 drawn_lengths(const Vec3& half, double size) {
     out[i] = std::isfinite(half[i]) ? half[i] : 2 * greatest;
     most = std::max(most, out[i]);
   }
-  for (double& h : out) h = std::max(h / most, 0.01) * size;
+  for (double& h : out) h = std::max(h / most, 0.03) * size;
   return out;
 }
 

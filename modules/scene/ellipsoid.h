@@ -16,7 +16,7 @@ struct ShownEllipsoids {
   bool force = false;     ///< orange: forces for joint torques of unit length
 };
 
-/// A body of `half` lengths [m] along the axes of `pose`. Lengths below a hundredth of the greatest
+/// A body of `half` lengths [m] along the axes of `pose`. Lengths below 3 % of the greatest
 /// are drawn as that, so that a flat ellipsoid stays a body.
 [[nodiscard]] render::Item ellipsoid_item(std::uint64_t id, std::string name, const Pose& pose,
                                           const Vec3& half, const Colour& colour);
