@@ -74,9 +74,11 @@ class Polytope {
     return best;
   }
 
-  /// Takes in the last point; false when rounding leaves no clean outline.
+  /// Takes in the last point; false when rounding leaves no clean outline, or the point is there.
   bool grow() {
     const std::size_t eye = points.size() - 1;
+    for (std::size_t i = 0; i < eye; ++i)
+      if (points[i].w == points[eye].w) return false;
     std::vector<std::pair<std::size_t, std::size_t>> outline;
     for (std::size_t f = 0; f < faces.size();) {
       if (dot(faces[f].normal, points[eye].w) <= faces[f].offset) {
@@ -88,12 +90,17 @@ class Polytope {
         const auto back =
             std::find(outline.begin(), outline.end(), std::pair{edge.second, edge.first});
         if (back != outline.end()) outline.erase(back);
+        else if (std::find(outline.begin(), outline.end(), edge) != outline.end()) return false;
         else outline.push_back(edge);
       }
       faces[f] = faces.back();
       faces.pop_back();
     }
     if (outline.size() < 3) return false;
+    // Each start once: more than one ring means that rounding tore the surface.
+    for (std::size_t i = 0; i < outline.size(); ++i)
+      for (std::size_t k = i + 1; k < outline.size(); ++k)
+        if (outline[i].first == outline[k].first) return false;
     for (const auto& [from, to] : outline)
       if (!add(from, to, eye)) return false;
     return true;
