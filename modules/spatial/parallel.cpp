@@ -15,7 +15,10 @@ constexpr double kWorthwhile = 300e3;  // of work a thread [ns]
 }  // namespace
 
 std::size_t cores() {
-  return std::clamp<std::size_t>(std::thread::hardware_concurrency(), 1, kMostThreads);
+  // Asked once: it costs the system some microseconds.
+  static const std::size_t count =
+      std::clamp<std::size_t>(std::thread::hardware_concurrency(), 1, kMostThreads);
+  return count;
 }
 
 std::size_t worthwhile_threads(std::size_t samples, double nanoseconds) {
