@@ -174,6 +174,8 @@ Result<void> Application::start() {
   RMP_TRY(add("plugins", data_processing, {"registry", "messages"}, [this]() -> Result<void> {
     plugins.set_search_path(PluginLoader::search_path(options_.plugin_path));
     plugins.load_all();
+    // The fastest for arms; where it is absent, the first that there is.
+    (void)registry.set_default(ForwardDynamics::kInterfaceId, "inertia_matrix");
     for (const PluginReport& report : plugins.reports()) {
       if (report.refusal)
         messages.post(Severity::warning, "plugin_refused", report.refusal->sentence(),

@@ -309,7 +309,7 @@ std::string with_linkage(const char* rest) {
              "  {name = \"crank\", a = 0.1, mass = 0.1, com = {-0.05, 0, 0}},\n"
              "  {name = \"coupler\", a = 0.35, mass = 0.35, com = {-0.175, 0, 0}, inertia = {0, "
              "0.0036, 0.0036, 0, 0, 0}, passive = true},\n"
-             "  {name = \"rocker\", parent = \"base\", origin = {0.4, 0, 0}, mass = 0.25, com = "
+             "  {name = \"rocker\", parent = \"base\", origin = {0.4, 0, 0, 0, 0, 0}, mass = 0.25, com = "
              "{0.125, 0, 0}, inertia = {0, 0.0013, 0.0013, 0, 0, 0}, passive = true}},\n"
              "  poses = {home = {0.6, 0.7, 1.8}}}\n"
              "bar:add_loop{name = \"pin\", kind = \"planar\", a = {link = \"coupler\"},\n"

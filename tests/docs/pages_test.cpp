@@ -137,7 +137,7 @@ TEST_P(Page, DoesWhatItShows) {
 
 INSTANTIATE_TEST_SUITE_P(Documentation, Page,
                          ::testing::Values("README.md", "docs/user/tutorial.md",
-                                           "docs/user/parameters.md", "docs/user/kinematics.md",
+                                           "docs/user/dynamics.md", "docs/user/parameters.md", "docs/user/kinematics.md",
                                            "docs/user/solids.md", "docs/user/solvers_in_lua.md"),
                          [](const auto& param) {
                            std::string name;
