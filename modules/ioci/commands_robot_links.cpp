@@ -46,8 +46,8 @@ Schema link_schema(JointKind kind, bool creating) {
                : one_of("joint", joint_words(), kJointDoc),
       one_of("convention", {"dh", "mdh"}, "Of this row; the robot's when left out."),
       optional("origin", "any", "",
-               "Instead of a row: where the link stands in its parent link's frame at rest, a "
-               "placement such as {0.1, 0, 0}, a pose or {position = ..., rpy = ...}. false goes "
+               "Instead of a row: where the link stands in its parent link's frame at rest: a "
+               "position such as {0.1, 0, 0}, a pose, or {position = ..., rpy = ...}. false goes "
                "back to the row."),
       optional("axis", "vec3", "",
                "With an origin: the joint's axis in the link's frame; {0, 0, 1} when left out."),
@@ -111,6 +111,10 @@ Result<void> apply_place(const Map& args, Link& l, const std::string& path) {
       l.axis = {0, 0, 1};
     } else {
       const Map* table = origin.as_map();
+      const bool is_position = (origin.as_list() && origin.as_list()->size() == 3) ||
+                               (origin.as_array() && origin.as_array()->data().size() == 3);
+      const Map position{{"position", origin}};
+      if (is_position) table = &position;
       if (table && !table->find("matrix")) {
         RMP_TRY_ASSIGN(l.origin, read_placement_fields(*table, path + ".origin"));
       } else {
