@@ -18,6 +18,7 @@ Vec3 drawn_lengths(const Vec3& half, double size) {
     out[i] = std::isfinite(half[i]) ? half[i] : 2 * greatest;
     most = std::max(most, out[i]);
   }
+  if (!(most > 0)) most = 1;
   for (double& h : out) h = std::max(h / most, 0.03) * size;
   return out;
 }
