@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Apache-2.0
+// What adapters from a script's functions to the SDK's interfaces share: the call into the script,
+// what it is given and what it gives back (layer: application, lua, internal).
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <robomosp/sdk/params.h>
+#include <robomosp/sdk/robot_model.h>
+
+#include "kernel/schema.h"
+#include "lua/internal.h"
+
+namespace robomosp::lua {
+
+using ProviderPtr = std::shared_ptr<LuaProvider>;
+
+/// An error of the provider, with its interface and name.
+[[nodiscard]] Error failed(const LuaProvider& p, std::string message, std::string hint = {});
+
+/// One call into the script: checks thread and life, restores the stack, tells a script's error
+/// with the provider's name and the script's line.
+class Call {
+ public:
+  explicit Call(const LuaProvider& p) : p_(p) {
+    if (!p.thread->is_current()) {
+      ready_ = failed(p, "the provider is written in Lua and was called from another thread",
+                      "Lua runs on the application thread only; choose a compiled provider for "
+                      "background work.");
+      return;
+    }
+    if (!p.state) {
+      ready_ = failed(p, "the script that provided it was closed or has withdrawn it",
+                      "Run the script again or choose another provider.");
+      return;
+    }
+    impl_ = p.state;
+    L_ = impl_->current ? impl_->current : impl_->main;
+    top_ = lua_gettop(L_);
+    if (!lua_checkstack(L_, 40)) ready_ = failed(p, "the Lua stack is full", "Call less deep.");
+  }
+  ~Call() {
+    if (L_) lua_settop(L_, top_);
+  }
+  Call(const Call&) = delete;
+  Call& operator=(const Call&) = delete;
+
+  /// Runs `body` protected; it pushes, calls and reads results on the given thread.
+  using Body = std::function<Result<void>(Impl&, lua_State*)>;
+  Result<void> run(const Body& body) {
+    RMP_TRY(ready_);
+    Job job{&body, {}};
+    lua_pushcfunction(L_, entry<run_job>);
+    lua_pushlightuserdata(L_, &job);
+    auto done = call(*impl_, L_, 1, 0);
+    if (!done.ok()) job.failed = std::move(done).error();
+    if (!job.failed) return {};
+    if (job.failed->code == ErrorCode::cancelled || job.failed->code == ErrorCode::plugin_failed)
+      return std::move(*job.failed);
+    const std::string at = job.failed->where.empty() ? "" : job.failed->where + ": ";
+    return failed(
+        p_, at + job.failed->message,
+        job.failed->hint.empty() ? "Correct the script that provides it." : job.failed->hint);
+  }
+  /// Pushes the provider's function, or the field `name` of its table.
+  void push_function(lua_State* L, const char* name) const {
+    lua_rawgeti(L, LUA_REGISTRYINDEX, p_.ref);
+    if (!lua_istable(L, -1)) return;
+    lua_getfield(L, -1, name);
+    lua_remove(L, -2);
+  }
+
+ private:
+  struct Job {
+    const Body* body;
+    std::optional<Error> failed;
+  };
+  static Result<int> run_job(Impl& impl, lua_State* L) {
+    auto& job = *static_cast<Job*>(lua_touserdata(L, 1));
+    lua_settop(L, 0);
+    auto r = (*job.body)(impl, L);
+    if (!r.ok()) job.failed = std::move(r).error();
+    return 0;
+  }
+
+  const LuaProvider& p_;
+  Impl* impl_ = nullptr;
+  lua_State* L_ = nullptr;
+  int top_ = 0;
+  Result<void> ready_;
+};
+
+void push_vector(Impl& impl, lua_State* L, std::span<const double> v, const char* unit = "");
+void set_number(lua_State* L, const char* name, double v);
+/// Refuses robots of which entry i of q is not joint i.
+Result<void> need_simple(const RobotModel& model);
+/// The table `model` of the scripts; without gravity that is zero.
+void push_model(Impl& impl, lua_State* L, const RobotModel& model, bool with_gravity);
+void push_params(Impl& impl, lua_State* L, const Schema& schema, const Params& params);
+
+/// The values of a schema, kept beyond the life of the Params they came from.
+class Kept {
+ public:
+  Kept() = default;
+  Kept(const Schema& schema, const Params& p) {
+    Map m;
+    for (const ParamSpec& s : schema) {
+      if (!p.has(s.name)) continue;
+      if (s.type == "bool") m.set(s.name, p.boolean(s.name));
+      else if (s.type == "int") m.set(s.name, static_cast<std::int64_t>(p.integer(s.name)));
+      else if (s.type == "real") m.set(s.name, p.real(s.name));
+      else if (s.type == "real[]")
+        m.set(s.name, NumericArray({p.reals(s.name).begin(), p.reals(s.name).end()}, s.unit));
+      else if (s.type == "pose") m.set(s.name, pose_value(p.pose(s.name)));
+      else m.set(s.name, p.text(s.name));
+    }
+    params_ = make_params(std::move(m));
+  }
+  [[nodiscard]] const Params& get() const { return *params_; }
+
+ private:
+  std::unique_ptr<Params> params_ = make_params({});
+};
+
+/// `count` finite numbers at a stack index.
+Result<std::vector<double>> read_finite(const LuaProvider& p, lua_State* L, int index,
+                                        std::size_t count, const char* what);
+Result<Pose> read_pose(const LuaProvider& p, lua_State* L, int index, const char* what);
+
+/// What adapters of a robot's solvers keep: the script, the model, the values of the parameters.
+class BoundScript {
+ public:
+  explicit BoundScript(ProviderPtr p) : p_(std::move(p)) {}
+  Result<void> bind(const RobotModel& model, const Params& params) {
+    RMP_TRY(need_simple(model));
+    model_ = &model;
+    params_ = Kept(p_->schema, params);
+    return {};
+  }
+
+ protected:
+  ProviderPtr p_;
+  const RobotModel* model_ = nullptr;
+  Kept params_;
+};
+
+// One maker an interface: the adapter as void* to the interface class, as the registry wants it.
+[[nodiscard]] void* make_lua_ik(ProviderPtr p);
+[[nodiscard]] void* make_lua_inverse_dynamics(ProviderPtr p);
+[[nodiscard]] void* make_lua_forward_dynamics(ProviderPtr p);
+[[nodiscard]] void* make_lua_segment(ProviderPtr p);
+[[nodiscard]] void* make_lua_controller(ProviderPtr p);
+[[nodiscard]] void* make_lua_integrator(ProviderPtr p);
+
+}  // namespace robomosp::lua
