@@ -309,7 +309,8 @@ std::string with_linkage(const char* rest) {
              "  {name = \"crank\", a = 0.1, mass = 0.1, com = {-0.05, 0, 0}},\n"
              "  {name = \"coupler\", a = 0.35, mass = 0.35, com = {-0.175, 0, 0}, inertia = {0, "
              "0.0036, 0.0036, 0, 0, 0}, passive = true},\n"
-             "  {name = \"rocker\", parent = \"base\", origin = {0.4, 0, 0, 0, 0, 0}, mass = 0.25, com = "
+             "  {name = \"rocker\", parent = \"base\", origin = {0.4, 0, 0, 0, 0, 0}, mass = 0.25, "
+             "com = "
              "{0.125, 0, 0}, inertia = {0, 0.0013, 0.0013, 0, 0, 0}, passive = true}},\n"
              "  poses = {home = {0.6, 0.7, 1.8}}}\n"
              "bar:add_loop{name = \"pin\", kind = \"planar\", a = {link = \"coupler\"},\n"
@@ -448,10 +449,14 @@ std::vector<CommandSpec> robot_dynamics_commands() {
        .details = "Row = what changes, column = by what. For ball and free joints \"by q\" is by "
                   "small turns and ways along the moving frame. Solvers that compute none are "
                   "differentiated: central differences of order four.",
-       .example = with_arm("local d = arm:dynamics_derivatives{q = \"ready\"}\nlocal m = "
-                           "arm:inertia{q = \"ready\"}\nassert(d.by_qdd[2][3] == m[2][3])\nlocal f "
-                           "= arm:dynamics_derivatives{q = \"ready\", of = "
-                           "\"accelerations\"}\nassert(#f.by_tau == 6)"),
+       .example =
+           with_arm("local d = arm:dynamics_derivatives{q = \"ready\"}\nlocal m = arm:inertia{q = "
+                    "\"ready\"}\nassert(d.by_qdd[2][3] == m[2][3] and not d.numerical)\nlocal f = "
+                    "arm:dynamics_derivatives{q = \"ready\", of = \"accelerations\", provider = "
+                    "\"articulated_body\"}\nlocal n = arm:dynamics_derivatives{q = \"ready\", of = "
+                    "\"accelerations\", provider = \"inertia_matrix\"}\nassert(n.numerical and not "
+                    "f.numerical)\nfor i = 1, 6 do assert(math.abs(n.by_q[i][2] - f.by_q[i][2]) < "
+                    "1e-7) end"),
        .params = {self("robot"), q, qd, qdd, tau,
                   choice("of", {"torques", "accelerations"},
                          "Of the inverse dynamics at qdd, or of the forward dynamics at tau."),
