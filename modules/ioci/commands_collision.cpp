@@ -300,7 +300,7 @@ std::string with_table(const char* rest) {
              "solid.create{name = \"table\", root = {kind = \"box\", x = 0.6, y = 0.6, z = 0.1}}\n"
              "local cell = world.create{name = \"cell\"}\ncell:add_robot{robot = arm, q = "
              "\"ready\"}\n"
-             "cell:add_object{what = \"table\", position = {0.8, 0, 0.1}}\n") +
+             "cell:add_object{what = \"table\", position = {0.8, 0, 0.2}}\n") +
          rest;
 }
 
@@ -341,7 +341,7 @@ std::vector<CommandSpec> collision_commands() {
 
   add("world.collisions", "Lists the pairs of bodies that touch.", what,
       with_table("assert(#cell:collisions() == 0)\n"
-                 "assert(#cell:collisions{q = {arm = {0, 0.5, 0.6, 0, 1, 0}}} > 0)"),
+                 "assert(#cell:collisions{q = {arm = {0, -0.3, 0.3, 0, 1, 0}}} > 0)"),
       {self("world"), world_q}, {"list", "", "Pairs.", {a_field, b_field}}, Effect::reads,
       collisions);
   add("robot.self_collisions", "Lists the pairs of a robot's own bodies that touch.",
@@ -374,8 +374,8 @@ std::vector<CommandSpec> collision_commands() {
       "Joints move evenly from sample to sample. An interval counts as free once the distances at "
       "its ends add up to more than the bodies can move against each other meanwhile, so that thin "
       "things are not passed through unseen.",
-      with_table("local r = cell:check_path{path = {\"ready\", {0, 0.5, 0.6, 0, 1, 0}}}\n"
-                 "assert(not r.is_free and r.b == \"table\" or r.a == \"table\")\n"
+      with_table("local r = cell:check_path{path = {\"ready\", {0, -0.3, 0.3, 0, 1, 0}}}\n"
+                 "assert(not r.is_free and (r.a == \"table\" or r.b == \"table\"))\n"
                  "assert(cell:check_path{path = {\"ready\", {0.1, -0.9, 0.6, 0, 1, "
                  "0}}}.is_free)"),
       {self("world"), optional("recording", "ref:recording", "", "The motion."),
@@ -414,25 +414,26 @@ std::vector<CommandSpec> collision_commands() {
         example("assert(#arm:checked_pairs() > 0)", "assert(#cell:checked_pairs() > 0)"),
         {self(kind)}, {"list", "", "", {a_field, b_field}}, Effect::reads, checked_pairs);
     add(kind + ".allow_pair", "Lets two bodies touch: they are not checked any more.", names,
-        example("local p = arm:checked_pairs()[1]\narm:allow_pair{a = p.a, b = p.b, reason = "
-                "\"a cable\"}\nfor _, r in ipairs(arm:checked_pairs()) do assert(not (r.a == p.a "
-                "and r.b == p.b)) end",
-                "cell:allow_pair{a = \"arm\", b = \"table\"}\nassert(#cell:collisions{q = {0, 0.5, "
-                "0.6, 0, 1, 0}} == 0)"),
+        example(
+            "local p = arm:checked_pairs()[1]\narm:allow_pair{a = p.a, b = p.b, reason = "
+            "\"a cable\"}\nfor _, r in ipairs(arm:checked_pairs()) do assert(not (r.a == p.a "
+            "and r.b == p.b)) end",
+            "cell:allow_pair{a = \"arm\", b = \"table\"}\nassert(#cell:collisions{q = {0, -0.3, "
+            "0.3, 0, 1, 0}} == 0)"),
         rule, {}, Effect::edits, allow_pair);
     add(kind + ".forbid_pair", "Has two bodies checked in any case, also neighbours.", names,
         example("local p = arm:allowed_pairs()[1]\narm:forbid_pair(p.a, p.b)\n"
                 "for _, r in ipairs(arm:allowed_pairs()) do assert(not (r.a == p.a and r.b == "
                 "p.b)) end",
                 "cell:allow_pair(\"arm\", \"table\")\ncell:forbid_pair(\"arm\", \"table\")\n"
-                "assert(#cell:collisions{q = {0, 0.5, 0.6, 0, 1, 0}} > 0)"),
+                "assert(#cell:collisions{q = {0, -0.3, 0.3, 0, 1, 0}} > 0)"),
         rule, {}, Effect::edits, forbid_pair);
     add(kind + ".forget_pair", "Takes back a rule for two bodies.", names,
         example("local p = arm:checked_pairs()[1]\nlocal n = #arm:checked_pairs()\n"
                 "arm:allow_pair(p.a, p.b)\narm:forget_pair(p.a, p.b)\n"
                 "assert(#arm:checked_pairs() == n)",
                 "cell:allow_pair(\"arm\", \"table\")\ncell:forget_pair(\"arm\", \"table\")\n"
-                "assert(#cell:collisions{q = {0, 0.5, 0.6, 0, 1, 0}} > 0)"),
+                "assert(#cell:collisions{q = {0, -0.3, 0.3, 0, 1, 0}} > 0)"),
         pair, {}, Effect::edits, forget_pair);
   }
   ParamSpec samples = defaulted("samples", "int", "", std::int64_t{10000},

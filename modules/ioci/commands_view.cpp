@@ -9,6 +9,7 @@
 #include "ioci/commands.h"
 #include "robotics/build_model.h"
 #include "scene/build.h"
+#include "scene/contacts.h"
 #include "spatial/pose.h"
 #include "spatial/vec.h"
 
@@ -294,6 +295,21 @@ Result<Value> render_what(CommandContext& ctx, const Map& args) {
                    scene::build_playback(source, WorldId{id.number}, *recording, ctx.progress));
     scene::pose_at(built.scene, playback, has(args, "at") ? real(args, "at") : 0.0);
   }
+  if (has(args, "collisions") && flag(args, "collisions")) {
+    const sim::Simulator simulator{ctx.app.registry, ctx.app.derived, ctx.snapshot()};
+    if (id.kind != Kind::world)
+      return error(ErrorCode::invalid_argument, name_in(ctx, id) + " is not a world",
+                   "Draw a world, or leave collisions out.", "collisions");
+    RMP_TRY_ASSIGN(const auto model, sim::CollisionModel::of_world(simulator, WorldId{id.number},
+                                                                   ctx.progress));
+    std::vector<double> q = model->shown();
+    if (has(args, "recording")) {
+      const auto recording = ctx.app.recordings.find(args.find("recording")->as_handle()->number);
+      RMP_TRY_ASSIGN(q, scene::configuration_at(*model, *recording,
+                                                has(args, "at") ? real(args, "at") : 0.0));
+    }
+    RMP_TRY(scene::mark_contacts(*model, q, built.scene, ctx.progress));
+  }
   RMP_TRY_ASSIGN(look.section, read_section(ctx, args, built.scene));
   if (look.section && takes_all(*look.section, built.scene))
     built.left_out.emplace_back(
@@ -378,6 +394,9 @@ Schema picture_params(ParamSpec what, const Abilities& can) {
                "joint torques of unit length; the greatest half axis is a fifth of the "
                "reach."));
   if (can.moves) {
+    s.push_back(defaulted("collisions", "bool", "", false,
+                          "Bodies that touch in red; where none do, the shortest line between two "
+                          "bodies with its length."));
     s.push_back(optional("recording", "ref:recording", "", "Where the robot is, with at."));
     ParamSpec at = optional("at", "real", "s", "Time within the recording.");
     at.min = 0;

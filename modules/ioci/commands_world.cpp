@@ -7,6 +7,7 @@
 
 #include "io/native.h"
 #include "ioci/commands.h"
+#include "sim/collision.h"
 #include "sim/simulate.h"
 
 namespace robomosp::ioci {
@@ -338,6 +339,9 @@ Result<Value> simulate(CommandContext& ctx, const Map& args, Simulate what) {
   run.tolerance = {real(args, "position_tolerance"), real(args, "rotation_tolerance")};
   const sim::Simulator simulator{ctx.app.registry, ctx.app.derived, ctx.snapshot()};
   RMP_TRY_ASSIGN(auto recording, (simulator.*what)(run, ctx.progress));
+  if (flag(args, "clearance")) {
+    RMP_TRY_ASSIGN(recording, sim::with_clearance(simulator, *recording, ctx.progress));
+  }
   return Value(Handle{"recording", ctx.app.recordings.add(std::move(recording))});
 }
 
@@ -705,7 +709,9 @@ std::vector<CommandSpec> world_commands() {
       above_zero(defaulted("position_tolerance", "real", "m", 1e-9,
                            "When the position counts as reached.")),
       above_zero(defaulted("rotation_tolerance", "real", "rad", 1e-9,
-                           "When the rotation counts as reached."))};
+                           "When the rotation counts as reached.")),
+      defaulted("clearance", "bool", "", false,
+                "Also records the least distance between bodies, in the column clearance.")};
   all.push_back({.name = "world.inverse_kinematics",
                  .classic = "World WorldInvKineSim|World InvKineWorldSim",
                  .summary = "Moves a robot's tool along a trajectory and records joint values, "
