@@ -365,7 +365,7 @@ Result<Value> solve_goals(CommandContext& ctx, const Map& args) {
   } else {
     choice = goals_solver(ctx.app.registry, choice);
   }
-  RMP_TRY_ASSIGN(const auto bound, ctx.app.solvers.ik(ctx.app.registry, m, choice));
+  RMP_TRY_ASSIGN(auto bound, ctx.app.solvers.ik(ctx.app.registry, m, choice));
   IkBatch batch;
   batch.targets = targets;
   batch.goals = goals;
@@ -395,7 +395,13 @@ Result<Value> solve_goals(CommandContext& ctx, const Map& args) {
     field = collision->field(member, real(args, "influence"));
     batch.clearance = field.get();
   }
-  RMP_TRY_ASSIGN(const auto results, sim::solve_ik(bound, batch, ctx.progress));
+  auto solved = sim::solve_ik(bound, batch, ctx.progress);
+  // A robot's closed form answers whole poses only; the program's default takes the rest.
+  if (!solved.ok() && solved.error().code == ErrorCode::unsupported && !has(args, "provider")) {
+    RMP_TRY_ASSIGN(bound, ctx.app.solvers.ik(ctx.app.registry, m, model::ProviderChoice{}));
+    solved = sim::solve_ik(bound, batch, ctx.progress);
+  }
+  RMP_TRY_ASSIGN(const auto results, std::move(solved));
   const IkResult& result = results.front();
   if (result.status != IkStatus::solved && !flag(args, "partial"))
     return error(ErrorCode::unreachable,

@@ -137,8 +137,10 @@ TEST_P(Page, DoesWhatItShows) {
 
 INSTANTIATE_TEST_SUITE_P(Documentation, Page,
                          ::testing::Values("README.md", "docs/user/tutorial.md",
-                                           "docs/user/dynamics.md", "docs/user/parameters.md", "docs/user/kinematics.md",
-                                           "docs/user/solids.md", "docs/user/solvers_in_lua.md"),
+                                           "docs/user/dynamics.md", "docs/user/parameters.md",
+                                           "docs/user/kinematics.md",
+                                           "docs/user/inverse_kinematics.md", "docs/user/solids.md",
+                                           "docs/user/solvers_in_lua.md"),
                          [](const auto& param) {
                            std::string name;
                            for (const char c : param.param)
