@@ -9,6 +9,7 @@
 #include "robotics/coordinates.h"
 #include "robotics/home.h"
 #include "robotics/kinematics.h"
+#include "robotics/singularity.h"
 #include "spatial/pose.h"
 
 namespace robomosp::ioci {
@@ -124,7 +125,15 @@ Result<Value> manipulability(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const std::size_t tip, tip_index(*p.model, args));
   std::vector<double> j(6 * p.model->dof());
   robotics::geometric_jacobian(*p.model, tip, p.frames, robotics::JacobianFrame::base, j);
-  return Value(robotics::manipulability(j));
+  const std::string measure = text_of(args, "measure"), part = text_of(args, "part");
+  if (measure == "yoshikawa" && part == "all") return Value(robotics::manipulability(j));
+  const robotics::Dexterity d =
+      robotics::dexterity(j,
+                          part == "translation" ? robotics::TwistPart::translation
+                          : part == "rotation"  ? robotics::TwistPart::rotation
+                                                : robotics::TwistPart::all,
+                          1);
+  return Value(measure == "condition" ? d.condition : measure == "least" ? d.least : d.yoshikawa);
 }
 
 std::string_view status_word(IkStatus s) {
@@ -448,7 +457,11 @@ std::vector<CommandSpec> robot_motion_commands() {
        .summary = "Gives Yoshikawa's measure of how far the robot is from a singularity.",
        .details = "sqrt(det(J J^T)), for fewer than six joints sqrt(det(J^T J)); 0 when singular.",
        .example = with_arm("assert(arm:manipulability{q = \"ready\"} > 0)"),
-       .params = {self("robot"), q, tip},
+       .params = {self("robot"), q,
+                  choice("measure", {"yoshikawa", "condition", "least"},
+                         "Product of the singular values, the greatest over the least, or the "
+                         "least; robot.dexterity gives all of them."),
+                  choice("part", {"all", "translation", "rotation"}, "Of the tool's motion."), tip},
        .returns = {"real", "", "", {}},
        .effect = Effect::reads,
        .run = manipulability});
