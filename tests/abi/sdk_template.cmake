@@ -62,6 +62,14 @@ run("Building the SCARA solver" ${CMAKE_COMMAND} --build "${work}/scara_ik/build
 run("Testing the SCARA solver" ${CMAKE_CTEST_COMMAND} --test-dir "${work}/scara_ik/build" --output-on-failure --no-tests=error)
 run("Using the SCARA solver" "${program}" --plugin-path "${work}/scara_ik/build" run "${SOURCE_DIR}/scripts/examples/11_scara.lua")
 
+# The example of a controller of one's own.
+file(COPY "${work}/prefix/share/robomosp/examples/feed_forward" DESTINATION "${work}")
+run("Configuring the controller" ${CMAKE_COMMAND} -S "${work}/feed_forward" -B "${work}/feed_forward/build" ${generator})
+run("Building the controller" ${CMAKE_COMMAND} --build "${work}/feed_forward/build" -j 2)
+run("Testing the controller" ${CMAKE_CTEST_COMMAND} --test-dir "${work}/feed_forward/build" --output-on-failure --no-tests=error)
+run("Using the controller" "${program}" --plugin-path "${work}/feed_forward/build" eval
+  "local e = robot('planar2rods'):simulate{q = {0.1, 0}, reference = {0, 0}, controller = 'feed_forward', duration = 2}:values('tip_error') assert(e[#e] < 1e-6)")
+
 if(EXISTS "${work}/prefix/include/robomosp/helper/spatial")
   file(COPY "${SOURCE_DIR}/tests/abi/helper_plugin" DESTINATION "${work}")
   run("Configuring a plugin with the helper library" ${CMAKE_COMMAND} -S "${work}/helper_plugin" -B "${work}/helper_plugin/build" ${generator})
