@@ -288,6 +288,18 @@ class Simulation {
     return {};
   }
 
+  /// The robot's own choice; without one, for closed loops the first provider that knows them.
+  [[nodiscard]] model::ProviderChoice forward_choice() const {
+    model::ProviderChoice choice = placed_.record->forward_dynamics;
+    if (!choice.name.empty() || model().loops.empty()) return choice;
+    for (const ProviderInfo& p : sim_.registry.list(ForwardDynamics::kInterfaceId))
+      if (p.enabled && std::find(p.tags.begin(), p.tags.end(), "loops") != p.tags.end()) {
+        choice.name = p.name;
+        break;
+      }
+    return choice;
+  }
+
   Result<RecordingPtr> simulate(Progress& progress) {
     if (run_.is_controlled && (!run_.tau.empty() || run_.recorded_tau))
       return error(ErrorCode::invalid_argument, "it is given torques and a controller",
@@ -301,8 +313,8 @@ class Simulation {
     RMP_TRY_ASSIGN(const auto times, sample_times());
     MotionOptions options;
     RMP_TRY(find_surroundings(options));
-    RMP_TRY_ASSIGN(auto forward, bind_forward_dynamics(sim_.registry, placed_.model,
-                                                       placed_.record->forward_dynamics));
+    RMP_TRY_ASSIGN(auto forward,
+                   bind_forward_dynamics(sim_.registry, placed_.model, forward_choice()));
     RMP_TRY_ASSIGN(inverse_, bind_inverse_dynamics(sim_.registry, placed_.model,
                                                    placed_.record->inverse_dynamics));
     RMP_TRY_ASSIGN(integrator_, bind_integrator(sim_.registry, placed_.model, run_.integrator));
