@@ -15,9 +15,8 @@
 namespace robomosp::document {
 namespace {
 
-constexpr std::size_t kMostPieces = 256;    ///< of one solid; more are one mesh
-constexpr double kVolumeSlack = 1e-6;       ///< relative
-constexpr double kCornerRounding = 1.2e-7;  ///< of single precision, relative to the extent
+constexpr std::size_t kMostPieces = 256;  ///< of one solid; more are one mesh
+constexpr double kShallow = 5e-4;         ///< depth of dents of triangles, of the extent
 
 /// A union or pattern, whose pieces can stand alone.
 bool is_sum(CsgKind k) {
@@ -47,8 +46,27 @@ std::shared_ptr<const Mesh> convex_form(const Mesh& mesh) {
   double extent = 0;
   for (const Vec3& p : hull->points)
     extent = std::max(extent, 2 * spatial::distance(p, hull->middle));
-  const double slack = kVolumeSlack * hull->volume + kCornerRounding * extent * moments->area;
-  if (hull->volume > moments->volume + slack) return nullptr;
+  // Round surfaces are triangles with dents that the hull has not; they are shallow everywhere,
+  // the walls of the smallest hole are not.
+  const double shallow = kShallow * extent;
+  if (hull->volume > moments->volume + shallow * moments->area) return nullptr;
+  std::vector<std::pair<Vec3, double>> planes;
+  for (const auto& t : hull->triangles) {
+    const Vec3 n =
+        spatial::unit(spatial::cross(spatial::sub(hull->points[t[1]], hull->points[t[0]]),
+                                     spatial::sub(hull->points[t[2]], hull->points[t[0]])));
+    planes.emplace_back(n, spatial::dot(n, hull->points[t[0]]));
+  }
+  for (std::size_t i = 0; i + 2 < mesh.triangles.size(); i += 3) {
+    const Vec3 middle = spatial::scale(
+        spatial::add(points[mesh.triangles[i]],
+                     spatial::add(points[mesh.triangles[i + 1]], points[mesh.triangles[i + 2]])),
+        1.0 / 3);
+    if (std::none_of(planes.begin(), planes.end(), [&](const auto& plane) {
+          return plane.second - spatial::dot(plane.first, middle) <= shallow;
+        }))
+      return nullptr;
+  }
   return std::make_shared<const Mesh>(mesh_of_hull(*hull));
 }
 

@@ -28,8 +28,9 @@ struct ShapePiece {
 using MeshOf = std::function<Result<std::shared_ptr<const Mesh>>(const CsgTree&)>;
 
 /// Boxes, cylinders and spheres stay what they are; unions and patterns become their pieces, also
-/// below a difference ((A + B) - C = (A - C) + (B - C)); what is left is convex where the hull of
-/// its mesh has no more volume than the mesh, to the rounding of its corners, else the mesh.
+/// below a difference ((A + B) - C = (A - C) + (B - C)); what is left is convex
+/// where the hull of its mesh has about its volume and no triangle lies deeper below the hull than
+/// 5e-4 of the extent, else the mesh.
 [[nodiscard]] Result<std::vector<ShapePiece>> shape_pieces(const CsgTree& tree,
                                                            const MeshOf& mesh_of);
 
