@@ -56,8 +56,13 @@ class Scheduler final : public LaneWork {
   void done(int lane, LaneEnd end, const double* q, double cost, int iterations) override {
     Lane& l = lanes_[static_cast<std::size_t>(lane)];
     Slot& s = slots_[static_cast<std::size_t>(l.slot)];
-    Attempted& out = out_[static_cast<std::size_t>(s.sample)];
     --s.running;
+    // Answered by another lane that ended in the same step.
+    if (s.sample < 0) {
+      l.slot = l.attempt = -1;
+      return;
+    }
+    Attempted& out = out_[static_cast<std::size_t>(s.sample)];
     out.iterations += iterations;
     const bool good = end == LaneEnd::reached;
     if (good
