@@ -205,8 +205,11 @@ void plain_types(std::ostream& out) {
   F2(ImportedFile, name, text);
   TYPE(ImportedGeometry);
   F2(ImportedGeometry, name, geometry);
+  TYPE(ForeignGeometry);
+  F4(ForeignGeometry, name, path, scale, unit);
   TYPE(Imported);
   F4(Imported, records, geometries, notes, profile);
+  F1(Imported, foreign);
   TYPE(ExportItem);
   F5(ExportItem, name, parent, pose, colour, mesh);
   F3(ExportItem, geometry, definition, profile);

@@ -27,11 +27,20 @@ struct ImportedGeometry {
   std::string name;  ///< as the records name it, e.g. "housing.brep"
   CsgGeometry geometry;
 };
+/// A geometry that stands in a mesh file of its own: the host has it read by the importer of that
+/// file's extension, as one closed mesh. Where that fails, the solid that names it is left out.
+struct ForeignGeometry {
+  std::string name;        ///< as the records name it, e.g. "forearm.ply"
+  std::string path;        ///< of the mesh file
+  Vec3 scale{1, 1, 1};     ///< along the file's axes; negative = mirrored, never 0
+  std::string unit = "m";  ///< of a file that states none: m, mm, cm, in or ft
+};
 struct Imported {
   std::vector<ImportedFile> records;  ///< the main one last
   std::vector<ImportedGeometry> geometries;
   std::vector<std::string> notes;  ///< every repair and every thing left out, a sentence each
   CsgProfile profile;              ///< closed outlines of a flat drawing; else no loops
+  std::vector<ForeignGeometry> foreign;
 };
 
 /// Interface robomosp.importer/1. [any thread]
