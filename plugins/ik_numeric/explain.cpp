@@ -192,7 +192,7 @@ bool explain(const Failure& f, std::vector<double>& q, IkResult& out, const Prog
   if (gap > f.options.tolerance.position) {
     out.status = IkStatus::out_of_reach;
     out.shortfall = gap;
-    out.detail = "the target is " + spatial::print_number(gap, 3) + " m out of reach";
+    out.detail = "the target is out of reach by " + spatial::print_number(gap, 3) + " m";
     return false;
   }
   if (f.ended_early) {

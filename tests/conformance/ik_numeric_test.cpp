@@ -124,7 +124,7 @@ TEST_F(NumericIk, TellsHowFarATargetIsOutOfReach) {
   // The rods reach 1.15 m; this point is 1.363 m away.
   const IkResult r = solve(shift(1.363, 0, 0));
   EXPECT_EQ(r.status, IkStatus::out_of_reach);
-  EXPECT_EQ(r.detail, "the target is 0.213 m out of reach");
+  EXPECT_EQ(r.detail, "the target is out of reach by 0.213 m");
 }
 
 TEST_F(NumericIk, NamesTheJointWhoseLimitForbidsTheTarget) {

@@ -135,7 +135,7 @@ TEST_F(Ioci, AnUnreachableTargetTellsHowFarItIs) {
   const Map far{{"id", "pa10"}, {"target", List{5.0, 0, 0.3, 0, 0, 0}}};
   const Error e = fails("robot.solve_ik", far);
   EXPECT_EQ(e.code, ErrorCode::unreachable) << e.sentence();
-  EXPECT_NE(e.sentence().find("m out of reach"), std::string::npos) << e.sentence();
+  EXPECT_NE(e.sentence().find("out of reach by"), std::string::npos) << e.sentence();
   Map partial = far;
   partial.set("partial", true);
   const Value answer = call("robot.solve_ik", partial);
