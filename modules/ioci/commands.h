@@ -29,6 +29,7 @@ std::vector<CommandSpec> mass_commands();
 std::vector<CommandSpec> material_commands();
 std::vector<CommandSpec> object_commands();
 std::vector<CommandSpec> parameter_commands();
+std::vector<CommandSpec> physics_commands();
 std::vector<CommandSpec> plugin_commands();
 std::vector<CommandSpec> record_commands();
 std::vector<CommandSpec> recording_commands();

@@ -15,6 +15,7 @@ void register_commands(CommandTable& table) {
   table.add(material_commands());
   table.add(object_commands());
   table.add(parameter_commands());
+  table.add(physics_commands());
   table.add(plugin_commands());
   table.add(record_commands());
   table.add(recording_commands());

@@ -2,8 +2,10 @@
 #include "scene/build.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "kernel/fingerprint.h"
@@ -16,6 +18,7 @@
 #include "robotics/singularity.h"
 #include "spatial/mass.h"
 #include "spatial/pose.h"
+#include "spatial/rotation.h"
 
 namespace robomosp::scene {
 namespace {
@@ -435,44 +438,111 @@ Result<Built> build(const Source& source, AnyId id, const Extras& extras, Progre
   return std::move(m.out);
 }
 
-Result<Playback> build_playback(const Source& source, WorldId id, const sim::Recording& recording,
-                                Progress& progress) {
-  const model::World* world = source.snapshot.get(id);
-  if (!world)
-    return error(ErrorCode::stale_handle, "the world no longer exists", "Open or create one.");
-  const auto placed = std::find_if(world->robots.begin(), world->robots.end(),
-                                   [&](const auto& r) { return r.name == recording.robot; });
-  if (placed == world->robots.end())
-    return error(ErrorCode::unknown_name,
-                 "the world has no robot " + text::quote(recording.robot) + " any more",
-                 "Simulate again.");
-  RMP_TRY_ASSIGN(const PosedRobot robot, posed_robot(source, placed->robot, placed->name,
-                                                     model::pose(placed->placement), progress));
-  const std::size_t dof = robot.model->coordinate_count();
+namespace {
+
+/// How the bodies and the tool of a robot move along columns `<prefix>q1` and so on.
+struct MovingRobot {
+  PosedRobot robot;
   std::vector<const sim::Column*> q;
-  for (std::size_t j = 0; j < dof; ++j) {
-    q.push_back(recording.find("q" + std::to_string(j + 1)));
-    if (!q.back() || recording.dof != robot.model->dof())
-      return error(ErrorCode::conflict, "the recording was made from a robot with other joints",
-                   "Simulate again.");
+
+  void add_ids(Playback& playback) const {
+    for (std::size_t b = 0; b < robot.bodies.bodies.size(); ++b)
+      for (std::size_t p = 0; robot.shows(b) && p < robot.bodies.bodies[b].size(); ++p)
+        playback.ids.push_back(item_id(robot.owner, b, p));
+    playback.ids.push_back(robot.triad_id());
   }
-  Playback playback;
-  playback.times = recording.columns.front().values;
-  for (std::size_t b = 0; b < robot.bodies.bodies.size(); ++b)
-    for (std::size_t p = 0; robot.shows(b) && p < robot.bodies.bodies[b].size(); ++p)
-      playback.ids.push_back(item_id(robot.owner, b, p));
-  playback.ids.push_back(robot.triad_id());
-  playback.poses.reserve(playback.times.size() * playback.ids.size());
-  std::vector<Pose> bodies;
-  std::vector<double> sample(dof);
-  Pose tool;
-  for (std::size_t i = 0; i < playback.times.size(); ++i) {
-    for (std::size_t j = 0; j < dof; ++j) sample[j] = q[j]->values[i];
+  void add_poses(std::size_t row, Playback& playback) {
+    sample.resize(q.size());
+    for (std::size_t j = 0; j < q.size(); ++j) sample[j] = q[j]->values[row];
     robot.pose(sample, bodies, tool);
     for (std::size_t b = 0; b < bodies.size(); ++b)
       for (std::size_t p = 0; robot.shows(b) && p < robot.bodies.bodies[b].size(); ++p)
         playback.poses.push_back(spatial::compose(bodies[b], robot.bodies.bodies[b][p].placement));
     playback.poses.push_back(tool);
+  }
+  std::vector<double> sample = {};
+  std::vector<Pose> bodies = {};
+  Pose tool = {};
+};
+
+/// An object that moves along columns `<name>.x` and so on, as contact physics records them.
+struct MovingObject {
+  std::array<const sim::Column*, 7> at{};  ///< x y z qw qx qy qz
+  std::vector<std::uint64_t> ids;
+  std::vector<Pose> placements;  ///< object_T_item
+
+  void add_poses(std::size_t row, Playback& playback) const {
+    const auto value = [&](std::size_t k) { return at[k]->values[row]; };
+    const Pose pose{spatial::from_quaternion({value(3), value(4), value(5), value(6)}),
+                    {value(0), value(1), value(2)}};
+    for (const Pose& t : placements) playback.poses.push_back(spatial::compose(pose, t));
+  }
+};
+
+Result<std::optional<MovingObject>> moving_object(const Source& source,
+                                                  const model::PlacedObject& placed,
+                                                  const sim::Recording& recording,
+                                                  Progress& progress) {
+  constexpr const char* kParts[] = {".x", ".y", ".z", ".qw", ".qx", ".qy", ".qz"};
+  MovingObject out;
+  for (std::size_t k = 0; k < out.at.size(); ++k) {
+    out.at[k] = recording.find(placed.name + kParts[k]);
+    if (!out.at[k]) return std::optional<MovingObject>{};
+  }
+  const std::string where = "object " + text::quote(placed.name);
+  RMP_TRY_ASSIGN(const auto parts,
+                 source.derived.drawables(source.snapshot, placed.what, progress).in(where));
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    out.ids.push_back(item_id("object " + placed.name, 0, i));
+    out.placements.push_back(parts[i].placement);
+  }
+  return std::optional(std::move(out));
+}
+
+}  // namespace
+
+Result<Playback> build_playback(const Source& source, WorldId id, const sim::Recording& recording,
+                                Progress& progress) {
+  const model::World* world = source.snapshot.get(id);
+  if (!world)
+    return error(ErrorCode::stale_handle, "the world no longer exists", "Open or create one.");
+  std::vector<MovingRobot> robots;
+  bool is_found = recording.robot.empty();
+  for (const model::PlacedRobot& placed : world->robots) {
+    // Further robots have their columns under their names.
+    const bool is_main = placed.name == recording.robot;
+    const std::string prefix = is_main ? "" : placed.name + ".";
+    is_found = is_found || is_main;
+    if (!is_main && !recording.find(prefix + "q1")) continue;
+    RMP_TRY_ASSIGN(PosedRobot robot, posed_robot(source, placed.robot, placed.name,
+                                                 model::pose(placed.placement), progress));
+    std::vector<const sim::Column*> q;
+    for (std::size_t j = 0; j < robot.model->coordinate_count(); ++j) {
+      q.push_back(recording.find(prefix + "q" + std::to_string(j + 1)));
+      if (!q.back() || (is_main && recording.dof != robot.model->dof()))
+        return error(ErrorCode::conflict, "the recording was made from a robot with other joints",
+                     "Simulate again.");
+    }
+    robots.push_back({std::move(robot), std::move(q)});
+  }
+  if (!is_found)
+    return error(ErrorCode::unknown_name,
+                 "the world has no robot " + text::quote(recording.robot) + " any more",
+                 "Simulate again.");
+  std::vector<MovingObject> objects;
+  for (const model::PlacedObject& placed : world->objects) {
+    RMP_TRY_ASSIGN(auto object, moving_object(source, placed, recording, progress));
+    if (object) objects.push_back(std::move(*object));
+  }
+  Playback playback;
+  playback.times = recording.columns.front().values;
+  for (const MovingRobot& r : robots) r.add_ids(playback);
+  for (const MovingObject& o : objects)
+    playback.ids.insert(playback.ids.end(), o.ids.begin(), o.ids.end());
+  playback.poses.reserve(playback.times.size() * playback.ids.size());
+  for (std::size_t i = 0; i < playback.times.size(); ++i) {
+    for (MovingRobot& r : robots) r.add_poses(i, playback);
+    for (const MovingObject& o : objects) o.add_poses(i, playback);
   }
   return playback;
 }

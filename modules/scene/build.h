@@ -51,7 +51,9 @@ struct Built {
 /// the error.
 [[nodiscard]] Result<Built> build(const Source&, AnyId, const Extras&, Progress&);
 
-/// How the robot of a recording moves; ids are those of build() on the same world.
+/// How the robots and objects of a recording move: robots along columns q1, ... (others than the
+/// recording's own along `<name>.q1`, ...), objects along `<name>.x .y .z .qw .qx .qy .qz`; ids are
+/// those of build() on the same world.
 [[nodiscard]] Result<Playback> build_playback(const Source&, WorldId, const sim::Recording&,
                                               Progress&);
 

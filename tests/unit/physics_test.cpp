@@ -1,0 +1,296 @@
+// SPDX-License-Identifier: Apache-2.0
+// Worlds with contact: what rests, slides and is carried, against closed forms.
+#include <cmath>
+#include <functional>
+#include <limits>
+
+#include <gtest/gtest.h>
+
+#include "sim/physics.h"
+#include "support/records.h"
+#include "support/workbench.h"
+
+namespace robomosp {
+namespace {
+
+using sim::PhysicsAction;
+using sim::PhysicsRun;
+using sim::RobotDrive;
+using test::make;
+using test::unwrap;
+using test::Workbench;
+using Kind = PhysicsAction::Kind;
+
+constexpr double kGravity = 9.81;
+constexpr double kBoxMass = 600 * 0.1 * 0.1 * 0.1;  ///< density times volume [kg]
+
+class Physics : public testing::Test {
+ protected:
+  Physics() {
+    model::Material wood;
+    wood.density = 600;
+    const auto material = make(bench.document, "wood", wood);
+    box_ = add_box("box", {0.1, 0.1, 0.1}, material);
+    world_.objects.push_back({"floor", add_box("floor", {3, 3, 0.1}, {}), at({0, 0, -0.1})});
+  }
+  static model::Placement at(Vec3 p) {
+    model::Placement out;
+    out.position = p;
+    return out;
+  }
+  SolidId add_box(const std::string& name, std::array<double, 3> sizes, MaterialId material) {
+    model::SolidNode n;
+    n.name = name;
+    n.sizes = {sizes[0], sizes[1], sizes[2]};
+    model::Solid s;
+    s.material = material;
+    s.nodes = {n};
+    return make(bench.document, name, s);
+  }
+  /// A hand that slides along x and z, with a pad 0.04 m high below its mounting at z = 0.3.
+  void add_gantry() {
+    const auto link = [](const char* name, std::int32_t parent, Vec3 axis) {
+      model::Link l;
+      l.name = name;
+      l.parent = parent;
+      l.joint = model::JointKind::prismatic;
+      l.origin = model::Placement{};
+      l.axis = axis;
+      l.lower = -1, l.upper = 1;
+      l.given = MassProperties{20, {}, {0.1, 0.1, 0.1, 0, 0, 0}};
+      return l;
+    };
+    model::Robot r;
+    r.links = {link("carriage", -1, {1, 0, 0}), link("hand", 0, {0, 0, 1})};
+    const AnyId pad = add_box("pad", {0.04, 0.04, 0.04}, {});
+    r.links[1].parts = {{pad, {}}};
+    world_.robots.push_back({"gantry", make(bench.document, "gantry", r), at({0, 0, 0.3}), {0, 0}});
+  }
+  WorldId world() {
+    if (id_.number == 0) id_ = make(bench.document, "cell", world_);
+    return id_;
+  }
+  Result<sim::RecordingPtr> simulate(PhysicsRun run) {
+    run.world = world();
+    const auto snapshot = bench.document.now();
+    const sim::Simulator simulator{bench.registry, bench.derived, *snapshot};
+    return sim::simulate_physics(simulator, run, progress);
+  }
+  static double last(const sim::Recording& r, const std::string& column) {
+    const auto* c = r.find(column);
+    EXPECT_NE(c, nullptr) << column;
+    return c ? c->values.back() : std::numeric_limits<double>::quiet_NaN();
+  }
+  static PhysicsAction move(std::vector<double> q, double duration) {
+    PhysicsAction a;
+    a.q = std::move(q);
+    a.duration = duration;
+    return a;
+  }
+  static PhysicsAction act(Kind kind, double duration = 0) {
+    PhysicsAction a;
+    a.kind = kind;
+    a.duration = duration;
+    return a;
+  }
+  /// Down to the box, 0.2 mm into it; up, across, down, away.
+  static PhysicsRun carry(RobotDrive drive) {
+    PhysicsRun run;
+    run.robots = {{"gantry", drive, {}, {}, {}}};
+    run.step = 2e-3;
+    run.actions = {move({0, -0.2002}, 0.4), act(Kind::wait, 0.1),   act(Kind::grasp),
+                   move({0, -0.1}, 0.4),    move({0.3, -0.1}, 0.6), move({0.3, -0.2}, 0.4),
+                   act(Kind::release, 0.1), move({0.3, 0}, 0.3),    act(Kind::wait, 0.5)};
+    return run;
+  }
+
+  Workbench bench;
+  NoProgress progress;
+  model::World world_;
+  SolidId box_;
+
+ private:
+  WorldId id_;
+};
+
+TEST_F(Physics, AStackComesToRestAndWeighsWhatItShould) {
+  for (int i = 0; i < 3; ++i)
+    world_.objects.push_back({"box" + std::to_string(i + 1), box_, at({0, 0, 0.01 + 0.11 * i})});
+  PhysicsRun run;
+  run.duration = 1.5;
+  const auto r = unwrap(simulate(run));
+  ASSERT_TRUE(r);
+  EXPECT_EQ(r->rows(), 151U);
+  EXPECT_EQ(r->find("floor.x"), nullptr) << "what has no mass stands still";
+  for (int i = 0; i < 3; ++i) {
+    const std::string name = "box" + std::to_string(i + 1);
+    EXPECT_NEAR(last(*r, name + ".z"), 0.1 * i, 5e-4);
+    EXPECT_NEAR(std::hypot(last(*r, name + ".x"), last(*r, name + ".y")), 0, 5e-4);
+    EXPECT_GT(std::fabs(last(*r, name + ".qw")), 1 - 1e-6);
+    const auto& z = r->find(name + ".z")->values;
+    EXPECT_NEAR(z.back(), z[z.size() - 20], 1e-6) << "at rest";
+    // The forces on it carry its own weight.
+    EXPECT_NEAR(last(*r, name + ".contact_force"), kBoxMass * kGravity, 0.02 * kBoxMass * kGravity);
+  }
+}
+
+TEST_F(Physics, ASlidingBoxStopsWhereCoulombFrictionSays) {
+  world_.objects.push_back({"box", box_, at({-0.5, 0, 0})});
+  PhysicsRun run;
+  run.duration = 0.6;
+  run.friction = 0.4;
+  sim::PhysicsObjectSettings s;
+  s.name = "box";
+  s.velocity = {1, 0, 0};
+  run.objects = {s};
+  const auto r = unwrap(simulate(run));
+  ASSERT_TRUE(r);
+  const double way = 1 / (2 * 0.4 * kGravity);
+  EXPECT_NEAR(last(*r, "box.x") + 0.5, way, 0.02 * way);
+  // The geometric mean counts: one body without friction slides on.
+  run.objects[0].friction = 0;
+  EXPECT_NEAR(last(*unwrap(simulate(run)), "box.x") + 0.5, 0.6, 1e-3);
+}
+
+TEST_F(Physics, AFallFollowsTheSumOfTheStepsAndFixedOnesStay) {
+  world_.objects.push_back({"box", box_, at({0, 0, 1})});
+  world_.objects.push_back({"hung", box_, at({1, 0, 1})});
+  PhysicsRun run;
+  run.duration = 0.2;
+  sim::PhysicsObjectSettings hung;
+  hung.name = "hung";
+  hung.is_fixed = true;
+  run.objects = {hung};
+  const auto r = unwrap(simulate(run));
+  ASSERT_TRUE(r);
+  // Velocity first, then position: g h^2 n (n + 1) / 2 after n steps of h.
+  EXPECT_NEAR(last(*r, "box.z"), 1 - kGravity * 1e-6 * 200 * 201 / 2, 1e-9);
+  EXPECT_EQ(r->find("hung.z"), nullptr);
+}
+
+TEST_F(Physics, AMovedGantryCarriesABoxWithinAMillimetre) {
+  add_gantry();
+  world_.objects.push_back({"box", box_, at({0, 0, 0})});
+  const auto r = unwrap(simulate(carry(RobotDrive::moved)));
+  ASSERT_TRUE(r);
+  EXPECT_EQ(r->robot, "gantry");
+  EXPECT_NEAR(last(*r, "q1"), 0.3, 1e-12);
+  EXPECT_NEAR(last(*r, "q2"), 0, 1e-12);
+  EXPECT_NEAR(last(*r, "box.x"), 0.3, 1e-3);
+  EXPECT_NEAR(last(*r, "box.y"), 0, 1e-3);
+  EXPECT_NEAR(last(*r, "box.z"), 0, 1e-3);
+  EXPECT_GT(std::fabs(last(*r, "box.qw")), 1 - 1e-5);
+  // Half way it hangs in the air.
+  const auto& z = r->find("box.z")->values;
+  EXPECT_NEAR(z[120], 0.1, 2e-3);
+}
+
+TEST_F(Physics, AControlledGantryCarriesItTooAndEqualRunsGiveEqualBits) {
+  add_gantry();
+  world_.objects.push_back({"box", box_, at({0, 0, 0})});
+  const auto run = carry(RobotDrive::controlled);
+  const auto r = unwrap(simulate(run)), again = unwrap(simulate(run));
+  ASSERT_TRUE(r && again);
+  EXPECT_NEAR(last(*r, "box.x"), 0.3, 2e-3);
+  EXPECT_NEAR(last(*r, "box.z"), 0, 1e-3);
+  // The hand's motor carries the hand at rest.
+  EXPECT_NEAR(last(*r, "tau2"), 20 * kGravity, 0.05 * 20 * kGravity);
+  ASSERT_EQ(r->columns.size(), again->columns.size());
+  for (std::size_t c = 0; c < r->columns.size(); ++c)
+    EXPECT_EQ(r->columns[c].values, again->columns[c].values) << r->columns[c].name;
+}
+
+TEST_F(Physics, ALimpGantryFallsOntoItsStop) {
+  add_gantry();
+  world_.objects.clear();
+  PhysicsRun run;
+  run.duration = 1;
+  run.robots = {{"gantry", RobotDrive::limp, {}, {}, {}}};
+  const auto r = unwrap(simulate(run));
+  ASSERT_TRUE(r);
+  const auto& q = r->find("q2")->values;
+  EXPECT_NEAR(q[20], -0.5 * kGravity * 0.2 * 0.2, 1.1e-3);
+  EXPECT_NEAR(q.back(), -1, 2e-3);
+}
+
+TEST_F(Physics, APendulumSwingsAndCountsItsTurns) {
+  // Half a kilogram at 0.4 m, without inertia of its own: the engine needs some, and says so.
+  model::Link l;
+  l.name = "rod";
+  l.origin = model::Placement{};
+  l.axis = {0, 1, 0};
+  l.given = MassProperties{0.5, {0, 0, -0.4}, {}};
+  model::Robot r;
+  r.links = {l};
+  world_.objects.clear();
+  const double start = 2 * std::acos(-1.0) + 0.1;
+  world_.robots.push_back({"pendulum", make(bench.document, "pendulum", r), {}, {start}});
+  PhysicsRun run;
+  run.duration = 1;
+  run.sample_time = 1e-3;
+  run.robots = {{"pendulum", RobotDrive::limp, {}, {}, {}}};
+  const auto done = unwrap(simulate(run));
+  ASSERT_TRUE(done);
+  const auto& q = done->find("q1")->values;
+  EXPECT_NEAR(q.front(), start, 1e-12);
+  // It is lowest after a quarter of 2 pi sqrt(l / g) (1 + a^2 / 16).
+  const double quarter = std::acos(-1.0) / 2 * std::sqrt(0.4 / kGravity) * (1 + 0.1 * 0.1 / 16);
+  std::size_t i = 0;
+  while (i < q.size() && q[i] > start - 0.1) ++i;
+  EXPECT_NEAR(1e-3 * static_cast<double>(i), quarter, 2.5e-3);
+  ASSERT_FALSE(done->notes.empty());
+  EXPECT_NE(done->notes[0].find("pendulum.rod has no mass or no inertia"), std::string::npos)
+      << done->notes[0];
+}
+
+TEST_F(Physics, TellsWhatIsWrong) {
+  add_gantry();
+  world_.objects.push_back({"box", box_, at({0, 0, 0})});
+  const auto told = [&](const std::function<void(PhysicsRun&)>& change) {
+    PhysicsRun run = carry(RobotDrive::moved);
+    change(run);
+    const auto r = simulate(run);
+    return r.ok() ? std::string("done") : r.error().sentence();
+  };
+  const auto has = [](const std::string& text, const char* part) {
+    EXPECT_NE(text.find(part), std::string::npos) << text;
+  };
+  has(told([](PhysicsRun& r) {
+        r.objects = {{"bux", false, {}, {}, {}, {}}};
+      }),
+      "the world has no object \"bux\"");
+  has(told([](PhysicsRun& r) { r.robots[0].name = "gentry"; }), "the world has no robot");
+  has(told([](PhysicsRun& r) { r.friction = -1; }), "friction");
+  has(told([](PhysicsRun& r) { r.actions.clear(); }), "how long to simulate");
+  has(told([](PhysicsRun& r) { r.step = 0; }), "the step is not a positive time");
+  has(told([](PhysicsRun& r) { r.actions[0].q = {0}; }), "q has 1 numbers, but 2 are needed");
+  has(told([](PhysicsRun& r) { r.actions[0].duration = 0; }), "how long the move takes");
+  has(told([](PhysicsRun& r) { r.actions[3].time = 0.1; }), "before robot \"gantry\" has ended");
+  has(told([](PhysicsRun& r) { r.actions[0].q = {0, -0.1}; }), "touches no object that can move");
+  has(told([](PhysicsRun& r) { r.actions[2].object = "floor"; }), "cannot move");
+  has(told([](PhysicsRun& r) { r.actions[2].tool = "claw"; }), "has no tool");
+  has(told([](PhysicsRun& r) { r.actions[2].kind = Kind::wait; }), "does not hold");
+  has(told([](PhysicsRun& r) { r.robots[0].drive = RobotDrive::limp; }), "is limp");
+  has(told([](PhysicsRun& r) { r.engine.name = "none"; }), "none");
+}
+
+TEST_F(Physics, StopsWhenCancelled) {
+  struct Stop final : Progress {
+    void report(double, std::string_view) override {}
+    [[nodiscard]] bool cancelled() const override { return true; }
+  } stop;
+  world_.objects.push_back({"box", box_, at({0, 0, 0})});
+  PhysicsRun run;
+  run.world = world();
+  run.duration = 1;
+  const auto snapshot = bench.document.now();
+  // What is derived is made before, so that the run itself is what stops.
+  EXPECT_TRUE(
+      sim::simulate_physics({bench.registry, bench.derived, *snapshot}, run, progress).ok());
+  const auto r = sim::simulate_physics({bench.registry, bench.derived, *snapshot}, run, stop);
+  ASSERT_FALSE(r.ok());
+  EXPECT_EQ(r.error().code, ErrorCode::cancelled);
+}
+
+}  // namespace
+}  // namespace robomosp
