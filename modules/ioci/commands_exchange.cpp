@@ -90,8 +90,9 @@ Result<std::unique_ptr<Params>> params_for(const ProviderInfo& info, const Map& 
 Result<Imported> read_file(CommandContext& ctx, const Map& args, Map values) {
   const std::string file = text_of(args, "file");
   RMP_TRY_ASSIGN(const auto chosen, provider_for<Importer>(ctx, file, "import"));
-  RMP_TRY_ASSIGN(const auto params, params_for(chosen.info, args, std::move(values),
-                                               {"name", "unit", "heal", "density"}, file));
+  RMP_TRY_ASSIGN(const auto params,
+                 params_for(chosen.info, args, std::move(values),
+                            {"name", "unit", "heal", "density", "shapes"}, file));
   return guarded(chosen.info.name,
                  [&] { return chosen.provider->read(file, *params, ctx.progress); });
 }
@@ -99,6 +100,125 @@ Result<Imported> read_file(CommandContext& ctx, const Map& args, Map values) {
 void tell_notes(CommandContext& ctx, const Imported& imported) {
   for (const std::string& note : imported.notes)
     ctx.app.messages.post(Severity::info, "import_note", note, "import");
+}
+
+/// All meshes of what an importer made as one, where its objects place them; in metres.
+Result<CsgGeometry> merged_mesh(CommandContext& ctx, Imported imported, const std::string& path) {
+  if (imported.records.empty())
+    return error(ErrorCode::unsupported, "it holds no closed mesh", "Repair it first.");
+  io::MemoryFiles files;
+  for (ImportedGeometry& g : imported.geometries) {
+    RMP_TRY_ASSIGN(auto made, io::make_geometry(std::move(g.geometry)));
+    files.geometries.emplace(std::move(g.name), std::move(made));
+  }
+  const std::string main = imported.records.back().name;
+  for (ImportedFile& r : imported.records) files.texts.emplace(r.name, std::move(r.text));
+  document::Document scratch;
+  RMP_TRY_ASSIGN(auto tx, scratch.begin("mesh"));
+  RMP_TRY_ASSIGN(const io::Loaded loaded,
+                 io::load_memory(tx, files, main, path, std::filesystem::path(path).parent_path(),
+                                 ctx.app.library));
+  CsgGeometry out;
+  out.form = CsgGeometry::Form::mesh;
+  std::vector<std::pair<AnyId, Pose>> stack{{loaded.id, Pose{}}};
+  std::size_t seen = 0;
+  while (!stack.empty()) {
+    const auto [id, at] = stack.back();
+    stack.pop_back();
+    if (++seen > kMostItems) return error(ErrorCode::unsupported, "it has more than 100000 parts");
+    if (const auto* object = tx.now().get(ObjectId{id.number}); object && id.kind == Kind::object) {
+      for (const model::ObjectPart& p : object->parts)
+        stack.emplace_back(p.what, spatial::compose(at, model::pose(p.placement)));
+      continue;
+    }
+    const auto* solid = tx.now().get(SolidId{id.number});
+    if (!solid || solid->nodes.empty() || !solid->nodes[0].geometry ||
+        solid->nodes[0].geometry->form != CsgGeometry::Form::mesh)
+      return error(ErrorCode::unsupported, "it is not a mesh file",
+                   "Links take meshes such as STL, OBJ and COLLADA.");
+    const CsgGeometry& g = *solid->nodes[0].geometry;
+    const auto first = static_cast<std::uint32_t>(out.points.size() / 3);
+    for (std::size_t i = 0; i + 2 < g.points.size(); i += 3) {
+      const Vec3 p = spatial::transform(at, {g.points[i], g.points[i + 1], g.points[i + 2]});
+      out.points.insert(out.points.end(), p.begin(), p.end());
+    }
+    for (const std::uint32_t k : g.triangles) out.triangles.push_back(first + k);
+  }
+  return out;
+}
+
+/// The mesh of a file that an importer names, read by the importer of its own format.
+Result<CsgGeometry> foreign_mesh(CommandContext& ctx, const ForeignGeometry& f) {
+  RMP_TRY_ASSIGN(const auto chosen, provider_for<Importer>(ctx, f.path, "import"));
+  Map values;
+  for (const ParamSpec& p : chosen.info.schema) {
+    if (p.name == "unit") values.set("unit", f.unit);
+    if (p.name == "materials") values.set("materials", false);
+  }
+  RMP_TRY_ASSIGN(Map checked, check(chosen.info.schema, values));
+  const auto params = make_params(std::move(checked));
+  RMP_TRY_ASSIGN(Imported read, guarded(chosen.info.name, [&] {
+                   return chosen.provider->read(f.path, *params, ctx.progress);
+                 }));
+  RMP_TRY_ASSIGN(CsgGeometry mesh, merged_mesh(ctx, std::move(read), f.path));
+  for (std::size_t i = 0; i < mesh.points.size(); ++i) mesh.points[i] *= f.scale[i % 3];
+  // A mirrored mesh is inside out.
+  if (f.scale[0] * f.scale[1] * f.scale[2] < 0)
+    for (std::size_t i = 0; i + 2 < mesh.triangles.size(); i += 3)
+      std::swap(mesh.triangles[i + 1], mesh.triangles[i + 2]);
+  mesh.source = std::filesystem::path(f.path).filename().string();
+  return mesh;
+}
+
+/// A geometry to stand where a mesh could not be read, until its solid is taken out again.
+CsgGeometry stand_in() {
+  CsgGeometry g;
+  g.form = CsgGeometry::Form::mesh;
+  g.points = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
+  g.triangles = {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3};
+  return g;
+}
+
+/// Reads the meshes that stand in files of their own; those that failed are in `failed`.
+Result<void> read_foreign(CommandContext& ctx, Imported& imported,
+                          std::vector<std::string>& failed) {
+  for (const ForeignGeometry& f : imported.foreign) {
+    ctx.progress.report(static_cast<double>(&f - imported.foreign.data()) /
+                            static_cast<double>(imported.foreign.size()),
+                        "reading " + std::filesystem::path(f.path).filename().string());
+    auto mesh = foreign_mesh(ctx, f);
+    if (!mesh.ok() && mesh.error().code == ErrorCode::cancelled) return std::move(mesh).error();
+    auto made = mesh.ok() ? io::make_geometry(std::move(mesh).value())
+                          : Result<io::GeometryPtr>(std::move(mesh).error());
+    if (!made.ok()) {
+      imported.notes.push_back("Mesh " + text::quote(f.path) +
+                               " was left out: " + made.error().sentence());
+      failed.push_back(f.name);
+    }
+    imported.geometries.push_back({f.name, made.ok() ? **made : stand_in()});
+  }
+  return {};
+}
+
+/// Takes the solids whose geometry could not be read out of the robots that were made.
+Result<void> drop_failed(CommandContext& ctx, io::Loaded& loaded,
+                         const std::set<const CsgGeometry*>& failed) {
+  if (failed.empty()) return {};
+  std::set<AnyId> drop;
+  for (const AnyId id : loaded.all)
+    if (const auto* s = id.kind == Kind::solid ? ctx.snapshot().get(SolidId{id.number}) : nullptr)
+      if (!s->nodes.empty() && failed.contains(s->nodes[0].geometry.get())) drop.insert(id);
+  for (const AnyId id : loaded.all)
+    if (id.kind == Kind::robot)
+      RMP_TRY(change<model::Robot>(ctx, id, [&](model::Robot& r) -> Result<void> {
+        const auto is_gone = [&](const model::BodyPart& p) { return drop.contains(p.what); };
+        std::erase_if(r.base_parts, is_gone);
+        for (model::Link& l : r.links) std::erase_if(l.parts, is_gone);
+        return {};
+      }));
+  for (const AnyId id : drop) RMP_TRY(ctx.edit().remove(id));
+  std::erase_if(loaded.all, [&](AnyId id) { return drop.contains(id); });
+  return {};
 }
 
 Result<Value> import_file(CommandContext& ctx, const Map& args) {
@@ -116,16 +236,21 @@ Result<Value> import_file(CommandContext& ctx, const Map& args) {
                ? error(ErrorCode::unsupported, text::quote(file) + " holds nothing to import")
                : error(ErrorCode::unsupported, text::quote(file) + " is a drawing without solids",
                        "Use import_profile, and its profile in a prism or revolution.");
+  std::vector<std::string> unread;
+  RMP_TRY(read_foreign(ctx, imported, unread));
   io::MemoryFiles files;
   for (ImportedGeometry& g : imported.geometries) {
     RMP_TRY_ASSIGN(auto made, io::make_geometry(std::move(g.geometry)).in(text::quote(g.name)));
     files.geometries.emplace(std::move(g.name), std::move(made));
   }
+  std::set<const CsgGeometry*> failed;
+  for (const std::string& name : unread) failed.insert(files.geometries.at(name).get());
   const std::string main = imported.records.back().name;
   for (ImportedFile& r : imported.records) files.texts.emplace(r.name, std::move(r.text));
   const std::filesystem::path folder = std::filesystem::path(file).parent_path();
-  RMP_TRY_ASSIGN(const io::Loaded loaded,
+  RMP_TRY_ASSIGN(io::Loaded loaded,
                  io::load_memory(ctx.edit(), files, main, file, folder, ctx.app.library));
+  RMP_TRY(drop_failed(ctx, loaded, failed));
   if (has(args, "material"))
     for (const AnyId id : loaded.all)
       if (id.kind == Kind::solid)
@@ -159,7 +284,9 @@ Result<Value> import_profile(CommandContext& ctx, const Map& args) {
 /// Export items of records, and what keeps their content alive.
 class Items {
  public:
-  Items(CommandContext& ctx, bool wants_exact) : ctx_(ctx), wants_exact_(wants_exact) {}
+  /// `chord` [m] instead of that of the solids; 0 = theirs.
+  Items(CommandContext& ctx, bool wants_exact, double chord)
+      : ctx_(ctx), wants_exact_(wants_exact), chord_(chord) {}
 
   Result<void> add(AnyId id, const std::string& name, const Pose& pose, std::int32_t parent) {
     struct Open {
@@ -251,7 +378,7 @@ class Items {
               : spatial::compose(poses[static_cast<std::size_t>(item.parent)], item.pose));
       if (solids_[i].number == 0) continue;
       const Pose solid_T_plane = spatial::compose(spatial::inverse(poses[i]), plane);
-      const double chord = ctx_.snapshot().get(solids_[i])->chord;
+      const double chord = chord_ > 0 ? chord_ : ctx_.snapshot().get(solids_[i])->chord;
       RMP_TRY_ASSIGN(const auto profile,
                      ctx_.app.derived.section(ctx_.snapshot(), solids_[i], solid_T_plane, chord,
                                               ctx_.progress));
@@ -309,7 +436,7 @@ class Items {
       item.geometry = geometry.get();
       geometries_.push_back(std::move(geometry));
     } else {
-      RMP_TRY_ASSIGN(auto mesh, ctx_.app.derived.mesh(ctx_.snapshot(), id, ctx_.progress));
+      RMP_TRY_ASSIGN(auto mesh, ctx_.app.derived.mesh(ctx_.snapshot(), id, chord_, ctx_.progress));
       item.mesh = keep(std::move(mesh));
     }
     push(std::move(item), id);
@@ -318,6 +445,7 @@ class Items {
 
   CommandContext& ctx_;
   bool wants_exact_;
+  double chord_;
   std::vector<SolidId> solids_;  ///< of each item; number 0 = none
   std::deque<std::shared_ptr<const Mesh>> meshes_;
   std::deque<std::shared_ptr<const CsgGeometry>> geometries_;
@@ -363,7 +491,11 @@ Result<Value> export_record(CommandContext& ctx, AnyId id, const Map& args) {
   if (!is_drawing && args.find("plane") && !args.find("plane")->is_nil())
     return error(ErrorCode::invalid_argument, "plane is for drawings (.dxf) only", "Leave it out.",
                  "plane");
-  Items out(ctx, chosen.provider->is_exact(extension));
+  const bool is_exact = chosen.provider->is_exact(extension);
+  if (is_exact && has(args, "chord"))
+    return error(ErrorCode::invalid_argument, "." + extension + " files hold exact surfaces",
+                 "Leave chord out.", "chord");
+  Items out(ctx, is_exact, has(args, "chord") ? real(args, "chord") : 0);
   RMP_TRY(collect(ctx, id, out).in(name_in(ctx, id)));
   if (is_drawing) {
     RMP_TRY_ASSIGN(const Pose plane, drawing_plane(ctx, args, id));
@@ -413,6 +545,9 @@ Schema export_params(ParamSpec first) {
                        "Length unit of the file; default: mm. GLB is always in metres."),
           maybe_choice("schema", {"ap214", "ap203", "ap242"},
                        "Application protocol of a STEP file; default: ap214."),
+          above_zero(optional("chord", "real", "m",
+                              "How far triangles, or curves of a drawing, may be off; default: the "
+                              "chord of each solid.")),
           choice("as", {"section", "mesh"}, "What a DXF file holds."),
           std::move(plane)};
 }
@@ -438,7 +573,7 @@ std::vector<CommandSpec> exchange_commands() {
   all.push_back(
       {.name = "import",
        .classic = "",
-       .summary = "Reads solids from a CAD or mesh file.",
+       .summary = "Reads solids from a CAD or mesh file, or a robot from URDF, MJCF or SDF.",
        .details =
            "Exact solids come from STEP (AP203, AP214, AP242) and IGES, closed meshes from STL, "
            "OBJ, "
@@ -449,7 +584,9 @@ std::vector<CommandSpec> exchange_commands() {
            "What was repaired, left out or assumed is told in messages.\n\n"
            "Masses in such files are not trusted. Each colour becomes a material with the density "
            "of "
-           "aluminium unless `density` or `material` is given; a message says so.",
+           "aluminium unless `density` or `material` is given; a message says so.\n\n"
+           "Robots come from URDF (`.urdf`), MJCF (`.xml`, `.mjcf`) and SDF (`.sdf`), with the "
+           "masses, limits and friction that the file gives; the meshes it names are read with it.",
        .example =
            with_block("block:export(\"example.step\")\nlocal made = import{file = "
                       "\"example.step\", name = \"copy\"}\nassert(made[1].name == \"copy\")"),
@@ -461,7 +598,9 @@ std::vector<CommandSpec> exchange_commands() {
                   optional("material", "ref:material", "", "Material of all solids made."),
                   above_zero(optional("density", "real", "kg/m^3",
                                       "Density of the materials made of the file's colours.")),
-                  optional("heal", "bool", "", "Repair what is faulty; default: true.")},
+                  optional("heal", "bool", "", "Repair what is faulty; default: true."),
+                  maybe_choice("shapes", {"visual", "collision"},
+                               "Of a robot's file: which shapes its links get; default: visual.")},
        .returns = {"list", "", "Handles of all that was made, the main one first.", {}},
        .effect = Effect::files_read,
        .run = import_file});
@@ -491,7 +630,9 @@ std::vector<CommandSpec> exchange_commands() {
         {.name = std::move(name),
          .classic = "",
          .summary = "Writes " + what + " as a CAD or mesh file.",
-         .details = std::string(kFormats) + "\nMeshes are as fine as the `chord` of their solids.",
+         .details = std::string(kFormats) +
+                    "\nMeshes are as fine as the `chord` of their solids, or as `chord` here."
+                    " Generated bodies of robots keep their own.",
          .example = std::move(example),
          .params = export_params(std::move(first)),
          .returns = {"map", "", "", fields},

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "read.h"
+
+#include <tinyxml2.h>
+
+#include "records.h"
+
+namespace robomosp::import_urdf {
+namespace {
+
+bool names_xacro(const Element& root) {
+  for (const auto* a = root.FirstAttribute(); a; a = a->Next())
+    if (std::string_view(a->Name()) == "xmlns:xacro") return true;
+  return false;
+}
+
+/// An element of xacro's own, anywhere; the search needs no stack.
+bool uses_xacro(const Element& root) {
+  const tinyxml2::XMLNode* n = &root;
+  while (n) {
+    if (const Element* e = n->ToElement())
+      if (std::string_view(e->Name()).starts_with("xacro:")) return true;
+    if (n->FirstChild()) {
+      n = n->FirstChild();
+      continue;
+    }
+    while (n && n != &root && !n->NextSibling()) n = n->Parent();
+    n = !n || n == &root ? nullptr : n->NextSibling();
+  }
+  return false;
+}
+
+}  // namespace
+
+Result<Imported> read_robot(std::string_view text, const Options& options) {
+  tinyxml2::XMLDocument document(true, tinyxml2::PRESERVE_WHITESPACE);
+  if (document.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS) {
+    if (document.ErrorID() == tinyxml2::XML_ELEMENT_DEPTH_EXCEEDED)
+      return error(ErrorCode::unsupported, "its elements are nested deeper than 100",
+                   "URDF says chains of any length without nesting.",
+                   "line " + std::to_string(document.ErrorLineNum()));
+    return error(ErrorCode::syntax,
+                 std::string("it is not well-formed XML (") + document.ErrorName() + ")",
+                 "Check it in the program it comes from.",
+                 "line " + std::to_string(document.ErrorLineNum()));
+  }
+  const Element* root = document.RootElement();
+  if (!root) return error(ErrorCode::syntax, "it holds no element", "Give a robot's file.");
+  const std::string_view kind = root->Name();
+  if (kind == "robot" && (uses_xacro(*root) || (names_xacro(*root) && !root->FirstChildElement())))
+    return error(ErrorCode::unsupported, "it is written in the macro language xacro",
+                 "Expand it first: xacro robot.urdf.xacro > robot.urdf");
+  RMP_TRY_ASSIGN(Mechanism m, kind == "robot"    ? read_urdf(*root, options)
+                              : kind == "mujoco" ? read_mjcf(*root, options)
+                              : kind == "sdf" || kind == "gazebo"
+                                  ? read_sdf(*root, options)
+                                  : Result<Mechanism>(fault(
+                                        *root, "it is not a robot's file",
+                                        "URDF files start with <robot>, MJCF files with <mujoco>, "
+                                        "SDF files with <sdf>.")));
+  if (m.bodies.empty())
+    return error(ErrorCode::unsupported, "there is no joint in it, so that nothing moves",
+                 "A robot needs a link on a joint.");
+  return records(std::move(m), options);
+}
+
+}  // namespace robomosp::import_urdf
