@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdarg>
 #include <mutex>
 #include <numbers>
 #include <string>
@@ -25,7 +26,12 @@ std::mutex& engine_mutex() {
 }
 
 void make_ready() {
-  static const int initialised = dInitODE2(0);
+  static const int initialised = [] {
+    // It would write to the standard error when contacts are redundant, which it solves all the
+    // same.
+    dSetMessageHandler([](int, const char*, va_list) {});
+    return dInitODE2(0);
+  }();
   (void)initialised;
   thread_local const int allocated = dAllocateODEDataForThread(dAllocateMaskAll);
   (void)allocated;
