@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where a robot's tip can be: samples of the joint space counted in voxels, the volume with its
+// error, and how well the robot moves there (layer: data processing, robotics).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include <robomosp/sdk/progress.h>
+#include <robomosp/sdk/result.h>
+#include <robomosp/sdk/robot_model.h>
+
+#include "robotics/singularity.h"
+
+namespace robomosp::robotics {
+
+/// A box of the mounting frame in cubes, x-fastest.
+struct VoxelGrid {
+  Vec3 corner{};    ///< least x, y, z [m]
+  double size = 0;  ///< edge of a voxel [m]
+  std::array<std::size_t, 3> count{};
+
+  [[nodiscard]] std::size_t voxels() const { return count[0] * count[1] * count[2]; }
+  [[nodiscard]] std::array<std::size_t, 3> cell(std::size_t voxel) const;
+  [[nodiscard]] Vec3 centre(std::size_t voxel) const;
+  /// The voxel of a point; the nearest one of a point outside.
+  [[nodiscard]] std::size_t voxel_of(const Vec3& p) const;
+};
+
+/// Singular values of a Jacobian, as far as its rank over the joint space goes.
+struct JacobianMeasures {
+  double manipulability = 0;  ///< product of the first `rank` (Yoshikawa, IJRR 4(2), 1985)
+  double condition = 0;       ///< greatest / least of them; infinite where singular
+  double least = 0;           ///< least of them
+};
+/// `jacobian` joint after joint; linear rows over `length` [m]; the rows of `part`; the first
+/// `rank` singular values (Singularity::full_rank of the robot).
+[[nodiscard]] JacobianMeasures jacobian_measures(std::span<const double> jacobian, TwistPart part,
+                                                 double length, int rank);
+
+/// Sets keep[i] to 0 for the configurations (coordinate_count() numbers each) that do not count.
+using ConfigurationFilter =
+    std::function<Result<void>(std::span<const double> q, std::span<std::uint8_t> keep)>;
+
+struct WorkspaceOptions {
+  std::size_t tip = 0;
+  std::size_t samples = 200000;
+  double voxel = 0;  ///< edge [m]; 0 = a fortieth of the greatest extent
+  std::uint64_t seed = 1;
+  TwistPart part = TwistPart::all;  ///< of the manipulability
+  double length = 1;                ///< that linear velocities are divided by [m]
+  /// Least and greatest corner of what is looked at, mounting frame [m]; none = everything.
+  std::optional<std::array<Vec3, 2>> region;
+  ConfigurationFilter filter;  ///< may be empty
+  std::size_t threads = 0;     ///< 0 = all cores; the answer does not depend on it
+};
+
+/// Reached voxels and the size of the body they make. A voxel counts half for each axis along which
+/// a neighbour is not reached (a face of the body half, an edge a quarter, a corner an eighth): the
+/// surface cuts it at an unknown place, so that half of the surface voxels are the error.
+struct WorkspaceSize {
+  std::size_t voxels = 0, surface = 0;
+  double size = 0;   ///< [m^3, m^2 or m, by the dimension]
+  double error = 0;  ///< surface / 2 voxel^dimension
+};
+
+struct Workspace {
+  VoxelGrid grid;
+  int dimension = 3;        ///< 2 where the tip stays in a plane across x, y or z; 1 on a line; 0
+  Vec3 lower{}, upper{};    ///< box around the reached points [m]
+  WorkspaceSize all, half;  ///< from all samples, and from the first half of them
+  std::size_t samples = 0, counted = 0;  ///< drawn; within filter and region
+  std::vector<std::uint32_t> hits;       ///< samples in each voxel of the grid
+  std::vector<std::uint8_t> is_surface;  ///< of the reached ones
+  std::vector<double> best, mean;        ///< manipulability over the samples of a voxel
+  int rank = 0;                          ///< of the Jacobian's part over the joint space
+
+  /// How much the size grew with the second half of the samples, over the size.
+  [[nodiscard]] double growth() const {
+    return all.size > 0 ? (all.size - half.size) / all.size : 0;
+  }
+};
+
+/// Joints that do not carry the tip stay at `fixed`. Tells what JointSampler refuses, and a grid of
+/// more than 2^24 voxels. [any thread]
+[[nodiscard]] Result<Workspace> workspace(const RobotModel& model, std::span<const double> fixed,
+                                          const WorkspaceOptions&, Progress&);
+
+/// `count` unit vectors spread evenly over the sphere, by the golden angle at equal steps of
+/// height (Swinbank, Purser, Q. J. R. Meteorol. Soc. 132, 2006).
+[[nodiscard]] std::vector<Vec3> sphere_directions(std::size_t count);
+
+}  // namespace robomosp::robotics
