@@ -160,6 +160,8 @@ Result<Value> simulate(CommandContext& ctx, const Map& args) {
                }));
   const sim::Simulator simulator{ctx.app.registry, ctx.app.derived, ctx.snapshot()};
   RMP_TRY_ASSIGN(auto recording, sim::simulate_physics(simulator, run, ctx.progress));
+  for (const std::string& note : recording->notes)
+    ctx.app.messages.post(Severity::info, "physics", note, name_in(ctx, ref(args, "id")));
   return Value(Handle{"recording", ctx.app.recordings.add(std::move(recording))});
 }
 
