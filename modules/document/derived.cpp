@@ -1048,7 +1048,8 @@ struct Derived::Impl {
     return cache.get<std::vector<ShapePiece>>(
         key, key,
         [&] {
-          return shape_pieces(tree, [&](const CsgTree& part) { return mesh(part, chord, progress); });
+          return shape_pieces(tree,
+                              [&](const CsgTree& part) { return mesh(part, chord, progress); });
         },
         [](const std::vector<ShapePiece>& pieces) {
           std::size_t bytes = sizeof(ShapePiece) * pieces.size();
@@ -1210,9 +1211,14 @@ Derived::~Derived() = default;
 
 Result<std::shared_ptr<const Mesh>> Derived::mesh(const Snapshot& s, SolidId id,
                                                   Progress& progress) {
+  return mesh(s, id, 0, progress);
+}
+
+Result<std::shared_ptr<const Mesh>> Derived::mesh(const Snapshot& s, SolidId id, double chord,
+                                                  Progress& progress) {
   RMP_TRY_ASSIGN(const auto* solid, Impl::solid_of(s, id));
   RMP_TRY_ASSIGN(const CsgTree tree, impl_->tree_of(s, id, progress));
-  return impl_->mesh(tree, solid->chord, progress).in(s.describe(id));
+  return impl_->mesh(tree, chord > 0 ? chord : solid->chord, progress).in(s.describe(id));
 }
 
 Result<Moments> Derived::moments(const Snapshot& s, SolidId id, Progress& progress) {

@@ -90,6 +90,8 @@ class Derived {
   ~Derived();
 
   Result<std::shared_ptr<const Mesh>> mesh(const Snapshot&, SolidId, Progress&);
+  /// `chord`: greatest distance from the exact surface [m]; 0 = the solid's own.
+  Result<std::shared_ptr<const Mesh>> mesh(const Snapshot&, SolidId, double chord, Progress&);
   Result<Moments> moments(const Snapshot&, SolidId, Progress&);
   Result<BodyMass> mass(const Snapshot&, AnyId solid_or_object, Progress&);
   /// The solids that make up the computed mass, in order of listing; they add up to it.

@@ -284,7 +284,9 @@ Result<Value> import_profile(CommandContext& ctx, const Map& args) {
 /// Export items of records, and what keeps their content alive.
 class Items {
  public:
-  Items(CommandContext& ctx, bool wants_exact) : ctx_(ctx), wants_exact_(wants_exact) {}
+  /// `chord` [m] instead of that of the solids; 0 = theirs.
+  Items(CommandContext& ctx, bool wants_exact, double chord)
+      : ctx_(ctx), wants_exact_(wants_exact), chord_(chord) {}
 
   Result<void> add(AnyId id, const std::string& name, const Pose& pose, std::int32_t parent) {
     struct Open {
@@ -376,7 +378,7 @@ class Items {
               : spatial::compose(poses[static_cast<std::size_t>(item.parent)], item.pose));
       if (solids_[i].number == 0) continue;
       const Pose solid_T_plane = spatial::compose(spatial::inverse(poses[i]), plane);
-      const double chord = ctx_.snapshot().get(solids_[i])->chord;
+      const double chord = chord_ > 0 ? chord_ : ctx_.snapshot().get(solids_[i])->chord;
       RMP_TRY_ASSIGN(const auto profile,
                      ctx_.app.derived.section(ctx_.snapshot(), solids_[i], solid_T_plane, chord,
                                               ctx_.progress));
@@ -434,7 +436,7 @@ class Items {
       item.geometry = geometry.get();
       geometries_.push_back(std::move(geometry));
     } else {
-      RMP_TRY_ASSIGN(auto mesh, ctx_.app.derived.mesh(ctx_.snapshot(), id, ctx_.progress));
+      RMP_TRY_ASSIGN(auto mesh, ctx_.app.derived.mesh(ctx_.snapshot(), id, chord_, ctx_.progress));
       item.mesh = keep(std::move(mesh));
     }
     push(std::move(item), id);
@@ -443,6 +445,7 @@ class Items {
 
   CommandContext& ctx_;
   bool wants_exact_;
+  double chord_;
   std::vector<SolidId> solids_;  ///< of each item; number 0 = none
   std::deque<std::shared_ptr<const Mesh>> meshes_;
   std::deque<std::shared_ptr<const CsgGeometry>> geometries_;
@@ -488,7 +491,11 @@ Result<Value> export_record(CommandContext& ctx, AnyId id, const Map& args) {
   if (!is_drawing && args.find("plane") && !args.find("plane")->is_nil())
     return error(ErrorCode::invalid_argument, "plane is for drawings (.dxf) only", "Leave it out.",
                  "plane");
-  Items out(ctx, chosen.provider->is_exact(extension));
+  const bool is_exact = chosen.provider->is_exact(extension);
+  if (is_exact && has(args, "chord"))
+    return error(ErrorCode::invalid_argument, "." + extension + " files hold exact surfaces",
+                 "Leave chord out.", "chord");
+  Items out(ctx, is_exact, has(args, "chord") ? real(args, "chord") : 0);
   RMP_TRY(collect(ctx, id, out).in(name_in(ctx, id)));
   if (is_drawing) {
     RMP_TRY_ASSIGN(const Pose plane, drawing_plane(ctx, args, id));
@@ -538,6 +545,9 @@ Schema export_params(ParamSpec first) {
                        "Length unit of the file; default: mm. GLB is always in metres."),
           maybe_choice("schema", {"ap214", "ap203", "ap242"},
                        "Application protocol of a STEP file; default: ap214."),
+          above_zero(optional("chord", "real", "m",
+                              "How far triangles, or curves of a drawing, may be off; default: the "
+                              "chord of each solid.")),
           choice("as", {"section", "mesh"}, "What a DXF file holds."),
           std::move(plane)};
 }
@@ -620,7 +630,9 @@ std::vector<CommandSpec> exchange_commands() {
         {.name = std::move(name),
          .classic = "",
          .summary = "Writes " + what + " as a CAD or mesh file.",
-         .details = std::string(kFormats) + "\nMeshes are as fine as the `chord` of their solids.",
+         .details = std::string(kFormats) +
+                    "\nMeshes are as fine as the `chord` of their solids, or as `chord` here."
+                    " Generated bodies of robots keep their own.",
          .example = std::move(example),
          .params = export_params(std::move(first)),
          .returns = {"map", "", "", fields},

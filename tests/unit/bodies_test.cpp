@@ -175,6 +175,24 @@ TEST_F(Bodies, AMeasuredMassCountsAndTheComputedOneStaysKnown) {
        {{"id", "block"}, {"mass", 1}, {"inertia", list({0.0833, 0.0834, 0.1668, 0, 0, 0})}});
 }
 
+TEST_F(Bodies, AnExportIsAsFineAsItIsAskedFor) {
+  solid("ball", Map{{"kind", "sphere"}, {"radius", 0.05}});
+  const std::string stl = (std::filesystem::path(testing::TempDir()) / "bodies_ball.stl").string();
+  const auto triangles = [&](double chord) {
+    return number(call("solid.export", {{"id", "ball"}, {"file", stl}, {"chord", chord}}),
+                  "triangles");
+  };
+  // Of a sphere in steps of 2 acos(1 - chord / 2 R), with a row of half as many at the poles.
+  for (const double chord : {1e-4, 1e-5}) {
+    const double step = 2 * std::acos(1 - chord / (2 * 0.05));
+    EXPECT_NEAR(triangles(chord) * step * step / (4 * std::numbers::pi * std::numbers::pi), 1, 0.2);
+  }
+  EXPECT_NE(fails("solid.export", {{"id", "ball"}, {"file", "ball.step"}, {"chord", 1e-3}})
+                .find(".step files hold exact surfaces"),
+            std::string::npos);
+  std::filesystem::remove(stl);
+}
+
 TEST_F(Bodies, ALinksTenParametersAreThoseOfItsPartsInItsFrame) {
   // A block 0.2 x 0.1 x 0.05 whose base centre is at (0.1, 0, 0), turned by 90 degrees about x: its
   // centre of mass is at (0.1, -0.025, 0).
