@@ -35,6 +35,7 @@ std::vector<CommandSpec> record_commands();
 std::vector<CommandSpec> recording_commands();
 std::vector<CommandSpec> robot_code_commands();
 std::vector<CommandSpec> robot_commands();
+std::vector<CommandSpec> robot_exchange_commands();
 std::vector<CommandSpec> robot_link_commands();
 std::vector<CommandSpec> robot_loop_commands();
 std::vector<CommandSpec> robot_kinematics_commands();

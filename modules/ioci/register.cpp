@@ -21,6 +21,7 @@ void register_commands(CommandTable& table) {
   table.add(recording_commands());
   table.add(robot_code_commands());
   table.add(robot_commands());
+  table.add(robot_exchange_commands());
   table.add(robot_link_commands());
   table.add(robot_loop_commands());
   table.add(robot_kinematics_commands());
