@@ -1015,7 +1015,7 @@ class Binder {
         return Param(std::string(f.text));
       case Argument::number: {
         const Number& n = s_.numbers[f.first_number];
-        if (n.unit.empty())
+        if (n.unit.empty() && n.expression.empty())  // those are reals
           if (const auto whole = text::read_int(n.text)) return Param(*whole);
         RMP_TRY_ASSIGN(const double v, any_quantity(n));
         return Param(v);

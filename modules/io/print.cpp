@@ -161,11 +161,16 @@ class Printer {
         inner += (inner.empty()        ? " "
                   : reads_as_unit(key) ? "\n" + std::string(2 * depth_ + 4, ' ')
                                        : "  ") +
-                 key + " " + parameter(value);
+                 key + " " + parameter(value) + behind(value);
       primitive += " {" + inner + " }";
     }
     fields.push_back(std::move(primitive));
     return fields;
+  }
+
+  std::string behind(const ProviderChoice::Param& p) const {
+    const double* number = std::get_if<double>(&p);
+    return number ? texts_.behind(*number) : std::string();
   }
 
   void profile(const CsgProfile& p) {

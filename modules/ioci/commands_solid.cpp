@@ -38,10 +38,27 @@ Result<Value> create(CommandContext& ctx, const Map& args) {
   return Value(Application::handle(id));
 }
 
+/// The value to set, with numbers instead of expressions, which wait in the context.
+Result<Value> read_value(CommandContext& ctx, AnyId id, const std::string& path,
+                         const Value& value) {
+  const model::Body& body = ctx.snapshot().find(id)->body;
+  const auto dot = path.find('.');
+  const Solid& solid = std::get<Solid>(body);
+  const auto node =
+      dot == std::string::npos ? std::nullopt : model::find_node(solid, path.substr(0, dot));
+  if (!node || solid.nodes[*node].kind != CsgKind::custom)
+    return ctx.expressions.read_at(body, path, value);
+  const std::string field = path.substr(dot + 1);
+  if (field == "primitive") return read_primitive(ctx, value, path, path);
+  if (field.starts_with("primitive."))
+    return read_primitive_param(ctx, solid.nodes[*node], field.substr(10), value, path);
+  return ctx.expressions.read_at(body, path, value);
+}
+
 Result<Value> set(CommandContext& ctx, const Map& args) {
   const std::string path = text_of(args, "path");
   const AnyId id = ref(args, "id");
-  auto read = ctx.expressions.read_at(ctx.snapshot().find(id)->body, path, *args.find("value"));
+  auto read = read_value(ctx, id, path, *args.find("value"));
   if (!read.ok()) return std::move(read).in(name_in(ctx, id)).error();
   const Value& value = *read;
   RMP_TRY_ASSIGN(const bool is_done, set_component(ctx, id, path, value));
@@ -168,7 +185,8 @@ std::vector<CommandSpec> solid_commands() {
       "parallel x (or y, z), straight, round, convex, concave, top, bottom, left, right, front, "
       "back (wholly at the greatest or least z, x, y), near (x, y, z) in metres.\n\n"
       "primitive is the name of a provider of robomosp.primitive/1, or {name = \"gear\", params = "
-      "{teeth = 20}}. geometry is {solid = name, node = name} of an imported node, or {points = "
+      "{teeth = 20}}; its numbers may be expressions. geometry is {solid = name, node = name} of "
+      "an imported node, or {points = "
       "{{x, y, z}, ...}, triangles = {{1, 2, 3}, ...}} of a closed mesh.\n";
   Schema create_params{needed("name", "string", "", "Name, unique among solids."),
                        needed("root", "map", "", "The tree, a nested table of nodes.")};

@@ -6,6 +6,8 @@
 #include <cstdio>
 #include <utility>
 
+#include <robomosp/sdk/csg_primitive.h>
+
 #include "io/geometry.h"
 
 namespace robomosp::ioci {
@@ -120,6 +122,16 @@ Result<io::GeometryPtr> read_geometry(CommandContext& ctx, const Map& given,
   return made;
 }
 
+/// The numbers among the parameters of a primitive, as reals; none when it has no provider here.
+Schema number_params(const CommandContext& ctx, const std::string& primitive) {
+  Schema out;
+  const auto info = ctx.app.registry.find(CsgPrimitive::kInterfaceId, primitive);
+  if (primitive.empty() || !info.ok()) return out;
+  for (const ParamSpec& p : info->schema)
+    if (p.type == "real" || p.type == "int") out.push_back(field(p.name, "real", p.unit, p.doc));
+  return out;
+}
+
 /// One node of a table. Its expressions are noted in the branch.
 Result<void> read_node(CommandContext& ctx, CsgKind kind, const Map& raw, std::int32_t parent,
                        std::set<std::string>& taken, const std::string& path, Branch& into) {
@@ -154,10 +166,18 @@ Result<void> read_node(CommandContext& ctx, CsgKind kind, const Map& raw, std::i
                    read_geometry(ctx, *args.find("geometry")->as_map(), path + ".geometry"));
   }
   if (kind == CsgKind::custom) {
-    RMP_TRY_ASSIGN(node.primitive, read_provider(*args.find("primitive"), path + ".primitive"));
+    const std::string where = path + ".primitive";
+    RMP_TRY_ASSIGN(const Value primitive,
+                   read_primitive(ctx, *args.find("primitive"), "primitive", where));
+    RMP_TRY_ASSIGN(node.primitive, read_provider(primitive, where));
   }
   model::Parametric texts;
   ctx.expressions.keep(texts, node.name);
+  // A count that is an expression is given as a whole number by tables of solid.tree.
+  for (auto& [name, param] : node.primitive.params)
+    if (const auto* whole = std::get_if<std::int64_t>(&param);
+        whole && texts.expressions.contains(node.name + ".primitive." + name))
+      param = static_cast<double>(*whole);
   into.expressions.merge(texts.expressions);
   into.nodes.push_back(std::move(node));
   return {};
@@ -249,6 +269,30 @@ Result<Branch> read_operation(CommandContext& ctx, CsgKind kind, const Map& fiel
                  std::string(path));
   RMP_TRY(read_node(ctx, kind, table, -1, taken, std::string(path), branch));
   return branch;
+}
+
+Result<Value> read_primitive(CommandContext& ctx, const Value& value, const std::string& prefix,
+                             const std::string& path) {
+  const Map* map = value.as_map();
+  const Value* params = map ? map->find("params") : nullptr;
+  if (!params || !params->as_map()) return value;
+  const Value* name = map->find("name");
+  const Schema numbers =
+      number_params(ctx, name && name->as_string() ? *name->as_string() : std::string());
+  RMP_TRY_ASSIGN(Map read,
+                 ctx.expressions.read(numbers, *params->as_map(), path + ".params", prefix));
+  Map out = *map;
+  out.set("params", std::move(read));
+  return Value(std::move(out));
+}
+
+Result<Value> read_primitive_param(CommandContext& ctx, const SolidNode& node,
+                                   const std::string& param, const Value& value,
+                                   const std::string& path) {
+  const std::string prefix = path.substr(0, path.size() - param.size() - 1);
+  RMP_TRY_ASSIGN(const Map read, ctx.expressions.read(number_params(ctx, node.primitive.name),
+                                                      Map{{param, value}}, prefix, prefix));
+  return *read.find(param);
 }
 
 Result<void> set_node_field(CommandContext& ctx, Solid& s, std::size_t index, std::string_view name,

@@ -33,6 +33,15 @@ namespace robomosp::ioci {
 Result<void> set_node_field(CommandContext& ctx, model::Solid& s, std::size_t node,
                             std::string_view field, const Value& value, const std::string& path);
 
+/// The value for a node's field `primitive`, or `primitive.teeth`, with numbers instead of the
+/// expressions among the parameters that its provider measures or counts. The expressions wait in
+/// the context under `prefix`, the path of `primitive`.
+Result<Value> read_primitive(CommandContext& ctx, const Value& value, const std::string& prefix,
+                             const std::string& path);
+Result<Value> read_primitive_param(CommandContext& ctx, const model::SolidNode& node,
+                                   const std::string& param, const Value& value,
+                                   const std::string& path);
+
 /// The table of a node without its children, as read_tree() takes it; `solid` is the name of the
 /// record.
 [[nodiscard]] Map node_map(const model::Solid& s, std::size_t node, const std::string& solid);

@@ -97,11 +97,19 @@ std::optional<Located> locate_profile(SolidNode& n, std::string_view path) {
   return std::nullopt;
 }
 
+/// Whole numbers, texts and lists among the parameters are none.
+std::optional<Located> locate(ProviderChoice& choice, std::string_view path) {
+  const auto it = choice.params.find(std::string(path));
+  double* number = it == choice.params.end() ? nullptr : std::get_if<double>(&it->second);
+  return number ? std::optional(Located{number, kAnyUnit}) : std::nullopt;
+}
+
 std::optional<Located> locate(SolidNode& n, std::string_view path) {
   const CsgNodeInfo& info = csg_info(n.kind);
   for (std::size_t k = 0; k < csg_size_count(n.kind); ++k)
     if (info.sizes[k].name == path) return Located{&n.sizes[k], info.sizes[k].unit};
   if (n.profile && take(path, "profile")) return locate_profile(n, path);
+  if (n.kind == CsgKind::custom && take(path, "primitive")) return locate(n.primitive, path);
   return locate(n.placement, path);
 }
 std::optional<Located> locate(ObjectPart& p, std::string_view path) {
@@ -268,9 +276,12 @@ class Resolver {
                      "The expressions of a world use its own parameters only.");
       if (!worlds_(n)) return std::optional<double>();
     }
-    RMP_TRY_ASSIGN(
-        const double v,
-        e.evaluate(lookup(p_, is_world_ ? own_name_ : std::string_view(), worlds_), unit));
+    const auto names = lookup(p_, is_world_ ? own_name_ : std::string_view(), worlds_);
+    if (unit == kAnyUnit) {
+      RMP_TRY_ASSIGN(const Quantity q, e.evaluate(names));
+      return std::optional(q.value);
+    }
+    RMP_TRY_ASSIGN(const double v, e.evaluate(names, unit));
     return std::optional(v);
   }
 

@@ -24,13 +24,14 @@ namespace robomosp::model {
 /// A number that a path names.
 struct PathNumber {
   double value = 0;       ///< [unit]
-  std::string_view unit;  ///< SI; "" = dimensionless
+  std::string_view unit;  ///< SI; "" = dimensionless; kAnyUnit = its provider knows
 };
+inline constexpr std::string_view kAnyUnit = "any";
 /// The number at a path: `bore.radius`, `bore.position.x`, `bore.rpy.z` (of the notation it is
 /// written in), `plate.profile.1.3.x` (loop and point from 1; of a circle
-/// `plate.profile.2.radius`), `chord`; of an object `finger.position.x`; of a robot `elbow.a`,
-/// `elbow.parts.1.position.x`, `base_parts.1.position.x`, `tool.position.z`; of a world
-/// `table.position.x`, `gravity.z`.
+/// `plate.profile.2.radius`), `wheel.primitive.teeth`, `chord`; of an object `finger.position.x`;
+/// of a robot `elbow.a`, `elbow.parts.1.position.x`, `base_parts.1.position.x`, `tool.position.z`;
+/// of a world `table.position.x`, `gravity.z`.
 [[nodiscard]] std::optional<PathNumber> number_at(const Body&, std::string_view path);
 /// Where it stands in the record; nullptr = the path names none.
 [[nodiscard]] const double* number_in(const Body&, std::string_view path);

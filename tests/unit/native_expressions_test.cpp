@@ -147,6 +147,28 @@ cylinder body { at (= "bore", 0, 0)  radius = "bore/2 + wall"  height 30 mm }
   EXPECT_EQ(printed(again, reread->id), text);
 }
 
+TEST(NativeExpressions, StandBehindTheParametersOfPluginsPrimitives) {
+  const char* const text =
+      "robomosp solid 1\nname w\nparameter n 12\nparameter bore 20 mm\n"
+      "custom wheel { primitive gear { face 0.005  hub \"plain\"  module 0.002 = \"bore/10\"  "
+      "teeth "
+      "24.0 = \"2*n\" } }\n";
+  Document d;
+  const auto loaded = load(d, text);
+  ASSERT_TRUE(loaded.ok()) << loaded.error().sentence();
+  EXPECT_EQ(at(d, loaded->id, "wheel.primitive.teeth"), 24);
+  EXPECT_EQ(at(d, loaded->id, "wheel.primitive.module"), 0.02 / 10);
+  EXPECT_EQ(printed(d, loaded->id), text);
+  // Written by hand: a whole number, or none, in front of the expression.
+  Document by_hand;
+  const auto again = load(by_hand,
+                          "robomosp solid 1\nname w\nparameter n 12\nparameter bore 20 mm\n"
+                          "custom wheel { primitive gear { teeth 7 = \"2*n\"  face 5 mm  "
+                          "module = \"bore/10\"  hub \"plain\" } }\n");
+  ASSERT_TRUE(again.ok()) << again.error().sentence();
+  EXPECT_EQ(printed(by_hand, again->id), text);
+}
+
 TEST(NativeExpressions, ExpressionsWinOverOldValues) {
   Document d;
   const auto loaded = load(d,

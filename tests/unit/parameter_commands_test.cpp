@@ -6,6 +6,9 @@
 
 #include <gtest/gtest.h>
 
+#include <robomosp/sdk/csg_primitive.h>
+
+#include "ioci/commands.h"
 #include "lua/lua_state.h"
 #include "support/program.h"
 
@@ -226,6 +229,95 @@ TEST_F(Parameters, FaultsAreOneSentence) {
   const std::string before = app().document.content_digest();
   for (const auto& [code, wanted] : cases) EXPECT_EQ(eval(code), wanted);
   EXPECT_EQ(app().document.content_digest(), before);
+}
+
+/// A row of boxes `pitch` apart in x, each `pitch / 2` long and 10 mm wide and high.
+class Comb final : public CsgPrimitive {
+ public:
+  Result<CsgTree> build(const Params& params, Progress&) const override {
+    CsgTree tree;
+    tree.nodes.push_back({CsgKind::union_, -1, {}, {}, "comb"});
+    for (std::int64_t i = 0; i < params.integer("teeth"); ++i) {
+      Pose at;
+      at.p[0] = static_cast<double>(i) * params.real("pitch");
+      tree.nodes.push_back({CsgKind::box, 0, at, {params.real("pitch") / 2, 0.01, 0.01}, ""});
+    }
+    return tree;
+  }
+};
+
+class PrimitiveParameters : public Parameters {
+ protected:
+  void SetUp() override {
+    Parameters::SetUp();
+    ProviderInfo info;
+    info.interface_id = CsgPrimitive::kInterfaceId;
+    info.name = "comb";
+    info.version = "1";
+    info.schema = {ioci::field("teeth", "int", "", ""), ioci::field("pitch", "real", "m", ""),
+                   ioci::field("label", "string", "", "")};
+    const auto added = app().registry.add(
+        info,
+        [] {
+          return Result<void*>(static_cast<CsgPrimitive*>(std::make_unique<Comb>().release()));
+        },
+        true);
+    ASSERT_TRUE(added.ok());
+    run("material.create{name = \"unit\", density = 1e6}\n"
+        "comb = solid.create{name = \"comb\", material = \"unit\", "
+        "parameters = {n = 3, long = \"80 mm\"}, root = {kind = \"custom\", name = \"row\", "
+        "primitive = {name = \"comb\", params = {teeth = \"2*n\", pitch = \"long/4\", label = "
+        "\"n\"}}}}\n"
+        "function check(teeth, pitch)\n"
+        "  local m = comb:mass().mass\n"
+        "  assert(math.abs(m - teeth * pitch / 2 * 100) < 1e-9, m)\n"
+        "end");
+  }
+  void TearDown() override { app().registry.remove(CsgPrimitive::kInterfaceId, "comb"); }
+};
+
+TEST_F(PrimitiveParameters, OfPluginsPrimitivesFollowAsSizesDo) {
+  run("check(6, 0.02)\n"
+      "comb:set_parameter(\"n\", 5) check(10, 0.02)\n"
+      "comb:set_parameter(\"long\", \"40 mm\") check(10, 0.01)\n"
+      "document.undo() check(10, 0.02)\n"
+      "comb:rename_parameter(\"n\", \"count\")\n"
+      "local e = comb:describe().expressions\n"
+      "assert(e[\"row.primitive.teeth\"] == \"2*count\", e[\"row.primitive.teeth\"])\n"
+      "assert(e[\"row.primitive.label\"] == nil, \"a text is no expression\")\n"
+      // A plain number takes the expression's place, an expression a number's.
+      "comb:set(\"row.primitive.teeth\", 4) check(4, 0.02)\n"
+      "assert(comb:describe().expressions[\"row.primitive.teeth\"] == nil)\n"
+      "comb:set(\"row.primitive.teeth\", \"count + 2\") check(7, 0.02)\n"
+      "comb:set(\"row.primitive.pitch\", \"30 mm\") check(7, 0.03)\n"
+      "comb:set(\"row.primitive\", {name = \"comb\", params = {teeth = \"count\", pitch = "
+      "\"long/8\", label = \"\"}}) check(5, 0.01)\n"
+      "comb:set(\"row.name\", \"line\") comb:set_parameter(\"count\", 8) check(8, 0.01)");
+}
+
+TEST_F(PrimitiveParameters, OfPluginsPrimitivesGoThroughTreesAndFiles) {
+  run("local again = solid.create{name = \"again\", material = \"unit\", "
+      "parameters = comb:describe().parameters, root = comb:tree()}\n"
+      "again:set_parameter(\"n\", 4)\n"
+      "assert(math.abs(again:mass().mass - 8 * 0.01 * 100) < 1e-9, again:mass().mass)\n"
+      "again:remove()\n"
+      // A count stays one that can follow when the table is written with whole numbers.
+      "local whole = comb:tree() whole.primitive.params.teeth = 6\n"
+      "again = solid.create{name = \"again\", material = \"unit\", "
+      "parameters = comb:describe().parameters, root = whole}\n"
+      "again:set_parameter(\"n\", 4)\n"
+      "assert(math.abs(again:mass().mass - 8 * 0.01 * 100) < 1e-9, again:mass().mass)");
+}
+
+TEST_F(PrimitiveParameters, FaultsInThoseOfPluginsPrimitivesAreToldWhenTheyAreGiven) {
+  EXPECT_EQ(
+      eval("comb:set(\"row.primitive.pitch\", \"30 deg + 2 * n * rad\")"),
+      "solid \"comb\", row.primitive.pitch: \"30 deg + 2 * n * rad\" is an angle; a length (m) "
+      "is expected.");
+  EXPECT_EQ(eval("comb:set(\"row.primitive.teeth\", \"2 * nlong\")"),
+            "solid \"comb\", row.primitive.teeth, at character 5 of \"2 * nlong\": there is no "
+            "parameter \"nlong\". Did you mean \"long\"?");
+  run("check(6, 0.02)");
 }
 
 }  // namespace
