@@ -267,7 +267,7 @@ TEST_F(WorkerFuzz, AMutatedFileIsASolidOrASentence) {
     run(format, whole, sound);
     ASSERT_EQ(sound.refused, 0U) << format << ": the sample itself";
     Tally tally;
-    const test::FuzzBudget budget(4);
+    const test::FuzzBudget budget(2);
     for (std::size_t n = 0; budget.allows(n) && !HasFailure(); ++n) {
       const std::string bytes = mutate(whole, random);
       // Where this program dies, the file that killed it stays.
