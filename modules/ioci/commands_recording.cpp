@@ -72,7 +72,17 @@ Result<Value> plot(CommandContext& ctx, const Map& args) {
   sim::PlotSpec spec;
   spec.title = has(args, "title") ? text_of(args, "title") : r->title;
   RMP_TRY_ASSIGN(spec.columns, chosen(*r, args));
-  spec.x = r->find("time");
+  // Recordings that are no motion have no time: their first column goes along.
+  const sim::Column* time = r->find("time");
+  spec.x = time || r->columns.empty() ? time : &r->columns.front();
+  if (has(args, "x")) {
+    spec.x = r->find(text_of(args, "x"));
+    if (!spec.x) {
+      std::vector<std::string> known;
+      for (const sim::Column& c : r->columns) known.push_back(c.name);
+      return unknown_name("column", text_of(args, "x"), known);
+    }
+  }
   spec.width = static_cast<int>(integer(args, "width"));
   spec.height = static_cast<int>(integer(args, "height"));
   const std::string file = text_of(args, "file");
@@ -185,11 +195,14 @@ std::vector<CommandSpec> recording_commands() {
   all.push_back(
       {.name = "recording.plot",
        .classic = "",
-       .summary = "Draws columns against time into a picture.",
+       .summary = "Draws columns against time, or against another column, into a picture.",
        .details = "*.svg is written by the program itself, *.png through gnuplot.",
        .example = with_recording("run:plot{file = \"example.svg\", columns = {\"tau\"}}"),
        .params = {self("recording"), needed("file", "path", "", "The picture, *.svg or *.png."),
                   picked,
+                  optional("x", "string", "",
+                           "The column along the horizontal axis; else time, or the first column "
+                           "where there is none."),
                   optional("title", "string", "", "Title; that of the recording when left out."),
                   between(defaulted("width", "int", "", 900, "Pixels."), 100, 10000),
                   between(defaulted("height", "int", "", 520, "Pixels."), 100, 10000)},

@@ -245,7 +245,7 @@ std::vector<CommandSpec> workspace_commands() {
                   "samples, surface, manipulability and mean_manipulability of each voxel.",
        .example = "local arm = robot.get(\"twolink\")\nlocal w = arm:workspace{samples = 4000}\n"
                   "assert(w.what == \"area\" and #w.recording:values(\"x\") == w.voxels)",
-       .params = space_params(200000),
+       .params = space_params(2000000),
        .returns = {"map", "", "", size_fields()},
        .effect = Effect::simulates,
        .run = workspace});
@@ -275,7 +275,7 @@ std::vector<CommandSpec> workspace_commands() {
        .summary = "Maps in how many directions the tool can stand at each place.",
        .details = "The voxels of robot.workspace, with the column share: of the directions, those "
                   "that inverse kinematics reaches at the middle of the voxel.",
-       .example = "local arm = robot.load(\"puma560\")\n"
+       .example = "local arm = robot \"puma560\"\n"
                   "local m = arm:reachability{samples = 2000, voxel = 0.3, directions = 8}\n"
                   "assert(m.mean_share > 0 and m.mean_share < 1)",
        .params = std::move(reach),

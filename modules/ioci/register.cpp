@@ -35,6 +35,7 @@ void register_commands(CommandTable& table) {
   table.add(trajectory_commands());
   table.add(transform_commands());
   table.add(view_commands());
+  table.add(workspace_commands());
   table.add(world_commands());
 }
 
