@@ -7,14 +7,17 @@ if(NOT DEFINED BUILD_TESTING OR BUILD_TESTING)
 endif()
 
 # robomosp_add_plugin(name SOURCES file... [LIBS library...] [TEST file...]
-#                     [CONFORMANCE ik|csg|primitive|dynamics|collision...] [MODELS model...])
+#                     [CONFORMANCE ik|csg|primitive|dynamics|collision|physics|integrator|controller...]
+#                     [MODELS model...] [DYNAMICS plugin-file])
 # Makes <name>.so as the loader wants it: hidden symbols, no prefix, robomosp::sdk linked. TEST adds
 # a GoogleTest program <name>_test, which finds the plugin in the definition ROBOMOSP_PLUGIN_FILE.
 # CONFORMANCE runs the suites of the SDK on every provider of the plugin; MODELS are mechanisms of
-# <robomosp/sdk/conformance/models.h> to run the suites "ik" and "dynamics" on. The suite of segments
-# needs cases of your own: include <robomosp/sdk/conformance/segment_suite.h> in your TEST.
+# <robomosp/sdk/conformance/models.h> to run the suites "ik", "dynamics" and "controller" on. DYNAMICS
+# is the plugin whose inverse dynamics the suite "controller" asks; the installed dynamics_newton_euler
+# when left out. The suite of segments needs cases of your own: include
+# <robomosp/sdk/conformance/segment_suite.h> in your TEST.
 function(robomosp_add_plugin name)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;LIBS;TEST;CONFORMANCE;MODELS")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "DYNAMICS" "SOURCES;LIBS;TEST;CONFORMANCE;MODELS")
   if(NOT arg_SOURCES OR arg_UNPARSED_ARGUMENTS)
     message(FATAL_ERROR "robomosp_add_plugin(${name}): give SOURCES; not understood: \"${arg_UNPARSED_ARGUMENTS}\".")
   endif()
@@ -36,10 +39,15 @@ function(robomosp_add_plugin name)
   endif()
   list(TRANSFORM arg_MODELS APPEND "()")
   list(JOIN arg_MODELS ", " ROBOMOSP_CONFORMANCE_MODELS)
+  set(ROBOMOSP_CONFORMANCE_DYNAMICS "${arg_DYNAMICS}")
+  if(NOT ROBOMOSP_CONFORMANCE_DYNAMICS)
+    get_filename_component(ROBOMOSP_CONFORMANCE_DYNAMICS
+      "${_robomosp_package_dir}/../../robomosp/plugins/dynamics_newton_euler.so" ABSOLUTE)
+  endif()
   foreach(suite IN LISTS arg_CONFORMANCE)
     set(source "${_robomosp_package_dir}/conformance_${suite}.cpp.in")
     if(NOT EXISTS "${source}")
-      message(FATAL_ERROR "robomosp_add_plugin(${name}): there is no suite \"${suite}\" to run by itself; ik, csg, primitive, dynamics and collision are.")
+      message(FATAL_ERROR "robomosp_add_plugin(${name}): there is no suite \"${suite}\" to run by itself; ik, csg, primitive, dynamics, collision, physics, integrator and controller are.")
     endif()
     configure_file("${source}" "${CMAKE_CURRENT_BINARY_DIR}/${name}_conformance_${suite}.cpp" @ONLY)
     _robomosp_plugin_test(${name} ${name}_conformance_${suite} ""

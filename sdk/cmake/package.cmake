@@ -30,4 +30,6 @@ install(FILES
   "${CMAKE_CURRENT_LIST_DIR}/RobomospPlugin.cmake" "${CMAKE_CURRENT_LIST_DIR}/conformance_ik.cpp.in"
   "${CMAKE_CURRENT_LIST_DIR}/conformance_csg.cpp.in" "${CMAKE_CURRENT_LIST_DIR}/conformance_dynamics.cpp.in"
   "${CMAKE_CURRENT_LIST_DIR}/conformance_primitive.cpp.in" "${CMAKE_CURRENT_LIST_DIR}/conformance_collision.cpp.in"
+  "${CMAKE_CURRENT_LIST_DIR}/conformance_physics.cpp.in" "${CMAKE_CURRENT_LIST_DIR}/conformance_integrator.cpp.in"
+  "${CMAKE_CURRENT_LIST_DIR}/conformance_controller.cpp.in"
   DESTINATION "${package_dir}" COMPONENT sdk)

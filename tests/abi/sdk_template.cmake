@@ -70,6 +70,14 @@ run("Testing the controller" ${CMAKE_CTEST_COMMAND} --test-dir "${work}/feed_for
 run("Using the controller" "${program}" --plugin-path "${work}/feed_forward/build" eval
   "local e = robot('planar2rods'):simulate{q = {0.1, 0}, reference = {0, 0}, controller = 'feed_forward', duration = 2}:values('tip_error') assert(e[#e] < 1e-6)")
 
+# The example of dynamics of one's own: the suite of the SDK, and the same torques as the default's.
+file(COPY "${work}/prefix/share/robomosp/examples/kane_dynamics" DESTINATION "${work}")
+run("Configuring the dynamics" ${CMAKE_COMMAND} -S "${work}/kane_dynamics" -B "${work}/kane_dynamics/build" ${generator})
+run("Building the dynamics" ${CMAKE_COMMAND} --build "${work}/kane_dynamics/build" -j 2)
+run("Testing the dynamics" ${CMAKE_CTEST_COMMAND} --test-dir "${work}/kane_dynamics/build" --output-on-failure --no-tests=error)
+run("Using the dynamics" "${program}" --plugin-path "${work}/kane_dynamics/build" eval
+  "local p, s = robot('puma560'), {q = {0.1, -0.5, 0.7, 0.2, 0.9, -0.4}, qd = {1, -1, 0.5, 2, -2, 1}, qdd = {3, 1, -2, 0, 1, 4}} local a = p:inverse_dynamics(s) s.provider = 'kane' local b = p:inverse_dynamics(s) for j = 1, 6 do assert(math.abs(a[j] - b[j]) < 1e-9) end")
+
 if(EXISTS "${work}/prefix/include/robomosp/helper/spatial")
   file(COPY "${SOURCE_DIR}/tests/abi/helper_plugin" DESTINATION "${work}")
   run("Configuring a plugin with the helper library" ${CMAKE_COMMAND} -S "${work}/helper_plugin" -B "${work}/helper_plugin/build" ${generator})
