@@ -24,6 +24,7 @@
 #include "kernel/messages.h"
 #include "kernel/plugin_loader.h"
 #include "kernel/registry.h"
+#include "sim/collision_cache.h"
 #include "sim/recording.h"
 
 namespace robomosp::ioci {
@@ -73,6 +74,7 @@ class Application {
   Jobs jobs;  ///< after what its work reads, so that it is joined first
   CommandTable commands;
   SolverCache solvers;
+  sim::CollisionCache collision_models;
   std::shared_ptr<render::Renderer> renderer;  ///< made with the first picture
   std::uint64_t renderer_revision = 0;         ///< of the registry, when it was made
   std::vector<std::filesystem::path> library;  ///< folders of shipped materials, robots, worlds

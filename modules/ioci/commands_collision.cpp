@@ -17,14 +17,9 @@ using ModelPtr = std::shared_ptr<const CollisionModel>;
 
 bool is_world(const Map& args) { return ref(args, "id").kind == Kind::world; }
 
-sim::Simulator simulator(CommandContext& ctx) {
-  return {ctx.app.registry, ctx.app.derived, ctx.snapshot()};
-}
-
 Result<ModelPtr> collision_model(CommandContext& ctx, const Map& args) {
-  const sim::Simulator source = simulator(ctx);
-  return is_world(args) ? CollisionModel::of_world(source, typed<World>(args), ctx.progress)
-                        : CollisionModel::of_robot(source, typed<Robot>(args), ctx.progress);
+  return ctx.app.collision_models.find({ctx.app.registry, ctx.app.derived, ctx.snapshot()},
+                                       ref(args, "id"), ctx.progress);
 }
 
 /// Joint values of one robot as given.

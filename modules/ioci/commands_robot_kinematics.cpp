@@ -381,8 +381,8 @@ Result<Value> solve_goals(CommandContext& ctx, const Map& args) {
     const sim::Simulator simulator{ctx.app.registry, ctx.app.derived, ctx.snapshot()};
     std::size_t member = 0;
     if (has(args, "world")) {
-      RMP_TRY_ASSIGN(collision, sim::CollisionModel::of_world(
-                                    simulator, WorldId{ref(args, "world").number}, ctx.progress));
+      RMP_TRY_ASSIGN(collision,
+                     ctx.app.collision_models.find(simulator, ref(args, "world"), ctx.progress));
       const auto& shown = ctx.snapshot().get(WorldId{ref(args, "world").number})->robots;
       while (member < shown.size() && !(shown[member].robot == typed<Robot>(args))) ++member;
       if (member >= collision->robots().size())
@@ -390,7 +390,7 @@ Result<Value> solve_goals(CommandContext& ctx, const Map& args) {
                      "world");
     } else {
       RMP_TRY_ASSIGN(collision,
-                     sim::CollisionModel::of_robot(simulator, typed<Robot>(args), ctx.progress));
+                     ctx.app.collision_models.find(simulator, ref(args, "id"), ctx.progress));
     }
     field = collision->field(member, real(args, "influence"));
     batch.clearance = field.get();

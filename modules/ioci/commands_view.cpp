@@ -300,13 +300,12 @@ Result<Value> render_what(CommandContext& ctx, const Map& args) {
     if (id.kind != Kind::world)
       return error(ErrorCode::invalid_argument, name_in(ctx, id) + " is not a world",
                    "Draw a world, or leave collisions out.", "collisions");
-    RMP_TRY_ASSIGN(const auto model, sim::CollisionModel::of_world(simulator, WorldId{id.number},
-                                                                   ctx.progress));
+    RMP_TRY_ASSIGN(const auto model, ctx.app.collision_models.find(simulator, id, ctx.progress));
     std::vector<double> q = model->shown();
     if (has(args, "recording")) {
       const auto recording = ctx.app.recordings.find(args.find("recording")->as_handle()->number);
-      RMP_TRY_ASSIGN(q, scene::configuration_at(*model, *recording,
-                                                has(args, "at") ? real(args, "at") : 0.0));
+      RMP_TRY_ASSIGN(
+          q, scene::configuration_at(*model, *recording, has(args, "at") ? real(args, "at") : 0.0));
     }
     RMP_TRY(scene::mark_contacts(*model, q, built.scene, ctx.progress));
   }

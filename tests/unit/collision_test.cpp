@@ -9,6 +9,7 @@
 
 #include "document/shapes.h"
 #include "sim/collision.h"
+#include "sim/collision_cache.h"
 #include "spatial/convex_hull.h"
 #include "spatial/pose.h"
 #include "support/workbench.h"
@@ -251,6 +252,68 @@ TEST_F(Rods, TheGradientOfTheClearanceIsThatOfDifferences) {
       EXPECT_NEAR(gradient[j], slope, 1e-6) << "joint " << j + 1;
     }
   }
+}
+
+TEST_F(Rods, APreparedModelIsKeptUntilSomethingThatItWasMadeFromChanges) {
+  sim::CollisionCache cache;
+  const auto find = [&](AnyId id) {
+    const auto snapshot = bench.document.now();
+    return unwrap(cache.find({bench.registry, bench.derived, *snapshot}, id, none));
+  };
+  // Of the post from the nearest corner of rod 1 when all rods lie along x: (0.1, half its width).
+  const auto of_post = [&](const CollisionModel& m) {
+    constexpr double kFar = std::numeric_limits<double>::infinity();
+    return unwrap(m.distances(std::vector<double>{0, 0, 0}, kFar, none))[0].distance;
+  };
+  const auto expected = [](double y, double half_width, double radius) {
+    return std::hypot(0.1, y - half_width) - radius;
+  };
+  const auto change = [&](AnyId id, auto&& fn) {
+    auto t = bench.document.begin("change");
+    ASSERT_TRUE(t->edit(id, [&](model::Record& r) -> Result<void> {
+                   fn(r.body);
+                   return {};
+                 }).ok());
+    ASSERT_TRUE(t->commit().ok());
+  };
+  const auto kept = find(world);
+  EXPECT_EQ(find(world), kept);
+  EXPECT_NE(find(robot), kept) << "the robot alone is another model";
+  EXPECT_EQ(find(world), kept);
+  const auto snapshot = bench.document.now();
+  const AnyId post = *snapshot->find(Kind::solid, "post"),
+              rod = *snapshot->find(Kind::solid, "rod");
+
+  auto t = bench.document.begin("unrelated");
+  ASSERT_TRUE(t->add("other", model::Solid(*snapshot->get(SolidId{post.number}))).ok());
+  ASSERT_TRUE(t->commit().ok());
+  EXPECT_EQ(find(world), kept) << "what it does not refer to makes nothing anew";
+
+  // The world itself, a solid that it refers to, and one that its robot refers to.
+  EXPECT_NEAR(of_post(*find(world)), expected(2.5, 0.05, 0.05), 1e-9);
+  change(world, [](auto& body) {
+    std::get<model::World>(body).objects[0].placement.position = {0, 3.5, 0};
+  });
+  EXPECT_NEAR(of_post(*find(world)), expected(3.5, 0.05, 0.05), 1e-9);
+  change(post, [](auto& body) { std::get<model::Solid>(body).nodes[0].sizes[0] = 0.25; });
+  EXPECT_NEAR(of_post(*find(world)), expected(3.5, 0.05, 0.25), 1e-9);
+  change(rod, [](auto& body) { std::get<model::Solid>(body).nodes[0].sizes[1] = 0.2; });
+  EXPECT_NEAR(of_post(*find(world)), expected(3.5, 0.1, 0.25), 1e-9);
+  // Within a transaction that is not committed, and after it was dropped.
+  const auto committed = find(world);
+  {
+    auto open = bench.document.begin("try");
+    ASSERT_TRUE(open->edit(post,
+                           [](model::Record& r) -> Result<void> {
+                             std::get<model::Solid>(r.body).nodes[0].sizes[0] = 0.05;
+                             return {};
+                           })
+                    .ok());
+    const auto inside =
+        unwrap(cache.find({bench.registry, bench.derived, open->now()}, world, none));
+    EXPECT_NEAR(of_post(*inside), expected(3.5, 0.1, 0.05), 1e-9);
+  }
+  EXPECT_EQ(find(world), committed);
 }
 
 TEST_F(Rods, SampledPairsAreTheSameForTheSameSeed) {

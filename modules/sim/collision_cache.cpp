@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/collision_cache.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "sim/collision.h"
+
+namespace robomosp::sim {
+namespace {
+
+/// The record and all that it refers to, each once, in an order that is the same every time.
+/// Trajectories have no bodies and do not count.
+std::vector<document::RecordPtr> what_it_is_made_from(const document::Snapshot& snapshot,
+                                                      AnyId id) {
+  std::vector<AnyId> ids{id};
+  std::vector<document::RecordPtr> records;
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    auto record = snapshot.share(ids[i]);
+    if (!record) continue;
+    model::for_each_reference(record->body, [&](AnyId other, std::string_view) {
+      if (other.kind != Kind::trajectory && std::find(ids.begin(), ids.end(), other) == ids.end())
+        ids.push_back(other);
+    });
+    records.push_back(std::move(record));
+  }
+  return records;
+}
+
+}  // namespace
+
+Result<std::shared_ptr<const CollisionModel>> CollisionCache::find(const Simulator& source,
+                                                                   AnyId id, Progress& progress) {
+  const std::uint64_t revision = source.registry.revision();
+  auto made_from = what_it_is_made_from(source.snapshot, id);
+  for (auto it = entries_.begin(); it != entries_.end(); ++it)
+    if (it->revision == revision && it->made_from == made_from) {
+      entries_.splice(entries_.begin(), entries_, it);
+      return it->model;
+    }
+  auto made = id.kind == Kind::world
+                  ? CollisionModel::of_world(source, WorldId{id.number}, progress)
+                  : CollisionModel::of_robot(source, RobotId{id.number}, progress);
+  if (!made.ok()) return made;
+  entries_.push_front({revision, std::move(made_from), *made});
+  if (entries_.size() > kKept) entries_.pop_back();
+  return made;
+}
+
+}  // namespace robomosp::sim
