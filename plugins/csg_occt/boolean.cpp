@@ -200,7 +200,7 @@ class Runner {
     }
     double volume = 0;
     for (TopExp_Explorer e(shape, TopAbs_SOLID); e.More(); e.Next()) {
-      Solid solid = measured(e.Current(), faces_);
+      Solid solid = measured(e.Current(), faces_, progress_);
       if (solid.volume <= 0) {
         trial.fault = "the result has a piece that is inside out";
         return;
@@ -270,7 +270,7 @@ class Runner {
           const TopoDS_Shape& shape = same ? *same : part;
           Cell* cell = cells.ChangeSeek(shape);
           if (!cell) {
-            cells.Bind(shape, {std::abs(faces_.of(shape).volume)});
+            cells.Bind(shape, {std::abs(faces_.of(shape, progress_).volume)});
             cell = cells.ChangeSeek(shape);
           }
           (is_object ? cell->in_object : cell->in_tool) = true;
@@ -393,7 +393,11 @@ class Runner {
 }  // namespace
 
 Solid measured(const TopoDS_Shape& shape, FaceMemory& faces) {
-  Solid solid{shape, {}, faces.of(shape).volume};
+  return measured(shape, faces, NoProgress());
+}
+
+Solid measured(const TopoDS_Shape& shape, FaceMemory& faces, const Progress& progress) {
+  Solid solid{shape, {}, faces.of(shape, progress).volume};
   BRepBndLib::Add(shape, solid.box, false);
   return solid;
 }

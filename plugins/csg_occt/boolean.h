@@ -22,6 +22,8 @@ struct Solid {
 
 /// Measures a solid. The box contains it with OCCT's gap.
 Solid measured(const TopoDS_Shape& solid, FaceMemory& faces);
+/// The same, which throws Interrupted once cancelled.
+Solid measured(const TopoDS_Shape& solid, FaceMemory& faces, const Progress& progress);
 bool boxes_meet(const Bnd_Box& a, const Bnd_Box& b);
 
 struct BooleanCall {

@@ -64,7 +64,7 @@ Result<Content> swept(const CsgNode& node, FaceMemory& faces, Progress& progress
       return error(ErrorCode::plugin_failed, "the profile did not give a solid",
                    "Simplify the profile.");
     TopoDS_Shape solid = found.Current();
-    if (faces.of(solid).volume < 0) solid.Reverse();
+    if (faces.of(solid, progress).volume < 0) solid.Reverse();
     content.solids.push_back(measured(solid, faces));
     const double want = is_prism ? region.area * height : region.moment_x * angle;
     if (!(std::abs(content.solids.back().volume - want) <= kSweptSlack * want) || !is_sound(solid))
@@ -185,7 +185,7 @@ Result<Content> imported(const CsgNode& node, FaceMemory& faces, Progress& progr
       solid = fixed[0];
       is_healed = true;
     }
-    const double volume = faces.of(solid).volume;
+    const double volume = faces.of(solid, progress).volume;
     if (volume < 0) {
       solid.Reverse();
       is_turned = true;

@@ -160,7 +160,7 @@ Result<Moments> OcctCsgEngine::moments(const CsgShape& shape, Progress& progress
     Integrals sum;
     for (const Solid& s : own->solids()) {
       if (progress.cancelled()) return cancelled_error();
-      sum.add(faces_.of(s.shape));
+      sum.add(faces_.of(s.shape, progress));
     }
     return to_moments(sum, own->pose(), extent_of(own->solids()));
   });

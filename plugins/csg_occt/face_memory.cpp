@@ -62,8 +62,10 @@ const GaussRule<N>& gauss() {
 /// the surface, weighted: div(P) = 3, div(P x) = 4 x, div(P x y) = 5 x y.
 class FaceIntegrator {
  public:
-  explicit FaceIntegrator(const TopoDS_Face& face)
-      : face_(TopoDS::Face(face.Oriented(TopAbs_FORWARD))), surface_(face_, false) {
+  FaceIntegrator(const TopoDS_Face& face, const Progress& progress)
+      : progress_(progress),
+        face_(TopoDS::Face(face.Oriented(TopAbs_FORWARD))),
+        surface_(face_, false) {
     is_plane_ = surface_.GetType() == GeomAbs_Plane;
     if (is_plane_) plane_ = surface_.Plane();
     is_cylinder_ = surface_.GetType() == GeomAbs_Cylinder;
@@ -164,6 +166,7 @@ class FaceIntegrator {
     std::vector<Part> parts;
     double area = 0;
     for (int i = 1; i <= spans; ++i) {
+      if (progress_.cancelled()) throw Interrupted{};
       parts.push_back({knots(i), knots(i + 1), span<8>(trim, knots(i), knots(i + 1)), 0});
       area += std::abs(parts.back().sums[10]);
     }
@@ -195,6 +198,7 @@ class FaceIntegrator {
     int halvings = 0;
     double left_over = 0;  // area by which parts that were not halved further may be off
     while (!open.empty()) {
+      if (progress_.cancelled()) throw Interrupted{};
       const Part part = open.back();
       open.pop_back();
       const double middle = (part.a + part.b) / 2;
@@ -329,6 +333,7 @@ class FaceIntegrator {
     n = du.XYZ().Crossed(dv.XYZ());
   }
 
+  const Progress& progress_;
   TopoDS_Face face_;
   BRepAdaptor_Surface surface_;
   gp_Pln plane_;
@@ -352,23 +357,28 @@ void Integrals::add(const Integrals& other) {
   trim_doubt += other.trim_doubt;
 }
 
-Integrals FaceMemory::of_face(const TopoDS_Face& face) {
+Integrals FaceMemory::of_face(const TopoDS_Face& face) { return of_face(face, NoProgress()); }
+
+Integrals FaceMemory::of_face(const TopoDS_Face& face, const Progress& progress) {
   const TopoDS_Shape key = face.Oriented(TopAbs_FORWARD);
   {
     const std::lock_guard lock(mutex_);
     if (const Integrals* found = known_.Seek(key)) return *found;
   }
-  const Integrals result = FaceIntegrator(face).run();
+  if (progress.cancelled()) throw Interrupted{};
+  const Integrals result = FaceIntegrator(face, progress).run();
   const std::lock_guard lock(mutex_);
   if (known_.Extent() >= kFaceCacheLimit) known_.Clear();
   known_.Bind(key, result);
   return result;
 }
 
-Integrals FaceMemory::of(const TopoDS_Shape& shape) {
+Integrals FaceMemory::of(const TopoDS_Shape& shape) { return of(shape, NoProgress()); }
+
+Integrals FaceMemory::of(const TopoDS_Shape& shape, const Progress& progress) {
   Integrals sum;
   for (TopExp_Explorer e(shape, TopAbs_FACE); e.More(); e.Next()) {
-    Integrals face = of_face(TopoDS::Face(e.Current()));
+    Integrals face = of_face(TopoDS::Face(e.Current()), progress);
     if (e.Current().Orientation() == TopAbs_REVERSED) {
       face.volume = -face.volume;
       for (double& x : face.first) x = -x;

@@ -30,10 +30,13 @@ struct Integrals {
 /// Everything known about faces, by topology and place.
 class FaceMemory {
  public:
-  /// [any thread]
+  /// Those with a Progress throw Interrupted once it is cancelled; it is asked before each face and
+  /// each piece of its edges. [any thread]
   Integrals of_face(const TopoDS_Face& face);
+  Integrals of_face(const TopoDS_Face& face, const Progress& progress);
   /// Sum over all faces in the shape. [any thread]
   Integrals of(const TopoDS_Shape& shape);
+  Integrals of(const TopoDS_Shape& shape, const Progress& progress);
   /// Whether the face was part of a solid that passed its check. [any thread]
   bool is_verified(const TopoDS_Shape& face);
   void set_verified(const TopoDS_Shape& solid);

@@ -294,7 +294,7 @@ Result<std::vector<Solid>> mirrored(const CsgNode& node, const std::vector<Solid
   for (const Solid& solid : solids) {
     if (progress.cancelled()) return cancelled_error();
     TopoDS_Shape shape = BRepBuilderAPI_Transform(solid.shape, image, true).Shape();
-    if (faces.of(shape).volume < 0) shape.Reverse();
+    if (faces.of(shape, progress).volume < 0) shape.Reverse();
     result.push_back(measured(shape, faces));
     if (std::abs(result.back().volume - solid.volume) > 1e-9 * solid.volume || !is_sound(shape))
       return error(ErrorCode::plugin_failed, "the mirror image is not a valid solid",

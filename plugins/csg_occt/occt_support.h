@@ -64,6 +64,9 @@ class ProgressBridge final : public Message_ProgressIndicator {
 
 Error cancelled_error();
 
+/// Thrown where cancellation is heard deep inside, caught by guarded().
+struct Interrupted {};
+
 /// Runs `work` and turns every exception into an Error that names the `task`.
 template <class Work>
 auto guarded(std::string_view task, Work&& work) -> decltype(work());
@@ -80,6 +83,8 @@ auto guarded(std::string_view task, Work&& work) -> decltype(work()) {
   std::string what;
   try {
     return work();
+  } catch (const Interrupted&) {
+    return cancelled_error();
   } catch (const Standard_Failure& e) {
     what = e.GetMessageString() ? e.GetMessageString() : "";
     if (what.empty()) what = e.DynamicType()->Name();
