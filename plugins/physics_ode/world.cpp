@@ -33,8 +33,7 @@ void make_ready() {
     return dInitODE2(0);
   }();
   (void)initialised;
-  thread_local const int allocated = dAllocateODEDataForThread(dAllocateMaskAll);
-  (void)allocated;
+  dAllocateODEDataForThread(dAllocateMaskAll);  // once a thread; later calls do nothing
 }
 
 Vec3 vec3(const dReal* v) { return {v[0], v[1], v[2]}; }
