@@ -21,6 +21,20 @@ Error bad(std::string message, std::string hint) {
 
 }  // namespace
 
+Result<void> check_ik_model(const RobotModel& model) {
+  const std::string where = "robot \"" + model.name + "\"";
+  if (model.tips.empty())
+    return error(ErrorCode::invalid_argument, "it has no tip to place", "Add a tool.", where);
+  for (const JointModel& joint : model.joints)
+    if (!(joint.lower <= joint.upper) || !is_rigid(joint.placement))
+      return error(ErrorCode::invalid_argument,
+                   "its limits or its placement are not usable numbers",
+                   "Correct the robot's table.")
+          .in("joint \"" + joint.name + "\"")
+          .in(where);
+  return {};
+}
+
 Result<void> check_ik_request(const RobotModel& model, const IkBatch& batch, std::size_t results) {
   const std::size_t n = model.coordinate_count(), count = batch.samples();
   if (results != count || (!batch.goals.empty() && batch.targets.size() % batch.goals.size() != 0))

@@ -13,6 +13,9 @@
 
 namespace robomosp::spatial {
 
+/// Tips, limits and placements that formulas can take; an error names robot and joint.
+[[nodiscard]] Result<void> check_ik_model(const RobotModel& model);
+
 /// Sizes, numbers and poses of a request; an error says what is wrong with it.
 [[nodiscard]] Result<void> check_ik_request(const RobotModel& model, const IkBatch& batch,
                                             std::size_t results);

@@ -290,16 +290,8 @@ class Solver {
 class SrsIk final : public IkSolver {
  public:
   Result<void> prepare(const RobotModel& model, const Params& params) override {
+    RMP_TRY(spatial::check_ik_model(model));
     const std::string where = "robot \"" + model.name + "\"";
-    if (model.tips.empty())
-      return error(ErrorCode::invalid_argument, "it has no tip to place", "Add a tool.", where);
-    for (const JointModel& joint : model.joints)
-      if (!(joint.lower <= joint.upper) || !spatial::is_rigid(joint.placement))
-        return error(ErrorCode::invalid_argument,
-                     "its limits or its placement are not usable numbers",
-                     "Correct the robot's table.")
-            .in("joint \"" + joint.name + "\"")
-            .in(where);
     model_ = &model;
     tips_.clear();
     std::optional<Error> refusal;

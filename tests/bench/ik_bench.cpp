@@ -8,7 +8,7 @@
 
 #include <benchmark/benchmark.h>
 
-#include <robomosp/sdk/conformance/ik_goals_models.h>
+#include <robomosp/sdk/conformance/arms.h>
 #include <robomosp/sdk/conformance/provider.h>
 #include <robomosp/sdk/ik.h>
 

@@ -41,7 +41,8 @@ namespace robomosp::conformance {
                  {0, 0.09465, 0, -r, -360, 360, {}},
                  {0, 0.0823, 0, 0, -360, 360, {}}});
 }
-/// KUKA LBR iiwa 14 R820: 360/420/400/126 mm (iiwa_stack).
+/// KUKA LBR iiwa 14 R820: 360/420/400/126 mm, limits 170/120/170/120/170/120/175 degrees (KUKA, LBR
+/// iiwa specification; iiwa_stack).
 [[nodiscard]] inline RobotModel iiwa14() {
   const double r = kPi / 2;
   return serial("iiwa14", false,

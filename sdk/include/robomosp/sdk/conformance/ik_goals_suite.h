@@ -11,7 +11,8 @@
 
 #include <gtest/gtest.h>
 
-#include <robomosp/sdk/conformance/ik_goals_models.h>
+#include <robomosp/sdk/conformance/arms.h>
+#include <robomosp/sdk/conformance/mechanisms.h>
 #include <robomosp/sdk/conformance/provider.h>
 #include <robomosp/sdk/ik.h>
 
