@@ -21,19 +21,46 @@ bool pushes(std::span<const TipWrench> tip) {
                      [](const TipWrench& w) { return w.force != Vec3{} || w.moment != Vec3{}; });
 }
 
-/// J^T w of sample i at the first tip.
+/// J^T w of sample i at the tip it acts at.
 std::vector<double> wrench_torques(const RobotModel& model, const DynamicsBatch& b, std::size_t i,
                                    std::span<const double> q) {
   const std::size_t dof = model.dof();
   std::vector<Pose> frames(dof);
   std::vector<double> jacobian(6 * dof), out(dof, 0.0);
   robotics::forward_kinematics(model, q, frames);
-  robotics::geometric_jacobian(model, 0, frames, robotics::JacobianFrame::base, jacobian);
+  robotics::geometric_jacobian(model, static_cast<std::size_t>(b.tip_index), frames,
+                               robotics::JacobianFrame::base, jacobian);
   const TipWrench& w = b.tip.size() == 1 ? b.tip[0] : b.tip[i];
   for (std::size_t j = 0; j < dof; ++j)
     for (std::size_t k = 0; k < 3; ++k)
       out[j] += jacobian[6 * j + k] * w.force[k] + jacobian[6 * j + 3 + k] * w.moment[k];
   return out;
+}
+
+/// Adds `sign` times what the joints' friction and springs and the wrench at the tip take of tau.
+void add_joint_side(const RobotModel& model, const DynamicsBatch& b, std::size_t i, double sign,
+                    std::span<const double> q, std::span<const double> qd,
+                    std::vector<double>& tau) {
+  for (std::size_t j = 0; j < tau.size(); ++j) {
+    const JointModel& joint = model.joints[j];
+    if (b.terms & kFrictionTerm) tau[j] += sign * friction(joint, qd[j]);
+    if (b.terms & kSpringTerm) tau[j] += sign * joint.spring.stiffness * (q[j] - joint.spring.rest);
+  }
+  if (!(b.terms & kExternalTerm) || !pushes(b.tip)) return;
+  const auto w = wrench_torques(model, b, i, q);
+  for (std::size_t j = 0; j < tau.size(); ++j) tau[j] -= sign * w[j];
+}
+
+/// What a script's function cannot be told.
+Result<void> check_batch(const RobotModel& model, const DynamicsBatch& b) {
+  if (!b.base.empty())
+    return error(ErrorCode::unsupported, "a solver written in Lua knows no moving base",
+                 "Choose another provider, such as newton_euler.");
+  if (b.tip_index < 0 || static_cast<std::size_t>(b.tip_index) >= model.tips.size())
+    return error(ErrorCode::invalid_argument,
+                 "there is no tip " + std::to_string(b.tip_index) + " for the wrench to act at",
+                 "Choose one of the " + std::to_string(model.tips.size()) + " tips.");
+  return {};
 }
 
 std::span<const double> sample(std::span<const double> all, std::size_t i, std::size_t dof,
@@ -75,8 +102,8 @@ class DynamicsScript {
   const RobotModel& model_;
 };
 
-/// fn(model, q, qd, qdd) -> tau of gravity, inertia (armature included) and velocity; friction and
-/// the wrench at the tip are added here.
+/// fn(model, q, qd, qdd) -> tau of gravity, inertia (armature included) and velocity; friction,
+/// springs and the wrench at the tip are added here.
 class LuaInverseDynamics final : public InverseDynamics, private BoundScript {
  public:
   explicit LuaInverseDynamics(ProviderPtr p) : BoundScript(std::move(p)) {}
@@ -87,6 +114,7 @@ class LuaInverseDynamics final : public InverseDynamics, private BoundScript {
 
   Result<void> torques(const DynamicsBatch& b, std::span<double> tau,
                        Progress& progress) const override {
+    RMP_TRY(check_batch(*model_, b));
     const std::size_t dof = model_->dof();
     const std::vector<double> zero(dof, 0.0);
     return DynamicsScript(*p_, *model_)
@@ -97,12 +125,7 @@ class LuaInverseDynamics final : public InverseDynamics, private BoundScript {
             const auto q = b.q.subspan(i * dof, dof), qd = sample(b.qd, i, dof, zero),
                        qdd = sample(b.qdd, i, dof, zero);
             RMP_TRY_ASSIGN(auto sum, rigid_body(f, b.terms, q, qd, qdd, zero));
-            if (b.terms & kFrictionTerm)
-              for (std::size_t j = 0; j < dof; ++j) sum[j] += friction(model_->joints[j], qd[j]);
-            if ((b.terms & kExternalTerm) && pushes(b.tip)) {
-              const auto w = wrench_torques(*model_, b, i, q);
-              for (std::size_t j = 0; j < dof; ++j) sum[j] -= w[j];
-            }
+            add_joint_side(*model_, b, i, 1, q, qd, sum);
             std::copy(sum.begin(), sum.end(), tau.begin() + static_cast<std::ptrdiff_t>(i * dof));
           }
           return {};
@@ -157,8 +180,8 @@ class LuaInverseDynamics final : public InverseDynamics, private BoundScript {
   }
 };
 
-/// fn(model, q, qd, tau) -> qdd without friction; friction and the tip's wrench change the tau it
-/// is given, and a model without gravity stands for the gravity term left out.
+/// fn(model, q, qd, tau) -> qdd without friction; friction, springs and the tip's wrench change the
+/// tau it is given, and a model without gravity stands for the gravity term left out.
 class LuaForwardDynamics final : public ForwardDynamics, private BoundScript {
  public:
   explicit LuaForwardDynamics(ProviderPtr p) : BoundScript(std::move(p)) {}
@@ -169,6 +192,7 @@ class LuaForwardDynamics final : public ForwardDynamics, private BoundScript {
 
   Result<void> accelerations(const DynamicsBatch& b, std::span<double> qdd,
                              Progress& progress) const override {
+    RMP_TRY(check_batch(*model_, b));
     const std::size_t dof = model_->dof();
     const std::vector<double> zero(dof, 0.0);
     return DynamicsScript(*p_, *model_)
@@ -180,13 +204,7 @@ class LuaForwardDynamics final : public ForwardDynamics, private BoundScript {
                  const auto q = b.q.subspan(i * dof, dof), qd = sample(b.qd, i, dof, zero),
                             given = sample(b.tau, i, dof, zero);
                  std::vector<double> tau(given.begin(), given.end());
-                 if (b.terms & kFrictionTerm)
-                   for (std::size_t j = 0; j < dof; ++j)
-                     tau[j] -= friction(model_->joints[j], qd[j]);
-                 if ((b.terms & kExternalTerm) && pushes(b.tip)) {
-                   const auto w = wrench_torques(*model_, b, i, q);
-                   for (std::size_t j = 0; j < dof; ++j) tau[j] += w[j];
-                 }
+                 add_joint_side(*model_, b, i, -1, q, qd, tau);
                  RMP_TRY_ASSIGN(
                      const auto out,
                      f(q, (b.terms & kVelocityTerm) ? qd : std::span<const double>(zero), tau));

@@ -335,6 +335,46 @@ TEST_F(Lua, DynamicsOfAScriptSplitIntoTermsAndInertia) {
   EXPECT_NEAR(out[0], 2, 1e-12);
 }
 
+TEST_F(Lua, SpringsAndOtherTipsCountInDynamicsOfAScriptAndAMovingBaseIsRefused) {
+  ASSERT_TRUE(state_
+                  ->run_string("local function none() return {0} end\n"
+                               "ioci.provide('robomosp.inverse_dynamics/1', 'none', none)\n"
+                               "ioci.provide('robomosp.forward_dynamics/1', 'given',\n"
+                               "  function(model, q, qd, tau) return {tau[1]} end)",
+                               "t")
+                  .ok());
+  RobotModel model = pendulum();
+  model.joints[0].spring = {8, 0.1};
+  model.tips.push_back(model.tips[0]);
+  model.tips[1].tool.p = {3, 0, 0};
+  auto inverse = app().registry.create<InverseDynamics>("none");
+  auto forward = app().registry.create<ForwardDynamics>("given");
+  ASSERT_TRUE(inverse.ok() && (*inverse)->prepare(model, *make_params({})).ok());
+  ASSERT_TRUE(forward.ok() && (*forward)->prepare(model, *make_params({})).ok());
+  NoProgress progress;
+  const std::vector<double> q = {0.3}, tau = {5};
+  const std::vector<TipWrench> push = {{{0, 2, 0}, {}}};
+  DynamicsBatch b;
+  b.count = 1;
+  b.q = q;
+  b.tau = tau;
+  b.tip = push;
+  b.tip_index = 1;
+  const double spring = 8 * (0.3 - 0.1), wrench = 2 * 3 * std::cos(0.3);
+  std::vector<double> out(1);
+  ASSERT_TRUE((*inverse)->torques(b, out, progress).ok());
+  EXPECT_NEAR(out[0], spring - wrench, 1e-12);
+  ASSERT_TRUE((*forward)->accelerations(b, out, progress).ok());
+  EXPECT_NEAR(out[0], 5 - spring + wrench, 1e-12);
+  b.tip_index = 2;
+  EXPECT_FALSE((*inverse)->torques(b, out, progress).ok());
+  b.tip_index = 0;
+  const std::vector<BaseMotion> base(1);
+  b.base = base;
+  EXPECT_FALSE((*inverse)->torques(b, out, progress).ok());
+  EXPECT_FALSE((*forward)->accelerations(b, out, progress).ok());
+}
+
 TEST_F(Lua, ASegmentOfAScriptIsSmoothAndMayBeSampledOnAnyThread) {
   ASSERT_TRUE(state_
                   ->run_string("ioci.provide('robomosp.segment/1', 'wave', {duration = 2, sample = "
