@@ -6,29 +6,20 @@
 
 #include "kernel/text.h"
 #include "robotics/closure.h"
+#include "sim/provider_answer.h"
 
 namespace robomosp::sim {
 namespace {
 
-Error broken(const std::string& provider, const RobotModel& model) {
-  return error(ErrorCode::plugin_failed,
-               "provider \"" + provider + "\" returned a value that is not a number",
-               "Report it to the provider's author or choose another provider.",
-               "robot " + text::quote(model.name));
-}
-Error in_robot(Error e, const RobotModel& model) {
-  const std::string robot = "robot " + text::quote(model.name);
-  if (e.where == robot || e.where.starts_with(robot + ", ")) return e;
-  return std::move(e).in(robot);
+std::string robot_of(const RobotModel& model) { return "robot " + text::quote(model.name); }
+Error not_a_number(const std::string& provider, const RobotModel& model) {
+  return broken(provider, kNotANumber).in(robot_of(model));
 }
 template <class Call>
 Result<void> called(const std::string& provider, const RobotModel& model, Call&& call) {
   auto done = guarded(provider, [&]() -> Result<void> { return call(); });
-  if (!done.ok()) return in_robot(std::move(done).error(), model);
+  if (!done.ok()) return in_robot(std::move(done).error(), robot_of(model));
   return {};
-}
-bool all_finite(std::span<const double> v) {
-  return std::all_of(v.begin(), v.end(), [](double x) { return std::isfinite(x); });
 }
 
 /// Changes of joints and rates for central differences [rad or m, and per second]: what rounding
@@ -89,7 +80,7 @@ Result<std::vector<Energy>> energies(const Bound<InverseDynamics>& dynamics, Dyn
   for (const Energy& e : out)
     if (!std::isfinite(e.kinetic) || !std::isfinite(e.potential) || !all_finite(e.momentum) ||
         !all_finite(e.angular_momentum) || !all_finite(e.com))
-      return broken(dynamics.provider, *dynamics.model);
+      return not_a_number(dynamics.provider, *dynamics.model);
   return out;
 }
 
@@ -101,7 +92,7 @@ Result<std::vector<double>> regressor(const Bound<InverseDynamics>& dynamics, Dy
   batch.scratch = scratch;
   RMP_TRY(called(dynamics.provider, m,
                  [&] { return dynamics.solver->regressor(batch, out, progress); }));
-  if (!all_finite(out)) return broken(dynamics.provider, m);
+  if (!all_finite(out)) return not_a_number(dynamics.provider, m);
   return out;
 }
 
@@ -118,7 +109,7 @@ Result<DynamicsDerivatives> derivatives(const Bound<InverseDynamics>& dynamics,
     return dynamics.solver->derivatives(batch, d.by_q, d.by_qd, progress);
   });
   if (done.ok()) {
-    if (!all_finite(d.by_q) || !all_finite(d.by_qd)) return broken(dynamics.provider, m);
+    if (!all_finite(d.by_q) || !all_finite(d.by_qd)) return not_a_number(dynamics.provider, m);
     return d;
   }
   if (done.error().code != ErrorCode::unsupported) return std::move(done).error();
@@ -143,7 +134,7 @@ Result<DynamicsDerivatives> derivatives(const Bound<ForwardDynamics>& dynamics,
   });
   if (done.ok()) {
     if (!all_finite(d.by_q) || !all_finite(d.by_qd) || !all_finite(d.by_tau))
-      return broken(dynamics.provider, m);
+      return not_a_number(dynamics.provider, m);
     return d;
   }
   if (done.error().code != ErrorCode::unsupported) return std::move(done).error();
@@ -168,7 +159,7 @@ Result<ConstrainedMotion> constrained(const Bound<ForwardDynamics>& dynamics, Dy
   RMP_TRY(called(dynamics.provider, m, [&] {
     return dynamics.solver->constrained(batch, out.qdd, out.forces, progress);
   }));
-  if (!all_finite(out.qdd) || !all_finite(out.forces)) return broken(dynamics.provider, m);
+  if (!all_finite(out.qdd) || !all_finite(out.forces)) return not_a_number(dynamics.provider, m);
   return out;
 }
 

@@ -9,6 +9,7 @@
 #include "motion/path.h"
 #include "robotics/closure.h"
 #include "robotics/kinematics.h"
+#include "sim/provider_answer.h"
 #include "sim/simulate.h"
 #include "spatial/pose.h"
 #include "spatial/rotation.h"
@@ -16,12 +17,6 @@
 
 namespace robomosp::sim {
 namespace {
-
-/// Adds the robot to an error whose provider has not named it.
-Error in_robot(Error e, const std::string& robot) {
-  if (e.where == robot || e.where.starts_with(robot + ", ")) return e;
-  return std::move(e).in(robot);
-}
 
 template <class Solver>
 Result<Bound<Solver>> bind(const Registry& registry, std::shared_ptr<const RobotModel> model,
@@ -35,15 +30,6 @@ Result<Bound<Solver>> bind(const Registry& registry, std::shared_ptr<const Robot
   auto prepared = guarded(info.name, [&] { return solver->prepare(*model, *params); });
   if (!prepared.ok()) return in_robot(std::move(prepared).error(), where);
   return Bound<Solver>{std::move(model), std::move(solver), info.name};
-}
-
-Error broken(const std::string& provider, const std::string& what) {
-  return error(ErrorCode::plugin_failed, "provider \"" + provider + "\" " + what,
-               "Report it to the provider's author or choose another provider.");
-}
-
-bool all_finite(std::span<const double> v) {
-  return std::all_of(v.begin(), v.end(), [](double x) { return std::isfinite(x); });
 }
 
 /// Limits are met up to this rounding slack [rad or m].
@@ -126,9 +112,7 @@ Result<std::vector<double>> checked_numbers(const std::string& provider, const R
   std::vector<double> out(size, std::nan(""));
   auto done = guarded(provider, [&]() -> Result<void> { return call(std::span<double>(out)); });
   if (!done.ok()) return in_robot(std::move(done).error(), "robot " + text::quote(model.name));
-  if (!all_finite(out))
-    return broken(provider, "returned a value that is not a number")
-        .in("robot " + text::quote(model.name));
+  if (!all_finite(out)) return broken(provider, kNotANumber).in("robot " + text::quote(model.name));
   return out;
 }
 
