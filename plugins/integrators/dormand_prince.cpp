@@ -6,10 +6,15 @@
 #include <cmath>
 #include <limits>
 
-#include "stepper.h"
+#include "spatial/ode_run.h"
+#include "spatial/print.h"
 
 namespace robomosp::integrators {
 namespace {
+
+using spatial::at_time;
+using spatial::rate_not_finite;
+using spatial::Rates;
 
 constexpr double kC[7] = {0, 1.0 / 5, 3.0 / 10, 4.0 / 5, 8.0 / 9, 1, 1};
 constexpr double kA[7][6] = {
@@ -37,7 +42,7 @@ constexpr double kShrink = 0.2, kGrow = 10;
 constexpr double kStable = 3.25;
 constexpr int kStiff = 15, kNotStiff = 6;
 
-class Steps final : public Stepper {
+class Steps final : public spatial::Stepper {
  public:
   Steps(Rates& rates, const OdeRun& run, bool greatest, double max_step, std::int64_t max_steps)
       : rates_(rates),
@@ -168,8 +173,8 @@ class Steps final : public Stepper {
     if (not_finite) return rate_not_finite(t0_);
     return error(ErrorCode::invalid_argument,
                  "the step became too small for the tolerance (relative " +
-                     number(run_.relative_tolerance) + ", absolute " +
-                     number(run_.absolute_tolerance) + ")",
+                     spatial::print_number(run_.relative_tolerance, 6) + ", absolute " +
+                     spatial::print_number(run_.absolute_tolerance, 6) + ")",
                  "Loosen the tolerances, or look for a force that jumps or grows without bound.",
                  at_time(t0_));
   }
@@ -182,7 +187,7 @@ class Steps final : public Stepper {
     return error(ErrorCode::invalid_argument,
                  is_stiff ? "the motion is stiff: some part of it is much faster than what is "
                             "followed, and forces steps of " +
-                                number(h) + " s"
+                                spatial::print_number(h, 6) + " s"
                           : "it takes more than " + std::to_string(max_steps_) + " steps",
                  is_stiff ? "Make springs and damping softer, or raise max_steps and wait."
                           : "Loosen the tolerances, shorten the run or raise max_steps.",
@@ -214,11 +219,8 @@ Result<void> DormandPrince::prepare(const Params& params) {
 
 Result<OdeStatistics> DormandPrince::run(OdeSystem& system, const OdeRun& run, OdeSink& sink,
                                          Progress& progress) const {
-  RMP_TRY(check_run(system, run));
-  OdeStatistics statistics;
-  Rates rates(system, statistics);
-  Steps steps(rates, run, greatest_error_, max_step_, max_steps_);
-  return integrate(rates, steps, run, sink, progress);
+  return spatial::run_steps<Steps>(system, run, sink, progress, greatest_error_, max_step_,
+                                   max_steps_);
 }
 
 }  // namespace robomosp::integrators

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // The classical Runge-Kutta method of order 4 with a fixed step (layer: plugin). W. Kutta, Z. Math.
 // Phys. 46 (1901).
-#include "fixed_step.h"
 #include "methods.h"
+#include "spatial/ode_fixed_step.h"
 
 namespace robomosp::integrators {
 namespace {
 
-class Steps final : public FixedStep {
+class Steps final : public spatial::FixedStep {
  public:
-  Steps(Rates& rates, const OdeRun& run)
+  Steps(spatial::Rates& rates, const OdeRun& run)
       : FixedStep(rates, run), k1_(size()), k2_(size()), k3_(size()), k4_(size()), x_(size()) {}
 
  protected:
@@ -45,11 +45,7 @@ Result<void> RungeKutta4::prepare(const Params&) { return {}; }
 
 Result<OdeStatistics> RungeKutta4::run(OdeSystem& system, const OdeRun& run, OdeSink& sink,
                                        Progress& progress) const {
-  RMP_TRY(check_run(system, run));
-  OdeStatistics statistics;
-  Rates rates(system, statistics);
-  Steps steps(rates, run);
-  return integrate(rates, steps, run, sink, progress);
+  return spatial::run_steps<Steps>(system, run, sink, progress);
 }
 
 }  // namespace robomosp::integrators

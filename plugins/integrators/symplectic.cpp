@@ -6,22 +6,16 @@
 // symmetric in time (Hairer, Lubich, Wanner, Geometric Numerical Integration, II.4 and VI.3).
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
-#include "fixed_step.h"
 #include "methods.h"
+#include "spatial/ode_fixed_step.h"
 
 namespace robomosp::integrators {
 namespace {
 
-// Implicit equations are solved by repetition: up to this change relative to the values, and at the
-// least to `kSettled` once the change no longer falls.
-constexpr double kRounding = 4e-16, kSettled = 1e-11;
-constexpr int kPasses = 60;
-
-class Steps final : public FixedStep {
+class Steps final : public spatial::FixedStep {
  public:
-  Steps(Rates& rates, const OdeRun& run, Symplectic::Method method)
+  Steps(spatial::Rates& rates, const OdeRun& run, Symplectic::Method method)
       : FixedStep(rates, run),
         method_(method),
         positions_(rates.system().positions()),
@@ -97,21 +91,6 @@ class Steps final : public FixedStep {
     });
   }
 
-  template <class Pass>
-  Result<void> repeat(double t, double h, Pass&& pass) {
-    double before = std::numeric_limits<double>::infinity();
-    for (int i = 0; i < kPasses; ++i) {
-      double change = 0, size = 0;
-      RMP_TRY(pass(change, size));
-      if (change <= kRounding * size || (change >= before && change <= kSettled * size)) return {};
-      before = change;
-    }
-    return error(ErrorCode::invalid_argument,
-                 "the step of " + number(std::fabs(h)) +
-                     " s is too long for forces that depend on velocities",
-                 "Give a shorter step or choose dormand_prince.", at_time(t));
-  }
-
   Symplectic::Method method_;
   std::size_t positions_;
   bool is_plain_;
@@ -130,11 +109,7 @@ Result<void> Symplectic::prepare(const Params& params) {
 
 Result<OdeStatistics> Symplectic::run(OdeSystem& system, const OdeRun& run, OdeSink& sink,
                                       Progress& progress) const {
-  RMP_TRY(check_run(system, run));
-  OdeStatistics statistics;
-  Rates rates(system, statistics);
-  Steps steps(rates, run, method_);
-  return integrate(rates, steps, run, sink, progress);
+  return spatial::run_steps<Steps>(system, run, sink, progress, method_);
 }
 
 }  // namespace robomosp::integrators

@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// Methods with a fixed step (layer: plugin). States within a step come from a shorter step, so that
-// samples and events are as exact as the method.
+// Methods with a fixed step (layer: data processing, spatial). States within a step come from a
+// shorter step, so that samples and events are as exact as the method.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
-#include "stepper.h"
+#include "spatial/ode_run.h"
+#include "spatial/print.h"
 
-namespace robomosp::integrators {
+namespace robomosp::spatial {
 
 class FixedStep : public Stepper {
  public:
@@ -30,8 +33,9 @@ class FixedStep : public Stepper {
     const double left = limit - t0_;
     const bool is_last = left <= h_ * (1 + 1e-9);
     if (!(t0_ + h_ > t0_))
-      return error(ErrorCode::invalid_argument, "the step of " + number(h_) + " s is too small",
-                   "Give a longer step.", at_time(t0_));
+      return error(ErrorCode::invalid_argument,
+                   "the step of " + print_number(h_, 6) + " s is too small", "Give a longer step.",
+                   at_time(t0_));
     t1_ = is_last ? limit : t0_ + h_;
     return advance(t0_, x0_, t1_ - t0_, x1_);
   }
@@ -58,13 +62,32 @@ class FixedStep : public Stepper {
     if (!finite) return rate_not_finite(t);
     return {};
   }
+  /// Implicit equations by repetition: calls pass(change, size) -> Result<void>, which improves the
+  /// unknowns once and tells the greatest change and value, until nothing changes but rounding.
+  template <class Pass>
+  Result<void> repeat(double t, double h, Pass&& pass) {
+    double before = std::numeric_limits<double>::infinity();
+    for (int i = 0; i < kPasses; ++i) {
+      double change = 0, size = 0;
+      RMP_TRY(pass(change, size));
+      if (change <= kRounding * size || (change >= before && change <= kSettled * size)) return {};
+      before = change;
+    }
+    return error(ErrorCode::invalid_argument,
+                 "the step of " + print_number(std::fabs(h), 6) +
+                     " s is too long for the implicit equations of this method",
+                 "Give a shorter step or choose dormand_prince.", at_time(t));
+  }
   [[nodiscard]] std::size_t size() const { return x0_.size(); }
   Rates& rates_;
 
  private:
+  // A change of rounding, relative to the values; at the least `kSettled` once it no longer falls.
+  static constexpr double kRounding = 4e-16, kSettled = 1e-11;
+  static constexpr int kPasses = 60;
   double h_, t0_ = 0, t1_ = 0;
   std::vector<double> x0_, x1_;
   bool is_stale_ = false;
 };
 
-}  // namespace robomosp::integrators
+}  // namespace robomosp::spatial

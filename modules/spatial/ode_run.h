@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the methods of this plugin share: one step at a time, and the run around it that takes
-// samples, finds events and projects (layer: plugin).
+// What integrators share: a method takes one step at a time, and the run around it takes samples,
+// finds events and projects (layer: data processing, spatial). With it an integrator of one's own
+// is a Stepper of a few lines.
 #pragma once
 
 #include <span>
@@ -9,7 +10,7 @@
 
 #include <robomosp/sdk/integrator.h>
 
-namespace robomosp::integrators {
+namespace robomosp::spatial {
 
 /// Calls the system, counts, and tells where a rate is not finite or fails.
 class Rates {
@@ -48,8 +49,18 @@ Result<void> check_run(const OdeSystem& system, const OdeRun& run);
 Result<OdeStatistics> integrate(Rates& rates, Stepper& stepper, const OdeRun& run, OdeSink& sink,
                                 Progress& progress);
 
-[[nodiscard]] std::string number(double value);
+/// The body of Integrator::run for a class of Stepper made of (Rates&, const OdeRun&, options...).
+template <class Steps, class... Options>
+Result<OdeStatistics> run_steps(OdeSystem& system, const OdeRun& run, OdeSink& sink,
+                                Progress& progress, Options... options) {
+  RMP_TRY(check_run(system, run));
+  OdeStatistics statistics;
+  Rates rates(system, statistics);
+  Steps steps(rates, run, options...);
+  return integrate(rates, steps, run, sink, progress);
+}
+
 [[nodiscard]] std::string at_time(double t);  ///< "t = 0.25 s"
 [[nodiscard]] Error rate_not_finite(double t);
 
-}  // namespace robomosp::integrators
+}  // namespace robomosp::spatial

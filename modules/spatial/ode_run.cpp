@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "spatial/ode_run.h"
+
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <limits>
 
-#include "stepper.h"
+#include "spatial/print.h"
 
-namespace robomosp::integrators {
+namespace robomosp::spatial {
 namespace {
+
+std::string number(double value) { return print_number(value, 6); }
 
 /// Events closer together than this part of the run, this often in a row, pile up.
 constexpr double kSameTime = 1e-12;
@@ -151,11 +154,6 @@ Error piled_up(double t) {
 
 }  // namespace
 
-std::string number(double value) {
-  char text[64];
-  const auto end = std::to_chars(text, text + sizeof text, value, std::chars_format::general, 6);
-  return {text, end.ptr};
-}
 std::string at_time(double t) { return "t = " + number(t) + " s"; }
 Error rate_not_finite(double t) {
   return error(ErrorCode::invalid_argument,
@@ -255,4 +253,4 @@ Result<OdeStatistics> integrate(Rates& rates, Stepper& stepper, const OdeRun& ru
   return statistics;
 }
 
-}  // namespace robomosp::integrators
+}  // namespace robomosp::spatial

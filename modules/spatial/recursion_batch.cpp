@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "spatial/recursion_batch.h"
+
+#include <algorithm>
+#include <atomic>
+#include <limits>
+
+#include "spatial/parallel.h"
+
+namespace robomosp::spatial::recursions {
+
+const Kernels& kernels(InstructionSet set) {
+#if defined(__x86_64__)
+  if (set == InstructionSet::avx512) return avx512::kernels();
+  if (set == InstructionSet::avx2) return avx2::kernels();
+#endif
+  (void)set;
+  return baseline::kernels();
+}
+
+namespace {
+
+// Samples between two looks at Progress: far less than 100 ms of work for any usual mechanism.
+constexpr std::size_t kSamplesPerCheck = 256;
+// Beyond these, states of several samples fall out of the caches and one sample alone is as quick.
+constexpr std::size_t kMostJointsInLanes = 400, kMostVelocitiesInMatrixLanes = 48;
+
+static_assert(sizeof(TipWrench) == 6 * sizeof(double) && sizeof(BaseMotion) == 12 * sizeof(double));
+
+// About what a sample costs [ns], to decide on threads.
+double cost(const Mechanism& m, const Task& task) {
+  const auto n = static_cast<double>(m.velocities), joints = static_cast<double>(m.count);
+  const double matrix = task.what == Task::What::torques ? 0 : n * n;
+  return (joints * 25 + matrix * 8) / (task.lanes ? 8 : 1);
+}
+
+Task make_task(Task::What what, const DynamicsBatch& b, double* out) {
+  Task t{};
+  t.what = what;
+  t.terms = b.terms;
+  const auto data = [](std::span<const double> s) { return s.empty() ? nullptr : s.data(); };
+  t.q = b.q.data();
+  t.qd = data(b.qd), t.qdd = data(b.qdd), t.tau = data(b.tau);
+  if (!b.tip.empty() && (b.terms & kExternalTerm)) t.wrench = b.tip.data()->force.data();
+  if (!b.base.empty()) t.base = b.base.data()->gravity.data();
+  t.one_wrench = b.tip.size() == 1;
+  t.one_base = b.base.size() == 1;
+  t.tip = b.tip_index;
+  t.out = out;
+  return t;
+}
+
+}  // namespace
+
+bool Runner::fits_lanes(const Mechanism& m, Task::What what) const {
+  return m.count <= kMostJointsInLanes &&
+         (what == Task::What::torques || m.velocities <= kMostVelocitiesInMatrixLanes);
+}
+
+std::size_t Runner::scratch_of(const Mechanism& m, Task::What what, bool lanes) const {
+  Task task{};
+  task.what = what;
+  task.lanes = lanes;
+  return of(lanes).scratch(m, task);
+}
+
+std::size_t Runner::scratch_size(const Chain& chain,
+                                 std::initializer_list<Task::What> kinds) const {
+  std::size_t most = 0;
+  for (const Task::What what : kinds)
+    most = std::max({most, scratch_of(chain.mechanism(), what, false),
+                     scratch_of(chain.mechanism(), what, fits_lanes(chain.mechanism(), what))});
+  return most * spatial::cores();
+}
+
+Result<std::size_t> Runner::run(const Chain& chain, Task::What what, const DynamicsBatch& batch,
+                                std::span<double> out, Progress& progress) const {
+  const Mechanism& m = chain.mechanism();
+  Task task = make_task(what, batch, out.data());
+  task.columns = columns_;
+  task.lanes = batch.count > 1 && fits_lanes(m, what);
+  const std::size_t threads = spatial::worthwhile_threads(batch.count, cost(m, task));
+  if (threads == 1 && batch.count <= kSamplesPerCheck) {
+    if (progress.cancelled()) return error(ErrorCode::cancelled, "the dynamics were stopped");
+    return of(task.lanes).run(m, task, batch.count, 0, batch.count, batch.scratch.data());
+  }
+  const std::size_t own = scratch_of(m, what, task.lanes);
+  std::atomic<std::size_t> first_bad{batch.count};
+  std::atomic<bool> stop{false};
+  const auto work = [&](std::size_t first, std::size_t last, std::size_t thread) {
+    for (std::size_t i = first; i < last; i += kSamplesPerCheck) {
+      if (thread == 0 && progress.cancelled()) stop = true;
+      if (stop) return;
+      const std::size_t end = std::min(last, i + kSamplesPerCheck);
+      const std::size_t bad =
+          of(task.lanes).run(m, task, batch.count, i, end, batch.scratch.data() + thread * own);
+      if (bad == end) continue;
+      std::size_t known = first_bad;
+      while (bad < known && !first_bad.compare_exchange_weak(known, bad)) {
+      }
+      return;
+    }
+  };
+  if (threads == 1) work(0, batch.count, 0);
+  else spatial::in_parallel(batch.count, kSamplesPerCheck, threads, work);
+  if (stop) return error(ErrorCode::cancelled, "the dynamics were stopped");
+  return first_bad.load();
+}
+
+}  // namespace robomosp::spatial::recursions

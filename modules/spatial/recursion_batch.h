@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// Runs a kernel over a batch: in lanes or one by one, on one core or several, heeding Progress
+// (layer: data processing, spatial).
+#pragma once
+
+#include <algorithm>
+
+#include <robomosp/sdk/dynamics.h>
+
+#include "spatial/recursion_chain.h"
+
+namespace robomosp::spatial::recursions {
+
+/// The kernel for a mechanism: how it computes, and the scratch it needs.
+class Runner {
+ public:
+  Runner() = default;
+  /// `set` must be one that this processor runs.
+  /// One sample alone gains nothing from the widest vectors.
+  Runner(spatial::InstructionSet set, bool columns)
+      : kernels_(&kernels(set)),
+        single_(&kernels(std::min(set, spatial::InstructionSet::avx2))),
+        columns_(columns) {}
+
+  /// Doubles that run needs for the kinds of task, on all cores.
+  [[nodiscard]] std::size_t scratch_size(const Chain& chain,
+                                         std::initializer_list<Task::What> kinds) const;
+  /// First sample whose result is no good, or batch.count. The result of a sample in a batch of two
+  /// or more depends neither on the other samples nor on the number of threads; alone it may differ
+  /// by rounding. Spans were checked by check_batch.
+  Result<std::size_t> run(const Chain& chain, Task::What what, const DynamicsBatch& batch,
+                          std::span<double> out, Progress& progress) const;
+
+ private:
+  [[nodiscard]] bool fits_lanes(const Mechanism& m, Task::What what) const;
+  [[nodiscard]] std::size_t scratch_of(const Mechanism& m, Task::What what, bool lanes) const;
+
+  [[nodiscard]] const Kernels& of(bool lanes) const { return lanes ? *kernels_ : *single_; }
+
+  const Kernels *kernels_ = nullptr, *single_ = nullptr;
+  bool columns_ = false;
+};
+
+}  // namespace robomosp::spatial::recursions

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+// The recursions as tables of functions, one table an instruction set (layer: data processing,
+// spatial). Plain structures only: what the kernels read is prepared in chain.h.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "spatial/instruction_set.h"
+#include "spatial/joint_constants.h"
+
+namespace robomosp::spatial::recursions {
+
+/// A joint and its body; moments about the joint's origin.
+struct Body {
+  spatial::JointConstants joint;
+  double mass;        ///< [kg]
+  double first[3];    ///< mass times centre of mass [kg m]
+  double inertia[6];  ///< xx yy zz xy yz xz [kg m^2]
+  double second[6];   ///< integral of r r^T dm, the same order [kg m^2]
+  double carried;     ///< mass of the body and all that it carries [kg]
+  double armature, viscous, coulomb_positive, coulomb_negative, stiffness, rest;
+  bool resists;  ///< has armature, friction or a spring
+};
+
+struct TipPath {
+  const std::int32_t* joints;  ///< from the base to the joint that carries the tip
+  std::int32_t count;
+  double p[3];  ///< the tip's origin in that joint's frame [m]
+};
+
+struct Mechanism {
+  const Body* bodies;
+  const std::int32_t* entry_parent;  ///< of entries of qd: the next one nearer the base, or -1
+  const TipPath* tips;
+  std::size_t count, coordinates, velocities;
+  double gravity[3];
+  bool coupled;       ///< entries of tau are sums over joints
+  bool dense;         ///< entry_parent[k] is k - 1 throughout
+  bool resists;       ///< some body does
+  bool simple_chain;  ///< revolute and prismatic joints, one behind the other, none coupled
+};
+
+/// What to compute for a range of samples. Pointers as the spans of DynamicsBatch; null = zeros.
+struct Task {
+  enum class What { torques, inertia, accelerations };
+  What what;
+  bool columns;  ///< the inertia column by column instead of by composite bodies
+  bool lanes;    ///< several samples at once
+  std::uint32_t terms;
+  const double *q, *qd, *qdd, *tau;
+  const double* wrench;       ///< 6 numbers a sample, or null
+  const double* base;         ///< 12 numbers a sample: BaseMotion, or null
+  bool one_wrench, one_base;  ///< for all samples
+  std::int32_t tip;
+  double* out;
+};
+
+struct Kernels {
+  /// Computes samples first..last of `samples`. Returns the first one whose result is not finite or
+  /// whose inertia is not positive definite, or `last`.
+  std::size_t (*run)(const Mechanism&, const Task&, std::size_t samples, std::size_t first,
+                     std::size_t last, double* scratch);
+  /// Doubles of scratch that run needs.
+  std::size_t (*scratch)(const Mechanism&, const Task&);
+  std::size_t lanes;
+};
+
+/// Relative to the diagonal element before elimination: below this a pivot is rounding.
+inline constexpr double kPivot = 1e-13;
+/// Relative to the greatest diagonal element: below this a diagonal element is rounding.
+inline constexpr double kDiagonal = 1e-18;
+
+/// The kernels of a set, or the next narrower that was compiled.
+[[nodiscard]] const Kernels& kernels(spatial::InstructionSet set);
+
+namespace baseline {
+const Kernels& kernels();
+}
+namespace avx2 {
+const Kernels& kernels();
+}
+namespace avx512 {
+const Kernels& kernels();
+}
+
+}  // namespace robomosp::spatial::recursions

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+// The scratch of one evaluation of the recursions, and the places of all joints in it; for sources
+// of robomosp_lanes() (layer: data processing, spatial).
+#pragma once
+
+#include <robomosp/sdk/dynamics.h>
+
+#include "spatial/lane_math.h"
+#include "spatial/recursion_kernels.h"
+
+namespace robomosp::spatial::recursions::RMP_LANES {
+
+using namespace spatial::RMP_LANES;
+
+// What the outward pass leaves for the joints behind and for the inward pass, in the joint's frame.
+template <class T>
+struct Link {
+  Vec<T> w, wd, a;  // angular velocity, angular and linear acceleration of the origin
+  T U[9];           // [wd x] + [w x][w x]: acceleration by place in the body
+  Vec<T> f, n;      // force and moment about the origin
+};
+template <class T>
+struct Composite {
+  Vec<T> first;
+  Sym<T> inertia;
+};
+template <class T>
+struct Place {
+  Vec<T> p;  // parent_p_joint, of joints that move it
+  T R[9];    // parent_R_joint, of Turn::ball
+};
+
+// The scratch of one evaluation.
+template <class T>
+struct Room {
+  double *angle, *sine, *cosine;  // joints * lanes of T
+  T *q, *qd, *qdd, *tau, *zeros, *m, *diagonal, *wrench;
+  Link<T>* links;  // [0] is the base
+  Place<T>* places;
+  Composite<T>* composites;
+};
+constexpr std::size_t padded(std::size_t n) { return (n + kLanes - 1) / kLanes * kLanes; }
+
+// Lays the room out from `at` and returns the doubles that it takes, alignment included. A null
+// pointer is only measured.
+template <class T>
+std::size_t furnish(const Mechanism& m, const Task& task, double* at, Room<T>& room) {
+  constexpr std::size_t kWide = sizeof(T) / sizeof(double), kAlignment = 64;
+  if (at) {
+    const auto address = reinterpret_cast<std::uintptr_t>(at);
+    at += ((kAlignment - address % kAlignment) % kAlignment) / sizeof(double);
+  }
+  std::size_t used = 0;
+  const auto take = [&](std::size_t doubles) {
+    double* here = at ? at + used : nullptr;
+    used += (doubles + 7) / 8 * 8;
+    return here;
+  };
+  const auto numbers = [&](std::size_t n) { return reinterpret_cast<T*>(take(n * kWide)); };
+  const std::size_t angles = padded(m.count * kWide), n = m.velocities;
+  room.angle = take(angles), room.sine = take(angles), room.cosine = take(angles);
+  room.q = numbers(m.coordinates);
+  room.qd = numbers(n), room.qdd = numbers(n);
+  room.tau = numbers(n), room.zeros = numbers(n);
+  room.diagonal = numbers(n), room.wrench = numbers(6);
+  room.links = reinterpret_cast<Link<T>*>(take((m.count + 1) * sizeof(Link<T>) / 8));
+  room.places = reinterpret_cast<Place<T>*>(take(m.count * sizeof(Place<T>) / 8));
+  room.composites = reinterpret_cast<Composite<T>*>(take(m.count * sizeof(Composite<T>) / 8));
+  room.m = numbers(task.what != Task::What::torques ? n * n : 0);
+  return used + kAlignment / sizeof(double);
+}
+
+template <Turn K, class T>
+RMP_INLINE Rotation<K, T> rotation(const Room<T>& x, const Body& b, std::size_t j) {
+  if constexpr (K == Turn::ball) return {b.joint, T{}, T{}, x.places[j].R};
+  T s, c;
+  __builtin_memcpy(&s, x.sine + j * (sizeof(T) / 8), sizeof(T));
+  __builtin_memcpy(&c, x.cosine + j * (sizeof(T) / 8), sizeof(T));
+  return {b.joint, s, c, nullptr};
+}
+RMP_INLINE bool moves(const spatial::JointConstants& k) {
+  return k.type == JointType::prismatic || k.type == JointType::free;
+}
+
+// Sines, cosines and places of all joints.
+template <class T>
+void place(const Mechanism& m, const T* q, const Room<T>& x) {
+  constexpr std::size_t kWide = sizeof(T) / sizeof(double);
+  for (std::size_t j = 0; j < m.count; ++j) {
+    const spatial::JointConstants& k = m.bodies[j].joint;
+    T angle = splat<T>(k.angle);
+    if (k.type == JointType::revolute) {
+      angle += q[k.q_index] * k.ratio + k.offset;
+    } else if (k.type == JointType::prismatic) {
+      const T way = q[k.q_index] * k.ratio + k.offset;
+      x.places[j].p = {k.p[0] + way * k.R[2], k.p[1] + way * k.R[5], k.p[2] + way * k.R[8]};
+    } else {
+      const T* own = q + k.q_index;
+      if (k.type == JointType::free) {
+        x.places[j].p = plain(k.p) + multiply(k.R, Vec<T>{own[0], own[1], own[2]});
+        own += 3;
+      }
+      ball_rotation(k.R, own, x.places[j].R);
+    }
+    __builtin_memcpy(x.angle + j * kWide, &angle, sizeof angle);
+  }
+  const std::size_t used = m.count * kWide;
+  for (std::size_t i = used; i < padded(used); ++i) x.angle[i] = 0;
+  sin_cos<RightAngles::exact>(x.angle, used, x.sine, x.cosine);
+}
+}  // namespace robomosp::spatial::recursions::RMP_LANES
