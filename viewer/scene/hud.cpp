@@ -17,7 +17,9 @@ namespace {
 
 // Nominal pixels of a picture 800 pixels high.
 constexpr double kAxisLength = 46, kCornerInset = 68, kLetterSize = 17, kLabelSize = 15,
-                 kCaptionSize = 16;
+                 kCaptionSize = 16, kLegendInset = 22, kBarWidth = 20, kBarToText = 9,
+                 kTickWidth = 54, kLegendStep = 170;
+constexpr double kBarShare = 0.46;  // of the height of the picture
 constexpr Colour kInk{0.09F, 0.10F, 0.12F, 1};
 
 /// A font of the system; without one osgText falls back to its built-in letters.
@@ -89,6 +91,10 @@ Hud::Hud(osg::Program* surface_program, int first_bin, unsigned mask) {
       new osg::BlendFunc(osg::BlendFunc::SRC_ALPHA, osg::BlendFunc::ONE_MINUS_SRC_ALPHA,
                          osg::BlendFunc::ONE, osg::BlendFunc::ONE_MINUS_SRC_ALPHA));
   t->setAttributeAndModes(new osg::Depth(osg::Depth::ALWAYS, 0.0, 0.001, false));
+  // Bars lie behind all texts.
+  bars_->getOrCreateStateSet()->setRenderBinDetails(0, "RenderBin");
+  text_node_->getOrCreateStateSet()->setRenderBinDetails(1, "RenderBin");
+  texts_->addChild(bars_);
   texts_->addChild(text_node_);
   root_->addChild(arrows_);
   root_->addChild(texts_);
@@ -161,21 +167,73 @@ void Hud::place(const OrbitCamera& camera, const std::vector<Label>& labels, dou
   }
   put(*caption_, 20 * scale, 18 * scale, kCaptionSize * scale, kInk, is_linear);
 
-  while (labels_.size() < labels.size()) labels_.push_back(new_text());
-  for (std::size_t i = 0; i < labels_.size(); ++i) {
-    const auto at = i < labels.size() ? camera.project(labels[i].place) : std::nullopt;
-    labels_[i]->setNodeMask(at ? ~0U : 0U);
+  std::size_t used = 0;
+  for (const Label& label : labels) {
+    const auto at = camera.project(label.place);
     if (!at) continue;
-    labels_[i]->setText(labels[i].text, osgText::String::ENCODING_UTF8);
-    labels_[i]->setAlignment(osgText::Text::LEFT_CENTER);
-    labels_[i]->setBackdropType(osgText::Text::OUTLINE);
-    labels_[i]->setBackdropOffset(0.06F);
-    const Colour halo{0.93F, 0.94F, 0.95F, 0.85F};
-    labels_[i]->setBackdropColor(is_linear ? linear_of(halo)
-                                           : osg::Vec4f(halo.r, halo.g, halo.b, halo.a));
-    put(*labels_[i], (*at)[0] + 9 * scale, h - (*at)[1] - 9 * scale, kLabelSize * scale, kInk,
-        is_linear);
+    osgText::Text& t = text_of(used++, label.text, is_linear);
+    t.setAlignment(osgText::Text::LEFT_CENTER);
+    put(t, (*at)[0] + 9 * scale, h - (*at)[1] - 9 * scale, kLabelSize * scale, kInk, is_linear);
   }
+  used = place_legends(w, h, scale, used, is_linear);
+  for (std::size_t i = used; i < labels_.size(); ++i) labels_[i]->setNodeMask(0U);
+}
+
+osgText::Text& Hud::text_of(std::size_t n, const std::string& text, bool is_linear) {
+  while (labels_.size() <= n) labels_.push_back(new_text());
+  osgText::Text& t = *labels_[n];
+  t.setNodeMask(~0U);
+  t.setText(text, osgText::String::ENCODING_UTF8);
+  t.setBackdropType(osgText::Text::OUTLINE);
+  t.setBackdropOffset(0.06F);
+  const Colour halo{0.93F, 0.94F, 0.95F, 0.85F};
+  t.setBackdropColor(is_linear ? linear_of(halo) : osg::Vec4f(halo.r, halo.g, halo.b, halo.a));
+  return t;
+}
+
+std::size_t Hud::place_legends(double width, double height, double scale, std::size_t first,
+                               bool is_linear) {
+  bars_->removeDrawables(0, bars_->getNumDrawables());
+  if (legends_.empty()) return first;
+  osg::ref_ptr<osg::Geometry> bars = new osg::Geometry;
+  osg::ref_ptr<osg::Vec3Array> corners = new osg::Vec3Array;
+  osg::ref_ptr<osg::Vec4Array> colours = new osg::Vec4Array;
+  const auto box = [&](double x0, double y0, double x1, double y1, const Colour& c) {
+    for (const auto& [x, y] : {std::pair{x0, y0}, {x1, y0}, {x1, y1}, {x0, y0}, {x1, y1}, {x0, y1}})
+      corners->push_back(osg::Vec3(static_cast<float>(x), static_cast<float>(y), 0));
+    colours->insert(colours->end(), 6, is_linear ? linear_of(c) : osg::Vec4f(c.r, c.g, c.b, c.a));
+  };
+  const double bar = std::round(kBarShare * height);
+  const double low = std::round(0.5 * (height - bar)), line = std::max(1.0, std::round(scale));
+  double right = width - kLegendInset * scale;
+  for (const render::Legend& legend : legends_) {
+    const double x1 = std::round(right - (kTickWidth + kBarToText) * scale);
+    const double x0 = std::round(x1 - kBarWidth * scale);
+    box(x0 - line, low - line, x1 + line, low + bar + line, kInk);
+    const auto n = static_cast<double>(legend.colours.size());
+    for (std::size_t i = 0; i < legend.colours.size(); ++i)
+      box(x0, low + bar * static_cast<double>(i) / n, x1,
+          low + bar * static_cast<double>(i + 1) / n, legend.colours[i]);
+    for (const auto& tick : legend.ticks) {
+      const double y = std::round(low + bar * std::clamp(tick.share, 0.0, 1.0));
+      box(x1 + line, y - 0.5 * line, x1 + 5 * scale, y + 0.5 * line, kInk);
+      osgText::Text& t = text_of(first++, tick.text, is_linear);
+      t.setAlignment(osgText::Text::LEFT_CENTER);
+      put(t, x1 + kBarToText * scale, y, kLabelSize * scale, kInk, is_linear);
+    }
+    osgText::Text& title = text_of(first++, legend.title, is_linear);
+    title.setAlignment(osgText::Text::RIGHT_BASE_LINE);
+    put(title, right, low + bar + 14 * scale, kLabelSize * scale, kInk, is_linear);
+    right -= kLegendStep * scale;
+  }
+  bars->setVertexArray(corners);
+  bars->setColorArray(colours, osg::Array::BIND_PER_VERTEX);
+  bars->addPrimitiveSet(
+      new osg::DrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(corners->size())));
+  bars->setUseDisplayList(false);
+  bars->setUseVertexBufferObjects(true);
+  bars_->addDrawable(bars);
+  return first;
 }
 
 }  // namespace robomosp::viewer

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Hud: what is drawn over the picture in pixels: axes in the corner, labels, caption (layer: GUI,
-// private to scene/).
+// Hud: what is drawn over the picture in pixels: axes in the corner, labels, legends, caption
+// (layer: GUI, private to scene/).
 #pragma once
 
 #include <array>
@@ -35,6 +35,7 @@ class Hud {
   };
   void set_caption(const std::string& text);
   void show_axes(bool on);
+  void set_legends(std::vector<render::Legend> legends) { legends_ = std::move(legends); }
   /// Puts everything in its place for the next draw; `scale` is pixels per nominal pixel.
   void place(const OrbitCamera& camera, const std::vector<Label>& labels, double scale,
              double shift_x, double shift_y, bool is_linear);
@@ -43,6 +44,11 @@ class Hud {
 
  private:
   osg::ref_ptr<osgText::Text> new_text();
+  /// The n-th of texts that come and go, made when it is needed first.
+  osgText::Text& text_of(std::size_t n, const std::string& text, bool is_linear);
+  /// Bars and texts of all legends; returns the number of texts used, from `first` on.
+  std::size_t place_legends(double width, double height, double scale, std::size_t first,
+                            bool is_linear);
   void put(osgText::Text& text, double x, double y, double size, const Colour& colour,
            bool is_linear);
 
@@ -53,6 +59,8 @@ class Hud {
   std::array<osg::ref_ptr<osgText::Text>, 3> letters_;
   osg::ref_ptr<osgText::Text> caption_;
   std::vector<osg::ref_ptr<osgText::Text>> labels_;
+  osg::ref_ptr<osg::Geode> bars_ = new osg::Geode;
+  std::vector<render::Legend> legends_;
   bool has_axes_ = true;
 };
 

@@ -1072,6 +1072,7 @@ void SceneView::sync(const Frame& frame) {
   set_uniform(s, "grid", grid);
   impl_->hud->show_axes(frame.world_axes);
   impl_->hud->set_caption(frame.caption);
+  impl_->hud->set_legends(frame.legends);
   impl_->apply_camera(frame.camera);
   impl_->apply_time();
 }

@@ -68,6 +68,18 @@ struct Label {
   std::string text;
 };
 
+/// What the colours of a map mean: a bar of colours, from below to above, drawn over the picture.
+struct Legend {
+  /// A mark beside the bar.
+  struct Tick {
+    double share = 0;  ///< of the way up the bar, 0..1
+    std::string text;
+  };
+  std::string title;            ///< drawn above the bar, with the unit
+  std::vector<Colour> colours;  ///< bands of equal height, the lowest first
+  std::vector<Tick> ticks;
+};
+
 /// Everything that can be in one picture.
 struct Scene {
   std::vector<Item> items;
@@ -75,6 +87,7 @@ struct Scene {
   std::vector<Triad> triads;
   std::vector<MassMark> marks;
   std::vector<Label> labels;
+  std::vector<Legend> legends;  ///< side by side, from the right edge of the picture
 };
 
 /// Where the picture is taken from.
