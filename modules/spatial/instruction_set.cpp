@@ -13,4 +13,10 @@ InstructionSet widest_instruction_set() {
   return InstructionSet::baseline;
 }
 
+InstructionSet instruction_set_up_to(std::string_view name) {
+  const InstructionSet set = widest_instruction_set();
+  if (name == "baseline") return InstructionSet::baseline;
+  return name == "avx2" && set == InstructionSet::avx512 ? InstructionSet::avx2 : set;
+}
+
 }  // namespace robomosp::spatial

@@ -2,6 +2,8 @@
 // Which of the compiled instruction sets this processor runs (layer: data processing, spatial).
 #pragma once
 
+#include <string_view>
+
 namespace robomosp::spatial {
 
 /// In order of width; sources of robomosp_lanes() are compiled once for each. Only baseline exists
@@ -10,5 +12,8 @@ enum class InstructionSet { baseline, avx2, avx512 };
 
 /// The widest that processor and operating system support. [any thread]
 [[nodiscard]] InstructionSet widest_instruction_set();
+
+/// The widest that is no wider than the named one ("avx512", "avx2", "baseline"; "auto" = any).
+[[nodiscard]] InstructionSet instruction_set_up_to(std::string_view name);
 
 }  // namespace robomosp::spatial

@@ -30,8 +30,8 @@ static_assert(sizeof(TipWrench) == 6 * sizeof(double) && sizeof(BaseMotion) == 1
 // About what a sample costs [ns], to decide on threads.
 double cost(const Mechanism& m, const Task& task) {
   const auto n = static_cast<double>(m.velocities), joints = static_cast<double>(m.count);
-  const double matrix = task.what == Task::What::torques ? 0 : n * n;
-  return (joints * 25 + matrix * 8) / (task.lanes ? 8 : 1);
+  const double matrix = task.what == Task::What::torques || task.pivots ? 0 : n * n;
+  return (joints * (task.pivots ? 60 : 25) + matrix * 8) / (task.lanes ? 8 : 1);
 }
 
 Task make_task(Task::What what, const DynamicsBatch& b, double* out) {
@@ -54,13 +54,14 @@ Task make_task(Task::What what, const DynamicsBatch& b, double* out) {
 
 bool Runner::fits_lanes(const Mechanism& m, Task::What what) const {
   return m.count <= kMostJointsInLanes &&
-         (what == Task::What::torques || m.velocities <= kMostVelocitiesInMatrixLanes);
+         (what == Task::What::torques || pivots_ || m.velocities <= kMostVelocitiesInMatrixLanes);
 }
 
 std::size_t Runner::scratch_of(const Mechanism& m, Task::What what, bool lanes) const {
   Task task{};
   task.what = what;
   task.lanes = lanes;
+  task.pivots = pivots_;
   return of(lanes).scratch(m, task);
 }
 
@@ -78,6 +79,7 @@ Result<std::size_t> Runner::run(const Chain& chain, Task::What what, const Dynam
   const Mechanism& m = chain.mechanism();
   Task task = make_task(what, batch, out.data());
   task.columns = columns_;
+  task.pivots = pivots_;
   task.lanes = batch.count > 1 && fits_lanes(m, what);
   const std::size_t threads = spatial::worthwhile_threads(batch.count, cost(m, task));
   if (threads == 1 && batch.count <= kSamplesPerCheck) {

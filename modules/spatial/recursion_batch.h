@@ -21,6 +21,11 @@ class Runner {
       : kernels_(&kernels(set)),
         single_(&kernels(std::min(set, spatial::InstructionSet::avx2))),
         columns_(columns) {}
+  /// Forward dynamics by articulated bodies, of mechanisms with single_joints; `pivots` as in Task,
+  /// which the caller keeps.
+  Runner(spatial::InstructionSet set, const double* pivots) : Runner(set, false) {
+    pivots_ = pivots;
+  }
 
   /// Doubles that run needs for the kinds of task, on all cores.
   [[nodiscard]] std::size_t scratch_size(const Chain& chain,
@@ -39,6 +44,7 @@ class Runner {
 
   const Kernels *kernels_ = nullptr, *single_ = nullptr;
   bool columns_ = false;
+  const double* pivots_ = nullptr;
 };
 
 }  // namespace robomosp::spatial::recursions

@@ -118,7 +118,12 @@ Result<Chain> Chain::make(const RobotModel& model) {
   chain.add_tips(model);
   // A coupled joint ties branches together, so that no element of the inertia is known to be zero.
   m.dense = true;
-  m.simple_chain = model.is_simple() && model.is_serial();
+  m.single_joints = model.is_simple();
+  m.simple_chain = m.single_joints && model.is_serial();
+  for (std::size_t i = 0; i < chain.bodies_.size(); ++i)
+    if (const std::int32_t up = chain.bodies_[i].joint.parent;
+        up >= 0 && static_cast<std::size_t>(up) + 1 != i)
+      chain.bodies_[static_cast<std::size_t>(up)].branches = true;
   for (std::size_t k = 0; k < m.velocities; ++k) {
     const std::int32_t before = static_cast<std::int32_t>(k) - 1;
     if (m.coupled) chain.entry_parent_[k] = before;

@@ -2,6 +2,7 @@
 // Inverse dynamics, inertia and forward dynamics of batches, compiled by robomosp_lanes().
 #include "spatial/recursion_kernels.h"
 
+#include "spatial/recursion_articulated.h"
 #include "spatial/recursion_inertia.h"
 
 namespace robomosp::spatial::recursions::RMP_LANES {
@@ -24,9 +25,13 @@ T evaluate(const Mechanism& m, const Task& task, const Inputs<T>& in, const Base
     case Task::What::accelerations:
       torques(m, task, in, row, true, x, out);
       for (std::size_t i = 0; i < count; ++i) out[i] = tau[i] - out[i];
-      inertia(m, task, x, x.m);
-      least = factor(m, x.m, x.diagonal);
-      solve(m, x.m, out);
+      if (task.pivots) {
+        least = articulated_solve(m, task.pivots, x, out);
+      } else {
+        inertia(m, task, x, x.m);
+        least = factor(m, x.m, x.diagonal);
+        solve(m, x.m, out);
+      }
       break;
   }
   T none{};  // 0 * v is NaN for infinities and NaN, else 0
@@ -101,7 +106,7 @@ std::size_t run_lanes(const Mechanism& m, const Task& task, std::size_t samples,
 
 // Two vectors pay where there are registers for them and the matrix stays in the nearest cache.
 bool side_by_side(const Mechanism& m, const Task& task) {
-  return kLanes == 8 && (task.what == Task::What::torques || m.velocities <= 10);
+  return kLanes == 8 && (task.what == Task::What::torques || task.pivots || m.velocities <= 10);
 }
 
 std::size_t run(const Mechanism& m, const Task& task, std::size_t samples, std::size_t first,

@@ -20,7 +20,8 @@ struct Body {
   double second[6];   ///< integral of r r^T dm, the same order [kg m^2]
   double carried;     ///< mass of the body and all that it carries [kg]
   double armature, viscous, coulomb_positive, coulomb_negative, stiffness, rest;
-  bool resists;  ///< has armature, friction or a spring
+  bool resists;   ///< has armature, friction or a spring
+  bool branches;  ///< carries a joint that does not come right behind it
 };
 
 struct TipPath {
@@ -35,10 +36,11 @@ struct Mechanism {
   const TipPath* tips;
   std::size_t count, coordinates, velocities;
   double gravity[3];
-  bool coupled;       ///< entries of tau are sums over joints
-  bool dense;         ///< entry_parent[k] is k - 1 throughout
-  bool resists;       ///< some body does
-  bool simple_chain;  ///< revolute and prismatic joints, one behind the other, none coupled
+  bool coupled;        ///< entries of tau are sums over joints
+  bool dense;          ///< entry_parent[k] is k - 1 throughout
+  bool resists;        ///< some body does
+  bool single_joints;  ///< revolute and prismatic joints, none coupled
+  bool simple_chain;   ///< of these, one behind the other
 };
 
 /// What to compute for a range of samples. Pointers as the spans of DynamicsBatch; null = zeros.
@@ -46,7 +48,10 @@ struct Task {
   enum class What { torques, inertia, accelerations };
   What what;
   bool columns;  ///< the inertia column by column instead of by composite bodies
-  bool lanes;    ///< several samples at once
+  /// Forward dynamics by articulated bodies: below it the resistance of a joint is rounding, one a
+  /// joint; null = by the inertia matrix. Needs single_joints.
+  const double* pivots;
+  bool lanes;  ///< several samples at once
   std::uint32_t terms;
   const double *q, *qd, *qdd, *tau;
   const double* wrench;       ///< 6 numbers a sample, or null

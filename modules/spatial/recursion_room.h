@@ -30,6 +30,20 @@ struct Place {
   T R[9];    // parent_R_joint, of Turn::ball
 };
 
+// Force (n, f) = (A wd + B a, B^T wd + M a) + (n, f at rest), in the joint's frame.
+template <class T>
+struct ArticulatedBody {
+  Sym<T> A, M;
+  Vec<T> B[3];  // rows
+  Vec<T> n, f;
+};
+// What the inward pass leaves for the outward one.
+template <class T>
+struct Resistance {
+  Vec<T> n, f;  // to an acceleration of the joint
+  T inverse, force;
+};
+
 // The scratch of one evaluation.
 template <class T>
 struct Room {
@@ -38,6 +52,8 @@ struct Room {
   Link<T>* links;  // [0] is the base
   Place<T>* places;
   Composite<T>* composites;
+  ArticulatedBody<T>* branches;
+  Resistance<T>* resistances;
 };
 constexpr std::size_t padded(std::size_t n) { return (n + kLanes - 1) / kLanes * kLanes; }
 
@@ -66,7 +82,12 @@ std::size_t furnish(const Mechanism& m, const Task& task, double* at, Room<T>& r
   room.links = reinterpret_cast<Link<T>*>(take((m.count + 1) * sizeof(Link<T>) / 8));
   room.places = reinterpret_cast<Place<T>*>(take(m.count * sizeof(Place<T>) / 8));
   room.composites = reinterpret_cast<Composite<T>*>(take(m.count * sizeof(Composite<T>) / 8));
-  room.m = numbers(task.what != Task::What::torques ? n * n : 0);
+  const std::size_t articulated = task.pivots ? m.count : 0;
+  room.branches = reinterpret_cast<ArticulatedBody<T>*>(
+      take((m.simple_chain ? 0 : articulated) * sizeof(ArticulatedBody<T>) / 8));
+  room.resistances =
+      reinterpret_cast<Resistance<T>*>(take(articulated * sizeof(Resistance<T>) / 8));
+  room.m = numbers(task.what == Task::What::torques || task.pivots ? 0 : n * n);
   return used + kAlignment / sizeof(double);
 }
 

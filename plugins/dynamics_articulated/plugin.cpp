@@ -12,15 +12,32 @@
 #include "constrained.h"
 #include "divide_and_conquer.h"
 #include "samples.h"
+#include "spatial/recursion_batch.h"
 
 namespace robomosp::articulated {
 namespace {
 
+using spatial::recursions::Chain;
+using spatial::recursions::Runner;
+using What = spatial::recursions::Task::What;
+
+const rmp_param kArticulatedParams[] = {
+    {"instructions", "enum", "",
+     "The processor's instructions to use: the widest it has, or no wider than these.", "auto",
+     "auto|avx512|avx2|baseline", 1, 0},
+};
+
 class ArticulatedBody final : public ForwardDynamics {
  public:
-  Result<void> prepare(const RobotModel& model, const Params&) override {
+  Result<void> prepare(const RobotModel& model, const Params& params) override {
     RMP_TRY(refuse_loops(model));
     RMP_TRY_ASSIGN(articulated_, make_articulated(model));
+    simple_ = model.is_simple();
+    if (simple_) {
+      RMP_TRY_ASSIGN(chain_, Chain::make(model));
+      runner_ = Runner(spatial::instruction_set_up_to(params.text("instructions")),
+                       articulated_.pivot.data());
+    }
     std::vector<double> scratch(articulated_scratch(articulated_));
     return refuse_singular(tree(), [&](const DynamicsBatch& b, double* qdd) {
       return articulated::accelerations(articulated_, b, 0, scratch.data(), qdd);
@@ -28,13 +45,19 @@ class ArticulatedBody final : public ForwardDynamics {
   }
   std::size_t scratch_size() const override {
     const std::size_t n = tree().velocities;
-    return std::max(articulated_scratch(articulated_),
-                    spatial::derivatives_scratch(tree()) + n * n + 2 * n);
+    return std::max(own_scratch(), spatial::derivatives_scratch(tree()) + n * n + 2 * n);
   }
   Result<void> accelerations(const DynamicsBatch& batch, std::span<double> qdd,
                              Progress& progress) const override {
     const std::size_t n = tree().velocities;
-    RMP_TRY(spatial::check_batch(tree(), batch, articulated_scratch(articulated_), qdd.size(), n));
+    RMP_TRY(spatial::check_batch(tree(), batch, own_scratch(), qdd.size(), n));
+    if (simple_) {
+      std::size_t bad = 0;
+      RMP_TRY_ASSIGN(bad, runner_.run(chain_, What::accelerations, batch, qdd, progress));
+      if (bad == batch.count) return {};
+      RMP_TRY(one(batch, bad, qdd.data() + bad * n));
+      return not_finite("the forces", bad);
+    }
     for (std::size_t i = 0; i < batch.count; ++i) {
       if (i % kSamplesPerCheck == 0 && progress.cancelled()) return cancelled();
       RMP_TRY(one(batch, i, qdd.data() + i * n));
@@ -79,6 +102,10 @@ class ArticulatedBody final : public ForwardDynamics {
   }
 
  private:
+  std::size_t own_scratch() const {
+    const std::size_t one = articulated_scratch(articulated_);
+    return simple_ ? std::max(one, runner_.scratch_size(chain_, {What::accelerations})) : one;
+  }
   const spatial::BodyTree& tree() const { return articulated_.tree; }
   Result<void> one(const DynamicsBatch& batch, std::size_t i, double* qdd) const {
     const std::int32_t bad =
@@ -90,6 +117,10 @@ class ArticulatedBody final : public ForwardDynamics {
     return {};
   }
   Articulated articulated_;
+  // Samples of revolute and prismatic joints are computed side by side.
+  bool simple_ = false;
+  Chain chain_;
+  Runner runner_;
 };
 
 const rmp_param kConstrainedParams[] = {
@@ -109,9 +140,10 @@ const rmp_param kDivideParams[] = {
 RMP_PLUGIN(
     "org.robomosp.dynamics_articulated", "0.1.0", "Apache-2.0",
     "Forward dynamics by articulated bodies, and of closed loops.",
-    RMP_PROVIDER_NO_PARAMS(robomosp::articulated::ArticulatedBody, "articulated_body",
-                           "Articulated bodies in O(n): trees of all joint types, of any size.",
-                           "serial,tree,coupled,floating,batch,derivatives"),
+    RMP_PROVIDER(robomosp::articulated::ArticulatedBody, "articulated_body",
+                 "Articulated bodies in O(n): trees of all joint types, of any size.",
+                 "serial,tree,coupled,floating,batch,derivatives",
+                 robomosp::articulated::kArticulatedParams),
     RMP_PROVIDER(
         robomosp::articulated::Constrained, "constrained",
         "Closed loops by Lagrange's multipliers, with the forces that close them; trees too.",

@@ -13,7 +13,8 @@ std::int32_t singular_entry(const Chain& chain, std::vector<double> m) {
   const double greatest = *std::max_element(diagonal.begin(), diagonal.end());
   for (std::size_t k = n; k-- > 0;) {
     const double* row = m.data() + k * n;
-    if (!(row[k] > kPivot * diagonal[k]) || !(row[k] > kDiagonal * greatest))
+    if (!(row[k] > spatial::recursions::kPivot * diagonal[k]) ||
+        !(row[k] > spatial::recursions::kDiagonal * greatest))
       return static_cast<std::int32_t>(k);
     for (std::int32_t i = parent[k]; i >= 0; i = parent[i])
       for (std::int32_t j = i; j >= 0; j = parent[j])

@@ -6,9 +6,11 @@
 
 #include <cstdint>
 
-#include "chain.h"
+#include "spatial/recursion_chain.h"
 
 namespace robomosp::newton_euler {
+
+using spatial::recursions::Chain;
 
 /// Eliminates in m (dof * dof, changed). Returns -1, or the entry whose pivot is not positive.
 [[nodiscard]] std::int32_t singular_entry(const Chain& chain, std::vector<double> m);

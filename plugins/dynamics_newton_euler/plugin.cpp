@@ -8,15 +8,15 @@
 #include <robomosp/sdk/dynamics.h>
 #include <robomosp/sdk/plugin.h>
 
-#include "batch.h"
-#include "chain.h"
 #include "further.h"
 #include "inertia_matrix.h"
+#include "spatial/recursion_batch.h"
 
 namespace robomosp::newton_euler {
 namespace {
 
-using What = Task::What;
+using spatial::recursions::Runner;
+using What = spatial::recursions::Task::What;
 
 const rmp_param kParams[] = {
     {"inertia_method", "enum", "",
@@ -29,12 +29,8 @@ const rmp_param kParams[] = {
 };
 
 Runner make_runner(const Params& params) {
-  using spatial::InstructionSet;
-  InstructionSet set = spatial::widest_instruction_set();
-  const auto wanted = params.text("instructions");
-  if (wanted == "avx2") set = std::min(set, InstructionSet::avx2);
-  if (wanted == "baseline") set = InstructionSet::baseline;
-  return {set, params.text("inertia_method") == "columns"};
+  return {spatial::instruction_set_up_to(params.text("instructions")),
+          params.text("inertia_method") == "columns"};
 }
 
 Error not_finite(const char* what, std::size_t sample) {

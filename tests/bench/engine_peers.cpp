@@ -26,7 +26,7 @@ namespace {
 using namespace conformance;
 
 constexpr std::size_t kPool = 512;
-const std::string kPlugin = std::string(ROBOMOSP_PLUGIN_DIR) + "/dynamics_newton_euler.so";
+const std::string kPlugins = ROBOMOSP_PLUGIN_DIR;
 
 struct Pool {
   explicit Pool(const RobotModel& m) : n(m.dof()) {
@@ -49,8 +49,9 @@ void fail(const std::string& sentence) {
 }
 
 template <class Interface>
-std::unique_ptr<Interface> provider(const char* name, const RobotModel& m, const char* set) {
-  auto found = find_provider<Interface>(kPlugin, name);
+std::unique_ptr<Interface> provider(const char* plugin, const char* name, const RobotModel& m,
+                                    const char* set) {
+  auto found = find_provider<Interface>(kPlugins + plugin, name);
   if (!found.ok()) fail(found.error().sentence());
   auto made = create<Interface>(**found);
   TableParams params(**found);
@@ -68,7 +69,7 @@ struct Own {
 Own own(const RobotModel& m, const Pool& pool, const char* set) {
   struct Data {
     std::shared_ptr<InverseDynamics> inverse;
-    std::shared_ptr<ForwardDynamics> forward;
+    std::shared_ptr<ForwardDynamics> forward, articulated;
     std::vector<double> scratch, one, all;
     std::vector<Pose> frames, poses;
     robotics::BatchKinematics kinematics;
@@ -76,13 +77,15 @@ Own own(const RobotModel& m, const Pool& pool, const char* set) {
   };
   const auto d = std::make_shared<Data>();
   const std::size_t n = m.dof();
-  d->inverse = provider<InverseDynamics>("newton_euler", m, set);
-  d->forward = provider<ForwardDynamics>("inertia_matrix", m, set);
+  d->inverse = provider<InverseDynamics>("/dynamics_newton_euler.so", "newton_euler", m, set);
+  d->forward = provider<ForwardDynamics>("/dynamics_newton_euler.so", "inertia_matrix", m, set);
+  d->articulated =
+      provider<ForwardDynamics>("/dynamics_articulated.so", "articulated_body", m, set);
   d->kinematics =
       robotics::BatchKinematics(m, std::string(set) == "avx2" ? spatial::InstructionSet::avx2
                                                               : spatial::widest_instruction_set());
-  d->scratch.resize(std::max(
-      {d->inverse->scratch_size(), d->forward->scratch_size(), d->kinematics.scratch_size()}));
+  d->scratch.resize(std::max({d->inverse->scratch_size(), d->forward->scratch_size(),
+                              d->articulated->scratch_size(), d->kinematics.scratch_size()}));
   d->one.resize(std::max<std::size_t>(12, n * std::max<std::size_t>(n, 6)));
   d->all.resize(kPool * n * std::max<std::size_t>(n, 6));
   d->frames.resize(n), d->poses.resize(kPool);
@@ -121,6 +124,11 @@ Own own(const RobotModel& m, const Pool& pool, const char* set) {
       dynamics("forward dynamics", n, [](Data& x, DynamicsBatch b, const State& s, auto out) {
         b.tau = s.u;
         return x.forward->accelerations(b, out, x.none);
+      }));
+  add("articulated bodies",
+      dynamics("articulated bodies", n, [](Data& x, DynamicsBatch b, const State& s, auto out) {
+        b.tau = s.u;
+        return x.articulated->accelerations(b, out, x.none);
       }));
   o.single["forward kinematics"] = [=, &m](const State& s) {
     robotics::forward_kinematics(m, s.q, d->frames);
@@ -180,6 +188,11 @@ double difference(const Kernel& a, const Kernel& b, const Pool& pool, bool colum
   return worst;
 }
 
+// Forward dynamics are compared with those of the peers whatever the method.
+std::string peer_of(const std::string& kernel) {
+  return kernel == "articulated bodies" ? "forward dynamics" : kernel;
+}
+
 void robot(const RobotModel& m, int passes) {
   const Pool pool(m);
   const bool wide = spatial::widest_instruction_set() == spatial::InstructionSet::avx512;
@@ -197,14 +210,14 @@ void robot(const RobotModel& m, int passes) {
     };
   };
   const auto cell = [](double ns) { std::printf(" %.4g |", ns); };
-  for (const char* kernel :
-       {"forward kinematics", "Jacobian", "inverse dynamics", "inertia", "forward dynamics"}) {
+  for (const char* kernel : {"forward kinematics", "Jacobian", "inverse dynamics", "inertia",
+                             "forward dynamics", "articulated bodies"}) {
     Row row{kernel, {}, {}};
     row.columns.emplace_back("single", over_pool(ours.single.at(kernel)));
     row.columns.emplace_back("batch", ours.batch.at(kernel));
     if (wide) row.columns.emplace_back("AVX2", narrow.batch.at(kernel));
     for (const auto& [name, peer] : peers)
-      row.columns.emplace_back(name, over_pool(peer.at(kernel)));
+      row.columns.emplace_back(name, over_pool(peer.at(peer_of(kernel))));
     measure(row, passes);
     std::printf("| %s | %s |", m.name.c_str(), kernel);
     cell(row.best[0]), cell(row.best[1]);
@@ -218,7 +231,7 @@ void robot(const RobotModel& m, int passes) {
       }
       cell(row.best[c]);
       std::printf(" %.1f | %.0f | %.0e |", row.best[c] / row.best[0], row.best[c] / row.best[1],
-                  difference(ours.single.at(kernel), peers[name].at(kernel), pool,
+                  difference(ours.single.at(kernel), peers[name].at(peer_of(kernel)), pool,
                              std::string(kernel) == "Jacobian"));
       ++c;
     }
