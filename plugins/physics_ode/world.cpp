@@ -16,8 +16,8 @@ namespace robomosp::physics_ode {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-enum Type { kRevolute = 0, kPrismatic = 1, kFixed = 2, kBall = 3 };
-
+/// Slower than this [m/s] has no direction.
+constexpr double kLeastSlip = 1e-9;
 /// ODE keeps its random numbers and set-up in globals: one world steps at a time, from a known
 /// seed, so that equal calls give equal bits.
 std::mutex& engine_mutex() {
@@ -35,8 +35,6 @@ void make_ready() {
   (void)initialised;
   dAllocateODEDataForThread(dAllocateMaskAll);  // once a thread; later calls do nothing
 }
-
-Vec3 vec3(const dReal* v) { return {v[0], v[1], v[2]}; }
 
 Pose pose_of(const dReal* position, const dReal* rotation) {
   Pose t;
@@ -59,24 +57,6 @@ Vec3 at_com(const Vec3& velocity, const Vec3& w, const Pose& pose, const Vec3& c
   return spatial::add(velocity, spatial::cross(w, spatial::rotate(pose, com)));
 }
 
-/// What a rotor of this inertia about the joint's axis adds to the moving body.
-void add_rotor(Sym3& I, const Vec3& axis, double armature) {
-  I.xx += armature * axis[0] * axis[0];
-  I.yy += armature * axis[1] * axis[1];
-  I.zz += armature * axis[2] * axis[2];
-  I.xy += armature * axis[0] * axis[1];
-  I.yz += armature * axis[1] * axis[2];
-  I.xz += armature * axis[0] * axis[2];
-}
-
-/// Turn about z (or way along z) that takes frame a to frame b.
-double joint_start(int type, const Pose& a, const Pose& b) {
-  const Pose t = spatial::compose(spatial::inverse(a), b);
-  return type == kPrismatic ? t.p[2] : std::atan2(t.R[3] - t.R[1], t.R[0] + t.R[4]);
-}
-
-std::string number_text(std::size_t i) { return std::to_string(i + 1); }
-
 }  // namespace
 
 Result<std::unique_ptr<OdeWorld>> OdeWorld::make(std::span<const PhysicsBody> bodies,
@@ -87,6 +67,7 @@ Result<std::unique_ptr<OdeWorld>> OdeWorld::make(std::span<const PhysicsBody> bo
     return error(ErrorCode::invalid_argument, "gravity is not finite", "Correct it.");
   std::unique_ptr<OdeWorld> w(new OdeWorld());
   w->settings_ = settings;
+  w->gravity_ = gravity;
   w->world_ = dWorldCreate();
   w->space_ = dHashSpaceCreate(nullptr);
   w->contact_joints_ = dJointGroupCreate(0);
@@ -96,14 +77,7 @@ Result<std::unique_ptr<OdeWorld>> OdeWorld::make(std::span<const PhysicsBody> bo
   dWorldSetQuickStepNumIterations(w->world_, settings.sweeps);
   dWorldSetAutoDisableFlag(w->world_, 0);
   dWorldSetContactSurfaceLayer(w->world_, 1e-5);
-  // Rotors first: the inertia of a body is given once.
-  std::vector<PhysicsBody> with_rotors(bodies.begin(), bodies.end());
-  for (const PhysicsJoint& j : joints)
-    if (j.type == kRevolute && j.armature > 0 && j.b >= 0 &&
-        static_cast<std::size_t>(j.b) < bodies.size())
-      add_rotor(with_rotors[static_cast<std::size_t>(j.b)].mass.inertia, spatial::axis(j.in_b, 2),
-                j.armature);
-  for (std::size_t i = 0; i < with_rotors.size(); ++i) RMP_TRY(w->add_body(with_rotors[i], i));
+  for (std::size_t i = 0; i < bodies.size(); ++i) RMP_TRY(w->add_body(bodies[i], i));
   for (std::size_t i = 0; i < joints.size(); ++i) RMP_TRY(w->add_joint(joints[i], i, bodies));
   return w;
 }
@@ -173,55 +147,31 @@ Result<void> OdeWorld::add_body(const PhysicsBody& body, std::size_t number) {
   return {};
 }
 
-Result<void> OdeWorld::add_joint(const PhysicsJoint& j, std::size_t number,
-                                 std::span<const PhysicsBody> bodies) {
-  const std::string where = "joint " + number_text(number);
-  const auto count = static_cast<std::int32_t>(bodies_.size());
-  if (j.a < -1 || j.b < -1 || j.a >= count || j.b >= count || j.a == j.b)
-    return error(ErrorCode::invalid_argument, "it joins bodies that do not exist",
-                 "Give the numbers of two bodies, -1 for the world.", where);
-  const auto frame = [&](std::int32_t body, const Pose& in_body) {
-    return body < 0 ? in_body
-                    : spatial::compose(bodies[static_cast<std::size_t>(body)].pose, in_body);
-  };
-  const Pose a = frame(j.a, j.in_a), b = frame(j.b, j.in_b);
-  const Vec3 z = spatial::axis(a, 2);
-  Joint out;
-  out.a = j.a, out.b = j.b, out.type = j.type;
-  out.lower = j.lower, out.upper = j.upper, out.viscous = j.viscous, out.coulomb = j.coulomb;
-  switch (j.type) {
-    case kRevolute: out.id = dJointCreateHinge(world_, nullptr); break;
-    case kPrismatic: out.id = dJointCreateSlider(world_, nullptr); break;
-    case kFixed: out.id = dJointCreateFixed(world_, nullptr); break;
-    case kBall: out.id = dJointCreateBall(world_, nullptr); break;
-    default:
-      return error(ErrorCode::invalid_argument, "its type is " + std::to_string(j.type),
-                   "0 is revolute, 1 prismatic, 2 fixed, 3 ball.", where);
-  }
-  // Body b is the one that moves: positions count how it stands against a.
-  dJointAttach(out.id, body_id(j.b), body_id(j.a));
-  if (j.type == kRevolute) {
-    dJointSetHingeAnchor(out.id, b.p[0], b.p[1], b.p[2]);
-    dJointSetHingeAxis(out.id, z[0], z[1], z[2]);
-  } else if (j.type == kPrismatic) {
-    dJointSetSliderAxis(out.id, z[0], z[1], z[2]);
-  } else if (j.type == kFixed) {
-    dJointSetFixed(out.id);
-  } else {
-    dJointSetBallAnchor(out.id, b.p[0], b.p[1], b.p[2]);
-  }
-  out.start = joint_start(j.type, a, b);
-  joints_.push_back(out);
-  tied_.emplace_back(std::min(j.a, j.b), std::max(j.a, j.b));
-  return {};
-}
-
 bool OdeWorld::may_touch(std::int32_t a, std::int32_t b) const {
   const Body &x = bodies_[static_cast<std::size_t>(a)], &y = bodies_[static_cast<std::size_t>(b)];
   if (!x.is_movable && !y.is_movable) return false;
   if (x.group != 0 && x.group == y.group && !(x.self && y.self)) return false;
   const std::pair<std::int32_t, std::int32_t> pair{std::min(a, b), std::max(a, b)};
   return std::find(tied_.begin(), tied_.end(), pair) == tied_.end();
+}
+
+/// Aligns the pyramid of friction with where the bodies would slide without friction: along that
+/// direction it is as wide as the cone.
+void OdeWorld::set_direction(const Body& x, const Body& y, dContact& c) const {
+  const Vec3 at = vec3(c.geom.pos), n = vec3(c.geom.normal);
+  const auto velocity = [&](const Body& b) {
+    dVector3 v;
+    dBodyGetPointVel(b.id, at[0], at[1], at[2], v);
+    // What joints hold does not fall.
+    return b.is_movable && !b.is_jointed ? spatial::add(vec3(v), spatial::scale(gravity_, dt_))
+                                         : vec3(v);
+  };
+  const Vec3 v = spatial::sub(velocity(x), velocity(y));
+  const Vec3 t = spatial::sub(v, spatial::scale(n, spatial::dot(v, n)));
+  const double speed = spatial::norm(t);
+  if (!(speed > kLeastSlip)) return;
+  c.surface.mode |= dContactFDir1;
+  for (std::size_t k = 0; k < 3; ++k) c.fdir1[k] = t[k] / speed;
 }
 
 void OdeWorld::collide(dGeomID first, dGeomID second) {
@@ -249,6 +199,7 @@ void OdeWorld::collide(dGeomID first, dGeomID second) {
       c.surface.bounce = bounce;
       c.surface.bounce_vel = 0.02;
     }
+    set_direction(x, y, c);
     const dJointID joint = dJointCreateContact(world_, contact_joints_, &c);
     dJointAttach(joint, x.id, y.id);
     Contact& kept = contacts_.emplace_back();
@@ -256,32 +207,6 @@ void OdeWorld::collide(dGeomID first, dGeomID second) {
     kept.feedback = {};
     dJointSetFeedback(joint, &kept.feedback);
   }
-}
-
-double OdeWorld::position(const Joint& j) {
-  if (j.type == kRevolute) return j.start + j.turned + dJointGetHingeAngle(j.id);
-  if (j.type == kPrismatic) return j.start + dJointGetSliderPosition(j.id);
-  return 0;
-}
-double OdeWorld::rate(const Joint& j) {
-  if (j.type == kRevolute) return dJointGetHingeAngleRate(j.id);
-  if (j.type == kPrismatic) return dJointGetSliderPositionRate(j.id);
-  return 0;
-}
-
-/// ODE's stops of a hinge lie within half a turn: they are set where the limit is near.
-void OdeWorld::set_stops(Joint& j) const {
-  if (j.lower > j.upper) return;
-  if (j.type == kPrismatic) {
-    dJointSetSliderParam(j.id, dParamHiStop, j.upper - j.start);
-    dJointSetSliderParam(j.id, dParamLoStop, j.lower - j.start);
-    return;
-  }
-  const double shift = j.start + j.turned, now = dJointGetHingeAngle(j.id);
-  const double low = j.lower - shift, high = j.upper - shift;
-  const bool is_low = now - low < 1 && low > -kPi, is_high = high - now < 1 && high < kPi;
-  dJointSetHingeParam(j.id, dParamHiStop, is_high ? high : dInfinity);
-  dJointSetHingeParam(j.id, dParamLoStop, is_low ? low : -dInfinity);
 }
 
 Result<void> OdeWorld::step(double dt, std::int32_t steps, std::span<const double> forces,
@@ -295,34 +220,17 @@ Result<void> OdeWorld::step(double dt, std::int32_t steps, std::span<const doubl
                      std::to_string(joints_.size()) + " joints",
                  "Give one force a joint, or none.");
   const std::lock_guard lock(engine_mutex());
+  dt_ = dt;
   for (std::int32_t s = 0; s < steps; ++s) {
     if (s % 16 == 0 && progress.cancelled())
       return error(ErrorCode::cancelled, "the simulation was stopped");
-    dRandSetSeed(1);
     dJointGroupEmpty(contact_joints_);
     contacts_.clear();
     dSpaceCollide(space_, this, [](void* self, dGeomID a, dGeomID b) {
       static_cast<OdeWorld*>(self)->collide(a, b);
     });
-    for (std::size_t i = 0; i < joints_.size(); ++i) {
-      Joint& j = joints_[i];
-      if (j.type != kRevolute && j.type != kPrismatic) continue;
-      set_stops(j);
-      // Friction as a brake of limited force: it stops, and never drives back.
-      const double brake = j.coulomb + j.viscous * std::fabs(rate(j));
-      const double force = forces.empty() ? 0 : forces[i];
-      if (j.type == kRevolute) {
-        j.last = dJointGetHingeAngle(j.id);
-        dJointSetHingeParam(j.id, dParamVel, 0);
-        dJointSetHingeParam(j.id, dParamFMax, brake);
-        dJointAddHingeTorque(j.id, force);
-      } else {
-        dJointSetSliderParam(j.id, dParamVel, 0);
-        dJointSetSliderParam(j.id, dParamFMax, brake);
-        dJointAddSliderForce(j.id, force);
-      }
-    }
-    const int done = settings_.exact ? dWorldStep(world_, dt) : dWorldQuickStep(world_, dt);
+    for (Joint& j : joints_) prepare(j);
+    const bool done = !has_rows_ ? advance(forces, {}) : advance_with_rows(forces);
     if (!done) return error(ErrorCode::internal, "the engine ran out of memory");
     for (Joint& j : joints_) {
       if (j.type != kRevolute) continue;
@@ -339,15 +247,23 @@ Result<void> OdeWorld::step(double dt, std::int32_t steps, std::span<const doubl
     }
   }
   for (Contact& c : contacts_) c.contact.force = vec3(c.feedback.f1);
+  pushes_.clear();
   return {};
+}
+
+Pose OdeWorld::pose(std::int32_t body) const {
+  if (body < 0) return {};
+  const Body& b = bodies_[static_cast<std::size_t>(body)];
+  Pose t = pose_of(dBodyGetPosition(b.id), dBodyGetRotation(b.id));
+  t.p = spatial::sub(t.p, spatial::rotate(t, b.com));
+  return t;
 }
 
 void OdeWorld::read(const PhysicsState& out) const {
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     const Body& b = bodies_[i];
-    Pose t = pose_of(dBodyGetPosition(b.id), dBodyGetRotation(b.id));
+    const Pose t = pose(static_cast<std::int32_t>(i));
     const Vec3 arm = spatial::scale(spatial::rotate(t, b.com), -1);
-    t.p = spatial::add(t.p, arm);
     const Vec3 w = vec3(dBodyGetAngularVel(b.id));
     if (i < out.poses.size()) out.poses[i] = t;
     if (i < out.angular_velocities.size()) out.angular_velocities[i] = w;
@@ -380,6 +296,24 @@ Result<std::int32_t> OdeWorld::attach(std::int32_t a, std::int32_t b) {
   attachments_.push_back({joint, a, b});
   tied_.emplace_back(std::min(a, b), std::max(a, b));
   return static_cast<std::int32_t>(attachments_.size()) - 1;
+}
+
+Result<void> OdeWorld::ignore(std::int32_t a, std::int32_t b) {
+  const auto count = static_cast<std::int32_t>(bodies_.size());
+  if (a < 0 || b < 0 || a >= count || b >= count || a == b)
+    return error(ErrorCode::invalid_argument, "bodies that are not to touch do not exist",
+                 "Give the numbers of two bodies.");
+  tied_.emplace_back(std::min(a, b), std::max(a, b));
+  return {};
+}
+
+Result<void> OdeWorld::push(std::int32_t body, Vec3 force, Vec3 torque) {
+  if (body < 0 || body >= static_cast<std::int32_t>(bodies_.size()) || !spatial::is_finite(force) ||
+      !spatial::is_finite(torque))
+    return error(ErrorCode::invalid_argument, "the body or the force on it is not valid",
+                 "Give the number of a body and finite forces.");
+  pushes_.push_back({body, force, torque});
+  return {};
 }
 
 Result<void> OdeWorld::release(std::int32_t attachment) {

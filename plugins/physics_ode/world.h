@@ -4,6 +4,7 @@
 
 #include <deque>
 #include <memory>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -12,6 +13,11 @@
 #include "geometry.h"
 
 namespace robomosp::physics_ode {
+
+enum Type { kRevolute = 0, kPrismatic = 1, kFixed = 2, kBall = 3, kDirections = 4 };
+
+inline Vec3 vec3(const dReal* v) { return {v[0], v[1], v[2]}; }
+inline std::string number_text(std::size_t i) { return std::to_string(i + 1); }
 
 struct Settings {
   bool exact = true;  ///< Dantzig's method; else a fixed number of sweeps
@@ -36,6 +42,9 @@ class OdeWorld final : public PhysicsWorld {
   Result<void> release(std::int32_t attachment) override;
   Result<void> move(std::int32_t body, const Pose& pose, Vec3 velocity,
                     Vec3 angular_velocity) override;
+  Result<void> servo(std::int32_t joint, double velocity, double force) override;
+  Result<void> push(std::int32_t body, Vec3 force, Vec3 torque) override;
+  Result<void> ignore(std::int32_t a, std::int32_t b) override;
 
  private:
   /// ODE's body stands at the centre of mass.
@@ -44,14 +53,21 @@ class OdeWorld final : public PhysicsWorld {
     Vec3 com{};
     double friction = 0.5, restitution = 0;
     std::uint32_t group = 0;
-    bool self = false, is_movable = false;
+    bool self = false, is_movable = false, is_jointed = false;
     std::vector<Geometry> geometries;
   };
   struct Joint {
     dJointID id = nullptr;
+    /// Motors beside it, null where it has none: Coulomb friction, the motor's inertia with viscous
+    /// friction, and servo().
+    dJointID brake = nullptr, rotor = nullptr, motor = nullptr;
     std::int32_t a = -1, b = -1;
     int type = 0;
-    double lower = 0, upper = 0, viscous = 0, coulomb = 0;
+    double lower = 0, upper = 0, viscous = 0, coulomb = 0, armature = 0;
+    Pose in_a, in_b;
+    std::uint32_t fixed = 0;
+    std::int32_t follows = -1;
+    double ratio = 1, offset = 0;
     double start = 0;   ///< joint position where ODE's is 0
     double turned = 0;  ///< whole turns since then [rad]
     double last = 0;    ///< ODE's angle before the last step [rad]
@@ -60,6 +76,20 @@ class OdeWorld final : public PhysicsWorld {
     PhysicsContact contact;
     dJointFeedback feedback;
     bool first_is_a = true;
+  };
+  /// A row of constraints that ODE has no joint for, between any number of bodies: sum J v = target
+  /// - cfm * force.
+  struct Row {
+    struct Entry {
+      dBodyID id;
+      Vec3 linear, angular;  ///< of the centre of mass
+    };
+    std::vector<Entry> entries;
+    double target = 0;  ///< after the step
+  };
+  struct Push {
+    std::int32_t body;
+    Vec3 force, torque;
   };
   struct Attachment {
     dJointID joint = nullptr;
@@ -72,7 +102,17 @@ class OdeWorld final : public PhysicsWorld {
                          std::span<const PhysicsBody> bodies);
   [[nodiscard]] bool may_touch(std::int32_t a, std::int32_t b) const;
   void collide(dGeomID first, dGeomID second);
+  void set_direction(const Body& x, const Body& y, dContact& contact) const;
   void set_stops(Joint& joint) const;
+  void prepare(Joint& joint);
+  [[nodiscard]] dJointID make_motor(const Joint& joint) const;
+  [[nodiscard]] Vec3 axis(const Joint& joint) const;
+  [[nodiscard]] Pose pose(std::int32_t body) const;
+  // constraints.cpp
+  void add_rate(const Joint& joint, double factor, Row& row) const;
+  void make_rows();
+  bool advance(std::span<const double> forces, std::span<const double> row_forces);
+  bool advance_with_rows(std::span<const double> forces);
   [[nodiscard]] static double position(const Joint& joint);
   [[nodiscard]] static double rate(const Joint& joint);
   [[nodiscard]] dBodyID body_id(std::int32_t body) const {
@@ -80,11 +120,18 @@ class OdeWorld final : public PhysicsWorld {
   }
 
   Settings settings_;
+  Vec3 gravity_{};
+  double dt_ = 1e-3;
   dWorldID world_ = nullptr;
   dSpaceID space_ = nullptr;
   dJointGroupID contact_joints_ = nullptr;
   std::vector<Body> bodies_;
   std::vector<Joint> joints_;
+  bool has_rows_ = false;
+  std::vector<Row> rows_;             ///< as many in every step
+  std::vector<double> row_forces_;    ///< of the step before
+  std::vector<double> row_response_;  ///< d (J v) / d force, rows_ x rows_; empty = not known
+  std::vector<Push> pushes_;
   std::vector<Attachment> attachments_;
   std::vector<std::pair<std::int32_t, std::int32_t>> tied_;  ///< a < b: do not touch
   std::deque<Contact> contacts_;                             ///< ODE keeps their addresses

@@ -152,7 +152,7 @@ void plain_types(std::ostream& out) {
   F2(PhysicsBody, group, self);
   TYPE(PhysicsJoint);
   F7(PhysicsJoint, a, b, type, in_a, in_b, lower, upper);
-  F3(PhysicsJoint, viscous, coulomb, armature);
+  F7(PhysicsJoint, viscous, coulomb, armature, follows, ratio, offset, fixed);
   TYPE(PhysicsState);
   F5(PhysicsState, poses, velocities, angular_velocities, joint_positions, joint_velocities);
   TYPE(PhysicsContact);
@@ -317,6 +317,9 @@ void interfaces(std::ostream& out) {
   VIRTUAL(PhysicsWorld, attach);
   VIRTUAL(PhysicsWorld, release);
   VIRTUAL(PhysicsWorld, move);
+  VIRTUAL(PhysicsWorld, servo);
+  VIRTUAL(PhysicsWorld, push);
+  VIRTUAL(PhysicsWorld, ignore);
   TYPE(OdeSystem);
   VIRTUAL(OdeSystem, size);
   VIRTUAL(OdeSystem, positions);

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 #include <robomosp/sdk/collision.h>
@@ -31,12 +32,18 @@ struct PhysicsBody {
 /// A joint between two bodies; body -1 = the world. The axis is z of `in_a`.
 struct PhysicsJoint {
   std::int32_t a = -1, b = -1;
-  std::int32_t type = 0;        ///< 0 revolute, 1 prismatic, 2 fixed, 3 ball
+  /// 0 revolute, 1 prismatic, 2 fixed, 3 ball, 4 the directions of `fixed` (a closed loop)
+  std::int32_t type = 0;
   Pose in_a, in_b;              ///< joint frame in either body
   double lower = 0, upper = 0;  ///< [rad or m]; lower > upper = unlimited
   double viscous = 0;           ///< [N m s/rad or N s/m]
   double coulomb = 0;           ///< [N m or N]
-  double armature = 0;          ///< motor inertia [kg m^2 or kg]
+  double armature = 0;          ///< motor inertia seen at the joint [kg m^2 or kg]
+  /// The earlier joint that a revolute or prismatic one follows, q = ratio * q_of + offset; -1 =
+  /// none.
+  std::int32_t follows = -1;
+  double ratio = 1, offset = 0;
+  std::uint32_t fixed = 0;  ///< of type 4: LoopDirection (robot_model.h), axes of `in_a`
 };
 
 /// State of all bodies, body-fastest, and of the joints; empty spans are not filled.
@@ -71,6 +78,27 @@ class PhysicsWorld {
   /// Places an immovable body and gives it the velocity that contacts see (a conveyor).
   virtual Result<void> move(std::int32_t body, const Pose& pose, Vec3 velocity,
                             Vec3 angular_velocity) = 0;
+  // What a simple engine need not have.
+  /// Lets a motor move a revolute or prismatic joint at a speed with no more than this force [N m
+  /// or N] from now on, besides the forces of step(); 0 = without it.
+  virtual Result<void> servo(std::int32_t /*joint*/, double /*velocity*/, double /*force*/) {
+    return missing("motors of limited force");
+  }
+  /// A force at the origin of a body's frame and a torque, world axes, held during the next call of
+  /// step() only; several add up.
+  virtual Result<void> push(std::int32_t /*body*/, Vec3 /*force*/, Vec3 /*torque*/) {
+    return missing("forces on single bodies");
+  }
+  /// Two bodies never touch from now on.
+  virtual Result<void> ignore(std::int32_t /*a*/, std::int32_t /*b*/) {
+    return missing("pairs of bodies that do not touch");
+  }
+
+ private:
+  static Error missing(const char* what) {
+    return error(ErrorCode::unsupported, std::string("this physics engine has no ") + what,
+                 "Choose another engine: engine = \"ode\".");
+  }
 };
 
 /// Interface robomosp.physics/1.

@@ -201,6 +201,163 @@ TEST_P(PhysicsConformance, ATorqueTurnsAWheelAndPositionsCountWholeTurns) {
   EXPECT_GT(s.q[0], 4 * kPi);
 }
 
+TEST_P(PhysicsConformance, AMotorsInertiaCountsForItsJointAndNotForItsBody) {
+  // Two parallel hinges, the second body on its own axis at a distance r: with the motor's inertia
+  // A (I1 + m2 r^2 + I2) a1 + I2 a2 = 0 and I2 a1 + (I2 + A) a2 = torque.
+  const double r = 0.4, A = 0.03, torque = 0.2, dt = 1e-4;
+  PhysicsBody first = box_body(1, {0.1, 0.1, 0.1}, Pose{}),
+              second = box_body(2, {0.2, 0.1, 0.1}, shift(r, 0, 0));
+  first.shape = second.shape = {};
+  PhysicsJoint one, two;
+  one.b = 0, one.lower = 1, one.upper = -1;
+  two = one, two.a = 0, two.b = 1;
+  two.in_a = shift(r, 0, 0);
+  two.armature = A;
+  auto world = make({first, second}, {one, two}, {0, 0, 0});
+  ASSERT_TRUE(world.ok()) << world.error().sentence();
+  run(**world, dt, 1, {0, torque});
+  const State s = read(**world, 2, 2);
+  const double I1 = first.mass.inertia.zz + 2 * r * r, I2 = second.mass.inertia.zz;
+  const double det = (I1 + I2) * (I2 + A) - I2 * I2;
+  EXPECT_NEAR(s.qd[0] / dt, -I2 * torque / det, 1e-3 * torque / I1);
+  EXPECT_NEAR(s.qd[1] / dt, (I1 + I2) * torque / det, 1e-3 * torque / (I2 + A));
+
+  PhysicsJoint slide = one;
+  slide.type = 1, slide.armature = 3, slide.viscous = 20;
+  auto sliding = make({first}, {slide}, {0, 0, 0});
+  ASSERT_TRUE(sliding.ok()) << sliding.error().sentence();
+  run(**sliding, 1e-3, 300, {10});
+  // (m + A) dv/dt = F - b v
+  EXPECT_NEAR(read(**sliding, 1, 1).qd[0], 0.5 * (1 - std::exp(-0.3 * 20 / 4)), 2e-3);
+}
+
+TEST_P(PhysicsConformance, AServoReachesItsSpeedWithNoMoreThanItsForce) {
+  PhysicsBody block = box_body(2, {0.1, 0.1, 0.1}, Pose{});
+  block.shape = {};
+  PhysicsJoint slide;
+  slide.b = 0, slide.type = 1, slide.lower = 1, slide.upper = -1;
+  auto world = make({block}, {slide}, {0, 0, 0});
+  ASSERT_TRUE(world.ok()) << world.error().sentence();
+  ASSERT_TRUE((*world)->servo(0, 0.5, 4).ok());
+  run(**world, 1e-3, 100);
+  EXPECT_NEAR(read(**world, 1, 1).qd[0], 0.2, 1e-5) << "4 N for 0.1 s on 2 kg";
+  run(**world, 1e-3, 400);
+  EXPECT_NEAR(read(**world, 1, 1).qd[0], 0.5, 1e-5);
+  ASSERT_TRUE((*world)->servo(0, 0, 0).ok());
+  run(**world, 1e-3, 100, {1});
+  EXPECT_NEAR(read(**world, 1, 1).qd[0], 0.55, 1e-5) << "without it only the force counts";
+  EXPECT_FALSE((*world)->servo(3, 0, 1).ok());
+  EXPECT_FALSE((*world)->servo(0, 0, -1).ok());
+}
+
+TEST_P(PhysicsConformance, AJointFollowsAnotherOne) {
+  // A wheel about x drives a slide along y by a ratio r [m/rad]: (I + r^2 m) a = torque + r F.
+  const double r = -0.05, torque = 0.3, force = 2, t = 0.5;
+  PhysicsBody wheel = box_body(1, {0.1, 0.1, 0.1}, Pose{}),
+              rack = box_body(4, {0.1, 0.1, 0.1}, shift(0, 0.3, 0));
+  wheel.shape = rack.shape = {};
+  PhysicsJoint hinge, slide;
+  hinge.b = 0, hinge.lower = 1, hinge.upper = -1;
+  hinge.in_a = hinge.in_b = turn_x(0.3);
+  slide = hinge;
+  slide.type = 1, slide.b = 1;
+  slide.in_a = multiply(shift(0, 0.2, 0), turn_x(-kPi / 2));
+  slide.in_b = turn_x(-kPi / 2);
+  slide.follows = 0, slide.ratio = r, slide.offset = 0.1;
+  auto world = make({wheel, rack}, {hinge, slide}, {0, 0, 0});
+  ASSERT_TRUE(world.ok()) << world.error().sentence();
+  run(**world, 1e-3, 500, {torque, force});
+  const State s = read(**world, 2, 2);
+  const double a = (torque + r * force) / (wheel.mass.inertia.xx + r * r * 4);
+  EXPECT_NEAR(s.qd[0], a * t, 1e-3 * std::fabs(a * t));
+  EXPECT_NEAR(s.qd[1], r * s.qd[0], 1e-5);
+  EXPECT_NEAR(s.q[1], r * s.q[0] + 0.1, 1e-6);
+  EXPECT_NEAR(s.poses[1].p[1], 0.2 + s.q[1], 1e-6);
+
+  slide.follows = 1;
+  EXPECT_FALSE(make({wheel, rack}, {hinge, slide}).ok()) << "itself";
+}
+
+TEST_P(PhysicsConformance, DirectionsOfALoopAreKeptAndOthersAreFree) {
+  // A block that may only slide along the world's x and turn about it falls not, but slides.
+  PhysicsBody block = box_body(2, {0.1, 0.1, 0.1}, shift(0, 0, 1));
+  block.shape = {};
+  PhysicsJoint loop;
+  loop.type = 4, loop.b = 0;
+  loop.in_a = shift(0, 0, 1);
+  loop.fixed = 2 | 4 | 16 | 32;
+  auto world = make({block}, {loop}, {1, 0, -9.81});
+  ASSERT_TRUE(world.ok()) << world.error().sentence();
+  ASSERT_TRUE((*world)->push(0, {}, {0.01, 0.02, 0}).ok());
+  run(**world, 1e-3, 500);
+  const State s = read(**world, 1);
+  EXPECT_NEAR(s.velocities[0][0], 0.5, 1e-4);
+  EXPECT_NEAR(s.poses[0].p[2], 1, 1e-6);
+  EXPECT_NEAR(s.angular_velocities[0][0], 0.01 / block.mass.inertia.xx * 0.5, 1e-3);
+  EXPECT_NEAR(s.angular_velocities[0][1], 0, 1e-6);
+  run(**world, 1e-3, 100);
+  EXPECT_NEAR(read(**world, 1).angular_velocities[0][0], s.angular_velocities[0][0], 1e-6)
+      << "a push lasts for one call";
+}
+
+TEST_P(PhysicsConformance, FrictionIsAsWideAsTheConeAlongAnySlope) {
+  // Down a slope that is not along an axis: the bound of the pyramid would be up to sqrt(2) mu.
+  const double mu = 0.4, slope = 0.45;  // tan = 0.483
+  for (const double heading : {0.0, 0.6, kPi / 4, 2.5}) {
+    PhysicsBody slab = floor_body(), box = box_body(1, {0.2, 0.2, 0.1}, shift(0, 0, 0.05));
+    slab.friction = box.friction = mu;
+    const double along = 9.81 * std::sin(slope), down = 9.81 * std::cos(slope);
+    auto world =
+        make({slab, box}, {}, {along * std::cos(heading), along * std::sin(heading), -down});
+    ASSERT_TRUE(world.ok()) << world.error().sentence();
+    run(**world, 1e-3, 1000);
+    const Vec3 p = read(**world, 2).poses[1].p;
+    const double expected = (along - mu * down) / 2;
+    EXPECT_NEAR(std::hypot(p[0], p[1]), expected, 0.03 * expected) << heading;
+  }
+}
+
+TEST_P(PhysicsConformance, ABoxTipsWhereItsWeightLeavesItsEdge) {
+  // Width b and height h: it tips where tan of the slope is greater than b / h.
+  const double b = 0.1, h = 0.3, limit = std::atan(b / h);
+  const auto tilt = [&](double slope) {
+    PhysicsBody slab = floor_body(), box = box_body(1, {b, 0.2, h}, shift(0, 0, h / 2));
+    slab.friction = box.friction = 1;
+    auto world = make({slab, box}, {}, {9.81 * std::sin(slope), 0, -9.81 * std::cos(slope)});
+    EXPECT_TRUE(world.ok());
+    run(**world, 1e-3, 1500);
+    return rotation_gap(read(**world, 2).poses[1], Pose{});
+  };
+  EXPECT_LT(tilt(limit - 0.01), 0.01);
+  EXPECT_GT(tilt(limit + 0.01), 0.5);
+}
+
+TEST_P(PhysicsConformance, FingersHoldABoxByFrictionAloneOrLetItSlip) {
+  // Two pads press with N each from both sides: held while 2 mu N >= m g.
+  const double mu = 0.5, m = 0.8, limit = m * 9.81 / (2 * mu);
+  const auto fall = [&](double force) {
+    PhysicsBody box = box_body(m, {0.06, 0.05, 0.08}, shift(0, 0, 1));
+    PhysicsBody left = box_body(0.2, {0.01, 0.04, 0.04}, shift(-0.0351, 0, 1)), right = left;
+    right.pose = shift(0.0351, 0, 1);
+    for (PhysicsBody* x : {&box, &left, &right}) x->friction = mu;
+    PhysicsJoint slide;
+    slide.type = 1, slide.lower = 1, slide.upper = -1;
+    Pose along_x;
+    along_x.R = {0, 0, 1, 1, 0, 0, 0, 1, 0};
+    slide.in_b = along_x;
+    slide.b = 1, slide.in_a = multiply(left.pose, along_x);
+    PhysicsJoint other = slide;
+    other.b = 2, other.in_a = multiply(right.pose, along_x);
+    auto world = make({box, left, right}, {slide, other});
+    EXPECT_TRUE(world.ok());
+    run(**world, 1e-3, 1000, {force, -force});
+    return 1 - read(**world, 3).poses[0].p[2];
+  };
+  EXPECT_LT(fall(1.03 * limit), 1e-3);
+  // Beyond it the box falls with g - 2 mu N / m until the pads have no more to hold.
+  EXPECT_GT(fall(0.97 * limit), 0.05);
+}
+
 TEST_P(PhysicsConformance, ASlideStopsAtItsLimitAndABrakeHoldsIt) {
   PhysicsBody block = box_body(2, {0.1, 0.1, 0.1}, shift(0, 0, 1));
   block.shape = {};
@@ -311,6 +468,8 @@ TEST_P(PhysicsConformance, WrongInputIsRefusedAndCancelIsHeard) {
   EXPECT_FALSE((*world)->step(1e-3, 1, forces, none).ok()) << "two forces for no joint";
   EXPECT_FALSE((*world)->attach(0, 0).ok());
   EXPECT_FALSE((*world)->move(0, Pose{}, {}, {}).ok()) << "it has mass";
+  EXPECT_FALSE((*world)->push(4, {}, {}).ok());
+  EXPECT_FALSE((*world)->ignore(0, 1).ok());
   CancelledProgress stop;
   const auto stopped = (*world)->step(1e-3, 100, {}, stop);
   ASSERT_FALSE(stopped.ok());
