@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Conformance suite of robomosp.collision/1 (layer: contract helper for tests, GoogleTest,
-// header-only). Include it in one file of a test program and instantiate it:
+// header-only). A kind of shape that an engine refuses with ErrorCode::unsupported is left out; an
+// engine with the tag "approximate" may tell less room than there is, never more. Include it in one
+// file of a test program and instantiate it:
 //   INSTANTIATE_TEST_SUITE_P(Mine, CollisionConformance,
 //                            testing::Values(CollisionCase{"mine.so", "mine"}));
 #pragma once
@@ -86,6 +88,7 @@ class CollisionConformance : public testing::TestWithParam<CollisionCase> {
     auto found = find_provider<CollisionEngine>(GetParam().file, GetParam().provider);
     ASSERT_TRUE(found.ok()) << found.error().sentence();
     params_ = TableParams(**found);
+    is_approximate_ = std::string_view((*found)->tags).find("approximate") != std::string::npos;
     engine_ = create<CollisionEngine>(**found);
     ASSERT_NE(engine_, nullptr);
   }
@@ -96,6 +99,24 @@ class CollisionConformance : public testing::TestWithParam<CollisionCase> {
     auto made = engine_->build(shaped, params_, none);
     EXPECT_TRUE(made.ok()) << (made.ok() ? "" : made.error().sentence());
     return made.ok() ? std::move(made).value() : nullptr;
+  }
+  /// Whether the engine knows the kind; a refusal has to name the body and tell what to do.
+  bool takes(ShapeKind kind) {
+    static const Mesh cube = box_mesh(1, 1, 1);
+    Shape s = shape_of(kind, 1, 1, 1);
+    s.mesh = &cube;
+    NoProgress none;
+    const std::vector<ShapedBody> bodies{{{shape_of(ShapeKind::sphere, 1)}}, {{s}}};
+    const auto made = engine_->build(bodies, params_, none);
+    if (made.ok()) return true;
+    EXPECT_EQ(made.error().code, ErrorCode::unsupported) << made.error().sentence();
+    EXPECT_NE(made.error().where.find("body 2"), std::string::npos) << made.error().sentence();
+    EXPECT_FALSE(made.error().hint.empty()) << made.error().sentence();
+    return false;
+  }
+  /// A distance as it is told, against what it is.
+  [[nodiscard]] bool agrees(double told, double distance, double tolerance) const {
+    return told <= distance + tolerance && (is_approximate_ || told >= distance - tolerance);
   }
   PairDistance distance(const CollisionScene& scene, const Pose& a, const Pose& b,
                         double interest = kInfinity) {
@@ -130,6 +151,7 @@ class CollisionConformance : public testing::TestWithParam<CollisionCase> {
   /// frame must hold in all.
   void expect_distance(const Shape& a, const Shape& b, const Pose& a_T_b, double expected,
                        double tolerance = 1e-9) {
+    if (!takes(a.kind) || !takes(b.kind)) return;
     const auto scene = build({{a}, {b}});
     ASSERT_NE(scene, nullptr);
     Random random(kSeed);
@@ -137,15 +159,19 @@ class CollisionConformance : public testing::TestWithParam<CollisionCase> {
       const Pose world_T_a = i == 0 ? Pose{} : random_pose(random, 2);
       const Pose world_T_b = multiply(world_T_a, a_T_b);
       const PairDistance d = distance(*scene, world_T_a, world_T_b);
-      ASSERT_NEAR(d.distance, expected, tolerance) << "pose " << i << ", seed " << kSeed;
-      ASSERT_EQ(touches(*scene, world_T_a, world_T_b), expected <= 0) << "pose " << i;
-      if (expected > 0) {
-        ASSERT_NEAR(apart(d), expected, tolerance) << "nearest points";
+      ASSERT_TRUE(agrees(d.distance, expected, tolerance))
+          << d.distance << " instead of " << expected << ", pose " << i << ", seed " << kSeed;
+      ASSERT_EQ(touches(*scene, world_T_a, world_T_b),
+                is_approximate_ ? d.distance <= 0 : expected <= 0)
+          << "pose " << i;
+      if (expected > 0 && d.distance > 0) {
+        ASSERT_NEAR(apart(d), d.distance, tolerance) << "nearest points";
       }
     }
   }
 
   TableParams params_;
+  bool is_approximate_ = false;
   std::unique_ptr<CollisionEngine> engine_;
 };
 GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(CollisionConformance);
@@ -153,6 +179,7 @@ GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(CollisionConformance);
 // Distances below follow from the sizes by hand.
 TEST_P(CollisionConformance, SpheresBoxesAndCapsulesHaveTheDistancesOfClosedForms) {
   using enum ShapeKind;
+  EXPECT_TRUE(takes(sphere) || takes(mesh)) << "an engine of nothing";
   const double root2 = std::sqrt(2.0), root3 = std::sqrt(3.0);
   const Shape ball = shape_of(sphere, 0.3), block = shape_of(box, 0.4, 0.6, 0.8);
   const Shape pill = shape_of(capsule, 0.1, 0.6), can = shape_of(cylinder, 0.2, 0.5);
@@ -252,16 +279,17 @@ TEST_P(CollisionConformance, RandomBoxesAndHullsHaveTheDistanceOfTheirCornersAnd
     return best;
   };
   int separated = 0;
+  if (!takes(box)) GTEST_SKIP() << "it refuses boxes";
+  const bool has_hulls = takes(convex);
   for (int trial = 0; trial < 200; ++trial) {
     const Vec3 ha{random.uniform(0.05, 0.5), random.uniform(0.05, 0.5), random.uniform(0.05, 0.5)};
     const Vec3 hb{random.uniform(0.05, 0.5), random.uniform(0.05, 0.5), random.uniform(0.05, 0.5)};
-    const Mesh mesh = box_mesh(static_cast<double>(static_cast<float>(hb[0])) * 2,
-                               static_cast<double>(static_cast<float>(hb[1])) * 2,
-                               static_cast<double>(static_cast<float>(hb[2])) * 2);
+    const Mesh mesh = box_mesh(2 * hb[0], 2 * hb[1], 2 * hb[2]);
+    // The corners of the mesh, which are rounded to float; not rounded here again, for GCC 12 with
+    // -O2 leaves such a pair of conversions of several numbers out.
     Vec3 hm{};
-    for (std::size_t k = 0; k < 3; ++k) hm[k] = static_cast<double>(static_cast<float>(hb[k]));
-    Shape hull;
-    hull.kind = convex;
+    for (std::size_t k = 0; k < 3; ++k) hm[k] = static_cast<double>(mesh.positions[21 + k]);
+    Shape hull = shape_of(has_hulls ? convex : box, 2 * hm[0], 2 * hm[1], 2 * hm[2]);
     hull.mesh = &mesh;
     const auto scene = build({{shape_of(box, 2 * ha[0], 2 * ha[1], 2 * ha[2])}, {hull}});
     const Pose a = random_pose(random, 0.5), b = random_pose(random, 0.5);
@@ -317,6 +345,7 @@ TEST_P(CollisionConformance, ABodyInsideAnotherIsFound) {
   big.mesh = &outer;
   small.mesh = &inner;
   const auto expect_inside = [&](const Shape& a, const Shape& b) {
+    if (!takes(a.kind) || !takes(b.kind)) return;
     const auto scene = build({{a}, {b}});
     ASSERT_NE(scene, nullptr);
     const Pose in = shift(0.3, 0.2, -0.1), out = shift(3, 0, 0);
@@ -331,6 +360,8 @@ TEST_P(CollisionConformance, ABodyInsideAnotherIsFound) {
   expect_inside(shape_of(sphere, 1), small);
   expect_inside(shape_of(box, 2, 2, 2), small);
   expect_inside(big, shape_of(capsule, 0.1, 0.2));
+  expect_inside(shape_of(box, 2, 2, 2), shape_of(capsule, 0.1, 0.2));
+  if (!takes(mesh) || is_approximate_) return;
   // A hollow: the ball within is not in the material.
   Mesh shell = ball_mesh(1, 12);
   const Mesh hole = ball_mesh(0.6, 12);
@@ -350,6 +381,7 @@ TEST_P(CollisionConformance, ABodyInsideAnotherIsFound) {
 
 TEST_P(CollisionConformance, MeshesAreAsFarApartAsTheBoxesTheyAre) {
   using enum ShapeKind;
+  if (!takes(mesh) || !takes(convex)) GTEST_SKIP() << "it refuses meshes or hulls";
   const Mesh a = box_mesh(0.5, 0.25, 1), b = box_mesh(0.25, 0.5, 0.125);
   const auto as = [](const Mesh& m, ShapeKind kind) {
     Shape s;
@@ -389,8 +421,9 @@ TEST_P(CollisionConformance, NextToTouchingNothingBreaks) {
   Shape hull;
   hull.kind = convex;
   hull.mesh = &hull_mesh;
-  const std::vector<Shape> shapes{shape_of(sphere, 0.5), shape_of(box, 1, 1, 1),
-                                  shape_of(cylinder, 0.5, 1), shape_of(capsule, 0.25, 0.5), hull};
+  std::vector<Shape> shapes{shape_of(sphere, 0.5), shape_of(box, 1, 1, 1),
+                            shape_of(cylinder, 0.5, 1), shape_of(capsule, 0.25, 0.5), hull};
+  std::erase_if(shapes, [&](const Shape& s) { return !takes(s.kind); });
   for (const Shape& a : shapes)
     for (const Shape& b : shapes) {
       const auto scene = build({{a}, {b}});
@@ -419,8 +452,9 @@ TEST_P(CollisionConformance, PairsAreSymmetricToTheBit) {
   m.mesh = &bumpy;
   Shape off = shape_of(box, 0.2, 0.3, 0.4);
   off.pose = shift(0.2, 0, 0);
-  const auto scene =
-      build({{m}, {off, shape_of(cylinder, 0.1, 0.5)}, {shape_of(capsule, 0.1, 0.4)}});
+  if (!takes(mesh)) m = shape_of(capsule, 0.3, 0.4);
+  const Shape can = shape_of(takes(cylinder) ? cylinder : capsule, 0.1, 0.5);
+  const auto scene = build({{m}, {off, can}, {shape_of(capsule, 0.1, 0.4)}});
   const std::vector<CollisionPair> there{{0, 1}, {1, 2}, {0, 2}}, back{{1, 0}, {2, 1}, {2, 0}};
   Random random(kSeed + 2);
   std::vector<Pose> poses;
@@ -496,6 +530,8 @@ TEST_P(CollisionConformance, CancellingStopsWithinATenthOfASecond) {
   Shape m;
   m.kind = ShapeKind::mesh;
   m.mesh = &bumpy;
+  const bool is_slow = takes(m.kind) && !is_approximate_;
+  if (!is_slow) m = shape_of(ShapeKind::sphere, 0.5);
   const auto scene = build({{m}, {m}});
   std::vector<Pose> poses;
   for (int i = 0; i < 20000; ++i) {
@@ -506,12 +542,14 @@ TEST_P(CollisionConformance, CancellingStopsWithinATenthOfASecond) {
    public:
     void report(double, std::string_view) override {}
     bool cancelled() const override {
-      return std::chrono::steady_clock::now() - start_ > std::chrono::milliseconds(30);
+      return std::chrono::steady_clock::now() - start_ >= std::chrono::milliseconds(after);
     }
+    int after = 30;
 
    private:
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   } progress;
+  if (!is_slow) progress.after = 0;
   const std::vector<CollisionPair> pairs{{0, 1}};
   std::vector<PairDistance> out(20000);
   const auto start = std::chrono::steady_clock::now();
