@@ -11,6 +11,7 @@
 #include <Eigen/SVD>
 
 #include "robotics/kinematics.h"
+#include "robotics/tip_motion.h"
 #include "spatial/pose.h"
 #include "spatial/print.h"
 
@@ -44,79 +45,127 @@ Twist tidy(VectorXd u) {
   return t;
 }
 
-MatrixXd scaled_jacobian(const RobotModel& model, std::size_t tip, std::span<const double> q,
-                         double length, TwistPart part) {
-  std::vector<Pose> frames(model.joints.size());
-  forward_kinematics(model, q, frames);
-  std::vector<double> columns(6 * model.dof());
-  geometric_jacobian(model, tip, frames, JacobianFrame::base, columns);
-  MatrixXd J = matrix_of(columns);
+/// Rows of `part` of twists, lengths in units of `length`.
+MatrixXd scaled(std::span<const double> twists, double length, TwistPart part) {
+  MatrixXd J = matrix_of(twists);
   J.topRows<3>() /= length;
   return part_of(J, part);
 }
 
-// The configuration a little beside q: every coordinate moved by `size`, signs by the bits of
-// `seed`. Quaternions are moved within their length.
-std::vector<double> beside(const RobotModel& model, std::span<const double> q, double size,
-                           unsigned seed) {
-  std::vector<double> out(q.begin(), q.end());
-  unsigned state = seed * 2654435761U + 12345U;
-  for (const JointModel& j : model.joints) {
-    if (j.is_coupled()) continue;
-    for (std::int32_t k = 0; k < coordinate_count(j.type); ++k) {
-      state = state * 1664525U + 1013904223U;
-      const double sign = static_cast<double>(state >> 8) / 8388608.0 - 1;
-      out[static_cast<std::size_t>(j.q_index + k)] += sign * size;
-    }
-  }
-  return out;
+TipMotion motion_at(const RobotModel& model, std::size_t tip, std::span<const double> q,
+                    double threshold) {
+  std::vector<Pose> frames(model.joints.size());
+  forward_kinematics(model, q, frames);
+  return tip_motion(model, tip, frames, threshold);
 }
 
+/// What the tip can do a little or farther beside, in the direction that `seed` tells.
+TipMotion motion_beside(const RobotModel& model, std::size_t tip, std::span<const double> q,
+                        double size, unsigned seed) {
+  return motion_at(model, tip, configuration_beside(model, q, size, seed), 1e-9);
+}
+
+/// Directions that loose motions give the tip, orthonormal; and all others.
+struct Split {
+  MatrixXd loose, held;
+};
+Split split(const MatrixXd& loose) {
+  const Index rows = loose.rows();
+  if (loose.cols() == 0) return {MatrixXd(rows, 0), MatrixXd::Identity(rows, rows)};
+  const Eigen::JacobiSVD<MatrixXd> svd(loose, Eigen::ComputeFullU);
+  Index rank = 0;
+  while (rank < svd.singularValues().size() && svd.singularValues()[rank] > 1e-9) ++rank;
+  return {svd.matrixU().leftCols(rank), svd.matrixU().rightCols(rows - rank)};
+}
+
+/// Below kStill all counts as standing still, of unit joint rates and lengths in the reach.
 int rank_of(const VectorXd& values, double threshold) {
+  constexpr double kStill = 1e-3;
   int rank = 0;
   for (Index i = 0; i < values.size(); ++i)
-    rank += values[i] > threshold * values[0] && values[i] > 0;
+    rank += values[i] > threshold * std::max(values[0], kStill);
   return rank;
+}
+
+/// "move along (0, 0, 1)" and the like; nothing for zeros.
+std::string direction_words(const Twist& t) {
+  const double v = std::hypot(t[0], t[1], t[2]), w = std::hypot(t[3], t[4], t[5]);
+  const auto axis = [](double x, double y, double z, double n) {
+    const auto number = [&](double a) { return spatial::print_number(a / n + 0.0, 3); };
+    return "(" + number(x) + ", " + number(y) + ", " + number(z) + ")";
+  };
+  if (!(v > 0) && !(w > 0)) return {};
+  if (w < 0.02 * v) return "move along " + axis(t[0], t[1], t[2], v);
+  if (v < 0.02 * w) return "turn about " + axis(t[3], t[4], t[5], w);
+  return "move along " + axis(t[0], t[1], t[2], v) + " while turning about " +
+         axis(t[3], t[4], t[5], w);
 }
 
 }  // namespace
 
-Dexterity dexterity(std::span<const double> jacobian, TwistPart part, double length) {
-  MatrixXd J = matrix_of(jacobian);
-  J.topRows<3>() /= length;
-  J = part_of(J, part);
+Dexterity dexterity(std::span<const double> jacobian, TwistPart part, double length,
+                    std::span<const double> loose) {
+  constexpr double kInfinite = std::numeric_limits<double>::infinity();
+  const MatrixXd J = scaled(jacobian, length, part);
+  const Split directions = split(scaled(loose, length, part));
+  const Index count = std::min(J.rows(), J.cols()), endless = directions.loose.cols();
   Dexterity d;
-  if (J.cols() == 0) return d;
-  const Eigen::JacobiSVD<MatrixXd> svd(J, Eigen::ComputeThinU);
-  const VectorXd& s = svd.singularValues();
-  d.singular_values.assign(s.data(), s.data() + s.size());
-  d.yoshikawa = s.prod();
+  if (count == 0) return d;
+  if (endless >= count) {
+    d.singular_values.assign(static_cast<std::size_t>(count), kInfinite);
+    d.yoshikawa = d.condition = d.least = kInfinite;
+    return d;
+  }
+  const MatrixXd others = endless > 0 ? MatrixXd(directions.held.transpose() * J) : J;
+  const Eigen::JacobiSVD<MatrixXd> svd(others, Eigen::ComputeThinU);
+  const VectorXd s = svd.singularValues().head(count - endless);
+  d.singular_values.assign(static_cast<std::size_t>(endless), kInfinite);
+  d.singular_values.insert(d.singular_values.end(), s.data(), s.data() + s.size());
   d.least = s[s.size() - 1];
-  d.condition = d.least > 1e-15 * s[0] ? s[0] / d.least : std::numeric_limits<double>::infinity();
+  const bool is_singular = !(d.least > 1e-15 * s[0]);
+  d.yoshikawa = endless == 0 ? s.prod() : is_singular ? 0.0 : kInfinite;
+  d.condition = endless > 0 || is_singular ? kInfinite : s[0] / d.least;
   VectorXd u = VectorXd::Zero(6);
-  const VectorXd weakest = svd.matrixU().col(s.size() - 1);
+  VectorXd weakest = svd.matrixU().col(s.size() - 1);
+  if (endless > 0) weakest = directions.held * weakest;
   u.segment(part == TwistPart::rotation ? 3 : 0, weakest.size()) = weakest;
   if (part == TwistPart::all) u.head<3>() *= length;
   d.weakest = tidy(u);
   return d;
 }
 
-Ellipsoid ellipsoid(std::span<const double> jacobian, TwistPart part) {
+Ellipsoid ellipsoid(std::span<const double> jacobian, TwistPart part,
+                    std::span<const double> loose) {
   Ellipsoid e;
-  const MatrixXd J =
-      part_of(matrix_of(jacobian), part == TwistPart::all ? TwistPart::translation : part);
-  MatrixXd square = MatrixXd::Zero(3, std::max<Index>(3, J.cols()));
-  square.leftCols(J.cols()) = J;
-  const Eigen::JacobiSVD<MatrixXd> svd(square, Eigen::ComputeFullU);
-  Eigen::Matrix3d axes = svd.matrixU();
+  if (part == TwistPart::all) part = TwistPart::translation;
+  const MatrixXd J = scaled(jacobian, 1, part);
+  const Split directions = split(scaled(loose, 1, part));
+  const Index endless = directions.loose.cols(), held = 3 - endless;
+  Eigen::Matrix3d axes;
+  axes.leftCols(endless) = directions.loose;
+  VectorXd s(held);
+  if (held > 0) {
+    MatrixXd square = MatrixXd::Zero(held, std::max<Index>(held, J.cols()));
+    square.leftCols(J.cols()) = endless > 0 ? MatrixXd(directions.held.transpose() * J) : J;
+    const Eigen::JacobiSVD<MatrixXd> svd(square, Eigen::ComputeFullU);
+    axes.rightCols(held) =
+        endless > 0 ? MatrixXd(directions.held * svd.matrixU()) : MatrixXd(svd.matrixU());
+    s = svd.singularValues();
+  }
   if (axes.determinant() < 0) axes.col(2) = -axes.col(2);
   for (Index r = 0; r < 3; ++r)
     for (Index c = 0; c < 3; ++c) e.axes[static_cast<std::size_t>(3 * r + c)] = axes(r, c);
-  for (std::size_t i = 0; i < 3; ++i) {
-    const double s = svd.singularValues()[static_cast<Index>(i)];
-    const bool is_lost = !(s > 1e-12 * svd.singularValues()[0]);
-    e.velocity[i] = is_lost ? 0.0 : s;
-    e.force[i] = is_lost ? std::numeric_limits<double>::infinity() : 1 / s;
+  for (Index i = 0; i < 3; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    if (i < endless) {
+      e.velocity[k] = std::numeric_limits<double>::infinity();
+      e.force[k] = 0;
+      continue;
+    }
+    const double value = s[i - endless];
+    const bool is_lost = !(value > 1e-12 * s[0]);
+    e.velocity[k] = is_lost ? 0.0 : value;
+    e.force[k] = is_lost ? std::numeric_limits<double>::infinity() : 1 / value;
   }
   return e;
 }
@@ -137,20 +186,40 @@ Singularity singularity(const RobotModel& model, std::size_t tip, std::span<cons
                         TwistPart part, double threshold) {
   Singularity out;
   const double length = reach(model, tip);
-  const MatrixXd J = scaled_jacobian(model, tip, q, length, part);
+  const TipMotion here = motion_at(model, tip, q, threshold);
+  out.mobility = static_cast<int>(here.feasible.size());
+  out.least_mobility = out.mobility;
+  out.hold = here.hold;
+  const MatrixXd J = scaled(here.feasible_twists, length, part);
   if (J.cols() == 0) return out;
   const Eigen::JacobiSVD<MatrixXd> svd(J, Eigen::ComputeFullU | Eigen::ComputeFullV);
   out.rank = rank_of(svd.singularValues(), threshold);
   out.full_rank = out.rank;
+  std::size_t loose = here.loose.size();
   for (unsigned i = 1; i <= 8; ++i) {
-    const MatrixXd other = scaled_jacobian(model, tip, beside(model, q, 0.7, i), length, part);
+    const TipMotion other = motion_beside(model, tip, q, 0.7, i);
+    const MatrixXd twists = scaled(other.feasible_twists, length, part);
     out.full_rank =
-        std::max(out.full_rank, rank_of(Eigen::JacobiSVD<MatrixXd>(other).singularValues(), 1e-9));
+        std::max(out.full_rank, rank_of(Eigen::JacobiSVD<MatrixXd>(twists).singularValues(), 1e-9));
+    out.least_mobility = std::min(out.least_mobility, static_cast<int>(other.feasible.size()));
+    loose = std::min(loose, other.loose.size());
   }
-  if (out.full_rank > 0)
+  if (here.loose.size() > loose) {
+    out.loose = here.loose;
+    MatrixXd twists = matrix_of(here.loose_twists);
+    if (part == TwistPart::translation) twists.bottomRows<3>().setZero();
+    if (part == TwistPart::rotation) twists.topRows<3>().setZero();
+    for (Index c = 0; c < twists.cols(); ++c)
+      out.gained.push_back(twists.col(c).norm() > 1e-9 ? tidy(twists.col(c)) : Twist{});
+  }
+  if (out.rank > 0 && out.full_rank <= svd.singularValues().size())
     out.least = svd.singularValues()[out.full_rank - 1] / svd.singularValues()[0];
   for (Index c = out.rank; c < J.cols(); ++c) {
-    const VectorXd whole = svd.matrixV().col(c);
+    VectorXd whole = VectorXd::Zero(static_cast<Index>(model.dof()));
+    for (Index k = 0; k < J.cols(); ++k)
+      whole += svd.matrixV()(k, c) *
+               Eigen::Map<const VectorXd>(here.feasible[static_cast<std::size_t>(k)].data(),
+                                          whole.size());
     const VectorXd v = (whole.array().abs() < 1e-9).select(0.0, whole);
     out.idle.emplace_back(v.data(), v.data() + v.size());
   }
@@ -160,10 +229,11 @@ Singularity singularity(const RobotModel& model, std::size_t tip, std::span<cons
   // Of all that cannot be done here, what can be done a little beside: its part in the null space.
   MatrixXd near(J.rows() - out.rank, 0);
   for (unsigned i = 1; i <= 4; ++i) {
-    const MatrixXd here =
-        null.transpose() * scaled_jacobian(model, tip, beside(model, q, 1e-4, i), length, part);
-    near.conservativeResize(Eigen::NoChange, near.cols() + here.cols());
-    near.rightCols(here.cols()) = here;
+    const MatrixXd part_in_null =
+        null.transpose() *
+        scaled(motion_beside(model, tip, q, 1e-4, i).feasible_twists, length, part);
+    near.conservativeResize(Eigen::NoChange, near.cols() + part_in_null.cols());
+    near.rightCols(part_in_null.cols()) = part_in_null;
   }
   const Eigen::JacobiSVD<MatrixXd> back(near, Eigen::ComputeThinU);
   MatrixXd directions = null * back.matrixU().leftCols(lost);
@@ -188,16 +258,14 @@ Singularity singularity(const RobotModel& model, std::size_t tip, std::span<cons
 }
 
 std::string lost_words(const Twist& t) {
-  const double v = std::hypot(t[0], t[1], t[2]), w = std::hypot(t[3], t[4], t[5]);
-  const auto axis = [](double x, double y, double z, double n) {
-    const auto number = [&](double a) { return spatial::print_number(a / n + 0.0, 3); };
-    return "(" + number(x) + ", " + number(y) + ", " + number(z) + ")";
-  };
-  if (!(v > 0) && !(w > 0)) return "can do everything";
-  if (w < 0.02 * v) return "cannot move along " + axis(t[0], t[1], t[2], v);
-  if (v < 0.02 * w) return "cannot turn about " + axis(t[3], t[4], t[5], w);
-  return "cannot move along " + axis(t[0], t[1], t[2], v) + " while turning about " +
-         axis(t[3], t[4], t[5], w);
+  const std::string words = direction_words(t);
+  return words.empty() ? "can do everything" : "cannot " + words;
+}
+
+std::string gained_words(const Twist& t) {
+  const std::string words = direction_words(t);
+  return (words.empty() ? "joints can move, the tool at rest," : "can " + words) +
+         " with the motors at rest";
 }
 
 }  // namespace robomosp::robotics

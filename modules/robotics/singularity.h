@@ -28,30 +28,48 @@ struct Dexterity {
   Twist weakest{};       ///< direction of the least one; zeros for the part left out
 };
 /// Linear rows are divided by `length` [m] first, so that both parts count alike; 1 = as they are.
-[[nodiscard]] Dexterity dexterity(std::span<const double> jacobian, TwistPart part, double length);
+/// `loose`: twists that the tip makes while the motors stand still (TipMotion); their directions
+/// have infinite singular values, and where there are some the measures are infinite too, but for
+/// `yoshikawa`, 0 where something is lost as well, and `least` and `weakest`, of the others.
+[[nodiscard]] Dexterity dexterity(std::span<const double> jacobian, TwistPart part, double length,
+                                  std::span<const double> loose = {});
 
 /// The velocities of the tip for joint rates of unit length, an ellipsoid about the tip; the forces
 /// for joint torques of unit length have the same axes and the inverse half lengths.
 struct Ellipsoid {
   std::array<double, 9> axes{1, 0, 0, 0, 1, 0, 0, 0, 1};  ///< columns, right-handed, row-major
-  Vec3 velocity{};  ///< half lengths, descending [m/s or rad/s for unit rates]
-  Vec3 force{};     ///< half lengths; infinite along directions that are lost [N or N m]
+  /// Half lengths, descending [m/s or rad/s for unit rates]; infinite along directions that the
+  /// motors do not hold.
+  Vec3 velocity{};
+  Vec3 force{};  ///< half lengths; infinite along directions that are lost [N or N m]
 };
-/// Of the linear or the angular part of a Jacobian; its axes are the ellipsoid's.
-[[nodiscard]] Ellipsoid ellipsoid(std::span<const double> jacobian, TwistPart part);
+/// Of the linear or the angular part of a Jacobian; its axes are the ellipsoid's. `loose` as above.
+[[nodiscard]] Ellipsoid ellipsoid(std::span<const double> jacobian, TwistPart part,
+                                  std::span<const double> loose = {});
 
-/// What a configuration cannot do that the robot can do elsewhere.
+/// What a configuration cannot do that the robot can do elsewhere, and what in closed loops it does
+/// of itself: Gosselin and Angeles' first and second kind (1990; see tip_motion.h).
 struct Singularity {
   int rank = 0;                           ///< here
   int full_rank = 0;                      ///< greatest, over the joint space
   double least = 0;                       ///< the full_rank-th singular value, over the greatest
   std::vector<Twist> lost;                ///< full_rank - rank of them, base axes, at the tip
   std::vector<std::vector<double>> idle;  ///< joint rates that move nothing, unit, dof() each
-  [[nodiscard]] bool is_singular() const { return rank < full_rank; }
+  int mobility = 0;                       ///< independent motions that keep the loops closed, here
+  int least_mobility = 0;  ///< the least, over the joint space: greater here = the loops give way
+  /// Joint rates with the motors at rest, unit, dof() each, that there are elsewhere fewer of, and
+  /// the tip's twists of unit length for them, base axes; zeros where the tip stays.
+  std::vector<std::vector<double>> loose;
+  std::vector<Twist> gained;
+  double hold = 1;  ///< least rate of the motors for unit joint rates: 0 = not held by the motors
+  [[nodiscard]] bool is_singular() const {
+    return rank < full_rank || !loose.empty() || mobility > least_mobility;
+  }
 };
-/// Looks at a tip in one configuration, at the whole twist or at a part of it. A direction counts
-/// as lost when its rate is below `threshold` times the greatest, lengths counted in the way from
-/// base to tip.
+/// Looks at a tip in one configuration, closed where there are loops, at the whole twist or at a
+/// part of it. A direction counts as lost when its rate is below `threshold` times the greatest,
+/// lengths counted in the way from base to tip; a motion as loose when the motors turn by less than
+/// `threshold` for unit joint rates.
 [[nodiscard]] Singularity singularity(const RobotModel& model, std::size_t tip,
                                       std::span<const double> q, TwistPart part = TwistPart::all,
                                       double threshold = 1e-6);
@@ -61,5 +79,7 @@ struct Singularity {
 
 /// "cannot move along (0, 0, 1)", "cannot turn about (1, 0, 0)", or both at once.
 [[nodiscard]] std::string lost_words(const Twist& twist);
+/// "can move along (0, 0, 1) with the motors at rest"; of zeros "its joints can move ...".
+[[nodiscard]] std::string gained_words(const Twist& twist);
 
 }  // namespace robomosp::robotics

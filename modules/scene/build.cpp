@@ -16,6 +16,7 @@
 #include "robotics/home.h"
 #include "robotics/kinematics.h"
 #include "robotics/singularity.h"
+#include "robotics/tip_motion.h"
 #include "spatial/mass.h"
 #include "spatial/pose.h"
 #include "spatial/rotation.h"
@@ -164,10 +165,9 @@ double reach(const model::Robot& robot) {
 
 /// The velocity and force ellipsoids about the tool, as long as a fifth of the reach.
 void add_ellipsoids(Maker& m, const PosedRobot& robot, const Pose& tool) {
-  std::vector<double> columns(6 * robot.model->dof());
-  robotics::geometric_jacobian(*robot.model, 0, robot.joint_frames, robotics::JacobianFrame::base,
-                               columns);
-  const auto e = robotics::ellipsoid(columns, robotics::TwistPart::translation);
+  const auto motion = robotics::tip_motion(*robot.model, 0, robot.joint_frames);
+  const auto e =
+      robotics::ellipsoid(motion.jacobian, robotics::TwistPart::translation, motion.loose_twists);
   Pose axes;
   axes.R = e.axes;
   Pose at = spatial::compose(robot.world_T_base, axes);

@@ -11,12 +11,10 @@
 
 #include "robotics/build_model.h"
 #include "robotics/closure.h"
-#include "robotics/coordinates.h"
-#include "robotics/home.h"
 #include "robotics/kinematics.h"
 #include "spatial/pose.h"
 #include "spatial/rotation.h"
-#include "support/workbench.h"
+#include "support/closed_mechanism.h"
 
 namespace robomosp {
 namespace {
@@ -29,42 +27,7 @@ using spatial::sub;
 
 constexpr double kPi = 3.14159265358979323846;
 
-struct Mechanism {
-  explicit Mechanism(const std::string& name) {
-    test::Workbench bench;
-    const RobotId id{bench.load("robots/" + name + ".rbt").number};
-    record = *bench.document.now()->get(id);
-    model = test::unwrap(robotics::build_robot_model(name, record, {}, {0, 0, -9.81}));
-    home = robotics::home_joint_values(record);
-    links = robotics::link_joints(record);
-  }
-  /// Index of a link's first coordinate.
-  [[nodiscard]] std::size_t q_of(const std::string& link) const {
-    for (std::size_t i = 0; i < record.links.size(); ++i)
-      if (record.links[i].name == link) return static_cast<std::size_t>(links[i].q);
-    ADD_FAILURE() << "no link " << link;
-    return 0;
-  }
-  /// Closed with the motors at these values, from home.
-  [[nodiscard]] Closure close(const std::vector<std::pair<std::string, double>>& motors) const {
-    std::vector<double> target = home;
-    for (const auto& [link, value] : motors) target[q_of(link)] = value;
-    Closure c = robotics::close_loops(model, home, target, robotics::actuated_velocities(model));
-    EXPECT_TRUE(c.is_closed) << c.residual;
-    EXPECT_EQ(c.outside, -1);
-    return c;
-  }
-  [[nodiscard]] Pose tip(const std::vector<double>& q, std::size_t i = 0) const {
-    std::vector<Pose> frames(model.joints.size());
-    robotics::forward_kinematics(model, q, frames);
-    return robotics::tip_pose(model, i, frames);
-  }
-
-  model::Robot record;
-  RobotModel model;
-  std::vector<double> home;
-  std::vector<robotics::LinkJoints> links;
-};
+using Mechanism = test::ClosedMechanism;
 
 TEST(ClosedChains, HomePosesAreClosed) {
   for (const char* name : {"four_bar", "slider_crank", "five_bar", "delta", "stewart"}) {
@@ -164,15 +127,7 @@ TEST(ClosedChains, TheStewartPlatformsLegsAreAsLongAsTheirEndsAreApart) {
   for (const Case& wanted : {Case{{0, 0, 0.7}, {}}, Case{{0.05, -0.03, 0.74}, {0.1, -0.15, 0.2}},
                              Case{{-0.06, 0.04, 0.68}, {-0.12, 0.05, -0.25}}}) {
     const spatial::Matrix3 R = spatial::from_rpy(wanted.rpy);
-    const spatial::Quaternion o = spatial::to_quaternion(R);
-    const std::size_t at = m.q_of("platform");
-    std::vector<double> target = m.home;
-    const std::array<double, 7> pose{wanted.p[0], wanted.p[1], wanted.p[2], o.w, o.x, o.y, o.z};
-    std::copy(pose.begin(), pose.end(), target.begin() + static_cast<std::ptrdiff_t>(at));
-    std::vector<bool> held(m.model.dof(), false);
-    std::fill(held.end() - 6, held.end(), true);
-    const Closure closed = robotics::close_loops(m.model, m.home, target, held);
-    ASSERT_TRUE(closed.is_closed) << closed.residual;
+    const Closure closed = m.close_at("platform", Pose{R, wanted.p});
     std::vector<std::pair<std::string, double>> motors;
     for (int k = 0; k < 6; ++k) {
       const double half = k % 2 ? 1 : -1, third = 2 * kPi * (k / 2) / 3;
