@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "ioci/commands.h"
+#include "ioci/robots.h"
 #include "robotics/analytical.h"
 #include "robotics/kinematics.h"
 #include "robotics/singularity.h"
@@ -219,17 +219,22 @@ TwistPart part_of(const Map& args) {
 Result<Value> dexterity(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const Moved m, moved(ctx, args));
   RMP_TRY_ASSIGN(const std::size_t tip, tip_of(*m.model, args));
-  const TipColumns c = tip_columns(m, tip, false);
+  RMP_TRY_ASSIGN(robotics::TipMotion motion, closed_tip_motion(*m.model, tip, m.frames));
+  robotics::express_columns(m.model->base, motion.jacobian);
+  robotics::express_columns(m.model->base, motion.loose_twists);
   const TwistPart part = part_of(args);
   const double length = has(args, "length") ? real(args, "length") : 1.0;
-  const robotics::Dexterity d = robotics::dexterity(c.jacobian, part, length);
+  const robotics::Dexterity d =
+      robotics::dexterity(motion.jacobian, part, length, motion.loose_twists);
   const auto ellipsoid = [&](TwistPart of, const char* speed, const char* force) {
-    const robotics::Ellipsoid e = robotics::ellipsoid(c.jacobian, of);
+    const robotics::Ellipsoid e = robotics::ellipsoid(motion.jacobian, of, motion.loose_twists);
     return Value(
         Map{{"axes", NumericArray(std::vector<double>(e.axes.begin(), e.axes.end()), 3, 3)},
             {"velocity", vec_value(e.velocity, speed)},
             {"force", vec_value(e.force, force)}});
   };
+  List motors;
+  for (const std::size_t v : motion.motors) motors.emplace_back(static_cast<std::int64_t>(v + 1));
   return Value(
       Map{{"yoshikawa", d.yoshikawa},
           {"condition", d.condition},
@@ -237,34 +242,53 @@ Result<Value> dexterity(CommandContext& ctx, const Map& args) {
           {"singular_values", NumericArray(d.singular_values)},
           {"weakest", NumericArray(std::vector<double>(d.weakest.begin(), d.weakest.end()))},
           {"translation", ellipsoid(TwistPart::translation, "m/s", "N")},
-          {"rotation", ellipsoid(TwistPart::rotation, "rad/s", "N m")}});
+          {"rotation", ellipsoid(TwistPart::rotation, "rad/s", "N m")},
+          {"jacobian", matrix_value(motion.jacobian)},
+          {"motors", std::move(motors)}});
 }
 
 Result<Value> singularity(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const Moved m, moved(ctx, args));
   RMP_TRY_ASSIGN(const std::size_t tip, tip_of(*m.model, args));
+  RMP_TRY(closed_tip_motion(*m.model, tip, m.frames));
   const robotics::Singularity s =
       robotics::singularity(*m.model, tip, m.q, part_of(args), real(args, "threshold"));
   List words;
-  std::vector<double> lost, idle;
-  for (const robotics::Twist& t : s.lost) {
-    const Vec3 v = spatial::rotate(m.model->base, {t[0], t[1], t[2]});
-    const Vec3 w = spatial::rotate(m.model->base, {t[3], t[4], t[5]});
-    words.emplace_back(robotics::lost_words({v[0], v[1], v[2], w[0], w[1], w[2]}));
-    lost.insert(lost.end(), v.begin(), v.end());
-    lost.insert(lost.end(), w.begin(), w.end());
-  }
-  for (const auto& rates : s.idle) idle.insert(idle.end(), rates.begin(), rates.end());
+  const auto told = [&](const std::vector<robotics::Twist>& twists, auto&& in_words) {
+    std::vector<double> rows;
+    for (const robotics::Twist& t : twists) {
+      const Vec3 v = spatial::rotate(m.model->base, {t[0], t[1], t[2]});
+      const Vec3 w = spatial::rotate(m.model->base, {t[3], t[4], t[5]});
+      const robotics::Twist in_mounting{v[0], v[1], v[2], w[0], w[1], w[2]};
+      words.emplace_back(in_words(in_mounting));
+      rows.insert(rows.end(), in_mounting.begin(), in_mounting.end());
+    }
+    return rows;
+  };
+  const auto joined = [](const std::vector<std::vector<double>>& all) {
+    std::vector<double> out;
+    for (const auto& rates : all) out.insert(out.end(), rates.begin(), rates.end());
+    return out;
+  };
   const auto table = [](std::vector<double> rows, std::size_t columns) {
     return rows.empty() ? Value(List{}) : Value(NumericArray(rows, rows.size() / columns, columns));
   };
+  const Value lost = table(told(s.lost, robotics::lost_words), 6),
+              gained = table(told(s.gained, robotics::gained_words), 6);
+  if (s.mobility > s.least_mobility)
+    words.emplace_back("its loops leave it " + std::to_string(s.mobility) +
+                       " independent motions instead of " + std::to_string(s.least_mobility));
   return Value(Map{{"singular", s.is_singular()},
                    {"rank", s.rank},
                    {"full_rank", s.full_rank},
                    {"least", s.least},
-                   {"lost", table(std::move(lost), 6)},
+                   {"lost", lost},
                    {"words", std::move(words)},
-                   {"idle", table(std::move(idle), m.model->dof())}});
+                   {"idle", table(joined(s.idle), m.model->dof())},
+                   {"mobility", s.mobility},
+                   {"hold", s.hold},
+                   {"gained", gained},
+                   {"loose", table(joined(s.loose), m.model->dof())}});
 }
 
 // --- inverse kinematics of several goals ---------------------------------------------------
@@ -609,7 +633,9 @@ std::vector<CommandSpec> robot_kinematics_commands() {
       "The velocity ellipsoid holds the tool's velocities for joint speeds of unit length, the "
       "force "
       "ellipsoid its forces for joint torques of unit length: the same axes, inverse half lengths. "
-      "view.render draws them with ellipsoid = \"velocity\" or \"force\".",
+      "view.render draws them with ellipsoid = \"velocity\" or \"force\". With closed loops the "
+      "speeds are those of the motors, all other joints following; what the tool can do with the "
+      "motors at rest counts as infinitely fast.",
       with_arm("local d = arm:dexterity{q = \"ready\"}\nassert(math.abs(d.yoshikawa - "
                "arm:manipulability{q = \"ready\"}) < 1e-9)\nassert(d.condition > 1 and "
                "math.abs(d.translation.velocity[1] * d.translation.force[1] - 1) < 1e-9)"),
@@ -627,14 +653,19 @@ std::vector<CommandSpec> robot_kinematics_commands() {
         field("singular_values", "real[]", "", "Descending."),
         field("weakest", "real[]", "", "Unit twist (v, w) of the least one, mounting axes."),
         field("translation", "map", "", "axes (columns), velocity and force: half lengths."),
-        field("rotation", "map", "", "The same of angular velocity and moment.")}},
+        field("rotation", "map", "", "The same of angular velocity and moment."),
+        field("jacobian", "matrix", "", "What they are of: twists (v, w) for rates of the motors."),
+        field("motors", "list", "", "Numbers in qd that its columns belong to.")}},
       dexterity);
   add("robot.singularity",
       "Tells whether a configuration is singular, and what the tool cannot do there.",
       "rank is that of the tool's Jacobian here, full_rank the greatest it has elsewhere: a robot "
       "of "
       "four joints has 4. lost has a unit twist (v, w) a row, mounting axes, at the tool: it is "
-      "perpendicular to all that the tool can do, lengths counted in the reach of the robot.",
+      "perpendicular to all that the tool can do, lengths counted in the reach of the robot. With "
+      "closed loops only motions count that keep them closed, and a configuration is singular as "
+      "well where the mechanism can move with its motors at rest (gained, loose), or where its "
+      "loops leave it more motions than elsewhere.",
       with_arm("local s = arm:singularity{q = {0, -0.9, 0.6, 0.4, 0, 0}}\nassert(s.singular and "
                "#s.words == 1)\nassert(not arm:singularity{q = \"ready\"}.singular)"),
       {self("robot"), q, part,
@@ -651,20 +682,24 @@ std::vector<CommandSpec> robot_kinematics_commands() {
         field("least", "real", "", "Least singular value that counts, over the greatest."),
         field("lost", "matrix", "", "Lost twists, one a row; an empty list when there are none."),
         field("words", "list", "",
-              "The same in words: cannot move along ..., cannot turn about ..."),
-        field("idle", "matrix", "", "Joint speeds that do not move the tool, one a row.")}},
+              "The same in words: cannot move along ..., cannot turn about ...; can move along ... "
+              "with the motors at rest."),
+        field("idle", "matrix", "", "Joint speeds that do not move the tool, one a row."),
+        field("mobility", "int", "", "Independent motions that keep the loops closed."),
+        field("hold", "real", "",
+              "Least speed of the motors for joint speeds of length 1: 0 = they do not hold it."),
+        field("gained", "matrix", "",
+              "Unit twists of the tool with the motors at rest, zeros where it stays, one a row."),
+        field("loose", "matrix", "", "Joint speeds for them, one a row.")}},
       singularity);
+  const auto objective_params =
+      objective_fields("away from obstacles: of the world, or the robot's own links");
   add("robot.solve_goals",
       "Finds joint values that meet several goals at once, or goals that leave something free.",
-      "Each goal brings a tip to a target in whole or in part. What freedom is left is used for "
-      "the "
-      "objective: centre (joints near the middle of their limits), manipulability, limits (away "
-      "from "
-      "near ones), clearance (away from obstacles: of the world, or the robot's own links). Closed "
-      "loops stay closed. Without an answer the error says why: out of reach by how much, the "
-      "limit "
-      "of which joint, or which direction is lost; partial = true returns the closest "
-      "configuration.",
+      "Each goal brings a tip to a target in whole or in part; the freedom that is left serves the "
+      "objective. Closed loops stay closed. Without an answer the error says why: out of reach by "
+      "how much, the limit of which joint, or which direction is lost; partial = true returns the "
+      "closest configuration.",
       with_arm(
           "local at = arm:fk{q = \"ready\"}.pose\nlocal s = arm:solve_goals{goals = {{target = "
           "at, parts = \"position\"}}, objective = \"centre\"}\nassert(s.status == \"solved\" and "

@@ -123,16 +123,16 @@ Result<Value> jacobian(CommandContext& ctx, const Map& args) {
 Result<Value> manipulability(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const Posed p, posed(ctx, args));
   RMP_TRY_ASSIGN(const std::size_t tip, tip_index(*p.model, args));
-  std::vector<double> j(6 * p.model->dof());
-  robotics::geometric_jacobian(*p.model, tip, p.frames, robotics::JacobianFrame::base, j);
+  RMP_TRY_ASSIGN(const robotics::TipMotion motion, closed_tip_motion(*p.model, tip, p.frames));
   const std::string measure = text_of(args, "measure"), part = text_of(args, "part");
-  if (measure == "yoshikawa" && part == "all") return Value(robotics::manipulability(j));
+  if (measure == "yoshikawa" && part == "all" && motion.loose.empty())
+    return Value(robotics::manipulability(motion.jacobian));
   const robotics::Dexterity d =
-      robotics::dexterity(j,
+      robotics::dexterity(motion.jacobian,
                           part == "translation" ? robotics::TwistPart::translation
                           : part == "rotation"  ? robotics::TwistPart::rotation
                                                 : robotics::TwistPart::all,
-                          1);
+                          1, motion.loose_twists);
   return Value(measure == "condition" ? d.condition : measure == "least" ? d.least : d.yoshikawa);
 }
 

@@ -266,4 +266,15 @@ Result<void> closed_or_fault(const RobotModel& m, const robotics::Closure& close
                "Move its joints with motors, or start from another configuration.", where);
 }
 
+Result<robotics::TipMotion> closed_tip_motion(const RobotModel& m, std::size_t tip,
+                                              std::span<const Pose> joint_frames) {
+  constexpr double kOpen = 1e-6;  // [m, rad]
+  if (const double open = robotics::open_by(m, joint_frames); open > kOpen)
+    return error(
+        ErrorCode::invalid_argument,
+        "its loops are open by " + text::print_rounded(open, 3) + " m or rad at these joint values",
+        "Give values that close them: robot.close.", "robot " + text::quote(m.name));
+  return robotics::tip_motion(m, tip, joint_frames);
+}
+
 }  // namespace robomosp::ioci

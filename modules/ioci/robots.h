@@ -10,6 +10,7 @@
 
 #include "ioci/commands.h"
 #include "robotics/closure.h"
+#include "robotics/tip_motion.h"
 
 namespace robomosp::ioci {
 
@@ -36,6 +37,9 @@ Result<void> check_robot(const std::string& name, const model::Robot& r);
 void tell_inertia(CommandContext& ctx, const std::string& name, const model::Link& l);
 /// The fault of loops that do not close or leave limits, else nothing.
 Result<void> closed_or_fault(const RobotModel& m, const robotics::Closure& closed);
+/// What a tip can do with its joint frames there; open loops are an error.
+Result<robotics::TipMotion> closed_tip_motion(const RobotModel& m, std::size_t tip,
+                                              std::span<const Pose> joint_frames);
 
 [[nodiscard]] inline ParamSpec unbounded(ParamSpec p) {
   p.infinite = true;
