@@ -17,14 +17,20 @@
 #include <robomosp/sdk/controller.h>
 #include <robomosp/sdk/csg.h>
 #include <robomosp/sdk/csg_primitive.h>
+#include <robomosp/sdk/curve.h>
 #include <robomosp/sdk/dynamics.h>
 #include <robomosp/sdk/ik.h>
 #include <robomosp/sdk/integrator.h>
 #include <robomosp/sdk/io.h>
+#include <robomosp/sdk/joint_segment.h>
+#include <robomosp/sdk/motion_law.h>
+#include <robomosp/sdk/orientation.h>
 #include <robomosp/sdk/physics.h>
+#include <robomosp/sdk/planner.h>
 #include <robomosp/sdk/plugin.h>
 #include <robomosp/sdk/post.h>
 #include <robomosp/sdk/render.h>
+#include <robomosp/sdk/retimer.h>
 #include <robomosp/sdk/robot_code.h>
 #include <robomosp/sdk/trajectory.h>
 
@@ -315,12 +321,17 @@ void append_unique(std::vector<fs::path>& path, const fs::path& folder) {
 
 const std::vector<std::string>& known_interfaces() {
   static const std::vector<std::string> ids = {
-      CsgEngine::kInterfaceId,         CsgPrimitive::kInterfaceId,    IkSolver::kInterfaceId,
-      InverseDynamics::kInterfaceId,   ForwardDynamics::kInterfaceId, SegmentMaker::kInterfaceId,
-      CollisionEngine::kInterfaceId,   PhysicsEngine::kInterfaceId,   Compiler::kInterfaceId,
-      PostProcessor::kInterfaceId,     Importer::kInterfaceId,        Exporter::kInterfaceId,
-      render::Renderer::kInterfaceId,  Integrator::kInterfaceId,      Controller::kInterfaceId,
-      RobotCodeGenerator::kInterfaceId};
+      CsgEngine::kInterfaceId,        CsgPrimitive::kInterfaceId,
+      IkSolver::kInterfaceId,         InverseDynamics::kInterfaceId,
+      ForwardDynamics::kInterfaceId,  SegmentMaker::kInterfaceId,
+      CollisionEngine::kInterfaceId,  PhysicsEngine::kInterfaceId,
+      Compiler::kInterfaceId,         PostProcessor::kInterfaceId,
+      Importer::kInterfaceId,         Exporter::kInterfaceId,
+      render::Renderer::kInterfaceId, Integrator::kInterfaceId,
+      Controller::kInterfaceId,       RobotCodeGenerator::kInterfaceId,
+      CurveMaker::kInterfaceId,       MotionLawMaker::kInterfaceId,
+      OrientationMaker::kInterfaceId, JointSegmentMaker::kInterfaceId,
+      Retimer::kInterfaceId,          Planner::kInterfaceId};
   return ids;
 }
 

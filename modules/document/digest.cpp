@@ -114,7 +114,11 @@ class Feeder {
   }
   void add(const NamedPose& p) { all(p.name, p.q); }
   void add(const PairRule& p) { all(p.a, p.b, p.is_allowed, p.reason); }
-  void add(const TrajectorySegment& s) { all(s.shape, s.points); }
+  void add(const Transition& t) { all(t.is_smooth, t.distance, t.speed); }
+  void add(const TrajectorySegment& s) {
+    all(s.shape, s.law, s.orientation, s.points, s.joints, AnyId(s.stored), s.placement,
+        s.transition);
+  }
   void add(const PlacedObject& p) { all(p.name, p.what, p.placement); }
   void add(const PlacedRobot& p) { all(p.name, AnyId(p.robot), p.placement, p.q); }
   void add(const PlacedTrajectory& p) { all(p.name, AnyId(p.trajectory), p.placement); }
@@ -173,7 +177,9 @@ struct Size {
   std::size_t operator()(const Trajectory& t) const {
     std::size_t n = t.description.size();
     for (const auto& s : t.segments)
-      n += sizeof(TrajectorySegment) + bytes(s.shape) + s.points.size() * sizeof(Placement);
+      n += sizeof(TrajectorySegment) + bytes(s.shape) + bytes(s.law) + bytes(s.orientation) +
+           s.points.size() * sizeof(Placement) +
+           (s.joints.empty() ? 0 : 8 * s.joints.size() * s.joints.front().size());
     return n;
   }
   std::size_t operator()(const World& w) const {

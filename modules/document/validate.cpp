@@ -572,12 +572,30 @@ Result<void> check(const Trajectory& t, Subject& subject) {
   for (std::size_t i = 0; i < t.segments.size(); ++i) {
     subject = {"segment", i};
     const std::string segment = "segment " + std::to_string(i + 1);
-    if (!is_name(t.segments[i].shape.name))
-      return bad_name(t.segments[i].shape.name, "shape of " + segment);
-    RMP_TRY(choice(t.segments[i].shape, segment));
-    for (std::size_t k = 0; k < t.segments[i].points.size(); ++k)
-      RMP_TRY(
-          placement(t.segments[i].points[k], "point " + std::to_string(k + 1) + " of " + segment));
+    const TrajectorySegment& s = t.segments[i];
+    if (!(s.transition.distance >= 0 && std::isfinite(s.transition.distance)))
+      return fault("the transition's distance of " + segment + " is below 0 or not a number", {});
+    if (!(s.transition.speed >= 0 && std::isfinite(s.transition.speed)))
+      return fault("the transition's speed of " + segment + " is below 0 or not a number", {});
+    if (s.stored) {
+      RMP_TRY(placement(s.placement, "the placement of " + segment));
+      continue;
+    }
+    if (!is_name(s.shape.name)) return bad_name(s.shape.name, "shape of " + segment);
+    RMP_TRY(choice(s.shape, segment));
+    RMP_TRY(choice(s.law, "the law of " + segment));
+    RMP_TRY(choice(s.orientation, "the orientation of " + segment));
+    for (std::size_t k = 0; k < s.points.size(); ++k)
+      RMP_TRY(placement(s.points[k], "point " + std::to_string(k + 1) + " of " + segment));
+    for (std::size_t k = 0; k < s.joints.size(); ++k) {
+      const std::string row = "joint vector " + std::to_string(k + 1) + " of " + segment;
+      if (s.joints[k].empty() || s.joints[k].size() != s.joints.front().size())
+        return fault(row + " has " + std::to_string(s.joints[k].size()) + " values, the first " +
+                         std::to_string(s.joints.front().size()),
+                     "All joint vectors of a segment have one value for each joint.");
+      for (const double q : s.joints[k])
+        if (!std::isfinite(q)) return fault("a value of " + row + " is not a finite number", {});
+    }
   }
   return {};
 }

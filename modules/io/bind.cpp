@@ -593,34 +593,76 @@ class Binder {
 
   Result<void> trajectory() {
     Trajectory t;
-    Result<void> fields_read = block(
-        kFile, "a trajectory",
-        {name_rule(), string("description", t.description),
-         number("sample_time", "s", t.sample_time),
-         repeated("segment", [&](Index i) -> Result<void> {
-           TrajectorySegment s;
-           out_.places[{"segment", t.segments.size()}] = at(i).offset;
-           RMP_TRY(need_argument(i));
-           RMP_TRY(read_name(i, s.shape.name, "segment"));
-           RMP_TRY(need_block(i));
-           std::vector<Rule> rules;
-           rules.push_back(repeated("point", [&](Index k) -> Result<void> {
-             Placement p;
-             RMP_TRY(need_block(k, true));
-             std::vector<Rule> inner;
-             placement(inner, p);
-             RMP_TRY(block(k, "a point", inner));
-             s.points.push_back(p);
-             return {};
-           }));
-           RMP_TRY(block(i, "a segment", rules, [this](Index k) { return at(k).name != "point"; }));
-           RMP_TRY(parameters(i, s.shape, "point"));
-           t.segments.push_back(std::move(s));
-           return {};
-         })});
+    Result<void> fields_read =
+        block(kFile, "a trajectory",
+              {name_rule(), string("description", t.description),
+               number("sample_time", "s", t.sample_time),
+               repeated("segment", [&](Index i) -> Result<void> {
+                 out_.places[{"segment", t.segments.size()}] = at(i).offset;
+                 RMP_TRY_ASSIGN(auto s, at(i).argument == Argument::none ? stored_segment(i, t)
+                                                                         : shaped_segment(i));
+                 t.segments.push_back(std::move(s));
+                 return {};
+               })});
     RMP_TRY(std::move(fields_read));
     out_.record.body = std::move(t);
     return {};
+  }
+  /// `segment line { point { ... }  point { ... }  speed 10 mm/s  law trapezoidal { ... } }`
+  Result<TrajectorySegment> shaped_segment(Index i) {
+    TrajectorySegment s;
+    RMP_TRY(read_name(i, s.shape.name, "segment"));
+    RMP_TRY(need_block(i));
+    std::vector<Rule> rules{provider("law", s.law), provider("orientation", s.orientation),
+                            transition(s.transition)};
+    rules.push_back(repeated("point", [&](Index k) -> Result<void> {
+      Placement p;
+      RMP_TRY(need_block(k, true));
+      std::vector<Rule> inner;
+      placement(inner, p);
+      RMP_TRY(block(k, "a point", inner));
+      s.points.push_back(p);
+      return {};
+    }));
+    rules.push_back(repeated("joints", [&](Index k) -> Result<void> {
+      s.joints.emplace_back();
+      return joint_values(k, s.joints.back());
+    }));
+    const auto is_parameter = [&](Index k) {
+      return std::none_of(rules.begin(), rules.end(),
+                          [&](const Rule& r) { return r.name == at(k).name; });
+    };
+    RMP_TRY(block(i, "a segment", rules, is_parameter));
+    RMP_TRY(parameters(i, s.shape, is_parameter));
+    return s;
+  }
+  /// `segment { trajectory "weld.tjc"  at (1, 0, 0) }`
+  Result<TrajectorySegment> stored_segment(Index i, const Trajectory& t) {
+    TrajectorySegment s;
+    RMP_TRY(need_block(i, true));
+    const std::size_t k = t.segments.size();
+    std::vector<Rule> rules{
+        reference(
+            "trajectory", {Kind::trajectory}, "segment " + std::to_string(k + 1),
+            [k](Body& b, AnyId id) { std::get<Trajectory>(b).segments[k].stored = {id.number}; }),
+        transition(s.transition)};
+    rules.front().is_required = true;
+    placement(rules, s.placement);
+    RMP_TRY(block(i, "a stored segment", rules));
+    return s;
+  }
+  /// `transition none`, or `transition { distance 5 mm  speed 20 mm/s }`
+  Rule transition(Transition& out) {
+    return {"transition", [this, &out](Index i) -> Result<void> {
+              if (at(i).argument == Argument::word && at(i).text == "none") {
+                out.is_smooth = false;
+                return no_block(i);
+              }
+              RMP_TRY(need_block(i, true));
+              return block(
+                  i, "a transition",
+                  {number("distance", "m", out.distance), number("speed", "m/s", out.speed)});
+            }};
   }
 
   Result<void> world() {
@@ -990,13 +1032,13 @@ class Binder {
     return {name, [this, &out](Index i) -> Result<void> {
               if (at(i).has_values) return no_block(i);
               if (at(i).argument != Argument::none) RMP_TRY(read_name(i, out.name, "provider"));
-              return parameters(i, out, "");
+              return parameters(i, out);
             }};
   }
-  /// Every field of the block but `except` is a parameter of the provider.
-  Result<void> parameters(Index owner, ProviderChoice& out, std::string_view except) {
+  /// Every field of the block, or those that `is_parameter`, are parameters of the provider.
+  Result<void> parameters(Index owner, ProviderChoice& out, const Skip& is_parameter = {}) {
     for (Index i = owner + 1; i < at(owner).end; i = at(i).end) {
-      if (at(i).name == except) continue;
+      if (is_parameter && !is_parameter(i)) continue;
       RMP_TRY(no_block(i));
       RMP_TRY_ASSIGN(auto value, parameter(i));
       if (!out.params.emplace(std::string(at(i).name), std::move(value)).second)

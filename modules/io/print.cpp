@@ -349,11 +349,30 @@ class Printer {
     if (t.sample_time != Trajectory{}.sample_time)
       line("sample_time " + quantity(t.sample_time, "s"));
     for (const auto& s : t.segments) {
-      open("segment " + name(s.shape.name) + " {");
-      parameters(s.shape);
-      for (const auto& p : s.points) block("point", placement(p));
+      if (s.stored) {
+        open("segment {");
+        line("trajectory " + quote(path_of_(s.stored)));
+        for (const auto& field : placement(s.placement)) line(field);
+      } else {
+        open("segment " + name(s.shape.name) + " {");
+        parameters(s.shape);
+        provider("law", s.law);
+        provider("orientation", s.orientation);
+        for (const auto& p : s.points) block("point", placement(p));
+        for (const auto& q : s.joints) line("joints " + joint_values(Robot{}, q));
+      }
+      transition(s.transition);
       close();
     }
+  }
+
+  void transition(const Transition& t) {
+    if (t == Transition{}) return;
+    if (!t.is_smooth) return line("transition none");
+    std::vector<std::string> fields;
+    if (t.distance != 0) fields.push_back("distance " + quantity(t.distance, "m"));
+    if (t.speed != 0) fields.push_back("speed " + quantity(t.speed, "m/s"));
+    block("transition", fields);
   }
 
   void print(const World& w) {

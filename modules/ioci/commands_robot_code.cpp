@@ -7,7 +7,7 @@
 
 #include "io/native.h"
 #include "ioci/commands.h"
-#include "motion/path.h"
+#include "motion/provider_params.h"
 
 namespace robomosp::ioci {
 namespace {

@@ -1,72 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 
-#include <robomosp/sdk/trajectory.h>
-
 #include "ioci/commands.h"
+#include "ioci/segments.h"
 #include "motion/path.h"
 
 namespace robomosp::ioci {
 namespace {
 
 using model::Trajectory;
-using model::TrajectorySegment;
-
-Result<model::ProviderChoice::Param> param_of(const Value& v, const std::string& path) {
-  if (v.as_bool()) return model::ProviderChoice::Param(*v.as_bool());
-  if (v.as_int()) return model::ProviderChoice::Param(*v.as_int());
-  if (v.as_real()) return model::ProviderChoice::Param(*v.as_real());
-  if (v.as_string()) return model::ProviderChoice::Param(*v.as_string());
-  if (v.as_array() || v.as_list()) return model::ProviderChoice::Param(reals(&v));
-  return error(ErrorCode::invalid_argument, v.text() + " is not a parameter's value", {}, path);
-}
-
-/// `{shape = "line", speed = "50 mm/s", points = {...}}`: what is neither shape nor points is a
-/// parameter of the shape's provider and is checked against its table.
-Result<TrajectorySegment> read_segment(const CommandContext& ctx, const Value& value,
-                                       const std::string& path) {
-  const Map* given = value.as_map();
-  if (!given)
-    return error(ErrorCode::invalid_argument, value.text() + " is not a segment",
-                 "Give a table such as {shape = \"line\", points = {...}}.", path);
-  TrajectorySegment out;
-  const Value* shape = given->find("shape");
-  if (!shape || !shape->as_string())
-    return error(ErrorCode::invalid_argument, "the segment has no shape", "Give shape = \"line\".",
-                 path);
-  auto found = ctx.app.registry.find(SegmentMaker::kInterfaceId, *shape->as_string());
-  if (!found.ok()) return std::move(found).error().in(path);
-  const ProviderInfo& info = *found;
-  out.shape.name = info.name;
-  Map params;
-  for (const auto& [key, v] : *given) {
-    if (key == "params" && v.as_map()) {
-      for (const auto& [name, p] : *v.as_map()) params.set(name, p);
-    } else if (key != "shape" && key != "points" && key != "params") {
-      params.set(key, v);
-    }
-  }
-  auto checked = check(info.schema, params);
-  if (!checked.ok()) return std::move(checked).error().in(path + ", " + info.name);
-  for (const auto& [key, v] : params) {
-    RMP_TRY_ASSIGN(out.shape.params[key], param_of(*checked->find(key), path + "." + key));
-  }
-  const Value* points = given->find("points");
-  if (points && !points->is_nil() && !points->as_list())
-    return error(ErrorCode::invalid_argument, points->text() + " is not a list of poses",
-                 "Give {{x, y, z, roll, pitch, yaw}, ...}.", path + ".points");
-  for (std::size_t i = 0; points && points->as_list() && i < points->as_list()->size(); ++i) {
-    RMP_TRY_ASSIGN(auto placement, read_placement(&(*points->as_list())[i],
-                                                  path + ".points[" + std::to_string(i + 1) + "]"));
-    out.points.push_back(placement);
-  }
-  return out;
-}
 
 Result<std::shared_ptr<const motion::Path>> path_of(const CommandContext& ctx, const Map& args) {
   const AnyId id = ref(args, "id");
   return motion::Path::build(ctx.app.registry, ctx.snapshot().find(id)->name,
-                             content<Trajectory>(ctx, args));
+                             content<Trajectory>(ctx, args), motion::stored_in(ctx.snapshot()));
 }
 
 Result<Value> create(CommandContext& ctx, const Map& args) {
@@ -82,7 +29,7 @@ Result<Value> create(CommandContext& ctx, const Map& args) {
   }
   if (!t.segments.empty()) {
     // Coincident points, gaps and bad speeds show here rather than at the first run.
-    RMP_TRY(motion::Path::build(ctx.app.registry, name, t));
+    RMP_TRY(motion::Path::build(ctx.app.registry, name, t, motion::stored_in(ctx.snapshot())));
   }
   RMP_TRY_ASSIGN(const auto id, ctx.edit().add(name, std::move(t)));
   return Value(Application::handle(id));
@@ -96,7 +43,7 @@ Result<Value> change_path(CommandContext& ctx, const Map& args, Fn&& fn) {
     auto changed = fn(t);
     if (!changed.ok()) return std::move(changed).error().in("trajectory " + text::quote(name));
     if (t.segments.empty()) return {};
-    auto built = motion::Path::build(ctx.app.registry, name, t);
+    auto built = motion::Path::build(ctx.app.registry, name, t, motion::stored_in(ctx.snapshot()));
     if (!built.ok()) return std::move(built).error();
     return {};
   });
@@ -226,14 +173,11 @@ std::vector<CommandSpec> trajectory_commands() {
   std::vector<CommandSpec> all;
   const ParamSpec sample_time = above_zero(optional(
       "sample_time", "real", "s", "Time between samples when a run does not say otherwise."));
-  const char* const segment_doc =
-      "A segment is a table: shape (a provider, see provider.list(\"segment\")), points (poses, in "
-      "the trajectory's frame) and the shape's own parameters.";
   all.push_back(
       {.name = "trajectory.create",
        .classic = "",
        .summary = "Makes a trajectory from segments, one after the other.",
-       .details = std::string(segment_doc) + " Each segment starts where the one before ends.",
+       .details = std::string(kSegmentDoc) + " Each segment starts where the one before ends.",
        .example = with_stroke("assert(math.abs(stroke:length() - 0.2) < 1e-12)"),
        .params = {needed("name", "string", "", "Name, unique among trajectories."),
                   needed("segments", "list", "", "Its segments."), sample_time,
@@ -257,7 +201,7 @@ std::vector<CommandSpec> trajectory_commands() {
       {.name = "trajectory.add_segment",
        .classic = "",
        .summary = "Adds a segment at the end.",
-       .details = segment_doc,
+       .details = kSegmentDoc,
        .example = with_stroke(
            "stroke:add_segment({shape = \"line\", points = {{0.5, 0.2, 0.3, 0, 0, 0}, {0.5, 0.2, "
            "0.4, 0, 0, 0}}})\nassert(math.abs(stroke:length() - 0.3) < 1e-12)"),

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
 
+#include "ioci/segments.h"
 #include "ioci/solid_nodes.h"
 #include "model/words.h"
 
@@ -138,14 +139,8 @@ struct Describe {
     m.set("description", x.description);
     m.set("sample_time", x.sample_time);
     List segments;
-    for (const model::TrajectorySegment& seg : x.segments) {
-      List points;
-      for (const model::Placement& p : seg.points) points.emplace_back(placement_value(p));
-      Value shape = provider_value(seg.shape);
-      segments.emplace_back(Map{{"shape", seg.shape.name},
-                                {"params", *shape.as_map()->find("params")},
-                                {"points", std::move(points)}});
-    }
+    for (const model::TrajectorySegment& segment : x.segments)
+      segments.push_back(segment_value(s, segment));
     m.set("segments", std::move(segments));
   }
   void operator()(const model::World& x) const {

@@ -279,10 +279,27 @@ struct Robot {
   Parametric parametric;
 };
 
-/// A segment of a trajectory: a provider of robomosp.segment/1 with its control poses.
+/// How a segment follows the one before it. Where the two do not meet in position, orientation or
+/// velocity, a smooth piece is put between them.
+struct Transition {
+  bool is_smooth = true;  ///< false = none: the two must meet, and the velocity may jump
+  double distance = 0;    ///< of the cut from the corner on both sides, along the path [m]; 0 = by
+                          ///< the neighbours' lengths
+  double speed = 0;       ///< greatest within the piece [m/s]; 0 = of the neighbours
+  bool operator==(const Transition&) const = default;
+};
+
+/// A segment of a trajectory: a shape (a provider of robomosp.curve/1, segment/1 or
+/// joint_segment/1) with its control poses or joint vectors; or another trajectory, run again.
 struct TrajectorySegment {
-  ProviderChoice shape;  ///< "line", "circle", ...
+  ProviderChoice shape;        ///< "line", "circle", "ptp", ...; with the parameters of all three
+  ProviderChoice law;          ///< of a curve: how the tool runs along it; none = constant_speed
+  ProviderChoice orientation;  ///< of a curve: how the tool turns; none = slerp
   std::vector<Placement> points;
+  std::vector<std::vector<double>> joints;  ///< of a joint segment [rad or m]
+  TrajectoryId stored;                      ///< run this one instead; then no shape
+  Placement placement;                      ///< trajectory_T_stored
+  Transition transition;                    ///< from the segment before
 };
 
 struct Trajectory {

@@ -24,7 +24,9 @@ void for_each_reference(const Body& body, Fn&& fn) {
       for (const auto& l : r.links)
         for (const auto& p : l.parts) see(p.what, l.name);
     }
-    void operator()(const Trajectory&) const {}
+    void operator()(const Trajectory& t) const {
+      for (const auto& s : t.segments) see(s.stored, "segment");
+    }
     void operator()(const World& w) const {
       for (const auto& o : w.objects) see(o.what, o.name);
       for (const auto& r : w.robots) see(r.robot, r.name);

@@ -6,21 +6,13 @@
 
 #include "kernel/text.h"
 #include "model/placement.h"
+#include "motion/segment.h"
+#include "spatial/pose.h"
 #include "spatial/rotation.h"
 #include "spatial/vec.h"
 
 namespace robomosp::motion {
 namespace {
-
-Value value_of(const model::ProviderChoice::Param& p) {
-  return std::visit(
-      [](const auto& v) -> Value {
-        using T = std::decay_t<decltype(v)>;
-        if constexpr (std::is_same_v<T, std::vector<double>>) return NumericArray(v);
-        else return Value(v);
-      },
-      p);
-}
 
 /// How far apart the end of one segment and the start of the next are.
 Result<void> check_joint(const Segment& before, const Segment& after, std::size_t index) {
@@ -40,51 +32,80 @@ Result<void> check_joint(const Segment& before, const Segment& after, std::size_
                "Give the second segment the first one's last pose, or put a line between them.");
 }
 
-}  // namespace
+/// The segments of a trajectory and of those stored in it, in order, seen from the outermost.
+class Collector {
+ public:
+  Collector(const Registry& registry, const FindTrajectory& find)
+      : registry_(registry), find_(find) {}
 
-Result<std::unique_ptr<Params>> checked_params(const ProviderInfo& provider,
-                                               const model::ProviderChoice& choice,
-                                               std::string_view where) {
-  Map given;
-  for (const auto& [name, param] : choice.params) given.set(name, value_of(param));
-  auto checked = check(provider.schema, given);
-  if (!checked.ok()) return std::move(checked).error().in(where);
-  return make_params(std::move(checked).value());
-}
+  Result<void> collect(const model::Trajectory& trajectory, const std::string& where,
+                       const Pose& outer_T_trajectory, bool is_outermost) {
+    if (trajectory.segments.empty())
+      return error(ErrorCode::invalid_argument, "it has no segments",
+                   "Add a segment such as a line or a circle.", where);
+    for (std::size_t i = 0; i < trajectory.segments.size(); ++i) {
+      const model::TrajectorySegment& record = trajectory.segments[i];
+      const std::string here = where + ", segment " + std::to_string(i + 1);
+      if (record.stored) {
+        RMP_TRY(collect_stored(record, here, outer_T_trajectory));
+        continue;
+      }
+      RMP_TRY_ASSIGN(auto segment, make_segment(registry_, record, here));
+      if (!is_outermost) segment = placed_segment(outer_T_trajectory, std::move(segment));
+      out.push_back(std::move(segment));
+    }
+    return {};
+  }
+
+  std::vector<std::shared_ptr<const Segment>> out;
+
+ private:
+  Result<void> collect_stored(const model::TrajectorySegment& record, const std::string& here,
+                              const Pose& outer_T_trajectory) {
+    const model::Record* stored = find_ ? find_(record.stored) : nullptr;
+    const auto* trajectory = stored ? std::get_if<model::Trajectory>(&stored->body) : nullptr;
+    if (!trajectory)
+      return error(ErrorCode::not_found, "the trajectory it runs is not there",
+                   "Remove the segment or give another trajectory.", here);
+    if (std::find(open_.begin(), open_.end(), record.stored) != open_.end())
+      return error(ErrorCode::invalid_argument,
+                   "trajectory " + text::quote(stored->name) + " would run itself",
+                   "Remove one of the segments that go round in a circle.", here);
+    open_.push_back(record.stored);
+    RMP_TRY(collect(*trajectory, here + ", trajectory " + text::quote(stored->name),
+                    spatial::compose(outer_T_trajectory, model::pose(record.placement)), false));
+    open_.pop_back();
+    return {};
+  }
+
+  const Registry& registry_;
+  const FindTrajectory& find_;
+  std::vector<TrajectoryId> open_;  ///< being run, outermost first
+};
+
+}  // namespace
 
 Result<std::shared_ptr<const Path>> Path::build(const Registry& registry,
                                                 std::string_view trajectory_name,
-                                                const model::Trajectory& trajectory) {
+                                                const model::Trajectory& trajectory,
+                                                const FindTrajectory& find) {
   const std::string name = "trajectory " + text::quote(trajectory_name);
-  if (trajectory.segments.empty())
-    return error(ErrorCode::invalid_argument, "it has no segments",
-                 "Add a segment such as a line or a circle.", name);
+  Collector collector(registry, find);
+  RMP_TRY(collector.collect(trajectory, name, Pose{}, true));
   auto path = std::make_shared<Path>();
   path->starts_.push_back(0);
-  for (std::size_t i = 0; i < trajectory.segments.size(); ++i) {
-    const auto& record = trajectory.segments[i];
-    const std::string where = name + ", segment " + std::to_string(i + 1);
-    RMP_TRY_ASSIGN(const ProviderInfo info,
-                   registry.find(SegmentMaker::kInterfaceId, record.shape.name).in(where));
-    RMP_TRY_ASSIGN(auto maker, registry.create<SegmentMaker>(info.name).in(where));
-    RMP_TRY_ASSIGN(auto params, checked_params(info, record.shape, where));
-    std::vector<Pose> points;
-    points.reserve(record.points.size());
-    for (const auto& p : record.points) points.push_back(model::pose(p));
-    auto made = guarded(info.name, [&] { return maker->make(points, *params); });
-    if (!made.ok()) return std::move(made).error().in(where);
-    std::shared_ptr<const Segment> segment = std::move(made).value();
-    const double duration = segment ? segment->duration() : 0;
-    if (!std::isfinite(duration) || duration <= 0)
-      return error(ErrorCode::plugin_failed,
-                   "provider \"" + info.name + "\" made a segment without a positive duration",
-                   "Report it to the provider's author or choose another provider.", where);
-    if (i > 0) RMP_TRY(check_joint(*path->segments_.back(), *segment, i).in(name));
-    path->starts_.push_back(path->starts_.back() + duration);
-    path->length_ += segment->length();
-    path->segments_.push_back(std::move(segment));
-  }
+  for (auto& segment : collector.out) RMP_TRY(path->append(std::move(segment), name));
   return std::shared_ptr<const Path>(std::move(path));
+}
+
+Result<void> Path::append(std::shared_ptr<const Segment> segment,
+                          std::string_view trajectory_name) {
+  if (!segments_.empty())
+    RMP_TRY(check_joint(*segments_.back(), *segment, segments_.size()).in(trajectory_name));
+  starts_.push_back(starts_.back() + segment->duration());
+  length_ += segment->length();
+  segments_.push_back(std::move(segment));
+  return {};
 }
 
 void Path::sample(std::span<const double> times, std::span<PathSample> out) const {

@@ -3,6 +3,7 @@
 // (layer: data processing).
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -17,6 +18,15 @@
 
 namespace robomosp::motion {
 
+/// Finds a stored trajectory; null = there is none.
+using FindTrajectory = std::function<const model::Record*(TrajectoryId)>;
+
+/// Those of a document's snapshot, which must outlive it.
+template <class Snapshot>
+FindTrajectory stored_in(const Snapshot& snapshot) {
+  return [&snapshot](TrajectoryId id) { return snapshot.find(AnyId(id)); };
+}
+
 /// Segments one after the other in time. Immutable. [any thread]
 class Path {
  public:
@@ -24,7 +34,8 @@ class Path {
   /// orientation) is an error that names both and tells its size.
   static Result<std::shared_ptr<const Path>> build(const Registry&,
                                                    std::string_view trajectory_name,
-                                                   const model::Trajectory&);
+                                                   const model::Trajectory&,
+                                                   const FindTrajectory& = {});
 
   [[nodiscard]] double duration() const { return starts_.back(); }  ///< [s]
   [[nodiscard]] double length() const { return length_; }           ///< [m]
@@ -36,6 +47,8 @@ class Path {
   [[nodiscard]] std::vector<double> sample_times(double step) const;
 
  private:
+  Result<void> append(std::shared_ptr<const Segment>, std::string_view trajectory_name);
+
   std::vector<std::shared_ptr<const Segment>> segments_;
   std::vector<double> starts_;  ///< start time of each segment, and the end of the last
   double length_ = 0;
@@ -44,10 +57,5 @@ class Path {
 /// Greatest gap that still counts as joined.
 inline constexpr double kJoinPosition = 1e-9;  ///< [m]
 inline constexpr double kJoinRotation = 1e-9;  ///< [rad]
-
-/// Params of a provider choice, checked against the provider's own table; `where` names it in
-/// errors.
-Result<std::unique_ptr<Params>> checked_params(const ProviderInfo&, const model::ProviderChoice&,
-                                               std::string_view where);
 
 }  // namespace robomosp::motion

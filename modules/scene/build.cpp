@@ -261,7 +261,8 @@ Result<render::Line> trajectory_line(const Source& source, const model::PlacedTr
   const model::Trajectory* record = source.snapshot.get(placed.trajectory);
   if (!record)
     return error(ErrorCode::stale_handle, "the trajectory no longer exists", "Add it again.");
-  RMP_TRY_ASSIGN(const auto path, motion::Path::build(source.registry, placed.name, *record));
+  RMP_TRY_ASSIGN(const auto path, motion::Path::build(source.registry, placed.name, *record,
+                                                      motion::stored_in(source.snapshot)));
   const auto times = path->sample_times(path->duration() / static_cast<double>(kLinePoints));
   std::vector<PathSample> samples(times.size());
   path->sample(times, samples);

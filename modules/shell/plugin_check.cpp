@@ -14,12 +14,18 @@
 #include <robomosp/sdk/controller.h>
 #include <robomosp/sdk/csg.h>
 #include <robomosp/sdk/csg_primitive.h>
+#include <robomosp/sdk/curve.h>
 #include <robomosp/sdk/dynamics.h>
 #include <robomosp/sdk/ik.h>
 #include <robomosp/sdk/integrator.h>
 #include <robomosp/sdk/io.h>
+#include <robomosp/sdk/joint_segment.h>
+#include <robomosp/sdk/motion_law.h>
+#include <robomosp/sdk/orientation.h>
 #include <robomosp/sdk/physics.h>
+#include <robomosp/sdk/planner.h>
 #include <robomosp/sdk/post.h>
+#include <robomosp/sdk/retimer.h>
 #include <robomosp/sdk/robot_code.h>
 #include <robomosp/sdk/trajectory.h>
 
@@ -49,6 +55,11 @@ std::string create_fault(const Registry& registry, const ProviderInfo& p) {
          try_create<InverseDynamics>(registry, p, fault) ||
          try_create<ForwardDynamics>(registry, p, fault) ||
          try_create<SegmentMaker>(registry, p, fault) ||
+         try_create<CurveMaker>(registry, p, fault) ||
+         try_create<MotionLawMaker>(registry, p, fault) ||
+         try_create<OrientationMaker>(registry, p, fault) ||
+         try_create<JointSegmentMaker>(registry, p, fault) ||
+         try_create<Retimer>(registry, p, fault) || try_create<Planner>(registry, p, fault) ||
          try_create<CollisionEngine>(registry, p, fault) ||
          try_create<PhysicsEngine>(registry, p, fault) ||
          try_create<Integrator>(registry, p, fault) || try_create<Controller>(registry, p, fault) ||

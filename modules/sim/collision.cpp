@@ -10,7 +10,7 @@
 
 #include "kernel/text.h"
 #include "model/placement.h"
-#include "motion/path.h"
+#include "motion/provider_params.h"
 #include "robotics/build_model.h"
 #include "robotics/kinematics.h"
 #include "spatial/pose.h"

@@ -7,6 +7,7 @@
 #include "kernel/text.h"
 #include "model/placement.h"
 #include "motion/path.h"
+#include "motion/provider_params.h"
 #include "robotics/kinematics.h"
 #include "sim/motion_reference.h"
 #include "sim/motion_table.h"
@@ -105,7 +106,8 @@ Result<WorldPath> path_of(const Simulator& sim, const Placed& p, const std::stri
   if (!record)
     return error(ErrorCode::stale_handle, "the trajectory no longer exists", "Add it again.",
                  p.where);
-  RMP_TRY_ASSIGN(auto path, motion::Path::build(sim.registry, name, *record));
+  RMP_TRY_ASSIGN(auto path,
+                 motion::Path::build(sim.registry, name, *record, motion::stored_in(sim.snapshot)));
   return WorldPath{std::move(path), model::pose(placed->placement)};
 }
 

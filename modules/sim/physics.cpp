@@ -11,7 +11,7 @@
 
 #include "kernel/text.h"
 #include "model/placement.h"
-#include "motion/path.h"
+#include "motion/provider_params.h"
 #include "robotics/build_model.h"
 #include "robotics/coordinates.h"
 #include "robotics/home.h"

@@ -99,7 +99,8 @@ Result<Setup> prepare(const Simulator& sim, const Run& run, Progress& progress) 
         std::clamp(setup.start[j], setup.model->joints[j].lower, setup.model->joints[j].upper);
 
   RMP_TRY_ASSIGN(const auto path,
-                 motion::Path::build(sim.registry, run.trajectory, *trajectory_record));
+                 motion::Path::build(sim.registry, run.trajectory, *trajectory_record,
+                                     motion::stored_in(sim.snapshot)));
   const double step = run.sample_time > 0 ? run.sample_time : trajectory_record->sample_time;
   if (!(step > 0) || path->duration() / step > 1e7)
     return error(ErrorCode::invalid_argument,

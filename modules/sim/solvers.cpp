@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "kernel/text.h"
-#include "motion/path.h"
+#include "motion/provider_params.h"
 #include "robotics/closure.h"
 #include "robotics/kinematics.h"
 #include "sim/provider_answer.h"

@@ -3,7 +3,7 @@
 // without an answer.
 #include <robomosp/sdk/conformance/ik_goals_suite.h>
 #include <robomosp/sdk/conformance/ik_suite.h>
-#include <robomosp/sdk/trajectory.h>
+#include <robomosp/sdk/curve.h>
 
 namespace robomosp::conformance {
 namespace {
@@ -64,19 +64,22 @@ TEST_F(NumericIk, SolvesThePaperPoseOfThePa10ForBothSetsOfLengths) {
 // rates without jumps.
 TEST_F(NumericIk, FollowsThePaperCircleWithContinuousJointRates) {
   const std::string file = std::string(ROBOMOSP_PLUGIN_DIR) + "/path_analytic.so";
-  const rmp_provider* provider = *find_provider<SegmentMaker>(file, "circle");
+  const rmp_provider* provider = *find_provider<CurveMaker>(file, "circle");
   const auto down = [](double x, double y) { return multiply(shift(x, y, 0.7346), turn_y(kPi)); };
   const std::vector<Pose> points{down(0.558, 0), down(0.758, 0), down(0.658, -0.1)};
-  const auto circle =
-      create<SegmentMaker>(*provider)->make(points, TableParams(*provider).set("speed", 0.01));
+  const auto circle = create<CurveMaker>(*provider)->make(points, TableParams(*provider));
   ASSERT_TRUE(circle.ok()) << circle.error().sentence();
-  constexpr double kStep = 0.1;
-  std::vector<double> times;
-  for (double t = 0; t < (*circle)->duration(); t += kStep) times.push_back(t);
-  std::vector<PathSample> path(times.size());
-  (*circle)->sample(times, path);
+  // 10 mm/s along 2 pi 100 mm, every 0.1 s.
+  constexpr double kStep = 0.1, kDuration = 2 * kPi * 0.1 / 0.01;
+  std::vector<double> shares;
+  for (double t = 0; t < kDuration; t += kStep) shares.push_back(t / kDuration * (*circle)->end());
+  std::vector<CurveSample> path(shares.size());
+  (*circle)->evaluate(shares, path);
   std::vector<Pose> targets;
-  for (const PathSample& p : path) targets.push_back(p.pose);
+  for (const CurveSample& p : path) {
+    targets.push_back(points.front());
+    targets.back().p = p.p;
+  }
 
   for (const RobotModel& m : {pa10(), pa10_nus()}) {
     SCOPED_TRACE(m.name);

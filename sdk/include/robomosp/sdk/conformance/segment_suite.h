@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cmath>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -24,6 +25,8 @@ struct SegmentCase {
   double constant_speed = 0;      ///< expected |velocity| all along [m/s]; 0 = not constant
   bool passes_all_points = true;  ///< every control point lies on the path
   bool ends_at_last_point = true;
+  /// How it is made; none = by the provider of robomosp.segment/1 in `file`.
+  std::function<Result<std::shared_ptr<const Segment>>(const SegmentCase&)> make{};
 };
 inline void PrintTo(const SegmentCase& c, std::ostream* os) { *os << c.provider << " " << c.name; }
 inline std::string segment_case_name(const testing::TestParamInfo<SegmentCase>& info) {
@@ -33,12 +36,7 @@ inline std::string segment_case_name(const testing::TestParamInfo<SegmentCase>& 
 class SegmentConformance : public testing::TestWithParam<SegmentCase> {
  protected:
   void SetUp() override {
-    auto found = find_provider<SegmentMaker>(GetParam().file, GetParam().provider);
-    ASSERT_TRUE(found.ok()) << found.error().sentence();
-    maker_ = create<SegmentMaker>(**found);
-    params_ = TableParams(**found);
-    for (const auto& [name, value] : GetParam().params) params_.set(name, value);
-    auto made = maker_->make(GetParam().points, params_);
+    auto made = GetParam().make ? GetParam().make(GetParam()) : by_provider(GetParam());
     ASSERT_TRUE(made.ok()) << made.error().sentence();
     segment_ = std::move(made).value();
   }
@@ -49,9 +47,14 @@ class SegmentConformance : public testing::TestWithParam<SegmentCase> {
     return s[0];
   }
   static double size(const Vec3& v) { return std::hypot(v[0], v[1], v[2]); }
-  TableParams params_;
-  std::unique_ptr<SegmentMaker> maker_;
-  std::unique_ptr<Segment> segment_;
+  static Result<std::shared_ptr<const Segment>> by_provider(const SegmentCase& c) {
+    RMP_TRY_ASSIGN(const rmp_provider* provider, find_provider<SegmentMaker>(c.file, c.provider));
+    TableParams params(*provider);
+    for (const auto& [name, value] : c.params) params.set(name, value);
+    RMP_TRY_ASSIGN(auto made, create<SegmentMaker>(*provider)->make(c.points, params));
+    return std::shared_ptr<const Segment>(std::move(made));
+  }
+  std::shared_ptr<const Segment> segment_;
 };
 GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(SegmentConformance);
 
@@ -145,12 +148,15 @@ TEST_P(SegmentConformance, OrientationsStayRotations) {
 }
 
 TEST_P(SegmentConformance, BrokenInputIsRefused) {
-  EXPECT_FALSE(maker_->make({}, params_).ok()) << "no points";
-  auto points = GetParam().points;
-  points[0].p[0] = std::nan("");
-  EXPECT_FALSE(maker_->make(points, params_).ok()) << "a point that is not a number";
-  const std::vector<Pose> same(GetParam().points.size(), GetParam().points[0]);
-  EXPECT_FALSE(maker_->make(same, params_).ok()) << "all points the same";
+  SegmentCase broken = GetParam();
+  const auto is_made = [&broken] { return (broken.make ? broken.make : by_provider)(broken).ok(); };
+  broken.points.clear();
+  EXPECT_FALSE(is_made()) << "no points";
+  broken.points = GetParam().points;
+  broken.points[0].p[0] = std::nan("");
+  EXPECT_FALSE(is_made()) << "a point that is not a number";
+  broken.points.assign(GetParam().points.size(), GetParam().points[0]);
+  EXPECT_FALSE(is_made()) << "all points the same";
 }
 
 }  // namespace robomosp::conformance

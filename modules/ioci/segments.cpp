@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ioci/segments.h"
+
+#include "ioci/commands.h"
+#include "kernel/text.h"
+#include "motion/segment.h"
+
+namespace robomosp::ioci {
+namespace {
+
+using model::ProviderChoice;
+using model::TrajectorySegment;
+
+Result<ProviderChoice::Param> param_of(const Value& v, const std::string& path) {
+  if (v.as_bool()) return ProviderChoice::Param(*v.as_bool());
+  if (v.as_int()) return ProviderChoice::Param(*v.as_int());
+  if (v.as_real()) return ProviderChoice::Param(*v.as_real());
+  if (v.as_string()) return ProviderChoice::Param(*v.as_string());
+  if (v.as_array() || v.as_list()) return ProviderChoice::Param(reals(&v));
+  return error(ErrorCode::invalid_argument, v.text() + " is not a parameter's value", {}, path);
+}
+
+/// `law = "trapezoidal"` or `law = {name = "trapezoidal", ...}`; its parameters go to `params`.
+Result<void> read_choice(const Value& v, ProviderChoice& out, Map& params,
+                         const std::string& path) {
+  if (v.as_string()) {
+    out.name = *v.as_string();
+    return {};
+  }
+  const Map* table = v.as_map();
+  const Value* name = table ? table->find("name") : nullptr;
+  if (!table || (name && !name->as_string()))
+    return error(ErrorCode::invalid_argument, v.text() + " is not a provider",
+                 "Give its name, or a table with name and parameters.", path);
+  if (name) out.name = *name->as_string();
+  for (const auto& [key, value] : *table)
+    if (key != "name") params.set(key, value);
+  return {};
+}
+
+Result<model::Transition> read_transition(const CommandContext& ctx, const Value& v,
+                                          const std::string& path) {
+  model::Transition out;
+  if (v.as_string() && *v.as_string() == "none") {
+    out.is_smooth = false;
+    return out;
+  }
+  if (v.as_string() && *v.as_string() == "smooth") return out;
+  if (!v.as_map())
+    return error(ErrorCode::invalid_argument, v.text() + " is not a transition",
+                 "Give \"none\", \"smooth\" or {distance = ..., speed = ...}.", path);
+  const Schema schema{
+      between(optional("distance", "real", "m", "Of the cut from the corner."), 0, 1e6),
+      between(optional("speed", "real", "m/s", "Greatest within it."), 0, 1e6)};
+  RMP_TRY_ASSIGN(const Map given, read_map(ctx, schema, v, path));
+  if (has(given, "distance")) out.distance = real(given, "distance");
+  if (has(given, "speed")) out.speed = real(given, "speed");
+  return out;
+}
+
+Result<void> read_points(const Value& given, TrajectorySegment& out, const std::string& path) {
+  const List* list = given.as_list();
+  if (!list && !given.as_array())
+    return error(ErrorCode::invalid_argument, given.text() + " is not a list of poses",
+                 "Give {{x, y, z, roll, pitch, yaw}, ...}.", path);
+  for (std::size_t i = 0; list && i < list->size(); ++i) {
+    RMP_TRY_ASSIGN(auto placement,
+                   read_placement(&(*list)[i], path + "[" + std::to_string(i + 1) + "]"));
+    out.points.push_back(placement);
+  }
+  return {};
+}
+
+Result<void> read_joints(const Value& given, TrajectorySegment& out, const std::string& path) {
+  const List* list = given.as_list();
+  if (!list)
+    return error(ErrorCode::invalid_argument, given.text() + " is not a list of joint vectors",
+                 "Give {{q1, q2, ...}, ...}.", path);
+  for (std::size_t i = 0; i < list->size(); ++i) {
+    const std::string here = path + "[" + std::to_string(i + 1) + "]";
+    const Value& row = (*list)[i];
+    std::vector<double> q;
+    if (row.as_list()) {
+      // Angles and lengths alike: the robot is not known yet, so a unit is taken as it is written.
+      for (std::size_t k = 0; k < row.as_list()->size(); ++k) {
+        const Value& v = (*row.as_list())[k];
+        const std::string at = here + "[" + std::to_string(k + 1) + "]";
+        const bool is_length = v.as_string() && v.as_string()->ends_with('m');
+        RMP_TRY_ASSIGN(const Value number,
+                       check_value(needed(at, "real", is_length ? "m" : "rad", ""), v, at));
+        q.push_back(*number.as_real());
+      }
+    } else {
+      q = reals(&row);
+    }
+    if (q.empty())
+      return error(ErrorCode::invalid_argument, row.text() + " is not a joint vector",
+                   "Give one number a joint.", here);
+    out.joints.push_back(std::move(q));
+  }
+  return {};
+}
+
+Result<TrajectorySegment> read_stored(const CommandContext& ctx, const Map& given,
+                                      const std::string& path) {
+  TrajectorySegment out;
+  Schema schema = placement_fields("The trajectory's frame.");
+  schema.push_back(needed("trajectory", "ref:trajectory", "", "The trajectory to run."));
+  schema.push_back(optional("transition", "any", "", "From the segment before."));
+  RMP_TRY_ASSIGN(const Map checked, read_map(ctx, schema, Value(given), path));
+  out.stored = typed<model::Trajectory>(checked, "trajectory");
+  RMP_TRY_ASSIGN(out.placement, read_placement_fields(given, path));
+  if (has(checked, "transition")) {
+    RMP_TRY_ASSIGN(out.transition,
+                   read_transition(ctx, *checked.find("transition"), path + ".transition"));
+  }
+  return out;
+}
+
+}  // namespace
+
+Result<TrajectorySegment> read_segment(const CommandContext& ctx, const Value& value,
+                                       const std::string& path) {
+  const Map* given = value.as_map();
+  if (!given)
+    return error(ErrorCode::invalid_argument, value.text() + " is not a segment",
+                 "Give a table such as {shape = \"line\", points = {...}}.", path);
+  if (given->find("trajectory")) return read_stored(ctx, *given, path);
+  TrajectorySegment out;
+  const Value* shape = given->find("shape");
+  if (!shape || !shape->as_string())
+    return error(ErrorCode::invalid_argument, "the segment has no shape", "Give shape = \"line\".",
+                 path);
+  out.shape.name = *shape->as_string();
+  Map params;
+  for (const auto& [key, v] : *given) {
+    const std::string here = path + "." + key;
+    if (v.is_nil() || key == "shape") continue;
+    if (key == "points") {
+      RMP_TRY(read_points(v, out, here));
+    } else if (key == "joints") {
+      RMP_TRY(read_joints(v, out, here));
+    } else if (key == "law") {
+      RMP_TRY(read_choice(v, out.law, params, here));
+    } else if (key == "orientation") {
+      RMP_TRY(read_choice(v, out.orientation, params, here));
+    } else if (key == "transition") {
+      RMP_TRY_ASSIGN(out.transition, read_transition(ctx, v, here));
+    } else if (key == "params" && v.as_map()) {
+      for (const auto& [name, p] : *v.as_map()) params.set(name, p);
+    } else {
+      params.set(key, v);
+    }
+  }
+  RMP_TRY_ASSIGN(const motion::SegmentProviders providers,
+                 motion::providers_of(ctx.app.registry, out, path));
+  for (const auto& [key, v] : params) {
+    const std::string here = path + "." + key;
+    const ParamSpec* spec = providers.parameter(key);
+    if (!spec) {
+      std::vector<std::string> names{"shape",       "points",     "joints", "law",
+                                     "orientation", "transition", "params"};
+      for (const ProviderInfo* info : {&providers.shape, &providers.law, &providers.orientation})
+        for (const ParamSpec& p : info->schema) names.push_back(p.name);
+      std::string hint = text::did_you_mean(key, names);
+      if (hint.empty()) hint = "There are " + text::enumerate(names) + ".";
+      return error(ErrorCode::unknown_name,
+                   text::quote(out.shape.name) + " has no parameter " + text::quote(key), hint,
+                   path);
+    }
+    RMP_TRY_ASSIGN(const Value checked, check_value(*spec, v, here));
+    RMP_TRY_ASSIGN(out.shape.params[key], param_of(checked, here));
+  }
+  return out;
+}
+
+Value segment_value(const document::Snapshot& s, const TrajectorySegment& segment) {
+  Map out;
+  if (segment.stored) {
+    out.set("trajectory", ref_value(s, AnyId(segment.stored)));
+    out.set("placement", placement_value(segment.placement));
+  } else {
+    out.set("shape", segment.shape.name);
+    const Value shape = provider_value(segment.shape);
+    out.set("params", *shape.as_map()->find("params"));
+    if (!segment.joints.empty()) {
+      List joints;
+      for (const auto& q : segment.joints) joints.emplace_back(NumericArray(q));
+      out.set("joints", std::move(joints));
+    }
+    if (!segment.points.empty() || segment.joints.empty()) {
+      List points;
+      for (const model::Placement& p : segment.points) points.emplace_back(placement_value(p));
+      out.set("points", std::move(points));
+    }
+    if (segment.law != ProviderChoice{}) out.set("law", provider_value(segment.law));
+    if (segment.orientation != ProviderChoice{})
+      out.set("orientation", provider_value(segment.orientation));
+  }
+  const model::Transition& t = segment.transition;
+  if (!t.is_smooth) out.set("transition", "none");
+  else if (t != model::Transition{})
+    out.set("transition", Map{{"distance", t.distance}, {"speed", t.speed}});
+  return Value(std::move(out));
+}
+
+}  // namespace robomosp::ioci

@@ -1,0 +1,320 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "motion/segment.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <robomosp/sdk/curve.h>
+#include <robomosp/sdk/joint_segment.h>
+#include <robomosp/sdk/motion_law.h>
+#include <robomosp/sdk/orientation.h>
+
+#include "kernel/text.h"
+#include "model/placement.h"
+#include "motion/curve_walk.h"
+#include "motion/provider_params.h"
+#include "spatial/pose.h"
+#include "spatial/rotation.h"
+#include "spatial/vec.h"
+
+namespace robomosp::motion {
+namespace {
+
+using spatial::add;
+using spatial::scale;
+
+constexpr const char* kDefaultLaw = "constant_speed";
+constexpr const char* kDefaultOrientation = "slerp";
+
+bool knows(const Schema& schema, std::string_view name) {
+  return std::any_of(schema.begin(), schema.end(),
+                     [&](const ParamSpec& p) { return p.name == name; });
+}
+
+Error bad(std::string message, std::string hint, std::string_view where) {
+  return error(ErrorCode::invalid_argument, std::move(message), std::move(hint),
+               std::string(where));
+}
+
+/// A shape by name, whichever interface provides it.
+Result<ProviderInfo> find_shape(const Registry& registry, const std::string& name,
+                                std::string_view where) {
+  std::vector<std::string> names;
+  for (const char* id :
+       {CurveMaker::kInterfaceId, SegmentMaker::kInterfaceId, JointSegmentMaker::kInterfaceId})
+    for (const ProviderInfo& info : registry.list(id)) {
+      if (!info.enabled) continue;
+      if (info.name == name) return info;
+      names.push_back(info.name);
+    }
+  std::string hint = text::did_you_mean(name, names);
+  if (hint.empty())
+    hint = names.empty() ? "No shapes are loaded; see plugin.list()."
+                         : "Shapes are " + text::enumerate(names) + ".";
+  return error(ErrorCode::unknown_name, text::quote(name) + " is not a shape of segments", hint,
+               std::string(where));
+}
+
+/// The tool along a curve, timed by a law, turned by an orientation.
+class TimedCurve final : public Segment {
+ public:
+  TimedCurve(CurveWalk walk, std::shared_ptr<const MotionLaw> law,
+             std::shared_ptr<const Orientation> orientation, double length)
+      : walk_(std::move(walk)),
+        law_(std::move(law)),
+        orientation_(std::move(orientation)),
+        length_(length) {}
+
+  [[nodiscard]] double duration() const override { return law_->duration(); }
+  [[nodiscard]] double length() const override { return length_; }
+
+  void sample(std::span<const double> times, std::span<PathSample> out) const override {
+    constexpr std::size_t kChunk = 64;
+    std::array<LawSample, kChunk> law;
+    std::array<double, kChunk> shares;
+    std::array<CurveSample, kChunk> along;
+    std::array<OrientationSample, kChunk> turning;
+    for (std::size_t first = 0; first < times.size(); first += kChunk) {
+      const std::size_t n = std::min(kChunk, times.size() - first);
+      law_->sample(times.subspan(first, n), std::span(law).first(n));
+      for (std::size_t i = 0; i < n; ++i) shares[i] = law[i].share;
+      const auto w = std::span<const double>(shares).first(n);
+      walk_.evaluate(w, std::span(along).first(n));
+      orientation_->evaluate(w, std::span<const CurveSample>(along).first(n),
+                             std::span(turning).first(n));
+      for (std::size_t i = 0; i < n; ++i) {
+        const double rate = law[i].rate, rate2 = rate * rate, change = law[i].acceleration;
+        PathSample& s = out[first + i];
+        s.pose.R = turning[i].R;
+        s.pose.p = along[i].p;
+        s.velocity = scale(along[i].d1, rate);
+        s.acceleration = add(scale(along[i].d2, rate2), scale(along[i].d1, change));
+        s.angular_velocity = scale(turning[i].turn, rate);
+        s.angular_acceleration = add(scale(turning[i].bend, rate2), scale(turning[i].turn, change));
+      }
+    }
+  }
+
+ private:
+  CurveWalk walk_;
+  std::shared_ptr<const MotionLaw> law_;
+  std::shared_ptr<const Orientation> orientation_;
+  double length_;
+};
+
+/// The curve's own times.
+class OwnTimes final : public MotionLaw {
+ public:
+  explicit OwnTimes(double duration) : duration_(duration) {}
+  [[nodiscard]] double duration() const override { return duration_; }
+  void sample(std::span<const double> times, std::span<LawSample> out) const override {
+    // Times this share of the duration beyond an end are that end: callers reach it by sums.
+    const double slack = 1e-12 * duration_;
+    for (std::size_t i = 0; i < times.size(); ++i) {
+      const bool is_moving = times[i] >= -slack && times[i] <= duration_ + slack;
+      out[i] = {std::clamp(times[i] / duration_, 0.0, 1.0), is_moving ? 1 / duration_ : 0, 0, 0};
+    }
+  }
+
+ private:
+  double duration_;
+};
+
+class PlacedSegment final : public Segment {
+ public:
+  PlacedSegment(const Pose& a_T_b, std::shared_ptr<const Segment> segment)
+      : a_T_b_(a_T_b), segment_(std::move(segment)) {}
+  [[nodiscard]] double duration() const override { return segment_->duration(); }
+  [[nodiscard]] double length() const override { return segment_->length(); }
+  void sample(std::span<const double> times, std::span<PathSample> out) const override {
+    segment_->sample(times, out);
+    for (PathSample& s : out.first(times.size())) {
+      s.pose = spatial::compose(a_T_b_, s.pose);
+      for (Vec3* v : {&s.velocity, &s.angular_velocity, &s.acceleration, &s.angular_acceleration})
+        *v = spatial::rotate(a_T_b_, *v);
+    }
+  }
+
+ private:
+  Pose a_T_b_;
+  std::shared_ptr<const Segment> segment_;
+};
+
+/// Greatest |dR/dw| along the way, by dense sampling.
+double greatest_turn(const CurveWalk& walk, const Orientation& orientation) {
+  constexpr std::size_t kSamples = 257;
+  std::vector<double> w(kSamples);
+  for (std::size_t i = 0; i < kSamples; ++i)
+    w[i] = static_cast<double>(i) / static_cast<double>(kSamples - 1);
+  std::vector<CurveSample> along(kSamples);
+  std::vector<OrientationSample> turning(kSamples);
+  walk.evaluate(w, along);
+  orientation.evaluate(w, along, turning);
+  double most = 0;
+  for (const OrientationSample& s : turning) most = std::max(most, spatial::norm(s.turn));
+  return most;
+}
+
+template <class Made>
+Result<std::shared_ptr<const Made>> checked(Result<std::unique_ptr<Made>> made,
+                                            const ProviderInfo& provider, std::string_view where) {
+  if (!made.ok()) return std::move(made).error().in(where);
+  if (!*made)
+    return error(ErrorCode::plugin_failed, "provider \"" + provider.name + "\" made nothing",
+                 "Report it to the provider's author or choose another provider.",
+                 std::string(where));
+  return std::shared_ptr<const Made>(std::move(made).value());
+}
+
+Result<void> check_duration(double duration, const ProviderInfo& provider, std::string_view where) {
+  if (std::isfinite(duration) && duration > 0) return {};
+  return error(
+      ErrorCode::plugin_failed, "provider \"" + provider.name + "\" gives no positive duration",
+      "Report it to the provider's author or choose another provider.", std::string(where));
+}
+
+Result<std::shared_ptr<const Segment>> run_curve(const Registry& registry,
+                                                 const SegmentProviders& providers,
+                                                 const SegmentParams& params,
+                                                 std::span<const Pose> points,
+                                                 std::string_view where) {
+  RMP_TRY_ASSIGN(const auto maker, registry.create<CurveMaker>(providers.shape.name).in(where));
+  RMP_TRY_ASSIGN(
+      const auto curve,
+      checked(guarded(providers.shape.name, [&] { return maker->make(points, *params.shape); }),
+              providers.shape, where));
+  RMP_TRY(check_duration(curve->end(), providers.shape, where));
+  const bool by_own_times = curve->is_timed() && params.is_timed;
+  auto walked = by_own_times ? CurveWalk::by_parameter(curve) : CurveWalk::build(curve);
+  if (!walked.ok()) return std::move(walked).error().in(where);
+  CurveWalk walk = std::move(walked).value();
+
+  RMP_TRY_ASSIGN(const auto turner,
+                 registry.create<OrientationMaker>(providers.orientation.name).in(where));
+  const std::vector<double> shares = walk.knot_shares();
+  if (shares.size() != points.size())
+    return error(ErrorCode::plugin_failed,
+                 "provider \"" + providers.shape.name + "\" gives " +
+                     std::to_string(shares.size()) + " knots for " + std::to_string(points.size()) +
+                     " points",
+                 "Report it to the provider's author.", std::string(where));
+  RMP_TRY_ASSIGN(
+      const auto orientation,
+      checked(guarded(providers.orientation.name,
+                      [&] {
+                        return turner->make({points, shares, curve.get()}, *params.orientation);
+                      }),
+              providers.orientation, where));
+
+  std::shared_ptr<const MotionLaw> law;
+  if (by_own_times) {
+    law = std::make_shared<OwnTimes>(curve->end());
+  } else {
+    const LawTask task{walk.length(), greatest_turn(walk, *orientation)};
+    if (!(task.length > 0) && !(task.turn > 0))
+      return bad("the tool neither moves nor turns", "Move or turn one of the points.", where);
+    RMP_TRY_ASSIGN(const auto law_maker,
+                   registry.create<MotionLawMaker>(providers.law.name).in(where));
+    RMP_TRY_ASSIGN(law, checked(guarded(providers.law.name,
+                                        [&] { return law_maker->make(task, *params.law); }),
+                                providers.law, where));
+    RMP_TRY(check_duration(law->duration(), providers.law, where));
+  }
+  const double length = walk.length();
+  return std::shared_ptr<const Segment>(
+      std::make_shared<TimedCurve>(std::move(walk), law, orientation, length));
+}
+
+}  // namespace
+
+bool SegmentProviders::is_curve() const { return shape.interface_id == CurveMaker::kInterfaceId; }
+bool SegmentProviders::is_joint() const {
+  return shape.interface_id == JointSegmentMaker::kInterfaceId;
+}
+
+const ParamSpec* SegmentProviders::parameter(std::string_view name) const {
+  for (const ProviderInfo* info : {&shape, &law, &orientation})
+    for (const ParamSpec& p : info->schema)
+      if (p.name == name) return &p;
+  return nullptr;
+}
+
+Result<SegmentProviders> providers_of(const Registry& registry,
+                                      const model::TrajectorySegment& record,
+                                      std::string_view where) {
+  SegmentProviders out;
+  RMP_TRY_ASSIGN(out.shape, find_shape(registry, record.shape.name, where));
+  if (!out.is_curve()) {
+    for (const auto* choice : {&record.law, &record.orientation})
+      if (!choice->name.empty() || !choice->params.empty())
+        return bad(std::string(choice == &record.law ? "a law" : "an orientation") +
+                       " is given, but " + text::quote(out.shape.name) + " has its own",
+                   "Leave it out; laws and orientations are for curves.", where);
+    return out;
+  }
+  const auto or_default = [](const std::string& name, const char* fallback) {
+    return name.empty() ? std::string(fallback) : name;
+  };
+  RMP_TRY_ASSIGN(
+      out.law, registry.find(MotionLawMaker::kInterfaceId, or_default(record.law.name, kDefaultLaw))
+                   .in(where));
+  RMP_TRY_ASSIGN(out.orientation,
+                 registry
+                     .find(OrientationMaker::kInterfaceId,
+                           or_default(record.orientation.name, kDefaultOrientation))
+                     .in(where));
+  return out;
+}
+
+Result<SegmentParams> params_of(const SegmentProviders& providers,
+                                const model::TrajectorySegment& record, std::string_view where) {
+  Map shape, law = values_of(record.law), orientation = values_of(record.orientation);
+  for (const auto& [name, value] : record.shape.params) {
+    Map* owner = &shape;
+    if (!knows(providers.shape.schema, name)) {
+      if (knows(providers.law.schema, name)) owner = &law;
+      else if (knows(providers.orientation.schema, name)) owner = &orientation;
+    }
+    owner->set(name, value_of(value));
+  }
+  SegmentParams out;
+  out.is_timed = record.law.name.empty() && law.empty();
+  RMP_TRY_ASSIGN(out.shape, checked_values(providers.shape, shape, where));
+  if (!providers.is_curve()) return out;
+  RMP_TRY_ASSIGN(out.law, checked_values(providers.law, law, where));
+  RMP_TRY_ASSIGN(out.orientation, checked_values(providers.orientation, orientation, where));
+  return out;
+}
+
+Result<std::shared_ptr<const Segment>> make_segment(const Registry& registry,
+                                                    const model::TrajectorySegment& record,
+                                                    std::string_view where) {
+  RMP_TRY_ASSIGN(const SegmentProviders providers, providers_of(registry, record, where));
+  if (providers.is_joint())
+    return bad(text::quote(providers.shape.name) + " moves joints",
+               "Bind the trajectory to a robot: see world.plan_motion.", where);
+  if (!record.joints.empty())
+    return bad("joint vectors are given, but " + text::quote(providers.shape.name) +
+                   " is a shape in space",
+               "Give points, or a shape of joint motion such as \"ptp\".", where);
+  RMP_TRY_ASSIGN(const SegmentParams params, params_of(providers, record, where));
+  std::vector<Pose> points;
+  points.reserve(record.points.size());
+  for (const auto& p : record.points) points.push_back(model::pose(p));
+  if (providers.is_curve()) return run_curve(registry, providers, params, points, where);
+  RMP_TRY_ASSIGN(const auto maker, registry.create<SegmentMaker>(providers.shape.name).in(where));
+  RMP_TRY_ASSIGN(
+      const auto segment,
+      checked(guarded(providers.shape.name, [&] { return maker->make(points, *params.shape); }),
+              providers.shape, where));
+  RMP_TRY(check_duration(segment->duration(), providers.shape, where));
+  return segment;
+}
+
+std::shared_ptr<const Segment> placed_segment(const Pose& a_T_b,
+                                              std::shared_ptr<const Segment> segment) {
+  return std::make_shared<PlacedSegment>(a_T_b, std::move(segment));
+}
+
+}  // namespace robomosp::motion

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// A Cartesian segment ready to be sampled, from its record (layer: data processing, motion).
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include <robomosp/sdk/result.h>
+#include <robomosp/sdk/trajectory.h>
+
+#include "kernel/registry.h"
+#include "model/records.h"
+
+namespace robomosp::motion {
+
+/// The providers that a segment needs, and which of its parameters goes to which. Parameters that
+/// stand beside the shape (`speed 10 mm/s`) belong to the first of shape, law and orientation that
+/// knows them.
+struct SegmentProviders {
+  ProviderInfo shape;        ///< of robomosp.curve/1, segment/1 or joint_segment/1
+  ProviderInfo law;          ///< of a curve
+  ProviderInfo orientation;  ///< of a curve
+
+  [[nodiscard]] bool is_curve() const;
+  [[nodiscard]] bool is_joint() const;
+  /// The parameter of that name of the first of the three that knows it; null = none does.
+  [[nodiscard]] const ParamSpec* parameter(std::string_view name) const;
+};
+/// `where` names the segment in errors.
+Result<SegmentProviders> providers_of(const Registry&, const model::TrajectorySegment&,
+                                      std::string_view where);
+
+struct SegmentParams {
+  std::shared_ptr<const Params> shape, law, orientation;
+  bool is_timed = false;  ///< a curve that may run by its own times: nothing of a law was given
+};
+/// The record's parameters, checked.
+Result<SegmentParams> params_of(const SegmentProviders&, const model::TrajectorySegment&,
+                                std::string_view where);
+
+/// The segment as its record says (not a stored one). A joint segment is an error: it needs a
+/// robot. [any thread]
+Result<std::shared_ptr<const Segment>> make_segment(const Registry&,
+                                                    const model::TrajectorySegment&,
+                                                    std::string_view where);
+
+/// A segment seen from elsewhere: poses and rates multiplied by `a_T_b`.
+std::shared_ptr<const Segment> placed_segment(const Pose& a_T_b, std::shared_ptr<const Segment>);
+
+}  // namespace robomosp::motion

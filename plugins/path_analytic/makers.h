@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+// The makers of this plugin, and what they share (layer: plugin).
+#pragma once
+
+#include <string>
+#include <utility>
+
+#include <robomosp/sdk/curve.h>
+#include <robomosp/sdk/motion_law.h>
+#include <robomosp/sdk/orientation.h>
+
+#include "spatial/print.h"
+
+namespace robomosp::path_analytic {
+
+/// Control points closer than this count as one [m]; it is far below what a robot can place.
+inline constexpr double kSamePoint = 1e-9;
+/// Orientations closer than this count as one [rad].
+inline constexpr double kSameRotation = 1e-9;
+
+inline Error bad(std::string message, std::string hint) {
+  return error(ErrorCode::invalid_argument, std::move(message), std::move(hint));
+}
+
+/// A parameter that must be above 0.
+inline Result<double> positive(const Params& params, const char* name, const char* unit) {
+  const double value = params.real(name);
+  if (value > 0 && value < 1e300) return value;
+  return bad(std::string(name) + " is " + spatial::print_number(value) + " " + unit,
+             "It must be above 0.");
+}
+
+/// `count` control points, all of them poses; `shape` as in "an arc", `which` tells what they are.
+Result<void> check_points(std::span<const Pose> points, std::size_t count, const char* shape,
+                          const char* which);
+
+struct LineMaker final : CurveMaker {
+  Result<std::unique_ptr<Curve>> make(std::span<const Pose>, const Params&) const override;
+};
+struct ArcMaker final : CurveMaker {
+  Result<std::unique_ptr<Curve>> make(std::span<const Pose>, const Params&) const override;
+};
+struct CircleMaker final : CurveMaker {
+  Result<std::unique_ptr<Curve>> make(std::span<const Pose>, const Params&) const override;
+};
+
+struct ConstantSpeedMaker final : MotionLawMaker {
+  Result<std::unique_ptr<MotionLaw>> make(const LawTask&, const Params&) const override;
+};
+
+struct FixedMaker final : OrientationMaker {
+  Result<std::unique_ptr<Orientation>> make(const OrientationTask&, const Params&) const override;
+};
+struct SlerpMaker final : OrientationMaker {
+  Result<std::unique_ptr<Orientation>> make(const OrientationTask&, const Params&) const override;
+};
+
+}  // namespace robomosp::path_analytic
