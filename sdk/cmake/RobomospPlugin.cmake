@@ -7,17 +7,18 @@ if(NOT DEFINED BUILD_TESTING OR BUILD_TESTING)
 endif()
 
 # robomosp_add_plugin(name SOURCES file... [LIBS library...] [TEST file...]
-#                     [CONFORMANCE ik|csg|primitive|dynamics|collision|physics|integrator|controller...]
-#                     [MODELS model...] [DYNAMICS plugin-file])
+#                     [CONFORMANCE ik|csg|primitive|dynamics|collision|physics|integrator|controller|robot_code...]
+#                     [MODELS model...] [DYNAMICS plugin-file] [RUNNER command...])
 # Makes <name>.so as the loader wants it: hidden symbols, no prefix, robomosp::sdk linked. TEST adds
 # a GoogleTest program <name>_test, which finds the plugin in the definition ROBOMOSP_PLUGIN_FILE.
 # CONFORMANCE runs the suites of the SDK on every provider of the plugin; MODELS are mechanisms of
-# <robomosp/sdk/conformance/models.h> to run the suites "ik", "dynamics" and "controller" on. DYNAMICS
+# <robomosp/sdk/conformance/models.h> to run the suites "ik", "dynamics", "controller" and "robot_code"
+# on. RUNNER runs generated code for the suite "robot_code" (robot_code_suite.h, run_by). DYNAMICS
 # is the plugin whose inverse dynamics the suite "controller" asks; the installed dynamics_newton_euler
 # when left out. The suite of segments needs cases of your own: include
 # <robomosp/sdk/conformance/segment_suite.h> in your TEST.
 function(robomosp_add_plugin name)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "DYNAMICS" "SOURCES;LIBS;TEST;CONFORMANCE;MODELS")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "DYNAMICS" "SOURCES;LIBS;TEST;CONFORMANCE;MODELS;RUNNER")
   if(NOT arg_SOURCES OR arg_UNPARSED_ARGUMENTS)
     message(FATAL_ERROR "robomosp_add_plugin(${name}): give SOURCES; not understood: \"${arg_UNPARSED_ARGUMENTS}\".")
   endif()
@@ -39,6 +40,11 @@ function(robomosp_add_plugin name)
   endif()
   list(TRANSFORM arg_MODELS APPEND "()")
   list(JOIN arg_MODELS ", " ROBOMOSP_CONFORMANCE_MODELS)
+  list(TRANSFORM arg_RUNNER REPLACE "(.+)" "R\"(\\1)\"")
+  list(JOIN arg_RUNNER ", " ROBOMOSP_CONFORMANCE_RUNNER)
+  if("robot_code" IN_LIST arg_CONFORMANCE AND NOT arg_RUNNER)
+    message(FATAL_ERROR "robomosp_add_plugin(${name}): the suite \"robot_code\" needs a RUNNER, the command that runs the generated code.")
+  endif()
   set(ROBOMOSP_CONFORMANCE_DYNAMICS "${arg_DYNAMICS}")
   if(NOT ROBOMOSP_CONFORMANCE_DYNAMICS)
     get_filename_component(ROBOMOSP_CONFORMANCE_DYNAMICS
@@ -47,7 +53,7 @@ function(robomosp_add_plugin name)
   foreach(suite IN LISTS arg_CONFORMANCE)
     set(source "${_robomosp_package_dir}/conformance_${suite}.cpp.in")
     if(NOT EXISTS "${source}")
-      message(FATAL_ERROR "robomosp_add_plugin(${name}): there is no suite \"${suite}\" to run by itself; ik, csg, primitive, dynamics, collision, physics, integrator and controller are.")
+      message(FATAL_ERROR "robomosp_add_plugin(${name}): there is no suite \"${suite}\" to run by itself; ik, csg, primitive, dynamics, collision, physics, integrator, controller and robot_code are.")
     endif()
     configure_file("${source}" "${CMAKE_CURRENT_BINARY_DIR}/${name}_conformance_${suite}.cpp" @ONLY)
     _robomosp_plugin_test(${name} ${name}_conformance_${suite} ""

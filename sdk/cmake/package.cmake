@@ -31,5 +31,5 @@ install(FILES
   "${CMAKE_CURRENT_LIST_DIR}/conformance_csg.cpp.in" "${CMAKE_CURRENT_LIST_DIR}/conformance_dynamics.cpp.in"
   "${CMAKE_CURRENT_LIST_DIR}/conformance_primitive.cpp.in" "${CMAKE_CURRENT_LIST_DIR}/conformance_collision.cpp.in"
   "${CMAKE_CURRENT_LIST_DIR}/conformance_physics.cpp.in" "${CMAKE_CURRENT_LIST_DIR}/conformance_integrator.cpp.in"
-  "${CMAKE_CURRENT_LIST_DIR}/conformance_controller.cpp.in"
+  "${CMAKE_CURRENT_LIST_DIR}/conformance_controller.cpp.in" "${CMAKE_CURRENT_LIST_DIR}/conformance_robot_code.cpp.in"
   DESTINATION "${package_dir}" COMPONENT sdk)

@@ -1,21 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// Generated C: compiled by the system's compiler without a warning, judged by the SDK's suite of
-// dynamics and by forward kinematics and Jacobians of other code.
+// Generated C: compiled by the system's compiler without a warning, judged by the SDK's suites of
+// generated code and of dynamics, and its batches by forward kinematics and Jacobians of other
+// code.
 #include <dlfcn.h>
-#include <spawn.h>
-#include <sys/wait.h>
 
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 
 #include <robomosp/sdk/conformance/dynamics_suite.h>
-#include <robomosp/sdk/conformance/mechanisms.h>
-#include <robomosp/sdk/robot_code.h>
+#include <robomosp/sdk/conformance/robot_code_suite.h>
 
 #include "robotics/kinematics.h"
-
-extern char** environ;
 
 namespace robomosp::conformance {
 namespace {
@@ -25,22 +21,11 @@ namespace fs = std::filesystem;
 const std::string kFile = std::string(ROBOMOSP_PLUGIN_DIR) + "/robot_code_c.so";
 const fs::path kFolder = fs::path(ROBOMOSP_BUILD_DIR) / "robot_code";
 
-int run(const std::vector<std::string>& command) {
-  std::vector<char*> argv;
-  for (const std::string& a : command) argv.push_back(const_cast<char*>(a.c_str()));
-  argv.push_back(nullptr);
-  pid_t pid = 0;
-  if (posix_spawnp(&pid, argv[0], nullptr, nullptr, argv.data(), environ) != 0) return -1;
-  int status = 0;
-  waitpid(pid, &status, 0);
-  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-}
-
 /// What providers of this test run: the compiler, without limits.
 std::int32_t run_for_provider(const rmp_program* p, char*, std::uint32_t) {
   std::vector<std::string> command{p->name};
   command.insert(command.end(), p->arguments, p->arguments + p->argument_count);
-  return run(command) == 0 ? 0 : 2;
+  return run_program(command) == 0 ? 0 : 2;
 }
 
 /// The compiled libraries are kept between runs of the tests; the provider checks them.
@@ -73,18 +58,21 @@ std::vector<CodeFile> generated(const RobotModel& m, const std::string& name,
   return files.ok() ? *files : std::vector<CodeFile>{};
 }
 
-/// A library of the robot's code, compiled as a user would.
-void* library(const RobotModel& m, const std::string& name, std::uint32_t parts) {
-  const fs::path folder = kFolder / name;
-  fs::create_directories(folder);
-  for (const CodeFile& f : generated(m, name, parts)) std::ofstream(folder / f.name) << f.text;
+/// A library of the code in a folder, compiled as a user would.
+void* compiled(const fs::path& folder, const std::string& name, const char* speed) {
   const std::string source = (folder / (name + ".c")).string(), to = (folder / "lib.so").string();
-  EXPECT_EQ(run({"cc", "-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-O1", "-fPIC",
-                 "-shared", "-o", to, source, "-lm"}),
+  EXPECT_EQ(run_program({"cc", "-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", speed,
+                         "-fPIC", "-shared", "-o", to, source, "-lm"}),
             0);
   void* opened = dlopen(to.c_str(), RTLD_NOW | RTLD_LOCAL);
   EXPECT_NE(opened, nullptr) << dlerror();
   return opened;
+}
+void* library(const RobotModel& m, const std::string& name, std::uint32_t parts) {
+  const fs::path folder = kFolder / name;
+  fs::create_directories(folder);
+  for (const CodeFile& f : generated(m, name, parts)) std::ofstream(folder / f.name) << f.text;
+  return compiled(folder, name, "-O1");
 }
 
 template <class F>
@@ -94,6 +82,39 @@ F symbol(void* opened, const std::string& name) {
 
 using Single = void (*)(const double*, double*);
 using Batch = void (*)(std::size_t, const double*, double*);
+
+/// Calls the functions for single samples; those of dynamics take three arrays.
+CodeRunner runner(const RobotModel& m) {
+  const std::size_t nq = m.coordinate_count(), n = m.dof(), poses = 12 * m.tips.size();
+  return [=](const fs::path& folder, const std::string& name, RobotCodePart part,
+             const std::vector<std::vector<double>>& samples) -> Result<std::vector<double>> {
+    using Dynamics = void (*)(const double*, const double*, const double*, double*);
+    void* opened = compiled(folder, name, "-O0");
+    if (!opened) return error(ErrorCode::io, "the code does not compile");
+    const std::string function = name + "_" + part_name(part);
+    const std::size_t width = part == kCodeForwardKinematics ? poses
+                              : part == kCodeJacobian        ? 6 * n
+                              : part == kCodeInertia         ? n * n
+                                                             : n;
+    std::vector<double> answers(samples.size() * width);
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      const double* x = samples[i].data();
+      double* out = &answers[i * width];
+      if (part == kCodeInverseDynamics || part == kCodeForwardDynamics)
+        symbol<Dynamics>(opened, function)(x, x + nq, x + nq + n, out);
+      else symbol<Single>(opened, function)(x, out);
+    }
+    return answers;
+  };
+}
+std::vector<RobotCodeCase> code_cases() {
+  std::vector<RobotCodeCase> all;
+  for (const RobotModel& m : {scara(), floating_manipulator()})
+    all.push_back({kFile, "c99", runner(m), m, kFolder});
+  return all;
+}
+INSTANTIATE_TEST_SUITE_P(C99, RobotCodeConformance, testing::ValuesIn(code_cases()),
+                         robot_code_case_name);
 
 void check_kinematics(const RobotModel& m, const std::string& name) {
   ASSERT_TRUE(kReady);

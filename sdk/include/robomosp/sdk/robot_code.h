@@ -15,13 +15,13 @@
 
 namespace robomosp {
 
-/// Functions to generate, to be summed by `|`.
+/// Functions to generate, to be summed by `|`, named as their comments begin.
 enum RobotCodePart : std::uint32_t {
-  kCodeForwardKinematics = 1,  ///< poses of the tips
-  kCodeJacobian = 2,           ///< of the first tip
-  kCodeInverseDynamics = 4,
-  kCodeInertia = 8,
-  kCodeForwardDynamics = 16,
+  kCodeForwardKinematics = 1,  ///< forward_kinematics: q to the poses of all tips in the base
+  kCodeJacobian = 2,           ///< jacobian: q to (v, w) of the first tip by qd, in the base's axes
+  kCodeInverseDynamics = 4,    ///< inverse_dynamics: q, qd, qdd to tau of all terms
+  kCodeInertia = 8,            ///< inertia: q to M with the motors'
+  kCodeForwardDynamics = 16,   ///< forward_dynamics: q, qd, tau to qdd; never of open loops
   kCodeAll = 31,
 };
 
@@ -36,7 +36,9 @@ class RobotCodeGenerator {
   using Interface = RobotCodeGenerator;
   static constexpr const char* kInterfaceId = "robomosp.robot_code/1";
   virtual ~RobotCodeGenerator() = default;
-  /// Self-contained source files; `name` is a C identifier that starts every symbol.
+  /// Self-contained source files, whose names start with `name`; it is an identifier and starts
+  /// every symbol, or is the module of all. Equal models give equal text. What the language or the
+  /// provider cannot do is ErrorCode::unsupported.
   virtual Result<std::vector<CodeFile>> generate(const RobotModel& model, std::string_view name,
                                                  std::uint32_t parts, const Params&,
                                                  Progress&) const = 0;

@@ -1,0 +1,359 @@
+// SPDX-License-Identifier: Apache-2.0
+// Conformance suite of robomosp.robot_code/1 (layer: contract helper for tests, GoogleTest,
+// header-only, POSIX). The code is written to a folder and run; what it computes is compared with
+// the bodies' frames alone (dynamics_reference.h), which is independent of any generator. Include
+// it in one file of a test program and instantiate RobotCodeConformance with RobotCodeCase values.
+#pragma once
+
+#include <fcntl.h>
+#include <spawn.h>
+#include <sys/wait.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <robomosp/sdk/conformance/dynamics_reference.h>
+#include <robomosp/sdk/conformance/mechanisms.h>
+#include <robomosp/sdk/conformance/provider.h>
+#include <robomosp/sdk/robot_code.h>
+
+extern char** environ;
+
+namespace robomosp::conformance {
+
+/// Runs one function of code that stands in `folder` and whose names start with `name`. Inputs of
+/// all samples, one after the other: q, or (q, qd, qdd) of inverse_dynamics, or (q, qd, tau) of
+/// forward_dynamics; answers likewise: for each tip its rotation row by row and its origin; 6 rows
+/// of dof() numbers, (v, w) in the base's axes; dof() rows of dof() numbers.
+using CodeRunner = std::function<Result<std::vector<double>>(
+    const std::filesystem::path& folder, const std::string& name, RobotCodePart part,
+    const std::vector<std::vector<double>>& samples)>;
+
+struct RobotCodeCase {
+  std::string file, provider;
+  CodeRunner run;
+  RobotModel model;
+  std::filesystem::path folder;  ///< where the code may be written
+};
+inline void PrintTo(const RobotCodeCase& c, std::ostream* os) {
+  *os << c.provider << " on " << c.model.name;
+}
+inline std::string robot_code_case_name(const testing::TestParamInfo<RobotCodeCase>& c) {
+  std::string s = c.param.provider + "_" + c.param.model.name;
+  for (char& x : s)
+    if (!std::isalnum(static_cast<unsigned char>(x))) x = '_';
+  return s;
+}
+
+[[nodiscard]] inline const char* part_name(RobotCodePart part) {
+  switch (part) {
+    case kCodeForwardKinematics: return "forward_kinematics";
+    case kCodeJacobian: return "jacobian";
+    case kCodeInverseDynamics: return "inverse_dynamics";
+    case kCodeInertia: return "inertia";
+    case kCodeForwardDynamics: return "forward_dynamics";
+    case kCodeAll: break;
+  }
+  return "";
+}
+
+/// Runs a program without a shell; standard input and output are files. Its exit code, or -1.
+inline int run_program(const std::vector<std::string>& command,
+                       const std::filesystem::path& input = "/dev/null",
+                       const std::filesystem::path& output = {}) {
+  std::vector<char*> argv;
+  for (const std::string& a : command) argv.push_back(const_cast<char*>(a.c_str()));
+  argv.push_back(nullptr);
+  posix_spawn_file_actions_t files;
+  posix_spawn_file_actions_init(&files);
+  posix_spawn_file_actions_addopen(&files, 0, input.c_str(), O_RDONLY, 0);
+  if (!output.empty())
+    posix_spawn_file_actions_addopen(&files, 1, output.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
+  pid_t pid = 0;
+  const int failed = posix_spawnp(&pid, argv[0], &files, nullptr, argv.data(), environ);
+  posix_spawn_file_actions_destroy(&files);
+  if (failed) return -1;
+  int status = 0;
+  waitpid(pid, &status, 0);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+/// A runner by a program of yours: `command... FOLDER NAME FUNCTION` reads a sample a line from its
+/// standard input, numbers with spaces between, and writes the answer of each as a line.
+[[nodiscard]] inline CodeRunner run_by(std::vector<std::string> command) {
+  return [command = std::move(command)](
+             const std::filesystem::path& folder, const std::string& name, RobotCodePart part,
+             const std::vector<std::vector<double>>& samples) -> Result<std::vector<double>> {
+    const auto input = folder / "samples.txt", output = folder / "answers.txt";
+    {
+      std::ofstream out(input);
+      out.precision(17);
+      for (const auto& sample : samples) {
+        for (const double x : sample) out << x << ' ';
+        out << '\n';
+      }
+    }
+    std::vector<std::string> all = command;
+    all.insert(all.end(), {folder.string(), name, part_name(part)});
+    if (const int code = run_program(all, input, output); code != 0)
+      return error(ErrorCode::io, "the runner \"" + command[0] + "\" ended with " +
+                                      std::to_string(code) + " for " + part_name(part));
+    std::ifstream in(output);
+    std::vector<double> answers;
+    for (std::string word; in >> word;) answers.push_back(std::strtod(word.c_str(), nullptr));
+    return answers;
+  };
+}
+
+class RobotCodeConformance : public testing::TestWithParam<RobotCodeCase> {
+ protected:
+  static constexpr std::size_t kSamples = 7;
+
+  void SetUp() override {
+    auto found = find_provider<RobotCodeGenerator>(GetParam().file, GetParam().provider);
+    ASSERT_TRUE(found.ok()) << found.error().sentence();
+    provider_ = *found;
+    generator_ = create<RobotCodeGenerator>(**found);
+    ASSERT_NE(generator_, nullptr);
+  }
+  [[nodiscard]] const RobotModel& model() const { return GetParam().model; }
+  [[nodiscard]] std::size_t n() const { return model().dof(); }
+
+  Result<std::vector<CodeFile>> generate(const RobotModel& m, const std::string& name,
+                                         std::uint32_t parts) {
+    NoProgress none;
+    return generator_->generate(m, name, parts, TableParams(*provider_), none);
+  }
+  /// Writes the code of one part and runs it; empty where the part is refused as unsupported.
+  std::vector<double> run(const RobotModel& m, RobotCodePart part,
+                          const std::vector<std::vector<double>>& samples, std::size_t width) {
+    auto files = generate(m, "robot_under_test", part);
+    if (!files.ok()) {
+      EXPECT_EQ(files.error().code, ErrorCode::unsupported) << files.error().sentence();
+      return {};
+    }
+    const auto folder = GetParam().folder / GetParam().provider / m.name / part_name(part);
+    std::filesystem::create_directories(folder);
+    for (const CodeFile& f : *files) std::ofstream(folder / f.name) << f.text;
+    auto answers = GetParam().run(folder, "robot_under_test", part, samples);
+    EXPECT_TRUE(answers.ok()) << (answers.ok() ? "" : answers.error().sentence());
+    if (!answers.ok()) return std::vector<double>(samples.size() * width);
+    EXPECT_EQ(answers->size(), samples.size() * width) << part_name(part);
+    answers->resize(samples.size() * width);
+    return std::move(*answers);
+  }
+  std::vector<double> run(RobotCodePart part, const std::vector<std::vector<double>>& samples,
+                          std::size_t width) {
+    return run(model(), part, samples, width);
+  }
+  static std::vector<double> joined(std::vector<double> a,
+                                    std::initializer_list<std::vector<double>> more) {
+    for (const auto& b : more) a.insert(a.end(), b.begin(), b.end());
+    return a;
+  }
+  /// Torques of all parts: Kane's equations, springs and friction.
+  [[nodiscard]] std::vector<double> torques(const std::vector<double>& q,
+                                            const std::vector<double>& qd,
+                                            const std::vector<double>& qdd) const {
+    auto tau = kane_torques(model(), q, qd, qdd);
+    const auto spring = gradient(model(), q, spring_energy);
+    for (std::size_t k = 0; k < n(); ++k) tau[k] += spring[k];
+    for (const JointModel& j : model().joints) {
+      if (robomosp::velocity_count(j.type) != 1) continue;
+      const double ratio = j.is_coupled() ? j.coupling.ratio : 1;
+      const auto v = static_cast<std::size_t>(j.v_index);
+      const double rate = ratio * qd[v];
+      tau[v] += ratio * (j.friction.viscous * rate + (rate > 0   ? j.friction.coulomb_positive
+                                                      : rate < 0 ? j.friction.coulomb_negative
+                                                                 : 0));
+    }
+    return tau;
+  }
+  static double size_of(const std::vector<double>& v) {
+    double size = 1;
+    for (const double x : v) size = std::max(size, std::fabs(x));
+    return size;
+  }
+  const rmp_provider* provider_ = nullptr;
+  std::unique_ptr<RobotCodeGenerator> generator_;
+  Random random_{29};
+};
+GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(RobotCodeConformance);
+
+TEST_P(RobotCodeConformance, TipsAreWhereTheJointsPutThem) {
+  std::vector<std::vector<double>> samples;
+  for (std::size_t i = 0; i < kSamples; ++i) samples.push_back(random_.configuration(model()));
+  const std::size_t tips = model().tips.size();
+  const auto answers = run(kCodeForwardKinematics, samples, 12 * tips);
+  if (answers.empty()) GTEST_SKIP() << "it does not generate this part";
+  for (std::size_t i = 0; i < samples.size(); ++i)
+    for (std::size_t t = 0; t < tips; ++t) {
+      const Pose expected = tip_pose(model(), samples[i].data(), t);
+      const double* at = &answers[12 * (i * tips + t)];
+      for (std::size_t k = 0; k < 9; ++k) ASSERT_NEAR(at[k], expected.R[k], 1e-12) << "tip " << t;
+      for (std::size_t k = 0; k < 3; ++k)
+        ASSERT_NEAR(at[9 + k], expected.p[k], 1e-12) << "tip " << t;
+    }
+}
+
+TEST_P(RobotCodeConformance, TheJacobianIsTheDerivativeOfTheTipsPose) {
+  std::vector<std::vector<double>> samples;
+  for (std::size_t i = 0; i < kSamples; ++i) samples.push_back(random_.configuration(model()));
+  const auto answers = run(kCodeJacobian, samples, 6 * n());
+  if (answers.empty()) GTEST_SKIP() << "it does not generate this part";
+  for (std::size_t i = 0; i < samples.size(); ++i)
+    for (std::size_t c = 0; c < n(); ++c)
+      for (std::size_t r = 0; r < 6; ++r) {
+        const double slope = difference(
+            [&](double h) {
+              const Pose now = tip_pose(model(), samples[i].data());
+              const Pose at = tip_pose(model(), nudged(model(), samples[i], c, h).data());
+              if (r < 3) return at.p[r];
+              double W[9] = {};  // R(h) R^T
+              for (std::size_t a = 0; a < 3; ++a)
+                for (std::size_t b = 0; b < 3; ++b)
+                  for (std::size_t k = 0; k < 3; ++k)
+                    W[3 * a + b] += at.R[3 * a + k] * now.R[3 * b + k];
+              return r == 3 ? (W[7] - W[5]) / 2 : r == 4 ? (W[2] - W[6]) / 2 : (W[3] - W[1]) / 2;
+            },
+            1e-3);
+        ASSERT_NEAR(answers[(i * 6 + r) * n() + c], slope, 1e-9) << "row " << r << " column " << c;
+      }
+}
+
+TEST_P(RobotCodeConformance, TorquesSatisfyKanesEquationsWithSpringsAndFriction) {
+  std::vector<std::vector<double>> q, qd, qdd, samples;
+  for (std::size_t i = 0; i < kSamples; ++i) {
+    q.push_back(random_.configuration(model()));
+    // The first sample at rest, where there is no Coulomb friction.
+    qd.push_back(i == 0 ? std::vector<double>(n()) : random_.vector(n(), -1, 1));
+    qdd.push_back(random_.vector(n(), -2, 2));
+    samples.push_back(joined(q[i], {qd[i], qdd[i]}));
+  }
+  const auto answers = run(kCodeInverseDynamics, samples, n());
+  if (answers.empty()) GTEST_SKIP() << "it does not generate this part";
+  for (std::size_t i = 0; i < kSamples; ++i) {
+    const auto expected = torques(q[i], qd[i], qdd[i]);
+    for (std::size_t k = 0; k < n(); ++k)
+      ASSERT_NEAR(answers[i * n() + k], expected[k], 1e-7 * size_of(expected)) << "entry " << k + 1;
+  }
+}
+
+TEST_P(RobotCodeConformance, TheInertiaGivesTheKineticEnergy) {
+  std::vector<std::vector<double>> samples;
+  for (std::size_t i = 0; i < kSamples; ++i) samples.push_back(random_.configuration(model()));
+  const auto answers = run(kCodeInertia, samples, n() * n());
+  if (answers.empty()) GTEST_SKIP() << "it does not generate this part";
+  for (std::size_t i = 0; i < kSamples; ++i) {
+    const double* M = &answers[i * n() * n()];
+    for (int trial = 0; trial < 4; ++trial) {
+      const auto qd = random_.vector(n(), -1, 1);
+      double twice = 0;
+      for (std::size_t r = 0; r < n(); ++r)
+        for (std::size_t c = 0; c < n(); ++c) twice += qd[r] * M[r * n() + c] * qd[c];
+      const double expected = kinetic_energy(model(), samples[i], qd);
+      ASSERT_NEAR(twice / 2, expected, 1e-8 * std::max(1.0, expected));
+    }
+    for (std::size_t r = 0; r < n(); ++r)
+      for (std::size_t c = 0; c < r; ++c)
+        ASSERT_NEAR(M[r * n() + c], M[c * n() + r], 1e-12 * size_of(answers));
+  }
+}
+
+TEST_P(RobotCodeConformance, AccelerationsAnswerTheTorques) {
+  std::vector<std::vector<double>> q, qd, samples;
+  const auto tau = random_.vector(n(), -5, 5);
+  for (std::size_t i = 0; i < kSamples; ++i) {
+    q.push_back(random_.configuration(model()));
+    qd.push_back(random_.vector(n(), -1, 1));
+    samples.push_back(joined(q[i], {qd[i], tau}));
+  }
+  const auto answers = run(kCodeForwardDynamics, samples, n());
+  if (answers.empty()) GTEST_SKIP() << "it does not generate this part";
+  for (std::size_t i = 0; i < kSamples; ++i) {
+    const std::vector<double> qdd(answers.begin() + static_cast<std::ptrdiff_t>(i * n()),
+                                  answers.begin() + static_cast<std::ptrdiff_t>((i + 1) * n()));
+    const auto back = torques(q[i], qd[i], qdd);
+    for (std::size_t k = 0; k < n(); ++k)
+      ASSERT_NEAR(back[k], tau[k], 1e-6 * size_of(back)) << "entry " << k + 1;
+  }
+}
+
+TEST_P(RobotCodeConformance, WhateverTheNamesSayTheCodeRuns) {
+  RobotModel m = model();
+  for (JointModel& j : m.joints) j.name = "\"'*/ \\ \"\"\" \n #endif ]]--";
+  for (TipModel& t : m.tips) t.name = m.joints[0].name;
+  const std::vector<std::vector<double>> samples{random_.configuration(m)};
+  const std::string plain = m.name;
+  const auto expected = tip_pose(m, samples[0].data());
+  auto files = generate(m, "robot_under_test", kCodeForwardKinematics);
+  if (!files.ok()) GTEST_SKIP() << files.error().sentence();
+  RobotModel evil = m;
+  evil.name = m.joints[0].name;
+  files = generate(evil, "robot_under_test", kCodeForwardKinematics);
+  ASSERT_TRUE(files.ok()) << files.error().sentence();
+  const auto folder = GetParam().folder / GetParam().provider / plain / "names";
+  std::filesystem::create_directories(folder);
+  for (const CodeFile& f : *files) std::ofstream(folder / f.name) << f.text;
+  const auto answers = GetParam().run(folder, "robot_under_test", kCodeForwardKinematics, samples);
+  ASSERT_TRUE(answers.ok()) << answers.error().sentence();
+  ASSERT_EQ(answers->size(), 12 * m.tips.size());
+  for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR((*answers)[9 + k], expected.p[k], 1e-12);
+}
+
+TEST_P(RobotCodeConformance, FilesHavePlainNamesAndEqualRobotsGiveEqualText) {
+  const auto files = generate(model(), "my_arm", kCodeForwardKinematics);
+  if (!files.ok()) GTEST_SKIP() << files.error().sentence();
+  ASSERT_FALSE(files->empty());
+  for (const CodeFile& f : *files) {
+    EXPECT_EQ(f.name.rfind("my_arm", 0), 0U) << f.name << " does not start with the name";
+    EXPECT_EQ(f.name.find('/'), std::string::npos) << f.name;
+    ASSERT_FALSE(f.text.empty()) << f.name;
+    EXPECT_EQ(f.text.back(), '\n') << f.name;
+  }
+  const auto again = generate(model(), "my_arm", kCodeForwardKinematics);
+  ASSERT_TRUE(again.ok());
+  ASSERT_EQ(again->size(), files->size());
+  for (std::size_t i = 0; i < files->size(); ++i) EXPECT_EQ((*again)[i].text, (*files)[i].text);
+  // A robot that is another one gives other text.
+  RobotModel longer = model();
+  longer.tips[0].tool.p[0] += 0.125;
+  const auto other = generate(longer, "my_arm", kCodeForwardKinematics);
+  ASSERT_TRUE(other.ok());
+  bool differs = false;
+  for (std::size_t i = 0; i < files->size() && i < other->size(); ++i)
+    differs = differs || (*other)[i].text != (*files)[i].text;
+  EXPECT_TRUE(differs);
+}
+
+TEST_P(RobotCodeConformance, WhatCannotBeGeneratedIsRefusedWithASentence) {
+  const auto refused = [&](const RobotModel& m, const std::string& name, std::uint32_t parts,
+                           const char* why) {
+    const auto files = generate(m, name, parts);
+    ASSERT_FALSE(files.ok()) << why;
+    EXPECT_FALSE(files.error().message.empty()) << why;
+    EXPECT_FALSE(files.error().hint.empty()) << why << ": " << files.error().sentence();
+  };
+  for (const char* name : {"", "2fast", "a b", "a-b", "../up", "a\"b", "\xc3\xa4rm"})
+    refused(model(), name, kCodeForwardKinematics, name);
+  refused(model(), "arm", 0, "no part");
+  refused(four_bar(1, 0.3, 0.9, 0.7), "bars", kCodeForwardDynamics,
+          "accelerations that leave the loops open are wrong");
+  CancelledProgress stop;
+  const auto stopped =
+      generator_->generate(model(), "arm", kCodeForwardKinematics, TableParams(*provider_), stop);
+  ASSERT_FALSE(stopped.ok());
+  EXPECT_TRUE(stopped.error().code == ErrorCode::cancelled ||
+              stopped.error().code == ErrorCode::unsupported);
+}
+
+}  // namespace robomosp::conformance
