@@ -13,7 +13,9 @@ namespace robomosp::robotics {
 const kernels::Table& kernels::table(spatial::InstructionSet set) {
 #if defined(__x86_64__)
   set = std::min(set, spatial::widest_instruction_set());
+#if defined(RMP_HAS_AVX512)
   if (set == spatial::InstructionSet::avx512) return avx512::table();
+#endif
   if (set == spatial::InstructionSet::avx2) return avx2::table();
 #endif
   (void)set;

@@ -7,7 +7,9 @@ InstructionSet widest_instruction_set() {
 #if defined(__x86_64__)
   // The levels of the x86-64 psABI, which are also what robomosp_lanes() compiles for.
   __builtin_cpu_init();
+#if defined(RMP_HAS_AVX512)
   if (__builtin_cpu_supports("x86-64-v4")) return InstructionSet::avx512;
+#endif
   if (__builtin_cpu_supports("x86-64-v3")) return InstructionSet::avx2;
 #endif
   return InstructionSet::baseline;

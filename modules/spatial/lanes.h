@@ -20,7 +20,11 @@
 
 namespace robomosp::spatial::RMP_LANES {
 
+#if defined(__SANITIZE_ADDRESS__)
+#define RMP_INLINE inline  // instrumented, one large function takes minutes to compile
+#else
 #define RMP_INLINE [[gnu::always_inline]] inline
+#endif
 
 inline constexpr std::size_t kLanes = RMP_LANE_COUNT;
 using Lanes = double __attribute__((vector_size(8 * RMP_LANE_COUNT)));
@@ -78,6 +82,8 @@ RMP_INLINE Lanes select(Bits which, Lanes a, Lanes b) { return which ? a : b; }
 struct Wide {
   Lanes a, b;
 };
+/// Whether Wide pays: there are registers for it.
+inline constexpr bool kHasWide = kLanes == 8;
 struct WideBits {
   Bits a, b;
 };

@@ -11,7 +11,9 @@ namespace robomosp::spatial::recursions {
 
 const Kernels& kernels(InstructionSet set) {
 #if defined(__x86_64__)
+#if defined(RMP_HAS_AVX512)
   if (set == InstructionSet::avx512) return avx512::kernels();
+#endif
   if (set == InstructionSet::avx2) return avx2::kernels();
 #endif
   (void)set;

@@ -106,23 +106,30 @@ std::size_t run_lanes(const Mechanism& m, const Task& task, std::size_t samples,
 
 // Two vectors pay where there are registers for them and the matrix stays in the nearest cache.
 bool side_by_side(const Mechanism& m, const Task& task) {
-  return kLanes == 8 && (task.what == Task::What::torques || task.pivots || m.velocities <= 10);
+  return task.what == Task::What::torques || task.pivots || m.velocities <= 10;
 }
 
 std::size_t run(const Mechanism& m, const Task& task, std::size_t samples, std::size_t first,
                 std::size_t last, double* scratch) {
-  if (!task.lanes) return run_single(m, task, first, last, scratch);
-  return side_by_side(m, task) ? run_lanes<Wide>(m, task, samples, first, last, scratch)
-                               : run_lanes<Lanes>(m, task, samples, first, last, scratch);
+  if constexpr (kHasWide) {
+    if (side_by_side(m, task)) return run_lanes<Wide>(m, task, samples, first, last, scratch);
+  } else {
+    // Runner gives single samples to narrower sets.
+    if (!task.lanes) return run_single(m, task, first, last, scratch);
+  }
+  return run_lanes<Lanes>(m, task, samples, first, last, scratch);
 }
 
 std::size_t scratch_size(const Mechanism& m, const Task& task) {
-  Room<double> one;
   Room<Lanes> several;
-  Room<Wide> many;
-  if (!task.lanes) return furnish(m, task, nullptr, one);
-  return side_by_side(m, task) ? furnish(m, task, nullptr, many)
-                               : furnish(m, task, nullptr, several);
+  if constexpr (kHasWide) {
+    Room<Wide> many;
+    if (side_by_side(m, task)) return furnish(m, task, nullptr, many);
+  } else {
+    Room<double> one;
+    if (!task.lanes) return furnish(m, task, nullptr, one);
+  }
+  return furnish(m, task, nullptr, several);
 }
 
 constexpr Kernels kTable{run, scratch_size, kLanes};

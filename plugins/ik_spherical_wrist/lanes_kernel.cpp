@@ -15,8 +15,6 @@ using spatial::RMP_LANES::load;
 using spatial::RMP_LANES::splat;
 using spatial::RMP_LANES::store;
 
-#define RMP_INLINE [[gnu::always_inline]] inline
-
 constexpr double kPi = 0x1.921fb54442d18p1, kTurn = 2 * kPi;
 /// Below this sine of joint 5 its neighbours turn about one line, and one of them is kept.
 constexpr double kWristSingular = 1e-12;

@@ -27,7 +27,9 @@ std::vector<const LanesProbe*> probes() {
 #if defined(__x86_64__)
   const InstructionSet widest = spatial::widest_instruction_set();
   if (widest >= InstructionSet::avx2) all.push_back(&avx2::probe());
+#if defined(RMP_HAS_AVX512)
   if (widest >= InstructionSet::avx512) all.push_back(&avx512::probe());
+#endif
 #endif
   return all;
 }
