@@ -3,6 +3,7 @@
 // (layer: application, lua, internal).
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <map>
 #include <memory>
@@ -53,7 +54,13 @@ struct LuaProvider {
   const AppThread* thread = nullptr;
   int ref = LUA_NOREF;  ///< the function or table, in the registry
   std::string interface_id, name;
+  std::vector<std::string> tags;
   Schema schema;
+  std::vector<int> values;  ///< of the script, kept in the registry by adapters
+
+  [[nodiscard]] bool has_tag(std::string_view tag) const {
+    return std::find(tags.begin(), tags.end(), tag) != tags.end();
+  }
 };
 
 }  // namespace robomosp::lua

@@ -3,10 +3,13 @@
 // the application thread only; what a script returns is checked before anything uses it.
 #include <algorithm>
 
+#include <robomosp/sdk/collision.h>
 #include <robomosp/sdk/controller.h>
 #include <robomosp/sdk/dynamics.h>
 #include <robomosp/sdk/ik.h>
 #include <robomosp/sdk/integrator.h>
+#include <robomosp/sdk/physics.h>
+#include <robomosp/sdk/robot_code.h>
 #include <robomosp/sdk/trajectory.h>
 
 #include "kernel/text.h"
@@ -28,6 +31,9 @@ constexpr Adapter kAdapters[] = {
     {SegmentMaker::kInterfaceId, make_lua_segment, "sample"},
     {Controller::kInterfaceId, make_lua_controller, "torques"},
     {Integrator::kInterfaceId, make_lua_integrator, "step"},
+    {CollisionEngine::kInterfaceId, make_lua_collision, "distance"},
+    {PhysicsEngine::kInterfaceId, make_lua_physics, "step"},
+    {RobotCodeGenerator::kInterfaceId, make_lua_robot_code, "generate"},
 };
 
 Result<std::string> need_text(lua_State* L, int index, const char* what) {
@@ -79,9 +85,28 @@ Result<Schema> read_schema(lua_State* L, int table) {
   return schema;
 }
 
+/// tags = {"simple", "loops"}
+Result<std::vector<std::string>> read_tags(lua_State* L, int table) {
+  std::vector<std::string> tags;
+  lua_getfield(L, table, "tags");
+  auto given = to_value(L, -1);
+  lua_pop(L, 1);
+  if (!given.ok()) return std::move(given).error().in("tags");
+  if (given->is_nil()) return tags;
+  for (const Value& v : given->as_list() ? *given->as_list() : List{Value()}) {
+    if (!v.as_string())
+      return error(ErrorCode::invalid_argument, "tags is not a list of words",
+                   "Write tags = {\"simple\"}.");
+    tags.push_back(*v.as_string());
+  }
+  return tags;
+}
+
 void close(Impl& impl, LuaProvider& p) {
   impl.app.registry.remove(p.interface_id, p.name);
   luaL_unref(impl.main, LUA_REGISTRYINDEX, p.ref);
+  for (const int value : p.values) luaL_unref(impl.main, LUA_REGISTRYINDEX, value);
+  p.values.clear();
   p.ref = LUA_NOREF;
   p.state = nullptr;
 }
@@ -96,7 +121,7 @@ bool withdraw(Impl& impl, std::string_view interface_id, std::string_view name) 
   return true;
 }
 
-/// ioci.provide(interface_id, name, fn | {fn fields, summary =, params =})
+/// ioci.provide(interface_id, name, fn | {fn fields, summary =, tags =, params =})
 Result<int> ioci_provide(Impl& impl, lua_State* L) {
   RMP_TRY_ASSIGN(const std::string interface_id, need_text(L, 1, "the interface id"));
   RMP_TRY_ASSIGN(const std::string name, need_text(L, 2, "the provider's name"));
@@ -125,6 +150,7 @@ Result<int> ioci_provide(Impl& impl, lua_State* L) {
     if (lua_type(L, -1) == LUA_TSTRING) info.summary = lua_tostring(L, -1);
     lua_pop(L, 1);
     RMP_TRY_ASSIGN(info.schema, read_schema(L, 3));
+    RMP_TRY_ASSIGN(info.tags, read_tags(L, 3));
   } else if (!lua_isfunction(L, 3)) {
     return error(
         ErrorCode::invalid_argument,
@@ -141,6 +167,7 @@ Result<int> ioci_provide(Impl& impl, lua_State* L) {
   provider->thread = &impl.app.thread;
   provider->interface_id = interface_id;
   provider->name = name;
+  provider->tags = info.tags;
   provider->schema = info.schema;
   withdraw(impl, interface_id, name);  // a script that is run again replaces what it gave before
   RMP_TRY(impl.app.registry.add(

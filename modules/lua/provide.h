@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include <robomosp/sdk/collision.h>
 #include <robomosp/sdk/params.h>
 #include <robomosp/sdk/robot_model.h>
 
@@ -60,7 +61,8 @@ class Call {
     auto done = call(*impl_, L_, 1, 0);
     if (!done.ok()) job.failed = std::move(done).error();
     if (!job.failed) return {};
-    if (job.failed->code == ErrorCode::cancelled || job.failed->code == ErrorCode::plugin_failed)
+    if (job.failed->code == ErrorCode::cancelled || job.failed->code == ErrorCode::plugin_failed ||
+        job.failed->code == ErrorCode::unsupported)
       return std::move(*job.failed);
     const std::string at = job.failed->where.empty() ? "" : job.failed->where + ": ";
     return failed(
@@ -73,6 +75,17 @@ class Call {
     if (!lua_istable(L, -1)) return;
     lua_getfield(L, -1, name);
     lua_remove(L, -2);
+  }
+  /// Pushes the field `name` of its table if that is a function, else nothing.
+  [[nodiscard]] bool push_optional(lua_State* L, const char* name) const {
+    lua_rawgeti(L, LUA_REGISTRYINDEX, p_.ref);
+    if (lua_istable(L, -1)) {
+      lua_getfield(L, -1, name);
+      lua_remove(L, -2);
+      if (lua_isfunction(L, -1)) return true;
+    }
+    lua_pop(L, 1);
+    return false;
   }
 
  private:
@@ -97,10 +110,24 @@ class Call {
 
 void push_vector(Impl& impl, lua_State* L, std::span<const double> v, const char* unit = "");
 void set_number(lua_State* L, const char* name, double v);
-/// Refuses robots of which entry i of q is not joint i.
-Result<void> need_simple(const RobotModel& model);
-/// The table `model` of the scripts; without gravity that is zero.
+void set_vector(Impl& impl, lua_State* L, const char* name, std::span<const double> v,
+                const char* unit = "");
+void set_pose(Impl& impl, lua_State* L, const char* name, const Pose& pose);
+void set_text(lua_State* L, const char* name, std::string_view text);
+/// The list of directions of `bits`: 1 2 3 = along x y z, 4 5 6 = turns about them.
+void set_directions(lua_State* L, const char* name, std::uint32_t bits);
+/// A 3 x 3 matrix.
+void set_inertia(Impl& impl, lua_State* L, const Sym3& inertia);
+/// Refuses robots of which entry i of q is not joint i, for providers with the tag "simple".
+Result<void> check_simple(const LuaProvider& p, const RobotModel& model);
+/// The refusal `nil, reason` of a script's function as an error of code unsupported. The two
+/// results are on top.
+Result<void> check_refusal(const LuaProvider& p, lua_State* L, std::string where);
+/// The table `model` of the scripts, as docs/plugin_author/lua.md tells it; without gravity that is
+/// zero.
 void push_model(Impl& impl, lua_State* L, const RobotModel& model, bool with_gravity);
+/// A body as collision and physics tell it to scripts: the list of its shapes.
+void push_shapes(Impl& impl, lua_State* L, const ShapedBody& body);
 void push_params(Impl& impl, lua_State* L, const Schema& schema, const Params& params);
 
 /// The values of a schema, kept beyond the life of the Params they came from.
@@ -127,9 +154,64 @@ class Kept {
   std::unique_ptr<Params> params_ = make_params({});
 };
 
+/// A value of the script that an adapter holds beyond a call, such as a prepared scene.
+class KeptValue {
+ public:
+  explicit KeptValue(ProviderPtr p) : p_(std::move(p)) {}
+  ~KeptValue() {
+    // What was withdrawn is released already; what ends on another thread is released then.
+    if (ref_ == LUA_NOREF || !p_->state || !p_->thread->is_current()) return;
+    luaL_unref(p_->state->main, LUA_REGISTRYINDEX, ref_);
+    std::erase(p_->values, ref_);
+  }
+  KeptValue(const KeptValue&) = delete;
+  KeptValue& operator=(const KeptValue&) = delete;
+  /// Takes the value on top, once.
+  void keep(lua_State* L) {
+    ref_ = luaL_ref(L, LUA_REGISTRYINDEX);
+    p_->values.push_back(ref_);
+  }
+  void push(lua_State* L) const { lua_rawgeti(L, LUA_REGISTRYINDEX, ref_); }
+
+ private:
+  ProviderPtr p_;
+  int ref_ = LUA_NOREF;
+};
+
+/// An object of ours that a function given to a script reaches during one call; later the function
+/// answers with an error. Its own stack slot must stay until it ends.
+template <class T>
+class Lent {
+ public:
+  Lent(lua_State* L, T* object)
+      : slot_(static_cast<T**>(lua_newuserdatauv(L, sizeof(T*), 0))), index_(lua_gettop(L)) {
+    *slot_ = object;
+  }
+  ~Lent() { *slot_ = nullptr; }
+  Lent(const Lent&) = delete;
+  Lent& operator=(const Lent&) = delete;
+  template <Function fn>
+  void push_function(lua_State* L) const {
+    lua_pushvalue(L, index_);
+    lua_pushcclosure(L, entry<fn>, 1);
+  }
+  /// Within the function.
+  static Result<T*> get(lua_State* L) {
+    T* object = *static_cast<T**>(lua_touserdata(L, lua_upvalueindex(1)));
+    if (object) return object;
+    return error(ErrorCode::invalid_argument, "this function belongs to a call that has ended",
+                 "Use it only within the solver that was given it.");
+  }
+
+ private:
+  T** slot_;
+  int index_;
+};
+
 /// `count` finite numbers at a stack index.
 Result<std::vector<double>> read_finite(const LuaProvider& p, lua_State* L, int index,
                                         std::size_t count, const char* what);
+Result<Vec3> read_vec3(const LuaProvider& p, lua_State* L, int index, const char* what);
 Result<Pose> read_pose(const LuaProvider& p, lua_State* L, int index, const char* what);
 
 /// What adapters of a robot's solvers keep: the script, the model, the values of the parameters.
@@ -137,7 +219,7 @@ class BoundScript {
  public:
   explicit BoundScript(ProviderPtr p) : p_(std::move(p)) {}
   Result<void> bind(const RobotModel& model, const Params& params) {
-    RMP_TRY(need_simple(model));
+    RMP_TRY(check_simple(*p_, model));
     model_ = &model;
     params_ = Kept(p_->schema, params);
     return {};
@@ -156,5 +238,8 @@ class BoundScript {
 [[nodiscard]] void* make_lua_segment(ProviderPtr p);
 [[nodiscard]] void* make_lua_controller(ProviderPtr p);
 [[nodiscard]] void* make_lua_integrator(ProviderPtr p);
+[[nodiscard]] void* make_lua_collision(ProviderPtr p);
+[[nodiscard]] void* make_lua_physics(ProviderPtr p);
+[[nodiscard]] void* make_lua_robot_code(ProviderPtr p);
 
 }  // namespace robomosp::lua

@@ -4,17 +4,14 @@
 
 #include <robomosp/sdk/dynamics.h>
 
+#include "kernel/text.h"
 #include "lua/provide.h"
+#include "robotics/closure.h"
 #include "robotics/kinematics.h"
+#include "spatial/body_tree.h"
 
 namespace robomosp::lua {
 namespace {
-
-double friction(const JointModel& j, double qd) {
-  return j.friction.viscous * qd + (qd > 0   ? j.friction.coulomb_positive
-                                    : qd < 0 ? j.friction.coulomb_negative
-                                             : 0.0);
-}
 
 bool pushes(std::span<const TipWrench> tip) {
   return std::any_of(tip.begin(), tip.end(),
@@ -25,7 +22,7 @@ bool pushes(std::span<const TipWrench> tip) {
 std::vector<double> wrench_torques(const RobotModel& model, const DynamicsBatch& b, std::size_t i,
                                    std::span<const double> q) {
   const std::size_t dof = model.dof();
-  std::vector<Pose> frames(dof);
+  std::vector<Pose> frames(model.joints.size());
   std::vector<double> jacobian(6 * dof), out(dof, 0.0);
   robotics::forward_kinematics(model, q, frames);
   robotics::geometric_jacobian(model, static_cast<std::size_t>(b.tip_index), frames,
@@ -37,18 +34,16 @@ std::vector<double> wrench_torques(const RobotModel& model, const DynamicsBatch&
   return out;
 }
 
-/// Adds `sign` times what the joints' friction and springs and the wrench at the tip take of tau.
-void add_joint_side(const RobotModel& model, const DynamicsBatch& b, std::size_t i, double sign,
-                    std::span<const double> q, std::span<const double> qd,
-                    std::vector<double>& tau) {
-  for (std::size_t j = 0; j < tau.size(); ++j) {
-    const JointModel& joint = model.joints[j];
-    if (b.terms & kFrictionTerm) tau[j] += sign * friction(joint, qd[j]);
-    if (b.terms & kSpringTerm) tau[j] += sign * joint.spring.stiffness * (q[j] - joint.spring.rest);
-  }
-  if (!(b.terms & kExternalTerm) || !pushes(b.tip)) return;
-  const auto w = wrench_torques(model, b, i, q);
-  for (std::size_t j = 0; j < tau.size(); ++j) tau[j] -= sign * w[j];
+/// What the joints' friction and springs and the wrench at the tip take of tau.
+std::vector<double> joint_side(const RobotModel& model, const spatial::BodyTree& tree,
+                               const DynamicsBatch& b, std::size_t i) {
+  std::vector<double> tau(model.dof(), 0.0);
+  spatial::add_joint_forces(tree, b, i, b.terms & (kFrictionTerm | kSpringTerm), tau);
+  if (!(b.terms & kExternalTerm) || !pushes(b.tip)) return tau;
+  const std::size_t n = model.coordinate_count();
+  const auto w = wrench_torques(model, b, i, b.q.subspan(i * n, n));
+  for (std::size_t j = 0; j < tau.size(); ++j) tau[j] -= w[j];
+  return tau;
 }
 
 /// What a script's function cannot be told.
@@ -63,15 +58,34 @@ Result<void> check_batch(const RobotModel& model, const DynamicsBatch& b) {
   return {};
 }
 
-std::span<const double> sample(std::span<const double> all, std::size_t i, std::size_t dof,
+/// Velocities, accelerations or torques of sample i, `zero` (one of dof) where none are given.
+std::span<const double> sample(std::span<const double> all, std::size_t i,
                                const std::vector<double>& zero) {
-  return all.empty() ? std::span<const double>(zero) : all.subspan(i * dof, dof);
+  return all.empty() ? std::span<const double>(zero) : all.subspan(i * zero.size(), zero.size());
 }
 
-/// A script's function of (model, a, b, c), called many times with the same model.
+/// What the adapters of dynamics keep besides.
+class BoundDynamics : protected BoundScript {
+ protected:
+  using BoundScript::BoundScript;
+  Result<void> bind(const RobotModel& model, const Params& params) {
+    RMP_TRY(BoundScript::bind(model, params));
+    RMP_TRY_ASSIGN(tree_, spatial::make_body_tree(model));
+    return {};
+  }
+  [[nodiscard]] std::span<const double> configuration(const DynamicsBatch& b, std::size_t i) const {
+    const std::size_t n = model_->coordinate_count();
+    return b.q.subspan(i * n, n);
+  }
+  spatial::BodyTree tree_;
+};
+
+/// A script's function of (model, a, b, c), called many times with the same model. Its result has
+/// dof numbers; with `forces` > 0 as many of its second result follow.
 class DynamicsScript {
  public:
-  DynamicsScript(const LuaProvider& p, const RobotModel& model) : p_(p), model_(model) {}
+  DynamicsScript(const LuaProvider& p, const RobotModel& model, std::size_t forces = 0)
+      : p_(p), model_(model), forces_(forces) {}
 
   template <class Body>
   Result<void> run(const char* function, bool with_gravity, const Params& params, Body&& body) {
@@ -90,8 +104,18 @@ class DynamicsScript {
         push_vector(impl, L, b);
         push_vector(impl, L, c);
         lua_pushvalue(L, values);
-        RMP_TRY(call(impl, L, 5, 1));
-        return read_finite(p_, L, -1, model_.dof(), "the result");
+        RMP_TRY(call(impl, L, 5, 2));
+        RMP_TRY_ASSIGN(auto out, read_finite(p_, L, -2, model_.dof(), "the result"));
+        if (forces_ == 0) return out;
+        if (lua_isnil(L, -1))
+          return error(ErrorCode::unsupported,
+                       "provider " + text::quote(p_.name) +
+                           " does not tell the forces that keep loops closed",
+                       "Return them as its second result, or choose another provider.");
+        RMP_TRY_ASSIGN(const auto forces,
+                       read_finite(p_, L, -1, forces_, "the second result (forces of loops)"));
+        out.insert(out.end(), forces.begin(), forces.end());
+        return out;
       };
       return body(evaluate);
     });
@@ -100,13 +124,14 @@ class DynamicsScript {
  private:
   const LuaProvider& p_;
   const RobotModel& model_;
+  std::size_t forces_;
 };
 
 /// fn(model, q, qd, qdd) -> tau of gravity, inertia (armature included) and velocity; friction,
 /// springs and the wrench at the tip are added here.
-class LuaInverseDynamics final : public InverseDynamics, private BoundScript {
+class LuaInverseDynamics final : public InverseDynamics, private BoundDynamics {
  public:
-  explicit LuaInverseDynamics(ProviderPtr p) : BoundScript(std::move(p)) {}
+  explicit LuaInverseDynamics(ProviderPtr p) : BoundDynamics(std::move(p)) {}
   Result<void> prepare(const RobotModel& model, const Params& params) override {
     return bind(model, params);
   }
@@ -122,11 +147,11 @@ class LuaInverseDynamics final : public InverseDynamics, private BoundScript {
           for (std::size_t i = 0; i < b.count; ++i) {
             if (progress.cancelled())
               return error(ErrorCode::cancelled, "inverse dynamics was cancelled");
-            const auto q = b.q.subspan(i * dof, dof), qd = sample(b.qd, i, dof, zero),
-                       qdd = sample(b.qdd, i, dof, zero);
-            RMP_TRY_ASSIGN(auto sum, rigid_body(f, b.terms, q, qd, qdd, zero));
-            add_joint_side(*model_, b, i, 1, q, qd, sum);
-            std::copy(sum.begin(), sum.end(), tau.begin() + static_cast<std::ptrdiff_t>(i * dof));
+            RMP_TRY_ASSIGN(const auto sum,
+                           rigid_body(f, b.terms, configuration(b, i), sample(b.qd, i, zero),
+                                      sample(b.qdd, i, zero), zero));
+            const auto side = joint_side(*model_, tree_, b, i);
+            for (std::size_t j = 0; j < dof; ++j) tau[i * dof + j] = sum[j] + side[j];
           }
           return {};
         });
@@ -142,7 +167,7 @@ class LuaInverseDynamics final : public InverseDynamics, private BoundScript {
           for (std::size_t i = 0; i < b.count; ++i) {
             if (progress.cancelled())
               return error(ErrorCode::cancelled, "the inertia matrix was cancelled");
-            const auto q = b.q.subspan(i * dof, dof);
+            const auto q = configuration(b, i);
             const auto out = m.subspan(i * dof * dof, dof * dof);
             RMP_TRY_ASSIGN(const auto rest, f(q, zero, zero));
             for (std::size_t j = 0; j < dof; ++j) {
@@ -181,35 +206,58 @@ class LuaInverseDynamics final : public InverseDynamics, private BoundScript {
 };
 
 /// fn(model, q, qd, tau) -> qdd without friction; friction, springs and the tip's wrench change the
-/// tau it is given, and a model without gravity stands for the gravity term left out.
-class LuaForwardDynamics final : public ForwardDynamics, private BoundScript {
+/// tau it is given, and a model without gravity stands for the gravity term left out. Robots with
+/// loops go to providers with the tag "loops" only: whether qdd meets them is not seen from it.
+/// Such a one may return the forces that keep the loops closed as a second result.
+class LuaForwardDynamics final : public ForwardDynamics, private BoundDynamics {
  public:
-  explicit LuaForwardDynamics(ProviderPtr p) : BoundScript(std::move(p)) {}
+  explicit LuaForwardDynamics(ProviderPtr p) : BoundDynamics(std::move(p)) {}
   Result<void> prepare(const RobotModel& model, const Params& params) override {
+    if (!model.loops.empty() && !p_->has_tag("loops"))
+      return error(ErrorCode::unsupported,
+                   "provider " + text::quote(p_->name) +
+                       " does not say that its accelerations keep loops closed",
+                   "If they do, write tags = {\"loops\"}; else choose another provider, such as "
+                   "constrained.",
+                   "robot " + text::quote(model.name));
     return bind(model, params);
   }
   [[nodiscard]] std::size_t scratch_size() const override { return 0; }
 
   Result<void> accelerations(const DynamicsBatch& b, std::span<double> qdd,
                              Progress& progress) const override {
+    return run(b, qdd, {}, progress);
+  }
+  Result<void> constrained(const DynamicsBatch& b, std::span<double> qdd, std::span<double> forces,
+                           Progress& progress) const override {
+    if (model_->loops.empty()) return ForwardDynamics::constrained(b, qdd, forces, progress);
+    return run(b, qdd, forces, progress);
+  }
+
+ private:
+  Result<void> run(const DynamicsBatch& b, std::span<double> qdd, std::span<double> forces,
+                   Progress& progress) const {
     RMP_TRY(check_batch(*model_, b));
-    const std::size_t dof = model_->dof();
+    const std::size_t dof = model_->dof(), rows = robotics::loop_rows(*model_);
     const std::vector<double> zero(dof, 0.0);
-    return DynamicsScript(*p_, *model_)
+    return DynamicsScript(*p_, *model_, forces.empty() ? 0 : rows)
         .run("accelerations", (b.terms & kGravityTerm) != 0, params_.get(),
              [&](const auto& f) -> Result<void> {
                for (std::size_t i = 0; i < b.count; ++i) {
                  if (progress.cancelled())
                    return error(ErrorCode::cancelled, "forward dynamics was cancelled");
-                 const auto q = b.q.subspan(i * dof, dof), qd = sample(b.qd, i, dof, zero),
-                            given = sample(b.tau, i, dof, zero);
+                 const auto given = sample(b.tau, i, zero);
                  std::vector<double> tau(given.begin(), given.end());
-                 add_joint_side(*model_, b, i, -1, q, qd, tau);
+                 const auto side = joint_side(*model_, tree_, b, i);
+                 for (std::size_t j = 0; j < dof; ++j) tau[j] -= side[j];
                  RMP_TRY_ASSIGN(
                      const auto out,
-                     f(q, (b.terms & kVelocityTerm) ? qd : std::span<const double>(zero), tau));
-                 std::copy(out.begin(), out.end(),
-                           qdd.begin() + static_cast<std::ptrdiff_t>(i * dof));
+                     f(configuration(b, i),
+                       (b.terms & kVelocityTerm) ? sample(b.qd, i, zero) : std::span(zero), tau));
+                 std::copy_n(out.begin(), dof, &qdd[i * dof]);
+                 if (!forces.empty())
+                   std::copy_n(out.begin() + static_cast<std::ptrdiff_t>(dof), rows,
+                               &forces[i * rows]);
                }
                return {};
              });

@@ -7,14 +7,23 @@
 
 #include "kernel/text.h"
 #include "lua/provide.h"
+#include "robotics/closure.h"
+#include "robotics/coordinates.h"
 #include "robotics/kinematics.h"
 #include "spatial/pose.h"
 #include "spatial/rotation.h"
+#include "spatial/vec.h"
 
 namespace robomosp::lua {
 namespace {
 
-/// fn(model, target, seed, tolerance) -> q | list of q | nil, reason
+/// What the script's `clearance` reads.
+struct Obstacles {
+  const RobotModel* model;
+  const ClearanceField* field;
+};
+
+/// fn(model, target, seed, asked) -> q | list of q | nil, reason
 class LuaIk final : public IkSolver, private BoundScript {
  public:
   explicit LuaIk(ProviderPtr p) : BoundScript(std::move(p)) {}
@@ -27,51 +36,117 @@ class LuaIk final : public IkSolver, private BoundScript {
                      Progress& progress) const override {
     Call call_script(*p_);
     return call_script.run([&](Impl& impl, lua_State* L) -> Result<void> {
-      const std::size_t dof = model_->dof();
+      RMP_TRY(check(batch));
+      const std::size_t n = model_->coordinate_count(),
+                        goals = std::max<std::size_t>(1, batch.goals.size());
       push_model(impl, L, *model_, true);
       const int model = lua_gettop(L);
       push_params(impl, L, p_->schema, params_.get());
-      const int params = lua_gettop(L);
+      const Obstacles obstacles{model_, batch.clearance};
+      const Lent<const Obstacles> lent(L, &obstacles);
+      const int params = lua_gettop(L) - 1, kept = params + 1;
       std::vector<double> previous;
-      for (std::size_t i = 0; i < batch.targets.size(); ++i) {
+      for (std::size_t i = 0; i < batch.samples(); ++i) {
         if (progress.cancelled())
           return error(ErrorCode::cancelled, "inverse kinematics was cancelled");
-        progress.report(static_cast<double>(i) / static_cast<double>(batch.targets.size()),
+        progress.report(static_cast<double>(i) / static_cast<double>(batch.samples()),
                         "inverse kinematics in Lua");
-        lua_settop(L, params);
+        lua_settop(L, kept);
         call_script.push_function(L, "solve");
         lua_pushvalue(L, model);
-        push(impl, L, pose_value(batch.targets[i]));
-        push_seed(impl, L, batch, i, dof, previous);
-        lua_createtable(L, 0, 3);
-        set_number(L, "position", batch.tolerance.position);
-        set_number(L, "rotation", batch.tolerance.rotation);
-        lua_pushinteger(L, batch.tip + 1);
-        lua_setfield(L, -2, "tip");
+        const auto targets = batch.targets.subspan(i * goals, goals);
+        push(impl, L, pose_value(targets.front()));
+        push_seed(impl, L, batch, i, n, previous, *model_);
+        push_question(impl, L, batch, i, targets, lent);
         lua_pushvalue(L, params);
         RMP_TRY(call(impl, L, 5, 2));
-        RMP_TRY(read(L, batch, batch.targets[i], results[i]));
-        if (batch.continuous && results[i].q.size() >= dof)
+        RMP_TRY(read(L, batch, targets, results[i]));
+        if (batch.continuous && results[i].q.size() >= n)
           previous.assign(results[i].q.begin(),
-                          results[i].q.begin() + static_cast<std::ptrdiff_t>(dof));
+                          results[i].q.begin() + static_cast<std::ptrdiff_t>(n));
       }
       return {};
     });
   }
 
  private:
+  static bool is_whole(const IkBatch& b) {
+    return b.goals.empty() || (b.goals.size() == 1 && b.goals[0].parts == kIkPose);
+  }
+  /// One whole pose of one tip is for every solver; the rest for those that say so.
+  Result<void> check(const IkBatch& b) const {
+    const auto needs = [&](bool asked, const char* tag, const char* what) -> Result<void> {
+      if (!asked || p_->has_tag(tag)) return {};
+      return error(
+          ErrorCode::unsupported,
+          "provider " + text::quote(p_->name) + " does not say that it serves " + what,
+          std::string("If it does, write tags = {\"") + tag + "\"}; else choose another provider.");
+    };
+    RMP_TRY(needs(!is_whole(b), "goals", "several goals or parts of a pose"));
+    RMP_TRY(needs(b.objective != IkObjective::none, "objectives", "objectives"));
+    return needs(!b.arm_angles.empty(), "arm_angle", "arm angles");
+  }
+
   static void push_seed(Impl& impl, lua_State* L, const IkBatch& batch, std::size_t i,
-                        std::size_t dof, const std::vector<double>& previous) {
+                        std::size_t n, const std::vector<double>& previous,
+                        const RobotModel& model) {
     if (!previous.empty()) push_vector(impl, L, previous);
-    else if (batch.seeds.size() >= (i + 1) * dof)
-      push_vector(impl, L, batch.seeds.subspan(i * dof, dof));
-    else if (batch.seeds.size() >= dof) push_vector(impl, L, batch.seeds.first(dof));
-    else push_vector(impl, L, std::vector<double>(dof, 0.0));
+    else if (batch.seeds.size() >= (i + 1) * n) push_vector(impl, L, batch.seeds.subspan(i * n, n));
+    else if (batch.seeds.size() >= n && n > 0) push_vector(impl, L, batch.seeds.first(n));
+    else push_vector(impl, L, robotics::neutral_coordinates(model));
+  }
+
+  /// The script's fourth argument: how near, which tip, and what else is asked.
+  static void push_question(Impl& impl, lua_State* L, const IkBatch& b, std::size_t i,
+                            std::span<const Pose> targets, const Lent<const Obstacles>& lent) {
+    static constexpr const char* kObjectives[] = {"none", "centre", "manipulability", "limits",
+                                                  "clearance"};
+    lua_createtable(L, 0, 8);
+    set_number(L, "position", b.tolerance.position);
+    set_number(L, "rotation", b.tolerance.rotation);
+    lua_pushinteger(L, (b.goals.empty() ? b.tip : b.goals[0].tip) + 1);
+    lua_setfield(L, -2, "tip");
+    lua_pushboolean(L, b.all_solutions ? 1 : 0);
+    lua_setfield(L, -2, "all");
+    set_text(L, "objective", kObjectives[static_cast<std::size_t>(b.objective)]);
+    if (b.clearance) {
+      lent.push_function<clearance>(L);
+      lua_setfield(L, -2, "clearance");
+    }
+    if (!b.arm_angles.empty())
+      set_number(L, "arm_angle", b.arm_angles[i < b.arm_angles.size() ? i : 0]);
+    lua_createtable(L, static_cast<int>(b.goals.size()), 0);
+    for (std::size_t g = 0; g < b.goals.size(); ++g) {
+      lua_createtable(L, 0, 4);
+      lua_pushinteger(L, b.goals[g].tip + 1);
+      lua_setfield(L, -2, "tip");
+      set_pose(impl, L, "target", targets[g]);
+      set_number(L, "weight", b.goals[g].weight);
+      set_directions(L, "parts", b.goals[g].parts);
+      lua_rawseti(L, -2, static_cast<lua_Integer>(g + 1));
+    }
+    lua_setfield(L, -2, "goals");
+  }
+
+  /// clearance(q) -> distance, its gradient by the velocities. Valid within the call only.
+  static Result<int> clearance(Impl& impl, lua_State* L) {
+    RMP_TRY_ASSIGN(const Obstacles* obstacles, Lent<const Obstacles>::get(L));
+    RMP_TRY_ASSIGN(const auto q, to_reals(L, 1, "q"));
+    if (q.size() != obstacles->model->coordinate_count())
+      return error(ErrorCode::invalid_argument,
+                   "q has " + std::to_string(q.size()) + " numbers; " +
+                       std::to_string(obstacles->model->coordinate_count()) + " are needed",
+                   "Write clearance(q).");
+    std::vector<double> gradient(obstacles->model->dof());
+    lua_pushnumber(L, obstacles->field->distance(q, gradient));
+    push_vector(impl, L, gradient);
+    return 2;
   }
 
   /// The script's answer, judged by forward kinematics and the limits, not by its word.
-  Result<void> read(lua_State* L, const IkBatch& batch, const Pose& target, IkResult& out) const {
-    const std::size_t dof = model_->dof();
+  Result<void> read(lua_State* L, const IkBatch& batch, std::span<const Pose> targets,
+                    IkResult& out) const {
+    const std::size_t n = model_->coordinate_count();
     out = IkResult{};
     if (lua_isnil(L, -2)) {
       out.status = IkStatus::not_converged;
@@ -94,42 +169,46 @@ class LuaIk final : public IkSolver, private BoundScript {
       const auto count = static_cast<lua_Integer>(luaL_len(L, answer));
       for (lua_Integer k = 1; k <= count; ++k) {
         lua_geti(L, answer, k);
-        RMP_TRY_ASSIGN(auto q, read_finite(*p_, L, -1, dof, "the solution"));
+        RMP_TRY_ASSIGN(auto q, read_finite(*p_, L, -1, n, "the solution"));
         lua_pop(L, 1);
         solutions.push_back(std::move(q));
         if (!batch.all_solutions) break;
       }
     } else {
-      RMP_TRY_ASSIGN(auto q, read_finite(*p_, L, answer, dof, "the solution"));
+      RMP_TRY_ASSIGN(auto q, read_finite(*p_, L, answer, n, "the solution"));
       solutions.push_back(std::move(q));
     }
     lua_settop(L, answer - 1);
-    for (const auto& q : solutions) judge(q, batch, target, out);
+    for (const auto& q : solutions) judge(q, batch, targets, out);
     if (solutions.empty()) out.detail = "the script returned no solution";
     return {};
   }
 
-  void judge(const std::vector<double>& q, const IkBatch& batch, const Pose& target,
+  void judge(const std::vector<double>& q, const IkBatch& batch, std::span<const Pose> targets,
              IkResult& out) const {
     std::vector<Pose> frames(model_->joints.size());
     robotics::forward_kinematics(*model_, q, frames);
-    const Pose reached = robotics::tip_pose(*model_, static_cast<std::size_t>(batch.tip), frames);
-    const auto length = [](const Vec3& v) { return std::hypot(v[0], v[1], v[2]); };
-    const double dp = length(
-        {target.p[0] - reached.p[0], target.p[1] - reached.p[1], target.p[2] - reached.p[2]});
-    const double dr = length(spatial::rotation_difference(reached.R, target.R));
+    double dp = 0, dr = 0;
+    if (is_whole(batch)) {  // parts of poses and several goals are judged by the caller
+      const std::int32_t tip = batch.goals.empty() ? batch.tip : batch.goals[0].tip;
+      const Pose reached = robotics::tip_pose(*model_, static_cast<std::size_t>(tip), frames);
+      dp = spatial::distance(targets[0].p, reached.p);
+      dr = spatial::norm(spatial::rotation_difference(reached.R, targets[0].R));
+    }
     IkStatus status = IkStatus::solved;
     std::string detail;
     if (dp > batch.tolerance.position || dr > batch.tolerance.rotation) {
       status = IkStatus::not_converged;
       detail = "the script's answer misses the target by " + text::print_rounded(dp, 3) +
                " m and " + text::print_rounded(dr, 3) + " rad";
-    }
-    for (std::size_t j = 0; j < q.size() && status == IkStatus::solved; ++j) {
-      const JointModel& joint = model_->joints[j];
-      if (q[j] >= joint.lower && q[j] <= joint.upper) continue;
+    } else if (const double gap = open_by(frames);
+               gap > std::max(batch.tolerance.position, batch.tolerance.rotation)) {
+      status = IkStatus::not_converged;
+      detail = "the script's answer leaves loops open by " + text::print_rounded(gap, 3);
+    } else if (const auto j = robotics::joint_outside_limits(*model_, q); j >= 0) {
       status = IkStatus::joint_limit;
-      detail = "joint " + text::quote(joint.name) + " is outside its limits";
+      detail = "joint " + text::quote(model_->joints[static_cast<std::size_t>(j)].name) +
+               " is outside its limits";
     }
     const bool is_first = out.q.empty();
     if (!is_first && status != IkStatus::solved) return;
@@ -141,6 +220,13 @@ class LuaIk final : public IkSolver, private BoundScript {
       out.detail = detail;
     }
     out.q.insert(out.q.end(), q.begin(), q.end());
+  }
+  [[nodiscard]] double open_by(std::span<const Pose> frames) const {
+    std::vector<double> residual(robotics::loop_rows(*model_));
+    robotics::loop_residual(*model_, frames, residual);
+    double most = 0;
+    for (const double x : residual) most = std::max(most, std::fabs(x));
+    return most;
   }
 };
 

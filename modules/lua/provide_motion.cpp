@@ -214,7 +214,7 @@ class LuaIntegrator final : public Integrator {
     OdeStatistics* done;
   };
   static Result<int> rate(Impl& impl, lua_State* L) {
-    const auto* asked = static_cast<const Asked*>(lua_touserdata(L, lua_upvalueindex(1)));
+    RMP_TRY_ASSIGN(const Asked* asked, Lent<const Asked>::get(L));
     if (!lua_isnumber(L, 1))
       return error(ErrorCode::invalid_argument, "rate wants a time and a state",
                    "Write rate(t, x).");
@@ -234,12 +234,12 @@ class LuaIntegrator final : public Integrator {
   Result<std::vector<double>> step(OdeSystem& system, double t, std::span<const double> x, double h,
                                    OdeStatistics& done) const {
     std::vector<double> out;
-    Asked asked{&system, &done};
+    const Asked asked{&system, &done};
     Call call_script(*p_);
     const auto ran = call_script.run([&](Impl& impl, lua_State* L) -> Result<void> {
+      const Lent<const Asked> lent(L, &asked);
       call_script.push_function(L, "step");
-      lua_pushlightuserdata(L, &asked);
-      lua_pushcclosure(L, entry<rate>, 1);
+      lent.push_function<rate>(L);
       lua_pushnumber(L, t);
       push_vector(impl, L, x);
       lua_pushnumber(L, h);
