@@ -50,6 +50,12 @@ Result<Value> columns(CommandContext& ctx, const Map& args) {
   return Value(std::move(out));
 }
 
+Result<Value> notes(CommandContext& ctx, const Map& args) {
+  List out;
+  for (const std::string& note : recording_of(ctx, args)->notes) out.emplace_back(note);
+  return Value(std::move(out));
+}
+
 Result<Value> values(CommandContext& ctx, const Map& args) {
   const auto r = recording_of(ctx, args);
   RMP_TRY_ASSIGN(const auto picked, chosen(*r, args));
@@ -166,6 +172,16 @@ std::vector<CommandSpec> recording_commands() {
                               field("doc", "string", "", "What it holds.")}},
                  .effect = Effect::reads,
                  .run = columns});
+  all.push_back({.name = "recording.notes",
+                 .classic = "",
+                 .summary = "Tells what happened while a recording was made, a sentence each.",
+                 .details = "Such as limits met and with which speed, torques that were cut, when "
+                            "joints came to rest and went on, steps of the integrator.",
+                 .example = with_recording("assert(type(run:notes()) == \"table\")"),
+                 .params = {self("recording")},
+                 .returns = {"list", "", "Sentences.", {}},
+                 .effect = Effect::reads,
+                 .run = notes});
   all.push_back(
       {.name = "recording.values",
        .classic = "",

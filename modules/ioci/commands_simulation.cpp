@@ -52,6 +52,28 @@ Result<std::vector<double>> numbers(const Map& args, const std::string& name) {
   return out;
 }
 
+/// Expressions of the time for some of x, y, z, roll, pitch, yaw.
+Result<void> read_base_motion(const Map& args, sim::ForwardRun& run) {
+  if (!has(args, "base_motion")) return {};
+  const Map* given = args.find("base_motion")->as_map();
+  if (!given)
+    return error(ErrorCode::invalid_argument,
+                 args.find("base_motion")->text() + " is not a table of expressions",
+                 "Give such as {x = \"0.1 m * sin(2 rad/s * time)\"}.", "base_motion");
+  run.base_motion.emplace();
+  const std::vector<std::string> known(sim::kBaseNumbers.begin(), sim::kBaseNumbers.end());
+  for (const auto& [name, value] : *given) {
+    const auto at = std::find(known.begin(), known.end(), name);
+    if (at == known.end()) return unknown_name("number", name, known).in("base_motion");
+    const std::string* words = value.as_string();
+    if (!words)
+      return error(ErrorCode::invalid_argument, value.text() + " is not an expression",
+                   "Write it in quotes, with units.", "base_motion." + name);
+    (*run.base_motion)[static_cast<std::size_t>(at - known.begin())] = *words;
+  }
+  return {};
+}
+
 /// The arguments that both commands have.
 Result<sim::ForwardRun> read_run(CommandContext& ctx, const Map& args, const Robot& robot,
                                  const RobotModel& m) {
@@ -86,6 +108,7 @@ Result<sim::ForwardRun> read_run(CommandContext& ctx, const Map& args, const Rob
   if (has(args, "tip_wrench")) {
     RMP_TRY_ASSIGN(run.recorded_wrench, recording_of(ctx, *args.find("tip_wrench"), "tip_wrench"));
   }
+  RMP_TRY(read_base_motion(args, run));
   if (has(args, "integrator")) {
     RMP_TRY_ASSIGN(run.integrator, read_provider(*args.find("integrator"), "integrator"));
   }
@@ -170,6 +193,10 @@ Schema run_params(Schema first, Schema references) {
       optional("tip_moment", "vec3", "N m", "Moment on the robot at its tool, world axes."));
   first.push_back(optional("tip_wrench", "any", "",
                            "The same over time: a recording with columns wrench1 to wrench6."));
+  first.push_back(optional(
+      "base_motion", "map", "",
+      "How the robot's mounting moves from its place, in its own axes: expressions of `time` for "
+      "some of x, y, z, roll, pitch and yaw, smooth ones."));
   first.push_back(optional("integrator", "any", "",
                            "Integrator: name, or {name = ..., params = {...}}; the default when "
                            "left out."));
@@ -210,7 +237,9 @@ std::vector<CommandSpec> simulation_commands() {
       "Columns: time, q, qd, qdd, tau, tau_friction and tau_stop of the joints, kinetic, potential "
       "and their sum energy, x, y, z of the tool, and with a reference error of the joints and "
       "tip_error. Coulomb friction holds a joint at rest up to its breakaway torque; torques are "
-      "cut at the joints' max_force. Notes of the recording tell limits met and torques cut.";
+      "cut at the joints' max_force. recording.notes tells limits met, where joints came to rest "
+      "and went "
+      "on, torques cut, and what the integrator did.";
   all.push_back(
       {.name = "world.simulate_dynamics",
        .classic = "World WorldFwdDynSim|World FwdDynWorldSim",
@@ -241,7 +270,10 @@ std::vector<CommandSpec> simulation_commands() {
                            "assert(math.abs(e[11] - e[1]) < 1e-9 * math.abs(e[1]))\n"
                            "local held = arm:simulate{q = \"ready\", reference = \"ready\", "
                            "controller = \"pd_gravity\", duration = 0.1}\n"
-                           "assert(held:values(\"tip_error\")[11] < 1e-6)"),
+                           "assert(held:values(\"tip_error\")[11] < 1e-6)\n"
+                           "local shaken = arm:simulate{q = \"ready\", duration = 0.1, "
+                           "base_motion = {z = \"0.01 m * (1 - cos(30 rad/s * time))\"}}\n"
+                           "assert(shaken:values(\"energy\")[11] ~= e[11])"),
        .params = run_params({self("robot")}, {}),
        .returns = {"handle", "", "The recording.", {}},
        .effect = Effect::simulates,

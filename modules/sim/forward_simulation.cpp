@@ -6,7 +6,6 @@
 
 #include "kernel/text.h"
 #include "model/placement.h"
-#include "motion/path.h"
 #include "motion/provider_params.h"
 #include "robotics/kinematics.h"
 #include "sim/motion_reference.h"
@@ -111,41 +110,6 @@ Result<WorldPath> path_of(const Simulator& sim, const Placed& p, const std::stri
   return WorldPath{std::move(path), model::pose(placed->placement)};
 }
 
-/// The mounting's motion along a path: what the dynamics feel in the base's axes, and its place.
-class MovingBase {
- public:
-  MovingBase(WorldPath path, Pose mounting_T_base, Vec3 gravity)
-      : path_(std::move(path)), mounting_T_base_(mounting_T_base), gravity_(gravity) {}
-
-  [[nodiscard]] Pose world_T_base(double t) const {
-    return spatial::compose(spatial::compose(path_.world_T_path, sample(t).pose), mounting_T_base_);
-  }
-  [[nodiscard]] BaseMotion at(double t) const {
-    using namespace spatial;
-    const PathSample s = sample(t);
-    const Pose mounting = compose(path_.world_T_path, s.pose);
-    const Pose base = compose(mounting, mounting_T_base_);
-    const Vec3 r = rotate(mounting, mounting_T_base_.p);
-    const Vec3 w = rotate(path_.world_T_path, s.angular_velocity),
-               wd = rotate(path_.world_T_path, s.angular_acceleration);
-    const Vec3 a =
-        add(rotate(path_.world_T_path, s.acceleration), add(cross(wd, r), cross(w, cross(w, r))));
-    return {rotate_back(base, gravity_), rotate_back(base, a), rotate_back(base, w),
-            rotate_back(base, wd)};
-  }
-
- private:
-  [[nodiscard]] PathSample sample(double t) const {
-    PathSample s;
-    path_.path->sample(std::span(&t, 1), std::span(&s, 1));
-    if (t > path_.path->duration() || t < 0) s = {s.pose, {}, {}, {}, {}};
-    return s;
-  }
-  WorldPath path_;
-  Pose mounting_T_base_;
-  Vec3 gravity_;
-};
-
 class PartProgress final : public Progress {
  public:
   PartProgress(Progress& whole, double from, double share)
@@ -231,6 +195,12 @@ class Simulation {
     return {};
   }
 
+  Result<void> base_by_expressions() {
+    RMP_TRY_ASSIGN(base_, BasePath::by_expressions(*run_.base_motion, placed_.world_T_mounting, 0,
+                                                   run_.duration > 0 ? run_.duration : duration_));
+    return {};
+  }
+
   Result<void> find_start() {
     MotionReference::Sample s;
     if (reference_) reference_->at(0, s);
@@ -256,7 +226,7 @@ class Simulation {
   }
 
   [[nodiscard]] Pose world_T_base(double t) const {
-    return base_ ? base_->world_T_base(t)
+    return base_ ? spatial::compose(base_->world_T_mounting(t), model().base)
                  : spatial::compose(placed_.world_T_mounting, model().base);
   }
 
@@ -265,7 +235,8 @@ class Simulation {
     options.breakaway = run_.breakaway;
     options.at_limit = run_.at_limit;
     options.restitution = run_.restitution;
-    if (base_) options.base = [this](double t) { return base_->at(t); };
+    if (base_)
+      options.base = [this](double t) { return base_->felt(t, model().base, placed_.gravity); };
     const bool pushes = run_.wrench.force != Vec3{} || run_.wrench.moment != Vec3{};
     if (run_.recorded_wrench) {
       RMP_TRY_ASSIGN(wrenches_, timed_rows(*run_.recorded_wrench, "wrench", 6));
@@ -307,12 +278,18 @@ class Simulation {
       return error(ErrorCode::invalid_argument, "it is given torques and a controller",
                    "Give one of them.");
     if (!run_.base_trajectory.empty()) {
+      if (run_.base_motion)
+        return error(ErrorCode::invalid_argument,
+                     "its mounting is given a trajectory and expressions", "Give one of them.");
       RMP_TRY_ASSIGN(WorldPath path, path_of(sim_, placed_, run_.base_trajectory));
-      base_.emplace(std::move(path), model().base, placed_.gravity);
+      base_.emplace(std::move(path.path), path.world_T_path);
+    } else if (run_.base_motion && run_.duration > 0) {
+      RMP_TRY(base_by_expressions());
     }
     RMP_TRY(find_reference(progress));
     RMP_TRY(find_start());
     RMP_TRY_ASSIGN(const auto times, sample_times());
+    if (run_.base_motion && !base_) RMP_TRY(base_by_expressions());
     MotionOptions options;
     RMP_TRY(find_surroundings(options));
     RMP_TRY_ASSIGN(auto forward,
@@ -482,18 +459,19 @@ class Simulation {
     table.add_tip_columns(out, [this](double t) { return world_T_base(t); });
     if (reference_) table.add_error_columns(out, *reference_);
     table.add_notes(out, motion);
-    out.notes.push_back("integrated by " + integrator_.provider + ": " +
-                        std::to_string(statistics_.steps) + " steps, " +
-                        std::to_string(statistics_.rejected) + " rejected, " +
-                        std::to_string(statistics_.rates) + " evaluations, " +
-                        std::to_string(statistics_.events) + " events");
+    out.notes.push_back(
+        "integrated by " + integrator_.provider + ": " + std::to_string(statistics_.steps) +
+        " steps, " + std::to_string(statistics_.rejected) + " rejected, " +
+        std::to_string(statistics_.rates) + " evaluations, " + std::to_string(statistics_.events) +
+        " events, tolerance " + text::print_rounded(run_.relative_tolerance, 3) + " relative and " +
+        text::print_rounded(run_.absolute_tolerance, 3) + " absolute");
     return std::make_shared<const Recording>(std::move(out));
   }
 
   const Simulator& sim_;
   const ForwardRun& run_;
   Placed placed_;
-  std::optional<MovingBase> base_;
+  std::optional<BasePath> base_;
   std::optional<MotionReference> reference_;
   TimedRows torques_, wrenches_;
   Bound<InverseDynamics> inverse_;

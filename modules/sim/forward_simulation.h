@@ -10,6 +10,7 @@
 #include <robomosp/sdk/controller.h>
 #include <robomosp/sdk/integrator.h>
 
+#include "sim/base_motion.h"
 #include "sim/mechanism_motion.h"
 #include "sim/simulate.h"
 
@@ -37,9 +38,10 @@ struct ForwardRun {
   RecordingPtr recorded_q;           ///< columns q1, ... (qd1, qdd1, ...)
   std::vector<double> hold;          ///< a configuration; all three empty = where it starts
 
-  std::string base_trajectory;   ///< of the world: how the mounting moves
-  TipWrench wrench;              ///< on the first tip, world axes
-  RecordingPtr recorded_wrench;  ///< columns wrench1..6: force and moment, world axes
+  std::string base_trajectory;                 ///< of the world: how the mounting moves
+  std::optional<BaseExpressions> base_motion;  ///< the same by expressions of the time
+  TipWrench wrench;                            ///< on the first tip, world axes
+  RecordingPtr recorded_wrench;                ///< columns wrench1..6: force and moment, world axes
 
   model::ProviderChoice integrator;  ///< empty name = the default
   double relative_tolerance = 1e-10, absolute_tolerance = 1e-12;
@@ -52,7 +54,8 @@ struct ForwardRun {
 };
 
 /// time, q, qd, qdd, tau of the motors, friction and stops, energies, x y z of the first tip in the
-/// world, and the errors against the reference. Notes tell limits met and torques cut.
+/// world, and the errors against the reference. Notes tell limits met, where joints
+/// stuck and went on, torques cut, and what the integrator did.
 Result<RecordingPtr> forward_dynamics(const Simulator& simulator, const ForwardRun& run,
                                       Progress& progress);
 

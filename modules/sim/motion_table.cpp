@@ -215,6 +215,28 @@ void MotionTable::add_error_columns(Recording& out, const MotionReference& refer
         {"tip_error", "m", "distance of the tool from its reference", std::move(tip_error)});
 }
 
+void MotionTable::add_friction_notes(const MechanismMotion& motion,
+                                     std::vector<std::string>& notes) const {
+  constexpr std::size_t kMostTimes = 3;
+  using Kind = MotionEvent::Kind;
+  for (std::size_t j = 0; j < model_.joints.size(); ++j)
+    for (const auto& [kind, words] : {std::pair{Kind::sticks, " came to rest at "},
+                                      {Kind::slides, " went on at "}}) {
+      std::string when;
+      std::size_t count = 0;
+      for (const MotionEvent& e : motion.happened()) {
+        if (e.joint != j || e.kind != kind) continue;
+        if (++count <= kMostTimes) when += (when.empty() ? "" : ", ") + seconds(e.time);
+      }
+      if (count == 0) continue;
+      if (count > kMostTimes)
+        when += " and " + std::to_string(count - kMostTimes) +
+                (count == kMostTimes + 1 ? " time more" : " times more");
+      notes.push_back("joint " + std::to_string(j + 1) + " (" + model_.joints[j].name + ")" +
+                      words + when);
+    }
+}
+
 void MotionTable::add_notes(Recording& out, const MechanismMotion& motion) const {
   std::vector<std::string> notes;
   for (std::size_t v = 0; v < limits_.size(); ++v) {
@@ -230,14 +252,14 @@ void MotionTable::add_notes(Recording& out, const MechanismMotion& motion) const
     notes.push_back("the torque of " + label(v) + " was cut to " + text::print_rounded(limits_[v]) +
                     (is_rotary_[v] ? " N m " : " N ") + when);
   }
-  std::size_t sticks = 0, left_out = 0;
+  std::size_t left_out = 0;
   for (const MotionEvent& e : motion.happened()) {
     const JointModel& joint = model_.joints[e.joint];
     const std::string who = "joint " + std::to_string(e.joint + 1) + " (" + joint.name + ")";
     const std::string unit = joint.type == JointType::prismatic ? " m/s" : " rad/s";
     const std::string limit = e.is_upper ? "upper limit" : "lower limit";
     switch (e.kind) {
-      case MotionEvent::Kind::sticks: ++sticks; continue;
+      case MotionEvent::Kind::sticks:
       case MotionEvent::Kind::slides:
       case MotionEvent::Kind::leaves: continue;
       default: break;
@@ -253,9 +275,7 @@ void MotionTable::add_notes(Recording& out, const MechanismMotion& motion) const
                               (e.kind == MotionEvent::Kind::rest ? " and stayed there" : ""));
   }
   if (left_out > 0) notes.push_back("limits were met " + std::to_string(left_out) + " times more");
-  if (sticks > 0)
-    notes.push_back("joints came to rest by friction or at a stop " + std::to_string(sticks) +
-                    (sticks == 1 ? " time" : " times"));
+  add_friction_notes(motion, notes);
   out.notes.insert(out.notes.end(), notes.begin(), notes.end());
 }
 

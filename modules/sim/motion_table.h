@@ -46,6 +46,8 @@ class MotionTable {
     double from = 0, to = 0;
     bool is_open = false;
   };
+  /// When joints stuck and went on.
+  void add_friction_notes(const MechanismMotion& motion, std::vector<std::string>& notes) const;
   [[nodiscard]] std::string label(std::size_t entry) const;
   void add_entries(Recording& out, const std::string& stem, const std::string& what,
                    const std::string& rotary, const std::string& linear,

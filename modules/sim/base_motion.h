@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// How the mounting of a robot moves over time, prescribed by a trajectory or by expressions of the
+// time, and what the robot's dynamics feel of it (layer: application, sim).
+#pragma once
+
+#include <array>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include <robomosp/sdk/dynamics.h>
+#include <robomosp/sdk/result.h>
+#include <robomosp/sdk/trajectory.h>
+
+#include "motion/path.h"
+
+namespace robomosp::sim {
+
+/// x, y, z [m], roll, pitch, yaw [rad] as expressions of `time` [s], empty = 0.
+using BaseExpressions = std::array<std::string, 6>;
+inline constexpr std::array<const char*, 6> kBaseNumbers{"x", "y", "z", "roll", "pitch", "yaw"};
+
+/// A prescribed motion of the mounting. [one thread]
+class BasePath {
+ public:
+  /// Along a path, as of its trajectory's frame; at rest before and after.
+  BasePath(std::shared_ptr<const motion::Path> path, const Pose& world_T_path);
+  /// By expressions in the axes of `world_T_mounting`, where the robot is placed. Velocities and
+  /// accelerations are their central differences of order 8 over steps of 2 ms, right to about 1e-9
+  /// of what is slower than 10 Hz; `start` and `end`: the times in which all must have a value.
+  static Result<BasePath> by_expressions(const BaseExpressions&, const Pose& world_T_mounting,
+                                         double start, double end);
+
+  [[nodiscard]] Pose world_T_mounting(double t) const;
+  /// What a robot feels whose base stands so on the mounting; gravity in world axes.
+  [[nodiscard]] BaseMotion felt(double t, const Pose& mounting_T_base, const Vec3& gravity) const;
+
+ private:
+  BasePath() = default;
+  std::function<PathSample(double)> sample_;
+  Pose world_T_path_;
+};
+
+}  // namespace robomosp::sim
