@@ -41,14 +41,18 @@ bool is_identity(const Pose& t) { return t.p == Vec3{} && t.R == Pose{}.R; }
 
 class UrdfWriter {
  public:
-  UrdfWriter(CommandContext& ctx, RobotId id, std::filesystem::path file, std::string package,
+  struct Wishes {
+    std::string package;      ///< of ROS; "" = meshes are named relative to the file
+    bool with_bodies = true;  ///< write the shapes
+  };
+  UrdfWriter(CommandContext& ctx, RobotId id, std::filesystem::path file, Wishes wishes,
              std::shared_ptr<const RobotModel> model)
       : ctx_(ctx),
         id_(id),
         robot_(*ctx.snapshot().get(id)),
         model_(std::move(model)),
         file_(std::move(file)),
-        package_(std::move(package)) {}
+        wishes_(std::move(wishes)) {}
 
   Result<Value> run() {
     const std::string name = ctx_.snapshot().find(AnyId(id_))->name;
@@ -182,9 +186,9 @@ class UrdfWriter {
                                                             : "revolute";
         const Vec3 axis = spatial::rotate_back(turn, {0, 0, 1});
         joint(urdf_joint(j), type, below, name, origin_pose,
-              m.type == JointType::free ? std::string() : axis_xml(axis) + numbers(m));
+              (m.type == JointType::free ? std::string() : axis_xml(axis)) + numbers(m));
       }
-      if (m.type != JointType::free && m.type != JointType::spherical) tell_joint(m);
+      tell_joint(m);
       below = child;
       before = Pose{};
       if (is_last && !is_direct) {
@@ -222,7 +226,7 @@ class UrdfWriter {
 
   std::string numbers(const JointModel& m) {
     std::string out;
-    if (m.type == JointType::spherical) return out;
+    if (coordinate_count(m.type) != 1) return m.passive ? own_words(" passive=\"true\"") : out;
     const auto value = [](double v) {
       return text::print(std::isinf(v) ? (v > 0 ? kNoLimit : -kNoLimit) : v);
     };
@@ -252,9 +256,14 @@ class UrdfWriter {
     if (m.armature != 0) add("armature", m.armature);
     if (m.spring.stiffness != 0) add("stiffness", m.spring.stiffness), add("rest", m.spring.rest);
     if (f.coulomb_negative != -f.coulomb_positive) add("friction_backward", -f.coulomb_negative);
+    if (std::isfinite(m.max_acceleration)) add("acceleration", m.max_acceleration);
+    if (std::isfinite(m.max_jerk)) add("jerk", m.max_jerk);
     if (m.passive) own += " passive=\"true\"";
-    if (!own.empty()) out += "    <robomosp" + own + "/>\n";
+    if (!own.empty()) out += own_words(own);
     return out;
+  }
+  static std::string own_words(const std::string& attributes) {
+    return "    <robomosp" + attributes + "/>\n";
   }
 
   void tools() {
@@ -276,6 +285,10 @@ class UrdfWriter {
 
   Result<void> bodies() {
     bodies_.resize(robot_.links.size() + 1);
+    if (!wishes_.with_bodies) {
+      notes_.emplace_back("Shapes were not written, as bodies = false says.");
+      return {};
+    }
     RMP_TRY_ASSIGN(const auto drawn,
                    ctx_.app.derived.robot_bodies(ctx_.snapshot(), id_, ctx_.progress));
     if (drawn.generated) {
@@ -402,9 +415,9 @@ class UrdfWriter {
       std::filesystem::create_directories(file_.parent_path() / folder, failed);
       RMP_TRY(io::write_file(file_.parent_path() / local, bytes));
       meshes_.push_back((file_.parent_path() / local).string());
-      const std::string uri = package_.empty()
+      const std::string uri = wishes_.package.empty()
                                   ? local.generic_string()
-                                  : "package://" + package_ + "/" + local.generic_string();
+                                  : "package://" + wishes_.package + "/" + local.generic_string();
       return "<mesh filename=\"" + escaped(uri) + "\"/>";
     }
     return error(ErrorCode::unsupported, "no plugin can write STL files for its bodies",
@@ -418,7 +431,7 @@ class UrdfWriter {
     if (m.spring.stiffness != 0) springs_.push_back(m.name);
     if (m.friction.coulomb_negative != -m.friction.coulomb_positive) uneven_.push_back(m.name);
     if (m.passive) passive_.push_back(m.name);
-    if (std::isfinite(m.max_acceleration) || std::isfinite(m.max_jerk)) ++jerks_;
+    if (std::isfinite(m.max_acceleration) || std::isfinite(m.max_jerk)) jerks_.push_back(m.name);
   }
 
   static std::string counted(std::size_t n, const char* one, const char* more) {
@@ -453,9 +466,7 @@ class UrdfWriter {
     note(springs_, std::string("A spring") + own);
     note(uneven_, std::string("Coulomb friction that differs by direction") + own);
     note(passive_, std::string("That a joint has no motor") + own);
-    if (jerks_ > 0)
-      notes_.push_back("Limits of acceleration and jerk of " + counted(jerks_, "joint", "joints") +
-                       " were left out.");
+    note(jerks_, std::string("A limit of acceleration or jerk") + own);
     if (unlimited_ > 0)
       notes_.push_back(counted(unlimited_, "joint has", "joints have") +
                        " limits missing that URDF requires; they say 1e16.");
@@ -477,16 +488,16 @@ class UrdfWriter {
   const model::Robot& robot_;
   std::shared_ptr<const RobotModel> model_;
   std::filesystem::path file_;
-  std::string package_, base_, xml_, joint_xml_;
+  Wishes wishes_;
+  std::string base_, xml_, joint_xml_;
   std::vector<robotics::LinkFrame> frames_;
   std::vector<robotics::LinkJoints> joints_;
   std::vector<std::string> bodies_, meshes_, notes_;
   std::set<std::string> links_taken_, joints_taken_, meshes_taken_;
   std::map<std::size_t, std::string> joint_names_;
   std::map<std::uint64_t, std::string> solid_meshes_;
-  std::vector<std::string> balls_, sequences_, motors_, springs_, uneven_, passive_;
-  std::size_t link_count_ = 0, joint_count_ = 0, split_ = 0, merged_ = 0, rows_ = 0, jerks_ = 0,
-              unlimited_ = 0;
+  std::vector<std::string> balls_, sequences_, motors_, springs_, uneven_, passive_, jerks_;
+  std::size_t link_count_ = 0, joint_count_ = 0, split_ = 0, merged_ = 0, rows_ = 0, unlimited_ = 0;
 };
 
 Result<Value> export_urdf(CommandContext& ctx, const Map& args) {
@@ -497,8 +508,10 @@ Result<Value> export_urdf(CommandContext& ctx, const Map& args) {
       return error(ErrorCode::invalid_argument, "one of its links has no name",
                    "URDF needs names; give it one.", where);
   RMP_TRY_ASSIGN(auto model, model_of(ctx, args));
-  return UrdfWriter(ctx, typed<model::Robot>(args), text_of(args, "file"),
-                    has(args, "package") ? text_of(args, "package") : std::string(),
+  UrdfWriter::Wishes wishes;
+  if (has(args, "package")) wishes.package = text_of(args, "package");
+  wishes.with_bodies = flag(args, "bodies");
+  return UrdfWriter(ctx, typed<model::Robot>(args), text_of(args, "file"), std::move(wishes),
                     std::move(model))
       .run()
       .in(where);
@@ -517,7 +530,7 @@ std::vector<CommandSpec> robot_exchange_commands() {
            "boxes, cylinders and spheres exactly; other bodies become STL files in a folder "
            "`<file>_meshes`. What URDF has no words for stands in an element `<robomosp>` of the "
            "joint, which other programs pass over (motor inertia, springs, passive joints, uneven "
-           "friction), or is left out (closed loops, poses, limits of acceleration). `notes` tells "
+           "friction, limits of acceleration), or is left out (closed loops, poses). `notes` tells "
            "all of it, a sentence each. Masses are those that solvers see, payloads included. "
            "`import` reads the file back: with equal poses and torques, but for what notes tell.",
        .example = with_arm("local done = arm:export_urdf{file = \"example.urdf\"}\n"
@@ -526,7 +539,9 @@ std::vector<CommandSpec> robot_exchange_commands() {
        .params = {self("robot"), needed("file", "path", "", "The file, *.urdf."),
                   optional("package", "string", "",
                            "ROS package that the file is for: meshes are then named "
-                           "package://<package>/...")},
+                           "package://<package>/..."),
+                  defaulted("bodies", "bool", "", true,
+                            "False leaves out the shapes: joints and masses only.")},
        .returns = {"map",
                    "",
                    "",

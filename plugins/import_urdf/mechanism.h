@@ -7,6 +7,7 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <robomosp/sdk/types.h>
@@ -44,6 +45,7 @@ struct Joint {
   Vec3 axis{0, 0, 1};                              ///< body frame
   double lower = -kUnlimited, upper = kUnlimited;  ///< [rad or m]
   double max_velocity = kUnlimited, max_force = kUnlimited;
+  double max_acceleration = kUnlimited, max_jerk = kUnlimited;
   double viscous = 0, coulomb = 0, armature = 0, stiffness = 0, rest = 0;
   double coulomb_negative = -1;  ///< magnitude for the other direction; < 0 = as `coulomb`
   std::string follows;           ///< name of the joint that it follows: q = ratio q_of + offset
@@ -63,9 +65,15 @@ struct Body {
 
 struct Loop {
   std::string name;
-  const char* kind = "weld";  ///< point, revolute or weld
+  const char* kind = "weld";  ///< point, revolute, planar or weld
   std::int32_t a = -1, b = -1;
   Pose in_a, in_b;
+};
+
+/// Values of all joints: one number, a quaternion w x y z, or a position and a quaternion.
+struct NamedPose {
+  std::string name;
+  std::vector<std::pair<std::string, std::vector<double>>> values;  ///< joint, its coordinates
 };
 
 struct Mechanism {
@@ -73,6 +81,7 @@ struct Mechanism {
   std::vector<Shape> ground;
   std::vector<Body> bodies;
   std::vector<Loop> loops;
+  std::vector<NamedPose> poses;
   std::vector<std::string> notes;
 };
 

@@ -40,6 +40,7 @@ class RobotImporter final : public Importer {
       return error(ErrorCode::not_found, "it cannot be read", "Check its permissions.", where);
     Options options;
     options.folder = file.parent_path();
+    options.file = file;
     options.source = file.filename().string();
     options.name = params.text("name");
     options.collision = params.text("shapes") == "collision";

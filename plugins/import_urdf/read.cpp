@@ -3,6 +3,8 @@
 
 #include <tinyxml2.h>
 
+#include <algorithm>
+
 #include "records.h"
 
 namespace robomosp::import_urdf {
@@ -33,34 +35,26 @@ bool uses_xacro(const Element& root) {
 }  // namespace
 
 Result<Imported> read_robot(std::string_view text, const Options& options) {
-  tinyxml2::XMLDocument document(true, tinyxml2::PRESERVE_WHITESPACE);
-  if (document.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS) {
-    if (document.ErrorID() == tinyxml2::XML_ELEMENT_DEPTH_EXCEEDED)
-      return error(ErrorCode::unsupported, "its elements are nested deeper than 100",
-                   "URDF says chains of any length without nesting.",
-                   "line " + std::to_string(document.ErrorLineNum()));
-    return error(ErrorCode::syntax,
-                 std::string("it is not well-formed XML (") + document.ErrorName() + ")",
-                 "Check it in the program it comes from.",
-                 "line " + std::to_string(document.ErrorLineNum()));
-  }
-  const Element* root = document.RootElement();
-  if (!root) return error(ErrorCode::syntax, "it holds no element", "Give a robot's file.");
+  Documents documents;
+  RMP_TRY_ASSIGN(const Element* root, documents.parse(text, options.file));
   const std::string_view kind = root->Name();
   if (kind == "robot" && (uses_xacro(*root) || (names_xacro(*root) && !root->FirstChildElement())))
     return error(ErrorCode::unsupported, "it is written in the macro language xacro",
                  "Expand it first: xacro robot.urdf.xacro > robot.urdf");
   RMP_TRY_ASSIGN(Mechanism m, kind == "robot"    ? read_urdf(*root, options)
-                              : kind == "mujoco" ? read_mjcf(*root, options)
+                              : kind == "mujoco" ? read_mjcf(*root, options, documents)
                               : kind == "sdf" || kind == "gazebo"
-                                  ? read_sdf(*root, options)
+                                  ? read_sdf(*root, options, documents)
                                   : Result<Mechanism>(fault(
                                         *root, "it is not a robot's file",
                                         "URDF files start with <robot>, MJCF files with <mujoco>, "
-                                        "SDF files with <sdf>.")));
-  if (m.bodies.empty())
+                                        "SDF files with <sdf>; give the file that includes this "
+                                        "one if it is a part.")));
+  const bool moves = std::any_of(m.bodies.begin(), m.bodies.end(),
+                                 [](const Body& b) { return !b.joints.empty(); });
+  if (!moves)
     return error(ErrorCode::unsupported, "there is no joint in it, so that nothing moves",
-                 "A robot needs a link on a joint.");
+                 "A robot needs a link on a joint; import the meshes of other things.");
   return records(std::move(m), options);
 }
 

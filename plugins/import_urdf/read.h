@@ -9,6 +9,7 @@
 
 #include <robomosp/sdk/io.h>
 
+#include "documents.h"
 #include "mechanism.h"
 #include "xml.h"
 
@@ -16,14 +17,15 @@ namespace robomosp::import_urdf {
 
 struct Options {
   std::filesystem::path folder;  ///< of the file: mesh paths are relative to it
+  std::filesystem::path file;    ///< "" = text without a file
   std::string source;            ///< the file's name, for people
   std::string name;              ///< of the robot; "" = the file's
   bool collision = false;        ///< take the collision shapes, not the visual ones
 };
 
 [[nodiscard]] Result<Mechanism> read_urdf(const Element& robot, const Options&);
-[[nodiscard]] Result<Mechanism> read_mjcf(const Element& mujoco, const Options&);
-[[nodiscard]] Result<Mechanism> read_sdf(const Element& sdf, const Options&);
+[[nodiscard]] Result<Mechanism> read_mjcf(const Element& mujoco, const Options&, Documents&);
+[[nodiscard]] Result<Mechanism> read_sdf(const Element& sdf, const Options&, Documents&);
 
 /// Text of a robot file of any of the formats, as native records.
 [[nodiscard]] Result<Imported> read_robot(std::string_view text, const Options&);

@@ -132,6 +132,7 @@ class Recorder {
     name_links();
     for (const std::size_t b : order_) robot += links(b);
     for (const Loop& l : m_.loops) robot += loop(l);
+    for (const NamedPose& p : m_.poses) robot += pose(p);
     if (!renamed_.empty())
       note("Names that are no names here, or stood twice, were changed: " + listed(renamed_) + ".");
     if (looks_ > 0)
@@ -312,6 +313,8 @@ class Recorder {
              number(v) + " in the file; it was taken for none.");
     };
     greatest("max_velocity", j.max_velocity, "velocity");
+    greatest("max_acceleration", j.max_acceleration, "acceleration");
+    greatest("max_jerk", j.max_jerk, "jerk");
     greatest("max_force", j.max_force, "force");
     const double viscous = at_least_zero(j, j.viscous, "damping"),
                  coulomb = at_least_zero(j, j.coulomb, "friction"),
@@ -356,6 +359,19 @@ class Recorder {
     };
     return "loop " + text(loop_names_.take(l.name, "loop")) + " { kind " + l.kind + "  a" +
            side(l.a, l.in_a) + "  b" + side(l.b, l.in_b) + " }\n";
+  }
+
+  /// The coordinates in the order of the links; those of followers are not among them.
+  std::string pose(const NamedPose& p) {
+    const std::map<std::string, std::vector<double>> values(p.values.begin(), p.values.end());
+    std::string all;
+    for (const std::size_t b : order_)
+      for (const Joint& j : m_.bodies[b].joints) {
+        const auto known = values.find(j.name);
+        if (!j.follows.empty() || known == values.end()) continue;
+        for (const double v : known->second) all += (all.empty() ? "" : ", ") + number(v);
+      }
+    return "pose " + text(pose_names_.take(p.name, "pose")) + " (" + all + ")\n";
   }
 
   /// `solid "x.csg" at ...`, or "" when the shape has no extent.
@@ -455,7 +471,7 @@ class Recorder {
   std::vector<std::size_t> order_;
   std::vector<std::string> body_names_, renamed_;
   std::map<std::string, std::string> joint_links_;
-  Names solid_names_, material_names_, loop_names_;
+  Names solid_names_, material_names_, loop_names_, pose_names_;
   std::map<std::pair<std::string, std::string>, std::string> solids_;
   std::map<std::string, std::string> looks_of_;
   std::size_t looks_ = 0;

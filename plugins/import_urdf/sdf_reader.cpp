@@ -487,7 +487,7 @@ class Reader {
 
 }  // namespace
 
-Result<Mechanism> read_sdf(const Element& sdf, const Options& options) {
+Result<Mechanism> read_sdf(const Element& sdf, const Options& options, Documents&) {
   return Reader(sdf, options).run();
 }
 

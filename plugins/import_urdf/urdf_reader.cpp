@@ -269,6 +269,8 @@ class Reader {
     RMP_TRY_ASSIGN(j.stiffness, number(*own, "stiffness", 0));
     RMP_TRY_ASSIGN(j.rest, number(*own, "rest", 0));
     RMP_TRY_ASSIGN(j.coulomb_negative, number(*own, "friction_backward", -1));
+    RMP_TRY_ASSIGN(j.max_acceleration, number(*own, "acceleration", kUnlimited));
+    RMP_TRY_ASSIGN(j.max_jerk, number(*own, "jerk", kUnlimited));
     for (const double v : {j.armature, j.stiffness, j.rest, j.coulomb_negative})
       if (std::fabs(v) > kGreatest) return fault(*own, "a number is beyond 1e12");
     j.passive = is_yes(word(*own, "passive"), false);

@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "documents.h"
 #include "spatial/vec.h"
 
 namespace robomosp::import_urdf {
@@ -19,8 +20,6 @@ std::string_view trimmed(std::string_view s) {
   return s;
 }
 
-constexpr std::size_t kMostNumbers = 64;
-
 }  // namespace
 
 std::string in_quotes(std::string_view s) {
@@ -30,8 +29,10 @@ std::string in_quotes(std::string_view s) {
 }
 
 std::string place(const Element& e) {
-  return "line " + std::to_string(e.GetLineNum()) + ", <" + std::string(e.Name()).substr(0, 40) +
-         ">";
+  const Source* s = source_of(e);
+  const std::string file = s && !s->name.empty() ? "file " + in_quotes(s->name) + ", " : "";
+  return file + "line " + std::to_string(e.GetLineNum()) + ", <" +
+         std::string(e.Name()).substr(0, 40) + ">";
 }
 
 Error fault(const Element& e, std::string message, std::string hint) {
@@ -50,8 +51,8 @@ std::string_view inner(const Element& e) {
   return text ? trimmed(text) : std::string_view();
 }
 
-Result<std::vector<double>> numbers(const Element& e, std::string_view text,
-                                    std::string_view what) {
+Result<std::vector<double>> numbers(const Element& e, std::string_view text, std::string_view what,
+                                    std::size_t most) {
   std::vector<double> out;
   for (text = trimmed(text); !text.empty(); text = trimmed(text)) {
     std::size_t end = 0;
@@ -64,10 +65,13 @@ Result<std::vector<double>> numbers(const Element& e, std::string_view text,
     const auto r = std::from_chars(digits.data(), digits.data() + digits.size(), v);
     if (r.ec != std::errc() || r.ptr != digits.data() + digits.size() || std::isnan(v))
       return fault(e, in_quotes(one) + " is not a number in " + std::string(what),
-                   "Correct the file.");
+                   one.find("${") != std::string_view::npos || one.find("$(") != one.npos
+                       ? "Expand it first: xacro robot.urdf.xacro > robot.urdf"
+                       : "Correct the file.");
     if (std::isinf(v)) v = v > 0 ? 2 * kGreatest : -2 * kGreatest;  // only limits may be that great
-    if (out.size() >= kMostNumbers)
-      return fault(e, "there are more than 64 numbers in " + std::string(what));
+    if (out.size() >= most)
+      return fault(
+          e, "there are more than " + std::to_string(most) + " numbers in " + std::string(what));
     out.push_back(v);
   }
   return out;

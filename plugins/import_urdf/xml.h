@@ -39,7 +39,7 @@ inline constexpr std::size_t kMostShapes = 100000;
 
 /// All numbers of a text that is separated by blanks. `e` and `what` are for the message.
 [[nodiscard]] Result<std::vector<double>> numbers(const Element& e, std::string_view text,
-                                                  std::string_view what);
+                                                  std::string_view what, std::size_t most = 64);
 /// One number; `otherwise` when the attribute is not there.
 [[nodiscard]] Result<double> number(const Element& e, const char* attribute, double otherwise);
 [[nodiscard]] Result<Vec3> vec3(const Element& e, const char* attribute, Vec3 otherwise);
