@@ -19,7 +19,9 @@
 
 #include "ioci/application.h"
 #include "kernel/text.h"
+#include "model/placement.h"
 #include "scene/build.h"
+#include "scene/voxels.h"
 #include "sim/simulate.h"
 #include "viewer/scene/playback.h"
 #include "viewer/window/window.h"
@@ -54,6 +56,8 @@ struct Options {
   bool orthographic = false, fast = false, no_edges = false, hidden = false, com = false,
        frames = false;
   double explode = 0;
+  std::string map, cut;  ///< voxels around the robot
+  double map_opacity = 1;
   double zoom = 1;
   std::optional<Vec3> eye, target;  ///< [m]; both or neither
   std::vector<std::filesystem::path> plugin_path, library;
@@ -159,7 +163,48 @@ Result<sim::RecordingPtr> recording_of(ioci::Application& app, AnyId id, const O
                                       progress);
 }
 
-Result<Picture> picture(ioci::Application& app, AnyId id, const Options& options) {
+/// The robot that a map is of: the one shown, or that of a world which plays or stands first.
+Result<std::pair<RobotId, Pose>> mapped_robot(ioci::Application& app, AnyId id,
+                                              const Options& options) {
+  if (id.kind == Kind::robot) return std::pair{RobotId{id.number}, Pose{}};
+  if (id.kind == Kind::world) {
+    const auto snapshot = app.document.now();
+    for (const auto& r : snapshot->get(WorldId{id.number})->robots)
+      if (options.play.empty() || r.name == options.play[0])
+        return std::pair{r.robot, model::pose(r.placement)};
+  }
+  return error(ErrorCode::invalid_argument, "there is no robot that a map could be of",
+               "Show a robot, or a world with one.", "--map");
+}
+
+/// The recording of the map that is asked for.
+Result<Handle> map_recording(ioci::Application& app, ioci::Session& session, RobotId robot,
+                             const Options& options) {
+  const bool is_reach = options.map == "reachability";
+  Map args{{"id", ioci::Application::handle(AnyId{Kind::robot, robot.number})}};
+  if (!is_reach) args.set("samples", 300000);
+  RMP_TRY_ASSIGN(const Value done,
+                 app.dispatch(session, is_reach ? "robot.reachability" : "robot.workspace", args));
+  return *done.as_map()->find("recording")->as_handle();
+}
+
+/// Adds the map to the scene of a window.
+Result<void> add_map(ioci::Application& app, ioci::Session& session, AnyId id,
+                     const Options& options, render::Scene& scene) {
+  RMP_TRY_ASSIGN(const auto of, mapped_robot(app, id, options));
+  RMP_TRY_ASSIGN(const Handle h, map_recording(app, session, of.first, options));
+  scene::VoxelView view;
+  view.opacity = options.map_opacity;
+  if (!options.cut.empty()) {
+    view.cut.emplace();
+    view.cut->normal[static_cast<std::size_t>(options.cut.back() - 'x')] =
+        options.cut.size() > 1 ? -1 : 1;
+  }
+  return scene::add_voxels(scene, *app.recordings.find(h.number), of.second, view);
+}
+
+Result<Picture> picture(ioci::Application& app, ioci::Session& session, AnyId id,
+                        const Options& options) {
   NoProgress progress;
   const auto snapshot = app.document.now();
   const scene::Source source{*snapshot, app.derived, app.registry};
@@ -170,6 +215,7 @@ Result<Picture> picture(ioci::Application& app, AnyId id, const Options& options
   RMP_TRY_ASSIGN(scene::Built built, scene::build(source, id, extras, progress));
   for (const auto& s : built.left_out) std::fprintf(stderr, "warning: left out: %s\n", s.c_str());
   Picture p;
+  if (!options.map.empty()) RMP_TRY(add_map(app, session, id, options, built.scene));
   static_cast<render::Scene&>(p.frame) = std::move(built.scene);
   RMP_TRY_ASSIGN(const sim::RecordingPtr recording, recording_of(app, id, options));
   if (recording) {
@@ -245,6 +291,16 @@ int render(ioci::Application& app, ioci::Session& session, AnyId id, const Optio
   if (options.explode > 0) args.set("explode", options.explode);
   if (options.com) args.set("com", true);
   if (options.frames) args.set("frames", true);
+  if (!options.map.empty()) {
+    const auto of = mapped_robot(app, id, options);
+    if (!of.ok()) return fail(of.error());
+    const auto recording = map_recording(app, session, of->first, options);
+    if (!recording.ok()) return fail(recording.error());
+    Map map{{"recording", *recording}, {"opacity", options.map_opacity}};
+    if (!options.cut.empty()) map.set("cut", options.cut);
+    if (!options.play.empty()) map.set("robot", options.play[0]);
+    args.set("map", std::move(map));
+  }
   if (options.at || !options.play.empty()) {
     auto recording = recording_of(app, id, options);
     if (!recording.ok()) return fail(recording.error());
@@ -282,7 +338,7 @@ int run(const Options& options) {
   auto id = open_record(app, session, options.what);
   if (!id.ok()) return fail(id.error());
   if (!options.render.empty()) return render(app, session, *id, options);
-  auto built = picture(app, *id, options);
+  auto built = picture(app, session, *id, options);
   if (!built.ok()) return fail(built.error());
   Picture p = std::move(built).value();
   p.frame.camera.view = kViews.at(options.view);
@@ -460,6 +516,17 @@ int main(int argc, char** argv) {
   cli.add_option("--explode", options.explode, "move parts outwards by this share, 0..100")
       ->check(CLI::Range(0.0, 100.0))
       ->type_name("FACTOR");
+  cli.add_option("--map", options.map,
+                 "voxels around the robot: manipulability or reachability, coloured")
+      ->check(CLI::IsMember({"manipulability", "reachability"}))
+      ->type_name("MAP");
+  cli.add_option("--cut", options.cut,
+                 "with --map: leave out its voxels on the side of this axis: x, -x, y, -y, z or -z")
+      ->check(CLI::IsMember({"x", "-x", "y", "-y", "z", "-z"}))
+      ->type_name("AXIS");
+  cli.add_option("--map-opacity", options.map_opacity, "with --map: 0.01..1; 1 is solid")
+      ->check(CLI::Range(0.01, 1.0))
+      ->type_name("SHARE");
   cli.add_flag("--com", options.com, "mark the centre of mass and the principal axes");
   cli.add_flag("--frames", options.frames, "frames of nodes, parts or links");
   cli.add_option("--background", options.background,

@@ -4,6 +4,7 @@
 
 #include "io/native.h"
 #include "ioci/commands.h"
+#include "sim/heat_map.h"
 #include "sim/recording.h"
 
 namespace robomosp::ioci {
@@ -94,6 +95,42 @@ Result<Value> plot(CommandContext& ctx, const Map& args) {
   const std::string file = text_of(args, "file");
   RMP_TRY(sim::write_plot(spec, file));
   return Value(file);
+}
+
+Result<Value> heat_map(CommandContext& ctx, const Map& args) {
+  const auto r = recording_of(ctx, args);
+  sim::HeatMapRequest o;
+  const auto word = [&](const char* name) {
+    return has(args, name) ? text_of(args, name) : std::string();
+  };
+  const auto number = [&](const char* name) {
+    return has(args, name) ? std::optional(real(args, name)) : std::nullopt;
+  };
+  o.column = word("column");
+  o.x = word("x");
+  o.y = word("y");
+  o.title = word("title");
+  o.at = number("at");
+  o.low = number("low");
+  o.high = number("high");
+  o.is_log = flag(args, "log");
+  if (const Value* given = args.find("curve"); given && !given->is_nil()) {
+    const NumericArray* points = given->as_array();
+    if (points && points->cols() == 2)
+      for (std::size_t i = 0; i < points->rows(); ++i)
+        o.curve.push_back({points->at(i, 0), points->at(i, 1)});
+    else if (!given->as_list() || !given->as_list()->empty())
+      return error(ErrorCode::invalid_argument, "the curve is no table of two columns",
+                   "Give the field curve of robot.joint_slice.", "curve");
+  }
+  o.width = static_cast<int>(integer(args, "width"));
+  o.height = static_cast<int>(integer(args, "height"));
+  RMP_TRY_ASSIGN(const auto m, sim::heat_map(*r, o));
+  const std::string file = text_of(args, "file");
+  RMP_TRY(sim::write_heat_map(m, file));
+  Map out{{"file", file}, {"cells", m.cells}, {"low", m.low}, {"high", m.high}};
+  if (m.at) out.set("at", *m.at);
+  return Value(std::move(out));
 }
 
 Result<Value> summary(CommandContext& ctx, const Map& args) {
@@ -212,10 +249,10 @@ std::vector<CommandSpec> recording_commands() {
       {.name = "recording.plot",
        .classic = "",
        .summary = "Draws columns against time, or against another column, into a picture.",
-       .details = "*.svg is written by the program itself, *.png through gnuplot.",
+       .details = "*.svg is written by the program itself, *.png and *.pdf through gnuplot.",
        .example = with_recording("run:plot{file = \"example.svg\", columns = {\"tau\"}}"),
-       .params = {self("recording"), needed("file", "path", "", "The picture, *.svg or *.png."),
-                  picked,
+       .params = {self("recording"),
+                  needed("file", "path", "", "The picture, *.svg, *.png or *.pdf."), picked,
                   optional("x", "string", "",
                            "The column along the horizontal axis; else time, or the first column "
                            "where there is none."),
@@ -225,6 +262,43 @@ std::vector<CommandSpec> recording_commands() {
        .returns = {"string", "", "The file.", {}},
        .effect = Effect::files_write,
        .run = plot});
+  all.push_back(
+      {.name = "recording.heat_map",
+       .classic = "",
+       .summary = "Draws a section through voxels, or a joint slice, with a colour bar.",
+       .details = "The colours are equally far apart to the eye. Of slices, nodes in collision are "
+                  "grey. *.svg is written by the program itself, *.png and *.pdf through gnuplot.",
+       .example =
+           "local arm = robot.get(\"twolink\")\n"
+           "local s = arm:joint_slice{part = \"translation\", count = 20}\n"
+           "assert(s.recording:heat_map{file = \"slice.svg\", curve = s.curve}.cells == 400)",
+       .params = {self("recording"),
+                  needed("file", "path", "", "The picture, *.svg, *.png or *.pdf."),
+                  optional("column", "string", "",
+                           "The value; share, else manipulability when left out."),
+                  optional("x", "string", "", "Column along the horizontal axis; the first one."),
+                  optional("y", "string", "",
+                           "Column along the vertical axis; of voxels z, else the second one."),
+                  optional("at", "real", "m",
+                           "Of voxels: place of the section along the third axis, 0 when left out; "
+                           "the nearest layer is taken."),
+                  optional("low", "real", "", "Value of the lowest colour."),
+                  optional("high", "real", "", "Value of the highest colour."),
+                  defaulted("log", "bool", "", false, "Colours by powers of ten."),
+                  optional("curve", "any", "", "Points to mark: curve of robot.joint_slice."),
+                  optional("title", "string", "", "Title; that of the recording when left out."),
+                  between(defaulted("width", "int", "", 720, "Pixels."), 300, 10000),
+                  between(defaulted("height", "int", "", 560, "Pixels."), 200, 10000)},
+       .returns = {"map",
+                   "",
+                   "",
+                   {field("file", "string", "", "The picture."),
+                    field("cells", "int", "", "That have a value."),
+                    field("low", "real", "", "Value of the lowest colour."),
+                    field("high", "real", "", "Value of the highest colour."),
+                    field("at", "real", "m", "Of voxels: the layer that is shown.")}},
+       .effect = Effect::files_write,
+       .run = heat_map});
   all.push_back({.name = "recording.summary",
                  .classic = "",
                  .summary = "Gives least, greatest and root-mean-square value of every column.",

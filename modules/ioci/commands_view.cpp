@@ -7,6 +7,7 @@
 
 #include "io/native.h"
 #include "ioci/commands.h"
+#include "ioci/map_view.h"
 #include "robotics/build_model.h"
 #include "scene/build.h"
 #include "scene/contacts.h"
@@ -126,26 +127,6 @@ Result<void> read_background(const Map& args, render::Look& look) {
   return {};
 }
 
-Schema section_fields() {
-  return {optional("normal", "vec3", "", "Towards the side that is taken away."),
-          optional("axis", "string", "",
-                   "x, y, z, -x, -y or -z instead of a normal: the side that is taken away."),
-          optional("point", "vec3", "m", "A point of the plane."),
-          optional("offset", "real", "m",
-                   "Instead of a point: distance of the plane from the origin along the axis "
-                   "(x and -x both count along x) or the normal."),
-          optional("colour", "any", "", "Of the cut faces."),
-          defaulted("hatch", "bool", "", true, "Lines across the cut faces.")};
-}
-
-/// Axis of "x" or "-z" and its sign; nothing for other words.
-std::optional<std::pair<std::size_t, double>> read_axis(std::string_view word) {
-  const double sign = word.starts_with('-') ? -1.0 : 1.0;
-  if (word.starts_with('-')) word.remove_prefix(1);
-  if (word.size() != 1 || word[0] < 'x' || word[0] > 'z') return std::nullopt;
-  return std::pair{static_cast<std::size_t>(word[0] - 'x'), sign};
-}
-
 /// Calls `see` with the corners of all triangles of a scene [m].
 template <class See>
 void each_corner(const render::Scene& scene, See&& see) {
@@ -176,45 +157,14 @@ Result<std::optional<render::Section>> read_section(const CommandContext& ctx, c
   using Out = std::optional<render::Section>;
   const Value* given = args.find("section");
   if (!given || given->is_nil()) return Out{};
-  Map fields;
-  if (given->as_string()) {
-    fields.set("axis", *given);
-  } else if (const Map* m = given->as_map()) {
-    fields = *m;
-  } else {
-    return error(ErrorCode::invalid_argument, given->text() + " is not a section",
-                 "Give an axis such as \"x\", or {normal = {0, 1, 0}, offset = 0.02}.", "section");
-  }
-  RMP_TRY_ASSIGN(const Map s, read_map(ctx, section_fields(), Value(fields), "section"));
+  Schema fields = plane_fields();
+  fields.push_back(optional("colour", "any", "", "Of the cut faces."));
+  fields.push_back(defaulted("hatch", "bool", "", true, "Lines across the cut faces."));
+  RMP_TRY_ASSIGN(const Map s, read_plane_map(ctx, fields, *given, "section"));
+  RMP_TRY_ASSIGN(const Plane plane, read_plane(s, middle_of(scene), "section"));
   render::Section section;
-  double along = 1;  // offsets of -x count along x
-  if (has(s, "axis") == has(s, "normal"))
-    return error(ErrorCode::invalid_argument, "a section has either an axis or a normal",
-                 "Give one of them.", "section");
-  if (has(s, "axis")) {
-    const auto axis = read_axis(text_of(s, "axis"));
-    if (!axis)
-      return error(ErrorCode::invalid_argument, text::quote(text_of(s, "axis")) + " is no axis",
-                   "Axes are x, y, z, -x, -y and -z.", "section.axis");
-    section.normal = {};
-    section.normal[axis->first] = axis->second;
-    along = axis->second;
-  } else {
-    section.normal = vec3(s, "normal");
-  }
-  const Vec3& n = section.normal;
-  const double length = std::hypot(n[0], n[1], n[2]);
-  if (!(length > 0))
-    return error(ErrorCode::invalid_argument, "the normal is zero, so it has no direction",
-                 "Give one that is not zero.", "section.normal");
-  if (has(s, "point") && has(s, "offset"))
-    return error(ErrorCode::invalid_argument, "a section has either a point or an offset",
-                 "Give one of them.", "section");
-  if (has(s, "point")) section.point = vec3(s, "point");
-  else if (has(s, "offset"))
-    for (std::size_t i = 0; i < 3; ++i)
-      section.point[i] = along * real(s, "offset") * n[i] / length;
-  else section.point = middle_of(scene);
+  section.point = plane.point;
+  section.normal = plane.normal;
   if (has(s, "colour")) {
     RMP_TRY_ASSIGN(section.colour, read_colour(*s.find("colour"), "section.colour"));
   }
@@ -310,6 +260,12 @@ Result<Value> render_what(CommandContext& ctx, const Map& args) {
     RMP_TRY(scene::mark_contacts(*model, q, built.scene, ctx.progress));
   }
   RMP_TRY_ASSIGN(look.section, read_section(ctx, args, built.scene));
+  if (has(args, "map")) {
+    if (look.section)
+      return error(ErrorCode::invalid_argument, "a section does not cut voxels",
+                   "Cut the map by its field cut, and leave section out.", "section");
+    RMP_TRY(add_map(ctx, *args.find("map"), id, built.scene));
+  }
   if (look.section && takes_all(*look.section, built.scene))
     built.left_out.emplace_back(
         "The section takes everything away: all lies on the side its normal points to. Turn the "
@@ -371,6 +327,12 @@ Schema picture_params(ParamSpec what, const Abilities& can) {
                        "A plane that cuts everything open: an axis such as \"x\" or \"-z\" through "
                        "the middle, or a table with axis or normal, offset or point, colour and "
                        "hatch. The side the axis or normal points to is taken away."));
+  if (can.has_joints || can.moves)
+    s.push_back(optional("map", "any", "",
+                         "Voxels around a robot: a recording of robot.workspace or "
+                         "robot.reachability, or a table with recording, column, cut (a plane as "
+                         "for section, through the mounting frame's origin), opacity, low, high, "
+                         "bands, and in a world robot, its name there."));
   if (can.has_parts) {
     ParamSpec p = defaulted("explode", "real", "", 0.0,
                             "Moves the parts outwards by this share of their distance.");

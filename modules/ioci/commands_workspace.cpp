@@ -19,8 +19,33 @@ struct Asked {
   std::shared_ptr<const RobotModel> model;
   std::vector<double> q;
   std::size_t tip = 0;
-  std::shared_ptr<const sim::CollisionModel> collision;  ///< null = not looked at
+  std::optional<sim::RobotContact> contact;  ///< none = not looked at
 };
+
+/// The robot among the objects and the other robots of the world that is given.
+Result<std::optional<sim::RobotContact>> contact_in_world(CommandContext& ctx, const Map& args) {
+  const AnyId world = ref(args, "world");
+  const sim::Simulator simulator{ctx.app.registry, ctx.app.derived, ctx.snapshot()};
+  RMP_TRY_ASSIGN(const auto model, ctx.app.collision_models.find(simulator, world, ctx.progress));
+  const std::string placed = has(args, "placed") ? text_of(args, "placed") : "";
+  std::vector<std::string> known;
+  std::vector<std::size_t> found;
+  for (std::size_t i = 0; i < model->robots().size(); ++i) {
+    const sim::CollisionRobot& r = model->robots()[i];
+    if (r.record != typed<Robot>(args)) continue;
+    known.push_back(r.name);
+    if (placed.empty() || placed == r.name) found.push_back(i);
+  }
+  if (found.size() == 1) return std::optional(sim::RobotContact(model, found.front()));
+  if (known.empty())
+    return error(ErrorCode::invalid_argument,
+                 name_in(ctx, ref(args, "id")) + " does not stand in " + name_in(ctx, world),
+                 "Add it to the world, or name a world that it stands in.", "world");
+  if (found.empty()) return unknown_name("robot", placed, known);
+  return error(ErrorCode::invalid_argument,
+               name_in(ctx, ref(args, "id")) + " stands in the world as " + text::enumerate(known),
+               "Give one of these names as placed.", "placed");
+}
 
 Result<Asked> asked(CommandContext& ctx, const Map& args) {
   Asked a;
@@ -37,10 +62,13 @@ Result<Asked> asked(CommandContext& ctx, const Map& args) {
     if (it == known.end()) return unknown_name("tip", text_of(args, "tip"), known);
     a.tip = static_cast<std::size_t>(it - known.begin());
   }
-  if (flag(args, "collisions")) {
+  if (has(args, "world")) {
+    RMP_TRY_ASSIGN(a.contact, contact_in_world(ctx, args));
+  } else if (flag(args, "collisions")) {
     const sim::Simulator simulator{ctx.app.registry, ctx.app.derived, ctx.snapshot()};
-    RMP_TRY_ASSIGN(a.collision,
-                   sim::CollisionModel::of_robot(simulator, typed<Robot>(args), ctx.progress));
+    RMP_TRY_ASSIGN(const auto model,
+                   ctx.app.collision_models.find(simulator, ref(args, "id"), ctx.progress));
+    a.contact.emplace(model, 0);
   }
   return a;
 }
@@ -64,7 +92,7 @@ Result<robotics::Workspace> workspace_of(CommandContext& ctx, const Map& args, c
     return error(ErrorCode::invalid_argument, "a region has two corners",
                  "Give both lower and upper, or neither.");
   if (has(args, "lower")) o.region = {vec3(args, "lower"), vec3(args, "upper")};
-  if (a.collision) o.filter = sim::without_collisions(*a.collision, ctx.progress);
+  if (a.contact) o.filter = sim::without_collisions(*a.contact, ctx.progress);
   return robotics::workspace(*a.model, a.q, o, ctx.progress);
 }
 
@@ -73,13 +101,26 @@ Handle kept(CommandContext& ctx, sim::Recording recording) {
           ctx.app.recordings.add(std::make_shared<const sim::Recording>(std::move(recording)))};
 }
 
+/// Size, error and growth as a sentence, since either number alone misleads.
+std::string reading_of(const robotics::Workspace& w) {
+  if (w.dimension == 0) return "The tip stays at one place.";
+  const char* unit = w.dimension == 3 ? "m^3" : w.dimension == 2 ? "m^2" : "m";
+  const auto percent = text::print_rounded(100 * w.growth(), 2);
+  return text::print_rounded(w.all.size, 4) + " +- " + text::print_rounded(w.all.error, 2) + " " +
+         unit + "; the second half of the samples added " + percent +
+         (w.is_settled() ? " %, so that only smaller voxels would tell more."
+                         : " %: places are still missing and the true size is greater. Take more "
+                           "samples or greater voxels.");
+}
+
 Map size_map(const robotics::Workspace& w) {
   const std::string_view what = w.dimension == 3 ? "volume" : w.dimension == 2 ? "area" : "length";
-  Map out{{"dimension", w.dimension}, {"what", what},
-          {"size", w.all.size},       {"error", w.all.error},
-          {"half_size", w.half.size}, {"growth", w.growth()},
-          {"voxels", w.all.voxels},   {"surface", w.all.surface},
-          {"voxel", w.grid.size},     {"counted", w.counted}};
+  Map out{{"dimension", w.dimension},  {"what", what},
+          {"size", w.all.size},        {"error", w.all.error},
+          {"half_size", w.half.size},  {"growth", w.growth()},
+          {"settled", w.is_settled()}, {"reading", reading_of(w)},
+          {"voxels", w.all.voxels},    {"surface", w.all.surface},
+          {"voxel", w.grid.size},      {"counted", w.counted}};
   out.set("lower", vec_value(w.lower, "m"));
   out.set("upper", vec_value(w.upper, "m"));
   return out;
@@ -109,7 +150,7 @@ Result<Value> reachability(CommandContext& ctx, const Map& args) {
   o.tip = static_cast<std::int32_t>(a.tip);
   o.directions = static_cast<std::size_t>(integer(args, "directions"));
   o.tolerance = {real(args, "position_tolerance"), real(args, "rotation_tolerance")};
-  o.collision = a.collision.get();
+  o.collision = a.contact ? &*a.contact : nullptr;
   std::vector<Vec3> points;
   for (std::size_t v = 0; v < w.hits.size(); ++v)
     if (w.hits[v]) points.push_back(w.grid.centre(v));
@@ -176,7 +217,7 @@ Result<Value> joint_slice(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(o.axes[1], read_axis(*a.model, args, "b", "b_range", count));
   if (o.axes[0].joint == o.axes[1].joint)
     return error(ErrorCode::invalid_argument, "both joints are the same", "Give two joints.", "b");
-  if (a.collision) o.filter = sim::without_collisions(*a.collision, ctx.progress);
+  if (a.contact) o.filter = sim::without_collisions(*a.contact, ctx.progress);
   RMP_TRY_ASSIGN(const auto slice, robotics::joint_slice(*a.model, a.q, o, ctx.progress));
   std::vector<double> curve;
   for (const auto& x : slice.curve) curve.insert(curve.end(), x.begin(), x.end());
@@ -203,6 +244,11 @@ Schema shared_params(Schema first) {
       above_zero(defaulted("length", "real", "m", 1.0, "That linear velocities are divided by.")));
   first.push_back(defaulted("collisions", "bool", "", false,
                             "Leaves out (in slices: marks) where the robot touches itself."));
+  first.push_back(optional("world", "ref:world", "",
+                           "Leaves out (marks) also where the robot touches what stands around it "
+                           "in this world; other robots are where the world shows them."));
+  first.push_back(optional("placed", "string", "",
+                           "The robot's name in the world, where it stands there several times."));
   return first;
 }
 
@@ -224,6 +270,8 @@ std::vector<ParamSpec> size_fields() {
           field("error", "real", "", "Half of the voxels on the surface, in the same unit."),
           field("half_size", "real", "", "The size after half of the samples."),
           field("growth", "real", "", "By the second half of the samples, over the size."),
+          field("settled", "bool", "", "Whether that growth is less than the error and than 5 %."),
+          field("reading", "string", "", "Size, error and growth in a sentence."),
           field("voxels", "int", "", "Reached ones."),
           field("surface", "int", "", "Of them, on the surface."),
           field("voxel", "real", "m", "Edge of a voxel."),
@@ -306,7 +354,7 @@ std::vector<CommandSpec> workspace_commands() {
                     field("best", "real", "", "Greatest manipulability."),
                     field("singular", "int", "", "Points of singular curves."),
                     field("curve", "array", "", "Those points, one a row."),
-                    field("collisions", "int", "", "Nodes where the robot touches itself."),
+                    field("collisions", "int", "", "Nodes where the robot touches something."),
                     field("recording", "handle", "", "The nodes, a row each.")}},
        .effect = Effect::simulates,
        .run = joint_slice});

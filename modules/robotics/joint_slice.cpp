@@ -12,9 +12,10 @@
 namespace robomosp::robotics {
 namespace {
 
-constexpr double kSingular = 1e-6;        // least over greatest singular value
-constexpr double kLevel = 1e-9;           // of the greatest singular value: no minimum
-constexpr std::size_t kBlock = 1U << 14;  // nodes between two looks at the progress
+constexpr double kSingular = 1e-6;              // least over greatest singular value
+constexpr double kLevel = 1e-9;                 // of the greatest singular value: no minimum
+constexpr std::size_t kBlock = 1U << 14;        // nodes between two looks at the progress
+constexpr std::size_t kFilterBlock = 1U << 10;  // the same with a filter, which may take long
 
 class Follower {
  public:
@@ -78,14 +79,15 @@ Result<JointSlice> joint_slice(const RobotModel& model, std::span<const double> 
   out.rank = singularity(model, o.tip, q, o.part).full_rank;
   const BatchKinematics kinematics(model);
   const std::size_t threads = o.threads ? o.threads : spatial::cores();
-  std::vector<double> scratch(kinematics.scratch_size()), all(kBlock * n),
-      jacobians(kBlock * 6 * dof);
-  std::vector<std::uint8_t> keep(kBlock);
+  const std::size_t block = o.filter ? kFilterBlock : kBlock;
+  std::vector<double> scratch(kinematics.scratch_size()), all(block * n),
+      jacobians(block * 6 * dof);
+  std::vector<std::uint8_t> keep(block);
   const auto node = [&](std::size_t i) { return std::array{a.at(i % a.count), b.at(i / a.count)}; };
-  for (std::size_t done = 0; done < nodes; done += kBlock) {
-    progress.report(0.9 * static_cast<double>(done) / static_cast<double>(nodes), "joint slice");
+  for (std::size_t done = 0; done < nodes; done += block) {
+    progress.report(0.8 * static_cast<double>(done) / static_cast<double>(nodes), "joint slice");
     if (progress.cancelled()) return error(ErrorCode::cancelled, "the slice was cancelled", "");
-    const std::size_t count = std::min(kBlock, nodes - done);
+    const std::size_t count = std::min(block, nodes - done);
     for (std::size_t i = 0; i < count; ++i) {
       std::copy(q.begin(), q.end(), all.begin() + static_cast<std::ptrdiff_t>(i * n));
       const auto x = node(done + i);
@@ -116,6 +118,10 @@ Result<JointSlice> joint_slice(const RobotModel& model, std::span<const double> 
     const std::size_t step = axis == 0 ? 1 : a.count, length = o.axes[axis].count;
     for (std::size_t i = 0; i < nodes; ++i) {
       if (progress.cancelled()) return error(ErrorCode::cancelled, "the slice was cancelled", "");
+      if (i % kFilterBlock == 0)
+        progress.report(0.8 + 0.1 * (static_cast<double>(axis) +
+                                     static_cast<double>(i) / static_cast<double>(nodes)),
+                        "singular curves");
       const std::size_t place = axis == 0 ? i % a.count : i / a.count;
       const double s = out.nodes[i].least;
       const double before = place > 0 ? out.nodes[i - step].least : s;

@@ -19,6 +19,7 @@ namespace robomosp::robotics {
 namespace {
 
 constexpr std::size_t kChunk = 16384;            // samples between two looks at the progress
+constexpr std::size_t kFilterChunk = 1024;       // the same with a filter, which may take long
 constexpr std::size_t kMostVoxels = 1ULL << 24;  // about 0.4 GB
 constexpr double kFlat = 1e-9;                   // extents below, over the greatest, are none
 
@@ -73,11 +74,11 @@ Result<Points> sampled(const RobotModel& model, std::span<const double> fixed,
   const BatchKinematics kinematics(model);
   const std::size_t n = model.coordinate_count(), dof = model.dof();
   const std::size_t threads = o.threads ? o.threads : spatial::cores();
-  std::vector<double> scratch(kinematics.scratch_size()), q(kChunk * n),
-      jacobians(kChunk * 6 * dof);
-  std::vector<Pose> poses(kChunk);
-  std::vector<double> values(kChunk);
-  std::vector<std::uint8_t> keep(kChunk);
+  const std::size_t chunk = o.filter ? kFilterChunk : kChunk;
+  std::vector<double> scratch(kinematics.scratch_size()), q(chunk * n), jacobians(chunk * 6 * dof);
+  std::vector<Pose> poses(chunk);
+  std::vector<double> values(chunk);
+  std::vector<std::uint8_t> keep(chunk);
   Points out;
   sampler.sample(0, std::span(q).first(n));
   out.rank = singularity(model, o.tip, std::span(q).first(n), o.part).full_rank;
@@ -86,7 +87,7 @@ Result<Points> sampled(const RobotModel& model, std::span<const double> fixed,
     if (progress.cancelled()) return error(ErrorCode::cancelled, "the workspace was cancelled", "");
     // A chunk does not reach over the middle, so that the first half is a number of chunks.
     const std::size_t end = done < o.samples / 2 ? o.samples / 2 : o.samples;
-    const std::size_t count = std::min(kChunk, end - done);
+    const std::size_t count = std::min(chunk, end - done);
     spatial::in_parallel(count, 256, threads, [&](std::size_t a, std::size_t b, std::size_t) {
       for (std::size_t i = a; i < b; ++i) sampler.sample(done + i, std::span(&q[i * n], n));
     });

@@ -83,6 +83,12 @@ struct Workspace {
   [[nodiscard]] double growth() const {
     return all.size > 0 ? (all.size - half.size) / all.size : 0;
   }
+  /// Whether the second half of the samples changed the size by less than its error and by less
+  /// than a twentieth. If not, places are still missing, which `error` does not cover: the true
+  /// size is greater.
+  [[nodiscard]] bool is_settled() const {
+    return all.size > 0 && all.size - half.size < all.error && growth() < 0.05;
+  }
 };
 
 /// Joints that do not carry the tip stay at `fixed`. Tells what JointSampler refuses, and a grid of

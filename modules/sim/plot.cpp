@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Plots of recordings: own SVG writer, PNG through gnuplot.
+// Plots of columns against another one.
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
-#include <filesystem>
-#include <fstream>
 
 #include <fmt/format.h>
 
 #include "kernel/text.h"
+#include "sim/colour_map.h"
+#include "sim/plot_file.h"
 #include "sim/recording.h"
 
 namespace robomosp::sim {
@@ -20,29 +19,7 @@ constexpr std::array<const char*, 10> kPalette{"#2f6fb7", "#e07b1f", "#3a9a4b", 
                                                "#7d5bb3", "#8a5a48", "#d264a8", "#6d7680",
                                                "#aaa623", "#22a3b8"};
 
-struct Range {
-  double low = 0, high = 1, step = 0.2;
-};
-
-/// Round limits and a 1-2-5 step with about `wanted` intervals.
-Range nice_range(double low, double high, int wanted) {
-  if (!(high > low)) {
-    const double pad = std::max(std::fabs(low) * 0.05, 0.5);
-    low -= pad;
-    high += pad;
-  }
-  const double raw = (high - low) / wanted;
-  const double power = std::pow(10.0, std::floor(std::log10(raw)));
-  double step = 10 * power;
-  for (const double m : {1.0, 2.0, 5.0})
-    if (raw <= m * power) {
-      step = m * power;
-      break;
-    }
-  return {std::floor(low / step) * step, std::ceil(high / step) * step, step};
-}
-
-Range range_of(const std::vector<const Column*>& columns, int wanted) {
+AxisRange range_of(const std::vector<const Column*>& columns, int wanted) {
   double low = INFINITY, high = -INFINITY;
   for (const auto* c : columns)
     for (const double v : c->values) {
@@ -52,18 +29,6 @@ Range range_of(const std::vector<const Column*>& columns, int wanted) {
     }
   if (low > high) low = 0, high = 1;
   return nice_range(low, high, wanted);
-}
-
-std::string escape_xml(std::string_view s) {
-  std::string out;
-  for (const char c : s) {
-    if (c == '<') out += "&lt;";
-    else if (c == '>') out += "&gt;";
-    else if (c == '&') out += "&amp;";
-    else if (c == '"') out += "&quot;";
-    else out += c;
-  }
-  return out;
 }
 
 /// Columns of one unit share a panel; panels are stacked.
@@ -93,11 +58,6 @@ std::string axis_label(const std::vector<const Column*>& panel) {
   return stem.empty() ? "[" + unit + "]" : stem + " [" + unit + "]";
 }
 
-std::string tick_text(double v, double step) {
-  if (std::fabs(v) < step * 1e-9) v = 0;
-  return text::print_rounded(v, 6);
-}
-
 /// At most about two points a pixel: keeps the lowest and highest of each run of samples.
 std::vector<std::size_t> visible_rows(const std::vector<double>& y, std::size_t budget) {
   std::vector<std::size_t> rows;
@@ -121,28 +81,14 @@ std::vector<std::size_t> visible_rows(const std::vector<double>& y, std::size_t 
   return rows;
 }
 
-std::string gnuplot_text(std::string_view s) {
-  // Plain text in double quotes; enhanced mode is off.
-  std::string out = "\"";
-  for (const char c : s) {
-    if (c == '"' || c == '\\') out += '\\';
-    if (c == '\n' || c == '\r') out += ' ';
-    else out += c;
-  }
-  return out + "\"";
-}
-
-std::string gnuplot_script(const PlotSpec& spec, const std::string& path) {
+std::string gnuplot_script(const PlotSpec& spec) {
   const auto panels = panels_of(spec);
-  std::string s = fmt::format(
-      "set terminal pngcairo noenhanced size {},{} font 'DejaVu Sans,11' background '#ffffff'\n"
-      "set output {}\n"
+  std::string s =
       "set border 3 linecolor rgb '#9aa3ad' linewidth 1\n"
       "set tics nomirror textcolor rgb '#39424d'\n"
       "set grid linetype 1 linecolor rgb '#e3e7ec' linewidth 1\n"
       "set key outside right top vertical textcolor rgb '#39424d' samplen 2 spacing 1.25\n"
-      "set lmargin 11\nset rmargin 16\n",  // panels one below the other share their time axis
-      spec.width, spec.height, gnuplot_text(path));
+      "set lmargin 11\nset rmargin 16\n";  // panels one below the other share their time axis
   for (std::size_t p = 0; p < panels.size(); ++p) {
     s += fmt::format("$panel{} << EOD\n", p);
     for (std::size_t r = 0; r < spec.x->values.size(); ++r) {
@@ -160,7 +106,7 @@ std::string gnuplot_script(const PlotSpec& spec, const std::string& path) {
   const std::string x_label =
       spec.x->unit.empty() ? spec.x->name : spec.x->name + " [" + spec.x->unit + "]";
   for (std::size_t p = 0; p < panels.size(); ++p) {
-    const Range x = range_of({spec.x}, 8), y = range_of(panels[p], 5);
+    const AxisRange x = range_of({spec.x}, 8), y = range_of(panels[p], 5);
     s += fmt::format(
         "set xrange [{}:{}]\nset yrange [{}:{}]\nset ylabel {}\nset xlabel {}\nplot ",
         text::print(spec.x->values.empty() ? 0 : spec.x->values.front()),
@@ -176,44 +122,6 @@ std::string gnuplot_script(const PlotSpec& spec, const std::string& path) {
     s += '\n';
   }
   return s + "unset multiplot\n";
-}
-
-Result<void> write_png(const PlotSpec& spec, const std::string& path) {
-  namespace fs = std::filesystem;
-  std::error_code ec;
-  const fs::path folder = fs::absolute(path, ec).parent_path();
-  if (!fs::is_directory(folder, ec))
-    return error(ErrorCode::not_found, "there is no folder " + text::quote(folder.string()),
-                 "Create it first.");
-  // The script goes through a file, so that gnuplot's complaints can be read back from the pipe.
-  std::string script = (folder / (".robomosp-plot-XXXXXX")).string();
-  const int fd = mkstemp(script.data());
-  if (fd < 0)
-    return error(ErrorCode::io, "cannot write in folder " + text::quote(folder.string()),
-                 "Check its permissions.");
-  std::FILE* f = fdopen(fd, "w");
-  const std::string body = gnuplot_script(spec, path);
-  const bool written = f && std::fwrite(body.data(), 1, body.size(), f) == body.size();
-  if (f) std::fclose(f);
-  fs::remove(path, ec);
-  std::string said;
-  int status = -1;
-  if (written) {
-    const std::string command = "gnuplot '" + script + "' 2>&1";
-    if (std::FILE* pipe = popen(command.c_str(), "r")) {
-      std::array<char, 512> line{};
-      while (std::fgets(line.data(), static_cast<int>(line.size()), pipe)) said += line.data();
-      status = pclose(pipe);
-    }
-  }
-  fs::remove(script, ec);
-  if (status == 0 && fs::exists(path, ec)) return {};
-  if (said.find("not found") != std::string::npos || status == -1)
-    return error(ErrorCode::not_found, "PNG plots need the program gnuplot, which is not installed",
-                 "Install gnuplot, or write an .svg plot.");
-  return error(ErrorCode::io,
-               "gnuplot did not write " + text::quote(path) + ": " + std::string(text::trim(said)),
-               "Write an .svg plot instead.");
 }
 
 }  // namespace
@@ -232,14 +140,14 @@ std::string to_svg(const PlotSpec& spec) {
       "<rect width=\"{0}\" height=\"{1}\" fill=\"#ffffff\"/>\n"
       "<text x=\"{2:.1f}\" y=\"26\" font-size=\"15\" text-anchor=\"middle\">{3}</text>\n",
       spec.width, spec.height, left + (width - left - right) / 2, escape_xml(spec.title));
-  const Range rough = range_of({spec.x}, 8);
+  const AxisRange rough = range_of({spec.x}, 8);
   const auto& xs = spec.x->values;
   const double x0 = xs.empty() ? 0 : xs.front();
   const double x1 = xs.empty() || xs.back() <= x0 ? x0 + 1 : xs.back();
   const auto px = [&](double x) { return left + (x - x0) / (x1 - x0) * (width - left - right); };
   for (std::size_t p = 0; p < panels.size(); ++p) {
     const double y0 = top + static_cast<double>(p) * (inner + gap), y1 = y0 + inner;
-    const Range range = range_of(panels[p], 5);
+    const AxisRange range = range_of(panels[p], 5);
     const auto py = [&](double y) {
       return y1 - (y - range.low) / (range.high - range.low) * inner;
     };
@@ -299,18 +207,9 @@ Result<void> write_plot(const PlotSpec& spec, const std::string& path) {
   if (spec.columns.empty() || !spec.x)
     return error(ErrorCode::invalid_argument, "there is nothing to plot",
                  "Name at least one column.");
-  const std::string extension = std::filesystem::path(path).extension().string();
-  if (extension == ".png") return write_png(spec, path);
-  if (extension != ".svg")
-    return error(ErrorCode::invalid_argument, "a plot cannot be written as " + text::quote(path),
-                 "Give a file name that ends with .svg or .png.");
-  std::ofstream out(path, std::ios::binary | std::ios::trunc);
-  out << to_svg(spec);
-  out.close();
-  if (!out)
-    return error(ErrorCode::io, "cannot write " + text::quote(path),
-                 "Check the folder and its permissions.");
-  return {};
+  return write_drawing(
+      {spec.width, spec.height, [&] { return to_svg(spec); }, [&] { return gnuplot_script(spec); }},
+      path);
 }
 
 }  // namespace robomosp::sim

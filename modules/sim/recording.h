@@ -30,6 +30,7 @@ struct Recording {
   WorldId world;                  ///< what it was made from; for playing it in the viewer
   std::string robot, trajectory;  ///< names within the world
   std::size_t dof = 0;
+  double voxel = 0;  ///< edge of the voxels that the rows are, with x, y, z first [m]; 0 = no voxels
   std::vector<Column> columns;
   std::vector<std::string> notes;  ///< remarks, such as a limit exceeded, a sentence each
 
@@ -68,7 +69,7 @@ struct PlotSpec {
 };
 /// A self-contained SVG picture (axes with units, grid, legend).
 [[nodiscard]] std::string to_svg(const PlotSpec&);
-/// Writes .svg by to_svg, .png through gnuplot; any other extension is an error.
+/// Writes .svg by to_svg, .png and .pdf through gnuplot; any other extension is an error.
 Result<void> write_plot(const PlotSpec&, const std::string& path);
 
 }  // namespace robomosp::sim

@@ -46,15 +46,15 @@ Pose tool_pose(const Vec3& p, const Vec3& direction, double roll) {
   return t;
 }
 
-bool has_free_solution(const CollisionModel& collision, const IkResult& r, std::size_t n,
+bool has_free_solution(const RobotContact& contact, const IkResult& r, std::size_t n,
                        Progress& progress, Result<void>& fault) {
   for (std::size_t k = 0; k < r.q.size() / n; ++k) {
-    auto hits = collision.collisions(std::span(&r.q[k * n], n), progress);
-    if (!hits.ok()) {
-      fault = std::move(hits).error();
+    auto hit = contact.touches(std::span(&r.q[k * n], n), progress);
+    if (!hit.ok()) {
+      fault = std::move(hit).error();
       return false;
     }
-    if (hits->empty()) return true;
+    if (!*hit) return true;
   }
   return false;
 }
@@ -103,7 +103,20 @@ Column column(std::string name, std::string unit, std::string doc) {
 
 }  // namespace
 
-robotics::ConfigurationFilter without_collisions(const CollisionModel& model, Progress& progress) {
+Result<bool> RobotContact::touches(std::span<const double> q, Progress& progress) const {
+  std::vector<double> all = shown_;
+  std::copy(q.begin(), q.end(),
+            all.begin() + static_cast<std::ptrdiff_t>(model_->robots()[robot_].first));
+  RMP_TRY_ASSIGN(const auto hits, model_->collisions(all, progress));
+  const auto is_mine = [&](std::int32_t body) {
+    return model_->bodies()[static_cast<std::size_t>(body)].robot ==
+           static_cast<std::int32_t>(robot_);
+  };
+  return std::any_of(hits.begin(), hits.end(),
+                     [&](const CollisionPair& p) { return is_mine(p.a) || is_mine(p.b); });
+}
+
+robotics::ConfigurationFilter without_collisions(const RobotContact& contact, Progress& progress) {
   return [&](std::span<const double> q, std::span<std::uint8_t> keep) -> Result<void> {
     if (keep.empty()) return {};
     const std::size_t n = q.size() / keep.size();
@@ -114,17 +127,20 @@ robotics::ConfigurationFilter without_collisions(const CollisionModel& model, Pr
                            QuietProgress quiet(progress);
                            for (std::size_t i = a; i < b && !progress.cancelled(); ++i) {
                              if (!keep[i]) continue;
-                             auto hits = model.collisions(q.subspan(i * n, n), quiet);
-                             if (hits.ok()) {
-                               keep[i] = hits->empty();
+                             auto hit = contact.touches(q.subspan(i * n, n), quiet);
+                             if (hit.ok()) {
+                               keep[i] = !*hit;
                                continue;
                              }
                              const std::scoped_lock lock(guard);
-                             if (!fault) fault = std::move(hits).error();
+                             if (!fault) fault = std::move(hit).error();
                              return;
                            }
                          });
     if (fault) return std::move(*fault);
+    // What was not looked at is not free.
+    if (progress.cancelled())
+      return error(ErrorCode::cancelled, "the check of collisions was cancelled", "");
     return {};
   };
 }
@@ -168,6 +184,7 @@ Recording workspace_recording(const RobotModel& model, const robotics::Workspace
   Recording r;
   r.title = model.name + ": workspace";
   r.robot = model.name;
+  r.voxel = w.grid.size;
   r.columns = {column("x", "m", "middle of the voxel, mounting frame"),
                column("y", "m", "middle of the voxel, mounting frame"),
                column("z", "m", "middle of the voxel, mounting frame"),
@@ -207,7 +224,7 @@ Recording slice_recording(const RobotModel& model, const robotics::SliceOptions&
   r.columns.push_back(column("manipulability", "", "product of the singular values"));
   r.columns.push_back(column("condition", "", "greatest over least singular value"));
   r.columns.push_back(column("least", "", "least singular value"));
-  r.columns.push_back(column("collision", "", "1 where the robot touches itself, else 0"));
+  r.columns.push_back(column("collision", "", "1 where the robot touches something, else 0"));
   r.columns.push_back(column("singular", "", "1 beside a singular curve, else 0"));
   for (std::size_t i = 0; i < s.nodes.size(); ++i) {
     const double row[] = {o.axes[0].at(i % o.axes[0].count),

@@ -4,7 +4,9 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include <robomosp/sdk/ik.h>
@@ -19,9 +21,25 @@
 
 namespace robomosp::sim {
 
-/// Drops configurations in which the robot touches itself. `model` is of that robot alone
-/// (CollisionModel::of_robot); both arguments outlive the filter. [any thread]
-[[nodiscard]] robotics::ConfigurationFilter without_collisions(const CollisionModel& model,
+/// Whether a robot touches itself or what stands around it; other robots of a world are where the
+/// world shows them. [any thread]
+class RobotContact {
+ public:
+  /// `robot`: index into model->robots(); of CollisionModel::of_robot 0.
+  RobotContact(std::shared_ptr<const CollisionModel> model, std::size_t robot)
+      : model_(std::move(model)), robot_(robot), shown_(model_->shown()) {}
+  /// `q`: the robot's coordinate_count() numbers.
+  [[nodiscard]] Result<bool> touches(std::span<const double> q, Progress&) const;
+
+ private:
+  std::shared_ptr<const CollisionModel> model_;
+  std::size_t robot_;
+  std::vector<double> shown_;
+};
+
+/// Drops configurations in which the robot touches something; both arguments outlive the filter.
+/// [any thread]
+[[nodiscard]] robotics::ConfigurationFilter without_collisions(const RobotContact& contact,
                                                                Progress& progress);
 
 struct ReachOptions {
@@ -31,8 +49,8 @@ struct ReachOptions {
   /// the turn is free, which takes a solver with the tag "goals".
   std::size_t rolls = 4;
   IkTolerance tolerance{1e-6, 1e-6};
-  const CollisionModel* collision = nullptr;  ///< of the robot alone; a solution must not touch it
-  std::size_t threads = 0;                    ///< 0 = all cores; the answer does not depend on it
+  const RobotContact* collision = nullptr;  ///< a solution must touch nothing; null = not looked at
+  std::size_t threads = 0;                  ///< 0 = all cores; the answer does not depend on it
 };
 
 /// For each point [mounting frame, m] the share of the directions, 0..1, in which the tool can
