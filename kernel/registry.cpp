@@ -51,14 +51,18 @@ const Registry::Entry* Registry::locate(std::string_view interface_id,
     const auto chosen = defaults_.find(std::string(interface_id));
     if (chosen != defaults_.end()) wanted = chosen->second;
   }
-  const auto is_exact = [](const Entry& e) {
-    return std::find(e.info.tags.begin(), e.info.tags.end(), "approximate") == e.info.tags.end();
+  // One that answers roughly, or refuses part of what its interface knows, is no default while
+  // there is another.
+  const auto is_full = [](const Entry& e) {
+    return std::none_of(e.info.tags.begin(), e.info.tags.end(), [](const std::string& tag) {
+      return tag == "approximate" || tag == "partial";
+    });
   };
   const Entry* first_enabled = nullptr;
   for (const Entry& e : entries_) {
     if (e.info.interface_id != interface_id) continue;
     if (!wanted.empty() && e.info.name == wanted && (e.info.enabled || !name.empty())) return &e;
-    if (e.info.enabled && (!first_enabled || (!is_exact(*first_enabled) && is_exact(e))))
+    if (e.info.enabled && (!first_enabled || (!is_full(*first_enabled) && is_full(e))))
       first_enabled = &e;
   }
   return name.empty() ? first_enabled : nullptr;

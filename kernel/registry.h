@@ -43,7 +43,7 @@ class Registry {
   Result<void> set_enabled(std::string_view interface_id, std::string_view name, bool);
 
   /// Empty name = the default: the one set by set_default, else the first registered and enabled
-  /// without the tag "approximate", else the first enabled.
+  /// without the tags "approximate" and "partial", else the first enabled.
   [[nodiscard]] Result<ProviderInfo> find(std::string_view interface_id,
                                           std::string_view name) const;
   [[nodiscard]] std::vector<ProviderInfo> list(std::string_view interface_id = {}) const;

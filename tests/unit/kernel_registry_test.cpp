@@ -83,16 +83,18 @@ TEST(Registry, TheDefaultIsTheChosenElseTheFirstEnabled) {
   EXPECT_FALSE(registry.set_enabled(id, "zzz", true).ok());
 }
 
-TEST(Registry, AnApproximateProviderIsTheDefaultOnlyWhenChosenOrAlone) {
-  Registry registry;
-  ProviderInfo rough = named("rough");
-  rough.tags = {"mesh", "approximate"};
-  ASSERT_TRUE(registry.add(rough, maker()).ok());
-  EXPECT_EQ(registry.find(Greeter::kInterfaceId, "")->name, "rough");
-  ASSERT_TRUE(registry.add(named("fine"), maker()).ok());
-  EXPECT_EQ(registry.find(Greeter::kInterfaceId, "")->name, "fine");
-  ASSERT_TRUE(registry.set_default(Greeter::kInterfaceId, "rough").ok());
-  EXPECT_EQ(registry.find(Greeter::kInterfaceId, "")->name, "rough");
+TEST(Registry, AnApproximateOrPartialProviderIsTheDefaultOnlyWhenChosenOrAlone) {
+  for (const char* tag : {"approximate", "partial"}) {
+    Registry registry;
+    ProviderInfo rough = named("rough");
+    rough.tags = {"mesh", tag};
+    ASSERT_TRUE(registry.add(rough, maker()).ok());
+    EXPECT_EQ(registry.find(Greeter::kInterfaceId, "")->name, "rough");
+    ASSERT_TRUE(registry.add(named("fine"), maker()).ok());
+    EXPECT_EQ(registry.find(Greeter::kInterfaceId, "")->name, "fine");
+    ASSERT_TRUE(registry.set_default(Greeter::kInterfaceId, "rough").ok());
+    EXPECT_EQ(registry.find(Greeter::kInterfaceId, "")->name, "rough");
+  }
 }
 
 TEST(Registry, TheRevisionCountsEveryChange) {

@@ -542,4 +542,4 @@ RMP_PLUGIN("org.example.sequential_impulses", "0.1.0", "Apache-2.0",
            "A physics engine as an example.",
            RMP_PROVIDER(SequentialImpulses, "sequential_impulses",
                         "Balls and boxes, joints, contact with friction, by impulses.",
-                        "contact,friction", kParams))
+                        "contact,friction,partial", kParams))
