@@ -27,7 +27,9 @@ Schema robot_fields() {
           optional("controller", "any", "",
                    "Name, or {name = ..., params = {...}}; the robot's own when left out."),
           between(optional("friction", "real", "", "Coulomb coefficient of its links."), 0, 1e6),
-          between(optional("restitution", "real", "", "Restitution of its links."), 0, 1)};
+          between(optional("restitution", "real", "", "Restitution of its links."), 0, 1),
+          defaulted("self_contact", "bool", "", false,
+                    "Its links touch each other, but for pairs that collision checks pass over.")};
 }
 Schema action_fields() {
   ParamSpec time =
@@ -38,7 +40,13 @@ Schema action_fields() {
                "How long a move to q takes (as fast as the joints' velocities allow when left "
                "out); of the others a pause.");
   duration.min = 0;
-  return {choice("action", {"move", "grasp", "release", "wait"}, "What is done.", true),
+  ParamSpec speed = optional("speed", "real", "m/s or rad/s",
+                             "Of gripping; the joint's greatest velocity when left out.");
+  speed.min = 0;
+  return {choice("action", {"move", "grasp", "grip", "release", "wait"},
+                 "Grasping ties an object to the tool's link; gripping presses with a joint's "
+                 "force, and friction holds.",
+                 true),
           std::move(time),
           std::move(duration),
           optional("robot", "string", "",
@@ -48,7 +56,10 @@ Schema action_fields() {
           optional("trajectory", "string", "", "Along a trajectory of the world with the tool."),
           optional("object", "string", "",
                    "To grasp: what the tool touches when left out. To release: all."),
-          optional("tool", "string", "", "Tool that grasps; the first when left out.")};
+          optional("tool", "string", "", "Tool that grasps; the first when left out."),
+          optional("joint", "string", "", "Joint that grips, until the robot releases."),
+          optional("force", "real", "N or N m", "It grips with; positive where its value grows."),
+          std::move(speed)};
 }
 
 /// Calls fn(fields, path) for the entries of a list argument.
@@ -126,6 +137,7 @@ Result<Value> simulate(CommandContext& ctx, const Map& args) {
                  }
                  s.friction = maybe(m, "friction");
                  s.restitution = maybe(m, "restitution");
+                 s.self_contact = flag(m, "self_contact");
                  run.robots.push_back(std::move(s));
                  return {};
                }));
@@ -135,6 +147,7 @@ Result<Value> simulate(CommandContext& ctx, const Map& args) {
                  sim::PhysicsAction a;
                  const std::string word = text_of(m, "action");
                  a.kind = word == "grasp"     ? sim::PhysicsAction::Kind::grasp
+                          : word == "grip"    ? sim::PhysicsAction::Kind::grip
                           : word == "release" ? sim::PhysicsAction::Kind::release
                           : word == "wait"    ? sim::PhysicsAction::Kind::wait
                                               : sim::PhysicsAction::Kind::move;
@@ -155,6 +168,9 @@ Result<Value> simulate(CommandContext& ctx, const Map& args) {
                  if (has(m, "trajectory")) a.trajectory = text_of(m, "trajectory");
                  if (has(m, "object")) a.object = text_of(m, "object");
                  if (has(m, "tool")) a.tool = text_of(m, "tool");
+                 if (has(m, "joint")) a.joint = text_of(m, "joint");
+                 if (has(m, "force")) a.force = real(m, "force");
+                 if (has(m, "speed")) a.speed = real(m, "speed");
                  run.actions.push_back(std::move(a));
                  return {};
                }));

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <numbers>
 #include <utility>
 
 #include "kernel/text.h"
@@ -16,8 +15,11 @@
 #include "robotics/coordinates.h"
 #include "robotics/home.h"
 #include "robotics/kinematics.h"
+#include "sim/collision.h"
+#include "sim/collision_cache.h"
 #include "sim/forward_simulation.h"
 #include "sim/motion_reference.h"
+#include "sim/physics_actor.h"
 #include "spatial/mass.h"
 #include "spatial/pose.h"
 #include "spatial/principal.h"
@@ -60,89 +62,13 @@ Result<void> check_surface(double friction, double restitution) {
                "Friction is at least 0, restitution from 0 to 1.");
 }
 
-/// The way of a robot: lines of the run one after the other, at rest between them.
-class Way {
- public:
-  explicit Way(std::shared_ptr<const RobotModel> model, std::vector<double> start)
-      : model_(std::move(model)), start_(std::move(start)) {}
-
-  [[nodiscard]] bool is_empty() const { return pieces_.empty(); }
-  [[nodiscard]] double end() const { return pieces_.empty() ? 0 : pieces_.back().end; }
-  [[nodiscard]] const std::vector<double>& last() const {
-    return pieces_.empty() ? start_ : pieces_.back().to;
-  }
-  [[nodiscard]] const std::vector<double>& start() const { return start_; }
-  void start_at(std::vector<double> q) { start_ = std::move(q); }
-
-  void add(double begin, double duration, std::vector<double> to) {
-    pieces_.push_back({begin, begin + duration, last(), std::move(to), std::nullopt});
-  }
-  void add(double begin, MotionReference motion) {
-    MotionReference::Sample s;
-    motion.at(motion.duration(), s);
-    pieces_.push_back({begin, begin + motion.duration(), last(), s.q, std::move(motion)});
-  }
-
-  void at(double t, MotionReference::Sample& s) const {
-    const std::size_t n = model_->dof();
-    s.has_tip = false;
-    s.qd.assign(n, 0.0), s.qdd.assign(n, 0.0);
-    const auto after =
-        std::find_if(pieces_.begin(), pieces_.end(), [&](const Piece& p) { return t <= p.end; });
-    if (after == pieces_.end() || t < after->begin) {
-      s.q = after != pieces_.end() ? after->from : last();
-      return;
-    }
-    if (after->motion) {
-      after->motion->at(t - after->begin, s);
-      return;
-    }
-    const double T = after->end - after->begin, u = (t - after->begin) / T;
-    const double x = u * u * u * (10 + u * (-15 + 6 * u)),
-                 v = u * u * (30 + u * (-60 + 30 * u)) / T,
-                 a = u * (60 + u * (-180 + 120 * u)) / (T * T);
-    s.q.resize(n);
-    for (std::size_t i = 0; i < n; ++i) {
-      const double way = after->to[i] - after->from[i];
-      s.q[i] = after->from[i] + x * way, s.qd[i] = v * way, s.qdd[i] = a * way;
-    }
-  }
-
- private:
-  struct Piece {
-    double begin, end;
-    std::vector<double> from, to;
-    std::optional<MotionReference> motion;  ///< none = the quintic
-  };
-  std::shared_ptr<const RobotModel> model_;
-  std::vector<double> start_;
-  std::vector<Piece> pieces_;
-};
-
 struct Thing {
   std::string name;
   std::int32_t body = 0;
   bool is_movable = false;
 };
 
-struct Actor {
-  const model::PlacedRobot* placed = nullptr;
-  const model::Robot* record = nullptr;
-  std::shared_ptr<const RobotModel> model;
-  PhysicsRobotSettings settings;
-  Pose world_T_base;
-  std::optional<Way> way;
-  std::int32_t base_body = 0;           ///< joint j moves body base_body + 1 + j
-  std::int32_t first_joint = 0;         ///< of the engine
-  std::vector<double> turns;            ///< what the engine's angles lack, whole turns
-  std::vector<Pose> now, next;          ///< base_T_joint
-  std::vector<double> q, qd, tau;       ///< as they are
-  std::vector<double> memory, scratch;  ///< of the controller
-  std::vector<std::size_t> cut;         ///< ticks with a torque cut, a joint
-  Bound<InverseDynamics> inverse;
-  Bound<Controller> controller;
-  bool acts = false;
-};
+using Actor = PhysicsActor;
 
 struct Event {
   double time = 0;
@@ -275,30 +201,29 @@ class Simulation {
       a.qd.assign(a.model->dof(), 0.0), a.tau = a.qd;
       a.cut.assign(a.model->dof(), 0);
       a.way.emplace(a.model, a.q);
+      RMP_TRY(a.way->start_at(a.q).in(where));
       a.now.resize(a.model->joints.size());
       a.next = a.now;
-      if (a.settings.drive != RobotDrive::moved) RMP_TRY(check_drivable(a).in(where));
       if (a.settings.drive == RobotDrive::controlled) {
         const auto& choice =
             a.settings.controller.name.empty() ? a.record->controller : a.settings.controller;
+        // What it asks of joints without motors is carried by the others through the loops.
+        auto driven = a.model;
+        if (!a.model->loops.empty()) {
+          RobotModel all = *a.model;
+          for (JointModel& j : all.joints) j.passive = false;
+          driven = std::make_shared<const RobotModel>(std::move(all));
+        }
         RMP_TRY_ASSIGN(a.inverse,
-                       bind_inverse_dynamics(sim_.registry, a.model, a.record->inverse_dynamics));
+                       bind_inverse_dynamics(sim_.registry, driven, a.record->inverse_dynamics));
         RMP_TRY_ASSIGN(a.controller,
-                       bind_controller(sim_.registry, a.model, a.inverse, choice).in(where));
+                       bind_controller(sim_.registry, driven, a.inverse, choice).in(where));
         a.memory.assign(a.controller.solver->memory_size(), 0.0);
         a.scratch.assign(a.controller.solver->scratch_size(), 0.0);
       }
       actors_.push_back(std::move(a));
     }
     return {};
-  }
-
-  static Result<void> check_drivable(const Actor& a) {
-    if (a.model->is_simple() && a.model->loops.empty()) return {};
-    return error(ErrorCode::unsupported,
-                 "it has closed loops, coupled joints or joints of several coordinates, which "
-                 "physics can only move along its motion",
-                 "Leave its drive out, or say drive = \"moved\".");
   }
 
   // ---- what happens ----
@@ -344,6 +269,13 @@ class Simulation {
     RMP_TRY_ASSIGN(const std::size_t who, find(names, "robot", robot));
     Actor& a = actors_[who];
     a.acts = true;
+    if (action.kind == Kind::grip) {
+      if (a.settings.drive == RobotDrive::limp) return is_limp(robot);
+      if (!(action.speed >= 0) || !std::isfinite(action.speed))
+        return error(ErrorCode::invalid_argument, "its speed is not a speed",
+                     "Give a speed above 0, or leave it out.");
+      RMP_TRY_ASSIGN(grip_of_[number], a.grip_of(action.joint, action.force, action.speed));
+    }
     if (action.kind != Kind::move) {
       if (!action.object.empty()) {
         RMP_TRY_ASSIGN(const std::size_t what, find(things_, "object", action.object));
@@ -358,10 +290,7 @@ class Simulation {
       actor_of_[number] = who;
       return begin + action.duration;
     }
-    if (a.settings.drive == RobotDrive::limp)
-      return error(ErrorCode::invalid_argument,
-                   "robot " + text::quote(robot) + " is limp, so it does not follow a motion",
-                   "Let it be moved or controlled.");
+    if (a.settings.drive == RobotDrive::limp) return is_limp(robot);
     if (begin < a.way->end() - 1e-9)
       return error(ErrorCode::invalid_argument,
                    "it begins at " + text::print_rounded(begin) + " s, before robot " +
@@ -369,6 +298,12 @@ class Simulation {
                        text::print_rounded(a.way->end()) + " s",
                    "Begin later, or leave the time out.");
     return plan_move(a, action, begin, progress);
+  }
+
+  static Error is_limp(const std::string& robot) {
+    return error(ErrorCode::invalid_argument,
+                 "robot " + text::quote(robot) + " is limp, so it does not follow a motion",
+                 "Let it be moved or controlled.");
   }
 
   struct PlacedName {
@@ -404,7 +339,7 @@ class Simulation {
                      "how long the move takes is not said, and not all joints have a greatest "
                      "velocity",
                      "Give its duration.");
-      if (duration > 0) a.way->add(begin, duration, action.q);
+      if (duration > 0) RMP_TRY(a.way->add(begin, duration, action.q));
       return begin + duration;
     }
     RecordingPtr recorded = action.recorded;
@@ -417,7 +352,7 @@ class Simulation {
     motion.at(0, s);
     if (a.way->is_empty() && begin == 0) {
       a.q = s.q;
-      a.way->start_at(s.q);
+      RMP_TRY(a.way->start_at(s.q));
     }
     double jump = 0;
     for (std::size_t i = 0; i < s.q.size(); ++i)
@@ -462,6 +397,7 @@ class Simulation {
   Result<void> create() {
     NoProgress none;
     for (std::size_t i = 0; i < actors_.size(); ++i) RMP_TRY(add_bodies(actors_[i], i, none));
+    velocities_.resize(bodies_.size()), angular_velocities_.resize(bodies_.size());
     RMP_TRY_ASSIGN(const ProviderInfo info,
                    sim_.registry.find(PhysicsEngine::kInterfaceId, run_.engine.name));
     RMP_TRY_ASSIGN(const auto engine, sim_.registry.create<PhysicsEngine>(info.name));
@@ -474,11 +410,7 @@ class Simulation {
     // the limits of the second.
     for (int attempt = 0; attempt < 2; ++attempt) {
       std::vector<PhysicsJoint> joints = joints_;
-      for (const Actor& a : actors_)
-        for (std::size_t j = 0; j < a.turns.size(); ++j) {
-          joints[index(a.first_joint) + j].lower -= a.turns[j];
-          joints[index(a.first_joint) + j].upper -= a.turns[j];
-        }
+      for (const Actor& a : actors_) a.take_turns_off(joints);
       auto made = guarded(info.name, [&] {
         return engine->create(bodies_, joints, world_record_->gravity, *params);
       });
@@ -490,14 +422,26 @@ class Simulation {
       world_ = std::move(*made);
       read();
       bool is_right = true;
-      for (Actor& a : actors_)
-        for (std::size_t j = 0; j < a.turns.size(); ++j) {
-          if (a.model->joints[j].type != JointType::revolute) continue;
-          const double missing = a.way->start()[j] - joint_q_[index(a.first_joint) + j];
-          const double turns = 2 * std::numbers::pi * std::round(missing / (2 * std::numbers::pi));
-          if (turns != a.turns[j]) a.turns[j] = turns, is_right = false;
-        }
+      for (Actor& a : actors_) is_right = a.find_turns(joint_q_) && is_right;
       if (is_right) break;
+    }
+    read();
+    for (const Actor& a : actors_)
+      if (a.settings.self_contact) RMP_TRY(pass_over(a, none));
+    return {};
+  }
+
+  /// Pairs of links that collision checks pass over do not touch.
+  Result<void> pass_over(const Actor& a, Progress& progress) {
+    RMP_TRY_ASSIGN(const auto collision, collision_model(sim_, AnyId(a.placed->robot), progress)
+                                             .in("robot " + text::quote(a.placed->name)));
+    const auto body = [&](std::int32_t b) {
+      return a.base_body + 1 + collision->bodies()[index(b)].joint;
+    };
+    for (const PassedPair& p : collision->passed()) {
+      const std::int32_t first = body(p.pair.a), second = body(p.pair.b);
+      if (first != second)
+        RMP_TRY(guarded(provider_, [&] { return world_->ignore(first, second); }));
     }
     return {};
   }
@@ -519,9 +463,8 @@ class Simulation {
     a.way->at(0, start);
     a.q = start.q;
     robotics::forward_kinematics(*a.model, a.q, a.now);
-    const bool is_driven = a.settings.drive != RobotDrive::moved;
+    RMP_TRY(a.choose_dynamic());
     a.base_body = static_cast<std::int32_t>(bodies_.size());
-    a.first_joint = static_cast<std::int32_t>(joints_.size());
     for (std::size_t b = 0; b < of_body.size(); ++b) {
       const Pose at = b == 0 ? a.world_T_base : spatial::compose(a.world_T_base, a.now[b - 1]);
       PhysicsBody& body = add_body(std::move(of_body[b]), at);
@@ -529,36 +472,21 @@ class Simulation {
       if (a.settings.friction) body.friction = *a.settings.friction;
       if (a.settings.restitution) body.restitution = *a.settings.restitution;
       RMP_TRY(check_surface(body.friction, body.restitution).in(where));
-      if (!is_driven || b == 0) continue;
+      body.self = a.settings.self_contact;
+      if (b == 0 || !a.is_dynamic[b - 1]) continue;
       const JointModel& joint = a.model->joints[b - 1];
       body.mass = joint.body;
       if (make_inert(body.mass)) inert_.push_back(a.placed->name + "." + joint.name);
-      PhysicsJoint j;
-      j.a = a.base_body + 1 + joint.parent;
-      j.b = a.base_body + static_cast<std::int32_t>(b);
-      j.type = joint.type == JointType::prismatic ? 1 : 0;
-      j.in_a = joint.placement;
-      const bool is_limited = std::isfinite(joint.lower) || std::isfinite(joint.upper);
-      j.lower = is_limited ? joint.lower : 1, j.upper = is_limited ? joint.upper : -1;
-      j.viscous = joint.friction.viscous;
-      j.coulomb = 0.5 * (joint.friction.coulomb_positive - joint.friction.coulomb_negative);
-      j.armature = joint.armature;
-      joints_.push_back(j);
     }
-    if (is_driven) a.turns.assign(a.model->joints.size(), 0.0);
+    a.add_joints(joints_);
     return {};
   }
 
   // ---- the run ----
 
   void read() {
-    world_->read({poses_, {}, {}, joint_q_, joint_qd_});
-    for (Actor& a : actors_) {
-      for (std::size_t j = 0; j < a.turns.size(); ++j) {
-        a.q[j] = joint_q_[index(a.first_joint) + j] + a.turns[j];
-        a.qd[j] = joint_qd_[index(a.first_joint) + j];
-      }
-    }
+    world_->read({poses_, velocities_, angular_velocities_, joint_q_, joint_qd_});
+    for (Actor& a : actors_) a.read(poses_, velocities_, angular_velocities_, joint_q_, joint_qd_);
   }
 
   [[nodiscard]] double time_of(std::int64_t tick) const {
@@ -581,9 +509,11 @@ class Simulation {
         RMP_TRY(act(events_[next_event])
                     .in("action " + std::to_string(events_[next_event].action + 1))
                     .in("t = " + text::print_rounded(t) + " s"));
-      for (Actor& a : actors_)
-        RMP_TRY((a.settings.drive == RobotDrive::moved ? move(a, t, end) : drive(a, t))
-                    .in("t = " + text::print_rounded(t) + " s"));
+      for (Actor& a : actors_) {
+        const std::string at = "t = " + text::print_rounded(t) + " s";
+        RMP_TRY(a.drive(t, end, run_.step, provider_, *world_, poses_, forces_, wanted_).in(at));
+        if (!a.is_driven()) RMP_TRY(a.move(t, end, provider_, *world_, wanted_).in(at));
+      }
       auto done = guarded(provider_, [&] { return world_->step(end - t, 1, forces_, progress); });
       if (!done.ok()) return std::move(done).error().in("t = " + text::print_rounded(t) + " s");
       RMP_TRY(guarded(provider_, [&]() -> Result<void> {
@@ -600,71 +530,24 @@ class Simulation {
     return {};
   }
 
-  /// Places the links and lets them move to where they are at the end of the step.
-  Result<void> move(Actor& a, double t, double end) {
-    if (!a.acts) return {};
-    a.way->at(t, wanted_);
-    robotics::forward_kinematics(*a.model, wanted_.q, a.now);
-    a.way->at(end, wanted_);
-    robotics::forward_kinematics(*a.model, wanted_.q, a.next);
-    a.q = wanted_.q, a.qd = wanted_.qd;
-    const double dt = end - t;
-    for (std::size_t j = 0; j < a.now.size(); ++j) {
-      const Pose from = spatial::compose(a.world_T_base, a.now[j]),
-                 to = spatial::compose(a.world_T_base, a.next[j]);
-      const Pose turn{spatial::compose(to, spatial::inverse(from)).R, {}};
-      const Vec3 v = spatial::scale(spatial::sub(to.p, from.p), 1 / dt),
-                 w = spatial::scale(spatial::rotation_log(turn.R), 1 / dt);
-      RMP_TRY(guarded(provider_, [&] {
-        return world_->move(a.base_body + 1 + static_cast<std::int32_t>(j), from, v, w);
-      }));
-    }
-    return {};
-  }
-
-  Result<void> drive(Actor& a, double t) {
-    const std::size_t n = a.model->dof();
-    std::fill(a.tau.begin(), a.tau.end(), 0.0);
-    if (a.settings.drive == RobotDrive::controlled) {
-      a.way->at(t, wanted_);
-      ControlInput in;
-      in.time = t, in.dt = t == 0 ? 0 : run_.step;
-      in.q = a.q, in.qd = a.qd;
-      in.q_wanted = wanted_.q, in.qd_wanted = wanted_.qd, in.qdd_wanted = wanted_.qdd;
-      std::fill(a.tau.begin(), a.tau.end(), std::nan(""));
-      RMP_TRY(guarded(a.controller.provider, [&] {
-        return a.controller.solver->torques(in, a.memory, a.scratch, a.tau);
-      }));
-      for (const double x : a.tau)
-        if (!std::isfinite(x))
-          return error(ErrorCode::plugin_failed,
-                       "provider " + text::quote(a.controller.provider) +
-                           " returned a torque that is not a number",
-                       "Lower the gains or shorten the step; else report it to the provider's "
-                       "author.");
-    }
-    for (std::size_t j = 0; j < n; ++j) {
-      const JointModel& joint = a.model->joints[j];
-      if (joint.passive) a.tau[j] = 0;
-      if (std::fabs(a.tau[j]) > joint.max_force) {
-        a.tau[j] = std::copysign(joint.max_force, a.tau[j]);
-        ++a.cut[j];
-      }
-      forces_[index(a.first_joint) + j] =
-          a.tau[j] - joint.spring.stiffness * (a.q[j] - joint.spring.rest);
-    }
-    return {};
-  }
-
   Result<void> act(const Event& event) {
     const PhysicsAction& action = run_.actions[event.action];
     const std::size_t who = actor_of_.at(event.action);
-    const Actor& a = actors_[who];
+    Actor& a = actors_[who];
+    if (action.kind == Kind::grip) {
+      PhysicsGrip& grip = a.grips[grip_of_.at(event.action)];
+      grip.is_on = true;
+      grip.force = action.force;
+      if (action.speed > 0) grip.speed = action.speed;
+      return {};
+    }
     std::int32_t named = -1;
     for (const Thing& thing : things_)
       if (!action.object.empty() && thing.name == action.object) named = thing.body;
     if (action.kind == Kind::release) {
       std::size_t count = 0;
+      for (PhysicsGrip& grip : a.grips)
+        if (action.object.empty() && grip.is_on) grip.is_on = false, ++count;
       for (std::size_t i = held_.size(); i-- > 0;) {
         if (held_[i].actor != who || (named >= 0 && held_[i].object != named)) continue;
         RMP_TRY(guarded(provider_, [&] { return world_->release(held_[i].attachment); }));
@@ -675,7 +558,7 @@ class Simulation {
       return error(ErrorCode::invalid_argument,
                    "robot " + text::quote(a.placed->name) + " does not hold " +
                        (named >= 0 ? text::quote(action.object) : std::string("anything")),
-                   "Grasp before you release.");
+                   "Grasp or grip before you release.");
     }
     RMP_TRY_ASSIGN(const std::int32_t link, tip_of(a, action.tool));
     std::vector<std::int32_t> touched;
@@ -818,6 +701,13 @@ class Simulation {
     return {};
   }
 
+  /// Name of the joint that an entry of tau belongs to.
+  static std::string name_of_entry(const Actor& a, std::size_t entry) {
+    for (const JointModel& j : a.model->joints)
+      if (!j.is_coupled() && index(j.v_index) == entry) return j.name;
+    return {};
+  }
+
   Result<RecordingPtr> record() {
     out_.world = run_.world;
     out_.title = sim_.snapshot.find(AnyId(run_.world))->name + ": contact physics";
@@ -828,8 +718,8 @@ class Simulation {
     for (const Actor& a : actors_)
       for (std::size_t j = 0; j < a.cut.size(); ++j)
         if (a.cut[j] > 0)
-          out_.notes.push_back("the torque of joint " + text::quote(a.model->joints[j].name) +
-                               " of " + text::quote(a.placed->name) + " was cut in " +
+          out_.notes.push_back("the torque of joint " + text::quote(name_of_entry(a, j)) + " of " +
+                               text::quote(a.placed->name) + " was cut in " +
                                std::to_string(a.cut[j]) + " of " + std::to_string(ticks_) +
                                " steps");
     out_.notes.insert(out_.notes.end(), notes_.begin(), notes_.end());
@@ -845,13 +735,15 @@ class Simulation {
   std::vector<Thing> things_;  ///< thing i is body i
   std::vector<Actor> actors_;
   std::vector<Event> events_;
-  std::map<std::size_t, std::size_t> actor_of_;  ///< of grasps and releases
+  std::map<std::size_t, std::size_t> actor_of_;  ///< of grasps, grips and releases
+  std::map<std::size_t, std::size_t> grip_of_;   ///< of grips, in their actor
   std::vector<Held> held_;
   double last_end_ = 0, duration_ = 0;
   std::int64_t ticks_ = 0, every_ = 1;
   std::string provider_;
   std::unique_ptr<PhysicsWorld> world_;
   std::vector<Pose> poses_;
+  std::vector<Vec3> velocities_, angular_velocities_;
   std::vector<double> joint_q_, joint_qd_, forces_;
   std::vector<PhysicsContact> contacts_;
   MotionReference::Sample wanted_;

@@ -34,6 +34,7 @@ struct PhysicsRobotSettings {
   RobotDrive drive = RobotDrive::moved;
   model::ProviderChoice controller;  ///< empty name = the robot's own, else the default
   std::optional<double> friction, restitution;
+  bool self_contact = false;  ///< links touch each other, but for pairs that collision passes over
 };
 
 /// One line of what happens. It begins when the line before it ended, unless a time is given.
@@ -41,7 +42,8 @@ struct PhysicsAction {
   enum class Kind {
     move,     ///< the robot moves; one of q, recorded and trajectory
     grasp,    ///< ties an object to the link that carries the tool
-    release,  ///< lets it go
+    grip,     ///< a joint presses with a force instead of following the robot's motion
+    release,  ///< lets it go, and gripping joints follow the motion again
     wait,
   } kind = Kind::move;
   std::optional<double> time;  ///< when it begins [s]
@@ -54,6 +56,9 @@ struct PhysicsAction {
   std::string trajectory;  ///< of the world, by inverse kinematics; with its own duration
   std::string object;      ///< to grasp; empty = what the tool touches. To release; empty = all
   std::string tool;        ///< name of a tip; empty = the first
+  std::string joint;       ///< that grips
+  double force = 0;        ///< it grips with; positive where its value grows [N or N m]
+  double speed = 0;        ///< of gripping; 0 = the joint's greatest, else 0.1 m/s or 0.5 rad/s
 };
 
 struct PhysicsRun {
