@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Curves "line", "arc" and "circle" (layer: plugin).
+// Curves "line", "arc", "circle", "arc_centre" and "helix" (layer: plugin).
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -14,6 +14,7 @@ namespace robomosp::path_analytic {
 using spatial::add;
 using spatial::cross;
 using spatial::dot;
+using spatial::print_number;
 using spatial::scale;
 using spatial::sub;
 
@@ -74,12 +75,12 @@ Result<Circle> circle_through(const Vec3& a, const Vec3& b, const Vec3& c) {
   return k;
 }
 
-/// Parameter: the share of the angle, 0..1.
+/// Parameter: the share of the angle, 0..1. A `rise` along the axis makes it a helix.
 class Arc final : public Curve {
  public:
   /// `knots` are the angles of the control points.
-  Arc(const Circle& circle, double angle, std::vector<double> knots)
-      : circle_(circle), angle_(angle), knots_(std::move(knots)) {
+  Arc(const Circle& circle, double angle, std::vector<double> knots, const Vec3& rise = {})
+      : circle_(circle), angle_(angle), knots_(std::move(knots)), rise_(rise) {
     for (double& k : knots_) k /= angle_;
   }
   [[nodiscard]] double end() const override { return 1; }
@@ -91,8 +92,9 @@ class Arc final : public Curve {
       const spatial::SinCos a = spatial::sin_cos(u[i] * angle_);
       const Vec3 outward = add(scale(circle_.x, a.cos), scale(circle_.y, a.sin));
       const Vec3 along = sub(scale(circle_.y, a.cos), scale(circle_.x, a.sin));
-      out[i] = {add(circle_.centre, scale(outward, r)), scale(along, r * d),
-                scale(outward, -r * d * d), scale(along, -r * d * d * d)};
+      out[i] = {add(add(circle_.centre, scale(outward, r)), scale(rise_, u[i])),
+                add(scale(along, r * d), rise_), scale(outward, -r * d * d),
+                scale(along, -r * d * d * d)};
     }
   }
 
@@ -100,7 +102,43 @@ class Arc final : public Curve {
   Circle circle_;
   double angle_;
   std::vector<double> knots_;
+  Vec3 rise_;  ///< over the whole angle [m]
 };
+
+Result<Vec3> vector_of(const Params& params, const char* name, const char* unit) {
+  const auto v = params.reals(name);
+  if (v.size() == 3) return Vec3{v[0], v[1], v[2]};
+  return bad(std::string(name) + " has " + std::to_string(v.size()) + " numbers",
+             std::string("Give x, y, z") + unit + ".");
+}
+
+/// About `centre` and `axis` from the first point on, by an angle of either sign; the second point
+/// only tells the last orientation.
+Result<std::unique_ptr<Curve>> about_centre(std::span<const Pose> points, const Params& params,
+                                            const char* shape, double angle, double rise) {
+  RMP_TRY(
+      check_points(points, points.size() < 2 ? 1 : 2, shape,
+                   "Give the start, and a second pose for the last orientation if it changes."));
+  RMP_TRY_ASSIGN(const Vec3 centre, vector_of(params, "centre", " [m]"));
+  RMP_TRY_ASSIGN(Vec3 axis, vector_of(params, "axis", ""));
+  if (!(spatial::norm(axis) > 0))
+    return bad("the axis has no length", "Give a direction, such as 0, 0, 1.");
+  axis = spatial::unit(axis);
+  const Vec3 from = sub(points[0].p, centre), arm = sub(from, scale(axis, dot(from, axis)));
+  if (!(spatial::norm(arm) > kSamePoint))
+    return bad("the start lies on the axis", "Move it, or the centre.");
+  if (!(std::fabs(angle) > kSameRotation))
+    return bad("the angle is " + print_number(angle) + " rad", "Give one that is not 0.");
+  Circle c;
+  c.centre = add(centre, scale(axis, dot(from, axis)));
+  c.radius = spatial::norm(arm);
+  c.x = spatial::unit(arm);
+  c.y = scale(cross(axis, c.x), angle < 0 ? -1 : 1);
+  const double turn = std::fabs(angle);
+  std::vector<double> knots{0};
+  if (points.size() == 2) knots.push_back(turn);
+  return std::unique_ptr<Curve>(new Arc(c, turn, std::move(knots), scale(axis, rise)));
+}
 
 }  // namespace
 
@@ -134,6 +172,18 @@ Result<std::unique_ptr<Curve>> ArcMaker::make(std::span<const Pose> points, cons
   RMP_TRY(check_points(points, 3, "an arc", "Give start, a point on the way, and end."));
   RMP_TRY_ASSIGN(const Circle c, circle_through(points[0].p, points[1].p, points[2].p));
   return std::unique_ptr<Curve>(new Arc(c, c.to_third, {0, c.to_second, c.to_third}));
+}
+
+Result<std::unique_ptr<Curve>> ArcCentreMaker::make(std::span<const Pose> points,
+                                                    const Params& params) const {
+  return about_centre(points, params, "an arc about a centre", params.real("angle"), 0);
+}
+
+Result<std::unique_ptr<Curve>> HelixMaker::make(std::span<const Pose> points,
+                                                const Params& params) const {
+  const double turns = params.real("turns");
+  return about_centre(points, params, "a helix", 2 * std::numbers::pi * turns,
+                      std::fabs(turns) * params.real("pitch"));
 }
 
 Result<std::unique_ptr<Curve>> CircleMaker::make(std::span<const Pose> points,

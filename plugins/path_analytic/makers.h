@@ -40,6 +40,12 @@ struct LineMaker final : CurveMaker {
 struct ArcMaker final : CurveMaker {
   Result<std::unique_ptr<Curve>> make(std::span<const Pose>, const Params&) const override;
 };
+struct ArcCentreMaker final : CurveMaker {
+  Result<std::unique_ptr<Curve>> make(std::span<const Pose>, const Params&) const override;
+};
+struct HelixMaker final : CurveMaker {
+  Result<std::unique_ptr<Curve>> make(std::span<const Pose>, const Params&) const override;
+};
 struct CircleMaker final : CurveMaker {
   Result<std::unique_ptr<Curve>> make(std::span<const Pose>, const Params&) const override;
 };
@@ -47,11 +53,38 @@ struct CircleMaker final : CurveMaker {
 struct ConstantSpeedMaker final : MotionLawMaker {
   Result<std::unique_ptr<MotionLaw>> make(const LawTask&, const Params&) const override;
 };
+struct ConstantAccelerationMaker final : MotionLawMaker {
+  Result<std::unique_ptr<MotionLaw>> make(const LawTask&, const Params&) const override;
+};
+struct TrapezoidalMaker final : MotionLawMaker {
+  Result<std::unique_ptr<MotionLaw>> make(const LawTask&, const Params&) const override;
+};
+struct SCurveMaker final : MotionLawMaker {
+  Result<std::unique_ptr<MotionLaw>> make(const LawTask&, const Params&) const override;
+};
+struct CubicMaker final : MotionLawMaker {
+  Result<std::unique_ptr<MotionLaw>> make(const LawTask&, const Params&) const override;
+};
+struct QuinticMaker final : MotionLawMaker {
+  Result<std::unique_ptr<MotionLaw>> make(const LawTask&, const Params&) const override;
+};
+struct CycloidalMaker final : MotionLawMaker {
+  Result<std::unique_ptr<MotionLaw>> make(const LawTask&, const Params&) const override;
+};
 
 struct FixedMaker final : OrientationMaker {
   Result<std::unique_ptr<Orientation>> make(const OrientationTask&, const Params&) const override;
 };
 struct SlerpMaker final : OrientationMaker {
+  Result<std::unique_ptr<Orientation>> make(const OrientationTask&, const Params&) const override;
+};
+struct SlerpPointsMaker final : OrientationMaker {
+  Result<std::unique_ptr<Orientation>> make(const OrientationTask&, const Params&) const override;
+};
+struct SquadMaker final : OrientationMaker {
+  Result<std::unique_ptr<Orientation>> make(const OrientationTask&, const Params&) const override;
+};
+struct TangentMaker final : OrientationMaker {
   Result<std::unique_ptr<Orientation>> make(const OrientationTask&, const Params&) const override;
 };
 

@@ -10,12 +10,76 @@ namespace {
 const rmp_param kCircleParams[] = {
     {"turns", "real", "", "Number of turns, whole or not.", "1", nullptr, 0, 1e6},
 };
-const rmp_param kConstantSpeedParams[] = {
-    {"speed", "real", "m/s", "Speed of the tool along the curve.", "0.1", nullptr, 0, 1e6},
-    {"angular_speed", "real", "rad/s", "Greatest speed of turning; the slower of the two counts.",
-     "0.5", nullptr, 0, 1e6},
-    {"duration", "real", "s", "Time for the whole way, instead of speeds; 0 = by the speeds.", "0",
-     nullptr, 0, 1e9},
+const rmp_param kCentre{"centre", "real[]", "m", "A point on the axis: x, y, z.",
+                        nullptr,  nullptr,  1,   0};
+const rmp_param kAxis{"axis", "real[]", "", "Direction of the axis.", "{0, 0, 1}", nullptr, 1, 0};
+const rmp_param kArcCentreParams[] = {
+    kCentre,
+    kAxis,
+    {"angle", "real", "rad", "Angle about the axis; below 0 the other way round.", nullptr, nullptr,
+     -1e6, 1e6},
+};
+const rmp_param kHelixParams[] = {
+    kCentre,
+    kAxis,
+    {"turns", "real", "", "Number of turns; below 0 the other way round.", "1", nullptr, -1e6, 1e6},
+    {"pitch", "real", "m", "Way along the axis in one turn.", nullptr, nullptr, -1e6, 1e6},
+};
+
+const rmp_param kSpeed{"speed", "real",  "m/s", "Greatest speed of the tool along the curve.",
+                       "0.1",   nullptr, 0,     1e6},
+    kAngularSpeed{"angular_speed",
+                  "real",
+                  "rad/s",
+                  "Greatest speed of turning; the slower of the two counts.",
+                  "0.5",
+                  nullptr,
+                  0,
+                  1e6},
+    kAcceleration{"acceleration", "real", "m/s^2", "Greatest acceleration along the curve.", "1",
+                  nullptr,        0,      1e9},
+    kAngularAcceleration{"angular_acceleration",
+                         "real",
+                         "rad/s^2",
+                         "Greatest acceleration of turning.",
+                         "5",
+                         nullptr,
+                         0,
+                         1e9},
+    kStartSpeed{"start_speed", "real", "m/s", "Speed at the start.", "0", nullptr, 0, 1e6},
+    kEndSpeed{"end_speed", "real", "m/s", "Speed at the end.", "0", nullptr, 0, 1e6},
+    kDuration{"duration", "real",  "s", "Time for the whole way; 0 = as short as the limits allow.",
+              "0",        nullptr, 0,   1e9};
+
+const rmp_param kSpeedParams[] = {kSpeed, kAngularSpeed, kDuration};
+const rmp_param kConstantAccelerationParams[] = {kAcceleration, kAngularAcceleration, kStartSpeed,
+                                                 kEndSpeed, kDuration};
+const rmp_param kTrapezoidalParams[] = {
+    kSpeed, kAngularSpeed, kAcceleration, kAngularAcceleration, kStartSpeed, kEndSpeed, kDuration};
+const rmp_param kSCurveParams[] = {
+    kSpeed,
+    kAngularSpeed,
+    kAcceleration,
+    kAngularAcceleration,
+    {"jerk", "real", "m/s^3", "Greatest jerk along the curve.", "10", nullptr, 0, 1e12},
+    {"angular_jerk", "real", "rad/s^3", "Greatest jerk of turning.", "50", nullptr, 0, 1e12},
+    kStartSpeed,
+    kEndSpeed,
+    kDuration};
+const rmp_param kCycloidalParams[] = {kSpeed, kAngularSpeed, kAcceleration, kAngularAcceleration,
+                                      kDuration};
+
+const rmp_param kSlerpParams[] = {
+    {"from", "real", "", "Share of the way where the turn begins.", "0", nullptr, 0, 1},
+    {"to", "real", "", "Share of the way where it ends.", "1", nullptr, 0, 1},
+    {"ease", "enum", "", "How it goes in between: with the way, or smoothly from rest to rest.",
+     "way", "way|smooth", 1, 0},
+};
+const rmp_param kTangentParams[] = {
+    {"axis", "enum", "", "The tool's axis that follows the tangent.", "x", "x|y|z", 1, 0},
+    {"up", "real[]", "",
+     "Where the axis before it leans to (z for x); the first pose's when left out.", "{}", nullptr,
+     1, 0},
 };
 
 }  // namespace
@@ -36,9 +100,38 @@ RMP_PLUGIN(
     RMP_PROVIDER(pa::CircleMaker, "circle",
                  "Full turns through three points, starting at the first.", "points=3",
                  pa::kCircleParams),
-    RMP_PROVIDER(pa::ConstantSpeedMaker, "constant_speed", "Constant speed.", "",
-                 pa::kConstantSpeedParams),
+    RMP_PROVIDER(pa::ArcCentreMaker, "arc_centre", "Arc about a centre and an axis, by an angle.",
+                 "points=1", pa::kArcCentreParams),
+    RMP_PROVIDER(pa::HelixMaker, "helix", "Helix about a centre and an axis.", "points=1",
+                 pa::kHelixParams),
+    RMP_PROVIDER(pa::ConstantSpeedMaker, "constant_speed", "The same speed all along.", "",
+                 pa::kSpeedParams),
+    RMP_PROVIDER(pa::ConstantAccelerationMaker, "constant_acceleration",
+                 "The speed changes evenly from start_speed to end_speed; without an end_speed, by "
+                 "the acceleration.",
+                 "", pa::kConstantAccelerationParams),
+    RMP_PROVIDER(pa::TrapezoidalMaker, "trapezoidal",
+                 "Up to speed, along at it, and down, with constant acceleration.", "",
+                 pa::kTrapezoidalParams),
+    RMP_PROVIDER(pa::SCurveMaker, "s_curve",
+                 "The same with a limited jerk, so that the acceleration has no steps.", "",
+                 pa::kSCurveParams),
+    RMP_PROVIDER(pa::CubicMaker, "cubic", "A polynomial of third degree in time.", "",
+                 pa::kTrapezoidalParams),
+    RMP_PROVIDER(pa::QuinticMaker, "quintic",
+                 "A polynomial of fifth degree in time: without acceleration at the ends.", "",
+                 pa::kTrapezoidalParams),
+    RMP_PROVIDER(pa::CycloidalMaker, "cycloidal",
+                 "x - sin(2 pi x) / (2 pi): at rest at both ends, without steps of acceleration.",
+                 "", pa::kCycloidalParams),
     RMP_PROVIDER_NO_PARAMS(pa::FixedMaker, "fixed", "Keeps the first pose's orientation.", ""),
-    RMP_PROVIDER_NO_PARAMS(
-        pa::SlerpMaker, "slerp",
-        "Turns at a constant rate from the first pose's orientation to the last one's.", ""))
+    RMP_PROVIDER(pa::SlerpMaker, "slerp",
+                 "Turns about one axis from the first pose's orientation to the last one's.", "",
+                 pa::kSlerpParams),
+    RMP_PROVIDER_NO_PARAMS(pa::SlerpPointsMaker, "slerp_points",
+                           "Turns from point to point, each at a constant rate.", ""),
+    RMP_PROVIDER_NO_PARAMS(pa::SquadMaker, "squad",
+                           "Turns through every point's orientation without jumps of the rate.",
+                           ""),
+    RMP_PROVIDER(pa::TangentMaker, "tangent", "One axis of the tool follows the tangent.", "",
+                 pa::kTangentParams))

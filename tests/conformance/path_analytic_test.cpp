@@ -79,9 +79,72 @@ std::vector<SegmentCase> bare_cases() {
       {kFile, "arc", "turning", {a, shift(0.5, 0.1, -0.2), b}, {{"speed", 0.2}}, 0.2},
   };
 }
+/// Other curves, laws and orientations: a record in full.
+SegmentCase other(const std::string& name, const std::string& shape,
+                  const std::vector<Pose>& points,
+                  const std::function<void(model::TrajectorySegment&)>& fill,
+                  double constant_speed = 0, bool passes = true, bool ends = true) {
+  SegmentCase c{kFile,  shape, name,
+                points, {},    constant_speed,
+                passes, ends,  points.size() > 2 || shape == "line"};
+  c.make = [fill](const SegmentCase& with) {
+    model::TrajectorySegment record;
+    record.shape.name = with.provider;
+    for (const Pose& p : with.points) record.points.push_back(model::placement(p));
+    fill(record);
+    return motion::make_segment(registry(), record, "it");
+  };
+  return c;
+}
+
+std::vector<SegmentCase> other_cases() {
+  using Record = model::TrajectorySegment;
+  using Numbers = std::vector<double>;
+  const Pose a = multiply(shift(0.1, 0.2, 0.3), turn_x(0.3)),
+             b = multiply(shift(-0.4, 0.5, 0.1), turn_z(2));
+  const std::vector<Pose> corner{shift(1, 0, 0), multiply(shift(0.4, 0.8, 0.1), turn_x(1.2)),
+                                 multiply(shift(0, 1, 0.2), turn_z(0.8))};
+  std::vector<SegmentCase> all;
+  all.push_back(other(
+      "tilted", "arc_centre", {shift(1, 0, 0)},
+      [](Record& r) {
+        r.shape.params = {{"centre", Numbers{0.2, 0.1, 0}},
+                          {"axis", Numbers{0, 0.6, 0.8}},
+                          {"angle", -2.5},
+                          {"speed", 0.3}};
+      },
+      0.3, true, false));
+  all.push_back(other(
+      "rising", "helix", {shift(1, 0, 0), multiply(shift(1, 0, 0), turn_z(1))},
+      [](Record& r) {
+        r.shape.params = {{"centre", Numbers{0, 0, 0}},
+                          {"turns", 3.0},
+                          {"pitch", 0.2},
+                          {"speed", 0.5},
+                          {"angular_speed", 10.0}};
+      },
+      0.5, false, false));
+  for (const char* law :
+       {"constant_acceleration", "trapezoidal", "s_curve", "cubic", "quintic", "cycloidal"})
+    all.push_back(other(law, "line", {a, b}, [law](Record& r) { r.law.name = law; }));
+  all.push_back(other("moving_ends", "line", {a, b}, [](Record& r) {
+    r.law = {"s_curve",
+             {{"start_speed", 0.02}, {"end_speed", 0.05}, {"speed", 0.06}, {"jerk", 2.0}}};
+  }));
+  all.push_back(other("timed", "line", {a, b}, [](Record& r) {
+    r.law = {"trapezoidal", {{"duration", 9.0}, {"start_speed", 0.01}}};
+  }));
+  all.push_back(other("squad", "arc", corner, [](Record& r) { r.orientation.name = "squad"; }));
+  all.push_back(other("eased", "arc", corner, [](Record& r) {
+    r.orientation = {"slerp", {{"from", 0.23}, {"to", 0.87}, {"ease", std::string("smooth")}}};
+  }));
+  return all;
+}
+
 std::vector<SegmentCase> cases() {
   std::vector<SegmentCase> all = bare_cases();
   for (SegmentCase& c : all) c.make = make_case;
+  for (SegmentCase& c : other_cases()) all.push_back(std::move(c));
   return all;
 }
 INSTANTIATE_TEST_SUITE_P(Analytic, SegmentConformance, testing::ValuesIn(cases()),
@@ -134,6 +197,83 @@ TEST(Segments, TellWhatIsWrongInSentences) {
             "it: turns is 0 turns. It must be above 0.");
   EXPECT_EQ(sentence(make("arc", {a, b})),
             "it: an arc needs 3 points, 2 were given. Give start, a point on the way, and end.");
+}
+
+model::TrajectorySegment record_of(const std::string& shape, const std::vector<Pose>& points) {
+  model::TrajectorySegment record;
+  record.shape.name = shape;
+  for (const Pose& p : points) record.points.push_back(model::placement(p));
+  return record;
+}
+
+// Times of the textbook's rest-to-rest laws over a way L under speed V and acceleration A (e.g.
+// Siciliano et al., Robotics, section 4.2; Biagiotti and Melchiorri, Trajectory Planning for
+// Automatic Machines and Robots, sections 2.1 and 3.4): trapezoid L/V + V/A; S-curve with jerk J
+// L/V + V/A + A/J; cubic max(3/2 L/V, sqrt(6 L/A)); quintic max(15/8 L/V, sqrt(10/sqrt(3) L/A));
+// cycloidal max(2 L/V, sqrt(2 pi L/A)).
+TEST(Laws, TakeTheTimesOfTheTextbook) {
+  const double L = 2, V = 0.5, A = 0.4, J = 1.5;
+  const auto time_of = [&](const char* law) {
+    model::TrajectorySegment r = record_of("line", {shift(0, 0, 0), shift(L, 0, 0)});
+    r.law = {law, {{"speed", V}, {"acceleration", A}}};
+    if (std::string(law) == "s_curve") r.law.params["jerk"] = J;
+    const auto made = motion::make_segment(registry(), r, "it");
+    EXPECT_TRUE(made.ok()) << made.error().sentence();
+    return made.ok() ? (*made)->duration() : 0;
+  };
+  EXPECT_NEAR(time_of("trapezoidal"), L / V + V / A, 1e-12);
+  EXPECT_NEAR(time_of("s_curve"), L / V + V / A + A / J, 1e-12);
+  EXPECT_NEAR(time_of("cubic"), std::max(1.5 * L / V, std::sqrt(6 * L / A)), 1e-4);
+  EXPECT_NEAR(time_of("quintic"), std::max(1.875 * L / V, std::sqrt(10 / std::sqrt(3.0) * L / A)),
+              1e-4);
+  EXPECT_NEAR(time_of("cycloidal"), std::max(2 * L / V, std::sqrt(2 * kPi * L / A)), 1e-4);
+}
+
+// A line along z, tangent orientation: x of the tool along the way, z as near to up as it can be.
+TEST(Orientations, TangentPutsAnAxisAlongTheWay) {
+  model::TrajectorySegment r =
+      record_of("arc", {shift(1, 0, 0), shift(std::sqrt(0.5), std::sqrt(0.5), 0), shift(0, 1, 0)});
+  r.orientation = {"tangent", {{"up", std::vector<double>{0, 0, 1}}}};
+  const auto made = motion::make_segment(registry(), r, "it");
+  ASSERT_TRUE(made.ok()) << made.error().sentence();
+  const double T = (*made)->duration(), speed = 0.1;
+  for (int i = 0; i <= 20; ++i) {
+    const PathSample s = at(**made, T * i / 20);
+    for (std::size_t k = 0; k < 3; ++k) {
+      EXPECT_NEAR(s.pose.R[3 * k], s.velocity[k] / speed, 1e-12);
+      EXPECT_NEAR(s.pose.R[3 * k + 2], k == 2 ? 1 : 0, 1e-12);
+    }
+    // Once round a circle of radius 1 in 2 pi / 0.1 s.
+    EXPECT_NEAR(s.angular_velocity[2], speed, 1e-12);
+    EXPECT_NEAR(s.angular_acceleration[2], 0, 1e-10);
+  }
+  r.orientation.params["up"] = std::vector<double>{1, 0, 0};
+  EXPECT_FALSE(motion::make_segment(registry(), r, "it").ok()) << "the arc ends along up";
+}
+
+TEST(Laws, TellWhatIsImpossible) {
+  const auto sentence = [](const model::TrajectorySegment& r) {
+    const auto made = motion::make_segment(registry(), r, "it");
+    return made.ok() ? std::string("no error") : made.error().sentence();
+  };
+  model::TrajectorySegment r = record_of("line", {shift(0, 0, 0), shift(1, 0, 0)});
+  r.law = {"trapezoidal", {{"speed", 0.5}, {"acceleration", 1.0}, {"duration", 1.0}}};
+  EXPECT_EQ(sentence(r),
+            "it: a duration of 1 s is too short for the limits. The shortest is 2.5 s.");
+  r.law.params = {{"speed", 2.0}, {"acceleration", 1.0}, {"end_speed", 1.9}};
+  EXPECT_EQ(sentence(r),
+            "it: to change from 0 m/s to 1.9 m/s takes 1.805 m, and the way is 1 m. Raise the "
+            "acceleration (and jerk), or bring the speeds at the ends together.");
+  r.law.params = {{"speed", 0.5}, {"start_speed", 0.7}};
+  EXPECT_EQ(sentence(r),
+            "it: the speed at an end is 0.7 m/s, above the greatest of 0.5 m/s. Lower it, or raise "
+            "the speed.");
+  r.law = {"constant_acceleration", {{"start_speed", 1.0}, {"duration", 5.0}}};
+  EXPECT_EQ(sentence(r),
+            "it: in 5 s the tool would run past the end. Shorten the duration to 2 s or less, or "
+            "lower the speed.");
+  r.law.name = "trapezoid";
+  EXPECT_NE(sentence(r).find("trapezoidal"), std::string::npos) << sentence(r);
 }
 
 }  // namespace
