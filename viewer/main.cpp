@@ -21,6 +21,7 @@
 #include "kernel/text.h"
 #include "model/placement.h"
 #include "scene/build.h"
+#include "scene/tool_ellipsoids.h"
 #include "scene/voxels.h"
 #include "sim/simulate.h"
 #include "viewer/scene/playback.h"
@@ -52,6 +53,7 @@ struct Options {
   std::string render, screenshot;
   std::optional<double> at;  ///< [s]
   std::array<int, 2> size{1600, 1000};
+  std::string ellipsoid;
   std::string view = "isometric", style = "smooth", quality = "normal", section, background;
   bool orthographic = false, fast = false, no_edges = false, hidden = false, com = false,
        frames = false;
@@ -145,6 +147,7 @@ Result<AnyId> open_record(ioci::Application& app, ioci::Session& session, const 
 struct Picture {
   viewer::Frame frame;
   viewer::Playback playback;
+  scene::MovingEllipsoids ellipsoids;
 };
 
 /// The simulation that is played or looked into; nothing where nothing moves.
@@ -222,6 +225,8 @@ Result<Picture> picture(ioci::Application& app, ioci::Session& session, AnyId id
     RMP_TRY_ASSIGN(p.playback,
                    scene::build_playback(source, WorldId{id.number}, *recording, progress));
   }
+  RMP_TRY_ASSIGN(p.ellipsoids,
+                 scene::MovingEllipsoids::build(source, id, recording.get(), progress));
   return p;
 }
 
@@ -290,6 +295,7 @@ int render(ioci::Application& app, ioci::Session& session, AnyId id, const Optio
   if (!options.background.empty()) args.set("background", options.background);
   if (options.explode > 0) args.set("explode", options.explode);
   if (options.com) args.set("com", true);
+  if (!options.ellipsoid.empty()) args.set("ellipsoid", options.ellipsoid);
   if (options.frames) args.set("frames", true);
   if (!options.map.empty()) {
     const auto of = mapped_robot(app, id, options);
@@ -358,6 +364,12 @@ int run(const Options& options) {
   window.title = app.document.now()->find(*id)->name + " - ROBOMOSP";
   window.play = !p.playback.times.empty();
   window.screenshot = options.screenshot;
+  if (!p.ellipsoids.empty())
+    window.ellipsoids = [&p](double time, bool velocity, bool force) {
+      return p.ellipsoids.at(time, {velocity, force});
+    };
+  window.velocity_ellipsoid = options.ellipsoid == "velocity" || options.ellipsoid == "both";
+  window.force_ellipsoid = options.ellipsoid == "force" || options.ellipsoid == "both";
   return viewer::run_window(p.frame, p.playback, window);
 }
 
@@ -528,6 +540,10 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(0.01, 1.0))
       ->type_name("SHARE");
   cli.add_flag("--com", options.com, "mark the centre of mass and the principal axes");
+  cli.add_option("--ellipsoid", options.ellipsoid,
+                 "at the tools of robots: velocity, force or both")
+      ->check(CLI::IsMember({"velocity", "force", "both"}))
+      ->type_name("WHICH");
   cli.add_flag("--frames", options.frames, "frames of nodes, parts or links");
   cli.add_option("--background", options.background,
                  "with --render: studio, white, transparent or a colour such as #e8eef4");

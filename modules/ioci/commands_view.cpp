@@ -11,6 +11,7 @@
 #include "robotics/build_model.h"
 #include "scene/build.h"
 #include "scene/contacts.h"
+#include "scene/tool_ellipsoids.h"
 #include "spatial/pose.h"
 #include "spatial/vec.h"
 
@@ -243,7 +244,15 @@ Result<Value> render_what(CommandContext& ctx, const Map& args) {
                    "A recording moves the robot of a world.", "recording");
     RMP_TRY_ASSIGN(const auto playback,
                    scene::build_playback(source, WorldId{id.number}, *recording, ctx.progress));
-    scene::pose_at(built.scene, playback, has(args, "at") ? real(args, "at") : 0.0);
+    const double at = has(args, "at") ? real(args, "at") : 0.0;
+    scene::pose_at(built.scene, playback, at);
+    if (extras.ellipsoids.velocity || extras.ellipsoids.force) {
+      RMP_TRY_ASSIGN(const auto ellipsoids,
+                     scene::MovingEllipsoids::build(source, id, recording.get(), ctx.progress));
+      for (render::Item& moved : ellipsoids.at(at, extras.ellipsoids))
+        for (render::Item& item : built.scene.items)
+          if (item.id == moved.id) item = std::move(moved);
+    }
   }
   if (has(args, "collisions") && flag(args, "collisions")) {
     const sim::Simulator simulator{ctx.app.registry, ctx.app.derived, ctx.snapshot()};
@@ -328,11 +337,12 @@ Schema picture_params(ParamSpec what, const Abilities& can) {
                        "the middle, or a table with axis or normal, offset or point, colour and "
                        "hatch. The side the axis or normal points to is taken away."));
   if (can.has_joints || can.moves)
-    s.push_back(optional("map", "any", "",
-                         "Voxels around a robot: a recording of robot.workspace or "
-                         "robot.reachability, or a table with recording, column, cut (a plane as "
-                         "for section, through the mounting frame's origin), opacity, low, high, "
-                         "bands, and in a world robot, its name there."));
+    s.push_back(
+        optional("map", "any", "",
+                 "Voxels around a robot: a recording of robot.workspace or "
+                 "robot.reachability, or a table with recording, column, cut (a plane as "
+                 "for section, through the mounting frame's origin), opacity, above (a value), "
+                 "low, high, bands, and in a world robot, its name there."));
   if (can.has_parts) {
     ParamSpec p = defaulted("explode", "real", "", 0.0,
                             "Moves the parts outwards by this share of their distance.");

@@ -8,15 +8,14 @@
 #include <optional>
 #include <utility>
 
-#include "kernel/fingerprint.h"
 #include "kernel/text.h"
 #include "model/placement.h"
 #include "motion/path.h"
 #include "robotics/build_model.h"
 #include "robotics/home.h"
 #include "robotics/kinematics.h"
-#include "robotics/singularity.h"
-#include "robotics/tip_motion.h"
+#include "scene/ids.h"
+#include "scene/tool_ellipsoids.h"
 #include "spatial/mass.h"
 #include "spatial/pose.h"
 #include "spatial/rotation.h"
@@ -44,19 +43,6 @@ struct Maker {
   /// Lengths of triads and the like follow the size of what is shown [m].
   [[nodiscard]] double size() const;
 };
-
-/// Stable across scenes: the same member of the same world has the same id.
-std::uint64_t item_id(std::string_view owner, std::size_t body, std::size_t part) {
-  return Fingerprinter("item/1")
-      .add(owner)
-      .add(static_cast<std::int64_t>(body))
-      .add(static_cast<std::int64_t>(part))
-      .finish()
-      .lo;
-}
-// Numbers of bodies that no robot has.
-constexpr std::size_t kToolBody = 100000, kLineBody = 200000, kMarkBody = 300000,
-                      kFrameBody = 400000, kEllipsoidBody = 500000;
 
 render::Appearance appearance_of(const Drawable& d) {
   render::Appearance a{d.colour, static_cast<float>(d.shininess), static_cast<float>(d.metalness)};
@@ -163,26 +149,6 @@ double reach(const model::Robot& robot) {
   return sum;
 }
 
-/// The velocity and force ellipsoids about the tool, as long as a fifth of the reach.
-void add_ellipsoids(Maker& m, const PosedRobot& robot, const Pose& tool) {
-  const auto motion = robotics::tip_motion(*robot.model, 0, robot.joint_frames);
-  const auto e =
-      robotics::ellipsoid(motion.jacobian, robotics::TwistPart::translation, motion.loose_twists);
-  Pose axes;
-  axes.R = e.axes;
-  Pose at = spatial::compose(robot.world_T_base, axes);
-  at.p = tool.p;
-  const double size = 0.2 * robotics::reach(*robot.model, 0);
-  const auto add = [&](std::size_t number, const char* name, const Vec3& half, const Colour& c) {
-    m.add(ellipsoid_item(item_id(robot.owner, kEllipsoidBody, number), robot.owner + " " + name, at,
-                         drawn_lengths(half, size), c));
-    ++m.groups;
-  };
-  if (m.extras.ellipsoids.velocity)
-    add(0, "velocity ellipsoid", e.velocity, {0.15F, 0.45F, 0.9F, 0.45F});
-  if (m.extras.ellipsoids.force) add(1, "force ellipsoid", e.force, {0.95F, 0.5F, 0.1F, 0.45F});
-}
-
 void add_robot(Maker& m, const PosedRobot& robot, std::span<const double> q) {
   std::vector<Pose> bodies;
   Pose tool;
@@ -197,7 +163,11 @@ void add_robot(Maker& m, const PosedRobot& robot, std::span<const double> q) {
   const double length = std::clamp(0.07 * reach(*robot.record), 0.03, 0.25);
   // An exploded hand is not where the tool's frame is.
   if (!(m.extras.explode > 0)) m.out.scene.triads.push_back({robot.triad_id(), tool, length, {}});
-  if (m.extras.ellipsoids.velocity || m.extras.ellipsoids.force) add_ellipsoids(m, robot, tool);
+  for (Item& item : tool_ellipsoids(robot.owner, *robot.model, robot.world_T_base,
+                                    robot.joint_frames, m.extras.ellipsoids)) {
+    m.add(std::move(item));
+    ++m.groups;
+  }
   if (m.extras.frames) {
     add_frame(m, robot.owner, 0, bodies[0], "base", length);
     for (std::size_t b = 1; b < bodies.size(); ++b)

@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "scene/build.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <set>
 
 #include <gtest/gtest.h>
 
+#include "model/placement.h"
+#include "scene/tool_ellipsoids.h"
+#include "spatial/pose.h"
 #include "support/workbench.h"
 
 namespace robomosp::scene {
@@ -183,6 +187,65 @@ TEST_F(SceneTest, ATrajectoryOnItsOwnIsRefusedInASentence) {
   const auto failed = build({*now, bench.derived, bench.registry}, path, {}, progress);
   ASSERT_FALSE(failed.ok());
   EXPECT_NE(failed.error().sentence().find("has no body to show"), std::string::npos);
+}
+
+/// A recording of one robot of a world, joint values row after row.
+sim::Recording joints(const std::string& robot, std::vector<double> times,
+                      const std::vector<std::vector<double>>& rows) {
+  sim::Recording r;
+  r.robot = robot;
+  r.dof = rows.front().size();
+  r.columns.push_back({"time", "s", "", std::move(times)});
+  for (std::size_t k = 0; k < r.dof; ++k) {
+    sim::Column c{"q" + std::to_string(k + 1), "rad", "", {}};
+    for (const auto& row : rows) c.values.push_back(row[k]);
+    r.columns.push_back(std::move(c));
+  }
+  return r;
+}
+
+// Whatever moves there the ellipsoids are those of a robot that stands so.
+TEST(MovingEllipsoids, AreThoseOfTheRobotWhereItIsAtTheTime) {
+  Workbench bench;
+  NoProgress progress;
+  const AnyId id = bench.load("worlds/puma560.wld");
+  const auto snapshot = bench.document.now();
+  const Source source{*snapshot, bench.derived, bench.registry};
+  const model::PlacedRobot& placed = snapshot->get(WorldId{id.number})->robots.front();
+  const std::vector<double> a{0.1, -0.8, 0.3, 0.2, 0.6, 0}, b{0.5, -0.4, 0.7, 0.2, 1, 0.4},
+      middle{0.3, -0.6, 0.5, 0.2, 0.8, 0.2};
+  const auto recording = joints(placed.name, {0, 2}, {a, b});
+  const auto moving = unwrap(MovingEllipsoids::build(source, id, &recording, progress));
+  const ShownEllipsoids both{true, true};
+  Extras extras;
+  extras.ellipsoids = both;
+  for (const auto& [time, q] : {std::pair(0.0, a), {1.0, middle}, {5.0, b}}) {
+    extras.q = q;
+    const Built still = unwrap(build(source, placed.robot, extras, progress));
+    const auto items = moving.at(time, both);
+    ASSERT_EQ(items.size(), 2U);
+    for (std::size_t k = 0; k < 2; ++k) {
+      const std::string ending = k == 0 ? " velocity ellipsoid" : " force ellipsoid";
+      EXPECT_EQ(items[k].name, placed.name + ending);
+      const auto same = std::find_if(still.scene.items.begin(), still.scene.items.end(),
+                                     [&](const auto& i) { return i.name.ends_with(ending); });
+      ASSERT_NE(same, still.scene.items.end());
+      const Pose expected = spatial::compose(model::pose(placed.placement), same->pose);
+      EXPECT_LT(spatial::distance(items[k].pose.p, expected.p), 1e-12);
+      for (std::size_t i = 0; i < 9; ++i) EXPECT_NEAR(items[k].pose.R[i], expected.R[i], 1e-9);
+      ASSERT_EQ(items[k].mesh->positions.size(), same->mesh->positions.size());
+      for (std::size_t v = 0; v < same->mesh->positions.size(); ++v)
+        EXPECT_NEAR(items[k].mesh->positions[v], same->mesh->positions[v], 1e-6F);
+    }
+  }
+  EXPECT_EQ(moving.at(0, {true, false}).size(), 1U);
+  EXPECT_TRUE(moving.at(0, {}).empty());
+  // In the world as it stands it has the ids of the picture, so that it takes their place.
+  extras.q = {};
+  const Built world = unwrap(build(source, id, extras, progress));
+  for (const auto& item : moving.at(0, both))
+    EXPECT_TRUE(std::any_of(world.scene.items.begin(), world.scene.items.end(),
+                            [&](const auto& i) { return i.id == item.id; }));
 }
 
 }  // namespace

@@ -209,6 +209,51 @@ TEST_F(Window, ThePictureIsNotBlankAndFollowsASwitch) {
   EXPECT_NE(view().shown(), with_grid);
 }
 
+TEST_F(Window, EllipsoidsFollowTheRobotWhileTheMenuShowsThem) {
+  auto* velocity = window->findChild<QAction*>("show_velocity_ellipsoid");
+  auto* force = window->findChild<QAction*>("show_force_ellipsoid");
+  ASSERT_TRUE(velocity && force);
+  EXPECT_FALSE(velocity->isEnabled()) << "nothing has ellipsoids here";
+  struct Asked {
+    double time;
+    bool velocity, force;
+  };
+  std::vector<Asked> asked;
+  // A ball in front of everything, at a height that tells the time.
+  window->set_ellipsoids([&](double time, bool v, bool f) {
+    asked.push_back({time, v, f});
+    Item ball = synthetic::robot_cell().items.front();
+    ball.id = 77001;
+    ball.name = "ellipsoid";
+    ball.pose.p = {0, -3, 0.5 + time};
+    return std::vector<Item>{ball};
+  });
+  EXPECT_TRUE(velocity->isEnabled());
+  EXPECT_TRUE(asked.empty()) << "nobody wants to see them yet";
+  const QImage before = view().shown();
+  velocity->trigger();
+  ASSERT_EQ(asked.size(), 1U);
+  EXPECT_TRUE(asked[0].velocity);
+  EXPECT_FALSE(asked[0].force);
+  settle();
+  EXPECT_NE(view().shown(), before);
+  window->findChild<QSlider*>("timeline")->setValue(5000);
+  ASSERT_EQ(asked.size(), 2U);
+  EXPECT_NEAR(asked[1].time, 1, 1e-9);
+  force->trigger();
+  EXPECT_TRUE(asked.back().velocity && asked.back().force);
+  window->play(true);
+  ASSERT_TRUE(QTest::qWaitFor([&] { return asked.back().time > 1.2; }, 20000));
+  window->play(false);
+  velocity->trigger();
+  force->trigger();
+  const std::size_t count = asked.size();
+  window->set_time(0);
+  EXPECT_EQ(asked.size(), count) << "hidden ones cost nothing";
+  settle();
+  EXPECT_EQ(view().shown(), before);
+}
+
 TEST_F(Window, TheMenuChoosesTheDrawingStyle) {
   const auto action = [&](const char* name) { return window->findChild<QAction*>(name); };
   const auto save = [&](const char* name) {

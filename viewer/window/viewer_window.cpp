@@ -164,6 +164,7 @@ void ViewerWindow::make_view_actions(QMenu* menu, QToolBar* bar) {
   menu->addSeparator();
   make_style_menu(menu->addMenu("Drawing &style"));
   make_section_menu(menu->addMenu("Se&ction plane"));
+  make_ellipsoid_actions(menu->addMenu("&Manipulability"));
   menu->addSeparator();
   add_toggle(menu, "show_grid", "&Grid", &Frame::grid);
   add_toggle(menu, "show_axes", "World &axes", &Frame::world_axes);
@@ -200,7 +201,7 @@ void ViewerWindow::make_style_menu(QMenu* menu) {
     is_style_chosen_ = true;
     frame_.style = static_cast<Style>(chosen->data().toInt());
     hidden_edges_->setEnabled(frame_.style == Style::hidden_line);
-    display_->set_frame(frame_);
+    show_frame();
   });
   menu->addSeparator();
   hidden_edges_ =
@@ -244,6 +245,47 @@ void ViewerWindow::make_section_menu(QMenu* menu) {
   }
 }
 
+void ViewerWindow::make_ellipsoid_actions(QMenu* menu) {
+  menu->setObjectName("ellipsoid_menu");
+  const auto add = [&](const char* name, const char* text, const char* key, const char* tip) {
+    QAction* action = menu->addAction(text);
+    action->setObjectName(name);
+    action->setCheckable(true);
+    action->setEnabled(false);
+    action->setShortcut(QKeySequence(key));
+    action->setStatusTip(tip);
+    connect(action, &QAction::toggled, this, [this] { show_frame(); });
+    return action;
+  };
+  velocity_ellipsoid_ = add("show_velocity_ellipsoid", "&Velocity ellipsoid", "Ctrl+E",
+                            "Velocities of the tool for joint speeds of length 1");
+  force_ellipsoid_ = add("show_force_ellipsoid", "&Force ellipsoid", "Ctrl+Shift+E",
+                         "Forces of the tool for joint torques of length 1");
+}
+
+void ViewerWindow::set_ellipsoids(Ellipsoids at) {
+  ellipsoids_ = std::move(at);
+  for (QAction* action : {velocity_ellipsoid_, force_ellipsoid_})
+    action->setEnabled(static_cast<bool>(ellipsoids_));
+  show_frame();
+}
+
+bool ViewerWindow::shows_ellipsoids() const {
+  return ellipsoids_ && (velocity_ellipsoid_->isChecked() || force_ellipsoid_->isChecked());
+}
+
+void ViewerWindow::show_frame() {
+  if (!shows_ellipsoids()) {
+    display_->set_frame(frame_);
+    return;
+  }
+  Frame whole = frame_;
+  for (Item& item :
+       ellipsoids_(time_, velocity_ellipsoid_->isChecked(), force_ellipsoid_->isChecked()))
+    whole.items.push_back(std::move(item));
+  display_->set_frame(whole);
+}
+
 void ViewerWindow::choose_section() {
   is_section_chosen_ = true;
   const QAction* chosen = sections_->checkedAction();
@@ -263,7 +305,7 @@ void ViewerWindow::choose_section() {
     statusBar()->showMessage(kHelp);
   }
   show_style_and_section();
-  display_->set_frame(frame_);
+  show_frame();
 }
 
 void ViewerWindow::move_section(double share) {
@@ -292,7 +334,7 @@ QAction* ViewerWindow::add_toggle(QMenu* menu, const QString& name, const QStrin
   connect(action, &QAction::toggled, this, [this, flag](bool on) {
     if (frame_.*flag == on) return;
     frame_.*flag = on;
-    display_->set_frame(frame_);
+    show_frame();
   });
   return action;
 }
@@ -366,7 +408,7 @@ void ViewerWindow::set_frame(const Frame& frame) {
     frame_.hidden_edges = hidden_edges;
   }
   if (is_section_chosen_) frame_.section = section;
-  display_->set_frame(frame_);
+  show_frame();
   const QSignalBlocker blocked(objects_);
   objects_->clear();
   for (const Item& item : frame.items) {
@@ -411,6 +453,7 @@ void ViewerWindow::set_time(double time) {
   if (playback_->times.empty() || !std::isfinite(time)) return;
   time_ = std::clamp(time, playback_->times.front(), playback_->times.back());
   display_->set_time(time_);
+  if (shows_ellipsoids()) show_frame();
   show_time();
 }
 

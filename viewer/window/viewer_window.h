@@ -6,6 +6,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include <QElapsedTimer>
 #include <QMainWindow>
@@ -33,6 +34,9 @@ class ViewerWindow : public QMainWindow {
   void set_frame(const Frame& frame);
   /// An unusable playback is refused with a message in the status bar.
   void set_playback(const Playback& playback);
+  /// What draws the ellipsoids of velocity and force at a time [s]; null = the scene has none.
+  using Ellipsoids = std::function<std::vector<Item>(double time, bool velocity, bool force)>;
+  void set_ellipsoids(Ellipsoids at);
   void set_time(double time);  ///< [s], held to the range of the playback
   void play(bool on);
   void set_speed(double speed);  ///< playback seconds per second
@@ -53,6 +57,10 @@ class ViewerWindow : public QMainWindow {
   QAction* add_toggle(QMenu* menu, const QString& name, const QString& text, bool Frame::*flag);
   void make_style_menu(QMenu* menu);
   void make_section_menu(QMenu* menu);
+  void make_ellipsoid_actions(QMenu* menu);
+  /// Hands the frame to the display, with the ellipsoids that are chosen.
+  void show_frame();
+  [[nodiscard]] bool shows_ellipsoids() const;
   /// Ticks what the frame shows.
   void show_style_and_section();
   /// Cuts with the plane that the ticked actions of the section menu tell.
@@ -82,6 +90,9 @@ class ViewerWindow : public QMainWindow {
   QActionGroup* sections_ = nullptr;
   QAction* turn_section_ = nullptr;
   QAction* hidden_edges_ = nullptr;
+  QAction* velocity_ellipsoid_ = nullptr;
+  QAction* force_ellipsoid_ = nullptr;
+  Ellipsoids ellipsoids_;
   bool is_style_chosen_ = false, is_section_chosen_ = false;  ///< in this window's menus
   double section_share_ = 0.5;  ///< where along the box of all items the plane is
   QToolBar* bar_ = nullptr;

@@ -7,6 +7,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include <robomosp/sdk/result.h>
 
@@ -28,6 +29,9 @@ struct WindowOptions {
   double speed = 1.0;              ///< playback seconds per second
   std::string screenshot;          ///< PNG file of the whole window; empty: none
   double screenshot_after = 1.0;   ///< earliest time of it, then the program ends [s]
+  /// Ellipsoids of velocity and force at a time [s], for the menu; null = there are none.
+  std::function<std::vector<Item>(double time, bool velocity, bool force)> ellipsoids;
+  bool velocity_ellipsoid = false, force_ellipsoid = false;  ///< shown at first
   std::function<void(std::optional<Pick>)> on_pick;  ///< after each click; nothing = background
   std::function<void(QWidget& window)> on_shown;     ///< once the first picture is on the screen
 };
