@@ -136,7 +136,8 @@ TEST_P(Page, DoesWhatItShows) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Documentation, Page,
-                         ::testing::Values("README.md", "docs/user/code_generation.md",
+                         ::testing::Values("README.md", "docs/plugin_author/lua.md",
+                                           "docs/user/code_generation.md",
                                            "docs/user/tutorial.md", "docs/user/parameters.md",
                                            "docs/user/dynamics.md", "docs/user/kinematics.md",
                                            "docs/user/inverse_kinematics.md",
