@@ -99,10 +99,19 @@ RMP_WIDE_OPERATOR(*)
 RMP_WIDE_OPERATOR(/)
 #undef RMP_WIDE_OPERATOR
 RMP_INLINE Wide operator-(const Wide& x) { return {-x.a, -x.b}; }
-RMP_INLINE WideBits operator<(const Wide& x, const Wide& y) { return {x.a < y.a, x.b < y.b}; }
-RMP_INLINE WideBits operator>(const Wide& x, const Wide& y) { return {x.a > y.a, x.b > y.b}; }
-RMP_INLINE WideBits operator<(const Wide& x, double y) { return {x.a < y, x.b < y}; }
-RMP_INLINE WideBits operator>(const Wide& x, double y) { return {x.a > y, x.b > y}; }
+#define RMP_WIDE_COMPARISON(op)                                   \
+  RMP_INLINE WideBits operator op(const Wide& x, const Wide& y) { \
+    return {x.a op y.a, x.b op y.b};                              \
+  }                                                               \
+  RMP_INLINE WideBits operator op(const Wide& x, double y) { return {x.a op y, x.b op y}; }
+RMP_WIDE_COMPARISON(<)
+RMP_WIDE_COMPARISON(>)
+RMP_WIDE_COMPARISON(<=)
+RMP_WIDE_COMPARISON(>=)
+#undef RMP_WIDE_COMPARISON
+RMP_INLINE WideBits operator&(const WideBits& x, const WideBits& y) {
+  return {x.a & y.a, x.b & y.b};
+}
 RMP_INLINE WideBits operator~(const WideBits& x) { return {~x.a, ~x.b}; }
 RMP_INLINE bool any(const WideBits& x) { return any(x.a | x.b); }
 RMP_INLINE Wide select(const WideBits& which, const Wide& x, const Wide& y) {
@@ -132,6 +141,10 @@ RMP_INLINE void transpose(Lanes* row) {
 /// vector a number, `stride` doubles apart; lanes beyond the last sample repeat it.
 inline void load_samples(const double* from, std::size_t width, std::size_t samples, double* to,
                          std::size_t stride) {
+  if (samples == 1) {
+    for (std::size_t k = 0; k < width; ++k) store(to + k * stride, splat<Lanes>(from[k]));
+    return;
+  }
   const std::size_t size = samples * width;
   for (std::size_t first = 0; first < width; first += kLanes) {
     const std::size_t part = width - first < kLanes ? width - first : kLanes;

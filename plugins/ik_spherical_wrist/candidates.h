@@ -4,17 +4,21 @@
 
 #include <array>
 #include <cstddef>
-#include <span>
+#include <cstdint>
+
+#include <robomosp/sdk/types.h>
 
 namespace robomosp::ik_spherical_wrist {
 
 inline constexpr std::size_t kBranches = 8;
 
-/// What a search of the branches is asked: a pose of the tip, cut up, and where to stay near.
+/// Targets that are searched together at most.
+inline constexpr std::size_t kTogether = 8;
+
+/// What a search of the branches is asked: a pose of the tip, and where to stay near.
 struct Question {
-  std::array<double, 9> R{};      ///< of base_T_tip, row-major
-  std::array<double, 3> wrist{};  ///< where the wrist point has to be, in the base [m]
-  std::array<double, 6> near{};   ///< angles to stay near [rad]
+  Pose target;                   ///< base_T_tip
+  std::array<double, 6> near{};  ///< angles to stay near [rad]
   std::array<double, 6> lower{}, upper{};
   double touch = 0;  ///< a miss that still counts as reached [m]
 };
@@ -26,6 +30,8 @@ struct Candidates {
   alignas(64) std::array<double, kBranches> outside;  ///< greatest excess of a limit [rad]
   alignas(64) std::array<double, kBranches> cost;     ///< squared distance from `near` [rad^2]
   alignas(64) std::array<double, kBranches> margin;   ///< towards 0 where branches meet [1]
+  /// Place among the lanes that reach within the limits, the least cost first; of others anything.
+  alignas(64) std::array<std::int64_t, kBranches> rank;
 };
 
 }  // namespace robomosp::ik_spherical_wrist

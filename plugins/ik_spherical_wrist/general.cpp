@@ -38,7 +38,10 @@ struct Wave {
 class Arm3 {
  public:
   Arm3(const Family& f, const Question& question)
-      : f_(f), j_(f.arm.joints), question_(question), goal_(question.wrist) {}
+      : f_(f),
+        j_(f.arm.joints),
+        question_(question),
+        goal_(spatial::transform(question.target, f.tip_wrist)) {}
 
   /// First three angles that bring the wrist point to the goal, at most 4.
   int solve(std::array<std::array<double, 3>, 4>& found) const {
@@ -211,9 +214,9 @@ Wrist wrist(const Family& f, const Question& question, const std::array<double, 
   // Turn of the whole arm: target R times the transpose of the tip's R at q = 0.
   const auto whole = [&](const Vec3& v) {
     const Vec3 in_tip = spatial::rotate_back(f.arm.tip_at_zero, v);
-    return back(
-        add(add(scale(column(question.R, 0), in_tip[0]), scale(column(question.R, 1), in_tip[1])),
-            scale(column(question.R, 2), in_tip[2])));
+    return back(add(add(scale(column(question.target.R, 0), in_tip[0]),
+                        scale(column(question.target.R, 1), in_tip[1])),
+                    scale(column(question.target.R, 2), in_tip[2])));
   };
   const Vec3 h4 = j[3].axis, h5 = j[4].axis, h6 = j[5].axis;
   const Vec3 g = whole(h6);

@@ -3,16 +3,11 @@
 // registers (layer: plugin).
 #pragma once
 
-#include "candidates.h"
-#include "family.h"
+#include "lanes_kernel.h"
 
 namespace robomosp::ik_spherical_wrist {
 
 /// For the processor's vector width.
-struct LaneSolver {
-  void (*solve)(const ParallelArm&, const Question&, Candidates&) = nullptr;  ///< fills all lanes
-  void (*sines_cosines)(const double* q, double* sine, double* cosine) = nullptr;  ///< of 8 angles
-};
-[[nodiscard]] LaneSolver lane_solver();
+[[nodiscard]] const LaneSolver& lane_solver();
 
 }  // namespace robomosp::ik_spherical_wrist

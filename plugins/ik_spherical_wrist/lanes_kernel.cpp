@@ -2,18 +2,12 @@
 // The closed forms of arms with parallel axes, one branch a lane; compiled once an instruction set
 // (layer: plugin). Derivation: docs/user/inverse_kinematics.md.
 #include "lanes_kernel.h"
-#include "spatial/lanes.h"
+#include "spatial/lane_math.h"
 
 namespace robomosp::ik_spherical_wrist::RMP_LANES {
 namespace {
 
-using spatial::RMP_LANES::any;
-using spatial::RMP_LANES::Bits;
-using spatial::RMP_LANES::kLanes;
-using spatial::RMP_LANES::Lanes;
-using spatial::RMP_LANES::load;
-using spatial::RMP_LANES::splat;
-using spatial::RMP_LANES::store;
+using namespace spatial::RMP_LANES;
 
 constexpr double kPi = 0x1.921fb54442d18p1, kTurn = 2 * kPi;
 /// Below this sine of joint 5 its neighbours turn about one line, and one of them is kept.
@@ -27,10 +21,22 @@ constexpr double kSign1[kBranches] = {1, 1, 1, 1, -1, -1, -1, -1};
 constexpr double kSign3[kBranches] = {1, 1, -1, -1, 1, 1, -1, -1};
 constexpr double kSign5[kBranches] = {1, -1, 1, -1, 1, -1, 1, -1};
 
-RMP_INLINE Lanes pick(Bits which, Lanes yes, Lanes no) { return which ? yes : no; }
-RMP_INLINE Lanes size_of(Lanes x) { return pick(x < 0, -x, x); }
-RMP_INLINE Lanes least_of(Lanes a, Lanes b) { return pick(a < b, a, b); }
-RMP_INLINE Lanes most_of(Lanes a, Lanes b) { return pick(a > b, a, b); }
+template <class B, class T>
+RMP_INLINE T pick(B which, const T& yes, const T& no) {
+  return select(which, yes, no);
+}
+template <class T>
+RMP_INLINE T size_of(const T& x) {
+  return pick(x < 0, -x, x);
+}
+template <class T>
+RMP_INLINE T least_of(const T& a, const T& b) {
+  return pick(a < b, a, b);
+}
+template <class T>
+RMP_INLINE T most_of(const T& a, const T& b) {
+  return pick(a > b, a, b);
+}
 RMP_INLINE Lanes root_of(Lanes x) {
 #if defined(__AVX512F__) && RMP_LANE_COUNT == 8
   return _mm512_maskz_sqrt_pd(0xff, x);
@@ -42,25 +48,30 @@ RMP_INLINE Lanes root_of(Lanes x) {
 #endif
 }
 
+RMP_INLINE Wide root_of(const Wide& x) { return {root_of(x.a), root_of(x.b)}; }
+
 // Nearest whole number, for |x| < 2^51: adding 1.5 * 2^52 leaves no room for a fraction.
-RMP_INLINE Lanes whole(Lanes x) {
+template <class T>
+RMP_INLINE T whole(const T& x) {
   constexpr double kBig = 0x1.8p52;
   return (x + kBig) - kBig;
 }
-RMP_INLINE Lanes ceiling(Lanes x) {
-  const Lanes r = whole(x);
-  return pick(r < x, r + 1, r);
+template <class T>
+RMP_INLINE T ceiling(const T& x) {
+  const T r = whole(x);
+  return pick(r < x, r + 1.0, r);
 }
 
 // Angle of (x, y), to 2e-16 relative: atan(t) on t <= tan(pi / 8) as t + t^3 P(t^2), P interpolated
 // at Chebyshev nodes; 0 at the origin.
-RMP_INLINE Lanes angle(Lanes y, Lanes x) {
-  const Lanes ax = size_of(x), ay = size_of(y);
-  const Lanes big = most_of(ax, ay), small = least_of(ax, ay);
-  const Bits far = small > 0x1.a827999fcef33p-2 * big;  // atan t = pi/4 + atan((t - 1) / (t + 1))
-  const Lanes up = pick(far, small - big, small), down = pick(far, small + big, big);
-  const Lanes t = up / pick(down > 0, down, splat<Lanes>(1)), z = t * t;
-  Lanes p = splat<Lanes>(0.016144973584241742);
+template <class T>
+RMP_INLINE T angle(const T& y, const T& x) {
+  const T ax = size_of(x), ay = size_of(y);
+  const T big = most_of(ax, ay), small = least_of(ax, ay);
+  const auto far = small > 0x1.a827999fcef33p-2 * big;  // atan t = pi/4 + atan((t - 1) / (t + 1))
+  const T up = pick(far, small - big, small), down = pick(far, small + big, big);
+  const T t = up / pick(down > 0, down, splat<T>(1)), z = t * t;
+  T p = splat<T>(0.016144973584241742);
   p = p * z - 0.03442637336309011;
   p = p * z + 0.045451625004966183;
   p = p * z - 0.052288153563136014;
@@ -72,65 +83,111 @@ RMP_INLINE Lanes angle(Lanes y, Lanes x) {
   p = p * z - 0.14285714285619402;
   p = p * z + 0.19999999999999518;
   p = p * z - 0.33333333333333331;
-  Lanes a = pick(far, splat<Lanes>(kPi / 4), Lanes{}) + (t + t * z * p);
+  T a = pick(far, splat<T>(kPi / 4), T{}) + (t + t * z * p);
   a = pick(ax >= ay, a, kPi / 2 - a);
   a = pick(x < 0, kPi - a, a);
   return pick(y < 0, -a, a);
 }
 
+template <class T>
 struct Settled {
-  Lanes q, outside;
+  T q, outside;
 };
 // The turn of q nearest to `near` that is within the limits; else the one nearest to `near`, and
 // how far it is outside.
-RMP_INLINE Settled settle(Lanes q, double near, double lower, double upper) {
+template <class T>
+RMP_INLINE Settled<T> settle(const T& q, const T& near, double lower, double upper) {
   const double low = lower - kLimitRounding, high = upper + kLimitRounding;
-  const Lanes x = q + kTurn * whole((near - q) * (1 / kTurn));
-  const Lanes over = x - high, under = low - x;
-  Lanes y = pick(over > 0, x - kTurn * ceiling(over * (1 / kTurn)), x);
+  const T x = q + kTurn * whole((near - q) * (1 / kTurn));
+  const T over = x - high, under = low - x;
+  T y = pick(over > 0, x - kTurn * ceiling(over * (1 / kTurn)), x);
   y = pick(under > 0, x + kTurn * ceiling(under * (1 / kTurn)), y);
-  const Bits in = (y <= high) & (y >= low);
-  const Lanes held = pick(y > upper, splat<Lanes>(upper), pick(y < lower, splat<Lanes>(lower), y));
-  const Lanes out = most_of(over, under);
+  const auto in = (y <= high) & (y >= low);
+  const T held = pick(y > upper, splat<T>(upper), pick(y < lower, splat<T>(lower), y));
+  const T out = most_of(over, under);
   // Of a joint with both limits the least excess counts, which may be at the other end.
-  const Lanes other = pick(over > under, lower - (x - kTurn), (x + kTurn) - upper);
-  const Lanes excess = pick((other > 0) & (other < out), other, out);
-  return {pick(in, held, x), pick(in, Lanes{}, excess + kLimitRounding)};
+  const T other = pick(over > under, lower - (x - kTurn), (x + kTurn) - upper);
+  const T excess = pick((other > 0) & (other < out), other, out);
+  return {pick(in, held, x), pick(in, T{}, excess + kLimitRounding)};
 }
 
-template <bool three>
-RMP_INLINE void solve(const ParallelArm& c, const Question& question, Candidates& out) {
-  // What all branches share: the wrist point and the tip's orientation in the base frame.
-  const double* R = question.R.data();
-  const double* wrist = question.wrist.data();
-  const double* near = question.near.data();
-  const double* origin = c.origin.data();
-  const double* tip_wrist = c.tip_wrist.data();
-  const double* B = c.base_R.data();
-  const double rx = wrist[0] - origin[0], ry = wrist[1] - origin[1], rz = wrist[2] - origin[2];
-  const double wx = B[0] * rx + B[1] * ry + B[2] * rz, wy = B[3] * rx + B[4] * ry + B[5] * rz,
-               wz = B[6] * rx + B[7] * ry + B[8] * rz;
-  double part[9], t[9];
-  for (std::size_t i = 0; i < 3; ++i)
-    for (std::size_t k = 0; k < 3; ++k)
-      part[3 * i + k] = R[3 * i] * tip_wrist[k] + R[3 * i + 1] * tip_wrist[3 + k] +
-                        R[3 * i + 2] * tip_wrist[6 + k];
-  for (std::size_t i = 0; i < 3; ++i)
-    for (std::size_t k = 0; k < 3; ++k)
-      t[3 * i + k] = B[3 * i] * part[k] + B[3 * i + 1] * part[3 + k] + B[3 * i + 2] * part[6 + k];
+// What the branches of a target share, a target a lane: the wrist point and the tip's orientation
+// in the frame `base`, and joint 1 up to the sign of its branch.
+struct Shared {
+  double wx[kTogether], wy[kTogether], wz[kTogether];
+  double t[9][kTogether];
+  double c1[kTogether], c1_turned[kTogether], s1[kTogether], s1_turned[kTogether];  // by sign1
+  double gap[kTogether], margin[kTogether], near[6][kTogether];
+};
 
+void share(const ParallelArm& c, const LaneQuestions& question, std::size_t i, Shared& out) {
+  Lanes pose[12], near[6];
+  load_samples(question.targets + 12 * i, 12, question.count - i, pose);
+  load_samples(question.near + 6 * i, 6, question.count - i, near);
+  for (std::size_t k = 0; k < 6; ++k) store(out.near[k] + i, near[k]);
+  const Lanes* R = pose;
+  const double* B = c.base_R.data();
+  const double* tip_wrist = c.tip_wrist.data();
+  const Vec<Lanes> r = multiply(R, plain(question.tip_wrist)) +
+                       (Vec<Lanes>{pose[9], pose[10], pose[11]} - plain(c.origin.data()));
+  const Vec<Lanes> w = multiply(B, r);
+  store(out.wx + i, w.x), store(out.wy + i, w.y), store(out.wz + i, w.z);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vec<Lanes> column =
+        multiply(B, multiply(R, Vec<double>{tip_wrist[k], tip_wrist[3 + k], tip_wrist[6 + k]}));
+    store(out.t[k] + i, column.x), store(out.t[3 + k] + i, column.y);
+    store(out.t[6 + k] + i, column.z);
+  }
   // Joint 1 puts the wrist point at its offset along axis 2: a cos + b sin = k.
-  const double a1 = c.sin_tilt * wy, b1 = -c.sin_tilt * wx, k1 = c.offset - c.cos_tilt * wz;
-  const double n1 = a1 * a1 + b1 * b1, size1 = __builtin_sqrt(n1);
-  const bool free1 = size1 < kShoulderSingular * c.reach;
-  const double k1n = k1 * k1;
-  const double root1 =
-      n1 > k1n ? __builtin_sqrt((size1 - __builtin_fabs(k1)) * (size1 + __builtin_fabs(k1))) : 0.0;
-  const double gap1 = __builtin_fabs(k1) > size1 ? __builtin_fabs(k1) - size1 : 0.0;
-  const double k1c = k1 > size1 ? size1 : k1 < -size1 ? -size1 : k1;
-  const double inv1 = free1 ? 0.0 : 1 / n1;
-  const double near_c1 = free1 ? __builtin_cos(near[0]) : 0.0;
-  const double near_s1 = free1 ? __builtin_sin(near[0]) : 0.0;
+  const Lanes a1 = c.sin_tilt * w.y, b1 = -c.sin_tilt * w.x, k1 = c.offset - c.cos_tilt * w.z;
+  const Lanes n1 = a1 * a1 + b1 * b1, size1 = root_of(n1), wide1 = size_of(k1), none{};
+  const Bits free1 = size1 < kShoulderSingular * c.reach;
+  const Lanes root1 = root_of(most_of((size1 - wide1) * (size1 + wide1), none));
+  const Lanes k1c = pick(k1 > size1, size1, pick(k1 < -size1, -size1, k1));
+  const Lanes one = splat<Lanes>(1), per_n1 = 1 / pick(free1, one, n1);
+  Lanes near_s{}, near_c{};
+  if (__builtin_expect(any(free1), 0)) {
+    double angle[kLanes], s[kLanes], cosine[kLanes];
+    store(angle, near[0]);
+    sin_cos<RightAngles::as_given>(angle, kLanes, s, cosine);
+    near_s = load(s), near_c = load(cosine);
+  }
+  store(out.c1 + i, pick(free1, near_c, a1 * k1c * per_n1));
+  store(out.s1 + i, pick(free1, near_s, b1 * k1c * per_n1));
+  store(out.c1_turned + i, pick(free1, none, -(b1 * root1 * per_n1)));
+  store(out.s1_turned + i, pick(free1, none, a1 * root1 * per_n1));
+  store(out.gap + i, most_of(wide1 - size1, none));
+  store(out.margin + i, pick(free1, none, root1 / pick(free1, one, size1)));
+}
+
+// Vectors that are computed side by side: some branches of a target each.
+struct Place {
+  std::size_t target, branch;
+};
+template <class T>
+RMP_INLINE T of_targets(const Place* at, const double* x) {
+  if constexpr (sizeof(T) == sizeof(Lanes)) return splat<Lanes>(x[at[0].target]);
+  else return {splat<Lanes>(x[at[0].target]), splat<Lanes>(x[at[1].target])};
+}
+template <class T>
+RMP_INLINE T of_branches(const Place* at, const double* x) {
+  if constexpr (sizeof(T) == sizeof(Lanes)) return load(x + at[0].branch);
+  else return {load(x + at[0].branch), load(x + at[1].branch)};
+}
+// Writes one member of the candidates.
+template <class Member>
+RMP_INLINE void put(const Place* at, Candidates* out, const Lanes& x, const Member& member) {
+  store(member(out[at[0].target]) + at[0].branch, x);
+}
+template <class Member>
+RMP_INLINE void put(const Place* at, Candidates* out, const Wide& x, const Member& member) {
+  put(at, out, x.a, member);
+  put(at + 1, out, x.b, member);
+}
+
+template <bool three, class T>
+void solve(const ParallelArm& c, const LaneQuestions& question, const Shared& shared,
+           const Place* at, Candidates* out) {
   const std::size_t kept = three ? 5 : 3;  // of the pair that turns about one line
   const double l22 = c.length2 * c.length2, l33 = c.length3 * c.length3;
   const double a3 = c.l2x * c.l3x + c.l2y * c.l3y;
@@ -138,129 +195,207 @@ RMP_INLINE void solve(const ParallelArm& c, const Question& question, Candidates
   const double n3 = l22 * l33;  // = a3^2 + b3^2
   const double most = c.length2 + c.length3, least = __builtin_fabs(c.length2 - c.length3);
   const double* W = c.wrist_plane.data();
-  const double* lower = question.lower.data();
-  const double* upper = question.upper.data();
+  const double *lower = question.lower, *upper = question.upper;
   const double l23 = c.length2 * c.length3, per_n3 = 1 / n3;
-  const double margin1 = free1 ? 0.0 : root1 / size1;
+  const auto of = [&](const double* x) __attribute__((always_inline)) {
+    return of_targets<T>(at, x);
+  };
+  const T sign1 = of_branches<T>(at, kSign1), sign3 = of_branches<T>(at, kSign3),
+          sign5 = of_branches<T>(at, kSign5);
+  const T c1 = of(shared.c1) + sign1 * of(shared.c1_turned);
+  const T s1 = of(shared.s1) + sign1 * of(shared.s1_turned);
+  const T wx = of(shared.wx), wy = of(shared.wy), wz = of(shared.wz);
+  const T t0 = of(shared.t[0]), t1 = of(shared.t[1]), t2 = of(shared.t[2]), t3 = of(shared.t[3]),
+          t4 = of(shared.t[4]), t5 = of(shared.t[5]), t6 = of(shared.t[6]), t7 = of(shared.t[7]),
+          t8 = of(shared.t[8]);
+  // The wrist point in the plane of joints 2 and 3, from axis 2.
+  const T gx = c1 * wx + s1 * wy, gy = c1 * wy - s1 * wx;
+  T ux = gx - c.at_x;
+  T uy = c.cos_tilt * gy - c.sin_tilt * wz - c.at_y;
+  // The tip's axes behind joint 1, in the plane's frame.
+  const T p00 = c1 * t0 + s1 * t3, p10 = c1 * t3 - s1 * t0;
+  const T p01 = c1 * t1 + s1 * t4, p11 = c1 * t4 - s1 * t1;
+  const T p02 = c1 * t2 + s1 * t5, p12 = c1 * t5 - s1 * t2;
+  const T e10 = c.cos_tilt * p10 - c.sin_tilt * t6;
+  const T e20 = c.sin_tilt * p10 + c.cos_tilt * t6;
+  const T e11 = c.cos_tilt * p11 - c.sin_tilt * t7;
+  const T e21 = c.sin_tilt * p11 + c.cos_tilt * t7;
+  const T e12 = c.cos_tilt * p12 - c.sin_tilt * t8;
+  const T e22 = c.sin_tilt * p12 + c.cos_tilt * t8;
+  T f00 = p00, f01 = p01, f02 = p02, f10 = e10, f11 = e11, f12 = e12;
+  T q2{}, q3{}, cos23{}, sin23{}, gap = of(shared.gap), margin3{};
 
+  // The two links from axis 2 to (ux, uy); gives q2 and q3.
+  const auto two_links = [&](T x, T y) __attribute__((always_inline)) {
+    const T r2 = x * x + y * y, r = root_of(r2);
+    const T k3 = 0.5 * (r2 - l22 - l33);
+    // a3^2 + b3^2 - k3^2 as a product of lengths: exact where the arm is stretched.
+    const T product = (most - r) * (most + r) * (r - least) * (r + least);
+    const T root3 = 0.5 * root_of(most_of(product, T{}));
+    const T gap3 = most_of(most_of(r - most, least - r), T{});
+    const T k3c = pick(r > most, splat<T>(l23), pick(r < least, splat<T>(-l23), k3));
+    const T c3 = (a3 * k3c - sign3 * b3 * root3) * per_n3;
+    const T s3 = (b3 * k3c + sign3 * a3 * root3) * per_n3;
+    q3 = angle(s3, c3);
+    const T turned3 = c.sign3 * s3;
+    const T vx = c.l2x + c3 * c.l3x - turned3 * c.l3y, vy = c.l2y + turned3 * c.l3x + c3 * c.l3y;
+    const T cc = vx * x + vy * y, ss = vx * y - vy * x;
+    const T size = root_of(cc * cc + ss * ss);
+    const T per_size = 1 / pick(size > 0, size, splat<T>(1));
+    const T c2 = pick(size > 0, cc * per_size, splat<T>(1)), s2 = ss * per_size;
+    q2 = angle(s2, c2);
+    cos23 = c2 * c3 - s2 * turned3;
+    sin23 = s2 * c3 + c2 * turned3;
+    if (__builtin_expect(any((gap > 0) & (gap3 > 0)), 0)) gap = root_of(gap * gap + gap3 * gap3);
+    else gap = gap + gap3;  // one of them is 0
+    margin3 = root3 * (per_n3 * l23);
+  };
+
+  if (!three) {
+    two_links(ux, uy);
+    f00 = cos23 * p00 + sin23 * e10, f10 = cos23 * e10 - sin23 * p00;
+    f01 = cos23 * p01 + sin23 * e11, f11 = cos23 * e11 - sin23 * p01;
+    f02 = cos23 * p02 + sin23 * e12, f12 = cos23 * e12 - sin23 * p02;
+  }
+  // Rz(q4) Ry(q5 + bend) Rz(q6) = m; with three parallel axes q4 is the sum of their turns.
+  const T m00 = W[0] * f00 + W[1] * f10 + W[2] * e20;
+  const T m10 = W[3] * f00 + W[4] * f10 + W[5] * e20;
+  const T m01 = W[0] * f01 + W[1] * f11 + W[2] * e21;
+  const T m11 = W[3] * f01 + W[4] * f11 + W[5] * e21;
+  const T m02 = W[0] * f02 + W[1] * f12 + W[2] * e22;
+  const T m12 = W[3] * f02 + W[4] * f12 + W[5] * e22;
+  const T m22 = W[6] * f02 + W[7] * f12 + W[8] * e22;
+  const T across = root_of(m02 * m02 + m12 * m12);
+  const auto free5 = across < kWristSingular;
+  const T q5 = angle(sign5 * across, m22) - c.bend;
+  const T sharp = sign5 / pick(free5, splat<T>(1), across);
+  // Where it is singular, m11 and -m01 are cosine and sine of q4 + q6, or of q4 - q6 when axis 6
+  // is turned over; one of them is kept.
+  T c4 = sharp * m02, s4 = sharp * m12;
+  if (__builtin_expect(any(free5), 0)) {
+    double near_c_of[kTogether], near_s_of[kTogether];
+    sin_cos<RightAngles::as_given>(shared.near[kept], question.count, near_s_of, near_c_of);
+    const T near_c = of(near_c_of), near_s = of(near_s_of);
+    const T near_t = pick(m22 > 0, near_s, -near_s);
+    const T free_c = three ? m11 * near_c - m01 * near_t : near_c;
+    const T free_s = three ? -m01 * near_c - m11 * near_t : near_s;
+    c4 = pick(free5, free_c, c4);
+    s4 = pick(free5, free_s, s4);
+  }
+  const T q6 = angle(c4 * m10 - s4 * m00, c4 * m11 - s4 * m01);
+  T q4 = angle(s4, c4);
+  if (three) {
+    // q4 is the last link's turn in the plane.
+    ux -= c4 * c.l4x - s4 * c.l4y;
+    uy -= s4 * c.l4x + c4 * c.l4y;
+    two_links(ux, uy);
+    q4 = c.sign4 * (q4 - (q2 + c.sign3 * q3));
+  }
+  const T q1 = angle(s1, c1);
+  const T angles[6] = {q1, q2, q3, q4, q5, q6};
+  T worst{}, cost{};
+  for (std::size_t k = 0; k < 6; ++k) {
+    const T near = of(shared.near[k]);
+    const Settled<T> s = settle(angles[k], near, lower[k], upper[k]);
+    put(at, out, s.q, [&](Candidates& to) { return to.q[k].data(); });
+    worst = most_of(worst, s.outside);
+    cost += (s.q - near) * (s.q - near);
+  }
+  put(at, out, worst, [](Candidates& to) { return to.outside.data(); });
+  put(at, out, cost, [](Candidates& to) { return to.cost.data(); });
+  put(at, out, pick(gap <= question.touch, T{}, gap), [](Candidates& to) { return to.gap.data(); });
+  put(at, out, least_of(of(shared.margin), least_of(margin3, across)),
+      [](Candidates& to) { return to.margin.data(); });
+}
+
+// The lanes that are solutions in the order of their costs, by counting the cheaper ones.
+RMP_INLINE void rank(Candidates& c) {
+  const double* cost = c.cost.data();
+  Bits lane;
+  for (std::size_t i = 0; i < kLanes; ++i) lane[i] = static_cast<std::int64_t>(i);
+  alignas(64) double valid[kBranches];
   for (std::size_t i = 0; i < kBranches; i += kLanes) {
-    const Lanes sign1 = load(kSign1 + i), sign3 = load(kSign3 + i), sign5 = load(kSign5 + i);
-    const Lanes c1 = free1 ? splat<Lanes>(near_c1) : (a1 * k1c - sign1 * b1 * root1) * inv1;
-    const Lanes s1 = free1 ? splat<Lanes>(near_s1) : (b1 * k1c + sign1 * a1 * root1) * inv1;
-    // The wrist point in the plane of joints 2 and 3, from axis 2.
-    const Lanes gx = c1 * wx + s1 * wy, gy = c1 * wy - s1 * wx;
-    Lanes ux = gx - c.at_x;
-    Lanes uy = c.cos_tilt * gy - c.sin_tilt * wz - c.at_y;
-    // The tip's axes behind joint 1, in the plane's frame.
-    const Lanes p00 = c1 * t[0] + s1 * t[3], p10 = c1 * t[3] - s1 * t[0];
-    const Lanes p01 = c1 * t[1] + s1 * t[4], p11 = c1 * t[4] - s1 * t[1];
-    const Lanes p02 = c1 * t[2] + s1 * t[5], p12 = c1 * t[5] - s1 * t[2];
-    const Lanes e10 = c.cos_tilt * p10 - c.sin_tilt * t[6];
-    const Lanes e20 = c.sin_tilt * p10 + c.cos_tilt * t[6];
-    const Lanes e11 = c.cos_tilt * p11 - c.sin_tilt * t[7];
-    const Lanes e21 = c.sin_tilt * p11 + c.cos_tilt * t[7];
-    const Lanes e12 = c.cos_tilt * p12 - c.sin_tilt * t[8];
-    const Lanes e22 = c.sin_tilt * p12 + c.cos_tilt * t[8];
-    Lanes f00 = p00, f01 = p01, f02 = p02, f10 = e10, f11 = e11, f12 = e12;
-    Lanes q2{}, q3{}, cos23{}, sin23{}, gap = splat<Lanes>(gap1), margin3{};
-
-    // The two links from axis 2 to (ux, uy); gives q2 and q3.
-    const auto two_links = [&](Lanes x, Lanes y) __attribute__((always_inline)) {
-      const Lanes r2 = x * x + y * y, r = root_of(r2);
-      const Lanes k3 = 0.5 * (r2 - l22 - l33);
-      // a3^2 + b3^2 - k3^2 as a product of lengths: exact where the arm is stretched.
-      const Lanes product = (most - r) * (most + r) * (r - least) * (r + least);
-      const Lanes root3 = 0.5 * root_of(most_of(product, Lanes{}));
-      const Lanes gap3 = most_of(most_of(r - most, least - r), Lanes{});
-      const Lanes k3c = pick(r > most, splat<Lanes>(l23), pick(r < least, splat<Lanes>(-l23), k3));
-      const Lanes c3 = (a3 * k3c - sign3 * b3 * root3) * per_n3;
-      const Lanes s3 = (b3 * k3c + sign3 * a3 * root3) * per_n3;
-      q3 = angle(s3, c3);
-      const Lanes t3 = c.sign3 * s3;
-      const Lanes vx = c.l2x + c3 * c.l3x - t3 * c.l3y, vy = c.l2y + t3 * c.l3x + c3 * c.l3y;
-      const Lanes cc = vx * x + vy * y, ss = vx * y - vy * x;
-      const Lanes size = root_of(cc * cc + ss * ss);
-      const Lanes per_size = 1 / pick(size > 0, size, splat<Lanes>(1));
-      const Lanes c2 = pick(size > 0, cc * per_size, splat<Lanes>(1)), s2 = ss * per_size;
-      q2 = angle(s2, c2);
-      cos23 = c2 * c3 - s2 * t3;
-      sin23 = s2 * c3 + c2 * t3;
-      gap = root_of(gap * gap + gap3 * gap3);
-      margin3 = root3 * (per_n3 * l23);
-    };
-
-    if (!three) {
-      two_links(ux, uy);
-      f00 = cos23 * p00 + sin23 * e10, f10 = cos23 * e10 - sin23 * p00;
-      f01 = cos23 * p01 + sin23 * e11, f11 = cos23 * e11 - sin23 * p01;
-      f02 = cos23 * p02 + sin23 * e12, f12 = cos23 * e12 - sin23 * p02;
+    const Bits good = (load(c.gap.data() + i) == 0) & (load(c.outside.data() + i) == 0);
+    store(valid + i, pick(good, load(cost + i), splat<Lanes>(__builtin_inf())));
+  }
+  for (std::size_t i = 0; i < kBranches; i += kLanes) {
+    const Lanes own = load(valid + i);
+    Bits count{};
+    for (std::size_t k = 0; k < kBranches; ++k) {
+      const Lanes other = splat<Lanes>(valid[k]);
+      const Bits before = lane + static_cast<std::int64_t>(i) > static_cast<std::int64_t>(k);
+      count -= (other < own) | ((other == own) & before);
     }
-    // Rz(q4) Ry(q5 + bend) Rz(q6) = m; with three parallel axes q4 is the sum of their turns.
-    const Lanes m00 = W[0] * f00 + W[1] * f10 + W[2] * e20;
-    const Lanes m10 = W[3] * f00 + W[4] * f10 + W[5] * e20;
-    const Lanes m01 = W[0] * f01 + W[1] * f11 + W[2] * e21;
-    const Lanes m11 = W[3] * f01 + W[4] * f11 + W[5] * e21;
-    const Lanes m02 = W[0] * f02 + W[1] * f12 + W[2] * e22;
-    const Lanes m12 = W[3] * f02 + W[4] * f12 + W[5] * e22;
-    const Lanes m22 = W[6] * f02 + W[7] * f12 + W[8] * e22;
-    const Lanes across = root_of(m02 * m02 + m12 * m12);
-    const Bits free5 = across < kWristSingular;
-    const Lanes q5 = angle(sign5 * across, m22) - c.bend;
-    const Lanes sharp = sign5 / pick(free5, splat<Lanes>(1), across);
-    // Where it is singular, m11 and -m01 are cosine and sine of q4 + q6, or of q4 - q6 when axis 6
-    // is turned over; one of them is kept.
-    Lanes c4 = sharp * m02, s4 = sharp * m12;
-    if (__builtin_expect(any(free5), 0)) {
-      const double near_c = __builtin_cos(near[kept]), near_s = __builtin_sin(near[kept]);
-      const Lanes near_t = pick(m22 > 0, splat<Lanes>(near_s), splat<Lanes>(-near_s));
-      const Lanes free_c = three ? m11 * near_c - m01 * near_t : splat<Lanes>(near_c);
-      const Lanes free_s = three ? -m01 * near_c - m11 * near_t : splat<Lanes>(near_s);
-      c4 = pick(free5, free_c, c4);
-      s4 = pick(free5, free_s, s4);
-    }
-    const Lanes q6 = angle(c4 * m10 - s4 * m00, c4 * m11 - s4 * m01);
-    Lanes q4 = angle(s4, c4);
-    if (three) {
-      // q4 is the last link's turn in the plane.
-      ux -= c4 * c.l4x - s4 * c.l4y;
-      uy -= s4 * c.l4x + c4 * c.l4y;
-      two_links(ux, uy);
-      q4 = c.sign4 * (q4 - (q2 + c.sign3 * q3));
-    }
-    const Lanes q1 = angle(s1, c1);
-    const Settled a = settle(q1, near[0], lower[0], upper[0]);
-    const Settled b = settle(q2, near[1], lower[1], upper[1]);
-    const Settled d = settle(q3, near[2], lower[2], upper[2]);
-    const Settled e = settle(q4, near[3], lower[3], upper[3]);
-    const Settled f = settle(q5, near[4], lower[4], upper[4]);
-    const Settled g = settle(q6, near[5], lower[5], upper[5]);
-    store(out.q[0].data() + i, a.q);
-    store(out.q[1].data() + i, b.q);
-    store(out.q[2].data() + i, d.q);
-    store(out.q[3].data() + i, e.q);
-    store(out.q[4].data() + i, f.q);
-    store(out.q[5].data() + i, g.q);
-    const Lanes worst =
-        most_of(most_of(most_of(a.outside, b.outside), most_of(d.outside, e.outside)),
-                most_of(f.outside, g.outside));
-    store(out.outside.data() + i, worst);
-    const Lanes d1 = a.q - near[0], d2 = b.q - near[1], d3 = d.q - near[2], d4 = e.q - near[3],
-                d5 = f.q - near[4], d6 = g.q - near[5];
-    store(out.cost.data() + i, (d1 * d1 + d2 * d2) + (d3 * d3 + d4 * d4) + (d5 * d5 + d6 * d6));
-    store(out.gap.data() + i, pick(gap <= question.touch, Lanes{}, gap));
-    store(out.margin.data() + i, least_of(splat<Lanes>(margin1), least_of(margin3, across)));
+    __builtin_memcpy(c.rank.data() + i, &count, sizeof count);
   }
 }
 
+template <class T>
+RMP_INLINE void solve(const ParallelArm& arm, const LaneQuestions& question, const Shared& shared,
+                      const Place* at, Candidates* out) {
+  if (arm.three) solve<true, T>(arm, question, shared, at, out);
+  else solve<false, T>(arm, question, shared, at, out);
+}
+
+void solve_all(const ParallelArm& arm, const LaneQuestions& question, Candidates* out) {
+  Shared shared;
+  for (std::size_t i = 0; i < question.count; i += kLanes) share(arm, question, i, shared);
+  constexpr std::size_t kVectors = kBranches / kLanes;  // a target
+  const std::size_t vectors = question.count * kVectors;
+  const auto place = [](std::size_t i) { return Place{i / kVectors, i % kVectors * kLanes}; };
+  for (std::size_t i = 0; i + 1 < vectors; i += 2) {
+    const Place at[2] = {place(i), place(i + 1)};
+    solve<Wide>(arm, question, shared, at, out);
+  }
+  if constexpr (kVectors % 2 != 0) {
+    const Place last = place(vectors - 1);
+    if (vectors % 2 != 0) solve<Lanes>(arm, question, shared, &last, out);
+  }
+}
+
+void rank_all(Candidates* candidates, std::size_t count) {
+  for (std::size_t i = 0; i < count; ++i) rank(candidates[i]);
+}
+
+void measure(const ArmPlaces& places, const LaneQuestions& question, const double* q,
+             double* distance, double* square) {
+  for (std::size_t i = 0; i < question.count; i += kLanes) {
+    Lanes pose[12], angles[6];
+    load_samples(question.targets + 12 * i, 12, question.count - i, pose);
+    load_samples(q + 6 * i, 6, question.count - i, angles);
+    double sine[6 * kLanes], cosine[6 * kLanes];
+    sin_cos<RightAngles::as_given>(reinterpret_cast<const double*>(angles), 6 * kLanes, sine,
+                                   cosine);
+    // Axes and origin of the joint's frame, in the base.
+    const Lanes none{}, one = splat<Lanes>(1);
+    Vec<Lanes> x{one, none, none}, y{none, one, none}, z{none, none, one}, p{none, none, none};
+    for (std::size_t j = 0; j < 7; ++j) {
+      const double* k = places.data() + 12 * j;
+      const auto seen = [&](double a, double b, double d) __attribute__((always_inline)) {
+        return scaled(x, a) + scaled(y, b) + scaled(z, d);
+      };
+      p = p + seen(k[9], k[10], k[11]);
+      const Vec<Lanes> X = seen(k[0], k[3], k[6]), Y = seen(k[1], k[4], k[7]);
+      z = seen(k[2], k[5], k[8]);
+      x = X, y = Y;
+      if (j == 6) break;  // the tool
+      const Lanes s = load(sine + j * kLanes), c = load(cosine + j * kLanes);
+      x = scaled(X, c) + scaled(Y, s);
+      y = scaled(Y, c) - scaled(X, s);
+    }
+    const Vec<Lanes> miss = p - Vec<Lanes>{pose[9], pose[10], pose[11]};
+    store(distance + i, root_of(dot(miss, miss)));
+    const Vec<Lanes> dx = x - Vec<Lanes>{pose[0], pose[3], pose[6]},
+                     dy = y - Vec<Lanes>{pose[1], pose[4], pose[7]},
+                     dz = z - Vec<Lanes>{pose[2], pose[5], pose[8]};
+    store(square + i, dot(dx, dx) + dot(dy, dy) + dot(dz, dz));
+  }
+}
+
+constexpr LaneSolver kSolver{solve_all, rank_all, measure};
+
 }  // namespace
 
-void solve_lanes(const ParallelArm& c, const Question& question, Candidates& out) {
-  if (c.three) solve<true>(c, question, out);
-  else solve<false>(c, question, out);
-}
-
-void sines_cosines(const double* q, double* sine, double* cosine) {
-  spatial::RMP_LANES::sin_cos<spatial::RMP_LANES::RightAngles::as_given>(q, 8, sine, cosine);
-}
+const LaneSolver& lane_solver() { return kSolver; }
 
 }  // namespace robomosp::ik_spherical_wrist::RMP_LANES

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include <robomosp/sdk/ik.h>
 #include <robomosp/sdk/plugin.h>
@@ -39,19 +40,52 @@ constexpr double kSameSolution = 1e-7;
 constexpr std::size_t kMostSolutions = 4096;
 constexpr std::size_t kReportEvery = 16;
 
-using Angles = std::array<double, 6>;
+template <class T>
+using Angles6 = std::array<T, 6>;
+using Angles = Angles6<double>;
+static_assert(sizeof(Pose) == 12 * sizeof(double));
 
 /// One tip, made ready.
 struct Prepared {
   Family family;
   Question question;  ///< with limits
-  LaneSolver lanes;
+  const LaneSolver* lanes;
+  ArmPlaces places{};
+  Angles6<std::size_t> index{};  ///< of the joints in a configuration
 
+  [[nodiscard]] LaneQuestions together(const Pose* targets, const double* near, double touch,
+                                       std::size_t count) const {
+    return {targets->R.data(),
+            near,
+            family.tip_wrist.data(),
+            question.lower.data(),
+            question.upper.data(),
+            touch,
+            count};
+  }
   void candidates(const Question& q, Candidates& out) const {
     if (family.form == Form::general) solve_general(family, q, out);
-    else lanes.solve(family.lanes, q, out);
+    else lanes->solve(family.lanes, together(&q.target, q.near.data(), q.touch, 1), &out);
+    lanes->rank(&out, 1);
   }
 };
+
+Prepared prepared(Family family) {
+  Prepared p{std::move(family), {}, &lane_solver(), {}, {}};
+  const auto put = [&](std::size_t i, const Pose& place) {
+    std::copy(place.R.begin(), place.R.end(), p.places.begin() + 12 * i);
+    std::copy(place.p.begin(), place.p.end(), p.places.begin() + 12 * i + 9);
+  };
+  for (std::size_t j = 0; j < 6; ++j) {
+    const spatial::ArmJoint& joint = p.family.arm.joints[j];
+    p.question.lower[j] = joint.lower;
+    p.question.upper[j] = joint.upper;
+    p.index[j] = joint.q_index;
+    put(j, joint.placement);
+  }
+  put(6, p.family.arm.tool);
+  return p;
+}
 
 Angles lane(const Candidates& c, std::size_t i) {
   return {c.q[0][i], c.q[1][i], c.q[2][i], c.q[3][i], c.q[4][i], c.q[5][i]};
@@ -70,31 +104,60 @@ class Solver {
     question_.touch = 0.5 * std::min(batch.tolerance.position, 1e-3 * arm_.length);
   }
 
-  /// `full`: the configuration to stay near in, the first answer out. `onward`: the sample before
-  /// it on a path is in `full`.
-  void solve(const Pose& target, std::span<double> full, bool onward, IkResult& out) {
-    begin(target, full, out);
-    prepared_.candidates(question_, c_);
-    std::size_t best = choose(true);
-    if (best == kBranches && wrist_is_free()) best = vary_kept_joint();
-    if (best == kBranches) return explain(target, full, out);
-    if (onward && !switching_) {
-      const std::size_t any = choose(false);
-      if (any != best && c_.outside[any] > 0 && 4 * c_.cost[any] < c_.cost[best])
-        return blame_limit(target, full, any, out);
+  /// Up to kTogether targets. `full`: the configurations to stay near in, the first answers out.
+  /// `onward`: of one target, whose sample before it on a path is in `full`.
+  void solve(std::span<const Pose> targets, std::span<double> full, bool onward,
+             std::span<IkResult> out) {
+    const std::size_t count = targets.size(), n = full.size() / count;
+    std::array<Angles, kTogether> near, first;
+    std::array<bool, kTogether> solved{};
+    for (std::size_t i = 0; i < count; ++i)
+      for (std::size_t j = 0; j < 6; ++j) near[i][j] = full[i * n + prepared_.index[j]];
+    const auto lanes = prepared_.together(targets.data(), near[0].data(), question_.touch, count);
+    const bool is_general = prepared_.family.form == Form::general;
+    if (!is_general) {
+      prepared_.lanes->solve(prepared_.family.lanes, lanes, found_.data());
+      prepared_.lanes->rank(found_.data(), count);
     }
-    const Angles q = lane(c_, best);
-    put(q, full);
-    const bool meets = c_.margin[best] < kMeeting;
-    if (!batch_.all_solutions) out.q.assign(full.begin(), full.end());
-    else collect(full, out);
-    out.status = IkStatus::solved;
-    measure(target, q, out);
-    if (meets) out.lost_direction = spatial::lost_direction(arm_, q);
+    for (std::size_t i = 0; i < count; ++i) {
+      begin(targets[i], near[i], out[i]);
+      c_ = &found_[i];
+      if (is_general) prepared_.candidates(question_, *c_);
+      solved[i] = answer(targets[i], full.subspan(i * n, n), onward, first[i], out[i]);
+      if (!solved[i]) first[i] = near[i];
+    }
+    // What was solved is verified side by side too.
+    alignas(64) std::array<double, kTogether> distance, square;
+    prepared_.lanes->measure(prepared_.places, lanes, first[0].data(), distance.data(),
+                             square.data());
+    for (std::size_t i = 0; i < count; ++i)
+      if (solved[i]) set_errors(targets[i], first[i], distance[i], square[i], out[i]);
   }
 
  private:
-  void begin(const Pose& target, std::span<const double> full, IkResult& out) {
+  // Finds the configurations of one target, of which candidates are in c_; false when there is
+  // none, and `out` says why. `first` and `out` but for its errors, otherwise.
+  bool answer(const Pose& target, std::span<double> full, bool onward, Angles& first,
+              IkResult& out) {
+    std::size_t best = choose(true);
+    if (best == kBranches && wrist_is_free()) best = vary_kept_joint();
+    if (best == kBranches) return explain(target, full, out), false;
+    if (onward && !switching_) {
+      const std::size_t any = choose(false);
+      if (any != best && c_->outside[any] > 0 && 4 * c_->cost[any] < c_->cost[best])
+        return blame_limit(target, full, any, out), false;
+    }
+    first = lane(*c_, best);
+    put(first, full);
+    const bool meets = c_->margin[best] < kMeeting;
+    if (!batch_.all_solutions) out.q.assign(full.begin(), full.end());
+    else collect(full, out);
+    out.status = IkStatus::solved;
+    if (meets) out.lost_direction = spatial::lost_direction(arm_, first);
+    return true;
+  }
+
+  void begin(const Pose& target, const Angles& near, IkResult& out) {
     out.status = IkStatus::not_converged;
     out.q.clear();  // keeps its memory
     out.detail.clear();
@@ -102,52 +165,46 @@ class Solver {
     out.shortfall = 0;
     out.limiting_joint = -1;
     out.lost_direction = {};
-    question_.R = target.R;
-    question_.wrist = spatial::transform(target, prepared_.family.tip_wrist);
-    for (std::size_t i = 0; i < 6; ++i) question_.near[i] = full[arm_.joints[i].q_index];
+    question_.target = target;
+    question_.near = near;
   }
 
   void put(const Angles& q, std::span<double> full) const {
-    for (std::size_t i = 0; i < 6; ++i) full[arm_.joints[i].q_index] = q[i];
+    for (std::size_t i = 0; i < 6; ++i) full[prepared_.index[i]] = q[i];
   }
 
   void measure(const Pose& target, const Angles& q, IkResult& out) const {
-    alignas(64) std::array<double, 8> angles{}, sine, cosine;
-    std::copy(q.begin(), q.end(), angles.begin());
-    prepared_.lanes.sines_cosines(angles.data(), sine.data(), cosine.data());
-    Pose tip;
-    for (std::size_t j = 0; j < 6; ++j) {
-      Pose turned = arm_.joints[j].placement;
-      for (std::size_t r = 0; r < 9; r += 3) {
-        const double x = turned.R[r], y = turned.R[r + 1];
-        turned.R[r] = x * cosine[j] + y * sine[j];
-        turned.R[r + 1] = y * cosine[j] - x * sine[j];
-      }
-      tip = j == 0 ? turned : spatial::compose(tip, turned);
-    }
-    tip = spatial::compose(tip, arm_.tool);
-    out.position_error = spatial::distance(tip.p, target.p);
-    // Small turns by the difference of the matrices, which is 2 sqrt(2) sin(angle / 2) long.
-    double square = 0;
-    for (std::size_t k = 0; k < 9; ++k)
-      square += (tip.R[k] - target.R[k]) * (tip.R[k] - target.R[k]);
-    out.rotation_error = square < 1e-8
-                             ? std::sqrt(0.5 * square)
-                             : spatial::norm(spatial::rotation_difference(tip.R, target.R));
+    alignas(64) std::array<double, kTogether> distance, square;
+    prepared_.lanes->measure(prepared_.places,
+                             prepared_.together(&target, question_.near.data(), 0, 1), q.data(),
+                             distance.data(), square.data());
+    set_errors(target, q, distance[0], square[0], out);
+  }
+  // Small turns by the difference of the matrices, which is 2 sqrt(2) sin(angle / 2) long.
+  void set_errors(const Pose& target, const Angles& q, double distance, double square,
+                  IkResult& out) const {
+    out.position_error = distance;
+    out.rotation_error =
+        square < 1e-8
+            ? std::sqrt(0.5 * square)
+            : spatial::norm(spatial::rotation_difference(spatial::arm_tip(arm_, q).R, target.R));
   }
 
   /// The lane nearest to the seed that reaches the target; kBranches = none.
   [[nodiscard]] std::size_t choose(bool within_limits) const {
     std::size_t best = kBranches;
     for (std::size_t i = 0; i < kBranches; ++i)
-      if (c_.gap[i] == 0 && (!within_limits || c_.outside[i] == 0) &&
-          (best == kBranches || c_.cost[i] < c_.cost[best]))
+      if (c_->gap[i] == 0 && (!within_limits || c_->outside[i] == 0) &&
+          (best == kBranches || c_->cost[i] < c_->cost[best]))
         best = i;
     return best;
   }
 
-  [[nodiscard]] bool wrist_is_free() const {
-    return std::any_of(c_.margin.begin(), c_.margin.end(), [](double m) { return m < 1e-10; });
+  [[nodiscard]] bool is_solution(std::size_t i) const {
+    return c_->gap[i] == 0 && c_->outside[i] == 0;
+  }
+  [[nodiscard]] bool wrist_is_free(double margin = 1e-10) const {
+    return std::any_of(c_->margin.begin(), c_->margin.end(), [&](double m) { return m < margin; });
   }
 
   /// At a singular wrist one joint is kept where it is; if that does not fit the limits, other
@@ -157,15 +214,15 @@ class Solver {
     const std::size_t kept = prepared_.family.form == Form::three_parallel ? 5 : 3;
     const double near = question_.near[kept], low = std::max(question_.lower[kept], near - 2 * kPi),
                  high = std::min(question_.upper[kept], near + 2 * kPi);
-    const Candidates first = c_;
+    const Candidates first = *c_;
     for (int i = 1; i <= 2 * kPlaces; ++i) {
       const double share = ((i + 1) / 2) / static_cast<double>(kPlaces);
       question_.near[kept] = near + share * (i % 2 ? high - near : low - near);
-      prepared_.candidates(question_, c_);
+      prepared_.candidates(question_, *c_);
       if (const std::size_t best = choose(true); best != kBranches) return best;
     }
     question_.near[kept] = near;
-    c_ = first;
+    *c_ = first;
     return kBranches;
   }
 
@@ -173,28 +230,30 @@ class Solver {
   void collect(std::span<double> full, IkResult& out) {
     std::array<std::size_t, kBranches> order;
     std::size_t count = 0;
-    for (std::size_t i = 0; i < kBranches; ++i) {
-      if (c_.gap[i] != 0 || c_.outside[i] != 0 || known(i, order, count)) continue;
-      std::size_t at = count++;
-      for (; at > 0 && c_.cost[order[at - 1]] > c_.cost[i]; --at) order[at] = order[at - 1];
-      order[at] = i;
+    for (std::size_t i = 0; i < kBranches; ++i)
+      if (is_solution(i)) order[static_cast<std::size_t>(c_->rank[i])] = i, ++count;
+    if (wrist_is_free(kMeeting)) {
+      const auto all = order;
+      const std::size_t before = std::exchange(count, 0);
+      for (std::size_t k = 0; k < before; ++k)
+        if (!known(all[k], order, count)) order[count++] = all[k];
     }
     const std::size_t n = full.size();
     out.q.resize(count * n);
     double* to = out.q.data();
     for (std::size_t k = 0; k < count; ++k, to += n) {
-      std::copy(full.begin(), full.end(), to);
-      for (std::size_t j = 0; j < 6; ++j) to[arm_.joints[j].q_index] = c_.q[j][order[k]];
+      if (n > 6) std::copy(full.begin(), full.end(), to);
+      for (std::size_t j = 0; j < 6; ++j) to[prepared_.index[j]] = c_->q[j][order[k]];
     }
     if (turns_ && may_turn()) add_turns(full, {order.data(), count}, out);
   }
 
   [[nodiscard]] bool known(std::size_t i, const std::array<std::size_t, kBranches>& order,
                            std::size_t count) const {
-    if (c_.margin[i] >= kMeeting) return false;
+    if (c_->margin[i] >= kMeeting) return false;
     for (std::size_t k = 0; k < count; ++k) {
       double apart = 0;
-      for (const auto& q : c_.q)
+      for (const auto& q : c_->q)
         apart = std::max(apart, std::fabs(std::remainder(q[i] - q[order[k]], 2 * kPi)));
       if (apart < kSameSolution) return true;
     }
@@ -212,7 +271,7 @@ class Solver {
   void add_turns(std::span<const double> full, std::span<const std::size_t> lanes, IkResult& out) {
     std::vector<std::pair<double, std::vector<double>>> more;
     for (const std::size_t i : lanes)
-      for (auto& q : spatial::other_turns(arm_, lane(c_, i), kMostSolutions / kBranches)) {
+      for (auto& q : spatial::other_turns(arm_, lane(*c_, i), kMostSolutions / kBranches)) {
         double cost = 0;
         for (std::size_t j = 0; j < 6; ++j)
           cost += (q[j] - question_.near[j]) * (q[j] - question_.near[j]);
@@ -230,14 +289,14 @@ class Solver {
   void explain(const Pose& target, std::span<double> full, IkResult& out) {
     std::size_t least = kBranches;
     for (std::size_t i = 0; i < kBranches; ++i)
-      if (c_.gap[i] == 0 && (least == kBranches || c_.outside[i] < c_.outside[least])) least = i;
+      if (c_->gap[i] == 0 && (least == kBranches || c_->outside[i] < c_->outside[least])) least = i;
     if (least != kBranches) return blame_limit(target, full, least, out);
     blame_reach(target, full, out);
   }
 
   /// A limit ends branch i.
   void blame_limit(const Pose& target, std::span<double> full, std::size_t i, IkResult& out) {
-    Angles q = lane(c_, i);
+    Angles q = lane(*c_, i);
     std::size_t worst = 0;
     double most = -1;
     for (std::size_t j = 0; j < 6; ++j) {
@@ -255,13 +314,13 @@ class Solver {
     std::array<std::size_t, kBranches> order;
     for (std::size_t i = 0; i < kBranches; ++i) order[i] = i;
     std::stable_sort(order.begin(), order.end(),
-                     [&](std::size_t a, std::size_t b) { return c_.gap[a] < c_.gap[b]; });
+                     [&](std::size_t a, std::size_t b) { return c_->gap[a] < c_->gap[b]; });
     Angles best = question_.near;
     double least = std::numeric_limits<double>::infinity();
-    for (std::size_t k = 0; k < kBranches && std::isfinite(c_.gap[order[k]]); ++k) {
+    for (std::size_t k = 0; k < kBranches && std::isfinite(c_->gap[order[k]]); ++k) {
       if (k >= 4) break;
       if (k % 2 == 1 && prepared_.family.form != Form::three_parallel) continue;  // same arm
-      Angles q = lane(c_, order[k]);
+      Angles q = lane(*c_, order[k]);
       const double gap = spatial::closest_position(arm_, target, q);
       const Pose tip = spatial::arm_tip(arm_, q);
       if (spatial::norm(spatial::rotation_difference(tip.R, target.R)) > 1e-6) continue;
@@ -301,7 +360,8 @@ class Solver {
   const IkBatch& batch_;
   bool turns_, switching_;
   Question question_;
-  Candidates c_;
+  std::array<Candidates, kTogether> found_;
+  Candidates* c_ = nullptr;  // of the target at hand
 };
 
 class SphericalWristIk final : public IkSolver {
@@ -321,12 +381,7 @@ class SphericalWristIk final : public IkSolver {
         continue;
       }
       any = true;
-      Prepared p{std::move(*family), {}, lane_solver()};
-      for (std::size_t j = 0; j < 6; ++j) {
-        p.question.lower[j] = p.family.arm.joints[j].lower;
-        p.question.upper[j] = p.family.arm.joints[j].upper;
-      }
-      tips_.emplace_back(std::move(p));
+      tips_.emplace_back(prepared(std::move(*family)));
     }
     if (!any) return *refusal;
     turns_ = params.boolean("turns");
@@ -349,17 +404,22 @@ class SphericalWristIk final : public IkSolver {
                    "the tip \"" + model_->tips[tip].name + "\" is not that of an arm it can solve",
                    "Choose another provider, such as numeric.");
     Solver solver(*tips_[tip], batch, turns_, switching_);
-    std::vector<double> q(model_->coordinate_count());
-    for (std::size_t i = 0; i < results.size(); ++i) {
+    const std::size_t n = model_->coordinate_count();
+    const std::size_t together = batch.continuous ? 1 : kTogether;
+    std::vector<double> q(std::min(together, results.size()) * n);
+    for (std::size_t i = 0; i < results.size(); i += together) {
       if (i % kReportEvery == 0) {
         if (progress.cancelled())
           return error(ErrorCode::cancelled, "the inverse kinematics were stopped");
         progress.report(static_cast<double>(i) / static_cast<double>(results.size()),
                         "inverse kinematics");
       }
+      const std::size_t count = std::min(together, results.size() - i);
       const bool onward = batch.continuous && i > 0;
-      if (!onward) spatial::ik_start(*model_, batch, i, q);
-      solver.solve(batch.targets[i], q, onward, results[i]);
+      for (std::size_t k = 0; k < count && !onward; ++k)
+        spatial::ik_start(*model_, batch, i + k, std::span(q).subspan(k * n, n));
+      solver.solve(batch.targets.subspan(i, count), std::span(q).first(count * n), onward,
+                   results.subspan(i, count));
     }
     return {};
   }
