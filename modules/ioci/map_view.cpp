@@ -23,6 +23,7 @@ Schema map_fields() {
            between(defaulted("opacity", "real", "", 1.0, "1 = solid."), 0.01, 1),
            optional("low", "real", "", "Value of the lowest colour."),
            optional("high", "real", "", "Value of the highest colour."),
+           optional("above", "real", "", "Voxels of a lesser value are left out."),
            between(defaulted("bands", "int", "", 20, "Colours."), 2, 100),
            optional("robot", "string", "", "Name of the robot in the world.")};
   return s;
@@ -122,6 +123,7 @@ Result<void> add_map(CommandContext& ctx, const Value& given, AnyId what, render
   view.opacity = real(m, "opacity");
   view.low = number("low");
   view.high = number("high");
+  view.above = number("above");
   view.bands = static_cast<std::size_t>(integer(m, "bands"));
   if (has(m, "cut")) {
     RMP_TRY_ASSIGN(const Map cut, read_plane_map(ctx, plane_fields(), *m.find("cut"), "map.cut"));

@@ -99,7 +99,8 @@ Result<void> add_voxels(render::Scene& scene, const sim::Recording& r, const Pos
   };
   std::unordered_map<std::uint64_t, std::size_t> row_at;  // of the voxels that are shown
   for (std::size_t row = 0; row < r.rows(); ++row) {
-    if (!std::isfinite(column.values[row])) continue;
+    if (!std::isfinite(column.values[row]) || column.values[row] < view.above.value_or(-INFINITY))
+      continue;
     const Vec3 p = middle_of(row);
     double beyond = -1;
     if (view.cut) {
@@ -111,8 +112,9 @@ Result<void> add_voxels(render::Scene& scene, const sim::Recording& r, const Pos
     if (beyond < 0) row_at.emplace(key_of(cell_of(p)), row);
   }
   if (row_at.empty())
-    return error(ErrorCode::invalid_argument, "the cut leaves no voxel",
-                 "Turn its normal round or move it.", "cut");
+    return error(ErrorCode::invalid_argument, "the map has no voxel left",
+                 "Turn the cut round or move it, and lower the value above which voxels are shown.",
+                 "map");
 
   const auto colours = sim::colour_map(view.bands);
   std::vector<std::shared_ptr<Mesh>> meshes(view.bands);

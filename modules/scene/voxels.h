@@ -23,11 +23,13 @@ struct VoxelView {
   std::optional<Cut> cut;
   double opacity = 1;               ///< 0 (exclusive)..1
   std::optional<double> low, high;  ///< of the colours; none = of the values
+  std::optional<double> above;      ///< voxels of a lesser value are left out
   std::size_t bands = 20;           ///< colours, 2..100
 };
 
 /// Adds the outer faces of the voxels that are shown, an item for each colour, and their legend.
-/// Tells a recording without voxels, an unknown column, and a cut that leaves nothing.
+/// Tells a recording without voxels, an unknown column, and a cut or a value `above` that leaves
+/// nothing.
 [[nodiscard]] Result<void> add_voxels(render::Scene&, const sim::Recording&,
                                       const Pose& world_T_mounting, const VoxelView&);
 

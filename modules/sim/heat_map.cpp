@@ -302,7 +302,7 @@ Result<HeatMap> heat_map(const Recording& r, const HeatMapRequest& o) {
                  "Give low and high in this order, both above zero with log.", "low");
   m.title = !o.title.empty() ? o.title : r.title;
   if (o.title.empty() && third && depth.count > 1)
-    m.title += ", " + third->name + " = " + text::print_rounded(*m.at, 4) + " m";
+    m.title += ", " + third->name + " = " + text::print_rounded(*m.at, 3) + " m";
   m.label = label_of(*value);
   m.is_metric = is_voxels;
   m.curve = o.curve;

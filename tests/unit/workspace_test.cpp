@@ -673,6 +673,14 @@ TEST(Voxels, AreCutOpenAndSeenThrough) {
     EXPECT_EQ(item.appearance.colour.a, 0.3F);
   }
   EXPECT_EQ(faces, 16U);  // of a block of 1 x 2 x 2
+  view.above = 6;         // leaves two, 6 and 9
+  render::Scene high;
+  ASSERT_TRUE(scene::add_voxels(high, few_voxels(), {}, view).ok());
+  faces = 0;
+  for (const auto& item : high.items) faces += item.mesh->triangle_count() / 2;
+  EXPECT_EQ(faces, 10U);
+  EXPECT_EQ(high.legends[0].ticks.back().text, "10");  // the colours stay those of all
+  view.above.reset();
   view.cut->point = {-1, 0, 0};
   EXPECT_FALSE(scene::add_voxels(scene, few_voxels(), {}, view).ok());
   view = {};

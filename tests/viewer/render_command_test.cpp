@@ -156,5 +156,38 @@ TEST_F(RenderCommand, EveryOptionTogetherDraws) {
   EXPECT_EQ(size_of(file("a.png")), (std::array{64, 48}));
 }
 
+TEST_F(RenderCommand, MapsStandAroundTheirRobot) {
+  const Value arm = run("robot.get", {{"name", "planar2rods"}});
+  const Value made = run("robot.workspace", {{"id", arm}, {"samples", 5000}, {"voxel", 0.1}});
+  const Value recording = *made.as_map()->find("recording");
+  Map a{{"id", arm}, {"file", file("a.png")}, {"size", List{64, 48}}, {"quality", "draft"}};
+  const auto items = [&](const Map& map) {
+    a.set("map", map);
+    return run("robot.render", a).as_map()->find("items")->number();
+  };
+  const double all = items({{"recording", recording}});
+  EXPECT_GT(all, 10);
+  EXPECT_LT(items({{"recording", recording}, {"bands", 3}, {"opacity", 0.5}}), all);
+  // In a world, where the robot has another name there; and what does not fit is told.
+  const Value cell = run("world.create", {{"name", "cell"}});
+  run("world.add_robot", {{"id", cell}, {"robot", arm}, {"name", "left"}});
+  a.set("id", cell);
+  a.set("map", recording);
+  EXPECT_GT(run("world.render", a).as_map()->find("items")->number(), 10);
+  const auto told = [&](const Value& map, const std::string& part) {
+    a.set("map", map);
+    const auto done = app_->dispatch(session_, "world.render", a);
+    ASSERT_FALSE(done.ok()) << part;
+    EXPECT_NE(done.error().sentence().find(part), std::string::npos) << done.error().sentence();
+  };
+  told(Map{{"recording", recording}, {"robot", "right"}}, "left");
+  told(Map{{"recording", recording}, {"cut", "w"}}, "is no axis");
+  told(Map{{"recording", recording}, {"cut", Map{{"axis", "x"}, {"offset", -9}}}}, "no voxel left");
+  told(Map{{"recording", recording}, {"column", "manipulabilty"}}, "manipulability");
+  told(Map{{"recording", recording}, {"low", 2}, {"high", 1}}, "low and high");
+  a.set("section", "x");
+  told(recording, "section");
+}
+
 }  // namespace
 }  // namespace robomosp::ioci

@@ -450,5 +450,38 @@ TEST_F(Render, ThePngHasAnOpacityChannelOnlyWhenItNeedsOne) {
   }
 }
 
+TEST_F(Render, LegendsAreBarsOfTheirColoursAtTheRightEdge) {
+  Scene scene;
+  scene.items.push_back(item(1, synthetic::box(0.1, 0.1, 0.1), {}));
+  scene.legends.push_back({"value [m]",
+                           {{0.2F, 0.1F, 0.4F, 1}, {0.1F, 0.6F, 0.5F, 1}, {0.9F, 0.8F, 0.2F, 1}},
+                           {{0, "0"}, {0.5, "1"}, {1, "2"}}});
+  // Drawings go to the screen as they are, shaded pictures through linear light.
+  for (const Style style : {Style::smooth, Style::hidden_line}) {
+    render::Options o = plain(View::front);
+    o.look.style = style;
+    const Shot drawn = shot(scene, o);
+    std::vector<std::array<int, 2>> found(3, {-1, -1});  // lowest and highest row of each colour
+    for (int y = 0; y < drawn.image.height; ++y)
+      for (int x = drawn.image.width / 2; x < drawn.image.width; ++x)
+        for (std::size_t c = 0; c < 3; ++c) {
+          const Colour& wanted = scene.legends[0].colours[c];
+          const Rgba p = drawn.at(x, y);
+          const auto near = [](int is, float want) {
+            return std::abs(is - static_cast<int>(255 * want)) < 4;
+          };
+          if (!near(p.r, wanted.r) || !near(p.g, wanted.g) || !near(p.b, wanted.b)) continue;
+          if (found[c][0] < 0) found[c][0] = y;
+          found[c][1] = y;
+        }
+    for (std::size_t c = 0; c < 3; ++c) ASSERT_GE(found[c][0], 0) << c;
+    // From below to above, of equal height, together about half the height of the picture.
+    EXPECT_LT(found[2][1], found[1][0]);
+    EXPECT_LT(found[1][1], found[0][0]);
+    for (std::size_t c = 0; c < 3; ++c)
+      EXPECT_NEAR(found[c][1] - found[c][0] + 1, 0.46 * drawn.image.height / 3, 3);
+  }
+}
+
 }  // namespace
 }  // namespace robomosp::viewer
