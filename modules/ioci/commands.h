@@ -141,6 +141,10 @@ inline constexpr std::string_view kPlacementFields[] = {
 [[nodiscard]] Result<std::shared_ptr<const RobotModel>> model_of(CommandContext& ctx,
                                                                  const Map& args,
                                                                  std::string_view name = "id");
+/// The parameters `objective` and `influence` of what moves redundant robots; `more` says whose
+/// obstacles count. And the objective that was given.
+[[nodiscard]] std::vector<ParamSpec> objective_fields(const std::string& more);
+[[nodiscard]] IkObjective objective_of(const Map& args);
 /// Index of the part of that name; the error lists the names there are.
 [[nodiscard]] Result<std::size_t> find_part(const model::Object& o, std::string_view name);
 /// Index of a link given by number (1 = first) or name; "base" or 0 is -1 where allowed.

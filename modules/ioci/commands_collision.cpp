@@ -93,10 +93,7 @@ Result<Value> distances(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const auto q, configuration(ctx, args, *m));
   const double within =
       has(args, "within") ? real(args, "within") : std::numeric_limits<double>::infinity();
-  RMP_TRY_ASSIGN(const auto all, m->distances(q, within, ctx.progress));
-  std::vector<sim::Contact> rows;
-  for (std::size_t k = 0; k < all.size(); ++k)
-    if (all[k].distance < within) rows.push_back({m->pairs()[k], all[k]});
+  RMP_TRY_ASSIGN(auto rows, m->near(q, within, ctx.progress));
   std::stable_sort(rows.begin(), rows.end(),
                    [](const auto& x, const auto& y) { return x.at.distance < y.at.distance; });
   List out;

@@ -346,18 +346,6 @@ std::string_view status_word(IkStatus s) {
   return "not_converged";
 }
 
-/// The robot's own solver where it takes goals, else "numeric", which does.
-model::ProviderChoice goals_solver(const Registry& registry, const model::ProviderChoice& own) {
-  const auto info = registry.find(IkSolver::kInterfaceId, own.name);
-  if (info.ok() && std::find(info->tags.begin(), info->tags.end(), "goals") != info->tags.end())
-    return own;
-  model::ProviderChoice numeric;
-  numeric.name = "numeric";
-  return numeric;
-}
-
-constexpr const char* kObjectives[] = {"none", "centre", "manipulability", "limits", "clearance"};
-
 Result<Value> solve_goals(CommandContext& ctx, const Map& args) {
   const Robot& r = content<Robot>(ctx, args);
   RMP_TRY_ASSIGN(const auto m, model_of(ctx, args));
@@ -387,7 +375,7 @@ Result<Value> solve_goals(CommandContext& ctx, const Map& args) {
   if (has(args, "provider")) {
     RMP_TRY_ASSIGN(choice, read_provider(*args.find("provider"), "provider"));
   } else {
-    choice = goals_solver(ctx.app.registry, choice);
+    choice = sim::ik_with_tag(ctx.app.registry, choice, "goals");
   }
   RMP_TRY_ASSIGN(auto bound, ctx.app.solvers.ik(ctx.app.registry, m, choice));
   IkBatch batch;
@@ -396,9 +384,7 @@ Result<Value> solve_goals(CommandContext& ctx, const Map& args) {
   batch.seeds = seed;
   batch.tolerance = {real(args, "position_tolerance"), real(args, "rotation_tolerance")};
   batch.all_solutions = flag(args, "all");
-  const std::string objective = text_of(args, "objective");
-  for (std::int32_t i = 0; i < 5; ++i)
-    if (objective == kObjectives[i]) batch.objective = static_cast<IkObjective>(i);
+  batch.objective = objective_of(args);
   std::shared_ptr<const sim::CollisionModel> collision;
   std::unique_ptr<ClearanceField> field;
   if (batch.objective == IkObjective::clearance) {
@@ -708,11 +694,9 @@ std::vector<CommandSpec> robot_kinematics_commands() {
           "and far.shortfall > 1)"),
       {self("robot"), needed("goals", "list", "", "Tables {target =, tip =, parts =, weight =}."),
        optional("seed", "any", "rad or m", "Joint values to start from, or the name of a pose."),
-       choice("objective", {std::begin(kObjectives), std::end(kObjectives)},
-              "What the freedom that is left is used for."),
+       objective_params[0],
        optional("world", "ref:world", "", "With clearance: whose objects are kept away from."),
-       above_zero(defaulted("influence", "real", "m", 0.2,
-                            "With clearance: what is farther away does not count.")),
+       objective_params[1],
        defaulted("all", "bool", "", false, "Every solution the solver can tell apart."),
        defaulted("partial", "bool", "", false, "Return the closest configuration when not solved."),
        above_zero(

@@ -337,7 +337,10 @@ Result<Value> simulate(CommandContext& ctx, const Map& args, Simulate what) {
   run.trajectory = w.trajectories[trajectory].name;
   if (has(args, "sample_time")) run.sample_time = real(args, "sample_time");
   run.tolerance = {real(args, "position_tolerance"), real(args, "rotation_tolerance")};
-  const sim::Simulator simulator{ctx.app.registry, ctx.app.derived, ctx.snapshot()};
+  run.objective = objective_of(args);
+  run.influence = real(args, "influence");
+  const sim::Simulator simulator{ctx.app.registry, ctx.app.derived, ctx.snapshot(),
+                                 &ctx.app.collision_models};
   RMP_TRY_ASSIGN(auto recording, (simulator.*what)(run, ctx.progress));
   if (flag(args, "clearance")) {
     RMP_TRY_ASSIGN(recording, sim::with_clearance(simulator, *recording, ctx.progress));
@@ -700,7 +703,7 @@ std::vector<CommandSpec> world_commands() {
                  .returns = {"int", "", "0 is the first.", {}},
                  .effect = Effect::reads,
                  .run = world_index});
-  const Schema run_params{
+  Schema run_params{
       self("world"),
       needed("robot", "any", "", "Name of the member, or the robot."),
       needed("trajectory", "any", "", "Name of the member, or the trajectory."),
@@ -712,12 +715,17 @@ std::vector<CommandSpec> world_commands() {
                            "When the rotation counts as reached.")),
       defaulted("clearance", "bool", "", false,
                 "Also records the least distance between bodies, in the column clearance.")};
+  for (ParamSpec& p :
+       objective_fields("away from the world's other bodies and the robot's own links"))
+    run_params.push_back(std::move(p));
   all.push_back({.name = "world.inverse_kinematics",
                  .classic = "World WorldInvKineSim|World InvKineWorldSim",
                  .summary = "Moves a robot's tool along a trajectory and records joint values, "
                             "speeds and accelerations.",
                  .details = "Starts from the joint values at which the robot stands. A sample that "
-                            "cannot be reached is an error that names its time.",
+                            "cannot be reached is an error that names its time. With an objective "
+                            "a solver that serves it follows the path where the robot's own does "
+                            "not.",
                  .example = with_run("local r = cell:inverse_kinematics{robot = \"arm\", "
                                      "trajectory = \"stroke\"}\nassert(#r:values(\"time\") > 2)"),
                  .params = run_params,

@@ -32,6 +32,26 @@ std::string with_arm(const char* rest) {
          rest;
 }
 
+namespace {
+constexpr const char* kObjectives[] = {"none", "centre", "manipulability", "limits", "clearance"};
+}  // namespace
+
+std::vector<ParamSpec> objective_fields(const std::string& more) {
+  return {choice("objective", {std::begin(kObjectives), std::end(kObjectives)},
+                 "What the freedom that is left is used for: centre (joints near the middle of "
+                 "their limits), manipulability, limits (away from near ones), clearance (" +
+                     more + ")."),
+          above_zero(defaulted("influence", "real", "m", 0.2,
+                               "With clearance: what is farther away does not count, nor pairs "
+                               "that are nearer however the robot stands."))};
+}
+
+IkObjective objective_of(const Map& args) {
+  const std::string word = text_of(args, "objective");
+  const auto at = std::find(std::begin(kObjectives), std::end(kObjectives), word);
+  return static_cast<IkObjective>(at - std::begin(kObjectives));
+}
+
 Result<std::int32_t> read_link(const model::Robot& r, const Value& value, bool base_allowed,
                                std::string_view path) {
   const auto count = static_cast<std::int64_t>(r.links.size());

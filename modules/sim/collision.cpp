@@ -2,8 +2,10 @@
 #include "sim/collision.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
+#include <mutex>
 #include <numbers>
 #include <set>
 #include <utility>
@@ -13,6 +15,9 @@
 #include "motion/provider_params.h"
 #include "robotics/build_model.h"
 #include "robotics/kinematics.h"
+#include "sim/collision_cache.h"
+#include "spatial/convex_hull.h"
+#include "spatial/parallel.h"
 #include "spatial/pose.h"
 #include "spatial/vec.h"
 
@@ -25,6 +30,14 @@ using document::ShapePiece;
 constexpr std::size_t kAlwaysSamples = 64;  ///< for pairs that touch always
 constexpr std::uint64_t kAlwaysSeed = 1;
 constexpr double kInf = std::numeric_limits<double>::infinity();
+/// Of the norm that sums up how far pairs are within the influence of a clearance field: the
+/// nearest count most, but one that the task holds near does not hide the others.
+constexpr double kNorm = 4;
+constexpr double kAboutASample = 5000;  ///< that the clearance of a configuration takes [ns]
+
+bool comes_before(const CollisionPair& x, const CollisionPair& y) {
+  return std::pair(x.a, x.b) < std::pair(y.a, y.b);
+}
 
 /// SplitMix64 (Steele, Lea, Flood 2014): the same numbers on every platform.
 class Random {
@@ -110,6 +123,22 @@ double reach_from(const ShapePiece& p, const Vec3& origin) {
   return most;
 }
 
+/// Around a piece, in its body's frame.
+Box box_of(const ShapePiece& p) {
+  Box box;
+  switch (p.kind) {
+    case ShapeKind::box: box.half = scale(p.sizes, 0.5); break;
+    case ShapeKind::sphere: box.half = {p.sizes[0], p.sizes[0], p.sizes[0]}; break;
+    case ShapeKind::cylinder: box.half = {p.sizes[0], p.sizes[0], p.sizes[1] / 2}; break;
+    case ShapeKind::capsule:
+      box.half = {p.sizes[0], p.sizes[0], p.sizes[0] + p.sizes[1] / 2};
+      break;
+    case ShapeKind::mesh:
+    case ShapeKind::convex: box = box_around(vertices(*p.mesh)); break;
+  }
+  return moved(box, p.pose);
+}
+
 /// Rotation from one unit quaternion to another: its angle [rad].
 double turn_between(const double* a, const double* b) {
   double d = 0, aa = 0, bb = 0;
@@ -149,8 +178,9 @@ struct CollisionModel::Builder {
   const Simulator& source;
   Progress& progress;
   std::shared_ptr<CollisionModel> out = std::make_shared<CollisionModel>();
-  std::vector<std::vector<ShapePiece>> pieces = {};  ///< of each body
-  std::vector<model::PairRule> rules = {};           ///< names of bodies of the whole
+  std::vector<std::vector<ShapePiece>> pieces = {};   ///< of each body
+  std::vector<model::PairRule> rules = {};            ///< names of bodies of the whole
+  std::vector<std::set<std::int32_t>> carriers = {};  ///< of each robot: its joints with bodies
 
   Result<void> add_robot(RobotId id, const std::string& name, const Pose& world_T_mounting,
                          const std::vector<double>& q) {
@@ -221,13 +251,11 @@ struct CollisionModel::Builder {
     return best;
   }
 
-  /// The joint that carries the next body towards the base, or -1.
+  /// Whether nothing but one joint, or joints that carry no body, is between them.
   [[nodiscard]] bool are_adjacent(const CollisionBody& a, const CollisionBody& b) const {
     if (a.robot != b.robot || a.robot < 0) return false;
     const RobotModel& m = *out->robots_[static_cast<std::size_t>(a.robot)].model;
-    std::set<std::int32_t> carrying;
-    for (const CollisionBody& other : out->bodies_)
-      if (other.robot == a.robot) carrying.insert(other.joint);
+    const auto& carrying = carriers[static_cast<std::size_t>(a.robot)];
     const auto below = [&](const CollisionBody& body) {
       std::int32_t j = body.joint < 0 ? -2 : m.joints[static_cast<std::size_t>(body.joint)].parent;
       while (j >= 0 && !carrying.contains(j)) j = m.joints[static_cast<std::size_t>(j)].parent;
@@ -250,7 +278,8 @@ struct CollisionModel::Builder {
     RMP_TRY_ASSIGN(const ProviderInfo info,
                    source.registry.find(CollisionEngine::kInterfaceId, ""));
     RMP_TRY_ASSIGN(const auto engine, source.registry.create<CollisionEngine>(info.name));
-    RMP_TRY_ASSIGN(const auto params, motion::checked_params(info, {}, "collision"));
+    RMP_TRY_ASSIGN(const auto params,
+                   motion::checked_params(info, model::ProviderChoice{}, "collision"));
     std::vector<ShapedBody> shaped(pieces.size());
     for (std::size_t b = 0; b < pieces.size(); ++b)
       for (const ShapePiece& p : pieces[b]) shaped[b].shapes.push_back(p.shape());
@@ -258,6 +287,10 @@ struct CollisionModel::Builder {
     if (!scene.ok()) return std::move(scene).error();
     out->provider_ = info.name;
     out->scene_ = std::move(*scene);
+    carriers.resize(out->robots_.size());
+    for (const CollisionBody& b : out->bodies_)
+      if (b.robot >= 0) carriers[static_cast<std::size_t>(b.robot)].insert(b.joint);
+    make_broad_phase();
 
     std::vector<CollisionPair> undecided;
     const auto count = static_cast<std::int32_t>(out->bodies_.size());
@@ -277,7 +310,22 @@ struct CollisionModel::Builder {
         }
       }
     if (!undecided.empty()) RMP_TRY(pass_always(undecided));
+    out->checked_ = PairSet(out->bodies_.size(), out->pairs_);
     return std::shared_ptr<const CollisionModel>(std::move(out));
+  }
+
+  void make_broad_phase() {
+    std::vector<Box> boxes;
+    std::vector<bool> moves;
+    for (std::size_t b = 0; b < pieces.size(); ++b) {
+      Box box = box_of(pieces[b].front());
+      for (const ShapePiece& p : pieces[b]) box = around(box, box_of(p));
+      boxes.push_back(box);
+      moves.push_back(out->bodies_[b].joint >= 0);
+    }
+    std::vector<Pose> poses(out->bodies_.size());
+    out->place(out->shown(), poses);
+    out->broad_ = BroadPhase(boxes, poses, moves);
   }
 
   /// Takes out the pairs of one robot that touch however it stands: nothing could be done about
@@ -337,30 +385,36 @@ std::string CollisionModel::describe(const CollisionPair& p) const {
 }
 
 void CollisionModel::place(std::span<const double> q, std::span<Pose> out) const {
-  std::vector<std::vector<Pose>> frames;
-  for (const CollisionRobot& r : robots_) {
-    frames.emplace_back(r.model->joints.size());
+  Sample at = sample();
+  place_moving(q, at);
+  std::copy(at.poses.begin(), at.poses.end(), out.begin());
+}
+
+CollisionModel::Sample CollisionModel::sample() const {
+  Sample s;
+  for (const CollisionRobot& r : robots_) s.frames.emplace_back(r.model->joints.size());
+  for (const CollisionBody& b : bodies_) s.poses.push_back(b.placement);
+  return s;
+}
+
+void CollisionModel::place_moving(std::span<const double> q, Sample& s) const {
+  for (std::size_t i = 0; i < robots_.size(); ++i) {
+    const CollisionRobot& r = robots_[i];
     robotics::forward_kinematics(*r.model, q.subspan(r.first, r.model->coordinate_count()),
-                                 frames.back());
+                                 s.frames[i]);
   }
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     const CollisionBody& body = bodies_[b];
-    if (body.joint < 0) {
-      out[b] = body.placement;
-      continue;
-    }
+    if (body.joint < 0) continue;
     const auto robot = static_cast<std::size_t>(body.robot);
-    out[b] = compose(robots_[robot].world_T_base,
-                     compose(frames[robot][static_cast<std::size_t>(body.joint)], body.placement));
+    s.poses[b] =
+        compose(robots_[robot].world_T_base,
+                compose(s.frames[robot][static_cast<std::size_t>(body.joint)], body.placement));
   }
 }
 
-Result<std::vector<PairDistance>> CollisionModel::distances_of(std::span<const double> q,
-                                                               std::span<const CollisionPair> pairs,
-                                                               double interest,
-                                                               Progress& progress) const {
-  const std::size_t samples = coordinates_ == 0 ? 1 : q.size() / coordinates_;
-  if (coordinates_ != 0 && q.size() % coordinates_ != 0)
+Result<void> CollisionModel::check(std::span<const double> q) const {
+  if (coordinates_ == 0 ? !q.empty() : q.empty() || q.size() % coordinates_ != 0)
     return error(ErrorCode::invalid_argument,
                  std::to_string(q.size()) + " joint values for configurations of " +
                      std::to_string(coordinates_),
@@ -369,12 +423,13 @@ Result<std::vector<PairDistance>> CollisionModel::distances_of(std::span<const d
     if (!std::isfinite(x))
       return error(ErrorCode::invalid_argument, "a joint value is not a finite number",
                    "Correct it.");
-  std::vector<PairDistance> out(samples * pairs.size());
-  if (out.empty()) return out;
-  std::vector<Pose> poses(samples * bodies_.size());
-  for (std::size_t i = 0; i < samples; ++i)
-    place(q.subspan(i * coordinates_, coordinates_),
-          std::span<Pose>(poses).subspan(i * bodies_.size(), bodies_.size()));
+  return {};
+}
+
+Result<void> CollisionModel::ask(std::span<const Pose> poses, std::span<const CollisionPair> pairs,
+                                 double interest, std::span<PairDistance> out,
+                                 Progress& progress) const {
+  if (pairs.empty()) return {};
   auto done =
       guarded(provider_, [&] { return scene_->distances(poses, pairs, interest, out, progress); });
   if (!done.ok()) return std::move(done).error();
@@ -384,7 +439,63 @@ Result<std::vector<PairDistance>> CollisionModel::distances_of(std::span<const d
           ErrorCode::plugin_failed,
           "provider " + text::quote(provider_) + " returned a distance that is not a number",
           "Report it to the provider's author or choose another provider.");
+  return {};
+}
+
+Result<std::vector<PairDistance>> CollisionModel::distances_of(std::span<const double> q,
+                                                               std::span<const CollisionPair> pairs,
+                                                               double interest,
+                                                               Progress& progress) const {
+  RMP_TRY(check(q));
+  const std::size_t samples = coordinates_ == 0 ? 1 : q.size() / coordinates_;
+  std::vector<PairDistance> out(samples * pairs.size());
+  if (out.empty()) return out;
+  std::vector<Pose> poses;
+  poses.reserve(samples * bodies_.size());
+  Sample at = sample();
+  for (std::size_t i = 0; i < samples; ++i) {
+    place_moving(q.subspan(i * coordinates_, coordinates_), at);
+    poses.insert(poses.end(), at.poses.begin(), at.poses.end());
+  }
+  RMP_TRY(ask(poses, pairs, interest, out, progress));
   return out;
+}
+
+std::vector<CollisionPair> CollisionModel::candidates(const Sample& s, const PairSet& of,
+                                                      double within) const {
+  std::vector<CollisionPair> out;
+  broad_.near(
+      s.boxes, of, [&] { return within; }, [&](const CollisionPair& p) { out.push_back(p); });
+  std::sort(out.begin(), out.end(), comes_before);
+  return out;
+}
+
+Result<Contact> CollisionModel::least(Sample& s, const PairSet& of, double interest) const {
+  Contact best{{-1, -1}, {interest, {}, {}}};
+  NoProgress none;  // one configuration
+  std::optional<Error> failure;
+  const auto bound = [&] { return failure ? -1 : std::max(best.at.distance, 0.0); };
+  const auto consider = [&](const CollisionPair& p) {
+    // A little more than the least so far, so that rounding leaves out none that is equal.
+    const double room = bound() * (1 + 1e-12) + 1e-15;
+    PairDistance d;
+    if (auto done = ask(s.poses, {&p, 1}, room, {&d, 1}, none); !done.ok()) {
+      failure = std::move(done).error();
+      return;
+    }
+    const bool is_first =
+        d.distance == best.at.distance && best.pair.a >= 0 && comes_before(p, best.pair);
+    if (d.distance < best.at.distance || is_first) best = {p, d};
+  };
+  // What was nearest before mostly still is, and leaves little to look at.
+  const CollisionPair before = s.nearest;
+  if (before.a >= 0 && of.contains(before.a, before.b)) consider(before);
+  broad_.near(s.boxes, of, bound, [&](const CollisionPair& p) {
+    if (p.a != before.a || p.b != before.b) consider(p);
+  });
+  if (failure) return std::move(*failure);
+  s.nearest = best.pair;
+  return best;
 }
 
 Result<std::vector<PairDistance>> CollisionModel::distances(std::span<const double> q,
@@ -393,103 +504,147 @@ Result<std::vector<PairDistance>> CollisionModel::distances(std::span<const doub
   return distances_of(q, pairs_, interest, progress);
 }
 
+Result<std::vector<Contact>> CollisionModel::near(std::span<const double> q, double interest,
+                                                  Progress& progress) const {
+  RMP_TRY(check(q));
+  if (!(interest >= 0))
+    return error(ErrorCode::invalid_argument, "the distance asked for is not a length",
+                 "Give a length from 0 on, or infinity.");
+  Sample s = sample();
+  place_moving(q, s);
+  broad_.place(s.poses, {}, s.boxes);
+  const auto asked = candidates(s, checked_, interest);
+  std::vector<PairDistance> found(asked.size());
+  RMP_TRY(ask(s.poses, asked, interest, found, progress));
+  std::vector<Contact> out;
+  for (std::size_t k = 0; k < asked.size(); ++k)
+    if (found[k].distance < interest) out.push_back({asked[k], found[k]});
+  return out;
+}
+
 Result<std::vector<CollisionPair>> CollisionModel::collisions(std::span<const double> q,
                                                               Progress& progress) const {
+  RMP_TRY(check(q));
+  Sample s = sample();
+  place_moving(q, s);
+  broad_.place(s.poses, {}, s.boxes);
+  const auto asked = candidates(s, checked_, 0);
   std::vector<CollisionPair> hits;
-  if (pairs_.empty()) return hits;
-  std::vector<Pose> poses(bodies_.size());
-  place(q, poses);
-  std::vector<std::uint8_t> touch(pairs_.size());
+  if (asked.empty()) return hits;
+  std::vector<std::uint8_t> touch(asked.size());
   auto done =
-      guarded(provider_, [&] { return scene_->collisions(poses, pairs_, touch, progress); });
+      guarded(provider_, [&] { return scene_->collisions(s.poses, asked, touch, progress); });
   if (!done.ok()) return std::move(done).error();
-  for (std::size_t k = 0; k < pairs_.size(); ++k)
-    if (touch[k]) hits.push_back(pairs_[k]);
+  for (std::size_t k = 0; k < asked.size(); ++k)
+    if (touch[k]) hits.push_back(asked[k]);
   return hits;
 }
 
 Result<std::vector<Contact>> CollisionModel::clearance(std::span<const double> q,
                                                        Progress& progress) const {
-  RMP_TRY_ASSIGN(const auto all, distances(q, kInf, progress));
+  RMP_TRY(check(q));
   const std::size_t samples = coordinates_ == 0 ? 1 : q.size() / coordinates_;
   std::vector<Contact> out(samples, Contact{{-1, -1}, {kInf, {}, {}}});
-  for (std::size_t i = 0; i < samples; ++i)
-    for (std::size_t k = 0; k < pairs_.size(); ++k)
-      if (const PairDistance& d = all[i * pairs_.size() + k]; d.distance < out[i].at.distance)
-        out[i] = {pairs_[k], d};
+  if (pairs_.empty()) return out;
+  std::mutex mutex;
+  std::optional<Error> failure;  // guarded by mutex
+  std::atomic<bool> stops{false};
+  const auto fail = [&](Error e) {
+    const std::lock_guard lock(mutex);
+    if (!failure) failure = std::move(e);
+    stops = true;
+  };
+  const auto work = [&](std::size_t first, std::size_t last, std::size_t thread) {
+    Sample s = sample();
+    for (std::size_t i = first; i < last && !stops; ++i) {
+      if (progress.cancelled())
+        return fail(error(ErrorCode::cancelled, "the search for the clearance was stopped"));
+      place_moving(q.subspan(i * coordinates_, coordinates_), s);
+      broad_.place(s.poses, {}, s.boxes);
+      auto found = least(s, checked_, kInf);
+      if (!found.ok()) return fail(std::move(found).error());
+      out[i] = *found;
+      if (thread == 0 && i % 64 == 0)
+        progress.report(static_cast<double>(i - first) / static_cast<double>(last - first),
+                        "clearance");
+    }
+  };
+  in_parallel(samples, 16, worthwhile_threads(samples, kAboutASample), work);
+  if (failure) return std::move(*failure);
   return out;
+}
+
+std::int32_t CollisionModel::common_joint(const CollisionPair& pair) const {
+  const auto& a = bodies_[static_cast<std::size_t>(pair.a)];
+  const auto& b = bodies_[static_cast<std::size_t>(pair.b)];
+  if (a.robot != b.robot || a.robot < 0) return -1;
+  const RobotModel& m = *robots_[static_cast<std::size_t>(a.robot)].model;
+  // Parents have lower numbers than their children.
+  std::int32_t i = a.joint, k = b.joint;
+  while (i != k) {
+    std::int32_t& later = i > k ? i : k;
+    later = m.joints[static_cast<std::size_t>(later)].parent;
+  }
+  return i;
+}
+
+double CollisionModel::way_of(const CollisionBody& body, std::span<const double> from,
+                              std::span<const double> to, std::int32_t up_to) const {
+  if (body.joint < 0) return 0;
+  const CollisionRobot& robot = robots_[static_cast<std::size_t>(body.robot)];
+  const double *q0 = from.data() + robot.first, *q1 = to.data() + robot.first;
+  double way = 0, arm = body.reach;  // from the joint's origin to the farthest point
+  for (std::int32_t i = body.joint; i >= 0 && i != up_to;) {
+    const JointModel& j = robot.model->joints[static_cast<std::size_t>(i)];
+    const double *own0 = q0 + j.q_index, *own1 = q1 + j.q_index;
+    switch (j.type) {
+      case JointType::revolute:
+        way += std::fabs(joint_value(j, q1) - joint_value(j, q0)) * arm;
+        break;
+      case JointType::prismatic: {
+        const double x0 = joint_value(j, q0), x1 = joint_value(j, q1);
+        way += std::fabs(x1 - x0);
+        arm += std::max(std::fabs(x0), std::fabs(x1));
+        break;
+      }
+      case JointType::spherical: way += turn_between(own0, own1) * arm; break;
+      case JointType::free: {
+        const Vec3 p0{own0[0], own0[1], own0[2]}, p1{own1[0], own1[1], own1[2]};
+        way += turn_between(own0 + 3, own1 + 3) * arm + distance(p0, p1);
+        arm += std::max(norm(p0), norm(p1));
+        break;
+      }
+    }
+    arm += norm(j.placement.p);
+    i = j.parent;
+  }
+  return way;
 }
 
 double CollisionModel::motion_bound(const CollisionPair& pair, std::span<const double> from,
                                     std::span<const double> to) const {
-  const auto& a = bodies_[static_cast<std::size_t>(pair.a)];
-  const auto& b = bodies_[static_cast<std::size_t>(pair.b)];
-  // Joints that carry both move them alike.
-  std::set<std::int32_t> shared;
-  if (a.robot == b.robot && a.robot >= 0) {
-    const RobotModel& m = *robots_[static_cast<std::size_t>(a.robot)].model;
-    std::set<std::int32_t> above;
-    for (std::int32_t j = a.joint; j >= 0; j = m.joints[static_cast<std::size_t>(j)].parent)
-      above.insert(j);
-    for (std::int32_t j = b.joint; j >= 0; j = m.joints[static_cast<std::size_t>(j)].parent)
-      if (above.contains(j)) shared.insert(j);
-  }
-  const auto way_of = [&](const CollisionBody& body) {
-    if (body.joint < 0) return 0.0;
-    const CollisionRobot& robot = robots_[static_cast<std::size_t>(body.robot)];
-    const double *q0 = from.data() + robot.first, *q1 = to.data() + robot.first;
-    double way = 0, arm = body.reach;  // from the joint's origin to the farthest point
-    for (std::int32_t i = body.joint; i >= 0 && !shared.contains(i);) {
-      const JointModel& j = robot.model->joints[static_cast<std::size_t>(i)];
-      const double *own0 = q0 + j.q_index, *own1 = q1 + j.q_index;
-      switch (j.type) {
-        case JointType::revolute:
-          way += std::fabs(joint_value(j, q1) - joint_value(j, q0)) * arm;
-          break;
-        case JointType::prismatic: {
-          const double x0 = joint_value(j, q0), x1 = joint_value(j, q1);
-          way += std::fabs(x1 - x0);
-          arm += std::max(std::fabs(x0), std::fabs(x1));
-          break;
-        }
-        case JointType::spherical: way += turn_between(own0, own1) * arm; break;
-        case JointType::free: {
-          const Vec3 p0{own0[0], own0[1], own0[2]}, p1{own1[0], own1[1], own1[2]};
-          way += turn_between(own0 + 3, own1 + 3) * arm + distance(p0, p1);
-          arm += std::max(norm(p0), norm(p1));
-          break;
-        }
-      }
-      arm += norm(j.placement.p);
-      i = j.parent;
-    }
-    return way;
-  };
-  return way_of(a) + way_of(b);
+  const std::int32_t shared = common_joint(pair);  // from there on joints move both alike
+  return way_of(bodies_[static_cast<std::size_t>(pair.a)], from, to, shared) +
+         way_of(bodies_[static_cast<std::size_t>(pair.b)], from, to, shared);
 }
 
 Result<std::optional<PathContact>> CollisionModel::check_path(std::span<const double> waypoints,
                                                               double tolerance,
                                                               Progress& progress) const {
   using Out = std::optional<PathContact>;
-  if (!(tolerance > 0))
+  if (!(tolerance > 0) || !std::isfinite(tolerance))
     return error(ErrorCode::invalid_argument, "the tolerance is not positive",
                  "Give a length above 0, such as 1e-4.");
-  const std::size_t n = coordinates_, count = pairs_.size();
+  RMP_TRY(check(waypoints));
+  const std::size_t n = coordinates_;
   const std::size_t points = n == 0 ? 1 : waypoints.size() / n;
-  if (points == 0 || count == 0) return Out{};
-  std::vector<double> bounds((points - 1) * count);
-  double most = tolerance;
-  for (std::size_t i = 0; i + 1 < points; ++i)
-    for (std::size_t k = 0; k < count; ++k) {
-      bounds[i * count + k] =
-          motion_bound(pairs_[k], waypoints.subspan(i * n, n), waypoints.subspan((i + 1) * n, n));
-      most = std::max(most, bounds[i * count + k]);
-    }
-  RMP_TRY_ASSIGN(const auto at, distances(waypoints, 1.001 * most, progress));
-  // Intervals in the order of time; a pair stays open while it could come near within.
+  if (pairs_.empty()) return Out{};
+  struct Track {
+    CollisionPair pair;
+    double way;  ///< that the two can move against each other on the segment, a bound
+  };
   struct Open {
-    std::size_t pair;
+    std::size_t track;
     PairDistance begin;
     double end;
   };
@@ -497,14 +652,61 @@ Result<std::optional<PathContact>> CollisionModel::check_path(std::span<const do
     double begin, end;
     std::vector<Open> open;
   };
-  std::vector<double> q(n);
+  NoProgress none;  // one configuration
+  const std::size_t segments = std::max<std::size_t>(points - 1, 1);
+  std::vector<double> q(n), grown(bodies_.size());
+  Sample from = sample(), to = sample(), middle = sample();
+  std::vector<Track> tracks;
+  std::vector<CollisionPair> asked, reached;  ///< reached: the pairs of at_end
+  std::vector<PairDistance> at_begin, at_end;
   std::size_t steps = 0;
-  for (std::size_t i = 0; i < points; ++i) {
-    const bool is_last = i + 1 == points;
+  for (std::size_t i = 0; i < segments; ++i) {
+    if (progress.cancelled())
+      return error(ErrorCode::cancelled, "the check of the path was stopped");
+    const auto q0 = waypoints.subspan(i * n, n);
+    const auto q1 = waypoints.subspan(std::min(i + 1, points - 1) * n, n);
+    // Pairs that can meet: their boxes, grown by what each body can move, do.
+    if (i == 0) place_moving(q0, from);
+    else std::swap(from, to);
+    place_moving(q1, to);
+    for (std::size_t b = 0; b < bodies_.size(); ++b) grown[b] = way_of(bodies_[b], q0, q1, -1);
+    broad_.place(from.poses, grown, from.boxes);
+    tracks.clear();
+    asked = candidates(from, checked_, tolerance);
+    double most = tolerance;
+    for (const CollisionPair& p : asked) {
+      tracks.push_back({p, motion_bound(p, q0, q1)});
+      most = std::max(most, tracks.back().way);
+    }
+    if (tracks.empty()) {
+      reached.clear();
+      continue;
+    }
+    // Where the last segment ended this one begins.
+    std::vector<PairDistance> before = std::move(at_end);
+    std::vector<CollisionPair> unknown;
+    at_begin.assign(asked.size(), {});
+    std::vector<std::size_t> at_unknown;
+    for (std::size_t k = 0; k < asked.size(); ++k) {
+      const auto known = std::lower_bound(reached.begin(), reached.end(), asked[k], comes_before);
+      if (known != reached.end() && !comes_before(asked[k], *known)) {
+        at_begin[k] = before[static_cast<std::size_t>(known - reached.begin())];
+      } else {
+        unknown.push_back(asked[k]);
+        at_unknown.push_back(k);
+      }
+    }
+    std::vector<PairDistance> found(unknown.size());
+    RMP_TRY(ask(from.poses, unknown, 1.001 * most, found, none));
+    for (std::size_t k = 0; k < found.size(); ++k) at_begin[at_unknown[k]] = found[k];
+    at_end.assign(asked.size(), {});
+    RMP_TRY(ask(to.poses, asked, 1.001 * most, at_end, none));
+    reached = asked;
+
+    // Intervals in the order of time; a pair stays open while it could come near within.
     Interval whole{0, 1, {}};
-    for (std::size_t k = 0; k < count; ++k)
-      whole.open.push_back(
-          {k, at[i * count + k], is_last ? kInf : at[(i + 1) * count + k].distance});
+    for (std::size_t k = 0; k < tracks.size(); ++k)
+      whole.open.push_back({k, at_begin[k], at_end[k].distance});
     std::vector<Interval> stack{std::move(whole)};
     while (!stack.empty()) {
       Interval now = std::move(stack.back());
@@ -514,28 +716,28 @@ Result<std::optional<PathContact>> CollisionModel::check_path(std::span<const do
         if (o.begin.distance <= tolerance &&
             (!nearest || o.begin.distance < nearest->begin.distance))
           nearest = &o;
-      if (nearest) {
-        const Contact contact{pairs_[nearest->pair], nearest->begin};
-        if (is_last && i > 0) return Out{PathContact{i - 1, 1.0, contact}};
-        return Out{PathContact{i, now.begin, contact}};
-      }
-      if (is_last) break;
+      if (nearest)
+        return Out{PathContact{i, now.begin, {tracks[nearest->track].pair, nearest->begin}}};
       const double length = now.end - now.begin;
+      double way = tolerance;
       std::erase_if(now.open, [&](const Open& o) {
-        return o.begin.distance + std::max(o.end, 0.0) > bounds[i * count + o.pair] * length;
+        const double own = tracks[o.track].way * length;
+        if (o.begin.distance + std::max(o.end, 0.0) > own) return true;
+        way = std::max(way, own);
+        return false;
       });
       if (now.open.empty()) continue;
       if (++steps % 64 == 0 && progress.cancelled())
         return error(ErrorCode::cancelled, "the check of the path was stopped");
-      const double middle = 0.5 * (now.begin + now.end);
+      const double half = 0.5 * (now.begin + now.end);
       for (const CollisionRobot& r : robots_)
-        between(*r.model, &waypoints[i * n + r.first], &waypoints[(i + 1) * n + r.first], middle,
-                &q[r.first]);
-      std::vector<CollisionPair> asked;
-      for (const Open& o : now.open) asked.push_back(pairs_[o.pair]);
-      NoProgress none;  // one configuration
-      RMP_TRY_ASSIGN(const auto d, distances_of(q, asked, 1.001 * most, none));
-      Interval first{now.begin, middle, now.open}, second{middle, now.end, std::move(now.open)};
+        between(*r.model, &q0[r.first], &q1[r.first], half, &q[r.first]);
+      place_moving(q, middle);
+      std::vector<CollisionPair> open;
+      for (const Open& o : now.open) open.push_back(tracks[o.track].pair);
+      std::vector<PairDistance> d(open.size());
+      RMP_TRY(ask(middle.poses, open, 1.001 * way, d, none));
+      Interval first{now.begin, half, now.open}, second{half, now.end, std::move(now.open)};
       for (std::size_t k = 0; k < d.size(); ++k) {
         first.open[k].end = d[k].distance;
         second.open[k].begin = d[k];
@@ -543,6 +745,13 @@ Result<std::optional<PathContact>> CollisionModel::check_path(std::span<const do
       stack.push_back(std::move(second));
       stack.push_back(std::move(first));
     }
+    if (i + 1 < segments) continue;
+    const auto last =
+        std::min_element(at_end.begin(), at_end.end(),
+                         [](const auto& x, const auto& y) { return x.distance < y.distance; });
+    if (last->distance <= tolerance)
+      return Out{PathContact{
+          i, 1.0, {tracks[static_cast<std::size_t>(last - at_end.begin())].pair, *last}}};
   }
   return Out{};
 }
@@ -582,40 +791,94 @@ Result<std::vector<SampledPair>> CollisionModel::sample_pairs(std::size_t sample
 class RobotClearance final : public ClearanceField {
  public:
   RobotClearance(const CollisionModel& model, std::size_t robot, double influence)
-      : model_(model), robot_(robot), influence_(influence), shown_(model.shown()) {
-    for (const CollisionPair& p : model.pairs_) {
-      const auto index = static_cast<std::int32_t>(robot);
-      if (model.bodies_[static_cast<std::size_t>(p.a)].robot == index ||
-          model.bodies_[static_cast<std::size_t>(p.b)].robot == index)
-        pairs_.push_back(p);
-    }
-  }
+      : model_(model),
+        robot_(robot),
+        influence_(influence),
+        shown_(model.shown()),
+        pairs_(model.bodies_.size(), avoidable()) {}
 
   double distance(std::span<const double> q, std::span<double> gradient) const override {
     std::fill(gradient.begin(), gradient.end(), 0.0);
     const CollisionRobot& robot = model_.robots_[robot_];
-    std::vector<double> all = shown_;
     if (q.size() != robot.model->coordinate_count()) return influence_;
-    std::copy(q.begin(), q.end(), all.begin() + static_cast<std::ptrdiff_t>(robot.first));
-    NoProgress none;
-    const auto d = model_.distances_of(all, pairs_, influence_, none);
-    if (!d.ok()) return influence_;
-    std::size_t least = pairs_.size();
-    double most_near = influence_;
-    for (std::size_t k = 0; k < d->size(); ++k)
-      if ((*d)[k].distance < most_near) most_near = (*d)[k].distance, least = k;
-    if (least == pairs_.size()) return influence_;
-    const PairDistance& at = (*d)[least];
-    if (std::fabs(at.distance) < 1e-12 || gradient.size() != robot.model->dof()) return most_near;
-    const Vec3 n = scale(sub(at.on_b, at.on_a), 1 / at.distance);
-    std::vector<Pose> frames(robot.model->joints.size());
-    robotics::forward_kinematics(*robot.model, q, frames);
-    add(pairs_[least].b, at.on_b, n, frames, gradient);
-    add(pairs_[least].a, at.on_a, scale(n, -1), frames, gradient);
-    return most_near;
+    const std::unique_ptr<State> state = take();
+    std::copy(q.begin(), q.end(), state->q.begin() + static_cast<std::ptrdiff_t>(robot.first));
+    const double value = evaluate(*state, gradient);
+    give_back(std::move(*state));
+    return value;
   }
 
  private:
+  /// What a call needs; kept for the next one of any thread.
+  struct State {
+    std::vector<double> q;  ///< of all robots
+    CollisionModel::Sample sample;
+  };
+  double evaluate(State& state, std::span<double> gradient) const {
+    CollisionModel::Sample& s = state.sample;
+    if (!model_.check(state.q).ok()) return influence_;
+    model_.place_moving(state.q, s);
+    model_.broad_.place(s.poses, {}, s.boxes);
+    const auto pairs = model_.candidates(s, pairs_, influence_);
+    std::vector<PairDistance> d(pairs.size());
+    NoProgress none;  // one configuration
+    if (!model_.ask(s.poses, pairs, influence_, d, none).ok()) return influence_;
+    double sum = 0;
+    for (const PairDistance& at : d) sum += std::pow(intrusion(at), kNorm);
+    if (!(sum > 0)) return influence_;
+    const double whole = std::pow(sum, 1 / kNorm);
+    if (gradient.size() != model_.robots_[robot_].model->dof()) return influence_ - whole;
+    for (std::size_t k = 0; k < pairs.size(); ++k) {
+      if (!(intrusion(d[k]) > 0) || std::fabs(d[k].distance) < 1e-12) continue;
+      const double weight = std::pow(intrusion(d[k]) / whole, kNorm - 1);
+      const Vec3 n = scale(sub(d[k].on_b, d[k].on_a), weight / d[k].distance);
+      add(pairs[k].b, d[k].on_b, n, s.frames[robot_], gradient);
+      add(pairs[k].a, d[k].on_a, scale(n, -1), s.frames[robot_], gradient);
+    }
+    return influence_ - whole;
+  }
+  [[nodiscard]] double intrusion(const PairDistance& d) const {
+    return std::max(0.0, influence_ - d.distance);
+  }
+
+  std::unique_ptr<State> take() const {
+    const std::lock_guard lock(mutex_);
+    if (idle_.empty()) return std::make_unique<State>(State{shown_, model_.sample()});
+    auto state = std::make_unique<State>(std::move(idle_.back()));
+    idle_.pop_back();
+    return state;
+  }
+  void give_back(State state) const {
+    const std::lock_guard lock(mutex_);
+    idle_.push_back(std::move(state));
+  }
+
+  /// The robot's pairs that some sampled configuration brings farther apart than the influence.
+  [[nodiscard]] std::vector<CollisionPair> avoidable() const {
+    std::vector<CollisionPair> near, far;
+    const auto index = static_cast<std::int32_t>(robot_);
+    for (const CollisionPair& p : model_.pairs_)
+      if (model_.bodies_[static_cast<std::size_t>(p.a)].robot == index ||
+          model_.bodies_[static_cast<std::size_t>(p.b)].robot == index)
+        near.push_back(p);
+    const CollisionRobot& robot = model_.robots_[robot_];
+    Random random(kAlwaysSeed);
+    NoProgress none;
+    CollisionModel::Sample s = model_.sample();
+    std::vector<double> q = shown_;
+    for (std::size_t i = 0; i < kAlwaysSamples && !near.empty(); ++i) {
+      random_configuration(*robot.model, random, &q[robot.first]);
+      model_.place_moving(q, s);
+      std::vector<PairDistance> d(near.size());
+      if (!model_.ask(s.poses, near, influence_, d, none).ok()) break;
+      std::vector<CollisionPair> still;
+      for (std::size_t k = 0; k < near.size(); ++k)
+        (d[k].distance < influence_ ? still : far).push_back(near[k]);
+      near = std::move(still);
+    }
+    return far;
+  }
+
   /// Adds direction . velocity of a point of a body for unit rates of the robot.
   void add(std::int32_t body, const Vec3& point, const Vec3& direction,
            const std::vector<Pose>& frames, std::span<double> gradient) const {
@@ -650,7 +913,9 @@ class RobotClearance final : public ClearanceField {
   std::size_t robot_;
   double influence_;
   std::vector<double> shown_;
-  std::vector<CollisionPair> pairs_;
+  PairSet pairs_;
+  mutable std::mutex mutex_;
+  mutable std::vector<State> idle_;  ///< guarded by mutex_
 };
 
 std::unique_ptr<ClearanceField> CollisionModel::field(std::size_t robot, double influence) const {
@@ -686,7 +951,7 @@ Result<std::vector<double>> configurations(const CollisionModel& model,
 
 Result<RecordingPtr> with_clearance(const Simulator& source, const Recording& recording,
                                     Progress& progress) {
-  RMP_TRY_ASSIGN(const auto model, CollisionModel::of_world(source, recording.world, progress));
+  RMP_TRY_ASSIGN(const auto model, collision_model(source, recording.world, progress));
   RMP_TRY_ASSIGN(const auto q, configurations(*model, recording));
   RMP_TRY_ASSIGN(const auto nearest, model->clearance(q, progress));
   Recording out = recording;

@@ -16,6 +16,7 @@
 #include <robomosp/sdk/progress.h>
 #include <robomosp/sdk/result.h>
 
+#include "sim/broad_phase.h"
 #include "sim/recording.h"
 #include "sim/simulate.h"
 
@@ -93,14 +94,18 @@ class CollisionModel {
   /// "arm.forearm and table"
   [[nodiscard]] std::string describe(const CollisionPair&) const;
 
-  /// samples * pairs() (pair-fastest) for samples * coordinate_count() numbers. Pairs farther than
-  /// `interest` [m] may have distance = interest.
+  /// The pairs nearer than `interest` [m] in one configuration, in the order of pairs().
+  [[nodiscard]] Result<std::vector<Contact>> near(std::span<const double> q, double interest,
+                                                  Progress&) const;
+  /// All pairs, each asked for: samples * pairs() (pair-fastest) for samples * coordinate_count()
+  /// numbers. Pairs farther than `interest` [m] may have distance = interest.
   [[nodiscard]] Result<std::vector<PairDistance>> distances(std::span<const double> q,
                                                             double interest, Progress&) const;
-  /// Pairs that touch in one configuration.
+  /// Pairs that touch in one configuration, in the order of pairs().
   [[nodiscard]] Result<std::vector<CollisionPair>> collisions(std::span<const double> q,
                                                               Progress&) const;
-  /// The least distance of each sample, with its pair; no pairs: infinity and the pair (-1, -1).
+  /// The least distance of each sample, with the first pair that has it; no pairs: infinity and the
+  /// pair (-1, -1).
   [[nodiscard]] Result<std::vector<Contact>> clearance(std::span<const double> q, Progress&) const;
   /// The first time that a pair comes nearer than `tolerance` > 0 [m] while all joints move evenly
   /// from waypoint to waypoint. Nothing between samples is missed: an interval is free once the
@@ -113,8 +118,12 @@ class CollisionModel {
   [[nodiscard]] Result<std::vector<SampledPair>> sample_pairs(std::size_t samples,
                                                               std::uint64_t seed, Progress&) const;
 
-  /// The clearance of one robot, others where the world shows them, and its gradient; distances
-  /// beyond `influence` [m] count as that.
+  /// The clearance of one robot, others where the world shows them, and its gradient:
+  ///   influence - |influence - d_k|_4 over the pairs k nearer than `influence` [m],
+  /// which is the distance where it is one pair, at most the least one where it is several, and
+  /// smooth. Pairs that are nearer in every one of 64 sampled configurations, such as neighbours
+  /// but one or a robot's first link and its table, are not counted: nothing could be done about
+  /// them. The model outlives the field.
   [[nodiscard]] std::unique_ptr<ClearanceField> field(std::size_t robot, double influence) const;
 
   /// world_T_body of all bodies for one configuration.
@@ -123,9 +132,27 @@ class CollisionModel {
  private:
   friend class RobotClearance;
   struct Builder;
+  /// Where all bodies are at one configuration, and what was nearest before; one a thread.
+  struct Sample {
+    std::vector<std::vector<Pose>> frames;  ///< of each robot's joints
+    std::vector<Pose> poses;                ///< world_T_body
+    BroadPhase::Placed boxes;
+    CollisionPair nearest{-1, -1};
+  };
+  [[nodiscard]] Result<void> check(std::span<const double> q) const;
+  [[nodiscard]] Sample sample() const;  ///< with what stands still in its place
+  void place_moving(std::span<const double> q, Sample&) const;
+  [[nodiscard]] Result<void> ask(std::span<const Pose> poses, std::span<const CollisionPair> pairs,
+                                 double interest, std::span<PairDistance> out, Progress&) const;
+  [[nodiscard]] std::vector<CollisionPair> candidates(const Sample&, const PairSet&,
+                                                      double within) const;
+  [[nodiscard]] Result<Contact> least(Sample&, const PairSet&, double interest) const;
   [[nodiscard]] Result<std::vector<PairDistance>> distances_of(std::span<const double> q,
                                                                std::span<const CollisionPair> pairs,
                                                                double interest, Progress&) const;
+  [[nodiscard]] std::int32_t common_joint(const CollisionPair&) const;
+  [[nodiscard]] double way_of(const CollisionBody&, std::span<const double> from,
+                              std::span<const double> to, std::int32_t up_to) const;
   [[nodiscard]] double motion_bound(const CollisionPair&, std::span<const double> from,
                                     std::span<const double> to) const;
 
@@ -136,6 +163,8 @@ class CollisionModel {
   std::size_t coordinates_ = 0;
   std::string provider_;
   std::unique_ptr<CollisionScene> scene_;
+  BroadPhase broad_;
+  PairSet checked_;
 };
 
 /// The recording with a column "clearance": the least distance of the robot's bodies to each other

@@ -27,6 +27,12 @@ std::vector<document::RecordPtr> what_it_is_made_from(const document::Snapshot& 
   return records;
 }
 
+Result<std::shared_ptr<const CollisionModel>> make(const Simulator& source, AnyId id,
+                                                   Progress& progress) {
+  return id.kind == Kind::world ? CollisionModel::of_world(source, WorldId{id.number}, progress)
+                                : CollisionModel::of_robot(source, RobotId{id.number}, progress);
+}
+
 }  // namespace
 
 Result<std::shared_ptr<const CollisionModel>> CollisionCache::find(const Simulator& source,
@@ -38,13 +44,17 @@ Result<std::shared_ptr<const CollisionModel>> CollisionCache::find(const Simulat
       entries_.splice(entries_.begin(), entries_, it);
       return it->model;
     }
-  auto made = id.kind == Kind::world
-                  ? CollisionModel::of_world(source, WorldId{id.number}, progress)
-                  : CollisionModel::of_robot(source, RobotId{id.number}, progress);
+  auto made = make(source, id, progress);
   if (!made.ok()) return made;
   entries_.push_front({revision, std::move(made_from), *made});
   if (entries_.size() > kKept) entries_.pop_back();
   return made;
+}
+
+Result<std::shared_ptr<const CollisionModel>> collision_model(const Simulator& source, AnyId id,
+                                                              Progress& progress) {
+  return source.collision_models ? source.collision_models->find(source, id, progress)
+                                 : make(source, id, progress);
 }
 
 }  // namespace robomosp::sim

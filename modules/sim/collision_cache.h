@@ -32,4 +32,7 @@ class CollisionCache {
   std::list<Entry> entries_;  ///< the one used last first
 };
 
+/// From the simulator's cache where it has one, else made anew.
+Result<std::shared_ptr<const CollisionModel>> collision_model(const Simulator&, AnyId, Progress&);
+
 }  // namespace robomosp::sim

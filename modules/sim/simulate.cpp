@@ -5,11 +5,14 @@
 #include <array>
 #include <cmath>
 
+#include "kernel/check.h"
 #include "kernel/text.h"
 #include "model/placement.h"
 #include "motion/path.h"
 #include "robotics/home.h"
 #include "robotics/kinematics.h"
+#include "sim/collision.h"
+#include "sim/collision_cache.h"
 #include "sim/joint_rates.h"
 #include "spatial/pose.h"
 
@@ -117,12 +120,32 @@ Result<Setup> prepare(const Simulator& sim, const Run& run, Progress& progress) 
   return setup;
 }
 
+/// Obstacles that a robot of a world keeps away from.
+struct Obstacles {
+  std::shared_ptr<const CollisionModel> model;
+  std::unique_ptr<ClearanceField> field;
+};
+Result<Obstacles> obstacles(const Simulator& sim, const Run& run, Progress& progress) {
+  Obstacles out;
+  RMP_TRY_ASSIGN(out.model, collision_model(sim, run.world, progress));
+  const auto& robots = out.model->robots();
+  const auto at = std::find_if(robots.begin(), robots.end(),
+                               [&](const CollisionRobot& r) { return r.name == run.robot; });
+  RMP_CHECK(at != robots.end(), "a robot of the world is missing from its collision model");
+  out.field = out.model->field(static_cast<std::size_t>(at - robots.begin()), run.influence);
+  return out;
+}
+
 /// Joint values along the path: one free solution for the start, then one branch followed.
 Result<std::vector<double>> follow(const Simulator& sim, const Run& run, const Setup& setup,
                                    std::vector<double>& position_error,
                                    std::vector<double>& rotation_error, Progress& progress) {
   const std::size_t dof = setup.model->dof();
-  RMP_TRY_ASSIGN(const auto ik, bind_ik(sim.registry, setup.model, setup.ik));
+  RMP_TRY_ASSIGN(auto ik, bind_ik(sim.registry, setup.model, setup.ik));
+  Obstacles around;
+  if (run.objective == IkObjective::clearance) {
+    RMP_TRY_ASSIGN(around, obstacles(sim, run, progress).in(setup.where));
+  }
   std::vector<Pose> targets;
   targets.reserve(setup.path.size());
   for (const auto& s : setup.path) targets.push_back(s.pose);
@@ -130,7 +153,16 @@ Result<std::vector<double>> follow(const Simulator& sim, const Run& run, const S
   batch.tolerance = run.tolerance;
   batch.targets = std::span<const Pose>(targets).first(1);
   batch.seeds = setup.start;
-  RMP_TRY_ASSIGN(auto first, solve_ik(ik, batch, progress));
+  batch.objective = run.objective;
+  batch.clearance = around.field.get();
+  auto started = solve_ik(ik, batch, progress);
+  // The robot's own solver may have no use for the objective; another one follows instead.
+  if (!started.ok() && started.error().code == ErrorCode::unsupported) {
+    const auto other = ik_with_tag(sim.registry, setup.ik, "objectives");
+    RMP_TRY_ASSIGN(ik, bind_ik(sim.registry, setup.model, other));
+    started = solve_ik(ik, batch, progress);
+  }
+  RMP_TRY_ASSIGN(auto first, std::move(started));
   std::vector<IkResult> results;
   if (first.front().status == IkStatus::solved) {
     const std::vector<double> seed(first.front().q.begin(),

@@ -5,6 +5,7 @@
 
 #include <memory>
 #include <string>
+#include <string_view>
 
 #include <robomosp/sdk/dynamics.h>
 #include <robomosp/sdk/ik.h>
@@ -29,6 +30,10 @@ struct Bound {
 /// Creates, prepares and wraps a provider chosen by a robot; `choice.name` empty = the default.
 Result<Bound<IkSolver>> bind_ik(const Registry&, std::shared_ptr<const RobotModel>,
                                 const model::ProviderChoice&);
+/// `own` where it has the tag, else the program's default or the first other one that has it; `own`
+/// where none has it.
+model::ProviderChoice ik_with_tag(const Registry&, const model::ProviderChoice& own,
+                                  std::string_view tag);
 Result<Bound<InverseDynamics>> bind_inverse_dynamics(const Registry&,
                                                      std::shared_ptr<const RobotModel>,
                                                      const model::ProviderChoice&);
@@ -44,18 +49,23 @@ Result<std::vector<double>> torques(const Bound<InverseDynamics>&, DynamicsBatch
 Result<std::vector<double>> inertia(const Bound<InverseDynamics>&, DynamicsBatch, Progress&);
 Result<std::vector<double>> accelerations(const Bound<ForwardDynamics>&, DynamicsBatch, Progress&);
 
+class CollisionCache;
+
 /// What to simulate, by names within the world.
 struct Run {
   WorldId world;
   std::string robot, trajectory;
   double sample_time = 0;  ///< [s]; 0 = the trajectory's own
   IkTolerance tolerance{};
+  IkObjective objective = IkObjective::none;  ///< what a redundant robot does with its freedom
+  double influence = 0.2;  ///< with clearance: what is farther away does not count [m]
 };
 
 struct Simulator {
   const Registry& registry;
   document::Derived& derived;
   const document::Snapshot& snapshot;
+  CollisionCache* collision_models = nullptr;  ///< asked for prepared ones; none = made anew
 
   /// time, q, qd, qdd of the joints, x, y, z of the tool in the world, and the remaining pose
   /// error.

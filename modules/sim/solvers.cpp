@@ -122,6 +122,23 @@ Result<Bound<IkSolver>> bind_ik(const Registry& registry, std::shared_ptr<const 
                                 const model::ProviderChoice& choice) {
   return bind<IkSolver>(registry, std::move(model), choice);
 }
+model::ProviderChoice ik_with_tag(const Registry& registry, const model::ProviderChoice& own,
+                                  std::string_view tag) {
+  const auto has_tag = [&](const ProviderInfo& info) {
+    return info.enabled && std::find(info.tags.begin(), info.tags.end(), tag) != info.tags.end();
+  };
+  const auto chosen = registry.find(IkSolver::kInterfaceId, own.name);
+  if (chosen.ok() && has_tag(*chosen)) return own;
+  model::ProviderChoice other;
+  const auto common = registry.find(IkSolver::kInterfaceId, "");
+  if (common.ok() && has_tag(*common)) return other;
+  for (const ProviderInfo& info : registry.list(IkSolver::kInterfaceId))
+    if (has_tag(info)) {
+      other.name = info.name;
+      return other;
+    }
+  return own;
+}
 Result<Bound<InverseDynamics>> bind_inverse_dynamics(const Registry& registry,
                                                      std::shared_ptr<const RobotModel> model,
                                                      const model::ProviderChoice& choice) {

@@ -16,6 +16,7 @@
 #include "fcl_shapes.h"
 #include "mesh_solid.h"
 #include "penetration.h"
+#include "spatial/box.h"
 #include "spatial/pose.h"
 #include "spatial/vec.h"
 
@@ -24,40 +25,8 @@ namespace {
 
 using namespace spatial;
 
-constexpr double kInf = std::numeric_limits<double>::infinity();
 constexpr std::size_t kBlock = 16;         ///< samples that one thread takes at a time
 constexpr std::size_t kManyQueries = 256;  ///< from which threads are worth starting
-
-/// Axis-aligned box around something.
-struct Box {
-  Vec3 centre{}, half{};
-};
-Box moved(const Box& b, const Pose& t) {
-  Box out{transform(t, b.centre), {}};
-  for (std::size_t i = 0; i < 3; ++i)
-    for (std::size_t j = 0; j < 3; ++j) out.half[i] += std::fabs(t.R[3 * i + j]) * b.half[j];
-  return out;
-}
-double gap(const Box& a, const Box& b) {
-  double sum = 0;
-  for (std::size_t i = 0; i < 3; ++i) {
-    const double d = std::fabs(a.centre[i] - b.centre[i]) - a.half[i] - b.half[i];
-    if (d > 0) sum += d * d;
-  }
-  return std::sqrt(sum);
-}
-Box box_around(std::span<const Vec3> points) {
-  Vec3 low{kInf, kInf, kInf}, high{-kInf, -kInf, -kInf};
-  for (const Vec3& p : points)
-    for (std::size_t k = 0; k < 3; ++k)
-      low[k] = std::min(low[k], p[k]), high[k] = std::max(high[k], p[k]);
-  return {scale(add(low, high), 0.5), scale(sub(high, low), 0.5)};
-}
-Box around(const Box& a, const Box& b) {
-  const std::array<Vec3, 4> corners{sub(a.centre, a.half), add(a.centre, a.half),
-                                    sub(b.centre, b.half), add(b.centre, b.half)};
-  return box_around(corners);
-}
 
 struct Solid {
   bool is_convex = true;
@@ -156,10 +125,18 @@ Result<Solid> solid_of(const Shape& s) {
   return out;
 }
 
-/// Poses and boxes of all shapes of a sample; one a thread.
+/// The bodies that a call asks for, each once, and its pairs as indices into them.
+struct Asked {
+  std::vector<std::uint32_t> bodies;
+  std::vector<std::size_t> first;  ///< of each body's shapes among those of all; and their number
+  std::vector<std::pair<std::uint32_t, std::uint32_t>>
+      pairs;  ///< the first is the body named first
+};
+
+/// Poses and boxes of the shapes of a sample; one a thread.
 struct Placed {
-  std::vector<std::vector<Pose>> poses;
-  std::vector<std::vector<Box>> boxes;
+  std::vector<Pose> poses;
+  std::vector<Box> boxes;
   std::vector<Box> bodies;
   struct Candidate {
     double gap;
@@ -178,16 +155,17 @@ class Scene final : public CollisionScene {
                          Progress& progress) const override {
     if (!(interest >= 0))
       return bad("the interest is not a length", "Give a length from 0 on, or infinity.");
-    return each(poses, pairs, out.size(), progress, [&](Placed& p, std::size_t i, std::size_t k) {
-      return distance(p, pairs[k], interest, out[i]);
-    });
+    return each(poses, pairs, out.size(), progress,
+                [&](const Asked& asked, Placed& p, std::size_t i, std::size_t k) {
+                  return distance(asked, p, k, interest, pairs[k].a > pairs[k].b, out[i]);
+                });
   }
 
   Result<void> collisions(std::span<const Pose> poses, std::span<const CollisionPair> pairs,
                           std::span<std::uint8_t> out, Progress& progress) const override {
     return each(poses, pairs, out.size(), progress,
-                [&](Placed& p, std::size_t i, std::size_t k) -> Result<void> {
-                  out[i] = touch(p, pairs[k]) ? 1 : 0;
+                [&](const Asked& asked, Placed& p, std::size_t i, std::size_t k) -> Result<void> {
+                  out[i] = touch(asked, p, k) ? 1 : 0;
                   return {};
                 });
   }
@@ -211,10 +189,12 @@ class Scene final : public CollisionScene {
           static_cast<std::size_t>(p.b) >= n)
         return bad("a pair names bodies " + std::to_string(p.a) + " and " + std::to_string(p.b),
                    "Give two different bodies out of " + std::to_string(n) + ", from 0 on.");
-    for (std::size_t i = 0; i < poses.size(); ++i)
-      if (!is_rigid(poses[i], 1e-6))
-        return bad("pose " + std::to_string(i) + " is no rigid motion",
-                   "Its rotation must be orthonormal and its numbers finite.");
+    const Asked asked = asked_for(pairs);
+    for (std::size_t i = 0; i < poses.size(); i += n)
+      for (const std::uint32_t b : asked.bodies)
+        if (!is_rigid(poses[i + b], 1e-6))
+          return bad("pose " + std::to_string(i + b) + " is no rigid motion",
+                     "Its rotation must be orthonormal and its numbers finite.");
 
     std::atomic<std::size_t> next{0}, done{0};
     std::atomic<bool> stops{false};
@@ -232,11 +212,11 @@ class Scene final : public CollisionScene {
         if (begin >= samples) return;
         const std::size_t end = std::min(samples, begin + kBlock);
         for (std::size_t i = begin; i < end; ++i) {
-          place(poses.subspan(i * n, n), placed);
+          place(asked, poses.subspan(i * n, n), placed);
           for (std::size_t k = 0; k < pairs.size(); ++k) {
             if (k % 8 == 0 && (stops || progress.cancelled()))
               return fail(error(ErrorCode::cancelled, "the collision check was stopped"));
-            if (auto r = query(placed, i * pairs.size() + k, k); !r.ok())
+            if (auto r = query(asked, placed, i * pairs.size() + k, k); !r.ok())
               return fail(std::move(r).error());
           }
         }
@@ -256,40 +236,64 @@ class Scene final : public CollisionScene {
     return {};
   }
 
-  void place(std::span<const Pose> poses, Placed& p) const {
-    p.poses.resize(bodies_.size());
-    p.boxes.resize(bodies_.size());
-    p.bodies.resize(bodies_.size());
-    for (std::size_t b = 0; b < bodies_.size(); ++b) {
+  /// A pair is computed in the order of its bodies, so that (a, b) and (b, a) agree to the bit.
+  [[nodiscard]] Asked asked_for(std::span<const CollisionPair> pairs) const {
+    Asked out;
+    std::vector<std::int32_t> number(bodies_.size(), -1);
+    out.first.push_back(0);
+    const auto of = [&](std::int32_t body) {
+      auto& own = number[static_cast<std::size_t>(body)];
+      if (own < 0) {
+        own = static_cast<std::int32_t>(out.bodies.size());
+        out.bodies.push_back(static_cast<std::uint32_t>(body));
+        out.first.push_back(out.first.back() +
+                            bodies_[static_cast<std::size_t>(body)].solids.size());
+      }
+      return static_cast<std::uint32_t>(own);
+    };
+    for (const CollisionPair& p : pairs) {
+      const auto [a, b] = std::minmax(p.a, p.b);
+      const std::uint32_t first = of(a);
+      out.pairs.emplace_back(first, of(b));
+    }
+    return out;
+  }
+
+  void place(const Asked& asked, std::span<const Pose> poses, Placed& p) const {
+    p.poses.resize(asked.first.back());
+    p.boxes.resize(asked.first.back());
+    p.bodies.resize(asked.bodies.size());
+    for (std::size_t i = 0; i < asked.bodies.size(); ++i) {
+      const std::size_t b = asked.bodies[i], first = asked.first[i];
       const auto& solids = bodies_[b].solids;
-      p.poses[b].resize(solids.size());
-      p.boxes[b].resize(solids.size());
       for (std::size_t s = 0; s < solids.size(); ++s) {
-        p.poses[b][s] = compose(poses[b], solids[s].pose);
-        p.boxes[b][s] = moved(solids[s].box, p.poses[b][s]);
-        p.bodies[b] = s == 0 ? p.boxes[b][0] : around(p.bodies[b], p.boxes[b][s]);
+        p.poses[first + s] = compose(poses[b], solids[s].pose);
+        p.boxes[first + s] = moved(solids[s].box, p.poses[first + s]);
+        p.bodies[i] = s == 0 ? p.boxes[first] : spatial::around(p.bodies[i], p.boxes[first + s]);
       }
     }
   }
 
-  /// The pair in the order in which it is computed, so that (a, b) and (b, a) agree to the bit.
-  static std::pair<std::size_t, std::size_t> ordered(const CollisionPair& p) {
-    const auto [a, b] = std::minmax(p.a, p.b);
-    return {static_cast<std::size_t>(a), static_cast<std::size_t>(b)};
+  /// A body of a call with where its shapes are.
+  struct At {
+    const std::vector<Solid>& solids;
+    const Pose* poses;
+    const Box* boxes;
+    const Box& box;
+  };
+  At at(const Asked& asked, const Placed& p, std::uint32_t i) const {
+    return {bodies_[asked.bodies[i]].solids, p.poses.data() + asked.first[i],
+            p.boxes.data() + asked.first[i], p.bodies[i]};
   }
 
-  [[nodiscard]] bool is_empty(std::size_t a, std::size_t b) const {
-    return bodies_[a].solids.empty() || bodies_[b].solids.empty();
-  }
-
-  bool touch(Placed& p, const CollisionPair& pair) const {
-    const auto [a, b] = ordered(pair);
-    if (is_empty(a, b) || gap(p.bodies[a], p.bodies[b]) > 0) return false;
-    for (std::size_t i = 0; i < bodies_[a].solids.size(); ++i) {
-      if (gap(p.boxes[a][i], p.bodies[b]) > 0) continue;
-      for (std::size_t k = 0; k < bodies_[b].solids.size(); ++k)
-        if (!(gap(p.boxes[a][i], p.boxes[b][k]) > 0) &&
-            touch(bodies_[a].solids[i], p.poses[a][i], bodies_[b].solids[k], p.poses[b][k]))
+  bool touch(const Asked& asked, const Placed& p, std::size_t pair) const {
+    const At a = at(asked, p, asked.pairs[pair].first), b = at(asked, p, asked.pairs[pair].second);
+    if (a.solids.empty() || b.solids.empty() || gap(a.box, b.box) > 0) return false;
+    for (std::size_t i = 0; i < a.solids.size(); ++i) {
+      if (gap(a.boxes[i], b.box) > 0) continue;
+      for (std::size_t k = 0; k < b.solids.size(); ++k)
+        if (!(gap(a.boxes[i], b.boxes[k]) > 0) &&
+            touch(a.solids[i], a.poses[i], b.solids[k], b.poses[k]))
           return true;
     }
     return false;
@@ -328,19 +332,18 @@ class Scene final : public CollisionScene {
     return holds(a, at_a, b, at_b) || holds(b, at_b, a, at_a);
   }
 
-  Result<void> distance(Placed& p, const CollisionPair& pair, double interest,
-                        PairDistance& out) const {
-    const auto [a, b] = ordered(pair);
+  Result<void> distance(const Asked& asked, Placed& p, std::size_t pair, double interest,
+                        bool is_swapped, PairDistance& out) const {
+    const At a = at(asked, p, asked.pairs[pair].first), b = at(asked, p, asked.pairs[pair].second);
     out = {};
     out.distance = interest;
-    if (is_empty(a, b) || gap(p.bodies[a], p.bodies[b]) > interest) return {};
-    const auto &solids_a = bodies_[a].solids, &solids_b = bodies_[b].solids;
+    if (a.solids.empty() || b.solids.empty() || gap(a.box, b.box) > interest) return {};
     auto& candidates = p.candidates;
     candidates.clear();
-    for (std::uint32_t i = 0; i < solids_a.size(); ++i) {
-      if (gap(p.boxes[a][i], p.bodies[b]) > interest) continue;
-      for (std::uint32_t k = 0; k < solids_b.size(); ++k)
-        if (const double g = gap(p.boxes[a][i], p.boxes[b][k]); g <= interest)
+    for (std::uint32_t i = 0; i < a.solids.size(); ++i) {
+      if (gap(a.boxes[i], b.box) > interest) continue;
+      for (std::uint32_t k = 0; k < b.solids.size(); ++k)
+        if (const double g = gap(a.boxes[i], b.boxes[k]); g <= interest)
           candidates.push_back({g, i, k});
     }
     std::stable_sort(candidates.begin(), candidates.end(),
@@ -349,12 +352,12 @@ class Scene final : public CollisionScene {
     for (const auto& c : candidates) {
       if (c.gap > std::max(out.distance, 0.0)) break;
       RMP_TRY_ASSIGN(const auto d,
-                     distance(solids_a[c.a], p.poses[a][c.a], solids_b[c.b], p.poses[b][c.b],
+                     distance(a.solids[c.a], a.poses[c.a], b.solids[c.b], b.poses[c.b],
                               found ? std::max(out.distance, 0.0) : interest));
       if (d && (!found || d->distance < out.distance)) out = *d, found = true;
     }
     if (!found) out = {interest, {}, {}};
-    if (pair.a > pair.b) std::swap(out.on_a, out.on_b);
+    if (is_swapped) std::swap(out.on_a, out.on_b);
     return {};
   }
 
@@ -379,8 +382,7 @@ class Scene final : public CollisionScene {
       d.on_a = d.on_b = meeting_point(a, at_a, b, at_b);
       return std::optional(d);
     }
-    RMP_TRY_ASSIGN(d, surface_distance(geometry(a, b), at_a, geometry(b, a), at_b));
-    return std::optional(d);
+    return surface_distance(geometry(a, b), at_a, geometry(b, a), at_b, interest);
   }
 
   /// Somewhere in what the boxes share.

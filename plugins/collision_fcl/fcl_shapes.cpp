@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fcl_shapes.h"
 
+#include <algorithm>
 #include <cmath>
 #include <exception>
+#include <limits>
 #include <mutex>
 
 #include <fcl/geometry/bvh/BVH_model.h>
@@ -113,15 +115,18 @@ bool surfaces_touch(const Geometry& a, const Pose& world_T_a, const Geometry& b,
   }
 }
 
-Result<PairDistance> surface_distance(const Geometry& a, const Pose& world_T_a, const Geometry& b,
-                                      const Pose& world_T_b) {
+Result<std::optional<PairDistance>> surface_distance(const Geometry& a, const Pose& world_T_a,
+                                                     const Geometry& b, const Pose& world_T_b,
+                                                     double interest) {
   try {
     fcl::DistanceRequestd request(true, false);
     request.gjk_solver_type = fcl::GST_INDEP;
     request.distance_tolerance = 1e-10;
-    fcl::DistanceResultd result;
+    // What is farther than a distance that is known already is not descended into.
+    fcl::DistanceResultd result(std::min(interest, std::numeric_limits<double>::max()));
     fcl::distance(a.fcl.get(), transform_of(world_T_a), b.fcl.get(), transform_of(world_T_b),
                   request, result);
+    if (!result.o1) return std::optional<PairDistance>{};
     PairDistance d;
     d.on_a = vec(result.nearest_points[0]);
     d.on_b = vec(result.nearest_points[1]);
@@ -129,7 +134,7 @@ Result<PairDistance> surface_distance(const Geometry& a, const Pose& world_T_a, 
     if (!std::isfinite(d.distance) || !spatial::is_finite(d.on_a) || !spatial::is_finite(d.on_b))
       return error(ErrorCode::plugin_failed, "FCL gave a distance that is not a number");
     if (d.distance == 0) d.on_b = d.on_a;
-    return d;
+    return std::optional(d);
   } catch (const std::exception& e) {
     return error(ErrorCode::plugin_failed,
                  std::string("FCL could not tell a distance: ") + e.what());

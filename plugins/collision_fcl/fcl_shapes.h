@@ -6,6 +6,7 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include <robomosp/sdk/collision.h>
@@ -32,8 +33,12 @@ void warm_up();
 /// Whether surfaces meet (of meshes) or shapes overlap (of convex ones). Exceptions count as touch.
 [[nodiscard]] bool surfaces_touch(const Geometry& a, const Pose& world_T_a, const Geometry& b,
                                   const Pose& world_T_b);
-/// Distance and nearest points in the world of geometries that do not touch.
-[[nodiscard]] Result<PairDistance> surface_distance(const Geometry& a, const Pose& world_T_a,
-                                                    const Geometry& b, const Pose& world_T_b);
+/// Distance and nearest points in the world of geometries that do not touch and one of which is a
+/// mesh; nullopt when they are farther apart than `interest` [m].
+[[nodiscard]] Result<std::optional<PairDistance>> surface_distance(const Geometry& a,
+                                                                   const Pose& world_T_a,
+                                                                   const Geometry& b,
+                                                                   const Pose& world_T_b,
+                                                                   double interest);
 
 }  // namespace robomosp::collision_fcl

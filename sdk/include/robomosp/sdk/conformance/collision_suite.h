@@ -233,6 +233,68 @@ TEST_P(CollisionConformance, BoxesCylindersAndCapsulesHaveTheDistancesOfClosedFo
   expect_distance(block, can, shift(0, 0, 0.6), -0.05, 1e-5);
 }
 
+TEST_P(CollisionConformance, SpheresAndCapsulesAnywhereHaveTheDistancesOfPointsAndSegments) {
+  // Points to solids by clamping their coordinates; a segment is as far as the least of its points,
+  // whose distance to a convex solid is a convex function along it: halved by thirds.
+  using enum ShapeKind;
+  Random random(kSeed + 5);
+  const auto in = [](const Pose& t, const Vec3& p) {  // t^-1 p
+    Vec3 out{};
+    for (std::size_t k = 0; k < 3; ++k)
+      for (std::size_t i = 0; i < 3; ++i) out[k] += t.R[3 * i + k] * (p[i] - t.p[i]);
+    return out;
+  };
+  const auto over = [](double x, double half) { return std::max(0.0, std::fabs(x) - half); };
+  // Of a point from a shape without its margin: a sphere's is its radius, a capsule's as well.
+  const auto from_core = [&](const Shape& s, const Vec3& p) {
+    switch (s.kind) {
+      case sphere: return std::hypot(p[0], p[1], p[2]);
+      case capsule: return std::hypot(p[0], p[1], over(p[2], s.sizes[1] / 2));
+      case cylinder:
+        return std::hypot(over(std::hypot(p[0], p[1]), s.sizes[0]), over(p[2], s.sizes[1] / 2));
+      default:
+        return std::hypot(over(p[0], s.sizes[0] / 2), over(p[1], s.sizes[1] / 2),
+                          over(p[2], s.sizes[2] / 2));
+    }
+  };
+  const auto margin = [](const Shape& s) {
+    return s.kind == sphere || s.kind == capsule ? s.sizes[0] : 0.0;
+  };
+  const std::vector<Shape> round{shape_of(sphere, 0.15), shape_of(capsule, 0.1, 0.6)};
+  const std::vector<Shape> all{shape_of(sphere, 0.2), shape_of(capsule, 0.08, 0.9),
+                               shape_of(box, 0.4, 0.6, 0.8), shape_of(cylinder, 0.25, 0.5)};
+  for (const Shape& a : round)
+    for (const Shape& b : all) {
+      if (!takes(a.kind) || !takes(b.kind)) continue;
+      const auto scene = build({{a}, {b}});
+      ASSERT_NE(scene, nullptr);
+      int compared = 0;
+      for (int i = 0; i < 100; ++i) {
+        const Pose at_a = random_pose(random, 0.7), at_b = random_pose(random, 0.7);
+        const auto along = [&](double t) {
+          return from_core(b, in(at_b, multiply(at_a, shift(0, 0, t)).p));
+        };
+        double low = a.kind == capsule ? -a.sizes[1] / 2 : 0, high = -low;
+        for (int step = 0; step < 120; ++step) {
+          const double x = low + (high - low) / 3, y = high - (high - low) / 3;
+          (along(x) <= along(y) ? high : low) = along(x) <= along(y) ? y : x;
+        }
+        const double core = std::min(along(low), along(high));
+        if (core < 1e-6) continue;  // the cores meet: a depth
+        ++compared;
+        const double expected = core - margin(a) - margin(b);
+        const PairDistance d = distance(*scene, at_a, at_b);
+        ASSERT_TRUE(agrees(d.distance, expected, 1e-9))
+            << d.distance << " instead of " << expected << ", kinds " << static_cast<int>(a.kind)
+            << " and " << static_cast<int>(b.kind) << ", pose " << i << ", seed " << kSeed + 5;
+        if (d.distance > 0) {
+          ASSERT_NEAR(apart(d), d.distance, 1e-9);
+        }
+      }
+      EXPECT_GT(compared, 30);
+    }
+}
+
 TEST_P(CollisionConformance, RandomBoxesAndHullsHaveTheDistanceOfTheirCornersAndEdges) {
   // The reference for boxes needs no search: they overlap unless one of fifteen axes separates them
   // (Gottschalk, Lin, Manocha, SIGGRAPH 1996), and apart they are as near as a corner of one is to
