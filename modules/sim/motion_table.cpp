@@ -220,12 +220,13 @@ void MotionTable::add_friction_notes(const MechanismMotion& motion,
   constexpr std::size_t kMostTimes = 3;
   using Kind = MotionEvent::Kind;
   for (std::size_t j = 0; j < model_.joints.size(); ++j)
-    for (const auto& [kind, words] : {std::pair{Kind::sticks, " came to rest at "},
-                                      {Kind::slides, " went on at "}}) {
+    for (const auto& [kind, words] :
+         {std::pair{Kind::sticks, " came to rest at "}, {Kind::slides, " went on at "}}) {
       std::string when;
       std::size_t count = 0;
       for (const MotionEvent& e : motion.happened()) {
-        if (e.joint != j || e.kind != kind) continue;
+        const bool is_start = kind == Kind::sticks && e.time == 0;
+        if (e.joint != j || e.kind != kind || is_start) continue;
         if (++count <= kMostTimes) when += (when.empty() ? "" : ", ") + seconds(e.time);
       }
       if (count == 0) continue;

@@ -88,7 +88,7 @@ std::string gnuplot_script(const PlotSpec& spec) {
       "set tics nomirror textcolor rgb '#39424d'\n"
       "set grid linetype 1 linecolor rgb '#e3e7ec' linewidth 1\n"
       "set key outside right top vertical textcolor rgb '#39424d' samplen 2 spacing 1.25\n"
-      "set lmargin 11\nset rmargin 16\n";  // panels one below the other share their time axis
+      "set lmargin 13\nset rmargin 16\n";  // panels one below the other share their time axis
   for (std::size_t p = 0; p < panels.size(); ++p) {
     s += fmt::format("$panel{} << EOD\n", p);
     for (std::size_t r = 0; r < spec.x->values.size(); ++r) {

@@ -43,16 +43,16 @@ for _, name in ipairs{"computed_torque", "joint_pid"} do
 end
 
 -- A block on a rail is pulled by a spring whose end moves steadily at 0.1 m/s: it sticks until the
--- spring overcomes 8 N, then slips against 4 N. The spring stands in the joint, and the torque is
--- that of its moving end, k v t, as a recording of two rows.
+-- spring overcomes 7 N, then slips against 4 N. The spring stands in the joint, and the torque is
+-- that of its moving end, k v t, by a controller that is asked every millisecond.
 local slider = robot.create{ name = "slider", convention = "mdh", links = {
   {joint = "prismatic", alpha = "90 deg", mass = 2, inertia = {0.01, 0.01, 0.01, 0, 0, 0},
    coulomb_positive = 4, coulomb_negative = -4, stiffness = 50}} }
 ioci.provide("robomosp.controller/1", "pulled", function(model, now) return {50 * 0.1 * now.time} end)
-local slip = slider:simulate{ controller = "pulled", reference = {0}, duration = 8, breakaway = 2,
-  control_period = 0.01 }
+local slip = slider:simulate{ controller = "pulled", reference = {0}, duration = 8, breakaway = 1.75 }
 slip:plot{ file = folder .. "/stick_slip.png", columns = {"q1", "qd1"}, title = "A block pulled by a spring: stick and slip" }
 slip:plot{ file = folder .. "/stick_slip_friction.png", columns = {"tau_friction1"}, title = "A block pulled by a spring: friction" }
 local stuck, qd = 0, slip:values("qd1")
 for i = 1, #qd do if qd[i] == 0 then stuck = stuck + 1 end end
 print(string.format("stick and slip: at rest in %d of %d samples", stuck, #qd))
+for _, note in ipairs(slip:notes()) do print("  " .. note) end

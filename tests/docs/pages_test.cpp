@@ -141,8 +141,9 @@ INSTANTIATE_TEST_SUITE_P(Documentation, Page,
                                            "docs/user/tutorial.md", "docs/user/parameters.md",
                                            "docs/user/dynamics.md", "docs/user/kinematics.md",
                                            "docs/user/inverse_kinematics.md",
-                                           "docs/user/mechanisms.md", "docs/user/solids.md",
-                                           "docs/user/solvers_in_lua.md"),
+                                           "docs/user/mechanisms.md", "docs/user/simulation.md",
+                                           "docs/user/solids.md",
+                                           "docs/user/solvers_in_lua.md", "docs/user/workspace.md"),
                          [](const auto& param) {
                            std::string name;
                            for (const char c : param.param)
