@@ -207,13 +207,13 @@ Result<std::shared_ptr<const Segment>> run_curve(const Registry& registry,
                       }),
               providers.orientation, where));
 
+  const LawTask task{walk.length(), greatest_turn(walk, *orientation)};
+  if (!(task.length > 0) && !(task.turn > 0))
+    return bad("the tool neither moves nor turns", "Move or turn one of the points.", where);
   std::shared_ptr<const MotionLaw> law;
   if (by_own_times) {
     law = std::make_shared<OwnTimes>(curve->end());
   } else {
-    const LawTask task{walk.length(), greatest_turn(walk, *orientation)};
-    if (!(task.length > 0) && !(task.turn > 0))
-      return bad("the tool neither moves nor turns", "Move or turn one of the points.", where);
     RMP_TRY_ASSIGN(const auto law_maker,
                    registry.create<MotionLawMaker>(providers.law.name).in(where));
     RMP_TRY_ASSIGN(law, checked(guarded(providers.law.name,

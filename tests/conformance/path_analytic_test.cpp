@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Lines and arcs as segments: the SDK's suite, the paper's circle and the error sentences.
-#include <robomosp/sdk/conformance/segment_suite.h>
-
-#include "kernel/plugin_loader.h"
-#include "model/placement.h"
-#include "motion/segment.h"
+#include "support/segments.h"
 
 namespace robomosp::conformance {
 namespace {
@@ -12,14 +8,8 @@ namespace {
 const std::string kFile = std::string(ROBOMOSP_PLUGIN_DIR) + "/path_analytic.so";
 
 const Registry& registry() {
-  static Registry* const with_plugin = [] {
-    auto* r = new Registry;
-    static PluginLoader loader(*r);
-    const PluginReport report = loader.load(kFile);
-    EXPECT_TRUE(r->find("robomosp.curve/1", "line").ok()) << report.file;
-    return r;
-  }();
-  return *with_plugin;
+  static const Registry& r = registry_with({"path_analytic"});
+  return r;
 }
 
 Result<std::shared_ptr<const Segment>> make(
@@ -197,13 +187,6 @@ TEST(Segments, TellWhatIsWrongInSentences) {
             "it: turns is 0 turns. It must be above 0.");
   EXPECT_EQ(sentence(make("arc", {a, b})),
             "it: an arc needs 3 points, 2 were given. Give start, a point on the way, and end.");
-}
-
-model::TrajectorySegment record_of(const std::string& shape, const std::vector<Pose>& points) {
-  model::TrajectorySegment record;
-  record.shape.name = shape;
-  for (const Pose& p : points) record.points.push_back(model::placement(p));
-  return record;
 }
 
 // Times of the textbook's rest-to-rest laws over a way L under speed V and acceleration A (e.g.

@@ -60,7 +60,7 @@ class SegmentConformance : public testing::TestWithParam<SegmentCase> {
 GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(SegmentConformance);
 
 TEST_P(SegmentConformance, VelocitiesAndAccelerationsAreDerivatives) {
-  const double T = segment_->duration(), h = T * 1e-4;
+  const double T = segment_->duration(), h = T * 3e-5;
   ASSERT_GT(T, 0);
   for (int i = 1; i < 20; ++i) {
     const double t = T * i / 20;
