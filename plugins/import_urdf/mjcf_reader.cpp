@@ -65,8 +65,12 @@ class Reader {
     RMP_TRY(read_actuators(bodies_, actuators, tendons));
     RMP_TRY(read_equalities(bodies_, equalities));
     RMP_TRY(read_keyframes(bodies_, keys));
-    for (const Element* e : tendons)
-      left_out_.add("<" + std::string(e->Name()).substr(0, 40) + "> in <tendon>");
+    // Fixed tendons count by what their actuators drive.
+    constexpr std::string_view kTendon[] = {"name", "class", "group", "margin", "rgba", "width"};
+    for (const Element* e : tendons) {
+      if (std::string_view(e->Name()) == "fixed") left_out_.attributes(*e, kTendon);
+      else left_out_.add("<" + std::string(e->Name()).substr(0, 40) + "> in <tendon>");
+    }
     RMP_TRY(values_.check_classes());
     tell();
     return std::move(m_);

@@ -25,13 +25,6 @@ std::string_view defaults_kind(std::string_view element) {
 
 }  // namespace
 
-std::array<double, 9> turn_z_to(const Vec3& to) {
-  const Vec3 axis{0.0 - to[1], to[0], 0};
-  const double sine = spatial::norm(axis);
-  if (sine < 1e-12) return to[2] > 0 ? Pose{}.R : spatial::rotation_x(std::numbers::pi).R;
-  return spatial::from_axis_angle(axis, std::atan2(sine, to[2]));
-}
-
 Result<std::vector<const Element*>> MjcfValues::children(const Element& e) const {
   std::vector<const Element*> out;
   std::vector<const Element*> stack{e.FirstChildElement()};

@@ -65,7 +65,4 @@ class MjcfValues {
   mutable std::optional<Error> unknown_class_;
 };
 
-/// The least rotation that takes z to a unit vector.
-[[nodiscard]] std::array<double, 9> turn_z_to(const Vec3& to);
-
 }  // namespace robomosp::import_urdf

@@ -5,8 +5,11 @@
 
 #include <charconv>
 #include <cmath>
+#include <numbers>
 
 #include "documents.h"
+#include "spatial/pose.h"
+#include "spatial/rotation.h"
 #include "spatial/vec.h"
 
 namespace robomosp::import_urdf {
@@ -116,10 +119,33 @@ Result<Vec3> unit_vector(const Element& e, const Vec3& v) {
   return spatial::scale(v, 1 / length);
 }
 
+std::array<double, 9> turn_z_to(const Vec3& to) {
+  const Vec3 axis{0.0 - to[1], to[0], 0};
+  const double sine = spatial::norm(axis);
+  if (sine < 1e-12) return to[2] > 0 ? Pose{}.R : spatial::rotation_x(std::numbers::pi).R;
+  return spatial::from_axis_angle(axis, std::atan2(sine, to[2]));
+}
+
 bool is_yes(std::string_view w, bool otherwise) {
   if (w == "true" || w == "1") return true;
   if (w == "false" || w == "0") return false;
   return otherwise;
+}
+
+namespace {
+constexpr int kHighest = 32;  // folders above that are looked into
+}
+
+std::filesystem::path found_above(const std::filesystem::path& relative,
+                                  const std::filesystem::path& folder) {
+  std::error_code failed;
+  std::filesystem::path above = std::filesystem::absolute(folder, failed);
+  for (int k = 0; k < kHighest; ++k) {
+    if (std::filesystem::exists(above / relative, failed)) return above / relative;
+    if (above == above.parent_path()) break;
+    above = above.parent_path();
+  }
+  return {};
 }
 
 std::filesystem::path mesh_file(std::string_view uri, const std::filesystem::path& folder) {
@@ -141,7 +167,7 @@ std::filesystem::path mesh_file(std::string_view uri, const std::filesystem::pat
   for (auto it = in_package.begin(); it != in_package.end(); ++it)
     if (it != in_package.begin()) alone /= *it;
   fs::path above = fs::absolute(folder, failed);
-  for (int k = 0; k < 32; ++k) {
+  for (int k = 0; k < kHighest; ++k) {
     if (exists(above / in_package)) return above / in_package;
     if (!alone.empty() && exists(above / alone)) return above / alone;
     if (above == above.parent_path()) break;

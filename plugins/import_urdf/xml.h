@@ -48,7 +48,13 @@ inline constexpr std::size_t kMostShapes = 100000;
                                 std::span<double> out);
 
 [[nodiscard]] Result<Vec3> unit_vector(const Element& e, const Vec3& v);
+/// The least rotation that takes z to a unit vector.
+[[nodiscard]] std::array<double, 9> turn_z_to(const Vec3& to);
 [[nodiscard]] bool is_yes(std::string_view word, bool otherwise);
+
+/// A file or folder of this relative path beside the folder's content or above it; else empty.
+[[nodiscard]] std::filesystem::path found_above(const std::filesystem::path& relative,
+                                                const std::filesystem::path& folder);
 
 /// The file that a mesh's URI means: package://, model:// and file:// as well as paths relative to
 /// the folder of the robot's file. Packages are looked for as folders of that name beside the file

@@ -20,7 +20,7 @@
 #include "robotics/home.h"
 #include "robotics/kinematics.h"
 #include "spatial/pose.h"
-#include "support/workbench.h"
+#include "support/robot_files.h"
 
 namespace robomosp {
 namespace {
@@ -30,52 +30,7 @@ using import_urdf::Options;
 using import_urdf::read_robot;
 using test::unwrap;
 
-struct RobotFiles : testing::Test {
-  /// The records of a text, loaded; meshes are left out.
-  AnyId load(std::string_view text) {
-    Options options;
-    options.source = "test";
-    auto made = read_robot(text, options);
-    if (!made.ok()) {
-      ADD_FAILURE() << made.error().sentence();
-      return {};
-    }
-    notes.clear();
-    for (const std::string& n : made->notes) notes += n + "\n";
-    io::MemoryFiles files;
-    for (ImportedGeometry& g : made->geometries)
-      files.geometries.emplace(g.name, unwrap(io::make_geometry(std::move(g.geometry))));
-    for (ImportedFile& f : made->records) files.texts.emplace(f.name, f.text);
-    auto tx = bench.document.begin("import");
-    auto loaded = io::load_memory(*tx, files, made->records.back().name, "test", {}, {});
-    if (!loaded.ok()) {
-      ADD_FAILURE() << loaded.error().sentence() << "\n" << made->records.back().text;
-      return {};
-    }
-    const auto commit = tx->commit();
-    EXPECT_TRUE(commit.ok()) << (commit.ok() ? "" : commit.error().sentence());
-    return loaded->id;
-  }
-  RobotModel model_of(AnyId id) {
-    NoProgress progress;
-    const auto m = unwrap(bench.derived.robot_model(*bench.document.now(), RobotId{id.number},
-                                                    {0, 0, -9.81}, progress));
-    return m ? *m : RobotModel{};
-  }
-  const model::Robot& robot(AnyId id) { return *bench.document.now()->get(RobotId{id.number}); }
-  static Pose tip(const RobotModel& m, std::vector<double> q, std::size_t which = 0) {
-    std::vector<Pose> frames(m.joints.size());
-    robotics::forward_kinematics(m, q, frames);
-    return robotics::tip_pose(m, which, frames);
-  }
-  static std::string fault(std::string_view text) {
-    const auto made = read_robot(text, {});
-    return made.ok() ? "" : made.error().sentence();
-  }
-
-  test::Workbench bench;
-  std::string notes;
-};
+using test::RobotFiles;
 
 constexpr const char* kArm = R"(<robot name="arm">
   <material name="steel"><color rgba="0.6 0.6 0.7 1"/></material>
