@@ -286,6 +286,7 @@ struct CollisionModel::Builder {
     auto scene = guarded(info.name, [&] { return engine->build(shaped, *params, progress); });
     if (!scene.ok()) return std::move(scene).error();
     out->provider_ = info.name;
+    out->is_script_ = info.origin == "lua";
     out->scene_ = std::move(*scene);
     carriers.resize(out->robots_.size());
     for (const CollisionBody& b : out->bodies_)
@@ -569,7 +570,8 @@ Result<std::vector<Contact>> CollisionModel::clearance(std::span<const double> q
                         "clearance");
     }
   };
-  in_parallel(samples, 16, worthwhile_threads(samples, kAboutASample), work);
+  const std::size_t threads = is_script_ ? 1 : worthwhile_threads(samples, kAboutASample);
+  in_parallel(samples, 16, threads, work);
   if (failure) return std::move(*failure);
   return out;
 }

@@ -162,6 +162,7 @@ class CollisionModel {
   std::vector<PassedPair> passed_;
   std::size_t coordinates_ = 0;
   std::string provider_;
+  bool is_script_ = false;  ///< the engine is written in Lua: one thread, the application's
   std::unique_ptr<CollisionScene> scene_;
   BroadPhase broad_;
   PairSet checked_;

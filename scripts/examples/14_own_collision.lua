@@ -185,6 +185,17 @@ end
 assert(exact < 1e-9, "exact pairs agree: " .. exact)
 assert(deepest < -0.1, "the ball goes through the block")
 
+-- Along a recording, where compiled engines work on several threads and this one does not.
+local rise = trajectory.create{ name = "rise", segments = { { shape = "line", points = {
+  { position = {0.15, 0.1, 0.1}, rpy = {0, 0, 0} }, { position = {0.15, 0.1, 1.5}, rpy = {0, 0, 0} } } } } }
+shelf:add_trajectory{ trajectory = rise, name = "rise" }
+own, known = both(function()
+  local run = shelf:inverse_kinematics{ robot = "probe", trajectory = "rise", clearance = true }
+  return run:values "clearance"
+end)
+for i = 1, #known do exact = math.max(exact, math.abs(own[i] - known[i])) end
+assert(#known > 300 and exact < 1e-9, "clearances along a line agree: " .. exact)
+
 -- A shipped robot: never more room than there is.
 local cell = world.create{ name = "cell" }
 cell:add_robot{ robot = robot "stanford" }
