@@ -16,8 +16,8 @@ template <class A, class B>
 using Wider = decltype(A{} + B{});
 
 template <class T>
-RMP_INLINE Vec<T> vec(const double* v) {
-  return {splat<T>(v[0]), splat<T>(v[1]), splat<T>(v[2])};
+RMP_INLINE Vec<T> vec(const double* v, std::size_t stride = 1) {
+  return {splat<T>(v[0]), splat<T>(v[stride]), splat<T>(v[2 * stride])};
 }
 RMP_INLINE Vec<double> plain(const double* v) { return {v[0], v[1], v[2]}; }
 template <class A, class B>

@@ -149,9 +149,14 @@ inline void load_samples(const double* from, std::size_t width, std::size_t samp
   for (std::size_t first = 0; first < width; first += kLanes) {
     const std::size_t part = width - first < kLanes ? width - first : kLanes;
     Lanes row[kLanes];
-    for (std::size_t i = 0; i < kLanes; ++i) {
-      const std::size_t at = (i < samples ? i : samples - 1) * width + first;
-      row[i] = at + kLanes <= size ? load(from + at) : load_first(from + at, part);
+    if (samples >= kLanes && (kLanes - 1) * width + first + kLanes <= size) {
+#pragma GCC unroll 8
+      for (std::size_t i = 0; i < kLanes; ++i) row[i] = load(from + i * width + first);
+    } else {
+      for (std::size_t i = 0; i < kLanes; ++i) {
+        const std::size_t at = (i < samples ? i : samples - 1) * width + first;
+        row[i] = at + kLanes <= size ? load(from + at) : load_first(from + at, part);
+      }
     }
     transpose(row);
     for (std::size_t k = 0; k < part; ++k) store(to + (first + k) * stride, row[k]);
@@ -169,9 +174,20 @@ inline void store_samples(const double* from, std::size_t stride, std::size_t wi
     const std::size_t first = next + kLanes <= width || width < kLanes ? next : width - kLanes;
     const std::size_t part = width < kLanes ? width : kLanes;
     Lanes row[kLanes];
-    for (std::size_t k = 0; k < kLanes; ++k)
-      row[k] = k < part ? load(from + (first + k) * stride) : Lanes{};
+    if (width >= kLanes) {
+#pragma GCC unroll 8
+      for (std::size_t k = 0; k < kLanes; ++k) row[k] = load(from + (first + k) * stride);
+    } else {
+#pragma GCC unroll 8
+      for (std::size_t k = 0; k < kLanes; ++k)
+        row[k] = k < part ? load(from + (first + k) * stride) : Lanes{};
+    }
     transpose(row);
+    if (samples == kLanes && width >= kLanes) {
+#pragma GCC unroll 8
+      for (std::size_t i = 0; i < kLanes; ++i) store(to + i * width + first, row[i]);
+      continue;
+    }
     for (std::size_t i = 0; i < samples; ++i) {
       const std::size_t at = i * width + first;
       if (at + kLanes <= size) store(to + at, row[i]);
