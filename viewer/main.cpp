@@ -19,6 +19,7 @@
 
 #include "ioci/application.h"
 #include "kernel/text.h"
+#include "lua/lua_state.h"
 #include "model/placement.h"
 #include "scene/build.h"
 #include "scene/tool_ellipsoids.h"
@@ -50,6 +51,8 @@ struct Options {
   std::string what = "pa10_circle";
   std::vector<std::string> play;  ///< robot, trajectory
   bool still = false;
+  std::filesystem::path script;
+  sim::RecordingPtr recording;  ///< that the script made last
   std::string render, screenshot;
   std::optional<double> at;  ///< [s]
   std::array<int, 2> size{1600, 1000};
@@ -153,6 +156,7 @@ struct Picture {
 /// The simulation that is played or looked into; nothing where nothing moves.
 Result<sim::RecordingPtr> recording_of(ioci::Application& app, AnyId id, const Options& options) {
   if (id.kind != Kind::world) return sim::RecordingPtr{};
+  if (options.recording) return options.recording;
   NoProgress progress;
   const auto snapshot = app.document.now();
   const WorldId world{id.number};
@@ -184,8 +188,7 @@ Result<std::pair<RobotId, Pose>> mapped_robot(ioci::Application& app, AnyId id,
 Result<Handle> map_recording(ioci::Application& app, ioci::Session& session, RobotId robot,
                              const Options& options) {
   const bool is_reach = options.map == "reachability";
-  Map args{{"id", ioci::Application::handle(AnyId{Kind::robot, robot.number})}};
-  if (!is_reach) args.set("samples", 300000);
+  const Map args{{"id", ioci::Application::handle(AnyId{Kind::robot, robot.number})}};
   RMP_TRY_ASSIGN(const Value done,
                  app.dispatch(session, is_reach ? "robot.reachability" : "robot.workspace", args));
   return *done.as_map()->find("recording")->as_handle();
@@ -328,7 +331,18 @@ int render(ioci::Application& app, ioci::Session& session, AnyId id, const Optio
   return kOk;
 }
 
-int run(const Options& options) {
+/// Runs the script that is asked for; the world of the last recording that it made.
+Result<AnyId> run_script(ioci::Application& app, lua::LuaState& lua, Options& options) {
+  RMP_TRY(lua.run_file(options.script));
+  for (const auto& [number, recording] : app.recordings.list())
+    if (app.document.now()->get(recording->world)) options.recording = recording;
+  if (options.recording) return AnyId(options.recording->world);
+  return error(ErrorCode::invalid_argument, "the script made no recording of a world",
+               "Let it simulate: world.simulate_physics{...}, say, without removing the recording.",
+               options.script.string());
+}
+
+int run(Options options) {
   // First of all, as it forks and the application has threads.
   if (options.render.empty()) {
     if (const auto display = viewer::check_display(); !display.ok()) {
@@ -341,7 +355,9 @@ int run(const Options& options) {
   if (!made.ok()) return fail(made.error());
   ioci::Application& app = **made;
   ioci::Session session("desktop");
-  auto id = open_record(app, session, options.what);
+  lua::LuaState lua(app, session);
+  auto id = options.script.empty() ? open_record(app, session, options.what)
+                                   : run_script(app, lua, options);
   if (!id.ok()) return fail(id.error());
   if (!options.render.empty()) return render(app, session, *id, options);
   auto built = picture(app, session, *id, options);
@@ -495,6 +511,11 @@ int main(int argc, char** argv) {
       ->expected(2)
       ->type_name("ROBOT TRAJECTORY");
   cli.add_flag("--still", options.still, "do not simulate");
+  cli.add_option("--script", options.script,
+                 "run this Lua file, and show the last recording that it made instead")
+      ->excludes("what")
+      ->excludes("--play")
+      ->excludes("--still");
   cli.add_option("--render", options.render, "draw to this PNG file and exit; needs no display")
       ->type_name("FILE");
   cli.add_option("--screenshot", options.screenshot,

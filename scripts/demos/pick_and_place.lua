@@ -106,7 +106,7 @@ local function grip(friction)
   return gripping:simulate_physics{ actions = taking, objects = standing, sample_time = 0.02,
     robots = {{name = "fingered", friction = friction}}, friction = 0.5 }
 end
-local rubber, oil = grip(0.9), grip(0.05)
+local oil, rubber = grip(0.05), grip(0.9)
 local mass = solid.get("crate"):mass().mass
 -- Held while 2 mu N >= m (g + a), with N = force / 2 and the greatest acceleration of the lift,
 -- about 10 / sqrt(3) of way over time^2.
