@@ -7,6 +7,7 @@
 #include "kernel/text.h"
 #include "model/placement.h"
 #include "motion/segment.h"
+#include "motion/transition.h"
 #include "spatial/pose.h"
 #include "spatial/rotation.h"
 #include "spatial/vec.h"
@@ -14,45 +15,31 @@
 namespace robomosp::motion {
 namespace {
 
-/// How far apart the end of one segment and the start of the next are.
-Result<void> check_joint(const Segment& before, const Segment& after, std::size_t index) {
-  const double end = before.duration(), start = 0;
-  PathSample a, b;
-  before.sample({&end, 1}, {&a, 1});
-  after.sample({&start, 1}, {&b, 1});
-  const double gap = spatial::distance(a.pose.p, b.pose.p);
-  const double turn = spatial::norm(spatial::rotation_difference(a.pose.R, b.pose.R));
-  if (gap <= kJoinPosition && turn <= kJoinRotation) return {};
-  const std::string names = "segment " + std::to_string(index) + " ends and segment " +
-                            std::to_string(index + 1) + " starts ";
-  return error(ErrorCode::invalid_argument,
-               gap > kJoinPosition
-                   ? names + text::print_rounded(gap) + " m apart"
-                   : names + "with orientations " + text::print_rounded(turn) + " rad apart",
-               "Give the second segment the first one's last pose, or put a line between them.");
-}
-
 /// The segments of a trajectory and of those stored in it, in order, seen from the outermost.
 class Collector {
  public:
   Collector(const Registry& registry, const FindTrajectory& find)
       : registry_(registry), find_(find) {}
 
+  /// `first` is how the first segment follows what was before.
   Result<void> collect(const model::Trajectory& trajectory, const std::string& where,
-                       const Pose& outer_T_trajectory, bool is_outermost) {
+                       const Pose& outer_T_trajectory, const model::Transition& first) {
+    const bool is_outermost = open_.empty();
     if (trajectory.segments.empty())
       return error(ErrorCode::invalid_argument, "it has no segments",
                    "Add a segment such as a line or a circle.", where);
     for (std::size_t i = 0; i < trajectory.segments.size(); ++i) {
       const model::TrajectorySegment& record = trajectory.segments[i];
+      const model::Transition& transition = i == 0 ? first : record.transition;
       const std::string here = where + ", segment " + std::to_string(i + 1);
       if (record.stored) {
-        RMP_TRY(collect_stored(record, here, outer_T_trajectory));
+        RMP_TRY(collect_stored(record, here, outer_T_trajectory, transition));
         continue;
       }
       RMP_TRY_ASSIGN(auto segment, make_segment(registry_, record, here));
       if (!is_outermost) segment = placed_segment(outer_T_trajectory, std::move(segment));
-      out.push_back(std::move(segment));
+      auto joined = follow(out, std::move(segment), transition, ++count_);
+      if (!joined.ok()) return std::move(joined).error().in(where);
     }
     return {};
   }
@@ -61,7 +48,7 @@ class Collector {
 
  private:
   Result<void> collect_stored(const model::TrajectorySegment& record, const std::string& here,
-                              const Pose& outer_T_trajectory) {
+                              const Pose& outer_T_trajectory, const model::Transition& first) {
     const model::Record* stored = find_ ? find_(record.stored) : nullptr;
     const auto* trajectory = stored ? std::get_if<model::Trajectory>(&stored->body) : nullptr;
     if (!trajectory)
@@ -73,7 +60,7 @@ class Collector {
                    "Remove one of the segments that go round in a circle.", here);
     open_.push_back(record.stored);
     RMP_TRY(collect(*trajectory, here + ", trajectory " + text::quote(stored->name),
-                    spatial::compose(outer_T_trajectory, model::pose(record.placement)), false));
+                    spatial::compose(outer_T_trajectory, model::pose(record.placement)), first));
     open_.pop_back();
     return {};
   }
@@ -81,6 +68,7 @@ class Collector {
   const Registry& registry_;
   const FindTrajectory& find_;
   std::vector<TrajectoryId> open_;  ///< being run, outermost first
+  std::size_t count_ = 0;           ///< of segments so far
 };
 
 }  // namespace
@@ -91,21 +79,15 @@ Result<std::shared_ptr<const Path>> Path::build(const Registry& registry,
                                                 const FindTrajectory& find) {
   const std::string name = "trajectory " + text::quote(trajectory_name);
   Collector collector(registry, find);
-  RMP_TRY(collector.collect(trajectory, name, Pose{}, true));
+  RMP_TRY(collector.collect(trajectory, name, Pose{}, {}));
   auto path = std::make_shared<Path>();
   path->starts_.push_back(0);
-  for (auto& segment : collector.out) RMP_TRY(path->append(std::move(segment), name));
+  for (auto& segment : collector.out) {
+    path->starts_.push_back(path->starts_.back() + segment->duration());
+    path->length_ += segment->length();
+    path->segments_.push_back(std::move(segment));
+  }
   return std::shared_ptr<const Path>(std::move(path));
-}
-
-Result<void> Path::append(std::shared_ptr<const Segment> segment,
-                          std::string_view trajectory_name) {
-  if (!segments_.empty())
-    RMP_TRY(check_joint(*segments_.back(), *segment, segments_.size()).in(trajectory_name));
-  starts_.push_back(starts_.back() + segment->duration());
-  length_ += segment->length();
-  segments_.push_back(std::move(segment));
-  return {};
 }
 
 void Path::sample(std::span<const double> times, std::span<PathSample> out) const {

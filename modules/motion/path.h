@@ -30,8 +30,7 @@ FindTrajectory stored_in(const Snapshot& snapshot) {
 /// Segments one after the other in time. Immutable. [any thread]
 class Path {
  public:
-  /// Builds every segment by its provider. A gap between consecutive segments (position or
-  /// orientation) is an error that names both and tells its size.
+  /// Builds every segment by its providers, and the transitions between them (transition.h).
   static Result<std::shared_ptr<const Path>> build(const Registry&,
                                                    std::string_view trajectory_name,
                                                    const model::Trajectory&,
@@ -39,6 +38,7 @@ class Path {
 
   [[nodiscard]] double duration() const { return starts_.back(); }  ///< [s]
   [[nodiscard]] double length() const { return length_; }           ///< [m]
+  /// Of segments and the transitions between them.
   [[nodiscard]] std::size_t segment_count() const { return segments_.size(); }
   /// Fills out[i] for times[i] (ascending or not; held at the ends outside 0..duration()). A time
   /// at a joint of two segments belongs to the later one. Poses in the trajectory's frame.
@@ -47,15 +47,9 @@ class Path {
   [[nodiscard]] std::vector<double> sample_times(double step) const;
 
  private:
-  Result<void> append(std::shared_ptr<const Segment>, std::string_view trajectory_name);
-
   std::vector<std::shared_ptr<const Segment>> segments_;
   std::vector<double> starts_;  ///< start time of each segment, and the end of the last
   double length_ = 0;
 };
-
-/// Greatest gap that still counts as joined.
-inline constexpr double kJoinPosition = 1e-9;  ///< [m]
-inline constexpr double kJoinRotation = 1e-9;  ///< [rad]
 
 }  // namespace robomosp::motion

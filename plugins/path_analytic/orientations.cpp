@@ -4,8 +4,8 @@
 #include <cmath>
 #include <string_view>
 
-#include "jet.h"
 #include "makers.h"
+#include "spatial/jet.h"
 #include "spatial/pose.h"
 #include "spatial/rotation.h"
 #include "spatial/vec.h"
@@ -14,6 +14,9 @@ namespace robomosp::path_analytic {
 namespace {
 
 using spatial::add;
+using spatial::Jet;
+using spatial::JetQuaternion;
+using spatial::JetVector;
 using spatial::print_number;
 
 /// Turns at a constant rate about an axis fixed in the trajectory's frame.
@@ -103,11 +106,11 @@ Quaternion conjugate(const Quaternion& q) { return {q[0], -q[1], -q[2], -q[3]}; 
 JetQuaternion constant(const Quaternion& q) { return {Jet{q[0]}, Jet{q[1]}, Jet{q[2]}, Jet{q[3]}}; }
 /// Half the rotation vector of a^-1 b, in the axes of a.
 Vec3 half_turn(const Quaternion& a, const Quaternion& b) {
-  const JetVector v = log(constant(times(conjugate(a), b)));
+  const JetVector v = spatial::log(constant(times(conjugate(a), b)));
   return {v[0].v, v[1].v, v[2].v};
 }
 Quaternion turned(const Quaternion& a, const Vec3& half) {
-  const JetQuaternion e = exp(JetVector{Jet{half[0]}, Jet{half[1]}, Jet{half[2]}});
+  const JetQuaternion e = spatial::exp(JetVector{Jet{half[0]}, Jet{half[1]}, Jet{half[2]}});
   return times(a, {e[0].v, e[1].v, e[2].v, e[3].v});
 }
 
@@ -179,7 +182,8 @@ class Squad final : public Orientation {
                           1 / (before + after));
   }
   static JetQuaternion slerp(const JetQuaternion& a, const JetQuaternion& b, const Jet& t) {
-    return multiply(a, exp(path_analytic::scale(log(multiply(path_analytic::conjugate(a), b)), t)));
+    return spatial::multiply(a, spatial::exp(spatial::scale(
+                                    spatial::log(spatial::multiply(spatial::conjugate(a), b)), t)));
   }
 
   std::vector<double> knots_;
@@ -197,12 +201,13 @@ class Tangent final : public Orientation {
     const JetVector up{Jet{up_[0]}, Jet{up_[1]}, Jet{up_[2]}};
     for (std::size_t i = 0; i < w.size(); ++i) {
       const CurveSample& p = along[i];
-      const JetVector t = unit({Jet{p.d1[0], p.d2[0], p.d3[0]}, Jet{p.d1[1], p.d2[1], p.d3[1]},
-                                Jet{p.d1[2], p.d2[2], p.d3[2]}});
+      const JetVector t =
+          spatial::unit({Jet{p.d1[0], p.d2[0], p.d3[0]}, Jet{p.d1[1], p.d2[1], p.d3[1]},
+                         Jet{p.d1[2], p.d2[2], p.d3[2]}});
       JetVector axes[3];
       axes[axis_] = t;
-      axes[(axis_ + 1) % 3] = unit(cross(up, t));
-      axes[(axis_ + 2) % 3] = cross(t, axes[(axis_ + 1) % 3]);
+      axes[(axis_ + 1) % 3] = spatial::unit(spatial::cross(up, t));
+      axes[(axis_ + 2) % 3] = spatial::cross(t, axes[(axis_ + 1) % 3]);
       OrientationSample& s = out[i];
       s.turn = s.bend = {};
       for (std::size_t c = 0; c < 3; ++c) {

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Jets: numbers that carry their first and second derivative along (layer: plugin).
+// Jets: numbers that carry their first and second derivative along (layer: data processing,
+// spatial).
 #pragma once
 
 #include <array>
 #include <cmath>
 
-namespace robomosp::path_analytic {
+namespace robomosp::spatial {
 
 /// f, f', f''.
 struct Jet {
@@ -91,4 +92,21 @@ inline JetVector log(const JetQuaternion& q) {
   return scale(u, f);
 }
 
-}  // namespace robomosp::path_analytic
+/// Angular velocity and acceleration, in the outer frame's axes, of R = exp(phi) R0.
+struct TurnRates {
+  std::array<double, 3> velocity{}, acceleration{};
+};
+inline TurnRates turn_rates(const JetVector& phi) {
+  const JetQuaternion q = exp(scale(phi, Jet{0.5}));
+  const auto vector_of_product = [&](const std::array<double, 4>& a) {
+    // The vector part of 2 a q*.
+    const double w = q[0].v, x = -q[1].v, y = -q[2].v, z = -q[3].v;
+    return std::array<double, 3>{2 * (a[0] * x + a[1] * w + a[2] * z - a[3] * y),
+                                 2 * (a[0] * y - a[1] * z + a[2] * w + a[3] * x),
+                                 2 * (a[0] * z + a[1] * y - a[2] * x + a[3] * w)};
+  };
+  return {vector_of_product({q[0].d, q[1].d, q[2].d, q[3].d}),
+          vector_of_product({q[0].dd, q[1].dd, q[2].dd, q[3].dd})};
+}
+
+}  // namespace robomosp::spatial

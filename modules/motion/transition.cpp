@@ -1,0 +1,271 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "motion/transition.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+
+#include "kernel/text.h"
+#include "spatial/jet.h"
+#include "spatial/pose.h"
+#include "spatial/rotation.h"
+#include "spatial/vec.h"
+
+namespace robomosp::motion {
+namespace {
+
+using spatial::add;
+using spatial::norm;
+using spatial::scale;
+using spatial::sub;
+
+/// Of a neighbour: how much of its time a corner may take at most.
+constexpr double kMostCut = 0.45;
+/// Without speeds to go by.
+constexpr double kSpeed = 0.1;         ///< [m/s]
+constexpr double kAngularSpeed = 0.5;  ///< [rad/s]
+
+PathSample at(const Segment& s, double t) {
+  PathSample out;
+  s.sample({&t, 1}, {&out, 1});
+  return out;
+}
+
+/// Length of the tool's path between two times, by Simpson's rule.
+double length_between(const Segment& s, double from, double to) {
+  constexpr std::size_t kIntervals = 256;
+  std::vector<double> times(kIntervals + 1);
+  for (std::size_t i = 0; i <= kIntervals; ++i)
+    times[i] = from + (to - from) * static_cast<double>(i) / kIntervals;
+  std::vector<PathSample> out(times.size());
+  s.sample(times, out);
+  double sum = 0;
+  for (std::size_t i = 0; i <= kIntervals; ++i)
+    sum += (i == 0 || i == kIntervals ? 1 : i % 2 ? 4 : 2) * norm(out[i].velocity);
+  return sum * (to - from) / (3 * kIntervals);
+}
+
+/// A part of a segment.
+class Trimmed final : public Segment {
+ public:
+  Trimmed(std::shared_ptr<const Segment> segment, double from, double to)
+      : segment_(std::move(segment)),
+        from_(from),
+        to_(to),
+        length_(length_between(*segment_, from, to)) {}
+  [[nodiscard]] double duration() const override { return to_ - from_; }
+  [[nodiscard]] double length() const override { return length_; }
+  void sample(std::span<const double> times, std::span<PathSample> out) const override {
+    const double slack = 1e-12 * duration();
+    std::array<double, 64> inner;
+    for (std::size_t first = 0; first < times.size(); first += inner.size()) {
+      const std::size_t n = std::min(inner.size(), times.size() - first);
+      for (std::size_t i = 0; i < n; ++i)
+        inner[i] = from_ + std::clamp(times[first + i], 0.0, duration());
+      const auto chunk = out.subspan(first, n);
+      segment_->sample(std::span<const double>(inner).first(n), chunk);
+      for (std::size_t i = 0; i < n; ++i)
+        if (times[first + i] < -slack || times[first + i] > duration() + slack)
+          chunk[i].velocity = chunk[i].acceleration = chunk[i].angular_velocity =
+              chunk[i].angular_acceleration = {};
+    }
+  }
+
+ private:
+  std::shared_ptr<const Segment> segment_;
+  double from_, to_, length_;
+};
+
+/// Three quintic polynomials of the share of a duration, by values, rates and accelerations at both
+/// ends (in time).
+struct Quintic {
+  std::array<Vec3, 6> c{};
+  Quintic() = default;
+  Quintic(double T, const Vec3& x0, const Vec3& v0, const Vec3& a0, const Vec3& x1, const Vec3& v1,
+          const Vec3& a1) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double d0 = v0[k] * T, e0 = a0[k] * T * T / 2;
+      const double dx = x1[k] - (x0[k] + d0 + e0), dv = v1[k] * T - (d0 + 2 * e0),
+                   da = a1[k] * T * T - 2 * e0;
+      c[0][k] = x0[k], c[1][k] = d0, c[2][k] = e0;
+      c[3][k] = 10 * dx - 4 * dv + da / 2;
+      c[4][k] = -15 * dx + 7 * dv - da;
+      c[5][k] = 6 * dx - 3 * dv + da / 2;
+    }
+  }
+  [[nodiscard]] spatial::JetVector at(double share, double T) const {
+    spatial::JetVector out;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double x = share;
+      out[k].v =
+          c[0][k] + x * (c[1][k] + x * (c[2][k] + x * (c[3][k] + x * (c[4][k] + x * c[5][k]))));
+      out[k].d =
+          (c[1][k] + x * (2 * c[2][k] + x * (3 * c[3][k] + x * (4 * c[4][k] + x * 5 * c[5][k])))) /
+          T;
+      out[k].dd =
+          (2 * c[2][k] + x * (6 * c[3][k] + x * (12 * c[4][k] + x * 20 * c[5][k]))) / (T * T);
+    }
+    return out;
+  }
+};
+
+/// Solves J x = b for the matrix that takes rates of a rotation vector to angular velocities.
+Vec3 vector_rates(const Vec3& phi, const Vec3& b) {
+  std::array<Vec3, 3> column;
+  for (std::size_t k = 0; k < 3; ++k) {
+    spatial::JetVector v{spatial::Jet{phi[0]}, spatial::Jet{phi[1]}, spatial::Jet{phi[2]}};
+    v[k].d = 1;
+    column[k] = spatial::turn_rates(v).velocity;
+  }
+  const Vec3 yz = spatial::cross(column[1], column[2]);
+  const double det = spatial::dot(column[0], yz);
+  return {spatial::dot(b, yz) / det, spatial::dot(b, spatial::cross(column[2], column[0])) / det,
+          spatial::dot(b, spatial::cross(column[0], column[1])) / det};
+}
+
+/// From one state of the tool to another in a given time.
+class Bridge final : public Segment {
+ public:
+  Bridge(const PathSample& from, const PathSample& to, double duration)
+      : duration_(duration),
+        way_(duration, from.pose.p, from.velocity, from.acceleration, to.pose.p, to.velocity,
+             to.acceleration) {
+    start_.R = from.pose.R;
+    const Vec3 phi = spatial::rotation_difference(from.pose.R, to.pose.R);
+    const Vec3 rate = vector_rates(phi, to.angular_velocity);
+    // The angular acceleration is J phi'' and what the rates alone make.
+    spatial::JetVector jet;
+    for (std::size_t k = 0; k < 3; ++k) jet[k] = {phi[k], rate[k], 0};
+    const Vec3 bend = vector_rates(
+        phi, sub(to.angular_acceleration, Vec3(spatial::turn_rates(jet).acceleration)));
+    turn_ =
+        Quintic(duration, {}, from.angular_velocity, from.angular_acceleration, phi, rate, bend);
+    length_ = length_between(*this, 0, duration);
+  }
+  [[nodiscard]] double duration() const override { return duration_; }
+  [[nodiscard]] double length() const override { return length_; }
+  void sample(std::span<const double> times, std::span<PathSample> out) const override {
+    const double slack = 1e-12 * duration_;
+    for (std::size_t i = 0; i < times.size(); ++i) {
+      const double x = std::clamp(times[i] / duration_, 0.0, 1.0);
+      const spatial::JetVector p = way_.at(x, duration_), phi = turn_.at(x, duration_);
+      PathSample& s = out[i];
+      Pose turned;
+      turned.R = spatial::rotation_exp({phi[0].v, phi[1].v, phi[2].v});
+      s.pose.R = spatial::compose(turned, start_).R;
+      s.pose.p = {p[0].v, p[1].v, p[2].v};
+      s.velocity = s.acceleration = s.angular_velocity = s.angular_acceleration = {};
+      if (times[i] < -slack || times[i] > duration_ + slack) continue;
+      s.velocity = {p[0].d, p[1].d, p[2].d};
+      s.acceleration = {p[0].dd, p[1].dd, p[2].dd};
+      const spatial::TurnRates rates = spatial::turn_rates(phi);
+      s.angular_velocity = rates.velocity;
+      s.angular_acceleration = rates.acceleration;
+    }
+  }
+
+ private:
+  double duration_, length_ = 0;
+  Quintic way_, turn_;
+  Pose start_;
+};
+
+/// The time, counted from one end of a segment inwards, at which the tool is `distance` from there;
+/// at most kMostCut of its duration.
+double cut_time(const Segment& s, bool is_end, double distance) {
+  const double T = s.duration(), most = kMostCut * T;
+  const auto time = [&](double cut) { return is_end ? T - cut : cut; };
+  const Vec3 corner = at(s, time(0)).pose.p;
+  const auto is_far = [&](double cut) {
+    return spatial::distance(at(s, time(cut)).pose.p, corner) >= distance;
+  };
+  constexpr int kScan = 64;
+  double low = 0, high = most;
+  for (int i = 1; i <= kScan; ++i) {
+    const double cut = most * i / kScan;
+    if (!is_far(cut)) {
+      low = cut;
+      continue;
+    }
+    high = cut;
+    break;
+  }
+  if (low >= most) return most;
+  for (int i = 0; i < 50; ++i) {
+    const double middle = (low + high) / 2;
+    (is_far(middle) ? high : low) = middle;
+  }
+  return high;
+}
+
+bool same_rate(const Vec3& a, const Vec3& b) {
+  return norm(sub(a, b)) <= kJoinRate * (1 + norm(a) + norm(b));
+}
+
+/// How long a bridge takes: by its way at a mean speed, and by its turn.
+double bridge_time(const PathSample& a, const PathSample& b, double speed) {
+  const double way = spatial::distance(a.pose.p, b.pose.p),
+               turn = norm(spatial::rotation_difference(a.pose.R, b.pose.R));
+  if (!(speed > 0)) speed = std::max({norm(a.velocity), norm(b.velocity), kSpeed});
+  const double turning =
+      std::max({norm(a.angular_velocity), norm(b.angular_velocity), kAngularSpeed});
+  return std::max(way / speed, turn / turning);
+}
+
+}  // namespace
+
+Result<void> follow(std::vector<std::shared_ptr<const Segment>>& pieces,
+                    std::shared_ptr<const Segment> next, const model::Transition& transition,
+                    std::size_t number) {
+  if (pieces.empty()) {
+    pieces.push_back(std::move(next));
+    return {};
+  }
+  const Segment& last = *pieces.back();
+  const PathSample end = at(last, last.duration()), start = at(*next, 0);
+  const double gap = spatial::distance(end.pose.p, start.pose.p);
+  const double turn = norm(spatial::rotation_difference(end.pose.R, start.pose.R));
+  const bool is_joined = gap <= kJoinPosition && turn <= kJoinRotation;
+  if (!is_joined && !transition.is_smooth) {
+    const std::string names = "segment " + std::to_string(number - 1) + " ends and segment " +
+                              std::to_string(number) + " starts ";
+    return error(ErrorCode::invalid_argument,
+                 gap > kJoinPosition
+                     ? names + text::print_rounded(gap) + " m apart"
+                     : names + "with orientations " + text::print_rounded(turn) + " rad apart",
+                 "Give the second segment the first one's last pose, or allow a transition.");
+  }
+  if (is_joined &&
+      (!transition.is_smooth || (same_rate(end.velocity, start.velocity) &&
+                                 same_rate(end.angular_velocity, start.angular_velocity)))) {
+    pieces.push_back(std::move(next));
+    return {};
+  }
+  double before = 0, after = 0;  // time cut away
+  if (is_joined) {
+    double distance = transition.distance;
+    if (!(distance > 0)) distance = std::min(last.length(), next->length()) / 10;
+    const auto cut = [&](const Segment& s, bool is_end) {
+      return s.length() > kJoinPosition && distance > 0 ? cut_time(s, is_end, distance)
+                                                        : s.duration() / 10;
+    };
+    before = cut(last, true);
+    after = cut(*next, false);
+  }
+  const double T = last.duration();
+  const PathSample from = at(last, T - before), to = at(*next, after);
+  double duration = before + after;
+  if (!is_joined || transition.speed > 0) duration = bridge_time(from, to, transition.speed);
+  auto bridge = std::make_shared<Bridge>(from, to, duration);
+  if (before > 0) {
+    auto trimmed = std::make_shared<Trimmed>(pieces.back(), 0, T - before);
+    pieces.back() = std::move(trimmed);
+  }
+  pieces.push_back(std::move(bridge));
+  if (after > 0) next = std::make_shared<Trimmed>(next, after, next->duration());
+  pieces.push_back(std::move(next));
+  return {};
+}
+
+}  // namespace robomosp::motion

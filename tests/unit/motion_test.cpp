@@ -1,0 +1,228 @@
+// SPDX-License-Identifier: Apache-2.0
+// Trajectories of several segments: transitions, stored ones, walking curves by their length.
+#include <cmath>
+#include <numbers>
+
+#include "motion/curve_walk.h"
+#include "motion/path.h"
+#include "spatial/pose.h"
+#include "spatial/rotation.h"
+#include "spatial/vec.h"
+#include "support/segments.h"
+
+namespace robomosp {
+namespace {
+
+using conformance::record_of;
+using conformance::registry_with;
+using model::Trajectory;
+using model::TrajectorySegment;
+
+const Registry& registry() {
+  static const Registry& r = registry_with({"path_analytic", "path_splines"});
+  return r;
+}
+
+Pose place(double x, double y, double z, const Vec3& turn = {}) {
+  Pose p;
+  p.R = spatial::rotation_exp(turn);
+  p.p = {x, y, z};
+  return p;
+}
+
+Result<std::shared_ptr<const motion::Path>> build(const Trajectory& t,
+                                                  const motion::FindTrajectory& find = {}) {
+  return motion::Path::build(registry(), "test", t, find);
+}
+
+PathSample at(const motion::Path& path, double t) {
+  PathSample s;
+  path.sample({&t, 1}, {&s, 1});
+  return s;
+}
+
+/// The greatest jumps of position, turn, velocities and accelerations from sample to sample, beyond
+/// what the next derivative explains.
+struct Jumps {
+  double position = 0, rotation = 0, velocity = 0, turning = 0;
+};
+Jumps jumps(const motion::Path& path, int samples = 20000) {
+  Jumps out;
+  const double h = path.duration() / samples;
+  PathSample a = at(path, 0);
+  for (int i = 1; i <= samples; ++i) {
+    const PathSample b = at(path, h * i);
+    // Hermite: position changes by the mean of the velocities, up to terms of third order.
+    const Vec3 moved = spatial::scale(spatial::add(a.velocity, b.velocity), h / 2);
+    const Vec3 turned = spatial::scale(spatial::add(a.angular_velocity, b.angular_velocity), h / 2);
+    const Vec3 sped = spatial::scale(spatial::add(a.acceleration, b.acceleration), h / 2);
+    const Vec3 spun =
+        spatial::scale(spatial::add(a.angular_acceleration, b.angular_acceleration), h / 2);
+    const auto beyond = [](const Vec3& change, const Vec3& explained) {
+      return spatial::norm(spatial::sub(change, explained));
+    };
+    out.position = std::max(out.position, beyond(spatial::sub(b.pose.p, a.pose.p), moved));
+    out.rotation =
+        std::max(out.rotation, beyond(spatial::rotation_difference(a.pose.R, b.pose.R), turned));
+    out.velocity = std::max(out.velocity, beyond(spatial::sub(b.velocity, a.velocity), sped));
+    out.turning =
+        std::max(out.turning, beyond(spatial::sub(b.angular_velocity, a.angular_velocity), spun));
+    a = b;
+  }
+  return out;
+}
+
+Trajectory corner(model::Transition transition) {
+  Trajectory t;
+  t.segments.push_back(record_of("line", {place(0, 0, 0), place(0.4, 0, 0, {0.3, 0, 0})}));
+  t.segments.push_back(
+      record_of("line", {place(0.4, 0, 0, {0.3, 0, 0}), place(0.4, 0.3, 0.1, {0, 0.5, 0})}));
+  t.segments.back().transition = transition;
+  return t;
+}
+
+TEST(Transitions, CutCornersSmoothly) {
+  const auto made = build(corner({}));
+  ASSERT_TRUE(made.ok()) << made.error().sentence();
+  const motion::Path& path = **made;
+  EXPECT_EQ(path.segment_count(), 3U);
+  const Jumps j = jumps(path);
+  EXPECT_LT(j.position, 1e-9);
+  EXPECT_LT(j.rotation, 1e-9);
+  EXPECT_LT(j.velocity, 2e-5);
+  EXPECT_LT(j.turning, 2e-4);
+  // Cut a tenth of the shorter neighbour away from the corner, not more.
+  const double shorter = std::hypot(0.3, 0.1);
+  double nearest = 1;
+  for (int i = 0; i <= 1000; ++i)
+    nearest = std::min(nearest,
+                       spatial::distance(at(path, path.duration() * i / 1000).pose.p, {0.4, 0, 0}));
+  EXPECT_LT(nearest, shorter / 10);
+  EXPECT_GT(nearest, 0.2 * shorter / 10);
+  EXPECT_LT(path.length(), 0.4 + shorter);
+}
+
+TEST(Transitions, KeepTheDistanceAsked) {
+  const auto made = build(corner({.is_smooth = true, .distance = 0.05, .speed = 0}));
+  ASSERT_TRUE(made.ok()) << made.error().sentence();
+  // Up to 0.05 before the corner the first line is run as it is.
+  const PathSample s = at(**made, 3.4);
+  EXPECT_NEAR(s.pose.p[0], 0.34, 1e-12);
+  EXPECT_EQ(s.pose.p[1], 0);
+  EXPECT_NE(at(**made, 3.55).pose.p[1], 0);
+}
+
+TEST(Transitions, NoneLetsTheVelocityJump) {
+  const auto made = build(corner({.is_smooth = false, .distance = 0, .speed = 0}));
+  ASSERT_TRUE(made.ok()) << made.error().sentence();
+  EXPECT_EQ((*made)->segment_count(), 2U);
+  EXPECT_NEAR((*made)->length(), 0.4 + std::hypot(0.3, 0.1), 1e-12);
+  EXPECT_GT(jumps(**made).velocity, 0.1);
+}
+
+TEST(Transitions, NeedNothingWhereTheToolRests) {
+  Trajectory t = corner({});
+  for (auto& s : t.segments) s.law.name = "quintic";
+  const auto made = build(t);
+  ASSERT_TRUE(made.ok()) << made.error().sentence();
+  EXPECT_EQ((*made)->segment_count(), 2U);
+}
+
+TEST(Transitions, BridgeGaps) {
+  Trajectory t;
+  t.segments.push_back(record_of("line", {place(0, 0, 0), place(0.4, 0, 0)}));
+  t.segments.push_back(record_of(
+      "arc", {place(0.5, 0.1, 0, {0, 0, 2}), place(0.6, 0.2, 0), place(0.5, 0.3, 0, {1, 0, 0})}));
+  const auto made = build(t);
+  ASSERT_TRUE(made.ok()) << made.error().sentence();
+  EXPECT_EQ((*made)->segment_count(), 3U);
+  const Jumps j = jumps(**made);
+  EXPECT_LT(j.position, 1e-9);
+  EXPECT_LT(j.rotation, 1e-8);
+  EXPECT_LT(j.velocity, 1e-4);
+  EXPECT_LT(j.turning, 1e-3);
+  t.segments.back().transition.is_smooth = false;
+  EXPECT_EQ(build(t).error().sentence(),
+            "trajectory \"test\": segment 1 ends and segment 2 starts 0.141421 m apart. Give the "
+            "second segment the first one's last pose, or allow a transition.");
+}
+
+TEST(StoredTrajectories, RunElsewhere) {
+  model::Record stroke;
+  stroke.name = "stroke";
+  Trajectory inner;
+  inner.segments.push_back(record_of("line", {place(0, 0, 0), place(0.2, 0, 0)}));
+  stroke.body = inner;
+  const TrajectoryId id{7};
+  const motion::FindTrajectory find = [&](TrajectoryId wanted) {
+    return wanted == id ? &stroke : nullptr;
+  };
+  Trajectory outer;
+  TrajectorySegment s;
+  s.stored = id;
+  outer.segments.push_back(s);
+  s.placement.position = {0.2, 0, 0};
+  s.placement.angles = {0, 0, std::numbers::pi / 2};
+  inner.segments.push_back(record_of("line", {place(0.2, 0, 0), place(0.2, 0, 0, {0, 0, 1})}));
+  inner.segments.push_back(record_of("line", {place(0.2, 0, 0, {0, 0, 1}),
+                                              place(0.2, 0, 0, {0, 0, std::numbers::pi / 2})}));
+  for (auto& segment : inner.segments) segment.transition.is_smooth = false;
+  stroke.body = inner;
+  s.transition.is_smooth = false;
+  outer.segments.push_back(s);
+  const auto made = build(outer, find);
+  ASSERT_TRUE(made.ok()) << made.error().sentence();
+  EXPECT_NEAR((*made)->length(), 0.4, 1e-12);
+  const PathSample end = at(**made, (*made)->duration());
+  EXPECT_NEAR(end.pose.p[0], 0.2, 1e-15);
+  EXPECT_NEAR(end.pose.p[1], 0.2, 1e-15);
+  EXPECT_NEAR(end.velocity[1], 0.1, 1e-15);
+
+  std::get<Trajectory>(stroke.body).segments.push_back(s);
+  EXPECT_EQ(build(outer, find).error().sentence(),
+            "trajectory \"test\", segment 1, trajectory \"stroke\", segment 2, trajectory "
+            "\"stroke\", segment 2: trajectory \"stroke\" would run itself. Remove one of the "
+            "segments that go round in a circle.");
+  outer.segments[0].stored = TrajectoryId{8};
+  EXPECT_EQ(
+      build(outer, find).error().sentence(),
+      "trajectory \"test\", segment 1: the trajectory it runs is not there. Remove the segment "
+      "or give another trajectory.");
+}
+
+/// An ellipse by its angle.
+class Ellipse final : public Curve {
+ public:
+  [[nodiscard]] double end() const override { return 2 * std::numbers::pi; }
+  [[nodiscard]] std::vector<double> knots() const override { return {0, std::numbers::pi}; }
+  void evaluate(std::span<const double> u, std::span<CurveSample> out) const override {
+    for (std::size_t i = 0; i < u.size(); ++i) {
+      const double c = std::cos(u[i]), s = std::sin(u[i]);
+      out[i] = {{2 * c, s, 0}, {-2 * s, c, 0}, {-2 * c, -s, 0}, {2 * s, -c, 0}};
+    }
+  }
+};
+
+// The circumference of an ellipse with half axes 2 and 1 is 8 E(3/4) = 9.688448220547676
+// (Abramowitz and Stegun, table 17.1: E(3/4) = 1.21105 60276).
+TEST(CurveWalk, MeasuresAnEllipse) {
+  const auto walk = motion::CurveWalk::build(std::make_shared<Ellipse>());
+  ASSERT_TRUE(walk.ok()) << walk.error().sentence();
+  EXPECT_NEAR(walk->length(), 8 * 1.2110560276, 1e-9);
+  EXPECT_NEAR(walk->knot_shares()[1], 0.5, 1e-12);
+  for (int i = 0; i <= 100; ++i) {
+    const double w = 0.01 * i, h = 1e-5;
+    CurveSample s[3];
+    const double at[] = {std::max(0.0, w - h), w, std::min(1.0, w + h)};
+    walk->evaluate(at, s);
+    EXPECT_NEAR(spatial::norm(s[1].d1), walk->length(), 1e-10);
+    EXPECT_NEAR(spatial::dot(s[1].d1, s[1].d2), 0, 1e-8) << "even steps have no acceleration along";
+    for (std::size_t k = 0; k < 3 && i > 0 && i < 100; ++k) {
+      EXPECT_NEAR(s[1].d2[k], (s[2].d1[k] - s[0].d1[k]) / (2 * h), 1e-4);
+      EXPECT_NEAR(s[1].d3[k], (s[2].d2[k] - s[0].d2[k]) / (2 * h), 1e-2);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace robomosp
