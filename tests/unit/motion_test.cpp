@@ -164,8 +164,8 @@ TEST(StoredTrajectories, RunElsewhere) {
   s.placement.position = {0.2, 0, 0};
   s.placement.angles = {0, 0, std::numbers::pi / 2};
   inner.segments.push_back(record_of("line", {place(0.2, 0, 0), place(0.2, 0, 0, {0, 0, 1})}));
-  inner.segments.push_back(record_of("line", {place(0.2, 0, 0, {0, 0, 1}),
-                                              place(0.2, 0, 0, {0, 0, std::numbers::pi / 2})}));
+  inner.segments.push_back(record_of(
+      "line", {place(0.2, 0, 0, {0, 0, 1}), place(0.2, 0, 0, {0, 0, std::numbers::pi / 2})}));
   for (auto& segment : inner.segments) segment.transition.is_smooth = false;
   stroke.body = inner;
   s.transition.is_smooth = false;
@@ -176,13 +176,12 @@ TEST(StoredTrajectories, RunElsewhere) {
   const PathSample end = at(**made, (*made)->duration());
   EXPECT_NEAR(end.pose.p[0], 0.2, 1e-15);
   EXPECT_NEAR(end.pose.p[1], 0.2, 1e-15);
-  EXPECT_NEAR(end.velocity[1], 0.1, 1e-15);
+  EXPECT_NEAR(end.angular_velocity[2], 0.5, 1e-15);
 
   std::get<Trajectory>(stroke.body).segments.push_back(s);
   EXPECT_EQ(build(outer, find).error().sentence(),
-            "trajectory \"test\", segment 1, trajectory \"stroke\", segment 2, trajectory "
-            "\"stroke\", segment 2: trajectory \"stroke\" would run itself. Remove one of the "
-            "segments that go round in a circle.");
+            "trajectory \"test\", segment 1, trajectory \"stroke\", segment 4: trajectory "
+            "\"stroke\" would run itself. Remove one of the segments that go round in a circle.");
   outer.segments[0].stored = TrajectoryId{8};
   EXPECT_EQ(
       build(outer, find).error().sentence(),
