@@ -89,6 +89,8 @@ class CollisionModel {
   /// Pairs of bodies that move against each other and are not checked.
   [[nodiscard]] const std::vector<PassedPair>& passed() const { return passed_; }
   [[nodiscard]] std::size_t coordinate_count() const { return coordinates_; }
+  /// The engine is written in Lua: it answers on the application's thread only.
+  [[nodiscard]] bool is_script() const { return is_script_; }
   /// Where the world shows its robots.
   [[nodiscard]] std::vector<double> shown() const;
   /// "arm.forearm and table"
@@ -162,7 +164,7 @@ class CollisionModel {
   std::vector<PassedPair> passed_;
   std::size_t coordinates_ = 0;
   std::string provider_;
-  bool is_script_ = false;  ///< the engine is written in Lua: one thread, the application's
+  bool is_script_ = false;
   std::unique_ptr<CollisionScene> scene_;
   BroadPhase broad_;
   PairSet checked_;

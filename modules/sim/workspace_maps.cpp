@@ -122,7 +122,7 @@ robotics::ConfigurationFilter without_collisions(const RobotContact& contact, Pr
     const std::size_t n = q.size() / keep.size();
     std::mutex guard;
     std::optional<Error> fault;
-    spatial::in_parallel(keep.size(), 16, spatial::cores(),
+    spatial::in_parallel(keep.size(), 16, contact.is_script() ? 1 : spatial::cores(),
                          [&](std::size_t a, std::size_t b, std::size_t) {
                            QuietProgress quiet(progress);
                            for (std::size_t i = a; i < b && !progress.cancelled(); ++i) {
@@ -152,7 +152,8 @@ Result<std::vector<double>> reachability(const Registry& registry, const Bound<I
   const Pose base_T_mounting = spatial::inverse(ik.model->base);
   std::vector<double> share(points.size());
   const auto info = registry.find(IkSolver::kInterfaceId, ik.provider);
-  const bool is_script = info.ok() && info->origin == "lua";
+  const bool is_script =
+      (info.ok() && info->origin == "lua") || (o.collision && o.collision->is_script());
   const std::size_t threads = is_script ? 1 : o.threads ? o.threads : spatial::cores();
   std::atomic<std::size_t> next{0};
   std::mutex guard;

@@ -30,6 +30,7 @@ class RobotContact {
       : model_(std::move(model)), robot_(robot), shown_(model_->shown()) {}
   /// `q`: the robot's coordinate_count() numbers.
   [[nodiscard]] Result<bool> touches(std::span<const double> q, Progress&) const;
+  [[nodiscard]] bool is_script() const { return model_->is_script(); }
 
  private:
   std::shared_ptr<const CollisionModel> model_;
