@@ -124,6 +124,7 @@ Result<const Element*> SdfModels::included(const Element& include) {
   fs::path found;
   if (scheme == std::string::npos || uri.starts_with("file://")) {
     found = folder / (scheme == std::string::npos ? uri : uri.substr(7));
+    if (scheme == std::string::npos && !fs::exists(found, failed)) found = found_above(uri, folder);
   } else if (uri.starts_with("model://") || uri.starts_with("package://")) {
     found = found_above(fs::path(uri.substr(scheme + 3)), folder);
   }

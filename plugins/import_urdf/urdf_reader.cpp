@@ -7,6 +7,7 @@
 #include <map>
 #include <set>
 
+#include "left_out.h"
 #include "read.h"
 #include "spatial/mass.h"
 #include "spatial/pose.h"
@@ -79,6 +80,8 @@ class Reader {
       if (const Element* i = e->FirstChildElement("inertial")) {
         RMP_TRY_ASSIGN(body.mass, inertial(*i));
       }
+      constexpr std::string_view kLink[] = {"inertial", "visual", "collision"};
+      left_out_.elements(*e, kLink);
       RMP_TRY(shapes(*e, body));
       if (!index_.emplace(name, links_.size()).second)
         return fault(*e, "link " + in_quotes(name) + " stands twice", "Rename one of them.");
@@ -204,6 +207,11 @@ class Reader {
   }
 
   Result<void> joint(const Element& e, const std::string& name, Body& child) {
+    constexpr std::string_view kJoint[] = {"parent",     "child",    "origin",
+                                           "axis",       "limit",    "dynamics",
+                                           "mimic",      "robomosp", "safety_controller",
+                                           "calibration"};
+    left_out_.elements(e, kJoint);
     Joint j;
     j.name = name;
     const std::string_view type = word(e, "type");
@@ -234,6 +242,10 @@ class Reader {
       }
       RMP_TRY_ASSIGN(const double velocity, number(*l, "velocity", kUnlimited));
       RMP_TRY_ASSIGN(const double effort, number(*l, "effort", kUnlimited));
+      RMP_TRY_ASSIGN(const double acceleration, number(*l, "acceleration", kUnlimited));
+      RMP_TRY_ASSIGN(const double jerk, number(*l, "jerk", kUnlimited));
+      j.max_acceleration = bounded(acceleration, kUnlimited);
+      j.max_jerk = bounded(jerk, kUnlimited);
       j.max_velocity = bounded(velocity, kUnlimited);
       j.max_force = bounded(effort, kUnlimited);
     } else if (type == "revolute" || type == "prismatic") {
@@ -269,8 +281,8 @@ class Reader {
     RMP_TRY_ASSIGN(j.stiffness, number(*own, "stiffness", 0));
     RMP_TRY_ASSIGN(j.rest, number(*own, "rest", 0));
     RMP_TRY_ASSIGN(j.coulomb_negative, number(*own, "friction_backward", -1));
-    RMP_TRY_ASSIGN(j.max_acceleration, number(*own, "acceleration", kUnlimited));
-    RMP_TRY_ASSIGN(j.max_jerk, number(*own, "jerk", kUnlimited));
+    RMP_TRY_ASSIGN(j.max_acceleration, number(*own, "acceleration", j.max_acceleration));
+    RMP_TRY_ASSIGN(j.max_jerk, number(*own, "jerk", j.max_jerk));
     for (const double v : {j.armature, j.stiffness, j.rest, j.coulomb_negative})
       if (std::fabs(v) > kGreatest) return fault(*own, "a number is beyond 1e12");
     j.passive = is_yes(word(*own, "passive"), false);
@@ -338,13 +350,9 @@ class Reader {
       m_.notes.push_back("Joint " + in_quotes(j) +
                          " is planar; URDF does not say along which axes it slides, so they were "
                          "chosen, about the joint's axis as normal.");
-    std::set<std::string> others;
-    for (const Element* e = robot_.FirstChildElement(); e; e = e->NextSiblingElement()) {
-      const std::string_view n = e->Name();
-      if (n != "link" && n != "joint" && n != "material")
-        others.insert(std::string(n).substr(0, 40));
-    }
-    for (const std::string& n : others) m_.notes.push_back("Elements <" + n + "> were left out.");
+    constexpr std::string_view kRobot[] = {"link", "joint", "material"};
+    left_out_.elements(robot_, kRobot);
+    left_out_.tell(m_.notes);
     std::size_t without = 0;
     for (const Body& b : m_.bodies)
       if (!b.joints.empty() && !b.mass) ++without;
@@ -357,6 +365,7 @@ class Reader {
   const Element& robot_;
   const Options& options_;
   Mechanism m_;
+  LeftOut left_out_;
   std::vector<Body> links_;
   std::map<std::string, std::size_t> index_;
   std::map<std::string, Colour> colours_;
