@@ -25,7 +25,7 @@ const fs::path kFolder = fs::path(ROBOMOSP_BUILD_DIR) / "robot_code";
 std::int32_t run_for_provider(const rmp_program* p, char*, std::uint32_t) {
   std::vector<std::string> command{p->name};
   command.insert(command.end(), p->arguments, p->arguments + p->argument_count);
-  return run_program(command) == 0 ? 0 : 2;
+  return run_program(command) ? 0 : 2;
 }
 
 /// The compiled libraries are kept between runs of the tests; the provider checks them.
@@ -61,9 +61,8 @@ std::vector<CodeFile> generated(const RobotModel& m, const std::string& name,
 /// A library of the code in a folder, compiled as a user would.
 void* compiled(const fs::path& folder, const std::string& name, const char* speed) {
   const std::string source = (folder / (name + ".c")).string(), to = (folder / "lib.so").string();
-  EXPECT_EQ(run_program({"cc", "-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", speed,
-                         "-fPIC", "-shared", "-o", to, source, "-lm"}),
-            0);
+  EXPECT_TRUE(run_program({"cc", "-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", speed,
+                           "-fPIC", "-shared", "-o", to, source, "-lm"}));
   void* opened = dlopen(to.c_str(), RTLD_NOW | RTLD_LOCAL);
   EXPECT_NE(opened, nullptr) << dlerror();
   return opened;

@@ -20,7 +20,10 @@ struct PhysicsCase {
   std::vector<std::pair<std::string, std::string>> params;
   std::string name;
 };
-inline void PrintTo(const PhysicsCase& c, std::ostream* os) { *os << c.name; }
+inline void PrintTo(const PhysicsCase& c, std::ostream* os) {
+  *os << c.provider;
+  if (c.name != c.provider) *os << " " << c.name;
+}
 inline std::string physics_case_name(const testing::TestParamInfo<PhysicsCase>& info) {
   return info.param.name;
 }
