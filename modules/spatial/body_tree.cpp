@@ -37,21 +37,37 @@ Result<void> check_joint(const RobotModel& model, std::size_t i, const std::stri
 
 }  // namespace
 
-Result<BodyTree> make_body_tree(const RobotModel& model) {
-  BodyTree tree;
-  tree.name = model.name;
+Result<void> check_mechanism(const RobotModel& model) {
+  const std::string where = "robot \"" + model.name + "\"";
   if (model.joints.empty())
     return error(ErrorCode::invalid_argument, "it has no joints", "Give it at least one joint.",
-                 tree.where());
+                 where);
+  for (std::size_t i = 0; i < model.joints.size(); ++i)
+    RMP_TRY(check_joint(model, i, where + ", joint \"" + model.joints[i].name + "\""));
+  const auto joints = static_cast<std::int32_t>(model.joints.size());
+  for (const TipModel& t : model.tips)
+    if (t.joint < -1 || t.joint >= joints)
+      return error(ErrorCode::invalid_argument,
+                   "tip \"" + t.name + "\" is on a joint that does not exist", "Correct the tip.",
+                   where);
+  for (const LoopModel& l : model.loops)
+    if (l.joint_a < -1 || l.joint_a >= joints || l.joint_b < -1 || l.joint_b >= joints)
+      return error(ErrorCode::invalid_argument,
+                   "loop \"" + l.name + "\" is at a joint that does not exist", "Correct the loop.",
+                   where);
+  return {};
+}
+
+Result<BodyTree> make_body_tree(const RobotModel& model) {
+  RMP_TRY(check_mechanism(model));
+  BodyTree tree;
+  tree.name = model.name;
   tree.gravity = model.gravity;
   tree.tips = model.tips;
   tree.loops = model.loops;
   tree.coordinates = model.coordinate_count();
   tree.velocities = model.dof();
-  const auto joints = static_cast<std::int32_t>(model.joints.size());
-  for (std::size_t i = 0; i < model.joints.size(); ++i) {
-    const JointModel& m = model.joints[i];
-    RMP_TRY(check_joint(model, i, tree.where() + ", joint \"" + m.name + "\""));
+  for (const JointModel& m : model.joints) {
     TreeBody b;
     b.type = m.type;
     b.parent = m.parent;
@@ -69,26 +85,18 @@ Result<BodyTree> make_body_tree(const RobotModel& model) {
     tree.bodies.push_back(b);
     tree.joint_names.push_back(m.name);
   }
-  for (const TipModel& t : model.tips)
-    if (t.joint < -1 || t.joint >= joints)
-      return error(ErrorCode::invalid_argument,
-                   "tip \"" + t.name + "\" is on a joint that does not exist", "Correct the tip.",
-                   tree.where());
-  for (const LoopModel& l : model.loops)
-    if (l.joint_a < -1 || l.joint_a >= joints || l.joint_b < -1 || l.joint_b >= joints)
-      return error(ErrorCode::invalid_argument,
-                   "loop \"" + l.name + "\" is at a joint that does not exist", "Correct the loop.",
-                   tree.where());
   return tree;
 }
 
-Result<void> check_batch(const BodyTree& tree, const DynamicsBatch& b, std::size_t required_scratch,
-                         std::size_t output, std::size_t output_per_sample) {
-  const std::size_t nq = b.count * tree.coordinates, nv = b.count * tree.velocities;
+Result<void> check_batch(const BatchShape& shape, const DynamicsBatch& b,
+                         std::size_t required_scratch, std::size_t output,
+                         std::size_t output_per_sample) {
+  const std::size_t nq = b.count * shape.coordinates, nv = b.count * shape.velocities;
+  const auto where = [&] { return "robot \"" + shape.robot + "\""; };
   const auto wrong = [&](const char* what, std::size_t is, std::size_t should) {
     return error(ErrorCode::invalid_argument,
                  std::string(what) + " has " + std::to_string(is) + " values for " +
-                     std::to_string(b.count) + " samples of " + tree.where(),
+                     std::to_string(b.count) + " samples of " + where(),
                  "Give " + std::to_string(should) + ".");
   };
   if (b.q.size() != nq) return wrong("q", b.q.size(), nq);
@@ -97,11 +105,10 @@ Result<void> check_batch(const BodyTree& tree, const DynamicsBatch& b, std::size
   if (!b.tau.empty() && b.tau.size() != nv) return wrong("tau", b.tau.size(), nv);
   if (b.tip.size() > 1 && b.tip.size() != b.count)
     return wrong("the tip wrench", b.tip.size(), b.count);
-  if (!b.tip.empty() &&
-      (b.tip_index < 0 || static_cast<std::size_t>(b.tip_index) >= tree.tips.size()))
+  if (!b.tip.empty() && (b.tip_index < 0 || static_cast<std::size_t>(b.tip_index) >= shape.tips))
     return error(ErrorCode::invalid_argument,
                  "there is no tip " + std::to_string(b.tip_index) + " for the wrench to act at",
-                 "Choose one of the " + std::to_string(tree.tips.size()) + " tips.", tree.where());
+                 "Choose one of the " + std::to_string(shape.tips) + " tips.", where());
   if (b.base.size() > 1 && b.base.size() != b.count)
     return wrong("the base's motion", b.base.size(), b.count);
   if (output != b.count * output_per_sample)

@@ -42,13 +42,28 @@ struct BodyTree {
   [[nodiscard]] std::string where() const { return "robot \"" + name + "\""; }
 };
 
+/// Refuses models that break their contract: order and numbers of joints, placements, masses,
+/// couplings, tips, loops.
+[[nodiscard]] Result<void> check_mechanism(const RobotModel& model);
+
 /// Copies what the algorithms need; a model that breaks its contract is an error.
 [[nodiscard]] Result<BodyTree> make_body_tree(const RobotModel& model);
 
-/// Refuses spans of the wrong length; `output` are the numbers expected of one sample.
-[[nodiscard]] Result<void> check_batch(const BodyTree& tree, const DynamicsBatch& batch,
+/// What the spans of a batch are measured by.
+struct BatchShape {
+  const std::string& robot;
+  std::size_t coordinates, velocities, tips;
+};
+/// Refuses spans of the wrong length; `output` has output_per_sample numbers a sample.
+[[nodiscard]] Result<void> check_batch(const BatchShape& shape, const DynamicsBatch& batch,
                                        std::size_t required_scratch, std::size_t output,
                                        std::size_t output_per_sample);
+[[nodiscard]] inline Result<void> check_batch(const BodyTree& tree, const DynamicsBatch& batch,
+                                              std::size_t required_scratch, std::size_t output,
+                                              std::size_t output_per_sample) {
+  return check_batch({tree.name, tree.coordinates, tree.velocities, tree.tips.size()}, batch,
+                     required_scratch, output, output_per_sample);
+}
 
 /// parent_T_joint of one body.
 [[nodiscard]] Pose joint_pose(const TreeBody& body, const double* q);

@@ -104,6 +104,16 @@ void ik_start(const RobotModel& model, const IkBatch& batch, std::size_t sample,
   }
 }
 
+Error ik_not_prepared() {
+  return error(ErrorCode::invalid_argument, "the solver was not given a robot",
+               "Call prepare first.");
+}
+Error ik_unknown_arm(const RobotModel& model, std::size_t tip) {
+  return error(ErrorCode::unsupported,
+               "the tip \"" + model.tips[tip].name + "\" is not that of an arm it can solve",
+               "Choose another provider, such as numeric.");
+}
+
 double turn_within(const ArmJoint& joint, double q, double near) {
   const double x = q + kTurn * std::round((near - q) / kTurn);
   const double low = joint.lower - kLimitRounding, high = joint.upper + kLimitRounding;

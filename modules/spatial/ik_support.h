@@ -3,8 +3,12 @@
 // seeds, whole turns within limits, and sentences (layer: data processing, spatial).
 #pragma once
 
+#include <algorithm>
+#include <optional>
 #include <span>
 #include <string>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include <robomosp/sdk/ik.h>
@@ -43,5 +47,43 @@ void ik_start(const RobotModel& model, const IkBatch& batch, std::size_t sample,
 [[nodiscard]] std::vector<std::vector<double>> other_turns(const SerialArm& arm,
                                                            std::span<const double> q,
                                                            std::size_t most);
+
+/// The arms of all tips, as far as `recognise(model, tip)` gives one; when it gives none, the error
+/// of the first tip.
+template <class Recognise>
+auto recognise_tips(const RobotModel& model, const Recognise& recognise)
+    -> Result<std::vector<std::optional<std::decay_t<decltype(*recognise(model, 0))>>>> {
+  std::vector<std::optional<std::decay_t<decltype(*recognise(model, 0))>>> tips(model.tips.size());
+  std::optional<Error> refusal;
+  bool any = false;
+  for (std::size_t i = 0; i < tips.size(); ++i) {
+    auto arm = recognise(model, i);
+    any = any || arm.ok();
+    if (arm.ok()) tips[i] = std::move(*arm);
+    else if (!refusal) refusal = std::move(arm).error().in("robot \"" + model.name + "\"");
+  }
+  if (!any) return *refusal;
+  return tips;
+}
+
+/// Errors of a call before prepare, and for a tip that recognise_tips() left out.
+[[nodiscard]] Error ik_not_prepared();
+[[nodiscard]] Error ik_unknown_arm(const RobotModel& model, std::size_t tip);
+
+/// Calls work(first, count) for all samples, `together` at a time, and hears cancellation.
+template <class Work>
+Result<void> for_ik_samples(std::size_t samples, std::size_t together, Progress& progress,
+                            const Work& work) {
+  constexpr std::size_t kReportEvery = 16;
+  for (std::size_t i = 0; i < samples; i += together) {
+    if (i % kReportEvery == 0) {
+      if (progress.cancelled())
+        return error(ErrorCode::cancelled, "the inverse kinematics were stopped");
+      progress.report(static_cast<double>(i) / static_cast<double>(samples), "inverse kinematics");
+    }
+    work(i, std::min(together, samples - i));
+  }
+  return {};
+}
 
 }  // namespace robomosp::spatial

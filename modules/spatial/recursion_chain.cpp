@@ -3,39 +3,11 @@
 
 #include <algorithm>
 
+#include "spatial/body_tree.h"
 #include "spatial/mass.h"
 #include "spatial/pose.h"
 
 namespace robomosp::spatial::recursions {
-namespace {
-
-Result<void> check_joint(const RobotModel& model, std::size_t i) {
-  const JointModel& m = model.joints[i];
-  const auto wrong = [&](const char* what, const char* remedy) {
-    return error(ErrorCode::invalid_argument, what, remedy,
-                 "robot \"" + model.name + "\", joint \"" + m.name + "\"");
-  };
-  if (m.parent < -1 || m.parent >= static_cast<std::int32_t>(i))
-    return wrong("its parent does not come before it",
-                 "Order the joints so that parents come first.");
-  if (!spatial::is_finite(m.body) || !spatial::is_rigid(m.placement))
-    return wrong("its placement or mass properties are not finite",
-                 "Correct the robot's rows and masses.");
-  if (m.is_coupled()) {
-    const auto of = static_cast<std::size_t>(m.coupling.of);
-    if (of >= model.joints.size() || model.joints[of].is_coupled() || velocity_count(m.type) != 1 ||
-        velocity_count(model.joints[of].type) != 1)
-      return wrong("it follows a joint that cannot be followed",
-                   "Couple a revolute or prismatic joint to another one that is not coupled.");
-  }
-  if (m.q_index < 0 || m.v_index < 0 || m.q_index + coordinate_count(m.type) > model.coordinates ||
-      m.v_index + velocity_count(m.type) > model.velocities)
-    return wrong("it has no place in the configuration", "Number the coordinates of the model.");
-  return {};
-}
-
-}  // namespace
-
 void Chain::add_body(const JointModel& joint) {
   Body b{};
   b.joint = spatial::joint_constants(joint);
@@ -93,22 +65,15 @@ void Chain::add_tips(const RobotModel& model) {
 }
 
 Result<Chain> Chain::make(const RobotModel& model) {
-  const std::string where = "robot \"" + model.name + "\"";
-  if (model.joints.empty())
-    return error(ErrorCode::invalid_argument, "it has no joints", "Give it at least one joint.",
-                 where);
-  for (const TipModel& tip : model.tips)
-    if (tip.joint < -1 || tip.joint >= static_cast<std::int32_t>(model.joints.size()))
-      return error(ErrorCode::invalid_argument, "a tip is on a joint that does not exist",
-                   "Correct the tip.", where + ", tip \"" + tip.name + "\"");
+  RMP_TRY(check_mechanism(model));
   Chain chain;
+  chain.robot_ = model.name;
   Mechanism& m = chain.mechanism_;
   m.coordinates = model.coordinate_count();
   m.velocities = model.dof();
   chain.entry_parent_.assign(m.velocities, -1);
   chain.joint_of_.assign(m.velocities, 0);
   for (std::size_t i = 0; i < model.joints.size(); ++i) {
-    RMP_TRY(check_joint(model, i));
     chain.add_body(model.joints[i]);
     chain.add_entries(model.joints[i], i);
   }
@@ -135,37 +100,6 @@ Result<Chain> Chain::make(const RobotModel& model) {
   m.entry_parent = chain.entry_parent_.data();
   m.tips = chain.tips_.data();
   return chain;
-}
-
-Result<void> check_batch(const Chain& chain, const DynamicsBatch& b, std::size_t required_scratch,
-                         std::size_t output, std::size_t output_per_sample) {
-  const std::size_t want = b.count * chain.dof(), coordinates = b.count * chain.coordinates();
-  const auto wrong = [&](const char* what, std::size_t is, std::size_t should) {
-    return error(ErrorCode::invalid_argument,
-                 std::string(what) + " has " + std::to_string(is) + " values for " +
-                     std::to_string(b.count) + " samples of " + std::to_string(chain.dof()) +
-                     " velocities and " + std::to_string(chain.coordinates()) + " coordinates",
-                 "Give " + std::to_string(should) + ".");
-  };
-  if (b.q.size() != coordinates) return wrong("q", b.q.size(), coordinates);
-  if (!b.qd.empty() && b.qd.size() != want) return wrong("qd", b.qd.size(), want);
-  if (!b.qdd.empty() && b.qdd.size() != want) return wrong("qdd", b.qdd.size(), want);
-  if (!b.tau.empty() && b.tau.size() != want) return wrong("tau", b.tau.size(), want);
-  if (b.tip.size() > 1 && b.tip.size() != b.count)
-    return wrong("the tip wrench", b.tip.size(), b.count);
-  if (b.base.size() > 1 && b.base.size() != b.count)
-    return wrong("the motion of the base", b.base.size(), b.count);
-  if (!b.tip.empty() &&
-      (b.tip_index < 0 || static_cast<std::size_t>(b.tip_index) >= chain.tip_count()))
-    return error(ErrorCode::invalid_argument,
-                 "a wrench acts at tip " + std::to_string(b.tip_index + 1) + " of " +
-                     std::to_string(chain.tip_count()),
-                 "Name a tip that the robot has.");
-  if (output != b.count * output_per_sample)
-    return wrong("the output", output, b.count * output_per_sample);
-  if (b.scratch.size() < required_scratch)
-    return wrong("scratch", b.scratch.size(), required_scratch);
-  return {};
 }
 
 }  // namespace robomosp::spatial::recursions

@@ -9,6 +9,7 @@
 
 #include <robomosp/sdk/dynamics.h>
 
+#include "spatial/body_tree.h"
 #include "spatial/recursion_kernels.h"
 
 namespace robomosp::spatial::recursions {
@@ -21,6 +22,8 @@ class Chain {
   static Result<Chain> make(const RobotModel& model);
 
   [[nodiscard]] const Mechanism& mechanism() const { return mechanism_; }
+  [[nodiscard]] const std::string& robot() const { return robot_; }
+  [[nodiscard]] BatchShape shape() const { return {robot_, coordinates(), dof(), tip_count()}; }
   [[nodiscard]] std::size_t dof() const { return mechanism_.velocities; }
   [[nodiscard]] std::size_t coordinates() const { return mechanism_.coordinates; }
   [[nodiscard]] std::size_t tip_count() const { return tips_.size(); }
@@ -37,15 +40,11 @@ class Chain {
   void add_tips(const RobotModel& model);
 
   Mechanism mechanism_{};
+  std::string robot_;
   std::vector<Body> bodies_;
   std::vector<std::int32_t> entry_parent_, paths_;
   std::vector<TipPath> tips_;
   std::vector<std::size_t> joint_of_;
 };
-
-/// Refuses spans of the wrong length; `required_scratch` in doubles.
-Result<void> check_batch(const Chain& chain, const DynamicsBatch& batch,
-                         std::size_t required_scratch, std::size_t output,
-                         std::size_t output_per_sample);
 
 }  // namespace robomosp::spatial::recursions

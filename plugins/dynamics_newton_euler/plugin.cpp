@@ -74,7 +74,7 @@ class NewtonEuler final : public InverseDynamics {
  private:
   Result<void> run(What what, const char* name, const DynamicsBatch& batch, std::span<double> out,
                    std::size_t width, Progress& progress) const {
-    RMP_TRY(check_batch(chain_, batch, scratch_, out.size(), width));
+    RMP_TRY(spatial::check_batch(chain_.shape(), batch, scratch_, out.size(), width));
     std::size_t bad = 0;
     RMP_TRY_ASSIGN(bad, runner_.run(chain_, what, batch, out, progress));
     if (bad != batch.count) return not_finite(name, bad);
@@ -97,7 +97,6 @@ class InertiaMatrix final : public ForwardDynamics {
     RMP_TRY_ASSIGN(chain_, Chain::make(model));
     runner_ = make_runner(params);
     scratch_ = runner_.scratch_size(chain_, {What::inertia, What::accelerations});
-    robot_ = model.name;
     names_.clear();
     for (const JointModel& joint : model.joints) names_.push_back(joint.name);
     return refuse_singular(model);
@@ -105,7 +104,7 @@ class InertiaMatrix final : public ForwardDynamics {
   std::size_t scratch_size() const override { return scratch_; }
   Result<void> accelerations(const DynamicsBatch& batch, std::span<double> qdd,
                              Progress& progress) const override {
-    RMP_TRY(check_batch(chain_, batch, scratch_, qdd.size(), chain_.dof()));
+    RMP_TRY(spatial::check_batch(chain_.shape(), batch, scratch_, qdd.size(), chain_.dof()));
     std::size_t bad = 0;
     RMP_TRY_ASSIGN(bad, runner_.run(chain_, What::accelerations, batch, qdd, progress));
     if (bad == batch.count) return {};
@@ -122,7 +121,7 @@ class InertiaMatrix final : public ForwardDynamics {
     return error(ErrorCode::invalid_argument,
                  "the inertia that it moves is zero or negative, so its acceleration is undefined",
                  "Give the bodies it carries a mass, or its drive a motor inertia.",
-                 "robot \"" + robot_ + "\", joint \"" + names_[joint] + "\"");
+                 "robot \"" + chain_.robot() + "\", joint \"" + names_[joint] + "\"");
   }
   // -1 where the inertia is positive definite, or not finite.
   [[nodiscard]] Result<std::int32_t> singular_entry_at(std::span<const double> q) const {
@@ -154,7 +153,6 @@ class InertiaMatrix final : public ForwardDynamics {
   Chain chain_;
   Runner runner_;
   std::size_t scratch_ = 0;
-  std::string robot_;
   std::vector<std::string> names_;
 };
 

@@ -38,7 +38,6 @@ constexpr double kMeeting = 1e-6;
 /// Solutions closer to each other than this are one [rad].
 constexpr double kSameSolution = 1e-7;
 constexpr std::size_t kMostSolutions = 4096;
-constexpr std::size_t kReportEvery = 16;
 
 template <class T>
 using Angles6 = std::array<T, 6>;
@@ -70,8 +69,9 @@ struct Prepared {
   }
 };
 
-Prepared prepared(Family family) {
-  Prepared p{std::move(family), {}, &lane_solver(), {}, {}};
+Result<Prepared> prepared(const RobotModel& model, std::size_t tip) {
+  Prepared p{{}, {}, &lane_solver(), {}, {}};
+  RMP_TRY_ASSIGN(p.family, recognise(model, tip));
   const auto put = [&](std::size_t i, const Pose& place) {
     std::copy(place.R.begin(), place.R.end(), p.places.begin() + 12 * i);
     std::copy(place.p.begin(), place.p.end(), p.places.begin() + 12 * i + 9);
@@ -368,22 +368,8 @@ class SphericalWristIk final : public IkSolver {
  public:
   Result<void> prepare(const RobotModel& model, const Params& params) override {
     RMP_TRY(spatial::check_ik_model(model));
-    const std::string where = "robot \"" + model.name + "\"";
+    RMP_TRY_ASSIGN(tips_, spatial::recognise_tips(model, prepared));
     model_ = &model;
-    tips_.clear();
-    std::optional<Error> refusal;
-    bool any = false;
-    for (std::size_t i = 0; i < model.tips.size(); ++i) {
-      auto family = recognise(model, i);
-      if (!family.ok()) {
-        if (!refusal) refusal = std::move(family).error().in(where);
-        tips_.emplace_back();
-        continue;
-      }
-      any = true;
-      tips_.emplace_back(prepared(std::move(*family)));
-    }
-    if (!any) return *refusal;
     turns_ = params.boolean("turns");
     switching_ = params.boolean("switching");
     return {};
@@ -391,37 +377,25 @@ class SphericalWristIk final : public IkSolver {
 
   Result<void> solve(const IkBatch& batch, std::span<IkResult> results,
                      Progress& progress) const override {
-    if (!model_)
-      return error(ErrorCode::invalid_argument, "the solver was not given a robot",
-                   "Call prepare first.");
+    if (!model_) return spatial::ik_not_prepared();
     RMP_TRY(spatial::check_ik_request(*model_, batch, results.size()));
     RMP_TRY_ASSIGN(const std::size_t tip, spatial::whole_pose_tip(batch));
     if (!batch.arm_angles.empty())
       return error(ErrorCode::unsupported, "an arm of six joints has no arm angle",
                    "Leave the arm angle out.");
-    if (!tips_[tip])
-      return error(ErrorCode::unsupported,
-                   "the tip \"" + model_->tips[tip].name + "\" is not that of an arm it can solve",
-                   "Choose another provider, such as numeric.");
+    if (!tips_[tip]) return spatial::ik_unknown_arm(*model_, tip);
     Solver solver(*tips_[tip], batch, turns_, switching_);
     const std::size_t n = model_->coordinate_count();
     const std::size_t together = batch.continuous ? 1 : kTogether;
     std::vector<double> q(std::min(together, results.size()) * n);
-    for (std::size_t i = 0; i < results.size(); i += together) {
-      if (i % kReportEvery == 0) {
-        if (progress.cancelled())
-          return error(ErrorCode::cancelled, "the inverse kinematics were stopped");
-        progress.report(static_cast<double>(i) / static_cast<double>(results.size()),
-                        "inverse kinematics");
-      }
-      const std::size_t count = std::min(together, results.size() - i);
-      const bool onward = batch.continuous && i > 0;
-      for (std::size_t k = 0; k < count && !onward; ++k)
-        spatial::ik_start(*model_, batch, i + k, std::span(q).subspan(k * n, n));
-      solver.solve(batch.targets.subspan(i, count), std::span(q).first(count * n), onward,
-                   results.subspan(i, count));
-    }
-    return {};
+    return spatial::for_ik_samples(
+        results.size(), together, progress, [&](std::size_t i, std::size_t count) {
+          const bool onward = batch.continuous && i > 0;
+          for (std::size_t k = 0; k < count && !onward; ++k)
+            spatial::ik_start(*model_, batch, i + k, std::span(q).subspan(k * n, n));
+          solver.solve(batch.targets.subspan(i, count), std::span(q).first(count * n), onward,
+                       results.subspan(i, count));
+        });
   }
 
  private:

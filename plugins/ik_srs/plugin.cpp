@@ -291,22 +291,8 @@ class SrsIk final : public IkSolver {
  public:
   Result<void> prepare(const RobotModel& model, const Params& params) override {
     RMP_TRY(spatial::check_ik_model(model));
-    const std::string where = "robot \"" + model.name + "\"";
+    RMP_TRY_ASSIGN(tips_, spatial::recognise_tips(model, recognise));
     model_ = &model;
-    tips_.clear();
-    std::optional<Error> refusal;
-    bool any = false;
-    for (std::size_t i = 0; i < model.tips.size(); ++i) {
-      auto arm = recognise(model, i);
-      any |= arm.ok();
-      if (arm.ok()) {
-        tips_.emplace_back(std::move(*arm));
-        continue;
-      }
-      if (!refusal) refusal = std::move(arm).error().in(where);
-      tips_.emplace_back();
-    }
-    if (!any) return *refusal;
     turns_ = params.boolean("turns");
     switching_ = params.boolean("switching");
     return {};
@@ -314,27 +300,16 @@ class SrsIk final : public IkSolver {
 
   Result<void> solve(const IkBatch& batch, std::span<IkResult> results,
                      Progress& progress) const override {
-    if (!model_)
-      return error(ErrorCode::invalid_argument, "the solver was not given a robot",
-                   "Call prepare first.");
+    if (!model_) return spatial::ik_not_prepared();
     RMP_TRY(spatial::check_ik_request(*model_, batch, results.size()));
     // Away from limits is what the middle of the arm angle's span is.
     IkBatch plain = batch;
     if (batch.objective == IkObjective::limits) plain.objective = IkObjective::none;
     RMP_TRY_ASSIGN(const std::size_t tip, spatial::whole_pose_tip(plain));
-    if (!tips_[tip])
-      return error(ErrorCode::unsupported,
-                   "the tip \"" + model_->tips[tip].name + "\" is not that of an arm it can solve",
-                   "Choose another provider, such as numeric.");
+    if (!tips_[tip]) return spatial::ik_unknown_arm(*model_, tip);
     Solver solver(*tips_[tip], batch, turns_, switching_);
     std::vector<double> q(model_->coordinate_count());
-    for (std::size_t i = 0; i < results.size(); ++i) {
-      if (i % 16 == 0) {
-        if (progress.cancelled())
-          return error(ErrorCode::cancelled, "the inverse kinematics were stopped");
-        progress.report(static_cast<double>(i) / static_cast<double>(results.size()),
-                        "inverse kinematics");
-      }
+    return spatial::for_ik_samples(results.size(), 1, progress, [&](std::size_t i, std::size_t) {
       const bool onward = batch.continuous && i > 0;
       if (!onward) spatial::ik_start(*model_, batch, i, q);
       const double* given = batch.arm_angles.empty()
@@ -343,8 +318,7 @@ class SrsIk final : public IkSolver {
       const bool middle =
           batch.objective == IkObjective::limits || (batch.seeds.empty() && !onward);
       solver.solve(batch.targets[i], q, given, middle, onward, results[i]);
-    }
-    return {};
+    });
   }
 
  private:

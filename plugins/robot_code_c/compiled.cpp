@@ -154,22 +154,25 @@ Result<void> check_against(const Compiled& c, const RobotModel& m,
 
 }  // namespace
 
-Result<std::vector<Function>> all_functions(const RobotModel& model) {
+Result<std::vector<Function>> all_functions(const RobotModel& model, ForwardDynamicsAre forward) {
   RMP_TRY(check_model(model));
   std::vector<Function> out;
   out.push_back(forward_kinematics(model));
   out.push_back(jacobian(model));
   out.push_back(inverse_dynamics(model));
   out.push_back(inertia(model));
-  if (model.loops.empty())
-    if (auto forward = forward_dynamics(model); forward.ok()) out.push_back(std::move(*forward));
+  if (model.loops.empty()) {
+    auto accelerations = forward_dynamics(model);
+    if (accelerations.ok()) out.push_back(std::move(*accelerations));
+    else if (forward == ForwardDynamicsAre::needed) return std::move(accelerations).error();
+  }
   for (const Function& f : out) RMP_TRY(check_size(f, model));
   return out;
 }
 
-Result<Compiled> compile(const RobotModel& model, const rmp_host* host,
+Result<Compiled> compile(const RobotModel& model, ForwardDynamicsAre forward, const rmp_host* host,
                          const std::string& compiler) {
-  RMP_TRY_ASSIGN(const auto functions, all_functions(model));
+  RMP_TRY_ASSIGN(const auto functions, all_functions(model, forward));
   RMP_TRY_ASSIGN(const std::string program, find_compiler(compiler));
   const auto files = write_files(model, kSymbol, functions);
   std::uint64_t key = hash_of(program + processor(), 0xcbf29ce484222325ULL);

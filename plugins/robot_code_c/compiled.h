@@ -28,13 +28,15 @@ struct Compiled {
   Batch1 inertia_batch = nullptr;
 };
 
-/// All functions of a model, as expressions, without forward dynamics for closed loops and singular
-/// inertia; an error when they are too many operations.
-Result<std::vector<Function>> all_functions(const RobotModel& model);
+/// Whether a robot without forward dynamics (closed loops, a singular inertia) is an error.
+enum class ForwardDynamicsAre { optional, needed };
+
+/// All functions of a model, as expressions; an error when they are too many operations.
+Result<std::vector<Function>> all_functions(const RobotModel& model, ForwardDynamicsAre forward);
 
 /// Compiles (or finds compiled) and checks some states against the expressions. `compiler` is a
 /// program, "" = cc from PATH.
-Result<Compiled> compile(const RobotModel& model, const rmp_host* host,
+Result<Compiled> compile(const RobotModel& model, ForwardDynamicsAre forward, const rmp_host* host,
                          const std::string& compiler);
 
 }  // namespace robomosp::robot_code

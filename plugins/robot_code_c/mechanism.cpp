@@ -428,18 +428,10 @@ std::ptrdiff_t singular_row(const RobotModel& model) {
 }  // namespace
 
 Result<void> check_model(const RobotModel& model) {
-  const std::string where = "robot \"" + model.name + "\"";
-  if (model.joints.empty() || model.tips.empty())
-    return error(ErrorCode::invalid_argument, "it has no joints or no tip",
-                 "Give it at least one joint.", where);
-  for (std::size_t i = 0; i < model.joints.size(); ++i) {
-    const JointModel& j = model.joints[i];
-    if (j.parent >= static_cast<std::int32_t>(i) || j.parent < -1 || j.q_index < 0 ||
-        j.v_index < 0 || !spatial::is_finite(j.body) || !spatial::is_rigid(j.placement))
-      return error(ErrorCode::invalid_argument,
-                   "its order, placement or mass properties are not valid",
-                   "Correct the robot's rows and masses.", where + ", joint \"" + j.name + "\"");
-  }
+  RMP_TRY(spatial::check_mechanism(model));
+  if (model.tips.empty())
+    return error(ErrorCode::invalid_argument, "it has no tip", "Give it at least one.",
+                 "robot \"" + model.name + "\"");
   return {};
 }
 

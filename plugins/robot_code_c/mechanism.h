@@ -28,7 +28,7 @@ struct Function {
   Graph graph;
 };
 
-/// Refuses models that break their contract.
+/// Refuses models that break their contract, and those without a tip.
 Result<void> check_model(const RobotModel& model);
 
 /// Poses of all tips in the base frame: 12 numbers each, the rotation matrix row by row, then the

@@ -77,9 +77,9 @@ Error cancelled() { return error(ErrorCode::cancelled, "the dynamics were stoppe
 class CompiledRobot {
  protected:
   explicit CompiledRobot(const rmp_host* host) : host_(host) {}
-  Result<void> bind(const RobotModel& model, const Params& params) {
+  Result<void> bind(const RobotModel& model, ForwardDynamicsAre forward, const Params& params) {
     RMP_TRY_ASSIGN(tree_, spatial::make_body_tree(model));
-    RMP_TRY_ASSIGN(code_, compile(model, host_, std::string(params.text("compiler"))));
+    RMP_TRY_ASSIGN(code_, compile(model, forward, host_, std::string(params.text("compiler"))));
     return {};
   }
   [[nodiscard]] std::size_t n() const { return tree_.velocities; }
@@ -123,7 +123,7 @@ class CompiledInverse final : public InverseDynamics, CompiledRobot {
  public:
   explicit CompiledInverse(const rmp_host* host) : CompiledRobot(host) {}
   Result<void> prepare(const RobotModel& model, const Params& params) override {
-    return bind(model, params);
+    return bind(model, ForwardDynamicsAre::optional, params);
   }
   std::size_t scratch_size() const override { return spatial::tree_scratch(tree_) + n(); }
   Result<void> torques(const DynamicsBatch& b, std::span<double> tau,
@@ -168,9 +168,7 @@ class CompiledForward final : public ForwardDynamics, CompiledRobot {
     if (!model.loops.empty())
       return error(ErrorCode::unsupported, "it has closed loops, which this provider does not meet",
                    "Choose the provider constrained.", "robot \"" + model.name + "\"");
-    RMP_TRY(check_model(model));
-    if (auto possible = forward_dynamics(model); !possible.ok()) return std::move(possible).error();
-    return bind(model, params);
+    return bind(model, ForwardDynamicsAre::needed, params);
   }
   std::size_t scratch_size() const override {
     return spatial::tree_scratch(tree_) + n() * n() + n();
