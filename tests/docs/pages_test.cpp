@@ -137,12 +137,12 @@ TEST_P(Page, DoesWhatItShows) {
 
 INSTANTIATE_TEST_SUITE_P(Documentation, Page,
                          ::testing::Values("README.md", "docs/plugin_author/lua.md",
-                                           "docs/user/code_generation.md",
-                                           "docs/user/tutorial.md", "docs/user/parameters.md",
-                                           "docs/user/dynamics.md", "docs/user/kinematics.md",
+                                           "docs/user/code_generation.md", "docs/user/tutorial.md",
+                                           "docs/user/parameters.md", "docs/user/dynamics.md",
+                                           "docs/user/kinematics.md",
                                            "docs/user/inverse_kinematics.md",
-                                           "docs/user/mechanisms.md", "docs/user/simulation.md",
-                                           "docs/user/solids.md",
+                                           "docs/user/robot_files.md", "docs/user/mechanisms.md",
+                                           "docs/user/simulation.md", "docs/user/solids.md",
                                            "docs/user/solvers_in_lua.md", "docs/user/workspace.md"),
                          [](const auto& param) {
                            std::string name;
