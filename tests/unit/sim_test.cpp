@@ -372,7 +372,7 @@ TEST(Plots, SvgHasOneCurveAColumnAndOnePanelAUnit) {
   EXPECT_NE(svg.find(">time [s]<"), std::string::npos);
 }
 
-TEST(Plots, PngIsWrittenAndOtherEndingsAreRefused) {
+TEST(Plots, PngAndPdfAreWrittenAndOtherEndingsAreRefused) {
   const Recording r = small_recording();
   sim::PlotSpec spec;
   spec.x = r.find("time");
@@ -386,9 +386,14 @@ TEST(Plots, PngIsWrittenAndOtherEndingsAreRefused) {
   std::string head(8, ' ');
   in.read(head.data(), 8);
   EXPECT_EQ(head, "\x89PNG\r\n\x1a\n");
+  const auto pdf = sim::write_plot(spec, (folder / "a.pdf").string());
+  ASSERT_TRUE(pdf.ok()) << pdf.error().sentence();
+  std::ifstream printed(folder / "a.pdf", std::ios::binary);
+  printed.read(head.data(), 8);
+  EXPECT_EQ(head.substr(0, 5), "%PDF-");
   const auto bad = sim::write_plot(spec, (folder / "a.gif").string());
   ASSERT_FALSE(bad.ok());
-  EXPECT_NE(bad.error().sentence().find(".svg or .png"), std::string::npos);
+  EXPECT_NE(bad.error().sentence().find(".svg, .png or .pdf"), std::string::npos);
   const auto missing = sim::write_plot(spec, (folder / "none" / "a.png").string());
   ASSERT_FALSE(missing.ok());
   EXPECT_NE(missing.error().sentence().find("there is no folder"), std::string::npos);
