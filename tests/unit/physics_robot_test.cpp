@@ -99,7 +99,7 @@ class PhysicsRobot : public testing::Test {
 // ---- swings ----
 
 TEST_F(PhysicsRobot, APumaWithItsMotorsInertiasSwingsAsTheEquationsOfMotionSay) {
-  // Without the armatures, up to 60 times a link's own inertia, it would be off by radians.
+  // Its motors' inertias are up to thousands of times a link's own about the joint's axis.
   const WorldId world = alone("puma560", {0.3, -0.4, 0.2, 0.5, -0.6, 0.4});
   const PhysicsRun coarse = limp("puma560", 0.3, 1e-3), fine = limp("puma560", 0.3, 2.5e-4);
   const auto exact = unwrap(integrate(world, "puma560", coarse));
