@@ -411,8 +411,10 @@ Result<Value> solve_goals(CommandContext& ctx, const Map& args) {
     RMP_TRY_ASSIGN(bound, ctx.app.solvers.ik(ctx.app.registry, m, model::ProviderChoice{}));
     solved = sim::solve_ik(bound, batch, ctx.progress);
   }
-  RMP_TRY_ASSIGN(const auto results, std::move(solved));
-  const IkResult& result = results.front();
+  RMP_TRY_ASSIGN(auto results, std::move(solved));
+  IkResult& result = results.front();
+  if (batch.goals.size() == 1)
+    tell_singular(*m, static_cast<std::size_t>(batch.goals[0].tip), batch.goals[0].parts, result);
   if (result.status != IkStatus::solved && !flag(args, "partial"))
     return error(ErrorCode::unreachable,
                  result.detail.empty() ? "no configuration meets the goals" : result.detail,
@@ -714,7 +716,8 @@ std::vector<CommandSpec> robot_kinematics_commands() {
         field("solutions", "matrix", "", "One row a solution."),
         field("position_error", "real", "m", "The greatest over the goals."),
         field("rotation_error", "real", "rad", "The greatest over the goals."),
-        field("detail", "string", "", "Reason in words when not solved."),
+        field("detail", "string", "",
+              "Reason in words when not solved, or that q is next to a singular one (one goal)."),
         field("shortfall", "real", "m", "Out of reach by this much; 0 = not known."),
         field("limiting_joint", "string", "", "Whose limit is in the way."),
         field("lost_direction", "real[]", "", "Unit twist (v, w) that is lost, mounting axes."),

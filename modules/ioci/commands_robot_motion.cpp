@@ -204,8 +204,9 @@ Result<Value> solve_ik(CommandContext& ctx, const Map& args) {
   batch.tip = static_cast<std::int32_t>(tip);
   const double arm_angle = has(args, "arm_angle") ? real(args, "arm_angle") : 0.0;
   if (has(args, "arm_angle")) batch.arm_angles = std::span(&arm_angle, 1);
-  RMP_TRY_ASSIGN(const auto results, sim::solve_ik(bound, batch, ctx.progress));
-  const IkResult& result = results.front();
+  RMP_TRY_ASSIGN(auto results, sim::solve_ik(bound, batch, ctx.progress));
+  IkResult& result = results.front();
+  tell_singular(*m, tip, kIkPose, result);
   if (result.status != IkStatus::solved && !flag(args, "partial")) {
     std::string message =
         result.detail.empty() ? std::string(status_sentence(result.status)) : result.detail;
@@ -499,12 +500,14 @@ std::vector<CommandSpec> robot_motion_commands() {
                     field("position_error", "real", "m", "What is left of the first."),
                     field("rotation_error", "real", "rad", "What is left of the first."),
                     field("iterations", "int", "", "Steps of the solver."),
-                    field("detail", "string", "", "Reason in words when not solved."),
+                    field("detail", "string", "",
+                          "Reason in words when not solved, or that q is next to a singular one."),
                     field("shortfall", "real", "m",
                           "How far the target is out of reach, at least; 0 when not known."),
                     field("limiting_joint", "string", "", "Whose limit is in the way, if known."),
                     field("lost_direction", "real[]", "",
-                          "Where q is singular: the unit twist (vx, vy, vz, wx, wy, wz) that the "
+                          "Where q is singular or next to it: the unit twist (vx, vy, vz, wx, wy, "
+                          "wz) that the "
                           "tip has lost, axes of the mounting frame."),
                     field("provider", "string", "", "The solver.")}},
        .effect = Effect::reads,
