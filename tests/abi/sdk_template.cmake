@@ -75,6 +75,9 @@ example(rounded_boxes "collision engine" eval
 # A box that falls on an edge lies flat in the end.
 example(sequential_impulses "physics engine" eval
   "material.create{name = 'wood', density = 600} solid.create{name = 'slab', root = {kind = 'box', x = 2, y = 2, z = 0.1}} solid.create{name = 'box', material = 'wood', root = {kind = 'box', x = 0.1, y = 0.1, z = 0.1}} local cell = world.create{name = 'cell'} cell:add_object{what = 'slab', position = {0, 0, -0.1}} cell:add_object{what = 'box', position = {0, 0, 0.25}, rpy = {0.3, 0.2, 0}} local z = cell:simulate_physics{duration = 1, engine = 'sequential_impulses'}:values('box.z') assert(math.abs(z[#z]) < 1e-4)")
+# A way through a clothoid, run by a law, with the tool along it.
+example(clothoid "curve" eval
+  "local t = trajectory.create{name = 'ramp', segments = {{shape = 'clothoid', points = {{0.5, 0, 0.3, 0, 0, 0}}, length = '200 mm', end_curvature = 10, law = 's_curve', orientation = 'tangent'}}} assert(math.abs(t:length() - 0.2) < 1e-12)")
 # Python's torques are the program's.
 example(python_code "code generator" eval
   "local p, f = robot('puma560'), io.open('${work}/check.py', 'w') p:generate_code{folder = '${work}', name = 'puma', provider = 'python'} local tau = p:inverse_dynamics{q = {0.1, -0.5, 0.7, 0.2, 0.9, -0.4}, qd = {1, -1, 0.5, 2, -2, 1}, qdd = {3, 1, -2, 0, 1, 4}} f:write('import puma\\ntau = puma.inverse_dynamics([0.1, -0.5, 0.7, 0.2, 0.9, -0.4], [1, -1, 0.5, 2, -2, 1], [3, 1, -2, 0, 1, 4])\\nassert all(abs(a - b) < 1e-9 for a, b in zip(tau, [' .. table.concat({table.unpack(tau)}, ', ') .. ']))\\n') f:close()")

@@ -33,6 +33,15 @@ class TableParams final : public Params {
     e.text = std::move(text);
     e.number = 0;
     std::from_chars(e.text.data(), e.text.data() + e.text.size(), e.number);
+    e.list.clear();  // "{0, 0, 1}"
+    for (const char *at = e.text.data() + 1, *end = at + e.text.size() - 1;
+         e.text.starts_with('{') && at < end; ++at) {
+      double value = 0;
+      const auto read = std::from_chars(at, end, value);
+      if (read.ec != std::errc()) continue;
+      e.list.push_back(value);
+      at = read.ptr - 1;
+    }
     return *this;
   }
   TableParams& set(std::string name, double value) {
@@ -53,13 +62,17 @@ class TableParams final : public Params {
     const Entry* e = find(name);
     return e ? std::string_view(e->text) : std::string_view();
   }
-  std::span<const double> reals(std::string_view) const override { return {}; }
+  std::span<const double> reals(std::string_view name) const override {
+    const Entry* e = find(name);
+    return e ? std::span<const double>(e->list) : std::span<const double>();
+  }
   Pose pose(std::string_view) const override { return {}; }
 
  private:
   struct Entry {
     std::string text;
     double number = 0;
+    std::vector<double> list;
   };
   const Entry* find(std::string_view name) const {
     const auto it = values_.find(name);
