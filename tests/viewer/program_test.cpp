@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Runs robomosp-desktop with wrong inputs: the exit status and the sentence, nothing drawn.
+// Runs robomosp-desktop with wrong inputs: the exit status and the sentence, nothing drawn. And a
+// map.
 #include <array>
 #include <cstdio>
 #include <filesystem>
+#include <fstream>
 #include <string>
 
 #include <sys/wait.h>
@@ -74,6 +76,14 @@ TEST(Program, ANameThatIsNothingShownIsAnsweredOverAllKinds) {
   expect("pa10_circle --play nobody circle" + render(), 3, "has no robot \"nobody\"");
 }
 
+TEST(Program, AScriptThatIsMissingOrMakesNoRecordingIsTold) {
+  expect("--script nowhere.lua" + render(), 3, "there is no script \"nowhere.lua\"");
+  const std::string script = testing::TempDir() + "robomosp-no-recording.lua";
+  std::ofstream(script) << "world.create{name = \"empty\"}\n";
+  expect("--script '" + script + "'" + render(), 3, "the script made no recording of a world");
+  std::filesystem::remove(script);
+}
+
 TEST(Program, ASizeIsTwoWholeNumbersInItsRange) {
   const std::string no =
       "is not a width and a height; give two whole numbers of pixels in 16..8192";
@@ -118,6 +128,21 @@ TEST(Program, ARefusedPictureLeavesNoFile) {
   const auto file = std::filesystem::path(testing::TempDir()) / "robomosp-never-drawn.png";
   run("nope" + render());
   EXPECT_FALSE(std::filesystem::exists(file));
+}
+
+TEST(Program, AMapStandsAroundARobot) {
+  const std::string file = testing::TempDir() + "robomosp-map.png";
+  std::filesystem::remove(file);
+  const Ended ended =
+      run("planar2rods --map manipulability --cut -x --map-opacity 0.5 --fast "
+          "--size 64x48 --render '" +
+          file + "'");
+  EXPECT_EQ(ended.status, 0) << ended.output;
+  EXPECT_EQ(ended.output, file + "\n");
+  EXPECT_TRUE(std::filesystem::exists(file));
+  std::filesystem::remove(file);
+  expect("mechanisms --map manipulability --play nobody path" + render(), 3,
+         "there is no robot that a map could be of");
 }
 
 }  // namespace
