@@ -139,7 +139,7 @@ Result<const Element*> SdfModels::included(const Element& include) {
     found = file;
   }
   if (!fs::is_regular_file(found, failed)) {
-    missing_ = uri;
+    missing_ += (missing_.empty() ? "" : " or ") + uri;
     notes_.push_back("Model " + in_quotes(uri) + " (" + place(include) +
                      ") was not found beside the file or above it, and was left out.");
     return nullptr;

@@ -39,7 +39,7 @@ class SdfModels {
   [[nodiscard]] const std::vector<Scoped>& links() const { return links_; }
   [[nodiscard]] const std::vector<Scoped>& joints() const { return joints_; }
   [[nodiscard]] const std::vector<std::string>& notes() const { return notes_; }
-  /// A model that is included but was not found, or "".
+  /// The models that are included but were not found, or "".
   [[nodiscard]] const std::string& missing() const { return missing_; }
 
   /// A name as an element in the scope means it.
