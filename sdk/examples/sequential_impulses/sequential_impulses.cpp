@@ -108,7 +108,7 @@ Result<Solid> solid_of(const Shape& s, bool around) {
     }
   }
   return error(ErrorCode::unsupported, "it has a shape that is neither a ball nor a box",
-               "Give around = true to take the box around it, or choose ode.");
+               "Give the parameter around = true to take the box around it, or choose ode.");
 }
 
 class World final : public PhysicsWorld {
