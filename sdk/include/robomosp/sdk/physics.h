@@ -78,7 +78,7 @@ class PhysicsWorld {
   /// Places an immovable body and gives it the velocity that contacts see (a conveyor).
   virtual Result<void> move(std::int32_t body, const Pose& pose, Vec3 velocity,
                             Vec3 angular_velocity) = 0;
-  // What a simple engine need not have.
+  // What a simple engine need not have: it refuses joints that follow and those of type 4 as well.
   /// Lets a motor move a revolute or prismatic joint at a speed with no more than this force [N m
   /// or N] from now on, besides the forces of step(); 0 = without it.
   virtual Result<void> servo(std::int32_t /*joint*/, double /*velocity*/, double /*force*/) {

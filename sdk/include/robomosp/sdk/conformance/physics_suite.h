@@ -80,6 +80,11 @@ class PhysicsConformance : public testing::TestWithParam<PhysicsCase> {
     const auto done = world.step(dt, steps, forces, none);
     ASSERT_TRUE(done.ok()) << done.error().sentence();
   }
+  /// What a simple engine says of what it need not have.
+  template <class T>
+  static bool is_left_out(const Result<T>& r) {
+    return !r.ok() && r.error().code == ErrorCode::unsupported;
+  }
   const rmp_provider* provider_ = nullptr;
   std::unique_ptr<PhysicsEngine> engine_;
 };
@@ -241,7 +246,9 @@ TEST_P(PhysicsConformance, AServoReachesItsSpeedWithNoMoreThanItsForce) {
   slide.b = 0, slide.type = 1, slide.lower = 1, slide.upper = -1;
   auto world = make({block}, {slide}, {0, 0, 0});
   ASSERT_TRUE(world.ok()) << world.error().sentence();
-  ASSERT_TRUE((*world)->servo(0, 0.5, 4).ok());
+  const auto moved = (*world)->servo(0, 0.5, 4);
+  if (is_left_out(moved)) GTEST_SKIP() << moved.error().sentence();
+  ASSERT_TRUE(moved.ok()) << moved.error().sentence();
   run(**world, 1e-3, 100);
   EXPECT_NEAR(read(**world, 1, 1).qd[0], 0.2, 1e-5) << "4 N for 0.1 s on 2 kg";
   run(**world, 1e-3, 400);
@@ -268,6 +275,7 @@ TEST_P(PhysicsConformance, AJointFollowsAnotherOne) {
   slide.in_b = turn_x(-kPi / 2);
   slide.follows = 0, slide.ratio = r, slide.offset = 0.1;
   auto world = make({wheel, rack}, {hinge, slide}, {0, 0, 0});
+  if (is_left_out(world)) GTEST_SKIP() << world.error().sentence();
   ASSERT_TRUE(world.ok()) << world.error().sentence();
   run(**world, 1e-3, 500, {torque, force});
   const State s = read(**world, 2, 2);
@@ -290,6 +298,7 @@ TEST_P(PhysicsConformance, DirectionsOfALoopAreKeptAndOthersAreFree) {
   loop.in_a = shift(0, 0, 1);
   loop.fixed = 2 | 4 | 16 | 32;
   auto world = make({block}, {loop}, {1, 0, -9.81});
+  if (is_left_out(world)) GTEST_SKIP() << world.error().sentence();
   ASSERT_TRUE(world.ok()) << world.error().sentence();
   ASSERT_TRUE((*world)->push(0, {}, {0.01, 0.02, 0}).ok());
   run(**world, 1e-3, 500);
