@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 #include <thread>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -116,6 +117,9 @@ Result<Solid> solid_of(const Shape& s) {
     out.is_convex = false;
     out.mesh = mesh_solid(*s.mesh);
     if (out.mesh.triangles.empty()) return bad("a mesh has no triangles", "Give a closed mesh.");
+    if (!is_closed(out.mesh))
+      return bad("a mesh is not closed, so that nothing says what is inside",
+                 "Close its holes, and turn its triangles alike.");
     out.box = box_around(out.mesh.points);
     out.triangles = make_mesh_geometry(out.mesh.points, out.mesh.triangles);
   } else {
@@ -346,8 +350,10 @@ class Scene final : public CollisionScene {
         if (const double g = gap(a.boxes[i], b.boxes[k]); g <= interest)
           candidates.push_back({g, i, k});
     }
-    std::stable_sort(candidates.begin(), candidates.end(),
-                     [](const auto& x, const auto& y) { return x.gap < y.gap; });
+    if (candidates.size() > 1)
+      std::sort(candidates.begin(), candidates.end(), [](const auto& x, const auto& y) {
+        return std::tie(x.gap, x.a, x.b) < std::tie(y.gap, y.a, y.b);
+      });
     bool found = false;
     for (const auto& c : candidates) {
       if (c.gap > std::max(out.distance, 0.0)) break;

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "mesh_solid.h"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <numbers>
 #include <numeric>
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include "spatial/convex_hull.h"
 #include "spatial/vec.h"
@@ -89,6 +92,18 @@ MeshSolid mesh_solid(const Mesh& mesh) {
       s.one_of_each_piece.push_back(s.points[t[0]]);
     }
   return s;
+}
+
+bool is_closed(const MeshSolid& solid) {
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> there, back;
+  for (const auto& t : solid.triangles)
+    for (std::size_t k = 0; k < 3; ++k) {
+      there.emplace_back(t[k], t[(k + 1) % 3]);
+      back.emplace_back(t[(k + 1) % 3], t[k]);
+    }
+  std::sort(there.begin(), there.end());
+  std::sort(back.begin(), back.end());
+  return there == back;
 }
 
 bool contains(const MeshSolid& solid, const Vec3& point) {

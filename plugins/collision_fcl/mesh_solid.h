@@ -19,6 +19,8 @@ struct MeshSolid {
 
 [[nodiscard]] MeshSolid mesh_solid(const Mesh& mesh);
 
+/// Whether every edge is run once in each direction, as often as there are sheets.
+[[nodiscard]] bool is_closed(const MeshSolid& solid);
 /// By rays to far away, whose crossings are counted; a ray that passes next to an edge is not
 /// counted on, and where all do so, the winding number decides.
 [[nodiscard]] bool contains(const MeshSolid& solid, const Vec3& point);

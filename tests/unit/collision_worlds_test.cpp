@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include "io/native.h"
 #include "sim/broad_phase.h"
 #include "sim/collision.h"
 #include "sim/collision_cache.h"
@@ -221,6 +222,56 @@ TEST_F(Worlds, AWallThatAllSamplesMissIsMetOnThePath) {
   };
   expect_first(path, -0.55, 0.1);
   expect_first({-0.55, 0, 0, 0.45, 0, 0}, -0.55, 1);
+}
+
+TEST_F(Worlds, RulesForPairsAreSavedLoadedAndUndone) {
+  auto t = bench.document.begin("world");
+  const RobotId robot = arm(*t, 3, 0.1);
+  ASSERT_TRUE(t->commit().ok());
+  const auto rule = [&] {
+    auto edit = bench.document.begin("allow");
+    ASSERT_TRUE(edit->edit(robot,
+                           [](model::Record& r) -> Result<void> {
+                             std::get<model::Robot>(r.body).pair_rules = {
+                                 {"rod1", "rod3", true, "a cable"}, {"rod2", "rod1", false, ""}};
+                             return {};
+                           })
+                    .ok());
+    ASSERT_TRUE(edit->commit().ok());
+  };
+  const auto checked = [&] {
+    const auto snapshot = bench.document.now();
+    const auto m =
+        unwrap(CollisionModel::of_robot({bench.registry, bench.derived, *snapshot}, robot, none));
+    std::string out;
+    for (const CollisionPair& p : m->pairs()) out += m->describe(p) + "; ";
+    return out;
+  };
+  EXPECT_EQ(checked(), "rod1 and rod3; ");
+  rule();
+  EXPECT_EQ(checked(), "rod1 and rod2; ");
+  const std::string text = unwrap(io::print(*bench.document.now(), robot, "arm.rbt", {}));
+  EXPECT_NE(text.find("reason \"a cable\""), std::string::npos) << text;
+  ASSERT_TRUE(bench.document.undo().ok());
+  EXPECT_EQ(checked(), "rod1 and rod3; ");
+  ASSERT_TRUE(bench.document.redo().ok());
+  EXPECT_EQ(checked(), "rod1 and rod2; ");
+  // The text again, without the bodies, whose files were never written.
+  std::string bare;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t end = std::min(text.find('\n', at), text.size());
+    const std::string line = text.substr(at, end - at);
+    if (line.find("part {") == std::string::npos) bare += line + "\n";
+    at = end + 1;
+  }
+  auto load = bench.document.begin("load");
+  const auto loaded = unwrap(io::load_text(*load, bare, "arm again", {}, {}));
+  const model::Robot* again = load->now().get(RobotId{loaded.id.number});
+  ASSERT_NE(again, nullptr);
+  ASSERT_EQ(again->pair_rules.size(), 2U);
+  const auto is_first_allowed = again->pair_rules[0].is_allowed;
+  EXPECT_NE(is_first_allowed, again->pair_rules[1].is_allowed);
+  EXPECT_EQ(again->pair_rules[is_first_allowed ? 0 : 1].reason, "a cable");
 }
 
 TEST_F(Worlds, BrokenNumbersAreRefusedInASentence) {

@@ -563,6 +563,12 @@ TEST_P(CollisionConformance, WrongSizesAndBrokenNumbersAreRefused) {
   EXPECT_TRUE(refuses(shape_of(cylinder, 1, std::nan(""))));
   EXPECT_TRUE(refuses(shape_of(mesh, 0)));
   EXPECT_TRUE(refuses(shape_of(convex, 0)));
+  Mesh open = box_mesh(1, 1, 1);
+  open.triangles.resize(open.triangles.size() - 3);
+  Shape holed;
+  holed.kind = mesh;
+  holed.mesh = &open;
+  EXPECT_TRUE(refuses(holed));
   Mesh flat = box_mesh(1, 1, 1);
   for (std::size_t i = 2; i < flat.positions.size(); i += 3) flat.positions[i] = 0;
   Shape s;
