@@ -276,15 +276,58 @@ static inline void NAME_sincos(double x, double *s, double *c) {
   }
 }
 
-/* Samples of a batch that are computed side by side. */
+/* Samples of a batch that are computed side by side: one vector of AVX-512, or enough of others. */
 #ifndef NAME_LANES
+#ifdef __AVX512F__
+#define NAME_LANES 8
+#else
 #define NAME_LANES 16
 #endif
+#endif
 
-/* Reads `samples` samples of `width` numbers; lanes without a sample repeat the last one. */
+/* With AVX-512, squares of 8 samples and 8 of their numbers are turned in registers. */
+#if NAME_LANES == 8 && defined(__AVX512F__) && (defined(__clang__) || __GNUC__ >= 12)
+#define NAME_LANES_TURN
+typedef double NAME_square __attribute__((vector_size(64), aligned(8), may_alias));
+static inline void NAME_turn(NAME_square *r) {
+  NAME_square t[8];
+  for (int i = 0; i < 8; i += 2) {
+    t[i] = __builtin_shufflevector(r[i], r[i + 1], 0, 8, 2, 10, 4, 12, 6, 14);
+    t[i + 1] = __builtin_shufflevector(r[i], r[i + 1], 1, 9, 3, 11, 5, 13, 7, 15);
+  }
+  for (int h = 0; h < 8; h += 4)
+    for (int i = h; i < h + 2; ++i) {
+      r[i] = __builtin_shufflevector(t[i], t[i + 2], 0, 1, 8, 9, 4, 5, 12, 13);
+      r[i + 2] = __builtin_shufflevector(t[i], t[i + 2], 2, 3, 10, 11, 6, 7, 14, 15);
+    }
+  for (int i = 0; i < 4; ++i) {
+    const NAME_square a = r[i], b = r[i + 4];
+    r[i] = __builtin_shufflevector(a, b, 0, 1, 2, 3, 8, 9, 10, 11);
+    r[i + 4] = __builtin_shufflevector(a, b, 4, 5, 6, 7, 12, 13, 14, 15);
+  }
+}
+/* Whether the squares of the first 8 of `samples` samples are all within the samples. */
+static inline int NAME_has_squares(size_t width, size_t samples) {
+  return 7 * width + (width + 7) / 8 * 8 <= samples * width;
+}
+#endif
+
+/* Reads the first NAME_LANES of `samples` samples of `width` numbers; lanes without a sample repeat
+ * the last one. */
 static inline void NAME_load(const double *restrict from, size_t width, size_t samples,
                              double (*restrict to)[NAME_LANES]) {
-  if (samples == NAME_LANES) {
+#ifdef NAME_LANES_TURN
+  if (NAME_has_squares(width, samples)) {
+    for (size_t first = 0; first < width; first += 8) {
+      NAME_square r[8];
+      for (size_t l = 0; l < 8; ++l) r[l] = *(const NAME_square *)(from + l * width + first);
+      NAME_turn(r);
+      for (size_t k = 0; k < 8 && first + k < width; ++k) *(NAME_square *)to[first + k] = r[k];
+    }
+    return;
+  }
+#endif
+  if (samples >= NAME_LANES) {
     for (size_t l = 0; l < NAME_LANES; ++l)
       for (size_t k = 0; k < width; ++k) to[k][l] = from[l * width + k];
   } else {
@@ -304,7 +347,21 @@ static inline int NAME_is_near(double (*q)[NAME_LANES], size_t width) {
 
 static inline void NAME_store(double (*restrict from)[NAME_LANES], size_t width, size_t samples,
                               double *restrict to) {
-  for (size_t l = 0; l < samples; ++l)
+#ifdef NAME_LANES_TURN
+  if (NAME_has_squares(width, samples)) {
+    for (size_t next = 0; next < width; next += 8) {
+      /* The last square of a wide sample overlaps the one before; a narrow sample is written with
+       * some of what follows it, which the next sample overwrites. */
+      const size_t first = next + 8 <= width || width < 8 ? next : width - 8;
+      NAME_square r[8];
+      for (size_t k = 0; k < 8; ++k) r[k] = *(const NAME_square *)from[k < width ? first + k : 0];
+      NAME_turn(r);
+      for (size_t l = 0; l < 8; ++l) *(NAME_square *)(to + l * width + first) = r[l];
+    }
+    return;
+  }
+#endif
+  for (size_t l = 0; l < samples && l < NAME_LANES; ++l)
     for (size_t k = 0; k < width; ++k) to[l * width + k] = from[k][l];
 }
 )";
@@ -355,13 +412,13 @@ std::string batch(const RobotModel& m, const std::string& name, const Function& 
   std::string one;
   for (const std::uint32_t a : f.arrays) {
     const std::string n = array_name(a), w = std::to_string(array_size(m, a));
-    s += "    " + name + "_load(" + n + " + i * " + w + ", " + w + ", samples, " + n + "_);\n";
+    s += "    " + name + "_load(" + n + " + i * " + w + ", " + w + ", count - i, " + n + "_);\n";
     one += n + " + (i + l) * " + w + ", ";
   }
   const std::string width = std::to_string(f.outputs.size());
   s += "    if (" + name + "_is_near(q_, " + std::to_string(m.coordinate_count()) + ")) {\n" +
        call + f.output + "_);\n      " + name + "_store(" + f.output + "_, " + width +
-       ", samples, " + f.output + " + i * " + width + ");\n    } else {\n";
+       ", count - i, " + f.output + " + i * " + width + ");\n    } else {\n";
   s += "      for (size_t l = 0; l < samples; ++l)\n        " + whole + "(" + one + f.output +
        " + (i + l) * " + width + ");\n    }\n  }\n}\n";
   return s;
