@@ -4,8 +4,10 @@
 // body; "boxes_around" takes the box around a cylinder, hull or mesh in its place, so that it never
 // tells more room than there is.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <memory>
 #include <string>
 #include <utility>
@@ -49,6 +51,26 @@ Zonotope box_of(const Vec3& center, const Vec3& half) {
   return {center, {Vec3{half[0], 0, 0}, Vec3{0, half[1], 0}, Vec3{0, 0, half[2]}}, 3, 0};
 }
 
+/// Every side of a triangle is that of another one, the other way round; points of equal place are
+/// one, for meshes repeat them where normals differ.
+bool is_closed(const Mesh& mesh) {
+  std::map<std::array<float, 3>, std::size_t> places;
+  std::vector<std::size_t> place;
+  for (std::size_t i = 0; i + 2 < mesh.positions.size(); i += 3)
+    place.push_back(
+        places.try_emplace({mesh.positions[i], mesh.positions[i + 1], mesh.positions[i + 2]}, i)
+            .first->second);
+  std::map<std::pair<std::size_t, std::size_t>, int> sides;  // there minus back
+  for (std::size_t t = 0; t + 2 < mesh.triangles.size(); t += 3)
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t from = mesh.triangles[t + k], to = mesh.triangles[t + (k + 1) % 3];
+      if (from >= place.size() || to >= place.size()) return false;
+      const auto [low, high] = std::minmax(place[from], place[to]);
+      if (low != high) sides[{low, high}] += place[from] == low ? 1 : -1;
+    }
+  return std::all_of(sides.begin(), sides.end(), [](const auto& s) { return s.second == 0; });
+}
+
 Result<Zonotope> around(const Mesh* mesh) {
   if (!mesh || mesh->positions.size() < 12)
     return bad("a mesh has no points", "Give a closed mesh.");
@@ -87,8 +109,10 @@ Result<Zonotope> zonotope_of(const Shape& s, bool takes_boxes_around) {
       break;
     case ShapeKind::convex: refused = "a convex hull"; [[fallthrough]];
     case ShapeKind::mesh:
-      if (takes_boxes_around) return around(s.mesh);
-      break;
+      if (!takes_boxes_around) break;
+      if (s.kind == ShapeKind::mesh && s.mesh && !is_closed(*s.mesh))
+        return bad("a mesh is open, so that nothing says what is inside", "Close it.");
+      return around(s.mesh);
   }
   return error(
       ErrorCode::unsupported,
