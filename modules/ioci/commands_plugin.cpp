@@ -183,7 +183,7 @@ std::vector<CommandSpec> plugin_commands() {
                  .classic = "",
                  .summary = "Lists the parameters of a provider.",
                  .details = "",
-                 .example = "assert(#provider.params(\"segment\", \"line\") >= 1)",
+                 .example = "assert(#provider.params(\"curve\", \"circle\") >= 1)",
                  .params = {interface, name},
                  .returns = {"list",
                              "",

@@ -177,7 +177,8 @@ std::vector<CommandSpec> trajectory_commands() {
       {.name = "trajectory.create",
        .classic = "",
        .summary = "Makes a trajectory from segments, one after the other.",
-       .details = std::string(kSegmentDoc) + " Each segment starts where the one before ends.",
+       .details = std::string(kSegmentDoc) + " Where a segment does not begin as the one before "
+                                             "ends, a smooth transition is put between.",
        .example = with_stroke("assert(math.abs(stroke:length() - 0.2) < 1e-12)"),
        .params = {needed("name", "string", "", "Name, unique among trajectories."),
                   needed("segments", "list", "", "Its segments."), sample_time,
@@ -204,7 +205,8 @@ std::vector<CommandSpec> trajectory_commands() {
        .details = kSegmentDoc,
        .example = with_stroke(
            "stroke:add_segment({shape = \"line\", points = {{0.5, 0.2, 0.3, 0, 0, 0}, {0.5, 0.2, "
-           "0.4, 0, 0, 0}}})\nassert(math.abs(stroke:length() - 0.3) < 1e-12)"),
+           "0.4, 0, 0, 0}}, transition = \"none\"})\nassert(math.abs(stroke:length() - 0.3) < "
+           "1e-12)"),
        .params = {self("trajectory"), needed("segment", "map", "", "The segment.")},
        .returns = {},
        .effect = Effect::edits,
@@ -213,7 +215,7 @@ std::vector<CommandSpec> trajectory_commands() {
       {.name = "trajectory.remove_segment",
        .classic = "",
        .summary = "Removes a segment.",
-       .details = "The ends of its neighbours must meet.",
+       .details = "Its neighbours follow each other then, by the second one's transition.",
        .example = with_stroke("stroke:remove_segment(1)\nassert(#stroke:describe().segments == 0)"),
        .params = {self("trajectory"), needed("index", "int", "", "Its number, 1 is the first.")},
        .returns = {},

@@ -18,14 +18,20 @@
 #include <robomosp/sdk/csg.h>
 #include <robomosp/sdk/csg_primitive.h>
 #include <robomosp/sdk/csg_select.h>
+#include <robomosp/sdk/curve.h>
 #include <robomosp/sdk/dynamics.h>
 #include <robomosp/sdk/ik.h>
 #include <robomosp/sdk/integrator.h>
 #include <robomosp/sdk/io.h>
+#include <robomosp/sdk/joint_segment.h>
+#include <robomosp/sdk/motion_law.h>
+#include <robomosp/sdk/orientation.h>
 #include <robomosp/sdk/physics.h>
+#include <robomosp/sdk/planner.h>
 #include <robomosp/sdk/plugin.h>
 #include <robomosp/sdk/post.h>
 #include <robomosp/sdk/render.h>
+#include <robomosp/sdk/retimer.h>
 #include <robomosp/sdk/robot_code.h>
 #include <robomosp/sdk/trajectory.h>
 
@@ -143,6 +149,30 @@ void plain_types(std::ostream& out) {
   F1(ShapedBody, shapes);
   TYPE(PathSample);
   F5(PathSample, pose, velocity, angular_velocity, acceleration, angular_acceleration);
+  TYPE(CurveSample);
+  F4(CurveSample, p, d1, d2, d3);
+  TYPE(LawTask);
+  F2(LawTask, length, turn);
+  TYPE(LawSample);
+  F4(LawSample, share, rate, acceleration, jerk);
+  TYPE(OrientationSample);
+  F3(OrientationSample, R, turn, bend);
+  TYPE(OrientationTask);
+  F3(OrientationTask, points, shares, curve);
+  TYPE(JointLimits);
+  F5(JointLimits, lower, upper, velocity, acceleration, jerk);
+  TYPE(JointSamples);
+  F4(JointSamples, q, qd, qdd, qddd);
+  TYPE(JointEnds);
+  F4(JointEnds, start_velocity, end_velocity, start_acceleration, end_acceleration);
+  TYPE(RetimeProblem);
+  F7(RetimeProblem, dof, s, q, q1, q2, velocity, acceleration);
+  F7(RetimeProblem, torque_a, torque_b, torque_c, torque, rate, start_rate, end_rate);
+  TYPE(Retiming);
+  F2(Retiming, rate, time);
+  TYPE(PlanProblem);
+  TYPE(Plan);
+  F2(Plan, points, goal);
   TYPE(CollisionPair);
   F2(CollisionPair, a, b);
   TYPE(PairDistance);
@@ -305,6 +335,32 @@ void interfaces(std::ostream& out) {
   VIRTUAL(Segment, sample);
   TYPE(SegmentMaker);
   VIRTUAL(SegmentMaker, make);
+  TYPE(Curve);
+  VIRTUAL(Curve, end);
+  VIRTUAL(Curve, evaluate);
+  VIRTUAL(Curve, knots);
+  VIRTUAL(Curve, is_timed);
+  VIRTUAL(Curve, is_even);
+  TYPE(CurveMaker);
+  VIRTUAL(CurveMaker, make);
+  TYPE(MotionLaw);
+  VIRTUAL(MotionLaw, duration);
+  VIRTUAL(MotionLaw, sample);
+  TYPE(MotionLawMaker);
+  VIRTUAL(MotionLawMaker, make);
+  TYPE(Orientation);
+  VIRTUAL(Orientation, evaluate);
+  TYPE(OrientationMaker);
+  VIRTUAL(OrientationMaker, make);
+  TYPE(JointSegment);
+  VIRTUAL(JointSegment, duration);
+  VIRTUAL(JointSegment, sample);
+  TYPE(JointSegmentMaker);
+  VIRTUAL(JointSegmentMaker, make);
+  TYPE(Retimer);
+  VIRTUAL(Retimer, retime);
+  TYPE(Planner);
+  VIRTUAL(Planner, plan);
   TYPE(CollisionScene);
   VIRTUAL(CollisionScene, distances);
   VIRTUAL(CollisionScene, collisions);

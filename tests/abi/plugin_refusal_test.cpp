@@ -156,7 +156,9 @@ TEST(PluginRefusal, AnUnknownInterfaceIsSkippedAndTheRestLoads) {
           "robomosp.segment/1, robomosp.collision/1, robomosp.physics/1, robomosp.compiler/1, "
           "robomosp.post/1, robomosp.importer/1, robomosp.exporter/1, robomosp.renderer/1, "
           "robomosp.integrator/1, "
-          "robomosp.controller/1 and robomosp.robot_code/1."}));
+          "robomosp.controller/1, robomosp.robot_code/1, robomosp.curve/1, robomosp.motion_law/1, "
+          "robomosp.orientation/1, robomosp.joint_segment/1, robomosp.retimer/1 and "
+          "robomosp.planner/1."}));
 }
 
 TEST(PluginRefusal, ProvidersWithoutNameInterfaceOrCreateAreSkipped) {

@@ -165,9 +165,10 @@ TEST_F(Ioci, AWrongNodePathNamesWhatTheSolidHas) {
             ErrorCode::invalid_argument);
 }
 
-TEST_F(Ioci, AGapBetweenSegmentsIsRefusedWhenTheTrajectoryIsMade) {
+TEST_F(Ioci, AGapBetweenSegmentsIsRefusedWhereNoTransitionMayBridgeIt) {
   const auto line = [](double from, double to) {
     return Map{{"shape", "line"},
+               {"transition", "none"},
                {"points", List{List{from, 0, 0, 0, 0, 0}, List{to, 0, 0, 0, 0, 0}}}};
   };
   fails("trajectory.create", {{"name", "t"}, {"segments", List{line(0, 0.1), line(0.2, 0.3)}}});
