@@ -171,14 +171,20 @@ Ellipsoid ellipsoid(std::span<const double> jacobian, TwistPart part,
 }
 
 double reach(const RobotModel& model, std::size_t tip) {
-  double length = spatial::norm(model.tips[tip].tool.p);
-  for (std::int32_t j = model.tips[tip].joint; j >= 0;
-       j = model.joints[static_cast<std::size_t>(j)].parent) {
-    const JointModel& m = model.joints[static_cast<std::size_t>(j)];
-    if (m.parent >= 0) length += spatial::norm(m.placement.p);
-    const double range = m.upper - m.lower;
-    if (m.type == JointType::prismatic && std::isfinite(range)) length += 0.5 * range;
-  }
+  const auto way = [&](std::int32_t joint, const Pose& local) {
+    double length = spatial::norm(local.p);
+    for (std::int32_t j = joint; j >= 0; j = model.joints[static_cast<std::size_t>(j)].parent) {
+      const JointModel& m = model.joints[static_cast<std::size_t>(j)];
+      if (m.parent >= 0) length += spatial::norm(m.placement.p);
+      const double range = m.upper - m.lower;
+      if (m.type == JointType::prismatic && std::isfinite(range)) length += 0.5 * range;
+    }
+    return length;
+  };
+  double length = way(model.tips[tip].joint, model.tips[tip].tool);
+  // A platform that is a free body of the tree hangs on the legs that close its loops.
+  for (const LoopModel& l : model.loops)
+    length = std::max({length, way(l.joint_a, l.in_a), way(l.joint_b, l.in_b)});
   return length > 1e-9 ? length : 1.0;
 }
 

@@ -74,7 +74,8 @@ struct Singularity {
                                       std::span<const double> q, TwistPart part = TwistPart::all,
                                       double threshold = 1e-6);
 
-/// The sum of the distances between the joints from base to tip, at least 1e-9, else 1 [m].
+/// The sum of the distances between the joints from base to tip, or to where a loop closes if that
+/// is farther; at least 1e-9, else 1 [m].
 [[nodiscard]] double reach(const RobotModel& model, std::size_t tip);
 
 /// "cannot move along (0, 0, 1)", "cannot turn about (1, 0, 0)", or both at once.
