@@ -45,7 +45,7 @@ std::vector<ParamSpec> objective_fields(const std::string& more) {
                      more + ")."),
           above_zero(defaulted("influence", "real", "m", 0.2,
                                "With clearance: what is farther away does not count, nor pairs "
-                               "that are nearer however the robot stands."))};
+                               "of the robot's own that are nearer however it stands."))};
 }
 
 IkObjective objective_of(const Map& args) {

@@ -33,6 +33,7 @@ constexpr double kInf = std::numeric_limits<double>::infinity();
 /// Of the norm that sums up how far pairs are within the influence of a clearance field: the
 /// nearest count most, but one that the task holds near does not hide the others.
 constexpr double kNorm = 4;
+constexpr double kVaries = 0.01;        ///< of the influence: a distance that one can change
 constexpr double kAboutASample = 5000;  ///< that the clearance of a configuration takes [ns]
 
 bool comes_before(const CollisionPair& x, const CollisionPair& y) {
@@ -855,7 +856,8 @@ class RobotClearance final : public ClearanceField {
     idle_.push_back(std::move(state));
   }
 
-  /// The robot's pairs that some sampled configuration brings farther apart than the influence.
+  /// The robot's pairs that some sampled configuration brings farther apart than the influence, and
+  /// those with other things whose distance changes.
   [[nodiscard]] std::vector<CollisionPair> avoidable() const {
     std::vector<CollisionPair> near, far;
     const auto index = static_cast<std::int32_t>(robot_);
@@ -867,16 +869,28 @@ class RobotClearance final : public ClearanceField {
     Random random(kAlwaysSeed);
     NoProgress none;
     CollisionModel::Sample s = model_.sample();
-    std::vector<double> q = shown_;
+    std::vector<double> q = shown_, first_seen;
     for (std::size_t i = 0; i < kAlwaysSamples && !near.empty(); ++i) {
       random_configuration(*robot.model, random, &q[robot.first]);
       model_.place_moving(q, s);
       std::vector<PairDistance> d(near.size());
       if (!model_.ask(s.poses, near, influence_, d, none).ok()) break;
       std::vector<CollisionPair> still;
-      for (std::size_t k = 0; k < near.size(); ++k)
-        (d[k].distance < influence_ ? still : far).push_back(near[k]);
+      std::vector<double> began;
+      for (std::size_t k = 0; k < near.size(); ++k) {
+        const double first = i == 0 ? d[k].distance : first_seen[k];
+        const bool is_own = model_.bodies_[static_cast<std::size_t>(near[k].a)].robot ==
+                            model_.bodies_[static_cast<std::size_t>(near[k].b)].robot;
+        const bool varies = std::fabs(d[k].distance - first) > kVaries * influence_;
+        if (d[k].distance >= influence_ || (!is_own && varies)) {
+          far.push_back(near[k]);
+        } else {
+          still.push_back(near[k]);
+          began.push_back(first);
+        }
+      }
       near = std::move(still);
+      first_seen = std::move(began);
     }
     return far;
   }

@@ -123,9 +123,10 @@ class CollisionModel {
   /// The clearance of one robot, others where the world shows them, and its gradient:
   ///   influence - |influence - d_k|_4 over the pairs k nearer than `influence` [m],
   /// which is the distance where it is one pair, at most the least one where it is several, and
-  /// smooth. Pairs that are nearer in every one of 64 sampled configurations, such as neighbours
-  /// but one or a robot's first link and its table, are not counted: nothing could be done about
-  /// them. The model outlives the field.
+  /// smooth. Not counted,
+  /// since nothing could be done about them, are pairs of the robot's own bodies that are nearer in
+  /// every one of 64 sampled configurations, such as neighbours but one, and pairs with other
+  /// things whose distance stays the same, such as a first link's. The model outlives the field.
   [[nodiscard]] std::unique_ptr<ClearanceField> field(std::size_t robot, double influence) const;
 
   /// world_T_body of all bodies for one configuration.
