@@ -12,20 +12,17 @@ using spatial::JointConstants;
 using spatial::Turn;
 
 // base_T_joint by the axes of the joint's frame.
-template <class T>
 struct Frame {
-  Vec<T> x, y, z, p;
+  Vec<Lanes> x, y, z, p;
 };
 
-template <class T>
 struct Room {
   double *angle, *sine, *cosine;
-  T *q, *out;
-  Frame<T>* frames;
+  Lanes *q, *out;
+  Frame* frames;
 };
-template <class T>
 std::size_t furnish(std::size_t joints, std::size_t coordinates, std::size_t dof, double* at,
-                    Room<T>& room) {
+                    Room& room) {
   constexpr std::size_t kAlignment = 64;
   if (at) {
     const auto address = reinterpret_cast<std::uintptr_t>(at);
@@ -34,40 +31,40 @@ std::size_t furnish(std::size_t joints, std::size_t coordinates, std::size_t dof
   std::size_t used = 0;
   const auto take = [&](std::size_t numbers) {
     double* here = at ? at + used : nullptr;
-    used += numbers * (sizeof(T) / sizeof(double));
+    used += numbers * kLanes;
     return here;
   };
   room.angle = take(joints), room.sine = take(joints), room.cosine = take(joints);
-  room.q = reinterpret_cast<T*>(take(coordinates));
+  room.q = reinterpret_cast<Lanes*>(take(coordinates));
   const std::size_t jacobian = 6 * dof, poses = 12 * joints, pose = 12;
   const std::size_t most = jacobian > poses ? jacobian : poses;
-  room.out = reinterpret_cast<T*>(take(most > pose ? most : pose));
-  room.frames = reinterpret_cast<Frame<T>*>(take(12 * joints));
+  room.out = reinterpret_cast<Lanes*>(take(most > pose ? most : pose));
+  room.frames = reinterpret_cast<Frame*>(take(12 * joints));
   return used + kAlignment / sizeof(double);
 }
 
-template <class T>
-RMP_INLINE Vec<T> combined(const Vec<T>& a, const T& s, const Vec<T>& b, const T& t) {
+RMP_INLINE Vec<Lanes> combined(const Vec<Lanes>& a, const Lanes& s, const Vec<Lanes>& b,
+                               const Lanes& t) {
   return {a.x * s + b.x * t, a.y * s + b.y * t, a.z * s + b.z * t};
 }
-template <class T, class A>
-RMP_INLINE Vec<T> point(const Frame<T>& f, const Vec<A>& v) {
+template <class A>
+RMP_INLINE Vec<Lanes> point(const Frame& f, const Vec<A>& v) {
   return {f.x.x * v.x + f.y.x * v.y + f.z.x * v.z, f.x.y * v.x + f.y.y * v.y + f.z.y * v.z,
           f.x.z * v.x + f.y.z * v.y + f.z.z * v.z};
 }
 
 // The frame of a joint from its parent's, of which only turn and place before the joint's own
 // motion are constants.
-template <Turn K, class T>
-RMP_INLINE void place(const JointConstants& k, const Frame<T>& up, const T* q, const T& s,
-                      const T& c, Frame<T>& f) {
+template <Turn K>
+RMP_INLINE void place(const JointConstants& k, const Frame& up, const Lanes* q, const Lanes& s,
+                      const Lanes& c, Frame& f) {
   if constexpr (K != Turn::ball && K != Turn::general) {
     if (k.parent < 0) {  // most of the products are with zeros and ones
       const double turn = k.cos_twist, rise = k.sin_twist;
-      f.p = vec<T>(k.p);
+      f.p = vec<Lanes>(k.p);
       f.x = {c, s * turn, s * rise};
       f.y = {-s, c * turn, c * rise};
-      f.z = {T{}, splat<T>(-rise), splat<T>(turn)};
+      f.z = {Lanes{}, splat<Lanes>(-rise), splat<Lanes>(turn)};
       if (k.type == JointType::prismatic)
         f.p = f.p + scaled(f.z, q[k.q_index] * k.ratio + k.offset);
       return;
@@ -75,19 +72,19 @@ RMP_INLINE void place(const JointConstants& k, const Frame<T>& up, const T* q, c
   }
   f.p = up.p + point(up, plain(k.p));
   if constexpr (K == Turn::ball) {
-    const T* own = q + k.q_index;
+    const Lanes* own = q + k.q_index;
     if (k.type == JointType::free) {
-      f.p = f.p + point(up, multiply(k.R, Vec<T>{own[0], own[1], own[2]}));
+      f.p = f.p + point(up, multiply(k.R, Vec<Lanes>{own[0], own[1], own[2]}));
       own += 3;
     }
-    T R[9];
+    Lanes R[9];
     ball_rotation(k.R, own, R);
-    f.x = point(up, Vec<T>{R[0], R[3], R[6]});
-    f.y = point(up, Vec<T>{R[1], R[4], R[7]});
-    f.z = point(up, Vec<T>{R[2], R[5], R[8]});
+    f.x = point(up, Vec<Lanes>{R[0], R[3], R[6]});
+    f.y = point(up, Vec<Lanes>{R[1], R[4], R[7]});
+    f.z = point(up, Vec<Lanes>{R[2], R[5], R[8]});
     return;
   }
-  Vec<T> x = up.x, y = up.y;
+  Vec<Lanes> x = up.x, y = up.y;
   f.z = up.z;
   if constexpr (K == Turn::quarter) {
     y = up.z, f.z = scaled(up.y, -1.0);
@@ -106,64 +103,57 @@ RMP_INLINE void place(const JointConstants& k, const Frame<T>& up, const T* q, c
   if (k.type == JointType::prismatic) f.p = f.p + scaled(f.z, q[k.q_index] * k.ratio + k.offset);
 }
 
-template <class T>
-void place_path(const Task& task, const Room<T>& x) {
-  constexpr std::size_t kWide = sizeof(T) / sizeof(double);
+void place_path(const Task& task, const Room& x) {
   for (std::size_t i = 0; i < task.path_count; ++i) {
     const JointConstants& k = task.joints[task.path[i]];
-    T angle = splat<T>(k.angle);
+    Lanes angle = splat<Lanes>(k.angle);
     if (k.type == JointType::revolute) angle += x.q[k.q_index] * k.ratio + k.offset;
-    __builtin_memcpy(x.angle + i * kWide, &angle, sizeof angle);
+    store(x.angle + i * kLanes, angle);
   }
-  sin_cos<RightAngles::exact>(x.angle, task.path_count * kWide, x.sine, x.cosine);
-  const T one = splat<T>(1), zero{};
-  const Frame<T> base{{one, zero, zero}, {zero, one, zero}, {zero, zero, one}, {zero, zero, zero}};
+  sin_cos<RightAngles::exact>(x.angle, task.path_count * kLanes, x.sine, x.cosine);
+  const Lanes one = splat<Lanes>(1), zero{};
+  const Frame base{{one, zero, zero}, {zero, one, zero}, {zero, zero, one}, {zero, zero, zero}};
   for (std::size_t i = 0; i < task.path_count; ++i) {
     const JointConstants& k = task.joints[task.path[i]];
-    const Frame<T>& up = k.parent < 0 ? base : x.frames[k.parent];
-    T s, c;
-    __builtin_memcpy(&s, x.sine + i * kWide, sizeof s);
-    __builtin_memcpy(&c, x.cosine + i * kWide, sizeof c);
+    const Frame& up = k.parent < 0 ? base : x.frames[k.parent];
+    const Lanes s = load(x.sine + i * kLanes), c = load(x.cosine + i * kLanes);
     by_turn(k.turn,
             [&](auto kind) { place<kind.kTurn>(k, up, x.q, s, c, x.frames[task.path[i]]); });
   }
 }
 
-template <class T>
-RMP_INLINE void write(const Frame<T>& f, T* to) {
+RMP_INLINE void write(const Frame& f, Lanes* to) {
   to[0] = f.x.x, to[1] = f.y.x, to[2] = f.z.x;
   to[3] = f.x.y, to[4] = f.y.y, to[5] = f.z.y;
   to[6] = f.x.z, to[7] = f.y.z, to[8] = f.z.z;
   to[9] = f.p.x, to[10] = f.p.y, to[11] = f.p.z;
 }
 
-template <class T>
-Frame<T> tip_frame(const Task& task, const Room<T>& x) {
-  const double* R = task.tool;
-  const double* p = R + 9;
-  if (task.path_count == 0) return {vec<T>(R, 3), vec<T>(R + 1, 3), vec<T>(R + 2, 3), vec<T>(p)};
-  const Frame<T>& f = x.frames[task.path[task.path_count - 1]];
+Frame tip_frame(const Task& task, const Room& x) {
+  const double *R = task.tool, *p = R + 9;
+  if (task.path_count == 0)
+    return {vec<Lanes>(R, 3), vec<Lanes>(R + 1, 3), vec<Lanes>(R + 2, 3), vec<Lanes>(p)};
+  const Frame& f = x.frames[task.path[task.path_count - 1]];
   const bool apart = p[0] != 0 || p[1] != 0 || p[2] != 0;
-  const Vec<T> at = apart ? f.p + point(f, plain(p)) : f.p;
+  const Vec<Lanes> at = apart ? f.p + point(f, plain(p)) : f.p;
   if (R[0] == 1 && R[4] == 1 && R[8] == 1) return {f.x, f.y, f.z, at};
   return {point(f, Vec<double>{R[0], R[3], R[6]}), point(f, Vec<double>{R[1], R[4], R[7]}),
           point(f, Vec<double>{R[2], R[5], R[8]}), at};
 }
 
-template <class T>
-void jacobian(const Task& task, const Room<T>& x, const Frame<T>& tip, T* out) {
+void jacobian(const Task& task, const Room& x, const Frame& tip, Lanes* out) {
   const bool all = !task.coupled && task.path_count == task.joint_count;
   if (!all)
-    for (std::size_t i = 0; i < 6 * task.dof; ++i) out[i] = T{};
-  const auto expressed = [&](const Vec<T>& v) {
-    if (task.in_tip) return Vec<T>{dot(tip.x, v), dot(tip.y, v), dot(tip.z, v)};
+    for (std::size_t i = 0; i < 6 * task.dof; ++i) out[i] = Lanes{};
+  const auto expressed = [&](const Vec<Lanes>& v) {
+    if (task.in_tip) return Vec<Lanes>{dot(tip.x, v), dot(tip.y, v), dot(tip.z, v)};
     return task.turned_by ? multiply(task.turned_by, v) : v;
   };
   for (std::size_t i = 0; i < task.path_count; ++i) {
     const JointConstants& k = task.joints[task.path[i]];
-    const Frame<T>& f = x.frames[task.path[i]];
-    T* column = out + 6 * k.v_index;
-    const auto put = [&](std::size_t row, const Vec<T>& v) {
+    const Frame& f = x.frames[task.path[i]];
+    Lanes* column = out + 6 * k.v_index;
+    const auto put = [&](std::size_t row, const Vec<Lanes>& v) {
       if (task.coupled) {
         column[row] += v.x * k.ratio, column[row + 1] += v.y * k.ratio;
         column[row + 2] += v.z * k.ratio;
@@ -171,13 +161,13 @@ void jacobian(const Task& task, const Room<T>& x, const Frame<T>& tip, T* out) {
         column[row] = v.x, column[row + 1] = v.y, column[row + 2] = v.z;
       }
     };
-    const auto turn = [&](const Vec<T>& axis) {
+    const auto turn = [&](const Vec<Lanes>& axis) {
       put(0, expressed(cross(axis, tip.p - f.p)));
       put(3, expressed(axis));
     };
-    const auto slide = [&](const Vec<T>& axis) {
+    const auto slide = [&](const Vec<Lanes>& axis) {
       put(0, expressed(axis));
-      put(3, Vec<T>{});
+      put(3, Vec<Lanes>{});
     };
     if (k.type == JointType::revolute) turn(f.z);
     if (k.type == JointType::prismatic) slide(f.z);
@@ -194,14 +184,12 @@ void jacobian(const Task& task, const Room<T>& x, const Frame<T>& tip, T* out) {
   }
 }
 
-template <class T>
-void run_lanes(const Task& task, std::size_t samples, std::size_t first, std::size_t last,
-               double* scratch) {
-  constexpr std::size_t kSamples = sizeof(T) / sizeof(double);
-  Room<T> x;
+void run(const Task& task, std::size_t samples, std::size_t first, std::size_t last,
+         double* scratch) {
+  Room x;
   furnish(task.joint_count, task.coordinates, task.dof, scratch, x);
-  for (std::size_t i = first; i < last; i += kSamples) {
-    const std::size_t here = last - i < kSamples ? last - i : kSamples;
+  for (std::size_t i = first; i < last; i += kLanes) {
+    const std::size_t here = last - i < kLanes ? last - i : kLanes;
     load_samples(task.q + i * task.coordinates, task.coordinates, samples - i, x.q);
     place_path(task, x);
     if (task.frames) {
@@ -210,7 +198,7 @@ void run_lanes(const Task& task, std::size_t samples, std::size_t first, std::si
       store_samples(x.out, width, here, task.frames + i * width);
       continue;
     }
-    const Frame<T> tip = tip_frame(task, x);
+    const Frame tip = tip_frame(task, x);
     if (task.poses) {
       write(tip, x.out);
       store_samples(x.out, 12, here, task.poses + 12 * i);
@@ -222,20 +210,8 @@ void run_lanes(const Task& task, std::size_t samples, std::size_t first, std::si
   }
 }
 
-// Two vectors side by side where there are registers for them.
-#if RMP_LANE_COUNT == 8
-using Numbers = Wide;
-#else
-using Numbers = Lanes;
-#endif
-
-void run(const Task& task, std::size_t samples, std::size_t first, std::size_t last,
-         double* scratch) {
-  run_lanes<Numbers>(task, samples, first, last, scratch);
-}
-
 std::size_t scratch_size(std::size_t joints, std::size_t coordinates, std::size_t dof) {
-  Room<Numbers> x;
+  Room x;
   return furnish(joints, coordinates, dof, nullptr, x);
 }
 
