@@ -37,6 +37,8 @@ const std::multimap<std::string, std::string> kSuites{
     {"robomosp.robot_code/1", "RobotCodeConformance"},
     {"robomosp.curve/1", "SegmentConformance"},
     {"robomosp.retimer/1", "RetimerConformance"},
+    {"robomosp.joint_segment/1", "JointSegmentConformance"},
+    {"robomosp.planner/1", "PlannerConformance"},
 };
 /// Interfaces without a suite that any provider could pass, and where theirs are tested.
 const std::map<std::string, std::string> kTestedElsewhere{
