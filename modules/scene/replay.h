@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+// Replay: a scene, its motion and columns of a recording as one HTML page that needs nothing else
+// (layer: application, scene). [any thread]
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include <robomosp/sdk/progress.h>
+#include <robomosp/sdk/render.h>
+#include <robomosp/sdk/result.h>
+
+#include "scene/playback.h"
+#include "sim/recording.h"
+
+namespace robomosp::scene {
+
+/// What a replay shows besides the scene and its motion.
+struct ReplayRequest {
+  std::string title;
+  double frame_rate = 30;                        ///< poses kept a second at most, > 0
+  render::Camera camera;                         ///< where the page starts to look from
+  std::vector<const sim::Column*> columns = {};  ///< plotted over the playback's times
+};
+
+/// What a page holds, in two texts: `header` is JSON that lists everything in the order in which
+/// `bytes` holds its numbers; scene/replay/decode.js reads them.
+///
+/// All numbers of `bytes` are whole and of seven bits a byte, the lowest first; signed ones are
+/// folded (0, -1, 1, -2 as 0, 1, 2, 3). A list is written as its first number and the *steps* from
+/// one to the next, or as *bends*, the first number, the first step and the steps of the steps.
+///   meshes   x of all vertices, y, z in steps of 1/65535 of the mesh's box; two coordinates of the
+///            normals on the unfolded octahedron in steps of 1/511; vertex numbers of the
+///            triangles; sizes of the edges' polylines, then their x, y, z
+///   tracks   for each moving body x, y, z [position_step], qw, qx, qy, qz [rotation_step] of all
+///            frames, as bends; the sign of the quaternion does not jump
+///   lines    x, y, z of the points [position_step], as bends
+///   times    of the samples that are plotted [time_step], from the start, as bends
+///   columns  steps of 1/65534 of low..high; 65535 where there is no number
+struct ReplayData {
+  std::string header;
+  std::string bytes;
+  std::size_t frames = 0;    ///< poses kept of every moving body
+  double step = 0;           ///< time between them [s]
+  double position_step = 0;  ///< of bodies [m]
+};
+
+/// Packs a scene whose items and triads move as the playback says. Frames are even in time, both
+/// ends included, no closer than the playback's own samples. Columns of more samples than a
+/// screen shows keep the least and the greatest of each run of samples.
+[[nodiscard]] Result<ReplayData> replay_data(const render::Scene&, const Playback&,
+                                             const ReplayRequest&, Progress&);
+
+/// The page of packed data: markup, style, scripts, data; it loads nothing from anywhere.
+[[nodiscard]] std::string replay_page(const ReplayData&, const std::string& title);
+
+}  // namespace robomosp::scene
