@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <limits>
 #include <optional>
+#include <span>
 
 namespace robomosp::spatial {
 
@@ -18,23 +19,27 @@ struct Motion1 {
 /// Pieces of constant jerk, one after the other; the acceleration may jump between them.
 class Ramps {
  public:
-  static constexpr std::size_t kMost = 16;
+  static constexpr std::size_t kMost = 24;
 
-  explicit Ramps(double x = 0, double v = 0) : last_{x, v, 0, 0} {}
+  struct Piece {
+    double from;  ///< [s]
+    Motion1 start;
+  };
+
+  explicit Ramps(double x = 0, double v = 0, double a = 0) : last_{x, v, a, 0} {}
   /// Goes on for dt >= 0 with acceleration a at its start and jerk j. Pieces of no length are left
   /// out.
   void append(double dt, double a, double j);
+  /// The same without a jump of the acceleration.
+  void append(double dt, double j) { append(dt, last_.a, j); }
 
   [[nodiscard]] double duration() const { return duration_; }
   [[nodiscard]] const Motion1& end() const { return last_; }
+  [[nodiscard]] std::span<const Piece> pieces() const { return {pieces_.data(), count_}; }
   /// Held at the ends outside 0..duration(), rates zero.
   [[nodiscard]] Motion1 at(double t) const;
 
  private:
-  struct Piece {
-    double from;
-    Motion1 start;
-  };
   std::array<Piece, kMost> pieces_{};
   std::size_t count_ = 0;
   double duration_ = 0;

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+// Joint motions: point to point, splines through joint vectors, time-optimal from any state to any
+// state (layer: plugin).
+#include <robomosp/sdk/plugin.h>
+
+#include "task.h"
+
+namespace robomosp::joint_motion {
+namespace {
+
+const rmp_param kSpeedShare{"speed_share", "real",  "", "Share of the velocity limits to use.",
+                            "1",           nullptr, 0,  1},
+    kVelocity{"velocity",
+              "real[]",
+              "",
+              "Limits of this motion, one for all joints or one a joint [rad/s or m/s]; the "
+              "robot's count where they are lower.",
+              "{}",
+              nullptr,
+              1,
+              0},
+    kAcceleration{"acceleration", "real[]", "", "Likewise [rad/s^2 or m/s^2].",
+                  "{}",           nullptr,  1,  0},
+    kJerk{"jerk", "real[]", "", "Likewise [rad/s^3 or m/s^3].", "{}", nullptr, 1, 0};
+
+const rmp_param kPtpParams[] = {
+    {"law", "enum", "", "How the speed changes.", "trapezoidal", "trapezoidal|s_curve|quintic", 1,
+     0},
+    {"joints_arrive", "enum", "",
+     "Together on the straight way of the joint space, or each as fast as it can.", "together",
+     "together|each", 1, 0},
+    {"duration", "real", "s", "Time for the whole way; 0 = as short as the limits allow.", "0",
+     nullptr, 0, 1e9},
+    kSpeedShare,
+    kVelocity,
+    kAcceleration,
+    kJerk};
+const rmp_param kSplineParams[] = {
+    {"degree", "enum", "", "Cubic: continuous acceleration; quintic: two derivatives more.", "3",
+     "3|5", 1, 0},
+    {"ends", "enum", "", "At rest (or with the rates given there), or free.", "clamped",
+     "clamped|natural", 1, 0},
+    {"times", "real[]", "s",
+     "When each joint vector is passed; without, as fast as the limits "
+     "allow.",
+     "{}", nullptr, 1, 0},
+    kSpeedShare,
+    kVelocity,
+    kAcceleration,
+    kJerk};
+const rmp_param kTimeOptimalParams[] = {
+    {"duration", "real", "s", "Time for the whole way; 0 = as short as the limits allow.", "0",
+     nullptr, 0, 1e9},
+    kSpeedShare,
+    kVelocity,
+    kAcceleration,
+    kJerk};
+
+}  // namespace
+}  // namespace robomosp::joint_motion
+
+namespace jm = robomosp::joint_motion;
+
+RMP_PLUGIN("org.robomosp.joint_motion", "0.1.0", "Apache-2.0", "Motions of all joints.",
+           RMP_PROVIDER(jm::PtpMaker, "ptp", "From joint vector to joint vector, at rest in each.",
+                        "points=2+", jm::kPtpParams),
+           RMP_PROVIDER(jm::SplineMaker, "joint_spline",
+                        "A spline through joint vectors, at given times or as fast as the limits "
+                        "allow.",
+                        "points=2+", jm::kSplineParams),
+           RMP_PROVIDER(jm::TimeOptimalMaker, "time_optimal",
+                        "The fastest way with limited jerk from any state of motion to any other.",
+                        "points=2", jm::kTimeOptimalParams))

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a joint motion has to do, checked, and how one is sampled joint by joint (layer: plugin).
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <robomosp/sdk/joint_segment.h>
+
+#include "spatial/print.h"
+#include "spatial/ramps.h"
+
+namespace robomosp::joint_motion {
+
+using spatial::Motion1;
+using spatial::print_number;
+
+Error bad(std::string message, std::string hint);
+inline std::string joint_name(std::size_t j) { return "joint " + std::to_string(j + 1); }
+
+/// Joint vectors and what bounds the way between them; infinity = no limit. [rad or m, s]
+struct Task {
+  std::size_t dof = 0, count = 0;  ///< `count` joint vectors
+  std::vector<double> q;           ///< row-major
+  std::vector<double> lower, upper, velocity, acceleration, jerk;
+  [[nodiscard]] double at(std::size_t point, std::size_t joint) const {
+    return q[point * dof + joint];
+  }
+};
+
+/// Reads points and limits; the parameters velocity, acceleration and jerk lower the robot's,
+/// speed_share takes a part of the velocity. `least` points are asked for.
+Result<Task> read_task(std::size_t dof, std::span<const double> points, const JointLimits&,
+                       const Params&, std::size_t least);
+/// Two neighbours that are the same.
+Result<void> check_apart(const Task&);
+/// A value of JointEnds: zero when left out.
+Result<std::vector<double>> end_values(std::span<const double> given, const Task&,
+                                       const char* what);
+/// A limit of a joint that a law cannot do without.
+Result<void> need(const std::vector<double>& limits, const char* what, std::size_t joint,
+                  const char* parameter);
+
+/// Motion of all joints that is told joint by joint.
+class JointwiseSegment : public JointSegment {
+ public:
+  JointwiseSegment(std::size_t dof, double duration) : dof_(dof), duration_(duration) {}
+  [[nodiscard]] double duration() const final { return duration_; }
+  void sample(std::span<const double> times, const JointSamples& out) const final;
+
+ protected:
+  /// 0 <= t <= duration().
+  [[nodiscard]] virtual Motion1 at(std::size_t joint, double t) const = 0;
+
+ private:
+  std::size_t dof_;
+  double duration_;
+};
+
+struct PtpMaker final : JointSegmentMaker {
+  Result<std::unique_ptr<JointSegment>> make(std::size_t, std::span<const double>,
+                                             const JointLimits&, const JointEnds&,
+                                             const Params&) const override;
+};
+struct SplineMaker final : JointSegmentMaker {
+  Result<std::unique_ptr<JointSegment>> make(std::size_t, std::span<const double>,
+                                             const JointLimits&, const JointEnds&,
+                                             const Params&) const override;
+};
+struct TimeOptimalMaker final : JointSegmentMaker {
+  Result<std::unique_ptr<JointSegment>> make(std::size_t, std::span<const double>,
+                                             const JointLimits&, const JointEnds&,
+                                             const Params&) const override;
+};
+
+}  // namespace robomosp::joint_motion
