@@ -5,6 +5,7 @@
 #include "io/native.h"
 #include "ioci/commands.h"
 #include "sim/heat_map.h"
+#include "sim/plot.h"
 #include "sim/recording.h"
 
 namespace robomosp::ioci {
@@ -14,23 +15,49 @@ sim::RecordingPtr recording_of(CommandContext& ctx, const Map& args) {
   return ctx.app.recordings.find(args.find("id")->as_handle()->number);
 }
 
-Result<std::vector<const sim::Column*>> chosen(const sim::Recording& r, const Map& args) {
+/// "tau1", "q tau" or {"q", "tau"}; empty when not given.
+Result<std::vector<std::string>> column_names(const Map& args) {
   std::vector<std::string> names;
-  if (const Value* v = args.find("columns")) {
-    if (v->as_string()) {
-      RMP_TRY_ASSIGN(names, split_classic(*v->as_string()));
-    } else if (v->as_list()) {
-      for (const Value& name : *v->as_list())
-        names.push_back(name.as_string() ? *name.as_string() : name.text());
-    } else if (!v->is_nil()) {
-      return error(ErrorCode::invalid_argument, v->text() + " is not a list of column names",
-                   "Give \"tau1\" or {\"q\", \"tau\"}.", "columns");
-    }
-  }
+  const Value* v = args.find("columns");
+  if (!v || v->is_nil()) return names;
+  if (v->as_string()) return split_classic(*v->as_string());
+  if (!v->as_list())
+    return error(ErrorCode::invalid_argument, v->text() + " is not a list of column names",
+                 "Give \"tau1\" or {\"q\", \"tau\"}.", "columns");
+  for (const Value& name : *v->as_list())
+    names.push_back(name.as_string() ? *name.as_string() : name.text());
+  return names;
+}
+
+Result<std::vector<const sim::Column*>> chosen(const sim::Recording& r, const Map& args) {
+  RMP_TRY_ASSIGN(auto names, column_names(args));
   if (names.empty())
     for (const sim::Column& c : r.columns)
       if (c.name != "time") names.push_back(c.name);
   return r.select(names);
+}
+
+/// One recording or a list of them.
+Result<std::vector<sim::RecordingPtr>> recordings_in(CommandContext& ctx, const Map& args,
+                                                     const std::string& path) {
+  std::vector<sim::RecordingPtr> out;
+  const Value* given = args.find(path);
+  if (!given || given->is_nil()) return out;
+  const auto add = [&](const Value& v) -> Result<void> {
+    const Handle* h = v.as_handle();
+    auto found = h && h->kind == "recording" ? ctx.app.recordings.find(h->number) : nullptr;
+    if (!found)
+      return error(ErrorCode::invalid_argument, v.text() + " is no recording",
+                   "Give a recording or a list of recordings.", path);
+    out.push_back(std::move(found));
+    return {};
+  };
+  if (!given->as_list()) {
+    RMP_TRY(add(*given));
+    return out;
+  }
+  for (const Value& v : *given->as_list()) RMP_TRY(add(v));
+  return out;
 }
 
 Result<Value> list(CommandContext& ctx, const Map&) {
@@ -76,24 +103,21 @@ Result<Value> csv(CommandContext& ctx, const Map& args) {
 
 Result<Value> plot(CommandContext& ctx, const Map& args) {
   const auto r = recording_of(ctx, args);
-  sim::PlotSpec spec;
-  spec.title = has(args, "title") ? text_of(args, "title") : r->title;
-  RMP_TRY_ASSIGN(spec.columns, chosen(*r, args));
-  // Recordings that are no motion have no time: their first column goes along.
-  const sim::Column* time = r->find("time");
-  spec.x = time || r->columns.empty() ? time : &r->columns.front();
-  if (has(args, "x")) {
-    spec.x = r->find(text_of(args, "x"));
-    if (!spec.x) {
-      std::vector<std::string> known;
-      for (const sim::Column& c : r->columns) known.push_back(c.name);
-      return unknown_name("column", text_of(args, "x"), known);
-    }
-  }
-  spec.width = static_cast<int>(integer(args, "width"));
-  spec.height = static_cast<int>(integer(args, "height"));
+  sim::PlotRequest request;
+  RMP_TRY_ASSIGN(const auto others, recordings_in(ctx, args, "with"));
+  request.recordings.push_back(r.get());
+  for (const auto& other : others) request.recordings.push_back(other.get());
+  RMP_TRY_ASSIGN(request.columns, column_names(args));
+  if (has(args, "x")) request.x = text_of(args, "x");
+  if (has(args, "title")) request.title = text_of(args, "title");
+  request.limits = flag(args, "limits");
+  request.is_path = text_of(args, "kind") == "path";
+  request.width = static_cast<int>(integer(args, "width"));
+  if (has(args, "height")) request.height = static_cast<int>(integer(args, "height"));
+  RMP_TRY_ASSIGN(const sim::Plot p, sim::plot(request));
+  if (!has(args, "file")) return Value(sim::to_text(p));
   const std::string file = text_of(args, "file");
-  RMP_TRY(sim::write_plot(spec, file));
+  RMP_TRY(sim::write_plot(p, file));
   return Value(file);
 }
 
@@ -248,18 +272,36 @@ std::vector<CommandSpec> recording_commands() {
   all.push_back(
       {.name = "recording.plot",
        .classic = "",
-       .summary = "Draws columns against time, or against another column, into a picture.",
-       .details = "*.svg is written by the program itself, *.png and *.pdf through gnuplot.",
-       .example = with_recording("run:plot{file = \"example.svg\", columns = {\"tau\"}}"),
+       .summary = "Draws columns against time or another column, or a path in space.",
+       .details =
+           "*.svg is written by the program itself, *.png and *.pdf through gnuplot; without a "
+           "file the plot is returned in characters, for the console. Columns of one unit share a "
+           "panel. Several recordings are drawn over each other: one colour a column, dashed by "
+           "recording.",
+       .example = with_recording(
+           "run:plot{file = \"example.svg\", columns = {\"tau\"}}\n"
+           "run:plot{file = \"limits.svg\", columns = {\"q1\", \"q2\"}, limits = true}\n"
+           "run:plot{file = \"path.svg\", kind = \"path\"}\n"
+           "assert(run:plot{columns = \"y\"}:find(\"time\"))"),
        .params = {self("recording"),
-                  needed("file", "path", "", "The picture, *.svg, *.png or *.pdf."), picked,
+                  optional("file", "path", "",
+                           "The picture, *.svg, *.png or *.pdf; as text when left out."),
+                  picked,
+                  choice("kind", {"curves", "path"},
+                         "Columns over x, or the path of three columns in space (x, y, z of the "
+                         "tool when left out) with its projections."),
                   optional("x", "string", "",
                            "The column along the horizontal axis; else time, or the first column "
                            "where there is none."),
+                  optional("with", "any", "", "Another recording or a list, drawn over this one."),
+                  defaulted("limits", "bool", "", false,
+                            "Show what the values should stay within, such as joint limits: bands "
+                            "of what is beyond. Columns of different limits get a panel each."),
                   optional("title", "string", "", "Title; that of the recording when left out."),
                   between(defaulted("width", "int", "", 900, "Pixels."), 100, 10000),
-                  between(defaulted("height", "int", "", 520, "Pixels."), 100, 10000)},
-       .returns = {"string", "", "The file.", {}},
+                  between(optional("height", "int", "", "Pixels; what the panels need."), 100,
+                          10000)},
+       .returns = {"string", "", "The file, or the plot as text.", {}},
        .effect = Effect::files_write,
        .run = plot});
   all.push_back(

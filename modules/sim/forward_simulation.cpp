@@ -10,6 +10,7 @@
 #include "robotics/kinematics.h"
 #include "sim/motion_reference.h"
 #include "sim/motion_table.h"
+#include "sim/recording_columns.h"
 #include "spatial/pose.h"
 
 namespace robomosp::sim {
@@ -458,6 +459,7 @@ class Simulation {
     RMP_TRY(table.add_energy_columns(out, inverse_, progress));
     table.add_tip_columns(out, [this](double t) { return world_T_base(t); });
     if (reference_) table.add_error_columns(out, *reference_);
+    mark_limits(out, model());
     table.add_notes(out, motion);
     out.notes.push_back(
         "integrated by " + integrator_.provider + ": " + std::to_string(statistics_.steps) +

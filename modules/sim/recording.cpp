@@ -69,6 +69,10 @@ std::vector<std::pair<std::uint64_t, RecordingPtr>> Recordings::list() const {
   return {recordings_.begin(), recordings_.end()};
 }
 
+void Recordings::replace(std::uint64_t number, RecordingPtr recording) {
+  recordings_.at(number) = std::move(recording);
+}
+
 bool Recordings::remove(std::uint64_t number) { return recordings_.erase(number) != 0; }
 
 std::string to_csv(const Recording& recording) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
@@ -22,6 +23,9 @@ struct Column {
   std::string unit;  ///< SI: "s", "rad", "N m"
   std::string doc;   ///< "torque of joint 3 (elbow)"
   std::vector<double> values;
+  /// What the values should stay within, such as joint limits, in their unit; infinite = none.
+  double lower = -std::numeric_limits<double>::infinity();
+  double upper = std::numeric_limits<double>::infinity();
 };
 
 /// A table with one row a sample; the first column is "time". Immutable once made.
@@ -30,7 +34,8 @@ struct Recording {
   WorldId world;                  ///< what it was made from; for playing it in the viewer
   std::string robot, trajectory;  ///< names within the world
   std::size_t dof = 0;
-  double voxel = 0;  ///< edge of the voxels that the rows are, with x, y, z first [m]; 0 = no voxels
+  double voxel =
+      0;  ///< edge of the voxels that the rows are, with x, y, z first [m]; 0 = no voxels
   std::vector<Column> columns;
   std::vector<std::string> notes;  ///< remarks, such as a limit exceeded, a sentence each
 
@@ -51,6 +56,8 @@ class Recordings {
   [[nodiscard]] RecordingPtr find(std::uint64_t number) const;
   [[nodiscard]] std::vector<std::pair<std::uint64_t, RecordingPtr>> list() const;
   bool remove(std::uint64_t number);
+  /// Puts another table behind a number, such as the same one with columns added.
+  void replace(std::uint64_t number, RecordingPtr recording);
 
  private:
   std::uint64_t next_ = 1;
@@ -59,17 +66,5 @@ class Recordings {
 
 /// Comma-separated text with a header line `time [s],q1 [rad],...`, RFC 4180, shortest round trip.
 [[nodiscard]] std::string to_csv(const Recording&);
-
-/// What to draw: one panel, all columns against time.
-struct PlotSpec {
-  std::string title;
-  std::vector<const Column*> columns;
-  const Column* x = nullptr;
-  int width = 900, height = 520;  ///< pixels
-};
-/// A self-contained SVG picture (axes with units, grid, legend).
-[[nodiscard]] std::string to_svg(const PlotSpec&);
-/// Writes .svg by to_svg, .png and .pdf through gnuplot; any other extension is an error.
-Result<void> write_plot(const PlotSpec&, const std::string& path);
 
 }  // namespace robomosp::sim

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <random>
 #include <sstream>
 #include <stdexcept>
@@ -352,52 +350,6 @@ TEST(Recordings, NumbersOfRemovedRecordingsAreNotUsedAgain) {
   EXPECT_TRUE(all.remove(first));
   EXPECT_EQ(all.find(first), nullptr);
   EXPECT_NE(all.add(std::make_shared<Recording>(small_recording())), first);
-}
-
-TEST(Plots, SvgHasOneCurveAColumnAndOnePanelAUnit) {
-  const Recording r = small_recording();
-  sim::PlotSpec spec;
-  spec.title = r.title;
-  spec.x = r.find("time");
-  spec.columns = {r.find("tau1"), r.find("tau2"), r.find("x")};
-  const std::string svg = sim::to_svg(spec);
-  EXPECT_NE(svg.find("a &lt;small&gt; one"), std::string::npos);
-  std::size_t curves = 0;
-  for (std::size_t at = svg.find("stroke-linejoin"); at != std::string::npos;
-       at = svg.find("stroke-linejoin", at + 1))
-    ++curves;
-  EXPECT_EQ(curves, 3U);
-  EXPECT_NE(svg.find("tau [N m]"), std::string::npos);
-  EXPECT_NE(svg.find(">x [m]<"), std::string::npos);
-  EXPECT_NE(svg.find(">time [s]<"), std::string::npos);
-}
-
-TEST(Plots, PngAndPdfAreWrittenAndOtherEndingsAreRefused) {
-  const Recording r = small_recording();
-  sim::PlotSpec spec;
-  spec.x = r.find("time");
-  spec.columns = {r.find("tau1")};
-  const auto folder = std::filesystem::temp_directory_path() /
-                      ("robomosp-plot-" + std::to_string(std::random_device{}()));
-  std::filesystem::create_directory(folder);
-  const auto png = sim::write_plot(spec, (folder / "a.png").string());
-  ASSERT_TRUE(png.ok()) << png.error().sentence();
-  std::ifstream in(folder / "a.png", std::ios::binary);
-  std::string head(8, ' ');
-  in.read(head.data(), 8);
-  EXPECT_EQ(head, "\x89PNG\r\n\x1a\n");
-  const auto pdf = sim::write_plot(spec, (folder / "a.pdf").string());
-  ASSERT_TRUE(pdf.ok()) << pdf.error().sentence();
-  std::ifstream printed(folder / "a.pdf", std::ios::binary);
-  printed.read(head.data(), 8);
-  EXPECT_EQ(head.substr(0, 5), "%PDF-");
-  const auto bad = sim::write_plot(spec, (folder / "a.gif").string());
-  ASSERT_FALSE(bad.ok());
-  EXPECT_NE(bad.error().sentence().find(".svg, .png or .pdf"), std::string::npos);
-  const auto missing = sim::write_plot(spec, (folder / "none" / "a.png").string());
-  ASSERT_FALSE(missing.ok());
-  EXPECT_NE(missing.error().sentence().find("there is no folder"), std::string::npos);
-  std::filesystem::remove_all(folder);
 }
 
 }  // namespace

@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/plot.h"
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "support/workbench.h"
+
+namespace robomosp {
+namespace {
+
+using sim::PlotRequest;
+using sim::Recording;
+using test::unwrap;
+
+std::size_t count(const std::string& in, const std::string& what) {
+  std::size_t n = 0;
+  for (std::size_t at = in.find(what); at != std::string::npos; at = in.find(what, at + 1)) ++n;
+  return n;
+}
+
+Recording small_recording() {
+  Recording r;
+  r.title = "a <small> one";
+  r.dof = 2;
+  r.columns = {{"time", "s", "", {0, 0.1, 0.2}},
+               {"tau1", "N m", "", {1, -2.5, 1e-17}, -3, 3},
+               {"tau2", "N m", "", {0, 0.30000000000000004, 3}, -9, 9},
+               {"x", "m", "", {0.5, 0.6, 0.7}},
+               {"y", "m", "", {0.5, 0.9, 0.7}},
+               {"z", "m", "", {0.5, 0.5, 0.5}}};
+  return r;
+}
+
+PlotRequest of(const Recording& r, std::vector<std::string> columns) {
+  PlotRequest request;
+  request.recordings = {&r};
+  request.columns = std::move(columns);
+  return request;
+}
+
+TEST(Plots, SvgHasOneCurveAColumnAndOnePanelAUnit) {
+  const Recording r = small_recording();
+  const std::string svg = sim::to_svg(unwrap(sim::plot(of(r, {"tau", "x"}))));
+  EXPECT_NE(svg.find("a &lt;small&gt; one"), std::string::npos);
+  EXPECT_EQ(count(svg, "stroke-linejoin"), 3U);
+  EXPECT_NE(svg.find("tau [N m]"), std::string::npos);
+  EXPECT_NE(svg.find(">x [m]<"), std::string::npos);
+  EXPECT_NE(svg.find(">time [s]<"), std::string::npos);
+}
+
+TEST(Plots, ColumnsOfDifferentLimitsGetPanelsWithBandsOfTheirOwn) {
+  const Recording r = small_recording();
+  PlotRequest request = of(r, {"tau"});
+  EXPECT_EQ(unwrap(sim::plot(request)).panels.size(), 1U);
+  request.limits = true;
+  const sim::Plot p = unwrap(sim::plot(request));
+  ASSERT_EQ(p.panels.size(), 2U);
+  EXPECT_EQ(p.panels[0].upper, 3);
+  EXPECT_EQ(p.panels[1].lower, -9);
+  // Two bands a panel, and a dashed line at each limit.
+  EXPECT_EQ(count(sim::to_svg(p), "fill-opacity=\"0.1\""), 4U);
+  EXPECT_EQ(count(sim::to_svg(p), "stroke-dasharray"), 4U);
+}
+
+TEST(Plots, OtherRecordingsAreDashedInTheColourOfTheColumn) {
+  const Recording r = small_recording();
+  Recording other = r;
+  other.title = "as measured";
+  other.columns[0].values = {0, 0.2, 0.4};
+  PlotRequest request = of(r, {"tau"});
+  request.recordings.push_back(&other);
+  const sim::Plot p = unwrap(sim::plot(request));
+  ASSERT_EQ(p.panels.at(0).lines.size(), 4U);
+  EXPECT_EQ(p.panels[0].lines[2].colour, p.panels[0].lines[3].colour);
+  EXPECT_EQ(p.panels[0].lines[3].source, 1U);
+  EXPECT_EQ(p.panels[0].lines[3].x.back(), 0.4);
+  const std::string svg = sim::to_svg(p);
+  EXPECT_EQ(count(svg, "stroke-dasharray"), 3U);  // two curves and the legend
+  EXPECT_NE(svg.find("as measured"), std::string::npos);
+  other.columns[1].unit = "N";
+  const auto refused = sim::plot(request);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().sentence(),
+            "\"as measured\": its column \"tau1\" is in \"N\" instead of \"N m\". Draw them in two "
+            "plots.");
+}
+
+TEST(Plots, ACircleIsDrawnRound) {
+  Recording r = small_recording();
+  r.columns[3].values.clear();
+  r.columns[4].values.clear();
+  for (int i = 0; i <= 360; ++i) {
+    r.columns[3].values.push_back(5 + 0.1 * std::cos(i * M_PI / 180));
+    r.columns[4].values.push_back(0.1 * std::sin(i * M_PI / 180));
+  }
+  PlotRequest request = of(r, {"y"});
+  request.x = "x";
+  const std::string svg = sim::to_svg(unwrap(sim::plot(request)));
+  const std::size_t at = svg.rfind("<path d=\"M", svg.find("stroke-linejoin"));
+  double x_low = 1e9, x_high = -1e9, y_low = 1e9, y_high = -1e9;
+  const char* s = svg.c_str() + at + 9;
+  while (*s == 'M' || *s == 'L') {
+    char* end = nullptr;
+    const double x = std::strtod(s + 1, &end), y = std::strtod(end, &end);
+    s = end;
+    x_low = std::min(x_low, x), x_high = std::max(x_high, x);
+    y_low = std::min(y_low, y), y_high = std::max(y_high, y);
+  }
+  EXPECT_GT(x_high - x_low, 100);
+  EXPECT_NEAR(x_high - x_low, y_high - y_low, 0.1);  // pixels
+}
+
+TEST(Plots, APathHasThreeShadows) {
+  const Recording r = small_recording();
+  PlotRequest request = of(r, {});
+  request.is_path = true;
+  const sim::Plot p = unwrap(sim::plot(request));
+  EXPECT_EQ(p.z_label, "z [m]");
+  EXPECT_EQ(count(sim::to_svg(p), "stroke-opacity=\"0.4\""), 3U);
+  request.columns = {"x"};
+  const auto refused = sim::plot(request);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_NE(refused.error().sentence().find("needs three columns, 1 is given"), std::string::npos);
+}
+
+TEST(Plots, TextHasEachCurveAtItsPlace) {
+  Recording r;
+  r.title = "ramp";
+  r.columns = {{"time", "s", "", {}}, {"x", "m", "", {}}, {"y", "m", "", {}}};
+  for (int i = 0; i <= 50; ++i) {
+    r.columns[0].values.push_back(i * 0.1);
+    r.columns[1].values.push_back(i * 0.1);
+    r.columns[2].values.push_back(0);
+  }
+  const std::string text = sim::to_text(unwrap(sim::plot(of(r, {"x", "y"}))), 60);
+  std::vector<std::string> lines;
+  for (std::size_t at = 0, end = 0; (end = text.find('\n', at)) != std::string::npos; at = end + 1)
+    lines.push_back(text.substr(at, end - at));
+  ASSERT_GE(lines.size(), 20U);
+  EXPECT_EQ(lines[0], "ramp");
+  // 15 rows for 0..6 m: the end of the ramp, 5 m, is in row (6 - 5) / 6 * 14 = 2.33 from above.
+  EXPECT_EQ(lines[2 + 2].back(), '*');
+  EXPECT_EQ(lines[2 + 14].find_first_of('+', 12), 12U);
+  EXPECT_EQ(lines[2 + 14].back(), '+');
+  EXPECT_NE(text.find("* x   + y"), std::string::npos);
+  for (const std::string& line : lines) EXPECT_LE(line.size(), 60U) << line;
+  for (const char c : text) EXPECT_TRUE(c == '\n' || (c >= ' ' && c <= '~'));
+}
+
+TEST(Plots, PngAndPdfAreWrittenAndOtherEndingsAreRefused) {
+  const Recording r = small_recording();
+  const sim::Plot p = unwrap(sim::plot(of(r, {"tau1"})));
+  const auto folder = std::filesystem::temp_directory_path() /
+                      ("robomosp-plot-" + std::to_string(std::random_device{}()));
+  std::filesystem::create_directory(folder);
+  const auto png = sim::write_plot(p, (folder / "a.png").string());
+  ASSERT_TRUE(png.ok()) << png.error().sentence();
+  std::ifstream in(folder / "a.png", std::ios::binary);
+  std::string head(8, ' ');
+  in.read(head.data(), 8);
+  EXPECT_EQ(head, "\x89PNG\r\n\x1a\n");
+  const auto pdf = sim::write_plot(p, (folder / "a.pdf").string());
+  ASSERT_TRUE(pdf.ok()) << pdf.error().sentence();
+  std::ifstream printed(folder / "a.pdf", std::ios::binary);
+  printed.read(head.data(), 8);
+  EXPECT_EQ(head.substr(0, 5), "%PDF-");
+  const auto bad = sim::write_plot(p, (folder / "a.gif").string());
+  ASSERT_FALSE(bad.ok());
+  EXPECT_NE(bad.error().sentence().find(".svg, .png or .pdf"), std::string::npos);
+  const auto missing = sim::write_plot(p, (folder / "none" / "a.png").string());
+  ASSERT_FALSE(missing.ok());
+  EXPECT_NE(missing.error().sentence().find("there is no folder"), std::string::npos);
+  std::filesystem::remove_all(folder);
+}
+
+}  // namespace
+}  // namespace robomosp
