@@ -90,6 +90,28 @@ Result<std::shared_ptr<const Path>> Path::build(const Registry& registry,
   return std::shared_ptr<const Path>(std::move(path));
 }
 
+Result<void> Path::check(const Registry& registry, std::string_view trajectory_name,
+                         const model::Trajectory& trajectory, const FindTrajectory& find) {
+  bool has_joints = false;
+  for (std::size_t i = 0; i < trajectory.segments.size(); ++i) {
+    const model::TrajectorySegment& record = trajectory.segments[i];
+    if (record.stored) continue;
+    const std::string where =
+        "trajectory " + text::quote(trajectory_name) + ", segment " + std::to_string(i + 1);
+    RMP_TRY_ASSIGN(const SegmentProviders providers, providers_of(registry, record, where));
+    if (!providers.is_joint()) continue;
+    has_joints = true;
+    RMP_TRY(params_of(providers, record, where));
+    if (record.joints.empty() && record.points.empty())
+      return error(ErrorCode::invalid_argument, "it has neither joint vectors nor points",
+                   "Give joints = {{...}, ...}, or points to go to.", where);
+  }
+  if (has_joints) return {};  // what follows what shows on a robot
+  auto built = build(registry, trajectory_name, trajectory, find);
+  if (!built.ok()) return std::move(built).error();
+  return {};
+}
+
 void Path::sample(std::span<const double> times, std::span<PathSample> out) const {
   // Runs of samples in one segment go to its provider in one call.
   std::vector<double> local(times.size());

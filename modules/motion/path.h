@@ -30,11 +30,16 @@ FindTrajectory stored_in(const Snapshot& snapshot) {
 /// Segments one after the other in time. Immutable. [any thread]
 class Path {
  public:
-  /// Builds every segment by its providers, and the transitions between them (transition.h).
+  /// Builds every segment by its providers, and the transitions between them (transition.h). Joint
+  /// segments are ErrorCode::unsupported.
   static Result<std::shared_ptr<const Path>> build(const Registry&,
                                                    std::string_view trajectory_name,
                                                    const model::Trajectory&,
                                                    const FindTrajectory& = {});
+
+  /// Whether a trajectory can be built; joint segments are only checked for what needs no robot.
+  static Result<void> check(const Registry&, std::string_view trajectory_name,
+                            const model::Trajectory&, const FindTrajectory& = {});
 
   [[nodiscard]] double duration() const { return starts_.back(); }  ///< [s]
   [[nodiscard]] double length() const { return length_; }           ///< [m]

@@ -292,8 +292,8 @@ Result<std::shared_ptr<const Segment>> make_segment(const Registry& registry,
                                                     std::string_view where) {
   RMP_TRY_ASSIGN(const SegmentProviders providers, providers_of(registry, record, where));
   if (providers.is_joint())
-    return bad(text::quote(providers.shape.name) + " moves joints",
-               "Bind the trajectory to a robot: see world.plan_motion.", where);
+    return error(ErrorCode::unsupported, text::quote(providers.shape.name) + " moves joints",
+                 "It runs on a robot only: see world.inverse_kinematics.", std::string(where));
   if (!record.joints.empty())
     return bad("joint vectors are given, but " + text::quote(providers.shape.name) +
                    " is a shape in space",

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include "kernel/check.h"
 #include "kernel/text.h"
@@ -13,13 +14,12 @@
 #include "robotics/kinematics.h"
 #include "sim/collision.h"
 #include "sim/collision_cache.h"
-#include "sim/joint_rates.h"
+#include "sim/retime.h"
+#include "sim/robot_motion.h"
 #include "spatial/pose.h"
 
 namespace robomosp::sim {
 namespace {
-
-using document::Snapshot;
 
 template <class Placed>
 Result<const Placed*> member(const std::vector<Placed>& all, std::string_view kind,
@@ -38,24 +38,14 @@ Result<const Placed*> member(const std::vector<Placed>& all, std::string_view ki
       hint);
 }
 
-/// Everything a run needs, and the tip's path in the robot's base frame.
+/// Everything a run needs.
 struct Setup {
-  const Snapshot* snapshot = nullptr;
-  std::string where, title;
-  model::ProviderChoice ik, inverse_dynamics;
+  std::string title;
+  model::ProviderChoice inverse_dynamics;
   std::shared_ptr<const RobotModel> model;
   Pose world_T_base;
-  std::vector<double> start;  ///< seed of the first sample
-  std::vector<double> times;
-  std::vector<PathSample> path;  ///< base frame
+  RobotMotionTask task;
 };
-
-PathSample in_base(const PathSample& s, const Pose& base_T_path) {
-  using namespace spatial;
-  return {compose(base_T_path, s.pose), rotate(base_T_path, s.velocity),
-          rotate(base_T_path, s.angular_velocity), rotate(base_T_path, s.acceleration),
-          rotate(base_T_path, s.angular_acceleration)};
-}
 
 Result<Setup> prepare(const Simulator& sim, const Run& run, Progress& progress) {
   const model::World* world = sim.snapshot.get(run.world);
@@ -73,11 +63,10 @@ Result<Setup> prepare(const Simulator& sim, const Run& run, Progress& progress) 
                  "Add it again.", "world " + text::quote(world_name));
 
   Setup setup;
-  setup.snapshot = &sim.snapshot;
   setup.title = run.robot + " on " + run.trajectory;
-  setup.where = "world " + text::quote(world_name) + ", robot " + text::quote(run.robot) +
-                ", trajectory " + text::quote(run.trajectory);
-  setup.ik = robot_record->ik;
+  setup.task.where = "world " + text::quote(world_name) + ", robot " + text::quote(run.robot) +
+                     ", trajectory " + text::quote(run.trajectory);
+  setup.task.ik = robot_record->ik;
   setup.inverse_dynamics = robot_record->inverse_dynamics;
   const Pose mounting = model::pose(robot->placement);
   RMP_TRY_ASSIGN(setup.model,
@@ -88,35 +77,29 @@ Result<Setup> prepare(const Simulator& sim, const Run& run, Progress& progress) 
     return error(ErrorCode::unsupported,
                  "it has loops or joints that are not of one coordinate each, and cannot follow a "
                  "trajectory yet",
-                 "robot.close finds its closed configurations.", setup.where);
+                 "robot.close finds its closed configurations.", setup.task.where);
 
   const std::size_t dof = setup.model->dof();
-  setup.start = robot->q.empty() ? robotics::home_joint_values(*robot_record) : robot->q;
-  if (setup.start.size() != dof)
+  setup.task.start = robot->q.empty() ? robotics::home_joint_values(*robot_record) : robot->q;
+  if (setup.task.start.size() != dof)
     return error(ErrorCode::invalid_argument,
-                 "the world places it with " + std::to_string(setup.start.size()) +
+                 "the world places it with " + std::to_string(setup.task.start.size()) +
                      " joint values, but it has " + std::to_string(dof) + " joints",
-                 "Set its joint values again.", setup.where);
+                 "Set its joint values again.", setup.task.where);
   for (std::size_t j = 0; j < dof; ++j)
-    setup.start[j] =
-        std::clamp(setup.start[j], setup.model->joints[j].lower, setup.model->joints[j].upper);
+    setup.task.start[j] =
+        std::clamp(setup.task.start[j], setup.model->joints[j].lower, setup.model->joints[j].upper);
 
-  RMP_TRY_ASSIGN(const auto path,
-                 motion::Path::build(sim.registry, run.trajectory, *trajectory_record,
-                                     motion::stored_in(sim.snapshot)));
-  const double step = run.sample_time > 0 ? run.sample_time : trajectory_record->sample_time;
-  if (!(step > 0) || path->duration() / step > 1e7)
-    return error(ErrorCode::invalid_argument,
-                 "a sample time of " + text::print_rounded(step) +
-                     " s gives too many samples for " + text::print_rounded(path->duration()) +
-                     " s",
-                 "Give a longer sample time.", setup.where);
-  setup.times = path->sample_times(step);
-  setup.path.resize(setup.times.size());
-  path->sample(setup.times, setup.path);
-  const Pose base_T_path =
+  RobotMotionTask& task = setup.task;
+  task.model = setup.model;
+  task.trajectory = trajectory_record;
+  task.name = run.trajectory;
+  task.base_T_trajectory =
       spatial::compose(spatial::inverse(setup.world_T_base), model::pose(trajectory->placement));
-  for (auto& s : setup.path) s = in_base(s, base_T_path);
+  task.step = run.sample_time > 0 ? run.sample_time : trajectory_record->sample_time;
+  task.tolerance = run.tolerance;
+  task.objective = run.objective;
+  task.stored = motion::stored_in(sim.snapshot);
   return setup;
 }
 
@@ -135,66 +118,6 @@ Result<Obstacles> obstacles(const Simulator& sim, const Run& run, Progress& prog
   out.field = out.model->field(static_cast<std::size_t>(at - robots.begin()), run.influence);
   return out;
 }
-
-/// Joint values along the path: one free solution for the start, then one branch followed.
-Result<std::vector<double>> follow(const Simulator& sim, const Run& run, const Setup& setup,
-                                   std::vector<double>& position_error,
-                                   std::vector<double>& rotation_error, Progress& progress) {
-  const std::size_t dof = setup.model->dof();
-  RMP_TRY_ASSIGN(auto ik, bind_ik(sim.registry, setup.model, setup.ik));
-  Obstacles around;
-  if (run.objective == IkObjective::clearance) {
-    RMP_TRY_ASSIGN(around, obstacles(sim, run, progress).in(setup.where));
-  }
-  std::vector<Pose> targets;
-  targets.reserve(setup.path.size());
-  for (const auto& s : setup.path) targets.push_back(s.pose);
-  IkBatch batch;
-  batch.tolerance = run.tolerance;
-  batch.targets = std::span<const Pose>(targets).first(1);
-  batch.seeds = setup.start;
-  batch.objective = run.objective;
-  batch.clearance = around.field.get();
-  auto started = solve_ik(ik, batch, progress);
-  // The robot's own solver may have no use for the objective; another one follows instead.
-  if (!started.ok() && started.error().code == ErrorCode::unsupported) {
-    const auto other = ik_with_tag(sim.registry, setup.ik, "objectives");
-    RMP_TRY_ASSIGN(ik, bind_ik(sim.registry, setup.model, other));
-    started = solve_ik(ik, batch, progress);
-  }
-  RMP_TRY_ASSIGN(auto first, std::move(started));
-  std::vector<IkResult> results;
-  if (first.front().status == IkStatus::solved) {
-    const std::vector<double> seed(first.front().q.begin(),
-                                   first.front().q.begin() + static_cast<std::ptrdiff_t>(dof));
-    batch.targets = targets;
-    batch.seeds = seed;
-    batch.continuous = true;
-    RMP_TRY_ASSIGN(results, solve_ik(ik, batch, progress));
-  } else {
-    results = std::move(first);
-  }
-  std::vector<double> q;
-  q.reserve(targets.size() * dof);
-  for (std::size_t i = 0; i < results.size(); ++i) {
-    const IkResult& r = results[i];
-    if (r.status != IkStatus::solved)
-      return error(
-          ErrorCode::unreachable,
-          "at t = " + text::print_rounded(setup.times[i]) + " s (sample " + std::to_string(i + 1) +
-              " of " + std::to_string(targets.size()) + ") the robot cannot follow: " +
-              (r.detail.empty() ? "the solver found no solution" : r.detail),
-          "Move the trajectory or the robot, or start from another configuration.", setup.where);
-    q.insert(q.end(), r.q.begin(), r.q.begin() + static_cast<std::ptrdiff_t>(dof));
-    position_error.push_back(r.position_error);
-    rotation_error.push_back(r.rotation_error);
-  }
-  return q;
-}
-
-struct Tables {
-  std::vector<double> q, qd, qdd, position_error, rotation_error;
-};
 
 Column take(std::string name, std::string unit, std::string doc, std::span<const double> table,
             std::size_t dof, std::size_t joint) {
@@ -216,14 +139,15 @@ void add_joint_columns(Recording& recording, const RobotModel& model, const std:
   }
 }
 
-Recording kinematic_recording(const Run& run, const Setup& setup, const Tables& t) {
+Recording kinematic_recording(const Run& run, const Setup& setup, const RobotMotion& t) {
   const RobotModel& model = *setup.model;
   Recording recording;
   recording.world = run.world;
   recording.robot = run.robot;
   recording.trajectory = run.trajectory;
   recording.dof = model.dof();
-  recording.columns.push_back({"time", "s", "time along the trajectory", setup.times});
+  recording.notes = t.notes;
+  recording.columns.push_back({"time", "s", "time along the trajectory", t.times});
   add_joint_columns(recording, model, "q", "position", "rad", "m", t.q);
   add_joint_columns(recording, model, "qd", "velocity", "rad/s", "m/s", t.qd);
   add_joint_columns(recording, model, "qdd", "acceleration", "rad/s^2", "m/s^2", t.qdd);
@@ -231,7 +155,7 @@ Recording kinematic_recording(const Run& run, const Setup& setup, const Tables& 
                             Column{"y", "m", "tool position in the world", {}},
                             Column{"z", "m", "tool position in the world", {}}};
   std::vector<Pose> frames(model.joints.size());
-  for (std::size_t i = 0; i < setup.times.size(); ++i) {
+  for (std::size_t i = 0; i < t.times.size(); ++i) {
     robotics::forward_kinematics(
         model, std::span<const double>(t.q).subspan(i * model.dof(), model.dof()), frames);
     const Vec3 p = spatial::transform(setup.world_T_base, robotics::tip_pose(model, 0, frames).p);
@@ -245,51 +169,62 @@ Recording kinematic_recording(const Run& run, const Setup& setup, const Tables& 
   return recording;
 }
 
-/// First sample at which a joint is faster than it may be, a sentence each.
-void note_speed_limits(Recording& recording, const RobotModel& model) {
+/// Where a joint exceeds a limit, and by how much at most: a sentence each.
+void note_limits(Recording& recording, const RobotModel& model, const std::string& stem,
+                 const std::string& what, double JointModel::*limit) {
+  const std::vector<double>& times = recording.columns.front().values;
   for (std::size_t j = 0; j < model.dof(); ++j) {
-    const Column* qd = recording.find("qd" + std::to_string(j + 1));
-    const double limit = model.joints[j].max_velocity;
-    for (std::size_t i = 0; i < qd->values.size(); ++i)
-      if (std::fabs(qd->values[i]) > limit) {
-        recording.notes.push_back(
-            "Joint " + std::to_string(j + 1) + " (" + model.joints[j].name +
-            ") exceeds its velocity limit of " + text::print_rounded(limit) + " " + qd->unit +
-            " from t = " + text::print_rounded(recording.columns.front().values[i]) + " s.");
-        break;
-      }
+    const Column* column = recording.find(stem + std::to_string(j + 1));
+    const double most = model.joints[j].*limit;
+    if (!column || !std::isfinite(most)) continue;
+    std::optional<std::size_t> first;
+    std::size_t worst = 0;
+    for (std::size_t i = 0; i < column->values.size(); ++i) {
+      if (std::fabs(column->values[i]) > most * (1 + 1e-9) && !first) first = i;
+      if (std::fabs(column->values[i]) > std::fabs(column->values[worst])) worst = i;
+    }
+    if (!first) continue;
+    recording.notes.push_back(
+        "Joint " + std::to_string(j + 1) + " (" + model.joints[j].name + ") exceeds its " + what +
+        " limit of " + text::print_rounded(most) + " " + column->unit +
+        " from t = " + text::print_rounded(times[*first]) +
+        " s; most at t = " + text::print_rounded(times[worst]) + " s, by " +
+        text::print_rounded(std::fabs(column->values[worst]) - most) + " " + column->unit + ".");
   }
 }
 
-Result<Tables> kinematics(const Simulator& sim, const Run& run, const Setup& setup,
-                          Progress& progress) {
-  Tables t;
-  RMP_TRY_ASSIGN(t.q, follow(sim, run, setup, t.position_error, t.rotation_error, progress));
-  t.qd.resize(t.q.size());
-  t.qdd.resize(t.q.size());
-  joint_rates(*setup.model, setup.times, t.q, setup.path, t.qd, t.qdd);
-  return t;
+Result<RobotMotion> kinematics(const Simulator& sim, const Run& run, const Setup& setup,
+                               Progress& progress) {
+  Obstacles around;
+  RobotMotionTask task = setup.task;
+  if (run.objective == IkObjective::clearance) {
+    RMP_TRY_ASSIGN(around, obstacles(sim, run, progress).in(task.where));
+    task.clearance = around.field.get();
+  }
+  return robot_motion(sim.registry, task, progress);
+}
+
+void note_kinematic_limits(Recording& recording, const RobotModel& model) {
+  note_limits(recording, model, "qd", "velocity", &JointModel::max_velocity);
+  note_limits(recording, model, "qdd", "acceleration", &JointModel::max_acceleration);
 }
 
 }  // namespace
 
 Result<RecordingPtr> Simulator::inverse_kinematics(const Run& run, Progress& progress) const {
   RMP_TRY_ASSIGN(const Setup setup, prepare(*this, run, progress));
-  RMP_TRY_ASSIGN(const Tables t, kinematics(*this, run, setup, progress));
+  RMP_TRY_ASSIGN(const RobotMotion t, kinematics(*this, run, setup, progress));
   Recording recording = kinematic_recording(run, setup, t);
   recording.title = setup.title + ": inverse kinematics";
-  note_speed_limits(recording, *setup.model);
+  note_kinematic_limits(recording, *setup.model);
   return std::make_shared<const Recording>(std::move(recording));
 }
 
-Result<RecordingPtr> Simulator::inverse_dynamics(const Run& run, Progress& progress) const {
-  RMP_TRY_ASSIGN(const Setup setup, prepare(*this, run, progress));
-  RMP_TRY_ASSIGN(const Tables t, kinematics(*this, run, setup, progress));
-  RMP_TRY_ASSIGN(const auto dynamics,
-                 bind_inverse_dynamics(registry, setup.model, setup.inverse_dynamics));
-  Recording recording = kinematic_recording(run, setup, t);
-  recording.title = setup.title + ": inverse dynamics";
-  note_speed_limits(recording, *setup.model);
+namespace {
+
+/// tau of the motion in total and by its parts.
+Result<void> add_torques(Recording& recording, const Setup& setup, const RobotMotion& t,
+                         const Bound<InverseDynamics>& dynamics, Progress& progress) {
   struct Part {
     const char* stem;
     const char* what;
@@ -303,7 +238,7 @@ Result<RecordingPtr> Simulator::inverse_dynamics(const Run& run, Progress& progr
        {"tau_friction", "friction part of the torque", kFrictionTerm}}};
   for (const auto& part : kParts) {
     DynamicsBatch batch;
-    batch.count = setup.times.size();
+    batch.count = t.times.size();
     batch.q = t.q;
     batch.qd = t.qd;
     batch.qdd = t.qdd;
@@ -311,6 +246,35 @@ Result<RecordingPtr> Simulator::inverse_dynamics(const Run& run, Progress& progr
     RMP_TRY_ASSIGN(const auto tau, torques(dynamics, batch, progress));
     add_joint_columns(recording, *setup.model, part.stem, part.what, "N m", "N", tau);
   }
+  note_limits(recording, *setup.model, "tau", "torque", &JointModel::max_force);
+  return {};
+}
+
+}  // namespace
+
+Result<RecordingPtr> Simulator::inverse_dynamics(const Run& run, Progress& progress) const {
+  RMP_TRY_ASSIGN(const Setup setup, prepare(*this, run, progress));
+  RMP_TRY_ASSIGN(const RobotMotion t, kinematics(*this, run, setup, progress));
+  RMP_TRY_ASSIGN(const auto dynamics,
+                 bind_inverse_dynamics(registry, setup.model, setup.inverse_dynamics));
+  Recording recording = kinematic_recording(run, setup, t);
+  recording.title = setup.title + ": inverse dynamics";
+  note_kinematic_limits(recording, *setup.model);
+  RMP_TRY(add_torques(recording, setup, t, dynamics, progress));
+  return std::make_shared<const Recording>(std::move(recording));
+}
+
+Result<RecordingPtr> Simulator::time_optimal(const Run& run, const RetimeOptions& options,
+                                             Progress& progress) const {
+  RMP_TRY_ASSIGN(const Setup setup, prepare(*this, run, progress));
+  RMP_TRY_ASSIGN(const RobotMotion slow, kinematics(*this, run, setup, progress));
+  RMP_TRY_ASSIGN(const auto dynamics,
+                 bind_inverse_dynamics(registry, setup.model, setup.inverse_dynamics));
+  RMP_TRY_ASSIGN(const RobotMotion t, retime(registry, *setup.model, slow, &dynamics, options,
+                                             setup.task.where, progress));
+  Recording recording = kinematic_recording(run, setup, t);
+  recording.title = setup.title + ": time-optimal";
+  RMP_TRY(add_torques(recording, setup, t, dynamics, progress));
   return std::make_shared<const Recording>(std::move(recording));
 }
 

@@ -61,6 +61,8 @@ struct Run {
   double influence = 0.2;  ///< with clearance: what is farther away does not count [m]
 };
 
+struct RetimeOptions;
+
 struct Simulator {
   const Registry& registry;
   document::Derived& derived;
@@ -72,6 +74,8 @@ struct Simulator {
   Result<RecordingPtr> inverse_kinematics(const Run&, Progress&) const;
   /// The same and tau, with its gravity, inertial, velocity and friction parts.
   Result<RecordingPtr> inverse_dynamics(const Run&, Progress&) const;
+  /// The same path as fast as the joints' limits let it be run, with torques (sim/retime.h).
+  Result<RecordingPtr> time_optimal(const Run&, const RetimeOptions&, Progress&) const;
 };
 
 }  // namespace robomosp::sim

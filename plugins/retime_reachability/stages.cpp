@@ -108,8 +108,8 @@ double Stages::bound(std::size_t i, const Interval& next, bool is_greatest) cons
       return x;
     if (is_greatest ? !(slope < 0) : !(slope > 0)) return -1;
     const double to = (t.low - t.high) / slope;
-    if (!(to >= least && to <= most)) return -1;
     if (is_greatest ? to >= x : to <= x) return x;  // as near as rounding lets it come
+    if (!(to >= least && to <= most)) return -1;
     x = to;
   }
   return x;

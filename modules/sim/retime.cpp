@@ -1,0 +1,303 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/retime.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <robomosp/sdk/retimer.h>
+
+#include "kernel/text.h"
+#include "motion/provider_params.h"
+
+namespace robomosp::sim {
+namespace {
+
+/// Configurations closer than this are one [rad or m].
+constexpr double kSamePlace = 1e-9;
+/// Samples are left out where they are closer than this share of the whole way, as near a rest:
+/// what rounding is there would look like bends.
+constexpr double kLeastStep = 5e-4;
+constexpr double kShort = 8;  ///< of such steps
+/// Grid points of a piece at least; from rest to rest there must be some between.
+constexpr std::size_t kLeastGrid = 50;
+/// The path stops where it turns by more than this from sample to sample.
+constexpr double kCornerCosine = 0.866;
+constexpr int kMostRounds = 8;
+
+/// A natural cubic spline through configurations, over the distances between them.
+class JointPath {
+ public:
+  JointPath(std::size_t dof, std::vector<double> q) : dof_(dof), q_(std::move(q)) {
+    const std::size_t n = q_.size() / dof_;
+    s_.assign(n, 0.0);
+    for (std::size_t i = 1; i < n; ++i) s_[i] = s_[i - 1] + distance(i - 1, i);
+    bend_.assign(q_.size(), 0.0);
+    if (n < 3) return;
+    // h_(i-1) m_(i-1) + 2 (h_(i-1) + h_i) m_i + h_i m_(i+1) = 6 (slope_i - slope_(i-1)), m'' at
+    // knots.
+    std::vector<double> upper(n, 0.0);
+    std::vector<double> right(q_.size(), 0.0);
+    for (std::size_t i = 1; i + 1 < n; ++i) {
+      const double before = s_[i] - s_[i - 1], after = s_[i + 1] - s_[i];
+      const double pivot = 2 * (before + after) - before * upper[i - 1];
+      upper[i] = after / pivot;
+      for (std::size_t j = 0; j < dof_; ++j) {
+        const double slopes =
+            (at(i + 1, j) - at(i, j)) / after - (at(i, j) - at(i - 1, j)) / before;
+        right[i * dof_ + j] = (6 * slopes - before * right[(i - 1) * dof_ + j]) / pivot;
+      }
+    }
+    for (std::size_t i = n - 2; i > 0; --i)
+      for (std::size_t j = 0; j < dof_; ++j)
+        bend_[i * dof_ + j] = right[i * dof_ + j] - upper[i] * bend_[(i + 1) * dof_ + j];
+  }
+  /// The knots, and points evenly between them where these are few.
+  [[nodiscard]] std::vector<double> grid() const {
+    const std::size_t parts = 1 + kLeastGrid / s_.size();
+    std::vector<double> out{s_.front()};
+    for (std::size_t i = 1; i < s_.size(); ++i)
+      for (std::size_t k = 1; k <= parts; ++k)
+        out.push_back(k == parts ? s_[i]
+                                 : s_[i - 1] + (s_[i] - s_[i - 1]) * static_cast<double>(k) /
+                                                   static_cast<double>(parts));
+    return out;
+  }
+
+  void evaluate(double s, double* q, double* q1, double* q2) const {
+    const auto next = std::upper_bound(s_.begin() + 1, s_.end() - 1, s);
+    const auto i = static_cast<std::size_t>(next - s_.begin()) - 1;
+    const double h = s_[i + 1] - s_[i], b = (s - s_[i]) / h, a = 1 - b;
+    for (std::size_t j = 0; j < dof_; ++j) {
+      const double x = at(i, j), y = at(i + 1, j), m = bend_[i * dof_ + j],
+                   n = bend_[(i + 1) * dof_ + j];
+      q[j] = a * x + b * y + ((a * a * a - a) * m + (b * b * b - b) * n) * h * h / 6;
+      q1[j] = (y - x) / h + ((1 - 3 * a * a) * m + (3 * b * b - 1) * n) * h / 6;
+      q2[j] = a * m + b * n;
+    }
+  }
+
+ private:
+  [[nodiscard]] double at(std::size_t i, std::size_t j) const { return q_[i * dof_ + j]; }
+  [[nodiscard]] double distance(std::size_t a, std::size_t b) const {
+    double sum = 0;
+    for (std::size_t j = 0; j < dof_; ++j) sum += (at(b, j) - at(a, j)) * (at(b, j) - at(a, j));
+    return std::sqrt(sum);
+  }
+  std::size_t dof_;
+  std::vector<double> q_, s_, bend_;
+};
+
+/// The configurations of a motion in pieces without corners, each with two or more.
+std::vector<std::vector<double>> pieces_of(const RobotMotion& motion, std::size_t dof) {
+  double whole = 0;
+  for (std::size_t i = 1; i < motion.times.size(); ++i) {
+    double square = 0;
+    for (std::size_t j = 0; j < dof; ++j) {
+      const double d = motion.q[i * dof + j] - motion.q[(i - 1) * dof + j];
+      square += d * d;
+    }
+    whole += std::sqrt(square);
+  }
+  const double least = std::max(kSamePlace, kLeastStep * whole);
+  std::vector<std::vector<double>> pieces(1);
+  std::vector<double> before;  // direction of the last way
+  double last_length = 0;
+  for (std::size_t i = 0; i < motion.times.size(); ++i) {
+    const auto q = std::span<const double>(motion.q).subspan(i * dof, dof);
+    std::vector<double>* piece = &pieces.back();
+    if (!piece->empty()) {
+      const double* last = piece->data() + piece->size() - dof;
+      std::vector<double> way(dof);
+      double length = 0, turn = 0;
+      for (std::size_t j = 0; j < dof; ++j) {
+        way[j] = q[j] - last[j];
+        length += way[j] * way[j];
+      }
+      length = std::sqrt(length);
+      if (length < least) continue;
+      for (std::size_t j = 0; j < dof; ++j) {
+        way[j] /= length;
+        if (!before.empty()) turn += way[j] * before[j];
+      }
+      if (!before.empty() && turn < kCornerCosine) {
+        const std::vector<double> corner(last, last + dof);
+        // Samples on either side of one corner make two: the short piece between is left out.
+        if (pieces.size() > 1 && piece->size() == 2 * dof && last_length < kShort * least) {
+          pieces.pop_back();
+          std::copy(corner.begin(), corner.end(),
+                    pieces.back().end() - static_cast<std::ptrdiff_t>(dof));
+        }
+        pieces.push_back(corner);
+        piece = &pieces.back();
+      }
+      before = std::move(way);
+      last_length = length;
+    }
+    piece->insert(piece->end(), q.begin(), q.end());
+  }
+  // The end itself, in place of what was near it.
+  const auto end = std::span<const double>(motion.q).last(dof);
+  if (pieces.back().size() >= 2 * dof)
+    std::copy(end.begin(), end.end(), pieces.back().end() - static_cast<std::ptrdiff_t>(dof));
+  else if (whole > least) pieces.back().insert(pieces.back().end(), end.begin(), end.end());
+  else pieces.pop_back();
+  return pieces;
+}
+
+struct Limits {
+  std::vector<double> velocity, acceleration, torque;
+};
+
+class PieceRetimer {
+ public:
+  PieceRetimer(const Retimer& retimer, const Params& params, const RobotModel& model,
+               const Bound<InverseDynamics>* dynamics, const RetimeOptions& options)
+      : retimer_(retimer),
+        params_(params),
+        dof_(model.dof()),
+        dynamics_(options.has_torques ? dynamics : nullptr) {
+    for (const JointModel& joint : model.joints) {
+      limits_.velocity.push_back(options.share * joint.max_velocity);
+      limits_.acceleration.push_back(options.share * joint.max_acceleration);
+      limits_.torque.push_back(options.share * joint.max_force);
+    }
+    if (std::none_of(limits_.torque.begin(), limits_.torque.end(),
+                     [](double t) { return std::isfinite(t); }))
+      dynamics_ = nullptr;
+  }
+
+  Result<Retiming> run(const JointPath& path, const std::vector<double>& s, Progress& progress) {
+    const std::size_t n = s.size();
+    std::vector<double> q1(n * dof_), q(q1), q2(q1);
+    for (std::size_t i = 0; i < n; ++i)
+      path.evaluate(s[i], &q[i * dof_], &q1[i * dof_], &q2[i * dof_]);
+    RetimeProblem p;
+    p.dof = dof_;
+    p.s = s, p.q = q, p.q1 = q1, p.q2 = q2;
+    p.velocity = limits_.velocity, p.acceleration = limits_.acceleration;
+    if (!dynamics_) return retimer_.retime(p, params_, progress);
+
+    // tau = a s'' + b s'^2 + c: a by unit changes of rate, b by unit rates, c at rest (Coulomb
+    // friction against the way).
+    const std::vector<double> zero(n * dof_, 0.0);
+    std::vector<double> creeping(q1);
+    for (double& x : creeping) x *= 1e-9;
+    const std::uint32_t rest = kAllTerms & ~(kInertialTerm | kVelocityTerm);
+    RMP_TRY_ASSIGN(const auto a, torque(q, zero, q1, kInertialTerm, progress));
+    RMP_TRY_ASSIGN(const auto bent, torque(q, zero, q2, kInertialTerm, progress));
+    RMP_TRY_ASSIGN(auto b, torque(q, q1, zero, kVelocityTerm, progress));
+    RMP_TRY_ASSIGN(const auto c, torque(q, creeping, zero, rest, progress));
+    RMP_TRY_ASSIGN(const auto friction, torque(q, q1, zero, kFrictionTerm, progress));
+    RMP_TRY_ASSIGN(const auto coulomb, torque(q, creeping, zero, kFrictionTerm, progress));
+    for (std::size_t k = 0; k < b.size(); ++k) b[k] += bent[k];
+    p.torque_a = a, p.torque_b = b, p.torque_c = c;
+    std::vector<double> limit = limits_.torque;
+    for (int round = 0;; ++round) {
+      p.torque = limit;
+      RMP_TRY_ASSIGN(auto done, retimer_.retime(p, params_, progress));
+      // Viscous friction grows with the rate itself: the most it takes is set aside.
+      double missing = 0;
+      for (std::size_t j = 0; j < dof_; ++j) {
+        double most = 0;
+        for (std::size_t i = 0; i < n; ++i) {
+          const std::size_t k = i * dof_ + j;
+          most = std::max(most, std::fabs(friction[k] - coulomb[k]) * done.rate[i]);
+        }
+        if (!std::isfinite(limit[j])) continue;
+        const double left = limits_.torque[j] - most;
+        missing = std::max(missing, (limit[j] - left) / limits_.torque[j]);
+        limit[j] = std::min(limit[j], std::max(left, 0.05 * limits_.torque[j]));
+      }
+      if (missing <= 1e-6 || round == kMostRounds) return done;
+    }
+  }
+
+ private:
+  Result<std::vector<double>> torque(std::span<const double> q, std::span<const double> qd,
+                                     std::span<const double> qdd, std::uint32_t terms,
+                                     Progress& progress) const {
+    DynamicsBatch batch;
+    batch.count = q.size() / dof_;
+    batch.q = q, batch.qd = qd, batch.qdd = qdd;
+    batch.terms = terms;
+    return torques(*dynamics_, batch, progress);
+  }
+
+  const Retimer& retimer_;
+  const Params& params_;
+  std::size_t dof_;
+  const Bound<InverseDynamics>* dynamics_;
+  Limits limits_;
+};
+
+}  // namespace
+
+Result<RobotMotion> retime(const Registry& registry, const RobotModel& model,
+                           const RobotMotion& motion, const Bound<InverseDynamics>* dynamics,
+                           const RetimeOptions& options, const std::string& where,
+                           Progress& progress) {
+  const std::size_t dof = model.dof();
+  RMP_TRY_ASSIGN(const ProviderInfo info,
+                 registry.find(Retimer::kInterfaceId, options.retimer.name).in(where));
+  RMP_TRY_ASSIGN(const auto params, motion::checked_params(info, options.retimer, where));
+  RMP_TRY_ASSIGN(const auto retimer, registry.create<Retimer>(info.name).in(where));
+  const auto pieces = pieces_of(motion, dof);
+  if (pieces.empty())
+    return error(ErrorCode::invalid_argument, "the joints do not move",
+                 "There is nothing to run faster.", where);
+  PieceRetimer run(*retimer, *params, model, dynamics, options);
+  RobotMotion out;
+  out.notes = motion.notes;
+  double begin = 0;
+  std::size_t k = 0;
+  for (std::size_t piece = 0; piece < pieces.size(); ++piece) {
+    const JointPath path(dof, pieces[piece]);
+    const std::vector<double> s = path.grid();
+    const auto timed = guarded(info.name, [&] { return run.run(path, s, progress); });
+    if (!timed.ok()) return Error(timed.error()).in(where);
+    if (timed->time.size() != s.size() || timed->rate.size() != s.size() ||
+        !(timed->time.back() > 0) || !std::isfinite(timed->time.back()))
+      return error(ErrorCode::plugin_failed,
+                   "provider \"" + info.name + "\" gave times that do not fit the path",
+                   "Report it to the provider's author or choose another provider.", where);
+    const double duration = timed->time.back();
+    if ((begin + duration) / options.step > 1e7)
+      return error(ErrorCode::invalid_argument,
+                   "a step of " + text::print_rounded(options.step) + " s makes too many samples",
+                   "Give a longer step.", where);
+    std::size_t i = 0;
+    const bool is_last = piece + 1 == pieces.size();
+    for (bool is_end = false; !is_end;) {
+      double t = static_cast<double>(k) * options.step - begin;
+      if (t >= duration * (1 - 1e-12)) {
+        if (!is_last && t > duration * (1 + 1e-12)) break;
+        is_end = true;
+        t = duration;
+      }
+      ++k;
+      while (i + 2 < s.size() && timed->time[i + 1] < t) ++i;
+      // Within a step the change of rate is constant.
+      const double dt = t - timed->time[i], h = s[i + 1] - s[i], r0 = timed->rate[i],
+                   u = (timed->rate[i + 1] * timed->rate[i + 1] - r0 * r0) / (2 * h);
+      const double at = std::clamp(s[i] + dt * (r0 + dt * u / 2), s[i], s[i + 1]),
+                   rate = is_end ? timed->rate.back() : r0 + dt * u;
+      std::vector<double> q(dof), q1(dof), q2(dof);
+      path.evaluate(at, q.data(), q1.data(), q2.data());
+      out.times.push_back(begin + t);
+      for (std::size_t j = 0; j < dof; ++j) {
+        out.q.push_back(q[j]);
+        out.qd.push_back(q1[j] * rate);
+        out.qdd.push_back(q1[j] * u + q2[j] * rate * rate);
+      }
+    }
+    begin += duration;
+    if (!is_last)
+      out.notes.push_back("It stops at t = " + text::print_rounded(begin) +
+                          " s, where the path has a corner.");
+  }
+  out.position_error.assign(out.times.size(), 0.0);
+  out.rotation_error.assign(out.times.size(), 0.0);
+  return out;
+}
+
+}  // namespace robomosp::sim

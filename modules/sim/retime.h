@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// The fastest way along the joints' path of a motion (layer: application, sim).
+#pragma once
+
+#include <string>
+
+#include <robomosp/sdk/dynamics.h>
+#include <robomosp/sdk/progress.h>
+#include <robomosp/sdk/result.h>
+
+#include "kernel/registry.h"
+#include "model/records.h"
+#include "sim/robot_motion.h"
+#include "sim/simulate.h"
+
+namespace robomosp::sim {
+
+struct RetimeOptions {
+  model::ProviderChoice retimer;  ///< of robomosp.retimer/1; none = the default
+  double share = 1;               ///< of the joints' limits that may be used, 0..1
+  bool has_torques = true;        ///< keep the torque limits too
+  double step = 0.01;             ///< between samples of the result [s]
+};
+
+/// The same path, from rest to rest, as fast as the joints' velocity, acceleration and torque
+/// limits let it be run. The path is the cubic spline through the configurations, over their
+/// distances; it stops where it turns by more than 30 degrees from one sample to the next. Viscous
+/// friction is kept within the torque limits by lowering them by the most that it takes. Errors
+/// tell the place on the path. `dynamics` may be null without torque limits.
+Result<RobotMotion> retime(const Registry&, const RobotModel&, const RobotMotion&,
+                           const Bound<InverseDynamics>* dynamics, const RetimeOptions&,
+                           const std::string& where, Progress&);
+
+}  // namespace robomosp::sim

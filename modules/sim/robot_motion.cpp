@@ -1,0 +1,342 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/robot_motion.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <robomosp/sdk/joint_segment.h>
+
+#include "kernel/text.h"
+#include "model/placement.h"
+#include "motion/segment.h"
+#include "robotics/kinematics.h"
+#include "sim/joint_rates.h"
+#include "sim/simulate.h"
+#include "spatial/pose.h"
+
+namespace robomosp::sim {
+namespace {
+
+/// Joint configurations closer than this count as one [rad or m].
+constexpr double kSameConfiguration = 1e-6;
+/// Of joints without limits, in moves that are put in.
+constexpr double kSpeed = 1, kAcceleration = 4;  ///< [rad or m, s]
+
+PathSample in_base(const PathSample& s, const Pose& base_T_path) {
+  using namespace spatial;
+  return {compose(base_T_path, s.pose), rotate(base_T_path, s.velocity),
+          rotate(base_T_path, s.angular_velocity), rotate(base_T_path, s.acceleration),
+          rotate(base_T_path, s.angular_acceleration)};
+}
+
+/// From one configuration to another, all joints together by x^3 (10 - 15 x + 6 x^2).
+class QuinticMove final : public JointSegment {
+ public:
+  QuinticMove(const RobotModel& model, std::vector<double> from, std::vector<double> to)
+      : from_(std::move(from)), to_(std::move(to)) {
+    for (std::size_t j = 0; j < from_.size(); ++j) {
+      const auto bounded = [](double limit, double otherwise) {
+        return std::isfinite(limit) ? limit : otherwise;
+      };
+      // Its greatest rates are 15/8 and 10/sqrt(3) of the mean ones.
+      const double way = std::fabs(to_[j] - from_[j]),
+                   v = bounded(model.joints[j].max_velocity, kSpeed),
+                   a = bounded(model.joints[j].max_acceleration, kAcceleration);
+      duration_ = std::max({duration_, 1.875 * way / v, std::sqrt(10 / std::sqrt(3.0) * way / a)});
+    }
+  }
+  [[nodiscard]] double duration() const override { return duration_; }
+  void sample(std::span<const double> times, const JointSamples& out) const override {
+    const std::size_t n = from_.size();
+    for (std::size_t i = 0; i < times.size(); ++i) {
+      const double x = std::clamp(times[i] / duration_, 0.0, 1.0), T = duration_;
+      const double s = x * x * x * (10 + x * (-15 + 6 * x)),
+                   s1 = x * x * (30 + x * (-60 + 30 * x)) / T,
+                   s2 = x * (60 + x * (-180 + 120 * x)) / (T * T);
+      for (std::size_t j = 0; j < n; ++j) {
+        const double way = to_[j] - from_[j];
+        out.q[i * n + j] = from_[j] + s * way;
+        if (!out.qd.empty()) out.qd[i * n + j] = s1 * way;
+        if (!out.qdd.empty()) out.qdd[i * n + j] = s2 * way;
+      }
+    }
+  }
+
+ private:
+  std::vector<double> from_, to_;
+  double duration_ = 0;
+};
+
+class Builder {
+ public:
+  Builder(const Registry& registry, const RobotMotionTask& task, Progress& progress)
+      : registry_(registry),
+        task_(task),
+        progress_(progress),
+        dof_(task.model->dof()),
+        at_(task.start) {}
+
+  Result<RobotMotion> build() {
+    const auto& segments = task_.trajectory->segments;
+    if (segments.empty())
+      return error(ErrorCode::invalid_argument, "it has no segments",
+                   "Add a segment such as a line or a circle.", task_.where);
+    std::size_t i = 0;
+    while (i < segments.size()) {
+      RMP_TRY_ASSIGN(const bool is_joint, moves_joints(i));
+      if (is_joint) {
+        RMP_TRY(add_joint_segment(i++));
+        continue;
+      }
+      model::Trajectory part = *task_.trajectory;
+      part.segments.clear();
+      for (; i < segments.size(); ++i) {
+        RMP_TRY_ASSIGN(const bool is_next_joint, moves_joints(i));
+        if (is_next_joint) break;
+        part.segments.push_back(segments[i]);
+      }
+      RMP_TRY(add_path(part));
+    }
+    finish();
+    return std::move(out_);
+  }
+
+ private:
+  [[nodiscard]] std::string segment_name(std::size_t i) const {
+    return task_.where + ", segment " + std::to_string(i + 1);
+  }
+  Result<bool> moves_joints(std::size_t i) const {
+    const model::TrajectorySegment& record = task_.trajectory->segments[i];
+    if (record.stored) return false;
+    RMP_TRY_ASSIGN(const auto providers, motion::providers_of(registry_, record, segment_name(i)));
+    return providers.is_joint();
+  }
+
+  /// Times of the whole motion's samples that fall into a piece of `duration` from now on.
+  Result<std::vector<double>> local_times(double duration) {
+    if (!(task_.step > 0) || (begin_ + duration) / task_.step > 1e7)
+      return error(ErrorCode::invalid_argument,
+                   "a sample time of " + text::print_rounded(task_.step) +
+                       " s gives too many samples for " + text::print_rounded(begin_ + duration) +
+                       " s",
+                   "Give a longer sample time.", task_.where);
+    std::vector<double> times;
+    auto k = static_cast<std::size_t>(std::ceil(begin_ / task_.step * (1 - 1e-12)));
+    if (!out_.times.empty() && k < next_) k = next_;
+    for (;; ++k) {
+      const double t = static_cast<double>(k) * task_.step - begin_;
+      if (t > duration * (1 + 1e-12)) break;
+      times.push_back(std::clamp(t, 0.0, duration));
+      out_.times.push_back(begin_ + times.back());
+      next_ = k + 1;
+    }
+    return times;
+  }
+
+  Result<void> add_joint_segment(std::size_t i) {
+    const model::TrajectorySegment& record = task_.trajectory->segments[i];
+    const std::string here = segment_name(i);
+    RMP_TRY_ASSIGN(const auto providers, motion::providers_of(registry_, record, here));
+    RMP_TRY_ASSIGN(const auto params, motion::params_of(providers, record, here));
+    std::vector<double> points = at_;
+    for (std::size_t k = 0; k < record.joints.size(); ++k) {
+      const auto& q = record.joints[k];
+      if (q.size() != dof_)
+        return error(ErrorCode::invalid_argument,
+                     "joint vector " + std::to_string(k + 1) + " has " + std::to_string(q.size()) +
+                         " values, the robot " + std::to_string(dof_) + " joints",
+                     "Give one value a joint.", here);
+      // The first may be where the joints are already.
+      if (k == 0 && distance(at_, q) < kSameConfiguration) continue;
+      points.insert(points.end(), q.begin(), q.end());
+    }
+    for (std::size_t k = 0; k < record.points.size(); ++k) {
+      const Pose target = spatial::compose(task_.base_T_trajectory, model::pose(record.points[k]));
+      const std::vector<double> seed(points.end() - static_cast<std::ptrdiff_t>(dof_),
+                                     points.end());
+      RMP_TRY_ASSIGN(const auto q, solve(target, seed, "point " + std::to_string(k + 1), here));
+      if (k == 0 && points.size() == dof_ && distance(at_, q) < kSameConfiguration) continue;
+      points.insert(points.end(), q.begin(), q.end());
+    }
+    if (points.size() < 2 * dof_)
+      return error(ErrorCode::invalid_argument, "the joints are where they should go already",
+                   "Give joints or points to go to.", here);
+    std::vector<double> lower(dof_), upper(dof_), velocity(dof_), acceleration(dof_), jerk(dof_);
+    for (std::size_t j = 0; j < dof_; ++j) {
+      const JointModel& joint = task_.model->joints[j];
+      lower[j] = joint.lower, upper[j] = joint.upper;
+      velocity[j] = joint.max_velocity, acceleration[j] = joint.max_acceleration;
+      jerk[j] = joint.max_jerk;
+    }
+    RMP_TRY_ASSIGN(const auto maker,
+                   registry_.create<JointSegmentMaker>(providers.shape.name).in(here));
+    auto made = guarded(providers.shape.name, [&] {
+      return maker->make(dof_, points, {lower, upper, velocity, acceleration, jerk}, {},
+                         *params.shape);
+    });
+    if (!made.ok()) return std::move(made).error().in(here);
+    if (!*made || !((*made)->duration() > 0) || !std::isfinite((*made)->duration()))
+      return error(ErrorCode::plugin_failed,
+                   "provider \"" + providers.shape.name + "\" made no motion with a duration",
+                   "Report it to the provider's author or choose another provider.", here);
+    return add(**made);
+  }
+
+  Result<void> add(const JointSegment& move) {
+    RMP_TRY_ASSIGN(const std::vector<double> times, local_times(move.duration()));
+    const std::size_t first = out_.q.size(), more = times.size() * dof_;
+    for (auto* table : {&out_.q, &out_.qd, &out_.qdd}) table->resize(first + more);
+    move.sample(times, {std::span(out_.q).subspan(first),
+                        std::span(out_.qd).subspan(first),
+                        std::span(out_.qdd).subspan(first),
+                        {}});
+    out_.position_error.resize(out_.times.size());
+    out_.rotation_error.resize(out_.times.size());
+    const double end[] = {move.duration()};
+    end_qd_.resize(dof_), end_qdd_.resize(dof_);
+    move.sample(end, {at_, end_qd_, end_qdd_, {}});
+    begin_ += move.duration();
+    is_moved_ = true;
+    return {};
+  }
+
+  Result<void> add_path(const model::Trajectory& part) {
+    RMP_TRY_ASSIGN(const auto path, motion::Path::build(registry_, task_.name, part, task_.stored));
+    double at = 0;
+    PathSample first;
+    path->sample({&at, 1}, {&first, 1});
+    RMP_TRY_ASSIGN(const auto q0, solve(in_base(first, task_.base_T_trajectory).pose, at_,
+                                        "the start of the path", task_.where));
+    if (is_moved_ && distance(at_, q0) > kSameConfiguration) {
+      out_.notes.push_back("A move of the joints was put in at t = " + text::print_rounded(begin_) +
+                           " s: the path does not begin where they are.");
+      RMP_TRY(add(QuinticMove(*task_.model, at_, q0)));
+    }
+    // The start and the end of the path belong to it even where no sample falls on them.
+    const std::size_t before = out_.times.size();
+    RMP_TRY_ASSIGN(std::vector<double> times, local_times(path->duration()));
+    const bool has_start = !times.empty() && times.front() == 0,
+               has_end = !times.empty() && times.back() == path->duration();
+    if (!has_start) times.insert(times.begin(), 0.0);
+    if (!has_end) times.push_back(path->duration());
+    std::vector<PathSample> samples(times.size());
+    path->sample(times, samples);
+    std::vector<Pose> targets;
+    for (PathSample& s : samples) {
+      s = in_base(s, task_.base_T_trajectory);
+      targets.push_back(s.pose);
+    }
+    IkBatch batch = asked();
+    batch.targets = targets;
+    batch.seeds = q0;
+    batch.continuous = true;
+    RMP_TRY_ASSIGN(const auto results, solve_ik(ik_, batch, progress_));
+    std::vector<double> q, qd(times.size() * dof_), qdd(times.size() * dof_);
+    q.reserve(times.size() * dof_);
+    for (std::size_t i = 0; i < results.size(); ++i) {
+      const IkResult& r = results[i];
+      if (r.status != IkStatus::solved)
+        return error(ErrorCode::unreachable,
+                     "at t = " + text::print_rounded(begin_ + times[i]) + " s (sample " +
+                         std::to_string(before + i + (has_start ? 1 : 0)) + " of " +
+                         std::to_string(before + results.size() - (has_start ? 0 : 1)) +
+                         ") the robot cannot follow: " +
+                         (r.detail.empty() ? "the solver found no solution" : r.detail),
+                     "Move the trajectory or the robot, or start from another configuration.",
+                     task_.where);
+      q.insert(q.end(), r.q.begin(), r.q.begin() + static_cast<std::ptrdiff_t>(dof_));
+    }
+    joint_rates(*task_.model, times, q, samples, qd, qdd);
+    for (std::size_t i = has_start ? 0 : 1; i < times.size() - (has_end ? 0 : 1); ++i) {
+      const auto row = static_cast<std::ptrdiff_t>(i * dof_), n = static_cast<std::ptrdiff_t>(dof_);
+      out_.q.insert(out_.q.end(), q.begin() + row, q.begin() + row + n);
+      out_.qd.insert(out_.qd.end(), qd.begin() + row, qd.begin() + row + n);
+      out_.qdd.insert(out_.qdd.end(), qdd.begin() + row, qdd.begin() + row + n);
+      out_.position_error.push_back(results[i].position_error);
+      out_.rotation_error.push_back(results[i].rotation_error);
+    }
+    const auto n = static_cast<std::ptrdiff_t>(dof_);
+    at_.assign(q.end() - n, q.end());
+    end_qd_.assign(qd.end() - n, qd.end());
+    end_qdd_.assign(qdd.end() - n, qdd.end());
+    last_errors_ = {results.back().position_error, results.back().rotation_error};
+    begin_ += path->duration();
+    is_moved_ = true;
+    return {};
+  }
+
+  /// The very end, where no sample has fallen on it.
+  void finish() {
+    if (!out_.times.empty() && begin_ - out_.times.back() <= 1e-9 * task_.step) {
+      out_.times.back() = begin_;
+      return;
+    }
+    out_.times.push_back(begin_);
+    out_.q.insert(out_.q.end(), at_.begin(), at_.end());
+    out_.qd.insert(out_.qd.end(), end_qd_.begin(), end_qd_.end());
+    out_.qdd.insert(out_.qdd.end(), end_qdd_.begin(), end_qdd_.end());
+    out_.position_error.push_back(last_errors_[0]);
+    out_.rotation_error.push_back(last_errors_[1]);
+  }
+
+  [[nodiscard]] IkBatch asked() const {
+    IkBatch batch;
+    batch.tolerance = task_.tolerance;
+    batch.objective = task_.objective;
+    batch.clearance = task_.clearance;
+    return batch;
+  }
+
+  /// One pose, from a seed; the solver is bound at the first one.
+  Result<std::vector<double>> solve(const Pose& target, const std::vector<double>& seed,
+                                    const std::string& what, const std::string& where) {
+    if (!ik_.solver) {
+      RMP_TRY_ASSIGN(ik_, bind_ik(registry_, task_.model, task_.ik));
+    }
+    IkBatch batch = asked();
+    batch.targets = {&target, 1};
+    batch.seeds = seed;
+    auto found = solve_ik(ik_, batch, progress_);
+    // The robot's own solver may have no use for the objective; another one follows instead.
+    if (!found.ok() && found.error().code == ErrorCode::unsupported) {
+      RMP_TRY_ASSIGN(
+          ik_, bind_ik(registry_, task_.model, ik_with_tag(registry_, task_.ik, "objectives")));
+      found = solve_ik(ik_, batch, progress_);
+    }
+    RMP_TRY_ASSIGN(const auto results, std::move(found));
+    const IkResult& r = results.front();
+    if (r.status != IkStatus::solved)
+      return error(ErrorCode::unreachable,
+                   what + " cannot be reached: " +
+                       (r.detail.empty() ? "the solver found no solution" : r.detail),
+                   "Move the trajectory or the robot, or start from another configuration.", where);
+    return std::vector<double>(r.q.begin(), r.q.begin() + static_cast<std::ptrdiff_t>(dof_));
+  }
+
+  [[nodiscard]] static double distance(const std::vector<double>& a, const std::vector<double>& b) {
+    double most = 0;
+    for (std::size_t j = 0; j < a.size(); ++j) most = std::max(most, std::fabs(a[j] - b[j]));
+    return most;
+  }
+
+  const Registry& registry_;
+  const RobotMotionTask& task_;
+  Progress& progress_;
+  std::size_t dof_, next_ = 0;  ///< number of the next sample
+  double begin_ = 0;            ///< of the piece to come [s]
+  bool is_moved_ = false;       ///< the joints are where a piece left them
+  std::vector<double> at_, end_qd_, end_qdd_;
+  std::array<double, 2> last_errors_{};
+  Bound<IkSolver> ik_;
+  RobotMotion out_;
+};
+
+}  // namespace
+
+Result<RobotMotion> robot_motion(const Registry& registry, const RobotMotionTask& task,
+                                 Progress& progress) {
+  return Builder(registry, task, progress).build();
+}
+
+}  // namespace robomosp::sim

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+// How a robot's joints move along a trajectory, its Cartesian segments by inverse kinematics, its
+// joint segments as they are (layer: application, sim).
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <robomosp/sdk/ik.h>
+#include <robomosp/sdk/progress.h>
+#include <robomosp/sdk/result.h>
+#include <robomosp/sdk/robot_model.h>
+
+#include "kernel/registry.h"
+#include "model/records.h"
+#include "motion/path.h"
+
+namespace robomosp::sim {
+
+struct RobotMotionTask {
+  std::shared_ptr<const RobotModel> model;
+  model::ProviderChoice ik;
+  std::vector<double> start;  ///< where the joints are, or the seed of the first pose
+  const model::Trajectory* trajectory = nullptr;
+  std::string name;        ///< of the trajectory, for messages
+  std::string where;       ///< likewise: world, robot and trajectory
+  Pose base_T_trajectory;  ///< of the robot's base frame
+  double step = 0.01;      ///< between samples [s]
+  IkTolerance tolerance{};
+  IkObjective objective = IkObjective::none;
+  const ClearanceField* clearance = nullptr;
+  motion::FindTrajectory stored;
+};
+
+/// Samples at 0, step, 2 step, ... and the very end; tables row-major, dof entries a row.
+struct RobotMotion {
+  std::vector<double> times, q, qd, qdd;
+  std::vector<double> position_error, rotation_error;  ///< left by the inverse kinematics
+  std::vector<std::string> notes;                      ///< such as moves put in, a sentence each
+};
+
+/// Cartesian segments that follow each other are one path (motion::Path) and one branch of the
+/// inverse kinematics. A joint segment starts where the joints are; its points in space are solved
+/// for the configuration nearest to the one before. Where a Cartesian path does not begin at the
+/// joints' configuration, a synchronous move of fifth degree within the joints' limits is put
+/// between. A sample out of reach is an error that tells its time and number.
+Result<RobotMotion> robot_motion(const Registry&, const RobotMotionTask&, Progress&);
+
+}  // namespace robomosp::sim
