@@ -29,7 +29,7 @@ Result<Value> create(CommandContext& ctx, const Map& args) {
   }
   if (!t.segments.empty()) {
     // Coincident points, gaps and bad speeds show here rather than at the first run.
-    RMP_TRY(motion::Path::build(ctx.app.registry, name, t, motion::stored_in(ctx.snapshot())));
+    RMP_TRY(motion::Path::check(ctx.app.registry, name, t, motion::stored_in(ctx.snapshot())));
   }
   RMP_TRY_ASSIGN(const auto id, ctx.edit().add(name, std::move(t)));
   return Value(Application::handle(id));
@@ -43,9 +43,7 @@ Result<Value> change_path(CommandContext& ctx, const Map& args, Fn&& fn) {
     auto changed = fn(t);
     if (!changed.ok()) return std::move(changed).error().in("trajectory " + text::quote(name));
     if (t.segments.empty()) return {};
-    auto built = motion::Path::build(ctx.app.registry, name, t, motion::stored_in(ctx.snapshot()));
-    if (!built.ok()) return std::move(built).error();
-    return {};
+    return motion::Path::check(ctx.app.registry, name, t, motion::stored_in(ctx.snapshot()));
   });
   if (!done.ok()) return std::move(done).error();
   return Value();
@@ -173,19 +171,19 @@ std::vector<CommandSpec> trajectory_commands() {
   std::vector<CommandSpec> all;
   const ParamSpec sample_time = above_zero(optional(
       "sample_time", "real", "s", "Time between samples when a run does not say otherwise."));
-  all.push_back(
-      {.name = "trajectory.create",
-       .classic = "",
-       .summary = "Makes a trajectory from segments, one after the other.",
-       .details = std::string(kSegmentDoc) + " Where a segment does not begin as the one before "
-                                             "ends, a smooth transition is put between.",
-       .example = with_stroke("assert(math.abs(stroke:length() - 0.2) < 1e-12)"),
-       .params = {needed("name", "string", "", "Name, unique among trajectories."),
-                  needed("segments", "list", "", "Its segments."), sample_time,
-                  optional("description", "string", "", "What it is.")},
-       .returns = {"handle", "", "", {}},
-       .effect = Effect::edits,
-       .run = create});
+  all.push_back({.name = "trajectory.create",
+                 .classic = "",
+                 .summary = "Makes a trajectory from segments, one after the other.",
+                 .details = std::string(kSegmentDoc) +
+                            " Where a segment does not begin as the one before "
+                            "ends, a smooth transition is put between.",
+                 .example = with_stroke("assert(math.abs(stroke:length() - 0.2) < 1e-12)"),
+                 .params = {needed("name", "string", "", "Name, unique among trajectories."),
+                            needed("segments", "list", "", "Its segments."), sample_time,
+                            optional("description", "string", "", "What it is.")},
+                 .returns = {"handle", "", "", {}},
+                 .effect = Effect::edits,
+                 .run = create});
   all.push_back(
       {.name = "trajectory.set",
        .classic = "",
