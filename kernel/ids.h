@@ -11,9 +11,9 @@
 namespace robomosp {
 
 /// Kinds of records a document holds.
-enum class Kind : std::uint8_t { material, solid, object, robot, trajectory, world };
-inline constexpr Kind kAllKinds[] = {Kind::material, Kind::solid,      Kind::object,
-                                     Kind::robot,    Kind::trajectory, Kind::world};
+enum class Kind : std::uint8_t { material, solid, object, robot, trajectory, world, task };
+inline constexpr Kind kAllKinds[] = {Kind::material,   Kind::solid, Kind::object, Kind::robot,
+                                     Kind::trajectory, Kind::world, Kind::task};
 
 [[nodiscard]] constexpr std::string_view to_string(Kind k) {
   switch (k) {
@@ -23,6 +23,7 @@ inline constexpr Kind kAllKinds[] = {Kind::material, Kind::solid,      Kind::obj
     case Kind::robot: return "robot";
     case Kind::trajectory: return "trajectory";
     case Kind::world: return "world";
+    case Kind::task: return "task";
   }
   return "record";
 }
@@ -55,6 +56,7 @@ using ObjectId = Id<Kind::object>;
 using RobotId = Id<Kind::robot>;
 using TrajectoryId = Id<Kind::trajectory>;
 using WorldId = Id<Kind::world>;
+using TaskId = Id<Kind::task>;
 
 }  // namespace robomosp
 

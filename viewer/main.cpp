@@ -100,7 +100,7 @@ std::vector<std::string> library_names(ioci::Application& app, ioci::Session& se
 
 /// The error for a name that is nothing shown, with what may have been meant.
 Error nothing_shown(ioci::Application& app, ioci::Session& session, const std::string& what) {
-  for (const Kind kind : {Kind::material, Kind::trajectory}) {
+  for (const Kind kind : {Kind::material, Kind::trajectory, Kind::task}) {
     const auto names = library_names(app, session, kind);
     if (std::find(names.begin(), names.end(), what) != names.end())
       return not_shown(what, kind, what);

@@ -30,8 +30,10 @@ class Feeder {
   }
   void operator()(const Trajectory& t) { all(t.description, t.sample_time, t.segments); }
   void operator()(const World& w) {
-    all(w.description, w.gravity, w.objects, w.robots, w.trajectories, w.pair_rules, w.parametric);
+    all(w.description, w.gravity, w.objects, w.robots, w.trajectories, w.frames, w.lights, w.tasks,
+        w.signals, w.attachments, w.pair_rules, w.parametric);
   }
+  void operator()(const Task& t) { all(t.description, t.steps); }
 
  private:
   template <class... T>
@@ -122,6 +124,20 @@ class Feeder {
   void add(const PlacedObject& p) { all(p.name, p.what, p.placement); }
   void add(const PlacedRobot& p) { all(p.name, AnyId(p.robot), p.placement, p.q); }
   void add(const PlacedTrajectory& p) { all(p.name, AnyId(p.trajectory), p.placement); }
+  void add(const PlacedFrame& p) { all(p.name, p.placement); }
+  void add(const PlacedLight& p) {
+    all(p.name, static_cast<int>(p.kind), p.placement, p.colour, p.intensity, p.angle);
+  }
+  void add(const PlacedTask& p) { all(p.name, AnyId(p.task), p.robot); }
+  void add(const Signal& s) {
+    all(s.name, static_cast<int>(s.kind), s.unit, s.initial, s.from, s.to, s.description);
+  }
+  void add(const Attachment& a) { all(a.object, a.robot, a.link, a.tool_T_object); }
+  void add(const TaskStep& s) {
+    all(static_cast<int>(s.kind), static_cast<int>(s.parent), s.robot, AnyId(s.trajectory), s.pose,
+        s.joints, s.target, s.frame, s.profile, s.is_straight, s.speed, s.tool_speed, s.duration,
+        s.object, s.link, s.signal, s.expression, s.timeout, AnyId(s.task), s.count, s.text);
+  }
 
   Fingerprinter& fp_;
   const FeedReference& reference_;
@@ -188,6 +204,13 @@ struct Size {
                     w.trajectories.size() * sizeof(PlacedTrajectory) + bytes(w.parametric) +
                     bytes(w.pair_rules);
     for (const auto& r : w.robots) n += 8 * r.q.size();
+    return n + w.frames.size() * sizeof(PlacedFrame) + w.lights.size() * sizeof(PlacedLight) +
+           w.tasks.size() * sizeof(PlacedTask) + w.signals.size() * sizeof(Signal) +
+           w.attachments.size() * sizeof(Attachment);
+  }
+  std::size_t operator()(const Task& t) const {
+    std::size_t n = t.description.size() + t.steps.size() * sizeof(TaskStep);
+    for (const auto& s : t.steps) n += s.expression.size() + s.text.size() + 8 * s.joints.size();
     return n;
   }
 };

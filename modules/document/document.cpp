@@ -38,8 +38,15 @@ std::string name_some(const Snapshot& s, const std::vector<AnyId>& ids) {
   return text::enumerate(words);
 }
 
+/// Parts of an object that are objects, tasks that a task calls.
 std::vector<AnyId> nested_objects(const Snapshot& s, AnyId id) {
   std::vector<AnyId> inner;
+  if (id.kind == Kind::task) {
+    if (const auto* t = s.get(TaskId{id.number}))
+      for (const auto& step : t->steps)
+        if (step.task) inner.push_back(step.task);
+    return inner;
+  }
   if (const auto* o = s.get(ObjectId{id.number}))
     for (const auto& p : o->parts)
       if (p.what.kind == Kind::object && p.what) inner.push_back(p.what);
@@ -49,8 +56,12 @@ std::vector<AnyId> nested_objects(const Snapshot& s, AnyId id) {
 /// `cycle`: objects each of which has the next as a part, the last the first.
 Error cycle_error(const Snapshot& s, std::vector<AnyId> cycle, const std::vector<AnyId>& changed) {
   const auto name = [&s](AnyId id) { return quote(s.find(id)->name); };
+  const bool is_task = cycle.front().kind == Kind::task;
   if (cycle.size() == 1)
-    return error(ErrorCode::conflict, "cannot place object " + name(cycle[0]) + " in itself");
+    return is_task
+               ? error(ErrorCode::conflict, "task " + name(cycle[0]) + " cannot call itself",
+                       "Use a repeat step.")
+               : error(ErrorCode::conflict, "cannot place object " + name(cycle[0]) + " in itself");
   // Tell it from the object that was changed last: it is the one to which the part was given.
   for (auto it = changed.rbegin(); it != changed.rend(); ++it) {
     const auto at = std::find(cycle.begin(), cycle.end(), *it);
@@ -60,14 +71,19 @@ Error cycle_error(const Snapshot& s, std::vector<AnyId> cycle, const std::vector
   }
   std::string path;
   for (const AnyId id : cycle) path += (path.empty() ? "" : " > ") + s.find(id)->name;
+  if (is_task)
+    return error(ErrorCode::conflict,
+                 "task " + name(cycle.back()) + " cannot call task " + name(cycle.front()) +
+                     ", which calls it in turn (" + path + ")",
+                 "Use a repeat step.");
   return error(ErrorCode::conflict, "cannot place object " + name(cycle.front()) + " in object " +
                                         name(cycle.back()) + ": " + name(cycle.back()) +
                                         " is already part of " + name(cycle.front()) + " (" + path +
                                         ")");
 }
 
-/// Objects are the only records that refer to their own kind, so only they can form a cycle, and
-/// a new cycle passes through an object that was changed.
+/// Of what refers to its own kind, objects and tasks must not form a cycle; a new one passes
+/// through a record that was changed.
 Result<void> refuse_cycles(const Snapshot& s, const std::vector<AnyId>& changed) {
   struct Step {
     AnyId id;
@@ -76,7 +92,9 @@ Result<void> refuse_cycles(const Snapshot& s, const std::vector<AnyId>& changed)
   };
   std::unordered_set<AnyId> done, open;
   for (const AnyId start : changed) {
-    if (start.kind != Kind::object || done.contains(start) || !s.find(start)) continue;
+    if ((start.kind != Kind::object && start.kind != Kind::task) || done.contains(start) ||
+        !s.find(start))
+      continue;
     std::vector<Step> path;
     path.push_back({start, nested_objects(s, start)});
     open.insert(start);
@@ -171,6 +189,9 @@ std::vector<AnyId> affected_order(const Snapshot& s, const std::vector<AnyId>& c
   by_kind[static_cast<std::size_t>(Kind::object)] = std::move(objects);
 
   std::vector<AnyId> order = std::move(gone);
+  // Worlds refer to all other kinds.
+  std::rotate(by_kind.begin() + static_cast<std::ptrdiff_t>(Kind::world),
+              by_kind.begin() + static_cast<std::ptrdiff_t>(Kind::task), by_kind.end());
   for (const auto& ids : by_kind) order.insert(order.end(), ids.begin(), ids.end());
   return order;
 }

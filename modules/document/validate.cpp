@@ -10,7 +10,9 @@
 
 #include <robomosp/sdk/csg_select.h>
 
+#include "kernel/expression.h"
 #include "kernel/text.h"
+#include "kernel/units.h"
 #include "model/placement.h"
 #include "robotics/coordinates.h"
 #include "spatial/principal.h"
@@ -600,6 +602,45 @@ Result<void> check(const Trajectory& t, Subject& subject) {
   return {};
 }
 
+Result<void> check(const Signal& s) {
+  const std::string signal = "signal " + quote(s.name);
+  RMP_TRY(Expression::check_name(s.name, "signal"));
+  if (s.kind > SignalKind::analogue) return fault(signal + " is of an unknown kind");
+  RMP_TRY(finite(s.initial, "the initial value of " + signal));
+  if (s.kind == SignalKind::digital) {
+    if (s.initial != 0 && s.initial != 1)
+      return fault("the initial value of " + signal + " is " + shown(s.initial),
+                   "A digital signal is 0 or 1.");
+    if (!s.unit.empty())
+      return fault(signal + " is digital and has the unit " + quote(s.unit), "Make it analogue.");
+  } else if (!s.unit.empty()) {
+    auto unit = units::parse(s.unit);
+    if (!unit.ok()) return std::move(unit).error().in("the unit of " + signal);
+  }
+  return {};
+}
+
+Result<void> check_attachments(const World& w) {
+  const auto has = [](const auto& list, const std::string& name) {
+    return std::any_of(list.begin(), list.end(), [&](const auto& m) { return m.name == name; });
+  };
+  std::unordered_set<std::string> held;
+  for (const Attachment& a : w.attachments) {
+    if (!has(w.objects, a.object))
+      return fault("there is no object " + quote(a.object) + " to be held by " + quote(a.robot),
+                   "Name an object of the world.");
+    if (!has(w.robots, a.robot))
+      return fault("there is no robot " + quote(a.robot) + " to hold " + quote(a.object),
+                   "Name a robot of the world.");
+    if (!held.insert(a.object).second)
+      return error(ErrorCode::conflict, "object " + quote(a.object) + " is attached twice",
+                   "Keep one of its attachments.");
+    if (!a.link.empty() && !is_name(a.link)) return bad_name(a.link, "link that holds an object");
+    RMP_TRY(placement(a.tool_T_object, "the attached object " + quote(a.object)));
+  }
+  return {};
+}
+
 Result<void> check(const World& w, Subject& subject) {
   RMP_TRY(finite(w.gravity, "gravity"));
   Names names("member");
@@ -626,8 +667,129 @@ Result<void> check(const World& w, Subject& subject) {
       return fault("the placed trajectory " + quote(t.name) + " names no trajectory");
     RMP_TRY(placement(t.placement, "trajectory " + quote(t.name)));
   }
+  for (std::size_t i = 0; i < w.frames.size(); ++i) {
+    subject = {"frame", i};
+    RMP_TRY(names.add(w.frames[i].name));
+    RMP_TRY(placement(w.frames[i].placement, "frame " + quote(w.frames[i].name)));
+  }
+  for (std::size_t i = 0; i < w.lights.size(); ++i) {
+    const PlacedLight& l = w.lights[i];
+    const std::string light = "light " + quote(l.name);
+    subject = {"light", i};
+    RMP_TRY(names.add(l.name));
+    if (l.kind > LightKind::spot) return fault(light + " is of an unknown kind");
+    RMP_TRY(placement(l.placement, light));
+    RMP_TRY(colour(l.colour, "a component of the colour of " + light));
+    RMP_TRY(not_negative(l.intensity, "the intensity of " + light, ""));
+    RMP_TRY(positive(l.angle, "the angle of " + light, " rad"));
+  }
+  for (std::size_t i = 0; i < w.tasks.size(); ++i) {
+    const PlacedTask& t = w.tasks[i];
+    subject = {"task", i};
+    RMP_TRY(names.add(t.name));
+    if (!t.task) return fault("the placed task " + quote(t.name) + " names no task");
+    if (!t.robot.empty() && !is_name(t.robot)) return bad_name(t.robot, "robot of a task");
+  }
+  Names signals("signal");
+  for (std::size_t i = 0; i < w.signals.size(); ++i) {
+    subject = {"signal", i};
+    RMP_TRY(signals.add(w.signals[i].name));
+    RMP_TRY(check(w.signals[i]));
+  }
   subject = {};
+  RMP_TRY(check_attachments(w));
   return check(w.pair_rules);
+}
+
+/// What one step says, without where it stands.
+Result<void> check(const TaskStep& s, const std::string& step) {
+  for (const std::string* name : {&s.robot, &s.pose, &s.frame, &s.object, &s.link, &s.signal})
+    if (!name->empty() && !is_name(*name)) return bad_name(*name, "member that " + step + " means");
+  const auto compiles = [&]() -> Result<void> {
+    auto compiled = Expression::compile(s.expression);
+    if (!compiled.ok()) return std::move(compiled).error().in(step);
+    return {};
+  };
+  switch (s.kind) {
+    case StepKind::move: {
+      const int ways = static_cast<int>(static_cast<bool>(s.trajectory)) +
+                       static_cast<int>(!s.pose.empty()) + static_cast<int>(!s.joints.empty()) +
+                       static_cast<int>(s.target && !s.trajectory);
+      if (ways != 1)
+        return fault(step + (ways == 0 ? " says not where to" : " has several places to go to"),
+                     "Give one of trajectory, pose, joints and target.");
+      RMP_TRY(finite(s.joints, "a joint value of " + step));
+      if (s.target) RMP_TRY(placement(*s.target, "the target of " + step));
+      if (!s.profile.empty() && s.profile != "quintic" && s.profile != "trapezoidal")
+        return fault(quote(s.profile) + " is no profile of a move",
+                     "There are \"quintic\" and \"trapezoidal\".");
+      if (s.is_straight && (!s.target || s.trajectory))
+        return fault(step + " goes straight without a target", "Give it a target.");
+      if (!(s.speed > 0 && s.speed <= 1))
+        return fault(
+            "the speed of " + step + " is " + shown(s.speed) + "; it must be above 0 and at most 1",
+            "It is the share of the joints' limits.");
+      RMP_TRY(not_negative(s.tool_speed, "the tool's speed of " + step, " m/s"));
+      return not_negative(s.duration, "the duration of " + step, " s");
+    }
+    case StepKind::attach:
+    case StepKind::detach:
+      if (s.object.empty()) return fault(step + " names no object", "Give object = ...");
+      return {};
+    case StepKind::set:
+      if (s.signal.empty()) return fault(step + " names no signal", "Give signal = ...");
+      return compiles();
+    case StepKind::wait:
+      if (s.expression.empty() == (s.duration == 0))
+        return fault(step + " needs either a time or a condition",
+                     "Give time = ... or condition = ...");
+      RMP_TRY(not_negative(s.duration, "the time of " + step, " s"));
+      RMP_TRY(not_negative(s.timeout, "the timeout of " + step, " s"));
+      return s.expression.empty() ? Result<void>() : compiles();
+    case StepKind::when: return compiles();
+    case StepKind::repeat:
+      if (s.count < 0 || s.count > 1'000'000)
+        return fault("the count of " + step + " is " + std::to_string(s.count) +
+                     "; it must be from 0 to 1000000");
+      return {};
+    case StepKind::call:
+      if (!s.task) return fault(step + " names no task", "Give task = ...");
+      return {};
+    case StepKind::otherwise:
+    case StepKind::message: return {};
+  }
+  return fault(step + " is of an unknown kind");
+}
+
+Result<void> check(const Task& t, Subject& subject) {
+  std::vector<std::int32_t> last;  // the last step of each open block, outermost first
+  std::vector<std::int32_t> open{-1};
+  last.push_back(-1);
+  for (std::size_t i = 0; i < t.steps.size(); ++i) {
+    const TaskStep& s = t.steps[i];
+    subject = {"step", i};
+    if (s.kind > StepKind::message) return fault("a step is of an unknown kind");
+    const std::string step =
+        "step " + std::to_string(i + 1) + " (" + std::string(to_string(s.kind)) + ")";
+    while (open.size() > 1 && open.back() != s.parent) {
+      open.pop_back();
+      last.pop_back();
+    }
+    if (open.back() != s.parent)
+      return fault(step + " does not stand right behind the other steps of its block",
+                   "The steps of a block follow it at once.");
+    const std::int32_t before = last.back();
+    if (s.kind == StepKind::otherwise &&
+        (before < 0 || t.steps[static_cast<std::size_t>(before)].kind != StepKind::when))
+      return fault(step + " follows no if", "An else stands right behind the block of an if.");
+    last.back() = static_cast<std::int32_t>(i);
+    if (is_block(s.kind)) {
+      open.push_back(static_cast<std::int32_t>(i));
+      last.push_back(-1);
+    }
+    RMP_TRY(check(s, step));
+  }
+  return {};
 }
 
 }  // namespace

@@ -61,6 +61,7 @@ class Binder {
       case Kind::robot: RMP_TRY(robot()); break;
       case Kind::trajectory: RMP_TRY(trajectory()); break;
       case Kind::world: RMP_TRY(world()); break;
+      case Kind::task: RMP_TRY(task()); break;
     }
     RMP_TRY(bind_expressions(s_, out_));
     return std::move(out_);
@@ -667,7 +668,7 @@ class Binder {
 
   Result<void> world() {
     World w;
-    std::unordered_map<std::string, Index> named;
+    std::unordered_map<std::string, Index> named, signals;
     const auto member = [&](Index i, std::string_view list, std::size_t index, std::string& name) {
       return element(i, list, index, name, named);
     };
@@ -707,24 +708,180 @@ class Binder {
                     w.robots.push_back(std::move(p));
                     return {};
                   }),
-         repeated("trajectory", [&](Index i) -> Result<void> {
-           PlacedTrajectory p;
-           const std::size_t k = w.trajectories.size();
-           RMP_TRY(member(i, "trajectory", k, p.name));
-           std::vector<Rule> rules;
-           rules.push_back(reference("trajectory", {Kind::trajectory},
-                                     "trajectory " + quote(p.name), [k](Body& b, AnyId id) {
-                                       std::get<World>(b).trajectories[k].trajectory = {id.number};
-                                     }));
-           rules.back().is_required = true;
-           placement(rules, p.placement);
-           RMP_TRY(block(i, "a placed trajectory", rules));
-           w.trajectories.push_back(std::move(p));
+         repeated("trajectory",
+                  [&](Index i) -> Result<void> {
+                    PlacedTrajectory p;
+                    const std::size_t k = w.trajectories.size();
+                    RMP_TRY(member(i, "trajectory", k, p.name));
+                    std::vector<Rule> rules;
+                    rules.push_back(
+                        reference("trajectory", {Kind::trajectory}, "trajectory " + quote(p.name),
+                                  [k](Body& b, AnyId id) {
+                                    std::get<World>(b).trajectories[k].trajectory = {id.number};
+                                  }));
+                    rules.back().is_required = true;
+                    placement(rules, p.placement);
+                    RMP_TRY(block(i, "a placed trajectory", rules));
+                    w.trajectories.push_back(std::move(p));
+                    return {};
+                  }),
+         repeated("frame",
+                  [&](Index i) -> Result<void> {
+                    PlacedFrame p;
+                    RMP_TRY(member(i, "frame", w.frames.size(), p.name));
+                    std::vector<Rule> rules;
+                    placement(rules, p.placement);
+                    RMP_TRY(block(i, "a frame", rules));
+                    w.frames.push_back(std::move(p));
+                    return {};
+                  }),
+         repeated("light",
+                  [&](Index i) -> Result<void> {
+                    PlacedLight p;
+                    RMP_TRY(member(i, "light", w.lights.size(), p.name));
+                    std::vector<Rule> rules{
+                        words("kind", {"sun", "point", "spot"},
+                              [&](std::size_t k) { p.kind = static_cast<LightKind>(k); }),
+                        colour("colour", p.colour), number("intensity", "", p.intensity),
+                        number("angle", "rad", p.angle)};
+                    placement(rules, p.placement);
+                    RMP_TRY(block(i, "a light", rules));
+                    w.lights.push_back(std::move(p));
+                    return {};
+                  }),
+         repeated("task",
+                  [&](Index i) -> Result<void> {
+                    PlacedTask p;
+                    const std::size_t k = w.tasks.size();
+                    RMP_TRY(member(i, "task", k, p.name));
+                    std::vector<Rule> rules{
+                        reference("task", {Kind::task}, "task " + quote(p.name),
+                                  [k](Body& b, AnyId id) {
+                                    std::get<World>(b).tasks[k].task = {id.number};
+                                  }),
+                        string("robot", p.robot)};
+                    rules.front().is_required = true;
+                    RMP_TRY(block(i, "a placed task", rules));
+                    w.tasks.push_back(std::move(p));
+                    return {};
+                  }),
+         repeated("signal",
+                  [&](Index i) -> Result<void> {
+                    Signal s;
+                    RMP_TRY(element(i, "signal", w.signals.size(), s.name, signals));
+                    RMP_TRY(
+                        block(i, "a signal",
+                              {words("kind", {"digital", "analogue"},
+                                     [&](std::size_t k) { s.kind = static_cast<SignalKind>(k); }),
+                               string("unit", s.unit), number("initial", "", s.initial),
+                               string("from", s.from), string("to", s.to),
+                               string("description", s.description)}));
+                    w.signals.push_back(std::move(s));
+                    return {};
+                  }),
+         repeated("attachment", [&](Index i) -> Result<void> {
+           Attachment a;
+           RMP_TRY(need_block(i, true));
+           std::vector<Rule> rules{string("object", a.object), string("robot", a.robot),
+                                   string("link", a.link)};
+           rules[0].is_required = rules[1].is_required = true;
+           placement(rules, a.tool_T_object);
+           RMP_TRY(block(i, "an attachment", rules));
+           w.attachments.push_back(std::move(a));
            return {};
          })});
     RMP_TRY(std::move(fields_read));
     out_.record.body = std::move(w);
     return {};
+  }
+
+  [[nodiscard]] static std::optional<StepKind> step_kind(const Field& f) {
+    const auto it = std::find(std::begin(kStepWords), std::end(kStepWords), f.name);
+    if (it == std::end(kStepWords) || !f.has_block) return std::nullopt;
+    return static_cast<StepKind>(it - std::begin(kStepWords));
+  }
+
+  /// Steps stand in pre-order, so one pass over the fields makes the flat list at any depth.
+  Result<void> task() {
+    Task t;
+    const Skip is_step = [&](Index i) { return step_kind(at(i)).has_value(); };
+    RMP_TRY(block(kFile, "a task", {name_rule(), string("description", t.description)}, is_step));
+    std::unordered_map<std::int32_t, std::int32_t> step_of{{-1, -1}};  // block's field -> step
+    for (Index i = 0; i < s_.fields.size(); ++i) {
+      const auto kind = step_kind(at(i));
+      const auto parent = step_of.find(at(i).parent);
+      if (!kind || parent == step_of.end()) continue;
+      const std::size_t k = t.steps.size();
+      TaskStep s;
+      s.kind = *kind;
+      s.parent = parent->second;
+      out_.places[{"step", k}] = at(i).offset;
+      RMP_TRY(need_block(i, true));
+      RMP_TRY(step(i, k, s));
+      if (is_block(s.kind))
+        step_of.emplace(static_cast<std::int32_t>(i), static_cast<std::int32_t>(k));
+      t.steps.push_back(std::move(s));
+    }
+    out_.record.body = std::move(t);
+    return {};
+  }
+  Result<void> step(Index i, std::size_t k, TaskStep& s) {
+    std::vector<Rule> rules;
+    const Rule actor = string("robot", s.robot);
+    switch (s.kind) {
+      case StepKind::move:
+        rules = {
+            actor,
+            reference(
+                "trajectory", {Kind::trajectory}, "step " + std::to_string(k + 1),
+                [k](Body& b, AnyId id) { std::get<Task>(b).steps[k].trajectory = {id.number}; }),
+            string("pose", s.pose),
+            Rule{"joints", [&](Index q) { return joint_values(q, s.joints); }},
+            placement_block("target", s.target),
+            string("frame", s.frame),
+            words("profile", {"quintic", "trapezoidal"},
+                  [&](std::size_t n) { s.profile = n == 0 ? "quintic" : "trapezoidal"; }),
+            words("path", {"joint", "straight"}, [&](std::size_t n) { s.is_straight = n == 1; }),
+            number("speed", "", s.speed),
+            number("tool_speed", "m/s", s.tool_speed),
+            number("duration", "s", s.duration)};
+        break;
+      case StepKind::attach:
+        rules = {actor, string("object", s.object), string("link", s.link)};
+        break;
+      case StepKind::detach: rules = {string("object", s.object)}; break;
+      case StepKind::set:
+        rules = {string("signal", s.signal), string("value", s.expression)};
+        break;
+      case StepKind::wait:
+        rules = {number("time", "s", s.duration), string("condition", s.expression),
+                 number("timeout", "s", s.timeout)};
+        break;
+      case StepKind::call:
+        rules = {actor, reference("task", {Kind::task}, "step " + std::to_string(k + 1),
+                                  [k](Body& b, AnyId id) {
+                                    std::get<Task>(b).steps[k].task = {id.number};
+                                  })};
+        rules.back().is_required = true;
+        break;
+      case StepKind::repeat: rules = {count("count", s.count)}; break;
+      case StepKind::when: rules = {string("condition", s.expression)}; break;
+      case StepKind::otherwise: break;
+      case StepKind::message: rules = {string("text", s.text)}; break;
+    }
+    const Skip is_inner = [&](Index n) { return is_block(s.kind) && step_kind(at(n)).has_value(); };
+    return block(i, "step " + std::to_string(k + 1) + " (" + std::string(to_string(s.kind)) + ")",
+                 rules, is_inner);
+  }
+  Rule count(std::string_view name, std::int64_t& out) {
+    return {name, [this, &out](Index i) -> Result<void> {
+              RMP_TRY(no_block(i));
+              RMP_TRY_ASSIGN(const Number n, single_number(i));
+              const auto whole = n.unit.empty() ? text::read_int(n.text) : std::nullopt;
+              if (!whole) return fail(i, quote(at(i).name) + " needs a whole number");
+              out = *whole;
+              return {};
+            }};
   }
 
   // ---- blocks ----

@@ -454,6 +454,7 @@ std::string_view extension(Kind kind) {
     case Kind::robot: return ".rbt";
     case Kind::trajectory: return ".tjc";
     case Kind::world: return ".wld";
+    case Kind::task: return ".tsk";
   }
   return "";
 }

@@ -394,7 +394,103 @@ class Printer {
       for (auto& f : placement(t.placement)) fields.push_back(std::move(f));
       block("trajectory " + name(t.name), fields);
     }
+    for (const auto& f : w.frames) block("frame " + name(f.name), placement(f.placement));
+    for (const auto& l : w.lights) light(l);
+    for (const auto& t : w.tasks) {
+      std::vector<std::string> fields{"task " + quote(path_of_(t.task))};
+      if (!t.robot.empty()) fields.push_back("robot " + quote(t.robot));
+      block("task " + name(t.name), fields);
+    }
+    for (const auto& s : w.signals) signal(s);
+    for (const auto& a : w.attachments) {
+      std::vector<std::string> fields{"object " + quote(a.object), "robot " + quote(a.robot)};
+      if (!a.link.empty()) fields.push_back("link " + quote(a.link));
+      for (auto& f : placement(a.tool_T_object)) fields.push_back(std::move(f));
+      block("attachment", fields);
+    }
     pair_rules(w.pair_rules);
+  }
+  void light(const PlacedLight& l) {
+    const PlacedLight d;
+    constexpr const char* kKinds[] = {"sun", "point", "spot"};
+    std::vector<std::string> fields{std::string("kind ") +
+                                    kKinds[static_cast<std::size_t>(l.kind)]};
+    for (auto& f : placement(l.placement)) fields.push_back(std::move(f));
+    if (!same(l.colour, d.colour)) fields.push_back("colour " + tuple(l.colour));
+    if (l.intensity != d.intensity) fields.push_back("intensity " + quantity(l.intensity, ""));
+    if (l.angle != d.angle) fields.push_back("angle " + quantity(l.angle, "rad"));
+    block("light " + name(l.name), fields);
+  }
+  void signal(const Signal& s) {
+    std::vector<std::string> fields{s.kind == SignalKind::digital ? "kind digital"
+                                                                  : "kind analogue"};
+    if (s.initial != 0) fields.push_back("initial " + quantity(s.initial, ""));
+    for (const auto& [word, text] : {std::pair("unit ", &s.unit),
+                                     {"from ", &s.from},
+                                     {"to ", &s.to},
+                                     {"description ", &s.description}})
+      if (!text->empty()) fields.push_back(word + quote(*text));
+    block("signal " + name(s.name), fields);
+  }
+
+  void print(const Task& t) {
+    words("description", t.description);
+    std::vector<std::int32_t> open{-1};
+    for (std::size_t i = 0; i < t.steps.size(); ++i) {
+      const TaskStep& s = t.steps[i];
+      while (open.back() != s.parent) {
+        open.pop_back();
+        close();
+      }
+      const std::string word(to_string(s.kind));
+      const auto fields = step(s);
+      if (!is_block(s.kind)) {
+        block(word, fields);
+        continue;
+      }
+      open_step(word, fields);
+      open.push_back(static_cast<std::int32_t>(i));
+    }
+    for (; open.size() > 1; open.pop_back()) close();
+  }
+  void open_step(const std::string& word, const std::vector<std::string>& fields) {
+    std::string start = word + " {";
+    for (const auto& f : fields) start += " " + f;
+    open(start);
+  }
+  [[nodiscard]] std::vector<std::string> step(const TaskStep& s) const {
+    std::vector<std::string> fields;
+    const auto text = [&](const char* field, const std::string& value) {
+      if (!value.empty()) fields.push_back(std::string(field) + " " + quote(value));
+    };
+    const auto number = [&](const char* field, double value, double standard, const char* unit) {
+      if (value != standard) fields.push_back(std::string(field) + " " + quantity(value, unit));
+    };
+    const bool is_move = s.kind == StepKind::move;
+    text("robot", s.robot);
+    if (s.trajectory) text("trajectory", path_of_(s.trajectory));
+    text("pose", s.pose);
+    if (!s.joints.empty()) fields.push_back("joints " + joint_values(Robot{}, s.joints));
+    if (s.target) {
+      std::string target = "target {";
+      for (const auto& f : placement(*s.target)) target += " " + f;
+      fields.push_back(target + " }");
+    }
+    text("frame", s.frame);
+    if (!s.profile.empty()) fields.push_back("profile " + s.profile);
+    if (s.is_straight) fields.emplace_back("path straight");
+    number("speed", s.speed, 1, "");
+    number("tool_speed", s.tool_speed, 0, "m/s");
+    number(is_move ? "duration" : "time", s.duration, 0, "s");
+    text("object", s.object);
+    text("link", s.link);
+    text("signal", s.signal);
+    text(s.kind == StepKind::set ? "value" : "condition", s.expression);
+    number("timeout", s.timeout, 0, "s");
+    if (s.task) text("task", path_of_(s.task));
+    if (s.kind == StepKind::repeat) fields.push_back("count " + std::to_string(s.count));
+    text("text", s.text);
+    return fields;
   }
 
   void pair_rules(const std::vector<PairRule>& rules) {

@@ -424,6 +424,7 @@ const char* library_folder_name(Kind kind) {
     case Kind::robot: return "robots";
     case Kind::trajectory: return "trajectories";
     case Kind::world: return "worlds";
+    case Kind::task: return "tasks";
   }
   return "";
 }

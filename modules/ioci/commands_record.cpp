@@ -30,6 +30,8 @@ constexpr Sample kSamples[] = {
      "0, 0}, {0.1, 0, 0, 0, 0, 0}}}}}",
      "a trajectory"},
     {Kind::world, "cell", "world.create{name = \"cell\"}", "a world"},
+    {Kind::task, "shift",
+     "task.create{name = \"shift\", steps = {{step = \"message\", text = \"hello\"}}}", "a task"},
 };
 
 template <Kind K>
@@ -265,6 +267,7 @@ std::vector<CommandSpec> record_commands() {
   add_kind<Kind::robot>(all);
   add_kind<Kind::trajectory>(all);
   add_kind<Kind::world>(all);
+  add_kind<Kind::task>(all);
   return all;
 }
 

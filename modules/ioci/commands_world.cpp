@@ -7,7 +7,9 @@
 
 #include "io/native.h"
 #include "ioci/commands.h"
+#include "ioci/world_members.h"
 #include "sim/collision.h"
+#include "sim/retime.h"
 #include "sim/simulate.h"
 
 namespace robomosp::ioci {
@@ -35,14 +37,6 @@ Result<Value> create(CommandContext& ctx, const Map& args) {
   return Value(Application::handle(id));
 }
 
-template <class Fn>
-Result<Value> change_world(CommandContext& ctx, const Map& args, Fn&& fn) {
-  const AnyId id = ref(args, "id");
-  auto done = change<World>(ctx, id, fn);
-  if (!done.ok()) return std::move(done).error().in(name_in(ctx, id));
-  return Value();
-}
-
 Result<Value> set(CommandContext& ctx, const Map& args) {
   return change_world(ctx, args, [&](World& w) -> Result<void> {
     apply_fields(args, w);
@@ -51,47 +45,12 @@ Result<Value> set(CommandContext& ctx, const Map& args) {
   });
 }
 
-std::set<std::string> member_names(const World& w) {
-  std::set<std::string> out;
-  for (const auto& m : w.objects) out.insert(m.name);
-  for (const auto& m : w.robots) out.insert(m.name);
-  for (const auto& m : w.trajectories) out.insert(m.name);
-  return out;
-}
-
-/// The given name, or one made from the record's; an error when the given one is taken.
-Result<std::string> member_name(const CommandContext& ctx, const World& w, const Map& args,
-                                AnyId what) {
-  const auto taken = member_names(w);
-  if (has(args, "name")) {
-    const std::string name = text_of(args, "name");
-    if (name.empty())
-      return error(ErrorCode::invalid_argument, "the name is empty",
-                   "Give a name or leave it out.");
-    if (taken.contains(name))
-      return error(ErrorCode::conflict, "there is already a member named " + text::quote(name),
-                   "Names are unique within a world.");
-    return name;
-  }
-  const std::string wanted = ctx.snapshot().find(what)->name;
-  if (!taken.contains(wanted)) return wanted;
-  for (int i = 2;; ++i)
-    if (std::string name = wanted + "_" + std::to_string(i); !taken.contains(name)) return name;
-}
-
-Result<model::Placement> given_placement(const CommandContext& ctx, std::string_view path) {
-  Map given;
-  for (const ParamSpec& p : placement_fields(""))
-    if (const Value* v = ctx.given(p.name)) given.set(p.name, *v);
-  return read_placement_fields(given, path);
-}
-
 Result<Value> add_object(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const auto placement, given_placement(ctx, "placement"));
   const AnyId what = ref(args, "what");
   std::string made;
   RMP_TRY_ASSIGN(const Value none, change_world(ctx, args, [&](World& w) -> Result<void> {
-                   RMP_TRY_ASSIGN(made, member_name(ctx, w, args, what));
+                   RMP_TRY_ASSIGN(made, member_name(w, args, ctx.snapshot().find(what)->name));
                    w.objects.push_back({made, what, placement});
                    ctx.expressions.keep(w.parametric, made);
                    return {};
@@ -111,7 +70,7 @@ Result<Value> add_robot(CommandContext& ctx, const Map& args) {
   }
   std::string made;
   RMP_TRY_ASSIGN(const Value none, change_world(ctx, args, [&](World& w) -> Result<void> {
-                   RMP_TRY_ASSIGN(made, member_name(ctx, w, args, id));
+                   RMP_TRY_ASSIGN(made, member_name(w, args, ctx.snapshot().find(AnyId(id))->name));
                    w.robots.push_back({made, id, placement, q});
                    ctx.expressions.keep(w.parametric, made);
                    return {};
@@ -124,7 +83,7 @@ Result<Value> add_trajectory_record(CommandContext& ctx, const Map& args, Trajec
   RMP_TRY_ASSIGN(const auto placement, given_placement(ctx, "placement"));
   std::string made;
   RMP_TRY_ASSIGN(const Value none, change_world(ctx, args, [&](World& w) -> Result<void> {
-                   RMP_TRY_ASSIGN(made, member_name(ctx, w, args, id));
+                   RMP_TRY_ASSIGN(made, member_name(w, args, ctx.snapshot().find(AnyId(id))->name));
                    w.trajectories.push_back({made, id, placement});
                    ctx.expressions.keep(w.parametric, made);
                    return {};
@@ -148,19 +107,17 @@ Result<Value> load_trajectory(CommandContext& ctx, const Map& args) {
   return add_trajectory_record(ctx, args, TrajectoryId{loaded.id.number});
 }
 
-Error no_member(const World& w, const std::string& name) {
-  const auto all = member_names(w);
-  return unknown_name("member", name, {all.begin(), all.end()});
-}
-
 Result<Value> remove_member(CommandContext& ctx, const Map& args) {
   const std::string name = text_of(args, "member");
   return change_world(ctx, args, [&](World& w) -> Result<void> {
     const auto named = [&](const auto& m) { return m.name == name; };
     if (std::erase_if(w.objects, named) + std::erase_if(w.robots, named) +
-            std::erase_if(w.trajectories, named) ==
+            std::erase_if(w.trajectories, named) + std::erase_if(w.frames, named) +
+            std::erase_if(w.lights, named) + std::erase_if(w.tasks, named) ==
         0)
       return no_member(w, name);
+    std::erase_if(w.attachments,
+                  [&](const auto& a) { return a.object == name || a.robot == name; });
     return {};
   });
 }
@@ -180,6 +137,8 @@ Result<Value> place(CommandContext& ctx, const Map& args) {
     move_in(w.objects);
     move_in(w.robots);
     move_in(w.trajectories);
+    move_in(w.frames);
+    move_in(w.lights);
     if (!found) return no_member(w, name);
     ctx.expressions.keep(w.parametric, name);
     return {};
@@ -321,9 +280,9 @@ Result<Value> world_index(CommandContext& ctx, const Map& args) {
                                          all.begin()));
 }
 
-using Simulate = Result<sim::RecordingPtr> (sim::Simulator::*)(const sim::Run&, Progress&) const;
-
-Result<Value> simulate(CommandContext& ctx, const Map& args, Simulate what) {
+/// A run of a robot on a trajectory: `what(simulator, run)` makes its recording.
+template <class What>
+Result<Value> simulate(CommandContext& ctx, const Map& args, What&& what) {
   const World& w = content<World>(ctx, args);
   const std::string where = name_in(ctx, ref(args, "id"));
   RMP_TRY_ASSIGN(const std::size_t robot,
@@ -341,7 +300,7 @@ Result<Value> simulate(CommandContext& ctx, const Map& args, Simulate what) {
   run.influence = real(args, "influence");
   const sim::Simulator simulator{ctx.app.registry, ctx.app.derived, ctx.snapshot(),
                                  &ctx.app.collision_models};
-  RMP_TRY_ASSIGN(auto recording, (simulator.*what)(run, ctx.progress));
+  RMP_TRY_ASSIGN(auto recording, what(simulator, run));
   if (flag(args, "clearance")) {
     RMP_TRY_ASSIGN(recording, sim::with_clearance(simulator, *recording, ctx.progress));
   }
@@ -349,10 +308,15 @@ Result<Value> simulate(CommandContext& ctx, const Map& args, Simulate what) {
 }
 
 Result<Value> inverse_kinematics(CommandContext& ctx, const Map& args) {
-  return simulate(ctx, args, &sim::Simulator::inverse_kinematics);
+  return simulate(ctx, args, [&](const sim::Simulator& simulator, const sim::Run& run) {
+    return simulator.inverse_kinematics(run, ctx.progress);
+  });
 }
 Result<Value> inverse_dynamics(CommandContext& ctx, const Map& args) {
-  RMP_TRY_ASSIGN(auto recording, simulate(ctx, args, &sim::Simulator::inverse_dynamics));
+  RMP_TRY_ASSIGN(auto recording,
+                 simulate(ctx, args, [&](const sim::Simulator& simulator, const sim::Run& run) {
+                   return simulator.inverse_dynamics(run, ctx.progress);
+                 }));
   const World& w = content<World>(ctx, args);
   const auto member = find_member(ctx, w.robots, *args.find("robot"), robot_of, "robot", "");
   if (member.ok()) {
@@ -362,6 +326,19 @@ Result<Value> inverse_dynamics(CommandContext& ctx, const Map& args) {
     tell_no_mass(ctx, *m, Severity::warning, ", so its links add nothing to its torques");
   }
   return recording;
+}
+
+Result<Value> time_optimal(CommandContext& ctx, const Map& args) {
+  sim::RetimeOptions options;
+  options.share = real(args, "share");
+  options.has_torques = flag(args, "torque_limits");
+  options.step = real(args, "step");
+  if (has(args, "retimer")) {
+    RMP_TRY_ASSIGN(options.retimer, read_provider(*args.find("retimer"), "retimer"));
+  }
+  return simulate(ctx, args, [&](const sim::Simulator& simulator, const sim::Run& run) {
+    return simulator.time_optimal(run, options, ctx.progress);
+  });
 }
 
 /// All solids that a world shows, directly or through objects and robots.
@@ -744,6 +721,33 @@ std::vector<CommandSpec> world_commands() {
        .returns = {"handle", "", "The recording.", {}},
        .effect = Effect::simulates,
        .run = inverse_dynamics});
+  auto optimal_params = run_params;
+  optimal_params.push_back(
+      between(defaulted("share", "real", "", 1.0, "Share of the joints' limits that may be used."),
+              0.01, 1));
+  optimal_params.push_back(
+      defaulted("torque_limits", "bool", "", true, "Keep the torque limits too."));
+  optimal_params.push_back(
+      above_zero(defaulted("step", "real", "s", 0.01, "Between samples of the result.")));
+  optimal_params.push_back(optional("retimer", "any", "",
+                                    "Provider, see provider.list(\"retimer\"), by name or with "
+                                    "its parameters."));
+  all.push_back(
+      {.name = "world.time_optimal",
+       .classic = "",
+       .summary = "Runs a trajectory's path as fast as the joints' limits allow, and records it.",
+       .details = "The joints' path is found as in world.inverse_kinematics, at the trajectory's "
+                  "sample time; how fast the trajectory itself is does not matter. Then it is run "
+                  "from rest to rest within velocity, acceleration and torque limits. It stops at "
+                  "corners of the joints' path.",
+       .example = with_run("local slow = cell:inverse_kinematics{robot = \"arm\", trajectory = "
+                           "\"stroke\"}\nlocal fast = cell:time_optimal{robot = \"arm\", "
+                           "trajectory = \"stroke\"}\nlocal a, b = slow:values(\"time\"), "
+                           "fast:values(\"time\")\nassert(b[#b] < a[#a])"),
+       .params = optimal_params,
+       .returns = {"handle", "", "The recording.", {}},
+       .effect = Effect::simulates,
+       .run = time_optimal});
   all.push_back(
       {.name = "world.evaluate",
        .classic = "",

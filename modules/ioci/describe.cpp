@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "ioci/segments.h"
+#include "ioci/task_steps.h"
 #include "ioci/solid_nodes.h"
 #include "model/words.h"
 
@@ -164,6 +165,11 @@ struct Describe {
     m.set("objects", std::move(objects));
     m.set("robots", std::move(robots));
     m.set("trajectories", std::move(trajectories));
+    set_members(m, s, x);
+  }
+  void operator()(const model::Task& x) const {
+    m.set("description", x.description);
+    m.set("steps", steps_value(s, x));
   }
 };
 

@@ -16,6 +16,7 @@ void register_commands(CommandTable& table) {
   table.add(object_commands());
   table.add(parameter_commands());
   table.add(physics_commands());
+  table.add(planning_commands());
   table.add(plugin_commands());
   table.add(record_commands());
   table.add(recording_commands());
@@ -33,6 +34,7 @@ void register_commands(CommandTable& table) {
   table.add(solid_commands());
   table.add(solid_feature_commands());
   table.add(solid_node_commands());
+  table.add(task_commands());
   table.add(trajectory_commands());
   table.add(transform_commands());
   table.add(view_commands());

@@ -77,25 +77,7 @@ Result<void> read_joints(const Value& given, TrajectorySegment& out, const std::
     return error(ErrorCode::invalid_argument, given.text() + " is not a list of joint vectors",
                  "Give {{q1, q2, ...}, ...}.", path);
   for (std::size_t i = 0; i < list->size(); ++i) {
-    const std::string here = path + "[" + std::to_string(i + 1) + "]";
-    const Value& row = (*list)[i];
-    std::vector<double> q;
-    if (row.as_list()) {
-      // Angles and lengths alike: the robot is not known yet, so a unit is taken as it is written.
-      for (std::size_t k = 0; k < row.as_list()->size(); ++k) {
-        const Value& v = (*row.as_list())[k];
-        const std::string at = here + "[" + std::to_string(k + 1) + "]";
-        const bool is_length = v.as_string() && v.as_string()->ends_with('m');
-        RMP_TRY_ASSIGN(const Value number,
-                       check_value(needed(at, "real", is_length ? "m" : "rad", ""), v, at));
-        q.push_back(*number.as_real());
-      }
-    } else {
-      q = reals(&row);
-    }
-    if (q.empty())
-      return error(ErrorCode::invalid_argument, row.text() + " is not a joint vector",
-                   "Give one number a joint.", here);
+    RMP_TRY_ASSIGN(auto q, read_joint_vector((*list)[i], path + "[" + std::to_string(i + 1) + "]"));
     out.joints.push_back(std::move(q));
   }
   return {};
@@ -118,6 +100,27 @@ Result<TrajectorySegment> read_stored(const CommandContext& ctx, const Map& give
 }
 
 }  // namespace
+
+Result<std::vector<double>> read_joint_vector(const Value& row, const std::string& path) {
+  std::vector<double> q;
+  if (row.as_list()) {
+    // Angles and lengths alike: the robot is not known yet, so a unit is taken as it is written.
+    for (std::size_t k = 0; k < row.as_list()->size(); ++k) {
+      const Value& v = (*row.as_list())[k];
+      const std::string at = path + "[" + std::to_string(k + 1) + "]";
+      const bool is_length = v.as_string() && v.as_string()->ends_with('m');
+      RMP_TRY_ASSIGN(const Value number,
+                     check_value(needed(at, "real", is_length ? "m" : "rad", ""), v, at));
+      q.push_back(*number.as_real());
+    }
+  } else {
+    q = reals(&row);
+  }
+  if (q.empty())
+    return error(ErrorCode::invalid_argument, row.text() + " is not a joint vector",
+                 "Give one number a joint.", path);
+  return q;
+}
 
 Result<TrajectorySegment> read_segment(const CommandContext& ctx, const Value& value,
                                        const std::string& path) {

@@ -12,6 +12,8 @@ namespace robomosp::ioci {
 /// is a parameter of the shape, its law or its orientation, and is checked against their tables.
 [[nodiscard]] Result<model::TrajectorySegment> read_segment(const CommandContext&, const Value&,
                                                             const std::string& path);
+/// Joint values of a robot that is not known yet: numbers, or texts with units.
+[[nodiscard]] Result<std::vector<double>> read_joint_vector(const Value&, const std::string& path);
 [[nodiscard]] Value segment_value(const document::Snapshot&, const model::TrajectorySegment&);
 
 /// What read_segment understands, for the help of commands.

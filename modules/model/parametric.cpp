@@ -124,6 +124,12 @@ std::optional<Located> locate(PlacedRobot& p, std::string_view path) {
 std::optional<Located> locate(PlacedTrajectory& p, std::string_view path) {
   return locate(p.placement, path);
 }
+std::optional<Located> locate(PlacedFrame& p, std::string_view path) {
+  return locate(p.placement, path);
+}
+std::optional<Located> locate(PlacedLight& p, std::string_view path) {
+  return locate(p.placement, path);
+}
 
 std::optional<Located> locate(std::vector<BodyPart>& parts, std::string_view path) {
   const auto i = take_index(path, parts.size());
@@ -189,6 +195,7 @@ std::optional<Located> locate_in(std::vector<T>& list, std::string_view path) {
 
 std::optional<Located> locate(Material&, std::string_view) { return std::nullopt; }
 std::optional<Located> locate(Trajectory&, std::string_view) { return std::nullopt; }
+std::optional<Located> locate(Task&, std::string_view) { return std::nullopt; }
 std::optional<Located> locate(Solid& s, std::string_view path) {
   if (path == "chord") return Located{&s.chord, "m"};
   return locate_in(s.nodes, path);
@@ -208,6 +215,8 @@ std::optional<Located> locate(World& w, std::string_view path) {
   if (auto at = locate_in(w.objects, path)) return at;
   if (auto at = locate_in(w.robots, path)) return at;
   if (auto at = locate_in(w.trajectories, path)) return at;
+  if (auto at = locate_in(w.frames, path)) return at;
+  if (auto at = locate_in(w.lights, path)) return at;
   const auto i = take(path, "gravity") ? axis(path) : std::nullopt;
   return i ? std::optional(Located{&w.gravity[*i], "m/s^2"}) : std::nullopt;
 }
@@ -388,6 +397,7 @@ Parametric* parametric_of(Body& body) {
   struct Visitor {
     Parametric* operator()(Material&) const { return nullptr; }
     Parametric* operator()(Trajectory&) const { return nullptr; }
+    Parametric* operator()(Task&) const { return nullptr; }
     Parametric* operator()(Solid& b) const { return &b.parametric; }
     Parametric* operator()(Object& b) const { return &b.parametric; }
     Parametric* operator()(Robot& b) const { return &b.parametric; }

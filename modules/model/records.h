@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The records a user can save: materials, solids, objects, robots, trajectories, worlds
+// The records a user can save: materials, solids, objects, robots, trajectories, worlds, tasks
 // (layer: data processing). Plain values; other records are named by id only. SI and radians.
 #pragma once
 
@@ -10,6 +10,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -285,7 +286,7 @@ struct Transition {
   bool is_smooth = true;  ///< false = none: the two must meet, and the velocity may jump
   double distance = 0;    ///< of the cut from the corner on both sides, along the path [m]; 0 = by
                           ///< the neighbours' lengths
-  double speed = 0;       ///< greatest within the piece [m/s]; 0 = of the neighbours
+  double speed = 0;       ///< mean speed within the piece [m/s]; 0 = of the neighbours
   bool operator==(const Transition&) const = default;
 };
 
@@ -307,6 +308,12 @@ struct Trajectory {
   double sample_time = 0.01;  ///< default time between samples [s]
   std::vector<TrajectorySegment> segments;
 };
+
+}  // namespace robomosp::model
+
+#include "model/task.h"
+
+namespace robomosp::model {
 
 struct PlacedObject {
   std::string name;     ///< unique in the world
@@ -331,11 +338,16 @@ struct World {
   std::vector<PlacedObject> objects;
   std::vector<PlacedRobot> robots;
   std::vector<PlacedTrajectory> trajectories;
+  std::vector<PlacedFrame> frames;
+  std::vector<PlacedLight> lights;
+  std::vector<PlacedTask> tasks;
+  std::vector<Signal> signals;
+  std::vector<Attachment> attachments;  ///< at most one an object
   std::vector<PairRule> pair_rules;
   Parametric parametric;  ///< its parameters are known to all records as `<name>.<parameter>`
 };
 
-using Body = std::variant<Material, Solid, Object, Robot, Trajectory, World>;
+using Body = std::variant<Material, Solid, Object, Robot, Trajectory, World, Task>;
 
 /// A record: a name, unique per kind, and its content. Immutable once in a document.
 struct Record {
@@ -371,6 +383,10 @@ struct KindOf<Trajectory> {
 template <>
 struct KindOf<World> {
   static constexpr Kind value = Kind::world;
+};
+template <>
+struct KindOf<Task> {
+  static constexpr Kind value = Kind::task;
 };
 template <class R>
 inline constexpr Kind kind_of = KindOf<R>::value;

@@ -31,6 +31,13 @@ void for_each_reference(const Body& body, Fn&& fn) {
       for (const auto& o : w.objects) see(o.what, o.name);
       for (const auto& r : w.robots) see(r.robot, r.name);
       for (const auto& t : w.trajectories) see(t.trajectory, t.name);
+      for (const auto& t : w.tasks) see(t.task, t.name);
+    }
+    void operator()(const Task& t) const {
+      for (const auto& s : t.steps) {
+        see(s.trajectory, "move");
+        see(s.task, "call");
+      }
     }
   };
   std::visit(Visitor{call}, body);

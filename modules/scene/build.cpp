@@ -402,6 +402,7 @@ Result<Built> build(const Source& source, AnyId id, const Extras& extras, Progre
       break;
     }
     case Kind::trajectory:
+    case Kind::task:
       return error(ErrorCode::invalid_argument,
                    source.snapshot.describe(id) + " has no body to show",
                    "Show the world it is placed in.");

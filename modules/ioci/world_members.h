@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+// Members of worlds: names, placements and changes that the commands of worlds share (layer:
+// application, ioci only).
+#pragma once
+
+#include <set>
+#include <string>
+
+#include "ioci/commands.h"
+
+namespace robomosp::ioci {
+
+/// Names of all objects, robots, trajectories, frames, lights and tasks.
+[[nodiscard]] std::set<std::string> member_names(const model::World& w);
+/// The given argument `name`, or one made of `wanted`; an error when the given one is taken.
+[[nodiscard]] Result<std::string> member_name(const model::World& w, const Map& args,
+                                              const std::string& wanted);
+/// "there is no member ..." with near names.
+[[nodiscard]] Error no_member(const model::World& w, const std::string& name);
+/// The placement given by the fields of placement_fields(), as it was written.
+[[nodiscard]] Result<model::Placement> given_placement(const CommandContext& ctx,
+                                                       std::string_view path);
+
+/// Changes the world `id`; what goes wrong names it.
+template <class Fn>
+Result<Value> change_world(CommandContext& ctx, const Map& args, Fn&& fn) {
+  const AnyId id = ref(args, "id");
+  auto done = change<model::World>(ctx, id, fn);
+  if (!done.ok()) return std::move(done).error().in(name_in(ctx, id));
+  return Value();
+}
+
+}  // namespace robomosp::ioci
