@@ -6,7 +6,9 @@
 #include <cerrno>
 #include <chrono>
 #include <csignal>
+#include <cstdlib>
 #include <cstring>
+#include <system_error>
 #include <utility>
 
 #include "kernel/plugin_loader.h"
@@ -268,6 +270,18 @@ Result<std::string> run_process(const ProcessSpec& spec, Progress& progress) {
 
 std::filesystem::path helper_program(std::string_view name) {
   return executable_folder().parent_path() / ROBOMOSP_LIBEXECDIR / "robomosp" / name;
+}
+
+std::filesystem::path program_on_path(std::string_view name) {
+  const char* folders = std::getenv("PATH");
+  for (const std::string_view folder : text::split(folders ? folders : "", ':')) {
+    if (folder.empty()) continue;
+    const std::filesystem::path program = std::filesystem::path(folder) / name;
+    std::error_code ignored;
+    if (std::filesystem::is_regular_file(program, ignored) && ::access(program.c_str(), X_OK) == 0)
+      return program;
+  }
+  return {};
 }
 
 }  // namespace robomosp

@@ -37,4 +37,7 @@ struct ProcessSpec {
 /// `<executable>/../libexec/robomosp`.
 [[nodiscard]] std::filesystem::path helper_program(std::string_view name);
 
+/// Where a program of the system lies, by the environment's PATH; empty = it is not installed.
+[[nodiscard]] std::filesystem::path program_on_path(std::string_view name);
+
 }  // namespace robomosp

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // Recordings that are looked at: as a page with scene, timeline and plots, as frames and a video.
-#include <unistd.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -149,16 +147,6 @@ class FrameFolder {
   fs::path path_;
   bool is_own_ = false;
 };
-
-/// Where a program of the system lies; empty = nowhere.
-fs::path program_on_path(const std::string& name) {
-  const char* folders = std::getenv("PATH");
-  for (const std::string_view folder : text::split(folders ? folders : "", ':')) {
-    const fs::path program = fs::path(folder) / name;
-    if (!folder.empty() && ::access(program.c_str(), X_OK) == 0) return program;
-  }
-  return {};
-}
 
 /// Progress of one part of longer work: `from`..`to` of the whole.
 class Part final : public Progress {

@@ -88,5 +88,13 @@ TEST(Process, MemoryIsLimited) {
 }
 #endif
 
+TEST(Process, ProgramsOfTheSystemAreFoundByThePath) {
+  const auto shell_program = program_on_path("sh");
+  ASSERT_FALSE(shell_program.empty());
+  EXPECT_EQ(shell_program.filename(), "sh");
+  EXPECT_TRUE(shell_program.is_absolute());
+  EXPECT_TRUE(program_on_path("a-program-that-nobody-has").empty());
+}
+
 }  // namespace
 }  // namespace robomosp

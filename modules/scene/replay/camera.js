@@ -27,7 +27,7 @@ class OrbitCamera {
   }
   reset() {
     this.target = [0, 1, 2].map((i) => 0.5 * (this.box[0][i] + this.box[1][i]));
-    this.scale = 0.85 / (this.wanted.zoom || 1);
+    this.scale = 0.75 / (this.wanted.zoom || 1);
     const eye = this.wanted.eye;
     if (!eye) {
       [this.azimuth, this.elevation] = kViews[this.wanted.view].map((d) => d * Math.PI / 180);

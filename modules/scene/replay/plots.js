@@ -17,10 +17,11 @@ function ticksOf(low, high, count) {
   return ticks;
 }
 
-/// A number for people: four digits that count.
-function shortNumber(x) {
+/// A number for people: four digits that count; less than a millionth of `scale` is nothing.
+function shortNumber(x, scale = 0) {
   if (!Number.isFinite(x)) return '–';
   const size = Math.abs(x);
+  if (size < 1e-6 * scale) return '0';
   if (size !== 0 && (size < 1e-3 || size >= 1e5)) return x.toExponential(2).replace('-', '−');
   return String(Number(x.toPrecision(4))).replace('-', '−');
 }
@@ -92,7 +93,7 @@ class Panel {
     this.right = 12;
   }
 
-  /// The lowest and the highest value shown, with the limits where they are near.
+  /// The lowest and the highest value shown.
   range() {
     const columns = this.panel.columns.map((i) => this.header.columns[i]);
     let low = Math.min(...columns.map((c) => c.low));
@@ -137,7 +138,7 @@ class Panel {
     for (const v of ticksOf(low, high, this.height / 40)) {
       context.moveTo(this.left, this.y(v));
       context.lineTo(this.width - this.right, this.y(v));
-      context.fillText(shortNumber(v), this.left - 6, this.y(v));
+      context.fillText(shortNumber(v, high - low), this.left - 6, this.y(v));
     }
     context.textAlign = 'center';
     context.textBaseline = 'top';
@@ -196,10 +197,12 @@ class Panel {
     context.moveTo(this.x(time), 6);
     context.lineTo(this.x(time), this.height - 20);
     context.stroke();
+    const [low, high] = this.range();
+    const scale = Math.max(Math.abs(low), Math.abs(high));
     this.panel.columns.forEach((index, i) => {
       const value = valueAt(this.data.times, this.data.columns[index], time);
       this.readings[i].textContent =
-          this.header.columns[index].name + ' ' + shortNumber(value);
+          this.header.columns[index].name + ' ' + shortNumber(value, scale);
       if (Number.isNaN(value)) return;
       context.fillStyle = kCurveColours[i % kCurveColours.length];
       context.beginPath();

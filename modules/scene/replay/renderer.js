@@ -393,8 +393,8 @@ class Renderer {
         this.drawLine(this.lines[i], 0, this.lines[i].pieces, still, line.colour, line.width));
       for (const trace of this.traces) {
         const now = Math.min(Math.floor(frame), trace.pieces);
-        this.drawLine(trace, now, trace.pieces, still, [0.16, 0.38, 0.80, 0.25], 2);
-        this.drawLine(trace, 0, now, still, [0.10, 0.34, 0.85, 1], 3);
+        this.drawLine(trace, now, trace.pieces, still, [0.55, 0.12, 0.55, 0.3], 2);
+        this.drawLine(trace, 0, now, still, [0.60, 0.08, 0.55, 1], 3);
       }
     }
     if (!this.shows.axes) return;
