@@ -6,12 +6,13 @@
 #include <memory>
 #include <numbers>
 #include <optional>
-#include <set>
 #include <utility>
 
 #include "document/digest.h"
 #include "document/validate.h"
 #include "io/bind.h"
+#include "io/legacy_bound.h"
+#include "io/legacy_motion.h"
 #include "io/legacy_syntax.h"
 #include "kernel/text.h"
 #include "spatial/pose.h"
@@ -24,51 +25,8 @@ namespace fs = std::filesystem;
 using namespace model;
 using text::quote;
 
-constexpr std::size_t kMostNodes = 100000;
 /// The exponent of OpenGL's highlights; ours is a fraction of it.
 constexpr double kMostShininess = 128;
-
-std::string stem(std::string path) {
-  std::replace(path.begin(), path.end(), '\\', '/');
-  return fs::path(path).stem().string();
-}
-
-/// A name that a record, node or part may have.
-std::string plain_name(std::string wanted, std::string_view otherwise) {
-  for (char& c : wanted)
-    if (!document::is_name(std::string{'a', c, 'a'})) c = '_';
-  if (!document::is_name(wanted)) wanted = std::string(otherwise) + "_" + wanted;
-  return document::is_name(wanted) ? wanted : std::string(otherwise);
-}
-
-/// Gives each name once: pin, pin_2, pin_3.
-class Names {
- public:
-  std::string fresh(const std::string& wanted) {
-    int& n = count_[wanted];
-    std::string name;
-    do {
-      ++n;
-      name = n == 1 ? wanted : wanted + "_" + std::to_string(n);
-    } while (!taken_.insert(name).second);
-    return name;
-  }
-
- private:
-  std::map<std::string, int> count_;
-  std::set<std::string> taken_;
-};
-
-/// A record read from a text, and what it still lacks.
-struct LegacyBound {
-  model::Record record;
-  std::vector<Reference> references;
-  std::map<std::pair<std::string_view, std::size_t>, std::uint32_t> places;
-  /// References (by index) to records that come from the same text, not from the path.
-  std::map<std::size_t, std::shared_ptr<LegacyBound>> made;
-  std::vector<std::string> notes;
-  bool is_assembly = false;  ///< an .obj
-};
 
 /// A node of a .csg as written, its primitive already one of ours.
 struct Node {
@@ -83,36 +41,47 @@ class Binder {
       : s_(s), in_(s), name_(std::move(name)), as_solid_(as_solid) {}
 
   Result<LegacyBound> run() {
-    RMP_TRY_ASSIGN(const std::string words, in_.text("a text"));
     out_.record.name = plain_name(name_, "record");
+    if (in_.next() != '"') {  // told by is_legacy(): only a stored section begins so
+      RMP_TRY(bind_legacy_section(in_, s_, out_));
+      return finished("section");
+    }
+    RMP_TRY_ASSIGN(const std::string words, in_.text("a text"));
     const std::uint32_t start = in_.offset();
+    if (in_.next() == '"') {
+      RMP_TRY(bind_legacy_trajectory(in_, s_, out_));
+      return finished("list of sections");
+    }
     if (in_.next() == '(') {
       RMP_TRY_ASSIGN(const auto numbers, in_.tuple("a colour"));
       if (numbers.size() == 4) {
         RMP_TRY(material(words, start, numbers));
         return std::move(out_);
       }
-      return other(start, "a world");
+      in_.go_to(start);
+      RMP_TRY(bind_legacy_world(in_, s_, words, out_));
+      return finished("list of objects, of robots and of trajectories");
     }
-    if (in_.next() != '0') return other(start, "a trajectory");
     RMP_TRY_ASSIGN([[maybe_unused]] const double first, in_.number("a unit"));
-    if (in_.next() != '0') return other(start, "a robot");
-    in_.restart();
-    RMP_TRY(in_.text("a text"));
+    if (in_.next() == '(') {
+      in_.go_to(start);
+      RMP_TRY(bind_legacy_robot(in_, s_, words, out_));
+      return finished("tree in braces");
+    }
+    in_.go_to(start);
     RMP_TRY(in_.units(3));
     if (in_.next() == '(') RMP_TRY(object(words));
     else RMP_TRY(solid(words));
-    if (in_.next() != '\0')
-      return in_.at(in_.offset(), "there is more after the end of the tree",
-                    "A file holds one tree in braces.");
-    return std::move(out_);
+    return finished("tree in braces");
   }
 
  private:
-  Error other(std::uint32_t offset, const char* what) const {
-    return s_.at(offset, ErrorCode::unsupported,
-                 std::string("this is ") + what + " of the 2006 program, or no file of it",
-                 "Of its files, materials (.mtr), solids (.csg) and objects (.obj) are read.");
+  /// What was read, if nothing comes after it; `what` a file holds once.
+  Result<LegacyBound> finished(const char* what) {
+    if (in_.next() != '\0')
+      return in_.at(in_.offset(), "there is more after the end of the file's content",
+                    "A file holds one " + std::string(what) + ".");
+    return std::move(out_);
   }
 
   // ---- material ----
@@ -165,7 +134,7 @@ class Binder {
     // Those that only cut, or are cut by something else, give no volume.
     std::erase_if(materials, [&](const std::string& m) { return pick(m).empty(); });
     if (materials.size() > 1 && as_solid_) {
-      std::string first = stem(materials.front());
+      std::string first = legacy_stem(materials.front());
       out_.notes.push_back(quote(s_.file) + " has " + std::to_string(materials.size()) +
                            " materials; as one solid it is all of " + quote(first) +
                            ". As an object it keeps them: object.load.");
@@ -179,10 +148,10 @@ class Binder {
     }
     Object o;
     o.description = words;
-    Names names;
+    FreshNames names;
     for (const std::string& m : materials) {
       auto made = std::make_shared<LegacyBound>();
-      const std::string part = plain_name(m.empty() ? "rest" : stem(m), "part");
+      const std::string part = plain_name(m.empty() ? "rest" : legacy_stem(m), "part");
       made->record.name = out_.record.name + " " + part;
       solid_of(*made, words, made->record.name, pick(m), m);
       const std::size_t index = o.parts.size();
@@ -244,7 +213,7 @@ class Binder {
                        const std::vector<Node>& tree, const std::string& material) {
     Solid s;
     s.description = words;
-    Names names;
+    FreshNames names;
     for (const Node& n : tree) {
       s.nodes.push_back(n.node);
       s.nodes.back().name = names.fresh(std::string(csg_info(n.node.kind).name));
@@ -282,9 +251,9 @@ class Binder {
           return in_.at(in_.offset(), "a primitive has a node inside",
                         "Only Union, Intersection and Difference have children.");
       }
-      if (nodes_.size() >= kMostNodes)
+      if (nodes_.size() >= kMostLegacyNodes)
         return in_.at(in_.offset(),
-                      "the tree has more than " + std::to_string(kMostNodes) + " nodes");
+                      "the tree has more than " + std::to_string(kMostLegacyNodes) + " nodes");
       RMP_TRY(node(open.empty() ? -1 : open.back()));
       open.push_back(static_cast<std::int32_t>(nodes_.size()) - 1);
     } while (!open.empty());
@@ -392,7 +361,7 @@ class Binder {
     out_.is_assembly = true;
     Object o;
     o.description = words;
-    Names names;
+    FreshNames names;
     std::vector<Pose> open;
     std::size_t frames = 0;
     RMP_TRY(in_.expect('{', "{"));
@@ -403,9 +372,9 @@ class Binder {
         continue;
       }
       if (frames > 0) RMP_TRY(in_.expect('{', "{ or }"));
-      if (++frames > kMostNodes)
+      if (++frames > kMostLegacyNodes)
         return in_.at(in_.offset(),
-                      "the tree has more than " + std::to_string(kMostNodes) + " parts");
+                      "the tree has more than " + std::to_string(kMostLegacyNodes) + " parts");
       RMP_TRY(in_.expect('[', "["));
       const std::uint32_t at = in_.offset();
       RMP_TRY_ASSIGN(const std::string path, in_.text("the file of a part"));
@@ -417,7 +386,7 @@ class Binder {
       open.push_back(pose(place));
       if (path.empty()) continue;  // a bare frame
       const std::size_t index = o.parts.size();
-      o.parts.push_back({names.fresh(plain_name(stem(path), "part")), {}, place, {}});
+      o.parts.push_back({names.fresh(plain_name(legacy_stem(path), "part")), {}, place, {}});
       Reference r;
       r.path = path;
       r.offset = at;
@@ -441,7 +410,11 @@ class Binder {
   LegacyBound out_;
 };
 
-/// Reads files and what they refer to: objects refer to solids, solids to materials, no more.
+constexpr const char* kSiblings[] = {"Materials", "CSGs",         "Objects",
+                                     "Robots",    "Trajectories", "Worlds"};
+
+/// Reads files and what they refer to: worlds to robots, objects and trajectories, robots to
+/// objects, objects to solids, solids to materials.
 class Loader {
  public:
   explicit Loader(document::Transaction& tx) : tx_(tx) {}
@@ -487,7 +460,9 @@ class Loader {
     const Kind kind = bound.record.kind();
     if (from) {
       const auto& kinds = from->reference.kinds;
-      if (bound.is_assembly || std::find(kinds.begin(), kinds.end(), kind) == kinds.end())
+      // Objects hold solids only; robots and worlds ask for objects first.
+      const bool is_nested = bound.is_assembly && kinds.front() != Kind::object;
+      if (is_nested || std::find(kinds.begin(), kinds.end(), kind) == kinds.end())
         return from->source.syntax.at(from->reference.offset, ErrorCode::invalid_argument,
                                       "the file " + quote(from->reference.path) + " holds " +
                                           document::with_article(to_string(kind)) + ", but " +
@@ -501,7 +476,7 @@ class Loader {
     }
     out_.notes.insert(out_.notes.end(), bound.notes.begin(), bound.notes.end());
     // The name of the file is left for an object that holds this one as its first part.
-    if (from && kind == Kind::object) bound.record.name += " parts";
+    if (from && kind == Kind::object && !bound.is_assembly) bound.record.name += " parts";
     if (!from && wanted == Kind::object && kind == Kind::solid) bound = one_part(std::move(bound));
     return add(*source, std::move(bound));
   }
@@ -521,7 +496,8 @@ class Loader {
     return out;
   }
 
-  // NOLINTNEXTLINE(misc-no-recursion): at most object, object of one .csg, solid, material.
+  // NOLINTNEXTLINE(misc-no-recursion): at most world, robot, object, object of one .csg, solid,
+  // material, since what a kind may refer to is always further down this list.
   Result<AnyId> add(const Source& source, LegacyBound bound) {
     RMP_TRY(check(source, bound));
     for (std::size_t i = 0; i < bound.references.size(); ++i) {
@@ -535,6 +511,7 @@ class Loader {
       r.set(bound.record.body, target);
     }
     model::Record& record = bound.record;
+    if (bound.finish) RMP_TRY(bound.finish(record.body, tx_.now(), out_.notes));
     if (const auto same = same_record(record)) {
       note_all(*same);
       return *same;
@@ -581,7 +558,7 @@ class Loader {
           r.offset, ErrorCode::not_found,
           "there is no file " + quote(r.path) + ", which " + r.owner + " refers to",
           "References are looked for from the folder of the file upwards, and "
-          "in the folders Materials, CSGs and Objects beside it.");
+          "in the folders Materials, CSGs, Objects, Robots, Trajectories and Worlds beside it.");
     const std::string key = found->lexically_normal().generic_string();
     if (const auto known = opened_.find(key); known != opened_.end()) return known->second;
     const From from{source, r};
@@ -603,7 +580,7 @@ class Loader {
       if (!at.has_relative_path()) break;
     }
     out.push_back(start / path.filename());
-    for (const char* sibling : {"Materials", "CSGs", "Objects"})
+    for (const char* sibling : kSiblings)
       out.push_back(start.parent_path() / sibling / path.filename());
     return out;
   }

@@ -46,7 +46,12 @@ bool is_utf8(std::string_view s) {
 bool is_legacy(std::string_view text) {
   if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
   const std::size_t at = skip(text, 0);
-  return at < text.size() && text[at] == '"';
+  if (at >= text.size()) return false;
+  if (text[at] != '{') return text[at] == '"';
+  const std::size_t name = skip(text, at + 1), end = text.find('"', name + 1);
+  if (name >= text.size() || text[name] != '"' || end == std::string_view::npos) return false;
+  const std::size_t code = skip(text, end + 1);
+  return code < text.size() && is_number(text[code]);
 }
 
 std::string to_utf8(std::string_view bytes) {

@@ -15,8 +15,8 @@
 
 namespace robomosp::io {
 
-/// Whether a text is one of that program: its first item is a text in quotes (native files begin
-/// with the word robomosp, and no other format we know begins so).
+/// Whether a text is one of that program: its first item is a text in quotes, or a brace, a text
+/// and a number (native files begin with the word robomosp, and no other format we know begins so).
 [[nodiscard]] bool is_legacy(std::string_view text);
 /// The same text in UTF-8; those files are Latin-1 when they are not UTF-8 already.
 [[nodiscard]] std::string to_utf8(std::string_view bytes);
@@ -26,7 +26,8 @@ class LegacyReader {
  public:
   /// `syntax.file` and `syntax.text` must outlive the reader.
   explicit LegacyReader(const Syntax& syntax) : s_(syntax) {}
-  void restart() { at_ = 0; }
+  /// Reads on from an offset() told before.
+  void go_to(std::uint32_t offset) { at_ = offset; }
 
   /// Skips blanks and comments; '"' for a text, '0' for a number, 'a' for a word, else the
   /// character itself; '\0' at the end.

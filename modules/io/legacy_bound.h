@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+// A record read from a file of ROBOMOSP 1.4 (2006), with what it still lacks, and the names in it
+// (layer: application). Internal to modules/io. Format: docs/user/files-2006.md.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <robomosp/sdk/result.h>
+
+#include "document/document.h"
+#include "document/validate.h"
+#include "io/bind.h"
+
+namespace robomosp::io {
+
+/// Nodes, parts or links of one tree at most.
+inline constexpr std::size_t kMostLegacyNodes = 100000;
+
+/// The name of a file without folder and extension, whichever slashes it was written with.
+inline std::string legacy_stem(std::string path) {
+  std::replace(path.begin(), path.end(), '\\', '/');
+  return std::filesystem::path(path).stem().string();
+}
+
+/// A name that a record, node or part may have.
+inline std::string plain_name(std::string wanted, std::string_view otherwise) {
+  for (char& c : wanted)
+    if (!document::is_name(std::string{'a', c, 'a'})) c = '_';
+  if (!document::is_name(wanted)) wanted = std::string(otherwise) + "_" + wanted;
+  return document::is_name(wanted) ? wanted : std::string(otherwise);
+}
+
+/// Gives each name once: pin, pin_2, pin_3.
+class FreshNames {
+ public:
+  std::string fresh(const std::string& wanted) {
+    int& n = count_[wanted];
+    std::string name;
+    do {
+      ++n;
+      name = n == 1 ? wanted : wanted + "_" + std::to_string(n);
+    } while (!taken_.insert(name).second);
+    return name;
+  }
+
+ private:
+  std::map<std::string, int> count_;
+  std::set<std::string> taken_;
+};
+
+struct LegacyBound {
+  model::Record record;
+  std::vector<Reference> references;
+  /// Where an element (document::Subject) stands in the text.
+  std::map<std::pair<std::string_view, std::size_t>, std::uint32_t> places;
+  /// References (by index) to records that come from the same text, not from the path.
+  std::map<std::size_t, std::shared_ptr<LegacyBound>> made;
+  /// What can only be read when the references are there; may add notes.
+  std::function<Result<void>(model::Body&, const document::Snapshot&, std::vector<std::string>&)>
+      finish;
+  std::vector<std::string> notes;
+  bool is_assembly = false;  ///< an .obj
+};
+
+}  // namespace robomosp::io
