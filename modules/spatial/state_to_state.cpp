@@ -18,6 +18,9 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kSlack = 1e-12;
+/// Ends missed by this share of the numbers they come from are met: states taken from a motion on
+/// its way are no more accurate, and its remaining time may be the only one for long.
+constexpr double kTouch = 1e-11;
 
 double root(double x) { return x > 0 ? std::sqrt(x) : 0; }
 
@@ -43,17 +46,18 @@ FarthestMotion::Shape FarthestMotion::shape(double S) const {
   if (S >= S_top) return {p_top, q_top, hold_p_top, hold_q_top, S - S_top};
   const double share = C / A, both = S - 4 * A;
   if (both > std::fabs(share)) return {A, -A, (both + share) / 2, (both - share) / 2, 0};
-  if (!(S > 0)) return {a1, a1, 0, 0, 0};
-  const double mean = C / S, p = mean + S / 4, q = mean - S / 4;
+  // The bounds matter where rounding decides: in the shortest times.
+  const double half = std::max(0.0, S / 2), p = half > 0 ? C / S + S / 4 : a0;
   if (C >= 0 && p > A) {
-    const double low = A - root(A * S - C);
-    return {A, low, std::max(0.0, S - 2 * (A - low)), 0, 0};
+    const double low = std::max(A - half, std::min(a1, A - root(A * S - C)));
+    return {A, low, S - 2 * (A - low), 0, 0};
   }
-  if (C < 0 && q < -A) {
-    const double high = root(A * S + C) - A;
-    return {high, -A, 0, std::max(0.0, S - 2 * (high + A)), 0};
+  if (C < 0 && p - half < -A) {
+    const double high = std::min(half - A, std::max(a0, root(A * S + C) - A));
+    return {high, -A, 0, S - 2 * (high + A), 0};
   }
-  return {p, q, 0, 0, 0};
+  const double peak = std::min(a1 + half, std::max(a0, p));
+  return {peak, peak - half, 0, 0, 0};
 }
 
 double FarthestMotion::way(const Shape& s) const {
@@ -219,9 +223,9 @@ StateToState::Fault StateToState::prepare(const Motion1& start, const Motion1& e
   direct_ = std::fabs(a1 - a0);
   const double j = a1 >= a0 ? 1 : -1;
   const double direct_way = direct_ * (v0 + direct_ * (a0 / 2 + j * direct_ / 6));
-  touch_ = kSlack * (std::fabs(way_) + (std::fabs(x0) + std::fabs(x1)) * 1e-3 +
-                     first_ * (std::fabs(v0) + std::fabs(v1)) * 1e-1);
-  is_direct_ = std::fabs(dv - direct_dv) <= kSlack * (std::fabs(v0) + std::fabs(v1) + mean) &&
+  touch_ = kTouch * (10 * std::fabs(way_) + std::fabs(x0) + std::fabs(x1) +
+                     first_ * (std::fabs(v0) + std::fabs(v1)));
+  is_direct_ = std::fabs(dv - direct_dv) <= kTouch * (std::fabs(v0) + std::fabs(v1) + mean) &&
                std::fabs(direct_way - way_) <= touch_;
   return Fault::none;
 }

@@ -93,8 +93,9 @@ class TimeSearch {
       }
     }
     if (!fit(step)) return {};
+    if (n == 1) return step;
     double best = total(step);
-    std::size_t left = kMostTrials;
+    std::size_t left = is_resting_ ? kMostTrials : kMostTrials / 10;  // each is dearer
     for (double change = 0.4; change > kLeastChange && left > 0;) {
       bool is_better = false;
       for (std::size_t i = 0; i < n && left > 0; ++i)
