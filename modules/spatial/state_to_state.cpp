@@ -144,7 +144,7 @@ StateToState::Fault StateToState::prepare(const Motion1& start, const Motion1& e
   const double x1 = end.x * scale, v1 = end.v * scale, a1 = end.a * scale;
   if (std::fabs(v1) > V * (1 + kSlack)) return Fault::end_velocity;
   if (std::fabs(a1) > A * (1 + kSlack)) return Fault::end_acceleration;
-  if (settled(a1 > 0 ? -v1 : v1, -std::fabs(a1)) < -V * (1 + kSlack) ||
+  if (std::fabs(settled(v1, a1)) > V * (1 + kSlack) ||
       std::fabs(settled(v1, -a1)) > V * (1 + kSlack))
     return Fault::end_passed;
   if (!(V < kInfinity) || !(A < kInfinity)) {

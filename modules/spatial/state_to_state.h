@@ -51,7 +51,7 @@ class StateToState {
 
   /// `j` of the states is not read. A start outside the limits is first brought back as fast as
   /// possible. An end outside them is a fault; `end_passed`: to arrive so, the velocity limit was
-  /// broken before.
+  /// broken before, or would be behind it.
   Fault prepare(const Motion1& start, const Motion1& end, const StateLimits&);
 
   /// Shortest possible duration >= T. Durations may be blocked: a moving start cannot always be
