@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Splines and Bezier curves: the SDK's suite of segments, published and exact values, and the error
 // sentences.
+#include <robomosp/sdk/conformance/curve_suite.h>
+
 #include "support/segments.h"
 
 namespace robomosp::conformance {
@@ -84,6 +86,37 @@ std::vector<SegmentCase> cases() {
 }
 INSTANTIATE_TEST_SUITE_P(Splines, SegmentConformance, testing::ValuesIn(cases()),
                          segment_case_name);
+
+// The curves by themselves.
+std::vector<CurveCase> curve_cases() {
+  const std::string file = std::string(ROBOMOSP_PLUGIN_DIR) + "/path_splines.so";
+  std::vector<CurveCase> all;
+  for (const char* shape : {"cubic_spline", "quartic_spline", "quintic_spline"}) {
+    all.push_back({file, shape, "chord", zigzag()});
+    all.push_back({file, shape, "centripetal", zigzag(), {{"spacing", "centripetal"}}});
+    all.push_back({file,
+                   shape,
+                   "timed",
+                   zigzag(),
+                   {{"times", "{0, 1.03, 1.57, 3}"},
+                    {"ends", "clamped"},
+                    {"start_velocity", "{0.1, 0, 0}"},
+                    {"end_velocity", "{0, 0, 0.2}"}}});
+  }
+  all.push_back({file, "b_spline", "cubic", zigzag(), {}, false});
+  all.push_back({file, "b_spline", "quadratic", zigzag(), {{"degree", "2"}}, false});
+  all.push_back({file, "bezier", "cubic", zigzag(), {}, false});
+  all.push_back({file,
+                 "bezier",
+                 "timed",
+                 zigzag(),
+                 {{"duration", "2.5"}, {"start_velocity", "{0.1, 0, 0.3}"}},
+                 false});
+  all.push_back({file, "teach_points", "rounded", zigzag(), {{"rounding", "0.1"}}, false});
+  return all;
+}
+INSTANTIATE_TEST_SUITE_P(Splines, CurveConformance, testing::ValuesIn(curve_cases()),
+                         curve_case_name);
 
 Result<std::shared_ptr<const Segment>> make(const Record& r) {
   return motion::make_segment(registry(), r, "it");

@@ -21,7 +21,7 @@ struct CurveCase {
   std::string file, provider, name;
   std::vector<Pose> points;
   std::vector<std::pair<std::string, std::string>>
-      params;                     ///< as in files, SI: {"axis", "{0, 1, 0}"}
+      params{};                   ///< as in files, SI: {"axis", "{0, 1, 0}"}
   bool passes_all_points = true;  ///< at their knots
 };
 inline void PrintTo(const CurveCase& c, std::ostream* os) { *os << c.provider << " " << c.name; }
