@@ -2,7 +2,6 @@
 // Seeded mutation of native files: reading never crashes, a refusal is a sentence with a place and
 // leaves nothing behind, and what is accepted is written and read again to the same bytes.
 #include <algorithm>
-#include <chrono>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -15,6 +14,7 @@
 #include <gtest/gtest.h>
 
 #include "io/native.h"
+#include "support/mutator.h"
 #include "support/seed.h"
 
 namespace robomosp {
@@ -41,90 +41,42 @@ std::vector<std::string> samples() {
   return texts;
 }
 
-class Mutator {
- public:
-  Mutator(std::mt19937& random, const std::vector<std::string>& all) : random_(random), all_(all) {}
-
-  std::string mutate(std::string s) {
-    for (std::size_t n = 1 + pick(4); n > 0; --n) {
-      if (s.empty()) return s;
-      const std::size_t at = pick(s.size()), length = std::min(1 + pick(12), s.size() - at);
-      switch (pick(7)) {
-        case 0: s[at] = static_cast<char>(pick(256)); break;
-        case 1: s.erase(at, length); break;
-        case 2: s.insert(at, s.substr(at, length)); break;
-        case 3: s.insert(at, kTokens[pick(std::size(kTokens))]); break;
-        case 4: {
-          const std::string& other = all_[pick(all_.size())];
-          const std::size_t from = pick(other.size());
-          s.insert(at, other.substr(from, 1 + pick(80)));
-          break;
-        }
-        case 5: replace_word(s, at); break;
-        default: s.resize(at); break;
-      }
-    }
-    return s;
-  }
-
- private:
-  static constexpr const char* kTokens[] = {"{",
-                                            "}",
-                                            "(",
-                                            ")",
-                                            ",",
-                                            "\"",
-                                            "#",
-                                            "\n",
-                                            "\\",
-                                            " -",
-                                            "1e308 ",
-                                            "1e-320 ",
-                                            "-0 ",
-                                            "inf ",
-                                            "nan ",
-                                            "0x1 ",
-                                            "mm ",
-                                            " deg ",
-                                            "name ",
-                                            "union { ",
-                                            "box { x 1 y 1 z 1 }",
-                                            "at (0, 0, 1) ",
-                                            "rpy (1, 2, 3) ",
-                                            "robomosp ",
-                                            "\xC3\xA9",
-                                            "\xFF",
-                                            "true ",
-                                            "9223372036854775808 ",
-                                            "material \"a.mtr\" ",
-                                            "pose p () ",
-                                            "parent base ",
-                                            " (0, 1)",
-                                            "mirror { ",
-                                            "profile { loop { ",
-                                            "frame global ",
-                                            "spherical (1, 2, 3) "};
-
-  std::size_t pick(std::size_t n) {
-    return std::uniform_int_distribution<std::size_t>(0, n - 1)(random_);
-  }
-  /// Puts a word of another sample in the place of one: keeps the syntax and breaks the meaning.
-  void replace_word(std::string& s, std::size_t at) {
-    const auto word = [](const std::string& t, std::size_t i) {
-      std::size_t b = i, e = i;
-      while (b > 0 && !std::isspace(static_cast<unsigned char>(t[b - 1]))) --b;
-      while (e < t.size() && !std::isspace(static_cast<unsigned char>(t[e]))) ++e;
-      return std::pair{b, e - b};
-    };
-    const std::string& other = all_[pick(all_.size())];
-    const auto [b, n] = word(s, at);
-    const auto [ob, on] = word(other, pick(other.size()));
-    s.replace(b, n, other.substr(ob, on));
-  }
-
-  std::mt19937& random_;
-  const std::vector<std::string>& all_;
-};
+constexpr const char* kTokens[] = {"{",
+                                   "}",
+                                   "(",
+                                   ")",
+                                   ",",
+                                   "\"",
+                                   "#",
+                                   "\n",
+                                   "\\",
+                                   " -",
+                                   "1e308 ",
+                                   "1e-320 ",
+                                   "-0 ",
+                                   "inf ",
+                                   "nan ",
+                                   "0x1 ",
+                                   "mm ",
+                                   " deg ",
+                                   "name ",
+                                   "union { ",
+                                   "box { x 1 y 1 z 1 }",
+                                   "at (0, 0, 1) ",
+                                   "rpy (1, 2, 3) ",
+                                   "robomosp ",
+                                   "\xC3\xA9",
+                                   "\xFF",
+                                   "true ",
+                                   "9223372036854775808 ",
+                                   "material \"a.mtr\" ",
+                                   "pose p () ",
+                                   "parent base ",
+                                   " (0, 1)",
+                                   "mirror { ",
+                                   "profile { loop { ",
+                                   "frame global ",
+                                   "spherical (1, 2, 3) "};
 
 /// Reads a text; when it is accepted, checks that writing it is stable. Tells whether it was.
 bool check(const std::string& text, const fs::path& folder) {
@@ -166,7 +118,7 @@ TEST(NativeFuzz, MutatedFilesAreRefusedInASentenceOrRewrittenExactly) {
   const fs::path folder = fs::path(ROBOMOSP_SOURCE_DIR) / "tests/fuzz/corpus";
   for (const auto& t : texts) ASSERT_TRUE(check(t, folder)) << t;
 
-  Mutator mutator(random, texts);
+  test::Mutator mutator(random, texts, kTokens);
   std::size_t runs = 0, accepted = 0;
   while (budget.allows(runs) && !testing::Test::HasFailure()) {
     const std::string& base =
