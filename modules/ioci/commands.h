@@ -54,6 +54,7 @@ std::vector<CommandSpec> transform_commands();
 std::vector<CommandSpec> view_commands();
 std::vector<CommandSpec> workspace_commands();
 std::vector<CommandSpec> world_commands();
+std::vector<CommandSpec> world_task_commands();
 
 // --- schemas -------------------------------------------------------------------------------
 

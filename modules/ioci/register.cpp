@@ -40,6 +40,7 @@ void register_commands(CommandTable& table) {
   table.add(view_commands());
   table.add(workspace_commands());
   table.add(world_commands());
+  table.add(world_task_commands());
 }
 
 }  // namespace robomosp::ioci

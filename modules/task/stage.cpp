@@ -1,0 +1,371 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "task/stage.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "kernel/expression.h"
+#include "kernel/text.h"
+#include "model/placement.h"
+#include "robotics/home.h"
+#include "robotics/kinematics.h"
+#include "spatial/pose.h"
+#include "spatial/rotation.h"
+
+namespace robomosp::task {
+namespace {
+
+using text::quote;
+
+constexpr double kSame = 1e-9;       ///< joint values this near are the same [rad or m]
+constexpr double kToolSpeed = 0.25;  ///< of straight moves that give none [m/s]
+
+template <class Index>
+Result<std::size_t> find(const Index& index, const std::string& name, const char* kind) {
+  if (const auto it = index.find(name); it != index.end()) return it->second;
+  std::vector<std::string> known;
+  for (const auto& [key, at] : index) known.push_back(key);
+  std::sort(known.begin(), known.end());
+  std::string hint = text::did_you_mean(name, known);
+  if (hint.empty())
+    hint = known.empty() ? "It has none." : "It has " + text::enumerate(known) + ".";
+  return error(ErrorCode::unknown_name, "the world has no " + std::string(kind) + " " + quote(name),
+               hint);
+}
+
+}  // namespace
+
+Result<Stage> Stage::create(const sim::Simulator& sim, WorldId id, double step,
+                            Progress& progress) {
+  Stage s(sim, step);
+  s.id_ = id;
+  s.world_ = sim.snapshot.get(id);
+  if (!s.world_)
+    return error(ErrorCode::stale_handle, "the world no longer exists", "Open or create one.");
+  for (const model::PlacedRobot& placed : s.world_->robots) {
+    Actor a;
+    a.placed = &placed;
+    a.record = sim.snapshot.get(placed.robot);
+    const Pose mounting = model::pose(placed.placement);
+    RMP_TRY_ASSIGN(a.model, sim.derived.robot_model(
+                                sim.snapshot, placed.robot,
+                                spatial::rotate_back(mounting, s.world_->gravity), progress));
+    a.links = robotics::link_frames(*a.record);
+    a.world_T_base = spatial::compose(mounting, a.model->base);
+    a.start = placed.q.empty() ? robotics::home_joint_values(*a.record) : placed.q;
+    if (a.start.size() != a.model->coordinate_count())
+      return error(ErrorCode::invalid_argument,
+                   "robot " + quote(placed.name) + " stands with " +
+                       std::to_string(a.start.size()) + " joint values, but it has " +
+                       std::to_string(a.model->coordinate_count()),
+                   "Set its joint values again.");
+    s.actor_of_.emplace(placed.name, s.actors_.size());
+    s.actors_.push_back(std::move(a));
+  }
+  for (const model::PlacedObject& placed : s.world_->objects) {
+    s.thing_of_.emplace(placed.name, s.things_.size());
+    s.things_.push_back({&placed, {{0, 0, false, -1, model::pose(placed.placement)}}});
+  }
+  for (const model::Signal& signal : s.world_->signals) {
+    s.wire_of_.emplace(signal.name, s.wires_.size());
+    s.wires_.push_back({&signal, {{0, signal.initial}}});
+  }
+  for (std::size_t i = 0; i < s.world_->frames.size(); ++i)
+    s.frame_of_.emplace(s.world_->frames[i].name, i);
+  for (const model::Attachment& held : s.world_->attachments) {
+    RMP_TRY_ASSIGN(const std::size_t who, s.actor(held.robot));
+    RMP_TRY_ASSIGN(const std::size_t what, find(s.thing_of_, held.object, "object"));
+    RMP_TRY_ASSIGN(const Grip g, s.grip(s.actors_[who], held.link));
+    s.things_[what].history = {
+        {0, who, true, g.joint, spatial::compose(g.joint_T_grip, model::pose(held.tool_T_object))}};
+  }
+  return s;
+}
+
+Result<std::size_t> Stage::actor(const std::string& name) const {
+  if (name.empty())
+    return error(ErrorCode::invalid_argument, "the step names no robot, and its task has none",
+                 "Give the step a robot, or the task one in the world.");
+  return find(actor_of_, name, "robot");
+}
+
+Result<Stage::Grip> Stage::grip(const Actor& a, const std::string& link) const {
+  if (link.empty()) return Grip{a.model->tips.front().joint, a.model->tips.front().tool};
+  const auto of_link = [&](std::int32_t at, const Pose& t) {
+    if (at < 0) return Grip{-1, t};
+    const robotics::LinkFrame& f = a.links[static_cast<std::size_t>(at)];
+    return Grip{f.joint, spatial::compose(f.joint_T_link, t)};
+  };
+  for (const model::RobotTool& tool : a.record->tools)
+    if (tool.name == link) return of_link(tool.link, model::pose(tool.placement));
+  std::vector<std::string> known;
+  for (std::size_t i = 0; i < a.record->links.size(); ++i) {
+    if (a.record->links[i].name == link) return of_link(static_cast<std::int32_t>(i), Pose{});
+    known.push_back(a.record->links[i].name);
+  }
+  for (const model::RobotTool& tool : a.record->tools) known.push_back(tool.name);
+  return error(ErrorCode::unknown_name,
+               "robot " + quote(a.placed->name) + " has no link or tool " + quote(link),
+               "It has " + text::enumerate(known) + ".");
+}
+
+void Stage::sample(const Actor& a, double t, std::vector<double>& q, std::vector<double>& qd) {
+  const std::size_t n = a.start.size();
+  q = a.start;
+  qd.assign(n, 0);
+  const auto after = std::upper_bound(a.moves.begin(), a.moves.end(), t,
+                                      [](double x, const Move& m) { return x < m.start; });
+  if (after == a.moves.begin()) return;
+  const sim::RobotMotion& m = std::prev(after)->motion;
+  const double u = t - std::prev(after)->start;
+  const auto row = [&](const std::vector<double>& table, std::size_t i, std::size_t j) {
+    return table[i * n + j];
+  };
+  const auto next = static_cast<std::size_t>(std::upper_bound(m.times.begin(), m.times.end(), u) -
+                                             m.times.begin());
+  if (next == m.times.size()) {
+    for (std::size_t j = 0; j < n; ++j) q[j] = row(m.q, m.times.size() - 1, j);
+    return;
+  }
+  // Cubic between samples, by value and rate at both.
+  const std::size_t i = next == 0 ? 0 : next - 1;
+  const double h = m.times[i + 1] - m.times[i], x = (u - m.times[i]) / h;
+  for (std::size_t j = 0; j < n; ++j) {
+    const double a0 = row(m.q, i, j), b0 = row(m.q, i + 1, j);
+    const double a1 = h * row(m.qd, i, j), b1 = h * row(m.qd, i + 1, j);
+    const double c = 3 * (b0 - a0) - 2 * a1 - b1, d = 2 * (a0 - b0) + a1 + b1;
+    q[j] = a0 + x * (a1 + x * (c + x * d));
+    qd[j] = (a1 + x * (2 * c + 3 * x * d)) / h;
+  }
+}
+
+Pose Stage::world_T_joint(const Actor& a, std::int32_t joint, double t) const {
+  if (joint < 0) return a.world_T_base;
+  std::vector<double> q, qd;
+  sample(a, t, q, qd);
+  std::vector<Pose> frames(a.model->joints.size());
+  robotics::forward_kinematics(*a.model, q, frames);
+  return spatial::compose(a.world_T_base, frames[static_cast<std::size_t>(joint)]);
+}
+
+Pose Stage::pose_of(const Thing& thing, double t) const {
+  const auto after = std::upper_bound(thing.history.begin(), thing.history.end(), t,
+                                      [](double x, const Held& h) { return x < h.from; });
+  const Held& h = after == thing.history.begin() ? *after : *std::prev(after);
+  return h.is_held ? spatial::compose(world_T_joint(actors_[h.actor], h.joint, t), h.pose) : h.pose;
+}
+
+Result<Pose> Stage::frame(const std::string& name, double t) const {
+  if (name.empty()) return Pose{};
+  if (const auto it = frame_of_.find(name); it != frame_of_.end())
+    return model::pose(world_->frames[it->second].placement);
+  if (const auto it = thing_of_.find(name); it != thing_of_.end())
+    return pose_of(things_[it->second], t);
+  return find(frame_of_, name, "frame or object").error();
+}
+
+Result<model::Trajectory> Stage::trajectory_of(const model::TaskStep& step, const Actor& a,
+                                               double t, Pose& world_T_trajectory) const {
+  RMP_TRY_ASSIGN(world_T_trajectory, frame(step.frame, t));
+  model::Trajectory out;
+  if (step.trajectory) {
+    const model::Trajectory* stored = sim_->snapshot.get(step.trajectory);
+    if (!stored)
+      return error(ErrorCode::stale_handle, "its trajectory no longer exists", "Give another one.");
+    if (step.target)
+      world_T_trajectory = spatial::compose(world_T_trajectory, model::pose(*step.target));
+    return *stored;
+  }
+  model::TrajectorySegment s;
+  if (step.is_straight) {
+    RMP_TRY_ASSIGN(const Grip tip, grip(a, {}));
+    const Pose now = spatial::compose(world_T_joint(a, tip.joint, t), tip.joint_T_grip);
+    const Pose from = spatial::compose(spatial::inverse(world_T_trajectory), now);
+    s.shape.name = "line";
+    s.law.name = "trapezoidal";
+    s.points = {model::placement(from), *step.target};
+    if (step.duration > 0) s.shape.params["duration"] = step.duration;
+    else s.shape.params["speed"] = step.tool_speed > 0 ? step.tool_speed : kToolSpeed;
+  } else {
+    s.shape.name = "ptp";
+    s.shape.params["law"] = step.profile.empty() ? std::string("quintic") : step.profile;
+    s.shape.params["speed_share"] = step.speed;
+    if (step.duration > 0) s.shape.params["duration"] = step.duration;
+    if (step.target) {
+      s.points = {*step.target};
+    } else if (!step.joints.empty()) {
+      s.joints = {step.joints};
+    } else {
+      const auto& poses = a.record->poses;
+      const auto pose = std::find_if(poses.begin(), poses.end(),
+                                     [&](const auto& p) { return p.name == step.pose; });
+      if (pose == poses.end())
+        return error(ErrorCode::unknown_name,
+                     "robot " + quote(a.placed->name) + " has no pose " + quote(step.pose),
+                     "robot.add_pose keeps one.");
+      s.joints = {pose->q};
+    }
+  }
+  out.segments.push_back(std::move(s));
+  return out;
+}
+
+Result<double> Stage::move(const model::TaskStep& step, const std::string& robot,
+                           const std::string& where, double t, Progress& progress) {
+  RMP_TRY_ASSIGN(const std::size_t who, actor(robot));
+  Actor& a = actors_[who];
+  if (!a.moves.empty() && a.moves.back().start + a.moves.back().motion.times.back() > t + kSame)
+    return error(ErrorCode::conflict,
+                 "robot " + quote(robot) +
+                     " is still moved by another task at t = " + text::print_rounded(t) + " s",
+                 "Let one wait for a signal of the other.");
+  Pose world_T_trajectory;
+  RMP_TRY_ASSIGN(const model::Trajectory trajectory, trajectory_of(step, a, t, world_T_trajectory));
+  sim::RobotMotionTask task;
+  std::vector<double> rates;
+  sample(a, t, task.start, rates);
+  if (!trajectory.segments.empty() && !trajectory.segments[0].joints.empty() && !step.trajectory) {
+    const std::vector<double>& goal = trajectory.segments[0].joints[0];
+    double way = goal.size() == task.start.size() ? 0 : 1;
+    for (std::size_t j = 0; way < 1 && j < goal.size(); ++j)
+      way = std::max(way, std::fabs(goal[j] - task.start[j]));
+    if (way < kSame) return t;
+  }
+  task.model = a.model;
+  task.ik = a.record->ik;
+  task.trajectory = &trajectory;
+  task.name = "move";
+  task.where = where;
+  task.base_T_trajectory = spatial::compose(spatial::inverse(a.world_T_base), world_T_trajectory);
+  task.step = step_;
+  task.stored = motion::stored_in(sim_->snapshot);
+  RMP_TRY_ASSIGN(auto motion, sim::robot_motion(sim_->registry, task, progress));
+  if (motion.times.size() < 2) return t;
+  for (const std::string& n : motion.notes) note(t, n);
+  const double end = t + motion.times.back();
+  a.moves.push_back({t, std::move(motion)});
+  return end;
+}
+
+Result<void> Stage::attach(const std::string& object, const std::string& robot,
+                           const std::string& link, double t) {
+  RMP_TRY_ASSIGN(const std::size_t what, find(thing_of_, object, "object"));
+  RMP_TRY_ASSIGN(const std::size_t who, actor(robot));
+  RMP_TRY_ASSIGN(const Grip g, grip(actors_[who], link));
+  const Pose pose = pose_of(things_[what], t);
+  const Pose joint = world_T_joint(actors_[who], g.joint, t);
+  things_[what].history.push_back(
+      {t, who, true, g.joint, spatial::compose(spatial::inverse(joint), pose)});
+  note(t, robot + " takes " + object);
+  return {};
+}
+
+Result<void> Stage::detach(const std::string& object, double t) {
+  RMP_TRY_ASSIGN(const std::size_t what, find(thing_of_, object, "object"));
+  if (!things_[what].history.back().is_held)
+    return error(ErrorCode::conflict, "nothing holds object " + quote(object), "Attach it before.");
+  const Pose pose = pose_of(things_[what], t);
+  things_[what].history.push_back({t, 0, false, -1, pose});
+  note(t, object + " is let go");
+  return {};
+}
+
+Result<double> Stage::evaluate(const std::string& expression, std::string_view unit,
+                               double t) const {
+  RMP_TRY_ASSIGN(const Expression e, Expression::compile(expression));
+  return e.evaluate(
+      [&](const Expression::Name& name) -> Result<Quantity> {
+        if (name.scope.empty() && name.name == "time") {
+          RMP_TRY_ASSIGN(const auto second, units::parse("s"));
+          return Quantity{t, second.dimension};
+        }
+        RMP_TRY_ASSIGN(const std::size_t at, find(wire_of_, Expression::spell(name), "signal"));
+        RMP_TRY_ASSIGN(const auto own, units::parse(wires_[at].signal->unit));
+        return Quantity{wires_[at].history.back().second, own.dimension};
+      },
+      unit);
+}
+
+Result<bool> Stage::is_true(const std::string& condition, double t) const {
+  RMP_TRY_ASSIGN(const double v, evaluate("if(" + condition + ", 1, 0)", "", t));
+  return v != 0;
+}
+
+Result<void> Stage::set(const std::string& signal, const std::string& expression, double t) {
+  RMP_TRY_ASSIGN(const std::size_t at, find(wire_of_, signal, "signal"));
+  Wire& w = wires_[at];
+  RMP_TRY_ASSIGN(const double value, evaluate(expression, w.signal->unit, t));
+  if (w.signal->kind == model::SignalKind::digital && value != 0 && value != 1)
+    return error(ErrorCode::invalid_argument,
+                 "the digital signal " + quote(signal) + " cannot be " + text::print_rounded(value),
+                 "It is 0 or 1.");
+  w.history.emplace_back(t, value);
+  return {};
+}
+
+void Stage::note(double t, const std::string& text) {
+  notes_.push_back("t = " + text::print_rounded(t) + " s: " + text);
+}
+
+sim::Recording Stage::recording(double end) const {
+  sim::Recording out;
+  out.world = id_;
+  out.notes = notes_;
+  sim::Column time{"time", "s", "time from the start of the tasks", {}};
+  const auto whole = static_cast<std::size_t>(end / step_ * (1 + 1e-12));
+  for (std::size_t i = 0; i <= whole; ++i) time.values.push_back(step_ * static_cast<double>(i));
+  if (time.values.back() < end - 1e-9) time.values.push_back(end);
+  const std::vector<double> times = time.values;
+  out.columns.push_back(std::move(time));
+  std::vector<double> q, qd;
+  for (const Actor& a : actors_) {
+    if (!a.model->is_simple()) continue;  // they stand still
+    const std::size_t n = a.start.size(), first = out.columns.size();
+    for (const bool is_rate : {false, true})
+      for (std::size_t j = 0; j < n; ++j) {
+        const bool turns = a.model->joints[j].type == JointType::revolute;
+        const std::string unit = turns ? "rad" : "m";
+        out.columns.push_back({a.placed->name + (is_rate ? ".qd" : ".q") + std::to_string(j + 1),
+                               is_rate ? unit + "/s" : unit,
+                               (is_rate ? "velocity of joint " : "position of joint ") +
+                                   std::to_string(j + 1) + " of " + a.placed->name,
+                               {}});
+      }
+    for (const double t : times) {
+      sample(a, t, q, qd);
+      for (std::size_t j = 0; j < n; ++j) {
+        out.columns[first + j].values.push_back(q[j]);
+        out.columns[first + n + j].values.push_back(qd[j]);
+      }
+    }
+  }
+  for (const Wire& w : wires_) {
+    sim::Column c{"signal." + w.signal->name, w.signal->unit, w.signal->description, {}};
+    for (const double t : times) {
+      const auto after =
+          std::upper_bound(w.history.begin(), w.history.end(), t,
+                           [](double x, const auto& change) { return x < change.first; });
+      c.values.push_back(std::prev(after)->second);
+    }
+    out.columns.push_back(std::move(c));
+  }
+  for (const Thing& thing : things_) {
+    if (thing.history.size() == 1 && !thing.history[0].is_held) continue;
+    const std::size_t first = out.columns.size();
+    for (const char* part : {".x", ".y", ".z", ".qw", ".qx", ".qy", ".qz"})
+      out.columns.push_back({thing.placed->name + part,
+                             part[1] == 'q' ? "" : "m",
+                             "place of " + thing.placed->name + " in the world",
+                             {}});
+    for (const double t : times) {
+      const Pose p = pose_of(thing, t);
+      const spatial::Quaternion r = spatial::to_quaternion(p.R);
+      const double w[] = {r.w, r.x, r.y, r.z};
+      for (std::size_t k = 0; k < 3; ++k) out.columns[first + k].values.push_back(p.p[k]);
+      for (std::size_t k = 0; k < 4; ++k) out.columns[first + 3 + k].values.push_back(w[k]);
+    }
+  }
+  return out;
+}
+
+}  // namespace robomosp::task

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+// The robots, objects and signals of a world while tasks run, with their history (layer:
+// application, task).
+#pragma once
+
+#include <memory>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "robotics/build_model.h"
+#include "sim/robot_motion.h"
+#include "sim/simulate.h"
+
+namespace robomosp::task {
+
+class Stage {
+ public:
+  static Result<Stage> create(const sim::Simulator&, WorldId, double step, Progress&);
+
+  /// Starts a move at time t; gives when it ends.
+  Result<double> move(const model::TaskStep&, const std::string& robot, const std::string& where,
+                      double t, Progress&);
+  Result<void> attach(const std::string& object, const std::string& robot, const std::string& link,
+                      double t);
+  Result<void> detach(const std::string& object, double t);
+  /// Sets a signal to the value of an expression.
+  Result<void> set(const std::string& signal, const std::string& expression, double t);
+  [[nodiscard]] Result<bool> is_true(const std::string& condition, double t) const;
+  void note(double t, const std::string& text);
+
+  [[nodiscard]] sim::Recording recording(double end) const;
+
+ private:
+  struct Move {
+    double start = 0;
+    sim::RobotMotion motion;
+  };
+  struct Actor {
+    const model::PlacedRobot* placed = nullptr;
+    const model::Robot* record = nullptr;
+    std::shared_ptr<const RobotModel> model;
+    std::vector<robotics::LinkFrame> links;
+    Pose world_T_base;
+    std::vector<double> start;
+    std::vector<Move> moves;
+  };
+  /// Where an object is from a time on.
+  struct Held {
+    double from = 0;
+    std::size_t actor = 0;
+    bool is_held = false;
+    std::int32_t joint = -1;  ///< of the actor, -1 = its base
+    Pose pose;                ///< joint_T_object, or world_T_object
+  };
+  struct Thing {
+    const model::PlacedObject* placed = nullptr;
+    std::vector<Held> history;
+  };
+  struct Wire {
+    const model::Signal* signal = nullptr;
+    std::vector<std::pair<double, double>> history;  ///< time, value from then on
+  };
+  struct Grip {
+    std::int32_t joint = -1;
+    Pose joint_T_grip;
+  };
+
+  Stage(const sim::Simulator& sim, double step) : sim_(&sim), step_(step) {}
+  [[nodiscard]] Result<std::size_t> actor(const std::string& name) const;
+  [[nodiscard]] Result<Grip> grip(const Actor&, const std::string& link) const;
+  [[nodiscard]] Result<Pose> frame(const std::string& name, double t) const;
+  [[nodiscard]] Result<double> evaluate(const std::string& expression, std::string_view unit,
+                                        double t) const;
+  /// Joint values and rates at a time.
+  static void sample(const Actor&, double t, std::vector<double>& q, std::vector<double>& qd);
+  [[nodiscard]] Pose world_T_joint(const Actor&, std::int32_t joint, double t) const;
+  [[nodiscard]] Pose pose_of(const Thing&, double t) const;
+  /// The move as a trajectory of one segment.
+  Result<model::Trajectory> trajectory_of(const model::TaskStep&, const Actor&, double t,
+                                          Pose& world_T_trajectory) const;
+
+  const sim::Simulator* sim_;
+  const model::World* world_ = nullptr;
+  WorldId id_;
+  double step_;
+  std::vector<Actor> actors_;
+  std::vector<Thing> things_;
+  std::vector<Wire> wires_;
+  std::unordered_map<std::string, std::size_t> actor_of_, thing_of_, wire_of_, frame_of_;
+  std::vector<std::string> notes_;
+};
+
+}  // namespace robomosp::task
