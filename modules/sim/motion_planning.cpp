@@ -1,0 +1,404 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/motion_planning.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+#include <robomosp/sdk/planner.h>
+
+#include "kernel/text.h"
+#include "motion/provider_params.h"
+#include "robotics/closure.h"
+#include "robotics/joint_sampler.h"
+#include "robotics/kinematics.h"
+#include "sim/joint_way.h"
+#include "sim/provider_answer.h"
+#include "sim/simulate.h"
+#include "spatial/pose.h"
+#include "spatial/vec.h"
+
+namespace robomosp::sim {
+namespace {
+
+/// Configurations from which solvers that search start, besides the robot's own.
+constexpr std::size_t kSeeds = 16;
+/// Goals closer than this in every joint are one [rad or m].
+constexpr double kSameGoal = 1e-6;
+/// The least weight of a joint, as a share of the greatest.
+constexpr double kLeastWeight = 0.05;
+/// Shares of the motions beside a corner that are tried until the sampled motion is free; 0 stops
+/// at the corners.
+constexpr std::array<double, 4> kRoundings{0.5, 0.2, 0.05, 0};
+
+/// One robot's joint space among the obstacles. A failure of the engine makes everything occupied
+/// and is kept.
+class RobotSpace {
+ public:
+  RobotSpace(const CollisionModel& model, const PlanTask& task, Progress& progress)
+      : model_(model),
+        robot_(model.robots()[task.robot]),
+        clearance_(task.clearance),
+        progress_(progress),
+        shown_(model.shown()) {
+    const RobotModel& m = *robot_.model;
+    weight.assign(m.dof(), 0);
+    for (const CollisionBody& body : model.bodies())
+      if (body.robot == static_cast<std::int32_t>(task.robot)) weigh(body.joint, body.reach);
+    for (const TipModel& tip : m.tips) weigh(tip.joint, spatial::norm(tip.tool.p));
+    const double most = *std::max_element(weight.begin(), weight.end());
+    for (double& w : weight) w = most > 0 ? std::max(w, kLeastWeight * most) : 1;
+    for (std::size_t j = 0; j < m.dof(); ++j) {
+      const JointModel& joint = m.joints[j];
+      const double turns = 2 * std::numbers::pi;
+      lower.push_back(std::isfinite(joint.lower) ? joint.lower : task.start[j] - turns);
+      upper.push_back(std::isfinite(joint.upper) ? joint.upper : task.start[j] + turns);
+    }
+  }
+
+  /// Waypoints of all robots, from rows of this one.
+  [[nodiscard]] std::vector<double> all(std::span<const double> rows) const {
+    const std::size_t dof = weight.size();
+    std::vector<double> out;
+    for (std::size_t i = 0; i < rows.size() / dof; ++i) {
+      const auto at = out.insert(out.end(), shown_.begin(), shown_.end());
+      std::copy_n(rows.begin() + static_cast<std::ptrdiff_t>(i * dof), dof,
+                  at + static_cast<std::ptrdiff_t>(robot_.first));
+    }
+    return out;
+  }
+  /// The first pair that is too near.
+  [[nodiscard]] std::optional<Contact> contact(std::span<const double> q) {
+    const auto near = model_.near(all(q), clearance_, progress_);
+    if (!near.ok()) {
+      fail(near.error());
+      return Contact{{-1, -1}, {}};
+    }
+    if (near->empty()) return std::nullopt;
+    return *std::min_element(near->begin(), near->end(), [](const auto& a, const auto& b) {
+      return a.at.distance < b.at.distance;
+    });
+  }
+  [[nodiscard]] bool is_free(std::span<const double> q) {
+    return !failure && is_inside(q) && !contact(q);
+  }
+  [[nodiscard]] std::optional<PathContact> contact_along(std::span<const double> rows,
+                                                         double tolerance) {
+    const auto found = model_.check_path(all(rows), tolerance, progress_);
+    if (found.ok()) return *found;
+    fail(found.error());
+    return PathContact{};
+  }
+  [[nodiscard]] bool is_free_along(std::span<const double> rows) {
+    return !failure && !contact_along(rows, clearance_);
+  }
+  [[nodiscard]] std::string describe(const Contact& c) const {
+    if (c.at.distance <= 0) return model_.describe(c.pair) + " touch";
+    return model_.describe(c.pair) + " are " + text::print_rounded(c.at.distance, 3) +
+           " m apart, less than the clearance of " + text::print_rounded(clearance_) + " m";
+  }
+
+  std::vector<double> lower, upper, weight;
+  std::optional<Error> failure;
+
+ private:
+  void fail(const Error& e) {
+    if (!failure) failure = e;
+  }
+  [[nodiscard]] bool is_inside(std::span<const double> q) const {
+    for (std::size_t j = 0; j < q.size(); ++j)
+      if (q[j] < lower[j] || q[j] > upper[j]) return false;
+    return true;
+  }
+  /// What is carried by `joint` and reaches `arm` from its origin: joints up to the base move it.
+  void weigh(std::int32_t joint, double arm) {
+    for (std::int32_t i = joint; i >= 0;) {
+      const auto k = static_cast<std::size_t>(i);
+      const JointModel& j = robot_.model->joints[k];
+      weight[k] = std::max(weight[k], j.type == JointType::prismatic ? 1 : arm);
+      arm += spatial::norm(j.placement.p);
+      i = j.parent;
+    }
+  }
+
+  const CollisionModel& model_;
+  const CollisionRobot& robot_;
+  double clearance_;
+  Progress& progress_;
+  std::vector<double> shown_;
+};
+
+Result<void> check(const CollisionRobot& robot, const PlanTask& task) {
+  const RobotModel& m = *robot.model;
+  if (!m.is_simple() || !m.loops.empty() || m.dof() == 0)
+    return error(
+        ErrorCode::unsupported,
+        "its ways cannot be planned: it has loops or joints that are not of one coordinate "
+        "each",
+        "Plan for a robot of single joints.");
+  if (!(task.clearance > 0) || !std::isfinite(task.clearance))
+    return error(ErrorCode::invalid_argument, "the clearance is not above 0",
+                 "Give a length such as 2 mm.");
+  if (const std::int32_t j = robotics::joint_outside_limits(m, task.start, 0); j >= 0)
+    return error(ErrorCode::invalid_argument,
+                 "joint " + std::to_string(j + 1) + " (" +
+                     m.joints[static_cast<std::size_t>(j)].name +
+                     ") is outside its limits at the start",
+                 "Start within them.");
+  return {};
+}
+
+/// Turns by whole revolutions to what is nearest to the start.
+void unwind(const RobotModel& m, std::span<const double> start, std::span<double> q) {
+  constexpr double kTurn = 2 * std::numbers::pi;
+  for (std::size_t j = 0; j < q.size(); ++j) {
+    if (m.joints[j].type != JointType::revolute) continue;
+    const double near = q[j] + kTurn * std::round((start[j] - q[j]) / kTurn);
+    if (near >= m.joints[j].lower && near <= m.joints[j].upper) q[j] = near;
+  }
+}
+
+/// Configurations that reach one of the targets.
+Result<std::vector<double>> solutions(const Registry& registry, const CollisionRobot& robot,
+                                      const PlanTask& task, Progress& progress) {
+  const RobotModel& m = *robot.model;
+  const std::size_t dof = m.dof();
+  RMP_TRY_ASSIGN(const auto ik, bind_ik(registry, robot.model, task.ik));
+  std::vector<double> seeds = task.start, out;
+  auto sampler = robotics::JointSampler::make(m, 0, task.start, task.seed);
+  if (sampler.ok())
+    for (std::size_t i = 0; i < kSeeds; ++i) {
+      seeds.resize(seeds.size() + dof);
+      sampler->sample(2 * i, std::span(seeds).last(dof));  // odd ones lie on limits
+    }
+  std::string reason;
+  for (const Pose& target : task.targets) {
+    const Pose base_T_tip = spatial::compose(spatial::inverse(robot.world_T_base), target);
+    const std::vector<Pose> targets(seeds.size() / dof, base_T_tip);
+    IkBatch batch;
+    batch.targets = targets;
+    batch.seeds = seeds;
+    batch.all_solutions = true;
+    RMP_TRY_ASSIGN(const auto results, solve_ik(ik, batch, progress));
+    for (const IkResult& r : results) {
+      if (r.status != IkStatus::solved) {
+        if (reason.empty()) reason = r.detail;
+        continue;
+      }
+      for (std::size_t k = 0; k < r.q.size() / dof; ++k) {
+        std::vector<double> q(r.q.begin() + static_cast<std::ptrdiff_t>(k * dof),
+                              r.q.begin() + static_cast<std::ptrdiff_t>((k + 1) * dof));
+        unwind(m, task.start, q);
+        bool is_new = true;
+        for (std::size_t i = 0; i < out.size() && is_new; i += dof) {
+          double most = 0;
+          for (std::size_t j = 0; j < dof; ++j) most = std::max(most, std::fabs(out[i + j] - q[j]));
+          is_new = most > kSameGoal;
+        }
+        if (is_new) out.insert(out.end(), q.begin(), q.end());
+      }
+    }
+  }
+  if (out.empty())
+    return error(ErrorCode::unreachable,
+                 "the target cannot be reached: " +
+                     (reason.empty() ? "no joint values were found for it" : reason),
+                 "Choose another target.");
+  return out;
+}
+
+/// The goals that are free; an error names what is in the way of all.
+Result<std::vector<double>> free_goals(RobotSpace& space, const std::vector<double>& goals,
+                                       std::size_t dof) {
+  std::vector<double> out;
+  std::string first;
+  for (std::size_t i = 0; i < goals.size(); i += dof) {
+    const std::span<const double> q(&goals[i], dof);
+    const auto contact = space.contact(q);
+    if (space.failure) return *space.failure;
+    if (!contact) out.insert(out.end(), q.begin(), q.end());
+    else if (first.empty()) first = space.describe(*contact);
+  }
+  if (!out.empty()) return out;
+  const std::size_t count = goals.size() / dof;
+  return error(
+      ErrorCode::invalid_argument,
+      count == 1 ? "at the goal " + first
+                 : "at all " + std::to_string(count) +
+                       " configurations of the goal something is in the way; at the first " + first,
+      "Choose another goal, give a smaller clearance, or allow the pair.");
+}
+
+Result<void> check_plan(const Plan& plan, const PlanProblem& p, const std::string& provider) {
+  const std::size_t n = p.dof;
+  if (plan.points.size() < n || plan.points.size() % n != 0 || !all_finite(plan.points))
+    return broken(provider, "returned a way that is not one of joint vectors");
+  if (!std::equal(p.start.begin(), p.start.end(), plan.points.begin()) ||
+      plan.goal >= p.goals.size() / n ||
+      !std::equal(plan.points.end() - static_cast<std::ptrdiff_t>(n), plan.points.end(),
+                  p.goals.begin() + static_cast<std::ptrdiff_t>(plan.goal * n)))
+    return broken(provider, "returned a way that does not lead from the start to a goal");
+  for (std::size_t i = n; i < plan.points.size(); i += n)
+    if (!p.is_free_between({&plan.points[i - n], n}, {&plan.points[i], n}))
+      return broken(provider, "returned a way that is not free");
+  return {};
+}
+
+/// The robot's limits, and the task's where it has none; `notes` tells of those.
+RobotModel limited(const RobotModel& model, const PlanTask& task, std::vector<std::string>& notes) {
+  RobotModel out = model;
+  for (std::size_t j = 0; j < out.joints.size(); ++j) {
+    JointModel& joint = out.joints[j];
+    const bool has_velocity = std::isfinite(joint.max_velocity),
+               has_acceleration = std::isfinite(joint.max_acceleration);
+    if (has_velocity && has_acceleration) continue;
+    if (!has_velocity) joint.max_velocity = task.velocity;
+    if (!has_acceleration) joint.max_acceleration = joint.max_velocity / task.ramp;
+    const std::string unit = joint.type == JointType::revolute ? " rad/s" : " m/s";
+    notes.push_back("Joint " + std::to_string(j + 1) + " (" + joint.name +
+                    ") has no limit of its own for " +
+                    (has_velocity       ? ""
+                     : has_acceleration ? "the velocity"
+                                        : "velocity and acceleration") +
+                    (has_velocity ? "the acceleration" : "") + "; it is moved with at most " +
+                    text::print_rounded(joint.max_velocity) + unit + " and " +
+                    text::print_rounded(joint.max_acceleration) + unit + "^2.");
+  }
+  return out;
+}
+
+/// The way as a motion in time that is free as it is sampled.
+Result<void> run_along(const Registry& registry, const CollisionRobot& robot, const PlanTask& task,
+                       const PlanProblem& p, RobotSpace& space, PlannedMotion& out,
+                       Progress& progress) {
+  const RobotModel model = limited(*robot.model, task, out.notes);
+  for (const double share : kRoundings) {
+    progress.report(1, "rounding and timing the way");
+    const RoundWay round =
+        round_corners(p, out.waypoints, share,
+                      [&](std::span<const double> rows) { return space.is_free_along(rows); });
+    if (space.failure) return *space.failure;
+    RobotMotion path;
+    path.q = round.points;
+    for (std::size_t i = 0; i < path.q.size() / p.dof; ++i)
+      path.times.push_back(static_cast<double>(i));
+    RetimeOptions timing = task.timing;
+    timing.has_torques = false;
+    RMP_TRY_ASSIGN(out.motion, retime(registry, model, path, nullptr, timing, "", progress));
+    const bool is_free = !space.contact_along(out.motion.q, 0.5 * task.clearance);
+    if (space.failure) return *space.failure;
+    if (!is_free) continue;
+    out.notes.insert(out.notes.end(), out.motion.notes.begin(), out.motion.notes.end());
+    return {};
+  }
+  return error(ErrorCode::unreachable,
+               "a way was found, and it leaves no room to be run along smoothly",
+               "Give a greater clearance or a shorter sample time.");
+}
+
+}  // namespace
+
+Result<PlannedMotion> plan_motion(const Registry& registry, const CollisionModel& model,
+                                  const PlanTask& task, Progress& progress) {
+  const CollisionRobot& robot = model.robots()[task.robot];
+  const std::string where = "robot " + text::quote(robot.name);
+  RMP_TRY(check(robot, task).in(where));
+  const std::size_t dof = robot.model->dof();
+  RobotSpace space(model, task, progress);
+  if (const auto contact = space.contact(task.start)) {
+    if (space.failure) return *space.failure;
+    return error(ErrorCode::invalid_argument, "at the start " + space.describe(*contact),
+                 "Start elsewhere, give a smaller clearance, or allow the pair.", where);
+  }
+  std::vector<double> goals = task.goals;
+  if (!task.targets.empty()) {
+    RMP_TRY_ASSIGN(const auto found, solutions(registry, robot, task, progress).in(where));
+    goals.insert(goals.end(), found.begin(), found.end());
+  }
+  for (std::size_t i = 0; i < goals.size(); i += dof)
+    if (const std::int32_t j = robotics::joint_outside_limits(
+            *robot.model, std::span<const double>(goals).subspan(i, dof), 0);
+        j >= 0)
+      return error(ErrorCode::invalid_argument,
+                   "joint " + std::to_string(j + 1) + " (" +
+                       robot.model->joints[static_cast<std::size_t>(j)].name +
+                       ") is outside its limits at the goal",
+                   "Choose a goal within them.", where);
+  RMP_TRY_ASSIGN(goals, free_goals(space, goals, dof).in(where));
+
+  PlanProblem p;
+  p.dof = dof;
+  p.lower = space.lower, p.upper = space.upper, p.weight = space.weight;
+  p.start = task.start, p.goals = goals;
+  p.seconds = task.seconds, p.seed = task.seed;
+  p.is_free = [&](std::span<const double> q) { return space.is_free(q); };
+  p.is_free_between = [&](std::span<const double> a, std::span<const double> b) {
+    std::vector<double> rows(a.begin(), a.end());
+    rows.insert(rows.end(), b.begin(), b.end());
+    return space.is_free_along(rows);
+  };
+  RMP_TRY_ASSIGN(const ProviderInfo info,
+                 registry.find(Planner::kInterfaceId, task.planner.name).in(where));
+  RMP_TRY_ASSIGN(const auto planner, registry.create<Planner>(info.name).in(where));
+  RMP_TRY_ASSIGN(
+      const auto params,
+      motion::checked_params(info, task.planner, where + ", provider " + text::quote(info.name)));
+  auto planned = guarded(info.name, [&] { return planner->plan(p, *params, progress); });
+  if (space.failure) return *space.failure;
+  if (!planned.ok()) return in_robot(std::move(planned).error(), where);
+  RMP_TRY(check_plan(*planned, p, info.name).in(where));
+  PlannedMotion out;
+  out.goals = goals.size() / dof;
+  out.found = way_length(p, planned->points);
+  if (!(out.found > 0))
+    return error(ErrorCode::invalid_argument, "the start is the goal already",
+                 "Choose another goal.", where);
+  RMP_TRY_ASSIGN(out.waypoints, shorten(p, planned->points, task.tries, progress).in(where));
+  if (space.failure) return *space.failure;
+  out.length = way_length(p, out.waypoints);
+  RMP_TRY(run_along(registry, robot, task, p, space, out, progress).in(where));
+  return out;
+}
+
+Recording planned_recording(const CollisionRobot& robot, WorldId world, const PlannedMotion& plan) {
+  const RobotModel& model = *robot.model;
+  const RobotMotion& t = plan.motion;
+  const std::size_t dof = model.dof();
+  Recording out;
+  out.title = robot.name + ": planned way";
+  out.world = world;
+  out.robot = robot.name;
+  out.dof = dof;
+  out.notes = plan.notes;
+  out.columns.push_back({"time", "s", "time along the way", t.times});
+  const auto add = [&](const char* stem, const char* what, const char* per,
+                       const std::vector<double>& table) {
+    for (std::size_t j = 0; j < dof; ++j) {
+      const JointModel& joint = model.joints[j];
+      Column c{stem + std::to_string(j + 1),
+               (joint.type == JointType::revolute ? std::string("rad") : std::string("m")) + per,
+               std::string(what) + " of joint " + std::to_string(j + 1) + " (" + joint.name + ")",
+               {}};
+      for (std::size_t i = j; i < table.size(); i += dof) c.values.push_back(table[i]);
+      out.columns.push_back(std::move(c));
+    }
+  };
+  add("q", "position", "", t.q);
+  add("qd", "velocity", "/s", t.qd);
+  add("qdd", "acceleration", "/s^2", t.qdd);
+  std::vector<Pose> frames(model.joints.size());
+  std::array<Column, 3> tip;
+  for (std::size_t k = 0; k < 3; ++k)
+    tip[k] = {std::string(1, static_cast<char>('x' + k)), "m", "tool position in the world", {}};
+  for (std::size_t i = 0; i < t.times.size(); ++i) {
+    robotics::forward_kinematics(model, std::span<const double>(t.q).subspan(i * dof, dof), frames);
+    const Vec3 at = spatial::transform(robot.world_T_base, robotics::tip_pose(model, 0, frames).p);
+    for (std::size_t k = 0; k < 3; ++k) tip[k].values.push_back(at[k]);
+  }
+  for (Column& c : tip) out.columns.push_back(std::move(c));
+  return out;
+}
+
+}  // namespace robomosp::sim

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+// Motions of a robot around the obstacles of its world: planned, shortened, rounded and timed
+// (layer: application, sim).
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <robomosp/sdk/progress.h>
+#include <robomosp/sdk/result.h>
+
+#include "kernel/registry.h"
+#include "model/records.h"
+#include "sim/collision.h"
+#include "sim/retime.h"
+
+namespace robomosp::sim {
+
+/// All that moves is one robot; others stay where the world shows them.
+struct PlanTask {
+  std::size_t robot = 0;      ///< index into CollisionModel::robots()
+  std::vector<double> start;  ///< joint values [rad or m]
+  std::vector<double> goals;  ///< joint values row-major; any of them will do
+  std::vector<Pose> targets;  ///< world_T_tip; all solutions that are found become goals
+  model::ProviderChoice planner, ik;
+  double clearance = 2e-3;  ///< what comes nearer than this touches [m], > 0
+  double seconds = 10;      ///< of the search [s]
+  std::uint64_t seed = 1;
+  std::size_t tries = 200;  ///< at shortening
+  RetimeOptions timing;     ///< without torque limits
+  /// Of joints without limits of their own: greatest velocity [rad/s or m/s], and the time in which
+  /// it is reached [s].
+  double velocity = 1, ramp = 0.25;
+};
+
+struct PlannedMotion {
+  std::vector<double> waypoints;  ///< of the shortened way, row-major
+  RobotMotion motion;
+  std::size_t goals = 0;         ///< free ones there were
+  double found = 0, length = 0;  ///< of the way as it was found, and shortened
+  std::vector<std::string> notes;
+};
+
+/// Lengths are in metres at most: joint changes times the reach of what they move, summed as
+/// squares. Nothing comes nearer than the clearance along the way, between samples too
+/// (CollisionModel::check_path), nor than half of it along the sampled motion. A start or goals in
+/// collision are errors that name the bodies; equal seeds give equal motions. [any thread, unless
+/// the collision engine is a script]
+Result<PlannedMotion> plan_motion(const Registry&, const CollisionModel&, const PlanTask&,
+                                  Progress&);
+
+/// time, q, qd, qdd of the joints and x, y, z of the first tip in the world.
+[[nodiscard]] Recording planned_recording(const CollisionRobot&, WorldId, const PlannedMotion&);
+
+}  // namespace robomosp::sim
