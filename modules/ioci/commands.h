@@ -35,6 +35,7 @@ std::vector<CommandSpec> planning_commands();
 std::vector<CommandSpec> plugin_commands();
 std::vector<CommandSpec> record_commands();
 std::vector<CommandSpec> recording_commands();
+std::vector<CommandSpec> recording_data_commands();
 std::vector<CommandSpec> replay_commands();
 std::vector<CommandSpec> robot_code_commands();
 std::vector<CommandSpec> robot_commands();

@@ -21,6 +21,7 @@ void register_commands(CommandTable& table) {
   table.add(plugin_commands());
   table.add(record_commands());
   table.add(recording_commands());
+  table.add(recording_data_commands());
   table.add(replay_commands());
   table.add(robot_code_commands());
   table.add(robot_commands());

@@ -2,23 +2,340 @@
 #include "sim/recording_columns.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <optional>
+
+#include <Eigen/QR>
+
+#include "kernel/text.h"
+#include "model/placement.h"
+#include "robotics/kinematics.h"
+#include "sim/collision.h"
+#include "sim/dynamics.h"
+#include "sim/joint_rates.h"
+#include "spatial/euler.h"
+#include "spatial/pose.h"
 
 namespace robomosp::sim {
 namespace {
 
-Column* column(Recording& r, const std::string& stem, std::size_t entry) {
-  const std::string name = stem + std::to_string(entry + 1);
+/// How far the recorded tool may be from where the joints put it [m].
+constexpr double kSamePlace = 1e-6;
+
+constexpr std::array<RecordedQuantity, 10> kQuantities{
+    {{"jerk", "qddd1, ...", "derivative of the accelerations"},
+     {"power", "power1, ..., total_power", "of the motors: torque by velocity, and their sum"},
+     {"work", "work", "of all motors since the first row: the integral of their power"},
+     {"energy", "kinetic, potential, energy", "of bodies, motors and springs"},
+     {"pose", "x, y, z, roll, pitch, yaw", "of the tool in the world, angles without jumps"},
+     {"velocity", "vx, vy, vz, speed, wx, wy, wz", "of the tool in the world's axes"},
+     {"force", "fx, fy, fz, mx, my, mz",
+      "what acts on the tool so that the motors' torques give this motion, world's axes"},
+     {"manipulability", "manipulability", "Yoshikawa's measure of the tool"},
+     {"limits", "used_q1, ..., used_tau1, ..., limits_used",
+      "shares of the limits, 1 = at one, and the greatest of all"},
+     {"clearance", "clearance", "least distance of the robot's bodies to each other and to all"}}};
+
+Column* column(Recording& r, std::string_view name) {
   const auto at = std::find_if(r.columns.begin(), r.columns.end(),
                                [&](const Column& c) { return c.name == name; });
   return at == r.columns.end() ? nullptr : &*at;
 }
 
+void put(Recording& r, Column c) {
+  if (Column* old = column(r, c.name)) *old = std::move(c);
+  else r.columns.push_back(std::move(c));
+}
+
+/// What a recording's numbers belong to.
+struct Actor {
+  std::shared_ptr<const RobotModel> model;
+  model::ProviderChoice inverse_dynamics;
+  Pose world_T_base;
+};
+
+Result<Actor> actor_of(const Simulator& sim, const Recording& r, Progress& progress) {
+  Pose mounting;
+  Vec3 gravity{0, 0, -9.81};
+  RobotId id;
+  if (const model::World* world = sim.snapshot.get(r.world)) {
+    for (const auto& placed : world->robots)
+      if (placed.name == r.robot) id = placed.robot, mounting = model::pose(placed.placement);
+    gravity = world->gravity;
+  } else if (const auto found = sim.snapshot.find(Kind::robot, r.robot);
+             found && r.world.number == 0) {
+    id = RobotId{found->number};
+  }
+  const model::Robot* record = sim.snapshot.get(id);
+  if (!record)
+    return error(ErrorCode::stale_handle,
+                 r.robot.empty()
+                     ? "the recording is not of a robot"
+                     : "the recording's robot " + text::quote(r.robot) + " is no longer there",
+                 "Quantities of a robot need it; recording.watch works on the columns alone.");
+  Actor a;
+  RMP_TRY_ASSIGN(a.model, sim.derived.robot_model(
+                              sim.snapshot, id, spatial::rotate_back(mounting, gravity), progress));
+  a.inverse_dynamics = record->inverse_dynamics;
+  a.world_T_base = spatial::compose(mounting, a.model->base);
+  return a;
+}
+
+/// Columns stem1..stemN as rows, entry-fastest.
+Result<std::vector<double>> table(const Recording& r, const std::string& stem, std::size_t width) {
+  std::vector<double> out(r.rows() * width);
+  for (std::size_t k = 0; k < width; ++k) {
+    const Column* c = r.find(stem + std::to_string(k + 1));
+    if (!c)
+      return error(ErrorCode::invalid_argument,
+                   "the recording has no column " + text::quote(stem + std::to_string(k + 1)),
+                   stem == "tau" ? "Torques are in recordings of dynamics."
+                                 : "Record a motion of this robot.");
+    for (std::size_t i = 0; i < r.rows(); ++i) out[i * width + k] = c->values[i];
+  }
+  return out;
+}
+
+Result<const Column*> time_of(const Recording& r) {
+  const Column* time = r.find("time");
+  if (time) return time;
+  return error(ErrorCode::invalid_argument, "the recording has no time",
+               "Rates and integrals need a column \"time\".");
+}
+
+Result<void> add_jerk(Recording& out, const RobotModel& model) {
+  RMP_TRY_ASSIGN(const Column* const time, time_of(out));
+  const std::vector<double> times = time->values;
+  for (std::size_t k = 0; k < model.dof(); ++k) {
+    const Column* c = out.find("qdd" + std::to_string(k + 1));
+    if (!c) return table(out, "qdd", model.dof()).error();
+    put(out, {"qddd" + std::to_string(k + 1), c->unit.starts_with("rad") ? "rad/s^3" : "m/s^3",
+              "jerk of joint " + std::to_string(k + 1), rate_of(times, c->values)});
+  }
+  mark_limits(out, model);
+  return {};
+}
+
+Result<std::vector<double>> add_power(Recording& out, std::size_t dof) {
+  RMP_TRY_ASSIGN(const auto tau, table(out, "tau", dof));
+  RMP_TRY_ASSIGN(const auto qd, table(out, "qd", dof));
+  std::vector<double> total(out.rows());
+  for (std::size_t k = 0; k < dof; ++k) {
+    Column c{"power" + std::to_string(k + 1),
+             "W",
+             "power of the motor of joint " + std::to_string(k + 1),
+             {}};
+    for (std::size_t i = 0; i < out.rows(); ++i) {
+      c.values.push_back(tau[i * dof + k] * qd[i * dof + k]);
+      total[i] += c.values.back();
+    }
+    put(out, std::move(c));
+  }
+  put(out, {"total_power", "W", "power of all motors", total});
+  return total;
+}
+
+Result<void> add_energy(Recording& out, const Simulator& sim, const Actor& a, Progress& progress) {
+  RMP_TRY_ASSIGN(const auto q, table(out, "q", a.model->coordinate_count()));
+  RMP_TRY_ASSIGN(const auto qd, table(out, "qd", a.model->dof()));
+  RMP_TRY_ASSIGN(const auto dynamics,
+                 bind_inverse_dynamics(sim.registry, a.model, a.inverse_dynamics));
+  DynamicsBatch batch;
+  batch.count = out.rows();
+  batch.q = q;
+  batch.qd = qd;
+  RMP_TRY_ASSIGN(const auto all, energies(dynamics, batch, progress));
+  Column kinetic{"kinetic", "J", "kinetic energy of bodies and motors", {}},
+      potential{"potential", "J", "potential energy of weight (0 at the base) and springs", {}},
+      energy{"energy", "J", "kinetic and potential energy", {}};
+  for (const Energy& e : all) {
+    kinetic.values.push_back(e.kinetic);
+    potential.values.push_back(e.potential);
+    energy.values.push_back(e.kinetic + e.potential);
+  }
+  for (Column* c : {&kinetic, &potential, &energy}) put(out, std::move(*c));
+  return {};
+}
+
+/// Poses and Jacobians of the tool in every row.
+struct ToolTable {
+  std::vector<Pose> pose;        ///< in the world
+  std::vector<double> jacobian;  ///< base axes, 6 * dof a row
+};
+
+Result<ToolTable> tool_of(const Recording& r, const Actor& a) {
+  const RobotModel& m = *a.model;
+  const std::size_t c = m.coordinate_count(), n = m.dof();
+  RMP_TRY_ASSIGN(const auto q, table(r, "q", c));
+  ToolTable out;
+  out.jacobian.resize(r.rows() * 6 * n);
+  std::vector<Pose> frames(m.joints.size());
+  for (std::size_t i = 0; i < r.rows(); ++i) {
+    robotics::forward_kinematics(m, std::span(q).subspan(i * c, c), frames);
+    out.pose.push_back(spatial::compose(a.world_T_base, robotics::tip_pose(m, 0, frames)));
+    robotics::geometric_jacobian(m, 0, frames, robotics::JacobianFrame::base,
+                                 std::span(out.jacobian).subspan(i * 6 * n, 6 * n));
+  }
+  return out;
+}
+
+/// The columns x, y, z tell whether robot and mounting are still those of the recording.
+Result<void> check_place(const Recording& r, const ToolTable& tool) {
+  const Column *x = r.find("x"), *y = r.find("y"), *z = r.find("z");
+  if (!x || !y || !z) return {};
+  for (std::size_t i = 0; i < r.rows(); ++i) {
+    const double off =
+        spatial::distance(tool.pose[i].p, Vec3{x->values[i], y->values[i], z->values[i]});
+    if (off <= kSamePlace) continue;
+    return error(ErrorCode::conflict,
+                 "in row " + std::to_string(i + 1) + " the recorded tool is " +
+                     text::print_rounded(off, 3) + " m from where its joints put it",
+                 "The robot was changed or moved since, or its mounting moves; make the recording "
+                 "again.");
+  }
+  return {};
+}
+
+void put_vectors(Recording& out, const std::array<const char*, 3>& names, const char* unit,
+                 const char* doc, const std::vector<Vec3>& values) {
+  for (std::size_t k = 0; k < 3; ++k) {
+    Column c{names[k], unit, doc, {}};
+    for (const Vec3& v : values) c.values.push_back(v[k]);
+    put(out, std::move(c));
+  }
+}
+
+void add_pose(Recording& out, const ToolTable& tool) {
+  std::vector<Vec3> places, angles;
+  for (const Pose& p : tool.pose) {
+    places.push_back(p.p);
+    Vec3 rpy = spatial::to_euler(spatial::kRollPitchYaw, p.R).angles;
+    if (!angles.empty())
+      for (std::size_t k = 0; k < 3; ++k)  // whole turns, so that nothing jumps at half a turn
+        rpy[k] += 2 * M_PI * std::round((angles.back()[k] - rpy[k]) / (2 * M_PI));
+    angles.push_back(rpy);
+  }
+  put_vectors(out, {"x", "y", "z"}, "m", "tool position in the world", places);
+  put_vectors(out, {"roll", "pitch", "yaw"}, "rad", "R = Rz(yaw) Ry(pitch) Rx(roll) of the tool",
+              angles);
+}
+
+Result<void> add_velocity(Recording& out, const Actor& a, const ToolTable& tool) {
+  const std::size_t n = a.model->dof();
+  RMP_TRY_ASSIGN(const auto qd, table(out, "qd", n));
+  std::vector<Vec3> v(out.rows()), w(out.rows());
+  Column speed{"speed", "m/s", "of the tool", {}};
+  for (std::size_t i = 0; i < out.rows(); ++i) {
+    std::array<double, 6> twist{};
+    for (std::size_t k = 0; k < n; ++k)
+      for (std::size_t e = 0; e < 6; ++e)
+        twist[e] += tool.jacobian[(i * n + k) * 6 + e] * qd[i * n + k];
+    v[i] = spatial::rotate(a.world_T_base, Vec3{twist[0], twist[1], twist[2]});
+    w[i] = spatial::rotate(a.world_T_base, Vec3{twist[3], twist[4], twist[5]});
+    speed.values.push_back(std::hypot(twist[0], twist[1], twist[2]));
+  }
+  put_vectors(out, {"vx", "vy", "vz"}, "m/s", "tool velocity in the world", v);
+  put(out, std::move(speed));
+  put_vectors(out, {"wx", "wy", "wz"}, "rad/s", "angular velocity of the tool in the world", w);
+  return {};
+}
+
+/// The least force and moment F with J^T F = M qdd + c + g + springs + friction - tau - stops.
+Result<void> add_force(Recording& out, const Simulator& sim, const Actor& a, const ToolTable& tool,
+                       Progress& progress) {
+  const std::size_t n = a.model->dof();
+  if (!a.model->loops.empty())
+    return error(ErrorCode::unsupported, "the force at the tool of closed loops is not computed",
+                 "Ask for other quantities.");
+  RMP_TRY_ASSIGN(const auto q, table(out, "q", a.model->coordinate_count()));
+  RMP_TRY_ASSIGN(const auto qd, table(out, "qd", n));
+  RMP_TRY_ASSIGN(const auto qdd, table(out, "qdd", n));
+  RMP_TRY_ASSIGN(const auto tau, table(out, "tau", n));
+  RMP_TRY_ASSIGN(const auto dynamics,
+                 bind_inverse_dynamics(sim.registry, a.model, a.inverse_dynamics));
+  DynamicsBatch batch;
+  batch.count = out.rows();
+  batch.q = q;
+  batch.qd = qd;
+  batch.qdd = qdd;
+  batch.terms = kGravityTerm | kInertialTerm | kVelocityTerm | kSpringTerm;
+  RMP_TRY_ASSIGN(auto missing, torques(dynamics, batch, progress));
+  for (std::size_t i = 0; i < missing.size(); ++i) missing[i] -= tau[i];
+  for (const auto& [stem, sign] : {std::pair{"tau_friction", 1.0}, {"tau_stop", -1.0}})
+    if (out.find(stem + std::string("1"))) {
+      RMP_TRY_ASSIGN(const auto more, table(out, stem, n));
+      for (std::size_t i = 0; i < missing.size(); ++i) missing[i] += sign * more[i];
+    }
+  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor>;
+  std::vector<Vec3> force(out.rows()), moment(out.rows());
+  for (std::size_t i = 0; i < out.rows(); ++i) {
+    const auto rows = static_cast<Eigen::Index>(n);
+    const Eigen::Map<const RowMajor> jt(&tool.jacobian[i * 6 * n], rows, 6);
+    const Eigen::Map<const Eigen::VectorXd> left(&missing[i * n], rows);
+    const Eigen::VectorXd f = Eigen::MatrixXd(jt).completeOrthogonalDecomposition().solve(left);
+    force[i] = spatial::rotate(a.world_T_base, Vec3{f[0], f[1], f[2]});
+    moment[i] = spatial::rotate(a.world_T_base, Vec3{f[3], f[4], f[5]});
+  }
+  put_vectors(out, {"fx", "fy", "fz"}, "N", "force on the tool, world's axes", force);
+  put_vectors(out, {"mx", "my", "mz"}, "N m", "moment on the tool, world's axes", moment);
+  return {};
+}
+
+void add_manipulability(Recording& out, std::size_t dof, const ToolTable& tool) {
+  Column c{"manipulability", "", "Yoshikawa's measure of the tool", {}};
+  for (std::size_t i = 0; i < out.rows(); ++i)
+    c.values.push_back(
+        robotics::manipulability(std::span(tool.jacobian).subspan(i * 6 * dof, 6 * dof)));
+  put(out, std::move(c));
+}
+
+/// 0 in the middle between two limits, 1 at either, more beyond.
+Result<void> add_limits(Recording& out) {
+  Column all{"limits_used", "", "greatest share of a limit that is used, 1 = at it",
+             std::vector<double>(out.rows())};
+  std::vector<Column> shares;
+  for (const Column& c : out.columns) {
+    if (!std::isfinite(c.lower) || !std::isfinite(c.upper) || !(c.upper > c.lower)) continue;
+    Column share{"used_" + c.name, "", "share of its limits that " + c.name + " uses", {}};
+    const double middle = (c.lower + c.upper) / 2, half = (c.upper - c.lower) / 2;
+    for (std::size_t i = 0; i < out.rows(); ++i) {
+      share.values.push_back(std::fabs(c.values[i] - middle) / half);
+      all.values[i] = std::max(all.values[i], share.values.back());
+    }
+    shares.push_back(std::move(share));
+  }
+  if (shares.empty())
+    return error(ErrorCode::invalid_argument, "no column of the recording has limits",
+                 "Give the robot's joints limits and make the recording again.");
+  for (Column& c : shares) put(out, std::move(c));
+  put(out, std::move(all));
+  return {};
+}
+
 }  // namespace
+
+std::vector<double> rate_of(const std::vector<double>& time, const std::vector<double>& values) {
+  std::vector<double> first(values.size()), second(values.size());
+  differentiate(time, values, 1, first, second);
+  return first;
+}
+
+std::vector<double> integral_of(const std::vector<double>& time,
+                                const std::vector<double>& values) {
+  const std::vector<double> slope = rate_of(time, values);
+  std::vector<double> out(values.size());
+  for (std::size_t i = 1; i < values.size(); ++i) {
+    const double h = time[i] - time[i - 1];
+    out[i] =
+        out[i - 1] + h / 2 * (values[i - 1] + values[i]) + h * h / 12 * (slope[i - 1] - slope[i]);
+  }
+  return out;
+}
 
 void mark_limits(Recording& recording, const RobotModel& model) {
   const auto mark = [&](const std::string& stem, std::int32_t entry, double lower, double upper) {
-    if (Column* c = column(recording, stem, static_cast<std::size_t>(entry))) {
+    if (Column* c = column(recording, stem + std::to_string(entry + 1))) {
       c->lower = lower;
       c->upper = upper;
     }
@@ -31,6 +348,63 @@ void mark_limits(Recording& recording, const RobotModel& model) {
     mark("qddd", joint.v_index, -joint.max_jerk, joint.max_jerk);
     mark("tau", joint.v_index, -joint.max_force, joint.max_force);
   }
+}
+
+std::span<const RecordedQuantity> recorded_quantities() { return kQuantities; }
+
+Result<RecordingPtr> with_quantities(const Simulator& sim, const Recording& recording,
+                                     std::span<const std::string> quantities, Progress& progress) {
+  Recording out = recording;
+  std::optional<Actor> actor;
+  std::optional<ToolTable> tool;
+  for (const std::string& what : quantities) {
+    if (std::none_of(kQuantities.begin(), kQuantities.end(),
+                     [&](const RecordedQuantity& k) { return k.name == what; })) {
+      std::vector<std::string> known;
+      for (const RecordedQuantity& k : kQuantities) known.emplace_back(k.name);
+      std::string hint = text::did_you_mean(what, known);
+      if (hint.empty()) hint = "There are " + text::enumerate(known) + ".";
+      return error(ErrorCode::unknown_name, "there is no quantity " + text::quote(what), hint);
+    }
+    if (what == "limits") {
+      RMP_TRY(add_limits(out));
+      continue;
+    }
+    if (what == "clearance") {
+      RMP_TRY_ASSIGN(const auto more, with_clearance(sim, out, progress));
+      out = *more;
+      continue;
+    }
+    if (!actor) {
+      RMP_TRY_ASSIGN(actor, actor_of(sim, out, progress));
+    }
+    const std::size_t dof = actor->model->dof();
+    const bool needs_tool = what == "pose" || what == "velocity" || what == "force";
+    if (!tool && (needs_tool || what == "manipulability")) {
+      RMP_TRY_ASSIGN(tool, tool_of(out, *actor));
+    }
+    if (needs_tool) RMP_TRY(check_place(out, *tool));
+    if (what == "jerk") {
+      RMP_TRY(add_jerk(out, *actor->model));
+    } else if (what == "power") {
+      RMP_TRY(add_power(out, dof));
+    } else if (what == "work") {
+      RMP_TRY_ASSIGN(const auto total, add_power(out, dof));
+      RMP_TRY_ASSIGN(const Column* const time, time_of(out));
+      put(out, {"work", "J", "work of all motors", integral_of(time->values, total)});
+    } else if (what == "energy") {
+      RMP_TRY(add_energy(out, sim, *actor, progress));
+    } else if (what == "pose") {
+      add_pose(out, *tool);
+    } else if (what == "velocity") {
+      RMP_TRY(add_velocity(out, *actor, *tool));
+    } else if (what == "force") {
+      RMP_TRY(add_force(out, sim, *actor, *tool, progress));
+    } else {
+      add_manipulability(out, dof, *tool);
+    }
+  }
+  return std::make_shared<const Recording>(std::move(out));
 }
 
 }  // namespace robomosp::sim

@@ -5,6 +5,8 @@
 
 #include <span>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "sim/recording.h"
 #include "sim/simulate.h"
@@ -13,5 +15,33 @@ namespace robomosp::sim {
 
 /// Sets the limits of the columns q, qd, qdd, qddd and tau of joints of one coordinate.
 void mark_limits(Recording& recording, const RobotModel& model);
+
+/// A group of columns that with_quantities() computes.
+struct RecordedQuantity {
+  std::string_view name, columns, doc;
+};
+[[nodiscard]] std::span<const RecordedQuantity> recorded_quantities();
+
+/// The recording with the columns of the quantities named, which replace those of the same names.
+/// The robot and its place are those of now; where the tool of the recording was elsewhere it is an
+/// error. What needs velocities, accelerations or torques tells which column is missing.
+[[nodiscard]] Result<RecordingPtr> with_quantities(const Simulator&, const Recording&,
+                                                   std::span<const std::string> quantities,
+                                                   Progress&);
+
+/// Derivative by time by five-point polynomials, and integral from the first row on by trapezoids
+/// corrected by the derivatives at their ends (exact for cubics).
+[[nodiscard]] std::vector<double> rate_of(const std::vector<double>& time,
+                                          const std::vector<double>& values);
+[[nodiscard]] std::vector<double> integral_of(const std::vector<double>& time,
+                                              const std::vector<double>& values);
+
+enum class Watch { value, rate, integral };
+/// The recording with a column that is an expression over the others in every row ("tau1*qd1"), its
+/// rate or its integral. An empty unit is that of the result; another dimension, a unit that is not
+/// SI, or a name that cannot be used in expressions is an error.
+[[nodiscard]] Result<RecordingPtr> with_watch(const Recording&, const std::string& name,
+                                              std::string_view expression, const std::string& unit,
+                                              Watch);
 
 }  // namespace robomosp::sim

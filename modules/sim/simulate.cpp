@@ -14,6 +14,7 @@
 #include "robotics/kinematics.h"
 #include "sim/collision.h"
 #include "sim/collision_cache.h"
+#include "sim/recording_columns.h"
 #include "sim/retime.h"
 #include "sim/robot_motion.h"
 #include "spatial/pose.h"
@@ -166,6 +167,7 @@ Recording kinematic_recording(const Run& run, const Setup& setup, const RobotMot
       {"position_error", "m", "distance of the tool from the trajectory", t.position_error});
   recording.columns.push_back(
       {"rotation_error", "rad", "angle left to the wanted orientation", t.rotation_error});
+  mark_limits(recording, model);
   return recording;
 }
 
@@ -246,6 +248,7 @@ Result<void> add_torques(Recording& recording, const Setup& setup, const RobotMo
     RMP_TRY_ASSIGN(const auto tau, torques(dynamics, batch, progress));
     add_joint_columns(recording, *setup.model, part.stem, part.what, "N m", "N", tau);
   }
+  mark_limits(recording, *setup.model);
   note_limits(recording, *setup.model, "tau", "torque", &JointModel::max_force);
   return {};
 }
