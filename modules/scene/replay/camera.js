@@ -27,10 +27,10 @@ class OrbitCamera {
   }
   reset() {
     this.target = [0, 1, 2].map((i) => 0.5 * (this.box[0][i] + this.box[1][i]));
-    this.scale = 0.75 / (this.wanted.zoom || 1);
     const eye = this.wanted.eye;
     if (!eye) {
       [this.azimuth, this.elevation] = kViews[this.wanted.view].map((d) => d * Math.PI / 180);
+      this.scale = this.fittingScale() / (this.wanted.zoom || 1);
       return;
     }
     this.target = this.wanted.target.slice();
@@ -39,6 +39,18 @@ class OrbitCamera {
     this.azimuth = Math.atan2(way[1], way[0]);
     this.elevation = Math.asin(way[2] / distance);
     this.scale = distance / fittingDistance(this.radius, 4 / 3) / (this.wanted.zoom || 1);
+  }
+  /// The scale at which all corners of the box are just in a picture of 4:3.
+  fittingScale() {
+    const back = this.back, right = unit(cross([0, 0, 1], back)), top = cross(back, right);
+    const tangent = Math.tan(kFieldOfView / 2);
+    let distance = 0;
+    for (let corner = 0; corner < 8; ++corner) {
+      const p = sub([0, 1, 2].map((k) => this.box[(corner >> k) & 1][k]), this.target);
+      const side = Math.max(Math.abs(dot(p, top)), Math.abs(dot(p, right)) * 3 / 4);
+      distance = Math.max(distance, dot(p, back) + side / tangent);
+    }
+    return 1.03 * distance / fittingDistance(this.radius, 4 / 3);
   }
   look(view) {
     this.wanted = {view, perspective: this.perspective, zoom: 1};
