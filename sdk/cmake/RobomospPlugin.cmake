@@ -15,8 +15,9 @@ endif()
 # <robomosp/sdk/conformance/models.h> to run the suites "ik", "dynamics", "controller" and "robot_code"
 # on. RUNNER runs generated code for the suite "robot_code" (robot_code_suite.h, run_by). DYNAMICS
 # is the plugin whose inverse dynamics the suite "controller" asks; the installed dynamics_newton_euler
-# when left out. The suite of segments needs cases of your own: include
-# <robomosp/sdk/conformance/segment_suite.h> in your TEST.
+# when left out. The suites of segments, curves, motion laws and orientations need cases of your own:
+# include <robomosp/sdk/conformance/segment_suite.h>, curve_suite.h, motion_law_suite.h or
+# orientation_suite.h in your TEST.
 function(robomosp_add_plugin name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "DYNAMICS" "SOURCES;LIBS;TEST;CONFORMANCE;MODELS;RUNNER")
   if(NOT arg_SOURCES OR arg_UNPARSED_ARGUMENTS)

@@ -35,7 +35,9 @@ const std::multimap<std::string, std::string> kSuites{
     {"robomosp.controller/1", "ControllerConformance"},
     {"robomosp.integrator/1", "IntegratorConformance"},
     {"robomosp.robot_code/1", "RobotCodeConformance"},
-    {"robomosp.curve/1", "SegmentConformance"},
+    {"robomosp.curve/1", "CurveConformance"},
+    {"robomosp.motion_law/1", "MotionLawConformance"},
+    {"robomosp.orientation/1", "OrientationConformance"},
     {"robomosp.retimer/1", "RetimerConformance"},
     {"robomosp.joint_segment/1", "JointSegmentConformance"},
     {"robomosp.planner/1", "PlannerConformance"},
@@ -45,8 +47,6 @@ const std::map<std::string, std::string> kTestedElsewhere{
     {"robomosp.importer/1", "tests/unit/exchange_test.cpp, robot_files_test.cpp and tests/fuzz"},
     {"robomosp.exporter/1", "tests/unit/exchange_test.cpp"},
     {"robomosp.renderer/1", "tests/viewer/render_test.cpp"},
-    {"robomosp.motion_law/1", "SegmentConformance, which moves along every curve by one"},
-    {"robomosp.orientation/1", "SegmentConformance, which turns along every curve by one"},
 };
 
 /// "suite provider" of every case that a test program lists.

@@ -1,5 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Lines and arcs as segments: the SDK's suite, the paper's circle and the error sentences.
+#include <robomosp/sdk/conformance/curve_suite.h>
+#include <robomosp/sdk/conformance/motion_law_suite.h>
+#include <robomosp/sdk/conformance/orientation_suite.h>
+
 #include "support/segments.h"
 
 namespace robomosp::conformance {
@@ -139,6 +143,124 @@ std::vector<SegmentCase> cases() {
 }
 INSTANTIATE_TEST_SUITE_P(Analytic, SegmentConformance, testing::ValuesIn(cases()),
                          segment_case_name);
+
+// ---- each interface by itself ----
+
+using Texts = std::vector<std::pair<std::string, std::string>>;
+
+std::vector<CurveCase> curve_cases() {
+  const std::vector<Pose> three{shift(1, 0, 0.2), shift(0.1, 0.9, 0.5), shift(-1, 0, 0.3)};
+  const Texts about{{"centre", "{0.2, 0.1, 0}"}, {"axis", "{0, 0.6, 0.8}"}};
+  Texts arc = about, helix = about;
+  arc.insert(arc.end(), {{"angle", "-2.5"}});
+  helix.insert(helix.end(), {{"turns", "-3"}, {"pitch", "0.2"}});
+  return {{kFile, "line", "straight", {shift(0.1, 0.2, 0.3), shift(1, 2, 2)}},
+          {kFile, "arc", "tilted", three},
+          {kFile, "circle", "tilted", three},
+          {kFile, "circle", "part", three, {{"turns", "0.8"}}},
+          {kFile, "arc_centre", "backwards", {shift(1, 0, 0)}, arc},
+          {kFile, "helix", "backwards", {shift(1, 0, 0)}, helix}};
+}
+INSTANTIATE_TEST_SUITE_P(Analytic, CurveConformance, testing::ValuesIn(curve_cases()),
+                         curve_case_name);
+
+// Limits of a way of 2 m that turns by 3 rad at most: speed 0.4 m/s = 0.2 of the way each second,
+// acceleration 1 m/s^2 = 0.5 and jerk 4 m/s^3 = 2 of it.
+std::vector<LawCase> law_cases() {
+  const LawTask way{2, 3}, spot{0, 1.5};
+  const Texts limits{{"speed", "0.4"},
+                     {"angular_speed", "100"},
+                     {"acceleration", "1"},
+                     {"angular_acceleration", "1000"}};
+  const auto with = [&](Texts more) {
+    more.insert(more.begin(), limits.begin(), limits.end());
+    return more;
+  };
+  std::vector<LawCase> all;
+  const auto add = [&](const char* law, const char* name, const LawTask& task, const Texts& params,
+                       double rate, double acceleration) {
+    all.push_back({kFile, law, name, task, params});
+    all.back().rate = rate, all.back().acceleration = acceleration;
+    return &all.back();
+  };
+  constexpr double kNone = std::numeric_limits<double>::infinity();
+  LawCase* c =
+      add("constant_speed", "way", way, {{"speed", "0.4"}, {"angular_speed", "9"}}, 0.2, 0);
+  c->start_rate = c->end_rate = 0.2, c->duration = 5;
+  c = add("constant_speed", "spot", spot, {{"angular_speed", "0.5"}}, 1 / 3.0, 0);
+  c->start_rate = c->end_rate = -1, c->duration = 3;
+  c = add("constant_speed", "timed", way, {{"duration", "7"}}, 1 / 7.0, 1e-12);
+  c->start_rate = c->end_rate = -1, c->duration = 7;
+  // s = a t^2 / 2: 2 m at 1 m/s^2 take 2 s and end at 2 m/s.
+  c = add("constant_acceleration", "from_rest", way,
+          {{"acceleration", "1"}, {"angular_acceleration", "1000"}}, kNone, 0.5);
+  c->end_rate = 1, c->duration = 2;
+  c = add("constant_acceleration", "between", way, {{"start_speed", "0.3"}, {"end_speed", "0.1"}},
+          0.15, kNone);
+  c->start_rate = 0.15, c->end_rate = 0.05, c->duration = 10;
+  // 0.4 s up, 0.4 s down, and 2 - 2 * 0.08 m at 0.4 m/s.
+  c = add("trapezoidal", "limits", way, limits, 0.2, 0.5);
+  c->duration = 0.8 + 1.84 / 0.4;
+  c = add("trapezoidal", "moving_ends", way, with({{"start_speed", "0.1"}, {"end_speed", "0.2"}}),
+          0.2, 0.5);
+  c->start_rate = 0.05, c->end_rate = 0.1;
+  c = add("trapezoidal", "timed", way, with({{"duration", "9"}}), 0.2, 0.5);
+  c->duration = 9;
+  c = add("trapezoidal", "spot", spot, {}, 1 / 3.0, 10 / 3.0);
+  c = add("s_curve", "limits", way, with({{"jerk", "4"}, {"angular_jerk", "1e6"}}), 0.2, 0.5);
+  c->jerk = 2, c->is_accelerating_at_ends = false;
+  c = add(
+      "s_curve", "moving_ends", way,
+      with({{"jerk", "4"}, {"angular_jerk", "1e6"}, {"start_speed", "0.3"}, {"end_speed", "0.1"}}),
+      0.2, 0.5);
+  c->jerk = 2, c->is_accelerating_at_ends = false, c->start_rate = 0.15, c->end_rate = 0.05;
+  for (const char* law : {"cubic", "quintic", "cycloidal"}) {
+    const bool is_smooth = std::string(law) != "cubic";
+    add(law, "limits", way, limits, 0.2, 0.5)->is_accelerating_at_ends = !is_smooth;
+    c = add(law, "timed", way, {{"duration", "4"}}, kNone, kNone);
+    c->is_accelerating_at_ends = !is_smooth, c->duration = 4;
+    add(law, "spot", spot, {}, 1 / 3.0, 10 / 3.0);
+  }
+  c = add("quintic", "moving_ends", way, with({{"start_speed", "0.1"}, {"end_speed", "0.3"}}), 0.2,
+          0.5);
+  c->start_rate = 0.05, c->end_rate = 0.15, c->is_accelerating_at_ends = false;
+  return all;
+}
+INSTANTIATE_TEST_SUITE_P(Analytic, MotionLawConformance, testing::ValuesIn(law_cases()),
+                         law_case_name);
+
+std::vector<OrientationCase> orientation_cases() {
+  const std::vector<double> shares{0, 0.3, 0.55, 1};
+  const std::vector<Pose> points{turn_x(0.3), multiply(turn_y(0.8), turn_x(0.2)), turn_z(-0.9),
+                                 multiply(turn_z(1.2), turn_y(2.1))};
+  std::vector<OrientationCase> all{
+      {kFile, "fixed", "first", shares, points, {}, false},
+      {kFile, "slerp", "plain", shares, points},
+      {kFile, "slerp", "half_turn", {0, 1}, {turn_x(0.3), multiply(turn_x(0.3), turn_y(kPi))}},
+      {kFile,
+       "slerp",
+       "part",
+       shares,
+       points,
+       {{"from", "0.2"}, {"to", "0.7"}},
+       true,
+       false,
+       {0.2, 0.7}},
+      {kFile,
+       "slerp",
+       "eased",
+       shares,
+       points,
+       {{"from", "0.2"}, {"to", "0.7"}, {"ease", "smooth"}}},
+      {kFile, "slerp_points", "bent", shares, points, {}, true, true, {0.3, 0.55}},
+      {kFile, "squad", "bent", shares, points, {}, true, true, {0.3, 0.55}},
+      {kFile, "squad", "single", {0}, {turn_x(0.4)}, {}, true, true},
+      {kFile, "tangent", "x", shares, points, {{"up", "{0, 0, 1}"}}, false},
+      {kFile, "tangent", "z", shares, points, {{"axis", "z"}, {"up", "{0.1, 0, 1}"}}, false}};
+  return all;
+}
+INSTANTIATE_TEST_SUITE_P(Analytic, OrientationConformance, testing::ValuesIn(orientation_cases()),
+                         orientation_case_name);
 
 PathSample at(const Segment& s, double t) {
   PathSample out[1];
