@@ -459,15 +459,7 @@ class Loader {
         Binder(source->syntax, file.stem().string(), !from && wanted == Kind::solid).run());
     const Kind kind = bound.record.kind();
     if (from) {
-      const auto& kinds = from->reference.kinds;
-      // Objects hold solids only; robots and worlds ask for objects first.
-      const bool is_nested = bound.is_assembly && kinds.front() != Kind::object;
-      if (is_nested || std::find(kinds.begin(), kinds.end(), kind) == kinds.end())
-        return from->source.syntax.at(from->reference.offset, ErrorCode::invalid_argument,
-                                      "the file " + quote(from->reference.path) + " holds " +
-                                          document::with_article(to_string(kind)) + ", but " +
-                                          from->reference.owner + " needs " +
-                                          document::with_article(to_string(kinds.front())));
+      RMP_TRY(check_kind(from->source, from->reference, kind, bound.is_assembly));
     } else if (wanted && kind != *wanted && !(kind == Kind::solid && wanted == Kind::object)) {
       return source->syntax.at(0, ErrorCode::invalid_argument,
                                "this is " + document::with_article(to_string(kind)) + ", not " +
@@ -479,6 +471,17 @@ class Loader {
     if (from && kind == Kind::object && !bound.is_assembly) bound.record.name += " parts";
     if (!from && wanted == Kind::object && kind == Kind::solid) bound = one_part(std::move(bound));
     return add(*source, std::move(bound));
+  }
+
+  /// Objects hold solids only; robots and worlds ask for objects first.
+  static Result<void> check_kind(const Source& source, const Reference& r, Kind kind,
+                                 bool is_assembly) {
+    const bool is_nested = is_assembly && r.kinds.front() != Kind::object;
+    if (!is_nested && std::find(r.kinds.begin(), r.kinds.end(), kind) != r.kinds.end()) return {};
+    return source.syntax.at(r.offset, ErrorCode::invalid_argument,
+                            "the file " + quote(r.path) + " holds " +
+                                document::with_article(to_string(kind)) + ", but " + r.owner +
+                                " needs " + document::with_article(to_string(r.kinds.front())));
   }
 
   /// A solid as the only part of an object.
@@ -560,7 +563,10 @@ class Loader {
           "References are looked for from the folder of the file upwards, and "
           "in the folders Materials, CSGs, Objects, Robots, Trajectories and Worlds beside it.");
     const std::string key = found->lexically_normal().generic_string();
-    if (const auto known = opened_.find(key); known != opened_.end()) return known->second;
+    if (const auto known = opened_.find(key); known != opened_.end()) {
+      RMP_TRY(check_kind(source, r, known->second.kind, false));
+      return known->second;
+    }
     const From from{source, r};
     RMP_TRY_ASSIGN(const AnyId id, open(*found, key, std::nullopt, &from));
     opened_.emplace(key, id);

@@ -1,0 +1,430 @@
+// SPDX-License-Identifier: Apache-2.0
+// Worlds, robots and trajectories of ROBOMOSP 1.4 (2006): read, simulated, refused in words. The
+// files in tests/support/files-2006 are our own; where the original's world is there
+// (ROBOMOSP_LEGACY_DATA, or sample data beside the project), it is loaded and simulated too.
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <numbers>
+#include <sstream>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "io/legacy.h"
+#include "model/placement.h"
+#include "motion/path.h"
+#include "robotics/kinematics.h"
+#include "sim/simulate.h"
+#include "spatial/pose.h"
+#include "support/workbench.h"
+
+namespace robomosp {
+namespace {
+
+namespace fs = std::filesystem;
+using test::unwrap;
+using test::Workbench;
+
+constexpr double kPi = std::numbers::pi;
+constexpr double kDegree = kPi / 180;
+
+/// Removed first: file systems flush a file that is emptied and written again.
+void rewrite(const fs::path& file, const std::string& content) {
+  fs::remove(file);
+  std::ofstream(file, std::ios::binary) << content;
+}
+
+class LegacyWorld : public testing::Test {
+ protected:
+  LegacyWorld() {
+    std::string pattern = (fs::temp_directory_path() / "robomosp_legacy_XXXXXX").string();
+    folder = ::mkdtemp(pattern.data());
+    fs::copy(fs::path(ROBOMOSP_SOURCE_DIR) / "tests/support/files-2006", folder,
+             fs::copy_options::recursive);
+  }
+  ~LegacyWorld() override {
+    std::error_code ec;
+    fs::remove_all(folder, ec);
+  }
+  [[nodiscard]] std::string text(const std::string& name) const {
+    std::ifstream in(folder / "Saves" / name, std::ios::binary);
+    std::stringstream s;
+    s << in.rdbuf();
+    return s.str();
+  }
+  void put(const std::string& name, const std::string& content) const {
+    rewrite(folder / "Saves" / name, content);
+  }
+  /// Replaces the first `from` of a file by `to`.
+  void edit(const std::string& name, const std::string& from, const std::string& to) const {
+    std::string s = text(name);
+    const auto at = s.find(from);
+    ASSERT_NE(at, std::string::npos) << name << " has no " << from;
+    put(name, s.replace(at, from.size(), to));
+  }
+  AnyId load(const std::string& name) {
+    auto tx = bench.document.begin("load");
+    auto loaded = io::load(*tx, folder / "Saves" / name, {});
+    if (!loaded.ok()) {
+      ADD_FAILURE() << loaded.error().sentence();
+      return {};
+    }
+    notes = loaded->notes;
+    const auto done = tx->commit();
+    EXPECT_TRUE(done.ok()) << (done.ok() ? "" : done.error().sentence());
+    return loaded->id;
+  }
+  /// The sentence from the file's name on.
+  std::string refusal(const std::string& name) {
+    auto tx = bench.document.begin("load");
+    const std::size_t before = tx->now().size();
+    const auto loaded = io::load(*tx, folder / "Saves" / name, {});
+    if (loaded.ok()) return "";
+    EXPECT_EQ(tx->now().size(), before) << "a refused file must leave nothing behind";
+    std::string sentence = loaded.error().sentence();
+    const auto at = sentence.find(fs::path(name).filename().string());
+    return at == std::string::npos ? sentence : sentence.substr(at);
+  }
+  template <class T>
+  const T& get(AnyId id) {
+    snapshot = bench.document.now();
+    return std::get<T>(snapshot->find(id)->body);
+  }
+  std::shared_ptr<const motion::Path> path(AnyId id) {
+    const auto& t = get<model::Trajectory>(id);
+    return unwrap(motion::Path::build(bench.registry, "t", t));
+  }
+
+  fs::path folder;
+  Workbench bench;
+  std::shared_ptr<const document::Snapshot> snapshot;
+  std::vector<std::string> notes;
+};
+
+PathSample at(const motion::Path& path, double t) {
+  PathSample s;
+  path.sample({&t, 1}, {&s, 1});
+  return s;
+}
+
+TEST_F(LegacyWorld, ARobotsJointValuesAreItsAnglesAndItsRowsTheRest) {
+  const auto& r = get<model::Robot>(load("Robots/reacher.rbt"));
+  EXPECT_EQ(r.description, "three joints in a plane");
+  ASSERT_EQ(r.links.size(), 3U);
+  EXPECT_EQ(r.links[0].name, "upper arm");
+  EXPECT_EQ(r.links[1].name, "fore") << "without a description the object's file names it";
+  EXPECT_EQ(r.links[2].parent, 1);
+  EXPECT_EQ(r.links[0].row, (model::DhRow{0.4, 0, 0.2, 0})) << "theta is what was last shown";
+  EXPECT_EQ(r.mass_source, model::MassSource::designed);
+  ASSERT_EQ(r.base_parts.size(), 1U);
+  ASSERT_EQ(r.links[2].parts.size(), 1U);
+  EXPECT_EQ(snapshot->find(r.links[2].parts[0].what)->name, "hand");
+  EXPECT_DOUBLE_EQ(r.links[1].lower, -150 * kDegree) << "limits the other way round";
+  EXPECT_DOUBLE_EQ(r.links[1].upper, 150 * kDegree);
+  ASSERT_EQ(r.poses.size(), 2U);
+  EXPECT_EQ(r.poses[0].name, "home");
+  EXPECT_DOUBLE_EQ(r.poses[0].q[2], -15 * kDegree);
+  EXPECT_DOUBLE_EQ(r.poses[1].q[1], 90 * kDegree);
+  ASSERT_EQ(notes.size(), 1U);
+  EXPECT_NE(notes[0].find("eight numbers after a link's row are not applied"), std::string::npos);
+}
+
+TEST_F(LegacyWorld, BranchesAreReadAndAnyDepthIs) {
+  const auto link = [](double a) {
+    return "[ ( 0, " + std::to_string(a) +
+           ", 0, 0, -90, 90, 0, 0 ) ( 0 0 0 0 0 0 0 0 ) Revolute ( \"\" \"\" ( 0, 0, 0, 0, 0, 0 ) "
+           "0 3 0 ) ]";
+  };
+  const auto robot = [](int type, const std::string& tree) {
+    return "\"\"\n " + std::to_string(type) + "\n( 0, 0, 0, 0, 0, 0 ) 0 3 0\n( )\n" + tree;
+  };
+  const std::string tree =
+      "{ " + link(1) + " { " + link(2) + " { " + link(3) + " } } { " + link(4) + " } }";
+  put("Robots/tree.rbt", robot(1, tree));
+  const auto& r = get<model::Robot>(load("Robots/tree.rbt"));
+  ASSERT_EQ(r.links.size(), 4U);
+  EXPECT_EQ(r.links[3].parent, 0);
+  EXPECT_EQ(r.links[3].row.a, 4);
+  EXPECT_EQ(r.links[2].name, "link_3");
+  put("Robots/tree.rbt", robot(0, tree));
+  EXPECT_EQ(refusal("Robots/tree.rbt").substr(0, 67),
+            "tree.rbt:5:332: a serial robot (type 0) has a branch. Robots with b");
+  std::string deep;
+  constexpr int kDepth = 5000;
+  for (int i = 0; i < kDepth; ++i) deep += "{ " + link(0.1) + "\n";
+  put("Robots/deep.rbt", robot(1, deep + std::string(kDepth, '}')));
+  EXPECT_EQ(get<model::Robot>(load("Robots/deep.rbt")).links.back().parent, kDepth - 2);
+  put("Robots/deep.rbt", robot(1, deep + std::string(kDepth - 1, '}')));
+  EXPECT_NE(refusal("Robots/deep.rbt").find("the file ends where { or } should be"),
+            std::string::npos);
+}
+
+TEST_F(LegacyWorld, APrismaticLinkMovesByMetresAndSaysThatThisIsNotProven) {
+  edit("Robots/reacher.rbt", "-180.00000000, 180.00000000, -15.00000000, 0.00000000",
+       "-0.1, 0.25, 0.05, 0");
+  std::string s = text("Robots/reacher.rbt");
+  s.replace(s.rfind("Revolute"), 8, "Prismatic");
+  put("Robots/reacher.rbt", s);
+  const auto& r = get<model::Robot>(load("Robots/reacher.rbt"));
+  EXPECT_EQ(r.links[2].joint, model::JointKind::prismatic);
+  EXPECT_DOUBLE_EQ(r.links[2].row.theta, 5 * kDegree);
+  EXPECT_EQ(r.links[2].row.d, 0) << "its value is d";
+  EXPECT_EQ(r.links[2].upper, 0.25);
+  EXPECT_EQ(r.poses[0].q[2], 0.05);
+  ASSERT_EQ(notes.size(), 2U);
+  EXPECT_NE(notes[0].find("no file of the 2006 program with a Prismatic link is known"),
+            std::string::npos);
+}
+
+TEST_F(LegacyWorld, ALineRunsAsItsSectionSays) {
+  // 0.3 m at 0.12 m/s, a fifth of the time to speed up and to slow down: 0.3 / (0.12 0.8) s.
+  const AnyId id = load("Trajectories/stroke.tjc");
+  const auto& t = get<model::Trajectory>(id);
+  EXPECT_EQ(t.description, "along the board");
+  const auto p = path(id);
+  const double T = 3.125, a = 0.12 / (0.2 * T);
+  EXPECT_NEAR(p->duration(), T, 1e-12);
+  EXPECT_EQ(p->sample_times(t.sample_time).size(), 126U) << "125 steps";
+  EXPECT_NEAR(at(*p, 0.3).pose.p[1], a * 0.09 / 2, 1e-12);
+  EXPECT_NEAR(at(*p, 1).velocity[1], 0.12, 1e-12);
+  EXPECT_NEAR(at(*p, 2).pose.p[1], 0.12 * (2 - 0.1 * T), 1e-12);
+  EXPECT_NEAR(at(*p, 3).acceleration[1], -a, 1e-12);
+  EXPECT_NEAR(at(*p, T).pose.p[1], 0.3, 1e-12);
+  EXPECT_TRUE(notes.empty());
+}
+
+TEST_F(LegacyWorld, AnArcGoesThroughItsThreePointsAtTheSpeedOfTheFile) {
+  const AnyId id = load("Trajectories/half turn.tjc");
+  const auto p = path(id);
+  const double T = kPi * 0.1 / 0.075;
+  EXPECT_NEAR(p->duration(), T, 1e-12);
+  EXPECT_EQ(p->sample_times(get<model::Trajectory>(id).sample_time).size(), 101U);
+  const PathSample middle = at(*p, T / 2);
+  EXPECT_NEAR(middle.pose.p[0], 0.1, 1e-12);
+  EXPECT_NEAR(middle.pose.p[1], 0.1, 1e-12);
+  EXPECT_NEAR(middle.velocity[0], 0.1, 1e-12);
+  for (int i = 0; i <= 50; ++i) {
+    const Vec3 x = at(*p, T * i / 50).pose.p;
+    EXPECT_NEAR(std::hypot(x[0] - 0.1, x[1]), 0.1, 1e-12);
+  }
+}
+
+TEST_F(LegacyWorld, AStoredSectionIsATrajectoryOfOneSegment) {
+  const AnyId id = load("Trajectories/bow.stn");
+  EXPECT_EQ(id.kind, Kind::trajectory);
+  EXPECT_NEAR(path(id)->length(), kPi * 0.1, 1e-12);
+  ASSERT_EQ(notes.size(), 1U);
+  EXPECT_NE(notes[0].find("no .stn file of the 2006 program is known"), std::string::npos);
+}
+
+TEST_F(LegacyWorld, SectionsFollowEachOtherAndTheTrajectorysFrameCarriesThem) {
+  std::string s = text("Trajectories/stroke.tjc"), second = s.substr(s.find("#Section"));
+  for (std::size_t at = 0; (at = second.find(" 0.30000000", at)) != std::string::npos;)
+    second.replace(at, 11, " 0.60000000");
+  // From 0.3 on, as the first ends there.
+  const auto start = second.find("[\n") + 2;
+  const std::size_t comma = second.find(", 0.00000000, 0.00000000", start);
+  second.replace(comma, 12, ", 0.30000000");
+  const std::size_t again = second.find("( 0.00000000 0.00000000 0.00000000 )", start);
+  second.replace(again, 36, "( 0.00000000 0.30000000 0.00000000 )");
+  const std::string zero =
+      "( 0.00000000, 0.00000000, 0.00000000, 0.00000000, 0.00000000, 0.00000000 )";
+  s.replace(s.find(zero), zero.size(), "( 1, 0, 0, 90, 0, 0 )");
+  put("Trajectories/two.tjc", s + second);
+  const auto p = path(load("Trajectories/two.tjc"));
+  EXPECT_NEAR(p->duration(), 6.25, 1e-12);
+  const Vec3 end = at(*p, 6.25).pose.p;  // y of the sections is -x there
+  EXPECT_NEAR(end[0], 1 - 0.6, 1e-12);
+  EXPECT_NEAR(end[1], 0, 1e-12);
+  ASSERT_EQ(notes.size(), 1U);
+  EXPECT_NE(notes[0].find("the file says 126 samples in 3.125 s; its sections give 251 in 6.25 s"),
+            std::string::npos)
+      << notes[0];
+}
+
+TEST_F(LegacyWorld, UnknownCodesAreRefusedByNameAndPlace) {
+  const struct {
+    const char *from, *to, *sentence;
+  } cases[] = {
+      {"0 0 1 4 5 1 0 0 125", "0 0 3 4 5 1 0 0 125",
+       "stroke.tjc:6:18: section 1 \"straight\": the curve's code 3 is not known. Known are 1 "
+       "(line) and 2 (arc through three points)."},
+      {"0 0 1 4 5 1 0 0 125", "0 0 1 1 5 1 0 0 125",
+       "stroke.tjc:6:20: section 1 \"straight\": the fourth code (motion law) 1 is not known. "
+       "Known "
+       "is 4 5 1: the speed is a trapezoid in time."},
+      {"0 0 1 4 5 1 0 0 125", "0 0 1 4 5 1 1 2 125",
+       "stroke.tjc:6:26: section 1 \"straight\": the seventh code (orientation) 1 is not known. "
+       "Known is 0 0: the tool keeps its orientation; 1 2, angles that change at their own pace, "
+       "cannot be run yet."},
+      {"0 0 1 4 5 1 0 0 125", "0 7 1 4 5 1 0 0 125",
+       "stroke.tjc:6:16: section 1 \"straight\": the second code 7 is not known. In all known "
+       "files "
+       "the first two codes of a section are 0."},
+      {"Cartesian", "Joint",
+       "stroke.tjc:8:1: section 1 \"straight\": the space \"Joint\" is not known. In all known "
+       "files it is Cartesian."},
+      {"0.20000000 0.20000000 \n", "0.20000000 0.30000000 \n",
+       "stroke.tjc:6:36: section 1 \"straight\": the last two numbers of its times, 0.2 and 0.3, "
+       "differ. In all known files they are the same, so it is not known which is which."},
+      {"3.12500000 0.12000000", "3.12500000 0.25000000",
+       "stroke.tjc:6:36: section 1 \"straight\" is 0.3 m long, but its speed of 0.25 m/s and its "
+       "time of 3.125 s are those of 0.625 m. Speed x time x (1 - share of the time to speed up) "
+       "must "
+       "be the length."},
+      {"125 2 3.125", "125 3 3.125",
+       "stroke.tjc:6:34: section 1 \"straight\" has 3 points. A line has 2."},
+      {"0.30000000, 0.00000000, 0.00000000, 0.00000000, 0.00000000 ) 0 3 0",
+       "0.30000000, 0.00000000, 10.0000000, 0.00000000, 0.00000000 ) 0 3 0",
+       "stroke.tjc:6:3: section 1 \"straight\" has points of different orientations. By its "
+       "seventh "
+       "and eighth code (0 0) the tool keeps its orientation."},
+      {"\" 0 126", "\" 4 126",
+       "stroke.tjc:1:27: the trajectory's code 4 is not known. In all known files it is 0."},
+  };
+  const std::string good = text("Trajectories/stroke.tjc");
+  for (const auto& c : cases) {
+    put("Trajectories/stroke.tjc", good);
+    edit("Trajectories/stroke.tjc", c.from, c.to);
+    EXPECT_EQ(refusal("Trajectories/stroke.tjc"), c.sentence);
+  }
+  put("Trajectories/stroke.tjc", good);
+  const std::string robot = text("Robots/reacher.rbt"), world = text("Worlds/bench.wld");
+  edit("Robots/reacher.rbt", " 0\n(", " 2\n(");
+  EXPECT_EQ(refusal("Robots/reacher.rbt"),
+            "reacher.rbt:3:2: the robot's type 2 is not known. 0 is serial, 1 hyper-branched.");
+  put("Robots/reacher.rbt", robot);
+  edit("Robots/reacher.rbt", "Revolute", "Spherical");
+  EXPECT_NE(refusal("Robots/reacher.rbt").find("there is no joint \"Spherical\""),
+            std::string::npos);
+  put("Robots/reacher.rbt", robot);
+  edit("Worlds/bench.wld", "Fixed", "Moving");
+  EXPECT_EQ(refusal("Worlds/bench.wld"),
+            "bench.wld:13:1: the kind of base \"Moving\" is not known. In all known files it is "
+            "Fixed.");
+  put("Worlds/bench.wld", world);
+  edit("Worlds/bench.wld", "21.81276974, ", "");
+  EXPECT_EQ(refusal("Worlds/bench.wld"),
+            "bench.wld:12:3: robot \"reacher\" has 2 joint values, but 3 links. Each link has one "
+            "joint value.");
+  put("Worlds/bench.wld", world);
+  edit("Worlds/bench.wld", "stroke.tjc\"", "stroke.rbt\"");
+  EXPECT_NE(
+      refusal("Worlds/bench.wld").find("there is no file \"./Saves/Trajectories/stroke.rbt\""),
+      std::string::npos);
+  put("Worlds/bench.wld", world);
+  edit("Worlds/bench.wld", "Trajectories/stroke.tjc", "Robots/reacher.rbt");
+  EXPECT_NE(refusal("Worlds/bench.wld").find("holds a robot, but trajectory \"stroke\" needs"),
+            std::string::npos);
+}
+
+TEST_F(LegacyWorld, AWorldLoadsAndItsRobotStandsAtTheStartOfItsTrajectoryAndFollowsIt) {
+  const AnyId id = load("Worlds/bench.wld");
+  ASSERT_EQ(id.kind, Kind::world);
+  const auto& w = get<model::World>(id);
+  EXPECT_EQ(w.description, "a small bench");
+  ASSERT_EQ(w.objects.size(), 1U);
+  EXPECT_EQ(w.objects[0].name, "table top");
+  ASSERT_EQ(w.robots.size(), 1U);
+  EXPECT_EQ(w.robots[0].name, "reacher");
+  ASSERT_EQ(w.trajectories.size(), 2U);
+  EXPECT_EQ(w.trajectories[1].name, "half turn");
+  const auto& q = w.robots[0].q;
+  ASSERT_EQ(q.size(), 3U);
+  EXPECT_NEAR(q[1], (253.66517722 - 360) * kDegree, 1e-12) << "full turns that leave the limits";
+  const double a = q[0], b = a + q[1], c = b + q[2];
+  EXPECT_NEAR(0.4 * std::cos(a) + 0.3 * std::cos(b) + 0.1 * std::cos(c), 0.5, 1e-8);
+  EXPECT_NEAR(0.4 * std::sin(a) + 0.3 * std::sin(b) + 0.1 * std::sin(c), -0.15, 1e-8);
+  NoProgress progress;
+  const sim::Simulator simulator{bench.registry, bench.derived, *snapshot};
+  for (const char* name : {"stroke", "half turn"}) {
+    const auto r = unwrap(simulator.inverse_dynamics(
+        {.world = WorldId{id.number}, .robot = "reacher", .trajectory = name}, progress));
+    ASSERT_TRUE(r);
+    EXPECT_EQ(r->rows(), name == std::string("stroke") ? 126U : 101U);
+    EXPECT_NEAR(r->find("q1")->values.front(),
+                name == std::string("stroke") ? a : r->find("q1")->values.front(), 1e-6);
+    EXPECT_NEAR(r->find("z")->values.back(), 0.2, 1e-9);
+  }
+  // Saved as native files it is the same world.
+  fs::create_directories(folder / "native");
+  auto tx = bench.document.begin("save");
+  const auto written = unwrap(io::save(*tx, id, folder / "native/bench.wld", {}));
+  EXPECT_GE(written.size(), 5U);
+  ASSERT_TRUE(tx->commit().ok());
+  const auto digest = bench.document.content_digest();
+  bench.document.clear();
+  auto back = bench.document.begin("load");
+  EXPECT_TRUE(io::load(*back, folder / "native/bench.wld", {}).ok());
+  ASSERT_TRUE(back->commit().ok());
+  EXPECT_EQ(bench.document.content_digest(), digest);
+}
+
+TEST_F(LegacyWorld, ReferencesAreFoundInSiblingFoldersWithoutAnInstallation) {
+  fs::rename(folder / "Saves", folder / "Copies");
+  auto tx = bench.document.begin("load");
+  const auto loaded = io::load(*tx, folder / "Copies/Worlds/bench.wld", {});
+  ASSERT_TRUE(loaded.ok()) << loaded.error().sentence();
+  EXPECT_EQ(loaded->id.kind, Kind::world);
+}
+
+TEST_F(LegacyWorld, AFileThatEndsAnywhereIsRefused) {
+  for (const char* name : {"Worlds/bench.wld", "Robots/reacher.rbt", "Trajectories/stroke.tjc",
+                           "Trajectories/bow.stn"}) {
+    std::string whole = text(name);
+    whole.resize(whole.find_last_of(")}"));
+    const fs::path file = folder / "Saves" / fs::path(name).parent_path() / "cut.x";
+    for (std::size_t n = 0; n <= whole.size(); n += 7) {
+      rewrite(file, whole.substr(0, n));
+      auto tx = bench.document.begin("load");
+      EXPECT_FALSE(io::load(*tx, file, {}).ok()) << whole.substr(0, n);
+      EXPECT_EQ(tx->now().size(), 0U);
+    }
+  }
+}
+
+TEST_F(LegacyWorld, TheWorldOfTheOriginalLoadsStandsAtItsTrajectoryAndFollowsIt) {
+  const char* given = std::getenv("ROBOMOSP_LEGACY_DATA");
+  const fs::path data =
+      given ? fs::path(given) : fs::path(ROBOMOSP_SOURCE_DIR) / "../shared/data/robomosp-1.4";
+  if (!fs::is_directory(data / "Saves/Worlds")) GTEST_SKIP() << "no files of the 2006 program here";
+  std::size_t worlds = 0;
+  for (const auto& entry : fs::directory_iterator(data / "Saves/Worlds")) {
+    if (entry.path().extension() != ".wld") continue;
+    ++worlds;
+    auto tx = bench.document.begin("load");
+    const auto loaded = io::load(*tx, entry.path(), {});
+    ASSERT_TRUE(loaded.ok()) << loaded.error().sentence();
+    ASSERT_TRUE(tx->commit().ok());
+    const auto& w = get<model::World>(loaded->id);
+    NoProgress progress;
+    const sim::Simulator simulator{bench.registry, bench.derived, *snapshot};
+    for (const auto& placed : w.trajectories) {
+      const auto& t = std::get<model::Trajectory>(snapshot->find(AnyId(placed.trajectory))->body);
+      const auto& robot = w.robots.front();
+      const auto model =
+          unwrap(bench.derived.robot_model(*snapshot, robot.robot, {0, 0, -9.81}, progress));
+      std::vector<Pose> frames(model->joints.size());
+      robotics::forward_kinematics(*model, robot.q, frames);
+      const Pose tip = robotics::tip_pose(*model, 0, frames),
+                 start = spatial::compose(model::pose(placed.placement),
+                                          at(*path(AnyId(placed.trajectory)), 0).pose);
+      for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(tip.p[k], start.p[k], 1e-6);
+      for (std::size_t k = 0; k < 9; ++k) EXPECT_NEAR(tip.R[k], start.R[k], 1e-6);
+      const auto r = unwrap(simulator.inverse_dynamics(
+          {.world = WorldId{loaded->id.number}, .robot = robot.name, .trajectory = placed.name},
+          progress));
+      ASSERT_TRUE(r);
+      EXPECT_NEAR(r->find("time")->values.back(),
+                  t.sample_time * static_cast<double>(r->rows() - 1), 1e-9);
+    }
+  }
+  EXPECT_GT(worlds, 0U);
+}
+
+}  // namespace
+}  // namespace robomosp
