@@ -85,10 +85,11 @@ std::vector<CommandSpec> file_commands() {
   all.push_back({.name = "file.load",
                  .classic = "",
                  .summary = "Loads a file of any kind and everything it refers to.",
-                 .details = "The kind follows from the extension: .mtr, .csg, .part, .rbt, .tjc, "
-                            ".wld. Materials, solids and objects of ROBOMOSP 1.4 (2006) are told "
-                            "by their content; a .csg of several materials becomes an object "
-                            "(solid.load makes one solid of it). All or nothing, as one step.",
+                 .details =
+                     "The kind follows from the extension: .mtr, .csg, .part, .rbt, .tjc, "
+                     ".wld. Files of ROBOMOSP 1.4 (2006), worlds and .stn among them, are told "
+                     "by their content; a .csg of several materials becomes an object "
+                     "(solid.load makes one solid of it). All or nothing, as one step.",
                  .example = "material.create{name = \"brass\", density = 8500}\nlocal path = "
                             "\"example.mtr\"\nmaterial.save{id = \"brass\", file = "
                             "path}\ndocument.clear()\nassert(file.load(path).name == \"brass\")",
