@@ -111,7 +111,7 @@ class Flat {
   void panel(std::size_t p) {
     const PlotPanel& panel = plot_.panels[p];
     const double y0 = top_ + static_cast<double>(p) * (inner_ + kGap), y1 = y0 + inner_;
-    const int marks = std::clamp(static_cast<int>(inner_ / 40), 3, 6);
+    const int marks = std::clamp(static_cast<int>(inner_ / 40), 4, 6);
     ValueRange range = y_range(panel, marks);
     if (plot_.is_metric) level(range);
     const auto py = [&](double y) {
@@ -251,7 +251,13 @@ class Space {
 
   void grid(std::size_t k) {
     const std::size_t a = (k + 1) % 3, b = (k + 2) % 3;
-    const auto marks = ticks_within(box_[k].low, box_[k].high, 5);
+    // As many marks as numbers fit beside the edge.
+    Point low{}, high{};
+    high[k] = box_[k].high - box_[k].low;
+    const auto from = pixel(low), to = pixel(high);
+    const double length = std::hypot(to[0] - from[0], to[1] - from[1]);
+    const auto marks =
+        ticks_within(box_[k].low, box_[k].high, std::clamp(static_cast<int>(length / 45), 2, 5));
     const auto edge = [&](double at, std::size_t along, std::size_t fixed) {
       Point p{}, q{};
       p[k] = q[k] = at;
