@@ -133,24 +133,19 @@ Result<Value> plan_path(CommandContext& ctx, const Map& args) {
   auto recording = std::make_shared<const sim::Recording>(
       sim::planned_recording(robot, typed<model::World>(args), *plan));
   const std::size_t dof = robot.model->dof();
+  List joints;  // as segments of trajectories take them
+  for (std::size_t i = 0; i < plan->motion.q.size(); i += dof)
+    joints.emplace_back(
+        NumericArray(std::vector<double>(&plan->motion.q[i], &plan->motion.q[i] + dof)));
   Map out{{"duration", plan->motion.times.back()},
           {"length", plan->length},
           {"found_length", plan->found},
           {"goals", plan->goals},
           {"waypoints", rows_of(plan->waypoints, dof)},
-          {"joints", rows_of(plan->motion.q, dof)},
+          {"joints", std::move(joints)},
           {"times", NumericArray(plan->motion.times)}};
   out.set("recording", Handle{"recording", ctx.app.recordings.add(std::move(recording))});
   return Value(std::move(out));
-}
-
-std::string with_wall(const char* rest) {
-  return with_arm(
-             "solid.create{name = \"wall\", root = {kind = \"box\", x = 0.5, y = 0.05, z = 0.7}}\n"
-             "local cell = world.create{name = \"cell\"}\n"
-             "cell:add_robot{robot = arm, q = {0.6, -0.6, 0.6, 0, 1, 0}}\n"
-             "cell:add_object{what = \"wall\", position = {0.5, 0, 0.35}}\n") +
-         rest;
 }
 
 }  // namespace
@@ -170,12 +165,17 @@ std::vector<CommandSpec> planning_commands() {
            "joints' velocity and acceleration limits permit. Other robots stay where the world "
            "shows them. The recording can be played, checked and followed by controllers; joints "
            "and times make a trajectory segment of the shape joint_spline.",
-       .example =
-           with_wall("local to = {-0.6, -0.6, 0.6, 0, 1, 0}\n"
-                     "assert(not cell:check_path{path = {{0.6, -0.6, 0.6, 0, 1, 0}, to}}.is_free)\n"
-                     "local way = cell:plan_path{robot = \"arm\", to = to}\n"
-                     "assert(way.duration > 0 and way.length <= way.found_length)\n"
-                     "assert(cell:check_path{recording = way.recording}.is_free)"),
+       .example = "local rods = robot.create{name = \"rods\", convention = \"dh\", links = {\n"
+                  "  {a = 0.5, lower = -3, upper = 3}, {a = 0.5, lower = -3, upper = 3}},\n"
+                  "  poses = {left = {0.8, 0}, right = {-0.8, 0}}}\n"
+                  "solid.create{name = \"ball\", root = {kind = \"sphere\", radius = 0.1}}\n"
+                  "local cell = world.create{name = \"cell\"}\n"
+                  "cell:add_robot{robot = rods, q = \"left\"}\n"
+                  "cell:add_object{what = \"ball\", position = {0.8, 0, 0}}\n"
+                  "assert(not cell:check_path{path = {\"left\", \"right\"}}.is_free)\n"
+                  "local way = cell:plan_path{robot = \"rods\", to = \"right\"}\n"
+                  "assert(way.duration > 0 and way.length <= way.found_length)\n"
+                  "assert(cell:check_path{recording = way.recording}.is_free)",
        .params =
            {self("world"), needed("robot", "string", "", "Name of the robot in the world."),
             optional("from", "any", "rad or m",
@@ -192,7 +192,8 @@ std::vector<CommandSpec> planning_commands() {
                      "default when left out."),
             optional("ik", "any", "", "Solver of targets; the robot's own when left out."),
             optional("retimer", "any", "", "What times the way; the default when left out."),
-            above_zero(defaulted("seconds", "real", "s", 10, "Longest time of the search.")),
+            above_zero(
+                defaulted("seconds", "real", "s", 10, "Longest time to compute at the search.")),
             between(defaulted("seed", "int", "", 1, "The same seed gives the same motion."), 0,
                     4294967295.0),
             between(defaulted("shortcuts", "int", "", 200, "How often a shortcut is tried."), 0,
@@ -215,7 +216,7 @@ std::vector<CommandSpec> planning_commands() {
                     field("found_length", "real", "m", "Of the way as the planner found it."),
                     field("goals", "int", "", "Free configurations that would have done."),
                     field("waypoints", "matrix", "", "Corners of the shortened way, one a row."),
-                    field("joints", "matrix", "", "Joint values of the samples, one a row."),
+                    field("joints", "list", "", "Joint values of the samples, for a joint_spline."),
                     field("times", "real[]", "s", "Their times.")}},
        .effect = Effect::simulates,
        .run = plan_path});

@@ -26,7 +26,7 @@ struct PlanProblem {
   std::function<bool(std::span<const double> q)> is_free;
   /// Whether the straight joint motion from a to b is. [calling thread]
   std::function<bool(std::span<const double> a, std::span<const double> b)> is_free_between;
-  double seconds = 10;     ///< greatest time to search [s]
+  double seconds = 10;     ///< greatest time to compute [s]
   std::uint64_t seed = 1;  ///< of random numbers: the same seed gives the same plan
 };
 
