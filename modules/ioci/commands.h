@@ -31,7 +31,6 @@ std::vector<CommandSpec> object_commands();
 std::vector<CommandSpec> parameter_commands();
 std::vector<CommandSpec> physics_commands();
 std::vector<CommandSpec> planning_commands();
-std::vector<CommandSpec> planning_commands();
 std::vector<CommandSpec> plugin_commands();
 std::vector<CommandSpec> record_commands();
 std::vector<CommandSpec> recording_commands();

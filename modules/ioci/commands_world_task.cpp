@@ -246,10 +246,10 @@ std::vector<CommandSpec> world_task_commands() {
            "wait that can never come true is an error that names its step.",
        .example = with_part(
            "task.create{name = \"shift\", steps = {\n  {step = \"attach\", object = \"part\"},\n  "
-           "{step = \"move\", pose = \"ready\", duration = 1},\n  {step = \"detach\", object = "
+           "{step = \"move\", pose = \"ready\", duration = 2},\n  {step = \"detach\", object = "
            "\"part\"}}}\ncell:add_task{task = \"shift\", robot = \"arm\"}\nlocal r = "
            "cell:run_task{task = \"shift\"}\nlocal t = r:values(\"time\")\nassert(math.abs(t[#t] - "
-           "1) < 1e-9)"),
+           "2) < 1e-9)"),
        .params = {self("world"),
                   optional("task", "any", "", "Name or names; all of the world when left out."),
                   above_zero(defaulted("sample_time", "real", "s", 0.02, "Time between rows.")),

@@ -17,7 +17,6 @@ void register_commands(CommandTable& table) {
   table.add(parameter_commands());
   table.add(physics_commands());
   table.add(planning_commands());
-  table.add(planning_commands());
   table.add(plugin_commands());
   table.add(record_commands());
   table.add(recording_commands());

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ioci/segments.h"
 
+#include <optional>
+
 #include "ioci/commands.h"
 #include "kernel/text.h"
 #include "motion/segment.h"
@@ -58,12 +60,26 @@ Result<model::Transition> read_transition(const CommandContext& ctx, const Value
   return out;
 }
 
+/// The rows of a list, or of a matrix such as a recording gives.
+std::optional<List> rows_of(const Value& given) {
+  if (given.as_list()) return *given.as_list();
+  const NumericArray* array = given.as_array();
+  if (!array || !array->is_matrix()) return {};
+  List rows;
+  for (std::size_t r = 0; r < array->rows(); ++r) {
+    std::vector<double> row(array->cols());
+    for (std::size_t c = 0; c < row.size(); ++c) row[c] = array->at(r, c);
+    rows.emplace_back(NumericArray(std::move(row)));
+  }
+  return rows;
+}
+
 Result<void> read_points(const Value& given, TrajectorySegment& out, const std::string& path) {
-  const List* list = given.as_list();
-  if (!list && !given.as_array())
+  const std::optional<List> list = rows_of(given);
+  if (!list)
     return error(ErrorCode::invalid_argument, given.text() + " is not a list of poses",
                  "Give {{x, y, z, roll, pitch, yaw}, ...}.", path);
-  for (std::size_t i = 0; list && i < list->size(); ++i) {
+  for (std::size_t i = 0; i < list->size(); ++i) {
     RMP_TRY_ASSIGN(auto placement,
                    read_placement(&(*list)[i], path + "[" + std::to_string(i + 1) + "]"));
     out.points.push_back(placement);
@@ -72,7 +88,7 @@ Result<void> read_points(const Value& given, TrajectorySegment& out, const std::
 }
 
 Result<void> read_joints(const Value& given, TrajectorySegment& out, const std::string& path) {
-  const List* list = given.as_list();
+  const std::optional<List> list = rows_of(given);
   if (!list)
     return error(ErrorCode::invalid_argument, given.text() + " is not a list of joint vectors",
                  "Give {{q1, q2, ...}, ...}.", path);

@@ -22,6 +22,7 @@ namespace {
 constexpr double kSameConfiguration = 1e-6;
 /// Of joints without limits, in moves that are put in.
 constexpr double kSpeed = 1, kAcceleration = 4;  ///< [rad or m, s]
+constexpr double kRiseTime = 0.25;               ///< to full speed, and to full acceleration [s]
 
 PathSample in_base(const PathSample& s, const Pose& base_T_path) {
   using namespace spatial;
@@ -168,6 +169,9 @@ class Builder {
       lower[j] = joint.lower, upper[j] = joint.upper;
       velocity[j] = joint.max_velocity, acceleration[j] = joint.max_acceleration;
       jerk[j] = joint.max_jerk;
+      assume(velocity[j], kSpeed);
+      assume(acceleration[j], velocity[j] / kRiseTime);
+      assume(jerk[j], acceleration[j] / kRiseTime);
     }
     RMP_TRY_ASSIGN(const auto maker,
                    registry_.create<JointSegmentMaker>(providers.shape.name).in(here));
@@ -181,6 +185,18 @@ class Builder {
                    "provider \"" + providers.shape.name + "\" made no motion with a duration",
                    "Report it to the provider's author or choose another provider.", here);
     return add(**made);
+  }
+
+  /// A limit that the robot does not have.
+  void assume(double& limit, double otherwise) {
+    if (std::isfinite(limit)) return;
+    limit = otherwise;
+    if (has_assumed_) return;
+    has_assumed_ = true;
+    out_.notes.push_back(
+        "The robot lacks limits of its joints; joint moves go as if it had 1 rad/s (m/s), full "
+        "speed "
+        "after 0.25 s and full acceleration after as long.");
   }
 
   Result<void> add(const JointSegment& move) {
@@ -326,6 +342,7 @@ class Builder {
   std::size_t dof_, next_ = 0;  ///< number of the next sample
   double begin_ = 0;            ///< of the piece to come [s]
   bool is_moved_ = false;       ///< the joints are where a piece left them
+  bool has_assumed_ = false;    ///< limits that the robot does not have
   std::vector<double> at_, end_qd_, end_qdd_;
   std::array<double, 2> last_errors_{};
   Bound<IkSolver> ik_;

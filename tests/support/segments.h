@@ -10,13 +10,17 @@
 
 namespace robomosp::conformance {
 
-/// A registry with the shipped plugins of those names, which stays.
+/// A registry with the shipped plugins of those names, which stays to the end of the program.
 inline const Registry& registry_with(const std::vector<std::string>& plugins) {
-  auto* registry = new Registry;
-  auto* loader = new PluginLoader(*registry);
+  struct Loaded {
+    Registry registry;
+    PluginLoader loader{registry};
+  };
+  static std::vector<std::unique_ptr<Loaded>> kept;
+  Loaded& loaded = *kept.emplace_back(std::make_unique<Loaded>());
   for (const std::string& name : plugins)
-    loader->load(std::string(ROBOMOSP_PLUGIN_DIR) + "/" + name + ".so");
-  return *registry;
+    loaded.loader.load(std::string(ROBOMOSP_PLUGIN_DIR) + "/" + name + ".so");
+  return loaded.registry;
 }
 
 inline model::TrajectorySegment record_of(const std::string& shape,

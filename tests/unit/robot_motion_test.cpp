@@ -71,6 +71,21 @@ class RobotMotion : public ::testing::Test {
                                static_cast<JointSegmentMaker*>(new CosineMaker)));
                          })
                     .ok());
+    limit(2, 8, std::numeric_limits<double>::infinity());
+  }
+  /// Limits of every joint.
+  void limit(double velocity, double acceleration, double torque) {
+    auto t = bench.document.begin("limits");
+    ASSERT_TRUE(t->edit(AnyId(robot), [&](model::Record& r) -> Result<void> {
+                   for (model::Link& l : std::get<model::Robot>(r.body).links) {
+                     l.max_velocity = velocity;
+                     l.max_acceleration = acceleration;
+                     l.max_jerk = 100;
+                     l.max_force = torque;
+                   }
+                   return {};
+                 }).ok());
+    ASSERT_TRUE(t->commit().ok());
   }
   Result<sim::RecordingPtr> run(const model::Trajectory& trajectory, double step = 0.05) {
     auto t = bench.document.begin("world");
@@ -184,6 +199,16 @@ TEST_F(RobotMotion, PointsInSpaceAreTargetsOfJointMovesToo) {
   EXPECT_NEAR((*r)->find("y")->values.back(), target.p[1], 1e-8);
 }
 
+TEST_F(RobotMotion, LimitsThatARobotLacksAreAssumedAndTold) {
+  limit(std::numeric_limits<double>::infinity(), 8, 100);
+  model::Trajectory t;
+  t.segments = {joints({{0.2, 0.5, 0.1, 1.6, 0, 1, 0.3}}), joints({home})};
+  const auto r = run(t);
+  ASSERT_TRUE(r.ok()) << r.error().sentence();
+  ASSERT_EQ((*r)->notes.size(), 1U);
+  EXPECT_NE((*r)->notes[0].find("lacks limits"), std::string::npos) << (*r)->notes[0];
+}
+
 TEST_F(RobotMotion, WrongInputIsToldByPlace) {
   model::Trajectory t;
   t.segments.push_back(joints({{0.1, 0.2}}));
@@ -204,19 +229,6 @@ TEST_F(RobotMotion, WrongInputIsToldByPlace) {
 
 class TimeOptimal : public RobotMotion {
  protected:
-  /// Limits of every joint.
-  void limit(double velocity, double acceleration, double torque) {
-    auto t = bench.document.begin("limits");
-    ASSERT_TRUE(t->edit(AnyId(robot), [&](model::Record& r) -> Result<void> {
-                   for (model::Link& l : std::get<model::Robot>(r.body).links) {
-                     l.max_velocity = velocity;
-                     l.max_acceleration = acceleration;
-                     l.max_force = torque;
-                   }
-                   return {};
-                 }).ok());
-    ASSERT_TRUE(t->commit().ok());
-  }
   Result<sim::RecordingPtr> fastest(const model::Trajectory& trajectory,
                                     const sim::RetimeOptions& options, double step) {
     auto t = bench.document.begin("world");
