@@ -11,7 +11,7 @@ namespace {
 /// Lengths below this share of the whole way are none.
 constexpr double kNoLength = 1e-9;
 /// Steps of a rounded corner, and of the whole way at least.
-constexpr std::size_t kCornerSteps = 24, kWaySteps = 200;
+constexpr std::size_t kCornerSteps = 64, kWaySteps = 200;
 /// How often a corner without room is halved.
 constexpr int kHalvings = 6;
 
