@@ -18,8 +18,9 @@ constexpr double kSamePlace = 1e-9;
 /// what rounding is there would look like bends.
 constexpr double kLeastStep = 5e-4;
 constexpr double kShort = 8;  ///< of such steps
-/// Grid points of a piece at least; from rest to rest there must be some between.
-constexpr std::size_t kLeastGrid = 50;
+/// Grid points of a piece at least, and steps between two of its configurations: limits are kept at
+/// the grid points, and between them up to the square of the step.
+constexpr std::size_t kLeastGrid = 400, kLeastParts = 3;
 /// The path stops where it turns by more than this from sample to sample.
 constexpr double kCornerCosine = 0.866;
 constexpr int kMostRounds = 8;
@@ -53,7 +54,7 @@ class JointPath {
   }
   /// The knots, and points evenly between them where these are few.
   [[nodiscard]] std::vector<double> grid() const {
-    const std::size_t parts = 1 + kLeastGrid / s_.size();
+    const std::size_t parts = std::max(kLeastParts, 1 + kLeastGrid / s_.size());
     std::vector<double> out{s_.front()};
     for (std::size_t i = 1; i < s_.size(); ++i)
       for (std::size_t k = 1; k <= parts; ++k)
