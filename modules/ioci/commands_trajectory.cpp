@@ -10,12 +10,6 @@ namespace {
 
 using model::Trajectory;
 
-Result<std::shared_ptr<const motion::Path>> path_of(const CommandContext& ctx, const Map& args) {
-  const AnyId id = ref(args, "id");
-  return motion::Path::build(ctx.app.registry, ctx.snapshot().find(id)->name,
-                             content<Trajectory>(ctx, args), motion::stored_in(ctx.snapshot()));
-}
-
 Result<Value> create(CommandContext& ctx, const Map& args) {
   Trajectory t;
   const std::string name = text_of(args, "name");
@@ -27,30 +21,13 @@ Result<Value> create(CommandContext& ctx, const Map& args) {
                    read_segment(ctx, segments[i], "segments[" + std::to_string(i + 1) + "]"));
     t.segments.push_back(std::move(segment));
   }
-  if (!t.segments.empty()) {
-    // Coincident points, gaps and bad speeds show here rather than at the first run.
-    RMP_TRY(motion::Path::check(ctx.app.registry, name, t, motion::stored_in(ctx.snapshot())));
-  }
+  RMP_TRY(check_trajectory(ctx, name, t));
   RMP_TRY_ASSIGN(const auto id, ctx.edit().add(name, std::move(t)));
   return Value(Application::handle(id));
 }
 
-template <class Fn>
-Result<Value> change_path(CommandContext& ctx, const Map& args, Fn&& fn) {
-  const AnyId id = ref(args, "id");
-  const std::string name = ctx.snapshot().find(id)->name;
-  auto done = change<Trajectory>(ctx, id, [&](Trajectory& t) -> Result<void> {
-    auto changed = fn(t);
-    if (!changed.ok()) return std::move(changed).error().in("trajectory " + text::quote(name));
-    if (t.segments.empty()) return {};
-    return motion::Path::check(ctx.app.registry, name, t, motion::stored_in(ctx.snapshot()));
-  });
-  if (!done.ok()) return std::move(done).error();
-  return Value();
-}
-
 Result<Value> set(CommandContext& ctx, const Map& args) {
-  return change_path(ctx, args, [&](Trajectory& t) -> Result<void> {
+  return change_trajectory(ctx, args, [&](Trajectory& t) -> Result<void> {
     if (has(args, "description")) t.description = text_of(args, "description");
     if (has(args, "sample_time")) t.sample_time = real(args, "sample_time");
     return {};
@@ -59,14 +36,14 @@ Result<Value> set(CommandContext& ctx, const Map& args) {
 
 Result<Value> add_segment(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const auto segment, read_segment(ctx, *args.find("segment"), "segment"));
-  return change_path(ctx, args, [&](Trajectory& t) -> Result<void> {
+  return change_trajectory(ctx, args, [&](Trajectory& t) -> Result<void> {
     t.segments.push_back(segment);
     return {};
   });
 }
 
 Result<Value> remove_segment(CommandContext& ctx, const Map& args) {
-  return change_path(ctx, args, [&](Trajectory& t) -> Result<void> {
+  return change_trajectory(ctx, args, [&](Trajectory& t) -> Result<void> {
     const auto i = integer(args, "index");
     if (i < 1 || i > static_cast<std::int64_t>(t.segments.size()))
       return error(ErrorCode::invalid_argument, "there is no segment " + std::to_string(i),
@@ -156,13 +133,6 @@ Result<Value> point(CommandContext& ctx, const Map& args) {
   PathSample s;
   path->sample(std::span(&t, 1), std::span(&s, 1));
   return Value(sample_map(t, s));
-}
-
-std::string with_stroke(const char* rest) {
-  return std::string(
-             "local stroke = trajectory.create{name = \"stroke\", segments = {\n  {shape = "
-             "\"line\", points = {{0.5, 0, 0.3, 0, 0, 0}, {0.5, \"200 mm\", 0.3, 0, 0, 0}}}}}\n") +
-         rest;
 }
 
 }  // namespace
@@ -307,6 +277,8 @@ std::vector<CommandSpec> trajectory_commands() {
                  .returns = {"map", "", "", sample_fields},
                  .effect = Effect::reads,
                  .run = point});
+  for (auto* more : {&trajectory_segment_commands, &trajectory_plot_commands})
+    for (CommandSpec& spec : more()) all.push_back(std::move(spec));
   return all;
 }
 

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ioci/segments.h"
 
+#include <algorithm>
 #include <optional>
 
 #include "ioci/commands.h"
 #include "kernel/text.h"
+#include "motion/path.h"
+#include "motion/provider_params.h"
 #include "motion/segment.h"
 
 namespace robomosp::ioci {
@@ -191,6 +194,103 @@ Result<TrajectorySegment> read_segment(const CommandContext& ctx, const Value& v
     RMP_TRY_ASSIGN(out.shape.params[key], param_of(checked, here));
   }
   return out;
+}
+
+Result<TrajectorySegment> update_segment(const CommandContext& ctx, const TrajectorySegment& old,
+                                         const Value& value, const std::string& path) {
+  const Map* given = value.as_map();
+  if (!given || given->find("trajectory") || (old.stored && given->find("shape"))) {
+    RMP_TRY_ASSIGN(TrajectorySegment out, read_segment(ctx, value, path));
+    if (given && !given->find("transition")) out.transition = old.transition;
+    return out;
+  }
+  Map merged = *given;
+  if (old.stored) {
+    merged.set("trajectory", ref_value(ctx.snapshot(), AnyId(old.stored)));
+    RMP_TRY_ASSIGN(TrajectorySegment out, read_segment(ctx, Value(std::move(merged)), path));
+    if (std::none_of(std::begin(kPlacementFields), std::end(kPlacementFields),
+                     [&](std::string_view field) { return given->find(field) != nullptr; }))
+      out.placement = old.placement;
+    if (!given->find("transition")) out.transition = old.transition;
+    return out;
+  }
+  // Names decide which parameters there may be.
+  const auto name_of = [](const Value* v) -> std::string {
+    if (v && v->as_map()) v = v->as_map()->find("name");
+    return v && v->as_string() ? *v->as_string() : std::string();
+  };
+  TrajectorySegment named = old;
+  const bool is_same_shape =
+      !given->find("shape") || name_of(given->find("shape")) == old.shape.name;
+  if (!is_same_shape) named.shape = {name_of(given->find("shape")), {}};
+  if (given->find("law")) named.law = {name_of(given->find("law")), {}};
+  if (given->find("orientation")) named.orientation = {name_of(given->find("orientation")), {}};
+  merged.set("shape", named.shape.name);
+  for (const auto& [key, choice] :
+       {std::pair{"law", &named.law}, std::pair{"orientation", &named.orientation}})
+    if (!choice->name.empty() && !given->find(key)) merged.set(key, choice->name);
+  if (is_same_shape) {
+    RMP_TRY_ASSIGN(const motion::SegmentProviders providers,
+                   motion::providers_of(ctx.app.registry, named, path));
+    Map params;
+    for (const auto& [key, param] : old.shape.params)
+      if (providers.parameter(key)) params.set(key, motion::value_of(param));
+    if (const Value* more = given->find("params"); more && more->as_map())
+      for (const auto& [key, v] : *more->as_map()) params.set(key, v);
+    merged.set("params", std::move(params));
+  }
+  RMP_TRY_ASSIGN(TrajectorySegment out, read_segment(ctx, Value(std::move(merged)), path));
+  if (!given->find("points") && !given->find("joints")) {
+    out.points = old.points;
+    out.joints = old.joints;
+  }
+  if (!given->find("law")) out.law = old.law;
+  if (!given->find("orientation")) out.orientation = old.orientation;
+  if (!given->find("transition")) out.transition = old.transition;
+  return out;
+}
+
+bool moves_joints(const CommandContext& ctx, const TrajectorySegment& segment) {
+  if (segment.stored) {
+    const model::Trajectory* stored = ctx.snapshot().get(segment.stored);
+    // A trajectory that runs itself is told by the path.
+    return stored && std::any_of(stored->segments.begin(), stored->segments.end(),
+                                 [&](const auto& s) { return !s.stored && moves_joints(ctx, s); });
+  }
+  const auto providers = motion::providers_of(ctx.app.registry, segment, "");
+  return providers.ok() && providers->is_joint();
+}
+
+Result<void> check_trajectory(const CommandContext& ctx, const std::string& name,
+                              const model::Trajectory& t) {
+  if (t.segments.empty()) return {};
+  return motion::Path::check(ctx.app.registry, name, t, motion::stored_in(ctx.snapshot()));
+}
+
+Result<std::shared_ptr<const motion::Path>> path_of(const CommandContext& ctx, const Map& args) {
+  return motion::Path::build(ctx.app.registry, ctx.snapshot().find(ref(args, "id"))->name,
+                             content<model::Trajectory>(ctx, args),
+                             motion::stored_in(ctx.snapshot()));
+}
+
+Result<Value> change_trajectory(CommandContext& ctx, const Map& args,
+                                const std::function<Result<void>(model::Trajectory&)>& fn) {
+  const AnyId id = ref(args, "id");
+  const std::string name = ctx.snapshot().find(id)->name;
+  auto done = change<model::Trajectory>(ctx, id, [&](model::Trajectory& t) -> Result<void> {
+    auto changed = fn(t);
+    if (!changed.ok()) return std::move(changed).error().in("trajectory " + text::quote(name));
+    return check_trajectory(ctx, name, t);
+  });
+  if (!done.ok()) return std::move(done).error();
+  return Value();
+}
+
+std::string with_stroke(const char* rest) {
+  return std::string(
+             "local stroke = trajectory.create{name = \"stroke\", segments = {\n  {shape = "
+             "\"line\", points = {{0.5, 0, 0.3, 0, 0, 0}, {0.5, \"200 mm\", 0.3, 0, 0, 0}}}}}\n") +
+         rest;
 }
 
 Value segment_value(const document::Snapshot& s, const TrajectorySegment& segment) {

@@ -5,9 +5,12 @@
 
 #include <robomosp/sdk/collision.h>
 #include <robomosp/sdk/controller.h>
+#include <robomosp/sdk/curve.h>
 #include <robomosp/sdk/dynamics.h>
 #include <robomosp/sdk/ik.h>
 #include <robomosp/sdk/integrator.h>
+#include <robomosp/sdk/motion_law.h>
+#include <robomosp/sdk/orientation.h>
 #include <robomosp/sdk/physics.h>
 #include <robomosp/sdk/robot_code.h>
 #include <robomosp/sdk/trajectory.h>
@@ -29,6 +32,9 @@ constexpr Adapter kAdapters[] = {
     {InverseDynamics::kInterfaceId, make_lua_inverse_dynamics, "torques"},
     {ForwardDynamics::kInterfaceId, make_lua_forward_dynamics, "accelerations"},
     {SegmentMaker::kInterfaceId, make_lua_segment, "sample"},
+    {CurveMaker::kInterfaceId, make_lua_curve, "place"},
+    {MotionLawMaker::kInterfaceId, make_lua_law, "share"},
+    {OrientationMaker::kInterfaceId, make_lua_orientation, "orient"},
     {Controller::kInterfaceId, make_lua_controller, "torques"},
     {Integrator::kInterfaceId, make_lua_integrator, "step"},
     {CollisionEngine::kInterfaceId, make_lua_collision, "distance"},

@@ -208,6 +208,13 @@ class Lent {
   int index_;
 };
 
+/// A list of poses.
+void push_poses(Impl& impl, lua_State* L, std::span<const Pose> poses);
+/// `duration` of a provider's table: a number, or a function of two values on the stack [s]; above
+/// 0.
+Result<double> read_duration(Call& call_script, Impl& impl, lua_State* L, const LuaProvider& p,
+                             int first, int second);
+
 /// `count` finite numbers at a stack index.
 Result<std::vector<double>> read_finite(const LuaProvider& p, lua_State* L, int index,
                                         std::size_t count, const char* what);
@@ -236,6 +243,9 @@ class BoundScript {
 [[nodiscard]] void* make_lua_inverse_dynamics(ProviderPtr p);
 [[nodiscard]] void* make_lua_forward_dynamics(ProviderPtr p);
 [[nodiscard]] void* make_lua_segment(ProviderPtr p);
+[[nodiscard]] void* make_lua_curve(ProviderPtr p);
+[[nodiscard]] void* make_lua_law(ProviderPtr p);
+[[nodiscard]] void* make_lua_orientation(ProviderPtr p);
 [[nodiscard]] void* make_lua_controller(ProviderPtr p);
 [[nodiscard]] void* make_lua_integrator(ProviderPtr p);
 [[nodiscard]] void* make_lua_collision(ProviderPtr p);

@@ -245,4 +245,28 @@ Result<Pose> read_pose(const LuaProvider& p, lua_State* L, int index, const char
   return *pose_from(*checked);
 }
 
+void push_poses(Impl& impl, lua_State* L, std::span<const Pose> poses) {
+  lua_createtable(L, static_cast<int>(poses.size()), 0);
+  const int list = lua_gettop(L);
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    push(impl, L, pose_value(poses[i]));
+    lua_rawseti(L, list, static_cast<lua_Integer>(i + 1));
+  }
+}
+
+Result<double> read_duration(Call& call_script, Impl& impl, lua_State* L, const LuaProvider& p,
+                             int first, int second) {
+  call_script.push_function(L, "duration");
+  if (lua_isfunction(L, -1)) {
+    lua_pushvalue(L, first);
+    lua_pushvalue(L, second);
+    RMP_TRY(call(impl, L, 2, 1));
+  }
+  const double duration =
+      lua_type(L, -1) == LUA_TNUMBER ? static_cast<double>(lua_tonumber(L, -1)) : 0.0;
+  if (duration > 0 && std::isfinite(duration)) return duration;
+  return failed(p, "the duration is not a number above 0 [s]",
+                "Return the duration when t is nil, or give duration = seconds.");
+}
+
 }  // namespace robomosp::lua

@@ -32,6 +32,7 @@ class Collector {
       const model::TrajectorySegment& record = trajectory.segments[i];
       const model::Transition& transition = i == 0 ? first : record.transition;
       const std::string here = where + ", segment " + std::to_string(i + 1);
+      if (is_outermost) number_ = i + 1;
       if (record.stored) {
         RMP_TRY(collect_stored(record, here, outer_T_trajectory, transition));
         continue;
@@ -40,11 +41,15 @@ class Collector {
       if (!is_outermost) segment = placed_segment(outer_T_trajectory, std::move(segment));
       auto joined = follow(out, std::move(segment), transition, ++count_);
       if (!joined.ok()) return std::move(joined).error().in(where);
+      // Before the segment itself, what else was added leads to it.
+      while (marks.size() < out.size())
+        marks.push_back({{}, 0, number_, marks.size() + 1 < out.size()});
     }
     return {};
   }
 
   std::vector<std::shared_ptr<const Segment>> out;
+  std::vector<Path::Piece> marks;  ///< of each of them: the number, and whether it is a transition
 
  private:
   Result<void> collect_stored(const model::TrajectorySegment& record, const std::string& here,
@@ -69,6 +74,7 @@ class Collector {
   const FindTrajectory& find_;
   std::vector<TrajectoryId> open_;  ///< being run, outermost first
   std::size_t count_ = 0;           ///< of segments so far
+  std::size_t number_ = 0;          ///< of the outermost trajectory's segment
 };
 
 }  // namespace
@@ -82,10 +88,13 @@ Result<std::shared_ptr<const Path>> Path::build(const Registry& registry,
   RMP_TRY(collector.collect(trajectory, name, Pose{}, {}));
   auto path = std::make_shared<Path>();
   path->starts_.push_back(0);
-  for (auto& segment : collector.out) {
-    path->starts_.push_back(path->starts_.back() + segment->duration());
-    path->length_ += segment->length();
-    path->segments_.push_back(std::move(segment));
+  path->pieces_ = std::move(collector.marks);
+  for (std::size_t i = 0; i < path->pieces_.size(); ++i) {
+    Piece& piece = path->pieces_[i];
+    piece.segment = std::move(collector.out[i]);
+    piece.start = path->starts_.back();
+    path->starts_.push_back(piece.start + piece.segment->duration());
+    path->length_ += piece.segment->length();
   }
   return std::shared_ptr<const Path>(std::move(path));
 }
@@ -127,8 +136,8 @@ void Path::sample(std::span<const double> times, std::span<PathSample> out) cons
       local[last] = times[last] - starts_[segment];
       ++last;
     }
-    segments_[segment]->sample(std::span<const double>(local).subspan(first, last - first),
-                               out.subspan(first, last - first));
+    pieces_[segment].segment->sample(std::span<const double>(local).subspan(first, last - first),
+                                     out.subspan(first, last - first));
     first = last;
   }
 }

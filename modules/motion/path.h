@@ -30,6 +30,13 @@ FindTrajectory stored_in(const Snapshot& snapshot) {
 /// Segments one after the other in time. Immutable. [any thread]
 class Path {
  public:
+  struct Piece {
+    std::shared_ptr<const Segment> segment;
+    double start = 0;            ///< [s]
+    std::size_t number = 0;      ///< of the trajectory's own segment that it belongs to, from 1
+    bool is_transition = false;  ///< it leads to that segment
+  };
+
   /// Builds every segment by its providers, and the transitions between them (transition.h). Joint
   /// segments are ErrorCode::unsupported.
   static Result<std::shared_ptr<const Path>> build(const Registry&,
@@ -44,7 +51,9 @@ class Path {
   [[nodiscard]] double duration() const { return starts_.back(); }  ///< [s]
   [[nodiscard]] double length() const { return length_; }           ///< [m]
   /// Of segments and the transitions between them.
-  [[nodiscard]] std::size_t segment_count() const { return segments_.size(); }
+  [[nodiscard]] std::size_t segment_count() const { return pieces_.size(); }
+  /// In order of time. What runs a stored trajectory is as many as that has.
+  [[nodiscard]] std::span<const Piece> pieces() const { return pieces_; }
   /// Fills out[i] for times[i] (ascending or not; held at the ends outside 0..duration()). A time
   /// at a joint of two segments belongs to the later one. Poses in the trajectory's frame.
   void sample(std::span<const double> times, std::span<PathSample> out) const;
@@ -52,8 +61,8 @@ class Path {
   [[nodiscard]] std::vector<double> sample_times(double step) const;
 
  private:
-  std::vector<std::shared_ptr<const Segment>> segments_;
-  std::vector<double> starts_;  ///< start time of each segment, and the end of the last
+  std::vector<Piece> pieces_;
+  std::vector<double> starts_;  ///< start time of each piece, and the end of the last
   double length_ = 0;
 };
 

@@ -145,6 +145,7 @@ INSTANTIATE_TEST_SUITE_P(Documentation, Page,
                                            "docs/user/motion_planning.md", "docs/user/physics.md",
                                            "docs/user/recordings.md", "docs/user/simulation.md",
                                            "docs/user/solids.md", "docs/user/solvers_in_lua.md",
+                                           "docs/user/trajectories.md",
                                            "docs/user/workspace.md", "docs/user/replay.md"),
                          [](const auto& param) {
                            std::string name;

@@ -9,9 +9,12 @@
 #include <gtest/gtest.h>
 
 #include <robomosp/sdk/collision.h>
+#include <robomosp/sdk/curve.h>
 #include <robomosp/sdk/dynamics.h>
 #include <robomosp/sdk/ik.h>
 #include <robomosp/sdk/integrator.h>
+#include <robomosp/sdk/motion_law.h>
+#include <robomosp/sdk/orientation.h>
 #include <robomosp/sdk/physics.h>
 #include <robomosp/sdk/robot_code.h>
 
@@ -235,6 +238,112 @@ TEST_F(LuaProviders, FunctionsLentToAScriptEndWithItsCall) {
   run_.step = 0.01;
   ASSERT_EQ(said(integrator->run(system, run_, sink, progress_)), "");
   expect_says(said(state_->run_string("kept(0, {1})", "t")), {"a call that has ended"});
+}
+
+// ---- curves, laws and orientations ----
+
+class LuaPaths : public LuaProviders {
+ protected:
+  static std::vector<Pose> points() {
+    std::vector<Pose> p(3);
+    p[1].p = {0.5, 0.25, 0};
+    p[2].p = {1, 1, 0};
+    return p;
+  }
+  Result<std::unique_ptr<Curve>> curve(const std::string& given) {
+    return provide<CurveMaker>(given)->make(points(), *make_params({}));
+  }
+  Result<std::unique_ptr<MotionLaw>> law(const std::string& given) {
+    return provide<MotionLawMaker>(given)->make({2, 1}, *make_params({}));
+  }
+  Result<std::unique_ptr<Orientation>> orientation(const std::string& given) {
+    const std::vector<double> shares{0, 0.3, 1};
+    const auto all = points();
+    return provide<OrientationMaker>(given)->make({all, shares, nullptr}, *make_params({}));
+  }
+};
+
+// u -> (u, u^2, u^3): a cubic, of which differences of fourth order miss nothing but rounding.
+TEST_F(LuaPaths, ACurveHasTheDerivativesOfItsPlaces) {
+  const auto made = curve(
+      "{place = function(points, params, u) assert(#points == 3) return {u, u^2, u^3} end,\n"
+      " knots = function(points) return {0, points[2](1, 4), 1} end}");
+  ASSERT_TRUE(made.ok()) << said(made);
+  EXPECT_EQ((*made)->knots(), (std::vector<double>{0, 0.5, 1}));
+  EXPECT_EQ((*made)->end(), 1);
+  for (const double u : {0.0, 0.00037, 0.31415, 0.5, 0.99991, 1.0}) {
+    CurveSample s;
+    std::jthread([&] { (*made)->evaluate({&u, 1}, {&s, 1}); }).join();  // any thread
+    const double p[] = {u, u * u, u * u * u}, d1[] = {1, 2 * u, 3 * u * u}, d2[] = {0, 2, 6 * u};
+    for (std::size_t k = 0; k < 3; ++k) {
+      EXPECT_NEAR(s.p[k], p[k], 1e-14);
+      EXPECT_NEAR(s.d1[k], d1[k], 1e-11);
+      EXPECT_NEAR(s.d2[k], d2[k], 1e-8);
+    }
+  }
+  expect_says(said(curve("function() return nil, 'no road' end")), {"unsupported", "no road"});
+  expect_says(said(curve("function() return {1, 2} end")), {"\"mine\"", "the place", "2 numbers"});
+  expect_says(said(curve("{place = function(_, _, u) return {u, 0, 0} end,\n"
+                         " knots = function() return {0, 2, 1} end}")),
+              {"knot 2 is 2", "0 to 1"});
+}
+
+// w - sin(2 pi w) / (2 pi) over 4 s.
+TEST_F(LuaPaths, ALawRunsFromStartToEndWithItsRates) {
+  const auto made =
+      law("{duration = function(way) return 2 * way.length end, share = function(way, params, t)\n"
+          "  local x = t / 4 return x - math.sin(2 * math.pi * x) / (2 * math.pi) end}");
+  ASSERT_TRUE(made.ok()) << said(made);
+  EXPECT_EQ((*made)->duration(), 4);
+  const double w = std::acos(-1.0) / 2;
+  for (const double t : {0.0, 0.3, 1.7, 3.9, 4.0}) {
+    LawSample s;
+    (*made)->sample({&t, 1}, {&s, 1});
+    EXPECT_NEAR(s.share, t / 4 - std::sin(w * t) / (4 * w), 1e-12);
+    EXPECT_NEAR(s.rate, (1 - std::cos(w * t)) / 4, 1e-9);
+    EXPECT_NEAR(s.acceleration, w * std::sin(w * t) / 4, 1e-7);
+  }
+  LawSample s;
+  const double after = 5;
+  (*made)->sample({&after, 1}, {&s, 1});
+  EXPECT_EQ(s.share, 1);
+  EXPECT_EQ(s.rate, 0);
+  // Rates that are given are taken: here the corner of a trapezoid.
+  const auto exact =
+      law("{duration = 2, share = function(way, params, t)\n"
+          "  if t <= 1 then return t^2 / 2, t, 1 end return 1 - (2 - t)^2 / 2, 2 - t, -1 end}");
+  ASSERT_TRUE(exact.ok()) << said(exact);
+  const double before = 0.9995;
+  (*exact)->sample({&before, 1}, {&s, 1});
+  EXPECT_NEAR(s.rate, before, 2e-3);
+  expect_says(said(law("{duration = 1, share = function(w, p, t) return 1 - t end}")),
+              {"turn back at 0.005 s"});
+  expect_says(said(law("{duration = 1, share = function(w, p, t) return t / 2 end}")),
+              {"the share at the end is 0.5", "0 to 1"});
+  expect_says(said(law("{duration = 1, share = function(w, p, t) return 'all' end}")),
+              {"the share at 0 s is not a finite number"});
+  expect_says(said(law("{duration = -1, share = function(w, p, t) return t end}")),
+              {"the duration is not a number above 0"});
+}
+
+// A turn about z by w^2: dR/dw = [2 w z]x R.
+TEST_F(LuaPaths, AnOrientationHasTheDerivativesOfItsTurns) {
+  const auto made = orientation(
+      "function(points, params, w, shares)\n"
+      "  assert(#points == 3 and shares[2] == 0.3)\n"
+      "  return pose(0, 0, 0, rpy(0, 0, w^2)) end");
+  ASSERT_TRUE(made.ok()) << said(made);
+  for (const double w : {0.0, 0.1234567, 0.7, 1.0}) {
+    OrientationSample s;
+    CurveSample along;
+    (*made)->evaluate({&w, 1}, {&along, 1}, {&s, 1});
+    EXPECT_NEAR(s.R[0], std::cos(w * w), 1e-12);
+    EXPECT_NEAR(s.R[3], std::sin(w * w), 1e-12);
+    EXPECT_NEAR(s.turn[2], 2 * w, 1e-9);
+    EXPECT_NEAR(s.bend[2], 2, 1e-6);
+    EXPECT_NEAR(s.turn[0], 0, 1e-9);
+  }
+  expect_says(said(orientation("function() return 3 end")), {"\"mine\"", "the pose"});
 }
 
 // ---- collision ----

@@ -237,6 +237,39 @@ TEST_F(NativeFiles, AMechanismWithEverythingARobotCanHaveKeepsItsBytes) {
   EXPECT_EQ(rewritten(text), text);
 }
 
+TEST_F(NativeFiles, SegmentsWithEverythingTheyCanHaveKeepTheirBytes) {
+  put("circle.tjc", kCircle);
+  std::ifstream in(fs::path(ROBOMOSP_SOURCE_DIR) / "tests/fuzz/corpus/segments.tjc");
+  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  EXPECT_EQ(rewritten(text), text);
+  const auto loaded = load(put("segments.tjc", text));
+  ASSERT_TRUE(loaded.ok()) << loaded.error().sentence();
+  const auto now = document.now();
+  const auto& segments = now->get(TrajectoryId{loaded->id.number})->segments;
+  ASSERT_EQ(segments.size(), 4U);
+  EXPECT_EQ(std::get<double>(segments[0].law.params.at("jerk")), 5);
+  EXPECT_EQ(std::get<std::string>(segments[0].orientation.params.at("ease")), "smooth");
+  EXPECT_EQ(segments[0].points[1].angles[0], 0.5);
+  EXPECT_EQ(std::get<std::vector<double>>(segments[1].shape.params.at("times")),
+            (std::vector<double>{0, 1, 2.5}));
+  EXPECT_EQ(segments[1].transition, (model::Transition{true, 0.02, 0.1}));
+  EXPECT_EQ(segments[2].joints,
+            (std::vector<std::vector<double>>{{0.1, 0.2, 0.3}, {std::numbers::pi / 4, 0, -0.5}}));
+  EXPECT_FALSE(segments[2].transition.is_smooth);
+  EXPECT_EQ(AnyId(segments[3].stored), *now->find(Kind::trajectory, "circle"));
+  EXPECT_EQ(segments[3].placement.angles[2], std::numbers::pi / 2);
+  ASSERT_TRUE(document.undo().ok());
+  EXPECT_EQ(document.now()->size(), 0U);
+}
+
+TEST_F(NativeFiles, FaultsOfSegmentsAreToldWhereTheyStand) {
+  const std::string head = "robomosp trajectory 1\nname a\n";
+  EXPECT_EQ(refusal(head + "segment { at (0, 0, 0) }\n", "a.tjc"),
+            "a.tjc:3:1: \"trajectory\" is missing in a stored segment.");
+  EXPECT_EQ(refusal(head + "segment line { transition { distance 3 rad } }\n", "a.tjc"),
+            "a.tjc:3:38: 3 rad is an angle; a length (m) is expected.");
+}
+
 TEST_F(NativeFiles, FaultsOfMechanismsAreToldWhereTheyStand) {
   const std::string head = "robomosp robot 1\nname a\nlink one { row { } }\n";
   const auto refused = [&](const std::string& rest) { return refusal(head + rest); };

@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: Apache-2.0
+// Trajectories from the console: their segments one by one, with undo; recordings and pictures; and
+// one sentence for what cannot be run.
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "lua/lua_state.h"
+#include "support/program.h"
+
+namespace robomosp::lua {
+namespace {
+
+namespace fs = std::filesystem;
+
+class TrajectoryCommands : public test::ProgramTest {
+ protected:
+  void SetUp() override {
+    ProgramTest::SetUp();
+    state_ = std::make_unique<LuaState>(app(), session_, LuaOptions{});
+    run("t = trajectory.create{name = 'way', segments = {\n"
+        "  {shape = 'line', points = {{0, 0, 0, 0, 0, 0}, {0.4, 0, 0, 0, 0, 0}}, speed = 0.1},\n"
+        "  {shape = 'line', points = {{0.4, 0, 0, 0, 0, 0}, {0.4, 0.2, 0, 0, 0, 0}}, speed = "
+        "0.1}}}");
+  }
+  std::string eval(std::string_view code) {
+    auto r = state_->eval(code);
+    return r.ok() ? *r : r.error().sentence();
+  }
+  void run(std::string_view code) {
+    auto r = state_->eval(code);
+    ASSERT_TRUE(r.ok()) << r.error().sentence() << "\n" << code;
+  }
+  /// The sentence for a change that must leave the document as it was.
+  std::string refused(const std::string& code) {
+    const std::string before = app().document.content_digest();
+    auto r = state_->eval(code);
+    EXPECT_FALSE(r.ok()) << code;
+    EXPECT_EQ(app().document.content_digest(), before) << code;
+    return r.ok() ? "" : r.error().sentence();
+  }
+  ioci::Session session_{"test"};
+  std::unique_ptr<LuaState> state_;
+};
+
+TEST_F(TrajectoryCommands, ListTheirSegmentsWithTheTransitionsPutIn) {
+  // The corner is cut 20 mm on either side (a tenth of the shorter line): 3.8 s, 0.4 s, 1.8 s.
+  run("rows = t:segments() assert(#rows == 3)\n"
+      "assert(rows[1].kind == 'segment' and rows[1].shape == 'line' and rows[1].start == 0)\n"
+      "assert(math.abs(rows[1].duration - 3.8) < 1e-9 and math.abs(rows[1].length - 0.38) < 1e-9)\n"
+      "assert(rows[2].kind == 'transition' and rows[2].number == 2 and not rows[2].shape)\n"
+      "assert(math.abs(rows[2].start - 3.8) < 1e-9 and math.abs(rows[2].duration - 0.4) < 1e-9)\n"
+      "assert(rows[3].number == 2 and math.abs(rows[3].start - 4.2) < 1e-9)\n"
+      "assert(math.abs(rows[3].start + rows[3].duration - t:duration()) < 1e-12)");
+  run("outer = trajectory.create{name = 'outer', segments = {{trajectory = t, position = {1, 0, "
+      "0}}}}\n"
+      "rows = outer:segments() assert(#rows == 3 and rows[1].trajectory == 'way')\n"
+      "assert(rows[3].number == 1)");
+}
+
+TEST_F(TrajectoryCommands, ChangeSegmentsAndUndoThat) {
+  const std::string before = app().document.content_digest();
+  run("t:set_segment(1, {speed = '50 mm/s'}) s = t:describe().segments[1]\n"
+      "assert(s.params.speed == 0.05 and #s.points == 2)\n"
+      "assert(math.abs(t:segments()[1].duration - 7.6) < 1e-9)");
+  // Another law drops what belonged to the old one, and keeps the speed, which it knows as well.
+  run("t:set_segment(1, {law = 's_curve', jerk = 7}) s = t:describe().segments[1]\n"
+      "assert(s.law.name == 's_curve' and s.params.jerk == 7 and s.params.speed == 0.05)\n"
+      "t:set_segment(1, {law = 'cycloidal'}) s = t:describe().segments[1]\n"
+      "assert(not s.params.jerk and s.params.speed == 0.05)");
+  run("t:set_segment(1, {shape = 'bezier', duration = 2}) s = t:describe().segments[1]\n"
+      "assert(s.shape == 'bezier' and not s.params.speed and s.law.name == 'cycloidal')\n"
+      "assert(#s.points == 2)");
+  run("t:insert_segment(3, {shape = 'line', points = {{0.4, 0.2, 0, 0, 0, 0}, {0, 0.2, 0, 0, 0, "
+      "0}}})\n"
+      "t:set_transition{index = 3, distance = '5 mm', speed = 0.2}\n"
+      "t:move_segment(3, 1) s = t:describe().segments\n"
+      "assert(#s == 3 and s[1].points[2].position[1] == 0 and s[1].transition.distance == 0.005)\n"
+      "t:move_segment(1, 3) s = t:describe().segments\n"
+      "assert(s[3].points[2].position[1] == 0 and s[1].shape == 'bezier')\n"
+      "t:set_transition(2, 'none') assert(t:describe().segments[2].transition == 'none')");
+  while (app().document.undo_labels().size() > 1) ASSERT_TRUE(app().document.undo().ok());
+  EXPECT_EQ(app().document.content_digest(), before);
+}
+
+TEST_F(TrajectoryCommands, StoredOnesKeepWhatIsNotGiven) {
+  run("outer = trajectory.create{name = 'outer', segments = {{trajectory = t, position = {1, 0, "
+      "0}}}}\n"
+      "outer:set_segment(1, {transition = 'none'})\n"
+      "assert(outer:sample(0).position[1] == 1)\n"
+      "outer:set_segment(1, {position = {2, 0, 0}})\n"
+      "assert(outer:sample(0).position[1] == 2)\n"
+      "assert(outer:describe().segments[1].transition == 'none')");
+}
+
+TEST_F(TrajectoryCommands, RecordSpeedAccelerationAndJerk) {
+  // x = 0.4 (10 s^3 - 15 s^4 + 6 s^5) over 2 s: its jerk is 0.4 (60 - 360 s + 360 s^2) / 8.
+  run("q = trajectory.create{name = 'quintic', segments = {{shape = 'line', law = 'quintic', \n"
+      "  duration = 2, points = {{0, 0, 0, 0, 0, 0}, {0.4, 0, 0, 0, 0, 0}}}}}\n"
+      "r = q:record{step = 0.1} v, j, x = r:values{'speed'}, r:values{'jerk'}, r:values{'x'}\n"
+      "for i = 0, 20 do local s = i / 20\n"
+      "  assert(math.abs(x[i+1] - 0.4*(10*s^3 - 15*s^4 + 6*s^5)) < 1e-12)\n"
+      "  assert(math.abs(v[i+1] - 0.4*(30*s^2 - 60*s^3 + 30*s^4)/2) < 1e-12)\n"
+      "  assert(math.abs(j[i+1] - math.abs(0.4*(60 - 360*s + 360*s^2)/8)) < 1e-3, i) end");
+}
+
+TEST_F(TrajectoryCommands, DrawThemselvesOverTimeAndInSpace) {
+  const fs::path folder = fs::path(testing::TempDir()) / "trajectory_pictures";
+  fs::create_directories(folder);
+  const auto drawn = [&](const std::string& arguments) {
+    const std::string file = (folder / "way.svg").string();
+    fs::remove(file);
+    run("t:plot{file = '" + file + "', " + arguments + "}");
+    std::ifstream in(file);
+    std::ostringstream all;
+    all << in.rdbuf();
+    return all.str();
+  };
+  const std::string time = drawn("title = 'here & there'");
+  for (const char* part : {"here &amp; there", ">jerk<", "speed [m/s]", "time [s]"})
+    EXPECT_NE(time.find(part), std::string::npos) << part;
+  EXPECT_EQ(drawn("columns = {'turning'}").find("jerk"), std::string::npos);
+  const std::string path = drawn("kind = 'path'");
+  for (const char* part : {"x [m]", "z [m]"}) EXPECT_NE(path.find(part), std::string::npos) << part;
+  // A turn on the spot has no extent.
+  run("s = trajectory.create{name = 'spot', segments = {{shape = 'line', points = {{0, 0, 0, 0, 0, "
+      "0}, {0, 0, 0, 1, 0, 0}}}}} spot = s:plot{kind = 'path'} assert(not spot:find('nan'))");
+  EXPECT_EQ(refused("t:plot{file = 'a.svg', columns = {'sped'}}").find("nan"), std::string::npos);
+  fs::remove_all(folder);
+}
+
+TEST_F(TrajectoryCommands, TellWhatCannotBeRunInOneSentence) {
+  EXPECT_EQ(refused("t:set_segment(3, {speed = 1})"),
+            "trajectory \"way\", index: there is no segment 3. Segments are numbered 1 to 2.");
+  EXPECT_EQ(refused("t:move_segment(1, 5)"),
+            "trajectory \"way\", to: there is no segment 5. Segments are numbered 1 to 2.");
+  EXPECT_EQ(
+      refused("t:set_transition(1, 'none')"),
+      "trajectory \"way\", index: nothing comes before segment 1. A transition belongs to the "
+      "segment that it leads to; give 2 or more.");
+  EXPECT_EQ(refused("t:set_transition{index = 2, kind = 'none', speed = 1}"),
+            "trajectory \"way\": no transition has a distance or a speed. Leave them out, or give "
+            "kind = \"smooth\".");
+  EXPECT_EQ(refused("t:set_segment(1, {points = {{0, 0, 0, 0, 0, 0}, {0, 0, 0, 0, 0, 0}}})"),
+            "trajectory \"way\", segment 1: start and end of the line are the same pose. Move or "
+            "turn one of them.");
+  EXPECT_EQ(
+      refused("t:set_segment(1, {shape = 'arc', points = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}})"),
+      "trajectory \"way\", segment 1: the three points lie on a straight line. Move one of "
+      "them off the line, or use a line.");
+  EXPECT_EQ(refused("t:set_segment(1, {law = 'trapezoidal', duration = 1})"),
+            "trajectory \"way\", segment 1: a duration of 1 s is too short for the limits. The "
+            "shortest is 4.1 s.");
+  EXPECT_EQ(
+      refused("t:set_segment(1, {law = 'trapezoidal', start_speed = 2})"),
+      "trajectory \"way\", segment 1: the speed at an end is 2 m/s, above the greatest of 0.1 "
+      "m/s. Lower it, or raise the speed.");
+  EXPECT_EQ(
+      refused("t:set_segment(1, {law = 'trapezoidal', speed = 9, start_speed = 8})"),
+      "trajectory \"way\", segment 1: to change from 8 m/s to 0 m/s takes 32 m, and the way is "
+      "0.4 m. Raise the acceleration (and jerk), or bring the speeds at the ends together.");
+  EXPECT_EQ(refused("t:set_segment(1, {sped = 1})"),
+            "trajectory \"way\", segment: \"line\" has no parameter \"sped\". Did you mean "
+            "\"speed\"?");
+  EXPECT_EQ(refused("t:set_segment(1, {shape = 'lien'})"),
+            "trajectory \"way\", segment: \"lien\" is not a shape of segments. Did you mean "
+            "\"line\"?");
+}
+
+}  // namespace
+}  // namespace robomosp::lua
