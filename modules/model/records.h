@@ -296,6 +296,8 @@ struct TrajectorySegment {
   ProviderChoice shape;        ///< "line", "circle", "ptp", ...; with the parameters of all three
   ProviderChoice law;          ///< of a curve: how the tool runs along it; none = constant_speed
   ProviderChoice orientation;  ///< of a curve: how the tool turns; none = slerp
+  ProviderChoice turning;      ///< of a curve: a motion law of its own for the turn, over the
+                               ///< segment's duration; none = the tool turns with the way
   std::vector<Placement> points;
   std::vector<std::vector<double>> joints;  ///< of a joint segment [rad or m]
   TrajectoryId stored;                      ///< run this one instead; then no shape
