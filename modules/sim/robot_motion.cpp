@@ -76,6 +76,7 @@ class Builder {
         task_(task),
         progress_(progress),
         dof_(task.model->dof()),
+        is_moved_(task.is_at_start),
         at_(task.start) {}
 
   Result<RobotMotion> build() {
@@ -123,10 +124,10 @@ class Builder {
                        " s",
                    "Give a longer sample time.", task_.where);
     std::vector<double> times;
-    auto k = static_cast<std::size_t>(std::ceil(begin_ / task_.step * (1 - 1e-12)));
+    auto k = static_cast<std::size_t>(std::ceil((begin_ + task_.lead) / task_.step * (1 - 1e-12)));
     if (!out_.times.empty() && k < next_) k = next_;
     for (;; ++k) {
-      const double t = static_cast<double>(k) * task_.step - begin_;
+      const double t = static_cast<double>(k) * task_.step - task_.lead - begin_;
       if (t > duration * (1 + 1e-12)) break;
       times.push_back(std::clamp(t, 0.0, duration));
       out_.times.push_back(begin_ + times.back());
@@ -341,7 +342,7 @@ class Builder {
   Progress& progress_;
   std::size_t dof_, next_ = 0;  ///< number of the next sample
   double begin_ = 0;            ///< of the piece to come [s]
-  bool is_moved_ = false;       ///< the joints are where a piece left them
+  bool is_moved_ = false;       ///< the joints are where a piece left them, or at the start
   bool has_assumed_ = false;    ///< limits that the robot does not have
   std::vector<double> at_, end_qd_, end_qdd_;
   std::array<double, 2> last_errors_{};

@@ -23,18 +23,21 @@ struct RobotMotionTask {
   std::shared_ptr<const RobotModel> model;
   model::ProviderChoice ik;
   std::vector<double> start;  ///< where the joints are, or the seed of the first pose
+  bool is_at_start = false;   ///< the joints are there: a path elsewhere gets a move before it
   const model::Trajectory* trajectory = nullptr;
   std::string name;        ///< of the trajectory, for messages
   std::string where;       ///< likewise: world, robot and trajectory
   Pose base_T_trajectory;  ///< of the robot's base frame
   double step = 0.01;      ///< between samples [s]
+  double lead = 0;         ///< the samples come this much earlier, 0 <= lead < step [s]
   IkTolerance tolerance{};
   IkObjective objective = IkObjective::none;
   const ClearanceField* clearance = nullptr;
   motion::FindTrajectory stored;
 };
 
-/// Samples at 0, step, 2 step, ... and the very end; tables row-major, dof entries a row.
+/// Samples at 0, step, 2 step, ... less the lead, and the very end; tables row-major, dof entries a
+/// row.
 struct RobotMotion {
   std::vector<double> times, q, qd, qdd;
   std::vector<double> position_error, rotation_error;  ///< left by the inverse kinematics
