@@ -10,6 +10,7 @@
 #include "model/placement.h"
 #include "robotics/kinematics.h"
 #include "sim/joint_rates.h"
+#include "sim/recording_compare.h"
 #include "sim/simulate.h"
 #include "support/reference_dynamics.h"
 #include "support/workbench.h"
@@ -100,6 +101,43 @@ TEST_P(Pa10Circle, TheTipStaysOnTheCircleWithinLimits) {
   // positive; a quarter turn before the last point the tip is at (658, +100).
   const std::size_t quarter = r->rows() / 4;
   EXPECT_GT(r->find("y")->values[quarter], 0.05);
+}
+
+/// The circle in closed form at the times of a run, `late` behind it [rad].
+Recording ideal_circle(const std::vector<double>& times, const Vec3& centre, double radius,
+                       double late) {
+  Recording ideal;
+  ideal.columns = {
+      {"time", "s", "", times}, {"x", "m", "", {}}, {"y", "m", "", {}}, {"z", "m", "", {}}};
+  for (const double t : times) {
+    const double angle = M_PI - 0.01 / radius * t + late;  // 10 mm/s about -z from (558, 0) mm
+    ideal.columns[1].values.push_back(centre[0] + radius * std::cos(angle));
+    ideal.columns[2].values.push_back(centre[1] + radius * std::sin(angle));
+    ideal.columns[3].values.push_back(centre[2]);
+  }
+  return ideal;
+}
+
+TEST_P(Pa10Circle, TheTipCorrelatesWithTheIdealCircleInEveryCoordinate) {
+  const auto r = run();
+  ASSERT_TRUE(r);
+  const auto& times = r->find("time")->values;
+  const std::vector<std::string> place{"x", "y", "z"};
+  const auto d = unwrap(sim::compare(ideal_circle(times, kCentre, kRadius, 0), *r, place));
+  ASSERT_EQ(d.size(), 3U);
+  for (const auto& c : d) {
+    EXPECT_EQ(c.samples, r->rows());
+    EXPECT_LT(c.greatest, 1e-8) << c.name;
+    if (c.name == "z") continue;  // the ideal does not vary along it: no correlation
+    ASSERT_TRUE(c.correlation) << c.name;
+    EXPECT_GE(*c.correlation, 0.9999) << c.name;
+  }
+  EXPECT_FALSE(d[2].correlation);
+  // 2 degrees behind on the same circle is seen: cos(2 deg) = 0.99939.
+  const auto late =
+      unwrap(sim::compare(ideal_circle(times, kCentre, kRadius, M_PI / 90), *r, place));
+  EXPECT_NEAR(*late[0].correlation, std::cos(M_PI / 90), 1e-5);
+  EXPECT_NEAR(*late[1].correlation, std::cos(M_PI / 90), 1e-5);
 }
 
 TEST_P(Pa10Circle, JointVelocitiesAreContinuousAndMoveTheTipAtTheProgrammedSpeed) {
