@@ -8,6 +8,7 @@
 #include "document/validate.h"
 #include "io/native.h"
 #include "ioci/commands.h"
+#include "ioci/live_runs.h"
 #include "kernel/check.h"
 #include "kernel/text.h"
 
@@ -79,7 +80,8 @@ std::optional<Handle> handle_from_text(std::string_view s) {
   const auto number = text::read_int(s.substr(hash + 1));
   if (!number || *number <= 0) return std::nullopt;
   const std::string_view kind = s.substr(0, std::min(hash, s.find(':')));
-  if (!is_record_kind(kind) && kind != "recording" && kind != "job") return std::nullopt;
+  if (!is_record_kind(kind) && kind != "recording" && kind != "job" && kind != "run")
+    return std::nullopt;
   return Handle{std::string(kind), static_cast<std::uint64_t>(*number)};
 }
 
@@ -144,6 +146,7 @@ Result<Map> read_expressions(CommandContext& ctx, const CommandSpec& spec, const
 Application::Application(ApplicationOptions options)
     : plugins(registry),
       derived(registry),
+      runs(std::make_unique<Runs>()),
       share(executable_folder() / ".." / "share" / "robomosp"),
       options_(std::move(options)) {
   library = library_path(options_, share);
@@ -489,6 +492,8 @@ Result<Handle> Application::resolve(const document::Snapshot& snapshot, std::str
       if (!recordings.find(h.number)) return stale(h);
     } else if (h.kind == "job") {
       if (!jobs.status(h.number).ok()) return stale(h);
+    } else if (h.kind == "run") {
+      if (!runs->find(h.number)) return stale(h);
     } else {
       return error(ErrorCode::invalid_argument, "there is nothing of kind " + text::quote(h.kind));
     }
@@ -504,7 +509,7 @@ Result<Handle> Application::resolve(const document::Snapshot& snapshot, std::str
     if (kinds_include(kinds, to_string(k)))
       if (const auto id = snapshot.find(k, *name)) return handle(*id);
   if (const auto h = handle_from_text(*name)) return check_handle(*h);
-  for (const std::string_view kind : {"recording", "job"})
+  for (const std::string_view kind : {"recording", "job", "run"})
     if (kinds_include(kinds, kind) && kinds != "any")
       if (const auto number = text::read_int(*name); number && *number > 0)
         return check_handle(Handle{std::string(kind), static_cast<std::uint64_t>(*number)});
@@ -542,6 +547,8 @@ std::optional<std::string> Application::name_of(const Handle& h) const {
     const auto r = recordings.find(h.number);
     return r ? std::optional(r->title) : std::nullopt;
   }
+  if (h.kind == "run")
+    if (const LiveRunEntry* run = runs->find(h.number)) return run->title;
   if (h.kind == "job")
     if (const auto status = jobs.status(h.number); status.ok()) return status->label;
   return std::nullopt;

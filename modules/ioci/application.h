@@ -29,6 +29,8 @@
 
 namespace robomosp::ioci {
 
+class Runs;
+
 struct ApplicationOptions {
   std::vector<std::filesystem::path> plugin_path;  ///< searched first
   std::vector<std::filesystem::path> library;  ///< empty = <executable>/../share/robomosp/library
@@ -75,6 +77,7 @@ class Application {
   CommandTable commands;
   SolverCache solvers;
   sim::CollisionCache collision_models;
+  std::unique_ptr<Runs> runs;  ///< live ones; after what they read, so that they end first
   std::shared_ptr<render::Renderer> renderer;  ///< made with the first picture
   std::uint64_t renderer_revision = 0;         ///< of the registry, when it was made
   std::vector<std::filesystem::path> library;  ///< folders of shipped materials, robots, worlds

@@ -45,6 +45,7 @@ std::vector<CommandSpec> robot_kinematics_commands();
 std::vector<CommandSpec> robot_dynamics_commands();
 std::vector<CommandSpec> robot_motion_commands();
 std::vector<CommandSpec> robot_tool_commands();
+std::vector<CommandSpec> run_commands();
 std::vector<CommandSpec> simulation_commands();
 std::vector<CommandSpec> solid_commands();
 std::vector<CommandSpec> solid_feature_commands();

@@ -31,6 +31,7 @@ void register_commands(CommandTable& table) {
   table.add(robot_dynamics_commands());
   table.add(robot_motion_commands());
   table.add(robot_tool_commands());
+  table.add(run_commands());
   table.add(simulation_commands());
   table.add(solid_commands());
   table.add(solid_feature_commands());

@@ -1,0 +1,418 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/live_run.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <exception>
+#include <utility>
+
+#include "kernel/jobs.h"
+#include "kernel/text.h"
+
+namespace robomosp::sim {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr double kNever = -std::numeric_limits<double>::infinity();
+/// How often a call that waits looks whether the user gave up.
+constexpr auto kLook = 50ms;
+/// The simulation looks at the clock again after [s].
+constexpr double kLeastNap = 1e-3, kMostNap = 3600;
+
+/// Sums of steps differ from times of rows by rounding [s].
+double tolerance(double t) { return 1e-9 * std::max(1.0, std::fabs(t)); }
+
+std::string at(double t) { return "t = " + text::print_rounded(t) + " s"; }
+
+Recording without_rows(const Recording& r) {
+  Recording out;
+  out.title = r.title, out.world = r.world, out.robot = r.robot, out.trajectory = r.trajectory;
+  out.dof = r.dof, out.voxel = r.voxel;
+  for (const Column& c : r.columns)
+    out.columns.push_back({c.name, c.unit, c.doc, {}, c.lower, c.upper});
+  return out;
+}
+
+}  // namespace
+
+Result<void> hand_on(const Recording& table, double from, RowSink& sink) {
+  if (table.columns.empty() || table.columns.front().name != "time")
+    return error(ErrorCode::invalid_argument, "the recording has no time as its first column",
+                 "Give one of a motion.");
+  const std::vector<double>& times = table.columns.front().values;
+  for (std::size_t row = 0; row < times.size(); ++row) {
+    if (times[row] < from - tolerance(from)) continue;
+    auto state = std::make_shared<RunState>();
+    state->time = times[row];
+    RMP_TRY(sink.take(table, row, std::move(state)));
+  }
+  return {};
+}
+
+/// What the simulation of one part hands its rows to.
+class LiveRun::Gate final : public RowSink {
+ public:
+  Gate(LiveRun& run, std::stop_token stop) : run_(run), stop_(std::move(stop)) {}
+  Result<void> take(const Recording& table, std::size_t row, RunStatePtr state) override {
+    return run_.take(table, row, std::move(state), stop_);
+  }
+
+ private:
+  LiveRun& run_;
+  std::stop_token stop_;
+};
+
+LiveRun::LiveRun(Clock clock) : clock_(std::move(clock)) {
+  if (!clock_)
+    clock_ = [] {
+      return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
+          .count();
+    };
+}
+
+LiveRun::~LiveRun() { join(); }
+
+void LiveRun::join() {
+  thread_.request_stop();
+  if (thread_.joinable()) thread_.join();
+}
+
+// ---- the simulation's thread ----
+
+void LiveRun::launch(Source source, RunStatePtr from) {
+  is_resting_ = is_finished_ = is_complete_ = false;
+  fraction_ = 0;
+  failure_.reset();
+  thread_ = std::jthread(
+      [this, source = std::move(source), from = std::move(from)](const std::stop_token& stop) {
+        Gate gate(*this, stop);
+        StopProgress progress(stop, [this](double fraction, std::string_view what) {
+          const std::lock_guard lock(mutex_);
+          fraction_ = fraction, what_ = what;
+        });
+        auto done = [&]() -> Result<RecordingPtr> {
+          try {
+            return source(from.get(), gate, progress);
+          } catch (const std::exception& e) {
+            return error(ErrorCode::internal, std::string("the simulation threw: ") + e.what());
+          } catch (...) {
+            return error(ErrorCode::internal, "the simulation threw an unknown exception");
+          }
+        }();
+        {
+          const std::lock_guard lock(mutex_);
+          if (!stop.stop_requested()) {
+            if (done.ok()) take_notes(**done);
+            else failure_ = std::move(done).error();
+            is_complete_ = !failure_;
+          }
+          is_finished_ = true, is_resting_ = false;
+        }
+        changed_.notify_all();
+      });
+}
+
+Result<void> LiveRun::take(const Recording& table, std::size_t row, RunStatePtr state,
+                           const std::stop_token& stop) {
+  std::unique_lock lock(mutex_);
+  append(table, row, std::move(state));
+  is_resting_ = true;
+  changed_.notify_all();
+  while (!is_wanted() && !stop.stop_requested()) {
+    const auto is_new = [this, seen = wish_] { return wish_ != seen || is_wanted(); };
+    if (speed_ > 0) {
+      const double left = (head_time() - clock_target()) / speed_;
+      changed_.wait_for(
+          lock, stop, std::chrono::duration<double>(std::clamp(left, kLeastNap, kMostNap)), is_new);
+    } else {
+      changed_.wait(lock, stop, is_new);
+    }
+  }
+  is_resting_ = false;
+  if (stop.stop_requested()) return error(ErrorCode::cancelled, "the run was stopped");
+  return {};
+}
+
+bool LiveRun::is_wanted() const {
+  const double head = head_time();
+  return states_.size() < want_rows_ || head + tolerance(head) < want_time_ ||
+         (speed_ > 0 && clock_target() >= head);
+}
+
+// ---- the table ----
+
+bool LiveRun::has_columns_of(const Recording& table) const {
+  std::size_t found = 0;
+  for (std::size_t c = 0; c < source_of_.size(); ++c) {
+    if (source_of_[c] < 0) continue;
+    const auto from = static_cast<std::size_t>(source_of_[c]);
+    if (from >= table.columns.size() || table.columns[from].name != table_.columns[c].name)
+      return false;
+    ++found;
+  }
+  return found == table.columns.size();
+}
+
+void LiveRun::match_columns(const Recording& table, std::size_t row) {
+  const std::size_t before = states_.size();
+  std::vector<std::string> added, gone;
+  source_of_.assign(table_.columns.size(), -1);
+  for (std::size_t c = 0; c < table.columns.size(); ++c) {
+    const Column& column = table.columns[c];
+    const auto known = std::find_if(table_.columns.begin(), table_.columns.end(),
+                                    [&](const Column& x) { return x.name == column.name; });
+    if (known != table_.columns.end()) {
+      source_of_[static_cast<std::size_t>(known - table_.columns.begin())] =
+          static_cast<std::ptrdiff_t>(c);
+      known->lower = column.lower, known->upper = column.upper;
+      continue;
+    }
+    table_.columns.push_back({column.name, column.unit, column.doc,
+                              std::vector<double>(before, column.values[row]), column.lower,
+                              column.upper});
+    source_of_.push_back(static_cast<std::ptrdiff_t>(c));
+    added.push_back(column.name);
+  }
+  for (std::size_t c = 0; c < table_.columns.size(); ++c)
+    if (source_of_[c] < 0) gone.push_back(table_.columns[c].name);
+  if (before == 0) return;
+  if (!added.empty())
+    old_notes_.push_back("new from " + at(head_time()) +
+                         " on, before it as at first: " + text::enumerate(added));
+  if (!gone.empty())
+    old_notes_.push_back("ended at " + at(head_time()) +
+                         ", behind it as at last: " + text::enumerate(gone));
+}
+
+void LiveRun::take_notes(const Recording& table) {
+  if (table_.notes.size() == old_notes_.size() + table.notes.size()) return;
+  table_.notes = old_notes_;
+  table_.notes.insert(table_.notes.end(), table.notes.begin(), table.notes.end());
+}
+
+void LiveRun::append(const Recording& table, std::size_t row, RunStatePtr state) {
+  if (states_.empty()) {
+    table_ = without_rows(table);
+    source_of_.resize(table.columns.size());
+    for (std::size_t c = 0; c < source_of_.size(); ++c)
+      source_of_[c] = static_cast<std::ptrdiff_t>(c);
+  }
+  if (!has_columns_of(table)) match_columns(table, row);
+  const double time = table.columns.front().values[row];
+  if (std::exchange(is_first_, false) &&
+      std::fabs(time - head_time()) <= tolerance(time)) {  // the row that it goes on from
+    states_.back() = std::move(state);
+  } else {
+    for (std::size_t c = 0; c < table_.columns.size(); ++c) {
+      std::vector<double>& values = table_.columns[c].values;
+      values.push_back(source_of_[c] < 0
+                           ? values.back()
+                           : table.columns[static_cast<std::size_t>(source_of_[c])].values[row]);
+    }
+    states_.push_back(std::move(state));
+    note_counts_.push_back(0);
+  }
+  take_notes(table);
+  note_counts_.back() = table_.notes.size();
+}
+
+double LiveRun::first_time() const {
+  return states_.empty() ? 0 : table_.columns.front().values.front();
+}
+double LiveRun::head_time() const {
+  return states_.empty() ? 0 : table_.columns.front().values.back();
+}
+
+std::size_t LiveRun::row_at(double time) const {
+  if (states_.empty()) return 0;
+  const std::vector<double>& times = table_.columns.front().values;
+  const auto after = std::upper_bound(times.begin(), times.end(), time + tolerance(time));
+  return after == times.begin() ? 0 : static_cast<std::size_t>(after - times.begin()) - 1;
+}
+
+// ---- the clock ----
+
+double LiveRun::clock_target() const {
+  return std::isinf(speed_) ? speed_ : position_ + speed_ * (clock_() - played_at_);
+}
+
+LiveRun::Place LiveRun::place() const {
+  if (speed_ == 0) return {position_, position_, false};
+  Place p;
+  p.wanted = clock_target();
+  p.time = std::clamp(p.wanted, first_time(), head_time());
+  p.is_playing = speed_ < 0 ? p.wanted > first_time() : !is_finished_ || p.wanted < head_time();
+  return p;
+}
+
+void LiveRun::stand(double time) {
+  position_ = time;
+  speed_ = 0;
+  want_rows_ = states_.size();
+  want_time_ = kNever;
+  ++wish_;
+}
+
+// ---- what the application asks for ----
+
+template <class Done>
+Result<void> LiveRun::await(std::unique_lock<std::mutex>& lock, Progress& progress,
+                            Done&& is_done) {
+  while (!changed_.wait_for(lock, kLook, is_done)) {
+    progress.report(fraction_, what_);
+    if (!progress.cancelled()) continue;
+    stand(place().time);
+    return error(ErrorCode::cancelled, "the wait for the simulation was given up; it is paused");
+  }
+  return {};
+}
+
+Error LiveRun::missing() const {
+  if (failure_) return *failure_;
+  return error(ErrorCode::conflict, "the run was stopped at " + at(head_time()),
+               "run.refresh goes on, run.reset starts it again.");
+}
+
+Result<void> LiveRun::start(Source source, Progress& progress) {
+  join();
+  std::unique_lock lock(mutex_);
+  table_ = {};
+  source_of_.clear(), states_.clear(), old_notes_.clear(), note_counts_.clear();
+  is_first_ = false;
+  stand(0);
+  want_rows_ = 1;
+  launch(std::move(source), nullptr);
+  RMP_TRY(await(lock, progress, [this] { return !states_.empty() || is_finished_; }));
+  if (states_.empty() && failure_) return *failure_;
+  if (states_.empty())
+    return error(ErrorCode::invalid_argument, "the simulation has no rows", "Give it a duration.");
+  position_ = first_time();
+  return {};
+}
+
+Result<void> LiveRun::refresh(Source source, Progress& progress) {
+  std::unique_lock lock(mutex_);
+  if (states_.empty()) {
+    lock.unlock();
+    return start(std::move(source), progress);
+  }
+  const double time = place().time;
+  stand(time);
+  lock.unlock();
+  join();
+  lock.lock();
+  const std::size_t rows = row_at(time) + 1;
+  for (Column& c : table_.columns) c.values.resize(rows);
+  states_.resize(rows);
+  note_counts_.resize(rows);
+  if (table_.notes.size() > note_counts_.back()) table_.notes.resize(note_counts_.back());
+  table_.notes.push_back("went on at " + at(head_time()) + " with the world as it was then");
+  old_notes_ = table_.notes;
+  stand(head_time());
+  is_first_ = true;
+  launch(std::move(source), states_.back());
+  RMP_TRY(await(lock, progress, [this] { return !is_first_ || is_finished_; }));
+  if (failure_) return *failure_;
+  return {};
+}
+
+Result<void> LiveRun::step(std::int64_t rows, Progress& progress) {
+  std::unique_lock lock(mutex_);
+  if (states_.empty()) return missing();
+  const double time = place().time;
+  std::int64_t to = static_cast<std::int64_t>(row_at(time)) + rows;
+  // Back from between two rows is to the one before.
+  if (rows < 0 && table_.columns.front().values[row_at(time)] + tolerance(time) < time) ++to;
+  const auto target = static_cast<std::size_t>(std::max<std::int64_t>(to, 0));
+  stand(time);
+  want_rows_ = std::max(want_rows_, target + 1);
+  changed_.notify_all();
+  RMP_TRY(await(lock, progress, [&] { return states_.size() > target || is_finished_; }));
+  const std::size_t reached = std::min(target, states_.size() - 1);
+  stand(table_.columns.front().values[reached]);
+  if (reached < target && !is_complete_) return missing();
+  return {};
+}
+
+Result<void> LiveRun::go_to(double time, Progress& progress) {
+  std::unique_lock lock(mutex_);
+  if (states_.empty()) return missing();
+  stand(place().time);
+  want_time_ = time;
+  changed_.notify_all();
+  const auto is_there = [&] { return head_time() + tolerance(head_time()) >= time; };
+  RMP_TRY(await(lock, progress, [&] { return is_there() || is_finished_; }));
+  stand(std::clamp(time, first_time(), head_time()));
+  if (!is_there() && !is_complete_) return missing();
+  return {};
+}
+
+Result<void> LiveRun::finish(Progress& progress) {
+  std::unique_lock lock(mutex_);
+  if (states_.empty()) return missing();
+  stand(place().time);
+  want_time_ = std::numeric_limits<double>::infinity();
+  changed_.notify_all();
+  RMP_TRY(await(lock, progress, [this] { return is_finished_; }));
+  stand(head_time());
+  if (!is_complete_) return missing();
+  return {};
+}
+
+void LiveRun::play(double speed) {
+  {
+    const std::lock_guard lock(mutex_);
+    stand(place().time);
+    speed_ = speed;
+    played_at_ = clock_();
+  }
+  changed_.notify_all();
+}
+
+Result<void> LiveRun::pause(Progress& progress) {
+  std::unique_lock lock(mutex_);
+  stand(place().time);
+  changed_.notify_all();
+  return await(lock, progress, [this] { return is_resting_ || is_finished_; });
+}
+
+void LiveRun::stop() {
+  {
+    const std::lock_guard lock(mutex_);
+    stand(place().time);
+  }
+  join();
+}
+
+LiveRun::Shown LiveRun::shown() const {
+  const std::lock_guard lock(mutex_);
+  const Place p = place();
+  Shown s;
+  s.time = p.time;
+  s.row = row_at(p.time);
+  s.rows = states_.size();
+  s.recorded = head_time();
+  s.speed = p.is_playing ? speed_ : 0;
+  s.is_complete = is_complete_;
+  s.is_over = is_finished_ && p.time + tolerance(p.time) >= s.recorded;
+  if (p.is_playing && speed_ > 0 && !std::isinf(speed_) && !is_finished_)
+    s.lag = std::max(0.0, p.wanted - s.recorded);
+  s.failure = failure_;
+  if (s.rows > 0)
+    for (const Column& c : table_.columns) s.values.push_back(c.values[s.row]);
+  return s;
+}
+
+RecordingPtr LiveRun::recording() const {
+  const std::lock_guard lock(mutex_);
+  return std::make_shared<const Recording>(table_);
+}
+
+Recording LiveRun::head() const {
+  const std::lock_guard lock(mutex_);
+  return without_rows(table_);
+}
+
+}  // namespace robomosp::sim

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+// LiveRun: a simulation that computes on a thread of its own, no further than it is asked for:
+// stepped, played in real time or as fast as possible, paused, run backwards over what is recorded
+// (layer: application, sim).
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <mutex>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <robomosp/sdk/progress.h>
+#include <robomosp/sdk/result.h>
+
+#include "sim/recording.h"
+#include "sim/row_sink.h"
+
+namespace robomosp::sim {
+
+/// As fast as it computes, for LiveRun::play().
+inline constexpr double kAsFastAsPossible = std::numeric_limits<double>::infinity();
+
+/// The simulation waits behind every row until the next one is wanted: by a step, by a time that is
+/// asked for, or by the clock while it is played. It keeps a state with every row. Calls that wait
+/// end with ErrorCode::cancelled within 100 ms of the user's wish, and the run is paused then.
+/// [application thread], but what is said of single functions.
+class LiveRun {
+ public:
+  /// Computes and hands on every row; `from` = where to go on, none = the start. The result's notes
+  /// become the run's. Called on the run's thread, so it owns or shares what it reads.
+  using Source = std::function<Result<RecordingPtr>(const RunState* from, RowSink&, Progress&)>;
+  /// Seconds that only grow. [any thread]
+  using Clock = std::function<double()>;
+
+  /// An empty clock is the computer's.
+  explicit LiveRun(Clock clock = {});
+  ~LiveRun();  ///< stops and joins
+  LiveRun(const LiveRun&) = delete;
+  LiveRun& operator=(const LiveRun&) = delete;
+
+  /// Starts, or starts again without what was recorded, and waits for the first row. Paused then.
+  Result<void> start(Source source, Progress& progress);
+  /// Goes on from the row that is shown with another source; rows behind it are dropped. Waits for
+  /// the first row. On an error the run keeps its rows and can be refreshed again.
+  Result<void> refresh(Source source, Progress& progress);
+
+  /// So many rows on, or back when negative, and paused there; computes what is missing.
+  Result<void> step(std::int64_t rows, Progress& progress);
+  /// To a time [s] and paused there; computes what is missing. Beyond the end it is the end.
+  Result<void> go_to(double time, Progress& progress);
+  /// Computes to the end and shows it.
+  Result<void> finish(Progress& progress);
+  /// Lets the time run: 1 = as the clock does, kAsFastAsPossible, negative = backwards over what is
+  /// recorded. Returns at once. `speed` is not 0.
+  void play(double speed);
+  /// Stops the time and waits until the simulation rests.
+  Result<void> pause(Progress& progress);
+  /// Ends the simulation; what is recorded stays.
+  void stop();
+  /// To be called when a clock other than the computer's has changed. [any thread]
+  void wake() { changed_.notify_all(); }
+
+  struct Shown {
+    double time = 0;           ///< that is shown [s]
+    std::size_t row = 0;       ///< the last one at or before it
+    std::size_t rows = 0;      ///< recorded
+    double recorded = 0;       ///< time of the last one [s]
+    double speed = 0;          ///< 0 = paused
+    double lag = 0;            ///< how far the simulation is behind the clock [s]
+    bool is_over = false;      ///< it is shown to its end
+    bool is_complete = false;  ///< nothing is left to compute
+    std::optional<Error> failure;
+    std::vector<double> values;  ///< of the row, one a column
+  };
+  [[nodiscard]] Shown shown() const;
+  /// A copy of what is recorded.
+  [[nodiscard]] RecordingPtr recording() const;
+  /// Names, units and the rest of the recording without its rows.
+  [[nodiscard]] Recording head() const;
+
+ private:
+  class Gate;
+  /// What is shown, by the clock where it is played.
+  struct Place {
+    double time = 0;
+    double wanted = 0;  ///< what the clock asks for
+    bool is_playing = false;
+  };
+  // All of these with mutex_ held.
+  [[nodiscard]] Place place() const;
+  [[nodiscard]] std::size_t row_at(double time) const;
+  [[nodiscard]] double first_time() const;
+  [[nodiscard]] double head_time() const;
+  [[nodiscard]] double clock_target() const;
+  [[nodiscard]] bool is_wanted() const;
+  [[nodiscard]] Error missing() const;  ///< why nothing more is computed
+  void stand(double time);
+  void append(const Recording& table, std::size_t row, RunStatePtr state);
+  void take_notes(const Recording& table);
+  /// Finds the columns of a table, and adds those that are new, at a row with so many before it.
+  void match_columns(const Recording& table, std::size_t row);
+  [[nodiscard]] bool has_columns_of(const Recording& table) const;
+  void launch(Source source, RunStatePtr from);
+
+  Result<void> take(const Recording& table, std::size_t row, RunStatePtr state,
+                    const std::stop_token& stop);
+  void join();
+  /// Until `is_done` holds; `lock` holds mutex_.
+  template <class Done>
+  Result<void> await(std::unique_lock<std::mutex>& lock, Progress& progress, Done&& is_done);
+
+  Clock clock_;
+  mutable std::mutex mutex_;
+  std::condition_variable_any changed_;
+  // Guarded by mutex_:
+  Recording table_;
+  std::vector<std::ptrdiff_t> source_of_;  ///< column of the simulation's table; -1 = it has none
+  std::vector<RunStatePtr> states_;        ///< one a row
+  std::vector<std::string> old_notes_;     ///< of the parts before a refresh
+  std::vector<std::size_t> note_counts_;   ///< of table_.notes, one a row
+  std::uint64_t wish_ = 0;                 ///< counts changes of what is wanted
+  std::size_t want_rows_ = 1;
+  double want_time_ = 0;
+  double speed_ = 0, position_ = 0;  ///< where it stands, or was played from [s]
+  double played_at_ = 0;             ///< by the clock [s]
+  bool is_resting_ = false;          ///< the simulation waits behind a row
+  bool is_finished_ = true;          ///< no simulation runs
+  bool is_complete_ = false;         ///< it ran to its end
+  bool is_first_ = false;            ///< the next row is the first after a refresh
+  double fraction_ = 0;              ///< as the simulation reports
+  std::string what_;
+  std::optional<Error> failure_;
+
+  std::jthread thread_;  ///< last, so that it ends before what it uses
+};
+
+}  // namespace robomosp::sim
