@@ -118,7 +118,7 @@ class Feeder {
   void add(const PairRule& p) { all(p.a, p.b, p.is_allowed, p.reason); }
   void add(const Transition& t) { all(t.is_smooth, t.distance, t.speed); }
   void add(const TrajectorySegment& s) {
-    all(s.shape, s.law, s.orientation, s.points, s.joints, AnyId(s.stored), s.placement,
+    all(s.shape, s.law, s.orientation, s.turning, s.points, s.joints, AnyId(s.stored), s.placement,
         s.transition);
   }
   void add(const PlacedObject& p) { all(p.name, p.what, p.placement); }
@@ -194,7 +194,7 @@ struct Size {
     std::size_t n = t.description.size();
     for (const auto& s : t.segments)
       n += sizeof(TrajectorySegment) + bytes(s.shape) + bytes(s.law) + bytes(s.orientation) +
-           s.points.size() * sizeof(Placement) +
+           bytes(s.turning) + s.points.size() * sizeof(Placement) +
            (s.joints.empty() ? 0 : 8 * s.joints.size() * s.joints.front().size());
     return n;
   }

@@ -587,6 +587,7 @@ Result<void> check(const Trajectory& t, Subject& subject) {
     RMP_TRY(choice(s.shape, segment));
     RMP_TRY(choice(s.law, "the law of " + segment));
     RMP_TRY(choice(s.orientation, "the orientation of " + segment));
+    RMP_TRY(choice(s.turning, "the law of turning of " + segment));
     for (std::size_t k = 0; k < s.points.size(); ++k)
       RMP_TRY(placement(s.points[k], "point " + std::to_string(k + 1) + " of " + segment));
     for (std::size_t k = 0; k < s.joints.size(); ++k) {

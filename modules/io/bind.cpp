@@ -615,7 +615,7 @@ class Binder {
     RMP_TRY(read_name(i, s.shape.name, "segment"));
     RMP_TRY(need_block(i));
     std::vector<Rule> rules{provider("law", s.law), provider("orientation", s.orientation),
-                            transition(s.transition)};
+                            provider("turning", s.turning), transition(s.transition)};
     rules.push_back(repeated("point", [&](Index k) -> Result<void> {
       Placement p;
       RMP_TRY(need_block(k, true));

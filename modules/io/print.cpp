@@ -358,6 +358,7 @@ class Printer {
         parameters(s.shape);
         provider("law", s.law);
         provider("orientation", s.orientation);
+        provider("turning", s.turning);
         for (const auto& p : s.points) block("point", placement(p));
         for (const auto& q : s.joints) line("joints " + joint_values(Robot{}, q));
       }

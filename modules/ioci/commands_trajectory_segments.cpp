@@ -82,6 +82,7 @@ void add_record(const CommandContext& ctx, const TrajectorySegment& s, Map& row)
   row.set("shape", s.shape.name);
   if (!s.law.name.empty()) row.set("law", s.law.name);
   if (!s.orientation.name.empty()) row.set("orientation", s.orientation.name);
+  if (!s.turning.name.empty()) row.set("turning", s.turning.name);
 }
 
 Result<Value> segments(CommandContext& ctx, const Map& args) {
@@ -204,6 +205,7 @@ std::vector<CommandSpec> trajectory_segment_commands() {
                     field("shape", "string", "", "Its shape."),
                     field("law", "string", "", "Its law, when one is named."),
                     field("orientation", "string", "", "Its orientation, when one is named."),
+                    field("turning", "string", "", "The law of its turn, when it has one."),
                     field("trajectory", "string", "", "The stored trajectory that it runs.")}},
        .effect = Effect::reads,
        .run = segments});

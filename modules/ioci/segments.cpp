@@ -2,7 +2,10 @@
 #include "ioci/segments.h"
 
 #include <algorithm>
+#include <array>
 #include <optional>
+#include <span>
+#include <utility>
 
 #include "ioci/commands.h"
 #include "kernel/text.h"
@@ -39,7 +42,33 @@ Result<void> read_choice(const Value& v, ProviderChoice& out, Map& params,
                  "Give its name, or a table with name and parameters.", path);
   if (name) out.name = *name->as_string();
   for (const auto& [key, value] : *table)
-    if (key != "name") params.set(key, value);
+    if (key == "params" && value.as_map())  // as a segment is told
+      for (const auto& [inner, given] : *value.as_map()) params.set(inner, given);
+    else if (key != "name") params.set(key, value);
+  return {};
+}
+
+/// `given`, each by the first owner that has a parameter of that name, to `out`; `words` are what
+/// else may stand there, for the hint of an unknown one.
+Result<void> read_params(std::span<const ProviderInfo* const> owners,
+                         std::vector<std::string> words, const Map& given, ProviderChoice& out,
+                         const std::string& path) {
+  for (const ProviderInfo* info : owners)
+    for (const ParamSpec& p : info->schema) words.push_back(p.name);
+  for (const auto& [key, v] : given) {
+    const std::string here = path + "." + key;
+    const ParamSpec* spec = nullptr;
+    for (std::size_t i = 0; i < owners.size() && !spec; ++i)
+      spec = motion::find_parameter(*owners[i], key);
+    if (!spec) {
+      std::string hint = text::did_you_mean(key, words);
+      if (hint.empty()) hint = "There are " + text::enumerate(words) + ".";
+      return error(ErrorCode::unknown_name,
+                   text::quote(out.name) + " has no parameter " + text::quote(key), hint, path);
+    }
+    RMP_TRY_ASSIGN(const Value checked, check_value(*spec, v, here));
+    RMP_TRY_ASSIGN(out.params[key], param_of(checked, here));
+  }
   return {};
 }
 
@@ -77,14 +106,26 @@ std::optional<List> rows_of(const Value& given) {
   return rows;
 }
 
+/// A position alone is a pose with the trajectory's axes.
+Value with_axes(const Value& point) {
+  List numbers;
+  if (point.as_list()) numbers = *point.as_list();
+  else if (const NumericArray* a = point.as_array(); a && !a->is_matrix())
+    numbers.assign(a->data().begin(), a->data().end());
+  if (numbers.size() != 3) return point;
+  numbers.resize(6, Value(0.0));
+  return Value(std::move(numbers));
+}
+
 Result<void> read_points(const Value& given, TrajectorySegment& out, const std::string& path) {
   const std::optional<List> list = rows_of(given);
   if (!list)
     return error(ErrorCode::invalid_argument, given.text() + " is not a list of poses",
-                 "Give {{x, y, z, roll, pitch, yaw}, ...}.", path);
+                 "Give {{x, y, z, roll, pitch, yaw}, ...} or {{x, y, z}, ...}.", path);
   for (std::size_t i = 0; i < list->size(); ++i) {
+    const Value point = with_axes((*list)[i]);
     RMP_TRY_ASSIGN(auto placement,
-                   read_placement(&(*list)[i], path + "[" + std::to_string(i + 1) + "]"));
+                   read_placement(&point, path + "[" + std::to_string(i + 1) + "]"));
     out.points.push_back(placement);
   }
   return {};
@@ -154,7 +195,7 @@ Result<TrajectorySegment> read_segment(const CommandContext& ctx, const Value& v
     return error(ErrorCode::invalid_argument, "the segment has no shape", "Give shape = \"line\".",
                  path);
   out.shape.name = *shape->as_string();
-  Map params;
+  Map params, turning;
   for (const auto& [key, v] : *given) {
     const std::string here = path + "." + key;
     if (v.is_nil() || key == "shape") continue;
@@ -166,6 +207,12 @@ Result<TrajectorySegment> read_segment(const CommandContext& ctx, const Value& v
       RMP_TRY(read_choice(v, out.law, params, here));
     } else if (key == "orientation") {
       RMP_TRY(read_choice(v, out.orientation, params, here));
+    } else if (key == "turning") {
+      RMP_TRY(read_choice(v, out.turning, turning, here));
+      if (out.turning.name.empty())
+        return error(ErrorCode::invalid_argument, "the law of turning has no name",
+                     "Give turning = \"cubic\" or {name = \"cubic\", ...}.", here);
+      if (out.turning.name == "none") out.turning.name.clear();
     } else if (key == "transition") {
       RMP_TRY_ASSIGN(out.transition, read_transition(ctx, v, here));
     } else if (key == "params" && v.as_map()) {
@@ -176,23 +223,12 @@ Result<TrajectorySegment> read_segment(const CommandContext& ctx, const Value& v
   }
   RMP_TRY_ASSIGN(const motion::SegmentProviders providers,
                  motion::providers_of(ctx.app.registry, out, path));
-  for (const auto& [key, v] : params) {
-    const std::string here = path + "." + key;
-    const ParamSpec* spec = providers.parameter(key);
-    if (!spec) {
-      std::vector<std::string> names{"shape",       "points",     "joints", "law",
-                                     "orientation", "transition", "params"};
-      for (const ProviderInfo* info : {&providers.shape, &providers.law, &providers.orientation})
-        for (const ParamSpec& p : info->schema) names.push_back(p.name);
-      std::string hint = text::did_you_mean(key, names);
-      if (hint.empty()) hint = "There are " + text::enumerate(names) + ".";
-      return error(ErrorCode::unknown_name,
-                   text::quote(out.shape.name) + " has no parameter " + text::quote(key), hint,
-                   path);
-    }
-    RMP_TRY_ASSIGN(const Value checked, check_value(*spec, v, here));
-    RMP_TRY_ASSIGN(out.shape.params[key], param_of(checked, here));
-  }
+  std::vector<std::string> words{"shape",       "points",  "joints",     "law",
+                                 "orientation", "turning", "transition", "params"};
+  RMP_TRY(read_params(providers.owners(), std::move(words), params, out.shape, path));
+  // In its own table, for its parameters have the names of the law's.
+  RMP_TRY(read_params(std::array{&std::as_const(providers.turning)}, {"name"}, turning, out.turning,
+                      path + ".turning"));
   return out;
 }
 
@@ -234,7 +270,7 @@ Result<TrajectorySegment> update_segment(const CommandContext& ctx, const Trajec
                    motion::providers_of(ctx.app.registry, named, path));
     Map params;
     for (const auto& [key, param] : old.shape.params)
-      if (providers.parameter(key)) params.set(key, motion::value_of(param));
+      if (providers.parameter(key) && !given->find(key)) params.set(key, motion::value_of(param));
     if (const Value* more = given->find("params"); more && more->as_map())
       for (const auto& [key, v] : *more->as_map()) params.set(key, v);
     merged.set("params", std::move(params));
@@ -246,6 +282,7 @@ Result<TrajectorySegment> update_segment(const CommandContext& ctx, const Trajec
   }
   if (!given->find("law")) out.law = old.law;
   if (!given->find("orientation")) out.orientation = old.orientation;
+  if (!given->find("turning")) out.turning = old.turning;
   if (!given->find("transition")) out.transition = old.transition;
   return out;
 }
@@ -315,6 +352,7 @@ Value segment_value(const document::Snapshot& s, const TrajectorySegment& segmen
     if (segment.law != ProviderChoice{}) out.set("law", provider_value(segment.law));
     if (segment.orientation != ProviderChoice{})
       out.set("orientation", provider_value(segment.orientation));
+    if (segment.turning != ProviderChoice{}) out.set("turning", provider_value(segment.turning));
   }
   const model::Transition& t = segment.transition;
   if (!t.is_smooth) out.set("transition", "none");

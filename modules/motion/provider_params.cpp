@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "motion/provider_params.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace robomosp::motion {
@@ -19,6 +20,12 @@ Map values_of(const model::ProviderChoice& choice) {
   Map values;
   for (const auto& [name, value] : choice.params) values.set(name, value_of(value));
   return values;
+}
+
+const ParamSpec* find_parameter(const ProviderInfo& provider, std::string_view name) {
+  const auto found = std::find_if(provider.schema.begin(), provider.schema.end(),
+                                  [&](const ParamSpec& p) { return p.name == name; });
+  return found == provider.schema.end() ? nullptr : &*found;
 }
 
 Result<std::unique_ptr<Params>> checked_values(const ProviderInfo& provider, const Map& given,

@@ -18,6 +18,9 @@ namespace robomosp::motion {
 [[nodiscard]] Value value_of(const model::ProviderChoice::Param&);
 [[nodiscard]] Map values_of(const model::ProviderChoice&);
 
+/// A provider's parameter by its name; null = it has none such.
+[[nodiscard]] const ParamSpec* find_parameter(const ProviderInfo&, std::string_view name);
+
 /// `where` names the choice in errors.
 Result<std::unique_ptr<Params>> checked_values(const ProviderInfo&, const Map& given,
                                                std::string_view where);

@@ -27,11 +27,6 @@ using spatial::scale;
 constexpr const char* kDefaultLaw = "constant_speed";
 constexpr const char* kDefaultOrientation = "slerp";
 
-bool knows(const Schema& schema, std::string_view name) {
-  return std::any_of(schema.begin(), schema.end(),
-                     [&](const ParamSpec& p) { return p.name == name; });
-}
-
 Error bad(std::string message, std::string hint, std::string_view where) {
   return error(ErrorCode::invalid_argument, std::move(message), std::move(hint),
                std::string(where));
@@ -56,14 +51,17 @@ Result<ProviderInfo> find_shape(const Registry& registry, const std::string& nam
                std::string(where));
 }
 
-/// The tool along a curve, timed by a law, turned by an orientation.
+/// The tool along a curve, timed by a law, turned by an orientation; `turning`, when there is one,
+/// times the turn, else the law does.
 class TimedCurve final : public Segment {
  public:
   TimedCurve(CurveWalk walk, std::shared_ptr<const MotionLaw> law,
-             std::shared_ptr<const Orientation> orientation, double length)
+             std::shared_ptr<const Orientation> orientation,
+             std::shared_ptr<const MotionLaw> turning, double length)
       : walk_(std::move(walk)),
         law_(std::move(law)),
         orientation_(std::move(orientation)),
+        turning_(std::move(turning)),
         length_(length) {}
 
   [[nodiscard]] double duration() const override { return law_->duration(); }
@@ -74,24 +72,34 @@ class TimedCurve final : public Segment {
     std::array<LawSample, kChunk> law;
     std::array<double, kChunk> shares;
     std::array<CurveSample, kChunk> along;
-    std::array<OrientationSample, kChunk> turning;
+    std::array<OrientationSample, kChunk> turns;
     for (std::size_t first = 0; first < times.size(); first += kChunk) {
       const std::size_t n = std::min(kChunk, times.size() - first);
-      law_->sample(times.subspan(first, n), std::span(law).first(n));
-      for (std::size_t i = 0; i < n; ++i) shares[i] = law[i].share;
       const auto w = std::span<const double>(shares).first(n);
-      walk_.evaluate(w, std::span(along).first(n));
-      orientation_->evaluate(w, std::span<const CurveSample>(along).first(n),
-                             std::span(turning).first(n));
+      const auto walk_by = [&](const MotionLaw& timing) {
+        timing.sample(times.subspan(first, n), std::span(law).first(n));
+        for (std::size_t i = 0; i < n; ++i) shares[i] = law[i].share;
+        walk_.evaluate(w, std::span(along).first(n));
+      };
+      walk_by(*law_);
       for (std::size_t i = 0; i < n; ++i) {
-        const double rate = law[i].rate, rate2 = rate * rate, change = law[i].acceleration;
+        const LawSample& by = law[i];
         PathSample& s = out[first + i];
-        s.pose.R = turning[i].R;
         s.pose.p = along[i].p;
-        s.velocity = scale(along[i].d1, rate);
-        s.acceleration = add(scale(along[i].d2, rate2), scale(along[i].d1, change));
-        s.angular_velocity = scale(turning[i].turn, rate);
-        s.angular_acceleration = add(scale(turning[i].bend, rate2), scale(turning[i].turn, change));
+        s.velocity = scale(along[i].d1, by.rate);
+        s.acceleration =
+            add(scale(along[i].d2, by.rate * by.rate), scale(along[i].d1, by.acceleration));
+      }
+      if (turning_) walk_by(*turning_);
+      orientation_->evaluate(w, std::span<const CurveSample>(along).first(n),
+                             std::span(turns).first(n));
+      for (std::size_t i = 0; i < n; ++i) {
+        const LawSample& by = law[i];
+        PathSample& s = out[first + i];
+        s.pose.R = turns[i].R;
+        s.angular_velocity = scale(turns[i].turn, by.rate);
+        s.angular_acceleration =
+            add(scale(turns[i].bend, by.rate * by.rate), scale(turns[i].turn, by.acceleration));
       }
     }
   }
@@ -100,8 +108,42 @@ class TimedCurve final : public Segment {
   CurveWalk walk_;
   std::shared_ptr<const MotionLaw> law_;
   std::shared_ptr<const Orientation> orientation_;
+  std::shared_ptr<const MotionLaw> turning_;  ///< as long as law_; null = law_ times the turn too
   double length_;
 };
+
+/// A law run more slowly, so that it takes `duration`.
+class SlowedLaw final : public MotionLaw {
+ public:
+  SlowedLaw(std::shared_ptr<const MotionLaw> law, double duration)
+      : law_(std::move(law)), duration_(duration), pace_(law_->duration() / duration) {}
+  [[nodiscard]] double duration() const override { return duration_; }
+  void sample(std::span<const double> times, std::span<LawSample> out) const override {
+    constexpr std::size_t kChunk = 64;
+    std::array<double, kChunk> own;
+    for (std::size_t first = 0; first < times.size(); first += kChunk) {
+      const std::size_t n = std::min(kChunk, times.size() - first);
+      for (std::size_t i = 0; i < n; ++i) own[i] = pace_ * times[first + i];
+      law_->sample(std::span<const double>(own).first(n), out.subspan(first, n));
+      for (LawSample& s : out.subspan(first, n)) {
+        s.rate *= pace_;
+        s.acceleration *= pace_ * pace_;
+        s.jerk *= pace_ * pace_ * pace_;
+      }
+    }
+  }
+
+ private:
+  std::shared_ptr<const MotionLaw> law_;
+  double duration_, pace_;
+};
+
+/// Both laws over the duration of the longer one.
+void run_together(std::shared_ptr<const MotionLaw>& a, std::shared_ptr<const MotionLaw>& b) {
+  auto& shorter = a->duration() < b->duration() ? a : b;
+  const double duration = std::max(a->duration(), b->duration());
+  if (shorter->duration() < duration) shorter = std::make_shared<SlowedLaw>(shorter, duration);
+}
 
 /// The curve's own times.
 class OwnTimes final : public MotionLaw {
@@ -174,6 +216,17 @@ Result<void> check_duration(double duration, const ProviderInfo& provider, std::
       "Report it to the provider's author or choose another provider.", std::string(where));
 }
 
+Result<std::shared_ptr<const MotionLaw>> run_law(const Registry& registry,
+                                                 const ProviderInfo& provider, const LawTask& task,
+                                                 const Params& params, std::string_view where) {
+  RMP_TRY_ASSIGN(const auto maker, registry.create<MotionLawMaker>(provider.name).in(where));
+  RMP_TRY_ASSIGN(
+      auto law,
+      checked(guarded(provider.name, [&] { return maker->make(task, params); }), provider, where));
+  RMP_TRY(check_duration(law->duration(), provider, where));
+  return law;
+}
+
 Result<std::shared_ptr<const Segment>> run_curve(const Registry& registry,
                                                  const SegmentProviders& providers,
                                                  const SegmentParams& params,
@@ -207,23 +260,26 @@ Result<std::shared_ptr<const Segment>> run_curve(const Registry& registry,
                       }),
               providers.orientation, where));
 
-  const LawTask task{walk.length(), greatest_turn(walk, *orientation)};
-  if (!(task.length > 0) && !(task.turn > 0))
+  const double length = walk.length(), turn = greatest_turn(walk, *orientation);
+  if (!(length > 0) && !(turn > 0))
     return bad("the tool neither moves nor turns", "Move or turn one of the points.", where);
-  std::shared_ptr<const MotionLaw> law;
+  const bool turns_apart = !providers.turning.name.empty() && turn > 0;
+  std::shared_ptr<const MotionLaw> law, turning;
+  if (turns_apart) {
+    RMP_TRY_ASSIGN(turning, run_law(registry, providers.turning, {0, turn}, *params.turning,
+                                    std::string(where) + ", turning"));
+  }
   if (by_own_times) {
     law = std::make_shared<OwnTimes>(curve->end());
+  } else if (turns_apart && !(length > 0)) {
+    law = turning;
   } else {
-    RMP_TRY_ASSIGN(const auto law_maker,
-                   registry.create<MotionLawMaker>(providers.law.name).in(where));
-    RMP_TRY_ASSIGN(law, checked(guarded(providers.law.name,
-                                        [&] { return law_maker->make(task, *params.law); }),
-                                providers.law, where));
-    RMP_TRY(check_duration(law->duration(), providers.law, where));
+    RMP_TRY_ASSIGN(law, run_law(registry, providers.law, {length, turns_apart ? 0 : turn},
+                                *params.law, where));
   }
-  const double length = walk.length();
+  if (turns_apart) run_together(law, turning);
   return std::shared_ptr<const Segment>(
-      std::make_shared<TimedCurve>(std::move(walk), law, orientation, length));
+      std::make_shared<TimedCurve>(std::move(walk), law, orientation, turning, length));
 }
 
 }  // namespace
@@ -233,11 +289,15 @@ bool SegmentProviders::is_joint() const {
   return shape.interface_id == JointSegmentMaker::kInterfaceId;
 }
 
-const ParamSpec* SegmentProviders::parameter(std::string_view name) const {
-  for (const ProviderInfo* info : {&shape, &law, &orientation})
-    for (const ParamSpec& p : info->schema)
-      if (p.name == name) return &p;
+const ProviderInfo* SegmentProviders::owner(std::string_view name) const {
+  for (const ProviderInfo* info : owners())
+    if (find_parameter(*info, name)) return info;
   return nullptr;
+}
+
+const ParamSpec* SegmentProviders::parameter(std::string_view name) const {
+  const ProviderInfo* info = owner(name);
+  return info ? find_parameter(*info, name) : nullptr;
 }
 
 Result<SegmentProviders> providers_of(const Registry& registry,
@@ -246,11 +306,13 @@ Result<SegmentProviders> providers_of(const Registry& registry,
   SegmentProviders out;
   RMP_TRY_ASSIGN(out.shape, find_shape(registry, record.shape.name, where));
   if (!out.is_curve()) {
-    for (const auto* choice : {&record.law, &record.orientation})
+    for (const auto& [choice, what] : {std::pair(&record.law, "a law"),
+                                       {&record.orientation, "an orientation"},
+                                       {&record.turning, "a law of turning"}})
       if (!choice->name.empty() || !choice->params.empty())
-        return bad(std::string(choice == &record.law ? "a law" : "an orientation") +
-                       " is given, but " + text::quote(out.shape.name) + " has its own",
-                   "Leave it out; laws and orientations are for curves.", where);
+        return bad(
+            std::string(what) + " is given, but " + text::quote(out.shape.name) + " has its own",
+            "Leave it out; laws and orientations are for curves.", where);
     return out;
   }
   const auto or_default = [](const std::string& name, const char* fallback) {
@@ -264,6 +326,10 @@ Result<SegmentProviders> providers_of(const Registry& registry,
                      .find(OrientationMaker::kInterfaceId,
                            or_default(record.orientation.name, kDefaultOrientation))
                      .in(where));
+  if (!record.turning.name.empty()) {
+    RMP_TRY_ASSIGN(out.turning,
+                   registry.find(MotionLawMaker::kInterfaceId, record.turning.name).in(where));
+  }
   return out;
 }
 
@@ -271,12 +337,11 @@ Result<SegmentParams> params_of(const SegmentProviders& providers,
                                 const model::TrajectorySegment& record, std::string_view where) {
   Map shape, law = values_of(record.law), orientation = values_of(record.orientation);
   for (const auto& [name, value] : record.shape.params) {
-    Map* owner = &shape;
-    if (!knows(providers.shape.schema, name)) {
-      if (knows(providers.law.schema, name)) owner = &law;
-      else if (knows(providers.orientation.schema, name)) owner = &orientation;
-    }
-    owner->set(name, value_of(value));
+    const ProviderInfo* owner = providers.owner(name);
+    Map& values = owner == &providers.law           ? law
+                  : owner == &providers.orientation ? orientation
+                                                    : shape;
+    values.set(name, value_of(value));
   }
   SegmentParams out;
   out.is_timed = record.law.name.empty() && law.empty();
@@ -284,6 +349,16 @@ Result<SegmentParams> params_of(const SegmentProviders& providers,
   if (!providers.is_curve()) return out;
   RMP_TRY_ASSIGN(out.law, checked_values(providers.law, law, where));
   RMP_TRY_ASSIGN(out.orientation, checked_values(providers.orientation, orientation, where));
+  if (!providers.turning.name.empty()) {
+    // What the turn's own table leaves out is as it is for the way; end speeds are the way's only.
+    Map turning = values_of(record.turning);
+    for (const auto& [name, value] : law)
+      if (name != "start_speed" && name != "end_speed" && !turning.find(name) &&
+          find_parameter(providers.turning, name))
+        turning.set(name, value);
+    RMP_TRY_ASSIGN(out.turning,
+                   checked_values(providers.turning, turning, std::string(where) + ", turning"));
+  }
   return out;
 }
 

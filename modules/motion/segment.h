@@ -2,6 +2,7 @@
 // A Cartesian segment ready to be sampled, from its record (layer: data processing, motion).
 #pragma once
 
+#include <array>
 #include <memory>
 #include <string>
 
@@ -15,15 +16,22 @@ namespace robomosp::motion {
 
 /// The providers that a segment needs, and which of its parameters goes to which. Parameters that
 /// stand beside the shape (`speed 10 mm/s`) belong to the first of shape, law and orientation that
-/// knows them.
+/// knows them; those of `turning` stand in its own table.
 struct SegmentProviders {
   ProviderInfo shape;        ///< of robomosp.curve/1, segment/1 or joint_segment/1
   ProviderInfo law;          ///< of a curve
   ProviderInfo orientation;  ///< of a curve
+  ProviderInfo turning;      ///< law of a curve's orientation; no name = it turns with the way
 
   [[nodiscard]] bool is_curve() const;
   [[nodiscard]] bool is_joint() const;
-  /// The parameter of that name of the first of the three that knows it; null = none does.
+  /// Those whose parameters stand beside the shape.
+  [[nodiscard]] std::array<const ProviderInfo*, 3> owners() const {
+    return {&shape, &law, &orientation};
+  }
+  /// The first of them that has a parameter of that name; null = none.
+  [[nodiscard]] const ProviderInfo* owner(std::string_view name) const;
+  /// That parameter; null = there is none.
   [[nodiscard]] const ParamSpec* parameter(std::string_view name) const;
 };
 /// `where` names the segment in errors.
@@ -31,7 +39,7 @@ Result<SegmentProviders> providers_of(const Registry&, const model::TrajectorySe
                                       std::string_view where);
 
 struct SegmentParams {
-  std::shared_ptr<const Params> shape, law, orientation;
+  std::shared_ptr<const Params> shape, law, orientation, turning;
   bool is_timed = false;  ///< a curve that may run by its own times: nothing of a law was given
 };
 /// The record's parameters, checked.

@@ -223,5 +223,83 @@ TEST(CurveWalk, MeasuresAnEllipse) {
   }
 }
 
+// The turn by a law of its own: R = exp(w_o(t) phi) R1 with the cubic w_o = 3x^2 - 2x^3 while the
+// way goes at a constant speed, both over the same 2 s.
+TEST(Turning, RunsByALawOfItsOwn) {
+  const Vec3 phi{0.4, -0.9, 1.1};
+  TrajectorySegment record = record_of("line", {place(0, 0, 0), place(0.4, 0, 0, phi)});
+  record.shape.params["duration"] = 2.0;
+  record.turning.name = "cubic";
+  const auto made = motion::make_segment(registry(), record, "it");
+  ASSERT_TRUE(made.ok()) << made.error().sentence();
+  EXPECT_DOUBLE_EQ((*made)->duration(), 2);
+  for (int i = 0; i <= 200; ++i) {
+    const double t = 0.01 * i, x = t / 2;
+    const double w = x * x * (3 - 2 * x), w1 = 6 * x * (1 - x) / 2, w2 = (6 - 12 * x) / 4;
+    const PathSample s = conformance::sample_at(**made, t);
+    EXPECT_NEAR(s.pose.p[0], 0.2 * t, 1e-12);
+    EXPECT_NEAR(s.velocity[0], 0.2, 1e-12);
+    EXPECT_LT(spatial::norm(spatial::rotation_difference(
+                  spatial::rotation_exp(spatial::scale(phi, w)), s.pose.R)),
+              1e-12);
+    for (std::size_t k = 0; k < 3; ++k) {
+      EXPECT_NEAR(s.angular_velocity[k], w1 * phi[k], 1e-12);
+      EXPECT_NEAR(s.angular_acceleration[k], w2 * phi[k], 1e-12);
+    }
+  }
+}
+
+TEST(Turning, AndTheWayTakeAsLongAsTheLongerOfThem) {
+  const double angle = 3;
+  TrajectorySegment record = record_of("line", {place(0, 0, 0), place(0.4, 0, 0, {angle, 0, 0})});
+  record.shape.params["speed"] = 0.4;  // 1 s for the way
+  record.law.name = "constant_speed";
+  record.turning = {"trapezoidal", {{"angular_speed", 1.5}, {"angular_acceleration", 3.0}}};
+  const auto slow = motion::make_segment(registry(), record, "it");
+  ASSERT_TRUE(slow.ok()) << slow.error().sentence();
+  // A trapezoid of speed takes angle / speed + speed / acceleration.
+  const double T = angle / 1.5 + 1.5 / 3;
+  EXPECT_NEAR((*slow)->duration(), T, 1e-12);
+  EXPECT_NEAR(conformance::sample_at(**slow, T / 2).velocity[0], 0.4 / T, 1e-12);
+  EXPECT_NEAR(conformance::sample_at(**slow, T / 2).angular_velocity[0], 1.5, 1e-12);
+  EXPECT_NEAR(conformance::sample_at(**slow, 0.25).angular_acceleration[0], 3, 1e-12);
+
+  record.shape.params["speed"] = 0.1;  // 4 s for the way: the turn is slowed by 4 / T
+  const auto fast = motion::make_segment(registry(), record, "it");
+  ASSERT_TRUE(fast.ok()) << fast.error().sentence();
+  EXPECT_NEAR((*fast)->duration(), 4, 1e-12);
+  EXPECT_NEAR(conformance::sample_at(**fast, 2).velocity[0], 0.1, 1e-12);
+  EXPECT_NEAR(conformance::sample_at(**fast, 2).angular_velocity[0], 1.5 * T / 4, 1e-12);
+  EXPECT_NEAR(conformance::sample_at(**fast, 0.25).angular_acceleration[0], 3 * T * T / 16, 1e-12);
+}
+
+TEST(Turning, FollowsTheTangentAtItsOwnShare) {
+  TrajectorySegment record =
+      record_of("arc_centre", {place(1, 0, 0, {0, 0, std::numbers::pi / 2})});
+  record.shape.params = {
+      {"centre", std::vector<double>{0, 0, 0}}, {"angle", std::numbers::pi / 2}, {"duration", 1.0}};
+  record.orientation.name = "tangent";
+  record.turning.name = "quintic";
+  const auto made = motion::make_segment(registry(), record, "it");
+  ASSERT_TRUE(made.ok()) << made.error().sentence();
+  const double x = 0.3, w = x * x * x * (10 + x * (6 * x - 15));
+  const PathSample s = conformance::sample_at(**made, x);
+  EXPECT_NEAR(s.pose.p[0], std::cos(x * std::numbers::pi / 2), 1e-12);
+  EXPECT_NEAR(s.pose.R[0], -std::sin(w * std::numbers::pi / 2), 1e-12);
+  EXPECT_NEAR(s.angular_velocity[2], 30 * x * x * (1 - x) * (1 - x) * std::numbers::pi / 2, 1e-11);
+}
+
+TEST(Turning, IsRefusedInOneSentence) {
+  TrajectorySegment record = record_of("line", {place(0, 0, 0), place(0.4, 0, 0, {1, 0, 0})});
+  record.turning.name = "cubik";
+  EXPECT_EQ(motion::make_segment(registry(), record, "it").error().sentence(),
+            "it: there is no motion_law provider \"cubik\". Did you mean \"cubic\"? Available: "
+            "constant_speed, constant_acceleration, trapezoidal, s_curve, cubic, quintic and "
+            "cycloidal.");
+  record.turning = {"cubic", {{"angular_speed", 0.0}}};
+  EXPECT_EQ(motion::make_segment(registry(), record, "it").error().sentence(),
+            "it, turning: angular_speed is 0 rad/s. It must be above 0.");
+}
+
 }  // namespace
 }  // namespace robomosp

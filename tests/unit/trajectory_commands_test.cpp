@@ -86,6 +86,22 @@ TEST_F(TrajectoryCommands, ChangeSegmentsAndUndoThat) {
   EXPECT_EQ(app().document.content_digest(), before);
 }
 
+TEST_F(TrajectoryCommands, TurnsByALawOfItsOwn) {
+  run("a = trajectory.create{name = 'apart', segments = {{shape = 'line', speed = 0.1, points = "
+      "{{0, 0, 0, 0, 0, 0}, {0.3, 0, 0, 1.2, 0, 0}}, turning = 'cubic'}}}\n"
+      "assert(a:segments()[1].turning == 'cubic')\n"
+      // The turn by its own limits takes 3/2 1.2 / 0.5 = 3.6 s, more than the way's 3 s.
+      "assert(math.abs(a:duration() - 3.6) < 1e-3)\n"
+      "a:set_segment(1, {turning = {name = 'trapezoidal', angular_speed = '2 rad/s'}})\n"
+      "s = a:describe().segments[1] assert(s.turning.params.angular_speed == 2)\n"
+      "assert(a:duration() == 3)\n"
+      "a:set_segment(1, {speed = 0.2}) "
+      "assert(a:describe().segments[1].turning.params.angular_speed "
+      "== 2)\n"
+      "a:set_segment(1, s) assert(a:duration() == 3)\n"
+      "a:set_segment(1, {turning = 'none'}) assert(not a:describe().segments[1].turning)");
+}
+
 TEST_F(TrajectoryCommands, StoredOnesKeepWhatIsNotGiven) {
   run("outer = trajectory.create{name = 'outer', segments = {{trajectory = t, position = {1, 0, "
       "0}}}}\n"
