@@ -2,6 +2,7 @@
 #include "task/run.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -134,6 +135,7 @@ class Runner {
         else if (thread.deadline) next = std::min(next, *thread.deadline);
       }
       if (is_over) return now_;
+      RMP_TRY_ASSIGN(next, before_event(next));
       if (next == kNever) return stuck();
       if (next > most_)
         return error(ErrorCode::invalid_argument,
@@ -158,7 +160,10 @@ class Runner {
                 where + " is repeated without end at t = " + text::print_rounded(now_) + " s",
                 "Put a wait or a move into the repeat.");
           auto done = one(thread, where);
-          if (!done.ok()) return std::move(done).error().in(where);
+          if (!done.ok()) {
+            Error e = std::move(done).error();
+            return e.where.starts_with(where) ? e : std::move(e).in(where);  // moves know it
+          }
           if (!*done) break;
           is_going = true;
         }
@@ -208,13 +213,36 @@ class Runner {
     thread.next();
     return true;
   }
-  /// All that are left wait for conditions, and nothing is left that could change a signal.
+  /// When a condition over time or places turns true before `next`, the time of the next event.
+  Result<double> before_event(double next) {
+    const bool is_still = std::isinf(next);
+    waits_for_time_ = false;
+    for (Thread& thread : threads_) {
+      if (thread.ready_at > now_ || !thread.has_step()) continue;  // it waits for no condition
+      const std::string& condition = thread.step().expression;
+      auto found = [&]() -> Result<std::optional<double>> {
+        RMP_TRY_ASSIGN(const Stage::Watched watched, stage_.watched(condition));
+        if (!watched.time && (is_still || !watched.motion)) return std::optional<double>{};
+        waits_for_time_ = waits_for_time_ || watched.time;
+        return stage_.first_true(condition, now_, std::min(next, most_), progress_);
+      }();
+      if (!found.ok()) return std::move(found).error().in(thread.where());
+      if (*found) next = **found;
+    }
+    return next;
+  }
+  /// All that are left wait for conditions, and nothing is left that could make one true.
   Error stuck() {
     std::string message;
     for (Thread& thread : threads_)
       if (thread.has_step())
         message += (message.empty() ? "" : "; ") + thread.where() + " waits for " +
                    quote(thread.step().expression);
+    if (waits_for_time_)
+      return error(
+          ErrorCode::conflict,
+          message + ", which does not come true within " + text::print_rounded(most_) + " s",
+          "Change the condition, or give a greater most_time.");
     return error(
         ErrorCode::conflict,
         message + ", which can never come true after t = " + text::print_rounded(now_) + " s",
@@ -224,6 +252,7 @@ class Runner {
   Stage& stage_;
   std::vector<Thread>& threads_;
   double most_, now_ = 0;
+  bool waits_for_time_ = false;  ///< some task, for more than signals
   Progress& progress_;
 };
 

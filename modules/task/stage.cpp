@@ -4,33 +4,44 @@
 #include <algorithm>
 #include <cmath>
 
-#include "kernel/expression.h"
 #include "kernel/text.h"
 #include "model/placement.h"
+#include "robotics/closure.h"
 #include "robotics/home.h"
 #include "robotics/kinematics.h"
 #include "spatial/pose.h"
 #include "spatial/rotation.h"
+#include "task/members.h"
 
 namespace robomosp::task {
 namespace {
 
 using text::quote;
 
-constexpr double kSame = 1e-9;       ///< joint values this near are the same [rad or m]
-constexpr double kToolSpeed = 0.25;  ///< of straight moves that give none [m/s]
-
-template <class Index>
-Result<std::size_t> find(const Index& index, const std::string& name, const char* kind) {
-  if (const auto it = index.find(name); it != index.end()) return it->second;
-  std::vector<std::string> known;
-  for (const auto& [key, at] : index) known.push_back(key);
-  std::sort(known.begin(), known.end());
-  std::string hint = text::did_you_mean(name, known);
-  if (hint.empty())
-    hint = known.empty() ? "It has none." : "It has " + text::enumerate(known) + ".";
-  return error(ErrorCode::unknown_name, "the world has no " + std::string(kind) + " " + quote(name),
-               hint);
+/// For the laws of moves: a joint a coordinate, with the limits of those that follow it.
+std::shared_ptr<const RobotModel> axes_of(const RobotModel& model) {
+  auto out = std::make_shared<RobotModel>();
+  out->name = model.name;
+  for (const JointModel& j : model.joints)
+    if (!j.is_coupled()) {
+      out->joints.push_back(j);
+      out->joints.back().parent = static_cast<std::int32_t>(out->joints.size()) - 2;
+    }
+  for (const JointModel& j : model.joints) {
+    if (!j.is_coupled() || j.coupling.ratio == 0) continue;
+    JointModel& of = out->joints[static_cast<std::size_t>(j.q_index)];
+    const double ratio = j.coupling.ratio, k = 1 / std::fabs(ratio);
+    double low = (j.lower - j.coupling.offset) / ratio,
+           high = (j.upper - j.coupling.offset) / ratio;
+    if (ratio < 0) std::swap(low, high);
+    of.lower = std::max(of.lower, low), of.upper = std::min(of.upper, high);
+    of.max_velocity = std::min(of.max_velocity, k * j.max_velocity);
+    of.max_acceleration = std::min(of.max_acceleration, k * j.max_acceleration);
+    of.max_jerk = std::min(of.max_jerk, k * j.max_jerk);
+  }
+  out->tips.push_back({"tool", static_cast<std::int32_t>(out->joints.size()) - 1, Pose{}});
+  out->number_coordinates();
+  return out;
 }
 
 }  // namespace
@@ -59,6 +70,13 @@ Result<Stage> Stage::create(const sim::Simulator& sim, WorldId id, double step,
                        std::to_string(a.start.size()) + " joint values, but it has " +
                        std::to_string(a.model->coordinate_count()),
                    "Set its joint values again.");
+    if (can_move(a) && (!a.model->is_simple() || !a.model->loops.empty()))
+      a.axes = axes_of(*a.model);
+    if (!a.model->loops.empty()) {
+      const std::vector<bool> held(a.model->dof(), false);
+      const robotics::Closure c = robotics::close_loops(*a.model, a.start, a.start, held);
+      if (c.is_closed) a.start = c.q;
+    }
     s.actor_of_.emplace(placed.name, s.actors_.size());
     s.actors_.push_back(std::move(a));
   }
@@ -74,7 +92,7 @@ Result<Stage> Stage::create(const sim::Simulator& sim, WorldId id, double step,
     s.frame_of_.emplace(s.world_->frames[i].name, i);
   for (const model::Attachment& held : s.world_->attachments) {
     RMP_TRY_ASSIGN(const std::size_t who, s.actor(held.robot));
-    RMP_TRY_ASSIGN(const std::size_t what, find(s.thing_of_, held.object, "object"));
+    RMP_TRY_ASSIGN(const std::size_t what, find_member(s.thing_of_, held.object, "object"));
     RMP_TRY_ASSIGN(const Grip g, s.grip(s.actors_[who], held.link));
     s.things_[what].history = {
         {0, who, true, g.joint, spatial::compose(g.joint_T_grip, model::pose(held.tool_T_object))}};
@@ -86,7 +104,7 @@ Result<std::size_t> Stage::actor(const std::string& name) const {
   if (name.empty())
     return error(ErrorCode::invalid_argument, "the step names no robot, and its task has none",
                  "Give the step a robot, or the task one in the world.");
-  return find(actor_of_, name, "robot");
+  return find_member(actor_of_, name, "robot");
 }
 
 Result<Stage::Grip> Stage::grip(const Actor& a, const std::string& link) const {
@@ -107,6 +125,25 @@ Result<Stage::Grip> Stage::grip(const Actor& a, const std::string& link) const {
   return error(ErrorCode::unknown_name,
                "robot " + quote(a.placed->name) + " has no link or tool " + quote(link),
                "It has " + text::enumerate(known) + ".");
+}
+
+Result<Stage::Grip> Stage::tip(std::size_t who, const std::string& name) const {
+  const Actor& a = actors_[who];
+  auto found = grip(a, name);
+  const auto it = thing_of_.find(name);
+  if (found.ok() || it == thing_of_.end()) return found;
+  const Held& h = things_[it->second].history.back();
+  if (h.is_held && h.actor == who) return Grip{h.joint, h.pose};
+  return error(ErrorCode::conflict,
+               "robot " + quote(a.placed->name) + " does not hold object " + quote(name),
+               "Attach it before it is moved as a tool.");
+}
+
+bool Stage::can_move(const Actor& a) { return a.model->dof() == a.model->coordinate_count(); }
+
+bool Stage::is_rotary(const Actor& a, std::size_t coordinate) {
+  const auto& joints = a.axes ? a.axes->joints : a.model->joints;
+  return joints[coordinate].type == JointType::revolute;
 }
 
 void Stage::sample(const Actor& a, double t, std::vector<double>& q, std::vector<double>& qd) {
@@ -161,95 +198,12 @@ Result<Pose> Stage::frame(const std::string& name, double t) const {
     return model::pose(world_->frames[it->second].placement);
   if (const auto it = thing_of_.find(name); it != thing_of_.end())
     return pose_of(things_[it->second], t);
-  return find(frame_of_, name, "frame or object").error();
-}
-
-Result<model::Trajectory> Stage::trajectory_of(const model::TaskStep& step, const Actor& a,
-                                               double t, Pose& world_T_trajectory) const {
-  RMP_TRY_ASSIGN(world_T_trajectory, frame(step.frame, t));
-  model::Trajectory out;
-  if (step.trajectory) {
-    const model::Trajectory* stored = sim_->snapshot.get(step.trajectory);
-    if (!stored)
-      return error(ErrorCode::stale_handle, "its trajectory no longer exists", "Give another one.");
-    if (step.target)
-      world_T_trajectory = spatial::compose(world_T_trajectory, model::pose(*step.target));
-    return *stored;
-  }
-  model::TrajectorySegment s;
-  if (step.is_straight) {
-    RMP_TRY_ASSIGN(const Grip tip, grip(a, {}));
-    const Pose now = spatial::compose(world_T_joint(a, tip.joint, t), tip.joint_T_grip);
-    const Pose from = spatial::compose(spatial::inverse(world_T_trajectory), now);
-    s.shape.name = "line";
-    s.law.name = "trapezoidal";
-    s.points = {model::placement(from), *step.target};
-    if (step.duration > 0) s.shape.params["duration"] = step.duration;
-    else s.shape.params["speed"] = step.tool_speed > 0 ? step.tool_speed : kToolSpeed;
-  } else {
-    s.shape.name = "ptp";
-    s.shape.params["law"] = step.profile.empty() ? std::string("quintic") : step.profile;
-    s.shape.params["speed_share"] = step.speed;
-    if (step.duration > 0) s.shape.params["duration"] = step.duration;
-    if (step.target) {
-      s.points = {*step.target};
-    } else if (!step.joints.empty()) {
-      s.joints = {step.joints};
-    } else {
-      const auto& poses = a.record->poses;
-      const auto pose = std::find_if(poses.begin(), poses.end(),
-                                     [&](const auto& p) { return p.name == step.pose; });
-      if (pose == poses.end())
-        return error(ErrorCode::unknown_name,
-                     "robot " + quote(a.placed->name) + " has no pose " + quote(step.pose),
-                     "robot.add_pose keeps one.");
-      s.joints = {pose->q};
-    }
-  }
-  out.segments.push_back(std::move(s));
-  return out;
-}
-
-Result<double> Stage::move(const model::TaskStep& step, const std::string& robot,
-                           const std::string& where, double t, Progress& progress) {
-  RMP_TRY_ASSIGN(const std::size_t who, actor(robot));
-  Actor& a = actors_[who];
-  if (!a.moves.empty() && a.moves.back().start + a.moves.back().motion.times.back() > t + kSame)
-    return error(ErrorCode::conflict,
-                 "robot " + quote(robot) +
-                     " is still moved by another task at t = " + text::print_rounded(t) + " s",
-                 "Let one wait for a signal of the other.");
-  Pose world_T_trajectory;
-  RMP_TRY_ASSIGN(const model::Trajectory trajectory, trajectory_of(step, a, t, world_T_trajectory));
-  sim::RobotMotionTask task;
-  std::vector<double> rates;
-  sample(a, t, task.start, rates);
-  if (!trajectory.segments.empty() && !trajectory.segments[0].joints.empty() && !step.trajectory) {
-    const std::vector<double>& goal = trajectory.segments[0].joints[0];
-    double way = goal.size() == task.start.size() ? 0 : 1;
-    for (std::size_t j = 0; way < 1 && j < goal.size(); ++j)
-      way = std::max(way, std::fabs(goal[j] - task.start[j]));
-    if (way < kSame) return t;
-  }
-  task.model = a.model;
-  task.ik = a.record->ik;
-  task.trajectory = &trajectory;
-  task.name = "move";
-  task.where = where;
-  task.base_T_trajectory = spatial::compose(spatial::inverse(a.world_T_base), world_T_trajectory);
-  task.step = step_;
-  task.stored = motion::stored_in(sim_->snapshot);
-  RMP_TRY_ASSIGN(auto motion, sim::robot_motion(sim_->registry, task, progress));
-  if (motion.times.size() < 2) return t;
-  for (const std::string& n : motion.notes) note(t, n);
-  const double end = t + motion.times.back();
-  a.moves.push_back({t, std::move(motion)});
-  return end;
+  return find_member(frame_of_, name, "frame or object").error();
 }
 
 Result<void> Stage::attach(const std::string& object, const std::string& robot,
                            const std::string& link, double t) {
-  RMP_TRY_ASSIGN(const std::size_t what, find(thing_of_, object, "object"));
+  RMP_TRY_ASSIGN(const std::size_t what, find_member(thing_of_, object, "object"));
   RMP_TRY_ASSIGN(const std::size_t who, actor(robot));
   RMP_TRY_ASSIGN(const Grip g, grip(actors_[who], link));
   const Pose pose = pose_of(things_[what], t);
@@ -261,7 +215,7 @@ Result<void> Stage::attach(const std::string& object, const std::string& robot,
 }
 
 Result<void> Stage::detach(const std::string& object, double t) {
-  RMP_TRY_ASSIGN(const std::size_t what, find(thing_of_, object, "object"));
+  RMP_TRY_ASSIGN(const std::size_t what, find_member(thing_of_, object, "object"));
   if (!things_[what].history.back().is_held)
     return error(ErrorCode::conflict, "nothing holds object " + quote(object), "Attach it before.");
   const Pose pose = pose_of(things_[what], t);
@@ -270,29 +224,8 @@ Result<void> Stage::detach(const std::string& object, double t) {
   return {};
 }
 
-Result<double> Stage::evaluate(const std::string& expression, std::string_view unit,
-                               double t) const {
-  RMP_TRY_ASSIGN(const Expression e, Expression::compile(expression));
-  return e.evaluate(
-      [&](const Expression::Name& name) -> Result<Quantity> {
-        if (name.scope.empty() && name.name == "time") {
-          RMP_TRY_ASSIGN(const auto second, units::parse("s"));
-          return Quantity{t, second.dimension};
-        }
-        RMP_TRY_ASSIGN(const std::size_t at, find(wire_of_, Expression::spell(name), "signal"));
-        RMP_TRY_ASSIGN(const auto own, units::parse(wires_[at].signal->unit));
-        return Quantity{wires_[at].history.back().second, own.dimension};
-      },
-      unit);
-}
-
-Result<bool> Stage::is_true(const std::string& condition, double t) const {
-  RMP_TRY_ASSIGN(const double v, evaluate("if(" + condition + ", 1, 0)", "", t));
-  return v != 0;
-}
-
 Result<void> Stage::set(const std::string& signal, const std::string& expression, double t) {
-  RMP_TRY_ASSIGN(const std::size_t at, find(wire_of_, signal, "signal"));
+  RMP_TRY_ASSIGN(const std::size_t at, find_member(wire_of_, signal, "signal"));
   Wire& w = wires_[at];
   RMP_TRY_ASSIGN(const double value, evaluate(expression, w.signal->unit, t));
   if (w.signal->kind == model::SignalKind::digital && value != 0 && value != 1)
@@ -319,17 +252,20 @@ sim::Recording Stage::recording(double end) const {
   out.columns.push_back(std::move(time));
   std::vector<double> q, qd;
   for (const Actor& a : actors_) {
-    if (!a.model->is_simple()) continue;  // they stand still
+    if (!can_move(a)) continue;  // it stands still
     const std::size_t n = a.start.size(), first = out.columns.size();
+    const auto& joints = (a.axes ? a.axes : a.model)->joints;
     for (const bool is_rate : {false, true})
       for (std::size_t j = 0; j < n; ++j) {
-        const bool turns = a.model->joints[j].type == JointType::revolute;
-        const std::string unit = turns ? "rad" : "m";
-        out.columns.push_back({a.placed->name + (is_rate ? ".qd" : ".q") + std::to_string(j + 1),
-                               is_rate ? unit + "/s" : unit,
-                               (is_rate ? "velocity of joint " : "position of joint ") +
-                                   std::to_string(j + 1) + " of " + a.placed->name,
-                               {}});
+        const std::string unit = is_rotary(a, j) ? "rad" : "m";
+        sim::Column c{a.placed->name + (is_rate ? ".qd" : ".q") + std::to_string(j + 1),
+                      is_rate ? unit + "/s" : unit,
+                      (is_rate ? "velocity of joint " : "position of joint ") +
+                          std::to_string(j + 1) + " of " + a.placed->name,
+                      {}};
+        c.lower = is_rate ? -joints[j].max_velocity : joints[j].lower;
+        c.upper = is_rate ? joints[j].max_velocity : joints[j].upper;
+        out.columns.push_back(std::move(c));
       }
     for (const double t : times) {
       sample(a, t, q, qd);

@@ -4,10 +4,14 @@
 #pragma once
 
 #include <memory>
+#include <optional>
+#include <set>
 #include <string>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
+#include "kernel/expression.h"
 #include "robotics/build_model.h"
 #include "sim/robot_motion.h"
 #include "sim/simulate.h"
@@ -27,6 +31,19 @@ class Stage {
   /// Sets a signal to the value of an expression.
   Result<void> set(const std::string& signal, const std::string& expression, double t);
   [[nodiscard]] Result<bool> is_true(const std::string& condition, double t) const;
+
+  /// What makes a condition change its truth.
+  struct Watched {
+    bool motion = false;  ///< places or rates of robots or objects
+    bool time = false;
+  };
+  [[nodiscard]] Result<Watched> watched(const std::string& condition) const;
+  /// The first time in (from, to] at which a condition is true while no signal changes and no move
+  /// begins; none = it is not. It is looked at as often as the recording has rows, and where it has
+  /// turned true the instant is bisected to the last bit: what is true for less than a row may be
+  /// missed, and the instant that is found is never too early.
+  [[nodiscard]] Result<std::optional<double>> first_true(const std::string& condition, double from,
+                                                         double to, Progress&) const;
   void note(double t, const std::string& text);
 
   [[nodiscard]] sim::Recording recording(double end) const;
@@ -40,6 +57,9 @@ class Stage {
     const model::PlacedRobot* placed = nullptr;
     const model::Robot* record = nullptr;
     std::shared_ptr<const RobotModel> model;
+    /// A joint a coordinate, in a row: what a law needs to know of a robot whose joints follow
+    /// others or close loops. Null for robots whose joints are their coordinates.
+    std::shared_ptr<const RobotModel> axes;
     std::vector<robotics::LinkFrame> links;
     Pose world_T_base;
     std::vector<double> start;
@@ -68,17 +88,34 @@ class Stage {
 
   Stage(const sim::Simulator& sim, double step) : sim_(&sim), step_(step) {}
   [[nodiscard]] Result<std::size_t> actor(const std::string& name) const;
+  /// Of a tool or link; "" = the robot's tool.
   [[nodiscard]] Result<Grip> grip(const Actor&, const std::string& link) const;
+  /// Likewise, or of an object that the robot holds.
+  [[nodiscard]] Result<Grip> tip(std::size_t actor, const std::string& name) const;
   [[nodiscard]] Result<Pose> frame(const std::string& name, double t) const;
+  [[nodiscard]] Result<const Expression*> compiled(const std::string& expression) const;
   [[nodiscard]] Result<double> evaluate(const std::string& expression, std::string_view unit,
                                         double t) const;
+  /// `left.q1`, `left.qd1`, `left.x` (of its tool), `part.x`.
+  [[nodiscard]] Result<Quantity> member_value(const Expression::Name& name, double t) const;
+  [[nodiscard]] static bool is_rotary(const Actor&, std::size_t coordinate);
+  [[nodiscard]] static bool can_move(const Actor&);
   /// Joint values and rates at a time.
   static void sample(const Actor&, double t, std::vector<double>& q, std::vector<double>& qd);
   [[nodiscard]] Pose world_T_joint(const Actor&, std::int32_t joint, double t) const;
   [[nodiscard]] Pose pose_of(const Thing&, double t) const;
   /// The move as a trajectory of one segment.
-  Result<model::Trajectory> trajectory_of(const model::TaskStep&, const Actor&, double t,
-                                          Pose& world_T_trajectory) const;
+  Result<model::Trajectory> trajectory_of(const model::TaskStep&, const Actor&, const Grip& tip,
+                                          double t, Pose& world_T_trajectory) const;
+  /// The samples of the move, of all coordinates.
+  Result<sim::RobotMotion> motion_of(const model::TaskStep&, std::size_t actor,
+                                     const std::string& where, double t, Progress&);
+  /// What the motors' joints of `trajectory` lack: the coordinates that no motor moves.
+  static Result<void> complete(const Actor&, model::Trajectory& trajectory,
+                               const std::vector<double>& now);
+  /// Moves the coordinates without motors so that the loops stay closed. A goal of all coordinates
+  /// must be what they come to.
+  static Result<void> close(const Actor&, const std::vector<double>& goal, sim::RobotMotion&);
 
   const sim::Simulator* sim_;
   const model::World* world_ = nullptr;
@@ -89,6 +126,8 @@ class Stage {
   std::vector<Wire> wires_;
   std::unordered_map<std::string, std::size_t> actor_of_, thing_of_, wire_of_, frame_of_;
   std::vector<std::string> notes_;
+  std::set<std::pair<std::string, std::string>> told_;  ///< robot and note of its moves
+  mutable std::unordered_map<std::string, Expression> compiled_;
 };
 
 }  // namespace robomosp::task
