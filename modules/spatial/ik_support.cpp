@@ -104,6 +104,7 @@ void ik_start(const RobotModel& model, const IkBatch& batch, std::size_t sample,
   }
 }
 
+Error ik_stopped() { return error(ErrorCode::cancelled, "the inverse kinematics were stopped"); }
 Error ik_not_prepared() {
   return error(ErrorCode::invalid_argument, "the solver was not given a robot",
                "Call prepare first.");

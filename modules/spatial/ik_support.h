@@ -70,6 +70,9 @@ auto recognise_tips(const RobotModel& model, const Recognise& recognise)
 [[nodiscard]] Error ik_not_prepared();
 [[nodiscard]] Error ik_unknown_arm(const RobotModel& model, std::size_t tip);
 
+/// Error of a call that is cancelled.
+[[nodiscard]] Error ik_stopped();
+
 /// Calls work(first, count) for all samples, `together` at a time, and hears cancellation.
 template <class Work>
 Result<void> for_ik_samples(std::size_t samples, std::size_t together, Progress& progress,
@@ -77,8 +80,7 @@ Result<void> for_ik_samples(std::size_t samples, std::size_t together, Progress&
   constexpr std::size_t kReportEvery = 16;
   for (std::size_t i = 0; i < samples; i += together) {
     if (i % kReportEvery == 0) {
-      if (progress.cancelled())
-        return error(ErrorCode::cancelled, "the inverse kinematics were stopped");
+      if (progress.cancelled()) return ik_stopped();
       progress.report(static_cast<double>(i) / static_cast<double>(samples), "inverse kinematics");
     }
     work(i, std::min(together, samples - i));

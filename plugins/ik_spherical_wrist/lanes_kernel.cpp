@@ -2,14 +2,14 @@
 // The closed forms of arms with parallel axes, one branch a lane; compiled once an instruction set
 // (layer: plugin). Derivation: docs/user/inverse_kinematics.md.
 #include "lanes_kernel.h"
-#include "spatial/lane_math.h"
+#include "spatial/lane_angles.h"
 
 namespace robomosp::ik_spherical_wrist::RMP_LANES {
 namespace {
 
 using namespace spatial::RMP_LANES;
 
-constexpr double kPi = 0x1.921fb54442d18p1, kTurn = 2 * kPi;
+constexpr double kTurn = 2 * kPi;
 /// Below this sine of joint 5 its neighbours turn about one line, and one of them is kept.
 constexpr double kWristSingular = 1e-12;
 /// Below this distance from axis 1, per arm length, joint 1 is kept.
@@ -21,35 +21,6 @@ constexpr double kSign1[kBranches] = {1, 1, 1, 1, -1, -1, -1, -1};
 constexpr double kSign3[kBranches] = {1, 1, -1, -1, 1, 1, -1, -1};
 constexpr double kSign5[kBranches] = {1, -1, 1, -1, 1, -1, 1, -1};
 
-template <class B, class T>
-RMP_INLINE T pick(B which, const T& yes, const T& no) {
-  return select(which, yes, no);
-}
-template <class T>
-RMP_INLINE T size_of(const T& x) {
-  return pick(x < 0, -x, x);
-}
-template <class T>
-RMP_INLINE T least_of(const T& a, const T& b) {
-  return pick(a < b, a, b);
-}
-template <class T>
-RMP_INLINE T most_of(const T& a, const T& b) {
-  return pick(a > b, a, b);
-}
-RMP_INLINE Lanes root_of(Lanes x) {
-#if defined(__AVX512F__) && RMP_LANE_COUNT == 8
-  return _mm512_maskz_sqrt_pd(0xff, x);
-#elif defined(__AVX__) && RMP_LANE_COUNT == 4
-  return _mm256_sqrt_pd(x);
-#else
-  for (std::size_t i = 0; i < kLanes; ++i) x[i] = __builtin_sqrt(x[i]);
-  return x;
-#endif
-}
-
-RMP_INLINE Wide root_of(const Wide& x) { return {root_of(x.a), root_of(x.b)}; }
-
 // Nearest whole number, for |x| < 2^51: adding 1.5 * 2^52 leaves no room for a fraction.
 template <class T>
 RMP_INLINE T whole(const T& x) {
@@ -60,33 +31,6 @@ template <class T>
 RMP_INLINE T ceiling(const T& x) {
   const T r = whole(x);
   return pick(r < x, r + 1.0, r);
-}
-
-// Angle of (x, y), to 2e-16 relative: atan(t) on t <= tan(pi / 8) as t + t^3 P(t^2), P interpolated
-// at Chebyshev nodes; 0 at the origin.
-template <class T>
-RMP_INLINE T angle(const T& y, const T& x) {
-  const T ax = size_of(x), ay = size_of(y);
-  const T big = most_of(ax, ay), small = least_of(ax, ay);
-  const auto far = small > 0x1.a827999fcef33p-2 * big;  // atan t = pi/4 + atan((t - 1) / (t + 1))
-  const T up = pick(far, small - big, small), down = pick(far, small + big, big);
-  const T t = up / pick(down > 0, down, splat<T>(1)), z = t * t;
-  T p = splat<T>(0.016144973584241742);
-  p = p * z - 0.03442637336309011;
-  p = p * z + 0.045451625004966183;
-  p = p * z - 0.052288153563136014;
-  p = p * z + 0.058786656658639996;
-  p = p * z - 0.066663971190719304;
-  p = p * z + 0.076922944359089529;
-  p = p * z - 0.090909086651550702;
-  p = p * z + 0.11111111102643356;
-  p = p * z - 0.14285714285619402;
-  p = p * z + 0.19999999999999518;
-  p = p * z - 0.33333333333333331;
-  T a = pick(far, splat<T>(kPi / 4), T{}) + (t + t * z * p);
-  a = pick(ax >= ay, a, kPi / 2 - a);
-  a = pick(x < 0, kPi - a, a);
-  return pick(y < 0, -a, a);
 }
 
 template <class T>
@@ -359,37 +303,7 @@ void rank_all(Candidates* candidates, std::size_t count) {
 
 void measure(const ArmPlaces& places, const LaneQuestions& question, const double* q,
              double* distance, double* square) {
-  for (std::size_t i = 0; i < question.count; i += kLanes) {
-    Lanes pose[12], angles[6];
-    load_samples(question.targets + 12 * i, 12, question.count - i, pose);
-    load_samples(q + 6 * i, 6, question.count - i, angles);
-    double sine[6 * kLanes], cosine[6 * kLanes];
-    sin_cos<RightAngles::as_given>(reinterpret_cast<const double*>(angles), 6 * kLanes, sine,
-                                   cosine);
-    // Axes and origin of the joint's frame, in the base.
-    const Lanes none{}, one = splat<Lanes>(1);
-    Vec<Lanes> x{one, none, none}, y{none, one, none}, z{none, none, one}, p{none, none, none};
-    for (std::size_t j = 0; j < 7; ++j) {
-      const double* k = places.data() + 12 * j;
-      const auto seen = [&](double a, double b, double d) __attribute__((always_inline)) {
-        return scaled(x, a) + scaled(y, b) + scaled(z, d);
-      };
-      p = p + seen(k[9], k[10], k[11]);
-      const Vec<Lanes> X = seen(k[0], k[3], k[6]), Y = seen(k[1], k[4], k[7]);
-      z = seen(k[2], k[5], k[8]);
-      x = X, y = Y;
-      if (j == 6) break;  // the tool
-      const Lanes s = load(sine + j * kLanes), c = load(cosine + j * kLanes);
-      x = scaled(X, c) + scaled(Y, s);
-      y = scaled(Y, c) - scaled(X, s);
-    }
-    const Vec<Lanes> miss = p - Vec<Lanes>{pose[9], pose[10], pose[11]};
-    store(distance + i, root_of(dot(miss, miss)));
-    const Vec<Lanes> dx = x - Vec<Lanes>{pose[0], pose[3], pose[6]},
-                     dy = y - Vec<Lanes>{pose[1], pose[4], pose[7]},
-                     dz = z - Vec<Lanes>{pose[2], pose[5], pose[8]};
-    store(square + i, dot(dx, dx) + dot(dy, dy) + dot(dz, dz));
-  }
+  measure_tips<6>(places.data(), question.targets, q, question.count, distance, square);
 }
 
 constexpr LaneSolver kSolver{solve_all, rank_all, measure};

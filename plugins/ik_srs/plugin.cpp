@@ -10,6 +10,7 @@
 #include <robomosp/sdk/ik.h>
 #include <robomosp/sdk/plugin.h>
 
+#include "follow.h"
 #include "spatial/ik_support.h"
 #include "spatial/pose.h"
 #include "spatial/print.h"
@@ -84,6 +85,34 @@ class Solver {
     measure(target, found[0].q, out);
   }
 
+  /// Goes on along a path from `full` with its branch and arm angle, as solve() would sample by
+  /// sample, as far as that is clear without looking at other branches; returns how many samples.
+  std::size_t follow(const FollowArm& numbers, std::span<const Pose> targets,
+                     std::span<double> full, std::span<IkResult> results) {
+    for (std::size_t i = 0; i < 7; ++i) near_[i] = full[joints_[i].q_index];
+    ik_srs::follow(numbers, follow_branch(arm_, near_), targets, followed_);
+    std::size_t done = 0;
+    for (; done < targets.size(); ++done) {
+      if (!(followed_.clear[done] > kClearOfBranches)) break;
+      // |R - S|^2 of two rotations is 8 sin^2 of half the angle between them.
+      const double rotation = 2 * std::asin(std::min(1.0, std::sqrt(followed_.square[done] / 8)));
+      if (!(followed_.distance[done] <= batch_.tolerance.position) ||
+          !(rotation <= batch_.tolerance.rotation))
+        break;
+      Answer a;
+      std::copy_n(followed_.q + 7 * done, 7, a.q.begin());
+      if (!turn(a) || a.cost >= kSlow * kSlow) break;
+      near_ = a.q;
+      put(a.q, full);
+      IkResult& out = results[done] = IkResult{};
+      out.status = IkStatus::solved;
+      out.q.assign(full.begin(), full.end());
+      out.position_error = followed_.distance[done];
+      out.rotation_error = rotation;
+    }
+    return done;
+  }
+
  private:
   void put(const Angles& q, std::span<double> full) const {
     for (std::size_t i = 0; i < 7; ++i) full[joints_[i].q_index] = q[i];
@@ -104,6 +133,11 @@ class Solver {
   // The branch at one arm angle, turned towards the seed; false outside the limits.
   bool take(const SrsTarget& aim, unsigned branch, double angle, Answer& a) const {
     a.q = aim.at(branch, angle);
+    return turn(a);
+  }
+
+  // Whole turns towards the seed; false outside the limits.
+  bool turn(Answer& a) const {
     a.cost = 0;
     for (std::size_t j = 0; j < 7; ++j) {
       a.q[j] = spatial::turn_within(joints_[j], a.q[j], near_[j]);
@@ -285,6 +319,7 @@ class Solver {
   bool turns_, switching_;
   double touch_ = 0, wanted_ = 0;
   Angles near_{};
+  Followed followed_;
 };
 
 class SrsIk final : public IkSolver {
@@ -292,6 +327,8 @@ class SrsIk final : public IkSolver {
   Result<void> prepare(const RobotModel& model, const Params& params) override {
     RMP_TRY(spatial::check_ik_model(model));
     RMP_TRY_ASSIGN(tips_, spatial::recognise_tips(model, recognise));
+    numbers_.clear();
+    for (const auto& tip : tips_) numbers_.push_back(tip ? follow_arm(*tip) : FollowArm{});
     model_ = &model;
     turns_ = params.boolean("turns");
     switching_ = params.boolean("switching");
@@ -309,6 +346,9 @@ class SrsIk final : public IkSolver {
     if (!tips_[tip]) return spatial::ik_unknown_arm(*model_, tip);
     Solver solver(*tips_[tip], batch, turns_, switching_);
     std::vector<double> q(model_->coordinate_count());
+    const bool follows = batch.continuous && !batch.all_solutions && batch.arm_angles.empty() &&
+                         batch.objective != IkObjective::limits;
+    if (follows) return follow(batch, numbers_[tip], solver, q, results, progress);
     return spatial::for_ik_samples(results.size(), 1, progress, [&](std::size_t i, std::size_t) {
       const bool onward = batch.continuous && i > 0;
       if (!onward) spatial::ik_start(*model_, batch, i, q);
@@ -322,8 +362,36 @@ class SrsIk final : public IkSolver {
   }
 
  private:
+  /// A path: many samples side by side, and one by one where branches or limits are near.
+  Result<void> follow(const IkBatch& batch, const FollowArm& numbers, Solver& solver,
+                      std::span<double> q, std::span<IkResult> results, Progress& progress) const {
+    constexpr std::size_t kFewAhead = 8;
+    std::size_t ahead = kFewAhead, done = 0;
+    const std::size_t samples = results.size();
+    while (done < samples) {
+      if (progress.cancelled()) return spatial::ik_stopped();
+      progress.report(static_cast<double>(done) / static_cast<double>(samples),
+                      "inverse kinematics");
+      std::size_t more = 0;
+      const std::size_t count = std::min(ahead, samples - done);
+      if (done == 0) spatial::ik_start(*model_, batch, 0, q);
+      else
+        more = solver.follow(numbers, batch.targets.subspan(done, count), q,
+                             results.subspan(done, count));
+      ahead = more == count ? std::min(2 * ahead, kMostAhead) : kFewAhead;
+      done += more;
+      if (more == count) continue;
+      const bool onward = done > 0;
+      solver.solve(batch.targets[done], q, nullptr, batch.seeds.empty() && !onward, onward,
+                   results[done]);
+      ++done;
+    }
+    return {};
+  }
+
   const RobotModel* model_ = nullptr;
   std::vector<std::optional<SrsArm>> tips_;
+  std::vector<FollowArm> numbers_;  ///< of the tips
   bool turns_ = true, switching_ = false;
 };
 

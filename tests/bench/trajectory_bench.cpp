@@ -6,6 +6,7 @@
 
 #include <benchmark/benchmark.h>
 
+#include "bench/ten_segments.h"
 #include "kernel/plugin_loader.h"
 #include "kernel/registry.h"
 #include "motion/path.h"
@@ -32,40 +33,6 @@ Placement place(double x, double y, double z, double roll, double yaw) {
   return {{x, y, z}, {roll, 0, yaw}, {}};
 }
 
-/// Each begins where the one before ends, turned by then; the corners are cut by transitions.
-Trajectory mixed() {
-  Trajectory t;
-  const auto add = [&](const char* shape, std::vector<Placement> points, const char* law,
-                       const char* orientation) {
-    TrajectorySegment s;
-    s.shape.name = shape;
-    s.points = std::move(points);
-    s.law.name = law;
-    s.orientation.name = orientation;
-    t.segments.push_back(std::move(s));
-    return &t.segments.back();
-  };
-  for (int i = 0; i < 2; ++i) {
-    const double y = 0.9 * i, a = 0.4 * i;
-    add("line", {place(0, y, 0, 0, a), place(0.4, y, 0.1, 0.3, a)}, "trapezoidal", "slerp");
-    add("arc",
-        {place(0.4, y, 0.1, 0.3, a), place(0.5, y + 0.1, 0.1, 0.4, a),
-         place(0.4, y + 0.2, 0.1, 0.3, a)},
-        "constant_speed", "squad");
-    add("cubic_spline",
-        {place(0.4, y + 0.2, 0.1, 0.3, a), place(0.3, y + 0.3, 0.2, 0.3, a),
-         place(0.1, y + 0.3, 0.1, 0, a + 0.2), place(0, y + 0.5, 0, 0, a + 0.3)},
-        "s_curve", "squad");
-    add("b_spline",
-        {place(0, y + 0.5, 0, 0, a + 0.3), place(0.1, y + 0.6, 0, 0, a + 0.3),
-         place(0.2, y + 0.5, 0.1, 0, a + 0.3), place(0.3, y + 0.6, 0.1, 0, a + 0.4),
-         place(0.4, y + 0.6, 0, 0, a + 0.4)},
-        "quintic", "slerp_points");
-    add("line", {place(0.4, y + 0.6, 0, 0, a + 0.4), place(0, y + 0.9, 0, 0, a + 0.4)}, "s_curve",
-        "slerp");
-  }
-  return t;
-}
 /// The same ways as ten straight lines.
 Trajectory lines() {
   Trajectory t;
@@ -79,6 +46,8 @@ Trajectory lines() {
   }
   return t;
 }
+
+Trajectory mixed() { return bench::ten_mixed_segments(); }
 
 void build(benchmark::State& state, Trajectory (*make)()) {
   const Trajectory t = make();

@@ -158,6 +158,61 @@ TEST_F(SrsIk, TheSeedsArmAngleIsKeptUntilALimitTurnsTheElbow) {
   EXPECT_LE(r.q[2], 0.35);
 }
 
+/// Sums of slow waves, from the middle of the limits into some of them.
+std::vector<Pose> wave_path(const RobotModel& model, std::size_t samples) {
+  std::vector<Pose> targets;
+  std::vector<double> q(7);
+  for (std::size_t i = 0; i < samples; ++i) {
+    const double t = 2 * kPi * static_cast<double>(i) / static_cast<double>(samples);
+    for (std::size_t j = 0; j < 7; ++j) {
+      const double middle = 0.5 * (model.joints[j].lower + model.joints[j].upper);
+      q[j] =
+          middle + (j % 2 == 1 ? 0.9 : 0) + 0.8 * std::sin(t * (1 + 0.5 * static_cast<double>(j)));
+    }
+    targets.push_back(tip_pose(model, q.data()));
+  }
+  return targets;
+}
+
+TEST_F(SrsIk, APathIsTheSameAllAtOnceAndSampleBySample) {
+  for (const RobotModel& model : {pa10(), iiwa14(), offset_elbow_arm()}) {
+    SCOPED_TRACE(model.name);
+    prepare(model);
+    const std::vector<Pose> targets = wave_path(model, 3000);
+    IkBatch batch;
+    batch.targets = targets;
+    const std::vector<double> start = solve(targets[0]).q;
+    ASSERT_EQ(start.size(), 7U);
+    batch.seeds = start;
+    batch.continuous = true;
+    std::vector<IkResult> all(targets.size()), pair(2);
+    NoProgress none;
+    ASSERT_TRUE(solver_->solve(batch, all, none).ok());
+    std::size_t solved = 0;
+    for (std::size_t i = 1; i < targets.size(); ++i) {
+      if (all[i].status != IkStatus::solved) continue;
+      ++solved;
+      const Pose tip = tip_pose(model, all[i].q.data());
+      EXPECT_LT(position_gap(tip, targets[i]), 1e-12);
+      EXPECT_LT(rotation_gap(tip, targets[i]), 1e-12);
+      if (all[i - 1].status != IkStatus::solved) continue;
+      // A single target is solved over all branches, and takes the one nearest to its seed.
+      const IkResult one = solve(targets[i], all[i - 1].q);
+      ASSERT_EQ(one.status, IkStatus::solved) << i;
+      double apart = 0, moved = 0;
+      for (std::size_t j = 0; j < 7; ++j) {
+        apart = std::max(apart, std::fabs(one.q[j] - all[i].q[j]));
+        moved = std::max(moved, std::fabs(one.q[j] - all[i - 1].q[j]));
+      }
+      // On a path the elbow may leave its angle where keeping it would be a fast motion.
+      if (moved < 0.01) {
+        EXPECT_LT(apart, 1e-10) << i;
+      }
+    }
+    EXPECT_GT(solved, targets.size() / 2);
+  }
+}
+
 TEST_F(SrsIk, ReachIsTheSumOfUpperArmAndForearm) {
   prepare(iiwa14());
   // Straight up: shoulder at 0.36 m, 0.42 + 0.4 m to the wrist, 0.126 m to the flange; 0.1 more.
