@@ -12,8 +12,6 @@
 #include <string_view>
 #include <vector>
 
-#include <robomosp/sdk/render.h>
-
 #include "document/derived.h"
 #include "document/document.h"
 #include "ioci/command.h"
@@ -26,6 +24,10 @@
 #include "kernel/registry.h"
 #include "sim/collision_cache.h"
 #include "sim/recording.h"
+
+namespace robomosp::render {
+class Renderer;
+}
 
 namespace robomosp::ioci {
 

@@ -6,15 +6,18 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <unordered_map>
 #include <utility>
 
 #include "kernel/text.h"
 #include "model/placement.h"
 #include "motion/path.h"
 #include "robotics/build_model.h"
+#include "robotics/grip.h"
 #include "robotics/home.h"
 #include "robotics/kinematics.h"
 #include "scene/ids.h"
+#include "scene/places.h"
 #include "scene/tool_ellipsoids.h"
 #include "spatial/mass.h"
 #include "spatial/pose.h"
@@ -96,6 +99,14 @@ struct PosedRobot {
       bodies_out[i] = spatial::compose(world_T_base, link_frames[i - 1]);
     tool = spatial::compose(world_T_base, robotics::tip_pose(*model, 0, joint_frames));
   }
+  /// Where something fixed to a joint is in the world, for joint values q.
+  [[nodiscard]] Pose place(const robotics::LinkFrame& at, std::span<const double> q) const {
+    if (at.joint < 0) return spatial::compose(world_T_base, at.joint_T_link);
+    robotics::forward_kinematics(*model, q, joint_frames);
+    return spatial::compose(
+        world_T_base,
+        spatial::compose(joint_frames[static_cast<std::size_t>(at.joint)], at.joint_T_link));
+  }
   [[nodiscard]] bool shows(std::size_t body) const {
     return body == 0 || record->links[body - 1].visible;
   }
@@ -122,6 +133,13 @@ Result<PosedRobot> posed_robot(const Source& source, RobotId id, std::string own
   r.joint_frames.resize(r.model->joints.size());
   r.link_frames.resize(r.links.size());
   return r;
+}
+
+/// Where an object that the robot holds is fixed to it.
+Result<robotics::LinkFrame> grip_of(const PosedRobot& robot, const model::Attachment& a) {
+  RMP_TRY_ASSIGN(auto at, robotics::grip_frame(*robot.record, *robot.model, a.link));
+  at.joint_T_link = spatial::compose(at.joint_T_link, model::pose(a.tool_T_object));
+  return at;
 }
 
 /// Frame of a place with its name.
@@ -251,12 +269,38 @@ Result<void> add_world(Maker& m, WorldId id) {
     m.out.left_out.push_back(done.error().sentence());
     return {};
   };
-  for (const auto& o : world.objects)
-    RMP_TRY(skip(add_body(m, o.what, "object " + o.name, o.name, model::pose(o.placement))));
+  std::vector<PosedRobot> robots;
+  std::vector<std::vector<double>> q;
+  std::unordered_map<std::string_view, std::size_t> robot_of;
   for (const auto& r : world.robots) {
     auto robot = posed_robot(m.source, r.robot, r.name, model::pose(r.placement), m.progress);
-    if (robot.ok()) add_robot(m, *robot, shown_q(*robot->record, r.q));
-    else RMP_TRY(skip(std::move(robot).error()));
+    if (!robot.ok()) {
+      RMP_TRY(skip(std::move(robot).error()));
+      continue;
+    }
+    robot_of[r.name] = robots.size();
+    q.push_back(shown_q(*robot->record, r.q));
+    robots.push_back(std::move(*robot));
+  }
+  std::unordered_map<std::string_view, Pose> held;  // world_T_object
+  for (const auto& a : world.attachments) {
+    const auto at = robot_of.find(a.robot);
+    if (at == robot_of.end()) continue;
+    auto grip = grip_of(robots[at->second], a);
+    if (grip.ok()) held[a.object] = robots[at->second].place(*grip, q[at->second]);
+    else RMP_TRY(skip(std::move(grip).error()));
+  }
+  for (const auto& o : world.objects) {
+    const auto at = held.find(o.name);
+    RMP_TRY(skip(add_body(m, o.what, "object " + o.name, o.name,
+                          at == held.end() ? model::pose(o.placement) : at->second)));
+  }
+  for (std::size_t i = 0; i < robots.size(); ++i) add_robot(m, robots[i], q[i]);
+  const double length = std::clamp(0.08 * m.size(), 0.02, 0.25);
+  for (const auto& f : world.frames) m.out.scene.triads.push_back(triad_of(f, length));
+  for (const auto& l : world.lights) {
+    m.out.scene.lights.push_back(lamp_of(l));
+    if (m.extras.frames) m.out.scene.triads.push_back(triad_of(l, length));
   }
   for (const auto& t : world.trajectories) {
     auto line = trajectory_line(m.source, t);
@@ -413,16 +457,47 @@ Result<Built> build(const Source& source, AnyId id, const Extras& extras, Progre
 
 namespace {
 
+/// The items of a placed object.
+struct ObjectParts {
+  std::vector<std::uint64_t> ids;
+  std::vector<Pose> placements;  ///< object_T_item
+
+  void add_poses(const Pose& world_T_object, Playback& playback) const {
+    for (const Pose& t : placements) playback.poses.push_back(spatial::compose(world_T_object, t));
+  }
+};
+
+Result<ObjectParts> parts_of(const Source& source, const model::PlacedObject& placed,
+                             Progress& progress) {
+  ObjectParts out;
+  const std::string where = "object " + text::quote(placed.name);
+  RMP_TRY_ASSIGN(const auto parts,
+                 source.derived.drawables(source.snapshot, placed.what, progress).in(where));
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    out.ids.push_back(item_id("object " + placed.name, 0, i));
+    out.placements.push_back(parts[i].placement);
+  }
+  return out;
+}
+
 /// How the bodies and the tool of a robot move along columns `<prefix>q1` and so on.
 struct MovingRobot {
+  /// Parts of an object that it holds.
+  struct Held {
+    robotics::LinkFrame at;
+    ObjectParts parts;
+  };
   PosedRobot robot;
   std::vector<const sim::Column*> q;
+  std::vector<Held> held = {};
 
   void add_ids(Playback& playback) const {
     for (std::size_t b = 0; b < robot.bodies.bodies.size(); ++b)
       for (std::size_t p = 0; robot.shows(b) && p < robot.bodies.bodies[b].size(); ++p)
         playback.ids.push_back(item_id(robot.owner, b, p));
     playback.ids.push_back(robot.triad_id());
+    for (const Held& h : held)
+      playback.ids.insert(playback.ids.end(), h.parts.ids.begin(), h.parts.ids.end());
   }
   void add_poses(std::size_t row, Playback& playback) {
     sample.resize(q.size());
@@ -432,6 +507,7 @@ struct MovingRobot {
       for (std::size_t p = 0; robot.shows(b) && p < robot.bodies.bodies[b].size(); ++p)
         playback.poses.push_back(spatial::compose(bodies[b], robot.bodies.bodies[b][p].placement));
     playback.poses.push_back(tool);
+    for (const Held& h : held) h.parts.add_poses(robot.place(h.at, sample), playback);
   }
   std::vector<double> sample = {};
   std::vector<Pose> bodies = {};
@@ -439,16 +515,14 @@ struct MovingRobot {
 };
 
 /// An object that moves along columns `<name>.x` and so on, as contact physics records them.
-struct MovingObject {
+struct MovingObject : ObjectParts {
   std::array<const sim::Column*, 7> at{};  ///< x y z qw qx qy qz
-  std::vector<std::uint64_t> ids;
-  std::vector<Pose> placements;  ///< object_T_item
 
   void add_poses(std::size_t row, Playback& playback) const {
     const auto value = [&](std::size_t k) { return at[k]->values[row]; };
     const Pose pose{spatial::from_quaternion({value(3), value(4), value(5), value(6)}),
                     {value(0), value(1), value(2)}};
-    for (const Pose& t : placements) playback.poses.push_back(spatial::compose(pose, t));
+    ObjectParts::add_poses(pose, playback);
   }
 };
 
@@ -462,13 +536,8 @@ Result<std::optional<MovingObject>> moving_object(const Source& source,
     out.at[k] = recording.find(placed.name + kParts[k]);
     if (!out.at[k]) return std::optional<MovingObject>{};
   }
-  const std::string where = "object " + text::quote(placed.name);
-  RMP_TRY_ASSIGN(const auto parts,
-                 source.derived.drawables(source.snapshot, placed.what, progress).in(where));
-  for (std::size_t i = 0; i < parts.size(); ++i) {
-    out.ids.push_back(item_id("object " + placed.name, 0, i));
-    out.placements.push_back(parts[i].placement);
-  }
+  RMP_TRY_ASSIGN(auto parts, parts_of(source, placed, progress));
+  static_cast<ObjectParts&>(out) = std::move(parts);
   return std::optional(std::move(out));
 }
 
@@ -505,7 +574,20 @@ Result<Playback> build_playback(const Source& source, WorldId id, const sim::Rec
   std::vector<MovingObject> objects;
   for (const model::PlacedObject& placed : world->objects) {
     RMP_TRY_ASSIGN(auto object, moving_object(source, placed, recording, progress));
-    if (object) objects.push_back(std::move(*object));
+    if (object) {
+      objects.push_back(std::move(*object));
+      continue;
+    }
+    // What the recording does not tell goes with the robot that holds it.
+    const auto a = std::find_if(world->attachments.begin(), world->attachments.end(),
+                                [&](const auto& x) { return x.object == placed.name; });
+    if (a == world->attachments.end()) continue;
+    for (MovingRobot& r : robots) {
+      if (r.robot.owner != a->robot) continue;
+      RMP_TRY_ASSIGN(const auto at, grip_of(r.robot, *a));
+      RMP_TRY_ASSIGN(auto parts, parts_of(source, placed, progress));
+      r.held.push_back({at, std::move(parts)});
+    }
   }
   Playback playback;
   playback.times = recording.columns.front().values;

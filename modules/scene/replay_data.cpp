@@ -142,6 +142,15 @@ std::string colour(const Colour& c, std::size_t count) {
   return json::numbers(std::span(all).first(count), 4);
 }
 
+std::string light(const render::Light& l) {
+  constexpr const char* kKinds[] = {"sun", "point", "spot"};
+  return json::object({{"kind", json::text(kKinds[static_cast<std::size_t>(l.kind)])},
+                       {"pose", json::numbers(numbers_of(l.pose))},
+                       {"colour", colour(l.colour, 3)},
+                       {"intensity", json::number(l.intensity, 6)},
+                       {"angle", json::number(l.angle, 6)}});
+}
+
 std::string camera(const render::Camera& c) {
   constexpr const char* kViews[] = {"isometric", "front", "back",   "left",
                                     "right",     "top",   "bottom", "custom"};
@@ -289,7 +298,7 @@ Result<ReplayData> replay_data(const render::Scene& scene, const Playback& playb
   std::unordered_map<std::uint64_t, std::size_t> track_of;
   for (std::size_t i = 0; i < playback.ids.size(); ++i) track_of[playback.ids[i]] = i;
   Packer out;
-  std::vector<std::string> meshes, items, triads, lines, columns;
+  std::vector<std::string> meshes, items, triads, lines, lights, columns;
 
   std::unordered_map<const Mesh*, std::size_t> mesh_of;
   const auto place = [&](std::uint64_t id, const Pose& pose) -> json::Field {
@@ -327,6 +336,7 @@ Result<ReplayData> replay_data(const render::Scene& scene, const Playback& playb
                                   {"colour", colour(line.colour, 4)},
                                   {"width", json::number(static_cast<double>(line.width), 3)}}));
   }
+  for (const render::Light& l : scene.lights) lights.push_back(light(l));
   const Thinning thinning(playback.times.size());
   std::vector<std::int64_t> ticks;
   for (const std::size_t row : thinning.kept())
@@ -350,6 +360,7 @@ Result<ReplayData> replay_data(const render::Scene& scene, const Playback& playb
                               {"tracks", json::whole(playback.ids.size())},
                               {"triads", json::list(triads)},
                               {"lines", json::list(lines)},
+                              {"lights", json::list(lights)},
                               {"samples", json::whole(ticks.size())},
                               {"columns", json::list(columns)}});
   data.bytes = out.take();

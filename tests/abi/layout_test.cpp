@@ -263,8 +263,15 @@ void picture_types(std::ostream& out) {
   F2(Legend::Tick, share, text);
   TYPE(Legend);
   F3(Legend, title, colours, ticks);
+  TYPE(Light);
+  F5(Light, kind, pose, colour, intensity, angle);
+  TYPE(Light::Kind);
+  VALUE(Light::Kind::sun);
+  VALUE(Light::Kind::point);
+  VALUE(Light::Kind::spot);
   TYPE(Scene);
   F6(Scene, items, lines, triads, marks, labels, legends);
+  F1(Scene, lights);
   TYPE(Camera);
   F5(Camera, view, perspective, eye, target, zoom);
   TYPE(Section);

@@ -67,6 +67,18 @@ expect('shadows lie on the floor along the light', (() => {
   const p = run('project(flatten([1, 0, 2], -1), [0, 3, 1])');
   return near(p[0], -1, 1e-12) && near(p[1], 3, 1e-12) && near(p[2], -1, 1e-12);
 })());
+expect('shadows of a lamp at a place lie where its rays meet the floor', (() => {
+  // From (0, 0, 3) over (1, 0, 1) down to z = -1: twice as far again.
+  const p = run('project(flatten([0, 0, 3, 1], -1), [1, 0, 1])');
+  return near(p[0], 2, 1e-12) && near(p[1], 0, 1e-12) && near(p[2], -1, 1e-12);
+})());
+expect('a spot that looks down shines along -z, within its angle', (() => {
+  const [lamp] = run(`lampsOf([{kind: 'spot', pose: [1, 2, 3, 1, 0, 0, 0], colour: [1, 0, 0],
+    intensity: 2, angle: Math.PI / 3}])`);
+  return JSON.stringify(lamp.at) === '[1,2,3,1]' && near(lamp.axis[2], -1, 1e-12) &&
+    near(lamp.axis[3], 0.5, 1e-12) && JSON.stringify(lamp.colour) === '[2,0,0]';
+})());
+expect('a scene without lights has one lamp', run('lampsOf([]).length') === 1);
 expect('the whole box is in the first picture', run(`(() => {
   const box = boxOfReplay(header, data);
   const m = new OrbitCamera(header.camera, box).matrix(4 / 3);

@@ -9,6 +9,7 @@
 #include <osg/Depth>
 #include <osgText/Font>
 
+#include "viewer/scene/lamps.h"
 #include "viewer/scene/linear.h"
 #include "viewer/scene/osg_geometry.h"
 
@@ -78,7 +79,6 @@ Hud::Hud(osg::Program* surface_program, int first_bin, unsigned mask) {
   s->setAttributeAndModes(surface_program);
   s->setMode(GL_NORMALIZE, osg::StateAttribute::ON);
   s->addUniform(new osg::Uniform("eye", osg::Vec4f(0, 0, 1, 0)));
-  s->addUniform(new osg::Uniform("lamp_direction", osg::Vec3f(0, 0, 1)));
   // Maps whose coordinates are always outside: no shadow falls on the arrows.
   for (const char* map : {"lamp_map", "sky_map"})
     s->addUniform(
@@ -156,7 +156,8 @@ void Hud::place(const OrbitCamera& camera, const std::vector<Label>& labels, dou
   arrows_->getStateSet()->getUniform("eye")->set(osg::Vec4f(direction(z), 0));
   // Lit from over the viewer's left shoulder, from wherever one looks.
   const Vec3 lamp = z + 0.6 * y + (-0.4) * x;
-  arrows_->getStateSet()->getUniform("lamp_direction")->set(direction((1 / norm(lamp)) * lamp));
+  const Lamp own = own_lamp((1 / norm(lamp)) * lamp);
+  set_lamps(arrows_->getStateSet(), {&own, 1}, 1);
 
   for (std::size_t i = 0; i < 3; ++i) {
     const double reach = length + 11 * scale;

@@ -143,26 +143,37 @@ double radical_inverse(int i, int base) {
   return result;
 }
 
-Pass pass_number(int i, int count, Quality quality) {
+/// Passes of one light, where lights take turns: few, or shadows show as steps.
+int passes_of_light(int wanted, int lights) {
+  constexpr int kLeast = 6;
+  return std::max(kLeast, (wanted + lights - 1) / lights);
+}
+
+/// `lights` take turns.
+Pass pass_number(int i, int count, int lights, Quality quality) {
   // Every coordinate has its own low-discrepancy sequence, so that any number of first passes
   // samples pixel, lamp and sky evenly; a picture can be shown before all are drawn.
-  const auto halton = [&](int base) { return radical_inverse(i + 1, base); };
-  const auto turn = [&](double rate) { return 2 * std::numbers::pi * std::fmod(i * rate, 1.0); };
+  const int own = i / lights;  // among those of its light
+  const auto halton = [&](int base) { return radical_inverse(own + 1, base); };
+  const auto turn = [&](int at, double rate) {
+    return 2 * std::numbers::pi * std::fmod(at * rate, 1.0);
+  };
   const double half_step = 0.5 / count;
   Pass pass;
   pass.number = i;
+  pass.count = count;
   pass.shift_x = halton(2) - 0.5;
   pass.shift_y = halton(3) - 0.5;
   // Few passes need a smaller lamp, or its shadows would show as steps.
   const double lamp_size = quality == Quality::quality ? 1.0 : 0.6;
-  const double lamp_radius = lamp_size * std::sqrt(radical_inverse(i, 2) + half_step);
-  const double lamp_angle = turn(0.6180339887498949);  // golden section
+  const double lamp_radius = lamp_size * std::sqrt(radical_inverse(own, 2) + lights * half_step);
+  const double lamp_angle = turn(own, 0.6180339887498949);  // golden section
   pass.lamp = {lamp_radius * std::cos(lamp_angle), lamp_radius * std::sin(lamp_angle)};
   pass.glass_shadow = halton(5);
   if (quality == Quality::quality) {
     // Uniform over the hemisphere: equal steps in height.
     const double z = std::max(radical_inverse(i, 3) + half_step, 0.03);
-    const double angle = turn(0.7548776662466927);  // inverse of the plastic number
+    const double angle = turn(i, 0.7548776662466927);  // inverse of the plastic number
     const double r = std::sqrt(1 - std::min(z * z, 1.0));
     pass.sky = Vec3{r * std::cos(angle), r * std::sin(angle), std::min(z, 1.0)};
   }
@@ -287,11 +298,12 @@ struct OffscreenRenderer::Impl {
     return image;
   }
 
+  [[nodiscard]] int lights() const { return std::max(1, static_cast<int>(scene->light_count())); }
   void add_pixels() {
     const auto& from = scene->pixels();
     // A glint brighter than this would stay visible as a dot in the mean.
-    constexpr float kBrightest = 8.0F;
-    for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += std::clamp(from[i], 0.0F, kBrightest);
+    const float brightest = 8.0F * static_cast<float>(lights());
+    for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += std::clamp(from[i], 0.0F, brightest);
   }
 
   std::unique_ptr<EglContext> context;
@@ -339,7 +351,10 @@ void OffscreenRenderer::restart() {
 }
 
 int OffscreenRenderer::passes_done() const { return impl_->done; }
-int OffscreenRenderer::passes_wanted() const { return impl_->wanted; }
+int OffscreenRenderer::passes_wanted() const {
+  const int n = impl_->lights();
+  return n == 1 ? impl_->wanted : n * passes_of_light(impl_->wanted, n);
+}
 void OffscreenRenderer::set_passes(int count) {
   impl_->wanted = std::clamp(count, 1, 1024);
   restart();
@@ -348,7 +363,7 @@ void OffscreenRenderer::set_passes(int count) {
 bool OffscreenRenderer::step() {
   if (impl_->done >= passes_wanted()) return false;
   const EglContext::Scope current(*impl_->context);
-  impl_->scene->draw(pass_number(impl_->done, passes_wanted(), impl_->quality));
+  impl_->scene->draw(pass_number(impl_->done, passes_wanted(), impl_->lights(), impl_->quality));
   impl_->add_pixels();
   ++impl_->done;
   return true;

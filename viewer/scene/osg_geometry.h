@@ -10,6 +10,7 @@
 #include <osg/Geometry>
 #include <osg/Matrixd>
 #include <osg/Program>
+#include <osg/StateSet>
 
 #include "viewer/frame.h"
 #include "viewer/scene/orbit_camera.h"
@@ -17,6 +18,13 @@
 #include "viewer/scene/surface.h"
 
 namespace robomosp::viewer {
+
+/// Sets a uniform of a state set, making it if it is new.
+template <class T>
+void set_uniform(osg::StateSet* state, const char* name, const T& value) {
+  if (osg::Uniform* u = state->getUniform(name)) u->set(value);
+  else state->addUniform(new osg::Uniform(name, value));
+}
 
 [[nodiscard]] osg::ref_ptr<osg::Program> program_of(const ShaderPair& sources, const char* name);
 /// OSG multiplies row vectors from the left, hence the transposed elements.

@@ -22,6 +22,7 @@
 #include <osgViewer/Viewer>
 
 #include "viewer/scene/hud.h"
+#include "viewer/scene/lamps.h"
 #include "viewer/scene/linear.h"
 #include "viewer/scene/osg_geometry.h"
 #include "viewer/scene/playback.h"
@@ -48,9 +49,12 @@ constexpr osg::StateAttribute::GLMode kSectionMode = GL_CLIP_PLANE0;  // = GL_CL
 
 // Towards the lamp: above the left shoulder of whoever takes the isometric view.
 constexpr Vec3 kLamp{-0.20, -0.80, 1.02};
-// Angular radius of the lamp [rad]; larger than the sun's, as a softbox in a studio.
-constexpr double kLampRadius = 0.042;
+// Share of the studio's sky and floor where the scene has lights of its own.
+constexpr double kSurroundings = 0.5;
 constexpr float kOpaque = 0.999F;
+
+/// A shadow map's coordinates that are outside of it everywhere: no shadow.
+osg::Matrixf nowhere() { return osg::Matrixf::scale(0, 0, 0) * osg::Matrixf::translate(-1, -1, 0); }
 
 osg::Vec3f vec_of(const Vec3& v) {
   return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
@@ -66,13 +70,6 @@ std::array<Vec3, 8> corners(const Surface& s, const Pose& pose) {
                          (i & 4U) != 0 ? s.high[2] : s.low[2]});
   }
   return c;
-}
-
-/// Sets a uniform of a state set, making it if it is new.
-template <class T>
-void set_uniform(osg::StateSet* state, const char* name, const T& value) {
-  if (osg::Uniform* u = state->getUniform(name)) u->set(value);
-  else state->addUniform(new osg::Uniform(name, value));
 }
 
 void blend(osg::StateSet* state, osg::Depth::Function function = osg::Depth::LESS) {
@@ -224,6 +221,7 @@ struct SceneView::Impl {
   [[nodiscard]] std::vector<Vec3> points_of_bodies() const;
   [[nodiscard]] std::vector<Vec3> points_shown() const;
   [[nodiscard]] std::vector<Vec3> points_moved() const;
+  [[nodiscard]] std::vector<Lamp> lights_of(const Pass& pass) const;
   void aim_lights(const Pass& pass);
   void place_camera(const Pass& pass);
   void prepare();
@@ -236,6 +234,7 @@ struct SceneView::Impl {
   render::Look look;
   std::optional<Plane> plane;
   std::vector<render::Label> labels;
+  std::vector<Lamp> lights;  // of the frame, the brightest first
   std::size_t builds = 0;
   std::unordered_map<std::uint64_t, ItemNode> items;
   std::unordered_map<std::uint64_t, LineNode> lines;
@@ -672,8 +671,7 @@ void SceneView::Impl::sync_triads(const Frame& frame) {
       s->setAttributeAndModes(new osg::Depth(osg::Depth::LEQUAL, 0.001, 0.01, true));
       s->setRenderBinDetails(kMarkBin, "RenderBin");
       // What shines through a body is not in its shadow: maps that are outside everywhere.
-      for (const char* map : {"lamp_map", "sky_map"})
-        set_uniform(s, map, osg::Matrixf::scale(0, 0, 0) * osg::Matrixf::translate(-1, -1, 0));
+      for (const char* map : {"lamp_map", "sky_map"}) set_uniform(s, map, nowhere());
     } else {
       for (const char* map : {"lamp_map", "sky_map"}) s->removeUniform(map);
       s->removeAttribute(osg::StateAttribute::DEPTH);
@@ -741,6 +739,7 @@ void SceneView::Impl::sync_look(const Frame& frame) {
   const bool has_new_section = has_new_style || !same(look.section, frame.section);
   look = frame;
   labels = frame.labels;
+  lights = lamps_of(frame.lights);
   plane.reset();
   if (look.section) {
     const Section& section = *look.section;
@@ -927,14 +926,28 @@ void SceneView::Impl::apply_time() {
   }
 }
 
+/// The lights of the frame that a pass is lit by, the one with a shadow first. The passes of a
+/// still take turns: each has one light, as much brighter as there are passes without it, so that
+/// the mean has all with their shadows. A window has them all at once.
+std::vector<Lamp> SceneView::Impl::lights_of(const Pass& pass) const {
+  if (!is_still) return lights;
+  const auto n = static_cast<int>(lights.size());
+  const int k = pass.number % n, count = std::max(pass.count, n);
+  Lamp one = moved(lights[static_cast<std::size_t>(k)], camera.target(), pass.lamp);
+  const int turns = count / n + (k < count % n ? 1 : 0);
+  for (float& c : one.colour) c *= static_cast<float>(count) / static_cast<float>(turns);
+  return {one};
+}
+
 void SceneView::Impl::aim_lights(const Pass& pass) {
   if (is_drawing(look.style)) {
     // Frames and marks are lit from the eye; nothing casts shadows.
     osg::StateSet* state = root->getStateSet();
-    const auto nowhere = osg::Matrixf::scale(0, 0, 0) * osg::Matrixf::translate(-1, -1, 0);
-    for (const char* map : {"lamp_map", "sky_map"}) set_uniform(state, map, nowhere);
-    for (const char* direction : {"lamp_direction", "sky_direction"})
-      set_uniform(state, direction, vec_of(camera.backward()));
+    for (const char* map : {"lamp_map", "sky_map"}) set_uniform(state, map, nowhere());
+    set_uniform(state, "sky_direction", vec_of(camera.backward()));
+    const Lamp lamp_at_eye = own_lamp(camera.backward());
+    set_lamps(state, {&lamp_at_eye, 1}, 1);
+    set_lamps(frames->getOrCreateStateSet(), {&lamp_at_eye, 1}, 1);
     set_uniform(state, "lamp_texel", osg::Vec2f(0, 0));
     set_uniform(state, "sky_texel", osg::Vec2f(0, 0));
     set_uniform(state, "pass_number", static_cast<float>(pass.number));
@@ -959,13 +972,22 @@ void SceneView::Impl::aim_lights(const Pass& pass) {
   }
   const unsigned mask = kCaster | kGlassCaster;
   osg::StateSet* s = root->getStateSet();
-  const Vec3 middle = unit(kLamp);
-  const Vec3 side = unit(cross(middle, {0, 0, 1})), across = cross(side, middle);
-  const Vec3 direction =
-      unit(middle + (kLampRadius * pass.lamp[0]) * side + (kLampRadius * pass.lamp[1]) * across);
+  const Lamp own = moved(own_lamp(unit(kLamp)), {}, pass.lamp);
+  std::vector<Lamp> shining{own};
+  if (!lights.empty()) shining = lights_of(pass);
+  const double share = lights.empty() ? 1 : kSurroundings;
+  set_lamps(s, shining, share);
+  // The floor is its own colour under the lamp of the renderer.
+  set_uniform(s, "floor_lamp", static_cast<float>(lights.empty() ? own.place[2] : unit(kLamp)[2]));
+  // Frames keep their colours: no light of the scene tints them.
+  osg::StateSet* f = frames->getOrCreateStateSet();
+  set_lamps(f, {&own, 1}, 1);
+  if (lights.empty()) f->removeUniform("lamp_map");
+  else set_uniform(f, "lamp_map", nowhere());
   lamp.set_mask(mask);
-  const ShadowLookup l = lamp.aim(direction, all);
-  set_uniform(s, "lamp_direction", vec_of(direction));
+  const ShadowLookup l = shining[0].is_parallel ? lamp.aim(shining[0].place, all)
+                                                : lamp.aim_from(shining[0].place, shining[0].axis,
+                                                                shining[0].half_angle, all);
   set_uniform(s, "lamp_map", osg::Matrixf(l.map_T_world));
   set_uniform(s, "lamp_texel", l.texel);
   set_uniform(s, "pass_number", static_cast<float>(pass.number));
@@ -1161,6 +1183,8 @@ void SceneView::release() {
 }
 
 const render::Look& SceneView::look() const { return impl_->look; }
+
+std::size_t SceneView::light_count() const { return impl_->lights.size(); }
 
 std::size_t SceneView::geometry_builds() const { return impl_->builds; }
 

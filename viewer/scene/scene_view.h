@@ -39,7 +39,7 @@ enum class Target {
 /// What differs between the passes of a still: where in the pixel it samples, from which point of
 /// the lamp and from which direction of the sky it is lit. The default suits a window.
 struct Pass {
-  int number = 0;                    ///< 0, 1, ...: turns the noise
+  int number = 0, count = 1;         ///< 0, 1, ... of how many: turns the noise and the lights
   double shift_x = 0, shift_y = 0;   ///< sub-pixel shift, -0.5 .. 0.5
   std::array<double, 2> lamp{0, 0};  ///< point on the unit disk of the lamp
   std::optional<Vec3> sky;           ///< unit direction; needed for stills of Quality::quality
@@ -88,6 +88,8 @@ class SceneView {
 
   /// How the last frame wanted to be shown.
   [[nodiscard]] const render::Look& look() const;
+  /// How many lights of its own the last frame had that can shine.
+  [[nodiscard]] std::size_t light_count() const;
   /// How many times geometry was built since the start: a measure of what `sync` cost.
   [[nodiscard]] std::size_t geometry_builds() const;
   /// Box around everything shown [m]: low and high corner.

@@ -4,15 +4,19 @@
 namespace robomosp::viewer {
 namespace {
 
-// Irradiances are divided by pi, so that a white surface under `kLamp` alone shows that colour.
+// Irradiances are divided by pi, so that a white surface under a lamp alone shows its colour.
 constexpr const char* kCommon = R"glsl(
 uniform vec4 eye;             // place, w = 1; or direction towards the eye, w = 0
-uniform vec3 lamp_direction, sky_direction;
+uniform int lamp_count;
+uniform vec4 lamp_place[8];   // place, w = 1; or direction towards the lamp, w = 0
+uniform vec4 lamp_axis[8];    // where a spot shines; w = cosine of half its opening, -2 = all sides
+uniform vec3 lamp_colour[8];
+uniform float surroundings;   // share of the light of the studio's sky and floor
+uniform vec3 sky_direction;
 uniform mat4 lamp_map, sky_map;             // world to texture coordinates and depth 0..1
 uniform sampler2DShadow lamp_shadow, sky_shadow;
 uniform vec2 lamp_texel, sky_texel;         // x: in texture, y: in the world [m]
 uniform vec3 ray_centre, ray_right, ray_up; // view rays over the picture, -1..1
-const vec3 kLamp = vec3(1.02, 0.985, 0.93) * 0.86;
 const vec3 kSky = vec3(0.440, 0.470, 0.520);
 const vec3 kBounce = vec3(0.200, 0.190, 0.178);
 
@@ -43,7 +47,7 @@ vec3 shown(vec3 c) { return encoded(toned(c)); }
 vec3 backdrop(float rise) {
   vec3 low = vec3(0.405, 0.418, 0.438), haze = vec3(0.640, 0.668, 0.700), top = vec3(0.400, 0.475, 0.570);
   vec3 c = mix(low, haze, smoothstep(-0.42, -0.06, rise));
-  return mix(c, top, smoothstep(-0.06, 0.34, rise));
+  return mix(c, top, smoothstep(-0.06, 0.34, rise)) * surroundings;
 }
 vec3 ray_at(vec2 screen) { return normalize(ray_centre + screen.x * ray_right + screen.y * ray_up); }
 
@@ -62,9 +66,19 @@ float lit(sampler2DShadow map, vec3 c) {
   if (any(lessThan(c.xy, vec2(0.0))) || any(greaterThan(c.xy, vec2(1.0)))) return 1.0;
   return texture(map, c);
 }
-float lamp_visibility(vec3 p, vec3 n) {
-  float slope = 1.0 - max(dot(n, lamp_direction), 0.0);
-  vec3 c = (lamp_map * vec4(p + n * lamp_texel.y * (0.8 + 2.2 * slope), 1.0)).xyz;
+// Direction from p towards a lamp, and in w the share of its light that it sends there.
+vec4 lamp_from(int i, vec3 p) {
+  vec3 l = normalize(lamp_place[i].xyz - p * lamp_place[i].w);
+  float edge = lamp_axis[i].w;
+  float share = edge < -1.5 ? 1.0 : smoothstep(edge, mix(edge, 1.0, 0.2), -dot(l, lamp_axis[i].xyz));
+  return vec4(l, share);
+}
+// Of the first lamp, which is the one with a shadow map.
+float lamp_visibility(vec3 p, vec3 n, vec3 l) {
+  float slope = 1.0 - max(dot(n, l), 0.0);
+  vec4 h = lamp_map * vec4(p + n * lamp_texel.y * (0.8 + 2.2 * slope), 1.0);
+  if (h.w <= 0.0) return 1.0;  // behind it
+  vec3 c = h.xyz / h.w;
   // Software OpenGL runs both sides of every branch, hence compile-time choices. One tap is enough
   // where many pictures with different lamps are averaged.
 #if defined(QUALITY) && !defined(STILL)
@@ -134,11 +148,33 @@ void main() {
   vec3 n = normalize(n_world);
 #endif
   if (dot(n, v) < 0.0) n = -n;
-  float nl = max(dot(n, lamp_direction), 0.0), nv = max(dot(n, v), 0.02);
-  vec3 h = normalize(v + lamp_direction);
-  float nh = max(dot(n, h), 0.0);
+  float nv = max(dot(n, v), 0.02);
   float rough = surface.x, metal = surface.y;
-  float lamp = lamp_visibility(p_world, n);
+  vec3 direct = vec3(0.0), specular = vec3(0.0);
+#ifdef QUALITY
+  vec3 f0 = mix(0.04 * highlight.rgb, mix(base.rgb, highlight.rgb, highlight.w), metal);
+  float k = (rough + 1.0) * (rough + 1.0) / 8.0;
+#else
+  vec3 glossy = mix(highlight.rgb, mix(base.rgb, highlight.rgb, highlight.w), metal);
+#endif
+  for (int i = 0; i < lamp_count; ++i) {
+    vec4 from = lamp_from(i, p_world);
+    float nl = max(dot(n, from.xyz), 0.0);
+    vec3 light = lamp_colour[i] * (nl * from.w);
+    if (i == 0) light *= lamp_visibility(p_world, n, from.xyz);
+    direct += light;
+    vec3 h = normalize(v + from.xyz);
+    float nh = max(dot(n, h), 0.0);
+#ifdef QUALITY
+    float a2 = rough * rough * rough * rough, d = nh * nh * (a2 - 1.0) + 1.0;
+    float visible = 1.0 / (4.0 * (nl * (1.0 - k) + k) * (nv * (1.0 - k) + k));
+    float away = 1.0 - max(dot(h, v), 0.0), away2 = away * away;
+    vec3 fresnel = f0 + (1.0 - f0) * (away2 * away2 * away);
+    specular += min(a2 / (d * d) * visible, 24.0) * fresnel * light;
+#else
+    specular += glossy * light * (pow(nh, mix(160.0, 10.0, rough)) * mix(0.55, 0.06, rough));
+#endif
+  }
 
   float open = 1.0;      // how much of the sky this place sees, relative to a free one
   vec3 sky = kSky * (0.5 + 0.5 * n.z);
@@ -148,24 +184,17 @@ void main() {
   open = seen * 2.0 / (1.0 + max(n.z, -0.5));
 #endif
   vec3 ambient = sky + kBounce * (0.5 - 0.5 * n.z) + 0.09 * max(dot(n, vec3(-0.55, 0.75, 0.37)), 0.0);
-  vec3 diffuse = (1.0 - metal) * (base.rgb * (kLamp * nl * lamp) + shade * ambient);
+  ambient *= surroundings;
+  vec3 diffuse = (1.0 - metal) * (base.rgb * direct + shade * ambient);
   if (base.a < 0.999) diffuse = mix(diffuse, base.rgb, 0.7);  // clear bodies glow rather than shade
 #ifdef QUALITY
-  vec3 f0 = mix(0.04 * highlight.rgb, mix(base.rgb, highlight.rgb, highlight.w), metal);
-  float a2 = rough * rough * rough * rough, d = nh * nh * (a2 - 1.0) + 1.0;
-  float k = (rough + 1.0) * (rough + 1.0) / 8.0;
-  float visible = 1.0 / (4.0 * (nl * (1.0 - k) + k) * (nv * (1.0 - k) + k));
-  float away = 1.0 - max(dot(h, v), 0.0), away2 = away * away;
-  vec3 fresnel = f0 + (1.0 - f0) * (away2 * away2 * away);
-  vec3 specular = min(a2 / (d * d) * visible, 24.0) * fresnel * kLamp * nl * lamp;
   // Split-sum fit of the environment term: B. Karis, "Physically based shading on mobile", 2014.
   vec4 r4 = rough * vec4(-1.0, -0.0275, -0.572, 0.022) + vec4(1.0, 0.0425, 1.04, -0.04);
   float fit = min(r4.x * r4.x, exp2(-9.28 * nv)) * r4.x + r4.y;
   vec2 ab = vec2(-1.04, 1.04) * fit + r4.zw;
-  specular += studio(reflect(-v, n), rough) * (f0 * ab.x + ab.y) * (0.35 + 0.65 * open);
+  specular += studio(reflect(-v, n), rough) * (f0 * ab.x + ab.y) * (0.35 + 0.65 * open) * surroundings;
 #else
-  vec3 specular = mix(highlight.rgb, mix(base.rgb, highlight.rgb, highlight.w), metal) * (pow(nh, mix(160.0, 10.0, rough)) * mix(0.55, 0.06, rough) * nl * lamp);
-  specular += base.rgb * metal * (kLamp * nl * lamp * 0.4 + ambient * 0.9) + 0.05 * (1.0 - nv) * (1.0 - nv) * (1.0 - nv);
+  specular += base.rgb * metal * (direct * 0.4 + ambient * 0.9) + surroundings * 0.05 * (1.0 - nv) * (1.0 - nv) * (1.0 - nv);
 #endif
   float rim = (1.0 - nv) * (1.0 - nv);
   vec3 c = diffuse + specular + glow;
@@ -179,6 +208,8 @@ void main() {
 constexpr const char* kGroundFragment = R"glsl(
 in vec3 p_world, n_world;
 uniform vec4 ground;      // x, y of the scene's centre, fade begin and end [m]
+uniform float floor_lamp;  // cosine of the renderer's own lamp on the floor
+const vec3 kOwnLamp = vec3(1.02, 0.985, 0.93) * 0.86;
 uniform vec4 grid;        // small step [m], large step [m], lines on, axes on
 uniform float line_scale; // width of a thin line [px]
 uniform vec2 viewport;    // [px]
@@ -198,12 +229,18 @@ vec2 axes(vec2 p, float width) {
 void main() {
   bool from_below = eye.w > 0.5 ? eye.z < p_world.z : eye.z < 0.0;
   vec3 n = vec3(0.0, 0.0, 1.0);
-  float nl = max(lamp_direction.z, 0.0), lamp = lamp_visibility(p_world, n);
+  vec3 direct = vec3(0.0);
+  for (int i = 0; i < lamp_count; ++i) {
+    vec4 from = lamp_from(i, p_world);
+    vec3 light = lamp_colour[i] * (max(from.z, 0.0) * from.w);
+    if (i == 0) light *= lamp_visibility(p_world, n, from.xyz);
+    direct += light;
+  }
   vec3 sky = kSky;
 #ifdef SKY
   sky = kSky * (2.0 * sky_direction.z * sky_visibility(p_world, n, 8.0));
 #endif
-  vec3 received = (kLamp * nl * lamp + sky) / (kLamp * nl + kSky);
+  vec3 received = (direct + surroundings * sky) / (kOwnLamp * floor_lamp + kSky);
   float far = length(p_world.xy - ground.xy);
   float fade = smoothstep(ground.z, ground.w, far);
   vec3 c = vec3(0.430, 0.440, 0.456);

@@ -11,6 +11,15 @@
 #include "viewer/scene/osg_geometry.h"
 
 namespace robomosp::viewer {
+namespace {
+
+/// A unit vector across another.
+Vec3 side_of(const Vec3& z) {
+  const Vec3 x = cross(std::abs(z[2]) < 0.95 ? Vec3{0, 0, 1} : Vec3{0, 1, 0}, z);
+  return (1 / norm(x)) * x;
+}
+
+}  // namespace
 
 ShadowMap::ShadowMap(int size, osg::Node* casters, unsigned mask) : size_(size) {
   depth_->setTextureSize(size, size);
@@ -48,9 +57,7 @@ void ShadowMap::set_mask(unsigned mask) {
 
 ShadowLookup ShadowMap::aim(const Vec3& towards_light, std::span<const Vec3> points) {
   const Vec3& z = towards_light;
-  Vec3 x = cross(std::abs(z[2]) < 0.95 ? Vec3{0, 0, 1} : Vec3{0, 1, 0}, z);
-  x = (1 / norm(x)) * x;
-  const Vec3 y = cross(z, x);
+  const Vec3 x = side_of(z), y = cross(z, x);
   constexpr double kInf = std::numeric_limits<double>::infinity();
   Vec3 low{kInf, kInf, kInf}, high{-kInf, -kInf, -kInf};
   for (const Vec3& p : points) {
@@ -68,13 +75,45 @@ ShadowLookup ShadowMap::aim(const Vec3& towards_light, std::span<const Vec3> poi
   const osg::Matrixd projection =
       osg::Matrixd::ortho(low[0] - border, high[0] + border, low[1] - border, high[1] + border,
                           -high[2] - border, -low[2] + border);
+  return look(view, projection, (std::max(size[0], size[1]) + 2 * border) / size_);
+}
+
+ShadowLookup ShadowMap::aim_from(const Vec3& place, const Vec3& axis, double half_angle,
+                                 std::span<const Vec3> points) {
+  constexpr double kWidest = 1.3;  // [rad]
+  Vec3 forward = axis, middle{};
+  for (const Vec3& p : points)
+    middle = middle + (1.0 / static_cast<double>(points.size())) * (p - place);
+  if (half_angle < 0 && norm(middle) > 1e-9) forward = (1 / norm(middle)) * middle;
+  double widest = 0, near = std::numeric_limits<double>::infinity(), far = 1e-6;
+  for (const Vec3& p : points) {
+    const Vec3 way = p - place;
+    const double depth = dot(way, forward);
+    widest = std::max(widest, std::atan2(norm(way - depth * forward), depth));
+    near = std::min(near, depth);
+    far = std::max(far, depth);
+  }
+  far *= 1.02;
+  near = std::clamp(0.98 * near, 0.02 * far, 0.9 * far);
+  const double half = std::clamp(
+      half_angle < 0 ? 1.02 * widest : std::min(half_angle, 1.02 * widest), 1e-3, kWidest);
+  const Vec3 z = -1.0 * forward, x = side_of(z), y = cross(z, x);
+  const osg::Matrixd view =
+      matrix_of(Matrix4{x[0], x[1], x[2], -dot(x, place), y[0], y[1], y[2], -dot(y, place),  //
+                        z[0], z[1], z[2], -dot(z, place), 0, 0, 0, 1});
+  const double edge = std::tan(half);
+  const osg::Matrixd projection =
+      osg::Matrixd::frustum(-edge * near, edge * near, -edge * near, edge * near, near, far);
+  return look(view, projection, edge * (near + far) / size_);
+}
+
+/// `texel`: width of one in the scene [m].
+ShadowLookup ShadowMap::look(const osg::Matrixd& view, const osg::Matrixd& projection,
+                             double texel) {
   camera_->setViewMatrix(view);
-  osg::StateSet* s = camera_->getOrCreateStateSet();
-  const osg::Matrixf back(osg::Matrixd::inverse(view));
-  if (osg::Uniform* u = s->getUniform("world_T_view")) u->set(back);
-  else s->addUniform(new osg::Uniform("world_T_view", back));
+  set_uniform(camera_->getOrCreateStateSet(), "world_T_view",
+              osg::Matrixf(osg::Matrixd::inverse(view)));
   camera_->setProjectionMatrix(projection);
-  const double texel = (std::max(size[0], size[1]) + 2 * border) / size_;
   return {view * projection * osg::Matrixd::translate(1, 1, 1) * osg::Matrixd::scale(0.5, 0.5, 0.5),
           osg::Vec2f(1.0F / static_cast<float>(size_), static_cast<float>(texel))};
 }

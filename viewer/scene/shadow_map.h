@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// ShadowMap: a depth texture and the camera that fills it along parallel light (layer: GUI, private
-// to scene/).
+// ShadowMap: a depth texture and the camera that fills it as a lamp sees the scene (layer: GUI,
+// private to scene/).
 #pragma once
 
 #include <span>
@@ -25,6 +25,10 @@ class ShadowMap {
 
   /// Looks at the points [m] from the direction of the light (unit vector towards it).
   ShadowLookup aim(const Vec3& towards_light, std::span<const Vec3> points);
+  /// Looks from a place along `axis` (unit vector), or where that shines to all sides
+  /// (`half_angle` < 0) towards the middle of the points; 75 degrees to either side at most.
+  ShadowLookup aim_from(const Vec3& place, const Vec3& axis, double half_angle,
+                        std::span<const Vec3> points);
   /// Which nodes cast shadows from the next draw on; 0 leaves the map as it is, undrawn.
   void set_mask(unsigned mask);
 
@@ -32,6 +36,7 @@ class ShadowMap {
   [[nodiscard]] osg::Texture2D* texture() { return depth_.get(); }
 
  private:
+  ShadowLookup look(const osg::Matrixd& view, const osg::Matrixd& projection, double texel);
   osg::ref_ptr<osg::Texture2D> depth_ = new osg::Texture2D;
   osg::ref_ptr<osg::Camera> camera_ = new osg::Camera;
   int size_;

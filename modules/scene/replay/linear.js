@@ -66,8 +66,15 @@ function lookAt(eye, target, up) {
     -dot(right, eye), -dot(top, eye), -dot(back, eye), 1];
 }
 
-/// Flattens everything onto the plane z = height along the direction of the light.
+/// Flattens everything onto the plane z = height along the light: from a place, w = 1, or along a
+/// direction towards it, w = 0 or left out.
 function flatten(light, height) {
+  if (light[3]) {
+    const [lx, ly, lz] = light, above = lz - height;
+    return [
+      above, 0, 0, 0, 0, above, 0, 0, -lx, -ly, -height, -1,
+      lx * height, ly * height, lz * height, lz];
+  }
   const x = light[0] / light[2], y = light[1] / light[2];
   return [
     1, 0, 0, 0, 0, 1, 0, 0, -x, -y, 0, 0, x * height, y * height, height, 1];

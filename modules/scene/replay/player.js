@@ -29,10 +29,24 @@ function startReplay() {
   byId('plots').hidden = panels.length === 0;
 
   function draw() {
-    if (renderer) renderer.draw(camera, (time - header.start) / header.step);
+    if (renderer) {
+      const frame = (time - header.start) / header.step;
+      renderer.draw(camera, frame);
+      nameFrames(renderer.labels(frame));
+    }
     slider.value = String((time - header.start) / header.step);
     byId('now').textContent = time.toFixed(decimals) + ' / ' + end.toFixed(decimals) + ' s';
     for (const panel of panels) panel.draw(time);
+  }
+  function nameFrames(labels) {
+    const names = byId('names');
+    while (names.children.length > labels.length) names.lastChild.remove();
+    labels.forEach(({text, x, y}, i) => {
+      const name = names.children[i] || names.appendChild(document.createElement('span'));
+      name.textContent = text;
+      name.style.left = 100 * x + '%';
+      name.style.top = 100 * y + '%';
+    });
   }
   function step(now) {
     isAsked = false;

@@ -2,8 +2,39 @@
 // Draws the scene of a replay at a time with WebGL 2.
 'use strict';
 
-/// Towards the lamp, which stands behind the right shoulder of the first view.
+/// Towards the lamp of a scene without lights: behind the right shoulder of the first view.
 const kLight = unit([-0.25, -0.55, 0.9]);
+/// Lights that count, and the share of the sky where a scene has its own.
+const kMostLights = 8, kSurroundings = 0.5;
+
+/// The lamps that the lights of a header stand for, the brightest first: `at` is a place, w = 1, or
+/// the direction towards the lamp, w = 0; `axis` is where a spot shines, w the cosine of half its
+/// opening, -2 = to all sides.
+function lampsOf(lights) {
+  if (!lights || !lights.length)
+    return [{at: [...kLight, 0], axis: [0, 0, -1, -2], colour: [1, 1, 1]}];
+  const lamps = lights.map(({kind, pose, colour, intensity, angle}) => {
+    const m = matrixOfPose(pose);
+    return {
+      at: kind === 'sun' ? [m[8], m[9], m[10], 0] : [m[12], m[13], m[14], 1],
+      axis: [-m[8], -m[9], -m[10], kind === 'spot' ? Math.cos(angle) : -2],
+      colour: colour.map((c) => intensity * Math.pow(c, 2.2))};
+  });
+  const brightness = (lamp) => Math.max(...lamp.colour);
+  return lamps.sort((a, b) => brightness(b) - brightness(a)).slice(0, kMostLights);
+}
+
+// The lamps in the shaders, and what of lamp i comes to a place: direction towards it, share.
+const kLamps = `
+uniform float u_count, u_surroundings;
+uniform vec4 u_at[8], u_axis[8];
+uniform vec3 u_lamp[8];
+vec4 lamp_from(int i, vec3 p) {
+  vec3 l = normalize(u_at[i].xyz - p * u_at[i].w);
+  float edge = u_axis[i].w;
+  float share = edge < -1.5 ? 1.0 : smoothstep(edge, mix(edge, 1.0, 0.2), -dot(l, u_axis[i].xyz));
+  return vec4(l, share);
+}`;
 
 const kSurfaceVertex = `#version 300 es
 in vec3 a_position;
@@ -20,27 +51,36 @@ void main() {
 const kSurfaceFragment = `#version 300 es
 precision highp float;
 in vec3 v_normal, v_place;
-uniform vec3 u_eye, u_light, u_emission;
+uniform vec3 u_eye, u_emission;
 uniform vec4 u_colour;
 uniform float u_shininess, u_metalness;
 out vec4 colour;
+${kLamps}
 vec3 linear(vec3 c) { return pow(c, vec3(2.2)); }
 void main() {
   vec3 n = normalize(v_normal);
   vec3 to_eye = normalize(u_eye - v_place);
   if (!gl_FrontFacing) n = -n;
   vec3 base = linear(u_colour.rgb);
-  float key = max(dot(n, u_light), 0.0);
+  float power = exp2(2.0 + 7.0 * u_shininess);
+  vec3 key = vec3(0.0), glints = vec3(0.0);
+  for (int i = 0; i < 8; ++i) {
+    if (float(i) >= u_count) break;
+    vec4 from = lamp_from(i, v_place);
+    key += u_lamp[i] * (from.w * max(dot(n, from.xyz), 0.0));
+    vec3 middle = normalize(from.xyz + to_eye);
+    glints += u_lamp[i] * (from.w * pow(max(dot(n, middle), 0.0), power));
+  }
   // Sky from above, light from the floor below, and a weak lamp beside the eye.
-  vec3 around = mix(vec3(0.30, 0.29, 0.28), vec3(0.52, 0.55, 0.60), 0.5 + 0.5 * n.z);
+  vec3 around = mix(vec3(0.30, 0.29, 0.28), vec3(0.52, 0.55, 0.60), 0.5 + 0.5 * n.z) *
+    u_surroundings;
   float fill = max(dot(n, to_eye), 0.0);
   vec3 diffuse = base * (around + 0.75 * key + 0.14 * fill) * (1.0 - 0.45 * u_metalness);
-  vec3 middle = normalize(u_light + to_eye);
-  float power = exp2(2.0 + 7.0 * u_shininess);
-  float glint = pow(max(dot(n, middle), 0.0), power) * (0.15 + 0.9 * u_shininess);
+  vec3 glint = glints * (0.15 + 0.9 * u_shininess);
   float rim = pow(1.0 - max(dot(n, to_eye), 0.0), 4.0);
   vec3 mirror = mix(vec3(0.5), base * 1.4, u_metalness);
-  vec3 sky = mix(vec3(0.25), vec3(0.9), smoothstep(-0.3, 0.6, reflect(-to_eye, n).z));
+  vec3 sky = mix(vec3(0.25), vec3(0.9), smoothstep(-0.3, 0.6, reflect(-to_eye, n).z)) *
+    u_surroundings;
   vec3 light = diffuse + mirror * glint + 0.45 * u_metalness * base * sky +
                0.10 * rim * sky * (0.3 + u_shininess) + linear(u_emission);
   light = light / (1.0 + 0.18 * light);
@@ -57,8 +97,9 @@ const kFloorFragment = `#version 300 es
 precision highp float;
 in vec3 v_normal, v_place;
 uniform vec3 u_middle;
-uniform float u_cell, u_radius;
+uniform float u_cell, u_radius, u_own;  // u_own: cosine of the page's own lamp
 out vec4 colour;
+${kLamps}
 float lines(float cell) {
   vec2 at = v_place.xy / cell;
   vec2 width = fwidth(at);
@@ -69,7 +110,15 @@ void main() {
   float fade = 1.0 - smoothstep(0.4, 1.0, length(v_place.xy - u_middle.xy) / u_radius);
   float line = max(0.22 * lines(u_cell), 0.40 * lines(5.0 * u_cell));
   vec3 floor_colour = mix(vec3(0.80, 0.82, 0.845), vec3(0.50, 0.54, 0.60), line);
-  colour = vec4(floor_colour, fade);
+  // Its colour is the one under the page's own lamp.
+  vec3 light = vec3(0.45 * u_surroundings);
+  for (int i = 0; i < 8; ++i) {
+    if (float(i) >= u_count) break;
+    vec4 from = lamp_from(i, v_place);
+    light += u_lamp[i] * (0.75 * from.w * max(from.z, 0.0));
+  }
+  light /= 0.45 + 0.75 * u_own;
+  colour = vec4(floor_colour * pow(min(light, 1.6), vec3(1.0 / 2.2)), fade);
 }`;
 
 // A line of even width: each piece a rectangle of the screen.
@@ -152,6 +201,8 @@ class Renderer {
     this.header = header;
     this.data = data;
     this.box = box;
+    this.lamps = lampsOf(header.lights);
+    this.surroundings = header.lights && header.lights.length ? kSurroundings : 1;
     this.shows = {path: true, edges: true, floor: true, axes: true};
     this.gl = canvas.getContext('webgl2', {antialias: true, stencil: true, alpha: false});
     if (!this.gl) throw new Error('This browser has no WebGL 2, so it shows the plots only.');
@@ -217,7 +268,7 @@ class Renderer {
     const count = gl.getProgramParameter(program, gl.ACTIVE_UNIFORMS);
     for (let i = 0; i < count; ++i) {
       const {name} = gl.getActiveUniform(program, i);
-      places[name] = gl.getUniformLocation(program, name);
+      places[name.replace('[0]', '')] = gl.getUniformLocation(program, name);
     }
     return {program, places};
   }
@@ -281,6 +332,15 @@ class Renderer {
     }
   }
 
+  /// The lamps, for a program that is lit by them.
+  light(program) {
+    const gl = this.gl;
+    this.use(program, {u_count: this.lamps.length, u_surroundings: this.surroundings});
+    gl.uniform4fv(program.places.u_at, this.lamps.flatMap((lamp) => lamp.at));
+    gl.uniform4fv(program.places.u_axis, this.lamps.flatMap((lamp) => lamp.axis));
+    gl.uniform3fv(program.places.u_lamp, this.lamps.flatMap((lamp) => lamp.colour));
+  }
+
   triangles(mesh) {
     this.gl.bindVertexArray(mesh.faces);
     this.gl.drawElements(this.gl.TRIANGLES, mesh.triangles, this.gl.UNSIGNED_INT, 0);
@@ -307,6 +367,15 @@ class Renderer {
       thing.pose || poseAt(this.data.tracks[thing.track], this.header.frames, frame));
   }
 
+  /// Names of frames and where they are: {text, x, y} in shares of the canvas from its upper left.
+  labels(frame) {
+    if (!this.shows.axes) return [];
+    return this.header.triads.filter(({label}) => label).map((triad) => {
+      const at = project(this.clip, this.place(triad, frame).slice(12, 15));
+      return {text: triad.label, x: 0.5 + 0.5 * at[0], y: 0.5 - 0.5 * at[1]};
+    }).filter(({x, y}) => x >= 0 && x <= 1 && y >= 0 && y <= 1);
+  }
+
   draw(camera, frame) {
     const gl = this.gl;
     const {width, height} = this.canvas;
@@ -323,6 +392,7 @@ class Renderer {
     gl.depthFunc(gl.LEQUAL);
     gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
 
+    this.light(this.surface);
     const all = this.header.items.map(
       (item) => ({item, mesh: this.meshes[item.mesh], place: this.place(item, frame)}));
     if (this.shows.floor && camera.eye[2] > this.floorHeight) this.drawFloor(all, still);
@@ -344,12 +414,14 @@ class Renderer {
     gl.disable(gl.BLEND);
   }
 
-  /// The floor, and on it the shadows: everything flattened along the light, every pixel once.
+  /// The floor, and on it the shadows: everything flattened along each light, every pixel once.
   drawFloor(all, still) {
     const gl = this.gl;
     gl.enable(gl.BLEND);
     gl.depthMask(false);
+    this.light(this.floor);
     this.use(this.floor, {
+      u_own: kLight[2],
       u_clip_T_world: this.clip, u_world_T_item: still, u_middle: this.floorMiddle,
       u_cell: this.cell, u_radius: this.floorRadius});
     this.triangles(this.floorMesh);
@@ -357,12 +429,17 @@ class Renderer {
     gl.enable(gl.STENCIL_TEST);
     gl.stencilFunc(gl.EQUAL, 0, 255);
     gl.stencilOp(gl.KEEP, gl.KEEP, gl.INCR);
-    const flat = flatten(kLight, this.floorHeight);
-    for (const {item, mesh, place} of all) {
-      this.use(this.plain, {
-        u_clip_T_world: this.clip, u_world_T_item: multiply(flat, place),
-        u_colour: [0.12, 0.15, 0.20, 0.22 * item.colour[3]]});
-      this.triangles(mesh);
+    const casting = this.lamps.filter(
+      ({at}) => at[2] > (at[3] ? this.floorHeight : 0.05) + 1e-6);
+    for (const {at} of casting) {
+      gl.clear(gl.STENCIL_BUFFER_BIT);
+      const flat = flatten(at, this.floorHeight);
+      for (const {item, mesh, place} of all) {
+        this.use(this.plain, {
+          u_clip_T_world: this.clip, u_world_T_item: multiply(flat, place),
+          u_colour: [0.12, 0.15, 0.20, 0.22 * item.colour[3] / Math.sqrt(casting.length)]});
+        this.triangles(mesh);
+      }
     }
     gl.disable(gl.STENCIL_TEST);
     gl.enable(gl.DEPTH_TEST);
@@ -372,7 +449,7 @@ class Renderer {
 
   drawSurface({item, mesh, place}, eye) {
     this.use(this.surface, {
-      u_clip_T_world: this.clip, u_world_T_item: place, u_eye: eye, u_light: kLight,
+      u_clip_T_world: this.clip, u_world_T_item: place, u_eye: eye,
       u_colour: item.colour, u_emission: item.emission, u_shininess: item.shininess,
       u_metalness: item.metalness});
     this.triangles(mesh);

@@ -80,6 +80,20 @@ struct Legend {
   std::vector<Tick> ticks;
 };
 
+/// A lamp of the scene.
+struct Light {
+  enum class Kind : std::int32_t {
+    sun,    ///< parallel light along -z of its frame
+    point,  ///< from its origin to all sides
+    spot    ///< from its origin along -z of its frame, within `angle` of it
+  };
+  Kind kind = Kind::point;
+  Pose pose;             ///< world_T_light
+  Colour colour;         ///< sRGB; a is of no account
+  double intensity = 1;  ///< 1 = as bright as the renderer's own lamp, at any distance; >= 0
+  double angle = 0.5;    ///< half the opening of a spot [rad], 0..pi
+};
+
 /// Everything that can be in one picture.
 struct Scene {
   std::vector<Item> items;
@@ -88,6 +102,7 @@ struct Scene {
   std::vector<MassMark> marks;
   std::vector<Label> labels;
   std::vector<Legend> legends;  ///< side by side, from the right edge of the picture
+  std::vector<Light> lights;    ///< in place of the renderer's own lamp; none = that
 };
 
 /// Where the picture is taken from.

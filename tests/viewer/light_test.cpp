@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Lights of a scene, by what they do to the floor and to a cube that hovers over it.
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "viewer/picture_support.h"
+#include "viewer/scene/linear.h"
+
+namespace robomosp::viewer {
+namespace {
+
+using render::Light;
+
+/// A light at a place that looks straight down.
+Light lamp(Light::Kind kind, const Vec3& place) {
+  Light l;
+  l.kind = kind;
+  l.pose.p = place;
+  l.colour = {1, 1, 1, 1};
+  return l;
+}
+
+/// The cube from above, over a floor without lines.
+Frame floor_frame(std::vector<Light> lights) {
+  Frame frame = cube_frame();
+  frame.grid = frame.world_axes = false;
+  frame.camera.view = Camera::View::top;
+  frame.camera.zoom = 0.25;
+  frame.lights = std::move(lights);
+  return frame;
+}
+
+struct Taken {
+  Image image;
+  OrbitCamera camera;
+  [[nodiscard]] Rgb at(const Vec3& place) const { return around(image, *camera.project(place)); }
+};
+
+Taken taken(const Frame& frame, Quality quality = Quality::fast) {
+  auto r = renderer_for(frame, quality);
+  Image image = finished(r);
+  return {std::move(image), r.scene().camera()};
+}
+
+TEST(Lights, AMovedLightMovesTheShadow) {
+  // The light is as far beside the cube as the cube is below it: the shadow of its middle, 20 cm
+  // up under a light 1 m up, falls 0.2 / 0.8 as far to the other side.
+  for (const Quality quality : {Quality::fast, Quality::quality})
+    for (const double side : {-1.0, 1.0}) {
+      const Taken t = taken(floor_frame({lamp(Light::Kind::point, {0.8 * side, 0, 1})}), quality);
+      const Rgb shadow = t.at({-0.2 * side, 0, 0}), opposite = t.at({0.3 * side, 0, 0});
+      EXPECT_LT(shadow.brightness(), opposite.brightness() - 40) << side;
+      EXPECT_GT(shadow.brightness(), 20);  // the surroundings still light it
+    }
+}
+
+TEST(Lights, AFloorIsAsBrightAsTheCosineOfTheLight) {
+  // Without tone curve or dither: linear light of the floor is its share of direct light above the
+  // surroundings', which the picture of a light without any reach tells.
+  const auto linear = [](double srgb) { return std::pow((srgb / 255 + 0.055) / 1.055, 2.4); };
+  const auto floor = [&](const Vec3& towards, double intensity) {
+    Light l = lamp(Light::Kind::sun, {});
+    const Vec3 z = (1 / norm(towards)) * towards,
+               x = (1 / std::hypot(z[0], z[2])) * Vec3{z[2], 0, -z[0]}, y = cross(z, x);
+    l.pose.R = {x[0], y[0], z[0], x[1], y[1], z[1], x[2], y[2], z[2]};
+    l.intensity = intensity;
+    return linear(taken(floor_frame({l})).at({0.35, 0.35, 0}).g);
+  };
+  const double dark = floor({0, 0, 1}, 1e-6), square = floor({0, 0, 1}, 1) - dark;
+  EXPECT_GT(square, 0.05);
+  EXPECT_NEAR((floor({0, -1, 1}, 1) - dark) / square, std::sqrt(0.5), 0.03);
+  EXPECT_NEAR((floor({0, 0, 1}, 0.5) - dark) / square, 0.5, 0.03);
+}
+
+TEST(Lights, TwoLightsAddUpAndEachHasItsShadow) {
+  for (const Quality quality : {Quality::fast, Quality::quality}) {
+    const Light left = lamp(Light::Kind::point, {-0.8, 0, 1}),
+                right = lamp(Light::Kind::point, {0.8, 0, 1});
+    const Taken one = taken(floor_frame({left}), quality);
+    const Taken both = taken(floor_frame({left, right}), quality);
+    const Vec3 free{0, 0.45, 0}, behind{0.2, 0, 0}, before{-0.2, 0, 0};
+    EXPECT_GT(both.at(free).brightness(), one.at(free).brightness() + 15);
+    // Each shadow is lit by the other light.
+    EXPECT_GT(both.at(behind).brightness(), one.at(behind).brightness() + 15);
+    EXPECT_NEAR(both.at(behind).brightness(), both.at(before).brightness(), 6);
+    EXPECT_LT(both.at(behind).brightness(), both.at(free).brightness() - 15);
+  }
+}
+
+TEST(Lights, AColouredLightTints) {
+  Light red = lamp(Light::Kind::point, {0.3, 0.3, 1});
+  red.colour = {1, 0.1F, 0.1F, 1};
+  Frame frame = floor_frame({red});
+  frame.items[0].appearance.colour = {0.7F, 0.7F, 0.7F, 1};
+  const Taken t = taken(frame);
+  EXPECT_GT(t.at({0, 0, 0.3}).r, t.at({0, 0, 0.3}).b + 40);
+  EXPECT_GT(t.at({0.35, 0.2, 0}).r, t.at({0.35, 0.2, 0}).b + 40);
+  frame.lights[0].colour = {0.1F, 0.1F, 1, 1};
+  const Taken blue = taken(frame);
+  EXPECT_GT(blue.at({0, 0, 0.3}).b, blue.at({0, 0, 0.3}).r + 40);
+}
+
+TEST(Lights, ASpotLightsWithinItsAngle) {
+  Light spot = lamp(Light::Kind::spot, {0, 0, 1});
+  spot.angle = 0.5;  // 0.55 m on the floor
+  const Taken t = taken(floor_frame({spot}));
+  EXPECT_GT(t.at({0.3, 0.1, 0}).brightness(), t.at({0.62, 0.1, 0}).brightness() + 40);
+  // Turned over it shines upwards and lights nothing.
+  spot.pose.R = {1, 0, 0, 0, -1, 0, 0, 0, -1};
+  const Taken up = taken(floor_frame({spot}));
+  EXPECT_NEAR(up.at({0.3, 0.1, 0}).brightness(), t.at({0.62, 0.1, 0}).brightness(), 6);
+}
+
+TEST(Lights, WithoutAnyTheRenderersOwnStays) {
+  Frame frame = floor_frame({});
+  auto r = renderer_for(frame);
+  const Image before = finished(r);
+  frame.lights = {lamp(Light::Kind::point, {1, 1, 1})};
+  r.scene().sync(frame);
+  EXPECT_NE(finished(r).rgb, before.rgb);
+  Light none = lamp(Light::Kind::point, {1, 1, 1});
+  none.intensity = std::numeric_limits<double>::quiet_NaN();
+  frame.lights = {none};
+  r.scene().sync(frame);
+  EXPECT_EQ(finished(r).rgb, before.rgb);
+}
+
+TEST(Lights, AxesKeepTheirColoursUnderAnyLight) {
+  Light blue = lamp(Light::Kind::point, {0.3, 0.3, 1});
+  blue.colour = {0, 0, 1, 1};
+  Frame frame = floor_frame({blue});
+  frame.triads.push_back({1, {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0.2, 0.2, 0.1}}, 0.3, "bench", false});
+  const Taken t = taken(frame);
+  EXPECT_GT(t.at({0.35, 0.2, 0.1}).r, t.at({0.35, 0.3, 0}).r + 60);
+}
+
+}  // namespace
+}  // namespace robomosp::viewer
