@@ -20,6 +20,7 @@ namespace {
 
 /// Joint configurations closer than this count as one [rad or m].
 constexpr double kSameConfiguration = 1e-6;
+constexpr double kAtRest = 1e-9;  ///< slower joints stand [rad/s or m/s]
 /// Of joints without limits, in moves that are put in.
 constexpr double kSpeed = 1, kAcceleration = 4;  ///< [rad or m, s]
 constexpr double kRiseTime = 0.25;               ///< to full speed, and to full acceleration [s]
@@ -176,8 +177,11 @@ class Builder {
     }
     RMP_TRY_ASSIGN(const auto maker,
                    registry_.create<JointSegmentMaker>(providers.shape.name).in(here));
+    // A joint segment that ended in motion hands it on.
+    JointEnds ends;
+    if (is_joint_moving_) ends.start_velocity = end_qd_, ends.start_acceleration = end_qdd_;
     auto made = guarded(providers.shape.name, [&] {
-      return maker->make(dof_, points, {lower, upper, velocity, acceleration, jerk}, {},
+      return maker->make(dof_, points, {lower, upper, velocity, acceleration, jerk}, ends,
                          *params.shape);
     });
     if (!made.ok()) return std::move(made).error().in(here);
@@ -185,7 +189,10 @@ class Builder {
       return error(ErrorCode::plugin_failed,
                    "provider \"" + providers.shape.name + "\" made no motion with a duration",
                    "Report it to the provider's author or choose another provider.", here);
-    return add(**made);
+    RMP_TRY(add(**made));
+    is_joint_moving_ = std::any_of(end_qd_.begin(), end_qd_.end(),
+                                   [](double v) { return std::fabs(v) > kAtRest; });
+    return {};
   }
 
   /// A limit that the robot does not have.
@@ -219,6 +226,11 @@ class Builder {
   }
 
   Result<void> add_path(const model::Trajectory& part) {
+    if (is_joint_moving_)
+      return error(ErrorCode::invalid_argument,
+                   "the joint segment that ends at t = " + text::print_rounded(begin_) +
+                       " s ends in motion, and a path in space follows",
+                   "Let it end at rest, or put a joint segment between.", task_.where);
     RMP_TRY_ASSIGN(const auto path, motion::Path::build(registry_, task_.name, part, task_.stored));
     double at = 0;
     PathSample first;
@@ -340,10 +352,11 @@ class Builder {
   const Registry& registry_;
   const RobotMotionTask& task_;
   Progress& progress_;
-  std::size_t dof_, next_ = 0;  ///< number of the next sample
-  double begin_ = 0;            ///< of the piece to come [s]
-  bool is_moved_ = false;       ///< the joints are where a piece left them, or at the start
-  bool has_assumed_ = false;    ///< limits that the robot does not have
+  std::size_t dof_, next_ = 0;    ///< number of the next sample
+  double begin_ = 0;              ///< of the piece to come [s]
+  bool is_moved_ = false;         ///< the joints are where a piece left them, or at the start
+  bool is_joint_moving_ = false;  ///< a joint segment has ended in motion
+  bool has_assumed_ = false;      ///< limits that the robot does not have
   std::vector<double> at_, end_qd_, end_qdd_;
   std::array<double, 2> last_errors_{};
   Bound<IkSolver> ik_;

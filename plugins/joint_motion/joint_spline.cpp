@@ -184,9 +184,11 @@ Result<std::unique_ptr<JointSegment>> SplineMaker::make(std::size_t dof,
   const bool is_natural = params.text("ends") == "natural";
   Clamps clamps;
   RMP_TRY_ASSIGN(clamps.v0, end_values(ends.start_velocity, task, "velocity at the start"));
-  RMP_TRY_ASSIGN(clamps.v1, end_values(ends.end_velocity, task, "velocity at the end"));
+  RMP_TRY_ASSIGN(clamps.v1, end_values(end_or(ends.end_velocity, params, "end_velocity"), task,
+                                       "velocity at the end"));
   RMP_TRY_ASSIGN(clamps.a0, end_values(ends.start_acceleration, task, "acceleration at the start"));
-  RMP_TRY_ASSIGN(clamps.a1, end_values(ends.end_acceleration, task, "acceleration at the end"));
+  RMP_TRY_ASSIGN(clamps.a1, end_values(end_or(ends.end_acceleration, params, "end_acceleration"),
+                                       task, "acceleration at the end"));
   for (std::size_t j = 0; j < dof; ++j) {
     if (is_natural &&
         (clamps.v0[j] != 0 || clamps.v1[j] != 0 || clamps.a0[j] != 0 || clamps.a1[j] != 0))

@@ -23,6 +23,18 @@ const rmp_param kSpeedShare{"speed_share", "real",  "", "Share of the velocity l
                   "{}",           nullptr,  1,  0},
     kJerk{"jerk", "real[]", "", "Likewise [rad/s^3 or m/s^3].", "{}", nullptr, 1, 0};
 
+const rmp_param kEndVelocity{"end_velocity",
+                             "real[]",
+                             "",
+                             "Of each joint [rad/s or m/s], to be handed on to the next joint "
+                             "segment; at rest when left out.",
+                             "{}",
+                             nullptr,
+                             1,
+                             0},
+    kEndAcceleration{
+        "end_acceleration", "real[]", "", "Likewise [rad/s^2 or m/s^2].", "{}", nullptr, 1, 0};
+
 const rmp_param kPtpParams[] = {
     {"law", "enum", "", "How the speed changes.", "trapezoidal", "trapezoidal|s_curve|quintic", 1,
      0},
@@ -44,6 +56,8 @@ const rmp_param kSplineParams[] = {
      "When each joint vector is passed; without, as fast as the limits "
      "allow.",
      "{}", nullptr, 1, 0},
+    kEndVelocity,
+    kEndAcceleration,
     kSpeedShare,
     kVelocity,
     kAcceleration,
@@ -51,6 +65,8 @@ const rmp_param kSplineParams[] = {
 const rmp_param kTimeOptimalParams[] = {
     {"duration", "real", "s", "Time for the whole way; 0 = as short as the limits allow.", "0",
      nullptr, 0, 1e9},
+    kEndVelocity,
+    kEndAcceleration,
     kSpeedShare,
     kVelocity,
     kAcceleration,

@@ -6,6 +6,7 @@
 #include <limits>
 #include <optional>
 
+#include "spatial/quintic.h"
 #include "task.h"
 
 namespace robomosp::joint_motion {
@@ -24,8 +25,8 @@ struct Law {
     if (!(quintic > 0)) return ramps.at(t);
     if (t >= quintic) return {1, 0, 0, 0};
     const double T = quintic, x = t / T;
-    return {x * x * x * (10 + x * (-15 + 6 * x)), 30 * x * x * (1 - x) * (1 - x) / T,
-            60 * x * (1 - x) * (1 - 2 * x) / (T * T), 60 * (1 + 6 * x * (x - 1)) / (T * T * T)};
+    const spatial::Jet m = spatial::ease(x);
+    return {m.v, m.d / T, m.dd / (T * T), spatial::ease_jerk(x) / (T * T * T)};
   }
 };
 

@@ -110,6 +110,11 @@ Result<std::vector<double>> end_values(std::span<const double> given, const Task
   return out;
 }
 
+std::span<const double> end_or(std::span<const double> asked, const Params& params,
+                               const char* name) {
+  return asked.empty() ? params.reals(name) : asked;
+}
+
 Result<void> need(const std::vector<double>& limits, const char* what, std::size_t joint,
                   const char* parameter) {
   if (std::isfinite(limits[joint])) return {};

@@ -39,6 +39,8 @@ Result<void> check_apart(const Task&);
 /// A value of JointEnds: zero when left out.
 Result<std::vector<double>> end_values(std::span<const double> given, const Task&,
                                        const char* what);
+/// What the caller asks for at an end, or else the parameter of that name.
+std::span<const double> end_or(std::span<const double> asked, const Params&, const char* name);
 /// A limit of a joint that a law cannot do without.
 Result<void> need(const std::vector<double>& limits, const char* what, std::size_t joint,
                   const char* parameter);

@@ -60,10 +60,13 @@ Result<std::unique_ptr<JointSegment>> TimeOptimalMaker::make(std::size_t dof,
     return bad(std::to_string(task.count) + " joint vectors are given to time_optimal",
                "Give the first and the last; joint_spline passes others in between.");
   RMP_TRY_ASSIGN(const auto v0, end_values(ends.start_velocity, task, "velocity at the start"));
-  RMP_TRY_ASSIGN(const auto v1, end_values(ends.end_velocity, task, "velocity at the end"));
+  RMP_TRY_ASSIGN(const auto v1, end_values(end_or(ends.end_velocity, params, "end_velocity"), task,
+                                           "velocity at the end"));
   RMP_TRY_ASSIGN(const auto a0,
                  end_values(ends.start_acceleration, task, "acceleration at the start"));
-  RMP_TRY_ASSIGN(const auto a1, end_values(ends.end_acceleration, task, "acceleration at the end"));
+  RMP_TRY_ASSIGN(const auto a1,
+                 end_values(end_or(ends.end_acceleration, params, "end_acceleration"), task,
+                            "acceleration at the end"));
   std::vector<StateToState> work(dof);
   std::vector<Motion1> arrivals;
   for (std::size_t j = 0; j < dof; ++j) {

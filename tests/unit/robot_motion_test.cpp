@@ -188,6 +188,50 @@ TEST_F(RobotMotion, AMoveIsPutInWhereThePathBeginsElsewhere) {
   EXPECT_NEAR((*r)->find("y")->values.back(), to.p[1], 1e-9);
 }
 
+// A jerk-limited way that is passed in motion: nothing jumps where one segment hands over to the
+// next, and it is shorter than stopping there.
+TEST_F(RobotMotion, JointSegmentsHandTheirMotionOn) {
+  std::vector<double> middle = home, there = home;
+  for (std::size_t j = 0; j < 7; ++j) middle[j] += 0.15, there[j] += 0.4;
+  const auto ways = [&](const std::vector<double>& velocity) {
+    model::Trajectory t;
+    t.segments = {joints({middle}), joints({there})};
+    for (auto& s : t.segments) s.shape.name = "time_optimal";
+    t.segments[0].shape.params["end_velocity"] = velocity;
+    return t;
+  };
+  const double step = 0.004;
+  const auto r = run(ways(std::vector<double>(7, 0.6)), step), stops = run(ways({}), step);
+  ASSERT_TRUE(r.ok()) << r.error().sentence();
+  ASSERT_TRUE(stops.ok()) << stops.error().sentence();
+  EXPECT_LT((*r)->find("time")->values.back(), (*stops)->find("time")->values.back() - 0.1);
+  std::size_t passed = 0;
+  for (std::size_t i = 1; i < (*r)->rows(); ++i) {
+    const auto a = row(**r, "q", i - 1), b = row(**r, "q", i), va = row(**r, "qd", i - 1),
+               vb = row(**r, "qd", i);
+    const double h = (*r)->find("time")->values[i] - (*r)->find("time")->values[i - 1];
+    for (std::size_t j = 0; j < 7; ++j) {
+      EXPECT_NEAR(b[j] - a[j], h * (va[j] + vb[j]) / 2, 100 * h * h * h / 6);
+      EXPECT_LE(std::fabs(vb[j]), 2 + 1e-9);
+    }
+    if (a[0] <= middle[0] && b[0] > middle[0]) {
+      ++passed;
+      EXPECT_NEAR(va[0], 0.6, 8 * h);
+    }
+  }
+  EXPECT_EQ(passed, 1U);
+  // Who must begin at rest says so, in joints and in space.
+  auto wrong = ways(std::vector<double>(7, 0.6));
+  wrong.segments[1].shape.name = "ptp";
+  EXPECT_NE(run(wrong).error().sentence().find("ptp goes from rest to rest"), std::string::npos)
+      << run(wrong).error().sentence();
+  Pose to = tip(middle);
+  to.p[2] += 0.05;
+  wrong.segments[1] = line(tip(middle), to, "quintic");
+  EXPECT_NE(run(wrong).error().sentence().find("ends in motion"), std::string::npos)
+      << run(wrong).error().sentence();
+}
+
 TEST_F(RobotMotion, PointsInSpaceAreTargetsOfJointMovesToo) {
   Pose target = tip(home);
   target.p[1] += 0.15;
