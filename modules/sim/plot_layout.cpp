@@ -65,29 +65,45 @@ void draw_line(Canvas& canvas, std::size_t count, double width, const Stroke& st
   }
 }
 
-/// Below the title: how the lines of each recording are dashed.
-void draw_sources(Canvas& canvas, const Plot& plot, double left, double y, bool coloured) {
+/// Below the title: how the lines of each recording look, in as many rows as that takes. Gives the
+/// height of the rows.
+double draw_sources(Canvas& canvas, const Plot& plot, double left, double y, bool coloured) {
   constexpr double kLetter = 6.9;  // about, at 12 pixels
+  constexpr double kRow = 22;
+  const double right = plot.width - 16.0;
+  double x = left, height = 24;
   for (std::size_t s = 0; s < plot.sources.size(); ++s) {
+    const double wide = 40 + kLetter * static_cast<double>(plot.sources[s].size());
+    if (x > left && x + wide > right) x = left, y += kRow, height += kRow;
     const std::string colour = coloured ? colour_of(s) : "#39424d";
-    canvas.line({{left, y}, {left + 34, y}}, {colour, 2, coloured ? 0 : s, 1});
-    canvas.text(left + 40, y, plot.sources[s]);
-    left += 40 + kLetter * static_cast<double>(plot.sources[s].size()) + 24;
+    canvas.line({{x, y}, {x + 34, y}}, {colour, 2, coloured ? 0 : s, 1});
+    canvas.text(x + 40, y, plot.sources[s]);
+    x += wide + 24;
   }
+  return height;
+}
+
+/// One column a panel: then colours tell the recordings apart, else dashes do.
+bool is_by_source(const Plot& plot) {
+  return !plot.sources.empty() &&
+         std::all_of(plot.panels.begin(), plot.panels.end(), [](const PlotPanel& panel) {
+           return std::count_if(panel.lines.begin(), panel.lines.end(),
+                                [](const PlotLine& line) { return line.source == 0; }) <= 1;
+         });
 }
 
 class Flat {
  public:
-  Flat(const Plot& plot, Canvas& canvas) : plot_(plot), canvas_(canvas) {
-    if (!plot.sources.empty()) top_ += 24;
-    right_ = plot.width - 128.0;
+  Flat(const Plot& plot, Canvas& canvas)
+      : plot_(plot), canvas_(canvas), by_source_(is_by_source(plot)) {
+    if (!plot.sources.empty()) top_ += draw_sources(canvas_, plot, kLeft, 48, by_source_);
+    right_ = plot.width - (by_source_ ? 28.0 : 128.0);
     const double gaps = kGap * static_cast<double>(plot.panels.size() - 1);
     inner_ = (plot.height - top_ - kBottom - gaps) / static_cast<double>(plot.panels.size());
   }
 
   void draw() {
     canvas_.text((kLeft + right_) / 2, 22, plot_.title, Anchor::middle, kTitleSize);
-    if (!plot_.sources.empty()) draw_sources(canvas_, plot_, kLeft, 48, false);
     x_ = x_range(plot_);
     for (std::size_t p = 0; p < plot_.panels.size(); ++p) panel(p);
     canvas_.text((kLeft + right_) / 2, plot_.height - 16.0, plot_.x_label, Anchor::middle);
@@ -138,11 +154,13 @@ class Flat {
     canvas_.text(16, (y0 + y1) / 2, panel.y_label, Anchor::middle, 12, true);
     for (const PlotLine& line : panel.lines)
       draw_line(canvas_, std::min(line.x.size(), line.y.size()), plot_.width,
-                {colour_of(line.colour), line.source ? 1.6 : 2.0, line.source, 1},
+                by_source_
+                    ? Stroke{colour_of(line.source), 1.8, 0, 1}
+                    : Stroke{colour_of(line.colour), line.source ? 1.6 : 2.0, line.source, 1},
                 [&](std::size_t i) {
                   return std::array{px(line.x[i]), py(line.y[i])};
                 });
-    legend(panel, y0);
+    if (!by_source_) legend(panel, y0);
   }
 
   template <class Py>
@@ -168,6 +186,7 @@ class Flat {
   static constexpr double kLeft = 76, kBottom = 52, kGap = 26;
   const Plot& plot_;
   Canvas& canvas_;
+  const bool by_source_;
   double top_ = 46, right_ = 0, inner_ = 0;
   ValueRange x_;
 };

@@ -90,6 +90,32 @@ TEST(Plots, OtherRecordingsAreDashedInTheColourOfTheColumn) {
             "plots.");
 }
 
+TEST(Plots, RecordingsOfOneColumnAPanelAreToldApartByColour) {
+  const Recording r = small_recording();
+  std::vector<Recording> others(5, r);
+  PlotRequest request = of(r, {"x"});
+  for (std::size_t i = 0; i < others.size(); ++i) {
+    others[i].title = "recording with a long name " + std::to_string(i);
+    request.recordings.push_back(&others[i]);
+  }
+  const std::string svg = sim::to_svg(unwrap(sim::plot(request)));
+  EXPECT_EQ(count(svg, "stroke-dasharray"), 0U);
+  EXPECT_EQ(count(svg, "#2f6fb7"), 2U);  // the curve and its legend
+  EXPECT_EQ(count(svg, "#e07b1f"), 2U);
+  // The legend takes as many rows as it needs: nothing begins beyond the right edge.
+  std::size_t rows = 0;
+  double last = 1e9;
+  for (std::size_t at = svg.find("with a long name"); at != std::string::npos;
+       at = svg.find("with a long name", at + 1)) {
+    const std::size_t x = svg.rfind("x=\"", at);
+    const double left = std::stod(svg.substr(x + 3));
+    EXPECT_LT(left, 700);
+    rows += left < last;
+    last = left;
+  }
+  EXPECT_GE(rows, 2U);
+}
+
 TEST(Plots, ACircleIsDrawnRound) {
   Recording r = small_recording();
   r.columns[3].values.clear();
