@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "ioci/commands.h"
+#include "ioci/live_runs.h"
 #include "sim/physics.h"
 
 namespace robomosp::ioci {
@@ -99,7 +100,8 @@ Result<std::vector<double>> read_target(CommandContext& ctx, const World& w,
   return read_q(q, *ctx.snapshot().get(placed->robot), m->joints, path + ".q");
 }
 
-Result<Value> simulate(CommandContext& ctx, const Map& args) {
+/// The arguments of world.simulate_physics.
+Result<sim::PhysicsRun> read_run(CommandContext& ctx, const Map& args) {
   const World& w = content<World>(ctx, args);
   sim::PhysicsRun run;
   run.world = typed<World>(args);
@@ -174,6 +176,11 @@ Result<Value> simulate(CommandContext& ctx, const Map& args) {
                  run.actions.push_back(std::move(a));
                  return {};
                }));
+  return run;
+}
+
+Result<Value> simulate(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(const auto run, read_run(ctx, args));
   const sim::Simulator simulator{ctx.app.registry, ctx.app.derived, ctx.snapshot()};
   RMP_TRY_ASSIGN(auto recording, sim::simulate_physics(simulator, run, ctx.progress));
   for (const std::string& note : recording->notes)
@@ -199,6 +206,28 @@ std::string fields_text(const Schema& fields) {
 }
 
 }  // namespace
+
+Result<LiveSource> live_physics(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(auto run, read_run(ctx, args));
+  LiveSource out;
+  out.asks = {{PhysicsEngine::kInterfaceId, run.engine}};
+  for (const auto& placed : content<World>(ctx, args).robots) {
+    const Robot& r = *ctx.snapshot().get(placed.robot);
+    const auto drive = std::find_if(run.robots.begin(), run.robots.end(),
+                                    [&](const auto& s) { return s.name == placed.name; });
+    out.asks.emplace_back(IkSolver::kInterfaceId, r.ik);
+    if (drive == run.robots.end() || drive->drive != sim::RobotDrive::controlled) continue;
+    out.asks.emplace_back(InverseDynamics::kInterfaceId, r.inverse_dynamics);
+    out.asks.emplace_back(Controller::kInterfaceId,
+                          drive->controller.name.empty() ? r.controller : drive->controller);
+  }
+  out.source = [&registry = ctx.app.registry, &derived = ctx.app.derived,
+                snapshot = ctx.app.document.now(), run = std::move(run)](
+                   const sim::RunState* from, sim::RowSink& sink, Progress& progress) {
+    return sim::simulate_physics({registry, derived, *snapshot}, run, progress, &sink, from);
+  };
+  return out;
+}
 
 std::vector<CommandSpec> physics_commands() {
   std::vector<CommandSpec> all;

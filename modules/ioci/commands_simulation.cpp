@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "ioci/commands.h"
+#include "ioci/live_runs.h"
 #include "sim/forward_simulation.h"
 
 namespace robomosp::ioci {
@@ -131,7 +132,8 @@ Result<Value> simulated(CommandContext& ctx, const sim::ForwardRun& run) {
   return Value(Handle{"recording", ctx.app.recordings.add(std::move(recording))});
 }
 
-Result<Value> simulate_in_world(CommandContext& ctx, const Map& args) {
+/// The arguments of world.simulate_dynamics.
+Result<sim::ForwardRun> read_in_world(CommandContext& ctx, const Map& args) {
   const World& w = content<World>(ctx, args);
   const std::string where = name_in(ctx, ref(args, "id"));
   auto name = member_name(ctx, w.robots, *args.find("robot"), robot_of, "robot");
@@ -155,14 +157,44 @@ Result<Value> simulate_in_world(CommandContext& ctx, const Map& args) {
                                "trajectory"));
   }
   tell_no_mass(ctx, *m, Severity::warning, ", so it cannot move as a real one does");
+  return run;
+}
+
+Result<Value> simulate_in_world(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(const auto run, read_in_world(ctx, args));
   return simulated(ctx, run);
 }
 
-Result<Value> simulate_alone(CommandContext& ctx, const Map& args) {
+/// The arguments of robot.simulate.
+Result<sim::ForwardRun> read_alone(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const auto m, model_of(ctx, args));
   RMP_TRY_ASSIGN(auto run, read_run(ctx, args, content<Robot>(ctx, args), *m));
   run.record = typed<Robot>(args);
+  return run;
+}
+
+Result<Value> simulate_alone(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(const auto run, read_alone(ctx, args));
   return simulated(ctx, run);
+}
+
+/// Who computes a run of a robot record.
+LiveSource live(CommandContext& ctx, RobotId robot, sim::ForwardRun run) {
+  const Robot& r = *ctx.snapshot().get(robot);
+  LiveSource out;
+  out.asks = {{ForwardDynamics::kInterfaceId, r.forward_dynamics},
+              {InverseDynamics::kInterfaceId, r.inverse_dynamics},
+              {Integrator::kInterfaceId, run.integrator}};
+  if (run.is_controlled)
+    out.asks.emplace_back(Controller::kInterfaceId,
+                          run.controller.name.empty() ? r.controller : run.controller);
+  if (!run.trajectory.empty()) out.asks.emplace_back(IkSolver::kInterfaceId, r.ik);
+  out.source = [&registry = ctx.app.registry, &derived = ctx.app.derived,
+                snapshot = ctx.app.document.now(), run = std::move(run)](
+                   const sim::RunState* from, sim::RowSink& sink, Progress& progress) {
+    return sim::forward_dynamics({registry, derived, *snapshot}, run, progress, &sink, from);
+  };
+  return out;
 }
 
 Schema run_params(Schema first, Schema references) {
@@ -230,6 +262,18 @@ std::string with_stroke(const std::string& rest) {
 }
 
 }  // namespace
+
+Result<LiveSource> live_dynamics(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(auto run, read_in_world(ctx, args));
+  const World& w = content<World>(ctx, args);
+  const auto placed = std::find_if(w.robots.begin(), w.robots.end(),
+                                   [&](const auto& p) { return p.name == run.robot; });
+  return live(ctx, placed->robot, std::move(run));
+}
+Result<LiveSource> live_robot(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(auto run, read_alone(ctx, args));
+  return live(ctx, typed<Robot>(args), std::move(run));
+}
 
 std::vector<CommandSpec> simulation_commands() {
   std::vector<CommandSpec> all;

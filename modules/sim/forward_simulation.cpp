@@ -128,8 +128,12 @@ class PartProgress final : public Progress {
 /// Keeps the samples that were asked for, with the forces there, and the last state.
 class Sampler final : public OdeSink {
  public:
-  Sampler(MechanismMotion& motion, MotionTable& table, std::span<const double> times)
-      : motion_(motion), table_(table), times_(times) {}
+  /// Called with every row that was added, for whoever looks on.
+  using Publish = std::function<Result<void>(double t, std::span<const double> x,
+                                             const MechanismMotion::Forces& forces)>;
+  Sampler(MechanismMotion& motion, MotionTable& table, std::span<const double> times,
+          Publish publish)
+      : motion_(motion), table_(table), times_(times), publish_(std::move(publish)) {}
 
   bool sample(double t, std::span<const double> x) override {
     last.assign(x.begin(), x.end());
@@ -140,7 +144,11 @@ class Sampler final : public OdeSink {
       return false;
     }
     table_.add(t, x, forces_);
-    return true;
+    if (!publish_) return true;
+    auto seen = publish_(t, x, forces_);
+    if (seen.ok()) return true;
+    failure = std::move(seen).error();
+    return false;
   }
   /// Those not yet given, up to a time.
   [[nodiscard]] std::span<const double> due(double limit) const {
@@ -154,6 +162,7 @@ class Sampler final : public OdeSink {
   MechanismMotion& motion_;
   MotionTable& table_;
   std::span<const double> times_;
+  Publish publish_;
   std::size_t next_ = 0;
   MechanismMotion::Forces forces_;
 };
@@ -161,7 +170,8 @@ class Sampler final : public OdeSink {
 /// The whole run of one robot.
 class Simulation {
  public:
-  Simulation(const Simulator& sim, const ForwardRun& run) : sim_(sim), run_(run) {}
+  Simulation(const Simulator& sim, const ForwardRun& run, RowSink* sink, const RunState* from)
+      : sim_(sim), run_(run), sink_(sink), from_(from) {}
 
   Result<RecordingPtr> operator()(Progress& progress) {
     RMP_TRY_ASSIGN(placed_, place(sim_, run_, progress));
@@ -189,7 +199,11 @@ class Simulation {
     } else if (run_.recorded_q) {
       RMP_TRY_ASSIGN(reference_, MotionReference::from_recording(model(), *run_.recorded_q));
     } else if (run_.is_controlled) {
-      std::vector<double> q = run_.hold.empty() ? (run_.q.empty() ? placed_.q : run_.q) : run_.hold;
+      const RunState::Robot* before = from_ ? from_->robot(placed_.title) : nullptr;
+      std::vector<double> q = !run_.hold.empty() ? run_.hold
+                              : before           ? before->start
+                              : !run_.q.empty()  ? run_.q
+                                                 : placed_.q;
       RMP_TRY(check_size("the configuration to hold", q.size(), model().coordinate_count()));
       reference_ = MotionReference(model(), std::move(q));
     }
@@ -212,9 +226,27 @@ class Simulation {
                                                          : std::vector<double>(model().dof(), 0.0);
     RMP_TRY(check_size("q", q.size(), model().coordinate_count()));
     RMP_TRY(check_size("qd", qd.size(), model().dof()));
+    if (!from_) {
+      first_q_ = q;
+    } else if (const RunState::Robot* before = from_->robot(placed_.title)) {
+      RMP_TRY(fits(before->q.size(), q.size()));
+      RMP_TRY(fits(before->qd.size(), qd.size()));
+      start_ = from_->time;
+      first_q_ = before->start;
+      q = before->q, qd = before->qd;
+    }
     x_ = std::move(q);
     x_.insert(x_.end(), qd.begin(), qd.end());
     return {};
+  }
+
+  /// Whether a state carried over from before an edit is one of this mechanism.
+  [[nodiscard]] static Result<void> fits(std::size_t was, std::size_t is) {
+    if (was == is) return {};
+    return error(ErrorCode::conflict,
+                 "it has " + std::to_string(is) + " joint values now and had " +
+                     std::to_string(was) + " before, so its state does not fit",
+                 "Begin again from the start: run.reset.");
   }
 
   [[nodiscard]] Result<void> check_size(const std::string& what, std::size_t is,
@@ -314,10 +346,28 @@ class Simulation {
                    "Start from a configuration that closes them.");
     RMP_TRY(check_start(motion));
     MotionTable table(motion);
-    Sampler sampler(motion, table, times);
+    Sampler sampler(motion, table, times, publisher(motion, progress));
     RMP_TRY(run_.is_controlled ? run_controlled(motion, table, sampler, progress)
                                : run_open(motion, table, sampler, progress));
     return record(motion, table, progress);
+  }
+
+  /// Hands every row on with the state there; null where nobody looks on.
+  Sampler::Publish publisher(MechanismMotion& motion, Progress& progress) {
+    if (!sink_) return {};
+    return [this, &motion, &progress](double t, std::span<const double> x,
+                                      const MechanismMotion::Forces& forces) -> Result<void> {
+      MotionTable row(motion);
+      row.add(t, x, forces);
+      Recording part = described();
+      RMP_TRY(add_columns(part, row, true, progress));
+      auto state = std::make_shared<RunState>();
+      state->time = t;
+      const auto middle = x.begin() + static_cast<std::ptrdiff_t>(motion.positions());
+      state->robots.push_back(
+          {placed_.title, first_q_, {x.begin(), middle}, {middle, x.end()}, memory_, {}});
+      return sink_->take(part, 0, std::move(state));
+    };
   }
 
   Result<void> check_start(const MechanismMotion& motion) const {
@@ -350,6 +400,8 @@ class Simulation {
       times.push_back(std::min(static_cast<double>(i) * run_.sample_time, duration_));
     if (duration_ - times.back() > 1e-9 * run_.sample_time) times.push_back(duration_);
     times.back() = duration_;
+    std::erase_if(times, [this](double t) { return t < start_; });
+    if (times.empty()) times.push_back(start_ = duration_);
     return times;
   }
 
@@ -383,8 +435,10 @@ class Simulation {
 
   Result<void> run_open(MechanismMotion& motion, MotionTable& table, Sampler& sampler,
                         Progress& progress) {
-    RMP_TRY(motion.settle(0, x_));
-    RMP_TRY(go(motion, sampler, 0, duration_, run_.step, progress));
+    RMP_TRY(motion.settle(start_, x_));
+    if (start_ < duration_) RMP_TRY(go(motion, sampler, start_, duration_, run_.step, progress));
+    else sampler.sample(start_, x_);
+    if (sampler.failure) return *sampler.failure;
     for (std::size_t v = 0; v < model().dof(); ++v) {
       const double limit = table.limit_of(v);
       for (std::size_t i = 0; i < table.times().size(); ++i)
@@ -402,12 +456,15 @@ class Simulation {
                    "a control period of " + text::print_rounded(period) + " s does not fit",
                    "Give a period such as 0.001 s.");
     const std::size_t n = model().dof();
-    std::vector<double> memory(controller_.solver->memory_size(), 0.0),
-        scratch(controller_.solver->scratch_size()), tau(n), cut(n);
+    std::vector<double> scratch(controller_.solver->scratch_size()), tau(n), cut(n);
+    memory_.assign(controller_.solver->memory_size(), 0.0);
+    const RunState::Robot* before = from_ ? from_->robot(placed_.title) : nullptr;
+    if (before && before->memory.size() == memory_.size()) memory_ = before->memory;
     MotionReference::Sample want;
     const auto ticks = static_cast<std::size_t>(std::ceil(duration_ / period - 1e-9));
-    for (std::size_t k = 0; k < ticks; ++k) {
-      const double t = static_cast<double>(k) * period,
+    const auto first = static_cast<std::size_t>(start_ / period + 1e-9);
+    for (std::size_t k = first; k < ticks; ++k) {
+      const double t = k == first ? start_ : static_cast<double>(k) * period,
                    end = k + 1 == ticks ? duration_ : static_cast<double>(k + 1) * period;
       if (progress.cancelled())
         return error(ErrorCode::cancelled, "the simulation was stopped", {},
@@ -425,7 +482,7 @@ class Simulation {
       }
       std::fill(tau.begin(), tau.end(), std::nan(""));
       auto done = guarded(controller_.provider,
-                          [&] { return controller_.solver->torques(in, memory, scratch, tau); });
+                          [&] { return controller_.solver->torques(in, memory_, scratch, tau); });
       if (!done.ok()) return std::move(done).error().in("t = " + text::print_rounded(t) + " s");
       for (std::size_t v = 0; v < n; ++v) {
         if (!std::isfinite(tau[v]))
@@ -442,12 +499,17 @@ class Simulation {
       PartProgress part(progress, 0.1 + 0.9 * t / duration_, 0);
       RMP_TRY(go(motion, sampler, t, end, std::min(run_.step, period), part));
     }
+    if (first >= ticks) {
+      RMP_TRY(motion.settle(start_, x_));
+      sampler.sample(start_, x_);
+      if (sampler.failure) return *sampler.failure;
+    }
     for (std::size_t v = 0; v < n; ++v) table.cut(v, duration_, false);
     return {};
   }
 
-  Result<RecordingPtr> record(MechanismMotion& motion, const MotionTable& table,
-                              Progress& progress) {
+  /// The recording without columns.
+  [[nodiscard]] Recording described() const {
     Recording out;
     out.title = placed_.title + (run_.trajectory.empty() ? "" : " on " + run_.trajectory) +
                 (run_.is_controlled ? ": motion under " + controller_.provider : ": motion");
@@ -455,11 +517,23 @@ class Simulation {
     out.robot = run_.world.number != 0 ? run_.robot : placed_.title;
     out.trajectory = run_.trajectory;
     out.dof = model().dof();
-    table.add_joint_columns(out);
+    return out;
+  }
+
+  Result<void> add_columns(Recording& out, const MotionTable& table, bool all_stops,
+                           Progress& progress) {
+    table.add_joint_columns(out, all_stops);
     RMP_TRY(table.add_energy_columns(out, inverse_, progress));
     table.add_tip_columns(out, [this](double t) { return world_T_base(t); });
     if (reference_) table.add_error_columns(out, *reference_);
     mark_limits(out, model());
+    return {};
+  }
+
+  Result<RecordingPtr> record(MechanismMotion& motion, const MotionTable& table,
+                              Progress& progress) {
+    Recording out = described();
+    RMP_TRY(add_columns(out, table, false, progress));
     table.add_notes(out, motion);
     out.notes.push_back(
         "integrated by " + integrator_.provider + ": " + std::to_string(statistics_.steps) +
@@ -472,6 +546,8 @@ class Simulation {
 
   const Simulator& sim_;
   const ForwardRun& run_;
+  RowSink* sink_;
+  const RunState* from_;
   Placed placed_;
   std::optional<BasePath> base_;
   std::optional<MotionReference> reference_;
@@ -479,8 +555,8 @@ class Simulation {
   Bound<InverseDynamics> inverse_;
   Bound<Integrator> integrator_;
   Bound<Controller> controller_;
-  std::vector<double> x_;
-  double duration_ = 0;
+  std::vector<double> x_, first_q_, memory_;  ///< the state; q at time 0; of the controller
+  double start_ = 0, duration_ = 0;
   OdeStatistics statistics_;
 };
 
@@ -513,8 +589,8 @@ Result<Bound<Integrator>> bind_integrator(const Registry& registry,
 }
 
 Result<RecordingPtr> forward_dynamics(const Simulator& simulator, const ForwardRun& run,
-                                      Progress& progress) {
-  return Simulation(simulator, run)(progress);
+                                      Progress& progress, RowSink* sink, const RunState* from) {
+  return Simulation(simulator, run, sink, from)(progress);
 }
 
 }  // namespace robomosp::sim

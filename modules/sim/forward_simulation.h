@@ -12,6 +12,7 @@
 
 #include "sim/base_motion.h"
 #include "sim/mechanism_motion.h"
+#include "sim/row_sink.h"
 #include "sim/simulate.h"
 
 namespace robomosp::sim {
@@ -56,8 +57,12 @@ struct ForwardRun {
 /// time, q, qd, qdd, tau of the motors, friction and stops, energies, x y z of the first tip in the
 /// world, and the errors against the reference. Notes tell limits met, where joints
 /// stuck and went on, torques cut, and what the integrator did.
+/// A `sink` takes every row as it is made, with tau_stop also while no stop is touched. With `from`
+/// the run goes on there, with joint values, velocities and the controller's memory, and the world
+/// as it is now.
 Result<RecordingPtr> forward_dynamics(const Simulator& simulator, const ForwardRun& run,
-                                      Progress& progress);
+                                      Progress& progress, RowSink* sink = nullptr,
+                                      const RunState* from = nullptr);
 
 /// Prepared providers of the two interfaces; `choice.name` empty = the default.
 Result<Bound<Controller>> bind_controller(const Registry&, std::shared_ptr<const RobotModel>,

@@ -92,7 +92,7 @@ void MotionTable::add_entries(Recording& out, const std::string& stem, const std
                                 what + " of " + label(v), table, n, v));
 }
 
-void MotionTable::add_joint_columns(Recording& out) const {
+void MotionTable::add_joint_columns(Recording& out, bool all_stops) const {
   const std::size_t c = model_.coordinate_count();
   out.columns.push_back({"time", "s", "time", times_});
   std::vector<std::string> units(c), names(c);
@@ -114,7 +114,8 @@ void MotionTable::add_joint_columns(Recording& out) const {
   add_entries(out, "qdd", "acceleration", "rad/s^2", "m/s^2", qdd_);
   add_entries(out, "tau", "torque of the motor", "N m", "N", tau_);
   if (has_friction_) add_entries(out, "tau_friction", "friction", "N m", "N", friction_);
-  if (has_stops_ && std::any_of(stop_.begin(), stop_.end(), [](double v) { return v != 0; }))
+  if (has_stops_ &&
+      (all_stops || std::any_of(stop_.begin(), stop_.end(), [](double v) { return v != 0; })))
     add_entries(out, "tau_stop", "force of the stop", "N m", "N", stop_);
 }
 

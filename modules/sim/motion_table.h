@@ -28,8 +28,9 @@ class MotionTable {
     return tau_[sample * limits_.size() + entry];
   }
 
-  /// time, q, qd, qdd, tau, tau_friction, tau_stop.
-  void add_joint_columns(Recording& out) const;
+  /// time, q, qd, qdd, tau, tau_friction, tau_stop; the last one only where a stop was touched, or
+  /// `all_stops`.
+  void add_joint_columns(Recording& out, bool all_stops = false) const;
   /// kinetic, potential, energy: of bodies, motors and springs, in the base frame.
   Result<void> add_energy_columns(Recording& out, const Bound<InverseDynamics>& dynamics,
                                   Progress& progress) const;

@@ -66,6 +66,7 @@ struct Thing {
   std::string name;
   std::int32_t body = 0;
   bool is_movable = false;
+  std::array<double, 4> quaternion{};  ///< as last recorded
 };
 
 using Actor = PhysicsActor;
@@ -76,13 +77,23 @@ struct Event {
   std::size_t action = 0;
 };
 struct Held {
-  std::int32_t attachment = 0, object = 0;
+  std::int32_t attachment = 0, object = 0, link = 0;
   std::size_t actor = 0;
 };
 
+/// A configuration that was carried over from before an edit.
+Result<void> check_fits(std::size_t was, std::size_t is) {
+  if (was == is) return {};
+  return error(ErrorCode::conflict,
+               "it has " + std::to_string(is) + " joint values now and had " + std::to_string(was) +
+                   " before, so its state does not fit",
+               "Begin again from the start: run.reset.");
+}
+
 class Simulation {
  public:
-  Simulation(const Simulator& sim, const PhysicsRun& run) : sim_(sim), run_(run) {}
+  Simulation(const Simulator& sim, const PhysicsRun& run, RowSink* sink, const RunState* from)
+      : sim_(sim), run_(run), sink_(sink), from_(from) {}
 
   Result<RecordingPtr> operator()(Progress& progress) {
     RMP_TRY(check_times());
@@ -165,11 +176,25 @@ class Simulation {
           if (make_inert(body.mass)) inert_.push_back(o.name);
         }
       }
-      const bool is_movable = body.mass.mass > 0;
-      if (is_movable) body.velocity = s.velocity, body.angular_velocity = s.angular_velocity;
-      things_.push_back({o.name, static_cast<std::int32_t>(bodies_.size()) - 1, is_movable});
+      Thing thing{o.name, static_cast<std::int32_t>(bodies_.size()) - 1, body.mass.mass > 0};
+      if (thing.is_movable) body.velocity = s.velocity, body.angular_velocity = s.angular_velocity;
+      if (const RunState::Body* before = before_of(o.name)) {
+        body.pose = before->pose;
+        if (thing.is_movable)
+          body.velocity = before->velocity, body.angular_velocity = before->angular_velocity;
+        thing.quaternion = before->quaternion;
+      }
+      things_.push_back(std::move(thing));
     }
     return {};
+  }
+
+  /// Where an object that could move was before the world was edited.
+  [[nodiscard]] const RunState::Body* before_of(const std::string& name) const {
+    if (from_)
+      for (const RunState::Body& b : from_->objects)
+        if (b.name == name) return &b;
+    return nullptr;
   }
 
   Result<void> add_robots(Progress& progress) {
@@ -200,6 +225,11 @@ class Simulation {
       if (a.q.size() != a.model->coordinate_count()) a.q = robotics::neutral_coordinates(*a.record);
       a.qd.assign(a.model->dof(), 0.0), a.tau = a.qd;
       a.cut.assign(a.model->dof(), 0);
+      const RunState::Robot* before = from_ ? from_->robot(a.placed->name) : nullptr;
+      if (before) {
+        RMP_TRY(check_fits(before->q.size(), a.q.size()).in(where));
+        a.q = before->start;
+      }
       a.way.emplace(a.model, a.q);
       RMP_TRY(a.way->start_at(a.q).in(where));
       a.now.resize(a.model->joints.size());
@@ -220,6 +250,7 @@ class Simulation {
                        bind_controller(sim_.registry, driven, a.inverse, choice).in(where));
         a.memory.assign(a.controller.solver->memory_size(), 0.0);
         a.scratch.assign(a.controller.solver->scratch_size(), 0.0);
+        if (before && before->memory.size() == a.memory.size()) a.memory = before->memory;
       }
       actors_.push_back(std::move(a));
     }
@@ -250,6 +281,10 @@ class Simulation {
                        : std::string("how long to simulate is not said"),
                    "Give a duration such as duration = 2, and a step such as 0.001 s.");
     ticks_ = static_cast<std::int64_t>(std::ceil(duration_ / run_.step - 1e-9));
+    if (from_)
+      first_ =
+          std::min(ticks_, static_cast<std::int64_t>(std::ceil(from_->time / run_.step - 1e-9)));
+    std::erase_if(events_, [this](const Event& e) { return e.tick < first_; });
     return {};
   }
 
@@ -426,8 +461,30 @@ class Simulation {
       if (is_right) break;
     }
     read();
+    RMP_TRY(hold_again());
     for (const Actor& a : actors_)
       if (a.settings.self_contact) RMP_TRY(pass_over(a, none));
+    return {};
+  }
+
+  /// What was held before the world was edited, as far as it is still there.
+  Result<void> hold_again() {
+    if (!from_) return {};
+    for (const RunState::Held& h : from_->held) {
+      const auto thing = std::find_if(things_.begin(), things_.end(), [&](const Thing& t) {
+        return t.name == h.object && t.is_movable;
+      });
+      for (std::size_t who = 0; who < actors_.size() && thing != things_.end(); ++who) {
+        const Actor& a = actors_[who];
+        for (std::size_t j = 0; a.placed->name == h.robot && j < a.model->joints.size(); ++j) {
+          if (a.model->joints[j].name != h.joint) continue;
+          const std::int32_t link = a.base_body + 1 + static_cast<std::int32_t>(j);
+          RMP_TRY_ASSIGN(const std::int32_t number,
+                         guarded(provider_, [&] { return world_->attach(link, thing->body); }));
+          held_.push_back({number, thing->body, link, who});
+        }
+      }
+    }
     return {};
   }
 
@@ -460,10 +517,18 @@ class Simulation {
       }
     }
     MotionReference::Sample start;
-    a.way->at(0, start);
+    a.way->at(time_of(first_), start);
     a.q = start.q;
-    robotics::forward_kinematics(*a.model, a.q, a.now);
     RMP_TRY(a.choose_dynamic());
+    std::vector<Vec3> linear(a.now.size()), angular(a.now.size());
+    if (const RunState::Robot* before = from_ ? from_->robot(a.placed->name) : nullptr) {
+      carry_over(a, *before, start);
+      robotics::forward_kinematics(*a.model, a.q, a.now);
+      a.body_velocities(linear, angular);
+    } else {
+      robotics::forward_kinematics(*a.model, a.q, a.now);
+    }
+    a.begin = a.q;
     a.base_body = static_cast<std::int32_t>(bodies_.size());
     for (std::size_t b = 0; b < of_body.size(); ++b) {
       const Pose at = b == 0 ? a.world_T_base : spatial::compose(a.world_T_base, a.now[b - 1]);
@@ -475,11 +540,31 @@ class Simulation {
       body.self = a.settings.self_contact;
       if (b == 0 || !a.is_dynamic[b - 1]) continue;
       const JointModel& joint = a.model->joints[b - 1];
+      body.velocity = linear[b - 1], body.angular_velocity = angular[b - 1];
       body.mass = joint.body;
       if (make_inert(body.mass)) inert_.push_back(a.placed->name + "." + joint.name);
     }
     a.add_joints(joints_);
     return {};
+  }
+
+  /// Joints that the engine moves are where they were before the world was edited, the others
+  /// where their way is.
+  static void carry_over(Actor& a, const RunState::Robot& before,
+                         const MotionReference::Sample& way) {
+    a.qd = way.qd;
+    for (std::size_t j = 0; j < a.model->joints.size(); ++j) {
+      const JointModel& m = a.model->joints[j];
+      if (!a.is_dynamic[j] || m.is_coupled()) continue;
+      for (std::int32_t k = 0; k < coordinate_count(m.type); ++k)
+        a.q[index(m.q_index + k)] = before.q[index(m.q_index + k)];
+      for (std::int32_t k = 0; k < velocity_count(m.type); ++k)
+        a.qd[index(m.v_index + k)] = before.qd[index(m.v_index + k)];
+    }
+    for (const RunState::Grip& g : before.grips)
+      for (PhysicsGrip& grip : a.grips)
+        if (a.model->joints[grip.joint].name == g.joint)
+          grip.is_on = true, grip.force = g.force, grip.speed = g.speed;
   }
 
   // ---- the run ----
@@ -495,9 +580,9 @@ class Simulation {
 
   Result<void> go(Progress& progress) {
     prepare_columns();
-    RMP_TRY(sample(0));
+    RMP_TRY(sample(time_of(first_)));
     std::size_t next_event = 0;
-    for (std::int64_t tick = 0; tick < ticks_; ++tick) {
+    for (std::int64_t tick = first_; tick < ticks_; ++tick) {
       const double t = time_of(tick), end = time_of(tick + 1);
       if (tick % 64 == 0) {
         progress.report(t / duration_, "contact physics");
@@ -572,9 +657,9 @@ class Simulation {
     touched.erase(std::unique(touched.begin(), touched.end()), touched.end());
     if (named >= 0) {
       if (!std::binary_search(touched.begin(), touched.end(), named))
-        notes_.push_back(text::quote(action.object) + " was grasped at " +
-                         text::print_rounded(event.time) + " s though the tool of " +
-                         text::quote(a.placed->name) + " did not touch it");
+        out_.notes.push_back(text::quote(action.object) + " was grasped at " +
+                             text::print_rounded(event.time) + " s though the tool of " +
+                             text::quote(a.placed->name) + " did not touch it");
       touched = {named};
     }
     std::erase_if(touched, [&](std::int32_t body) {
@@ -589,10 +674,10 @@ class Simulation {
     for (const std::int32_t body : touched) {
       RMP_TRY_ASSIGN(const std::int32_t number,
                      guarded(provider_, [&] { return world_->attach(link, body); }));
-      held_.push_back({number, body, who});
-      notes_.push_back(text::quote(a.placed->name) + " grasped " +
-                       text::quote(things_[index(body)].name) + " at " +
-                       text::print_rounded(event.time) + " s");
+      held_.push_back({number, body, link, who});
+      out_.notes.push_back(text::quote(a.placed->name) + " grasped " +
+                           text::quote(things_[index(body)].name) + " at " +
+                           text::print_rounded(event.time) + " s");
     }
     return {};
   }
@@ -605,6 +690,12 @@ class Simulation {
   }
 
   void prepare_columns() {
+    out_.world = run_.world;
+    out_.title = sim_.snapshot.find(AnyId(run_.world))->name + ": contact physics";
+    if (!inert_.empty())
+      out_.notes.push_back(text::enumerate(inert_) + (inert_.size() == 1 ? " has" : " have") +
+                           " no mass or no inertia about some axis and got the least that the "
+                           "engine takes");
     add_column("time", "s", "time");
     const auto first =
         std::find_if(actors_.begin(), actors_.end(), [](const Actor& a) { return a.acts; });
@@ -676,17 +767,18 @@ class Simulation {
       force[index(contact.b)] = spatial::sub(force[index(contact.b)], contact.force);
       sum += spatial::norm(contact.force);
     }
-    for (const Thing& thing : things_) {
+    for (Thing& thing : things_) {
       if (!thing.is_movable) continue;
       const Pose& pose = poses_[index(thing.body)];
       const auto [w, x, y, z] = spatial::to_quaternion(pose.R);
-      const std::array<double, 4> quaternion{w, x, y, z};
+      std::array<double, 4> quaternion{w, x, y, z};
       // q and -q are one rotation: the one nearer to the row before is written.
       double same = 0;
-      for (std::size_t k = 0; k < 4 && out_.rows() > 1; ++k)
-        same += quaternion[k] * out_.columns[c + 3 + k].values.back();
+      for (std::size_t k = 0; k < 4; ++k) same += quaternion[k] * thing.quaternion[k];
+      for (double& p : quaternion) p = same < 0 ? -p : p;
+      thing.quaternion = quaternion;
       for (const double p : pose.p) put(p);
-      for (const double p : quaternion) put(same < 0 ? -p : p);
+      for (const double p : quaternion) put(p);
       put(spatial::norm(force[index(thing.body)]));
     }
     put(static_cast<double>(contacts_.size()));
@@ -698,7 +790,33 @@ class Simulation {
             "provider " + text::quote(provider_) + " returned a state that is not a number",
             "Use a shorter step; else report it to the provider's author.",
             "t = " + text::print_rounded(t) + " s");
-    return {};
+    return sink_ ? sink_->take(out_, out_.rows() - 1, state(t)) : Result<void>();
+  }
+
+  /// What a run needs to go on from here.
+  [[nodiscard]] RunStatePtr state(double t) const {
+    auto s = std::make_shared<RunState>();
+    s->time = t;
+    for (const Thing& thing : things_) {
+      const std::size_t b = index(thing.body);
+      if (thing.is_movable)
+        s->objects.push_back(
+            {thing.name, poses_[b], velocities_[b], angular_velocities_[b], thing.quaternion});
+    }
+    for (const Actor& a : actors_) {
+      RunState::Robot r{a.placed->name, a.way->start(), a.q, a.qd, a.memory, {}};
+      for (const PhysicsGrip& g : a.grips)
+        if (g.is_on) r.grips.push_back({a.model->joints[g.joint].name, g.force, g.speed});
+      s->robots.push_back(std::move(r));
+    }
+    for (const Held& h : held_) {
+      const Actor& a = actors_[h.actor];
+      const std::int32_t joint = h.link - a.base_body - 1;
+      if (joint >= 0)
+        s->held.push_back(
+            {a.placed->name, a.model->joints[index(joint)].name, things_[index(h.object)].name});
+    }
+    return s;
   }
 
   /// Name of the joint that an entry of tau belongs to.
@@ -709,12 +827,6 @@ class Simulation {
   }
 
   Result<RecordingPtr> record() {
-    out_.world = run_.world;
-    out_.title = sim_.snapshot.find(AnyId(run_.world))->name + ": contact physics";
-    if (!inert_.empty())
-      out_.notes.push_back(text::enumerate(inert_) + (inert_.size() == 1 ? " has" : " have") +
-                           " no mass or no inertia about some axis and got the least that the "
-                           "engine takes");
     for (const Actor& a : actors_)
       for (std::size_t j = 0; j < a.cut.size(); ++j)
         if (a.cut[j] > 0)
@@ -722,12 +834,13 @@ class Simulation {
                                text::quote(a.placed->name) + " was cut in " +
                                std::to_string(a.cut[j]) + " of " + std::to_string(ticks_) +
                                " steps");
-    out_.notes.insert(out_.notes.end(), notes_.begin(), notes_.end());
     return std::make_shared<const Recording>(std::move(out_));
   }
 
   const Simulator& sim_;
   const PhysicsRun& run_;
+  RowSink* sink_;
+  const RunState* from_;
   const model::World* world_record_ = nullptr;
   std::vector<PhysicsBody> bodies_;
   std::vector<std::vector<ShapePiece>> pieces_;  ///< keeps the meshes
@@ -739,7 +852,7 @@ class Simulation {
   std::map<std::size_t, std::size_t> grip_of_;   ///< of grips, in their actor
   std::vector<Held> held_;
   double last_end_ = 0, duration_ = 0;
-  std::int64_t ticks_ = 0, every_ = 1;
+  std::int64_t first_ = 0, ticks_ = 0, every_ = 1;
   std::string provider_;
   std::unique_ptr<PhysicsWorld> world_;
   std::vector<Pose> poses_;
@@ -748,15 +861,15 @@ class Simulation {
   std::vector<PhysicsContact> contacts_;
   MotionReference::Sample wanted_;
   std::vector<const Actor*> recorded_;
-  std::vector<std::string> inert_, notes_;
+  std::vector<std::string> inert_;
   Recording out_;
 };
 
 }  // namespace
 
 Result<RecordingPtr> simulate_physics(const Simulator& simulator, const PhysicsRun& run,
-                                      Progress& progress) {
-  Simulation simulation(simulator, run);
+                                      Progress& progress, RowSink* sink, const RunState* from) {
+  Simulation simulation(simulator, run, sink, from);
   auto done = simulation(progress);
   if (!done.ok() && simulator.snapshot.get(run.world))
     return std::move(done).error().in(simulator.snapshot.describe(AnyId(run.world)));

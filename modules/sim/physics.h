@@ -11,6 +11,7 @@
 #include <robomosp/sdk/physics.h>
 
 #include "sim/recording.h"
+#include "sim/row_sink.h"
 #include "sim/simulate.h"
 
 namespace robomosp::sim {
@@ -80,6 +81,10 @@ struct PhysicsRun {
 /// `contacts`, the number of contact points, and `contact_force`, the sum of their forces' sizes
 /// [N]. Equal runs give equal bits. Notes tell bodies that had to be given a mass, torques that
 /// were cut, and what was grasped.
-Result<RecordingPtr> simulate_physics(const Simulator&, const PhysicsRun&, Progress&);
+/// A `sink` takes every row as it is made. With `from` the run goes on there, with the world as it
+/// is now: what can move carries over place and speed by its name, as do robots, controllers and
+/// what is held; what is new begins where it is placed; actions before that time are past.
+Result<RecordingPtr> simulate_physics(const Simulator&, const PhysicsRun&, Progress&,
+                                      RowSink* sink = nullptr, const RunState* from = nullptr);
 
 }  // namespace robomosp::sim

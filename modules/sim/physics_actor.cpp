@@ -243,11 +243,40 @@ void PhysicsActor::take_turns_off(std::vector<PhysicsJoint>& joints) const {
   }
 }
 
+void PhysicsActor::body_velocities(std::vector<Vec3>& linear, std::vector<Vec3>& angular) const {
+  const std::size_t n = model->joints.size();
+  linear.assign(n, {}), angular.assign(n, {});
+  for (std::size_t j = 0; j < n; ++j) {
+    const JointModel& m = model->joints[j];
+    const Pose at = spatial::compose(world_T_base, now[j]);
+    Vec3 v{}, w{};
+    if (m.parent >= 0) {
+      const std::size_t p = index(m.parent);
+      const Vec3 arm = spatial::rotate(world_T_base, spatial::sub(now[j].p, now[p].p));
+      w = angular[p];
+      v = spatial::add(linear[p], spatial::cross(w, arm));
+    }
+    const double* x = &qd[index(m.v_index)];
+    if (is_single(m)) {
+      const double rate = m.is_coupled() ? m.coupling.ratio * *x : *x;
+      Vec3& along = m.type == JointType::prismatic ? v : w;
+      along = spatial::add(along, spatial::rotate(at, {0, 0, rate}));
+    } else {
+      if (m.type == JointType::free) {
+        v = spatial::add(v, spatial::rotate(at, {x[0], x[1], x[2]}));
+        x += 3;
+      }
+      w = spatial::add(w, spatial::rotate(at, {x[0], x[1], x[2]}));
+    }
+    linear[j] = v, angular[j] = w;
+  }
+}
+
 bool PhysicsActor::find_turns(std::span<const double> joint_q) {
   bool is_right = true;
   for (std::size_t j = 0; j < joint.size(); ++j) {
     if (joint[j] < 0 || model->joints[j].type != JointType::revolute) continue;
-    const double missing = joint_value(j, way->start()) - joint_q[index(joint[j])];
+    const double missing = joint_value(j, begin) - joint_q[index(joint[j])];
     const double whole = 2 * std::numbers::pi * std::round(missing / (2 * std::numbers::pi));
     if (whole != turns[j]) turns[j] = whole, is_right = false;
   }

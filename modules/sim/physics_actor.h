@@ -74,6 +74,7 @@ struct PhysicsActor {
   std::vector<PhysicsGrip> grips;       ///< one a joint
   std::vector<Pose> now, next;          ///< base_T_joint
   std::vector<double> q, qd, tau;       ///< as they are
+  std::vector<double> begin;            ///< q where the engine's world began
   std::vector<double> memory, scratch;  ///< of the controller
   std::vector<std::size_t> cut;         ///< ticks with a torque cut, one an entry of tau
   Bound<InverseDynamics> inverse;
@@ -91,6 +92,8 @@ struct PhysicsActor {
   void add_joints(std::vector<PhysicsJoint>& joints);
   /// Whole turns that limits and couplings of `joints` must do without.
   void take_turns_off(std::vector<PhysicsJoint>& joints) const;
+  /// Velocities of the joints' bodies that belong to q and qd, world axes; `now` is that of q.
+  void body_velocities(std::vector<Vec3>& linear, std::vector<Vec3>& angular) const;
   /// Compares the engine's angles at the start; false where turns were found.
   bool find_turns(std::span<const double> joint_q);
   /// q and qd of what the engine moves.
