@@ -11,6 +11,7 @@
 #include <robomosp/sdk/trajectory.h>
 
 #include "spatial/pose.h"
+#include "spatial/quintic.h"
 #include "spatial/rotation.h"
 
 namespace robomosp::lua {
@@ -20,14 +21,9 @@ struct SampledMotion {
 };
 /// Quintic Hermite interpolation at u in 0..1 over a step h.
 inline SampledMotion hermite(const SampledMotion& s, const SampledMotion& e, double h, double u) {
-  const double d0 = s.x, d1 = s.v * h, d2 = s.a * h * h / 2;
-  const double dx = e.x - (d0 + d1 + d2), dv = e.v * h - (d1 + 2 * d2), da = e.a * h * h - 2 * d2;
-  const double c3 = 10 * dx - 4 * dv + da / 2, c4 = -15 * dx + 7 * dv - da,
-               c5 = 6 * dx - 3 * dv + da / 2;
-  return {d0 + u * (d1 + u * (d2 + u * (c3 + u * (c4 + u * c5)))),
-          (d1 + u * (2 * d2 + u * (3 * c3 + u * (4 * c4 + u * 5 * c5)))) / h,
-          (2 * d2 + u * (6 * c3 + u * (12 * c4 + u * 20 * c5))) / (h * h),
-          (6 * c3 + u * (24 * c4 + u * 60 * c5)) / (h * h * h)};
+  const spatial::Quintic piece({s.x, s.v, s.a}, {e.x, e.v, e.a}, h);
+  const spatial::Jet m = piece.at(u);
+  return {m.v, m.d, m.dd, piece.jerk(u)};
 }
 
 // Coefficients of fourth order on equidistant points: central ones inside, one-sided ones for the

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "kernel/text.h"
+#include "spatial/quintic.h"
 #include "spatial/vec.h"
 
 namespace robomosp::motion {
@@ -45,11 +46,8 @@ double quadrature(const Curve& curve, double a, double b) {
   return sum * half;
 }
 
-/// The parameter's value and derivatives with respect to arc length.
-struct ByLength {
-  double u, d1, d2;
-};
-ByLength by_length(double u, const CurveSample& p) {
+/// The parameter with its derivatives with respect to arc length.
+spatial::Jet by_length(double u, const CurveSample& p) {
   const double v2 = dot(p.d1, p.d1);
   return {u, 1 / std::sqrt(v2), -dot(p.d1, p.d2) / (v2 * v2)};
 }
@@ -104,15 +102,9 @@ Result<void> CurveWalk::refine(double u0, double u1, int depth) {
                    "Control points that coincide stop it there; move them apart, or give times.");
   const double h = quadrature(*curve_, u0, u1);
   const double s0 = pieces_.empty() ? 0 : pieces_.back().s0 + pieces_.back().h;
-  const ByLength a = by_length(u0, first), b = by_length(u1, last);
-  // Quintic Hermite in x = (s - s0) / h.
-  const double d0 = a.d1 * h, e0 = a.d2 * h * h / 2;
-  const double dx = b.u - (a.u + d0 + e0), dv = b.d1 * h - (d0 + 2 * e0),
-               da = b.d2 * h * h - 2 * e0;
-  Piece piece{
-      s0,
-      h,
-      {a.u, d0, e0, 10 * dx - 4 * dv + da / 2, -15 * dx + 7 * dv - da, 6 * dx - 3 * dv + da / 2}};
+  const spatial::Jet a = by_length(u0, first), b = by_length(u1, last);
+  // In x = (s - s0) / h.
+  const Piece piece{s0, h, spatial::Quintic(a, b, h).coefficients()};
   double worst = 0, before = u0, length = 0;
   for (const double x : {0.2, 0.5, 0.8}) {
     double u = piece.c[5];

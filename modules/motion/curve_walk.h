@@ -2,6 +2,7 @@
 // CurveWalk: a curve by the share of its length (layer: data processing, motion).
 #pragma once
 
+#include <array>
 #include <memory>
 #include <span>
 #include <string>
@@ -38,7 +39,7 @@ class CurveWalk {
   /// u over one interval of s: u0 + polynomial in x = (s - s0) / h.
   struct Piece {
     double s0 = 0, h = 0;
-    double c[6] = {};
+    std::array<double, 6> c{};  ///< of the parameter by powers of the share of h
   };
   [[nodiscard]] double parameter(double s, std::size_t& hint) const;
   Result<void> refine(double u0, double u1, int depth);

@@ -4,11 +4,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <string>
 
 #include "kernel/text.h"
 #include "spatial/jet.h"
 #include "spatial/pose.h"
+#include "spatial/quintic.h"
 #include "spatial/rotation.h"
 #include "spatial/vec.h"
 
@@ -77,39 +79,6 @@ class Trimmed final : public Segment {
   double from_, to_, length_;
 };
 
-/// Three quintic polynomials of the share of a duration, by values, rates and accelerations at both
-/// ends (in time).
-struct Quintic {
-  std::array<Vec3, 6> c{};
-  Quintic() = default;
-  Quintic(double T, const Vec3& x0, const Vec3& v0, const Vec3& a0, const Vec3& x1, const Vec3& v1,
-          const Vec3& a1) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      const double d0 = v0[k] * T, e0 = a0[k] * T * T / 2;
-      const double dx = x1[k] - (x0[k] + d0 + e0), dv = v1[k] * T - (d0 + 2 * e0),
-                   da = a1[k] * T * T - 2 * e0;
-      c[0][k] = x0[k], c[1][k] = d0, c[2][k] = e0;
-      c[3][k] = 10 * dx - 4 * dv + da / 2;
-      c[4][k] = -15 * dx + 7 * dv - da;
-      c[5][k] = 6 * dx - 3 * dv + da / 2;
-    }
-  }
-  [[nodiscard]] spatial::JetVector at(double share, double T) const {
-    spatial::JetVector out;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const double x = share;
-      out[k].v =
-          c[0][k] + x * (c[1][k] + x * (c[2][k] + x * (c[3][k] + x * (c[4][k] + x * c[5][k]))));
-      out[k].d =
-          (c[1][k] + x * (2 * c[2][k] + x * (3 * c[3][k] + x * (4 * c[4][k] + x * 5 * c[5][k])))) /
-          T;
-      out[k].dd =
-          (2 * c[2][k] + x * (6 * c[3][k] + x * (12 * c[4][k] + x * 20 * c[5][k]))) / (T * T);
-    }
-    return out;
-  }
-};
-
 /// Solves J x = b for the matrix that takes rates of a rotation vector to angular velocities.
 Vec3 vector_rates(const Vec3& phi, const Vec3& b) {
   std::array<Vec3, 3> column;
@@ -124,13 +93,11 @@ Vec3 vector_rates(const Vec3& phi, const Vec3& b) {
           spatial::dot(b, spatial::cross(column[0], column[1])) / det};
 }
 
-/// From one state of the tool to another in a given time.
+/// From one state of the tool to another in a given time: polynomials of fifth degree for the
+/// position and for the rotation vector from the first orientation.
 class Bridge final : public Segment {
  public:
-  Bridge(const PathSample& from, const PathSample& to, double duration)
-      : duration_(duration),
-        way_(duration, from.pose.p, from.velocity, from.acceleration, to.pose.p, to.velocity,
-             to.acceleration) {
+  Bridge(const PathSample& from, const PathSample& to, double duration) : duration_(duration) {
     start_.R = from.pose.R;
     const Vec3 phi = spatial::rotation_difference(from.pose.R, to.pose.R);
     const Vec3 rate = vector_rates(phi, to.angular_velocity);
@@ -139,17 +106,21 @@ class Bridge final : public Segment {
     for (std::size_t k = 0; k < 3; ++k) jet[k] = {phi[k], rate[k], 0};
     const Vec3 bend = vector_rates(
         phi, sub(to.angular_acceleration, Vec3(spatial::turn_rates(jet).acceleration)));
-    turn_ =
-        Quintic(duration, {}, from.angular_velocity, from.angular_acceleration, phi, rate, bend);
-    length_ = length_between(*this, 0, duration);
+    for (std::size_t k = 0; k < 3; ++k) {
+      way_[k] = spatial::Quintic({from.pose.p[k], from.velocity[k], from.acceleration[k]},
+                                 {to.pose.p[k], to.velocity[k], to.acceleration[k]}, duration);
+      turn_[k] = spatial::Quintic({0, from.angular_velocity[k], from.angular_acceleration[k]},
+                                  {phi[k], rate[k], bend[k]}, duration);
+    }
   }
+  void measure() { length_ = length_between(*this, 0, duration_); }
   [[nodiscard]] double duration() const override { return duration_; }
   [[nodiscard]] double length() const override { return length_; }
   void sample(std::span<const double> times, std::span<PathSample> out) const override {
     const double slack = 1e-12 * duration_;
     for (std::size_t i = 0; i < times.size(); ++i) {
       const double x = std::clamp(times[i] / duration_, 0.0, 1.0);
-      const spatial::JetVector p = way_.at(x, duration_), phi = turn_.at(x, duration_);
+      const spatial::JetVector p = at(way_, x), phi = at(turn_, x);
       PathSample& s = out[i];
       Pose turned;
       turned.R = spatial::rotation_exp({phi[0].v, phi[1].v, phi[2].v});
@@ -166,8 +137,12 @@ class Bridge final : public Segment {
   }
 
  private:
+  using Quintics = std::array<spatial::Quintic, 3>;
+  static spatial::JetVector at(const Quintics& of, double share) {
+    return {of[0].at(share), of[1].at(share), of[2].at(share)};
+  }
   double duration_, length_ = 0;
-  Quintic way_, turn_;
+  Quintics way_, turn_;
   Pose start_;
 };
 
@@ -203,14 +178,88 @@ bool same_rate(const Vec3& a, const Vec3& b) {
   return norm(sub(a, b)) <= kJoinRate * (1 + norm(a) + norm(b));
 }
 
-/// How long a bridge takes: by its way at a mean speed, and by its turn.
-double bridge_time(const PathSample& a, const PathSample& b, double speed) {
-  const double way = spatial::distance(a.pose.p, b.pose.p),
-               turn = norm(spatial::rotation_difference(a.pose.R, b.pose.R));
-  if (!(speed > 0)) speed = std::max({norm(a.velocity), norm(b.velocity), kSpeed});
+/// Greatest speeds within a bridge, and the speed in its middle [m/s, rad/s].
+struct Speeds {
+  double moving = 0, turning = 0, middle = 0;
+};
+Speeds speeds_of(const Bridge& bridge) {
+  constexpr std::size_t kParts = 64;
+  const double h = bridge.duration() / kParts;
+  std::array<double, kParts + 1> times;
+  std::array<PathSample, kParts + 1> samples;
+  for (std::size_t i = 0; i <= kParts; ++i) times[i] = h * static_cast<double>(i);
+  bridge.sample(times, samples);
+  // Between samples the greatest lies on the parabola through the highest and its neighbours.
+  const auto greatest = [&](const auto& rate) {
+    std::size_t top = 0;
+    for (std::size_t i = 1; i <= kParts; ++i)
+      if (rate(samples[i]) > rate(samples[top])) top = i;
+    const double y = rate(samples[top]);
+    if (top == 0 || top == kParts) return y;
+    const double a = rate(samples[top - 1]), b = rate(samples[top + 1]), bend = a - 2 * y + b;
+    return bend < 0 ? y - (b - a) * (b - a) / (8 * bend) : y;
+  };
+  return {greatest([](const PathSample& s) { return norm(s.velocity); }),
+          greatest([](const PathSample& s) { return norm(s.angular_velocity); }),
+          norm(samples[kParts / 2].velocity)};
+}
+
+/// What a bridge must keep: its greatest speeds, and that in its middle where the tool comes faster
+/// than it is to go round the corner.
+struct Bounds {
+  double moving = 0, turning = 0, middle = 0;
+  [[nodiscard]] bool holds(const Speeds& s) const {
+    constexpr double kSlack = 1 + 1e-9;
+    return s.moving <= kSlack * moving && s.turning <= kSlack * turning &&
+           s.middle <= kSlack * middle;
+  }
+};
+
+/// The shortest duration from `least` on for which a bridge keeps the bounds; 0 = there is none up
+/// to some times that.
+double shortest_time(const PathSample& from, const PathSample& to, double least,
+                     const Bounds& bounds) {
+  constexpr int kScan = 60, kHalvings = 40;
+  constexpr double kGrowth = 1.04;
+  const auto holds = [&](double T) { return bounds.holds(speeds_of(Bridge(from, to, T))); };
+  double low = least, high = least;
+  for (int i = 0; !holds(high); ++i) {
+    if (i == kScan) return 0;
+    low = high;
+    high *= kGrowth;
+  }
+  for (int i = 0; i < kHalvings && high - low > 1e-12 * high; ++i) {
+    const double middle = (low + high) / 2;
+    (holds(middle) ? high : low) = middle;
+  }
+  return high;
+}
+
+/// How long the bridge takes. `cut` is the time cut away from a corner, 0 over a gap.
+Result<double> bridge_time(const PathSample& from, const PathSample& to, double cut, double speed,
+                           std::size_t number) {
+  const double way = spatial::distance(from.pose.p, to.pose.p),
+               turn = norm(spatial::rotation_difference(from.pose.R, to.pose.R));
+  const double faster = std::max(norm(from.velocity), norm(to.velocity));
   const double turning =
-      std::max({norm(a.angular_velocity), norm(b.angular_velocity), kAngularSpeed});
-  return std::max(way / speed, turn / turning);
+      std::max({norm(from.angular_velocity), norm(to.angular_velocity), kAngularSpeed});
+  const double asked = speed > 0 ? speed : cut > 0 ? faster : std::max(faster, kSpeed);
+  Bounds bounds{std::max(asked, faster), turning, asked};
+  double least = cut;
+  // A corner takes the time cut away, or less for a speed above its neighbours'.
+  if (!(cut > 0)) least = std::max(way / bounds.moving, turn / turning);
+  else if (faster > 0 && speed > faster) least *= faster / speed;
+  double T = shortest_time(from, to, least, bounds);
+  bounds.turning = std::numeric_limits<double>::infinity();
+  if (!(T > 0)) T = shortest_time(from, to, least, bounds);
+  if (T > 0) return T;
+  if (!(speed > 0)) return cut > 0 ? cut : 15.0 / 8 * least;  // as from rest to rest
+  return error(ErrorCode::invalid_argument,
+               "no transition from segment " + std::to_string(number - 1) + " at " +
+                   text::print_rounded(norm(from.velocity)) + " m/s to segment " +
+                   std::to_string(number) + " at " + text::print_rounded(norm(to.velocity)) +
+                   " m/s keeps to " + text::print_rounded(speed) + " m/s",
+               "Give a greater speed or distance, or run the segments more slowly.");
 }
 
 }  // namespace
@@ -255,9 +304,10 @@ Result<void> follow(std::vector<std::shared_ptr<const Segment>>& pieces,
   }
   const double T = last.duration();
   const PathSample from = at(last, T - before), to = at(*next, after);
-  double duration = before + after;
-  if (!is_joined || transition.speed > 0) duration = bridge_time(from, to, transition.speed);
+  RMP_TRY_ASSIGN(const double duration,
+                 bridge_time(from, to, before + after, transition.speed, number));
   auto bridge = std::make_shared<Bridge>(from, to, duration);
+  bridge->measure();
   if (before > 0) {
     auto trimmed = std::make_shared<Trimmed>(pieces.back(), 0, T - before);
     pieces.back() = std::move(trimmed);

@@ -24,9 +24,12 @@ inline constexpr double kJoinRate = 1e-9;      ///< [m/s and rad/s], beside the 
 /// - a corner, a jump of velocity alone, is cut: the last piece ends and `next` begins a distance
 ///   from it (by the transition, or a tenth of the shorter of the two);
 /// by a piece of fifth degree in time whose position, orientation, velocities and accelerations are
-/// those of its neighbours at both ends. Its time is that of what was cut away, or its length by
-/// the transition's speed. Without smoothness a gap is an error that tells its size, and a velocity
-/// may jump. `number` counts the segments, for messages.
+/// those of its neighbours at both ends. It takes the shortest time (for a corner at least that of
+/// what was cut away) in which the tool is nowhere faster than at the faster end or the
+/// transition's speed; where the ends are faster than that speed, the tool slows down to it until
+/// the middle. Without a speed a gap is bridged at the neighbours'. An impossible speed is an
+/// error. Without smoothness a gap is an error that tells its size, and a velocity may jump.
+/// `number` counts the segments, for messages.
 Result<void> follow(std::vector<std::shared_ptr<const Segment>>& pieces,
                     std::shared_ptr<const Segment> next, const model::Transition&,
                     std::size_t number);

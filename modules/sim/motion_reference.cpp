@@ -7,6 +7,7 @@
 #include "kernel/text.h"
 #include "sim/joint_rates.h"
 #include "spatial/pose.h"
+#include "spatial/quintic.h"
 
 namespace robomosp::sim {
 namespace {
@@ -15,20 +16,6 @@ std::size_t at_or_before(std::span<const double> times, double t) {
   const auto it = std::upper_bound(times.begin(), times.end(), t);
   const auto i = static_cast<std::size_t>(it - times.begin());
   return i == 0 ? 0 : std::min(i - 1, times.size() - 2);
-}
-
-/// Quintic through value, rate and acceleration at either end of a step h, at u in 0..1.
-struct Motion {
-  double x, v, a;
-};
-Motion hermite(const Motion& s, const Motion& e, double h, double u) {
-  const double d0 = s.x, d1 = s.v * h, d2 = s.a * h * h / 2;
-  const double dx = e.x - (d0 + d1 + d2), dv = e.v * h - (d1 + 2 * d2), da = e.a * h * h - 2 * d2;
-  const double c3 = 10 * dx - 4 * dv + da / 2, c4 = -15 * dx + 7 * dv - da,
-               c5 = 6 * dx - 3 * dv + da / 2;
-  return {d0 + u * (d1 + u * (d2 + u * (c3 + u * (c4 + u * c5)))),
-          (d1 + u * (2 * d2 + u * (3 * c3 + u * (4 * c4 + u * 5 * c5)))) / h,
-          (2 * d2 + u * (6 * c3 + u * (12 * c4 + u * 20 * c5))) / (h * h)};
 }
 
 std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
@@ -145,10 +132,11 @@ void MotionReference::at(double t, Sample& out) const {
         continue;
       }
       if (!(h > 0)) continue;
-      const Motion m =
-          hermite({q_[i * c + k], qd_[i * n + v], qdd_[i * n + v]},
-                  {q_[(i + 1) * c + k], qd_[(i + 1) * n + v], qdd_[(i + 1) * n + v]}, h, u);
-      out.q[k] = m.x, out.qd[v] = m.v, out.qdd[v] = m.a;
+      const spatial::Jet m =
+          spatial::Quintic({q_[i * c + k], qd_[i * n + v], qdd_[i * n + v]},
+                           {q_[(i + 1) * c + k], qd_[(i + 1) * n + v], qdd_[(i + 1) * n + v]}, h)
+              .at(u);
+      out.q[k] = m.v, out.qd[v] = m.d, out.qdd[v] = m.dd;
     }
   }
   out.has_tip = path_ != nullptr;

@@ -44,13 +44,16 @@ inline JetVector unit(const JetVector& a) { return scale(a, inverse(sqrt(dot(a, 
 
 /// w, x, y, z.
 using JetQuaternion = std::array<Jet, 4>;
-inline JetQuaternion multiply(const JetQuaternion& a, const JetQuaternion& b) {
+/// The product of quaternions of jets or of plain numbers.
+template <class T>
+std::array<T, 4> multiply(const std::array<T, 4>& a, const std::array<T, 4>& b) {
   return {a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
           a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
           a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1],
           a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0]};
 }
-inline JetQuaternion conjugate(const JetQuaternion& a) {
+template <class T>
+std::array<T, 4> conjugate(const std::array<T, 4>& a) {
   return {a[0], a[1] * -1.0, a[2] * -1.0, a[3] * -1.0};
 }
 /// The unit quaternion of half the rotation vector: exp(v) turns by 2 |v|.
@@ -92,21 +95,19 @@ inline JetVector log(const JetQuaternion& q) {
   return scale(u, f);
 }
 
-/// Angular velocity and acceleration, in the outer frame's axes, of R = exp(phi) R0.
+/// Angular velocity and acceleration in the outer frame's axes.
 struct TurnRates {
   std::array<double, 3> velocity{}, acceleration{};
 };
-inline TurnRates turn_rates(const JetVector& phi) {
-  const JetQuaternion q = exp(scale(phi, Jet{0.5}));
-  const auto vector_of_product = [&](const std::array<double, 4>& a) {
-    // The vector part of 2 a q*.
-    const double w = q[0].v, x = -q[1].v, y = -q[2].v, z = -q[3].v;
-    return std::array<double, 3>{2 * (a[0] * x + a[1] * w + a[2] * z - a[3] * y),
-                                 2 * (a[0] * y - a[1] * z + a[2] * w + a[3] * x),
-                                 2 * (a[0] * z + a[1] * y - a[2] * x + a[3] * w)};
-  };
-  return {vector_of_product({q[0].d, q[1].d, q[2].d, q[3].d}),
-          vector_of_product({q[0].dd, q[1].dd, q[2].dd, q[3].dd})};
+/// Of the turn that a unit quaternion is: the vector parts of 2 q' q* and 2 q'' q*.
+inline TurnRates turn_rates(const JetQuaternion& q) {
+  using Plain = std::array<double, 4>;
+  const Plain inverse{q[0].v, -q[1].v, -q[2].v, -q[3].v};
+  const Plain turn = multiply(Plain{q[0].d, q[1].d, q[2].d, q[3].d}, inverse),
+              bend = multiply(Plain{q[0].dd, q[1].dd, q[2].dd, q[3].dd}, inverse);
+  return {{2 * turn[1], 2 * turn[2], 2 * turn[3]}, {2 * bend[1], 2 * bend[2], 2 * bend[3]}};
 }
+/// Of R = exp(phi) R0.
+inline TurnRates turn_rates(const JetVector& phi) { return turn_rates(exp(scale(phi, Jet{0.5}))); }
 
 }  // namespace robomosp::spatial

@@ -7,6 +7,7 @@
 #include "makers.h"
 #include "spatial/jet.h"
 #include "spatial/pose.h"
+#include "spatial/quintic.h"
 #include "spatial/rotation.h"
 #include "spatial/vec.h"
 
@@ -96,22 +97,15 @@ class SlerpPoints final : public Orientation {
 
 using Quaternion = std::array<double, 4>;
 
-Quaternion times(const Quaternion& a, const Quaternion& b) {
-  return {a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
-          a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
-          a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1],
-          a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0]};
-}
-Quaternion conjugate(const Quaternion& q) { return {q[0], -q[1], -q[2], -q[3]}; }
 JetQuaternion constant(const Quaternion& q) { return {Jet{q[0]}, Jet{q[1]}, Jet{q[2]}, Jet{q[3]}}; }
 /// Half the rotation vector of a^-1 b, in the axes of a.
 Vec3 half_turn(const Quaternion& a, const Quaternion& b) {
-  const JetVector v = spatial::log(constant(times(conjugate(a), b)));
+  const JetVector v = spatial::log(constant(spatial::multiply(spatial::conjugate(a), b)));
   return {v[0].v, v[1].v, v[2].v};
 }
 Quaternion turned(const Quaternion& a, const Vec3& half) {
   const JetQuaternion e = spatial::exp(JetVector{Jet{half[0]}, Jet{half[1]}, Jet{half[2]}});
-  return times(a, {e[0].v, e[1].v, e[2].v, e[3].v});
+  return spatial::multiply(a, Quaternion{e[0].v, e[1].v, e[2].v, e[3].v});
 }
 
 /// Spherical quadrangle through all points (K. Shoemake, Animating rotation with quaternion
@@ -155,13 +149,9 @@ class Squad final : public Orientation {
                           inside = slerp(constant(inner_[k][0]), constant(inner_[k][1]), t),
                           q = slerp(outer, inside, t * (Jet{1} - t) * 2.0);
       out[i].R = spatial::from_quaternion({q[0].v, q[1].v, q[2].v, q[3].v});
-      // The angular velocity in the outer frame is the vector of 2 q' q*, its rate that of 2 q''
-      // q*.
-      const Quaternion inverse{q[0].v, -q[1].v, -q[2].v, -q[3].v};
-      const Quaternion turn = times({q[0].d, q[1].d, q[2].d, q[3].d}, inverse),
-                       bend = times({q[0].dd, q[1].dd, q[2].dd, q[3].dd}, inverse);
-      out[i].turn = {2 * turn[1], 2 * turn[2], 2 * turn[3]};
-      out[i].bend = {2 * bend[1], 2 * bend[2], 2 * bend[3]};
+      const spatial::TurnRates rates = spatial::turn_rates(q);
+      out[i].turn = rates.velocity;
+      out[i].bend = rates.acceleration;
     }
   }
 
@@ -238,15 +228,10 @@ class Eased final : public Orientation {
     for (std::size_t i = 0; i < w.size(); ++i) {
       const double x = std::clamp((w[i] - from_) / h, 0.0, 1.0);
       const bool is_turning = w[i] >= from_ && w[i] <= to_;
-      double e = x, e1 = 1, e2 = 0;
-      if (is_smooth_) {
-        e = x * x * x * (10 + x * (-15 + 6 * x));
-        e1 = x * x * (30 + x * (-60 + 30 * x));
-        e2 = x * (60 + x * (-180 + 120 * x));
-      }
-      inner_->evaluate({&e, 1}, along.subspan(i, 1), out.subspan(i, 1));
+      const Jet eased = is_smooth_ ? spatial::ease(x) : Jet{x, 1, 0};
+      inner_->evaluate({&eased.v, 1}, along.subspan(i, 1), out.subspan(i, 1));
       OrientationSample& s = out[i];
-      e1 = is_turning ? e1 / h : 0, e2 = is_turning ? e2 / (h * h) : 0;
+      const double e1 = is_turning ? eased.d / h : 0, e2 = is_turning ? eased.dd / (h * h) : 0;
       s.bend = add(spatial::scale(s.bend, e1 * e1), spatial::scale(s.turn, e2));
       s.turn = spatial::scale(s.turn, e1);
     }

@@ -112,6 +112,111 @@ TEST(Transitions, KeepTheDistanceAsked) {
   EXPECT_NE(at(**made, 3.55).pose.p[1], 0);
 }
 
+double greatest_speed(const motion::Path& path, double from, double to) {
+  double most = 0;
+  for (int i = 0; i <= 4000; ++i)
+    most = std::max(most, spatial::norm(at(path, from + (to - from) * i / 4000).velocity));
+  return most;
+}
+const motion::Path::Piece& transition_of(const motion::Path& path) {
+  for (const auto& piece : path.pieces())
+    if (piece.is_transition) return piece;
+  return path.pieces().front();
+}
+
+// From rest to rest over a gap D the speed of a polynomial of fifth degree is at most 15/8 D / T.
+TEST(Transitions, KeepToTheirSpeedOverAGap) {
+  Trajectory t;
+  t.segments.push_back(record_of("line", {place(0, 0, 0), place(0.4, 0, 0)}));
+  t.segments.push_back(record_of("line", {place(0.4, 0.3, 0), place(0, 0.3, 0)}));
+  for (auto& s : t.segments) s.law.name = "quintic";
+  t.segments.back().transition.speed = 0.2;
+  const auto made = build(t);
+  ASSERT_TRUE(made.ok()) << made.error().sentence();
+  const auto& piece = transition_of(**made);
+  const double T = piece.segment->duration();
+  EXPECT_NEAR(T, 15.0 / 8 * 0.3 / 0.2, 1e-8);
+  EXPECT_NEAR(greatest_speed(**made, piece.start, piece.start + T), 0.2, 1e-8);
+}
+
+TEST(Transitions, SlowDownToTheirSpeedInACorner) {
+  for (const double speed : {0.05, 0.1, 0.15}) {
+    const auto made = build(corner({.is_smooth = true, .distance = 0.03, .speed = speed}));
+    ASSERT_TRUE(made.ok()) << made.error().sentence();
+    const auto& piece = transition_of(**made);
+    const double T = piece.segment->duration();
+    EXPECT_LE(greatest_speed(**made, piece.start, piece.start + T),
+              std::max(speed, 0.1) * (1 + 1e-6));
+    const double middle = spatial::norm(at(**made, piece.start + T / 2).velocity);
+    EXPECT_LE(middle, speed * (1 + 1e-9));
+    EXPECT_GE(middle, speed * 0.5) << "not slower than there is need for";
+  }
+  // From 1 m/s to 0.01 m/s within so short a way the tool is still fast in the middle.
+  Trajectory t = corner({.is_smooth = true, .distance = 0.03, .speed = 0.001});
+  t.segments.front().shape.params["speed"] = 1.0;
+  t.segments.back().shape.params["speed"] = 0.01;
+  t.segments.back().shape.params["angular_speed"] = 5.0;
+  t.segments.front().shape.params["angular_speed"] = 5.0;
+  EXPECT_EQ(build(t).error().sentence(),
+            "trajectory \"test\": no transition from segment 1 at 1 m/s to segment 2 at 0.01 m/s "
+            "keeps to 0.001 m/s. Give a greater speed or distance, or run the segments more "
+            "slowly.");
+}
+
+// What ends at a joint and what begins there agree in position, orientation, both velocities and
+// both accelerations.
+TEST(Transitions, AreSmoothToTheSecondDerivative) {
+  Trajectory gap;
+  gap.segments.push_back(record_of("line", {place(0, 0, 0), place(0.4, 0, 0, {1, 0, 0})}));
+  gap.segments.push_back(record_of(
+      "arc", {place(0.5, 0.1, 0, {0, 0, 2}), place(0.6, 0.2, 0), place(0.5, 0.3, 0, {1, 0, 0})}));
+  gap.segments.push_back(record_of("line", {place(0.5, 0.3, 0, {1, 0, 0}), place(0.2, 0.3, 0.2)}));
+  gap.segments.back().turning.name = "cubic";
+  Trajectory slow = corner({.is_smooth = true, .distance = 0.02, .speed = 0.06});
+  slow.segments.front().orientation.name = "squad";
+  for (const Trajectory& t : {gap, slow, corner({})}) {
+    const auto made = build(t);
+    ASSERT_TRUE(made.ok()) << made.error().sentence();
+    const auto& pieces = (*made)->pieces();
+    ASSERT_GE(pieces.size(), 3U);
+    for (std::size_t i = 1; i < pieces.size(); ++i) {
+      SCOPED_TRACE(i);
+      const PathSample a = conformance::sample_at(*pieces[i - 1].segment,
+                                                  pieces[i - 1].segment->duration()),
+                       b = conformance::sample_at(*pieces[i].segment, 0);
+      EXPECT_LT(spatial::distance(a.pose.p, b.pose.p), 1e-12);
+      EXPECT_LT(spatial::norm(spatial::rotation_difference(a.pose.R, b.pose.R)), 1e-11);
+      EXPECT_LT(spatial::distance(a.velocity, b.velocity), 1e-10);
+      EXPECT_LT(spatial::distance(a.angular_velocity, b.angular_velocity), 1e-10);
+      EXPECT_LT(spatial::distance(a.acceleration, b.acceleration), 1e-8);
+      EXPECT_LT(spatial::distance(a.angular_acceleration, b.angular_acceleration), 1e-8);
+    }
+    // And in between the derivatives are those of what they belong to: errors of a central
+    // difference fall with its square.
+    const double h = 1e-4;
+    for (const auto& piece : pieces) {
+      const double T = piece.segment->duration();
+      for (int k = 1; k < 40; ++k) {
+        const double x = T * k / 40;
+        const PathSample s = conformance::sample_at(*piece.segment, x),
+                         a = conformance::sample_at(*piece.segment, x - h),
+                         b = conformance::sample_at(*piece.segment, x + h);
+        const auto rate = [&](const Vec3& from, const Vec3& to) {
+          return spatial::scale(spatial::sub(to, from), 1 / (2 * h));
+        };
+        EXPECT_LT(spatial::distance(rate(a.pose.p, b.pose.p), s.velocity), 1e-5);
+        EXPECT_LT(spatial::distance(rate(a.velocity, b.velocity), s.acceleration), 1e-4);
+        const Vec3 turn =
+            spatial::scale(spatial::rotation_difference(a.pose.R, b.pose.R), 1 / (2 * h));
+        EXPECT_LT(spatial::distance(turn, s.angular_velocity), 1e-4);
+        EXPECT_LT(
+            spatial::distance(rate(a.angular_velocity, b.angular_velocity), s.angular_acceleration),
+            1e-3);
+      }
+    }
+  }
+}
+
 TEST(Transitions, NoneLetsTheVelocityJump) {
   const auto made = build(corner({.is_smooth = false, .distance = 0, .speed = 0}));
   ASSERT_TRUE(made.ok()) << made.error().sentence();
