@@ -8,7 +8,10 @@
 #include <Eigen/Core>
 #include <Eigen/Eigenvalues>
 
+#include "robotics/batch_kinematics.h"
 #include "robotics/kinematics.h"
+#include "sim/rates_kernel.h"
+#include "spatial/instruction_set.h"
 #include "spatial/pose.h"
 #include "spatial/vec.h"
 
@@ -129,25 +132,74 @@ void differentiate(std::span<const double> times, std::span<const double> values
   }
 }
 
-void joint_rates(const RobotModel& model, std::span<const double> times, std::span<const double> q,
-                 std::span<const PathSample> path, std::span<double> qd, std::span<double> qdd) {
+namespace {
+
+const RatesKernel& kernel() {
+  const spatial::InstructionSet set = spatial::widest_instruction_set();
+#if defined(RMP_HAS_AVX512)
+  if (set == spatial::InstructionSet::avx512) return avx512::rates_kernel();
+#endif
+#if defined(__x86_64__)
+  if (set == spatial::InstructionSet::avx2) return avx2::rates_kernel();
+#endif
+  (void)set;
+  return baseline::rates_kernel();
+}
+
+/// Above this share of its greatest entry the pivots of J J^T tell its rank for certain.
+constexpr double kClearlyRegular = 1e-8;
+
+/// One sample by eigenvalues: also near and in singular configurations, and of any number of
+/// joints. qd and qdd: dof entries, estimates in.
+void correct_by_eigenvalues(const RobotModel& model, std::span<const double> q,
+                            const PathSample& path, std::span<double> qd, std::span<double> qdd) {
   const std::size_t dof = model.dof();
-  differentiate(times, q, dof, qd, qdd);
   std::vector<Pose> frames(dof);
   std::vector<double> jacobian(6 * dof);
   std::vector<std::int32_t> chain;
-  chain.reserve(dof);
   const JacobianMap j(jacobian.data(), 6, static_cast<Eigen::Index>(dof));
-  for (std::size_t i = 0; i < times.size(); ++i) {
-    robotics::forward_kinematics(model, q.subspan(i * dof, dof), frames);
-    robotics::geometric_jacobian(model, 0, frames, robotics::JacobianFrame::base, jacobian);
-    const Pose tip = robotics::tip_pose(model, 0, frames);
-    const PseudoInverse inverse(j);
-    inverse.correct(stack(path[i].velocity, path[i].angular_velocity),
-                    {&qd[i * dof], static_cast<Eigen::Index>(dof)});
-    const Vector6 bias = velocity_acceleration(model, frames, tip, qd.subspan(i * dof, dof), chain);
-    inverse.correct(stack(path[i].acceleration, path[i].angular_acceleration) - bias,
-                    {&qdd[i * dof], static_cast<Eigen::Index>(dof)});
+  robotics::forward_kinematics(model, q, frames);
+  robotics::geometric_jacobian(model, 0, frames, robotics::JacobianFrame::base, jacobian);
+  const Pose tip = robotics::tip_pose(model, 0, frames);
+  const PseudoInverse inverse(j);
+  inverse.correct(stack(path.velocity, path.angular_velocity),
+                  {qd.data(), static_cast<Eigen::Index>(dof)});
+  const Vector6 bias = velocity_acceleration(model, frames, tip, qd, chain);
+  inverse.correct(stack(path.acceleration, path.angular_acceleration) - bias,
+                  {qdd.data(), static_cast<Eigen::Index>(dof)});
+}
+
+}  // namespace
+
+void joint_rates(const RobotModel& model, std::span<const double> times, std::span<const double> q,
+                 std::span<const PathSample> path, std::span<double> qd, std::span<double> qdd) {
+  static_assert(sizeof(PathSample) == 24 * sizeof(double));
+  const std::size_t dof = model.dof(), n = times.size();
+  differentiate(times, q, dof, qd, qdd);
+  const bool is_together = dof >= 6 && dof <= kMostRates;
+  const robotics::BatchKinematics kinematics(model);
+  std::vector<double> scratch(kinematics.scratch_size()), jacobians(6 * dof * kRatesTogether),
+      pivot(kRatesTogether), first(dof * kRatesTogether), second(first);
+  for (std::size_t i = 0; i < n; i += kRatesTogether) {
+    const std::size_t count = std::min(kRatesTogether, n - i);
+    if (is_together) {
+      kinematics.jacobians(0, q.subspan(i * dof, count * dof), robotics::JacobianFrame::base, {},
+                           std::span(jacobians).first(6 * count * dof), scratch);
+      kernel().correct({dof, count, jacobians.data(), path[i].pose.R.data(), &qd[i * dof],
+                        &qdd[i * dof], first.data(), second.data(), pivot.data()});
+    }
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::size_t row = (i + k) * dof;
+      if (!(is_together && pivot[k] > kClearlyRegular)) {
+        correct_by_eigenvalues(model, q.subspan(row, dof), path[i + k], qd.subspan(row, dof),
+                               qdd.subspan(row, dof));
+        continue;
+      }
+      for (std::size_t j = 0; j < dof; ++j) {
+        qd[row + j] = first[k * dof + j];
+        qdd[row + j] = second[k * dof + j];
+      }
+    }
   }
 }
 

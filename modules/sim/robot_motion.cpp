@@ -252,6 +252,7 @@ class Builder {
     std::vector<PathSample> samples(times.size());
     path->sample(times, samples);
     std::vector<Pose> targets;
+    targets.reserve(samples.size());
     for (PathSample& s : samples) {
       s = in_base(s, task_.base_T_trajectory);
       targets.push_back(s.pose);
@@ -277,11 +278,13 @@ class Builder {
       q.insert(q.end(), r.q.begin(), r.q.begin() + static_cast<std::ptrdiff_t>(dof_));
     }
     joint_rates(*task_.model, times, q, samples, qd, qdd);
-    for (std::size_t i = has_start ? 0 : 1; i < times.size() - (has_end ? 0 : 1); ++i) {
-      const auto row = static_cast<std::ptrdiff_t>(i * dof_), n = static_cast<std::ptrdiff_t>(dof_);
-      out_.q.insert(out_.q.end(), q.begin() + row, q.begin() + row + n);
-      out_.qd.insert(out_.qd.end(), qd.begin() + row, qd.begin() + row + n);
-      out_.qdd.insert(out_.qdd.end(), qdd.begin() + row, qdd.begin() + row + n);
+    const std::size_t from = has_start ? 0 : 1, to = times.size() - (has_end ? 0 : 1);
+    const auto append = [&](std::vector<double>& table, const std::vector<double>& rows) {
+      table.insert(table.end(), rows.begin() + static_cast<std::ptrdiff_t>(from * dof_),
+                   rows.begin() + static_cast<std::ptrdiff_t>(to * dof_));
+    };
+    append(out_.q, q), append(out_.qd, qd), append(out_.qdd, qdd);
+    for (std::size_t i = from; i < to; ++i) {
       out_.position_error.push_back(results[i].position_error);
       out_.rotation_error.push_back(results[i].rotation_error);
     }

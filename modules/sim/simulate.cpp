@@ -10,8 +10,8 @@
 #include "kernel/text.h"
 #include "model/placement.h"
 #include "motion/path.h"
+#include "robotics/batch_kinematics.h"
 #include "robotics/home.h"
-#include "robotics/kinematics.h"
 #include "sim/collision.h"
 #include "sim/collision_cache.h"
 #include "sim/recording_columns.h"
@@ -120,23 +120,24 @@ Result<Obstacles> obstacles(const Simulator& sim, const Run& run, Progress& prog
   return out;
 }
 
-Column take(std::string name, std::string unit, std::string doc, std::span<const double> table,
-            std::size_t dof, std::size_t joint) {
-  Column c{std::move(name), std::move(unit), std::move(doc), {}};
-  c.values.reserve(table.size() / dof);
-  for (std::size_t i = joint; i < table.size(); i += dof) c.values.push_back(table[i]);
-  return c;
-}
-
 void add_joint_columns(Recording& recording, const RobotModel& model, const std::string& stem,
                        const std::string& what, const std::string& rotary_unit,
                        const std::string& linear_unit, std::span<const double> table) {
-  for (std::size_t j = 0; j < model.dof(); ++j) {
+  const std::size_t dof = model.dof(), rows = table.size() / dof, first = recording.columns.size();
+  for (std::size_t j = 0; j < dof; ++j) {
     const bool rotary = model.joints[j].type == JointType::revolute;
     recording.columns.push_back(
-        take(stem + std::to_string(j + 1), rotary ? rotary_unit : linear_unit,
-             what + " of joint " + std::to_string(j + 1) + " (" + model.joints[j].name + ")", table,
-             model.dof(), j));
+        {stem + std::to_string(j + 1), rotary ? rotary_unit : linear_unit,
+         what + " of joint " + std::to_string(j + 1) + " (" + model.joints[j].name + ")",
+         std::vector<double>(rows)});
+  }
+  constexpr std::size_t kBlock = 256;  // rows of the table that stay in the nearest cache
+  for (std::size_t begin = 0; begin < rows; begin += kBlock) {
+    const std::size_t end = std::min(begin + kBlock, rows);
+    for (std::size_t j = 0; j < dof; ++j) {
+      std::vector<double>& values = recording.columns[first + j].values;
+      for (std::size_t i = begin; i < end; ++i) values[i] = table[i * dof + j];
+    }
   }
 }
 
@@ -155,11 +156,13 @@ Recording kinematic_recording(const Run& run, const Setup& setup, const RobotMot
   std::array<Column, 3> tip{Column{"x", "m", "tool position in the world", {}},
                             Column{"y", "m", "tool position in the world", {}},
                             Column{"z", "m", "tool position in the world", {}}};
-  std::vector<Pose> frames(model.joints.size());
-  for (std::size_t i = 0; i < t.times.size(); ++i) {
-    robotics::forward_kinematics(
-        model, std::span<const double>(t.q).subspan(i * model.dof(), model.dof()), frames);
-    const Vec3 p = spatial::transform(setup.world_T_base, robotics::tip_pose(model, 0, frames).p);
+  const robotics::BatchKinematics kinematics(model);
+  std::vector<double> scratch(kinematics.scratch_size());
+  std::vector<Pose> poses(t.times.size());
+  kinematics.tip_poses(0, t.q, poses, scratch);
+  for (Column& c : tip) c.values.reserve(poses.size());
+  for (const Pose& pose : poses) {
+    const Vec3 p = spatial::transform(setup.world_T_base, pose.p);
     for (std::size_t k = 0; k < 3; ++k) tip[k].values.push_back(p[k]);
   }
   for (auto& c : tip) recording.columns.push_back(std::move(c));

@@ -7,6 +7,7 @@
 
 #include "kernel/text.h"
 #include "motion/provider_params.h"
+#include "robotics/batch_kinematics.h"
 #include "robotics/closure.h"
 #include "robotics/kinematics.h"
 #include "sim/provider_answer.h"
@@ -58,6 +59,75 @@ std::array<double, 2> goal_errors(std::uint32_t parts, const Pose& reached, cons
   return {std::sqrt(position), std::sqrt(rotation)};
 }
 
+/// The same of a whole pose.
+std::array<double, 2> pose_errors(const Pose& reached, const Pose& target) {
+  double square = 0;  // |R - S|^2 of two rotations is 8 sin^2 of half the angle between them
+  for (std::size_t k = 0; k < 9; ++k)
+    square += (reached.R[k] - target.R[k]) * (reached.R[k] - target.R[k]);
+  return {spatial::distance(reached.p, target.p),
+          2 * std::asin(std::min(1.0, std::sqrt(square / 8)))};
+}
+
+Error misses(const Bound<IkSolver>& ik, double position, double rotation) {
+  return broken(ik.provider, "claimed a solution that misses the target by " +
+                                 text::print_rounded(position, 3) + " m and " +
+                                 text::print_rounded(rotation, 3) + " rad");
+}
+
+Result<void> check_limits(const Bound<IkSolver>& ik, std::span<const double> q) {
+  const std::int32_t j = robotics::joint_outside_limits(*ik.model, q, kLimitSlack);
+  if (j < 0) return {};
+  return broken(ik.provider, "claimed a solution outside the limits of joint " +
+                                 std::to_string(j + 1) + " (\"" +
+                                 ik.model->joints[static_cast<std::size_t>(j)].name + "\")");
+}
+
+/// Samples whose single configuration reaches one whole pose, checked many at once.
+class PlainCheck {
+ public:
+  PlainCheck(const Bound<IkSolver>& ik, const IkBatch& batch)
+      : ik_(ik),
+        batch_(batch),
+        size_(ik.model->coordinate_count()),
+        applies_(batch.goals.empty() && ik.model->is_simple() && ik.model->loops.empty()) {
+    if (!applies_) return;
+    kinematics_ = robotics::BatchKinematics(*ik.model);
+    scratch_.resize(kinematics_.scratch_size());
+    q_.resize(kTogether * size_);
+  }
+  static constexpr std::size_t kTogether = 64;
+  [[nodiscard]] bool covers(const IkResult& r) const {
+    return applies_ && r.status == IkStatus::solved && r.q.size() == size_ && all_finite(r.q);
+  }
+  /// Of at most kTogether results that it covers.
+  Result<void> operator()(std::span<const Pose> targets, std::span<IkResult> results) {
+    for (std::size_t i = 0; i < results.size(); ++i)
+      for (std::size_t j = 0; j < size_; ++j) q_[i * size_ + j] = results[i].q[j];
+    const std::span<Pose> reached = std::span(poses_).first(results.size());
+    kinematics_.tip_poses(static_cast<std::size_t>(batch_.tip),
+                          std::span(q_).first(results.size() * size_), reached, scratch_);
+    for (std::size_t i = 0; i < results.size(); ++i) {
+      IkResult& r = results[i];
+      const auto [position, rotation] = pose_errors(reached[i], targets[i]);
+      r.position_error = position, r.rotation_error = rotation;
+      if (position > batch_.tolerance.position * 1.001 ||
+          rotation > batch_.tolerance.rotation * 1.001)
+        return misses(ik_, position, rotation);
+      RMP_TRY(check_limits(ik_, r.q));
+    }
+    return {};
+  }
+
+ private:
+  const Bound<IkSolver>& ik_;
+  const IkBatch& batch_;
+  std::size_t size_;
+  bool applies_;
+  robotics::BatchKinematics kinematics_;
+  std::vector<double> scratch_, q_;
+  std::array<Pose, kTogether> poses_;
+};
+
 /// Checks one sample's answer against its targets, one a goal.
 Result<void> check_answer(const Bound<IkSolver>& ik, const IkBatch& batch,
                           std::span<const Pose> targets, std::vector<Pose>& frames, IkResult& r) {
@@ -90,13 +160,8 @@ Result<void> check_answer(const Bound<IkSolver>& ik, const IkBatch& batch,
     }
     if (r.status != IkStatus::solved) break;
     if (position > batch.tolerance.position * 1.001 || rotation > batch.tolerance.rotation * 1.001)
-      return broken(ik.provider, "claimed a solution that misses the target by " +
-                                     text::print_rounded(position, 3) + " m and " +
-                                     text::print_rounded(rotation, 3) + " rad");
-    if (const std::int32_t j = robotics::joint_outside_limits(model, q, kLimitSlack); j >= 0)
-      return broken(ik.provider, "claimed a solution outside the limits of joint " +
-                                     std::to_string(j + 1) + " (\"" +
-                                     model.joints[static_cast<std::size_t>(j)].name + "\")");
+      return misses(ik, position, rotation);
+    RMP_TRY(check_limits(ik, q));
     robotics::loop_residual(model, frames, open);
     for (const double x : open)
       if (std::fabs(x) > 1.001 * std::max(batch.tolerance.position, batch.tolerance.rotation))
@@ -158,9 +223,22 @@ Result<std::vector<IkResult>> solve_ik(const Bound<IkSolver>& ik, const IkBatch&
   if (!done.ok()) return in_robot(std::move(done).error(), where);
   std::vector<Pose> frames(ik.model->joints.size());
   const std::size_t goals = std::max<std::size_t>(1, batch.goals.size());
-  for (std::size_t i = 0; i < results.size(); ++i)
+  PlainCheck plain(ik, batch);
+  for (std::size_t i = 0; i < results.size();) {
+    std::size_t end = i;
+    while (end < results.size() && end < i + PlainCheck::kTogether && plain.covers(results[end]))
+      ++end;
+    if (end > i) {
+      const std::size_t count = end - i;
+      RMP_TRY(
+          plain(batch.targets.subspan(i, count), std::span(results).subspan(i, count)).in(where));
+      i = end;
+      continue;
+    }
     RMP_TRY(check_answer(ik, batch, batch.targets.subspan(i * goals, goals), frames, results[i])
                 .in(where));
+    ++i;
+  }
   return results;
 }
 

@@ -42,6 +42,56 @@ TEST(JointRates, DerivativesOfAQuarticAreExactAtUnevenTimes) {
   }
 }
 
+/// An arm of the library that swings, its tool's rates by finite differences of its places.
+TEST(JointRates, AreThoseOfTheMotionWhoseToolIsFollowed) {
+  Workbench bench;
+  NoProgress progress;
+  const AnyId robot = bench.load("robots/pa10.rbt");
+  const auto model = unwrap(bench.derived.robot_model(*bench.document.now(), RobotId{robot.number},
+                                                      {0, 0, -9.81}, progress));
+  const auto place = [](double t, std::size_t j) {
+    return 0.5 + 0.4 * std::sin(t * (1 + 0.3 * static_cast<double>(j)) + static_cast<double>(j));
+  };
+  const auto rate = [](double t, std::size_t j, int order) {
+    const double w = 1 + 0.3 * static_cast<double>(j), at = t * w + static_cast<double>(j);
+    return 0.4 * (order == 1 ? w * std::cos(at) : -w * w * std::sin(at));
+  };
+  // v = J qd, and a by the central difference of v, error of order h^4.
+  const auto twist = [&](double t) {
+    std::vector<double> q, j(42);
+    for (std::size_t k = 0; k < 7; ++k) q.push_back(place(t, k));
+    std::vector<Pose> frames(7);
+    robotics::forward_kinematics(*model, q, frames);
+    robotics::geometric_jacobian(*model, 0, frames, robotics::JacobianFrame::base, j);
+    std::array<double, 6> v{};
+    for (std::size_t k = 0; k < 7; ++k)
+      for (std::size_t r = 0; r < 6; ++r) v[r] += j[6 * k + r] * rate(t, k, 1);
+    return v;
+  };
+  std::vector<double> times, q;
+  std::vector<PathSample> path;
+  for (std::size_t i = 0; i < 203; ++i) {
+    const double t = 0.002 * static_cast<double>(i), h = 1e-3;
+    times.push_back(t);
+    for (std::size_t k = 0; k < 7; ++k) q.push_back(place(t, k));
+    const auto v = twist(t), a = twist(t - 2 * h), b = twist(t - h), c = twist(t + h),
+               d = twist(t + 2 * h);
+    std::array<double, 6> w{};
+    for (std::size_t r = 0; r < 6; ++r) w[r] = (a[r] - 8 * b[r] + 8 * c[r] - d[r]) / (12 * h);
+    PathSample s;
+    s.velocity = {v[0], v[1], v[2]}, s.angular_velocity = {v[3], v[4], v[5]};
+    s.acceleration = {w[0], w[1], w[2]}, s.angular_acceleration = {w[3], w[4], w[5]};
+    path.push_back(s);
+  }
+  std::vector<double> qd(q.size()), qdd(q.size());
+  sim::joint_rates(*model, times, q, path, qd, qdd);
+  for (std::size_t i = 2; i + 2 < times.size(); ++i)
+    for (std::size_t k = 0; k < 7; ++k) {
+      EXPECT_NEAR(qd[7 * i + k], rate(times[i], k, 1), 1e-9) << "sample " << i;
+      EXPECT_NEAR(qdd[7 * i + k], rate(times[i], k, 2), 1e-7) << "sample " << i;
+    }
+}
+
 class Pa10Circle : public ::testing::TestWithParam<const char*> {
  protected:
   static constexpr Vec3 kCentre{0.658, 0, 0.7346};
