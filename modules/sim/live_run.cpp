@@ -378,6 +378,11 @@ Result<void> LiveRun::pause(Progress& progress) {
   return await(lock, progress, [this] { return is_resting_ || is_finished_; });
 }
 
+Result<void> LiveRun::catch_up(Progress& progress) {
+  std::unique_lock lock(mutex_);
+  return await(lock, progress, [this] { return is_finished_ || (is_resting_ && !is_wanted()); });
+}
+
 void LiveRun::stop() {
   {
     const std::lock_guard lock(mutex_);

@@ -61,6 +61,8 @@ class LiveRun {
   void play(double speed);
   /// Stops the time and waits until the simulation rests.
   Result<void> pause(Progress& progress);
+  /// Waits until the simulation has made what is wanted by now. Not while it plays without end.
+  Result<void> catch_up(Progress& progress);
   /// Ends the simulation; what is recorded stays.
   void stop();
   /// To be called when a clock other than the computer's has changed. [any thread]
