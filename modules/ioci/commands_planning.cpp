@@ -73,6 +73,9 @@ Result<sim::PlanTask> read_task(CommandContext& ctx, const Map& args,
   task.tries = static_cast<std::size_t>(integer(args, "shortcuts"));
   task.timing.share = real(args, "share");
   task.timing.step = real(args, "sample_time");
+  task.timing.has_torques = flag(args, "torque_limits");
+  task.inverse_dynamics = record.inverse_dynamics;
+  task.gravity = content<model::World>(ctx, args).gravity;
   task.velocity = real(args, "velocity");
   task.ramp = real(args, "ramp");
   return task;
@@ -87,7 +90,8 @@ bool asks_scripts(const Registry& registry, const sim::CollisionModel& m,
   };
   return m.is_script() || is_script(Planner::kInterfaceId, task.planner) ||
          is_script(Retimer::kInterfaceId, task.timing.retimer) ||
-         is_script(IkSolver::kInterfaceId, task.ik);
+         is_script(IkSolver::kInterfaceId, task.ik) ||
+         is_script(InverseDynamics::kInterfaceId, task.inverse_dynamics);
 }
 
 /// Planned in a job, which can be seen and stopped from elsewhere; this command shows its progress
@@ -200,6 +204,8 @@ std::vector<CommandSpec> planning_commands() {
                     100000),
             between(defaulted("share", "real", "", 1.0, "Share of the limits that is used."), 1e-3,
                     1),
+            defaulted("torque_limits", "bool", "", true,
+                      "Keep the limits of joint torques too, without what the robot carries."),
             above_zero(defaulted("velocity", "real", "rad/s or m/s", 1.0,
                                  "Greatest velocity of joints without a limit of their own.")),
             above_zero(defaulted("ramp", "real", "s", 0.25,

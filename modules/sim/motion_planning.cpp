@@ -278,7 +278,16 @@ RobotModel limited(const RobotModel& model, const PlanTask& task, std::vector<st
 Result<void> run_along(const Registry& registry, const CollisionRobot& robot, const PlanTask& task,
                        const PlanProblem& p, RobotSpace& space, PlannedMotion& out,
                        Progress& progress) {
-  const RobotModel model = limited(*robot.model, task, out.notes);
+  RobotModel model = limited(*robot.model, task, out.notes);
+  model.gravity = spatial::rotate_back(robot.world_T_base, task.gravity);
+  std::optional<Bound<InverseDynamics>> dynamics;
+  if (task.timing.has_torques &&
+      std::any_of(model.joints.begin(), model.joints.end(),
+                  [](const JointModel& j) { return std::isfinite(j.max_force); })) {
+    RMP_TRY_ASSIGN(dynamics,
+                   bind_inverse_dynamics(registry, std::make_shared<const RobotModel>(model),
+                                         task.inverse_dynamics));
+  }
   for (const double share : kRoundings) {
     progress.report(1, "rounding and timing the way");
     const RoundWay round =
@@ -289,9 +298,8 @@ Result<void> run_along(const Registry& registry, const CollisionRobot& robot, co
     path.q = round.points;
     for (std::size_t i = 0; i < path.q.size() / p.dof; ++i)
       path.times.push_back(static_cast<double>(i));
-    RetimeOptions timing = task.timing;
-    timing.has_torques = false;
-    RMP_TRY_ASSIGN(out.motion, retime(registry, model, path, nullptr, timing, "", progress));
+    RMP_TRY_ASSIGN(out.motion, retime(registry, model, path, dynamics ? &*dynamics : nullptr,
+                                      task.timing, "", progress));
     const bool is_free = !space.contact_along(out.motion.q, 0.5 * task.clearance);
     if (space.failure) return *space.failure;
     if (!is_free) continue;

@@ -29,7 +29,9 @@ struct PlanTask {
   double seconds = 10;      ///< of the search [s]
   std::uint64_t seed = 1;
   std::size_t tries = 200;  ///< at shortening
-  RetimeOptions timing;     ///< without torque limits
+  RetimeOptions timing;
+  model::ProviderChoice inverse_dynamics;  ///< for the torque limits, where joints have any
+  Vec3 gravity{0, 0, -9.81};               ///< of the world [m/s^2]
   /// Of joints without limits of their own: greatest velocity [rad/s or m/s], and the time in which
   /// it is reached [s].
   double velocity = 1, ramp = 0.25;

@@ -2,6 +2,7 @@
 #include "sim/retime.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include <robomosp/sdk/retimer.h>
@@ -18,12 +19,18 @@ constexpr double kSamePlace = 1e-9;
 /// what rounding is there would look like bends.
 constexpr double kLeastStep = 5e-4;
 constexpr double kShort = 8;  ///< of such steps
-/// Grid points of a piece at least, and steps between two of its configurations: limits are kept at
-/// the grid points, and between them up to the square of the step.
+/// Grid points of a piece at least, and steps between two of its configurations, to begin with: a
+/// retimer keeps limits at the grid points only.
 constexpr std::size_t kLeastGrid = 400, kLeastParts = 3;
 /// The path stops where it turns by more than this from sample to sample.
 constexpr double kCornerCosine = 0.866;
 constexpr int kMostRounds = 8;
+/// Between grid points limits are looked at in these shares of a step. Steps that go beyond them
+/// are parted; what is then still beyond is made good by running the piece more slowly.
+constexpr std::array<double, 3> kBetween{0.25, 0.5, 0.75};
+constexpr double kBeyond = 1e-4;
+constexpr std::size_t kParts = 3, kMostGrid = 40000;
+constexpr int kMostPartings = 4;
 
 /// A natural cubic spline through configurations, over the distances between them.
 class JointPath {
@@ -145,6 +152,23 @@ std::vector<std::vector<double>> pieces_of(const RobotMotion& motion, std::size_
   return pieces;
 }
 
+/// A piece in time: grid, and when and how fast it is passed.
+struct TimedPiece {
+  std::vector<double> s;
+  Retiming timing;
+};
+
+/// How the piece is run at time dt after grid point i: the change of rate is constant in a step.
+struct Pace {
+  double s, rate, change;
+};
+Pace pace_at(const TimedPiece& piece, std::size_t i, double dt) {
+  const double r0 = piece.timing.rate[i], r1 = piece.timing.rate[i + 1],
+               u = (r1 * r1 - r0 * r0) / (2 * (piece.s[i + 1] - piece.s[i]));
+  return {std::clamp(piece.s[i] + dt * (r0 + dt * u / 2), piece.s[i], piece.s[i + 1]), r0 + dt * u,
+          u};
+}
+
 struct Limits {
   std::vector<double> velocity, acceleration, torque;
 };
@@ -167,7 +191,76 @@ class PieceRetimer {
       dynamics_ = nullptr;
   }
 
-  Result<Retiming> run(const JointPath& path, const std::vector<double>& s, Progress& progress) {
+  /// The piece within the limits, between grid points too.
+  Result<TimedPiece> run(const JointPath& path, const std::string& provider, Progress& progress) {
+    TimedPiece out{path.grid(), {}};
+    for (int partings = 0;; ++partings) {
+      auto timed = guarded(provider, [&] { return retimed(path, out.s, progress); });
+      if (!timed.ok()) return std::move(timed).error();
+      out.timing = std::move(timed).value();
+      if (out.timing.time.size() != out.s.size() || out.timing.rate.size() != out.s.size() ||
+          !(out.timing.time.back() > 0) || !std::isfinite(out.timing.time.back()))
+        return error(ErrorCode::plugin_failed,
+                     "provider \"" + provider + "\" gave times that do not fit the path",
+                     "Report it to the provider's author or choose another provider.");
+      RMP_TRY_ASSIGN(const std::vector<double> slower, beyond(path, out, progress));
+      const double most = *std::max_element(slower.begin(), slower.end());
+      const auto is_coarse = [&](std::size_t i) { return slower[i] > 1 + kBeyond / 2; };
+      std::vector<double> finer{out.s.front()};
+      for (std::size_t i = 0; i + 1 < out.s.size(); ++i) {
+        const double h = out.s[i + 1] - out.s[i];
+        for (std::size_t k = 1; k < kParts && is_coarse(i); ++k)
+          finer.push_back(out.s[i] + h * static_cast<double>(k) / kParts);
+        finer.push_back(out.s[i + 1]);
+      }
+      if (most <= 1 + kBeyond || partings == kMostPartings || finer.size() > kMostGrid) {
+        for (double& t : out.timing.time) t *= most;
+        for (double& r : out.timing.rate) r /= most;
+        return out;
+      }
+      out.s = std::move(finer);
+    }
+  }
+
+ private:
+  /// By which factor each step would have to be run more slowly to stay within the limits, 1 or
+  /// more.
+  Result<std::vector<double>> beyond(const JointPath& path, const TimedPiece& piece,
+                                     Progress& progress) const {
+    const std::size_t steps = piece.s.size() - 1, count = steps * kBetween.size();
+    std::vector<double> slower(steps, 1.0), q(count * dof_), qd(q), qdd(q);
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::size_t i = k / kBetween.size();
+      const double dt = piece.timing.time[i + 1] - piece.timing.time[i];
+      const Pace at = pace_at(piece, i, dt * kBetween[k % kBetween.size()]);
+      double *v = &qd[k * dof_], *a = &qdd[k * dof_];
+      path.evaluate(at.s, &q[k * dof_], v, a);
+      for (std::size_t j = 0; j < dof_; ++j) {
+        a[j] = v[j] * at.change + a[j] * at.rate * at.rate;
+        v[j] *= at.rate;
+        slower[i] = std::max({slower[i], std::fabs(v[j]) / limits_.velocity[j],
+                              std::sqrt(std::fabs(a[j]) / limits_.acceleration[j])});
+      }
+    }
+    if (!dynamics_) return slower;
+    // What remains at rest, weight and springs and friction, does not shrink with the speed.
+    std::vector<double> creeping(qd);
+    for (double& x : creeping) x *= 1e-9;
+    const std::uint32_t rest = kAllTerms & ~(kInertialTerm | kVelocityTerm);
+    RMP_TRY_ASSIGN(const auto whole, torque(q, qd, qdd, kAllTerms, progress));
+    RMP_TRY_ASSIGN(const auto still, torque(q, creeping, qdd, rest, progress));
+    for (std::size_t k = 0; k < whole.size(); ++k) {
+      const double limit = limits_.torque[k % dof_], over = std::fabs(whole[k]) - limit;
+      if (!(over > 0)) continue;
+      const double room = limit - std::copysign(still[k], still[k] * whole[k]);
+      double& factor = slower[k / dof_ / kBetween.size()];
+      if (room > 0) factor = std::max(factor, std::sqrt((room + over) / room));
+    }
+    return slower;
+  }
+
+  Result<Retiming> retimed(const JointPath& path, const std::vector<double>& s,
+                           Progress& progress) const {
     const std::size_t n = s.size();
     std::vector<double> q1(n * dof_), q(q1), q2(q1);
     for (std::size_t i = 0; i < n; ++i)
@@ -213,7 +306,6 @@ class PieceRetimer {
     }
   }
 
- private:
   Result<std::vector<double>> torque(std::span<const double> q, std::span<const double> qd,
                                      std::span<const double> qdd, std::uint32_t terms,
                                      Progress& progress) const {
@@ -253,15 +345,9 @@ Result<RobotMotion> retime(const Registry& registry, const RobotModel& model,
   std::size_t k = 0;
   for (std::size_t piece = 0; piece < pieces.size(); ++piece) {
     const JointPath path(dof, pieces[piece]);
-    const std::vector<double> s = path.grid();
-    const auto timed = guarded(info.name, [&] { return run.run(path, s, progress); });
-    if (!timed.ok()) return Error(timed.error()).in(where);
-    if (timed->time.size() != s.size() || timed->rate.size() != s.size() ||
-        !(timed->time.back() > 0) || !std::isfinite(timed->time.back()))
-      return error(ErrorCode::plugin_failed,
-                   "provider \"" + info.name + "\" gave times that do not fit the path",
-                   "Report it to the provider's author or choose another provider.", where);
-    const double duration = timed->time.back();
+    RMP_TRY_ASSIGN(const TimedPiece timed, run.run(path, info.name, progress).in(where));
+    const std::vector<double>& time = timed.timing.time;
+    const double duration = time.back();
     if ((begin + duration) / options.step > 1e7)
       return error(ErrorCode::invalid_argument,
                    "a step of " + text::print_rounded(options.step) + " s makes too many samples",
@@ -276,12 +362,9 @@ Result<RobotMotion> retime(const Registry& registry, const RobotModel& model,
         t = duration;
       }
       ++k;
-      while (i + 2 < s.size() && timed->time[i + 1] < t) ++i;
-      // Within a step the change of rate is constant.
-      const double dt = t - timed->time[i], h = s[i + 1] - s[i], r0 = timed->rate[i],
-                   u = (timed->rate[i + 1] * timed->rate[i + 1] - r0 * r0) / (2 * h);
-      const double at = std::clamp(s[i] + dt * (r0 + dt * u / 2), s[i], s[i + 1]),
-                   rate = is_end ? timed->rate.back() : r0 + dt * u;
+      while (i + 2 < time.size() && time[i + 1] < t) ++i;
+      const auto [at, paced, u] = pace_at(timed, i, t - time[i]);
+      const double rate = is_end ? timed.timing.rate.back() : paced;
       std::vector<double> q(dof), q1(dof), q2(dof);
       path.evaluate(at, q.data(), q1.data(), q2.data());
       out.times.push_back(begin + t);
@@ -296,6 +379,11 @@ Result<RobotMotion> retime(const Registry& registry, const RobotModel& model,
       out.notes.push_back("It stops at t = " + text::print_rounded(begin) +
                           " s, where the path has a corner.");
   }
+  if (std::any_of(model.joints.begin(), model.joints.end(),
+                  [](const JointModel& joint) { return std::isfinite(joint.max_jerk); }))
+    out.notes.push_back(
+        "The jerk is not limited: at the limits the acceleration changes in steps. A joint segment "
+        "time_optimal keeps jerk limits.");
   out.position_error.assign(out.times.size(), 0.0);
   out.rotation_error.assign(out.times.size(), 0.0);
   return out;
