@@ -4,6 +4,7 @@
 
 #include "io/native.h"
 #include "ioci/commands.h"
+#include "ioci/word_list.h"
 #include "sim/heat_map.h"
 #include "sim/plot.h"
 #include "sim/recording.h"
@@ -15,22 +16,8 @@ sim::RecordingPtr recording_of(CommandContext& ctx, const Map& args) {
   return ctx.app.recordings.find(args.find("id")->as_handle()->number);
 }
 
-/// "tau1", "q tau" or {"q", "tau"}; empty when not given.
-Result<std::vector<std::string>> column_names(const Map& args) {
-  std::vector<std::string> names;
-  const Value* v = args.find("columns");
-  if (!v || v->is_nil()) return names;
-  if (v->as_string()) return split_classic(*v->as_string());
-  if (!v->as_list())
-    return error(ErrorCode::invalid_argument, v->text() + " is not a list of column names",
-                 "Give \"tau1\" or {\"q\", \"tau\"}.", "columns");
-  for (const Value& name : *v->as_list())
-    names.push_back(name.as_string() ? *name.as_string() : name.text());
-  return names;
-}
-
 Result<std::vector<const sim::Column*>> chosen(const sim::Recording& r, const Map& args) {
-  RMP_TRY_ASSIGN(auto names, column_names(args));
+  RMP_TRY_ASSIGN(auto names, word_list(args, "columns"));
   if (names.empty())
     for (const sim::Column& c : r.columns)
       if (c.name != "time") names.push_back(c.name);
@@ -107,7 +94,7 @@ Result<Value> plot(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const auto others, recordings_in(ctx, args, "with"));
   request.recordings.push_back(r.get());
   for (const auto& other : others) request.recordings.push_back(other.get());
-  RMP_TRY_ASSIGN(request.columns, column_names(args));
+  RMP_TRY_ASSIGN(request.columns, word_list(args, "columns"));
   if (has(args, "x")) request.x = text_of(args, "x");
   if (has(args, "title")) request.title = text_of(args, "title");
   request.limits = flag(args, "limits");

@@ -5,6 +5,7 @@
 
 #include "io/native.h"
 #include "ioci/commands.h"
+#include "ioci/word_list.h"
 #include "sim/recording_columns.h"
 #include "sim/recording_compare.h"
 #include "sim/recording_file.h"
@@ -17,20 +18,6 @@ constexpr std::size_t kMostBytes = std::size_t{4} << 30;
 std::uint64_t number_of(const Map& args) { return args.find("id")->as_handle()->number; }
 sim::RecordingPtr recording_of(CommandContext& ctx, const Map& args) {
   return ctx.app.recordings.find(number_of(args));
-}
-
-/// "a b" or {"a", "b"}.
-Result<std::vector<std::string>> words(const Map& args, const std::string& path) {
-  std::vector<std::string> out;
-  const Value* v = args.find(path);
-  if (!v || v->is_nil()) return out;
-  if (v->as_string()) return split_classic(*v->as_string());
-  if (!v->as_list())
-    return error(ErrorCode::invalid_argument, v->text() + " is not a list of names",
-                 "Give a name or a list such as {\"q\", \"tau\"}.", path);
-  for (const Value& word : *v->as_list())
-    out.push_back(word.as_string() ? *word.as_string() : word.text());
-  return out;
 }
 
 Result<Value> save(CommandContext& ctx, const Map& args) {
@@ -82,7 +69,7 @@ Result<Value> load(CommandContext& ctx, const Map& args) {
 
 Result<Value> compute(CommandContext& ctx, const Map& args) {
   const auto r = recording_of(ctx, args);
-  RMP_TRY_ASSIGN(const auto quantities, words(args, "quantities"));
+  RMP_TRY_ASSIGN(const auto quantities, word_list(args, "quantities"));
   const sim::Simulator simulator{ctx.app.registry, ctx.app.derived, ctx.snapshot(),
                                  &ctx.app.collision_models};
   RMP_TRY_ASSIGN(auto more, sim::with_quantities(simulator, *r, quantities, ctx.progress));
@@ -115,7 +102,7 @@ Result<Value> compare(CommandContext& ctx, const Map& args) {
   if (!other)
     return error(ErrorCode::invalid_argument, (with ? with->text() : "nil") + " is no recording",
                  "Give the recording to compare with.", "with");
-  RMP_TRY_ASSIGN(const auto columns, words(args, "columns"));
+  RMP_TRY_ASSIGN(const auto columns, word_list(args, "columns"));
   RMP_TRY_ASSIGN(const auto all, sim::compare(*recording_of(ctx, args), *other, columns));
   List out;
   for (const sim::ColumnDifference& d : all) {

@@ -11,6 +11,7 @@
 #include "io/native.h"
 #include "ioci/commands.h"
 #include "ioci/picture.h"
+#include "ioci/word_list.h"
 #include "kernel/process.h"
 #include "scene/build.h"
 #include "scene/replay.h"
@@ -63,20 +64,11 @@ Value tell_left_out(CommandContext& ctx, const scene::Built& built) {
 
 /// The columns to be plotted; joint values and torques where none are named.
 Result<std::vector<const sim::Column*>> plotted(const sim::Recording& r, const Map& args) {
+  RMP_TRY_ASSIGN(std::vector<std::string> names, word_list(args, "columns"));
   const Value* given = args.find("columns");
-  std::vector<std::string> names;
-  if (!given || given->is_nil()) {
+  if (!given || given->is_nil())
     for (const char* name : {"q", "tau"})
       if (r.find(std::string(name) + "1")) names.emplace_back(name);
-  } else if (given->as_string()) {
-    RMP_TRY_ASSIGN(names, split_classic(*given->as_string()));
-  } else if (given->as_list()) {
-    for (const Value& name : *given->as_list())
-      names.push_back(name.as_string() ? *name.as_string() : name.text());
-  } else {
-    return error(ErrorCode::invalid_argument, given->text() + " is not a list of column names",
-                 "Give \"tau1\", {\"q\", \"tau\"}, or {} for no plots.", "columns");
-  }
   if (names.empty()) return std::vector<const sim::Column*>{};
   return r.select(names);
 }
