@@ -278,24 +278,32 @@ class Builder {
       q.insert(q.end(), r.q.begin(), r.q.begin() + static_cast<std::ptrdiff_t>(dof_));
     }
     joint_rates(*task_.model, times, q, samples, qd, qdd);
-    const std::size_t from = has_start ? 0 : 1, to = times.size() - (has_end ? 0 : 1);
-    const auto append = [&](std::vector<double>& table, const std::vector<double>& rows) {
-      table.insert(table.end(), rows.begin() + static_cast<std::ptrdiff_t>(from * dof_),
-                   rows.begin() + static_cast<std::ptrdiff_t>(to * dof_));
-    };
-    append(out_.q, q), append(out_.qd, qd), append(out_.qdd, qdd);
-    for (std::size_t i = from; i < to; ++i) {
-      out_.position_error.push_back(results[i].position_error);
-      out_.rotation_error.push_back(results[i].rotation_error);
-    }
     const auto n = static_cast<std::ptrdiff_t>(dof_);
     at_.assign(q.end() - n, q.end());
     end_qd_.assign(qd.end() - n, qd.end());
     end_qdd_.assign(qdd.end() - n, qdd.end());
+    const std::size_t from = has_start ? 0 : 1, to = times.size() - (has_end ? 0 : 1);
+    append(out_.q, q, from, to);
+    append(out_.qd, qd, from, to);
+    append(out_.qdd, qdd, from, to);
+    for (std::size_t i = from; i < to; ++i) {
+      out_.position_error.push_back(results[i].position_error);
+      out_.rotation_error.push_back(results[i].rotation_error);
+    }
     last_errors_ = {results.back().position_error, results.back().rotation_error};
     begin_ += path->duration();
     is_moved_ = true;
     return {};
+  }
+
+  /// Adds rows from..to to a table; the first ones of a motion are not copied.
+  void append(std::vector<double>& table, std::vector<double>& rows, std::size_t from,
+              std::size_t to) const {
+    rows.resize(to * dof_);
+    if (table.empty() && from == 0) table = std::move(rows);
+    else
+      table.insert(table.end(), rows.begin() + static_cast<std::ptrdiff_t>(from * dof_),
+                   rows.end());
   }
 
   /// The very end, where no sample has fallen on it.
