@@ -8,6 +8,7 @@
 #include "document/validate.h"
 #include "io/native.h"
 #include "ioci/commands.h"
+#include "ioci/handle_text.h"
 #include "ioci/live_runs.h"
 #include "kernel/check.h"
 #include "kernel/text.h"
@@ -73,7 +74,8 @@ std::vector<std::filesystem::path> library_path(const ApplicationOptions& option
 
 bool is_record_kind(std::string_view kind) { return kind_from(kind).has_value(); }
 
-/// "robot#17" or "robot:pa10#17" -> {"robot", 17}; "#" alone is no handle.
+}  // namespace
+
 std::optional<Handle> handle_from_text(std::string_view s) {
   const auto hash = s.rfind('#');
   if (hash == std::string_view::npos) return std::nullopt;
@@ -95,6 +97,8 @@ bool kinds_include(std::string_view kinds, std::string_view kind) {
   }
   return false;
 }
+
+namespace {
 
 std::string kinds_text(std::string_view kinds) {
   std::string out(kinds == "any" ? "record" : kinds);
@@ -309,147 +313,6 @@ Result<Value> Application::dispatch_positional(Session& session, std::string_vie
   for (std::size_t i = 0; i < args.size(); ++i)
     if (!args[i].is_nil()) named.set(spec->params[i].name, args[i]);
   return run(session, *spec, named);
-}
-
-namespace {
-
-/// Arguments of a classic line: `name=value` where `name` is a parameter, else by position. The
-/// last parameter takes all words that are left when it is a list of numbers or a free text.
-Result<Map> classic_arguments(const CommandSpec& spec, std::span<const std::string> words,
-                              std::size_t first) {
-  Map args;
-  std::size_t next = first;
-  for (std::size_t w = 0; w < words.size(); ++w) {
-    const std::string& word = words[w];
-    if (const auto equals = word.find('='); equals != std::string::npos && equals > 0) {
-      const std::string name = word.substr(0, equals);
-      const auto known = std::find_if(spec.params.begin(), spec.params.end(),
-                                      [&](const ParamSpec& p) { return p.name == name; });
-      if (known != spec.params.end()) {
-        args.set(name, word.substr(equals + 1));
-        continue;
-      }
-    }
-    while (next < spec.params.size() && args.find(spec.params[next].name)) ++next;
-    if (next >= spec.params.size())
-      return error(ErrorCode::usage, "the word " + text::quote(word) + " is one too many",
-                   "help(\"" + spec.name + "\") lists the arguments.", spec.name);
-    const ParamSpec& p = spec.params[next];
-    std::string value = word;
-    const bool many = p.name == "q" || p.type == "real[]" || p.type == "vec3" || p.type == "pose";
-    if (many && (word.empty() || word.front() != '{')) {
-      const std::size_t most = p.type == "vec3" ? 3 : p.type == "pose" ? 6 : words.size();
-      std::size_t taken = 1;
-      while (taken < most && w + 1 < words.size() && text::read_real(words[w + 1])) {
-        value += " " + words[++w];
-        ++taken;
-      }
-    }
-    if (p.type == "enum")
-      for (const std::string& c : p.choices)
-        if (std::equal(c.begin(), c.end(), value.begin(), value.end(), [](char a, char b) {
-              return std::tolower(static_cast<unsigned char>(a)) ==
-                     std::tolower(static_cast<unsigned char>(b));
-            }))
-          value = c;
-    if (p.type == "list") {
-      List items;
-      std::string_view inner = value;
-      if (inner.size() >= 2 && inner.front() == '{' && inner.back() == '}')
-        inner = inner.substr(1, inner.size() - 2);
-      std::string blanks(inner);
-      std::replace(blanks.begin(), blanks.end(), ',', ' ');
-      RMP_TRY_ASSIGN(auto entries, split_classic(blanks));
-      for (std::string& e : entries) items.emplace_back(std::move(e));
-      args.set(p.name, std::move(items));
-    } else {
-      args.set(p.name, std::move(value));
-    }
-    ++next;
-  }
-  return args;
-}
-
-/// Lines of the original name robots and worlds that its library has; here they are loaded when
-/// the document has nothing of that name.
-Result<void> load_named(Application& app, Session& session, const document::Snapshot& now,
-                        const CommandSpec& spec, const Map& args) {
-  const Value* id = args.find("id");
-  const std::string* name = id ? id->as_string() : nullptr;
-  if (!name || spec.params.empty() || spec.params.front().name != "id" ||
-      !spec.params.front().type.starts_with("ref:") || !session.may(Effect::files_read))
-    return {};
-  const std::string_view kinds = std::string_view(spec.params.front().type).substr(4);
-  if (kinds == "any" || handle_from_text(*name)) return {};
-  std::optional<Kind> shipped;
-  for (const Kind k : kAllKinds) {
-    if (!kinds_include(kinds, to_string(k))) continue;
-    if (now.find(k, *name)) return {};
-    if (!shipped && library_file(app, k, *name)) shipped = k;
-  }
-  if (!shipped) return {};
-  auto loaded = app.dispatch(session, std::string(to_string(*shipped)) + ".get", {{"name", *name}});
-  if (!loaded.ok()) return std::move(loaded).error();
-  return {};
-}
-
-bool is_method(const CommandSpec& spec) {
-  return !spec.params.empty() && spec.params.front().name == "id";
-}
-
-}  // namespace
-
-Result<Value> Application::dispatch_classic(Session& session, std::string_view line) {
-  RMP_TRY_ASSIGN(auto words, split_classic(line));
-  if (words.empty()) return Value();
-  const auto run_loaded = [&](const CommandSpec& spec, const Map& args) -> Result<Value> {
-    const auto now = document.now();
-    RMP_TRY(load_named(*this, session, session.transaction_ ? session.transaction_->now() : *now,
-                       spec, args));
-    return run(session, spec, args);
-  };
-  // The table's own names work as well: `robot.fk pa10 {0 0 0}`.
-  if (const CommandSpec* spec = commands.find(words[0])) {
-    RMP_TRY_ASSIGN(const Map args, classic_arguments(*spec, std::span(words).subspan(1), 0));
-    return run_loaded(*spec, args);
-  }
-  const auto word = [&](std::size_t i) {
-    return i < words.size() ? std::string_view(words[i]) : std::string_view();
-  };
-  // `PRobot pa10 Link 3 mGetLocal`: the number stands inside the option.
-  if (words.size() >= 5 && words[2].size() == 4 &&
-      commands.find_classic(words[0], "Link " + words[4])) {
-    words[2] += " " + words[4];
-    words.erase(words.begin() + 4);
-  }
-  struct Form {
-    std::string option;
-    std::size_t arguments;
-    bool method;
-  };
-  const Form forms[] = {
-      {std::string(word(2)) + " " + std::string(word(3)), 4, true},  // PRobot pa10 LLRL FKine
-      {std::string(word(2)), 3, true},                               // World cell LsPRobots
-      {std::string(word(1)) + " " + std::string(word(2)), 3, false},
-      {std::string(word(1)), 2, false},  // Worlds LsWorlds
-      {std::string(), 1, false},         // ForceReDraw
-  };
-  for (const Form& form : forms) {
-    if (form.arguments > words.size()) continue;
-    const CommandSpec* spec = commands.find_classic(words[0], form.option);
-    if (!spec || is_method(*spec) != form.method) continue;
-    RMP_TRY_ASSIGN(Map args, classic_arguments(*spec, std::span(words).subspan(form.arguments),
-                                               form.method ? 1 : 0));
-    if (form.method) args.set("id", words[1]);
-    return run_loaded(*spec, args);
-  }
-  if (words.size() == 2 && commands.find_classic(words[0], words[1]))
-    return error(ErrorCode::usage, words[0] + " " + words[1] + " lacks the name it works on",
-                 "Write " + words[0] + " <name> " + words[1] + ".");
-  if (commands.unknown_classic(words[0], word(2)).message.starts_with("there is no classic") &&
-      words[0].find('.') != std::string::npos)
-    return commands.unknown(words[0]);
-  return commands.unknown_classic(words[0], words.size() > 2 ? word(2) : word(1));
 }
 
 Result<void> Application::transaction(Session& session, std::string label,

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "ioci/application.h"
+#include "ioci/classic.h"
 #include "kernel/check.h"
 #include "kernel/text.h"
 
@@ -18,11 +19,10 @@ std::string lower(std::string_view s) {
   return out;
 }
 
-/// "PRobot mGetDHP|PRobot vGetDHp" -> its spellings.
+/// "PRobot mGetDHP|PRobot vGetDHp" -> its spellings, without the order of their arguments.
 std::vector<std::string> spellings(std::string_view classic) {
   std::vector<std::string> out;
-  for (const std::string_view s : text::split(classic, '|'))
-    if (const std::string_view t = text::trim(s); !t.empty()) out.emplace_back(t);
+  for (ClassicSpelling& s : classic_spellings(classic)) out.push_back(std::move(s.words));
   return out;
 }
 
@@ -44,6 +44,12 @@ void check_spec(const CommandSpec& spec) {
     require(!p.name.empty() && !p.type.empty() && !p.doc.empty(), spec,
             "a parameter without name, type or doc");
     require(names.insert(p.name).second, spec, "two parameters of one name");
+  }
+  for (const ClassicSpelling& s : classic_spellings(spec.classic)) {
+    for (const std::string& name : s.order.value_or(std::vector<std::string>{}))
+      require(names.contains(name), spec, "a classic spelling names no parameter");
+    for (const auto& [name, value] : s.fixed)
+      require(names.contains(name), spec, "a classic spelling sets no parameter");
   }
 }
 
@@ -224,17 +230,11 @@ std::string help_text(const CommandSpec& spec) {
     field_table(out, spec.returns.fields, false);
   }
   out += "\nEffect: " + std::string(to_string(spec.effect)) + ".\n";
-  if (const auto classics = spellings(spec.classic); !classics.empty()) {
+  if (const auto classics = classic_spellings(spec.classic); !classics.empty()) {
+    const bool is_method = !spec.params.empty() && spec.params.front().name == "id";
     out += "Classic: ";
-    for (std::size_t i = 0; i < classics.size(); ++i) {
-      const auto blank = classics[i].find(' ');
-      const bool method =
-          !spec.params.empty() && spec.params.front().name == "id" && blank != std::string::npos;
-      out += (i ? ", `" : "`") +
-             (method ? classics[i].substr(0, blank) + " <id>" + classics[i].substr(blank)
-                     : classics[i]) +
-             "`";
-    }
+    for (std::size_t i = 0; i < classics.size(); ++i)
+      out += (i ? ", `" : "`") + classic_usage(classics[i], is_method) + "`";
     out += ".\n";
   }
   out += "\n```lua\n" + spec.example + "\n```\n";
@@ -281,69 +281,6 @@ std::map<std::string, std::string> reference_pages(const CommandTable& table) {
     classic_lines += "| `" + line + "` | " + link + " |\n";
   pages["README.md"] = index + classic_lines;
   return pages;
-}
-
-Result<std::vector<std::string>> split_classic(std::string_view line) {
-  std::vector<std::string> words;
-  std::size_t at = 0;
-  const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; };
-  while (at < line.size()) {
-    if (blank(line[at])) {
-      ++at;
-      continue;
-    }
-    std::string word;
-    const std::size_t start = at;
-    if (line[at] == '"') {
-      bool closed = false;
-      for (++at; at < line.size() && !closed; ++at) {
-        if (line[at] == '\\' && at + 1 < line.size() &&
-            (line[at + 1] == '"' || line[at + 1] == '\\'))
-          word += line[++at];
-        else if (line[at] == '"') closed = true;
-        else word += line[at];
-      }
-      if (!closed)
-        return error(ErrorCode::syntax,
-                     "the \" at column " + std::to_string(start + 1) + " is not closed",
-                     "Add the closing \".");
-    } else if (line[at] == '{') {
-      std::size_t depth = 0;
-      for (; at < line.size(); ++at) {
-        if (line[at] == '{') ++depth;
-        if (line[at] == '}' && --depth == 0) {
-          ++at;
-          break;
-        }
-      }
-      if (depth != 0)
-        return error(ErrorCode::syntax,
-                     "the { at column " + std::to_string(start + 1) + " is not closed",
-                     "Add the closing }.");
-      word = std::string(line.substr(start, at - start));
-    } else {
-      // name={1 2} and name="a b" are one word.
-      std::size_t depth = 0;
-      bool quoted = false;
-      for (; at < line.size() && (depth > 0 || quoted || !blank(line[at])); ++at) {
-        const char c = line[at];
-        if (c == '"') {
-          quoted = !quoted;
-          continue;
-        }
-        if (!quoted && c == '{') ++depth;
-        if (!quoted && c == '}' && depth > 0) --depth;
-        word += c;
-      }
-      if (quoted || depth > 0)
-        return error(ErrorCode::syntax,
-                     "the word at column " + std::to_string(start + 1) + " has an open " +
-                         (quoted ? "\"" : "{"),
-                     "Close it.");
-    }
-    words.push_back(std::move(word));
-  }
-  return words;
 }
 
 }  // namespace robomosp::ioci

@@ -46,6 +46,7 @@ std::vector<CommandSpec> robot_dynamics_commands();
 std::vector<CommandSpec> robot_motion_commands();
 std::vector<CommandSpec> robot_tool_commands();
 std::vector<CommandSpec> run_commands();
+std::vector<CommandSpec> robot_target_commands();
 std::vector<CommandSpec> simulation_commands();
 std::vector<CommandSpec> solid_commands();
 std::vector<CommandSpec> solid_feature_commands();
@@ -56,6 +57,9 @@ std::vector<CommandSpec> transform_commands();
 std::vector<CommandSpec> view_commands();
 std::vector<CommandSpec> workspace_commands();
 std::vector<CommandSpec> world_commands();
+std::vector<CommandSpec> world_load_commands();
+std::vector<CommandSpec> world_name_commands();
+std::vector<CommandSpec> world_run_commands();
 std::vector<CommandSpec> world_task_commands();
 
 // --- schemas -------------------------------------------------------------------------------

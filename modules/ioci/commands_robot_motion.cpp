@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "ioci/robots.h"
+#include "ioci/shown_robot.h"
 #include "robotics/closure.h"
 #include "robotics/coordinates.h"
 #include "robotics/home.h"
@@ -26,7 +27,7 @@ struct Posed {
 Result<Posed> posed(CommandContext& ctx, const Map& args) {
   Posed p;
   RMP_TRY_ASSIGN(p.model, model_of(ctx, args));
-  RMP_TRY_ASSIGN(p.q, read_q(*args.find("q"), content<Robot>(ctx, args), p.model->joints, "q"));
+  RMP_TRY_ASSIGN(p.q, given_or_shown(ctx, args, *p.model));
   p.frames.resize(p.model->joints.size());
   robotics::forward_kinematics(*p.model, p.q, p.frames);
   return p;
@@ -305,58 +306,16 @@ Result<Value> solve_ik_batch(CommandContext& ctx, const Map& args) {
   return Value(std::move(out));
 }
 
-/// The world and member that show a robot: the named world, else the only one that has it.
-struct Shown {
-  WorldId world;
-  std::size_t member = 0;
-  std::vector<double> q;
-};
-
-Result<Shown> shown(const CommandContext& ctx, const Map& args) {
-  const RobotId id = typed<Robot>(args);
-  const auto& snapshot = ctx.snapshot();
-  std::vector<Shown> found;
-  std::vector<std::string> worlds;
-  for (const AnyId any : snapshot.list(Kind::world)) {
-    if (has(args, "world") && any.number != ref(args, "world").number) continue;
-    const auto* w = snapshot.get(WorldId{any.number});
-    for (std::size_t i = 0; i < w->robots.size(); ++i)
-      if (w->robots[i].robot == id) {
-        found.push_back({WorldId{any.number}, i, w->robots[i].q});
-        worlds.push_back(snapshot.find(any)->name + ":" + w->robots[i].name);
-      }
-  }
-  const std::string where = name_in(ctx, id);
-  if (found.empty())
-    return error(ErrorCode::conflict, "no world shows it, so that its joints stand nowhere",
-                 "Add it to a world first: world.add_robot.", where);
-  if (found.size() > 1)
-    return error(ErrorCode::conflict, "it is shown more than once: " + text::enumerate(worlds),
-                 "Use world.set_robot_q, which names the one meant.", where);
-  Shown s = found.front();
-  if (s.q.empty()) s.q = robotics::home_joint_values(content<Robot>(ctx, args));
-  return s;
-}
-
-Result<Value> put_joints(CommandContext& ctx, const Shown& s, std::vector<double> q) {
-  auto done = change<model::World>(ctx, s.world, [&](model::World& w) -> Result<void> {
-    w.robots[s.member].q = q;
-    return {};
-  });
-  if (!done.ok()) return std::move(done).error();
-  return Value(NumericArray(std::move(q)));
-}
-
 Result<Value> set_joints(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const auto m, model_of(ctx, args));
-  RMP_TRY_ASSIGN(const Shown s, shown(ctx, args));
+  RMP_TRY_ASSIGN(const ShownRobot s, shown_robot(ctx, args));
   RMP_TRY_ASSIGN(auto q, read_q(*args.find("q"), content<Robot>(ctx, args), m->joints, "q"));
   return put_joints(ctx, s, std::move(q));
 }
 
 Result<Value> add_joints(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const auto m, model_of(ctx, args));
-  RMP_TRY_ASSIGN(Shown s, shown(ctx, args));
+  RMP_TRY_ASSIGN(ShownRobot s, shown_robot(ctx, args));
   RMP_TRY_ASSIGN(const auto step,
                  read_q(*args.find("q"), content<Robot>(ctx, args), m->joints, "q"));
   const auto units = robotics::coordinate_units(*m);
@@ -370,7 +329,7 @@ Result<Value> add_joints(CommandContext& ctx, const Map& args) {
 }
 
 Result<Value> joint_values(CommandContext& ctx, const Map& args) {
-  RMP_TRY_ASSIGN(Shown s, shown(ctx, args));
+  RMP_TRY_ASSIGN(ShownRobot s, shown_robot(ctx, args));
   return Value(NumericArray(std::move(s.q)));
 }
 
@@ -380,6 +339,10 @@ std::vector<CommandSpec> robot_motion_commands() {
   std::vector<CommandSpec> all;
   const ParamSpec q =
       needed("q", "any", "rad or m", "Joint values, one a joint, or the name of a pose.");
+  const ParamSpec q_or_shown =
+      optional("q", "any", "rad or m",
+               "Joint values, one a joint, or the name of a pose; those at which the only world "
+               "that has the robot shows it when left out.");
   const ParamSpec tip =
       optional("tip", "string", "",
                "Name of the tip in a branched robot; the tool of the last link when left out.");
@@ -400,13 +363,13 @@ std::vector<CommandSpec> robot_motion_commands() {
 
   all.push_back(
       {.name = "robot.fk",
-       .classic = "PRobot LLRL FKine",
+       .classic = "PRobot LLRL FKine|PRobot LLRL mGetOutHMT()",
        .summary = "Gives the pose of the tool for given joint values.",
        .details = mounting,
        .example =
            with_arm("local t = arm:fk{q = {0, 0, 0, 0, 0, 0}}\nassert(math.abs(t.position[1] - "
                     "0.5) < 1e-12)\nassert(#arm:fk{q = \"ready\", all = true}.links == 6)"),
-       .params = {self("robot"), q,
+       .params = {self("robot"), q_or_shown,
                   defaulted("all", "bool", "", false, "Also the frames of all links."), tip,
                   defaulted("close", "bool", "", false,
                             "First closes the loops: joints without motors move to where those "
@@ -441,13 +404,14 @@ std::vector<CommandSpec> robot_motion_commands() {
                  .run = link_pose_parent});
   all.push_back(
       {.name = "robot.jacobian",
-       .classic = "PRobot LLRL mJacobian",
+       .classic = "PRobot LLRL mJacobian|PRobot LLRL mJacobian Local(frame=tool, q)|PRobot LLRL "
+                  "mJacobian Global(frame=base, q)",
        .summary = "Gives the geometric Jacobian of the tool.",
        .details = "Six rows (vx, vy, vz, wx, wy, wz), one column a joint; the reference point is "
                   "the tool's origin.",
        .example =
            with_arm("local j = arm:jacobian{q = \"ready\", frame = \"tool\"}\nassert(#j == 6)"),
-       .params = {self("robot"), q,
+       .params = {self("robot"), q_or_shown,
                   choice("frame", {"base", "tool"}, "Axes that velocities are expressed in."), tip},
        .returns = {"matrix", "", "6 x joints.", {}},
        .effect = Effect::reads,
@@ -550,8 +514,7 @@ std::vector<CommandSpec> robot_motion_commands() {
        .run = solve_ik_batch});
   const std::string in_world =
       "local cell = world.create{name = \"cell\"}\ncell:add_robot{robot = arm}\n";
-  const ParamSpec world =
-      optional("world", "ref:world", "", "The world, when several show the robot.");
+  const ParamSpec world = shown_world();
   all.push_back({.name = "robot.joint_values",
                  .classic = "PRobot LLRL mGetInJointp",
                  .summary = "Gives the joint values at which a world shows the robot.",

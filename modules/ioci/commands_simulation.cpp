@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Forward dynamic simulation: robots move under torques and controllers.
 #include <algorithm>
+#include <optional>
 
 #include "ioci/commands.h"
+#include "ioci/handle_text.h"
 #include "ioci/live_runs.h"
 #include "sim/forward_simulation.h"
 
@@ -12,18 +14,23 @@ namespace {
 using model::Robot;
 using model::World;
 
-Result<sim::RecordingPtr> recording_of(CommandContext& ctx, const Value& v,
+/// A handle, also one written as text (`recording#3`).
+std::optional<Handle> handle_of(const Map& args, std::string_view name) {
+  const Value* v = args.find(name);
+  if (!v) return std::nullopt;
+  if (const Handle* h = v->as_handle()) return *h;
+  return v->as_string() ? handle_from_text(*v->as_string()) : std::nullopt;
+}
+
+Result<sim::RecordingPtr> recording_of(CommandContext& ctx, const Map& args,
                                        const std::string& path) {
-  const Handle* h = v.as_handle();
+  const Value& v = *args.find(path);
+  const auto h = handle_of(args, path);
   const auto found = h && h->kind == "recording" ? ctx.app.recordings.find(h->number) : nullptr;
   if (!found)
     return error(ErrorCode::invalid_argument, v.text() + " is not a recording",
                  "Give the recording that a simulation returned.", path);
   return found;
-}
-
-bool is_handle(const Map& args, std::string_view name) {
-  return has(args, name) && args.find(name)->as_handle();
 }
 
 /// Name of a member given by name, or by the record that it places.
@@ -47,6 +54,10 @@ AnyId trajectory_of(const model::PlacedTrajectory& p) { return p.trajectory; }
 
 Result<std::vector<double>> numbers(const Map& args, const std::string& name) {
   std::vector<double> out = reals(args, name);
+  if (const std::string* words = args.find(name)->as_string()) {
+    RMP_TRY_ASSIGN(const Value read, check_value(field("", "real[]", "", ""), *words, name));
+    out = reals(&read);
+  }
   if (out.empty())
     return error(ErrorCode::invalid_argument, args.find(name)->text() + " is not a list of numbers",
                  "Give one number for each, or a recording.", name);
@@ -87,8 +98,8 @@ Result<sim::ForwardRun> read_run(CommandContext& ctx, const Map& args, const Rob
   if (has(args, "qd")) {
     RMP_TRY_ASSIGN(run.qd, numbers(args, "qd"));
   }
-  if (is_handle(args, "tau")) {
-    RMP_TRY_ASSIGN(run.recorded_tau, recording_of(ctx, *args.find("tau"), "tau"));
+  if (handle_of(args, "tau")) {
+    RMP_TRY_ASSIGN(run.recorded_tau, recording_of(ctx, args, "tau"));
   } else if (has(args, "tau")) {
     RMP_TRY_ASSIGN(run.tau, numbers(args, "tau"));
   }
@@ -96,18 +107,21 @@ Result<sim::ForwardRun> read_run(CommandContext& ctx, const Map& args, const Rob
     run.is_controlled = true;
     RMP_TRY_ASSIGN(run.controller, read_provider(*args.find("controller"), "controller"));
   }
-  if (is_handle(args, "reference")) {
-    RMP_TRY_ASSIGN(run.recorded_q, recording_of(ctx, *args.find("reference"), "reference"));
+  if (handle_of(args, "reference")) {
+    RMP_TRY_ASSIGN(run.recorded_q, recording_of(ctx, args, "reference"));
     run.is_controlled = true;
   } else if (has(args, "reference")) {
     RMP_TRY_ASSIGN(run.hold, read_q(*args.find("reference"), robot, m.joints, "reference"));
     run.is_controlled = true;
   }
+  if (run.recorded_tau && run.recorded_tau->rows() > 0 && !run.is_controlled &&
+      !has(args, "duration"))
+    run.duration = run.recorded_tau->columns.front().values.back();
   run.control_period = real(args, "control_period");
   if (has(args, "tip_force")) run.wrench.force = vec3(args, "tip_force");
   if (has(args, "tip_moment")) run.wrench.moment = vec3(args, "tip_moment");
   if (has(args, "tip_wrench")) {
-    RMP_TRY_ASSIGN(run.recorded_wrench, recording_of(ctx, *args.find("tip_wrench"), "tip_wrench"));
+    RMP_TRY_ASSIGN(run.recorded_wrench, recording_of(ctx, args, "tip_wrench"));
   }
   RMP_TRY(read_base_motion(args, run));
   if (has(args, "integrator")) {
@@ -198,8 +212,9 @@ LiveSource live(CommandContext& ctx, RobotId robot, sim::ForwardRun run) {
 }
 
 Schema run_params(Schema first, Schema references) {
-  first.push_back(above_zero(optional(
-      "duration", "real", "s", "How long; that of the trajectory or recording when left out.")));
+  first.push_back(above_zero(optional("duration", "real", "s",
+                                      "How long; that of the trajectory, or of the recording of "
+                                      "tau or reference, when left out.")));
   first.push_back(above_zero(
       defaulted("sample_time", "real", "s", 0.01, "Time between samples of the recording.")));
   first.push_back(optional("q", "any", "rad or m",
@@ -286,7 +301,8 @@ std::vector<CommandSpec> simulation_commands() {
       "on, torques cut, and what the integrator did.";
   all.push_back(
       {.name = "world.simulate_dynamics",
-       .classic = "World WorldFwdDynSim|World FwdDynWorldSim",
+       .classic = "World WorldFwdDynSim|World FwdDynWorldSim(robot, duration, qd, integrator, "
+                  "step, tau)|World WorldfDynSim(robot, tau, duration)",
        .summary = "Lets a robot move under torques or a controller and records its motion.",
        .details = details,
        .example = with_stroke(

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "ioci/commands.h"
+#include "ioci/world_members.h"
 #include "robotics/home.h"
 #include "robotics/kinematics.h"
 #include "spatial/pose.h"
@@ -110,6 +111,10 @@ Placement* member_placement(model::World& w, const std::string& name) {
     if (m.name == name) return &m.placement;
   for (auto& m : w.trajectories)
     if (m.name == name) return &m.placement;
+  for (auto& m : w.frames)
+    if (m.name == name) return &m.placement;
+  for (auto& m : w.lights)
+    if (m.name == name) return &m.placement;
   return nullptr;
 }
 
@@ -131,9 +136,8 @@ Result<Site> find_site(const CommandContext& ctx, const std::string& id) {
   if (const auto world = ctx.snapshot().find(Kind::world, owner)) {
     s.record = *world;
     model::World w = *ctx.snapshot().get(WorldId{world->number});
-    const Placement* p = member_placement(w, s.member);
-    if (!p) return unknown_name("member", s.member, {}).in(name_in(ctx, *world));
-    s.placement = *p;
+    if (const Placement* p = member_placement(w, s.member)) s.placement = *p;
+    else if (s.member != kTarget) return no_member(w, s.member).in(name_in(ctx, *world));
     return s;
   }
   return error(ErrorCode::unknown_name, "there is no robot or world " + text::quote(owner), hint);
@@ -194,8 +198,10 @@ Result<Value> put(CommandContext& ctx, const Map& args, bool add) {
   auto done = ctx.edit().edit(s.record, [&](model::Record& r) -> Result<void> {
     if (auto* robot = std::get_if<model::Robot>(&r.body))
       (s.member == "base" ? robot->base : robot->tool) = s.placement;
-    else if (auto* world = std::get_if<model::World>(&r.body))
+    else if (auto* world = std::get_if<model::World>(&r.body)) {
       if (Placement* p = member_placement(*world, s.member)) *p = s.placement;
+      else world->frames.push_back({s.member, s.placement});  // the target, until now the origin
+    }
     return {};
   });
   if (!done.ok()) return std::move(done).error();

@@ -8,9 +8,6 @@
 #include "io/native.h"
 #include "ioci/commands.h"
 #include "ioci/world_members.h"
-#include "sim/collision.h"
-#include "sim/retime.h"
-#include "sim/simulate.h"
 
 namespace robomosp::ioci {
 namespace {
@@ -145,49 +142,6 @@ Result<Value> place(CommandContext& ctx, const Map& args) {
   });
 }
 
-/// A member of a list by its name, or by the record it places when only one places it.
-template <class Placed>
-Result<std::size_t> find_member(const CommandContext& ctx, const std::vector<Placed>& list,
-                                const Value& given, AnyId (*what)(const Placed&),
-                                std::string_view kind, std::string_view path) {
-  std::vector<std::string> known;
-  if (const std::string* name = given.as_string())
-    for (std::size_t i = 0; i < list.size(); ++i) {
-      if (list[i].name == *name) return i;
-      known.push_back(list[i].name);
-    }
-  AnyId record;
-  if (const Handle* h = given.as_handle()) {
-    RMP_TRY_ASSIGN(record, Application::record_id(ctx.snapshot(), *h));
-  } else if (const std::string* name = given.as_string()) {
-    if (const auto k = kind_from(kind))
-      if (const auto id = ctx.snapshot().find(*k, *name)) record = *id;
-  }
-  std::optional<std::size_t> found;
-  for (std::size_t i = 0; record && i < list.size(); ++i)
-    if (what(list[i]) == record) {
-      if (found)
-        return error(ErrorCode::conflict,
-                     ctx.snapshot().describe(record) + " is placed more than once",
-                     "Give the member's name.", std::string(path));
-      found = i;
-    }
-  if (found) return *found;
-  Error e = unknown_name(kind,
-                         given.as_string()
-                             ? *given.as_string()
-                             : ctx.app.name_of(given.as_handle() ? *given.as_handle() : Handle{})
-                                   .value_or(given.text()),
-                         known);
-  e.message += " in the world";
-  if (known.empty() && e.hint.empty())
-    e.hint = "It has none; add one with world.add_" + std::string(kind) + ".";
-  return std::move(e).in(path);
-}
-
-AnyId robot_of(const model::PlacedRobot& r) { return r.robot; }
-AnyId trajectory_of(const model::PlacedTrajectory& t) { return t.trajectory; }
-
 Result<Value> set_robot_q(CommandContext& ctx, const Map& args) {
   const World& w = content<World>(ctx, args);
   RMP_TRY_ASSIGN(const std::size_t at, find_member(ctx, w.robots, *args.find("robot"), robot_of,
@@ -280,67 +234,6 @@ Result<Value> world_index(CommandContext& ctx, const Map& args) {
                                          all.begin()));
 }
 
-/// A run of a robot on a trajectory: `what(simulator, run)` makes its recording.
-template <class What>
-Result<Value> simulate(CommandContext& ctx, const Map& args, What&& what) {
-  const World& w = content<World>(ctx, args);
-  const std::string where = name_in(ctx, ref(args, "id"));
-  RMP_TRY_ASSIGN(const std::size_t robot,
-                 find_member(ctx, w.robots, *args.find("robot"), robot_of, "robot", where));
-  RMP_TRY_ASSIGN(const std::size_t trajectory,
-                 find_member(ctx, w.trajectories, *args.find("trajectory"), trajectory_of,
-                             "trajectory", where));
-  sim::Run run;
-  run.world = typed<World>(args);
-  run.robot = w.robots[robot].name;
-  run.trajectory = w.trajectories[trajectory].name;
-  if (has(args, "sample_time")) run.sample_time = real(args, "sample_time");
-  run.tolerance = {real(args, "position_tolerance"), real(args, "rotation_tolerance")};
-  run.objective = objective_of(args);
-  run.influence = real(args, "influence");
-  const sim::Simulator simulator{ctx.app.registry, ctx.app.derived, ctx.snapshot(),
-                                 &ctx.app.collision_models};
-  RMP_TRY_ASSIGN(auto recording, what(simulator, run));
-  if (flag(args, "clearance")) {
-    RMP_TRY_ASSIGN(recording, sim::with_clearance(simulator, *recording, ctx.progress));
-  }
-  return Value(Handle{"recording", ctx.app.recordings.add(std::move(recording))});
-}
-
-Result<Value> inverse_kinematics(CommandContext& ctx, const Map& args) {
-  return simulate(ctx, args, [&](const sim::Simulator& simulator, const sim::Run& run) {
-    return simulator.inverse_kinematics(run, ctx.progress);
-  });
-}
-Result<Value> inverse_dynamics(CommandContext& ctx, const Map& args) {
-  RMP_TRY_ASSIGN(auto recording,
-                 simulate(ctx, args, [&](const sim::Simulator& simulator, const sim::Run& run) {
-                   return simulator.inverse_dynamics(run, ctx.progress);
-                 }));
-  const World& w = content<World>(ctx, args);
-  const auto member = find_member(ctx, w.robots, *args.find("robot"), robot_of, "robot", "");
-  if (member.ok()) {
-    RMP_TRY_ASSIGN(const auto m,
-                   ctx.app.derived.robot_model(ctx.snapshot(), w.robots[*member].robot, w.gravity,
-                                               ctx.progress));
-    tell_no_mass(ctx, *m, Severity::warning, ", so its links add nothing to its torques");
-  }
-  return recording;
-}
-
-Result<Value> time_optimal(CommandContext& ctx, const Map& args) {
-  sim::RetimeOptions options;
-  options.share = real(args, "share");
-  options.has_torques = flag(args, "torque_limits");
-  options.step = real(args, "step");
-  if (has(args, "retimer")) {
-    RMP_TRY_ASSIGN(options.retimer, read_provider(*args.find("retimer"), "retimer"));
-  }
-  return simulate(ctx, args, [&](const sim::Simulator& simulator, const sim::Run& run) {
-    return simulator.time_optimal(run, options, ctx.progress);
-  });
-}
-
 /// All solids that a world shows, directly or through objects and robots.
 std::vector<SolidId> solids_of(const document::Snapshot& s, AnyId root) {
   std::vector<AnyId> open{root};
@@ -419,21 +312,6 @@ Result<Value> evaluate(CommandContext& ctx, const Map& args) {
       {"solids", std::move(out)}});
 }
 
-std::string with_cell(const std::string& rest) {
-  return with_arm("local cell = world.create{name = \"cell\"}\ncell:add_robot{robot = arm}\n") +
-         rest;
-}
-
-std::string with_run(const std::string& rest) {
-  return with_cell(
-      "local start = arm:fk{q = \"ready\"}\nlocal p, a = start.position, start.rpy\n"
-      "trajectory.create{name = \"stroke\", sample_time = 0.05, segments = {{shape = \"line\", "
-      "points = {\n"
-      "  {p[1], p[2], p[3], a[1], a[2], a[3]}, {p[1], p[2] + 0.05, p[3], a[1], a[2], a[3]}}}}}\n"
-      "cell:add_trajectory{trajectory = \"stroke\"}\narm:set_joints(\"ready\")\n" +
-      rest);
-}
-
 }  // namespace
 
 std::vector<CommandSpec> world_commands() {
@@ -493,7 +371,7 @@ std::vector<CommandSpec> world_commands() {
        .classic = "",
        .summary = "Places a robot in a world.",
        .details = "",
-       .example = with_cell("assert(cell:robots()[1].name == \"arm\")"),
+       .example = example_cell("assert(cell:robots()[1].name == \"arm\")"),
        .params =
            placed({self("world"), needed("robot", "ref:robot", "", "The robot."), member_name_spec,
                    optional("q", "any", "rad or m", "Joint values shown, or the name of a pose.")}),
@@ -505,7 +383,7 @@ std::vector<CommandSpec> world_commands() {
                  .classic = "",
                  .summary = "Places a trajectory in a world.",
                  .details = "",
-                 .example = with_run("assert(cell:trajectories()[1].name == \"stroke\")"),
+                 .example = example_run("assert(cell:trajectories()[1].name == \"stroke\")"),
                  .params = placed({self("world"),
                                    needed("trajectory", "ref:trajectory", "", "The trajectory."),
                                    member_name_spec}),
@@ -518,10 +396,10 @@ std::vector<CommandSpec> world_commands() {
        .classic = "World LoadPTrajectory",
        .summary = "Loads a trajectory from a file and places it in a world.",
        .details = "",
-       .example =
-           with_run("local file = \"example.tjc\"\ntrajectory.save{id = \"stroke\", file = "
-                    "file}\nlocal other = world.create{name = "
-                    "\"other\"}\nother:load_trajectory(file)\nassert(#other:trajectories() == 1)"),
+       .example = example_run(
+           "local file = \"example.tjc\"\ntrajectory.save{id = \"stroke\", file = "
+           "file}\nlocal other = world.create{name = "
+           "\"other\"}\nother:load_trajectory(file)\nassert(#other:trajectories() == 1)"),
        .params = placed({self("world"), needed("file", "path", "", "The file."), member_name_spec}),
        .returns = {"string", "", "Name of the member.", {}},
        .effect = Effect::files_read,
@@ -532,7 +410,7 @@ std::vector<CommandSpec> world_commands() {
        .classic = "",
        .summary = "Takes an object, robot or trajectory out of a world.",
        .details = "The record itself stays.",
-       .example = with_cell("cell:remove_member(\"arm\")\nassert(#cell:robots() == 0)"),
+       .example = example_cell("cell:remove_member(\"arm\")\nassert(#cell:robots() == 0)"),
        .params = {self("world"), needed("member", "string", "", "Its name in the world.")},
        .returns = {},
        .effect = Effect::edits,
@@ -546,8 +424,8 @@ std::vector<CommandSpec> world_commands() {
        .classic = "",
        .summary = "Moves a member of a world to another place.",
        .details = "",
-       .example = with_cell("cell:place{member = \"arm\", position = {0, 0, \"500 "
-                            "mm\"}}\nassert(cell:robots()[1].placement.position[3] == 0.5)"),
+       .example = example_cell("cell:place{member = \"arm\", position = {0, 0, \"500 "
+                               "mm\"}}\nassert(cell:robots()[1].placement.position[3] == 0.5)"),
        .params = std::move(place_params),
        .returns = {},
        .effect = Effect::edits,
@@ -558,7 +436,7 @@ std::vector<CommandSpec> world_commands() {
        .classic = "",
        .summary = "Sets the joint values at which a robot stands in a world.",
        .details = "The teach pendant's jog.",
-       .example = with_cell(
+       .example = example_cell(
            "cell:set_robot_q{robot = \"arm\", q = \"ready\"}\nassert(cell:robots()[1].q[5] == 1)"),
        .params = {self("world"), needed("robot", "any", "", "Name of the member, or the robot."),
                   needed("q", "any", "rad or m", "Joint values, or the name of a pose."),
@@ -573,7 +451,7 @@ std::vector<CommandSpec> world_commands() {
        .classic = "World LsPObjects",
        .summary = "Lists the objects of a world.",
        .details = "",
-       .example = with_cell("assert(#cell:objects() == 0)"),
+       .example = example_cell("assert(#cell:objects() == 0)"),
        .params = {self("world")},
        .returns = {"list",
                    "",
@@ -586,7 +464,7 @@ std::vector<CommandSpec> world_commands() {
                  .classic = "World LsPRobots",
                  .summary = "Lists the robots of a world.",
                  .details = "",
-                 .example = with_cell("assert(#cell:robots() == 1)"),
+                 .example = example_cell("assert(#cell:robots() == 1)"),
                  .params = {self("world")},
                  .returns = {"list",
                              "",
@@ -602,7 +480,7 @@ std::vector<CommandSpec> world_commands() {
        .classic = "World LsPTrajectories",
        .summary = "Lists the trajectories of a world.",
        .details = "",
-       .example = with_run("assert(#cell:trajectories() == 1)"),
+       .example = example_run("assert(#cell:trajectories() == 1)"),
        .params = {self("world")},
        .returns = {"list",
                    "",
@@ -628,7 +506,7 @@ std::vector<CommandSpec> world_commands() {
                  .classic = "World GetPRobotId",
                  .summary = "Gives the name of the i-th robot of a world.",
                  .details = "",
-                 .example = with_cell("assert(cell:robot_name(0) == \"arm\")"),
+                 .example = example_cell("assert(cell:robot_name(0) == \"arm\")"),
                  .params = {self("world"), index},
                  .returns = {"string", "", "", {}},
                  .effect = Effect::reads,
@@ -637,7 +515,7 @@ std::vector<CommandSpec> world_commands() {
                  .classic = "World GetPTrajectoryId",
                  .summary = "Gives the name of the i-th trajectory of a world.",
                  .details = "",
-                 .example = with_run("assert(cell:trajectory_name(0) == \"stroke\")"),
+                 .example = example_run("assert(cell:trajectory_name(0) == \"stroke\")"),
                  .params = {self("world"), index},
                  .returns = {"string", "", "", {}},
                  .effect = Effect::reads,
@@ -647,7 +525,7 @@ std::vector<CommandSpec> world_commands() {
        .classic = "World GetPRobotIndex",
        .summary = "Gives the place of a robot in the list of a world.",
        .details = "",
-       .example = with_cell("assert(cell:robot_index(\"arm\") == 0)"),
+       .example = example_cell("assert(cell:robot_index(\"arm\") == 0)"),
        .params = {self("world"), needed("robot", "any", "", "Name of the member, or the robot.")},
        .returns = {"int", "", "0 is the first.", {}},
        .effect = Effect::reads,
@@ -656,7 +534,7 @@ std::vector<CommandSpec> world_commands() {
                  .classic = "World GetPTrajectoryIndex",
                  .summary = "Gives the place of a trajectory in the list of a world.",
                  .details = "",
-                 .example = with_run("assert(cell:trajectory_index(\"stroke\") == 0)"),
+                 .example = example_run("assert(cell:trajectory_index(\"stroke\") == 0)"),
                  .params = {self("world"), needed("trajectory", "any", "",
                                                   "Name of the member, or the trajectory.")},
                  .returns = {"int", "", "0 is the first.", {}},
@@ -680,74 +558,6 @@ std::vector<CommandSpec> world_commands() {
                  .returns = {"int", "", "0 is the first.", {}},
                  .effect = Effect::reads,
                  .run = world_index});
-  Schema run_params{
-      self("world"),
-      needed("robot", "any", "", "Name of the member, or the robot."),
-      needed("trajectory", "any", "", "Name of the member, or the trajectory."),
-      above_zero(optional("sample_time", "real", "s",
-                          "Time between samples; the trajectory's own when left out.")),
-      above_zero(defaulted("position_tolerance", "real", "m", 1e-9,
-                           "When the position counts as reached.")),
-      above_zero(defaulted("rotation_tolerance", "real", "rad", 1e-9,
-                           "When the rotation counts as reached.")),
-      defaulted("clearance", "bool", "", false,
-                "Also records the least distance between bodies, in the column clearance.")};
-  for (ParamSpec& p :
-       objective_fields("away from the world's other bodies and the robot's own links"))
-    run_params.push_back(std::move(p));
-  all.push_back({.name = "world.inverse_kinematics",
-                 .classic = "World WorldInvKineSim|World InvKineWorldSim",
-                 .summary = "Moves a robot's tool along a trajectory and records joint values, "
-                            "speeds and accelerations.",
-                 .details = "Starts from the joint values at which the robot stands. A sample that "
-                            "cannot be reached is an error that names its time. With an objective "
-                            "a solver that serves it follows the path where the robot's own does "
-                            "not.",
-                 .example = with_run("local r = cell:inverse_kinematics{robot = \"arm\", "
-                                     "trajectory = \"stroke\"}\nassert(#r:values(\"time\") > 2)"),
-                 .params = run_params,
-                 .returns = {"handle", "", "The recording.", {}},
-                 .effect = Effect::simulates,
-                 .run = inverse_kinematics});
-  all.push_back(
-      {.name = "world.inverse_dynamics",
-       .classic = "World WorldInvDynSim|World InvDynWorldSim",
-       .summary = "Moves a robot's tool along a trajectory and records the joint torques as well.",
-       .details =
-           "The torques come in total and as gravity, inertial, velocity and friction parts.",
-       .example = with_run("local r = cell:inverse_dynamics{robot = \"arm\", trajectory = "
-                           "\"stroke\"}\nassert(#r:values(\"tau1\") > 2)"),
-       .params = run_params,
-       .returns = {"handle", "", "The recording.", {}},
-       .effect = Effect::simulates,
-       .run = inverse_dynamics});
-  auto optimal_params = run_params;
-  optimal_params.push_back(
-      between(defaulted("share", "real", "", 1.0, "Share of the joints' limits that may be used."),
-              0.01, 1));
-  optimal_params.push_back(
-      defaulted("torque_limits", "bool", "", true, "Keep the torque limits too."));
-  optimal_params.push_back(
-      above_zero(defaulted("step", "real", "s", 0.01, "Between samples of the result.")));
-  optimal_params.push_back(optional("retimer", "any", "",
-                                    "Provider, see provider.list(\"retimer\"), by name or with "
-                                    "its parameters."));
-  all.push_back(
-      {.name = "world.time_optimal",
-       .classic = "",
-       .summary = "Runs a trajectory's path as fast as the joints' limits allow, and records it.",
-       .details = "The joints' path is found as in world.inverse_kinematics, at the trajectory's "
-                  "sample time; how fast the trajectory itself is does not matter. Then it is run "
-                  "from rest to rest within velocity, acceleration and torque limits. It stops at "
-                  "corners of the joints' path.",
-       .example = with_run("local slow = cell:inverse_kinematics{robot = \"arm\", trajectory = "
-                           "\"stroke\"}\nlocal fast = cell:time_optimal{robot = \"arm\", "
-                           "trajectory = \"stroke\"}\nlocal a, b = slow:values(\"time\"), "
-                           "fast:values(\"time\")\nassert(b[#b] < a[#a])"),
-       .params = optimal_params,
-       .returns = {"handle", "", "The recording.", {}},
-       .effect = Effect::simulates,
-       .run = time_optimal});
   all.push_back(
       {.name = "world.evaluate",
        .classic = "",

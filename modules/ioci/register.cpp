@@ -30,6 +30,7 @@ void register_commands(CommandTable& table) {
   table.add(robot_kinematics_commands());
   table.add(robot_dynamics_commands());
   table.add(robot_motion_commands());
+  table.add(robot_target_commands());
   table.add(robot_tool_commands());
   table.add(run_commands());
   table.add(simulation_commands());
@@ -42,6 +43,9 @@ void register_commands(CommandTable& table) {
   table.add(view_commands());
   table.add(workspace_commands());
   table.add(world_commands());
+  table.add(world_load_commands());
+  table.add(world_name_commands());
+  table.add(world_run_commands());
   table.add(world_task_commands());
 }
 

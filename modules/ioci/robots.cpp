@@ -157,13 +157,16 @@ Result<std::shared_ptr<const RobotModel>> model_of(CommandContext& ctx, const Ma
                                      ctx.progress);
 }
 
-void tell_no_mass(CommandContext& ctx, const RobotModel& m, Severity severity,
-                  std::string_view outcome) {
-  const auto weighs = [](const JointModel& j) {
+bool has_mass(const RobotModel& m) {
+  return std::any_of(m.joints.begin(), m.joints.end(), [](const JointModel& j) {
     const Sym3& i = j.body.inertia;
     return j.body.mass != 0 || i.xx != 0 || i.yy != 0 || i.zz != 0;
-  };
-  if (m.joints.empty() || std::any_of(m.joints.begin(), m.joints.end(), weighs)) return;
+  });
+}
+
+void tell_no_mass(CommandContext& ctx, const RobotModel& m, Severity severity,
+                  std::string_view outcome) {
+  if (m.joints.empty() || has_mass(m)) return;
   ctx.app.messages.post(severity, "no_mass",
                         "robot " + text::quote(m.name) + " has no masses" + std::string(outcome) +
                             ". Give its links masses or designed parts.",

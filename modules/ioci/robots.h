@@ -39,6 +39,8 @@ Result<void> check_robot(const std::string& name, const model::Robot& r);
 void tell_inertia(CommandContext& ctx, const std::string& name, const model::Link& l);
 /// The fault of loops that do not close or leave limits, else nothing.
 Result<void> closed_or_fault(const RobotModel& m, const robotics::Closure& closed);
+/// Whether a link that moves has mass or inertia.
+[[nodiscard]] bool has_mass(const RobotModel& m);
 /// Fills in what a solver leaves out of an answer: a solved configuration next to a singular one
 /// (least rate below 1e-3 of the greatest) names the direction it loses of the parts wanted.
 void tell_singular(const RobotModel& m, std::size_t tip, std::uint32_t parts, IkResult& result);

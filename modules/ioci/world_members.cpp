@@ -48,4 +48,25 @@ Result<model::Placement> given_placement(const CommandContext& ctx, std::string_
   return read_placement_fields(given, path);
 }
 
+model::Placement target_of(const World& w) {
+  for (const auto& f : w.frames)
+    if (f.name == kTarget) return f.placement;
+  return {};
+}
+
+std::string example_cell(const std::string& rest) {
+  return with_arm("local cell = world.create{name = \"cell\"}\ncell:add_robot{robot = arm}\n") +
+         rest;
+}
+
+std::string example_run(const std::string& rest) {
+  return example_cell(
+      "local start = arm:fk{q = \"ready\"}\nlocal p, a = start.position, start.rpy\n"
+      "trajectory.create{name = \"stroke\", sample_time = 0.05, segments = {{shape = \"line\", "
+      "points = {\n"
+      "  {p[1], p[2], p[3], a[1], a[2], a[3]}, {p[1], p[2] + 0.05, p[3], a[1], a[2], a[3]}}}}}\n"
+      "cell:add_trajectory{trajectory = \"stroke\"}\narm:set_joints(\"ready\")\n" +
+      rest);
+}
+
 }  // namespace robomosp::ioci
