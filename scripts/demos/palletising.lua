@@ -128,8 +128,8 @@ local tried = 0
 local function fastest(name, from, to, lift, drop)
   local best, least, fault
   trial:set_robot_q{ robot = "stacker", q = from }
-  for _, up in ipairs{0, 0.3, 0.5, 0.7} do
-    for _, down in ipairs{0, 0.3, 0.5, 0.7} do
+  for _, up in ipairs{0, 0.35, 0.7} do
+    for _, down in ipairs{0, 0.35, 0.7} do
       local way = flight("try", from, to, lift, drop, up, down)
       trial:add_trajectory{ trajectory = way }
       local made, run = pcall(trial.inverse_kinematics, trial, {robot = "stacker", trajectory = "try", sample_time = 0.1})
@@ -267,3 +267,8 @@ for name, at in pairs{ start = 0.02, carried = 0.45 * taken[9] + 0.55 * let_go[9
     eye = {1.95, 1.25, 1.4}, target = {0.45, -0.06, 0.27} })
   if not drawn then print(fault) end  -- such as: no renderer is installed
 end
+cell:add_trajectory{ trajectory = carries[9] }
+cell:set_robot_q{ robot = "stacker", q = at_take }
+local flown = cell:inverse_kinematics{ robot = "stacker", trajectory = "carry_9", sample_time = 0.002 }
+flown:plot{ file = folder .. "/palletising_speeds.svg", columns = "qd", limits = true,
+  title = "One flight: joint speeds, and what is beyond their limits" }
