@@ -104,7 +104,8 @@ Result<Value> plot(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const sim::Plot p, sim::plot(request));
   if (!has(args, "file")) return Value(sim::to_text(p));
   const std::string file = text_of(args, "file");
-  RMP_TRY(sim::write_plot(p, file));
+  RMP_TRY_ASSIGN(const std::string bytes, sim::plot_file(p, file));
+  RMP_TRY(io::write_file(file, bytes));
   return Value(file);
 }
 
@@ -138,7 +139,8 @@ Result<Value> heat_map(CommandContext& ctx, const Map& args) {
   o.height = static_cast<int>(integer(args, "height"));
   RMP_TRY_ASSIGN(const auto m, sim::heat_map(*r, o));
   const std::string file = text_of(args, "file");
-  RMP_TRY(sim::write_heat_map(m, file));
+  RMP_TRY_ASSIGN(const std::string bytes, sim::heat_map_file(m, file));
+  RMP_TRY(io::write_file(file, bytes));
   Map out{{"file", file}, {"cells", m.cells}, {"low", m.low}, {"high", m.high}};
   if (m.at) out.set("at", *m.at);
   return Value(std::move(out));

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "io/native.h"
 #include "ioci/commands.h"
 #include "ioci/segments.h"
+#include "ioci/word_list.h"
 #include "motion/path.h"
 #include "sim/plot.h"
 #include "spatial/vec.h"
@@ -101,17 +103,17 @@ Result<Value> plot(CommandContext& ctx, const Map& args) {
   request.recordings = {&r};
   request.is_path = text_of(args, "kind") == "path";
   if (has(args, "title")) request.title = text_of(args, "title");
-  if (const Value* given = args.find("columns"); given && given->as_list())
-    for (const Value& v : *given->as_list())
-      request.columns.push_back(v.as_string() ? *v.as_string() : v.text());
+  RMP_TRY_ASSIGN(request.columns, word_list(args, "columns"));
   if (request.columns.empty() && !request.is_path)
     request.columns = {"x", "y", "z", "speed", "acceleration", "jerk"};
   request.width = static_cast<int>(integer(args, "width"));
   if (has(args, "height")) request.height = static_cast<int>(integer(args, "height"));
   RMP_TRY_ASSIGN(const sim::Plot drawn, sim::plot(request));
   if (!has(args, "file")) return Value(sim::to_text(drawn));
-  RMP_TRY(sim::write_plot(drawn, text_of(args, "file")));
-  return Value(text_of(args, "file"));
+  const std::string file = text_of(args, "file");
+  RMP_TRY_ASSIGN(const std::string bytes, sim::plot_file(drawn, file));
+  RMP_TRY(io::write_file(file, bytes));
+  return Value(file);
 }
 
 }  // namespace

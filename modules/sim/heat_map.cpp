@@ -344,9 +344,9 @@ std::string to_svg(const HeatMap& m) {
   return s + "</svg>\n";
 }
 
-Result<void> write_heat_map(const HeatMap& m, const std::string& path) {
-  return write_drawing(
-      {m.width, m.height, [&] { return to_svg(m); }, [&] { return gnuplot_script(m); }}, path);
+Result<std::string> heat_map_file(const HeatMap& m, const std::string& name) {
+  return drawing_file(
+      {m.width, m.height, [&] { return to_svg(m); }, [&] { return gnuplot_script(m); }}, name);
 }
 
 }  // namespace robomosp::sim

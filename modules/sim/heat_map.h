@@ -53,7 +53,7 @@ struct HeatMap {
 [[nodiscard]] Result<HeatMap> heat_map(const Recording&, const HeatMapRequest&);
 
 [[nodiscard]] std::string to_svg(const HeatMap&);
-/// .svg by the program itself, .png and .pdf through gnuplot.
-Result<void> write_heat_map(const HeatMap&, const std::string& path);
+/// The bytes of a file of that name: .svg by the program itself, .png and .pdf through gnuplot.
+[[nodiscard]] Result<std::string> heat_map_file(const HeatMap&, const std::string& name);
 
 }  // namespace robomosp::sim

@@ -159,10 +159,10 @@ Result<Plot> plot(const PlotRequest& request) {
 
 std::string to_svg(const Plot& plot) { return drawn(plot).svg(); }
 
-Result<void> write_plot(const Plot& plot, const std::string& path) {
-  return write_drawing({plot.width, plot.height, [&] { return drawn(plot).svg(); },
-                        [&] { return drawn(plot).gnuplot(); }},
-                       path);
+Result<std::string> plot_file(const Plot& plot, const std::string& name) {
+  return drawing_file({plot.width, plot.height, [&] { return drawn(plot).svg(); },
+                       [&] { return drawn(plot).gnuplot(); }},
+                      name);
 }
 
 }  // namespace robomosp::sim

@@ -59,8 +59,9 @@ struct PlotRequest {
 
 /// A self-contained SVG picture (axes with units, grid, legend).
 [[nodiscard]] std::string to_svg(const Plot&);
-/// Writes .svg by to_svg, .png and .pdf through gnuplot; any other extension is an error.
-Result<void> write_plot(const Plot&, const std::string& path);
+/// The bytes of a file of that name: .svg by to_svg, .png and .pdf through gnuplot; any other
+/// extension is an error.
+[[nodiscard]] Result<std::string> plot_file(const Plot&, const std::string& name);
 /// The plot in characters of ASCII, `columns` >= 40 wide; a path as its three projections.
 [[nodiscard]] std::string to_text(const Plot&, std::size_t columns = 78);
 

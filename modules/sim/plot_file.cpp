@@ -1,14 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sim/plot_file.h"
 
-#include <array>
-#include <cstdio>
-#include <cstdlib>
 #include <filesystem>
-#include <fstream>
 
 #include <fmt/format.h>
 
+#include "kernel/process.h"
 #include "kernel/text.h"
 
 namespace robomosp::sim {
@@ -48,62 +45,39 @@ std::string terminal_of(const Drawing& d, bool is_pdf) {
       text::print_rounded(d.height / dots + 0.0, 6) + (is_pdf ? "in" : ""));
 }
 
-Result<void> write_by_gnuplot(const Drawing& drawing, const std::string& path, bool is_pdf) {
-  namespace fs = std::filesystem;
-  std::error_code ec;
-  const fs::path folder = fs::absolute(path, ec).parent_path();
-  if (!fs::is_directory(folder, ec))
-    return error(ErrorCode::not_found, "there is no folder " + text::quote(folder.string()),
-                 "Create it first.");
-  // The script goes through a file, so that gnuplot's complaints can be read back from the pipe.
-  std::string script = (folder / (".robomosp-plot-XXXXXX")).string();
-  const int fd = mkstemp(script.data());
-  if (fd < 0)
-    return error(ErrorCode::io, "cannot write in folder " + text::quote(folder.string()),
-                 "Check its permissions.");
-  std::FILE* f = fdopen(fd, "w");
-  const std::string body =
-      terminal_of(drawing, is_pdf) + "set output " + gnuplot_text(path) + "\n" + drawing.gnuplot();
-  const bool written = f && std::fwrite(body.data(), 1, body.size(), f) == body.size();
-  if (f) std::fclose(f);
-  fs::remove(path, ec);
-  std::string said;
-  int status = -1;
-  if (written) {
-    const std::string command = "gnuplot '" + script + "' 2>&1";
-    if (std::FILE* pipe = popen(command.c_str(), "r")) {
-      std::array<char, 512> line{};
-      while (std::fgets(line.data(), static_cast<int>(line.size()), pipe)) said += line.data();
-      status = pclose(pipe);
-    }
-  }
-  fs::remove(script, ec);
-  if (status == 0 && fs::exists(path, ec)) return {};
-  if (said.find("not found") != std::string::npos || status == -1)
+/// The picture that gnuplot writes to its standard output.
+Result<std::string> by_gnuplot(const Drawing& drawing, bool is_pdf) {
+  ProcessSpec run;
+  run.program = program_on_path("gnuplot");
+  if (run.program.empty())
     return error(ErrorCode::not_found,
                  "PNG and PDF plots need the program gnuplot, which is not installed",
                  "Install gnuplot, or write an .svg plot.");
-  return error(ErrorCode::io,
-               "gnuplot did not write " + text::quote(path) + ": " + std::string(text::trim(said)),
-               "Write an .svg plot instead.");
+  const std::string script = terminal_of(drawing, is_pdf) + drawing.gnuplot();
+  run.arguments = {"-"};
+  run.input = script;
+  std::string said;
+  run.line = [&](std::string_view line) {
+    if (!text::trim(line).empty()) said = text::trim(line);
+  };
+  NoProgress none;
+  auto bytes = run_process(run, none);
+  if (bytes.ok() && !bytes->empty()) return bytes;
+  return error(
+      ErrorCode::io,
+      "gnuplot made no picture: " + (said.empty() && !bytes.ok() ? bytes.error().message : said),
+      "Write an .svg plot instead.");
 }
 
 }  // namespace
 
-Result<void> write_drawing(const Drawing& drawing, const std::string& path) {
-  const std::string extension = std::filesystem::path(path).extension().string();
-  if (extension == ".png" || extension == ".pdf")
-    return write_by_gnuplot(drawing, path, extension == ".pdf");
+Result<std::string> drawing_file(const Drawing& drawing, const std::string& name) {
+  const std::string extension = std::filesystem::path(name).extension().string();
+  if (extension == ".png" || extension == ".pdf") return by_gnuplot(drawing, extension == ".pdf");
   if (extension != ".svg")
-    return error(ErrorCode::invalid_argument, "a plot cannot be written as " + text::quote(path),
+    return error(ErrorCode::invalid_argument, "a plot cannot be written as " + text::quote(name),
                  "Give a file name that ends with .svg, .png or .pdf.");
-  std::ofstream out(path, std::ios::binary | std::ios::trunc);
-  out << drawing.svg();
-  out.close();
-  if (!out)
-    return error(ErrorCode::io, "cannot write " + text::quote(path),
-                 "Check the folder and its permissions.");
-  return {};
+  return drawing.svg();
 }
 
 }  // namespace robomosp::sim

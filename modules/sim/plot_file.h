@@ -16,8 +16,8 @@ struct Drawing {
   std::function<std::string()> svg;
   std::function<std::string()> gnuplot;  ///< script without terminal and output
 };
-/// .svg, .png or .pdf; any other extension is an error.
-Result<void> write_drawing(const Drawing&, const std::string& path);
+/// The bytes of a file of that name: .svg, .png or .pdf; any other extension is an error.
+[[nodiscard]] Result<std::string> drawing_file(const Drawing&, const std::string& name);
 
 [[nodiscard]] std::string escape_xml(std::string_view);
 /// In double quotes; enhanced mode is off.
