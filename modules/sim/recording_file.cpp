@@ -260,7 +260,11 @@ Result<Recording> recording_from_csv(std::string_view text) {
 }
 
 std::string to_json(const Recording& r) {
-  const auto number = [](double v) { return std::isfinite(v) ? text::print(v) : "null"; };
+  const auto number = [](double v) -> std::string {
+    if (!std::isfinite(v)) return "null";
+    // -0 would be a whole number without a sign to many readers.
+    return v == 0 && std::signbit(v) ? "-0.0" : text::print(v);
+  };
   std::string out = "{\n  \"title\": " + json_text(r.title) +
                     ",\n  \"robot\": " + json_text(r.robot) +
                     ",\n  \"trajectory\": " + json_text(r.trajectory) +

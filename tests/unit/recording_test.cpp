@@ -5,9 +5,12 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
 
 #include <gtest/gtest.h>
 
+#include "kernel/process.h"
 #include "model/placement.h"
 #include "sim/forward_simulation.h"
 #include "sim/recording_columns.h"
@@ -180,6 +183,35 @@ TEST(RecordingFiles, NumpyArchivesHoldTheArrays) {
   }
   EXPECT_EQ(names, (std::vector<std::string>{"time.npy", "tau1.npy", "x.npy", "columns.npy",
                                              "units.npy", "docs.npy", "title.npy"}));
+}
+
+TEST(RecordingFiles, PythonAndNumpyReadTheSameBits) {
+  namespace fs = std::filesystem;
+  const fs::path python = program_on_path("python3");
+  if (python.empty()) GTEST_SKIP() << "python3 is not installed";
+  const fs::path folder = fs::path(testing::TempDir()) / "robomosp-recording-check";
+  fs::create_directories(folder);
+  const Recording r = awkward_recording();
+  std::ofstream(folder / "run.npz", std::ios::binary) << unwrap(sim::to_npz(r));
+  std::ofstream(folder / "run.json", std::ios::binary) << sim::to_json(r);
+  std::ofstream expected(folder / "expected.txt");
+  for (const sim::Column& c : r.columns) {
+    expected << c.name << std::hex;
+    for (const double v : c.values) expected << ' ' << std::bit_cast<std::uint64_t>(v);
+    expected << '\n';
+  }
+  expected.close();
+  ProcessSpec run;
+  run.program = python;
+  run.arguments = {std::string(ROBOMOSP_SOURCE_DIR) + "/tests/unit/recording_check.py",
+                   folder.string()};
+  std::string said;
+  run.line = [&](std::string_view line) { said += std::string(line) + "\n"; };
+  NoProgress progress;
+  const auto done = run_process(run, progress);
+  ASSERT_TRUE(done.ok()) << done.error().sentence() << "\n" << said;
+  EXPECT_TRUE(*done == "with NumPy\n" || *done == "without NumPy\n") << *done;
+  fs::remove_all(folder);
 }
 
 TEST(RecordingFiles, JsonHasNoNumbersThatAreNone) {
