@@ -15,6 +15,7 @@
 #include "sim/forward_simulation.h"
 #include "sim/provider_answer.h"
 #include "spatial/pose.h"
+#include "spatial/quintic.h"
 #include "spatial/rotation.h"
 
 namespace robomosp::sim {
@@ -108,8 +109,8 @@ void RobotWay::at(double t, MotionReference::Sample& s) const {
 
 void RobotWay::quintic(const Piece& piece, double t, MotionReference::Sample& s) {
   const double T = piece.end - piece.begin, u = (t - piece.begin) / T;
-  const double x = u * u * u * (10 + u * (-15 + 6 * u)), v = u * u * (30 + u * (-60 + 30 * u)) / T,
-               a = u * (60 + u * (-180 + 120 * u)) / (T * T);
+  const spatial::Jet ease = spatial::ease(u);
+  const double x = ease.v, v = ease.d / T, a = ease.dd / (T * T);
   const std::size_t n = piece.from.size();
   s.q.resize(n), s.qd.resize(n), s.qdd.resize(n);
   for (std::size_t i = 0; i < n; ++i) {

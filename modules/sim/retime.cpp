@@ -25,10 +25,12 @@ constexpr std::size_t kLeastGrid = 400, kLeastParts = 3;
 /// The path stops where it turns by more than this from sample to sample.
 constexpr double kCornerCosine = 0.866;
 constexpr int kMostRounds = 8;
-/// Between grid points limits are looked at in these shares of a step. Steps that go beyond them
-/// are parted; what is then still beyond is made good by running the piece more slowly.
-constexpr std::array<double, 3> kBetween{0.25, 0.5, 0.75};
-constexpr double kBeyond = 1e-4;
+/// Between grid points limits are looked at in these shares of a step, closer where a limit that is
+/// met at an end may be passed just behind it. Steps that go beyond are parted; what is then still
+/// beyond is made good, with a reserve for what lies between these shares, by running the piece
+/// more slowly.
+constexpr std::array<double, 9> kBetween{0.04, 0.1, 0.18, 0.33, 0.5, 0.67, 0.82, 0.9, 0.96};
+constexpr double kBeyond = 1e-4, kReserve = 1.25;
 constexpr std::size_t kParts = 3, kMostGrid = 40000;
 constexpr int kMostPartings = 4;
 
@@ -214,8 +216,9 @@ class PieceRetimer {
         finer.push_back(out.s[i + 1]);
       }
       if (most <= 1 + kBeyond || partings == kMostPartings || finer.size() > kMostGrid) {
-        for (double& t : out.timing.time) t *= most;
-        for (double& r : out.timing.rate) r /= most;
+        const double factor = 1 + kReserve * (most - 1);
+        for (double& t : out.timing.time) t *= factor;
+        for (double& r : out.timing.rate) r /= factor;
         return out;
       }
       out.s = std::move(finer);

@@ -14,6 +14,7 @@
 #include "sim/joint_rates.h"
 #include "sim/simulate.h"
 #include "spatial/pose.h"
+#include "spatial/quintic.h"
 
 namespace robomosp::sim {
 namespace {
@@ -30,6 +31,12 @@ PathSample in_base(const PathSample& s, const Pose& base_T_path) {
   return {compose(base_T_path, s.pose), rotate(base_T_path, s.velocity),
           rotate(base_T_path, s.angular_velocity), rotate(base_T_path, s.acceleration),
           rotate(base_T_path, s.angular_acceleration)};
+}
+
+std::string place(const Vec3& p) {
+  std::string out = "(";
+  for (std::size_t k = 0; k < 3; ++k) out += (k ? ", " : "") + text::print_rounded(p[k]);
+  return out + ") m";
 }
 
 /// From one configuration to another, all joints together by x^3 (10 - 15 x + 6 x^2).
@@ -53,14 +60,12 @@ class QuinticMove final : public JointSegment {
     const std::size_t n = from_.size();
     for (std::size_t i = 0; i < times.size(); ++i) {
       const double x = std::clamp(times[i] / duration_, 0.0, 1.0), T = duration_;
-      const double s = x * x * x * (10 + x * (-15 + 6 * x)),
-                   s1 = x * x * (30 + x * (-60 + 30 * x)) / T,
-                   s2 = x * (60 + x * (-180 + 120 * x)) / (T * T);
+      const spatial::Jet s = spatial::ease(x);
       for (std::size_t j = 0; j < n; ++j) {
         const double way = to_[j] - from_[j];
-        out.q[i * n + j] = from_[j] + s * way;
-        if (!out.qd.empty()) out.qd[i * n + j] = s1 * way;
-        if (!out.qdd.empty()) out.qdd[i * n + j] = s2 * way;
+        out.q[i * n + j] = from_[j] + s.v * way;
+        if (!out.qd.empty()) out.qd[i * n + j] = s.d / T * way;
+        if (!out.qdd.empty()) out.qdd[i * n + j] = s.dd / (T * T) * way;
       }
     }
   }
@@ -267,14 +272,14 @@ class Builder {
     for (std::size_t i = 0; i < results.size(); ++i) {
       const IkResult& r = results[i];
       if (r.status != IkStatus::solved)
-        return error(ErrorCode::unreachable,
-                     "at t = " + text::print_rounded(begin_ + times[i]) + " s (sample " +
-                         std::to_string(before + i + (has_start ? 1 : 0)) + " of " +
-                         std::to_string(before + results.size() - (has_start ? 0 : 1)) +
-                         ") the robot cannot follow: " +
-                         (r.detail.empty() ? "the solver found no solution" : r.detail),
-                     "Move the trajectory or the robot, or start from another configuration.",
-                     task_.where);
+        return error(
+            ErrorCode::unreachable,
+            "at t = " + text::print_rounded(begin_ + times[i]) + " s (sample " +
+                std::to_string(before + i + (has_start ? 1 : 0)) + " of " +
+                std::to_string(before + results.size() - (has_start ? 0 : 1)) +
+                ") the robot cannot follow to " + place(targets[i].p) +
+                " from its base: " + (r.detail.empty() ? "the solver found no solution" : r.detail),
+            "Move the trajectory or the robot, or start from another configuration.", task_.where);
       q.insert(q.end(), r.q.begin(), r.q.begin() + static_cast<std::ptrdiff_t>(dof_));
     }
     joint_rates(*task_.model, times, q, samples, qd, qdd);

@@ -79,17 +79,33 @@ struct Extremes {
   double fastest = 0, slowest = 0, acceleration = 0;  ///< in time [1/s, 1/s^2]
 };
 Extremes extremes(const ShapeLaw& law) {
-  constexpr int kSamples = 400;
+  constexpr std::size_t kSteps = 400;
   const double T = law.duration();
-  Extremes out;
-  out.slowest = std::numeric_limits<double>::infinity();
-  for (int i = 0; i <= kSamples; ++i) {
-    const LawSample s = law.shape(static_cast<double>(i) / kSamples);
-    out.fastest = std::max(out.fastest, s.rate / T);
-    out.slowest = std::min(out.slowest, s.rate / T);
-    out.acceleration = std::max(out.acceleration, std::fabs(s.acceleration) / (T * T));
-  }
-  return out;
+  std::array<LawSample, kSteps + 1> samples;
+  for (std::size_t i = 0; i <= kSteps; ++i) samples[i] = law.shape(static_cast<double>(i) / kSteps);
+  // Where the derivative changes its sign, the extreme follows from it to fourth order: the cubic
+  // through values and derivatives of both samples has it near where the derivative's line is 0.
+  const auto greatest = [&](const auto& value, const auto& slope) {
+    double most = value(samples[0]);
+    for (std::size_t i = 0; i < kSteps; ++i) {
+      most = std::max(most, value(samples[i + 1]));
+      const double a = slope(samples[i]), b = slope(samples[i + 1]);
+      if (!(a > 0 && b < 0)) continue;
+      const double x = (static_cast<double>(i) + a / (a - b)) / kSteps;
+      most = std::max(most, value(law.shape(x)));
+    }
+    return most;
+  };
+  const auto of = [](double sign, double LawSample::*member) {
+    return [=](const LawSample& s) { return sign * s.*member; };
+  };
+  const auto rate = &LawSample::rate, acceleration = &LawSample::acceleration,
+             jerk = &LawSample::jerk;
+  return {greatest(of(1, rate), of(1, acceleration)) / T,
+          -greatest(of(-1, rate), of(-1, acceleration)) / T,
+          std::max(greatest(of(1, acceleration), of(1, jerk)),
+                   greatest(of(-1, acceleration), of(-1, jerk))) /
+              (T * T)};
 }
 
 /// The shortest duration that keeps the limits, or the one that was asked for, checked.
@@ -104,10 +120,9 @@ Result<std::unique_ptr<MotionLaw>> shaped(const LawTask& task, const Params& par
       if (end > rate * (1 + kRounding))
         return bad("a speed at an end is above the greatest speed",
                    "Lower it, or raise the speed.");
-    // Samples lie beside the true extremes by a share of some 1e-5.
     const auto is_within = [&](double T) {
       const Extremes e = extremes(*make(T));
-      return e.fastest <= rate * (1 + 1e-9) && e.acceleration <= acceleration * (1 + 1e-9);
+      return e.fastest <= rate * (1 + 1e-12) && e.acceleration <= acceleration * (1 + 1e-12);
     };
     double low = 0, high = 1 / rate;
     constexpr int kMost = 60;
@@ -116,7 +131,7 @@ Result<std::unique_ptr<MotionLaw>> shaped(const LawTask& task, const Params& par
       const double middle = (low + high) / 2;
       (is_within(middle) ? high : low) = middle;
     }
-    duration = high * (1 + 1e-5);
+    duration = high;
     if (!is_within(duration))
       return bad("no duration keeps the limits with these speeds at the ends",
                  "Raise the acceleration, or lower the speeds at the ends.");

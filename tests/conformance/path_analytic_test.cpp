@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Lines and arcs as segments: the SDK's suite, the paper's circle and the error sentences.
+#include <map>
+
 #include <robomosp/sdk/conformance/curve_suite.h>
 #include <robomosp/sdk/conformance/motion_law_suite.h>
 #include <robomosp/sdk/conformance/orientation_suite.h>
@@ -328,10 +330,81 @@ TEST(Laws, TakeTheTimesOfTheTextbook) {
   };
   EXPECT_NEAR(time_of("trapezoidal"), L / V + V / A, 1e-12);
   EXPECT_NEAR(time_of("s_curve"), L / V + V / A + A / J, 1e-12);
-  EXPECT_NEAR(time_of("cubic"), std::max(1.5 * L / V, std::sqrt(6 * L / A)), 1e-4);
+  EXPECT_NEAR(time_of("cubic"), std::max(1.5 * L / V, std::sqrt(6 * L / A)), 1e-9);
   EXPECT_NEAR(time_of("quintic"), std::max(1.875 * L / V, std::sqrt(10 / std::sqrt(3.0) * L / A)),
-              1e-4);
-  EXPECT_NEAR(time_of("cycloidal"), std::max(2 * L / V, std::sqrt(2 * kPi * L / A)), 1e-4);
+              1e-9);
+  EXPECT_NEAR(time_of("cycloidal"), std::max(2 * L / V, std::sqrt(2 * kPi * L / A)), 1e-9);
+}
+
+// Where the tool is: trapezoid a t^2 / 2, then v^2 / 2a + v (t - v/a), then L - a (T - t)^2 / 2;
+// with a limited jerk J t^3 / 6 in the first phase of A / J, v (t - (v/a + a/J) / 2) at full speed
+// (same books). The shapes in x = t / T: 3x^2 - 2x^3, 10x^3 - 15x^4 + 6x^5, x - sin(2 pi x) / (2
+// pi).
+TEST(Laws, PutTheToolWhereTheTextbookDoes) {
+  const double L = 2, V = 0.5, A = 0.4, J = 1.5;
+  const auto made = [&](const char* law, const std::map<std::string, double>& params) {
+    model::TrajectorySegment r = record_of("line", {shift(0, 0, 0), shift(L, 0, 0)});
+    r.law.name = law;
+    for (const auto& [name, value] : params) r.law.params[name] = value;
+    auto segment = motion::make_segment(registry(), r, "it");
+    EXPECT_TRUE(segment.ok()) << segment.error().sentence();
+    return *segment;
+  };
+  const auto trapezoid = made("trapezoidal", {{"speed", V}, {"acceleration", A}});
+  const auto s_curve = made("s_curve", {{"speed", V}, {"acceleration", A}, {"jerk", J}});
+  const double T = L / V + V / A, up = V / A, soft = V / A + A / J;
+  for (int i = 0; i <= 50; ++i) {
+    const double t = T * i / 50;
+    const PathSample s = at(*trapezoid, t);
+    EXPECT_NEAR(s.pose.p[0],
+                t < up       ? A * t * t / 2
+                : t < T - up ? V * (t - up / 2)
+                             : L - A * (T - t) * (T - t) / 2,
+                1e-12);
+    EXPECT_NEAR(s.velocity[0], std::min({A * t, V, A * (T - t)}), 1e-12);
+    const double y = T * i / 50 * (A / J) / T;  // within the first phase
+    EXPECT_NEAR(at(*s_curve, y).pose.p[0], J * y * y * y / 6, 1e-12);
+    EXPECT_NEAR(at(*s_curve, y).acceleration[0], J * y, 1e-11);
+    const double z = soft + (L / V - soft) * i / 50;  // at full speed
+    EXPECT_NEAR(at(*s_curve, z).pose.p[0], V * (z - soft / 2), 1e-12);
+    const double x = i / 50.0, D = 3;
+    EXPECT_NEAR(at(*made("cubic", {{"duration", D}}), D * x).pose.p[0], L * x * x * (3 - 2 * x),
+                1e-12);
+    EXPECT_NEAR(at(*made("quintic", {{"duration", D}}), D * x).pose.p[0],
+                L * x * x * x * (10 + x * (6 * x - 15)), 1e-12);
+    EXPECT_NEAR(at(*made("cycloidal", {{"duration", D}}), D * x).pose.p[0],
+                L * (x - std::sin(2 * kPi * x) / (2 * kPi)), 1e-12);
+    EXPECT_NEAR(at(*made("constant_acceleration", {{"duration", D}}), D * x).pose.p[0], L * x * x,
+                1e-12);
+  }
+}
+
+// Points of a circle about (1, -2, 0.5) with radius 0.7 in a tilted plane, by angle.
+TEST(Arcs, LieOnTheirCircle) {
+  const Pose plane = multiply(shift(1, -2, 0.5), multiply(turn_x(0.6), turn_y(-0.4)));
+  const auto on = [&](double angle, double height = 0) {
+    return multiply(plane, shift(0.7 * std::cos(angle), 0.7 * std::sin(angle), height));
+  };
+  const std::vector<double> centre{1, -2, 0.5}, axis{plane.R[2], plane.R[5], plane.R[8]};
+  const auto expect_on = [&](const model::TrajectorySegment& r, double angle, double pitch) {
+    const auto made = motion::make_segment(registry(), r, "it");
+    ASSERT_TRUE(made.ok()) << made.error().sentence();
+    EXPECT_NEAR((*made)->length(), std::hypot(0.7, pitch) * angle, 1e-12);
+    for (int i = 0; i <= 100; ++i) {
+      const double share = i / 100.0;
+      const Pose wanted = on(0.3 + share * angle, pitch * share * angle);
+      EXPECT_LT(position_gap(at(**made, (*made)->duration() * share).pose, wanted), 1e-12);
+    }
+  };
+  expect_on(record_of("arc", {on(0.3), on(1.1), on(2.4)}), 2.1, 0);
+  expect_on(record_of("arc", {on(0.3), on(3.9), on(5.8)}), 5.5, 0);
+  expect_on(record_of("circle", {on(0.3), on(1.1), on(2.4)}), 2 * kPi, 0);
+  auto r = record_of("arc_centre", {on(0.3)});
+  r.shape.params = {{"centre", centre}, {"axis", axis}, {"angle", 4.5}};
+  expect_on(r, 4.5, 0);
+  r = record_of("helix", {on(0.3)});
+  r.shape.params = {{"centre", centre}, {"axis", axis}, {"turns", 1.5}, {"pitch", 0.2}};
+  expect_on(r, 3 * kPi, 0.2 / (2 * kPi));
 }
 
 // A line along z, tangent orientation: x of the tool along the way, z as near to up as it can be.

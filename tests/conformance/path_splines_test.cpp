@@ -134,6 +134,11 @@ TEST(CubicSpline, IsThatOfBurdenAndFaires) {
   const double pieces[3][4] = {{1, 1.46600, 0, 0.25228},
                                {2.71828, 2.22285, 0.75685, 1.69107},
                                {7.38906, 8.80977, 5.83007, -1.94336}};
+  // Printed to five digits there; exactly, with m the second derivatives at the inner knots:
+  // 4 m1 + m2 = 6 (e - 1)^2, m1 + 4 m2 = 6 e (e - 1)^2.
+  const double y[4] = {1, e, e * e, e * e * e},
+               m[4] = {0, 6 * (e - 1) * (e - 1) * (4 - e) / 15,
+                       6 * (e - 1) * (e - 1) * (4 * e - 1) / 15, 0};
   for (int k = 0; k < 3; ++k)
     for (const double x : {0.1, 0.5, 0.9}) {
       const double* c = pieces[k];
@@ -141,6 +146,10 @@ TEST(CubicSpline, IsThatOfBurdenAndFaires) {
       EXPECT_NEAR(s.pose.p[1], c[0] + x * (c[1] + x * (c[2] + x * c[3])), 2e-5);
       EXPECT_NEAR(s.velocity[1], c[1] + x * (2 * c[2] + x * 3 * c[3]), 5e-5);
       EXPECT_NEAR(s.acceleration[1], 2 * c[2] + 6 * x * c[3], 8e-5);
+      const double slope = y[k + 1] - y[k] - (2 * m[k] + m[k + 1]) / 6;
+      EXPECT_NEAR(s.pose.p[1], y[k] + x * (slope + x * (m[k] / 2 + x * (m[k + 1] - m[k]) / 6)),
+                  1e-12);
+      EXPECT_NEAR(s.acceleration[1], m[k] + x * (m[k + 1] - m[k]), 1e-11);
     }
 }
 
@@ -211,6 +220,38 @@ TEST(Bezier, OfThirdDegreeIsTheBernsteinSum) {
   ASSERT_TRUE(moving.ok()) << moving.error().sentence();
   EXPECT_NEAR(sample_at(**moving, 0).velocity[2], 0.3, 1e-12);
   EXPECT_NEAR(sample_at(**moving, 4).velocity[0], -0.1, 1e-12);
+  // Of degree 5 then, with p0 + v0 T / 5 and p3 - v1 T / 5 beside the ends.
+  const double binomial[6] = {1, 5, 10, 10, 5, 1}, v0[3] = {0.1, 0.2, 0.3}, v1[3] = {-0.1, 0, 0.4};
+  for (int i = 0; i <= 10; ++i) {
+    const double t = 0.1 * i;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto p = [&](std::size_t n) { return zigzag()[n].p[k]; };
+      const double control[6] = {p(0), p(0) + v0[k] * 4 / 5, p(1),
+                                 p(2), p(3) - v1[k] * 4 / 5, p(3)};
+      double sum = 0;
+      for (int n = 0; n < 6; ++n)
+        sum += binomial[n] * std::pow(1 - t, 5 - n) * std::pow(t, n) * control[n];
+      EXPECT_NEAR(sample_at(**moving, 4 * t).pose.p[k], sum, 1e-12);
+    }
+  }
+}
+
+// Natural splines of three points by hand: the second derivative in the middle is
+// 3 (slope2 - slope1) / (h1 + h2), none at the ends.
+TEST(CubicSpline, OfThreePointsHasItsClosedForm) {
+  const double h1 = 0.7, h2 = 1.9, y0 = 0.3, y1 = -0.4, y2 = 0.9;
+  Record r = record_of("cubic_spline", {shift(y0, 0, 0), shift(y1, 1, 0), shift(y2, 2, 0)});
+  r.shape.params = {{"times", Numbers{0, h1, h1 + h2}}};
+  const auto made = make(r);
+  ASSERT_TRUE(made.ok()) << made.error().sentence();
+  const double m = 3 * ((y2 - y1) / h2 - (y1 - y0) / h1) / (h1 + h2);
+  for (int i = 0; i <= 20; ++i) {
+    const double b = i / 20.0, a = 1 - b;
+    EXPECT_NEAR(sample_at(**made, b * h1).pose.p[0],
+                a * y0 + b * y1 + (b * b * b - b) * m * h1 * h1 / 6, 1e-12);
+    EXPECT_NEAR(sample_at(**made, h1 + b * h2).pose.p[0],
+                a * y1 + b * y2 + (a * a * a - a) * m * h2 * h2 / 6, 1e-12);
+  }
 }
 
 // The corner of a right angle cut at d: the path keeps to the straight parts outside, stays within

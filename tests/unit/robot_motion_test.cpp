@@ -337,9 +337,9 @@ TEST_F(TimeOptimal, LimitsAreKeptAlongACurveAndTorquesToo) {
   double closest = 0;
   for (int j = 1; j <= 7; ++j) {
     const std::string n = std::to_string(j);
-    EXPECT_LE(most(**r, "qd" + n), 1.5 * (1 + 1e-6));
-    EXPECT_LE(most(**r, "qdd" + n), 6 * (1 + 1e-5));
-    EXPECT_LE(most(**r, "tau" + n), 60 * (1 + 1e-5));
+    EXPECT_LE(most(**r, "qd" + n), 1.5 * (1 + 1e-7));
+    EXPECT_LE(most(**r, "qdd" + n), 6 * (1 + 1e-7));
+    EXPECT_LE(most(**r, "tau" + n), 60 * (1 + 1e-7));
     closest = std::max(
         {closest, most(**r, "qd" + n) / 1.5, most(**r, "qdd" + n) / 6, most(**r, "tau" + n) / 60});
   }
