@@ -217,10 +217,9 @@ class WorldBinder {
 
   Result<void> run(const std::string& description) {
     world_.description = description;
-    const std::uint32_t target_at = in_.offset();
     RMP_TRY_ASSIGN(const auto target, in_.frame("the frame of the target"));
     if (target.placement.position != Vec3{} || target.placement.angles != Vec3{})
-      out_.notes.push_back(s_.place(target_at) + ": the world's target is not kept.");
+      world_.frames.push_back({names_.fresh("target"), target.placement});
     RMP_TRY(read_list(in_, "the objects", [&] { return object(); }));
     RMP_TRY(read_list(in_, "the robots", [&] { return robot(); }));
     RMP_TRY(read_list(in_, "the trajectories", [&] { return trajectory(); }));

@@ -22,6 +22,7 @@ using text::quote;
 /// Lengths and times that a file repeats agree to this share, or to this [m or s]: it has eight
 /// decimals.
 constexpr double kAgreement = 1e-6;
+constexpr double kDegree = std::numbers::pi / 180;
 
 bool agree(double a, double b) {
   return std::fabs(a - b) <= kAgreement * std::max(1.0, std::max(std::fabs(a), std::fabs(b)));
@@ -29,7 +30,9 @@ bool agree(double a, double b) {
 
 constexpr std::int64_t kLine = 1, kArc = 2;
 constexpr std::array<std::int64_t, 3> kTrapezoidal{4, 5, 1};
-constexpr std::array<std::int64_t, 2> kNoTurn{0, 0};
+/// How the tool turns: it keeps its orientation, or its three angles change in proportion with a
+/// constant acceleration.
+constexpr std::array<std::int64_t, 2> kNoTurn{0, 0}, kAngles{1, 2};
 
 /// The numbers of a section behind its codes, in order.
 struct Timing {
@@ -38,6 +41,12 @@ struct Timing {
   double start_speed = 0, rate = 0;  ///< of laws that no known file uses for the position
   double turn_speed = 0, turn_start_speed = 0, turn_rate = 0;  ///< of the angles [deg/s, deg/s^2]
   double share = 0, other_share = 0;  ///< of the duration to speed up and to slow down
+};
+
+/// What a control point repeats or says besides its frame: position [m], angles as written [deg]
+/// and their rates [deg/s].
+struct PointNumbers {
+  Vec3 position{}, angles{}, rates{};
 };
 
 class TrajectoryBinder {
@@ -121,10 +130,22 @@ class TrajectoryBinder {
                      {"the fourth code (motion law)", "the fifth code (motion law)",
                       "the sixth code (motion law)"},
                      "Known is 4 5 1: the speed is a trapezoid in time."));
-    RMP_TRY(codes<2>(what_text, kNoTurn,
-                     {"the seventh code (orientation)", "the eighth code (orientation)"},
-                     "Known is 0 0: the tool keeps its orientation; 1 2, angles that change at "
-                     "their own pace, cannot be run yet."));
+    const std::uint32_t turn_at = in_.offset();
+    std::array<std::int64_t, 2> turn{};
+    for (std::int64_t& code : turn) {
+      RMP_TRY_ASSIGN(code, in_.whole("a code of the orientation"));
+    }
+    if (turn != kNoTurn && turn != kAngles)
+      return s_.at(turn_at, ErrorCode::unsupported,
+                   what + ": the seventh and eighth code (orientation) " + std::to_string(turn[0]) +
+                       " " + std::to_string(turn[1]) + " are not known",
+                   "Known are 0 0 (the tool keeps its orientation) and 1 2 (its angles change in "
+                   "proportion, with a constant acceleration).");
+    if (turn == kAngles && curve != kLine)
+      return s_.at(
+          turn_at, ErrorCode::unsupported,
+          what + ": the seventh and eighth code (orientation) 1 2 are only known of a line",
+          "What an arc does with the angles of its middle point is not.");
     const std::uint32_t samples_at = in_.offset();
     RMP_TRY_ASSIGN(const auto samples, in_.whole("the number of samples"));
     if (samples < 1)
@@ -150,23 +171,27 @@ class TrajectoryBinder {
 
     TrajectorySegment segment;
     segment.transition.is_smooth = false;  // sections begin and end at rest; a gap is a fault
-    RMP_TRY(points(what, static_cast<std::size_t>(count), segment));
+    std::vector<PointNumbers> numbers;
+    RMP_TRY(points(what, static_cast<std::size_t>(count), segment, numbers));
     RMP_TRY(in_.expect('}', "}"));
     for (const Placement& p : segment.points)
-      if (!agree_in_orientation(p, segment.points.front()))
+      if (turn == kNoTurn && !agree_in_orientation(p, segment.points.front()))
         return in_.at(start, what + " has points of different orientations",
                       "By its seventh and eighth code (0 0) the tool keeps its orientation.");
     RMP_TRY_ASSIGN(const double length, length_of(segment.points, start, what));
-    RMP_TRY(trapezoid(what, t, length, samples, timing_at, segment));
+    RMP_TRY_ASSIGN(const double duration, trapezoid(what, t, length, samples, timing_at, segment));
     segment.shape.name = curve == kLine ? "line" : "arc";
     segment.orientation.name = "fixed";
+    if (turn == kAngles)
+      RMP_TRY(angles(what, t.turn_start_speed, duration, numbers, turn_at, segment));
     if (is_placed_)
       for (Placement& p : segment.points) p = placement(spatial::compose(frame_, pose(p)));
     trajectory_.segments.push_back(std::move(segment));
     return {};
   }
 
-  Result<void> points(const std::string& what, std::size_t count, TrajectorySegment& out) {
+  Result<void> points(const std::string& what, std::size_t count, TrajectorySegment& out,
+                      std::vector<PointNumbers>& numbers) {
     RMP_TRY(in_.expect('[', "["));
     while (out.points.size() < count) {
       if (!out.points.empty()) (void)in_.accept(',');
@@ -176,13 +201,16 @@ class TrajectoryBinder {
         return in_.at(at, "the reference's type 1 (global) is not known for a point",
                       "In all known files points are relative (0).");
       // Position and orientation again, then rates that follow from the law.
-      for (int i = 0; i < 5; ++i) {
+      PointNumbers& number = numbers.emplace_back();
+      Vec3 unused{};
+      for (Vec3* target : {&number.position, &number.angles, &number.rates, &unused, &unused}) {
         const std::uint32_t numbers_at = in_.offset();
         RMP_TRY_ASSIGN(const auto v, in_.tuple("three numbers of a point"));
         if (v.size() != 3)
           return in_.at(numbers_at, "a point has " + std::to_string(v.size()) +
                                         " numbers in parentheses, not 3");
-        if (i > 0) continue;
+        *target = {v[0], v[1], v[2]};
+        if (target != &number.position) continue;
         const Vec3 p = position(frame.placement);
         for (std::size_t k = 0; k < 3; ++k)
           if (!agree(p[k], v[k]))
@@ -223,9 +251,51 @@ class TrajectoryBinder {
     return chord * (std::numbers::pi - angle) / std::sin(angle);
   }
 
-  /// The speed rises for a share of the duration, stays, and falls for the same share.
-  Result<void> trapezoid(const std::string& what, const Timing& t, double length,
-                         std::int64_t samples, std::uint32_t at, TrajectorySegment& out) {
+  /// The three angles change in proportion; how fast, by a constant acceleration from the rate in
+  /// the section's times. The rates that the points repeat must be these.
+  Result<void> angles(const std::string& what, double start_rate, double duration,
+                      const std::vector<PointNumbers>& numbers, std::uint32_t at,
+                      TrajectorySegment& out) {
+    const auto refuse = [&](const char* fault) {
+      return s_.at(at, ErrorCode::unsupported, what + ": " + fault,
+                   "This is not so in the only known section with the orientation's codes 1 2.");
+    };
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+      const Placement& p = out.points[i];
+      const Vec3& written = numbers[i].angles;  // yaw, pitch, roll
+      for (std::size_t k = 0; k < 3; ++k)
+        if (p.notation != AngleNotation::rpy || !agree(p.angles[k], written[2 - k] * kDegree))
+          return refuse("the angles of a point are not roll, pitch and yaw, written twice");
+    }
+    const Vec3 change = spatial::sub(numbers.back().angles, numbers.front().angles);
+    const double whole = spatial::norm(change);
+    if (!(whole > 0)) return {};
+    const double mean = whole / duration, end_rate = 2 * mean - start_rate;
+    if (!(start_rate >= 0) || !(end_rate >= 0))
+      return in_.at(at,
+                    what + " turns by " + print(whole) + " degrees in " + print(duration) +
+                        " s, but starts at " + print(start_rate) + " degrees/s",
+                    "The rate must be between 0 and twice the mean.");
+    for (const auto& [number, rate] :
+         {std::pair(&numbers.front(), start_rate), std::pair(&numbers.back(), end_rate)})
+      for (std::size_t k = 0; k < 3; ++k)
+        if (!agree(number->rates[k], change[k] * rate / whole))
+          return refuse(
+              "the rates of the angles at its points are not those of a constant acceleration");
+    const Vec3 &first = out.points.front().angles, &last = out.points.back().angles;
+    out.orientation.name = "angles";
+    out.orientation.params["first"] = std::vector<double>(first.begin(), first.end());
+    out.orientation.params["last"] = std::vector<double>(last.begin(), last.end());
+    out.turning.name = "constant_acceleration";
+    out.turning.params["duration"] = duration;
+    if (start_rate > 0) out.turning.params["start_ratio"] = start_rate / mean;
+    return {};
+  }
+
+  /// The speed rises for a share of the duration, stays, and falls for the same share. Gives the
+  /// duration.
+  Result<double> trapezoid(const std::string& what, const Timing& t, double length,
+                           std::int64_t samples, std::uint32_t at, TrajectorySegment& out) {
     if (t.share != t.other_share)
       return s_.at(at, ErrorCode::unsupported,
                    what + ": the last two numbers of its times, " + print(t.share) + " and " +
@@ -259,7 +329,7 @@ class TrajectoryBinder {
                            " s of its first section.");
     time_ += duration;
     samples_ += samples;
-    return {};
+    return duration;
   }
 
   LegacyReader& in_;

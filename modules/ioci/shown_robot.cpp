@@ -50,8 +50,12 @@ Result<std::vector<double>> given_or_shown(const CommandContext& ctx, const Map&
                                            const RobotModel& m) {
   if (has(args, "q"))
     return read_q(*args.find("q"), content<model::Robot>(ctx, args), m.joints, "q");
-  RMP_TRY_ASSIGN(ShownRobot s, shown_robot(ctx, args));
-  return std::move(s.q);
+  auto s = shown_robot(ctx, args);
+  if (s.ok()) return std::move(s->q);
+  Error e = std::move(s).error();
+  e.message = "no joint values are given, and " + e.message;
+  e.hint = "Give q, or have one world show it.";
+  return e;
 }
 
 }  // namespace robomosp::ioci

@@ -118,6 +118,12 @@ Result<std::unique_ptr<MotionLaw>> ConstantAccelerationMaker::make(const LawTask
                                                                    const Params& params) const {
   RMP_TRY_ASSIGN(const EndRates ends, end_rates(task, params));
   double v0 = ends.start, v1 = ends.end, duration = params.real("duration");
+  if (const double ratio = params.real("start_ratio"); ratio > 0) {
+    if (!(duration > 0) || v0 > 0 || v1 > 0)
+      return bad("start_ratio needs a duration and no start_speed or end_speed",
+                 "Give the duration, or start_speed instead.");
+    v0 = ratio / duration;
+  }
   if (duration > 0) {
     // Way = (v0 + v1) / 2 duration: one of the two follows.
     if (!(v1 > 0)) v1 = 2 / duration - v0;

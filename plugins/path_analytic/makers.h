@@ -84,6 +84,9 @@ struct SlerpPointsMaker final : OrientationMaker {
 struct SquadMaker final : OrientationMaker {
   Result<std::unique_ptr<Orientation>> make(const OrientationTask&, const Params&) const override;
 };
+struct AnglesMaker final : OrientationMaker {
+  Result<std::unique_ptr<Orientation>> make(const OrientationTask&, const Params&) const override;
+};
 struct TangentMaker final : OrientationMaker {
   Result<std::unique_ptr<Orientation>> make(const OrientationTask&, const Params&) const override;
 };

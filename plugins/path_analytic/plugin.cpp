@@ -52,8 +52,14 @@ const rmp_param kSpeed{"speed", "real",  "m/s", "Greatest speed of the tool alon
               "0",        nullptr, 0,   1e9};
 
 const rmp_param kSpeedParams[] = {kSpeed, kAngularSpeed, kDuration};
-const rmp_param kConstantAccelerationParams[] = {kAcceleration, kAngularAcceleration, kStartSpeed,
-                                                 kEndSpeed, kDuration};
+const rmp_param kConstantAccelerationParams[] = {
+    kAcceleration,
+    kAngularAcceleration,
+    kStartSpeed,
+    kEndSpeed,
+    {"start_ratio", "real", "",
+     "Speed at the start over the mean speed, where a duration is given.", "0", nullptr, 0, 2},
+    kDuration};
 const rmp_param kTrapezoidalParams[] = {
     kSpeed, kAngularSpeed, kAcceleration, kAngularAcceleration, kStartSpeed, kEndSpeed, kDuration};
 const rmp_param kSCurveParams[] = {
@@ -74,6 +80,14 @@ const rmp_param kSlerpParams[] = {
     {"to", "real", "", "Share of the way where it ends.", "1", nullptr, 0, 1},
     {"ease", "enum", "", "How it goes in between: with the way, or smoothly from rest to rest.",
      "way", "way|smooth", 1, 0},
+};
+const rmp_param kAnglesParams[] = {
+    {"first", "real[]", "rad",
+     "Roll, pitch, yaw at the start; those of the first pose when left out.", "{}", nullptr, 1, 0},
+    {"last", "real[]", "rad",
+     "Roll, pitch, yaw at the end, full turns counted; those of the last pose, each the short way, "
+     "when left out.",
+     "{}", nullptr, 1, 0},
 };
 const rmp_param kTangentParams[] = {
     {"axis", "enum", "", "The tool's axis that follows the tangent.", "x", "x|y|z", 1, 0},
@@ -133,5 +147,8 @@ RMP_PLUGIN(
     RMP_PROVIDER_NO_PARAMS(pa::SquadMaker, "squad",
                            "Turns through every point's orientation without jumps of the rate.",
                            ""),
+    RMP_PROVIDER(pa::AnglesMaker, "angles",
+                 "Roll, pitch and yaw change in proportion, each by as many turns as given.", "",
+                 pa::kAnglesParams),
     RMP_PROVIDER(pa::TangentMaker, "tangent", "One axis of the tool follows the tangent.", "",
                  pa::kTangentParams))

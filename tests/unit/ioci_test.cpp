@@ -586,8 +586,8 @@ TEST_F(Ioci, CountsAndArticlesReadWell) {
   call("robot.create", {{"name", "arm"}, {"links", List{Map{{"a", 0.3}}, Map{{"a", 0.2}}}}});
   EXPECT_EQ(fails("robot.fk", {{"id", "arm"}, {"q", List{1.0}}}).message,
             "1 joint value is given; the robot has 2 joints");
-  EXPECT_EQ(fails("robot.fk", {{"id", "arm"}}).sentence(),
-            "robot.fk, q: joint values are required.");
+  EXPECT_EQ(fails("robot.manipulability", {{"id", "arm"}}).sentence(),
+            "robot.manipulability, q: joint values are required.");
   EXPECT_NE(fails("object.mass", {{"id", 5}}).sentence().find("5 is not an object"),
             std::string::npos);
 }

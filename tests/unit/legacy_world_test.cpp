@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -18,6 +19,7 @@
 #include "model/placement.h"
 #include "motion/path.h"
 #include "robotics/kinematics.h"
+#include "scene/build.h"
 #include "sim/simulate.h"
 #include "spatial/pose.h"
 #include "support/workbench.h"
@@ -111,6 +113,14 @@ PathSample at(const motion::Path& path, double t) {
   return s;
 }
 
+/// The folder of the original's own files, where there is one.
+fs::path original() {
+  const char* given = std::getenv("ROBOMOSP_LEGACY_DATA");
+  const fs::path data =
+      given ? fs::path(given) : fs::path(ROBOMOSP_SOURCE_DIR) / "../shared/data/robomosp-1.4";
+  return fs::is_directory(data / "Saves/Worlds") ? data : fs::path();
+}
+
 TEST_F(LegacyWorld, ARobotsJointValuesAreItsAnglesAndItsRowsTheRest) {
   const auto& r = get<model::Robot>(load("Robots/reacher.rbt"));
   EXPECT_EQ(r.description, "three joints in a plane");
@@ -197,6 +207,95 @@ TEST_F(LegacyWorld, ALineRunsAsItsSectionSays) {
   EXPECT_TRUE(notes.empty());
 }
 
+/// The line of stroke.tjc, which also turns by yaw 90, pitch 30, roll -45 degrees: 105 degrees in
+/// all, since 90^2 + 30^2 + 45^2 = 105^2, from 0.4 degrees/s on.
+std::string turning_line() {
+  return R"("turning" "" 0 126 3.125
+ 0 0
+( 0, 0, 0, 0, 0, 0 ) 0 3 0
+{ "straight" 0 0 1 4 5 1 1 2 125 2 3.125 0.12 0 0 0 0.4 0 0.2 0.2
+Cartesian
+ [ ( 0, 0, 0, 0, 0, 0 ) 0 3 0
+   ( 0 0 0 ) ( 0 0 0 ) ( 0.34285714 0.11428571 -0.17142857 ) ( 0 0 0 ) ( 0 0.192 0 ) 0,
+   ( 0, 0.3, 0, 90, 30, -45 ) 0 3 0
+   ( 0 0.3 0 ) ( 90 30 -45 ) ( 57.25714286 19.08571429 -28.62857143 ) ( 0 0 0 ) ( 0 -0.192 0 ) 3.125 ]
+})";
+}
+
+TEST_F(LegacyWorld, AnglesThatChangeAtTheirOwnPaceRunWithAConstantAcceleration) {
+  put("Trajectories/turning.tjc", turning_line());
+  const AnyId id = load("Trajectories/turning.tjc");
+  EXPECT_TRUE(notes.empty());
+  const auto p = path(id);
+  const double T = 3.125, k0 = 0.4 / 105;
+  EXPECT_NEAR(p->duration(), T, 1e-12);
+  for (int i = 0; i <= 20; ++i) {
+    const double t = T * i / 20, s = k0 * t + (1 - k0 * T) * (t / T) * (t / T);
+    const PathSample here = at(*p, t);
+    const auto R = spatial::from_rpy({-45 * kDegree * s, 30 * kDegree * s, 90 * kDegree * s});
+    for (std::size_t k = 0; k < 9; ++k) EXPECT_NEAR(here.pose.R[k], R[k], 1e-9) << t;
+    if (i == 0 || i == 20) continue;
+    // The angular velocity against differences of the orientation.
+    constexpr double h = 1e-5;
+    const Vec3 turn = spatial::rotation_difference(at(*p, t - h).pose.R, at(*p, t + h).pose.R);
+    for (std::size_t k = 0; k < 3; ++k)
+      EXPECT_NEAR(here.angular_velocity[k], turn[k] / (2 * h), 1e-7) << t;
+    const Vec3 before = at(*p, t - h).angular_velocity, after = at(*p, t + h).angular_velocity;
+    for (std::size_t k = 0; k < 3; ++k)
+      EXPECT_NEAR(here.angular_acceleration[k], (after[k] - before[k]) / (2 * h), 1e-7) << t;
+  }
+  // The way is that of the same line without the turn.
+  const auto straight = path(load("Trajectories/stroke.tjc"));
+  EXPECT_NEAR(at(*p, 1).pose.p[1], at(*straight, 1).pose.p[1], 1e-12);
+}
+
+TEST_F(LegacyWorld, TurnsOfMoreThanHalfACircleAreKeptAndTheTrajectorysFrameCarriesThem) {
+  // The same three angles, yaw by another full turn; seen from a frame that is turned itself.
+  std::string s = turning_line();
+  const auto replace = [&](const std::string& from, const std::string& to) {
+    for (std::size_t at = 0; (at = s.find(from, at)) != std::string::npos; at += to.size())
+      s.replace(at, from.size(), to);
+  };
+  replace("90, 30, -45", "450, 30, -45");
+  replace("( 90 30 -45 )", "( 450 30 -45 )");
+  replace("( 0.34285714 0.11428571 -0.17142857 )", "( 0 0 0 )");
+  replace(" 0.4 0 0.2", " 0 0 0.2");
+  replace("57.25714286 19.08571429 -28.62857143", "288 19.2 -28.8");  // 2 / 3.125 of the angles
+  replace("( 0, 0, 0, 0, 0, 0 ) 0 3 0\n{", "( 1, 2, 0, 0, 90, 0 ) 0 3 0\n{");
+  put("Trajectories/turning.tjc", s);
+  const auto p = path(load("Trajectories/turning.tjc"));
+  const auto frame = spatial::from_rpy({0, 90 * kDegree, 0});
+  for (const double x : {0.0, 0.3, 0.7, 1.0}) {
+    const double w = x * x;
+    const Pose seen = spatial::compose(
+        Pose{frame, {}},
+        Pose{spatial::from_rpy({-45 * kDegree * w, 30 * kDegree * w, 450 * kDegree * w}), {}});
+    const PathSample here = at(*p, 3.125 * x);
+    for (std::size_t k = 0; k < 9; ++k) EXPECT_NEAR(here.pose.R[k], seen.R[k], 1e-9) << x;
+  }
+}
+
+TEST_F(LegacyWorld, AnglesThatAreNotThoseOfTheKnownSectionAreRefused) {
+  const struct {
+    const char *from, *to, *sentence;
+  } cases[] = {
+      {"57.25714286", "57.3", "the rates of the angles at its points are not those of a constant"},
+      {" 0.4 0 0.2", " 80 0 0.2", "turns by 105 degrees in 3.125 s, but starts at 80 degrees/s"},
+      {"( 90 30 -45 )", "( 90 30 45 )", "the angles of a point are not roll, pitch and yaw"},
+      {"-45 ) 0 3 0", "-45 ) 0 0 0", "the angles of a point are not roll, pitch and yaw"},
+  };
+  for (const auto& c : cases) {
+    put("Trajectories/turning.tjc", turning_line());
+    edit("Trajectories/turning.tjc", c.from, c.to);
+    EXPECT_NE(refusal("Trajectories/turning.tjc").find(c.sentence), std::string::npos) << c.to;
+  }
+  std::string arc = text("Trajectories/half turn.tjc");
+  arc.replace(arc.find("4 5 1 0 0"), 9, "4 5 1 1 2");
+  put("Trajectories/turning.tjc", arc);
+  EXPECT_NE(refusal("Trajectories/turning.tjc").find("1 2 are only known of a line"),
+            std::string::npos);
+}
+
 TEST_F(LegacyWorld, AnArcGoesThroughItsThreePointsAtTheSpeedOfTheFile) {
   const AnyId id = load("Trajectories/half turn.tjc");
   const auto p = path(id);
@@ -257,10 +356,10 @@ TEST_F(LegacyWorld, UnknownCodesAreRefusedByNameAndPlace) {
        "stroke.tjc:6:20: section 1 \"straight\": the fourth code (motion law) 1 is not known. "
        "Known "
        "is 4 5 1: the speed is a trapezoid in time."},
-      {"0 0 1 4 5 1 0 0 125", "0 0 1 4 5 1 1 2 125",
-       "stroke.tjc:6:26: section 1 \"straight\": the seventh code (orientation) 1 is not known. "
-       "Known is 0 0: the tool keeps its orientation; 1 2, angles that change at their own pace, "
-       "cannot be run yet."},
+      {"0 0 1 4 5 1 0 0 125", "0 0 1 4 5 1 1 3 125",
+       "stroke.tjc:6:26: section 1 \"straight\": the seventh and eighth code (orientation) 1 3 are "
+       "not known. Known are 0 0 (the tool keeps its orientation) and 1 2 (its angles change in "
+       "proportion, with a constant acceleration)."},
       {"0 0 1 4 5 1 0 0 125", "0 7 1 4 5 1 0 0 125",
        "stroke.tjc:6:16: section 1 \"straight\": the second code 7 is not known. In all known "
        "files "
@@ -364,6 +463,17 @@ TEST_F(LegacyWorld, AWorldLoadsAndItsRobotStandsAtTheStartOfItsTrajectoryAndFoll
   EXPECT_EQ(bench.document.content_digest(), digest);
 }
 
+TEST_F(LegacyWorld, TheTargetOfAWorldIsAFrame) {
+  EXPECT_TRUE(get<model::World>(load("Worlds/bench.wld")).frames.empty()) << "it is at the origin";
+  edit("Worlds/bench.wld", "( 0.00000000, 0.00000000, 0.00000000, 0.00000000,",
+       "( 0.5, 0, 0.25, 90,");
+  const auto& w = get<model::World>(load("Worlds/bench.wld"));
+  ASSERT_EQ(w.frames.size(), 1U);
+  EXPECT_EQ(w.frames[0].name, "target");
+  EXPECT_EQ(w.frames[0].placement.position, (Vec3{0.5, 0, 0.25}));
+  EXPECT_DOUBLE_EQ(w.frames[0].placement.angles[2], 90 * kDegree);
+}
+
 TEST_F(LegacyWorld, ReferencesAreFoundInSiblingFoldersWithoutAnInstallation) {
   fs::rename(folder / "Saves", folder / "Copies");
   auto tx = bench.document.begin("load");
@@ -388,10 +498,8 @@ TEST_F(LegacyWorld, AFileThatEndsAnywhereIsRefused) {
 }
 
 TEST_F(LegacyWorld, TheWorldOfTheOriginalLoadsStandsAtItsTrajectoryAndFollowsIt) {
-  const char* given = std::getenv("ROBOMOSP_LEGACY_DATA");
-  const fs::path data =
-      given ? fs::path(given) : fs::path(ROBOMOSP_SOURCE_DIR) / "../shared/data/robomosp-1.4";
-  if (!fs::is_directory(data / "Saves/Worlds")) GTEST_SKIP() << "no files of the 2006 program here";
+  const fs::path data = original();
+  if (data.empty()) GTEST_SKIP() << "no files of the 2006 program here";
   std::size_t worlds = 0;
   for (const auto& entry : fs::directory_iterator(data / "Saves/Worlds")) {
     if (entry.path().extension() != ".wld") continue;
@@ -421,9 +529,54 @@ TEST_F(LegacyWorld, TheWorldOfTheOriginalLoadsStandsAtItsTrajectoryAndFollowsIt)
       ASSERT_TRUE(r);
       EXPECT_NEAR(r->find("time")->values.back(),
                   t.sample_time * static_cast<double>(r->rows() - 1), 1e-9);
+      const auto all = unwrap(
+          scene::build({*snapshot, bench.derived, bench.registry}, loaded->id, {}, progress));
+      EXPECT_TRUE(all.left_out.empty()) << "everything of the world can be drawn";
+      EXPECT_GT(all.scene.items.size(), 3U);
     }
   }
   EXPECT_GT(worlds, 0U);
+}
+
+TEST_F(LegacyWorld, TrajectoriesOfTheOriginalTakeTheTimesAndPlacesOfTheirFiles) {
+  const fs::path data = original();
+  if (data.empty()) GTEST_SKIP() << "no files of the 2006 program here";
+  std::size_t files = 0;
+  for (const auto& entry : fs::directory_iterator(data / "Saves/Trajectories")) {
+    if (entry.path().extension() != ".tjc") continue;
+    ++files;
+    std::ifstream in(entry.path(), std::ios::binary);
+    std::stringstream whole;
+    whole << in.rdbuf();
+    const std::string content = whole.str();
+    // "name" "description" code samples time
+    std::size_t at_number = 0;
+    for (int quotes = 0; quotes < 4; ++at_number)
+      if (content[at_number] == '"') ++quotes;
+    int code = -1, samples = 0;
+    double time = 0;
+    ASSERT_EQ(std::sscanf(content.c_str() + at_number, "%d %d %lf", &code, &samples, &time), 3);
+    auto tx = bench.document.begin("load");
+    const auto loaded = io::load(*tx, entry.path(), {});
+    ASSERT_TRUE(loaded.ok()) << loaded.error().sentence();
+    ASSERT_TRUE(tx->commit().ok());
+    const auto& t = get<model::Trajectory>(loaded->id);
+    const auto p = path(loaded->id);
+    EXPECT_NEAR(p->duration(), time, 1e-7) << entry.path();
+    EXPECT_EQ(p->sample_times(t.sample_time).size(), static_cast<std::size_t>(samples));
+    const PathSample start = at(*p, 0), end = at(*p, p->duration());
+    const auto &first = t.segments.front().points.front(), &last = t.segments.back().points.back();
+    for (std::size_t k = 0; k < 3; ++k) {
+      EXPECT_NEAR(start.pose.p[k], first.position[k], 1e-9);
+      EXPECT_NEAR(end.pose.p[k], last.position[k], 1e-9);
+    }
+    const Pose first_pose = model::pose(first), last_pose = model::pose(last);
+    for (std::size_t k = 0; k < 9; ++k) {
+      EXPECT_NEAR(start.pose.R[k], first_pose.R[k], 1e-9);
+      EXPECT_NEAR(end.pose.R[k], last_pose.R[k], 1e-9);
+    }
+  }
+  EXPECT_GT(files, 0U);
 }
 
 }  // namespace
