@@ -76,7 +76,19 @@ constexpr const char* kTokens[] = {"{",
                                    "mirror { ",
                                    "profile { loop { ",
                                    "frame global ",
-                                   "spherical (1, 2, 3) "};
+                                   "spherical (1, 2, 3) ",
+                                   "repeat { count 2 ",
+                                   "if { condition \"a == 1\" ",
+                                   "else { ",
+                                   "wait { time 1 } ",
+                                   "call { task \"rest.tsk\" } ",
+                                   "move { pose \"home\" } ",
+                                   "signal ready { } ",
+                                   "light sun { kind sun } ",
+                                   "task rest { task \"rest.tsk\" } ",
+                                   "attachment { object \"table\"  robot \"pa10\" } ",
+                                   "turning cubic { ",
+                                   "transition none "};
 
 /// Reads a text; when it is accepted, checks that writing it is stable. Tells whether it was.
 bool check(const std::string& text, const fs::path& folder) {
