@@ -54,6 +54,7 @@ std::vector<CommandSpec> solid_node_commands();
 std::vector<CommandSpec> task_commands();
 std::vector<CommandSpec> trajectory_commands();
 std::vector<CommandSpec> transform_commands();
+std::vector<CommandSpec> path_check_commands();
 std::vector<CommandSpec> view_commands();
 std::vector<CommandSpec> workspace_commands();
 std::vector<CommandSpec> world_commands();

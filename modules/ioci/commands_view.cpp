@@ -29,6 +29,16 @@ Result<Value> render_what(CommandContext& ctx, const Map& args) {
     extras.ellipsoids = {shown == "velocity" || shown == "both",
                          shown == "force" || shown == "both"};
   }
+  extras.paths = read_paths(args);
+  if (has(args, "path_robot")) {
+    extras.path_robot = text_of(args, "path_robot");
+    const auto* world = id.kind == Kind::world ? ctx.snapshot().get(WorldId{id.number}) : nullptr;
+    std::vector<std::string> known;
+    if (world)
+      for (const auto& r : world->robots) known.push_back(r.name);
+    if (std::find(known.begin(), known.end(), extras.path_robot) == known.end())
+      return unknown_name("robot", extras.path_robot, known).in("path_robot");
+  }
   extras.explode = has(args, "explode") ? real(args, "explode") : 0.0;
   const scene::Source source{ctx.snapshot(), ctx.app.derived, ctx.app.registry};
   if (has(args, "q")) {

@@ -183,9 +183,9 @@ std::vector<CommandSpec> world_task_commands() {
                 "assert(cell:frames()[1].placement.position[1] == 0.5)"),
       placed({self("world"), name}), made, add_frame, true);
   add("world.add_light", "Adds a light to a world.",
-      "A sun and a spot shine along -z of their frame. It is kept and described; pictures are lit "
-      "by "
-      "the renderer's own studio and do not show it yet.",
+      "A sun and a spot shine along -z of their frame, as bright at any distance. The lights of a "
+      "world light its pictures instead of the renderer's own lamp, under a weaker sky; without "
+      "any that lamp stays.",
       with_cell("cell:add_light{name = \"lamp\", kind = \"spot\", position = {0, 0, 2}, angle = "
                 "\"30 deg\"}\nassert(cell:lights()[1].kind == \"spot\")"),
       placed(

@@ -34,6 +34,11 @@ constexpr Word<Style> kStyles[] = {{"smooth", Style::smooth},
                                    {"flat", Style::flat},
                                    {"wireframe", Style::wireframe},
                                    {"hidden_line", Style::hidden_line}};
+constexpr Word<scene::ShownPath> kPaths[] = {{"line", scene::ShownPath::line},
+                                             {"arrows", scene::ShownPath::arrows},
+                                             {"points", scene::ShownPath::points},
+                                             {"frames", scene::ShownPath::frames},
+                                             {"none", scene::ShownPath::none}};
 constexpr Word<Quality> kQualities[] = {
     {"normal", Quality::normal}, {"draft", Quality::draft}, {"high", Quality::high}};
 
@@ -149,6 +154,10 @@ Result<render::Options> read_picture(const Map& args) {
   look.caption = text_of(args, "caption");
   options.quality = value_of(kQualities, text_of(args, "quality"));
   return options;
+}
+
+scene::ShownPath read_paths(const Map& args) {
+  return has(args, "paths") ? value_of(kPaths, text_of(args, "paths")) : scene::ShownPath::line;
 }
 
 Result<std::optional<render::Section>> read_section(const CommandContext& ctx, const Map& args,
@@ -276,6 +285,14 @@ Schema picture_params(const PictureAbilities& can) {
                "joint torques of unit length; the greatest half axis is a fifth of the "
                "reach."));
   if (can.moves) {
+    s.push_back(
+        choice("paths", words(kPaths),
+               "What of trajectories is shown, each with what stands before it: the tool's way, "
+               "arrowheads along it, the control points as numbered balls, and their axes; or "
+               "none."));
+    s.push_back(optional("path_robot", "string", "",
+                         "The robot whose tool shows the trajectories of joints; the only one "
+                         "when left out."));
     s.push_back(defaulted("collisions", "bool", "", false,
                           "Bodies that touch in red; where none do, the shortest line between two "
                           "bodies with its length."));

@@ -10,6 +10,7 @@
 #include <robomosp/sdk/render.h>
 
 #include "ioci/commands.h"
+#include "scene/path_lines.h"
 
 namespace robomosp::ioci {
 
@@ -27,6 +28,8 @@ struct PictureAbilities {
 [[nodiscard]] Result<render::Camera> read_camera(const Map& args);
 /// Reads what of picture_params() is not about what is drawn: size, quality, look without section.
 [[nodiscard]] Result<render::Options> read_picture(const Map& args);
+/// What of trajectories a picture shows.
+[[nodiscard]] scene::ShownPath read_paths(const Map& args);
 /// The section of a picture; an axis alone goes through the middle of the scene.
 [[nodiscard]] Result<std::optional<render::Section>> read_section(const CommandContext& ctx,
                                                                   const Map& args,

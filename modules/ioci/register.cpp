@@ -40,6 +40,7 @@ void register_commands(CommandTable& table) {
   table.add(task_commands());
   table.add(trajectory_commands());
   table.add(transform_commands());
+  table.add(path_check_commands());
   table.add(view_commands());
   table.add(workspace_commands());
   table.add(world_commands());

@@ -245,20 +245,66 @@ Result<void> add_body(Maker& m, AnyId what, const std::string& owner, const std:
 
 constexpr std::size_t kLinePoints = 400;
 
-Result<render::Line> trajectory_line(const Source& source, const model::PlacedTrajectory& placed) {
+/// The way of a robot's tool along a trajectory that has joint segments.
+Result<std::vector<Pose>> tool_way(const Source& source, WorldId world, const PosedRobot& robot,
+                                   const std::string& trajectory, Progress& progress) {
+  const sim::Simulator simulator{source.registry, source.derived, source.snapshot};
+  sim::Run run;
+  run.world = world;
+  run.robot = robot.owner;
+  run.trajectory = trajectory;
+  RMP_TRY_ASSIGN(const auto recording, simulator.inverse_kinematics(run, progress));
+  const std::size_t dof = robot.model->coordinate_count();
+  std::vector<const sim::Column*> columns;
+  for (std::size_t j = 0; j < dof; ++j)
+    columns.push_back(recording->find("q" + std::to_string(j + 1)));
+  std::vector<Pose> out, bodies;
+  std::vector<double> q(dof);
+  for (std::size_t i = 0; i < recording->rows(); ++i) {
+    for (std::size_t j = 0; j < dof; ++j) q[j] = columns[j]->values[i];
+    robot.pose(q, bodies, out.emplace_back());
+  }
+  return out;
+}
+
+/// The way that a trajectory of a world describes, with a robot where it moves joints; none where
+/// no robot is known for that.
+Result<std::vector<Pose>> way_of(const Maker& m, WorldId world,
+                                 const model::PlacedTrajectory& placed,
+                                 const PosedRobot* joint_robot) {
+  const Source& source = m.source;
   const model::Trajectory* record = source.snapshot.get(placed.trajectory);
   if (!record)
     return error(ErrorCode::stale_handle, "the trajectory no longer exists", "Add it again.");
-  RMP_TRY_ASSIGN(const auto path, motion::Path::build(source.registry, placed.name, *record,
-                                                      motion::stored_in(source.snapshot)));
-  const auto times = path->sample_times(path->duration() / static_cast<double>(kLinePoints));
+  auto path = motion::Path::build(source.registry, placed.name, *record,
+                                  motion::stored_in(source.snapshot));
+  if (!path.ok()) {
+    if (path.error().code != ErrorCode::unsupported) return std::move(path).error();
+    if (!joint_robot) return std::vector<Pose>{};
+    return tool_way(source, world, *joint_robot, placed.name, m.progress);
+  }
+  const auto times = (*path)->sample_times((*path)->duration() / static_cast<double>(kLinePoints));
   std::vector<PathSample> samples(times.size());
-  path->sample(times, samples);
+  (*path)->sample(times, samples);
   const Pose world_T_path = model::pose(placed.placement);
-  render::Line line;
-  line.id = item_id(placed.name, kLineBody, 0);
-  for (const auto& s : samples) line.points.push_back(spatial::transform(world_T_path, s.pose.p));
-  return line;
+  std::vector<Pose> out;
+  for (const PathSample& s : samples) out.push_back(spatial::compose(world_T_path, s.pose));
+  return out;
+}
+
+Result<void> add_trajectory(Maker& m, WorldId world, const model::PlacedTrajectory& placed,
+                            const PosedRobot* joint_robot) {
+  if (m.extras.paths == ShownPath::none) return {};
+  RMP_TRY_ASSIGN(const auto poses, way_of(m, world, placed, joint_robot));
+  render::Scene& scene = m.out.scene;
+  const std::size_t before = scene.items.size();
+  if (!poses.empty()) add_path(scene, placed.name, poses, m.extras.paths);
+  if (m.extras.paths >= ShownPath::points)
+    add_points(scene, placed.name, *m.source.snapshot.get(placed.trajectory),
+               model::pose(placed.placement), motion::stored_in(m.source.snapshot), size_of(poses),
+               m.extras.paths >= ShownPath::frames);
+  m.group_of.insert(m.group_of.end(), scene.items.size() - before, m.groups++);
+  return {};
 }
 
 Result<void> add_world(Maker& m, WorldId id) {
@@ -279,7 +325,8 @@ Result<void> add_world(Maker& m, WorldId id) {
       continue;
     }
     robot_of[r.name] = robots.size();
-    q.push_back(shown_q(*robot->record, r.q));
+    const auto given = m.extras.robot_q.find(r.name);
+    q.push_back(shown_q(*robot->record, given == m.extras.robot_q.end() ? r.q : given->second));
     robots.push_back(std::move(*robot));
   }
   std::unordered_map<std::string_view, Pose> held;  // world_T_object
@@ -302,12 +349,10 @@ Result<void> add_world(Maker& m, WorldId id) {
     m.out.scene.lights.push_back(lamp_of(l));
     if (m.extras.frames) m.out.scene.triads.push_back(triad_of(l, length));
   }
-  for (const auto& t : world.trajectories) {
-    auto line = trajectory_line(m.source, t);
-    if (line.ok()) m.out.scene.lines.push_back(std::move(line).value());
-    // A way of the joints has no place in space before a robot runs it.
-    else if (line.error().code != ErrorCode::unsupported) RMP_TRY(skip(std::move(line).error()));
-  }
+  const PosedRobot* joint_robot = robots.size() == 1 ? &robots.front() : nullptr;
+  if (const auto at = robot_of.find(m.extras.path_robot); at != robot_of.end())
+    joint_robot = &robots[at->second];
+  for (const auto& t : world.trajectories) RMP_TRY(skip(add_trajectory(m, id, t, joint_robot)));
   return {};
 }
 

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstddef>
+#include <map>
 #include <span>
 #include <string>
 #include <vector>
@@ -16,6 +17,7 @@
 #include "document/document.h"
 #include "kernel/registry.h"
 #include "scene/ellipsoid.h"
+#include "scene/path_lines.h"
 #include "scene/playback.h"
 #include "sim/recording.h"
 
@@ -36,6 +38,11 @@ struct Extras {
   double explode = 0;  ///< parts are moved outwards by this share of their distance, >= 0
   std::vector<double> q =
       {};  ///< joint values of a robot on its own [rad or m]; empty = "home" or 0
+  /// Of robots of a world by name, instead of those that the world gives [rad or m].
+  std::map<std::string, std::vector<double>> robot_q = {};
+  ShownPath paths = ShownPath::line;  ///< of the trajectories of a world
+  /// Whose tool the trajectories of joints are drawn with; "" = the only robot, where there is one.
+  std::string path_robot = {};
 };
 
 /// A scene, and sentences about what could not be built and was left out.

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "scene/build.h"
+#include "scene/shapes.h"
 
 namespace robomosp::scene {
 namespace {
@@ -53,15 +54,16 @@ std::shared_ptr<const Mesh> sphere() {
   return m;
 }
 
-std::shared_ptr<const Mesh> cone() {
+}  // namespace
+
+std::shared_ptr<const Mesh> cone(double height, double radius) {
   auto m = std::make_shared<Mesh>();
-  const double radius = 0.5 * kHeight;
-  const double slope = radius / kHeight, n = std::hypot(1.0, slope);
+  const double slope = radius / height, n = std::hypot(1.0, slope);
   for (const bool is_tip : {false, true})
     for (std::uint32_t s = 0; s <= kSides; ++s) {
       const double a = 2 * std::numbers::pi * (s % kSides) / kSides, c = std::cos(a),
                    d = std::sin(a), r = is_tip ? 0 : radius;
-      add_vertex(*m, r * c, r * d, is_tip ? kHeight : 0, c / n, d / n, slope / n);
+      add_vertex(*m, r * c, r * d, is_tip ? height : 0, c / n, d / n, slope / n);
     }
   add_bands(*m, 0, 2);
   const auto centre = static_cast<std::uint32_t>(m->vertex_count());
@@ -76,8 +78,6 @@ std::shared_ptr<const Mesh> cone() {
   return m;
 }
 
-}  // namespace
-
 std::vector<render::Item> material_preview(const render::Appearance& look) {
   render::Item ball, pointed;
   ball.id = 1;
@@ -86,7 +86,7 @@ std::vector<render::Item> material_preview(const render::Appearance& look) {
   ball.pose.p = {-0.6 * kHeight, 0, 0};
   pointed.id = 2;
   pointed.name = "cone";
-  pointed.mesh = cone();
+  pointed.mesh = cone(kHeight, 0.5 * kHeight);
   pointed.pose.p = {0.6 * kHeight, 0, 0};
   ball.appearance = pointed.appearance = look;
   return {std::move(ball), std::move(pointed)};

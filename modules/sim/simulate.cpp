@@ -17,6 +17,7 @@
 #include "sim/recording_columns.h"
 #include "sim/retime.h"
 #include "sim/robot_motion.h"
+#include "sim/run_setup.h"
 #include "spatial/pose.h"
 
 namespace robomosp::sim {
@@ -39,16 +40,9 @@ Result<const Placed*> member(const std::vector<Placed>& all, std::string_view ki
       hint);
 }
 
-/// Everything a run needs.
-struct Setup {
-  std::string title;
-  model::ProviderChoice inverse_dynamics;
-  std::shared_ptr<const RobotModel> model;
-  Pose world_T_base;
-  RobotMotionTask task;
-};
+}  // namespace
 
-Result<Setup> prepare(const Simulator& sim, const Run& run, Progress& progress) {
+Result<RunSetup> prepare_run(const Simulator& sim, const Run& run, Progress& progress) {
   const model::World* world = sim.snapshot.get(run.world);
   if (!world)
     return error(ErrorCode::stale_handle, "the world no longer exists", "Open or create one.");
@@ -63,7 +57,7 @@ Result<Setup> prepare(const Simulator& sim, const Run& run, Progress& progress) 
     return error(ErrorCode::stale_handle, "its robot or trajectory no longer exists",
                  "Add it again.", "world " + text::quote(world_name));
 
-  Setup setup;
+  RunSetup setup;
   setup.title = run.robot + " on " + run.trajectory;
   setup.task.where = "world " + text::quote(world_name) + ", robot " + text::quote(run.robot) +
                      ", trajectory " + text::quote(run.trajectory);
@@ -104,6 +98,8 @@ Result<Setup> prepare(const Simulator& sim, const Run& run, Progress& progress) 
   return setup;
 }
 
+namespace {
+
 /// Obstacles that a robot of a world keeps away from.
 struct Obstacles {
   std::shared_ptr<const CollisionModel> model;
@@ -141,7 +137,7 @@ void add_joint_columns(Recording& recording, const RobotModel& model, const std:
   }
 }
 
-Recording kinematic_recording(const Run& run, const Setup& setup, const RobotMotion& t) {
+Recording kinematic_recording(const Run& run, const RunSetup& setup, const RobotMotion& t) {
   const RobotModel& model = *setup.model;
   Recording recording;
   recording.world = run.world;
@@ -198,7 +194,7 @@ void note_limits(Recording& recording, const RobotModel& model, const std::strin
   }
 }
 
-Result<RobotMotion> kinematics(const Simulator& sim, const Run& run, const Setup& setup,
+Result<RobotMotion> kinematics(const Simulator& sim, const Run& run, const RunSetup& setup,
                                Progress& progress) {
   Obstacles around;
   RobotMotionTask task = setup.task;
@@ -217,7 +213,7 @@ void note_kinematic_limits(Recording& recording, const RobotModel& model) {
 }  // namespace
 
 Result<RecordingPtr> Simulator::inverse_kinematics(const Run& run, Progress& progress) const {
-  RMP_TRY_ASSIGN(const Setup setup, prepare(*this, run, progress));
+  RMP_TRY_ASSIGN(const RunSetup setup, prepare_run(*this, run, progress));
   RMP_TRY_ASSIGN(const RobotMotion t, kinematics(*this, run, setup, progress));
   Recording recording = kinematic_recording(run, setup, t);
   recording.title = setup.title + ": inverse kinematics";
@@ -228,7 +224,7 @@ Result<RecordingPtr> Simulator::inverse_kinematics(const Run& run, Progress& pro
 namespace {
 
 /// tau of the motion in total and by its parts.
-Result<void> add_torques(Recording& recording, const Setup& setup, const RobotMotion& t,
+Result<void> add_torques(Recording& recording, const RunSetup& setup, const RobotMotion& t,
                          const Bound<InverseDynamics>& dynamics, Progress& progress) {
   struct Part {
     const char* stem;
@@ -259,7 +255,7 @@ Result<void> add_torques(Recording& recording, const Setup& setup, const RobotMo
 }  // namespace
 
 Result<RecordingPtr> Simulator::inverse_dynamics(const Run& run, Progress& progress) const {
-  RMP_TRY_ASSIGN(const Setup setup, prepare(*this, run, progress));
+  RMP_TRY_ASSIGN(const RunSetup setup, prepare_run(*this, run, progress));
   RMP_TRY_ASSIGN(const RobotMotion t, kinematics(*this, run, setup, progress));
   RMP_TRY_ASSIGN(const auto dynamics,
                  bind_inverse_dynamics(registry, setup.model, setup.inverse_dynamics));
@@ -272,7 +268,7 @@ Result<RecordingPtr> Simulator::inverse_dynamics(const Run& run, Progress& progr
 
 Result<RecordingPtr> Simulator::time_optimal(const Run& run, const RetimeOptions& options,
                                              Progress& progress) const {
-  RMP_TRY_ASSIGN(const Setup setup, prepare(*this, run, progress));
+  RMP_TRY_ASSIGN(const RunSetup setup, prepare_run(*this, run, progress));
   RMP_TRY_ASSIGN(const RobotMotion slow, kinematics(*this, run, setup, progress));
   RMP_TRY_ASSIGN(const auto dynamics,
                  bind_inverse_dynamics(registry, setup.model, setup.inverse_dynamics));

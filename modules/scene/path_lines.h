@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+// Trajectories in pictures: the tool's way as a line, arrowheads along it, its control points, and
+// what is wrong with it in colours (layer: application, scene).
+#pragma once
+
+#include <span>
+#include <string>
+
+#include <robomosp/sdk/render.h>
+
+#include "model/records.h"
+#include "motion/path.h"
+#include "sim/path_check.h"
+
+namespace robomosp::scene {
+
+/// What of a trajectory a picture shows, each with what stands before it.
+enum class ShownPath : std::uint8_t {
+  none,
+  line,    ///< the tool's way
+  arrows,  ///< arrowheads that show its direction
+  points,  ///< the control points of its segments as balls with numbers
+  frames,  ///< and their axes
+};
+
+/// Adds the way along `poses` (world_T_tool) of a member of a world to a scene.
+void add_path(render::Scene&, const std::string& member, std::span<const Pose> poses,
+              ShownPath shown);
+/// Adds the control points of a trajectory that stands at `world_T_trajectory`; `size` is that of
+/// the path [m].
+void add_points(render::Scene&, const std::string& member, const model::Trajectory&,
+                const Pose& world_T_trajectory, const motion::FindTrajectory& stored, double size,
+                bool has_frames);
+/// Diagonal of the box around places [m].
+[[nodiscard]] double size_of(std::span<const Pose> poses);
+
+/// Draws the way of a check over that of its trajectory: green where it is good, orange where a
+/// limit is exceeded, violet where bodies touch, red where it is out of reach, with a ball and a
+/// few words at the worst place of each fault, and what the colours mean.
+void mark_path(render::Scene&, const sim::PathCheck&);
+
+}  // namespace robomosp::scene

@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/path_check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "kernel/text.h"
+#include "motion/path.h"
+#include "robotics/kinematics.h"
+#include "sim/collision_cache.h"
+#include "sim/recording_columns.h"
+#include "sim/run_setup.h"
+#include "spatial/pose.h"
+
+namespace robomosp::sim {
+namespace {
+
+using text::print_rounded;
+
+std::string joint_name(const RobotModel& model, std::size_t j) {
+  return "joint " + std::to_string(j + 1) + " (" + model.joints[j].name + ")";
+}
+
+/// Calls `found(first, last, worst)` for each run of samples whose `excess` is above 0; `worst` has
+/// the greatest.
+template <class Excess, class Found>
+void each_stretch(std::size_t count, Excess&& excess, Found&& found) {
+  for (std::size_t i = 0; i < count; ++i) {
+    if (!(excess(i) > 0)) continue;
+    std::size_t last = i, worst = i;
+    for (; last + 1 < count && excess(last + 1) > 0; ++last)
+      if (excess(last + 1) > excess(worst)) worst = last + 1;
+    found(i, last, worst);
+    i = last;
+  }
+}
+
+void add(PathCheck& check, PathFault fault) {
+  for (std::size_t i = fault.first; i <= fault.last; ++i)
+    check.states[i] = std::max(check.states[i], fault.kind);
+  check.faults.push_back(std::move(fault));
+}
+
+std::string reason_of(const IkResult& r, const RobotModel& model) {
+  std::string why = r.detail;
+  if (why.empty() && r.status == IkStatus::out_of_reach) why = "it is out of reach";
+  if (why.empty()) why = "the solver found no solution";
+  // The solver may have told the joint already.
+  if (const auto j = static_cast<std::size_t>(r.limiting_joint);
+      r.limiting_joint >= 0 && why.find(model.joints[j].name) == std::string::npos)
+    why += "; a limit of " + joint_name(model, j) + " is in the way";
+  return why;
+}
+
+/// Every sample by inverse kinematics; `unreachable` tells why the motion as a whole failed.
+Result<PathCheck> follow(const Simulator& sim, const RunSetup& setup, Error unreachable,
+                         Progress& progress) {
+  const RobotMotionTask& task = setup.task;
+  auto path = motion::Path::build(sim.registry, task.name, *task.trajectory, task.stored);
+  // With joint segments there is no path in space to go on along.
+  if (!path.ok())
+    return path.error().code == ErrorCode::unsupported ? std::move(unreachable)
+                                                       : std::move(path).error();
+  PathCheck out;
+  out.times = (*path)->sample_times(task.step);
+  std::vector<PathSample> samples(out.times.size());
+  (*path)->sample(out.times, samples);
+  std::vector<Pose> targets;
+  for (const PathSample& s : samples) {
+    targets.push_back(spatial::compose(task.base_T_trajectory, s.pose));
+    out.poses.push_back(spatial::compose(setup.world_T_base, targets.back()));
+  }
+  RMP_TRY_ASSIGN(const auto ik, bind_ik(sim.registry, setup.model, task.ik));
+  IkBatch batch;
+  batch.tolerance = task.tolerance;
+  batch.targets = targets;
+  batch.seeds = task.start;
+  batch.continuous = true;
+  RMP_TRY_ASSIGN(const auto results, solve_ik(ik, batch, progress));
+  const auto dof = static_cast<std::ptrdiff_t>(setup.model->dof());
+  for (const IkResult& r : results) out.q.insert(out.q.end(), r.q.begin(), r.q.begin() + dof);
+  out.states.assign(results.size(), PathState::good);
+  const auto shortfall = [&](std::size_t i) {
+    const IkResult& r = results[i];
+    if (r.status == IkStatus::solved) return 0.0;
+    return std::max({r.shortfall, r.position_error, r.rotation_error, 1e-12});
+  };
+  each_stretch(results.size(), shortfall, [&](std::size_t first, std::size_t last, std::size_t at) {
+    const IkResult& r = results[at];
+    add(out, {PathState::unreachable,
+              first,
+              last,
+              at,
+              reason_of(r, *setup.model),
+              r.limiting_joint,
+              std::max(r.shortfall, r.position_error),
+              "m",
+              {},
+              {}});
+  });
+  if (out.faults.empty()) return unreachable;  // such as an objective that failed
+  out.notes.emplace_back("Limits of the joints and contact are checked once all is reached.");
+  return out;
+}
+
+struct Rate {
+  const char* stem;
+  const char* what;
+};
+constexpr Rate kRates[] = {
+    {"qd", "velocity"}, {"qdd", "acceleration"}, {"qddd", "jerk"}, {"tau", "torque"}};
+
+void add_limits(PathCheck& check, const Recording& recording, const RobotModel& model) {
+  for (const Rate& rate : kRates)
+    for (std::size_t j = 0; j < model.dof(); ++j) {
+      const Column* c = recording.find(rate.stem + std::to_string(j + 1));
+      if (!c || (!std::isfinite(c->lower) && !std::isfinite(c->upper))) continue;
+      const double slack = 1e-9 * std::max(std::fabs(c->lower), std::fabs(c->upper));
+      const auto beyond = [&](std::size_t i) {
+        return std::max(c->values[i] - c->upper, c->lower - c->values[i]) - slack;
+      };
+      each_stretch(c->values.size(), beyond,
+                   [&](std::size_t first, std::size_t last, std::size_t at) {
+                     const double limit = c->values[at] > 0 ? c->upper : c->lower;
+                     const double excess = std::fabs(c->values[at] - limit);
+                     add(check, {PathState::limit,
+                                 first,
+                                 last,
+                                 at,
+                                 joint_name(model, j) + " exceeds its " + rate.what + " limit of " +
+                                     print_rounded(std::fabs(limit)) + " " + c->unit + " by " +
+                                     print_rounded(excess) + " " + c->unit,
+                                 static_cast<std::int32_t>(j),
+                                 excess,
+                                 c->unit,
+                                 {},
+                                 {}});
+                   });
+    }
+}
+
+Result<void> add_collisions(PathCheck& check, const Simulator& sim, const Recording& recording,
+                            Progress& progress) {
+  constexpr double kTouch = 1e-4;  ///< what comes nearer touches [m]
+  RMP_TRY_ASSIGN(const auto model, collision_model(sim, AnyId(recording.world), progress));
+  RMP_TRY_ASSIGN(const auto q, configurations(*model, recording));
+  RMP_TRY_ASSIGN(const auto contact, model->check_path(q, kTouch, progress));
+  if (!contact) return {};
+  const auto fault = [&](const Contact& c, std::size_t first, std::size_t last, std::size_t at) {
+    const auto name = [&](std::int32_t body) {
+      return model->bodies()[static_cast<std::size_t>(body)].name;
+    };
+    const double depth = std::max(0.0, -c.at.distance);
+    add(check, {PathState::collision, first, last, at,
+                model->describe(c.pair) + " touch" +
+                    (depth > 0 ? ", " + print_rounded(depth) + " m deep" : ""),
+                -1, depth, "m", name(c.pair.a), name(c.pair.b)});
+  };
+  RMP_TRY_ASSIGN(const auto least, model->clearance(q, progress));
+  bool is_at_sample = false;
+  each_stretch(
+      least.size(), [&](std::size_t i) { return kTouch - least[i].at.distance; },
+      [&](std::size_t first, std::size_t last, std::size_t at) {
+        is_at_sample = true;
+        fault(least[at], first, last, at);
+      });
+  if (!is_at_sample) fault(contact->contact, contact->segment, contact->segment, contact->segment);
+  return {};
+}
+
+}  // namespace
+
+std::string_view to_string(PathState s) {
+  switch (s) {
+    case PathState::good: return "good";
+    case PathState::limit: return "limit";
+    case PathState::collision: return "collision";
+    case PathState::unreachable: return "unreachable";
+  }
+  return "good";
+}
+
+std::size_t PathCheck::last_good() const {
+  const auto bad =
+      std::find_if(states.begin(), states.end(), [](PathState s) { return s != PathState::good; });
+  return bad == states.begin() ? 0 : static_cast<std::size_t>(bad - states.begin()) - 1;
+}
+
+Result<PathCheck> check_path(const Simulator& sim, const Run& run, bool collisions,
+                             Progress& progress) {
+  RMP_TRY_ASSIGN(const RunSetup setup, prepare_run(sim, run, progress));
+  PathCheck out;
+  auto motion = sim.inverse_kinematics(run, progress);
+  if (!motion.ok()) {
+    if (motion.error().code != ErrorCode::unreachable) return std::move(motion).error();
+    RMP_TRY_ASSIGN(out, follow(sim, setup, std::move(motion).error(), progress));
+  } else {
+    RecordingPtr recording = *motion;
+    const auto limited = [&](double JointModel::*limit) {
+      return std::any_of(setup.model->joints.begin(), setup.model->joints.end(),
+                         [&](const JointModel& j) { return std::isfinite(j.*limit); });
+    };
+    std::vector<std::string> more;
+    if (limited(&JointModel::max_jerk)) more.emplace_back("jerk");
+    if (limited(&JointModel::max_force)) more.emplace_back("torque");
+    for (const std::string& quantity : more) {
+      auto with = with_quantities(sim, *recording, {&quantity, 1}, progress);
+      if (with.ok()) recording = *with;
+      else if (with.error().code == ErrorCode::cancelled) return std::move(with).error();
+      else out.notes.push_back("The " + quantity + " is not checked: " + with.error().sentence());
+    }
+    out.times = recording->columns.front().values;
+    out.states.assign(out.times.size(), PathState::good);
+    std::vector<Pose> frames(setup.model->joints.size());
+    std::vector<const Column*> q;
+    for (std::size_t j = 0; j < setup.model->dof(); ++j)
+      q.push_back(recording->find("q" + std::to_string(j + 1)));
+    for (std::size_t i = 0; i < out.times.size(); ++i) {
+      for (const Column* c : q) out.q.push_back(c->values[i]);
+      robotics::forward_kinematics(*setup.model, std::span(out.q).last(q.size()), frames);
+      out.poses.push_back(
+          spatial::compose(setup.world_T_base, robotics::tip_pose(*setup.model, 0, frames)));
+    }
+    add_limits(out, *recording, *setup.model);
+    if (collisions) {
+      auto done = add_collisions(out, sim, *recording, progress);
+      if (!done.ok()) {
+        if (done.error().code == ErrorCode::cancelled) return std::move(done).error();
+        out.notes.push_back("Contact is not checked: " + done.error().sentence());
+      }
+    }
+  }
+  out.robot = run.robot;
+  out.trajectory = run.trajectory;
+  out.dof = setup.model->dof();
+  std::stable_sort(out.faults.begin(), out.faults.end(),
+                   [](const PathFault& a, const PathFault& b) { return a.first < b.first; });
+  return out;
+}
+
+}  // namespace robomosp::sim

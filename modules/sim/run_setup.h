@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a run of a robot on a trajectory of a world needs, looked up by name (layer: application,
+// sim). Internal to modules/sim.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "sim/robot_motion.h"
+#include "sim/simulate.h"
+
+namespace robomosp::sim {
+
+struct RunSetup {
+  std::string title;
+  model::ProviderChoice inverse_dynamics;
+  std::shared_ptr<const RobotModel> model;
+  Pose world_T_base;
+  RobotMotionTask task;
+};
+
+/// A robot with loops or joints of several coordinates is an error.
+[[nodiscard]] Result<RunSetup> prepare_run(const Simulator&, const Run&, Progress&);
+
+}  // namespace robomosp::sim

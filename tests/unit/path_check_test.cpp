@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+// Places of a trajectory that a robot cannot follow: a lift of one joint whose way is the height of
+// the line, so that every number is known.
+#include <memory>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "lua/lua_state.h"
+#include "support/program.h"
+
+namespace robomosp::lua {
+namespace {
+
+class PathCheck : public test::ProgramTest {
+ protected:
+  void SetUp() override {
+    ProgramTest::SetUp();
+    state_ = std::make_unique<LuaState>(app(), session_, LuaOptions{});
+    // 41 samples, 50 mm apart.
+    run("lift = robot.create{name = 'lift', links = {{name = 'rail', joint = 'prismatic', lower = "
+        "0, upper = 1}}}\n"
+        "cell = world.create{name = 'cell'}\n"
+        "cell:add_robot{robot = lift, name = 'lift'}\n"
+        "trajectory.create{name = 'up', sample_time = 0.1, segments = {{shape = 'line', points = "
+        "{{0, 0, 0, 0, 0, 0}, {0, 0, 2, 0, 0, 0}}, speed = 0.5}}}\n"
+        "cell:add_trajectory{trajectory = 'up'}\n"
+        "function check(more)\n"
+        "  local args = {robot = 'lift', trajectory = 'up'}\n"
+        "  for k, v in pairs(more or {}) do args[k] = v end\n"
+        "  return cell:check(args)\n"
+        "end");
+  }
+  void run(const std::string& code) {
+    auto r = state_->eval(code);
+    ASSERT_TRUE(r.ok()) << r.error().sentence() << "\n" << code;
+  }
+  std::string eval(const std::string& code) {
+    auto r = state_->eval(code);
+    return r.ok() ? *r : r.error().sentence();
+  }
+  ioci::Session session_{"test"};
+  std::unique_ptr<LuaState> state_;
+};
+
+TEST_F(PathCheck, WhatIsOutOfReachIsToldByItsWorstSample) {
+  run("c = check() f = c.faults[1]\n"
+      "assert(not c.is_good and #c.faults == 1 and c.samples == 41)\n"
+      "assert(math.abs(c.duration - 4) < 1e-12)\n"
+      "assert(f.kind == 'unreachable' and f.first == 22 and f.last == 41 and f.sample == 41)\n"
+      "assert(math.abs(f.from - 2.1) < 1e-9 and math.abs(f.time - 4) < 1e-9)\n"
+      "assert(math.abs(f.share - 1) < 1e-12 and math.abs(f.position[3] - 2) < 1e-9)\n"
+      "assert(math.abs(f.excess - 1) < 1e-6 and f.unit == 'm')\n"
+      "assert(math.abs(f.q[1] - 1) < 1e-6)");
+  EXPECT_NE(eval("f.text").find("sample 41 of 41 (t = 4 s): "), std::string::npos);
+}
+
+TEST_F(PathCheck, AWayOutAndBackIsTwoFaultsWhereItIsLeftTwice) {
+  run("trajectory.create{name = 'twice', sample_time = 0.1, segments = {\n"
+      "  {shape = 'line', points = {{0, 0, 0.5, 0, 0, 0}, {0, 0, 1.2, 0, 0, 0}}, speed = 0.5},\n"
+      "  {shape = 'line', points = {{0, 0, 1.2, 0, 0, 0}, {0, 0, -0.2, 0, 0, 0}}, speed = 0.5,\n"
+      "   transition = 'none'}}}\n"
+      "cell:add_trajectory{trajectory = 'twice'}\n"
+      "c = check{trajectory = 'twice'} a, b = c.faults[1], c.faults[2]\n"
+      "assert(#c.faults == 2 and a.last < b.first)\n"
+      "assert(math.abs(a.position[3] - 1.2) < 1e-9 and math.abs(a.excess - 0.2) < 1e-6)\n"
+      "assert(math.abs(b.position[3] + 0.2) < 1e-9 and math.abs(b.excess - 0.2) < 1e-6)");
+}
+
+TEST_F(PathCheck, LimitsAreToldWhereTheyBreakAndByHowMuch) {
+  run("lift:set_link{link = 'rail', upper = 3, max_velocity = 0.4}\n"
+      "c = check() f = c.faults[1]\n"
+      "assert(#c.faults == 1 and f.kind == 'limit' and f.joint == 1)\n"
+      "assert(f.first == 1 and f.last == 41 and math.abs(f.excess - 0.1) < 1e-9)\n"
+      "assert(f.unit == 'm/s')");
+  EXPECT_NE(eval("f.why").find("joint 1 (rail) exceeds its velocity limit of 0.4 m/s by 0.1 m/s"),
+            std::string::npos)
+      << eval("f.why");
+  run("lift:set_link{link = 'rail', max_velocity = 0.5}\n"
+      "c = check() assert(c.is_good and #c.faults == 0)");
+}
+
+TEST_F(PathCheck, TheUnknownIsRefusedByName) {
+  EXPECT_NE(eval("check{robot = 'lfit'}").find("has no robot \"lfit\""), std::string::npos);
+  EXPECT_NE(eval("check{file = 'a.gif'}").find(".png"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace robomosp::lua
