@@ -135,25 +135,23 @@ TEST_P(Page, DoesWhatItShows) {
   fs::remove_all(folder);
 }
 
-INSTANTIATE_TEST_SUITE_P(Documentation, Page,
-                         ::testing::Values("README.md", "docs/plugin_author/lua.md",
-                                           "docs/user/code_generation.md", "docs/user/collision.md",
-                                           "docs/user/tutorial.md", "docs/user/parameters.md",
-                                           "docs/user/dynamics.md", "docs/user/files-2006.md",
-                                           "docs/user/kinematics.md",
-                                           "docs/user/inverse_kinematics.md",
-                                           "docs/user/robot_files.md", "docs/user/mechanisms.md",
-                                           "docs/user/motion_planning.md", "docs/user/physics.md",
-                                           "docs/user/recordings.md", "docs/user/simulation.md",
-                                           "docs/user/solids.md", "docs/user/solvers_in_lua.md",
-                                           "docs/user/trajectories.md",
-                                           "docs/user/workspace.md", "docs/user/replay.md"),
-                         [](const auto& param) {
-                           std::string name;
-                           for (const char c : param.param)
-                             name += std::isalnum(static_cast<unsigned char>(c)) ? c : '_';
-                           return name;
-                         });
+INSTANTIATE_TEST_SUITE_P(
+    Documentation, Page,
+    ::testing::Values("README.md", "docs/plugin_author/lua.md", "docs/user/code_generation.md",
+                      "docs/user/collision.md", "docs/user/tutorial.md", "docs/user/parameters.md",
+                      "docs/user/dynamics.md", "docs/user/files-2006.md", "docs/user/kinematics.md",
+                      "docs/user/inverse_kinematics.md", "docs/user/live_runs.md",
+                      "docs/user/robot_files.md", "docs/user/mechanisms.md",
+                      "docs/user/motion_planning.md", "docs/user/physics.md",
+                      "docs/user/recordings.md", "docs/user/simulation.md", "docs/user/solids.md",
+                      "docs/user/solvers_in_lua.md", "docs/user/trajectories.md",
+                      "docs/user/workspace.md", "docs/user/replay.md"),
+    [](const auto& param) {
+      std::string name;
+      for (const char c : param.param)
+        name += std::isalnum(static_cast<unsigned char>(c)) ? c : '_';
+      return name;
+    });
 
 }  // namespace
 }  // namespace robomosp
