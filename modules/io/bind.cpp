@@ -839,6 +839,7 @@ class Binder {
             Rule{"joints", [&](Index q) { return joint_values(q, s.joints); }},
             placement_block("target", s.target),
             string("frame", s.frame),
+            string("tool", s.link),
             words("profile", {"quintic", "trapezoidal"},
                   [&](std::size_t n) { s.profile = n == 0 ? "quintic" : "trapezoidal"; }),
             words("path", {"joint", "straight"}, [&](std::size_t n) { s.is_straight = n == 1; }),

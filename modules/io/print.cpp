@@ -465,7 +465,8 @@ class Printer {
       if (!value.empty()) fields.push_back(std::string(field) + " " + quote(value));
     };
     const auto number = [&](const char* field, double value, double standard, const char* unit) {
-      if (value != standard) fields.push_back(std::string(field) + " " + quantity(value, unit));
+      if (value != standard)
+        fields.push_back(std::string(field) + " " + units::print_with_unit(value, unit));
     };
     const bool is_move = s.kind == StepKind::move;
     text("robot", s.robot);
@@ -484,7 +485,7 @@ class Printer {
     number("tool_speed", s.tool_speed, 0, "m/s");
     number(is_move ? "duration" : "time", s.duration, 0, "s");
     text("object", s.object);
-    text("link", s.link);
+    text(is_move ? "tool" : "link", s.link);
     text("signal", s.signal);
     text(s.kind == StepKind::set ? "value" : "condition", s.expression);
     number("timeout", s.timeout, 0, "s");

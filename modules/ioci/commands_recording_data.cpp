@@ -72,7 +72,8 @@ Result<Value> compute(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const auto quantities, word_list(args, "quantities"));
   const sim::Simulator simulator{ctx.app.registry, ctx.app.derived, ctx.snapshot(),
                                  &ctx.app.collision_models};
-  RMP_TRY_ASSIGN(auto more, sim::with_quantities(simulator, *r, quantities, ctx.progress));
+  RMP_TRY_ASSIGN(auto more, sim::with_quantities_of(simulator, *r, text_of(args, "robot"),
+                                                    quantities, ctx.progress));
   List names;
   for (const sim::Column& c : more->columns)
     if (!r->find(c.name)) names.emplace_back(c.name);
@@ -125,7 +126,7 @@ std::vector<CommandSpec> recording_data_commands() {
   std::vector<CommandSpec> all;
   std::string quantities = "Quantities: ";
   for (const sim::RecordedQuantity& q : sim::recorded_quantities())
-    quantities += (q.name == "jerk" ? "" : "; ") + std::string(q.name) + " (" +
+    quantities += (quantities.ends_with(": ") ? "" : "; ") + std::string(q.name) + " (" +
                   std::string(q.columns) + ") " + std::string(q.doc);
   all.push_back(
       {.name = "recording.save",
@@ -166,7 +167,9 @@ std::vector<CommandSpec> recording_data_commands() {
        .details = quantities + ". The robot is that of now; one that was changed is told.",
        .example = with_recording("run:compute{\"power\", \"velocity\", \"limits\"}\n"
                                  "assert(run:values(\"speed\")[21] > 0)"),
-       .params = {self("recording"), needed("quantities", "any", "", "A name or a list of names.")},
+       .params = {self("recording"), needed("quantities", "any", "", "A name or a list of names."),
+                  optional("robot", "string", "",
+                           "Of a recording of several, such as of tasks: whose columns.")},
        .returns = {"list", "", "Names of the columns that are new.", {}},
        .effect = Effect::simulates,
        .run = compute});

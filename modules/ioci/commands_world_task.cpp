@@ -241,8 +241,11 @@ std::vector<CommandSpec> world_task_commands() {
                   "objects.",
        .details =
            "Each task runs by itself; moves and waits take time, all other steps none. Tasks wait "
-           "for each other through signals. The recording has the columns <robot>.q1, ..., "
-           "signal.<name> and <object>.x, ...; its notes tell what was taken, let go and said. A "
+           "for each other through signals. A condition over time or places ends a wait at the "
+           "instant it turns true; it must be true for longer than a row. The recording has the "
+           "columns <robot>.q1, <robot>.qd1, <robot>.qdd1, ..., signal.<name> and <object>.x, ...; "
+           "its notes tell what was taken, let go and said. recording.compute adds torques and "
+           "poses of a robot. A "
            "wait that can never come true is an error that names its step.",
        .example = with_part(
            "task.create{name = \"shift\", steps = {\n  {step = \"attach\", object = \"part\"},\n  "

@@ -24,6 +24,7 @@ Schema step_schema(StepKind kind) {
               optional("joints", "any", "", "Joint values."),
               optional("target", "any", "", "Pose of the tool, or of the trajectory."),
               optional("frame", "string", "", "Frame or object of the world, of the target."),
+              optional("tool", "string", "", "Tool, link or held object that goes there."),
               choice("profile", {"quintic", "trapezoidal"}, "Of a joint move."),
               choice("path", {"joint", "straight"}, "How the tool goes to a target."),
               defaulted("speed", "real", "", 1.0, "Share of the joints' limits."),
@@ -35,17 +36,17 @@ Schema step_schema(StepKind kind) {
     case StepKind::detach: return {needed("object", "string", "", "Of the world.")};
     case StepKind::set:
       return {needed("signal", "string", "", "Of the world."),
-              needed("value", "any", "", "A number, or an expression over signals.")};
+              needed("value", "any", "", "A number, or an expression like a condition.")};
     case StepKind::wait:
       return {optional("time", "real", "s", "How long."),
-              optional("condition", "string", "", "Over signals."),
+              optional("condition", "string", "", "Over signals, time and places."),
               optional("timeout", "real", "s", "How long at most.")};
     case StepKind::call: return {robot, needed("task", "ref:task", "", "Whose steps to do.")};
     case StepKind::repeat:
       return {needed("count", "int", "", "How often."),
               defaulted("steps", "list", "", List{}, "What.")};
     case StepKind::when:
-      return {needed("condition", "string", "", "Over signals."),
+      return {needed("condition", "string", "", "Over signals, time and places."),
               defaulted("steps", "list", "", List{}, "What, if it is true.")};
     case StepKind::otherwise:
       return {defaulted("steps", "list", "", List{}, "What, if the condition is not true.")};
@@ -82,7 +83,7 @@ Result<TaskStep> read_one(const CommandContext& ctx, StepKind kind, const Value&
   word("pose", s.pose);
   word("frame", s.frame);
   word("object", s.object);
-  word("link", s.link);
+  word(kind == StepKind::move ? "tool" : "link", s.link);
   word("signal", s.signal);
   word("condition", s.expression);
   word("text", s.text);
@@ -142,13 +143,17 @@ Value list_of(const Rows& rows, Fn&& fn) {
 
 const char* const kStepDoc =
     "A step is a table: `step` says what it does, the rest how. `move`: `robot` and one of `pose` "
-    "(a named one), `joints`, `target` (a pose, in the world or in `frame`; with path = "
-    "\"straight\" in a straight line at `tool_speed`) or `trajectory` (placed at `target`); joint "
-    "moves take `profile` quintic or trapezoidal, `speed` (share of the joints' limits) and "
-    "`duration`. `attach` and `detach`: `object`, `robot`, `link` (a link or tool). `set`: "
-    "`signal`, `value`. `wait`: `time`, or `condition` over signals with `timeout`. `call`: "
-    "`task`. `repeat`: `count`, `steps`. `if`: `condition`, `steps`; `else`: `steps`. `message`: "
-    "`text`.";
+    "(a named one), `joints` (all, or those with motors), `target` (a pose, in the world or in "
+    "`frame`; with path = \"straight\" in a straight line at `tool_speed`) or `trajectory` (placed "
+    "at `target`); `tool` names a tool or link of the robot, or an object that it holds, which "
+    "goes "
+    "there instead of the robot's tool; joint moves take `profile` quintic or trapezoidal, `speed` "
+    "(share of the joints' limits) and `duration`. `attach` and `detach`: `object`, `robot`, "
+    "`link` "
+    "(a link or tool). `set`: `signal`, `value`. `wait`: `time`, or `condition` with `timeout`. "
+    "`call`: `task`. `repeat`: `count`, `steps`. `if`: `condition`, `steps`; `else`: `steps`. "
+    "`message`: `text`. Conditions are expressions over signals, `time`, the joints `left.q1` and "
+    "`left.qd1` of a robot, and the places `left.x` of its tool and `part.x` of an object.";
 
 Result<std::vector<TaskStep>> read_steps(const CommandContext& ctx, const Value& value,
                                          const std::string& path) {
@@ -182,7 +187,7 @@ Value steps_value(const document::Snapshot& snapshot, const model::Task& task) {
     number("tool_speed", s.tool_speed, 0);
     number(s.kind == StepKind::wait ? "time" : "duration", s.duration, 0);
     word("object", s.object);
-    word("link", s.link);
+    word(s.kind == StepKind::move ? "tool" : "link", s.link);
     word("signal", s.signal);
     word(s.kind == StepKind::set ? "value" : "condition", s.expression);
     number("timeout", s.timeout, 0);

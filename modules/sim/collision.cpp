@@ -942,31 +942,42 @@ std::unique_ptr<ClearanceField> CollisionModel::field(std::size_t robot, double 
 
 Result<std::vector<double>> configurations(const CollisionModel& model,
                                            const Recording& recording) {
-  const auto& robots = model.robots();
-  const auto robot = std::find_if(robots.begin(), robots.end(), [&](const CollisionRobot& r) {
-    return r.name == recording.robot;
-  });
-  if (robot == robots.end())
-    return error(ErrorCode::unknown_name,
-                 "the world has no robot " + text::quote(recording.robot) + " any more",
-                 "Make the recording again.");
   const std::vector<double> shown = model.shown();
   std::vector<double> q;
   for (std::size_t i = 0; i < recording.rows(); ++i) q.insert(q.end(), shown.begin(), shown.end());
-  for (std::size_t k = 0; k < robot->model->coordinate_count(); ++k) {
-    const Column* c = recording.find("q" + std::to_string(k + 1));
-    if (!c)
-      return error(ErrorCode::invalid_argument,
-                   "the recording has no column q" + std::to_string(k + 1),
-                   "Its robot has been changed since; make it again.");
-    for (std::size_t i = 0; i < recording.rows(); ++i)
-      q[i * shown.size() + robot->first + k] = c->values[i];
+  bool is_found = recording.robot.empty();
+  for (const CollisionRobot& robot : model.robots()) {
+    // Further robots have their columns under their names, or stand still.
+    const bool is_main = robot.name == recording.robot;
+    const std::string stem = is_main ? "q" : robot.name + ".q";
+    is_found = is_found || is_main;
+    if (!is_main && !recording.find(stem + "1")) continue;
+    for (std::size_t k = 0; k < robot.model->coordinate_count(); ++k) {
+      const Column* c = recording.find(stem + std::to_string(k + 1));
+      if (!c)
+        return error(ErrorCode::invalid_argument,
+                     "the recording has no column " + stem + std::to_string(k + 1),
+                     "Its robot has been changed since; make it again.");
+      for (std::size_t i = 0; i < recording.rows(); ++i)
+        q[i * shown.size() + robot.first + k] = c->values[i];
+    }
   }
+  if (!is_found)
+    return error(ErrorCode::unknown_name,
+                 "the world has no robot " + text::quote(recording.robot) + " any more",
+                 "Make the recording again.");
   return q;
 }
 
 Result<RecordingPtr> with_clearance(const Simulator& source, const Recording& recording,
                                     Progress& progress) {
+  if (const model::World* world = source.snapshot.get(recording.world))
+    for (const model::PlacedObject& object : world->objects)
+      if (recording.find(object.name + ".x"))
+        return error(ErrorCode::unsupported,
+                     "object " + text::quote(object.name) +
+                         " moves in the recording, and clearances know only objects at rest yet",
+                     "Ask for the clearance of a run without it.");
   RMP_TRY_ASSIGN(const auto model, collision_model(source, recording.world, progress));
   RMP_TRY_ASSIGN(const auto q, configurations(*model, recording));
   RMP_TRY_ASSIGN(const auto nearest, model->clearance(q, progress));

@@ -23,8 +23,9 @@ namespace {
 /// How far the recorded tool may be from where the joints put it [m].
 constexpr double kSamePlace = 1e-6;
 
-constexpr std::array<RecordedQuantity, 10> kQuantities{
-    {{"jerk", "qddd1, ...", "derivative of the accelerations"},
+constexpr std::array<RecordedQuantity, 11> kQuantities{
+    {{"torque", "tau1, ...", "of the motors, by inverse dynamics from q, qd and qdd"},
+     {"jerk", "qddd1, ...", "derivative of the accelerations"},
      {"power", "power1, ..., total_power", "of the motors: torque by velocity, and their sum"},
      {"work", "work", "of all motors since the first row: the integral of their power"},
      {"energy", "kinetic, potential, energy", "of bodies, motors and springs"},
@@ -134,6 +135,36 @@ Result<std::vector<double>> add_power(Recording& out, std::size_t dof) {
   }
   put(out, {"total_power", "W", "power of all motors", total});
   return total;
+}
+
+Result<void> add_torque(Recording& out, const Simulator& sim, const Actor& a, Progress& progress) {
+  const std::size_t n = a.model->dof();
+  if (!a.model->loops.empty())
+    return error(ErrorCode::unsupported,
+                 "torques of mechanisms with closed loops cannot be computed",
+                 "robot.simulate records those that move it.");
+  RMP_TRY_ASSIGN(const auto q, table(out, "q", a.model->coordinate_count()));
+  RMP_TRY_ASSIGN(const auto qd, table(out, "qd", n));
+  RMP_TRY_ASSIGN(const auto qdd, table(out, "qdd", n));
+  RMP_TRY_ASSIGN(const auto dynamics,
+                 bind_inverse_dynamics(sim.registry, a.model, a.inverse_dynamics));
+  DynamicsBatch batch;
+  batch.count = out.rows();
+  batch.q = q;
+  batch.qd = qd;
+  batch.qdd = qdd;
+  RMP_TRY_ASSIGN(const auto tau, torques(dynamics, batch, progress));
+  for (std::size_t k = 0; k < n; ++k) {
+    const Column* rate = out.find("qd" + std::to_string(k + 1));
+    Column c{"tau" + std::to_string(k + 1),
+             rate->unit.starts_with("rad") ? "N m" : "N",
+             "torque of the motor of joint " + std::to_string(k + 1),
+             {}};
+    for (std::size_t i = 0; i < out.rows(); ++i) c.values.push_back(tau[i * n + k]);
+    put(out, std::move(c));
+  }
+  mark_limits(out, *a.model);
+  return {};
 }
 
 Result<void> add_energy(Recording& out, const Simulator& sim, const Actor& a, Progress& progress) {
@@ -384,7 +415,9 @@ Result<RecordingPtr> with_quantities(const Simulator& sim, const Recording& reco
       RMP_TRY_ASSIGN(tool, tool_of(out, *actor));
     }
     if (needs_tool) RMP_TRY(check_place(out, *tool));
-    if (what == "jerk") {
+    if (what == "torque") {
+      RMP_TRY(add_torque(out, sim, *actor, progress));
+    } else if (what == "jerk") {
       RMP_TRY(add_jerk(out, *actor->model));
     } else if (what == "power") {
       RMP_TRY(add_power(out, dof));
@@ -403,6 +436,41 @@ Result<RecordingPtr> with_quantities(const Simulator& sim, const Recording& reco
     } else {
       add_manipulability(out, dof, *tool);
     }
+  }
+  return std::make_shared<const Recording>(std::move(out));
+}
+
+Result<RecordingPtr> with_quantities_of(const Simulator& sim, const Recording& recording,
+                                        const std::string& robot,
+                                        std::span<const std::string> quantities,
+                                        Progress& progress) {
+  if (robot.empty() || robot == recording.robot)
+    return with_quantities(sim, recording, quantities, progress);
+  if (std::find(quantities.begin(), quantities.end(), "clearance") != quantities.end())
+    return error(ErrorCode::invalid_argument, "the clearance is of all robots together",
+                 "Ask for it without a robot.");
+  const std::string prefix = robot + ".";
+  Recording own;
+  own.world = recording.world;
+  own.robot = robot;
+  for (const Column& c : recording.columns) {
+    if (c.name == "time") own.columns.push_back(c);
+    if (!c.name.starts_with(prefix)) continue;
+    own.columns.push_back(c);
+    own.columns.back().name = c.name.substr(prefix.size());
+    const std::string& name = own.columns.back().name;
+    own.dof += name.starts_with("qd") && !name.starts_with("qdd") ? 1 : 0;
+  }
+  if (!own.find("q1"))
+    return error(ErrorCode::unknown_name,
+                 "the recording has no joints of a robot " + text::quote(robot),
+                 "recording.columns lists its columns.");
+  RMP_TRY_ASSIGN(const auto done, with_quantities(sim, own, quantities, progress));
+  Recording out = recording;
+  for (Column c : done->columns) {
+    if (c.name == "time") continue;
+    c.name = prefix + c.name;
+    put(out, std::move(c));
   }
   return std::make_shared<const Recording>(std::move(out));
 }

@@ -29,6 +29,13 @@ struct RecordedQuantity {
                                                    std::span<const std::string> quantities,
                                                    Progress&);
 
+/// The same of one robot of a recording of several, such as of tasks: its columns are named
+/// `<robot>.q1`, and so are the new ones.
+[[nodiscard]] Result<RecordingPtr> with_quantities_of(const Simulator&, const Recording&,
+                                                      const std::string& robot,
+                                                      std::span<const std::string> quantities,
+                                                      Progress&);
+
 /// Derivative by time by five-point polynomials, and integral from the first row on by trapezoids
 /// corrected by the derivatives at their ends (exact for cubics).
 [[nodiscard]] std::vector<double> rate_of(const std::vector<double>& time,

@@ -58,11 +58,11 @@ Result<Quantity> Stage::member_value(const Expression::Name& name, double t) con
                  "robot " + text::quote(name.scope) + " has no " + text::quote(field) +
                      " that conditions know",
                  "They know q1, qd1, ... of its joints, and x, y and z of its tool in the world.");
-  std::vector<double> q, qd;
-  sample(a, t, q, qd);
+  const JointState s = sample(a, t);
   const auto j = static_cast<std::size_t>(number - 1);
   const bool turns = is_rotary(a, j);
-  return is_rate ? quantity(qd[j], turns ? "rad/s" : "m/s") : quantity(q[j], turns ? "rad" : "m");
+  return is_rate ? quantity(s.qd[j], turns ? "rad/s" : "m/s")
+                 : quantity(s.q[j], turns ? "rad" : "m");
 }
 
 Result<double> Stage::evaluate(const std::string& expression, std::string_view unit,

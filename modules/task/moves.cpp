@@ -67,7 +67,7 @@ Result<model::Trajectory> Stage::trajectory_of(const model::TaskStep& step, cons
       if (pose == poses.end())
         return error(ErrorCode::unknown_name,
                      "robot " + quote(a.placed->name) + " has no pose " + quote(step.pose),
-                     "robot.add_pose keeps one.");
+                     "robot.set_pose keeps one.");
       s.joints = {pose->q};
     }
   }
@@ -147,8 +147,7 @@ Result<sim::RobotMotion> Stage::motion_of(const model::TaskStep& step, std::size
   Pose world_T_trajectory;
   RMP_TRY_ASSIGN(model::Trajectory trajectory, trajectory_of(step, a, tip, t, world_T_trajectory));
   sim::RobotMotionTask task;
-  std::vector<double> rates;
-  sample(a, t, task.start, rates);
+  task.start = sample(a, t).q;
   const auto goal_of = [&] {
     const auto& segments = trajectory.segments;
     return segments.empty() || segments.back().joints.empty() ? std::vector<double>{}

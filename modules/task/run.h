@@ -21,7 +21,7 @@ struct TaskRun {
 };
 
 /// Every task runs by itself from t = 0; moves and waits take time, all else none. Columns: time,
-/// `<robot>.q1`, ... and `<robot>.qd1`, ... of all robots, `signal.<name>`, and the poses
+/// `<robot>.q1`, `<robot>.qd1`, `<robot>.qdd1`, ... of all robots, `signal.<name>`, and the poses
 /// `<object>.x .y .z .qw .qx .qy .qz` of the objects that were held; notes tell what was taken, put
 /// down and said, and when. Equal worlds give equal recordings. Errors name task and step: a place
 /// out of reach, two tasks that move one robot at once, waits that can never come true.

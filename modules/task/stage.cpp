@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "kernel/text.h"
 #include "model/placement.h"
@@ -146,42 +147,38 @@ bool Stage::is_rotary(const Actor& a, std::size_t coordinate) {
   return joints[coordinate].type == JointType::revolute;
 }
 
-void Stage::sample(const Actor& a, double t, std::vector<double>& q, std::vector<double>& qd) {
+Stage::JointState Stage::sample(const Actor& a, double t) {
   const std::size_t n = a.start.size();
-  q = a.start;
-  qd.assign(n, 0);
+  JointState out{a.start, std::vector<double>(n), std::vector<double>(n)};
   const auto after = std::upper_bound(a.moves.begin(), a.moves.end(), t,
                                       [](double x, const Move& m) { return x < m.start; });
-  if (after == a.moves.begin()) return;
+  if (after == a.moves.begin()) return out;
   const sim::RobotMotion& m = std::prev(after)->motion;
   const double u = t - std::prev(after)->start;
-  const auto row = [&](const std::vector<double>& table, std::size_t i, std::size_t j) {
-    return table[i * n + j];
-  };
   const auto next = static_cast<std::size_t>(std::upper_bound(m.times.begin(), m.times.end(), u) -
                                              m.times.begin());
   if (next == m.times.size()) {
-    for (std::size_t j = 0; j < n; ++j) q[j] = row(m.q, m.times.size() - 1, j);
-    return;
+    out.q.assign(m.q.end() - static_cast<std::ptrdiff_t>(n), m.q.end());
+    return out;
   }
-  // Cubic between samples, by value and rate at both.
+  // Cubic between samples, by value and rate at both; accelerations are linear.
   const std::size_t i = next == 0 ? 0 : next - 1;
   const double h = m.times[i + 1] - m.times[i], x = (u - m.times[i]) / h;
   for (std::size_t j = 0; j < n; ++j) {
-    const double a0 = row(m.q, i, j), b0 = row(m.q, i + 1, j);
-    const double a1 = h * row(m.qd, i, j), b1 = h * row(m.qd, i + 1, j);
-    const double c = 3 * (b0 - a0) - 2 * a1 - b1, d = 2 * (a0 - b0) + a1 + b1;
-    q[j] = a0 + x * (a1 + x * (c + x * d));
-    qd[j] = (a1 + x * (2 * c + 3 * x * d)) / h;
+    const std::size_t k = i * n + j, l = k + n;
+    const double a1 = h * m.qd[k], b1 = h * m.qd[l], way = m.q[l] - m.q[k];
+    const double c = 3 * way - 2 * a1 - b1, d = a1 + b1 - 2 * way;
+    out.q[j] = m.q[k] + x * (a1 + x * (c + x * d));
+    out.qd[j] = (a1 + x * (2 * c + 3 * x * d)) / h;
+    out.qdd[j] = m.qdd[k] + x * (m.qdd[l] - m.qdd[k]);
   }
+  return out;
 }
 
 Pose Stage::world_T_joint(const Actor& a, std::int32_t joint, double t) const {
   if (joint < 0) return a.world_T_base;
-  std::vector<double> q, qd;
-  sample(a, t, q, qd);
   std::vector<Pose> frames(a.model->joints.size());
-  robotics::forward_kinematics(*a.model, q, frames);
+  robotics::forward_kinematics(*a.model, sample(a, t).q, frames);
   return spatial::compose(a.world_T_base, frames[static_cast<std::size_t>(joint)]);
 }
 
@@ -250,28 +247,32 @@ sim::Recording Stage::recording(double end) const {
   if (time.values.back() < end - 1e-9) time.values.push_back(end);
   const std::vector<double> times = time.values;
   out.columns.push_back(std::move(time));
-  std::vector<double> q, qd;
   for (const Actor& a : actors_) {
     if (!can_move(a)) continue;  // it stands still
     const std::size_t n = a.start.size(), first = out.columns.size();
     const auto& joints = (a.axes ? a.axes : a.model)->joints;
-    for (const bool is_rate : {false, true})
+    const auto add = [&](const char* stem, const char* what, const char* rate, auto&& limits) {
       for (std::size_t j = 0; j < n; ++j) {
-        const std::string unit = is_rotary(a, j) ? "rad" : "m";
-        sim::Column c{a.placed->name + (is_rate ? ".qd" : ".q") + std::to_string(j + 1),
-                      is_rate ? unit + "/s" : unit,
-                      (is_rate ? "velocity of joint " : "position of joint ") +
-                          std::to_string(j + 1) + " of " + a.placed->name,
+        const std::string number = std::to_string(j + 1);
+        sim::Column c{a.placed->name + stem + number,
+                      (is_rotary(a, j) ? "rad" : "m") + std::string(rate),
+                      std::string(what) + " of joint " + number + " of " + a.placed->name,
                       {}};
-        c.lower = is_rate ? -joints[j].max_velocity : joints[j].lower;
-        c.upper = is_rate ? joints[j].max_velocity : joints[j].upper;
+        std::tie(c.lower, c.upper) = limits(joints[j]);
         out.columns.push_back(std::move(c));
       }
+    };
+    add(".q", "position", "", [](const JointModel& j) { return std::pair(j.lower, j.upper); });
+    add(".qd", "velocity", "/s",
+        [](const JointModel& j) { return std::pair(-j.max_velocity, j.max_velocity); });
+    add(".qdd", "acceleration", "/s^2",
+        [](const JointModel& j) { return std::pair(-j.max_acceleration, j.max_acceleration); });
     for (const double t : times) {
-      sample(a, t, q, qd);
+      const JointState s = sample(a, t);
       for (std::size_t j = 0; j < n; ++j) {
-        out.columns[first + j].values.push_back(q[j]);
-        out.columns[first + n + j].values.push_back(qd[j]);
+        out.columns[first + j].values.push_back(s.q[j]);
+        out.columns[first + n + j].values.push_back(s.qd[j]);
+        out.columns[first + 2 * n + j].values.push_back(s.qdd[j]);
       }
     }
   }

@@ -100,8 +100,11 @@ class Stage {
   [[nodiscard]] Result<Quantity> member_value(const Expression::Name& name, double t) const;
   [[nodiscard]] static bool is_rotary(const Actor&, std::size_t coordinate);
   [[nodiscard]] static bool can_move(const Actor&);
-  /// Joint values and rates at a time.
-  static void sample(const Actor&, double t, std::vector<double>& q, std::vector<double>& qd);
+  /// Joint values, rates and accelerations at a time.
+  struct JointState {
+    std::vector<double> q, qd, qdd;
+  };
+  [[nodiscard]] static JointState sample(const Actor&, double t);
   [[nodiscard]] Pose world_T_joint(const Actor&, std::int32_t joint, double t) const;
   [[nodiscard]] Pose pose_of(const Thing&, double t) const;
   /// The move as a trajectory of one segment.

@@ -7,6 +7,8 @@
 #include <gtest/gtest.h>
 
 #include "sim/recording.h"
+#include "sim/recording_columns.h"
+#include "sim/simulate.h"
 #include "support/records.h"
 #include "support/workbench.h"
 #include "task/run.h"
@@ -234,6 +236,8 @@ TEST_F(TaskRuns, RobotsWaitForEachOtherOnOneClock) {
     EXPECT_NEAR(column(r, "right.q2")[i], quintic(0, 1, y), 1e-12) << t;
     const double rate = x > 0 && x < 1 ? 30 * x * x * (1 - x) * (1 - x) / 2 : 0;
     EXPECT_NEAR(column(r, "left.qd1")[i], rate, 1e-9) << t;
+    const double acceleration = x > 0 && x < 1 ? 60 * x * (1 - x) * (1 - 2 * x) / 4 : 0;
+    EXPECT_NEAR(column(r, "left.qdd1")[i], acceleration, 1e-9) << t;
     EXPECT_EQ(column(r, "signal.go")[i], t > 2.513 ? 1 : 0) << t;
   }
   EXPECT_EQ(r->find("left.q1")->lower, -3);
@@ -502,6 +506,43 @@ TEST_F(TaskRuns, EqualWorldsGiveEqualRecordings) {
   ASSERT_TRUE(first && second);
   EXPECT_EQ(sim::to_csv(*first), sim::to_csv(*second));
   EXPECT_EQ(first->notes, second->notes);
+}
+
+TEST_F(TaskRuns, QuantitiesOfOneOfSeveralRobotsAreThoseOfItsMotion) {
+  model::Robot pendulum;
+  model::Link l;
+  l.name = "rod";
+  l.row.a = 0.5;
+  l.max_velocity = 3, l.max_acceleration = 10, l.max_jerk = 100;
+  l.given = MassProperties{2, {-0.2, 0, 0}, {0.01, 0.03, 0.03, 0, 0, 0}};
+  pendulum.links.push_back(l);
+  const RobotId id = make(bench.document, "pendulum", pendulum);
+  two_arms();
+  // It swings in the x-z plane of the world.
+  world.robots.push_back({"bell", id, {{0.2, 0, 1}, {M_PI / 2, 0, 0}}, {-1}});
+  add_task("ring", "bell", {joints({0.5}, 2)});
+  add_task("other", "left", {joints({1, 1}, 1.5)});
+  const RecordingPtr r = unwrap(run());
+  ASSERT_TRUE(r);
+  const auto snapshot = bench.document.now();
+  const sim::Simulator simulator{bench.registry, bench.derived, *snapshot};
+  const std::vector<std::string> wanted{"torque", "power", "pose", "limits"};
+  const RecordingPtr more =
+      unwrap(sim::with_quantities_of(simulator, *r, "bell", wanted, progress));
+  ASSERT_TRUE(more);
+  for (std::size_t i = 0; i < more->rows(); ++i) {
+    const double q = column(r, "bell.q1")[i], qdd = column(r, "bell.qdd1")[i];
+    const double tau = (0.03 + 2 * 0.3 * 0.3) * qdd + 2 * 9.81 * 0.3 * std::cos(q);
+    EXPECT_NEAR(column(more, "bell.tau1")[i], tau, 1e-9);
+    EXPECT_NEAR(column(more, "bell.total_power")[i], tau * column(r, "bell.qd1")[i], 1e-9);
+    EXPECT_NEAR(column(more, "bell.x")[i], 0.2 + 0.5 * std::cos(q), 1e-12);
+    EXPECT_NEAR(column(more, "bell.z")[i], 1 + 0.5 * std::sin(q), 1e-12);
+    EXPECT_NEAR(column(more, "bell.used_qd1")[i], std::fabs(column(r, "bell.qd1")[i]) / 3, 1e-12);
+  }
+  EXPECT_EQ(more->find("left.tau1"), nullptr);
+  const auto none = sim::with_quantities_of(simulator, *r, "nobody", wanted, progress);
+  ASSERT_FALSE(none.ok());
+  EXPECT_NE(none.error().sentence().find("no joints of a robot \"nobody\""), std::string::npos);
 }
 
 class ToolMoves : public TaskRuns {
