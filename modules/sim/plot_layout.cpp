@@ -16,6 +16,7 @@ constexpr const char* kGrid = "#e3e7ec";
 constexpr const char* kAxis = "#9aa3ad";
 constexpr const char* kBeyond = "#c43c3c";
 constexpr double kTitleSize = 15;
+constexpr double kLetter = 7.3;  ///< width of a letter of 12 pixels, about and at most
 
 std::string colour_of(std::size_t i) { return kPalette[i % kPalette.size()]; }
 
@@ -68,7 +69,6 @@ void draw_line(Canvas& canvas, std::size_t count, double width, const Stroke& st
 /// Below the title: how the lines of each recording look, in as many rows as that takes. Gives the
 /// height of the rows.
 double draw_sources(Canvas& canvas, const Plot& plot, double left, double y, bool coloured) {
-  constexpr double kLetter = 6.9;  // about, at 12 pixels
   constexpr double kRow = 22;
   const double right = plot.width - 16.0;
   double x = left, height = 24;
@@ -96,50 +96,72 @@ class Flat {
  public:
   Flat(const Plot& plot, Canvas& canvas)
       : plot_(plot), canvas_(canvas), by_source_(is_by_source(plot)) {
-    if (!plot.sources.empty()) top_ += draw_sources(canvas_, plot, kLeft, 48, by_source_);
-    right_ = plot.width - (by_source_ ? 28.0 : 128.0);
+    if (!plot.sources.empty()) top_ += draw_sources(canvas_, plot, left_, 48, by_source_);
     const double gaps = kGap * static_cast<double>(plot.panels.size() - 1);
     inner_ = (plot.height - top_ - kBottom - gaps) / static_cast<double>(plot.panels.size());
+    right_ = plot.width - (by_source_ ? 28.0 : 54 + std::max(74.0, widest_name()));
+    left_ = std::max(left_, 40 + widest_number());
   }
 
   void draw() {
-    canvas_.text((kLeft + right_) / 2, 22, plot_.title, Anchor::middle, kTitleSize);
+    canvas_.text((left_ + right_) / 2, 22, plot_.title, Anchor::middle, kTitleSize);
     x_ = x_range(plot_);
     for (std::size_t p = 0; p < plot_.panels.size(); ++p) panel(p);
-    canvas_.text((kLeft + right_) / 2, plot_.height - 16.0, plot_.x_label, Anchor::middle);
+    canvas_.text((left_ + right_) / 2, plot_.height - 16.0, plot_.x_label, Anchor::middle);
   }
 
  private:
   [[nodiscard]] double px(double x) const {
-    return kLeft + (x - x_.low) / (x_.high - x_.low) * (right_ - kLeft);
+    return left_ + (x - x_.low) / (x_.high - x_.low) * (right_ - left_);
   }
 
   /// One scale along both axes: the axis with room to spare is made longer.
   void level(ValueRange& y) {
-    const double x_scale = (right_ - kLeft) / (x_.high - x_.low),
+    const double x_scale = (right_ - left_) / (x_.high - x_.low),
                  y_scale = inner_ / (y.high - y.low);
     ValueRange& longer = x_scale > y_scale ? x_ : y;
-    const double span = x_scale > y_scale ? (right_ - kLeft) / y_scale : inner_ / x_scale;
+    const double span = x_scale > y_scale ? (right_ - left_) / y_scale : inner_ / x_scale;
     const double middle = (longer.low + longer.high) / 2;
     longer = {middle - span / 2, middle + span / 2};
+  }
+
+  [[nodiscard]] int marks() const { return std::clamp(static_cast<int>(inner_ / 40), 4, 6); }
+
+  [[nodiscard]] double widest_name() const {
+    std::size_t letters = 0;
+    for (const PlotPanel& panel : plot_.panels)
+      for (const PlotLine& line : panel.lines) letters = std::max(letters, line.name.size());
+    // Of names without end some letters may be cut off.
+    return std::min(kLetter * static_cast<double>(letters), 0.3 * plot_.width);
+  }
+
+  /// Of the numbers beside the panels.
+  [[nodiscard]] double widest_number() const {
+    std::size_t letters = 0;
+    for (const PlotPanel& panel : plot_.panels) {
+      const ValueRange range = y_range(panel, marks());
+      const auto y_marks = ticks_within(range.low, range.high, marks());
+      for (const double y : y_marks)
+        letters = std::max(letters, tick_text(y, step_of(y_marks)).size());
+    }
+    return kLetter * static_cast<double>(letters);
   }
 
   void panel(std::size_t p) {
     const PlotPanel& panel = plot_.panels[p];
     const double y0 = top_ + static_cast<double>(p) * (inner_ + kGap), y1 = y0 + inner_;
-    const int marks = std::clamp(static_cast<int>(inner_ / 40), 4, 6);
-    ValueRange range = y_range(panel, marks);
+    ValueRange range = y_range(panel, marks());
     if (plot_.is_metric) level(range);
     const auto py = [&](double y) {
       return y1 - (y - range.low) / (range.high - range.low) * inner_;
     };
-    const auto y_marks = ticks_within(range.low, range.high, marks);
+    const auto y_marks = ticks_within(range.low, range.high, marks());
     const auto x_marks = ticks_within(x_.low, x_.high, 8);
     band(panel.upper, range.high, panel.upper < range.high, py);
     band(panel.lower, range.low, panel.lower > range.low, py);
     for (const double y : y_marks) {
-      canvas_.line({{kLeft, py(y)}, {right_, py(y)}}, {kGrid});
-      canvas_.text(kLeft - 8, py(y), tick_text(y, step_of(y_marks)), Anchor::end);
+      canvas_.line({{left_, py(y)}, {right_, py(y)}}, {kGrid});
+      canvas_.text(left_ - 8, py(y), tick_text(y, step_of(y_marks)), Anchor::end);
     }
     for (const double x : x_marks) {
       canvas_.line({{px(x), y0}, {px(x), y1}}, {kGrid});
@@ -148,9 +170,9 @@ class Flat {
     }
     for (const double limit : {panel.lower, panel.upper})
       if (limit >= range.low && limit <= range.high)
-        canvas_.line({{kLeft, py(limit)}, {right_, py(limit)}}, {kBeyond, 1, 1, 1});
-    canvas_.line({{kLeft, y0}, {kLeft, y1}}, {kAxis});
-    canvas_.line({{kLeft, y1}, {right_, y1}}, {kAxis});
+        canvas_.line({{left_, py(limit)}, {right_, py(limit)}}, {kBeyond, 1, 1, 1});
+    canvas_.line({{left_, y0}, {left_, y1}}, {kAxis});
+    canvas_.line({{left_, y1}, {right_, y1}}, {kAxis});
     canvas_.text(16, (y0 + y1) / 2, panel.y_label, Anchor::middle, 12, true);
     for (const PlotLine& line : panel.lines)
       draw_line(canvas_, std::min(line.x.size(), line.y.size()), plot_.width,
@@ -166,7 +188,7 @@ class Flat {
   template <class Py>
   void band(double from, double to, bool is_seen, Py&& py) {
     if (!is_seen) return;
-    canvas_.area({{kLeft, py(from)}, {right_, py(from)}, {right_, py(to)}, {kLeft, py(to)}},
+    canvas_.area({{left_, py(from)}, {right_, py(from)}, {right_, py(to)}, {left_, py(to)}},
                  kBeyond, 0.1);
   }
 
@@ -183,11 +205,11 @@ class Flat {
     }
   }
 
-  static constexpr double kLeft = 76, kBottom = 52, kGap = 26;
+  static constexpr double kBottom = 52, kGap = 26;
   const Plot& plot_;
   Canvas& canvas_;
   const bool by_source_;
-  double top_ = 46, right_ = 0, inner_ = 0;
+  double top_ = 46, left_ = 76, right_ = 0, inner_ = 0;
   ValueRange x_;
 };
 

@@ -114,6 +114,33 @@ TEST(Plots, RecordingsOfOneColumnAPanelAreToldApartByColour) {
   EXPECT_GE(rows, 2U);
 }
 
+TEST(Plots, LongNamesAndNumbersHaveRoomBesideThePanels) {
+  Recording r = small_recording();
+  r.columns[3].name = "manipulability_of_the_left_arm";
+  r.columns[3].values = {0.0141025, 0.0141026, 0.0141027};
+  const std::string svg = sim::to_svg(unwrap(sim::plot(of(r, {r.columns[3].name}))));
+  // A letter of 12 pixels is less than 8 wide.
+  const std::string name = ">" + r.columns[3].name + "<";
+  const std::size_t at = svg.find(name), x = svg.rfind("x=\"", at);
+  ASSERT_NE(at, std::string::npos);
+  EXPECT_LT(std::stod(svg.substr(x + 3)) + 7.3 * static_cast<double>(name.size() - 2), 900);
+  // The label of the axis stands at the left of all numbers, which end at the axis.
+  const std::size_t number = svg.find(">0.0141026<"), end = svg.rfind("x=\"", number);
+  ASSERT_NE(number, std::string::npos);
+  EXPECT_GT(std::stod(svg.substr(end + 3)) - 9 * 7.3, 24);
+}
+
+TEST(Plots, AnAxisHasTwoNumbersAtLeast) {
+  Recording r = small_recording();
+  r.columns[1].lower = -4.45, r.columns[1].upper = 4.45;
+  PlotRequest request = of(r, {"tau1"});
+  request.limits = true;
+  request.height = 180;
+  const std::string svg = sim::to_svg(unwrap(sim::plot(request)));
+  EXPECT_EQ(count(svg, "text-anchor=\"end\""), 5U);  // -4, -2, 0, 2, 4
+  EXPECT_NE(svg.find(">-4<"), std::string::npos);
+}
+
 TEST(Plots, ACircleIsDrawnRound) {
   Recording r = small_recording();
   r.columns[3].values.clear();
