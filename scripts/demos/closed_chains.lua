@@ -51,7 +51,7 @@ for i = 0, steps do
     cell:set_robot_q{ robot = "stewart", q = q }
     cell:set_robot_q{ robot = "four_bar", q = {angles[1][2 * i + 1], angles[2][2 * i + 1], angles[3][2 * i + 1]} }
     local drawn, fault = pcall(cell.render, cell, { file = folder .. "/closed_chains_" .. i .. ".png",
-      size = {600, 500}, quality = quality, axes = false, eye = {2.1, -1.6, 1.5}, target = {0, -0.05, 0.4} })
+      size = {400, 330}, quality = quality, axes = false, eye = {2.1, -1.6, 1.5}, target = {0, -0.05, 0.4} })
     if not drawn then print(fault) end  -- such as: no renderer is installed
   end
 end

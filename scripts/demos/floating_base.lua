@@ -43,7 +43,7 @@ assert(linear < 1e-6 and angular < 1e-6 and way < 1e-7 and turned > 0.05)
 
 for name, at in pairs{ start = 0, swung = 6 } do
   local drawn, fault = pcall(orbit.render, orbit, { file = folder .. "/floating_base_" .. name .. ".png",
-    recording = run, at = at, size = {600, 500}, quality = quality, grid = false,
+    recording = run, at = at, size = {440, 370}, quality = quality, grid = false,
     eye = {4.0, 2.6, 2.6}, target = {0.2, 0.5, 0.3} })
   if not drawn then print(fault) end  -- such as: no renderer is installed
 end

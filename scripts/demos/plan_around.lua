@@ -7,10 +7,13 @@ local arm = robot.load("robots/ur5.rbt")
 local from = {2.3, -1.2, 1.6, -1.9, -1.5, 0}
 local cell = world.create{ name = "around" }
 cell:add_robot{ robot = arm, name = "arm", q = from }
-local wall = solid.create{ name = "wall", root = {kind = "box", x = 0.5, y = 0.06, z = 0.5} }
+local function paint(name, colour) return material.create{ name = name, density = 1000, colour = colour } end
+local wall = solid.create{ name = "wall", material = paint("brick", "#a8583f"), root = {kind = "box", x = 0.5, y = 0.06, z = 0.5} }
 cell:add_object{ what = wall, position = {0.6, 0, 0.25} }
-local board = solid.create{ name = "board", root = {kind = "box", x = 0.7, y = 1.2, z = 0.04} }
+local board = solid.create{ name = "board", material = paint("timber", "#c79a5e"), root = {kind = "box", x = 0.7, y = 1.2, z = 0.04} }
 cell:add_object{ what = board, position = {0.6, 0, 1.15} }
+local post = solid.create{ name = "post", material = "timber", root = {kind = "box", x = 0.04, y = 0.04, z = 1.15} }
+for i, y in ipairs{-0.57, 0.57} do cell:add_object{ what = post, name = "post" .. i, position = {0.92, y, 0} } end
 
 local to = {4, -1.2, 1.6, -1.9, -1.5, 0}
 local direct = cell:check_path{ path = {from, to} }
@@ -28,7 +31,7 @@ end
 -- The tool's path as little beads, and the arm on its way.
 local way = ways.rrt_connect
 local x, y, z = way.recording:values("x"), way.recording:values("y"), way.recording:values("z")
-local bead = solid.create{ name = "bead", root = {kind = "sphere", radius = 0.008} }
+local bead = solid.create{ name = "bead", material = paint("orange", "#ff8c1a"), root = {kind = "sphere", radius = 0.008} }
 local rows = #x
 for i = 0, 40 do
   local k = 1 + math.floor(i * (rows - 1) / 40)
@@ -37,6 +40,6 @@ end
 for i, share in ipairs{0, 0.5, 1} do
   cell:set_robot_q{ robot = "arm", q = way.joints[1 + math.floor(share * (rows - 1))] }
   local drawn, fault = pcall(cell.render, cell, { file = folder .. "/plan_around_" .. i .. ".png",
-    size = {480, 440}, quality = quality, axes = false, eye = {2.2, -0.9, 1.7}, target = {0.3, 0, 0.5} })
+    size = {420, 380}, quality = quality, axes = false, eye = {3.9, -1.0, 1.2}, target = {0.4, 0, 0.6} })
   if not drawn then print(fault) end  -- such as: no renderer is installed
 end

@@ -65,7 +65,7 @@ for _, objective in ipairs{"none", "clearance"} do
   free[objective] = cell:clearance{ q = {iiwa14 = q} }.distance
   cell:set_robot_q{ robot = "iiwa14", q = q }
   local drawn, fault = pcall(cell.render, cell, { file = folder .. "/redundant_arm_" .. objective .. ".png",
-    size = {500, 560}, quality = quality, axes = false, collisions = true, eye = {2.2, -1.1, 1.7}, target = {0.2, 0.2, 0.6} })
+    size = {360, 400}, quality = quality, axes = false, collisions = true, eye = {2.2, -1.1, 1.7}, target = {0.2, 0.2, 0.6} })
   if not drawn then print(fault) end  -- such as: no renderer is installed
 end
 print(string.format("from the pole: %.0f mm, and %.0f mm with the objective clearance, the tool at the same place",

@@ -37,7 +37,7 @@ for i = 0, steps do
     cell:set_robot_q{ robot = "dual_arm", q = q }
     cell:place{ member = "tray", position = {at[1] + 0.15, at[2], at[3]}, rpy = {tilt, 0, 0} }
     local drawn, fault = pcall(cell.render, cell, { file = folder .. "/two_arms_" .. i .. ".png",
-      size = {600, 500}, quality = quality, axes = false, eye = {2.4, 1.4, 1.9}, target = {0.3, 0, 0.85} })
+      size = {440, 370}, quality = quality, axes = false, eye = {2.5, 1.45, 1.8}, target = {0.25, 0, 0.72} })
     if not drawn then print(fault) end  -- such as: no renderer is installed
   end
 end
