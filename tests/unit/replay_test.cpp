@@ -7,6 +7,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <memory>
 #include <numeric>
 #include <string>
 #include <vector>
@@ -162,11 +163,20 @@ Decoded decoded(const std::string& page) {
   return d;
 }
 
-/// The PA-10's world, and a recording of it that no trajectory limits.
+/// The PA-10's world, loaded once, and a recording of it that no trajectory limits.
 struct ReplayTest : testing::Test {
-  Workbench bench;
+  struct Loaded {
+    Workbench bench;
+    WorldId world{bench.load("worlds/pa10_circle.wld").number};
+  };
+  static Loaded& loaded() { return *loaded_; }
+  static void SetUpTestSuite() { loaded_ = std::make_unique<Loaded>(); }
+  static void TearDownTestSuite() { loaded_.reset(); }
+  static std::unique_ptr<Loaded> loaded_;
+
+  Workbench& bench = loaded().bench;
   NoProgress progress;
-  WorldId world{bench.load("worlds/pa10_circle.wld").number};
+  WorldId world = loaded().world;
   sim::Recording recording = moving(61, 0.1);
   ReplayRequest request{.title = "PA-10 <swings> & \"stops\"", .camera = {}};
 
@@ -203,6 +213,8 @@ struct ReplayTest : testing::Test {
                        request.title);
   }
 };
+
+std::unique_ptr<ReplayTest::Loaded> ReplayTest::loaded_;
 
 TEST_F(ReplayTest, PosesAreThoseOfForwardKinematicsToTheStep) {
   request.frame_rate = 10;  // the samples' own
@@ -350,6 +362,37 @@ TEST_F(ReplayTest, AMinuteOfThePa10TakesLessThanAQuarterOfTheFiveMegabytes) {
   recording = moving(601, 0.1);
   request.frame_rate = 30;
   EXPECT_LT(page().size(), 1'250'000U);
+}
+
+TEST_F(ReplayTest, AMinuteOfTwoRobotsAtTwentyFiveFramesASecondIsWithinFiveMegabytes) {
+  const AnyId puma = bench.load("robots/puma560.rbt");
+  model::World both = *bench.document.now()->get(world);
+  both.robots.push_back({"puma", RobotId{puma.number}, {.position = {1.4, 0.3, 0.5}}, {}});
+  auto begun = bench.document.begin("two robots");
+  ASSERT_TRUE(begun.ok());
+  world = unwrap(begun->add("two robots", std::move(both)));
+  ASSERT_TRUE(begun->commit().ok());
+  recording = moving(6001, 0.01);
+  for (std::size_t j = 1; j <= 6; ++j) {
+    recording.columns.push_back({"puma.q" + std::to_string(j), "rad", "", {}});
+    for (const double t : recording.columns[0].values)
+      recording.columns.back().values.push_back(0.7 * std::cos(static_cast<double>(j) * 0.3 * t));
+  }
+  request.frame_rate = 25;
+  for (std::size_t j = 8; j <= 13; ++j) request.columns.push_back(&recording.columns[j]);
+  const std::string whole = page();
+  EXPECT_LT(whole.size(), 5'000'000U);
+  const Decoded d = decoded(whole);
+  EXPECT_EQ(count(d.header, "frames"), 1501U);
+  EXPECT_EQ(d.columns.size(), 13U);
+  // Both move: of no robot all tracks stand still.
+  std::size_t moved = 0;
+  for (const auto& track : d.tracks) {
+    const auto [low, high] = std::minmax_element(track.begin(), track.end());
+    moved += *high - *low > 0.01;
+  }
+  EXPECT_GT(moved, 6U * (7 + 6));
+  RecordProperty("bytes", std::to_string(whole.size()));
 }
 
 TEST_F(ReplayTest, ThePagesOwnScriptsDecodeTheSame) {
