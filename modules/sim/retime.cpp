@@ -9,6 +9,7 @@
 
 #include "kernel/text.h"
 #include "motion/provider_params.h"
+#include "spatial/cubic_spline.h"
 
 namespace robomosp::sim {
 namespace {
@@ -41,25 +42,9 @@ class JointPath {
     const std::size_t n = q_.size() / dof_;
     s_.assign(n, 0.0);
     for (std::size_t i = 1; i < n; ++i) s_[i] = s_[i - 1] + distance(i - 1, i);
-    bend_.assign(q_.size(), 0.0);
-    if (n < 3) return;
-    // h_(i-1) m_(i-1) + 2 (h_(i-1) + h_i) m_i + h_i m_(i+1) = 6 (slope_i - slope_(i-1)), m'' at
-    // knots.
-    std::vector<double> upper(n, 0.0);
-    std::vector<double> right(q_.size(), 0.0);
-    for (std::size_t i = 1; i + 1 < n; ++i) {
-      const double before = s_[i] - s_[i - 1], after = s_[i + 1] - s_[i];
-      const double pivot = 2 * (before + after) - before * upper[i - 1];
-      upper[i] = after / pivot;
-      for (std::size_t j = 0; j < dof_; ++j) {
-        const double slopes =
-            (at(i + 1, j) - at(i, j)) / after - (at(i, j) - at(i - 1, j)) / before;
-        right[i * dof_ + j] = (6 * slopes - before * right[(i - 1) * dof_ + j]) / pivot;
-      }
-    }
-    for (std::size_t i = n - 2; i > 0; --i)
-      for (std::size_t j = 0; j < dof_; ++j)
-        bend_[i * dof_ + j] = right[i * dof_ + j] - upper[i] * bend_[(i + 1) * dof_ + j];
+    std::vector<double> step;
+    for (std::size_t i = 1; i < n; ++i) step.push_back(s_[i] - s_[i - 1]);
+    rate_ = spatial::cubic_spline_rates(dof_, q_, step);
   }
   /// The knots, and points evenly between them where these are few.
   [[nodiscard]] std::vector<double> grid() const {
@@ -76,13 +61,13 @@ class JointPath {
   void evaluate(double s, double* q, double* q1, double* q2) const {
     const auto next = std::upper_bound(s_.begin() + 1, s_.end() - 1, s);
     const auto i = static_cast<std::size_t>(next - s_.begin()) - 1;
-    const double h = s_[i + 1] - s_[i], b = (s - s_[i]) / h, a = 1 - b;
+    const double h = s_[i + 1] - s_[i], x = s - s_[i];
     for (std::size_t j = 0; j < dof_; ++j) {
-      const double x = at(i, j), y = at(i + 1, j), m = bend_[i * dof_ + j],
-                   n = bend_[(i + 1) * dof_ + j];
-      q[j] = a * x + b * y + ((a * a * a - a) * m + (b * b * b - b) * n) * h * h / 6;
-      q1[j] = (y - x) / h + ((1 - 3 * a * a) * m + (3 * b * b - 1) * n) * h / 6;
-      q2[j] = a * m + b * n;
+      const auto c = spatial::cubic_piece(at(i, j), at(i + 1, j), rate_[i * dof_ + j],
+                                          rate_[(i + 1) * dof_ + j], h);
+      q[j] = c[0] + x * (c[1] + x * (c[2] + x * c[3]));
+      q1[j] = c[1] + x * (2 * c[2] + 3 * x * c[3]);
+      q2[j] = 2 * c[2] + 6 * x * c[3];
     }
   }
 
@@ -94,7 +79,7 @@ class JointPath {
     return std::sqrt(sum);
   }
   std::size_t dof_;
-  std::vector<double> q_, s_, bend_;
+  std::vector<double> q_, s_, rate_;
 };
 
 /// The configurations of a motion in pieces without corners, each with two or more.

@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "spatial/cubic_spline.h"
+#include "spatial/quintic.h"
+
 namespace robomosp::joint_motion {
 namespace {
 
@@ -46,45 +49,24 @@ class BandSystem {
   std::vector<double> a_, r_;
 };
 
-Piece cubic_piece(double x0, double x1, double v0, double v1, double h) {
-  const double d = (x1 - x0) / h;
-  return {x0, v0, (3 * d - 2 * v0 - v1) / h, (v0 + v1 - 2 * d) / (h * h), 0, 0};
-}
-Piece quintic_piece(double x0, double x1, double v0, double v1, double a0, double a1, double h) {
-  const double d = (x1 - x0) / h, h2 = h * h;
-  return {x0,
-          v0,
-          a0 / 2,
-          (20 * d - 8 * v1 - 12 * v0 - (3 * a0 - a1) * h) / (2 * h2),
-          (-30 * d + 14 * v1 + 16 * v0 + (3 * a0 - 2 * a1) * h) / (2 * h2 * h),
-          (12 * d - 6 * (v1 + v0) + (a1 - a0) * h) / (2 * h2 * h2)};
+Piece quintic_piece(const spatial::Jet& start, const spatial::Jet& end, double h) {
+  Piece c = spatial::Quintic(start, end, h).coefficients();
+  double scale = 1;
+  for (double& x : c) x /= scale, scale *= h;
+  return c;
 }
 
-/// Velocities at the knots; the acceleration is the same on both sides of each.
 Spline cubic(const Task& t, std::span<const double> step, const Clamps* clamps) {
-  const std::size_t n = t.count, m = n - 1;
-  BandSystem s(n, 1, t.dof);
-  const auto slope = [&](std::size_t i, std::size_t j) {
-    return (t.at(i + 1, j) - t.at(i, j)) / step[i];
-  };
-  s.at(0, 0) = clamps ? 1 : 2, s.at(m, m) = clamps ? 1 : 2;
-  if (!clamps) s.at(0, 1) = 1, s.at(m, m - 1) = 1;
-  for (std::size_t j = 0; j < t.dof; ++j) {
-    s.side(0, j) = clamps ? clamps->v0[j] : 3 * slope(0, j);
-    s.side(m, j) = clamps ? clamps->v1[j] : 3 * slope(m - 1, j);
-  }
-  for (std::size_t i = 1; i < m; ++i) {
-    const double before = 1 / step[i - 1], after = 1 / step[i];
-    s.at(i, i - 1) = before, s.at(i, i) = 2 * (before + after), s.at(i, i + 1) = after;
-    for (std::size_t j = 0; j < t.dof; ++j)
-      s.side(i, j) = 3 * (slope(i - 1, j) * before + slope(i, j) * after);
-  }
-  s.solve();
+  const std::span<const double> none;
+  const std::vector<double> rates = spatial::cubic_spline_rates(
+      t.dof, t.q, step, clamps ? clamps->v0 : none, clamps ? clamps->v1 : none);
   Spline out{{step.begin(), step.end()}, {}};
-  for (std::size_t i = 0; i < m; ++i)
-    for (std::size_t j = 0; j < t.dof; ++j)
-      out.pieces.push_back(
-          cubic_piece(t.at(i, j), t.at(i + 1, j), s.side(i, j), s.side(i + 1, j), step[i]));
+  for (std::size_t i = 0; i < step.size(); ++i)
+    for (std::size_t j = 0; j < t.dof; ++j) {
+      const auto c = spatial::cubic_piece(t.at(i, j), t.at(i + 1, j), rates[i * t.dof + j],
+                                          rates[(i + 1) * t.dof + j], step[i]);
+      out.pieces.push_back({c[0], c[1], c[2], c[3], 0, 0});
+    }
   return out;
 }
 
@@ -132,9 +114,9 @@ Spline quintic(const Task& t, std::span<const double> step, const Clamps* clamps
   Spline out{{step.begin(), step.end()}, {}};
   for (std::size_t i = 0; i < m; ++i)
     for (std::size_t j = 0; j < t.dof; ++j)
-      out.pieces.push_back(quintic_piece(t.at(i, j), t.at(i + 1, j), s.side(2 * i, j),
-                                         s.side(2 * i + 2, j), s.side(2 * i + 1, j),
-                                         s.side(2 * i + 3, j), step[i]));
+      out.pieces.push_back(
+          quintic_piece({t.at(i, j), s.side(2 * i, j), s.side(2 * i + 1, j)},
+                        {t.at(i + 1, j), s.side(2 * i + 2, j), s.side(2 * i + 3, j)}, step[i]));
   return out;
 }
 
