@@ -138,6 +138,26 @@ TEST(JointSpline, ReproducesPolynomials) {
   }
 }
 
+// At given times two vectors may be the same: a clamped cubic through 0, 0, 1 at 0, 1, 2 s has the
+// moments -1.5, 3, -4.5 (by hand, from 2 M0 + M1 = 0, M0 + 4 M1 + M2 = 6, M1 + 2 M2 = -6). Without
+// times they are a mistake. The rate at the end may be a parameter.
+TEST(JointSpline, TimesAllowAPlaceTwiceAndAParameterTellsTheRateAtTheEnd) {
+  JointMotionTask t = one(0, 9, 9, 99);
+  t.points = {0, 0, 1};
+  const auto s = Motion("joint_spline", {{"times", "{0, 1, 2}"}}).make(t);
+  ASSERT_TRUE(s.ok()) << s.error().sentence();
+  EXPECT_NEAR(at(**s, 1, 0, 1).q, 0, 1e-12);
+  EXPECT_NEAR(at(**s, 1, 0, 1).qd, 0.75, 1e-12);
+  EXPECT_NEAR(at(**s, 1, 0, 1).qdd, 3, 1e-9);
+  EXPECT_NE(Motion("joint_spline").refusal(t).find("are the same"), std::string::npos);
+  for (const char* shape : {"joint_spline", "time_optimal"}) {
+    const auto m = Motion(shape, {{"end_velocity", "{0.5}"}}).make(one(1, 9, 9, 99));
+    ASSERT_TRUE(m.ok()) << m.error().sentence();
+    EXPECT_NEAR(at(**m, 1, 0, (*m)->duration()).qd, 0.5, 1e-9) << shape;
+  }
+  EXPECT_NE(Motion("time_optimal", {{"end_velocity", "{0.5, 1}"}}).refusal(one(1, 9, 9, 99)), "");
+}
+
 // Natural cubic through 0, 1, 0 at 0, 1, 2 s: the moments are 0, -3, 0 (by hand, from
 // M0 + 4 M1 + M2 = 6 (y0 - 2 y1 + y2)), q = 1.5 t - 0.5 t^3 in the first second.
 TEST(JointSpline, NaturalEndsAreFree) {
