@@ -144,8 +144,8 @@ INSTANTIATE_TEST_SUITE_P(
                       "docs/user/robot_files.md", "docs/user/mechanisms.md",
                       "docs/user/motion_planning.md", "docs/user/physics.md",
                       "docs/user/recordings.md", "docs/user/simulation.md", "docs/user/solids.md",
-                      "docs/user/solvers_in_lua.md", "docs/user/tasks.md", "docs/user/trajectories.md",
-                      "docs/user/workspace.md", "docs/user/replay.md"),
+                      "docs/user/solvers_in_lua.md", "docs/user/tasks.md",
+                      "docs/user/trajectories.md", "docs/user/workspace.md", "docs/user/replay.md"),
     [](const auto& param) {
       std::string name;
       for (const char c : param.param)
