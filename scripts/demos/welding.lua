@@ -201,7 +201,7 @@ local function weld(name)
         slowest, fastest = math.min(slowest, v), math.max(fastest, v)
       end
       before = {px, py, pz}
-      if #welded % 10 == 1 then
+      if #welded % 25 == 1 then
         room = math.min(room, bare:clearance{ q = {welder = q, positioner = t} }.distance)
       end
     end
