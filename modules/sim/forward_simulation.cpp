@@ -229,8 +229,8 @@ class Simulation {
     if (!from_) {
       first_q_ = q;
     } else if (const RunState::Robot* before = from_->robot(placed_.title)) {
-      RMP_TRY(fits(before->q.size(), q.size()));
-      RMP_TRY(fits(before->qd.size(), qd.size()));
+      RMP_TRY(check_fits(before->q.size(), q.size()));
+      RMP_TRY(check_fits(before->qd.size(), qd.size()));
       start_ = from_->time;
       first_q_ = before->start;
       q = before->q, qd = before->qd;
@@ -238,15 +238,6 @@ class Simulation {
     x_ = std::move(q);
     x_.insert(x_.end(), qd.begin(), qd.end());
     return {};
-  }
-
-  /// Whether a state carried over from before an edit is one of this mechanism.
-  [[nodiscard]] static Result<void> fits(std::size_t was, std::size_t is) {
-    if (was == is) return {};
-    return error(ErrorCode::conflict,
-                 "it has " + std::to_string(is) + " joint values now and had " +
-                     std::to_string(was) + " before, so its state does not fit",
-                 "Begin again from the start: run.reset.");
   }
 
   [[nodiscard]] Result<void> check_size(const std::string& what, std::size_t is,

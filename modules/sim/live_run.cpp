@@ -37,6 +37,14 @@ Recording without_rows(const Recording& r) {
 
 }  // namespace
 
+Result<void> check_fits(std::size_t was, std::size_t is) {
+  if (was == is) return {};
+  return error(ErrorCode::conflict,
+               "it has " + std::to_string(is) + " joint values now and had " + std::to_string(was) +
+                   " before, so its state does not fit",
+               "Begin again from the start: run.reset.");
+}
+
 Result<void> hand_on(const Recording& table, double from, RowSink& sink) {
   if (table.columns.empty() || table.columns.front().name != "time")
     return error(ErrorCode::invalid_argument, "the recording has no time as its first column",

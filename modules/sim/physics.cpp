@@ -81,15 +81,6 @@ struct Held {
   std::size_t actor = 0;
 };
 
-/// A configuration that was carried over from before an edit.
-Result<void> check_fits(std::size_t was, std::size_t is) {
-  if (was == is) return {};
-  return error(ErrorCode::conflict,
-               "it has " + std::to_string(is) + " joint values now and had " + std::to_string(was) +
-                   " before, so its state does not fit",
-               "Begin again from the start: run.reset.");
-}
-
 class Simulation {
  public:
   Simulation(const Simulator& sim, const PhysicsRun& run, RowSink* sink, const RunState* from)

@@ -6,6 +6,7 @@
 #include <array>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <robomosp/sdk/result.h>
@@ -50,6 +51,9 @@ struct RunState {
   }
 };
 using RunStatePtr = std::shared_ptr<const RunState>;
+
+/// An error where a robot has another number of joint values than its state.
+Result<void> check_fits(std::size_t was, std::size_t is);
 
 /// Takes rows as they are made. [the thread that computes]
 class RowSink {
