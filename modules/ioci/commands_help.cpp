@@ -134,18 +134,21 @@ std::vector<CommandSpec> help_commands() {
        .details = "Front ends and editors build their menus and completion from it.",
        .example = "local t = ioci.describe(\"robot.fk\")\nassert(t[1].params[1].name == \"id\")",
        .params = {defaulted("command", "string", "", "", "Only this command.")},
-       .returns = {"list",
-                   "",
-                   "",
-                   {field("name", "string", "", "The command."),
-                    field("classic", "string", "", "Spellings of the original, separated by |."),
-                    field("summary", "string", "", "One sentence."),
-                    field("details", "string", "", "More."), field("example", "string", "", "Lua."),
-                    field("effect", "string", "", "What it does besides returning a value."),
-                    field("params", "list", "",
-                          "Name, type, unit, doc, required, default, min, max and choices of each "
-                          "argument."),
-                    field("returns", "map", "", "Type, unit, doc and fields of the result.")}},
+       .returns =
+           {"list",
+            "",
+            "",
+            {field("name", "string", "", "The command."),
+             field("classic", "string", "",
+                   "Lines of the 2006 program that name it, separated by |; in parentheses the "
+                   "order of its words where it is not that of the arguments."),
+             field("summary", "string", "", "One sentence."),
+             field("details", "string", "", "More."), field("example", "string", "", "Lua."),
+             field("effect", "string", "", "What it does besides returning a value."),
+             field("params", "list", "",
+                   "Name, type, unit, doc, required, default, min, max and choices of each "
+                   "argument."),
+             field("returns", "map", "", "Type, unit, doc and fields of the result.")}},
        .effect = Effect::reads,
        .run = table});
   all.push_back({.name = "version",

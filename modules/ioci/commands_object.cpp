@@ -263,7 +263,7 @@ std::vector<CommandSpec> object_commands() {
       {.name = "object.dynamics_vector",
        .classic = "PObject vGetDynamicp",
        .summary =
-           "Gives the dynamic parameters of an object as the original did, one row of 15 numbers.",
+           "Gives the dynamic parameters of an object as the program of 2006 did, 15 numbers.",
        .details = "mass, rx, ry, rz, Ixx, Iyy, Izz, Ixy, Iyz, Ixz, Jm, G, B, Tc+, Tc-. Inertia "
                   "about the centre of mass, elements of the tensor; an object has no motor, so Jm "
                   "= 0, G = 1 and no friction.",

@@ -237,7 +237,14 @@ std::vector<CommandSpec> robot_commands() {
        .summary = "Makes a robot from its links.",
        .details = "A link is a table of the fields that robot.add_link takes. Each stands on the "
                   "one before it unless it names a parent, so that trees can be made as well.",
-       .example = with_arm("assert(arm:dof() == 6)"),
+       .example =
+           "local arm = robot.create{name = \"shoulder\", convention = \"dh\", links = {\n"
+           "  {d = 0.4, alpha = \"-90 deg\", lower = \"-170 deg\", upper = \"170 deg\", mass = 5, "
+           "com = {0, 0.1, 0}, inertia = {0.02, 0.01, 0.02, 0, 0, 0}},\n"
+           "  {a = 0.45, lower = \"-90 deg\", upper = \"120 deg\", mass = 4, com = {-0.2, 0, 0}},\n"
+           "  {joint = \"prismatic\", lower = 0, upper = \"300 mm\"}},\n"
+           "  poses = {ready = {0, \"-45 deg\", 0.1}}}\n"
+           "assert(arm:dof() == 3 and arm:joints()[3].unit == \"m\")",
        .params = std::move(create_params),
        .returns = {"handle", "", "", {}},
        .effect = Effect::edits,
@@ -316,7 +323,8 @@ std::vector<CommandSpec> robot_commands() {
        .classic = "PRobot vGetDynamicp|PRobot vGetDynamic",
        .summary = "Gives the dynamic parameters of every moving link.",
        .details =
-           "The matrix has the columns of the original: mass, rx, ry, rz, Ixx, Iyy, Izz, Ixy, Iyz, "
+           "The matrix has the columns of the 2006 program: mass, rx, ry, rz, Ixx, Iyy, Izz, Ixy, "
+           "Iyz, "
            "Ixz, Jm, G, B, Tc+, Tc-; in the link's frame, inertia about the centre of mass, motor "
            "and friction at the motor. Masses come from where mass_source says.",
        .example = with_arm("assert(arm:dynamics().rows[1].mass == 5)"),

@@ -504,10 +504,11 @@ std::vector<CommandSpec> robot_link_commands() {
       {.name = "robot.dh_table",
        .classic = "PRobot mGetDHP|PRobot LLRL mGetDHP",
        .summary = "Gives the Denavit-Hartenberg table of a robot.",
-       .details = "The matrix has one row a link with the columns of the original: alpha [rad], a "
-                  "[m], theta [rad], d [m], type (0 revolute, 1 prismatic, 2 fixed, 3 universal, 4 "
-                  "cylindrical, 5 planar, 6 spherical, 7 free). The joint's "
-                  "variable adds to theta or d.",
+       .details =
+           "The matrix has one row a link with the columns of the 2006 program: alpha [rad], a "
+           "[m], theta [rad], d [m], type (0 revolute, 1 prismatic, 2 fixed, 3 universal, 4 "
+           "cylindrical, 5 planar, 6 spherical, 7 free). The joint's "
+           "variable adds to theta or d.",
        .example = with_arm(
            "local t = arm:dh_table()\nassert(t.rows[1].d == 0.4 and t.columns[1] == \"alpha\")"),
        .params = {self("robot")},

@@ -212,8 +212,8 @@ std::vector<CommandSpec> trajectory_commands() {
   all.push_back(
       {.name = "trajectory.points",
        .classic = "",
-       .summary = "Samples the whole trajectory.",
-       .details = "",
+       .summary = "Gives time, place and angles of the tool along the whole trajectory.",
+       .details = "At 0, step, 2 step and so on, and at the very end.",
        .example =
            with_stroke("local p = stroke:points()\nassert(p[1][1] == 0 and p[#p][3] == 0.2)"),
        .params = {self("trajectory"),
@@ -267,16 +267,17 @@ std::vector<CommandSpec> trajectory_commands() {
                  .returns = {"int", "", "", {}},
                  .effect = Effect::reads,
                  .run = point_count});
-  all.push_back({.name = "trajectory.point",
-                 .classic = "PTrajectory GetGenPoint",
-                 .summary = "Gives one sample of a trajectory by its number.",
-                 .details = "",
-                 .example = with_stroke("assert(stroke:point(0).time == 0)"),
-                 .params = {self("trajectory"),
-                            needed("index", "int", "", "0 is the first, as in the original.")},
-                 .returns = {"map", "", "", sample_fields},
-                 .effect = Effect::reads,
-                 .run = point});
+  all.push_back(
+      {.name = "trajectory.point",
+       .classic = "PTrajectory GetGenPoint",
+       .summary = "Gives one sample of a trajectory by its number.",
+       .details = "",
+       .example = with_stroke("assert(stroke:point(0).time == 0)"),
+       .params = {self("trajectory"),
+                  needed("index", "int", "", "0 is the first, as in the program of 2006.")},
+       .returns = {"map", "", "", sample_fields},
+       .effect = Effect::reads,
+       .run = point});
   for (auto* more : {&trajectory_segment_commands, &trajectory_plot_commands})
     for (CommandSpec& spec : more()) all.push_back(std::move(spec));
   return all;

@@ -288,7 +288,8 @@ std::vector<CommandSpec> transform_commands() {
                  .effect = Effect::reads,
                  .run = invert});
   const char* const elements =
-      "Elements as in the original: P1 P2 P3 [m], O1 O2 O3 [rad unless a unit is written], PType "
+      "Elements as in the program of 2006: P1 P2 P3 [m], O1 O2 O3 [rad unless a unit is written], "
+      "PType "
       "(0 Cartesian), OType (0 XYZ, 3 roll-pitch-yaw, 4 ZYZ), RType (0 local).";
   all.push_back({.name = "transform.get",
                  .classic = "Transform Get",

@@ -356,7 +356,7 @@ std::vector<CommandSpec> world_commands() {
       {.name = "world.add_object",
        .classic = "",
        .summary = "Places an object or a solid in a world.",
-       .details = "",
+       .details = "It stands at the world's origin unless a place is given.",
        .example = "solid.create{name = \"table\", root = {kind = \"box\", x = 1, y = 1, z = "
                   "0.7}}\nlocal cell = world.create{name = \"cell\"}\ncell:add_object{what = "
                   "\"table\", position = {1, 0, 0}}\nassert(#cell:objects() == 1)",
@@ -370,7 +370,8 @@ std::vector<CommandSpec> world_commands() {
       {.name = "world.add_robot",
        .classic = "",
        .summary = "Places a robot in a world.",
-       .details = "",
+       .details = "The place is that of the frame it is mounted in, the world's origin unless "
+                  "given. Without joint values it is shown in its pose \"home\", or at zeros.",
        .example = example_cell("assert(cell:robots()[1].name == \"arm\")"),
        .params =
            placed({self("world"), needed("robot", "ref:robot", "", "The robot."), member_name_spec,
@@ -382,7 +383,8 @@ std::vector<CommandSpec> world_commands() {
   all.push_back({.name = "world.add_trajectory",
                  .classic = "",
                  .summary = "Places a trajectory in a world.",
-                 .details = "",
+                 .details = "The place is that of the trajectory's frame, the world's origin unless "
+                            "given. world.inverse_kinematics runs a robot along it.",
                  .example = example_run("assert(cell:trajectories()[1].name == \"stroke\")"),
                  .params = placed({self("world"),
                                    needed("trajectory", "ref:trajectory", "", "The trajectory."),
@@ -408,8 +410,8 @@ std::vector<CommandSpec> world_commands() {
   all.push_back(
       {.name = "world.remove_member",
        .classic = "",
-       .summary = "Takes an object, robot or trajectory out of a world.",
-       .details = "The record itself stays.",
+       .summary = "Takes a member out of a world: an object, robot, trajectory, frame, light or task.",
+       .details = "The record itself stays. An object that is held is let go.",
        .example = example_cell("cell:remove_member(\"arm\")\nassert(#cell:robots() == 0)"),
        .params = {self("world"), needed("member", "string", "", "Its name in the world.")},
        .returns = {},
@@ -423,7 +425,8 @@ std::vector<CommandSpec> world_commands() {
       {.name = "world.place",
        .classic = "",
        .summary = "Moves a member of a world to another place.",
-       .details = "",
+       .details = "Objects, robots, trajectories, frames and lights have one; what is not given of "
+                  "it is 0.",
        .example = example_cell("cell:place{member = \"arm\", position = {0, 0, \"500 "
                                "mm\"}}\nassert(cell:robots()[1].placement.position[3] == 0.5)"),
        .params = std::move(place_params),
@@ -489,7 +492,7 @@ std::vector<CommandSpec> world_commands() {
                     field("trajectory", "handle", "", "The trajectory."), placement_field}},
        .effect = Effect::reads,
        .run = trajectories});
-  const ParamSpec index = needed("index", "int", "", "0 is the first, as in the original.");
+  const ParamSpec index = needed("index", "int", "", "0 is the first, as in the program of 2006.");
   all.push_back({.name = "world.object_name",
                  .classic = "World GetPObjectId",
                  .summary = "Gives the name of the i-th object of a world.",

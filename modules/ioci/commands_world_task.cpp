@@ -262,21 +262,42 @@ std::vector<CommandSpec> world_task_commands() {
        .effect = Effect::simulates,
        .run = run_task});
   const auto list = [&](const char* command, const char* summary, const char* make,
-                        Result<Value> (*run)(CommandContext&, const Map&)) {
-    add(command, summary, "", with_part(make), {self("world")}, {"list", "", "A table each.", {}},
-        run, false);
+                        Result<Value> (*run)(CommandContext&, const Map&),
+                        std::vector<ParamSpec> fields) {
+    add(command, summary, "", with_part(make), {self("world")},
+        {"list", "", "A table each.", std::move(fields)}, run, false);
   };
+  const ParamSpec its_name = field("name", "string", "", "Name in the world."),
+                  its_place = field("placement", "map", "", "Where it stands in the world.");
   list("world.frames", "Lists the frames of a world.",
-       "cell:add_frame{name = \"bench\"}\nassert(#cell:frames() == 1)", member_list<frames_field>);
+       "cell:add_frame{name = \"bench\"}\nassert(#cell:frames() == 1)", member_list<frames_field>,
+       {its_name, its_place});
   list("world.lights", "Lists the lights of a world.",
-       "cell:add_light{}\nassert(cell:lights()[1].name == \"light\")", member_list<lights_field>);
+       "cell:add_light{}\nassert(cell:lights()[1].name == \"light\")", member_list<lights_field>,
+       {its_name, field("kind", "string", "", "sun, point or spot."), its_place,
+        field("colour", "string", "", "Its colour."),
+        field("intensity", "real", "", "1 = as bright as the program's own."),
+        field("angle", "real", "rad", "Half the opening of a spot.")});
   list("world.tasks", "Lists the tasks of a world.", "assert(#cell:tasks() == 0)",
-       member_list<tasks_field>);
+       member_list<tasks_field>,
+       {its_name, field("task", "string", "", "The task."),
+        field("robot", "string", "", "Whom its steps mean when they name no robot.")});
   list("world.signals", "Lists the signals of a world.",
        "cell:add_signal{name = \"go\"}\nassert(cell:signals()[1].name == \"go\")",
-       member_list<signals_field>);
+       member_list<signals_field>,
+       {field("name", "string", "", "Its name."),
+        field("kind", "string", "", "digital or analogue."),
+        field("unit", "string", "", "SI unit of an analogue one."),
+        field("initial", "real", "", "Value when a run starts, in the SI unit."),
+        field("from", "string", "", "The device that sets it."),
+        field("to", "string", "", "The device that reads it."),
+        field("description", "string", "", "What it says.")});
   list("world.attachments", "Lists the objects that robots of a world hold.",
-       "assert(#cell:attachments() == 0)", member_list<attachments_field>);
+       "assert(#cell:attachments() == 0)", member_list<attachments_field>,
+       {field("object", "string", "", "What is held."),
+        field("robot", "string", "", "Who holds it."),
+        field("link", "string", "", "At which link or tool; \"\" = the robot's tool."),
+        field("placement", "map", "", "Of the object in the frame of the link or tool.")});
   return all;
 }
 

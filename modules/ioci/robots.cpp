@@ -15,23 +15,7 @@
 namespace robomosp::ioci {
 
 std::string with_arm(const char* rest) {
-  // The wrist-partitioned arm of Craig, Introduction to Robotics, 3.7, in round numbers.
-  return std::string(
-             "local arm = robot.create{name = \"arm\", convention = \"dh\", links = {\n"
-             "  {d = 0.4, alpha = \"-90 deg\", lower = -3, upper = 3, mass = 5, com = {0, 0.1, 0}, "
-             "inertia = {0.02, 0.01, 0.02, 0, 0, 0}},\n"
-             "  {a = 0.45, lower = -3, upper = 3, mass = 4, com = {-0.2, 0, 0}, inertia = {0.01, "
-             "0.05, 0.05, 0, 0, 0}},\n"
-             "  {a = 0.05, alpha = \"-90 deg\", lower = -3, upper = 3, mass = 3, com = {0, 0, "
-             "0.05}, inertia = {0.01, 0.01, 0.005, 0, 0, 0}},\n"
-             "  {d = 0.42, alpha = \"90 deg\", lower = -3, upper = 3, mass = 1, com = {0, -0.1, "
-             "0}, inertia = {0.003, 0.001, 0.003, 0, 0, 0}},\n"
-             "  {alpha = \"-90 deg\", lower = -2, upper = 2, mass = 0.5, inertia = {0.001, 0.001, "
-             "0.001, 0, 0, 0}},\n"
-             "  {d = 0.08, lower = -3, upper = 3, mass = 0.2, com = {0, 0, -0.02}, inertia = "
-             "{1e-4, 1e-4, 1e-4, 0, 0, 0}}},\n"
-             "  poses = {ready = {0, -0.9, 0.6, 0, 1, 0}}}\n") +
-         rest;
+  return std::string("local arm = robot.get(\"arm\")\n") + rest;
 }
 
 namespace {

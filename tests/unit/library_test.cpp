@@ -163,7 +163,7 @@ TEST(Library, Pa10HasTheLengthsOfItsManual) {
 TEST(Library, RobotsHaveFiniteModelsPosesOfTheirSizeAndPositiveMasses) {
   Workbench bench;
   NoProgress progress;
-  ASSERT_EQ(files(".rbt").size(), 22U);
+  ASSERT_EQ(files(".rbt").size(), 23U);
   for (const fs::path& file : files(".rbt")) {
     const RobotId id{bench.load(file.string()).number};
     const auto snapshot = bench.document.now();
