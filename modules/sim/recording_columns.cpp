@@ -105,6 +105,27 @@ Result<const Column*> time_of(const Recording& r) {
                "Rates and integrals need a column \"time\".");
 }
 
+/// Velocities and accelerations that a recording lacks, such as one of contact physics, as
+/// derivatives of what it has; of robots whose coordinates are their joints' values.
+void complete_rates(Recording& out, const RobotModel& model) {
+  const Column* const time = out.find("time");
+  if (!time || !model.is_simple()) return;
+  const std::vector<double> times = time->values;
+  const auto derive = [&](const std::string& from, const std::string& to, const std::string& what) {
+    const Column* const c = out.find(from);
+    if (!c || out.find(to)) return;
+    const std::string unit =
+        from.starts_with("qd") ? c->unit + "^2" : c->unit + "/s";  // rad/s, then rad/s^2
+    put(out, {to, unit, what, rate_of(times, c->values)});
+  };
+  for (std::size_t k = 1; k <= model.dof(); ++k) {
+    const std::string n = std::to_string(k);
+    derive("q" + n, "qd" + n, "velocity of joint " + n + ", the derivative of its position");
+    derive("qd" + n, "qdd" + n, "acceleration of joint " + n + ", the derivative of its velocity");
+  }
+  mark_limits(out, model);
+}
+
 Result<void> add_jerk(Recording& out, const RobotModel& model) {
   RMP_TRY_ASSIGN(const Column* const time, time_of(out));
   const std::vector<double> times = time->values;
@@ -398,10 +419,16 @@ Result<RecordingPtr> with_quantities(const Simulator& sim, const Recording& reco
       return error(ErrorCode::unknown_name, "there is no quantity " + text::quote(what), hint);
     }
     if (what == "limits") {
+      // Not every simulation marks them; columns of other sources may have some of their own.
+      if (const auto of = actor_of(sim, out, progress); of.ok()) mark_limits(out, *of->model);
       RMP_TRY(add_limits(out));
       continue;
     }
     if (what == "clearance") {
+      if (!sim.snapshot.get(out.world))
+        return error(ErrorCode::unsupported,
+                     "the recording belongs to no world, so nothing is around its robot",
+                     "Put the robot into a world and use world.simulate_dynamics.");
       RMP_TRY_ASSIGN(const auto more, with_clearance(sim, out, progress));
       out = *more;
       continue;
@@ -410,6 +437,7 @@ Result<RecordingPtr> with_quantities(const Simulator& sim, const Recording& reco
       RMP_TRY_ASSIGN(actor, actor_of(sim, out, progress));
     }
     const std::size_t dof = actor->model->dof();
+    if (what != "pose" && what != "manipulability") complete_rates(out, *actor->model);
     const bool needs_tool = what == "pose" || what == "velocity" || what == "force";
     if (!tool && (needs_tool || what == "manipulability")) {
       RMP_TRY_ASSIGN(tool, tool_of(out, *actor));

@@ -24,7 +24,8 @@ struct RecordedQuantity {
 
 /// The recording with the columns of the quantities named, which replace those of the same names.
 /// The robot and its place are those of now; where the tool of the recording was elsewhere it is an
-/// error. What needs velocities, accelerations or torques tells which column is missing.
+/// error. Velocities and accelerations that a recording of joints lacks are derivatives of what it
+/// has (five points); what needs torques tells which column is missing.
 [[nodiscard]] Result<RecordingPtr> with_quantities(const Simulator&, const Recording&,
                                                    std::span<const std::string> quantities,
                                                    Progress&);

@@ -367,6 +367,35 @@ TEST_F(PushedArm, WorkOfMotorsAndToolAndFrictionIsTheChangeOfEnergy) {
   EXPECT_GE(r->find("limits_used")->values[0], r->find("used_q1")->values[0]);
 }
 
+TEST_F(PushedArm, RatesThatARecordingLacksAreDerivativesOfItsValues) {
+  const auto whole = pushed({"jerk", "torque"});
+  ASSERT_TRUE(whole);
+  Recording bare = *whole;
+  std::erase_if(bare.columns, [](const sim::Column& c) {
+    return c.name != "time" && !(c.name.size() == 2 && c.name[0] == 'q');
+  });
+  for (sim::Column& c : bare.columns) c.lower = -INFINITY, c.upper = INFINITY;
+  ASSERT_EQ(bare.columns.size(), 7U);
+  const auto snapshot = bench.document.now();
+  const sim::Simulator simulator{bench.registry, bench.derived, *snapshot};
+  const std::vector<std::string> asked{"torque", "power", "limits"};
+  const auto r = unwrap(sim::with_quantities(simulator, bare, asked, progress));
+  ASSERT_TRUE(r);
+  EXPECT_EQ(r->find("qd1")->unit, "rad/s");
+  EXPECT_EQ(r->find("qdd1")->unit, "rad/s^2");
+  EXPECT_TRUE(std::isfinite(r->find("q1")->upper));
+  EXPECT_GT(r->find("used_q1")->values[0], 0);
+  for (std::size_t i = 4; i + 4 < r->rows(); ++i)
+    for (const char* name : {"qd2", "qdd2", "tau2"})
+      EXPECT_NEAR(r->find(name)->values[i], whole->find(name)->values[i],
+                  1e-4 * (1 + std::fabs(whole->find(name)->values[i])))
+          << name << " row " << i;
+  const std::vector<std::string> around{"clearance"};
+  const auto alone = sim::with_quantities(simulator, bare, around, progress);
+  ASSERT_FALSE(alone.ok());
+  EXPECT_NE(alone.error().sentence().find("belongs to no world"), std::string::npos);
+}
+
 TEST_F(PushedArm, JerkIsTheRateOfTheAccelerationsAndUnknownQuantitiesAreTold) {
   const auto r = pushed({"jerk"});
   ASSERT_TRUE(r);
