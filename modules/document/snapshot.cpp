@@ -90,6 +90,11 @@ void Snapshot::State::put(AnyId id, RecordPtr record) {
   const auto before = old ? references(old->body) : std::vector<AnyId>{};
   const auto after = record ? references(record->body) : std::vector<AnyId>{};
   own.record = std::move(record);
+  own.names = nullptr;
+  if (own.record && own.record->kind() == Kind::world) {
+    own.names = std::make_shared<WorldNames>();
+    own.names->record = own.record;
+  }
 
   std::vector<AnyId> gone, come;
   std::set_difference(before.begin(), before.end(), after.begin(), after.end(),

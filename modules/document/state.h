@@ -8,10 +8,13 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
+#include <mutex>
+#include <optional>
 #include <string_view>
 #include <vector>
 
 #include "document/document.h"
+#include "document/world_index.h"
 
 namespace robomosp::document {
 
@@ -30,6 +33,15 @@ T& unique(std::shared_ptr<T>& p) {
   return *p;
 }
 
+/// The index of one version of a world, once it was asked for.
+struct WorldNames {
+  RecordPtr record;
+  std::once_flag once;
+  std::optional<WorldIndex> index;
+};
+/// Null where there is no world of that id.
+[[nodiscard]] inline std::shared_ptr<WorldNames> names_of(const Snapshot& snapshot, AnyId id);
+
 struct Snapshot::State {
   static constexpr std::size_t kChunk = 64;     ///< records a chunk
   static constexpr std::size_t kBuckets = 256;  ///< name buckets a kind
@@ -37,6 +49,7 @@ struct Snapshot::State {
   struct Slot {
     RecordPtr record;
     std::shared_ptr<std::vector<AnyId>> referrers;  ///< ascending, each once; null = none
+    std::shared_ptr<WorldNames> names;              ///< of a world
   };
   struct Chunk {
     std::array<Slot, kChunk> slots;
@@ -57,6 +70,11 @@ struct Snapshot::State {
   [[nodiscard]] const Slot* slot(std::uint64_t number) const;
   [[nodiscard]] const RecordPtr* find(AnyId id) const;
   [[nodiscard]] std::optional<AnyId> find(Kind kind, std::string_view name) const;
+
+  friend std::shared_ptr<WorldNames> names_of(const Snapshot& snapshot, AnyId id) {
+    return of(snapshot).find(id) ? of(snapshot).slot(id.number)->names : nullptr;
+  }
+  static const State& of(const Snapshot& snapshot) { return *snapshot.state_; }
 
   /// Puts a record in (or with null takes it out) and keeps names and reverse references.
   void put(AnyId id, RecordPtr record);

@@ -144,8 +144,8 @@ Result<Value> place(CommandContext& ctx, const Map& args) {
 
 Result<Value> set_robot_q(CommandContext& ctx, const Map& args) {
   const World& w = content<World>(ctx, args);
-  RMP_TRY_ASSIGN(const std::size_t at, find_member(ctx, w.robots, *args.find("robot"), robot_of,
-                                                   "robot", name_in(ctx, ref(args, "id"))));
+  RMP_TRY_ASSIGN(const std::size_t at, find_robot(ctx, typed<World>(args), *args.find("robot"),
+                                                  name_in(ctx, ref(args, "id"))));
   const RobotId robot = w.robots[at].robot;
   RMP_TRY_ASSIGN(const auto m,
                  ctx.app.derived.robot_model(ctx.snapshot(), robot, {0, 0, -9.81}, ctx.progress));
@@ -208,15 +208,14 @@ Result<Value> trajectory_name(CommandContext& ctx, const Map& args) {
 }
 
 Result<Value> robot_index(CommandContext& ctx, const Map& args) {
-  RMP_TRY_ASSIGN(const std::size_t at,
-                 find_member(ctx, content<World>(ctx, args).robots, *args.find("robot"), robot_of,
-                             "robot", name_in(ctx, ref(args, "id"))));
+  RMP_TRY_ASSIGN(const std::size_t at, find_robot(ctx, typed<World>(args), *args.find("robot"),
+                                                  name_in(ctx, ref(args, "id"))));
   return Value(at);
 }
 Result<Value> trajectory_index(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const std::size_t at,
-                 find_member(ctx, content<World>(ctx, args).trajectories, *args.find("trajectory"),
-                             trajectory_of, "trajectory", name_in(ctx, ref(args, "id"))));
+                 find_trajectory(ctx, typed<World>(args), *args.find("trajectory"),
+                                 name_in(ctx, ref(args, "id"))));
   return Value(at);
 }
 

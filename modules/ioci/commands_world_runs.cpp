@@ -31,10 +31,9 @@ Result<Value> simulate(CommandContext& ctx, const Map& args, What&& what) {
   const World& w = content<World>(ctx, args);
   const std::string where = name_in(ctx, ref(args, "id"));
   RMP_TRY_ASSIGN(const std::size_t robot,
-                 find_member(ctx, w.robots, *args.find("robot"), robot_of, "robot", where));
+                 find_robot(ctx, typed<World>(args), *args.find("robot"), where));
   RMP_TRY_ASSIGN(const std::size_t trajectory,
-                 find_member(ctx, w.trajectories, *args.find("trajectory"), trajectory_of,
-                             "trajectory", where));
+                 find_trajectory(ctx, typed<World>(args), *args.find("trajectory"), where));
   sim::Run run;
   run.world = typed<World>(args);
   run.robot = w.robots[robot].name;
@@ -62,7 +61,7 @@ Result<Value> inverse_dynamics(CommandContext& ctx, const Map& args) {
                    return simulator.inverse_dynamics(run, ctx.progress);
                  }));
   const World& w = content<World>(ctx, args);
-  const auto member = find_member(ctx, w.robots, *args.find("robot"), robot_of, "robot", "");
+  const auto member = find_robot(ctx, typed<World>(args), *args.find("robot"), "");
   if (member.ok()) {
     RMP_TRY_ASSIGN(const auto m,
                    ctx.app.derived.robot_model(ctx.snapshot(), w.robots[*member].robot, w.gravity,
@@ -88,8 +87,8 @@ Result<Value> time_optimal(CommandContext& ctx, const Map& args) {
 /// Torques only mean something where links that move have masses.
 Result<Value> simulate_motion(CommandContext& ctx, const Map& args) {
   const World& w = content<World>(ctx, args);
-  RMP_TRY_ASSIGN(const std::size_t at, find_member(ctx, w.robots, *args.find("robot"), robot_of,
-                                                   "robot", name_in(ctx, ref(args, "id"))));
+  RMP_TRY_ASSIGN(const std::size_t at, find_robot(ctx, typed<World>(args), *args.find("robot"),
+                                                  name_in(ctx, ref(args, "id"))));
   RMP_TRY_ASSIGN(const auto m, ctx.app.derived.robot_model(ctx.snapshot(), w.robots[at].robot,
                                                            w.gravity, ctx.progress));
   return has_mass(*m) ? inverse_dynamics(ctx, args) : inverse_kinematics(ctx, args);
@@ -123,8 +122,8 @@ Result<void> only_joint_segments(const CommandContext& ctx, TrajectoryId id) {
 Result<Value> forward_kinematics(CommandContext& ctx, const Map& args) {
   const World& w = content<World>(ctx, args);
   RMP_TRY_ASSIGN(const std::size_t at,
-                 find_member(ctx, w.trajectories, *args.find("trajectory"), trajectory_of,
-                             "trajectory", name_in(ctx, ref(args, "id"))));
+                 find_trajectory(ctx, typed<World>(args), *args.find("trajectory"),
+                                 name_in(ctx, ref(args, "id"))));
   RMP_TRY(only_joint_segments(ctx, w.trajectories[at].trajectory));
   return simulate(
       ctx, args,
@@ -143,9 +142,9 @@ Result<Value> trajectory_in_base(CommandContext& ctx, const Map& args) {
   const World& w = content<World>(ctx, args);
   const std::string where = name_in(ctx, ref(args, "id"));
   RMP_TRY_ASSIGN(const std::size_t robot,
-                 find_member(ctx, w.robots, *args.find("robot"), robot_of, "robot", where));
-  RMP_TRY_ASSIGN(const std::size_t at, find_member(ctx, w.trajectories, *args.find("trajectory"),
-                                                   trajectory_of, "trajectory", where));
+                 find_robot(ctx, typed<World>(args), *args.find("robot"), where));
+  RMP_TRY_ASSIGN(const std::size_t at,
+                 find_trajectory(ctx, typed<World>(args), *args.find("trajectory"), where));
   const document::Snapshot& now = ctx.snapshot();
   const model::PlacedTrajectory& placed = w.trajectories[at];
   const model::Trajectory& t = *now.get(placed.trajectory);

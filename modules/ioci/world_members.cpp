@@ -1,9 +1,81 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ioci/world_members.h"
 
+#include <algorithm>
+
+#include "document/world_index.h"
+
 namespace robomosp::ioci {
 
 using model::World;
+
+namespace {
+
+/// A member of a list by its name, or by the record it places when only one places it.
+template <class Placed>
+Result<std::size_t> find_member(const CommandContext& ctx, WorldId world, document::MemberList kept,
+                                const std::vector<Placed>& list, const Value& given,
+                                AnyId (*what)(const Placed&), std::string_view kind,
+                                std::string_view path) {
+  if (const std::string* name = given.as_string())
+    if (const auto at = document::world_index(ctx.snapshot(), world)->find(kept, *name)) return *at;
+  AnyId record;
+  if (const Handle* h = given.as_handle()) {
+    RMP_TRY_ASSIGN(record, Application::record_id(ctx.snapshot(), *h));
+  } else if (const std::string* name = given.as_string()) {
+    if (const auto k = kind_from(kind))
+      if (const auto id = ctx.snapshot().find(*k, *name)) record = *id;
+  }
+  std::optional<std::size_t> found;
+  for (std::size_t i = 0; record && i < list.size(); ++i)
+    if (what(list[i]) == record) {
+      if (found)
+        return error(ErrorCode::conflict,
+                     ctx.snapshot().describe(record) + " is placed more than once",
+                     "Give the member's name.", std::string(path));
+      found = i;
+    }
+  if (found) return *found;
+  std::vector<std::string> known;
+  if (given.as_string())
+    for (const Placed& p : list) known.push_back(p.name);
+  Error e = unknown_name(kind,
+                         given.as_string()
+                             ? *given.as_string()
+                             : ctx.app.name_of(given.as_handle() ? *given.as_handle() : Handle{})
+                                   .value_or(given.text()),
+                         known);
+  e.message += " in the world";
+  if (known.empty() && e.hint.empty())
+    e.hint = "It has none; add one with world.add_" + std::string(kind) + ".";
+  return std::move(e).in(path);
+}
+
+AnyId robot_of(const model::PlacedRobot& r) { return r.robot; }
+AnyId trajectory_of(const model::PlacedTrajectory& t) { return t.trajectory; }
+
+bool has_member(const World& w, const std::string& name) {
+  const auto has = [&](const auto& list) {
+    return std::any_of(list.begin(), list.end(), [&](const auto& m) { return m.name == name; });
+  };
+  return has(w.objects) || has(w.robots) || has(w.trajectories) || has(w.frames) || has(w.lights) ||
+         has(w.tasks);
+}
+
+}  // namespace
+
+Result<std::size_t> find_robot(const CommandContext& ctx, WorldId world, const Value& given,
+                               std::string_view path) {
+  return find_member(ctx, world, document::MemberList::robots, ctx.snapshot().get(world)->robots,
+                     given, robot_of, "robot", path);
+}
+
+Result<std::size_t> find_trajectory(const CommandContext& ctx, WorldId world, const Value& given,
+                                    std::string_view path) {
+  return find_member(ctx, world, document::MemberList::trajectories,
+                     ctx.snapshot().get(world)->trajectories, given, trajectory_of, "trajectory",
+                     path);
+}
 
 std::set<std::string> member_names(const World& w) {
   std::set<std::string> out;
@@ -20,18 +92,18 @@ std::set<std::string> member_names(const World& w) {
 }
 
 Result<std::string> member_name(const World& w, const Map& args, const std::string& wanted) {
-  const auto taken = member_names(w);
   if (has(args, "name")) {
     const std::string name = text_of(args, "name");
     if (name.empty())
       return error(ErrorCode::invalid_argument, "the name is empty",
                    "Give a name or leave it out.");
-    if (taken.contains(name))
+    if (has_member(w, name))
       return error(ErrorCode::conflict, "there is already a member named " + text::quote(name),
                    "Names are unique within a world.");
     return name;
   }
-  if (!taken.contains(wanted)) return wanted;
+  if (!has_member(w, wanted)) return wanted;
+  const auto taken = member_names(w);
   for (int i = 2;; ++i)
     if (std::string name = wanted + "_" + std::to_string(i); !taken.contains(name)) return name;
 }

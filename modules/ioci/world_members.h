@@ -24,48 +24,13 @@ namespace robomosp::ioci {
 [[nodiscard]] Result<model::Placement> given_placement(const CommandContext& ctx,
                                                        std::string_view path);
 
-/// A member of a list by its name, or by the record it places when only one places it.
-template <class Placed>
-Result<std::size_t> find_member(const CommandContext& ctx, const std::vector<Placed>& list,
-                                const Value& given, AnyId (*what)(const Placed&),
-                                std::string_view kind, std::string_view path) {
-  std::vector<std::string> known;
-  if (const std::string* name = given.as_string())
-    for (std::size_t i = 0; i < list.size(); ++i) {
-      if (list[i].name == *name) return i;
-      known.push_back(list[i].name);
-    }
-  AnyId record;
-  if (const Handle* h = given.as_handle()) {
-    RMP_TRY_ASSIGN(record, Application::record_id(ctx.snapshot(), *h));
-  } else if (const std::string* name = given.as_string()) {
-    if (const auto k = kind_from(kind))
-      if (const auto id = ctx.snapshot().find(*k, *name)) record = *id;
-  }
-  std::optional<std::size_t> found;
-  for (std::size_t i = 0; record && i < list.size(); ++i)
-    if (what(list[i]) == record) {
-      if (found)
-        return error(ErrorCode::conflict,
-                     ctx.snapshot().describe(record) + " is placed more than once",
-                     "Give the member's name.", std::string(path));
-      found = i;
-    }
-  if (found) return *found;
-  Error e = unknown_name(kind,
-                         given.as_string()
-                             ? *given.as_string()
-                             : ctx.app.name_of(given.as_handle() ? *given.as_handle() : Handle{})
-                                   .value_or(given.text()),
-                         known);
-  e.message += " in the world";
-  if (known.empty() && e.hint.empty())
-    e.hint = "It has none; add one with world.add_" + std::string(kind) + ".";
-  return std::move(e).in(path);
-}
-
-inline AnyId robot_of(const model::PlacedRobot& r) { return r.robot; }
-inline AnyId trajectory_of(const model::PlacedTrajectory& t) { return t.trajectory; }
+/// Place of a robot in the list of a world: by its name there, in constant time, or by the record
+/// when that is placed only once. `path` stands before what goes wrong.
+[[nodiscard]] Result<std::size_t> find_robot(const CommandContext&, WorldId, const Value& given,
+                                             std::string_view path);
+/// The same of a trajectory.
+[[nodiscard]] Result<std::size_t> find_trajectory(const CommandContext&, WorldId,
+                                                  const Value& given, std::string_view path);
 
 /// The frame "target" of a world; while there is none, its origin.
 inline constexpr std::string_view kTarget = "target";

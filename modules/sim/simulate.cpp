@@ -6,6 +6,7 @@
 #include <cmath>
 #include <optional>
 
+#include "document/world_index.h"
 #include "kernel/check.h"
 #include "kernel/text.h"
 #include "model/placement.h"
@@ -24,13 +25,12 @@ namespace robomosp::sim {
 namespace {
 
 template <class Placed>
-Result<const Placed*> member(const std::vector<Placed>& all, std::string_view kind,
+Result<const Placed*> member(const document::WorldIndex& index, document::MemberList list,
+                             const std::vector<Placed>& all, std::string_view kind,
                              const std::string& name, const std::string& world) {
+  if (const auto at = index.find(list, name)) return &all[*at];
   std::vector<std::string> names;
-  for (const auto& p : all) {
-    if (p.name == name) return &p;
-    names.push_back(p.name);
-  }
+  for (const auto& p : all) names.push_back(p.name);
   std::string hint = text::did_you_mean(name, names);
   if (hint.empty())
     hint = names.empty() ? "It has none; add one first." : "It has " + text::enumerate(names) + ".";
@@ -47,10 +47,13 @@ Result<RunSetup> prepare_run(const Simulator& sim, const Run& run, Progress& pro
   if (!world)
     return error(ErrorCode::stale_handle, "the world no longer exists", "Open or create one.");
   const std::string world_name = sim.snapshot.find(AnyId(run.world))->name;
-  RMP_TRY_ASSIGN(const model::PlacedRobot* robot,
-                 member(world->robots, "robot", run.robot, world_name));
+  const auto index = document::world_index(sim.snapshot, run.world);
+  RMP_TRY_ASSIGN(
+      const model::PlacedRobot* robot,
+      member(*index, document::MemberList::robots, world->robots, "robot", run.robot, world_name));
   RMP_TRY_ASSIGN(const model::PlacedTrajectory* trajectory,
-                 member(world->trajectories, "trajectory", run.trajectory, world_name));
+                 member(*index, document::MemberList::trajectories, world->trajectories,
+                        "trajectory", run.trajectory, world_name));
   const model::Robot* robot_record = sim.snapshot.get(robot->robot);
   const model::Trajectory* trajectory_record = sim.snapshot.get(trajectory->trajectory);
   if (!robot_record || !trajectory_record)

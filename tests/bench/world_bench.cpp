@@ -3,12 +3,14 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <string>
 
 #include <benchmark/benchmark.h>
 
+#include "document/world_index.h"
 #include "ioci/application.h"
 
 namespace robomosp {
@@ -70,6 +72,54 @@ void simulate_pa10_circle(benchmark::State& state) {
   }
 }
 BENCHMARK(simulate_pa10_circle)->Unit(benchmark::kMillisecond)->UseRealTime();
+
+/// A world with `count` objects and a robot after them.
+struct LargeWorld {
+  explicit LargeWorld(std::size_t count) {
+    auto tx = document.begin("large");
+    model::Solid ball;
+    ball.nodes.push_back({CsgKind::sphere, "ball", -1, {}, {0.1}});
+    const AnyId what = *tx->add("ball", ball);
+    model::World world;
+    for (std::size_t i = 0; i < count; ++i)
+      world.objects.push_back({"crate_" + std::to_string(i), what, {}});
+    id = WorldId{tx->add("hall", std::move(world))->number};
+    if (!tx->commit().ok()) std::abort();
+    last = "crate_" + std::to_string(count - 1);
+  }
+  document::Document document;
+  WorldId id;
+  std::string last;
+};
+
+/// One member by its name, through the index of the world that stands already.
+void find_in_world(benchmark::State& state) {
+  const LargeWorld large(static_cast<std::size_t>(state.range(0)));
+  const auto now = large.document.now();
+  for (auto _ : state)
+    benchmark::DoNotOptimize(
+        document::world_index(*now, large.id)->find(document::MemberList::objects, large.last));
+}
+BENCHMARK(find_in_world)->Arg(100)->Arg(10'000);
+
+/// The same by comparing one name after the other.
+void scan_world(benchmark::State& state) {
+  const LargeWorld large(static_cast<std::size_t>(state.range(0)));
+  const auto now = large.document.now();
+  const auto& objects = now->get(large.id)->objects;
+  for (auto _ : state)
+    benchmark::DoNotOptimize(std::find_if(objects.begin(), objects.end(),
+                                          [&](const auto& o) { return o.name == large.last; }));
+}
+BENCHMARK(scan_world)->Arg(100)->Arg(10'000);
+
+/// Building the index, which is done once for each version of a world.
+void index_world(benchmark::State& state) {
+  const LargeWorld large(static_cast<std::size_t>(state.range(0)));
+  const auto now = large.document.now();
+  for (auto _ : state) benchmark::DoNotOptimize(document::WorldIndex(*now->get(large.id)));
+}
+BENCHMARK(index_world)->Arg(10'000)->Unit(benchmark::kMicrosecond);
 
 }  // namespace
 }  // namespace robomosp

@@ -16,6 +16,7 @@
 
 #include <gtest/gtest.h>
 
+#include "document/world_index.h"
 #include "support/records.h"
 #include "support/seed.h"
 
@@ -561,6 +562,42 @@ TEST(Document, UndoAndRedoOfRandomEditsGiveTheSameContentsAgain) {
     }
   }
   check_references();
+}
+
+TEST(WorldIndex, FindsMembersOfTheVersionOfTheWorldThatASnapshotHas) {
+  using document::MemberList;
+  Document d;
+  auto tx = *d.begin("world");
+  const AnyId what = *tx.add("ball", ball());
+  model::World hall;
+  hall.objects = {{"crate", what, {}}, {"lid", what, {}}};
+  hall.frames = {{"bench", {}}};
+  hall.signals.push_back({});
+  hall.signals.back().name = "go";
+  const WorldId id{tx.add("hall", hall)->number};
+  ASSERT_TRUE(tx.commit().ok());
+  const auto before = d.now();
+  const auto index = document::world_index(*before, id);
+  ASSERT_TRUE(index);
+  EXPECT_EQ(index->find(MemberList::objects, "lid"), 1U);
+  EXPECT_EQ(index->find(MemberList::frames, "bench"), 0U);
+  EXPECT_EQ(index->find(MemberList::signals, "go"), 0U);
+  EXPECT_EQ(index->find(MemberList::robots, "lid"), std::nullopt);
+  EXPECT_EQ(document::world_index(*before, id), index);  // built once
+
+  auto edit = *d.begin("without the crate");
+  ASSERT_TRUE(edit.edit(AnyId(id),
+                        [](model::Record& r) -> Result<void> {
+                          auto& objects = std::get<model::World>(r.body).objects;
+                          objects.erase(objects.begin());
+                          return {};
+                        })
+                  .ok());
+  ASSERT_TRUE(edit.commit().ok());
+  EXPECT_EQ(document::world_index(*d.now(), id)->find(MemberList::objects, "lid"), 0U);
+  EXPECT_EQ(document::world_index(*d.now(), id)->find(MemberList::objects, "crate"), std::nullopt);
+  EXPECT_EQ(document::world_index(*before, id)->find(MemberList::objects, "crate"), 0U);
+  EXPECT_EQ(document::world_index(*before, WorldId{what.number}), nullptr);
 }
 
 }  // namespace

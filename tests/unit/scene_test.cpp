@@ -181,6 +181,111 @@ TEST_F(SceneTest, OfASolidThatCannotBeMadeTheOperandsAreShownAsAWarning) {
   EXPECT_NE(b.left_out[0].find("nothing"), std::string::npos) << b.left_out[0];
 }
 
+TEST_F(SceneTest, FramesLightsAndHeldObjectsOfAWorldAreWhereTheyAre) {
+  const RobotId arm{bench.load("robots/twolink.rbt").number};
+  auto begun = bench.document.begin("world");
+  ASSERT_TRUE(begun.ok());
+  auto& tx = *begun;
+  model::Solid ball;
+  ball.nodes.push_back({CsgKind::sphere, "ball", -1, {}, {0.05}});
+  const AnyId what = unwrap(tx.add("ball", ball));
+  model::World world;
+  world.robots.push_back({"arm", arm, {.position = {0, 0, 1}}, {0, 0}});
+  world.objects = {{"held", what, {.position = {9, 9, 9}}},
+                   {"free", what, {.position = {0, 3, 0}}}};
+  world.attachments.push_back({"held", "arm", "", {.position = {0.1, 0, 0}}});
+  world.frames.push_back({"bench", {.position = {1, 2, 3}}});
+  world.lights.push_back(
+      {"lamp", model::LightKind::spot, {.position = {0, 0, 4}}, {1, 0, 0, 1}, 2, 0.3});
+  const AnyId id = unwrap(tx.add("cell", world));
+  ASSERT_TRUE(tx.commit().ok());
+
+  Extras bent;
+  bent.robot_q["arm"] = {0, 1.0};
+  for (const Extras& extras : {Extras{}, bent}) {
+    const Built b = built(id, extras);
+    EXPECT_TRUE(b.left_out.empty());
+    const auto named = [&](const std::string& name) {
+      return *std::find_if(b.scene.items.begin(), b.scene.items.end(),
+                           [&](const render::Item& i) { return i.name == name; });
+    };
+    const auto labelled = [&](const std::string& label) {
+      return *std::find_if(b.scene.triads.begin(), b.scene.triads.end(),
+                           [&](const render::Triad& t) { return t.label == label; });
+    };
+    // The tool's triad is the one without a name.
+    const Vec3 wanted = spatial::transform(labelled("").pose, {0.1, 0, 0});
+    for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(named("held").pose.p[k], wanted[k], 1e-12);
+    EXPECT_EQ(named("free").pose.p, (Vec3{0, 3, 0}));
+    EXPECT_EQ(labelled("bench").pose.p, (Vec3{1, 2, 3}));
+    ASSERT_EQ(b.scene.lights.size(), 1U);
+    const render::Light& lamp = b.scene.lights[0];
+    EXPECT_EQ(lamp.kind, render::Light::Kind::spot);
+    EXPECT_EQ(lamp.pose.p, (Vec3{0, 0, 4}));
+    EXPECT_EQ(lamp.intensity, 2);
+    EXPECT_EQ(lamp.angle, 0.3);
+    EXPECT_EQ(lamp.colour.g, 0.0F);
+  }
+}
+
+TEST_F(SceneTest, ArrowsOfAWayPointAlongItAndItsPointsAreNumbered) {
+  const AnyId world = bench.load("worlds/pa10_circle.wld");
+  Extras extras;
+  extras.paths = ShownPath::points;
+  const Built b = built(world, extras);
+  ASSERT_EQ(b.scene.lines.size(), 1U);
+  const auto& way = b.scene.lines[0].points;
+  std::size_t arrows = 0;
+  for (const render::Item& item : b.scene.items) {
+    if (item.name != "circle" || item.appearance.metalness != 0 || !item.mesh) continue;
+    // The arrow's middle is on the way, between the nearest point and the next along z.
+    const Vec3 z{item.pose.R[2], item.pose.R[5], item.pose.R[8]};
+    for (std::size_t i = 0; i + 1 < way.size(); ++i) {
+      const Vec3 step{way[i + 1][0] - way[i][0], way[i + 1][1] - way[i][1],
+                      way[i + 1][2] - way[i][2]};
+      const double length = std::hypot(step[0], step[1], step[2]);
+      const double along = (step[0] * z[0] + step[1] * z[1] + step[2] * z[2]) / length;
+      if (std::abs(along - 1) < 1e-12) {
+        ++arrows;
+        break;
+      }
+    }
+  }
+  EXPECT_GE(arrows, 8U);
+  ASSERT_FALSE(b.scene.labels.empty());
+  EXPECT_EQ(b.scene.labels[0].text, "1");
+  extras.paths = ShownPath::none;
+  EXPECT_TRUE(built(world, extras).scene.lines.empty());
+}
+
+TEST(MarkPath, EachPieceHasTheColourOfItsWorseEnd) {
+  sim::PathCheck check;
+  check.trajectory = "way";
+  using sim::PathState;
+  check.states = {PathState::good, PathState::good, PathState::limit, PathState::unreachable};
+  for (int i = 0; i < 4; ++i) {
+    Pose pose;
+    pose.p = {0.1 * i, 0, 0};
+    check.poses.push_back(pose);
+    check.times.push_back(i);
+  }
+  check.faults.push_back(
+      {PathState::unreachable, 3, 3, 3, "it is out of reach", -1, 0, "", {}, {}});
+  EXPECT_EQ(check.last_good(), 1U);
+  render::Scene scene;
+  add_path(scene, "way", check.poses, ShownPath::line);
+  mark_path(scene, check);
+  ASSERT_EQ(scene.lines.size(), 3U);                            // and the plain line is gone
+  EXPECT_GT(scene.lines[0].colour.g, scene.lines[0].colour.r);  // green
+  EXPECT_EQ(scene.lines[0].points.size(), 2U);
+  EXPECT_GT(scene.lines[1].colour.g, 0.4F);  // orange
+  EXPECT_LT(scene.lines[2].colour.g, 0.2F);  // red
+  ASSERT_EQ(scene.labels.size(), 1U);
+  EXPECT_EQ(scene.labels[0].text, "1: sample 4 of 4");
+  ASSERT_EQ(scene.legends.size(), 1U);
+  EXPECT_EQ(scene.legends[0].colours.size(), 3U);
+}
+
 TEST_F(SceneTest, ATrajectoryOnItsOwnIsRefusedInASentence) {
   const AnyId path = bench.load("trajectories/circle.tjc");
   const auto now = bench.document.now();
