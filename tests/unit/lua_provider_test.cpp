@@ -317,7 +317,7 @@ TEST_F(LuaPaths, ALawRunsFromStartToEndWithItsRates) {
   (*exact)->sample({&before, 1}, {&s, 1});
   EXPECT_NEAR(s.rate, before, 2e-3);
   expect_says(said(law("{duration = 1, share = function(w, p, t) return 1 - t end}")),
-              {"turn back at 0.005 s"});
+              {"turn back at 0.002 s"});
   expect_says(said(law("{duration = 1, share = function(w, p, t) return t / 2 end}")),
               {"the share at the end is 0.5", "0 to 1"});
   expect_says(said(law("{duration = 1, share = function(w, p, t) return 'all' end}")),
