@@ -180,7 +180,9 @@ std::vector<CommandSpec> trajectory_segment_commands() {
        .params = {self("trajectory"), needed("index", "int", "", "The segment that it leads to."),
                   choice("kind", {"smooth", "none"}, "Whether there is one."),
                   between(optional("distance", "real", "m", "Of the cut from the corner."), 0, 1e6),
-                  between(optional("speed", "real", "m/s", "Mean speed within it."), 0, 1e6)},
+                  between(optional("speed", "real", "m/s",
+                                   "Greatest speed within it; faster neighbours slow down to it."),
+                          0, 1e6)},
        .returns = {},
        .effect = Effect::edits,
        .run = set_transition});
