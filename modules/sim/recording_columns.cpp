@@ -69,6 +69,12 @@ Result<Actor> actor_of(const Simulator& sim, const Recording& r, Progress& progr
     id = RobotId{found->number};
   }
   const model::Robot* record = sim.snapshot.get(id);
+  if (!record && r.robot.empty())
+    for (const Column& c : r.columns)
+      if (c.name.ends_with(".q1"))
+        return error(ErrorCode::invalid_argument, "the recording is of several robots",
+                     "Give robot, the one that is meant, such as " +
+                         text::quote(c.name.substr(0, c.name.size() - 3)) + ".");
   if (!record)
     return error(ErrorCode::stale_handle,
                  r.robot.empty()
@@ -89,10 +95,10 @@ Result<std::vector<double>> table(const Recording& r, const std::string& stem, s
   for (std::size_t k = 0; k < width; ++k) {
     const Column* c = r.find(stem + std::to_string(k + 1));
     if (!c)
-      return error(ErrorCode::invalid_argument,
-                   "the recording has no column " + text::quote(stem + std::to_string(k + 1)),
-                   stem == "tau" ? "Torques are in recordings of dynamics."
-                                 : "Record a motion of this robot.");
+      return error(
+          ErrorCode::invalid_argument,
+          "the recording has no column " + text::quote(stem + std::to_string(k + 1)),
+          stem == "tau" ? "The quantity torque computes it." : "Record a motion of this robot.");
     for (std::size_t i = 0; i < r.rows(); ++i) out[i * width + k] = c->values[i];
   }
   return out;

@@ -390,6 +390,13 @@ TEST_F(PushedArm, RatesThatARecordingLacksAreDerivativesOfItsValues) {
       EXPECT_NEAR(r->find(name)->values[i], whole->find(name)->values[i],
                   1e-4 * (1 + std::fabs(whole->find(name)->values[i])))
           << name << " row " << i;
+  Recording several = bare;
+  several.robot.clear();
+  several.columns[1].name = "left.q1";
+  const std::vector<std::string> power{"power"};
+  const auto unclear = sim::with_quantities(simulator, several, power, progress);
+  ASSERT_FALSE(unclear.ok());
+  EXPECT_NE(unclear.error().sentence().find("such as \"left\""), std::string::npos);
   const std::vector<std::string> around{"clearance"};
   const auto alone = sim::with_quantities(simulator, bare, around, progress);
   ASSERT_FALSE(alone.ok());
