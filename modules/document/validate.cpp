@@ -721,9 +721,10 @@ Result<void> check(const TaskStep& s, const std::string& step) {
                      "Give one of trajectory, pose, joints and target.");
       RMP_TRY(finite(s.joints, "a joint value of " + step));
       if (s.target) RMP_TRY(placement(*s.target, "the target of " + step));
-      if (!s.profile.empty() && s.profile != "quintic" && s.profile != "trapezoidal")
+      if (!s.profile.empty() && s.profile != "quintic" && s.profile != "trapezoidal" &&
+          s.profile != "s_curve" && s.profile != "time_optimal")
         return fault(quote(s.profile) + " is no profile of a move",
-                     "There are \"quintic\" and \"trapezoidal\".");
+                     "There are \"quintic\", \"trapezoidal\", \"s_curve\" and \"time_optimal\".");
       if (s.is_straight && (!s.target || s.trajectory))
         return fault(step + " goes straight without a target", "Give it a target.");
       if (!(s.speed > 0 && s.speed <= 1))

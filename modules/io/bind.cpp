@@ -840,8 +840,12 @@ class Binder {
             placement_block("target", s.target),
             string("frame", s.frame),
             string("tool", s.link),
-            words("profile", {"quintic", "trapezoidal"},
-                  [&](std::size_t n) { s.profile = n == 0 ? "quintic" : "trapezoidal"; }),
+            words("profile", {"quintic", "trapezoidal", "s_curve", "time_optimal"},
+                  [&](std::size_t n) {
+                    constexpr const char* kProfiles[] = {"quintic", "trapezoidal", "s_curve",
+                                                         "time_optimal"};
+                    s.profile = kProfiles[n];
+                  }),
             words("path", {"joint", "straight"}, [&](std::size_t n) { s.is_straight = n == 1; }),
             number("speed", "", s.speed),
             number("tool_speed", "m/s", s.tool_speed),

@@ -25,7 +25,8 @@ Schema step_schema(StepKind kind) {
               optional("target", "any", "", "Pose of the tool, or of the trajectory."),
               optional("frame", "string", "", "Frame or object of the world, of the target."),
               optional("tool", "string", "", "Tool, link or held object that goes there."),
-              choice("profile", {"quintic", "trapezoidal"}, "Of a joint move."),
+              choice("profile", {"quintic", "trapezoidal", "s_curve", "time_optimal"},
+                     "Of a joint move."),
               choice("path", {"joint", "straight"}, "How the tool goes to a target."),
               defaulted("speed", "real", "", 1.0, "Share of the joints' limits."),
               optional("tool_speed", "real", "m/s", "Of a straight move."),
@@ -147,7 +148,8 @@ const char* const kStepDoc =
     "`frame`; with path = \"straight\" in a straight line at `tool_speed`) or `trajectory` (placed "
     "at `target`); `tool` names a tool or link of the robot, or an object that it holds, which "
     "goes "
-    "there instead of the robot's tool; joint moves take `profile` quintic or trapezoidal, `speed` "
+    "there instead of the robot's tool; joint moves take `profile` quintic, trapezoidal, s_curve "
+    "or time_optimal, `speed` "
     "(share of the joints' limits) and `duration`. `attach` and `detach`: `object`, `robot`, "
     "`link` "
     "(a link or tool). `set`: `signal`, `value`. `wait`: `time`, or `condition` with `timeout`. "

@@ -52,8 +52,12 @@ Result<model::Trajectory> Stage::trajectory_of(const model::TaskStep& step, cons
     if (step.duration > 0) s.shape.params["duration"] = step.duration;
     else s.shape.params["speed"] = step.tool_speed > 0 ? step.tool_speed : kToolSpeed;
   } else {
-    s.shape.name = "ptp";
-    s.shape.params["law"] = step.profile.empty() ? std::string("quintic") : step.profile;
+    if (step.profile == "time_optimal") {
+      s.shape.name = step.profile;
+    } else {
+      s.shape.name = "ptp";
+      s.shape.params["law"] = step.profile.empty() ? std::string("quintic") : step.profile;
+    }
     s.shape.params["speed_share"] = step.speed;
     if (step.duration > 0) s.shape.params["duration"] = step.duration;
     if (step.target) {

@@ -180,7 +180,7 @@ for i, place in ipairs(places) do
     step(belt_steps, {step = "wait", condition = "taken == 1"})
     step(belt_steps, {step = "set", signal = "taken", value = 0})
     step(belt_steps, {step = "wait", time = 0.15})  -- until the box is off the belt
-    step(belt_steps, {step = "move", joints = {i * pitch}, profile = "trapezoidal"})
+    step(belt_steps, {step = "move", joints = {i * pitch}, profile = "time_optimal"})
     step(belt_steps, {step = "set", signal = "ready", value = 1})
   end
 end

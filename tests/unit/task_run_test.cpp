@@ -265,6 +265,16 @@ TEST_F(TaskRuns, MovesWithoutADurationUseTheLimitsAndKeepThem) {
   EXPECT_NEAR(end_of(r), 2 * 1.875 / 1 + 1.25, 1e-9);
 }
 
+// d/V + V/A + A/J of the joint with the most to go; the same from state to state.
+TEST_F(TaskRuns, MovesKeepJerkLimitsWithTheProfilesThatHaveThem) {
+  world.robots.push_back({"left", rods, {}, {0, 0}});
+  TaskStep there = joints({2, -1}), back = joints({0, 0});
+  there.profile = "s_curve", back.profile = "time_optimal";
+  add_task("only", "left", {there, back});
+  const RecordingPtr r = unwrap(run());
+  EXPECT_NEAR(end_of(r), 2 * (2 / 2.0 + 2 / 8.0 + 8 / 100.0), 1e-9);
+}
+
 TEST_F(TaskRuns, HeldObjectsFollowTheToolAndNeverJump) {
   two_arms();
   add_part({0.45, 0.2, 0.07}, 0.4);
