@@ -178,7 +178,7 @@ class Flat {
       draw_line(canvas_, std::min(line.x.size(), line.y.size()), plot_.width,
                 by_source_
                     ? Stroke{colour_of(line.source), 1.8, 0, 1}
-                    : Stroke{colour_of(line.colour), line.source ? 1.6 : 2.0, line.source, 1},
+                    : Stroke{colour_of(line.colour), line.source ? 1.6 : 2.0, dash_of(line), 1},
                 [&](std::size_t i) {
                   return std::array{px(line.x[i]), py(line.y[i])};
                 });
@@ -192,6 +192,11 @@ class Flat {
                  kBeyond, 0.1);
   }
 
+  /// Dashes tell recordings apart, or of one recording the columns that share a colour.
+  [[nodiscard]] std::size_t dash_of(const PlotLine& line) const {
+    return plot_.sources.empty() ? line.colour / kPalette.size() : line.source;
+  }
+
   void legend(const PlotPanel& panel, double y0) {
     std::size_t count = 0;
     for (const PlotLine& line : panel.lines) count += line.source == 0;
@@ -199,7 +204,8 @@ class Flat {
     double y = y0 + 8;
     for (const PlotLine& line : panel.lines) {
       if (line.source != 0) continue;
-      canvas_.line({{right_ + 14, y}, {right_ + 34, y}}, {colour_of(line.colour), 2.5});
+      canvas_.line({{right_ + 14, y}, {right_ + 34, y}},
+                   {colour_of(line.colour), 2.5, dash_of(line), 1});
       canvas_.text(right_ + 40, y, line.name);
       y += step;
     }

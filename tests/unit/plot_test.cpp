@@ -141,6 +141,16 @@ TEST(Plots, AnAxisHasTwoNumbersAtLeast) {
   EXPECT_NE(svg.find(">-4<"), std::string::npos);
 }
 
+TEST(Plots, ColumnsBeyondTheTenthAreDashed) {
+  Recording r = small_recording();
+  for (int i = 3; i <= 12; ++i) {
+    r.columns.push_back(r.columns[2]);
+    r.columns.back().name = "tau" + std::to_string(i);
+  }
+  const std::string svg = sim::to_svg(unwrap(sim::plot(of(r, {"tau"}))));
+  EXPECT_EQ(count(svg, "stroke-dasharray"), 4U);  // two curves and their legend
+}
+
 TEST(Plots, ACircleIsDrawnRound) {
   Recording r = small_recording();
   r.columns[3].values.clear();
