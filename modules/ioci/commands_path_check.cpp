@@ -3,6 +3,7 @@
 #include "io/native.h"
 #include "ioci/commands.h"
 #include "ioci/picture.h"
+#include "ioci/world_members.h"
 #include "scene/build.h"
 #include "sim/path_check.h"
 
@@ -68,8 +69,13 @@ Result<Value> check(CommandContext& ctx, const Map& args) {
     RMP_TRY(check_new_file(file, ".png", "Pictures are written as PNG files only."));
   sim::Run run;
   run.world = typed<model::World>(args);
-  run.robot = text_of(args, "robot");
-  run.trajectory = text_of(args, "trajectory");
+  const model::World& world = content<model::World>(ctx, args);
+  const std::string where = name_in(ctx, ref(args, "id"));
+  RMP_TRY_ASSIGN(const std::size_t robot, find_robot(ctx, run.world, *args.find("robot"), where));
+  RMP_TRY_ASSIGN(const std::size_t trajectory,
+                 find_trajectory(ctx, run.world, *args.find("trajectory"), where));
+  run.robot = world.robots[robot].name;
+  run.trajectory = world.trajectories[trajectory].name;
   if (has(args, "sample_time")) run.sample_time = real(args, "sample_time");
   const sim::Simulator simulator{ctx.app.registry, ctx.app.derived, ctx.snapshot(),
                                  &ctx.app.collision_models};
@@ -115,8 +121,8 @@ std::vector<CommandSpec> path_check_commands() {
       "local c = cell:check{robot = \"arm\", trajectory = \"out\"}\n"
       "assert(not c.is_good and c.faults[1].kind == \"unreachable\")";
   c.params = {self("world"),
-              needed("robot", "string", "", "Name of the robot in the world."),
-              needed("trajectory", "string", "", "Name of the trajectory in the world."),
+              needed("robot", "any", "", "Name of the member, or the robot."),
+              needed("trajectory", "any", "", "Name of the member, or the trajectory."),
               above_zero(optional("sample_time", "real", "s",
                                   "Time between samples; the trajectory's own when left out.")),
               defaulted("collisions", "bool", "", true, "Also checks for contact."),

@@ -164,9 +164,7 @@ void mark_path(render::Scene& scene, const sim::PathCheck& check) {
     const Pose& at = check.poses[f.worst];
     scene.items.push_back(ellipsoid_item(item_id(member, kLineBody + 6, k), member, at, {r, r, r},
                                          mark_of(f.kind).colour));
-    scene.labels.push_back({at.p, std::to_string(k + 1) + ": sample " +
-                                      std::to_string(f.worst + 1) + " of " +
-                                      std::to_string(check.times.size())});
+    scene.labels.push_back({at.p, "sample " + std::to_string(f.worst + 1)});
   }
   // Only the colours that the picture has.
   render::Legend legend;

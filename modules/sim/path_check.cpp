@@ -154,7 +154,7 @@ Result<void> add_collisions(PathCheck& check, const Simulator& sim, const Record
     const double depth = std::max(0.0, -c.at.distance);
     add(check, {PathState::collision, first, last, at,
                 model->describe(c.pair) + " touch" +
-                    (depth > 0 ? ", " + print_rounded(depth) + " m deep" : ""),
+                    (depth > 0 ? ", " + print_rounded(depth, 3) + " m deep" : ""),
                 -1, depth, "m", name(c.pair.a), name(c.pair.b)});
   };
   RMP_TRY_ASSIGN(const auto least, model->clearance(q, progress));

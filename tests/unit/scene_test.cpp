@@ -281,7 +281,7 @@ TEST(MarkPath, EachPieceHasTheColourOfItsWorseEnd) {
   EXPECT_GT(scene.lines[1].colour.g, 0.4F);  // orange
   EXPECT_LT(scene.lines[2].colour.g, 0.2F);  // red
   ASSERT_EQ(scene.labels.size(), 1U);
-  EXPECT_EQ(scene.labels[0].text, "1: sample 4 of 4");
+  EXPECT_EQ(scene.labels[0].text, "sample 4");
   ASSERT_EQ(scene.legends.size(), 1U);
   EXPECT_EQ(scene.legends[0].colours.size(), 3U);
 }
