@@ -257,6 +257,13 @@ std::vector<OrientationCase> orientation_cases() {
       {kFile, "slerp_points", "bent", shares, points, {}, true, true, {0.3, 0.55}},
       {kFile, "squad", "bent", shares, points, {}, true, true, {0.3, 0.55}},
       {kFile, "squad", "single", {0}, {turn_x(0.4)}, {}, true, true},
+      {kFile, "angles", "plain", shares, points},
+      {kFile,
+       "angles",
+       "turned_frame",  // first pose turn_x(0.3), told as no angles at all
+       {0, 1},
+       {turn_x(0.3), multiply(turn_x(0.3), turn_z(0.7))},
+       {{"first", "{0, 0, 0}"}, {"last", "{0, 0, 6.983185307179586}"}}},  // 0.7 and a whole turn
       {kFile, "tangent", "x", shares, points, {{"up", "{0, 0, 1}"}}, false},
       {kFile, "tangent", "z", shares, points, {{"axis", "z"}, {"up", "{0.1, 0, 1}"}}, false}};
   return all;
