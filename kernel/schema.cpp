@@ -506,6 +506,7 @@ Result<Value> check_bool(const ParamSpec& spec, const Value& v, std::string_view
 }
 
 Result<Value> check_enum(const ParamSpec& spec, const Value& v, std::string_view path) {
+  if (v.as_int()) return check_enum(spec, Value(std::to_string(*v.as_int())), path);  // degree = 5
   const std::string* s = v.as_string();
   if (!s) return wrong_type(spec, v, path);
   if (std::find(spec.choices.begin(), spec.choices.end(), *s) != spec.choices.end()) return v;

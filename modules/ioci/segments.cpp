@@ -64,7 +64,8 @@ Result<void> read_params(std::span<const ProviderInfo* const> owners,
       std::string hint = text::did_you_mean(key, words);
       if (hint.empty()) hint = "There are " + text::enumerate(words) + ".";
       return error(ErrorCode::unknown_name,
-                   text::quote(out.name) + " has no parameter " + text::quote(key), hint, path);
+                   text::quote(owners.front()->name) + " has no parameter " + text::quote(key),
+                   hint, path);
     }
     RMP_TRY_ASSIGN(const Value checked, check_value(*spec, v, here));
     RMP_TRY_ASSIGN(out.params[key], param_of(checked, here));
@@ -195,7 +196,7 @@ Result<TrajectorySegment> read_segment(const CommandContext& ctx, const Value& v
     return error(ErrorCode::invalid_argument, "the segment has no shape", "Give shape = \"line\".",
                  path);
   out.shape.name = *shape->as_string();
-  Map params, turning;
+  Map params, law, orientation, turning;
   for (const auto& [key, v] : *given) {
     const std::string here = path + "." + key;
     if (v.is_nil() || key == "shape") continue;
@@ -204,9 +205,9 @@ Result<TrajectorySegment> read_segment(const CommandContext& ctx, const Value& v
     } else if (key == "joints") {
       RMP_TRY(read_joints(v, out, here));
     } else if (key == "law") {
-      RMP_TRY(read_choice(v, out.law, params, here));
+      RMP_TRY(read_choice(v, out.law, law, here));
     } else if (key == "orientation") {
-      RMP_TRY(read_choice(v, out.orientation, params, here));
+      RMP_TRY(read_choice(v, out.orientation, orientation, here));
     } else if (key == "turning") {
       RMP_TRY(read_choice(v, out.turning, turning, here));
       if (out.turning.name.empty())
@@ -226,7 +227,17 @@ Result<TrajectorySegment> read_segment(const CommandContext& ctx, const Value& v
   std::vector<std::string> words{"shape",       "points",  "joints",     "law",
                                  "orientation", "turning", "transition", "params"};
   RMP_TRY(read_params(providers.owners(), std::move(words), params, out.shape, path));
-  // In its own table, for its parameters have the names of the law's.
+  if (!providers.is_curve() && !(law.empty() && orientation.empty()))
+    return error(ErrorCode::invalid_argument,
+                 text::quote(out.shape.name) +
+                     " is not a curve and has a law and an orientation of "
+                     "its own",
+                 "Leave these tables out.", path);
+  // In a table of its own, a parameter is that provider's, also where others have one of its name.
+  RMP_TRY(read_params(std::array{&std::as_const(providers.law)}, {"name"}, law, out.law,
+                      path + ".law"));
+  RMP_TRY(read_params(std::array{&std::as_const(providers.orientation)}, {"name"}, orientation,
+                      out.orientation, path + ".orientation"));
   RMP_TRY(read_params(std::array{&std::as_const(providers.turning)}, {"name"}, turning, out.turning,
                       path + ".turning"));
   return out;

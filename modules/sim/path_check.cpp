@@ -210,6 +210,15 @@ Result<PathCheck> check_path(const Simulator& sim, const Run& run, bool collisio
       else if (with.error().code == ErrorCode::cancelled) return std::move(with).error();
       else out.notes.push_back("The " + quantity + " is not checked: " + with.error().sentence());
     }
+    std::vector<std::string> unlimited;
+    for (const auto& [limit, what] : {std::pair{&JointModel::max_velocity, "velocity"},
+                                      {&JointModel::max_acceleration, "acceleration"},
+                                      {&JointModel::max_jerk, "jerk"},
+                                      {&JointModel::max_force, "torque"}})
+      if (!limited(limit)) unlimited.emplace_back(what);
+    if (!unlimited.empty())
+      out.notes.push_back("No joint of the robot has a limit of its " + text::enumerate(unlimited) +
+                          ", so there was nothing to compare with.");
     out.times = recording->columns.front().values;
     out.states.assign(out.times.size(), PathState::good);
     std::vector<Pose> frames(setup.model->joints.size());

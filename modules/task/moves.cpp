@@ -56,7 +56,7 @@ Result<model::Trajectory> Stage::trajectory_of(const model::TaskStep& step, cons
       s.shape.name = step.profile;
     } else {
       s.shape.name = "ptp";
-      s.shape.params["law"] = step.profile.empty() ? std::string("quintic") : step.profile;
+      s.shape.params["profile"] = step.profile.empty() ? std::string("quintic") : step.profile;
     }
     s.shape.params["speed_share"] = step.speed;
     if (step.duration > 0) s.shape.params["duration"] = step.duration;

@@ -36,8 +36,8 @@ const rmp_param kEndVelocity{"end_velocity",
         "end_acceleration", "real[]", "", "Likewise [rad/s^2 or m/s^2].", "{}", nullptr, 1, 0};
 
 const rmp_param kPtpParams[] = {
-    {"law", "enum", "", "How the speed changes.", "trapezoidal", "trapezoidal|s_curve|quintic", 1,
-     0},
+    {"profile", "enum", "", "How the speed changes.", "trapezoidal", "trapezoidal|s_curve|quintic",
+     1, 0},
     {"joints_arrive", "enum", "",
      "Together on the straight way of the joint space, or each as fast as it can.", "together",
      "together|each", 1, 0},

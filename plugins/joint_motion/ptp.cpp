@@ -99,10 +99,10 @@ Result<std::unique_ptr<JointSegment>> PtpMaker::make(std::size_t dof,
       if (end[j] != 0)
         return bad("ptp goes from rest to rest, and " + joint_name(j) + " is moving at an end",
                    "Take time_optimal or joint_spline.");
-  const auto law = params.text("law");
-  const Kind kind = law == "quintic"   ? Kind::quintic
-                    : law == "s_curve" ? Kind::s_curve
-                                       : Kind::trapezoidal;
+  const auto profile = params.text("profile");
+  const Kind kind = profile == "quintic"   ? Kind::quintic
+                    : profile == "s_curve" ? Kind::s_curve
+                                           : Kind::trapezoidal;
   const bool is_together = params.text("joints_arrive") != "each";
   const double wanted = params.real("duration");
   const auto stretches = [&](double factor) -> Result<std::vector<Stretch>> {

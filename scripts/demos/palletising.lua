@@ -263,7 +263,7 @@ print(string.format("nothing touches: at least %.2f mm of air in %d places looke
 -- Pictures: the first box is taken, one is on its way, all are stacked; and one flight's speeds.
 for name, at in pairs{ start = 0.02, carried = 0.45 * taken[9] + 0.55 * let_go[9], stacked = total } do
   local drawn, fault = pcall(cell.render, cell, { recording = run, at = at, quality = quality,
-    file = folder .. "/palletising_" .. name .. ".png", size = {410, 310}, axes = false,
+    file = folder .. "/palletising_" .. name .. ".png", size = {680, 510}, axes = false,
     eye = {1.95, 1.25, 1.4}, target = {0.45, -0.06, 0.27} })
   if not drawn then print(fault) end  -- such as: no renderer is installed
 end

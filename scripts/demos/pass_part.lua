@@ -121,7 +121,7 @@ for i, v in ipairs(run:values("signal.taken")) do
 end
 for name, at in pairs{ middle = passed, belt = t[#t] } do
   local drawn, trouble = pcall(cell.render, cell, { recording = run, at = at,
-    file = folder .. "/pass_part_" .. name .. ".png", size = {510, 340}, quality = quality,
+    file = folder .. "/pass_part_" .. name .. ".png", size = {780, 520}, quality = quality,
     axes = false, eye = {0.75, 3.1, 1.4}, target = {0.75, 0.15, 0.38} })
   if not drawn then print(trouble) end  -- such as: no renderer is installed
 end

@@ -11,6 +11,9 @@ local cell = world.create{name = "path_faults"}
 cell:add_robot{robot = arm, name = "arm", q = ready}
 solid.create{name = "bench", root = {kind = "box", x = 0.6, y = 1.2, z = 0.04}}
 cell:add_object{what = "bench", name = "bench", position = {0.75, 0, -0.3}}
+solid.create{name = "foot", root = {kind = "union", children = {
+  {kind = "cylinder", radius = 0.05, height = 0.36}, {kind = "cylinder", radius = 0.22, height = 0.02}}}}
+cell:add_object{what = "foot", name = "foot", position = {0.75, 0, -0.66}}
 cell:add_frame{name = "corner", position = {0.45, -0.6, -0.26}}
 cell:add_light{name = "sun", kind = "sun", rpy = {0.5, -0.4, 0}, colour = "#fff2dd"}
 cell:add_light{name = "lamp", kind = "spot", position = {1.6, -1.2, 1.4}, rpy = {0.45, 0.55, 0},
@@ -43,7 +46,7 @@ for name, kind in pairs{too_far = "unreachable", too_low = "collision"} do
   end
   assert(found[kind], "no fault of the kind " .. kind)
   if #provider.list("renderer") > 0 then
-    cell:check{robot = "arm", trajectory = name, file = file, size = {450, 320}, zoom = 0.7,
+    cell:check{robot = "arm", trajectory = name, file = file, size = {780, 520}, zoom = 0.7,
                quality = quality}
     print(file)
   end

@@ -55,7 +55,7 @@ print(string.format("the upper crate of the stack rests at %.2f mm", 1000 * run:
 
 for name, at in pairs{ start = 0.1, carried = 2.9, placed = 4.4 } do
   local drawn, fault = pcall(cell.render, cell, { recording = run, at = at,
-    file = folder .. "/pick_and_place_" .. name .. ".png", size = {540, 360}, quality = quality,
+    file = folder .. "/pick_and_place_" .. name .. ".png", size = {780, 520}, quality = quality,
     axes = false, eye = {2.5, 1.7, 1.8}, target = {0.3, 0.2, 0.66} })
   if not drawn then print(fault) end  -- such as: no renderer is installed
 end
@@ -120,6 +120,6 @@ for _, with in ipairs{ {"rubber", rubber}, {"oil", oil} } do
     1000 * px[#px], 1000 * py[#py], 1000 * pz[#pz]))
 end
 local drawn, fault = pcall(gripping.render, gripping, { recording = rubber, at = 2.5,
-  file = folder .. "/pick_and_place_fingers.png", size = {540, 360}, quality = quality,
+  file = folder .. "/pick_and_place_fingers.png", size = {780, 520}, quality = quality,
   axes = false, eye = {1.5, 0.55, 1.15}, target = {0.5, -0.12, 0.72} })
 if not drawn then print(fault) end

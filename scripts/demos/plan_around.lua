@@ -40,6 +40,6 @@ end
 for i, share in ipairs{0, 0.5, 1} do
   cell:set_robot_q{ robot = "arm", q = way.joints[1 + math.floor(share * (rows - 1))] }
   local drawn, fault = pcall(cell.render, cell, { file = folder .. "/plan_around_" .. i .. ".png",
-    size = {420, 380}, quality = quality, axes = false, eye = {3.9, -1.0, 1.2}, target = {0.4, 0, 0.6} })
+    size = {640, 580}, quality = quality, axes = false, eye = {3.9, -1.0, 1.2}, target = {0.4, 0, 0.6} })
   if not drawn then print(fault) end  -- such as: no renderer is installed
 end

@@ -24,7 +24,7 @@ end
 local zigzag = {{0, 0, 0, 0, 0, 0}, {0.2, 0.2, 0.05, 0, 0, 0}, {0.4, -0.1, 0.1, 0, 0, 0}, {0.6, 0.1, 0, 0, 0, 0}}
 local splines = {}
 for _, shape in ipairs{"cubic_spline", "quintic_spline", "b_spline", "bezier", "teach_points"} do
-  table.insert(splines, recorded(shape, {{shape = shape, points = zigzag,
+  table.insert(splines, recorded(shape, {{shape = shape, points = zigzag, degree = shape == "b_spline" and 2 or nil,
     rounding = shape == "teach_points" and 0.08 or nil}}))
 end
 draw("splines", splines, {columns = {"y"}, x = "x", title = "curves by control points", height = 460})

@@ -232,7 +232,7 @@ local function weld(name)
     tube = {share = 0.5, eye = {0.72, -0.42, 0.98}, target = {0.54, 0.01, 0.53}} }
   for label, view in pairs(pictures) do
     local drawn, fault = pcall(cell.render, cell, { file = folder .. "/welding_" .. name .. "_" .. label .. ".png",
-      recording = run, at = clock[welded[math.ceil(view.share * #welded)]], size = {440, 360}, quality = quality,
+      recording = run, at = clock[welded[math.ceil(view.share * #welded)]], size = {700, 570}, quality = quality,
       axes = false, eye = view.eye, target = view.target })
     if not drawn then print(fault) end  -- such as: no renderer is installed
   end

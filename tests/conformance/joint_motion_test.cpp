@@ -11,9 +11,9 @@ INSTANTIATE_TEST_SUITE_P(
     JointMotion, JointSegmentConformance,
     testing::Values(
         JointSegmentCase{file(), "ptp", {}, false, false, false, true},
-        JointSegmentCase{file(), "ptp", {{"joints_arrive", "each"}, {"law", "s_curve"}}},
-        JointSegmentCase{file(), "ptp", {{"law", "s_curve"}}},
-        JointSegmentCase{file(), "ptp", {{"law", "quintic"}}},
+        JointSegmentCase{file(), "ptp", {{"joints_arrive", "each"}, {"profile", "s_curve"}}},
+        JointSegmentCase{file(), "ptp", {{"profile", "s_curve"}}},
+        JointSegmentCase{file(), "ptp", {{"profile", "quintic"}}},
         JointSegmentCase{file(), "joint_spline", {}, true, false, true, true},
         JointSegmentCase{file(), "joint_spline", {{"degree", "5"}}, true, false, true, true},
         JointSegmentCase{file(), "time_optimal", {}, true, true, true, true}));
@@ -66,8 +66,8 @@ Row at(const JointSegment& s, std::size_t dof, std::size_t joint, double t) {
 // L. Biagiotti, C. Melchiorri, Trajectory Planning for Automatic Machines and Robots, Springer
 // 2008: section 3.2 (trapezoid), 3.4 (double S, its four cases), 2.1.5 (fifth degree).
 TEST(Ptp, TakesTheTimesOfTheTextbook) {
-  const Motion trapezoid("ptp"), s_curve("ptp", {{"law", "s_curve"}}),
-      quintic("ptp", {{"law", "quintic"}});
+  const Motion trapezoid("ptp"), s_curve("ptp", {{"profile", "s_curve"}}),
+      quintic("ptp", {{"profile", "quintic"}});
   EXPECT_NEAR(trapezoid.duration(one(3, 1.5, 2, 1)), 3 / 1.5 + 1.5 / 2, 1e-9);
   EXPECT_NEAR(trapezoid.duration(one(-0.5, 1.5, 2, 1)), 2 * std::sqrt(0.5 / 2), 1e-9);
   EXPECT_NEAR(s_curve.duration(one(-3, 1.5, 2, 8)), 3 / 1.5 + 1.5 / 2 + 2.0 / 8, 1e-9);
@@ -105,10 +105,10 @@ TEST(Ptp, TogetherIsAStraightWayAndEachIsNot) {
             std::string::npos)
       << Motion("ptp", {{"duration", "2"}}).refusal(t);
   t.jerk.clear();
-  EXPECT_NE(Motion("ptp", {{"law", "s_curve"}}).refusal(t).find("joint 1 has no jerk limit"),
+  EXPECT_NE(Motion("ptp", {{"profile", "s_curve"}}).refusal(t).find("joint 1 has no jerk limit"),
             std::string::npos);
   t.jerk.clear();
-  EXPECT_TRUE(Motion("ptp", {{"law", "s_curve"}, {"jerk", "{30}"}}).make(t).ok());
+  EXPECT_TRUE(Motion("ptp", {{"profile", "s_curve"}, {"jerk", "{30}"}}).make(t).ok());
 }
 
 // Polynomials of the spline's degree are reproduced, whatever the knots.

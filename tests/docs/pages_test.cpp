@@ -140,11 +140,11 @@ INSTANTIATE_TEST_SUITE_P(
     ::testing::Values("README.md", "docs/plugin_author/lua.md", "docs/user/code_generation.md",
                       "docs/user/collision.md", "docs/user/tutorial.md", "docs/user/parameters.md",
                       "docs/user/dynamics.md", "docs/user/files-2006.md", "docs/user/kinematics.md",
-                      "docs/user/inverse_kinematics.md", "docs/user/live_runs.md",
-                      "docs/user/robot_files.md", "docs/user/mechanisms.md",
-                      "docs/user/motion_planning.md", "docs/user/physics.md",
-                      "docs/user/recordings.md", "docs/user/simulation.md", "docs/user/solids.md",
-                      "docs/user/solvers_in_lua.md", "docs/user/tasks.md",
+                      "docs/user/inverse_kinematics.md", "docs/user/joint_motion.md",
+                      "docs/user/live_runs.md", "docs/user/robot_files.md",
+                      "docs/user/mechanisms.md", "docs/user/motion_planning.md",
+                      "docs/user/physics.md", "docs/user/recordings.md", "docs/user/simulation.md",
+                      "docs/user/solids.md", "docs/user/solvers_in_lua.md", "docs/user/tasks.md",
                       "docs/user/trajectories.md", "docs/user/workspace.md", "docs/user/replay.md"),
     [](const auto& param) {
       std::string name;
@@ -152,6 +152,36 @@ INSTANTIATE_TEST_SUITE_P(
         name += std::isalnum(static_cast<unsigned char>(c)) ? c : '_';
       return name;
     });
+
+/// Where the links and pictures of a page lead, without those of its code and to other sites.
+std::vector<std::string> links_of(const fs::path& page) {
+  std::ifstream in(page);
+  std::vector<std::string> links;
+  bool inside = false;
+  for (std::string line; std::getline(in, line);) {
+    if (line.starts_with("```")) inside = !inside;
+    for (std::size_t at = line.find("]("); !inside && at != std::string::npos;
+         at = line.find("](", at + 2)) {
+      const std::string to = line.substr(at + 2, line.find_first_of(")#", at + 2) - at - 2);
+      if (!to.empty() && to.find("://") == std::string::npos) links.push_back(to);
+    }
+  }
+  return links;
+}
+
+TEST(Documentation, LinksAndPicturesLeadToFilesThatAreThere) {
+  const fs::path root(ROBOMOSP_SOURCE_DIR);
+  std::vector<fs::path> pages{root / "README.md"};
+  for (const auto& entry : fs::recursive_directory_iterator(root / "docs"))
+    if (entry.path().extension() == ".md") pages.push_back(entry.path());
+  std::size_t count = 0;
+  for (const fs::path& page : pages)
+    for (const std::string& link : links_of(page)) {
+      ++count;
+      EXPECT_TRUE(fs::exists(page.parent_path() / link)) << page << " links to " << link;
+    }
+  EXPECT_GT(count, 300U);
+}
 
 }  // namespace
 }  // namespace robomosp

@@ -266,6 +266,14 @@ TEST(Schema, ReferencesAreResolvedToHandles) {
   EXPECT_EQ(fault(s, 5), "robot: 5 is not a robot or object. Give its name or a handle.");
 }
 
+TEST(Schema, ChoicesThatAreNumbersMayBeGivenAsNumbers) {
+  ParamSpec e = spec("degree", "enum");
+  e.choices = {"3", "5"};
+  EXPECT_EQ(*check_value(e, 5, "degree"), Value("5"));
+  EXPECT_EQ(fault(e, 4), "degree: \"4\" is not one of the choices. Choices: 3 and 5.");
+  EXPECT_EQ(fault(e, 5.5).substr(0, 12), "degree: 5.5 ");
+}
+
 TEST(Schema, DescriptionIsOneLineForHelp) {
   ParamSpec s = spec("speed", "real", "m/s");
   s.default_value = Value(0.1);

@@ -102,6 +102,23 @@ TEST_F(TrajectoryCommands, TurnsByALawOfItsOwn) {
       "a:set_segment(1, {turning = 'none'}) assert(not a:describe().segments[1].turning)");
 }
 
+TEST_F(TrajectoryCommands, GiveParametersInATableToItsProvider) {
+  // Both the helix and the tangent have an axis.
+  run("h = trajectory.create{name = 'screw', segments = {{shape = 'helix', axis = {0, 0, 1}, \n"
+      "  points = {{0.1, 0, 0}}, centre = {0, 0, 0}, turns = 1, pitch = 0.05,\n"
+      "  orientation = {name = 'tangent', axis = 'z'}, law = {name = 's_curve', jerk = 3}}}}\n"
+      "s = h:describe().segments[1]\n"
+      "assert(s.orientation.params.axis == 'z' and s.law.params.jerk == 3)\n"
+      "assert(s.params.axis[3] == 1 and not s.params.jerk)\n"
+      "h:set_segment(1, {orientation = {name = 'tangent', axis = 'x'}})\n"
+      "s = h:describe().segments[1]\n"
+      "assert(s.orientation.params.axis == 'x' and s.law.params.jerk == 3 and s.params.axis[3] == "
+      "1)");
+  EXPECT_EQ(refused("h:set_segment(1, {law = {name = 's_curve', jrk = 3}})"),
+            "trajectory \"screw\", segment.law: \"s_curve\" has no parameter \"jrk\". Did you mean "
+            "\"jerk\"?");
+}
+
 TEST_F(TrajectoryCommands, StoredOnesKeepWhatIsNotGiven) {
   run("outer = trajectory.create{name = 'outer', segments = {{trajectory = t, position = {1, 0, "
       "0}}}}\n"
