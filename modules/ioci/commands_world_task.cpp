@@ -221,7 +221,8 @@ std::vector<CommandSpec> world_task_commands() {
       {self("world"), needed("signal", "string", "", "Its name.")}, {}, remove_signal, false);
   add("world.attach", "Lets a robot of a world hold an object when a run starts.",
       "The placement is that of the object in the frame of the link or tool. An object that is "
-      "held already changes hands.",
+      "held already changes hands. Its mass counts in the dynamics of the robot: torques, "
+      "time-optimal and forward runs.",
       with_part("cell:attach{object = \"part\", robot = \"arm\", position = {0, 0, 0.02}}\n"
                 "assert(cell:attachments()[1].robot == \"arm\")"),
       placed({self("world"), needed("object", "string", "", "Name of the object in the world."),

@@ -286,7 +286,7 @@ struct Transition {
   bool is_smooth = true;  ///< false = none: the two must meet, and the velocity may jump
   double distance = 0;    ///< of the cut from the corner on both sides, along the path [m]; 0 = by
                           ///< the neighbours' lengths
-  double speed = 0;       ///< mean speed within the piece [m/s]; 0 = of the neighbours
+  double speed = 0;       ///< greatest within the piece [m/s]; 0 = of the neighbours
   bool operator==(const Transition&) const = default;
 };
 

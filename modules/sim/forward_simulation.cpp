@@ -10,6 +10,7 @@
 #include "robotics/kinematics.h"
 #include "sim/motion_reference.h"
 #include "sim/motion_table.h"
+#include "sim/payload.h"
 #include "sim/recording_columns.h"
 #include "spatial/pose.h"
 
@@ -59,6 +60,7 @@ Result<const Member*> member(const std::vector<Member>& all, const std::string& 
 Result<Placed> place(const Simulator& sim, const ForwardRun& run, Progress& progress) {
   Placed p;
   RobotId id = run.record;
+  const model::PlacedRobot* placed = nullptr;
   const document::Snapshot& s = sim.snapshot;
   if (run.world.number != 0) {
     p.world = s.get(run.world);
@@ -68,6 +70,7 @@ Result<Placed> place(const Simulator& sim, const ForwardRun& run, Progress& prog
     RMP_TRY_ASSIGN(const model::PlacedRobot* robot,
                    member(p.world->robots, "robot", run.robot, world));
     id = robot->robot;
+    placed = robot;
     p.where = world + ", robot " + text::quote(run.robot);
     p.title = run.robot;
     p.gravity = p.world->gravity;
@@ -84,6 +87,9 @@ Result<Placed> place(const Simulator& sim, const ForwardRun& run, Progress& prog
   RMP_TRY_ASSIGN(p.model,
                  sim.derived.robot_model(s, id, spatial::rotate_back(p.world_T_mounting, p.gravity),
                                          progress));
+  if (placed) {
+    RMP_TRY_ASSIGN(p.model, attached_model(sim, run.world, *placed, std::move(p.model), progress));
+  }
   if (p.q.empty())
     for (const auto& pose : p.record->poses)
       if (pose.name == "home") p.q = pose.q;

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include <robomosp/sdk/result.h>
+#include <robomosp/sdk/types.h>
 
 #include "kernel/ids.h"
 
@@ -28,6 +29,16 @@ struct Column {
   double upper = std::numeric_limits<double>::infinity();
 };
 
+/// An object or solid that a robot carries for a while: its mass rides on a joint of the model.
+struct Load {
+  std::string robot;  ///< name within the world
+  AnyId what;
+  std::int32_t joint = -1;  ///< -1 = the base
+  Pose joint_T_object;
+  double from = -std::numeric_limits<double>::infinity();  ///< [s]
+  double to = std::numeric_limits<double>::infinity();     ///< up to here, without it [s]
+};
+
 /// A table with one row a sample; the first column is "time". Immutable once made.
 struct Recording {
   std::string title;              ///< "pa10 on circle: inverse dynamics"
@@ -37,6 +48,8 @@ struct Recording {
   double voxel =
       0;  ///< edge of the voxels that the rows are, with x, y, z first [m]; 0 = no voxels
   std::vector<Column> columns;
+  /// What robots carried when; none = what the world's attachments say.
+  std::optional<std::vector<Load>> loads;
   std::vector<std::string> notes;  ///< remarks, such as a limit exceeded, a sentence each
 
   [[nodiscard]] std::size_t rows() const {

@@ -14,6 +14,7 @@
 #include "sim/collision.h"
 #include "sim/dynamics.h"
 #include "sim/joint_rates.h"
+#include "sim/payload.h"
 #include "spatial/euler.h"
 #include "spatial/pose.h"
 
@@ -54,15 +55,18 @@ struct Actor {
   std::shared_ptr<const RobotModel> model;
   model::ProviderChoice inverse_dynamics;
   Pose world_T_base;
+  std::vector<Load> loads;  ///< what it carries when
 };
 
 Result<Actor> actor_of(const Simulator& sim, const Recording& r, Progress& progress) {
   Pose mounting;
   Vec3 gravity{0, 0, -9.81};
   RobotId id;
+  const model::PlacedRobot* placed = nullptr;
   if (const model::World* world = sim.snapshot.get(r.world)) {
-    for (const auto& placed : world->robots)
-      if (placed.name == r.robot) id = placed.robot, mounting = model::pose(placed.placement);
+    for (const auto& robot : world->robots)
+      if (robot.name == r.robot) placed = &robot;
+    if (placed) id = placed->robot, mounting = model::pose(placed->placement);
     gravity = world->gravity;
   } else if (const auto found = sim.snapshot.find(Kind::robot, r.robot);
              found && r.world.number == 0) {
@@ -86,6 +90,12 @@ Result<Actor> actor_of(const Simulator& sim, const Recording& r, Progress& progr
                               sim.snapshot, id, spatial::rotate_back(mounting, gravity), progress));
   a.inverse_dynamics = record->inverse_dynamics;
   a.world_T_base = spatial::compose(mounting, a.model->base);
+  if (r.loads) {
+    for (const Load& load : *r.loads)
+      if (load.robot == r.robot) a.loads.push_back(load);
+  } else if (placed) {
+    RMP_TRY_ASSIGN(a.loads, attached_loads(sim, r.world, *placed, *a.model));
+  }
   return a;
 }
 
@@ -164,23 +174,69 @@ Result<std::vector<double>> add_power(Recording& out, std::size_t dof) {
   return total;
 }
 
+/// Calls `use(dynamics, first, count)` for each stretch of rows in which the robot carries the
+/// same.
+template <class Use>
+Result<void> each_load(const Recording& r, const Simulator& sim, const Actor& a, Progress& progress,
+                       Use&& use) {
+  const Column* const time = r.find("time");
+  const auto carried = [&](std::size_t row) {
+    std::vector<Load> out;
+    for (const Load& load : a.loads)
+      if (!time || (load.from <= time->values[row] && time->values[row] < load.to))
+        out.push_back(load);
+    return out;
+  };
+  const auto ends = [&](std::size_t row) {
+    const double t = time->values[row - 1], next = time->values[row];
+    return std::any_of(a.loads.begin(), a.loads.end(), [&](const Load& load) {
+      return (load.from > t && load.from <= next) || (load.to > t && load.to <= next);
+    });
+  };
+  for (std::size_t first = 0; first < r.rows();) {
+    std::size_t last = first + 1;
+    while (last < r.rows() && !(time && ends(last))) ++last;
+    RMP_TRY_ASSIGN(const auto model, loaded_model(sim, a.model, carried(first), progress));
+    RMP_TRY_ASSIGN(const auto dynamics,
+                   bind_inverse_dynamics(sim.registry, model, a.inverse_dynamics));
+    RMP_TRY(use(dynamics, first, last - first));
+    first = last;
+  }
+  return {};
+}
+
+/// The rows' torques with what is carried, n a row.
+Result<std::vector<double>> motor_torques(const Recording& r, const Simulator& sim, const Actor& a,
+                                          unsigned terms, Progress& progress) {
+  const std::size_t n = a.model->dof(), nq = a.model->coordinate_count();
+  RMP_TRY_ASSIGN(const auto q, table(r, "q", nq));
+  RMP_TRY_ASSIGN(const auto qd, table(r, "qd", n));
+  RMP_TRY_ASSIGN(const auto qdd, table(r, "qdd", n));
+  std::vector<double> out;
+  out.reserve(qd.size());
+  RMP_TRY(each_load(r, sim, a, progress,
+                    [&](const Bound<InverseDynamics>& dynamics, std::size_t first,
+                        std::size_t count) -> Result<void> {
+                      DynamicsBatch batch;
+                      batch.count = count;
+                      batch.q = std::span(q).subspan(first * nq, count * nq);
+                      batch.qd = std::span(qd).subspan(first * n, count * n);
+                      batch.qdd = std::span(qdd).subspan(first * n, count * n);
+                      batch.terms = terms;
+                      RMP_TRY_ASSIGN(const auto part, torques(dynamics, batch, progress));
+                      out.insert(out.end(), part.begin(), part.end());
+                      return {};
+                    }));
+  return out;
+}
+
 Result<void> add_torque(Recording& out, const Simulator& sim, const Actor& a, Progress& progress) {
   const std::size_t n = a.model->dof();
   if (!a.model->loops.empty())
     return error(ErrorCode::unsupported,
                  "torques of mechanisms with closed loops cannot be computed",
                  "robot.simulate records those that move it.");
-  RMP_TRY_ASSIGN(const auto q, table(out, "q", a.model->coordinate_count()));
-  RMP_TRY_ASSIGN(const auto qd, table(out, "qd", n));
-  RMP_TRY_ASSIGN(const auto qdd, table(out, "qdd", n));
-  RMP_TRY_ASSIGN(const auto dynamics,
-                 bind_inverse_dynamics(sim.registry, a.model, a.inverse_dynamics));
-  DynamicsBatch batch;
-  batch.count = out.rows();
-  batch.q = q;
-  batch.qd = qd;
-  batch.qdd = qdd;
-  RMP_TRY_ASSIGN(const auto tau, torques(dynamics, batch, progress));
+  RMP_TRY_ASSIGN(const auto tau, motor_torques(out, sim, a, DynamicsBatch{}.terms, progress));
   for (std::size_t k = 0; k < n; ++k) {
     const Column* rate = out.find("qd" + std::to_string(k + 1));
     Column c{"tau" + std::to_string(k + 1),
@@ -195,15 +251,21 @@ Result<void> add_torque(Recording& out, const Simulator& sim, const Actor& a, Pr
 }
 
 Result<void> add_energy(Recording& out, const Simulator& sim, const Actor& a, Progress& progress) {
-  RMP_TRY_ASSIGN(const auto q, table(out, "q", a.model->coordinate_count()));
-  RMP_TRY_ASSIGN(const auto qd, table(out, "qd", a.model->dof()));
-  RMP_TRY_ASSIGN(const auto dynamics,
-                 bind_inverse_dynamics(sim.registry, a.model, a.inverse_dynamics));
-  DynamicsBatch batch;
-  batch.count = out.rows();
-  batch.q = q;
-  batch.qd = qd;
-  RMP_TRY_ASSIGN(const auto all, energies(dynamics, batch, progress));
+  const std::size_t n = a.model->dof(), nq = a.model->coordinate_count();
+  RMP_TRY_ASSIGN(const auto q, table(out, "q", nq));
+  RMP_TRY_ASSIGN(const auto qd, table(out, "qd", n));
+  std::vector<Energy> all;
+  RMP_TRY(each_load(out, sim, a, progress,
+                    [&](const Bound<InverseDynamics>& dynamics, std::size_t first,
+                        std::size_t count) -> Result<void> {
+                      DynamicsBatch batch;
+                      batch.count = count;
+                      batch.q = std::span(q).subspan(first * nq, count * nq);
+                      batch.qd = std::span(qd).subspan(first * n, count * n);
+                      RMP_TRY_ASSIGN(const auto part, energies(dynamics, batch, progress));
+                      all.insert(all.end(), part.begin(), part.end());
+                      return {};
+                    }));
   Column kinetic{"kinetic", "J", "kinetic energy of bodies and motors", {}},
       potential{"potential", "J", "potential energy of weight (0 at the base) and springs", {}},
       energy{"energy", "J", "kinetic and potential energy", {}};
@@ -306,19 +368,11 @@ Result<void> add_force(Recording& out, const Simulator& sim, const Actor& a, con
   if (!a.model->loops.empty())
     return error(ErrorCode::unsupported, "the force at the tool of closed loops is not computed",
                  "Ask for other quantities.");
-  RMP_TRY_ASSIGN(const auto q, table(out, "q", a.model->coordinate_count()));
-  RMP_TRY_ASSIGN(const auto qd, table(out, "qd", n));
-  RMP_TRY_ASSIGN(const auto qdd, table(out, "qdd", n));
   RMP_TRY_ASSIGN(const auto tau, table(out, "tau", n));
-  RMP_TRY_ASSIGN(const auto dynamics,
-                 bind_inverse_dynamics(sim.registry, a.model, a.inverse_dynamics));
-  DynamicsBatch batch;
-  batch.count = out.rows();
-  batch.q = q;
-  batch.qd = qd;
-  batch.qdd = qdd;
-  batch.terms = kGravityTerm | kInertialTerm | kVelocityTerm | kSpringTerm;
-  RMP_TRY_ASSIGN(auto missing, torques(dynamics, batch, progress));
+  RMP_TRY_ASSIGN(
+      auto missing,
+      motor_torques(out, sim, a, kGravityTerm | kInertialTerm | kVelocityTerm | kSpringTerm,
+                    progress));
   for (std::size_t i = 0; i < missing.size(); ++i) missing[i] -= tau[i];
   for (const auto& [stem, sign] : {std::pair{"tau_friction", 1.0}, {"tau_stop", -1.0}})
     if (out.find(stem + std::string("1"))) {
@@ -487,6 +541,7 @@ Result<RecordingPtr> with_quantities_of(const Simulator& sim, const Recording& r
   Recording own;
   own.world = recording.world;
   own.robot = robot;
+  own.loads = recording.loads;
   for (const Column& c : recording.columns) {
     if (c.name == "time") own.columns.push_back(c);
     if (!c.name.starts_with(prefix)) continue;

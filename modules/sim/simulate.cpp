@@ -15,6 +15,7 @@
 #include "robotics/home.h"
 #include "sim/collision.h"
 #include "sim/collision_cache.h"
+#include "sim/payload.h"
 #include "sim/recording_columns.h"
 #include "sim/retime.h"
 #include "sim/robot_motion.h"
@@ -70,6 +71,8 @@ Result<RunSetup> prepare_run(const Simulator& sim, const Run& run, Progress& pro
   RMP_TRY_ASSIGN(setup.model,
                  sim.derived.robot_model(sim.snapshot, robot->robot,
                                          spatial::rotate_back(mounting, world->gravity), progress));
+  RMP_TRY_ASSIGN(setup.model,
+                 attached_model(sim, run.world, *robot, std::move(setup.model), progress));
   setup.world_T_base = spatial::compose(mounting, setup.model->base);
   if (!setup.model->is_simple() || !setup.model->loops.empty())
     return error(ErrorCode::unsupported,

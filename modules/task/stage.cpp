@@ -241,6 +241,20 @@ sim::Recording Stage::recording(double end) const {
   sim::Recording out;
   out.world = id_;
   out.notes = notes_;
+  out.loads.emplace();
+  for (const Thing& thing : things_)
+    for (std::size_t i = 0; i < thing.history.size(); ++i) {
+      const Held& h = thing.history[i];
+      if (!h.is_held) continue;
+      sim::Load load;
+      load.robot = actors_[h.actor].placed->name;
+      load.what = thing.placed->what;
+      load.joint = h.joint;
+      load.joint_T_object = h.pose;
+      load.from = h.from;
+      if (i + 1 < thing.history.size()) load.to = thing.history[i + 1].from;
+      out.loads->push_back(std::move(load));
+    }
   sim::Column time{"time", "s", "time from the start of the tasks", {}};
   const auto whole = static_cast<std::size_t>(end / step_ * (1 + 1e-12));
   for (std::size_t i = 0; i <= whole; ++i) time.values.push_back(step_ * static_cast<double>(i));

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a robot holds has weight and inertia: torques, energies and free motions against closed
+// forms of an arm with one joint.
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "lua/lua_state.h"
+#include "support/program.h"
+
+namespace robomosp::lua {
+namespace {
+
+/// An arm without mass whose joint turns x towards z; a block of 1 kg beside its tool.
+class Payload : public test::ProgramTest {
+ protected:
+  void SetUp() override {
+    ProgramTest::SetUp();
+    state_ = std::make_unique<LuaState>(app(), session_, LuaOptions{});
+    run("material.create{name = 'light', density = 1000}\n"
+        "block = solid.create{name = 'block', material = 'light', root = {kind = 'box', x = 0.1, y "
+        "= "
+        "0.1, z = 0.1}}\n"
+        "arm = robot.create{name = 'arm', links = {{a = 0.5, max_velocity = 2, max_acceleration = "
+        "5}}}\n"
+        "cell = world.create{name = 'cell'}\n"
+        "cell:add_robot{robot = 'arm', name = 'arm', placement = {0, 0, 0, math.pi / 2, 0, 0}}\n"
+        "cell:add_object{what = 'block', name = 'block', position = {0.55, 0.02, 0.1}}\n"
+        "trajectory.create{name = 'lift', sample_time = 0.05, segments = {\n"
+        "  {shape = 'ptp', profile = 'quintic', joints = {{0}, {1.2}}}}}\n"
+        "cell:add_trajectory{trajectory = 'lift'}\n"
+        "m = block:mass()\n"
+        // x and z of its centre of mass while the arm lies along x; a cube turns alike about all
+        // axes.
+        "function hold(at_x, at_z) x, z = at_x, at_z\n"
+        "  about = m.inertia[2][2] + m.mass * (x * x + z * z) end\n"
+        "function torque(q, qdd) return about * qdd + m.mass * 9.81 * (x * math.cos(q) - z * "
+        "math.sin(q)) end");
+  }
+  void run(std::string_view code) {
+    auto r = state_->eval(code);
+    ASSERT_TRUE(r.ok()) << r.error().sentence() << "\n" << code;
+  }
+  ioci::Session session_{"test"};
+  std::unique_ptr<LuaState> state_;
+};
+
+TEST_F(Payload, CountsInTheTorquesOfAMotion) {
+  run("without = cell:inverse_dynamics{robot = 'arm', trajectory = 'lift'}:values('tau1')\n"
+      "for i = 1, #without do assert(math.abs(without[i]) < 1e-12) end\n"
+      "cell:attach{robot = 'arm', object = 'block'} hold(0.5, 0)  -- its origin at the tool\n"
+      "r = cell:inverse_dynamics{robot = 'arm', trajectory = 'lift'}\n"
+      "tau, q, qdd = r:values('tau1'), r:values('q1'), r:values('qdd1')\n"
+      "assert(#tau > 20)\n"
+      "for i = 1, #tau do assert(math.abs(tau[i] - torque(q[i], qdd[i])) < 1e-9, i) end");
+  // The same columns, computed behind a kinematic run.
+  run("r = cell:inverse_kinematics{robot = 'arm', trajectory = 'lift'}\n"
+      "r:compute{quantities = {'torque', 'energy'}}\n"
+      "tau, q, qd, qdd = r:values('tau1'), r:values('q1'), r:values('qd1'), r:values('qdd1')\n"
+      "kinetic = r:values('kinetic')\n"
+      "for i = 1, #tau do assert(math.abs(tau[i] - torque(q[i], qdd[i])) < 1e-9, i)\n"
+      "  assert(math.abs(kinetic[i] - about * qd[i]^2 / 2) < 1e-9, i) end");
+}
+
+TEST_F(Payload, FallsWithTheArm) {
+  run("cell:attach{robot = 'arm', object = 'block'} hold(0.5, 0)\n"
+      "r = cell:simulate_dynamics{robot = 'arm', duration = 0.3, sample_time = 0.05}\n"
+      "q, qdd = r:values('q1'), r:values('qdd1')\n"
+      "assert(q[#q] < -0.1)\n"
+      "for i = 1, #q do assert(math.abs(torque(q[i], qdd[i])) < 1e-6, i) end");
+}
+
+TEST_F(Payload, CountsInTasksWhileItIsHeld) {
+  run("hold(0.55 + m.com[1], 0.1 + m.com[3])  -- from where it is\n"
+      "task.create{name = 'carry', steps = {\n"
+      "  {step = 'move', joints = {0.4}}, {step = 'move', joints = {0}},\n"
+      "  {step = 'attach', object = 'block'}, {step = 'move', joints = {0.8}},\n"
+      "  {step = 'detach', object = 'block'}, {step = 'move', joints = {0}}}}\n"
+      "cell:add_task{task = 'carry', robot = 'arm'}\n"
+      "r = cell:run_task{sample_time = 0.01}\n"
+      "r:compute{quantities = {'torque'}, robot = 'arm'}\n"
+      "tau, q, qdd = r:values('arm.tau1'), r:values('arm.q1'), r:values('arm.qdd1')\n"
+      "height, held, free = r:values('block.z'), 0, 0\n"
+      "for i = 2, #tau - 1 do  -- it is taken and let go between rows\n"
+      "  if height[i + 1] ~= height[i] and height[i] ~= height[i - 1] then held = held + 1\n"
+      "    assert(math.abs(tau[i] - torque(q[i], qdd[i])) < 1e-9, i)\n"
+      "  elseif held == 0 and height[i + 2] == height[i] then free = free + 1\n"
+      "    assert(math.abs(tau[i]) < 1e-12, i) end end\n"
+      "assert(held > 20 and free > 20)\n"
+      "assert(math.abs(tau[#tau]) < 1e-12)");
+}
+
+}  // namespace
+}  // namespace robomosp::lua
