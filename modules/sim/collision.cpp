@@ -2,6 +2,7 @@
 #include "sim/collision.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <limits>
@@ -16,9 +17,11 @@
 #include "robotics/build_model.h"
 #include "robotics/kinematics.h"
 #include "sim/collision_cache.h"
+#include "sim/payload.h"
 #include "spatial/convex_hull.h"
 #include "spatial/parallel.h"
 #include "spatial/pose.h"
+#include "spatial/rotation.h"
 #include "spatial/vec.h"
 
 namespace robomosp::sim {
@@ -224,13 +227,58 @@ struct CollisionModel::Builder {
     return {};
   }
 
-  Result<void> add_object(const model::PlacedObject& o) {
+  Result<void> add_object(const model::PlacedObject& o, const Pose& world_T_object,
+                          const Load* held = nullptr, std::int32_t robot = -1,
+                          const Pose& world_T_base = {}) {
     RMP_TRY_ASSIGN(const auto shapes, source.derived.shapes(source.snapshot, o.what, progress));
     CollisionBody body;
     body.name = o.name;
-    body.placement = model::pose(o.placement);
+    body.placement = world_T_object;
+    if (held) {
+      body.is_held = true;
+      body.robot = robot;
+      body.joint = held->joint;
+      body.placement =
+          held->joint < 0 ? compose(world_T_base, held->joint_T_object) : held->joint_T_object;
+      const Vec3 origin = inverse(held->joint_T_object).p;
+      for (const ShapePiece& p : *shapes) body.reach = std::max(body.reach, reach_from(p, origin));
+    }
     out->bodies_.push_back(std::move(body));
     pieces.push_back(*shapes);
+    return {};
+  }
+
+  /// The objects of a world where they are, or with the robots that hold them.
+  Result<void> add_objects(WorldId id, const model::World& world, const ObjectPlaces* places) {
+    std::vector<Load> held;
+    std::vector<Pose> bases;
+    for (const model::PlacedRobot& r : world.robots) {
+      RMP_TRY_ASSIGN(const auto model,
+                     source.derived.robot_model(source.snapshot, r.robot, {0, 0, -9.81}, progress));
+      bases.push_back(compose(model::pose(r.placement), model->base));
+      if (places) continue;
+      RMP_TRY_ASSIGN(auto own, attached_loads(source, id, r, *model));
+      std::move(own.begin(), own.end(), std::back_inserter(held));
+    }
+    if (places) held = places->held;
+    for (const model::PlacedObject& o : world.objects) {
+      const auto load =
+          std::find_if(held.begin(), held.end(), [&](const Load& l) { return l.object == o.name; });
+      const auto robot = std::find_if(world.robots.begin(), world.robots.end(), [&](const auto& r) {
+        return load != held.end() && r.name == load->robot;
+      });
+      if (robot != world.robots.end()) {
+        const auto at = robot - world.robots.begin();
+        RMP_TRY(add_object(o, {}, &*load, static_cast<std::int32_t>(at),
+                           bases[static_cast<std::size_t>(at)]));
+        continue;
+      }
+      Pose pose = model::pose(o.placement);
+      if (places)
+        if (const auto moved = places->moved.find(o.name); moved != places->moved.end())
+          pose = moved->second;
+      RMP_TRY(add_object(o, pose));
+    }
     return {};
   }
 
@@ -254,7 +302,7 @@ struct CollisionModel::Builder {
 
   /// Whether nothing but one joint, or joints that carry no body, is between them.
   [[nodiscard]] bool are_adjacent(const CollisionBody& a, const CollisionBody& b) const {
-    if (a.robot != b.robot || a.robot < 0) return false;
+    if (a.robot != b.robot || a.robot < 0 || a.is_held || b.is_held) return false;
     const RobotModel& m = *out->robots_[static_cast<std::size_t>(a.robot)].model;
     const auto& carrying = carriers[static_cast<std::size_t>(a.robot)];
     const auto below = [&](const CollisionBody& body) {
@@ -350,13 +398,14 @@ struct CollisionModel::Builder {
 
 Result<std::shared_ptr<const CollisionModel>> CollisionModel::of_world(const Simulator& source,
                                                                        WorldId id,
-                                                                       Progress& progress) {
+                                                                       Progress& progress,
+                                                                       const ObjectPlaces* places) {
   const model::World* world = source.snapshot.get(id);
   if (!world)
     return error(ErrorCode::stale_handle, "the world no longer exists", "Open or create one.");
   Builder b{source, progress};
   const std::string where = source.snapshot.describe(id);
-  for (const auto& o : world->objects) RMP_TRY(b.add_object(o).in(where));
+  RMP_TRY(b.add_objects(id, *world, places).in(where));
   for (const auto& r : world->robots)
     RMP_TRY(b.add_robot(r.robot, r.name, model::pose(r.placement), r.q).in(where));
   // The world's own rules come last, so that they win over those of its robots.
@@ -969,18 +1018,68 @@ Result<std::vector<double>> configurations(const CollisionModel& model,
   return q;
 }
 
+/// Where objects are in a row of a recording that holds their places.
+Result<ObjectPlaces> places_at(const model::World& world, const Recording& recording,
+                               std::size_t row) {
+  ObjectPlaces out;
+  out.held = loads_at(*recording.loads, recording.columns.front().values[row]);
+  for (const model::PlacedObject& object : world.objects) {
+    if (!recording.find(object.name + ".x")) continue;
+    std::array<double, 7> v{};
+    constexpr std::array<const char*, 7> kParts{".x", ".y", ".z", ".qw", ".qx", ".qy", ".qz"};
+    for (std::size_t k = 0; k < v.size(); ++k) {
+      const Column* c = recording.find(object.name + kParts[k]);
+      if (!c)
+        return error(ErrorCode::invalid_argument,
+                     "the recording has no column " + text::quote(object.name + kParts[k]),
+                     "Make it again.");
+      v[k] = c->values[row];
+    }
+    Pose pose;
+    pose.p = {v[0], v[1], v[2]};
+    pose.R = spatial::from_quaternion(spatial::Quaternion{v[3], v[4], v[5], v[6]});
+    out.moved.emplace(object.name, pose);
+  }
+  return out;
+}
+
 Result<RecordingPtr> with_clearance(const Simulator& source, const Recording& recording,
                                     Progress& progress) {
-  if (const model::World* world = source.snapshot.get(recording.world))
-    for (const model::PlacedObject& object : world->objects)
-      if (recording.find(object.name + ".x"))
-        return error(ErrorCode::unsupported,
-                     "object " + text::quote(object.name) +
-                         " moves in the recording, and clearances know only objects at rest yet",
-                     "Ask for the clearance of a run without it.");
-  RMP_TRY_ASSIGN(const auto model, collision_model(source, recording.world, progress));
-  RMP_TRY_ASSIGN(const auto q, configurations(*model, recording));
-  RMP_TRY_ASSIGN(const auto nearest, model->clearance(q, progress));
+  const model::World* const world = source.snapshot.get(recording.world);
+  if (!world)
+    return error(ErrorCode::stale_handle, "the world no longer exists", "Open or create one.");
+  const bool has_loads = recording.loads && recording.rows() > 0;
+  for (const model::PlacedObject& object : world->objects)
+    if (!has_loads && recording.find(object.name + ".x"))
+      return error(ErrorCode::unsupported,
+                   "object " + text::quote(object.name) +
+                       " moves by itself in the recording, and clearances know objects at rest or "
+                       "in a robot's hand",
+                   "Ask for the clearance of a run without it.");
+  // A model for each stretch of rows in which nothing is taken or let go.
+  std::vector<std::shared_ptr<const CollisionModel>> models;
+  std::vector<std::size_t> firsts{0};
+  if (has_loads) firsts = load_stretches(recording, *recording.loads);
+  std::vector<Contact> nearest;
+  for (std::size_t i = 0; i < firsts.size(); ++i) {
+    if (has_loads) {
+      RMP_TRY_ASSIGN(const ObjectPlaces places, places_at(*world, recording, firsts[i]));
+      RMP_TRY_ASSIGN(const auto made,
+                     CollisionModel::of_world(source, recording.world, progress, &places));
+      models.push_back(made);
+    } else {
+      RMP_TRY_ASSIGN(const auto made, collision_model(source, recording.world, progress));
+      models.push_back(made);
+    }
+    RMP_TRY_ASSIGN(const auto q, configurations(*models.back(), recording));
+    const std::size_t width = models.back()->coordinate_count();
+    const std::size_t end = i + 1 < firsts.size() ? firsts[i + 1] : recording.rows();
+    RMP_TRY_ASSIGN(
+        const auto part,
+        models.back()->clearance(std::span(q).subspan(firsts[i] * width, (end - firsts[i]) * width),
+                                 progress));
+    nearest.insert(nearest.end(), part.begin(), part.end());
+  }
   Recording out = recording;
   Column column{
       "clearance", "m", "least distance of the robots' bodies to each other and to all else", {}};
@@ -988,13 +1087,14 @@ Result<RecordingPtr> with_clearance(const Simulator& source, const Recording& re
     column.values.push_back(nearest[i].at.distance);
   const auto first = std::find_if(nearest.begin(), nearest.end(),
                                   [](const Contact& c) { return c.at.distance <= 0; });
-  if (first != nearest.end())
+  if (first != nearest.end()) {
+    const auto row = static_cast<std::size_t>(first - nearest.begin());
+    const auto after = std::upper_bound(firsts.begin(), firsts.end(), row);
     out.notes.push_back(
-        model->describe(first->pair) + " touch from t = " +
-        text::print_rounded(
-            recording.columns.front().values[static_cast<std::size_t>(first - nearest.begin())]) +
-        " s.");
-  if (model->pairs().empty())
+        models[static_cast<std::size_t>(after - firsts.begin()) - 1]->describe(first->pair) +
+        " touch from t = " + text::print_rounded(recording.columns.front().values[row]) + " s.");
+  }
+  if (std::all_of(models.begin(), models.end(), [](const auto& m) { return m->pairs().empty(); }))
     out.notes.emplace_back("Nothing in the world can touch, so the clearance is infinite.");
   std::erase_if(out.columns, [](const Column& c) { return c.name == "clearance"; });
   out.columns.push_back(std::move(column));

@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -22,13 +23,14 @@
 
 namespace robomosp::sim {
 
-/// A rigid body: a placed object, a robot's base or a link.
+/// A rigid body: a placed object, a robot's base or a link, or what a robot holds.
 struct CollisionBody {
   std::string name;         ///< "table", "arm.forearm", "arm.base"; of a robot alone "forearm"
-  std::int32_t robot = -1;  ///< index into robots(); -1 = an object
+  std::int32_t robot = -1;  ///< index into robots(); -1 = an object that none holds
   std::int32_t joint = -1;  ///< that carries it; -1 = none: it stands still
   Pose placement;           ///< joint_T_body, or world_T_body of what stands still
   double reach = 0;         ///< of its shapes from the joint's origin, a bound [m]
+  bool is_held = false;     ///< an object in a robot's hand
 };
 
 /// A robot and where its coordinates are in a configuration of all.
@@ -71,13 +73,20 @@ struct SampledPair {
   bool always = false;  ///< touches in all samples; false = in none
 };
 
+/// What robots hold, and where other objects are, instead of as the world says.
+struct ObjectPlaces {
+  std::vector<Load> held;
+  std::map<std::string, Pose> moved;  ///< world_T_object by name
+};
+
 /// Immutable; any thread may query it. A configuration holds the coordinates of all robots one
 /// after the other.
 class CollisionModel {
  public:
-  /// Objects among themselves and with robots' bases, which never move, are not checked.
-  static Result<std::shared_ptr<const CollisionModel>> of_world(const Simulator&, WorldId,
-                                                                Progress&);
+  /// Objects among themselves and with robots' bases, which never move, are not checked. What a
+  /// robot holds is a body of it, and checked with all but what carries it.
+  static Result<std::shared_ptr<const CollisionModel>> of_world(
+      const Simulator&, WorldId, Progress&, const ObjectPlaces* places = nullptr);
   /// Self-collision of a robot that stands in its mounting frame.
   static Result<std::shared_ptr<const CollisionModel>> of_robot(const Simulator&, RobotId,
                                                                 Progress&);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sim/payload.h"
 
+#include <algorithm>
 #include <array>
 
 #include "model/placement.h"
@@ -25,6 +26,7 @@ Result<std::vector<Load>> attached_loads(const Simulator& sim, WorldId id,
                      robotics::grip_frame(*record, model, held.link));
       Load load;
       load.robot = placed.name;
+      load.object = object.name;
       load.what = object.what;
       load.joint = grip.joint;
       load.joint_T_object = spatial::compose(grip.joint_T_link, model::pose(held.tool_T_object));
@@ -51,6 +53,27 @@ Result<std::shared_ptr<const RobotModel>> loaded_model(const Simulator& sim,
   }
   if (out) return std::shared_ptr<const RobotModel>(std::move(out));
   return model;
+}
+
+std::vector<Load> loads_at(std::span<const Load> loads, double time) {
+  std::vector<Load> out;
+  for (const Load& load : loads)
+    if (load.from <= time && time < load.to) out.push_back(load);
+  return out;
+}
+
+std::vector<std::size_t> load_stretches(const Recording& r, std::span<const Load> loads) {
+  std::vector<std::size_t> firsts{0};
+  const Column* const time = r.find("time");
+  const auto changes = [&](double after, double until) {
+    const auto is_within = [&](double t) { return t > after && t <= until; };
+    return std::any_of(loads.begin(), loads.end(), [&](const Load& load) {
+      return is_within(load.from) || is_within(load.to);
+    });
+  };
+  for (std::size_t row = 1; time && row < r.rows(); ++row)
+    if (changes(time->values[row - 1], time->values[row])) firsts.push_back(row);
+  return firsts;
 }
 
 Result<std::shared_ptr<const RobotModel>> attached_model(const Simulator& sim, WorldId world,

@@ -22,6 +22,12 @@ namespace robomosp::sim {
 [[nodiscard]] Result<std::shared_ptr<const RobotModel>> loaded_model(
     const Simulator&, std::shared_ptr<const RobotModel>, std::span<const Load>, Progress&);
 
+/// Those of the loads that are carried at a time [s].
+[[nodiscard]] std::vector<Load> loads_at(std::span<const Load>, double time);
+/// The first rows of the stretches of rows within which nothing is taken or let go; without times
+/// it is all one.
+[[nodiscard]] std::vector<std::size_t> load_stretches(const Recording&, std::span<const Load>);
+
 /// loaded_model() with what the world's attachments put on the robot.
 [[nodiscard]] Result<std::shared_ptr<const RobotModel>> attached_model(
     const Simulator&, WorldId, const model::PlacedRobot&, std::shared_ptr<const RobotModel>,

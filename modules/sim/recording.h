@@ -31,7 +31,7 @@ struct Column {
 
 /// An object or solid that a robot carries for a while: its mass rides on a joint of the model.
 struct Load {
-  std::string robot;  ///< name within the world
+  std::string robot, object;  ///< names within the world
   AnyId what;
   std::int32_t joint = -1;  ///< -1 = the base
   Pose joint_T_object;

@@ -180,27 +180,14 @@ template <class Use>
 Result<void> each_load(const Recording& r, const Simulator& sim, const Actor& a, Progress& progress,
                        Use&& use) {
   const Column* const time = r.find("time");
-  const auto carried = [&](std::size_t row) {
-    std::vector<Load> out;
-    for (const Load& load : a.loads)
-      if (!time || (load.from <= time->values[row] && time->values[row] < load.to))
-        out.push_back(load);
-    return out;
-  };
-  const auto ends = [&](std::size_t row) {
-    const double t = time->values[row - 1], next = time->values[row];
-    return std::any_of(a.loads.begin(), a.loads.end(), [&](const Load& load) {
-      return (load.from > t && load.from <= next) || (load.to > t && load.to <= next);
-    });
-  };
-  for (std::size_t first = 0; first < r.rows();) {
-    std::size_t last = first + 1;
-    while (last < r.rows() && !(time && ends(last))) ++last;
-    RMP_TRY_ASSIGN(const auto model, loaded_model(sim, a.model, carried(first), progress));
+  const std::vector<std::size_t> firsts = load_stretches(r, a.loads);
+  for (std::size_t i = 0; i < firsts.size() && r.rows() > 0; ++i) {
+    const std::size_t first = firsts[i], end = i + 1 < firsts.size() ? firsts[i + 1] : r.rows();
+    const auto carried = time ? loads_at(a.loads, time->values[first]) : a.loads;
+    RMP_TRY_ASSIGN(const auto model, loaded_model(sim, a.model, carried, progress));
     RMP_TRY_ASSIGN(const auto dynamics,
                    bind_inverse_dynamics(sim.registry, model, a.inverse_dynamics));
-    RMP_TRY(use(dynamics, first, last - first));
-    first = last;
+    RMP_TRY(use(dynamics, first, end - first));
   }
   return {};
 }

@@ -248,6 +248,7 @@ sim::Recording Stage::recording(double end) const {
       if (!h.is_held) continue;
       sim::Load load;
       load.robot = actors_[h.actor].placed->name;
+      load.object = thing.placed->name;
       load.what = thing.placed->what;
       load.joint = h.joint;
       load.joint_T_object = h.pose;

@@ -90,5 +90,36 @@ TEST_F(Payload, CountsInTasksWhileItIsHeld) {
       "assert(math.abs(tau[#tau]) < 1e-12)");
 }
 
+TEST_F(Payload, TouchesWhatItMeetsInTheHand) {
+  run("solid.create{name = 'slab', root = {kind = 'box', x = 2, y = 2, z = 0.02}}\n"
+      "cell:add_object{what = 'slab', name = 'table', position = {0, 0, -0.4}}\n"
+      "function pair(rows) for _, r in ipairs(rows) do\n"
+      "  if r.a == 'block' and r.b == 'table' or r.a == 'table' and r.b == 'block' then return r "
+      "end\n"
+      "end end\n"
+      "assert(not pair(cell:distances{q = {-0.3}}))  -- both stand still\n"
+      "cell:attach{robot = 'arm', object = 'block'}\n"
+      // The lowest corner of the square about the tool, above the table's top at -0.38.
+      "lowest = 0.5 * math.sin(-0.3) - 0.05 * (math.sin(0.3) + math.cos(0.3))\n"
+      "d = pair(cell:distances{q = {-0.3}}) assert(math.abs(d.distance - lowest - 0.38) < 1e-6)\n"
+      "assert(pair(cell:collisions{q = {-0.9}}) and not pair(cell:collisions{q = {-0.3}}))");
+}
+
+TEST_F(Payload, CountsInTheClearanceOfTasks) {
+  run("solid.create{name = 'slab', root = {kind = 'box', x = 2, y = 2, z = 0.02}}\n"
+      "cell:add_object{what = 'slab', name = 'ceiling', position = {0, 0, 0.65}}\n"
+      "cell:allow_pair{a = 'block', b = 'arm.base', reason = 'not looked at here'}\n"
+      "task.create{name = 'carry', steps = {{step = 'attach', object = 'block'},\n"
+      "  {step = 'move', joints = {0.8}}, {step = 'detach', object = 'block'},\n"
+      "  {step = 'move', joints = {-0.5}}}}\n"
+      "cell:add_task{task = 'carry', robot = 'arm'}\n"
+      "r = cell:run_task{sample_time = 0.02} r:compute{quantities = {'clearance'}}\n"
+      "c, q, z = r:values('clearance'), r:values('arm.q1'), r:values('block.z')\n"
+      "n = 0 for i = 1, #c - 1 do if z[i + 1] ~= z[i] then n = n + 1\n"
+      "  local top = 0.6 * math.sin(q[i]) + 0.2 * math.cos(q[i])  -- of the block's corner\n"
+      "  assert(math.abs(c[i] - 0.65 + top) < 1e-6, i) end end\n"
+      "assert(n > 20)");
+}
+
 }  // namespace
 }  // namespace robomosp::lua
