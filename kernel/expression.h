@@ -72,6 +72,7 @@ class Expression {
   bool operator==(const Expression& other) const { return code_ == other.code_; }
 
  private:
+  friend class ExpressionGrammar;
   friend class ExpressionCompiler;
   friend class ExpressionMachine;
   enum class Op : std::uint8_t;

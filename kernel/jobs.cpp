@@ -2,10 +2,15 @@
 #include "kernel/jobs.h"
 
 #include <algorithm>
+#include <atomic>
+#include <chrono>
 #include <exception>
 #include <optional>
 #include <utility>
 
+#include "kernel/call_queue.h"
+#include "kernel/executor.h"
+#include "kernel/permit.h"
 #include "kernel/text.h"
 
 namespace robomosp {
@@ -13,6 +18,10 @@ namespace {
 
 /// Finished jobs are remembered so that their status and result can still be asked for.
 constexpr std::size_t kRemembered = 256;
+/// How often one who waits looks whether to give up.
+constexpr std::chrono::milliseconds kLook{50};
+/// Listeners hear of progress no more often than this.
+constexpr std::chrono::milliseconds kTellEvery{20};
 
 bool is_finished(JobState s) {
   return s == JobState::done || s == JobState::failed || s == JobState::cancelled;
@@ -47,41 +56,77 @@ std::string_view to_string(JobState s) {
 }
 
 struct Jobs::Job {
-  JobStatus status;  // guarded by mutex_
-  Work work;         // taken by the worker
-  Done done;         // application thread
+  JobStatus status;                      // guarded by mutex_
+  Work work;                             // taken by the thread that does it
+  std::shared_ptr<const Permit> permit;  // of whoever submitted it
   std::stop_source stop;
   std::optional<Result<Value>> result;  // guarded by mutex_
-  bool delivered = false;               // guarded by mutex_
 };
 
-Jobs::Jobs(unsigned threads) {
-  if (threads == 0) threads = std::max(1U, std::thread::hardware_concurrency());
-  for (unsigned i = 0; i < threads; ++i)
-    threads_.emplace_back([this](std::stop_token token) { worker(std::move(token)); });
+Jobs::Jobs(std::size_t at_once)
+    : at_once_(at_once > 0 ? at_once : std::max(kLeastAtOnce, 2 * Executor::of_process().cores())) {
 }
 
-Jobs::~Jobs() {
+Jobs::~Jobs() { end(); }
+
+void Jobs::end() {
   cancel_all();
-  for (std::jthread& t : threads_) t.request_stop();
-  wake_.notify_all();
-  threads_.clear();  // joins, while the members they use still exist
+  std::unique_lock lock(mutex_);
+  wait_serving(lock, finished_, [this] { return running_ == 0; });
 }
 
-std::uint64_t Jobs::submit(std::string label, Work work, Done done) {
+std::uint64_t Jobs::subscribe(std::function<void(const JobStatus&)> listener) {
+  auto kept = std::make_shared<const std::function<void(const JobStatus&)>>(std::move(listener));
+  const std::lock_guard lock(listeners_mutex_);
+  listeners_.emplace_back(next_listener_, std::move(kept));
+  return next_listener_++;
+}
+
+void Jobs::unsubscribe(std::uint64_t id) {
+  const std::lock_guard lock(listeners_mutex_);
+  std::erase_if(listeners_, [&](const auto& entry) { return entry.first == id; });
+}
+
+void Jobs::tell(const JobStatus& status) const {
+  std::vector<std::shared_ptr<const std::function<void(const JobStatus&)>>> all;
+  {
+    const std::lock_guard lock(listeners_mutex_);
+    for (const auto& [id, listener] : listeners_) all.push_back(listener);
+  }
+  for (const auto& listener : all) (*listener)(status);
+}
+
+std::uint64_t Jobs::submit(std::string label, Work work) {
   auto job = std::make_shared<Job>();
   job->work = std::move(work);
-  job->done = std::move(done);
+  job->permit = keep_permit();
+  std::uint64_t id = 0;
+  Launched launched;
   {
     const std::lock_guard lock(mutex_);
-    job->status.id = next_++;
+    id = job->status.id = next_++;
     job->status.label = std::move(label);
-    jobs_.emplace(job->status.id, job);
-    queue_.push_back(job);
-    completions_.push_back(job);
+    jobs_.emplace(id, job);
+    queue_.push_back(std::move(job));
+    launched = next_locked();
   }
-  wake_.notify_one();
-  return job->status.id;
+  launch(launched);
+  return id;
+}
+
+Jobs::Launched Jobs::next_locked() {
+  Launched launched;
+  while (running_ < at_once_ && !queue_.empty()) {
+    launched.push_back(std::move(queue_.front()));
+    queue_.pop_front();
+    launched.back()->status.state = JobState::running;
+    ++running_;
+  }
+  return launched;
+}
+
+void Jobs::launch(const Launched& launched) {
+  for (const auto& job : launched) Executor::of_process().run([this, job] { work_on(job); });
 }
 
 bool Jobs::cancel_locked(Job& job) {
@@ -91,25 +136,38 @@ bool Jobs::cancel_locked(Job& job) {
   job.status.state = JobState::cancelled;
   job.result = cancelled_error(job.status.label);
   std::erase_if(queue_, [&](const auto& waiting) { return waiting.get() == &job; });
+  done_.push_back(job.status.id);
+  forget_locked();
   return true;
 }
 
 bool Jobs::cancel(std::uint64_t id) {
+  std::shared_ptr<Job> job;
+  std::optional<JobStatus> ended;
+  Work dropped;
   {
     const std::lock_guard lock(mutex_);
     const auto it = jobs_.find(id);
-    if (it == jobs_.end() || !cancel_locked(*it->second)) return false;
+    if (it == jobs_.end()) return false;
+    job = it->second;
+    if (!cancel_locked(*job)) return false;
+    if (is_finished(job->status.state)) {
+      ended = job->status;
+      dropped = std::move(job->work);
+    }
   }
   finished_.notify_all();
+  if (ended) tell(*ended);
   return true;
 }
 
 void Jobs::cancel_all() {
+  std::vector<std::uint64_t> ids;
   {
     const std::lock_guard lock(mutex_);
-    for (const auto& [id, job] : jobs_) cancel_locked(*job);
+    for (const auto& [id, job] : jobs_) ids.push_back(id);
   }
-  finished_.notify_all();
+  for (const std::uint64_t id : ids) cancel(id);
 }
 
 Error Jobs::unknown(std::uint64_t id) const {
@@ -131,95 +189,82 @@ std::vector<JobStatus> Jobs::list() const {
   return all;
 }
 
-void Jobs::worker(std::stop_token token) {
-  for (;;) {
-    std::shared_ptr<Job> job;
+void Jobs::work_on(const std::shared_ptr<Job>& job) {
+  const auto now = [&] {
+    const std::lock_guard lock(mutex_);
+    return job->status;
+  };
+  tell(now());
+  std::atomic<std::chrono::steady_clock::rep> told{0};
+  StopProgress progress(job->stop.get_token(), [&](double fraction, std::string_view what) {
     {
-      std::unique_lock lock(mutex_);
-      if (!wake_.wait(lock, token, [&] { return !queue_.empty(); }) || token.stop_requested())
-        return;
-      job = std::move(queue_.front());
-      queue_.pop_front();
-      job->status.state = JobState::running;
-    }
-    StopProgress progress(job->stop.get_token(), [&](double fraction, std::string_view what) {
       const std::lock_guard lock(mutex_);
       // Not std::clamp: it would let NaN pass.
       job->status.fraction = fraction >= 1 ? 1 : fraction > 0 ? fraction : 0;
       job->status.what = what;
-    });
-    Result<Value> result = guarded_work(job->work, job->status.label, progress);
-    job->work = {};  // releases what it captured before the job counts as finished
-    {
-      const std::lock_guard lock(mutex_);
-      if (job->stop.stop_requested()) {
-        job->status.state = JobState::cancelled;
-        result = cancelled_error(job->status.label);
-      } else if (result.ok()) {
-        job->status.state = JobState::done;
-        job->status.fraction = 1;
-      } else {
-        job->status.state =
-            result.error().code == ErrorCode::cancelled ? JobState::cancelled : JobState::failed;
-      }
-      job->result = std::move(result);
     }
-    finished_.notify_all();
-  }
-}
-
-std::size_t Jobs::pump() {
-  std::size_t count = 0;
-  for (;;) {
-    std::shared_ptr<Job> job;
-    {
-      const std::lock_guard lock(mutex_);
-      if (completions_.empty() || !completions_.front()->result) return count;
-      job = std::move(completions_.front());
-      completions_.pop_front();
-      job->delivered = true;
-      forget_locked();
+    const auto time = std::chrono::steady_clock::now().time_since_epoch();
+    auto last = told.load(std::memory_order_relaxed);
+    if (time - std::chrono::steady_clock::duration(last) >= kTellEvery &&
+        told.compare_exchange_strong(last, time.count()))
+      tell(now());
+  });
+  const PermitScope permitted(job->permit.get());
+  Result<Value> result = guarded_work(job->work, job->status.label, progress);
+  job->work = {};  // releases what it captured before the job counts as finished
+  JobStatus ended;
+  {
+    const std::lock_guard lock(mutex_);
+    // Work that ended well in spite of a late wish to cancel has done what it does.
+    if (result.ok()) {
+      job->status.state = JobState::done;
+      job->status.fraction = 1;
+    } else if (result.error().code == ErrorCode::cancelled) {
+      job->status.state = JobState::cancelled;
+      if (job->stop.stop_requested()) result = cancelled_error(job->status.label);
+    } else {
+      job->status.state = JobState::failed;
     }
-    // Called with no lock held, so that it may submit, cancel or wait.
-    if (const Done done = std::exchange(job->done, {})) done(*job->result);
-    ++count;
+    job->result = std::move(result);
+    ended = job->status;
+    done_.push_back(ended.id);
+    forget_locked();
   }
+  finished_.notify_all();
+  tell(ended);
+  Launched launched;
+  {
+    const std::lock_guard lock(mutex_);
+    --running_;
+    launched = next_locked();
+    finished_.notify_all();  // with the lock held: whoever waits for the last may destroy this
+  }
+  if (!launched.empty()) launch(launched);
 }
 
 void Jobs::forget_locked() {
-  std::size_t delivered = 0;
-  for (const auto& [id, job] : jobs_) delivered += job->delivered ? 1U : 0U;
-  for (auto it = jobs_.begin(); it != jobs_.end() && delivered > kRemembered;) {
-    if (!it->second->delivered) {
-      ++it;
-      continue;
-    }
-    it = jobs_.erase(it);
-    --delivered;
+  while (done_.size() > kRemembered) {
+    jobs_.erase(done_.front());
+    done_.pop_front();
   }
 }
 
-Result<Value> Jobs::wait(std::uint64_t id) {
-  std::shared_ptr<Job> job;
-  {
-    const std::lock_guard lock(mutex_);
-    const auto it = jobs_.find(id);
-    if (it == jobs_.end()) return unknown(id);
-    job = it->second;
+Result<Value> Jobs::wait(std::uint64_t id, const std::function<bool()>& gives_up) {
+  std::unique_lock lock(mutex_);
+  const auto it = jobs_.find(id);
+  if (it == jobs_.end()) return unknown(id);
+  const std::shared_ptr<Job> job = it->second;
+  const auto is_done = [&] { return job->result.has_value(); };
+  while (!wait_serving(lock, finished_, kLook, is_done)) {
+    if (!gives_up) continue;
+    lock.unlock();
+    if (gives_up())
+      return error(ErrorCode::cancelled,
+                   "the wait for the job " + text::quote(job->status.label) + " was given up",
+                   "It goes on; job.cancel ends it.");
+    lock.lock();
   }
-  for (;;) {
-    pump();
-    std::unique_lock lock(mutex_);
-    if (job->result) {
-      const Result<Value> result = *job->result;
-      lock.unlock();
-      pump();  // it may have finished after the first one
-      return result;
-    }
-    finished_.wait(lock, [&] {
-      return job->result || (!completions_.empty() && completions_.front()->result);
-    });
-  }
+  return *job->result;
 }
 
 }  // namespace robomosp

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Jobs: work off the application thread with progress, cancellation and ordered completion
-// (layer: core).
+// Jobs: work beside what a session does, with progress and cancellation (layer: core).
 #pragma once
 
 #include <condition_variable>
@@ -12,7 +11,7 @@
 #include <mutex>
 #include <stop_token>
 #include <string>
-#include <thread>
+#include <utility>
 #include <vector>
 
 #include <robomosp/sdk/progress.h>
@@ -33,44 +32,59 @@ struct JobStatus {
   std::string what;
 };
 
-/// A pool of worker threads. submit() and the completions run on the application thread; the work
-/// itself on a worker, where it may read snapshots and call providers but owns nothing.
+/// Work on threads of the executor, at most so many at once. It reads snapshots and calls providers
+/// and owns nothing. [any thread]
 class Jobs {
  public:
   using Work = std::function<Result<Value>(Progress&)>;
-  using Done = std::function<void(Result<Value>)>;
-  /// 0 = one a hardware thread: whoever waits for jobs, waits without using one.
-  explicit Jobs(unsigned threads = 0);
-  ~Jobs();  ///< cancels and joins
+  /// 0 = two for each core, at least kLeastAtOnce: work may wait for a script or for other work.
+  explicit Jobs(std::size_t at_once = 0);
+  ~Jobs();  ///< cancels and waits
   Jobs(const Jobs&) = delete;
   Jobs& operator=(const Jobs&) = delete;
+  static constexpr std::size_t kLeastAtOnce = 4;
 
-  /// `done` is called from pump(), in the order of submission. An exception of the work becomes an
-  /// Error. Returns the job's id, never reused.
-  std::uint64_t submit(std::string label, Work work, Done done = {});
-  bool cancel(std::uint64_t id);  ///< false if unknown or finished [any thread]
-  void cancel_all();              ///< [any thread]
-  [[nodiscard]] Result<JobStatus> status(std::uint64_t id) const;  ///< [any thread]
-  [[nodiscard]] std::vector<JobStatus> list() const;               ///< [any thread]
-  /// Runs finished jobs' completions; returns how many. [application thread]
-  std::size_t pump();
-  /// Blocks until the job is finished (pumping completions) and returns its result. Results of the
-  /// last 256 delivered jobs can still be asked for. [application thread]
-  [[nodiscard]] Result<Value> wait(std::uint64_t id);
+  /// An exception of the work becomes an Error. Returns the job's id, never reused.
+  std::uint64_t submit(std::string label, Work work);
+  /// Asks it to end: work that does so answers with ErrorCode::cancelled, other work goes on to its
+  /// end. What still waits for its turn ends at once. False if unknown or finished.
+  bool cancel(std::uint64_t id);
+  void cancel_all();
+  void end();  ///< cancels all and waits until nothing runs
+  [[nodiscard]] Result<JobStatus> status(std::uint64_t id) const;
+  [[nodiscard]] std::vector<JobStatus> list() const;
+  /// Waits until the job is finished and gives its result; answers meanwhile what is handed to this
+  /// thread. `gives_up` (may be empty) is asked every 50 ms; then it is an error of code cancelled,
+  /// and the job goes on. Results of the last 256 finished jobs can still be asked for.
+  [[nodiscard]] Result<Value> wait(std::uint64_t id, const std::function<bool()>& gives_up = {});
+  /// `listener` is called after each change of a job's state or progress, by the thread that makes
+  /// it; it may still be called once just after unsubscribe().
+  std::uint64_t subscribe(std::function<void(const JobStatus&)> listener);
+  void unsubscribe(std::uint64_t);
 
  private:
   struct Job;
-  void worker(std::stop_token);
+  using Launched = std::vector<std::shared_ptr<Job>>;
+  [[nodiscard]] Launched next_locked();  // with mutex_ held; what may begin now
+  void launch(const Launched&);          // without it
+  void work_on(const std::shared_ptr<Job>&);
   bool cancel_locked(Job&);  // with mutex_ held
   void forget_locked();      // with mutex_ held
+  void tell(const JobStatus&) const;
   [[nodiscard]] Error unknown(std::uint64_t id) const;
+  const std::size_t at_once_;
+  mutable std::mutex listeners_mutex_;
+  std::vector<
+      std::pair<std::uint64_t, std::shared_ptr<const std::function<void(const JobStatus&)>>>>
+      listeners_;                    // guarded by listeners_mutex_
+  std::uint64_t next_listener_ = 1;  // guarded by listeners_mutex_
   mutable std::mutex mutex_;
-  std::condition_variable_any wake_, finished_;
+  std::condition_variable finished_;
   std::deque<std::shared_ptr<Job>> queue_;              // guarded by mutex_
   std::map<std::uint64_t, std::shared_ptr<Job>> jobs_;  // guarded by mutex_
-  std::deque<std::shared_ptr<Job>> completions_;        // guarded by mutex_, in submission order
+  std::deque<std::uint64_t> done_;                      // guarded by mutex_, the oldest first
   std::uint64_t next_ = 1;                              // guarded by mutex_
-  std::vector<std::jthread> threads_;
+  std::size_t running_ = 0;                             // guarded by mutex_
 };
 
 /// A Progress that a stop_token can cancel; reports go to a callback (may be empty).

@@ -39,13 +39,18 @@ void Messages::post(Severity severity, std::string_view code, std::string_view t
     ring_.push_back(message);
     while (ring_.size() > capacity_) ring_.pop_front();
     for (const auto& [id, subscriber] : subscribers_) receivers.push_back(subscriber);
+    // Within the lock, so that they hear of it in the order of the ring.
+    if (!receivers.empty())
+      lock_->later([message = std::move(message), receivers = std::move(receivers)] {
+        for (const Subscriber& receive : receivers) {
+          try {
+            receive(message);
+          } catch (...) {  // NOLINT: a listener's fault must not become the speaker's
+          }
+        }
+      });
   }
-  for (const Subscriber& receive : receivers) {
-    try {
-      receive(message);
-    } catch (...) {  // NOLINT: a listener's fault must not become the speaker's
-    }
-  }
+  lock_->flush();
 }
 
 std::vector<Message> Messages::recent(std::size_t at_most) const {

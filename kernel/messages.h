@@ -13,6 +13,8 @@
 #include <utility>
 #include <vector>
 
+#include "kernel/app_lock.h"
+
 namespace robomosp {
 
 enum class Severity : std::uint8_t { debug, info, warning, error };
@@ -27,8 +29,9 @@ struct Message {
   std::uint32_t repeated = 0;  ///< how often the same text was suppressed before this one
 };
 
-/// Thread-safe. Subscribers are called outside the lock, on the posting thread; one may still be
-/// called once just after its unsubscribe. [any thread]
+/// Thread-safe. Subscribers are called outside the lock, in order, on the posting thread or on one
+/// that is calling them already; one may still be called once just after its unsubscribe.
+/// [any thread]
 class Messages {
  public:
   using Clock = std::function<std::chrono::steady_clock::time_point()>;
@@ -42,6 +45,9 @@ class Messages {
   using Subscriber = std::function<void(const Message&)>;
   std::uint64_t subscribe(Subscriber);
   void unsubscribe(std::uint64_t);
+  /// What is posted by a thread that holds `lock`, which outlives this, is given to subscribers
+  /// when it holds it no more. Before anything is posted.
+  void deliver_after(AppLock& lock) { lock_ = &lock; }
 
  private:
   struct Seen {
@@ -51,6 +57,8 @@ class Messages {
   };
   std::size_t capacity_;
   Clock clock_;
+  AppLock own_lock_;
+  AppLock* lock_ = &own_lock_;
   mutable std::mutex mutex_;
   std::deque<Message> ring_;                         // guarded by mutex_
   std::map<std::uint64_t, Subscriber> subscribers_;  // guarded by mutex_

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cstddef>
 #include <cstdlib>
 #include <exception>
 #include <memory>
@@ -13,7 +14,6 @@
 #include <utility>
 
 #include <robomosp/sdk/collision.h>
-#include <robomosp/sdk/compiler.h>
 #include <robomosp/sdk/controller.h>
 #include <robomosp/sdk/csg.h>
 #include <robomosp/sdk/csg_primitive.h>
@@ -28,12 +28,13 @@
 #include <robomosp/sdk/physics.h>
 #include <robomosp/sdk/planner.h>
 #include <robomosp/sdk/plugin.h>
-#include <robomosp/sdk/post.h>
 #include <robomosp/sdk/render.h>
 #include <robomosp/sdk/retimer.h>
 #include <robomosp/sdk/robot_code.h>
 #include <robomosp/sdk/trajectory.h>
 
+#include "kernel/interface_adapters.h"
+#include "kernel/permit.h"
 #include "kernel/process.h"
 #include "kernel/text.h"
 
@@ -46,11 +47,17 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kOpenFlags = RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE;
+/// Sizes of the rows of the first SDK; later ones are longer.
+constexpr std::size_t kPluginSize = offsetof(rmp_plugin, provider_size) + sizeof(std::uint32_t),
+                      kProviderSize = offsetof(rmp_provider, create) + sizeof(void*),
+                      kParamSize = offsetof(rmp_param, max) + sizeof(double);
 /// A table longer than this is a wild number, not a plugin.
 constexpr std::uint32_t kMostRows = 4096;
 
 // rmp_host::log carries no context, so the listener has to be reachable without one.
 std::atomic<Messages*> g_log_target{nullptr};
+/// Of the same loader: where providers that ask for another one find it.
+std::atomic<const Registry*> g_registry{nullptr};
 
 void log_from_plugin(std::int32_t severity, const char* source, const char* text) {
   Messages* messages = g_log_target.load();
@@ -77,7 +84,8 @@ class ProgramProgress final : public Progress {
 };
 
 Result<void> run_program(const rmp_program& program) {
-  if (program.struct_size < sizeof(rmp_program) || !program.name || !program.output ||
+  // Fields up to `cancelled` are those of the first SDK.
+  if (!RMP_HAS(&program, cancelled) || !program.name || !program.output ||
       (program.argument_count && !program.arguments) || (program.input_size && !program.input))
     return error(ErrorCode::plugin_failed, "its rmp_program is not filled in");
   ProcessSpec spec;
@@ -93,9 +101,21 @@ Result<void> run_program(const rmp_program& program) {
   if (program.line)
     spec.line = [&](std::string_view l) { program.line(program.context, l.data(), l.size()); };
   ProgramProgress progress(program);
+  // Whether a command starts a program lies with the provider that is chosen, so the table cannot
+  // say it; a session that is denied it stays so.
+  const Permit* permit = current_permit();
+  if (permit && permit->denied.has(Effect::processes)) RMP_TRY(require(Effect::processes));
+  const PermitScope own(nullptr);
   RMP_TRY_ASSIGN(const std::string output, run_process(spec, progress));
   program.output(program.context, output.data(), output.size());
   return {};
+}
+
+void say(char* to, std::uint32_t size, std::string_view sentence) {
+  if (!to || size == 0) return;
+  const std::size_t n = std::min<std::size_t>(sentence.size(), size - 1);
+  std::copy_n(sentence.data(), n, to);
+  to[n] = '\0';
 }
 
 std::int32_t run_for_plugin(const rmp_program* program, char* error, std::uint32_t error_size) {
@@ -110,15 +130,59 @@ std::int32_t run_for_plugin(const rmp_program* program, char* error, std::uint32
   } catch (const std::exception& e) {  // NOLINT: nothing may be thrown into a plugin
     sentence = e.what();
   }
-  if (error && error_size) {
-    const std::size_t n = std::min<std::size_t>(sentence.size(), error_size - 1);
-    std::copy_n(sentence.data(), n, error);
-    error[n] = '\0';
-  }
+  say(error, error_size, sentence);
   return 2;
 }
 
-const rmp_host kHost = {sizeof(rmp_host), RMP_SDK_VERSION, &log_from_plugin, &run_for_plugin};
+/// Providers that ask for providers that ask for them would never come to an end.
+constexpr int kDeepestAsking = 16;
+thread_local int t_asking = 0;
+thread_local bool t_circle = false;  ///< told by all who asked, not as the reason of a reason
+constexpr const char* kCircle = "providers ask for each other in a circle";
+
+void* create_for_plugin(const char* interface_id, const char* name, char* error,
+                        std::uint32_t error_size) {
+  struct Deeper {
+    Deeper() { ++t_asking; }
+    ~Deeper() {
+      if (--t_asking == 0) t_circle = false;
+    }
+  } deeper;
+  try {
+    const Registry* registry = g_registry.load();
+    if (!registry || !interface_id) {
+      say(error, error_size, "there is no registry of providers");
+      return nullptr;
+    }
+    if (t_asking > kDeepestAsking) {
+      t_circle = true;
+      say(error, error_size, kCircle);
+      return nullptr;
+    }
+    auto made = registry->create_raw(interface_id, name ? name : "");
+    if (made.ok()) return *made;
+    say(error, error_size, t_circle ? kCircle : made.error().sentence());
+  } catch (const std::exception& e) {  // NOLINT: nothing may be thrown into a plugin
+    say(error, error_size, e.what());
+  }
+  return nullptr;
+}
+
+void list_for_plugin(const char* interface_id, void* context,
+                     void (*take)(void* context, const char* name, const char* tags)) {
+  try {
+    const Registry* registry = g_registry.load();
+    if (!registry || !interface_id || !take) return;
+    for (const ProviderInfo& info : registry->list(interface_id))
+      if (info.enabled) take(context, info.name.c_str(), text::join(info.tags, ",").c_str());
+  } catch (...) {  // NOLINT: nothing may be thrown into a plugin
+  }
+}
+
+const void* extension_for_plugin(const char*) { return nullptr; }
+
+const rmp_host kHost = {sizeof(rmp_host),   RMP_SDK_VERSION,  &log_from_plugin,     &run_for_plugin,
+                        &create_for_plugin, &list_for_plugin, &extension_for_plugin};
 
 Error refused(std::string message, std::string hint) {
   return error(ErrorCode::plugin_refused, std::move(message), std::move(hint));
@@ -179,8 +243,7 @@ Error tag_differs(std::string_view theirs) {
   return refused("its ABI tag " + text::quote(theirs) + " differs from this program's " +
                      text::quote(ours) + ": " + differing,
                  std::string("Rebuild it with SDK ") + RMP_SDK_VERSION +
-                     " and the compiler and flags of this program (GCC " +
-                     std::to_string(__GNUC__) + ").");
+                     ", libstdc++ with its new strings, and without debug mode.");
 }
 
 /// The entry called behind a wall; checks all that can be checked without running more of it.
@@ -195,15 +258,16 @@ Result<const rmp_plugin*> call_entry(rmp_plugin_entry_fn entry) {
     return refused("its entry function threw an unknown exception", kReport);
   }
   if (!plugin) return refused("its entry function returned nothing", kReport);
-  if (plugin->struct_size < sizeof(rmp_plugin))
+  if (!RMP_HAS(plugin, provider_size))
     return refused("its rmp_plugin has " + std::to_string(plugin->struct_size) +
-                       " bytes; at least " + std::to_string(sizeof(rmp_plugin)) + " are needed",
+                       " bytes; at least " + std::to_string(kPluginSize) + " are needed",
                    "Set struct_size = sizeof(rmp_plugin), or use the RMP_PLUGIN macro.");
   const std::string tag = or_empty(plugin->abi_tag);
   if (tag != RMP_ABI_TAG) return tag_differs(tag);
   if (!plugin->id || !*plugin->id)
     return refused("it has no id", "Give RMP_PLUGIN a reverse-domain id.");
-  if (plugin->provider_count > kMostRows || (plugin->provider_count && !plugin->providers))
+  if (plugin->provider_count > kMostRows || (plugin->provider_count && !plugin->providers) ||
+      (plugin->provider_count && plugin->provider_size < kProviderSize))
     return refused(
         "its provider table is broken (" + std::to_string(plugin->provider_count) + " rows)",
         kReport);
@@ -225,10 +289,11 @@ std::string unknown_interface(const std::string& id) {
 }
 
 Registry::Create creator(const rmp_provider& row, std::string label) {
-  return [create = row.create, label = std::move(label)]() -> Result<void*> {
+  return [create = row.create, id = std::string(row.interface_id),
+          label = std::move(label)]() -> Result<void*> {
     std::array<char, 512> reason{};
     void* made = create(&kHost, reason.data(), static_cast<std::uint32_t>(reason.size()));
-    if (made) return made;
+    if (made) return adapted(id, made);
     reason.back() = '\0';
     const std::string why = reason[0] ? std::string(": ") + reason.data() : " and gave no reason";
     return error(ErrorCode::plugin_failed, "provider \"" + label + "\" could not be made" + why,
@@ -243,10 +308,32 @@ std::vector<std::string> tag_list(const char* tags) {
   return words;
 }
 
+bool is_file(const fs::path& p) {
+  std::error_code ignored;
+  return fs::is_regular_file(p, ignored);
+}
+
+/// Absolute and free of symbolic links where it can be had.
+fs::path resolved(const fs::path& p) {
+  std::error_code failed;
+  const fs::path real = fs::canonical(p, failed);
+  return failed ? p : real;
+}
+
+void append_unique(std::vector<fs::path>& path, const fs::path& folder) {
+  if (!folder.empty() && std::find(path.begin(), path.end(), folder) == path.end())
+    path.push_back(folder);
+}
+
+/// Where the program's own plugins are installed.
+fs::path shipped_folder() {
+  return executable_folder().parent_path() / ROBOMOSP_LIBDIR / "robomosp" / "plugins";
+}
+
 /// Registers one row, or says in `report` why not.
 void register_provider(Registry& registry, const rmp_plugin& plugin, std::uint32_t index,
                        PluginReport& report) {
-  const rmp_provider& row = plugin.providers[index];
+  const rmp_provider& row = rmp_provider_at(plugin, index);
   const std::string interface_id = or_empty(row.interface_id), name = or_empty(row.name);
   const auto skip = [&](const std::string& why) {
     const std::string which = name.empty() ? "provider number " + std::to_string(index + 1)
@@ -257,23 +344,24 @@ void register_provider(Registry& registry, const rmp_plugin& plugin, std::uint32
   };
   if (name.empty()) return skip("it has no name");
   if (interface_id.empty()) return skip("it names no interface");
-  const auto& known = known_interfaces();
-  if (std::find(known.begin(), known.end(), interface_id) == known.end())
-    return skip(unknown_interface(interface_id));
+  const std::string usable_as = current_interface(interface_id);
+  if (usable_as.empty()) return skip(unknown_interface(interface_id));
   if (!row.create) return skip("it has no create function");
-  if (row.param_count > kMostRows || (row.param_count && !row.params))
+  if (row.param_count > kMostRows || (row.param_count && !row.params) ||
+      (row.param_count && row.param_size < kParamSize))
     return skip("its parameter table is broken");
-  auto schema = schema_from(std::span<const rmp_param>(row.params, row.param_count));
+  auto schema = schema_from(row);
   if (!schema.ok()) return skip(schema.error().message);
 
   ProviderInfo info;
-  info.interface_id = interface_id;
+  info.interface_id = usable_as;
   info.name = name;
   info.summary = or_empty(row.summary);
   info.tags = tag_list(row.tags);
   info.origin = report.file.string();
   info.version = report.version;
   info.schema = std::move(*schema);
+  info.shipped = report.shipped;
   auto added = registry.add(std::move(info), creator(row, interface_id + " " + name));
   if (!added.ok()) return skip(added.error().message);
   report.providers.push_back(interface_id + " " + name);
@@ -294,27 +382,12 @@ Result<void> load_file(Registry& registry, PluginReport& report) {
   report.version = or_empty(plugin->version);
   report.license = or_empty(plugin->license);
   report.summary = or_empty(plugin->summary);
+  report.shipped = report.file.parent_path() == resolved(shipped_folder()) &&
+                   report.id.starts_with("org.robomosp.");
   for (std::uint32_t i = 0; i < plugin->provider_count; ++i)
     register_provider(registry, *plugin, i, report);
   report.loaded = true;
   return {};
-}
-
-bool is_file(const fs::path& p) {
-  std::error_code ignored;
-  return fs::is_regular_file(p, ignored);
-}
-
-/// Absolute and free of symbolic links where it can be had.
-fs::path resolved(const fs::path& p) {
-  std::error_code failed;
-  const fs::path real = fs::canonical(p, failed);
-  return failed ? p : real;
-}
-
-void append_unique(std::vector<fs::path>& path, const fs::path& folder) {
-  if (!folder.empty() && std::find(path.begin(), path.end(), folder) == path.end())
-    path.push_back(folder);
 }
 
 }  // namespace
@@ -325,7 +398,6 @@ const std::vector<std::string>& known_interfaces() {
       IkSolver::kInterfaceId,         InverseDynamics::kInterfaceId,
       ForwardDynamics::kInterfaceId,  SegmentMaker::kInterfaceId,
       CollisionEngine::kInterfaceId,  PhysicsEngine::kInterfaceId,
-      Compiler::kInterfaceId,         PostProcessor::kInterfaceId,
       Importer::kInterfaceId,         Exporter::kInterfaceId,
       render::Renderer::kInterfaceId, Integrator::kInterfaceId,
       Controller::kInterfaceId,       RobotCodeGenerator::kInterfaceId,
@@ -344,11 +416,15 @@ fs::path executable_folder() {
 PluginLoader::PluginLoader(Registry& registry, Messages* messages)
     : registry_(registry), messages_(messages) {
   if (messages_) g_log_target = messages_;
+  before_ = g_registry.exchange(&registry_);
 }
 
 PluginLoader::~PluginLoader() {
   Messages* mine = messages_;
   if (mine) g_log_target.compare_exchange_strong(mine, nullptr);
+  // One that was made for a look only leaves things as they were.
+  const Registry* registry = &registry_;
+  g_registry.compare_exchange_strong(registry, before_);
 }
 
 std::vector<fs::path> PluginLoader::search_path(const std::vector<fs::path>& given) {
@@ -357,26 +433,28 @@ std::vector<fs::path> PluginLoader::search_path(const std::vector<fs::path>& giv
   if (const char* listed = std::getenv("ROBOMOSP_PLUGIN_PATH"))
     for (const std::string_view folder : text::split(listed, ':'))
       append_unique(path, fs::path(folder));
+  // What was installed comes before what was dropped into a folder of the user's: a file there adds
+  // to the program and takes nothing's place.
+  append_unique(path, shipped_folder());
   const char* data_home = std::getenv("XDG_DATA_HOME");
   const char* home = std::getenv("HOME");
   if (data_home && *data_home) append_unique(path, fs::path(data_home) / "robomosp" / "plugins");
   else if (home && *home)
     append_unique(path, fs::path(home) / ".local" / "share" / "robomosp" / "plugins");
-  const fs::path prefix = executable_folder().parent_path();
-  append_unique(path, prefix / ROBOMOSP_LIBDIR / "robomosp" / "plugins");
+  if (home && *home) append_unique(path, fs::path(home) / ".local/lib/robomosp/plugins");
   return path;
 }
 
 const PluginReport& PluginLoader::load(std::string_view name_or_path) {
   const fs::path given(name_or_path);
-  if (given.has_extension() && is_file(given)) return load_resolved(given);
+  if (given.has_extension() && is_file(given)) return load_resolved(given, true);
   if (given.has_parent_path()) {
-    if (is_file(given)) return load_resolved(given);
+    if (is_file(given)) return load_resolved(given, true);
     return not_found(name_or_path, {});
   }
   const fs::path file_name = given.extension() == ".so" ? given : fs::path(given.string() + ".so");
   for (const fs::path& folder : path_)
-    if (is_file(folder / file_name)) return load_resolved(folder / file_name);
+    if (is_file(folder / file_name)) return load_resolved(folder / file_name, true);
   return not_found(name_or_path, path_);
 }
 
@@ -398,13 +476,34 @@ const PluginReport& PluginLoader::not_found(std::string_view name,
   return keep(std::move(report));
 }
 
-const PluginReport& PluginLoader::load_resolved(const fs::path& found) {
+Result<void> PluginLoader::admit(const fs::path& file, bool is_asked) {
+  if (!trials_) return {};
+  return trials_->admit(file, file.parent_path() == resolved(shipped_folder()), is_asked);
+}
+
+Result<void> PluginLoader::try_out(const fs::path& file) {
+  auto admitted = admit(resolved(file), true);
+  if (!admitted.ok())
+    return std::move(admitted).in("plugin " + text::quote(resolved(file).string())).error();
+  return {};
+}
+
+void PluginLoader::remember_failures(const fs::path& state) {
+  trials_ = std::make_unique<PluginTrials>(state, trial_seconds_);
+}
+
+const PluginReport& PluginLoader::load_resolved(const fs::path& found, bool is_asked) {
   const fs::path file = resolved(found);
   for (const PluginReport& known : reports_)
     if (known.loaded && known.file == file) return known;
   PluginReport report;
   report.file = file;
-  auto loaded = load_file(registry_, report);
+  auto loaded = admit(file, is_asked);
+  if (loaded.ok()) {
+    std::optional<PluginTrials::Opening> opening;
+    if (trials_) opening.emplace(*trials_, file);
+    loaded = load_file(registry_, report);
+  }
   if (!loaded.ok())
     report.refusal = std::move(loaded).error().in("plugin " + text::quote(file.string()));
   return keep(std::move(report));
@@ -435,7 +534,13 @@ void PluginLoader::load_all() {
       if (it->path().extension() == ".so" && is_file(it->path())) files.push_back(it->path());
     std::sort(files.begin(), files.end());
     for (const fs::path& file : files)
-      if (seen.insert(file.filename()).second) load_resolved(file);
+      if (const auto [first, is_new] = seen.insert(file.filename()); is_new)
+        load_resolved(file, false);
+      else if (messages_)
+        messages_->post(Severity::info, "plugin_hidden",
+                        "plugin " + text::quote(file.string()) +
+                            " is not loaded: a file of its name comes before it.",
+                        "plugin_loader");
   }
 }
 

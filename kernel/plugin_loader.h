@@ -4,6 +4,7 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -12,6 +13,7 @@
 #include <robomosp/sdk/result.h>
 
 #include "kernel/messages.h"
+#include "kernel/plugin_trial.h"
 #include "kernel/registry.h"
 
 namespace robomosp {
@@ -20,6 +22,7 @@ namespace robomosp {
 struct PluginReport {
   std::filesystem::path file;
   bool loaded = false;
+  bool shipped = false;                       ///< it came with the program
   std::string id, version, license, summary;  ///< when the entry could be read
   std::vector<std::string> providers;         ///< "robomosp.ik/1 numeric"
   std::vector<std::string> remarks;           ///< providers skipped and why
@@ -34,8 +37,9 @@ class PluginLoader {
   ~PluginLoader();
   PluginLoader(const PluginLoader&) = delete;
   PluginLoader& operator=(const PluginLoader&) = delete;
-  /// Folders in order of precedence: those given, ROBOMOSP_PLUGIN_PATH, the user's
-  /// ~/.local/share/robomosp/plugins, <executable>/../<libdir>/robomosp/plugins.
+  /// Folders in order of precedence: those given, ROBOMOSP_PLUGIN_PATH, the program's own
+  /// <executable>/../<libdir>/robomosp/plugins, the user's ~/.local/share/robomosp/plugins and
+  /// ~/.local/lib/robomosp/plugins.
   [[nodiscard]] static std::vector<std::filesystem::path> search_path(
       const std::vector<std::filesystem::path>& given);
 
@@ -46,18 +50,29 @@ class PluginLoader {
   const PluginReport& load(std::string_view name_or_path);
   /// Every *.so of the search path, first of a file name wins. [application thread]
   void load_all();
+  /// From now on files that did not come with the program are tried in a process of their own
+  /// before they are opened here, and what ended a process is remembered in this folder
+  /// (PluginTrials).
+  void remember_failures(const std::filesystem::path& state = PluginTrials::state_folder());
+  void set_trial_seconds(double seconds) { trial_seconds_ = seconds; }
+  /// Whether a file can be opened without ending the process; an error says how it would.
+  [[nodiscard]] Result<void> try_out(const std::filesystem::path& file);
   void set_search_path(std::vector<std::filesystem::path> path) { path_ = std::move(path); }
   [[nodiscard]] const std::vector<PluginReport>& reports() const { return reports_; }
 
  private:
-  const PluginReport& load_resolved(const std::filesystem::path& found);
+  const PluginReport& load_resolved(const std::filesystem::path& found, bool is_asked);
+  [[nodiscard]] Result<void> admit(const std::filesystem::path& file, bool is_asked);
   const PluginReport& not_found(std::string_view name,
                                 const std::vector<std::filesystem::path>& looked_in);
   const PluginReport& keep(PluginReport report);
   Registry& registry_;
   Messages* messages_;
+  const Registry* before_ = nullptr;  ///< that providers asked before this loader was made
   std::vector<std::filesystem::path> path_ = search_path({});
   std::vector<PluginReport> reports_;
+  double trial_seconds_ = 10;
+  std::unique_ptr<PluginTrials> trials_;
 };
 
 /// Interface ids this program knows ("robomosp.csg/1", ...).

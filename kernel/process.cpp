@@ -11,6 +11,7 @@
 #include <system_error>
 #include <utility>
 
+#include "kernel/permit.h"
 #include "kernel/plugin_loader.h"
 #include "kernel/text.h"
 
@@ -203,6 +204,7 @@ Result<void> judge(int status, const ProcessSpec& spec) {
 }  // namespace
 
 Result<std::string> run_process(const ProcessSpec& spec, Progress& progress) {
+  RMP_TRY(require(Effect::processes));
   RMP_TRY_ASSIGN(auto in, socket_pair());
   RMP_TRY_ASSIGN(auto out, pipe_pair());
   RMP_TRY_ASSIGN(auto err, pipe_pair());

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "kernel/permit.h"
+#include "kernel/provider_guard.h"
 #include "kernel/text.h"
 
 namespace robomosp {
@@ -17,6 +19,7 @@ std::string short_name(std::string_view interface_id) {
 }  // namespace
 
 Result<void> Registry::add(ProviderInfo info, Create create, bool replace) {
+  RMP_TRY(require(Effect::providers));
   if (info.interface_id.empty() || info.name.empty() || !create)
     return error(ErrorCode::invalid_argument,
                  "a provider needs an interface id, a name and a create function");
@@ -36,6 +39,7 @@ Result<void> Registry::add(ProviderInfo info, Create create, bool replace) {
 }
 
 bool Registry::remove(std::string_view interface_id, std::string_view name) {
+  if (!require(Effect::providers).ok()) return false;
   const std::lock_guard lock(mutex_);
   const auto removed = std::erase_if(entries_, [&](const Entry& e) {
     return e.info.interface_id == interface_id && e.info.name == name;
@@ -44,13 +48,42 @@ bool Registry::remove(std::string_view interface_id, std::string_view name) {
   return removed != 0;
 }
 
+std::string_view standard_provider(std::string_view interface_id) {
+  static constexpr std::pair<std::string_view, std::string_view> kStandard[] = {
+      {"csg", "occt"},
+      {"ik", "numeric"},
+      {"inverse_dynamics", "newton_euler"},
+      {"forward_dynamics", "inertia_matrix"},
+      {"collision", "fcl"},
+      {"physics", "ode"},
+      {"integrator", "dormand_prince"},
+      {"controller", "computed_torque"},
+      {"robot_code", "c99"},
+      {"motion_law", "constant_speed"},
+      {"orientation", "slerp"},
+      {"retimer", "reachability"},
+      {"planner", "rrt_connect"},
+      {"renderer", "osg"},
+  };
+  const std::string brief = short_name(interface_id);
+  for (const auto& [id, name] : kStandard)
+    if (id == brief) return name;
+  return {};
+}
+
 const Registry::Entry* Registry::locate(std::string_view interface_id,
                                         std::string_view name) const {
-  std::string_view wanted = name;
-  if (wanted.empty()) {
-    const auto chosen = defaults_.find(std::string(interface_id));
-    if (chosen != defaults_.end()) wanted = chosen->second;
+  const auto enabled = [&](const Entry& e) {
+    return e.info.interface_id == interface_id && e.info.enabled;
+  };
+  if (!name.empty()) {
+    for (const Entry& e : entries_)
+      if (e.info.interface_id == interface_id && e.info.name == name) return &e;
+    return nullptr;
   }
+  if (const auto chosen = defaults_.find(std::string(interface_id)); chosen != defaults_.end())
+    for (const Entry& e : entries_)
+      if (enabled(e) && e.info.name == chosen->second) return &e;
   // One that answers roughly, or refuses part of what its interface knows, is no default while
   // there is another.
   const auto is_full = [](const Entry& e) {
@@ -58,14 +91,18 @@ const Registry::Entry* Registry::locate(std::string_view interface_id,
       return tag == "approximate" || tag == "partial";
     });
   };
-  const Entry* first_enabled = nullptr;
+  const std::string_view standard = standard_provider(interface_id);
+  const Entry *shipped = nullptr, *found = nullptr;
+  std::size_t count = 0;
   for (const Entry& e : entries_) {
-    if (e.info.interface_id != interface_id) continue;
-    if (!wanted.empty() && e.info.name == wanted && (e.info.enabled || !name.empty())) return &e;
-    if (e.info.enabled && (!first_enabled || (!is_full(*first_enabled) && is_full(e))))
-      first_enabled = &e;
+    if (!enabled(e)) continue;
+    ++count;
+    found = &e;
+    if (!e.info.shipped) continue;
+    if (e.info.name == standard) return &e;
+    if (!shipped || (!is_full(*shipped) && is_full(e))) shipped = &e;
   }
-  return name.empty() ? first_enabled : nullptr;
+  return shipped ? shipped : count == 1 ? found : nullptr;
 }
 
 Error Registry::absent(std::string_view interface_id, std::string_view name) const {
@@ -79,6 +116,9 @@ Error Registry::absent(std::string_view interface_id, std::string_view name) con
                      (name.empty() ? "" : ", so none named " + text::quote(name)),
                  "Load a plugin that offers " + text::quote(interface_id) +
                      "; plugin.list tells which were found.");
+  if (name.empty())
+    return error(ErrorCode::unknown_name, "no " + what + " provider is the default",
+                 "Choose one with provider.default: " + text::enumerate(names) + ".");
   std::string hint = text::did_you_mean(name, names);
   if (!hint.empty()) hint += " ";
   return error(ErrorCode::unknown_name, "there is no " + what + " provider " + text::quote(name),
@@ -87,6 +127,7 @@ Error Registry::absent(std::string_view interface_id, std::string_view name) con
 
 Result<void> Registry::set_enabled(std::string_view interface_id, std::string_view name,
                                    bool enabled) {
+  RMP_TRY(require(Effect::providers));
   const std::lock_guard lock(mutex_);
   for (Entry& e : entries_) {
     if (e.info.interface_id != interface_id || e.info.name != name) continue;
@@ -109,10 +150,13 @@ std::vector<ProviderInfo> Registry::list(std::string_view interface_id) const {
   std::vector<ProviderInfo> infos;
   for (const Entry& e : entries_)
     if (interface_id.empty() || e.info.interface_id == interface_id) infos.push_back(e.info);
+  std::stable_partition(infos.begin(), infos.end(),
+                        [](const ProviderInfo& info) { return info.shipped; });
   return infos;
 }
 
 Result<void> Registry::set_default(std::string_view interface_id, std::string_view name) {
+  RMP_TRY(require(Effect::providers));
   const std::lock_guard lock(mutex_);
   if (name.empty()) {
     defaults_.erase(std::string(interface_id));
@@ -124,6 +168,11 @@ Result<void> Registry::set_default(std::string_view interface_id, std::string_vi
   return {};
 }
 
+std::map<std::string, std::string> Registry::chosen() const {
+  const std::lock_guard lock(mutex_);
+  return defaults_;
+}
+
 std::uint64_t Registry::revision() const {
   const std::lock_guard lock(mutex_);
   return revision_;
@@ -131,6 +180,7 @@ std::uint64_t Registry::revision() const {
 
 Result<void*> Registry::create_raw(std::string_view interface_id, std::string_view name) const {
   Create create;
+  ProviderInfo info;
   std::string label;
   {
     const std::lock_guard lock(mutex_);
@@ -141,13 +191,17 @@ Result<void*> Registry::create_raw(std::string_view interface_id, std::string_vi
       return error(ErrorCode::unsupported, "provider \"" + label + "\" is disabled",
                    "Enable it or choose another one.");
     create = e->create;
+    info.interface_id = e->info.interface_id;
+    info.name = e->info.name;
+    info.tags = e->info.tags;
   }
   Result<void*> made = guarded(label, create);
   if (made.ok() && *made == nullptr)
     return error(ErrorCode::plugin_failed,
                  "provider \"" + label + "\" could not be made and gave no reason",
                  "Report it to the provider's author or choose another provider.");
-  return made;
+  if (!made.ok()) return made;
+  return guarded(label, [&]() -> Result<void*> { return guard_provider(info, *made); });
 }
 
 }  // namespace robomosp

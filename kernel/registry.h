@@ -17,6 +17,7 @@
 #include <robomosp/sdk/plugin.h>
 #include <robomosp/sdk/result.h>
 
+#include "kernel/app_lock.h"
 #include "kernel/schema.h"
 
 namespace robomosp {
@@ -30,9 +31,11 @@ struct ProviderInfo {
   std::string version;            ///< of the plugin
   Schema schema;
   bool enabled = true;
+  bool shipped = false;  ///< it came with the program: it may be a default without being chosen
 };
 
-/// Thread-safe; no lock is held while a provider is created. [any thread]
+/// Thread-safe; no lock is held while a provider is created. What changes it needs the permit of
+/// Effect::providers. [any thread]
 class Registry {
  public:
   /// Creates the interface object (void* to the interface class); errors are sentences.
@@ -42,10 +45,14 @@ class Registry {
   bool remove(std::string_view interface_id, std::string_view name);
   Result<void> set_enabled(std::string_view interface_id, std::string_view name, bool);
 
-  /// Empty name = the default: the one set by set_default, else the first registered and enabled
-  /// without the tags "approximate" and "partial", else the first enabled.
+  /// Empty name = the default: the one set by set_default, else the program's own
+  /// (standard_provider), else the first enabled one that came with the program, without the tags
+  /// "approximate" and "partial" if there is one. What was only found is never a default while the
+  /// program has one; where it has none, the only one there is.
   [[nodiscard]] Result<ProviderInfo> find(std::string_view interface_id,
                                           std::string_view name) const;
+  /// Those that came with the program first, so that who takes the first that can do something
+  /// takes none that was only found.
   [[nodiscard]] std::vector<ProviderInfo> list(std::string_view interface_id = {}) const;
   Result<void> set_default(std::string_view interface_id, std::string_view name);
 
@@ -59,10 +66,13 @@ class Registry {
   }
   /// Counts up with every add, remove, enable and default change. Part of fingerprints.
   [[nodiscard]] std::uint64_t revision() const;
-
- private:
+  /// As create(), without the type: a pointer to the class of the interface, for who deletes it.
   [[nodiscard]] Result<void*> create_raw(std::string_view interface_id,
                                          std::string_view name) const;
+  /// The names set by set_default.
+  [[nodiscard]] std::map<std::string, std::string> chosen() const;
+
+ private:
   struct Entry {
     ProviderInfo info;
     Create create;
@@ -76,9 +86,13 @@ class Registry {
   std::uint64_t revision_ = 0;                   // guarded by mutex_
 };
 
+/// The program's own default of an interface ("numeric"); "" = it has none.
+[[nodiscard]] std::string_view standard_provider(std::string_view interface_id);
+
 /// Calls into a provider and turns whatever it throws into ErrorCode::plugin_failed naming it.
 template <class Fn>
 auto guarded(std::string_view provider, Fn&& fn) -> decltype(fn()) {
+  AppLock::expect_free();
   try {
     return fn();
   } catch (const std::exception& e) {

@@ -530,9 +530,7 @@ Result<Value> check_ref(const ParamSpec& spec, const Value& v, std::string_view 
       if (kind == h->kind) return v;
     return fault(path, shown(v) + " is not " + kind_name(spec));
   }
-  return error(ErrorCode::unsupported,
-               text::quote(*v.as_string()) + " cannot be looked up by name here", "Give a handle.",
-               std::string(path));
+  return v;  // a provider's parameter: it gets the name
 }
 
 /// Joins the sentences of several faults; one fault stays as it is.
@@ -688,7 +686,9 @@ Result<Schema> schema_from(std::span<const rmp_param> table) {
       for (const std::string_view choice : text::split(row.choices, '|'))
         spec.choices.emplace_back(text::trim(choice));
     if (spec.type == "enum" && spec.choices.empty()) return malformed("is an enum without choices");
-    spec.required = row.default_text == nullptr;
+    spec.required = row.default_text == nullptr && (row.flags & RMP_OPTIONAL) == 0;
+    spec.label = row.label ? row.label : "";
+    spec.group = row.group ? row.group : "";
     if (row.default_text) {
       spec.default_value = Value(row.default_text);
       if (!spec.type.starts_with("ref:")) {
@@ -700,6 +700,13 @@ Result<Schema> schema_from(std::span<const rmp_param> table) {
     schema.push_back(std::move(spec));
   }
   return schema;
+}
+
+Result<Schema> schema_from(const rmp_provider& provider) {
+  std::vector<rmp_param> table;
+  for (std::uint32_t i = 0; i < provider.param_count; ++i)
+    table.push_back(rmp_param_at(provider, i));
+  return schema_from(table);
 }
 
 namespace {

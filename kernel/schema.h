@@ -42,6 +42,8 @@ struct ParamSpec {
   double min = -std::numeric_limits<double>::infinity();
   double max = std::numeric_limits<double>::infinity();
   bool infinite = false;  ///< inf and -inf are meant, where min..max allow them; NaN never is
+  std::string label{};    ///< shown for the name: "Damping"; empty = the name
+  std::string group{};    ///< heading it is shown under; empty = none
 };
 
 /// `min` of a quantity that must be greater than 0.
@@ -64,8 +66,10 @@ using ResolveRef = std::function<Result<Handle>(std::string_view kinds, const Va
 /// `speed: real [m/s] = 0.1, greater than 0. Speed along the path.`
 [[nodiscard]] std::string describe(const ParamSpec&);
 
-/// The schema of a provider's constant parameter table; a malformed row is an error that names it.
+/// The schema of a constant parameter table; a malformed row is an error that names it.
 [[nodiscard]] Result<Schema> schema_from(std::span<const rmp_param> table);
+/// Of a provider, whose rows may be those of an older SDK.
+[[nodiscard]] Result<Schema> schema_from(const rmp_provider&);
 
 /// Params (as providers see them) over a checked Map; owns a copy.
 [[nodiscard]] std::unique_ptr<Params> make_params(Map checked);

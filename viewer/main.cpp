@@ -17,7 +17,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "ioci/application.h"
+#include "ioci/core/application.h"
 #include "kernel/text.h"
 #include "lua/lua_state.h"
 #include "model/placement.h"
@@ -52,7 +52,7 @@ struct Options {
   std::vector<std::string> play;  ///< robot, trajectory
   bool still = false;
   std::filesystem::path script;
-  sim::RecordingPtr recording;  ///< that the script made last
+  recording::RecordingPtr recording;  ///< that the script made last
   std::string render, screenshot;
   std::optional<double> at;  ///< [s]
   std::array<int, 2> size{1600, 1000};
@@ -154,8 +154,9 @@ struct Picture {
 };
 
 /// The simulation that is played or looked into; nothing where nothing moves.
-Result<sim::RecordingPtr> recording_of(ioci::Application& app, AnyId id, const Options& options) {
-  if (id.kind != Kind::world) return sim::RecordingPtr{};
+Result<recording::RecordingPtr> recording_of(ioci::Application& app, AnyId id,
+                                             const Options& options) {
+  if (id.kind != Kind::world) return recording::RecordingPtr{};
   if (options.recording) return options.recording;
   NoProgress progress;
   const auto snapshot = app.document.now();
@@ -164,7 +165,7 @@ Result<sim::RecordingPtr> recording_of(ioci::Application& app, AnyId id, const O
   std::vector<std::string> play = options.play;
   if (play.empty() && !options.still && !record->robots.empty() && !record->trajectories.empty())
     play = {record->robots.front().name, record->trajectories.front().name};
-  if (play.empty()) return sim::RecordingPtr{};
+  if (play.empty()) return recording::RecordingPtr{};
   const sim::Simulator simulator{app.registry, app.derived, *snapshot};
   return simulator.inverse_kinematics({.world = world, .robot = play[0], .trajectory = play[1]},
                                       progress);
@@ -223,7 +224,7 @@ Result<Picture> picture(ioci::Application& app, ioci::Session& session, AnyId id
   Picture p;
   if (!options.map.empty()) RMP_TRY(add_map(app, session, id, options, built.scene));
   static_cast<render::Scene&>(p.frame) = std::move(built.scene);
-  RMP_TRY_ASSIGN(const sim::RecordingPtr recording, recording_of(app, id, options));
+  RMP_TRY_ASSIGN(const recording::RecordingPtr recording, recording_of(app, id, options));
   if (recording) {
     RMP_TRY_ASSIGN(p.playback,
                    scene::build_playback(source, WorldId{id.number}, *recording, progress));
@@ -351,10 +352,13 @@ int run(Options options) {
     }
   }
   auto made =
-      ioci::Application::create({.plugin_path = options.plugin_path, .library = options.library});
+      ioci::Application::create({.plugin_path = options.plugin_path,
+                                 .library = options.library,
+                                 .recovery = options.render.empty() ? io::recovery_folder()
+                                                                    : std::filesystem::path()});
   if (!made.ok()) return fail(made.error());
   ioci::Application& app = **made;
-  ioci::Session session("desktop");
+  ioci::Session session("desktop", ioci::SessionKind::window);
   lua::LuaState lua(app, session);
   auto id = options.script.empty() ? open_record(app, session, options.what)
                                    : run_script(app, lua, options);

@@ -1,22 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-// The content of a record as canonical bytes for a fingerprint (layer: application).
+// What tells whether two records are the same: fingerprints and comparison, as the declarations of
+// their fields give them; and what they weigh in memory (layer: application).
 #pragma once
 
-#include <cstdint>
-#include <functional>
+#include <cstddef>
 
 #include "kernel/fingerprint.h"
+#include "model/data.h"
 #include "model/records.h"
 
 namespace robomosp::document {
 
-/// Feeds one reference: by id, or by kind and name.
-using FeedReference = std::function<void(Fingerprinter&, AnyId)>;
-
-/// Feeds every field of the body, in a fixed order.
-void feed(Fingerprinter& fp, const model::Body& body, const FeedReference& reference);
+/// Feeds kind and every field of the body, in a fixed order.
+void feed(Fingerprinter& fp, const model::Body& body, const model::FeedReference& reference);
 /// Fingerprint of name, file and content, references by id.
 [[nodiscard]] Fingerprint record_fingerprint(const model::Record& record);
+/// Whether two records have equal fingerprints, without making them.
+[[nodiscard]] bool equal(const model::Record&, const model::Record&);
 /// Bytes a record occupies, about.
 [[nodiscard]] std::size_t record_bytes(const model::Record& record);
 

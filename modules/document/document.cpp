@@ -2,15 +2,19 @@
 #include "document/document.h"
 
 #include <algorithm>
-#include <array>
+#include <atomic>
+#include <mutex>
 #include <unordered_map>
 #include <unordered_set>
 #include <utility>
 
 #include "document/digest.h"
+#include "document/graph.h"
+#include "document/history.h"
 #include "document/state.h"
 #include "document/validate.h"
 #include "kernel/check.h"
+#include "kernel/permit.h"
 #include "kernel/text.h"
 
 namespace robomosp::document {
@@ -19,8 +23,6 @@ namespace {
 
 using text::quote;
 
-/// What one undo step keeps alive besides the records it replaced: chunks and index nodes.
-constexpr std::size_t kStepOverhead = 8192;
 constexpr std::size_t kMostNamed = 5;  ///< referrers named in a refusal
 
 Error stale(AnyId id) {
@@ -38,255 +40,286 @@ std::string name_some(const Snapshot& s, const std::vector<AnyId>& ids) {
   return text::enumerate(words);
 }
 
-/// Parts of an object that are objects, tasks that a task calls.
-std::vector<AnyId> nested_objects(const Snapshot& s, AnyId id) {
-  std::vector<AnyId> inner;
-  if (id.kind == Kind::task) {
-    if (const auto* t = s.get(TaskId{id.number}))
-      for (const auto& step : t->steps)
-        if (step.task) inner.push_back(step.task);
-    return inner;
-  }
-  if (const auto* o = s.get(ObjectId{id.number}))
-    for (const auto& p : o->parts)
-      if (p.what.kind == Kind::object && p.what) inner.push_back(p.what);
-  return inner;
-}
-
-/// `cycle`: objects each of which has the next as a part, the last the first.
-Error cycle_error(const Snapshot& s, std::vector<AnyId> cycle, const std::vector<AnyId>& changed) {
-  const auto name = [&s](AnyId id) { return quote(s.find(id)->name); };
-  const bool is_task = cycle.front().kind == Kind::task;
-  if (cycle.size() == 1)
-    return is_task
-               ? error(ErrorCode::conflict, "task " + name(cycle[0]) + " cannot call itself",
-                       "Use a repeat step.")
-               : error(ErrorCode::conflict, "cannot place object " + name(cycle[0]) + " in itself");
-  // Tell it from the object that was changed last: it is the one to which the part was given.
-  for (auto it = changed.rbegin(); it != changed.rend(); ++it) {
-    const auto at = std::find(cycle.begin(), cycle.end(), *it);
-    if (at == cycle.end()) continue;
-    std::rotate(cycle.begin(), at + 1, cycle.end());
-    break;
-  }
-  std::string path;
-  for (const AnyId id : cycle) path += (path.empty() ? "" : " > ") + s.find(id)->name;
-  if (is_task)
-    return error(ErrorCode::conflict,
-                 "task " + name(cycle.back()) + " cannot call task " + name(cycle.front()) +
-                     ", which calls it in turn (" + path + ")",
-                 "Use a repeat step.");
-  return error(ErrorCode::conflict, "cannot place object " + name(cycle.front()) + " in object " +
-                                        name(cycle.back()) + ": " + name(cycle.back()) +
-                                        " is already part of " + name(cycle.front()) + " (" + path +
-                                        ")");
-}
-
-/// Of what refers to its own kind, objects and tasks must not form a cycle; a new one passes
-/// through a record that was changed.
-Result<void> refuse_cycles(const Snapshot& s, const std::vector<AnyId>& changed) {
-  struct Step {
-    AnyId id;
-    std::vector<AnyId> inner;
-    std::size_t next = 0;
-  };
-  std::unordered_set<AnyId> done, open;
-  for (const AnyId start : changed) {
-    if ((start.kind != Kind::object && start.kind != Kind::task) || done.contains(start) ||
-        !s.find(start))
-      continue;
-    std::vector<Step> path;
-    path.push_back({start, nested_objects(s, start)});
-    open.insert(start);
-    while (!path.empty()) {
-      Step& top = path.back();
-      if (top.next == top.inner.size()) {
-        open.erase(top.id);
-        done.insert(top.id);
-        path.pop_back();
-        continue;
-      }
-      const AnyId inner = top.inner[top.next++];
-      if (open.contains(inner)) {
-        std::vector<AnyId> cycle;
-        for (auto it = path.rbegin(); it != path.rend(); ++it) {
-          cycle.insert(cycle.begin(), it->id);
-          if (it->id == inner) break;
-        }
-        return cycle_error(s, std::move(cycle), changed);
-      }
-      if (done.contains(inner)) continue;
-      open.insert(inner);
-      path.push_back({inner, nested_objects(s, inner)});
-    }
-  }
-  return {};
-}
-
-/// References exist, and where a body is wanted there is one (the other fields have typed ids).
-Result<void> check_references(const Snapshot& s, const Record& record) {
-  std::optional<Error> fault;
-  model::for_each_reference(record.body, [&](AnyId id, std::string_view field) {
-    if (fault || s.find(id)) return;
-    fault = error(ErrorCode::stale_handle,
-                  quote(field) + " refers to " + std::string(to_string(id.kind)) + " #" +
-                      std::to_string(id.number) + ", which does not exist");
-  });
-  const auto want_body = [&](AnyId id, std::string_view field) {
-    if (fault || id.kind == Kind::solid || id.kind == Kind::object) return;
-    fault = error(ErrorCode::invalid_argument, quote(field) + " refers to " + s.describe(id),
-                  "A solid or an object can stand there.");
-  };
-  if (const auto* o = std::get_if<model::Object>(&record.body))
-    for (const auto& p : o->parts) want_body(p.what, p.name);
-  if (const auto* r = std::get_if<model::Robot>(&record.body)) {
-    for (const auto& p : r->base_parts) want_body(p.what, "base");
-    for (const auto& l : r->links)
-      for (const auto& p : l.parts) want_body(p.what, l.name);
-  }
-  if (const auto* w = std::get_if<model::World>(&record.body))
-    for (const auto& o : w->objects) want_body(o.what, o.name);
-  if (!fault) return {};
-  return std::move(*fault).in(std::string(to_string(record.kind())) + " " + quote(record.name));
-}
-
-/// `changed` and all that depends on it, each after what it refers to; what is gone comes first.
-std::vector<AnyId> affected_order(const Snapshot& s, const std::vector<AnyId>& changed) {
-  std::unordered_set<AnyId> all(changed.begin(), changed.end());
-  std::vector<AnyId> work(changed.begin(), changed.end());
-  while (!work.empty()) {
-    const AnyId id = work.back();
-    work.pop_back();
-    for (const AnyId r : s.referrers(id))
-      if (all.insert(r).second) work.push_back(r);
-  }
-  std::vector<AnyId> gone, objects;
-  std::array<std::vector<AnyId>, std::size(kAllKinds)> by_kind;
-  for (const AnyId id : all)
-    (s.find(id) ? by_kind[static_cast<std::size_t>(id.kind)] : gone).push_back(id);
-  std::sort(gone.begin(), gone.end());
-  for (auto& ids : by_kind) std::sort(ids.begin(), ids.end());
-
-  // Only objects refer to their own kind: post-order over their parts, with an explicit stack.
-  std::unordered_set<AnyId> placed;
-  for (const AnyId start : by_kind[static_cast<std::size_t>(Kind::object)]) {
-    std::vector<std::pair<AnyId, bool>> stack{{start, false}};
-    while (!stack.empty()) {
-      const auto [id, is_ready] = stack.back();
-      stack.pop_back();
-      if (placed.contains(id)) continue;
-      if (is_ready) {
-        placed.insert(id);
-        objects.push_back(id);
-        continue;
-      }
-      stack.emplace_back(id, true);
-      const auto inner = nested_objects(s, id);
-      for (auto it = inner.rbegin(); it != inner.rend(); ++it)
-        if (all.contains(*it) && !placed.contains(*it)) stack.emplace_back(*it, false);
-    }
-  }
-  by_kind[static_cast<std::size_t>(Kind::object)] = std::move(objects);
-
-  std::vector<AnyId> order = std::move(gone);
-  // Worlds refer to all other kinds.
-  std::rotate(by_kind.begin() + static_cast<std::ptrdiff_t>(Kind::world),
-              by_kind.begin() + static_cast<std::ptrdiff_t>(Kind::task), by_kind.end());
-  for (const auto& ids : by_kind) order.insert(order.end(), ids.begin(), ids.end());
-  return order;
-}
-
 }  // namespace
 
 struct Document::Impl {
-  /// One undo step: the states before and after, shared with the snapshots of that time.
-  struct Step {
-    std::string label, gesture;
-    std::shared_ptr<const Snapshot::State> before, after;
-    std::vector<AnyId> changed;
-    std::size_t bytes = 0;
+  struct Gesture {
+    std::uint64_t number = 0;
+    std::shared_ptr<const Deed> deed;
+    std::vector<RecordChange> changes;  ///< since it began
   };
 
-  std::atomic<SnapshotPtr> current{std::make_shared<const Snapshot>()};
-  std::deque<Step> done, undone;  ///< the newest at the back
+  std::unique_ptr<AppLock> own_lock;
+  AppLock* lock = nullptr;
+  mutable std::mutex current_mutex;  ///< for a moment only: reading needs no application lock
+  SnapshotPtr current = std::make_shared<const Snapshot>();  // guarded by current_mutex
+  std::atomic<std::uint64_t> next_id{1};
+  std::atomic<std::uint64_t> epoch{0};  ///< counts clear(): what was begun before cannot commit
+  // Guarded by the application lock:
+  History history;
+  std::vector<Gesture> gestures;                                     ///< open ones
+  std::unordered_map<AnyId, std::shared_ptr<const Deed>> last_deed;  ///< who changed a record last
   std::vector<std::function<void(const Commit&)>> listeners;
-  std::size_t history_bytes = 0, budget = 0;
-  std::uint64_t next_id = 1, revision = 0;
-  std::uint64_t epoch = 0;  ///< counts clear(), so that a transaction from before it cannot commit
-  bool is_open = false;     ///< a transaction is
+  std::uint64_t revision = 0, next_gesture = 1;
+
+  Impl(std::size_t budget, AppLock* given)
+      : own_lock(given ? nullptr : std::make_unique<AppLock>()),
+        lock(given ? given : own_lock.get()),
+        history(budget) {}
+
+  [[nodiscard]] SnapshotPtr now() const {
+    const std::lock_guard guard(current_mutex);
+    return current;
+  }
 
   SnapshotPtr publish(std::shared_ptr<Snapshot::State> state) {
     state->revision = ++revision;
     auto snapshot = std::make_shared<Snapshot>();
     snapshot->state_ = std::move(state);
     SnapshotPtr shared = std::move(snapshot);
-    current.store(shared);
+    SnapshotPtr old = shared;  // let go after the mutex
+    const std::lock_guard guard(current_mutex);
+    std::swap(current, old);
     return shared;
   }
 
-  void remember(Step step) {
-    for (const Step& s : undone) history_bytes -= s.bytes;
-    undone.clear();
-    const bool same_gesture =
-        !step.gesture.empty() && !done.empty() && done.back().gesture == step.gesture;
-    if (same_gesture) {
-      Step& top = done.back();
-      top.after = std::move(step.after);
-      top.label = std::move(step.label);
-      for (const AnyId id : step.changed)
-        if (std::find(top.changed.begin(), top.changed.end(), id) == top.changed.end()) {
-          top.changed.push_back(id);
-          top.bytes += step.bytes / step.changed.size();
-          history_bytes += step.bytes / step.changed.size();
-        }
-    } else {
-      history_bytes += step.bytes;
-      done.push_back(std::move(step));
-    }
-    while (history_bytes > budget && done.size() > 1) {
-      history_bytes -= done.front().bytes;
-      done.pop_front();
-    }
+  void note(const std::shared_ptr<const Deed>& deed, const std::vector<RecordChange>& changes) {
+    for (const RecordChange& c : changes) last_deed[c.id] = deed;
   }
 
-  void tell(const Commit& commit) {
-    const auto all = listeners;  // a listener may add listeners
-    for (const auto& fn : all) fn(commit);
-  }
-
-  Result<Commit> step(std::deque<Step>& from, std::deque<Step>& to, bool is_undo) {
-    const char* verb = is_undo ? "undo" : "redo";
-    if (is_open)
-      return error(ErrorCode::conflict,
-                   std::string("cannot ") + verb + " while a transaction is open",
-                   "Commit it or drop it first.");
-    if (from.empty()) return error(ErrorCode::conflict, std::string("there is nothing to ") + verb);
-    Step s = std::move(from.back());
-    from.pop_back();
-    s.gesture.clear();  // what follows an undo or redo is a step of its own
-    if (!done.empty()) done.back().gesture.clear();
-    const SnapshotPtr now =
-        publish(std::make_shared<Snapshot::State>(*(is_undo ? s.before : s.after)));
-    Commit commit{now->revision(), s.label, s.changed, affected_order(*now, s.changed)};
-    to.push_back(std::move(s));
-    tell(commit);
+  /// Reports what was published.
+  Commit report(const Snapshot& now, std::string label, Author author, CommitKind kind,
+                std::vector<RecordChange> changes) {
+    Commit commit;
+    commit.revision = now.revision();
+    commit.label = std::move(label);
+    commit.author = std::move(author);
+    commit.kind = kind;
+    commit.changed.reserve(changes.size());
+    for (const RecordChange& c : changes) commit.changed.push_back(c.id);
+    commit.affected = affected_order(now, commit.changed);
+    commit.records = std::move(changes);
+    if (!listeners.empty())
+      lock->later([all = listeners, commit] {
+        for (const auto& fn : all) fn(commit);
+      });
     return commit;
   }
+
+  [[nodiscard]] Gesture* find_gesture(std::uint64_t number) {
+    const auto at = std::find_if(gestures.begin(), gestures.end(),
+                                 [&](const Gesture& g) { return g.number == number; });
+    return at == gestures.end() ? nullptr : &*at;
+  }
+
+  /// `session "rig" (world.place cell)` for whoever changed a record last.
+  [[nodiscard]] std::string culprit(AnyId id) const {
+    const auto at = last_deed.find(id);
+    if (at == last_deed.end()) return "another edit";
+    return words(*at->second);
+  }
+  static std::string words(const Deed& deed) {
+    return (deed.author.name.empty() ? std::string("the program")
+                                     : "session " + quote(deed.author.name)) +
+           " (" + deed.label + ")";
+  }
+
+  /// The state with the records of `changes` as they were before (or after) them: refused when one
+  /// of them is not as it was left, or when the document would not hold together.
+  Result<std::shared_ptr<Snapshot::State>> put_back(const Snapshot& now,
+                                                    const std::vector<RecordChange>& changes,
+                                                    bool backwards) const;
+  [[nodiscard]] Result<void> follows_worlds(const Snapshot& before, const Snapshot& after,
+                                            const std::vector<RecordChange>& changes) const;
+
+  /// Refuses what others may not do while a gesture is open; `own` is the gesture that does it.
+  [[nodiscard]] Result<void> free_of_gestures(const Snapshot& after,
+                                              const std::vector<RecordChange>& changes,
+                                              std::uint64_t own) const {
+    for (const Gesture& g : gestures) {
+      if (g.number == own || g.changes.empty()) continue;
+      for (const RecordChange& c : changes)
+        for (const RecordChange& held : g.changes)
+          if (held.id == c.id)
+            return error(ErrorCode::conflict,
+                         after.describe(c.id) + " is in a gesture of " + words(*g.deed),
+                         "Wait until that has ended.");
+      if (auto undone = put_back(after, g.changes, true); !undone.ok())
+        return error(ErrorCode::conflict,
+                     "a gesture of " + words(*g.deed) +
+                         " could not be cancelled after it: " + undone.error().message,
+                     "Wait until that has ended.");
+    }
+    return {};
+  }
+
+  Result<Commit> step(std::optional<std::uint64_t> session, std::uint64_t number, bool is_undo);
 };
+
+namespace {
+
+bool is_same(const RecordPtr& a, const RecordPtr& b) { return a == b || (a && b && equal(*a, *b)); }
+
+}  // namespace
+
+Result<std::shared_ptr<Snapshot::State>> Document::Impl::put_back(
+    const Snapshot& now, const std::vector<RecordChange>& changes, bool backwards) const {
+  for (const RecordChange& c : changes)
+    if (!is_same(now.share(c.id), backwards ? c.after : c.before)) {
+      const RecordPtr& known = c.after ? c.after : c.before;
+      return error(ErrorCode::conflict,
+                   std::string(to_string(c.id.kind)) + " " + quote(known->name) +
+                       " was changed since by " + culprit(c.id),
+                   "Take that back first, or edit it by hand.");
+    }
+  auto state = std::make_shared<Snapshot::State>(*now.state_);
+  std::vector<AnyId> ids;
+  for (auto it = changes.rbegin(); it != changes.rend(); ++it) {
+    state->put(it->id, backwards ? it->before : it->after);
+    ids.push_back(it->id);
+  }
+  state->relink(ids);
+  Snapshot after;
+  after.state_ = state;
+  for (const AnyId id : ids) {
+    const Record* record = after.find(id);
+    if (!record) {
+      const auto users = state->dangling(id);
+      if (users.empty()) continue;
+      return error(ErrorCode::conflict,
+                   name_some(after, users) + (users.size() == 1 ? " refers" : " refer") + " to " +
+                       now.describe(id) + " since " + culprit(users.front()),
+                   "Take that back first, or remove the reference.");
+    }
+    if (const auto named = after.find(id.kind, record->name); named != id)
+      return error(ErrorCode::conflict,
+                   "there is " + with_article(to_string(id.kind)) + " named " +
+                       quote(record->name) + " since " + culprit(*named),
+                   "Give that another name first.");
+    if (auto held = check_references(after, *record); !held.ok()) return std::move(held).error();
+  }
+  RMP_TRY(refuse_cycles(
+      after, [&now](AnyId id) { return now.find(id); }, ids));
+  RMP_TRY(follows_worlds(now, after, changes));
+  return state;
+}
+
+/// Expressions over the parameters of worlds that change must still have the values that they hold.
+Result<void> Document::Impl::follows_worlds(const Snapshot& before, const Snapshot& after,
+                                            const std::vector<RecordChange>& changes) const {
+  std::vector<std::string> worlds;
+  for (const RecordChange& c : changes) {
+    if (c.id.kind != Kind::world) continue;
+    const Record* was = before.find(c.id);
+    const Record* is = after.find(c.id);
+    if (was && is && was->name == is->name &&
+        std::get<model::World>(was->body).parametric.parameters ==
+            std::get<model::World>(is->body).parametric.parameters)
+      continue;
+    if (was) worlds.push_back(was->name);
+    if (is) worlds.push_back(is->name);
+  }
+  if (worlds.empty()) return {};
+  for (const AnyId user : after.users_of_worlds()) {
+    const Record& record = *after.find(user);
+    const auto mentions = model::world_mentions(record.body);
+    if (std::none_of(mentions.begin(), mentions.end(), [&](const auto& n) {
+          return std::find(worlds.begin(), worlds.end(), n.scope) != worlds.end();
+        }))
+      continue;
+    Record again = record;
+    const auto known = after.world_parameters();
+    bool is_absent = false;
+    for (const auto& n : mentions)
+      is_absent = is_absent || (before.world_parameters()(n) && !known(n));
+    if (!is_absent && model::resolve(again.body, again.name, known).ok() && equal(again, record))
+      continue;
+    return error(ErrorCode::conflict,
+                 after.describe(user) + " uses its parameters since " + culprit(user),
+                 "Take that back first, or give its numbers plain values.");
+  }
+  return {};
+}
+
+Result<Commit> Document::Impl::step(std::optional<std::uint64_t> session, std::uint64_t number,
+                                    bool is_undo) {
+  RMP_TRY(require(Effect::edits));
+  const char* verb = is_undo ? "undo" : "redo";
+  const AppLock::Hold hold(*lock, verb);
+  for (const Gesture& g : gestures)
+    if (!session || g.deed->author.session == *session)
+      return error(
+          ErrorCode::conflict,
+          std::string("cannot ") + verb + " while the gesture " + words(*g.deed) + " is open",
+          "Commit or cancel it first.");
+  Step* s = number    ? history.find(number)
+            : is_undo ? history.next_undo(session)
+                      : history.next_redo(session);
+  if (number && (!s || (s->undone != 0) == is_undo))
+    return error(ErrorCode::conflict,
+                 s ? "step " + std::to_string(number) + (is_undo ? " is undone" : " is not undone")
+                   : "there is no step " + std::to_string(number),
+                 "document.history lists the steps.");
+  if (number && session && s->deed->author.session != *session)
+    return error(ErrorCode::conflict,
+                 "step " + std::to_string(number) + " was made by " + words(*s->deed),
+                 "A session undoes its own steps.");
+  if (!s) {
+    std::string hint;
+    if (is_undo && history.forgotten())
+      hint = std::to_string(history.forgotten()) +
+             " older steps were forgotten to keep the history within " +
+             std::to_string(history.budget() >> 20) + " MiB (document.history_memory).";
+    return error(ErrorCode::conflict, std::string("there is nothing to ") + verb, hint);
+  }
+  const SnapshotPtr before = this->now();
+  auto state = put_back(*before, s->changes, is_undo);
+  if (!state.ok())
+    return std::move(state).error().in(std::string(verb) + " of " + quote(s->deed->label));
+  std::vector<RecordChange> changes;
+  changes.reserve(s->changes.size());
+  for (const RecordChange& c : s->changes)
+    changes.push_back(is_undo ? RecordChange{c.id, c.after, c.before} : c);
+  {
+    Snapshot after;
+    after.state_ = *state;
+    RMP_TRY(free_of_gestures(after, changes, 0));
+  }
+  const SnapshotPtr now = publish(std::move(*state));
+  history.mark(*s, is_undo);
+  const Deed deed = *s->deed;
+  note(s->deed, changes);
+  return report(*now, deed.label, deed.author, is_undo ? CommitKind::undo : CommitKind::redo,
+                std::move(changes));
+}
+
+namespace {
+
+Error cleared_meanwhile() {
+  return error(ErrorCode::conflict, "the document was cleared while this transaction was open");
+}
+
+}  // namespace
 
 struct Transaction::Work {
   Document::Impl* document = nullptr;
-  std::string label, gesture;
+  std::string label, series;
+  Author author;
+  std::uint64_t gesture = 0;  ///< 0 = a step of its own
   std::uint64_t epoch = 0;
   std::shared_ptr<const Snapshot::State> base;
   Snapshot now;
   std::vector<AnyId> touched;  ///< in order of first touch
   std::unordered_set<AnyId> is_touched;
-  bool is_closed = false;
+  bool is_outside = false;                       ///< of the history
+  std::unordered_map<AnyId, RecordPtr> outside;  ///< added so, as they were added
+  bool is_closed = false, is_overtaken = false;
 
-  ~Work() {
-    if (!is_closed) document->is_open = false;
-  }
+  /// What it changes in its base.
+  [[nodiscard]] std::vector<RecordChange> changes() const;
+  /// Whether the records hold together with them.
+  [[nodiscard]] Result<void> judge(const std::vector<RecordChange>& all) const;
+  Result<void> rebase(std::shared_ptr<const Snapshot::State> onto, const Snapshot::Reads& reads);
 
   Snapshot::State& state() {
     // Snapshot hands its state out as const; here it is ours as long as nobody shares it.
@@ -326,10 +359,10 @@ struct Transaction::Work {
                  "Give their numbers plain values or other expressions first.");
   }
   Result<void> usable() const {
+    RMP_TRY(require(Effect::edits));
     if (is_closed)
       return error(ErrorCode::conflict, "this transaction has ended", "Begin another one.");
-    if (epoch != document->epoch)
-      return error(ErrorCode::conflict, "the document was cleared while this transaction was open");
+    if (epoch != document->epoch) return cleared_meanwhile();
     return {};
   }
   Result<void> free_of(Kind kind, const std::string& name) const {
@@ -392,18 +425,27 @@ Result<void> Transaction::Work::put_world(AnyId id, const Record* old,
   return {};
 }
 
-Transaction::Transaction(Document& document, std::string label, std::string gesture)
+Transaction::Transaction(Document& document, std::string label, Author author, std::string series,
+                         std::uint64_t gesture)
     : work_(std::make_unique<Work>()) {
   work_->document = document.impl_.get();
   work_->label = std::move(label);
-  work_->gesture = std::move(gesture);
+  work_->author = std::move(author);
+  work_->series = std::move(series);
+  work_->gesture = gesture;
   work_->epoch = work_->document->epoch;
-  work_->base = work_->document->current.load()->state_;
+  work_->base = work_->document->now()->state_;
   work_->now.state_ = work_->base;
-  work_->document->is_open = true;
+  work_->now.reads_ = std::make_shared<Snapshot::Reads>();
 }
 Transaction::Transaction(Transaction&&) noexcept = default;
 Transaction::~Transaction() = default;
+
+void Transaction::base_on(const SnapshotPtr& snapshot) {
+  RMP_CHECK(work_->touched.empty(), "a transaction with edits cannot get another base");
+  work_->base = snapshot->state_;
+  work_->now.state_ = work_->base;
+}
 
 const Snapshot& Transaction::now() const {
   RMP_CHECK(work_ != nullptr, "a moved-from transaction was used");
@@ -419,8 +461,11 @@ Result<AnyId> Transaction::add(Record record) {
   auto added = std::make_shared<Record>(std::move(record));
   if (kind == Kind::world) RMP_TRY(work_->put_world(id, nullptr, std::move(added)));
   else RMP_TRY(work_->put_resolved(id, std::move(added)));
+  if (work_->is_outside) work_->outside[id] = work_->now.share(id);
   return id;
 }
+
+bool Transaction::set_outside_history(bool on) { return std::exchange(work_->is_outside, on); }
 
 Result<void> Transaction::edit(AnyId id, const std::function<Result<void>(Record&)>& change) {
   RMP_TRY(work_->usable());
@@ -464,84 +509,294 @@ std::string Transaction::free_name(Kind kind, std::string_view wanted) const {
   return name;
 }
 
+std::vector<RecordChange> Transaction::Work::changes() const {
+  std::vector<RecordChange> all;
+  for (const AnyId id : touched) {
+    const RecordPtr* before = base->find(id);
+    const RecordPtr after = now.share(id);
+    if (!before && !after) continue;
+    if (before && after && is_same(*before, after)) continue;
+    all.push_back({id, before ? *before : nullptr, after});
+  }
+  return all;
+}
+
+Result<void> Transaction::Work::judge(const std::vector<RecordChange>& all) const {
+  std::vector<AnyId> changed;
+  changed.reserve(all.size());
+  for (const RecordChange& c : all) changed.push_back(c.id);
+  for (const RecordChange& c : all) {
+    if (!c.after) continue;
+    RMP_TRY(check_record(*c.after));
+    RMP_TRY(check_references(now, *c.after));
+  }
+  const auto before = [this](AnyId id) {
+    const RecordPtr* r = base->find(id);
+    return r ? r->get() : nullptr;
+  };
+  return refuse_cycles(now, before, changed);
+}
+
+/// Makes the edits again on another state, in which all that was looked at is the same.
+Result<void> Transaction::Work::rebase(std::shared_ptr<const Snapshot::State> onto,
+                                       const Snapshot::Reads& reads) {
+  if (const auto found = reads.difference(*base, *onto)) {
+    is_overtaken = true;
+    return error(ErrorCode::conflict,
+                 found->what + (found->id ? " by " + document->culprit(found->id) : "") +
+                     " while " + label + " was at work",
+                 "Nothing was changed. Run it again.");
+  }
+  auto state = std::make_shared<Snapshot::State>(*onto);
+  for (const AnyId id : touched) {
+    const RecordPtr *before = base->find(id), *after = Snapshot::State::of(now).find(id);
+    if (before || after) state->put(id, after ? *after : nullptr);
+  }
+  base = std::move(onto);
+  now.state_ = std::move(state);
+  return {};
+}
+
 Result<Commit> Transaction::commit() {
   Work& w = *work_;
-  RMP_TRY(w.usable());
+  if (w.is_closed || w.epoch != w.document->epoch) RMP_TRY(w.usable());
   Document::Impl& doc = *w.document;
   w.is_closed = true;
-  doc.is_open = false;
+  // What is looked at from here on is looked at again after a rebase.
+  const auto reads = std::exchange(w.now.reads_, nullptr);
+  std::vector<RecordChange> all = w.changes();
+  if (all.empty()) {
+    Commit none;
+    none.revision = doc.now()->revision();
+    none.label = w.label;
+    none.author = w.author;
+    return none;
+  }
+  RMP_TRY(require(Effect::edits));
+  RMP_TRY(w.judge(all));
 
-  std::vector<AnyId> changed;
-  std::size_t bytes = kStepOverhead;
-  for (const AnyId id : w.touched) {
-    const RecordPtr* before = w.base->find(id);
-    const Record* after = w.now.find(id);
-    if (!before && !after) continue;
-    if (before && after && record_fingerprint(**before) == record_fingerprint(*after)) continue;
-    if (before) bytes += record_bytes(**before);
-    if (after) bytes += record_bytes(*after);
-    changed.push_back(id);
+  const AppLock::Hold hold(*doc.lock, w.label);
+  if (w.epoch != doc.epoch) return cleared_meanwhile();
+  if (const auto current = doc.now()->state_; current != w.base) {
+    RMP_TRY(w.rebase(current, *reads));
+    all = w.changes();
+    RMP_TRY(w.judge(all));
   }
-  if (changed.empty()) return Commit{doc.current.load()->revision(), w.label, {}, {}};
-  for (const AnyId id : changed) {
-    const Record* after = w.now.find(id);
-    if (!after) continue;
-    RMP_TRY(check_record(*after));
-    RMP_TRY(check_references(w.now, *after));
-  }
-  RMP_TRY(refuse_cycles(w.now, changed));
+  Document::Impl::Gesture* gesture = w.gesture ? doc.find_gesture(w.gesture) : nullptr;
+  if (w.gesture && !gesture)
+    return error(ErrorCode::conflict, "the gesture of this edit has ended", "Begin another one.");
+  if (!doc.gestures.empty()) RMP_TRY(doc.free_of_gestures(w.now, all, w.gesture));
 
   w.state();  // ours alone, so that publish() may number it
   auto state = std::const_pointer_cast<Snapshot::State>(std::move(w.now.state_));
   w.now.state_ = w.base;
   const SnapshotPtr now = doc.publish(std::move(state));
   w.now.state_ = now->state_;
-  Commit commit{now->revision(), w.label, changed, affected_order(*now, changed)};
-  doc.remember({w.label, w.gesture, w.base, now->state_, std::move(changed), bytes});
-  doc.tell(commit);
-  return commit;
+
+  // What came from the library was there before the step, as far as the history knows.
+  std::vector<RecordChange> step;
+  if (w.outside.empty()) {
+    step = all;
+  } else {
+    for (const RecordChange& c : all) {
+      const auto loaded = w.outside.find(c.id);
+      const RecordPtr& before = loaded == w.outside.end() ? c.before : loaded->second;
+      if (!is_same(before, c.after)) step.push_back({c.id, before, c.after});
+    }
+  }
+  const auto deed = std::make_shared<const Deed>(Deed{w.author, w.label});
+  doc.note(deed, all);
+  CommitKind kind = step.empty() ? CommitKind::load : CommitKind::edit;
+  if (gesture) {
+    kind = CommitKind::preview;
+    merge_changes(gesture->changes, std::move(step));
+  } else if (!step.empty()) {
+    doc.history.add(deed, w.series, std::move(step));
+  }
+  return doc.report(*now, w.label, w.author, kind, std::move(all));
 }
 
-Document::Document(std::size_t history_bytes) : impl_(std::make_unique<Impl>()) {
-  impl_->budget = history_bytes;
+bool Transaction::is_overtaken() const { return work_->is_overtaken; }
+
+std::string_view to_string(CommitKind kind) {
+  switch (kind) {
+    case CommitKind::edit: return "edit";
+    case CommitKind::load: return "load";
+    case CommitKind::undo: return "undo";
+    case CommitKind::redo: return "redo";
+    case CommitKind::preview: return "preview";
+    case CommitKind::kept: return "kept";
+    case CommitKind::cancelled: return "cancelled";
+    case CommitKind::clear: return "clear";
+  }
+  return "edit";
 }
+
+Document::Document(std::size_t history_bytes, AppLock* lock)
+    : impl_(std::make_unique<Impl>(history_bytes, lock)) {}
 Document::~Document() = default;
 
-SnapshotPtr Document::now() const { return impl_->current.load(); }
+SnapshotPtr Document::now() const { return impl_->now(); }
 
-Result<Transaction> Document::begin(std::string label, std::string gesture) {
-  if (impl_->is_open)
-    return error(ErrorCode::conflict, "another transaction is open", "Commit it or drop it first.");
-  return Transaction(*this, std::move(label), std::move(gesture));
+Result<Transaction> Document::begin(std::string label, std::string series) {
+  return begin(std::move(label), Author{}, std::move(series));
 }
 
-Result<Commit> Document::undo() { return impl_->step(impl_->done, impl_->undone, true); }
-Result<Commit> Document::redo() { return impl_->step(impl_->undone, impl_->done, false); }
+Result<Transaction> Document::begin(std::string label, Author author, std::string series) {
+  return Transaction(*this, std::move(label), std::move(author), std::move(series), 0);
+}
 
-std::vector<std::string> Document::undo_labels() const {
+Result<std::uint64_t> Document::begin_gesture(std::string label, Author author) {
+  const AppLock::Hold hold(*impl_->lock, "begin_gesture");
+  RMP_TRY(require(Effect::edits));
+  for (const Impl::Gesture& g : impl_->gestures)
+    if (g.deed->author.session == author.session)
+      return error(ErrorCode::conflict, "the gesture " + Impl::words(*g.deed) + " is open already",
+                   "Commit or cancel it first.");
+  const std::uint64_t number = impl_->next_gesture++;
+  impl_->gestures.push_back(
+      {number, std::make_shared<const Deed>(Deed{std::move(author), std::move(label)}), {}});
+  return number;
+}
+
+namespace {
+
+Error no_gesture(std::uint64_t number) {
+  return error(ErrorCode::unknown_name, "there is no open gesture " + std::to_string(number),
+               "Begin one.");
+}
+
+}  // namespace
+
+Result<Transaction> Document::begin_update(std::uint64_t gesture) {
+  const AppLock::Hold hold(*impl_->lock, "begin_update");
+  const Impl::Gesture* g = impl_->find_gesture(gesture);
+  if (!g) return no_gesture(gesture);
+  return Transaction(*this, g->deed->label, g->deed->author, {}, gesture);
+}
+
+Result<Commit> Document::commit_gesture(std::uint64_t gesture) {
+  const AppLock::Hold hold(*impl_->lock, "commit_gesture");
+  RMP_TRY(require(Effect::edits));
+  Impl::Gesture* g = impl_->find_gesture(gesture);
+  if (!g) return no_gesture(gesture);
+  const auto deed = g->deed;
+  std::vector<RecordChange> step = std::move(g->changes);
+  std::erase_if(step, [](const RecordChange& c) { return is_same(c.before, c.after); });
+  impl_->gestures.erase(impl_->gestures.begin() + (g - impl_->gestures.data()));
+  if (!step.empty()) {
+    impl_->note(deed, step);
+    impl_->history.add(deed, {}, std::move(step));
+  }
+  return impl_->report(*now(), deed->label, deed->author, CommitKind::kept, {});
+}
+
+Result<Commit> Document::cancel_gesture(std::uint64_t gesture) {
+  const AppLock::Hold hold(*impl_->lock, "cancel_gesture");
+  Impl::Gesture* g = impl_->find_gesture(gesture);
+  if (!g) return no_gesture(gesture);
+  const auto deed = g->deed;
+  std::vector<RecordChange> changes;
+  for (const RecordChange& c : g->changes)
+    if (!is_same(c.before, c.after)) changes.push_back({c.id, c.after, c.before});
+  auto state = impl_->put_back(*now(), g->changes, true);
+  if (!state.ok()) return std::move(state).error().in("cancelling " + quote(deed->label));
+  impl_->gestures.erase(impl_->gestures.begin() + (g - impl_->gestures.data()));
+  if (changes.empty())
+    return impl_->report(*now(), deed->label, deed->author, CommitKind::cancelled, {});
+  const SnapshotPtr after = impl_->publish(std::move(*state));
+  impl_->note(deed, changes);
+  return impl_->report(*after, deed->label, deed->author, CommitKind::cancelled,
+                       std::move(changes));
+}
+
+std::vector<std::pair<std::uint64_t, Author>> Document::gestures() const {
+  const AppLock::Hold hold(*impl_->lock, "gestures");
+  std::vector<std::pair<std::uint64_t, Author>> out;
+  for (const Impl::Gesture& g : impl_->gestures) out.emplace_back(g.number, g.deed->author);
+  return out;
+}
+
+Result<Commit> Document::undo(std::optional<std::uint64_t> session, std::uint64_t step) {
+  return impl_->step(session, step, true);
+}
+Result<Commit> Document::redo(std::optional<std::uint64_t> session, std::uint64_t step) {
+  return impl_->step(session, step, false);
+}
+
+std::vector<std::string> Document::undo_labels(std::optional<std::uint64_t> session) const {
+  const AppLock::Hold hold(*impl_->lock, "undo_labels");
   std::vector<std::string> labels;
-  for (auto it = impl_->done.rbegin(); it != impl_->done.rend(); ++it) labels.push_back(it->label);
+  const auto& steps = impl_->history.steps();
+  for (auto it = steps.rbegin(); it != steps.rend(); ++it)
+    if (!it->undone && (!session || it->deed->author.session == *session))
+      labels.push_back(it->deed->label);
   return labels;
 }
-std::vector<std::string> Document::redo_labels() const {
+
+std::vector<std::string> Document::redo_labels(std::optional<std::uint64_t> session) const {
+  const AppLock::Hold hold(*impl_->lock, "redo_labels");
+  std::vector<const Step*> undone;
+  for (const Step& s : impl_->history.steps())
+    if (s.undone && (!session || s.deed->author.session == *session)) undone.push_back(&s);
+  std::sort(undone.begin(), undone.end(),
+            [](const Step* a, const Step* b) { return a->undone > b->undone; });
   std::vector<std::string> labels;
-  for (auto it = impl_->undone.rbegin(); it != impl_->undone.rend(); ++it)
-    labels.push_back(it->label);
+  for (const Step* s : undone) labels.push_back(s->deed->label);
   return labels;
 }
 
-void Document::clear() {
-  const SnapshotPtr before = now();
-  impl_->done.clear();
-  impl_->undone.clear();
-  impl_->history_bytes = 0;
+std::vector<HistoryEntry> Document::history() const {
+  const AppLock::Hold hold(*impl_->lock, "history");
+  std::vector<HistoryEntry> out;
+  for (const Step& s : impl_->history.steps()) {
+    HistoryEntry e{s.number, s.deed->author, s.deed->label, s.undone != 0, {}};
+    for (const RecordChange& c : s.changes) e.changed.push_back(c.id);
+    out.push_back(std::move(e));
+  }
+  return out;
+}
+
+std::size_t Document::history_budget() const {
+  const AppLock::Hold hold(*impl_->lock, "history_budget");
+  return impl_->history.budget();
+}
+std::size_t Document::history_bytes() const {
+  const AppLock::Hold hold(*impl_->lock, "history_bytes");
+  return impl_->history.bytes();
+}
+std::uint64_t Document::forgotten_steps() const {
+  const AppLock::Hold hold(*impl_->lock, "forgotten_steps");
+  return impl_->history.forgotten();
+}
+Result<void> Document::set_history_budget(std::size_t bytes) {
+  const AppLock::Hold hold(*impl_->lock, "set_history_budget");
+  RMP_TRY(require(Effect::edits));
+  impl_->history.set_budget(bytes);
+  return {};
+}
+
+void Document::clear(Author author) {
+  RMP_CHECK(require(Effect::edits).ok(), "the document was cleared without a permit");
+  // What goes may be large; it is let go after the lock.
+  std::deque<Step> steps;
+  std::vector<Impl::Gesture> gestures;
+  std::unordered_map<AnyId, std::shared_ptr<const Deed>> deeds;
+  SnapshotPtr before;
+  const AppLock::Hold hold(*impl_->lock, "clear");
+  before = now();
+  steps = impl_->history.clear();
+  std::swap(gestures, impl_->gestures);
+  std::swap(deeds, impl_->last_deed);
   ++impl_->epoch;
-  impl_->publish(std::make_shared<Snapshot::State>());
-  const auto gone = before->list();
-  impl_->tell({impl_->revision, "clear", gone, gone});
+  std::vector<RecordChange> gone;
+  for (const AnyId id : before->list()) gone.push_back({id, before->share(id), nullptr});
+  const SnapshotPtr after = impl_->publish(std::make_shared<Snapshot::State>());
+  impl_->report(*after, "clear", std::move(author), CommitKind::clear, std::move(gone));
 }
 
 void Document::on_commit(std::function<void(const Commit&)> listener) {
+  const AppLock::Hold hold(*impl_->lock, "on_commit");
   impl_->listeners.push_back(std::move(listener));
 }
 

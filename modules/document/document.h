@@ -3,19 +3,19 @@
 // An edit makes a new snapshot; undo publishes an old one; nothing is ever changed in place.
 #pragma once
 
-#include <atomic>
 #include <cstdint>
-#include <deque>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <robomosp/sdk/result.h>
 
-#include "kernel/ids.h"
+#include "kernel/app_lock.h"
+#include "model/kind.h"
 #include "model/parametric.h"
 #include "model/records.h"
 
@@ -55,9 +55,39 @@ class Snapshot {
   friend class Document;
   friend class Transaction;
   struct State;
+  struct Reads;
   std::shared_ptr<const State> state_;
+  std::shared_ptr<Reads> reads_;  ///< of a transaction: what was looked at; null = nobody asks
 };
 using SnapshotPtr = std::shared_ptr<const Snapshot>;
+
+/// Who edits; session 0 is the program itself.
+struct Author {
+  std::uint64_t session = 0;
+  std::string name;
+};
+
+/// One record before and after; null before = added, null after = removed.
+struct RecordChange {
+  AnyId id;
+  RecordPtr before, after;
+};
+
+/// Joins what happened later into `into`, so that each record is there once, from before the first
+/// change to after the last.
+void merge_changes(std::vector<RecordChange>& into, std::vector<RecordChange> later);
+
+enum class CommitKind : std::uint8_t {
+  edit,  ///< a step, or part of one
+  load,  ///< from the library only: no step
+  undo,
+  redo,
+  preview,    ///< an update of a gesture: no step yet
+  kept,       ///< a gesture ended and became a step; what its previews showed stays
+  cancelled,  ///< a gesture ended and what it did was put back
+  clear
+};
+[[nodiscard]] std::string_view to_string(CommitKind);
 
 /// What a commit, undo or redo changed: `changed` directly, `affected` = changed and all that
 /// depends on it, in dependency order (a record after what it refers to).
@@ -65,12 +95,24 @@ struct Commit {
   std::uint64_t revision = 0;
   std::string label;
   std::vector<AnyId> changed, affected;
+  Author author;
+  CommitKind kind = CommitKind::edit;
+  std::vector<RecordChange> records;  ///< of `changed`
+};
+
+/// A step of the history as it is listed.
+struct HistoryEntry {
+  std::uint64_t number = 0;  ///< never reused
+  Author author;
+  std::string label;
+  bool undone = false;
+  std::vector<AnyId> changed;
 };
 
 class Document;
 
 /// A group of edits that becomes one undo step, or nothing. Rolls back if destroyed uncommitted.
-/// Only one at a time. [application thread]
+/// Several may be open, each on the records as they were when it began. [one thread at a time]
 class Transaction {
  public:
   Transaction(Transaction&&) noexcept;
@@ -92,41 +134,84 @@ class Transaction {
   Result<void> edit(AnyId, const std::function<Result<void>(Record&)>& change);
   /// Removes; refused, naming them, while others refer to it or use its parameters.
   Result<void> remove(AnyId);
+  /// Lets it work on an earlier snapshot of the document; before the first edit.
+  void base_on(const SnapshotPtr& snapshot);
   /// The records as they would be after commit.
   [[nodiscard]] const Snapshot& now() const;
   /// A name like `wanted` that its kind does not have yet: "bolt", "bolt_2", ...
   [[nodiscard]] std::string free_name(Kind, std::string_view wanted) const;
 
+  /// Records added while this is on are no part of the step: undoing it leaves them. For what is
+  /// loaded from the library. Returns what it was.
+  bool set_outside_history(bool on);
+
   /// Checks that references exist and are of the right kind, that names are unique and that there
-  /// is no cycle (the message names its path), then publishes. A commit without changes leaves no
-  /// undo step. On an error the document is as before.
+  /// is no cycle (the message names its path), then publishes under the application lock. A commit
+  /// without changes leaves no undo step. Where the document has changed meanwhile, the edits are
+  /// made again on what it is now, if all that this transaction looked at is as it was; else it is
+  /// an error that says what changed. On an error the document is as before.
   Result<Commit> commit();
+  /// Whether commit() was refused because of what others changed meanwhile.
+  [[nodiscard]] bool is_overtaken() const;
 
  private:
   friend class Document;
-  Transaction(Document&, std::string label, std::string gesture);
+  Transaction(Document&, std::string label, Author author, std::string series,
+              std::uint64_t gesture);
   struct Work;
   std::unique_ptr<Work> work_;
 };
 
-/// The records and their history. [application thread] unless marked.
+/// The records and their history, guarded by the application lock, which all that changes or asks
+/// the history takes for itself. What edits needs the permit of Effect::edits. [any thread]
+///
+/// Undo is per session: a step can be undone while the records that it changed are as it left
+/// them, whatever else happened since; otherwise the refusal names who changed what.
+///
+/// A gesture (dragging, a slider) is any number of commits that everybody sees at once and that
+/// become one step in the end, or nothing. While it is open no other session changes its records,
+/// nor anything that would keep it from being cancelled.
 class Document {
  public:
-  explicit Document(std::size_t history_bytes = std::size_t{256} << 20);
+  /// `lock` outlives it; none = one of its own.
+  explicit Document(std::size_t history_bytes = std::size_t{256} << 20, AppLock* lock = nullptr);
   ~Document();
   Document(const Document&) = delete;
   Document& operator=(const Document&) = delete;
 
-  [[nodiscard]] SnapshotPtr now() const;  ///< [any thread]
-  /// A transaction; commits with the same non-empty `gesture` in a row share one undo step.
-  [[nodiscard]] Result<Transaction> begin(std::string label, std::string gesture = {});
-  Result<Commit> undo();  ///< an error when there is nothing to undo
-  Result<Commit> redo();
-  [[nodiscard]] std::vector<std::string> undo_labels() const;  ///< next undo first
-  [[nodiscard]] std::vector<std::string> redo_labels() const;  ///< next redo first
-  /// Forgets all records and the history.
-  void clear();
-  /// Called after every commit, undo and redo.
+  [[nodiscard]] SnapshotPtr now() const;
+  /// A transaction; commits of a session with the same non-empty `series` in a row share one step.
+  [[nodiscard]] Result<Transaction> begin(std::string label, std::string series = {});
+  [[nodiscard]] Result<Transaction> begin(std::string label, Author author,
+                                          std::string series = {});
+
+  /// Takes back the newest step of a session, or of anybody when none is given; or the step of that
+  /// number. An error when there is none, or when a record is not as the step left it.
+  Result<Commit> undo(std::optional<std::uint64_t> session = {}, std::uint64_t step = 0);
+  Result<Commit> redo(std::optional<std::uint64_t> session = {}, std::uint64_t step = 0);
+  [[nodiscard]] std::vector<std::string> undo_labels(
+      std::optional<std::uint64_t> session = {}) const;  ///< next undo first
+  [[nodiscard]] std::vector<std::string> redo_labels(
+      std::optional<std::uint64_t> session = {}) const;     ///< next redo first
+  [[nodiscard]] std::vector<HistoryEntry> history() const;  ///< oldest first
+  [[nodiscard]] std::size_t history_budget() const;         ///< [bytes]
+  [[nodiscard]] std::size_t history_bytes() const;          ///< kept by the history alone, about
+  [[nodiscard]] std::uint64_t forgotten_steps() const;      ///< to stay within the budget
+  Result<void> set_history_budget(std::size_t bytes);       ///< forgets the oldest steps beyond
+
+  /// Opens a gesture of a session, which may have one at a time; returns its number.
+  Result<std::uint64_t> begin_gesture(std::string label, Author author);
+  /// A transaction whose commit is a preview of the gesture.
+  [[nodiscard]] Result<Transaction> begin_update(std::uint64_t gesture);
+  /// Makes one step of the gesture; no step when it changed nothing.
+  Result<Commit> commit_gesture(std::uint64_t gesture);
+  /// Puts back what it did; undo and redo are as before it.
+  Result<Commit> cancel_gesture(std::uint64_t gesture);
+  /// The gestures that are open: number and whose.
+  [[nodiscard]] std::vector<std::pair<std::uint64_t, Author>> gestures() const;
+  /// Forgets all records, the history and open gestures. Cannot be undone.
+  void clear(Author author = {});
+  /// Called after every commit, undo and redo, in their order and without the lock.
   void on_commit(std::function<void(const Commit&)>);
   /// Fingerprint-like text of all records, independent of ids and revision; equal content, equal
   /// text.
@@ -137,5 +222,9 @@ class Document {
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
+
+/// `changed` and all that depends on it, each after what it refers to; what is gone comes first.
+[[nodiscard]] std::vector<AnyId> affected_order(const Snapshot& s,
+                                                const std::vector<AnyId>& changed);
 
 }  // namespace robomosp::document

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "document/graph.h"
 #include "kernel/text.h"
 
 namespace robomosp::document {
@@ -17,14 +18,6 @@ std::uint64_t name_hash(std::string_view s) {  // FNV-1a, 64 bits
 
 }  // namespace
 
-std::vector<AnyId> references(const model::Body& body) {
-  std::vector<AnyId> ids;
-  model::for_each_reference(body, [&ids](AnyId id, std::string_view) { ids.push_back(id); });
-  std::sort(ids.begin(), ids.end());
-  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
-  return ids;
-}
-
 const Snapshot::State::Slot* Snapshot::State::slot(std::uint64_t number) const {
   const std::uint64_t c = number / kChunk;
   if (c >= chunks.size() || !chunks[static_cast<std::size_t>(c)]) return nullptr;
@@ -37,8 +30,9 @@ const RecordPtr* Snapshot::State::find(AnyId id) const {
 }
 
 std::optional<AnyId> Snapshot::State::find(Kind kind, std::string_view name) const {
-  const auto& table = names[static_cast<std::size_t>(kind)];
-  if (!table) return std::nullopt;
+  const auto k = static_cast<std::size_t>(kind);
+  if (k >= names.size() || !names[k]) return std::nullopt;
+  const auto& table = names[k];
   const std::uint64_t hash = name_hash(name);
   const auto& bucket = table->buckets[hash % kBuckets];
   if (!bucket) return std::nullopt;
@@ -58,8 +52,9 @@ Snapshot::State::Slot& Snapshot::State::slot_for_change(std::uint64_t number) {
 
 void Snapshot::State::add_name(AnyId id, std::string_view name) {
   const std::uint64_t hash = name_hash(name);
-  unique(unique(names[static_cast<std::size_t>(id.kind)]).buckets[hash % kBuckets])
-      .push_back({hash, id.number});
+  const auto k = static_cast<std::size_t>(id.kind);
+  if (k >= names.size()) names.resize(k + 1);
+  unique(unique(names[k]).buckets[hash % kBuckets]).push_back({hash, id.number});
 }
 
 void Snapshot::State::remove_name(AnyId id, std::string_view name) {
@@ -117,6 +112,26 @@ void Snapshot::State::put(AnyId id, RecordPtr record) {
   }
 }
 
+void Snapshot::State::relink(const std::vector<AnyId>& ids) {
+  for (const AnyId id : ids) {
+    const RecordPtr* record = find(id);
+    if (!record) continue;
+    for (const AnyId target : references((*record)->body)) {
+      if (!find(target)) continue;
+      auto& list = slot_for_change(target.number).referrers;
+      if (list && std::binary_search(list->begin(), list->end(), id)) continue;
+      auto& known = unique(list);
+      known.insert(std::lower_bound(known.begin(), known.end(), id), id);
+    }
+  }
+}
+
+std::vector<AnyId> Snapshot::State::dangling(AnyId id) const {
+  const Slot* s = slot(id.number);
+  if (!s || !s->referrers || s->record) return {};
+  return *s->referrers;
+}
+
 Snapshot::Snapshot() : state_(std::make_shared<State>()) {}
 Snapshot::~Snapshot() = default;
 
@@ -124,45 +139,54 @@ std::uint64_t Snapshot::revision() const { return state_->revision; }
 std::size_t Snapshot::size() const { return state_->count; }
 
 const Record* Snapshot::find(AnyId id) const {
+  if (reads_) reads_->record(id);
   const RecordPtr* r = state_->find(id);
   return r ? r->get() : nullptr;
 }
 
 RecordPtr Snapshot::share(AnyId id) const {
+  if (reads_) reads_->record(id);
   const RecordPtr* r = state_->find(id);
   return r ? *r : nullptr;
 }
 
 std::optional<AnyId> Snapshot::find(Kind kind, std::string_view name) const {
+  if (reads_) reads_->name(kind, name);
   return state_->find(kind, name);
 }
 
-std::vector<AnyId> Snapshot::list() const {
+std::vector<AnyId> Snapshot::State::list(std::uint32_t kinds) const {
   std::vector<AnyId> ids;
-  ids.reserve(state_->count);
   std::uint64_t number = 0;
-  for (const auto& chunk : state_->chunks) {
+  for (const auto& chunk : chunks) {
     if (chunk)
-      for (std::size_t i = 0; i < State::kChunk; ++i)
-        if (const auto& r = chunk->slots[i].record) ids.push_back({r->kind(), number + i});
-    number += State::kChunk;
+      for (std::size_t i = 0; i < kChunk; ++i)
+        if (const auto& r = chunk->slots[i].record; r && (kinds & bit(r->kind())) != 0)
+          ids.push_back({r->kind(), number + i});
+    number += kChunk;
   }
   return ids;
 }
 
+std::vector<AnyId> Snapshot::list() const {
+  if (reads_) reads_->list(Reads::kAllLists);
+  return state_->list(Reads::kAllLists);
+}
+
 std::vector<AnyId> Snapshot::list(Kind kind) const {
-  std::vector<AnyId> ids = list();
-  std::erase_if(ids, [kind](AnyId id) { return id.kind != kind; });
-  return ids;
+  if (reads_) reads_->list(State::bit(kind));
+  return state_->list(State::bit(kind));
 }
 
 std::vector<AnyId> Snapshot::referrers(AnyId id) const {
+  if (reads_) reads_->referrers_of(id);
   if (!find(id)) return {};
   const State::Slot* s = state_->slot(id.number);
   return s->referrers ? *s->referrers : std::vector<AnyId>{};
 }
 
 std::vector<AnyId> Snapshot::users_of_worlds() const {
+  if (reads_) reads_->users_of_worlds();
   return state_->users_of_worlds ? *state_->users_of_worlds : std::vector<AnyId>{};
 }
 
@@ -174,6 +198,79 @@ model::WorldParameters Snapshot::world_parameters() const {
     const model::Parameter* p = model::find_parameter(world.parametric, n.name);
     return p ? std::optional(model::quantity_of(*p)) : std::nullopt;
   };
+}
+
+void Snapshot::Reads::record(AnyId id) {
+  const std::lock_guard lock(mutex_);
+  const auto n = static_cast<std::size_t>(id.number);
+  if (n >= is_known_.size()) {
+    constexpr std::size_t kMostNumbers = std::size_t{1} << 26;  // what nobody has is not kept apart
+    if (n > kMostNumbers) return;
+    is_known_.resize(n + 1);
+  }
+  if (is_known_[n]) return;
+  is_known_[n] = true;
+  records_.push_back(id);
+}
+void Snapshot::Reads::name(Kind kind, std::string_view name) {
+  const std::lock_guard lock(mutex_);
+  names_.emplace(kind, name);
+}
+void Snapshot::Reads::referrers_of(AnyId id) {
+  const std::lock_guard lock(mutex_);
+  referrers_.push_back(id);
+}
+void Snapshot::Reads::list(std::uint32_t kinds) {
+  const std::lock_guard lock(mutex_);
+  lists_ |= kinds;
+}
+void Snapshot::Reads::users_of_worlds() {
+  const std::lock_guard lock(mutex_);
+  users_of_worlds_ = true;
+}
+
+std::optional<Snapshot::Reads::Difference> Snapshot::Reads::difference(const State& before,
+                                                                       const State& now) const {
+  const auto called = [](const State& s, AnyId id) {
+    const RecordPtr* r = s.find(id);
+    return std::string(to_string(id.kind)) + " " +
+           (r ? text::quote((*r)->name) : "#" + std::to_string(id.number));
+  };
+  const std::lock_guard lock(mutex_);
+  for (const AnyId id : records_) {
+    // A number belongs to one record for ever, whatever kind was asked for.
+    const State::Slot *was = before.slot(id.number), *is = now.slot(id.number);
+    const RecordPtr none;
+    const RecordPtr &a = was ? was->record : none, &b = is ? is->record : none;
+    if (a == b) continue;
+    const AnyId own{a ? a->kind() : b->kind(), id.number};
+    return Difference{
+        called(a ? before : now, own) + (a ? b ? " was changed" : " was removed" : " was added"),
+        own};
+  }
+  for (const auto& [kind, name] : names_) {
+    const auto was = before.find(kind, name), is = now.find(kind, name);
+    if (was != is)
+      return Difference{std::string(to_string(kind)) + " " + text::quote(name) +
+                            (was ? " was removed or renamed" : " was added"),
+                        is ? *is : *was};
+  }
+  for (const AnyId id : referrers_) {
+    const auto of = [&](const State& s) {
+      const State::Slot* slot = s.slot(id.number);
+      return slot && slot->referrers ? *slot->referrers : std::vector<AnyId>{};
+    };
+    if (of(before) != of(now))
+      return Difference{"what refers to " + called(before, id) + " was changed", {}};
+  }
+  if (lists_ != 0 && before.list(lists_) != now.list(lists_))
+    return Difference{"records were added or removed", {}};
+  const auto users = [](const State& s) {
+    return s.users_of_worlds ? *s.users_of_worlds : std::vector<AnyId>{};
+  };
+  if (users_of_worlds_ && users(before) != users(now))
+    return Difference{"which records use parameters of worlds was changed", {}};
+  return std::nullopt;
 }
 
 std::string Snapshot::describe(AnyId id) const {

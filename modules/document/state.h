@@ -10,7 +10,10 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
+#include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "document/document.h"
@@ -22,13 +25,20 @@ namespace robomosp::document {
 /// established from the root down, since a shared owner shares what it owns.
 template <class T>
 T& unique(std::shared_ptr<T>& p) {
+#if defined(__SANITIZE_THREAD__)
+  constexpr bool kKnowsFences = false;  // ThreadSanitizer does not, so there it is always a copy
+#else
+  constexpr bool kKnowsFences = true;
+#endif
   if (!p) {
     p = std::make_shared<T>();
-  } else if (p.use_count() != 1) {
+  } else if (!kKnowsFences || p.use_count() != 1) {
     p = std::make_shared<T>(*p);
   } else {
     // Another thread may have let go of it a moment ago; what it read happened before our writes.
+#if !defined(__SANITIZE_THREAD__)
     std::atomic_thread_fence(std::memory_order_acquire);
+#endif
   }
   return *p;
 }
@@ -63,21 +73,31 @@ struct Snapshot::State {
 
   std::uint64_t revision = 0;
   std::size_t count = 0;
-  std::vector<std::shared_ptr<Chunk>> chunks;  ///< id n stands in chunk n / kChunk
-  std::array<std::shared_ptr<NameTable>, std::size(kAllKinds)> names;
+  std::vector<std::shared_ptr<Chunk>> chunks;     ///< id n stands in chunk n / kChunk
+  std::vector<std::shared_ptr<NameTable>> names;  ///< by kind, as many as there are records of
   std::shared_ptr<std::vector<AnyId>> users_of_worlds;  ///< ascending; null = none
 
+  [[nodiscard]] static constexpr std::uint32_t bit(Kind kind) {
+    return std::uint32_t{1} << static_cast<unsigned>(kind);
+  }
+  [[nodiscard]] std::vector<AnyId> list(std::uint32_t kinds) const;  ///< in order of creation
   [[nodiscard]] const Slot* slot(std::uint64_t number) const;
   [[nodiscard]] const RecordPtr* find(AnyId id) const;
   [[nodiscard]] std::optional<AnyId> find(Kind kind, std::string_view name) const;
 
   friend std::shared_ptr<WorldNames> names_of(const Snapshot& snapshot, AnyId id) {
+    (void)snapshot.find(id);  // so that it counts as looked at
     return of(snapshot).find(id) ? of(snapshot).slot(id.number)->names : nullptr;
   }
   static const State& of(const Snapshot& snapshot) { return *snapshot.state_; }
 
   /// Puts a record in (or with null takes it out) and keeps names and reverse references.
   void put(AnyId id, RecordPtr record);
+  /// Notes the references of these records again, for when some were put in before what they refer
+  /// to.
+  void relink(const std::vector<AnyId>& ids);
+  /// Who refers to a record that is not there; ascending.
+  [[nodiscard]] std::vector<AnyId> dangling(AnyId id) const;
 
  private:
   Slot& slot_for_change(std::uint64_t number);
@@ -86,7 +106,30 @@ struct Snapshot::State {
   void note_use_of_worlds(AnyId id, bool was, bool is);
 };
 
-/// Ids a body refers to, ascending, each once.
-[[nodiscard]] std::vector<AnyId> references(const model::Body& body);
+/// What somebody looked at through a snapshot: enough to say later whether it would see the same.
+/// [any thread]
+struct Snapshot::Reads {
+  void record(AnyId id);
+  void name(Kind kind, std::string_view name);
+  void referrers_of(AnyId id);
+  void list(std::uint32_t kinds);  ///< bits by kind
+  void users_of_worlds();
+  struct Difference {
+    std::string what;  ///< `robot "pa10" was changed`
+    AnyId id;          ///< of that record; number 0 where it is not one record
+  };
+  /// The first thing that looks different in the two states; nullopt = all is the same.
+  [[nodiscard]] std::optional<Difference> difference(const State& before, const State& now) const;
+  static constexpr std::uint32_t kAllLists = ~std::uint32_t{0};
+
+ private:
+  mutable std::mutex mutex_;
+  // Guarded by mutex_:
+  std::vector<AnyId> records_, referrers_;
+  std::vector<bool> is_known_;  ///< by number: in records_
+  std::set<std::pair<Kind, std::string>> names_;
+  std::uint32_t lists_ = 0;
+  bool users_of_worlds_ = false;
+};
 
 }  // namespace robomosp::document

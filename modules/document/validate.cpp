@@ -10,9 +10,11 @@
 
 #include <robomosp/sdk/csg_select.h>
 
+#include "document/ranges.h"
 #include "kernel/expression.h"
 #include "kernel/text.h"
 #include "kernel/units.h"
+#include "model/data.h"
 #include "model/placement.h"
 #include "robotics/coordinates.h"
 #include "spatial/principal.h"
@@ -42,11 +44,6 @@ Result<void> finite(std::span<const double> v, const std::string& what) {
   for (const double x : v) RMP_TRY(finite(x, what));
   return {};
 }
-Result<void> within(double v, double low, double high, const std::string& what) {
-  RMP_TRY(finite(v, what));
-  if (v >= low && v <= high) return {};
-  return fault(what + " is " + shown(v) + "; it must be from " + shown(low) + " to " + shown(high));
-}
 Result<void> positive(double v, const std::string& what, const char* unit) {
   RMP_TRY(finite(v, what));
   if (v > 0) return {};
@@ -64,15 +61,6 @@ Result<void> at_most(double v, double most, const std::string& what, const char*
   RMP_TRY(finite(v, what));
   if (std::fabs(v) <= most) return {};
   return fault(what + " is " + shown(v) + unit + "; at most " + shown(most) + unit + " is allowed");
-}
-/// A limit: positive, infinity = none.
-Result<void> limit(double v, const std::string& what) {
-  if (v > 0) return {};
-  return fault(what + " is " + text::print(v) + "; it must be greater than 0");
-}
-Result<void> colour(const Colour& c, const std::string& what) {
-  for (const float v : {c.r, c.g, c.b, c.a}) RMP_TRY(within(static_cast<double>(v), 0, 1, what));
-  return {};
 }
 Result<void> placement(const Placement& p, const std::string& what) {
   RMP_TRY(finite(p.position, "the position of " + what));
@@ -368,18 +356,13 @@ Result<void> measured(const std::optional<MeasuredMass>& m) {
   return possible(s);
 }
 
-Result<void> check(const Material& m, Subject&) {
-  RMP_TRY(not_negative(m.density, "the density", " kg/m^3"));
-  RMP_TRY(colour(m.colour, "a component of the colour"));
-  if (m.ambient) RMP_TRY(colour(*m.ambient, "a component of the ambient colour"));
-  if (m.specular) RMP_TRY(colour(*m.specular, "a component of the specular colour"));
-  RMP_TRY(colour(m.emission, "a component of the emission"));
-  RMP_TRY(within(m.shininess, 0, 1, "shininess"));
-  return within(m.metalness, 0, 1, "metalness");
+Result<void> check(const Material&, Subject&) { return {}; }
+
+Result<void> check(const OtherContent& other, Subject& subject) {
+  return check_names({info(other.kind()).type, other.data()}, subject);
 }
 
 Result<void> check(const Solid& s, Subject& subject) {
-  RMP_TRY(positive(s.chord, "the chord", " m"));
   RMP_TRY(measured(s.measured));
   Names names("node");
   std::vector<std::size_t> children(s.nodes.size());
@@ -400,7 +383,6 @@ Result<void> solid_or_object(AnyId id, const std::string& what) {
 }
 
 Result<void> check(const Object& o, Subject& subject) {
-  if (o.overlap > Overlap::sum) return fault("the overlap policy is unknown");
   RMP_TRY(measured(o.measured));
   Names names("part");
   for (std::size_t i = 0; i < o.parts.size(); ++i) {
@@ -431,19 +413,11 @@ Result<void> check_link(const Robot& r, std::size_t i) {
   const std::string of = " of " + link;
   if (l.parent < -1 || l.parent >= static_cast<std::int32_t>(i))
     return fault(link + " does not come after its parent", "Parents come first; -1 is the base.");
-  if (l.joint > JointKind::free) return fault("the joint" + of + " is of an unknown kind");
-  RMP_TRY(at_most(l.row.a, kLongest, "a" + of, " m"));
-  RMP_TRY(finite(l.row.alpha, "alpha" + of));
-  RMP_TRY(at_most(l.row.d, kLongest, "d" + of, " m"));
-  RMP_TRY(finite(l.row.theta, "theta" + of));
-  if (l.convention && *l.convention > Convention::mdh)
-    return fault("the convention" + of + " is unknown");
   if (l.origin) {
     RMP_TRY(near(*l.origin, "the origin" + of));
     if (!(l.row == DhRow{}))
       return fault(link + " has a row and an origin", "Keep the one that is meant.");
   }
-  RMP_TRY(finite(l.axis, "the axis" + of));
   if (!(std::hypot(l.axis[0], l.axis[1], l.axis[2]) > 1e-9))
     return fault("the axis" + of + " has no direction", "Give a vector such as (0, 0, 1).");
   if (l.mimic) {
@@ -455,27 +429,11 @@ Result<void> check_link(const Robot& r, std::size_t i) {
         return fault("the joint" + of + " follows another one, but that of link " +
                          quote(joint->name) + " is neither revolute nor prismatic",
                      "Only joints of one coordinate can follow and be followed.");
-    RMP_TRY(finite(l.mimic->ratio, "the ratio by which the joint" + of + " follows"));
-    RMP_TRY(finite(l.mimic->offset, "the offset with which the joint" + of + " follows"));
   }
   if (!(l.lower <= l.upper))
     return fault(
         "the lower limit" + of + " is " + shown(l.lower) + " and the upper " + shown(l.upper),
         "The lower limit must not exceed the upper one.");
-  RMP_TRY(limit(l.max_velocity, "max_velocity" + of));
-  RMP_TRY(limit(l.max_acceleration, "max_acceleration" + of));
-  RMP_TRY(limit(l.max_jerk, "max_jerk" + of));
-  RMP_TRY(limit(l.max_force, "max_force" + of));
-  RMP_TRY(not_negative(l.spring.stiffness, "the spring's stiffness" + of, ""));
-  RMP_TRY(finite(l.spring.rest, "the spring's rest" + of));
-  RMP_TRY(not_negative(l.drive.motor_inertia, "motor_inertia" + of, " kg m^2"));
-  RMP_TRY(finite(l.drive.gear_ratio, "gear_ratio" + of));
-  RMP_TRY(not_negative(l.drive.viscous, "viscous" + of, " N m s/rad"));
-  RMP_TRY(not_negative(l.drive.coulomb_positive, "the positive coulomb friction" + of, " N m"));
-  RMP_TRY(finite(l.drive.coulomb_negative, "the negative coulomb friction" + of));
-  if (l.drive.coulomb_negative > 0)
-    return fault("the negative coulomb friction" + of + " is " + shown(l.drive.coulomb_negative) +
-                 " N m; it must not be positive");
   if (l.given) RMP_TRY(check_mass(*l.given, "given ", of));
   for (const auto& p : l.parts) {
     RMP_TRY(solid_or_object(p.what, "a part" + of));
@@ -564,21 +522,14 @@ Result<void> check(const Robot& r, Subject& subject) {
   RMP_TRY(choice(r.ik, "ik"));
   RMP_TRY(choice(r.inverse_dynamics, "inverse_dynamics"));
   RMP_TRY(choice(r.forward_dynamics, "forward_dynamics"));
-  RMP_TRY(choice(r.controller, "controller"));
-  RMP_TRY(colour(r.skin_colour, "a component of the skin's colour"));
-  return colour(r.skin_accent, "a component of the skin's accent");
+  return choice(r.controller, "controller");
 }
 
 Result<void> check(const Trajectory& t, Subject& subject) {
-  RMP_TRY(positive(t.sample_time, "the sample time", " s"));
   for (std::size_t i = 0; i < t.segments.size(); ++i) {
     subject = {"segment", i};
     const std::string segment = "segment " + std::to_string(i + 1);
     const TrajectorySegment& s = t.segments[i];
-    if (!(s.transition.distance >= 0 && std::isfinite(s.transition.distance)))
-      return fault("the transition's distance of " + segment + " is below 0 or not a number", {});
-    if (!(s.transition.speed >= 0 && std::isfinite(s.transition.speed)))
-      return fault("the transition's speed of " + segment + " is below 0 or not a number", {});
     if (s.stored) {
       RMP_TRY(placement(s.placement, "the placement of " + segment));
       continue;
@@ -678,11 +629,7 @@ Result<void> check(const World& w, Subject& subject) {
     const std::string light = "light " + quote(l.name);
     subject = {"light", i};
     RMP_TRY(names.add(l.name));
-    if (l.kind > LightKind::spot) return fault(light + " is of an unknown kind");
     RMP_TRY(placement(l.placement, light));
-    RMP_TRY(colour(l.colour, "a component of the colour of " + light));
-    RMP_TRY(not_negative(l.intensity, "the intensity of " + light, ""));
-    RMP_TRY(positive(l.angle, "the angle of " + light, " rad"));
   }
   for (std::size_t i = 0; i < w.tasks.size(); ++i) {
     const PlacedTask& t = w.tasks[i];
@@ -727,12 +674,7 @@ Result<void> check(const TaskStep& s, const std::string& step) {
                      "There are \"quintic\", \"trapezoidal\", \"s_curve\" and \"time_optimal\".");
       if (s.is_straight && (!s.target || s.trajectory))
         return fault(step + " goes straight without a target", "Give it a target.");
-      if (!(s.speed > 0 && s.speed <= 1))
-        return fault(
-            "the speed of " + step + " is " + shown(s.speed) + "; it must be above 0 and at most 1",
-            "It is the share of the joints' limits.");
-      RMP_TRY(not_negative(s.tool_speed, "the tool's speed of " + step, " m/s"));
-      return not_negative(s.duration, "the duration of " + step, " s");
+      return {};
     }
     case StepKind::attach:
     case StepKind::detach:
@@ -745,18 +687,12 @@ Result<void> check(const TaskStep& s, const std::string& step) {
       if (s.expression.empty() == (s.duration == 0))
         return fault(step + " needs either a time or a condition",
                      "Give time = ... or condition = ...");
-      RMP_TRY(not_negative(s.duration, "the time of " + step, " s"));
-      RMP_TRY(not_negative(s.timeout, "the timeout of " + step, " s"));
       return s.expression.empty() ? Result<void>() : compiles();
     case StepKind::when: return compiles();
-    case StepKind::repeat:
-      if (s.count < 0 || s.count > 1'000'000)
-        return fault("the count of " + step + " is " + std::to_string(s.count) +
-                     "; it must be from 0 to 1000000");
-      return {};
     case StepKind::call:
       if (!s.task) return fault(step + " names no task", "Give task = ...");
       return {};
+    case StepKind::repeat:
     case StepKind::otherwise:
     case StepKind::message: return {};
   }
@@ -819,7 +755,9 @@ Error bad_name(std::string_view name, std::string_view what) {
 Result<void> check_record(const Record& record, Subject* subject) {
   if (!is_name(record.name)) return bad_name(record.name, to_string(record.kind()));
   Subject place;
-  auto result = std::visit([&place](const auto& body) { return check(body, place); }, record.body);
+  auto result = check_ranges(content(record.body), place);
+  if (result.ok())
+    result = std::visit([&place](const auto& body) { return check(body, place); }, record.body);
   if (subject && !result.ok()) *subject = place;
   return std::move(result).in(std::string(to_string(record.kind())) + " " + quote(record.name));
 }

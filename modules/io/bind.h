@@ -13,7 +13,7 @@
 #include <robomosp/sdk/result.h>
 
 #include "io/syntax.h"
-#include "kernel/ids.h"
+#include "model/kind.h"
 #include "model/records.h"
 
 namespace robomosp::io {

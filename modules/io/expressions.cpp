@@ -9,7 +9,9 @@
 
 #include "kernel/text.h"
 #include "kernel/units.h"
+#include "model/data.h"
 #include "model/parametric.h"
+#include "model/path.h"
 
 namespace robomosp::io {
 
@@ -63,21 +65,15 @@ class Paths {
  private:
   static std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
 
-  static std::string element_name(const Body& body, std::string_view list, std::size_t i) {
-    const auto name = [i](const auto& items) {
-      return i < items.size() ? items[i].name : std::string();
-    };
-    if (const auto* s = std::get_if<Solid>(&body); s && list == "node") return name(s->nodes);
-    if (const auto* o = std::get_if<Object>(&body); o && list == "part") return name(o->parts);
-    if (const auto* r = std::get_if<Robot>(&body); r && list == "link") return name(r->links);
-    if (const auto* r = std::get_if<Robot>(&body); r && (list == "tool" || list == "loop")) {
-      const std::string own = list == "tool" ? name(r->tools) : name(r->loops);
-      return own.empty() ? own : std::string(list) + "s." + own;
-    }
-    if (const auto* w = std::get_if<World>(&body)) {
-      if (list == "object") return name(w->objects);
-      if (list == "robot") return name(w->robots);
-      if (list == "trajectory") return name(w->trajectories);
+  /// As paths name element `i` of the list that files call `word`; empty when it has no name.
+  static std::string element_name(const Body& body, std::string_view word, std::size_t i) {
+    const Content record = content(body);
+    for (const model::Field& list : record.type->fields) {
+      const Type& t = *list.type;
+      const void* items = list.in(record.data);
+      if (t.shape != Shape::list || list.word_in_files() != word || i >= t.length(items)) continue;
+      const std::string* name = name_of(*t.element, t.at(items, i));
+      return name && !name->empty() ? element_prefix(list) + *name : std::string();
     }
     return {};
   }
@@ -102,11 +98,10 @@ class Paths {
     };
     if (f.name == "at" || f.name == "cylindrical" || f.name == "spherical")
       return on_axis("position");
-    if (f.name == "rpy" || f.name == "xyz" || f.name == "zyz" || f.name == "com" ||
-        f.name == "gravity")
-      return on_axis(f.name);
+    if (f.name == "rpy" || f.name == "xyz" || f.name == "zyz") return on_axis(f.name);
     if (f.name == "limits") return k == 0 ? "lower" : "upper";
     if (f.name == "coulomb") return k == 0 ? "coulomb_positive" : "coulomb_negative";
+    if (f.numbers <= std::size(kAxes)) return on_axis(f.name);
     return {};
   }
 

@@ -9,6 +9,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "kernel/permit.h"
 #include "kernel/text.h"
 
 namespace robomosp::io {
@@ -53,6 +54,7 @@ int write_all(int fd, std::string_view bytes) {
 }  // namespace
 
 Result<void> write_file(const fs::path& file, std::string_view bytes) {
+  RMP_TRY(require(Effect::files_write));
   const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
   const std::string shown = quote(file.generic_string());
   std::error_code ec;
@@ -93,7 +95,14 @@ Result<void> write_file(const fs::path& file, std::string_view bytes) {
   return {};
 }
 
+bool file_holds(const fs::path& file, std::string_view bytes) {
+  const PermitScope own(nullptr);  // nothing of the file is shown to anybody
+  const auto there = read_file(file, bytes.size());
+  return there.ok() && *there == bytes;
+}
+
 Result<std::string> read_file(const fs::path& file, std::size_t limit) {
+  RMP_TRY(require(Effect::files_read));
   const std::string shown = quote(file.generic_string());
   std::error_code ec;
   const auto status = fs::status(file, ec);

@@ -91,8 +91,7 @@ class Exporter {
     }
     for (const auto& [path, content] : files_) {
       if (overwrite || !fs::exists(path, ec)) continue;
-      const auto there = read_file(path);
-      if (!there.ok() || *there != content)
+      if (!file_holds(path, content))
         return error(ErrorCode::conflict,
                      "the file " + quote(path.generic_string()) + " is there with other content",
                      "Give overwrite = true, or another folder.");

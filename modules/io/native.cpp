@@ -10,8 +10,8 @@
 
 #include "document/validate.h"
 #include "io/bind.h"
+#include "io/file_names.h"
 #include "io/legacy.h"
-#include "io/print.h"
 #include "io/syntax.h"
 #include "kernel/text.h"
 
@@ -23,17 +23,6 @@ namespace fs = std::filesystem;
 using document::Snapshot;
 using document::Transaction;
 using text::quote;
-
-std::string canonical_name(const fs::path& file) {
-  std::error_code ec;
-  const fs::path p = fs::weakly_canonical(fs::absolute(file, ec), ec);
-  return (ec ? file.lexically_normal() : p).generic_string();
-}
-
-bool is_file(const fs::path& p) {
-  std::error_code ec;
-  return fs::exists(p, ec) && !fs::is_directory(p, ec);
-}
 
 /// One file of a load, from its text to its id.
 struct File {
@@ -74,6 +63,7 @@ class Loader {
     return run(root);
   }
 
+  void keep_added() { keeps_added_ = true; }
   Result<Loaded> load_memory(const std::string& main, const std::string& shown,
                              const fs::path& folder) {
     memory_shown_ = shown;
@@ -224,6 +214,7 @@ class Loader {
       const std::size_t node = path.back().node;
       const std::size_t next = path.back().next++;
       File* file = nodes_[node].file.get();
+      if (file && next == 0) file->targets.clear();  // of an attempt that failed
       if (!file || next == file->bound.references.size()) {
         open_nodes.erase(node);
         done.insert(node);
@@ -261,12 +252,14 @@ class Loader {
       if (node.file) {
         auto id = add_record(*node.file, added, loaded.notes);
         if (!id.ok()) {
-          for (auto it = added.rbegin(); it != added.rend(); ++it) (void)tx_.remove(*it).ok();
+          if (!keeps_added_)
+            for (auto it = added.rbegin(); it != added.rend(); ++it) (void)tx_.remove(*it).ok();
           return std::move(id).error().in(node.file->shown);
         }
         node.id = *id;
+        node.file.reset();  // from now on it is a record like others
         added.push_back(*id);
-      } else if (i == order.back()) {
+      } else if (i == order.back() && !memory_) {
         loaded.notes.push_back(tx_.now().describe(node.id) +
                                " was loaded before and is used as it is.");
       }
@@ -328,6 +321,7 @@ class Loader {
   Transaction& tx_;
   const std::vector<fs::path>& library_;
   const MemoryFiles* memory_;  ///< may be none
+  bool keeps_added_ = false;   ///< what was added before a fault stays
   std::string memory_shown_;
   fs::path memory_folder_;
   std::unordered_map<std::string, GeometryPtr> geometries_;  ///< file and source -> what it holds
@@ -336,128 +330,9 @@ class Loader {
   std::deque<Node> nodes_;  ///< stable: references into it are kept
 };
 
-bool starts_with(const fs::path& path, const fs::path& folder) {
-  const auto [p, f] = std::mismatch(path.begin(), path.end(), folder.begin(), folder.end());
-  return f == folder.end() && p != path.end();
-}
-
-/// How `from` (a file) refers to `target` (canonical): through a library folder when the target
-/// lies in one that `from` does not lie in, else relative to the folder of `from`.
-std::string relative_path(const fs::path& target, const fs::path& from,
-                          const std::vector<fs::path>& library) {
-  const fs::path relative = target.lexically_relative(from.parent_path());
-  for (const auto& entry : library) {
-    const fs::path folder = canonical_name(entry);
-    if (!starts_with(target, folder) || starts_with(from, folder)) continue;
-    const fs::path inside = target.lexically_relative(folder);
-    if (!is_file(from.parent_path() / inside))
-      return inside.generic_string();  // else it would be hidden
-  }
-  return (relative.empty() ? target : relative).generic_string();
-}
-
-Result<std::string> print_with(const Snapshot& snapshot, AnyId id, const fs::path& file,
-                               const std::vector<fs::path>& library,
-                               const std::unordered_map<AnyId, std::string>& planned) {
-  const model::Record* record = snapshot.find(id);
-  if (!record)
-    return error(ErrorCode::stale_handle, snapshot.describe(id) + " cannot be saved",
-                 "Look it up again by its name.");
-  const fs::path from = canonical_name(file);
-  const auto file_of = [&](AnyId target) {
-    const auto it = planned.find(target);
-    return it != planned.end() ? it->second : snapshot.find(target)->file;
-  };
-  RMP_TRY_ASSIGN(std::string text, print_record(snapshot, *record, from, [&](AnyId target) {
-                   return relative_path(file_of(target), from, library);
-                 }));
-  // What is written must be readable: a description may hold bytes that are no text.
-  if (const auto again = parse(file.filename().generic_string(), text); !again.ok())
-    return error(
-        ErrorCode::invalid_argument,
-        snapshot.describe(id) +
-            " cannot be saved, for its file could not be read again: " + again.error().message,
-        "Correct its texts: they must be UTF-8.", again.error().where);
-  return text;
-}
-
-/// Where each record goes: the wanted one, and those never saved that it needs.
-struct Plan {
-  std::unordered_map<AnyId, std::string> files;
-  std::vector<AnyId> order;  ///< dependencies first
-};
-
-Result<Plan> plan_files(const Snapshot& now, AnyId id, const fs::path& file) {
-  if (!now.find(id))
-    return error(ErrorCode::stale_handle, now.describe(id) + " cannot be saved",
-                 "Look it up again by its name.");
-  std::unordered_map<std::string, AnyId> owners;
-  for (const AnyId other : now.list())
-    if (const auto& f = now.find(other)->file; !f.empty()) owners.emplace(f, other);
-  const std::string main = canonical_name(file);
-  Plan plan{{{id, main}}, {}};
-  std::unordered_set<std::string> taken{main};
-  std::vector<std::pair<AnyId, std::size_t>> path{{id, 0}};
-  std::unordered_set<AnyId> seen{id};
-  while (!path.empty()) {
-    const AnyId current = path.back().first;
-    std::vector<AnyId> targets;
-    model::for_each_reference(now.find(current)->body,
-                              [&](AnyId t, std::string_view) { targets.push_back(t); });
-    if (path.back().second == targets.size()) {
-      plan.order.push_back(current);
-      path.pop_back();
-      continue;
-    }
-    const AnyId target = targets[path.back().second++];
-    const model::Record* record = now.find(target);
-    if (!record)
-      return error(ErrorCode::stale_handle,
-                   now.describe(current) + " refers to " + now.describe(target));
-    if (!record->file.empty() || !seen.insert(target).second) continue;
-    std::string beside;
-    for (int k = 1;; ++k) {
-      const std::string stem = record->name + (k > 1 ? "_" + std::to_string(k) : std::string());
-      beside = canonical_name(file.parent_path() / (stem + std::string(extension(target.kind))));
-      if (!taken.contains(beside) && !owners.contains(beside) && !is_file(beside)) break;
-    }
-    taken.insert(beside);
-    plan.files.emplace(target, beside);
-    path.emplace_back(target, 0);
-  }
-  return plan;
-}
-
-/// The geometry files of a solid that is saved at `file`, each once.
-Result<void> add_geometries(const model::Record& record, const fs::path& file,
-                            std::vector<std::pair<fs::path, std::string>>& out) {
-  const auto* solid = std::get_if<model::Solid>(&record.body);
-  if (!solid) return {};
-  for (const auto& node : solid->nodes) {
-    if (!node.geometry) continue;
-    const fs::path target = file.parent_path() / geometry_file_name(file, *node.geometry);
-    if (std::any_of(out.begin(), out.end(), [&](const auto& o) { return o.first == target; }))
-      continue;
-    RMP_TRY_ASSIGN(std::string bytes, geometry_bytes(*node.geometry));
-    out.emplace_back(target, std::move(bytes));
-  }
-  return {};
-}
-
 }  // namespace
 
-std::string_view extension(Kind kind) {
-  switch (kind) {
-    case Kind::material: return ".mtr";
-    case Kind::solid: return ".csg";
-    case Kind::object: return ".part";
-    case Kind::robot: return ".rbt";
-    case Kind::trajectory: return ".tjc";
-    case Kind::world: return ".wld";
-    case Kind::task: return ".tsk";
-  }
-  return "";
-}
+std::string_view extension(Kind kind) { return model::info(kind).extension; }
 
 Result<Loaded> load(Transaction& tx, const fs::path& file, const std::vector<fs::path>& library,
                     std::optional<Kind> wanted) {
@@ -476,54 +351,16 @@ Result<Loaded> load_memory(Transaction& tx, const MemoryFiles& files, const std:
   return Loader(tx, library, &files).load_memory(main, shown, folder);
 }
 
-Result<std::string> print(const Snapshot& snapshot, AnyId id, const fs::path& file,
-                          const std::vector<fs::path>& library) {
-  RMP_TRY_ASSIGN(const Plan plan, plan_files(snapshot, id, file));
-  return print_with(snapshot, id, file, library, plan.files);
-}
-
-Result<std::vector<fs::path>> save(Transaction& tx, AnyId id, const fs::path& wanted,
-                                   const std::vector<fs::path>& library) {
-  const Snapshot& now = tx.now();
-  fs::path file = wanted;
-  if (file.filename().empty())
-    return error(ErrorCode::invalid_argument,
-                 quote(wanted.generic_string()) + " is a folder, not a file to save to",
-                 "Add a file name.");
-  if (!file.has_extension()) file += extension(id.kind);
-
-  RMP_TRY_ASSIGN(const Plan plan, plan_files(now, id, file));
-  for (const AnyId other : now.list())
-    if (other != id && now.find(other)->file == plan.files.at(id))
-      return error(
-          ErrorCode::conflict,
-          "the file " + quote(file.generic_string()) + " belongs to " + now.describe(other),
-          "Choose another file.");
-  std::vector<std::pair<fs::path, std::string>> texts;
-  std::vector<std::pair<fs::path, std::string>> geometries;
-  for (const AnyId each : plan.order) {
-    const std::string& target = plan.files.at(each);
-    RMP_TRY_ASSIGN(std::string text, print_with(now, each, target, library, plan.files));
-    texts.emplace_back(each == id ? file : fs::path(target), std::move(text));
-    RMP_TRY(add_geometries(*now.find(each), target, geometries));
-  }
-  std::vector<fs::path> written;
-  for (const auto& [target, bytes] : geometries) {
-    // The name tells the content: what stands there already is the same, unless it was damaged.
-    const auto there = read_file(target, bytes.size());
-    if (!there.ok() || *there != bytes) RMP_TRY(write_file(target, bytes));
-    written.push_back(target);
-  }
-  for (const auto& [target, text] : texts) {
-    RMP_TRY(write_file(target, text));
-    written.push_back(target);
-  }
-  for (const AnyId each : plan.order)
-    RMP_TRY(tx.edit(each, [&](model::Record& r) -> Result<void> {
-      r.file = plan.files.at(each);
-      return {};
-    }));
-  return written;
+std::vector<Result<Loaded>> load_memory(Transaction& tx, const MemoryFiles& files,
+                                        const std::vector<std::string>& names,
+                                        const std::string& shown, const fs::path& folder,
+                                        const std::vector<fs::path>& library) {
+  Loader loader(tx, library, &files);
+  loader.keep_added();
+  std::vector<Result<Loaded>> out;
+  out.reserve(names.size());
+  for (const std::string& name : names) out.push_back(loader.load_memory(name, shown, folder));
+  return out;
 }
 
 }  // namespace robomosp::io

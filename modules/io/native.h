@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <robomosp/sdk/result.h>
@@ -25,8 +26,7 @@ struct Loaded {
   std::vector<std::string> notes;
 };
 
-/// ".rbt" etc. of a kind: material .mtr, solid .csg, object .part, robot .rbt, trajectory .tjc,
-/// world .wld.
+/// ".rbt" etc. of a kind, as it is registered (model/kinds.cpp).
 [[nodiscard]] std::string_view extension(Kind);
 
 /// Reads a file and all it refers to into the transaction. References are paths relative to the
@@ -59,6 +59,14 @@ Result<Loaded> load_memory(document::Transaction&, const MemoryFiles& files,
                            const std::filesystem::path& folder,
                            const std::vector<std::filesystem::path>& library);
 
+/// The same for several records of files in memory, which may refer to each other; one result each.
+/// What was added for one stays when another fails.
+std::vector<Result<Loaded>> load_memory(document::Transaction&, const MemoryFiles& files,
+                                        const std::vector<std::string>& names,
+                                        const std::string& shown,
+                                        const std::filesystem::path& folder,
+                                        const std::vector<std::filesystem::path>& library);
+
 /// Text of one record as save() would write it to a file at `file` (references become paths
 /// relative to it; those to records that were never saved, to where save() would put them).
 Result<std::string> print(const document::Snapshot&, AnyId, const std::filesystem::path& file,
@@ -71,9 +79,17 @@ Result<std::vector<std::filesystem::path>> save(document::Transaction&, AnyId,
                                                 const std::filesystem::path& file,
                                                 const std::vector<std::filesystem::path>& library);
 
-/// Writes bytes atomically: temporary file in the same folder, fsync, rename.
+/// Saves several records, each once: to its file, or beside one that refers to it.
+Result<std::vector<std::filesystem::path>> save_all(
+    document::Transaction&, const std::vector<std::pair<AnyId, std::filesystem::path>>& wanted,
+    const std::vector<std::filesystem::path>& library);
+
+/// Writes bytes atomically: temporary file in the same folder, fsync, rename. Needs the permit of
+/// Effect::files_write.
 Result<void> write_file(const std::filesystem::path&, std::string_view bytes);
-/// Reads a whole file of at most `limit` bytes.
+/// Whether a file is there and holds exactly these bytes.
+[[nodiscard]] bool file_holds(const std::filesystem::path&, std::string_view bytes);
+/// Reads a whole file of at most `limit` bytes. Needs the permit of Effect::files_read.
 Result<std::string> read_file(const std::filesystem::path&,
                               std::size_t limit = std::size_t{64} << 20);
 

@@ -13,6 +13,7 @@
 #include "io/syntax.h"
 #include "kernel/text.h"
 #include "kernel/units.h"
+#include "model/data.h"
 #include "model/placement.h"
 #include "model/words.h"
 #include "robotics/coordinates.h"
@@ -22,6 +23,7 @@ namespace robomosp::io {
 namespace {
 
 using namespace model;
+using model::Field;  // not io::Field
 using text::quote;
 
 constexpr std::size_t kMostIndent = 40;  ///< levels; deeper trees do not move further right
@@ -85,24 +87,20 @@ class Printer {
   std::string run(const Record& r) {
     line("robomosp " + std::string(to_string(r.kind())) + " " + std::to_string(kVersion));
     line("name " + name(r.name));
-    std::visit([this](const auto& body) { print(body); }, r.body);
+    switch (r.kind()) {
+      case Kind::solid: print(std::get<Solid>(r.body)); break;
+      case Kind::robot: print(std::get<Robot>(r.body)); break;
+      case Kind::trajectory: print(std::get<Trajectory>(r.body)); break;
+      case Kind::task: print(std::get<Task>(r.body)); break;
+      default: {
+        record_ = content(r.body);
+        for (const Entry& e : entries(*record_.type, record_.data, 0)) put(e);
+      }
+    }
     return std::move(out_);
   }
 
  private:
-  void print(const Material& m) {
-    const Material d;
-    words("description", m.description);
-    words("source", m.source);
-    line("density " + quantity(m.density, "kg/m^3") + " kg/m^3");
-    if (!same(m.colour, d.colour)) line("colour " + tuple(m.colour));
-    if (m.shininess != d.shininess) line("shininess " + quantity(m.shininess, ""));
-    if (m.metalness != d.metalness) line("metalness " + quantity(m.metalness, ""));
-    if (m.ambient) line("ambient " + tuple(*m.ambient));
-    if (m.specular) line("specular " + tuple(*m.specular));
-    if (!same(m.emission, d.emission)) line("emission " + tuple(m.emission));
-  }
-
   void print(const Solid& s) {
     words("description", s.description);
     if (s.material) line("material " + quote(path_of_(s.material)));
@@ -207,26 +205,181 @@ class Printer {
     return fields;
   }
 
-  void print(const Object& o) {
-    words("description", o.description);
-    named_parameters(o.parametric);
-    if (o.overlap != Overlap::once) line("overlap sum");
-    measured(o.measured);
-    for (const auto& p : o.parts) {
-      std::vector<std::string> fields = body(p.what, p.placement);
-      if (p.material) fields.push_back("material " + quote(path_of_(p.material)));
-      block("part " + name(p.name), fields);
+  void measured(const std::optional<MeasuredMass>& m) {
+    if (m) block("measured", measured_fields(*m));
+  }
+  [[nodiscard]] std::vector<std::string> measured_fields(const MeasuredMass& m) const {
+    const Sym3& s = m.mass.inertia;
+    std::vector<std::string> fields{
+        "mass " + quantity(m.mass.mass, "kg"), "com " + tuple(m.mass.com, "m"),
+        "inertia " + tuple(std::array{s.xx, s.yy, s.zz, s.xy, s.yz, s.xz}, "kg m^2")};
+    if (!m.source.empty()) fields.push_back("source " + quote(m.source));
+    return fields;
+  }
+
+  // ---- what the declarations of the fields say ----
+
+  /// A line, or a block with the entries in it.
+  struct Entry {
+    std::string text;
+    bool is_block = false;
+    std::vector<Entry> inner{};
+    bool is_tall = false;  ///< a block with a line for each entry
+  };
+  static std::vector<Entry> lines(std::vector<std::string> texts) {
+    std::vector<Entry> out;
+    for (std::string& t : texts) out.push_back({std::move(t)});
+    return out;
+  }
+
+  /// On one line when there is no block inside, and no name behind a number that reads as its unit.
+  static bool is_tall(const Entry& e) {
+    for (std::size_t i = 0; i < e.inner.size(); ++i) {
+      if (e.inner[i].is_block) return true;
+      const char last = i > 0 ? e.inner[i - 1].text.back() : ' ';
+      const std::string_view text = e.inner[i].text;
+      if (last >= '0' && last <= '9' && reads_as_unit(text.substr(0, text.find(' ')))) return true;
+    }
+    return e.is_tall;
+  }
+  void put(const Entry& e) {
+    if (!e.is_block) return line(e.text);
+    if (is_tall(e)) {
+      open(e.text + " {");
+      for (const Entry& i : e.inner) put(i);
+      return close();
+    }
+    std::vector<std::string> fields;
+    for (const Entry& i : e.inner) fields.push_back(i.text);
+    block(e.text, fields);
+  }
+
+  [[nodiscard]] std::vector<Entry> entries(const Type& t, const void* p,
+                                           std::size_t alternative) const {
+    if (&t == &type_of<Placement>()) return lines(placement(*static_cast<const Placement*>(p)));
+    if (&t == &type_of<MassProperties>())
+      return lines(mass(*static_cast<const MassProperties*>(p)));
+    if (&t == &type_of<MeasuredMass>())
+      return lines(measured_fields(*static_cast<const MeasuredMass*>(p)));
+    if (t.alternative) alternative = t.alternative(p);
+    std::vector<Entry> out;
+    for (const Field& f : t.fields) {
+      const bool is_name = f.name == "name" && name_of(t, p) && &t != record_.type;
+      if (is_name || (f.counts && !f.counts(p))) continue;
+      add_entries(t, f, p, alternative, out);
+    }
+    return out;
+  }
+
+  void add_entries(const Type& t, const Field& f, const void* owner, std::size_t alternative,
+                   std::vector<Entry>& out) const {
+    const void* v = f.in(owner);
+    const std::string word(f.word_in_files());
+    if (f.type == &type_of<Parametric>()) {
+      for (const Parameter& each : static_cast<const Parametric*>(v)->parameters)
+        out.push_back({print_parameter(each)});
+    } else if (f.type->shape == Shape::list) {
+      for (std::size_t i = 0; i < f.type->length(v); ++i)
+        out.push_back(element(f, f.type->at(v, i), owner, alternative));
+    } else if (f.type->shape == Shape::table) {
+      Entry block{word, true};
+      f.type->each(v, [&](const std::string& key, const void* each) {
+        block.inner.push_back({key + " " + written(t, f, *f.type->element, each, owner, 0)});
+      });
+      if (!block.inner.empty()) out.push_back(std::move(block));
+    } else if (f.type == &type_of<Placement>() && f.is_path_flat) {
+      for (Entry& e : entries(*f.type, v, alternative)) out.push_back(std::move(e));
+    } else if (f.type->shape == Shape::optional || f.type->shape == Shape::shared) {
+      if (const void* inner = f.type->held(v))
+        out.push_back(entry(t, f, *f.type->element, inner, owner, alternative));
+    } else if (f.is_needed || f.is_always_written || has_expression(*f.type, v) ||
+               !equal(Content{f.type, v}, Content{f.type, f.in(t.standard.get())})) {
+      if (f.type->shape == Shape::reference && !f.type->id(v)) return;
+      out.push_back(entry(t, f, *f.type, v, owner, alternative));
     }
   }
 
-  void measured(const std::optional<MeasuredMass>& m) {
-    if (!m) return;
-    const Sym3& s = m->mass.inertia;
-    std::vector<std::string> fields{
-        "mass " + quantity(m->mass.mass, "kg"), "com " + tuple(m->mass.com, "m"),
-        "inertia " + tuple(std::array{s.xx, s.yy, s.zz, s.xy, s.yz, s.xz}, "kg m^2")};
-    if (!m->source.empty()) fields.push_back("source " + quote(m->source));
-    block("measured", fields);
+  [[nodiscard]] Entry element(const Field& f, const void* p, const void* owner,
+                              std::size_t alternative) const {
+    const Type& t = *f.type->element;
+    std::string word(f.word_in_files());
+    if (t.shape != Shape::structure) return entry(t, f, t, p, owner, alternative);
+    if (&t == &type_of<PairRule>()) return pair_rule(*static_cast<const PairRule*>(p));
+    if (const std::string* own = name_of(t, p)) word += " " + name(*own);
+    return {word, true, entries(t, p, alternative)};
+  }
+
+  [[nodiscard]] Entry entry(const Type& t, const Field& f, const Type& type, const void* v,
+                            const void* owner, std::size_t alternative) const {
+    const std::string word(f.word_in_files());
+    if (&type == &type_of<ProviderChoice>()) {
+      const auto& choice = *static_cast<const ProviderChoice*>(v);
+      Entry e{choice.name.empty() ? word : word + " " + name(choice.name)};
+      e.is_block = e.is_tall = !choice.params.empty();
+      for (const auto& [key, value] : choice.params)
+        e.inner.push_back({key + " " + parameter(value)});
+      return e;
+    }
+    if (type.shape == Shape::structure) return {word, true, entries(type, v, alternative)};
+    if (type.shape == Shape::reference && f.is_written_by_kind)
+      return {std::string(to_string(type.id(v).kind)) + " " + quote(path_of_(type.id(v)))};
+    return {word + " " + written(t, f, type, v, owner, alternative)};
+  }
+
+  /// The value alone.
+  [[nodiscard]] std::string written(const Type& t, const Field& f, const Type& type, const void* v,
+                                    const void* owner, std::size_t alternative) const {
+    const auto unit = [&](std::size_t k) { return f.unit_of(owner, k, alternative); };
+    switch (type.shape) {
+      case Shape::boolean: return *static_cast<const bool*>(v) ? "true" : "false";
+      case Shape::integer:
+        return f.index_in.empty() ? std::to_string(type.whole(v)) : element_name(f, type.whole(v));
+      case Shape::real:
+        return quantity(*static_cast<const double*>(v), unit(0)) +
+               (f.is_unit_written ? " " + std::string(unit(0)) : std::string());
+      case Shape::text: return quote(*static_cast<const std::string*>(v));
+      case Shape::word: return std::string(type.word_of(v));
+      case Shape::numbers: {
+        std::string s = "(";
+        for (std::size_t i = 0; i < type.count; ++i)
+          s += (i ? ", " : "") + quantity(static_cast<const double*>(v)[i], unit(i));
+        return s + ")";
+      }
+      case Shape::reals: {
+        const auto& q = *static_cast<const std::vector<double>*>(v);
+        if (f.si_unit != kByJoint) return tuple(q, unit(0));
+        const Robot* robot = &t == &type_of<PlacedRobot>()
+                                 ? snapshot_.get(static_cast<const PlacedRobot*>(owner)->robot)
+                                 : nullptr;
+        return joint_values(robot ? *robot : Robot{}, q);
+      }
+      case Shape::colour: return tuple(*static_cast<const Colour*>(v));
+      case Shape::reference: return quote(path_of_(type.id(v)));
+      case Shape::setting: return parameter(*static_cast<const ProviderChoice::Param*>(v));
+      default: return {};
+    }
+  }
+  [[nodiscard]] std::string element_name(const Field& f, std::int64_t i) const {
+    const Field* list = record_.type->field(f.index_in);
+    if (!list || i < 0) return "base";
+    const void* p = list->type->at(list->in(record_.data), static_cast<std::size_t>(i));
+    const std::string* own = name_of(*list->type->element, p);
+    return own ? name(*own) : std::to_string(i + 1);
+  }
+  [[nodiscard]] bool has_expression(const Type& type, const void* v) const {
+    if (type.shape == Shape::real) return texts_.has(*static_cast<const double*>(v));
+    bool has = false;
+    if (type.shape == Shape::numbers)
+      for (std::size_t i = 0; i < type.count; ++i)
+        has = has || texts_.has(static_cast<const double*>(v)[i]);
+    if (type.shape == Shape::structure)
+      for (const Field& f : type.fields) has = has || has_expression(*f.type, f.in(v));
+    return has;
+  }
+  static Entry pair_rule(const PairRule& p) {
+    std::vector<std::string> fields{"a " + quote(p.a), "b " + quote(p.b)};
+    if (!p.reason.empty()) fields.push_back("reason " + quote(p.reason));
+    return {p.is_allowed ? "allowed_pair" : "checked_pair", true, lines(std::move(fields))};
   }
 
   void print(const Robot& r) {
@@ -376,64 +529,6 @@ class Printer {
     block("transition", fields);
   }
 
-  void print(const World& w) {
-    words("description", w.description);
-    named_parameters(w.parametric);
-    if (differs(w.gravity, World{}.gravity)) line("gravity " + tuple(w.gravity, "m/s^2"));
-    for (const auto& o : w.objects) block("object " + name(o.name), body(o.what, o.placement));
-    for (const auto& r : w.robots) {
-      std::vector<std::string> fields{"robot " + quote(path_of_(r.robot))};
-      for (auto& f : placement(r.placement)) fields.push_back(std::move(f));
-      if (!r.q.empty()) {
-        const Robot* robot = snapshot_.get(r.robot);
-        fields.push_back("q " + joint_values(robot ? *robot : Robot{}, r.q));
-      }
-      block("robot " + name(r.name), fields);
-    }
-    for (const auto& t : w.trajectories) {
-      std::vector<std::string> fields{"trajectory " + quote(path_of_(t.trajectory))};
-      for (auto& f : placement(t.placement)) fields.push_back(std::move(f));
-      block("trajectory " + name(t.name), fields);
-    }
-    for (const auto& f : w.frames) block("frame " + name(f.name), placement(f.placement));
-    for (const auto& l : w.lights) light(l);
-    for (const auto& t : w.tasks) {
-      std::vector<std::string> fields{"task " + quote(path_of_(t.task))};
-      if (!t.robot.empty()) fields.push_back("robot " + quote(t.robot));
-      block("task " + name(t.name), fields);
-    }
-    for (const auto& s : w.signals) signal(s);
-    for (const auto& a : w.attachments) {
-      std::vector<std::string> fields{"object " + quote(a.object), "robot " + quote(a.robot)};
-      if (!a.link.empty()) fields.push_back("link " + quote(a.link));
-      for (auto& f : placement(a.tool_T_object)) fields.push_back(std::move(f));
-      block("attachment", fields);
-    }
-    pair_rules(w.pair_rules);
-  }
-  void light(const PlacedLight& l) {
-    const PlacedLight d;
-    constexpr const char* kKinds[] = {"sun", "point", "spot"};
-    std::vector<std::string> fields{std::string("kind ") +
-                                    kKinds[static_cast<std::size_t>(l.kind)]};
-    for (auto& f : placement(l.placement)) fields.push_back(std::move(f));
-    if (!same(l.colour, d.colour)) fields.push_back("colour " + tuple(l.colour));
-    if (l.intensity != d.intensity) fields.push_back("intensity " + quantity(l.intensity, ""));
-    if (l.angle != d.angle) fields.push_back("angle " + quantity(l.angle, "rad"));
-    block("light " + name(l.name), fields);
-  }
-  void signal(const Signal& s) {
-    std::vector<std::string> fields{s.kind == SignalKind::digital ? "kind digital"
-                                                                  : "kind analogue"};
-    if (s.initial != 0) fields.push_back("initial " + quantity(s.initial, ""));
-    for (const auto& [word, text] : {std::pair("unit ", &s.unit),
-                                     {"from ", &s.from},
-                                     {"to ", &s.to},
-                                     {"description ", &s.description}})
-      if (!text->empty()) fields.push_back(word + quote(*text));
-    block("signal " + name(s.name), fields);
-  }
-
   void print(const Task& t) {
     words("description", t.description);
     std::vector<std::int32_t> open{-1};
@@ -496,11 +591,7 @@ class Printer {
   }
 
   void pair_rules(const std::vector<PairRule>& rules) {
-    for (const auto& p : rules) {
-      std::vector<std::string> fields{"a " + quote(p.a), "b " + quote(p.b)};
-      if (!p.reason.empty()) fields.push_back("reason " + quote(p.reason));
-      block(p.is_allowed ? "allowed_pair" : "checked_pair", fields);
-    }
+    for (const PairRule& p : rules) put(pair_rule(p));
   }
 
   // ---- numbers: a number of the record itself is followed by its expression ----
@@ -601,6 +692,7 @@ class Printer {
   const std::filesystem::path& file_;
   const PathOf& path_of_;
   ExpressionTexts texts_;
+  Content record_;  ///< of a kind that is written by its declarations
   std::string out_;
   std::size_t depth_ = 0;
 };

@@ -140,7 +140,7 @@ Result<int> run_command(Impl& impl, lua_State* L, const ioci::CommandSpec& spec,
   Result<Value> result = [&]() -> Result<Value> {
     auto args = arguments(L, spec, first);
     if (!args.ok()) return std::move(args).error().in(spec.name);
-    return impl.app.dispatch(impl.session, spec.name, *args);
+    return impl.app.dispatch(impl.session, spec, *args);
   }();
   if (!result.ok()) return std::move(result).error();
   if (result->is_nil() && spec.returns.type == "nil") return 0;
@@ -214,6 +214,22 @@ Result<int> ioci_call(Impl& impl, lua_State* L) {
   const ioci::CommandSpec* spec = impl.app.commands.find(name);
   if (!spec) return impl.app.commands.unknown(name);
   return run_command(impl, L, *spec, 2);
+}
+
+/// start(name | command, {args} | args...): the command as a job, whose handle it gives.
+Result<int> start(Impl& impl, lua_State* L) {
+  const ioci::CommandSpec* spec = command_of(L, 1);
+  if (!spec) {
+    RMP_TRY_ASSIGN(const std::string name, need_text(L, 1, "the command"));
+    spec = impl.app.commands.find(name);
+    if (!spec) return impl.app.commands.unknown(name);
+  }
+  auto args = arguments(L, *spec, 2);
+  if (!args.ok()) return std::move(args).error().in(spec->name);
+  RMP_TRY_ASSIGN(const Handle job,
+                 impl.app.dispatch_async(impl.session, spec->name, std::move(*args)));
+  push_handle(impl, L, job);
+  return 1;
 }
 
 /// ioci.classic "PRobot pa10 mGetDHP"
@@ -316,6 +332,8 @@ void open_commands(Impl& impl, lua_State* L) {
     lua_setfield(L, -2, spec->name.c_str() + dot + 1);
     lua_pop(L, 1);
   }
+  lua_pushcfunction(L, entry<start>);
+  lua_setglobal(L, "start");
   push_namespace(impl, L, "ioci");
   lua_pushcfunction(L, entry<ioci_call>);
   lua_setfield(L, -2, "call");

@@ -147,7 +147,7 @@ const ioci::CommandSpec* command_around(Impl& impl, lua_State* L, std::string_vi
 
 void add_records(const Impl& impl, std::string_view kinds, std::set<std::string>& out) {
   const auto now = impl.app.document.now();
-  for (const Kind kind : kAllKinds) {
+  for (const Kind kind : all_kinds()) {
     if (kinds != "any" &&
         (std::string("|") + std::string(kinds) + "|")
                 .find("|" + std::string(to_string(kind)) + "|") == std::string::npos)

@@ -410,7 +410,8 @@ std::string basic_text(Impl& impl, lua_State* L, int index) {
   }
   const auto value = to_value(L, index);
   if (!value.ok()) return luaL_typename(L, index);
-  return pretty(*value, nullptr, [&](const Handle& h) { return impl.app.describe(h); });
+  return pretty(*value, nullptr,
+                [&](const Handle& h) { return impl.app.describe(h, &impl.session); });
 }
 
 /// Text of tables that have no Value (functions, mixed keys, cycles): one line an entry, tables
@@ -493,7 +494,7 @@ std::string pretty_of(Impl& impl, lua_State* L, int index, Shown shown) {
   PrettyStyle style;
   if (shown == Shown::all) style.most_items = std::numeric_limits<std::size_t>::max();
   return pretty(
-      *value, returns, [&](const Handle& h) { return impl.app.describe(h); }, style);
+      *value, returns, [&](const Handle& h) { return impl.app.describe(h, &impl.session); }, style);
 }
 
 }  // namespace robomosp::lua

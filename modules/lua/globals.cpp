@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "kernel/permit.h"
 #include "kernel/text.h"
 #include "kernel/units.h"
 #include "lua/internal.h"
@@ -179,6 +180,12 @@ constexpr Topic kTopics[] = {
      "help(): the topics. help(x): what x is, a command, a method, a handle or a helper; its "
      "name in quotes works as well. In the console x? does the same.\n"
      "  help(robot.fk)          help \"units\"          robot.fk?\n"},
+    {"start",
+     "start(command [, arguments]): runs a command as a job and gives its handle at once; the "
+     "command is a name or a function.\n"
+     "job:wait() gives its result, job:progress() how far it is, job:cancel() ends it.\n"
+     "  job = start(\"world.plan_path\", {id = \"cell\", robot = \"arm\", to = \"home\"})\n"
+     "  job:wait()          start(robot.fk, \"pa10\", {q = \"home\"}):wait()\n"},
     {"tic", "tic(): starts the stopwatch that toc() reads.\n"},
     {"toc", "toc(): seconds since tic().\n"},
     {"traceback", "traceback(): the call stack of the last error that reached the console.\n"},
@@ -228,6 +235,7 @@ Result<int> traceback(Impl& impl, lua_State* L) {
 
 /// os.exit(code): unwinds the script instead of ending the process under the program's feet.
 Result<int> exit_script(Impl& impl, lua_State* L) {
+  RMP_TRY(script_may(impl, Effect::stops, "os.exit"));
   int code = 0;
   if (lua_isboolean(L, 1)) code = lua_toboolean(L, 1) ? 0 : 1;
   else if (lua_isinteger(L, 1)) code = static_cast<int>(lua_tointeger(L, 1));
@@ -268,7 +276,91 @@ void remove_field(lua_State* L, const char* library, const char* name) {
   lua_pop(L, 1);
 }
 
+/// What of Lua's own libraries reaches out of the program. `only_text`: with a file's name only,
+/// not with an open file or nothing.
+struct Outward {
+  const char* library;  ///< nullptr = a global
+  const char* name;
+  Effect effect;
+  bool only_text;
+};
+constexpr Outward kOutward[] = {{"io", "input", Effect::files_read, true},
+                                {"io", "lines", Effect::files_read, true},
+                                {"io", "open", Effect::files_read, true},
+                                {"io", "output", Effect::files_write, true},
+                                {"io", "popen", Effect::processes, false},
+                                {"io", "tmpfile", Effect::files_write, false},
+                                {"os", "execute", Effect::processes, false},
+                                {"os", "remove", Effect::files_write, false},
+                                {"os", "rename", Effect::files_write, false},
+                                {"os", "tmpname", Effect::files_write, false},
+                                {nullptr, "dofile", Effect::files_read, false},
+                                {nullptr, "loadfile", Effect::files_read, false}};
+
+/// Upvalue 2 and 3 of guarded_library, then its arguments: may the session do that?
+Result<int> check_library(Impl& impl, lua_State* L) {
+  const std::string what = lua_tostring(L, 2);
+  auto effect = static_cast<Effect>(lua_tointeger(L, 1));
+  if (what == "io.open") {
+    const std::string_view mode = lua_type(L, 4) == LUA_TSTRING ? lua_tostring(L, 4) : "r";
+    if (mode.find_first_of("wa+") != std::string_view::npos) {
+      RMP_TRY(script_may(impl, Effect::files_write, what));
+      if (mode.find('+') == std::string_view::npos) return 0;
+    }
+  }
+  RMP_TRY(script_may(impl, effect, what));
+  return 0;
+}
+
+/// A function of Lua's libraries behind the session's permissions. Upvalues: the function, the
+/// effect, its name, whether only a text as the first argument has the effect. A plain C function,
+/// because dofile and require may yield.
+int guarded_library(lua_State* L) {
+  const int count = lua_gettop(L);
+  if (!lua_toboolean(L, lua_upvalueindex(4)) || lua_type(L, 1) == LUA_TSTRING) {
+    luaL_checkstack(L, count + 4, "too many arguments");
+    lua_pushcfunction(L, entry<check_library>);
+    lua_pushvalue(L, lua_upvalueindex(2));
+    lua_pushvalue(L, lua_upvalueindex(3));
+    for (int i = 1; i <= count; ++i) lua_pushvalue(L, i);
+    lua_call(L, count + 2, 0);
+  }
+  lua_pushvalue(L, lua_upvalueindex(1));
+  lua_insert(L, 1);
+  lua_callk(L, count, LUA_MULTRET, 0, xpcall_rest);
+  return lua_gettop(L);
+}
+
+/// Puts a guard around the function on top.
+void guard(lua_State* L, Effect effect, const std::string& name, bool only_text) {
+  lua_pushinteger(L, static_cast<lua_Integer>(effect));
+  lua_pushlstring(L, name.data(), name.size());
+  lua_pushboolean(L, only_text ? 1 : 0);
+  lua_pushcclosure(L, guarded_library, 4);
+}
+
+void guard_libraries(lua_State* L) {
+  for (const Outward& o : kOutward) {
+    if (o.library) lua_getglobal(L, o.library);
+    else lua_pushglobaltable(L);
+    lua_getfield(L, -1, o.name);
+    guard(L, o.effect, o.library ? std::string(o.library) + "." + o.name : o.name, o.only_text);
+    lua_setfield(L, -2, o.name);
+    lua_pop(L, 1);
+  }
+  // What require() looks for: 2 is files of Lua, 3 and 4 are libraries of machine code.
+  lua_getglobal(L, "package");
+  lua_getfield(L, -1, "searchers");
+  for (int i = 2; i <= 4; ++i) {
+    lua_rawgeti(L, -1, i);
+    guard(L, i == 2 ? Effect::files_read : Effect::loads_code, "require", false);
+    lua_rawseti(L, -2, i);
+  }
+  lua_pop(L, 2);
+}
+
 void tame_libraries(Impl& impl, lua_State* L) {
+  guard_libraries(L);
   lua_getglobal(L, "os");
   lua_pushcfunction(L, entry<exit_script>);
   lua_setfield(L, -2, "exit");
@@ -293,6 +385,11 @@ void tame_libraries(Impl& impl, lua_State* L) {
 }
 
 }  // namespace
+
+Result<void> script_may(const Impl& impl, Effect effect, std::string_view what) {
+  if (impl.session.may(effect)) return {};
+  return not_permitted(impl.session.name(), what, effect);
+}
 
 std::optional<std::string> help_topic(Impl& impl, lua_State* L, int index) {
   index = lua_absindex(L, index);

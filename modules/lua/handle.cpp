@@ -31,14 +31,15 @@ Result<int> index_handle(Impl& impl, lua_State* L) {
     lua_pushinteger(L, static_cast<lua_Integer>(h.number));
     return 1;
   }
-  const auto name = impl.app.name_of(h);
+  const auto name = impl.app.name_of(h, &impl.session);
   if (key == "exists") {
     lua_pushboolean(L, name ? 1 : 0);
     return 1;
   }
   if (key == "name") {
     if (!name)
-      return error(ErrorCode::stale_handle, impl.app.describe(h) + " no longer exists",
+      return error(ErrorCode::stale_handle,
+                   impl.app.describe(h, &impl.session) + " no longer exists",
                    "Get a new handle by name.");
     lua_pushlstring(L, name->data(), name->size());
     return 1;
@@ -47,14 +48,14 @@ Result<int> index_handle(Impl& impl, lua_State* L) {
   std::string hint = text::did_you_mean(key, known);
   if (hint.empty()) hint = "help(x) lists the methods of x.";
   return error(ErrorCode::unknown_name, "a " + h.kind + " has no method " + text::quote(key),
-               std::move(hint), impl.app.describe(h));
+               std::move(hint), impl.app.describe(h, &impl.session));
 }
 
 Result<int> assign_handle(Impl& impl, lua_State* L) {
   const Handle h = checked_handle(L, 1);
   return error(ErrorCode::invalid_argument, "fields of a " + h.kind + " cannot be assigned",
                "Edit it by a command, for example x:set{...}; help(x) lists them.",
-               impl.app.describe(h));
+               impl.app.describe(h, &impl.session));
 }
 
 Result<int> equal_handles(Impl&, lua_State* L) {
@@ -64,7 +65,7 @@ Result<int> equal_handles(Impl&, lua_State* L) {
 }
 
 Result<int> handle_text(Impl& impl, lua_State* L) {
-  const std::string s = impl.app.describe(checked_handle(L, 1));
+  const std::string s = impl.app.describe(checked_handle(L, 1), &impl.session);
   lua_pushlstring(L, s.data(), s.size());
   return 1;
 }

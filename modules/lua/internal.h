@@ -4,6 +4,7 @@
 #pragma once
 
 #include <algorithm>
+#include <chrono>
 #include <cstddef>
 #include <map>
 #include <memory>
@@ -14,6 +15,7 @@
 
 #include <lua.hpp>
 
+#include "kernel/call_queue.h"
 #include "kernel/value.h"
 #include "lua/lua_state.h"
 
@@ -48,10 +50,11 @@ struct ArrayBox {
 };
 
 /// A provider given by a script. Adapters share it; on withdrawal `state` becomes null and they
-/// answer with an error. Written on the application thread only.
+/// answer with an error. Used on the state's thread only, but for what never changes.
 struct LuaProvider {
   LuaState::Impl* state = nullptr;
-  const AppThread* thread = nullptr;
+  std::shared_ptr<CallQueue> calls;  ///< to the state's thread
+  std::chrono::milliseconds patience{};
   int ref = LUA_NOREF;  ///< the function or table, in the registry
   std::string interface_id, name;
   std::vector<std::string> tags;
@@ -67,11 +70,18 @@ struct LuaProvider {
 
 struct robomosp::lua::LuaState::Impl {
   Impl(ioci::Application& a, ioci::Session& s, LuaOptions o)
-      : app(a), session(s), options(std::move(o)) {}
+      : app(a), session(s), options(std::move(o)) {
+    calls->open();
+  }
+  ~Impl() { calls->close(); }
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
 
   ioci::Application& app;
   ioci::Session& session;
   LuaOptions options;
+  /// What other threads hand to the thread of this state.
+  const std::shared_ptr<CallQueue> calls = CallQueue::for_this_thread();
   lua_State* main = nullptr;
   lua_State* current = nullptr;  ///< thread that runs now: what providers call back into
   int depth = 0;                 ///< nested top-level runs
@@ -171,6 +181,8 @@ void stop_script(Impl&, lua_State* L);
 /// Candidates at a cursor (complete.cpp).
 [[nodiscard]] Completion completion(Impl&, lua_State* L, std::string_view input,
                                     std::size_t cursor);
+/// Refuses what the session may not do; `what` is the function that would do it. (globals.cpp)
+[[nodiscard]] Result<void> script_may(const Impl&, Effect, std::string_view what);
 /// Prints through the session's sink.
 void print_text(Impl&, std::string_view text);
 /// The topic of the command `help` that explains the value at `index`; nullopt for a value that is

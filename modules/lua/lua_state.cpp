@@ -97,7 +97,8 @@ Result<int> run_job(Impl&, lua_State* L) {
 /// Everything from C++ goes through here: `body` runs protected, so that a memory error raised by
 /// a mere push has somewhere to go.
 Result<void> protect(Impl& impl, const Body& body) {
-  RMP_CHECK(impl.app.thread.is_current(), "Lua off the application thread");
+  RMP_CHECK(impl.calls->is_owner(), "Lua off the thread of its state");
+  AppLock::expect_free();
   const Run run(impl);
   lua_State* L = Run::state(impl);
   Job job{&body, {}};
@@ -375,6 +376,12 @@ Completion LuaState::complete(std::string_view input, std::size_t cursor) const 
     return {};
   });
   return done.ok() ? out : Completion{std::min(cursor, input.size()), {}};
+}
+
+void LuaState::serve() { impl_->calls->serve(); }
+
+std::shared_ptr<void> LuaState::wake_to_serve(std::function<void()> wake) {
+  return std::make_shared<CallQueue::Waker>(*impl_->calls, std::move(wake));
 }
 
 const std::string& LuaState::traceback() const { return impl_->traceback; }

@@ -4,6 +4,7 @@
 // (layer: application, lua). No Lua type shows here.
 #pragma once
 
+#include <chrono>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -15,7 +16,7 @@
 
 #include <robomosp/sdk/result.h>
 
-#include "ioci/application.h"
+#include "ioci/core/application.h"
 
 namespace robomosp::lua {
 
@@ -28,6 +29,9 @@ struct LuaOptions {
   std::size_t memory_limit = std::size_t{1} << 30;
   /// Folders of modules for require(); empty = <share>/lib.
   std::vector<std::filesystem::path> module_path;
+  /// How long another thread waits for a solver that is written in Lua until the thread of its
+  /// script comes to it.
+  std::chrono::milliseconds patience{10'000};
 };
 
 /// What TAB offers: the word that starts at byte `start` may become one of `words`.
@@ -36,7 +40,9 @@ struct Completion {
   std::vector<std::string> words;
 };
 
-/// One Lua state bound to one session. Nothing throws out of it. [application thread]
+/// One Lua state bound to one session. Nothing throws out of it. It belongs to the thread that made
+/// it; solvers written in it answer other threads where that thread waits: in a command, for a job,
+/// or in serve(). [the session's thread]
 class LuaState {
  public:
   /// Both outlive the state.
@@ -62,6 +68,12 @@ class LuaState {
   [[nodiscard]] bool is_incomplete(std::string_view input) const;
   /// Candidates at byte `cursor` of `input` (all lines so far). Runs no script.
   [[nodiscard]] Completion complete(std::string_view input, std::size_t cursor) const;
+
+  /// Answers what other threads ask of solvers written in Lua; for a thread that waits for input.
+  void serve();
+  /// Calls `wake`, on another thread, whenever there is something to serve, for as long as it
+  /// lives.
+  [[nodiscard]] std::shared_ptr<void> wake_to_serve(std::function<void()> wake);
 
   /// Call stack of the last failure, one frame a line; folded away from the message.
   [[nodiscard]] const std::string& traceback() const;

@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-#include "ioci/command.h"
+#include "ioci/core/command.h"
 #include "kernel/value.h"
 
 namespace robomosp::lua {

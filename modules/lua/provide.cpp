@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Solvers written in Lua: ioci.provide and ioci.withdraw. The adapters (provide_*.cpp) answer on
-// the application thread only; what a script returns is checked before anything uses it.
+// the thread of their script; what a script returns is checked before anything uses it.
 #include <algorithm>
 
 #include <robomosp/sdk/collision.h>
@@ -15,6 +15,8 @@
 #include <robomosp/sdk/robot_code.h>
 #include <robomosp/sdk/trajectory.h>
 
+#include "kernel/interface_adapters.h"
+#include "kernel/permit.h"
 #include "kernel/text.h"
 #include "lua/provide.h"
 
@@ -118,9 +120,10 @@ void close(Impl& impl, LuaProvider& p) {
 }
 
 bool withdraw(Impl& impl, std::string_view interface_id, std::string_view name) {
-  const auto it = std::find_if(
-      impl.providers.begin(), impl.providers.end(),
-      [&](const ProviderPtr& p) { return p->interface_id == interface_id && p->name == name; });
+  const auto it =
+      std::find_if(impl.providers.begin(), impl.providers.end(), [&](const ProviderPtr& p) {
+        return p->interface_id == current_interface(interface_id) && p->name == name;
+      });
   if (it == impl.providers.end()) return false;
   close(impl, **it);
   impl.providers.erase(it);
@@ -129,11 +132,15 @@ bool withdraw(Impl& impl, std::string_view interface_id, std::string_view name) 
 
 /// ioci.provide(interface_id, name, fn | {fn fields, summary =, tags =, params =})
 Result<int> ioci_provide(Impl& impl, lua_State* L) {
-  RMP_TRY_ASSIGN(const std::string interface_id, need_text(L, 1, "the interface id"));
+  RMP_TRY(script_may(impl, Effect::providers, "ioci.provide"));
+  const PermitScope own(nullptr);
+  RMP_TRY_ASSIGN(std::string interface_id, need_text(L, 1, "the interface id"));
   RMP_TRY_ASSIGN(const std::string name, need_text(L, 2, "the provider's name"));
   const auto* adapter =
-      std::find_if(std::begin(kAdapters), std::end(kAdapters),
-                   [&](const Adapter& a) { return interface_id == a.interface_id; });
+      std::find_if(std::begin(kAdapters), std::end(kAdapters), [&](const Adapter& a) {
+        // What a script gives is the same for every number of an interface.
+        return current_interface(interface_id) == a.interface_id;
+      });
   if (adapter == std::end(kAdapters)) {
     std::vector<std::string> ids;
     for (const Adapter& a : kAdapters) ids.emplace_back(a.interface_id);
@@ -143,6 +150,7 @@ Result<int> ioci_provide(Impl& impl, lua_State* L) {
                      (text::nearest(interface_id, ids) ? " " : "") +
                      "Interfaces: " + text::enumerate(ids) + ".");
   }
+  interface_id = adapter->interface_id;
   ProviderInfo info;
   if (lua_istable(L, 3)) {
     lua_getfield(L, 3, adapter->function);
@@ -170,7 +178,8 @@ Result<int> ioci_provide(Impl& impl, lua_State* L) {
   if (info.summary.empty()) info.summary = "Provided by the script " + place(L, 1) + ".";
 
   auto provider = std::make_shared<LuaProvider>();
-  provider->thread = &impl.app.thread;
+  provider->calls = impl.calls;
+  provider->patience = impl.options.patience;
   provider->interface_id = interface_id;
   provider->name = name;
   provider->tags = info.tags;
@@ -187,6 +196,8 @@ Result<int> ioci_provide(Impl& impl, lua_State* L) {
 }
 
 Result<int> ioci_withdraw(Impl& impl, lua_State* L) {
+  RMP_TRY(script_may(impl, Effect::providers, "ioci.withdraw"));
+  const PermitScope own(nullptr);
   RMP_TRY_ASSIGN(const std::string interface_id, need_text(L, 1, "the interface id"));
   RMP_TRY_ASSIGN(const std::string name, need_text(L, 2, "the provider's name"));
   lua_pushboolean(L, withdraw(impl, interface_id, name) ? 1 : 0);

@@ -3,6 +3,7 @@
 // what it is given and what it gives back (layer: application, lua, internal).
 #pragma once
 
+#include <chrono>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -12,9 +13,12 @@
 
 #include <robomosp/sdk/collision.h>
 #include <robomosp/sdk/params.h>
+#include <robomosp/sdk/progress.h>
 #include <robomosp/sdk/robot_model.h>
 
+#include "kernel/permit.h"
 #include "kernel/schema.h"
+#include "kernel/text.h"
 #include "lua/internal.h"
 
 namespace robomosp::lua {
@@ -24,50 +28,38 @@ using ProviderPtr = std::shared_ptr<LuaProvider>;
 /// An error of the provider, with its interface and name.
 [[nodiscard]] Error failed(const LuaProvider& p, std::string message, std::string hint = {});
 
-/// One call into the script: checks thread and life, restores the stack, tells a script's error
-/// with the provider's name and the script's line.
+/// One call into the script, on the thread of its state: from another one it is handed over, and
+/// waits for it to be answered. Checks that the script is there, restores the stack, reports a
+/// script's error with the provider's name and the script's line.
 class Call {
  public:
-  explicit Call(const LuaProvider& p) : p_(p) {
-    if (!p.thread->is_current()) {
-      ready_ = failed(p, "the provider is written in Lua and was called from another thread",
-                      "Lua runs on the application thread only; choose a compiled provider for "
-                      "background work.");
-      return;
-    }
-    if (!p.state) {
-      ready_ = failed(p, "the script that provided it was closed or has withdrawn it",
-                      "Run the script again or choose another provider.");
-      return;
-    }
-    impl_ = p.state;
-    L_ = impl_->current ? impl_->current : impl_->main;
-    top_ = lua_gettop(L_);
-    if (!lua_checkstack(L_, 40)) ready_ = failed(p, "the Lua stack is full", "Call less deep.");
-  }
-  ~Call() {
-    if (L_) lua_settop(L_, top_);
-  }
-  Call(const Call&) = delete;
-  Call& operator=(const Call&) = delete;
+  /// `progress` may be null: what ends the wait for the script's thread.
+  explicit Call(const LuaProvider& p, const Progress* progress = nullptr)
+      : p_(p), progress_(progress) {}
 
   /// Runs `body` protected; it pushes, calls and reads results on the given thread.
   using Body = std::function<Result<void>(Impl&, lua_State*)>;
   Result<void> run(const Body& body) {
-    RMP_TRY(ready_);
-    Job job{&body, {}};
-    lua_pushcfunction(L_, entry<run_job>);
-    lua_pushlightuserdata(L_, &job);
-    auto done = call(*impl_, L_, 1, 0);
-    if (!done.ok()) job.failed = std::move(done).error();
-    if (!job.failed) return {};
-    if (job.failed->code == ErrorCode::cancelled || job.failed->code == ErrorCode::plugin_failed ||
-        job.failed->code == ErrorCode::unsupported)
-      return std::move(*job.failed);
-    const std::string at = job.failed->where.empty() ? "" : job.failed->where + ": ";
+    if (p_.calls->is_owner()) return run_here(body);
+    Result<void> done;
+    const Permit* permit = current_permit();
+    const auto handed = [&] {
+      const PermitScope permitted(permit);
+      done = run_here(body);
+    };
+    switch (
+        p_.calls->call(handed, p_.patience, [&] { return progress_ && progress_->cancelled(); })) {
+      case CallQueue::Outcome::done: return done;
+      case CallQueue::Outcome::given_up:
+        return error(ErrorCode::cancelled, "the call of a solver written in Lua was cancelled");
+      case CallQueue::Outcome::closed: return gone();
+      case CallQueue::Outcome::late: break;
+    }
     return failed(
-        p_, at + job.failed->message,
-        job.failed->hint.empty() ? "Correct the script that provides it." : job.failed->hint);
+        p_,
+        "the provider is written in Lua, and its script was busy with something else for " +
+            text::print(std::chrono::duration<double>(p_.patience).count()) + " s",
+        "Let the script wait for the job (job:wait()), or choose a compiled provider.");
   }
   /// Pushes the provider's function, or the field `name` of its table.
   void push_function(lua_State* L, const char* name) const {
@@ -101,11 +93,45 @@ class Call {
     return 0;
   }
 
+  [[nodiscard]] Error gone() const {
+    return failed(p_, "the script that provided it was closed or has withdrawn it",
+                  "Run the script again or choose another provider.");
+  }
+
+  /// Restores the stack.
+  struct Frame {
+    explicit Frame(lua_State* state) : L(state), top(lua_gettop(state)) {}
+    ~Frame() { lua_settop(L, top); }
+    Frame(const Frame&) = delete;
+    Frame& operator=(const Frame&) = delete;
+    lua_State* const L;
+    const int top;
+  };
+
+  Result<void> run_here(const Body& body) {
+    AppLock::expect_free();
+    if (!p_.state) return gone();
+    Impl& impl = *p_.state;
+    const Frame frame(impl.current ? impl.current : impl.main);
+    lua_State* L = frame.L;
+    if (!lua_checkstack(L, 40)) return failed(p_, "the Lua stack is full", "Call less deep.");
+    Job job{&body, {}};
+    lua_pushcfunction(L, entry<run_job>);
+    lua_pushlightuserdata(L, &job);
+    auto done = call(impl, L, 1, 0);
+    if (!done.ok()) job.failed = std::move(done).error();
+    if (!job.failed) return {};
+    if (job.failed->code == ErrorCode::cancelled || job.failed->code == ErrorCode::plugin_failed ||
+        job.failed->code == ErrorCode::unsupported)
+      return std::move(*job.failed);
+    const std::string at = job.failed->where.empty() ? "" : job.failed->where + ": ";
+    return failed(
+        p_, at + job.failed->message,
+        job.failed->hint.empty() ? "Correct the script that provides it." : job.failed->hint);
+  }
+
   const LuaProvider& p_;
-  Impl* impl_ = nullptr;
-  lua_State* L_ = nullptr;
-  int top_ = 0;
-  Result<void> ready_;
+  const Progress* progress_;
 };
 
 void push_vector(Impl& impl, lua_State* L, std::span<const double> v, const char* unit = "");
@@ -160,7 +186,7 @@ class KeptValue {
   explicit KeptValue(ProviderPtr p) : p_(std::move(p)) {}
   ~KeptValue() {
     // What was withdrawn is released already; what ends on another thread is released then.
-    if (ref_ == LUA_NOREF || !p_->state || !p_->thread->is_current()) return;
+    if (ref_ == LUA_NOREF || !p_->calls->is_owner() || !p_->state) return;
     luaL_unref(p_->state->main, LUA_REGISTRYINDEX, ref_);
     std::erase(p_->values, ref_);
   }

@@ -34,7 +34,7 @@ class LuaIk final : public IkSolver, private BoundScript {
 
   Result<void> solve(const IkBatch& batch, std::span<IkResult> results,
                      Progress& progress) const override {
-    Call call_script(*p_);
+    Call call_script(*p_, &progress);
     return call_script.run([&](Impl& impl, lua_State* L) -> Result<void> {
       RMP_TRY(check(batch));
       const std::size_t n = model_->coordinate_count(),

@@ -27,7 +27,7 @@ class SampledCurve final : public Curve {
 
   [[nodiscard]] double end() const override { return 1; }
   [[nodiscard]] std::vector<double> knots() const override { return shares; }
-  void evaluate(std::span<const double> u, std::span<CurveSample> out) const override {
+  Result<void> evaluate(std::span<const double> u, std::span<CurveSample> out) const override {
     for (std::size_t n = 0; n < u.size(); ++n) {
       const double place = u[n] / kStep;
       const std::size_t i = step_at(place, kSamples);
@@ -40,6 +40,7 @@ class SampledCurve final : public Curve {
         out[n].d3[k] = m.j;
       }
     }
+    return {};
   }
 };
 
@@ -105,7 +106,7 @@ class SampledLaw final : public MotionLaw {
   SampledLaw(double duration, std::vector<SampledMotion> samples)
       : duration_(duration), samples_(std::move(samples)) {}
   [[nodiscard]] double duration() const override { return duration_; }
-  void sample(std::span<const double> times, std::span<LawSample> out) const override {
+  Result<void> sample(std::span<const double> times, std::span<LawSample> out) const override {
     const double step = duration_ / static_cast<double>(samples_.size() - 1),
                  slack = 1e-12 * duration_;
     for (std::size_t n = 0; n < times.size(); ++n) {
@@ -119,6 +120,7 @@ class SampledLaw final : public MotionLaw {
           hermite(samples_[i], samples_[i + 1], step, place - static_cast<double>(i));
       out[n] = {std::clamp(m.x, 0.0, 1.0), m.v, m.a, m.j};
     }
+    return {};
   }
 
  private:
@@ -204,8 +206,8 @@ class LuaLawMaker final : public MotionLawMaker {
 class SampledOrientation final : public Orientation {
  public:
   explicit SampledOrientation(std::vector<PathSample> samples) : samples_(std::move(samples)) {}
-  void evaluate(std::span<const double> w, std::span<const CurveSample>,
-                std::span<OrientationSample> out) const override {
+  Result<void> evaluate(std::span<const double> w, std::span<const CurveSample>,
+                        std::span<OrientationSample> out) const override {
     for (std::size_t n = 0; n < w.size(); ++n) {
       const double place = w[n] / kStep;
       const std::size_t i = step_at(place, kSamples);
@@ -213,6 +215,7 @@ class SampledOrientation final : public Orientation {
           between(samples_[i], samples_[i + 1], kStep, place - static_cast<double>(i));
       out[n] = {s.pose.R, s.angular_velocity, s.angular_acceleration};
     }
+    return {};
   }
 
  private:

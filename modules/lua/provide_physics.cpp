@@ -49,7 +49,7 @@ class LuaWorld final : public PhysicsWorld {
       lua_pushvalue(L, 1);
       world_.keep(L);
       measure_joints();
-      tell_joints(L);
+      report_joints(L);
       if (!call_script.push_optional(L, "create")) return {};
       lua_pushvalue(L, 1);
       push_params(impl, L, p_->schema, params_.get());
@@ -84,13 +84,13 @@ class LuaWorld final : public PhysicsWorld {
         measure_joints();
         lua_settop(L, 2);
         lua_pushvalue(L, 1);
-        tell_joints(L);
+        report_joints(L);
       }
       return {};
     });
   }
 
-  void read(const PhysicsState& out) const override {
+  Result<void> read(const PhysicsState& out) const override {
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
       if (i < out.poses.size()) out.poses[i] = bodies_[i].pose;
       if (i < out.velocities.size()) out.velocities[i] = bodies_[i].velocity;
@@ -101,6 +101,7 @@ class LuaWorld final : public PhysicsWorld {
                 out.joint_positions.begin());
     std::copy_n(joint_qd_.begin(), std::min(joint_qd_.size(), out.joint_velocities.size()),
                 out.joint_velocities.begin());
+    return {};
   }
 
   void contacts(std::vector<PhysicsContact>& out) const override { out = contacts_; }
@@ -321,7 +322,7 @@ class LuaWorld final : public PhysicsWorld {
     }
   }
   /// Fields position and velocity of world.joints; the world is on top.
-  void tell_joints(lua_State* L) const {
+  void report_joints(lua_State* L) const {
     lua_getfield(L, -1, "joints");
     for (std::size_t i = 0; lua_istable(L, -1) && i < joints_.size(); ++i) {
       lua_geti(L, -1, static_cast<lua_Integer>(i + 1));

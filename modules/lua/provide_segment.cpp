@@ -25,7 +25,7 @@ class SampledSegment final : public Segment {
   [[nodiscard]] double duration() const override { return duration_; }
   [[nodiscard]] double length() const override { return length_; }
 
-  void sample(std::span<const double> times, std::span<PathSample> out) const override {
+  Result<void> sample(std::span<const double> times, std::span<PathSample> out) const override {
     const double step = duration_ / static_cast<double>(samples_.size() - 1);
     for (std::size_t n = 0; n < times.size(); ++n) {
       if (times[n] <= 0 || times[n] >= duration_) {
@@ -39,6 +39,7 @@ class SampledSegment final : public Segment {
       out[n] =
           between(samples_[i], samples_[i + 1], step, times[n] / step - static_cast<double>(i));
     }
+    return {};
   }
 
  private:

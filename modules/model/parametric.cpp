@@ -10,6 +10,8 @@
 #include <utility>
 
 #include "kernel/text.h"
+#include "model/data.h"
+#include "model/path.h"
 
 namespace robomosp::model {
 
@@ -17,211 +19,61 @@ namespace {
 
 using text::quote;
 
-/// A number in a record: in place, or a coordinate of a profile, which is shared and so copied when
-/// it is written.
+/// A coordinate of a profile, "1.3.x": loop and point from 1, of a circle "2.radius". The loops of
+/// a profile are drawn point by point, whatever curves join them, so they have paths of their own.
+const double* in_profile(const CsgProfile& profile, std::string_view path) {
+  const auto take_index = [&path](std::size_t size) -> std::optional<std::size_t> {
+    const auto dot = path.find('.');
+    const auto i =
+        dot == std::string_view::npos ? std::nullopt : text::read_int(path.substr(0, dot));
+    if (!i || *i < 1 || *i > static_cast<std::int64_t>(size)) return std::nullopt;
+    path.remove_prefix(dot + 1);
+    return static_cast<std::size_t>(*i - 1);
+  };
+  const auto loop = take_index(profile.loops.size());
+  if (!loop) return nullptr;
+  const CsgLoop& l = profile.loops[*loop];
+  const bool is_circle = !l.curves.empty() && l.curves[0].kind == CsgCurve::Kind::circle;
+  if (is_circle && path == "radius")
+    return l.curves[0].points.size() == 2 ? l.curves[0].points[1].data() : nullptr;
+  auto point = take_index(std::size_t{1} << 30);
+  if (!point || (path != "x" && path != "y")) return nullptr;
+  const std::size_t axis = path == "y" ? 1 : 0;
+  if (is_circle) return *point == 0 ? &l.curves[0].points[0][axis] : nullptr;
+  if (*point == 0) return &l.start[axis];
+  --*point;
+  for (const CsgCurve& c : l.curves) {
+    if (*point < c.points.size()) return &c.points[*point][axis];
+    *point -= c.points.size();
+  }
+  return nullptr;
+}
+
+/// A number that may be an expression.
 struct Located {
   double* number = nullptr;
   std::string_view unit;
-  SolidNode* node = nullptr;  ///< of a profile's number
-  std::size_t loop = 0, curve = 0, point = 0, axis = 0;
-  bool is_start = false;
-
-  [[nodiscard]] double* in(CsgProfile& profile) const {
-    CsgLoop& l = profile.loops[loop];
-    return is_start ? &l.start[axis] : &l.curves[curve].points[point][axis];
-  }
 };
 
-/// Takes "word." off the front.
-bool take(std::string_view& path, std::string_view word) {
-  if (path.size() <= word.size() || !path.starts_with(word) || path[word.size()] != '.')
-    return false;
-  path.remove_prefix(word.size() + 1);
-  return true;
-}
-/// Takes "12." off the front: a place in a list, counted from 1.
-std::optional<std::size_t> take_index(std::string_view& path, std::size_t size) {
-  const auto dot = path.find('.');
-  const auto i = dot == std::string_view::npos ? std::nullopt : text::read_int(path.substr(0, dot));
-  if (!i || *i < 1 || *i > static_cast<std::int64_t>(size)) return std::nullopt;
-  path.remove_prefix(dot + 1);
-  return static_cast<std::size_t>(*i - 1);
-}
-std::optional<std::size_t> axis(std::string_view path) {
-  if (path.size() != 1 || path[0] < 'x' || path[0] > 'z') return std::nullopt;
-  return static_cast<std::size_t>(path[0] - 'x');
-}
-
-std::optional<Located> locate(Placement& p, std::string_view path) {
-  if (take(path, "position")) {
-    const auto i = axis(path);
-    if (!i) return std::nullopt;
-    const bool is_angle = (p.coordinates == PositionNotation::cylindrical && *i == 1) ||
-                          (p.coordinates == PositionNotation::spherical && *i >= 1);
-    return Located{&p.position[*i], is_angle ? "rad" : "m"};
-  }
-  constexpr std::string_view kNotations[] = {"rpy", "xyz", "zyz"};
-  if (!take(path, kNotations[static_cast<std::size_t>(p.notation)])) return std::nullopt;
-  const auto i = axis(path);
-  if (!i) return std::nullopt;
-  return Located{&p.angles[*i], "rad"};
-}
-
-std::optional<Located> locate_profile(SolidNode& n, std::string_view path) {
-  const auto loop = take_index(path, n.profile->loops.size());
-  if (!loop) return std::nullopt;
-  const CsgLoop& l = n.profile->loops[*loop];
-  const bool is_circle = !l.curves.empty() && l.curves[0].kind == CsgCurve::Kind::circle;
-  Located at{nullptr, "m", &n, *loop};
-  if (is_circle && path == "radius") {
-    at.point = 1;
-    return l.curves[0].points.size() == 2 ? std::optional(at) : std::nullopt;
-  }
-  auto point = take_index(path, std::size_t{1} << 30);
-  if (!point || (path != "x" && path != "y")) return std::nullopt;
-  at.axis = path == "y" ? 1 : 0;
-  if (is_circle) return *point == 0 ? std::optional(at) : std::nullopt;
-  if (*point == 0) {
-    at.is_start = true;
-    return at;
-  }
-  --*point;
-  for (at.curve = 0; at.curve < l.curves.size(); ++at.curve) {
-    const std::size_t count = l.curves[at.curve].points.size();
-    if (*point < count) {
-      at.point = *point;
-      return at;
-    }
-    *point -= count;
-  }
-  return std::nullopt;
-}
-
-/// Whole numbers, texts and lists among the parameters are none.
-std::optional<Located> locate(ProviderChoice& choice, std::string_view path) {
-  const auto it = choice.params.find(std::string(path));
-  double* number = it == choice.params.end() ? nullptr : std::get_if<double>(&it->second);
-  return number ? std::optional(Located{number, kAnyUnit}) : std::nullopt;
-}
-
-std::optional<Located> locate(SolidNode& n, std::string_view path) {
-  const CsgNodeInfo& info = csg_info(n.kind);
-  for (std::size_t k = 0; k < csg_size_count(n.kind); ++k)
-    if (info.sizes[k].name == path) return Located{&n.sizes[k], info.sizes[k].unit};
-  if (n.profile && take(path, "profile")) return locate_profile(n, path);
-  if (n.kind == CsgKind::custom && take(path, "primitive")) return locate(n.primitive, path);
-  return locate(n.placement, path);
-}
-std::optional<Located> locate(ObjectPart& p, std::string_view path) {
-  return locate(p.placement, path);
-}
-std::optional<Located> locate(PlacedObject& p, std::string_view path) {
-  return locate(p.placement, path);
-}
-std::optional<Located> locate(PlacedRobot& p, std::string_view path) {
-  return locate(p.placement, path);
-}
-std::optional<Located> locate(PlacedTrajectory& p, std::string_view path) {
-  return locate(p.placement, path);
-}
-std::optional<Located> locate(PlacedFrame& p, std::string_view path) {
-  return locate(p.placement, path);
-}
-std::optional<Located> locate(PlacedLight& p, std::string_view path) {
-  return locate(p.placement, path);
-}
-
-std::optional<Located> locate(std::vector<BodyPart>& parts, std::string_view path) {
-  const auto i = take_index(path, parts.size());
-  return i ? locate(parts[*i].placement, path) : std::nullopt;
-}
-
-std::optional<Located> locate(Link& l, std::string_view path) {
-  const bool slides = l.joint == JointKind::prismatic;
-  const struct {
-    std::string_view name;
-    double* number;
-    std::string_view unit;
-  } numbers[] = {{"a", &l.row.a, "m"},
-                 {"alpha", &l.row.alpha, "rad"},
-                 {"d", &l.row.d, "m"},
-                 {"theta", &l.row.theta, "rad"},
-                 {"lower", &l.lower, slides ? "m" : "rad"},
-                 {"upper", &l.upper, slides ? "m" : "rad"},
-                 {"max_velocity", &l.max_velocity, slides ? "m/s" : "rad/s"},
-                 {"max_acceleration", &l.max_acceleration, slides ? "m/s^2" : "rad/s^2"},
-                 {"max_jerk", &l.max_jerk, slides ? "m/s^3" : "rad/s^3"},
-                 {"max_force", &l.max_force, slides ? "N" : "N m"},
-                 {"stiffness", &l.spring.stiffness, slides ? "N/m" : "N m/rad"},
-                 {"rest", &l.spring.rest, slides ? "m" : "rad"},
-                 {"motor_inertia", &l.drive.motor_inertia, "kg m^2"},
-                 {"gear_ratio", &l.drive.gear_ratio, ""},
-                 {"viscous", &l.drive.viscous, "N m s/rad"},
-                 {"coulomb_positive", &l.drive.coulomb_positive, "N m"},
-                 {"coulomb_negative", &l.drive.coulomb_negative, "N m"}};
-  for (const auto& n : numbers)
-    if (n.name == path) return Located{n.number, n.unit};
-  if (l.given && path == "mass") return Located{&l.given->mass, "kg"};
-  if (l.given && take(path, "com")) {
-    const auto i = axis(path);
-    return i ? std::optional(Located{&l.given->com[*i], "m"}) : std::nullopt;
-  }
-  if (l.origin && take(path, "origin")) return locate(*l.origin, path);
-  if (l.mimic && path == "mimic.ratio") return Located{&l.mimic->ratio, ""};
-  if (l.mimic && path == "mimic.offset") return Located{&l.mimic->offset, slides ? "m" : "rad"};
-  if (take(path, "parts")) return locate(l.parts, path);
-  return std::nullopt;
-}
-
-std::optional<Located> locate(RobotTool& t, std::string_view path) {
-  return locate(t.placement, path);
-}
-std::optional<Located> locate(LoopClosure& l, std::string_view path) {
-  if (take(path, "a")) return locate(l.in_a, path);
-  if (take(path, "b")) return locate(l.in_b, path);
-  return std::nullopt;
-}
-
-/// A named element of a list. Names may hold dots, so each is tried.
-template <class T>
-std::optional<Located> locate_in(std::vector<T>& list, std::string_view path) {
-  for (T& element : list) {
-    std::string_view rest = path;
-    if (take(rest, element.name))
-      if (auto at = locate(element, rest)) return at;
-  }
-  return std::nullopt;
-}
-
-std::optional<Located> locate(Material&, std::string_view) { return std::nullopt; }
-std::optional<Located> locate(Trajectory&, std::string_view) { return std::nullopt; }
-std::optional<Located> locate(Task&, std::string_view) { return std::nullopt; }
-std::optional<Located> locate(Solid& s, std::string_view path) {
-  if (path == "chord") return Located{&s.chord, "m"};
-  return locate_in(s.nodes, path);
-}
-std::optional<Located> locate(Object& o, std::string_view path) { return locate_in(o.parts, path); }
-std::optional<Located> locate(Robot& r, std::string_view path) {
-  if (auto at = locate_in(r.links, path)) return at;
-  std::string_view rest = path;
-  if (take(rest, "base")) return locate(r.base, rest);
-  if (take(rest, "tool")) return locate(r.tool, rest);
-  if (take(rest, "base_parts")) return locate(r.base_parts, rest);
-  if (take(rest, "tools")) return locate_in(r.tools, rest);
-  if (take(rest, "loops")) return locate_in(r.loops, rest);
-  return std::nullopt;
-}
-std::optional<Located> locate(World& w, std::string_view path) {
-  if (auto at = locate_in(w.objects, path)) return at;
-  if (auto at = locate_in(w.robots, path)) return at;
-  if (auto at = locate_in(w.trajectories, path)) return at;
-  if (auto at = locate_in(w.frames, path)) return at;
-  if (auto at = locate_in(w.lights, path)) return at;
-  const auto i = take(path, "gravity") ? axis(path) : std::nullopt;
-  return i ? std::optional(Located{&w.gravity[*i], "m/s^2"}) : std::nullopt;
-}
-std::optional<Located> locate(Body& body, std::string_view path) {
-  return std::visit([path](auto& b) { return locate(b, path); }, body);
+/// With `for_change` what versions of the record share is copied on the way to the number.
+std::optional<Located> locate(Body& body, std::string_view path, bool for_change) {
+  const MutableContent record = content(body);
+  const auto at = for_change ? find_for_change(record, path) : find(record, path);
+  if (at && at->may_be_expression && at->number()) return Located{at->number(), at->unit()};
+  constexpr std::string_view kProfile = ".profile.";
+  const auto dot = path.rfind(kProfile);
+  if (dot == std::string_view::npos) return std::nullopt;
+  const std::string_view of_profile = path.substr(0, dot + kProfile.size() - 1);
+  const auto shared = find(record, of_profile);
+  if (!shared || !shared->may_be_expression || shared->type->element != &type_of<CsgProfile>() ||
+      !shared->type->held(shared->data))
+    return std::nullopt;
+  const void* profile =
+      for_change ? shared->type->hold(shared->data) : shared->type->held(shared->data);
+  const double* number =
+      in_profile(*static_cast<const CsgProfile*>(profile), path.substr(dot + kProfile.size()));
+  if (!number) return std::nullopt;
+  return Located{const_cast<double*>(number), "m"};  // ours when it is for change
 }
 
 /// An expression of a record, read.
@@ -235,10 +87,18 @@ void for_each_text(const Parametric& p, Fn&& fn) {
     if (!v.expression.empty()) fn("parameter " + quote(v.name), v.expression);
   for (const auto& [path, expression] : p.expressions) fn(path, expression);
 }
+/// A point that is not of a number, as in `cell.bore`: without one no world is mentioned.
+bool may_mention_worlds(std::string_view text) {
+  for (std::size_t at = text.find('.'); at != std::string_view::npos; at = text.find('.', at + 1))
+    if (at + 1 == text.size() || text[at + 1] < '0' || text[at + 1] > '9') return true;
+  return false;
+}
+
 /// Those that can be read; the others are faults that resolve() tells.
-std::vector<Compiled> compiled(const Parametric& p) {
+std::vector<Compiled> compiled(const Parametric& p, bool only_worlds = false) {
   std::vector<Compiled> out;
   for_each_text(p, [&](std::string where, const std::string& expression) {
+    if (only_worlds && !may_mention_worlds(expression)) return;
     auto e = Expression::compile(expression);
     if (e.ok()) out.push_back({std::move(where), std::move(*e)});
   });
@@ -285,7 +145,11 @@ class Resolver {
                      "The expressions of a world use its own parameters only.");
       if (!worlds_(n)) return std::optional<double>();
     }
-    const auto names = lookup(p_, is_world_ ? own_name_ : std::string_view(), worlds_);
+    const auto others = lookup(p_, is_world_ ? own_name_ : std::string_view(), worlds_);
+    const Expression::Lookup names = [&](const Expression::Name& n) -> Result<Quantity> {
+      const auto own = is_own(n) ? index_.find(n.name) : index_.end();
+      return own == index_.end() ? others(n) : quantity_of(p_.parameters[own->second]);
+    };
     if (unit == kAnyUnit) {
       RMP_TRY_ASSIGN(const Quantity q, e.evaluate(names));
       return std::optional(q.value);
@@ -355,35 +219,31 @@ class Resolver {
 using Renamed = std::pair<std::string, std::string>;
 
 /// The one element whose name differs, when the lists are as long as each other.
-template <class T>
-void find_renamed(const std::vector<T>& before, const std::vector<T>& after,
+void find_renamed(const Field& list, const void* before, const void* after,
                   std::vector<Renamed>& out) {
-  if (before.size() != after.size()) return;
-  const T* old = nullptr;
-  const T* now = nullptr;
-  for (std::size_t i = 0; i < before.size(); ++i) {
-    if (before[i].name == after[i].name) continue;
+  const Type& t = *list.type;
+  const std::size_t n = t.length(before);
+  if (n != t.length(after)) return;
+  const std::string* old = nullptr;
+  const std::string* now = nullptr;
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::string* a = name_of(*t.element, t.at(before, i));
+    const std::string* b = name_of(*t.element, t.at(after, i));
+    if (!a || !b || *a == *b) continue;
     if (old) return;
-    old = &before[i];
-    now = &after[i];
+    old = a;
+    now = b;
   }
-  if (old) out.emplace_back(old->name, now->name);
+  if (old) out.emplace_back(element_prefix(list) + *old, element_prefix(list) + *now);
 }
 
+/// Of every list whose elements have names; with what stands in front of them in paths.
 std::vector<Renamed> renamed_elements(const Body& before, const Body& after) {
   std::vector<Renamed> out;
-  if (const auto* a = std::get_if<Solid>(&before))
-    find_renamed(a->nodes, std::get<Solid>(after).nodes, out);
-  if (const auto* a = std::get_if<Object>(&before))
-    find_renamed(a->parts, std::get<Object>(after).parts, out);
-  if (const auto* a = std::get_if<Robot>(&before))
-    find_renamed(a->links, std::get<Robot>(after).links, out);
-  if (const auto* a = std::get_if<World>(&before)) {
-    const World& b = std::get<World>(after);
-    find_renamed(a->objects, b.objects, out);
-    find_renamed(a->robots, b.robots, out);
-    find_renamed(a->trajectories, b.trajectories, out);
-  }
+  const Content a = content(before), b = content(after);
+  for (const Field& f : a.type->fields)
+    if (f.type->shape == Shape::list && f.type->element->field("name"))
+      find_renamed(f, f.in(a.data), f.in(b.data), out);
   return out;
 }
 
@@ -394,45 +254,29 @@ bool same_bits(double a, double b) {
 }  // namespace
 
 Parametric* parametric_of(Body& body) {
-  struct Visitor {
-    Parametric* operator()(Material&) const { return nullptr; }
-    Parametric* operator()(Trajectory&) const { return nullptr; }
-    Parametric* operator()(Task&) const { return nullptr; }
-    Parametric* operator()(Solid& b) const { return &b.parametric; }
-    Parametric* operator()(Object& b) const { return &b.parametric; }
-    Parametric* operator()(Robot& b) const { return &b.parametric; }
-    Parametric* operator()(World& b) const { return &b.parametric; }
-  };
-  return std::visit(Visitor{}, body);
+  const MutableContent record = content(body);
+  const Field* f = record.type->field("parametric");
+  return f && f->type == &type_of<Parametric>() ? static_cast<Parametric*>(f->in(record.data))
+                                                : nullptr;
 }
 const Parametric* parametric_of(const Body& body) {
   return parametric_of(const_cast<Body&>(body));  // only its address is taken
 }
 
 std::optional<PathNumber> number_at(const Body& body, std::string_view path) {
-  const auto at = locate(const_cast<Body&>(body), path);  // only read below
-  if (!at) return std::nullopt;
-  if (at->number) return PathNumber{*at->number, at->unit};
-  return PathNumber{*at->in(const_cast<CsgProfile&>(*at->node->profile)), at->unit};
+  const auto at = locate(const_cast<Body&>(body), path, false);  // only read
+  return at ? std::optional(PathNumber{*at->number, at->unit}) : std::nullopt;
 }
 
 const double* number_in(const Body& body, std::string_view path) {
-  const auto at = locate(const_cast<Body&>(body), path);  // only its address is taken
-  if (!at) return nullptr;
-  return at->number ? at->number : at->in(const_cast<CsgProfile&>(*at->node->profile));
+  const auto at = locate(const_cast<Body&>(body), path, false);  // only its address is taken
+  return at ? at->number : nullptr;
 }
 
 bool set_number(Body& body, std::string_view path, double value) {
-  const auto at = locate(body, path);
-  if (!at) return false;
-  if (at->number) {
-    *at->number = value;
-    return true;
-  }
-  if (same_bits(*at->in(const_cast<CsgProfile&>(*at->node->profile)), value)) return true;
-  auto profile = std::make_shared<CsgProfile>(*at->node->profile);
-  *at->in(*profile) = value;
-  at->node->profile = std::move(profile);
+  const auto now = locate(body, path, false);
+  if (!now) return false;
+  if (!same_bits(*now->number, value)) *locate(body, path, true)->number = value;
   return true;
 }
 
@@ -492,8 +336,8 @@ Result<void> resolve(Body& body, std::string_view own_name, const WorldParameter
 std::vector<Expression::Name> world_mentions(const Body& body) {
   std::vector<Expression::Name> out;
   const Parametric* p = parametric_of(body);
-  if (!p || body.index() == static_cast<std::size_t>(Kind::world)) return out;
-  for (const Compiled& c : compiled(*p))
+  if (!p || kind_of_body(body) == Kind::world) return out;
+  for (const Compiled& c : compiled(*p, true))
     for (const auto& n : c.expression.names())
       if (!n.scope.empty() && std::find(out.begin(), out.end(), n) == out.end()) out.push_back(n);
   return out;
@@ -536,9 +380,8 @@ void follow_edit(const Body& before, Body& after) {
     if (!found) {
       if (!renamed) renamed = renamed_elements(before, after);
       for (const auto& [from, to] : *renamed) {
-        std::string_view rest = path;
-        if (!take(rest, from)) continue;
-        target = to + "." + std::string(rest);
+        if (!path.starts_with(from + ".")) continue;
+        target = to + path.substr(from.size());
         found = number_at(after, target);
       }
     }

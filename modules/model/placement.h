@@ -2,7 +2,6 @@
 // Placements of records as poses and back (layer: data processing, model). [any thread]
 #pragma once
 
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <string_view>
@@ -12,23 +11,12 @@
 
 namespace robomosp::model {
 
-/// SI units of the three numbers of a position.
-[[nodiscard]] constexpr std::array<std::string_view, 3> position_units(PositionNotation notation) {
-  switch (notation) {
-    case PositionNotation::cylindrical: return {"m", "rad", "m"};
-    case PositionNotation::spherical: return {"m", "rad", "rad"};
-    case PositionNotation::cartesian: break;
-  }
-  return {"m", "m", "m"};
-}
 /// "at", "cylindrical" or "spherical"; "rpy", "xyz" or "zyz": the words of files.
 [[nodiscard]] constexpr std::string_view word_of(PositionNotation notation) {
-  constexpr std::string_view kWords[] = {"at", "cylindrical", "spherical"};
-  return kWords[static_cast<std::size_t>(notation)];
+  return kPositionWords[static_cast<std::size_t>(notation)];
 }
 [[nodiscard]] constexpr std::string_view word_of(AngleNotation notation) {
-  constexpr std::string_view kWords[] = {"rpy", "xyz", "zyz"};
-  return kWords[static_cast<std::size_t>(notation)];
+  return kAngleWords[static_cast<std::size_t>(notation)];
 }
 
 /// The Cartesian position that a placement writes down [m].

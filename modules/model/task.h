@@ -1,8 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tasks: ordered steps that robots of a world carry out; included by model/records.h (layer: data
-// processing). Robots, objects, frames and signals are named as the world names them, so that one
-// task serves every world that has members of these names. SI and radians.
+// Tasks: ordered steps that robots of a world carry out (layer: data processing, model). Robots,
+// objects, frames and signals are named as the world names them, so that one task serves every
+// world that has members of these names. SI and radians.
 #pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "model/basics.h"
+#include "model/fields.h"
+#include "model/kind.h"
 
 namespace robomosp::model {
 
@@ -20,6 +32,16 @@ enum class StepKind : std::uint8_t {
   otherwise,  ///< its steps if that of the `when` right before it is not
   message,    ///< a note in the recording
 };
+/// How files and commands name the kinds, in order of StepKind.
+inline constexpr std::array<std::string_view, 10> kStepWords{
+    "move", "attach", "detach", "set", "wait", "call", "repeat", "if", "else", "message"};
+constexpr std::span<const std::string_view> words(Of<StepKind>) { return kStepWords; }
+[[nodiscard]] constexpr std::string_view to_string(StepKind k) {
+  return kStepWords[static_cast<std::size_t>(k)];
+}
+[[nodiscard]] constexpr bool is_block(StepKind k) {
+  return k == StepKind::repeat || k == StepKind::when || k == StepKind::otherwise;
+}
 
 /// A step. What a kind does not use is left empty.
 struct TaskStep {
@@ -52,69 +74,49 @@ struct TaskStep {
   std::int64_t count = 1;  ///< repeat
   std::string text;        ///< message
 };
+template <class V>
+constexpr void fields(V& v, Of<TaskStep>) {
+  v("kind", &TaskStep::kind).needed().doc("What the step does.");
+  v("parent", &TaskStep::parent).index_of("steps").doc("The block that it is in.");
+  v("robot", &TaskStep::robot).doc("Of the world; empty is the one that the world gives the task.");
+  v("trajectory", &TaskStep::trajectory).doc("What a move follows.");
+  v("pose", &TaskStep::pose).doc("Named pose that a move goes to.");
+  v("joints", &TaskStep::joints).unit(kByJoint).doc("Joint vector that a move goes to.");
+  v("target", &TaskStep::target)
+      .doc("Pose that a move goes to, or of the trajectory that it follows.");
+  v("frame", &TaskStep::frame).doc("Frame or object that the target is in; empty is the world.");
+  v("profile", &TaskStep::profile).doc("Law of a joint move; empty is quintic.");
+  v("is_straight", &TaskStep::is_straight).doc("Whether the tool moves straight to the target.");
+  v("speed", &TaskStep::speed).above(0).range(0, 1).doc("Share of the joints' limits.");
+  v("tool_speed", &TaskStep::tool_speed)
+      .unit("m/s")
+      .at_least(0)
+      .doc("Of a straight move; 0 is 0.25 m/s.");
+  v("duration", &TaskStep::duration)
+      .unit("s")
+      .at_least(0)
+      .doc("Of a move, 0 is as fast as allowed; of a wait.");
+  v("object", &TaskStep::object).doc("That is attached or detached.");
+  v("link", &TaskStep::link).doc("Link or tool of the robot; empty is its tool.");
+  v("signal", &TaskStep::signal).doc("That is set.");
+  v("expression", &TaskStep::expression).doc("Value or condition over signals and numbers.");
+  v("timeout", &TaskStep::timeout)
+      .unit("s")
+      .at_least(0)
+      .doc("Of a wait for a condition; 0 waits for ever.");
+  v("task", &TaskStep::task).doc("That is called.");
+  v("count", &TaskStep::count).range(0, 1'000'000).doc("How often a repeat runs its steps.");
+  v("text", &TaskStep::text).doc("Of a message.");
+}
 
 struct Task {
   std::string description;
   std::vector<TaskStep> steps;  ///< in pre-order: the steps of a block stand right behind it
 };
-
-[[nodiscard]] constexpr bool is_block(StepKind k) {
-  return k == StepKind::repeat || k == StepKind::when || k == StepKind::otherwise;
+template <class V>
+constexpr void fields(V& v, Of<Task>) {
+  v("description", &Task::description).doc("What it is, for people.");
+  v("steps", &Task::steps).doc("In order; the steps of a block follow it at once.");
 }
-
-/// How files and commands name the kinds, in order of StepKind.
-inline constexpr std::string_view kStepWords[] = {"move", "attach", "detach", "set",  "wait",
-                                                  "call", "repeat", "if",     "else", "message"};
-[[nodiscard]] constexpr std::string_view to_string(StepKind k) {
-  return kStepWords[static_cast<std::size_t>(k)];
-}
-
-// ---- what a world has for tasks ----
-
-/// A named place that tasks and people refer to.
-struct PlacedFrame {
-  std::string name;
-  Placement placement;  ///< world_T_frame
-};
-
-enum class LightKind : std::uint8_t {
-  sun,    ///< parallel light along -z of its frame
-  point,  ///< from its origin to all sides
-  spot,   ///< from its origin along -z of its frame, within `angle` of it
-};
-
-struct PlacedLight {
-  std::string name;
-  LightKind kind = LightKind::point;
-  Placement placement;   ///< world_T_light
-  Colour colour;         ///< sRGB; a is of no account
-  double intensity = 1;  ///< 1 = as bright as the program's own
-  double angle = 0.5;    ///< half the opening of a spot [rad]
-};
-
-/// An object that a robot holds when the world starts.
-struct Attachment {
-  std::string object, robot;
-  std::string link;         ///< of the robot, or a tool of it; "" = its tool
-  Placement tool_T_object;  ///< from the link's or tool's frame
-};
-
-enum class SignalKind : std::uint8_t { digital, analogue };
-
-/// A wire between two devices; tasks set it and wait for it.
-struct Signal {
-  std::string name;  ///< a letter, then letters, digits and _
-  SignalKind kind = SignalKind::digital;
-  std::string unit;      ///< SI, of an analogue one; "" = a plain number
-  double initial = 0;    ///< a digital one is 0 or 1
-  std::string from, to;  ///< members of the world, or devices of any name; "" = any
-  std::string description;
-};
-
-struct PlacedTask {
-  std::string name;
-  TaskId task;
-  std::string robot;  ///< that steps mean which name none; "" = every step names its own
-};
 
 }  // namespace robomosp::model

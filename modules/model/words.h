@@ -3,7 +3,6 @@
 // model). [any thread]
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <optional>
 #include <string_view>
@@ -11,12 +10,6 @@
 #include "model/records.h"
 
 namespace robomosp::model {
-
-/// In order of JointKind.
-inline constexpr std::array<std::string_view, 8> kJointWords{
-    "revolute", "prismatic", "fixed", "universal", "cylindrical", "planar", "spherical", "free"};
-/// In order of LoopKind.
-inline constexpr std::array<std::string_view, 4> kLoopWords{"point", "revolute", "planar", "weld"};
 
 [[nodiscard]] constexpr std::string_view joint_word(JointKind kind) {
   return kJointWords[static_cast<std::size_t>(kind)];

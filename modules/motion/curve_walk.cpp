@@ -18,14 +18,14 @@ constexpr int kDeepest = 40;
 // |d1| below this share of the mean counts as a standstill.
 constexpr double kStandstill = 1e-9;
 
-CurveSample at(const Curve& curve, double u) {
+Result<CurveSample> at(const Curve& curve, double u) {
   CurveSample out;
-  curve.evaluate({&u, 1}, {&out, 1});
+  RMP_TRY(curve.evaluate({&u, 1}, {&out, 1}));
   return out;
 }
 
 /// Arc length from a to b by Gauss-Legendre quadrature with ten nodes; exact for |d1| of degree 19.
-double quadrature(const Curve& curve, double a, double b) {
+Result<double> quadrature(const Curve& curve, double a, double b) {
   // Abramowitz and Stegun, Handbook of Mathematical Functions, table 25.4.
   constexpr std::array<double, 5> x{0.148874338981631211, 0.433395394129247191,
                                     0.679409568299024406, 0.865063366688984511,
@@ -40,7 +40,7 @@ double quadrature(const Curve& curve, double a, double b) {
     u[2 * i] = mean - half * x[i];
     u[2 * i + 1] = mean + half * x[i];
   }
-  curve.evaluate(u, p);
+  RMP_TRY(curve.evaluate(u, p));
   double sum = 0;
   for (std::size_t i = 0; i < 10; ++i) sum += weight[i / 2] * spatial::norm(p[i].d1);
   return sum * half;
@@ -59,7 +59,8 @@ Result<CurveWalk> CurveWalk::by_parameter(std::shared_ptr<const Curve> curve) {
   walk.curve_ = std::move(curve);
   const double end = walk.curve_->end();
   if (walk.curve_->is_even()) {
-    walk.length_ = spatial::norm(at(*walk.curve_, 0).d1) * end;
+    RMP_TRY_ASSIGN(const CurveSample start, at(*walk.curve_, 0));
+    walk.length_ = spatial::norm(start.d1) * end;
     return walk;
   }
   // Smooth between knots: a few pieces each are measured to far below what a length is printed to.
@@ -70,7 +71,8 @@ Result<CurveWalk> CurveWalk::by_parameter(std::shared_ptr<const Curve> curve) {
   for (std::size_t k = 1; k < knots.size(); ++k)
     for (int i = 0; i < kParts && knots[k] > knots[k - 1]; ++i) {
       const double h = (knots[k] - knots[k - 1]) / kParts, from = knots[k - 1] + i * h;
-      walk.length_ += quadrature(*walk.curve_, from, from + h);
+      RMP_TRY_ASSIGN(const double part, quadrature(*walk.curve_, from, from + h));
+      walk.length_ += part;
     }
   return walk;
 }
@@ -92,7 +94,8 @@ Result<CurveWalk> CurveWalk::build(std::shared_ptr<const Curve> curve) {
 }
 
 Result<void> CurveWalk::refine(double u0, double u1, int depth) {
-  const CurveSample first = at(*curve_, u0), last = at(*curve_, u1);
+  RMP_TRY_ASSIGN(const CurveSample first, at(*curve_, u0));
+  RMP_TRY_ASSIGN(const CurveSample last, at(*curve_, u1));
   const double mean_speed = length_ / curve_->end();
   for (const auto& [u, p] : {std::pair{u0, first}, std::pair{u1, last}})
     if (!(spatial::norm(p.d1) > kStandstill * mean_speed) || depth > kDeepest)
@@ -100,7 +103,7 @@ Result<void> CurveWalk::refine(double u0, double u1, int depth) {
                    "the curve has no direction at " + text::print_rounded(100 * u / curve_->end()) +
                        " % of its parameter",
                    "Control points that coincide stop it there; move them apart, or give times.");
-  const double h = quadrature(*curve_, u0, u1);
+  RMP_TRY_ASSIGN(const double h, quadrature(*curve_, u0, u1));
   const double s0 = pieces_.empty() ? 0 : pieces_.back().s0 + pieces_.back().h;
   const spatial::Jet a = by_length(u0, first), b = by_length(u1, last);
   // In x = (s - s0) / h.
@@ -109,7 +112,8 @@ Result<void> CurveWalk::refine(double u0, double u1, int depth) {
   for (const double x : {0.2, 0.5, 0.8}) {
     double u = piece.c[5];
     for (int k = 4; k >= 0; --k) u = u * x + piece.c[k];
-    length += quadrature(*curve_, before, u);
+    RMP_TRY_ASSIGN(const double part, quadrature(*curve_, before, u));
+    length += part;
     before = u;
     worst = std::max(worst, std::abs(length - x * h));
   }
@@ -135,7 +139,7 @@ double CurveWalk::parameter(double s, std::size_t& hint) const {
   return std::clamp(u, 0.0, curve_->end());
 }
 
-std::vector<double> CurveWalk::knot_shares() const {
+Result<std::vector<double>> CurveWalk::knot_shares() const {
   std::vector<double> shares = curve_->knots();
   for (double& k : shares) {
     if (pieces_.empty()) {
@@ -147,13 +151,13 @@ std::vector<double> CurveWalk::knot_shares() const {
                                        [](double v, const Piece& p) { return v < p.c[0]; });
     const Piece& piece = *(next - 1);
     const bool is_last = next == pieces_.end() && k >= curve_->end();
-    k = std::clamp((is_last ? length_ : piece.s0 + quadrature(*curve_, piece.c[0], k)) / length_,
-                   0.0, 1.0);
+    RMP_TRY_ASSIGN(const double from_piece, quadrature(*curve_, piece.c[0], k));
+    k = std::clamp((is_last ? length_ : piece.s0 + from_piece) / length_, 0.0, 1.0);
   }
   return shares;
 }
 
-void CurveWalk::evaluate(std::span<const double> w, std::span<CurveSample> out) const {
+Result<void> CurveWalk::evaluate(std::span<const double> w, std::span<CurveSample> out) const {
   constexpr std::size_t kChunk = 64;
   std::array<double, kChunk> u;
   const double end = curve_->end();
@@ -165,7 +169,7 @@ void CurveWalk::evaluate(std::span<const double> w, std::span<CurveSample> out) 
       u[i] = pieces_.empty() ? share * end : parameter(share * length_, hint);
     }
     const auto chunk = out.subspan(first, n);
-    curve_->evaluate(std::span<const double>(u).first(n), chunk);
+    RMP_TRY(curve_->evaluate(std::span<const double>(u).first(n), chunk));
     for (CurveSample& p : chunk) {
       // d/dw of u: end, or by arc length s = length w.
       double u1 = end, u2 = 0, u3 = 0;
@@ -184,6 +188,7 @@ void CurveWalk::evaluate(std::span<const double> w, std::span<CurveSample> out) 
       }
     }
   }
+  return {};
 }
 
 }  // namespace robomosp::motion

@@ -31,9 +31,9 @@ class CurveWalk {
 
   [[nodiscard]] double length() const { return length_; }  ///< [m]
   /// Share at every control point.
-  [[nodiscard]] std::vector<double> knot_shares() const;
+  [[nodiscard]] Result<std::vector<double>> knot_shares() const;
   /// out[i] at w[i] (held within 0..1), derivatives with respect to w.
-  void evaluate(std::span<const double> w, std::span<CurveSample> out) const;
+  Result<void> evaluate(std::span<const double> w, std::span<CurveSample> out) const;
 
  private:
   /// u over one interval of s: u0 + polynomial in x = (s - s0) / h.

@@ -121,7 +121,7 @@ Result<void> Path::check(const Registry& registry, std::string_view trajectory_n
   return {};
 }
 
-void Path::sample(std::span<const double> times, std::span<PathSample> out) const {
+Result<void> Path::sample(std::span<const double> times, std::span<PathSample> out) const {
   // Runs of samples in one segment go to its provider in one call.
   std::vector<double> local(times.size());
   std::size_t first = 0;
@@ -136,10 +136,12 @@ void Path::sample(std::span<const double> times, std::span<PathSample> out) cons
       local[last] = times[last] - starts_[segment];
       ++last;
     }
-    pieces_[segment].segment->sample(std::span<const double>(local).subspan(first, last - first),
-                                     out.subspan(first, last - first));
+    RMP_TRY(pieces_[segment].segment->sample(
+        std::span<const double>(local).subspan(first, last - first),
+        out.subspan(first, last - first)));
     first = last;
   }
+  return {};
 }
 
 std::vector<double> Path::sample_times(double step) const {

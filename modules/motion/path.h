@@ -55,8 +55,9 @@ class Path {
   /// In order of time. What runs a stored trajectory is as many as that has.
   [[nodiscard]] std::span<const Piece> pieces() const { return pieces_; }
   /// Fills out[i] for times[i] (ascending or not; held at the ends outside 0..duration()). A time
-  /// at a joint of two segments belongs to the later one. Poses in the trajectory's frame.
-  void sample(std::span<const double> times, std::span<PathSample> out) const;
+  /// at a joint of two segments belongs to the later one. Poses in the trajectory's frame. An error
+  /// names the provider that could not say.
+  Result<void> sample(std::span<const double> times, std::span<PathSample> out) const;
   /// 0, step, 2 step, ... and the very end.
   [[nodiscard]] std::vector<double> sample_times(double step) const;
 

@@ -67,7 +67,7 @@ class TimedCurve final : public Segment {
   [[nodiscard]] double duration() const override { return law_->duration(); }
   [[nodiscard]] double length() const override { return length_; }
 
-  void sample(std::span<const double> times, std::span<PathSample> out) const override {
+  Result<void> sample(std::span<const double> times, std::span<PathSample> out) const override {
     constexpr std::size_t kChunk = 64;
     std::array<LawSample, kChunk> law;
     std::array<double, kChunk> shares;
@@ -76,12 +76,12 @@ class TimedCurve final : public Segment {
     for (std::size_t first = 0; first < times.size(); first += kChunk) {
       const std::size_t n = std::min(kChunk, times.size() - first);
       const auto w = std::span<const double>(shares).first(n);
-      const auto walk_by = [&](const MotionLaw& timing) {
-        timing.sample(times.subspan(first, n), std::span(law).first(n));
+      const auto walk_by = [&](const MotionLaw& timing) -> Result<void> {
+        RMP_TRY(timing.sample(times.subspan(first, n), std::span(law).first(n)));
         for (std::size_t i = 0; i < n; ++i) shares[i] = law[i].share;
-        walk_.evaluate(w, std::span(along).first(n));
+        return walk_.evaluate(w, std::span(along).first(n));
       };
-      walk_by(*law_);
+      RMP_TRY(walk_by(*law_));
       for (std::size_t i = 0; i < n; ++i) {
         const LawSample& by = law[i];
         PathSample& s = out[first + i];
@@ -90,9 +90,9 @@ class TimedCurve final : public Segment {
         s.acceleration =
             add(scale(along[i].d2, by.rate * by.rate), scale(along[i].d1, by.acceleration));
       }
-      if (turning_) walk_by(*turning_);
-      orientation_->evaluate(w, std::span<const CurveSample>(along).first(n),
-                             std::span(turns).first(n));
+      if (turning_) RMP_TRY(walk_by(*turning_));
+      RMP_TRY(orientation_->evaluate(w, std::span<const CurveSample>(along).first(n),
+                                     std::span(turns).first(n)));
       for (std::size_t i = 0; i < n; ++i) {
         const LawSample& by = law[i];
         PathSample& s = out[first + i];
@@ -102,6 +102,7 @@ class TimedCurve final : public Segment {
             add(scale(turns[i].bend, by.rate * by.rate), scale(turns[i].turn, by.acceleration));
       }
     }
+    return {};
   }
 
  private:
@@ -118,19 +119,20 @@ class SlowedLaw final : public MotionLaw {
   SlowedLaw(std::shared_ptr<const MotionLaw> law, double duration)
       : law_(std::move(law)), duration_(duration), pace_(law_->duration() / duration) {}
   [[nodiscard]] double duration() const override { return duration_; }
-  void sample(std::span<const double> times, std::span<LawSample> out) const override {
+  Result<void> sample(std::span<const double> times, std::span<LawSample> out) const override {
     constexpr std::size_t kChunk = 64;
     std::array<double, kChunk> own;
     for (std::size_t first = 0; first < times.size(); first += kChunk) {
       const std::size_t n = std::min(kChunk, times.size() - first);
       for (std::size_t i = 0; i < n; ++i) own[i] = pace_ * times[first + i];
-      law_->sample(std::span<const double>(own).first(n), out.subspan(first, n));
+      RMP_TRY(law_->sample(std::span<const double>(own).first(n), out.subspan(first, n)));
       for (LawSample& s : out.subspan(first, n)) {
         s.rate *= pace_;
         s.acceleration *= pace_ * pace_;
         s.jerk *= pace_ * pace_ * pace_;
       }
     }
+    return {};
   }
 
  private:
@@ -150,13 +152,14 @@ class OwnTimes final : public MotionLaw {
  public:
   explicit OwnTimes(double duration) : duration_(duration) {}
   [[nodiscard]] double duration() const override { return duration_; }
-  void sample(std::span<const double> times, std::span<LawSample> out) const override {
+  Result<void> sample(std::span<const double> times, std::span<LawSample> out) const override {
     // Times this share of the duration beyond an end are that end: callers reach it by sums.
     const double slack = 1e-12 * duration_;
     for (std::size_t i = 0; i < times.size(); ++i) {
       const bool is_moving = times[i] >= -slack && times[i] <= duration_ + slack;
       out[i] = {std::clamp(times[i] / duration_, 0.0, 1.0), is_moving ? 1 / duration_ : 0, 0, 0};
     }
+    return {};
   }
 
  private:
@@ -169,13 +172,14 @@ class PlacedSegment final : public Segment {
       : a_T_b_(a_T_b), segment_(std::move(segment)) {}
   [[nodiscard]] double duration() const override { return segment_->duration(); }
   [[nodiscard]] double length() const override { return segment_->length(); }
-  void sample(std::span<const double> times, std::span<PathSample> out) const override {
-    segment_->sample(times, out);
+  Result<void> sample(std::span<const double> times, std::span<PathSample> out) const override {
+    RMP_TRY(segment_->sample(times, out));
     for (PathSample& s : out.first(times.size())) {
       s.pose = spatial::compose(a_T_b_, s.pose);
       for (Vec3* v : {&s.velocity, &s.angular_velocity, &s.acceleration, &s.angular_acceleration})
         *v = spatial::rotate(a_T_b_, *v);
     }
+    return {};
   }
 
  private:
@@ -183,16 +187,46 @@ class PlacedSegment final : public Segment {
   std::shared_ptr<const Segment> segment_;
 };
 
+/// Holds the angular velocity against differences of the orientation; what is not its derivative at
+/// a quarter of the places is the provider's fault. (Between pieces it may jump.)
+Result<void> check_turning(const CurveWalk& walk, const Orientation& orientation,
+                           const ProviderInfo& provider) {
+  constexpr std::size_t kProbes = 32;
+  constexpr double kStep = 1e-7, kSlack = 1e-2;
+  std::vector<double> w;
+  for (std::size_t i = 0; i < kProbes; ++i)
+    for (const double side : {-kStep, 0.0, kStep})
+      w.push_back((static_cast<double>(i) + 0.618) / static_cast<double>(kProbes) + side);
+  std::vector<CurveSample> along(w.size());
+  std::vector<OrientationSample> s(w.size());
+  RMP_TRY(walk.evaluate(w, along));
+  RMP_TRY(orientation.evaluate(w, along, s));
+  double greatest = 1e-5;  // [rad over the whole way] below this nothing turns
+  for (const OrientationSample& o : s) greatest = std::max(greatest, spatial::norm(o.turn));
+  std::size_t wrong = 0;
+  for (std::size_t i = 0; i < kProbes; ++i) {
+    const Vec3 d =
+        spatial::scale(spatial::rotation_difference(s[3 * i].R, s[3 * i + 2].R), 1 / (2 * kStep));
+    const double gap = spatial::norm(spatial::sub(d, s[3 * i + 1].turn));
+    if (!(gap <= kSlack * std::max(greatest, spatial::norm(d)))) ++wrong;
+  }
+  if (wrong <= kProbes / 4) return {};
+  return error(ErrorCode::plugin_failed,
+               "provider \"" + provider.name +
+                   "\" made an orientation whose angular velocity is not its derivative",
+               "Report it to the provider's author or choose another provider.");
+}
+
 /// Greatest |dR/dw| along the way, by dense sampling.
-double greatest_turn(const CurveWalk& walk, const Orientation& orientation) {
+Result<double> greatest_turn(const CurveWalk& walk, const Orientation& orientation) {
   constexpr std::size_t kSamples = 257;
   std::vector<double> w(kSamples);
   for (std::size_t i = 0; i < kSamples; ++i)
     w[i] = static_cast<double>(i) / static_cast<double>(kSamples - 1);
   std::vector<CurveSample> along(kSamples);
   std::vector<OrientationSample> turning(kSamples);
-  walk.evaluate(w, along);
-  orientation.evaluate(w, along, turning);
+  RMP_TRY(walk.evaluate(w, along));
+  RMP_TRY(orientation.evaluate(w, along, turning));
   double most = 0;
   for (const OrientationSample& s : turning) most = std::max(most, spatial::norm(s.turn));
   return most;
@@ -214,6 +248,13 @@ Result<void> check_duration(double duration, const ProviderInfo& provider, std::
   return error(
       ErrorCode::plugin_failed, "provider \"" + provider.name + "\" gives no positive duration",
       "Report it to the provider's author or choose another provider.", std::string(where));
+}
+
+LawTask law_task(double length, double turn) {
+  LawTask task;
+  task.length = length;
+  task.turn = turn;
+  return task;
 }
 
 Result<std::shared_ptr<const MotionLaw>> run_law(const Registry& registry,
@@ -245,28 +286,35 @@ Result<std::shared_ptr<const Segment>> run_curve(const Registry& registry,
 
   RMP_TRY_ASSIGN(const auto turner,
                  registry.create<OrientationMaker>(providers.orientation.name).in(where));
-  const std::vector<double> shares = walk.knot_shares();
+  auto known = walk.knot_shares();
+  if (!known.ok()) return std::move(known).error().in(where);
+  const std::vector<double> shares = std::move(known).value();
   if (shares.size() != points.size())
     return error(ErrorCode::plugin_failed,
                  "provider \"" + providers.shape.name + "\" gives " +
                      std::to_string(shares.size()) + " knots for " + std::to_string(points.size()) +
                      " points",
                  "Report it to the provider's author.", std::string(where));
-  RMP_TRY_ASSIGN(
-      const auto orientation,
-      checked(guarded(providers.orientation.name,
-                      [&] {
-                        return turner->make({points, shares, curve.get()}, *params.orientation);
-                      }),
-              providers.orientation, where));
+  RMP_TRY_ASSIGN(const auto orientation, checked(guarded(providers.orientation.name,
+                                                         [&] {
+                                                           OrientationTask task;
+                                                           task.points = points;
+                                                           task.shares = shares;
+                                                           task.curve = curve.get();
+                                                           return turner->make(task,
+                                                                               *params.orientation);
+                                                         }),
+                                                 providers.orientation, where));
 
-  const double length = walk.length(), turn = greatest_turn(walk, *orientation);
+  RMP_TRY(check_turning(walk, *orientation, providers.orientation).in(where));
+  const double length = walk.length();
+  RMP_TRY_ASSIGN(const double turn, greatest_turn(walk, *orientation).in(where));
   if (!(length > 0) && !(turn > 0))
     return bad("the tool neither moves nor turns", "Move or turn one of the points.", where);
   const bool turns_apart = !providers.turning.name.empty() && turn > 0;
   std::shared_ptr<const MotionLaw> law, turning;
   if (turns_apart) {
-    RMP_TRY_ASSIGN(turning, run_law(registry, providers.turning, {0, turn}, *params.turning,
+    RMP_TRY_ASSIGN(turning, run_law(registry, providers.turning, law_task(0, turn), *params.turning,
                                     std::string(where) + ", turning"));
   }
   if (by_own_times) {
@@ -274,7 +322,7 @@ Result<std::shared_ptr<const Segment>> run_curve(const Registry& registry,
   } else if (turns_apart && !(length > 0)) {
     law = turning;
   } else {
-    RMP_TRY_ASSIGN(law, run_law(registry, providers.law, {length, turns_apart ? 0 : turn},
+    RMP_TRY_ASSIGN(law, run_law(registry, providers.law, law_task(length, turns_apart ? 0 : turn),
                                 *params.law, where));
   }
   if (turns_apart) run_together(law, turning);

@@ -18,7 +18,7 @@ namespace robomosp::motion {
 /// stand beside the shape (`speed 10 mm/s`) belong to the first of shape, law and orientation that
 /// knows them; those of `turning` stand in its own table.
 struct SegmentProviders {
-  ProviderInfo shape;        ///< of robomosp.curve/1, segment/1 or joint_segment/1
+  ProviderInfo shape;        ///< of robomosp.curve/2, segment/2 or joint_segment/2
   ProviderInfo law;          ///< of a curve
   ProviderInfo orientation;  ///< of a curve
   ProviderInfo turning;      ///< law of a curve's orientation; no name = it turns with the way

@@ -28,20 +28,20 @@ constexpr double kMostCut = 0.45;
 constexpr double kSpeed = 0.1;         ///< [m/s]
 constexpr double kAngularSpeed = 0.5;  ///< [rad/s]
 
-PathSample at(const Segment& s, double t) {
+Result<PathSample> at(const Segment& s, double t) {
   PathSample out;
-  s.sample({&t, 1}, {&out, 1});
+  RMP_TRY(s.sample({&t, 1}, {&out, 1}));
   return out;
 }
 
 /// Length of the tool's path between two times, by Simpson's rule.
-double length_between(const Segment& s, double from, double to) {
+Result<double> length_between(const Segment& s, double from, double to) {
   constexpr std::size_t kIntervals = 256;
   std::vector<double> times(kIntervals + 1);
   for (std::size_t i = 0; i <= kIntervals; ++i)
     times[i] = from + (to - from) * static_cast<double>(i) / kIntervals;
   std::vector<PathSample> out(times.size());
-  s.sample(times, out);
+  RMP_TRY(s.sample(times, out));
   double sum = 0;
   for (std::size_t i = 0; i <= kIntervals; ++i)
     sum += (i == 0 || i == kIntervals ? 1 : i % 2 ? 4 : 2) * norm(out[i].velocity);
@@ -51,14 +51,14 @@ double length_between(const Segment& s, double from, double to) {
 /// A part of a segment.
 class Trimmed final : public Segment {
  public:
-  Trimmed(std::shared_ptr<const Segment> segment, double from, double to)
-      : segment_(std::move(segment)),
-        from_(from),
-        to_(to),
-        length_(length_between(*segment_, from, to)) {}
+  static Result<std::shared_ptr<const Segment>> of(std::shared_ptr<const Segment> segment,
+                                                   double from, double to) {
+    RMP_TRY_ASSIGN(const double length, length_between(*segment, from, to));
+    return std::shared_ptr<const Segment>(new Trimmed(std::move(segment), from, to, length));
+  }
   [[nodiscard]] double duration() const override { return to_ - from_; }
   [[nodiscard]] double length() const override { return length_; }
-  void sample(std::span<const double> times, std::span<PathSample> out) const override {
+  Result<void> sample(std::span<const double> times, std::span<PathSample> out) const override {
     const double slack = 1e-12 * duration();
     std::array<double, 64> inner;
     for (std::size_t first = 0; first < times.size(); first += inner.size()) {
@@ -66,15 +66,18 @@ class Trimmed final : public Segment {
       for (std::size_t i = 0; i < n; ++i)
         inner[i] = from_ + std::clamp(times[first + i], 0.0, duration());
       const auto chunk = out.subspan(first, n);
-      segment_->sample(std::span<const double>(inner).first(n), chunk);
+      RMP_TRY(segment_->sample(std::span<const double>(inner).first(n), chunk));
       for (std::size_t i = 0; i < n; ++i)
         if (times[first + i] < -slack || times[first + i] > duration() + slack)
           chunk[i].velocity = chunk[i].acceleration = chunk[i].angular_velocity =
               chunk[i].angular_acceleration = {};
     }
+    return {};
   }
 
  private:
+  Trimmed(std::shared_ptr<const Segment> segment, double from, double to, double length)
+      : segment_(std::move(segment)), from_(from), to_(to), length_(length) {}
   std::shared_ptr<const Segment> segment_;
   double from_, to_, length_;
 };
@@ -113,10 +116,13 @@ class Bridge final : public Segment {
                                   {phi[k], rate[k], bend[k]}, duration);
     }
   }
-  void measure() { length_ = length_between(*this, 0, duration_); }
+  Result<void> measure() {
+    RMP_TRY_ASSIGN(length_, length_between(*this, 0, duration_));
+    return {};
+  }
   [[nodiscard]] double duration() const override { return duration_; }
   [[nodiscard]] double length() const override { return length_; }
-  void sample(std::span<const double> times, std::span<PathSample> out) const override {
+  Result<void> sample(std::span<const double> times, std::span<PathSample> out) const override {
     const double slack = 1e-12 * duration_;
     for (std::size_t i = 0; i < times.size(); ++i) {
       const double x = std::clamp(times[i] / duration_, 0.0, 1.0);
@@ -134,6 +140,7 @@ class Bridge final : public Segment {
       s.angular_velocity = rates.velocity;
       s.angular_acceleration = rates.acceleration;
     }
+    return {};
   }
 
  private:
@@ -148,18 +155,20 @@ class Bridge final : public Segment {
 
 /// The time, counted from one end of a segment inwards, at which the tool is `distance` from there;
 /// at most kMostCut of its duration.
-double cut_time(const Segment& s, bool is_end, double distance) {
+Result<double> cut_time(const Segment& s, bool is_end, double distance) {
   const double T = s.duration(), most = kMostCut * T;
   const auto time = [&](double cut) { return is_end ? T - cut : cut; };
-  const Vec3 corner = at(s, time(0)).pose.p;
-  const auto is_far = [&](double cut) {
-    return spatial::distance(at(s, time(cut)).pose.p, corner) >= distance;
+  RMP_TRY_ASSIGN(const PathSample corner, at(s, time(0)));
+  const auto is_far = [&](double cut) -> Result<bool> {
+    RMP_TRY_ASSIGN(const PathSample there, at(s, time(cut)));
+    return spatial::distance(there.pose.p, corner.pose.p) >= distance;
   };
   constexpr int kScan = 64;
   double low = 0, high = most;
   for (int i = 1; i <= kScan; ++i) {
     const double cut = most * i / kScan;
-    if (!is_far(cut)) {
+    RMP_TRY_ASSIGN(const bool beyond, is_far(cut));
+    if (!beyond) {
       low = cut;
       continue;
     }
@@ -169,7 +178,8 @@ double cut_time(const Segment& s, bool is_end, double distance) {
   if (low >= most) return most;
   for (int i = 0; i < 50; ++i) {
     const double middle = (low + high) / 2;
-    (is_far(middle) ? high : low) = middle;
+    RMP_TRY_ASSIGN(const bool beyond, is_far(middle));
+    (beyond ? high : low) = middle;
   }
   return high;
 }
@@ -188,7 +198,7 @@ Speeds speeds_of(const Bridge& bridge) {
   std::array<double, kParts + 1> times;
   std::array<PathSample, kParts + 1> samples;
   for (std::size_t i = 0; i <= kParts; ++i) times[i] = h * static_cast<double>(i);
-  bridge.sample(times, samples);
+  (void)bridge.sample(times, samples);  // polynomials do not fail
   // Between samples the greatest lies on the parabola through the highest and its neighbours.
   const auto greatest = [&](const auto& rate) {
     std::size_t top = 0;
@@ -272,7 +282,8 @@ Result<void> follow(std::vector<std::shared_ptr<const Segment>>& pieces,
     return {};
   }
   const Segment& last = *pieces.back();
-  const PathSample end = at(last, last.duration()), start = at(*next, 0);
+  RMP_TRY_ASSIGN(const PathSample end, at(last, last.duration()));
+  RMP_TRY_ASSIGN(const PathSample start, at(*next, 0));
   const double gap = spatial::distance(end.pose.p, start.pose.p);
   const double turn = norm(spatial::rotation_difference(end.pose.R, start.pose.R));
   const bool is_joined = gap <= kJoinPosition && turn <= kJoinRotation;
@@ -295,25 +306,27 @@ Result<void> follow(std::vector<std::shared_ptr<const Segment>>& pieces,
   if (is_joined) {
     double distance = transition.distance;
     if (!(distance > 0)) distance = std::min(last.length(), next->length()) / 10;
-    const auto cut = [&](const Segment& s, bool is_end) {
+    const auto cut = [&](const Segment& s, bool is_end) -> Result<double> {
       return s.length() > kJoinPosition && distance > 0 ? cut_time(s, is_end, distance)
-                                                        : s.duration() / 10;
+                                                        : Result<double>(s.duration() / 10);
     };
-    before = cut(last, true);
-    after = cut(*next, false);
+    RMP_TRY_ASSIGN(before, cut(last, true));
+    RMP_TRY_ASSIGN(after, cut(*next, false));
   }
   const double T = last.duration();
-  const PathSample from = at(last, T - before), to = at(*next, after);
+  RMP_TRY_ASSIGN(const PathSample from, at(last, T - before));
+  RMP_TRY_ASSIGN(const PathSample to, at(*next, after));
   RMP_TRY_ASSIGN(const double duration,
                  bridge_time(from, to, before + after, transition.speed, number));
   auto bridge = std::make_shared<Bridge>(from, to, duration);
-  bridge->measure();
+  RMP_TRY(bridge->measure());
   if (before > 0) {
-    auto trimmed = std::make_shared<Trimmed>(pieces.back(), 0, T - before);
-    pieces.back() = std::move(trimmed);
+    RMP_TRY_ASSIGN(pieces.back(), Trimmed::of(pieces.back(), 0, T - before));
   }
   pieces.push_back(std::move(bridge));
-  if (after > 0) next = std::make_shared<Trimmed>(next, after, next->duration());
+  if (after > 0) {
+    RMP_TRY_ASSIGN(next, Trimmed::of(next, after, next->duration()));
+  }
   pieces.push_back(std::move(next));
   return {};
 }

@@ -6,10 +6,9 @@
 #include <cmath>
 #include <random>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
-#include <Eigen/QR>
 
+#include "robotics/decompositions.h"
 #include "robotics/kinematics.h"
 #include "spatial/pose.h"
 #include "spatial/rotation.h"

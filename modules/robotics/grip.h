@@ -2,6 +2,7 @@
 // Where things hang on a robot: links and tools by name (layer: data processing, robotics).
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "robotics/build_model.h"
@@ -9,7 +10,9 @@
 namespace robomosp::robotics {
 
 /// The frame of a link or tool of a robot, fixed to a joint of its model; "" is the robot's tool.
-/// A name that nothing has is an error that lists those there are.
+[[nodiscard]] std::optional<LinkFrame> find_grip(const model::Robot&, const RobotModel&,
+                                                 const std::string& link_or_tool);
+/// find_grip(); a name that nothing has is an error that lists those there are.
 [[nodiscard]] Result<LinkFrame> grip_frame(const model::Robot&, const RobotModel&,
                                            const std::string& link_or_tool);
 

@@ -8,8 +8,8 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
-#include <Eigen/SVD>
 
+#include "robotics/decompositions.h"
 #include "robotics/kinematics.h"
 #include "robotics/tip_motion.h"
 #include "spatial/pose.h"

@@ -5,10 +5,9 @@
 #include <cmath>
 
 #include <Eigen/Core>
-#include <Eigen/QR>
-#include <Eigen/SVD>
 
 #include "robotics/closure.h"
+#include "robotics/decompositions.h"
 #include "robotics/kinematics.h"
 
 namespace robomosp::robotics {

@@ -8,9 +8,9 @@
 #include <string>
 
 #include <robomosp/sdk/eigen.h>
-#include <Eigen/SVD>
 
 #include "robotics/batch_kinematics.h"
+#include "robotics/decompositions.h"
 #include "robotics/joint_sampler.h"
 #include "spatial/parallel.h"
 #include "spatial/pose.h"
@@ -171,7 +171,7 @@ JacobianMeasures jacobian_measures(std::span<const double> jacobian, TwistPart p
   if (part == TwistPart::translation) J.bottomRows<3>().setZero();
   if (part == TwistPart::rotation) J.topRows<3>().setZero();
   J.topRows<3>() /= length;
-  const auto s = Eigen::JacobiSVD<Eigen::Matrix<double, 6, Eigen::Dynamic>>(J).singularValues();
+  const Eigen::VectorXd s = Eigen::JacobiSVD<Eigen::MatrixXd>(J).singularValues();
   const Eigen::Index last = std::min<Eigen::Index>(rank, s.size());
   m.manipulability = s.head(last).prod();
   m.least = s[last - 1];

@@ -26,8 +26,8 @@
 namespace robomosp::scene {
 namespace {
 
-using document::Drawable;
 using document::Snapshot;
+using evaluation::Drawable;
 using render::Item;
 
 /// A scene under construction.
@@ -84,7 +84,7 @@ struct PosedRobot {
   std::string owner;  ///< for ids and names
   const model::Robot* record = nullptr;
   std::shared_ptr<const RobotModel> model;
-  document::RobotBodies bodies;
+  evaluation::RobotBodies bodies;
   std::vector<robotics::LinkFrame> links;
   Pose world_T_mounting, world_T_base;
   mutable std::vector<Pose> joint_frames, link_frames;
@@ -119,7 +119,7 @@ struct PosedRobot {
 Result<PosedRobot> posed_robot(const Source& source, RobotId id, std::string owner,
                                const Pose& world_T_mounting, Progress& progress) {
   const Snapshot& snapshot = source.snapshot;
-  document::Derived& derived = source.derived;
+  evaluation::Derived& derived = source.derived;
   PosedRobot r;
   r.record = snapshot.get(id);
   if (!r.record)
@@ -255,7 +255,7 @@ Result<std::vector<Pose>> tool_way(const Source& source, WorldId world, const Po
   run.trajectory = trajectory;
   RMP_TRY_ASSIGN(const auto recording, simulator.inverse_kinematics(run, progress));
   const std::size_t dof = robot.model->coordinate_count();
-  std::vector<const sim::Column*> columns;
+  std::vector<const recording::Column*> columns;
   for (std::size_t j = 0; j < dof; ++j)
     columns.push_back(recording->find("q" + std::to_string(j + 1)));
   std::vector<Pose> out, bodies;
@@ -285,7 +285,7 @@ Result<std::vector<Pose>> way_of(const Maker& m, WorldId world,
   }
   const auto times = (*path)->sample_times((*path)->duration() / static_cast<double>(kLinePoints));
   std::vector<PathSample> samples(times.size());
-  (*path)->sample(times, samples);
+  RMP_TRY((*path)->sample(times, samples));
   const Pose world_T_path = model::pose(placed.placement);
   std::vector<Pose> out;
   for (const PathSample& s : samples) out.push_back(spatial::compose(world_T_path, s.pose));
@@ -533,7 +533,7 @@ struct MovingRobot {
     ObjectParts parts;
   };
   PosedRobot robot;
-  std::vector<const sim::Column*> q;
+  std::vector<const recording::Column*> q;
   std::vector<Held> held = {};
 
   void add_ids(Playback& playback) const {
@@ -561,24 +561,22 @@ struct MovingRobot {
 
 /// An object that moves along columns `<name>.x` and so on, as contact physics records them.
 struct MovingObject : ObjectParts {
-  std::array<const sim::Column*, 7> at{};  ///< x y z qw qx qy qz
+  std::array<const recording::Column*, 7> at{};  ///< recording::kPlaceColumns
 
   void add_poses(std::size_t row, Playback& playback) const {
-    const auto value = [&](std::size_t k) { return at[k]->values[row]; };
-    const Pose pose{spatial::from_quaternion({value(3), value(4), value(5), value(6)}),
-                    {value(0), value(1), value(2)}};
-    ObjectParts::add_poses(pose, playback);
+    std::array<double, 7> place{};
+    for (std::size_t k = 0; k < place.size(); ++k) place[k] = at[k]->values[row];
+    ObjectParts::add_poses(recording::pose_of_place(place), playback);
   }
 };
 
 Result<std::optional<MovingObject>> moving_object(const Source& source,
                                                   const model::PlacedObject& placed,
-                                                  const sim::Recording& recording,
+                                                  const recording::Recording& recording,
                                                   Progress& progress) {
-  constexpr const char* kParts[] = {".x", ".y", ".z", ".qw", ".qx", ".qy", ".qz"};
   MovingObject out;
   for (std::size_t k = 0; k < out.at.size(); ++k) {
-    out.at[k] = recording.find(placed.name + kParts[k]);
+    out.at[k] = recording.find(placed.name + recording::kPlaceColumns[k]);
     if (!out.at[k]) return std::optional<MovingObject>{};
   }
   RMP_TRY_ASSIGN(auto parts, parts_of(source, placed, progress));
@@ -588,8 +586,8 @@ Result<std::optional<MovingObject>> moving_object(const Source& source,
 
 }  // namespace
 
-Result<Playback> build_playback(const Source& source, WorldId id, const sim::Recording& recording,
-                                Progress& progress) {
+Result<Playback> build_playback(const Source& source, WorldId id,
+                                const recording::Recording& recording, Progress& progress) {
   const model::World* world = source.snapshot.get(id);
   if (!world)
     return error(ErrorCode::stale_handle, "the world no longer exists", "Open or create one.");
@@ -603,7 +601,7 @@ Result<Playback> build_playback(const Source& source, WorldId id, const sim::Rec
     if (!is_main && !recording.find(prefix + "q1")) continue;
     RMP_TRY_ASSIGN(PosedRobot robot, posed_robot(source, placed.robot, placed.name,
                                                  model::pose(placed.placement), progress));
-    std::vector<const sim::Column*> q;
+    std::vector<const recording::Column*> q;
     for (std::size_t j = 0; j < robot.model->coordinate_count(); ++j) {
       q.push_back(recording.find(prefix + "q" + std::to_string(j + 1)));
       if (!q.back() || (is_main && recording.dof != robot.model->dof()))

@@ -13,20 +13,20 @@
 #include <robomosp/sdk/render.h>
 #include <robomosp/sdk/result.h>
 
-#include "document/derived.h"
 #include "document/document.h"
+#include "evaluation/derived.h"
 #include "kernel/registry.h"
+#include "recording/recording.h"
 #include "scene/ellipsoid.h"
 #include "scene/path_lines.h"
 #include "scene/playback.h"
-#include "sim/recording.h"
 
 namespace robomosp::scene {
 
 /// What a picture is built from.
 struct Source {
   const document::Snapshot& snapshot;
-  document::Derived& derived;
+  evaluation::Derived& derived;
   const Registry& registry;
 };
 
@@ -61,7 +61,7 @@ struct Built {
 /// How the robots and objects of a recording move: robots along columns q1, ... (others than the
 /// recording's own along `<name>.q1`, ...), objects along `<name>.x .y .z .qw .qx .qy .qz`; ids are
 /// those of build() on the same world.
-[[nodiscard]] Result<Playback> build_playback(const Source&, WorldId, const sim::Recording&,
+[[nodiscard]] Result<Playback> build_playback(const Source&, WorldId, const recording::Recording&,
                                               Progress&);
 
 /// Moves the groups of items outwards from the middle of the box around all: each by `factor` times

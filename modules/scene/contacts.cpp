@@ -16,8 +16,8 @@ constexpr Colour kTouching{0.85F, 0.08F, 0.06F, 1.0F};
 constexpr Colour kNearest{0.85F, 0.05F, 0.55F, 1.0F};
 
 /// Name of a body's items: "arm.forearm" is drawn as "arm forearm".
-std::string item_name(const sim::CollisionModel& model, std::int32_t body) {
-  const sim::CollisionBody& b = model.bodies()[static_cast<std::size_t>(body)];
+std::string item_name(const collision::CollisionModel& model, std::int32_t body) {
+  const collision::CollisionBody& b = model.bodies()[static_cast<std::size_t>(body)];
   if (b.robot < 0) return b.name;
   std::string name = b.name;
   name[model.robots()[static_cast<std::size_t>(b.robot)].name.size()] = ' ';
@@ -26,7 +26,7 @@ std::string item_name(const sim::CollisionModel& model, std::int32_t body) {
 
 }  // namespace
 
-Result<void> mark_contacts(const sim::CollisionModel& model, std::span<const double> q,
+Result<void> mark_contacts(const collision::CollisionModel& model, std::span<const double> q,
                            render::Scene& scene, Progress& progress) {
   RMP_TRY_ASSIGN(const auto hits, model.collisions(q, progress));
   std::set<std::string> touching;
@@ -59,9 +59,9 @@ Result<void> mark_contacts(const sim::CollisionModel& model, std::span<const dou
   return {};
 }
 
-Result<std::vector<double>> configuration_at(const sim::CollisionModel& model,
-                                             const sim::Recording& recording, double time) {
-  RMP_TRY_ASSIGN(const auto all, sim::configurations(model, recording));
+Result<std::vector<double>> configuration_at(const collision::CollisionModel& model,
+                                             const recording::Recording& recording, double time) {
+  RMP_TRY_ASSIGN(const auto all, collision::configurations(model, recording));
   const std::size_t n = model.coordinate_count();
   if (n == 0 || all.empty()) return model.shown();
   const auto& times = recording.columns.front().values;

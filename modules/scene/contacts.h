@@ -8,19 +8,20 @@
 #include <robomosp/sdk/progress.h>
 #include <robomosp/sdk/result.h>
 
+#include "collision/collision.h"
 #include "scene/build.h"
-#include "sim/collision.h"
 
 namespace robomosp::scene {
 
 /// Paints the bodies that touch red, and where nothing does draws the shortest line between two
 /// bodies with its length beside it. `q` as for CollisionModel; items are found by their names, as
 /// build() gives them.
-[[nodiscard]] Result<void> mark_contacts(const sim::CollisionModel&, std::span<const double> q,
-                                         render::Scene&, Progress&);
+[[nodiscard]] Result<void> mark_contacts(const collision::CollisionModel&,
+                                         std::span<const double> q, render::Scene&, Progress&);
 
 /// The configuration of all robots at a time of a recording, linear between samples [s].
-[[nodiscard]] Result<std::vector<double>> configuration_at(const sim::CollisionModel&,
-                                                           const sim::Recording&, double time);
+[[nodiscard]] Result<std::vector<double>> configuration_at(const collision::CollisionModel&,
+                                                           const recording::Recording&,
+                                                           double time);
 
 }  // namespace robomosp::scene

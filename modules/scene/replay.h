@@ -11,17 +11,17 @@
 #include <robomosp/sdk/render.h>
 #include <robomosp/sdk/result.h>
 
+#include "recording/recording.h"
 #include "scene/playback.h"
-#include "sim/recording.h"
 
 namespace robomosp::scene {
 
 /// What a replay shows besides the scene and its motion.
 struct ReplayRequest {
   std::string title;
-  double frame_rate = 30;                        ///< poses kept a second at most, > 0
-  render::Camera camera;                         ///< where the page starts to look from
-  std::vector<const sim::Column*> columns = {};  ///< plotted over the playback's times
+  double frame_rate = 30;                              ///< poses kept a second at most, > 0
+  render::Camera camera;                               ///< where the page starts to look from
+  std::vector<const recording::Column*> columns = {};  ///< plotted over the playback's times
 };
 
 /// What a page holds, in two texts: `header` is JSON that lists everything in the order in which

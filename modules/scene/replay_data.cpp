@@ -202,7 +202,8 @@ struct Thinning {
   }
 };
 
-std::string pack_column(Packer& out, const sim::Column& column, const std::vector<double>& shown) {
+std::string pack_column(Packer& out, const recording::Column& column,
+                        const std::vector<double>& shown) {
   double low = std::numeric_limits<double>::infinity(), high = -low;
   for (const double x : shown)
     if (std::isfinite(x)) {
@@ -288,7 +289,7 @@ Result<ReplayData> replay_data(const render::Scene& scene, const Playback& playb
                                const ReplayRequest& request, Progress& progress) {
   RMP_TRY(check(playback));
   RMP_TRY_ASSIGN(const Frames frames, frames_of(playback, request.frame_rate));
-  for (const sim::Column* column : request.columns)
+  for (const recording::Column* column : request.columns)
     if (column->values.size() != playback.times.size())
       return error(ErrorCode::invalid_argument,
                    "column " + text::quote(column->name) + " has another number of samples",
@@ -342,7 +343,7 @@ Result<ReplayData> replay_data(const render::Scene& scene, const Playback& playb
   for (const std::size_t row : thinning.kept())
     ticks.push_back(nearest((playback.times[row] - frames.start) / kTimeStep));
   out.bends(ticks);
-  for (const sim::Column* column : request.columns)
+  for (const recording::Column* column : request.columns)
     columns.push_back(pack_column(out, *column, thinning.values(column->values)));
 
   ReplayData data;

@@ -39,7 +39,7 @@ std::vector<render::Item> tool_ellipsoids(const std::string& owner, const RobotM
 }
 
 Result<MovingEllipsoids> MovingEllipsoids::build(const Source& source, AnyId id,
-                                                 const sim::Recording* recording,
+                                                 const recording::Recording* recording,
                                                  Progress& progress) {
   MovingEllipsoids out;
   if (recording && !recording->columns.empty()) out.times_ = recording->columns.front().values;
@@ -52,14 +52,14 @@ Result<MovingEllipsoids> MovingEllipsoids::build(const Source& source, AnyId id,
       return progress.cancelled() ? Result<void>(std::move(model).error()) : Result<void>{};
     Robot r{owner, *model, spatial::compose(world_T_mounting, (*model)->base), {}};
     const std::size_t n = r.model->coordinate_count();
-    std::vector<const sim::Column*> columns;
+    std::vector<const recording::Column*> columns;
     for (std::size_t k = 0; recording && k < n; ++k) {
       const std::string name = (is_main ? "" : owner + ".") + ("q" + std::to_string(k + 1));
-      if (const sim::Column* c = recording->find(name)) columns.push_back(c);
+      if (const recording::Column* c = recording->find(name)) columns.push_back(c);
     }
     if (columns.size() == n && n > 0) {
       for (std::size_t i = 0; i < out.times_.size(); ++i)
-        for (const sim::Column* c : columns) r.q.push_back(c->values[i]);
+        for (const recording::Column* c : columns) r.q.push_back(c->values[i]);
     } else {
       r.q = placed.size() == n ? placed : robotics::home_joint_values(*record);
     }

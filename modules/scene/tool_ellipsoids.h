@@ -29,7 +29,7 @@ class MovingEllipsoids {
  public:
   /// Of a world or a robot; of what else has none. Robots that `recording` (may be null) moves
   /// follow it, the others stand as build() shows them; those that cannot be built are left out.
-  static Result<MovingEllipsoids> build(const Source&, AnyId, const sim::Recording* recording,
+  static Result<MovingEllipsoids> build(const Source&, AnyId, const recording::Recording* recording,
                                         Progress&);
   [[nodiscard]] bool empty() const { return robots_.empty(); }
   /// At a time of the recording [s], between its rows linearly; ids and names as of build().

@@ -9,7 +9,7 @@
 
 #include "kernel/fingerprint.h"
 #include "kernel/text.h"
-#include "sim/colour_map.h"
+#include "recording/plot/colour_map.h"
 
 namespace robomosp::scene {
 namespace {
@@ -42,17 +42,17 @@ void add_face(Mesh& mesh, const Vec3& middle, double size, std::size_t axis, dou
   for (const std::uint32_t i : {0U, 1U, 2U, 0U, 2U, 3U}) mesh.triangles.push_back(first + i);
 }
 
-render::Legend legend_of(const sim::Column& column, const std::vector<Colour>& colours, double low,
-                         double high) {
+render::Legend legend_of(const recording::Column& column, const std::vector<Colour>& colours,
+                         double low, double high) {
   render::Legend legend;
   legend.title = column.name;
   std::replace(legend.title.begin(), legend.title.end(), '_', ' ');
   if (!column.unit.empty()) legend.title += " [" + column.unit + "]";
   legend.colours = colours;
-  const auto ticks = sim::ticks_within(low, high, 5);
+  const auto ticks = recording::ticks_within(low, high, 5);
   for (const double t : ticks)
     legend.ticks.push_back({(t - low) / (high - low),
-                            sim::tick_text(t, ticks.size() > 1 ? ticks[1] - ticks[0] : 1.0)});
+                            recording::tick_text(t, ticks.size() > 1 ? ticks[1] - ticks[0] : 1.0)});
   return legend;
 }
 
@@ -68,8 +68,8 @@ render::Appearance appearance_of(Colour c, double opacity) {
 
 }  // namespace
 
-Result<void> add_voxels(render::Scene& scene, const sim::Recording& r, const Pose& world_T_mounting,
-                        const VoxelView& view) {
+Result<void> add_voxels(render::Scene& scene, const recording::Recording& r,
+                        const Pose& world_T_mounting, const VoxelView& view) {
   if (!(r.voxel > 0) || r.columns.size() < 4 || r.rows() == 0)
     return error(ErrorCode::invalid_argument, "the recording has no voxels",
                  "Give one of robot.workspace or robot.reachability.");
@@ -77,8 +77,8 @@ Result<void> add_voxels(render::Scene& scene, const sim::Recording& r, const Pos
                            : r.find("share")    ? "share"
                                                 : "manipulability";
   RMP_TRY_ASSIGN(const auto picked, r.select(std::span(&name, 1)));
-  const sim::Column& column = *picked.front();
-  const sim::ValueRange range = sim::value_range(column.values);
+  const recording::Column& column = *picked.front();
+  const recording::ValueRange range = recording::value_range(column.values);
   const double low = view.low.value_or(range.low), high = view.high.value_or(range.high);
   if (!(low < high))
     return error(ErrorCode::invalid_argument,
@@ -116,7 +116,7 @@ Result<void> add_voxels(render::Scene& scene, const sim::Recording& r, const Pos
                  "Turn the cut round or move it, and lower the value above which voxels are shown.",
                  "map");
 
-  const auto colours = sim::colour_map(view.bands);
+  const auto colours = recording::colour_map(view.bands);
   std::vector<std::shared_ptr<Mesh>> meshes(view.bands);
   for (std::size_t row = 0; row < r.rows(); ++row) {
     const Vec3 p = middle_of(row);

@@ -9,7 +9,7 @@
 #include <robomosp/sdk/render.h>
 #include <robomosp/sdk/result.h>
 
-#include "sim/recording.h"
+#include "recording/recording.h"
 
 namespace robomosp::scene {
 
@@ -30,7 +30,7 @@ struct VoxelView {
 /// Adds the outer faces of the voxels that are shown, an item for each colour, and their legend.
 /// Tells a recording without voxels, an unknown column, and a cut or a value `above` that leaves
 /// nothing.
-[[nodiscard]] Result<void> add_voxels(render::Scene&, const sim::Recording&,
+[[nodiscard]] Result<void> add_voxels(render::Scene&, const recording::Recording&,
                                       const Pose& world_T_mounting, const VoxelView&);
 
 }  // namespace robomosp::scene

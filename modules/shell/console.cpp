@@ -36,6 +36,7 @@ struct LineEditor::Impl {
   fs::path file;
   std::string prompt, before;
   bool cancelled = false;
+  int wake = -1;
 };
 
 namespace {
@@ -92,13 +93,13 @@ std::string common_start(const std::vector<std::string>& words) {
 
 char* show_prompt(EditLine* editor) { return impl_of(editor).prompt.data(); }
 
-/// Waits for a key; in between, posted tasks and finished jobs get their turn.
+/// Waits for a key; in between, what jobs ask of scripts gets its turn.
 int read_key(EditLine* editor, wchar_t* out) {
   LineEditor::Impl& impl = impl_of(editor);
   for (;;) {
-    pollfd ready{STDIN_FILENO, POLLIN, 0};
-    const int n = ::poll(&ready, 1, kIdleEvery);
-    if (n <= 0) {
+    pollfd ready[2]{{STDIN_FILENO, POLLIN, 0}, {impl.wake, POLLIN, 0}};
+    const int n = ::poll(ready, 2, kIdleEvery);
+    if (n <= 0 || ready[0].revents == 0) {
       if (n < 0 && errno != EINTR) return -1;
       // The prompt shows a moment before the terminal takes Ctrl-C as a key.
       if (!impl.idle()) continue;
@@ -159,8 +160,9 @@ void ensure_utf8() {
 
 }  // namespace
 
-LineEditor::LineEditor(const lua::LuaState& lua, std::function<bool()> idle)
+LineEditor::LineEditor(const lua::LuaState& lua, std::function<bool()> idle, int wake)
     : impl_(std::make_unique<Impl>(lua, std::move(idle))) {
+  impl_->wake = wake;
   ensure_utf8();
   Impl& m = *impl_;
   m.editor = el_init("robomosp", stdin, stdout, stderr);

@@ -16,12 +16,12 @@ namespace robomosp::shell {
 /// $XDG_STATE_HOME/robomosp/history, or below ~/.local/state; empty without a home.
 [[nodiscard]] std::filesystem::path history_file();
 
-/// Line editor on standard input and output. [application thread]
+/// Line editor on standard input and output. [the session's thread]
 class LineEditor {
  public:
-  /// `idle` is called every 50 ms while it waits for a key; true means that Ctrl-C came as a
-  /// signal.
-  LineEditor(const lua::LuaState& lua, std::function<bool()> idle);
+  /// `idle` is called every 50 ms while it waits for a key, and when the descriptor `wake` can be
+  /// read; true means that Ctrl-C came as a signal.
+  LineEditor(const lua::LuaState& lua, std::function<bool()> idle, int wake = -1);
   ~LineEditor();
   LineEditor(const LineEditor&) = delete;
   LineEditor& operator=(const LineEditor&) = delete;

@@ -6,11 +6,16 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
 #include <cstring>
+#include <filesystem>
+#include <optional>
 
 #include <robomosp/sdk/collision.h>
-#include <robomosp/sdk/compiler.h>
 #include <robomosp/sdk/controller.h>
 #include <robomosp/sdk/csg.h>
 #include <robomosp/sdk/csg_primitive.h>
@@ -24,12 +29,13 @@
 #include <robomosp/sdk/orientation.h>
 #include <robomosp/sdk/physics.h>
 #include <robomosp/sdk/planner.h>
-#include <robomosp/sdk/post.h>
+#include <robomosp/sdk/render.h>
 #include <robomosp/sdk/retimer.h>
 #include <robomosp/sdk/robot_code.h>
 #include <robomosp/sdk/trajectory.h>
 
 #include "kernel/plugin_loader.h"
+#include "kernel/process.h"
 #include "kernel/registry.h"
 #include "kernel/text.h"
 #include "shell/json.h"
@@ -37,7 +43,7 @@
 namespace robomosp::shell {
 namespace {
 
-constexpr int kPatience = 60000;  // ms without a word from the child
+constexpr double kSeconds = 30;  // for loading the file and making every provider
 
 template <class I>
 bool try_create(const Registry& registry, const ProviderInfo& p, std::string& fault) {
@@ -64,9 +70,8 @@ std::string create_fault(const Registry& registry, const ProviderInfo& p) {
          try_create<PhysicsEngine>(registry, p, fault) ||
          try_create<Integrator>(registry, p, fault) || try_create<Controller>(registry, p, fault) ||
          try_create<RobotCodeGenerator>(registry, p, fault) ||
-         try_create<Compiler>(registry, p, fault) ||
-         try_create<PostProcessor>(registry, p, fault) ||
-         try_create<Importer>(registry, p, fault) || try_create<Exporter>(registry, p, fault));
+         try_create<Importer>(registry, p, fault) || try_create<Exporter>(registry, p, fault) ||
+         try_create<render::Renderer>(registry, p, fault));
   return fault;
 }
 
@@ -100,15 +105,22 @@ std::string text_of(const Map& m, const char* key) {
   return v && v->as_string() ? *v->as_string() : std::string();
 }
 
-/// All that the child writes, or what stopped it.
-std::string read_all(int fd) {
+/// All that the child writes until it ends, or nullopt after kSeconds.
+std::optional<std::string> read_all(int fd) {
+  using Clock = std::chrono::steady_clock;
+  const auto end = Clock::now() + std::chrono::duration_cast<Clock::duration>(
+                                      std::chrono::duration<double>(kSeconds));
   std::string out;
   char chunk[4096];
   for (;;) {
+    const auto left =
+        std::chrono::duration_cast<std::chrono::milliseconds>(end - Clock::now()).count();
+    if (left <= 0) return std::nullopt;
     pollfd ready{fd, POLLIN, 0};
-    const int n = ::poll(&ready, 1, kPatience);
+    const int n = ::poll(&ready, 1, static_cast<int>(left));
     if (n < 0 && errno == EINTR) continue;
-    if (n <= 0) return out;
+    if (n < 0) return out;
+    if (n == 0) return std::nullopt;
     const ssize_t got = ::read(fd, chunk, sizeof chunk);
     if (got < 0 && errno == EINTR) continue;
     if (got <= 0) return out;
@@ -134,9 +146,13 @@ PluginCheck summary(Map report) {
     out.text = e.sentence();
     out.exit_code = 3;
   } else {
+    const Value* providers = report.find("providers");
+    const bool has_any = providers && providers->as_list() && !providers->as_list()->empty();
     out.text = text_of(report, "id") + " " + text_of(report, "version") + " (" +
-               text_of(report, "license") + "): accepted";
-    if (const Value* providers = report.find("providers"); providers && providers->as_list())
+               text_of(report, "license") +
+               "): " + (has_any ? "accepted" : "accepted, but nothing that it offers can be used");
+    if (!has_any) out.exit_code = 3;
+    if (has_any)
       for (const Value& p : *providers->as_list()) {
         const Map& m = *p.as_map();
         out.text += "\n  " + text_of(m, "interface") + " " + text_of(m, "name") + ": ";
@@ -162,6 +178,7 @@ PluginCheck check_plugin(const std::string& file) {
   if (child < 0)
     return broken(file, std::string("the check could not start: ") + std::strerror(errno));
   if (child == 0) {
+    ::setpgid(0, 0);  // so that what the plugin starts is stopped with it
     ::close(ends[0]);
     const std::string text = to_json(inspect(file));
     for (std::size_t done = 0; done < text.size();) {
@@ -172,12 +189,22 @@ PluginCheck check_plugin(const std::string& file) {
     ::_exit(0);
   }
   ::close(ends[1]);
-  const std::string text = read_all(ends[0]);
+  const auto said = read_all(ends[0]);
   ::close(ends[0]);
+  // A child that said all and still runs is of no more use, nor is one that says nothing.
+  siginfo_t ended{};
+  const bool is_over =
+      ::waitid(P_PID, static_cast<id_t>(child), &ended, WEXITED | WNOHANG | WNOWAIT) == 0 &&
+      ended.si_pid != 0;
+  if (!said) ::kill(-child, SIGKILL);
+  if (!said && !is_over) ::kill(child, SIGKILL);
   int status = 0;
-  if (::waitpid(child, &status, WNOHANG) == 0 && text.empty()) ::kill(child, SIGKILL);
   while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }
+  if (!said)
+    return broken(file, "it was not done within " + text::print_rounded(kSeconds) +
+                            " s of being loaded and making its providers, and was stopped");
+  const std::string& text = *said;
   if (WIFSIGNALED(status))
     return broken(file, std::string("it ended the check with signal ") +
                             std::to_string(WTERMSIG(status)) + " (" +
@@ -186,6 +213,92 @@ PluginCheck check_plugin(const std::string& file) {
   if (!report.ok() || !report->as_map())
     return broken(file, "it ended the process that checked it");
   return summary(std::move(*report->as_map()));
+}
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Where the suites are built, once for each version of the SDK's prefix.
+Result<fs::path> suites_folder(const fs::path& sdk) {
+  const char* cache = std::getenv("XDG_CACHE_HOME");
+  const char* home = std::getenv("HOME");
+  fs::path folder;
+  if (cache && *cache == '/') folder = cache;
+  else if (home && *home) folder = fs::path(home) / ".cache";
+  else
+    return error(ErrorCode::io, "there is no home folder to build the suites in",
+                 "Set HOME or XDG_CACHE_HOME.");
+  std::string name = sdk.string();
+  std::replace(name.begin(), name.end(), '/', '_');
+  return folder / "robomosp" / "suites" / (RMP_SDK_VERSION + name);
+}
+
+Result<void> run_cmake(const std::vector<std::string>& words, const char* doing) {
+  ProcessSpec spec;
+  spec.program = program_on_path("cmake");
+  if (spec.program.empty())
+    return error(ErrorCode::unsupported, "the suites are built with CMake, which is not installed",
+                 "Install cmake, a C++ compiler and GoogleTest.");
+  spec.arguments = words;
+  spec.seconds = 3600;
+  spec.memory = std::uint64_t{256} << 30;
+  std::string last;
+  spec.line = [&](std::string_view line) { last = last.empty() ? std::string(line) : last; };
+  NoProgress none;
+  auto done = run_process(spec, none);
+  if (done.ok()) return {};
+  return error(ErrorCode::plugin_failed,
+               std::string(doing) + " the suites failed: " + done.error().message +
+                   (last.empty() ? "" : ", beginning with: " + last),
+               "A C++ compiler and GoogleTest are needed.");
+}
+
+/// The program with the suites, built where it is not there yet.
+Result<fs::path> suites_program(const fs::path& sdk) {
+  const fs::path source = sdk / "share" / "robomosp" / "suites";
+  std::error_code failed;
+  if (!fs::is_directory(source, failed))
+    return error(ErrorCode::not_found,
+                 "there is no SDK with suites in " + text::quote(sdk.string()),
+                 "Install the SDK beside this program, or name its prefix with --sdk.");
+  RMP_TRY_ASSIGN(const fs::path folder, suites_folder(sdk));
+  const fs::path program = folder / "robomosp-plugin-suites";
+  if (!fs::is_regular_file(program, failed))
+    std::fputs("Building the suites of the SDK; this takes some minutes, once.\n", stderr);
+  const fs::path dynamics = executable_folder().parent_path() / "lib" / "robomosp" / "plugins" /
+                            "dynamics_newton_euler.so";
+  std::vector<std::string> configure{"-S", source.string(), "-B", folder.string(),
+                                     "-DCMAKE_PREFIX_PATH=" + sdk.string()};
+  if (fs::is_regular_file(dynamics, failed)) configure.push_back("-DDYNAMICS=" + dynamics.string());
+  RMP_TRY(run_cmake(configure, "configuring"));
+  RMP_TRY(run_cmake({"--build", folder.string()}, "building"));
+  return program;
+}
+
+}  // namespace
+
+Result<int> test_plugin(const std::string& file, const std::string& sdk,
+                        const std::vector<std::string>& arguments) {
+  std::error_code failed;
+  const fs::path full = fs::absolute(file, failed);
+  if (failed || !fs::is_regular_file(full, failed))
+    return error(ErrorCode::not_found, "there is no plugin file " + text::quote(file),
+                 "Check the path.");
+  const PluginCheck check = check_plugin(full.string());
+  if (check.exit_code != 0) return error(ErrorCode::plugin_refused, check.text);
+  RMP_TRY_ASSIGN(
+      const fs::path program,
+      suites_program(sdk.empty() ? executable_folder().parent_path() : fs::absolute(sdk, failed)));
+  std::vector<std::string> words{program.string(), full.string()};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  std::vector<char*> argv;
+  for (std::string& w : words) argv.push_back(w.data());
+  argv.push_back(nullptr);
+  std::fflush(nullptr);
+  ::execv(argv[0], argv.data());
+  return error(ErrorCode::io, "the suites cannot be started: " + std::string(std::strerror(errno)),
+               "Remove " + text::quote(program.parent_path().string()) + " and try again.");
 }
 
 }  // namespace robomosp::shell

@@ -1,12 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "shell/rpc.h"
 
-#include <poll.h>
-#include <unistd.h>
-
-#include <algorithm>
-#include <cerrno>
-
+#include "kernel/permit.h"
 #include "kernel/text.h"
 #include "shell/json.h"
 
@@ -26,16 +21,6 @@ int code_of(ErrorCode c) {
 }
 
 bool is_id(const Value& v) { return v.is_nil() || v.is_number() || v.as_string(); }
-
-bool write_all(int fd, std::string_view text) {
-  while (!text.empty()) {
-    const ssize_t n = ::write(fd, text.data(), text.size());
-    if (n < 0 && errno == EINTR) continue;
-    if (n <= 0) return false;
-    text.remove_prefix(static_cast<std::size_t>(n));
-  }
-  return true;
-}
 
 }  // namespace
 
@@ -61,66 +46,129 @@ std::string RpcServer::too_long() {
                  "The line is longer than " + std::to_string(kLongestLine >> 20) + " MiB.");
 }
 
-Result<Value> RpcServer::run(const std::string& method, const Value* params) {
-  const Map* named = params ? params->as_map() : nullptr;
-  const List* positional = params ? params->as_list() : nullptr;
-  if (method == "lua.eval") {
-    const Value* code = named                                   ? named->find("code")
-                        : positional && positional->size() == 1 ? &positional->front()
-                                                                : nullptr;
-    if (!code || !code->as_string())
-      return error(ErrorCode::invalid_argument, "lua.eval needs the text code",
-                   "Send {\"code\": \"1 + 1\"}.");
-    printed.clear();
-    RMP_TRY_ASSIGN(List values, lua_.eval_values(*code->as_string()));
-    Map out;
-    if (values.size() == 1) out.set("value", std::move(values.front()));
-    else if (!values.empty()) out.set("values", std::move(values));
-    out.set("output", std::move(printed));
-    printed.clear();
-    return Value(std::move(out));
+std::string RpcServer::not_json(const Error& e) { return failure({}, kParseError, e.sentence()); }
+
+std::string RpcServer::failure(const Value& id, const Error& e) {
+  return failure(id, code_of(e.code), e.sentence(), &e);
+}
+
+struct RpcServer::Request {
+  Value id;
+  bool wants_answer = false;
+  bool as_job = false;
+  bool wants_progress = false;
+  std::string method;
+  const ioci::CommandSpec* spec = nullptr;  ///< null for lua.eval
+  const Map* named = nullptr;
+  const List* positional = nullptr;
+};
+
+Result<RpcServer::Request> RpcServer::read(const Value& message,
+                                           std::optional<std::string>& refusal) const {
+  const Map* m = message.as_map();
+  const auto field = [m](const char* name) { return m ? m->find(name) : nullptr; };
+  const Value *version = field("jsonrpc"), *method = field("method"), *id = field("id"),
+              *params = field("params"), *job = field("job"), *progress = field("progress");
+  const Error none = error(ErrorCode::usage, "no request");
+  Request r;
+  r.id = id && is_id(*id) ? *id : Value();
+  r.wants_answer = id != nullptr;
+  const auto refuse = [&](std::string answer) {
+    refusal = std::move(answer);
+    return none;
+  };
+  if (!m || !version || !version->as_string() || *version->as_string() != "2.0" || !method ||
+      !method->as_string() || (id && !is_id(*id)))
+    return refuse(
+        failure(r.id, kInvalidRequest,
+                R"(A request is {"jsonrpc": "2.0", "id": 1, "method": "...", "params": {...}}.)"));
+  for (const Value* flag : {job, progress})
+    if (flag && !flag->as_bool())
+      return refuse(failure(r.id, kInvalidRequest, "job and progress are true or false."));
+  r.as_job = job && *job->as_bool();
+  r.wants_progress = progress && *progress->as_bool();
+  r.method = *method->as_string();
+  r.spec = app_.commands.find(r.method);
+  if (params && !params->as_map() && !params->as_list()) {
+    if (!r.wants_answer) return none;
+    return refuse(failure(r.id, kInvalidParams, "params must be an object or an array."));
   }
+  if (!r.spec && r.method != "lua.eval") {
+    if (!r.wants_answer) return none;
+    const Error e = app_.commands.unknown(r.method);
+    return refuse(failure(r.id, kMethodNotFound, e.sentence(), &e));
+  }
+  r.named = params ? params->as_map() : nullptr;
+  r.positional = params ? params->as_list() : nullptr;
+  return r;
+}
+
+std::optional<std::string> RpcServer::told(const Request& r, const Result<Value>& result) const {
+  if (!r.wants_answer) return std::nullopt;
+  return result.ok() ? success(r.id, *result) : failure(r.id, result.error());
+}
+
+Result<Value> RpcServer::evaluate(const Request& r) {
+  const Value* code = r.named                                     ? r.named->find("code")
+                      : r.positional && r.positional->size() == 1 ? &r.positional->front()
+                                                                  : nullptr;
+  if (!code || !code->as_string())
+    return error(ErrorCode::invalid_argument, "lua.eval needs the text code",
+                 "Send {\"code\": \"1 + 1\"}.");
+  if (r.as_job)
+    return error(ErrorCode::usage, "a script runs on the thread of its session and is no job",
+                 "Let it start jobs: start(\"world.plan_path\", {...}).", "lua.eval");
+  if (!session_.may(Effect::loads_code))
+    return not_permitted(session_.name(), "lua.eval", Effect::loads_code);
+  printed.clear();
+  RMP_TRY_ASSIGN(List values, lua_.eval_values(*code->as_string()));
+  Map out;
+  if (values.size() == 1) out.set("value", std::move(values.front()));
+  else if (!values.empty()) out.set("values", std::move(values));
+  out.set("output", std::move(printed));
+  printed.clear();
+  return Value(std::move(out));
+}
+
+Result<Value> RpcServer::start_job(const Request& r) {
+  RMP_TRY_ASSIGN(Handle job,
+                 r.positional
+                     ? app_.dispatch_async_positional(session_, r.method, *r.positional)
+                     : app_.dispatch_async(session_, r.method, r.named ? *r.named : Map{}));
+  if (r.wants_progress && watch) watch(job.number);
+  return Value(std::move(job));
+}
+
+Result<Value> RpcServer::run(const Request& r) {
+  if (!r.spec) return evaluate(r);
+  if (r.as_job) return start_job(r);
   session_.clear_interrupt();
-  if (positional) return app_.dispatch_positional(session_, method, *positional);
-  return app_.dispatch(session_, method, named ? *named : Map{});
+  if (r.positional) return app_.dispatch_positional(session_, r.method, *r.positional);
+  static const Map kNothing;
+  return app_.dispatch(session_, *r.spec, r.named ? *r.named : kNothing);
 }
 
 std::optional<std::string> RpcServer::answer_one(const Value& message) {
-  const Map* m = message.as_map();
-  const Value* version = m ? m->find("jsonrpc") : nullptr;
-  const Value* method = m ? m->find("method") : nullptr;
-  const Value* id = m ? m->find("id") : nullptr;
-  const Value* params = m ? m->find("params") : nullptr;
-  const Value told = id && is_id(*id) ? *id : Value();
-  if (!m || !version || !version->as_string() || *version->as_string() != "2.0" || !method ||
-      !method->as_string() || (id && !is_id(*id)))
-    return failure(
-        told, kInvalidRequest,
-        R"(A request is {"jsonrpc": "2.0", "id": 1, "method": "...", "params": {...}}.)");
-  const bool wants_answer = id != nullptr;
-  if (params && !params->as_map() && !params->as_list()) {
-    if (!wants_answer) return std::nullopt;
-    return failure(told, kInvalidParams, "params must be an object or an array.");
-  }
-  const std::string& name = *method->as_string();
-  if (name != "lua.eval" && !app_.commands.find(name)) {
-    if (!wants_answer) return std::nullopt;
-    const Error e = app_.commands.unknown(name);
-    return failure(told, kMethodNotFound, e.sentence(), &e);
-  }
-  const auto result = run(name, params);
-  if (!wants_answer) return std::nullopt;
-  if (result.ok()) return success(told, *result);
-  return failure(told, code_of(result.error().code), result.error().sentence(), &result.error());
+  std::optional<std::string> refusal;
+  const auto request = read(message, refusal);
+  if (!request.ok()) return refusal;
+  return told(*request, run(*request));
 }
 
-std::optional<std::string> RpcServer::answer(std::string_view line) {
-  line = text::trim(line);
-  if (line.empty()) return std::nullopt;
-  const auto message = from_json(line);
-  if (!message.ok()) return failure({}, kParseError, message.error().sentence());
-  const List* batch = message->as_list();
-  if (!batch) return answer_one(*message);
+std::optional<std::string> RpcServer::answer_beside(const Value& message,
+                                                    ioci::Session& session) const {
+  std::optional<std::string> refusal;
+  const auto request = read(message, refusal);
+  if (!request.ok()) return refusal;
+  if (request->positional)
+    return told(*request, app_.dispatch_positional(session, request->method, *request->positional));
+  return told(*request,
+              app_.dispatch(session, request->method, request->named ? *request->named : Map{}));
+}
+
+std::optional<std::string> RpcServer::answer(const Value& message) {
+  const List* batch = message.as_list();
+  if (!batch) return answer_one(message);
   if (batch->empty()) return failure({}, kInvalidRequest, "The batch is empty.");
   std::string out;
   for (const Value& one : *batch)
@@ -129,50 +177,11 @@ std::optional<std::string> RpcServer::answer(std::string_view line) {
   return out + "]";
 }
 
-int serve(ioci::Application& app, ioci::Session& session, RpcServer& server, int in, int out) {
-  constexpr int kPumpEvery = 20;  // ms
-  std::string buffer;
-  bool skipping = false;  // within a line that was too long
-  const auto say = [&](const std::string& text) { return write_all(out, text + "\n"); };
-  const auto take_line = [&](std::string_view line) -> bool {
-    const auto text = server.answer(line);
-    return !text || say(*text);
-  };
-  char chunk[1 << 16];
-  for (;;) {
-    app.thread.pump();
-    app.jobs.pump();
-    if (app.quit_requested) return 0;
-    if (session.interrupted()) return 130;
-    pollfd ready{in, POLLIN, 0};
-    const int n = ::poll(&ready, 1, kPumpEvery);
-    if (n == 0 || (n < 0 && errno == EINTR)) continue;
-    if (n < 0) return 1;
-    const ssize_t got = ::read(in, chunk, sizeof chunk);
-    if (got < 0 && errno == EINTR) continue;
-    if (got <= 0) break;
-    std::string_view fresh(chunk, static_cast<std::size_t>(got));
-    while (!fresh.empty()) {
-      const auto newline = fresh.find('\n');
-      const std::string_view piece = fresh.substr(0, newline);
-      if (!skipping) {
-        if (buffer.size() + piece.size() > kLongestLine) {
-          skipping = true;
-          buffer.clear();
-          if (!say(RpcServer::too_long())) return 1;
-        } else {
-          buffer.append(piece);
-        }
-      }
-      if (newline == std::string_view::npos) break;
-      fresh.remove_prefix(newline + 1);
-      if (!std::exchange(skipping, false) && !take_line(buffer)) return 1;
-      buffer.clear();
-      if (app.quit_requested) return 0;
-    }
-  }
-  if (!skipping && !take_line(buffer)) return 1;  // a last line without newline
-  return 0;
+std::optional<std::string> RpcServer::answer(std::string_view line) {
+  line = text::trim(line);
+  if (line.empty()) return std::nullopt;
+  const auto message = from_json(line);
+  return message.ok() ? answer(*message) : not_json(message.error());
 }
 
 }  // namespace robomosp::shell

@@ -4,11 +4,13 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
 
-#include "ioci/application.h"
+#include "ioci/core/application.h"
 #include "lua/lua_state.h"
 
 namespace robomosp::shell {
@@ -16,7 +18,8 @@ namespace robomosp::shell {
 /// Longest line that is read [bytes].
 inline constexpr std::size_t kLongestLine = std::size_t{8} << 20;
 
-/// Methods are the commands, plus "lua.eval" {code}. [application thread]
+/// Methods are the commands, plus "lua.eval" {code}. A request with "job": true is answered at once
+/// with the handle of a job. [the session's thread] unless marked
 class RpcServer {
  public:
   RpcServer(ioci::Application& app, ioci::Session& session, lua::LuaState& lua)
@@ -25,15 +28,32 @@ class RpcServer {
   /// Answer to one line without its newline; nullopt when nothing is to be sent (notifications,
   /// blank lines).
   [[nodiscard]] std::optional<std::string> answer(std::string_view line);
+  /// Answer to a message or batch.
+  [[nodiscard]] std::optional<std::string> answer(const Value& message);
+  /// Answer to one message that another session of the connection asks while this one is busy; not
+  /// for lua.eval. [that session's thread]
+  [[nodiscard]] std::optional<std::string> answer_beside(const Value& message,
+                                                         ioci::Session& session) const;
   /// What a script printed since the last lua.eval; set LuaOptions::print to append here.
   std::string printed;
-  /// Answer to a line that was longer than kLongestLine.
+  /// Called with the number of each job that is started by a request with "progress": true.
+  std::function<void(std::uint64_t)> watch;
+  /// Answer to a line that was longer than kLongestLine. [any thread]
   [[nodiscard]] static std::string too_long();
+  [[nodiscard]] static std::string not_json(const Error& e);                      ///< [any thread]
+  [[nodiscard]] std::string success(const Value& id, const Value& result) const;  ///< [any thread]
+  [[nodiscard]] static std::string failure(const Value& id, const Error& e);      ///< [any thread]
 
  private:
+  struct Request;
   [[nodiscard]] std::optional<std::string> answer_one(const Value& message);
-  [[nodiscard]] Result<Value> run(const std::string& method, const Value* params);
-  [[nodiscard]] std::string success(const Value& id, const Value& result) const;
+  [[nodiscard]] Result<Value> run(const Request&);
+  [[nodiscard]] Result<Value> evaluate(const Request&);
+  [[nodiscard]] Result<Value> start_job(const Request&);
+  /// The request, or the answer that it is none (nullopt = no answer is wanted).
+  [[nodiscard]] Result<Request> read(const Value& message,
+                                     std::optional<std::string>& refusal) const;
+  [[nodiscard]] std::optional<std::string> told(const Request&, const Result<Value>&) const;
   [[nodiscard]] static std::string failure(const Value& id, int code, std::string_view message,
                                            const Error* data = nullptr);
 
@@ -43,7 +63,9 @@ class RpcServer {
 };
 
 /// Reads lines from descriptor `in`, answers on `out`, until the end of input, a `quit` command or
-/// an interrupt. Returns the program's exit code.
+/// an interrupt. It reads on while something runs: what is about jobs (job.list, job.progress,
+/// job.wait, job.cancel) and rpc.cancel is answered at once, all else in the order of its coming.
+/// Returns the program's exit code. [the session's thread]
 int serve(ioci::Application& app, ioci::Session& session, RpcServer& server, int in, int out);
 
 }  // namespace robomosp::shell

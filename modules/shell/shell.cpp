@@ -2,6 +2,7 @@
 #include "shell/shell.h"
 
 #include <signal.h>
+#include <sys/eventfd.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -18,9 +19,13 @@
 
 #include <CLI/CLI.hpp>
 
+#include <robomosp/sdk/csg.h>
+#include <robomosp/sdk/curve.h>
+#include <robomosp/sdk/dynamics.h>
+#include <robomosp/sdk/ik.h>
 #include <robomosp/sdk/plugin.h>
 
-#include "ioci/application.h"
+#include "ioci/core/application.h"
 #include "kernel/plugin_loader.h"
 #include "kernel/text.h"
 #include "lua/lua_state.h"
@@ -86,7 +91,7 @@ void catch_interrupts(ioci::Session& session) {
 // ---------------------------------------------------------------------
 
 struct Settings {
-  bool json = false, quiet = false, no_cache = false, trace = false;
+  bool json = false, quiet = false, no_cache = false, no_plugins = false, trace = false;
   std::string color = "auto";
   std::vector<std::string> plugin_path, library;
 };
@@ -173,13 +178,19 @@ Result<void> start(Program& p, const Settings& s, const Voice& voice, std::strin
   options.plugin_path.assign(s.plugin_path.begin(), s.plugin_path.end());
   options.library.assign(s.library.begin(), s.library.end());
   options.cache = !s.no_cache;
+  options.plugins = !s.no_plugins;
+  if (session_name == "console" || session_name == "script" || session_name == "rpc")
+    options.recovery = io::recovery_folder();
   RMP_TRY_ASSIGN(p.app, ioci::Application::create(std::move(options)));
   const auto show = [&voice](const Message& m) {
     if (m.severity >= Severity::warning) voice.warn(m.text);
   };
   for (const Message& m : p.app->messages.recent()) show(m);
   p.subscription = p.app->messages.subscribe(show);
-  p.session = std::make_unique<ioci::Session>(std::move(session_name));
+  const auto kind = session_name == "console" ? ioci::SessionKind::console
+                    : session_name == "rpc"   ? ioci::SessionKind::connection
+                                              : ioci::SessionKind::script;
+  p.session = std::make_unique<ioci::Session>(std::move(session_name), kind);
   if (!s.quiet && !s.json && ::isatty(STDERR_FILENO)) p.session->show_progress = progress_bar();
   lua::LuaOptions lua_options;
   lua_options.input_name = p.session->name();
@@ -273,10 +284,30 @@ int run_rpc(const Settings& s, const Voice& voice) {
   return p.lua->exit_requested().value_or(code);
 }
 
-void pump(Program& p) {
-  p.app->thread.pump();
-  p.app->jobs.pump();
-}
+/// A descriptor that can be read while something is to be served.
+class Wake {
+ public:
+  explicit Wake(lua::LuaState& lua)
+      : waker_(lua.wake_to_serve([fd = fd_] {
+          const std::uint64_t one = 1;
+          (void)!::write(fd, &one, sizeof one);
+        })) {}
+  ~Wake() {
+    waker_.reset();
+    ::close(fd_);
+  }
+  Wake(const Wake&) = delete;
+  Wake& operator=(const Wake&) = delete;
+  [[nodiscard]] int fd() const { return fd_; }
+  void rest() const {
+    std::uint64_t count = 0;
+    (void)!::read(fd_, &count, sizeof count);
+  }
+
+ private:
+  const int fd_ = ::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
+  std::shared_ptr<void> waker_;
+};
 
 /// Statements from a pipe: stops at the first error.
 int run_piped(Program& p, const Voice& voice) {
@@ -287,7 +318,7 @@ int run_piped(Program& p, const Voice& voice) {
     if (p.lua->is_incomplete(pending)) continue;
     const int code = evaluate(p, voice, std::exchange(pending, {}));
     if (code != 0 || p.lua->exit_requested() || p.app->quit_requested) return code;
-    pump(p);
+    p.lua->serve();
   }
   return pending.empty() ? 0 : evaluate(p, voice, pending);
 }
@@ -312,13 +343,18 @@ int run_interactive(Program& p, const Voice& voice) {
     voice.line(
         "help() explains, x? explains x, TAB completes, Ctrl-C stops a script, Ctrl-D leaves.");
   }
-  LineEditor editor(*p.lua, [&p] {
-    pump(p);
-    impatience = 0;
-    const bool interrupted = p.session->interrupted();
-    p.session->clear_interrupt();
-    return interrupted;
-  });
+  const Wake wake(*p.lua);
+  LineEditor editor(
+      *p.lua,
+      [&p, &wake] {
+        wake.rest();
+        p.lua->serve();
+        impatience = 0;
+        const bool interrupted = p.session->interrupted();
+        p.session->clear_interrupt();
+        return interrupted;
+      },
+      wake.fd());
   std::string pending;
   while (!p.app->quit_requested && !p.lua->exit_requested()) {
     const auto line = editor.read(pending.empty() ? "> " : ">> ", pending);
@@ -337,7 +373,6 @@ int run_interactive(Program& p, const Voice& voice) {
       continue;
     }
     (void)evaluate(p, voice, std::exchange(pending, {}));
-    pump(p);
   }
   return p.lua->exit_requested().value_or(0);
 }
@@ -346,6 +381,8 @@ int run_console(const Settings& s, const Voice& voice) {
   Program p;
   if (auto started = start(p, s, voice, "console"); !started.ok())
     return voice.fail(started.error());
+  for (const Message& m : p.app->messages.recent())
+    if (m.code == "recovery" && m.severity == Severity::info) voice.warn(m.text);
   if (::isatty(STDIN_FILENO) != 0 && ::isatty(STDOUT_FILENO) != 0 && !s.json)
     return run_interactive(p, voice);
   return run_piped(p, voice);
@@ -364,6 +401,12 @@ int run_plugin_check(const Voice& voice, const std::string& file) {
   else if (check.exit_code == 0) voice.line(check.text);
   else std::fprintf(stderr, "error: %s\n", check.text.c_str());
   return check.exit_code;
+}
+
+int run_plugin_test(const Voice& voice, const std::string& file, const std::string& sdk,
+                    const std::vector<std::string>& arguments) {
+  const auto tested = test_plugin(file, sdk, arguments);
+  return tested.ok() ? *tested : voice.fail(tested.error());
 }
 
 int run_commands(const Settings& s, const Voice& voice, const std::string& folder) {
@@ -416,9 +459,9 @@ int run_doctor(const Settings& s, const Voice& voice) {
     List list;
     for (const std::string& n : names) list.emplace_back(n);
     providers.emplace_back(Map{{"interface", id}, {"names", std::move(list)}});
-    const bool is_needed = id == "robomosp.csg/1" || id == "robomosp.ik/1" ||
-                           id == "robomosp.inverse_dynamics/1" ||
-                           id == "robomosp.forward_dynamics/1" || id == "robomosp.segment/1";
+    const bool is_needed = id == CsgEngine::kInterfaceId || id == IkSolver::kInterfaceId ||
+                           id == InverseDynamics::kInterfaceId ||
+                           id == ForwardDynamics::kInterfaceId || id == CurveMaker::kInterfaceId;
     if (names.empty() && is_needed) missing.emplace_back("no provider of " + id);
   }
   text += "library\n";
@@ -427,18 +470,31 @@ int run_doctor(const Settings& s, const Voice& voice) {
     text += "  " + folder.string() + (exists ? "" : " (absent)") + "\n";
     if (!exists) missing.emplace_back("the library folder " + folder.string() + " does not exist");
   }
-  text += "history\n  " + history_file().string() + "\n\n";
+  text += "history\n  " + history_file().string() + "\n";
+  const AppLock::Stats lock = p.app->lock.stats();
+  const double longest = std::chrono::duration<double>(lock.longest).count();
+  text += "application lock\n  held " + std::to_string(lock.holds) + " times, the longest " +
+          text::print_rounded(1e3 * longest, 3) + " ms" +
+          (lock.longest_by.empty() ? "" : " by " + lock.longest_by) + "; " +
+          std::to_string(lock.long_holds) + " times longer than " +
+          std::to_string(AppLock::kLongestHold.count()) + " ms; " +
+          std::to_string(lock.calls_within) + " calls of providers and scripts within\n\n";
   if (missing.empty()) text += "Nothing is missing.";
   for (const Value& m : missing) text += "missing: " + *m.as_string() + "\n";
   const bool is_healthy = missing.empty();
-  voice.result(Map{{"version", ROBOMOSP_VERSION},
-                   {"lua", lua::lua_version()},
-                   {"abi_tag", RMP_ABI_TAG},
-                   {"plugin_folders", std::move(folders)},
-                   {"plugins", std::move(plugins)},
-                   {"providers", std::move(providers)},
-                   {"missing", std::move(missing)}},
-               text);
+  voice.result(
+      Map{{"version", ROBOMOSP_VERSION},
+          {"lua", lua::lua_version()},
+          {"abi_tag", RMP_ABI_TAG},
+          {"plugin_folders", std::move(folders)},
+          {"plugins", std::move(plugins)},
+          {"providers", std::move(providers)},
+          {"application_lock", Map{{"holds", static_cast<std::int64_t>(lock.holds)},
+                                   {"long_holds", static_cast<std::int64_t>(lock.long_holds)},
+                                   {"calls_within", static_cast<std::int64_t>(lock.calls_within)},
+                                   {"longest", longest}}},
+          {"missing", std::move(missing)}},
+      text);
   return is_healthy ? 0 : 1;
 }
 
@@ -485,6 +541,8 @@ int shell_main(int argc, char** argv) {
   cli.add_flag("--json", s.json, "Results and errors as JSON objects on standard output");
   cli.add_flag("-q,--quiet", s.quiet, "No warnings, banner or progress");
   cli.add_flag("--no-cache", s.no_cache, "Compute every derived value anew");
+  cli.add_flag("--no-plugins", s.no_plugins,
+               "Load no plugin at the start, not even those of the program");
   cli.add_flag("--trace", s.trace, "Show the call stack of a script's error");
   cli.add_option("--color", s.color, "auto, always or never; NO_COLOR is respected")
       ->check(CLI::IsMember({"auto", "always", "never"}));
@@ -517,6 +575,12 @@ int shell_main(int argc, char** argv) {
   CLI::App* plugin_check = plugin->add_subcommand(
       "check", "Load a file in a child process and tell whether it would be accepted");
   plugin_check->add_option("file", file, "Plugin file")->required();
+  CLI::App* plugin_test = plugin->add_subcommand(
+      "test", "Run the suites of the SDK on all that a file offers: test FILE [GTEST OPTIONS...]");
+  plugin_test->add_option("file", file, "Plugin file")->required();
+  std::string sdk;
+  plugin_test->add_option("--sdk", sdk, "Prefix of the installed SDK whose suites are run");
+  plugin_test->prefix_command();
   CLI::App* commands = cli.add_subcommand("commands", "List the commands");
   commands->add_option("--markdown", folder, "Write the reference pages to this folder");
   CLI::App* doctor = cli.add_subcommand("doctor", "Tell versions, folders, and what is missing");
@@ -527,6 +591,7 @@ int shell_main(int argc, char** argv) {
   // script or the line.
   run->fallthrough(false);
   classic->fallthrough(false);
+  plugin_test->fallthrough(false);
 
   // After parsing, CLI11 gives the help of the subcommand that was parsed.
   const std::string overview = cli.help();
@@ -564,6 +629,7 @@ int shell_main(int argc, char** argv) {
     return run_classic(s, voice, classic_lines(words));
   }
   if (plugin_check->parsed()) return run_plugin_check(voice, file);
+  if (plugin_test->parsed()) return run_plugin_test(voice, file, sdk, plugin_test->remaining());
   if (plugin_list->parsed()) return run_plugin_list(s, voice);
   if (commands->parsed()) return run_commands(s, voice, folder);
   if (doctor->parsed()) return run_doctor(s, voice);

@@ -11,8 +11,8 @@
 
 namespace robomosp::sim {
 
-/// A robot's choice of forward dynamics; a mechanism with closed loops whose robot chooses none gets
-/// "constrained", which knows them.
+/// A robot's choice of forward dynamics; a mechanism with closed loops whose robot chooses none
+/// gets "constrained", which knows them.
 [[nodiscard]] model::ProviderChoice forward_choice(const RobotModel&, model::ProviderChoice own);
 
 /// One entry a sample. Gravity is the model's, or the batch's base motion's.

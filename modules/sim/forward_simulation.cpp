@@ -4,18 +4,22 @@
 #include <algorithm>
 #include <cmath>
 
+#include "evaluation/payload.h"
 #include "kernel/text.h"
 #include "model/placement.h"
 #include "motion/provider_params.h"
 #include "robotics/kinematics.h"
 #include "sim/motion_reference.h"
 #include "sim/motion_table.h"
-#include "sim/payload.h"
 #include "sim/recording_columns.h"
 #include "spatial/pose.h"
 
 namespace robomosp::sim {
 namespace {
+
+using evaluation::attached_model;
+using recording::Recording;
+using recording::RecordingPtr;
 
 /// Loops that cannot be closed better than this at the start are an error [m, rad].
 constexpr double kOpenLoop = 1e-6;

@@ -29,20 +29,20 @@ struct ForwardRun {
 
   /// Torques of the motors, constant or recorded (columns tau1, tau2, ...); neither = none.
   std::vector<double> tau;
-  RecordingPtr recorded_tau;
+  recording::RecordingPtr recorded_tau;
 
   /// A controller instead, every `control_period`, that makes the robot follow one of these:
   bool is_controlled = false;
-  model::ProviderChoice controller;  ///< empty name = the robot's own, else the default
-  double control_period = 1e-3;      ///< [s]
-  std::string trajectory;            ///< of the world, by inverse kinematics
-  RecordingPtr recorded_q;           ///< columns q1, ... (qd1, qdd1, ...)
-  std::vector<double> hold;          ///< a configuration; all three empty = where it starts
+  model::ProviderChoice controller;    ///< empty name = the robot's own, else the default
+  double control_period = 1e-3;        ///< [s]
+  std::string trajectory;              ///< of the world, by inverse kinematics
+  recording::RecordingPtr recorded_q;  ///< columns q1, ... (qd1, qdd1, ...)
+  std::vector<double> hold;            ///< a configuration; all three empty = where it starts
 
   std::string base_trajectory;                 ///< of the world: how the mounting moves
   std::optional<BaseExpressions> base_motion;  ///< the same by expressions of the time
   TipWrench wrench;                            ///< on the first tip, world axes
-  RecordingPtr recorded_wrench;                ///< columns wrench1..6: force and moment, world axes
+  recording::RecordingPtr recorded_wrench;     ///< columns wrench1..6: force and moment, world axes
 
   model::ProviderChoice integrator;  ///< empty name = the default
   double relative_tolerance = 1e-10, absolute_tolerance = 1e-12;
@@ -60,9 +60,9 @@ struct ForwardRun {
 /// A `sink` takes every row as it is made, with tau_stop also while no stop is touched. With `from`
 /// the run goes on there, with joint values, velocities and the controller's memory, and the world
 /// as it is now.
-Result<RecordingPtr> forward_dynamics(const Simulator& simulator, const ForwardRun& run,
-                                      Progress& progress, RowSink* sink = nullptr,
-                                      const RunState* from = nullptr);
+Result<recording::RecordingPtr> forward_dynamics(const Simulator& simulator, const ForwardRun& run,
+                                                 Progress& progress, RowSink* sink = nullptr,
+                                                 const RunState* from = nullptr);
 
 /// Prepared providers of the two interfaces; `choice.name` empty = the default.
 Result<Bound<Controller>> bind_controller(const Registry&, std::shared_ptr<const RobotModel>,

@@ -7,11 +7,16 @@
 #include <exception>
 #include <utility>
 
+#include "kernel/call_queue.h"
 #include "kernel/jobs.h"
 #include "kernel/text.h"
 
 namespace robomosp::sim {
 namespace {
+
+using recording::Column;
+using recording::Recording;
+using recording::RecordingPtr;
 
 using namespace std::chrono_literals;
 
@@ -80,7 +85,10 @@ LiveRun::LiveRun(Clock clock) : clock_(std::move(clock)) {
     };
 }
 
-LiveRun::~LiveRun() { join(); }
+LiveRun::~LiveRun() {
+  const std::lock_guard control(control_);
+  join();
+}
 
 void LiveRun::join() {
   thread_.request_stop();
@@ -268,13 +276,18 @@ void LiveRun::stand(double time) {
 template <class Done>
 Result<void> LiveRun::await(std::unique_lock<std::mutex>& lock, Progress& progress,
                             Done&& is_done) {
-  while (!changed_.wait_for(lock, kLook, is_done)) {
+  while (!wait_serving(lock, changed_, kLook, is_done)) {
     progress.report(fraction_, what_);
     if (!progress.cancelled()) continue;
     stand(place().time);
     return error(ErrorCode::cancelled, "the wait for the simulation was given up; it is paused");
   }
   return {};
+}
+
+Error LiveRun::moved() const {
+  return error(ErrorCode::conflict, "another command moved the run meanwhile",
+               "run.state gives what it shows.");
 }
 
 Error LiveRun::missing() const {
@@ -284,6 +297,11 @@ Error LiveRun::missing() const {
 }
 
 Result<void> LiveRun::start(Source source, Progress& progress) {
+  const std::lock_guard control(control_);
+  return start_anew(std::move(source), progress);
+}
+
+Result<void> LiveRun::start_anew(Source source, Progress& progress) {
   join();
   std::unique_lock lock(mutex_);
   table_ = {};
@@ -301,10 +319,11 @@ Result<void> LiveRun::start(Source source, Progress& progress) {
 }
 
 Result<void> LiveRun::refresh(Source source, Progress& progress) {
+  const std::lock_guard control(control_);
   std::unique_lock lock(mutex_);
   if (states_.empty()) {
     lock.unlock();
-    return start(std::move(source), progress);
+    return start_anew(std::move(source), progress);
   }
   const double time = place().time;
   stand(time);
@@ -337,7 +356,11 @@ Result<void> LiveRun::step(std::int64_t rows, Progress& progress) {
   stand(time);
   want_rows_ = std::max(want_rows_, target + 1);
   changed_.notify_all();
-  RMP_TRY(await(lock, progress, [&] { return states_.size() > target || is_finished_; }));
+  RMP_TRY(await(lock, progress, [&, mine = wish_] {
+    return states_.size() > target || is_finished_ || wish_ != mine;
+  }));
+  if (states_.size() <= target && !is_finished_) return moved();
+  if (states_.empty()) return missing();
   const std::size_t reached = std::min(target, states_.size() - 1);
   stand(table_.columns.front().values[reached]);
   if (reached < target && !is_complete_) return missing();
@@ -351,7 +374,9 @@ Result<void> LiveRun::go_to(double time, Progress& progress) {
   want_time_ = time;
   changed_.notify_all();
   const auto is_there = [&] { return head_time() + tolerance(head_time()) >= time; };
-  RMP_TRY(await(lock, progress, [&] { return is_there() || is_finished_; }));
+  RMP_TRY(await(lock, progress,
+                [&, mine = wish_] { return is_there() || is_finished_ || wish_ != mine; }));
+  if (!is_there() && !is_finished_) return moved();
   stand(std::clamp(time, first_time(), head_time()));
   if (!is_there() && !is_complete_) return missing();
   return {};
@@ -363,7 +388,8 @@ Result<void> LiveRun::finish(Progress& progress) {
   stand(place().time);
   want_time_ = std::numeric_limits<double>::infinity();
   changed_.notify_all();
-  RMP_TRY(await(lock, progress, [this] { return is_finished_; }));
+  RMP_TRY(await(lock, progress, [this, mine = wish_] { return is_finished_ || wish_ != mine; }));
+  if (!is_finished_) return moved();
   stand(head_time());
   if (!is_complete_) return missing();
   return {};
@@ -392,6 +418,7 @@ Result<void> LiveRun::catch_up(Progress& progress) {
 }
 
 void LiveRun::stop() {
+  const std::lock_guard control(control_);
   {
     const std::lock_guard lock(mutex_);
     stand(place().time);

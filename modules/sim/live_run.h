@@ -18,7 +18,7 @@
 #include <robomosp/sdk/progress.h>
 #include <robomosp/sdk/result.h>
 
-#include "sim/recording.h"
+#include "recording/recording.h"
 #include "sim/row_sink.h"
 
 namespace robomosp::sim {
@@ -28,13 +28,14 @@ inline constexpr double kAsFastAsPossible = std::numeric_limits<double>::infinit
 
 /// The simulation waits behind every row until the next one is wanted: by a step, by a time that is
 /// asked for, or by the clock while it is played. It keeps a state with every row. Calls that wait
-/// end with ErrorCode::cancelled within 100 ms of the user's wish, and the run is paused then.
-/// [application thread], but what is said of single functions.
+/// end with ErrorCode::cancelled within 100 ms of the user's wish, and the run is paused then. A
+/// call that waits while another one moves the run ends with ErrorCode::conflict. [any thread]
 class LiveRun {
  public:
   /// Computes and hands on every row; `from` = where to go on, none = the start. The result's notes
   /// become the run's. Called on the run's thread, so it owns or shares what it reads.
-  using Source = std::function<Result<RecordingPtr>(const RunState* from, RowSink&, Progress&)>;
+  using Source =
+      std::function<Result<recording::RecordingPtr>(const RunState* from, RowSink&, Progress&)>;
   /// Seconds that only grow. [any thread]
   using Clock = std::function<double()>;
 
@@ -65,7 +66,7 @@ class LiveRun {
   Result<void> catch_up(Progress& progress);
   /// Ends the simulation; what is recorded stays.
   void stop();
-  /// To be called when a clock other than the computer's has changed. [any thread]
+  /// To be called when a clock other than the computer's has changed.
   void wake() { changed_.notify_all(); }
 
   struct Shown {
@@ -82,9 +83,9 @@ class LiveRun {
   };
   [[nodiscard]] Shown shown() const;
   /// A copy of what is recorded.
-  [[nodiscard]] RecordingPtr recording() const;
+  [[nodiscard]] recording::RecordingPtr recording() const;
   /// Names, units and the rest of the recording without its rows.
-  [[nodiscard]] Recording head() const;
+  [[nodiscard]] recording::Recording head() const;
 
  private:
   class Gate;
@@ -101,16 +102,18 @@ class LiveRun {
   [[nodiscard]] double head_time() const;
   [[nodiscard]] double clock_target() const;
   [[nodiscard]] bool is_wanted() const;
-  [[nodiscard]] Error missing() const;  ///< why nothing more is computed
+  [[nodiscard]] Error missing() const;                         ///< why nothing more is computed
+  [[nodiscard]] Error moved() const;                           ///< another call said where it goes
+  Result<void> start_anew(Source source, Progress& progress);  ///< with control_ held
   void stand(double time);
-  void append(const Recording& table, std::size_t row, RunStatePtr state);
-  void take_notes(const Recording& table);
+  void append(const recording::Recording& table, std::size_t row, RunStatePtr state);
+  void take_notes(const recording::Recording& table);
   /// Finds the columns of a table, and adds those that are new, at a row with so many before it.
-  void match_columns(const Recording& table, std::size_t row);
-  [[nodiscard]] bool has_columns_of(const Recording& table) const;
+  void match_columns(const recording::Recording& table, std::size_t row);
+  [[nodiscard]] bool has_columns_of(const recording::Recording& table) const;
   void launch(Source source, RunStatePtr from);
 
-  Result<void> take(const Recording& table, std::size_t row, RunStatePtr state,
+  Result<void> take(const recording::Recording& table, std::size_t row, RunStatePtr state,
                     const std::stop_token& stop);
   void join();
   /// Until `is_done` holds; `lock` holds mutex_.
@@ -118,10 +121,11 @@ class LiveRun {
   Result<void> await(std::unique_lock<std::mutex>& lock, Progress& progress, Done&& is_done);
 
   Clock clock_;
+  std::mutex control_;  ///< held by who starts, restarts or ends the simulation; before mutex_
   mutable std::mutex mutex_;
   std::condition_variable_any changed_;
   // Guarded by mutex_:
-  Recording table_;
+  recording::Recording table_;
   std::vector<std::ptrdiff_t> source_of_;  ///< column of the simulation's table; -1 = it has none
   std::vector<RunStatePtr> states_;        ///< one a row
   std::vector<std::string> old_notes_;     ///< of the parts before a refresh

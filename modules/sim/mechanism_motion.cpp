@@ -5,9 +5,10 @@
 #include <cmath>
 #include <limits>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 
 #include "robotics/closure.h"
+#include "robotics/decompositions.h"
 #include "robotics/kinematics.h"
 #include "spatial/pose.h"
 
@@ -181,8 +182,8 @@ Result<void> MechanismMotion::evaluate(double t, std::span<const double> x) {
   }
   // Loops make holding forces redundant; then the least ones.
   const Eigen::VectorXd f = loop_rows_ > 0
-                                ? Eigen::VectorXd(a.completeOrthogonalDecomposition().solve(b))
-                                : Eigen::VectorXd(a.ldlt().solve(b));
+                                ? Eigen::VectorXd(Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>(a).solve(b))
+                                : Eigen::VectorXd(Eigen::LDLT<Eigen::MatrixXd>(a).solve(b));
   for (std::size_t i = 0; i < held_.size(); ++i) {
     const double force = f[static_cast<Eigen::Index>(i)];
     held_force_[held_[i]] = force;
@@ -244,7 +245,7 @@ void MechanismMotion::project(std::span<double> x) {
     Matrix j = Eigen::Map<const Matrix>(jacobian_.data(), rows, cols);
     for (std::size_t v = 0; v < velocities_; ++v)
       if (entries_[v].is_held) j.col(static_cast<Eigen::Index>(v)).setZero();
-    return Eigen::VectorXd(j.completeOrthogonalDecomposition().solve(wanted));
+    return Eigen::VectorXd(Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>(j).solve(wanted));
   };
   bool moved = false;
   for (int pass = 0; pass < 5 && loop_error(q) > kClosed; ++pass) {

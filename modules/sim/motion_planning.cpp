@@ -9,12 +9,13 @@
 
 #include <robomosp/sdk/planner.h>
 
+#include "kernel/quiet_progress.h"
 #include "kernel/text.h"
 #include "motion/provider_params.h"
 #include "robotics/closure.h"
 #include "robotics/joint_sampler.h"
 #include "robotics/kinematics.h"
-#include "sim/joint_way.h"
+#include "sim/joint_path.h"
 #include "sim/provider_answer.h"
 #include "sim/simulate.h"
 #include "spatial/pose.h"
@@ -22,6 +23,14 @@
 
 namespace robomosp::sim {
 namespace {
+
+using collision::CollisionBody;
+using collision::CollisionModel;
+using collision::CollisionRobot;
+using collision::Contact;
+using collision::PathContact;
+using recording::Column;
+using recording::Recording;
 
 /// Configurations from which solvers that search start, besides the robot's own.
 constexpr std::size_t kSeeds = 16;
@@ -131,7 +140,7 @@ class RobotSpace {
   const CollisionModel& model_;
   const CollisionRobot& robot_;
   double clearance_;
-  Progress& progress_;
+  QuietProgress progress_;  ///< looks at single configurations say nothing of the search
   std::vector<double> shown_;
 };
 
@@ -370,13 +379,13 @@ Result<PlannedMotion> plan_motion(const Registry& registry, const CollisionModel
   RMP_TRY(check_plan(*planned, p, info.name).in(where));
   PlannedMotion out;
   out.goals = goals.size() / dof;
-  out.found = way_length(p, planned->points);
+  out.found = path_length(p, planned->points);
   if (!(out.found > 0))
     return error(ErrorCode::invalid_argument, "the start is the goal already",
                  "Choose another goal.", where);
   RMP_TRY_ASSIGN(out.waypoints, shorten(p, planned->points, task.tries, progress).in(where));
   if (space.failure) return *space.failure;
-  out.length = way_length(p, out.waypoints);
+  out.length = path_length(p, out.waypoints);
   RMP_TRY(run_along(registry, robot, task, p, space, out, progress).in(where));
   return out;
 }

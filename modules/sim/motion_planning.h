@@ -11,9 +11,9 @@
 #include <robomosp/sdk/progress.h>
 #include <robomosp/sdk/result.h>
 
+#include "collision/collision.h"
 #include "kernel/registry.h"
 #include "model/records.h"
-#include "sim/collision.h"
 #include "sim/retime.h"
 
 namespace robomosp::sim {
@@ -50,10 +50,11 @@ struct PlannedMotion {
 /// (CollisionModel::check_path), nor than half of it along the sampled motion. A start or goals in
 /// collision are errors that name the bodies; equal seeds give equal motions. [any thread, unless
 /// the collision engine is a script]
-Result<PlannedMotion> plan_motion(const Registry&, const CollisionModel&, const PlanTask&,
-                                  Progress&);
+Result<PlannedMotion> plan_motion(const Registry&, const collision::CollisionModel&,
+                                  const PlanTask&, Progress&);
 
 /// time, q, qd, qdd of the joints and x, y, z of the first tip in the world.
-[[nodiscard]] Recording planned_recording(const CollisionRobot&, WorldId, const PlannedMotion&);
+[[nodiscard]] recording::Recording planned_recording(const collision::CollisionRobot&, WorldId,
+                                                     const PlannedMotion&);
 
 }  // namespace robomosp::sim

@@ -12,6 +12,9 @@
 namespace robomosp::sim {
 namespace {
 
+using recording::Column;
+using recording::Recording;
+
 std::size_t at_or_before(std::span<const double> times, double t) {
   const auto it = std::upper_bound(times.begin(), times.end(), t);
   const auto i = static_cast<std::size_t>(it - times.begin());
@@ -143,7 +146,8 @@ void MotionReference::at(double t, Sample& out) const {
   if (!path_) return;
   PathSample s;
   const double clamped = std::clamp(t, 0.0, path_->duration());
-  path_->sample(std::span(&clamped, 1), std::span(&s, 1));
+  // What does not answer leaves the pose no number, which stops the run with a sentence.
+  if (!path_->sample(std::span(&clamped, 1), std::span(&s, 1)).ok()) s.pose.p[0] = std::nan("");
   out.tip = spatial::compose(base_T_path_, s.pose);
   out.tip_velocity = {}, out.tip_acceleration = {};
   if (t > path_->duration()) return;

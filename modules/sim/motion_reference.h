@@ -12,7 +12,7 @@
 #include <robomosp/sdk/trajectory.h>
 
 #include "motion/path.h"
-#include "sim/recording.h"
+#include "recording/recording.h"
 
 namespace robomosp::sim {
 
@@ -26,7 +26,7 @@ struct TimedRows {
 
 /// The columns `stem`1, `stem`2, ... of a recording, `width` of them; an error tells the first that
 /// is missing.
-Result<TimedRows> timed_rows(const Recording& recording, const std::string& stem,
+Result<TimedRows> timed_rows(const recording::Recording& recording, const std::string& stem,
                              std::size_t width);
 
 /// Wanted configuration, velocity and acceleration, and of the tip where it follows a path.
@@ -36,7 +36,7 @@ class MotionReference {
   MotionReference(const RobotModel& model, std::vector<double> q);
   /// Joint columns q, and qd and qdd where there are such (else by differences).
   static Result<MotionReference> from_recording(const RobotModel& model,
-                                                const Recording& recording);
+                                                const recording::Recording& recording);
   /// Makes the tip follow a path as well: `base_T_path` times its poses.
   void follow(std::shared_ptr<const motion::Path> path, const Pose& base_T_path);
 

@@ -15,6 +15,9 @@
 namespace robomosp::sim {
 namespace {
 
+using recording::Column;
+using recording::Recording;
+
 constexpr std::size_t kMostNotes = 12;
 
 std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }

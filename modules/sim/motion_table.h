@@ -7,9 +7,9 @@
 #include <span>
 #include <vector>
 
+#include "recording/recording.h"
 #include "sim/mechanism_motion.h"
 #include "sim/motion_reference.h"
-#include "sim/recording.h"
 #include "sim/simulate.h"
 
 namespace robomosp::sim {
@@ -30,16 +30,17 @@ class MotionTable {
 
   /// time, q, qd, qdd, tau, tau_friction, tau_stop; the last one only where a stop was touched, or
   /// `all_stops`.
-  void add_joint_columns(Recording& out, bool all_stops = false) const;
+  void add_joint_columns(recording::Recording& out, bool all_stops = false) const;
   /// kinetic, potential, energy: of bodies, motors and springs, in the base frame.
-  Result<void> add_energy_columns(Recording& out, const Bound<InverseDynamics>& dynamics,
+  Result<void> add_energy_columns(recording::Recording& out, const Bound<InverseDynamics>& dynamics,
                                   Progress& progress) const;
   /// x, y, z of the first tip in the world.
-  void add_tip_columns(Recording& out, const std::function<Pose(double)>& world_T_base) const;
+  void add_tip_columns(recording::Recording& out,
+                       const std::function<Pose(double)>& world_T_base) const;
   /// error1, ... of the joints against the reference, and tip_error.
-  void add_error_columns(Recording& out, const MotionReference& reference) const;
+  void add_error_columns(recording::Recording& out, const MotionReference& reference) const;
   /// Limits met, joints that stick, torques cut.
-  void add_notes(Recording& out, const MechanismMotion& motion) const;
+  void add_notes(recording::Recording& out, const MechanismMotion& motion) const;
 
  private:
   struct Interval {
@@ -50,7 +51,7 @@ class MotionTable {
   /// When joints stuck and went on.
   void add_friction_notes(const MechanismMotion& motion, std::vector<std::string>& notes) const;
   [[nodiscard]] std::string label(std::size_t entry) const;
-  void add_entries(Recording& out, const std::string& stem, const std::string& what,
+  void add_entries(recording::Recording& out, const std::string& stem, const std::string& what,
                    const std::string& rotary, const std::string& linear,
                    std::span<const double> table) const;
 

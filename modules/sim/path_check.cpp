@@ -5,16 +5,23 @@
 #include <cmath>
 #include <utility>
 
+#include "collision/cache.h"
 #include "kernel/text.h"
 #include "motion/path.h"
 #include "robotics/kinematics.h"
-#include "sim/collision_cache.h"
 #include "sim/recording_columns.h"
 #include "sim/run_setup.h"
 #include "spatial/pose.h"
 
 namespace robomosp::sim {
 namespace {
+
+using collision::collision_model;
+using collision::configurations;
+using collision::Contact;
+using recording::Column;
+using recording::Recording;
+using recording::RecordingPtr;
 
 using text::print_rounded;
 
@@ -65,7 +72,7 @@ Result<PathCheck> follow(const Simulator& sim, const RunSetup& setup, Error unre
   PathCheck out;
   out.times = (*path)->sample_times(task.step);
   std::vector<PathSample> samples(out.times.size());
-  (*path)->sample(out.times, samples);
+  RMP_TRY((*path)->sample(out.times, samples));
   std::vector<Pose> targets;
   for (const PathSample& s : samples) {
     targets.push_back(spatial::compose(task.base_T_trajectory, s.pose));

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "sim/collision.h"
+#include "collision/collision.h"
 #include "sim/simulate.h"
 
 namespace robomosp::sim {

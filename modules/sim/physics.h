@@ -10,7 +10,7 @@
 #include <robomosp/sdk/controller.h>
 #include <robomosp/sdk/physics.h>
 
-#include "sim/recording.h"
+#include "recording/recording.h"
 #include "sim/row_sink.h"
 #include "sim/simulate.h"
 
@@ -51,15 +51,15 @@ struct PhysicsAction {
   /// [s] Of a move to q: how long, 0 = as the joints' greatest velocities allow. Else the pause
   /// after it.
   double duration = 0;
-  std::string robot;       ///< empty = that of the line before; else the only one of the world
-  std::vector<double> q;   ///< where to: all joints evenly, by the quintic of minimum jerk
-  RecordingPtr recorded;   ///< columns q1, ...; with its own duration
-  std::string trajectory;  ///< of the world, by inverse kinematics; with its own duration
-  std::string object;      ///< to grasp; empty = what the tool touches. To release; empty = all
-  std::string tool;        ///< name of a tip; empty = the first
-  std::string joint;       ///< that grips
-  double force = 0;        ///< it grips with; positive where its value grows [N or N m]
-  double speed = 0;        ///< of gripping; 0 = the joint's greatest, else 0.1 m/s or 0.5 rad/s
+  std::string robot;      ///< empty = that of the line before; else the only one of the world
+  std::vector<double> q;  ///< where to: all joints evenly, by the quintic of minimum jerk
+  recording::RecordingPtr recorded;  ///< columns q1, ...; with its own duration
+  std::string trajectory;            ///< of the world, by inverse kinematics; with its own duration
+  std::string object;  ///< to grasp; empty = what the tool touches. To release; empty = all
+  std::string tool;    ///< name of a tip; empty = the first
+  std::string joint;   ///< that grips
+  double force = 0;    ///< it grips with; positive where its value grows [N or N m]
+  double speed = 0;    ///< of gripping; 0 = the joint's greatest, else 0.1 m/s or 0.5 rad/s
 };
 
 struct PhysicsRun {
@@ -84,7 +84,8 @@ struct PhysicsRun {
 /// A `sink` takes every row as it is made. With `from` the run goes on there, with the world as it
 /// is now: what can move carries over place and speed by its name, as do robots, controllers and
 /// what is held; what is new begins where it is placed; actions before that time are past.
-Result<RecordingPtr> simulate_physics(const Simulator&, const PhysicsRun&, Progress&,
-                                      RowSink* sink = nullptr, const RunState* from = nullptr);
+Result<recording::RecordingPtr> simulate_physics(const Simulator&, const PhysicsRun&, Progress&,
+                                                 RowSink* sink = nullptr,
+                                                 const RunState* from = nullptr);
 
 }  // namespace robomosp::sim

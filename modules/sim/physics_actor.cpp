@@ -7,10 +7,11 @@
 #include <numbers>
 #include <utility>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 
 #include "kernel/text.h"
 #include "robotics/closure.h"
+#include "robotics/decompositions.h"
 #include "robotics/kinematics.h"
 #include "sim/forward_simulation.h"
 #include "sim/provider_answer.h"
@@ -34,14 +35,14 @@ bool is_single(const JointModel& j) { return coordinate_count(j.type) == 1; }
 
 // ---- the way ----
 
-RobotWay::RobotWay(std::shared_ptr<const RobotModel> model, std::vector<double> start)
+RobotPath::RobotPath(std::shared_ptr<const RobotModel> model, std::vector<double> start)
     : model_(std::move(model)),
       start_(std::move(start)),
       held_(robotics::actuated_velocities(*model_)),
       branch_(start_) {}
 
-Result<std::vector<double>> RobotWay::closed(const std::vector<double>& from,
-                                             const std::vector<double>& to) const {
+Result<std::vector<double>> RobotPath::closed(const std::vector<double>& from,
+                                              const std::vector<double>& to) const {
   if (model_->loops.empty()) return to;
   robotics::Closure c = robotics::close_loops(*model_, from, to, held_);
   if (c.is_closed) return std::move(c.q);
@@ -51,25 +52,25 @@ Result<std::vector<double>> RobotWay::closed(const std::vector<double>& from,
                "Give values of the joints with motors that the others can follow.");
 }
 
-Result<void> RobotWay::start_at(std::vector<double> q) {
+Result<void> RobotPath::start_at(std::vector<double> q) {
   RMP_TRY_ASSIGN(start_, closed(q, q));
   branch_ = start_;
   return {};
 }
 
-Result<void> RobotWay::add(double begin, double duration, const std::vector<double>& to) {
+Result<void> RobotPath::add(double begin, double duration, const std::vector<double>& to) {
   RMP_TRY_ASSIGN(auto end, closed(last(), to));
   pieces_.push_back({begin, begin + duration, last(), std::move(end), std::nullopt});
   return {};
 }
 
-void RobotWay::add(double begin, MotionReference motion) {
+void RobotPath::add(double begin, MotionReference motion) {
   MotionReference::Sample s;
   motion.at(motion.duration(), s);
   pieces_.push_back({begin, begin + motion.duration(), last(), s.q, std::move(motion)});
 }
 
-void RobotWay::at(double t, MotionReference::Sample& s) const {
+void RobotPath::at(double t, MotionReference::Sample& s) const {
   const std::size_t n = model_->dof();
   s.has_tip = false;
   s.qd.assign(n, 0.0), s.qdd.assign(n, 0.0);
@@ -107,15 +108,15 @@ void RobotWay::at(double t, MotionReference::Sample& s) const {
   s.q = now;
 }
 
-void RobotWay::quintic(const Piece& piece, double t, MotionReference::Sample& s) {
+void RobotPath::quintic(const Piece& piece, double t, MotionReference::Sample& s) {
   const double T = piece.end - piece.begin, u = (t - piece.begin) / T;
   const spatial::Jet ease = spatial::ease(u);
   const double x = ease.v, v = ease.d / T, a = ease.dd / (T * T);
   const std::size_t n = piece.from.size();
   s.q.resize(n), s.qd.resize(n), s.qdd.resize(n);
   for (std::size_t i = 0; i < n; ++i) {
-    const double way = piece.to[i] - piece.from[i];
-    s.q[i] = piece.from[i] + x * way, s.qd[i] = v * way, s.qdd[i] = a * way;
+    const double path = piece.to[i] - piece.from[i];
+    s.q[i] = piece.from[i] + x * path, s.qd[i] = v * path, s.qdd[i] = a * path;
   }
 }
 
@@ -319,7 +320,7 @@ void PhysicsActor::read(std::span<const Pose> poses, std::span<const Vec3> veloc
 // ---- forces ----
 
 Result<void> PhysicsActor::control(double t, double step, MotionReference::Sample& wanted) {
-  way->at(t, wanted);
+  path->at(t, wanted);
   ControlInput in;
   in.time = t, in.dt = t == 0 ? 0 : step;
   in.q = q, in.qd = qd;
@@ -358,7 +359,8 @@ void PhysicsActor::carry_passive_torques() {
       passive.row(at) = J.col(static_cast<Eigen::Index>(v)).transpose();
       asked[at++] = tau[v];
     }
-  const Eigen::VectorXd forces = passive.completeOrthogonalDecomposition().solve(asked);
+  const Eigen::VectorXd forces =
+      Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>(passive).solve(asked);
   for (std::size_t v = 0; v < n; ++v)
     tau[v] = held[v] ? tau[v] - J.col(static_cast<Eigen::Index>(v)).dot(forces) : 0;
 }
@@ -369,7 +371,7 @@ Result<void> PhysicsActor::drive(double t, double end, double step, const std::s
   if (!is_driven() && grips.empty()) return {};
   std::fill(tau.begin(), tau.end(), 0.0);
   if (settings.drive == RobotDrive::controlled) RMP_TRY(control(t, step, wanted));
-  if (!is_driven()) way->at(end, wanted);
+  if (!is_driven()) path->at(end, wanted);
   for (std::size_t j = 0; j < joint.size(); ++j) {
     const JointModel& m = model->joints[j];
     if (!is_dynamic[j]) continue;
@@ -433,9 +435,9 @@ Result<void> PhysicsActor::move(double t, double end, const std::string& provide
                                 PhysicsWorld& world, MotionReference::Sample& wanted) {
   if (!acts) return {};
   const std::vector<double> read_q = q, read_qd = qd;
-  way->at(t, wanted);
+  path->at(t, wanted);
   robotics::forward_kinematics(*model, wanted.q, now);
-  way->at(end, wanted);
+  path->at(end, wanted);
   robotics::forward_kinematics(*model, wanted.q, next);
   q = wanted.q, qd = wanted.qd;
   const double dt = end - t;

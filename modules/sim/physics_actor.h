@@ -19,9 +19,9 @@
 namespace robomosp::sim {
 
 /// The way of a robot: lines of the run one after the other, at rest between them.
-class RobotWay {
+class RobotPath {
  public:
-  RobotWay(std::shared_ptr<const RobotModel> model, std::vector<double> start);
+  RobotPath(std::shared_ptr<const RobotModel> model, std::vector<double> start);
 
   [[nodiscard]] bool is_empty() const { return pieces_.empty(); }
   [[nodiscard]] double end() const { return pieces_.empty() ? 0 : pieces_.back().end; }
@@ -66,7 +66,7 @@ struct PhysicsActor {
   std::shared_ptr<const RobotModel> model;
   PhysicsRobotSettings settings;
   Pose world_T_base;
-  std::optional<RobotWay> way;
+  std::optional<RobotPath> path;
   std::int32_t base_body = 0;           ///< joint j moves body base_body + 1 + j
   std::vector<bool> is_dynamic;         ///< of joint j: the engine moves its body
   std::vector<std::int32_t> joint;      ///< the engine's joint of joint j, -1 = none

@@ -6,20 +6,31 @@
 #include <cmath>
 #include <optional>
 
-#include <Eigen/QR>
+#include <Eigen/Core>
 
+#include "collision/collision.h"
+#include "evaluation/payload.h"
 #include "kernel/text.h"
 #include "model/placement.h"
+#include "robotics/decompositions.h"
 #include "robotics/kinematics.h"
-#include "sim/collision.h"
 #include "sim/dynamics.h"
 #include "sim/joint_rates.h"
-#include "sim/payload.h"
 #include "spatial/euler.h"
 #include "spatial/pose.h"
 
 namespace robomosp::sim {
 namespace {
+
+using collision::with_clearance;
+using evaluation::attached_loads;
+using evaluation::load_stretches;
+using evaluation::loaded_model;
+using evaluation::loads_at;
+using recording::Column;
+using recording::Load;
+using recording::Recording;
+using recording::RecordingPtr;
 
 /// How far the recorded tool may be from where the joints put it [m].
 constexpr double kSamePlace = 1e-6;
@@ -174,11 +185,14 @@ Result<std::vector<double>> add_power(Recording& out, std::size_t dof) {
   return total;
 }
 
-/// Calls `use(dynamics, first, count)` for each stretch of rows in which the robot carries the
-/// same.
+/// Calls `use(dynamics, batch)` for each stretch of rows in which the robot carries the same; the
+/// batch has q and qd, and qdd where it is given.
 template <class Use>
-Result<void> each_load(const Recording& r, const Simulator& sim, const Actor& a, Progress& progress,
-                       Use&& use) {
+Result<void> each_load(const Recording& r, const Simulator& sim, const Actor& a,
+                       std::span<const double> qdd, Progress& progress, Use&& use) {
+  const std::size_t n = a.model->dof(), nq = a.model->coordinate_count();
+  RMP_TRY_ASSIGN(const auto q, table(r, "q", nq));
+  RMP_TRY_ASSIGN(const auto qd, table(r, "qd", n));
   const Column* const time = r.find("time");
   const std::vector<std::size_t> firsts = load_stretches(r, a.loads);
   for (std::size_t i = 0; i < firsts.size() && r.rows() > 0; ++i) {
@@ -187,33 +201,30 @@ Result<void> each_load(const Recording& r, const Simulator& sim, const Actor& a,
     RMP_TRY_ASSIGN(const auto model, loaded_model(sim, a.model, carried, progress));
     RMP_TRY_ASSIGN(const auto dynamics,
                    bind_inverse_dynamics(sim.registry, model, a.inverse_dynamics));
-    RMP_TRY(use(dynamics, first, end - first));
+    DynamicsBatch batch;
+    batch.count = end - first;
+    batch.q = std::span(q).subspan(first * nq, batch.count * nq);
+    batch.qd = std::span(qd).subspan(first * n, batch.count * n);
+    if (!qdd.empty()) batch.qdd = qdd.subspan(first * n, batch.count * n);
+    RMP_TRY(use(dynamics, batch));
   }
   return {};
 }
 
 /// The rows' torques with what is carried, n a row.
 Result<std::vector<double>> motor_torques(const Recording& r, const Simulator& sim, const Actor& a,
-                                          unsigned terms, Progress& progress) {
-  const std::size_t n = a.model->dof(), nq = a.model->coordinate_count();
-  RMP_TRY_ASSIGN(const auto q, table(r, "q", nq));
-  RMP_TRY_ASSIGN(const auto qd, table(r, "qd", n));
-  RMP_TRY_ASSIGN(const auto qdd, table(r, "qdd", n));
+                                          std::uint32_t terms, Progress& progress) {
+  RMP_TRY_ASSIGN(const auto qdd, table(r, "qdd", a.model->dof()));
   std::vector<double> out;
-  out.reserve(qd.size());
-  RMP_TRY(each_load(r, sim, a, progress,
-                    [&](const Bound<InverseDynamics>& dynamics, std::size_t first,
-                        std::size_t count) -> Result<void> {
-                      DynamicsBatch batch;
-                      batch.count = count;
-                      batch.q = std::span(q).subspan(first * nq, count * nq);
-                      batch.qd = std::span(qd).subspan(first * n, count * n);
-                      batch.qdd = std::span(qdd).subspan(first * n, count * n);
-                      batch.terms = terms;
-                      RMP_TRY_ASSIGN(const auto part, torques(dynamics, batch, progress));
-                      out.insert(out.end(), part.begin(), part.end());
-                      return {};
-                    }));
+  out.reserve(qdd.size());
+  RMP_TRY(
+      each_load(r, sim, a, qdd, progress,
+                [&](const Bound<InverseDynamics>& dynamics, DynamicsBatch batch) -> Result<void> {
+                  batch.terms = terms;
+                  RMP_TRY_ASSIGN(const auto part, torques(dynamics, batch, progress));
+                  out.insert(out.end(), part.begin(), part.end());
+                  return {};
+                }));
   return out;
 }
 
@@ -223,7 +234,7 @@ Result<void> add_torque(Recording& out, const Simulator& sim, const Actor& a, Pr
     return error(ErrorCode::unsupported,
                  "torques of mechanisms with closed loops cannot be computed",
                  "robot.simulate records those that move it.");
-  RMP_TRY_ASSIGN(const auto tau, motor_torques(out, sim, a, DynamicsBatch{}.terms, progress));
+  RMP_TRY_ASSIGN(const auto tau, motor_torques(out, sim, a, kAllTerms, progress));
   for (std::size_t k = 0; k < n; ++k) {
     const Column* rate = out.find("qd" + std::to_string(k + 1));
     Column c{"tau" + std::to_string(k + 1),
@@ -238,21 +249,14 @@ Result<void> add_torque(Recording& out, const Simulator& sim, const Actor& a, Pr
 }
 
 Result<void> add_energy(Recording& out, const Simulator& sim, const Actor& a, Progress& progress) {
-  const std::size_t n = a.model->dof(), nq = a.model->coordinate_count();
-  RMP_TRY_ASSIGN(const auto q, table(out, "q", nq));
-  RMP_TRY_ASSIGN(const auto qd, table(out, "qd", n));
   std::vector<Energy> all;
-  RMP_TRY(each_load(out, sim, a, progress,
-                    [&](const Bound<InverseDynamics>& dynamics, std::size_t first,
-                        std::size_t count) -> Result<void> {
-                      DynamicsBatch batch;
-                      batch.count = count;
-                      batch.q = std::span(q).subspan(first * nq, count * nq);
-                      batch.qd = std::span(qd).subspan(first * n, count * n);
-                      RMP_TRY_ASSIGN(const auto part, energies(dynamics, batch, progress));
-                      all.insert(all.end(), part.begin(), part.end());
-                      return {};
-                    }));
+  RMP_TRY(each_load(
+      out, sim, a, {}, progress,
+      [&](const Bound<InverseDynamics>& dynamics, const DynamicsBatch& batch) -> Result<void> {
+        RMP_TRY_ASSIGN(const auto part, energies(dynamics, batch, progress));
+        all.insert(all.end(), part.begin(), part.end());
+        return {};
+      }));
   Column kinetic{"kinetic", "J", "kinetic energy of bodies and motors", {}},
       potential{"potential", "J", "potential energy of weight (0 at the base) and springs", {}},
       energy{"energy", "J", "kinetic and potential energy", {}};
@@ -372,7 +376,7 @@ Result<void> add_force(Recording& out, const Simulator& sim, const Actor& a, con
     const auto rows = static_cast<Eigen::Index>(n);
     const Eigen::Map<const RowMajor> jt(&tool.jacobian[i * 6 * n], rows, 6);
     const Eigen::Map<const Eigen::VectorXd> left(&missing[i * n], rows);
-    const Eigen::VectorXd f = Eigen::MatrixXd(jt).completeOrthogonalDecomposition().solve(left);
+    const Eigen::VectorXd f = Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>(jt).solve(left);
     force[i] = spatial::rotate(a.world_T_base, Vec3{f[0], f[1], f[2]});
     moment[i] = spatial::rotate(a.world_T_base, Vec3{f[3], f[4], f[5]});
   }

@@ -8,13 +8,13 @@
 #include <string_view>
 #include <vector>
 
-#include "sim/recording.h"
+#include "recording/recording.h"
 #include "sim/simulate.h"
 
 namespace robomosp::sim {
 
 /// Sets the limits of the columns q, qd, qdd, qddd and tau of joints of one coordinate.
-void mark_limits(Recording& recording, const RobotModel& model);
+void mark_limits(recording::Recording& recording, const RobotModel& model);
 
 /// A group of columns that with_quantities() computes.
 struct RecordedQuantity {
@@ -26,16 +26,15 @@ struct RecordedQuantity {
 /// The robot and its place are those of now; where the tool of the recording was elsewhere it is an
 /// error. Velocities and accelerations that a recording of joints lacks are derivatives of what it
 /// has (five points); what needs torques tells which column is missing.
-[[nodiscard]] Result<RecordingPtr> with_quantities(const Simulator&, const Recording&,
-                                                   std::span<const std::string> quantities,
-                                                   Progress&);
+[[nodiscard]] Result<recording::RecordingPtr> with_quantities(
+    const Simulator&, const recording::Recording&, std::span<const std::string> quantities,
+    Progress&);
 
 /// The same of one robot of a recording of several, such as of tasks: its columns are named
 /// `<robot>.q1`, and so are the new ones.
-[[nodiscard]] Result<RecordingPtr> with_quantities_of(const Simulator&, const Recording&,
-                                                      const std::string& robot,
-                                                      std::span<const std::string> quantities,
-                                                      Progress&);
+[[nodiscard]] Result<recording::RecordingPtr> with_quantities_of(
+    const Simulator&, const recording::Recording&, const std::string& robot,
+    std::span<const std::string> quantities, Progress&);
 
 /// Derivative by time by five-point polynomials, and integral from the first row on by trapezoids
 /// corrected by the derivatives at their ends (exact for cubics).
@@ -48,8 +47,9 @@ enum class Watch { value, rate, integral };
 /// The recording with a column that is an expression over the others in every row ("tau1*qd1"), its
 /// rate or its integral. An empty unit is that of the result; another dimension, a unit that is not
 /// SI, or a name that cannot be used in expressions is an error.
-[[nodiscard]] Result<RecordingPtr> with_watch(const Recording&, const std::string& name,
-                                              std::string_view expression, const std::string& unit,
-                                              Watch);
+[[nodiscard]] Result<recording::RecordingPtr> with_watch(const recording::Recording&,
+                                                         const std::string& name,
+                                                         std::string_view expression,
+                                                         const std::string& unit, Watch);
 
 }  // namespace robomosp::sim

@@ -11,6 +11,10 @@
 namespace robomosp::sim {
 namespace {
 
+using recording::Column;
+using recording::Recording;
+using recording::RecordingPtr;
+
 /// A column as the names of an expression find it.
 struct Source {
   const Column* column;

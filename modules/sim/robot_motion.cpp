@@ -56,7 +56,7 @@ class QuinticMove final : public JointSegment {
     }
   }
   [[nodiscard]] double duration() const override { return duration_; }
-  void sample(std::span<const double> times, const JointSamples& out) const override {
+  Result<void> sample(std::span<const double> times, const JointSamples& out) const override {
     const std::size_t n = from_.size();
     for (std::size_t i = 0; i < times.size(); ++i) {
       const double x = std::clamp(times[i] / duration_, 0.0, 1.0), T = duration_;
@@ -68,6 +68,7 @@ class QuinticMove final : public JointSegment {
         if (!out.qdd.empty()) out.qdd[i * n + j] = s.dd / (T * T) * way;
       }
     }
+    return {};
   }
 
  private:
@@ -186,7 +187,8 @@ class Builder {
     JointEnds ends;
     if (is_joint_moving_) ends.start_velocity = end_qd_, ends.start_acceleration = end_qdd_;
     auto made = guarded(providers.shape.name, [&] {
-      return maker->make(dof_, points, {lower, upper, velocity, acceleration, jerk}, ends,
+      return maker->make(dof_, points,
+                         {sizeof(JointLimits), lower, upper, velocity, acceleration, jerk}, ends,
                          *params.shape);
     });
     if (!made.ok()) return std::move(made).error().in(here);
@@ -216,15 +218,16 @@ class Builder {
     RMP_TRY_ASSIGN(const std::vector<double> times, local_times(move.duration()));
     const std::size_t first = out_.q.size(), more = times.size() * dof_;
     for (auto* table : {&out_.q, &out_.qd, &out_.qdd}) table->resize(first + more);
-    move.sample(times, {std::span(out_.q).subspan(first),
-                        std::span(out_.qd).subspan(first),
-                        std::span(out_.qdd).subspan(first),
-                        {}});
+    RMP_TRY(move.sample(times, {std::span(out_.q).subspan(first),
+                                std::span(out_.qd).subspan(first),
+                                std::span(out_.qdd).subspan(first),
+                                {}})
+                .in(task_.where));
     out_.position_error.resize(out_.times.size());
     out_.rotation_error.resize(out_.times.size());
     const double end[] = {move.duration()};
     end_qd_.resize(dof_), end_qdd_.resize(dof_);
-    move.sample(end, {at_, end_qd_, end_qdd_, {}});
+    RMP_TRY(move.sample(end, {at_, end_qd_, end_qdd_, {}}).in(task_.where));
     begin_ += move.duration();
     is_moved_ = true;
     return {};
@@ -239,7 +242,7 @@ class Builder {
     RMP_TRY_ASSIGN(const auto path, motion::Path::build(registry_, task_.name, part, task_.stored));
     double at = 0;
     PathSample first;
-    path->sample({&at, 1}, {&first, 1});
+    RMP_TRY(path->sample({&at, 1}, {&first, 1}).in(task_.where));
     RMP_TRY_ASSIGN(const auto q0, solve(in_base(first, task_.base_T_trajectory).pose, at_,
                                         "the start of the path", task_.where));
     if (is_moved_ && distance(at_, q0) > kSameConfiguration) {
@@ -255,7 +258,7 @@ class Builder {
     if (!has_start) times.insert(times.begin(), 0.0);
     if (!has_end) times.push_back(path->duration());
     std::vector<PathSample> samples(times.size());
-    path->sample(times, samples);
+    RMP_TRY(path->sample(times, samples).in(task_.where));
     std::vector<Pose> targets;
     targets.reserve(samples.size());
     for (PathSample& s : samples) {

@@ -12,7 +12,7 @@
 #include <robomosp/sdk/result.h>
 #include <robomosp/sdk/types.h>
 
-#include "sim/recording.h"
+#include "recording/recording.h"
 
 namespace robomosp::sim {
 
@@ -61,11 +61,12 @@ class RowSink {
   virtual ~RowSink() = default;
   /// A row of a table and the state there. May block until the next one is wanted; an error ends
   /// the simulation, which returns it.
-  virtual Result<void> take(const Recording& table, std::size_t row, RunStatePtr state) = 0;
+  virtual Result<void> take(const recording::Recording& table, std::size_t row,
+                            RunStatePtr state) = 0;
 };
 
 /// Hands on rows that are known already, from a time on, such as those of a motion along a
 /// trajectory; the states are the times.
-Result<void> hand_on(const Recording& table, double from, RowSink& sink);
+Result<void> hand_on(const recording::Recording& table, double from, RowSink& sink);
 
 }  // namespace robomosp::sim

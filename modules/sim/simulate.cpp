@@ -6,16 +6,16 @@
 #include <cmath>
 #include <optional>
 
+#include "collision/cache.h"
+#include "collision/collision.h"
 #include "document/world_index.h"
+#include "evaluation/payload.h"
 #include "kernel/check.h"
 #include "kernel/text.h"
 #include "model/placement.h"
 #include "motion/path.h"
 #include "robotics/batch_kinematics.h"
 #include "robotics/home.h"
-#include "sim/collision.h"
-#include "sim/collision_cache.h"
-#include "sim/payload.h"
 #include "sim/recording_columns.h"
 #include "sim/retime.h"
 #include "sim/robot_motion.h"
@@ -24,6 +24,14 @@
 
 namespace robomosp::sim {
 namespace {
+
+using collision::collision_model;
+using collision::CollisionModel;
+using collision::CollisionRobot;
+using evaluation::attached_model;
+using recording::Column;
+using recording::Recording;
+using recording::RecordingPtr;
 
 template <class Placed>
 Result<const Placed*> member(const document::WorldIndex& index, document::MemberList list,

@@ -12,10 +12,8 @@
 #include <robomosp/sdk/progress.h>
 #include <robomosp/sdk/result.h>
 
-#include "document/derived.h"
-#include "document/document.h"
-#include "kernel/registry.h"
-#include "sim/recording.h"
+#include "evaluation/sources.h"
+#include "recording/recording.h"
 
 namespace robomosp::sim {
 
@@ -49,8 +47,6 @@ Result<std::vector<double>> torques(const Bound<InverseDynamics>&, DynamicsBatch
 Result<std::vector<double>> inertia(const Bound<InverseDynamics>&, DynamicsBatch, Progress&);
 Result<std::vector<double>> accelerations(const Bound<ForwardDynamics>&, DynamicsBatch, Progress&);
 
-class CollisionCache;
-
 /// What to simulate, by names within the world.
 struct Run {
   WorldId world;
@@ -63,19 +59,14 @@ struct Run {
 
 struct RetimeOptions;
 
-struct Simulator {
-  const Registry& registry;
-  document::Derived& derived;
-  const document::Snapshot& snapshot;
-  CollisionCache* collision_models = nullptr;  ///< asked for prepared ones; none = made anew
-
+struct Simulator : evaluation::Sources {
   /// time, q, qd, qdd of the joints, x, y, z of the tool in the world, and the remaining pose
   /// error.
-  Result<RecordingPtr> inverse_kinematics(const Run&, Progress&) const;
+  Result<recording::RecordingPtr> inverse_kinematics(const Run&, Progress&) const;
   /// The same and tau, with its gravity, inertial, velocity and friction parts.
-  Result<RecordingPtr> inverse_dynamics(const Run&, Progress&) const;
+  Result<recording::RecordingPtr> inverse_dynamics(const Run&, Progress&) const;
   /// The same path as fast as the joints' limits let it be run, with torques (sim/retime.h).
-  Result<RecordingPtr> time_optimal(const Run&, const RetimeOptions&, Progress&) const;
+  Result<recording::RecordingPtr> time_optimal(const Run&, const RetimeOptions&, Progress&) const;
 };
 
 }  // namespace robomosp::sim

@@ -10,6 +10,7 @@
 #include <optional>
 #include <string>
 
+#include "kernel/quiet_progress.h"
 #include "kernel/text.h"
 #include "robotics/coordinates.h"
 #include "spatial/parallel.h"
@@ -19,16 +20,8 @@
 namespace robomosp::sim {
 namespace {
 
-/// Hands on the wish to stop, and shows nothing: the parts of parallel work have no progress.
-class QuietProgress final : public Progress {
- public:
-  explicit QuietProgress(const Progress& whole) : whole_(whole) {}
-  void report(double, std::string_view) override {}
-  [[nodiscard]] bool cancelled() const override { return whole_.cancelled(); }
-
- private:
-  const Progress& whole_;
-};
+using recording::Column;
+using recording::Recording;
 
 /// Axes with z along `direction`, turned about it by `roll`.
 Pose tool_pose(const Vec3& p, const Vec3& direction, double roll) {

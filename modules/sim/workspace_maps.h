@@ -13,10 +13,10 @@
 #include <robomosp/sdk/progress.h>
 #include <robomosp/sdk/result.h>
 
+#include "collision/collision.h"
+#include "recording/recording.h"
 #include "robotics/joint_slice.h"
 #include "robotics/workspace.h"
-#include "sim/collision.h"
-#include "sim/recording.h"
 #include "sim/simulate.h"
 
 namespace robomosp::sim {
@@ -26,14 +26,14 @@ namespace robomosp::sim {
 class RobotContact {
  public:
   /// `robot`: index into model->robots(); of CollisionModel::of_robot 0.
-  RobotContact(std::shared_ptr<const CollisionModel> model, std::size_t robot)
+  RobotContact(std::shared_ptr<const collision::CollisionModel> model, std::size_t robot)
       : model_(std::move(model)), robot_(robot), shown_(model_->shown()) {}
   /// `q`: the robot's coordinate_count() numbers.
   [[nodiscard]] Result<bool> touches(std::span<const double> q, Progress&) const;
   [[nodiscard]] bool is_script() const { return model_->is_script(); }
 
  private:
-  std::shared_ptr<const CollisionModel> model_;
+  std::shared_ptr<const collision::CollisionModel> model_;
   std::size_t robot_;
   std::vector<double> shown_;
 };
@@ -61,9 +61,10 @@ struct ReachOptions {
                                                        const ReachOptions&, Progress&);
 
 /// x, y, z of the reached voxels, samples, surface, manipulability, mean_manipulability.
-[[nodiscard]] Recording workspace_recording(const RobotModel&, const robotics::Workspace&);
+[[nodiscard]] recording::Recording workspace_recording(const RobotModel&,
+                                                       const robotics::Workspace&);
 /// q of the two joints (q2, q3), manipulability, condition, least, collision, singular.
-[[nodiscard]] Recording slice_recording(const RobotModel&, const robotics::SliceOptions&,
-                                        const robotics::JointSlice&);
+[[nodiscard]] recording::Recording slice_recording(const RobotModel&, const robotics::SliceOptions&,
+                                                   const robotics::JointSlice&);
 
 }  // namespace robomosp::sim

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <system_error>
 #include <thread>
 
@@ -12,7 +13,12 @@ namespace {
 constexpr std::size_t kMostThreads = 16;
 constexpr double kWorthwhile = 300e3;  // of work a thread [ns]
 
+// The cores are shared by all who compute, whoever calls: there is no argument to hand this down.
+std::atomic<Spread> current_spread{nullptr};
+
 }  // namespace
+
+void set_spread(Spread spread) { current_spread.store(spread, std::memory_order_release); }
 
 std::size_t cores() {
   // Asked once: it costs the system some microseconds.
@@ -34,6 +40,14 @@ void in_parallel(std::size_t samples, std::size_t grain, std::size_t threads,
   threads = std::clamp<std::size_t>(threads, 1, kMostThreads);
   const std::size_t grains = (samples + grain - 1) / grain;
   const auto part = [&](std::size_t t) { return std::min(samples, grains * t / threads * grain); };
+  if (const Spread spread = current_spread.load(std::memory_order_acquire)) {
+    const auto one = [&](std::size_t t) { work(part(t), part(t + 1), t); };
+    using One = const decltype(one);
+    spread(
+        threads, threads, [](void* context, std::size_t t) { (*static_cast<One*>(context))(t); },
+        const_cast<void*>(static_cast<const void*>(&one)));
+    return;
+  }
   std::array<std::jthread, kMostThreads> started;
   std::size_t refused = threads;
   for (std::size_t t = 1; t < threads; ++t) {

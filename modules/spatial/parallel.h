@@ -14,10 +14,18 @@ namespace robomosp::spatial {
 /// Cores that batches use: the machine's, at most 16. [any thread]
 [[nodiscard]] std::size_t cores();
 
+/// Calls part(context, 0) ... part(context, parts - 1), at most `threads` of them at once, and
+/// returns when all are done. `part` does not throw.
+using Spread = void (*)(std::size_t parts, std::size_t threads,
+                        void (*part)(void* context, std::size_t), void* context);
+/// Whose threads in_parallel() takes from now on, such as those of the program's executor; null =
+/// threads of its own, started for each call. [any thread]
+void set_spread(Spread);
+
 /// Calls work(first, last, thread) for ranges that cover 0..samples, each a multiple of `grain`
-/// but the last, one for each of `threads` threads, of which the caller's is number 0. Returns when
-/// all are done. A thread that the system refuses is made up for by the caller. `work` must not
-/// throw. [any thread]
+/// but the last, one for each number `thread` below `threads`, of which no two at once are equal.
+/// Returns when all are done. The calling thread works too, and makes up for threads that it does
+/// not get. `work` must not throw. [any thread]
 void in_parallel(std::size_t samples, std::size_t grain, std::size_t threads,
                  const std::function<void(std::size_t, std::size_t, std::size_t)>& work);
 

@@ -21,17 +21,17 @@ void append_ramp(Ramps& out, double v0, double v1, const RampLimits& limits) {
 }
 
 /// Way of a ramp: it is symmetric about its mean speed.
-double ramp_way(double v0, double v1, const RampLimits& limits) {
+double ramp_path(double v0, double v1, const RampLimits& limits) {
   return (v0 + v1) / 2 * ramp_time(std::fabs(v1 - v0), limits);
 }
-double ramps_way(double v0, double v1, double top, const RampLimits& limits) {
-  return ramp_way(v0, top, limits) + ramp_way(top, v1, limits);
+double ramps_path(double v0, double v1, double top, const RampLimits& limits) {
+  return ramp_path(v0, top, limits) + ramp_path(top, v1, limits);
 }
 
 Ramps with_top(double way, double v0, double v1, double top, const RampLimits& limits) {
   Ramps out(0, v0);
   append_ramp(out, v0, top, limits);
-  const double cruise = way - ramps_way(v0, v1, top, limits);
+  const double cruise = way - ramps_path(v0, v1, top, limits);
   if (top > 0) out.append(std::max(0.0, cruise / top), 0, 0);
   append_ramp(out, top, v1, limits);
   return out;
@@ -79,16 +79,16 @@ double ramp_time(double dv, const RampLimits& limits) {
 }
 
 double least_way(double v0, double v1, const RampLimits& limits) {
-  return ramp_way(v0, v1, limits);
+  return ramp_path(v0, v1, limits);
 }
 
 std::optional<Ramps> fastest_ramps(double way, double v0, double v1, const RampLimits& limits) {
   const double least = std::max(v0, v1);
-  const auto is_too_long = [&](double top) { return ramps_way(v0, v1, top, limits) > way; };
+  const auto is_too_long = [&](double top) { return ramps_path(v0, v1, top, limits) > way; };
   double top = limits.v;
   if (is_too_long(top)) {
     // A way that is exactly enough may come out a rounding short.
-    if (ramps_way(v0, v1, least, limits) > way * (1 + 1e-12)) return {};
+    if (ramps_path(v0, v1, least, limits) > way * (1 + 1e-12)) return {};
     top = is_too_long(least) ? least : bisect(least, limits.v, is_too_long);
   }
   return with_top(way, v0, v1, top, limits);
@@ -100,16 +100,16 @@ std::optional<Ramps> timed_ramps(double way, double v0, double v1, const RampLim
   if (!fastest || fastest->duration() > duration * (1 + 1e-12)) return {};
   // The slower in between, the later: down to a stop, if the way is long enough for that.
   const auto time_of = [&](double top) {
-    const double cruise = way - ramps_way(v0, v1, top, limits);
+    const double cruise = way - ramps_path(v0, v1, top, limits);
     // Too fast for the way, or too little room to slow down so far.
     if (cruise < 0) return top < std::min(v0, v1) ? std::numeric_limits<double>::infinity() : 0.0;
     return ramp_time(std::fabs(top - v0), limits) + cruise / top +
            ramp_time(std::fabs(top - v1), limits);
   };
   double high = limits.v;
-  if (ramps_way(v0, v1, high, limits) > way)
+  if (ramps_path(v0, v1, high, limits) > way)
     high = bisect(std::max(v0, v1), limits.v,
-                  [&](double top) { return ramps_way(v0, v1, top, limits) > way; });
+                  [&](double top) { return ramps_path(v0, v1, top, limits) > way; });
   const double top = bisect(0, high, [&](double v) { return time_of(v) <= duration; });
   Ramps out = with_top(way, v0, v1, top, limits);
   if (std::fabs(out.duration() - duration) > 1e-9 * duration ||

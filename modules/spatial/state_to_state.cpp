@@ -222,11 +222,11 @@ StateToState::Fault StateToState::prepare(const Motion1& start, const Motion1& e
   // Rounding decides over states that lie on the last piece of a motion: they may just go on.
   direct_ = std::fabs(a1 - a0);
   const double j = a1 >= a0 ? 1 : -1;
-  const double direct_way = direct_ * (v0 + direct_ * (a0 / 2 + j * direct_ / 6));
+  const double direct_path = direct_ * (v0 + direct_ * (a0 / 2 + j * direct_ / 6));
   touch_ = kTouch * (10 * std::fabs(way_) + std::fabs(x0) + std::fabs(x1) +
                      first_ * (std::fabs(v0) + std::fabs(v1)));
   is_direct_ = std::fabs(dv - direct_dv) <= kTouch * (std::fabs(v0) + std::fabs(v1) + mean) &&
-               std::fabs(direct_way - way_) <= touch_;
+               std::fabs(direct_path - way_) <= touch_;
   return Fault::none;
 }
 

@@ -8,7 +8,7 @@
 #include "robotics/kinematics.h"
 #include "spatial/pose.h"
 #include "task/members.h"
-#include "task/stage.h"
+#include "task/task_executor.h"
 
 namespace robomosp::task {
 namespace {
@@ -26,13 +26,13 @@ bool is_time(const Expression::Name& name) { return name.scope.empty() && name.n
 
 }  // namespace
 
-Result<const Expression*> Stage::compiled(const std::string& expression) const {
+Result<const Expression*> TaskExecutor::compiled(const std::string& expression) const {
   if (const auto it = compiled_.find(expression); it != compiled_.end()) return &it->second;
   RMP_TRY_ASSIGN(Expression e, Expression::compile(expression));
   return &compiled_.emplace(expression, std::move(e)).first->second;
 }
 
-Result<Quantity> Stage::member_value(const Expression::Name& name, double t) const {
+Result<Quantity> TaskExecutor::member_value(const Expression::Name& name, double t) const {
   constexpr std::string_view kAxes = "xyz";
   const std::string& field = name.name;
   const std::size_t axis = field.size() == 1 ? kAxes.find(field) : std::string_view::npos;
@@ -65,8 +65,8 @@ Result<Quantity> Stage::member_value(const Expression::Name& name, double t) con
                  : quantity(s.q[j], turns ? "rad" : "m");
 }
 
-Result<double> Stage::evaluate(const std::string& expression, std::string_view unit,
-                               double t) const {
+Result<double> TaskExecutor::evaluate(const std::string& expression, std::string_view unit,
+                                      double t) const {
   RMP_TRY_ASSIGN(const Expression* const e, compiled(expression));
   return e->evaluate(
       [&](const Expression::Name& name) -> Result<Quantity> {
@@ -78,12 +78,12 @@ Result<double> Stage::evaluate(const std::string& expression, std::string_view u
       unit);
 }
 
-Result<bool> Stage::is_true(const std::string& condition, double t) const {
+Result<bool> TaskExecutor::is_true(const std::string& condition, double t) const {
   RMP_TRY_ASSIGN(const double v, evaluate(as_number(condition), "", t));
   return v != 0;
 }
 
-Result<Stage::Watched> Stage::watched(const std::string& condition) const {
+Result<TaskExecutor::Watched> TaskExecutor::watched(const std::string& condition) const {
   RMP_TRY_ASSIGN(const Expression* const e, compiled(as_number(condition)));
   Watched out;
   for (const Expression::Name& name : e->names()) {
@@ -93,8 +93,8 @@ Result<Stage::Watched> Stage::watched(const std::string& condition) const {
   return out;
 }
 
-Result<std::optional<double>> Stage::first_true(const std::string& condition, double from,
-                                                double to, Progress& progress) const {
+Result<std::optional<double>> TaskExecutor::first_true(const std::string& condition, double from,
+                                                       double to, Progress& progress) const {
   double before = from;
   for (std::size_t looks = 1; before < to; ++looks) {
     if (looks % kAskEvery == 0 && progress.cancelled())

@@ -9,7 +9,7 @@
 #include "robotics/kinematics.h"
 #include "sim/recording_columns.h"
 #include "spatial/pose.h"
-#include "task/stage.h"
+#include "task/task_executor.h"
 
 namespace robomosp::task {
 namespace {
@@ -29,9 +29,9 @@ double lead_of(double t, double step) {
 
 }  // namespace
 
-Result<model::Trajectory> Stage::trajectory_of(const model::TaskStep& step, const Actor& a,
-                                               const Grip& tip, double t,
-                                               Pose& world_T_trajectory) const {
+Result<model::Trajectory> TaskExecutor::trajectory_of(const model::TaskStep& step, const Actor& a,
+                                                      const Grip& tip, double t,
+                                                      Pose& world_T_trajectory) const {
   RMP_TRY_ASSIGN(world_T_trajectory, frame(step.frame, t));
   model::Trajectory out;
   if (step.trajectory) {
@@ -79,8 +79,8 @@ Result<model::Trajectory> Stage::trajectory_of(const model::TaskStep& step, cons
   return out;
 }
 
-Result<void> Stage::complete(const Actor& a, model::Trajectory& trajectory,
-                             const std::vector<double>& now) {
+Result<void> TaskExecutor::complete(const Actor& a, model::Trajectory& trajectory,
+                                    const std::vector<double>& now) {
   std::vector<std::size_t> motors;
   for (std::size_t j = 0; j < now.size(); ++j)
     if (!a.axes->joints[j].passive) motors.push_back(j);
@@ -101,7 +101,8 @@ Result<void> Stage::complete(const Actor& a, model::Trajectory& trajectory,
   return {};
 }
 
-Result<void> Stage::close(const Actor& a, const std::vector<double>& goal, sim::RobotMotion& m) {
+Result<void> TaskExecutor::close(const Actor& a, const std::vector<double>& goal,
+                                 sim::RobotMotion& m) {
   const std::size_t n = a.start.size();
   std::vector<bool> held(n);
   for (std::size_t j = 0; j < n; ++j) held[j] = !a.axes->joints[j].passive;
@@ -139,8 +140,9 @@ Result<void> Stage::close(const Actor& a, const std::vector<double>& goal, sim::
   return {};
 }
 
-Result<sim::RobotMotion> Stage::motion_of(const model::TaskStep& step, std::size_t who,
-                                          const std::string& where, double t, Progress& progress) {
+Result<sim::RobotMotion> TaskExecutor::motion_of(const model::TaskStep& step, std::size_t who,
+                                                 const std::string& where, double t,
+                                                 Progress& progress) {
   const Actor& a = actors_[who];
   if (!can_move(a))
     return error(ErrorCode::unsupported,
@@ -192,8 +194,8 @@ Result<sim::RobotMotion> Stage::motion_of(const model::TaskStep& step, std::size
   return m;
 }
 
-Result<double> Stage::move(const model::TaskStep& step, const std::string& robot,
-                           const std::string& where, double t, Progress& progress) {
+Result<double> TaskExecutor::move(const model::TaskStep& step, const std::string& robot,
+                                  const std::string& where, double t, Progress& progress) {
   RMP_TRY_ASSIGN(const std::size_t who, actor(robot));
   Actor& a = actors_[who];
   if (!a.moves.empty() && a.moves.back().start + a.moves.back().motion.times.back() > t + kSame)

@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "kernel/text.h"
-#include "task/stage.h"
+#include "task/task_executor.h"
 
 namespace robomosp::task {
 namespace {
@@ -117,8 +117,8 @@ class Thread {
 
 class Runner {
  public:
-  Runner(Stage& stage, std::vector<Thread>& threads, double most, Progress& progress)
-      : stage_(stage), threads_(threads), most_(most), progress_(progress) {}
+  Runner(TaskExecutor& executor, std::vector<Thread>& threads, double most, Progress& progress)
+      : executor_(executor), threads_(threads), most_(most), progress_(progress) {}
 
   /// Gives the time at which all tasks are over.
   Result<double> run() {
@@ -175,19 +175,21 @@ class Runner {
     const TaskStep& s = thread.step();
     switch (s.kind) {
       case StepKind::move: {
-        RMP_TRY_ASSIGN(thread.ready_at, stage_.move(s, thread.robot(), where, now_, progress_));
+        RMP_TRY_ASSIGN(thread.ready_at, executor_.move(s, thread.robot(), where, now_, progress_));
         thread.next();
         return true;
       }
-      case StepKind::attach: RMP_TRY(stage_.attach(s.object, thread.robot(), s.link, now_)); break;
-      case StepKind::detach: RMP_TRY(stage_.detach(s.object, now_)); break;
-      case StepKind::set: RMP_TRY(stage_.set(s.signal, s.expression, now_)); break;
+      case StepKind::attach:
+        RMP_TRY(executor_.attach(s.object, thread.robot(), s.link, now_));
+        break;
+      case StepKind::detach: RMP_TRY(executor_.detach(s.object, now_)); break;
+      case StepKind::set: RMP_TRY(executor_.set(s.signal, s.expression, now_)); break;
       case StepKind::wait: {
         if (s.expression.empty()) {
           thread.ready_at = now_ + s.duration;
           break;
         }
-        RMP_TRY_ASSIGN(const bool is_met, stage_.is_true(s.expression, now_));
+        RMP_TRY_ASSIGN(const bool is_met, executor_.is_true(s.expression, now_));
         if (!is_met) {
           if (s.timeout > 0 && !thread.deadline) thread.deadline = now_ + s.timeout;
           if (!thread.deadline || now_ < *thread.deadline) return false;
@@ -202,13 +204,13 @@ class Runner {
       case StepKind::call: thread.call(); return true;
       case StepKind::repeat: thread.into(s.count); return true;
       case StepKind::when: {
-        RMP_TRY_ASSIGN(const bool is_met, stage_.is_true(s.expression, now_));
+        RMP_TRY_ASSIGN(const bool is_met, executor_.is_true(s.expression, now_));
         if (is_met) thread.into(1);
         else thread.past();
         return true;
       }
       case StepKind::otherwise: break;  // reached behind a `when` that was carried out
-      case StepKind::message: stage_.note(now_, s.text); break;
+      case StepKind::message: executor_.note(now_, s.text); break;
     }
     thread.next();
     return true;
@@ -221,10 +223,10 @@ class Runner {
       if (thread.ready_at > now_ || !thread.has_step()) continue;  // it waits for no condition
       const std::string& condition = thread.step().expression;
       auto found = [&]() -> Result<std::optional<double>> {
-        RMP_TRY_ASSIGN(const Stage::Watched watched, stage_.watched(condition));
+        RMP_TRY_ASSIGN(const TaskExecutor::Watched watched, executor_.watched(condition));
         if (!watched.time && (is_still || !watched.motion)) return std::optional<double>{};
         waits_for_time_ = waits_for_time_ || watched.time;
-        return stage_.first_true(condition, now_, std::min(next, most_), progress_);
+        return executor_.first_true(condition, now_, std::min(next, most_), progress_);
       }();
       if (!found.ok()) return std::move(found).error().in(thread.where());
       if (*found) next = **found;
@@ -249,7 +251,7 @@ class Runner {
         "Let a task set these signals before.");
   }
 
-  Stage& stage_;
+  TaskExecutor& executor_;
   std::vector<Thread>& threads_;
   double most_, now_ = 0;
   bool waits_for_time_ = false;  ///< some task, for more than signals
@@ -258,9 +260,10 @@ class Runner {
 
 }  // namespace
 
-Result<sim::RecordingPtr> run(const sim::Simulator& sim, const TaskRun& wanted,
-                              Progress& progress) {
-  RMP_TRY_ASSIGN(Stage stage, Stage::create(sim, wanted.world, wanted.sample_time, progress));
+Result<recording::RecordingPtr> run(const sim::Simulator& sim, const TaskRun& wanted,
+                                    Progress& progress) {
+  RMP_TRY_ASSIGN(TaskExecutor executor,
+                 TaskExecutor::create(sim, wanted.world, wanted.sample_time, progress));
   const model::World& world = *sim.snapshot.get(wanted.world);
   std::vector<std::string> known;
   for (const auto& t : world.tasks) known.push_back(t.name);
@@ -280,11 +283,11 @@ Result<sim::RecordingPtr> run(const sim::Simulator& sim, const TaskRun& wanted,
   if (threads.empty())
     return error(ErrorCode::invalid_argument, "the world has no task to run",
                  "world.add_task gives it one.");
-  Runner runner(stage, threads, wanted.most_time, progress);
+  Runner runner(executor, threads, wanted.most_time, progress);
   RMP_TRY_ASSIGN(const double end, runner.run());
-  auto out = std::make_shared<sim::Recording>(stage.recording(end));
+  auto out = std::make_shared<recording::Recording>(executor.recording(end));
   out->title = sim.snapshot.find(AnyId(wanted.world))->name + ": tasks";
-  return sim::RecordingPtr(std::move(out));
+  return recording::RecordingPtr(std::move(out));
 }
 
 }  // namespace robomosp::task

@@ -8,7 +8,7 @@
 #include <robomosp/sdk/progress.h>
 #include <robomosp/sdk/result.h>
 
-#include "sim/recording.h"
+#include "recording/recording.h"
 #include "sim/simulate.h"
 
 namespace robomosp::task {
@@ -25,6 +25,6 @@ struct TaskRun {
 /// `<object>.x .y .z .qw .qx .qy .qz` of the objects that were held; notes tell what was taken, put
 /// down and said, and when. Equal worlds give equal recordings. Errors name task and step: a place
 /// out of reach, two tasks that move one robot at once, waits that can never come true.
-[[nodiscard]] Result<sim::RecordingPtr> run(const sim::Simulator&, const TaskRun&, Progress&);
+[[nodiscard]] Result<recording::RecordingPtr> run(const sim::Simulator&, const TaskRun&, Progress&);
 
 }  // namespace robomosp::task

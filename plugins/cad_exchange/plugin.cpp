@@ -82,7 +82,7 @@ class Worker {
 
   Result<Answer> run(const std::vector<std::string>& words, std::string_view input, double seconds,
                      std::uint64_t memory, const std::string& doing) {
-    if (!host_ || host_->struct_size < sizeof(rmp_host) || !host_->run)
+    if (!host_ || !RMP_HAS(host_, run) || !host_->run)
       return error(ErrorCode::unsupported, "this program cannot run helper programs",
                    "Update it; the plugin is newer.");
     std::vector<const char*> arguments;
@@ -240,17 +240,24 @@ Result<void> check_items(std::span<const ExportItem> items) {
   return {};
 }
 
+std::vector<ExportedFile> alone(const ExportTask& task, std::string bytes) {
+  std::vector<ExportedFile> files(1);
+  files[0].name = task.name;
+  files[0].bytes = std::move(bytes);
+  return files;
+}
+
 class CadExporter final : public Exporter {
  public:
   explicit CadExporter(const rmp_host* host) : host_(host) {}
   std::string_view extensions() const override { return "step,stp,iges,igs"; }
   bool is_exact(std::string_view) const override { return true; }
 
-  Result<std::string> write(std::string_view extension, std::span<const ExportItem> items,
-                            const Params& params, Progress& progress) const override {
-    RMP_TRY(check_items(items));
-    RMP_TRY_ASSIGN(const Scene scene, scene_of(items));
-    const bool is_iges = extension.starts_with("ig");
+  Result<std::vector<ExportedFile>> write(const ExportTask& task, const Params& params,
+                                          Progress& progress) const override {
+    RMP_TRY(check_items(task.items));
+    RMP_TRY_ASSIGN(const Scene scene, scene_of(task.items));
+    const bool is_iges = task.extension.starts_with("ig");
     const std::string input = encode(scene);
     Worker worker(host_, progress);
     RMP_TRY_ASSIGN(Answer answer, worker.run({"write", is_iges ? "format=iges" : "format=step",
@@ -258,7 +265,7 @@ class CadExporter final : public Exporter {
                                               "schema=" + std::string(params.text("schema"))},
                                              input, params.real("seconds"), std::uint64_t{8} << 30,
                                              is_iges ? "writing IGES" : "writing STEP"));
-    return std::move(answer.file);
+    return alone(task, std::move(answer.file));
   }
 
  private:
@@ -308,13 +315,20 @@ class MeshExporter final : public Exporter {
   std::string_view extensions() const override { return "stl,obj,ply,glb,3mf,dxf"; }
   bool is_exact(std::string_view) const override { return false; }
 
-  Result<std::string> write(std::string_view extension, std::span<const ExportItem> items,
-                            const Params& params, Progress& progress) const override {
-    RMP_TRY(check_items(items));
+  Result<std::vector<ExportedFile>> write(const ExportTask& task, const Params& params,
+                                          Progress& progress) const override {
+    RMP_TRY(check_items(task.items));
     progress.report(0.1, "writing");
     MeshOptions options;
     options.unit_name = params.text("unit").empty() ? "mm" : params.text("unit");
     options.unit = metres(options.unit_name);
+    RMP_TRY_ASSIGN(std::string bytes, written(task.extension, task.items, options));
+    return alone(task, std::move(bytes));
+  }
+
+ private:
+  static Result<std::string> written(std::string_view extension, std::span<const ExportItem> items,
+                                     const MeshOptions& options) {
     if (extension == "stl") return write_stl(items, options);
     if (extension == "obj") return write_obj(items, options);
     if (extension == "ply") return write_ply(items, options);
@@ -345,6 +359,7 @@ constexpr rmp_provider provider(const char* name, const char* summary, const cha
           tags,
           params.data(),
           static_cast<std::uint32_t>(params.size()),
+          sizeof(rmp_param),
           &make<T>};
 }
 

@@ -41,13 +41,13 @@ Result<Mesh> CgalCsgEngine::mesh(const CsgShape& shape, const MeshQuality& quali
   return guarded("meshing the solid", [&]() -> Result<Mesh> {
     RMP_TRY_ASSIGN(const MeshShape* own, own_shape(&shape));
     if (!(quality.chord >= kFinestChord) || !std::isfinite(quality.chord))
-      return error(ErrorCode::invalid_argument, "mesh chord is " + number_text(quality.chord) +
-                                                    " m; it must be " + number_text(kFinestChord) +
-                                                    " m or more");
+      return error(ErrorCode::invalid_argument, "mesh chord is " + csg_number_text(quality.chord) +
+                                                    " m; it must be " +
+                                                    csg_number_text(kFinestChord) + " m or more");
     if (!(quality.angle >= kFinestAngle) || !std::isfinite(quality.angle))
-      return error(ErrorCode::invalid_argument, "mesh angle is " + number_text(quality.angle) +
+      return error(ErrorCode::invalid_argument, "mesh angle is " + csg_number_text(quality.angle) +
                                                     " rad; it must be " +
-                                                    number_text(kFinestAngle) + " rad or more");
+                                                    csg_number_text(kFinestAngle) + " rad or more");
     stop_if_cancelled(progress);
     return display_mesh(own->solid().mesh(), progress);
   });
@@ -107,7 +107,7 @@ Result<CsgProfile> CgalCsgEngine::section(const CsgShape& shape, const Pose& pla
     if (!pose) return bad_placement("section plane");
     if (!(chord > 0) || !std::isfinite(chord))
       return error(ErrorCode::invalid_argument,
-                   "section chord is " + number_text(chord) + " m; it must be greater than 0");
+                   "section chord is " + csg_number_text(chord) + " m; it must be greater than 0");
     stop_if_cancelled(progress);
     PatchMesh mesh = own->solid().mesh();
     Affine inverse;  // plane_T_solid

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numeric>
 
+#include <robomosp/sdk/csg_check.h>
+
 #include "tessellate.h"
 
 namespace robomosp::csg_cgal {
@@ -35,9 +37,6 @@ struct Form {
 // Patterns of patterns may place so many solids in all.
 constexpr double kMostCopies = 20'000;
 
-bool is_operation(CsgKind kind) { return csg_info(kind).children == CsgChildren::any; }
-bool is_modifier(CsgKind kind) { return csg_info(kind).children == CsgChildren::one; }
-
 class Planner {
  public:
   Planner(const CsgTree& tree, const Progress& progress) : tree_(tree), progress_(progress) {}
@@ -49,12 +48,13 @@ class Planner {
       stop_if_cancelled(progress_);
       const CsgNode& node = tree_.nodes[i];
       std::vector<Form> parts;
-      for (std::size_t child = first_child_[i]; child != 0; child = next_sibling_[child]) {
+      for (std::size_t child = links_.first_child[i]; child != 0;
+           child = links_.next_sibling[child]) {
         parts.push_back(std::move(forms[child]));
         move_by(parts.back(), poses_[child]);
       }
-      if (is_operation(node.kind)) forms[i] = combine(i, std::move(parts));
-      else if (is_modifier(node.kind)) {
+      if (is_csg_operation(node.kind)) forms[i] = combine(i, std::move(parts));
+      else if (is_csg_modifier(node.kind)) {
         RMP_TRY_ASSIGN(forms[i], copies(i, std::move(parts.front())));
       } else forms[i] = {true, node.kind, i, {add({node.kind, i, {}})}};
     }
@@ -68,66 +68,11 @@ class Planner {
 
  private:
   Result<void> check() {
-    const auto& nodes = tree_.nodes;
-    if (nodes.empty())
-      return error(ErrorCode::invalid_argument, "the tree has no nodes",
-                   "Give at least one primitive.");
-    first_child_.assign(nodes.size(), 0);
-    next_sibling_.assign(nodes.size(), 0);
-    std::vector<std::size_t> last_child(nodes.size(), 0), children(nodes.size(), 0);
-    for (std::size_t i = 0; i < nodes.size(); ++i) {
-      const CsgNode& node = nodes[i];
-      const auto bad = [&](std::string what) {
-        return error(ErrorCode::invalid_argument, std::move(what), {}, node_text(node, i));
-      };
-      if (csg_info(node.kind).kind != node.kind || node.kind == CsgKind::custom)
-        return bad("kind " + std::to_string(static_cast<int>(node.kind)) +
-                   " is neither an operation nor a primitive");
-      if (i == 0 && node.parent != -1)
-        return bad("parent is " + std::to_string(node.parent) +
-                   "; the first node is the root and its parent must be -1");
-      if (i > 0) {
-        if (node.parent < 0 || static_cast<std::size_t>(node.parent) >= i)
-          return bad("parent is " + std::to_string(node.parent) +
-                     "; it must be the index of an earlier node (0.." + std::to_string(i - 1) +
-                     ")");
-        const auto p = static_cast<std::size_t>(node.parent);
-        if (!is_operation(nodes[p].kind) && !is_modifier(nodes[p].kind))
-          return bad("parent " + node_text(nodes[p], p) +
-                     " is a primitive; only operations have children");
-        (first_child_[p] == 0 ? first_child_[p] : next_sibling_[last_child[p]]) = i;
-        last_child[p] = i;
-        ++children[p];
-      }
-      const auto pose = to_affine(node.placement);
-      if (!pose)
-        return bad(
-            "placement is not a rigid motion; its rotation must be orthonormal with determinant "
-            "+1 and all its numbers finite");
-      for (const double x : node.placement.p)
-        if (std::abs(x) > kGreatestLength)
-          return bad("placement is " + number_text(x) + " m away; it must be within " +
-                     number_text(kGreatestLength) + " m");
-      poses_.push_back(*pose);
-      RMP_TRY(check_primitive(node, i));
-      if (node.kind == CsgKind::fillet || node.kind == CsgKind::chamfer)
-        return error(
-            ErrorCode::unsupported,
-            "the engine of triangle meshes makes no " + std::string(csg_info(node.kind).name) + "s",
-            "Take the node out, or keep imported meshes in a solid of their own.",
-            node_text(node, i));
-    }
-    for (std::size_t i = 0; i < nodes.size(); ++i) {
-      if (is_operation(nodes[i].kind) && children[i] == 0)
-        return error(ErrorCode::invalid_argument,
-                     "operation has no children; it needs at least one solid", {},
-                     node_text(nodes[i], i));
-      if (is_modifier(nodes[i].kind) && children[i] != 1)
-        return error(ErrorCode::invalid_argument,
-                     std::string(csg_info(nodes[i].kind).name) + " has " +
-                         std::to_string(children[i]) + " children; it needs exactly one",
-                     children[i] == 0 ? "Give it a solid." : "Put them into a union.",
-                     node_text(nodes[i], i));
+    RMP_TRY_ASSIGN(links_, check_csg_tree(tree_, kRigid));
+    for (std::size_t i = 0; i < tree_.nodes.size(); ++i) {
+      const CsgNode& node = tree_.nodes[i];
+      poses_.push_back(*to_affine(node.placement));
+      RMP_TRY(check_kind(node, i));
     }
     return {};
   }
@@ -157,7 +102,7 @@ class Planner {
       const Vec3 given{s[0], s[1], s[2]};
       if (norm(given) == 0)
         return error(ErrorCode::invalid_argument, "mirror normal is (0, 0, 0)",
-                     "Give it a direction.", node_text(node, i));
+                     "Give it a direction.", csg_node_text(node, i));
       const Vec3 n = unit(given);
       Affine mirror;
       for (std::size_t r = 0; r < 3; ++r)
@@ -191,9 +136,10 @@ class Planner {
     const double placed = weights_[item.term] * static_cast<double>(where.size());
     if (placed > kMostCopies)
       return error(ErrorCode::invalid_argument,
-                   "the pattern makes " + number_text(placed) + " copies; at most " +
-                       number_text(kMostCopies) + " are made, patterns of patterns counted through",
-                   "Make the count smaller.", node_text(node, i));
+                   "the pattern makes " + csg_number_text(placed) + " copies; at most " +
+                       csg_number_text(kMostCopies) +
+                       " are made, patterns of patterns counted through",
+                   "Make the count smaller.", csg_node_text(node, i));
     Form form{false, CsgKind::union_, i, {}};
     for (std::size_t k = 0; k < where.size(); ++k)
       form.items.push_back({item.term, where[k] * item.pose,
@@ -221,7 +167,7 @@ class Planner {
 
   const CsgTree& tree_;
   const Progress& progress_;
-  std::vector<std::size_t> first_child_, next_sibling_;  // 0 = none: node 0 is nobody's child
+  CsgLinks links_;
   std::vector<Affine> poses_;
   std::vector<double> weights_;  // primitives that each term places
 };
@@ -243,22 +189,22 @@ class Evaluator {
       progress_.report(static_cast<double>(t) / static_cast<double>(plan_.terms.size()),
                        "evaluating triangles");
       if (term.items.empty()) {
-        RMP_TRY_ASSIGN(values[t], primitive(node, term.node).in(node_text(node, term.node)));
+        RMP_TRY_ASSIGN(values[t], primitive(node, term.node).in(csg_node_text(node, term.node)));
         continue;
       }
       std::vector<ExactSolid> operands;
       for (const Item& item : term.items)
         operands.push_back(values[item.term]->moved(item.pose, item.instance));
       RMP_TRY_ASSIGN(const BooleanOutcome made,
-                     operate(term, std::move(operands)).in(node_text(node, term.node)));
+                     operate(term, std::move(operands)).in(csg_node_text(node, term.node)));
       if (!made.remedy.empty())
-        notes_.push_back(node_text(node, term.node) + ": " + made.remedy + ".");
+        notes_.push_back(csg_node_text(node, term.node) + ": " + made.remedy + ".");
       if (made.solid.empty() || !(made.solid.volume() > 0))
         return error(ErrorCode::invalid_argument, "the result is empty",
                      term.kind == CsgKind::difference
                          ? "Nothing is left of the first solid; make the others smaller."
                          : "The solids have no common volume; move them together.",
-                     node_text(node, term.node));
+                     csg_node_text(node, term.node));
       values[t] = made.solid;
       for (const Item& item : term.items)
         if (--uses[item.term] == 0) values[item.term].reset();
@@ -274,7 +220,8 @@ class Evaluator {
     key = node.name.empty() ? mixed(key, index) : mixed(key, node.name);
     std::vector<std::string> repairs;
     RMP_TRY_ASSIGN(PatchMesh mesh, tessellate(node, key, repairs));
-    for (const std::string& r : repairs) notes_.push_back(node_text(node, index) + ": " + r + ".");
+    for (const std::string& r : repairs)
+      notes_.push_back(csg_node_text(node, index) + ": " + r + ".");
     return ExactSolid::from(std::move(mesh));
   }
 
@@ -289,7 +236,7 @@ class Evaluator {
             continue;
           }
           const std::size_t n = plan_.terms[term.items[k].term].node;
-          notes_.push_back(node_text(tree_.nodes[n], n) +
+          notes_.push_back(csg_node_text(tree_.nodes[n], n) +
                            ": cuts nothing: it does not reach the solid.");
         }
         return subtract(first, std::move(tools), progress_);

@@ -89,9 +89,9 @@ class Loop {
     const auto& p = curve.points;
     for (const Point2& x : p)
       if (!std::isfinite(x[0]) || !std::isfinite(x[1]) ||
-          std::max(std::abs(x[0]), std::abs(x[1])) > kGreatestLength)
+          std::max(std::abs(x[0]), std::abs(x[1])) > kCsgGreatestLength)
         return wrong("a point of the profile is not a number within " +
-                     number_text(kGreatestLength) + " m");
+                     csg_number_text(kCsgGreatestLength) + " m");
     switch (curve.kind) {
       case CsgCurve::Kind::line: {
         if (p.size() != 1) return wrong("a line of the profile needs one point, its end");

@@ -484,10 +484,10 @@ Result<PatchMesh> imported_mesh(const CsgGeometry& geometry, double scale, std::
     return wrong("the mesh has incomplete corners or triangles", "Check the file.");
   if (geometry.triangles.empty()) return wrong("the mesh has no triangles", "Check the file.");
   for (const double x : geometry.points)
-    if (!std::isfinite(x) || std::abs(x * scale) > kGreatestLength)
-      return wrong(
-          "a corner of the mesh is not a number within " + number_text(kGreatestLength) + " m",
-          "Check the file's unit.");
+    if (!std::isfinite(x) || std::abs(x * scale) > kCsgGreatestLength)
+      return wrong("a corner of the mesh is not a number within " +
+                       csg_number_text(kCsgGreatestLength) + " m",
+                   "Check the file's unit.");
   for (const std::uint32_t v : geometry.triangles)
     if (v >= geometry.points.size() / 3)
       return wrong("a triangle of the mesh names corner " + std::to_string(v) + " of " +

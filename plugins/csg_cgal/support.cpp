@@ -6,7 +6,6 @@
 namespace robomosp::csg_cgal {
 namespace {
 
-constexpr double kRigid = 1e-9;   ///< how far a rotation may be from orthonormal
 constexpr double kClean = 1e-15;  ///< nearer to 0, 1 or -1 is meant to be it
 
 double determinant(const std::array<double, 9>& a) {
@@ -30,18 +29,7 @@ bool Affine::is_identity() const { return is_translation() && t == Vec3{}; }
 bool Affine::is_mirrored() const { return determinant(A) < 0; }
 
 std::optional<Affine> to_affine(const Pose& pose) {
-  for (const double x : pose.R)
-    if (!std::isfinite(x)) return std::nullopt;
-  for (const double x : pose.p)
-    if (!std::isfinite(x)) return std::nullopt;
-  const auto& R = pose.R;
-  for (std::size_t i = 0; i < 3; ++i)
-    for (std::size_t j = i; j < 3; ++j) {
-      const double d =
-          R[3 * i] * R[3 * j] + R[3 * i + 1] * R[3 * j + 1] + R[3 * i + 2] * R[3 * j + 2];
-      if (std::abs(d - (i == j ? 1 : 0)) > kRigid) return std::nullopt;
-    }
-  if (determinant(R) < 0) return std::nullopt;
+  if (!is_rigid_motion(pose, kRigid)) return std::nullopt;
   return cleaned({pose.R, pose.p});
 }
 
@@ -68,22 +56,11 @@ std::uint64_t mixed(std::uint64_t key, std::string_view text) {
   return mixed(key, text.size());
 }
 
-std::string number_text(double value) {
-  std::array<char, 32> text{};
-  const auto end = std::to_chars(text.data(), text.data() + text.size(), value);
-  return {text.data(), end.ptr};
-}
-
 std::string millimetres_text(double metres) {
   std::array<char, 32> text{};
   const auto end = std::to_chars(text.data(), text.data() + text.size(), metres * 1e3,
                                  std::chars_format::general, 2);
   return std::string(text.data(), end.ptr) + " mm";
-}
-
-std::string node_text(const CsgNode& node, std::size_t index) {
-  const std::string number = "node " + std::to_string(index);
-  return node.name.empty() ? number : number + " (\"" + node.name + "\")";
 }
 
 Error cancelled_error() { return error(ErrorCode::cancelled, "stopped by the user"); }

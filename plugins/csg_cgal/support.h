@@ -11,7 +11,7 @@
 #include <string>
 #include <string_view>
 
-#include <robomosp/sdk/csg.h>
+#include <robomosp/sdk/csg_check.h>
 
 namespace robomosp::csg_cgal {
 
@@ -54,6 +54,8 @@ struct Affine {
   [[nodiscard]] bool is_mirrored() const;
 };
 
+inline constexpr double kRigid = 1e-9;  ///< how far a rotation may be from orthonormal
+
 /// The placement, or nothing when it is not a finite rigid motion.
 std::optional<Affine> to_affine(const Pose& pose);
 /// Quarter turns are exact and translations on the grid.
@@ -63,12 +65,8 @@ Affine cleaned(Affine a);
 std::uint64_t mixed(std::uint64_t key, std::uint64_t value);
 std::uint64_t mixed(std::uint64_t key, std::string_view text);
 
-/// Shortest decimal text that reads back to the same number, whatever the locale.
-std::string number_text(double value);
 /// `0.05 mm`, three digits.
 std::string millimetres_text(double metres);
-/// `node 3 ("bore")`, or `node 3` without a name.
-std::string node_text(const CsgNode& node, std::size_t index);
 
 /// Thrown inside the engine when the user asks to stop; guarded() catches it.
 struct Cancelled {};

@@ -17,12 +17,6 @@ constexpr double kPi = std::numbers::pi;
 /// The deviation is looked for at a few places of each triangle; more lies between.
 constexpr double kBetween = 1.1;
 
-std::string spaced(std::string_view name) {
-  std::string s(name);
-  std::replace(s.begin(), s.end(), '_', ' ');
-  return s;
-}
-
 /// Collects points (equal ones once), triangles and patches.
 class Builder {
  public:
@@ -398,7 +392,7 @@ Result<void> revolution(Builder& out, const CsgProfile& profile, double angle) {
     for (Point2& p : t.loops[l]) {
       if (p[0] < -kOnAxis)
         return error(ErrorCode::invalid_argument,
-                     "the profile reaches beyond the axis, to x = " + number_text(p[0]) + " m",
+                     "the profile reaches beyond the axis, to x = " + csg_number_text(p[0]) + " m",
                      "Keep it at x >= 0.", loop_text(l));
       if (p[0] < kOnAxis) p[0] = 0;
       greatest = std::max(greatest, p[0]);
@@ -443,84 +437,19 @@ Result<void> revolution(Builder& out, const CsgProfile& profile, double angle) {
 
 }  // namespace
 
-Result<void> check_primitive(const CsgNode& node, std::size_t index) {
-  const auto bad = [&](std::string what) {
-    return error(ErrorCode::invalid_argument, std::move(what), {}, node_text(node, index));
-  };
-  const CsgNodeInfo& row = csg_info(node.kind);
-  const auto metres = [](double x) { return number_text(x) + " m"; };
-  for (std::size_t k = 0; k < csg_size_count(node.kind); ++k) {
-    const CsgSize& about = row.sizes[k];
-    const double size = node.sizes[k];
-    const bool is_length = about.unit == "m";
-    const std::string name = std::string(row.name) + " " + spaced(about.name);
-    const std::string text = is_length ? metres(size) : number_text(size);
-    if (!std::isfinite(size)) return bad(name + " is not a number");
-    if (about.range == CsgRange::any) continue;
-    if (about.range == CsgRange::count) {
-      if (size != std::floor(size) || size < 1 || size > 10'000)
-        return bad(name + " is " + text + "; it must be a whole number from 1 to 10000");
-      continue;
-    }
-    if (about.range == CsgRange::not_negative && size < 0)
-      return bad(name + " is " + text + "; it must not be negative");
-    if (about.range == CsgRange::positive && size <= 0)
-      return bad(name + " is " + text + "; it must be greater than 0");
-    if (!is_length) continue;
-    if (size != 0 && size < kSmallestLength)
-      return bad(name + " is " + text + "; the smallest length is " + metres(kSmallestLength));
-    if (size > kGreatestLength)
-      return bad(name + " is " + text + "; the greatest length is " + metres(kGreatestLength));
-  }
-  const auto& s = node.sizes;
-  const auto check_fillet = [&](double fillet, double smallest, const char* of) -> Result<void> {
-    if (fillet < smallest / 2) return {};
-    return bad(std::string(row.name) + " fillet is " + metres(fillet) +
-               "; it must be less than half the smallest " + of + ", " + metres(smallest / 2));
-  };
-  switch (node.kind) {
-    case CsgKind::box: return check_fillet(s[3], std::min({s[0], s[1], s[2]}), "side");
-    case CsgKind::cylinder:
-      return check_fillet(s[2], std::min(2 * s[0], s[1]), "of diameter and height");
-    case CsgKind::cone:
-      if (s[0] == 0 && s[1] == 0)
-        return bad("cone base radius and top radius are both 0 m; one must be greater than 0");
-      return {};
-    case CsgKind::torus:
-      if (s[1] >= s[0])
-        return bad("torus tube radius is " + metres(s[1]) +
-                   "; it must be less than the ring radius, " + metres(s[0]));
-      return {};
-    case CsgKind::pyramid:
-      if (s[0] < 3) return bad("pyramid sides is " + number_text(s[0]) + "; it must be 3 or more");
-      return {};
-    case CsgKind::wedge:
-      if (s[3] > s[0])
-        return bad("wedge top x is " + metres(s[3]) + "; it must not be greater than x, " +
-                   metres(s[0]));
-      return {};
-    case CsgKind::circular_pattern:
-      if (std::abs(s[1]) > kCsgFullTurn * (1 + 1e-12))
-        return bad("circular pattern angle is " + number_text(s[1]) +
-                   " rad; it must not exceed a full turn, " + number_text(kCsgFullTurn) + " rad");
-      return {};
-    case CsgKind::prism:
-    case CsgKind::revolution:
-      if (!node.profile) return bad("it has no profile");
-      if (node.kind == CsgKind::revolution && s[0] > kCsgFullTurn * (1 + 1e-12))
-        return bad("revolution angle is " + number_text(s[0]) +
-                   " rad; it must not exceed a full turn, " + number_text(kCsgFullTurn) + " rad");
-      return {};
-    case CsgKind::imported:
-      if (!node.geometry) return bad("it has no geometry");
-      if (node.geometry->form != CsgGeometry::Form::mesh)
-        return error(ErrorCode::unsupported,
-                     "the engine of triangle meshes takes no imported exact solids (B-rep)",
-                     "Import it as a mesh such as STL when it shares a solid with a mesh.",
-                     node_text(node, index));
-      return {};
-    default: return {};
-  }
+Result<void> check_kind(const CsgNode& node, std::size_t index) {
+  if (node.kind == CsgKind::fillet || node.kind == CsgKind::chamfer)
+    return error(
+        ErrorCode::unsupported,
+        "the engine of triangle meshes makes no " + std::string(csg_info(node.kind).name) + "s",
+        "Take the node out, or keep imported meshes in a solid of their own.",
+        csg_node_text(node, index));
+  if (node.kind == CsgKind::imported && node.geometry->form != CsgGeometry::Form::mesh)
+    return error(ErrorCode::unsupported,
+                 "the engine of triangle meshes takes no imported exact solids (B-rep)",
+                 "Import it as a mesh such as STL when it shares a solid with a mesh.",
+                 csg_node_text(node, index));
+  return {};
 }
 
 Result<PatchMesh> tessellate(const CsgNode& node, std::uint64_t key,

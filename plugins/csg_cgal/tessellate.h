@@ -14,14 +14,12 @@ namespace robomosp::csg_cgal {
 /// their radius; twice that where they are curved both ways, as spheres are.
 inline constexpr double kChord = 5e-5;
 inline constexpr double kChordBySize = 2.5e-4;
-/// Longest and shortest length of a size [m].
-inline constexpr double kGreatestLength = 1e4, kSmallestLength = 1e-8;
 
-/// Checks sizes, profile and geometry; the error names the node.
-Result<void> check_primitive(const CsgNode& node, std::size_t index);
+/// Refuses what only exact engines can make; check_csg_tree() has passed the node.
+Result<void> check_kind(const CsgNode& node, std::size_t index);
 
 /// The primitive in its own frame; `key` goes into the ids of its faces. `notes` gets what had to
-/// be repaired of an imported mesh. Call check_primitive first.
+/// be repaired of an imported mesh. Call check_kind first.
 Result<PatchMesh> tessellate(const CsgNode& node, std::uint64_t key,
                              std::vector<std::string>& notes);
 

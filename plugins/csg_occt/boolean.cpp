@@ -102,7 +102,7 @@ class Runner {
       if (healed.fault.empty())
         return BooleanOutcome{std::move(healed.solids),
                               "surfaces nearer than " +
-                                  number_text(share * size_ / kMillimetresPerMetre) +
+                                  csg_number_text(share * size_ / kMillimetresPerMetre) +
                                   " m were taken as touching"};
     }
     return error(ErrorCode::plugin_failed, first.fault,
@@ -291,8 +291,8 @@ class Runner {
       if (wanted) expected += cell.volume;
     }
     if (std::abs(volume - expected) > slack)
-      trial.fault = "the result has a volume of " + number_text(volume / 1e9) +
-                    " m^3, but its pieces have " + number_text(expected / 1e9) + " m^3";
+      trial.fault = "the result has a volume of " + csg_number_text(volume / 1e9) +
+                    " m^3, but its pieces have " + csg_number_text(expected / 1e9) + " m^3";
     double low = 0, high = operands;
     for (const Solid& s : call_.objects) low = std::max(low, s.volume);
     if (call_.kind == CsgKind::union_ && volume < low - slack)

@@ -107,7 +107,7 @@ std::vector<std::string> note_texts(const Plan& plan, const CsgTree& tree, const
     for (const std::uint32_t step : note.path)
       if (step < plan.terms[t].items.size()) t = plan.terms[t].items[step].term;
     const std::size_t node = plan.terms[t].node;
-    texts.push_back(node_text(tree.nodes[node], node) + ": " + note.text + ".");
+    texts.push_back(csg_node_text(tree.nodes[node], node) + ": " + note.text + ".");
   }
   if (value.solids.size() > 1)
     texts.push_back("The solid consists of " + std::to_string(value.solids.size()) +

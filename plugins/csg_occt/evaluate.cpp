@@ -126,7 +126,7 @@ class Evaluator {
   Error in_node(Error e, const Term& term) const {
     if (e.code == ErrorCode::cancelled || !e.where.empty()) return e;
     e.message = kind_text(tree_.nodes[term.node].kind) + ": " + e.message;
-    e.where = node_text(tree_.nodes[term.node], term.node);
+    e.where = csg_node_text(tree_.nodes[term.node], term.node);
     return e;
   }
 
@@ -183,7 +183,7 @@ class Evaluator {
   /// Null when the general way has to be gone.
   Result<ValuePtr> take_shortcut(std::size_t t) {
     const Term& term = plan_.terms[t];
-    if (!is_operation(term.kind) || term.general || term.items.size() > shortcut_budget_)
+    if (!is_csg_operation(term.kind) || term.general || term.items.size() > shortcut_budget_)
       return ValuePtr();
     // Solids that are only put together are quicker put together.
     RMP_TRY_ASSIGN(const bool apart, are_primitives_apart(term));
@@ -237,7 +237,7 @@ class Evaluator {
 
   Result<ValuePtr> compute(const Term& term) {
     if (term.items.empty()) return primitive(term);
-    if (is_modifier(term.kind)) return modify(term);
+    if (is_csg_modifier(term.kind)) return modify(term);
     return guarded("the operation", [&]() -> Result<ValuePtr> {
       auto value = std::make_shared<Value>();
       Stock stock = find_stock(term);

@@ -731,14 +731,14 @@ Result<void> check_quality(const MeshQuality& quality, double extent) {
     return error(ErrorCode::invalid_argument, std::move(what));
   };
   if (!(quality.chord > 0) || !std::isfinite(quality.chord))
-    return bad("mesh chord is " + number_text(quality.chord) + " m; it must be greater than 0");
+    return bad("mesh chord is " + csg_number_text(quality.chord) + " m; it must be greater than 0");
   const double finest = kFinestChordShare * extent / kMillimetresPerMetre;
   if (quality.chord < finest)
-    return bad("mesh chord is " + number_text(quality.chord) + " m; for a solid of this size " +
-               number_text(finest) + " m is the finest");
+    return bad("mesh chord is " + csg_number_text(quality.chord) + " m; for a solid of this size " +
+               csg_number_text(finest) + " m is the finest");
   if (!(quality.angle >= kFinestAngle) || !std::isfinite(quality.angle))
-    return bad("mesh angle is " + number_text(quality.angle) + " rad; it must be at least " +
-               number_text(kFinestAngle) + " rad");
+    return bad("mesh angle is " + csg_number_text(quality.angle) + " rad; it must be at least " +
+               csg_number_text(kFinestAngle) + " rad");
   return {};
 }
 

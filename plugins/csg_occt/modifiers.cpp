@@ -266,7 +266,7 @@ Result<std::vector<Solid>> work_edges(const CsgNode& node, const std::vector<Sol
     if (!made) {
       if (progress.cancelled()) return cancelled_error();
       const std::string what =
-          std::string(is_fillet ? "radius " : "distance ") + number_text(node.sizes[0]) + " m";
+          std::string(is_fillet ? "radius " : "distance ") + csg_number_text(node.sizes[0]) + " m";
       const std::string which =
           edges.size() == 1 ? "the edge" : std::to_string(edges.size()) + " edges";
       const bool is_smaller_right =

@@ -43,20 +43,8 @@ void Key::mix(const gp_Trsf& pose) {
 }
 
 std::optional<gp_Trsf> to_trsf(const Pose& pose) {
-  for (double x : pose.R)
-    if (!std::isfinite(x)) return {};
-  for (double x : pose.p)
-    if (!std::isfinite(x)) return {};
+  if (!is_rigid_motion(pose, kRotationTolerance)) return {};
   const auto& R = pose.R;
-  for (std::size_t i = 0; i < 3; ++i)
-    for (std::size_t j = 0; j <= i; ++j) {
-      const double dot =
-          R[3 * i] * R[3 * j] + R[3 * i + 1] * R[3 * j + 1] + R[3 * i + 2] * R[3 * j + 2];
-      if (std::abs(dot - (i == j ? 1.0 : 0.0)) > kRotationTolerance) return {};
-    }
-  const double det = R[0] * (R[4] * R[8] - R[5] * R[7]) - R[1] * (R[3] * R[8] - R[5] * R[6]) +
-                     R[2] * (R[3] * R[7] - R[4] * R[6]);
-  if (det < 0) return {};
   gp_Trsf t;
   const gp_Vec p(pose.p[0] * kMillimetresPerMetre, pose.p[1] * kMillimetresPerMetre,
                  pose.p[2] * kMillimetresPerMetre);
@@ -82,18 +70,6 @@ bool is_identity(const gp_Trsf& t) {
 
 TopoDS_Shape placed(const TopoDS_Shape& shape, const gp_Trsf& pose) {
   return is_identity(pose) ? shape : shape.Moved(TopLoc_Location(pose));
-}
-
-std::string number_text(double value) {
-  char buffer[32];
-  const auto end = std::to_chars(buffer, buffer + sizeof buffer, value);
-  return std::string(buffer, end.ptr);
-}
-
-std::string node_text(const CsgNode& node, std::size_t index) {
-  std::string s = "node " + std::to_string(index);
-  if (!node.name.empty()) s += " (\"" + node.name + "\")";
-  return s;
 }
 
 void silence_messenger() {

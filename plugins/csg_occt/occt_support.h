@@ -9,7 +9,7 @@
 #include <string>
 #include <string_view>
 
-#include <robomosp/sdk/csg.h>
+#include <robomosp/sdk/csg_check.h>
 
 #include <Message_ProgressIndicator.hxx>
 #include <TopLoc_Location.hxx>
@@ -39,11 +39,6 @@ std::optional<gp_Trsf> to_trsf(const Pose& pose);
 bool is_identity(const gp_Trsf& t);
 /// The shape at the pose [mm]; shares all topology with the argument.
 TopoDS_Shape placed(const TopoDS_Shape& shape, const gp_Trsf& pose);
-
-/// Shortest decimal text that reads back to the same number, whatever the locale.
-std::string number_text(double value);
-/// `node 3 ("bore")`, or `node 3` without a name.
-std::string node_text(const CsgNode& node, std::size_t index);
 
 /// Stops OCCT from printing on the program's standard output. [any thread]
 void silence_messenger();

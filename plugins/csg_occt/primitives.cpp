@@ -41,13 +41,6 @@ namespace {
 
 // Nearer points [mm] are one to OCCT (Precision::Confusion) with some to spare.
 constexpr double kConfused = 1e-6;
-constexpr double kMostCount = 10'000;
-
-std::string spaced(std::string_view name) {
-  std::string s(name);
-  std::replace(s.begin(), s.end(), '_', ' ');
-  return s;
-}
 
 TopoDS_Shape rounded_box(const TopoDS_Shape& sharp, double radius) {
   if (radius <= 0) return sharp;
@@ -184,97 +177,20 @@ std::timed_mutex& fillet_mutex() {
   return mutex;
 }
 
-std::size_t primitive_size_count(CsgKind kind) { return csg_size_count(kind); }
-
-std::string_view primitive_name(CsgKind kind) { return csg_info(kind).name; }
-
-Result<void> check_primitive(const CsgNode& node, std::size_t index) {
-  const auto bad = [&](std::string what) {
-    return error(ErrorCode::invalid_argument, std::move(what), {}, node_text(node, index));
-  };
-  const CsgNodeInfo* row = &csg_info(node.kind);
-  if (row->kind != node.kind)
-    return bad("kind " + std::to_string(static_cast<int>(node.kind)) +
-               " is neither an operation nor a primitive");
-  if (node.kind == CsgKind::custom)
-    return bad("a custom primitive has to be replaced by its parts before it is evaluated");
-  const auto metres = [](double x) { return number_text(x) + " m"; };
-  const std::size_t count = primitive_size_count(node.kind);
-  for (std::size_t k = 0; k < count; ++k) {
-    const CsgSize& row_size = row->sizes[k];
-    const double size = node.sizes[k];
-    const std::string name = spaced(row->name) + " " + spaced(row_size.name);
-    const auto quantity = [&](double x) {
-      return number_text(x) + (row_size.unit.empty() ? "" : " ") + std::string(row_size.unit);
-    };
-    if (!std::isfinite(size)) return bad(name + " is not a number");
-    if (row_size.range == CsgRange::not_negative && size < 0)
-      return bad(name + " is " + quantity(size) + "; it must not be negative");
-    if (row_size.range == CsgRange::positive && size <= 0)
-      return bad(name + " is " + quantity(size) + "; it must be greater than 0");
-    if (row_size.range == CsgRange::count &&
-        (size != std::floor(size) || size < 1 || size > kMostCount))
-      return bad(name + " is " + quantity(size) + "; it must be a whole number from 1 to " +
-                 number_text(kMostCount));
-    if (row_size.unit != "m") continue;
-    if (size != 0 && std::abs(size) < kSmallestLength && row_size.range != CsgRange::any)
-      return bad(name + " is " + metres(size) + "; the smallest length is " +
-                 metres(kSmallestLength));
-    if (std::abs(size) > kGreatestLength)
-      return bad(name + " is " + metres(size) + "; the greatest length is " +
-                 metres(kGreatestLength));
-  }
-  const auto& s = node.sizes;
-  const auto check_fillet = [&](double fillet, double smallest, const char* of) -> Result<void> {
-    if (fillet < smallest / 2) return {};
-    return bad(std::string(row->name) + " fillet is " + metres(fillet) +
-               "; it must be less than half the smallest " + of + ", " + metres(smallest / 2));
-  };
-  if (node.kind == CsgKind::box) return check_fillet(s[3], std::min({s[0], s[1], s[2]}), "side");
-  if (node.kind == CsgKind::cylinder)
-    return check_fillet(s[2], std::min(2 * s[0], s[1]), "of diameter and height");
-  if (node.kind == CsgKind::cone && s[0] == 0 && s[1] == 0)
-    return bad("cone base radius and top radius are both 0 m; one must be greater than 0");
-  if (node.kind == CsgKind::torus && s[1] >= s[0])
-    return bad("torus tube radius is " + metres(s[1]) + "; it must be less than the ring radius, " +
-               metres(s[0]));
-  if (node.kind == CsgKind::wedge && s[3] > s[0])
-    return bad("wedge top x is " + metres(s[3]) + "; it must not be greater than x, " +
-               metres(s[0]));
-  if (node.kind == CsgKind::pyramid && s[0] < 3)
-    return bad("pyramid sides is " + number_text(s[0]) + "; it must be 3 or more");
-  if (node.kind == CsgKind::mirror && std::hypot(s[0], s[1], s[2]) < 1e-9)
-    return bad("mirror normal is (0, 0, 0); it must point somewhere");
-  if ((node.kind == CsgKind::revolution || node.kind == CsgKind::circular_pattern) &&
-      std::abs(s[node.kind == CsgKind::revolution ? 0 : 1]) > kCsgFullTurn * (1 + 1e-12))
-    return bad(spaced(row->name) + " angle is " +
-               number_text(s[node.kind == CsgKind::revolution ? 0 : 1]) +
-               " rad; it must be within one turn, " + number_text(kCsgFullTurn) + " rad");
-  if ((node.kind == CsgKind::prism || node.kind == CsgKind::revolution) && !node.profile)
-    return bad(std::string(row->name) + " has no profile");
-  if (node.kind == CsgKind::imported) {
-    if (!node.geometry) return bad("the imported solid has no geometry");
-    if (node.geometry->form == CsgGeometry::Form::mesh)
-      return error(ErrorCode::unsupported,
-                   "the imported solid" +
-                       (node.geometry->source.empty() ? "" : " from " + node.geometry->source) +
-                       " is a triangle mesh, and this engine works on exact surfaces only",
-                   "Choose a CSG engine with the tag \"mesh\" (plugin csg_cgal), or import an "
-                   "exact format such as STEP.",
-                   node_text(node, index));
-  }
-  return {};
+Result<void> check_kind(const CsgNode& node, std::size_t index) {
+  if (node.kind != CsgKind::imported || node.geometry->form != CsgGeometry::Form::mesh) return {};
+  return error(ErrorCode::unsupported,
+               "the imported solid" +
+                   (node.geometry->source.empty() ? "" : " from " + node.geometry->source) +
+                   " is a triangle mesh, and this engine works on exact surfaces only",
+               "Choose a CSG engine with the tag \"mesh\" (plugin csg_cgal), or import an exact "
+               "format such as STEP.",
+               csg_node_text(node, index));
 }
 
 bool has_content(CsgKind kind) {
   return kind == CsgKind::prism || kind == CsgKind::revolution || kind == CsgKind::imported;
 }
-
-bool is_operation(CsgKind kind) {
-  return kind == CsgKind::union_ || kind == CsgKind::difference || kind == CsgKind::intersection;
-}
-
-bool is_modifier(CsgKind kind) { return csg_info(kind).children == CsgChildren::one; }
 
 std::size_t count_of(double size) { return static_cast<std::size_t>(std::lround(size)); }
 

@@ -97,7 +97,7 @@ class PrismaticBuilder {
     if (!make_faces() || progress_.cancelled()) return {};
     PrismaticOutcome outcome;
     if (!make_solids(outcome)) return {};
-    tell_idle_tools(outcome);
+    report_idle_tools(outcome);
     return outcome;
   }
 
@@ -843,7 +843,7 @@ class PrismaticBuilder {
       }
   }
 
-  void tell_idle_tools(PrismaticOutcome& outcome) const {
+  void report_idle_tools(PrismaticOutcome& outcome) const {
     for (const Node& n : nodes_) {
       if (&n == &nodes_[0] || n.item == 0 || n.has_cut ||
           nodes_[n.parent].kind != CsgKind::difference)

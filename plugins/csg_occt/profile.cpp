@@ -33,8 +33,8 @@ constexpr double kTouch = 1e-6;
 constexpr double kCornerReach = 1e-3;
 // ...so that they must leave it at this angle [rad] to be apart beyond.
 constexpr double kSharpest = 2e-3;
-constexpr double kSmallest = kSmallestLength * kMillimetresPerMetre;
-constexpr double kGreatest = kGreatestLength * kMillimetresPerMetre;
+constexpr double kSmallest = kCsgSmallestLength * kMillimetresPerMetre;
+constexpr double kGreatest = kCsgGreatestLength * kMillimetresPerMetre;
 
 /// A part of an outline that turns by a right angle at most, or an arc; t runs from 0 to 1.
 struct Piece {
@@ -161,10 +161,10 @@ struct Box {
   }
 };
 
-std::string metres(double mm) { return number_text(mm / kMillimetresPerMetre) + " m"; }
+std::string metres(double mm) { return csg_number_text(mm / kMillimetresPerMetre) + " m"; }
 std::string point_text(const gp_XY& p) {
   // Rounded to a nanometre: people read it.
-  const auto text = [](double mm) { return number_text(std::round(mm * 1e6) / 1e9 + 0.0); };
+  const auto text = [](double mm) { return csg_number_text(std::round(mm * 1e6) / 1e9 + 0.0); };
   return "(" + text(p.X()) + ", " + text(p.Y()) + ") m";
 }
 
@@ -204,8 +204,8 @@ class Drawing {
   std::string text(const Piece& p) const { return curve_text(p.loop, p.curve); }
 
   static bool is_point(const std::array<double, 2>& p) {
-    return std::isfinite(p[0]) && std::isfinite(p[1]) && std::abs(p[0]) <= kGreatestLength &&
-           std::abs(p[1]) <= kGreatestLength;
+    return std::isfinite(p[0]) && std::isfinite(p[1]) && std::abs(p[0]) <= kCsgGreatestLength &&
+           std::abs(p[1]) <= kCsgGreatestLength;
   }
   gp_XY millimetres(const std::array<double, 2>& p) const {
     gp_XY q(p[0] * kMillimetresPerMetre, p[1] * kMillimetresPerMetre);
@@ -236,7 +236,7 @@ class Drawing {
       for (const auto& p : curve.points)
         if (!is_point(p))
           return bad(curve_text(l, c) + " has a point that is no number or farther away than " +
-                     number_text(kGreatestLength) + " m");
+                     csg_number_text(kCsgGreatestLength) + " m");
     }
     if (loop.curves[0].kind == CsgCurve::Kind::circle) {
       if (loop.curves.size() != 1)
@@ -255,7 +255,7 @@ class Drawing {
     } else {
       if (!is_point(loop.start))
         return bad("the start of " + loop_text(l) + " is no number or farther away than " +
-                   number_text(kGreatestLength) + " m");
+                   csg_number_text(kCsgGreatestLength) + " m");
       RMP_TRY(read_outline(l));
     }
     made.count = pieces_.size() - made.first;

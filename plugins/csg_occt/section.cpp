@@ -206,9 +206,9 @@ Result<CsgProfile> OcctCsgEngine::section(const CsgShape& shape, const Pose& pla
                    "the plane's pose is not a rigid motion; its rotation must be orthonormal with "
                    "determinant +1 and all its numbers finite");
     if (!(chord >= kFinestChord) || !std::isfinite(chord))
-      return error(ErrorCode::invalid_argument, "the chord is " + number_text(chord) +
+      return error(ErrorCode::invalid_argument, "the chord is " + csg_number_text(chord) +
                                                     " m; it must be at least " +
-                                                    number_text(kFinestChord) + " m");
+                                                    csg_number_text(kFinestChord) + " m");
     const auto claim = gate_.claim(own->lineage(), progress);
     if (!claim || progress.cancelled()) return cancelled_error();
     const gp_Trsf into_plane = pose->Inverted() * own->pose();

@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include <robomosp/sdk/csg_check.h>
 #include <robomosp/sdk/csg_select.h>
 
 #include <gp.hxx>
@@ -84,16 +85,17 @@ class Planner {
     for (std::size_t i = n; i-- > 0;) {
       if (progress_.cancelled()) return cancelled_error();
       const CsgNode& node = tree_.nodes[i];
-      if (is_modifier(node.kind)) {
-        RMP_TRY_ASSIGN(forms[i], modifier(i, std::move(forms[first_child_[i]])));
+      if (is_csg_modifier(node.kind)) {
+        RMP_TRY_ASSIGN(forms[i], modifier(i, std::move(forms[links_.first_child[i]])));
         continue;
       }
-      if (!is_operation(node.kind)) {
+      if (!is_csg_operation(node.kind)) {
         forms[i] = primitive(i);
         continue;
       }
       std::vector<Form> parts;
-      for (std::size_t child = first_child_[i]; child != 0; child = next_sibling_[child]) {
+      for (std::size_t child = links_.first_child[i]; child != 0;
+           child = links_.next_sibling[child]) {
         parts.push_back(std::move(forms[child]));
         move_by(parts.back(), poses_[child]);
       }
@@ -106,62 +108,18 @@ class Planner {
 
  private:
   Result<void> check() {
-    const auto& nodes = tree_.nodes;
-    if (nodes.empty())
-      return error(ErrorCode::invalid_argument, "the tree has no nodes",
-                   "Give at least one primitive.");
-    first_child_.assign(nodes.size(), 0);
-    next_sibling_.assign(nodes.size(), 0);
-    std::vector<std::size_t> last_child(nodes.size(), 0);
-    for (std::size_t i = 0; i < nodes.size(); ++i) {
-      const CsgNode& node = nodes[i];
-      const auto bad = [&](std::string what) {
-        return error(ErrorCode::invalid_argument, std::move(what), {}, node_text(node, i));
-      };
-      if (i == 0 && node.parent != -1)
-        return bad("parent is " + std::to_string(node.parent) +
-                   "; the first node is the root and its parent must be -1");
-      if (i > 0) {
-        if (node.parent < 0 || static_cast<std::size_t>(node.parent) >= i)
-          return bad("parent is " + std::to_string(node.parent) +
-                     "; it must be the index of an earlier node (0.." + std::to_string(i - 1) +
-                     ")");
-        const auto p = static_cast<std::size_t>(node.parent);
-        if (!is_operation(nodes[p].kind) && !is_modifier(nodes[p].kind))
-          return bad("parent " + node_text(nodes[p], p) +
-                     " is a primitive; only operations and modifiers have children");
-        if (is_modifier(nodes[p].kind) && first_child_[p] != 0)
-          return bad("parent " + node_text(nodes[p], p) +
-                     " has a child already; put both into a union to modify them together");
-        (first_child_[p] == 0 ? first_child_[p] : next_sibling_[last_child[p]]) = i;
-        last_child[p] = i;
-      }
-      const auto pose = to_trsf(node.placement);
-      if (!pose)
-        return bad(
-            "placement is not a rigid motion; its rotation must be orthonormal with determinant "
-            "+1 and all its numbers finite");
-      for (int axis = 0; axis < 3; ++axis)
-        if (std::abs(node.placement.p[static_cast<std::size_t>(axis)]) > kGreatestLength)
-          return bad("placement is " +
-                     number_text(node.placement.p[static_cast<std::size_t>(axis)]) +
-                     " m away; it must be within " + number_text(kGreatestLength) + " m");
-      poses_.push_back(*pose);
-      if (!is_operation(node.kind)) RMP_TRY(check_primitive(node, i));
+    RMP_TRY_ASSIGN(links_, check_csg_tree(tree_));
+    for (std::size_t i = 0; i < tree_.nodes.size(); ++i) {
+      const CsgNode& node = tree_.nodes[i];
+      poses_.push_back(*to_trsf(node.placement));
+      RMP_TRY(check_kind(node, i));
       if (node.kind == CsgKind::fillet || node.kind == CsgKind::chamfer)
         if (const auto tests = parse_csg_select(node.select); !tests) {
           Error refused = tests.error();
-          refused.where = node_text(node, i);
+          refused.where = csg_node_text(node, i);
           return refused;
         }
     }
-    for (std::size_t i = 0; i < nodes.size(); ++i)
-      if ((is_operation(nodes[i].kind) || is_modifier(nodes[i].kind)) && first_child_[i] == 0)
-        return error(ErrorCode::invalid_argument,
-                     is_operation(nodes[i].kind)
-                         ? "operation has no children; it needs at least one solid"
-                         : "modifier has no children; it needs one solid to work on",
-                     {}, node_text(nodes[i], i));
     return {};
   }
 
@@ -169,7 +127,7 @@ class Planner {
     const CsgNode& node = tree_.nodes[i];
     Term term{node.kind, i, node.sizes, {}};
     term.key.mix(static_cast<std::uint64_t>(node.kind));
-    for (std::size_t k = 0; k < primitive_size_count(node.kind); ++k) term.key.mix(node.sizes[k]);
+    for (std::size_t k = 0; k < csg_size_count(node.kind); ++k) term.key.mix(node.sizes[k]);
     if (has_content(node.kind) && node.profile) mix(term.key, *node.profile);
     if (node.kind == CsgKind::imported) mix_text(term.key, node.geometry->brep);
     return {true, node.kind, i, {add(std::move(term))}};
@@ -205,7 +163,7 @@ class Planner {
 
   Result<Form> modifier(std::size_t i, Form child) {
     const CsgNode& node = tree_.nodes[i];
-    const gp_Trsf& pose = poses_[first_child_[i]];
+    const gp_Trsf& pose = poses_[links_.first_child[i]];
     switch (node.kind) {
       case CsgKind::mirror: move_by(child, pose); return mirror(i, std::move(child));
       case CsgKind::linear_pattern: {
@@ -252,9 +210,10 @@ class Planner {
     const double copies = weights_[item.term] * static_cast<double>(count);
     if (copies > kMostCopies)
       return error(ErrorCode::invalid_argument,
-                   "the pattern makes " + number_text(copies) + " copies; at most " +
-                       number_text(kMostCopies) + " are made, patterns of patterns counted through",
-                   "Make the count smaller.", node_text(tree_.nodes[i], i));
+                   "the pattern makes " + csg_number_text(copies) + " copies; at most " +
+                       csg_number_text(kMostCopies) +
+                       " are made, patterns of patterns counted through",
+                   "Make the count smaller.", csg_node_text(tree_.nodes[i], i));
     if (count == 1) return Form{true, tree_.nodes[i].kind, i, {item}};
     Form form{false, CsgKind::union_, i, {}};
     for (std::size_t k = 0; k < count; ++k) {
@@ -315,7 +274,7 @@ class Planner {
       Term& term = plan_.terms[t];
       if (!is_below[t] || term.items.empty()) continue;
       if (term.kind == CsgKind::fillet || term.kind == CsgKind::chamfer) continue;
-      if (is_operation(term.kind) && !term.general) {
+      if (is_csg_operation(term.kind) && !term.general) {
         term.general = true;
         term.own.mix(std::uint64_t{1});
       }
@@ -342,7 +301,7 @@ class Planner {
 
   const CsgTree& tree_;
   Progress& progress_;
-  std::vector<std::size_t> first_child_, next_sibling_;  // 0 = none: node 0 is nobody's child
+  CsgLinks links_;
   std::vector<gp_Trsf> poses_;
   std::vector<double> weights_;  // solids that the patterns in a term place
   Plan plan_;

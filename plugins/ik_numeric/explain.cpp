@@ -6,8 +6,7 @@
 #include <numbers>
 #include <string>
 
-#include <Eigen/SVD>
-
+#include "decompositions.h"
 #include "spatial/print.h"
 
 namespace robomosp::ik_numeric {

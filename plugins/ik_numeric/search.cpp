@@ -4,9 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
-#include <Eigen/SVD>
+#include "decompositions.h"
 
 namespace robomosp::ik_numeric {
 namespace {

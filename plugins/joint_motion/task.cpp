@@ -122,7 +122,8 @@ Result<void> need(const std::vector<double>& limits, const char* what, std::size
              "Give the robot one, or the parameter " + std::string(parameter) + ".");
 }
 
-void JointwiseSegment::sample(std::span<const double> times, const JointSamples& out) const {
+Result<void> JointwiseSegment::sample(std::span<const double> times,
+                                      const JointSamples& out) const {
   // Times this share of the duration beyond an end are that end: callers reach it by sums.
   const double slack = 1e-12 * duration_;
   for (std::size_t i = 0; i < times.size(); ++i) {
@@ -137,6 +138,7 @@ void JointwiseSegment::sample(std::span<const double> times, const JointSamples&
       if (!out.qddd.empty()) out.qddd[k] = m.j;
     }
   }
+  return {};
 }
 
 }  // namespace robomosp::joint_motion

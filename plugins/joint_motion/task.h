@@ -50,7 +50,7 @@ class JointwiseSegment : public JointSegment {
  public:
   JointwiseSegment(std::size_t dof, double duration) : dof_(dof), duration_(duration) {}
   [[nodiscard]] double duration() const final { return duration_; }
-  void sample(std::span<const double> times, const JointSamples& out) const final;
+  Result<void> sample(std::span<const double> times, const JointSamples& out) const final;
 
  protected:
   /// 0 <= t <= duration().

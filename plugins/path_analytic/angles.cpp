@@ -19,8 +19,8 @@ class Angles final : public Orientation {
  public:
   Angles(const Pose& base, const Vec3& first, const Vec3& change)
       : base_(base), first_(first), change_(change) {}
-  void evaluate(std::span<const double> w, std::span<const CurveSample>,
-                std::span<OrientationSample> out) const override {
+  Result<void> evaluate(std::span<const double> w, std::span<const CurveSample>,
+                        std::span<OrientationSample> out) const override {
     using namespace spatial;
     const auto& [roll, pitch, yaw] = change_;
     for (std::size_t i = 0; i < w.size(); ++i) {
@@ -35,6 +35,7 @@ class Angles final : public Orientation {
       r.R = from_rpy(a);
       out[i] = {compose(base_, r).R, rotate(base_, turn), rotate(base_, bend)};
     }
+    return {};
   }
 
  private:

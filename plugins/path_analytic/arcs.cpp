@@ -27,9 +27,10 @@ class Line final : public Curve {
   [[nodiscard]] double end() const override { return 1; }
   [[nodiscard]] bool is_even() const override { return true; }
   [[nodiscard]] std::vector<double> knots() const override { return {0, 1}; }
-  void evaluate(std::span<const double> u, std::span<CurveSample> out) const override {
+  Result<void> evaluate(std::span<const double> u, std::span<CurveSample> out) const override {
     for (std::size_t i = 0; i < u.size(); ++i)
       out[i] = {add(from_, scale(way_, u[i])), way_, {}, {}};
+    return {};
   }
 
  private:
@@ -86,7 +87,7 @@ class Arc final : public Curve {
   [[nodiscard]] double end() const override { return 1; }
   [[nodiscard]] bool is_even() const override { return true; }
   [[nodiscard]] std::vector<double> knots() const override { return knots_; }
-  void evaluate(std::span<const double> u, std::span<CurveSample> out) const override {
+  Result<void> evaluate(std::span<const double> u, std::span<CurveSample> out) const override {
     const double r = circle_.radius, d = angle_;
     for (std::size_t i = 0; i < u.size(); ++i) {
       const spatial::SinCos a = spatial::sin_cos(u[i] * angle_);
@@ -96,6 +97,7 @@ class Arc final : public Curve {
                 add(scale(along, r * d), rise_), scale(outward, -r * d * d),
                 scale(along, -r * d * d * d)};
     }
+    return {};
   }
 
  private:

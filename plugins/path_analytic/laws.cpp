@@ -18,11 +18,12 @@ class RampLaw final : public MotionLaw {
  public:
   explicit RampLaw(const Ramps& ramps) : ramps_(ramps) {}
   [[nodiscard]] double duration() const override { return ramps_.duration(); }
-  void sample(std::span<const double> times, std::span<LawSample> out) const override {
+  Result<void> sample(std::span<const double> times, std::span<LawSample> out) const override {
     for (std::size_t i = 0; i < times.size(); ++i) {
       const spatial::Motion1 m = ramps_.at(times[i]);
       out[i] = {std::clamp(m.x, 0.0, 1.0), m.v, m.a, m.j};
     }
+    return {};
   }
 
  private:

@@ -24,13 +24,14 @@ using spatial::print_number;
 class Slerp final : public Orientation {
  public:
   Slerp(const spatial::Matrix3& start, const Vec3& whole) : whole_(whole) { start_.R = start; }
-  void evaluate(std::span<const double> w, std::span<const CurveSample>,
-                std::span<OrientationSample> out) const override {
+  Result<void> evaluate(std::span<const double> w, std::span<const CurveSample>,
+                        std::span<OrientationSample> out) const override {
     Pose turned;
     for (std::size_t i = 0; i < w.size(); ++i) {
       turned.R = spatial::rotation_exp(spatial::scale(whole_, w[i]));
       out[i] = {spatial::compose(turned, start_).R, whole_, {}};
     }
+    return {};
   }
 
  private:
@@ -74,8 +75,8 @@ class SlerpPoints final : public Orientation {
       turns_.push_back(turn_between(task.points[i], task.points[next]));
     }
   }
-  void evaluate(std::span<const double> w, std::span<const CurveSample>,
-                std::span<OrientationSample> out) const override {
+  Result<void> evaluate(std::span<const double> w, std::span<const CurveSample>,
+                        std::span<OrientationSample> out) const override {
     Pose turned;
     for (std::size_t i = 0; i < w.size(); ++i) {
       const std::size_t k = piece_of(knots_, w[i]);
@@ -87,6 +88,7 @@ class SlerpPoints final : public Orientation {
                 is_turning ? spatial::scale(turns_[k], 1 / h) : Vec3{},
                 {}};
     }
+    return {};
   }
 
  private:
@@ -139,8 +141,8 @@ class Squad final : public Orientation {
     }
   }
 
-  void evaluate(std::span<const double> w, std::span<const CurveSample>,
-                std::span<OrientationSample> out) const override {
+  Result<void> evaluate(std::span<const double> w, std::span<const CurveSample>,
+                        std::span<OrientationSample> out) const override {
     for (std::size_t i = 0; i < w.size(); ++i) {
       const std::size_t k = piece_of(knots_, w[i]);
       const double h = width(k), x = std::clamp((w[i] - knots_[k]) / h, 0.0, 1.0);
@@ -153,6 +155,7 @@ class Squad final : public Orientation {
       out[i].turn = rates.velocity;
       out[i].bend = rates.acceleration;
     }
+    return {};
   }
 
  private:
@@ -186,8 +189,8 @@ class Tangent final : public Orientation {
  public:
   /// `axis` 0, 1, 2 follows the tangent; the next but one (z for x) leans to `up`.
   Tangent(std::size_t axis, const Vec3& up) : axis_(axis), up_(up) {}
-  void evaluate(std::span<const double> w, std::span<const CurveSample> along,
-                std::span<OrientationSample> out) const override {
+  Result<void> evaluate(std::span<const double> w, std::span<const CurveSample> along,
+                        std::span<OrientationSample> out) const override {
     const JetVector up{Jet{up_[0]}, Jet{up_[1]}, Jet{up_[2]}};
     for (std::size_t i = 0; i < w.size(); ++i) {
       const CurveSample& p = along[i];
@@ -210,6 +213,7 @@ class Tangent final : public Orientation {
         }
       }
     }
+    return {};
   }
 
  private:
@@ -222,19 +226,20 @@ class Eased final : public Orientation {
  public:
   Eased(std::unique_ptr<Orientation> inner, double from, double to, bool is_smooth)
       : inner_(std::move(inner)), from_(from), to_(to), is_smooth_(is_smooth) {}
-  void evaluate(std::span<const double> w, std::span<const CurveSample> along,
-                std::span<OrientationSample> out) const override {
+  Result<void> evaluate(std::span<const double> w, std::span<const CurveSample> along,
+                        std::span<OrientationSample> out) const override {
     const double h = to_ - from_;
     for (std::size_t i = 0; i < w.size(); ++i) {
       const double x = std::clamp((w[i] - from_) / h, 0.0, 1.0);
       const bool is_turning = w[i] >= from_ && w[i] <= to_;
       const Jet eased = is_smooth_ ? spatial::ease(x) : Jet{x, 1, 0};
-      inner_->evaluate({&eased.v, 1}, along.subspan(i, 1), out.subspan(i, 1));
+      RMP_TRY(inner_->evaluate({&eased.v, 1}, along.subspan(i, 1), out.subspan(i, 1)));
       OrientationSample& s = out[i];
       const double e1 = is_turning ? eased.d / h : 0, e2 = is_turning ? eased.dd / (h * h) : 0;
       s.bend = add(spatial::scale(s.bend, e1 * e1), spatial::scale(s.turn, e2));
       s.turn = spatial::scale(s.turn, e1);
     }
+    return {};
   }
 
  private:
@@ -305,7 +310,7 @@ Result<std::unique_ptr<Orientation>> TangentMaker::make(const OrientationTask& t
   for (int i = 0; i <= kSamples; ++i) {
     const double u = task.curve->end() * i / kSamples;
     CurveSample p;
-    task.curve->evaluate({&u, 1}, {&p, 1});
+    RMP_TRY(task.curve->evaluate({&u, 1}, {&p, 1}));
     const double length = spatial::norm(p.d1);
     if (!(length > 0))
       return bad("the curve has no tangent at " + print_number(100.0 * i / kSamples) +

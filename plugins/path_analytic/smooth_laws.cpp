@@ -20,7 +20,7 @@ class ShapeLaw : public MotionLaw {
  public:
   explicit ShapeLaw(double duration) : duration_(duration) {}
   [[nodiscard]] double duration() const override { return duration_; }
-  void sample(std::span<const double> times, std::span<LawSample> out) const override {
+  Result<void> sample(std::span<const double> times, std::span<LawSample> out) const override {
     const double slack = kRounding * duration_, d = duration_;
     for (std::size_t i = 0; i < times.size(); ++i) {
       const bool is_moving = times[i] >= -slack && times[i] <= d + slack;
@@ -29,6 +29,7 @@ class ShapeLaw : public MotionLaw {
       if (is_moving)
         out[i] = {out[i].share, s.rate / d, s.acceleration / (d * d), s.jerk / (d * d * d)};
     }
+    return {};
   }
   [[nodiscard]] virtual LawSample shape(double x) const = 0;
 

@@ -30,7 +30,7 @@ PiecewiseCurve::PiecewiseCurve(const BasisSpline& spline, std::vector<double> kn
   breaks_.push_back(spline.end() - start);
 }
 
-void PiecewiseCurve::evaluate(std::span<const double> u, std::span<CurveSample> out) const {
+Result<void> PiecewiseCurve::evaluate(std::span<const double> u, std::span<CurveSample> out) const {
   std::size_t piece = 0;
   for (std::size_t i = 0; i < u.size(); ++i) {
     if (u[i] < breaks_[piece] || u[i] >= breaks_[piece + 1]) {
@@ -53,6 +53,7 @@ void PiecewiseCurve::evaluate(std::span<const double> u, std::span<CurveSample> 
     }
     out[i] = s;
   }
+  return {};
 }
 
 BezierCurve::BezierCurve(std::vector<Vec3> points, double duration, std::vector<double> knots)
@@ -63,7 +64,7 @@ BezierCurve::BezierCurve(std::vector<Vec3> points, double duration, std::vector<
   for (double& k : knots_) k *= end_;
 }
 
-void BezierCurve::evaluate(std::span<const double> u, std::span<CurveSample> out) const {
+Result<void> BezierCurve::evaluate(std::span<const double> u, std::span<CurveSample> out) const {
   const std::size_t n = points_.size() - 1;
   std::vector<Vec3> b;
   for (std::size_t i = 0; i < u.size(); ++i) {
@@ -85,6 +86,7 @@ void BezierCurve::evaluate(std::span<const double> u, std::span<CurveSample> out
     s.p = b[0];
     out[i] = s;
   }
+  return {};
 }
 
 }  // namespace robomosp::path_splines

@@ -19,7 +19,7 @@ class PiecewiseCurve final : public Curve {
   [[nodiscard]] double end() const override { return breaks_.back(); }
   [[nodiscard]] std::vector<double> knots() const override { return knots_; }
   [[nodiscard]] bool is_timed() const override { return is_timed_; }
-  void evaluate(std::span<const double> u, std::span<CurveSample> out) const override;
+  Result<void> evaluate(std::span<const double> u, std::span<CurveSample> out) const override;
 
  private:
   std::size_t degree_;
@@ -35,7 +35,7 @@ class BezierCurve final : public Curve {
   [[nodiscard]] double end() const override { return end_; }
   [[nodiscard]] std::vector<double> knots() const override { return knots_; }
   [[nodiscard]] bool is_timed() const override { return is_timed_; }
-  void evaluate(std::span<const double> u, std::span<CurveSample> out) const override;
+  Result<void> evaluate(std::span<const double> u, std::span<CurveSample> out) const override;
 
  private:
   std::vector<Vec3> points_;

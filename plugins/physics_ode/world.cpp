@@ -259,7 +259,7 @@ Pose OdeWorld::pose(std::int32_t body) const {
   return t;
 }
 
-void OdeWorld::read(const PhysicsState& out) const {
+Result<void> OdeWorld::read(const PhysicsState& out) const {
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     const Body& b = bodies_[i];
     const Pose t = pose(static_cast<std::int32_t>(i));
@@ -274,6 +274,7 @@ void OdeWorld::read(const PhysicsState& out) const {
     if (i < out.joint_positions.size()) out.joint_positions[i] = position(joints_[i]);
     if (i < out.joint_velocities.size()) out.joint_velocities[i] = rate(joints_[i]);
   }
+  return {};
 }
 
 void OdeWorld::contacts(std::vector<PhysicsContact>& out) const {

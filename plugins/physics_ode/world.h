@@ -36,7 +36,7 @@ class OdeWorld final : public PhysicsWorld {
   ~OdeWorld() override;
   Result<void> step(double dt, std::int32_t steps, std::span<const double> forces,
                     Progress&) override;
-  void read(const PhysicsState& out) const override;
+  Result<void> read(const PhysicsState& out) const override;
   void contacts(std::vector<PhysicsContact>& out) const override;
   Result<std::int32_t> attach(std::int32_t a, std::int32_t b) override;
   Result<void> release(std::int32_t attachment) override;

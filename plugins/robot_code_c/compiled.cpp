@@ -75,7 +75,7 @@ Result<std::string> find_compiler(const std::string& wanted) {
 
 Result<void> run_compiler(const rmp_host* host, const std::string& program, const fs::path& source,
                           const fs::path& library) {
-  if (!host || host->struct_size < sizeof(rmp_host) || !host->run)
+  if (!host || !RMP_HAS(host, run) || !host->run)
     return error(ErrorCode::unsupported, "this host cannot run a compiler",
                  "Use the provider within robomosp.");
   std::vector<const char*> arguments;
@@ -154,7 +154,8 @@ Result<void> check_against(const Compiled& c, const RobotModel& m,
 
 }  // namespace
 
-Result<std::vector<Function>> all_functions(const RobotModel& model, ForwardDynamicsAre forward) {
+Result<std::vector<Function>> all_functions(const RobotModel& model,
+                                            ForwardDynamicsPolicy forward) {
   RMP_TRY(check_model(model));
   std::vector<Function> out;
   out.push_back(forward_kinematics(model));
@@ -164,14 +165,14 @@ Result<std::vector<Function>> all_functions(const RobotModel& model, ForwardDyna
   if (model.loops.empty()) {
     auto accelerations = forward_dynamics(model);
     if (accelerations.ok()) out.push_back(std::move(*accelerations));
-    else if (forward == ForwardDynamicsAre::needed) return std::move(accelerations).error();
+    else if (forward == ForwardDynamicsPolicy::needed) return std::move(accelerations).error();
   }
   for (const Function& f : out) RMP_TRY(check_size(f, model));
   return out;
 }
 
-Result<Compiled> compile(const RobotModel& model, ForwardDynamicsAre forward, const rmp_host* host,
-                         const std::string& compiler) {
+Result<Compiled> compile(const RobotModel& model, ForwardDynamicsPolicy forward,
+                         const rmp_host* host, const std::string& compiler) {
   RMP_TRY_ASSIGN(const auto functions, all_functions(model, forward));
   RMP_TRY_ASSIGN(const std::string program, find_compiler(compiler));
   const auto files = write_files(model, kSymbol, functions);

@@ -29,14 +29,14 @@ struct Compiled {
 };
 
 /// Whether a robot without forward dynamics (closed loops, a singular inertia) is an error.
-enum class ForwardDynamicsAre { optional, needed };
+enum class ForwardDynamicsPolicy { optional, needed };
 
 /// All functions of a model, as expressions; an error when they are too many operations.
-Result<std::vector<Function>> all_functions(const RobotModel& model, ForwardDynamicsAre forward);
+Result<std::vector<Function>> all_functions(const RobotModel& model, ForwardDynamicsPolicy forward);
 
 /// Compiles (or finds compiled) and checks some states against the expressions. `compiler` is a
 /// program, "" = cc from PATH.
-Result<Compiled> compile(const RobotModel& model, ForwardDynamicsAre forward, const rmp_host* host,
-                         const std::string& compiler);
+Result<Compiled> compile(const RobotModel& model, ForwardDynamicsPolicy forward,
+                         const rmp_host* host, const std::string& compiler);
 
 }  // namespace robomosp::robot_code

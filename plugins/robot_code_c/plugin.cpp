@@ -77,7 +77,7 @@ Error cancelled() { return error(ErrorCode::cancelled, "the dynamics were stoppe
 class CompiledRobot {
  protected:
   explicit CompiledRobot(const rmp_host* host) : host_(host) {}
-  Result<void> bind(const RobotModel& model, ForwardDynamicsAre forward, const Params& params) {
+  Result<void> bind(const RobotModel& model, ForwardDynamicsPolicy forward, const Params& params) {
     RMP_TRY_ASSIGN(tree_, spatial::make_body_tree(model));
     RMP_TRY_ASSIGN(code_, compile(model, forward, host_, std::string(params.text("compiler"))));
     return {};
@@ -123,7 +123,7 @@ class CompiledInverse final : public InverseDynamics, CompiledRobot {
  public:
   explicit CompiledInverse(const rmp_host* host) : CompiledRobot(host) {}
   Result<void> prepare(const RobotModel& model, const Params& params) override {
-    return bind(model, ForwardDynamicsAre::optional, params);
+    return bind(model, ForwardDynamicsPolicy::optional, params);
   }
   std::size_t scratch_size() const override { return spatial::tree_scratch(tree_) + n(); }
   Result<void> torques(const DynamicsBatch& b, std::span<double> tau,
@@ -168,7 +168,7 @@ class CompiledForward final : public ForwardDynamics, CompiledRobot {
     if (!model.loops.empty())
       return error(ErrorCode::unsupported, "it has closed loops, which this provider does not meet",
                    "Choose the provider constrained.", "robot \"" + model.name + "\"");
-    return bind(model, ForwardDynamicsAre::needed, params);
+    return bind(model, ForwardDynamicsPolicy::needed, params);
   }
   std::size_t scratch_size() const override {
     return spatial::tree_scratch(tree_) + n() * n() + n();
@@ -221,13 +221,8 @@ void* make(const rmp_host* host, char* error, std::uint32_t error_size) {
 
 template <class T>
 constexpr rmp_provider compiled(const char* summary) {
-  return {T::Interface::kInterfaceId,
-          "compiled",
-          summary,
-          "serial,tree,batch",
-          kCompilerParams,
-          1,
-          &make<T>};
+  return {T::Interface::kInterfaceId, "compiled", summary, "serial,tree,batch", kCompilerParams, 1,
+          sizeof(rmp_param),          &make<T>};
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- A trajectory shape written in Lua: a sine wave, used like the built-in line and circle.
-ioci.provide("robomosp.segment/1", "wave", {
+ioci.provide("robomosp.segment/2", "wave", {
   duration = 4,
   sample = function(points, params, t)
     local from, to = points[1], points[2]

@@ -6,7 +6,7 @@
 -- and walks the curve by its length.
 
 -- The spiral r = b * angle about the first point, in the plane of its pose.
-ioci.provide("robomosp.curve/1", "spiral", {
+ioci.provide("robomosp.curve/2", "spiral", {
   summary = "Archimedean spiral outwards from the first pose, in its x-y plane.",
   params = {{name = "turns", type = "real", doc = "Number of turns.", default = 3, min = 0.1},
             {name = "pitch", type = "real", unit = "m", doc = "Way outwards in one turn.", default = 0.02, min = 0}},
@@ -19,7 +19,7 @@ ioci.provide("robomosp.curve/1", "spiral", {
   end})
 
 -- A polynomial of seventh degree: speed, acceleration and jerk are zero at both ends.
-ioci.provide("robomosp.motion_law/1", "septic", {
+ioci.provide("robomosp.motion_law/2", "septic", {
   summary = "Seventh degree in time: at rest, without acceleration and jerk at both ends.",
   params = {{name = "mean_speed", type = "real", unit = "m/s", doc = "Length over duration.", default = 0.1, min = 1e-6}},
   duration = function(way, params) return way.length / params.mean_speed end,
@@ -29,7 +29,7 @@ ioci.provide("robomosp.motion_law/1", "septic", {
   end})
 
 -- Rocks about the tool's x axis, four times on the way.
-ioci.provide("robomosp.orientation/1", "rocking", {
+ioci.provide("robomosp.orientation/2", "rocking", {
   params = {{name = "amplitude", type = "real", unit = "rad", doc = "Greatest turn.", default = 0.2}},
   orient = function(points, params, w)
     return points[1] * pose(0, 0, 0, rpy(params.amplitude * math.sin(8 * math.pi * w), 0, 0))

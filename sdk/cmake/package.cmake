@@ -19,7 +19,16 @@ install(TARGETS ${sdk_targets} EXPORT RobomospTargets
   ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT sdk)
 install(EXPORT RobomospTargets NAMESPACE robomosp:: DESTINATION "${package_dir}" COMPONENT sdk)
 install(DIRECTORY "${sdk_dir}/include/" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}" COMPONENT sdk)
-install(DIRECTORY "${sdk_dir}/template" "${sdk_dir}/examples" DESTINATION "${CMAKE_INSTALL_DATADIR}/robomosp" COMPONENT sdk)
+install(DIRECTORY "${sdk_dir}/template" "${sdk_dir}/examples" "${sdk_dir}/suites" DESTINATION "${CMAKE_INSTALL_DATADIR}/robomosp" COMPONENT sdk)
+
+# What an author reads: the pages, the licence.
+install(DIRECTORY "${PROJECT_SOURCE_DIR}/docs/plugin_author" "${PROJECT_SOURCE_DIR}/docs/decisions"
+  DESTINATION "${CMAKE_INSTALL_DOCDIR}" COMPONENT sdk FILES_MATCHING PATTERN "*.md")
+install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" DESTINATION "${CMAKE_INSTALL_DOCDIR}" COMPONENT sdk)
+# For those who build without CMake: pkg-config --cflags robomosp-sdk, --variable=plugindir.
+configure_file("${CMAKE_CURRENT_LIST_DIR}/robomosp-sdk.pc.in" "${CMAKE_BINARY_DIR}/sdk/robomosp-sdk.pc" @ONLY)
+install(FILES "${CMAKE_BINARY_DIR}/sdk/robomosp-sdk.pc" DESTINATION "${CMAKE_INSTALL_LIBDIR}/pkgconfig"
+  COMPONENT sdk)
 
 configure_package_config_file("${CMAKE_CURRENT_LIST_DIR}/RobomospConfig.cmake.in"
   "${CMAKE_BINARY_DIR}/sdk/RobomospConfig.cmake" INSTALL_DESTINATION "${package_dir}")

@@ -33,6 +33,13 @@ class MyIk final : public IkSolver {
   Result<void> prepare(const RobotModel& model, const Params& params) override {
     if (model.joints.empty() || model.tips.empty())
       return error(ErrorCode::unsupported, "robot \"" + model.name + "\" has no joints or no tip");
+    // What this solver cannot do it must refuse here: below, entry i of q is joint i, and nothing
+    // looks at loops. The tag "simple" says the same to the host, which then does not even ask.
+    if (!model.is_simple() || !model.loops.empty())
+      return error(ErrorCode::unsupported,
+                   "robot \"" + model.name +
+                       "\" has joints of several coordinates, followers or closed loops",
+                   "Choose another solver, such as numeric.");
     model_ = &model;
     restarts_ = params.integer("restarts");
     iterations_ = params.integer("iterations");
@@ -72,6 +79,12 @@ class MyIk final : public IkSolver {
                                                     std::to_string(dof) + " joints");
     if (batch.tip < 0 || static_cast<std::size_t>(batch.tip) >= model_->tips.size())
       return error(ErrorCode::invalid_argument, "there is no tip " + std::to_string(batch.tip));
+    const bool is_whole = batch.goals.empty();
+    if (!is_whole || batch.objective != IkObjective::none || !batch.arm_angles.empty())
+      return error(ErrorCode::unsupported,
+                   "this solver serves whole poses of one tip, without goals, objectives or arm "
+                   "angles",
+                   "Choose another solver, such as numeric.");
     for (const double q : batch.seeds)
       if (!std::isfinite(q))
         return error(ErrorCode::invalid_argument, "a seed is not a finite number");
@@ -228,4 +241,4 @@ const rmp_param kParams[] = {
 RMP_PLUGIN("org.example.my_ik", "0.1.0", "Apache-2.0",
            "A numeric inverse kinematics solver to start from",
            RMP_PROVIDER(MyIk, "my_ik", "Damped least squares with restarts, for any chain",
-                        "numeric,serial,tree", kParams))
+                        "simple,numeric,serial,tree", kParams))

@@ -106,16 +106,12 @@ TEST(PluginRefusal, AnEntryOfANewerSdk) {
 }
 
 TEST(PluginRefusal, AnotherAbiTagShowsBothAndTheDifference) {
-  const std::string parts =
-      "sdk1000 instead of sdk" RMP_STR(RMP_SDK_ABI) ", gxxabi1002 instead of gxxabi" RMP_STR(
-          __GXX_ABI_VERSION) ", cxx11abi0 instead of cxx11abi" RMP_ABI_CXX11
-                             ", debugstl instead of nothing";
-  EXPECT_EQ(refusal_of("wrong_tag"),
-            "its ABI tag \"sdk1000;gxxabi1002;cxx11abi0;debugstl\" differs from this program's "
-            "\"" RMP_ABI_TAG "\": " +
-                parts +
-                ". Rebuild it with SDK " RMP_SDK_VERSION
-                " and the compiler and flags of this program (GCC " RMP_STR(__GNUC__) ").");
+  EXPECT_EQ(
+      refusal_of("wrong_tag"),
+      "its ABI tag \"rmp1000;itanium;libstdc++;cxx11=0;debug\" differs from this program's "
+      "\"rmp1;itanium;libstdc++;cxx11=1\": rmp1000 instead of rmp1, cxx11=0 instead of cxx11=1, "
+      "debug instead of nothing. Rebuild it with SDK " RMP_SDK_VERSION
+      ", libstdc++ with its new strings, and without debug mode.");
   EXPECT_NE(refusal_of("no_tag").find("its ABI tag \"\" differs"), std::string::npos);
 }
 
@@ -153,12 +149,12 @@ TEST(PluginRefusal, AnUnknownInterfaceIsSkippedAndTheRestLoads) {
           "knows "
           "robomosp.csg/1, robomosp.primitive/1, robomosp.ik/1, robomosp.inverse_dynamics/1, "
           "robomosp.forward_dynamics/1, "
-          "robomosp.segment/1, robomosp.collision/1, robomosp.physics/1, robomosp.compiler/1, "
-          "robomosp.post/1, robomosp.importer/1, robomosp.exporter/1, robomosp.renderer/1, "
+          "robomosp.segment/2, robomosp.collision/1, robomosp.physics/1, "
+          "robomosp.importer/1, robomosp.exporter/1, robomosp.renderer/1, "
           "robomosp.integrator/1, "
-          "robomosp.controller/1, robomosp.robot_code/1, robomosp.curve/1, robomosp.motion_law/1, "
-          "robomosp.orientation/1, robomosp.joint_segment/1, robomosp.retimer/1 and "
-          "robomosp.planner/1."}));
+          "robomosp.controller/1, robomosp.robot_code/1, robomosp.curve/2, robomosp.motion_law/2, "
+          "robomosp.orientation/2, robomosp.joint_segment/2, "
+          "robomosp.retimer/1 and robomosp.planner/1."}));
 }
 
 TEST(PluginRefusal, ProvidersWithoutNameInterfaceOrCreateAreSkipped) {
@@ -181,7 +177,8 @@ TEST(PluginRefusal, ABrokenParameterTableSkipsItsProvider) {
             (std::vector<std::string>{
                 "provider \"misdefault\" is skipped: parameter \"speed\" has a bad default: "
                 "90 deg is an angle; a speed (m/s) is expected.",
-                "provider \"tableless\" is skipped: its parameter table is broken."}));
+                "provider \"tableless\" is skipped: its parameter table is broken.",
+                "provider \"cut_short\" is skipped: its parameter table is broken."}));
 }
 
 TEST(PluginRefusal, ACreateThatFailsIsAnErrorOfTheProvider) {
@@ -252,7 +249,7 @@ TEST(PluginLoading, TheFirstFolderWinsAndBadFilesDoNotStopTheOthers) {
   EXPECT_FALSE(loader.reports()[1].loaded);
   EXPECT_TRUE(loader.reports()[2].loaded);
   EXPECT_EQ(registry.list().size(), 2U);
-  EXPECT_EQ(messages.recent().size(), 4U);  // one refusal, three skipped providers
+  EXPECT_EQ(messages.recent().size(), 5U);  // one hidden, one refused, three skipped providers
 }
 
 TEST(PluginLoading, TheSearchPathFollowsItsOrderOfPrecedence) {
@@ -261,12 +258,13 @@ TEST(PluginLoading, TheSearchPathFollowsItsOrderOfPrecedence) {
   ::unsetenv("XDG_DATA_HOME");
   const auto path = PluginLoader::search_path({"/given", "/env/b"});
   ::unsetenv("ROBOMOSP_PLUGIN_PATH");
-  ASSERT_EQ(path.size(), 5U);
+  ASSERT_EQ(path.size(), 6U);
   EXPECT_EQ(path[0], "/given");
   EXPECT_EQ(path[1], "/env/b");
   EXPECT_EQ(path[2], "/env/a");
-  EXPECT_EQ(path[3], "/home/someone/.local/share/robomosp/plugins");
-  EXPECT_EQ(path[4], fs::path(ROBOMOSP_PLUGIN_DIR));  // this program stands in <build>/tests
+  EXPECT_EQ(path[3], fs::path(ROBOMOSP_PLUGIN_DIR));  // this program stands in <build>/tests
+  EXPECT_EQ(path[4], "/home/someone/.local/share/robomosp/plugins");
+  EXPECT_EQ(path[5], "/home/someone/.local/lib/robomosp/plugins");
 }
 
 }  // namespace

@@ -46,6 +46,12 @@ endif()
 # The program finds it by its folder and uses it: the PA-10's pose with both sets of lengths.
 set(program "${BUILD_DIR}/bin/robomosp")
 run("Checking the plugin" "${program}" plugin check "${work}/build/my_ik.so")
+run("Testing the plugin by its file" ${CMAKE_COMMAND} -E env "XDG_CACHE_HOME=${work}/cache" "${program}" plugin test "${work}/build/my_ik.so" --sdk "${work}/prefix" --gtest_brief=1)
+foreach(file lib/pkgconfig/robomosp-sdk.pc share/doc/Robomosp/LICENSE share/doc/Robomosp/plugin_author/README.md)
+  if(NOT EXISTS "${work}/prefix/${file}")
+    message(FATAL_ERROR "the installed tree has no ${file}")
+  endif()
+endforeach()
 run("Solving with the plugin from a script" "${program}" --plugin-path "${work}/build" run
   "${SOURCE_DIR}/scripts/examples/08_pa10_pose.lua" my_ik)
 

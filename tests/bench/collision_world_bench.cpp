@@ -10,11 +10,11 @@
 
 #include <benchmark/benchmark.h>
 
-#include "document/derived.h"
+#include "collision/collision.h"
 #include "document/document.h"
+#include "evaluation/derived.h"
 #include "kernel/plugin_loader.h"
 #include "kernel/registry.h"
-#include "sim/collision.h"
 
 namespace robomosp {
 namespace {
@@ -26,8 +26,8 @@ struct World {
   Registry registry;
   PluginLoader loader{registry};
   document::Document document;
-  document::Derived derived{registry};
-  std::shared_ptr<const sim::CollisionModel> model;
+  evaluation::Derived derived{registry};
+  std::shared_ptr<const collision::CollisionModel> model;
   std::vector<double> q;  ///< of kConfigurations
 };
 
@@ -88,7 +88,7 @@ std::unique_ptr<World> make(int bodies, bool of_arms) {
   if (!t->commit().ok()) return nullptr;
   NoProgress none;
   auto made =
-      sim::CollisionModel::of_world({w->registry, w->derived, *w->document.now()}, id, none);
+      collision::CollisionModel::of_world({w->registry, w->derived, *w->document.now()}, id, none);
   if (!made.ok()) return nullptr;
   w->model = *made;
   for (std::size_t i = 0; i < kConfigurations * w->model->coordinate_count(); ++i)
@@ -114,13 +114,13 @@ void each_configuration(benchmark::State& state, Call&& call) {
 constexpr double kInf = std::numeric_limits<double>::infinity();
 
 void least_by_trees(benchmark::State& state) {
-  each_configuration(state, [](const sim::CollisionModel& m, std::span<const double> q) {
+  each_configuration(state, [](const collision::CollisionModel& m, std::span<const double> q) {
     NoProgress none;
     return m.clearance(q, none).ok();
   });
 }
 void least_of_all_pairs(benchmark::State& state) {
-  each_configuration(state, [](const sim::CollisionModel& m, std::span<const double> q) {
+  each_configuration(state, [](const collision::CollisionModel& m, std::span<const double> q) {
     NoProgress none;
     const auto all = m.distances(q, kInf, none);
     if (!all.ok()) return false;
@@ -131,14 +131,14 @@ void least_of_all_pairs(benchmark::State& state) {
   });
 }
 void touching_by_trees(benchmark::State& state) {
-  each_configuration(state, [](const sim::CollisionModel& m, std::span<const double> q) {
+  each_configuration(state, [](const collision::CollisionModel& m, std::span<const double> q) {
     NoProgress none;
     return m.collisions(q, none).ok();
   });
 }
 /// The engine leaves out pairs whose own boxes do not meet.
 void touching_of_all_pairs(benchmark::State& state) {
-  each_configuration(state, [](const sim::CollisionModel& m, std::span<const double> q) {
+  each_configuration(state, [](const collision::CollisionModel& m, std::span<const double> q) {
     NoProgress none;
     return m.distances(q, 0, none).ok();
   });

@@ -239,7 +239,7 @@ void PartitionOf200Apart(benchmark::State& state) {
 
 // In a process of its own: a plugin is never unloaded.
 constexpr const char* kLoadOnly = "ROBOMOSP_BENCH_LOAD_ONLY";
-int load_and_tell() {
+int load_and_report() {
   const auto before = std::chrono::steady_clock::now();
   const auto engine = make_engine();
   std::printf("%.9f\n",
@@ -287,7 +287,8 @@ CSG_BENCH(PluginLoad)->UseManualTime()->Iterations(5);
 }  // namespace robomosp::conformance
 
 int main(int argc, char** argv) {
-  if (std::getenv(robomosp::conformance::kLoadOnly)) return robomosp::conformance::load_and_tell();
+  if (std::getenv(robomosp::conformance::kLoadOnly))
+    return robomosp::conformance::load_and_report();
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
   benchmark::RunSpecifiedBenchmarks();

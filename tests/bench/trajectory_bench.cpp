@@ -70,7 +70,7 @@ void sample(benchmark::State& state, Trajectory (*make)()) {
     times[i] = (*path)->duration() * static_cast<double>(i) / (kCount - 1);
   std::vector<PathSample> out(kCount);
   for (auto _ : state) {
-    (*path)->sample(times, out);
+    (void)(*path)->sample(times, out);
     benchmark::DoNotOptimize(out.data());
   }
   state.counters["ns_a_sample"] = benchmark::Counter(

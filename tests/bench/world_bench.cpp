@@ -11,7 +11,7 @@
 #include <benchmark/benchmark.h>
 
 #include "document/world_index.h"
-#include "ioci/application.h"
+#include "ioci/core/application.h"
 
 namespace robomosp {
 namespace {

@@ -23,7 +23,6 @@
 
 namespace robomosp::conformance {
 // The suite itself runs in csg_occt_conformance_test.
-GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(CsgConformance);
 namespace {
 
 const std::string kFile = ROBOMOSP_PLUGIN_DIR "/csg_occt.so";

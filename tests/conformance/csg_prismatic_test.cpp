@@ -105,7 +105,6 @@ Csg link() {
   return subtract(std::move(parts));
 }
 
-GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(CsgConformance);
 
 TEST_F(Prismatic, PlainPartsTakeTheShortcut) {
   const Csg plate = box(0.1, 0.08, 0.02);

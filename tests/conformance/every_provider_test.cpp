@@ -35,11 +35,11 @@ const std::multimap<std::string, std::string> kSuites{
     {"robomosp.controller/1", "ControllerConformance"},
     {"robomosp.integrator/1", "IntegratorConformance"},
     {"robomosp.robot_code/1", "RobotCodeConformance"},
-    {"robomosp.curve/1", "CurveConformance"},
-    {"robomosp.motion_law/1", "MotionLawConformance"},
-    {"robomosp.orientation/1", "OrientationConformance"},
+    {"robomosp.curve/2", "CurveConformance"},
+    {"robomosp.motion_law/2", "MotionLawConformance"},
+    {"robomosp.orientation/2", "OrientationConformance"},
     {"robomosp.retimer/1", "RetimerConformance"},
-    {"robomosp.joint_segment/1", "JointSegmentConformance"},
+    {"robomosp.joint_segment/2", "JointSegmentConformance"},
     {"robomosp.planner/1", "PlannerConformance"},
 };
 /// Interfaces without a suite that any provider could pass, and where theirs are tested.

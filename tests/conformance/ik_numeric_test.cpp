@@ -74,7 +74,7 @@ TEST_F(NumericIk, FollowsThePaperCircleWithContinuousJointRates) {
   std::vector<double> shares;
   for (double t = 0; t < kDuration; t += kStep) shares.push_back(t / kDuration * (*circle)->end());
   std::vector<CurveSample> path(shares.size());
-  (*circle)->evaluate(shares, path);
+  ASSERT_TRUE((*circle)->evaluate(shares, path).ok());
   std::vector<Pose> targets;
   for (const CurveSample& p : path) {
     targets.push_back(points.front());

@@ -59,7 +59,7 @@ struct Row {
 };
 Row at(const JointSegment& s, std::size_t dof, std::size_t joint, double t) {
   std::vector<double> q(dof), qd(dof), qdd(dof), qddd(dof);
-  s.sample({&t, 1}, {q, qd, qdd, qddd});
+  EXPECT_TRUE(s.sample({&t, 1}, {q, qd, qdd, qddd}).ok());
   return {q[joint], qd[joint], qdd[joint], qddd[joint]};
 }
 

@@ -169,7 +169,7 @@ INSTANTIATE_TEST_SUITE_P(Analytic, CurveConformance, testing::ValuesIn(curve_cas
 // Limits of a way of 2 m that turns by 3 rad at most: speed 0.4 m/s = 0.2 of the way each second,
 // acceleration 1 m/s^2 = 0.5 and jerk 4 m/s^3 = 2 of it.
 std::vector<LawCase> law_cases() {
-  const LawTask way{2, 3}, spot{0, 1.5};
+  const LawTask way{sizeof(LawTask), 2, 3}, spot{sizeof(LawTask), 0, 1.5};
   const Texts limits{{"speed", "0.4"},
                      {"angular_speed", "100"},
                      {"acceleration", "1"},
@@ -274,7 +274,7 @@ INSTANTIATE_TEST_SUITE_P(Analytic, OrientationConformance, testing::ValuesIn(ori
 PathSample at(const Segment& s, double t) {
   PathSample out[1];
   const double times[] = {t};
-  s.sample(times, out);
+  EXPECT_TRUE(s.sample(times, out).ok());
   return out[0];
 }
 

@@ -2,6 +2,8 @@
 // Every command's example runs in a fresh session, and docs/ioci says what the table says.
 #include <unistd.h>
 
+#include <chrono>
+#include <cstdint>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -10,7 +12,8 @@
 
 #include <gtest/gtest.h>
 
-#include "ioci/application.h"
+#include "docs/examples.h"
+#include "ioci/core/application.h"
 #include "lua/lua_state.h"
 
 namespace robomosp::ioci {
@@ -18,39 +21,29 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::unique_ptr<Application>& holder() {
-  static std::unique_ptr<Application> one = [] {
-    auto made =
-        Application::create({.plugin_path = {ROBOMOSP_PLUGIN_DIR},
-                             .library = {fs::path(ROBOMOSP_SOURCE_DIR) / "scripts/library"}});
-    if (!made.ok()) {
-      ADD_FAILURE() << made.error().sentence();
-      std::abort();
-    }
-    return std::move(*made);
-  }();
-  return one;
-}
-
-Application& app() { return *holder(); }
+Application& app() { return test::examples_app(); }
 
 /// The application ends before the libraries do that its plugins opened.
 class End final : public testing::Environment {
-  void TearDown() override { holder().reset(); }
+  void TearDown() override { test::examples_holder().reset(); }
 };
 const testing::Environment* const kEnd = testing::AddGlobalTestEnvironment(new End);
 
+/// Time that passes for this thread, without what it waited for a core of a busy machine.
+std::chrono::nanoseconds own_time() {
+  std::ifstream in("/proc/thread-self/schedstat");
+  std::int64_t ran = 0, waited = 0;
+  in >> ran >> waited;  // without such a file nothing is left out
+  return std::chrono::steady_clock::now().time_since_epoch() - std::chrono::nanoseconds(waited);
+}
+
 TEST(IociExamples, EveryExampleRunsInAFreshSession) {
-  const auto folder =
-      fs::temp_directory_path() / ("robomosp-examples-" + std::to_string(::getpid()));
-  fs::create_directories(folder);
-  const auto before = fs::current_path();
-  fs::current_path(folder);  // examples write files by relative names
+  app().lock.set_clock(own_time);
+  const AppLock::Stats at_first = app().lock.stats();
+  const test::ExamplesFolder folder("examples");  // examples write files by relative names
   for (const CommandSpec* spec : app().commands.list()) {
     // A build without the viewer has nothing that draws.
-    if ((spec->name.ends_with(".render") || spec->name == "recording.video") &&
-        app().registry.list("robomosp.renderer/1").empty())
-      continue;
+    if (test::cannot_draw(*spec)) continue;
     app().document.clear();
     for (const auto& [number, recording] : app().recordings.list()) app().recordings.remove(number);
     Session session("example");
@@ -63,8 +56,13 @@ TEST(IociExamples, EveryExampleRunsInAFreshSession) {
                            << spec->example;
   }
   app().document.clear();
-  fs::current_path(before);
-  fs::remove_all(folder);
+  const AppLock::Stats lock = app().lock.stats();
+  EXPECT_GT(lock.holds, at_first.holds + 1000) << "the examples edit";
+  EXPECT_EQ(lock.long_holds, 0U) << "the application lock was held for "
+                                 << std::chrono::duration<double, std::milli>(lock.longest).count()
+                                 << " ms by " << lock.longest_by;
+  EXPECT_EQ(lock.calls_within, 0U) << "a provider or script was called while it was held";
+  app().lock.set_clock({});
 }
 
 TEST(IociExamples, EveryExampleCallsItsCommand) {

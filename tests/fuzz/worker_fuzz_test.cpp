@@ -121,7 +121,11 @@ class WorkerFuzz : public testing::Test {
         if (known == format) {
           const auto params = make_params(unwrap(check(info.schema, Map{})));
           NoProgress progress;
-          return unwrap(exporter->write(format, items, *params, progress));
+          ExportTask task;
+          task.extension = format;
+          task.name = "file";
+          task.items = items;
+          return unwrap(exporter->write(task, *params, progress)).front().bytes;
         }
     }
     return {};

@@ -307,7 +307,7 @@ TEST(Layers, EachBrokenRuleIsDetected) {
             "\"document/\" is in an outer layer");
   EXPECT_EQ(check("modules/io/bind.cpp", "#include \"viewer/frame.h\""),
             "\"viewer/\" is not a module of modules/layers.txt");
-  EXPECT_EQ(check("modules/ioci/command.cpp", "#include \"plugins/csg_occt/engine.h\""),
+  EXPECT_EQ(check("modules/ioci/core/command.cpp", "#include \"plugins/csg_occt/engine.h\""),
             "\"plugins/\" is not a module of modules/layers.txt");
   EXPECT_EQ(check("modules/spatial/pose.h", "#include \"kernel/text.h\""),
             "\"spatial\" may include the SDK only, not \"kernel/\"");
@@ -326,8 +326,8 @@ TEST(Layers, EachBrokenRuleIsDetected) {
   EXPECT_EQ(check("plugins/ik_numeric/search.cpp", "#include <robomosp/sdk/conformance/models.h>"),
             "conformance suites are for tests");
   EXPECT_NE(check("plugins/ik_numeric/search.cpp", "#include <gp_Pnt.hxx>"), "fine");
-  EXPECT_NE(check("modules/ioci/command.cpp", "#include <lua.hpp>"), "fine");
-  EXPECT_NE(check("modules/ioci/command.cpp", "#include <nlohmann/json.hpp>"), "fine");
+  EXPECT_NE(check("modules/ioci/core/command.cpp", "#include <lua.hpp>"), "fine");
+  EXPECT_NE(check("modules/ioci/core/command.cpp", "#include <nlohmann/json.hpp>"), "fine");
   EXPECT_NE(check("modules/shell/main.cpp", "#include <osg/Node>"), "fine");
   EXPECT_NE(check("modules/shell/main.cpp", "#include <QApplication>"), "fine");
   EXPECT_EQ(check("modules/shell/main.cpp", "#include <boost/any>"),

@@ -8,10 +8,12 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -166,6 +168,234 @@ TEST(Rpc, AnswersRequestsBatchesNotificationsAndFaults) {
   EXPECT_EQ(answers[8].at("error").at("code"), -32700);
   EXPECT_EQ(answers[9].at("error").at("code"), -32700);
   EXPECT_EQ(answers[10].at("id"), 6);
+}
+
+/// The program as a peer sees it that talks back and forth.
+class Peer {
+ public:
+  explicit Peer(const std::vector<std::string>& args) {
+    int in[2], out[2];
+    if (::pipe(in) != 0 || ::pipe(out) != 0) std::abort();
+    child_ = ::fork();
+    if (child_ == 0) {
+      ::dup2(in[0], 0);
+      ::dup2(out[1], 1);
+      for (const int fd : {in[0], in[1], out[0], out[1]}) ::close(fd);
+      execute(args);
+    }
+    ::close(in[0]);
+    ::close(out[1]);
+    in_ = in[1];
+    out_ = out[0];
+  }
+  ~Peer() {
+    close_input();
+    ::close(out_);
+    if (child_ > 0) {
+      ::kill(child_, SIGKILL);
+      ::waitpid(child_, nullptr, 0);
+    }
+  }
+  void close_input() {
+    if (in_ >= 0) ::close(in_);
+    in_ = -1;
+  }
+  void signal(int number) const { ::kill(child_, number); }
+  /// Exit code within some seconds, or -1.
+  int ended(double seconds) {
+    const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
+    while (std::chrono::steady_clock::now() < end) {
+      int status = 0;
+      if (::waitpid(child_, &status, WNOHANG) == child_) {
+        child_ = -1;
+        return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+      }
+      ::usleep(1000);
+    }
+    return -1;
+  }
+  void send(const Json& message) {
+    const std::string line = message.dump() + "\n";
+    ASSERT_EQ(::write(in_, line.data(), line.size()), static_cast<ssize_t>(line.size()));
+  }
+  /// The next message; null after 60 s.
+  Json receive() {
+    for (;;) {
+      const auto newline = buffer_.find('\n');
+      if (newline != std::string::npos) {
+        const Json message = Json::parse(buffer_.substr(0, newline));
+        buffer_.erase(0, newline + 1);
+        return message;
+      }
+      pollfd ready{out_, POLLIN, 0};
+      if (::poll(&ready, 1, 60'000) <= 0) return {};
+      char chunk[4096];
+      const ssize_t n = ::read(out_, chunk, sizeof chunk);
+      if (n <= 0) return {};
+      buffer_.append(chunk, static_cast<std::size_t>(n));
+    }
+  }
+  /// The answer to a request; notifications before it are kept.
+  Json ask(const std::string& method, const Json& params, const Json& more = Json::object()) {
+    Json request{{"jsonrpc", "2.0"}, {"id", ++last_}, {"method", method}, {"params", params}};
+    request.update(more);
+    send(request);
+    return answer_to(last_);
+  }
+  Json answer_to(int id) {
+    for (;;) {
+      Json message = receive();
+      if (message.is_null() || (message.contains("id") && message.at("id") == id)) return message;
+      notes.push_back(std::move(message));
+    }
+  }
+  std::vector<Json> notes;  ///< what came that was no answer
+  int last_ = 0;
+
+ private:
+  pid_t child_ = -1;
+  int in_ = -1, out_ = -1;
+  std::string buffer_;
+};
+
+/// A world in which the search for a way goes on until its time is over.
+constexpr const char* kBlocked =
+    "arm = robot.create{name = 'arm', convention = 'dh', links = {{a = 0.5, lower = -3, upper = "
+    "3}}, poses = {there = {1}, here = {-1}}}\n"
+    "solid.create{name = 'ball', root = {kind = 'sphere', radius = 0.1}}\n"
+    "cell = world.create{name = 'cell'}\n"
+    "cell:add_robot{robot = arm, q = 'here'}\n"
+    "cell:add_object{what = 'ball', position = {0.4, 0, 0}}\n"
+    "assert(not cell:check_path{path = {'here', 'there'}}.is_free)\n";
+
+double ms_since(std::chrono::steady_clock::time_point begin) {
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin)
+      .count();
+}
+
+TEST(Rpc, WhileAJobPlansShortCommandsAreAnsweredAndItCanBeCancelled) {
+  Peer peer({"-q", "rpc"});
+  ASSERT_TRUE(peer.ask("lua.eval", {{"code", kBlocked}}).contains("result"));
+  const Json job = peer.ask("world.plan_path",
+                            {{"id", "cell"}, {"robot", "arm"}, {"to", "there"}, {"seconds", 30}},
+                            {{"job", true}, {"progress", true}});
+  ASSERT_TRUE(job.contains("result")) << job;
+  const Json handle = job.at("result");
+  EXPECT_EQ(handle.at("$handle").at("kind"), "job") << job;
+  ::usleep(400'000);
+  double slowest = 0;
+  for (int i = 0; i < 20; ++i) {
+    const auto begin = std::chrono::steady_clock::now();
+    const Json fk = peer.ask("robot.fk", {{"id", "arm"}, {"q", "here"}});
+    ASSERT_TRUE(fk.contains("result")) << fk;
+    slowest = std::max(slowest, ms_since(begin));
+  }
+  EXPECT_LT(slowest, 50);
+  EXPECT_EQ(peer.ask("job.progress", {{"id", handle}}).at("result").at("state"), "running");
+  // A wait holds nobody up.
+  peer.send(
+      {{"jsonrpc", "2.0"}, {"id", "wait"}, {"method", "job.wait"}, {"params", {{"id", handle}}}});
+  EXPECT_TRUE(peer.ask("version", Json::object()).contains("result"));
+  const auto begin = std::chrono::steady_clock::now();
+  EXPECT_EQ(peer.ask("job.cancel", {{"id", handle}}).at("result"), true);
+  for (bool has_wait = false, has_note = false; !has_wait || !has_note;) {
+    for (const Json& note : peer.notes) {
+      if (note.value("id", Json()) == "wait") {
+        has_wait = true;
+        EXPECT_EQ(note.at("error").at("data").at("code"), "cancelled") << note;
+      }
+      if (note.value("method", "") == "job.progress" &&
+          note.at("params").at("state") == "cancelled")
+        has_note = true;
+    }
+    if (!has_wait || !has_note) {
+      Json next = peer.receive();
+      ASSERT_FALSE(next.is_null());
+      peer.notes.push_back(std::move(next));
+    }
+  }
+  EXPECT_LT(ms_since(begin), 200);
+  const auto running = std::count_if(peer.notes.begin(), peer.notes.end(), [](const Json& n) {
+    return n.value("method", "") == "job.progress" && n.at("params").at("state") == "running";
+  });
+  EXPECT_GE(running, 2) << "progress is told while it runs";
+  peer.close_input();
+  EXPECT_EQ(peer.ended(10), 0);
+}
+
+TEST(Rpc, ARequestThatRunsOrWaitsCanBeCancelledByItsId) {
+  Peer peer({"-q", "rpc"});
+  ASSERT_TRUE(peer.ask("lua.eval", {{"code", kBlocked}}).contains("result"));
+  const auto request = [](const Json& id, const std::string& method, const Json& params) {
+    return Json{{"jsonrpc", "2.0"}, {"id", id}, {"method", method}, {"params", params}};
+  };
+  peer.send(request("plan", "world.plan_path",
+                    {{"id", "cell"}, {"robot", "arm"}, {"to", "there"}, {"seconds", 30}}));
+  peer.send(request("behind", "version", Json::object()));
+  peer.send(request("last", "version", Json::object()));
+  ::usleep(300'000);
+  const auto begin = std::chrono::steady_clock::now();
+  peer.send(request("a", "rpc.cancel", {{"request", "behind"}}));
+  peer.send(request("b", "rpc.cancel", {{"request", "plan"}}));
+  peer.send(request("c", "rpc.cancel", {{"request", "never"}}));
+  std::map<std::string, Json> answers;
+  while (answers.size() < 6) {
+    const Json next = peer.receive();
+    ASSERT_FALSE(next.is_null());
+    answers[next.at("id")] = next;
+  }
+  EXPECT_LT(ms_since(begin), 300);
+  EXPECT_EQ(answers["a"].at("result"), true);
+  EXPECT_EQ(answers["b"].at("result"), true);
+  EXPECT_EQ(answers["c"].at("result"), false);
+  EXPECT_EQ(answers["plan"].at("error").at("data").at("code"), "cancelled");
+  EXPECT_EQ(answers["behind"].at("error").at("data").at("code"), "cancelled");
+  EXPECT_TRUE(answers["last"].contains("result")) << "the program goes on";
+  // A script is cancelled the same way.
+  peer.send(request("script", "lua.eval", {{"code", "while true do pcall(function() end) end"}}));
+  ::usleep(100'000);
+  peer.send(request("d", "rpc.cancel", {{"request", "script"}}));
+  for (bool is_there = false; !is_there;) {
+    const Json next = peer.receive();
+    ASSERT_FALSE(next.is_null());
+    is_there = next.at("id") == "script";
+    if (is_there) {
+      EXPECT_EQ(next.at("error").at("data").at("code"), "cancelled") << next;
+    }
+  }
+  EXPECT_TRUE(peer.ask("version", Json::object()).contains("result"));
+}
+
+TEST(Rpc, AnswersComeInTheOrderOfTheRequestsAndFaultsOfJobsAreSaid) {
+  Peer peer({"-q", "rpc"});
+  for (int i = 0; i < 200; ++i)
+    peer.send({{"jsonrpc", "2.0"},
+               {"id", i},
+               {"method", "material.create"},
+               {"params", {{"name", "m" + std::to_string(i)}, {"density", 1000 + i}}}});
+  for (int i = 0; i < 200; ++i) EXPECT_EQ(peer.receive().at("id"), i);
+  const auto fault = [&](const Json& more, const std::string& method = "material.list") {
+    return peer.ask(method, Json::object(), more).at("error").at("message").get<std::string>();
+  };
+  EXPECT_EQ(fault({{"job", 1}}), "job and progress are true or false.");
+  EXPECT_NE(fault({{"job", true}}, "lua.eval").find("lua.eval needs the text code"),
+            std::string::npos);
+  EXPECT_NE(fault({{"job", true}}, "document.undo").find("Call it without a job"),
+            std::string::npos);
+  EXPECT_NE(fault(Json::object(), "rpc.cancel").find("rpc.cancel needs the id of a request"),
+            std::string::npos);
+  const Json job = peer.ask("material.list", Json::object(), {{"job", true}}).at("result");
+  EXPECT_EQ(peer.ask("job.wait", {{"id", job}}).at("result").size(), 200U);
+}
+
+TEST(CommandLine, CtrlCEndsWhatComputesWithinAFifthOfASecond) {
+  Peer peer({"-q", "eval",
+             std::string(kBlocked) + "cell:plan_path{robot = 'arm', to = 'there', seconds = 30}"});
+  ::usleep(1'500'000);  // until it searches
+  const auto begin = std::chrono::steady_clock::now();
+  peer.signal(SIGINT);
+  EXPECT_EQ(peer.ended(20), 130);
+  EXPECT_LT(ms_since(begin), 200);
 }
 
 TEST(Rpc, ALineThatIsTooLongIsRefusedAndTheNextOneAnswered) {

@@ -30,10 +30,10 @@ template <class Interface>
 std::unique_ptr<Interface> make_provider(const std::string& file, std::string_view name) {
   const rmp_plugin& plugin = open_plugin(file);
   for (std::uint32_t i = 0; i < plugin.provider_count; ++i) {
-    const rmp_provider& p = plugin.providers[i];
+    const rmp_provider& p = rmp_provider_at(plugin, i);
     if (name != p.name || std::string_view(p.interface_id) != Interface::kInterfaceId) continue;
-    const rmp_host host{sizeof(rmp_host), "test", [](std::int32_t, const char*, const char*) {},
-                        nullptr};
+    static const rmp_host host{sizeof(rmp_host), "test",
+                               [](std::int32_t, const char*, const char*) {}, nullptr};
     char text[256] = "";
     auto* made = static_cast<Interface*>(p.create(&host, text, sizeof text));
     if (!made) throw std::runtime_error(text);

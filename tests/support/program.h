@@ -11,7 +11,7 @@
 
 #include <gtest/gtest.h>
 
-#include "ioci/application.h"
+#include "ioci/core/application.h"
 
 namespace robomosp::test {
 

@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-#include "import_urdf/read.h"
+#include "robot_files/read.h"
 #include "robotics/kinematics.h"
 #include "support/workbench.h"
 
@@ -18,10 +18,10 @@ namespace robomosp::test {
 struct RobotFiles : testing::Test {
   /// The records of a text, loaded; meshes are left out.
   AnyId load(std::string_view text) {
-    import_urdf::Options options;
+    robot_files::Options options;
     options.source = "test";
     options.folder = folder;
-    auto made = import_urdf::read_robot(text, options);
+    auto made = robot_files::read_robot(text, options);
     if (!made.ok()) {
       ADD_FAILURE() << made.error().sentence();
       return {};
@@ -55,9 +55,9 @@ struct RobotFiles : testing::Test {
     return robotics::tip_pose(m, which, frames);
   }
   std::string fault(std::string_view text) const {
-    import_urdf::Options options;
+    robot_files::Options options;
     options.folder = folder;
-    const auto made = import_urdf::read_robot(text, options);
+    const auto made = robot_files::read_robot(text, options);
     return made.ok() ? "" : made.error().sentence();
   }
 

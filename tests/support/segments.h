@@ -46,7 +46,7 @@ inline SegmentCase record_case(const Registry& registry, const std::string& shap
 
 inline PathSample sample_at(const Segment& s, double t) {
   PathSample out[1];
-  s.sample({&t, 1}, out);
+  EXPECT_TRUE(s.sample({&t, 1}, out).ok());
   return out[0];
 }
 

@@ -8,8 +8,8 @@
 
 #include <gtest/gtest.h>
 
-#include "document/derived.h"
 #include "document/document.h"
+#include "evaluation/derived.h"
 #include "io/native.h"
 #include "kernel/plugin_loader.h"
 #include "kernel/registry.h"
@@ -47,7 +47,7 @@ struct Workbench {
   Registry registry;
   PluginLoader loader;
   document::Document document;
-  document::Derived derived;
+  evaluation::Derived derived;
 };
 
 /// The value, or a failed test and a default one.

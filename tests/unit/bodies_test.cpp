@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-#include "ioci/application.h"
+#include "ioci/core/application.h"
 #include "spatial/rotation.h"
 #include "support/program.h"
 

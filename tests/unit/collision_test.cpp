@@ -7,9 +7,9 @@
 
 #include <gtest/gtest.h>
 
-#include "document/shapes.h"
-#include "sim/collision.h"
-#include "sim/collision_cache.h"
+#include "collision/cache.h"
+#include "collision/collision.h"
+#include "evaluation/shapes.h"
 #include "spatial/convex_hull.h"
 #include "spatial/pose.h"
 #include "support/workbench.h"
@@ -17,8 +17,8 @@
 namespace robomosp {
 namespace {
 
+using collision::CollisionModel;
 using model::SolidNode;
-using sim::CollisionModel;
 using test::unwrap;
 using test::Workbench;
 
@@ -57,7 +57,7 @@ class Shapes : public testing::Test {
   Workbench bench;
   NoProgress none;
 
-  std::shared_ptr<const std::vector<document::ShapePiece>> shapes(std::vector<SolidNode> nodes) {
+  std::shared_ptr<const std::vector<evaluation::ShapePiece>> shapes(std::vector<SolidNode> nodes) {
     auto t = bench.document.begin("solid");
     model::Solid s;
     s.nodes = std::move(nodes);
@@ -159,7 +159,7 @@ class Rods : public testing::Test {
   }
   std::shared_ptr<const CollisionModel> model_of() {
     const auto snapshot = bench.document.now();
-    const sim::Simulator source{bench.registry, bench.derived, *snapshot};
+    const evaluation::Sources source{bench.registry, bench.derived, *snapshot};
     return unwrap(CollisionModel::of_world(source, world, none));
   }
 };
@@ -175,7 +175,7 @@ TEST_F(Rods, NeighboursMayTouchAndRulesDecideOtherwise) {
             (std::vector<std::string>{"post and arm.rod1", "post and arm.rod2", "post and arm.rod3",
                                       "arm.rod1 and arm.rod3"}));
   ASSERT_EQ(m->passed().size(), 2U);
-  EXPECT_EQ(m->passed()[0].reason, sim::PairReason::adjacent);
+  EXPECT_EQ(m->passed()[0].reason, collision::PairReason::adjacent);
 
   auto t = bench.document.begin("rules");
   ASSERT_TRUE(t->edit(world, [](model::Record& r) -> Result<void> {
@@ -255,7 +255,7 @@ TEST_F(Rods, TheGradientOfTheClearanceIsThatOfDifferences) {
 }
 
 TEST_F(Rods, APreparedModelIsKeptUntilSomethingThatItWasMadeFromChanges) {
-  sim::CollisionCache cache;
+  collision::CollisionCache cache;
   const auto find = [&](AnyId id) {
     const auto snapshot = bench.document.now();
     return unwrap(cache.find({bench.registry, bench.derived, *snapshot}, id, none));
@@ -318,7 +318,7 @@ TEST_F(Rods, APreparedModelIsKeptUntilSomethingThatItWasMadeFromChanges) {
 
 TEST_F(Rods, SampledPairsAreTheSameForTheSameSeed) {
   const auto snapshot = bench.document.now();
-  const sim::Simulator source{bench.registry, bench.derived, *snapshot};
+  const evaluation::Sources source{bench.registry, bench.derived, *snapshot};
   const auto m = unwrap(CollisionModel::of_robot(source, robot, none));
   ASSERT_EQ(m->pairs().size(), 1U);
   // Rods 1 and 3 meet when the arm folds back, so the pair touches neither always nor never.

@@ -7,16 +7,17 @@
 
 #include <gtest/gtest.h>
 
+#include "collision/broad_phase.h"
+#include "collision/cache.h"
+#include "collision/collision.h"
 #include "io/native.h"
-#include "sim/broad_phase.h"
-#include "sim/collision.h"
-#include "sim/collision_cache.h"
+#include "sim/simulate.h"
 #include "support/workbench.h"
 
 namespace robomosp {
 namespace {
 
-using sim::CollisionModel;
+using collision::CollisionModel;
 using test::unwrap;
 using test::Workbench;
 
@@ -46,7 +47,7 @@ TEST(BoxTree, FindsTheLeavesThatAreNearEnoughAndNoOthers) {
     std::vector<spatial::Box> leaves;
     for (std::size_t i = 0; i < count; ++i) leaves.push_back(box());
     leaves.resize(2 * count, leaves[0]);  // many at one place
-    const sim::BoxTree tree(leaves);
+    const collision::BoxTree tree(leaves);
     for (auto& b : leaves)
       for (double& x : b.centre) x += random.uniform(-1, 1);  // they have moved since
     std::vector<spatial::Box> boxes;
@@ -64,7 +65,7 @@ TEST(BoxTree, FindsTheLeavesThatAreNearEnoughAndNoOthers) {
     }
   }
   int visits = 0;
-  sim::BoxTree().near(
+  collision::BoxTree().near(
       {}, {}, [] { return kInf; }, [&](std::size_t) { ++visits; });
   EXPECT_EQ(visits, 0);
 }
@@ -143,7 +144,8 @@ TEST_F(Worlds, ManyBodiesGiveTheAnswersOfAllPairsToTheBit) {
   const auto least = unwrap(m->clearance(q, none));
   ASSERT_EQ(least.size(), 40U);
   std::size_t touching = 0;
-  const auto same = [&](const sim::Contact& c, const CollisionPair& p, const PairDistance& d) {
+  const auto same = [&](const collision::Contact& c, const CollisionPair& p,
+                        const PairDistance& d) {
     return c.pair.a == p.a && c.pair.b == p.b && c.at.distance == d.distance &&
            c.at.on_a == d.on_a && c.at.on_b == d.on_b;
   };
@@ -319,7 +321,7 @@ TEST_F(Worlds, ARedundantArmKeepsFartherFromALampAlongItsPath) {
   const WorldId world = unwrap(t->add("cell", std::move(w)));
   ASSERT_TRUE(t->commit().ok());
   const auto snapshot = bench.document.now();
-  sim::CollisionCache cache;
+  collision::CollisionCache cache;
   const sim::Simulator source{bench.registry, bench.derived, *snapshot, &cache};
   const auto model = unwrap(cache.find(source, world, none));
   const auto least_to_lamp = [&](IkObjective objective, double* fastest) {
@@ -333,10 +335,10 @@ TEST_F(Worlds, ARedundantArmKeepsFartherFromALampAlongItsPath) {
       for (const double x : recording->find("qd" + std::to_string(j))->values)
         *fastest = std::max(*fastest, std::fabs(x));
     // Its column of clearance is made with the same prepared model, which is left in the cache.
-    const auto with = unwrap(sim::with_clearance(source, *recording, none));
+    const auto with = unwrap(collision::with_clearance(source, *recording, none));
     EXPECT_EQ(with->find("clearance")->values.size(), recording->rows());
     EXPECT_EQ(unwrap(cache.find(source, world, none)), model);
-    const auto q = unwrap(sim::configurations(*model, *recording));
+    const auto q = unwrap(collision::configurations(*model, *recording));
     double least = kInf;
     for (std::size_t i = 0; i < recording->rows(); ++i)
       for (const auto& c : unwrap(model->near(std::span<const double>(&q[7 * i], 7), 1, none)))

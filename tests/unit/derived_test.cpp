@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Derived values: that they follow their inputs and nothing else, and that providers are checked.
-#include "document/derived.h"
+#include "evaluation/derived.h"
 
 #include <algorithm>
 #include <array>
@@ -22,7 +22,7 @@
 
 #include <robomosp/sdk/csg_primitive.h>
 
-#include "document/csg_tree.h"
+#include "evaluation/csg_tree.h"
 #include "io/geometry.h"
 #include "kernel/plugin_loader.h"
 #include "spatial/pose.h"
@@ -31,8 +31,8 @@
 namespace robomosp {
 namespace {
 
-using document::Derived;
 using document::Document;
+using evaluation::Derived;
 
 /// An axis-aligned box, for which every integral has a closed form.
 struct Box {
@@ -220,6 +220,7 @@ class DerivedTest : public testing::Test {
     ProviderInfo info;
     info.interface_id = CsgEngine::kInterfaceId;
     info.name = "boxes";
+    info.shipped = true;  // so that it stays the default beside another one
     info.version = "1";
     const auto added = registry.add(info, [this]() -> Result<void*> {
       // The registry's caller owns what is made, as with plugins.
@@ -322,10 +323,10 @@ class DerivedTest : public testing::Test {
                   }).ok());
     ASSERT_TRUE(tx->commit().ok());
   }
-  document::BodyMass mass(AnyId id) {
+  evaluation::BodyMass mass(AnyId id) {
     auto m = derived.mass(*document.now(), id, progress);
     EXPECT_TRUE(m.ok()) << (m.ok() ? "" : m.error().sentence());
-    return m.ok() ? *m : document::BodyMass{};
+    return m.ok() ? *m : evaluation::BodyMass{};
   }
   /// A robot with one link that carries an object of one 0.1 m cube of water.
   struct Chain {
@@ -717,7 +718,7 @@ TEST_F(DerivedTest, PlacementsInTheSolidsFrameAndInOtherCoordinatesAreResolved) 
   s.nodes.push_back({CsgKind::box, "round", 0, {}, {1, 1, 1}});
   s.nodes[3].placement.coordinates = model::PositionNotation::cylindrical;
   s.nodes[3].placement.position = {2, std::numbers::pi / 2, 4};
-  const auto tree = document::tree_of(s, {});
+  const auto tree = evaluation::tree_of(s, {});
   ASSERT_TRUE(tree.ok());
   // Chained by hand: the pose of "here" in the solid's frame is what was written.
   const Pose here =

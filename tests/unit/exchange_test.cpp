@@ -86,7 +86,15 @@ struct Exchange : testing::Test {
         if (known == extension) {
           const auto params = make_params(unwrap(check(info.schema, values)));
           NoProgress progress;
-          return exporter->write(extension, items, *params, progress);
+          ExportTask task;
+          task.extension = extension;
+          task.name = "file";
+          task.items = items;
+          auto files = exporter->write(task, *params, progress);
+          if (!files.ok()) return std::move(files).error();
+          EXPECT_EQ(files->size(), 1U);
+          EXPECT_EQ(files->front().name, "file");
+          return std::move(files->front().bytes);
         }
     }
     return error(ErrorCode::unknown_name, "no exporter");

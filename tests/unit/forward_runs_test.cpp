@@ -15,9 +15,9 @@
 namespace robomosp {
 namespace {
 
+using recording::Recording;
+using recording::RecordingPtr;
 using sim::ForwardRun;
-using sim::Recording;
-using sim::RecordingPtr;
 using test::unwrap;
 
 RecordingPtr table(std::vector<double> times, const std::string& stem,
@@ -54,7 +54,7 @@ class Runs : public ::testing::Test {
     return unwrap(sim::forward_dynamics(simulator, r, progress));
   }
   static double end(const RecordingPtr& r, const std::string& name) {
-    const sim::Column* c = r->find(name);
+    const recording::Column* c = r->find(name);
     EXPECT_TRUE(c) << name;
     return c ? c->values.back() : std::nan("");
   }

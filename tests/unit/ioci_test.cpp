@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -8,7 +9,8 @@
 
 #include <gtest/gtest.h>
 
-#include "ioci/application.h"
+#include "ioci/core/application.h"
+#include "ioci/core/old_words.h"
 #include "support/program.h"
 
 namespace robomosp::ioci {
@@ -62,6 +64,49 @@ class Ioci : public test::CommandTest {
 
   fs::path folder_;
 };
+
+// --- old words -----------------------------------------------------------------------------
+
+TEST_F(Ioci, OldWordsOfArgumentsAreReadAndAMessageSaysWhichOnesToUse) {
+  call("robot.create",
+       {{"name", "arm"},
+        {"links", List{Map{{"name", "upper"}, {"a", 0.5}}, Map{{"name", "fore"}, {"a", 0.4}}}}});
+  call("world.create", {{"name", "cell"}});
+  call("world.add_robot", {{"id", "cell"}, {"robot", "arm"}});
+  call("robot.set_joint", {{"id", "arm"}, {"link", "fore"}, {"value", 0.3}});
+  EXPECT_EQ(last("old_word").text, "robot.set_joint calls the argument \"link\" \"joint\" now.");
+  const auto old_word_messages = [&] {
+    const auto all = app().messages.recent(1000);
+    return std::count_if(all.begin(), all.end(),
+                         [](const Message& m) { return m.code == "old_word"; });
+  };
+  const auto before = old_word_messages();
+  const Value after = call("robot.add_joint", {{"id", "arm"}, {"joint", 2}, {"value", 0.1}});
+  EXPECT_DOUBLE_EQ(after.as_array()->data().at(1), 0.4);
+  EXPECT_EQ(old_word_messages(), before) << "the words of now need no message";
+  const Value old = call("robot.analytical_jacobian",
+                         {{"id", "arm"}, {"q", List{0.1, 0.2}}, {"notation", "quaternion"}});
+  EXPECT_EQ(old.as_map()->find("jacobian")->as_array()->rows(), 7U);
+  EXPECT_NE(fails("robot.set_joint", {{"id", "arm"}, {"link", 1}, {"joint", 2}, {"value", 0}})
+                .sentence()
+                .find("link"),
+            std::string::npos)
+      << "both words at once are one too many";
+}
+
+TEST_F(Ioci, EveryOldWordHasAnArgumentOfTheNewOneAndNoneOfItsOwn) {
+  ASSERT_FALSE(old_words().empty());
+  for (const OldWord& word : old_words()) {
+    const CommandSpec* spec = app().commands.find(word.command);
+    ASSERT_NE(spec, nullptr) << word.command;
+    const auto has = [&](std::string_view name) {
+      return std::any_of(spec->params.begin(), spec->params.end(),
+                         [&](const ParamSpec& p) { return p.name == name; });
+    };
+    EXPECT_TRUE(has(word.is)) << word.command << " " << word.is;
+    EXPECT_FALSE(has(word.was)) << word.command << " " << word.was;
+  }
+}
 
 // --- errors --------------------------------------------------------------------------------
 
@@ -209,13 +254,14 @@ TEST_F(Ioci, OneCommandIsOneStep) {
   call("document.list");
   EXPECT_EQ(steps(), 2U) << "reading leaves no step";
   call("robot.get", {{"name", "pa10"}});
-  EXPECT_EQ(steps(), 3U) << "a robot and all it refers to are one step";
+  EXPECT_EQ(steps(), 2U) << "what comes from the library is no step";
+  const auto records = app().document.now()->size();
   call("robot.get", {{"name", "pa10"}});
-  EXPECT_EQ(steps(), 3U) << "what is there is not loaded again";
+  EXPECT_EQ(app().document.now()->size(), records) << "what is there is not loaded again";
   call("document.undo");
-  EXPECT_EQ(app().document.now()->size(), 2U);
+  EXPECT_EQ(app().document.now()->size(), records - 1);
   call("document.redo");
-  EXPECT_TRUE(app().document.now()->find(Kind::robot, "pa10").has_value());
+  EXPECT_EQ(app().document.now()->size(), records);
 }
 
 TEST_F(Ioci, EditsOfOneGestureShareAStep) {
@@ -237,7 +283,8 @@ TEST_F(Ioci, AGroupIsOneStepAndSeesItsOwnEdits) {
     RMP_TRY(app().dispatch(session_, "material.create", {{"name", "brass"}, {"density", 8500}}));
     RMP_TRY_ASSIGN(const Value steel, app().dispatch(session_, "material.create",
                                                      {{"name", "steel"}, {"density", 7850}}));
-    EXPECT_EQ(app().name_of(*steel.as_handle()), "steel");
+    EXPECT_EQ(app().name_of(*steel.as_handle(), &session_), "steel");
+    EXPECT_EQ(app().name_of(*steel.as_handle()), std::nullopt) << "nobody else sees it yet";
     RMP_TRY(app().dispatch(session_, "material.set", {{"id", "steel"}, {"density", 7900}}));
     return {};
   });
@@ -277,12 +324,15 @@ TEST_F(Ioci, ACommandThatFailsWithinAGroupLeavesTheRestOfTheGroup) {
 TEST_F(Ioci, AGroupOfAnotherSessionIsNotJoined) {
   Session other("other");
   const auto done = app().transaction(session_, "mine", [&]() -> Result<void> {
-    EXPECT_FALSE(
+    RMP_TRY(app().dispatch(session_, "material.create", {{"name", "ours"}, {"density", 2}}));
+    EXPECT_TRUE(
         app().dispatch(other, "material.create", {{"name", "theirs"}, {"density", 1}}).ok());
+    EXPECT_FALSE(app().dispatch(other, "material.describe", {{"id", "ours"}}).ok());
     return {};
   });
-  EXPECT_TRUE(done.ok());
-  EXPECT_EQ(app().document.now()->size(), 0U);
+  EXPECT_TRUE(done.ok()) << "nobody changed what it looked at";
+  EXPECT_EQ(app().document.now()->size(), 2U);
+  EXPECT_EQ(app().document.undo_labels(), (std::vector<std::string>{"mine", "material.create"}));
 }
 
 TEST_F(Ioci, AnInterruptedCommandIsCancelledAndLeavesNoTrace) {

@@ -5,7 +5,6 @@
 
 #include <gtest/gtest.h>
 
-#include "kernel/app_thread.h"
 
 namespace robomosp {
 namespace {
@@ -132,26 +131,6 @@ TEST(Components, ALongChainDoesNotUseTheCallStack) {
                        : std::vector<std::string>{});
   ASSERT_TRUE(all.start_all().ok());
   EXPECT_EQ(log.front(), "+" + std::to_string(kCount - 1));
-}
-
-TEST(AppThread, RunsWhatWasPostedInOrderAndSurvivesATaskThatThrows) {
-  AppThread app;
-  std::vector<int> ran;
-  std::thread([&] {
-    EXPECT_FALSE(app.is_current());
-    app.post([&] { ran.push_back(1); });
-    app.post([] { throw std::runtime_error("task"); });
-    app.post([&] {
-      ran.push_back(2);
-      app.post([&] { ran.push_back(3); });
-    });
-  }).join();
-  EXPECT_TRUE(app.is_current());
-  EXPECT_EQ(app.pump(), 3U);
-  EXPECT_EQ(ran, (std::vector<int>{1, 2}));
-  EXPECT_EQ(app.pump(), 1U);
-  EXPECT_EQ(ran, (std::vector<int>{1, 2, 3}));
-  EXPECT_EQ(app.pump(), 0U);
 }
 
 }  // namespace

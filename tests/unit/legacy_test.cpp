@@ -96,7 +96,7 @@ class Legacy : public testing::Test {
   const model::Solid& solid(AnyId id) {
     return std::get<model::Solid>(bench.document.now()->find(id)->body);
   }
-  document::BodyMass mass(AnyId id) {
+  evaluation::BodyMass mass(AnyId id) {
     NoProgress progress;
     return unwrap(bench.derived.mass(*bench.document.now(), id, progress));
   }

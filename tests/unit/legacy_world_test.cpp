@@ -109,7 +109,7 @@ class LegacyWorld : public testing::Test {
 
 PathSample at(const motion::Path& path, double t) {
   PathSample s;
-  path.sample({&t, 1}, {&s, 1});
+  EXPECT_TRUE(path.sample({&t, 1}, {&s, 1}).ok());
   return s;
 }
 

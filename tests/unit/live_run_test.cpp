@@ -18,9 +18,9 @@
 namespace robomosp {
 namespace {
 
+using recording::Recording;
+using recording::RecordingPtr;
 using sim::LiveRun;
-using sim::Recording;
-using sim::RecordingPtr;
 using sim::RowSink;
 using sim::RunState;
 using test::make;
@@ -372,7 +372,7 @@ class Worlds : public testing::Test {
     return c ? c->values.back() : std::nan("");
   }
   static void expect_equal_bits(const Recording& a, const Recording& b, bool all) {
-    for (const sim::Column& c : a.columns) {
+    for (const recording::Column& c : a.columns) {
       const auto* other = b.find(c.name);
       if (!other && !all) continue;
       ASSERT_NE(other, nullptr) << c.name;

@@ -28,7 +28,9 @@ class LuaProviders : public test::ProgramTest {
  protected:
   void SetUp() override {
     ProgramTest::SetUp();
-    state_ = std::make_unique<LuaState>(app(), session_, LuaOptions{});
+    LuaOptions options;
+    options.patience = std::chrono::milliseconds(100);
+    state_ = std::make_unique<LuaState>(app(), session_, options);
   }
   void run(const std::string& code) {
     const auto r = state_->run_string(code, "mine.lua");
@@ -254,12 +256,12 @@ class LuaPaths : public LuaProviders {
     return provide<CurveMaker>(given)->make(points(), *make_params({}));
   }
   Result<std::unique_ptr<MotionLaw>> law(const std::string& given) {
-    return provide<MotionLawMaker>(given)->make({2, 1}, *make_params({}));
+    return provide<MotionLawMaker>(given)->make({sizeof(LawTask), 2, 1}, *make_params({}));
   }
   Result<std::unique_ptr<Orientation>> orientation(const std::string& given) {
     const std::vector<double> shares{0, 0.3, 1};
     const auto all = points();
-    return provide<OrientationMaker>(given)->make({all, shares, nullptr}, *make_params({}));
+    return provide<OrientationMaker>(given)->make({sizeof(OrientationTask), all, shares, nullptr}, *make_params({}));
   }
 };
 
@@ -273,7 +275,9 @@ TEST_F(LuaPaths, ACurveHasTheDerivativesOfItsPlaces) {
   EXPECT_EQ((*made)->end(), 1);
   for (const double u : {0.0, 0.00037, 0.31415, 0.5, 0.99991, 1.0}) {
     CurveSample s;
-    std::jthread([&] { (*made)->evaluate({&u, 1}, {&s, 1}); }).join();  // any thread
+    std::jthread([&] {
+      EXPECT_TRUE((*made)->evaluate({&u, 1}, {&s, 1}).ok());
+    }).join();  // any thread
     const double p[] = {u, u * u, u * u * u}, d1[] = {1, 2 * u, 3 * u * u}, d2[] = {0, 2, 6 * u};
     for (std::size_t k = 0; k < 3; ++k) {
       EXPECT_NEAR(s.p[k], p[k], 1e-14);
@@ -298,14 +302,14 @@ TEST_F(LuaPaths, ALawRunsFromStartToEndWithItsRates) {
   const double w = std::acos(-1.0) / 2;
   for (const double t : {0.0, 0.3, 1.7, 3.9, 4.0}) {
     LawSample s;
-    (*made)->sample({&t, 1}, {&s, 1});
+    EXPECT_TRUE((*made)->sample({&t, 1}, {&s, 1}).ok());
     EXPECT_NEAR(s.share, t / 4 - std::sin(w * t) / (4 * w), 1e-12);
     EXPECT_NEAR(s.rate, (1 - std::cos(w * t)) / 4, 1e-9);
     EXPECT_NEAR(s.acceleration, w * std::sin(w * t) / 4, 1e-7);
   }
   LawSample s;
   const double after = 5;
-  (*made)->sample({&after, 1}, {&s, 1});
+  EXPECT_TRUE((*made)->sample({&after, 1}, {&s, 1}).ok());
   EXPECT_EQ(s.share, 1);
   EXPECT_EQ(s.rate, 0);
   // Rates that are given are taken: here the corner of a trapezoid.
@@ -314,7 +318,7 @@ TEST_F(LuaPaths, ALawRunsFromStartToEndWithItsRates) {
           "  if t <= 1 then return t^2 / 2, t, 1 end return 1 - (2 - t)^2 / 2, 2 - t, -1 end}");
   ASSERT_TRUE(exact.ok()) << said(exact);
   const double before = 0.9995;
-  (*exact)->sample({&before, 1}, {&s, 1});
+  EXPECT_TRUE((*exact)->sample({&before, 1}, {&s, 1}).ok());
   EXPECT_NEAR(s.rate, before, 2e-3);
   expect_says(said(law("{duration = 1, share = function(w, p, t) return 1 - t end}")),
               {"turn back at 0.002 s"});
@@ -336,7 +340,7 @@ TEST_F(LuaPaths, AnOrientationHasTheDerivativesOfItsTurns) {
   for (const double w : {0.0, 0.1234567, 0.7, 1.0}) {
     OrientationSample s;
     CurveSample along;
-    (*made)->evaluate({&w, 1}, {&along, 1}, {&s, 1});
+    EXPECT_TRUE((*made)->evaluate({&w, 1}, {&along, 1}, {&s, 1}).ok());
     EXPECT_NEAR(s.R[0], std::cos(w * w), 1e-12);
     EXPECT_NEAR(s.R[3], std::sin(w * w), 1e-12);
     EXPECT_NEAR(s.turn[2], 2 * w, 1e-9);
@@ -398,7 +402,7 @@ TEST_F(LuaCollision, TellsDistancesTouchesAndWhatTouchesNothing) {
     off_thread = (*scene)->collisions(poses(1), pairs, hits, progress_);
     scene->reset();
   }).join();
-  expect_says(said(off_thread), {"plugin_failed", "another thread"});
+  expect_says(said(off_thread), {"plugin_failed", "busy with something else for 0.1 s"});
 }
 
 TEST_F(LuaCollision, WhatPrepareMakesIsWhatIsGivenLater) {
@@ -484,7 +488,7 @@ TEST_F(LuaPhysics, MovesTheBodiesOfItsTableAndMeasuresJoints) {
   std::vector<Pose> poses(2);
   std::vector<Vec3> v(2), turning(2);
   std::vector<double> q(1), qd(1);
-  (*w)->read({poses, v, turning, q, qd});
+  EXPECT_TRUE((*w)->read({sizeof(PhysicsState), poses, v, turning, q, qd}).ok());
   EXPECT_EQ(poses[1].p[2], 1);
   EXPECT_NEAR(q[0], 6, 1e-12) << "whole turns are counted";
   EXPECT_NEAR(qd[0], 20, 1e-12);

@@ -615,7 +615,7 @@ TEST_F(NativeFiles, EveryFileOfTheLibraryLoadsAndIsWrittenStably) {
   std::size_t files = 0;
   for (const auto& entry : fs::recursive_directory_iterator(library[0])) {
     const fs::path& file = entry.path();
-    const bool is_native = std::any_of(std::begin(kAllKinds), std::end(kAllKinds), [&](Kind k) {
+    const bool is_native = std::any_of(all_kinds().begin(), all_kinds().end(), [&](Kind k) {
       return io::extension(k) == file.extension().string();
     });
     if (!is_native) continue;

@@ -8,7 +8,7 @@
 
 #include <robomosp/sdk/csg_primitive.h>
 
-#include "ioci/commands.h"
+#include "ioci/core/commands.h"
 #include "lua/lua_state.h"
 #include "support/program.h"
 

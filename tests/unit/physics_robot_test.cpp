@@ -30,13 +30,14 @@ model::Placement at(Vec3 p) {
   out.position = p;
   return out;
 }
-double last(const sim::Recording& r, const std::string& column) {
+double last(const recording::Recording& r, const std::string& column) {
   const auto* c = r.find(column);
   EXPECT_NE(c, nullptr) << column;
   return c ? c->values.back() : std::nan("");
 }
 /// Greatest difference of the columns `stem`1, `stem`2, ...
-double difference(const sim::Recording& a, const sim::Recording& b, const std::string& stem) {
+double difference(const recording::Recording& a, const recording::Recording& b,
+                  const std::string& stem) {
   double most = 0;
   for (std::size_t i = 1; a.find(stem + std::to_string(i)); ++i) {
     const auto& x = a.find(stem + std::to_string(i))->values;
@@ -50,14 +51,14 @@ double difference(const sim::Recording& a, const sim::Recording& b, const std::s
 
 class PhysicsRobot : public testing::Test {
  protected:
-  Result<sim::RecordingPtr> simulate(PhysicsRun run, WorldId world) {
+  Result<recording::RecordingPtr> simulate(PhysicsRun run, WorldId world) {
     run.world = world;
     const auto snapshot = bench.document.now();
     return sim::simulate_physics({bench.registry, bench.derived, *snapshot}, run, progress);
   }
   /// The same free motion by the equations of motion and the variable-step integrator.
-  Result<sim::RecordingPtr> integrate(WorldId world, const std::string& robot,
-                                      const PhysicsRun& run) {
+  Result<recording::RecordingPtr> integrate(WorldId world, const std::string& robot,
+                                            const PhysicsRun& run) {
     sim::ForwardRun f;
     f.world = world;
     f.robot = robot;
@@ -352,7 +353,7 @@ TEST_F(Grip, EqualRunsGiveEqualBitsAlsoAfterAnEditThatWasUndone) {
   const WorldId w = world(coupled_, {0, 0.04});
   const auto first = unwrap(simulate(run, w));
   ASSERT_TRUE(first);
-  const auto same = [&](const sim::Recording& r) {
+  const auto same = [&](const recording::Recording& r) {
     if (r.columns.size() != first->columns.size()) return false;
     for (std::size_t c = 0; c < r.columns.size(); ++c)
       if (r.columns[c].values != first->columns[c].values) return false;

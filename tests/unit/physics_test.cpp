@@ -70,13 +70,13 @@ class Physics : public testing::Test {
     if (id_.number == 0) id_ = make(bench.document, "cell", world_);
     return id_;
   }
-  Result<sim::RecordingPtr> simulate(PhysicsRun run) {
+  Result<recording::RecordingPtr> simulate(PhysicsRun run) {
     run.world = world();
     const auto snapshot = bench.document.now();
     const sim::Simulator simulator{bench.registry, bench.derived, *snapshot};
     return sim::simulate_physics(simulator, run, progress);
   }
-  static double last(const sim::Recording& r, const std::string& column) {
+  static double last(const recording::Recording& r, const std::string& column) {
     const auto* c = r.find(column);
     EXPECT_NE(c, nullptr) << column;
     return c ? c->values.back() : std::numeric_limits<double>::quiet_NaN();

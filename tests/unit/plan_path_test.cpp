@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "ioci/commands.h"
+#include "ioci/core/commands.h"
 #include "lua/lua_state.h"
 #include "support/program.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sim/plot.h"
+#include "recording/plot/plot.h"
 
 #include <cmath>
 
@@ -11,8 +11,8 @@
 namespace robomosp {
 namespace {
 
-using sim::PlotRequest;
-using sim::Recording;
+using recording::PlotRequest;
+using recording::Recording;
 using test::unwrap;
 
 std::size_t count(const std::string& in, const std::string& what) {
@@ -43,7 +43,7 @@ PlotRequest of(const Recording& r, std::vector<std::string> columns) {
 
 TEST(Plots, SvgHasOneCurveAColumnAndOnePanelAUnit) {
   const Recording r = small_recording();
-  const std::string svg = sim::to_svg(unwrap(sim::plot(of(r, {"tau", "x"}))));
+  const std::string svg = recording::to_svg(unwrap(recording::plot(of(r, {"tau", "x"}))));
   EXPECT_NE(svg.find("a &lt;small&gt; one"), std::string::npos);
   EXPECT_EQ(count(svg, "stroke-linejoin"), 3U);
   EXPECT_NE(svg.find("tau [N m]"), std::string::npos);
@@ -54,15 +54,15 @@ TEST(Plots, SvgHasOneCurveAColumnAndOnePanelAUnit) {
 TEST(Plots, ColumnsOfDifferentLimitsGetPanelsWithBandsOfTheirOwn) {
   const Recording r = small_recording();
   PlotRequest request = of(r, {"tau"});
-  EXPECT_EQ(unwrap(sim::plot(request)).panels.size(), 1U);
+  EXPECT_EQ(unwrap(recording::plot(request)).panels.size(), 1U);
   request.limits = true;
-  const sim::Plot p = unwrap(sim::plot(request));
+  const recording::Plot p = unwrap(recording::plot(request));
   ASSERT_EQ(p.panels.size(), 2U);
   EXPECT_EQ(p.panels[0].upper, 3);
   EXPECT_EQ(p.panels[1].lower, -9);
   // Two bands a panel, and a dashed line at each limit.
-  EXPECT_EQ(count(sim::to_svg(p), "fill-opacity=\"0.1\""), 4U);
-  EXPECT_EQ(count(sim::to_svg(p), "stroke-dasharray"), 4U);
+  EXPECT_EQ(count(recording::to_svg(p), "fill-opacity=\"0.1\""), 4U);
+  EXPECT_EQ(count(recording::to_svg(p), "stroke-dasharray"), 4U);
 }
 
 TEST(Plots, OtherRecordingsAreDashedInTheColourOfTheColumn) {
@@ -72,16 +72,16 @@ TEST(Plots, OtherRecordingsAreDashedInTheColourOfTheColumn) {
   other.columns[0].values = {0, 0.2, 0.4};
   PlotRequest request = of(r, {"tau"});
   request.recordings.push_back(&other);
-  const sim::Plot p = unwrap(sim::plot(request));
+  const recording::Plot p = unwrap(recording::plot(request));
   ASSERT_EQ(p.panels.at(0).lines.size(), 4U);
   EXPECT_EQ(p.panels[0].lines[2].colour, p.panels[0].lines[3].colour);
   EXPECT_EQ(p.panels[0].lines[3].source, 1U);
   EXPECT_EQ(p.panels[0].lines[3].x.back(), 0.4);
-  const std::string svg = sim::to_svg(p);
+  const std::string svg = recording::to_svg(p);
   EXPECT_EQ(count(svg, "stroke-dasharray"), 3U);  // two curves and the legend
   EXPECT_NE(svg.find("as measured"), std::string::npos);
   other.columns[1].unit = "N";
-  const auto refused = sim::plot(request);
+  const auto refused = recording::plot(request);
   ASSERT_FALSE(refused.ok());
   EXPECT_EQ(refused.error().sentence(),
             "\"as measured\": its column \"tau1\" is in \"N\" instead of \"N m\". Draw them in two "
@@ -96,7 +96,7 @@ TEST(Plots, RecordingsOfOneColumnAPanelAreToldApartByColour) {
     others[i].title = "recording with a long name " + std::to_string(i);
     request.recordings.push_back(&others[i]);
   }
-  const std::string svg = sim::to_svg(unwrap(sim::plot(request)));
+  const std::string svg = recording::to_svg(unwrap(recording::plot(request)));
   EXPECT_EQ(count(svg, "stroke-dasharray"), 0U);
   EXPECT_EQ(count(svg, "#2f6fb7"), 2U);  // the curve and its legend
   EXPECT_EQ(count(svg, "#e07b1f"), 2U);
@@ -118,7 +118,7 @@ TEST(Plots, LongNamesAndNumbersHaveRoomBesideThePanels) {
   Recording r = small_recording();
   r.columns[3].name = "manipulability_of_the_left_arm";
   r.columns[3].values = {0.0141025, 0.0141026, 0.0141027};
-  const std::string svg = sim::to_svg(unwrap(sim::plot(of(r, {r.columns[3].name}))));
+  const std::string svg = recording::to_svg(unwrap(recording::plot(of(r, {r.columns[3].name}))));
   // A letter of 12 pixels is less than 8 wide.
   const std::string name = ">" + r.columns[3].name + "<";
   const std::size_t at = svg.find(name), x = svg.rfind("x=\"", at);
@@ -136,7 +136,7 @@ TEST(Plots, AnAxisHasTwoNumbersAtLeast) {
   PlotRequest request = of(r, {"tau1"});
   request.limits = true;
   request.height = 180;
-  const std::string svg = sim::to_svg(unwrap(sim::plot(request)));
+  const std::string svg = recording::to_svg(unwrap(recording::plot(request)));
   EXPECT_EQ(count(svg, "text-anchor=\"end\""), 5U);  // -4, -2, 0, 2, 4
   EXPECT_NE(svg.find(">-4<"), std::string::npos);
 }
@@ -147,7 +147,7 @@ TEST(Plots, ColumnsBeyondTheTenthAreDashed) {
     r.columns.push_back(r.columns[2]);
     r.columns.back().name = "tau" + std::to_string(i);
   }
-  const std::string svg = sim::to_svg(unwrap(sim::plot(of(r, {"tau"}))));
+  const std::string svg = recording::to_svg(unwrap(recording::plot(of(r, {"tau"}))));
   EXPECT_EQ(count(svg, "stroke-dasharray"), 4U);  // two curves and their legend
 }
 
@@ -161,7 +161,7 @@ TEST(Plots, ACircleIsDrawnRound) {
   }
   PlotRequest request = of(r, {"y"});
   request.x = "x";
-  const std::string svg = sim::to_svg(unwrap(sim::plot(request)));
+  const std::string svg = recording::to_svg(unwrap(recording::plot(request)));
   const std::size_t at = svg.rfind("<path d=\"M", svg.find("stroke-linejoin"));
   double x_low = 1e9, x_high = -1e9, y_low = 1e9, y_high = -1e9;
   const char* s = svg.c_str() + at + 9;
@@ -180,11 +180,11 @@ TEST(Plots, APathHasThreeShadows) {
   const Recording r = small_recording();
   PlotRequest request = of(r, {});
   request.is_path = true;
-  const sim::Plot p = unwrap(sim::plot(request));
+  const recording::Plot p = unwrap(recording::plot(request));
   EXPECT_EQ(p.z_label, "z [m]");
-  EXPECT_EQ(count(sim::to_svg(p), "stroke-opacity=\"0.4\""), 3U);
+  EXPECT_EQ(count(recording::to_svg(p), "stroke-opacity=\"0.4\""), 3U);
   request.columns = {"x"};
-  const auto refused = sim::plot(request);
+  const auto refused = recording::plot(request);
   ASSERT_FALSE(refused.ok());
   EXPECT_NE(refused.error().sentence().find("needs three columns, 1 is given"), std::string::npos);
 }
@@ -198,7 +198,7 @@ TEST(Plots, TextHasEachCurveAtItsPlace) {
     r.columns[1].values.push_back(i * 0.1);
     r.columns[2].values.push_back(0);
   }
-  const std::string text = sim::to_text(unwrap(sim::plot(of(r, {"x", "y"}))), 60);
+  const std::string text = recording::to_text(unwrap(recording::plot(of(r, {"x", "y"}))), 60);
   std::vector<std::string> lines;
   for (std::size_t at = 0, end = 0; (end = text.find('\n', at)) != std::string::npos; at = end + 1)
     lines.push_back(text.substr(at, end - at));
@@ -215,15 +215,15 @@ TEST(Plots, TextHasEachCurveAtItsPlace) {
 
 TEST(Plots, PngAndPdfAreMadeAndOtherEndingsAreRefused) {
   const Recording r = small_recording();
-  const sim::Plot p = unwrap(sim::plot(of(r, {"tau1"})));
+  const recording::Plot p = unwrap(recording::plot(of(r, {"tau1"})));
   if (!program_on_path("gnuplot").empty()) {
-    const std::string png = unwrap(sim::plot_file(p, "a.png"));
+    const std::string png = unwrap(recording::plot_file(p, "a.png"));
     EXPECT_EQ(png.substr(0, 8), "\x89PNG\r\n\x1a\n");
     EXPECT_EQ(png.substr(png.size() - 8, 4), "IEND");
-    EXPECT_EQ(unwrap(sim::plot_file(p, "a.pdf")).substr(0, 5), "%PDF-");
+    EXPECT_EQ(unwrap(recording::plot_file(p, "a.pdf")).substr(0, 5), "%PDF-");
   }
-  EXPECT_EQ(unwrap(sim::plot_file(p, "folder/a.svg")), sim::to_svg(p));
-  const auto bad = sim::plot_file(p, "a.gif");
+  EXPECT_EQ(unwrap(recording::plot_file(p, "folder/a.svg")), recording::to_svg(p));
+  const auto bad = recording::plot_file(p, "a.gif");
   ASSERT_FALSE(bad.ok());
   EXPECT_NE(bad.error().sentence().find(".svg, .png or .pdf"), std::string::npos);
 }

@@ -12,16 +12,16 @@
 
 #include "kernel/process.h"
 #include "model/placement.h"
+#include "recording/compare.h"
+#include "recording/file.h"
 #include "sim/forward_simulation.h"
 #include "sim/recording_columns.h"
-#include "sim/recording_compare.h"
-#include "sim/recording_file.h"
 #include "support/workbench.h"
 
 namespace robomosp {
 namespace {
 
-using sim::Recording;
+using recording::Recording;
 using sim::Watch;
 using test::unwrap;
 using test::Workbench;
@@ -49,7 +49,7 @@ Recording table(std::vector<double> time, std::vector<double> x, std::string uni
 
 TEST(RecordingFiles, TextReadsBackToTheSameBits) {
   const Recording r = awkward_recording();
-  const auto back = unwrap(sim::recording_from_text(sim::to_text(r, "cell")));
+  const auto back = unwrap(recording::recording_from_text(recording::to_text(r, "cell")));
   EXPECT_EQ(back.world, "cell");
   EXPECT_EQ(back.recording.title, r.title);
   EXPECT_EQ(back.recording.robot, r.robot);
@@ -72,24 +72,25 @@ TEST(RecordingFiles, TextReadsBackToTheSameBits) {
 }
 
 TEST(RecordingFiles, EveryCutOffFileIsRefused) {
-  const std::string whole = sim::to_text(awkward_recording(), "cell");
+  const std::string whole = recording::to_text(awkward_recording(), "cell");
   for (std::size_t n = 0; n + 1 < whole.size(); ++n)
-    EXPECT_FALSE(sim::recording_from_text(whole.substr(0, n)).ok() && n + 4 < whole.size()) << n;
-  const auto cut = sim::recording_from_text(whole.substr(0, whole.find("0.1 ")));
+    EXPECT_FALSE(recording::recording_from_text(whole.substr(0, n)).ok() && n + 4 < whole.size())
+        << n;
+  const auto cut = recording::recording_from_text(whole.substr(0, whole.find("0.1 ")));
   ASSERT_FALSE(cut.ok());
   EXPECT_NE(cut.error().sentence().find("the file ends after row 1 of 3"), std::string::npos)
       << cut.error().sentence();
-  const auto huge = sim::recording_from_text(
+  const auto huge = recording::recording_from_text(
       "robomosp recording 1\ncolumn \"time\" \"s\" -inf inf \"\"\nrows 999999999999\n");
   EXPECT_FALSE(huge.ok());
-  const auto newer = sim::recording_from_text("robomosp recording 2\n");
+  const auto newer = recording::recording_from_text("robomosp recording 2\n");
   ASSERT_FALSE(newer.ok());
   EXPECT_NE(newer.error().sentence().find("newer version"), std::string::npos);
 }
 
 TEST(RecordingFiles, TablesAreBroughtToSi) {
-  const auto r = unwrap(
-      sim::recording_from_csv("\xef\xbb\xbftime [ms];q1 (deg);x [mm]\r\n0;90;1,5\r\n10;-180;\r\n"));
+  const auto r = unwrap(recording::recording_from_csv(
+      "\xef\xbb\xbftime [ms];q1 (deg);x [mm]\r\n0;90;1,5\r\n10;-180;\r\n"));
   ASSERT_EQ(r.columns.size(), 3U);
   EXPECT_EQ(r.columns[0].unit, "s");
   EXPECT_EQ(r.columns[0].values[1], 0.01);
@@ -101,7 +102,7 @@ TEST(RecordingFiles, TablesAreBroughtToSi) {
 
 TEST(RecordingFiles, FaultsOfTablesTellTheirLine) {
   const auto sentence = [](const char* csv) {
-    const auto r = sim::recording_from_csv(csv);
+    const auto r = recording::recording_from_csv(csv);
     return r.ok() ? std::string("accepted") : r.error().sentence();
   };
   EXPECT_NE(sentence("time [s],x\n0,1\n1,a\n").find("line 3: \"a\" of column \"x\""),
@@ -118,7 +119,7 @@ TEST(RecordingFiles, FaultsOfTablesTellTheirLine) {
 TEST(RecordingFiles, CsvAndBackIsTheSame) {
   Recording r = awkward_recording();
   r.columns.pop_back();
-  const auto back = unwrap(sim::recording_from_csv(sim::to_csv(r)));
+  const auto back = unwrap(recording::recording_from_csv(recording::to_csv(r)));
   ASSERT_EQ(back.columns.size(), 2U);
   EXPECT_EQ(back.columns[1].values, r.columns[1].values);
   EXPECT_EQ(back.columns[1].unit, "N m");
@@ -145,7 +146,7 @@ std::uint32_t slow_crc(const std::string& s) {
 TEST(RecordingFiles, NumpyArchivesHoldTheArrays) {
   EXPECT_EQ(slow_crc("123456789"), 0xcbf43926U);  // the check value of CRC-32/ISO-HDLC
   const Recording r = awkward_recording();
-  const std::string zip = unwrap(sim::to_npz(r));
+  const std::string zip = unwrap(recording::to_npz(r));
   // The end record, then the directory, then each file by what the directory says.
   const std::size_t end = zip.size() - 22;
   ASSERT_EQ(zip.substr(end, 4), "PK\x05\x06");
@@ -192,10 +193,10 @@ TEST(RecordingFiles, PythonAndNumpyReadTheSameBits) {
   const fs::path folder = fs::path(testing::TempDir()) / "robomosp-recording-check";
   fs::create_directories(folder);
   const Recording r = awkward_recording();
-  std::ofstream(folder / "run.npz", std::ios::binary) << unwrap(sim::to_npz(r));
-  std::ofstream(folder / "run.json", std::ios::binary) << sim::to_json(r);
+  std::ofstream(folder / "run.npz", std::ios::binary) << unwrap(recording::to_npz(r));
+  std::ofstream(folder / "run.json", std::ios::binary) << recording::to_json(r);
   std::ofstream expected(folder / "expected.txt");
-  for (const sim::Column& c : r.columns) {
+  for (const recording::Column& c : r.columns) {
     expected << c.name << std::hex;
     for (const double v : c.values) expected << ' ' << std::bit_cast<std::uint64_t>(v);
     expected << '\n';
@@ -215,7 +216,7 @@ TEST(RecordingFiles, PythonAndNumpyReadTheSameBits) {
 }
 
 TEST(RecordingFiles, JsonHasNoNumbersThatAreNone) {
-  const std::string json = sim::to_json(awkward_recording());
+  const std::string json = recording::to_json(awkward_recording());
   EXPECT_NE(json.find("\"values\": [null,null,null]"), std::string::npos);
   EXPECT_NE(json.find("\"a \\\"quoted\\\" \\\\ one\\nof two lines\""), std::string::npos);
   EXPECT_NE(json.find("\"lower\": -2"), std::string::npos);
@@ -263,7 +264,7 @@ TEST(Compare, FiguresAreThoseWorkedByHand) {
   // Differences -1, 0, 1, 0 over 4 samples; correlation by Pearson's formula: the deviations are
   // (-1.5, -0.5, 0.5, 1.5) and (-2.5, -0.5, 1.5, 1.5), so 7 / sqrt(5 * 11).
   const auto d = unwrap(
-      sim::compare(table({0, 1, 2, 3}, {1, 2, 3, 4}), table({0, 1, 2, 3}, {0, 2, 4, 4}), {}));
+      recording::compare(table({0, 1, 2, 3}, {1, 2, 3, 4}), table({0, 1, 2, 3}, {0, 2, 4, 4}), {}));
   ASSERT_EQ(d.size(), 1U);
   EXPECT_EQ(d[0].greatest, 1);
   EXPECT_EQ(d[0].at, 0);
@@ -274,8 +275,8 @@ TEST(Compare, FiguresAreThoseWorkedByHand) {
 }
 
 TEST(Compare, OtherTimesAreInterpolatedWhereBothHaveThem) {
-  const auto d = unwrap(sim::compare(table({0, 1, 2, 3}, {0, 2, 4, 6}),
-                                     table({0.5, 1.5, 2.75}, {1.25, 3.25, 5.75}), {}));
+  const auto d = unwrap(recording::compare(table({0, 1, 2, 3}, {0, 2, 4, 6}),
+                                           table({0.5, 1.5, 2.75}, {1.25, 3.25, 5.75}), {}));
   EXPECT_EQ(d[0].samples, 2U);  // t = 1 and 2
   EXPECT_NEAR(d[0].greatest, 0.25, 1e-15);
   EXPECT_NEAR(d[0].mean, 0.25, 1e-15);
@@ -284,12 +285,12 @@ TEST(Compare, OtherTimesAreInterpolatedWhereBothHaveThem) {
 }
 
 TEST(Compare, WhatDoesNotVaryHasNoCorrelation) {
-  EXPECT_FALSE(
-      unwrap(sim::compare(table({0, 1}, {0.1, 0.1}), table({0, 1}, {1, 2}), {}))[0].correlation);
-  const auto apart = sim::compare(table({0, 1}, {0, 0}), table({2, 3}, {1, 2}), {});
+  EXPECT_FALSE(unwrap(recording::compare(table({0, 1}, {0.1, 0.1}), table({0, 1}, {1, 2}), {}))[0]
+                   .correlation);
+  const auto apart = recording::compare(table({0, 1}, {0, 0}), table({2, 3}, {1, 2}), {});
   ASSERT_FALSE(apart.ok());
   EXPECT_NE(apart.error().sentence().find("no time in common"), std::string::npos);
-  const auto units = sim::compare(table({0, 1}, {0, 0}), table({0, 1}, {1, 2}, "rad"), {});
+  const auto units = recording::compare(table({0, 1}, {0, 0}), table({0, 1}, {1, 2}, "rad"), {});
   ASSERT_FALSE(units.ok());
   EXPECT_NE(units.error().sentence().find("\"m\" and in \"rad\""), std::string::npos);
 }
@@ -301,7 +302,7 @@ class PushedArm : public ::testing::Test {
   NoProgress progress;
   static constexpr Vec3 kForce{12, -7, 5}, kMoment{0.6, 0.3, -0.9};
 
-  sim::RecordingPtr pushed(std::vector<std::string> quantities, bool friction = false) {
+  recording::RecordingPtr pushed(std::vector<std::string> quantities, bool friction = false) {
     const AnyId robot = bench.load("robots/puma560.rbt");
     const auto snapshot = bench.document.now();
     const sim::Simulator simulator{bench.registry, bench.derived, *snapshot};
@@ -360,7 +361,7 @@ TEST_F(PushedArm, WorkOfMotorsAndToolAndFrictionIsTheChangeOfEnergy) {
     EXPECT_NEAR(r->find("work")->values[i] + other[i], e[i] - e[0], 1e-3) << "row " << i;
   EXPECT_GT(std::fabs(e.back() - e[0]), 0.5);
   // q1 = 0.3 of limits that the robot's file gives.
-  const sim::Column* q1 = r->find("q1");
+  const recording::Column* q1 = r->find("q1");
   ASSERT_TRUE(std::isfinite(q1->upper));
   EXPECT_NEAR(r->find("used_q1")->values[0],
               std::fabs(0.3 - (q1->lower + q1->upper) / 2) / ((q1->upper - q1->lower) / 2), 1e-15);
@@ -371,10 +372,10 @@ TEST_F(PushedArm, RatesThatARecordingLacksAreDerivativesOfItsValues) {
   const auto whole = pushed({"jerk", "torque"});
   ASSERT_TRUE(whole);
   Recording bare = *whole;
-  std::erase_if(bare.columns, [](const sim::Column& c) {
+  std::erase_if(bare.columns, [](const recording::Column& c) {
     return c.name != "time" && !(c.name.size() == 2 && c.name[0] == 'q');
   });
-  for (sim::Column& c : bare.columns) c.lower = -INFINITY, c.upper = INFINITY;
+  for (recording::Column& c : bare.columns) c.lower = -INFINITY, c.upper = INFINITY;
   ASSERT_EQ(bare.columns.size(), 7U);
   const auto snapshot = bench.document.now();
   const sim::Simulator simulator{bench.registry, bench.derived, *snapshot};

@@ -177,11 +177,11 @@ struct ReplayTest : testing::Test {
   Workbench& bench = loaded().bench;
   NoProgress progress;
   WorldId world = loaded().world;
-  sim::Recording recording = moving(61, 0.1);
+  recording::Recording recording = moving(61, 0.1);
   ReplayRequest request{.title = "PA-10 <swings> & \"stops\"", .camera = {}};
 
-  sim::Recording moving(std::size_t rows, double step) const {
-    sim::Recording r;
+  recording::Recording moving(std::size_t rows, double step) const {
+    recording::Recording r;
     r.title = "swing";
     r.world = world;
     r.robot = "pa10";
@@ -315,7 +315,7 @@ TEST_F(ReplayTest, ColumnsKeepFourDigitsAndGaps) {
   request.frame_rate = 1;
   // The robot does not follow the joint without a value here; only the plot has the gap.
   const Playback motion = [&] {
-    sim::Recording whole = moving(61, 0.1);
+    recording::Recording whole = moving(61, 0.1);
     std::swap(whole, recording);
     Playback p = playback();
     std::swap(whole, recording);
@@ -437,7 +437,7 @@ TEST_F(ReplayTest, WhatCannotBeReplayedIsTold) {
   Playback lame = playback();
   lame.poses.pop_back();
   EXPECT_NE(told(lame).find("poses"), std::string::npos);
-  sim::Column other{"other", "", "", {1, 2}};
+  recording::Column other{"other", "", "", {1, 2}};
   request.columns = {&other};
   EXPECT_NE(told(playback()).find("\"other\" has another number of samples"), std::string::npos);
   request.columns.clear();

@@ -15,7 +15,7 @@
 #include <gtest/gtest.h>
 #include <robomosp/sdk/dynamics.h>
 
-#include "import_urdf/read.h"
+#include "robot_files/read.h"
 #include "robotics/build_model.h"
 #include "robotics/coordinates.h"
 #include "robotics/home.h"
@@ -27,8 +27,8 @@ namespace robomosp {
 namespace {
 
 namespace fs = std::filesystem;
-using import_urdf::Options;
-using import_urdf::read_robot;
+using robot_files::Options;
+using robot_files::read_robot;
 using test::unwrap;
 
 using test::RobotFiles;

@@ -17,7 +17,7 @@
 namespace robomosp {
 namespace {
 
-using sim::Recording;
+using recording::Recording;
 using test::unwrap;
 using test::Workbench;
 
@@ -27,7 +27,7 @@ class Cosine final : public JointSegment {
   Cosine(std::size_t dof, std::span<const double> points)
       : dof_(dof), points_(points.begin(), points.end()) {}
   [[nodiscard]] double duration() const override { return 2; }
-  void sample(std::span<const double> times, const JointSamples& out) const override {
+  Result<void> sample(std::span<const double> times, const JointSamples& out) const override {
     const double w = M_PI / 2;
     for (std::size_t i = 0; i < times.size(); ++i)
       for (std::size_t j = 0; j < dof_; ++j) {
@@ -36,6 +36,7 @@ class Cosine final : public JointSegment {
         if (!out.qd.empty()) out.qd[i * dof_ + j] = way * w * std::sin(w * times[i]) / 2;
         if (!out.qdd.empty()) out.qdd[i * dof_ + j] = way * w * w * std::cos(w * times[i]) / 2;
       }
+    return {};
   }
 
  private:
@@ -87,7 +88,7 @@ class RobotMotion : public ::testing::Test {
                  }).ok());
     ASSERT_TRUE(t->commit().ok());
   }
-  Result<sim::RecordingPtr> run(const model::Trajectory& trajectory, double step = 0.05) {
+  Result<recording::RecordingPtr> run(const model::Trajectory& trajectory, double step = 0.05) {
     auto t = bench.document.begin("world");
     const auto id = unwrap(t->add("way" + std::to_string(++count_), trajectory));
     model::World w;
@@ -273,8 +274,8 @@ TEST_F(RobotMotion, WrongInputIsToldByPlace) {
 
 class TimeOptimal : public RobotMotion {
  protected:
-  Result<sim::RecordingPtr> fastest(const model::Trajectory& trajectory,
-                                    const sim::RetimeOptions& options, double step) {
+  Result<recording::RecordingPtr> fastest(const model::Trajectory& trajectory,
+                                          const sim::RetimeOptions& options, double step) {
     auto t = bench.document.begin("world");
     const auto id = unwrap(t->add("way" + std::to_string(++count_), trajectory));
     model::World w;

@@ -12,7 +12,7 @@
 #include "model/placement.h"
 #include "robotics/build_model.h"
 #include "robotics/kinematics.h"
-#include "robotics/skin.h"
+#include "robotics/link_geometry.h"
 #include "spatial/mass.h"
 #include "spatial/pose.h"
 
@@ -325,9 +325,9 @@ TEST(BuildModel, FaultsNameRobotAndLink) {
 }
 
 // Skins: pieces must be valid primitives, near the robot, and join joint to joint.
-void expect_sound(const Skin& skin, double reach) {
-  const auto check = [&](const std::vector<SkinPiece>& pieces) {
-    for (const SkinPiece& p : pieces) {
+void expect_sound(const LinkGeometry& skin, double reach) {
+  const auto check = [&](const std::vector<LinkGeometryPiece>& pieces) {
+    for (const LinkGeometryPiece& p : pieces) {
       ASSERT_EQ(p.tree.nodes.size(), 1U);
       const CsgNode& n = p.tree.nodes[0];
       EXPECT_TRUE(spatial::is_rigid(n.placement)) << n.name;
@@ -343,11 +343,11 @@ void expect_sound(const Skin& skin, double reach) {
   for (const auto& pieces : skin.links) check(pieces);
 }
 
-TEST(Skin, EveryLinkOfKnownRobotsHasABody) {
+TEST(LinkGeometry, EveryLinkOfKnownRobotsHasABody) {
   const std::pair<model::Robot, double> robots[] = {
       {puma(), 1.0}, {pa10(), 1.4}, {pa10_nus(), 1.4}, {scara(), 1.2}};
   for (const auto& [robot, reach] : robots) {
-    const Skin skin = make_skin(robot);
+    const LinkGeometry skin = make_link_geometry(robot);
     ASSERT_EQ(skin.links.size(), robot.links.size());
     EXPECT_FALSE(skin.base.empty());
     for (const auto& pieces : skin.links) EXPECT_FALSE(pieces.empty());
@@ -355,37 +355,38 @@ TEST(Skin, EveryLinkOfKnownRobotsHasABody) {
   }
 }
 
-TEST(Skin, ATubeJoinsTheElbowToTheWrist) {
+TEST(LinkGeometry, ATubeJoinsTheElbowToTheWrist) {
   // PA-10 link 4 carries the forearm: from its own axis 0.48 m along the axis of joint 5.
-  const Skin skin = make_skin(pa10());
+  const LinkGeometry skin = make_link_geometry(pa10());
   double longest = 0;
-  for (const SkinPiece& p : skin.links[3])
+  for (const LinkGeometryPiece& p : skin.links[3])
     if (p.tree.nodes[0].kind == CsgKind::cone)
       longest = std::max(longest, p.tree.nodes[0].sizes[2]);
   EXPECT_GT(longest, 0.38);
   EXPECT_LT(longest, 0.48);
 }
 
-TEST(Skin, WorksForHundredsOfLinksWithoutThickeningThem) {
+TEST(LinkGeometry, WorksForHundredsOfLinksWithoutThickeningThem) {
   std::vector<model::Link> links;
   for (int i = 0; i < 400; ++i) links.push_back(link(0, 0, 0.1, i % 2 ? kRight : -kRight));
-  const Skin skin = make_skin(chain(Convention::dh, links));
+  const LinkGeometry skin = make_link_geometry(chain(Convention::dh, links));
   expect_sound(skin, 40);
   for (const auto& pieces : skin.links)
-    for (const SkinPiece& p : pieces) EXPECT_LT(p.tree.nodes[0].sizes[0], 0.06);
+    for (const LinkGeometryPiece& p : pieces) EXPECT_LT(p.tree.nodes[0].sizes[0], 0.06);
 }
 
-TEST(Skin, DegenerateRobotsGetSomething) {
-  const Skin zero = make_skin(chain(Convention::dh, {link(0, 0, 0, 0), link(0, 0, 0, kRight)}));
+TEST(LinkGeometry, DegenerateRobotsGetSomething) {
+  const LinkGeometry zero =
+      make_link_geometry(chain(Convention::dh, {link(0, 0, 0, 0), link(0, 0, 0, kRight)}));
   expect_sound(zero, 1);
   EXPECT_FALSE(zero.links[1].empty());
-  EXPECT_TRUE(make_skin(model::Robot{}).links.empty());
+  EXPECT_TRUE(make_link_geometry(model::Robot{}).links.empty());
   model::Robot hidden = puma();
   hidden.links[1].visible = false;
-  EXPECT_TRUE(make_skin(hidden).links[1].empty());
+  EXPECT_TRUE(make_link_geometry(hidden).links[1].empty());
   model::Robot endless = chain(Convention::dh, {link(0, 0, 0, 0)});
   endless.links[0].joint = JointKind::prismatic;
-  expect_sound(make_skin(endless), 1);
+  expect_sound(make_link_geometry(endless), 1);
 }
 
 }  // namespace

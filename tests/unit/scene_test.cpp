@@ -295,14 +295,14 @@ TEST_F(SceneTest, ATrajectoryOnItsOwnIsRefusedInASentence) {
 }
 
 /// A recording of one robot of a world, joint values row after row.
-sim::Recording joints(const std::string& robot, std::vector<double> times,
-                      const std::vector<std::vector<double>>& rows) {
-  sim::Recording r;
+recording::Recording joints(const std::string& robot, std::vector<double> times,
+                            const std::vector<std::vector<double>>& rows) {
+  recording::Recording r;
   r.robot = robot;
   r.dof = rows.front().size();
   r.columns.push_back({"time", "s", "", std::move(times)});
   for (std::size_t k = 0; k < r.dof; ++k) {
-    sim::Column c{"q" + std::to_string(k + 1), "rad", "", {}};
+    recording::Column c{"q" + std::to_string(k + 1), "rad", "", {}};
     for (const auto& row : rows) c.values.push_back(row[k]);
     r.columns.push_back(std::move(c));
   }

@@ -8,9 +8,9 @@
 
 #include "kernel/text.h"
 #include "model/placement.h"
+#include "recording/compare.h"
 #include "robotics/kinematics.h"
 #include "sim/joint_rates.h"
-#include "sim/recording_compare.h"
 #include "sim/simulate.h"
 #include "support/reference_dynamics.h"
 #include "support/workbench.h"
@@ -18,7 +18,7 @@
 namespace robomosp {
 namespace {
 
-using sim::Recording;
+using recording::Recording;
 using test::unwrap;
 using test::Workbench;
 
@@ -113,7 +113,7 @@ class Pa10Circle : public ::testing::TestWithParam<const char*> {
     world = unwrap(t->add("cell", std::move(w)));
     ASSERT_TRUE(t->commit().ok());
   }
-  sim::RecordingPtr run(double sample_time = 0) {
+  recording::RecordingPtr run(double sample_time = 0) {
     const auto snapshot = bench.document.now();
     const sim::Simulator simulator{bench.registry, bench.derived, *snapshot};
     auto r = simulator.inverse_dynamics(
@@ -173,7 +173,7 @@ TEST_P(Pa10Circle, TheTipCorrelatesWithTheIdealCircleInEveryCoordinate) {
   ASSERT_TRUE(r);
   const auto& times = r->find("time")->values;
   const std::vector<std::string> place{"x", "y", "z"};
-  const auto d = unwrap(sim::compare(ideal_circle(times, kCentre, kRadius, 0), *r, place));
+  const auto d = unwrap(recording::compare(ideal_circle(times, kCentre, kRadius, 0), *r, place));
   ASSERT_EQ(d.size(), 3U);
   for (const auto& c : d) {
     EXPECT_EQ(c.samples, r->rows());
@@ -185,7 +185,7 @@ TEST_P(Pa10Circle, TheTipCorrelatesWithTheIdealCircleInEveryCoordinate) {
   EXPECT_FALSE(d[2].correlation);
   // 2 degrees behind on the same circle is seen: cos(2 deg) = 0.99939.
   const auto late =
-      unwrap(sim::compare(ideal_circle(times, kCentre, kRadius, M_PI / 90), *r, place));
+      unwrap(recording::compare(ideal_circle(times, kCentre, kRadius, M_PI / 90), *r, place));
   EXPECT_NEAR(*late[0].correlation, std::cos(M_PI / 90), 1e-5);
   EXPECT_NEAR(*late[1].correlation, std::cos(M_PI / 90), 1e-5);
 }
@@ -400,7 +400,7 @@ Recording small_recording() {
 
 TEST(Recordings, CsvReadsBackToTheSameBits) {
   const Recording r = small_recording();
-  std::istringstream in(sim::to_csv(r));
+  std::istringstream in(recording::to_csv(r));
   std::string line;
   std::getline(in, line);
   EXPECT_EQ(line, "time [s],tau1 [N m],tau2 [N m],tau_gravity1 [N m],x [m]\r");
@@ -433,7 +433,7 @@ TEST(Recordings, AnUnknownColumnIsRefusedWithTheNearestName) {
 }
 
 TEST(Recordings, NumbersOfRemovedRecordingsAreNotUsedAgain) {
-  sim::Recordings all;
+  recording::Recordings all;
   const auto first = all.add(std::make_shared<Recording>(small_recording()));
   EXPECT_TRUE(all.remove(first));
   EXPECT_EQ(all.find(first), nullptr);

@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "ioci/application.h"
+#include "ioci/core/application.h"
 #include "model/solid_edit.h"
 
 namespace robomosp::ioci {

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "sim/recording.h"
+#include "recording/recording.h"
 #include "sim/recording_columns.h"
 #include "sim/simulate.h"
 #include "support/records.h"
@@ -18,7 +18,7 @@ namespace {
 
 using model::StepKind;
 using model::TaskStep;
-using sim::RecordingPtr;
+using recording::RecordingPtr;
 using test::make;
 using test::unwrap;
 using test::Workbench;
@@ -193,7 +193,7 @@ class TaskRuns : public ::testing::Test {
   }
   static const std::vector<double>& column(const RecordingPtr& r, const std::string& name) {
     static const std::vector<double> kNone;
-    const sim::Column* c = r ? r->find(name) : nullptr;
+    const recording::Column* c = r ? r->find(name) : nullptr;
     EXPECT_TRUE(c) << name;
     return c ? c->values : kNone;
   }
@@ -514,7 +514,7 @@ TEST_F(TaskRuns, EqualWorldsGiveEqualRecordings) {
   add_task("b", "right", {until("go == 1 and left.q1 > 0.9 rad"), joints({0.3, 0.7})});
   const RecordingPtr first = unwrap(run()), second = unwrap(run());
   ASSERT_TRUE(first && second);
-  EXPECT_EQ(sim::to_csv(*first), sim::to_csv(*second));
+  EXPECT_EQ(recording::to_csv(*first), recording::to_csv(*second));
   EXPECT_EQ(first->notes, second->notes);
 }
 

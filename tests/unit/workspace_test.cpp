@@ -11,12 +11,12 @@
 
 #include <robomosp/sdk/conformance/mechanisms.h>
 
+#include "recording/plot/colour_map.h"
+#include "recording/plot/heat_map.h"
 #include "robotics/joint_sampler.h"
 #include "robotics/joint_slice.h"
 #include "robotics/workspace.h"
 #include "scene/voxels.h"
-#include "sim/colour_map.h"
-#include "sim/heat_map.h"
 #include "sim/workspace_maps.h"
 #include "spatial/vec.h"
 #include "support/workbench.h"
@@ -321,8 +321,8 @@ class Slides : public testing::Test {
   sim::RobotContact contact(bool with_world) {
     const auto snapshot = bench.document.now();
     const sim::Simulator source{bench.registry, bench.derived, *snapshot};
-    return {test::unwrap(with_world ? sim::CollisionModel::of_world(source, world, none)
-                                    : sim::CollisionModel::of_robot(source, robot, none)),
+    return {test::unwrap(with_world ? collision::CollisionModel::of_world(source, world, none)
+                                    : collision::CollisionModel::of_robot(source, robot, none)),
             0};
   }
   std::shared_ptr<const RobotModel> model() {
@@ -377,7 +377,7 @@ TEST_F(Slides, HaveSlicesThatMarkCollisions) {
         << x << " " << y;
   }
   const auto r = sim::slice_recording(*model(), o, s);
-  const auto m = test::unwrap(sim::heat_map(r, {}));
+  const auto m = test::unwrap(recording::heat_map(r, {}));
   EXPECT_TRUE(m.has_collisions);
   EXPECT_EQ(m.cells + static_cast<std::size_t>(std::count(s.collides.begin(), s.collides.end(), 1)),
             s.nodes.size());
@@ -582,7 +582,7 @@ Vec3 oklab(const Colour& c) {
 }
 
 TEST(ColourMap, HasEvenStepsToTheEyeAndGetsLighter) {
-  const auto colours = sim::colour_map(65);
+  const auto colours = recording::colour_map(65);
   std::vector<double> steps;
   for (std::size_t i = 1; i < colours.size(); ++i) {
     const Vec3 a = oklab(colours[i - 1]), b = oklab(colours[i]);
@@ -591,20 +591,20 @@ TEST(ColourMap, HasEvenStepsToTheEyeAndGetsLighter) {
   }
   const auto [least, most] = std::minmax_element(steps.begin(), steps.end());
   EXPECT_LT(*most / *least, 1.02);  // colours outside of sRGB would be cut and uneven
-  EXPECT_EQ(sim::hex_of({1, 0, 0.5F, 1}), "#ff0080");
+  EXPECT_EQ(recording::hex_of({1, 0, 0.5F, 1}), "#ff0080");
 }
 
 TEST(Axes, HaveRoundMarksWithinTheirRange) {
-  EXPECT_EQ(sim::ticks_within(0, 1, 5), (std::vector<double>{0, 0.2, 0.4, 3 * 0.2, 0.8, 1}));
-  EXPECT_EQ(sim::ticks_within(0.13, 0.41, 2), (std::vector<double>{0.2, 0.4}));
-  const auto r = sim::value_range(std::vector<double>{0.1, NAN, 3.0, INFINITY});
+  EXPECT_EQ(recording::ticks_within(0, 1, 5), (std::vector<double>{0, 0.2, 0.4, 3 * 0.2, 0.8, 1}));
+  EXPECT_EQ(recording::ticks_within(0.13, 0.41, 2), (std::vector<double>{0.2, 0.4}));
+  const auto r = recording::value_range(std::vector<double>{0.1, NAN, 3.0, INFINITY});
   EXPECT_EQ(r.low, 0);
   EXPECT_EQ(r.high, 3);
 }
 
 /// Three by two by two voxels of 0.1 m with a corner left out; the value is 0, 1, 2 ...
-sim::Recording few_voxels() {
-  sim::Recording r;
+recording::Recording few_voxels() {
+  recording::Recording r;
   r.title = "few";
   r.voxel = 0.1;
   for (const char* name : {"x", "y", "z", "manipulability"})
@@ -657,7 +657,7 @@ TEST(Voxels, ShowTheirOuterFacesInTheirColours) {
   EXPECT_EQ(scene.legends[0].ticks.front().text, "0");
   EXPECT_EQ(scene.legends[0].ticks.back().text, "10");
   // 10 is the highest value and in the highest colour.
-  EXPECT_EQ(scene.items.back().appearance.colour.g, sim::colour_map(20).back().g);
+  EXPECT_EQ(scene.items.back().appearance.colour.g, recording::colour_map(20).back().g);
 }
 
 TEST(Voxels, AreCutOpenAndSeenThrough) {
@@ -691,9 +691,9 @@ TEST(Voxels, AreCutOpenAndSeenThrough) {
 
 TEST(HeatMaps, AreSectionsThroughVoxels) {
   const auto r = few_voxels();
-  sim::HeatMapRequest o;
+  recording::HeatMapRequest o;
   o.at = -0.04;
-  const auto m = test::unwrap(sim::heat_map(r, o));
+  const auto m = test::unwrap(recording::heat_map(r, o));
   EXPECT_EQ(m.x.count, 3U);
   EXPECT_EQ(m.y.count, 2U);
   EXPECT_NEAR(*m.at, -0.05, 1e-12);
@@ -703,13 +703,13 @@ TEST(HeatMaps, AreSectionsThroughVoxels) {
   EXPECT_NEAR(m.y.high(), 0.3, 1e-12);
   EXPECT_TRUE(m.is_metric);
   o.at = 0.05;
-  EXPECT_EQ(test::unwrap(sim::heat_map(r, o)).cells, 5U);
+  EXPECT_EQ(test::unwrap(recording::heat_map(r, o)).cells, 5U);
   o.x = "y", o.y = "x", o.at = 9;
-  EXPECT_NEAR(*test::unwrap(sim::heat_map(r, o)).at, 0.25, 1e-12);
+  EXPECT_NEAR(*test::unwrap(recording::heat_map(r, o)).at, 0.25, 1e-12);
   o.x = "shine";
-  EXPECT_EQ(sim::heat_map(r, o).error().code, ErrorCode::unknown_name);
+  EXPECT_EQ(recording::heat_map(r, o).error().code, ErrorCode::unknown_name);
   o.x = "x", o.y = "manipulability";
-  EXPECT_FALSE(sim::heat_map(r, o).ok());
+  EXPECT_FALSE(recording::heat_map(r, o).ok());
 }
 
 TEST(HeatMaps, HaveAxesAColourBarAndMarks) {
@@ -720,15 +720,15 @@ TEST(HeatMaps, HaveAxesAColourBarAndMarks) {
   const RobotModel arm = conformance::planar_rods();
   const auto s = test::unwrap(robotics::joint_slice(arm, std::vector<double>(2), o, none));
   const auto r = sim::slice_recording(arm, o, s);
-  sim::HeatMapRequest want;
+  recording::HeatMapRequest want;
   want.column = "condition";
   want.is_log = true;
   want.high = 100;
   want.curve = s.curve;
-  const auto m = test::unwrap(sim::heat_map(r, want));
+  const auto m = test::unwrap(recording::heat_map(r, want));
   EXPECT_FALSE(m.is_metric);
   EXPECT_EQ(m.values.size(), 520U);
-  const std::string svg = sim::to_svg(m);
+  const std::string svg = recording::to_svg(m);
   for (const char* part : {">q1 [rad]<", ">q2 [rad]<", ">condition<", ">100<", ">10<", ">singular<",
                            ">planar2rods: joint slice<"})
     EXPECT_NE(svg.find(part), std::string::npos) << part;
@@ -737,7 +737,7 @@ TEST(HeatMaps, HaveAxesAColourBarAndMarks) {
     ++marks;
   EXPECT_EQ(marks, s.curve.size() + 1);
   want.low = -1;
-  EXPECT_FALSE(sim::heat_map(r, want).ok());
+  EXPECT_FALSE(recording::heat_map(r, want).ok());
 }
 
 }  // namespace

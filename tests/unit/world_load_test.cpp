@@ -8,7 +8,7 @@
 
 #include <gtest/gtest.h>
 
-#include "ioci/application.h"
+#include "ioci/core/application.h"
 #include "support/program.h"
 
 namespace robomosp::ioci {

@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "ioci/application.h"
+#include "ioci/core/application.h"
 
 namespace robomosp::ioci {
 namespace {

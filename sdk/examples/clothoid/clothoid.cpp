@@ -34,7 +34,7 @@ class Clothoid final : public Curve {
   bool is_even() const override { return true; }  // the parameter is the length
   std::vector<double> knots() const override { return {0}; }
 
-  void evaluate(std::span<const double> u, std::span<CurveSample> out) const override {
+  Result<void> evaluate(std::span<const double> u, std::span<CurveSample> out) const override {
     for (std::size_t i = 0; i < u.size(); ++i) {
       const double s = u[i], k = k0_ + change_ * s, theta = angle(s);
       const double c = std::cos(theta), n = std::sin(theta);
@@ -48,6 +48,7 @@ class Clothoid final : public Curve {
       out[i].d2 = in_frame(-k * n, k * c);
       out[i].d3 = in_frame(-change_ * n - k * k * c, change_ * c - k * k * n);
     }
+    return {};
   }
 
  private:

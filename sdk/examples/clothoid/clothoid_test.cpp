@@ -34,7 +34,7 @@ TEST(Clothoid, RunsThroughFresnelsIntegrals) {
   ASSERT_TRUE(made.ok()) << made.error().sentence();
   const double end[] = {1};
   CurveSample s[1];
-  (*made)->evaluate(end, s);
+  ASSERT_TRUE((*made)->evaluate(end, s).ok());
   EXPECT_NEAR(s[0].p[0], 0.7798934, 5e-8);
   EXPECT_NEAR(s[0].p[1], 0.4382591, 5e-8);
 }

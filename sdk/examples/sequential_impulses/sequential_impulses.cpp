@@ -142,7 +142,7 @@ class World final : public PhysicsWorld {
     for (Body& b : bodies_) b.force = b.torque = {};
     return {};
   }
-  void read(const PhysicsState& out) const override {
+  Result<void> read(const PhysicsState& out) const override {
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
       const Body& b = bodies_[i];
       if (i < out.poses.size()) out.poses[i] = b.pose;
@@ -156,6 +156,7 @@ class World final : public PhysicsWorld {
         out.joint_velocities[j] =
             has_axis(joints_[j]) ? placed(joints_[j]).axis.speed(moving()) : 0;
     }
+    return {};
   }
   void contacts(std::vector<PhysicsContact>& out) const override { out = contacts_; }
 

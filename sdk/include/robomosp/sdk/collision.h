@@ -30,6 +30,7 @@ struct Shape {
   Vec3 sizes{};                ///< [m]
   const Mesh* mesh = nullptr;  ///< of mesh and convex [m]
   Pose pose;                   ///< body_T_shape
+  Room room{};
 };
 struct ShapedBody {
   std::vector<Shape> shapes;  ///< none = it touches nothing
@@ -52,6 +53,8 @@ struct PairDistance {
 class CollisionScene {
  public:
   virtual ~CollisionScene() = default;
+  /// What later versions of the SDK add, by its id (plugin.h); nullptr = not known.
+  [[nodiscard]] virtual const void* extension(const char* /*id*/) const { return nullptr; }
   /// poses: samples * bodies (body-fastest, world_T_body); out: samples * pairs (pair-fastest).
   /// Pairs farther apart than `interest` [m] may be answered with distance = interest.
   virtual Result<void> distances(std::span<const Pose> poses, std::span<const CollisionPair> pairs,
@@ -68,6 +71,8 @@ class CollisionEngine {
   using Interface = CollisionEngine;
   static constexpr const char* kInterfaceId = "robomosp.collision/1";
   virtual ~CollisionEngine() = default;
+  /// What later versions of the SDK add, by its id (plugin.h); nullptr = not known.
+  [[nodiscard]] virtual const void* extension(const char* /*id*/) const { return nullptr; }
   /// Prepares bodies for queries; the meshes may be freed afterwards.
   virtual Result<std::unique_ptr<CollisionScene>> build(std::span<const ShapedBody> bodies,
                                                         const Params&, Progress&) const = 0;

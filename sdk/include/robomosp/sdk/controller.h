@@ -16,9 +16,10 @@ namespace robomosp {
 
 /// What a controller sees at a tick. Made by the host; may gain fields at the end.
 struct ControlInput {
-  double time = 0;                ///< [s]
-  double dt = 0;                  ///< since the tick before; 0 at the first [s]
-  std::span<const double> q, qd;  ///< as measured
+  std::uint32_t struct_size = sizeof(ControlInput);  ///< see plugin.h
+  double time = 0;                                   ///< [s]
+  double dt = 0;                                     ///< since the tick before; 0 at the first [s]
+  std::span<const double> q, qd;                     ///< as measured
   std::span<const double> q_wanted, qd_wanted, qdd_wanted;  ///< of the reference
   /// Reference of the tip 0 in the base frame, where the reference is Cartesian; else nullptr.
   const Pose* tip_wanted = nullptr;
@@ -32,6 +33,8 @@ class Controller {
   using Interface = Controller;
   static constexpr const char* kInterfaceId = "robomosp.controller/1";
   virtual ~Controller() = default;
+  /// What later versions of the SDK add, by its id (plugin.h); nullptr = not known.
+  [[nodiscard]] virtual const void* extension(const char* /*id*/) const { return nullptr; }
   /// Binds to a mechanism and to the inverse dynamics it may ask (the robot's own choice); both
   /// outlive it. [application thread or job]
   virtual Result<void> prepare(const RobotModel& model, const InverseDynamics& dynamics,

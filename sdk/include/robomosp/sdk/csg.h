@@ -287,6 +287,8 @@ struct Moments {
 class CsgShape {
  public:
   virtual ~CsgShape() = default;
+  /// What later versions of the SDK add, by its id (plugin.h); nullptr = not known.
+  [[nodiscard]] virtual const void* extension(const char* /*id*/) const { return nullptr; }
   /// Axis-aligned box {min, max} around the solid [m].
   [[nodiscard]] virtual std::array<Vec3, 2> bounds() const = 0;
   /// Remarks for the user: repairs made, pieces, what is only approximate.
@@ -328,6 +330,8 @@ class CsgEngine {
   using Interface = CsgEngine;
   static constexpr const char* kInterfaceId = "robomosp.csg/1";
   virtual ~CsgEngine() = default;
+  /// What later versions of the SDK add, by its id (plugin.h); nullptr = not known.
+  [[nodiscard]] virtual const void* extension(const char* /*id*/) const { return nullptr; }
 
   /// Evaluates the tree to a verified solid. A size that is not positive (or, where the table
   /// allows it, zero) and an empty result are errors that name the node. Never returns a solid

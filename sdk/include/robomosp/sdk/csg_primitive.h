@@ -16,6 +16,8 @@ class CsgPrimitive {
   using Interface = CsgPrimitive;
   static constexpr const char* kInterfaceId = "robomosp.primitive/1";
   virtual ~CsgPrimitive() = default;
+  /// What later versions of the SDK add, by its id (plugin.h); nullptr = not known.
+  [[nodiscard]] virtual const void* extension(const char* /*id*/) const { return nullptr; }
   /// The primitive's tree for these parameters (SI, checked against the provider's table) in the
   /// primitive's own frame. A combination that makes no solid is an error that names the parameter.
   /// Equal parameters give equal trees.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Interface robomosp.curve/1: the geometry of a Cartesian segment, without its timing (layer:
+// Interface robomosp.curve/2: the geometry of a Cartesian segment, without its timing (layer:
 // contract, std only). A motion law (motion_law.h) runs the tool along it; an orientation
 // (orientation.h) turns the tool on the way.
 #pragma once
@@ -26,11 +26,13 @@ struct CurveSample {
 class Curve {
  public:
   virtual ~Curve() = default;
+  /// What later versions of the SDK add, by its id (plugin.h); nullptr = not known.
+  [[nodiscard]] virtual const void* extension(const char* /*id*/) const { return nullptr; }
   /// The parameter u runs over 0..end(), end() > 0. Any parameter will do: the host walks the curve
   /// by its length, unless is_timed().
   [[nodiscard]] virtual double end() const = 0;
   /// Fills out[i] for u[i], each within 0..end().
-  virtual void evaluate(std::span<const double> u, std::span<CurveSample> out) const = 0;
+  virtual Result<void> evaluate(std::span<const double> u, std::span<CurveSample> out) const = 0;
   /// The parameter of every control point, rising, one for each: where the curve passes it or is
   /// drawn to it most. Orientations given by point are met there.
   [[nodiscard]] virtual std::vector<double> knots() const = 0;
@@ -40,12 +42,14 @@ class Curve {
   [[nodiscard]] virtual bool is_even() const { return false; }
 };
 
-/// Interface robomosp.curve/1: makes curves of one shape.
+/// Interface robomosp.curve/2: makes curves of one shape.
 class CurveMaker {
  public:
   using Interface = CurveMaker;
-  static constexpr const char* kInterfaceId = "robomosp.curve/1";
+  static constexpr const char* kInterfaceId = "robomosp.curve/2";
   virtual ~CurveMaker() = default;
+  /// What later versions of the SDK add, by its id (plugin.h); nullptr = not known.
+  [[nodiscard]] virtual const void* extension(const char* /*id*/) const { return nullptr; }
   /// Builds a curve from its control poses, in the trajectory's frame; only their positions shape
   /// it, except where the shape says otherwise. A wrong number of points, coincident or collinear
   /// ones and sizes out of range are errors that say which. Points that are all at one place make a

@@ -69,6 +69,8 @@ class InverseDynamics {
   using Interface = InverseDynamics;
   static constexpr const char* kInterfaceId = "robomosp.inverse_dynamics/1";
   virtual ~InverseDynamics() = default;
+  /// What later versions of the SDK add, by its id (plugin.h); nullptr = not known.
+  [[nodiscard]] virtual const void* extension(const char* /*id*/) const { return nullptr; }
   /// Binds to one mechanism, which outlives the solver. [application thread or job]
   virtual Result<void> prepare(const RobotModel& model, const Params& params) = 0;
   /// Doubles of scratch that one call needs, whatever its count. [any thread] after prepare
@@ -115,6 +117,8 @@ class ForwardDynamics {
   using Interface = ForwardDynamics;
   static constexpr const char* kInterfaceId = "robomosp.forward_dynamics/1";
   virtual ~ForwardDynamics() = default;
+  /// What later versions of the SDK add, by its id (plugin.h); nullptr = not known.
+  [[nodiscard]] virtual const void* extension(const char* /*id*/) const { return nullptr; }
   /// Binds to one mechanism, which outlives the solver; a mechanism with a singular inertia matrix
   /// is an error that names the joint. [application thread or job]
   virtual Result<void> prepare(const RobotModel& model, const Params& params) = 0;

@@ -56,6 +56,8 @@ enum class IkObjective : std::int32_t {
 class ClearanceField {
  public:
   virtual ~ClearanceField() = default;
+  /// What later versions of the SDK add, by its id (plugin.h); nullptr = not known.
+  [[nodiscard]] virtual const void* extension(const char* /*id*/) const { return nullptr; }
   /// Least distance [m] and its gradient with respect to the dof() velocities [m/rad or 1].
   virtual double distance(std::span<const double> q, std::span<double> gradient) const = 0;
 };
@@ -63,6 +65,7 @@ class ClearanceField {
 /// What to solve. Made by the host; may gain fields at the end. A configuration has
 /// RobotModel::coordinate_count() numbers.
 struct IkBatch {
+  std::uint32_t struct_size = sizeof(IkBatch);  ///< see plugin.h
   std::span<const Pose> targets;  ///< base_T_tip, one a sample; one a goal and sample, goal-fastest
   std::span<const double> seeds;  ///< one configuration a sample; or one for all; or empty
   IkTolerance tolerance;
@@ -100,6 +103,7 @@ struct IkResult {
   std::int32_t limiting_joint = -1;  ///< whose limit is in the way; -1 = none known
   /// Unit twist (v, w) in the base frame that the tip has lost at q, when q is singular; else 0.
   std::array<double, 6> lost_direction{};
+  Room room{};
 };
 
 /// Interface robomosp.ik/1.
@@ -108,6 +112,8 @@ class IkSolver {
   using Interface = IkSolver;
   static constexpr const char* kInterfaceId = "robomosp.ik/1";
   virtual ~IkSolver() = default;
+  /// What later versions of the SDK add, by its id (plugin.h); nullptr = not known.
+  [[nodiscard]] virtual const void* extension(const char* /*id*/) const { return nullptr; }
   /// Binds the solver to one mechanism; a mechanism it cannot solve is an error that says why.
   /// The model outlives the solver. [application thread or job]
   virtual Result<void> prepare(const RobotModel& model, const Params& params) = 0;

@@ -18,6 +18,8 @@ namespace robomosp {
 class OdeSystem {
  public:
   virtual ~OdeSystem() = default;
+  /// What later versions of the SDK add, by its id (plugin.h); nullptr = not known.
+  [[nodiscard]] virtual const void* extension(const char* /*id*/) const { return nullptr; }
   [[nodiscard]] virtual std::size_t size() const = 0;       ///< of x
   [[nodiscard]] virtual std::size_t positions() const = 0;  ///< of q within x
   /// dx = f(t, x).
@@ -37,15 +39,18 @@ class OdeSystem {
 class OdeSink {
  public:
   virtual ~OdeSink() = default;
+  /// What later versions of the SDK add, by its id (plugin.h); nullptr = not known.
+  [[nodiscard]] virtual const void* extension(const char* /*id*/) const { return nullptr; }
   /// The state at a time asked for, or at an event. Returning false ends the run.
   virtual bool sample(double t, std::span<const double> x) = 0;
 };
 
 struct OdeRun {
-  double start = 0, end = 1;             ///< [s]
-  std::span<const double> x0;            ///< size() numbers
-  std::span<const double> sample_times;  ///< rising, within start..end
-  double relative_tolerance = 1e-10;     ///< of methods with error control
+  std::uint32_t struct_size = sizeof(OdeRun);  ///< see plugin.h
+  double start = 0, end = 1;                   ///< [s]
+  std::span<const double> x0;                  ///< size() numbers
+  std::span<const double> sample_times;        ///< rising, within start..end
+  double relative_tolerance = 1e-10;           ///< of methods with error control
   double absolute_tolerance = 1e-12;
   double step = 1e-3;  ///< of fixed-step methods; first guess of the others [s]
 };
@@ -61,6 +66,8 @@ class Integrator {
   using Interface = Integrator;
   static constexpr const char* kInterfaceId = "robomosp.integrator/1";
   virtual ~Integrator() = default;
+  /// What later versions of the SDK add, by its id (plugin.h); nullptr = not known.
+  [[nodiscard]] virtual const void* extension(const char* /*id*/) const { return nullptr; }
   /// [application thread or job]
   virtual Result<void> prepare(const Params& params) = 0;
   /// Runs to the end, an ending event, or an error that tells at which t (step too small, rate not

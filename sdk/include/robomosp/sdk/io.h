@@ -13,6 +13,7 @@
 #include <robomosp/sdk/params.h>
 #include <robomosp/sdk/progress.h>
 #include <robomosp/sdk/result.h>
+#include <robomosp/sdk/robot_model.h>
 #include <robomosp/sdk/types.h>
 
 namespace robomosp {
@@ -49,6 +50,8 @@ class Importer {
   using Interface = Importer;
   static constexpr const char* kInterfaceId = "robomosp.importer/1";
   virtual ~Importer() = default;
+  /// What later versions of the SDK add, by its id (plugin.h); nullptr = not known.
+  [[nodiscard]] virtual const void* extension(const char* /*id*/) const { return nullptr; }
   /// Lower-case extensions without dot, comma-separated.
   [[nodiscard]] virtual std::string_view extensions() const = 0;
   virtual Result<Imported> read(std::string_view path, const Params&, Progress&) const = 0;
@@ -65,6 +68,31 @@ struct ExportItem {
   /// Items with equal definition [> 0] are copies of one part.
   std::uint64_t definition = 0;
   const CsgProfile* profile = nullptr;  ///< flat outlines in the item's xy plane, for drawings
+  Room room{};
+};
+
+/// A robot in what is exported. Its links' bodies are among the items.
+struct ExportRobot {
+  std::string name;                   ///< where it stands: in the world, else the record's
+  const RobotModel* model = nullptr;  ///< joints, limits, masses, as solvers see it
+  Pose pose;                          ///< world_T_base
+  std::vector<double> q;              ///< the configuration that the items are placed for
+  Room room{};
+};
+
+/// What is to be written. Made by the host; may gain fields at the end.
+struct ExportTask {
+  std::uint32_t struct_size = sizeof(ExportTask);  ///< see plugin.h
+  std::string_view extension;                      ///< of the main file, lower case, without dot
+  std::string_view name;                           ///< of the main file, without folders
+  std::span<const ExportItem> items;
+  std::span<const ExportRobot> robots;
+};
+
+/// A file to be written. The host writes it atomically.
+struct ExportedFile {
+  std::string name;  ///< relative to the main file's folder; folders in it are made
+  std::string bytes;
 };
 
 /// Interface robomosp.exporter/1. [any thread]
@@ -73,13 +101,15 @@ class Exporter {
   using Interface = Exporter;
   static constexpr const char* kInterfaceId = "robomosp.exporter/1";
   virtual ~Exporter() = default;
+  /// What later versions of the SDK add, by its id (plugin.h); nullptr = not known.
+  [[nodiscard]] virtual const void* extension(const char* /*id*/) const { return nullptr; }
   /// Lower-case extensions without dot, comma-separated.
   [[nodiscard]] virtual std::string_view extensions() const = 0;
   /// Whether files of this extension hold exact solids, so that items need their geometry.
   [[nodiscard]] virtual bool is_exact(std::string_view extension) const = 0;
-  /// The file's bytes; the host writes them atomically.
-  virtual Result<std::string> write(std::string_view extension, std::span<const ExportItem> items,
-                                    const Params&, Progress&) const = 0;
+  /// The files: the main one, whose name is the task's, and any number beside it.
+  virtual Result<std::vector<ExportedFile>> write(const ExportTask&, const Params&,
+                                                  Progress&) const = 0;
 };
 
 }  // namespace robomosp

@@ -50,8 +50,8 @@ void* create_later(const rmp_host* host, char* error, std::uint32_t error_size) 
     const rmp_plugin* door = rmp_plugin_entry_v1();
     static const rmp_plugin& behind = open_behind(door);
     for (std::uint32_t i = 0; i < door->provider_count; ++i)
-      if (door->providers[i].create == &create_later<T>)
-        return behind.providers[i].create(host, error, error_size);
+      if (rmp_provider_at(*door, i).create == &create_later<T>)
+        return rmp_provider_at(behind, i).create(host, error, error_size);
   } catch (const std::exception& e) {
     if (error && error_size) std::snprintf(error, error_size, "%s", e.what());
   } catch (...) {

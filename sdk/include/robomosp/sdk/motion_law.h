@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Interface robomosp.motion_law/1: how far along its curve the tool is at a time (layer: contract,
+// Interface robomosp.motion_law/2: how far along its curve the tool is at a time (layer: contract,
 // std only).
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <span>
 
@@ -13,6 +14,7 @@ namespace robomosp {
 
 /// What a law has to run along.
 struct LawTask {
+  std::uint32_t struct_size = sizeof(LawTask);  ///< see plugin.h
   double length = 0;  ///< of the curve [m]; 0 = the tool turns on the spot
   double turn = 0;  ///< greatest |dR/dw| along it, w the share of the way: see orientation.h [rad]
 };
@@ -29,17 +31,21 @@ struct LawSample {
 class MotionLaw {
  public:
   virtual ~MotionLaw() = default;
+  /// What later versions of the SDK add, by its id (plugin.h); nullptr = not known.
+  [[nodiscard]] virtual const void* extension(const char* /*id*/) const { return nullptr; }
   [[nodiscard]] virtual double duration() const = 0;  ///< [s], > 0
   /// Fills out[i] for times[i]; outside 0..duration() the share is held at 0 or 1, rates are zero.
-  virtual void sample(std::span<const double> times, std::span<LawSample> out) const = 0;
+  virtual Result<void> sample(std::span<const double> times, std::span<LawSample> out) const = 0;
 };
 
-/// Interface robomosp.motion_law/1.
+/// Interface robomosp.motion_law/2.
 class MotionLawMaker {
  public:
   using Interface = MotionLawMaker;
-  static constexpr const char* kInterfaceId = "robomosp.motion_law/1";
+  static constexpr const char* kInterfaceId = "robomosp.motion_law/2";
   virtual ~MotionLawMaker() = default;
+  /// What later versions of the SDK add, by its id (plugin.h); nullptr = not known.
+  [[nodiscard]] virtual const void* extension(const char* /*id*/) const { return nullptr; }
   /// Speeds, limits or a duration are the provider's parameters. An impossible combination (a
   /// duration too short for the limits, end speeds above the speed) is an error that tells the
   /// nearest possible value. [any thread]

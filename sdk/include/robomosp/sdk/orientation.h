@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Interface robomosp.orientation/1: how the tool turns along a Cartesian segment (layer: contract,
+// Interface robomosp.orientation/2: how the tool turns along a Cartesian segment (layer: contract,
 // std only).
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <memory>
 #include <span>
 
@@ -25,7 +26,8 @@ struct OrientationSample {
 
 /// What an orientation may follow.
 struct OrientationTask {
-  std::span<const Pose> points;    ///< the control poses
+  std::uint32_t struct_size = sizeof(OrientationTask);  ///< see plugin.h
+  std::span<const Pose> points;                         ///< the control poses
   std::span<const double> shares;  ///< of the way at each of them, rising from 0..1
   const Curve* curve = nullptr;    ///< [borrowed for the call]
 };
@@ -34,18 +36,22 @@ struct OrientationTask {
 class Orientation {
  public:
   virtual ~Orientation() = default;
+  /// What later versions of the SDK add, by its id (plugin.h); nullptr = not known.
+  [[nodiscard]] virtual const void* extension(const char* /*id*/) const { return nullptr; }
   /// Fills out[i] for the share w[i] in 0..1; along[i] is the curve there with derivatives with
   /// respect to w.
-  virtual void evaluate(std::span<const double> w, std::span<const CurveSample> along,
-                        std::span<OrientationSample> out) const = 0;
+  virtual Result<void> evaluate(std::span<const double> w, std::span<const CurveSample> along,
+                                std::span<OrientationSample> out) const = 0;
 };
 
-/// Interface robomosp.orientation/1.
+/// Interface robomosp.orientation/2.
 class OrientationMaker {
  public:
   using Interface = OrientationMaker;
-  static constexpr const char* kInterfaceId = "robomosp.orientation/1";
+  static constexpr const char* kInterfaceId = "robomosp.orientation/2";
   virtual ~OrientationMaker() = default;
+  /// What later versions of the SDK add, by its id (plugin.h); nullptr = not known.
+  [[nodiscard]] virtual const void* extension(const char* /*id*/) const { return nullptr; }
   /// [any thread]
   virtual Result<std::unique_ptr<Orientation>> make(const OrientationTask&,
                                                     const Params&) const = 0;

@@ -16,6 +16,8 @@ namespace robomosp {
 class Params {
  public:
   virtual ~Params() = default;
+  /// What later versions of the SDK add, by its id (plugin.h); nullptr = not known.
+  [[nodiscard]] virtual const void* extension(const char* /*id*/) const { return nullptr; }
   [[nodiscard]] virtual bool has(
       std::string_view name) const = 0;  ///< given by the user or defaulted
   [[nodiscard]] virtual double real(std::string_view name) const = 0;  ///< SI, radians

@@ -27,6 +27,7 @@ struct PhysicsBody {
   double restitution = 0.0;  ///< 0..1 [-]
   std::uint32_t group = 0;   ///< bodies of one group (a robot) touch only where `self` is set
   bool self = false;
+  Room room{};
 };
 
 /// A joint between two bodies; body -1 = the world. The axis is z of `in_a`.
@@ -44,10 +45,12 @@ struct PhysicsJoint {
   std::int32_t follows = -1;
   double ratio = 1, offset = 0;
   std::uint32_t fixed = 0;  ///< of type 4: LoopDirection (robot_model.h), axes of `in_a`
+  Room room{};
 };
 
 /// State of all bodies, body-fastest, and of the joints; empty spans are not filled.
 struct PhysicsState {
+  std::uint32_t struct_size = sizeof(PhysicsState);  ///< see plugin.h
   std::span<Pose> poses;
   std::span<Vec3> velocities, angular_velocities;
   std::span<double> joint_positions, joint_velocities;  ///< [rad or m, per s]
@@ -65,11 +68,13 @@ struct PhysicsContact {
 class PhysicsWorld {
  public:
   virtual ~PhysicsWorld() = default;
+  /// What later versions of the SDK add, by its id (plugin.h); nullptr = not known.
+  [[nodiscard]] virtual const void* extension(const char* /*id*/) const { return nullptr; }
   /// Advances `steps` steps of `dt` [s] with joint forces held (one a joint, N m or N). Equal calls
   /// from equal states give equal bits.
   virtual Result<void> step(double dt, std::int32_t steps, std::span<const double> forces,
                             Progress&) = 0;
-  virtual void read(const PhysicsState& out) const = 0;
+  virtual Result<void> read(const PhysicsState& out) const = 0;
   /// Contacts of the last step, in a fixed order.
   virtual void contacts(std::vector<PhysicsContact>& out) const = 0;
   /// Ties two bodies as they stand (a gripper that holds); gives a number for release().
@@ -107,6 +112,8 @@ class PhysicsEngine {
   using Interface = PhysicsEngine;
   static constexpr const char* kInterfaceId = "robomosp.physics/1";
   virtual ~PhysicsEngine() = default;
+  /// What later versions of the SDK add, by its id (plugin.h); nullptr = not known.
+  [[nodiscard]] virtual const void* extension(const char* /*id*/) const { return nullptr; }
   virtual Result<std::unique_ptr<PhysicsWorld>> create(std::span<const PhysicsBody> bodies,
                                                        std::span<const PhysicsJoint> joints,
                                                        Vec3 gravity, const Params&) const = 0;

@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include <robomosp/sdk/ik.h>
 #include <robomosp/sdk/params.h>
 #include <robomosp/sdk/progress.h>
 #include <robomosp/sdk/result.h>
@@ -17,6 +18,7 @@ namespace robomosp {
 
 /// What to plan. Joint vectors have dof entries [rad or m]. All borrowed for the call.
 struct PlanProblem {
+  std::uint32_t struct_size = sizeof(PlanProblem);  ///< see plugin.h
   std::size_t dof = 0;
   std::span<const double> lower, upper;  ///< finite: an unlimited turning joint is given two turns
   std::span<const double> weight;        ///< of each joint in distances; > 0
@@ -28,6 +30,8 @@ struct PlanProblem {
   std::function<bool(std::span<const double> a, std::span<const double> b)> is_free_between;
   double seconds = 10;     ///< greatest time to compute [s]
   std::uint64_t seed = 1;  ///< of random numbers: the same seed gives the same plan
+  /// How far a configuration is from what is in the way; nullptr = the host cannot tell.
+  const ClearanceField* clearance = nullptr;
 };
 
 /// Joint vectors row-major, from the start to one of the goals; the straight motions between them
@@ -43,6 +47,8 @@ class Planner {
   using Interface = Planner;
   static constexpr const char* kInterfaceId = "robomosp.planner/1";
   virtual ~Planner() = default;
+  /// What later versions of the SDK add, by its id (plugin.h); nullptr = not known.
+  [[nodiscard]] virtual const void* extension(const char* /*id*/) const { return nullptr; }
   /// A start or goals in collision, and no way found in time, are errors that say so. Cancelled by
   /// its progress. [any thread; the functions are called on the same one]
   virtual Result<Plan> plan(const PlanProblem&, const Params&, Progress&) const = 0;

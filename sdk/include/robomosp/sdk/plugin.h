@@ -7,32 +7,54 @@
 
 #include <stdint.h>
 
-/** Number of this SDK's binary interface; raised whenever a layout or a virtual table changes. */
-#define RMP_SDK_ABI 3
+/** Number of the vocabulary that all interfaces share: the tables below, Result, Error, Params,
+ *  Progress and the types of types.h. Interfaces have numbers of their own ("robomosp.ik/1"): one
+ *  that changes takes the next, the host goes on taking the one before, and no plugin of another
+ *  interface notices. How structs grow without either number:
+ *  - those with `struct_size` at their end; whoever reads a field that came later asks for it first
+ *    (RMP_HAS);
+ *  - rows of tables here, whose tables say how long a row is;
+ *  - elements of other arrays and spans in their `room`, or in arrays beside them;
+ *  - interfaces through `extension(id)`, behind the destructor of each: a pointer to what the id
+ *    stands for, or NULL where it is not known.
+ *  What a plugin makes and hands over by value never grows. */
+#define RMP_SDK_ABI 1
 /** Version of the SDK's source interface, semantic. */
-#define RMP_SDK_VERSION "0.1.0"
+#define RMP_SDK_VERSION "0.2.0"
 
 #define RMP_STR_(x) #x
 #define RMP_STR(x) RMP_STR_(x)
 
+/** Whether a struct made elsewhere reaches as far as this field. */
+#define RMP_HAS(pointer, field)                                 \
+  ((const char*)&(pointer)->field + sizeof((pointer)->field) <= \
+   (const char*)(pointer) + (pointer)->struct_size)
+
 #ifdef __cplusplus
 #include <cstdint>
 #include <version>
-#if defined(_GLIBCXX_USE_CXX11_ABI)
-#define RMP_ABI_CXX11 RMP_STR(_GLIBCXX_USE_CXX11_ABI)
+/* Both GCC and clang follow the Itanium C++ ABI here, whatever their versions. */
+#if defined(__GXX_ABI_VERSION) && !defined(_MSC_VER)
+#define RMP_ABI_CXX ";itanium"
 #else
-#define RMP_ABI_CXX11 "none"
+#define RMP_ABI_CXX ";unknown"
+#endif
+#if defined(__GLIBCXX__) && defined(_GLIBCXX_USE_CXX11_ABI)
+#define RMP_ABI_LIBRARY ";libstdc++;cxx11=" RMP_STR(_GLIBCXX_USE_CXX11_ABI)
+#elif defined(_LIBCPP_ABI_VERSION)
+#define RMP_ABI_LIBRARY ";libc++;abi=" RMP_STR(_LIBCPP_ABI_VERSION)
+#else
+#define RMP_ABI_LIBRARY ";unknown"
 #endif
 #if defined(_GLIBCXX_DEBUG)
-#define RMP_ABI_DEBUG ";debugstl"
+#define RMP_ABI_DEBUG ";debug"
 #else
 #define RMP_ABI_DEBUG ""
 #endif
-/** What must be equal in host and plugin for C++ objects to cross: SDK, compiler ABI, library ABI.
- */
-#define RMP_ABI_TAG                             \
-  "sdk" RMP_STR(RMP_SDK_ABI) ";gxxabi" RMP_STR( \
-      __GXX_ABI_VERSION) ";cxx11abi" RMP_ABI_CXX11 RMP_ABI_DEBUG
+/** What must be equal in host and plugin for C++ objects to cross: the SDK's vocabulary, the C++
+ *  ABI, the C++ library with its strings and its debug mode. Not the compiler, its version, the
+ *  language standard or optimisation: those make the same objects. */
+#define RMP_ABI_TAG "rmp" RMP_STR(RMP_SDK_ABI) RMP_ABI_CXX RMP_ABI_LIBRARY RMP_ABI_DEBUG
 extern "C" {
 #endif
 
@@ -42,15 +64,30 @@ extern "C" {
 #define RMP_EXPORT
 #endif
 
+#ifdef __cplusplus
+#define RMP_DEFAULT_0 = 0
+#define RMP_DEFAULT_NULL = nullptr
+#else
+#define RMP_DEFAULT_0
+#define RMP_DEFAULT_NULL
+#endif
+
+/** rmp_param::flags: may be left out though it has no default; Params::has() tells. */
+#define RMP_OPTIONAL 1u
+
 /** One row of a parameter table. All constant data. */
 typedef struct rmp_param {
   const char* name; /**< lower_snake */
   const char* type; /**< bool int real string enum pose path real[] ref:<kind> */
   const char* unit; /**< SI unit of a real or real[] ("m", "rad", "m/s"); "" when dimensionless */
   const char* doc;  /**< one sentence */
-  const char* default_text; /**< as the user would type it; NULL = required */
-  const char* choices;      /**< "a|b|c" for an enum, else NULL */
-  double min, max;          /**< inclusive range of an int or real; min > max = unbounded */
+  /** As the user would type it ("5 mm"); NULL = required, or left out with RMP_OPTIONAL. */
+  const char* default_text;
+  const char* choices;          /**< "a|b|c" for an enum, else NULL */
+  double min, max;              /**< inclusive range of an int or real; min > max = unbounded */
+  uint32_t flags RMP_DEFAULT_0; /**< RMP_OPTIONAL */
+  const char* label RMP_DEFAULT_NULL; /**< shown for the name: "Damping"; NULL = the name */
+  const char* group RMP_DEFAULT_NULL; /**< heading it is shown under; NULL = none */
 } rmp_param;
 
 /** A program that a provider has run in a process of its own, so that a crash, a hang or a memory
@@ -73,8 +110,8 @@ typedef struct rmp_program {
   int32_t (*cancelled)(void* context); /**< not 0 = kill it; asked some 20 times a second */
 } rmp_program;
 
-/** What the host offers to a provider while it is created. Made by the host; may grow at the end.
- */
+/** What the host offers to every provider, from its making on (C++: a constructor that takes it).
+ *  Made by the host; may grow at the end. */
 typedef struct rmp_host {
   uint32_t struct_size;
   const char* program_version;
@@ -84,6 +121,16 @@ typedef struct rmp_host {
    *  error_size bytes) tells how it ended: missing, exit code, crash, limit. [any thread; blocks]
    */
   int32_t (*run)(const rmp_program* program, char* error, uint32_t error_size);
+  /** Makes a provider of any plugin: NULL or "" = the default one. Give it to whoever owns it as a
+   *  pointer to the class of the interface, whose virtual destructor deletes it. NULL = `error`
+   * says why. [any thread] */
+  void* (*create)(const char* interface_id, const char* name, char* error,
+                  uint32_t error_size)RMP_DEFAULT_NULL;
+  /** Calls `take` for every enabled provider of an interface. [any thread] */
+  void (*list)(const char* interface_id, void* context,
+               void (*take)(void* context, const char* name, const char* tags)) RMP_DEFAULT_NULL;
+  /** What later versions of the program offer, by its id; NULL = not known. [any thread] */
+  const void* (*extension)(const char* id)RMP_DEFAULT_NULL;
 } rmp_host;
 
 /** One implementation of one interface. All constant data. */
@@ -92,8 +139,9 @@ typedef struct rmp_provider {
   const char* name;         /**< lower_snake, unique within its interface */
   const char* summary;      /**< one sentence */
   const char* tags;         /**< capability words, comma-separated: "closed_form,serial,dof=6" */
-  const rmp_param* params;
+  const rmp_param* params;  /**< read it with rmp_param_at: rows of older plugins are shorter */
   uint32_t param_count;
+  uint32_t param_size; /**< sizeof(rmp_param) as the plugin was compiled */
   /** Makes one instance (a pointer to the C++ interface class named by interface_id; the host
    *  deletes it through its virtual destructor), or returns NULL and fills `error`. */
   void* (*create)(const rmp_host* host, char* error, uint32_t error_size);
@@ -107,8 +155,9 @@ typedef struct rmp_plugin {
   const char* version;
   const char* license; /**< SPDX identifier */
   const char* summary;
-  const rmp_provider* providers;
+  const rmp_provider* providers; /**< read it with rmp_provider_at */
   uint32_t provider_count;
+  uint32_t provider_size; /**< sizeof(rmp_provider) as the plugin was compiled */
 } rmp_plugin;
 
 typedef const rmp_plugin* (*rmp_plugin_entry_fn)(void);
@@ -116,15 +165,38 @@ typedef const rmp_plugin* (*rmp_plugin_entry_fn)(void);
 #ifdef __cplusplus
 }  // extern "C"
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdio>
+#include <cstring>
 #include <exception>
+#include <type_traits>
+
+/// A row of a parameter table; what its plugin did not know of is zero.
+[[nodiscard]] inline rmp_param rmp_param_at(const rmp_provider& provider, std::uint32_t i) {
+  rmp_param row{};
+  std::memcpy(static_cast<void*>(&row),
+              reinterpret_cast<const char*>(provider.params) +
+                  static_cast<std::size_t>(i) * provider.param_size,
+              std::min<std::size_t>(provider.param_size, sizeof row));
+  return row;
+}
+/// A row of a plugin's table of providers.
+[[nodiscard]] inline const rmp_provider& rmp_provider_at(const rmp_plugin& plugin,
+                                                         std::uint32_t i) {
+  return *reinterpret_cast<const rmp_provider*>(reinterpret_cast<const char*>(plugin.providers) +
+                                                static_cast<std::size_t>(i) * plugin.provider_size);
+}
 
 namespace robomosp::detail {
-/// Makes a provider and keeps every exception inside the plugin.
+/// Makes a provider and keeps every exception inside the plugin. One that is made from a
+/// `const rmp_host*` gets it: it may log, run programs and ask other providers as long as it lives.
 template <class T>
-void* create_provider(const rmp_host*, char* error, std::uint32_t error_size) {
+void* create_provider(const rmp_host* host, char* error, std::uint32_t error_size) {
   try {
-    return static_cast<typename T::Interface*>(new T());
+    if constexpr (std::is_constructible_v<T, const rmp_host*>)
+      return static_cast<typename T::Interface*>(new T(host));
+    else return static_cast<typename T::Interface*>(new T());
   } catch (const std::exception& e) {
     if (error && error_size) std::snprintf(error, error_size, "%s", e.what());
   } catch (...) {
@@ -146,30 +218,32 @@ constexpr std::uint32_t table_size(const rmp_param (&)[N]) {
 #endif
 
 /// One provider row: class, name, summary, tags, parameter table (an array of rmp_param).
-#define RMP_PROVIDER(Class, name, summary, tags, table)          \
-  rmp_provider {                                                 \
-    Class::Interface::kInterfaceId, name, summary, tags, table,  \
-        robomosp::detail::table_size(table), &RMP_CREATE_<Class> \
+#define RMP_PROVIDER(Class, name, summary, tags, table)                             \
+  rmp_provider {                                                                    \
+    Class::Interface::kInterfaceId, name, summary, tags, table,                     \
+        robomosp::detail::table_size(table), sizeof(rmp_param), &RMP_CREATE_<Class> \
   }
 /// The same for a provider without parameters.
-#define RMP_PROVIDER_NO_PARAMS(Class, name, summary, tags)                               \
-  rmp_provider {                                                                         \
-    Class::Interface::kInterfaceId, name, summary, tags, nullptr, 0, &RMP_CREATE_<Class> \
+#define RMP_PROVIDER_NO_PARAMS(Class, name, summary, tags)                              \
+  rmp_provider {                                                                        \
+    Class::Interface::kInterfaceId, name, summary, tags, nullptr, 0, sizeof(rmp_param), \
+        &RMP_CREATE_<Class>                                                             \
   }
 
 /// Defines the entry point: id, version, SPDX licence, summary, then the provider rows.
-#define RMP_PLUGIN(id, version, license, summary, ...)                         \
-  extern "C" RMP_EXPORT const rmp_plugin* rmp_plugin_entry_v1(void) {          \
-    static const rmp_provider providers[] = {__VA_ARGS__};                     \
-    static const rmp_plugin plugin = {                                         \
-        sizeof(rmp_plugin),                                                    \
-        RMP_ABI_TAG,                                                           \
-        id,                                                                    \
-        version,                                                               \
-        license,                                                               \
-        summary,                                                               \
-        providers,                                                             \
-        static_cast<std::uint32_t>(sizeof(providers) / sizeof(providers[0]))}; \
-    return &plugin;                                                            \
+#define RMP_PLUGIN(id, version, license, summary, ...)                        \
+  extern "C" RMP_EXPORT const rmp_plugin* rmp_plugin_entry_v1(void) {         \
+    static const rmp_provider providers[] = {__VA_ARGS__};                    \
+    static const rmp_plugin plugin = {                                        \
+        sizeof(rmp_plugin),                                                   \
+        RMP_ABI_TAG,                                                          \
+        id,                                                                   \
+        version,                                                              \
+        license,                                                              \
+        summary,                                                              \
+        providers,                                                            \
+        static_cast<std::uint32_t>(sizeof(providers) / sizeof(providers[0])), \
+        sizeof(rmp_provider)};                                                \
+    return &plugin;                                                           \
   }
 #endif

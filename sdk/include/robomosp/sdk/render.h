@@ -186,6 +186,8 @@ class Renderer {
   using Interface = Renderer;
   static constexpr const char* kInterfaceId = "robomosp.renderer/1";
   virtual ~Renderer() = default;
+  /// What later versions of the SDK add, by its id (plugin.h); nullptr = not known.
+  [[nodiscard]] virtual const void* extension(const char* /*id*/) const { return nullptr; }
   /// Draws a scene. Unusable items (no mesh, numbers that are not finite) are left out. Fails on a
   /// size out of range, a section without direction, and where the system has no OpenGL.
   virtual Result<Image> draw(const Scene& scene, const Options& options, Progress&) const = 0;

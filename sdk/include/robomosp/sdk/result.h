@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -64,12 +65,12 @@ struct Error {
   std::string hint;     ///< what to do, a full sentence with its period; may be empty
 
   /// Adds an outer context: err.in("robot \"pa10\"").
-  [[nodiscard]] Error in(std::string_view context) && {
+  [[nodiscard, gnu::cold, gnu::noinline]] Error in(std::string_view context) && {
     where = where.empty() ? std::string(context) : std::string(context) + ", " + where;
     return std::move(*this);
   }
   /// The one sentence a user reads: `where: message. hint`
-  [[nodiscard]] std::string sentence() const {
+  [[nodiscard, gnu::cold, gnu::noinline]] std::string sentence() const {
     std::string s = where.empty() ? message : where + ": " + message;
     if (!s.empty() && s.back() != '.' && s.back() != '?' && s.back() != '!') s += '.';
     if (!hint.empty()) s += " " + hint;
@@ -79,12 +80,32 @@ struct Error {
 
 /// Builds an Error: `return error(ErrorCode::not_found, "there is no file \"a.rbt\"", "Check the
 /// path.");`
-[[nodiscard]] inline Error error(ErrorCode code, std::string message, std::string hint = {},
-                                 std::string where = {}) {
+[[nodiscard, gnu::cold, gnu::noinline]] inline Error error(ErrorCode code, std::string message,
+                                                           std::string hint = {},
+                                                           std::string where = {}) {
   return Error{code, std::move(message), std::move(where), std::move(hint)};
 }
 
-/// Either a value or an Error. Reading the wrong one aborts with the error's sentence.
+/// Thrown where a Result is read without having been asked: the host names the provider that let it
+/// out and goes on.
+class ResultMisread : public std::logic_error {
+ public:
+  using std::logic_error::logic_error;
+};
+
+namespace detail {
+[[noreturn]] inline void misread(const std::string& sentence) {
+#if defined(__cpp_exceptions)
+  throw ResultMisread(sentence);
+#else
+  std::fprintf(stderr, "robomosp: %s\n", sentence.c_str());
+  std::abort();
+#endif
+}
+}  // namespace detail
+
+/// Either a value or an Error. Reading the wrong one throws ResultMisread with the error's sentence
+/// (a plugin built without exceptions aborts instead).
 template <class T>
 class [[nodiscard]] Result {
  public:
@@ -139,9 +160,8 @@ class [[nodiscard]] Result {
  private:
   void check(bool want_value) const {
     if (ok() == want_value) return;
-    std::fprintf(stderr, "robomosp: Result read the wrong way: %s\n",
-                 want_value ? std::get_if<1>(&state_)->sentence().c_str() : "it holds a value");
-    std::abort();
+    detail::misread(want_value ? "a failed result was read: " + std::get_if<1>(&state_)->sentence()
+                               : "the error of a result was read that holds a value");
   }
   std::variant<T, Error> state_;
 };
@@ -173,9 +193,7 @@ class [[nodiscard]] Result<void> {
 
  private:
   void check() const {
-    if (error_) return;
-    std::fprintf(stderr, "robomosp: Result<void> read the wrong way: it holds no error\n");
-    std::abort();
+    if (!error_) detail::misread("the error of a result was read that holds none");
   }
   std::optional<Error> error_;
 };

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -16,6 +17,7 @@ namespace robomosp {
 /// A joint path q(s) on a rising grid of s, and what bounds the motion along it. Tables are
 /// row-major, one row a grid point, dof entries a row. [rad or m, s]
 struct RetimeProblem {
+  std::uint32_t struct_size = sizeof(RetimeProblem);  ///< see plugin.h
   std::size_t dof = 0;
   std::span<const double> s;             ///< grid, at least two entries
   std::span<const double> q, q1, q2;     ///< the path and its derivatives with respect to s
@@ -39,6 +41,8 @@ class Retimer {
   using Interface = Retimer;
   static constexpr const char* kInterfaceId = "robomosp.retimer/1";
   virtual ~Retimer() = default;
+  /// What later versions of the SDK add, by its id (plugin.h); nullptr = not known.
+  [[nodiscard]] virtual const void* extension(const char* /*id*/) const { return nullptr; }
   /// A path that cannot be run (a torque limit that gravity alone exceeds, a start rate too great)
   /// is an error that tells the place on the path, the joint and by how much. [any thread]
   virtual Result<Retiming> retime(const RetimeProblem&, const Params&, Progress&) const = 0;

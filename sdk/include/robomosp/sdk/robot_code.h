@@ -36,6 +36,8 @@ class RobotCodeGenerator {
   using Interface = RobotCodeGenerator;
   static constexpr const char* kInterfaceId = "robomosp.robot_code/1";
   virtual ~RobotCodeGenerator() = default;
+  /// What later versions of the SDK add, by its id (plugin.h); nullptr = not known.
+  [[nodiscard]] virtual const void* extension(const char* /*id*/) const { return nullptr; }
   /// Self-contained source files, whose names start with `name`; it is an identifier and starts
   /// every symbol, or is the module of all. Equal models give equal text. What the language or the
   /// provider cannot do is ErrorCode::unsupported.

@@ -116,6 +116,7 @@ struct LoopModel {
 /// A configuration q has coordinate_count() entries; qd, qdd and tau have dof(). They are equal
 /// unless there are spherical or free joints.
 struct RobotModel {
+  std::uint32_t struct_size = sizeof(RobotModel);  ///< see plugin.h
   std::string name;
   std::vector<JointModel> joints;  ///< parents before children
   std::vector<TipModel> tips;      ///< at least one

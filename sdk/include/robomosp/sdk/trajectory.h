@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Interface robomosp.segment/1: one piece of a Cartesian trajectory (layer: contract, std only).
+// Interface robomosp.segment/2: one piece of a Cartesian trajectory (layer: contract, std only).
 #pragma once
 
 #include <memory>
@@ -24,18 +24,22 @@ struct PathSample {
 class Segment {
  public:
   virtual ~Segment() = default;
+  /// What later versions of the SDK add, by its id (plugin.h); nullptr = not known.
+  [[nodiscard]] virtual const void* extension(const char* /*id*/) const { return nullptr; }
   [[nodiscard]] virtual double duration() const = 0;  ///< [s], > 0
   [[nodiscard]] virtual double length() const = 0;    ///< path length of the tool's origin [m]
   /// Fills out[i] for times[i]; times outside 0..duration() are held at the ends (rates zero).
-  virtual void sample(std::span<const double> times, std::span<PathSample> out) const = 0;
+  virtual Result<void> sample(std::span<const double> times, std::span<PathSample> out) const = 0;
 };
 
-/// Interface robomosp.segment/1: makes segments of one shape.
+/// Interface robomosp.segment/2: makes segments of one shape.
 class SegmentMaker {
  public:
   using Interface = SegmentMaker;
-  static constexpr const char* kInterfaceId = "robomosp.segment/1";
+  static constexpr const char* kInterfaceId = "robomosp.segment/2";
   virtual ~SegmentMaker() = default;
+  /// What later versions of the SDK add, by its id (plugin.h); nullptr = not known.
+  [[nodiscard]] virtual const void* extension(const char* /*id*/) const { return nullptr; }
   /// Builds a segment from its control poses. Wrong number of points, coincident or collinear
   /// points and non-positive speeds are errors that say which. [any thread]
   virtual Result<std::unique_ptr<Segment>> make(std::span<const Pose> points,

@@ -25,8 +25,9 @@ template <class Interface>
   std::memcpy(&entry, &symbol, sizeof entry);
   const rmp_plugin* plugin = entry();
   for (std::uint32_t i = 0; plugin && i < plugin->provider_count; ++i)
-    if (std::string_view(plugin->providers[i].interface_id) == Interface::kInterfaceId)
-      names.emplace_back(plugin->providers[i].name);
+    if (const rmp_provider& row = rmp_provider_at(*plugin, i);
+        std::string_view(row.interface_id) == Interface::kInterfaceId)
+      names.emplace_back(row.name);
   return names;
 }
 

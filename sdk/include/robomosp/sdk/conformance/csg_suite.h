@@ -456,6 +456,8 @@ inline std::vector<PrimitiveCase> primitive_cases() {
 }
 }  // namespace detail
 
+GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(CsgConformance);
+
 TEST_P(CsgConformance, PrimitivesHaveTheirClosedFormMoments) {
   for (const auto& c : detail::primitive_cases())
     expect_closed(moments(c.solid), c.want, GetParam().primitive_accuracy, c.name);

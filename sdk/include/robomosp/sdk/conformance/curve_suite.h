@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Conformance suite of robomosp.curve/1 (layer: contract helper for tests, GoogleTest,
+// Conformance suite of robomosp.curve/2 (layer: contract helper for tests, GoogleTest,
 // header-only): derivatives are derivatives, control points are where the curve says. Include it in
 // one file of a test program and instantiate CurveConformance with CurveCase values.
 #pragma once
@@ -45,7 +45,7 @@ class CurveConformance : public testing::TestWithParam<CurveCase> {
   CurveSample at(double u) const {
     CurveSample s[1];
     const double places[] = {u};
-    curve_->evaluate(places, s);
+    EXPECT_TRUE(curve_->evaluate(places, s).ok());
     return s[0];
   }
   static double size(const Vec3& v) { return std::hypot(v[0], v[1], v[2]); }
@@ -72,7 +72,7 @@ TEST_P(CurveConformance, ManyPlacesAtOnceAreTheSameAsOneByOne) {
   std::vector<double> u;
   for (int i = 0; i <= 200; ++i) u.push_back(curve_->end() * ((i * 37) % 201) / 200);
   std::vector<CurveSample> out(u.size());
-  curve_->evaluate(u, out);
+  ASSERT_TRUE(curve_->evaluate(u, out).ok());
   for (std::size_t i = 0; i < u.size(); ++i)
     for (std::size_t k = 0; k < 3; ++k) EXPECT_EQ(out[i].p[k], at(u[i]).p[k]);
 }

@@ -6,6 +6,7 @@
 // in the masses are in dynamics_suite_linear.h, closed loops in dynamics_suite_loops.h.
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <memory>
 #include <string>
@@ -15,6 +16,7 @@
 
 #include <robomosp/sdk/conformance/dynamics_reference.h>
 #include <robomosp/sdk/conformance/provider.h>
+#include <robomosp/sdk/conformance/solve_or_refuse.h>
 #include <robomosp/sdk/dynamics.h>
 
 namespace robomosp::conformance {
@@ -117,6 +119,32 @@ class DynamicsConformance : public testing::TestWithParam<DynamicsCase> {
   NoProgress none_;
 };
 GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(DynamicsConformance);
+
+TEST_P(DynamicsConformance, EveryMechanismIsSolvedOrRefused) {
+  const DynamicsCase& c = GetParam();
+  const auto id =
+      find_provider<InverseDynamics>(c.inverse_file.empty() ? c.file : c.inverse_file, c.inverse);
+  const auto fd = find_provider<ForwardDynamics>(c.file, c.forward);
+  ASSERT_TRUE(id.ok() && fd.ok());
+  solve_or_refuse([&] { return create<InverseDynamics>(**id); }, TableParams(**id));
+  solve_or_refuse([&] { return create<ForwardDynamics>(**fd); }, TableParams(**fd));
+}
+
+TEST_P(DynamicsConformance, SeveralThreadsGetTheSameTorquesAtOnce) {
+  const std::vector<double> q = rest(model()), qd = rates(1), qdd = rates(2);
+  const std::vector<double> alone = torques(q, qd, qdd);
+  std::array<std::vector<double>, 4> together;
+  at_once(together.size(), [&](std::size_t thread) {
+    NoProgress none;
+    std::vector<double> scratch(inverse_->scratch_size());
+    DynamicsBatch b;
+    b.count = 1;
+    b.q = q, b.qd = qd, b.qdd = qdd, b.scratch = scratch;
+    together[thread].resize(dof());
+    EXPECT_TRUE(inverse_->torques(b, together[thread], none).ok());
+  });
+  for (const auto& tau : together) EXPECT_EQ(tau, alone);
+}
 
 TEST_P(DynamicsConformance, TermsAddUpToTheWhole) {
   for (int i = 0; i < 20; ++i) {

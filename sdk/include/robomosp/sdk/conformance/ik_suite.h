@@ -5,6 +5,7 @@
 //                            {puma560(), pa10()})), ik_case_name);
 #pragma once
 
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <memory>
@@ -15,6 +16,7 @@
 
 #include <robomosp/sdk/conformance/models.h>
 #include <robomosp/sdk/conformance/provider.h>
+#include <robomosp/sdk/conformance/solve_or_refuse.h>
 #include <robomosp/sdk/ik.h>
 
 namespace robomosp::conformance {
@@ -196,6 +198,30 @@ TEST_P(IkConformance, AConfigurationIsFollowedAlongAPathWithoutJumps) {
     for (std::size_t j = 0; i > 0 && j < dof(); ++j)
       ASSERT_LT(std::fabs(results[i].q[j] - results[i - 1].q[j]), 0.08) << "joint " << j + 1;
   }
+}
+
+TEST_P(IkConformance, EveryMechanismIsSolvedOrRefused) {
+  const auto found = find_provider<IkSolver>(GetParam().file, GetParam().provider);
+  ASSERT_TRUE(found.ok());
+  solve_or_refuse([&] { return create<IkSolver>(**found); }, params_);
+}
+
+TEST_P(IkConformance, SeveralThreadsGetTheSameAnswersAtOnce) {
+  Random random(kSeed + 4);
+  std::vector<Pose> targets;
+  for (int i = 0; i < 8; ++i)
+    targets.push_back(tip_pose(model(), random.configuration(model()).data()));
+  IkBatch batch;
+  batch.targets = targets;
+  const auto alone = solve(batch);
+  std::array<std::vector<IkResult>, 4> together;
+  at_once(together.size(), [&](std::size_t thread) {
+    NoProgress none;
+    together[thread].resize(targets.size());
+    EXPECT_TRUE(solver_->solve(batch, together[thread], none).ok());
+  });
+  for (const auto& results : together)
+    for (std::size_t i = 0; i < targets.size(); ++i) EXPECT_EQ(results[i].q, alone[i].q) << i;
 }
 
 TEST_P(IkConformance, CancellingStopsWithinATenthOfASecond) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Conformance suite of robomosp.joint_segment/1 (layer: contract helper for tests, GoogleTest,
+// Conformance suite of robomosp.joint_segment/2 (layer: contract helper for tests, GoogleTest,
 // header-only): ends met, limits kept, derivatives true. Include it in one file of a test program
 // and instantiate JointSegmentConformance with JointSegmentCase values.
 #pragma once
@@ -35,8 +35,10 @@ struct JointMotionTask {
   std::size_t dof = 0;
   std::vector<double> points, lower, upper, velocity, acceleration, jerk, v0, v1, a0, a1;
 
-  [[nodiscard]] JointLimits limits() const { return {lower, upper, velocity, acceleration, jerk}; }
-  [[nodiscard]] JointEnds ends() const { return {v0, v1, a0, a1}; }
+  [[nodiscard]] JointLimits limits() const {
+    return {sizeof(JointLimits), lower, upper, velocity, acceleration, jerk};
+  }
+  [[nodiscard]] JointEnds ends() const { return {sizeof(JointEnds), v0, v1, a0, a1}; }
   /// Two random vectors with room around them.
   static JointMotionTask random(std::mt19937& generator, std::size_t dof) {
     const auto uniform = [&](double low, double high) {
@@ -86,7 +88,7 @@ class JointSegmentConformance : public testing::TestWithParam<JointSegmentCase> 
   static Rows rows(const JointSegment& s, const std::vector<double>& times, std::size_t dof) {
     Rows r;
     for (auto* table : {&r.q, &r.qd, &r.qdd, &r.qddd}) table->assign(times.size() * dof, NAN);
-    s.sample(times, {r.q, r.qd, r.qdd, r.qddd});
+    EXPECT_TRUE(s.sample(times, {r.q, r.qd, r.qdd, r.qddd}).ok());
     return r;
   }
   static std::vector<double> even(double from, double to, std::size_t steps) {
@@ -199,9 +201,9 @@ TEST_P(JointSegmentConformance, OnlyWhatIsWantedIsFilled) {
   const auto times = even(0, (*made)->duration(), 10);
   const Rows all = rows(**made, times, t.dof);
   std::vector<double> q(times.size() * t.dof), qdd(q);
-  (*made)->sample(times, {q, {}, {}, {}});
+  ASSERT_TRUE((*made)->sample(times, {q, {}, {}, {}}).ok());
   EXPECT_EQ(q, all.q);
-  (*made)->sample(times, {q, {}, qdd, {}});
+  ASSERT_TRUE((*made)->sample(times, {q, {}, qdd, {}}).ok());
   EXPECT_EQ(qdd, all.qdd);
 }
 

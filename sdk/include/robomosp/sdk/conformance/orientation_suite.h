@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Conformance suite of robomosp.orientation/1 (layer: contract helper for tests, GoogleTest,
+// Conformance suite of robomosp.orientation/2 (layer: contract helper for tests, GoogleTest,
 // header-only): orientations are rotations, turn and bend their derivatives. Include it in one file
 // of a test program and instantiate OrientationConformance with OrientationCase values.
 //
@@ -45,11 +45,12 @@ class OrientationConformance : public testing::TestWithParam<OrientationCase> {
     double end() const override { return 1; }
     bool is_even() const override { return true; }
     std::vector<double> knots() const override { return {0, 1}; }
-    void evaluate(std::span<const double> u, std::span<CurveSample> out) const override {
+    Result<void> evaluate(std::span<const double> u, std::span<CurveSample> out) const override {
       for (std::size_t i = 0; i < u.size(); ++i) {
         const double c = std::cos(2 * u[i]), s = std::sin(2 * u[i]);
         out[i] = {{c, s, u[i] / 2}, {-2 * s, 2 * c, 0.5}, {-4 * c, -4 * s, 0}, {8 * s, -8 * c, 0}};
       }
+      return {};
     }
   };
 
@@ -61,7 +62,8 @@ class OrientationConformance : public testing::TestWithParam<OrientationCase> {
     const Helix helix;
     std::vector<Pose> points = c.points;
     for (std::size_t i = 0; i < points.size(); ++i) points[i].p = along(c.shares[i]).p;
-    return create<OrientationMaker>(*provider)->make({points, c.shares, &helix}, params);
+    return create<OrientationMaker>(*provider)->make(
+        {sizeof(OrientationTask), points, c.shares, &helix}, params);
   }
   void SetUp() override {
     auto made = make(GetParam());
@@ -71,14 +73,14 @@ class OrientationConformance : public testing::TestWithParam<OrientationCase> {
   static CurveSample along(double w) {
     CurveSample s[1];
     const double u[] = {w};
-    Helix().evaluate(u, s);
+    EXPECT_TRUE(Helix().evaluate(u, s).ok());
     return s[0];
   }
   OrientationSample at(double w) const {
     const double shares[] = {w};
     const CurveSample way[] = {along(w)};
     OrientationSample s[1];
-    orientation_->evaluate(shares, way, s);
+    EXPECT_TRUE(orientation_->evaluate(shares, way, s).ok());
     return s[0];
   }
   Pose pose_at(double w) const {
@@ -164,7 +166,7 @@ TEST_P(OrientationConformance, ManySharesAtOnceAreTheSameAsOneByOne) {
     way.push_back(along(w.back()));
   }
   std::vector<OrientationSample> out(w.size());
-  orientation_->evaluate(w, way, out);
+  ASSERT_TRUE(orientation_->evaluate(w, way, out).ok());
   for (std::size_t i = 0; i < w.size(); ++i) EXPECT_EQ(out[i].R, at(w[i]).R);
 }
 

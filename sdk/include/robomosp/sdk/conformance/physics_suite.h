@@ -71,7 +71,9 @@ class PhysicsConformance : public testing::TestWithParam<PhysicsCase> {
     State s;
     s.poses.resize(bodies), s.velocities.resize(bodies), s.angular_velocities.resize(bodies);
     s.q.resize(joints), s.qd.resize(joints);
-    world.read({s.poses, s.velocities, s.angular_velocities, s.q, s.qd});
+    EXPECT_TRUE(
+        world.read({sizeof(PhysicsState), s.poses, s.velocities, s.angular_velocities, s.q, s.qd})
+            .ok());
     return s;
   }
   static void run(PhysicsWorld& world, double dt, int steps,

@@ -6,6 +6,7 @@
 
 #include <dlfcn.h>
 #include <charconv>
+#include <cmath>
 #include <cstring>
 #include <map>
 #include <memory>
@@ -24,10 +25,17 @@ class TableParams final : public Params {
  public:
   TableParams() = default;
   explicit TableParams(const rmp_provider& provider) {
-    for (std::uint32_t i = 0; i < provider.param_count; ++i)
-      if (provider.params[i].default_text)
-        set(provider.params[i].name, provider.params[i].default_text);
+    for (std::uint32_t i = 0; i < provider.param_count; ++i) {
+      const rmp_param row = rmp_param_at(provider, i);
+      if (!row.default_text) continue;
+      const std::string_view type = row.type ? row.type : "";
+      const bool is_number = type == "real" || type == "real[]" || type == "int";
+      set(row.name, is_number ? si_text(row.default_text) : std::string(row.default_text));
+    }
   }
+  /// "5 mm" as the host reads it: "0.005". Units of length, angle, time, mass, force and what is
+  /// made of them by / and ^; what is none of them stays as it is.
+  static std::string si_text(const std::string& text);
   TableParams& set(std::string name, std::string text) {
     Entry& e = values_[std::move(name)];
     e.text = std::move(text);
@@ -81,6 +89,93 @@ class TableParams final : public Params {
   std::map<std::string, Entry, std::less<>> values_;
 };
 
+namespace detail {
+/// The factor of a unit such as "mm", "deg/s" or "kg/m^3" to SI; NaN = not known here.
+inline double unit_factor(std::string_view unit) {
+  struct Row {
+    std::string_view name;
+    double factor;
+  };
+  constexpr double kDegree = 0.017453292519943295;
+  static constexpr Row kUnits[] = {{"", 1},
+                                   {"1", 1},
+                                   {"m", 1},
+                                   {"mm", 1e-3},
+                                   {"cm", 1e-2},
+                                   {"km", 1e3},
+                                   {"um", 1e-6},
+                                   {"in", 0.0254},
+                                   {"ft", 0.3048},
+                                   {"rad", 1},
+                                   {"deg", kDegree},
+                                   {"turn", 360 * kDegree},
+                                   {"s", 1},
+                                   {"ms", 1e-3},
+                                   {"us", 1e-6},
+                                   {"min", 60},
+                                   {"h", 3600},
+                                   {"kg", 1},
+                                   {"g", 1e-3},
+                                   {"t", 1e3},
+                                   {"N", 1},
+                                   {"kN", 1e3},
+                                   {"Nm", 1},
+                                   {"J", 1},
+                                   {"W", 1},
+                                   {"Pa", 1},
+                                   {"kPa", 1e3},
+                                   {"MPa", 1e6},
+                                   {"Hz", 1},
+                                   {"kHz", 1e3},
+                                   {"rpm", 6 * kDegree},
+                                   {"%", 1e-2}};
+  double product = 1;
+  bool divides = false;
+  for (std::size_t at = 0; at <= unit.size();) {
+    std::size_t end = unit.find_first_of("/ *", at);
+    if (end == std::string_view::npos) end = unit.size();
+    std::string_view word = unit.substr(at, end - at);
+    int power = 1;
+    if (const std::size_t hat = word.find('^'); hat != std::string_view::npos) {
+      power = word.size() > hat + 1 ? word[hat + 1] - '0' : 0;
+      word = word.substr(0, hat);
+      if (power < 1 || power > 9) return std::nan("");
+    }
+    double factor = std::nan("");
+    for (const Row& row : kUnits)
+      if (row.name == word) factor = row.factor;
+    for (int i = 0; i < power; ++i) product = divides ? product / factor : product * factor;
+    if (end < unit.size()) divides = unit[end] == '/';
+    at = end + 1;
+  }
+  return product;
+}
+}  // namespace detail
+
+inline std::string TableParams::si_text(const std::string& text) {
+  std::string out;
+  for (std::size_t at = 0; at < text.size();) {  // numbers of a list, each with its unit
+    const std::size_t number = text.find_first_of("+-.0123456789", at);
+    double value = 0;
+    const char* from = text.data() + std::min(number, text.size());
+    const auto read =
+        std::from_chars(from + (*from == '+' ? 1 : 0), text.data() + text.size(), value);
+    if (number == std::string::npos || read.ec != std::errc()) return out + text.substr(at);
+    out += text.substr(at, number - at);
+    std::size_t end = static_cast<std::size_t>(read.ptr - text.data());
+    const std::size_t unit_end = std::min(text.find_first_of(",}", end), text.size());
+    std::string_view unit = std::string_view(text).substr(end, unit_end - end);
+    while (!unit.empty() && unit.front() == ' ') unit.remove_prefix(1);
+    while (!unit.empty() && unit.back() == ' ') unit.remove_suffix(1);
+    const double factor = detail::unit_factor(unit);
+    if (std::isnan(factor)) return text;  // the host would refuse the table
+    char shown[64];
+    out += std::string(shown, std::to_chars(shown, shown + sizeof shown, value * factor).ptr);
+    at = unit_end;
+  }
+  return out;
+}
+
 /// The provider `name` of `Interface` in a plugin file; an error says what is missing.
 template <class Interface>
 Result<const rmp_provider*> find_provider(const std::string& file, const std::string& name) {
@@ -96,7 +191,7 @@ Result<const rmp_provider*> find_provider(const std::string& file, const std::st
     return error(ErrorCode::plugin_refused, std::string("its ABI tag is ") + plugin->abi_tag, {},
                  file);
   for (std::uint32_t i = 0; i < plugin->provider_count; ++i) {
-    const rmp_provider& p = plugin->providers[i];
+    const rmp_provider& p = rmp_provider_at(*plugin, i);
     if (std::string_view(p.interface_id) == Interface::kInterfaceId && name == p.name) return &p;
   }
   return error(ErrorCode::unknown_name, "it has no provider \"" + name + "\"", {}, file);
@@ -104,7 +199,7 @@ Result<const rmp_provider*> find_provider(const std::string& file, const std::st
 
 /// The host that providers are made with. It runs no programs unless a test gives it `run`.
 inline rmp_host& host() {
-  static rmp_host h{sizeof(rmp_host), "conformance", nullptr, nullptr};
+  static rmp_host h{sizeof(rmp_host), "conformance", nullptr, nullptr, nullptr, nullptr, nullptr};
   return h;
 }
 

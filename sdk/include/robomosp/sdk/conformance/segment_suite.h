@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Conformance suite of robomosp.segment/1 (layer: contract helper for tests, GoogleTest,
+// Conformance suite of robomosp.segment/2 (layer: contract helper for tests, GoogleTest,
 // header-only): rates are derivatives, times outside are held. Include it in one file of a test
 // program and instantiate SegmentConformance with SegmentCase values.
 #pragma once
@@ -26,7 +26,7 @@ struct SegmentCase {
   bool passes_all_points = true;  ///< every control point lies on the path
   bool ends_at_last_point = true;
   bool is_made_by_points = true;  ///< false: its parameters alone move it
-  /// How it is made; none = by the provider of robomosp.segment/1 in `file`.
+  /// How it is made; none = by the provider of robomosp.segment/2 in `file`.
   std::function<Result<std::shared_ptr<const Segment>>(const SegmentCase&)> make{};
 };
 inline void PrintTo(const SegmentCase& c, std::ostream* os) { *os << c.provider << " " << c.name; }
@@ -44,7 +44,7 @@ class SegmentConformance : public testing::TestWithParam<SegmentCase> {
   PathSample at(double t) const {
     PathSample s[1];
     const double time[] = {t};
-    segment_->sample(time, s);
+    EXPECT_TRUE(segment_->sample(time, s).ok());
     return s[0];
   }
   static double size(const Vec3& v) { return std::hypot(v[0], v[1], v[2]); }

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+// Effects: what a command does besides returning a value; permissions are given by effect
+// (layer: core).
+#pragma once
+
+#include <cstdint>
+#include <initializer_list>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace robomosp {
+
+/// What work does to the world outside its return value.
+enum class Effect : std::uint8_t {
+  reads,        ///< looks at the document, at recordings, at what is loaded
+  edits,        ///< changes the document or its history
+  simulates,    ///< makes or changes recordings, runs, jobs and caches
+  files_read,   ///< reads files that are named to it
+  files_write,  ///< writes files
+  processes,    ///< starts other programs
+  providers,    ///< registers, withdraws or chooses providers
+  loads_code,   ///< loads plugins, evaluates scripts
+  stops         ///< ends the program
+};
+inline constexpr Effect kAllEffects[] = {
+    Effect::reads,     Effect::edits,     Effect::simulates,  Effect::files_read, Effect::files_write,
+    Effect::processes, Effect::providers, Effect::loads_code, Effect::stops};
+
+/// The word that tables and settings use, such as "files_read".
+[[nodiscard]] std::string_view to_string(Effect);
+/// What is done, as in "edits the document".
+[[nodiscard]] std::string_view phrase(Effect);
+
+/// A set of effects.
+class Effects {
+ public:
+  constexpr Effects() = default;
+  constexpr Effects(Effect e) : bits_(bit(e)) {}  // NOLINT: every effect is a set of one
+  [[nodiscard]] static constexpr Effects all() {
+    Effects s;
+    for (const Effect e : kAllEffects) s = s | e;
+    return s;
+  }
+  [[nodiscard]] constexpr bool has(Effect e) const { return (bits_ & bit(e)) != 0; }
+  /// Whether it has any of the others.
+  [[nodiscard]] constexpr bool meets(Effects o) const { return (bits_ & o.bits_) != 0; }
+  [[nodiscard]] constexpr bool empty() const { return bits_ == 0; }
+  [[nodiscard]] friend constexpr Effects operator|(Effects a, Effects b) {
+    Effects s;
+    s.bits_ = a.bits_ | b.bits_;
+    return s;
+  }
+  [[nodiscard]] constexpr Effects without(Effects o) const {
+    Effects s;
+    s.bits_ = bits_ & ~o.bits_;
+    return s;
+  }
+  constexpr bool operator==(const Effects&) const = default;
+  /// Its members in the order of the enumeration.
+  [[nodiscard]] std::vector<Effect> list() const;
+  /// "edits, files_read"; "reads" for the set of no other effect.
+  [[nodiscard]] std::string text() const;
+
+ private:
+  static constexpr std::uint32_t bit(Effect e) { return 1U << static_cast<unsigned>(e); }
+  std::uint32_t bits_ = 0;
+};
+
+[[nodiscard]] constexpr Effects operator|(Effect a, Effect b) { return Effects(a) | Effects(b); }
+
+}  // namespace robomosp

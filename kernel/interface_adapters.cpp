@@ -1,0 +1,305 @@
+// SPDX-License-Identifier: Apache-2.0
+// The interfaces /1 of curves, motion laws, orientations and segments as they were: what samples
+// returned nothing and could not fail, tasks had no size, and there were no extensions. Their
+// classes are kept here, so that what was built against them runs; tests/abi/frozen has the headers
+// that plugins saw.
+#include "kernel/interface_adapters.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <memory>
+
+#include <robomosp/sdk/curve.h>
+#include <robomosp/sdk/joint_segment.h>
+#include <robomosp/sdk/motion_law.h>
+#include <robomosp/sdk/orientation.h>
+#include <robomosp/sdk/trajectory.h>
+
+#include "kernel/plugin_loader.h"
+
+namespace robomosp {
+namespace v1 {
+
+class Curve {
+ public:
+  virtual ~Curve() = default;
+  [[nodiscard]] virtual double end() const = 0;
+  virtual void evaluate(std::span<const double> u, std::span<CurveSample> out) const = 0;
+  [[nodiscard]] virtual std::vector<double> knots() const = 0;
+  [[nodiscard]] virtual bool is_timed() const { return false; }
+  [[nodiscard]] virtual bool is_even() const { return false; }
+};
+class CurveMaker {
+ public:
+  virtual ~CurveMaker() = default;
+  virtual Result<std::unique_ptr<Curve>> make(std::span<const Pose> points,
+                                              const Params&) const = 0;
+};
+
+struct LawTask {
+  double length = 0, turn = 0;
+};
+class MotionLaw {
+ public:
+  virtual ~MotionLaw() = default;
+  [[nodiscard]] virtual double duration() const = 0;
+  virtual void sample(std::span<const double> times, std::span<LawSample> out) const = 0;
+};
+class MotionLawMaker {
+ public:
+  virtual ~MotionLawMaker() = default;
+  virtual Result<std::unique_ptr<MotionLaw>> make(const LawTask&, const Params&) const = 0;
+};
+
+struct OrientationTask {
+  std::span<const Pose> points;
+  std::span<const double> shares;
+  const Curve* curve = nullptr;
+};
+class Orientation {
+ public:
+  virtual ~Orientation() = default;
+  virtual void evaluate(std::span<const double> w, std::span<const CurveSample> along,
+                        std::span<OrientationSample> out) const = 0;
+};
+class OrientationMaker {
+ public:
+  virtual ~OrientationMaker() = default;
+  virtual Result<std::unique_ptr<Orientation>> make(const OrientationTask&,
+                                                    const Params&) const = 0;
+};
+
+class Segment {
+ public:
+  virtual ~Segment() = default;
+  [[nodiscard]] virtual double duration() const = 0;
+  [[nodiscard]] virtual double length() const = 0;
+  virtual void sample(std::span<const double> times, std::span<PathSample> out) const = 0;
+};
+class SegmentMaker {
+ public:
+  virtual ~SegmentMaker() = default;
+  virtual Result<std::unique_ptr<Segment>> make(std::span<const Pose> points,
+                                                const Params&) const = 0;
+};
+
+struct JointLimits {
+  std::span<const double> lower, upper, velocity, acceleration, jerk;
+};
+struct JointEnds {
+  std::span<const double> start_velocity, end_velocity, start_acceleration, end_acceleration;
+};
+class JointSegment {
+ public:
+  virtual ~JointSegment() = default;
+  [[nodiscard]] virtual double duration() const = 0;
+  virtual void sample(std::span<const double> times, const JointSamples& out) const = 0;
+};
+class JointSegmentMaker {
+ public:
+  virtual ~JointSegmentMaker() = default;
+  virtual Result<std::unique_ptr<JointSegment>> make(std::size_t dof,
+                                                     std::span<const double> points,
+                                                     const JointLimits&, const JointEnds&,
+                                                     const Params&) const = 0;
+};
+
+}  // namespace v1
+
+namespace {
+
+/// What an older maker made, as an object of today.
+template <class Object, class Adapter, class Old>
+Result<std::unique_ptr<Object>> as_now(Result<std::unique_ptr<Old>> made) {
+  if (!made.ok()) return std::move(made).error();
+  if (!*made) return std::unique_ptr<Object>();
+  return std::unique_ptr<Object>(std::make_unique<Adapter>(std::move(*made)));
+}
+
+class CurveNow final : public Curve {
+ public:
+  explicit CurveNow(std::unique_ptr<v1::Curve> old) : old_(std::move(old)) {}
+  [[nodiscard]] double end() const override { return old_->end(); }
+  Result<void> evaluate(std::span<const double> u, std::span<CurveSample> out) const override {
+    old_->evaluate(u, out);
+    return {};
+  }
+  [[nodiscard]] std::vector<double> knots() const override { return old_->knots(); }
+  [[nodiscard]] bool is_timed() const override { return old_->is_timed(); }
+  [[nodiscard]] bool is_even() const override { return old_->is_even(); }
+
+ private:
+  std::unique_ptr<v1::Curve> old_;
+};
+class CurveMakerNow final : public CurveMaker {
+ public:
+  explicit CurveMakerNow(v1::CurveMaker* old) : old_(old) {}
+  Result<std::unique_ptr<Curve>> make(std::span<const Pose> points,
+                                      const Params& p) const override {
+    return as_now<Curve, CurveNow>(old_->make(points, p));
+  }
+
+ private:
+  std::unique_ptr<v1::CurveMaker> old_;
+};
+
+class LawNow final : public MotionLaw {
+ public:
+  explicit LawNow(std::unique_ptr<v1::MotionLaw> old) : old_(std::move(old)) {}
+  [[nodiscard]] double duration() const override { return old_->duration(); }
+  Result<void> sample(std::span<const double> times, std::span<LawSample> out) const override {
+    old_->sample(times, out);
+    return {};
+  }
+
+ private:
+  std::unique_ptr<v1::MotionLaw> old_;
+};
+class LawMakerNow final : public MotionLawMaker {
+ public:
+  explicit LawMakerNow(v1::MotionLawMaker* old) : old_(old) {}
+  Result<std::unique_ptr<MotionLaw>> make(const LawTask& t, const Params& p) const override {
+    return as_now<MotionLaw, LawNow>(old_->make({t.length, t.turn}, p));
+  }
+
+ private:
+  std::unique_ptr<v1::MotionLawMaker> old_;
+};
+
+/// A curve of today as an older orientation sees it. It is borrowed for the call only.
+class CurveThen final : public v1::Curve {
+ public:
+  explicit CurveThen(const robomosp::Curve& now) : now_(now) {}
+  [[nodiscard]] double end() const override { return now_.end(); }
+  void evaluate(std::span<const double> u, std::span<CurveSample> out) const override {
+    // It has no word for a failure: what cannot be told is no number, which its user refuses.
+    if (now_.evaluate(u, out).ok()) return;
+    for (CurveSample& s : out.first(std::min(u.size(), out.size()))) s.p.fill(std::nan(""));
+  }
+  [[nodiscard]] std::vector<double> knots() const override { return now_.knots(); }
+  [[nodiscard]] bool is_timed() const override { return now_.is_timed(); }
+  [[nodiscard]] bool is_even() const override { return now_.is_even(); }
+
+ private:
+  const robomosp::Curve& now_;
+};
+class OrientationNow final : public Orientation {
+ public:
+  explicit OrientationNow(std::unique_ptr<v1::Orientation> old) : old_(std::move(old)) {}
+  Result<void> evaluate(std::span<const double> w, std::span<const CurveSample> along,
+                        std::span<OrientationSample> out) const override {
+    old_->evaluate(w, along, out);
+    return {};
+  }
+
+ private:
+  std::unique_ptr<v1::Orientation> old_;
+};
+class OrientationMakerNow final : public OrientationMaker {
+ public:
+  explicit OrientationMakerNow(v1::OrientationMaker* old) : old_(old) {}
+  Result<std::unique_ptr<Orientation>> make(const OrientationTask& t,
+                                            const Params& p) const override {
+    if (!t.curve) return as_now<Orientation, OrientationNow>(old_->make({t.points, t.shares}, p));
+    const CurveThen curve(*t.curve);
+    return as_now<Orientation, OrientationNow>(old_->make({t.points, t.shares, &curve}, p));
+  }
+
+ private:
+  std::unique_ptr<v1::OrientationMaker> old_;
+};
+
+class SegmentNow final : public Segment {
+ public:
+  explicit SegmentNow(std::unique_ptr<v1::Segment> old) : old_(std::move(old)) {}
+  [[nodiscard]] double duration() const override { return old_->duration(); }
+  [[nodiscard]] double length() const override { return old_->length(); }
+  Result<void> sample(std::span<const double> times, std::span<PathSample> out) const override {
+    old_->sample(times, out);
+    return {};
+  }
+
+ private:
+  std::unique_ptr<v1::Segment> old_;
+};
+class SegmentMakerNow final : public SegmentMaker {
+ public:
+  explicit SegmentMakerNow(v1::SegmentMaker* old) : old_(old) {}
+  Result<std::unique_ptr<Segment>> make(std::span<const Pose> points,
+                                        const Params& p) const override {
+    return as_now<Segment, SegmentNow>(old_->make(points, p));
+  }
+
+ private:
+  std::unique_ptr<v1::SegmentMaker> old_;
+};
+
+class JointSegmentNow final : public JointSegment {
+ public:
+  explicit JointSegmentNow(std::unique_ptr<v1::JointSegment> old) : old_(std::move(old)) {}
+  [[nodiscard]] double duration() const override { return old_->duration(); }
+  Result<void> sample(std::span<const double> times, const JointSamples& out) const override {
+    old_->sample(times, out);
+    return {};
+  }
+
+ private:
+  std::unique_ptr<v1::JointSegment> old_;
+};
+class JointSegmentMakerNow final : public JointSegmentMaker {
+ public:
+  explicit JointSegmentMakerNow(v1::JointSegmentMaker* old) : old_(old) {}
+  Result<std::unique_ptr<JointSegment>> make(std::size_t dof, std::span<const double> points,
+                                             const JointLimits& l, const JointEnds& e,
+                                             const Params& p) const override {
+    const v1::JointLimits limits{l.lower, l.upper, l.velocity, l.acceleration, l.jerk};
+    const v1::JointEnds ends{e.start_velocity, e.end_velocity, e.start_acceleration,
+                             e.end_acceleration};
+    return as_now<JointSegment, JointSegmentNow>(old_->make(dof, points, limits, ends, p));
+  }
+
+ private:
+  std::unique_ptr<v1::JointSegmentMaker> old_;
+};
+
+template <class Now, class Adapter, class Old>
+void* adapt(void* made) {
+  return static_cast<Now*>(new Adapter(static_cast<Old*>(made)));
+}
+
+struct Older {
+  std::string_view id;
+  const char* now;
+  void* (*adapt)(void*);
+};
+constexpr std::array kOlder{
+    Older{"robomosp.curve/1", CurveMaker::kInterfaceId,
+          &adapt<CurveMaker, CurveMakerNow, v1::CurveMaker>},
+    Older{"robomosp.motion_law/1", MotionLawMaker::kInterfaceId,
+          &adapt<MotionLawMaker, LawMakerNow, v1::MotionLawMaker>},
+    Older{"robomosp.orientation/1", OrientationMaker::kInterfaceId,
+          &adapt<OrientationMaker, OrientationMakerNow, v1::OrientationMaker>},
+    Older{"robomosp.segment/1", SegmentMaker::kInterfaceId,
+          &adapt<SegmentMaker, SegmentMakerNow, v1::SegmentMaker>},
+    Older{"robomosp.joint_segment/1", JointSegmentMaker::kInterfaceId,
+          &adapt<JointSegmentMaker, JointSegmentMakerNow, v1::JointSegmentMaker>},
+};
+
+}  // namespace
+
+std::string current_interface(std::string_view interface_id) {
+  for (const Older& older : kOlder)
+    if (older.id == interface_id) return older.now;
+  for (const std::string& known : known_interfaces())
+    if (known == interface_id) return known;
+  return {};
+}
+
+void* adapted(std::string_view interface_id, void* made) {
+  for (const Older& older : kOlder)
+    if (older.id == interface_id) return older.adapt(made);
+  return made;
+}
+
+}  // namespace robomosp

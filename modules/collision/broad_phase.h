@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which bodies of many can be near each other, by trees of the boxes around them
+// (layer: application, collision).
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include <robomosp/sdk/collision.h>
+
+#include "spatial/box.h"
+
+namespace robomosp::collision {
+
+/// A binary tree over boxes. Which boxes stand together is decided once; where they are is kept
+/// outside, so that several threads can have them at different places.
+class BoxTree {
+ public:
+  BoxTree() = default;
+  /// Halves at the median of the centres along the longest side, again and again.
+  explicit BoxTree(std::span<const spatial::Box> leaves);
+
+  [[nodiscard]] bool empty() const { return nodes_.empty(); }
+  /// The boxes of all nodes from those of the leaves.
+  void refit(std::span<const spatial::Box> leaves, std::vector<spatial::Box>& boxes) const;
+
+  /// Calls visit(leaf) for every leaf whose box is within bound() of `box`, the nearer half of each
+  /// node first; bound() [m] is asked again at every node and may shrink meanwhile; below 0 ends
+  /// it.
+  template <class Bound, class Visit>
+  void near(std::span<const spatial::Box> boxes, const spatial::Box& box, Bound&& bound,
+            Visit&& visit) const {
+    if (nodes_.empty()) return;
+    const auto is_beyond = [&](double squared) {
+      const double b = bound();
+      return !(b >= 0) || squared > b * b;
+    };
+    std::array<std::pair<std::uint32_t, double>, kDepth> stack;
+    std::size_t size = 0;
+    stack[size++] = {0, spatial::squared_gap(boxes[0], box)};
+    while (size > 0) {
+      const auto [at, squared] = stack[--size];
+      if (is_beyond(squared)) continue;
+      const Node& node = nodes_[at];
+      if (node.leaf >= 0) {
+        visit(static_cast<std::size_t>(node.leaf));
+        continue;
+      }
+      const double first = spatial::squared_gap(boxes[at + 1], box),
+                   second = spatial::squared_gap(boxes[node.second], box);
+      const std::pair<std::uint32_t, double> a{at + 1, first}, b{node.second, second};
+      stack[size++] = first <= second ? b : a;
+      stack[size++] = first <= second ? a : b;
+    }
+  }
+
+ private:
+  static constexpr std::size_t kDepth = 72;  ///< of a halved tree of 2^31 leaves, and some
+  struct Node {
+    std::uint32_t second = 0;  ///< the first child is the next node
+    std::int32_t leaf = -1;
+  };
+  std::vector<Node> nodes_;  ///< children after their parent
+};
+
+/// Unordered pairs out of a number of bodies.
+class PairSet {
+ public:
+  explicit PairSet(std::size_t bodies = 0) : bodies_(bodies), has_(bodies * bodies) {}
+  PairSet(std::size_t bodies, std::span<const CollisionPair> pairs) : PairSet(bodies) {
+    for (const CollisionPair& p : pairs) has_[index(p.a, p.b)] = true, has_[index(p.b, p.a)] = true;
+  }
+  [[nodiscard]] bool contains(std::int32_t a, std::int32_t b) const { return has_[index(a, b)]; }
+
+ private:
+  [[nodiscard]] std::size_t index(std::int32_t a, std::int32_t b) const {
+    return static_cast<std::size_t>(a) * bodies_ + static_cast<std::size_t>(b);
+  }
+  std::size_t bodies_;
+  std::vector<bool> has_;
+};
+
+/// The boxes of a world's bodies: a tree of those that stand still, which is made once, and one of
+/// those that move. Immutable. [any thread]
+class BroadPhase {
+ public:
+  BroadPhase() = default;
+  /// `boxes` in the bodies' frames, `poses` where they are first.
+  BroadPhase(std::span<const spatial::Box> boxes, std::span<const Pose> poses,
+             const std::vector<bool>& moves);
+
+  /// Where the bodies that move are; one a thread.
+  struct Placed {
+    std::vector<spatial::Box> boxes, nodes;
+  };
+  /// `poses` of all bodies; `grown`: by how much more the box of each body reaches [m], or empty.
+  void place(std::span<const Pose> poses, std::span<const double> grown, Placed& out) const;
+
+  /// Calls visit(pair), a < b, for all pairs of the set whose boxes are within bound() [m], of
+  /// which one body moves; bound() may shrink meanwhile.
+  template <class Bound, class Visit>
+  void near(const Placed& placed, const PairSet& pairs, Bound&& bound, Visit&& visit) const {
+    for (std::size_t i = 0; i < moving_.size(); ++i) {
+      const std::int32_t own = moving_[i];
+      const auto meet = [&](std::int32_t other) {
+        if (pairs.contains(own, other))
+          visit(own < other ? CollisionPair{own, other} : CollisionPair{other, own});
+      };
+      still_tree_.near(still_nodes_, placed.boxes[i], bound,
+                       [&](std::size_t k) { meet(still_[k]); });
+      moving_tree_.near(placed.nodes, placed.boxes[i], bound, [&](std::size_t k) {
+        if (k > i) meet(moving_[k]);
+      });
+    }
+  }
+
+ private:
+  std::vector<std::int32_t> still_, moving_;  ///< bodies
+  std::vector<spatial::Box> boxes_;           ///< of those that move, in their frames
+  BoxTree still_tree_, moving_tree_;
+  std::vector<spatial::Box> still_nodes_;
+};
+
+}  // namespace robomosp::collision

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "document/graph.h"
+
+#include <algorithm>
+#include <iterator>
+#include <optional>
+#include <string>
+#include <unordered_set>
+#include <utility>
+
+#include "document/validate.h"
+#include "kernel/text.h"
+#include "model/data.h"
+
+namespace robomosp::document {
+
+namespace {
+
+using text::quote;
+
+/// `cycle`: records each of which refers to the next, the last to the first.
+Error cycle_error(const Snapshot& s, std::vector<AnyId> cycle, const std::vector<AnyId>& changed) {
+  if (cycle.size() == 1)
+    return error(ErrorCode::conflict, s.describe(cycle[0]) + " cannot refer to itself");
+  // Told from the record that was changed last: it is the one that got the reference.
+  for (auto it = changed.rbegin(); it != changed.rend(); ++it) {
+    const auto at = std::find(cycle.begin(), cycle.end(), *it);
+    if (at == cycle.end()) continue;
+    std::rotate(cycle.begin(), at + 1, cycle.end());
+    break;
+  }
+  std::string path;
+  for (const AnyId id : cycle) path += (path.empty() ? "" : " > ") + s.find(id)->name;
+  return error(ErrorCode::conflict,
+               s.describe(cycle.back()) + " cannot refer to " + s.describe(cycle.front()) +
+                   ", which refers to it in turn (" + path + ")",
+               "Take one of these references out first.");
+}
+
+/// What a changed record refers to and did not before.
+std::vector<AnyId> new_references(const Record& now, const Record* before) {
+  std::vector<AnyId> after = references(now.body);
+  if (!before) return after;
+  const std::vector<AnyId> old = references(before->body);
+  std::vector<AnyId> come;
+  std::set_difference(after.begin(), after.end(), old.begin(), old.end(), std::back_inserter(come));
+  return come;
+}
+
+}  // namespace
+
+std::vector<AnyId> references(const model::Body& body) {
+  std::vector<AnyId> ids;
+  model::for_each_held_reference(model::content(body), [&ids](const model::HeldReference& r) {
+    if (ids.empty() || ids.back() != r.id) ids.push_back(r.id);
+  });
+  std::sort(ids.begin(), ids.end());
+  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+  return ids;
+}
+
+Result<void> check_references(const Snapshot& s, const Record& record) {
+  std::optional<Error> fault;
+  model::for_each_held_reference(model::content(record.body), [&](const model::HeldReference& r) {
+    if (fault) return;
+    const bool is_allowed = r.kinds->empty() || std::find(r.kinds->begin(), r.kinds->end(),
+                                                          r.id.kind) != r.kinds->end();
+    if (!s.find(r.id)) {
+      fault = error(ErrorCode::stale_handle,
+                    quote(r.where) + " refers to " + std::string(to_string(r.id.kind)) + " #" +
+                        std::to_string(r.id.number) + ", which does not exist");
+    } else if (!is_allowed) {
+      std::string kinds;
+      for (const Kind k : *r.kinds)
+        kinds += (kinds.empty() ? "" : " or ") + with_article(to_string(k));
+      fault = error(ErrorCode::invalid_argument, quote(r.where) + " refers to " + s.describe(r.id),
+                    "Only " + kinds + " can be there.");
+    }
+  });
+  if (!fault) return {};
+  return std::move(*fault).in(std::string(to_string(record.kind())) + " " + quote(record.name));
+}
+
+Result<void> refuse_cycles(const Snapshot& s, const RecordBefore& before,
+                           const std::vector<AnyId>& changed) {
+  struct Step {
+    AnyId id;
+    std::vector<AnyId> inner;
+    std::size_t next = 0;
+  };
+  std::unordered_set<AnyId> done, open;  // done: all that it reaches was seen
+  for (const AnyId start : changed) {
+    const Record* record = s.find(start);
+    if (!record || done.contains(start)) continue;
+    std::vector<AnyId> come = new_references(*record, before(start));
+    if (come.empty()) continue;
+    std::vector<Step> path;
+    path.push_back({start, std::move(come)});
+    open.insert(start);
+    while (!path.empty()) {
+      Step& top = path.back();
+      if (top.next == top.inner.size()) {
+        open.erase(top.id);
+        if (path.size() > 1) done.insert(top.id);  // of the first only what is new was followed
+        path.pop_back();
+        continue;
+      }
+      const AnyId inner = top.inner[top.next++];
+      if (open.contains(inner)) {
+        std::vector<AnyId> cycle;
+        for (auto it = path.rbegin(); it != path.rend(); ++it) {
+          cycle.insert(cycle.begin(), it->id);
+          if (it->id == inner) break;
+        }
+        return cycle_error(s, std::move(cycle), changed);
+      }
+      if (done.contains(inner)) continue;
+      open.insert(inner);
+      path.push_back({inner, references(s.find(inner)->body)});
+    }
+  }
+  return {};
+}
+
+std::vector<AnyId> affected_order(const Snapshot& s, const std::vector<AnyId>& changed) {
+  std::unordered_set<AnyId> all(changed.begin(), changed.end());
+  std::vector<AnyId> starts(changed.begin(), changed.end());
+  for (std::size_t i = 0; i < starts.size(); ++i)
+    for (const AnyId r : s.referrers(starts[i]))
+      if (all.insert(r).second) starts.push_back(r);
+  std::sort(starts.begin(), starts.end());
+  starts.erase(std::unique(starts.begin(), starts.end()), starts.end());
+
+  std::vector<AnyId> order;
+  order.reserve(starts.size());
+  for (const AnyId id : starts)
+    if (!s.find(id)) order.push_back(id);
+  // Post-order over what each refers to, with an explicit stack; of a single record there is none.
+  if (starts.size() == 1) return starts;
+  std::unordered_set<AnyId> placed(order.begin(), order.end());
+  for (const AnyId start : starts) {
+    std::vector<std::pair<AnyId, bool>> stack{{start, false}};
+    while (!stack.empty()) {
+      const auto [id, is_ready] = stack.back();
+      stack.pop_back();
+      if (placed.contains(id)) continue;
+      if (is_ready) {
+        placed.insert(id);
+        order.push_back(id);
+        continue;
+      }
+      stack.emplace_back(id, true);
+      const std::vector<AnyId> inner = references(s.find(id)->body);
+      for (auto it = inner.rbegin(); it != inner.rend(); ++it)
+        if (all.contains(*it) && !placed.contains(*it)) stack.emplace_back(*it, false);
+    }
+  }
+  return order;
+}
+
+}  // namespace robomosp::document

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+// History: the steps that sessions made, each with the records before and after, bounded by memory
+// (layer: application). Internal to modules/document.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "document/document.h"
+
+namespace robomosp::document {
+
+/// What somebody did; shared by the step and by the records that it changed.
+struct Deed {
+  Author author;
+  std::string label;
+};
+
+struct Step {
+  std::uint64_t number = 0;  ///< never reused
+  std::shared_ptr<const Deed> deed;
+  std::string series;                 ///< commits in a row with the same one share the step
+  std::vector<RecordChange> changes;  ///< in order of first touch
+  std::uint64_t undone = 0;           ///< 0 = done; else counts up with every undo
+  std::size_t bytes = 0;              ///< that only the history keeps alive
+};
+
+/// [application]
+class History {
+ public:
+  explicit History(std::size_t budget) : budget_(budget) {}
+
+  /// Adds a step, or joins it with the newest one when that is of the same session and series. What
+  /// the session had undone cannot be redone any more.
+  void add(std::shared_ptr<const Deed> deed, std::string series, std::vector<RecordChange> changes);
+  /// The step that undo or redo takes next; without a session of anybody. nullptr = none.
+  [[nodiscard]] Step* next_undo(std::optional<std::uint64_t> session);
+  [[nodiscard]] Step* next_redo(std::optional<std::uint64_t> session);
+  [[nodiscard]] Step* find(std::uint64_t number);
+  /// Notes that a step was undone or redone; what follows it is a step of its own.
+  void mark(Step& step, bool undone);
+  /// Ends all series: the next commit is a step of its own.
+  void end_series();
+  std::deque<Step> clear();  ///< gives what there was
+
+  void set_budget(std::size_t bytes);
+  [[nodiscard]] std::size_t budget() const { return budget_; }
+  [[nodiscard]] std::size_t bytes() const { return bytes_; }
+  /// Steps forgotten to stay within the budget.
+  [[nodiscard]] std::uint64_t forgotten() const { return forgotten_; }
+  [[nodiscard]] const std::deque<Step>& steps() const { return steps_; }  ///< oldest first
+
+ private:
+  [[nodiscard]] static std::size_t weigh(const Step& step);
+  void bound();
+  std::deque<Step> steps_;
+  std::size_t budget_, bytes_ = 0;
+  std::size_t undone_ = 0;  ///< steps that are
+  std::uint64_t next_ = 1, undos_ = 0, forgotten_ = 0;
+};
+
+}  // namespace robomosp::document

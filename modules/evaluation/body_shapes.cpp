@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "evaluation/body_shapes.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "evaluation/drawables.h"
+#include "evaluation/leaves.h"
+#include "model/placement.h"
+#include "robotics/link_geometry.h"
+#include "spatial/pose.h"
+
+namespace robomosp::evaluation {
+namespace {
+
+Result<std::shared_ptr<const std::vector<ShapePiece>>> shapes_of(Solids& solids,
+                                                                 const CsgTree& tree, double chord,
+                                                                 Progress& progress) {
+  RMP_TRY_ASSIGN(const SolidEngine e, solids.engine_for(tree));
+  Fingerprinter fp("shapes/1");
+  fp.add(Solids::keys_of(e, tree).value).add(chord);
+  const Fingerprint key = fp.finish();
+  return solids.cache().get<std::vector<ShapePiece>>(
+      key, key,
+      [&] {
+        return shape_pieces(
+            tree, [&](const CsgTree& part) { return solids.mesh(part, chord, progress); });
+      },
+      [](const std::vector<ShapePiece>& pieces) {
+        std::size_t bytes = sizeof(ShapePiece) * pieces.size();
+        for (const ShapePiece& p : pieces)
+          if (p.mesh) bytes += mesh_bytes(*p.mesh);
+        return bytes;
+      });
+}
+
+}  // namespace
+
+using document::Snapshot;
+
+Result<std::shared_ptr<const std::vector<ShapePiece>>> shapes_of(Solids& solids, const Snapshot& s,
+                                                                 AnyId id, Progress& progress) {
+  RMP_TRY_ASSIGN(const auto leaves, leaves_of(s, id));
+  std::vector<ShapePiece> all;
+  for (const Leaf& leaf : leaves) {
+    RMP_TRY_ASSIGN(const auto* solid, Solids::solid_of(s, leaf.solid));
+    RMP_TRY_ASSIGN(const CsgTree tree, solids.tree_of(s, leaf.solid, progress));
+    RMP_TRY_ASSIGN(const auto own,
+                   shapes_of(solids, tree, solid->chord, progress).in(s.describe(leaf.solid)));
+    for (ShapePiece p : *own) {
+      p.pose = spatial::compose(leaf.placement, p.pose);
+      all.push_back(std::move(p));
+    }
+  }
+  return std::make_shared<const std::vector<ShapePiece>>(std::move(all));
+}
+
+Result<std::vector<std::vector<ShapePiece>>> robot_shapes_of(Solids& solids, const Snapshot& s,
+                                                             RobotId id, Progress& progress) {
+  const auto* robot = s.get(id);
+  if (!robot) return stale(s, id);
+  std::vector<std::vector<ShapePiece>> out(robot->links.size() + 1);
+  const bool is_generated =
+      robot->base_parts.empty() && std::all_of(robot->links.begin(), robot->links.end(),
+                                               [](const auto& l) { return l.parts.empty(); });
+  const auto add = [&](const std::shared_ptr<const std::vector<ShapePiece>>& pieces, const Pose& at,
+                       std::vector<ShapePiece>& to) {
+    for (ShapePiece p : *pieces) {
+      p.pose = spatial::compose(at, p.pose);
+      to.push_back(std::move(p));
+    }
+  };
+  const auto add_link_geometry = [&](const std::vector<robotics::LinkGeometryPiece>& skin,
+                                     std::vector<ShapePiece>& to) -> Result<void> {
+    for (const auto& piece : skin) {
+      RMP_TRY_ASSIGN(const auto own, shapes_of(solids, piece.tree, kLinkGeometryChord, progress));
+      add(own, {}, to);
+    }
+    return {};
+  };
+  const auto add_parts = [&](const std::vector<model::BodyPart>& parts,
+                             std::vector<ShapePiece>& to) -> Result<void> {
+    for (const auto& part : parts) {
+      RMP_TRY_ASSIGN(const auto own, shapes_of(solids, s, part.what, progress));
+      add(own, model::pose(part.placement), to);
+    }
+    return {};
+  };
+  if (is_generated) {
+    const robotics::LinkGeometry skin = robotics::make_link_geometry(*robot);
+    RMP_TRY(add_link_geometry(skin.base, out[0]));
+    for (std::size_t i = 0; i < skin.links.size(); ++i)
+      RMP_TRY(add_link_geometry(skin.links[i], out[i + 1]));
+    return out;
+  }
+  RMP_TRY(add_parts(robot->base_parts, out[0]));
+  for (std::size_t i = 0; i < robot->links.size(); ++i)
+    RMP_TRY(add_parts(robot->links[i].parts, out[i + 1]));
+  return out;
+}
+
+}  // namespace robomosp::evaluation

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+// Derived: everything computed from records (meshes, moments, masses, robot models), looked up by
+// fingerprint of its inputs; never edited, never saved (layer: application).
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <robomosp/sdk/csg.h>
+#include <robomosp/sdk/progress.h>
+#include <robomosp/sdk/result.h>
+#include <robomosp/sdk/robot_model.h>
+
+#include "document/document.h"
+#include "evaluation/shapes.h"
+#include "kernel/registry.h"
+
+namespace robomosp::evaluation {
+
+/// Mass of a solid or object in its own frame. A measured mass, of itself or of a part, counts
+/// instead of the computed one. Where an object's policy is Overlap::once, all that
+/// is inside it, also in nested objects, is counted once, for the part listed first; parts
+/// without material come last, so that they take no mass from others.
+struct BodyMass {
+  MassProperties mass;  ///< zero mass when no part has a material
+  double volume = 0;    ///< counted once where parts overlap (Overlap::once) [m^3]
+  double area = 0;      ///< sum of the parts' surface areas [m^2]
+  double overlap = 0;   ///< volume that was counted once though parts share it [m^3]
+  bool exact = true;
+  double relative_error = 0;  ///< bound for mass and volume, when not exact
+  /// What was computed, where `mass` is a measured one.
+  std::optional<MassProperties> computed = std::nullopt;
+  std::string measured_source;     ///< how and by whom it was measured; "" = it was not
+  std::vector<std::string> notes;  ///< such as: solid "cover" has no material, so it has no mass
+};
+
+/// What one solid of an object adds to its mass, in the object's frame.
+struct PartMass {
+  std::string name;  ///< "gripper.finger"; the solid's own name when it stands alone
+  SolidId solid;
+  MaterialId material;  ///< may be none
+  double density = 0;   ///< [kg/m^3]
+  double volume = 0;    ///< counted: without what an earlier part claimed (Overlap::once) [m^3]
+  MassProperties mass;  ///< of the counted volume
+};
+
+/// A mesh at a place with its look.
+struct Drawable {
+  std::string name;
+  std::shared_ptr<const Mesh> mesh;
+  Pose placement;  ///< parent_T_mesh: parent = record's frame, or link frame for robots
+  Colour colour;   ///< sRGB
+  double shininess = 0.3, metalness = 0;
+  std::optional<Colour> ambient = std::nullopt;   ///< colour in the shade; none = the colour
+  std::optional<Colour> specular = std::nullopt;  ///< colour of highlights; none = by metalness
+  Colour emission{0, 0, 0, 1};                    ///< light of its own
+  /// The solid could not be made: this is one of the operands of the operation that failed.
+  bool is_operand = false;
+  std::string failure = {};  ///< of an operand: the sentence that tells what failed
+};
+
+/// What to draw for a robot: [0] = base, in the base frame (mounting frame times Robot::base), then
+/// one list a link, in the link's frame; an invisible link has an empty list. `generated` tells
+/// that no part is designed and the bodies are a skin made from the rows.
+struct RobotBodies {
+  std::vector<std::vector<Drawable>> bodies;
+  bool generated = false;
+};
+
+/// How often derived values were found or made.
+struct CacheStats {
+  std::uint64_t hits = 0, misses = 0;
+  std::size_t entries = 0, bytes = 0;
+};
+
+/// Computes on demand through providers and remembers. Solids are made by the default CSG engine,
+/// those that hold an imported mesh by one with the tag "mesh"; that one also helps out where the
+/// default engine's result failed its check, with a note that it is an approximation. Failures are
+/// remembered too (except cancellation). Inputs that do not matter for a value are not part of its
+/// key: a colour edit meshes nothing. [any thread]
+class Derived {
+ public:
+  explicit Derived(const Registry& registry, std::size_t budget_bytes = std::size_t{1} << 30);
+  ~Derived();
+
+  Result<std::shared_ptr<const Mesh>> mesh(const document::Snapshot&, SolidId, Progress&);
+  /// `chord`: greatest distance from the exact surface [m]; 0 = the solid's own.
+  Result<std::shared_ptr<const Mesh>> mesh(const document::Snapshot&, SolidId, double chord,
+                                           Progress&);
+  Result<Moments> moments(const document::Snapshot&, SolidId, Progress&);
+  Result<BodyMass> mass(const document::Snapshot&, AnyId solid_or_object, Progress&);
+  /// The solids that make up the computed mass, in order of listing; they add up to it.
+  Result<std::vector<PartMass>> part_masses(const document::Snapshot&, AnyId solid_or_object,
+                                            Progress&);
+  /// Faces, edges and corners of a solid in its frame, in the engine's order.
+  Result<std::shared_ptr<const std::vector<CsgFeature>>> features(const document::Snapshot&,
+                                                                  SolidId, Progress&);
+  /// Axis-aligned box {min, max} that holds a solid or object, in its frame [m]; turned parts count
+  /// with the box of their own box.
+  Result<std::array<Vec3, 2>> bounds(const document::Snapshot&, AnyId solid_or_object, Progress&);
+  /// Of a solid that cannot be made, the operands of the operation that failed; an error only when
+  /// there is nothing at all to draw.
+  Result<std::vector<Drawable>> drawables(const document::Snapshot&, AnyId solid_or_object,
+                                          Progress&);
+
+  /// What the plane z = 0 of `plane` (solid_T_plane) cuts out of the solid; curves that are neither
+  /// lines nor arcs are within `chord` [m].
+  Result<std::shared_ptr<const CsgProfile>> section(const document::Snapshot&, SolidId,
+                                                    const Pose& plane, double chord, Progress&);
+  /// The solid as an `imported` node holds it, in its frame, with its digest.
+  Result<std::shared_ptr<const CsgGeometry>> geometry(const document::Snapshot&, SolidId,
+                                                      Progress&);
+
+  /// Makes and meshes all solids of these solids and objects that are not known yet, several at
+  /// once; those that fail are left for whoever asks for them. Fails only when cancelled.
+  Result<void> prepare(const document::Snapshot&, std::span<const AnyId> solids_and_objects,
+                       Progress&);
+
+  /// The mechanism with masses by its mass_source (parts of one link add up); gravity is given in
+  /// the mounting frame.
+  Result<std::shared_ptr<const RobotModel>> robot_model(const document::Snapshot&, RobotId,
+                                                        Vec3 gravity, Progress&);
+  Result<RobotBodies> robot_bodies(const document::Snapshot&, RobotId, Progress&);
+
+  /// The shapes of a solid or object for collision and contact, in its frame.
+  Result<std::shared_ptr<const std::vector<ShapePiece>>> shapes(const document::Snapshot&,
+                                                                AnyId solid_or_object, Progress&);
+  /// The same of a robot: [0] = base, in the base frame, then one list a link, in the link's frame;
+  /// of the generated bodies where no part is designed.
+  Result<std::vector<std::vector<ShapePiece>>> robot_shapes(const document::Snapshot&, RobotId,
+                                                            Progress&);
+
+  [[nodiscard]] CacheStats stats() const;
+  void clear();
+  void set_enabled(bool);  ///< off = everything is computed anew (results must be equal)
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace robomosp::evaluation

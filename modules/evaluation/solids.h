@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+// Solids: what CSG engines make of trees - shapes, meshes, moments, sections - looked up by
+// fingerprint (layer: application, evaluation). Internal to modules/evaluation. [any thread]
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <robomosp/sdk/csg.h>
+#include <robomosp/sdk/progress.h>
+#include <robomosp/sdk/result.h>
+
+#include "document/document.h"
+#include "evaluation/cache.h"
+#include "kernel/fingerprint.h"
+#include "kernel/registry.h"
+
+namespace robomosp::evaluation {
+
+/// A CSG provider and its part of every key.
+struct SolidEngine {
+  std::shared_ptr<CsgEngine> csg;
+  std::string name, version;
+  bool is_mesh = false;  ///< works on triangles throughout
+};
+
+/// A solid that an engine has made.
+struct MadeSolid {
+  std::shared_ptr<const CsgShape> shape;
+  Fingerprint key;
+  SolidEngine engine;
+  std::string stand_in;  ///< why it is an approximation by another engine; "" = it is not
+};
+
+/// Errors of a tree name its nodes, those of a solid of the document the solid as well. What an
+/// engine returns is checked; what it fails at is kept as well.
+class Solids {
+ public:
+  Solids(const Registry& registry, Cache& cache) : registry_(registry), cache_(cache) {}
+
+  /// The program's engine.
+  Result<SolidEngine> engine();
+  /// The engine for imported meshes.
+  Result<SolidEngine> mesh_engine();
+  /// The engine that suits the tree: the one for meshes where the tree holds one.
+  Result<SolidEngine> engine_for(const CsgTree& tree);
+
+  /// The solid's content, or why there is none to work on.
+  static Result<const model::Solid*> solid_of(const document::Snapshot& s, SolidId id);
+  /// The tree that engines see, plugins' primitives made.
+  Result<CsgTree> tree_of(const model::Solid& solid, Progress& progress);
+  Result<CsgTree> tree_of(const document::Snapshot& s, SolidId id, Progress& progress);
+
+  /// By the engine that suits the tree. Where the exact one could not verify its result, by the one
+  /// that works on triangles.
+  Result<MadeSolid> shape(const CsgTree& tree, Progress& progress);
+  Result<MadeSolid> shape(const document::Snapshot& s, SolidId id, Progress& progress);
+  /// By an engine for triangles; what only an exact engine can make comes to it as a mesh that
+  /// states how far it may be off.
+  Result<MadeSolid> shape_of_triangles(SolidEngine e, const CsgTree& tree, Progress& progress);
+
+  /// Closed; at most `chord` from the exact surface [m].
+  Result<std::shared_ptr<const Mesh>> mesh(const MadeSolid& s, double chord, Progress& progress);
+  /// The same, by the engine for triangles where the one that suits the tree fails.
+  Result<std::shared_ptr<const Mesh>> mesh(const CsgTree& tree, double chord, Progress& progress);
+  Result<Moments> moments(const MadeSolid& s, Progress& progress);
+  Result<std::shared_ptr<const std::vector<CsgFeature>>> features(const MadeSolid& s,
+                                                                  Progress& progress);
+  /// What the plane z = 0 of `plane` (solid_T_plane) cuts out of the solid, within `chord` [m].
+  Result<std::shared_ptr<const CsgProfile>> section(const MadeSolid& s, const Pose& plane,
+                                                    double chord, Progress& progress);
+  /// As an imported node holds it.
+  Result<std::shared_ptr<const CsgGeometry>> geometry(const MadeSolid& s, Progress& progress);
+  /// What each solid, at its place, adds to those before it; all by the engine of the first.
+  Result<CsgEngine::Partition> partition(const std::vector<MadeSolid>& shapes,
+                                         const std::vector<Pose>& poses, Progress& progress);
+
+  /// What a shape, and a failure to make it, are kept under.
+  struct Keys {
+    Fingerprint value, failure;
+  };
+  static Keys keys_of(const SolidEngine& e, const CsgTree& tree);
+  static Fingerprint mesh_key(const Fingerprint& shape, const MeshQuality& quality);
+
+  [[nodiscard]] Cache& cache() { return cache_; }
+
+ private:
+  struct Known {
+    std::optional<SolidEngine> engine;
+    std::uint64_t revision = 0;
+  };
+  template <class Find>
+  Result<SolidEngine> engine(Known& slot, Find&& find);
+  /// The engine for exact solids.
+  Result<SolidEngine> exact_engine();
+  /// Instead of what failed because of `why`, by the engine for triangles.
+  Result<MadeSolid> stand_in(const CsgTree& tree, const Error& why, Progress& progress);
+  Result<MadeSolid> shape(SolidEngine e, const CsgTree& tree, Progress& progress);
+  /// The closed mesh of an exact solid in its own frame.
+  Result<std::shared_ptr<const CsgGeometry>> triangulated(const SolidEngine& exact,
+                                                          const CsgTree& branch,
+                                                          Progress& progress);
+
+  const Registry& registry_;
+  Cache& cache_;
+  std::mutex mutex_;
+  Known known_, known_mesh_, known_exact_;  // guarded by mutex_
+};
+
+/// The axis-aligned box around a placed solid.
+[[nodiscard]] Result<std::array<Vec3, 2>> placed_box(const MadeSolid& solid, const Pose& placement);
+/// Bytes that a mesh occupies.
+[[nodiscard]] std::size_t mesh_bytes(const Mesh& mesh);
+
+}  // namespace robomosp::evaluation

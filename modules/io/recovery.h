@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+// Recovery: a journal of the document that outlives the process, whatever ends it, and what is
+// found of those of earlier processes (layer: application). Format: docs/user/files.md.
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <unordered_map>
+#include <unordered_set>
+#include <vector>
+
+#include <robomosp/sdk/result.h>
+
+#include "document/document.h"
+
+namespace robomosp::io {
+
+/// Where journals lie: $XDG_STATE_HOME/robomosp/recovery, or below ~/.local/state; empty without a
+/// home.
+[[nodiscard]] std::filesystem::path recovery_folder();
+
+struct JournalOptions {
+  std::filesystem::path folder{};  ///< made with the first entry
+  /// From an edit to its entry on the disk, about; entries are written no more often.
+  std::chrono::milliseconds interval{1000};
+  std::string program = "robomosp";  ///< what wrote it, for people
+  /// Called once when the journal cannot be written, by its thread; may be empty.
+  std::function<void(const std::string&)> trouble{};
+};
+
+/// Writes what changed in the document to a file, beside all that edits: a thread of its own reads
+/// snapshots, which needs no lock. Each entry is whole or not there. The file is locked while the
+/// process lives, and removed when it ends as it should.
+class RecoveryJournal {
+ public:
+  /// The document outlives it. Nothing is written, and no thread runs, before changed().
+  RecoveryJournal(const document::Document& document, JournalOptions options);
+  ~RecoveryJournal();
+  RecoveryJournal(const RecoveryJournal&) = delete;
+  RecoveryJournal& operator=(const RecoveryJournal&) = delete;
+  /// There is something new that was not saved. Does not wait. [any thread]
+  void changed();
+  /// The file; empty before the first entry. [any thread]
+  [[nodiscard]] std::filesystem::path file() const;
+
+ private:
+  class File;
+  void run();
+  Result<void> write(const document::Snapshot& now, bool whole);
+  const document::Document& document_;
+  const JournalOptions options_;
+  mutable std::mutex mutex_;
+  std::condition_variable wake_;
+  bool is_changed_ = false, is_ending_ = false;  // guarded by mutex_
+  std::filesystem::path path_;                   // guarded by mutex_
+  std::thread thread_;                           // guarded by mutex_
+  // Of the thread:
+  std::unique_ptr<File> file_;
+  std::unordered_map<AnyId, document::RecordPtr> written_;
+  std::unordered_set<std::string> geometries_;  ///< names written to this file
+  std::uint64_t whole_bytes_ = 0;               ///< of the last entry that held everything
+};
+
+/// A journal that no process keeps any more.
+struct FoundJournal {
+  std::filesystem::path file;
+  std::string program;
+  std::string time;          ///< of its last entry, "2026-11-22 10:03:17 UTC"
+  std::size_t records = 0;   ///< that it can give back
+  std::uintmax_t bytes = 0;  ///< of the file
+  std::size_t unread = 0;    ///< bytes at its end that are no whole entry: what the end cut off
+};
+
+/// Those in a folder that hold records, oldest first; journals of living processes and files that
+/// are none are left out.
+[[nodiscard]] std::vector<FoundJournal> found_journals(const std::filesystem::path& folder);
+
+/// Holds a journal of a dead process, so that no other one offers it, until discarded or destroyed.
+class ClaimedJournal {
+ public:
+  /// Refused while its process lives or another one holds it.
+  static Result<ClaimedJournal> claim(const std::filesystem::path& file);
+  ClaimedJournal(ClaimedJournal&&) noexcept;
+  ClaimedJournal& operator=(ClaimedJournal&&) noexcept;
+  ~ClaimedJournal();
+  /// Loads its records into the transaction. A record whose name is taken gets a free name; what
+  /// cannot be read is left out and named in `notes`.
+  Result<std::vector<AnyId>> restore(document::Transaction&,
+                                     const std::vector<std::filesystem::path>& library,
+                                     std::vector<std::string>& notes) const;
+  /// How many of its records differ from their files, or have none.
+  [[nodiscard]] Result<std::size_t> unsaved(
+      const std::vector<std::filesystem::path>& library) const;
+  [[nodiscard]] const std::filesystem::path& file() const { return file_; }
+  void discard();  ///< removes the file
+
+ private:
+  ClaimedJournal() = default;
+  std::filesystem::path file_;
+  int descriptor_ = -1;
+};
+
+}  // namespace robomosp::io

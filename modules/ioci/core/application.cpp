@@ -1,0 +1,797 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ioci/core/application.h"
+
+#include <algorithm>
+#include <cctype>
+#include <chrono>
+#include <cstdlib>
+#include <thread>
+#include <utility>
+
+#include "document/validate.h"
+#include "io/native.h"
+#include "ioci/core/chosen_providers.h"
+#include "ioci/core/commands.h"
+#include "ioci/core/handle_text.h"
+#include "ioci/core/old_words.h"
+#include "ioci/simulation/live_runs.h"
+#include "kernel/check.h"
+#include "kernel/executor.h"
+#include "kernel/permit.h"
+#include "kernel/text.h"
+#include "spatial/parallel.h"
+
+namespace robomosp::ioci {
+namespace {
+
+constexpr std::size_t kHistoryBytes = std::size_t{256} << 20;
+/// How often a short command is run that others overtake.
+constexpr int kMostAttempts = 8;
+
+/// A component made of two functions.
+class Part final : public Component {
+ public:
+  explicit Part(std::function<Result<void>()> on_start = {}, std::function<void()> on_stop = {})
+      : start_(std::move(on_start)), stop_(std::move(on_stop)) {}
+  Result<void> start() override { return start_ ? start_() : Result<void>(); }
+  void stop() noexcept override {
+    if (stop_) stop_();
+  }
+
+ private:
+  std::function<Result<void>()> start_;
+  std::function<void()> stop_;
+};
+
+/// Progress of the command that a session runs, shown by the thread that runs it.
+class SessionProgress final : public Progress {
+ public:
+  explicit SessionProgress(const Session& session) : session_(session) {}
+  void report(double fraction, std::string_view what) override {
+    if (session_.show_progress && std::this_thread::get_id() == thread_)
+      session_.show_progress(fraction, what);
+  }
+  [[nodiscard]] bool cancelled() const override { return session_.interrupted(); }
+
+ private:
+  const Session& session_;
+  const std::thread::id thread_ = std::this_thread::get_id();
+};
+
+/// Of a job, whose progress is there only once it runs.
+class LateProgress final : public Progress {
+ public:
+  void report(double fraction, std::string_view what) override {
+    if (to_) to_->report(fraction, what);
+  }
+  [[nodiscard]] bool cancelled() const override { return to_ && to_->cancelled(); }
+  void set(Progress* to) { to_ = to; }
+
+ private:
+  Progress* to_ = nullptr;
+};
+
+/// Restores a value when a scope ends.
+template <class T>
+class Restored {
+ public:
+  Restored(T& slot, T now) : slot_(slot), before_(slot) { slot_ = now; }
+  ~Restored() { slot_ = before_; }
+  Restored(const Restored&) = delete;
+  Restored& operator=(const Restored&) = delete;
+
+ private:
+  T& slot_;
+  T before_;
+};
+/// What a session joins.
+using Joined = Restored<document::Transaction*>;
+
+std::vector<std::filesystem::path> library_path(const ApplicationOptions& options,
+                                                const std::filesystem::path& share) {
+  if (!options.library.empty()) return options.library;
+  std::vector<std::filesystem::path> out;
+  if (const char* given = std::getenv("ROBOMOSP_LIBRARY"))
+    for (const std::string_view folder : text::split(given, ':'))
+      if (!folder.empty()) out.emplace_back(folder);
+  if (out.empty()) out.push_back(share / "library");
+  return out;
+}
+
+/// A journal of fewer bytes is compared with the files when the program starts.
+constexpr std::uintmax_t kQuicklyRead = std::uintmax_t{4} << 20;
+
+bool is_record_kind(std::string_view kind) { return kind_from(kind).has_value(); }
+
+}  // namespace
+
+std::optional<Handle> handle_from_text(std::string_view s) {
+  const auto hash = s.rfind('#');
+  if (hash == std::string_view::npos) return std::nullopt;
+  const auto number = text::read_int(s.substr(hash + 1));
+  if (!number || *number <= 0) return std::nullopt;
+  const std::string_view kind = s.substr(0, std::min(hash, s.find(':')));
+  if (!is_record_kind(kind) && kind != "recording" && kind != "job" && kind != "run")
+    return std::nullopt;
+  return Handle{std::string(kind), static_cast<std::uint64_t>(*number)};
+}
+
+bool kinds_include(std::string_view kinds, std::string_view kind) {
+  if (kinds == "any") return true;
+  while (!kinds.empty()) {
+    const auto bar = kinds.find('|');
+    if (kinds.substr(0, bar) == kind) return true;
+    if (bar == std::string_view::npos) return false;
+    kinds.remove_prefix(bar + 1);
+  }
+  return false;
+}
+
+namespace {
+
+std::string kinds_text(std::string_view kinds) {
+  std::string out(kinds == "any" ? "record" : kinds);
+  for (std::size_t at = 0; (at = out.find('|', at)) != std::string::npos; at += 4)
+    out.replace(at, 1, " or ");
+  return out;
+}
+
+Error stale(const Handle& h) {
+  return error(ErrorCode::stale_handle,
+               h.kind + "#" + std::to_string(h.number) + " no longer exists",
+               "It was removed, or its creation was undone. Get a new handle by name.");
+}
+
+Error caught(std::string_view command, std::string what) {
+  return error(ErrorCode::internal,
+               std::string(command) + " failed unexpectedly: " + std::move(what),
+               "The document is as before. Please report this.");
+}
+
+/// Prepares the context for expressions, and reads those among the arguments.
+Result<Map> read_expressions(CommandContext& ctx, const CommandSpec& spec, const Map& args) {
+  const document::Snapshot& now = ctx.snapshot();
+  model::Parametric own;
+  std::string own_world;
+  if (spec.params.front().name == "id") {
+    const Value* given = args.find("id");
+    const auto handle =
+        given ? ctx.app.resolve(now, std::string_view(spec.params.front().type).substr(4), *given)
+              : Result<Handle>(Handle{});
+    const auto id =
+        handle.ok() ? Application::record_id(now, *handle) : Result<AnyId>(handle.error());
+    if (!id.ok()) return args;  // the schema's check says what is wrong
+    const model::Record& record = *now.find(*id);
+    if (const auto* p = model::parametric_of(record.body)) own = *p;
+    if (id->kind == Kind::world) own_world = record.name;
+  } else {
+    if (const Value* name = args.find("name");
+        name && name->as_string() && spec.name.starts_with("world."))
+      own_world = *name->as_string();
+    RMP_TRY_ASSIGN(own, read_parameters(now, own_world, args.find("parameters"), "parameters"));
+  }
+  ctx.expressions = Expressions(now, std::move(own), std::move(own_world));
+  return ctx.expressions.read(spec.params, args, "");
+}
+
+}  // namespace
+
+Application::Application(ApplicationOptions options)
+    : plugins(registry, &messages),
+      document(kHistoryBytes, &lock),
+      derived(registry),
+      runs(std::make_unique<Runs>()),
+      share(executable_folder() / ".." / "share" / "robomosp"),
+      options_(std::move(options)) {
+  library = library_path(options_, share);
+  derived.set_enabled(options_.cache);
+  messages.deliver_after(lock);
+  spatial::set_spread(
+      [](std::size_t parts, std::size_t threads, void (*part)(void*, std::size_t), void* context) {
+        Executor::of_process().spread(parts, threads, [&](std::size_t i) { part(context, i); });
+      });
+  shared_jobs_ = std::shared_ptr<Jobs>(std::make_shared<int>(0), &jobs);
+#ifndef NDEBUG
+  lock.on_long_hold([this](const std::string& who, std::chrono::nanoseconds took) {
+    messages.post(
+        Severity::warning, "application_lock",
+        "the application lock was held for " +
+            std::to_string(std::chrono::duration_cast<std::chrono::milliseconds>(took).count()) +
+            " ms by " + who + "; please report this",
+        "application");
+  });
+#endif
+}
+
+Application::~Application() {
+  shared_jobs_.reset();
+  components_.stop_all();
+  for (io::ClaimedJournal& restored : restored_journals) restored.discard();
+  jobs.end();  // before what their work reads
+}
+
+Result<void> Application::start() {
+  const auto add = [this](std::string id, Layer layer, std::vector<std::string> needs,
+                          std::function<Result<void>()> on_start = {},
+                          std::function<void()> on_stop = {}) {
+    return components_.add({std::move(id), layer, std::move(needs)},
+                           std::make_unique<Part>(std::move(on_start), std::move(on_stop)));
+  };
+  using enum Layer;
+  RMP_TRY(add("messages", core, {}));
+  RMP_TRY(add("registry", core, {"messages"}));
+  RMP_TRY(add("jobs", core, {"messages"}, {}, [this] { jobs.cancel_all(); }));
+  RMP_TRY(add("spatial", data_processing, {}));
+  RMP_TRY(add("model", data_processing, {"spatial"}));
+  RMP_TRY(add("robotics", data_processing, {"model"}));
+  RMP_TRY(add("motion", data_processing, {"model", "registry"}));
+  RMP_TRY(add("plugins", data_processing, {"registry", "messages"}, [this]() -> Result<void> {
+    plugins.set_search_path(PluginLoader::search_path(options_.plugin_path));
+    if (!options_.plugins) return {};
+    plugins.remember_failures();
+    plugins.load_all();
+    for (const auto& [interface_id, name] : chosen_providers()) {
+      const auto set = registry.set_default(interface_id, name);
+      if (!set.ok())
+        messages.post(Severity::warning, "default_missing",
+                      "The default that you chose is not there: " + set.error().sentence(),
+                      "provider");
+    }
+    return {};
+  }));
+  RMP_TRY(add("document", application, {"model"}, [this]() -> Result<void> {
+    document.on_commit([this](const document::Commit& commit) { events.publish(commit); });
+    messages.subscribe([this](const Message& m) { events.publish(m); });
+    jobs.subscribe([this](const JobStatus& s) { events.publish(s); });
+    document.on_commit([this](const document::Commit&) {
+      if (document.forgotten_steps() == 0 || std::exchange(told_forgotten_, true)) return;
+      messages.post(Severity::info, "history_forgets",
+                    "The oldest steps can no longer be undone: the history takes no more than " +
+                        std::to_string(document.history_budget() >> 20) +
+                        " MiB (document.history_memory).",
+                    "document");
+    });
+    return {};
+  }));
+  RMP_TRY(add("recovery", application, {"document", "io"}, [this]() -> Result<void> {
+    recovery_folder = options_.recovery;
+    if (recovery_folder.empty()) return {};
+    for (const io::FoundJournal& found : io::found_journals(recovery_folder)) {
+      // Where all is in its files, there is nothing to offer.
+      if (found.bytes < kQuicklyRead)
+        if (auto held = io::ClaimedJournal::claim(found.file); held.ok())
+          if (const auto unsaved = held->unsaved(library); unsaved.ok() && *unsaved == 0) {
+            held->discard();
+            continue;
+          }
+      messages.post(Severity::info, "recovery",
+                    "Unsaved work of " + found.time + " was found (" +
+                        std::to_string(found.records) +
+                        (found.records == 1 ? " record" : " records") + "): recovery.restore() loads it, recovery.discard() drops it.",
+                    "recovery");
+    }
+    journal = std::make_unique<io::RecoveryJournal>(
+        document, io::JournalOptions{recovery_folder, options_.recovery_interval, "robomosp",
+                                     [this](const std::string& what) {
+                                       messages.post(Severity::warning, "recovery", what,
+                                                     "recovery");
+                                     }});
+    document.on_commit([this](const document::Commit& commit) {
+      if (commit.kind != document::CommitKind::load) journal->changed();
+    });
+    return {};
+  }));
+  RMP_TRY(add("derived", application, {"document", "registry", "robotics"}));
+  RMP_TRY(add("io", application, {"document"}));
+  RMP_TRY(add("sim", application, {"derived", "motion", "plugins"}));
+  RMP_TRY(add("ioci", application, {"document", "derived", "io", "sim", "plugins", "jobs"},
+              [this]() -> Result<void> {
+                register_commands(commands);
+                return {};
+              }));
+  return components_.start_all();
+}
+
+Result<std::unique_ptr<Application>> Application::create(ApplicationOptions options) {
+  std::unique_ptr<Application> app(new Application(std::move(options)));
+  RMP_TRY(app->start());
+  return app;
+}
+
+/// One dispatch: start() reads the arguments, compute() runs the command without the application
+/// lock, finish() publishes what it edited.
+class Application::Call {
+ public:
+  /// `args` outlives it. What it edits joins `joined`, if there is one. `is_own_thread`: it
+  /// computes on the session's thread, so that what a script does meanwhile joins it.
+  Call(Application& app, Session& session, const CommandSpec& spec, const Map& args,
+       document::Transaction* joined, Progress& progress, bool is_own_thread)
+      : app_(app),
+        session_(session),
+        spec_(spec),
+        args_(args),
+        is_own_thread_(is_own_thread),
+        all_(spec.effect | spec.sometimes | Effect::reads),
+        permit_{session.name(), spec.name, all_, session.denied(), false},
+        ctx_(app, session, progress) {
+    ctx_.given_ = &args_;
+    ctx_.base_ = app.document.now();
+    ctx_.transaction_ = joined;
+    ctx_.is_own_thread_ = is_own_thread;
+  }
+
+  Result<void> start();
+  Result<Value> compute();
+  Result<Value> finish(Result<Value> result);
+  /// Whether finish() refused, because others changed what it had looked at.
+  [[nodiscard]] bool is_overtaken() const { return transaction_ && transaction_->is_overtaken(); }
+  /// The command and what it works on: "world.plan_path cell".
+  [[nodiscard]] std::string label() const;
+
+ private:
+  Application& app_;
+  Session& session_;
+  const CommandSpec& spec_;
+  const Map& args_;
+  const bool is_own_thread_;
+  const Effects all_;
+  const Permit permit_;
+  CommandContext ctx_;
+  Map without_gesture_, with_new_words_,
+      with_numbers_;  ///< the arguments without old words, and without expressions
+  Map checked_;
+  std::optional<document::Transaction> transaction_;
+};
+
+std::string Application::Call::label() const {
+  std::string out = spec_.name;
+  if (const Value* id = checked_.find("id"); id && id->as_handle())
+    if (const auto target = app_.name_in(ctx_.snapshot(), *id->as_handle())) out += " " + *target;
+  return out;
+}
+
+Result<void> Application::Call::start() {
+  if ((spec_.effect | Effect::reads).meets(session_.denied()))
+    for (const Effect e : (spec_.effect | Effect::reads).list())
+      if (!session_.may(e)) return not_permitted(session_.name(), spec_.name, e);
+  const PermitScope permitted(&permit_);
+  const bool has_edits = all_.has(Effect::edits);
+  std::string series;  // edits in a row with the same word share a step
+  if (const Value* word = has_edits ? args_.find("gesture") : nullptr;
+      word && word->as_string() && spec_.name != "gesture.begin" &&
+      std::none_of(spec_.params.begin(), spec_.params.end(),
+                   [](const ParamSpec& p) { return p.name == "gesture"; })) {
+    series = *word->as_string();
+    without_gesture_ = args_;
+    without_gesture_.erase("gesture");
+    ctx_.given_ = &without_gesture_;
+    if (!std::exchange(session_.told_gesture_, true))
+      app_.messages.post(Severity::info, "old_word",
+                         "The argument gesture is from before; gesture.begin, gesture.update and "
+                         "gesture.commit make one step of any commands.",
+                         session_.name());
+  }
+  if (auto renamed = with_new_words(spec_.name, *ctx_.given_)) {
+    app_.messages.post(Severity::info, "old_word", renamed->note, session_.name());
+    with_new_words_ = std::move(renamed->args);
+    ctx_.given_ = &with_new_words_;
+  }
+  if (spec_.takes_expressions) {
+    auto read = read_expressions(ctx_, spec_, *ctx_.given_);
+    if (!read.ok()) return std::move(read).error().in(spec_.name);
+    with_numbers_ = std::move(*read);
+    ctx_.given_ = &with_numbers_;
+  }
+  if (!spec_.params.empty() || !ctx_.given_->empty()) {
+    auto result = check(spec_.params, *ctx_.given_, [&](std::string_view kinds, const Value& v) {
+      return app_.resolve(ctx_.snapshot(), kinds, v);
+    });
+    if (!result.ok()) return std::move(result).error().in(spec_.name);
+    checked_ = std::move(*result);
+  }
+  if (spec_.own_transaction && has_edits && ctx_.transaction_)
+    return error(ErrorCode::conflict, spec_.name + " cannot run while a group of edits is open",
+                 "Finish the group first.");
+  ctx_.may_edit_ = !spec_.own_transaction && has_edits;
+  if (!ctx_.may_edit_ || ctx_.transaction_) return {};
+  const std::string label = this->label();
+  if (!series.empty()) {
+    const Value* path = checked_.find("path");
+    series = label + "|" + (path ? path->text() : std::string()) + "|" + series;
+  }
+  if (!app_.document.gestures().empty()) app_.end_orphaned_gestures();
+  const std::uint64_t gesture = is_own_thread_ ? session_.gesture_ : 0;
+  auto begun = gesture ? app_.document.begin_update(gesture)
+                       : app_.document.begin(label, app_.author(session_), std::move(series));
+  if (!begun.ok()) return std::move(begun).error().in(spec_.name);
+  transaction_.emplace(std::move(*begun));
+  transaction_->base_on(ctx_.base_);  // what the arguments were read from
+  ctx_.transaction_ = &*transaction_;
+  return {};
+}
+
+Result<Value> Application::Call::compute() {
+  const PermitScope permitted(&permit_);
+  try {
+    if (!is_own_thread_) return spec_.run(ctx_, checked_);
+    const Joined joined(session_.transaction_,
+                        ctx_.may_edit_ ? ctx_.transaction_ : session_.transaction_);
+    return spec_.run(ctx_, checked_);
+  } catch (const StaleHandle& gone) {
+    return stale(gone.handle);
+  } catch (const std::bad_alloc&) {
+    return error(ErrorCode::internal, spec_.name + " ran out of memory",
+                 "The document is as before.");
+  } catch (const std::exception& e) {
+    return caught(spec_.name, e.what());
+  } catch (...) {
+    return caught(spec_.name, "an unknown exception");
+  }
+}
+
+Result<Value> Application::Call::finish(Result<Value> result) {
+  if (!result.ok()) {
+    if (!permit_.was_refused || result.error().code == ErrorCode::permission) return result;
+    Error refused = std::move(result).error();
+    refused.code = ErrorCode::permission;
+    return refused;
+  }
+  const PermitScope permitted(&permit_);
+  try {
+    if (transaction_) {
+      auto commit = transaction_->commit();
+      if (!commit.ok()) return std::move(commit).error();
+    }
+    if (all_ != Effects(Effect::reads))
+      app_.messages.post(Severity::info, "audit", command_line(app_, spec_, args_),
+                         session_.name());
+    return result;
+  } catch (const std::exception& e) {
+    return caught(spec_.name, e.what());
+  }
+}
+
+Result<Value> Application::run(Session& session, const CommandSpec& spec, const Map& args,
+                               document::Transaction* joined, Progress& progress,
+                               bool is_own_thread) {
+  RMP_CHECK(!AppLock::is_any_held(), "a command was dispatched by who holds the application lock");
+  // Commands with effects outside the document are done once and for all.
+  const bool can_repeat = !(spec.effect | spec.sometimes)
+                               .meets(Effect::files_write | Effect::processes | Effect::providers |
+                                      Effect::loads_code | Effect::stops | Effect::simulates);
+  for (int attempt = 1;; ++attempt) {
+    Call call(*this, session, spec, args, joined, progress, is_own_thread);
+    const auto begin = std::chrono::steady_clock::now();
+    RMP_TRY(call.start());
+    Result<Value> result = call.finish(call.compute());
+    if (result.ok() || !call.is_overtaken() || !can_repeat || attempt == kMostAttempts ||
+        std::chrono::steady_clock::now() - begin > AppLock::kLongestHold)
+      return result;
+  }
+}
+
+Result<Value> Application::dispatch(Session& session, std::string_view name, const Map& args) {
+  const CommandSpec* spec = commands.find(name);
+  if (!spec) return commands.unknown(name);
+  return dispatch(session, *spec, args);
+}
+
+Result<Value> Application::dispatch(Session& session, const CommandSpec& spec, const Map& args) {
+  SessionProgress progress(session);
+  return run(session, spec, args, session.transaction_, progress, true);
+}
+
+Result<Value> Application::dispatch_within(CommandContext& outer, std::string_view name,
+                                           const Map& args) {
+  const CommandSpec* spec = commands.find(name);
+  if (!spec) return commands.unknown(name);
+  return run(outer.session, *spec, args, outer.transaction_, outer.progress, outer.is_own_thread_);
+}
+
+Result<Handle> Application::run_async(Session& session, const CommandSpec& spec, Map args) {
+  if (session.transaction_)
+    return error(ErrorCode::conflict, "a job cannot start while a group of edits is open",
+                 "Finish the group first.", spec.name);
+  if (spec.own_transaction)
+    return error(ErrorCode::usage, spec.name + " works on the history and is done at once",
+                 "Call it without a job.", spec.name);
+  struct Job {
+    Job(Application& app, Session& session, const CommandSpec& spec, Map given)
+        : args(std::move(given)), call(app, session, spec, args, nullptr, progress, false) {}
+    Map args;
+    LateProgress progress;
+    Call call;
+  };
+  const auto job = std::make_shared<Job>(*this, session, spec, std::move(args));
+  RMP_TRY(job->call.start());
+  const std::uint64_t id = jobs.submit(job->call.label(), [job](Progress& progress) {
+    job->progress.set(&progress);
+    return job->call.finish(job->call.compute());
+  });
+  session.jobs_ = shared_jobs_;
+  std::erase_if(session.own_, [&](std::uint64_t old) {
+    const auto status = jobs.status(old);
+    return !status.ok() ||
+           (status->state != JobState::waiting && status->state != JobState::running);
+  });
+  session.own_.push_back(id);
+  return Handle{"job", id};
+}
+Result<Value> Application::update_gesture(Session& session, std::uint64_t gesture,
+                                          std::string_view name, const Map& args) {
+  const std::uint64_t own = author(session).session;
+  const auto open = document.gestures();
+  if (std::none_of(open.begin(), open.end(),
+                   [&](const auto& g) { return g.first == gesture && g.second.session == own; }))
+    return error(ErrorCode::unknown_name,
+                 "there is no open gesture " + std::to_string(gesture) + " of session " +
+                     text::quote(session.name()),
+                 "gesture.begin opens one.");
+  const Restored<std::uint64_t> updating(session.gesture_, gesture);
+  return dispatch(session, name, args);
+}
+
+document::Author Application::author(Session& session) {
+  const AppLock::Hold hold(lock, "author");
+  if (session.number_ == 0) {
+    session.number_ = sessions_.size() + 1;
+    sessions_.push_back(
+        {{session.number_, session.name(), session.kind(), true}, session.alive_, {}});
+  }
+  return {session.number_, session.name()};
+}
+
+void Application::keep_subscription(Session& session, std::uint64_t token) {
+  const AppLock::Hold hold(lock, "keep_subscription");
+  end_orphaned_subscriptions();
+  sessions_[author(session).session - 1].subscriptions.push_back(token);
+}
+
+bool Application::has_subscription(Session& session, std::uint64_t token) {
+  const AppLock::Hold hold(lock, "has_subscription");
+  const auto& own = sessions_[author(session).session - 1].subscriptions;
+  return std::find(own.begin(), own.end(), token) != own.end();
+}
+
+void Application::end_orphaned_subscriptions() {
+  for (KnownSession& s : sessions_)
+    if (!s.subscriptions.empty() && s.alive.expired())
+      for (const std::uint64_t token : std::exchange(s.subscriptions, {}))
+        events.unsubscribe(token);
+}
+
+std::vector<Application::SessionInfo> Application::sessions() const {
+  std::vector<SessionInfo> out;
+  const AppLock::Hold hold(lock, "sessions");
+  for (const KnownSession& s : sessions_) {
+    out.push_back(s.info);
+    out.back().is_open = !s.alive.expired();
+  }
+  return out;
+}
+
+void Application::end_orphaned_gestures() {
+  const AppLock::Hold hold(lock, "end_orphaned_gestures");
+  for (const auto& [number, who] : document.gestures())
+    if (who.session > 0 && who.session <= sessions_.size() &&
+        sessions_[who.session - 1].alive.expired()) {
+      const PermitScope own(nullptr);
+      if (const auto ended = document.cancel_gesture(number); !ended.ok())
+        messages.post(Severity::error, "gesture", ended.error().sentence(), "ioci");
+    }
+}
+
+namespace {
+
+/// Arguments by position as arguments by name.
+Result<Map> named_arguments(const CommandSpec& spec, std::span<const Value> args) {
+  if (args.size() > spec.params.size())
+    return error(ErrorCode::usage,
+                 count_given(args.size(), "argument") + "; " + spec.name + " takes at most " +
+                     std::to_string(spec.params.size()),
+                 spec.params.empty() ? "Call it without arguments."
+                                     : "help(\"" + spec.name + "\") lists them.",
+                 spec.name);
+  Map named;
+  for (std::size_t i = 0; i < args.size(); ++i)
+    if (!args[i].is_nil()) named.set(spec.params[i].name, args[i]);
+  return named;
+}
+
+}  // namespace
+
+Result<Handle> Application::dispatch_async(Session& session, std::string_view name, Map args) {
+  const CommandSpec* spec = commands.find(name);
+  if (!spec) return commands.unknown(name);
+  return run_async(session, *spec, std::move(args));
+}
+
+Result<Handle> Application::dispatch_async_positional(Session& session, std::string_view name,
+                                                      std::span<const Value> args) {
+  const CommandSpec* spec = commands.find(name);
+  if (!spec) return commands.unknown(name);
+  RMP_TRY_ASSIGN(Map named, named_arguments(*spec, args));
+  return run_async(session, *spec, std::move(named));
+}
+
+Result<Value> Application::dispatch_positional(Session& session, std::string_view name,
+                                               std::span<const Value> args) {
+  const CommandSpec* spec = commands.find(name);
+  if (!spec) return commands.unknown(name);
+  RMP_TRY_ASSIGN(const Map named, named_arguments(*spec, args));
+  return dispatch(session, *spec, named);
+}
+
+Result<void> Application::transaction(Session& session, std::string label,
+                                      const std::function<Result<void>()>& body) {
+  if (session.transaction_) return body();  // joins the outer group
+  auto begun = document.begin(std::move(label), author(session));
+  if (!begun.ok()) return std::move(begun).error();
+  document::Transaction group = std::move(*begun);
+  {
+    const Joined joined(session.transaction_, &group);
+    RMP_TRY(body());
+  }
+  auto commit = group.commit();
+  if (!commit.ok()) return std::move(commit).error();
+  return {};
+}
+
+Handle Application::handle(AnyId id) { return {std::string(to_string(id.kind)), id.number}; }
+
+Result<AnyId> Application::record_id(const document::Snapshot& snapshot, const Handle& h) {
+  const auto kind = kind_from(h.kind);
+  if (!kind)
+    return error(ErrorCode::invalid_argument, document::with_article(h.kind) + " is not a record");
+  const AnyId id{*kind, h.number};
+  if (!snapshot.find(id)) return stale(h);
+  return id;
+}
+
+Result<Handle> Application::resolve(const document::Snapshot& snapshot, std::string_view kinds,
+                                    const Value& value) const {
+  const auto check_handle = [&](const Handle& h) -> Result<Handle> {
+    if (!kinds_include(kinds, h.kind))
+      return error(ErrorCode::invalid_argument, describe(h) + " is " +
+                                                    document::with_article(h.kind) + ", not " +
+                                                    document::with_article(kinds_text(kinds)));
+    if (is_record_kind(h.kind)) {
+      RMP_TRY(record_id(snapshot, h));
+    } else if (h.kind == "recording") {
+      if (!recordings.find(h.number)) return stale(h);
+    } else if (h.kind == "job") {
+      if (!jobs.status(h.number).ok()) return stale(h);
+    } else if (h.kind == "run") {
+      if (!runs->find(h.number)) return stale(h);
+    } else {
+      return error(ErrorCode::invalid_argument, "there is nothing of kind " + text::quote(h.kind));
+    }
+    return h;
+  };
+  if (const Handle* h = value.as_handle()) return check_handle(*h);
+  const std::string* name = value.as_string();
+  if (!name)
+    return error(ErrorCode::invalid_argument,
+                 value.text() + " is not the name of " + document::with_article(kinds_text(kinds)),
+                 "Give its name or a handle.");
+  for (const Kind k : all_kinds())
+    if (kinds_include(kinds, to_string(k)))
+      if (const auto id = snapshot.find(k, *name)) return handle(*id);
+  if (const auto h = handle_from_text(*name)) return check_handle(*h);
+  for (const std::string_view kind : {"recording", "job", "run"})
+    if (kinds_include(kinds, kind) && kinds != "any")
+      if (const auto number = text::read_int(*name); number && *number > 0)
+        return check_handle(Handle{std::string(kind), static_cast<std::uint64_t>(*number)});
+
+  std::vector<std::string> known;
+  std::string hint;
+  for (const Kind k : all_kinds()) {
+    if (!kinds_include(kinds, to_string(k))) continue;
+    for (const AnyId id : snapshot.list(k)) known.push_back(snapshot.find(id)->name);
+    if (hint.empty() && library_file(*this, k, *name))
+      hint =
+          std::string(to_string(k)) + ".get(" + text::quote(*name) + ") loads it from the library.";
+  }
+  if (hint.empty()) hint = text::did_you_mean(*name, known);
+  if (hint.empty() && !known.empty() && known.size() <= 12)
+    hint =
+        "There " + std::string(known.size() == 1 ? "is " : "are ") + text::enumerate(known) + ".";
+  return error(ErrorCode::unknown_name,
+               "there is no " + kinds_text(kinds) + " " + text::quote(*name) + " in the document",
+               hint);
+}
+
+std::optional<std::string> Application::name_in(const document::Snapshot& snapshot,
+                                                const Handle& h) const {
+  if (const auto kind = kind_from(h.kind)) {
+    const model::Record* r = snapshot.find(AnyId{*kind, h.number});
+    return r ? std::optional(r->name) : std::nullopt;
+  }
+  if (h.kind == "recording") {
+    const auto r = recordings.find(h.number);
+    return r ? std::optional(r->title) : std::nullopt;
+  }
+  if (h.kind == "run")
+    if (const auto run = runs->find(h.number)) return run->title;
+  if (h.kind == "job")
+    if (const auto status = jobs.status(h.number); status.ok()) return status->label;
+  return std::nullopt;
+}
+
+std::optional<std::string> Application::name_of(const Handle& h, const Session* session) const {
+  if (session && session->transaction_) return name_in(session->transaction_->now(), h);
+  return name_in(*document.now(), h);
+}
+
+std::string Application::describe(const Handle& h, const Session* session) const {
+  const std::string number = "#" + std::to_string(h.number);
+  if (!is_record_kind(h.kind)) return h.kind + number;
+  const auto name = name_of(h, session);
+  return name ? h.kind + ":" + *name + number : h.kind + number;
+}
+
+namespace {
+
+bool is_word(std::string_view s) {
+  const auto letter = [](char c) {
+    return std::isalpha(static_cast<unsigned char>(c)) != 0 || c == '_';
+  };
+  return !s.empty() && letter(s[0]) && std::all_of(s.begin(), s.end(), [&](char c) {
+    return letter(c) || (c >= '0' && c <= '9');
+  });
+}
+
+constexpr std::string_view kGenerated = "\n\nGenerated from the command table; do not edit.";
+
+}  // namespace
+
+Result<void> write_reference(const CommandTable& table, const std::filesystem::path& folder) {
+  std::error_code failed;
+  std::filesystem::create_directories(folder, failed);
+  if (failed)
+    return error(
+        ErrorCode::io,
+        "the folder " + text::quote(folder.string()) + " cannot be made: " + failed.message(),
+        "Check the path and its permissions.");
+  const auto pages = reference_pages(table);
+  for (const auto& [name, page] : pages) RMP_TRY(io::write_file(folder / name, page));
+  // Pages of topics that are gone; what somebody wrote by hand stays.
+  std::vector<std::filesystem::path> gone;
+  for (std::filesystem::directory_iterator it(folder, failed), end; !failed && it != end;
+       it.increment(failed)) {
+    const auto& path = it->path();
+    if (path.extension() != ".md" || pages.contains(path.filename().string())) continue;
+    const auto old = io::read_file(path);
+    if (old.ok() && old->find(kGenerated) != std::string::npos) gone.push_back(path);
+  }
+  for (const auto& path : gone) std::filesystem::remove(path, failed);
+  return {};
+}
+
+std::string command_line(const Application& app, const CommandSpec& spec, const Map& args) {
+  constexpr std::size_t kLongest = 400;
+  std::string out = spec.name;
+  if (args.empty()) return out + "()";
+  out += "{";
+  bool first = true;
+  for (const auto& [name, value] : args) {
+    if (!first) out += ", ";
+    first = false;
+    out += (is_word(name) ? name : "[" + text::quote(name) + "]") + " = ";
+    std::string shown;
+    if (value.as_string()) shown = text::quote(*value.as_string());
+    else if (const Handle* h = value.as_handle())
+      shown = text::quote(app.name_of(*h).value_or(app.describe(*h)));
+    else shown = value.text();
+    if (shown.size() > kLongest) {
+      shown.resize(kLongest);
+      while (!shown.empty() && (static_cast<unsigned char>(shown.back()) & 0xC0U) == 0x80U)
+        shown.pop_back();
+      shown += " ...";
+    }
+    out += shown;
+  }
+  return out + "}";
+}
+
+}  // namespace robomosp::ioci

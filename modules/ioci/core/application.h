@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: Apache-2.0
+// Application: the program without front ends; owns the parts, starts them as components and
+// dispatches commands (layer: application).
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "collision/cache.h"
+#include "document/document.h"
+#include "evaluation/derived.h"
+#include "io/recovery.h"
+#include "ioci/core/command.h"
+#include "ioci/core/events.h"
+#include "ioci/core/solver_cache.h"
+#include "kernel/app_lock.h"
+#include "kernel/component.h"
+#include "kernel/jobs.h"
+#include "kernel/messages.h"
+#include "kernel/plugin_loader.h"
+#include "kernel/registry.h"
+#include "recording/recording.h"
+
+namespace robomosp::render {
+class Renderer;
+}
+
+namespace robomosp::ioci {
+
+class Runs;
+
+struct ApplicationOptions {
+  std::vector<std::filesystem::path> plugin_path;  ///< searched first
+  std::vector<std::filesystem::path> library;  ///< empty = <executable>/../share/robomosp/library
+  bool cache = true;
+  bool plugins = true;  ///< false: none is loaded, not even those of the program
+  /// Where unsaved work is written to, and looked for; empty = not at all.
+  std::filesystem::path recovery{};
+  std::chrono::milliseconds recovery_interval{1000};
+};
+
+/// Its parts guard themselves; the document by the application lock. Each session dispatches on a
+/// thread of its own. [any thread] unless marked
+class Application {
+ public:
+  /// Starts all components; plugins of the search path are loaded (refusals become messages).
+  static Result<std::unique_ptr<Application>> create(ApplicationOptions = {});
+  ~Application();
+
+  /// Looks up, checks permission and schema, runs, commits one undo step, keeps the audit line.
+  /// Nothing throws out of it; on an error the document is as before. A short command that others
+  /// overtook is run again, a long one refused with what they changed. [the session's thread]
+  Result<Value> dispatch(Session&, std::string_view name, const Map& args);
+  Result<Value> dispatch(Session&, const CommandSpec&, const Map& args);
+  /// Checks the arguments and goes on in a job, on the records as they are now; gives the handle of
+  /// the job, whose result is the command's. [the session's thread]
+  Result<Handle> dispatch_async(Session&, std::string_view name, Map args);
+  Result<Handle> dispatch_async_positional(Session&, std::string_view name,
+                                           std::span<const Value> args);
+  /// The same for positional arguments, in the order of the schema.
+  Result<Value> dispatch_positional(Session&, std::string_view name, std::span<const Value> args);
+  /// A classic line: `PRobot pa10 mGetDHP`, `World cell WorldInvKineSim pa10 circle`.
+  Result<Value> dispatch_classic(Session&, std::string_view line);
+
+  /// A command as an update of a gesture that is open: what it edits is published as a preview and
+  /// enters the history only with document.commit_gesture(). Of a command that edits nothing, the
+  /// same as dispatch().
+  Result<Value> update_gesture(Session&, std::uint64_t gesture, std::string_view name,
+                               const Map& args);
+  /// Who the document says that a session is; gives the session its number.
+  [[nodiscard]] document::Author author(Session&);
+  struct SessionInfo {
+    std::uint64_t number = 0;
+    std::string name;
+    SessionKind kind = SessionKind::script;
+    bool is_open = true;
+  };
+  /// Ends the subscription with the session.
+  void keep_subscription(Session&, std::uint64_t token);
+  [[nodiscard]] bool has_subscription(Session&, std::uint64_t token);
+  /// All that have run a command, in the order of their numbers.
+  [[nodiscard]] std::vector<SessionInfo> sessions() const;
+
+  /// Groups all edits of `body` into one undo step; an error of body rolls back.
+  Result<void> transaction(Session&, std::string label, const std::function<Result<void>()>& body);
+
+  /// Handle or name -> handle; `kinds` as in "ref:robot" without the prefix, "solid|object".
+  [[nodiscard]] Result<Handle> resolve(const document::Snapshot&, std::string_view kinds,
+                                       const Value&) const;
+  /// A handle's record id, checked to exist; stale_handle otherwise.
+  [[nodiscard]] static Result<AnyId> record_id(const document::Snapshot&, const Handle&);
+  [[nodiscard]] static Handle handle(AnyId);
+  /// `robot:pa10#17`, `recording#3`; with what a group of edits of the session has changed.
+  [[nodiscard]] std::string describe(const Handle&, const Session* = nullptr) const;
+  /// The name methods are called by; nullopt when stale.
+  [[nodiscard]] std::optional<std::string> name_of(const Handle&, const Session* = nullptr) const;
+
+  mutable AppLock lock;
+  Messages messages;
+  Registry registry;
+  PluginLoader plugins;
+  Events events;  ///< before what publishes
+  document::Document document;
+  evaluation::Derived derived;
+  recording::Recordings recordings;
+  Jobs jobs;  ///< after what its work reads, so that it is joined first
+  CommandTable commands;
+  SolverCache solvers;
+  collision::CollisionCache collision_models;
+  std::unique_ptr<Runs> runs;  ///< live ones; after what they read, so that they end first
+  std::mutex renderer_mutex;
+  std::shared_ptr<render::Renderer> renderer;  ///< made with the first picture; by renderer_mutex
+  std::uint64_t renderer_revision = 0;  ///< of the registry, when it was made; by renderer_mutex
+  std::mutex plugins_mutex;             ///< for plugins, once this is created
+  std::vector<std::filesystem::path> library;    ///< folders of shipped materials, robots, worlds
+  std::filesystem::path share;                   ///< <executable>/../share/robomosp
+  std::filesystem::path recovery_folder;         ///< of journals; may be empty
+  std::unique_ptr<io::RecoveryJournal> journal;  ///< of this process; null = none
+  std::vector<io::ClaimedJournal> restored_journals;  ///< removed when the program ends
+  std::atomic<bool> quit_requested{false};  ///< set by the command `quit`; front ends end then
+  std::function<void()> redraw;             ///< set by the viewer, if there is one, before all else
+
+ private:
+  friend class CommandContext;
+  class Call;
+  explicit Application(ApplicationOptions);
+  Result<void> start();
+  Result<Value> run(Session&, const CommandSpec&, const Map& args, document::Transaction* joined,
+                    Progress&, bool is_own_thread);
+  Result<Value> dispatch_within(CommandContext&, std::string_view name, const Map& args);
+  Result<Handle> run_async(Session&, const CommandSpec&, Map args);
+  [[nodiscard]] std::optional<std::string> name_in(const document::Snapshot&, const Handle&) const;
+  /// Cancels gestures whose sessions are gone.
+  void end_orphaned_gestures();
+  struct KnownSession {
+    SessionInfo info;
+    std::weak_ptr<const int> alive;
+    std::vector<std::uint64_t> subscriptions;
+  };
+  void end_orphaned_subscriptions();
+  std::vector<KnownSession> sessions_;  ///< number n stands at n - 1
+  bool told_forgotten_ = false;         ///< that the history forgets steps
+  ApplicationOptions options_;
+  Components components_;
+  std::shared_ptr<Jobs> shared_jobs_;  ///< `jobs`, for as long as this lives
+};
+
+/// Adds every command of this program to the table (one add per commands_*.cpp).
+void register_commands(CommandTable&);
+
+/// A command as one line of Lua, `robot.set_link{id = "pa10", link = 3, lower = -1}`; what the
+/// audit message shows. Long arguments are cut.
+[[nodiscard]] std::string command_line(const Application&, const CommandSpec&, const Map& args);
+
+}  // namespace robomosp::ioci

@@ -1,0 +1,293 @@
+// SPDX-License-Identifier: Apache-2.0
+// Lines of the 2006 program: their words, what command they name, their arguments.
+#include "ioci/core/classic.h"
+
+#include <algorithm>
+#include <cctype>
+
+#include "ioci/core/commands.h"
+#include "ioci/core/handle_text.h"
+#include "kernel/check.h"
+#include "kernel/text.h"
+
+namespace robomosp::ioci {
+namespace {
+
+bool same_word(std::string_view a, std::string_view b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](char x, char y) {
+    return std::tolower(static_cast<unsigned char>(x)) ==
+           std::tolower(static_cast<unsigned char>(y));
+  });
+}
+
+const ParamSpec* find_param(const CommandSpec& spec, std::string_view name) {
+  const auto at = std::find_if(spec.params.begin(), spec.params.end(),
+                               [&](const ParamSpec& p) { return p.name == name; });
+  return at == spec.params.end() ? nullptr : &*at;
+}
+
+/// Arguments of a classic line: `name=value` where `name` is a parameter, else by position. The
+/// last parameter takes all words that are left when it is a list of numbers or a free text.
+Result<Map> classic_arguments(const CommandSpec& spec, const ClassicSpelling& spelling,
+                              std::span<const std::string> words, bool is_method) {
+  std::vector<const ParamSpec*> order;
+  if (spelling.order) {
+    for (const std::string& name : *spelling.order)
+      if (const ParamSpec* p = find_param(spec, name)) order.push_back(p);
+  } else {
+    for (std::size_t i = is_method ? 1 : 0; i < spec.params.size(); ++i)
+      order.push_back(&spec.params[i]);
+  }
+  Map args;
+  for (const auto& [name, value] : spelling.fixed) args.set(name, value);
+  std::size_t next = 0;
+  for (std::size_t w = 0; w < words.size(); ++w) {
+    const std::string& word = words[w];
+    if (const auto equals = word.find('='); equals != std::string::npos && equals > 0)
+      if (const std::string name = word.substr(0, equals); find_param(spec, name)) {
+        args.set(name, word.substr(equals + 1));
+        continue;
+      }
+    while (next < order.size() && args.find(order[next]->name)) ++next;
+    if (next >= order.size())
+      return error(ErrorCode::usage, "the word " + text::quote(word) + " is one too many",
+                   "help(\"" + spec.name + "\") lists the arguments.", spec.name);
+    const ParamSpec& p = *order[next];
+    std::string value = word;
+    const bool many = p.name == "q" || p.type == "real[]" || p.type == "vec3" || p.type == "pose";
+    if (many && (word.empty() || word.front() != '{')) {
+      const std::size_t most = p.type == "vec3" ? 3 : p.type == "pose" ? 6 : words.size();
+      std::size_t taken = 1;
+      while (taken < most && w + 1 < words.size() && text::read_real(words[w + 1])) {
+        value += " " + words[++w];
+        ++taken;
+      }
+    }
+    if (p.type == "enum")
+      for (const std::string& c : p.choices)
+        if (std::equal(c.begin(), c.end(), value.begin(), value.end(), [](char a, char b) {
+              return std::tolower(static_cast<unsigned char>(a)) ==
+                     std::tolower(static_cast<unsigned char>(b));
+            }))
+          value = c;
+    if (p.type == "list") {
+      List items;
+      std::string_view inner = value;
+      if (inner.size() >= 2 && inner.front() == '{' && inner.back() == '}')
+        inner = inner.substr(1, inner.size() - 2);
+      std::string blanks(inner);
+      std::replace(blanks.begin(), blanks.end(), ',', ' ');
+      RMP_TRY_ASSIGN(auto entries, split_classic(blanks));
+      for (std::string& e : entries) items.emplace_back(std::move(e));
+      args.set(p.name, std::move(items));
+    } else {
+      args.set(p.name, std::move(value));
+    }
+    ++next;
+  }
+  return args;
+}
+
+/// Lines of the original name robots and worlds that its library has; here they are loaded when
+/// the document has nothing of that name.
+Result<void> load_named(Application& app, Session& session, const document::Snapshot& now,
+                        const CommandSpec& spec, const Map& args) {
+  const Value* id = args.find("id");
+  const std::string* name = id ? id->as_string() : nullptr;
+  if (!name || spec.params.empty() || spec.params.front().name != "id" ||
+      !spec.params.front().type.starts_with("ref:") || !session.may(Effect::files_read))
+    return {};
+  const std::string_view kinds = std::string_view(spec.params.front().type).substr(4);
+  if (kinds == "any" || handle_from_text(*name)) return {};
+  std::optional<Kind> shipped;
+  for (const Kind k : all_kinds()) {
+    if (!kinds_include(kinds, to_string(k))) continue;
+    if (now.find(k, *name)) return {};
+    if (!shipped && library_file(app, k, *name)) shipped = k;
+  }
+  if (!shipped) return {};
+  auto loaded = app.dispatch(session, std::string(to_string(*shipped)) + ".get", {{"name", *name}});
+  if (!loaded.ok()) return std::move(loaded).error();
+  return {};
+}
+
+bool is_method(const CommandSpec& spec) {
+  return !spec.params.empty() && spec.params.front().name == "id";
+}
+
+ClassicSpelling spelling_of(const CommandSpec& spec, std::string_view noun,
+                            std::string_view option) {
+  const std::string words = std::string(noun) + (option.empty() ? "" : " ") + std::string(option);
+  for (ClassicSpelling& s : classic_spellings(spec.classic))
+    if (same_word(s.words, words)) return std::move(s);
+  return {};
+}
+
+}  // namespace
+
+std::vector<ClassicSpelling> classic_spellings(std::string_view classic) {
+  std::vector<ClassicSpelling> out;
+  for (const std::string_view one : text::split(classic, '|')) {
+    const auto open = one.find('(');
+    ClassicSpelling s;
+    s.words = text::trim(one.substr(0, open));
+    if (s.words.empty()) continue;
+    if (open != std::string_view::npos) {
+      s.order.emplace();
+      const std::string_view inside = one.substr(open + 1, one.rfind(')') - open - 1);
+      for (const std::string_view item : text::split(inside, ',')) {
+        const std::string_view name = text::trim(item);
+        if (const auto equals = name.find('='); equals != std::string_view::npos)
+          s.fixed.emplace_back(name.substr(0, equals), name.substr(equals + 1));
+        else if (!name.empty()) s.order->emplace_back(name);
+      }
+    }
+    out.push_back(std::move(s));
+  }
+  return out;
+}
+
+std::string classic_usage(const ClassicSpelling& spelling, bool is_method) {
+  std::vector<std::string_view> words = text::split(spelling.words, ' ');
+  std::string out(words.front());
+  if (is_method && words.size() > 1) out += " <id>";
+  std::size_t first = 0;
+  for (std::size_t i = 1; i < words.size(); ++i) {
+    out += " " + std::string(words[i]);
+    if (i == 1 && words[i] == "Link") {
+      out += " <link>";
+      first = 1;
+    }
+  }
+  if (spelling.order)
+    for (std::size_t i = first; i < spelling.order->size(); ++i)
+      out += " <" + (*spelling.order)[i] + ">";
+  return out;
+}
+
+Result<std::vector<std::string>> split_classic(std::string_view line) {
+  std::vector<std::string> words;
+  std::size_t at = 0;
+  const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; };
+  while (at < line.size()) {
+    if (blank(line[at])) {
+      ++at;
+      continue;
+    }
+    std::string word;
+    const std::size_t start = at;
+    if (line[at] == '"') {
+      bool closed = false;
+      for (++at; at < line.size() && !closed; ++at) {
+        if (line[at] == '\\' && at + 1 < line.size() &&
+            (line[at + 1] == '"' || line[at + 1] == '\\'))
+          word += line[++at];
+        else if (line[at] == '"') closed = true;
+        else word += line[at];
+      }
+      if (!closed)
+        return error(ErrorCode::syntax,
+                     "the \" at column " + std::to_string(start + 1) + " is not closed",
+                     "Add the closing \".");
+    } else if (line[at] == '{') {
+      std::size_t depth = 0;
+      for (; at < line.size(); ++at) {
+        if (line[at] == '{') ++depth;
+        if (line[at] == '}' && --depth == 0) {
+          ++at;
+          break;
+        }
+      }
+      if (depth != 0)
+        return error(ErrorCode::syntax,
+                     "the { at column " + std::to_string(start + 1) + " is not closed",
+                     "Add the closing }.");
+      word = std::string(line.substr(start, at - start));
+    } else {
+      // name={1 2} and name="a b" are one word.
+      std::size_t depth = 0;
+      bool quoted = false;
+      for (; at < line.size() && (depth > 0 || quoted || !blank(line[at])); ++at) {
+        const char c = line[at];
+        if (c == '"') {
+          quoted = !quoted;
+          continue;
+        }
+        if (!quoted && c == '{') ++depth;
+        if (!quoted && c == '}' && depth > 0) --depth;
+        word += c;
+      }
+      if (quoted || depth > 0)
+        return error(ErrorCode::syntax,
+                     "the word at column " + std::to_string(start + 1) + " has an open " +
+                         (quoted ? "\"" : "{"),
+                     "Close it.");
+    }
+    words.push_back(std::move(word));
+  }
+  return words;
+}
+
+Result<Value> Application::dispatch_classic(Session& session, std::string_view line) {
+  RMP_TRY_ASSIGN(auto words, split_classic(line));
+  if (words.empty()) return Value();
+  const auto run_loaded = [&](const CommandSpec& spec, const Map& args) -> Result<Value> {
+    const auto now = document.now();
+    RMP_TRY(load_named(*this, session, session.transaction_ ? session.transaction_->now() : *now,
+                       spec, args));
+    return dispatch(session, spec, args);
+  };
+  // The table's own names work as well: `robot.fk pa10 {0 0 0}`.
+  if (const CommandSpec* spec = commands.find(words[0])) {
+    RMP_TRY_ASSIGN(const Map args,
+                   classic_arguments(*spec, {}, std::span(words).subspan(1), false));
+    return run_loaded(*spec, args);
+  }
+  const auto word = [&](std::size_t i) {
+    return i < words.size() ? std::string_view(words[i]) : std::string_view();
+  };
+  // `PRobot pa10 Link 3 mGetLocal`: the number stands inside the option.
+  if (words.size() >= 5 && same_word(words[2], "Link") &&
+      commands.find_classic(words[0], "Link " + words[4])) {
+    words[2] += " " + words[4];
+    words.erase(words.begin() + 4);
+  }
+  struct Form {
+    std::string option;
+    std::size_t arguments;
+    bool method;
+  };
+  const auto joined = [&](std::size_t first, std::size_t count) {
+    std::string out;
+    for (std::size_t i = first; i < first + count; ++i)
+      out += (i > first ? " " : "") + std::string(word(i));
+    return out;
+  };
+  const Form forms[] = {
+      {joined(2, 3), 5, true},    // PRobot pa10 LLRL mJacobian Local
+      {joined(2, 2), 4, true},    // PRobot pa10 LLRL FKine
+      {joined(2, 1), 3, true},    // World cell LsPRobots
+      {joined(1, 2), 3, false},   // of nouns that work on no record
+      {joined(1, 1), 2, false},   // Worlds LsWorlds
+      {std::string(), 1, false},  // ForceReDraw
+  };
+  for (const Form& form : forms) {
+    if (form.arguments > words.size()) continue;
+    const CommandSpec* spec = commands.find_classic(words[0], form.option);
+    if (!spec || is_method(*spec) != form.method) continue;
+    RMP_TRY_ASSIGN(Map args,
+                   classic_arguments(*spec, spelling_of(*spec, words[0], form.option),
+                                     std::span(words).subspan(form.arguments), form.method));
+    if (form.method) args.set("id", words[1]);
+    return run_loaded(*spec, args);
+  }
+  if (words.size() == 2 && commands.find_classic(words[0], words[1]))
+    return error(ErrorCode::usage, words[0] + " " + words[1] + " lacks the name it works on",
+                 "Write " + words[0] + " <name> " + words[1] + ".");
+  if (commands.unknown_classic(words[0], word(2)).message.starts_with("there is no classic") &&
+      words[0].find('.') != std::string::npos)
+    return commands.unknown(words[0]);
+  return commands.unknown_classic(words[0], words.size() > 2 ? word(2) : word(1));
+}
+
+}  // namespace robomosp::ioci

@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: Apache-2.0
+// The command table (IOCI): everything a user can do, declared once; every front end only
+// translates into it (layer: application).
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <shared_mutex>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <robomosp/sdk/progress.h>
+#include <robomosp/sdk/result.h>
+
+#include "document/document.h"
+#include "ioci/core/expressions.h"
+#include "kernel/effects.h"
+#include "kernel/jobs.h"
+#include "kernel/schema.h"
+#include "kernel/value.h"
+#include "recording/recording.h"
+
+namespace robomosp::ioci {
+
+class Application;
+
+/// What sits at the other end of a session.
+enum class SessionKind : std::uint8_t { console, script, connection, window };
+[[nodiscard]] std::string_view to_string(SessionKind);
+
+/// One user of the program: the console, a script, an rpc peer, a window. Each has its own line of
+/// undo. Belongs to one thread, which dispatches for it; its jobs run on others.
+class Session {
+ public:
+  explicit Session(std::string name, SessionKind kind = SessionKind::script)
+      : name_(std::move(name)), kind_(kind) {}
+  ~Session();  ///< cancels the jobs that it started and waits for their end
+  Session(const Session&) = delete;
+  Session& operator=(const Session&) = delete;
+  [[nodiscard]] const std::string& name() const { return name_; }
+  [[nodiscard]] SessionKind kind() const { return kind_; }
+  /// Counts up from 1 in the order of the first commands; 0 before that. Never reused.
+  [[nodiscard]] std::uint64_t number() const { return number_; }
+  [[nodiscard]] bool may(Effect e) const { return !denied_.has(e); }
+  [[nodiscard]] Effects denied() const { return denied_; }
+  void deny(Effect e) { denied_ = denied_ | e; }
+  /// Cancels the command that runs now. [any thread, signal-safe: sets an atomic]
+  void interrupt() noexcept { interrupted_.store(true, std::memory_order_relaxed); }
+  [[nodiscard]] bool interrupted() const noexcept {
+    return interrupted_.load(std::memory_order_relaxed);
+  }
+  void clear_interrupt() noexcept { interrupted_.store(false, std::memory_order_relaxed); }
+  /// Where progress is shown; may be empty.
+  std::function<void(double, std::string_view)> show_progress;
+
+ private:
+  friend class Application;
+  std::string name_;
+  SessionKind kind_;
+  std::uint64_t number_ = 0;
+  std::shared_ptr<const int> alive_ = std::make_shared<const int>(0);  ///< dies with the session
+  Effects denied_;
+  std::atomic<bool> interrupted_{false};
+  std::weak_ptr<Jobs> jobs_;        ///< of the application, once it started one
+  std::vector<std::uint64_t> own_;  ///< ids of those that it started
+  std::uint64_t gesture_ = 0;       ///< that the command which runs now updates
+  bool told_gesture_ = false;       ///< that the argument `gesture` is from before
+  /// Open while a transaction group or an editing command runs; what they dispatch joins it.
+  document::Transaction* transaction_ = nullptr;
+};
+
+/// Thrown by a command whose argument is gone.
+struct StaleHandle {
+  Handle handle;
+};
+
+/// What a running command may use. Lives for one dispatch. A command runs without the application
+/// lock, on the records as they were when it began; what it edits is published when it ends.
+class CommandContext {
+ public:
+  CommandContext(Application& app, Session& session, Progress& progress);
+  CommandContext(const CommandContext&) = delete;
+  CommandContext& operator=(const CommandContext&) = delete;
+  Application& app;
+  Session& session;
+  Progress& progress;
+  /// What was given as expressions, of commands with `takes_expressions`.
+  Expressions expressions;
+  /// The records as this command must see them (an open transaction's, else the document's).
+  [[nodiscard]] const document::Snapshot& snapshot() const;
+  /// The transaction of this command; dispatch commits it. Only for commands whose effects have
+  /// Effect::edits; its edits are refused while the session is denied that.
+  [[nodiscard]] document::Transaction& edit();
+  /// What this command began with: the document's records then, without those of an open group.
+  [[nodiscard]] const document::SnapshotPtr& base() const { return base_; }
+  /// Whether it joins a group of edits that is not published yet.
+  [[nodiscard]] bool is_in_group() const { return transaction_ != nullptr; }
+  /// Runs another command as a part of this one: it joins the transaction and shows its progress
+  /// here.
+  [[nodiscard]] Result<Value> dispatch(std::string_view name, const Map& args);
+  /// A recording that an argument names; throws StaleHandle, which dispatch turns into its error,
+  /// when somebody has removed it since the arguments were read.
+  [[nodiscard]] recording::RecordingPtr recording(const Handle&) const;
+  /// What a handle is called, as this command must see it; nullopt when it is stale.
+  [[nodiscard]] std::optional<std::string> name_of(const Handle&) const;
+  /// An argument as it was given, before the schema normalised it; nullptr when it was not given.
+  [[nodiscard]] const Value* given(std::string_view name) const {
+    return given_ ? given_->find(name) : nullptr;
+  }
+
+ private:
+  friend class Application;
+  const Map* given_ = nullptr;
+  document::SnapshotPtr base_;
+  document::Transaction* transaction_ = nullptr;
+  bool may_edit_ = false;
+  bool is_own_thread_ = true;  ///< computes on the session's thread
+};
+
+/// What comes back. For a map, `fields` tells the units that front ends print.
+struct ReturnSpec {
+  std::string type = "nil";  ///< as ParamSpec::type, or "handle", "array"
+  std::string unit;
+  std::string doc;
+  std::vector<ParamSpec>
+      fields;  ///< name, type, unit, doc of a map's (or of each list entry's) fields
+};
+
+struct CommandSpec {
+  std::string name;     ///< "robot.dh_table"; the part before the dot is the handle kind or a topic
+  std::string classic;  ///< "PRobot mGetDHP" or "" ; several separated by '|'
+  std::string summary;  ///< one sentence
+  std::string details;  ///< more, may be empty
+  std::string example;  ///< Lua, executed by tests in a fresh session
+  Schema params;        ///< a first parameter "id" of type ref:<kind> makes it a method
+  ReturnSpec returns;
+  /// What it always does; refused up front to a session that is denied any of it.
+  Effects effect = Effect::reads;
+  /// What it does with some arguments only; refused where it gets there.
+  Effects sometimes = {};
+  Result<Value> (*run)(CommandContext&, const Map& args) = nullptr;
+  /// For commands that work on the history itself or dispatch others: no transaction is opened.
+  bool own_transaction = false;
+  /// Numbers may be expressions over the parameters of the record `id`, or over those of the
+  /// argument `parameters`; what they are wanted for is kept with CommandContext::expressions.
+  bool takes_expressions = false;
+};
+
+/// All commands; filled by one explicit array per file of commands. What it gives stays where it
+/// is. [any thread]
+class CommandTable {
+ public:
+  void add(std::vector<CommandSpec> specs);  ///< aborts on a malformed or duplicate entry
+  [[nodiscard]] const CommandSpec* find(std::string_view name) const;
+  /// `noun` and `option` of a classic line, case-blind: ("PRobot", "mGetDHP").
+  [[nodiscard]] const CommandSpec* find_classic(std::string_view noun,
+                                                std::string_view option) const;
+  [[nodiscard]] std::vector<const CommandSpec*> list() const;  ///< by name
+  [[nodiscard]] std::vector<const CommandSpec*> methods_of(std::string_view kind) const;
+  [[nodiscard]] std::vector<const CommandSpec*> apropos(std::string_view words) const;
+  /// "there is no command ..." with near names.
+  [[nodiscard]] Error unknown(std::string_view name) const;
+  /// The same for a classic line; tells an unknown noun from an unknown option.
+  [[nodiscard]] Error unknown_classic(std::string_view noun, std::string_view option) const;
+
+ private:
+  mutable std::shared_mutex mutex_;
+  // Guarded by mutex_:
+  std::vector<std::unique_ptr<CommandSpec>> specs_;
+  std::map<std::string, const CommandSpec*, std::less<>> by_name_;
+  std::map<std::string, const CommandSpec*, std::less<>> by_classic_;
+};
+
+/// Markdown of one command, for `help` and docs/ioci.
+[[nodiscard]] std::string help_text(const CommandSpec&);
+
+/// The pages of docs/ioci by file name, made from the table alone: one a topic, and README.md.
+[[nodiscard]] std::map<std::string, std::string> reference_pages(const CommandTable&);
+/// Writes reference_pages() into a folder; a page that is no longer in the table is removed.
+Result<void> write_reference(const CommandTable&, const std::filesystem::path& folder);
+
+/// A classic line split into words: blanks separate, "..." and {...} group.
+[[nodiscard]] Result<std::vector<std::string>> split_classic(std::string_view line);
+
+}  // namespace robomosp::ioci

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+// Jobs: commands that go on while their session does something else.
+#include "ioci/core/commands.h"
+
+namespace robomosp::ioci {
+namespace {
+
+std::uint64_t number_of(const Map& args) { return args.find("id")->as_handle()->number; }
+
+Map status_map(const JobStatus& s) {
+  return Map{{"id", Handle{"job", s.id}},
+             {"label", s.label},
+             {"state", to_string(s.state)},
+             {"fraction", s.fraction},
+             {"what", s.what}};
+}
+
+Result<Value> list(CommandContext& ctx, const Map&) {
+  List out;
+  for (const JobStatus& s : ctx.app.jobs.list()) out.emplace_back(status_map(s));
+  return Value(std::move(out));
+}
+
+Result<Value> cancel(CommandContext& ctx, const Map& args) {
+  return Value(ctx.app.jobs.cancel(number_of(args)));
+}
+
+Result<Value> progress(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(const JobStatus s, ctx.app.jobs.status(number_of(args)));
+  return Value(status_map(s));
+}
+
+Result<Value> wait(CommandContext& ctx, const Map& args) {
+  return ctx.app.jobs.wait(number_of(args), [&] { return ctx.progress.cancelled(); });
+}
+
+}  // namespace
+
+std::vector<CommandSpec> job_commands() {
+  std::vector<CommandSpec> all;
+  const std::vector<ParamSpec> status{
+      field("id", "handle", "", "The job."), field("label", "string", "", "What it does."),
+      field("state", "string", "", "waiting, running, done, failed or cancelled."),
+      field("fraction", "real", "", "How far it is, 0 to 1."),
+      field("what", "string", "", "What it does just now.")};
+  all.push_back({.name = "job.list",
+                 .classic = "",
+                 .summary = "Lists the jobs of the program, those of all sessions.",
+                 .details = "Of those that have ended, the last 256.",
+                 .example = "start(\"world.list\"):wait()\nassert(#job.list() >= 1)",
+                 .params = {},
+                 .returns = {"list", "", "", status},
+                 .effect = Effect::reads,
+                 .run = list});
+  all.push_back({.name = "job.progress",
+                 .classic = "",
+                 .summary = "Gives the state of a job and how far it is.",
+                 .details = "",
+                 .example = "local job = start(\"world.list\")\njob:wait()\n"
+                            "assert(job:progress().state == \"done\")",
+                 .params = {self("job")},
+                 .returns = {"map", "", "", status},
+                 .effect = Effect::reads,
+                 .run = progress});
+  all.push_back(
+      {.name = "job.wait",
+       .classic = "",
+       .summary = "Waits for the end of a job and gives what its command returns.",
+       .details = "An error of the job is an error here. It can be asked for again later. When the "
+                  "wait is interrupted, the job goes on.",
+       .example = "material.create{name = \"brass\", density = 8500}\n"
+                  "local job = start(\"material.list\")\nassert(#job:wait() == 1)",
+       .params = {self("job")},
+       .returns = {"any", "", "The result of the job's command.", {}},
+       .effect = Effect::reads,
+       .run = wait});
+  all.push_back({.name = "job.cancel",
+                 .classic = "",
+                 .summary = "Asks a job to end.",
+                 .details =
+                     "A job that ends so leaves document and recordings as they were; one that "
+                     "is past that point ends with its result.",
+                 .example = "for _, j in ipairs(job.list()) do\n  job.cancel(j.id)\nend",
+                 .params = {self("job")},
+                 .returns = {"bool", "", "False when it was finished already.", {}},
+                 .effect = Effect::simulates,
+                 .run = cancel});
+  return all;
+}
+
+}  // namespace robomosp::ioci

@@ -1,0 +1,282 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ioci/core/chosen_providers.h"
+#include "ioci/core/commands.h"
+#include "kernel/interface_adapters.h"
+#include "kernel/permit.h"
+
+namespace robomosp::ioci {
+namespace {
+
+Map report_map(const PluginReport& r) {
+  List providers, remarks;
+  for (const auto& p : r.providers) providers.emplace_back(p);
+  for (const auto& p : r.remarks) remarks.emplace_back(p);
+  Map m{{"file", r.file.string()},
+        {"loaded", r.loaded},
+        {"id", r.id},
+        {"version", r.version},
+        {"license", r.license},
+        {"summary", r.summary},
+        {"providers", std::move(providers)},
+        {"remarks", std::move(remarks)}};
+  if (r.refusal) m.set("refusal", r.refusal->sentence());
+  return m;
+}
+
+Result<Value> list(CommandContext& ctx, const Map&) {
+  List out;
+  const std::lock_guard lock(ctx.app.plugins_mutex);
+  for (const PluginReport& r : ctx.app.plugins.reports()) out.emplace_back(report_map(r));
+  return Value(std::move(out));
+}
+
+Result<Value> load(CommandContext& ctx, const Map& args) {
+  const PluginReport r = [&] {
+    const std::lock_guard lock(ctx.app.plugins_mutex);
+    return ctx.app.plugins.load(text_of(args, "file"));
+  }();
+  if (r.refusal) return *r.refusal;
+  return Value(report_map(r));
+}
+
+Result<Value> check_plugin(CommandContext& ctx, const Map& args) {
+  const std::filesystem::path file(text_of(args, "file"));
+  std::error_code ignored;
+  if (std::filesystem::is_regular_file(file, ignored)) {
+    const std::lock_guard lock(ctx.app.plugins_mutex);
+    if (const auto tried = ctx.app.plugins.try_out(file); !tried.ok()) {
+      PluginReport report;
+      report.file = file;
+      report.refusal = tried.error();
+      return Value(report_map(report));
+    }
+  }
+  // A registry of its own: nothing of the plugin becomes available, and nothing needs a permit.
+  const PermitScope apart(nullptr);
+  Registry registry;
+  PluginLoader loader(registry);
+  loader.set_search_path(PluginLoader::search_path({}));
+  return Value(report_map(loader.load(text_of(args, "file"))));
+}
+
+/// "ik" -> "robomosp.ik/1"; full ids pass.
+Result<std::string> interface_id(const std::string& word) {
+  std::vector<std::string> known;
+  for (const std::string& id : known_interfaces()) {
+    const auto dot = id.find('.'), slash = id.find('/');
+    const std::string brief = id.substr(dot + 1, slash - dot - 1);
+    if (word == id || word == brief || current_interface(word) == id) return id;
+    known.push_back(brief);
+  }
+  return unknown_name("interface", word, known);
+}
+
+/// Who made a provider the default: "user" (kept), "session", or "" (nobody).
+std::string chosen_by(const ProviderInfo& p, const std::map<std::string, std::string>& session,
+                      const std::map<std::string, std::string>& user) {
+  const auto is_in = [&](const std::map<std::string, std::string>& chosen) {
+    const auto found = chosen.find(p.interface_id);
+    return found != chosen.end() && found->second == p.name;
+  };
+  if (!is_in(session)) return "";
+  return is_in(user) ? "user" : "session";
+}
+
+Result<Value> provider_list(CommandContext& ctx, const Map& args) {
+  std::string id;
+  if (!text_of(args, "interface").empty()) {
+    RMP_TRY_ASSIGN(id, interface_id(text_of(args, "interface")));
+  }
+  const auto session = ctx.app.registry.chosen(), user = chosen_providers();
+  List out;
+  for (const ProviderInfo& p : ctx.app.registry.list(id)) {
+    const auto standard = ctx.app.registry.find(p.interface_id, "");
+    List tags;
+    for (const auto& t : p.tags) tags.emplace_back(t);
+    out.emplace_back(Map{{"interface", p.interface_id},
+                         {"name", p.name},
+                         {"summary", p.summary},
+                         {"origin", p.origin},
+                         {"version", p.version},
+                         {"tags", std::move(tags)},
+                         {"enabled", p.enabled},
+                         {"shipped", p.shipped},
+                         {"default", standard.ok() && standard->name == p.name},
+                         {"chosen", chosen_by(p, session, user)}});
+  }
+  return Value(std::move(out));
+}
+
+Result<Value> provider_params(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(const std::string id, interface_id(text_of(args, "interface")));
+  RMP_TRY_ASSIGN(const auto info, ctx.app.registry.find(id, text_of(args, "name")));
+  List out;
+  for (const ParamSpec& p : info.schema) {
+    Map m{{"name", p.name},   {"type", p.type},   {"unit", p.unit},         {"doc", p.doc},
+          {"label", p.label}, {"group", p.group}, {"required", p.required}, {"text", describe(p)}};
+    if (p.default_value) m.set("default", *p.default_value);
+    out.emplace_back(std::move(m));
+  }
+  return Value(std::move(out));
+}
+
+Result<Value> provider_default(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(const std::string id, interface_id(text_of(args, "interface")));
+  const bool is_kept = text_of(args, "keep") == "user";
+  if (is_kept && !has(args, "name"))
+    return error(ErrorCode::invalid_argument, "there is no name to keep", "Give name = ...",
+                 "keep");
+  if (is_kept && !ctx.session.may(Effect::files_write))
+    return error(ErrorCode::permission, "this session may not write files",
+                 "Leave keep out, and the choice holds for this run.", "keep");
+  if (has(args, "name")) RMP_TRY(ctx.app.registry.set_default(id, text_of(args, "name")));
+  if (is_kept) RMP_TRY(keep_chosen_provider(id, text_of(args, "name")));
+  if (has(args, "name") && text_of(args, "name").empty() && !ctx.app.registry.find(id, "").ok())
+    return Value(std::string());
+  RMP_TRY_ASSIGN(const auto info, ctx.app.registry.find(id, ""));
+  return Value(info.name);
+}
+
+Result<Value> enable(CommandContext& ctx, const Map& args, bool on) {
+  RMP_TRY_ASSIGN(const std::string id, interface_id(text_of(args, "interface")));
+  RMP_TRY(ctx.app.registry.set_enabled(id, text_of(args, "name"), on));
+  return Value();
+}
+Result<Value> provider_enable(CommandContext& ctx, const Map& args) {
+  return enable(ctx, args, true);
+}
+Result<Value> provider_disable(CommandContext& ctx, const Map& args) {
+  return enable(ctx, args, false);
+}
+
+}  // namespace
+
+std::vector<CommandSpec> plugin_commands() {
+  std::vector<CommandSpec> all;
+  const std::vector<ParamSpec> report{
+      field("file", "string", "", "The file."),
+      field("loaded", "bool", "", "Whether it was accepted."),
+      field("id", "string", "", "Its identity."),
+      field("version", "string", "", "Its version."),
+      field("license", "string", "", "Its licence."),
+      field("summary", "string", "", "What it is."),
+      field("providers", "list", "", "What it offers, \"robomosp.ik/1 numeric\"."),
+      field("remarks", "list", "", "Providers left out and why."),
+      field("refusal", "string", "", "Why it was refused.")};
+  const ParamSpec interface =
+      needed("interface", "string", "", "Such as \"ik\" or \"robomosp.ik/1\".");
+  const ParamSpec name = needed("name", "string", "", "Name of the provider.");
+  all.push_back(
+      {.name = "plugin.list",
+       .classic = "",
+       .summary = "Lists the plugin files that were looked at and what became of each.",
+       .details = "",
+       .example = "for _, p in ipairs(plugin.list()) do\n  assert(p.loaded or p.refusal)\nend",
+       .params = {},
+       .returns = {"list", "", "", report},
+       .effect = Effect::reads,
+       .run = list});
+  all.push_back(
+      {.name = "plugin.load",
+       .classic = "",
+       .summary = "Loads a plugin.",
+       .details = "A plugin stays until the program ends.",
+       .example = "local ok, e = pcall(plugin.load, \"no_such_plugin\")\nassert(not ok)",
+       .params = {needed("file", "string", "", "A name looked for in the search path, or a path.")},
+       .returns = {"map", "", "", report},
+       .effect = Effect::loads_code | Effect::providers,
+       .sometimes = Effect::processes,  // files of strangers are tried in one first
+       .run = load});
+  all.push_back(
+      {.name = "plugin.check",
+       .classic = "",
+       .summary = "Tells whether a plugin would be accepted, without making it available.",
+       .details = "The file's code is loaded for it.",
+       .example = "assert(plugin.check(\"no_such_plugin\").refusal)",
+       .params = {needed("file", "string", "", "A name looked for in the search path, or a path.")},
+       .returns = {"map", "", "", report},
+       .effect = Effect::loads_code,
+       .sometimes = Effect::processes,
+       .run = check_plugin});
+  all.push_back(
+      {.name = "provider.list",
+       .classic = "",
+       .summary = "Lists the providers of an interface, or of all.",
+       .details = "",
+       .example = "for _, p in ipairs(provider.list()) do\n  assert(p.name ~= \"\")\nend",
+       .params = {defaulted("interface", "string", "", "",
+                            "Such as \"ik\" or \"robomosp.ik/1\"; all when left out.")},
+       .returns = {"list",
+                   "",
+                   "",
+                   {field("interface", "string", "", "The interface."),
+                    field("name", "string", "", "Name of the provider."),
+                    field("summary", "string", "", "What it does."),
+                    field("origin", "string", "", "Plugin file, or lua."),
+                    field("version", "string", "", "Of the plugin."),
+                    field("tags", "list", "", "Abilities and needs."),
+                    field("enabled", "bool", "", "Whether it may be chosen."),
+                    field("shipped", "bool", "", "Whether it came with the program."),
+                    field("default", "bool", "", "Whether it is taken where none is named."),
+                    field("chosen", "string", "",
+                          "Who made it the default: user (kept), session, or nobody.")}},
+       .effect = Effect::reads,
+       .run = provider_list});
+  all.push_back({.name = "provider.params",
+                 .classic = "",
+                 .summary = "Lists the parameters of a provider.",
+                 .details = "",
+                 .example = "assert(#provider.params(\"curve\", \"circle\") >= 1)",
+                 .params = {interface, name},
+                 .returns = {"list",
+                             "",
+                             "",
+                             {field("name", "string", "", "The parameter."),
+                              field("type", "string", "", "Its type."),
+                              field("unit", "string", "", "SI unit."),
+                              field("doc", "string", "", "What it means."),
+                              field("label", "string", "", "Shown for the name; may be empty."),
+                              field("group", "string", "", "Heading it is shown under."),
+                              field("required", "bool", "", "Whether it must be given."),
+                              field("default", "any", "", "Its default."),
+                              field("text", "string", "", "All that in a line.")}},
+                 .effect = Effect::reads,
+                 .run = provider_params});
+  all.push_back({.name = "provider.default",
+                 .classic = "",
+                 .summary = "Tells or sets the provider that is taken where none is named.",
+                 .details = "What is only found is never the default: it is the program's own "
+                            "provider until another is chosen, for this run or for good "
+                            "(`keep = \"user\"`). An empty name takes the choice back.",
+                 .example = "provider.default(\"ik\", provider.default(\"ik\"))",
+                 .params = {interface, optional("name", "string", "", "The new default."),
+                            choice("keep", {"session", "user"},
+                                   "How long the choice holds: this run, or every run of the "
+                                   "user's.")},
+                 .returns = {"string", "", "The default.", {}},
+                 .effect = Effect::reads,
+                 .sometimes = Effect::providers | Effect::files_write,
+                 .run = provider_default});
+  all.push_back({.name = "provider.enable",
+                 .classic = "",
+                 .summary = "Lets a provider be chosen again.",
+                 .details = "",
+                 .example = "provider.enable(\"ik\", provider.default(\"ik\"))",
+                 .params = {interface, name},
+                 .returns = {},
+                 .effect = Effect::providers,
+                 .run = provider_enable});
+  all.push_back({.name = "provider.disable",
+                 .classic = "",
+                 .summary = "Keeps a provider from being chosen.",
+                 .details = "Solvers that are in use finish their work.",
+                 .example = "local name = provider.default(\"ik\")\nprovider.disable(\"ik\", "
+                            "name)\nprovider.enable(\"ik\", name)",
+                 .params = {interface, name},
+                 .returns = {},
+                 .effect = Effect::providers,
+                 .run = provider_disable});
+  return all;
+}
+
+}  // namespace robomosp::ioci

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+// What earlier processes left unsaved when they ended otherwise than they should.
+#include "io/recovery.h"
+#include "ioci/core/commands.h"
+#include "kernel/permit.h"
+
+namespace robomosp::ioci {
+namespace {
+
+namespace fs = std::filesystem;
+
+Error none_there() {
+  return error(ErrorCode::not_found, "there is no unsaved work to restore",
+               "recovery.list lists what was found.");
+}
+
+/// The journal that `file` names; the newest one without it.
+Result<fs::path> wanted(CommandContext& ctx, const Map& args) {
+  const auto found = io::found_journals(ctx.app.recovery_folder);
+  if (!has(args, "file")) {
+    if (found.empty()) return none_there();
+    return found.back().file;
+  }
+  const std::string file = text_of(args, "file");
+  std::vector<std::string> known;
+  for (const auto& j : found) {
+    if (j.file == file || j.file.filename() == file) return j.file;
+    known.push_back(j.file.filename().string());
+  }
+  if (known.empty()) return none_there();
+  return unknown_name("journal", file, known);
+}
+
+Result<Value> list(CommandContext& ctx, const Map&) {
+  RMP_TRY(require(Effect::files_read));
+  List out;
+  for (const auto& j : io::found_journals(ctx.app.recovery_folder))
+    out.emplace_back(Map{{"file", j.file.string()},
+                         {"program", j.program},
+                         {"time", j.time},
+                         {"records", j.records},
+                         {"unread", j.unread}});
+  return Value(std::move(out));
+}
+
+Result<Value> restore(CommandContext& ctx, const Map& args) {
+  RMP_TRY(require(Effect::files_read));
+  RMP_TRY_ASSIGN(const fs::path file, wanted(ctx, args));
+  RMP_TRY_ASSIGN(auto journal, io::ClaimedJournal::claim(file));
+  std::vector<std::string> notes;
+  RMP_TRY_ASSIGN(auto tx, ctx.app.document.begin("recovery.restore", ctx.app.author(ctx.session)));
+  RMP_TRY_ASSIGN(const auto loaded, journal.restore(tx, ctx.app.library, notes));
+  RMP_TRY(tx.commit());  // a journal that could not be taken over stays on offer
+  for (const std::string& note : notes)
+    ctx.app.messages.post(Severity::warning, "recovery", note, "recovery");
+  // Kept until the program ends as it should: by then the work is saved, or meant to be dropped.
+  {
+    const AppLock::Hold hold(ctx.app.lock, "recovery.restore");
+    ctx.app.restored_journals.push_back(std::move(journal));
+  }
+  List out;
+  for (const AnyId id : loaded) out.emplace_back(Application::handle(id));
+  return Value(std::move(out));
+}
+
+Result<Value> discard(CommandContext& ctx, const Map& args) {
+  RMP_TRY(require(Effect::files_write));
+  RMP_TRY_ASSIGN(const fs::path file, wanted(ctx, args));
+  RMP_TRY_ASSIGN(auto journal, io::ClaimedJournal::claim(file));
+  journal.discard();
+  return Value(file.string());
+}
+
+ParamSpec which() {
+  return optional("file", "string", "",
+                  "The journal, as recovery.list names it; the newest one when left out.");
+}
+
+}  // namespace
+
+std::vector<CommandSpec> recovery_commands() {
+  std::vector<CommandSpec> all;
+  all.push_back(
+      {.name = "recovery.list",
+       .classic = "",
+       .summary = "Lists the unsaved work that was found of programs that did not end as they "
+                  "should.",
+       .details =
+           "Whatever is edited is written to a journal beside it, at most 5 s later, and the "
+           "journal is removed when the program ends. After a crash, a kill or a power cut "
+           "it is still there.",
+       .example = "for _, j in ipairs(recovery.list()) do\n  assert(j.records > 0)\nend",
+       .params = {},
+       .returns = {"list",
+                   "",
+                   "Oldest first.",
+                   {field("file", "string", "", "The journal."),
+                    field("program", "string", "", "What wrote it."),
+                    field("time", "string", "", "When it was written last."),
+                    field("records", "int", "", "Records that it holds."),
+                    field("unread", "int", "", "Bytes at its end that were cut off.")}},
+       .effect = Effect::files_read,
+       .run = list});
+  all.push_back(
+      {.name = "recovery.restore",
+       .classic = "",
+       .summary = "Loads unsaved work that was found into the document, as one step.",
+       .details = "Records keep their files, so saving writes where they were. A record whose name "
+                  "is taken gets another one. The journal stays until this program ends as it "
+                  "should.",
+       .example = "if #recovery.list() > 0 then\n  recovery.restore()\nend",
+       .params = {which()},
+       .returns = {"list", "", "Handles of what was restored.", {}},
+       .effect = Effect::files_read | Effect::edits,
+       .run = restore,
+       .own_transaction = true});
+  all.push_back({.name = "recovery.discard",
+                 .classic = "",
+                 .summary = "Drops unsaved work that was found.",
+                 .details = "It cannot be restored after that.",
+                 .example = "local none = pcall(recovery.discard, \"no_such.journal\")\n"
+                            "assert(not none)",
+                 .params = {which()},
+                 .returns = {"string", "", "The journal that was removed.", {}},
+                 .effect = Effect::files_write,
+                 .run = discard});
+  return all;
+}
+
+}  // namespace robomosp::ioci

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+// Subscriptions of front ends: event.subscribe, event.take, event.unsubscribe.
+#include "ioci/core/commands.h"
+
+namespace robomosp::ioci {
+namespace {
+
+template <class T>
+std::uint32_t bit(T t) {
+  return std::uint32_t{1} << static_cast<unsigned>(t);
+}
+
+Result<Value> subscribe(CommandContext& ctx, const Map& args) {
+  EventFilter f;
+  if (const Value* topics = args.find("topics"); topics && topics->as_list()) {
+    f.topics = 0;
+    std::vector<std::string> known;
+    for (const Topic t : kAllTopics) known.emplace_back(to_string(t));
+    for (const Value& word : *topics->as_list()) {
+      const std::string name = word.as_string() ? *word.as_string() : word.text();
+      const auto at = std::find(known.begin(), known.end(), name);
+      if (at == known.end()) return unknown_name("topic", name, known).in("topics");
+      f.topics |= bit(kAllTopics[at - known.begin()]);
+    }
+  }
+  if (const Value* kinds = args.find("kinds"); kinds && kinds->as_list()) {
+    f.kinds = 0;
+    std::vector<std::string> known;
+    for (const Kind k : all_kinds()) known.emplace_back(to_string(k));
+    for (const Value& word : *kinds->as_list()) {
+      const std::string name = word.as_string() ? *word.as_string() : word.text();
+      const auto kind = kind_from(name);
+      if (!kind) return unknown_name("kind", name, known).in("kinds");
+      f.kinds |= bit(*kind);
+    }
+  }
+  if (const Value* records = args.find("records"); records && records->as_list())
+    for (const Value& record : *records->as_list()) {
+      auto handle = ctx.app.resolve(ctx.snapshot(), "any", record);
+      if (!handle.ok()) return std::move(handle).error().in("records");
+      RMP_TRY_ASSIGN(const AnyId id, Application::record_id(ctx.snapshot(), *handle));
+      f.records.push_back(id);
+    }
+  const std::uint64_t session = ctx.app.author(ctx.session).session;
+  if (!flag(args, "own")) f.not_of = session;
+  f.previews = flag(args, "previews");
+  const std::string least = text_of(args, "severity");
+  for (const Severity s : {Severity::debug, Severity::info, Severity::warning, Severity::error})
+    if (to_string(s) == least) f.severity = s;
+  f.most = static_cast<std::size_t>(integer(args, "most"));
+  const std::uint64_t token = ctx.app.events.subscribe(std::move(f));
+  ctx.app.keep_subscription(ctx.session, token);
+  return Value(static_cast<std::int64_t>(token));
+}
+
+Result<std::uint64_t> own(CommandContext& ctx, const Map& args) {
+  const auto token = static_cast<std::uint64_t>(integer(args, "subscription"));
+  if (ctx.app.has_subscription(ctx.session, token)) return token;
+  return error(ErrorCode::unknown_name,
+               "there is no subscription " + std::to_string(token) + " of session " +
+                   text::quote(ctx.session.name()),
+               "event.subscribe makes one.");
+}
+
+Result<Value> take(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(const std::uint64_t token, own(ctx, args));
+  RMP_TRY_ASSIGN(const auto events,
+                 ctx.app.events.take(token, static_cast<std::size_t>(integer(args, "at_most"))));
+  List out;
+  for (const Event& e : events) out.emplace_back(event_value(e));
+  return Value(std::move(out));
+}
+
+Result<Value> unsubscribe(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(const std::uint64_t token, own(ctx, args));
+  ctx.app.events.unsubscribe(token);
+  return Value();
+}
+
+ParamSpec which() {
+  return between(needed("subscription", "int", "", "What event.subscribe returned."), 1, 9e15);
+}
+
+}  // namespace
+
+std::vector<CommandSpec> event_commands() {
+  std::vector<CommandSpec> all;
+  all.push_back(
+      {.name = "event.subscribe",
+       .classic = "",
+       .summary = "Subscribes to what happens: changes of the document, messages, jobs, runs.",
+       .details = "Events wait until event.take fetches them, in order and each once. When too "
+                  "many wait, changes are merged into one, which says of how many commits it is, "
+                  "and the oldest messages are left out, which the next event says. A "
+                  "subscription ends with its session.",
+       .example =
+           "local s = event.subscribe{topics = {\"change\"}, kinds = {\"material\"}}\n"
+           "material.create{name = \"brass\", density = 8500}\n"
+           "material.set{id = \"brass\", density = 8600}\n"
+           "local all = event.take(s)\n"
+           "assert(#all == 2 and #all[1].added == 1 and #all[2].edited == 1)",
+       .params = {optional("topics", "list", "",
+                           "Of change, message, job, run; all when left out."),
+                  optional("kinds", "list", "",
+                           "Kinds of records whose changes are wanted; all when left out."),
+                  optional("records", "list", "",
+                           "Only changes of these and of what they depend on."),
+                  defaulted("own", "bool", "", true, "With changes that this session makes."),
+                  defaulted("previews", "bool", "", true, "With the updates of gestures."),
+                  choice("severity", {"info", "debug", "warning", "error"},
+                         "Messages that are less severe are left out."),
+                  between(defaulted("most", "int", "", 256, "How many events wait."), 2, 1e6)},
+       .returns = {"int", "", "The subscription.", {}},
+       .effect = Effect::reads,
+       .run = subscribe});
+  all.push_back(
+      {.name = "event.take",
+       .classic = "",
+       .summary = "Fetches the events of a subscription that wait.",
+       .details = "",
+       .example = "local s = event.subscribe{}\nmaterial.create{name = \"brass\", density = 8500}\n"
+                  "assert(event.take(s)[1].kind == \"edit\" and #event.take(s) <= 1)",
+       .params = {which(),
+                  between(defaulted("at_most", "int", "", 1000, "How many are fetched."), 1, 1e6)},
+       .returns =
+           {"list",
+            "",
+            "Oldest first.",
+            {field("topic", "string", "", "change, message, job or run."),
+             field("revision", "int", "", "Of a change: the document's after it."),
+             field("first_revision", "int", "", "Of the first commit that it is made of."),
+             field("commits", "int", "", "How many commits it is made of; 1 unless merged."),
+             field("kind", "string", "",
+                   "edit, load, undo, redo, preview, kept (a gesture became a step), cancelled, "
+                   "clear; of the last commit."),
+             field("label", "string", "", "Of the last commit, or of a job."),
+             field("session", "string", "", "Who made the last commit."),
+             field("session_number", "int", "", "Its number."),
+             field("added", "list", "", "Handles."),
+             field("removed", "list", "", "Tables with id and name."),
+             field("edited", "list", "", "Tables with id and the fields that differ."),
+             field("left_out", "int", "", "Messages that were left out before it."),
+             field("severity", "string", "", "Of a message; with code, text, source, repeated."),
+             field("id", "handle", "", "Of a job or run."),
+             field("state", "any", "", "Of a job: a word, with fraction and what; of a run: what "
+                                       "run.state gives.")}},
+       .effect = Effect::reads,
+       .run = take});
+  all.push_back({.name = "event.unsubscribe",
+                 .classic = "",
+                 .summary = "Ends a subscription.",
+                 .details = "",
+                 .example = "local s = event.subscribe{}\nevent.unsubscribe(s)\n"
+                            "assert(not pcall(event.take, s))",
+                 .params = {which()},
+                 .returns = {},
+                 .effect = Effect::reads,
+                 .run = unsubscribe});
+  return all;
+}
+
+}  // namespace robomosp::ioci

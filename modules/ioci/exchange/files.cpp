@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+// Files of any kind, and the library of shipped ones.
+#include <algorithm>
+
+#include "io/legacy.h"
+#include "io/native.h"
+#include "ioci/core/commands.h"
+
+namespace robomosp::ioci {
+namespace {
+
+Result<Value> library_list(CommandContext& ctx, const Map& args) {
+  const Kind kind = *kind_from(text_of(args, "kind"));
+  List out;
+  for (const std::string& name : library_names(ctx.app, kind)) out.emplace_back(name);
+  return Value(std::move(out));
+}
+
+Result<Value> library_folders_of(CommandContext& ctx, const Map&) {
+  List out;
+  for (const auto& folder : ctx.app.library) out.emplace_back(folder.string());
+  return Value(std::move(out));
+}
+
+Result<Value> load(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(const auto loaded, io::load(ctx.edit(), text_of(args, "file"), ctx.app.library));
+  for (const std::string& note : loaded.notes)
+    ctx.app.messages.post(Severity::info, "file_note", note, "io");
+  return Value(Application::handle(loaded.id));
+}
+
+Result<Value> export_2006(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(const auto written,
+                 io::export_legacy(ctx.snapshot(), ref(args, "id"), text_of(args, "folder"),
+                                   flag(args, "overwrite")));
+  List out;
+  for (const auto& path : written) out.emplace_back(path.string());
+  return Value(std::move(out));
+}
+
+Result<Value> save_all(CommandContext& ctx, const Map& args) {
+  const std::filesystem::path folder = text_of(args, "folder");
+  std::error_code failed;
+  if (!std::filesystem::is_directory(folder, failed))
+    return error(ErrorCode::not_found, "there is no folder " + text::quote(folder.string()),
+                 "Make it first.");
+  std::vector<std::filesystem::path> shipped;
+  if (!flag(args, "library"))
+    for (const auto& each : ctx.app.library)
+      shipped.push_back(std::filesystem::weakly_canonical(each, failed));
+  const auto is_shipped = [&shipped](const std::filesystem::path& file) {
+    return std::any_of(shipped.begin(), shipped.end(), [&file](const auto& within) {
+      return std::mismatch(within.begin(), within.end(), file.begin(), file.end()).first ==
+             within.end();
+    });
+  };
+  std::vector<std::pair<AnyId, std::filesystem::path>> wanted;
+  for (const AnyId id : ctx.snapshot().list()) {
+    const model::Record& r = *ctx.snapshot().find(id);
+    if (r.file.empty())
+      wanted.emplace_back(id, folder / (r.name + std::string(io::extension(id.kind))));
+    else if (!is_shipped(r.file)) wanted.emplace_back(id, r.file);
+  }
+  RMP_TRY_ASSIGN(const auto written, io::save_all(ctx.edit(), wanted, ctx.app.library));
+  List out;
+  for (const auto& path : written) out.emplace_back(path.string());
+  return Value(std::move(out));
+}
+
+}  // namespace
+
+std::vector<CommandSpec> file_commands() {
+  std::vector<CommandSpec> all;
+  std::vector<std::string> kinds;
+  for (const Kind k : all_kinds()) kinds.emplace_back(to_string(k));
+  all.push_back(
+      {.name = "library.list",
+       .classic = "",
+       .summary = "Lists the names that the library has of a kind.",
+       .details = "robot.get(name) and its like load them.",
+       .example = "for _, name in ipairs(library.list(\"robot\")) do\n  assert(#name > 0)\nend",
+       .params = {choice("kind", kinds, "Kind of record.")},
+       .returns = {"list", "", "Names.", {}},
+       .effect = Effect::reads,
+       .run = library_list});
+  all.push_back({.name = "library.folders",
+                 .classic = "",
+                 .summary = "Lists the folders of the library.",
+                 .details = "From the command line, ROBOMOSP_LIBRARY, or beside the program.",
+                 .example = "assert(#library.folders() >= 1)",
+                 .params = {},
+                 .returns = {"list", "", "Paths.", {}},
+                 .effect = Effect::reads,
+                 .run = library_folders_of});
+  all.push_back({.name = "file.load",
+                 .classic = "",
+                 .summary = "Loads a file of any kind and everything it refers to.",
+                 .details =
+                     "The kind follows from the extension: .mtr, .csg, .part, .rbt, .tjc, "
+                     ".wld. Files of ROBOMOSP 1.4 (2006), worlds and .stn among them, are told "
+                     "by their content; a .csg of several materials becomes an object "
+                     "(solid.load makes one solid of it). All or nothing, as one step.",
+                 .example = "material.create{name = \"brass\", density = 8500}\nlocal path = "
+                            "\"example.mtr\"\nmaterial.save{id = \"brass\", file = "
+                            "path}\ndocument.clear()\nassert(file.load(path).name == \"brass\")",
+                 .params = {needed("file", "path", "", "The file.")},
+                 .returns = {"handle", "", "", {}},
+                 .effect = Effect::files_read | Effect::edits,
+                 .run = load});
+  all.push_back(
+      {.name = "file.export_2006",
+       .classic = "",
+       .summary = "Writes a material, solid or object as files of ROBOMOSP 1.4 (2006).",
+       .details = "They go below the folder, which stands for that program's installation: "
+                  "Saves/Materials, Saves/CSGs, Saves/Objects, with all that is referred to. What "
+                  "the format cannot express is an error that names the node, and nothing is "
+                  "written. Masses, overlap and parameters have no place there.",
+       .example = "material.create{name = \"brass\", density = 8500}\nsolid.create{name = \"pin\", "
+                  "material = \"brass\", root = {kind = \"cylinder\", radius = 0.01, height = "
+                  "0.05}}\nassert(#file.export_2006{id = solid.get(\"pin\"), folder = \".\"} == "
+                  "2)\ndocument.clear()\nassert(solid.load(\"Saves/CSGs/pin.csg\").name == "
+                  "\"pin\")",
+       .params = {needed("id", "ref:material|solid|object", "", "What to write."),
+                  needed("folder", "path", "", "The folder; it must be there."),
+                  defaulted("overwrite", "bool", "", false,
+                            "Replace files that are there with another content.")},
+       .returns = {"list", "", "Paths of the files written, its own last.", {}},
+       .effect = Effect::files_write,
+       .run = export_2006});
+  all.push_back(
+      {.name = "file.save_all",
+       .classic = "",
+       .summary = "Saves every record of the document.",
+       .details = "A record goes to the file it came from, else into the folder given. What came "
+                  "from the library is left alone unless asked for.",
+       .example =
+           "material.create{name = \"brass\", density = 8500}\nassert(#file.save_all(\".\") == 1)",
+       .params = {needed("folder", "path", "", "Folder for records that were never saved."),
+                  defaulted("library", "bool", "", false,
+                            "Also write back what came from the library.")},
+       .returns = {"list", "", "Paths of the files written.", {}},
+       .effect = Effect::files_write | Effect::edits,
+       .run = save_all});
+  return all;
+}
+
+}  // namespace robomosp::ioci

@@ -1,0 +1,703 @@
+// SPDX-License-Identifier: Apache-2.0
+// Foreign files in and out through providers of robomosp.importer/1 and robomosp.exporter/1.
+#include <algorithm>
+#include <deque>
+#include <filesystem>
+#include <optional>
+#include <set>
+
+#include <robomosp/sdk/io.h>
+
+#include "io/native.h"
+#include "ioci/core/commands.h"
+#include "ioci/exchange/exported.h"
+#include "ioci/records/solid_nodes.h"
+#include "robotics/build_model.h"
+#include "robotics/home.h"
+#include "robotics/kinematics.h"
+#include "spatial/pose.h"
+
+namespace robomosp::ioci {
+namespace {
+
+constexpr std::size_t kMostItems = 100000;
+
+// --- providers -----------------------------------------------------------------------------
+
+std::string extension_of(const std::string& file) {
+  std::string e = std::filesystem::path(file).extension().string();
+  if (!e.empty()) e.erase(0, 1);
+  std::transform(e.begin(), e.end(), e.begin(),
+                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
+  return e;
+}
+
+template <class I>
+struct Chosen {
+  ProviderInfo info;
+  std::shared_ptr<I> provider;
+};
+
+/// The first enabled provider that knows the file's extension.
+template <class I>
+Result<Chosen<I>> provider_for(const CommandContext& ctx, const std::string& file,
+                               const char* verb) {
+  const std::string wanted = extension_of(file);
+  std::vector<std::string> known;
+  for (const ProviderInfo& info : ctx.app.registry.list(I::kInterfaceId)) {
+    if (!info.enabled) continue;
+    RMP_TRY_ASSIGN(auto provider, ctx.app.registry.create<I>(info.name));
+    for (const std::string_view e : text::split(provider->extensions(), ',')) {
+      if (text::trim(e) == wanted) return Chosen<I>{info, std::move(provider)};
+      known.emplace_back(text::trim(e));
+    }
+  }
+  std::sort(known.begin(), known.end());
+  known.erase(std::unique(known.begin(), known.end()), known.end());
+  if (known.empty())
+    return error(ErrorCode::unsupported, std::string("no plugin can ") + verb + " foreign files",
+                 "plugin.list tells which plugins were found.");
+  return error(ErrorCode::invalid_argument,
+               wanted.empty() ? text::quote(file) + " has no extension that tells its format"
+                              : "files with the extension ." + wanted + " cannot be " + verb + "ed",
+               "Known: " + text::enumerate(known) + ".", "file");
+}
+
+/// Parameters of a format's own: `options` of import and export.
+Result<void> take_options(const ProviderInfo& info, const Map& args, Map& values) {
+  const Value* given = args.find("options");
+  if (!given || !given->as_map()) return {};
+  for (const auto& [name, value] : *given->as_map()) {
+    if (std::none_of(info.schema.begin(), info.schema.end(),
+                     [&, &key = name](const ParamSpec& p) { return p.name == key; })) {
+      std::vector<std::string> known;
+      for (const ParamSpec& p : info.schema) known.push_back(p.name);
+      std::string hint = text::did_you_mean(name, known);
+      if (hint.empty())
+        hint = known.empty() ? "It has none." : "It has " + text::enumerate(known) + ".";
+      return error(ErrorCode::unknown_name,
+                   "the provider " + text::quote(info.name) + " has no option " + text::quote(name),
+                   hint, "options");
+    }
+    values.set(name, value);
+  }
+  return {};
+}
+
+/// Hands on those of `names` that were given and are in the provider's table; one that is given
+/// but not in the table is refused.
+Result<std::unique_ptr<Params>> params_for(const ProviderInfo& info, const Map& args, Map values,
+                                           const std::vector<std::string>& names,
+                                           const std::string& file) {
+  for (const std::string& name : names) {
+    const Value* v = args.find(name);
+    if (!v || v->is_nil()) continue;
+    const bool is_known = std::any_of(info.schema.begin(), info.schema.end(),
+                                      [&](const ParamSpec& p) { return p.name == name; });
+    if (!is_known)
+      return error(ErrorCode::invalid_argument, "." + extension_of(file) + " files have no " + name,
+                   "Leave it out.", name);
+    values.set(name, *v);
+  }
+  RMP_TRY(take_options(info, args, values));
+  // What the command itself asks for is left out where the provider does not know it.
+  if (std::none_of(info.schema.begin(), info.schema.end(),
+                   [](const ParamSpec& p) { return p.name == "materials"; }))
+    values.erase("materials");
+  RMP_TRY_ASSIGN(Map checked, check(info.schema, values));
+  return make_params(std::move(checked));
+}
+
+// --- in ------------------------------------------------------------------------------------
+
+Result<Imported> read_file(CommandContext& ctx, const Map& args, Map values) {
+  const std::string file = text_of(args, "file");
+  RMP_TRY_ASSIGN(const auto chosen, provider_for<Importer>(ctx, file, "import"));
+  RMP_TRY_ASSIGN(const auto params,
+                 params_for(chosen.info, args, std::move(values),
+                            {"name", "unit", "heal", "density", "shapes"}, file));
+  return guarded(chosen.info.name,
+                 [&] { return chosen.provider->read(file, *params, ctx.progress); });
+}
+
+void tell_notes(CommandContext& ctx, const Imported& imported) {
+  for (const std::string& note : imported.notes)
+    ctx.app.messages.post(Severity::info, "import_note", note, "import");
+}
+
+/// All meshes of what an importer made as one, where its objects place them; in metres.
+Result<CsgGeometry> merged_mesh(CommandContext& ctx, Imported imported, const std::string& path) {
+  if (imported.records.empty())
+    return error(ErrorCode::unsupported, "it holds no closed mesh", "Repair it first.");
+  io::MemoryFiles files;
+  for (ImportedGeometry& g : imported.geometries) {
+    RMP_TRY_ASSIGN(auto made, io::make_geometry(std::move(g.geometry)));
+    files.geometries.emplace(std::move(g.name), std::move(made));
+  }
+  const std::string main = imported.records.back().name;
+  for (ImportedFile& r : imported.records) files.texts.emplace(r.name, std::move(r.text));
+  document::Document scratch;
+  RMP_TRY_ASSIGN(auto tx, scratch.begin("mesh"));
+  RMP_TRY_ASSIGN(const io::Loaded loaded,
+                 io::load_memory(tx, files, main, path, std::filesystem::path(path).parent_path(),
+                                 ctx.app.library));
+  CsgGeometry out;
+  out.form = CsgGeometry::Form::mesh;
+  std::vector<std::pair<AnyId, Pose>> stack{{loaded.id, Pose{}}};
+  std::size_t seen = 0;
+  while (!stack.empty()) {
+    const auto [id, at] = stack.back();
+    stack.pop_back();
+    if (++seen > kMostItems) return error(ErrorCode::unsupported, "it has more than 100000 parts");
+    if (const auto* object = tx.now().get(ObjectId{id.number}); object && id.kind == Kind::object) {
+      for (const model::ObjectPart& p : object->parts)
+        stack.emplace_back(p.what, spatial::compose(at, model::pose(p.placement)));
+      continue;
+    }
+    const auto* solid = tx.now().get(SolidId{id.number});
+    if (!solid || solid->nodes.empty() || !solid->nodes[0].geometry ||
+        solid->nodes[0].geometry->form != CsgGeometry::Form::mesh)
+      return error(ErrorCode::unsupported, "it is not a mesh file",
+                   "Links take meshes such as STL, OBJ and COLLADA.");
+    const CsgGeometry& g = *solid->nodes[0].geometry;
+    const auto first = static_cast<std::uint32_t>(out.points.size() / 3);
+    for (std::size_t i = 0; i + 2 < g.points.size(); i += 3) {
+      const Vec3 p = spatial::transform(at, {g.points[i], g.points[i + 1], g.points[i + 2]});
+      out.points.insert(out.points.end(), p.begin(), p.end());
+    }
+    for (const std::uint32_t k : g.triangles) out.triangles.push_back(first + k);
+  }
+  return out;
+}
+
+/// The mesh of a file that an importer names, read by the importer of its own format.
+Result<CsgGeometry> foreign_mesh(CommandContext& ctx, const ForeignGeometry& f) {
+  RMP_TRY_ASSIGN(const auto chosen, provider_for<Importer>(ctx, f.path, "import"));
+  Map values;
+  for (const ParamSpec& p : chosen.info.schema) {
+    if (p.name == "unit") values.set("unit", f.unit);
+    if (p.name == "materials") values.set("materials", false);
+  }
+  RMP_TRY_ASSIGN(Map checked, check(chosen.info.schema, values));
+  const auto params = make_params(std::move(checked));
+  RMP_TRY_ASSIGN(Imported read, guarded(chosen.info.name, [&] {
+                   return chosen.provider->read(f.path, *params, ctx.progress);
+                 }));
+  RMP_TRY_ASSIGN(CsgGeometry mesh, merged_mesh(ctx, std::move(read), f.path));
+  for (std::size_t i = 0; i < mesh.points.size(); ++i) mesh.points[i] *= f.scale[i % 3];
+  // A mirrored mesh is inside out.
+  if (f.scale[0] * f.scale[1] * f.scale[2] < 0)
+    for (std::size_t i = 0; i + 2 < mesh.triangles.size(); i += 3)
+      std::swap(mesh.triangles[i + 1], mesh.triangles[i + 2]);
+  mesh.source = std::filesystem::path(f.path).filename().string();
+  return mesh;
+}
+
+/// A geometry to stand where a mesh could not be read, until its solid is taken out again.
+CsgGeometry stand_in() {
+  CsgGeometry g;
+  g.form = CsgGeometry::Form::mesh;
+  g.points = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
+  g.triangles = {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3};
+  return g;
+}
+
+/// Reads the meshes that stand in files of their own; those that failed are in `failed`.
+Result<void> read_foreign(CommandContext& ctx, Imported& imported,
+                          std::vector<std::string>& failed) {
+  for (const ForeignGeometry& f : imported.foreign) {
+    ctx.progress.report(static_cast<double>(&f - imported.foreign.data()) /
+                            static_cast<double>(imported.foreign.size()),
+                        "reading " + std::filesystem::path(f.path).filename().string());
+    auto mesh = foreign_mesh(ctx, f);
+    if (!mesh.ok() && mesh.error().code == ErrorCode::cancelled) return std::move(mesh).error();
+    auto made = mesh.ok() ? io::make_geometry(std::move(mesh).value())
+                          : Result<io::GeometryPtr>(std::move(mesh).error());
+    if (!made.ok()) {
+      imported.notes.push_back("Mesh " + text::quote(f.path) +
+                               " was left out: " + made.error().sentence());
+      failed.push_back(f.name);
+    }
+    imported.geometries.push_back({f.name, made.ok() ? **made : stand_in()});
+  }
+  return {};
+}
+
+/// Takes the solids whose geometry could not be read out of the robots that were made.
+Result<void> drop_failed(CommandContext& ctx, io::Loaded& loaded,
+                         const std::set<const CsgGeometry*>& failed) {
+  if (failed.empty()) return {};
+  std::set<AnyId> drop;
+  for (const AnyId id : loaded.all)
+    if (const auto* s = id.kind == Kind::solid ? ctx.snapshot().get(SolidId{id.number}) : nullptr)
+      if (!s->nodes.empty() && failed.contains(s->nodes[0].geometry.get())) drop.insert(id);
+  for (const AnyId id : loaded.all)
+    if (id.kind == Kind::robot)
+      RMP_TRY(change<model::Robot>(ctx, id, [&](model::Robot& r) -> Result<void> {
+        const auto is_gone = [&](const model::BodyPart& p) { return drop.contains(p.what); };
+        std::erase_if(r.base_parts, is_gone);
+        for (model::Link& l : r.links) std::erase_if(l.parts, is_gone);
+        return {};
+      }));
+  for (const AnyId id : drop) RMP_TRY(ctx.edit().remove(id));
+  std::erase_if(loaded.all, [&](AnyId id) { return drop.contains(id); });
+  return {};
+}
+
+Result<Value> import_file(CommandContext& ctx, const Map& args) {
+  const std::string file = text_of(args, "file");
+  Map values;
+  if (has(args, "material")) {
+    if (has(args, "density"))
+      return error(ErrorCode::invalid_argument, "both material and density are given",
+                   "The material has a density; leave one out.", "density");
+    values.set("materials", false);
+  }
+  RMP_TRY_ASSIGN(Imported imported, read_file(ctx, args, std::move(values)));
+  if (imported.records.empty())
+    return imported.profile.loops.empty()
+               ? error(ErrorCode::unsupported, text::quote(file) + " holds nothing to import")
+               : error(ErrorCode::unsupported, text::quote(file) + " is a drawing without solids",
+                       "Use import_profile, and its profile in a prism or revolution.");
+  std::vector<std::string> unread;
+  RMP_TRY(read_foreign(ctx, imported, unread));
+  io::MemoryFiles files;
+  for (ImportedGeometry& g : imported.geometries) {
+    RMP_TRY_ASSIGN(auto made, io::make_geometry(std::move(g.geometry)).in(text::quote(g.name)));
+    files.geometries.emplace(std::move(g.name), std::move(made));
+  }
+  std::set<const CsgGeometry*> failed;
+  for (const std::string& name : unread) failed.insert(files.geometries.at(name).get());
+  const std::string main = imported.records.back().name;
+  for (ImportedFile& r : imported.records) files.texts.emplace(r.name, std::move(r.text));
+  const std::filesystem::path folder = std::filesystem::path(file).parent_path();
+  RMP_TRY_ASSIGN(io::Loaded loaded,
+                 io::load_memory(ctx.edit(), files, main, file, folder, ctx.app.library));
+  RMP_TRY(drop_failed(ctx, loaded, failed));
+  if (has(args, "material"))
+    for (const AnyId id : loaded.all)
+      if (id.kind == Kind::solid)
+        RMP_TRY(change<model::Solid>(ctx, id, [&](model::Solid& s) -> Result<void> {
+          s.material = typed<model::Material>(args, "material");
+          return {};
+        }));
+  tell_notes(ctx, imported);
+  for (const std::string& note : loaded.notes)
+    ctx.app.messages.post(Severity::info, "file_note", note, "io");
+  List made;
+  for (std::size_t i = loaded.all.size(); i-- > 0;)
+    made.emplace_back(Application::handle(loaded.all[i]));
+  return Value(std::move(made));
+}
+
+Result<Value> import_profile(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(const Imported imported, read_file(ctx, args, {}));
+  if (imported.profile.loops.empty()) {
+    std::string why;
+    for (const std::string& n : imported.notes) why += (why.empty() ? "" : " ") + n;
+    return error(ErrorCode::unsupported,
+                 text::quote(text_of(args, "file")) + " holds no closed outline", why);
+  }
+  tell_notes(ctx, imported);
+  return profile_value(imported.profile);
+}
+
+// --- out -----------------------------------------------------------------------------------
+
+/// Export items of records, and what keeps their content alive.
+class Items {
+ public:
+  /// `chord` [m] instead of that of the solids; 0 = theirs.
+  Items(CommandContext& ctx, bool wants_exact, double chord)
+      : ctx_(ctx), wants_exact_(wants_exact), chord_(chord) {}
+
+  Result<void> add(AnyId id, const std::string& name, const Pose& pose, std::int32_t parent) {
+    struct Open {
+      AnyId what;
+      std::string name;
+      Pose pose;
+      std::int32_t parent;
+      MaterialId material;
+    };
+    std::vector<Open> stack{{id, name, pose, parent, {}}};
+    while (!stack.empty()) {
+      const Open open = std::move(stack.back());
+      stack.pop_back();
+      if (items.size() >= kMostItems)
+        return error(ErrorCode::unsupported, "there are more than 100000 parts to export",
+                     "Export them in groups.");
+      if (open.what.kind == Kind::solid) {
+        RMP_TRY(
+            add_solid(SolidId{open.what.number}, open.name, open.pose, open.parent, open.material));
+        continue;
+      }
+      const auto* object = ctx_.snapshot().get(ObjectId{open.what.number});
+      if (!object) continue;
+      const std::int32_t self = group(open.name, open.pose, open.parent);
+      for (std::size_t i = object->parts.size(); i-- > 0;) {
+        const model::ObjectPart& p = object->parts[i];
+        // The outermost material given wins, as in masses.
+        stack.push_back({p.what, p.name, model::pose(p.placement), self,
+                         open.material.number ? open.material : p.material});
+      }
+    }
+    return {};
+  }
+
+  /// A robot at the joint values; generated bodies are meshes.
+  Result<void> add_robot(RobotId id, const std::string& name, const Pose& world_T_mounting,
+                         std::vector<double> q) {
+    const model::Robot& robot = *ctx_.snapshot().get(id);
+    RMP_TRY_ASSIGN(const auto model,
+                   ctx_.app.derived.robot_model(ctx_.snapshot(), id, {0, 0, -9.81}, ctx_.progress));
+    RMP_TRY_ASSIGN(auto bodies, ctx_.app.derived.robot_bodies(ctx_.snapshot(), id, ctx_.progress));
+    if (q.size() != model->coordinate_count()) q = robotics::home_joint_values(robot);
+    std::vector<Pose> joints(model->joints.size());
+    const auto links = robotics::link_frames(robot);
+    std::vector<Pose> frames(links.size());
+    robotics::forward_kinematics(*model, q, joints);
+    robotics::link_poses(links, joints, frames);
+    const std::int32_t self = group(name, spatial::compose(world_T_mounting, model->base), -1);
+    ExportRobot one;
+    one.name = name;
+    one.model = model.get();
+    one.pose = spatial::compose(world_T_mounting, model->base);
+    one.q = q;
+    robots.push_back(std::move(one));
+    models_.push_back(model);
+    if (bodies.generated && wants_exact_) {
+      notes.push_back(
+          "Robot " + text::quote(name) +
+          " has no designed bodies; what is drawn for it is not exact and was left out.");
+      return {};
+    }
+    for (std::size_t b = 0; b < bodies.bodies.size(); ++b) {
+      const std::string& part = b == 0 ? std::string("base") : robot.links[b - 1].name;
+      const Pose at = b == 0 ? Pose{} : frames[b - 1];
+      if (bodies.generated) {
+        const std::int32_t body = group(part, at, self);
+        for (evaluation::Drawable& d : bodies.bodies[b]) {
+          ExportItem item;
+          item.name = d.name.empty() ? part : d.name;
+          item.parent = body;
+          item.pose = d.placement;
+          item.colour = d.colour;
+          item.mesh = keep(d.mesh);
+          items.push_back(std::move(item));
+        }
+        continue;
+      }
+      const auto& parts = b == 0 ? robot.base_parts : robot.links[b - 1].parts;
+      if (parts.empty() || (b > 0 && !robot.links[b - 1].visible)) continue;
+      const std::int32_t body = group(part, at, self);
+      for (const model::BodyPart& p : parts)
+        RMP_TRY(add(p.what, ctx_.snapshot().find(p.what)->name, model::pose(p.placement), body));
+    }
+    return {};
+  }
+
+  /// Replaces all solids by what the plane (top_T_plane) cuts out of them.
+  Result<void> cut(const Pose& plane) {
+    std::vector<Pose> poses;
+    std::vector<ExportItem> outlines;
+    for (std::size_t i = 0; i < items.size(); ++i) {
+      const ExportItem& item = items[i];
+      poses.push_back(
+          item.parent < 0
+              ? item.pose
+              : spatial::compose(poses[static_cast<std::size_t>(item.parent)], item.pose));
+      if (solids_[i].number == 0) continue;
+      const Pose solid_T_plane = spatial::compose(spatial::inverse(poses[i]), plane);
+      const double chord = chord_ > 0 ? chord_ : ctx_.snapshot().get(solids_[i])->chord;
+      RMP_TRY_ASSIGN(const auto profile,
+                     ctx_.app.derived.section(ctx_.snapshot(), solids_[i], solid_T_plane, chord,
+                                              ctx_.progress));
+      if (profile->loops.empty()) continue;
+      ExportItem outline;
+      outline.name = item.name;
+      outline.colour = item.colour;
+      outline.profile = profile.get();
+      profiles_.push_back(profile);
+      outlines.push_back(std::move(outline));
+    }
+    if (outlines.empty())
+      return error(ErrorCode::invalid_argument, "the plane cuts nothing",
+                   "Give plane= a pose whose x and y axes run through the solid.", "plane");
+    items = std::move(outlines);
+    return {};
+  }
+
+  std::vector<ExportItem> items;
+  std::vector<ExportRobot> robots;
+  std::vector<std::string> notes;
+
+  std::int32_t group(const std::string& name, const Pose& pose, std::int32_t parent) {
+    ExportItem item;
+    item.name = name;
+    item.parent = parent;
+    item.pose = pose;
+    push(std::move(item), {});
+    return static_cast<std::int32_t>(items.size() - 1);
+  }
+
+ private:
+  void push(ExportItem item, SolidId solid) {
+    solids_.resize(items.size());
+    solids_.push_back(solid);
+    items.push_back(std::move(item));
+  }
+  const Mesh* keep(std::shared_ptr<const Mesh> mesh) {
+    meshes_.push_back(std::move(mesh));
+    return meshes_.back().get();
+  }
+
+  Result<void> add_solid(SolidId id, const std::string& name, const Pose& pose, std::int32_t parent,
+                         MaterialId material) {
+    const model::Solid* solid = ctx_.snapshot().get(id);
+    if (!solid) return {};
+    ExportItem item;
+    item.name = name;
+    item.parent = parent;
+    item.pose = pose;
+    item.definition = id.number;
+    if (!material.number) material = solid->material;
+    if (const auto* m = ctx_.snapshot().get(material)) item.colour = m->colour;
+    if (wants_exact_) {
+      RMP_TRY_ASSIGN(auto geometry, ctx_.app.derived.geometry(ctx_.snapshot(), id, ctx_.progress));
+      item.geometry = geometry.get();
+      geometries_.push_back(std::move(geometry));
+    } else {
+      RMP_TRY_ASSIGN(auto mesh, ctx_.app.derived.mesh(ctx_.snapshot(), id, chord_, ctx_.progress));
+      item.mesh = keep(std::move(mesh));
+    }
+    push(std::move(item), id);
+    return {};
+  }
+
+  CommandContext& ctx_;
+  bool wants_exact_;
+  double chord_;
+  std::vector<SolidId> solids_;  ///< of each item; number 0 = none
+  std::deque<std::shared_ptr<const Mesh>> meshes_;
+  std::deque<std::shared_ptr<const RobotModel>> models_;
+  std::deque<std::shared_ptr<const CsgGeometry>> geometries_;
+  std::deque<std::shared_ptr<const CsgProfile>> profiles_;
+};
+
+Result<void> collect(CommandContext& ctx, AnyId id, Items& out) {
+  const std::string& name = ctx.snapshot().find(id)->name;
+  if (id.kind == Kind::robot) return out.add_robot(RobotId{id.number}, name, {}, {});
+  if (id.kind != Kind::world) return out.add(id, name, {}, -1);
+  const model::World& world = *ctx.snapshot().get(WorldId{id.number});
+  for (const model::PlacedObject& o : world.objects)
+    RMP_TRY(out.add(o.what, o.name, model::pose(o.placement), -1));
+  for (const model::PlacedRobot& r : world.robots)
+    RMP_TRY(out.add_robot(r.robot, r.name, model::pose(r.placement), r.q));
+  return {};
+}
+
+/// The plane a drawing is cut at: the given one, else level at half the height.
+Result<Pose> drawing_plane(CommandContext& ctx, const Map& args, AnyId id) {
+  if (const Value* given = args.find("plane"); given && !given->is_nil())
+    if (const auto pose = pose_from(*given)) return *pose;
+  if (id.kind != Kind::solid && id.kind != Kind::object)
+    return error(ErrorCode::invalid_argument, "plane is missing",
+                 "Give the pose of the plane to cut at, or as = \"mesh\".", "plane");
+  RMP_TRY_ASSIGN(const auto box, ctx.app.derived.bounds(ctx.snapshot(), id, ctx.progress));
+  Pose plane;
+  plane.p[2] = 0.5 * (box[0][2] + box[1][2]);
+  ctx.app.messages.post(Severity::info, "export_note",
+                        "The drawing is the section at half the height, z = " +
+                            text::print_rounded(plane.p[2] * 1e3) +
+                            " mm. Give plane= for another, or as = \"mesh\".",
+                        "export");
+  return plane;
+}
+
+Result<Value> export_record(CommandContext& ctx, AnyId id, const Map& args) {
+  const std::string file = text_of(args, "file");
+  const std::string extension = extension_of(file);
+  RMP_TRY_ASSIGN(const auto chosen, provider_for<Exporter>(ctx, file, "export"));
+  RMP_TRY_ASSIGN(const auto params, params_for(chosen.info, args, {}, {"unit", "schema"}, file));
+  const bool is_drawing = extension == "dxf" && text_of(args, "as") != "mesh";
+  if (!is_drawing && args.find("plane") && !args.find("plane")->is_nil())
+    return error(ErrorCode::invalid_argument, "plane is for drawings (.dxf) only", "Leave it out.",
+                 "plane");
+  const bool is_exact = chosen.provider->is_exact(extension);
+  if (is_exact && has(args, "chord"))
+    return error(ErrorCode::invalid_argument, "." + extension + " files hold exact surfaces",
+                 "Leave chord out.", "chord");
+  Items out(ctx, is_exact, has(args, "chord") ? real(args, "chord") : 0);
+  RMP_TRY(collect(ctx, id, out).in(name_in(ctx, id)));
+  if (is_drawing) {
+    RMP_TRY_ASSIGN(const Pose plane, drawing_plane(ctx, args, id));
+    RMP_TRY(out.cut(plane).in(name_in(ctx, id)));
+  }
+  std::size_t parts = 0, triangles = 0;
+  for (const ExportItem& item : out.items) {
+    parts += item.mesh || item.geometry || item.profile ? 1U : 0U;
+    triangles += item.mesh ? item.mesh->triangle_count() : 0U;
+  }
+  if (parts == 0)
+    return error(ErrorCode::invalid_argument, "there is nothing in it to export",
+                 "Add a solid or an object first.", name_in(ctx, id));
+  ExportTask task;
+  const std::string own_name = std::filesystem::path(file).filename().string();
+  task.extension = extension;
+  task.name = own_name;
+  task.items = out.items;
+  task.robots = out.robots;
+  auto files = guarded(chosen.info.name,
+                       [&] { return chosen.provider->write(task, *params, ctx.progress); });
+  if (!files.ok()) return std::move(files).in(name_in(ctx, id)).error();
+  RMP_TRY(write_exported(*files, file, chosen.info.name).in(name_in(ctx, id)));
+  for (const std::string& note : out.notes)
+    ctx.app.messages.post(Severity::info, "export_note", note, "export");
+  return Value(Map{{"file", file}, {"parts", parts}, {"triangles", triangles}});
+}
+
+Result<Value> export_what(CommandContext& ctx, const Map& args) {
+  return export_record(ctx, ref(args, "what"), args);
+}
+Result<Value> export_id(CommandContext& ctx, const Map& args) {
+  return export_record(ctx, ref(args, "id"), args);
+}
+
+// --- table ---------------------------------------------------------------------------------
+
+ParamSpec maybe_choice(std::string name, std::vector<std::string> choices, std::string doc) {
+  ParamSpec p = choice(std::move(name), std::move(choices), std::move(doc));
+  p.default_value.reset();
+  p.required = false;
+  return p;
+}
+
+constexpr const char* kOptions =
+    "Parameters of the format's own provider by name; `provider.params` lists them.";
+
+Schema export_params(ParamSpec first) {
+  ParamSpec plane = optional("plane", "pose", "",
+                             "Of a drawing: where it is cut, x and y in the plane; default: level "
+                             "at half the height.");
+  return {std::move(first),
+          needed("file", "path", "", "The file; its extension tells the format."),
+          maybe_choice("unit", {"mm", "cm", "m", "in", "ft"},
+                       "Length unit of the file; default: mm. GLB is always in metres."),
+          maybe_choice("schema", {"ap214", "ap203", "ap242"},
+                       "Application protocol of a STEP file; default: ap214."),
+          above_zero(optional("chord", "real", "m",
+                              "How far triangles, or curves of a drawing, may be off; default: the "
+                              "chord of each solid.")),
+          choice("as", {"section", "mesh"}, "What a DXF file holds."),
+          optional("options", "map", "", kOptions),
+          std::move(plane)};
+}
+
+const char* const kFormats =
+    "| extension | holds |\n|---|---|\n"
+    "| `.step`, `.stp` | exact solids, names, colours, assemblies with shared parts |\n"
+    "| `.iges`, `.igs` | exact solids, names, colours |\n"
+    "| `.stl`, `.obj`, `.ply` | one mesh; no unit is stated in the file |\n"
+    "| `.glb` | meshes, names, colours, assemblies; metres, y up |\n"
+    "| `.3mf` | meshes, names, colours, assemblies |\n"
+    "| `.dxf` | the section at a plane (lines, arcs, circles, splines), or the mesh as faces |\n";
+
+const char* const kBlock =
+    "local block = solid.create{name = \"block\", root = {kind = \"box\", x = 0.1, y = 0.1, z = "
+    "0.02}}\n";
+std::string with_block(const char* rest) { return std::string(kBlock) + rest; }
+
+}  // namespace
+
+std::vector<CommandSpec> exchange_commands() {
+  std::vector<CommandSpec> all;
+  all.push_back(
+      {.name = "import",
+       .classic = "",
+       .summary = "Reads solids from a CAD or mesh file, or a robot from URDF, MJCF or SDF.",
+       .details =
+           "Exact solids come from STEP (AP203, AP214, AP242) and IGES, closed meshes from STL, "
+           "OBJ, "
+           "PLY, glTF, GLB, DAE (COLLADA), 3MF and DXF; plugins may add formats. Each part becomes "
+           "a "
+           "solid with one `imported` node, an assembly an object, copies share their solid. Files "
+           "are read in a process of its own; nothing is made when it fails, and all is one step. "
+           "What was repaired, left out or assumed is told in messages.\n\n"
+           "Masses in such files are not trusted. Each colour becomes a material with the density "
+           "of "
+           "aluminium unless `density` or `material` is given; a message says so.\n\n"
+           "Robots come from URDF (`.urdf`), MJCF (`.xml`, `.mjcf`) and SDF (`.sdf`), with the "
+           "masses, limits and friction that the file gives; the meshes it names are read with it.",
+       .example =
+           with_block("block:export(\"example.step\")\nlocal made = import{file = "
+                      "\"example.step\", name = \"copy\"}\nassert(made[1].name == \"copy\")"),
+       .params = {needed("file", "path", "", "The file; its extension tells the format."),
+                  optional("name", "string", "", "Name of what is made; default: the file's."),
+                  maybe_choice("unit", {"auto", "mm", "cm", "m", "in", "ft"},
+                               "Length unit of a file that does not state one (STL, OBJ, PLY, some "
+                               "DXF); default: mm, with a message."),
+                  optional("material", "ref:material", "", "Material of all solids made."),
+                  above_zero(optional("density", "real", "kg/m^3",
+                                      "Density of the materials made of the file's colours.")),
+                  optional("heal", "bool", "", "Repair what is faulty; default: true."),
+                  maybe_choice("shapes", {"visual", "collision"},
+                               "Of a robot's file: which shapes its links get; default: visual."),
+                  optional("options", "map", "", kOptions)},
+       .returns = {"list", "", "Handles of all that was made, the main one first.", {}},
+       .effect = Effect::files_read | Effect::edits,
+       .sometimes = Effect::processes,
+       .run = import_file});
+  all.push_back(
+      {.name = "import_profile",
+       .classic = "",
+       .summary = "Reads the closed outlines of a drawing (DXF) as a profile.",
+       .details = "The profile is what prisms and revolutions take. LINE, ARC, CIRCLE, ELLIPSE, "
+                  "LWPOLYLINE, "
+                  "POLYLINE and SPLINE are read, also in blocks; pieces are joined end to end in "
+                  "any order.",
+       .example = with_block("block:export(\"example.dxf\")\nlocal profile = import_profile{file = "
+                             "\"example.dxf\"}\nassert(#profile == 1)"),
+       .params = {needed("file", "path", "", "The file, *.dxf."),
+                  maybe_choice("unit", {"auto", "mm", "cm", "m", "in", "ft"},
+                               "Length unit if the drawing does not state one; default: mm, with a "
+                               "message.")},
+       .returns = {"list", "", "The loops of the profile.", {}},
+       .effect = Effect::files_read,
+       .sometimes = Effect::processes,
+       .run = import_profile});
+  const std::vector<ParamSpec> fields{field("file", "string", "", "The file."),
+                                      field("parts", "int", "", "Parts in it."),
+                                      field("triangles", "int", "", "Triangles in it.")};
+  const auto add = [&](std::string name, std::string what, ParamSpec first, std::string example,
+                       auto run) {
+    all.push_back(
+        {.name = std::move(name),
+         .classic = "",
+         .summary = "Writes " + what + " as a CAD or mesh file.",
+         .details = std::string(kFormats) +
+                    "\nMeshes are as fine as the `chord` of their solids, or as `chord` here."
+                    " Generated bodies of robots keep their own.",
+         .example = std::move(example),
+         .params = export_params(std::move(first)),
+         .returns = {"map", "", "", fields},
+         .effect = Effect::files_write,
+         .sometimes = Effect::processes,
+         .run = run});
+  };
+  add("export", "a solid, object, robot or world",
+      needed("what", "ref:solid|object|robot|world", "", "What to write."),
+      with_block("assert(export{what = block, file = \"example.step\"}.parts == 1)"), export_what);
+  add("solid.export", "a solid", self("solid"),
+      with_block("assert(block:export(\"example.stl\").triangles == 12)"), export_id);
+  add("object.export", "an object", self("object"),
+      with_block("local o = object.create{name = \"o\", parts = {{what = \"block\"}}}\n"
+                 "assert(o:export(\"example.glb\").triangles == 12)"),
+      export_id);
+  add("world.export", "all objects and robots of a world", self("world"),
+      with_block("local w = world.create{name = \"w\"}\nw:add_object{what = \"block\", name = "
+                 "\"b\"}\nassert(w:export(\"example.3mf\").parts == 1)"),
+      export_id);
+  return all;
+}
+
+}  // namespace robomosp::ioci

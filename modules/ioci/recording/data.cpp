@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: Apache-2.0
+// Commands that keep, complete and compare recordings.
+#include <cmath>
+#include <filesystem>
+
+#include "io/native.h"
+#include "ioci/core/commands.h"
+#include "ioci/core/word_list.h"
+#include "recording/compare.h"
+#include "recording/file.h"
+#include "sim/recording_columns.h"
+
+namespace robomosp::ioci {
+namespace {
+
+constexpr std::size_t kMostBytes = std::size_t{4} << 30;
+
+std::uint64_t number_of(const Map& args) { return args.find("id")->as_handle()->number; }
+recording::RecordingPtr recording_of(CommandContext& ctx, const Map& args) {
+  return ctx.recording(*args.find("id")->as_handle());
+}
+
+Result<Value> save(CommandContext& ctx, const Map& args) {
+  const auto r = recording_of(ctx, args);
+  const std::string file = text_of(args, "file");
+  const std::string ending = std::filesystem::path(file).extension().string();
+  std::string bytes;
+  if (ending == ".rec") {
+    const model::Record* world = ctx.snapshot().find(AnyId(r->world));
+    bytes = recording::to_text(*r, world ? world->name : "");
+  } else if (ending == ".csv") {
+    bytes = recording::to_csv(*r);
+  } else if (ending == ".json") {
+    bytes = recording::to_json(*r);
+  } else if (ending == ".npz") {
+    RMP_TRY_ASSIGN(bytes, recording::to_npz(*r));
+  } else {
+    return error(ErrorCode::invalid_argument, "a recording cannot be saved as " + text::quote(file),
+                 "Give a file name that ends with .rec, .csv, .json or .npz.");
+  }
+  RMP_TRY(io::write_file(file, bytes));
+  return Value(Map{{"file", file}, {"rows", r->rows()}, {"columns", r->columns.size()}});
+}
+
+Result<Value> load(CommandContext& ctx, const Map& args) {
+  const std::filesystem::path file = text_of(args, "file");
+  const bool is_csv = file.extension() == ".csv";
+  if (!is_csv && file.extension() != ".rec")
+    return error(ErrorCode::invalid_argument,
+                 "a recording cannot be loaded from " + text::quote(file.string()),
+                 "Give a file that ends with .rec or .csv.");
+  RMP_TRY_ASSIGN(const std::string bytes, io::read_file(file, kMostBytes));
+  recording::Recording r;
+  if (is_csv) {
+    auto read = recording::recording_from_csv(bytes);
+    if (!read.ok()) return std::move(read).error().in(file.filename().string());
+    r = std::move(read).value();
+    r.title = file.stem().string();
+  } else {
+    auto read = recording::recording_from_text(bytes);
+    if (!read.ok()) return std::move(read).error().in(file.filename().string());
+    r = std::move(read->recording);
+    if (const auto world = ctx.snapshot().find(Kind::world, read->world))
+      r.world = WorldId{world->number};
+  }
+  return Value(
+      Handle{"recording",
+             ctx.app.recordings.add(std::make_shared<const recording::Recording>(std::move(r)))});
+}
+
+Result<Value> compute(CommandContext& ctx, const Map& args) {
+  const auto r = recording_of(ctx, args);
+  RMP_TRY_ASSIGN(const auto quantities, word_list(args, "quantities"));
+  const sim::Simulator simulator{ctx.app.registry, ctx.app.derived, ctx.snapshot(),
+                                 &ctx.app.collision_models};
+  RMP_TRY_ASSIGN(auto more, sim::with_quantities_of(simulator, *r, text_of(args, "robot"),
+                                                    quantities, ctx.progress));
+  List names;
+  for (const recording::Column& c : more->columns)
+    if (!r->find(c.name)) names.emplace_back(c.name);
+  RMP_TRY(ctx.app.recordings.replace(number_of(args), r, std::move(more)));
+  return Value(std::move(names));
+}
+
+Result<Value> watch(CommandContext& ctx, const Map& args) {
+  const std::string name = text_of(args, "name"), take = text_of(args, "take");
+  const auto r = recording_of(ctx, args);
+  RMP_TRY_ASSIGN(auto more, sim::with_watch(*r, name, text_of(args, "expression"),
+                                            has(args, "unit") ? text_of(args, "unit") : "",
+                                            take == "rate"       ? sim::Watch::rate
+                                            : take == "integral" ? sim::Watch::integral
+                                                                 : sim::Watch::value));
+  const recording::Column& c = *more->find(name);
+  Value out(NumericArray(c.values, c.unit));
+  RMP_TRY(ctx.app.recordings.replace(number_of(args), r, std::move(more)));
+  return out;
+}
+
+Result<Value> compare(CommandContext& ctx, const Map& args) {
+  const Value* with = args.find("with");
+  const Handle* h = with ? with->as_handle() : nullptr;
+  const auto other =
+      h && h->kind == "recording" ? ctx.app.recordings.find(h->number) : recording::RecordingPtr{};
+  if (!other)
+    return error(ErrorCode::invalid_argument, (with ? with->text() : "nil") + " is no recording",
+                 "Give the recording to compare with.", "with");
+  RMP_TRY_ASSIGN(const auto columns, word_list(args, "columns"));
+  RMP_TRY_ASSIGN(const auto all, recording::compare(*recording_of(ctx, args), *other, columns));
+  List out;
+  for (const recording::ColumnDifference& d : all) {
+    Map row{{"name", d.name}, {"unit", d.unit}, {"max", d.greatest},       {"at", d.at},
+            {"rms", d.rms},   {"mean", d.mean}, {"deviation", d.deviation}};
+    if (d.correlation) row.set("correlation", *d.correlation);
+    row.set("samples", d.samples);
+    out.emplace_back(std::move(row));
+  }
+  return Value(std::move(out));
+}
+
+std::string with_recording(const char* rest) {
+  return with_arm("local run = arm:simulate{q = \"ready\", duration = 0.2}\n") + rest;
+}
+
+}  // namespace
+
+std::vector<CommandSpec> recording_data_commands() {
+  std::vector<CommandSpec> all;
+  std::string quantities = "Quantities: ";
+  for (const sim::RecordedQuantity& q : sim::recorded_quantities())
+    quantities += (quantities.ends_with(": ") ? "" : "; ") + std::string(q.name) + " (" +
+                  std::string(q.columns) + ") " + std::string(q.doc);
+  all.push_back(
+      {.name = "recording.save",
+       .classic = "",
+       .summary = "Saves a recording, or exports it for other programs.",
+       .details = "*.rec is the program's own lossless text, *.csv a table with a header line, "
+                  "*.json one object, *.npz an archive that numpy.load reads: an array for every "
+                  "column, and columns, units, docs and title.",
+       .example = with_recording("run:save(\"example.rec\")\nrun:save(\"example.npz\")\n"
+                                 "assert(run:save(\"example.json\").rows == 21)"),
+       .params = {self("recording"),
+                  needed("file", "path", "", "The file, *.rec, *.csv, *.json or *.npz.")},
+       .returns = {"map",
+                   "",
+                   "",
+                   {field("file", "string", "", "The file."), field("rows", "int", "", "Samples."),
+                    field("columns", "int", "", "Columns.")}},
+       .effect = Effect::files_write,
+       .run = save});
+  all.push_back(
+      {.name = "recording.load",
+       .classic = "",
+       .summary = "Loads a recording that was saved, or measured values from a table.",
+       .details = "A *.rec belongs to the world of its name again where that is open. A *.csv has "
+                  "a header line of names with units, such as `time [s],q1 [deg]`; values are "
+                  "brought to SI, empty fields are no values.",
+       .example = with_recording("run:save(\"example.rec\")\n"
+                                 "local again = recording.load(\"example.rec\")\n"
+                                 "assert(again:values(\"q2\")[21] == run:values(\"q2\")[21])"),
+       .params = {needed("file", "path", "", "The file, *.rec or *.csv.")},
+       .returns = {"handle", "", "The recording.", {}},
+       .effect = Effect::files_read | Effect::simulates,
+       .run = load});
+  all.push_back(
+      {.name = "recording.compute",
+       .classic = "",
+       .summary = "Adds columns that follow from the recorded ones and the robot.",
+       .details = quantities + ". The robot is that of now; one that was changed is told.",
+       .example = with_recording("run:compute{\"power\", \"velocity\", \"limits\"}\n"
+                                 "assert(run:values(\"speed\")[21] > 0)"),
+       .params = {self("recording"), needed("quantities", "any", "", "A name or a list of names."),
+                  optional("robot", "string", "",
+                           "Of a recording of several, such as of tasks: whose columns.")},
+       .returns = {"list", "", "Names of the columns that are new.", {}},
+       .effect = Effect::simulates,
+       .run = compute});
+  all.push_back(
+      {.name = "recording.watch",
+       .classic = "",
+       .summary = "Adds a column by an expression over the others, with its unit checked.",
+       .details = "Expressions are those of parameters: + - * / ^, functions, numbers with units.",
+       .example = with_recording(
+           "run:watch{name = \"power1\", expression = \"tau1*qd1\", unit = \"W\"}\n"
+           "local w = run:watch{name = \"turned\", expression = \"abs(qd2)\", take = "
+           "\"integral\"}\n"
+           "assert(w[21] > 0 and run:columns()[#run:columns()].unit == \"rad\")"),
+       .params = {self("recording"), needed("name", "string", "", "Name of the column."),
+                  needed("expression", "string", "", "Such as tau1*qd1."),
+                  optional("unit", "string", "", "SI unit of the result; found when left out."),
+                  choice("take", {"value", "rate", "integral"},
+                         "The value itself, its rate of change, or its integral over the time.")},
+       .returns = {"array", "", "The column.", {}},
+       .effect = Effect::simulates,
+       .run = watch});
+  all.push_back(
+      {.name = "recording.compare",
+       .classic = "",
+       .summary = "Tells how far another recording differs, column by column.",
+       .details = "Where the times differ the other one is interpolated linearly at the times of "
+                  "this one, over the time that both cover. The correlation is Pearson's, as in "
+                  "table 1 of the paper of 2006; a column that does not vary has none.",
+       .example = with_recording(
+           "local finer = arm:simulate{q = \"ready\", duration = 0.2, sample_time = 0.001}\n"
+           "local d = run:compare{with = finer, columns = {\"q2\"}}[1]\n"
+           "assert(d.max < 1e-9 and d.correlation > 0.999999)"),
+       .params = {self("recording"), needed("with", "any", "", "The other recording."),
+                  optional("columns", "any", "",
+                           "A name or a list of names; \"tau\" means tau1, tau2 and so on. What "
+                           "both have when left out.")},
+       .returns = {"list",
+                   "",
+                   "",
+                   {field("name", "string", "", "The column."),
+                    field("unit", "string", "", "Its unit."),
+                    field("max", "real", "", "Greatest amount of the difference."),
+                    field("at", "real", "s", "Time of it; without time the row."),
+                    field("rms", "real", "", "Root mean square of the difference."),
+                    field("mean", "real", "", "Mean of the other minus this."),
+                    field("deviation", "real", "", "Standard deviation of the difference."),
+                    field("correlation", "real", "", "Correlation, -1 to 1."),
+                    field("samples", "int", "", "Samples compared.")}},
+       .effect = Effect::reads,
+       .run = compare});
+  return all;
+}
+
+}  // namespace robomosp::ioci

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is in a record as values of commands and back, and what may be in it, as the declarations of
+// its fields say (layer: application, ioci).
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "ioci/core/command.h"
+#include "model/data.h"
+#include "model/path.h"
+
+namespace robomosp::ioci {
+
+/// All fields of a record, in order of declaration.
+void add_fields(Map& out, const document::Snapshot&, const model::Record&);
+
+/// What can be in a record of a kind: a list of fields, each with name, label, doc, type, unit,
+/// range, default, choices and, where it holds fields of its own, these.
+[[nodiscard]] List schema_fields(const document::Snapshot&, const model::Type&);
+
+/// Puts a value at a place of `body`, which is to be changed; nil takes out what is optional.
+Result<void> read_field(const CommandContext&, const model::Body& body, const model::Place&,
+                        const Value&, const std::string& path);
+
+/// Sets what a path names in a record of any kind; numbers may be expressions.
+Result<void> set_path(CommandContext&, AnyId, const std::string& path, const Value&);
+
+/// `path` names nothing in the record; with near paths.
+[[nodiscard]] Error unknown_path(const model::Body&, std::string_view path);
+
+}  // namespace robomosp::ioci

@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+// Commands for records of any kind, as the declarations of their fields say: record.schema, kinds,
+// create, describe, set, save.
+#include "ioci/records/field_values.h"
+
+#include "io/native.h"
+#include "ioci/core/commands.h"
+#include "model/parametric.h"
+
+namespace robomosp::ioci {
+namespace {
+
+Result<Kind> kind_given(const Map& args) {
+  const std::string word = text_of(args, "kind");
+  if (const auto kind = kind_from(word)) return *kind;
+  std::vector<std::string> known;
+  for (const Kind k : all_kinds()) known.emplace_back(to_string(k));
+  return unknown_name("kind of record", word, known);
+}
+
+Result<Value> kinds(CommandContext&, const Map&) {
+  List out;
+  for (const Kind k : all_kinds()) out.emplace_back(to_string(k));
+  return Value(std::move(out));
+}
+
+Result<Value> schema(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(const Kind kind, kind_given(args));
+  const model::KindInfo& about = model::info(kind);
+  return Value(Map{{"kind", about.name},
+                   {"extension", about.extension},
+                   {"folder", about.folder},
+                   {"fields", schema_fields(ctx.snapshot(), *about.type)}});
+}
+
+Result<Value> create(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(const Kind kind, kind_given(args));
+  model::Record r{text_of(args, "name"), {}, model::empty_body(kind)};
+  if (const Value* given = args.find("fields"); given && given->as_map())
+    for (const auto& [path, value] : *given->as_map()) {
+      const auto at = model::find_for_change(model::content(r.body), path);
+      if (!at) return unknown_path(r.body, path).in(text::quote(r.name));
+      RMP_TRY(read_field(ctx, r.body, *at, value, path));
+    }
+  RMP_TRY_ASSIGN(const AnyId id, ctx.edit().add(std::move(r)));
+  return Value(Application::handle(id));
+}
+
+Result<AnyId> record_given(CommandContext& ctx, const Map& args) {
+  return read_ref(ctx, "any", *args.find("id"), "id");
+}
+
+Result<Value> describe(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(const AnyId id, record_given(ctx, args));
+  return Value(describe_record(ctx.snapshot(), id));
+}
+
+Result<Value> set(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(const AnyId id, record_given(ctx, args));
+  const Value* value = args.find("value");
+  RMP_TRY(set_path(ctx, id, text_of(args, "path"), value ? *value : Value()));
+  return Value();
+}
+
+Result<Value> save(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(const AnyId id, record_given(ctx, args));
+  RMP_TRY_ASSIGN(const auto written,
+                 io::save(ctx.edit(), id, text_of(args, "file"), ctx.app.library));
+  List out;
+  for (const auto& path : written) out.emplace_back(path.string());
+  return Value(std::move(out));
+}
+
+const char* const kBrass = "material.create{name = \"brass\", density = 8500}\n";
+std::string with_brass(const char* rest) { return std::string(kBrass) + rest; }
+
+ParamSpec record_field() { return needed("id", "ref:any", "", "A record of any kind."); }
+ParamSpec kind_field() {
+  return needed("kind", "string", "", "Such as \"robot\"; record.kinds lists them.");
+}
+
+}  // namespace
+
+std::vector<CommandSpec> field_commands() {
+  return {
+      {.name = "record.kinds",
+       .classic = "",
+       .summary = "Lists the kinds of records.",
+       .details = "",
+       .example = "assert(#record.kinds() >= 7)",
+       .params = {},
+       .returns = {"list", "", "Their names.", {}},
+       .effect = Effect::reads,
+       .run = kinds},
+      {.name = "record.schema",
+       .classic = "",
+       .summary = "Tells what can be in a record of a kind.",
+       .details = "Each field has name, label, doc, type and since (the version of the files that "
+                  "has it first); where it applies unit, min or above, max, infinite, choices, "
+                  "default, optional, needed, read_only, expression (its numbers may be "
+                  "expressions), names "
+                  "(it names an element of that list) and fields, those of what it holds. A "
+                  "property palette can be drawn of it.",
+       .example =
+           "local about = record.schema(\"material\")\n"
+           "assert(about.extension == \".mtr\")\n"
+           "for _, f in ipairs(about.fields) do\n"
+           "  if f.name == \"density\" then assert(f.unit == \"kg/m^3\" and f.min == 0) end\n"
+           "end",
+       .params = {kind_field()},
+       .returns = {"map",
+                   "",
+                   "",
+                   {field("kind", "string", "", "The kind."),
+                    field("extension", "string", "", "Of its files."),
+                    field("folder", "string", "", "Of a library that holds such records."),
+                    field("fields", "list", "", "What is in it.")}},
+       .effect = Effect::reads,
+       .run = schema},
+      {.name = "record.create",
+       .classic = "",
+       .summary = "Makes a record of any kind from its fields.",
+       .details = "What is not given has its default; record.schema tells what there is.",
+       .example = "record.create{kind = \"material\", name = \"brass\", fields = {density = "
+                  "8500}}\nassert(material.describe(\"brass\").density == 8500)",
+       .params = {kind_field(), needed("name", "string", "", "Its name, unique among its kind."),
+                  optional("fields", "map", "", "Values by field or path.")},
+       .returns = {"handle", "", "", {}},
+       .effect = Effect::edits,
+       .run = create},
+      {.name = "record.describe",
+       .classic = "",
+       .summary = "Gives everything a record holds as nested tables, whatever its kind.",
+       .details = "Lengths in metres, angles in radians; references are names.",
+       .example = with_brass("assert(record.describe(\"brass\").density == 8500)"),
+       .params = {record_field()},
+       .returns = {"map", "", "Its values by field; record.schema explains them.", {}},
+       .effect = Effect::reads,
+       .run = describe},
+      {.name = "record.set",
+       .classic = "",
+       .summary = "Changes one value of a record of any kind.",
+       .details =
+           "The path is the name of a field, then of what is in it: `density`, "
+           "`links[2].joint`, `elbow.drive.gear_ratio`, `tools.camera.position.x`. Elements "
+           "of lists are named by their place from 1 or by their name; nil takes out what is "
+           "optional. Lists and tables are replaced as a whole.",
+       .example = with_brass("record.set{id = \"brass\", path = \"density\", value = \"8.4 "
+                             "g/cm^3\"}\nassert(material.describe(\"brass\").density == 8400)"),
+       .params = {record_field(), needed("path", "string", "", "What to change."),
+                  optional("value", "any", "", "Its new value.")},
+       .returns = {},
+       .effect = Effect::edits,
+       .run = set,
+       .takes_expressions = true},
+      {.name = "record.save",
+       .classic = "",
+       .summary = "Saves a record of any kind.",
+       .details = "Records it refers to that were never saved are saved beside it.",
+       .example = with_brass("assert(#record.save{id = \"brass\", file = \"brass.mtr\"} == 1)"),
+       .params = {record_field(), needed("file", "path", "", "The file.")},
+       .returns = {"list", "", "Paths of the files written.", {}},
+       .effect = Effect::files_write | Effect::edits,
+       .run = save},
+  };
+}
+
+}  // namespace robomosp::ioci

@@ -1,0 +1,280 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+
+#include "ioci/core/commands.h"
+#include "ioci/records/field_values.h"
+
+namespace robomosp::ioci {
+namespace {
+
+using model::Object;
+using model::ObjectPart;
+
+Schema part_schema() {
+  Schema s{needed("what", "ref:solid|object", "", "A solid or another object."),
+           optional("name", "string", "",
+                    "Name of the part within the object; that of the solid otherwise."),
+           optional("material", "ref:material", "", "Replaces the solid's own material.")};
+  for (ParamSpec& p : placement_fields("the object")) s.push_back(std::move(p));
+  return s;
+}
+
+std::string free_part_name(const Object& o, const std::string& wanted) {
+  const auto taken = [&](const std::string& name) {
+    return std::any_of(o.parts.begin(), o.parts.end(),
+                       [&](const ObjectPart& p) { return p.name == name; });
+  };
+  if (!taken(wanted)) return wanted;
+  for (int i = 2;; ++i)
+    if (const std::string name = wanted + "_" + std::to_string(i); !taken(name)) return name;
+}
+
+Result<void> append(CommandContext& ctx, Object& o, const Map& checked, const Map& given,
+                    std::string_view path) {
+  ObjectPart part;
+  part.what = ref(checked, "what");
+  if (has(checked, "material")) part.material = typed<model::Material>(checked, "material");
+  RMP_TRY_ASSIGN(part.placement, read_placement_fields(given, path));
+  const std::string wanted =
+      has(checked, "name") ? text_of(checked, "name") : ctx.snapshot().find(part.what)->name;
+  part.name = free_part_name(o, wanted);
+  if (has(checked, "name") &&
+      (part.name != wanted || wanted.empty() || wanted.find('.') != std::string::npos))
+    return error(part.name != wanted ? ErrorCode::conflict : ErrorCode::invalid_argument,
+                 part.name != wanted ? "there are two parts named " + text::quote(wanted)
+                                     : text::quote(wanted) + " cannot name a part",
+                 "Names are unique within an object and hold no dot.", std::string(path));
+  ctx.expressions.keep(o.parametric, part.name);
+  o.parts.push_back(std::move(part));
+  return {};
+}
+
+model::Overlap overlap_of(const Map& args) {
+  return text_of(args, "overlap") == "sum" ? model::Overlap::sum : model::Overlap::once;
+}
+
+ParamSpec overlap_spec() {
+  return choice(
+      "overlap", {"once", "sum"},
+      "Whether volume that parts share counts once (for the part listed first) or for every part.");
+}
+
+Result<Value> create(CommandContext& ctx, const Map& args) {
+  Object o;
+  o.description = text_of(args, "description");
+  o.overlap = overlap_of(args);
+  o.parametric = ctx.expressions.own();
+  if (const Value* parts = args.find("parts"))
+    for (std::size_t i = 0; i < parts->as_list()->size(); ++i) {
+      Value given = (*parts->as_list())[i];
+      const std::string path = "parts[" + std::to_string(i + 1) + "]";
+      if (const Map* raw = given.as_map()) {
+        RMP_TRY_ASSIGN(given, ctx.expressions.read(part_schema(), *raw, path));
+      }
+      RMP_TRY_ASSIGN(const Map checked, read_map(ctx, part_schema(), given, path));
+      RMP_TRY(append(ctx, o, checked, *given.as_map(), path));
+    }
+  RMP_TRY_ASSIGN(const auto id, ctx.edit().add(text_of(args, "name"), std::move(o)));
+  return Value(Application::handle(id));
+}
+
+Result<Value> add_part(CommandContext& ctx, const Map& args) {
+  Map given;
+  for (const ParamSpec& p : part_schema())
+    if (const Value* v = ctx.given(p.name)) given.set(p.name, *v);
+  std::string made;
+  auto done = change<Object>(ctx, ref(args, "id"), [&](Object& o) -> Result<void> {
+    RMP_TRY(append(ctx, o, args, given, name_in(ctx, ref(args, "id"))));
+    made = o.parts.back().name;
+    return {};
+  });
+  if (!done.ok()) return std::move(done).error();
+  return Value(made);
+}
+
+Result<Value> remove_part(CommandContext& ctx, const Map& args) {
+  const AnyId id = ref(args, "id");
+  auto done = change<Object>(ctx, id, [&](Object& o) -> Result<void> {
+    RMP_TRY_ASSIGN(const std::size_t at, find_part(o, text_of(args, "part")));
+    o.parts.erase(o.parts.begin() + static_cast<std::ptrdiff_t>(at));
+    return {};
+  });
+  if (!done.ok()) return std::move(done).in(name_in(ctx, id)).error();
+  return Value();
+}
+
+Result<Value> set(CommandContext& ctx, const Map& args) {
+  const std::string path = text_of(args, "path");
+  const AnyId id = ref(args, "id");
+  auto read = ctx.expressions.read_at(ctx.snapshot().find(id)->body, path, *args.find("value"));
+  if (!read.ok()) return std::move(read).in(name_in(ctx, id)).error();
+  const Value& value = *read;
+  RMP_TRY_ASSIGN(const bool is_done, set_component(ctx, id, path, value));
+  if (is_done) return Value();
+  auto done = change<Object>(ctx, id, [&](Object& o) -> Result<void> {
+    ctx.expressions.keep(o.parametric);
+    if (path == "description" || path == "overlap") {
+      const ParamSpec p =
+          path == "overlap" ? overlap_spec() : optional("description", "string", "", "");
+      RMP_TRY_ASSIGN(const Value v, check_value(p, value, path));
+      if (path == "overlap") o.overlap = overlap_of(Map{{"overlap", v}});
+      else o.description = *v.as_string();
+      return {};
+    }
+    const auto dot = path.find('.');
+    RMP_TRY_ASSIGN(const std::size_t at, find_part(o, path.substr(0, dot)));
+    ObjectPart& part = o.parts[at];
+    const std::string name = dot == std::string::npos ? "" : path.substr(dot + 1);
+    RMP_TRY_ASSIGN(const bool placed, set_placement(part.placement, name, value, path));
+    if (placed) return {};
+    if (name == "what") {
+      RMP_TRY_ASSIGN(part.what, read_ref(ctx, "solid|object", value, path));
+      return {};
+    }
+    if (name == "material") {
+      part.material = {};
+      if (value.is_nil() || (value.as_string() && value.as_string()->empty())) return {};
+      RMP_TRY_ASSIGN(const AnyId m, read_ref(ctx, "material", value, path));
+      part.material = MaterialId{m.number};
+      return {};
+    }
+    if (name == "name") {
+      const std::string wanted = value.as_string() ? *value.as_string() : std::string();
+      if (wanted.empty() || wanted.find('.') != std::string::npos)
+        return error(ErrorCode::invalid_argument, value.text() + " cannot name a part",
+                     "Use letters, digits and _.", path);
+      if (wanted != part.name && free_part_name(o, wanted) != wanted)
+        return error(ErrorCode::conflict, "there is already a part named " + text::quote(wanted),
+                     {}, path);
+      part.name = wanted;
+      return {};
+    }
+    std::vector<std::string> known{"what", "material", "name"};
+    known.insert(known.end(), std::begin(kPlacementFields), std::end(kPlacementFields));
+    Error e = unknown_name("field", name, known);
+    e.message += " of part " + text::quote(part.name);
+    return e;
+  });
+  if (!done.ok() && done.error().code == ErrorCode::unknown_name &&
+      model::find(model::content(ctx.snapshot().find(id)->body), path))
+    done = set_path(ctx, id, path, *args.find("value"));
+  if (!done.ok()) return std::move(done).in(name_in(ctx, id)).error();
+  return Value();
+}
+
+Result<Value> mass(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(const auto b, ctx.app.derived.mass(ctx.snapshot(), ref(args, "id"), ctx.progress));
+  return Value(body_mass_map(b, about_of(args)));
+}
+
+Result<Value> dynamic_vector(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(const auto b, ctx.app.derived.mass(ctx.snapshot(), ref(args, "id"), ctx.progress));
+  const auto& m = b.mass;
+  // An object by itself has no motor and no friction: the last five stand for a robot's link.
+  return Value(
+      NumericArray({m.mass, m.com[0], m.com[1], m.com[2], m.inertia.xx, m.inertia.yy, m.inertia.zz,
+                    m.inertia.xy, m.inertia.yz, m.inertia.xz, 0, 1, 0, 0, 0}));
+}
+
+const char* const kBolt =
+    "material.create{name = \"steel\", density = 7850}\n"
+    "solid.create{name = \"pin\", material = \"steel\", root = {kind = \"cylinder\", radius = "
+    "0.01, height = 0.05}}\n"
+    "local bolt = object.create{name = \"bolt\", parts = {{what = \"pin\", name = \"shank\"}, "
+    "{what = \"pin\", name = \"head\", position = {0, 0, 0.05}}}}\n";
+std::string with_bolt(const char* rest) { return std::string(kBolt) + rest; }
+
+}  // namespace
+
+Result<std::size_t> find_part(const model::Object& o, std::string_view name) {
+  std::vector<std::string> known;
+  for (std::size_t i = 0; i < o.parts.size(); ++i) {
+    if (o.parts[i].name == name) return i;
+    known.push_back(o.parts[i].name);
+  }
+  return unknown_name("part", name, known);
+}
+
+std::vector<CommandSpec> object_commands() {
+  std::vector<CommandSpec> all;
+  all.push_back(
+      {.name = "object.create",
+       .classic = "",
+       .summary = "Makes an object, an assembly of solids and other objects.",
+       .details = "A part is a table: what (a solid or object), name, placement or "
+                  "position with angles, and a material that replaces the solid's own.",
+       .example = with_bolt("assert(#bolt:describe().parts == 2)"),
+       .params = {needed("name", "string", "", "Name, unique among objects."),
+                  optional("parts", "list", "", "Its parts."), overlap_spec(),
+                  optional("description", "string", "", "What it is."), parameters_field()},
+       .returns = {"handle", "", "", {}},
+       .effect = Effect::edits,
+       .run = create,
+       .takes_expressions = true});
+  Schema part = part_schema();
+  part.insert(part.begin(), self("object"));
+  all.push_back({.name = "object.add_part",
+                 .classic = "",
+                 .summary = "Adds a part to an object.",
+                 .details = "",
+                 .example = with_bolt("bolt:add_part{what = \"pin\", name = \"tip\", position = "
+                                      "{0, 0, -0.05}}\nassert(#bolt:describe().parts == 3)"),
+                 .params = std::move(part),
+                 .returns = {"string", "", "Name of the part.", {}},
+                 .effect = Effect::edits,
+                 .run = add_part,
+                 .takes_expressions = true});
+  all.push_back(
+      {.name = "object.remove_part",
+       .classic = "",
+       .summary = "Removes a part from an object.",
+       .details = "The solid itself stays.",
+       .example = with_bolt("bolt:remove_part(\"head\")\nassert(#bolt:describe().parts == 1)"),
+       .params = {self("object"), needed("part", "string", "", "Its name.")},
+       .returns = {},
+       .effect = Effect::edits,
+       .run = remove_part});
+  all.push_back(
+      {.name = "object.set",
+       .classic = "",
+       .summary = "Changes one field of an object or of a part.",
+       .details = "The path is overlap or description, or a part's name and one of its fields: "
+                  "\"head.position\", \"head.position.z\", \"head.rpy\", \"head.material\", "
+                  "\"head.what\", \"head.name\"; or any other of record.set.",
+       .example =
+           with_bolt("bolt:set{path = \"head.position.z\", value = \"60 "
+                     "mm\"}\nassert(bolt:describe().parts[2].placement.position[3] == 0.06)"),
+       .params = {self("object"), needed("path", "string", "", "What to change."),
+                  needed("value", "any", "", "The new value.")},
+       .returns = {},
+       .effect = Effect::edits,
+       .run = set,
+       .takes_expressions = true});
+  all.push_back({.name = "object.mass",
+                 .classic = "",
+                 .summary = "Gives mass, centre of mass and inertia of an object, overlapping "
+                            "volume counted as the object says.",
+                 .details = "",
+                 .example = with_bolt(
+                     "assert(math.abs(bolt:mass().mass - 7850 * math.pi * 0.01^2 * 0.1) < 1e-9)"),
+                 .params = {self("object"), about_field()},
+                 .returns = {"map", "", "", body_mass_fields()},
+                 .effect = Effect::reads,
+                 .run = mass});
+  all.push_back(
+      {.name = "object.dynamics_vector",
+       .classic = "PObject vGetDynamicp",
+       .summary =
+           "Gives the dynamic parameters of an object as the program of 2006 did, 15 numbers.",
+       .details = "mass, rx, ry, rz, Ixx, Iyy, Izz, Ixy, Iyz, Ixz, Jm, G, B, Tc+, Tc-. Inertia "
+                  "about the centre of mass, elements of the tensor; an object has no motor, so Jm "
+                  "= 0, G = 1 and no friction.",
+       .example = with_bolt("assert(#bolt:dynamics_vector() == 15)"),
+       .params = {self("object")},
+       .returns = {"array", "", "15 numbers, SI.", {}},
+       .effect = Effect::reads,
+       .run = dynamic_vector});
+  return all;
+}
+
+}  // namespace robomosp::ioci

@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: Apache-2.0
+// Named parameters of solids, objects, robots and worlds: set, list, remove, rename.
+#include <algorithm>
+
+#include "ioci/core/commands.h"
+#include "ioci/core/expressions.h"
+
+namespace robomosp::ioci {
+namespace {
+
+model::Parametric& parametric(model::Record& r) { return *model::parametric_of(r.body); }
+const model::Parametric& parametric(const CommandContext& ctx, AnyId id) {
+  return *model::parametric_of(ctx.snapshot().find(id)->body);
+}
+std::string own_world(const CommandContext& ctx, AnyId id) {
+  return id.kind == Kind::world ? ctx.snapshot().find(id)->name : std::string();
+}
+
+Result<void> need_parameter(const CommandContext& ctx, AnyId id, const std::string& name) {
+  std::vector<std::string> known;
+  for (const model::Parameter& p : parametric(ctx, id).parameters) {
+    if (p.name == name) return {};
+    known.push_back(p.name);
+  }
+  return unknown_name("parameter", name, known).in(name_in(ctx, id));
+}
+
+Result<Value> set(CommandContext& ctx, const Map& args) {
+  const AnyId id = ref(args, "id");
+  const std::string name = text_of(args, "name"), world = own_world(ctx, id);
+  model::Parametric changed = parametric(ctx, id);
+  auto done = set_parameter(ctx.snapshot(), world, changed, name, args);
+  if (!done.ok())
+    return std::move(done).error().in("parameter " + text::quote(name)).in(name_in(ctx, id));
+  RMP_TRY(ctx.edit().edit(id, [&](model::Record& r) -> Result<void> {
+    parametric(r) = changed;
+    return {};
+  }));
+  return Value();
+}
+
+/// Where a parameter is used: paths of its record, and of others for a world's.
+std::vector<std::string> uses(const CommandContext& ctx, AnyId id, const std::string& name) {
+  const document::Snapshot& now = ctx.snapshot();
+  const model::Record& own = *now.find(id);
+  std::vector<std::string> out = model::uses_of(own.body, {"", name});
+  if (id.kind != Kind::world) return out;
+  for (std::string& s : model::uses_of(own.body, {own.name, name})) out.push_back(std::move(s));
+  for (const AnyId user : now.users_of_worlds())
+    for (const std::string& s : model::uses_of(now.find(user)->body, {own.name, name}))
+      out.push_back(now.describe(user) + ": " + s);
+  return out;
+}
+
+Result<Value> list(CommandContext& ctx, const Map& args) {
+  const AnyId id = ref(args, "id");
+  Value out = parameters_value(parametric(ctx, id));
+  for (const model::Parameter& p : parametric(ctx, id).parameters) {
+    List places;
+    for (std::string& s : uses(ctx, id, p.name)) places.emplace_back(std::move(s));
+    out.as_map()->find(p.name)->as_map()->set("uses", std::move(places));
+  }
+  return out;
+}
+
+Result<Value> remove(CommandContext& ctx, const Map& args) {
+  const AnyId id = ref(args, "id");
+  const std::string name = text_of(args, "name");
+  RMP_TRY(need_parameter(ctx, id, name));
+  if (const auto places = uses(ctx, id, name); !places.empty())
+    return error(ErrorCode::conflict,
+                 "cannot remove parameter " + text::quote(name) + ": it is used by " +
+                     text::enumerate(places),
+                 "Give these plain numbers or other expressions first.", name_in(ctx, id));
+  RMP_TRY(ctx.edit().edit(id, [&](model::Record& r) -> Result<void> {
+    std::erase_if(parametric(r).parameters, [&](const auto& p) { return p.name == name; });
+    return {};
+  }));
+  return Value();
+}
+
+Result<Value> rename(CommandContext& ctx, const Map& args) {
+  const AnyId id = ref(args, "id");
+  const std::string name = text_of(args, "name"), to = text_of(args, "to");
+  RMP_TRY(need_parameter(ctx, id, name));
+  auto allowed = Expression::check_name(to, "parameter");
+  if (!allowed.ok()) return std::move(allowed).error().in(name_in(ctx, id));
+  if (to != name && model::find_parameter(parametric(ctx, id), to))
+    return error(ErrorCode::conflict, "there is already a parameter named " + text::quote(to),
+                 "Choose another name.", name_in(ctx, id));
+  const std::string world = own_world(ctx, id);
+  const auto follow = [&](const Expression::Name& n, bool is_own) {
+    const bool is_meant =
+        n.name == name && ((is_own && n.scope.empty()) || (!world.empty() && n.scope == world));
+    return is_meant ? Expression::Name{n.scope, to} : n;
+  };
+  // The users first: until the world has the new name they keep their last values.
+  if (!world.empty())
+    for (const AnyId user : ctx.snapshot().users_of_worlds())
+      RMP_TRY(ctx.edit().edit(user, [&](model::Record& r) -> Result<void> {
+        model::rename_in(r.body, [&](const auto& n) { return follow(n, false); });
+        return {};
+      }));
+  RMP_TRY(ctx.edit().edit(id, [&](model::Record& r) -> Result<void> {
+    for (model::Parameter& p : parametric(r).parameters)
+      if (p.name == name) p.name = to;
+    model::rename_in(r.body, [&](const auto& n) { return follow(n, true); });
+    return {};
+  }));
+  return Value();
+}
+
+/// Lua that makes a record with the parameters bore = 20 mm and wall = bore/4 + 2 mm, both used.
+struct Sample {
+  Kind kind;
+  const char* variable;
+  const char* make;
+  const char* read;  ///< the number that `wall` becomes
+};
+constexpr const char* kParameters =
+    "parameters = {bore = \"20 mm\", wall = {value = \"bore/4 + 2 mm\", description = \"around the "
+    "bore\"}}";
+constexpr Sample kSamples[] = {
+    {Kind::solid, "bush",
+     "local bush = solid.create{name = \"bush\", $P,\n  root = {kind = \"cylinder\", name = "
+     "\"body\", radius = \"bore/2 + wall\", height = \"30 mm\", position = {0, 0, \"wall\"}}}\n",
+     "bush:tree().placement.position[3]"},
+    {Kind::object, "pair",
+     "solid.create{name = \"pin\", root = {kind = \"cylinder\", radius = 0.01, height = 0.05}}\n"
+     "local pair = object.create{name = \"pair\", $P,\n  parts = {{what = \"pin\", name = "
+     "\"left\", "
+     "position = {\"-wall\", 0, \"wall\"}}}}\n",
+     "pair:describe().parts[1].placement.position[3]"},
+    {Kind::robot, "arm",
+     "local arm = robot.create{name = \"arm\", $P,\n  links = {{a = \"bore + 300 mm\"}, {a = 0.2, "
+     "d "
+     "= \"wall\"}}}\n",
+     "arm:link(2).d"},
+    {Kind::world, "cell",
+     "solid.create{name = \"pin\", root = {kind = \"cylinder\", radius = 0.01, height = 0.05}}\n"
+     "local cell = world.create{name = \"cell\", $P}\n"
+     "cell:add_object{what = \"pin\", position = {\"bore\", 0, \"wall\"}}\n",
+     "cell:objects()[1].placement.position[3]"},
+};
+
+void add_kind(std::vector<CommandSpec>& all, const Sample& s) {
+  const std::string kind(to_string(s.kind)), v = s.variable, read = s.read;
+  std::string make = s.make;
+  make.replace(make.find("$P"), 2, kParameters);
+  const std::string record = kind == "object" ? "an object" : "a " + kind;
+  const bool is_world = s.kind == Kind::world;
+  const ParamSpec name = needed("name", "string", "", "Name of the parameter.");
+  all.push_back(
+      {.name = kind + ".set_parameter",
+       .classic = "",
+       .summary = "Gives a parameter of " + record + " a value, an expression, or makes it.",
+       .details = std::string("The value is a number, a quantity such as \"20 mm\", or an "
+                              "expression over other parameters such as \"bore/4 + 2 mm\". All "
+                              "that depends on it follows in the same step.") +
+                  (is_world ? " Expressions of solids, objects and robots use it as "
+                              "\"cell.bore\", with the world's name in front."
+                            : ""),
+       .example = make + v + ":set_parameter(\"bore\", \"40 mm\")\nassert(math.abs(" + read +
+                  " - 0.012) < 1e-12)",
+       .params = {self(kind), name,
+                  optional("value", "any", "", "A number, a quantity, or an expression."),
+                  optional("unit", "string", "",
+                           "Unit of a plain number, or what an expression must be in; without "
+                           "one that of the parameter, or of the expression."),
+                  optional("description", "string", "", "What it is.")},
+       .returns = {},
+       .effect = Effect::edits,
+       .run = set});
+  all.push_back({.name = kind + ".parameters",
+                 .classic = "",
+                 .summary = "Gives the parameters of " + record + " by name.",
+                 .details = "In a form that " + kind + ".create takes as its parameters.",
+                 .example = make + "local wall = " + v +
+                            ":parameters().wall\nassert(wall.expression == \"bore/4 + 2 mm\" and "
+                            "math.abs(wall.value - 0.007) < 1e-12 and wall.unit == \"m\")",
+                 .params = {self(kind)},
+                 .returns = {"map",
+                             "",
+                             "One row a parameter.",
+                             {field("value", "real", "", "Its value."),
+                              field("unit", "string", "", "Unit of the value, in SI."),
+                              field("text", "string", "", "Value and unit to read."),
+                              field("expression", "string", "", "What it is computed from."),
+                              field("description", "string", "", "What it is."),
+                              field("uses", "list", "", "Where expressions use it.")}},
+                 .effect = Effect::reads,
+                 .run = list});
+  all.push_back({.name = kind + ".remove_parameter",
+                 .classic = "",
+                 .summary = "Removes a parameter of " + record + "; refused while it is used.",
+                 .details = "",
+                 .example = make + v + ":set_parameter(\"spare\", 3)\n" + v +
+                            ":remove_parameter(\"spare\")\nassert(not " + v +
+                            ":parameters().spare)\nassert(not pcall(" + v + ".remove_parameter, " +
+                            v + ", \"bore\"))",
+                 .params = {self(kind), name},
+                 .returns = {},
+                 .effect = Effect::edits,
+                 .run = remove});
+  all.push_back(
+      {.name = kind + ".rename_parameter",
+       .classic = "",
+       .summary = "Gives a parameter of " + record + " another name, in all expressions as well.",
+       .details = "",
+       .example = make + v + ":rename_parameter(\"bore\", \"hole\")\nassert(" + v +
+                  ":parameters().wall.expression == \"hole/4 + 2 mm\")",
+       .params = {self(kind), name, needed("to", "string", "", "The new name.")},
+       .returns = {},
+       .effect = Effect::edits,
+       .run = rename});
+}
+
+}  // namespace
+
+std::vector<CommandSpec> parameter_commands() {
+  std::vector<CommandSpec> all;
+  for (const Sample& s : kSamples) add_kind(all, s);
+  return all;
+}
+
+}  // namespace robomosp::ioci

@@ -1,0 +1,279 @@
+// SPDX-License-Identifier: Apache-2.0
+// Commands that every kind of record has: list, get, remove, rename, duplicate, describe, load,
+// save, text.
+#include "io/legacy.h"
+#include "io/native.h"
+#include "ioci/core/commands.h"
+
+namespace robomosp::ioci {
+namespace {
+
+/// Lua that makes one record of a kind, for the examples, and its name.
+struct Sample {
+  Kind kind;
+  const char* name;
+  const char* create;
+  const char* article;
+};
+constexpr Sample kSamples[] = {
+    {Kind::material, "brass", "material.create{name = \"brass\", density = 8500}", "a material"},
+    {Kind::solid, "pin",
+     "solid.create{name = \"pin\", root = {kind = \"cylinder\", radius = 0.01, height = 0.05}}",
+     "a solid"},
+    {Kind::object, "bolt",
+     "solid.create{name = \"pin\", root = {kind = \"cylinder\", radius = 0.01, height = "
+     "0.05}}\nobject.create{name = \"bolt\", parts = {{what = \"pin\"}}}",
+     "an object"},
+    {Kind::robot, "arm", "robot.create{name = \"arm\", links = {{a = 0.3}, {a = 0.2}}}", "a robot"},
+    {Kind::trajectory, "stroke",
+     "trajectory.create{name = \"stroke\", segments = {{shape = \"line\", points = {{0, 0, 0, 0, "
+     "0, 0}, {0.1, 0, 0, 0, 0, 0}}}}}",
+     "a trajectory"},
+    {Kind::world, "cell", "world.create{name = \"cell\"}", "a world"},
+    {Kind::task, "shift",
+     "task.create{name = \"shift\", steps = {{step = \"message\", text = \"hello\"}}}", "a task"},
+};
+
+template <Kind K>
+Result<Value> list(CommandContext& ctx, const Map&) {
+  List out;
+  for (const AnyId id : ctx.snapshot().list(K)) out.emplace_back(Application::handle(id));
+  return Value(std::move(out));
+}
+
+template <Kind K>
+Result<Value> get(CommandContext& ctx, const Map& args) {
+  const std::string name = text_of(args, "name");
+  if (const auto id = ctx.snapshot().find(K, name)) return Value(Application::handle(*id));
+  const std::string kind(to_string(K));
+  if (const auto file = library_file(ctx.app, K, name)) {
+    const bool before = ctx.edit().set_outside_history(true);
+    auto read = io::load(ctx.edit(), *file, ctx.app.library);
+    ctx.edit().set_outside_history(before);
+    RMP_TRY_ASSIGN(const auto loaded, std::move(read));
+    for (const std::string& note : loaded.notes)
+      ctx.app.messages.post(Severity::info, "file_note", note, "io");
+    return Value(Application::handle(loaded.id));
+  }
+  std::vector<std::string> known = library_names(ctx.app, K);
+  for (const AnyId id : ctx.snapshot().list(K)) known.push_back(ctx.snapshot().find(id)->name);
+  Error e = unknown_name(kind, name, known);
+  e.message += " in the document or in the library";
+  if (e.hint.empty()) e.hint = "library.list(\"" + kind + "\") lists the library.";
+  return e;
+}
+
+Result<Value> remove(CommandContext& ctx, const Map& args) {
+  RMP_TRY(ctx.edit().remove(ref(args, "id")));
+  return Value();
+}
+
+Result<Value> rename(CommandContext& ctx, const Map& args) {
+  const std::string name = text_of(args, "name");
+  RMP_TRY(ctx.edit().edit(ref(args, "id"), [&](model::Record& r) -> Result<void> {
+    r.name = name;
+    return {};
+  }));
+  return Value();
+}
+
+Result<Value> duplicate(CommandContext& ctx, const Map& args) {
+  const AnyId id = ref(args, "id");
+  model::Record copy = *ctx.snapshot().find(id);
+  copy.name = has(args, "name") ? text_of(args, "name") : ctx.edit().free_name(id.kind, copy.name);
+  copy.file.clear();
+  RMP_TRY_ASSIGN(const AnyId made, ctx.edit().add(std::move(copy)));
+  return Value(Application::handle(made));
+}
+
+Result<Value> describe(CommandContext& ctx, const Map& args) {
+  return Value(describe_record(ctx.snapshot(), ref(args, "id")));
+}
+
+template <Kind K>
+Result<Value> load(CommandContext& ctx, const Map& args) {
+  const std::filesystem::path file = text_of(args, "file");
+  std::error_code none;
+  const bool old_object = K == Kind::object && file.extension() == ".obj";
+  if (old_object && std::filesystem::exists(file, none) && !io::is_legacy_file(file))
+    return error(ErrorCode::invalid_argument,
+                 text::quote(file.string()) + " is not an object of ROBOMOSP 1.4",
+                 "import reads Wavefront meshes.");
+  if (file.extension() != io::extension(K) && !old_object && !io::is_legacy_file(file)) {
+    for (const Kind k : all_kinds())
+      if (file.extension() == io::extension(k))
+        return error(ErrorCode::invalid_argument,
+                     text::quote(file.string()) + " is a " + std::string(to_string(k)) + " file",
+                     std::string(to_string(k)) + ".load reads it.");
+    return error(ErrorCode::invalid_argument,
+                 text::quote(file.string()) + " does not end with " + std::string(io::extension(K)),
+                 "Files of this kind are named *" + std::string(io::extension(K)) + ".");
+  }
+  RMP_TRY_ASSIGN(const auto loaded, io::load(ctx.edit(), file, ctx.app.library, K));
+  for (const std::string& note : loaded.notes)
+    ctx.app.messages.post(Severity::info, "file_note", note, "io");
+  return Value(Application::handle(loaded.id));
+}
+
+Result<Value> save(CommandContext& ctx, const Map& args) {
+  const AnyId id = ref(args, "id");
+  const model::Record* r = ctx.snapshot().find(id);
+  std::filesystem::path file = has(args, "file") ? text_of(args, "file") : r->file;
+  if (file.empty())
+    return error(ErrorCode::invalid_argument, name_in(ctx, id) + " was never saved",
+                 "Give file = \"" + r->name + std::string(io::extension(id.kind)) + "\".");
+  if (file.extension() != io::extension(id.kind))
+    return error(
+        ErrorCode::invalid_argument,
+        text::quote(file.string()) + " does not end with " + std::string(io::extension(id.kind)),
+        "Name it " + text::quote(file.stem().string() + std::string(io::extension(id.kind))) + ".");
+  RMP_TRY_ASSIGN(const auto written, io::save(ctx.edit(), id, file, ctx.app.library));
+  List out;
+  for (const auto& path : written) out.emplace_back(path.string());
+  return Value(std::move(out));
+}
+
+Result<Value> native_text(CommandContext& ctx, const Map& args) {
+  const AnyId id = ref(args, "id");
+  const model::Record* r = ctx.snapshot().find(id);
+  const std::filesystem::path file =
+      r->file.empty() ? std::filesystem::path(r->name + std::string(io::extension(id.kind)))
+                      : std::filesystem::path(r->file);
+  RMP_TRY_ASSIGN(auto out, io::print(ctx.snapshot(), id, file, ctx.app.library));
+  return Value(std::move(out));
+}
+
+template <Kind K>
+void add_kind(std::vector<CommandSpec>& all) {
+  const Sample& s = kSamples[static_cast<std::size_t>(K)];
+  const std::string kind(to_string(K)), a = s.article, make = s.create, name = s.name,
+                                        extension(io::extension(K));
+  const bool world = K == Kind::world;
+  const auto quoted = "\"" + name + "\"";
+  all.push_back(
+      {.name = kind + ".list",
+       .classic = world ? "Worlds LsWorlds" : "",
+       .summary = "Lists the document's records of kind " + kind + ", in order of creation.",
+       .details = "",
+       .example = make + "\nassert(#" + kind + ".list() == 1)",
+       .params = {},
+       .returns = {"list", "", "Handles.", {}},
+       .effect = Effect::reads,
+       .run = list<K>});
+  all.push_back(
+      {.name = kind + ".get",
+       .classic = "",
+       .summary = "Finds " + a + " by name, in the document or else in the library.",
+       .details =
+           "What comes from the library is loaded with everything it refers to; that is no step "
+           "of the history, and undo leaves it there.",
+       .example = make + "\nassert(" + kind + ".get(" + quoted + ").name == " + quoted + ")",
+       .params = {needed("name", "string", "", "Its name.")},
+       .returns = {"handle", "", "", {}},
+       .effect = Effect::reads,
+       .sometimes = Effect::files_read | Effect::edits,
+       .run = get<K>});
+  all.push_back(
+      {.name = kind + ".remove",
+       .classic = world ? "World Close" : "",
+       .summary = "Removes " + a + "; refused while others refer to it.",
+       .details = "",
+       .example = make + "\n" + kind + ".remove(" + quoted + ")\nassert(#" + kind + ".list() == 0)",
+       .params = {self(kind)},
+       .returns = {},
+       .effect = Effect::edits,
+       .run = remove});
+  all.push_back(
+      {.name = kind + ".rename",
+       .classic = "",
+       .summary = "Gives " + a + " another name.",
+       .details = "References are by identity and stay. The file it was saved to stays as well.",
+       .example = make + "\n" + kind + ".rename(" + quoted + ", \"another\")\nassert(" + kind +
+                  ".get(\"another\"))",
+       .params = {self(kind), needed("name", "string", "", "The new name, unique among its kind.")},
+       .returns = {},
+       .effect = Effect::edits,
+       .run = rename});
+  all.push_back(
+      {.name = kind + ".duplicate",
+       .classic = "",
+       .summary = "Makes a copy of " + a + ".",
+       .details = "The copy refers to the same records and has no file yet.",
+       .example = make + "\nlocal copy = " + kind + ".duplicate(" + quoted + ")\nassert(#" + kind +
+                  ".list() == 2)",
+       .params = {self(kind), optional("name", "string", "",
+                                       "Name of the copy; a free one is chosen otherwise.")},
+       .returns = {"handle", "", "", {}},
+       .effect = Effect::edits,
+       .run = duplicate});
+  all.push_back(
+      {.name = kind + ".describe",
+       .classic = world ? "World Show" : "",
+       .summary = "Gives everything " + a + " holds as nested tables.",
+       .details = "Lengths in metres, angles in radians; references are names.",
+       .example = make + "\nassert(" + kind + ".describe(" + quoted + ").name == " + quoted + ")",
+       .params = {self(kind)},
+       .returns = {"map",
+                   "",
+                   "",
+                   {field("name", "string", "", "Its name."),
+                    field("file", "string", "", "Where it was loaded from or saved to.")}},
+       .effect = Effect::reads,
+       .run = describe});
+  all.push_back(
+      {.name = kind + ".load",
+       .classic = world ? "Worlds Open" : "",
+       .summary = "Loads " + a + " and everything it refers to from a " + extension + " file.",
+       .details = std::string("All or nothing, as one step. A file that is in the document already "
+                              "is not loaded again.") +
+                  (K <= Kind::object ? " Files of ROBOMOSP 1.4 (2006) are told by their content "
+                                       "and read as well (.mtr, .csg, .obj)."
+                                     : ""),
+       .example = make + "\nlocal file = \"example" + extension + "\"\n" + kind +
+                  ".save{id = " + quoted + ", file = file}\ndocument.clear()\n" + kind +
+                  ".load(file)\nassert(#" + kind + ".list() == 1)",
+       .params = {needed("file", "path", "", "The file.")},
+       .returns = {"handle", "", "", {}},
+       .effect = Effect::files_read | Effect::edits,
+       .run = load<K>});
+  all.push_back({.name = kind + ".save",
+                 .classic = world ? "World Save" : "",
+                 .summary = "Saves " + a + " to a " + extension + " file.",
+                 .details = "Records it refers to that were never saved are saved beside it.",
+                 .example = make + "\nlocal written = " + kind + ".save{id = " + quoted +
+                            ", file = \"example" + extension + "\"}\nassert(#written >= 1)",
+                 .params = {self(kind), optional("file", "path", "",
+                                                 "The file; the one it came from when left out.")},
+                 .returns = {"list", "", "Paths of the files written.", {}},
+                 .effect = Effect::files_write | Effect::edits,
+                 .run = save});
+  all.push_back(
+      {.name = kind + ".text",
+       .classic = "",
+       .summary = "Gives the text that saving " + a + " would write.",
+       .details = "",
+       .example = (K == Kind::object ? "local dir = \"example\"\n" + make +
+                                           "\nsolid.save{id = \"pin\", file = dir .. \".csg\"}"
+                                     : make) +
+                  "\nassert(" + kind + ".text(" + quoted + "):find(\"robomosp " + kind + "\"))",
+       .params = {self(kind)},
+       .returns = {"string", "", "", {}},
+       .effect = Effect::reads,
+       .run = native_text});
+}
+
+}  // namespace
+
+std::vector<CommandSpec> record_commands() {
+  std::vector<CommandSpec> all;
+  add_kind<Kind::material>(all);
+  add_kind<Kind::solid>(all);
+  add_kind<Kind::object>(all);
+  add_kind<Kind::robot>(all);
+  add_kind<Kind::trajectory>(all);
+  add_kind<Kind::world>(all);
+  add_kind<Kind::task>(all);
+  return all;
+}
+
+}  // namespace robomosp::ioci

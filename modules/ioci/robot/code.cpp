@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+// Source code of a robot's kinematics and dynamics, by providers of robomosp.robot_code/1.
+#include <algorithm>
+#include <filesystem>
+
+#include <robomosp/sdk/robot_code.h>
+
+#include "io/native.h"
+#include "ioci/core/commands.h"
+#include "motion/provider_params.h"
+
+namespace robomosp::ioci {
+namespace {
+
+struct Part {
+  const char* name;
+  std::uint32_t bit;
+};
+constexpr Part kParts[] = {{"forward_kinematics", kCodeForwardKinematics},
+                           {"jacobian", kCodeJacobian},
+                           {"inverse_dynamics", kCodeInverseDynamics},
+                           {"inertia", kCodeInertia},
+                           {"forward_dynamics", kCodeForwardDynamics}};
+
+Result<std::uint32_t> read_parts(const Value* given, const RobotModel& model) {
+  if (!given || given->is_nil())
+    return model.loops.empty() ? kCodeAll
+                               : kCodeAll & ~static_cast<std::uint32_t>(kCodeForwardDynamics);
+  std::vector<std::string> known;
+  for (const Part& p : kParts) known.emplace_back(p.name);
+  std::uint32_t parts = 0;
+  for (const Value& v : *given->as_list()) {
+    const std::string* name = v.as_string();
+    const auto* part = std::find_if(std::begin(kParts), std::end(kParts),
+                                    [&](const Part& p) { return name && *name == p.name; });
+    if (part == std::end(kParts)) return unknown_name("part", name ? *name : v.text(), known);
+    parts |= part->bit;
+  }
+  return parts;
+}
+
+/// The robot's name as an identifier of C.
+std::string identifier(const std::string& name) {
+  std::string s;
+  for (const char c : name) {
+    const bool fits = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
+    s += fits ? c : '_';
+  }
+  return s.empty() || (s.front() >= '0' && s.front() <= '9') ? "robot_" + s : s;
+}
+
+Result<Value> generate_code(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(const auto model, model_of(ctx, args));
+  RMP_TRY_ASSIGN(const std::uint32_t parts, read_parts(args.find("parts"), *model));
+  model::ProviderChoice choice;
+  if (has(args, "provider")) {
+    RMP_TRY_ASSIGN(choice, read_provider(*args.find("provider"), "provider"));
+  }
+  const std::string where = "robot " + text::quote(model->name);
+  RMP_TRY_ASSIGN(const ProviderInfo info,
+                 ctx.app.registry.find(RobotCodeGenerator::kInterfaceId, choice.name));
+  RMP_TRY_ASSIGN(const auto generator, ctx.app.registry.create<RobotCodeGenerator>(info.name));
+  RMP_TRY_ASSIGN(const auto params,
+                 motion::checked_params(info, choice, "provider " + text::quote(info.name)));
+  const std::string name = has(args, "name") ? text_of(args, "name") : identifier(model->name);
+  auto files = guarded(
+      info.name, [&] { return generator->generate(*model, name, parts, *params, ctx.progress); });
+  if (!files.ok()) return std::move(files).error();
+  const std::filesystem::path folder = text_of(args, "folder");
+  List written;
+  for (const CodeFile& f : *files) {
+    // A provider names files, not places.
+    if (std::filesystem::path(f.name).filename() != f.name)
+      return error(ErrorCode::plugin_failed,
+                   "provider " + text::quote(info.name) + " named a file " + text::quote(f.name),
+                   "Report it to the provider's author.", where);
+    const std::filesystem::path file = folder / f.name;
+    RMP_TRY(io::write_file(file, f.text));
+    written.emplace_back(file.string());
+  }
+  return Value(Map{{"files", std::move(written)}, {"name", name}, {"provider", info.name}});
+}
+
+}  // namespace
+
+std::vector<CommandSpec> robot_code_commands() {
+  std::vector<CommandSpec> all;
+  all.push_back(
+      {.name = "robot.generate_code",
+       .classic = "",
+       .summary = "Writes the robot's kinematics and dynamics as source code for a controller.",
+       .details =
+           "C99 without dependencies and without allocation: each function for one sample and for "
+           "batches. The robot's rows and masses are constants in it, so write it anew when they "
+           "change. Gravity is that of a robot that stands upright. Parts: forward_kinematics, "
+           "jacobian, inverse_dynamics, inertia, forward_dynamics; all when left out (with closed "
+           "loops all but the last).\nThe solvers `compiled` of inverse and forward dynamics run "
+           "the same code within the program.",
+       .example =
+           with_arm("local code = arm:generate_code{folder = \".\", name = \"example_arm\"}\n"
+                    "assert(#code.files == 2)"),
+       .params = {self("robot"), defaulted("folder", "path", "", ".", "An existing folder."),
+                  optional(
+                      "name", "string", "",
+                      "Start of all names in the code and of the files'; the robot's name when "
+                      "left out."),
+                  optional("parts", "list", "", "Names of the parts; all when left out."),
+                  optional("provider", "any", "", "The generator, such as \"c99\".")},
+       .returns = {"map",
+                   "",
+                   "",
+                   {field("files", "list", "", "The files written."),
+                    field("name", "string", "", "Start of all names."),
+                    field("provider", "string", "", "The generator.")}},
+       .effect = Effect::files_write,
+       .run = generate_code});
+  return all;
+}
+
+}  // namespace robomosp::ioci

@@ -1,0 +1,519 @@
+// SPDX-License-Identifier: Apache-2.0
+// Dynamics of a robot at one instant: torques, accelerations, inertia, energy, momentum, partial
+// derivatives, regressor, forces of closed loops.
+#include <algorithm>
+#include <cmath>
+
+#include "ioci/core/commands.h"
+#include "robotics/closure.h"
+#include "robotics/coordinates.h"
+#include "robotics/kinematics.h"
+#include "sim/dynamics.h"
+#include "spatial/mass.h"
+#include "spatial/pose.h"
+
+namespace robomosp::ioci {
+namespace {
+
+using model::Robot;
+
+/// A state of a robot with what acts on it, as the commands' arguments give it.
+struct Instant {
+  std::shared_ptr<const RobotModel> model;
+  std::vector<double> q, qd, qdd, tau;
+  TipWrench wrench;
+  BaseMotion base;
+  DynamicsBatch batch;
+};
+
+Result<std::uint32_t> read_terms(const Value* given) {
+  if (!given || given->is_nil()) return static_cast<std::uint32_t>(kAllTerms);
+  const std::pair<const char*, std::uint32_t> words[] = {
+      {"gravity", kGravityTerm},   {"inertial", kInertialTerm}, {"velocity", kVelocityTerm},
+      {"friction", kFrictionTerm}, {"external", kExternalTerm}, {"spring", kSpringTerm}};
+  std::vector<std::string> known;
+  for (const auto& [word, bit] : words) known.emplace_back(word);
+  std::uint32_t out = 0;
+  for (const Value& v : *given->as_list()) {
+    const std::string name = v.as_string() ? *v.as_string() : v.text();
+    const auto it = std::find_if(std::begin(words), std::end(words),
+                                 [&](const auto& w) { return name == w.first; });
+    if (it == std::end(words)) return unknown_name("term", name, known).in("terms");
+    out |= it->second;
+  }
+  return out;
+}
+
+/// dof() numbers; empty when not given.
+Result<std::vector<double>> read_rates(const Map& args, std::string_view name, const Robot& r,
+                                       const RobotModel& m) {
+  const Value* v = args.find(name);
+  if (!v || v->is_nil()) return std::vector<double>();
+  if (v->as_string() && v->as_string()->find_first_of("0123456789") == std::string::npos)
+    return error(ErrorCode::invalid_argument,
+                 text::quote(*v->as_string()) + " is not a list of joint values", {},
+                 std::string(name));
+  if (!v->as_array() && v->as_list())
+    for (const Value& x : *v->as_list())
+      if (!x.is_number())
+        return error(ErrorCode::invalid_argument, x.text() + " is not a number",
+                     "Give numbers in rad, m and seconds.", std::string(name));
+  if (m.coordinate_count() == m.dof()) return read_q(*v, r, m.joints, name);
+  std::vector<double> out = reals(v);
+  if (out.size() != m.dof())
+    return error(ErrorCode::invalid_argument,
+                 count_given(out.size(), "number") + "; the robot has " + std::to_string(m.dof()) +
+                     " velocities",
+                 "Give one number a velocity: three of a ball joint, six of a free one.",
+                 std::string(name));
+  for (const double x : out)
+    if (!std::isfinite(x))
+      return error(ErrorCode::invalid_argument, text::print(x) + " is not a finite number", {},
+                   std::string(name));
+  return out;
+}
+
+Result<std::int32_t> read_tip(const RobotModel& m, const Map& args) {
+  if (!has(args, "tip")) return 0;
+  std::vector<std::string> known;
+  const std::string wanted = text_of(args, "tip");
+  for (std::size_t i = 0; i < m.tips.size(); ++i) {
+    if (m.tips[i].name == wanted) return static_cast<std::int32_t>(i);
+    known.push_back(m.tips[i].name);
+  }
+  return unknown_name("tip", wanted, known).in("robot " + text::quote(m.name));
+}
+
+Result<void> read_instant(CommandContext& ctx, const Map& args, Instant& c) {
+  const Robot& r = content<Robot>(ctx, args);
+  RMP_TRY_ASSIGN(c.model, model_of(ctx, args));
+  RMP_TRY_ASSIGN(c.q, read_q(*args.find("q"), r, c.model->joints, "q"));
+  if (flag(args, "close")) {
+    const robotics::Closure closed =
+        robotics::close_loops(*c.model, c.q, c.q, robotics::actuated_velocities(*c.model));
+    if (!closed.is_closed)
+      return error(ErrorCode::unreachable, "its loops do not close near these joint values",
+                   "Give joint values nearer to a closed configuration: robot.close.",
+                   "robot " + text::quote(c.model->name));
+    c.q = closed.q;
+  }
+  RMP_TRY_ASSIGN(c.qd, read_rates(args, "qd", r, *c.model));
+  RMP_TRY_ASSIGN(c.qdd, read_rates(args, "qdd", r, *c.model));
+  RMP_TRY_ASSIGN(c.tau, read_rates(args, "tau", r, *c.model));
+  RMP_TRY_ASSIGN(c.batch.terms, read_terms(args.find("terms")));
+  RMP_TRY_ASSIGN(c.batch.tip_index, read_tip(*c.model, args));
+  c.batch.count = 1;
+  c.batch.q = c.q;
+  c.batch.qd = c.qd;
+  c.batch.qdd = c.qdd;
+  c.batch.tau = c.tau;
+  // Given in the mounting frame, where poses are; solvers want the base's axes.
+  const auto in_base = [&](const char* name) {
+    return spatial::rotate_back(c.model->base, vec3(args, name));
+  };
+  if (has(args, "tip_force") || has(args, "tip_moment")) {
+    c.wrench = {in_base("tip_force"), in_base("tip_moment")};
+    c.batch.tip = std::span(&c.wrench, 1);
+  }
+  if (has(args, "base_acceleration") || has(args, "base_angular_velocity") ||
+      has(args, "base_angular_acceleration")) {
+    c.base = {c.model->gravity, in_base("base_acceleration"), in_base("base_angular_velocity"),
+              in_base("base_angular_acceleration")};
+    c.batch.base = std::span(&c.base, 1);
+  }
+  return {};
+}
+
+/// The solver asked for, else the robot's own; closed loops need one that knows them.
+Result<model::ProviderChoice> inverse_choice(CommandContext& ctx, const Map& args) {
+  if (has(args, "provider")) return read_provider(*args.find("provider"), "provider");
+  return content<Robot>(ctx, args).inverse_dynamics;
+}
+Result<model::ProviderChoice> forward_choice(CommandContext& ctx, const Map& args,
+                                             const RobotModel& m) {
+  if (has(args, "provider")) return read_provider(*args.find("provider"), "provider");
+  return sim::forward_choice(m, content<Robot>(ctx, args).forward_dynamics);
+}
+Result<sim::Bound<InverseDynamics>> inverse_solver(CommandContext& ctx, const Map& args,
+                                                   const Instant& c) {
+  RMP_TRY_ASSIGN(const auto choice, inverse_choice(ctx, args));
+  return ctx.app.solvers.inverse_dynamics(ctx.app.registry, c.model, choice);
+}
+Result<sim::Bound<ForwardDynamics>> forward_solver(CommandContext& ctx, const Map& args,
+                                                   const Instant& c) {
+  RMP_TRY_ASSIGN(const auto choice, forward_choice(ctx, args, *c.model));
+  return ctx.app.solvers.forward_dynamics(ctx.app.registry, c.model, choice);
+}
+
+std::string torque_unit(const RobotModel& m) {
+  const auto slides = [](const JointModel& j) { return j.type == JointType::prismatic; };
+  if (!m.is_simple()) return "";
+  if (std::none_of(m.joints.begin(), m.joints.end(), slides)) return "N m";
+  return std::all_of(m.joints.begin(), m.joints.end(), slides) ? "N" : "";
+}
+
+/// What torques are without masses; motors, friction, springs and a wrench still count.
+std::string_view without_mass(const Instant& c) {
+  const auto& joints = c.model->joints;
+  const bool driven = std::any_of(joints.begin(), joints.end(), [](const JointModel& j) {
+    return j.armature != 0 || j.friction.viscous != 0 || j.friction.coulomb_positive != 0 ||
+           j.friction.coulomb_negative != 0 || j.spring.stiffness != 0;
+  });
+  return driven || !c.batch.tip.empty() ? ", so its links add nothing to its torques"
+                                        : ", so its torques are zero";
+}
+
+Result<Value> inverse_dynamics(CommandContext& ctx, const Map& args) {
+  Instant c;
+  RMP_TRY(read_instant(ctx, args, c));
+  RMP_TRY_ASSIGN(const auto bound, inverse_solver(ctx, args, c));
+  tell_no_mass(ctx, *c.model, Severity::warning, without_mass(c));
+  RMP_TRY_ASSIGN(auto tau, sim::torques(bound, c.batch, ctx.progress));
+  return Value(NumericArray(std::move(tau), torque_unit(*c.model)));
+}
+
+Result<Value> gravity_torques(CommandContext& ctx, const Map& args) {
+  Instant c;
+  RMP_TRY(read_instant(ctx, args, c));
+  c.batch.terms = kGravityTerm;
+  RMP_TRY_ASSIGN(const auto bound, inverse_solver(ctx, args, c));
+  tell_no_mass(ctx, *c.model, Severity::warning, ", so its torques are zero");
+  RMP_TRY_ASSIGN(auto tau, sim::torques(bound, c.batch, ctx.progress));
+  return Value(NumericArray(std::move(tau), torque_unit(*c.model)));
+}
+
+Result<Value> inertia(CommandContext& ctx, const Map& args) {
+  Instant c;
+  RMP_TRY(read_instant(ctx, args, c));
+  RMP_TRY_ASSIGN(const auto bound, inverse_solver(ctx, args, c));
+  RMP_TRY_ASSIGN(auto m, sim::inertia(bound, c.batch, ctx.progress));
+  return Value(NumericArray(std::move(m), c.model->dof(), c.model->dof()));
+}
+
+Result<Value> forward_dynamics(CommandContext& ctx, const Map& args) {
+  Instant c;
+  RMP_TRY(read_instant(ctx, args, c));
+  RMP_TRY_ASSIGN(const auto bound, forward_solver(ctx, args, c));
+  RMP_TRY_ASSIGN(auto qdd, sim::accelerations(bound, c.batch, ctx.progress));
+  return Value(NumericArray(std::move(qdd)));
+}
+
+Result<Energy> energy_of(CommandContext& ctx, const Map& args, Instant& c) {
+  RMP_TRY(read_instant(ctx, args, c));
+  RMP_TRY_ASSIGN(const auto bound, inverse_solver(ctx, args, c));
+  RMP_TRY_ASSIGN(const auto out, sim::energies(bound, c.batch, ctx.progress));
+  return out.front();
+}
+
+Result<Value> energy(CommandContext& ctx, const Map& args) {
+  Instant c;
+  RMP_TRY_ASSIGN(const Energy e, energy_of(ctx, args, c));
+  return Value(
+      Map{{"kinetic", e.kinetic}, {"potential", e.potential}, {"total", e.kinetic + e.potential}});
+}
+
+Result<Value> momentum(CommandContext& ctx, const Map& args) {
+  Instant c;
+  RMP_TRY_ASSIGN(const Energy e, energy_of(ctx, args, c));
+  const Pose& base = c.model->base;
+  // About the mounting frame's origin, in its axes.
+  const Vec3 linear = spatial::rotate(base, e.momentum);
+  const Vec3 angular =
+      spatial::add(spatial::rotate(base, e.angular_momentum), spatial::cross(base.p, linear));
+  return Value(Map{{"linear", vec_value(linear, "kg m/s")},
+                   {"angular", vec_value(angular, "kg m^2/s")},
+                   {"com", vec_value(spatial::transform(base, e.com), "m")}});
+}
+
+Result<Value> dynamics_derivatives(CommandContext& ctx, const Map& args) {
+  Instant c;
+  RMP_TRY(read_instant(ctx, args, c));
+  const std::size_t n = c.model->dof();
+  const auto matrix = [&](std::vector<double> v) { return NumericArray(std::move(v), n, n); };
+  Map out;
+  if (text_of(args, "of") == "accelerations") {
+    RMP_TRY_ASSIGN(const auto bound, forward_solver(ctx, args, c));
+    RMP_TRY_ASSIGN(auto d, sim::derivatives(bound, c.batch, ctx.progress));
+    out.set("by_q", matrix(std::move(d.by_q)));
+    out.set("by_qd", matrix(std::move(d.by_qd)));
+    out.set("by_tau", matrix(std::move(d.by_tau)));
+    out.set("numerical", d.numerical);
+    return Value(std::move(out));
+  }
+  RMP_TRY_ASSIGN(const auto bound, inverse_solver(ctx, args, c));
+  RMP_TRY_ASSIGN(auto d, sim::derivatives(bound, c.batch, ctx.progress));
+  RMP_TRY_ASSIGN(auto m, sim::inertia(bound, c.batch, ctx.progress));
+  out.set("by_q", matrix(std::move(d.by_q)));
+  out.set("by_qd", matrix(std::move(d.by_qd)));
+  out.set("by_qdd", matrix(std::move(m)));
+  out.set("numerical", d.numerical);
+  return Value(std::move(out));
+}
+
+Result<Value> regressor(CommandContext& ctx, const Map& args) {
+  Instant c;
+  RMP_TRY(read_instant(ctx, args, c));
+  c.batch.terms = kGravityTerm | kInertialTerm | kVelocityTerm;
+  RMP_TRY_ASSIGN(const auto bound, inverse_solver(ctx, args, c));
+  RMP_TRY_ASSIGN(auto y, sim::regressor(bound, c.batch, ctx.progress));
+  std::vector<double> parameters;
+  for (const JointModel& j : c.model->joints)
+    for (const double x : spatial::inertial_parameters(j.body)) parameters.push_back(x);
+  Map out;
+  const std::size_t columns = parameters.size();
+  out.set("matrix", NumericArray(std::move(y), c.model->dof(), columns));
+  out.set("parameters", NumericArray(std::move(parameters)));
+  return Value(std::move(out));
+}
+
+Result<Value> constraint_forces(CommandContext& ctx, const Map& args) {
+  Instant c;
+  RMP_TRY(read_instant(ctx, args, c));
+  if (c.model->loops.empty())
+    return error(ErrorCode::invalid_argument,
+                 "it has no closed loops, which the forces would be of", "Add one: robot.add_loop.",
+                 "robot " + text::quote(c.model->name));
+  RMP_TRY_ASSIGN(const auto bound, forward_solver(ctx, args, c));
+  RMP_TRY_ASSIGN(auto motion, sim::constrained(bound, c.batch, ctx.progress));
+  std::vector<Pose> frames(c.model->joints.size());
+  robotics::forward_kinematics(*c.model, c.q, frames);
+  std::vector<double> open(robotics::loop_rows(*c.model));
+  robotics::loop_residual(*c.model, frames, open);
+  List loops;
+  std::size_t row = 0;
+  for (const LoopModel& l : c.model->loops) {
+    std::array<double, 6> w{}, gap{};
+    for (std::size_t d = 0; d < 6; ++d)
+      if (l.fixed & (1U << d)) {
+        w[d] = motion.forces[row];
+        gap[d] = open[row++];
+      }
+    loops.emplace_back(Map{{"name", l.name},
+                           {"force", vec_value({w[0], w[1], w[2]}, "N")},
+                           {"moment", vec_value({w[3], w[4], w[5]}, "N m")},
+                           {"gap", vec_value({gap[0], gap[1], gap[2]}, "m")},
+                           {"turn", vec_value({gap[3], gap[4], gap[5]}, "rad")}});
+  }
+  Map out;
+  out.set("loops", std::move(loops));
+  out.set("q", NumericArray(c.q));
+  out.set("qdd", NumericArray(std::move(motion.qdd)));
+  out.set("provider", bound.provider);
+  return Value(std::move(out));
+}
+
+/// A four-bar of slender rods for examples, in a vertical plane: the drive stands along y.
+std::string with_linkage(const char* rest) {
+  return std::string(
+             "local bar = robot.create{name = \"bar\", links = {\n"
+             "  {name = \"crank\", a = 0.1, mass = 0.1, com = {-0.05, 0, 0}},\n"
+             "  {name = \"coupler\", a = 0.35, mass = 0.35, com = {-0.175, 0, 0}, inertia = {0, "
+             "0.0036, 0.0036, 0, 0, 0}, passive = true},\n"
+             "  {name = \"rocker\", parent = \"base\", origin = {0.4, 0, 0, 0, 0, 0}, mass = 0.25, "
+             "com = "
+             "{0.125, 0, 0}, inertia = {0, 0.0013, 0.0013, 0, 0, 0}, passive = true}},\n"
+             "  poses = {home = {0.6, 0.7, 1.8}}}\n"
+             "bar:add_loop{name = \"pin\", kind = \"planar\", a = {link = \"coupler\"},\n"
+             "  b = {link = \"rocker\", position = {0.25, 0, 0}}}\n") +
+         rest;
+}
+
+}  // namespace
+
+std::vector<CommandSpec> robot_dynamics_commands() {
+  std::vector<CommandSpec> all;
+  const ParamSpec q =
+      needed("q", "any", "rad or m", "Joint values, one a coordinate, or the name of a pose.");
+  const ParamSpec tip = optional(
+      "tip", "string", "", "Name of the tip that the wrench acts at; the first when left out.");
+  const ParamSpec gravity =
+      optional("gravity", "vec3", "m/s^2",
+               "In the frame the robot is mounted in; {0, 0, -9.81} when left out.");
+  const ParamSpec qd = optional("qd", "any", "rad/s or m/s", "Joint speeds; zeros when left out.");
+  const ParamSpec qdd =
+      optional("qdd", "any", "rad/s^2 or m/s^2", "Joint accelerations; zeros when left out.");
+  const ParamSpec tau =
+      optional("tau", "any", "N m or N", "Joint torques and forces; zeros when left out.");
+  const ParamSpec force =
+      optional("tip_force", "vec3", "N",
+               "Force that acts on the robot at the tip, in the mounting frame's axes.");
+  const ParamSpec moment =
+      optional("tip_moment", "vec3", "N m", "Moment that acts on the robot at the tip.");
+  const ParamSpec terms = optional("terms", "list", "",
+                                   "Which terms: gravity, inertial, velocity, friction, external, "
+                                   "spring; all when left out.");
+  const ParamSpec base_a =
+      optional("base_acceleration", "vec3", "m/s^2",
+               "Of the base's origin, without gravity, in the mounting frame's axes.");
+  const ParamSpec base_w =
+      optional("base_angular_velocity", "vec3", "rad/s", "How the base turns.");
+  const ParamSpec base_wd =
+      optional("base_angular_acceleration", "vec3", "rad/s^2", "How the base's turning changes.");
+  const ParamSpec close =
+      defaulted("close", "bool", "", false,
+                "First closes the loops: joints without motors move to where those with motors, as "
+                "given, put them.");
+  const ParamSpec provider = optional(
+      "provider", "any", "",
+      "Name of the solver, or {name = ..., params = {...}}; the robot's own choice when left out.");
+
+  all.push_back(
+      {.name = "robot.inverse_dynamics",
+       .classic = "",
+       .summary = "Gives the joint torques and forces for a motion.",
+       .details =
+           "The sum of the terms gravity, inertial, velocity, friction, external and spring, or of "
+           "those asked for. The wrench at the tip is what acts on the robot. Closed loops are not "
+           "looked at: the torques are those of the tree.",
+       .example = with_arm("local tau = arm:inverse_dynamics{q = \"ready\", qd = {0.1, 0, 0, 0, 0, "
+                           "0}, terms = {\"gravity\", \"velocity\"}}\nassert(#tau == 6)"),
+       .params = {self("robot"), q, qd, qdd, terms, gravity, force, moment, provider, tip, base_a,
+                  base_w, base_wd},
+       .returns = {"array", "N m or N", "One value a velocity.", {}},
+       .effect = Effect::reads,
+       .run = inverse_dynamics});
+  all.push_back(
+      {.name = "robot.gravity_torques",
+       .classic = "",
+       .summary = "Gives the joint torques and forces that hold the robot still.",
+       .details = "",
+       .example = with_arm("assert(math.abs(arm:gravity_torques{q = \"ready\"}[1]) < 1e-12)"),
+       .params = {self("robot"), q, gravity, provider},
+       .returns = {"array", "N m or N", "One value a velocity.", {}},
+       .effect = Effect::reads,
+       .run = gravity_torques});
+  all.push_back(
+      {.name = "robot.inertia",
+       .classic = "",
+       .summary = "Gives the joint-space inertia matrix, motors included.",
+       .details = "",
+       .example = with_arm(
+           "local m = arm:inertia{q = \"ready\"}\nassert(math.abs(m[1][2] - m[2][1]) < 1e-12)"),
+       .params = {self("robot"), q, provider},
+       .returns = {"matrix", "", "Velocities x velocities, symmetric.", {}},
+       .effect = Effect::reads,
+       .run = inertia});
+  all.push_back(
+      {.name = "robot.forward_dynamics",
+       .classic = "",
+       .summary = "Gives the joint accelerations that torques cause.",
+       .details =
+           "Robots with closed loops take the solver `constrained` when none is chosen; gaps "
+           "of their loops are pulled together.",
+       .example = with_arm("local q = arm:poses().ready\nlocal tau = arm:inverse_dynamics{q = q, "
+                           "qdd = {1, 0, 0, 0, 0, 0}}\nlocal qdd = arm:forward_dynamics{q = q, tau "
+                           "= tau, provider = \"articulated_body\"}\nassert(math.abs(qdd[1] - 1) < "
+                           "1e-9)"),
+       .params = {self("robot"), q, qd, tau, gravity, force, moment, provider, terms, tip, base_a,
+                  base_w, base_wd, close},
+       .returns = {"array", "rad/s^2 or m/s^2", "One value a velocity.", {}},
+       .effect = Effect::reads,
+       .run = forward_dynamics});
+  all.push_back(
+      {.name = "robot.energy",
+       .classic = "",
+       .summary = "Gives the kinetic and potential energy of the moving links.",
+       .details = "Motors count to the kinetic energy, springs to the potential; the weight's is 0 "
+                  "at the base's origin.",
+       .example = with_arm("local e = arm:energy{q = \"ready\", qd = {1, 0, 0, 0, 0, 0}}\nlocal m "
+                           "= arm:inertia{q = \"ready\"}\nassert(math.abs(e.kinetic - m[1][1] / 2) "
+                           "< 1e-12)"),
+       .params = {self("robot"), q, qd, gravity, provider},
+       .returns = {"map",
+                   "",
+                   "",
+                   {field("kinetic", "real", "J", "Of links and motors."),
+                    field("potential", "real", "J", "Of weight and springs."),
+                    field("total", "real", "J", "Their sum.")}},
+       .effect = Effect::reads,
+       .run = energy});
+  all.push_back({.name = "robot.momentum",
+                 .classic = "",
+                 .summary = "Gives the momentum of the moving links and their centre of mass.",
+                 .details = "In the axes of the frame the robot is mounted in, about its origin.",
+                 .example = with_arm("local p = arm:momentum{q = \"ready\", qd = {0, 0, 0, 0, 0, "
+                                     "0}}\nassert(p.linear[1] == 0 and p.com[3] > 0)"),
+                 .params = {self("robot"), q, qd, provider},
+                 .returns = {"map",
+                             "",
+                             "",
+                             {field("linear", "vec3", "kg m/s", "Linear momentum."),
+                              field("angular", "vec3", "kg m^2/s", "Angular momentum."),
+                              field("com", "vec3", "m", "Centre of mass.")}},
+                 .effect = Effect::reads,
+                 .run = momentum});
+  all.push_back(
+      {.name = "robot.dynamics_derivatives",
+       .classic = "",
+       .summary = "Gives the partial derivatives of torques or accelerations by the state.",
+       .details = "Row = what changes, column = by what. For ball and free joints \"by q\" is by "
+                  "small turns and ways along the moving frame. Solvers that compute none are "
+                  "differentiated: central differences of order four.",
+       .example =
+           with_arm("local d = arm:dynamics_derivatives{q = \"ready\"}\nlocal m = arm:inertia{q = "
+                    "\"ready\"}\nassert(d.by_qdd[2][3] == m[2][3] and not d.numerical)\nlocal f = "
+                    "arm:dynamics_derivatives{q = \"ready\", of = \"accelerations\", provider = "
+                    "\"articulated_body\"}\nlocal n = arm:dynamics_derivatives{q = \"ready\", of = "
+                    "\"accelerations\", provider = \"inertia_matrix\"}\nassert(n.numerical and not "
+                    "f.numerical)\nfor i = 1, 6 do assert(math.abs(n.by_q[i][2] - f.by_q[i][2]) < "
+                    "1e-7) end"),
+       .params = {self("robot"), q, qd, qdd, tau,
+                  choice("of", {"torques", "accelerations"},
+                         "Of the inverse dynamics at qdd, or of the forward dynamics at tau."),
+                  terms, gravity, force, moment, provider, tip, base_a, base_w, base_wd},
+       .returns = {"map",
+                   "",
+                   "",
+                   {field("by_q", "matrix", "", "By joint values."),
+                    field("by_qd", "matrix", "", "By joint speeds."),
+                    field("by_qdd", "matrix", "", "Of torques: by accelerations, the inertia."),
+                    field("by_tau", "matrix", "", "Of accelerations: by torques."),
+                    field("numerical", "bool", "", "By differences.")}},
+       .effect = Effect::reads,
+       .run = dynamics_derivatives});
+  all.push_back(
+      {.name = "robot.regressor",
+       .classic = "",
+       .summary = "Gives the matrix that masses and inertias are multiplied with to give torques.",
+       .details = "tau = Y pi for gravity, inertial and velocity terms without motors: what is "
+                  "fitted to measured torques to identify a robot. Ten parameters a joint: m, m x, "
+                  "m y, m z, then Ixx, Iyy, Izz, Ixy, Iyz, Ixz about the joint frame's origin.",
+       .example = with_arm(
+           "local y = arm:regressor{q = \"ready\"}\nlocal tau = arm:gravity_torques{q = "
+           "\"ready\"}\nlocal sum = 0\nfor k = 1, #y.parameters do sum = sum + y.matrix[2][k] * "
+           "y.parameters[k] end\nassert(math.abs(sum - tau[2]) < 1e-10)"),
+       .params = {self("robot"), q, qd, qdd, gravity, provider, base_a, base_w, base_wd},
+       .returns = {"map",
+                   "",
+                   "",
+                   {field("matrix", "matrix", "", "Velocities x 10 parameters a joint."),
+                    field("parameters", "real[]", "", "The robot's own, as its model has them.")}},
+       .effect = Effect::reads,
+       .run = regressor});
+  all.push_back(
+      {.name = "robot.constraint_forces",
+       .classic = "",
+       .summary = "Gives the forces that keep closed loops together, and the accelerations.",
+       .details = "By Lagrange's multipliers. A loop's force and moment act on its frame b, in the "
+                  "axes of frame a; with one turn fixed alone, the moment is what works on that "
+                  "turn. Loops that hold more than is needed share their forces.",
+       .example = with_linkage(
+           "local c = bar:constraint_forces{q = \"home\", gravity = {0, -9.81, 0}, close = "
+           "true}\nassert(#c.loops == 1 and math.abs(c.loops[1].gap[1]) < 1e-9)"),
+       .params = {self("robot"), q, qd, tau, gravity, force, moment, provider, terms, tip, base_a,
+                  base_w, base_wd, close},
+       .returns = {"map",
+                   "",
+                   "",
+                   {field("loops", "list", "",
+                          "Of each: name, force [N], moment [N m], and how far it is open, gap [m] "
+                          "and turn [rad]."),
+                    field("q", "real[]", "rad or m", "The joint values, closed if asked for."),
+                    field("qdd", "real[]", "rad/s^2 or m/s^2", "The accelerations."),
+                    field("provider", "string", "", "The solver.")}},
+       .effect = Effect::reads,
+       .run = constraint_forces});
+  return all;
+}
+
+}  // namespace robomosp::ioci

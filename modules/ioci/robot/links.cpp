@@ -1,0 +1,598 @@
+// SPDX-License-Identifier: Apache-2.0
+// Links of a robot: rows, origins, joints, limits, drives, springs, given masses, designed parts.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "ioci/robot/robots.h"
+#include "model/words.h"
+#include "robotics/build_model.h"
+#include "robotics/coordinates.h"
+
+namespace robomosp::ioci {
+
+using model::JointKind;
+using model::Link;
+using model::Robot;
+
+namespace {
+
+constexpr const char* kJointDoc =
+    "How it moves. universal: turns about z, then the new x; cylindrical: slides along z and turns "
+    "about it; planar: slides along x and y, turns about z; spherical: a ball; free: all six.";
+
+std::vector<std::string> joint_words() {
+  return {model::kJointWords.begin(), model::kJointWords.end()};
+}
+/// A choice without a default.
+ParamSpec one_of(const char* name, std::vector<std::string> words, const char* doc) {
+  ParamSpec p = choice(name, std::move(words), doc, true);
+  p.required = false;
+  return p;
+}
+
+}  // namespace
+
+Schema link_schema(JointKind kind, bool creating) {
+  const char* unit = kind == JointKind::prismatic ? "m" : "rad";
+  const std::string rate = std::string(unit) + "/s", rate2 = rate + "^2", rate3 = rate + "^3",
+                    force = kind == JointKind::prismatic ? "N" : "N m";
+  Schema s{
+      optional("name", "string", "", "Name of the link, unique in the robot."),
+      optional("parent", "any", "",
+               "Number or name of the link it stands on, \"base\" for the base; the link before "
+               "when left out."),
+      creating ? choice("joint", joint_words(), kJointDoc)
+               : one_of("joint", joint_words(), kJointDoc),
+      one_of("convention", {"dh", "mdh"}, "Of this row; the robot's when left out."),
+      optional("origin", "any", "",
+               "Instead of a row: where the link stands in its parent link's frame at rest: a "
+               "position such as {0.1, 0, 0}, a pose, or {position = ..., rpy = ...}. false goes "
+               "back to the row."),
+      optional("axis", "vec3", "",
+               "With an origin: the joint's axis in the link's frame; {0, 0, 1} when left out."),
+      optional("mimic", "any", "",
+               "The joint follows another one: {link = ..., ratio = 1, offset = 0}. false lets it "
+               "move by itself."),
+      optional("passive", "bool", "", "It has no motor: springs, gravity or a loop move it."),
+      optional("a", "real", "m", "Link length."),
+      optional("alpha", "real", "rad", "Link twist."),
+      optional("d", "real", "m", "Link offset; what a prismatic joint adds to."),
+      optional("theta", "real", "rad", "Joint angle; what a revolute joint adds to."),
+      unbounded(optional("lower", "real", unit, "Least joint value.")),
+      unbounded(optional("upper", "real", unit, "Greatest joint value.")),
+      unbounded(above_zero(optional("max_velocity", "real", rate, "Greatest joint speed."))),
+      unbounded(
+          above_zero(optional("max_acceleration", "real", rate2, "Greatest joint acceleration."))),
+      unbounded(above_zero(
+          optional("max_jerk", "real", rate3, "Greatest change of the acceleration with time."))),
+      unbounded(above_zero(
+          optional("max_force", "real", force, "Greatest torque or force of the joint."))),
+      between(optional("motor_inertia", "real", "kg m^2", "Jm, at the motor."), 0,
+              std::numeric_limits<double>::infinity()),
+      optional("gear_ratio", "real", "", "G, may be negative."),
+      between(optional("viscous", "real", "N m s/rad", "B, viscous friction at the motor."), 0,
+              std::numeric_limits<double>::infinity()),
+      between(optional("coulomb_positive", "real", "N m",
+                       "Tc+, Coulomb friction for positive speed at the motor."),
+              0, std::numeric_limits<double>::infinity()),
+      between(optional("coulomb_negative", "real", "N m",
+                       "Tc-, Coulomb friction for negative speed at the motor."),
+              -std::numeric_limits<double>::infinity(), 0),
+      between(optional("stiffness", "real", kind == JointKind::prismatic ? "N/m" : "N m/rad",
+                       "Of a spring across the joint."),
+              0, std::numeric_limits<double>::infinity()),
+      optional("rest", "real", unit, "Where the spring pulls to."),
+      between(optional("mass", "real", "kg", "Published mass."), 0,
+              std::numeric_limits<double>::infinity()),
+      optional("com", "vec3", "m", "Published centre of mass in the link's frame."),
+      optional("inertia", "any", "kg m^2",
+               "Published inertia about the centre of mass: {Ixx, Iyy, Izz, Ixy, Iyz, Ixz} or a "
+               "3x3 matrix, elements of the tensor."),
+      optional("parts", "list", "",
+               "Designed bodies: {what = solid or object, placement or position with angles}."),
+      optional("visible", "bool", "", "Whether it is drawn.")};
+  return s;
+}
+
+namespace {
+
+bool is_false(const Value& v) { return v.as_bool() && !*v.as_bool(); }
+
+/// Row, convention, origin and axis; a link has a row or an origin.
+Result<void> apply_place(const Map& args, Link& l, const std::string& path) {
+  if (has(args, "convention"))
+    l.convention =
+        text_of(args, "convention") == "mdh" ? model::Convention::mdh : model::Convention::dh;
+  if (has(args, "origin")) {
+    const Value& origin = *args.find("origin");
+    if (is_false(origin)) {
+      l.origin.reset();
+      l.axis = {0, 0, 1};
+    } else {
+      const Map* table = origin.as_map();
+      const bool is_position = (origin.as_list() && origin.as_list()->size() == 3) ||
+                               (origin.as_array() && origin.as_array()->data().size() == 3);
+      const Map position{{"position", origin}};
+      if (is_position) table = &position;
+      if (table && !table->find("matrix")) {
+        RMP_TRY_ASSIGN(l.origin, read_placement_fields(*table, path + ".origin"));
+      } else {
+        RMP_TRY_ASSIGN(l.origin, read_placement(&origin, path + ".origin"));
+      }
+      l.row = {};
+      l.convention.reset();
+    }
+  }
+  if (has(args, "axis")) {
+    if (!l.origin)
+      return error(ErrorCode::invalid_argument, "an axis counts only with an origin",
+                   "The axis of a row is z; give an origin too.", path + ".axis");
+    l.axis = vec3(args, "axis");
+  }
+  for (const char* name : {"a", "alpha", "d", "theta"})
+    if (l.origin && has(args, name))
+      return error(ErrorCode::invalid_argument, "the link stands by an origin and has no row",
+                   "Give origin = false to go back to a row.", path + "." + name);
+  return {};
+}
+
+Result<void> read_mimic(const CommandContext& ctx, const Value& v, const Robot& robot,
+                        std::int32_t index, Link& l, const std::string& path) {
+  if (is_false(v)) {
+    l.mimic.reset();
+    return {};
+  }
+  const std::string unit = l.joint == JointKind::prismatic ? "m" : "rad";
+  const Schema schema{needed("link", "any", "", "The link whose joint is followed."),
+                      defaulted("ratio", "real", "", 1.0, "Times its value."),
+                      defaulted("offset", "real", unit, 0.0, "Added to that.")};
+  RMP_TRY_ASSIGN(const Map checked, read_map(ctx, schema, v, path + ".mimic"));
+  model::Mimic m;
+  RMP_TRY_ASSIGN(m.link, read_link(robot, *checked.find("link"), false, path + ".mimic.link"));
+  if (m.link >= index)
+    return error(ErrorCode::conflict, "a joint follows that of a link before it",
+                 "Order the links so that the followed one comes first.", path + ".mimic.link");
+  m.ratio = real(checked, "ratio");
+  m.offset = real(checked, "offset");
+  l.mimic = m;
+  return {};
+}
+
+/// Applies checked link fields; `index` is the link's own, `robot` holds those before it.
+Result<void> apply_link(CommandContext& ctx, const Map& args, const Robot& robot,
+                        std::int32_t index, Link& l, const std::string& path) {
+  if (has(args, "name")) l.name = text_of(args, "name");
+  if (has(args, "parent")) {
+    RMP_TRY_ASSIGN(l.parent, read_link(robot, *args.find("parent"), true, path + ".parent"));
+    if (l.parent >= index)
+      return error(ErrorCode::conflict, "a link stands on a link before it",
+                   "Order the links so that parents come first.", path + ".parent");
+  }
+  if (has(args, "joint")) {
+    l.joint = model::joint_kind(text_of(args, "joint")).value_or(JointKind::revolute);
+  }
+  RMP_TRY(apply_place(args, l, path));
+  if (has(args, "mimic")) RMP_TRY(read_mimic(ctx, *args.find("mimic"), robot, index, l, path));
+  if (has(args, "passive")) l.passive = flag(args, "passive");
+  const std::pair<const char*, double*> numbers[] = {
+      {"a", &l.row.a},
+      {"alpha", &l.row.alpha},
+      {"d", &l.row.d},
+      {"theta", &l.row.theta},
+      {"lower", &l.lower},
+      {"upper", &l.upper},
+      {"max_velocity", &l.max_velocity},
+      {"max_acceleration", &l.max_acceleration},
+      {"max_jerk", &l.max_jerk},
+      {"max_force", &l.max_force},
+      {"stiffness", &l.spring.stiffness},
+      {"rest", &l.spring.rest},
+      {"motor_inertia", &l.drive.motor_inertia},
+      {"gear_ratio", &l.drive.gear_ratio},
+      {"viscous", &l.drive.viscous},
+      {"coulomb_positive", &l.drive.coulomb_positive},
+      {"coulomb_negative", &l.drive.coulomb_negative}};
+  for (const auto& [name, target] : numbers)
+    if (has(args, name)) *target = real(args, name);
+  if (l.lower > l.upper)
+    return error(ErrorCode::invalid_argument,
+                 "the lower limit " + text::print(l.lower) + " is above the upper limit " +
+                     text::print(l.upper),
+                 "Swap them.", path);
+  RMP_TRY(read_mass(args, l.given, path + "."));
+  if (has(args, "parts")) {
+    RMP_TRY_ASSIGN(l.parts, read_bodies(ctx, *args.find("parts"), path + ".parts", "parts"));
+  }
+  if (has(args, "visible")) l.visible = flag(args, "visible");
+  return {};
+}
+
+JointKind kind_given(const Value* joint, JointKind otherwise) {
+  const std::string* s = joint ? joint->as_string() : nullptr;
+  return s ? model::joint_kind(*s).value_or(JointKind::revolute) : otherwise;
+}
+
+}  // namespace
+
+Result<void> append_link(CommandContext& ctx, Robot& r, Value given, const std::string& path) {
+  const Map* raw = given.as_map();
+  const JointKind kind = kind_given(raw ? raw->find("joint") : nullptr, JointKind::revolute);
+  if (raw) {
+    RMP_TRY_ASSIGN(given, ctx.expressions.read(link_schema(kind, true), Map(*raw), path));
+  }
+  RMP_TRY_ASSIGN(const Map checked, read_map(ctx, link_schema(kind, true), given, path));
+  Link l;
+  const auto index = static_cast<std::int32_t>(r.links.size());
+  l.parent = index - 1;
+  l.name = "link" + std::to_string(index + 1);
+  RMP_TRY(apply_link(ctx, checked, r, index, l, path));
+  for (const Link& other : r.links)
+    if (other.name == l.name)
+      return error(ErrorCode::conflict, "there are two links named " + text::quote(l.name),
+                   "Names are unique within a robot.", path);
+  ctx.expressions.keep(r.parametric, l.name);
+  r.links.push_back(std::move(l));
+  return {};
+}
+
+namespace {
+
+std::string name_in_document(const CommandContext& ctx, const Map& args) {
+  return ctx.snapshot().find(ref(args, "id"))->name;
+}
+
+Result<Value> set_link(CommandContext& ctx, const Map& args) {
+  const Robot& before = content<Robot>(ctx, args);
+  RMP_TRY_ASSIGN(const std::int32_t index, read_link(before, *args.find("link"), false, "link"));
+  // Units follow the joint's type, so what was given is read again for this link.
+  const Link& old = before.links[static_cast<std::size_t>(index)];
+  Map given;
+  for (const ParamSpec& p : link_schema(old.joint, false))
+    if (const Value* v = ctx.given(p.name)) given.set(p.name, *v);
+  const Schema schema = link_schema(kind_given(given.find("joint"), old.joint), false);
+  const std::string where = "link " + text::quote(old.name);
+  RMP_TRY_ASSIGN(given, ctx.expressions.read(schema, given, where));
+  RMP_TRY_ASSIGN(const Map checked, read_map(ctx, schema, Value(given), where));
+  return change_robot(ctx, args, [&](Robot& r) -> Result<void> {
+    Link& l = r.links[static_cast<std::size_t>(index)];
+    RMP_TRY(apply_link(ctx, checked, r, index, l, where));
+    ctx.expressions.keep(r.parametric, l.name);
+    for (std::size_t i = 0; i < r.links.size(); ++i)
+      if (static_cast<std::int32_t>(i) != index && r.links[i].name == l.name)
+        return error(ErrorCode::conflict, "there are two links named " + text::quote(l.name),
+                     "Names are unique within a robot.");
+    if (checked.find("inertia")) report_inertia(ctx, name_in_document(ctx, args), l);
+    return {};
+  });
+}
+
+Result<Value> add_link(CommandContext& ctx, const Map& args) {
+  Map given;
+  for (const ParamSpec& p : link_schema(JointKind::revolute, true))
+    if (const Value* v = ctx.given(p.name)) given.set(p.name, *v);
+  return change_robot(ctx, args, [&](Robot& r) -> Result<void> {
+    RMP_TRY(append_link(ctx, r, Value(given), "link " + std::to_string(r.links.size() + 1)));
+    report_inertia(ctx, name_in_document(ctx, args), r.links.back());
+    // Named poses keep fitting: the new joint stands in neutral in them.
+    const std::vector<double> neutral = robotics::neutral_coordinates(r);
+    for (model::NamedPose& p : r.poses)
+      for (std::size_t k = p.q.size(); k < neutral.size(); ++k) p.q.push_back(neutral[k]);
+    return {};
+  });
+}
+
+/// Joints that follow, tools and loops keep their links.
+Result<void> nothing_holds(const Robot& r, std::int32_t index) {
+  const std::string link = "link " + text::quote(r.links[static_cast<std::size_t>(index)].name);
+  const auto held = [&](const std::string& what) {
+    return error(ErrorCode::conflict, what + " holds " + link, "Remove that first.");
+  };
+  for (const Link& l : r.links)
+    if (l.mimic && l.mimic->link == index)
+      return error(ErrorCode::conflict,
+                   "the joint of link " + text::quote(l.name) + " follows that of " + link,
+                   "Give that mimic = false first.");
+  for (const auto& t : r.tools)
+    if (t.link == index) return held("tool " + text::quote(t.name));
+  for (const auto& l : r.loops)
+    if (l.link_a == index || l.link_b == index) return held("loop " + text::quote(l.name));
+  return {};
+}
+
+Result<Value> remove_link(CommandContext& ctx, const Map& args) {
+  return change_robot(ctx, args, [&](Robot& r) -> Result<void> {
+    RMP_TRY_ASSIGN(const std::int32_t index, read_link(r, *args.find("link"), false, "link"));
+    for (const Link& l : r.links)
+      if (l.parent == index)
+        return error(ErrorCode::conflict,
+                     "link " + text::quote(l.name) + " stands on link " +
+                         text::quote(r.links[static_cast<std::size_t>(index)].name),
+                     "Remove that first.");
+    RMP_TRY(nothing_holds(r, index));
+    const robotics::LinkJoints own = robotics::link_joints(r)[static_cast<std::size_t>(index)];
+    for (model::NamedPose& p : r.poses)
+      if (p.q.size() >= static_cast<std::size_t>(own.q + own.q_count))
+        p.q.erase(p.q.begin() + own.q, p.q.begin() + own.q + own.q_count);
+    const auto lower = [index](std::int32_t& link) {
+      if (link > index) --link;
+    };
+    r.links.erase(r.links.begin() + index);
+    for (Link& l : r.links) lower(l.parent);
+    for (Link& l : r.links)
+      if (l.mimic) lower(l.mimic->link);
+    for (model::RobotTool& t : r.tools) lower(t.link);
+    for (model::LoopClosure& l : r.loops) {
+      lower(l.link_a);
+      lower(l.link_b);
+    }
+    return {};
+  });
+}
+
+/// The type column of the original: 0 revolute, 1 prismatic, 2 fixed; the kinds it did not have
+/// follow.
+double type_number(JointKind kind) { return static_cast<double>(kind); }
+
+Result<Value> dh_table(CommandContext& ctx, const Map& args) {
+  const Robot& r = content<Robot>(ctx, args);
+  std::vector<double> matrix;
+  List rows;
+  for (const Link& l : r.links)
+    if (l.origin)
+      return error(ErrorCode::unsupported,
+                   "link " + text::quote(l.name) + " stands by an origin and has no row",
+                   "robot.links gives origins and axes.", name_in(ctx, ref(args, "id")));
+  for (const Link& l : r.links) {
+    const double type = type_number(l.joint);
+    matrix.insert(matrix.end(), {l.row.alpha, l.row.a, l.row.theta, l.row.d, type});
+    rows.emplace_back(Map{{"link", l.name},
+                          {"alpha", l.row.alpha},
+                          {"a", l.row.a},
+                          {"theta", l.row.theta},
+                          {"d", l.row.d},
+                          {"type", model::joint_word(l.joint)}});
+  }
+  return Value(Map{{"convention", r.convention == model::Convention::dh ? "dh" : "mdh"},
+                   {"columns", List{"alpha", "a", "theta", "d", "type"}},
+                   {"matrix", NumericArray(std::move(matrix), r.links.size(), 5)},
+                   {"rows", std::move(rows)}});
+}
+
+Result<Value> links(CommandContext& ctx, const Map& args) {
+  const Map all = describe_record(ctx.snapshot(), ref(args, "id"));
+  return *all.find("links");
+}
+
+Result<Value> link_of(CommandContext& ctx, const Map& args) {
+  const Robot& r = content<Robot>(ctx, args);
+  RMP_TRY_ASSIGN(const std::int32_t index, read_link(r, *args.find("link"), false, "link"));
+  const Map all = describe_record(ctx.snapshot(), ref(args, "id"));
+  return (*all.find("links")->as_list())[static_cast<std::size_t>(index)];
+}
+
+Result<Value> link_row(CommandContext& ctx, const Map& args) {
+  const Robot& r = content<Robot>(ctx, args);
+  RMP_TRY_ASSIGN(const std::int32_t index, read_link(r, *args.find("link"), false, "link"));
+  const Link& l = r.links[static_cast<std::size_t>(index)];
+  if (l.origin)
+    return error(ErrorCode::unsupported,
+                 "link " + text::quote(l.name) + " stands by an origin and has no row",
+                 "robot.link gives its origin and axis.", name_in(ctx, ref(args, "id")));
+  return Value(NumericArray({l.row.alpha, l.row.a, l.row.theta, l.row.d, type_number(l.joint)}));
+}
+
+std::string_view type_word(JointType type) {
+  switch (type) {
+    case JointType::revolute: return "revolute";
+    case JointType::prismatic: return "prismatic";
+    case JointType::spherical: return "spherical";
+    case JointType::free: return "free";
+  }
+  return "";
+}
+
+Result<Value> joints(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(const auto m, model_of(ctx, args));
+  List out;
+  for (const JointModel& j : m->joints) {
+    Map row{{"name", j.name},
+            {"type", type_word(j.type)},
+            {"unit", j.type == JointType::revolute    ? "rad"
+                     : j.type == JointType::prismatic ? "m"
+                                                      : ""}};
+    if (j.is_coupled()) {
+      row.set("follows", m->joints[static_cast<std::size_t>(j.coupling.of)].name);
+      row.set("ratio", j.coupling.ratio);
+      row.set("offset", j.coupling.offset);
+    }
+    if (j.passive) row.set("passive", true);
+    if (j.spring.stiffness > 0) {
+      row.set("stiffness", j.spring.stiffness);
+      row.set("rest", j.spring.rest);
+    }
+    const std::pair<const char*, double> limits[] = {{"lower", j.lower},
+                                                     {"upper", j.upper},
+                                                     {"max_velocity", j.max_velocity},
+                                                     {"max_acceleration", j.max_acceleration},
+                                                     {"max_jerk", j.max_jerk},
+                                                     {"max_force", j.max_force}};
+    for (const auto& [name, v] : limits)
+      if (std::isfinite(v)) row.set(name, v);
+    out.emplace_back(std::move(row));
+  }
+  return Value(std::move(out));
+}
+
+Result<Value> coordinates(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(const auto m, model_of(ctx, args));
+  const auto units = robotics::coordinate_units(*m);
+  const auto neutral = robotics::neutral_coordinates(*m);
+  List out;
+  for (const JointModel& j : m->joints) {
+    if (j.is_coupled()) continue;
+    constexpr const char* kParts[] = {".x", ".y", ".z", ".w", ".x", ".y", ".z"};
+    constexpr const char* kFree[] = {".px", ".py", ".pz", ".w", ".x", ".y", ".z"};
+    for (std::int32_t k = 0; k < coordinate_count(j.type); ++k) {
+      const auto at = static_cast<std::size_t>(j.q_index + k);
+      const std::string part = j.type == JointType::free        ? kFree[k]
+                               : j.type == JointType::spherical ? kParts[k + 3]
+                                                                : "";
+      out.emplace_back(Map{{"name", j.name + part},
+                           {"unit", std::string(units[at])},
+                           {"neutral", neutral[at]},
+                           {"passive", j.passive}});
+    }
+  }
+  return Value(std::move(out));
+}
+
+}  // namespace
+
+std::vector<CommandSpec> robot_link_commands() {
+  std::vector<CommandSpec> all;
+  const ParamSpec link = needed("link", "any", "", "Number, 1 is the first, or name of the link.");
+  Schema add_params{self("robot")};
+  for (ParamSpec& p : link_schema(JointKind::revolute, true)) add_params.push_back(std::move(p));
+  const char* const by_type =
+      "Limits are in rad, rad/s, rad/s^2 and N m for a revolute joint, in m, m/s, m/s^2 and N for "
+      "a prismatic one.";
+  // What is here only declares the fields: the limits' units follow the joint's type.
+  for (ParamSpec& p : add_params)
+    if (p.name == "lower" || p.name == "upper" || p.name.starts_with("max_") ||
+        p.name == "stiffness" || p.name == "rest") {
+      p.type = "any";
+      p.min = -std::numeric_limits<double>::infinity();
+    }
+  Schema link_params = add_params;
+  for (ParamSpec& p : link_params) p.default_value.reset();
+  link_params.insert(link_params.begin() + 1, link);
+  all.push_back({.name = "robot.add_link",
+                 .classic = "",
+                 .summary = "Adds a link at the end of a robot's list.",
+                 .details = std::string(by_type) + " Named poses get 0 for its joint.",
+                 .example = with_arm("arm:add_link{name = \"rail\", joint = \"prismatic\", d = "
+                                     "0.1, lower = 0, upper = \"200 mm\"}\nassert(arm:dof() == 7)"),
+                 .params = std::move(add_params),
+                 .returns = {},
+                 .effect = Effect::edits,
+                 .run = add_link,
+                 .takes_expressions = true});
+  all.push_back({.name = "robot.set_link",
+                 .classic = "",
+                 .summary = "Changes what is given of a link.",
+                 .details = by_type,
+                 .example = with_arm("arm:set_link{link = 2, a = \"500 mm\", upper = \"120 "
+                                     "deg\"}\nassert(arm:link(2).a == 0.5)"),
+                 .params = std::move(link_params),
+                 .returns = {},
+                 .effect = Effect::edits,
+                 .run = set_link,
+                 .takes_expressions = true});
+  all.push_back({.name = "robot.remove_link",
+                 .classic = "",
+                 .summary = "Removes a link on which nothing stands or hangs.",
+                 .details = "Named poses lose the value of its joint.",
+                 .example = with_arm("arm:remove_link(6)\nassert(arm:dof() == 5)"),
+                 .params = {self("robot"), link},
+                 .returns = {},
+                 .effect = Effect::edits,
+                 .run = remove_link});
+  all.push_back(
+      {.name = "robot.dh_table",
+       .classic = "PRobot mGetDHP|PRobot LLRL mGetDHP",
+       .summary = "Gives the Denavit-Hartenberg table of a robot.",
+       .details =
+           "The matrix has one row a link with the columns of the 2006 program: alpha [rad], a "
+           "[m], theta [rad], d [m], type (0 revolute, 1 prismatic, 2 fixed, 3 universal, 4 "
+           "cylindrical, 5 planar, 6 spherical, 7 free). The joint's "
+           "variable adds to theta or d.",
+       .example = with_arm(
+           "local t = arm:dh_table()\nassert(t.rows[1].d == 0.4 and t.columns[1] == \"alpha\")"),
+       .params = {self("robot")},
+       .returns = {"map",
+                   "",
+                   "",
+                   {field("convention", "string", "", "dh or mdh."),
+                    field("columns", "list", "", "Names of the matrix' columns."),
+                    field("matrix", "matrix", "", "One row a link."),
+                    field("rows", "list", "", "The same by names.")}},
+       .effect = Effect::reads,
+       .run = dh_table});
+  all.push_back({.name = "robot.links",
+                 .classic = "",
+                 .summary = "Lists the links with everything they hold.",
+                 .details = "Limits that are missing are unlimited.",
+                 .example = with_arm("assert(#arm:links() == 6)"),
+                 .params = {self("robot")},
+                 .returns = {"list", "", "Tables with the fields of robot.add_link.", {}},
+                 .effect = Effect::reads,
+                 .run = links});
+  all.push_back({.name = "robot.link",
+                 .classic = "PRobot Link Get",
+                 .summary = "Gives everything one link holds.",
+                 .details = "Classic: `PRobot <id> Link <i> Get`.",
+                 .example = with_arm("assert(arm:link(1).d == 0.4)"),
+                 .params = {self("robot"), link},
+                 .returns = {"map", "", "The fields of robot.add_link.", {}},
+                 .effect = Effect::reads,
+                 .run = link_of});
+  all.push_back({.name = "robot.link_row",
+                 .classic = "PRobot Link vGetDHp",
+                 .summary = "Gives alpha, a, theta, d and type of one link.",
+                 .details = "Classic: `PRobot <id> Link <i> vGetDHp`.",
+                 .example = with_arm("assert(arm:link_row(2)[2] == 0.45)"),
+                 .params = {self("robot"), link},
+                 .returns = {"array", "", "alpha [rad], a [m], theta [rad], d [m], type.", {}},
+                 .effect = Effect::reads,
+                 .run = link_row});
+  all.push_back(
+      {.name = "robot.joints",
+       .classic = "",
+       .summary = "Lists the moving joints with type and limits.",
+       .details =
+           "A universal, cylindrical or planar joint is a sequence of joints of one coordinate. "
+           "Limits that are missing are unlimited.",
+       .example = with_arm("assert(arm:joints()[1].upper == 3)"),
+       .params = {self("robot")},
+       .returns = {"list",
+                   "",
+                   "",
+                   {field("name", "string", "", "Name of its link."),
+                    field("type", "string", "", "revolute, prismatic, spherical or free."),
+                    field("unit", "string", "", "rad or m."),
+                    field("lower", "real", "rad or m", "Least value."),
+                    field("upper", "real", "rad or m", "Greatest value."),
+                    field("max_velocity", "real", "rad/s or m/s", "Greatest speed."),
+                    field("max_acceleration", "real", "rad/s^2 or m/s^2", "Greatest acceleration."),
+                    field("max_jerk", "real", "rad/s^3 or m/s^3", "Greatest jerk."),
+                    field("max_force", "real", "N m or N", "Greatest torque or force."),
+                    field("follows", "string", "", "The joint it follows, with ratio and offset."),
+                    field("passive", "bool", "", "True when it has no motor."),
+                    field("stiffness", "real", "N m/rad or N/m", "Of its spring, with rest.")}},
+       .effect = Effect::reads,
+       .run = joints});
+  all.push_back(
+      {.name = "robot.coordinates",
+       .classic = "",
+       .summary = "Lists the numbers of a configuration q in order.",
+       .details = "A revolute or prismatic joint has one, a universal or cylindrical one two, a "
+                  "planar one three, a spherical one a quaternion w x y z, a free one x y z and a "
+                  "quaternion. A joint that follows another one has none.",
+       .example = with_arm("arm:add_link{name = \"ball\", joint = \"spherical\"}\nlocal c = "
+                           "arm:coordinates()\nassert(#c == 10 and c[7].name == \"ball.w\" and "
+                           "c[7].neutral == 1)"),
+       .params = {self("robot")},
+       .returns = {"list",
+                   "",
+                   "",
+                   {field("name", "string", "", "Link, and which of its coordinates."),
+                    field("unit", "string", "", "rad, m, or nothing for a quaternion's."),
+                    field("neutral", "real", "", "Where it is when nothing moved."),
+                    field("passive", "bool", "", "True when its joint has no motor.")}},
+       .effect = Effect::reads,
+       .run = coordinates});
+  return all;
+}
+
+}  // namespace robomosp::ioci

@@ -1,0 +1,375 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a robot is as a whole: its fields, named poses, masses, skin.
+#include <algorithm>
+#include <cmath>
+
+#include "ioci/robot/robots.h"
+#include "robotics/build_model.h"
+#include "robotics/coordinates.h"
+#include "robotics/kinematics.h"
+#include "robotics/link_geometry.h"
+#include "spatial/mass.h"
+#include "spatial/pose.h"
+
+namespace robomosp::ioci {
+
+namespace {
+
+using model::Link;
+using model::Robot;
+
+Schema robot_fields() {
+  Schema s{
+      choice("convention", {"dh", "mdh"}, "Standard or modified (Craig) Denavit-Hartenberg rows."),
+      choice("mass_source", {"given", "designed"},
+             "Masses from the links' published values, or from their designed parts."),
+      optional("base", "pose", "", "Where the base stands in the frame the robot is mounted in."),
+      optional("base_parts", "list", "",
+               "Designed bodies of the base: {what = solid or object, placement or position with "
+               "angles}."),
+      optional("tool", "pose", "", "The tool in the frame of the last link."),
+      optional("ik", "any", "",
+               "Inverse kinematics provider: name, or {name = ..., params = {...}}."),
+      optional("inverse_dynamics", "any", "", "Inverse dynamics provider."),
+      optional("forward_dynamics", "any", "", "Forward dynamics provider."),
+      optional("controller", "any", "", "Controller provider."),
+      optional("skin_colour", "any", "", "Colour of the generated body, \"#rrggbb\"."),
+      optional("skin_accent", "any", "", "Colour of its joints."),
+      optional("description", "string", "", "What it is."),
+      optional("source", "string", "", "Where the parameters come from.")};
+  return s;
+}
+
+Result<void> apply_fields(CommandContext& ctx, const Map& args, Robot& r) {
+  if (has(args, "convention"))
+    r.convention =
+        text_of(args, "convention") == "mdh" ? model::Convention::mdh : model::Convention::dh;
+  if (has(args, "mass_source"))
+    r.mass_source = text_of(args, "mass_source") == "designed" ? model::MassSource::designed
+                                                               : model::MassSource::given;
+  if (has(args, "base")) {
+    RMP_TRY_ASSIGN(r.base, read_placement(ctx.given("base"), "base"));
+  }
+  if (has(args, "tool")) {
+    RMP_TRY_ASSIGN(r.tool, read_placement(ctx.given("tool"), "tool"));
+  }
+  if (has(args, "base_parts")) {
+    RMP_TRY_ASSIGN(r.base_parts,
+                   read_bodies(ctx, *args.find("base_parts"), "base_parts", "base_parts"));
+  }
+  const std::pair<const char*, model::ProviderChoice*> providers[] = {
+      {"ik", &r.ik},
+      {"inverse_dynamics", &r.inverse_dynamics},
+      {"forward_dynamics", &r.forward_dynamics},
+      {"controller", &r.controller}};
+  for (const auto& [name, target] : providers)
+    if (has(args, name)) {
+      RMP_TRY_ASSIGN(*target, read_provider(*args.find(name), name));
+    }
+  if (has(args, "skin_colour")) {
+    RMP_TRY_ASSIGN(r.skin_colour, read_colour(*args.find("skin_colour"), "skin_colour"));
+  }
+  if (has(args, "skin_accent")) {
+    RMP_TRY_ASSIGN(r.skin_accent, read_colour(*args.find("skin_accent"), "skin_accent"));
+  }
+  if (has(args, "description")) r.description = text_of(args, "description");
+  if (has(args, "source")) r.source = text_of(args, "source");
+  ctx.expressions.keep(r.parametric);
+  return {};
+}
+
+Result<Value> create(CommandContext& ctx, const Map& args) {
+  Robot r;
+  const std::string name = text_of(args, "name");
+  r.parametric = ctx.expressions.own();
+  RMP_TRY(apply_fields(ctx, args, r));
+  const List& links = *args.find("links")->as_list();
+  for (std::size_t i = 0; i < links.size(); ++i)
+    RMP_TRY(append_link(ctx, r, links[i], "links[" + std::to_string(i + 1) + "]"));
+  RMP_TRY_ASSIGN(const RobotModel built, robotics::build_robot_model(name, r, {}, {0, 0, -9.81}));
+  if (const Value* poses = args.find("poses"); poses && poses->as_map())
+    for (const auto& [pose, q] : *poses->as_map()) {
+      RMP_TRY_ASSIGN(auto values, read_q(q, r, built.joints, "poses." + pose));
+      r.poses.push_back({pose, std::move(values)});
+    }
+  for (const Link& l : r.links) report_inertia(ctx, name, l);
+  RMP_TRY_ASSIGN(const auto id, ctx.edit().add(name, std::move(r)));
+  return Value(Application::handle(id));
+}
+
+Result<Value> set(CommandContext& ctx, const Map& args) {
+  return change_robot(ctx, args, [&](Robot& r) { return apply_fields(ctx, args, r); });
+}
+
+Result<Value> dof(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(const auto m, model_of(ctx, args));
+  return Value(m->dof());
+}
+
+Result<Value> base_type(CommandContext& ctx, const Map& args) {
+  const Robot& r = content<Robot>(ctx, args);
+  const bool floats = std::any_of(r.links.begin(), r.links.end(), [](const Link& l) {
+    return l.parent < 0 && l.joint == model::JointKind::free;
+  });
+  return Value(floats ? "Floating" : "Fixed");
+}
+
+Result<Value> poses(CommandContext& ctx, const Map& args) {
+  Map out;
+  for (const model::NamedPose& p : content<Robot>(ctx, args).poses)
+    out.set(p.name, NumericArray(p.q));
+  return Value(std::move(out));
+}
+
+Result<Value> set_pose(CommandContext& ctx, const Map& args) {
+  const std::string name = text_of(args, "name");
+  if (name.empty())
+    return error(ErrorCode::invalid_argument, "the pose has no name", "Give name = \"home\".");
+  RMP_TRY_ASSIGN(const auto m, model_of(ctx, args));
+  RMP_TRY_ASSIGN(const auto q, read_q(*args.find("q"), content<Robot>(ctx, args), m->joints, "q"));
+  return change_robot(ctx, args, [&](Robot& r) -> Result<void> {
+    for (model::NamedPose& p : r.poses)
+      if (p.name == name) {
+        p.q = q;
+        return {};
+      }
+    r.poses.push_back({name, q});
+    return {};
+  });
+}
+
+Result<Value> remove_pose(CommandContext& ctx, const Map& args) {
+  const std::string name = text_of(args, "name");
+  return change_robot(ctx, args, [&](Robot& r) -> Result<void> {
+    std::vector<std::string> known;
+    for (const auto& p : r.poses) known.push_back(p.name);
+    if (std::erase_if(r.poses, [&](const model::NamedPose& p) { return p.name == name; }) == 0)
+      return unknown_name("pose", name, known);
+    return {};
+  });
+}
+
+/// Bodies of the moving links in the links' frames, with the motors' parameters.
+Result<Value> dynamics(CommandContext& ctx, const Map& args) {
+  const Robot& r = content<Robot>(ctx, args);
+  RMP_TRY_ASSIGN(const auto m, model_of(ctx, args));
+  const auto moving = robotics::moving_links(r);
+  std::vector<double> matrix;
+  List rows;
+  for (std::size_t i = 0; i < m->joints.size(); ++i) {
+    const JointModel& j = m->joints[i];
+    // Of a sequence of joints only the last one carries the link.
+    if (i + 1 < moving.size() && moving[i + 1] == moving[i]) continue;
+    const Link& l = r.links[static_cast<std::size_t>(moving[i])];
+    const MassProperties b = spatial::in_frame(j.body, spatial::inverse(j.link));
+    matrix.insert(matrix.end(), {b.mass, b.com[0], b.com[1], b.com[2], b.inertia.xx, b.inertia.yy,
+                                 b.inertia.zz, b.inertia.xy, b.inertia.yz, b.inertia.xz,
+                                 l.drive.motor_inertia, l.drive.gear_ratio, l.drive.viscous,
+                                 l.drive.coulomb_positive, l.drive.coulomb_negative});
+    rows.emplace_back(Map{{"link", l.name},
+                          {"mass", b.mass},
+                          {"com", vec_value(b.com, "m")},
+                          {"inertia", sym_value(b.inertia, "kg m^2")},
+                          {"motor_inertia", l.drive.motor_inertia},
+                          {"gear_ratio", l.drive.gear_ratio},
+                          {"viscous", l.drive.viscous},
+                          {"coulomb_positive", l.drive.coulomb_positive},
+                          {"coulomb_negative", l.drive.coulomb_negative}});
+  }
+  const std::size_t count = rows.size();
+  List columns;
+  for (const char* c : {"mass", "rx", "ry", "rz", "Ixx", "Iyy", "Izz", "Ixy", "Iyz", "Ixz", "Jm",
+                        "G", "B", "Tc+", "Tc-"})
+    columns.emplace_back(c);
+  return Value(Map{{"columns", std::move(columns)},
+                   {"matrix", NumericArray(std::move(matrix), count, 15)},
+                   {"rows", std::move(rows)}});
+}
+
+Result<Value> mass(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(const auto m, model_of(ctx, args));
+  std::vector<double> q = robotics::neutral_coordinates(*m);
+  if (has(args, "q")) {
+    RMP_TRY_ASSIGN(q, read_q(*args.find("q"), content<Robot>(ctx, args), m->joints, "q"));
+  }
+  std::vector<Pose> frames(m->joints.size());
+  robotics::forward_kinematics(*m, q, frames);
+  std::vector<MassProperties> bodies;
+  for (std::size_t i = 0; i < frames.size(); ++i)
+    bodies.push_back(spatial::in_frame(m->joints[i].body, spatial::compose(m->base, frames[i])));
+  tell_no_mass(ctx, *m, Severity::info, "");
+  const MassProperties all = spatial::combine(bodies);
+  return mass_value(all);
+}
+
+Result<Value> skin(CommandContext& ctx, const Map& args) {
+  const Robot& r = content<Robot>(ctx, args);
+  const robotics::LinkGeometry s = robotics::make_link_geometry(r);
+  const bool designed =
+      !r.base_parts.empty() ||
+      std::any_of(r.links.begin(), r.links.end(), [](const Link& l) { return !l.parts.empty(); });
+  List per_link;
+  for (const auto& pieces : s.links) per_link.emplace_back(pieces.size());
+  return Value(Map{{"generated", !designed},
+                   {"base", s.base.size()},
+                   {"links", std::move(per_link)},
+                   {"colour", colour_text(r.skin_colour)},
+                   {"accent", colour_text(r.skin_accent)}});
+}
+
+}  // namespace
+
+std::vector<CommandSpec> robot_commands() {
+  std::vector<CommandSpec> all;
+  const ParamSpec q =
+      optional("q", "any", "rad or m",
+               "Joint values, one a joint, or the name of a pose; zeros when left out.");
+  Schema create_params{
+      needed("name", "string", "", "Name, unique among robots."),
+      needed("links", "list", "", "Links, parents before children; fields as in robot.add_link.")};
+  for (ParamSpec& p : robot_fields()) create_params.push_back(std::move(p));
+  create_params.push_back(
+      optional("poses", "map", "", "Named joint vectors, such as {home = {0, 0, 0}}."));
+  create_params.push_back(parameters_field());
+  all.push_back(
+      {.name = "robot.create",
+       .classic = "",
+       .summary = "Makes a robot from its links.",
+       .details = "A link is a table of the fields that robot.add_link takes. Each stands on the "
+                  "one before it unless it names a parent, so that trees can be made as well.",
+       .example =
+           "local arm = robot.create{name = \"shoulder\", convention = \"dh\", links = {\n"
+           "  {d = 0.4, alpha = \"-90 deg\", lower = \"-170 deg\", upper = \"170 deg\", mass = 5, "
+           "com = {0, 0.1, 0}, inertia = {0.02, 0.01, 0.02, 0, 0, 0}},\n"
+           "  {a = 0.45, lower = \"-90 deg\", upper = \"120 deg\", mass = 4, com = {-0.2, 0, 0}},\n"
+           "  {joint = \"prismatic\", lower = 0, upper = \"300 mm\"}},\n"
+           "  poses = {ready = {0, \"-45 deg\", 0.1}}}\n"
+           "assert(arm:dof() == 3 and arm:joints()[3].unit == \"m\")",
+       .params = std::move(create_params),
+       .returns = {"handle", "", "", {}},
+       .effect = Effect::edits,
+       .run = create,
+       .takes_expressions = true});
+  Schema set_params{self("robot")};
+  for (ParamSpec& p : robot_fields()) {
+    p.default_value.reset();
+    set_params.push_back(std::move(p));
+  }
+  all.push_back({.name = "robot.set",
+                 .classic = "",
+                 .summary = "Changes what is given of a robot.",
+                 .details = "",
+                 .example = with_arm("arm:set{mass_source = \"designed\", base = {0, 0, 0.1, 0, 0, "
+                                     "0}}\nassert(arm:describe().mass_source == \"designed\")"),
+                 .params = std::move(set_params),
+                 .returns = {},
+                 .effect = Effect::edits,
+                 .run = set,
+                 .takes_expressions = true});
+  all.push_back({.name = "robot.dof",
+                 .classic = "PRobot GetDOF",
+                 .summary = "Counts the independent velocities of its joints, loops not counted.",
+                 .details = "",
+                 .example = with_arm("assert(arm:dof() == 6)"),
+                 .params = {self("robot")},
+                 .returns = {"int", "", "", {}},
+                 .effect = Effect::reads,
+                 .run = dof});
+  all.push_back(
+      {.name = "robot.base_type",
+       .classic = "PRobot GetBaseType",
+       .summary = "Tells how the base is held.",
+       .details = "Fixed where the world places it, or Floating: its first link has a free joint.",
+       .example = with_arm("assert(arm:base_type() == \"Fixed\")"),
+       .params = {self("robot")},
+       .returns = {"string", "", "", {}},
+       .effect = Effect::reads,
+       .run = base_type});
+  all.push_back({.name = "robot.poses",
+                 .classic = "",
+                 .summary = "Lists the named poses of a robot.",
+                 .details = "",
+                 .example = with_arm("assert(#arm:poses().ready == 6)"),
+                 .params = {self("robot")},
+                 .returns = {"map", "", "Joint values by name.", {}},
+                 .effect = Effect::reads,
+                 .run = poses});
+  ParamSpec q_needed = q;
+  q_needed.required = true;
+  q_needed.doc = "Joint values, one a joint, or the name of a pose.";
+  all.push_back(
+      {.name = "robot.set_pose",
+       .classic = "",
+       .summary = "Names a joint vector.",
+       .details = "The pose \"home\" is what a world shows first.",
+       .example = with_arm("arm:set_pose{name = \"home\", q = {0, \"-45 deg\", 0, 0, 0, "
+                           "0}}\nassert(math.abs(arm:poses().home[2] + math.pi / 4) < 1e-15)"),
+       .params = {self("robot"), needed("name", "string", "", "Name of the pose."), q_needed},
+       .returns = {},
+       .effect = Effect::edits,
+       .run = set_pose});
+  all.push_back(
+      {.name = "robot.remove_pose",
+       .classic = "",
+       .summary = "Forgets a named pose.",
+       .details = "",
+       .example = with_arm("arm:remove_pose(\"ready\")\nassert(arm:poses().ready == nil)"),
+       .params = {self("robot"), needed("name", "string", "", "Name of the pose.")},
+       .returns = {},
+       .effect = Effect::edits,
+       .run = remove_pose});
+  all.push_back(
+      {.name = "robot.dynamics",
+       .classic = "PRobot vGetDynamicp|PRobot vGetDynamic",
+       .summary = "Gives the dynamic parameters of every moving link.",
+       .details =
+           "The matrix has the columns of the 2006 program: mass, rx, ry, rz, Ixx, Iyy, Izz, Ixy, "
+           "Iyz, "
+           "Ixz, Jm, G, B, Tc+, Tc-; in the link's frame, inertia about the centre of mass, motor "
+           "and friction at the motor. Masses come from where mass_source says.",
+       .example = with_arm("assert(arm:dynamics().rows[1].mass == 5)"),
+       .params = {self("robot")},
+       .returns = {"map",
+                   "",
+                   "",
+                   {field("columns", "list", "", "Names of the matrix' columns."),
+                    field("matrix", "matrix", "", "One row a moving link, SI."),
+                    field("rows", "list", "", "The same by names.")}},
+       .effect = Effect::reads,
+       .run = dynamics});
+  all.push_back(
+      {.name = "robot.mass",
+       .classic = "",
+       .summary = "Gives mass, centre of mass and inertia of all moving links together.",
+       .details = "In the frame the robot is mounted in. The base does not move and is left out.",
+       .example = with_arm("assert(math.abs(arm:mass().mass - 13.7) < 1e-12)"),
+       .params = {self("robot"), q},
+       .returns = {"map",
+                   "",
+                   "",
+                   {field("mass", "real", "kg", "Mass."),
+                    field("com", "vec3", "m", "Centre of mass."),
+                    field("inertia", "matrix", "kg m^2", "Tensor about it.")}},
+       .effect = Effect::reads,
+       .run = mass});
+  all.push_back(
+      {.name = "robot.skin",
+       .classic = "",
+       .summary = "Tells what body is drawn for a robot without designed parts.",
+       .details = "The generated body has no mass.",
+       .example = with_arm("assert(arm:skin().generated)"),
+       .params = {self("robot")},
+       .returns = {"map",
+                   "",
+                   "",
+                   {field("generated", "bool", "", "False when designed parts are drawn instead."),
+                    field("base", "int", "", "Pieces of the base."),
+                    field("links", "list", "", "Pieces of each link."),
+                    field("colour", "string", "", "Colour of the tubes."),
+                    field("accent", "string", "", "Colour of the joints.")}},
+       .effect = Effect::reads,
+       .run = skin});
+  return all;
+}
+
+}  // namespace robomosp::ioci

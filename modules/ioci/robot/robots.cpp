@@ -1,0 +1,309 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ioci/robot/robots.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "robotics/build_model.h"
+#include "robotics/coordinates.h"
+#include "robotics/singularity.h"
+#include "spatial/pose.h"
+#include "spatial/principal.h"
+#include "spatial/print.h"
+
+namespace robomosp::ioci {
+
+std::string with_arm(const char* rest) {
+  return std::string("local arm = robot.get(\"arm\")\n") + rest;
+}
+
+namespace {
+constexpr const char* kObjectives[] = {"none", "centre", "manipulability", "limits", "clearance"};
+}  // namespace
+
+std::vector<ParamSpec> objective_fields(const std::string& more) {
+  return {choice("objective", {std::begin(kObjectives), std::end(kObjectives)},
+                 "What the freedom that is left is used for: centre (joints near the middle of "
+                 "their limits), manipulability, limits (away from near ones), clearance (" +
+                     more + ")."),
+          above_zero(defaulted("influence", "real", "m", 0.2,
+                               "With clearance: what is farther away does not count, nor pairs "
+                               "of the robot's own that are nearer however it stands."))};
+}
+
+IkObjective objective_of(const Map& args) {
+  const std::string word = text_of(args, "objective");
+  const auto at = std::find(std::begin(kObjectives), std::end(kObjectives), word);
+  return static_cast<IkObjective>(at - std::begin(kObjectives));
+}
+
+Result<std::int32_t> read_link(const model::Robot& r, const Value& value, bool base_allowed,
+                               std::string_view path) {
+  const auto count = static_cast<std::int64_t>(r.links.size());
+  std::optional<std::int64_t> number;
+  if (value.as_int()) number = *value.as_int();
+  if (const double* x = value.as_real(); x && std::floor(*x) == *x && std::fabs(*x) < 1e9)
+    number = static_cast<std::int64_t>(*x);
+  if (const std::string* s = value.as_string()) {
+    if (base_allowed && *s == "base") return -1;
+    std::vector<std::string> known;
+    for (std::size_t i = 0; i < r.links.size(); ++i) {
+      if (r.links[i].name == *s) return static_cast<std::int32_t>(i);
+      known.push_back(r.links[i].name);
+    }
+    number = text::read_int(*s);
+    if (!number) return unknown_name("link", *s, known).in(path);
+  }
+  if (!number)
+    return error(ErrorCode::invalid_argument, value.text() + " is not a link",
+                 "Give its number, 1 is the first, or its name.", std::string(path));
+  if (base_allowed && *number == 0) return -1;
+  if (*number < 1 || *number > count)
+    return error(ErrorCode::invalid_argument, "there is no link " + std::to_string(*number),
+                 "Links are numbered 1 to " + std::to_string(count) + ".", std::string(path));
+  return static_cast<std::int32_t>(*number - 1);
+}
+
+namespace {
+
+/// SI unit of every coordinate of the joints.
+std::vector<std::string_view> coordinate_units(std::span<const JointModel> joints) {
+  RobotModel m;
+  m.joints.assign(joints.begin(), joints.end());
+  return robotics::coordinate_units(m);
+}
+
+}  // namespace
+
+Result<std::vector<double>> read_q(const Value& value, const model::Robot& robot,
+                                   std::span<const JointModel> joints, std::string_view path) {
+  std::vector<double> q;
+  const std::string where(path);
+  const std::vector<std::string_view> units = coordinate_units(joints);
+  if (const NumericArray* a = value.as_array()) {
+    q = a->data();
+  } else if (const List* list = value.as_list()) {
+    q.reserve(list->size());
+    for (std::size_t i = 0; i < list->size(); ++i) {
+      const Value& v = (*list)[i];
+      if (v.is_number()) {
+        q.push_back(v.number());
+        continue;
+      }
+      const std::string unit(i < units.size() ? units[i] : "rad");
+      RMP_TRY_ASSIGN(const Value read, check_value(field("", "real", unit, ""), v,
+                                                   where + "[" + std::to_string(i + 1) + "]"));
+      q.push_back(read.number());
+    }
+  } else if (const std::string* name = value.as_string()) {
+    std::vector<std::string> known;
+    for (const model::NamedPose& p : robot.poses) {
+      if (p.name == *name) return p.q;
+      known.push_back(p.name);
+    }
+    const bool all_turn =
+        std::all_of(units.begin(), units.end(), [](std::string_view u) { return u == "rad"; });
+    auto read = check_value(field("", "real[]", all_turn ? "rad" : "", ""), value, where);
+    if (!read.ok() && text::trim(*name).find_first_of("0123456789") == std::string::npos)
+      return unknown_name("pose", *name, known).in(path);
+    if (!read.ok()) return std::move(read).error();
+    q = reals(&*read);
+  } else if (!value.as_map() || !value.as_map()->empty()) {
+    return error(ErrorCode::invalid_argument, value.text() + " is not a list of joint values",
+                 "Give " + std::to_string(units.size()) + " numbers or the name of a pose.", where);
+  }
+  const bool one_each = units.size() == joints.size();
+  if (q.size() != units.size())
+    return error(ErrorCode::invalid_argument,
+                 count_given(q.size(), "joint value") + "; the robot has " +
+                     std::to_string(units.size()) + (one_each ? " joint" : " coordinate") +
+                     (units.size() == 1 ? "" : "s"),
+                 one_each ? "Give one value a joint."
+                          : "Give one value a coordinate; robot.coordinates lists them.",
+                 where);
+  for (std::size_t i = 0; i < q.size(); ++i)
+    if (!std::isfinite(q[i]))
+      return error(ErrorCode::invalid_argument, text::print(q[i]) + " is not a finite number", {},
+                   where + "[" + std::to_string(i + 1) + "]");
+  for (std::size_t i = 0; i + 3 < q.size(); i += units[i].empty() ? 4 : 1)
+    if (units[i].empty() &&
+        !(std::hypot(std::hypot(q[i], q[i + 1]), std::hypot(q[i + 2], q[i + 3])) > 1e-9))
+      return error(ErrorCode::invalid_argument, "a quaternion is zero", "1 0 0 0 is no rotation.",
+                   where + "[" + std::to_string(i + 1) + "]");
+  return q;
+}
+
+Result<std::shared_ptr<const RobotModel>> model_of(CommandContext& ctx, const Map& args,
+                                                   std::string_view name) {
+  const Vec3 gravity = has(args, "gravity") ? vec3(args, "gravity") : Vec3{0, 0, -9.81};
+  return ctx.app.derived.robot_model(ctx.snapshot(), typed<model::Robot>(args, name), gravity,
+                                     ctx.progress);
+}
+
+bool has_mass(const RobotModel& m) {
+  return std::any_of(m.joints.begin(), m.joints.end(), [](const JointModel& j) {
+    const Sym3& i = j.body.inertia;
+    return j.body.mass != 0 || i.xx != 0 || i.yy != 0 || i.zz != 0;
+  });
+}
+
+void tell_no_mass(CommandContext& ctx, const RobotModel& m, Severity severity,
+                  std::string_view outcome) {
+  if (m.joints.empty() || has_mass(m)) return;
+  ctx.app.messages.post(severity, "no_mass",
+                        "robot " + text::quote(m.name) + " has no masses" + std::string(outcome) +
+                            ". Give its links masses or designed parts.",
+                        "ioci");
+}
+
+Result<std::vector<model::BodyPart>> read_bodies(CommandContext& ctx, const Value& list,
+                                                 const std::string& path, const char* name) {
+  std::vector<model::BodyPart> out;
+  Schema schema{needed("what", "ref:object|solid", "", "An object or solid.")};
+  for (ParamSpec& p : placement_fields("the link")) schema.push_back(std::move(p));
+  const List* items = list.as_list();
+  for (std::size_t i = 0; items && i < items->size(); ++i) {
+    const std::string where = path + "[" + std::to_string(i + 1) + "]";
+    Value given = (*items)[i];
+    if (const Map* raw = given.as_map()) {
+      RMP_TRY_ASSIGN(given, ctx.expressions.read(schema, *raw, where,
+                                                 std::string(name) + "." + std::to_string(i + 1)));
+    }
+    RMP_TRY_ASSIGN(const Map checked, read_map(ctx, schema, given, where));
+    model::BodyPart part;
+    part.what = ref(checked, "what");
+    RMP_TRY_ASSIGN(part.placement, read_placement_fields(*given.as_map(), where));
+    out.push_back(std::move(part));
+  }
+  return out;
+}
+
+Result<Sym3> read_inertia(const Value& v, const std::string& path) {
+  const NumericArray* a = v.as_array();
+  const List* list = v.as_list();
+  if ((a && a->is_matrix()) ||
+      (list && !list->empty() && !(*list)[0].is_number() && !(*list)[0].as_string())) {
+    RMP_TRY_ASSIGN(const Value m, check_value(field("", "matrix", "kg m^2", ""), v, path));
+    const NumericArray& t = *m.as_array();
+    if (t.rows() != 3 || t.cols() != 3)
+      return error(ErrorCode::invalid_argument,
+                   "the inertia matrix is " + std::to_string(t.rows()) + "x" +
+                       std::to_string(t.cols()) + ", not 3x3",
+                   {}, path);
+    for (std::size_t i = 0; i < 3; ++i)
+      for (std::size_t j = 0; j < i; ++j)
+        if (std::fabs(t.at(i, j) - t.at(j, i)) > 1e-12 * (1 + std::fabs(t.at(i, j))))
+          return error(ErrorCode::invalid_argument, "the inertia matrix is not symmetric", {},
+                       path);
+    return Sym3{t.at(0, 0), t.at(1, 1), t.at(2, 2), t.at(0, 1), t.at(1, 2), t.at(0, 2)};
+  }
+  RMP_TRY_ASSIGN(const Value checked, check_value(field("", "real[]", "kg m^2", ""), v, path));
+  const auto x = reals(&checked);
+  if (x.size() != 6)
+    return error(ErrorCode::invalid_argument, count_given(x.size(), "number") + " for an inertia",
+                 "Give {Ixx, Iyy, Izz, Ixy, Iyz, Ixz} or a 3x3 matrix.", path);
+  return Sym3{x[0], x[1], x[2], x[3], x[4], x[5]};
+}
+
+std::vector<ParamSpec> mass_fields(const char* of_what, const char* frame) {
+  return {
+      between(optional("mass", "real", "kg", of_what), 0, std::numeric_limits<double>::infinity()),
+      optional("com", "vec3", "m", std::string("Its centre of mass in ") + frame + "."),
+      optional("inertia", "any", "kg m^2",
+               "Its inertia about the centre of mass: {Ixx, Iyy, Izz, Ixy, Iyz, Ixz} or a 3x3 "
+               "matrix, elements of the tensor.")};
+}
+
+Result<void> read_mass(const Map& args, std::optional<MassProperties>& out,
+                       const std::string& path) {
+  if (!has(args, "mass") && !has(args, "com") && !has(args, "inertia")) return {};
+  if (!out) out.emplace();
+  if (has(args, "mass")) out->mass = real(args, "mass");
+  if (has(args, "com")) out->com = vec3(args, "com");
+  if (has(args, "inertia")) {
+    RMP_TRY_ASSIGN(out->inertia, read_inertia(*args.find("inertia"), path + "inertia"));
+  }
+  return {};
+}
+
+Result<void> check_robot(const std::string& name, const model::Robot& r) {
+  auto built = robotics::build_robot_model(name, r, {}, {0, 0, -9.81});
+  if (!built.ok()) return std::move(built).error();
+  for (const model::NamedPose& p : r.poses)
+    if (p.q.size() != built->coordinate_count())
+      return error(ErrorCode::conflict,
+                   "pose " + text::quote(p.name) + " has " + std::to_string(p.q.size()) +
+                       " values for " + robotics::counted_coordinates(r),
+                   "Set or remove the pose first.", "robot " + text::quote(name));
+  return {};
+}
+
+void report_inertia(CommandContext& ctx, const std::string& name, const model::Link& l) {
+  if (!l.given) return;
+  const Vec3 m = spatial::principal(l.given->inertia).moments;  // ascending
+  const double slack = 1e-6 * std::max(std::fabs(m[0]), std::fabs(m[2]));
+  if (m[0] >= -slack && m[2] <= m[0] + m[1] + slack) return;
+  const auto shown = [](double x) { return text::print_rounded(x, 4); };
+  ctx.app.messages.post(Severity::warning, "inertia",
+                        "robot " + text::quote(name) + ", link " + text::quote(l.name) +
+                            ": no body has the given inertia, with the principal moments " +
+                            shown(m[0]) + ", " + shown(m[1]) + " and " + shown(m[2]) +
+                            " kg m^2. None can be negative or exceed the sum of the others.",
+                        "ioci");
+}
+
+Result<void> closed_or_fault(const RobotModel& m, const robotics::Closure& closed) {
+  const std::string where = "robot " + text::quote(m.name);
+  if (!closed.is_closed)
+    return error(ErrorCode::unreachable,
+                 "loop " + text::quote(m.loops[closed.worst_loop].name) +
+                     " cannot be closed there: it stays open by " +
+                     text::print_rounded(closed.residual, 4) + " m or rad",
+                 "Move its joints with motors, or start from another configuration.", where);
+  if (closed.outside < 0) return {};
+  const JointModel& j = m.joints[static_cast<std::size_t>(closed.outside)];
+  const double value =
+      j.is_coupled()
+          ? j.coupling.ratio * closed.q[static_cast<std::size_t>(j.q_index)] + j.coupling.offset
+          : closed.q[static_cast<std::size_t>(j.q_index)];
+  return error(ErrorCode::unreachable,
+               "closing the loops takes joint " + text::quote(j.name) + " to " +
+                   spatial::print_joint_value(value, j.type) + ", outside its limits " +
+                   spatial::print_joint_value(j.lower, j.type) + " to " +
+                   spatial::print_joint_value(j.upper, j.type),
+               "Move its joints with motors, or start from another configuration.", where);
+}
+
+void report_singular(const RobotModel& m, std::size_t tip, std::uint32_t parts, IkResult& result) {
+  constexpr double kNear = 1e-3;
+  const std::size_t n = m.coordinate_count();
+  if (result.status != IkStatus::solved || result.q.size() < n || n == 0) return;
+  const auto part = !(parts & kIkRotation)   ? robotics::TwistPart::translation
+                    : !(parts & kIkPosition) ? robotics::TwistPart::rotation
+                                             : robotics::TwistPart::all;
+  // The same for every solver: what is lost depends on how lengths are counted.
+  const auto s = robotics::singularity(m, tip, std::span(result.q).first(n), part, kNear);
+  if (!s.lost.empty()) result.lost_direction = s.lost.front();
+  else if (result.lost_direction == std::array<double, 6>{}) return;
+  if (result.detail.empty()) {
+    const auto& t = result.lost_direction;
+    const Vec3 v = spatial::rotate(m.base, {t[0], t[1], t[2]});
+    const Vec3 w = spatial::rotate(m.base, {t[3], t[4], t[5]});
+    result.detail = "next to a singular configuration: there the tip " +
+                    robotics::lost_words({v[0], v[1], v[2], w[0], w[1], w[2]});
+  }
+}
+
+Result<robotics::TipMotion> closed_tip_motion(const RobotModel& m, std::size_t tip,
+                                              std::span<const Pose> joint_frames) {
+  constexpr double kOpen = 1e-6;  // [m, rad]
+  if (const double open = robotics::open_by(m, joint_frames); open > kOpen)
+    return error(
+        ErrorCode::invalid_argument,
+        "its loops are open by " + text::print_rounded(open, 3) + " m or rad at these joint values",
+        "Give values that close them: robot.close.", "robot " + text::quote(m.name));
+  return robotics::tip_motion(m, tip, joint_frames);
+}
+
+}  // namespace robomosp::ioci

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+// Shared by the commands of robots: reading links and bodies, edits that leave a mechanism which
+// solvers accept (layer: application). Internal to modules/ioci.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <robomosp/sdk/ik.h>
+
+#include "ioci/core/commands.h"
+#include "robotics/closure.h"
+#include "robotics/tip_motion.h"
+
+namespace robomosp::ioci {
+
+/// Fields of a link; the units of limits follow the joint. `creating`: with defaults.
+[[nodiscard]] Schema link_schema(model::JointKind kind, bool creating);
+/// Adds a link from a table of the fields of link_schema().
+Result<void> append_link(CommandContext& ctx, model::Robot& r, Value given,
+                         const std::string& path);
+/// Designed bodies; `name` is what paths call the list: "parts" or "base_parts".
+[[nodiscard]] Result<std::vector<model::BodyPart>> read_bodies(CommandContext& ctx,
+                                                               const Value& list,
+                                                               const std::string& path,
+                                                               const char* name);
+/// {Ixx, Iyy, Izz, Ixy, Iyz, Ixz} or a symmetric 3x3 matrix [kg m^2].
+[[nodiscard]] Result<Sym3> read_inertia(const Value& v, const std::string& path);
+/// The parameters mass, com and inertia, and what they say; nothing when none is given.
+[[nodiscard]] std::vector<ParamSpec> mass_fields(const char* of_what, const char* frame);
+[[nodiscard]] Result<void> read_mass(const Map& args, std::optional<MassProperties>& out,
+                                     const std::string& path);
+/// The mechanism must be one that solvers accept: faults show at the command that makes them.
+Result<void> check_robot(const std::string& name, const model::Robot& r);
+/// Tells of given inertias that no body can have. They are kept: published data may be partial,
+/// such as the only element of PUMA's first link that its torques depend on.
+void report_inertia(CommandContext& ctx, const std::string& name, const model::Link& l);
+/// The fault of loops that do not close or leave limits, else nothing.
+Result<void> closed_or_fault(const RobotModel& m, const robotics::Closure& closed);
+/// Whether a link that moves has mass or inertia.
+[[nodiscard]] bool has_mass(const RobotModel& m);
+/// Fills in what a solver leaves out of an answer: a solved configuration next to a singular one
+/// (least rate below 1e-3 of the greatest) names the direction it loses of the parts wanted.
+void report_singular(const RobotModel& m, std::size_t tip, std::uint32_t parts, IkResult& result);
+/// What a tip can do with its joint frames there; open loops are an error.
+Result<robotics::TipMotion> closed_tip_motion(const RobotModel& m, std::size_t tip,
+                                              std::span<const Pose> joint_frames);
+
+[[nodiscard]] inline ParamSpec unbounded(ParamSpec p) {
+  p.infinite = true;
+  return p;
+}
+
+/// Changes a robot and refuses what no solver could accept.
+template <class Fn>
+Result<Value> change_robot(CommandContext& ctx, const Map& args, Fn&& fn) {
+  const AnyId id = ref(args, "id");
+  const std::string name = ctx.snapshot().find(id)->name;
+  auto done = change<model::Robot>(ctx, id, [&](model::Robot& r) -> Result<void> {
+    auto changed = fn(r);
+    if (!changed.ok()) return std::move(changed).error().in("robot " + text::quote(name));
+    return check_robot(name, r);
+  });
+  if (!done.ok()) return std::move(done).error();
+  return Value();
+}
+
+}  // namespace robomosp::ioci

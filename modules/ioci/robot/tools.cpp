@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: Apache-2.0
+// Tools of a robot and what it carries.
+#include <algorithm>
+
+#include "ioci/robot/robots.h"
+#include "model/placement.h"
+
+namespace robomosp::ioci {
+namespace {
+
+using model::Robot;
+using model::RobotTool;
+
+Result<RobotTool*> find_tool(Robot& r, const std::string& name) {
+  std::vector<std::string> known{"tool"};
+  for (RobotTool& t : r.tools) {
+    if (t.name == name) return &t;
+    known.push_back(t.name);
+  }
+  return unknown_name("tool", name, known);
+}
+
+bool is_main(const Map& args) { return !has(args, "tool") || text_of(args, "tool") == "tool"; }
+
+Result<Value> tool(CommandContext& ctx, const Map& args) {
+  Robot r = content<Robot>(ctx, args);
+  model::Placement at = r.tool;
+  if (!is_main(args)) {
+    RMP_TRY_ASSIGN(const RobotTool* t, find_tool(r, text_of(args, "tool")));
+    at = t->placement;
+  }
+  Map out = pose_map(model::pose(at));
+  out.set("placement", placement_value(at));
+  return Value(std::move(out));
+}
+
+Result<model::Placement> placement_given(const CommandContext& ctx) {
+  Map given;
+  for (const ParamSpec& p : placement_fields(""))
+    if (const Value* v = ctx.given(p.name)) given.set(p.name, *v);
+  return read_placement_fields(given, "tool");
+}
+bool has_placement(const CommandContext& ctx) {
+  const Schema fields = placement_fields("");
+  return std::any_of(fields.begin(), fields.end(),
+                     [&](const ParamSpec& p) { return ctx.given(p.name) != nullptr; });
+}
+
+Result<Value> set_tool(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(const auto placement, placement_given(ctx));
+  return change_robot(ctx, args, [&](Robot& r) -> Result<void> {
+    if (is_main(args)) {
+      if (has(args, "link"))
+        return error(ErrorCode::invalid_argument, "the first tool is on the last link",
+                     "Add a tool to another link with robot.add_tool.");
+      r.tool = placement;
+      return {};
+    }
+    RMP_TRY_ASSIGN(RobotTool * t, find_tool(r, text_of(args, "tool")));
+    if (has_placement(ctx)) t->placement = placement;
+    if (has(args, "link")) {
+      RMP_TRY_ASSIGN(t->link, read_link(r, *args.find("link"), true, "link"));
+    }
+    return {};
+  });
+}
+
+Result<Value> add_tool(CommandContext& ctx, const Map& args) {
+  RobotTool t;
+  t.name = text_of(args, "name");
+  RMP_TRY_ASSIGN(t.placement, placement_given(ctx));
+  RMP_TRY(read_mass(args, t.payload, ""));
+  return change_robot(ctx, args, [&](Robot& r) -> Result<void> {
+    RMP_TRY_ASSIGN(t.link, read_link(r, *args.find("link"), true, "link"));
+    r.tools.push_back(t);
+    return {};
+  });
+}
+
+Result<Value> remove_tool(CommandContext& ctx, const Map& args) {
+  return change_robot(ctx, args, [&](Robot& r) -> Result<void> {
+    RMP_TRY_ASSIGN(const RobotTool* t, find_tool(r, text_of(args, "name")));
+    r.tools.erase(r.tools.begin() + (t - r.tools.data()));
+    return {};
+  });
+}
+
+Result<Value> set_payload(CommandContext& ctx, const Map& args) {
+  return change_robot(ctx, args, [&](Robot& r) -> Result<void> {
+    std::optional<MassProperties>* payload = &r.payload;
+    if (!is_main(args)) {
+      RMP_TRY_ASSIGN(RobotTool * t, find_tool(r, text_of(args, "tool")));
+      payload = &t->payload;
+    }
+    payload->reset();
+    RMP_TRY(read_mass(args, *payload, ""));
+    if (*payload && (*payload)->mass == 0) payload->reset();
+    return {};
+  });
+}
+
+Result<Value> tools(CommandContext& ctx, const Map& args) {
+  const Robot& r = content<Robot>(ctx, args);
+  List out;
+  const auto put = [&](const std::string& name, std::int32_t link, const model::Placement& at,
+                       const std::optional<MassProperties>& payload) {
+    Map row{{"name", name},
+            {"link", link < 0 ? std::string("base") : r.links[static_cast<std::size_t>(link)].name},
+            {"placement", placement_value(at)}};
+    if (payload) row.set("payload", mass_value(*payload));
+    out.emplace_back(std::move(row));
+  };
+  put("tool", static_cast<std::int32_t>(r.links.size()) - 1, r.tool, r.payload);
+  for (const RobotTool& t : r.tools) put(t.name, t.link, t.placement, t.payload);
+  return Value(std::move(out));
+}
+
+}  // namespace
+
+std::vector<CommandSpec> robot_tool_commands() {
+  std::vector<CommandSpec> all;
+  const ParamSpec which = optional(
+      "tool", "string", "", "Name of a further tool; the one on the last link when left out.");
+  all.push_back({.name = "robot.tool",
+                 .classic = "PRobot mGetToolHMT",
+                 .summary = "Gives a tool's frame in the frame of its link.",
+                 .details = "",
+                 .example = with_arm("assert(arm:tool().pose[4][4] == 1)"),
+                 .params = {self("robot"), which},
+                 .returns = {"map",
+                             "",
+                             "",
+                             {field("pose", "pose", "", "4x4 homogeneous matrix."),
+                              field("position", "vec3", "m", "Position."),
+                              field("rpy", "vec3", "rad", "Roll, pitch, yaw."),
+                              field("quaternion", "real[]", "", "w, x, y, z."),
+                              field("placement", "map", "", "As it was written.")}},
+                 .effect = Effect::reads,
+                 .run = tool});
+  Schema tool_params{self("robot")};
+  for (ParamSpec& p : placement_fields("its link")) tool_params.push_back(std::move(p));
+  Schema add_params = tool_params;
+  tool_params.push_back(which);
+  tool_params.push_back(optional("link", "any", "", "Another link for a further tool."));
+  add_params.insert(
+      add_params.begin() + 1,
+      {needed("name", "string", "", "Name, unique among the robot's tools."),
+       needed("link", "any", "", "Number or name of the link that carries it, or \"base\".")});
+  for (ParamSpec& p : mass_fields("Mass of what hangs there.", "the tool's frame"))
+    add_params.push_back(std::move(p));
+  all.push_back(
+      {.name = "robot.set_tool",
+       .classic = "",
+       .summary = "Sets a tool's frame in the frame of its link.",
+       .details = "",
+       .example = with_arm(
+           "arm:set_tool{position = {0, 0, \"150 mm\"}}\nassert(arm:tool().position[3] == 0.15)"),
+       .params = std::move(tool_params),
+       .returns = {},
+       .effect = Effect::edits,
+       .run = set_tool});
+  all.push_back({.name = "robot.add_tool",
+                 .classic = "",
+                 .summary = "Adds a further tool, a tip that kinematics can be asked for.",
+                 .details = "",
+                 .example = with_arm("arm:add_tool{name = \"camera\", link = 3, position = {0, 0, "
+                                     "0.1}, mass = 0.2}\nlocal t = arm:fk{q = \"ready\", tip = "
+                                     "\"camera\"}\nassert(#arm:tools() == 2)"),
+                 .params = std::move(add_params),
+                 .returns = {},
+                 .effect = Effect::edits,
+                 .run = add_tool});
+  all.push_back({.name = "robot.remove_tool",
+                 .classic = "",
+                 .summary = "Removes a further tool.",
+                 .details = "",
+                 .example = with_arm("arm:add_tool{name = \"camera\", link = 3}\n"
+                                     "arm:remove_tool(\"camera\")\nassert(#arm:tools() == 1)"),
+                 .params = {self("robot"), needed("name", "string", "", "Name of the tool.")},
+                 .returns = {},
+                 .effect = Effect::edits,
+                 .run = remove_tool});
+  all.push_back(
+      {.name = "robot.tools",
+       .classic = "",
+       .summary = "Lists the tools with their links and payloads.",
+       .details = "The first is the one on the last link.",
+       .example = with_arm("assert(arm:tools()[1].link == \"link6\")"),
+       .params = {self("robot")},
+       .returns = {"list",
+                   "",
+                   "",
+                   {field("name", "string", "", "Name; the first is called tool."),
+                    field("link", "string", "", "The link that carries it."),
+                    field("placement", "map", "", "In the link's frame, as it was written."),
+                    field("payload", "map", "", "Mass, com and inertia in the tool's frame.")}},
+       .effect = Effect::reads,
+       .run = tools});
+  Schema payload_params{self("robot"), which};
+  for (ParamSpec& p : mass_fields("Mass; 0 or nothing removes the payload.", "the tool's frame"))
+    payload_params.push_back(std::move(p));
+  all.push_back(
+      {.name = "robot.set_payload",
+       .classic = "",
+       .summary = "Says what a tool carries; it adds to the mass of the tool's link.",
+       .details = "",
+       .example = with_arm("local before = arm:mass().mass\narm:set_payload{mass = 2, com = "
+                           "{0, 0, 0.05}}\nassert(math.abs(arm:mass().mass - before - 2) < "
+                           "1e-12)"),
+       .params = std::move(payload_params),
+       .returns = {},
+       .effect = Effect::edits,
+       .run = set_payload});
+  return all;
+}
+
+}  // namespace robomosp::ioci

@@ -1,0 +1,344 @@
+// SPDX-License-Identifier: Apache-2.0
+// Forward dynamic simulation: robots move under torques and controllers.
+#include <algorithm>
+#include <optional>
+
+#include "ioci/core/commands.h"
+#include "ioci/core/handle_text.h"
+#include "ioci/simulation/live_runs.h"
+#include "sim/forward_simulation.h"
+
+namespace robomosp::ioci {
+namespace {
+
+using model::Robot;
+using model::World;
+
+/// A handle, also one written as text (`recording#3`).
+std::optional<Handle> handle_of(const Map& args, std::string_view name) {
+  const Value* v = args.find(name);
+  if (!v) return std::nullopt;
+  if (const Handle* h = v->as_handle()) return *h;
+  return v->as_string() ? handle_from_text(*v->as_string()) : std::nullopt;
+}
+
+Result<recording::RecordingPtr> recording_of(CommandContext& ctx, const Map& args,
+                                             const std::string& path) {
+  const Value& v = *args.find(path);
+  const auto h = handle_of(args, path);
+  const auto found = h && h->kind == "recording" ? ctx.app.recordings.find(h->number) : nullptr;
+  if (!found)
+    return error(ErrorCode::invalid_argument, v.text() + " is not a recording",
+                 "Give the recording that a simulation returned.", path);
+  return found;
+}
+
+/// Name of a member given by name, or by the record that it places.
+template <class Placed>
+Result<std::string> member_name(const CommandContext& ctx, const std::vector<Placed>& all,
+                                const Value& given, AnyId (*what)(const Placed&),
+                                std::string_view kind) {
+  std::vector<std::string> known;
+  for (const Placed& p : all) {
+    if (given.as_string() && *given.as_string() == p.name) return p.name;
+    known.push_back(p.name);
+  }
+  RMP_TRY_ASSIGN(const AnyId id, read_ref(ctx, kind, given, kind));
+  for (const Placed& p : all)
+    if (what(p) == id) return p.name;
+  return unknown_name(kind, given.as_string() ? *given.as_string() : ctx.snapshot().describe(id),
+                      known);
+}
+AnyId robot_of(const model::PlacedRobot& p) { return p.robot; }
+AnyId trajectory_of(const model::PlacedTrajectory& p) { return p.trajectory; }
+
+Result<std::vector<double>> numbers(const Map& args, const std::string& name) {
+  std::vector<double> out = reals(args, name);
+  if (const std::string* words = args.find(name)->as_string()) {
+    RMP_TRY_ASSIGN(const Value read, check_value(field("", "real[]", "", ""), *words, name));
+    out = reals(&read);
+  }
+  if (out.empty())
+    return error(ErrorCode::invalid_argument, args.find(name)->text() + " is not a list of numbers",
+                 "Give one number for each, or a recording.", name);
+  return out;
+}
+
+/// Expressions of the time for some of x, y, z, roll, pitch, yaw.
+Result<void> read_base_motion(const Map& args, sim::ForwardRun& run) {
+  if (!has(args, "base_motion")) return {};
+  const Map* given = args.find("base_motion")->as_map();
+  if (!given)
+    return error(ErrorCode::invalid_argument,
+                 args.find("base_motion")->text() + " is not a table of expressions",
+                 "Give such as {x = \"0.1 m * sin(2 rad/s * time)\"}.", "base_motion");
+  run.base_motion.emplace();
+  const std::vector<std::string> known(sim::kBaseNumbers.begin(), sim::kBaseNumbers.end());
+  for (const auto& [name, value] : *given) {
+    const auto at = std::find(known.begin(), known.end(), name);
+    if (at == known.end()) return unknown_name("number", name, known).in("base_motion");
+    const std::string* words = value.as_string();
+    if (!words)
+      return error(ErrorCode::invalid_argument, value.text() + " is not an expression",
+                   "Write it in quotes, with units.", "base_motion." + name);
+    (*run.base_motion)[static_cast<std::size_t>(at - known.begin())] = *words;
+  }
+  return {};
+}
+
+/// The arguments that both commands have.
+Result<sim::ForwardRun> read_run(CommandContext& ctx, const Map& args, const Robot& robot,
+                                 const RobotModel& m) {
+  sim::ForwardRun run;
+  if (has(args, "duration")) run.duration = real(args, "duration");
+  run.sample_time = real(args, "sample_time");
+  if (has(args, "q")) {
+    RMP_TRY_ASSIGN(run.q, read_q(*args.find("q"), robot, m.joints, "q"));
+  }
+  if (has(args, "qd")) {
+    RMP_TRY_ASSIGN(run.qd, numbers(args, "qd"));
+  }
+  if (handle_of(args, "tau")) {
+    RMP_TRY_ASSIGN(run.recorded_tau, recording_of(ctx, args, "tau"));
+  } else if (has(args, "tau")) {
+    RMP_TRY_ASSIGN(run.tau, numbers(args, "tau"));
+  }
+  if (has(args, "controller")) {
+    run.is_controlled = true;
+    RMP_TRY_ASSIGN(run.controller, read_provider(*args.find("controller"), "controller"));
+  }
+  if (handle_of(args, "reference")) {
+    RMP_TRY_ASSIGN(run.recorded_q, recording_of(ctx, args, "reference"));
+    run.is_controlled = true;
+  } else if (has(args, "reference")) {
+    RMP_TRY_ASSIGN(run.hold, read_q(*args.find("reference"), robot, m.joints, "reference"));
+    run.is_controlled = true;
+  }
+  if (run.recorded_tau && run.recorded_tau->rows() > 0 && !run.is_controlled &&
+      !has(args, "duration"))
+    run.duration = run.recorded_tau->columns.front().values.back();
+  run.control_period = real(args, "control_period");
+  if (has(args, "tip_force")) run.wrench.force = vec3(args, "tip_force");
+  if (has(args, "tip_moment")) run.wrench.moment = vec3(args, "tip_moment");
+  if (has(args, "tip_wrench")) {
+    RMP_TRY_ASSIGN(run.recorded_wrench, recording_of(ctx, args, "tip_wrench"));
+  }
+  RMP_TRY(read_base_motion(args, run));
+  if (has(args, "integrator")) {
+    RMP_TRY_ASSIGN(run.integrator, read_provider(*args.find("integrator"), "integrator"));
+  }
+  run.relative_tolerance = real(args, "relative_tolerance");
+  run.absolute_tolerance = real(args, "absolute_tolerance");
+  run.step = real(args, "step");
+  run.friction = flag(args, "friction");
+  run.breakaway = real(args, "breakaway");
+  run.restitution = real(args, "restitution");
+  const std::string limits = text_of(args, "limits");
+  run.at_limit = limits == "report"   ? sim::AtLimit::report
+                 : limits == "ignore" ? sim::AtLimit::ignore
+                                      : sim::AtLimit::stop;
+  return run;
+}
+
+Result<Value> simulated(CommandContext& ctx, const sim::ForwardRun& run) {
+  const sim::Simulator simulator{ctx.app.registry, ctx.app.derived, ctx.snapshot()};
+  RMP_TRY_ASSIGN(auto recording, sim::forward_dynamics(simulator, run, ctx.progress));
+  return Value(Handle{"recording", ctx.app.recordings.add(std::move(recording))});
+}
+
+/// The arguments of world.simulate_dynamics.
+Result<sim::ForwardRun> read_in_world(CommandContext& ctx, const Map& args) {
+  const World& w = content<World>(ctx, args);
+  const std::string where = name_in(ctx, ref(args, "id"));
+  auto name = member_name(ctx, w.robots, *args.find("robot"), robot_of, "robot");
+  if (!name.ok()) return std::move(name).error().in(where);
+  const auto placed = std::find_if(w.robots.begin(), w.robots.end(),
+                                   [&](const auto& p) { return p.name == *name; });
+  const Robot* robot = ctx.snapshot().get(placed->robot);
+  RMP_TRY_ASSIGN(const auto m, ctx.app.derived.robot_model(ctx.snapshot(), placed->robot, w.gravity,
+                                                           ctx.progress));
+  RMP_TRY_ASSIGN(auto run, read_run(ctx, args, *robot, *m));
+  run.world = typed<World>(args);
+  run.robot = *name;
+  if (has(args, "trajectory")) {
+    RMP_TRY_ASSIGN(run.trajectory, member_name(ctx, w.trajectories, *args.find("trajectory"),
+                                               trajectory_of, "trajectory"));
+    run.is_controlled = true;
+  }
+  if (has(args, "base_trajectory")) {
+    RMP_TRY_ASSIGN(run.base_trajectory,
+                   member_name(ctx, w.trajectories, *args.find("base_trajectory"), trajectory_of,
+                               "trajectory"));
+  }
+  tell_no_mass(ctx, *m, Severity::warning, ", so it cannot move as a real one does");
+  return run;
+}
+
+Result<Value> simulate_in_world(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(const auto run, read_in_world(ctx, args));
+  return simulated(ctx, run);
+}
+
+/// The arguments of robot.simulate.
+Result<sim::ForwardRun> read_alone(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(const auto m, model_of(ctx, args));
+  RMP_TRY_ASSIGN(auto run, read_run(ctx, args, content<Robot>(ctx, args), *m));
+  run.record = typed<Robot>(args);
+  return run;
+}
+
+Result<Value> simulate_alone(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(const auto run, read_alone(ctx, args));
+  return simulated(ctx, run);
+}
+
+/// Who computes a run of a robot record.
+LiveSource live(CommandContext& ctx, RobotId robot, sim::ForwardRun run) {
+  const Robot& r = *ctx.snapshot().get(robot);
+  LiveSource out;
+  out.asks = {{ForwardDynamics::kInterfaceId, r.forward_dynamics},
+              {InverseDynamics::kInterfaceId, r.inverse_dynamics},
+              {Integrator::kInterfaceId, run.integrator}};
+  if (run.is_controlled)
+    out.asks.emplace_back(Controller::kInterfaceId,
+                          run.controller.name.empty() ? r.controller : run.controller);
+  if (!run.trajectory.empty()) out.asks.emplace_back(IkSolver::kInterfaceId, r.ik);
+  out.source = [&registry = ctx.app.registry, &derived = ctx.app.derived,
+                snapshot = ctx.app.document.now(), run = std::move(run)](
+                   const sim::RunState* from, sim::RowSink& sink, Progress& progress) {
+    return sim::forward_dynamics({registry, derived, *snapshot}, run, progress, &sink, from);
+  };
+  return out;
+}
+
+Schema run_params(Schema first, Schema references) {
+  first.push_back(above_zero(optional("duration", "real", "s",
+                                      "How long; that of the trajectory, or of the recording of "
+                                      "tau or reference, when left out.")));
+  first.push_back(above_zero(
+      defaulted("sample_time", "real", "s", 0.01, "Time between samples of the recording.")));
+  first.push_back(optional("q", "any", "rad or m",
+                           "Joint values at the start, or the name of a pose; those of the "
+                           "reference or of the place when left out."));
+  first.push_back(optional("qd", "any", "rad/s or m/s",
+                           "Joint velocities at the start; those of the reference, else zeros."));
+  first.push_back(optional("tau", "any", "N m or N",
+                           "Torques of the motors: one for each joint, or a recording with columns "
+                           "tau1, tau2 and so on. None when left out."));
+  first.push_back(optional("controller", "any", "",
+                           "Controller that gives the torques instead: name, or {name = ..., "
+                           "params = {...}}; the robot's own where only a reference is given."));
+  for (ParamSpec& p : references) first.push_back(std::move(p));
+  first.push_back(optional("reference", "any", "rad or m",
+                           "What the controller follows: a recording with columns q1, q2 and so "
+                           "on, or joint values or a pose to hold."));
+  first.push_back(above_zero(defaulted("control_period", "real", "s", 0.001,
+                                       "Time for which the controller holds its torques.")));
+  first.push_back(
+      optional("tip_force", "vec3", "N", "Force on the robot at its tool, world axes."));
+  first.push_back(
+      optional("tip_moment", "vec3", "N m", "Moment on the robot at its tool, world axes."));
+  first.push_back(optional("tip_wrench", "any", "",
+                           "The same over time: a recording with columns wrench1 to wrench6."));
+  first.push_back(optional(
+      "base_motion", "map", "",
+      "How the robot's mounting moves from its place, in its own axes: expressions of `time` for "
+      "some of x, y, z, roll, pitch and yaw, smooth ones."));
+  first.push_back(optional("integrator", "any", "",
+                           "Integrator: name, or {name = ..., params = {...}}; the default when "
+                           "left out."));
+  first.push_back(above_zero(
+      defaulted("relative_tolerance", "real", "", 1e-10, "Of the variable-step integrator.")));
+  first.push_back(above_zero(
+      defaulted("absolute_tolerance", "real", "", 1e-12, "Of the variable-step integrator.")));
+  first.push_back(above_zero(
+      defaulted("step", "real", "s", 0.001, "Of fixed-step integrators; first guess of others.")));
+  first.push_back(defaulted("friction", "bool", "", true, "Whether the joints have friction."));
+  first.push_back(between(
+      defaulted("breakaway", "real", "", 1.0, "Static friction over Coulomb friction."), 1, 1000));
+  first.push_back(choice("limits", {"stop", "report", "ignore"},
+                         "What joint limits do: stop the joint, only be told, or nothing."));
+  first.push_back(between(
+      defaulted("restitution", "real", "", 0.0, "Speed after over speed before a stop."), 0, 1));
+  return first;
+}
+
+std::string with_stroke(const std::string& rest) {
+  return with_arm(
+             "local cell = world.create{name = \"cell\"}\ncell:add_robot{robot = arm, q = "
+             "\"ready\"}\nlocal start = arm:fk{q = \"ready\"}\nlocal p, a = start.position, "
+             "start.rpy\n"
+             "trajectory.create{name = \"stroke\", sample_time = 0.05, segments = {{shape = "
+             "\"line\", points = {\n"
+             "  {p[1], p[2], p[3], a[1], a[2], a[3]}, {p[1], p[2] + 0.05, p[3], a[1], a[2], "
+             "a[3]}}}}}\n"
+             "cell:add_trajectory{trajectory = \"stroke\"}\n") +
+         rest;
+}
+
+}  // namespace
+
+Result<LiveSource> live_dynamics(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(auto run, read_in_world(ctx, args));
+  const World& w = content<World>(ctx, args);
+  const auto placed = std::find_if(w.robots.begin(), w.robots.end(),
+                                   [&](const auto& p) { return p.name == run.robot; });
+  return live(ctx, placed->robot, std::move(run));
+}
+Result<LiveSource> live_robot(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(auto run, read_alone(ctx, args));
+  return live(ctx, typed<Robot>(args), std::move(run));
+}
+
+std::vector<CommandSpec> simulation_commands() {
+  std::vector<CommandSpec> all;
+  const std::string details =
+      "Columns: time, q, qd, qdd, tau, tau_friction and tau_stop of the joints, kinetic, potential "
+      "and their sum energy, x, y, z of the tool, and with a reference error of the joints and "
+      "tip_error. Coulomb friction holds a joint at rest up to its breakaway torque; torques are "
+      "cut at the joints' max_force. recording.notes tells limits met, where joints came to rest "
+      "and went "
+      "on, torques cut, and what the integrator did.";
+  all.push_back(
+      {.name = "world.simulate_dynamics",
+       .classic = "World WorldFwdDynSim|World FwdDynWorldSim(robot, duration, qd, integrator, "
+                  "step, tau)|World WorldfDynSim(robot, tau, duration)",
+       .summary = "Lets a robot move under torques or a controller and records its motion.",
+       .details = details,
+       .example = with_stroke(
+           "local fall = cell:simulate_dynamics{robot = \"arm\", duration = 0.1}\n"
+           "assert(#fall:values(\"energy\") == 11)\n"
+           "local run = cell:simulate_dynamics{robot = \"arm\", trajectory = \"stroke\", "
+           "controller = \"computed_torque\", duration = 0.2}\n"
+           "assert(run:values(\"tip_error\")[21] < 1e-3)"),
+       .params = run_params(
+           {self("world"), needed("robot", "any", "", "Name of the member, or the robot.")},
+           {optional("trajectory", "any", "",
+                     "What the controller follows with the tool: a trajectory of the world."),
+            optional("base_trajectory", "any", "",
+                     "How the robot's mounting moves: a trajectory of the world.")}),
+       .returns = {"handle", "", "The recording.", {}},
+       .effect = Effect::simulates,
+       .run = simulate_in_world});
+  all.push_back(
+      {.name = "robot.simulate",
+       .classic = "",
+       .summary = "Lets a robot alone move under torques or a controller and records its motion.",
+       .details = "Gravity is 9.81 m/s^2 along -z of its mounting. " + details,
+       .example = with_arm("local swing = arm:simulate{q = \"ready\", duration = 0.1}\n"
+                           "local e = swing:values(\"energy\")\n"
+                           "assert(math.abs(e[11] - e[1]) < 1e-9 * math.abs(e[1]))\n"
+                           "local held = arm:simulate{q = \"ready\", reference = \"ready\", "
+                           "controller = \"pd_gravity\", duration = 0.1}\n"
+                           "assert(held:values(\"tip_error\")[11] < 1e-6)\n"
+                           "local shaken = arm:simulate{q = \"ready\", duration = 0.1, "
+                           "base_motion = {z = \"0.01 m * (1 - cos(30 rad/s * time))\"}}\n"
+                           "assert(shaken:values(\"energy\")[11] ~= e[11])"),
+       .params = run_params({self("robot")}, {}),
+       .returns = {"handle", "", "The recording.", {}},
+       .effect = Effect::simulates,
+       .run = simulate_alone});
+  return all;
+}
+
+}  // namespace robomosp::ioci

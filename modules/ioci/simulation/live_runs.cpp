@@ -1,0 +1,437 @@
+// SPDX-License-Identifier: Apache-2.0
+// Live runs: simulations that are stepped, played, paused, run backwards, and go on in an edited
+// world.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "ioci/core/commands.h"
+#include "ioci/simulation/live_runs.h"
+#include "spatial/pose.h"
+#include "spatial/rotation.h"
+
+namespace robomosp::ioci {
+namespace {
+
+/// What a live run can be of: a word, the command whose arguments it takes, and how it is computed
+/// row by row; without that the command's whole recording is made first.
+struct Simulation {
+  const char* word;
+  const char* command;
+  Result<LiveSource> (*live)(CommandContext&, const Map&);
+};
+constexpr Simulation kOfWorlds[] = {{"physics", "world.simulate_physics", live_physics},
+                                    {"dynamics", "world.simulate_dynamics", live_dynamics},
+                                    {"inverse_kinematics", "world.inverse_kinematics", nullptr},
+                                    {"forward_kinematics", "world.forward_kinematics", nullptr},
+                                    {"inverse_dynamics", "world.inverse_dynamics", nullptr},
+                                    {"time_optimal", "world.time_optimal", nullptr},
+                                    {"tasks", "world.run_task", nullptr}};
+constexpr Simulation kOfRobots[] = {{"dynamics", "robot.simulate", live_robot}};
+constexpr const char* kReplay = "recording";
+
+std::vector<std::string> words_of(std::span<const Simulation> all) {
+  std::vector<std::string> words;
+  for (const Simulation& s : all) words.emplace_back(s.word);
+  words.emplace_back(kReplay);
+  return words;
+}
+
+/// A recording that is there already, row by row.
+sim::LiveRun::Source replay(recording::RecordingPtr recording) {
+  return [recording = std::move(recording)](const sim::RunState* from, sim::RowSink& sink,
+                                            Progress&) -> Result<recording::RecordingPtr> {
+    const double begin = from ? from->time : -std::numeric_limits<double>::infinity();
+    RMP_TRY(sim::hand_on(*recording, begin, sink));
+    return recording;
+  };
+}
+
+Result<recording::RecordingPtr> recording_of(const CommandContext& ctx, const Value* v) {
+  const Handle* h = v ? v->as_handle() : nullptr;
+  auto found = h && h->kind == "recording" ? ctx.app.recordings.find(h->number) : nullptr;
+  if (found) return found;
+  return error(ErrorCode::invalid_argument, "there is no recording to run",
+               "Give with = {recording = ...}.", "with");
+}
+
+/// Whether something that is asked was written in Lua, which would wait for its script at every
+/// row.
+bool asks_scripts(const Registry& registry, const LiveSource& live) {
+  return std::any_of(live.asks.begin(), live.asks.end(), [&](const auto& asked) {
+    const auto info = registry.find(asked.first, asked.second.name);
+    return info.ok() && info->origin == "lua";
+  });
+}
+
+Result<sim::LiveRun::Source> source_of(CommandContext& ctx, const LiveRunEntry& entry) {
+  // A source computes with what is published, while a group of edits is only this session's.
+  if (ctx.is_in_group())
+    return error(ErrorCode::conflict, "a live run cannot begin while a group of edits is open",
+                 "Finish the group first.");
+  if (entry.of == kReplay) {
+    RMP_TRY_ASSIGN(auto recording, recording_of(ctx, entry.with.find("recording")));
+    return replay(std::move(recording));
+  }
+  const std::span<const Simulation> all = entry.subject.kind == "world"
+                                              ? std::span<const Simulation>(kOfWorlds)
+                                              : std::span<const Simulation>(kOfRobots);
+  const auto simulation =
+      std::find_if(all.begin(), all.end(), [&](const Simulation& s) { return entry.of == s.word; });
+  if (simulation == all.end()) return unknown_name("simulation", entry.of, words_of(all));
+  Map args = entry.with;
+  args.set("id", entry.subject);
+  if (simulation->live) {
+    const CommandSpec& spec = *ctx.app.commands.find(simulation->command);
+    RMP_TRY_ASSIGN(const Map checked, read_map(ctx, spec.params, args, "with"));
+    RMP_TRY_ASSIGN(LiveSource live, simulation->live(ctx, checked));
+    if (!asks_scripts(ctx.app.registry, live)) return std::move(live.source);
+  }
+  RMP_TRY_ASSIGN(const Value made, ctx.dispatch(simulation->command, args));
+  RMP_TRY_ASSIGN(auto recording, recording_of(ctx, &made));
+  ctx.app.recordings.remove(made.as_handle()->number);
+  return replay(std::move(recording));
+}
+
+LiveRunPtr entry_of(CommandContext& ctx, const Map& args) {
+  const Handle& h = *args.find("id")->as_handle();
+  LiveRunPtr found = ctx.app.runs->find(h.number);
+  if (!found) throw StaleHandle{h};
+  return found;
+}
+
+/// Whether a record and all that it refers to are the same in two snapshots.
+bool is_same(const document::Snapshot& a, const document::Snapshot& b, AnyId id) {
+  if (a.revision() == b.revision()) return true;
+  std::vector<AnyId> ids{id};
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    const auto record = a.share(ids[i]);
+    if (record != b.share(ids[i])) return false;
+    if (!record) continue;
+    model::for_each_reference(record->body, [&](AnyId other, std::string_view) {
+      if (std::find(ids.begin(), ids.end(), other) == ids.end()) ids.push_back(other);
+    });
+  }
+  return true;
+}
+
+/// Values of a row by the names of its columns.
+class Row {
+ public:
+  Row(const recording::Recording& head, const std::vector<double>& values)
+      : head_(head), values_(values) {}
+  [[nodiscard]] const double* find(const std::string& name) const {
+    const std::size_t count = std::min(values_.size(), head_.columns.size());
+    for (std::size_t c = 0; c < count; ++c)
+      if (head_.columns[c].name == name) return &values_[c];
+    return nullptr;
+  }
+  [[nodiscard]] Map all() const {
+    Map out;
+    const std::size_t count = std::min(values_.size(), head_.columns.size());
+    for (std::size_t c = 0; c < count; ++c) out.set(head_.columns[c].name, values_[c]);
+    return out;
+  }
+  /// q1, q2, ... of a robot.
+  [[nodiscard]] std::vector<double> joints(const std::string& robot) const {
+    const std::string stem = (robot == head_.robot ? "" : robot + ".") + std::string("q");
+    std::vector<double> q;
+    while (const double* x = find(stem + std::to_string(q.size() + 1))) q.push_back(*x);
+    return q;
+  }
+  [[nodiscard]] std::optional<Pose> pose(const std::string& object) const {
+    std::array<double, 7> x{};
+    for (std::size_t k = 0; k < x.size(); ++k) {
+      const double* v = find(object + recording::kPlaceColumns[k]);
+      if (!v) return std::nullopt;
+      x[k] = *v;
+    }
+    return recording::pose_of_place(x);
+  }
+
+ private:
+  const recording::Recording& head_;
+  const std::vector<double>& values_;
+};
+
+Value state_of(const CommandContext& ctx, const LiveRunEntry& entry) {
+  const sim::LiveRun::Shown s = entry.run->shown();
+  const recording::Recording head = entry.run->head();
+  const Row row(head, s.values);
+  const AnyId subject{*kind_from(entry.subject.kind), entry.subject.number};
+  Map out{{"time", s.time},
+          {"row", static_cast<std::int64_t>(s.row + 1)},
+          {"rows", static_cast<std::int64_t>(s.rows)},
+          {"recorded", s.recorded},
+          {"speed", s.speed},
+          {"is_playing", s.speed != 0},
+          {"is_over", s.is_over},
+          {"is_complete", s.is_complete},
+          {"is_outdated", !is_same(*entry.snapshot(), *ctx.app.document.now(), subject)},
+          {"lag", s.lag}};
+  if (s.failure) out.set("error", s.failure->sentence());
+  out.set("values", row.all());
+  Map joints, objects;
+  const auto add_joints = [&](const std::string& robot) {
+    if (auto q = row.joints(robot); !q.empty()) joints.set(robot, NumericArray(std::move(q)));
+  };
+  const document::SnapshotPtr snapshot = entry.snapshot();
+  if (const auto* record = snapshot->find(subject)) {
+    if (const auto* world = std::get_if<model::World>(&record->body)) {
+      for (const auto& r : world->robots) add_joints(r.name);
+      for (const auto& o : world->objects)
+        if (const auto pose = row.pose(o.name)) objects.set(o.name, pose_map(*pose));
+    } else {
+      add_joints(head.robot);
+    }
+  }
+  out.set("joints", std::move(joints));
+  out.set("objects", std::move(objects));
+  return Value(std::move(out));
+}
+
+/// What the run's outcome is worth: its state, or the error.
+Result<Value> answer(CommandContext& ctx, const Map& args, Result<void> done) {
+  const LiveRunPtr run = entry_of(ctx, args);
+  const LiveRunEntry& entry = *run;
+  if (!done.ok()) return std::move(done).error().in("run " + text::quote(entry.title));
+  Value state = state_of(ctx, entry);
+  if (ctx.app.events.has_subscribers())
+    ctx.app.events.publish(RunState{args.find("id")->as_handle()->number, *state.as_map()});
+  return state;
+}
+
+Result<Value> start(CommandContext& ctx, const Map& args) {
+  const auto made = std::make_shared<LiveRunEntry>();
+  LiveRunEntry& entry = *made;
+  entry.of = text_of(args, "of");
+  entry.subject = *args.find("id")->as_handle();
+  if (const Value* with = args.find("with"); with && with->as_map()) entry.with = *with->as_map();
+  entry.title = ctx.name_of(entry.subject).value_or("") + ": " + entry.of;
+  entry.set_snapshot(ctx.base());
+  RMP_TRY_ASSIGN(auto source, source_of(ctx, entry));
+  entry.run = std::make_unique<sim::LiveRun>();
+  RMP_TRY(entry.run->start(std::move(source), ctx.progress));
+  return Value(Handle{"run", ctx.app.runs->add(made)});
+}
+
+/// Computes on with the world as it is now.
+Result<Value> anew(CommandContext& ctx, const Map& args,
+                   Result<void> (sim::LiveRun::*how)(sim::LiveRun::Source, Progress&)) {
+  const LiveRunPtr run = entry_of(ctx, args);
+  LiveRunEntry& entry = *run;
+  auto source = source_of(ctx, entry);
+  if (!source.ok()) return answer(ctx, args, std::move(source).error());
+  entry.set_snapshot(ctx.base());
+  return answer(ctx, args, (entry.run.get()->*how)(std::move(*source), ctx.progress));
+}
+Result<Value> reset(CommandContext& ctx, const Map& args) {
+  return anew(ctx, args, &sim::LiveRun::start);
+}
+Result<Value> refresh(CommandContext& ctx, const Map& args) {
+  return anew(ctx, args, &sim::LiveRun::refresh);
+}
+
+Result<Value> step(CommandContext& ctx, const Map& args) {
+  const LiveRunPtr entry = entry_of(ctx, args);
+  sim::LiveRun& run = *entry->run;
+  if (!has(args, "time")) return answer(ctx, args, run.step(integer(args, "rows"), ctx.progress));
+  return answer(ctx, args, run.go_to(run.shown().time + real(args, "time"), ctx.progress));
+}
+Result<Value> seek(CommandContext& ctx, const Map& args) {
+  return answer(ctx, args, entry_of(ctx, args)->run->go_to(real(args, "time"), ctx.progress));
+}
+Result<Value> finish(CommandContext& ctx, const Map& args) {
+  return answer(ctx, args, entry_of(ctx, args)->run->finish(ctx.progress));
+}
+Result<Value> pause(CommandContext& ctx, const Map& args) {
+  return answer(ctx, args, entry_of(ctx, args)->run->pause(ctx.progress));
+}
+
+Result<Value> play(CommandContext& ctx, const Map& args) {
+  const Value& given = *args.find("speed");
+  const std::string* word = given.as_string();
+  double speed = 0;
+  if (word && *word == "max") speed = sim::kAsFastAsPossible;
+  else if (const auto read = word ? text::read_real(*word) : given.number()) speed = *read;
+  else
+    return error(ErrorCode::invalid_argument, given.text() + " is not a speed",
+                 "Give a number, 1 = real time, or \"max\".", "speed");
+  if (std::isnan(speed) || speed == 0 || speed == -sim::kAsFastAsPossible)
+    return error(ErrorCode::invalid_argument, "a speed of " + given.text() + " does not play",
+                 "run.pause stops the time; a negative speed runs backwards.", "speed");
+  entry_of(ctx, args)->run->play(speed);
+  return answer(ctx, args, {});
+}
+
+Result<Value> stop(CommandContext& ctx, const Map& args) {
+  entry_of(ctx, args)->run->stop();
+  return answer(ctx, args, {});
+}
+
+Result<Value> state(CommandContext& ctx, const Map& args) {
+  return state_of(ctx, *entry_of(ctx, args));
+}
+
+Result<Value> recording(CommandContext& ctx, const Map& args) {
+  return Value(Handle{"recording", ctx.app.recordings.add(entry_of(ctx, args)->run->recording())});
+}
+
+Result<Value> remove(CommandContext& ctx, const Map& args) {
+  ctx.app.runs->remove(args.find("id")->as_handle()->number);
+  return Value();
+}
+
+Result<Value> list(CommandContext& ctx, const Map&) {
+  List out;
+  for (const auto& [number, entry] : ctx.app.runs->list()) {
+    const sim::LiveRun::Shown s = entry->run->shown();
+    out.emplace_back(Map{{"id", Handle{"run", number}},
+                         {"title", entry->title},
+                         {"time", s.time},
+                         {"recorded", s.recorded},
+                         {"is_playing", s.speed != 0},
+                         {"is_over", s.is_over}});
+  }
+  return Value(std::move(out));
+}
+
+/// Lua of a box that falls on a floor, for examples.
+std::string with_fall(const char* rest) {
+  return std::string(
+             "material.create{name = \"wood\", density = 600}\n"
+             "solid.create{name = \"floor\", root = {kind = \"box\", x = 2, y = 2, z = 0.1}}\n"
+             "solid.create{name = \"box\", material = \"wood\", root = {kind = \"box\", x = 0.1, "
+             "y = 0.1, z = 0.1}}\n"
+             "local cell = world.create{name = \"cell\"}\n"
+             "cell:add_object{what = \"floor\", position = {0, 0, -0.1}}\n"
+             "cell:add_object{what = \"box\", position = {0, 0, 0.5}}\n"
+             "local fall = cell:start_run(\"physics\", {duration = 0.5})\n") +
+         rest;
+}
+
+}  // namespace
+
+std::vector<CommandSpec> run_commands() {
+  std::vector<CommandSpec> all;
+  const ReturnSpec shown{
+      "map",
+      "",
+      "",
+      {field("time", "real", "s", "That is shown."),
+       field("row", "int", "", "The last one at or before it, 1 = the first."),
+       field("rows", "int", "", "Recorded."), field("recorded", "real", "s", "Up to this time."),
+       field("speed", "real", "", "Of playing; 0 when it does not."),
+       field("is_playing", "bool", "", "The time runs."),
+       field("is_over", "bool", "", "It is shown to its end."),
+       field("is_complete", "bool", "", "Nothing is left to compute."),
+       field("is_outdated", "bool", "", "The world was edited since; run.refresh takes it over."),
+       field("lag", "real", "s", "How far the simulation is behind the clock."),
+       field("error", "string", "", "Why it could not go on; absent when it could."),
+       field("values", "map", "", "The row: numbers by the columns' names."),
+       field("joints", "map", "", "Joint values by robot."),
+       field("objects", "map", "", "Poses of the objects that move.")}};
+  const auto add = [&](const char* name, const char* summary, const char* details,
+                       std::string example, Schema params, ReturnSpec returns, Effect effect,
+                       Result<Value> (*run)(CommandContext&, const Map&)) {
+    all.push_back({.name = name,
+                   .classic = "",
+                   .summary = summary,
+                   .details = details,
+                   .example = std::move(example),
+                   .params = std::move(params),
+                   .returns = std::move(returns),
+                   .effect = effect,
+                   .run = run});
+  };
+  const ParamSpec with = optional("with", "map", "", "Arguments of the simulation.");
+  const ReturnSpec made{"handle", "", "The run, which stands at its first row.", {}};
+  add("world.start_run", "Starts a simulation that is stepped, played and paused.",
+      "It takes the arguments of the command of that simulation: physics those of "
+      "world.simulate_physics, dynamics of world.simulate_dynamics, tasks of world.run_task, "
+      "recording the recording itself. Physics and dynamics are computed row by row while the run "
+      "goes on; of the others, and with solvers written in Lua, the motion is computed first and "
+      "then shown row by row.",
+      with_fall("assert(fall:state().rows == 1)\nlocal s = fall:step(10)\n"
+                "assert(math.abs(s.time - 0.1) < 1e-9 and s.objects.box.position[3] < 0.5)"),
+      {self("world"), choice("of", words_of(kOfWorlds), "What is simulated.", true), with}, made,
+      Effect::simulates, start);
+  add("robot.start_run", "Starts a simulation of a robot alone that is stepped, played and paused.",
+      "It takes the arguments of robot.simulate, or a recording.",
+      with_arm("local swing = arm:start_run(\"dynamics\", {q = \"ready\", duration = 0.1})\n"
+               "assert(swing:finish().is_over)"),
+      {self("robot"), choice("of", words_of(kOfRobots), "What is simulated.", true), with}, made,
+      Effect::simulates, start);
+  add("run.step", "Goes on by some rows or some time, or back, and pauses there.",
+      "What is not recorded yet is computed.",
+      with_fall("assert(fall:step().row == 2)\nassert(fall:step{time = 0.1}.row == 12)\n"
+                "assert(fall:step(-11).row == 1)"),
+      {self("run"), defaulted("rows", "int", "", 1, "How many; back when negative."),
+       optional("time", "real", "s", "Instead of rows; back when negative.")},
+      shown, Effect::simulates, step);
+  ParamSpec time = needed("time", "real", "s", "Where to; beyond the end it is the end.");
+  time.min = 0;
+  add("run.seek", "Goes to a time and pauses there.", "What is not recorded yet is computed.",
+      with_fall("assert(fall:seek(0.2).row == 21)\nassert(fall:seek(0).rows == 21)"),
+      {self("run"), std::move(time)}, shown, Effect::simulates, seek);
+  add("run.finish", "Computes to the end and shows it.", "",
+      with_fall("local s = fall:finish()\nassert(s.is_over and s.time == 0.5)"), {self("run")},
+      shown, Effect::simulates, finish);
+  add("run.play", "Lets the time of a run go on.",
+      "It returns at once. Backwards it goes over what is recorded, to the first row.",
+      with_fall("assert(fall:play().is_playing)\nfall:pause()\nfall:play(\"max\")\n"
+                "fall:finish()\nassert(fall:play(-2).speed == -2)"),
+      {self("run"),
+       defaulted("speed", "any", "", 1.0,
+                 "1 = real time, 2 = twice as fast, \"max\" = as fast as it computes, -1 = "
+                 "backwards.")},
+      shown, Effect::simulates, play);
+  add("run.pause", "Stops the time of a run and its simulation.", "",
+      with_fall("fall:play(\"max\")\nlocal rows = fall:pause().rows\n"
+                "assert(fall:state().rows == rows and not fall:state().is_playing)"),
+      {self("run")}, shown, Effect::simulates, pause);
+  add("run.refresh", "Goes on from what is shown with the world as it is now.",
+      "Rows behind it are dropped. Objects and driven robots keep place and speed by name, "
+      "gripped objects stay gripped, new objects begin where they are placed. Motions that follow "
+      "from the time alone, as kinematic ones and tasks, are computed anew from their start and go "
+      "on at this time.",
+      with_fall("fall:seek(0.1)\ncell:add_object{what = \"box\", name = \"late\", position = "
+                "{0.5, 0, 0.3}}\n"
+                "assert(fall:state().is_outdated)\nlocal s = fall:refresh()\n"
+                "assert(s.objects.late.position[3] == 0.3 and s.objects.box.position[3] < 0.5)\n"
+                "assert(fall:step(5).objects.late.position[3] < 0.3)"),
+      {self("run")}, shown, Effect::simulates, refresh);
+  add("run.reset", "Begins a run again from its start with the world as it is now.",
+      "It takes back no edit.",
+      with_fall("fall:finish()\ncell:place{member = \"box\", position = {0, 0, 0.2}}\n"
+                "local s = fall:reset()\n"
+                "assert(s.time == 0 and s.rows == 1 and s.objects.box.position[3] == 0.2)"),
+      {self("run")}, shown, Effect::simulates, reset);
+  add("run.state", "Tells what a run shows.", "",
+      with_fall("assert(fall:state().values[\"box.z\"] == 0.5)"), {self("run")}, shown,
+      Effect::reads, state);
+  add("run.recording", "Gives what a run has recorded so far, as a recording.",
+      "The recording does not grow with the run.",
+      with_fall("fall:seek(0.1)\nlocal r = fall:recording()\nassert(#r:values(\"time\") == 11)"),
+      {self("run")}, {"handle", "", "The recording.", {}}, Effect::simulates, recording);
+  add("run.stop", "Ends the simulation of a run; what is recorded stays.", "",
+      with_fall("fall:step(3)\nassert(fall:stop().rows == 4)"), {self("run")}, shown,
+      Effect::simulates, stop);
+  add("run.remove", "Ends and forgets a run.", "",
+      with_fall("local count = #run.list()\nfall:remove()\nassert(#run.list() == count - 1)"),
+      {self("run")}, {}, Effect::simulates, remove);
+  add("run.list", "Lists the live runs.", "",
+      with_fall("local all = run.list()\nassert(all[#all].title == \"cell: physics\")"), {},
+      {"list",
+       "",
+       "",
+       {field("id", "handle", "", "The run."), field("title", "string", "", "What it is of."),
+        field("time", "real", "s", "That is shown."),
+        field("recorded", "real", "s", "Up to this time."),
+        field("is_playing", "bool", "", "The time runs."),
+        field("is_over", "bool", "", "It is shown to its end.")}},
+      Effect::reads, list);
+  return all;
+}
+
+}  // namespace robomosp::ioci

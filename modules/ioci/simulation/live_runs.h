@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+// Runs: the live runs of this session of the program, and how commands become one
+// (layer: application).
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "document/document.h"
+#include "ioci/core/command.h"
+#include "sim/live_run.h"
+
+namespace robomosp::ioci {
+
+struct LiveRunEntry {
+  std::string title;  ///< "cell: physics"
+  std::string of;     ///< what is simulated, as it was asked for
+  Handle subject;     ///< the world or robot
+  Map with;           ///< arguments of the simulation, as they were given
+  std::unique_ptr<sim::LiveRun> run;
+
+  /// What it computes with.
+  [[nodiscard]] document::SnapshotPtr snapshot() const {
+    const std::lock_guard lock(mutex_);
+    return snapshot_;
+  }
+  void set_snapshot(document::SnapshotPtr now) {
+    const std::lock_guard lock(mutex_);
+    snapshot_.swap(now);
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  document::SnapshotPtr snapshot_;  // guarded by mutex_
+};
+
+using LiveRunPtr = std::shared_ptr<LiveRunEntry>;
+
+/// Run state, outside the document and its history. [any thread]
+class Runs {
+ public:
+  std::uint64_t add(LiveRunPtr entry) {
+    const std::lock_guard lock(mutex_);
+    entries_.emplace(next_, std::move(entry));
+    return next_++;
+  }
+  /// Null where there is none of that number.
+  [[nodiscard]] LiveRunPtr find(std::uint64_t number) const {
+    const std::lock_guard lock(mutex_);
+    const auto it = entries_.find(number);
+    return it == entries_.end() ? nullptr : it->second;
+  }
+  /// The run ends when nobody else uses it any more.
+  LiveRunPtr remove(std::uint64_t number) {
+    const std::lock_guard lock(mutex_);
+    const auto node = entries_.extract(number);
+    return node.empty() ? nullptr : node.mapped();
+  }
+  [[nodiscard]] std::vector<std::pair<std::uint64_t, LiveRunPtr>> list() const {
+    const std::lock_guard lock(mutex_);
+    return {entries_.begin(), entries_.end()};
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  std::uint64_t next_ = 1;                       // number of a handle, never reused
+  std::map<std::uint64_t, LiveRunPtr> entries_;  // guarded by mutex_
+};
+
+/// A simulation that computes row by row, and the providers that it asks: (interface id, choice).
+struct LiveSource {
+  sim::LiveRun::Source source;
+  std::vector<std::pair<const char*, model::ProviderChoice>> asks;
+};
+
+// From the checked arguments of the commands world.simulate_dynamics, robot.simulate and
+// world.simulate_physics. A source owns a snapshot; registry and derived values outlive it.
+Result<LiveSource> live_dynamics(CommandContext&, const Map& args);
+Result<LiveSource> live_robot(CommandContext&, const Map& args);
+Result<LiveSource> live_physics(CommandContext&, const Map& args);
+
+}  // namespace robomosp::ioci

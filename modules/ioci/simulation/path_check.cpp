@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where along a trajectory a robot cannot follow: a table of the places, and a picture of them.
+#include "sim/path_check.h"
+#include "io/native.h"
+#include "ioci/core/commands.h"
+#include "ioci/view/picture.h"
+#include "ioci/world/members.h"
+#include "scene/build.h"
+
+namespace robomosp::ioci {
+namespace {
+
+/// "sample 37 of 400 (t = 0.36 s): it is out of reach"
+std::string sentence_of(const sim::PathCheck& c, const sim::PathFault& f) {
+  return "sample " + std::to_string(f.worst + 1) + " of " + std::to_string(c.times.size()) +
+         " (t = " + text::print_rounded(c.times[f.worst]) + " s): " + f.why;
+}
+
+Value row_of(const sim::PathCheck& c, const sim::PathFault& f) {
+  const auto q = c.q.begin() + static_cast<std::ptrdiff_t>(f.worst * c.dof);
+  const double end = c.times.back();
+  Map row{{"kind", std::string(sim::to_string(f.kind))},
+          {"sample", f.worst + 1},
+          {"first", f.first + 1},
+          {"last", f.last + 1},
+          {"time", c.times[f.worst]},
+          {"from", c.times[f.first]},
+          {"to", c.times[f.last]},
+          {"share", end > 0 ? c.times[f.worst] / end : 0.0},
+          {"position", vec_value(c.poses[f.worst].p, "m")},
+          {"q", NumericArray(std::vector<double>(q, q + static_cast<std::ptrdiff_t>(c.dof)))},
+          {"why", f.why},
+          {"text", sentence_of(c, f)}};
+  if (f.joint >= 0) row.set("joint", Value(f.joint + 1));
+  if (f.excess > 0) {
+    row.set("excess", Value(f.excess));
+    row.set("unit", Value(f.unit));
+  }
+  if (!f.a.empty()) {
+    row.set("a", Value(f.a));
+    row.set("b", Value(f.b));
+  }
+  return row;
+}
+
+/// The world with the robot at its last good sample and the way in the colours of its faults.
+Result<void> draw(CommandContext& ctx, const Map& args, const sim::PathCheck& check,
+                  const std::string& file) {
+  RMP_TRY_ASSIGN(render::Options options, read_picture(args));
+  if (options.look.caption.empty() && !check.faults.empty())
+    options.look.caption = sentence_of(check, check.faults.front());
+  scene::Extras extras;
+  extras.frames = flag(args, "frames");
+  extras.paths = scene::ShownPath::none;
+  const auto q = check.q.begin() + static_cast<std::ptrdiff_t>(check.last_good() * check.dof);
+  extras.robot_q[check.robot] = {q, q + static_cast<std::ptrdiff_t>(check.dof)};
+  const scene::Source source{ctx.snapshot(), ctx.app.derived, ctx.app.registry};
+  RMP_TRY_ASSIGN(scene::Built built, scene::build(source, ref(args, "id"), extras, ctx.progress));
+  scene::mark_path(built.scene, check);
+  RMP_TRY_ASSIGN(options.look.section, read_section(ctx, args, built.scene));
+  RMP_TRY_ASSIGN(const auto drawer, renderer(ctx.app));
+  RMP_TRY_ASSIGN(const std::string bytes, draw_png(*drawer, built.scene, options, ctx.progress));
+  return io::write_file(file, bytes);
+}
+
+Result<Value> check(CommandContext& ctx, const Map& args) {
+  const std::string file = has(args, "file") ? text_of(args, "file") : "";
+  if (!file.empty())
+    RMP_TRY(check_new_file(file, ".png", "Pictures are written as PNG files only."));
+  sim::Run run;
+  run.world = typed<model::World>(args);
+  const model::World& world = content<model::World>(ctx, args);
+  const std::string where = name_in(ctx, ref(args, "id"));
+  RMP_TRY_ASSIGN(const std::size_t robot, find_robot(ctx, run.world, *args.find("robot"), where));
+  RMP_TRY_ASSIGN(const std::size_t trajectory,
+                 find_trajectory(ctx, run.world, *args.find("trajectory"), where));
+  run.robot = world.robots[robot].name;
+  run.trajectory = world.trajectories[trajectory].name;
+  if (has(args, "sample_time")) run.sample_time = real(args, "sample_time");
+  const sim::Simulator simulator{ctx.app.registry, ctx.app.derived, ctx.snapshot(),
+                                 &ctx.app.collision_models};
+  RMP_TRY_ASSIGN(const sim::PathCheck done,
+                 sim::check_path(simulator, run, flag(args, "collisions"), ctx.progress));
+  List faults, notes;
+  for (const sim::PathFault& f : done.faults) faults.push_back(row_of(done, f));
+  for (const std::string& n : done.notes) notes.emplace_back(n);
+  Map out{{"is_good", done.faults.empty()},
+          {"samples", done.times.size()},
+          {"duration", done.times.back()},
+          {"faults", std::move(faults)},
+          {"notes", std::move(notes)}};
+  if (!file.empty()) {
+    RMP_TRY(draw(ctx, args, done, file));
+    out.set("file", Value(file));
+  }
+  return Value(std::move(out));
+}
+
+}  // namespace
+
+std::vector<CommandSpec> path_check_commands() {
+  CommandSpec c;
+  c.name = "world.check";
+  c.summary = "Finds all places of a trajectory where a robot cannot follow, and draws them.";
+  c.details =
+      "The robot follows by inverse kinematics and goes on where it fails. Where all of it is "
+      "reached, velocities, accelerations, jerks and torques are compared with the limits of the "
+      "joints, and the whole motion is checked for contact. A fault is a row of samples, told by "
+      "the worst of them. The picture shows the way in green where it is good, in orange beyond a "
+      "limit, in violet where bodies touch and in red out of reach; the robot stands at the last "
+      "good sample before the first fault.";
+  c.example =
+      "local arm = robot.get(\"puma560\")\n"
+      "local cell = world.create{name = \"cell\"}\n"
+      "cell:add_robot{robot = arm, name = \"arm\", q = \"ready\"}\n"
+      "local t = arm:fk{q = \"ready\"}\nlocal p, a = t.position, t.rpy\n"
+      "trajectory.create{name = \"out\", sample_time = 0.05, segments = {{shape = \"line\", points "
+      "= {\n"
+      "  {p[1], p[2], p[3], a[1], a[2], a[3]}, {p[1] + 1, p[2], p[3], a[1], a[2], a[3]}}}}}\n"
+      "cell:add_trajectory{trajectory = \"out\"}\n"
+      "local c = cell:check{robot = \"arm\", trajectory = \"out\"}\n"
+      "assert(not c.is_good and c.faults[1].kind == \"unreachable\")";
+  c.params = {self("world"),
+              needed("robot", "any", "", "Name of the member, or the robot."),
+              needed("trajectory", "any", "", "Name of the member, or the trajectory."),
+              above_zero(optional("sample_time", "real", "s",
+                                  "Time between samples; the trajectory's own when left out.")),
+              defaulted("collisions", "bool", "", true, "Also checks for contact."),
+              optional("file", "path", "", "A picture of the places, *.png.")};
+  for (ParamSpec& p : picture_params({.has_mass = false, .has_parts = false}))
+    c.params.push_back(std::move(p));
+  c.returns = {
+      "map",
+      "",
+      "",
+      {field("is_good", "bool", "", "True where the robot follows all of it."),
+       field("samples", "int", "", "How many."), field("duration", "real", "s", "Of the motion."),
+       field(
+           "faults", "list", "",
+           "Tables, in order of time: kind (unreachable, limit, collision); the worst sample, the "
+           "first and the last, from 1; time, from and to [s]; share of the motion; position "
+           "[m]; q; joint, excess and its unit, where known; bodies a and b of a contact; why; "
+           "text, a sentence."),
+       field("notes", "list", "", "What was not checked."),
+       field("file", "string", "", "The picture.")}};
+  c.effect = Effect::reads;
+  c.sometimes = Effect::files_write;
+  c.run = check;
+  return {std::move(c)};
+}
+
+}  // namespace robomosp::ioci

@@ -1,0 +1,285 @@
+// SPDX-License-Identifier: Apache-2.0
+// Contact physics of worlds.
+#include <algorithm>
+
+#include "ioci/core/commands.h"
+#include "ioci/simulation/live_runs.h"
+#include "sim/physics.h"
+
+namespace robomosp::ioci {
+namespace {
+
+using model::Robot;
+using model::World;
+
+Schema object_fields() {
+  return {needed("name", "string", "", "Name of the object in the world."),
+          defaulted("fixed", "bool", "", false, "Stays where it is."),
+          between(optional("friction", "real", "", "Its Coulomb coefficient."), 0, 1e6),
+          between(optional("restitution", "real", "", "Its restitution."), 0, 1),
+          optional("velocity", "vec3", "m/s", "At the start, world axes."),
+          optional("angular_velocity", "vec3", "rad/s", "At the start, world axes.")};
+}
+Schema robot_fields() {
+  return {needed("name", "string", "", "Name of the robot in the world."),
+          choice("drive", {"moved", "controlled", "limp"},
+                 "Moved along its motion whatever it meets; driven by the torques of a controller; "
+                 "or without torques."),
+          optional("controller", "any", "",
+                   "Name, or {name = ..., params = {...}}; the robot's own when left out."),
+          between(optional("friction", "real", "", "Coulomb coefficient of its links."), 0, 1e6),
+          between(optional("restitution", "real", "", "Restitution of its links."), 0, 1),
+          defaulted("self_contact", "bool", "", false,
+                    "Its links touch each other, but for pairs that collision checks pass over.")};
+}
+Schema action_fields() {
+  ParamSpec time =
+      optional("time", "real", "s", "When it begins; when the action before ended, if left out.");
+  time.min = 0;
+  ParamSpec duration =
+      optional("duration", "real", "s",
+               "How long a move to q takes (as fast as the joints' velocities allow when left "
+               "out); of the others a pause.");
+  duration.min = 0;
+  ParamSpec speed = optional("speed", "real", "m/s or rad/s",
+                             "Of gripping; the joint's greatest velocity when left out.");
+  speed.min = 0;
+  return {choice("action", {"move", "grasp", "grip", "release", "wait"},
+                 "Grasping ties an object to the tool's link; gripping presses with a joint's "
+                 "force, and friction holds.",
+                 true),
+          std::move(time),
+          std::move(duration),
+          optional("robot", "string", "",
+                   "Who does it; the one of the action before, or the only one."),
+          optional("q", "any", "rad or m", "Where to: joint values or the name of a pose."),
+          optional("recording", "ref:recording", "", "Along its columns q1, q2 and so on."),
+          optional("trajectory", "string", "", "Along a trajectory of the world with the tool."),
+          optional("object", "string", "",
+                   "To grasp: what the tool touches when left out. To release: all."),
+          optional("tool", "string", "", "Tool that grasps; the first when left out."),
+          optional("joint", "string", "", "Joint that grips, until the robot releases."),
+          optional("force", "real", "N or N m", "It grips with; positive where its value grows."),
+          std::move(speed)};
+}
+
+/// Calls fn(fields, path) for the entries of a list argument.
+template <class Fn>
+Result<void> each(CommandContext& ctx, const Map& args, const std::string& name,
+                  const Schema& schema, Fn&& fn) {
+  if (!has(args, name)) return {};
+  const List* list = args.find(name)->as_list();
+  if (!list)
+    return error(ErrorCode::invalid_argument, args.find(name)->text() + " is not a list",
+                 "Give a list of tables.", name);
+  for (std::size_t i = 0; i < list->size(); ++i) {
+    const std::string path = name + "[" + std::to_string(i + 1) + "]";
+    RMP_TRY_ASSIGN(const Map m, read_map(ctx, schema, (*list)[i], path));
+    RMP_TRY(fn(m, path));
+  }
+  return {};
+}
+
+std::optional<double> maybe(const Map& m, const std::string& name) {
+  return has(m, name) ? std::optional(real(m, name)) : std::nullopt;
+}
+
+/// Joint values of the robot that acts.
+Result<std::vector<double>> read_target(CommandContext& ctx, const World& w,
+                                        const std::string& robot, const Value& q,
+                                        const std::string& path) {
+  const auto placed = std::find_if(w.robots.begin(), w.robots.end(),
+                                   [&](const auto& r) { return r.name == robot; });
+  if (placed == w.robots.end()) {
+    std::vector<std::string> known;
+    for (const auto& r : w.robots) known.push_back(r.name);
+    return unknown_name("robot", robot, known).in(path);
+  }
+  RMP_TRY_ASSIGN(const auto m, ctx.app.derived.robot_model(ctx.snapshot(), placed->robot, w.gravity,
+                                                           ctx.progress));
+  return read_q(q, *ctx.snapshot().get(placed->robot), m->joints, path + ".q");
+}
+
+/// The arguments of world.simulate_physics.
+Result<sim::PhysicsRun> read_run(CommandContext& ctx, const Map& args) {
+  const World& w = content<World>(ctx, args);
+  sim::PhysicsRun run;
+  run.world = typed<World>(args);
+  if (has(args, "duration")) run.duration = real(args, "duration");
+  run.step = real(args, "step");
+  run.sample_time = real(args, "sample_time");
+  run.friction = real(args, "friction");
+  run.restitution = real(args, "restitution");
+  if (has(args, "engine")) {
+    RMP_TRY_ASSIGN(run.engine, read_provider(*args.find("engine"), "engine"));
+  }
+  RMP_TRY(each(ctx, args, "objects", object_fields(),
+               [&](const Map& m, const std::string&) -> Result<void> {
+                 sim::PhysicsObjectSettings s;
+                 s.name = text_of(m, "name");
+                 s.is_fixed = flag(m, "fixed");
+                 s.friction = maybe(m, "friction");
+                 s.restitution = maybe(m, "restitution");
+                 if (has(m, "velocity")) s.velocity = vec3(m, "velocity");
+                 if (has(m, "angular_velocity")) s.angular_velocity = vec3(m, "angular_velocity");
+                 run.objects.push_back(std::move(s));
+                 return {};
+               }));
+  RMP_TRY(each(ctx, args, "robots", robot_fields(),
+               [&](const Map& m, const std::string& path) -> Result<void> {
+                 sim::PhysicsRobotSettings s;
+                 s.name = text_of(m, "name");
+                 const std::string drive = text_of(m, "drive");
+                 s.drive = drive == "controlled" ? sim::RobotDrive::controlled
+                           : drive == "limp"     ? sim::RobotDrive::limp
+                                                 : sim::RobotDrive::moved;
+                 if (has(m, "controller")) {
+                   RMP_TRY_ASSIGN(s.controller,
+                                  read_provider(*m.find("controller"), path + ".controller"));
+                 }
+                 s.friction = maybe(m, "friction");
+                 s.restitution = maybe(m, "restitution");
+                 s.self_contact = flag(m, "self_contact");
+                 run.robots.push_back(std::move(s));
+                 return {};
+               }));
+  std::string robot = w.robots.size() == 1 ? w.robots[0].name : std::string();
+  RMP_TRY(each(ctx, args, "actions", action_fields(),
+               [&](const Map& m, const std::string& path) -> Result<void> {
+                 sim::PhysicsAction a;
+                 const std::string word = text_of(m, "action");
+                 a.kind = word == "grasp"     ? sim::PhysicsAction::Kind::grasp
+                          : word == "grip"    ? sim::PhysicsAction::Kind::grip
+                          : word == "release" ? sim::PhysicsAction::Kind::release
+                          : word == "wait"    ? sim::PhysicsAction::Kind::wait
+                                              : sim::PhysicsAction::Kind::move;
+                 a.time = maybe(m, "time");
+                 if (has(m, "duration")) a.duration = real(m, "duration");
+                 if (has(m, "robot")) robot = text_of(m, "robot");
+                 a.robot = robot;
+                 if (has(m, "q")) {
+                   RMP_TRY_ASSIGN(a.q, read_target(ctx, w, robot, *m.find("q"), path));
+                 }
+                 if (has(m, "recording")) {
+                   const Handle* h = m.find("recording")->as_handle();
+                   a.recorded = h ? ctx.app.recordings.find(h->number) : nullptr;
+                   if (!a.recorded)
+                     return error(ErrorCode::stale_handle, "the recording no longer exists",
+                                  "Simulate again.", path + ".recording");
+                 }
+                 if (has(m, "trajectory")) a.trajectory = text_of(m, "trajectory");
+                 if (has(m, "object")) a.object = text_of(m, "object");
+                 if (has(m, "tool")) a.tool = text_of(m, "tool");
+                 if (has(m, "joint")) a.joint = text_of(m, "joint");
+                 if (has(m, "force")) a.force = real(m, "force");
+                 if (has(m, "speed")) a.speed = real(m, "speed");
+                 run.actions.push_back(std::move(a));
+                 return {};
+               }));
+  return run;
+}
+
+Result<Value> simulate(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(const auto run, read_run(ctx, args));
+  const sim::Simulator simulator{ctx.app.registry, ctx.app.derived, ctx.snapshot()};
+  RMP_TRY_ASSIGN(auto recording, sim::simulate_physics(simulator, run, ctx.progress));
+  for (const std::string& note : recording->notes)
+    ctx.app.messages.post(Severity::info, "physics", note, name_in(ctx, ref(args, "id")));
+  return Value(Handle{"recording", ctx.app.recordings.add(std::move(recording))});
+}
+
+std::string fields_text(const Schema& fields) {
+  std::string out;
+  for (const ParamSpec& f : fields) {
+    out += out.empty() ? "" : "; ";
+    out += f.name + (f.unit.empty() ? "" : " [" + f.unit + "]");
+    if (!f.choices.empty()) {
+      std::string words;
+      for (const std::string& c : f.choices) words += (words.empty() ? "" : ", ") + c;
+      out += " (" + words + ")";
+    }
+    std::string doc = f.doc;
+    if (!doc.empty() && doc.back() == '.') doc.pop_back();
+    out += ": " + doc;
+  }
+  return out + ".";
+}
+
+}  // namespace
+
+Result<LiveSource> live_physics(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(auto run, read_run(ctx, args));
+  LiveSource out;
+  out.asks = {{PhysicsEngine::kInterfaceId, run.engine}};
+  for (const auto& placed : content<World>(ctx, args).robots) {
+    const Robot& r = *ctx.snapshot().get(placed.robot);
+    const auto drive = std::find_if(run.robots.begin(), run.robots.end(),
+                                    [&](const auto& s) { return s.name == placed.name; });
+    out.asks.emplace_back(IkSolver::kInterfaceId, r.ik);
+    if (drive == run.robots.end() || drive->drive != sim::RobotDrive::controlled) continue;
+    out.asks.emplace_back(InverseDynamics::kInterfaceId, r.inverse_dynamics);
+    out.asks.emplace_back(Controller::kInterfaceId,
+                          drive->controller.name.empty() ? r.controller : drive->controller);
+  }
+  out.source = [&registry = ctx.app.registry, &derived = ctx.app.derived,
+                snapshot = ctx.app.document.now(), run = std::move(run)](
+                   const sim::RunState* from, sim::RowSink& sink, Progress& progress) {
+    return sim::simulate_physics({registry, derived, *snapshot}, run, progress, &sink, from);
+  };
+  return out;
+}
+
+std::vector<CommandSpec> physics_commands() {
+  std::vector<CommandSpec> all;
+  all.push_back(
+      {.name = "world.simulate_physics",
+       .classic = "",
+       .summary = "Lets the objects of a world fall, touch, slide and stack, and its robots move, "
+                  "grasp and carry them.",
+       .details =
+           "Objects have the mass of their solids' materials; those without mass and the fixed "
+           "ones stand still. Fixed steps: equal calls give equal bits. Columns: time, q, qd and, "
+           "of driven robots, tau of the robot that acts first (of others as `name.q1`), of each "
+           "object that can move `name.x`, `.y`, `.z`, the quaternion `.qw`, `.qx`, `.qy`, `.qz` "
+           "and `.contact_force`, and contacts and contact_force of all. view.render{recording, "
+           "at} and the desktop play it.",
+       .example =
+           "material.create{name = \"wood\", density = 600}\n"
+           "solid.create{name = \"floor\", root = {kind = \"box\", x = 2, y = 2, z = 0.1}}\n"
+           "solid.create{name = \"box\", material = \"wood\", root = {kind = \"box\", x = 0.1, y = "
+           "0.1, z = 0.1}}\n"
+           "local cell = world.create{name = \"cell\"}\n"
+           "cell:add_object{what = \"floor\", position = {0, 0, -0.1}}\n"
+           "cell:add_object{what = \"box\", position = {0, 0, 0.05}}\n"
+           "local fall = cell:simulate_physics{duration = 0.5}\n"
+           "local z = fall:values(\"box.z\")\n"
+           "assert(math.abs(z[#z]) < 1e-3)",
+       .params =
+           {self("world"),
+            above_zero(optional("duration", "real", "s",
+                                "How long; to the end of the last action when left out.")),
+            optional("actions", "list", "",
+                     "What robots do, one after the other. " + fields_text(action_fields())),
+            optional("robots", "list", "",
+                     "Robots that are not just moved. " + fields_text(robot_fields())),
+            optional("objects", "list", "",
+                     "Objects that differ from the others. " + fields_text(object_fields())),
+            between(defaulted("friction", "real", "", 0.5,
+                              "Coulomb coefficient; of two bodies the geometric mean counts."),
+                    0, 1e6),
+            between(defaulted("restitution", "real", "", 0.0,
+                              "Speed after over speed before an impact; of two bodies the greater "
+                              "counts."),
+                    0, 1),
+            above_zero(defaulted("step", "real", "s", 0.001, "Of the engine and of controllers.")),
+            above_zero(defaulted("sample_time", "real", "s", 0.01,
+                                 "Time between samples of the recording, in whole steps.")),
+            optional("engine", "any", "",
+                     "Engine: name, or {name = ..., params = {...}}; the default when left out.")},
+       .returns = {"handle", "", "The recording.", {}},
+       .effect = Effect::simulates,
+       .run = simulate});
+  return all;
+}
+
+}  // namespace robomosp::ioci

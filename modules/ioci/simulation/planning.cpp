@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: Apache-2.0
+// Motions around obstacles.
+#include <robomosp/sdk/planner.h>
+#include <robomosp/sdk/retimer.h>
+
+#include "collision/collision.h"
+#include "ioci/core/commands.h"
+#include "sim/motion_planning.h"
+
+namespace robomosp::ioci {
+namespace {
+
+using ModelPtr = std::shared_ptr<const collision::CollisionModel>;
+
+/// Joint values, poses by name and poses in space that will do as the goal.
+Result<void> read_goals(CommandContext& ctx, const Map& args,
+                        const collision::CollisionRobot& robot, sim::PlanTask& task) {
+  const model::Robot& record = *ctx.snapshot().get(robot.record);
+  if (has(args, "to")) {
+    RMP_TRY_ASSIGN(task.goals, read_q(*args.find("to"), record, robot.model->joints, "to"));
+  }
+  if (has(args, "target")) task.targets.push_back(*pose_from(*args.find("target")));
+  if (has(args, "targets"))
+    for (const Value& v : *args.find("targets")->as_list()) {
+      const auto target = pose_from(v);
+      if (!target)
+        return error(ErrorCode::invalid_argument,
+                     "target " + std::to_string(task.targets.size() + 1) + " is not a pose",
+                     "Give poses such as pose(0.5, 0, 0.3).", "targets");
+      task.targets.push_back(*target);
+    }
+  if (task.goals.empty() && task.targets.empty())
+    return error(ErrorCode::invalid_argument, "it is not said where to go",
+                 "Give to (joint values or a named pose), target or targets (poses of the tool).");
+  return {};
+}
+
+Result<sim::PlanTask> read_task(CommandContext& ctx, const Map& args,
+                                const collision::CollisionModel& m) {
+  sim::PlanTask task;
+  std::vector<std::string> known;
+  std::optional<std::size_t> found;
+  for (std::size_t i = 0; i < m.robots().size(); ++i) {
+    known.push_back(m.robots()[i].name);
+    if (known.back() == text_of(args, "robot")) found = i;
+  }
+  if (!found) return unknown_name("robot", text_of(args, "robot"), known);
+  task.robot = *found;
+  const collision::CollisionRobot& robot = m.robots()[*found];
+  const model::Robot& record = *ctx.snapshot().get(robot.record);
+  task.start = robot.shown;
+  if (has(args, "from")) {
+    RMP_TRY_ASSIGN(task.start, read_q(*args.find("from"), record, robot.model->joints, "from"));
+  }
+  RMP_TRY(read_goals(ctx, args, robot, task));
+  task.ik = record.ik;
+  if (has(args, "ik")) {
+    RMP_TRY_ASSIGN(task.ik, read_provider(*args.find("ik"), "ik"));
+  }
+  if (has(args, "planner")) {
+    RMP_TRY_ASSIGN(task.planner, read_provider(*args.find("planner"), "planner"));
+  }
+  if (has(args, "retimer")) {
+    RMP_TRY_ASSIGN(task.timing.retimer, read_provider(*args.find("retimer"), "retimer"));
+  }
+  task.clearance = real(args, "clearance");
+  task.seconds = real(args, "seconds");
+  task.seed = static_cast<std::uint64_t>(integer(args, "seed"));
+  task.tries = static_cast<std::size_t>(integer(args, "shortcuts"));
+  task.timing.share = real(args, "share");
+  task.timing.step = real(args, "sample_time");
+  task.timing.has_torques = flag(args, "torque_limits");
+  task.inverse_dynamics = record.inverse_dynamics;
+  task.gravity = content<model::World>(ctx, args).gravity;
+  task.velocity = real(args, "velocity");
+  task.ramp = real(args, "ramp");
+  return task;
+}
+
+NumericArray rows_of(const std::vector<double>& table, std::size_t dof) {
+  return NumericArray(table, table.size() / dof, dof);
+}
+
+Result<Value> plan_path(CommandContext& ctx, const Map& args) {
+  const AnyId world = ref(args, "id");
+  const std::string where = name_in(ctx, world);
+  RMP_TRY_ASSIGN(const ModelPtr m,
+                 ctx.app.collision_models.find({ctx.app.registry, ctx.app.derived, ctx.snapshot()},
+                                               world, ctx.progress));
+  auto task = read_task(ctx, args, *m);
+  if (!task.ok()) return std::move(task).error().in(where);
+  auto plan = sim::plan_motion(ctx.app.registry, *m, *task, ctx.progress);
+  if (!plan.ok()) return std::move(plan).error().in(where);
+  const collision::CollisionRobot& robot = m->robots()[task->robot];
+  auto recording = std::make_shared<const recording::Recording>(
+      sim::planned_recording(robot, typed<model::World>(args), *plan));
+  const std::size_t dof = robot.model->dof();
+  List joints;  // as segments of trajectories take them
+  for (std::size_t i = 0; i < plan->motion.q.size(); i += dof)
+    joints.emplace_back(
+        NumericArray(std::vector<double>(&plan->motion.q[i], &plan->motion.q[i] + dof)));
+  Map out{{"duration", plan->motion.times.back()},
+          {"length", plan->length},
+          {"found_length", plan->found},
+          {"goals", plan->goals},
+          {"waypoints", rows_of(plan->waypoints, dof)},
+          {"joints", std::move(joints)},
+          {"times", NumericArray(plan->motion.times)}};
+  out.set("recording", Handle{"recording", ctx.app.recordings.add(std::move(recording))});
+  return Value(std::move(out));
+}
+
+}  // namespace
+
+std::vector<CommandSpec> planning_commands() {
+  std::vector<CommandSpec> all;
+  const std::string lengths =
+      "square root of the sum of (joint change times the reach of what it moves)^2";
+  all.push_back(
+      {.name = "world.plan_path",
+       .classic = "",
+       .summary = "Plans a motion of a robot around the obstacles of its world.",
+       .details =
+           "A sampling planner searches a way, straight in the joints from point to point, between "
+           "which nothing comes nearer than the clearance; it is shortened, its corners are "
+           "rounded where there is room (it stops at others), and it is run as fast as the "
+           "joints' velocity and acceleration limits permit. Other robots stay where the world "
+           "shows them. The recording can be played, checked and followed by controllers; joints "
+           "and times make a trajectory segment of the shape joint_spline.",
+       .example = "local rods = robot.create{name = \"rods\", convention = \"dh\", links = {\n"
+                  "  {a = 0.5, lower = -3, upper = 3}, {a = 0.5, lower = -3, upper = 3}},\n"
+                  "  poses = {left = {0.8, 0}, right = {-0.8, 0}}}\n"
+                  "solid.create{name = \"ball\", root = {kind = \"sphere\", radius = 0.1}}\n"
+                  "local cell = world.create{name = \"cell\"}\n"
+                  "cell:add_robot{robot = rods, q = \"left\"}\n"
+                  "cell:add_object{what = \"ball\", position = {0.8, 0, 0}}\n"
+                  "assert(not cell:check_path{path = {\"left\", \"right\"}}.is_free)\n"
+                  "local way = cell:plan_path{robot = \"rods\", to = \"right\"}\n"
+                  "assert(way.duration > 0 and way.length <= way.found_length)\n"
+                  "assert(cell:check_path{recording = way.recording}.is_free)",
+       .params =
+           {self("world"), needed("robot", "string", "", "Name of the robot in the world."),
+            optional("from", "any", "rad or m",
+                     "Joint values or a named pose at the start; as the world shows it when left "
+                     "out."),
+            optional("to", "any", "rad or m", "Joint values or a named pose at the goal."),
+            optional("target", "pose", "",
+                     "Or where the tool shall be in the world: any configuration will do."),
+            optional("targets", "list", "", "Or several such poses, any of which will do."),
+            above_zero(defaulted("clearance", "real", "m", 2e-3,
+                                 "What comes nearer than this is in the way.")),
+            optional("planner", "any", "",
+                     "Name, or {name = ..., params = {...}}; see provider.list(\"planner\"). The "
+                     "default when left out."),
+            optional("ik", "any", "", "Solver of targets; the robot's own when left out."),
+            optional("retimer", "any", "", "What times the way; the default when left out."),
+            above_zero(
+                defaulted("seconds", "real", "s", 10, "Longest time to compute at the search.")),
+            between(defaulted("seed", "int", "", 1, "The same seed gives the same motion."), 0,
+                    4294967295.0),
+            between(defaulted("shortcuts", "int", "", 200, "How often a shortcut is tried."), 0,
+                    100000),
+            between(defaulted("share", "real", "", 1.0, "Share of the limits that is used."), 1e-3,
+                    1),
+            defaulted("torque_limits", "bool", "", true,
+                      "Keep the limits of joint torques too, without what the robot carries."),
+            above_zero(defaulted("velocity", "real", "rad/s or m/s", 1.0,
+                                 "Greatest velocity of joints without a limit of their own.")),
+            above_zero(defaulted("ramp", "real", "s", 0.25,
+                                 "In which time joints without a limit of acceleration reach "
+                                 "their greatest velocity.")),
+            above_zero(defaulted("sample_time", "real", "s", 0.01,
+                                 "Time between samples of the recording."))},
+       .returns = {"map",
+                   "",
+                   "",
+                   {field("recording", "handle", "", "time, q, qd, qdd, x, y, z."),
+                    field("duration", "real", "s", "Of the motion."),
+                    field("length", "real", "m", "Of the shortened way: " + lengths + "."),
+                    field("found_length", "real", "m", "Of the way as the planner found it."),
+                    field("goals", "int", "", "Free configurations that would have done."),
+                    field("waypoints", "matrix", "", "Corners of the shortened way, one a row."),
+                    field("joints", "list", "", "Joint values of the samples, for a joint_spline."),
+                    field("times", "real[]", "s", "Their times.")}},
+       .effect = Effect::simulates,
+       .run = plan_path});
+  return all;
+}
+
+}  // namespace robomosp::ioci

@@ -1,0 +1,305 @@
+// SPDX-License-Identifier: Apache-2.0
+// Commands for what worlds have for tasks: frames, lights, tasks, signals, held objects.
+#include <algorithm>
+
+#include "ioci/task/steps.h"
+#include "ioci/world/members.h"
+#include "task/run.h"
+
+namespace robomosp::ioci {
+namespace {
+
+using model::World;
+
+/// Adds what `make` gives under its name to a list of the world; the answer is the name.
+template <class T>
+Result<Value> add_member(CommandContext& ctx, const Map& args, std::vector<T> World::*list,
+                         const std::string& wanted, T made) {
+  RMP_TRY_ASSIGN(const Value none, change_world(ctx, args, [&](World& w) -> Result<void> {
+                   RMP_TRY_ASSIGN(made.name, member_name(w, args, wanted));
+                   (w.*list).push_back(made);
+                   ctx.expressions.keep(w.parametric, made.name);
+                   return {};
+                 }));
+  static_cast<void>(none);
+  return Value(made.name);
+}
+
+Result<Value> add_frame(CommandContext& ctx, const Map& args) {
+  model::PlacedFrame f;
+  RMP_TRY_ASSIGN(f.placement, given_placement(ctx, "placement"));
+  return add_member(ctx, args, &World::frames, "frame", std::move(f));
+}
+
+Result<Value> add_light(CommandContext& ctx, const Map& args) {
+  model::PlacedLight l;
+  RMP_TRY_ASSIGN(l.placement, given_placement(ctx, "placement"));
+  const std::string kind = text_of(args, "kind");
+  l.kind = kind == "sun"    ? model::LightKind::sun
+           : kind == "spot" ? model::LightKind::spot
+                            : model::LightKind::point;
+  if (has(args, "colour")) {
+    RMP_TRY_ASSIGN(l.colour, read_colour(*args.find("colour"), "colour"));
+  }
+  l.intensity = real(args, "intensity");
+  l.angle = real(args, "angle");
+  return add_member(ctx, args, &World::lights, "light", std::move(l));
+}
+
+Result<Value> add_task(CommandContext& ctx, const Map& args) {
+  model::PlacedTask t;
+  t.task = typed<model::Task>(args, "task");
+  t.robot = text_of(args, "robot");
+  const std::string wanted = ctx.snapshot().find(AnyId(t.task))->name;
+  return add_member(ctx, args, &World::tasks, wanted, std::move(t));
+}
+
+Error no_signal(const World& w, const std::string& name) {
+  std::vector<std::string> known;
+  for (const auto& s : w.signals) known.push_back(s.name);
+  return unknown_name("signal", name, known);
+}
+
+Result<Value> add_signal(CommandContext& ctx, const Map& args) {
+  model::Signal s;
+  s.name = text_of(args, "name");
+  s.kind = text_of(args, "kind") == "analogue" ? model::SignalKind::analogue
+                                               : model::SignalKind::digital;
+  s.unit = text_of(args, "unit");
+  s.initial = real(args, "initial");
+  s.from = text_of(args, "from");
+  s.to = text_of(args, "to");
+  s.description = text_of(args, "description");
+  return change_world(ctx, args, [&](World& w) -> Result<void> {
+    w.signals.push_back(s);
+    return {};
+  });
+}
+
+Result<Value> remove_signal(CommandContext& ctx, const Map& args) {
+  const std::string name = text_of(args, "signal");
+  return change_world(ctx, args, [&](World& w) -> Result<void> {
+    if (std::erase_if(w.signals, [&](const auto& s) { return s.name == name; }) == 0)
+      return no_signal(w, name);
+    return {};
+  });
+}
+
+Result<Value> attach(CommandContext& ctx, const Map& args) {
+  model::Attachment a;
+  a.object = text_of(args, "object");
+  a.robot = text_of(args, "robot");
+  a.link = text_of(args, "link");
+  RMP_TRY_ASSIGN(a.tool_T_object, given_placement(ctx, "placement"));
+  return change_world(ctx, args, [&](World& w) -> Result<void> {
+    std::erase_if(w.attachments, [&](const auto& old) { return old.object == a.object; });
+    w.attachments.push_back(a);
+    return {};
+  });
+}
+
+Result<Value> detach(CommandContext& ctx, const Map& args) {
+  const std::string object = text_of(args, "object");
+  return change_world(ctx, args, [&](World& w) -> Result<void> {
+    if (std::erase_if(w.attachments, [&](const auto& a) { return a.object == object; }) != 0)
+      return {};
+    return error(ErrorCode::unknown_name, "object " + text::quote(object) + " is not attached");
+  });
+}
+
+Result<Value> run_task(CommandContext& ctx, const Map& args) {
+  task::TaskRun run;
+  run.world = typed<World>(args);
+  if (has(args, "task")) {
+    const Value& given = *args.find("task");
+    const List* list = given.as_list();
+    for (const Value& name : list ? *list : List{given}) {
+      if (!name.as_string())
+        return error(ErrorCode::invalid_argument, name.text() + " is not the name of a task",
+                     "Give a name or a list of names; world.tasks lists them.", "task");
+      run.tasks.push_back(*name.as_string());
+    }
+  }
+  run.sample_time = real(args, "sample_time");
+  run.most_time = real(args, "most_time");
+  const sim::Simulator simulator{ctx.app.registry, ctx.app.derived, ctx.snapshot(),
+                                 &ctx.app.collision_models};
+  auto recording = task::run(simulator, run, ctx.progress);
+  if (!recording.ok()) return std::move(recording).error().in(name_in(ctx, ref(args, "id")));
+  return Value(Handle{"recording", ctx.app.recordings.add(*recording)});
+}
+
+template <const char* (*field)()>
+Result<Value> member_list(CommandContext& ctx, const Map& args) {
+  Map all;
+  set_members(all, ctx.snapshot(), content<World>(ctx, args));
+  return *all.find(field());
+}
+const char* frames_field() { return "frames"; }
+const char* lights_field() { return "lights"; }
+const char* tasks_field() { return "tasks"; }
+const char* signals_field() { return "signals"; }
+const char* attachments_field() { return "attachments"; }
+
+std::string with_cell(const char* rest) {
+  return with_arm("local cell = world.create{name = \"cell\"}\ncell:add_robot{robot = arm}\n") +
+         rest;
+}
+std::string with_part(const char* rest) {
+  return with_cell(
+      (std::string("solid.create{name = \"part\", root = {kind = \"box\", x = 0.05, y = 0.05, z = "
+                   "0.05}}\ncell:add_object{what = \"part\"}\n") +
+       rest)
+          .c_str());
+}
+
+}  // namespace
+
+std::vector<CommandSpec> world_task_commands() {
+  std::vector<CommandSpec> all;
+  const ParamSpec name = optional("name", "string", "", "Name in the world.");
+  const auto placed = [&](Schema params) {
+    for (ParamSpec& p : placement_fields("The world's frame.")) params.push_back(std::move(p));
+    return params;
+  };
+  const ReturnSpec made{"string", "", "Name of the member.", {}};
+  const auto add = [&](const char* command, const char* summary, const char* details,
+                       std::string example, Schema params, ReturnSpec returns,
+                       Result<Value> (*run)(CommandContext&, const Map&), bool takes_expressions) {
+    const Effect effect = returns.type == "list" ? Effect::reads : Effect::edits;
+    all.push_back({.name = command,
+                   .classic = "",
+                   .summary = summary,
+                   .details = details,
+                   .example = std::move(example),
+                   .params = std::move(params),
+                   .returns = std::move(returns),
+                   .effect = effect,
+                   .run = run,
+                   .takes_expressions = takes_expressions});
+  };
+  add("world.add_frame", "Adds a named frame to a world.", "Targets of tasks may stand in it.",
+      with_cell("cell:add_frame{name = \"bench\", position = {0.5, 0, 0.3}}\n"
+                "assert(cell:frames()[1].placement.position[1] == 0.5)"),
+      placed({self("world"), name}), made, add_frame, true);
+  add("world.add_light", "Adds a light to a world.",
+      "A sun and a spot shine along -z of their frame, as bright at any distance. The lights of a "
+      "world light its pictures instead of the renderer's own lamp, under a weaker sky; without "
+      "any that lamp stays.",
+      with_cell("cell:add_light{name = \"lamp\", kind = \"spot\", position = {0, 0, 2}, angle = "
+                "\"30 deg\"}\nassert(cell:lights()[1].kind == \"spot\")"),
+      placed(
+          {self("world"), name, choice("kind", {"point", "sun", "spot"}, "What it is."),
+           optional("colour", "any", "", "Its colour; white unless given."),
+           between(defaulted("intensity", "real", "", 1.0, "1 = as bright as the program's own."),
+                   0, 1e6),
+           above_zero(defaulted("angle", "real", "rad", 0.5, "Half the opening of a spot."))}),
+      made, add_light, true);
+  add("world.add_task", "Gives a world a task.", "",
+      with_cell("task.create{name = \"shift\", steps = {{step = \"move\", pose = \"ready\"}}}\n"
+                "cell:add_task{task = \"shift\", robot = \"arm\"}\n"
+                "assert(cell:tasks()[1].robot == \"arm\")"),
+      {self("world"), needed("task", "ref:task", "", "The task."), name,
+       optional("robot", "string", "", "The robot that its steps mean when they name none.")},
+      made, add_task, false);
+  add("world.add_signal", "Adds a named signal between devices to a world.",
+      "Tasks set it and wait for it. Its name stands in expressions: a letter, then letters, "
+      "digits and _.",
+      with_cell("cell:add_signal{name = \"part_ready\", from = \"arm\"}\n"
+                "assert(cell:signals()[1].kind == \"digital\")"),
+      {self("world"), needed("name", "string", "", "Its name."),
+       choice("kind", {"digital", "analogue"}, "0 or 1, or any number."),
+       optional("unit", "string", "", "SI unit of an analogue one."),
+       defaulted("initial", "real", "", 0.0, "Value when a run starts, in the SI unit."),
+       optional("from", "string", "", "The device that sets it."),
+       optional("to", "string", "", "The device that reads it."),
+       optional("description", "string", "", "What it says.")},
+      {}, add_signal, false);
+  add("world.remove_signal", "Removes a signal from a world.", "",
+      with_cell("cell:add_signal{name = \"part_ready\"}\ncell:remove_signal(\"part_ready\")\n"
+                "assert(#cell:signals() == 0)"),
+      {self("world"), needed("signal", "string", "", "Its name.")}, {}, remove_signal, false);
+  add("world.attach", "Lets a robot of a world hold an object when a run starts.",
+      "The placement is that of the object in the frame of the link or tool. An object that is "
+      "held already changes hands. Its mass counts in the dynamics of the robot: torques, "
+      "time-optimal and forward runs.",
+      with_part("cell:attach{object = \"part\", robot = \"arm\", position = {0, 0, 0.02}}\n"
+                "assert(cell:attachments()[1].robot == \"arm\")"),
+      placed({self("world"), needed("object", "string", "", "Name of the object in the world."),
+              needed("robot", "string", "", "Name of the robot in the world."),
+              optional("link", "string", "", "Link or tool; the robot's tool when left out.")}),
+      {}, attach, false);
+  add("world.detach", "Lets go of an object that a robot of a world holds.",
+      "It stands where the world places it.",
+      with_part("cell:attach{object = \"part\", robot = \"arm\"}\ncell:detach(\"part\")\n"
+                "assert(#cell:attachments() == 0)"),
+      {self("world"), needed("object", "string", "", "Name of the object in the world.")}, {},
+      detach, false);
+  all.push_back(
+      {.name = "world.run_task",
+       .classic = "",
+       .summary = "Runs tasks of a world, all on one clock, and records robots, signals and held "
+                  "objects.",
+       .details =
+           "Each task runs by itself; moves and waits take time, all other steps none. Tasks wait "
+           "for each other through signals. A condition over time or places ends a wait at the "
+           "instant it turns true; it must be true for longer than a row. The recording has the "
+           "columns <robot>.q1, <robot>.qd1, <robot>.qdd1, ..., signal.<name> and <object>.x, ...; "
+           "its notes tell what was taken, let go and said. recording.compute adds torques and "
+           "poses of a robot. A "
+           "wait that can never come true is an error that names its step.",
+       .example = with_part(
+           "task.create{name = \"shift\", steps = {\n  {step = \"attach\", object = \"part\"},\n  "
+           "{step = \"move\", pose = \"ready\", duration = 2},\n  {step = \"detach\", object = "
+           "\"part\"}}}\ncell:add_task{task = \"shift\", robot = \"arm\"}\nlocal r = "
+           "cell:run_task{task = \"shift\"}\nlocal t = r:values(\"time\")\nassert(math.abs(t[#t] - "
+           "2) < 1e-9)"),
+       .params = {self("world"),
+                  optional("task", "any", "", "Name or names; all of the world when left out."),
+                  above_zero(defaulted("sample_time", "real", "s", 0.02, "Time between rows.")),
+                  above_zero(defaulted("most_time", "real", "s", 3600.0,
+                                       "A run that takes longer is an error."))},
+       .returns = {"handle", "", "The recording.", {}},
+       .effect = Effect::simulates,
+       .run = run_task});
+  const auto list = [&](const char* command, const char* summary, const char* make,
+                        Result<Value> (*run)(CommandContext&, const Map&),
+                        std::vector<ParamSpec> fields) {
+    add(command, summary, "", with_part(make), {self("world")},
+        {"list", "", "A table each.", std::move(fields)}, run, false);
+  };
+  const ParamSpec its_name = field("name", "string", "", "Name in the world."),
+                  its_place = field("placement", "map", "", "Where it stands in the world.");
+  list("world.frames", "Lists the frames of a world.",
+       "cell:add_frame{name = \"bench\"}\nassert(#cell:frames() == 1)", member_list<frames_field>,
+       {its_name, its_place});
+  list("world.lights", "Lists the lights of a world.",
+       "cell:add_light{}\nassert(cell:lights()[1].name == \"light\")", member_list<lights_field>,
+       {its_name, field("kind", "string", "", "sun, point or spot."), its_place,
+        field("colour", "string", "", "Its colour."),
+        field("intensity", "real", "", "1 = as bright as the program's own."),
+        field("angle", "real", "rad", "Half the opening of a spot.")});
+  list("world.tasks", "Lists the tasks of a world.", "assert(#cell:tasks() == 0)",
+       member_list<tasks_field>,
+       {its_name, field("task", "string", "", "The task."),
+        field("robot", "string", "", "Whom its steps mean when they name no robot.")});
+  list("world.signals", "Lists the signals of a world.",
+       "cell:add_signal{name = \"go\"}\nassert(cell:signals()[1].name == \"go\")",
+       member_list<signals_field>,
+       {field("name", "string", "", "Its name."),
+        field("kind", "string", "", "digital or analogue."),
+        field("unit", "string", "", "SI unit of an analogue one."),
+        field("initial", "real", "", "Value when a run starts, in the SI unit."),
+        field("from", "string", "", "The device that sets it."),
+        field("to", "string", "", "The device that reads it."),
+        field("description", "string", "", "What it says.")});
+  list("world.attachments", "Lists the objects that robots of a world hold.",
+       "assert(#cell:attachments() == 0)", member_list<attachments_field>,
+       {field("object", "string", "", "What is held."),
+        field("robot", "string", "", "Who holds it."),
+        field("link", "string", "", "At which link or tool; \"\" = the robot's tool."),
+        field("placement", "map", "", "Of the object in the frame of the link or tool.")});
+  return all;
+}
+
+}  // namespace robomosp::ioci

@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: Apache-2.0
+// Trajectories as recordings and pictures.
+#include <algorithm>
+#include <cmath>
+
+#include "io/native.h"
+#include "ioci/core/commands.h"
+#include "ioci/core/word_list.h"
+#include "ioci/trajectory/segments.h"
+#include "motion/path.h"
+#include "recording/plot/plot.h"
+#include "spatial/vec.h"
+
+namespace robomosp::ioci {
+namespace {
+
+using model::Trajectory;
+
+struct Sampled {
+  std::vector<double> times;
+  std::vector<PathSample> samples;
+};
+
+Result<Sampled> sampled(const CommandContext& ctx, const motion::Path& path, const Map& args) {
+  const double step =
+      has(args, "step") ? real(args, "step") : content<Trajectory>(ctx, args).sample_time;
+  constexpr double kMost = 1e6;
+  if (path.duration() / step > kMost)
+    return error(
+        ErrorCode::invalid_argument,
+        "a step of " + text::print(step) + " s makes more than " + text::print(kMost) + " samples",
+        "Give a longer step.", "step");
+  Sampled out;
+  out.times = path.sample_times(step);
+  out.samples.resize(out.times.size());
+  RMP_TRY(path.sample(out.times, out.samples));
+  return out;
+}
+
+/// |da/dt| of the tool's origin, by differences of the acceleration within its piece. Where the
+/// acceleration jumps the jerk has no value; what it is on the calmer side is told.
+Result<double> jerk_at(const motion::Path::Piece& piece, double time) {
+  const double T = piece.segment->duration(), h = 1e-4 * T;
+  const double t = std::clamp(time - piece.start, 0.0, T);
+  const double at[3] = {std::max(t - h, 0.0), t, std::min(t + h, T)};
+  PathSample s[3];
+  RMP_TRY(piece.segment->sample(at, s));
+  const auto slope = [&](std::size_t a, std::size_t b) {
+    return spatial::scale(spatial::sub(s[b].acceleration, s[a].acceleration), 1 / (at[b] - at[a]));
+  };
+  if (at[1] - at[0] < 0.5 * h) return spatial::norm(slope(1, 2));
+  if (at[2] - at[1] < 0.5 * h) return spatial::norm(slope(0, 1));
+  const Vec3 before = slope(0, 1), after = slope(1, 2);
+  const double a = spatial::norm(before), b = spatial::norm(after),
+               both = spatial::norm(spatial::scale(spatial::add(before, after), 0.5));
+  return std::min({both, std::max(a, b), 2 * std::min(a, b) + 1e-9});
+}
+
+recording::Recording recording_of(const std::string& name, const motion::Path& path,
+                                  const Sampled& s) {
+  recording::Recording r;
+  r.title = name;
+  r.trajectory = name;
+  const auto add = [&](const char* column, const char* unit, const char* doc, const auto& value) {
+    recording::Column c;
+    c.name = column, c.unit = unit, c.doc = doc;
+    c.values.reserve(s.times.size());
+    for (std::size_t i = 0; i < s.times.size(); ++i) c.values.push_back(value(i));
+    r.columns.push_back(std::move(c));
+  };
+  add("time", "s", "time", [&](std::size_t i) { return s.times[i]; });
+  static constexpr const char* kAxes[] = {"x", "y", "z"};
+  for (std::size_t k = 0; k < 3; ++k)
+    add(kAxes[k], "m", "place of the tool", [&](std::size_t i) { return s.samples[i].pose.p[k]; });
+  const auto size_of = [&](const Vec3 PathSample::*what) {
+    return [&s, what](std::size_t i) { return spatial::norm(s.samples[i].*what); };
+  };
+  add("speed", "m/s", "of the tool", size_of(&PathSample::velocity));
+  add("acceleration", "m/s^2", "of the tool", size_of(&PathSample::acceleration));
+  std::size_t piece = 0;
+  add("jerk", "m/s^3", "of the tool", [&](std::size_t i) {
+    const auto pieces = path.pieces();
+    while (piece + 1 < pieces.size() && s.times[i] >= pieces[piece + 1].start) ++piece;
+    const auto jerk = jerk_at(pieces[piece], s.times[i]);
+    return jerk.ok() ? *jerk : std::nan("");
+  });
+  add("turning", "rad/s", "how fast the tool turns", size_of(&PathSample::angular_velocity));
+  add("angular_acceleration", "rad/s^2", "of the tool", size_of(&PathSample::angular_acceleration));
+  return r;
+}
+
+Result<Value> record(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(const auto path, path_of(ctx, args));
+  RMP_TRY_ASSIGN(const Sampled s, sampled(ctx, *path, args));
+  auto recording = std::make_shared<const recording::Recording>(
+      recording_of(ctx.snapshot().find(ref(args, "id"))->name, *path, s));
+  return Value(Handle{"recording", ctx.app.recordings.add(std::move(recording))});
+}
+
+Result<Value> plot(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(const auto path, path_of(ctx, args));
+  RMP_TRY_ASSIGN(const Sampled s, sampled(ctx, *path, args));
+  const recording::Recording r = recording_of(ctx.snapshot().find(ref(args, "id"))->name, *path, s);
+  recording::PlotRequest request;
+  request.recordings = {&r};
+  request.is_path = text_of(args, "kind") == "path";
+  if (has(args, "title")) request.title = text_of(args, "title");
+  RMP_TRY_ASSIGN(request.columns, word_list(args, "columns"));
+  if (request.columns.empty() && !request.is_path)
+    request.columns = {"x", "y", "z", "speed", "acceleration", "jerk"};
+  request.width = static_cast<int>(integer(args, "width"));
+  if (has(args, "height")) request.height = static_cast<int>(integer(args, "height"));
+  RMP_TRY_ASSIGN(const recording::Plot drawn, recording::plot(request));
+  if (!has(args, "file")) return Value(recording::to_text(drawn));
+  const std::string file = text_of(args, "file");
+  RMP_TRY_ASSIGN(const std::string bytes, recording::plot_file(drawn, file));
+  RMP_TRY(io::write_file(file, bytes));
+  return Value(file);
+}
+
+}  // namespace
+
+std::vector<CommandSpec> trajectory_plot_commands() {
+  const ParamSpec step = above_zero(
+      optional("step", "real", "s", "Time between samples; the trajectory's own when left out."));
+  std::vector<CommandSpec> all;
+  all.push_back(
+      {.name = "trajectory.record",
+       .classic = "",
+       .summary = "Samples place, speed, acceleration and jerk over time into a recording.",
+       .details = "Columns: time, x, y, z, speed, acceleration, jerk, turning, "
+                  "angular_acceleration. The jerk is told within each piece; where the "
+                  "acceleration jumps it has no value, and the calmer side's is told. What can be "
+                  "done with recordings, such as plots and CSV, is in recording.*.",
+       .example = with_stroke("local r = stroke:record{step = 0.01}\n"
+                              "assert(math.abs(r:values{\"speed\"}[50] - 0.1) < 1e-12)"),
+       .params = {self("trajectory"), step},
+       .returns = {"handle", "", "", {}},
+       .effect = Effect::simulates,
+       .run = record});
+  all.push_back(
+      {.name = "trajectory.plot",
+       .classic = "",
+       .summary = "Draws a trajectory: place, speed, acceleration and jerk over time, or its path.",
+       .details =
+           "*.svg is written by the program itself, *.png and *.pdf through gnuplot; without "
+           "a file the plot is returned in characters, for the console.",
+       .example = with_stroke("stroke:plot{file = \"stroke.svg\"}\n"
+                              "stroke:plot{file = \"stroke_path.svg\", kind = \"path\"}"),
+       .params = {self("trajectory"),
+                  optional("file", "path", "",
+                           "The picture, *.svg, *.png or *.pdf; as text when left out."),
+                  choice("kind", {"curves", "path"}, "Over time, or in space with projections."),
+                  optional("columns", "list", "",
+                           "Columns as of trajectory.record; x, y, z, speed, acceleration and jerk "
+                           "over time when left out."),
+                  step,
+                  optional("title", "string", "", "Title; the trajectory's name when left out."),
+                  between(defaulted("width", "int", "", 900, "Pixels."), 100, 10000),
+                  between(optional("height", "int", "", "Pixels; what the panels need."), 100,
+                          10000)},
+       .returns = {"string", "", "The file, or the plot as text.", {}},
+       .effect = Effect::reads,
+       .sometimes = Effect::files_write | Effect::processes,
+       .run = plot});
+  return all;
+}
+
+}  // namespace robomosp::ioci

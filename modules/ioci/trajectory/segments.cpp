@@ -1,0 +1,375 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ioci/trajectory/segments.h"
+
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <span>
+#include <utility>
+
+#include "ioci/core/commands.h"
+#include "kernel/text.h"
+#include "motion/path.h"
+#include "motion/provider_params.h"
+#include "motion/segment.h"
+
+namespace robomosp::ioci {
+namespace {
+
+using model::ProviderChoice;
+using model::TrajectorySegment;
+
+Result<ProviderChoice::Param> param_of(const Value& v, const std::string& path) {
+  if (v.as_bool()) return ProviderChoice::Param(*v.as_bool());
+  if (v.as_int()) return ProviderChoice::Param(*v.as_int());
+  if (v.as_real()) return ProviderChoice::Param(*v.as_real());
+  if (v.as_string()) return ProviderChoice::Param(*v.as_string());
+  if (v.as_array() || v.as_list()) return ProviderChoice::Param(reals(&v));
+  return error(ErrorCode::invalid_argument, v.text() + " is not a parameter's value", {}, path);
+}
+
+/// `law = "trapezoidal"` or `law = {name = "trapezoidal", ...}`; its parameters go to `params`.
+Result<void> read_choice(const Value& v, ProviderChoice& out, Map& params,
+                         const std::string& path) {
+  if (v.as_string()) {
+    out.name = *v.as_string();
+    return {};
+  }
+  const Map* table = v.as_map();
+  const Value* name = table ? table->find("name") : nullptr;
+  if (!table || (name && !name->as_string()))
+    return error(ErrorCode::invalid_argument, v.text() + " is not a provider",
+                 "Give its name, or a table with name and parameters.", path);
+  if (name) out.name = *name->as_string();
+  for (const auto& [key, value] : *table)
+    if (key == "params" && value.as_map())  // as a segment is told
+      for (const auto& [inner, given] : *value.as_map()) params.set(inner, given);
+    else if (key != "name") params.set(key, value);
+  return {};
+}
+
+/// `given`, each by the first owner that has a parameter of that name, to `out`; `words` are what
+/// else may stand there, for the hint of an unknown one.
+Result<void> read_params(std::span<const ProviderInfo* const> owners,
+                         std::vector<std::string> words, const Map& given, ProviderChoice& out,
+                         const std::string& path) {
+  for (const ProviderInfo* info : owners)
+    for (const ParamSpec& p : info->schema) words.push_back(p.name);
+  for (const auto& [key, v] : given) {
+    const std::string here = path + "." + key;
+    const ParamSpec* spec = nullptr;
+    for (std::size_t i = 0; i < owners.size() && !spec; ++i)
+      spec = motion::find_parameter(*owners[i], key);
+    if (!spec) {
+      std::string hint = text::did_you_mean(key, words);
+      if (hint.empty()) hint = "There are " + text::enumerate(words) + ".";
+      return error(ErrorCode::unknown_name,
+                   text::quote(owners.front()->name) + " has no parameter " + text::quote(key),
+                   hint, path);
+    }
+    RMP_TRY_ASSIGN(const Value checked, check_value(*spec, v, here));
+    RMP_TRY_ASSIGN(out.params[key], param_of(checked, here));
+  }
+  return {};
+}
+
+Result<model::Transition> read_transition(const CommandContext& ctx, const Value& v,
+                                          const std::string& path) {
+  model::Transition out;
+  if (v.as_string() && *v.as_string() == "none") {
+    out.is_smooth = false;
+    return out;
+  }
+  if (v.as_string() && *v.as_string() == "smooth") return out;
+  if (!v.as_map())
+    return error(ErrorCode::invalid_argument, v.text() + " is not a transition",
+                 "Give \"none\", \"smooth\" or {distance = ..., speed = ...}.", path);
+  const Schema schema{
+      between(optional("distance", "real", "m", "Of the cut from the corner."), 0, 1e6),
+      between(optional("speed", "real", "m/s", "Greatest within it."), 0, 1e6)};
+  RMP_TRY_ASSIGN(const Map given, read_map(ctx, schema, v, path));
+  if (has(given, "distance")) out.distance = real(given, "distance");
+  if (has(given, "speed")) out.speed = real(given, "speed");
+  return out;
+}
+
+/// The rows of a list, or of a matrix such as a recording gives.
+std::optional<List> rows_of(const Value& given) {
+  if (given.as_list()) return *given.as_list();
+  const NumericArray* array = given.as_array();
+  if (!array || !array->is_matrix()) return {};
+  List rows;
+  for (std::size_t r = 0; r < array->rows(); ++r) {
+    std::vector<double> row(array->cols());
+    for (std::size_t c = 0; c < row.size(); ++c) row[c] = array->at(r, c);
+    rows.emplace_back(NumericArray(std::move(row)));
+  }
+  return rows;
+}
+
+/// A position alone is a pose with the trajectory's axes.
+Value with_axes(const Value& point) {
+  List numbers;
+  if (point.as_list()) numbers = *point.as_list();
+  else if (const NumericArray* a = point.as_array(); a && !a->is_matrix())
+    numbers.assign(a->data().begin(), a->data().end());
+  if (numbers.size() != 3) return point;
+  numbers.resize(6, Value(0.0));
+  return Value(std::move(numbers));
+}
+
+Result<void> read_points(const Value& given, TrajectorySegment& out, const std::string& path) {
+  const std::optional<List> list = rows_of(given);
+  if (!list)
+    return error(ErrorCode::invalid_argument, given.text() + " is not a list of poses",
+                 "Give {{x, y, z, roll, pitch, yaw}, ...} or {{x, y, z}, ...}.", path);
+  for (std::size_t i = 0; i < list->size(); ++i) {
+    const Value point = with_axes((*list)[i]);
+    RMP_TRY_ASSIGN(auto placement,
+                   read_placement(&point, path + "[" + std::to_string(i + 1) + "]"));
+    out.points.push_back(placement);
+  }
+  return {};
+}
+
+Result<void> read_joints(const Value& given, TrajectorySegment& out, const std::string& path) {
+  const std::optional<List> list = rows_of(given);
+  if (!list)
+    return error(ErrorCode::invalid_argument, given.text() + " is not a list of joint vectors",
+                 "Give {{q1, q2, ...}, ...}.", path);
+  for (std::size_t i = 0; i < list->size(); ++i) {
+    RMP_TRY_ASSIGN(auto q, read_joint_vector((*list)[i], path + "[" + std::to_string(i + 1) + "]"));
+    out.joints.push_back(std::move(q));
+  }
+  return {};
+}
+
+Result<TrajectorySegment> read_stored(const CommandContext& ctx, const Map& given,
+                                      const std::string& path) {
+  TrajectorySegment out;
+  Schema schema = placement_fields("The trajectory's frame.");
+  schema.push_back(needed("trajectory", "ref:trajectory", "", "The trajectory to run."));
+  schema.push_back(optional("transition", "any", "", "From the segment before."));
+  RMP_TRY_ASSIGN(const Map checked, read_map(ctx, schema, Value(given), path));
+  out.stored = typed<model::Trajectory>(checked, "trajectory");
+  RMP_TRY_ASSIGN(out.placement, read_placement_fields(given, path));
+  if (has(checked, "transition")) {
+    RMP_TRY_ASSIGN(out.transition,
+                   read_transition(ctx, *checked.find("transition"), path + ".transition"));
+  }
+  return out;
+}
+
+}  // namespace
+
+Result<std::vector<double>> read_joint_vector(const Value& row, const std::string& path) {
+  std::vector<double> q;
+  if (row.as_list()) {
+    // Angles and lengths alike: the robot is not known yet, so a unit is taken as it is written.
+    for (std::size_t k = 0; k < row.as_list()->size(); ++k) {
+      const Value& v = (*row.as_list())[k];
+      const std::string at = path + "[" + std::to_string(k + 1) + "]";
+      const bool is_length = v.as_string() && v.as_string()->ends_with('m');
+      RMP_TRY_ASSIGN(const Value number,
+                     check_value(needed(at, "real", is_length ? "m" : "rad", ""), v, at));
+      q.push_back(*number.as_real());
+    }
+  } else {
+    q = reals(&row);
+  }
+  if (q.empty())
+    return error(ErrorCode::invalid_argument, row.text() + " is not a joint vector",
+                 "Give one number a joint.", path);
+  return q;
+}
+
+Result<TrajectorySegment> read_segment(const CommandContext& ctx, const Value& value,
+                                       const std::string& path) {
+  const Map* given = value.as_map();
+  if (!given)
+    return error(ErrorCode::invalid_argument, value.text() + " is not a segment",
+                 "Give a table such as {shape = \"line\", points = {...}}.", path);
+  if (given->find("trajectory")) return read_stored(ctx, *given, path);
+  TrajectorySegment out;
+  const Value* shape = given->find("shape");
+  if (!shape || !shape->as_string())
+    return error(ErrorCode::invalid_argument, "the segment has no shape", "Give shape = \"line\".",
+                 path);
+  out.shape.name = *shape->as_string();
+  Map params, law, orientation, turning;
+  for (const auto& [key, v] : *given) {
+    const std::string here = path + "." + key;
+    if (v.is_nil() || key == "shape") continue;
+    if (key == "points") {
+      RMP_TRY(read_points(v, out, here));
+    } else if (key == "joints") {
+      RMP_TRY(read_joints(v, out, here));
+    } else if (key == "law") {
+      RMP_TRY(read_choice(v, out.law, law, here));
+    } else if (key == "orientation") {
+      RMP_TRY(read_choice(v, out.orientation, orientation, here));
+    } else if (key == "turning") {
+      RMP_TRY(read_choice(v, out.turning, turning, here));
+      if (out.turning.name.empty())
+        return error(ErrorCode::invalid_argument, "the law of turning has no name",
+                     "Give turning = \"cubic\" or {name = \"cubic\", ...}.", here);
+      if (out.turning.name == "none") out.turning.name.clear();
+    } else if (key == "transition") {
+      RMP_TRY_ASSIGN(out.transition, read_transition(ctx, v, here));
+    } else if (key == "params" && v.as_map()) {
+      for (const auto& [name, p] : *v.as_map()) params.set(name, p);
+    } else {
+      params.set(key, v);
+    }
+  }
+  RMP_TRY_ASSIGN(const motion::SegmentProviders providers,
+                 motion::providers_of(ctx.app.registry, out, path));
+  std::vector<std::string> words{"shape",       "points",  "joints",     "law",
+                                 "orientation", "turning", "transition", "params"};
+  RMP_TRY(read_params(providers.owners(), std::move(words), params, out.shape, path));
+  if (!providers.is_curve() && !(law.empty() && orientation.empty()))
+    return error(ErrorCode::invalid_argument,
+                 text::quote(out.shape.name) +
+                     " is not a curve and has a law and an orientation of "
+                     "its own",
+                 "Leave these tables out.", path);
+  // In a table of its own, a parameter is that provider's, also where others have one of its name.
+  RMP_TRY(read_params(std::array{&std::as_const(providers.law)}, {"name"}, law, out.law,
+                      path + ".law"));
+  RMP_TRY(read_params(std::array{&std::as_const(providers.orientation)}, {"name"}, orientation,
+                      out.orientation, path + ".orientation"));
+  RMP_TRY(read_params(std::array{&std::as_const(providers.turning)}, {"name"}, turning, out.turning,
+                      path + ".turning"));
+  return out;
+}
+
+Result<TrajectorySegment> update_segment(const CommandContext& ctx, const TrajectorySegment& old,
+                                         const Value& value, const std::string& path) {
+  const Map* given = value.as_map();
+  if (!given || given->find("trajectory") || (old.stored && given->find("shape"))) {
+    RMP_TRY_ASSIGN(TrajectorySegment out, read_segment(ctx, value, path));
+    if (given && !given->find("transition")) out.transition = old.transition;
+    return out;
+  }
+  Map merged = *given;
+  if (old.stored) {
+    merged.set("trajectory", ref_value(ctx.snapshot(), AnyId(old.stored)));
+    RMP_TRY_ASSIGN(TrajectorySegment out, read_segment(ctx, Value(std::move(merged)), path));
+    if (std::none_of(std::begin(kPlacementFields), std::end(kPlacementFields),
+                     [&](std::string_view field) { return given->find(field) != nullptr; }))
+      out.placement = old.placement;
+    if (!given->find("transition")) out.transition = old.transition;
+    return out;
+  }
+  // Names decide which parameters there may be.
+  const auto name_of = [](const Value* v) -> std::string {
+    if (v && v->as_map()) v = v->as_map()->find("name");
+    return v && v->as_string() ? *v->as_string() : std::string();
+  };
+  TrajectorySegment named = old;
+  const bool is_same_shape =
+      !given->find("shape") || name_of(given->find("shape")) == old.shape.name;
+  if (!is_same_shape) named.shape = {name_of(given->find("shape")), {}};
+  if (given->find("law")) named.law = {name_of(given->find("law")), {}};
+  if (given->find("orientation")) named.orientation = {name_of(given->find("orientation")), {}};
+  merged.set("shape", named.shape.name);
+  for (const auto& [key, choice] :
+       {std::pair{"law", &named.law}, std::pair{"orientation", &named.orientation}})
+    if (!choice->name.empty() && !given->find(key)) merged.set(key, choice->name);
+  if (is_same_shape) {
+    RMP_TRY_ASSIGN(const motion::SegmentProviders providers,
+                   motion::providers_of(ctx.app.registry, named, path));
+    Map params;
+    for (const auto& [key, param] : old.shape.params)
+      if (providers.parameter(key) && !given->find(key)) params.set(key, motion::value_of(param));
+    if (const Value* more = given->find("params"); more && more->as_map())
+      for (const auto& [key, v] : *more->as_map()) params.set(key, v);
+    merged.set("params", std::move(params));
+  }
+  RMP_TRY_ASSIGN(TrajectorySegment out, read_segment(ctx, Value(std::move(merged)), path));
+  if (!given->find("points") && !given->find("joints")) {
+    out.points = old.points;
+    out.joints = old.joints;
+  }
+  if (!given->find("law")) out.law = old.law;
+  if (!given->find("orientation")) out.orientation = old.orientation;
+  if (!given->find("turning")) out.turning = old.turning;
+  if (!given->find("transition")) out.transition = old.transition;
+  return out;
+}
+
+bool moves_joints(const CommandContext& ctx, const TrajectorySegment& segment) {
+  if (segment.stored) {
+    const model::Trajectory* stored = ctx.snapshot().get(segment.stored);
+    // A trajectory that runs itself is told by the path.
+    return stored && std::any_of(stored->segments.begin(), stored->segments.end(),
+                                 [&](const auto& s) { return !s.stored && moves_joints(ctx, s); });
+  }
+  const auto providers = motion::providers_of(ctx.app.registry, segment, "");
+  return providers.ok() && providers->is_joint();
+}
+
+Result<void> check_trajectory(const CommandContext& ctx, const std::string& name,
+                              const model::Trajectory& t) {
+  if (t.segments.empty()) return {};
+  return motion::Path::check(ctx.app.registry, name, t, motion::stored_in(ctx.snapshot()));
+}
+
+Result<std::shared_ptr<const motion::Path>> path_of(const CommandContext& ctx, const Map& args) {
+  return motion::Path::build(ctx.app.registry, ctx.snapshot().find(ref(args, "id"))->name,
+                             content<model::Trajectory>(ctx, args),
+                             motion::stored_in(ctx.snapshot()));
+}
+
+Result<Value> change_trajectory(CommandContext& ctx, const Map& args,
+                                const std::function<Result<void>(model::Trajectory&)>& fn) {
+  const AnyId id = ref(args, "id");
+  const std::string name = ctx.snapshot().find(id)->name;
+  auto done = change<model::Trajectory>(ctx, id, [&](model::Trajectory& t) -> Result<void> {
+    auto changed = fn(t);
+    if (!changed.ok()) return std::move(changed).error().in("trajectory " + text::quote(name));
+    return check_trajectory(ctx, name, t);
+  });
+  if (!done.ok()) return std::move(done).error();
+  return Value();
+}
+
+std::string with_stroke(const char* rest) {
+  return std::string(
+             "local stroke = trajectory.create{name = \"stroke\", segments = {\n  {shape = "
+             "\"line\", points = {{0.5, 0, 0.3, 0, 0, 0}, {0.5, \"200 mm\", 0.3, 0, 0, 0}}}}}\n") +
+         rest;
+}
+
+Value segment_value(const document::Snapshot& s, const TrajectorySegment& segment) {
+  Map out;
+  if (segment.stored) {
+    out.set("trajectory", ref_value(s, AnyId(segment.stored)));
+    out.set("placement", placement_value(segment.placement));
+  } else {
+    out.set("shape", segment.shape.name);
+    const Value shape = provider_value(segment.shape);
+    out.set("params", *shape.as_map()->find("params"));
+    if (!segment.joints.empty()) {
+      List joints;
+      for (const auto& q : segment.joints) joints.emplace_back(NumericArray(q));
+      out.set("joints", std::move(joints));
+    }
+    if (!segment.points.empty() || segment.joints.empty()) {
+      List points;
+      for (const model::Placement& p : segment.points) points.emplace_back(placement_value(p));
+      out.set("points", std::move(points));
+    }
+    if (segment.law != ProviderChoice{}) out.set("law", provider_value(segment.law));
+    if (segment.orientation != ProviderChoice{})
+      out.set("orientation", provider_value(segment.orientation));
+    if (segment.turning != ProviderChoice{}) out.set("turning", provider_value(segment.turning));
+  }
+  const model::Transition& t = segment.transition;
+  if (!t.is_smooth) out.set("transition", "none");
+  else if (t != model::Transition{})
+    out.set("transition", Map{{"distance", t.distance}, {"speed", t.speed}});
+  return Value(std::move(out));
+}
+
+}  // namespace robomosp::ioci

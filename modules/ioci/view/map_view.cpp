@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ioci/view/map_view.h"
+
+#include <cmath>
+
+#include "scene/voxels.h"
+
+namespace robomosp::ioci {
+namespace {
+
+/// Axis of "x" or "-z" and its sign; nothing for other words.
+std::optional<std::pair<std::size_t, double>> read_axis(std::string_view word) {
+  const double sign = word.starts_with('-') ? -1.0 : 1.0;
+  if (word.starts_with('-')) word.remove_prefix(1);
+  if (word.size() != 1 || word[0] < 'x' || word[0] > 'z') return std::nullopt;
+  return std::pair{static_cast<std::size_t>(word[0] - 'x'), sign};
+}
+
+Schema map_fields() {
+  Schema s{needed("recording", "ref:recording", "", "Of robot.workspace or robot.reachability."),
+           optional("column", "string", "", "That colours; share, else manipulability."),
+           optional("cut", "any", "", "The plane; voxels on the side of its normal are left out."),
+           between(defaulted("opacity", "real", "", 1.0, "1 = solid."), 0.01, 1),
+           optional("low", "real", "", "Value of the lowest colour."),
+           optional("high", "real", "", "Value of the highest colour."),
+           optional("above", "real", "", "Voxels of a lesser value are left out."),
+           between(defaulted("bands", "int", "", 20, "Colours."), 2, 100),
+           optional("robot", "string", "", "Name of the robot in the world.")};
+  return s;
+}
+
+/// Where the mounting frame of the map's robot is in the picture.
+Result<Pose> mounting_of(const CommandContext& ctx, const recording::Recording& r, AnyId what,
+                         const std::string& name) {
+  if (what.kind == Kind::robot) return Pose{};
+  const auto* world = what.kind == Kind::world ? ctx.snapshot().get(WorldId{what.number}) : nullptr;
+  if (!world)
+    return error(ErrorCode::invalid_argument, name_in(ctx, what) + " is neither robot nor world",
+                 "Draw a robot or a world, or leave map out.", "map");
+  std::vector<std::string> known;
+  for (const model::PlacedRobot& p : world->robots) {
+    known.push_back(p.name);
+    const model::Record* record = ctx.snapshot().find(AnyId{Kind::robot, p.robot.number});
+    if (name.empty() ? record && record->name == r.robot : p.name == name)
+      return model::pose(p.placement);
+  }
+  if (!name.empty()) return unknown_name("robot", name, known);
+  return error(ErrorCode::invalid_argument,
+               "the world has no robot " + text::quote(r.robot) + ", which the map is of",
+               "Name one of its robots in the field robot.", "map");
+}
+
+}  // namespace
+
+Schema plane_fields() {
+  return {optional("normal", "vec3", "", "Towards the side that is taken away."),
+          optional("axis", "string", "",
+                   "x, y, z, -x, -y or -z instead of a normal: the side that is taken away."),
+          optional("point", "vec3", "m", "A point of the plane."),
+          optional("offset", "real", "m",
+                   "Instead of a point: distance of the plane from the origin along the axis "
+                   "(x and -x both count along x) or the normal.")};
+}
+
+Result<Map> read_plane_map(const CommandContext& ctx, const Schema& fields, const Value& given,
+                           std::string_view path) {
+  Map table;
+  if (given.as_string()) {
+    table.set("axis", given);
+  } else if (const Map* m = given.as_map()) {
+    table = *m;
+  } else {
+    return error(ErrorCode::invalid_argument, given.text() + " is not a plane",
+                 "Give an axis such as \"x\", or {normal = {0, 1, 0}, offset = 0.02}.",
+                 std::string(path));
+  }
+  return read_map(ctx, fields, Value(std::move(table)), path);
+}
+
+Result<Plane> read_plane(const Map& s, const Vec3& through, std::string_view path) {
+  const auto at = [&](const char* field) { return std::string(path) + "." + field; };
+  Plane plane;
+  double along = 1;  // offsets of -x count along x
+  if (has(s, "axis") == has(s, "normal"))
+    return error(ErrorCode::invalid_argument, "a plane has either an axis or a normal",
+                 "Give one of them.", std::string(path));
+  if (has(s, "axis")) {
+    const auto axis = read_axis(text_of(s, "axis"));
+    if (!axis)
+      return error(ErrorCode::invalid_argument, text::quote(text_of(s, "axis")) + " is no axis",
+                   "Axes are x, y, z, -x, -y and -z.", at("axis"));
+    plane.normal[axis->first] = axis->second;
+    along = axis->second;
+  } else {
+    plane.normal = vec3(s, "normal");
+  }
+  const Vec3& n = plane.normal;
+  const double length = std::hypot(n[0], n[1], n[2]);
+  if (!(length > 0))
+    return error(ErrorCode::invalid_argument, "the normal is zero, so it has no direction",
+                 "Give one that is not zero.", at("normal"));
+  if (has(s, "point") && has(s, "offset"))
+    return error(ErrorCode::invalid_argument, "a plane has either a point or an offset",
+                 "Give one of them.", std::string(path));
+  if (has(s, "point")) plane.point = vec3(s, "point");
+  else if (has(s, "offset"))
+    for (std::size_t i = 0; i < 3; ++i) plane.point[i] = along * real(s, "offset") * n[i] / length;
+  else plane.point = through;
+  return plane;
+}
+
+Result<void> add_map(CommandContext& ctx, const Value& given, AnyId what, render::Scene& scene) {
+  Map table;
+  if (given.as_map()) table = *given.as_map();
+  else table.set("recording", given);
+  RMP_TRY_ASSIGN(const Map m, read_map(ctx, map_fields(), Value(std::move(table)), "map"));
+  const auto recording = ctx.recording(*m.find("recording")->as_handle());
+  scene::VoxelView view;
+  const auto number = [&](const char* name) {
+    return has(m, name) ? std::optional(real(m, name)) : std::nullopt;
+  };
+  if (has(m, "column")) view.column = text_of(m, "column");
+  view.opacity = real(m, "opacity");
+  view.low = number("low");
+  view.high = number("high");
+  view.above = number("above");
+  view.bands = static_cast<std::size_t>(integer(m, "bands"));
+  if (has(m, "cut")) {
+    RMP_TRY_ASSIGN(const Map cut, read_plane_map(ctx, plane_fields(), *m.find("cut"), "map.cut"));
+    RMP_TRY_ASSIGN(const Plane plane, read_plane(cut, {}, "map.cut"));
+    view.cut = scene::VoxelView::Cut{plane.point, plane.normal};
+  }
+  RMP_TRY_ASSIGN(const Pose mounting,
+                 mounting_of(ctx, *recording, what, has(m, "robot") ? text_of(m, "robot") : ""));
+  return scene::add_voxels(scene, *recording, mounting, view);
+}
+
+}  // namespace robomosp::ioci

@@ -1,0 +1,404 @@
+// SPDX-License-Identifier: Apache-2.0
+// Recordings that are looked at: as a page with scene, timeline and plots, as frames and a video.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <system_error>
+
+#include "io/native.h"
+#include "ioci/core/commands.h"
+#include "ioci/core/word_list.h"
+#include "ioci/view/picture.h"
+#include "kernel/permit.h"
+#include "kernel/process.h"
+#include "scene/build.h"
+#include "scene/replay.h"
+
+namespace robomosp::ioci {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kMostFrames = 999'999;  ///< six digits in the names of their files
+
+/// A recording with the scene of its world and how that moves.
+struct Show {
+  recording::RecordingPtr recording;
+  scene::Built built;
+  scene::Playback playback;
+};
+
+Result<Show> show_of(CommandContext& ctx, const Map& args) {
+  Show show;
+  show.recording = ctx.recording(*args.find("id")->as_handle());
+  const recording::Recording& r = *show.recording;
+  if (r.columns.empty() || r.columns.front().name != "time")
+    return error(ErrorCode::invalid_argument,
+                 "the recording " + text::quote(r.title) + " is no motion over time",
+                 "Give a recording of a simulation.", "id");
+  AnyId world = r.world;
+  if (has(args, "world")) world = ref(args, "world");
+  if (!ctx.snapshot().find(world))
+    return error(ErrorCode::not_found,
+                 "the recording " + text::quote(r.title) + " belongs to no world that is open",
+                 "Give the world whose robot it moves.", "world");
+  const scene::Source source{ctx.snapshot(), ctx.app.derived, ctx.app.registry};
+  RMP_TRY_ASSIGN(show.playback,
+                 scene::build_playback(source, WorldId{world.number}, r, ctx.progress));
+  RMP_TRY(scene::check(show.playback).in("recording " + text::quote(r.title)));
+  RMP_TRY_ASSIGN(show.built, scene::build(source, world, {}, ctx.progress));
+  return show;
+}
+
+/// Tells what could not be built, and gives it back as the field left_out.
+Value report_left_out(CommandContext& ctx, const scene::Built& built) {
+  List out;
+  for (const std::string& sentence : built.left_out) {
+    ctx.app.messages.post(Severity::warning, "left_out", sentence, "replay");
+    out.emplace_back(sentence);
+  }
+  return Value(std::move(out));
+}
+
+/// The columns to be plotted; joint values and torques where none are named.
+Result<std::vector<const recording::Column*>> plotted(const recording::Recording& r,
+                                                      const Map& args) {
+  RMP_TRY_ASSIGN(std::vector<std::string> names, word_list(args, "columns"));
+  const Value* given = args.find("columns");
+  if (!given || given->is_nil())
+    for (const char* name : {"q", "tau"})
+      if (r.find(std::string(name) + "1")) names.emplace_back(name);
+  if (names.empty()) return std::vector<const recording::Column*>{};
+  return r.select(names);
+}
+
+Result<Value> replay(CommandContext& ctx, const Map& args) {
+  const std::string file = text_of(args, "file");
+  RMP_TRY(check_new_file(file, ".html", "A replay is a page; give a name such as run.html."));
+  scene::ReplayRequest request;
+  RMP_TRY_ASSIGN(request.camera, read_camera(args));
+  request.frame_rate = real(args, "fps");
+  RMP_TRY_ASSIGN(const Show show, show_of(ctx, args));
+  request.title = has(args, "title") ? text_of(args, "title") : show.recording->title;
+  RMP_TRY_ASSIGN(request.columns, plotted(*show.recording, args));
+  RMP_TRY_ASSIGN(const auto data,
+                 scene::replay_data(show.built.scene, show.playback, request, ctx.progress));
+  const std::string page = scene::replay_page(data, request.title);
+  RMP_TRY(io::write_file(file, page));
+  return Value(Map{{"file", file},
+                   {"bytes", page.size()},
+                   {"duration", scene::duration(show.playback)},
+                   {"frames", data.frames},
+                   {"left_out", report_left_out(ctx, show.built)}});
+}
+
+/// A folder for frames: the user's, or one that goes away with this.
+class FrameFolder {
+ public:
+  FrameFolder() = default;
+  FrameFolder(const FrameFolder&) = delete;
+  FrameFolder& operator=(const FrameFolder&) = delete;
+  ~FrameFolder() {
+    std::error_code ignored;
+    if (is_own_) fs::remove_all(path_, ignored);
+  }
+  Result<void> keep(const std::string& folder) {
+    path_ = folder;
+    std::error_code failed;
+    fs::create_directory(path_, failed);
+    if (fs::is_directory(path_, failed)) return {};
+    return error(ErrorCode::io, "cannot make the folder " + text::quote(folder) + " for frames",
+                 "Create the folder it lies in, or choose another one.", "frames");
+  }
+  Result<void> make() {
+    std::error_code failed;
+    std::string name = (fs::temp_directory_path(failed) / "robomosp-frames-XXXXXX").string();
+    if (failed || !::mkdtemp(name.data()))
+      return error(ErrorCode::io, "cannot make a temporary folder for frames",
+                   "Free some space, or give frames, a folder of your own.");
+    path_ = name;
+    is_own_ = true;
+    return {};
+  }
+  [[nodiscard]] const fs::path& path() const { return path_; }
+  /// Of frame 1, 2 and so on.
+  [[nodiscard]] fs::path frame(std::size_t number) const {
+    std::array<char, 32> name{};
+    std::snprintf(name.data(), name.size(), "frame_%06zu.png", number);
+    return path_ / name.data();
+  }
+  /// Frames of a longer run before are not taken for this run's.
+  void remove_after(std::size_t count) const {
+    std::error_code ignored;
+    for (std::size_t i = count + 1; fs::remove(frame(i), ignored); ++i) {
+    }
+  }
+
+ private:
+  fs::path path_;
+  bool is_own_ = false;
+};
+
+/// Progress of one part of longer work: `from`..`to` of the whole.
+class Part final : public Progress {
+ public:
+  Part(Progress& whole, double from, double to) : whole_(whole), from_(from), to_(to) {}
+  void report(double fraction, std::string_view what) override {
+    whole_.report(from_ + fraction * (to_ - from_), what);
+  }
+  [[nodiscard]] bool cancelled() const override { return whole_.cancelled(); }
+
+ private:
+  Progress& whole_;
+  double from_, to_;
+};
+
+/// Joins frames 1..count to an MP4 file that appears when it is complete.
+Result<void> encode(const fs::path& ffmpeg, const FrameFolder& frames, std::size_t count,
+                    double fps, const std::string& file, Progress& progress) {
+  std::string pattern;
+  for (const char c : frames.path().string()) pattern += c == '%' ? "%%" : std::string(1, c);
+  const std::string part = file + ".part";
+  std::string said;
+  ProcessSpec run;
+  run.program = ffmpeg;
+  run.seconds = 6 * 3600;
+  // Even sizes, which the colour format that every player knows needs.
+  run.arguments = {"-hide_banner",
+                   "-loglevel",
+                   "error",
+                   "-nostats",
+                   "-nostdin",
+                   "-progress",
+                   "pipe:2",
+                   "-y",
+                   "-framerate",
+                   text::print(fps),
+                   "-start_number",
+                   "1",
+                   "-i",
+                   pattern + "/frame_%06d.png",
+                   "-frames:v",
+                   std::to_string(count),
+                   "-vf",
+                   "pad=ceil(iw/2)*2:ceil(ih/2)*2",
+                   "-c:v",
+                   "libx264",
+                   "-crf",
+                   "18",
+                   "-pix_fmt",
+                   "yuv420p",
+                   "-movflags",
+                   "+faststart",
+                   "-f",
+                   "mp4",
+                   "file:" + part};
+  run.line = [&](std::string_view line) {
+    const std::size_t equals = line.find('=');
+    if (line.starts_with("frame=")) {
+      if (const auto done = text::read_int(text::trim(line.substr(6))))
+        progress.report(static_cast<double>(*done) / static_cast<double>(count), "encoding");
+    } else if (equals == line.npos || line.substr(0, equals).find(' ') != line.npos) {
+      said = std::string(line);  // no report of progress: a complaint
+    }
+  };
+  auto done = run_process(run, progress);
+  std::error_code failed;
+  if (done.ok()) fs::rename(part, file, failed);
+  if (done.ok() && !failed) return {};
+  fs::remove(part, failed);
+  if (!done.ok() && done.error().code == ErrorCode::cancelled) return std::move(done).error();
+  return error(ErrorCode::io,
+               "ffmpeg did not write " + text::quote(file) + ": " +
+                   (said.empty() && !done.ok() ? done.error().message : said),
+               "Give frames, a folder, to keep the pictures, and join them by hand.", "file");
+}
+
+/// The times of the frames of a video.
+struct FrameTimes {
+  double from = 0, step = 0;
+  std::size_t count = 0;
+};
+
+Result<FrameTimes> frame_times(const scene::Playback& playback, const Map& args, double fps) {
+  const double start = playback.times.front(), end = playback.times.back();
+  FrameTimes t;
+  t.from = has(args, "from") ? real(args, "from") : start;
+  const double to = has(args, "to") ? real(args, "to") : end;
+  if (t.from < start || to > end || !(t.from < to))
+    return error(ErrorCode::invalid_argument,
+                 "from " + text::print_rounded(t.from) + " s to " + text::print_rounded(to) +
+                     " s is not within the recording, " + text::print_rounded(start) + " s to " +
+                     text::print_rounded(end) + " s",
+                 "Give times within it, from before to.", has(args, "from") ? "from" : "to");
+  t.step = real(args, "speed") / fps;
+  const double count = std::floor((to - t.from) / t.step + 1e-6) + 1;
+  if (count > kMostFrames)
+    return error(ErrorCode::invalid_argument,
+                 "the video would have " + text::print_rounded(count, 3) + " frames",
+                 "Give a lower fps or a higher speed.", "fps");
+  t.count = static_cast<std::size_t>(count);
+  return t;
+}
+
+Result<Value> video(CommandContext& ctx, const Map& args) {
+  const bool has_file = has(args, "file"), has_frames = has(args, "frames");
+  if (!has_file && !has_frames)
+    return error(ErrorCode::invalid_argument, "neither a file nor a folder for frames is given",
+                 "Give file, an .mp4, or frames, a folder for PNG files, or both.", "file");
+  const std::string file = has_file ? text_of(args, "file") : "";
+  fs::path ffmpeg;
+  if (has_file) {
+    RMP_TRY(check_new_file(file, ".mp4", "Videos are written as MP4 files only."));
+    RMP_TRY(require(Effect::processes));  // before any frame is written
+    ffmpeg = program_on_path("ffmpeg");
+    if (ffmpeg.empty())
+      return error(ErrorCode::unsupported,
+                   "MP4 files need the program ffmpeg, which is not installed",
+                   "Install it (Debian's package ffmpeg), or give frames, a folder for PNG files, "
+                   "instead of file.",
+                   "file");
+  }
+  RMP_TRY_ASSIGN(render::Options options, read_picture(args));
+  if (options.look.background == render::Background::transparent && has_file)
+    return error(ErrorCode::invalid_argument, "a video has no transparent background",
+                 "Give frames instead of file, or another background.", "background");
+  const double fps = real(args, "fps");
+  RMP_TRY_ASSIGN(Show show, show_of(ctx, args));
+  RMP_TRY_ASSIGN(const FrameTimes times, frame_times(show.playback, args, fps));
+  RMP_TRY_ASSIGN(options.look.section, read_section(ctx, args, show.built.scene));
+  RMP_TRY_ASSIGN(const auto drawer, renderer(ctx.app));
+  FrameFolder frames;
+  RMP_TRY(has_frames ? frames.keep(text_of(args, "frames")) : frames.make());
+
+  const double drawing = has_file ? 0.9 : 1.0;
+  const auto at = [&](std::size_t i) {
+    return drawing * static_cast<double>(i) / static_cast<double>(times.count);
+  };
+  for (std::size_t i = 0; i < times.count; ++i) {
+    if (ctx.progress.cancelled())
+      return error(ErrorCode::cancelled, "the video was cancelled", "Draw it again.");
+    scene::pose_at(show.built.scene, show.playback,
+                   times.from + static_cast<double>(i) * times.step);
+    Part part(ctx.progress, at(i), at(i + 1));
+    RMP_TRY_ASSIGN(const std::string png, draw_png(*drawer, show.built.scene, options, part));
+    RMP_TRY(io::write_file(frames.frame(i + 1), png));
+  }
+  frames.remove_after(times.count);
+  Map out;
+  if (has_file) {
+    Part part(ctx.progress, drawing, 1.0);
+    RMP_TRY(encode(ffmpeg, frames, times.count, fps, file, part));
+    out.set("file", file);
+  }
+  if (has_frames) out.set("folder", text_of(args, "frames"));
+  out.set("frames", times.count);
+  out.set("duration", static_cast<double>(times.count) / fps);
+  out.set("left_out", report_left_out(ctx, show.built));
+  return Value(std::move(out));
+}
+
+ParamSpec world_field() {
+  return optional("world", "ref:world", "",
+                  "The world that is shown; that of the recording when left out.");
+}
+
+std::string with_run(const char* rest) {
+  return with_arm(
+             "local cell = world.create{name = \"cell\"}\ncell:add_robot{robot = arm, q = "
+             "\"ready\"}\nlocal run = cell:simulate_dynamics{robot = \"arm\", duration = 0.1}\n") +
+         rest;
+}
+
+CommandSpec replay_command() {
+  CommandSpec c;
+  c.name = "recording.replay";
+  c.summary = "Writes a recording as one HTML page: the scene that moves, a timeline and plots.";
+  c.details =
+      "The page opens in any browser with WebGL 2, loads nothing and needs no network. It shows "
+      "the world at every time between the samples, the way of every tool, and the chosen columns "
+      "with a cursor. Poses are kept to 1/65536 of the scene's size and 0.02 mrad.";
+  c.example = with_run(
+      "local done = run:replay{file = \"run.html\", columns = {\"q\"}}\n"
+      "assert(done.frames == 4 and done.bytes < 5e6)");
+  c.params = {self("recording"),
+              needed("file", "path", "", "The page, *.html."),
+              optional("columns", "any", "",
+                       "What is plotted: a name or a list of names; {} is nothing. Joint values "
+                       "and torques when left out."),
+              optional("title", "string", "", "Title; that of the recording when left out."),
+              between(defaulted("fps", "real", "Hz", 30.0,
+                                "Poses kept a second, where the recording has as many."),
+                      0.01, 1000),
+              world_field()};
+  for (ParamSpec& p : camera_params()) c.params.push_back(std::move(p));
+  c.returns = {"map",
+               "",
+               "",
+               {field("file", "string", "", "The page."), field("bytes", "int", "", "Its length."),
+                field("duration", "real", "s", "How long it plays."),
+                field("frames", "int", "", "Poses kept of every body."),
+                field("left_out", "list", "", "Sentences about what could not be shown.")}};
+  c.effect = Effect::files_write;
+  c.run = replay;
+  return c;
+}
+
+CommandSpec video_command() {
+  CommandSpec c;
+  c.name = "recording.video";
+  c.summary = "Draws a recording as frames, PNG files, and joins them to an MP4 video.";
+  c.details =
+      "All frames are drawn by one renderer without a window. The program ffmpeg joins them, where "
+      "it is installed; the frames are kept when a folder is named for them. draft is quick, "
+      "normal "
+      "and high take seconds a frame.";
+  c.example = with_run(
+      "local done = run:video{frames = \"frames\", fps = 20, size = {96, 64}}\n"
+      "assert(done.frames == 3)");
+  c.params = {
+      self("recording"),
+      optional("file", "path", "", "The video, *.mp4; needs ffmpeg."),
+      optional("frames", "path", "",
+               "Folder in which the frames are kept, frame_000001.png and so on."),
+      between(defaulted("fps", "real", "Hz", 25.0, "Frames a second."), 0.1, 240),
+      between(defaulted("speed", "real", "", 1.0, "2 shows it in half the time."), 1e-3, 1e3),
+      optional("from", "real", "s", "Time of the first frame; the start when left out."),
+      optional("to", "real", "s", "Time of the last frame; the end when left out."),
+      world_field()};
+  for (ParamSpec& p :
+       picture_params({.has_mass = false, .has_frames = false, .has_parts = false})) {
+    // Thousands of pictures: quick ones unless told otherwise.
+    if (p.name == "quality") {
+      p.choices = {"draft", "normal", "high"};
+      p.default_value = Value("draft");
+    }
+    c.params.push_back(std::move(p));
+  }
+  c.returns = {"map",
+               "",
+               "",
+               {field("file", "string", "", "The video, if one was asked for."),
+                field("folder", "string", "", "The folder of the frames, if they were kept."),
+                field("frames", "int", "", "How many."),
+                field("duration", "real", "s", "How long the video plays."),
+                field("left_out", "list", "", "Sentences about what could not be drawn.")}};
+  c.effect = Effect::files_write;
+  c.sometimes = Effect::processes;
+  c.run = video;
+  return c;
+}
+
+}  // namespace
+
+std::vector<CommandSpec> replay_commands() {
+  std::vector<CommandSpec> all;
+  all.push_back(replay_command());
+  all.push_back(video_command());
+  return all;
+}
+
+}  // namespace robomosp::ioci

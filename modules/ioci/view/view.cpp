@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: Apache-2.0
+// Pictures of records as PNG files, by a provider of robomosp.renderer/1; and redraw.
+#include <algorithm>
+
+#include "io/native.h"
+#include "ioci/core/commands.h"
+#include "ioci/view/map_view.h"
+#include "ioci/view/picture.h"
+#include "robotics/build_model.h"
+#include "scene/build.h"
+#include "scene/contacts.h"
+#include "scene/tool_ellipsoids.h"
+
+namespace robomosp::ioci {
+namespace {
+
+Result<Value> render_what(CommandContext& ctx, const Map& args) {
+  const AnyId id = ref(args, has(args, "id") ? "id" : "what");
+  const std::string file = text_of(args, "file");
+  RMP_TRY(check_new_file(file, ".png", "Pictures are written as PNG files only."));
+  RMP_TRY_ASSIGN(render::Options options, read_picture(args));
+  render::Look& look = options.look;
+
+  scene::Extras extras;
+  extras.com = has(args, "com") && flag(args, "com");
+  extras.frames = has(args, "frames") && flag(args, "frames");
+  if (has(args, "ellipsoid")) {
+    const std::string shown = text_of(args, "ellipsoid");
+    extras.ellipsoids = {shown == "velocity" || shown == "both",
+                         shown == "force" || shown == "both"};
+  }
+  extras.paths = read_paths(args);
+  if (has(args, "path_robot")) {
+    extras.path_robot = text_of(args, "path_robot");
+    const auto* world = id.kind == Kind::world ? ctx.snapshot().get(WorldId{id.number}) : nullptr;
+    std::vector<std::string> known;
+    if (world)
+      for (const auto& r : world->robots) known.push_back(r.name);
+    if (std::find(known.begin(), known.end(), extras.path_robot) == known.end())
+      return unknown_name("robot", extras.path_robot, known).in("path_robot");
+  }
+  extras.explode = has(args, "explode") ? real(args, "explode") : 0.0;
+  const scene::Source source{ctx.snapshot(), ctx.app.derived, ctx.app.registry};
+  if (has(args, "q")) {
+    const auto* robot = id.kind == Kind::robot ? source.snapshot.get(RobotId{id.number}) : nullptr;
+    if (!robot)
+      return error(ErrorCode::invalid_argument, name_in(ctx, id) + " has no joints",
+                   "Leave q out, or draw a robot.", "q");
+    RMP_TRY_ASSIGN(const auto model, source.derived.robot_model(source.snapshot, RobotId{id.number},
+                                                                {0, 0, -9.81}, ctx.progress));
+    RMP_TRY_ASSIGN(extras.q, read_q(*args.find("q"), *robot, model->joints, "q"));
+  }
+  RMP_TRY_ASSIGN(scene::Built built, scene::build(source, id, extras, ctx.progress));
+  if (has(args, "at") && !has(args, "recording"))
+    return error(ErrorCode::invalid_argument, "a time needs a recording to be looked up in",
+                 "Give recording too.", "at");
+  if (has(args, "recording")) {
+    const Handle* h = args.find("recording")->as_handle();
+    const auto recording = ctx.recording(*h);
+    if (id.kind != Kind::world)
+      return error(ErrorCode::invalid_argument, name_in(ctx, id) + " is not a world",
+                   "A recording moves the robot of a world.", "recording");
+    RMP_TRY_ASSIGN(const auto playback,
+                   scene::build_playback(source, WorldId{id.number}, *recording, ctx.progress));
+    const double at = has(args, "at") ? real(args, "at") : 0.0;
+    scene::pose_at(built.scene, playback, at);
+    if (extras.ellipsoids.velocity || extras.ellipsoids.force) {
+      RMP_TRY_ASSIGN(const auto ellipsoids,
+                     scene::MovingEllipsoids::build(source, id, recording.get(), ctx.progress));
+      for (render::Item& moved : ellipsoids.at(at, extras.ellipsoids))
+        for (render::Item& item : built.scene.items)
+          if (item.id == moved.id) item = std::move(moved);
+    }
+  }
+  if (has(args, "collisions") && flag(args, "collisions")) {
+    const sim::Simulator simulator{ctx.app.registry, ctx.app.derived, ctx.snapshot()};
+    if (id.kind != Kind::world)
+      return error(ErrorCode::invalid_argument, name_in(ctx, id) + " is not a world",
+                   "Draw a world, or leave collisions out.", "collisions");
+    RMP_TRY_ASSIGN(const auto model, ctx.app.collision_models.find(simulator, id, ctx.progress));
+    std::vector<double> q = model->shown();
+    if (has(args, "recording")) {
+      const auto recording = ctx.recording(*args.find("recording")->as_handle());
+      RMP_TRY_ASSIGN(
+          q, scene::configuration_at(*model, *recording, has(args, "at") ? real(args, "at") : 0.0));
+    }
+    RMP_TRY(scene::mark_contacts(*model, q, built.scene, ctx.progress));
+  }
+  RMP_TRY_ASSIGN(look.section, read_section(ctx, args, built.scene));
+  if (has(args, "map")) {
+    if (look.section)
+      return error(ErrorCode::invalid_argument, "a section does not cut voxels",
+                   "Cut the map by its field cut, and leave section out.", "section");
+    RMP_TRY(add_map(ctx, *args.find("map"), id, built.scene));
+  }
+  if (look.section && takes_all(*look.section, built.scene))
+    built.left_out.emplace_back(
+        "The section takes everything away: all lies on the side its normal points to. Turn the "
+        "normal round or move the plane.");
+
+  RMP_TRY_ASSIGN(const auto drawer, renderer(ctx.app));
+  RMP_TRY_ASSIGN(const std::string bytes, draw_png(*drawer, built.scene, options, ctx.progress));
+  RMP_TRY(io::write_file(file, bytes));
+  List left_out;
+  for (const std::string& sentence : built.left_out) {
+    ctx.app.messages.post(Severity::warning, "left_out", sentence, "view");
+    left_out.emplace_back(sentence);
+  }
+  return Value(Map{{"file", file},
+                   {"width", options.width},
+                   {"height", options.height},
+                   {"items", built.scene.items.size()},
+                   {"left_out", std::move(left_out)}});
+}
+
+Result<Value> redraw(CommandContext& ctx, const Map&) {
+  if (ctx.app.redraw) ctx.app.redraw();
+  return Value();
+}
+
+CommandSpec render_command(std::string name, std::string summary, std::string example,
+                           ParamSpec what, const PictureAbilities& can) {
+  CommandSpec c;
+  c.name = std::move(name);
+  c.summary = std::move(summary);
+  c.details =
+      "Lengths are in metres and places in the frame of what is drawn. The picture is drawn "
+      "without "
+      "a window or display by a provider of robomosp.renderer/1, and the file appears only when it "
+      "is complete. In a world, what cannot be drawn is left out and told.";
+  c.example = std::move(example);
+  c.params = {std::move(what), needed("file", "path", "", "The picture, *.png.")};
+  for (ParamSpec& p : picture_params(can)) c.params.push_back(std::move(p));
+  c.returns = {
+      "map",
+      "",
+      "",
+      {field("file", "string", "", "The picture."), field("width", "int", "", "Its width [px]."),
+       field("height", "int", "", "Its height [px]."), field("items", "int", "", "Bodies in it."),
+       field("left_out", "list", "", "Sentences about what could not be drawn.")}};
+  c.effect = Effect::files_write;
+  c.run = render_what;
+  return c;
+}
+
+std::string with_plate(const std::string& rest) {
+  return "local plate = solid.create{name = \"plate\", root = {kind = \"difference\", children = "
+         "{\n"
+         "  {kind = \"box\", x = 0.2, y = 0.1, z = 0.02},\n"
+         "  {kind = \"cylinder\", radius = 0.02, height = 0.02}}}}\n" +
+         rest;
+}
+
+}  // namespace
+
+std::vector<CommandSpec> view_commands() {
+  const std::string small = "size = {96, 64}, quality = \"draft\"}";
+  std::vector<CommandSpec> all;
+  ParamSpec what = needed("what", "ref:world|robot|object|solid|material", "", "What to draw.");
+  all.push_back(render_command(
+      "view.render", "Draws a world, robot, object, solid or material to a PNG file.",
+      with_plate(
+          "local done = view.render{what = \"plate\", file = \"plate.png\", view = \"top\", " +
+          small + "\nassert(done.items == 1)"),
+      std::move(what), {.has_joints = true, .moves = true}));
+  all.push_back(render_command(
+      "solid.render", "Draws a solid to a PNG file.",
+      with_plate("plate:render{file = \"cut.png\", style = \"hidden_line\", section = \"-y\", " +
+                 small),
+      self("solid"), {.has_parts = false}));
+  all.push_back(render_command(
+      "object.render", "Draws an object to a PNG file.",
+      with_plate(
+          "local stack = object.create{name = \"stack\", parts = {{what = \"plate\"}, {what = "
+          "\"plate\", position = {0, 0, 0.02}}}}\n"
+          "assert(stack:render{file = \"stack.png\", explode = 1, " +
+          small + ".items == 2)"),
+      self("object"), {}));
+  all.push_back(render_command("robot.render", "Draws a robot to a PNG file.",
+                               "local arm = robot.get(\"twolink\")\n"
+                               "arm:render{file = \"arm.png\", q = {\"30 deg\", \"45 deg\"}, " +
+                                   small,
+                               self("robot"), {.has_joints = true}));
+  all.push_back(render_command("world.render", "Draws a world to a PNG file.",
+                               "local cell = world.create{name = \"cell\"}\n"
+                               "cell:render{file = \"cell.png\", view = \"front\", " +
+                                   small,
+                               self("world"), {.moves = true}));
+  all.push_back(render_command(
+      "material.render", "Draws a material, on a sphere and a cone, to a PNG file.",
+      "local brass = material.create{name = \"brass\", density = 8500, colour = \"#c8a44a\", "
+      "metalness = 1, shininess = 0.8}\n"
+      "brass:render{file = \"brass.png\", " +
+          small,
+      self("material"), {.has_mass = false, .has_frames = false, .has_parts = false}));
+  all.push_back({.name = "view.redraw",
+                 .classic = "ForceReDraw",
+                 .summary = "Draws the scene again, where there is one.",
+                 .details = "The viewer follows every change by itself.",
+                 .example = "view.redraw()",
+                 .params = {},
+                 .returns = {},
+                 .effect = Effect::simulates,
+                 .run = redraw});
+  return all;
+}
+
+}  // namespace robomosp::ioci

@@ -1,0 +1,268 @@
+// SPDX-License-Identifier: Apache-2.0
+// Elements of worlds straight from files: read and placed in one step.
+#include <algorithm>
+#include <map>
+#include <utility>
+
+#include "io/legacy.h"
+#include "io/native.h"
+#include "ioci/core/commands.h"
+#include "ioci/world/members.h"
+#include "model/placement.h"
+#include "spatial/pose.h"
+
+namespace robomosp::ioci {
+namespace {
+
+using model::World;
+
+enum class Clash { rename, replace, refuse };
+
+/// Puts members into a world; what has a name that is taken goes by the choice of the user.
+class Elements {
+ public:
+  Elements(World& world, Clash clash, bool keeps_places)
+      : world_(world), clash_(clash), keeps_places_(keeps_places) {}
+
+  template <class Placed>
+  Result<void> put(std::vector<Placed> World::*list, Placed made) {
+    const std::string wanted = made.name;
+    const bool is_taken = member_names(world_).contains(wanted);
+    if (is_taken && clash_ == Clash::refuse)
+      return error(ErrorCode::conflict, "there is already a member named " + text::quote(wanted),
+                   "Give another name, or clash = \"rename\" or \"replace\".");
+    auto& members = world_.*list;
+    if (is_taken && clash_ == Clash::replace) {
+      const auto old = std::find_if(members.begin(), members.end(),
+                                    [&](const Placed& m) { return m.name == wanted; });
+      if (old == members.end())
+        return error(ErrorCode::conflict,
+                     "member " + text::quote(wanted) + " is of another kind and cannot be replaced",
+                     "Give another name, or clash = \"rename\".");
+      if constexpr (requires { made.placement; })
+        if (keeps_places_) made.placement = old->placement;
+      *old = std::move(made);
+    } else {
+      RMP_TRY_ASSIGN(made.name, member_name(world_, {}, wanted));
+      members.push_back(std::move(made));
+    }
+    const std::string& name = clash_ == Clash::replace ? wanted : members.back().name;
+    if (name != wanted) renamed_[wanted] = name;
+    names_.emplace_back(name);
+    return {};
+  }
+
+  /// The members of another world, seen from `placement`, with all that names them.
+  Result<void> put_world(const World& other, const model::Placement& placement) {
+    const Pose at = model::pose(placement);
+    const bool moves = placement != model::Placement{};
+    const auto put_all = [&](auto list) -> Result<void> {
+      for (auto m : other.*list) {
+        if constexpr (requires { m.placement; })
+          if (moves) m.placement = model::placement(spatial::compose(at, model::pose(m.placement)));
+        RMP_TRY(put(list, std::move(m)));
+      }
+      return {};
+    };
+    RMP_TRY(put_all(&World::objects));
+    RMP_TRY(put_all(&World::robots));
+    RMP_TRY(put_all(&World::trajectories));
+    RMP_TRY(put_all(&World::frames));
+    RMP_TRY(put_all(&World::lights));
+    for (model::PlacedTask t : other.tasks) {
+      t.robot = now(t.robot);
+      RMP_TRY(put(&World::tasks, std::move(t)));
+    }
+    for (const model::Signal& s : other.signals) RMP_TRY(put_signal(s));
+    for (model::Attachment a : other.attachments) {
+      a.object = now(a.object);
+      a.robot = now(a.robot);
+      std::erase_if(world_.attachments, [&](const auto& old) { return old.object == a.object; });
+      world_.attachments.push_back(std::move(a));
+    }
+    for (model::PairRule r : other.pair_rules) {
+      for (std::string* body : {&r.a, &r.b}) {
+        const auto dot = std::min(body->find('.'), body->size());
+        *body = now(body->substr(0, dot)) + body->substr(dot);
+      }
+      world_.pair_rules.push_back(std::move(r));
+    }
+    return {};
+  }
+
+  [[nodiscard]] const List& names() const { return names_; }
+  [[nodiscard]] bool has_renamed() const { return !renamed_.empty(); }
+
+ private:
+  [[nodiscard]] std::string now(const std::string& name) const {
+    const auto at = renamed_.find(name);
+    return at == renamed_.end() ? name : at->second;
+  }
+  Result<void> put_signal(const model::Signal& s) {
+    const auto same = std::find_if(world_.signals.begin(), world_.signals.end(),
+                                   [&](const model::Signal& k) { return k.name == s.name; });
+    if (same == world_.signals.end()) {
+      world_.signals.push_back(s);
+      world_.signals.back().from = now(s.from);
+      world_.signals.back().to = now(s.to);
+      return {};
+    }
+    if (same->kind == s.kind && same->unit == s.unit && same->initial == s.initial) return {};
+    return error(ErrorCode::conflict,
+                 "signal " + text::quote(s.name) +
+                     " is there already and differs in kind, unit or "
+                     "first value",
+                 "Tasks name signals, so it is not renamed; change one of the two.");
+  }
+
+  World& world_;
+  Clash clash_;
+  bool keeps_places_;
+  std::map<std::string, std::string> renamed_;
+  List names_;
+};
+
+/// The record of a file of any format that the program reads.
+Result<AnyId> read_record(CommandContext& ctx, const std::filesystem::path& file) {
+  const bool is_native = std::any_of(all_kinds().begin(), all_kinds().end(),
+                                     [&](Kind k) { return file.extension() == io::extension(k); });
+  if (is_native || io::is_legacy_file(file)) {
+    RMP_TRY_ASSIGN(const auto loaded, io::load(ctx.edit(), file, ctx.app.library));
+    for (const std::string& note : loaded.notes)
+      ctx.app.messages.post(Severity::info, "file_note", note, "io");
+    return loaded.id;
+  }
+  RMP_TRY_ASSIGN(const Value made,
+                 ctx.dispatch("import", {{"file", file.string()}}));
+  return Application::record_id(ctx.snapshot(), *made.as_list()->front().as_handle());
+}
+
+Result<std::vector<double>> joints_of(CommandContext& ctx, const Map& args, RobotId id) {
+  if (!has(args, "q")) return std::vector<double>();
+  RMP_TRY_ASSIGN(const auto m,
+                 ctx.app.derived.robot_model(ctx.snapshot(), id, {0, 0, -9.81}, ctx.progress));
+  return read_q(*args.find("q"), *ctx.snapshot().get(id), m->joints, "q");
+}
+
+/// An argument that is only for elements of one kind.
+Result<void> only_for(const Map& args, const char* name, Kind kind, Kind given) {
+  if (!has(args, name) || kind == given) return {};
+  return error(ErrorCode::invalid_argument,
+               std::string(name) + " is for a " + std::string(to_string(kind)) +
+                   ", and the file holds a " + std::string(to_string(given)),
+               "Leave it out.", name);
+}
+
+Result<Value> load_element(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(const auto placement, given_placement(ctx, "placement"));
+  bool has_place = false;
+  for (const ParamSpec& p : placement_fields("")) has_place = has_place || ctx.given(p.name);
+  const AnyId world = ref(args, "id");
+  const std::string file = text_of(args, "file");
+  const std::vector<AnyId> before = ctx.snapshot().list(Kind::world);
+  RMP_TRY_ASSIGN(const AnyId id, read_record(ctx, file));
+  RMP_TRY(only_for(args, "q", Kind::robot, id.kind));
+  RMP_TRY(only_for(args, "robot", Kind::task, id.kind));
+  if (id == world)
+    return error(ErrorCode::invalid_argument, text::quote(file) + " is the file of this world",
+                 "Give the file of an element.", name_in(ctx, world));
+  const model::Record record = *ctx.snapshot().find(id);
+  if (id.kind == Kind::material)
+    return error(ErrorCode::invalid_argument, text::quote(file) + " holds a material",
+                 "Only what has a place can be in a world; file.load reads materials.");
+  if (id.kind == Kind::world && has(args, "name"))
+    return error(ErrorCode::invalid_argument, "the elements of a world have names of their own",
+                 "Leave name out.", "name");
+  std::vector<double> q;
+  if (id.kind == Kind::robot) {
+    RMP_TRY_ASSIGN(q, joints_of(ctx, args, RobotId{id.number}));
+  }
+  const std::string name = has(args, "name") ? text_of(args, "name") : record.name;
+  const std::string word = text_of(args, "clash");
+  const Clash clash = word == "replace"  ? Clash::replace
+                      : word == "refuse" ? Clash::refuse
+                                         : Clash::rename;
+  List names;
+  bool has_renamed = false;
+  RMP_TRY_ASSIGN(
+      [[maybe_unused]] const Value none, change_world(ctx, args, [&](World& w) -> Result<void> {
+        Elements all(w, clash, !has_place);
+        switch (id.kind) {
+          case Kind::robot:
+            RMP_TRY(all.put(&World::robots, {name, RobotId{id.number}, placement, q}));
+            break;
+          case Kind::trajectory:
+            RMP_TRY(all.put(&World::trajectories, {name, TrajectoryId{id.number}, placement}));
+            break;
+          case Kind::task:
+            RMP_TRY(all.put(&World::tasks, {name, TaskId{id.number}, text_of(args, "robot")}));
+            break;
+          case Kind::world: RMP_TRY(all.put_world(std::get<World>(record.body), placement)); break;
+          default: RMP_TRY(all.put(&World::objects, {name, id, placement}));
+        }
+        names = all.names();
+        has_renamed = all.has_renamed();
+        return {};
+      }));
+  if (id.kind == Kind::world) {
+    const auto& other = std::get<World>(record.body);
+    if (!other.parametric.parameters.empty() || !other.parametric.expressions.empty())
+      ctx.app.messages.post(Severity::info, "file_note",
+                            text::quote(file) +
+                                ": parameters of the world are not taken over; numbers keep the "
+                                "values they have.",
+                            "ioci");
+    if (has_renamed && !other.tasks.empty())
+      ctx.app.messages.post(Severity::warning, "renamed",
+                            text::quote(file) +
+                                ": members got other names, but steps of tasks still use the old "
+                                "ones.",
+                            "ioci");
+    // The world itself was only read for its elements.
+    if (std::find(before.begin(), before.end(), id) == before.end()) RMP_TRY(ctx.edit().remove(id));
+  }
+  return Value(std::move(names));
+}
+
+}  // namespace
+
+std::vector<CommandSpec> world_load_commands() {
+  std::vector<CommandSpec> all;
+  Schema params{self("world"), needed("file", "path", "", "The file."),
+                optional("name", "string", "",
+                         "Name of the member; that of the record when left out. Not for a world."),
+                choice("clash", {"rename", "replace", "refuse"},
+                       "When the world has a member of that name: number the new one, put it in "
+                       "the place of the old one, or stop with an error.")};
+  for (ParamSpec& p : placement_fields("the world")) params.push_back(std::move(p));
+  params.push_back(
+      optional("q", "any", "rad or m", "Of a robot: joint values shown, or the name of a pose."));
+  params.push_back(
+      optional("robot", "string", "", "Of a task: the robot its steps mean when they name none."));
+  all.push_back(
+      {.name = "world.load_element",
+       .classic = "",
+       .summary = "Loads a file into a world: an object, robot, trajectory, task, or all that "
+                  "another world holds.",
+       .details =
+           "Files are those of file.load (*.part, *.csg, *.rbt, *.tjc, *.tsk, *.wld and those of "
+           "ROBOMOSP 1.4) and of import (URDF, STEP, STL and the like). What is read and where it "
+           "is placed is one step to undo. A member that is replaced leaves its place to the new "
+           "one unless a place is given. Of another world come its members, signals, held objects "
+           "and pair rules, all moved by the place given; not its gravity and parameters.",
+       .example = example_cell(
+           "solid.create{name = \"table\", root = {kind = \"box\", x = 1, y = 1, z = 0.7}}\n"
+           "solid.save{id = \"table\", file = \"table.csg\"}\n"
+           "local first = cell:load_element{file = \"table.csg\", position = {1, 0, 0}}\n"
+           "local second = cell:load_element{file = \"table.csg\", position = {0, 1, 0}}\n"
+           "assert(first[1] == \"table\" and second[1] == \"table_2\")\n"
+           "document.undo()\nassert(#cell:objects() == 1)"),
+       .params = std::move(params),
+       .returns = {"list", "", "Names of the members made.", {}},
+       .effect = Effect::files_read | Effect::edits,
+       .sometimes = Effect::processes,
+       .run = load_element});
+  return all;
+}
+
+}  // namespace robomosp::ioci

@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ioci/world/members.h"
+
+#include <algorithm>
+
+#include "document/world_index.h"
+
+namespace robomosp::ioci {
+
+using model::World;
+
+namespace {
+
+/// A member of a list by its name, or by the record it places when only one places it.
+template <class Placed>
+Result<std::size_t> find_member(const CommandContext& ctx, WorldId world, document::MemberList kept,
+                                const std::vector<Placed>& list, const Value& given,
+                                AnyId (*what)(const Placed&), std::string_view kind,
+                                std::string_view path) {
+  if (const std::string* name = given.as_string())
+    if (const auto at = document::world_index(ctx.snapshot(), world)->find(kept, *name)) return *at;
+  AnyId record;
+  if (const Handle* h = given.as_handle()) {
+    RMP_TRY_ASSIGN(record, Application::record_id(ctx.snapshot(), *h));
+  } else if (const std::string* name = given.as_string()) {
+    if (const auto k = kind_from(kind))
+      if (const auto id = ctx.snapshot().find(*k, *name)) record = *id;
+  }
+  std::optional<std::size_t> found;
+  for (std::size_t i = 0; record && i < list.size(); ++i)
+    if (what(list[i]) == record) {
+      if (found)
+        return error(ErrorCode::conflict,
+                     ctx.snapshot().describe(record) + " is placed more than once",
+                     "Give the member's name.", std::string(path));
+      found = i;
+    }
+  if (found) return *found;
+  std::vector<std::string> known;
+  if (given.as_string())
+    for (const Placed& p : list) known.push_back(p.name);
+  Error e = unknown_name(kind,
+                         given.as_string()
+                             ? *given.as_string()
+                             : ctx.name_of(given.as_handle() ? *given.as_handle() : Handle{})
+                                   .value_or(given.text()),
+                         known);
+  e.message += " in the world";
+  if (known.empty() && e.hint.empty())
+    e.hint = "It has none; add one with world.add_" + std::string(kind) + ".";
+  return std::move(e).in(path);
+}
+
+AnyId robot_of(const model::PlacedRobot& r) { return r.robot; }
+AnyId trajectory_of(const model::PlacedTrajectory& t) { return t.trajectory; }
+
+bool has_member(const World& w, const std::string& name) {
+  const auto has = [&](const auto& list) {
+    return std::any_of(list.begin(), list.end(), [&](const auto& m) { return m.name == name; });
+  };
+  return has(w.objects) || has(w.robots) || has(w.trajectories) || has(w.frames) || has(w.lights) ||
+         has(w.tasks);
+}
+
+}  // namespace
+
+Result<std::size_t> find_robot(const CommandContext& ctx, WorldId world, const Value& given,
+                               std::string_view path) {
+  return find_member(ctx, world, document::MemberList::robots, ctx.snapshot().get(world)->robots,
+                     given, robot_of, "robot", path);
+}
+
+Result<std::size_t> find_trajectory(const CommandContext& ctx, WorldId world, const Value& given,
+                                    std::string_view path) {
+  return find_member(ctx, world, document::MemberList::trajectories,
+                     ctx.snapshot().get(world)->trajectories, given, trajectory_of, "trajectory",
+                     path);
+}
+
+namespace {
+
+/// The number behind `wanted` and an underline, 0 when the name is another.
+std::size_t number_behind(std::string_view name, std::string_view wanted) {
+  if (name.size() < wanted.size() + 2 || !name.starts_with(wanted) || name[wanted.size()] != '_')
+    return 0;
+  const std::string_view digits = name.substr(wanted.size() + 1);
+  constexpr std::size_t kMostDigits = 9;
+  if (digits.size() > kMostDigits || digits.front() == '0') return 0;
+  std::size_t n = 0;
+  for (const char c : digits) {
+    if (c < '0' || c > '9') return 0;
+    n = n * 10 + static_cast<std::size_t>(c - '0');
+  }
+  return n;
+}
+
+}  // namespace
+
+std::string free_member_name(const World& w, const std::string& wanted) {
+  bool is_taken = false;
+  const std::size_t count = w.objects.size() + w.robots.size() + w.trajectories.size() +
+                            w.frames.size() + w.lights.size() + w.tasks.size();
+  std::vector<bool> numbers;  // one pass: worlds have thousands of members
+  const auto look = [&](const auto& list) {
+    for (const auto& m : list) {
+      if (m.name == wanted) is_taken = true;
+      else if (const std::size_t n = number_behind(m.name, wanted); n && n <= count + 2) {
+        if (numbers.size() <= n) numbers.resize(n + 1);
+        numbers[n] = true;
+      }
+    }
+  };
+  look(w.objects);
+  look(w.robots);
+  look(w.trajectories);
+  look(w.frames);
+  look(w.lights);
+  look(w.tasks);
+  if (!is_taken) return wanted;
+  std::size_t n = 2;
+  while (n < numbers.size() && numbers[n]) ++n;
+  return wanted + "_" + std::to_string(n);
+}
+
+std::set<std::string> member_names(const World& w) {
+  std::set<std::string> out;
+  const auto add = [&out](const auto& list) {
+    for (const auto& m : list) out.insert(m.name);
+  };
+  add(w.objects);
+  add(w.robots);
+  add(w.trajectories);
+  add(w.frames);
+  add(w.lights);
+  add(w.tasks);
+  return out;
+}
+
+Result<std::string> member_name(const World& w, const Map& args, const std::string& wanted) {
+  if (has(args, "name")) {
+    const std::string name = text_of(args, "name");
+    if (name.empty())
+      return error(ErrorCode::invalid_argument, "the name is empty",
+                   "Give a name or leave it out.");
+    if (has_member(w, name))
+      return error(ErrorCode::conflict, "there is already a member named " + text::quote(name),
+                   "Names are unique within a world.");
+    return name;
+  }
+  return free_member_name(w, wanted);
+}
+
+Error no_member(const World& w, const std::string& name) {
+  const auto all = member_names(w);
+  return unknown_name("member", name, {all.begin(), all.end()});
+}
+
+Result<model::Placement> given_placement(const CommandContext& ctx, std::string_view path) {
+  Map given;
+  for (const ParamSpec& p : placement_fields(""))
+    if (const Value* v = ctx.given(p.name)) given.set(p.name, *v);
+  return read_placement_fields(given, path);
+}
+
+model::Placement target_of(const World& w) {
+  for (const auto& f : w.frames)
+    if (f.name == kTarget) return f.placement;
+  return {};
+}
+
+std::string example_cell(const std::string& rest) {
+  return with_arm("local cell = world.create{name = \"cell\"}\ncell:add_robot{robot = arm}\n") +
+         rest;
+}
+
+std::string example_run(const std::string& rest) {
+  return example_cell(
+      "local start = arm:fk{q = \"ready\"}\nlocal p, a = start.position, start.rpy\n"
+      "trajectory.create{name = \"stroke\", sample_time = 0.05, segments = {{shape = \"line\", "
+      "points = {\n"
+      "  {p[1], p[2], p[3], a[1], a[2], a[3]}, {p[1], p[2] + 0.05, p[3], a[1], a[2], a[3]}}}}}\n"
+      "cell:add_trajectory{trajectory = \"stroke\"}\narm:set_joints(\"ready\")\n" +
+      rest);
+}
+
+}  // namespace robomosp::ioci

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+// Members of worlds: names, placements and changes that the commands of worlds share (layer:
+// application, ioci only).
+#pragma once
+
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "ioci/core/commands.h"
+
+namespace robomosp::ioci {
+
+/// Names of all objects, robots, trajectories, frames, lights and tasks.
+[[nodiscard]] std::set<std::string> member_names(const model::World& w);
+/// The given argument `name`, or one made of `wanted`; an error when the given one is taken.
+[[nodiscard]] Result<std::string> member_name(const model::World& w, const Map& args,
+                                              const std::string& wanted);
+/// `wanted`, or where a member has that name `wanted_2`, `wanted_3`, ...: the first that is free.
+[[nodiscard]] std::string free_member_name(const model::World& w, const std::string& wanted);
+/// "there is no member ..." with near names.
+[[nodiscard]] Error no_member(const model::World& w, const std::string& name);
+/// The placement given by the fields of placement_fields(), as it was written.
+[[nodiscard]] Result<model::Placement> given_placement(const CommandContext& ctx,
+                                                       std::string_view path);
+
+/// Place of a robot in the list of a world: by its name there, in constant time, or by the record
+/// when that is placed only once. `path` stands before what goes wrong.
+[[nodiscard]] Result<std::size_t> find_robot(const CommandContext&, WorldId, const Value& given,
+                                             std::string_view path);
+/// The same of a trajectory.
+[[nodiscard]] Result<std::size_t> find_trajectory(const CommandContext&, WorldId,
+                                                  const Value& given, std::string_view path);
+
+/// The frame "target" of a world; while there is none, its origin.
+inline constexpr std::string_view kTarget = "target";
+[[nodiscard]] model::Placement target_of(const model::World& w);
+
+/// Lua that makes a world `cell` with a six-joint arm `arm`, for examples; and one where it stands
+/// ready at the start of the trajectory "stroke", a line of 50 mm.
+[[nodiscard]] std::string example_cell(const std::string& rest);
+[[nodiscard]] std::string example_run(const std::string& rest);
+
+/// Changes the world `id`; what goes wrong names it.
+template <class Fn>
+Result<Value> change_world(CommandContext& ctx, const Map& args, Fn&& fn) {
+  const AnyId id = ref(args, "id");
+  auto done = change<model::World>(ctx, id, fn);
+  if (!done.ok()) return std::move(done).error().in(name_in(ctx, id));
+  return Value();
+}
+
+}  // namespace robomosp::ioci

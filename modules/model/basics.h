@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: Apache-2.0
+// What records of several kinds are made of: placements, parameters, measured masses, chosen
+// providers, pairs of bodies (layer: data processing, model). SI and radians.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <span>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include <robomosp/sdk/types.h>
+
+#include "model/fields.h"
+#include "model/kind.h"
+
+namespace robomosp::model {
+
+/// How the three angles of a Placement make a rotation matrix.
+enum class AngleNotation : std::uint8_t {
+  rpy,  ///< roll, pitch, yaw: R = Rz(yaw) Ry(pitch) Rx(roll), angles given (roll, pitch, yaw)
+  xyz,  ///< R = Rx(a) Ry(b) Rz(c)
+  zyz,  ///< R = Rz(a) Ry(b) Rz(c)
+};
+inline constexpr std::array<std::string_view, 3> kAngleWords{"rpy", "xyz", "zyz"};
+constexpr std::span<const std::string_view> words(Of<AngleNotation>) { return kAngleWords; }
+
+/// What the three numbers of a Placement's position are.
+enum class PositionNotation : std::uint8_t {
+  cartesian,    ///< x, y, z [m]
+  cylindrical,  ///< radius [m], angle about z from x [rad], z [m]
+  spherical,    ///< radius [m], angle about z from x [rad], angle from z [rad]
+};
+/// As files name them.
+inline constexpr std::array<std::string_view, 3> kPositionWords{"at", "cylindrical", "spherical"};
+constexpr std::span<const std::string_view> words(Of<PositionNotation>) { return kPositionWords; }
+
+/// SI units of the three numbers of a position.
+[[nodiscard]] constexpr std::array<std::string_view, 3> position_units(PositionNotation notation) {
+  switch (notation) {
+    case PositionNotation::cylindrical: return {"m", "rad", "m"};
+    case PositionNotation::spherical: return {"m", "rad", "rad"};
+    case PositionNotation::cartesian: break;
+  }
+  return {"m", "m", "m"};
+}
+
+/// A placement as the user wrote it; `pose()` in model/placement.h turns it into a matrix.
+struct Placement {
+  Vec3 position{};  ///< by `coordinates` [m, rad]
+  Vec3 angles{};    ///< [rad]
+  AngleNotation notation = AngleNotation::rpy;
+  PositionNotation coordinates = PositionNotation::cartesian;
+  bool operator==(const Placement&) const = default;
+};
+template <class V>
+constexpr void fields(V& v, Of<Placement>) {
+  v("position", &Placement::position)
+      .unit_by([](const void* p, std::size_t i) {
+        return position_units(static_cast<const Placement*>(p)->coordinates)[i];
+      })
+      .expression()
+      .doc("Where the origin is, in the coordinates that are chosen.");
+  v("angles", &Placement::angles)
+      .in_paths([](const void* p) {
+        return kAngleWords[static_cast<std::size_t>(static_cast<const Placement*>(p)->notation)];
+      })
+      .unit("rad")
+      .expression()
+      .doc("The three angles of the rotation, in the convention that is chosen.");
+  v("notation", &Placement::notation).doc("How the three angles make a rotation.");
+  v("coordinates", &Placement::coordinates)
+      .doc("Whether the position is Cartesian (at), cylindrical or spherical.");
+}
+
+/// A named number that expressions of its record may use; worlds' parameters are known to all
+/// records as `world.name`.
+struct Parameter {
+  std::string name;
+  std::string expression;  ///< "" = a plain number
+  std::string unit;        ///< SI; "" = dimensionless
+  double value = 0;        ///< [unit]; of the expression, when there is one
+  std::string description;
+  bool operator==(const Parameter&) const = default;
+};
+template <class V>
+constexpr void fields(V& v, Of<Parameter>) {
+  v("name", &Parameter::name).needed().doc("By which expressions mean it.");
+  v("expression", &Parameter::expression).doc("What gives its value; empty for a plain number.");
+  v("unit", &Parameter::unit).doc("SI unit of its value; empty for a plain number.");
+  v("value", &Parameter::value).doc("Its value in SI units.");
+  v("description", &Parameter::description).doc("What it is, for people.");
+}
+
+/// Parameters of a record, and which of its numbers are expressions over them: path as in the set
+/// commands ("bore.radius", "chord") -> expression. The numbers hold the last values.
+struct Parametric {
+  std::vector<Parameter> parameters;
+  std::map<std::string, std::string> expressions;
+  bool operator==(const Parametric&) const = default;
+};
+template <class V>
+constexpr void fields(V& v, Of<Parametric>) {
+  v("parameters", &Parametric::parameters).doc("Named numbers for the record's expressions.");
+  v("expressions", &Parametric::expressions)
+      .doc("Expressions by the path of the number that each gives.");
+}
+
+template <class V>
+constexpr void fields(V& v, Of<MassProperties>) {
+  v("mass", &MassProperties::mass).unit("kg").range(0, 1e9).needed().expression().doc("The mass.");
+  v("com", &MassProperties::com)
+      .label("centre of mass")
+      .unit("m")
+      .expression()
+      .doc("The centre of mass in the frame that is stated.");
+  v("inertia", &MassProperties::inertia)
+      .unit("kg m^2")
+      .doc("Inertia about the centre of mass: xx, yy, zz, xy, yz, xz.");
+}
+
+/// Values measured on the real thing; they replace the computed ones, which stay known.
+struct MeasuredMass {
+  MassProperties mass;  ///< in the record's frame
+  std::string source;   ///< how and by whom
+};
+template <class V>
+constexpr void fields(V& v, Of<MeasuredMass>) {
+  v("mass", &MeasuredMass::mass).flat().doc("What was measured, in the record's frame.");
+  v("source", &MeasuredMass::source).doc("How and by whom it was measured.");
+}
+
+/// A chosen provider with the values given for its parameters, by name. Empty name = the default.
+struct ProviderChoice {
+  using Param = std::variant<bool, std::int64_t, double, std::string, std::vector<double>>;
+  std::string name;
+  std::map<std::string, Param> params;  ///< SI
+  bool operator==(const ProviderChoice&) const = default;
+};
+template <class V>
+constexpr void fields(V& v, Of<ProviderChoice>) {
+  v("name", &ProviderChoice::name).doc("Of the provider; empty for the default one.");
+  v("params", &ProviderChoice::params)
+      .flat()
+      .expression()
+      .doc("Values of the provider's parameters, in SI units.");
+}
+
+/// Whether collision checks look at a pair of bodies, against what they would do by themselves. A
+/// robot's bodies are named by link, or "base"; a world's are "table", "arm.forearm", "arm.base",
+/// and "arm" stands for all of them. A name that nothing has is without effect.
+struct PairRule {
+  std::string a, b;
+  bool is_allowed = true;  ///< to touch: the pair is passed over; false = it is always checked
+  std::string reason;      ///< why, for people
+  bool operator==(const PairRule&) const = default;
+};
+template <class V>
+constexpr void fields(V& v, Of<PairRule>) {
+  v("a", &PairRule::a).needed().doc("The one body.");
+  v("b", &PairRule::b).needed().doc("The other body.");
+  v("is_allowed", &PairRule::is_allowed)
+      .doc("True: the two may touch and are not checked; false: they are always checked.");
+  v("reason", &PairRule::reason).doc("Why, for people.");
+}
+
+}  // namespace robomosp::model

@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the structs of records are made of (layer: data processing, model). Beside each struct
+// stands one `fields(...)` that names its members; everything that treats records as data
+// (fingerprints, differences, files, values, paths, schemas) goes through Type and Field.
+// How to declare: docs/decisions/0023-one-declaration-a-record.md.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <initializer_list>
+#include <limits>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "model/kind.h"
+
+namespace robomosp::model {
+
+/// The tag by which `fields` and `words` are found: `fields(v, Of<Material>{})`.
+template <class T>
+struct Of {};
+
+/// What a value is, as far as it can be handled without knowing its C++ type.
+enum class Shape : std::uint8_t {
+  boolean,    ///< bool
+  integer,    ///< std::int32_t or std::int64_t
+  real,       ///< double
+  text,       ///< std::string
+  word,       ///< an enum; Type::words names its values
+  numbers,    ///< Type::count doubles in a row: Vec3, Sym3, std::array
+  reals,      ///< std::vector<double>
+  colour,     ///< Colour
+  digest,     ///< two std::uint64_t, for content that is told apart by them
+  reference,  ///< AnyId or Id<K>
+  setting,    ///< ProviderChoice::Param
+  structure,  ///< a struct with fields
+  list,       ///< std::vector of Type::element
+  optional,   ///< std::optional of Type::element
+  shared,     ///< std::shared_ptr<const T> of Type::element, may be null; never changed in place
+  table,      ///< std::map by std::string of Type::element
+};
+
+/// Of joint coordinates: an angle or a length by the kind of joint.
+inline constexpr std::string_view kByJoint = "rad|m";
+
+struct Type;
+/// The type of a member or of a whole record's content; made in model/kinds.cpp, or where
+/// model/declare.h is included. [any thread]
+template <class T>
+const Type& type_of();
+
+/// One member of a struct, as its declaration says.
+struct Field {
+  std::string_view name;   ///< in values, paths and, unless `file` says otherwise, files
+  std::string_view title;  ///< for people; "" = the name with spaces
+  std::string_view sentence;
+  /// SI; "" = dimensionless; "rad|m" = by Type::alternative of the struct around it.
+  std::string_view si_unit;
+  std::string_view (*unit_at)(const void*, std::size_t) = nullptr;       ///< of owner and component
+  std::string_view (*component_at)(const void*, std::size_t) = nullptr;  ///< its name; "" = none
+  const Type* type = nullptr;
+  std::size_t offset = 0;  ///< in its struct
+  double min = -std::numeric_limits<double>::infinity();
+  double max = std::numeric_limits<double>::infinity();
+  bool is_above_min = false;           ///< min itself is refused
+  bool may_be_infinite = false;        ///< NaN never may
+  bool may_be_expression = false;      ///< its numbers
+  bool is_needed = false;              ///< a file must give it
+  bool is_read_only = false;           ///< follows from content that is no field
+  bool is_path_flat = false;           ///< its fields are addressed without its name
+  bool is_addressed_by_names = false;  ///< a list: elements are addressed by name without its own
+  std::string_view (*path_word)(const void*) = nullptr;  ///< of owner: instead of its name in paths
+  std::string_view index_in;  ///< an integer: place in this list of the record; -1 = none
+  /// Of the owner: whether the field means something there; null = always. Values and files leave
+  /// out what does not.
+  bool (*counts)(const void*) = nullptr;
+  bool is_value_flat = false;      ///< its fields are among the owner's in values
+  std::string_view file_word;      ///< in files instead of its name; of lists instead of one less s
+  bool is_always_written = false;  ///< in files, although it has its default
+  bool is_unit_written = false;    ///< in files, although it is the SI unit
+  bool is_written_by_kind = false;  ///< a reference: the kind is its word in files
+  std::vector<Kind> kinds;          ///< that a reference may have; empty = any
+  int since_version = 1;            ///< of the files
+
+  // How a declaration says it.
+  Field& label(std::string_view v) { return title = v, *this; }
+  Field& doc(std::string_view v) { return sentence = v, *this; }
+  Field& unit(std::string_view v) { return si_unit = v, *this; }
+  Field& unit_by(std::string_view (*f)(const void*, std::size_t)) { return unit_at = f, *this; }
+  Field& component_by(std::string_view (*f)(const void*, std::size_t)) {
+    return component_at = f, *this;
+  }
+  Field& in_paths(std::string_view (*f)(const void*)) { return path_word = f, *this; }
+  Field& range(double low, double high) { return min = low, max = high, *this; }
+  Field& at_least(double low) { return min = low, *this; }
+  Field& above(double low) { return min = low, is_above_min = true, *this; }
+  Field& infinite() { return may_be_infinite = true, *this; }
+  Field& expression() { return may_be_expression = true, *this; }
+  Field& needed() { return is_needed = true, *this; }
+  Field& read_only() { return is_read_only = true, *this; }
+  Field& flat() { return is_path_flat = true, *this; }
+  Field& by_names() { return is_addressed_by_names = true, *this; }
+  Field& index_of(std::string_view list) { return index_in = list, *this; }
+  Field& refers_to(std::initializer_list<Kind> k) { return kinds = k, *this; }
+  Field& counts_if(bool (*f)(const void*)) { return counts = f, *this; }
+  Field& flat_value() { return is_value_flat = true, *this; }
+  Field& file(std::string_view word) { return file_word = word, *this; }
+  Field& always_written() { return is_always_written = true, *this; }
+  Field& with_unit() { return is_unit_written = true, *this; }
+  Field& by_kind() { return is_written_by_kind = true, *this; }
+  Field& since(int version) { return since_version = version, *this; }
+
+  /// "motor inertia"
+  [[nodiscard]] std::string shown_name() const;
+  /// Of component `i` of this field of the struct at `owner`; SI.
+  [[nodiscard]] std::string_view unit_of(const void* owner, std::size_t i = 0,
+                                         std::size_t alternative = 0) const;
+  /// The word of a field in files: its own, or of a list of structs one s less.
+  [[nodiscard]] std::string_view word_in_files() const;
+  [[nodiscard]] void* in(void* owner) const { return static_cast<std::byte*>(owner) + offset; }
+  [[nodiscard]] const void* in(const void* owner) const {
+    return static_cast<const std::byte*>(owner) + offset;
+  }
+};
+
+/// A C++ type with its operations, each of which exists for the shapes that need it.
+struct Type {
+  Shape shape = Shape::structure;
+  std::size_t size = 0;
+  std::vector<Field> fields;      ///< structure, in order of declaration
+  const Type* element = nullptr;  ///< list, optional, shared, table
+  std::size_t count = 0;          ///< numbers: how many
+  struct Word {
+    std::string_view word;
+    std::int64_t value = 0;
+  };
+  std::vector<Word> words;  ///< word
+  std::vector<Kind> kinds;  ///< reference: what the C++ type allows; empty = any
+  /// structure: which part of a unit such as "rad|m" counts within.
+  std::size_t (*alternative)(const void*) = nullptr;
+  bool has_references = false;
+  bool has_heap = false;                 ///< memory behind a pointer, so that its size varies
+  std::shared_ptr<const void> standard;  ///< a default-constructed value
+
+  void (*assign)(void* to, const void* from) = nullptr;
+  std::shared_ptr<void> (*clone)(const void*) = nullptr;
+  std::int64_t (*whole)(const void*) = nullptr;      ///< integer, word
+  void (*set_whole)(void*, std::int64_t) = nullptr;  ///< integer, word
+  AnyId (*id)(const void*) = nullptr;                ///< reference
+  void (*set_id)(void*, AnyId) = nullptr;            ///< reference
+  std::size_t (*length)(const void*) = nullptr;      ///< list
+  const void* (*data)(const void*) = nullptr;        ///< list: elements stand in a row
+  void (*resize)(void*, std::size_t) = nullptr;      ///< list
+  void (*take_out)(void*, std::size_t) = nullptr;    ///< list: removes an element
+  const void* (*held)(const void*) = nullptr;        ///< optional, shared: null = none
+  void* (*hold)(void*) = nullptr;  ///< the held value for changing (of shared a copy), else a new
+  void (*drop)(void*) = nullptr;   ///< optional, shared
+  /// table
+  void (*each)(const void*, const std::function<void(const std::string&, const void*)>&) = nullptr;
+  void* (*entry)(void*, const std::string&) = nullptr;  ///< made when it is not there
+  void (*erase)(void*, const std::string&) = nullptr;
+
+  [[nodiscard]] const Field* field(std::string_view name) const;
+  /// An element of a list.
+  [[nodiscard]] const void* at(const void* list, std::size_t i) const {
+    return static_cast<const std::byte*>(data(list)) + i * element->size;
+  }
+  [[nodiscard]] void* at(void* list, std::size_t i) const {
+    return const_cast<void*>(at(static_cast<const void*>(list), i));  // the list is not const
+  }
+  /// "dh" of a word's value; "" when no word has it.
+  [[nodiscard]] std::string_view word_of(const void*) const;
+};
+
+/// A kind of record as its registration says.
+struct KindInfo {
+  std::string_view name;       ///< "robot"
+  std::string_view extension;  ///< of its files: ".rbt"
+  std::string_view folder;     ///< of a library that holds it: "robots"
+  const Type* type = nullptr;
+};
+
+/// [any thread]
+[[nodiscard]] const KindInfo& info(Kind);
+/// A kind that this program does not have by itself. Kinds are never taken away, so that ids stay
+/// what they are; the texts must stay. A name that there is already gives that kind again. [any
+/// thread]
+Kind register_kind(const KindInfo&);
+
+}  // namespace robomosp::model

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+// Objects: solids and other objects put together (layer: data processing, model).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "model/basics.h"
+#include "model/fields.h"
+#include "model/kind.h"
+
+namespace robomosp::model {
+
+/// A part of an object: a solid or another object at a place.
+struct ObjectPart {
+  std::string name;
+  AnyId what;           ///< solid or object
+  Placement placement;  ///< object_T_part
+  MaterialId material;  ///< overrides the solid's own; may be none
+};
+template <class V>
+constexpr void fields(V& v, Of<ObjectPart>) {
+  v("name", &ObjectPart::name).needed().doc("Unique within the object.");
+  v("what", &ObjectPart::what)
+      .refers_to({Kind::solid, Kind::object})
+      .by_kind()
+      .needed()
+      .doc("The solid or object that is there.");
+  v("placement", &ObjectPart::placement).flat().expression().doc("Its frame in the object's.");
+  v("material", &ObjectPart::material).doc("Instead of the solid's own.");
+}
+
+/// What happens where parts overlap.
+enum class Overlap : std::uint8_t {
+  once,  ///< shared volume counts once, for the part listed first
+  sum,   ///< every part counts in full
+};
+inline constexpr std::array<std::string_view, 2> kOverlapWords{"once", "sum"};
+constexpr std::span<const std::string_view> words(Of<Overlap>) { return kOverlapWords; }
+
+struct Object {
+  std::string description;
+  Overlap overlap = Overlap::once;
+  std::vector<ObjectPart> parts;
+  Parametric parametric;
+  std::optional<MeasuredMass> measured;
+};
+template <class V>
+constexpr void fields(V& v, Of<Object>) {
+  v("description", &Object::description).doc("What it is, for people.");
+  v("parametric", &Object::parametric).flat().doc("Parameters and expressions.");
+  v("overlap", &Object::overlap)
+      .doc("Whether volume that parts share counts once, for the first of them, or for each.");
+  v("measured", &Object::measured).label("measured mass").doc("Mass measured on the real thing.");
+  v("parts", &Object::parts).by_names().doc("What it is made of.");
+}
+
+}  // namespace robomosp::model

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+// Paths to what is in a record: `links[3].mass`, `elbow.a`, `bore.position.x`, `tools.camera`,
+// `parts.1.rpy.z` (layer: data processing, model). Elements of lists are named by place (from 1) or
+// by name; what a declaration calls flat or by names is addressed without the field's own name too.
+// [any thread]
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "model/data.h"
+
+namespace robomosp::model {
+
+inline constexpr std::size_t kNoComponent = static_cast<std::size_t>(-1);
+
+/// What a path names.
+struct Place {
+  const Type* type = nullptr;
+  void* data = nullptr;
+  const Field* field = nullptr;          ///< that it is, or is an element of; null = the record
+  const void* owner = nullptr;           ///< the struct of `field`
+  std::size_t component = kNoComponent;  ///< of numbers, reals or a colour
+  std::size_t alternative = 0;           ///< of units, see Type::alternative
+  bool may_be_expression = true;         ///< by all fields on the way
+  bool is_shared = false;                ///< inside of what versions of the record share
+
+  /// The number of a component, a real or a real setting; null = it is none.
+  [[nodiscard]] double* number() const;
+  [[nodiscard]] std::string_view unit() const;  ///< SI; kAnyUnit of a provider's setting
+};
+
+/// Its `data` must not be written through.
+[[nodiscard]] std::optional<Place> find(const Content&, std::string_view path);
+/// What is shared on the way is copied, so that `data` may be written.
+[[nodiscard]] std::optional<Place> find_for_change(const MutableContent&, std::string_view path);
+
+/// Every place that a path names, with the path by which it is known: elements by their names where
+/// they have any, nothing that may be left out. Numbers come as a whole, then one by one.
+void for_each_path(const Content&, const std::function<void(const std::string&, const Place&)>&);
+/// The path by which the number at `path` is known; `path` itself when it names none.
+[[nodiscard]] std::string known_path(const Content&, std::string_view path);
+
+/// Name of component `i` of the numbers of a field: "x", "xx", "radius"; "" = it has none.
+[[nodiscard]] std::string_view component_name(const Field&, const void* owner, std::size_t i);
+
+/// Where the elements of a list are addressed: "" in front of their names, or "tools.".
+[[nodiscard]] std::string element_prefix(const Field& list);
+
+}  // namespace robomosp::model

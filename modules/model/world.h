@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: Apache-2.0
+// Worlds: placed objects, robots, trajectories, tasks, and signals (layer: data processing, model).
+// SI and radians.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <robomosp/sdk/types.h>
+
+#include "model/basics.h"
+#include "model/fields.h"
+#include "model/kind.h"
+
+namespace robomosp::model {
+
+struct PlacedObject {
+  std::string name;     ///< unique in the world
+  AnyId what;           ///< object or solid
+  Placement placement;  ///< world_T_object
+};
+template <class V>
+constexpr void fields(V& v, Of<PlacedObject>) {
+  v("name", &PlacedObject::name).needed().doc("Unique in the world.");
+  v("what", &PlacedObject::what)
+      .refers_to({Kind::solid, Kind::object})
+      .by_kind()
+      .needed()
+      .doc("The solid or object that is there.");
+  v("placement", &PlacedObject::placement).flat().expression().doc("Its frame in the world's.");
+}
+
+struct PlacedRobot {
+  std::string name;
+  RobotId robot;
+  Placement placement;    ///< world_T_mounting
+  std::vector<double> q;  ///< joint values shown; empty = the pose "home" or zeros
+};
+template <class V>
+constexpr void fields(V& v, Of<PlacedRobot>) {
+  v("name", &PlacedRobot::name).needed().doc("Unique in the world.");
+  v("robot", &PlacedRobot::robot).needed().doc("The robot that is there.");
+  v("placement", &PlacedRobot::placement).flat().expression().doc("Its mounting in the world.");
+  v("q", &PlacedRobot::q)
+      .unit(kByJoint)
+      .doc("Joint values shown; empty is the pose home, or zeros.");
+}
+
+struct PlacedTrajectory {
+  std::string name;
+  TrajectoryId trajectory;
+  Placement placement;  ///< world_T_trajectory
+};
+template <class V>
+constexpr void fields(V& v, Of<PlacedTrajectory>) {
+  v("name", &PlacedTrajectory::name).needed().doc("Unique in the world.");
+  v("trajectory", &PlacedTrajectory::trajectory).needed().doc("The trajectory that is there.");
+  v("placement", &PlacedTrajectory::placement).flat().expression().doc("Its frame in the world's.");
+}
+
+/// A named place that tasks and people refer to.
+struct PlacedFrame {
+  std::string name;
+  Placement placement;  ///< world_T_frame
+};
+template <class V>
+constexpr void fields(V& v, Of<PlacedFrame>) {
+  v("name", &PlacedFrame::name).needed().doc("Unique in the world.");
+  v("placement", &PlacedFrame::placement).flat().expression().doc("The frame in the world's.");
+}
+
+enum class LightKind : std::uint8_t {
+  sun,    ///< parallel light along -z of its frame
+  point,  ///< from its origin to all sides
+  spot,   ///< from its origin along -z of its frame, within `angle` of it
+};
+inline constexpr std::array<std::string_view, 3> kLightWords{"sun", "point", "spot"};
+constexpr std::span<const std::string_view> words(Of<LightKind>) { return kLightWords; }
+
+struct PlacedLight {
+  std::string name;
+  LightKind kind = LightKind::point;
+  Placement placement;   ///< world_T_light
+  Colour colour;         ///< sRGB; a is of no account
+  double intensity = 1;  ///< 1 = as bright as the program's own
+  double angle = 0.5;    ///< half the opening of a spot [rad]
+};
+template <class V>
+constexpr void fields(V& v, Of<PlacedLight>) {
+  v("name", &PlacedLight::name).needed().doc("Unique in the world.");
+  v("kind", &PlacedLight::kind)
+      .always_written()
+      .doc("Parallel light, or light from a point, to all sides or not.");
+  v("placement", &PlacedLight::placement).flat().expression().doc("Its frame in the world's.");
+  v("colour", &PlacedLight::colour).doc("In sRGB; the opacity is of no account.");
+  v("intensity", &PlacedLight::intensity)
+      .at_least(0)
+      .doc("1 is as bright as the program's own light.");
+  v("angle", &PlacedLight::angle).unit("rad").above(0).doc("Half the opening of a spot.");
+}
+
+struct PlacedTask {
+  std::string name;
+  TaskId task;
+  std::string robot;  ///< that steps mean which name none; "" = every step names its own
+};
+template <class V>
+constexpr void fields(V& v, Of<PlacedTask>) {
+  v("name", &PlacedTask::name).needed().doc("Unique in the world.");
+  v("task", &PlacedTask::task).needed().doc("The task that is there.");
+  v("robot", &PlacedTask::robot).doc("That steps mean which name none.");
+}
+
+enum class SignalKind : std::uint8_t { digital, analogue };
+inline constexpr std::array<std::string_view, 2> kSignalWords{"digital", "analogue"};
+constexpr std::span<const std::string_view> words(Of<SignalKind>) { return kSignalWords; }
+
+/// A wire between two devices; tasks set it and wait for it.
+struct Signal {
+  std::string name;  ///< a letter, then letters, digits and _
+  SignalKind kind = SignalKind::digital;
+  std::string unit;      ///< SI, of an analogue one; "" = a plain number
+  double initial = 0;    ///< a digital one is 0 or 1
+  std::string from, to;  ///< members of the world, or devices of any name; "" = any
+  std::string description;
+};
+template <class V>
+constexpr void fields(V& v, Of<Signal>) {
+  v("name", &Signal::name).needed().doc("A letter, then letters, digits and _.");
+  v("kind", &Signal::kind).always_written().doc("Digital is 0 or 1, analogue any number.");
+  v("initial", &Signal::initial).doc("Value at the start.");
+  v("unit", &Signal::unit).doc("SI unit of an analogue one; empty is a plain number.");
+  v("from", &Signal::from).doc("What sets it; empty is any.");
+  v("to", &Signal::to).doc("What reads it; empty is any.");
+  v("description", &Signal::description).doc("What it is, for people.");
+}
+
+/// An object that a robot holds when the world starts.
+struct Attachment {
+  std::string object, robot;
+  std::string link;         ///< of the robot, or a tool of it; "" = its tool
+  Placement tool_T_object;  ///< from the link's or tool's frame
+};
+template <class V>
+constexpr void fields(V& v, Of<Attachment>) {
+  v("object", &Attachment::object).needed().doc("The object of the world that is held.");
+  v("robot", &Attachment::robot).needed().doc("The robot of the world that holds it.");
+  v("link", &Attachment::link).doc("Link or tool of the robot; empty is its tool.");
+  v("placement", &Attachment::tool_T_object)
+      .flat()
+      .doc("Frame of the object in that of the link or tool.");
+}
+
+struct World {
+  std::string description;
+  Vec3 gravity{0, 0, -9.81};  ///< [m/s^2]
+  std::vector<PlacedObject> objects;
+  std::vector<PlacedRobot> robots;
+  std::vector<PlacedTrajectory> trajectories;
+  std::vector<PlacedFrame> frames;
+  std::vector<PlacedLight> lights;
+  std::vector<PlacedTask> tasks;
+  std::vector<Signal> signals;
+  std::vector<Attachment> attachments;  ///< at most one an object
+  std::vector<PairRule> pair_rules;
+  Parametric parametric;  ///< its parameters are known to all records as `<name>.<parameter>`
+};
+template <class V>
+constexpr void fields(V& v, Of<World>) {
+  v("description", &World::description).doc("What it is, for people.");
+  v("parametric", &World::parametric)
+      .flat()
+      .doc("Parameters, which all records know, and expressions.");
+  v("gravity", &World::gravity).unit("m/s^2").expression().doc("Acceleration of free fall.");
+  v("objects", &World::objects).by_names().doc("Placed objects and solids.");
+  v("robots", &World::robots).by_names().doc("Placed robots.");
+  v("trajectories", &World::trajectories).file("trajectory").by_names().doc("Placed trajectories.");
+  v("frames", &World::frames).by_names().doc("Named places.");
+  v("lights", &World::lights).by_names().doc("Lights.");
+  v("tasks", &World::tasks).doc("Placed tasks.");
+  v("signals", &World::signals).doc("Wires between devices, which tasks set and wait for.");
+  v("attachments", &World::attachments).doc("Objects that robots hold at the start.");
+  v("pair_rules", &World::pair_rules)
+      .doc("Pairs of bodies that may touch, or that are always checked.");
+}
+
+}  // namespace robomosp::model

@@ -1,0 +1,287 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "recording/file.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "kernel/text.h"
+#include "kernel/units.h"
+
+namespace robomosp::recording {
+namespace {
+
+constexpr std::string_view kHead = "robomosp recording 1";
+constexpr std::size_t kMostColumns = 100000;
+
+/// Lines of a text with their numbers; `\r` before the end of a line is left out.
+class Lines {
+ public:
+  explicit Lines(std::string_view text) : text_(text) {}
+  [[nodiscard]] bool at_end() const { return at_ >= text_.size(); }
+  [[nodiscard]] std::size_t number() const { return number_; }  ///< of the line read last, from 1
+  std::string_view next() {
+    const std::size_t end = std::min(text_.find('\n', at_), text_.size());
+    std::string_view line = text_.substr(at_, end - at_);
+    at_ = end + 1;
+    ++number_;
+    if (line.ends_with('\r')) line.remove_suffix(1);
+    return line;
+  }
+  [[nodiscard]] Error fault(std::string message, std::string hint) const {
+    return error(ErrorCode::syntax, std::move(message), std::move(hint),
+                 "line " + std::to_string(number_));
+  }
+
+ private:
+  std::string_view text_;
+  std::size_t at_ = 0, number_ = 0;
+};
+
+/// The words of a line: plain ones, and texts in double quotes as text::quote writes them. False =
+/// a quote that does not end.
+bool split_words(std::string_view line, std::vector<std::string>& words) {
+  for (std::size_t i = 0; i < line.size();) {
+    if (line[i] == ' ') {
+      ++i;
+      continue;
+    }
+    std::string word;
+    if (line[i] != '"') {
+      while (i < line.size() && line[i] != ' ') word += line[i++];
+      words.push_back(std::move(word));
+      continue;
+    }
+    for (++i; i < line.size() && line[i] != '"'; ++i) {
+      if (line[i] != '\\') {
+        word += line[i];
+        continue;
+      }
+      if (++i == line.size()) return false;
+      word += line[i] == 'n' ? '\n' : line[i] == 't' ? '\t' : line[i] == 'r' ? '\r' : line[i];
+    }
+    if (i++ >= line.size()) return false;
+    words.push_back(std::move(word));
+  }
+  return true;
+}
+
+/// Numbers as text::print writes them.
+std::optional<double> read_number(std::string_view s) {
+  if (s == "nan") return std::numeric_limits<double>::quiet_NaN();
+  if (s == "-0") return -0.0;  // to the same bits
+  return text::read_real(s);
+}
+std::string print_number(double v) { return v == 0 && std::signbit(v) ? "-0" : text::print(v); }
+
+std::string json_text(const std::string& s) {
+  constexpr const char* kHex = "0123456789abcdef";
+  std::string out = "\"";
+  for (const char c : s) {
+    const auto u = static_cast<unsigned char>(c);
+    if (c == '"' || c == '\\') out += '\\', out += c;
+    else if (c == '\n') out += "\\n";
+    else if (u < 0x20) out += "\\u00", out += kHex[u >> 4], out += kHex[u & 15];
+    else out += c;
+  }
+  return out + '"';
+}
+
+/// Fields of a line of CSV; quotes as in RFC 4180, but no line ends within them.
+std::vector<std::string> csv_fields(std::string_view line, char separator) {
+  std::vector<std::string> out(1);
+  bool quoted = false;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    const char c = line[i];
+    if (quoted && c == '"' && i + 1 < line.size() && line[i + 1] == '"') out.back() += line[++i];
+    else if (c == '"') quoted = !quoted;
+    else if (c == separator && !quoted) out.emplace_back();
+    else out.back() += c;
+  }
+  for (std::string& field : out) field = std::string(text::trim(field));
+  return out;
+}
+
+/// Name and unit of `q1 [rad]` or `q1 (rad)`.
+std::pair<std::string, std::string> name_and_unit(const std::string& field) {
+  for (const auto& [open, close] : {std::pair{'[', ']'}, {'(', ')'}}) {
+    const std::size_t from = field.find(open);
+    if (from != std::string::npos && field.ends_with(close))
+      return {std::string(text::trim(field.substr(0, from))),
+              std::string(text::trim(field.substr(from + 1, field.size() - from - 2)))};
+  }
+  return {field, ""};
+}
+
+}  // namespace
+
+std::string to_text(const Recording& r, std::string_view world) {
+  std::string out(kHead);
+  out += "\ntitle " + text::quote(r.title) + "\nworld " + text::quote(world) + "\nrobot " +
+         text::quote(r.robot) + "\ntrajectory " + text::quote(r.trajectory) + "\ndof " +
+         std::to_string(r.dof) + "\nvoxel " + print_number(r.voxel) + '\n';
+  for (const std::string& note : r.notes) out += "note " + text::quote(note) + '\n';
+  for (const Column& c : r.columns)
+    out += "column " + text::quote(c.name) + ' ' + text::quote(c.unit) + ' ' +
+           text::print(c.lower) + ' ' + text::print(c.upper) + ' ' + text::quote(c.doc) + '\n';
+  out += "rows " + std::to_string(r.rows()) + '\n';
+  for (std::size_t i = 0; i < r.rows(); ++i) {
+    for (std::size_t c = 0; c < r.columns.size(); ++c) {
+      if (c) out += ' ';
+      out += print_number(r.columns[c].values[i]);
+    }
+    out += '\n';
+  }
+  return out + "end\n";
+}
+
+Result<FiledRecording> recording_from_text(std::string_view text) {
+  Lines lines(text);
+  if (const auto head = lines.next(); head != kHead) {
+    if (head.starts_with("robomosp recording "))
+      return lines.fault(
+          "it is a recording of a newer version, " + text::quote(std::string(head.substr(19))),
+          "Load it with a newer program.");
+    return lines.fault("it is no recording of this program",
+                       "Such a file starts with \"" + std::string(kHead) + "\".");
+  }
+  FiledRecording out;
+  Recording& r = out.recording;
+  std::optional<std::size_t> rows;
+  while (!rows) {
+    if (lines.at_end()) return lines.fault("the file ends before its rows", "It is cut off.");
+    std::vector<std::string> words;
+    const bool is_whole = split_words(lines.next(), words);
+    const std::string what = words.empty() ? "" : words.front();
+    const std::size_t wanted = what == "column" ? 6 : 2;
+    if (!is_whole || words.size() != wanted)
+      return lines.fault("it cannot be read", "Such a line is: title \"...\", rows 100.");
+    std::string& value = words[1];
+    const auto count = text::read_int(value);
+    if (what == "title") r.title = std::move(value);
+    else if (what == "world") out.world = std::move(value);
+    else if (what == "robot") r.robot = std::move(value);
+    else if (what == "trajectory") r.trajectory = std::move(value);
+    else if (what == "note") r.notes.push_back(std::move(value));
+    else if (what == "voxel" && read_number(value)) r.voxel = *read_number(value);
+    else if (what == "dof" && count && *count >= 0) r.dof = static_cast<std::size_t>(*count);
+    else if (what == "rows" && count && *count >= 0) rows = static_cast<std::size_t>(*count);
+    else if (what == "column" && read_number(words[3]) && read_number(words[4])) {
+      if (r.find(value))
+        return lines.fault("there are two columns " + text::quote(value), "Rename one.");
+      if (r.columns.size() == kMostColumns) return lines.fault("there are too many columns", "");
+      r.columns.push_back(
+          {value, words[2], words[5], {}, *read_number(words[3]), *read_number(words[4])});
+    } else {
+      return lines.fault(text::quote(what) + " with " + text::quote(value) + " means nothing here",
+                         "A recording has title, world, robot, trajectory, dof, voxel, note, "
+                         "column and rows.");
+    }
+  }
+  // Each row takes at least two bytes a column, so that a false count cannot ask for much memory.
+  const std::size_t possible = text.size() / (2 * std::max<std::size_t>(r.columns.size(), 1)) + 1;
+  if (r.columns.empty() && *rows > 0) return lines.fault("it has rows but no columns", "");
+  for (Column& c : r.columns) c.values.reserve(std::min(*rows, possible));
+  for (std::size_t i = 0; i < *rows; ++i) {
+    if (lines.at_end())
+      return lines.fault(
+          "the file ends after row " + std::to_string(i) + " of " + std::to_string(*rows),
+          "It is cut off.");
+    const auto fields = text::split(lines.next(), ' ');
+    if (fields.size() != r.columns.size())
+      return lines.fault("the row has " + std::to_string(fields.size()) +
+                             " numbers, but there are " + std::to_string(r.columns.size()) +
+                             " columns",
+                         "Separate the numbers by one blank.");
+    for (std::size_t c = 0; c < fields.size(); ++c) {
+      const auto v = read_number(fields[c]);
+      if (!v) return lines.fault(text::quote(fields[c]) + " is not a number", "Write such as 0.5.");
+      r.columns[c].values.push_back(*v);
+    }
+  }
+  if (lines.at_end() || lines.next() != "end")
+    return lines.fault("the rows are not followed by \"end\"", "There are more than it says.");
+  return out;
+}
+
+Result<Recording> recording_from_csv(std::string_view text) {
+  if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);
+  Lines lines(text);
+  const std::string_view header = lines.next();
+  char separator = ',';
+  for (const char c : {';', '\t'})
+    if (std::count(header.begin(), header.end(), c) >
+        std::count(header.begin(), header.end(), separator))
+      separator = c;
+  Recording r;
+  std::vector<units::Unit> given;
+  for (const std::string& field : csv_fields(header, separator)) {
+    const auto [name, unit] = name_and_unit(field);
+    if (name.empty() || text::read_real(name))
+      return lines.fault(name.empty() ? "a column has no name"
+                                      : text::quote(name) + " is not the name of a column",
+                         "The first line names the columns, such as: time [s],q1 [deg].");
+    if (r.find(name))
+      return lines.fault("there are two columns " + text::quote(name), "Rename one.");
+    auto read = units::parse(unit);
+    if (!read.ok()) return std::move(read).error().in("line 1, column " + text::quote(name));
+    given.push_back(*read);
+    r.columns.push_back({name, read->factor == 1 ? unit : units::si_name(read->dimension), "", {}});
+  }
+  while (!lines.at_end()) {
+    const std::string_view line = lines.next();
+    if (text::trim(line).empty()) continue;
+    auto fields = csv_fields(line, separator);
+    if (fields.size() != r.columns.size())
+      return lines.fault("it has " + std::to_string(fields.size()) +
+                             " fields, but the header has " + std::to_string(r.columns.size()),
+                         "Give every column in every line.");
+    for (std::size_t c = 0; c < fields.size(); ++c) {
+      std::string& field = fields[c];
+      // Where semicolons separate, commas are often the decimal sign.
+      if (separator != ',') std::replace(field.begin(), field.end(), ',', '.');
+      const auto v = field.empty() ? std::optional(std::nan("")) : read_number(field);
+      if (!v)
+        return lines.fault(text::quote(field) + " of column " + text::quote(r.columns[c].name) +
+                               " is not a number",
+                           "Leave the field empty where there is no value.");
+      r.columns[c].values.push_back(units::to_si(*v, given[c]));
+    }
+  }
+  if (r.rows() == 0) return lines.fault("it has no lines of numbers", "");
+  if (const Column* time = r.find("time"))
+    for (std::size_t i = 1; i < time->values.size(); ++i)
+      if (!(time->values[i] > time->values[i - 1]))
+        return error(ErrorCode::syntax,
+                     "the time does not rise from row " + std::to_string(i) + " to row " +
+                         std::to_string(i + 1),
+                     "Sort the lines by time and leave out doubled ones.");
+  return r;
+}
+
+std::string to_json(const Recording& r) {
+  const auto number = [](double v) -> std::string {
+    if (!std::isfinite(v)) return "null";
+    // -0 would be a whole number without a sign to many readers.
+    return v == 0 && std::signbit(v) ? "-0.0" : text::print(v);
+  };
+  std::string out = "{\n  \"title\": " + json_text(r.title) +
+                    ",\n  \"robot\": " + json_text(r.robot) +
+                    ",\n  \"trajectory\": " + json_text(r.trajectory) +
+                    ",\n  \"dof\": " + std::to_string(r.dof) + ",\n  \"notes\": [";
+  for (std::size_t i = 0; i < r.notes.size(); ++i) out += (i ? ", " : "") + json_text(r.notes[i]);
+  out += "],\n  \"columns\": [";
+  for (std::size_t k = 0; k < r.columns.size(); ++k) {
+    const Column& c = r.columns[k];
+    out += std::string(k ? "," : "") + "\n    {\"name\": " + json_text(c.name) +
+           ", \"unit\": " + json_text(c.unit) + ", \"doc\": " + json_text(c.doc);
+    if (std::isfinite(c.lower)) out += ", \"lower\": " + number(c.lower);
+    if (std::isfinite(c.upper)) out += ", \"upper\": " + number(c.upper);
+    out += ", \"values\": [";
+    for (std::size_t i = 0; i < c.values.size(); ++i) out += (i ? "," : "") + number(c.values[i]);
+    out += "]}";
+  }
+  return out + "\n  ]\n}\n";
+}
+
+}  // namespace robomosp::recording

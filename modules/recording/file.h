@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+// Recordings as files: the program's own lossless text, CSV in and out, JSON, and NumPy's archive
+// of arrays (layer: application, recording). [any thread]
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include <robomosp/sdk/result.h>
+
+#include "recording/recording.h"
+
+namespace robomosp::recording {
+
+/// A recording as it stands in a file: its world by name.
+struct FiledRecording {
+  Recording recording;
+  std::string world;  ///< empty = it was made without one
+};
+
+/// The text of docs/user/recordings.md; numbers read back to the same bits.
+[[nodiscard]] std::string to_text(const Recording&, std::string_view world);
+/// A fault tells its line.
+[[nodiscard]] Result<FiledRecording> recording_from_text(std::string_view text);
+
+/// Comma-, semicolon- or tab-separated numbers under a header line of names, with or without units:
+/// `q1 [rad]`, `q1 (deg)`, `q1`. Values are brought to SI; empty fields are not a number. A fault
+/// tells its line.
+[[nodiscard]] Result<Recording> recording_from_csv(std::string_view text);
+
+/// One object: title, robot, trajectory, dof, notes and columns with name, unit, doc, lower and
+/// upper limit (left out where there is none) and values; what is not finite is null.
+[[nodiscard]] std::string to_json(const Recording&);
+
+/// An archive that numpy.load reads: a float64 array for every column by its name, and the texts
+/// `columns`, `units`, `docs` and `title`. Stored, not compressed. More than 4 GiB is an error.
+/// (Format: numpy.lib.format 1.0, in a zip file.)
+[[nodiscard]] Result<std::string> to_npz(const Recording&);
+
+}  // namespace robomosp::recording

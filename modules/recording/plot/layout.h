@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where the axes, lines and legends of a plot stand (layer: application, private to sim).
+#pragma once
+
+#include <vector>
+
+#include "recording/plot/canvas.h"
+#include "recording/plot/colour_map.h"
+#include "recording/plot/plot.h"
+
+namespace robomosp::recording {
+
+/// The plot in pixels.
+[[nodiscard]] Canvas drawn(const Plot&);
+
+/// Least and greatest finite value among some values; 0..1 without any, and room about a single
+/// one.
+class Extent {
+ public:
+  void add(double v);
+  void add(const std::vector<double>& values);
+  [[nodiscard]] ValueRange range() const;
+  /// No values, or such as differ by rounding only.
+  [[nodiscard]] bool is_single() const;
+
+ private:
+  double low_ = 0, high_ = 0;
+  bool has_value_ = false;
+};
+
+/// From one mark to the next.
+[[nodiscard]] double step_of(const std::vector<double>& marks);
+
+/// The axes of a plot that is no path: round limits unless tight, finite limits of panels included.
+[[nodiscard]] ValueRange x_range(const Plot&);
+[[nodiscard]] ValueRange y_range(const PlotPanel&, int marks);
+
+}  // namespace robomosp::recording

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+// Plots of recordings: one description, drawn as SVG, by gnuplot (PNG, PDF) or as plain text
+// (layer: application, recording). [any thread]
+#pragma once
+
+#include <cstddef>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include <robomosp/sdk/result.h>
+
+#include "recording/recording.h"
+
+namespace robomosp::recording {
+
+struct PlotLine {
+  std::string name;
+  std::vector<double> x, y;  ///< of equal lengths; the line is broken where they are not finite
+  std::vector<double> z;     ///< of paths in space only
+  std::size_t colour = 0;    ///< the same for one column of several recordings
+  std::size_t source = 0;    ///< which recording: how the line is dashed
+};
+
+/// Lines over one pair of axes.
+struct PlotPanel {
+  std::string y_label;
+  std::vector<PlotLine> lines;
+  /// What the values should stay within; beyond is drawn as a band. Infinite = no band.
+  double lower = -std::numeric_limits<double>::infinity();
+  double upper = std::numeric_limits<double>::infinity();
+};
+
+struct Plot {
+  std::string title;
+  std::vector<std::string> sources;  ///< titles of the recordings where there are several
+  std::string x_label, z_label;      ///< z_label: of paths in space only
+  std::vector<PlotPanel> panels;     ///< one below the other, over the same x; one of a path
+  bool is_path = false;              ///< a path in space with its projections
+  bool is_tight = false;             ///< the horizontal axis ends with the data, as of time
+  bool is_metric = false;            ///< both axes are lengths: drawn to one scale
+  int width = 900, height = 520;     ///< pixels
+};
+
+/// What to draw.
+struct PlotRequest {
+  std::vector<const Recording*> recordings;  ///< over each other; the first names the plot
+  std::vector<std::string> columns;          ///< as Recording::select; empty = all but x
+  std::string x;         ///< horizontal axis; empty = time, or the first column without it
+  bool limits = false;   ///< show what the values should stay within
+  bool is_path = false;  ///< columns are x, y, z of a path in space, those of the tool when empty
+  std::string title;     ///< empty = that of the first recording
+  int width = 900;
+  int height = 0;  ///< 0 = what the panels need
+};
+/// Columns of one unit share a panel, with limits also of one pair of limits. Tells unknown columns
+/// and recordings that lack one.
+[[nodiscard]] Result<Plot> plot(const PlotRequest&);
+
+/// A self-contained SVG picture (axes with units, grid, legend).
+[[nodiscard]] std::string to_svg(const Plot&);
+/// The bytes of a file of that name: .svg by to_svg, .png and .pdf through gnuplot; any other
+/// extension is an error.
+[[nodiscard]] Result<std::string> plot_file(const Plot&, const std::string& name);
+/// The plot in characters of ASCII, `columns` >= 40 wide; a path as its three projections.
+[[nodiscard]] std::string to_text(const Plot&, std::size_t columns = 78);
+
+}  // namespace robomosp::recording

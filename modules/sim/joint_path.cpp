@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/joint_path.h"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+namespace robomosp::sim {
+namespace {
+
+/// Lengths below this share of the whole way are none.
+constexpr double kNoLength = 1e-9;
+/// Steps of a rounded corner, and of the whole way at least.
+constexpr std::size_t kCornerSteps = 64, kWaySteps = 200;
+/// How often a corner without room is halved.
+constexpr int kHalvings = 6;
+
+/// Points as rows, and what is asked of them.
+class Way {
+ public:
+  Way(const PlanProblem& problem, std::span<const double> points)
+      : problem_(problem), points_(points.begin(), points.end()) {}
+
+  [[nodiscard]] std::size_t count() const { return points_.size() / problem_.dof; }
+  [[nodiscard]] std::span<const double> at(std::size_t i) const {
+    return {points_.data() + i * problem_.dof, problem_.dof};
+  }
+  [[nodiscard]] double distance(std::span<const double> a, std::span<const double> b) const {
+    double sum = 0;
+    for (std::size_t j = 0; j < problem_.dof; ++j)
+      sum += std::pow(problem_.weight[j] * (b[j] - a[j]), 2);
+    return std::sqrt(sum);
+  }
+  [[nodiscard]] double length() const {
+    double sum = 0;
+    for (std::size_t i = 1; i < count(); ++i) sum += distance(at(i - 1), at(i));
+    return sum;
+  }
+  [[nodiscard]] std::vector<double> between(std::span<const double> a, std::span<const double> b,
+                                            double share) const {
+    std::vector<double> out(problem_.dof);
+    for (std::size_t j = 0; j < out.size(); ++j) out[j] = a[j] + share * (b[j] - a[j]);
+    return out;
+  }
+  [[nodiscard]] bool is_free(std::span<const double> a, std::span<const double> b) const {
+    return problem_.is_free_between(a, b);
+  }
+  void erase(std::size_t first, std::size_t last) {
+    const auto row = [&](std::size_t i) {
+      return points_.begin() + static_cast<std::ptrdiff_t>(i * problem_.dof);
+    };
+    points_.erase(row(first), row(last));
+  }
+  void insert(std::size_t before, std::span<const double> q) {
+    points_.insert(points_.begin() + static_cast<std::ptrdiff_t>(before * problem_.dof), q.begin(),
+                   q.end());
+  }
+  std::vector<double> take() { return std::move(points_); }
+
+  /// Joins each point with the farthest one that it reaches straight.
+  void pass_by() {
+    for (std::size_t i = 0; i + 2 < count(); ++i)
+      for (std::size_t k = count() - 1; k > i + 1; --k)
+        if (is_free(at(i), at(k))) {
+          erase(i + 1, k);
+          break;
+        }
+  }
+  struct Place {
+    std::size_t motion = 0;  ///< from point `motion` to the next
+    std::vector<double> q;
+  };
+  [[nodiscard]] Place place(double s) const {
+    for (std::size_t i = 0; i + 2 < count(); ++i) {
+      const double own = distance(at(i), at(i + 1));
+      if (s < own) return {i, between(at(i), at(i + 1), s / own)};
+      s -= own;
+    }
+    const std::size_t i = count() - 2;
+    const double own = distance(at(i), at(i + 1));
+    return {i, between(at(i), at(i + 1), own > 0 ? std::min(1.0, s / own) : 0)};
+  }
+
+ private:
+  const PlanProblem& problem_;
+  std::vector<double> points_;
+};
+
+}  // namespace
+
+double path_length(const PlanProblem& problem, std::span<const double> path) {
+  return Way(problem, path).length();
+}
+
+Result<std::vector<double>> shorten(const PlanProblem& problem, std::vector<double> points,
+                                    std::size_t tries, Progress& progress) {
+  Way path(problem, points);
+  path.pass_by();
+  std::mt19937_64 random(problem.seed);
+  const auto share = [&] { return static_cast<double>(random() >> 11) * 0x1p-53; };
+  for (std::size_t i = 0; i < tries && path.count() > 2; ++i) {
+    if (progress.cancelled())
+      return error(ErrorCode::cancelled, "the search for a way was stopped");
+    progress.report(static_cast<double>(i) / static_cast<double>(tries), "shortening the way");
+    const double whole = path.length();
+    double s0 = whole * share(), s1 = whole * share();
+    if (s0 > s1) std::swap(s0, s1);
+    const Way::Place a = path.place(s0), b = path.place(s1);
+    if (a.motion == b.motion || path.distance(a.q, b.q) > (1 - kNoLength) * (s1 - s0) ||
+        !path.is_free(a.q, b.q))
+      continue;
+    path.erase(a.motion + 1, b.motion + 1);
+    path.insert(a.motion + 1, b.q);
+    path.insert(a.motion + 1, a.q);
+  }
+  path.pass_by();
+  return path.take();
+}
+
+RoundWay round_corners(const PlanProblem& problem, std::span<const double> points, double share,
+                       const std::function<bool(std::span<const double>)>& is_free_along) {
+  RoundWay out;
+  const Way path(problem, points);
+  const double whole = path.length();
+  const auto add = [&](std::span<const double> q) {
+    const std::span<const double> last(out.points.data() + out.points.size() - problem.dof,
+                                       problem.dof);
+    if (path.distance(last, q) > kNoLength * whole)
+      out.points.insert(out.points.end(), q.begin(), q.end());
+  };
+  const auto add_line = [&](std::span<const double> to) {
+    const std::vector<double> from(out.points.end() - static_cast<std::ptrdiff_t>(problem.dof),
+                                   out.points.end());
+    const auto steps =
+        static_cast<std::size_t>(std::ceil(kWaySteps * path.distance(from, to) / whole));
+    for (std::size_t k = 1; k < steps; ++k)
+      add(path.between(from, to, static_cast<double>(k) / static_cast<double>(steps)));
+    add(to);
+  };
+  out.points.assign(points.begin(), points.begin() + static_cast<std::ptrdiff_t>(problem.dof));
+  if (!(whole > 0)) return out;
+  for (std::size_t i = 1; i + 1 < path.count(); ++i) {
+    const double before = path.distance(path.at(i), path.at(i - 1)),
+                 after = path.distance(path.at(i), path.at(i + 1));
+    double leg = share * std::min(before, after);
+    std::vector<double> corner;
+    for (int k = 0; k <= kHalvings && leg > kNoLength * whole; ++k, leg /= 2) {
+      const auto a = path.between(path.at(i), path.at(i - 1), leg / before),
+                 b = path.between(path.at(i), path.at(i + 1), leg / after);
+      // Control points a, (a + p) / 2, p, p, (p + b) / 2, b: evenly spaced on either side, so that
+      // the second derivative is zero at both ends.
+      corner.clear();
+      for (std::size_t n = 0; n <= kCornerSteps; ++n) {
+        const double u = static_cast<double>(n) / kCornerSteps, v = 1 - u;
+        const double of_a = v * v * v * v * (v + 2.5 * u), of_b = u * u * u * u * (u + 2.5 * v);
+        for (std::size_t j = 0; j < problem.dof; ++j)
+          corner.push_back(of_a * a[j] + of_b * b[j] + (1 - of_a - of_b) * path.at(i)[j]);
+      }
+      if (is_free_along(corner)) break;
+      corner.clear();
+    }
+    if (corner.empty()) {
+      ++out.sharp;
+      add_line(path.at(i));
+      continue;
+    }
+    add_line(std::span<const double>(corner).first(problem.dof));
+    for (std::size_t n = 1; n <= kCornerSteps; ++n)
+      add(std::span<const double>(corner).subspan(n * problem.dof, problem.dof));
+  }
+  add_line(path.at(path.count() - 1));
+  return out;
+}
+
+}  // namespace robomosp::sim

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+// Ways of straight joint motions around obstacles, made shorter and round (layer: application,
+// sim).
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include <robomosp/sdk/planner.h>
+#include <robomosp/sdk/progress.h>
+#include <robomosp/sdk/result.h>
+
+namespace robomosp::sim {
+
+/// The length of a way (joint vectors, row-major) in the metric of the problem's weights,
+/// sqrt(sum (weight dq)^2).
+[[nodiscard]] double path_length(const PlanProblem& problem, std::span<const double> path);
+
+/// A way between the same ends that is no longer: points that can be passed by are left out, and
+/// `tries` times two places drawn at random are joined straight where that is free (Geraerts,
+/// Overmars, Int. J. Robotics Research 26(8), 2007, 845). Equal seeds give equal ways.
+Result<std::vector<double>> shorten(const PlanProblem& problem, std::vector<double> path,
+                                    std::size_t tries, Progress& progress);
+
+/// The way in small steps, its corners rounded where that is free: each by a Bezier curve of fifth
+/// degree over at most `share` (0..1/2) of the motions beside it, which leaves and joins them with
+/// continuous direction and curvature. It is halved until it is free; a corner without room stays.
+/// `is_free_along` tells it of a row of configurations, joined straight. `sharp` counts the corners
+/// that stayed.
+struct RoundWay {
+  std::vector<double> points;
+  std::size_t sharp = 0;
+};
+RoundWay round_corners(const PlanProblem& problem, std::span<const double> path, double share,
+                       const std::function<bool(std::span<const double>)>& is_free_along);
+
+}  // namespace robomosp::sim

@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a run of contact physics records.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "sim/physics_simulation.h"
+#include "spatial/pose.h"
+#include "spatial/rotation.h"
+
+namespace robomosp::sim {
+namespace {
+
+using recording::Column;
+using recording::Recording;
+
+constexpr double kMostNumbers = 2e8;  ///< in a recording
+
+}  // namespace
+
+std::size_t PhysicsSimulation::add_column(std::string name, std::string unit, std::string doc) {
+  out_.columns.push_back({std::move(name), std::move(unit), std::move(doc), {}});
+  return out_.columns.size() - 1;
+}
+
+void PhysicsSimulation::prepare_columns() {
+  out_.world = run_.world;
+  out_.title = sim_.snapshot.find(AnyId(run_.world))->name + ": contact physics";
+  if (!inert_.empty())
+    out_.notes.push_back(text::enumerate(inert_) + (inert_.size() == 1 ? " has" : " have") +
+                         " no mass or no inertia about some axis and got the least that the "
+                         "engine takes");
+  add_column("time", "s", "time");
+  const auto first =
+      std::find_if(actors_.begin(), actors_.end(), [](const Actor& a) { return a.acts; });
+  const Actor* main = first != actors_.end() ? &*first : actors_.empty() ? nullptr : &actors_[0];
+  if (main) {
+    out_.robot = main->placed->name;
+    out_.dof = main->model->dof();
+    add_robot_columns(*main, "");
+  }
+  for (const Actor& a : actors_)
+    if (&a != main) add_robot_columns(a, a.placed->name + ".");
+  for (const Thing& thing : things_) {
+    if (!thing.is_movable) continue;
+    for (const char* axis : {"x", "y", "z"})
+      add_column(thing.name + "." + axis, "m", std::string(axis) + " of " + thing.name);
+    for (const char* part : {"qw", "qx", "qy", "qz"})
+      add_column(thing.name + "." + part, "", "quaternion of " + thing.name);
+    add_column(thing.name + ".contact_force", "N", "size of all contact forces on " + thing.name);
+  }
+  add_column("contacts", "", "points of contact");
+  add_column("contact_force", "N", "sum of the sizes of the contact forces");
+}
+
+void PhysicsSimulation::add_robot_columns(const Actor& a, const std::string& prefix) {
+  recorded_.push_back(&a);
+  std::vector<const JointModel*> of_q(a.model->coordinate_count()), of_v(a.model->dof());
+  for (const JointModel& j : a.model->joints) {
+    if (j.is_coupled()) continue;
+    for (std::int32_t k = 0; k < coordinate_count(j.type); ++k) of_q[index(j.q_index + k)] = &j;
+    for (std::int32_t k = 0; k < velocity_count(j.type); ++k) of_v[index(j.v_index + k)] = &j;
+  }
+  const auto slides = [](const JointModel* j) { return j->type == JointType::prismatic; };
+  for (std::size_t i = 0; i < of_q.size(); ++i)
+    add_column(prefix + "q" + std::to_string(i + 1),
+               coordinate_count(of_q[i]->type) > 1 ? ""
+               : slides(of_q[i])                   ? "m"
+                                                   : "rad",
+               "position of joint " + of_q[i]->name);
+  for (std::size_t i = 0; i < of_v.size(); ++i)
+    add_column(prefix + "qd" + std::to_string(i + 1), slides(of_v[i]) ? "m/s" : "rad/s",
+               "velocity of joint " + of_v[i]->name);
+  if (a.settings.drive == RobotDrive::moved) return;
+  for (std::size_t i = 0; i < of_v.size(); ++i)
+    add_column(prefix + "tau" + std::to_string(i + 1), slides(of_v[i]) ? "N" : "N m",
+               "force of the motor of joint " + of_v[i]->name);
+}
+
+Result<void> PhysicsSimulation::sample(double t) {
+  std::size_t c = 0;
+  const auto put = [&](double x) { out_.columns[c++].values.push_back(x); };
+  if (static_cast<double>(out_.rows() + 1) * static_cast<double>(out_.columns.size()) >
+      kMostNumbers)
+    return error(ErrorCode::invalid_argument, "the recording becomes too long",
+                 "Give a longer sample_time.");
+  put(t);
+  for (const Actor* a : recorded_) {
+    for (const double x : a->q) put(x);
+    for (const double x : a->qd) put(x);
+    if (a->settings.drive != RobotDrive::moved)
+      for (const double x : a->tau) put(x);
+  }
+  std::vector<Vec3> force(bodies_.size());
+  double sum = 0;
+  for (const PhysicsContact& contact : contacts_) {
+    if (contact.a < 0 || contact.b < 0 || index(contact.a) >= force.size() ||
+        index(contact.b) >= force.size())
+      continue;
+    force[index(contact.a)] = spatial::add(force[index(contact.a)], contact.force);
+    force[index(contact.b)] = spatial::sub(force[index(contact.b)], contact.force);
+    sum += spatial::norm(contact.force);
+  }
+  for (Thing& thing : things_) {
+    if (!thing.is_movable) continue;
+    const Pose& pose = poses_[index(thing.body)];
+    const auto [w, x, y, z] = spatial::to_quaternion(pose.R);
+    std::array<double, 4> quaternion{w, x, y, z};
+    // q and -q are one rotation: the one nearer to the row before is written.
+    double same = 0;
+    for (std::size_t k = 0; k < 4; ++k) same += quaternion[k] * thing.quaternion[k];
+    for (double& p : quaternion) p = same < 0 ? -p : p;
+    thing.quaternion = quaternion;
+    for (const double p : pose.p) put(p);
+    for (const double p : quaternion) put(p);
+    put(spatial::norm(force[index(thing.body)]));
+  }
+  put(static_cast<double>(contacts_.size()));
+  put(sum);
+  for (const Column& column : out_.columns)
+    if (!std::isfinite(column.values.back()))
+      return error(ErrorCode::plugin_failed,
+                   "provider " + text::quote(provider_) + " returned a state that is not a number",
+                   "Use a shorter step; else report it to the provider's author.",
+                   "t = " + text::print_rounded(t) + " s");
+  return sink_ ? sink_->take(out_, out_.rows() - 1, state(t)) : Result<void>();
+}
+
+RunStatePtr PhysicsSimulation::state(double t) const {
+  auto s = std::make_shared<RunState>();
+  s->time = t;
+  for (const Thing& thing : things_) {
+    const std::size_t b = index(thing.body);
+    if (thing.is_movable)
+      s->objects.push_back(
+          {thing.name, poses_[b], velocities_[b], angular_velocities_[b], thing.quaternion});
+  }
+  for (const Actor& a : actors_) {
+    RunState::Robot r{a.placed->name, a.path->start(), a.q, a.qd, a.memory, {}};
+    for (const PhysicsGrip& g : a.grips)
+      if (g.is_on) r.grips.push_back({a.model->joints[g.joint].name, g.force, g.speed});
+    s->robots.push_back(std::move(r));
+  }
+  for (const Held& h : held_) {
+    const Actor& a = actors_[h.actor];
+    const std::int32_t joint = h.link - a.base_body - 1;
+    if (joint >= 0)
+      s->held.push_back(
+          {a.placed->name, a.model->joints[index(joint)].name, things_[index(h.object)].name});
+  }
+  return s;
+}
+
+std::string PhysicsSimulation::name_of_entry(const Actor& a, std::size_t entry) {
+  for (const JointModel& j : a.model->joints)
+    if (!j.is_coupled() && index(j.v_index) == entry) return j.name;
+  return {};
+}
+
+Result<recording::RecordingPtr> PhysicsSimulation::record() {
+  for (const Actor& a : actors_)
+    for (std::size_t j = 0; j < a.cut.size(); ++j)
+      if (a.cut[j] > 0)
+        out_.notes.push_back("the torque of joint " + text::quote(name_of_entry(a, j)) + " of " +
+                             text::quote(a.placed->name) + " was cut in " +
+                             std::to_string(a.cut[j]) + " of " + std::to_string(ticks_) + " steps");
+  return std::make_shared<const Recording>(std::move(out_));
+}
+
+}  // namespace robomosp::sim

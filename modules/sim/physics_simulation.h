@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+// The parts of a run of contact physics: what there is, what is planned to happen, the run itself,
+// its recording (layer: application, sim). Internal to modules/sim/physics*.cpp.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "kernel/text.h"
+#include "sim/motion_reference.h"
+#include "sim/physics.h"
+#include "sim/physics_actor.h"
+
+namespace robomosp::sim {
+
+/// An object of the world.
+struct PhysicsThing {
+  std::string name;
+  std::int32_t body = 0;
+  bool is_movable = false;
+  std::array<double, 4> quaternion{};  ///< as last recorded
+};
+
+/// When a line of the run begins.
+struct PhysicsEvent {
+  double time = 0;
+  std::int64_t tick = 0;
+  std::size_t action = 0;
+};
+/// What a robot holds.
+struct PhysicsHeld {
+  std::int32_t attachment = 0, object = 0, link = 0;
+  std::size_t actor = 0;
+};
+
+class PhysicsSimulation {
+ public:
+  PhysicsSimulation(const Simulator& sim, const PhysicsRun& run, RowSink* sink,
+                    const RunState* from)
+      : sim_(sim), run_(run), sink_(sink), from_(from) {}
+
+  Result<recording::RecordingPtr> operator()(Progress& progress);
+
+ private:
+  using Actor = PhysicsActor;
+  using Thing = PhysicsThing;
+  using Event = PhysicsEvent;
+  using Held = PhysicsHeld;
+  using Kind = PhysicsAction::Kind;
+  using RecordingPtr = recording::RecordingPtr;
+  using ShapePiece = evaluation::ShapePiece;
+
+  // ---- what there is (physics_build.cpp) ----
+
+  Result<void> check_times();
+  /// A body with its shapes, which are kept as long as the world.
+  PhysicsBody& add_body(std::vector<ShapePiece> pieces, const Pose& pose);
+  Result<void> add_objects(Progress& progress);
+  /// Where an object that could move was before the world was edited.
+  [[nodiscard]] const RunState::Body* before_of(const std::string& name) const;
+  Result<void> add_robots(Progress& progress);
+  Result<void> create();
+  /// What was held before the world was edited, as far as it is still there.
+  Result<void> hold_again();
+  /// Pairs of links that collision checks pass over do not touch.
+  Result<void> pass_over(const Actor& a, Progress& progress);
+  Result<void> add_bodies(Actor& a, std::size_t number, Progress& progress);
+  /// Joints that the engine moves are where they were before the world was edited, the others
+  /// where their way is.
+  static void carry_over(Actor& a, const RunState::Robot& before,
+                         const MotionReference::Sample& path);
+
+  // ---- what happens (physics_plan.cpp) ----
+
+  Result<void> plan(Progress& progress);
+  /// When it ends.
+  Result<double> plan_one(const PhysicsAction& action, std::size_t number, double begin,
+                          const std::string& robot, Progress& progress);
+  static Error is_limp(const std::string& robot);
+  struct PlacedName {
+    std::string name;
+  };
+  Result<double> plan_move(Actor& a, const PhysicsAction& action, double begin, Progress& progress);
+  /// The quintic's greatest velocity is 15/8 of the mean one.
+  static double least_duration(const Actor& a, std::span<const double> to);
+  [[nodiscard]] static Result<std::int32_t> tip_of(const Actor& a, const std::string& tool);
+
+  // ---- the run (physics.cpp) ----
+
+  Result<void> read();
+  Result<void> go(Progress& progress);
+  Result<void> act(const Event& event);
+
+  // ---- the recording (physics_recording.cpp) ----
+
+  std::size_t add_column(std::string name, std::string unit, std::string doc);
+  void prepare_columns();
+  void add_robot_columns(const Actor& a, const std::string& prefix);
+  Result<void> sample(double t);
+  /// What a run needs to go on from here.
+  [[nodiscard]] RunStatePtr state(double t) const;
+  /// Name of the joint that an entry of tau belongs to.
+  static std::string name_of_entry(const Actor& a, std::size_t entry);
+  Result<RecordingPtr> record();
+
+  template <class Member>
+  [[nodiscard]] Result<std::size_t> find(const std::vector<Member>& all, std::string_view kind,
+                                         const std::string& name) const {
+    std::vector<std::string> names;
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      if (all[i].name == name) return i;
+      names.push_back(all[i].name);
+    }
+    std::string hint = text::did_you_mean(name, names);
+    if (hint.empty())
+      hint =
+          names.empty() ? "It has none; add one first." : "It has " + text::enumerate(names) + ".";
+    return error(ErrorCode::unknown_name,
+                 "the world has no " + std::string(kind) + " " + text::quote(name), hint);
+  }
+
+  [[nodiscard]] double time_of(std::int64_t tick) const {
+    return std::min(static_cast<double>(tick) * run_.step, duration_);
+  }
+
+  const Simulator& sim_;
+  const PhysicsRun& run_;
+  RowSink* sink_;
+  const RunState* from_;
+  const model::World* world_record_ = nullptr;
+  std::vector<PhysicsBody> bodies_;
+  std::vector<std::vector<ShapePiece>> pieces_;  ///< keeps the meshes
+  std::vector<PhysicsJoint> joints_;
+  std::vector<Thing> things_;  ///< thing i is body i
+  std::vector<Actor> actors_;
+  std::vector<Event> events_;
+  std::map<std::size_t, std::size_t> actor_of_;  ///< of grasps, grips and releases
+  std::map<std::size_t, std::size_t> grip_of_;   ///< of grips, in their actor
+  std::vector<Held> held_;
+  double last_end_ = 0, duration_ = 0;
+  std::int64_t first_ = 0, ticks_ = 0, every_ = 1;
+  std::string provider_;
+  std::unique_ptr<PhysicsWorld> world_;
+  std::vector<Pose> poses_;
+  std::vector<Vec3> velocities_, angular_velocities_;
+  std::vector<double> joint_q_, joint_qd_, forces_;
+  std::vector<PhysicsContact> contacts_;
+  MotionReference::Sample wanted_;
+  std::vector<const Actor*> recorded_;
+  std::vector<std::string> inert_;
+  recording::Recording out_;
+};
+
+/// As an index of a vector.
+[[nodiscard]] inline std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
+
+}  // namespace robomosp::sim

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+// The robots, objects and signals of a world while tasks run, with their history (layer:
+// application, task).
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "kernel/expression.h"
+#include "robotics/build_model.h"
+#include "sim/robot_motion.h"
+#include "sim/simulate.h"
+
+namespace robomosp::task {
+
+class TaskExecutor {
+ public:
+  static Result<TaskExecutor> create(const sim::Simulator&, WorldId, double step, Progress&);
+
+  /// Starts a move at time t; gives when it ends.
+  Result<double> move(const model::TaskStep&, const std::string& robot, const std::string& where,
+                      double t, Progress&);
+  Result<void> attach(const std::string& object, const std::string& robot, const std::string& link,
+                      double t);
+  Result<void> detach(const std::string& object, double t);
+  /// Sets a signal to the value of an expression.
+  Result<void> set(const std::string& signal, const std::string& expression, double t);
+  [[nodiscard]] Result<bool> is_true(const std::string& condition, double t) const;
+
+  /// What makes a condition change its truth.
+  struct Watched {
+    bool motion = false;  ///< places or rates of robots or objects
+    bool time = false;
+  };
+  [[nodiscard]] Result<Watched> watched(const std::string& condition) const;
+  /// The first time in (from, to] at which a condition is true while no signal changes and no move
+  /// begins; none = it is not. It is looked at as often as the recording has rows, and where it has
+  /// turned true the instant is bisected to the last bit: what is true for less than a row may be
+  /// missed, and the instant that is found is never too early.
+  [[nodiscard]] Result<std::optional<double>> first_true(const std::string& condition, double from,
+                                                         double to, Progress&) const;
+  void note(double t, const std::string& text);
+
+  [[nodiscard]] recording::Recording recording(double end) const;
+
+ private:
+  struct Move {
+    double start = 0;
+    sim::RobotMotion motion;
+  };
+  struct Actor {
+    const model::PlacedRobot* placed = nullptr;
+    const model::Robot* record = nullptr;
+    std::shared_ptr<const RobotModel> model;
+    /// A joint a coordinate, in a row: what a law needs to know of a robot whose joints follow
+    /// others or close loops. Null for robots whose joints are their coordinates.
+    std::shared_ptr<const RobotModel> axes;
+    Pose world_T_base;
+    std::vector<double> start;
+    std::vector<Move> moves;
+  };
+  /// Where an object is from a time on.
+  struct Held {
+    double from = 0;
+    std::size_t actor = 0;
+    bool is_held = false;
+    std::int32_t joint = -1;  ///< of the actor, -1 = its base
+    Pose pose;                ///< joint_T_object, or world_T_object
+  };
+  struct Thing {
+    const model::PlacedObject* placed = nullptr;
+    std::vector<Held> history;
+  };
+  struct Wire {
+    const model::Signal* signal = nullptr;
+    std::vector<std::pair<double, double>> history;  ///< time, value from then on
+  };
+  struct Grip {
+    std::int32_t joint = -1;
+    Pose joint_T_grip;
+  };
+
+  TaskExecutor(const sim::Simulator& sim, double step) : sim_(&sim), step_(step) {}
+  [[nodiscard]] Result<std::size_t> actor(const std::string& name) const;
+  /// Of a tool or link; "" = the robot's tool.
+  [[nodiscard]] Result<Grip> grip(const Actor&, const std::string& link) const;
+  /// Likewise, or of an object that the robot holds.
+  [[nodiscard]] Result<Grip> tip(std::size_t actor, const std::string& name) const;
+  [[nodiscard]] Result<Pose> frame(const std::string& name, double t) const;
+  [[nodiscard]] Result<const Expression*> compiled(const std::string& expression) const;
+  [[nodiscard]] Result<double> evaluate(const std::string& expression, std::string_view unit,
+                                        double t) const;
+  /// `left.q1`, `left.qd1`, `left.x` (of its tool), `part.x`.
+  [[nodiscard]] Result<Quantity> member_value(const Expression::Name& name, double t) const;
+  [[nodiscard]] static bool is_rotary(const Actor&, std::size_t coordinate);
+  [[nodiscard]] static bool can_move(const Actor&);
+  /// Joint values, rates and accelerations at a time.
+  struct JointState {
+    std::vector<double> q, qd, qdd;
+  };
+  [[nodiscard]] static JointState sample(const Actor&, double t);
+  [[nodiscard]] Pose world_T_joint(const Actor&, std::int32_t joint, double t) const;
+  [[nodiscard]] Pose pose_of(const Thing&, double t) const;
+  /// The move as a trajectory of one segment.
+  Result<model::Trajectory> trajectory_of(const model::TaskStep&, const Actor&, const Grip& tip,
+                                          double t, Pose& world_T_trajectory) const;
+  /// The samples of the move, of all coordinates.
+  Result<sim::RobotMotion> motion_of(const model::TaskStep&, std::size_t actor,
+                                     const std::string& where, double t, Progress&);
+  /// What the motors' joints of `trajectory` lack: the coordinates that no motor moves.
+  static Result<void> complete(const Actor&, model::Trajectory& trajectory,
+                               const std::vector<double>& now);
+  /// Moves the coordinates without motors so that the loops stay closed. A goal of all coordinates
+  /// must be what they come to.
+  static Result<void> close(const Actor&, const std::vector<double>& goal, sim::RobotMotion&);
+
+  const sim::Simulator* sim_;
+  const model::World* world_ = nullptr;
+  WorldId id_;
+  double step_;
+  std::vector<Actor> actors_;
+  std::vector<Thing> things_;
+  std::vector<Wire> wires_;
+  std::unordered_map<std::string, std::size_t> actor_of_, thing_of_, wire_of_, frame_of_;
+  std::vector<std::string> notes_;
+  std::set<std::pair<std::string, std::string>> told_;  ///< robot and note of its moves
+  mutable std::unordered_map<std::string, Expression> compiled_;
+};
+
+}  // namespace robomosp::task

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "documents.h"
+
+#include <tinyxml2.h>
+
+#include <fstream>
+#include <iterator>
+
+namespace robomosp::robot_files {
+namespace {
+
+constexpr std::size_t kMostDocuments = 1000;
+constexpr std::uintmax_t kMostBytes = std::uintmax_t{256} << 20;
+
+const char* reason(tinyxml2::XMLError e) {
+  switch (e) {
+    case tinyxml2::XML_ERROR_MISMATCHED_ELEMENT: return "an element is closed that is not open";
+    case tinyxml2::XML_ERROR_PARSING_ATTRIBUTE: return "an attribute is damaged";
+    case tinyxml2::XML_ERROR_PARSING_ELEMENT: return "an element is damaged";
+    case tinyxml2::XML_ERROR_PARSING_TEXT: return "a text is damaged";
+    case tinyxml2::XML_ERROR_PARSING_COMMENT: return "a comment does not end";
+    case tinyxml2::XML_ERROR_PARSING_CDATA: return "a CDATA section does not end";
+    case tinyxml2::XML_ERROR_PARSING_DECLARATION: return "a declaration <?...?> is damaged";
+    case tinyxml2::XML_ERROR_PARSING_UNKNOWN: return "a part <!...> does not end";
+    case tinyxml2::XML_ERROR_EMPTY_DOCUMENT: return "it is empty";
+    default: return "it ends too early or is damaged";
+  }
+}
+
+}  // namespace
+
+struct Documents::One {
+  tinyxml2::XMLDocument document{true, tinyxml2::PRESERVE_WHITESPACE};
+  Source source;
+};
+
+Documents::Documents() = default;
+Documents::~Documents() = default;
+
+const Source* source_of(const Element& e) {
+  return static_cast<const Source*>(e.GetDocument()->GetUserData());
+}
+
+Result<const Element*> Documents::parse(std::string_view text, const std::filesystem::path& path) {
+  return add(text, {"", path, nullptr});
+}
+
+Result<const Element*> Documents::add(std::string_view text, Source source) {
+  auto one = std::make_unique<One>();
+  one->source = std::move(source);
+  tinyxml2::XMLDocument& d = one->document;
+  d.SetUserData(&one->source);
+  const std::string file =
+      one->source.name.empty() ? "" : "file " + in_quotes(one->source.name) + ", ";
+  if (d.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS) {
+    const std::string where = file + "line " + std::to_string(d.ErrorLineNum());
+    if (d.ErrorID() == tinyxml2::XML_ELEMENT_DEPTH_EXCEEDED)
+      return error(ErrorCode::unsupported, "its elements are nested deeper than 100",
+                   "URDF says chains of any length without nesting.", where);
+    return error(ErrorCode::syntax,
+                 std::string("it is not well-formed XML: ") + reason(d.ErrorID()),
+                 "Check it in the program it comes from.", where);
+  }
+  if (!d.RootElement())
+    return error(ErrorCode::syntax, "it holds no element", "Give a robot's file.", file + "line 1");
+  all_.push_back(std::move(one));
+  return all_.back()->document.RootElement();
+}
+
+Result<const Element*> Documents::open(const Element& asked, const std::filesystem::path& file) {
+  namespace fs = std::filesystem;
+  std::error_code failed;
+  if (!fs::is_regular_file(file, failed))
+    return fault(asked, "there is no file " + in_quotes(file.string()),
+                 "Put it beside the robot's file.");
+  for (const Source* s = source_of(asked); s; s = s->asked)
+    if (!s->path.empty() && fs::equivalent(s->path, file, failed))
+      return fault(asked, "file " + in_quotes(file.filename().string()) + " includes itself",
+                   "Take one of the includes away.");
+  if (all_.size() >= kMostDocuments)
+    return fault(asked, "there are more than 1000 included files", "Join them.");
+  const std::uintmax_t size = fs::file_size(file, failed);
+  if (failed || size > kMostBytes - bytes_)
+    return fault(asked, "the included files have more than 256 MiB",
+                 "Meshes belong into files of their own.");
+  bytes_ += size;
+  std::ifstream in(file, std::ios::binary);
+  const std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+  return add(text, {file.filename().string(), file, source_of(asked)});
+}
+
+}  // namespace robomosp::robot_files

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+// The XML documents of one import: the robot's file and those that it includes, each of which knows
+// who asked for it (layer: plugin). Nothing is trusted: sizes, numbers and circles are bounded.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "xml.h"
+
+namespace robomosp::robot_files {
+
+/// Where a document comes from; elements find it through their document.
+struct Source {
+  std::string name;               ///< for people; "" = the robot's own file
+  std::filesystem::path path;     ///< "" = text without a file
+  const Source* asked = nullptr;  ///< whose include asked for it
+};
+/// Of the document that the element is in, or nullptr.
+[[nodiscard]] const Source* source_of(const Element& e);
+
+class Documents {
+ public:
+  Documents();
+  ~Documents();
+  /// The root of the robot's own file.
+  Result<const Element*> parse(std::string_view text, const std::filesystem::path& path);
+  /// The root of a file that the element `asked` includes.
+  Result<const Element*> open(const Element& asked, const std::filesystem::path& file);
+
+ private:
+  struct One;
+  Result<const Element*> add(std::string_view text, Source source);
+  std::vector<std::unique_ptr<One>> all_;
+  std::uintmax_t bytes_ = 0;
+};
+
+}  // namespace robomosp::robot_files

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+// From a mechanism to native records: a robot, a solid for each different shape, a material for
+// each colour (layer: plugin).
+#pragma once
+
+#include <robomosp/sdk/io.h>
+
+#include "mechanism.h"
+#include "read.h"
+
+namespace robomosp::robot_files {
+
+/// Orders the bodies (parents and followed joints first, else as they stand in the file), renames
+/// what is no valid name, and tells every such change in the notes.
+[[nodiscard]] Result<Imported> records(Mechanism m, const Options& options);
+
+}  // namespace robomosp::robot_files

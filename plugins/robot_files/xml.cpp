@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "xml.h"
+
+#include <tinyxml2.h>
+
+#include <charconv>
+#include <cmath>
+#include <numbers>
+
+#include "documents.h"
+#include "spatial/pose.h"
+#include "spatial/rotation.h"
+#include "spatial/vec.h"
+
+namespace robomosp::robot_files {
+namespace {
+
+bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; }
+
+std::string_view trimmed(std::string_view s) {
+  while (!s.empty() && is_blank(s.front())) s.remove_prefix(1);
+  while (!s.empty() && is_blank(s.back())) s.remove_suffix(1);
+  return s;
+}
+
+}  // namespace
+
+std::string in_quotes(std::string_view s) {
+  std::string out = "\"";
+  for (const char c : s.substr(0, 80)) out += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
+  return out + (s.size() > 80 ? "...\"" : "\"");
+}
+
+std::string place(const Element& e) {
+  const Source* s = source_of(e);
+  const std::string file = s && !s->name.empty() ? "file " + in_quotes(s->name) + ", " : "";
+  return file + "line " + std::to_string(e.GetLineNum()) + ", <" +
+         std::string(e.Name()).substr(0, 40) + ">";
+}
+
+Error fault(const Element& e, std::string message, std::string hint) {
+  return error(ErrorCode::syntax, std::move(message), std::move(hint), place(e));
+}
+
+std::string_view word(const Element& e, const char* attribute) {
+  const char* text = e.Attribute(attribute);
+  return text ? trimmed(text) : std::string_view();
+}
+
+bool has(const Element& e, const char* attribute) { return e.Attribute(attribute) != nullptr; }
+
+std::string_view inner(const Element& e) {
+  const char* text = e.GetText();
+  return text ? trimmed(text) : std::string_view();
+}
+
+Result<std::vector<double>> numbers(const Element& e, std::string_view text, std::string_view what,
+                                    std::size_t most) {
+  std::vector<double> out;
+  for (text = trimmed(text); !text.empty(); text = trimmed(text)) {
+    std::size_t end = 0;
+    while (end < text.size() && !is_blank(text[end])) ++end;
+    std::string_view one = text.substr(0, end);
+    text.remove_prefix(end);
+    std::string_view digits = one;
+    if (digits.size() > 1 && digits.front() == '+') digits.remove_prefix(1);
+    double v = 0;
+    const auto r = std::from_chars(digits.data(), digits.data() + digits.size(), v);
+    if (r.ec != std::errc() || r.ptr != digits.data() + digits.size() || std::isnan(v))
+      return fault(e, in_quotes(one) + " is not a number in " + std::string(what),
+                   one.find("${") != std::string_view::npos || one.find("$(") != one.npos
+                       ? "Expand it first: xacro robot.urdf.xacro > robot.urdf"
+                       : "Correct the file.");
+    if (std::isinf(v)) v = v > 0 ? 2 * kGreatest : -2 * kGreatest;  // only limits may be that great
+    if (out.size() >= most)
+      return fault(
+          e, "there are more than " + std::to_string(most) + " numbers in " + std::string(what));
+    out.push_back(v);
+  }
+  return out;
+}
+
+Result<void> read(const Element& e, std::string_view text, std::string_view what,
+                  std::span<double> out) {
+  RMP_TRY_ASSIGN(const std::vector<double> v, numbers(e, text, what));
+  if (v.size() != out.size())
+    return fault(e,
+                 std::string(what) + " has " + std::to_string(v.size()) + " numbers and not " +
+                     std::to_string(out.size()),
+                 "Correct the file.");
+  for (std::size_t i = 0; i < v.size(); ++i) {
+    if (!(std::fabs(v[i]) <= kGreatest))
+      return fault(e, "a number of " + std::string(what) + " is beyond 1e12", "Correct the file.");
+    out[i] = v[i];
+  }
+  return {};
+}
+
+Result<double> number(const Element& e, const char* attribute, double otherwise) {
+  if (!has(e, attribute)) return otherwise;
+  RMP_TRY_ASSIGN(const std::vector<double> v, numbers(e, word(e, attribute), attribute));
+  if (v.size() != 1)
+    return fault(e,
+                 std::string(attribute) + " has " + std::to_string(v.size()) + " numbers and not 1",
+                 "Correct the file.");
+  return v[0];
+}
+
+Result<Vec3> vec3(const Element& e, const char* attribute, Vec3 otherwise) {
+  if (has(e, attribute)) RMP_TRY(read(e, word(e, attribute), attribute, otherwise));
+  return otherwise;
+}
+
+Result<Vec3> unit_vector(const Element& e, const Vec3& v) {
+  const double length = spatial::norm(v);
+  if (!(length > 1e-9)) return fault(e, "the axis has no direction", "Give it as 0 0 1.");
+  // A unit vector is kept to the bit.
+  if (std::fabs(length - 1) < 1e-15) return v;
+  return spatial::scale(v, 1 / length);
+}
+
+std::array<double, 9> turn_z_to(const Vec3& to) {
+  const Vec3 axis{0.0 - to[1], to[0], 0};
+  const double sine = spatial::norm(axis);
+  if (sine < 1e-12) return to[2] > 0 ? Pose{}.R : spatial::rotation_x(std::numbers::pi).R;
+  return spatial::from_axis_angle(axis, std::atan2(sine, to[2]));
+}
+
+bool is_yes(std::string_view w, bool otherwise) {
+  if (w == "true" || w == "1") return true;
+  if (w == "false" || w == "0") return false;
+  return otherwise;
+}
+
+namespace {
+constexpr int kHighest = 32;  // folders above that are looked into
+}
+
+std::filesystem::path found_above(const std::filesystem::path& relative,
+                                  const std::filesystem::path& folder) {
+  std::error_code failed;
+  std::filesystem::path above = std::filesystem::absolute(folder, failed);
+  for (int k = 0; k < kHighest; ++k) {
+    if (std::filesystem::exists(above / relative, failed)) return above / relative;
+    if (above == above.parent_path()) break;
+    above = above.parent_path();
+  }
+  return {};
+}
+
+std::filesystem::path mesh_file(std::string_view uri, const std::filesystem::path& folder) {
+  namespace fs = std::filesystem;
+  std::error_code failed;
+  const auto exists = [&](const fs::path& p) { return fs::is_regular_file(p, failed); };
+  if (uri.size() > 4096 || uri.find('\0') != std::string_view::npos) return {};
+  const auto scheme = uri.find("://");
+  if (scheme == std::string_view::npos || uri.substr(0, scheme) == "file") {
+    if (scheme != std::string_view::npos) uri.remove_prefix(scheme + 3);
+    const fs::path p = fs::path(std::string(uri));
+    const fs::path full = p.is_absolute() ? p : folder / p;
+    return exists(full) ? full : fs::path();
+  }
+  const std::string_view kind = uri.substr(0, scheme);
+  if (kind != "package" && kind != "model") return {};
+  const fs::path in_package = fs::path(std::string(uri.substr(scheme + 3))).lexically_normal();
+  fs::path alone;
+  for (auto it = in_package.begin(); it != in_package.end(); ++it)
+    if (it != in_package.begin()) alone /= *it;
+  fs::path above = fs::absolute(folder, failed);
+  for (int k = 0; k < kHighest; ++k) {
+    if (exists(above / in_package)) return above / in_package;
+    if (!alone.empty() && exists(above / alone)) return above / alone;
+    if (above == above.parent_path()) break;
+    above = above.parent_path();
+  }
+  return {};
+}
+
+}  // namespace robomosp::robot_files

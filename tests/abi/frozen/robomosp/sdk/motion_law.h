@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+// Interface robomosp.motion_law/1: how far along its curve the tool is at a time (layer: contract,
+// std only).
+#pragma once
+
+#include <memory>
+#include <span>
+
+#include <robomosp/sdk/params.h>
+#include <robomosp/sdk/result.h>
+
+namespace robomosp {
+
+/// What a law has to run along.
+struct LawTask {
+  double length = 0;  ///< of the curve [m]; 0 = the tool turns on the spot
+  double turn = 0;  ///< greatest |dR/dw| along it, w the share of the way: see orientation.h [rad]
+};
+
+/// Share of the way done, 0..1, and its derivatives with respect to time.
+struct LawSample {
+  double share = 0;
+  double rate = 0;          ///< [1/s]
+  double acceleration = 0;  ///< [1/s^2]
+  double jerk = 0;          ///< [1/s^3]
+};
+
+/// A law ready to be sampled. Immutable. [any thread]
+class MotionLaw {
+ public:
+  virtual ~MotionLaw() = default;
+  [[nodiscard]] virtual double duration() const = 0;  ///< [s], > 0
+  /// Fills out[i] for times[i]; outside 0..duration() the share is held at 0 or 1, rates are zero.
+  virtual void sample(std::span<const double> times, std::span<LawSample> out) const = 0;
+};
+
+/// Interface robomosp.motion_law/1.
+class MotionLawMaker {
+ public:
+  using Interface = MotionLawMaker;
+  static constexpr const char* kInterfaceId = "robomosp.motion_law/1";
+  virtual ~MotionLawMaker() = default;
+  /// Speeds, limits or a duration are the provider's parameters. An impossible combination (a
+  /// duration too short for the limits, end speeds above the speed) is an error that tells the
+  /// nearest possible value. [any thread]
+  virtual Result<std::unique_ptr<MotionLaw>> make(const LawTask&, const Params&) const = 0;
+};
+
+}  // namespace robomosp

@@ -1,0 +1,597 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the host does for every provider: it enforces the provider's tags, looks at what it returns,
+// names it in every fault, hands it the host, and takes none as the default that was only found.
+#include "kernel/provider_guard.h"
+
+#include <cmath>
+#include <functional>
+#include <limits>
+
+#include <gtest/gtest.h>
+#include <robomosp/sdk/conformance/mechanisms.h>
+#include <robomosp/sdk/curve.h>
+#include <robomosp/sdk/dynamics.h>
+#include <robomosp/sdk/ik.h>
+#include <robomosp/sdk/integrator.h>
+#include <robomosp/sdk/joint_segment.h>
+#include <robomosp/sdk/motion_law.h>
+#include <robomosp/sdk/orientation.h>
+#include <robomosp/sdk/retimer.h>
+#include <robomosp/sdk/trajectory.h>
+
+#include "kernel/plugin_loader.h"
+
+namespace robomosp {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr const char* kReport = " Report it to the provider's author or choose another provider.";
+
+/// A registry with one provider "mine" of Interface, made by `make`.
+template <class Interface>
+std::shared_ptr<Interface> guarded_provider(std::function<Interface*()> make,
+                                            std::vector<std::string> tags = {}) {
+  static Registry registry;
+  ProviderInfo info;
+  info.interface_id = Interface::kInterfaceId;
+  info.name = "mine";
+  info.tags = std::move(tags);
+  EXPECT_TRUE(registry
+                  .add(
+                      std::move(info), [make]() -> Result<void*> { return make(); }, true)
+                  .ok());
+  auto made = registry.create<Interface>("mine");
+  EXPECT_TRUE(made.ok());
+  return made.ok() ? *made : nullptr;
+}
+
+// --- tags ----------------------------------------------------------------------------------------
+
+struct AnyIk final : IkSolver {
+  Result<void> prepare(const RobotModel&, const Params&) override { return {}; }
+  Result<void> solve(const IkBatch& batch, std::span<IkResult> results, Progress&) const override {
+    if (!batch.goals.empty()) throw std::runtime_error("it was given goals");
+    for (IkResult& r : results) r.iterations = batch.tip;
+    return {};
+  }
+};
+
+TEST(Guard, ASimpleProviderNeverSeesARobotThatIsNot) {
+  const auto params = make_params({});
+  const auto simple = guarded_provider<IkSolver>([] { return new AnyIk; }, {"simple"});
+  EXPECT_TRUE(simple->prepare(conformance::pa10(), *params).ok());
+  EXPECT_EQ(simple->prepare(conformance::floating_manipulator(), *params).error().sentence(),
+            "robot \"floating manipulator\": provider \"mine\" serves robots whose joints have one "
+            "coordinate each, without followers and loops. Choose another provider for it.");
+  EXPECT_EQ(simple->prepare(conformance::four_bar(4, 1, 3, 3), *params).error().code,
+            ErrorCode::unsupported);
+  const auto any = guarded_provider<IkSolver>([] { return new AnyIk; });
+  EXPECT_TRUE(any->prepare(conformance::floating_manipulator(), *params).ok());
+}
+
+TEST(Guard, GoalsObjectivesAndArmAnglesGoToThoseThatSayTheyServeThem) {
+  const auto ik = guarded_provider<IkSolver>([] { return new AnyIk; });
+  NoProgress none;
+  const Pose targets[2] = {};
+  const IkGoal two[] = {{0}, {1}}, part[] = {{0, kIkPosition}}, whole[] = {{1}};
+  std::vector<IkResult> one(1);
+  IkBatch batch;
+  batch.targets = targets;
+  batch.goals = two;
+  EXPECT_EQ(ik->solve(batch, one, none).error().message,
+            "provider \"mine\" does not say that it serves several goals or parts of a pose");
+  batch.targets = {targets, 1};
+  batch.goals = part;
+  EXPECT_EQ(ik->solve(batch, one, none).error().code, ErrorCode::unsupported);
+  batch.goals = whole;  // is what every solver serves: the tip 1
+  ASSERT_TRUE(ik->solve(batch, one, none).ok());
+  EXPECT_EQ(one[0].iterations, 1);
+  batch.goals = {};
+  batch.objective = IkObjective::limits;
+  EXPECT_EQ(ik->solve(batch, one, none).error().message,
+            "provider \"mine\" does not say that it serves objectives");
+  batch.objective = IkObjective::none;
+  const double angle[] = {0.0};
+  batch.arm_angles = angle;
+  EXPECT_EQ(ik->solve(batch, one, none).error().message,
+            "provider \"mine\" does not say that it serves arm angles");
+  const auto says = guarded_provider<IkSolver>([] { return new AnyIk; }, {"goals"});
+  batch.arm_angles = {};
+  batch.goals = whole;
+  EXPECT_EQ(says->solve(batch, one, none).error().sentence(),
+            std::string("provider \"mine\" threw: it was given goals.") + kReport);
+}
+
+struct AnyForward final : ForwardDynamics {
+  Result<void> prepare(const RobotModel&, const Params&) override { return {}; }
+  std::size_t scratch_size() const override { return 0; }
+  Result<void> accelerations(const DynamicsBatch&, std::span<double>, Progress&) const override {
+    return {};
+  }
+};
+
+TEST(Guard, ForwardDynamicsWithoutTheTagLoopsSeesNone) {
+  const auto params = make_params({});
+  const auto four_bar = conformance::four_bar(4, 1, 3, 3);
+  EXPECT_EQ(guarded_provider<ForwardDynamics>([] { return new AnyForward; })
+                ->prepare(four_bar, *params)
+                .error()
+                .message,
+            "provider \"mine\" does not say that its accelerations keep loops closed");
+  EXPECT_TRUE(guarded_provider<ForwardDynamics>([] { return new AnyForward; }, {"loops"})
+                  ->prepare(four_bar, *params)
+                  .ok());
+}
+
+// --- what is returned ----------------------------------------------------------------------------
+
+using LawAt = std::function<LawSample(double)>;
+struct Law final : MotionLaw {
+  LawAt at;
+  double T = 2;
+  double duration() const override { return T; }
+  Result<void> sample(std::span<const double> times, std::span<LawSample> out) const override {
+    for (std::size_t i = 0; i < times.size(); ++i) out[i] = at(times[i]);
+    return {};
+  }
+};
+struct LawMaker final : MotionLawMaker {
+  LawAt at;
+  double T = 2;
+  Result<std::unique_ptr<MotionLaw>> make(const LawTask&, const Params&) const override {
+    auto law = std::make_unique<Law>();
+    law->at = at;
+    law->T = T;
+    return std::unique_ptr<MotionLaw>(std::move(law));
+  }
+};
+/// A cubic over 2 s, right in all.
+LawSample right(double t) {
+  const double x = std::clamp(t / 2, 0.0, 1.0);
+  const bool moves = t >= 0 && t <= 2;
+  return {x * x * (3 - 2 * x), moves ? 3 * x * (1 - x) : 0, moves ? 1.5 - 3 * x : 0,
+          moves ? -1.5 : 0};
+}
+std::string law_fault(LawAt at, double T = 2) {
+  const auto maker = guarded_provider<MotionLawMaker>([&] {
+    auto* made = new LawMaker;
+    made->at = at;
+    made->T = T;
+    return made;
+  });
+  const auto law = maker->make({}, *make_params({}));
+  if (law.ok()) return "";
+  EXPECT_EQ(law.error().code, ErrorCode::plugin_failed);
+  EXPECT_TRUE(law.error().message.starts_with("provider \"mine\" ")) << law.error().message;
+  return law.error().message.substr(16);
+}
+
+TEST(Guard, LawsAreLookedAtWhenTheyAreMade) {
+  EXPECT_EQ(law_fault(right), "");
+  EXPECT_EQ(law_fault(right, kNan), "made a law without a positive duration");
+  EXPECT_EQ(law_fault([](double t) {
+              LawSample s = right(t);
+              if (t > 0.9) s.jerk = kNan;
+              return s;
+            }).substr(0, 39),
+            "returned a law that is not a number at ");
+  EXPECT_EQ(law_fault([](double t) {
+              LawSample s = right(t);
+              if (t > 1) s.share -= 0.2 * (t - 1) * (2 - std::min(t, 2.0));
+              return s;
+            }),
+            "made a law whose rate is not the derivative of its share");  // at half of the places
+  EXPECT_EQ(law_fault([](double t) {
+              LawSample s = right(t);
+              if (t > 0.9 && t < 1.1) s.share = 0.3;
+              return s;
+            }).substr(0, 32),
+            "made a law that runs backwards a");
+  EXPECT_EQ(law_fault([](double t) {
+              LawSample s = right(t);
+              s.share *= 0.9;
+              return s;
+            }),
+            "made a law that runs from a share of 0 to 0.9 of its path, not from 0 to 1");
+  EXPECT_EQ(law_fault([](double t) {
+              LawSample s = right(t);
+              if (t > 2) s.rate = 0.1;
+              return s;
+            }),
+            "made a law that goes on past its end");
+  EXPECT_EQ(law_fault([](double t) {
+              LawSample s = right(t);
+              s.rate *= 2;  // by the share of the duration, not by time
+              return s;
+            }),
+            "made a law whose rate is not the derivative of its share");
+  EXPECT_EQ(law_fault([](double t) {
+              LawSample s = right(t);
+              s.acceleration = 0;
+              return s;
+            }),
+            "made a law whose acceleration is not the derivative of its rate");
+}
+
+TEST(Guard, LawsOfManyPiecesAndExtremeDurationsAreRight) {
+  // A trapezoid: the acceleration jumps.
+  const auto ramps = [](double T) {
+    return [T](double t) -> LawSample {
+      const double x = t / T;
+      if (x < 0 || x > 1) return {x < 0 ? 0.0 : 1.0, 0, 0, 0};
+      const double v = 1 / 0.7, a = v / 0.3;
+      if (x < 0.3) return {a * x * x / 2, a * x / T, a / (T * T), 0};
+      if (x > 0.7) return {1 - a * (1 - x) * (1 - x) / 2, a * (1 - x) / T, -a / (T * T), 0};
+      return {a * 0.045 + v * (x - 0.3), v / T, 0, 0};
+    };
+  };
+  for (const double T : {1e-6, 1e-3, 1.0, 1e4, 1e8}) EXPECT_EQ(law_fault(ramps(T), T), "") << T;
+}
+
+TEST(Guard, ALaterSampleThatIsNotANumberIsAnErrorThatNamesTheProvider) {
+  // Only at one time that nothing looks at when it is made.
+  const auto maker = guarded_provider<MotionLawMaker>([] {
+    auto* made = new LawMaker;
+    made->at = [](double t) {
+      LawSample s = right(t);
+      if (t == 1.2345) s.rate = kNan;
+      if (t == 1.3) s.share = 1.5;
+      if (t == 1.4) throw std::runtime_error("no such time");
+      return s;
+    };
+    return made;
+  });
+  const auto law = maker->make({}, *make_params({}));
+  ASSERT_TRUE(law.ok()) << law.error().sentence();
+  LawSample s;
+  for (const auto& [t, sentence] :
+       {std::pair(1.2345, "provider \"mine\" returned a law that is not a number at 1.2345 s."),
+        {1.3, "provider \"mine\" returned a law that leaves its path, to a share of 1.5 at 1.3 s."},
+        {1.4, "provider \"mine\" threw: no such time."}})
+    EXPECT_EQ((*law)->sample({&t, 1}, {&s, 1}).error().sentence(), std::string(sentence) + kReport);
+}
+
+using CurveAt = std::function<CurveSample(double)>;
+struct AnyCurve final : Curve {
+  CurveAt at;
+  std::vector<double> known{0, 1};
+  bool even = false;
+  double end() const override { return 1; }
+  std::vector<double> knots() const override { return known; }
+  bool is_even() const override { return even; }
+  Result<void> evaluate(std::span<const double> u, std::span<CurveSample> out) const override {
+    for (std::size_t i = 0; i < u.size(); ++i) out[i] = at(u[i]);
+    return {};
+  }
+};
+struct AnyCurveMaker final : CurveMaker {
+  std::function<std::unique_ptr<Curve>()> made;
+  Result<std::unique_ptr<Curve>> make(std::span<const Pose>, const Params&) const override {
+    return made();
+  }
+};
+CurveSample circle(double u) {
+  const double c = std::cos(u), s = std::sin(u);
+  return {{c, s, 0}, {-s, c, 0}, {-c, -s, 0}, {s, -c, 0}};
+}
+std::string curve_fault(CurveAt at, std::vector<double> knots = {0, 1}, bool even = false) {
+  const auto maker = guarded_provider<CurveMaker>([&] {
+    auto* one = new AnyCurveMaker;
+    one->made = [=] {
+      auto curve = std::make_unique<AnyCurve>();
+      curve->at = at;
+      curve->known = knots;
+      curve->even = even;
+      return curve;
+    };
+    return one;
+  });
+  const auto curve = maker->make({}, *make_params({}));
+  return curve.ok() ? "" : curve.error().message;
+}
+
+TEST(Guard, CurvesAreLookedAtWhenTheyAreMade) {
+  EXPECT_EQ(curve_fault(circle, {0, 0.5, 1}, true), "");
+  // Far from the origin and tiny: differences are mostly rounding, which is no fault.
+  EXPECT_EQ(curve_fault([](double u) {
+              CurveSample s = circle(u);
+              for (Vec3* v : {&s.p, &s.d1, &s.d2, &s.d3})
+                for (double& x : *v) x *= 1e-6;
+              s.p[0] += 1e4;
+              return s;
+            }),
+            "");
+  EXPECT_EQ(curve_fault([](double) { return CurveSample{{1, 2, 3}, {}, {}, {}}; }), "");
+  EXPECT_EQ(curve_fault(circle, {0, 0.7, 0.5}),
+            "provider \"mine\" made a curve whose knots do not rise within 0 to its end");
+  EXPECT_EQ(curve_fault([](double u) {
+              CurveSample s = circle(u);
+              s.d1 = {s.d1[0] * 2, s.d1[1] * 2, 0};
+              return s;
+            }),
+            "provider \"mine\" made a curve whose first derivative is not that of its places");
+  EXPECT_EQ(curve_fault([](double u) {
+              CurveSample s = circle(u);
+              s.d2 = {};
+              return s;
+            }),
+            "provider \"mine\" made a curve whose second derivative is not that of the first");
+  EXPECT_EQ(curve_fault(
+                [](double u) {
+                  return CurveSample{{u * u, 0, 0}, {2 * u, 0, 0}, {2, 0, 0}, {}};
+                },
+                {0, 1}, true),
+            "provider \"mine\" made a curve that says it is even and is not");
+  const auto nothing = guarded_provider<CurveMaker>([] {
+    auto* one = new AnyCurveMaker;
+    one->made = [] { return std::unique_ptr<Curve>(); };
+    return one;
+  });
+  EXPECT_EQ(nothing->make({}, *make_params({})).error().sentence(),
+            std::string("provider \"mine\" made nothing.") + kReport);
+}
+
+struct AnyOrientation final : Orientation {
+  std::array<double, 9> R{};
+  Result<void> evaluate(std::span<const double> w, std::span<const CurveSample>,
+                        std::span<OrientationSample> out) const override {
+    for (std::size_t i = 0; i < w.size(); ++i) out[i].R = R;
+    return {};
+  }
+};
+struct AnyOrientationMaker final : OrientationMaker {
+  std::array<double, 9> R{};
+  Result<std::unique_ptr<Orientation>> make(const OrientationTask&, const Params&) const override {
+    auto made = std::make_unique<AnyOrientation>();
+    made->R = R;
+    return std::unique_ptr<Orientation>(std::move(made));
+  }
+};
+
+TEST(Guard, OrientationsAreRotations) {
+  const std::array<double, 9> identity{1, 0, 0, 0, 1, 0, 0, 0, 1},
+      mirror{-1, 0, 0, 0, 1, 0, 0, 0, 1}, stretched{2, 0, 0, 0, 1, 0, 0, 0, 0.5},
+      broken{kNan, 0, 0, 0, 1, 0, 0, 0, 1};
+  for (const auto& [R, is_right] :
+       {std::pair(identity, true), {mirror, false}, {stretched, false}, {broken, false}}) {
+    const auto maker = guarded_provider<OrientationMaker>([&, &given = R] {
+      auto* one = new AnyOrientationMaker;
+      one->R = given;
+      return one;
+    });
+    auto made = maker->make({}, *make_params({}));
+    ASSERT_TRUE(made.ok());
+    const double w = 0.25;
+    CurveSample along;
+    OrientationSample out;
+    const auto said = (*made)->evaluate({&w, 1}, {&along, 1}, {&out, 1});
+    EXPECT_EQ(said.ok(), is_right);
+    if (!is_right) {
+      EXPECT_EQ(said.error().message,
+                "provider \"mine\" returned an orientation that is no rotation at 0.25 of the way");
+    }
+  }
+}
+
+struct AnySegment final : Segment, JointSegment {
+  double duration() const override { return 1; }
+  double length() const override { return 1; }
+  const void* extension(const char*) const override { return nullptr; }
+  Result<void> sample(std::span<const double> times, std::span<PathSample> out) const override {
+    for (std::size_t i = 0; i < times.size(); ++i) {
+      out[i] = {};
+      out[i].pose.p[0] = std::clamp(times[i], 0.0, 1.0);
+      if (times[i] <= 1) out[i].velocity[0] = factor;
+    }
+    return {};
+  }
+  Result<void> sample(std::span<const double> times, const JointSamples& out) const override {
+    for (std::size_t i = 0; i < times.size(); ++i) {
+      out.q[i] = times[i];
+      if (!out.qd.empty()) out.qd[i] = factor;
+    }
+    return {};
+  }
+  double factor = 1;
+};
+struct AnySegmentMaker final : SegmentMaker {
+  double factor = 1;
+  Result<std::unique_ptr<Segment>> make(std::span<const Pose>, const Params&) const override {
+    auto made = std::make_unique<AnySegment>();
+    made->factor = factor;
+    return std::unique_ptr<Segment>(std::move(made));
+  }
+};
+struct AnyJointMaker final : JointSegmentMaker {
+  double factor = 1;
+  Result<std::unique_ptr<JointSegment>> make(std::size_t, std::span<const double>,
+                                             const JointLimits&, const JointEnds&,
+                                             const Params&) const override {
+    auto made = std::make_unique<AnySegment>();
+    made->factor = factor;
+    return std::unique_ptr<JointSegment>(std::move(made));
+  }
+};
+
+TEST(Guard, SegmentsMoveAsTheySay) {
+  for (const double factor : {1.0, 1.5, kNan}) {
+    const auto segments = guarded_provider<SegmentMaker>([=] {
+      auto* one = new AnySegmentMaker;
+      one->factor = factor;
+      return one;
+    });
+    const auto joints = guarded_provider<JointSegmentMaker>([=] {
+      auto* one = new AnyJointMaker;
+      one->factor = factor;
+      return one;
+    });
+    const auto a = segments->make({}, *make_params({}));
+    const auto b = joints->make(1, {}, {}, {}, *make_params({}));
+    EXPECT_EQ(a.ok(), factor == 1.0);
+    EXPECT_EQ(b.ok(), factor == 1.0);
+    if (factor == 1.5) {
+      EXPECT_EQ(
+          a.error().message,
+          "provider \"mine\" made a segment whose velocity is not the derivative of its place");
+      EXPECT_EQ(b.error().message,
+                "provider \"mine\" made a joint motion whose velocity of joint 1 is not the "
+                "derivative of its position");
+    }
+  }
+}
+
+struct AnyRetimer final : Retimer {
+  std::vector<double> time;
+  Result<Retiming> retime(const RetimeProblem&, const Params&, Progress&) const override {
+    return Retiming{std::vector<double>(time.size(), 1.0), time};
+  }
+};
+TEST(Guard, RetimersDoNotRunBackwards) {
+  const double s[] = {0, 0.5, 1};
+  RetimeProblem problem;
+  problem.s = s;
+  NoProgress none;
+  const auto said = [&](std::vector<double> time) {
+    const auto retimer = guarded_provider<Retimer>([&] {
+      auto* one = new AnyRetimer;
+      one->time = time;
+      return one;
+    });
+    const auto timed = retimer->retime(problem, *make_params({}), none);
+    return timed.ok() ? std::string() : timed.error().message;
+  };
+  EXPECT_EQ(said({0, 1, 2}), "");
+  EXPECT_EQ(said({0, 1}), "provider \"mine\" gave times that do not fit the path");
+  EXPECT_EQ(said({0, 2, 1}), "provider \"mine\" gave times that run backwards at grid point 3");
+  EXPECT_EQ(said({0, kNan, 1}),
+            "provider \"mine\" gave a time that is not a number at grid point 2");
+}
+
+struct AnyIntegrator final : Integrator {
+  std::vector<double> times;
+  Result<void> prepare(const Params&) override { return {}; }
+  Result<OdeStatistics> run(OdeSystem&, const OdeRun& run, OdeSink& sink,
+                            Progress&) const override {
+    for (const double t : times)
+      if (!sink.sample(t, run.x0)) break;
+    return OdeStatistics{};
+  }
+};
+struct NoSystem final : OdeSystem {
+  std::size_t size() const override { return 1; }
+  std::size_t positions() const override { return 0; }
+  Result<void> rate(double, std::span<const double>, std::span<double>) override { return {}; }
+  void project(std::span<double>) override {}
+  std::size_t events() const override { return 0; }
+  void event_values(double, std::span<const double>, std::span<double>) override {}
+  bool at_event(double, std::size_t, std::span<double>) override { return true; }
+};
+struct Count final : OdeSink {
+  int count = 0;
+  bool sample(double, std::span<const double>) override { return ++count > 0; }
+};
+TEST(Guard, IntegratorsHandOverFiniteStatesInTheOrderOfTime) {
+  NoSystem system;
+  NoProgress none;
+  const auto said = [&](std::vector<double> times, double x) {
+    const auto integrator = guarded_provider<Integrator>([&] {
+      auto* one = new AnyIntegrator;
+      one->times = times;
+      return one;
+    });
+    Count sink;
+    OdeRun run;
+    run.x0 = {&x, 1};
+    const auto done = integrator->run(system, run, sink, none);
+    return done.ok() ? std::to_string(sink.count) : done.error().message;
+  };
+  EXPECT_EQ(said({0, 1, 1, 2}, 1), "4");
+  EXPECT_EQ(said({0, 2, 1}, 1),
+            "provider \"mine\" handed over a sample at t = 1 s, out of the order of time");
+  EXPECT_EQ(said({0}, kNan),
+            "provider \"mine\" handed over a state that is not a number at t = 0 s");
+}
+
+// --- the host ------------------------------------------------------------------------------------
+
+TEST(Host, ReachesEveryProviderWhichMayLogAndAskOthers) {
+  Registry registry;
+  Messages messages;
+  PluginLoader loader(registry, &messages);
+  ASSERT_TRUE(loader.load(std::string(ABI_PLUGIN_DIR) + "/abi_asks.so").loaded);
+  ProviderInfo helper;
+  helper.interface_id = IkSolver::kInterfaceId;
+  helper.name = "helper";
+  helper.tags = {"simple"};
+  ASSERT_TRUE(
+      registry.add(helper, []() -> Result<void*> { return static_cast<IkSolver*>(new AnyIk); })
+          .ok());
+  const auto asking = registry.create<IkSolver>("asking");
+  ASSERT_TRUE(asking.ok()) << asking.error().sentence();
+  EXPECT_TRUE((*asking)->prepare(conformance::pa10(), *make_params({})).ok());
+  ASSERT_EQ(messages.recent().size(), 1U);
+  EXPECT_EQ(messages.recent()[0].text, "it sees 4 solvers");
+  // What it was handed stands behind its guard as well.
+  EXPECT_EQ((*asking)->prepare(conformance::floating_manipulator(), *make_params({})).error().code,
+            ErrorCode::unsupported);
+  EXPECT_NE(registry.create<IkSolver>("circular").error().message.find("in a circle"),
+            std::string::npos);
+}
+
+TEST(Host, AResultThatIsReadWithoutAskingIsAnErrorOfItsProvider) {
+  Registry registry;
+  PluginLoader loader(registry);
+  ASSERT_TRUE(loader.load(std::string(ABI_PLUGIN_DIR) + "/abi_asks.so").loaded);
+  const auto misreads = registry.create<IkSolver>("misreads");
+  ASSERT_TRUE(misreads.ok());
+  EXPECT_EQ((*misreads)->prepare(conformance::pa10(), *make_params({})).error().sentence(),
+            std::string("provider \"misreads\" threw: a failed result was read: no such file.") +
+                kReport);
+}
+
+// --- defaults ------------------------------------------------------------------------------------
+
+Registry::Create make_ik() {
+  return []() -> Result<void*> { return static_cast<IkSolver*>(new AnyIk); };
+}
+void add_ik(Registry& registry, const char* name, bool shipped,
+            std::vector<std::string> tags = {}) {
+  ProviderInfo info;
+  info.interface_id = IkSolver::kInterfaceId;
+  info.name = name;
+  info.shipped = shipped;
+  info.tags = std::move(tags);
+  ASSERT_TRUE(registry.add(std::move(info), make_ik()).ok());
+}
+std::string standard(const Registry& registry) {
+  const auto info = registry.find(IkSolver::kInterfaceId, "");
+  return info.ok() ? info->name : info.error().sentence();
+}
+
+TEST(Defaults, NothingBecomesTheDefaultByBeingFound) {
+  Registry registry;
+  add_ik(registry, "found_first", false);
+  EXPECT_EQ(standard(registry), "found_first");  // the only one there is
+  add_ik(registry, "found_too", false);
+  EXPECT_EQ(standard(registry),
+            "no ik provider is the default. Choose one with provider.default: found_first and "
+            "found_too.");
+  add_ik(registry, "alphabetically", true, {"partial"});
+  EXPECT_EQ(standard(registry), "alphabetically");
+  add_ik(registry, "better", true);
+  EXPECT_EQ(standard(registry), "better");
+  add_ik(registry, "numeric", true);
+  EXPECT_EQ(standard(registry), "numeric");
+  EXPECT_EQ(registry.list(IkSolver::kInterfaceId).front().name, "alphabetically")
+      << "who takes the first that can do something takes none that was only found";
+  ASSERT_TRUE(registry.set_default(IkSolver::kInterfaceId, "found_too").ok());
+  EXPECT_EQ(standard(registry), "found_too");
+  ASSERT_TRUE(registry.set_enabled(IkSolver::kInterfaceId, "found_too", false).ok());
+  EXPECT_EQ(standard(registry), "numeric");
+  ASSERT_TRUE(registry.set_default(IkSolver::kInterfaceId, "").ok());
+  ASSERT_TRUE(registry.set_enabled(IkSolver::kInterfaceId, "numeric", false).ok());
+  EXPECT_EQ(standard(registry), "better");
+}
+
+}  // namespace
+}  // namespace robomosp
