@@ -12,9 +12,33 @@
 namespace robomosp::lua {
 namespace {
 
-/// fn(model, now, memory, params) -> tau. `now` holds time, dt, q, qd, q_wanted, qd_wanted,
-/// qdd_wanted, and of the mechanism gravity (torques), bias (with Coriolis and centrifugal ones)
-/// and inertia (matrix); the list `memory` is the run's own: as many numbers as the field `memory`
+void note_old_word(Impl& impl, const std::string& what, const std::string& was,
+                   const std::string& is) {
+  impl.app.messages.post(Severity::info, "old_word",
+                         what + " is called \"" + is + "\" now; \"" + was + "\" is its old name.");
+}
+
+/// Reads `now.q_wanted` and its like, the old names of `now.q_desired`.
+int read_old_word(lua_State* L) {
+  constexpr std::string_view kWas = "_wanted";
+  if (lua_type(L, 2) != LUA_TSTRING) return 0;
+  const std::string was = lua_tostring(L, 2);
+  if (!was.ends_with(kWas)) return 0;
+  const std::string is = was.substr(0, was.size() - kWas.size()) + "_desired";
+  lua_getmetatable(L, 1);
+  if (lua_getfield(L, -1, was.c_str()) == LUA_TNIL) {  // once each
+    lua_pushboolean(L, 1);
+    lua_setfield(L, -3, was.c_str());
+    note_old_word(impl_of(L), "What a controller is to follow", "now." + was, "now." + is);
+  }
+  lua_pushlstring(L, is.data(), is.size());
+  lua_rawget(L, 1);
+  return 1;
+}
+
+/// fn(model, now, state, params) -> tau. `now` holds time, dt, q, qd, q_desired, qd_desired,
+/// qdd_desired, and of the mechanism gravity (torques), bias (with Coriolis and centrifugal ones)
+/// and inertia (matrix); the list `state` is the run's own: as many numbers as the field `state`
 /// of the provider's table says, 0 at the start.
 class LuaController final : public Controller, private BoundScript {
  public:
@@ -24,38 +48,42 @@ class LuaController final : public Controller, private BoundScript {
                        const Params& params) override {
     RMP_TRY(bind(model, params));
     dynamics_ = &dynamics;
-    memory_ = 0;
+    state_ = 0;
     Call call_script(*p_);
-    return call_script.run([&](Impl&, lua_State* L) -> Result<void> {
+    return call_script.run([&](Impl& impl, lua_State* L) -> Result<void> {
       lua_rawgeti(L, LUA_REGISTRYINDEX, p_->ref);
       if (!lua_istable(L, -1)) return {};
-      lua_getfield(L, -1, "memory");
-      if (lua_isnil(L, -1)) return {};
+      if (lua_getfield(L, -1, "state") == LUA_TNIL) {
+        lua_pop(L, 1);
+        if (lua_getfield(L, -1, "memory") == LUA_TNIL) return {};
+        note_old_word(impl, "How many numbers the controller " + text::quote(p_->name) + " keeps",
+                      "memory", "state");
+      }
       const lua_Integer count = lua_isinteger(L, -1) ? lua_tointeger(L, -1) : -1;
       if (count < 0 || count > 1000000)
-        return failed(*p_, "memory is not a number of numbers", "Write memory = 6.");
-      memory_ = static_cast<std::size_t>(count);
+        return failed(*p_, "state is not a number of numbers", "Write state = 6.");
+      state_ = static_cast<std::size_t>(count);
       return {};
     });
   }
-  [[nodiscard]] std::size_t memory_size() const override { return memory_; }
+  [[nodiscard]] std::size_t memory_size() const override { return state_; }
   [[nodiscard]] std::size_t scratch_size() const override {
     return dynamics_->scratch_size() + model_->dof();
   }
 
-  Result<void> torques(const ControlInput& in, std::span<double> memory, std::span<double> scratch,
+  Result<void> torques(const ControlInput& in, std::span<double> state, std::span<double> scratch,
                        std::span<double> tau) const override {
-    if (memory.size() < memory_ || scratch.size() < scratch_size() || tau.size() != model_->dof())
-      return error(ErrorCode::invalid_argument, "memory, scratch or tau is too short");
+    if (state.size() < state_ || scratch.size() < scratch_size() || tau.size() != model_->dof())
+      return error(ErrorCode::invalid_argument, "state, scratch or tau is too short");
     Call call_script(*p_);
     return call_script.run([&](Impl& impl, lua_State* L) -> Result<void> {
       call_script.push_function(L, "torques");
       push_model(impl, L, *model_, true);
       RMP_TRY(push_now(impl, L, in, scratch, tau));
-      lua_createtable(L, static_cast<int>(memory_), 0);
+      lua_createtable(L, static_cast<int>(state_), 0);
       const int kept = lua_gettop(L);
-      for (std::size_t i = 0; i < memory_; ++i) {
-        lua_pushnumber(L, memory[i]);
+      for (std::size_t i = 0; i < state_; ++i) {
+        lua_pushnumber(L, state[i]);
         lua_rawseti(L, kept, static_cast<lua_Integer>(i + 1));
       }
       lua_pushvalue(L, kept);
@@ -64,9 +92,9 @@ class LuaController final : public Controller, private BoundScript {
       RMP_TRY(call(impl, L, 4, 1));
       RMP_TRY_ASSIGN(const auto out, read_finite(*p_, L, -1, tau.size(), "the torques"));
       std::copy(out.begin(), out.end(), tau.begin());
-      if (memory_ == 0) return {};
-      RMP_TRY_ASSIGN(const auto after, read_finite(*p_, L, 1, memory_, "the memory"));
-      std::copy(after.begin(), after.end(), memory.begin());
+      if (state_ == 0) return {};
+      RMP_TRY_ASSIGN(const auto after, read_finite(*p_, L, 1, state_, "the state"));
+      std::copy(after.begin(), after.end(), state.begin());
       return {};
     });
   }
@@ -82,18 +110,18 @@ class LuaController final : public Controller, private BoundScript {
     const std::pair<const char*, std::span<const double>> vectors[] = {
         {"q", in.q},
         {"qd", in.qd},
-        {"q_wanted", in.q_wanted},
-        {"qd_wanted", in.qd_wanted},
-        {"qdd_wanted", in.qdd_wanted}};
+        {"q_desired", in.q_wanted},
+        {"qd_desired", in.qd_wanted},
+        {"qdd_desired", in.qdd_wanted}};
     for (const auto& [name, values] : vectors) {
       push_vector(impl, L, values);
       lua_setfield(L, -2, name);
     }
     if (in.tip_wanted) {
       push(impl, L, pose_value(*in.tip_wanted));
-      lua_setfield(L, -2, "tip_wanted");
+      lua_setfield(L, -2, "tip_desired");
       push_vector(impl, L, in.tip_velocity_wanted);
-      lua_setfield(L, -2, "tip_velocity_wanted");
+      lua_setfield(L, -2, "tip_velocity_desired");
     }
     DynamicsBatch batch;
     batch.count = 1, batch.q = in.q, batch.scratch = scratch;
@@ -112,11 +140,16 @@ class LuaController final : public Controller, private BoundScript {
     RMP_TRY(dynamics_->inertia(batch, m, none));
     push_array(impl, L, NumericArray(std::move(m), model_->dof(), model_->dof()));
     lua_setfield(L, -2, "inertia");
+    if (luaL_newmetatable(L, "robomosp.controller_input")) {
+      lua_pushcfunction(L, read_old_word);
+      lua_setfield(L, -2, "__index");
+    }
+    lua_setmetatable(L, -2);
     return {};
   }
 
   const InverseDynamics* dynamics_ = nullptr;
-  std::size_t memory_ = 0;
+  std::size_t state_ = 0;
 };
 
 /// fn(rate, t, x, h, params) -> x at t + h, where rate(t, x) gives dx. The steps are the run's

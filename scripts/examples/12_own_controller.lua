@@ -2,14 +2,14 @@
 -- A controller and an integrator of one's own, in Lua: PID with the weight compensated, and Heun's
 -- method. Both are checked against the compiled ones.
 ioci.provide("robomosp.controller/1", "my_pid", {
-  memory = 2, -- integrals, kept from tick to tick
+  state = 2, -- integrals, kept from tick to tick
   params = {{name = "stiffness", type = "real", unit = "N m/rad", doc = "Gain.", default = 300}},
-  torques = function(model, now, memory, params)
+  torques = function(model, now, state, params)
     local tau = {}
     for j = 1, model.dof do
-      local e = now.q_wanted[j] - now.q[j]
-      memory[j] = memory[j] + 200 * e * now.dt
-      tau[j] = now.gravity[j] + params.stiffness * e - 40 * now.qd[j] + memory[j]
+      local e = now.q_desired[j] - now.q[j]
+      state[j] = state[j] + 200 * e * now.dt
+      tau[j] = now.gravity[j] + params.stiffness * e - 40 * now.qd[j] + state[j]
     end
     return tau
   end,

@@ -402,5 +402,30 @@ TEST_F(Lua, ASegmentOfAScriptIsSmoothAndMayBeSampledOnAnyThread) {
   }
 }
 
+TEST_F(Lua, AControllerMayUseTheOldWordsAndIsToldTheNewOnes) {
+  std::vector<std::string> notes;
+  const auto listener = app().messages.subscribe([&](const Message& m) {
+    if (m.code == "old_word") notes.push_back(m.text);
+  });
+  const auto controlled = [&](const std::string& name, const std::string& wanted,
+                              const std::string& kept) {
+    return eval("ioci.provide('robomosp.controller/1', '" + name + "', {" + kept + " = 1, " +
+                "torques = function(model, now, kept) local tau = {} kept[1] = kept[1] + 1 " +
+                "for j = 1, model.dof do tau[j] = now.gravity[j] + 50 * (now.q_" + wanted +
+                "[j] - now.q[j]) - 9 * (now.qd[j] - now.qd_" + wanted +
+                "[j]) end return tau end})" +
+                " return (robot 'planar2rods'):simulate{controller = '" + name +
+                "', q = {0, 0.5}, reference = {0, 0.4}, duration = 0.1}:values('q2')");
+  };
+  const std::string now = controlled("now", "desired", "state");
+  EXPECT_EQ(now.find("ERROR"), std::string::npos) << now;
+  EXPECT_TRUE(notes.empty());
+  EXPECT_EQ(controlled("before", "wanted", "memory"), now);
+  ASSERT_EQ(notes.size(), 3U) << "each word is noted once";
+  EXPECT_NE(notes[0].find("\"state\""), std::string::npos) << notes[0];
+  EXPECT_NE(notes[1].find("now.q_desired"), std::string::npos) << notes[1];
+  app().messages.unsubscribe(listener);
+}
+
 }  // namespace
 }  // namespace robomosp::lua
