@@ -5,8 +5,8 @@
 #include "io/native.h"
 #include "ioci/core/commands.h"
 #include "ioci/core/word_list.h"
+#include "ioci/recording/plot_answer.h"
 #include "recording/plot/heat_map.h"
-#include "recording/plot/plot.h"
 #include "recording/recording.h"
 
 namespace robomosp::ioci {
@@ -95,19 +95,9 @@ Result<Value> plot(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const auto others, recordings_in(ctx, args, "with"));
   request.recordings.push_back(r.get());
   for (const auto& other : others) request.recordings.push_back(other.get());
-  RMP_TRY_ASSIGN(request.columns, word_list(args, "columns"));
   if (has(args, "x")) request.x = text_of(args, "x");
-  if (has(args, "title")) request.title = text_of(args, "title");
   request.limits = flag(args, "limits");
-  request.is_path = text_of(args, "kind") == "path";
-  request.width = static_cast<int>(integer(args, "width"));
-  if (has(args, "height")) request.height = static_cast<int>(integer(args, "height"));
-  RMP_TRY_ASSIGN(const recording::Plot p, recording::plot(request));
-  if (!has(args, "file")) return Value(recording::to_text(p));
-  const std::string file = text_of(args, "file");
-  RMP_TRY_ASSIGN(const std::string bytes, recording::plot_file(p, file));
-  RMP_TRY(io::write_file(file, bytes));
-  return Value(file);
+  return plot_answer(std::move(request), args);
 }
 
 Result<Value> heat_map(CommandContext& ctx, const Map& args) {

@@ -2,13 +2,12 @@
 // Trajectories as recordings and pictures.
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
-#include "io/native.h"
 #include "ioci/core/commands.h"
-#include "ioci/core/word_list.h"
+#include "ioci/recording/plot_answer.h"
 #include "ioci/trajectory/segments.h"
 #include "motion/path.h"
-#include "recording/plot/plot.h"
 #include "spatial/vec.h"
 
 namespace robomosp::ioci {
@@ -56,8 +55,8 @@ Result<double> jerk_at(const motion::Path::Piece& piece, double time) {
   return std::min({both, std::max(a, b), 2 * std::min(a, b) + 1e-9});
 }
 
-recording::Recording recording_of(const std::string& name, const motion::Path& path,
-                                  const Sampled& s) {
+Result<recording::Recording> recording_of(const std::string& name, const motion::Path& path,
+                                          const Sampled& s) {
   recording::Recording r;
   r.title = name;
   r.trajectory = name;
@@ -78,44 +77,38 @@ recording::Recording recording_of(const std::string& name, const motion::Path& p
   add("speed", "m/s", "of the tool", size_of(&PathSample::velocity));
   add("acceleration", "m/s^2", "of the tool", size_of(&PathSample::acceleration));
   std::size_t piece = 0;
+  std::optional<Error> failed;
   add("jerk", "m/s^3", "of the tool", [&](std::size_t i) {
     const auto pieces = path.pieces();
     while (piece + 1 < pieces.size() && s.times[i] >= pieces[piece + 1].start) ++piece;
     const auto jerk = jerk_at(pieces[piece], s.times[i]);
-    return jerk.ok() ? *jerk : std::nan("");
+    if (jerk.ok()) return *jerk;
+    if (!failed) failed = jerk.error();
+    return std::nan("");
   });
   add("turning", "rad/s", "how fast the tool turns", size_of(&PathSample::angular_velocity));
   add("angular_acceleration", "rad/s^2", "of the tool", size_of(&PathSample::angular_acceleration));
+  if (failed) return *std::move(failed);
   return r;
 }
 
 Result<Value> record(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const auto path, path_of(ctx, args));
   RMP_TRY_ASSIGN(const Sampled s, sampled(ctx, *path, args));
-  auto recording = std::make_shared<const recording::Recording>(
-      recording_of(ctx.snapshot().find(ref(args, "id"))->name, *path, s));
-  return Value(Handle{"recording", ctx.app.recordings.add(std::move(recording))});
+  RMP_TRY_ASSIGN(auto r, recording_of(ctx.snapshot().find(ref(args, "id"))->name, *path, s));
+  return Value(
+      Handle{"recording",
+             ctx.app.recordings.add(std::make_shared<const recording::Recording>(std::move(r)))});
 }
 
 Result<Value> plot(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const auto path, path_of(ctx, args));
   RMP_TRY_ASSIGN(const Sampled s, sampled(ctx, *path, args));
-  const recording::Recording r = recording_of(ctx.snapshot().find(ref(args, "id"))->name, *path, s);
+  RMP_TRY_ASSIGN(const recording::Recording r,
+                 recording_of(ctx.snapshot().find(ref(args, "id"))->name, *path, s));
   recording::PlotRequest request;
   request.recordings = {&r};
-  request.is_path = text_of(args, "kind") == "path";
-  if (has(args, "title")) request.title = text_of(args, "title");
-  RMP_TRY_ASSIGN(request.columns, word_list(args, "columns"));
-  if (request.columns.empty() && !request.is_path)
-    request.columns = {"x", "y", "z", "speed", "acceleration", "jerk"};
-  request.width = static_cast<int>(integer(args, "width"));
-  if (has(args, "height")) request.height = static_cast<int>(integer(args, "height"));
-  RMP_TRY_ASSIGN(const recording::Plot drawn, recording::plot(request));
-  if (!has(args, "file")) return Value(recording::to_text(drawn));
-  const std::string file = text_of(args, "file");
-  RMP_TRY_ASSIGN(const std::string bytes, recording::plot_file(drawn, file));
-  RMP_TRY(io::write_file(file, bytes));
-  return Value(file);
+  return plot_answer(std::move(request), args, {"x", "y", "z", "speed", "acceleration", "jerk"});
 }
 
 }  // namespace
