@@ -40,17 +40,15 @@ Result<Function> function_of(const std::string& text, std::string unit, const st
 
 /// Central differences of order 8 (B. Fornberg, "Generation of finite difference formulas on
 /// arbitrarily spaced grids", Math. Comp. 51, 1988, table 1).
-Jet jet_of(const Function& f, double t) {
+Result<Jet> jet_of(const Function& f, double t) {
   constexpr double kFirst[4] = {4.0 / 5, -1.0 / 5, 4.0 / 105, -1.0 / 280};
   constexpr double kSecond[4] = {8.0 / 5, -1.0 / 5, 8.0 / 315, -1.0 / 560};
-  const auto at = [&](double when) {
-    const auto value = f(when);
-    return value.ok() ? *value : 0.0;  // looked at before the start
-  };
-  Jet jet{at(t), 0, 0};
+  Jet jet;
+  RMP_TRY_ASSIGN(jet.x, f(t));
   jet.a = -205.0 / 72 * jet.x;
   for (int k = 1; k <= 4; ++k) {
-    const double ahead = at(t + k * kStep), back = at(t - k * kStep);
+    RMP_TRY_ASSIGN(const double ahead, f(t + k * kStep));
+    RMP_TRY_ASSIGN(const double back, f(t - k * kStep));
     jet.v += kFirst[k - 1] * (ahead - back);
     jet.a += kSecond[k - 1] * (ahead + back);
   }
@@ -60,10 +58,12 @@ Jet jet_of(const Function& f, double t) {
 }
 
 /// R = Rz(yaw) Ry(pitch) Rx(roll), its angular velocity and acceleration in the outer axes.
-PathSample sample_of(const std::array<Function, 6>& functions, double t) {
+Result<PathSample> sample_of(const std::array<Function, 6>& functions, double t) {
   using namespace spatial;
   std::array<Jet, 6> j;
-  for (std::size_t k = 0; k < 6; ++k) j[k] = jet_of(functions[k], t);
+  for (std::size_t k = 0; k < 6; ++k) {
+    RMP_TRY_ASSIGN(j[k], jet_of(functions[k], t));
+  }
   PathSample s;
   s.pose.R = from_rpy({j[3].x, j[4].x, j[5].x});
   for (std::size_t k = 0; k < 3; ++k) {
@@ -91,10 +91,9 @@ PathSample sample_of(const std::array<Function, 6>& functions, double t) {
 }  // namespace
 
 BasePath::BasePath(std::shared_ptr<const motion::Path> path, const Pose& world_T_path)
-    : sample_([path = std::move(path)](double t) {
+    : sample_([path = std::move(path)](double t) -> Result<PathSample> {
         PathSample s;
-        // What does not answer is no number, which stops the run with a sentence.
-        if (!path->sample(std::span(&t, 1), std::span(&s, 1)).ok()) s.velocity[0] = std::nan("");
+        RMP_TRY(path->sample(std::span(&t, 1), std::span(&s, 1)));
         if (t > path->duration() || t < 0) s = {s.pose, {}, {}, {}, {}};
         return s;
       }),
@@ -116,13 +115,15 @@ Result<BasePath> BasePath::by_expressions(const BaseExpressions& texts,
   return out;
 }
 
-Pose BasePath::world_T_mounting(double t) const {
-  return spatial::compose(world_T_path_, sample_(t).pose);
+Result<Pose> BasePath::world_T_mounting(double t) const {
+  RMP_TRY_ASSIGN(const PathSample s, sample_(t));
+  return spatial::compose(world_T_path_, s.pose);
 }
 
-BaseMotion BasePath::felt(double t, const Pose& mounting_T_base, const Vec3& gravity) const {
+Result<BaseMotion> BasePath::felt(double t, const Pose& mounting_T_base,
+                                  const Vec3& gravity) const {
   using namespace spatial;
-  const PathSample s = sample_(t);
+  RMP_TRY_ASSIGN(const PathSample s, sample_(t));
   const Pose mounting = compose(world_T_path_, s.pose);
   const Pose base = compose(mounting, mounting_T_base);
   const Vec3 r = rotate(mounting, mounting_T_base.p);
@@ -130,8 +131,8 @@ BaseMotion BasePath::felt(double t, const Pose& mounting_T_base, const Vec3& gra
              wd = rotate(world_T_path_, s.angular_acceleration);
   const Vec3 a =
       add(rotate(world_T_path_, s.acceleration), add(cross(wd, r), cross(w, cross(w, r))));
-  return {rotate_back(base, gravity), rotate_back(base, a), rotate_back(base, w),
-          rotate_back(base, wd)};
+  return BaseMotion{rotate_back(base, gravity), rotate_back(base, a), rotate_back(base, w),
+                    rotate_back(base, wd)};
 }
 
 }  // namespace robomosp::sim

@@ -31,13 +31,15 @@ class BasePath {
   static Result<BasePath> by_expressions(const BaseExpressions&, const Pose& world_T_mounting,
                                          double start, double end);
 
-  [[nodiscard]] Pose world_T_mounting(double t) const;
-  /// What a robot feels whose base stands so on the mounting; gravity in world axes.
-  [[nodiscard]] BaseMotion felt(double t, const Pose& mounting_T_base, const Vec3& gravity) const;
+  /// Errors here and below: those of the path or the expressions.
+  [[nodiscard]] Result<Pose> world_T_mounting(double t) const;
+  /// What a robot feels whose base is so placed on the mounting; gravity in world axes.
+  [[nodiscard]] Result<BaseMotion> felt(double t, const Pose& mounting_T_base,
+                                        const Vec3& gravity) const;
 
  private:
   BasePath() = default;
-  std::function<PathSample(double)> sample_;
+  std::function<Result<PathSample>(double)> sample_;
   Pose world_T_path_;
 };
 

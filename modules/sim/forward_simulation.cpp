@@ -203,8 +203,8 @@ class Simulation {
       PartProgress part(progress, 0, 0.1);
       RMP_TRY_ASSIGN(const auto recording, sim_.inverse_kinematics(along, part));
       RMP_TRY_ASSIGN(auto reference, MotionReference::from_recording(model(), *recording));
-      reference.follow(path.path,
-                       spatial::compose(spatial::inverse(world_T_base(0)), path.world_T_path));
+      RMP_TRY_ASSIGN(const Pose base, world_T_base(0));
+      reference.follow(path.path, spatial::compose(spatial::inverse(base), path.world_T_path));
       reference_ = std::move(reference);
     } else if (run_.recorded_q) {
       RMP_TRY_ASSIGN(reference_, MotionReference::from_recording(model(), *run_.recorded_q));
@@ -228,7 +228,7 @@ class Simulation {
 
   Result<void> find_start() {
     MotionReference::Sample s;
-    if (reference_) reference_->at(0, s);
+    if (reference_) RMP_TRY(reference_->at(0, s));
     const bool follows = !run_.trajectory.empty() || run_.recorded_q;
     std::vector<double> q = !run_.q.empty() ? run_.q : follows ? s.q : placed_.q;
     std::vector<double> qd = !run_.qd.empty()            ? run_.qd
@@ -259,9 +259,12 @@ class Simulation {
                  "Give one for each coordinate of q and each velocity of qd and tau.");
   }
 
-  [[nodiscard]] Pose world_T_base(double t) const {
-    return base_ ? spatial::compose(base_->world_T_mounting(t), model().base)
-                 : spatial::compose(placed_.world_T_mounting, model().base);
+  [[nodiscard]] Result<Pose> world_T_base(double t) const {
+    Pose mounting = placed_.world_T_mounting;
+    if (base_) {
+      RMP_TRY_ASSIGN(mounting, base_->world_T_mounting(t));
+    }
+    return spatial::compose(mounting, model().base);
   }
 
   Result<void> find_surroundings(MotionOptions& options) {
@@ -276,12 +279,12 @@ class Simulation {
       RMP_TRY_ASSIGN(wrenches_, timed_rows(*run_.recorded_wrench, "wrench", 6));
     }
     if (run_.recorded_wrench || pushes)
-      options.wrench = [this](double t) {
+      options.wrench = [this](double t) -> Result<TipWrench> {
         std::array<double, 6> w{};
         if (run_.recorded_wrench) wrenches_.at(t, w);
         for (std::size_t k = 0; k < 3; ++k)
           w[k] += run_.wrench.force[k], w[3 + k] += run_.wrench.moment[k];
-        const Pose base = world_T_base(t);
+        RMP_TRY_ASSIGN(const Pose base, world_T_base(t));
         return TipWrench{spatial::rotate_back(base, {w[0], w[1], w[2]}),
                          spatial::rotate_back(base, {w[3], w[4], w[5]})};
       };
@@ -470,7 +473,7 @@ class Simulation {
       if (progress.cancelled())
         return error(ErrorCode::cancelled, "the simulation was stopped", {},
                      "t = " + text::print_rounded(t) + " s");
-      reference_->at(t, want);
+      RMP_TRY(reference_->at(t, want));
       ControlInput in;
       in.time = t, in.dt = k == 0 ? 0 : period;
       in.q = std::span<const double>(x_).first(motion.positions());
@@ -525,8 +528,8 @@ class Simulation {
                            Progress& progress) {
     table.add_joint_columns(out, all_stops);
     RMP_TRY(table.add_energy_columns(out, inverse_, progress));
-    table.add_tip_columns(out, [this](double t) { return world_T_base(t); });
-    if (reference_) table.add_error_columns(out, *reference_);
+    RMP_TRY(table.add_tip_columns(out, [this](double t) { return world_T_base(t); }));
+    if (reference_) RMP_TRY(table.add_error_columns(out, *reference_));
     mark_limits(out, model());
     return {};
   }

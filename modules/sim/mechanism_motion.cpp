@@ -155,12 +155,12 @@ Result<void> MechanismMotion::evaluate(double t, std::span<const double> x) {
   batch.terms = kAllTerms & ~static_cast<std::uint32_t>(kFrictionTerm);
   TipWrench wrench;
   if (options_.wrench) {
-    wrench = options_.wrench(t);
+    RMP_TRY_ASSIGN(wrench, options_.wrench(t));
     batch.tip = std::span(&wrench, 1);
   }
   BaseMotion base;
   if (options_.base) {
-    base = options_.base(t);
+    RMP_TRY_ASSIGN(base, options_.base(t));
     batch.base = std::span(&base, 1);
   }
   RMP_TRY(guarded(dynamics_.provider,
@@ -181,9 +181,10 @@ Result<void> MechanismMotion::evaluate(double t, std::span<const double> x) {
       a(i, j) = columns_[static_cast<std::size_t>(j) * velocities_ + row];
   }
   // Loops make holding forces redundant; then the least ones.
-  const Eigen::VectorXd f = loop_rows_ > 0
-                                ? Eigen::VectorXd(Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>(a).solve(b))
-                                : Eigen::VectorXd(Eigen::LDLT<Eigen::MatrixXd>(a).solve(b));
+  const Eigen::VectorXd f =
+      loop_rows_ > 0
+          ? Eigen::VectorXd(Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>(a).solve(b))
+          : Eigen::VectorXd(Eigen::LDLT<Eigen::MatrixXd>(a).solve(b));
   for (std::size_t i = 0; i < held_.size(); ++i) {
     const double force = f[static_cast<Eigen::Index>(i)];
     held_force_[held_[i]] = force;
@@ -245,7 +246,8 @@ void MechanismMotion::project(std::span<double> x) {
     Matrix j = Eigen::Map<const Matrix>(jacobian_.data(), rows, cols);
     for (std::size_t v = 0; v < velocities_; ++v)
       if (entries_[v].is_held) j.col(static_cast<Eigen::Index>(v)).setZero();
-    return Eigen::VectorXd(Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>(j).solve(wanted));
+    return Eigen::VectorXd(
+        Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>(j).solve(wanted));
   };
   bool moved = false;
   for (int pass = 0; pass < 5 && loop_error(q) > kClosed; ++pass) {

@@ -27,8 +27,8 @@ struct MotionOptions {
   double rest_speed = 1e-3;  ///< a rebound slower than this comes to rest [rad/s or m/s]
   /// Torques (dof() numbers) without a motor's limits; null = what set_torques() gave.
   std::function<void(double t, std::span<double> tau)> torques;
-  std::function<BaseMotion(double t)> base;   ///< null = at rest
-  std::function<TipWrench(double t)> wrench;  ///< at tip 0, base axes; null = none
+  std::function<Result<BaseMotion>(double t)> base;   ///< null = at rest
+  std::function<Result<TipWrench>(double t)> wrench;  ///< at tip 0, base axes; null = none
 };
 
 /// What happened to a joint at an instant, for notes.

@@ -102,7 +102,7 @@ void MotionReference::follow(std::shared_ptr<const motion::Path> path, const Pos
   base_T_path_ = base_T_path;
 }
 
-void MotionReference::at(double t, Sample& out) const {
+Result<void> MotionReference::at(double t, Sample& out) const {
   const std::size_t n = model_->dof(), c = model_->coordinate_count();
   const double last = times_.back();
   if (t >= last || times_.size() == 1) {
@@ -143,14 +143,13 @@ void MotionReference::at(double t, Sample& out) const {
     }
   }
   out.has_tip = path_ != nullptr;
-  if (!path_) return;
+  if (!path_) return {};
   PathSample s;
   const double clamped = std::clamp(t, 0.0, path_->duration());
-  // What does not answer leaves the pose no number, which stops the run with a sentence.
-  if (!path_->sample(std::span(&clamped, 1), std::span(&s, 1)).ok()) s.pose.p[0] = std::nan("");
+  RMP_TRY(path_->sample(std::span(&clamped, 1), std::span(&s, 1)));
   out.tip = spatial::compose(base_T_path_, s.pose);
   out.tip_velocity = {}, out.tip_acceleration = {};
-  if (t > path_->duration()) return;
+  if (t > path_->duration()) return {};
   const Vec3 v = spatial::rotate(base_T_path_, s.velocity),
              w = spatial::rotate(base_T_path_, s.angular_velocity),
              a = spatial::rotate(base_T_path_, s.acceleration),
@@ -159,6 +158,7 @@ void MotionReference::at(double t, Sample& out) const {
     out.tip_velocity[k] = v[k], out.tip_velocity[3 + k] = w[k];
     out.tip_acceleration[k] = a[k], out.tip_acceleration[3 + k] = wd[k];
   }
+  return {};
 }
 
 }  // namespace robomosp::sim

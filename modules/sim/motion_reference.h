@@ -46,8 +46,8 @@ class MotionReference {
     std::array<double, 6> tip_velocity{}, tip_acceleration{};
     bool has_tip = false;
   };
-  /// At rest at the last row after the end.
-  void at(double t, Sample& out) const;
+  /// At rest at the last row after the end. Errors: those of the path that the tip follows.
+  Result<void> at(double t, Sample& out) const;
   [[nodiscard]] double duration() const { return times_.empty() ? 0 : times_.back(); }
 
  private:

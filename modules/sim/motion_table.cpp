@@ -158,31 +158,33 @@ Result<void> MotionTable::add_energy_columns(Recording& out, const Bound<Inverse
   return {};
 }
 
-void MotionTable::add_tip_columns(Recording& out,
-                                  const std::function<Pose(double)>& world_T_base) const {
-  if (model_.tips.empty()) return;
+Result<void> MotionTable::add_tip_columns(
+    Recording& out, const std::function<Result<Pose>(double)>& world_T_base) const {
+  if (model_.tips.empty()) return {};
   const std::size_t c = model_.coordinate_count();
   std::vector<Pose> frames(model_.joints.size());
   std::array<std::vector<double>, 3> tip;
   for (std::size_t i = 0; i < times_.size(); ++i) {
     robotics::forward_kinematics(model_, std::span<const double>(q_).subspan(i * c, c), frames);
-    const Vec3 p =
-        spatial::transform(world_T_base(times_[i]), robotics::tip_pose(model_, 0, frames).p);
+    RMP_TRY_ASSIGN(const Pose base, world_T_base(times_[i]));
+    const Vec3 p = spatial::transform(base, robotics::tip_pose(model_, 0, frames).p);
     for (std::size_t k = 0; k < 3; ++k) tip[k].push_back(p[k]);
   }
   const char* names[3] = {"x", "y", "z"};
   for (std::size_t k = 0; k < 3; ++k)
     out.columns.push_back({names[k], "m", "of the tool in the world", std::move(tip[k])});
+  return {};
 }
 
-void MotionTable::add_error_columns(Recording& out, const MotionReference& reference) const {
+Result<void> MotionTable::add_error_columns(Recording& out,
+                                            const MotionReference& reference) const {
   const std::size_t n = model_.dof(), c = model_.coordinate_count();
   std::vector<double> errors(times_.size() * n), tip_error;
   std::vector<Pose> frames(model_.joints.size());
   MotionReference::Sample want;
   for (std::size_t i = 0; i < times_.size(); ++i) {
     const auto q = std::span<const double>(q_).subspan(i * c, c);
-    reference.at(times_[i], want);
+    RMP_TRY(reference.at(times_[i], want));
     for (const JointModel& joint : model_.joints) {
       if (joint.is_coupled()) continue;
       const std::size_t at = index(joint.q_index);
@@ -217,6 +219,7 @@ void MotionTable::add_error_columns(Recording& out, const MotionReference& refer
   if (!model_.tips.empty())
     out.columns.push_back(
         {"tip_error", "m", "distance of the tool from its reference", std::move(tip_error)});
+  return {};
 }
 
 void MotionTable::add_friction_notes(const MechanismMotion& motion,

@@ -35,10 +35,10 @@ class MotionTable {
   Result<void> add_energy_columns(recording::Recording& out, const Bound<InverseDynamics>& dynamics,
                                   Progress& progress) const;
   /// x, y, z of the first tip in the world.
-  void add_tip_columns(recording::Recording& out,
-                       const std::function<Pose(double)>& world_T_base) const;
+  Result<void> add_tip_columns(recording::Recording& out,
+                               const std::function<Result<Pose>(double)>& world_T_base) const;
   /// error1, ... of the joints against the reference, and tip_error.
-  void add_error_columns(recording::Recording& out, const MotionReference& reference) const;
+  Result<void> add_error_columns(recording::Recording& out, const MotionReference& reference) const;
   /// Limits met, joints that stick, torques cut.
   void add_notes(recording::Recording& out, const MechanismMotion& motion) const;
 

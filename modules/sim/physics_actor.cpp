@@ -64,13 +64,14 @@ Result<void> RobotPath::add(double begin, double duration, const std::vector<dou
   return {};
 }
 
-void RobotPath::add(double begin, MotionReference motion) {
+Result<void> RobotPath::add(double begin, MotionReference motion) {
   MotionReference::Sample s;
-  motion.at(motion.duration(), s);
+  RMP_TRY(motion.at(motion.duration(), s));
   pieces_.push_back({begin, begin + motion.duration(), last(), s.q, std::move(motion)});
+  return {};
 }
 
-void RobotPath::at(double t, MotionReference::Sample& s) const {
+Result<void> RobotPath::at(double t, MotionReference::Sample& s) const {
   const std::size_t n = model_->dof();
   s.has_tip = false;
   s.qd.assign(n, 0.0), s.qdd.assign(n, 0.0);
@@ -78,13 +79,13 @@ void RobotPath::at(double t, MotionReference::Sample& s) const {
       std::find_if(pieces_.begin(), pieces_.end(), [&](const Piece& p) { return t <= p.end; });
   if (after == pieces_.end() || t < after->begin) {
     s.q = after != pieces_.end() ? after->from : last();
-    return;
+    return {};
   }
-  if (after->motion) {
-    after->motion->at(t - after->begin, s);
-    return;
+  if (after->motion) return after->motion->at(t - after->begin, s);
+  if (model_->loops.empty()) {
+    quintic(*after, t, s);
+    return {};
   }
-  if (model_->loops.empty()) return quintic(*after, t, s);
   // The joints without motors by differences of closed configurations.
   const double h = kDifference;
   std::vector<double> before(s.q), behind;
@@ -106,6 +107,7 @@ void RobotPath::at(double t, MotionReference::Sample& s) const {
     s.qdd[i] = (behind[i] - 2 * now[i] + before[i]) / (h * h);
   }
   s.q = now;
+  return {};
 }
 
 void RobotPath::quintic(const Piece& piece, double t, MotionReference::Sample& s) {
@@ -320,7 +322,7 @@ void PhysicsActor::read(std::span<const Pose> poses, std::span<const Vec3> veloc
 // ---- forces ----
 
 Result<void> PhysicsActor::control(double t, double step, MotionReference::Sample& wanted) {
-  path->at(t, wanted);
+  RMP_TRY(path->at(t, wanted));
   ControlInput in;
   in.time = t, in.dt = t == 0 ? 0 : step;
   in.q = q, in.qd = qd;
@@ -371,7 +373,7 @@ Result<void> PhysicsActor::drive(double t, double end, double step, const std::s
   if (!is_driven() && grips.empty()) return {};
   std::fill(tau.begin(), tau.end(), 0.0);
   if (settings.drive == RobotDrive::controlled) RMP_TRY(control(t, step, wanted));
-  if (!is_driven()) path->at(end, wanted);
+  if (!is_driven()) RMP_TRY(path->at(end, wanted));
   for (std::size_t j = 0; j < joint.size(); ++j) {
     const JointModel& m = model->joints[j];
     if (!is_dynamic[j]) continue;
@@ -435,9 +437,9 @@ Result<void> PhysicsActor::move(double t, double end, const std::string& provide
                                 PhysicsWorld& world, MotionReference::Sample& wanted) {
   if (!acts) return {};
   const std::vector<double> read_q = q, read_qd = qd;
-  path->at(t, wanted);
+  RMP_TRY(path->at(t, wanted));
   robotics::forward_kinematics(*model, wanted.q, now);
-  path->at(end, wanted);
+  RMP_TRY(path->at(end, wanted));
   robotics::forward_kinematics(*model, wanted.q, next);
   q = wanted.q, qd = wanted.qd;
   const double dt = end - t;

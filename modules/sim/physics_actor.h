@@ -34,8 +34,8 @@ class RobotPath {
   /// The quintic of minimum jerk; of a robot with loops the joints with motors, and the others
   /// follow.
   Result<void> add(double begin, double duration, const std::vector<double>& to);
-  void add(double begin, MotionReference motion);
-  void at(double t, MotionReference::Sample& s) const;
+  Result<void> add(double begin, MotionReference motion);
+  Result<void> at(double t, MotionReference::Sample& s) const;
 
  private:
   struct Piece {

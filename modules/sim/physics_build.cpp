@@ -266,7 +266,7 @@ Result<void> PhysicsSimulation::add_bodies(Actor& a, std::size_t number, Progres
     }
   }
   MotionReference::Sample start;
-  a.path->at(time_of(first_), start);
+  RMP_TRY(a.path->at(time_of(first_), start));
   a.q = start.q;
   RMP_TRY(a.choose_dynamic());
   std::vector<Vec3> linear(a.now.size()), angular(a.now.size());

@@ -136,7 +136,7 @@ Result<double> PhysicsSimulation::plan_move(Actor& a, const PhysicsAction& actio
   }
   RMP_TRY_ASSIGN(auto motion, MotionReference::from_recording(*a.model, *recorded));
   MotionReference::Sample s;
-  motion.at(0, s);
+  RMP_TRY(motion.at(0, s));
   if (a.path->is_empty() && begin == 0) {
     a.q = s.q;
     RMP_TRY(a.path->start_at(s.q));
@@ -149,7 +149,7 @@ Result<double> PhysicsSimulation::plan_move(Actor& a, const PhysicsAction& actio
                  "the motion begins " + text::print_rounded(jump, 3) +
                      " rad or m away from where the robot is then",
                  "Move there first, or place the robot there.");
-  a.path->add(begin, std::move(motion));
+  RMP_TRY(a.path->add(begin, std::move(motion)));
   return a.path->end() + action.duration;
 }
 

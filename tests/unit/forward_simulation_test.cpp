@@ -8,6 +8,7 @@
 #include <robomosp/sdk/conformance/mechanisms.h>
 
 #include "robotics/kinematics.h"
+#include "sim/base_motion.h"
 #include "sim/forward_simulation.h"
 #include "sim/mechanism_motion.h"
 #include "support/workbench.h"
@@ -338,7 +339,7 @@ TEST_F(Motion, OnAnAcceleratedBaseAPendulumHangsAslant) {
   m.number_coordinates();
   sim::MotionOptions o;
   const double a = 4;
-  o.base = [=](double) {
+  o.base = [=](double) -> Result<BaseMotion> {
     BaseMotion b;
     b.gravity = {0, 0, -kGravity};
     b.acceleration = {a, 0, 0};
@@ -355,6 +356,23 @@ TEST_F(Motion, OnAnAcceleratedBaseAPendulumHangsAslant) {
     if (hangs_at < 0) EXPECT_NEAR(f.qdd[0], 0, 1e-10);
     else EXPECT_GT(std::fabs(f.qdd[0]), 1);
   }
+}
+
+TEST_F(Motion, ABaseWhoseMotionHasNoValueStopsTheRunWithTheReasonOfThat) {
+  const auto base = sim::BasePath::by_expressions(
+      {"1 m * sqrt(1 - time / 1 s)", "", "", "", "", ""}, Pose{}, 0, 0.9);
+  ASSERT_TRUE(base.ok()) << base.error().sentence();
+  EXPECT_TRUE(base->felt(0.5, Pose{}, {0, 0, -kGravity}).ok());
+  sim::MotionOptions o;
+  o.base = [&](double t) { return base->felt(t, Pose{}, {0, 0, -kGravity}); };
+  auto motion = make(bare(conformance::planar_rods()), o);
+  sim::MechanismMotion::Forces f;
+  const std::vector<double> x(4, 0.0);
+  EXPECT_TRUE(motion->forces(0.5, x, f).ok());
+  const auto late = motion->forces(1.1, x, f);
+  ASSERT_FALSE(late.ok());
+  EXPECT_NE(late.error().sentence().find("base_motion.x"), std::string::npos)
+      << late.error().sentence();
 }
 
 }  // namespace
