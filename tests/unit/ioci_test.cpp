@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "ioci/core/application.h"
+#include "ioci/core/handle_text.h"
 #include "ioci/core/old_words.h"
 #include "support/program.h"
 
@@ -154,6 +155,35 @@ TEST_F(Ioci, AHandleToARemovedRecordIsStaleAndNeverAnotherRecord) {
 TEST_F(Ioci, AHandleOfAnotherKindIsRefusedByName) {
   const Error e = fails("robot.dh_table", {{"id", brass()}});
   EXPECT_NE(e.sentence().find("material:brass"), std::string::npos) << e.sentence();
+}
+
+TEST_F(Ioci, AKindOfHandlesOfItsOwnIsFoundNamedAndGoesStale) {
+  // The application is that of all tests: the kind stays, and what it says is static.
+  static bool is_there = true;
+  HandleKinds& kinds = app().handle_kinds;
+  ASSERT_TRUE(kinds
+                  .add("probe",
+                       [](std::uint64_t number) {
+                         return is_there && number == 3 ? std::optional<std::string>("at the gate")
+                                                        : std::nullopt;
+                       })
+                  .ok());
+  for (const char* taken : {"probe", "recording", "robot"})
+    EXPECT_NE(kinds.add(taken, {}).error().sentence().find(taken), std::string::npos);
+  EXPECT_EQ(handle_from_text(kinds, "probe:at the gate#3"), (Handle{"probe", 3}));
+  EXPECT_EQ(handle_from_text(kinds, "program#3"), std::nullopt);
+
+  const auto resolved = [&](const Value& v) {
+    return app().resolve(*app().document.now(), "probe|robot", v);
+  };
+  for (const Value& v : {Value(Handle{"probe", 3}), Value("probe#3"), Value("3")}) {
+    const auto h = resolved(v);
+    ASSERT_TRUE(h.ok()) << h.error().sentence();
+    EXPECT_EQ(app().name_of(*h), "at the gate");
+  }
+  EXPECT_EQ(resolved(Value("probe#4")).error().code, ErrorCode::stale_handle);
+  is_there = false;
+  EXPECT_EQ(resolved(Value("probe#3")).error().code, ErrorCode::stale_handle);
 }
 
 TEST_F(Ioci, ACycleOfObjectsIsRefusedWithItsPath) {

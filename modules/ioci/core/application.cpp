@@ -105,14 +105,13 @@ bool is_record_kind(std::string_view kind) { return kind_from(kind).has_value();
 
 }  // namespace
 
-std::optional<Handle> handle_from_text(std::string_view s) {
+std::optional<Handle> handle_from_text(const HandleKinds& kinds, std::string_view s) {
   const auto hash = s.rfind('#');
   if (hash == std::string_view::npos) return std::nullopt;
   const auto number = text::read_int(s.substr(hash + 1));
   if (!number || *number <= 0) return std::nullopt;
   const std::string_view kind = s.substr(0, std::min(hash, s.find(':')));
-  if (!is_record_kind(kind) && kind != "recording" && kind != "job" && kind != "run")
-    return std::nullopt;
+  if (!is_record_kind(kind) && !kinds.find(kind)) return std::nullopt;
   return Handle{std::string(kind), static_cast<std::uint64_t>(*number)};
 }
 
@@ -186,6 +185,23 @@ Application::Application(ApplicationOptions options)
   library = library_path(options_, share);
   derived.set_enabled(options_.cache);
   messages.deliver_after(lock);
+  using Name = std::optional<std::string>;
+  for (HandleKinds::Entry& own :
+       std::vector<HandleKinds::Entry>{{"recording",
+                                        [this](std::uint64_t number) {
+                                          const auto r = recordings.find(number);
+                                          return r ? Name(r->title) : Name();
+                                        }},
+                                       {"job",
+                                        [this](std::uint64_t number) {
+                                          const auto status = jobs.status(number);
+                                          return status.ok() ? Name(status->label) : Name();
+                                        }},
+                                       {"run", [this](std::uint64_t number) {
+                                          const auto run = runs->find(number);
+                                          return run ? Name(run->title) : Name();
+                                        }}})
+    (void)handle_kinds.add(std::move(own.kind), std::move(own.name_of));
   spatial::set_spread(
       [](std::size_t parts, std::size_t threads, void (*part)(void*, std::size_t), void* context) {
         Executor::of_process().spread(parts, threads, [&](std::size_t i) { part(context, i); });
@@ -267,7 +283,8 @@ Result<void> Application::start() {
       messages.post(Severity::info, "recovery",
                     "Unsaved work of " + found.time + " was found (" +
                         std::to_string(found.records) +
-                        (found.records == 1 ? " record" : " records") + "): recovery.restore() loads it, recovery.discard() drops it.",
+                        (found.records == 1 ? " record" : " records") +
+                        "): recovery.restore() loads it, recovery.discard() drops it.",
                     "recovery");
     }
     journal = std::make_unique<io::RecoveryJournal>(
@@ -657,12 +674,8 @@ Result<Handle> Application::resolve(const document::Snapshot& snapshot, std::str
                                                     document::with_article(kinds_text(kinds)));
     if (is_record_kind(h.kind)) {
       RMP_TRY(record_id(snapshot, h));
-    } else if (h.kind == "recording") {
-      if (!recordings.find(h.number)) return stale(h);
-    } else if (h.kind == "job") {
-      if (!jobs.status(h.number).ok()) return stale(h);
-    } else if (h.kind == "run") {
-      if (!runs->find(h.number)) return stale(h);
+    } else if (const HandleKinds::Entry* entry = handle_kinds.find(h.kind)) {
+      if (!entry->name_of(h.number)) return stale(h);
     } else {
       return error(ErrorCode::invalid_argument, "there is nothing of kind " + text::quote(h.kind));
     }
@@ -677,11 +690,11 @@ Result<Handle> Application::resolve(const document::Snapshot& snapshot, std::str
   for (const Kind k : all_kinds())
     if (kinds_include(kinds, to_string(k)))
       if (const auto id = snapshot.find(k, *name)) return handle(*id);
-  if (const auto h = handle_from_text(*name)) return check_handle(*h);
-  for (const std::string_view kind : {"recording", "job", "run"})
-    if (kinds_include(kinds, kind) && kinds != "any")
+  if (const auto h = handle_from_text(handle_kinds, *name)) return check_handle(*h);
+  for (const HandleKinds::Entry& entry : handle_kinds.all())
+    if (kinds_include(kinds, entry.kind) && kinds != "any")
       if (const auto number = text::read_int(*name); number && *number > 0)
-        return check_handle(Handle{std::string(kind), static_cast<std::uint64_t>(*number)});
+        return check_handle(Handle{entry.kind, static_cast<std::uint64_t>(*number)});
 
   std::vector<std::string> known;
   std::string hint;
@@ -707,15 +720,8 @@ std::optional<std::string> Application::name_in(const document::Snapshot& snapsh
     const model::Record* r = snapshot.find(AnyId{*kind, h.number});
     return r ? std::optional(r->name) : std::nullopt;
   }
-  if (h.kind == "recording") {
-    const auto r = recordings.find(h.number);
-    return r ? std::optional(r->title) : std::nullopt;
-  }
-  if (h.kind == "run")
-    if (const auto run = runs->find(h.number)) return run->title;
-  if (h.kind == "job")
-    if (const auto status = jobs.status(h.number); status.ok()) return status->label;
-  return std::nullopt;
+  const HandleKinds::Entry* entry = handle_kinds.find(h.kind);
+  return entry ? entry->name_of(h.number) : std::nullopt;
 }
 
 std::optional<std::string> Application::name_of(const Handle& h, const Session* session) const {

@@ -21,6 +21,7 @@
 #include "io/recovery.h"
 #include "ioci/core/command.h"
 #include "ioci/core/events.h"
+#include "ioci/core/handle_kinds.h"
 #include "ioci/core/solver_cache.h"
 #include "kernel/app_lock.h"
 #include "kernel/component.h"
@@ -111,6 +112,7 @@ class Application {
   Events events;  ///< before what publishes
   document::Document document;
   evaluation::Derived derived;
+  HandleKinds handle_kinds;  ///< of what is no record
   recording::Recordings recordings;
   Jobs jobs;  ///< after what its work reads, so that it is joined first
   CommandTable commands;

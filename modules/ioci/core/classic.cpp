@@ -98,7 +98,7 @@ Result<void> load_named(Application& app, Session& session, const document::Snap
       !spec.params.front().type.starts_with("ref:") || !session.may(Effect::files_read))
     return {};
   const std::string_view kinds = std::string_view(spec.params.front().type).substr(4);
-  if (kinds == "any" || handle_from_text(*name)) return {};
+  if (kinds == "any" || handle_from_text(app.handle_kinds, *name)) return {};
   std::optional<Kind> shipped;
   for (const Kind k : all_kinds()) {
     if (!kinds_include(kinds, to_string(k))) continue;

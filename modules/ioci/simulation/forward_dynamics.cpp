@@ -15,17 +15,17 @@ using model::Robot;
 using model::World;
 
 /// A handle, also one written as text (`recording#3`).
-std::optional<Handle> handle_of(const Map& args, std::string_view name) {
+std::optional<Handle> handle_of(const CommandContext& ctx, const Map& args, std::string_view name) {
   const Value* v = args.find(name);
   if (!v) return std::nullopt;
   if (const Handle* h = v->as_handle()) return *h;
-  return v->as_string() ? handle_from_text(*v->as_string()) : std::nullopt;
+  return v->as_string() ? handle_from_text(ctx.app.handle_kinds, *v->as_string()) : std::nullopt;
 }
 
 Result<recording::RecordingPtr> recording_of(CommandContext& ctx, const Map& args,
                                              const std::string& path) {
   const Value& v = *args.find(path);
-  const auto h = handle_of(args, path);
+  const auto h = handle_of(ctx, args, path);
   const auto found = h && h->kind == "recording" ? ctx.app.recordings.find(h->number) : nullptr;
   if (!found)
     return error(ErrorCode::invalid_argument, v.text() + " is not a recording",
@@ -98,7 +98,7 @@ Result<sim::ForwardRun> read_run(CommandContext& ctx, const Map& args, const Rob
   if (has(args, "qd")) {
     RMP_TRY_ASSIGN(run.qd, numbers(args, "qd"));
   }
-  if (handle_of(args, "tau")) {
+  if (handle_of(ctx, args, "tau")) {
     RMP_TRY_ASSIGN(run.recorded_tau, recording_of(ctx, args, "tau"));
   } else if (has(args, "tau")) {
     RMP_TRY_ASSIGN(run.tau, numbers(args, "tau"));
@@ -107,7 +107,7 @@ Result<sim::ForwardRun> read_run(CommandContext& ctx, const Map& args, const Rob
     run.is_controlled = true;
     RMP_TRY_ASSIGN(run.controller, read_provider(*args.find("controller"), "controller"));
   }
-  if (handle_of(args, "reference")) {
+  if (handle_of(ctx, args, "reference")) {
     RMP_TRY_ASSIGN(run.recorded_q, recording_of(ctx, args, "reference"));
     run.is_controlled = true;
   } else if (has(args, "reference")) {
