@@ -309,8 +309,10 @@ Result<std::shared_ptr<const Segment>> run_curve(const Registry& registry,
   RMP_TRY(check_turning(walk, *orientation, providers.orientation).in(where));
   const double length = walk.length();
   RMP_TRY_ASSIGN(const double turn, greatest_turn(walk, *orientation).in(where));
-  if (!(length > 0) && !(turn > 0))
-    return bad("the tool neither moves nor turns", "Move or turn one of the points.", where);
+  // A curve with its own times may be a wait.
+  if (!(length > 0) && !(turn > 0) && !by_own_times)
+    return bad("the tool neither moves nor turns",
+               "Move or turn one of the points; to wait, give a spline times.", where);
   const bool turns_apart = !providers.turning.name.empty() && turn > 0;
   std::shared_ptr<const MotionLaw> law, turning;
   if (turns_apart) {

@@ -233,6 +233,38 @@ TEST(Transitions, NeedNothingWhereTheToolRests) {
   EXPECT_EQ((*made)->segment_count(), 2U);
 }
 
+TEST(Waits, AreSplinesWithTimesAtOnePlace) {
+  Trajectory t;
+  t.segments.push_back(record_of("line", {place(0, 0, 0), place(0.4, 0, 0)}));
+  t.segments.push_back(record_of("cubic_spline", {place(0.4, 0, 0), place(0.4, 0, 0)}));
+  t.segments.push_back(record_of("line", {place(0.4, 0, 0), place(0.4, 0.3, 0)}));
+  // Without times there is nothing that says how long.
+  const auto refused = build(t);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_NE(refused.error().message.find("the same place"), std::string::npos);
+  t.segments[1].shape.params["times"] = std::vector<double>{0, 2.5};
+  for (auto& segment : t.segments) segment.transition.is_smooth = false;
+  auto path = build(t);
+  ASSERT_TRUE(path.ok()) << path.error().sentence();
+  const double before = (*path)->pieces()[1].start;
+  EXPECT_NEAR((*path)->pieces()[2].start - before, 2.5, 1e-12);
+  EXPECT_NEAR((*path)->length(), 0.7, 1e-12);
+  for (const double x : {0.0, 1.1, 2.4}) {
+    const PathSample s = at(**path, before + x);
+    EXPECT_NEAR(s.pose.p[0], 0.4, 1e-15);
+    EXPECT_EQ(spatial::norm(s.velocity), 0);
+    EXPECT_EQ(spatial::norm(s.acceleration), 0);
+    EXPECT_EQ(spatial::norm(s.angular_velocity), 0);
+  }
+  // Smoothly slowed down for and left.
+  t.segments[1].transition = t.segments[2].transition = {};
+  path = build(t);
+  ASSERT_TRUE(path.ok()) << path.error().sentence();
+  const Jumps j = jumps(**path);
+  EXPECT_LT(j.position, 1e-9);
+  EXPECT_LT(j.velocity, 1e-6);
+}
+
 TEST(Transitions, BridgeGaps) {
   Trajectory t;
   t.segments.push_back(record_of("line", {place(0, 0, 0), place(0.4, 0, 0)}));
