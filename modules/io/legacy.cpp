@@ -28,6 +28,9 @@ using text::quote;
 /// The exponent of OpenGL's highlights; ours is a fraction of it.
 constexpr double kMostShininess = 128;
 
+/// Solids and objects have three units behind their description.
+constexpr int kMostLeadingNumbers = 3;
+
 /// A node of a .csg as written, its primitive already one of ours.
 struct Node {
   SolidNode node;
@@ -42,10 +45,14 @@ class Binder {
 
   Result<LegacyBound> run() {
     out_.record.name = plain_name(name_, "record");
-    if (in_.next() != '"') {  // told by is_legacy(): only a stored section begins so
-      RMP_TRY(bind_legacy_section(in_, s_, out_));
+    const std::uint32_t beginning = in_.offset();
+    const bool is_braced = in_.next() != '"';  // told by is_legacy()
+    if (is_braced || is_section()) {
+      in_.go_to(beginning);
+      RMP_TRY(bind_legacy_section(in_, s_, is_braced, out_));
       return finished("section");
     }
+    in_.go_to(beginning);
     RMP_TRY_ASSIGN(const std::string words, in_.text("a text"));
     const std::uint32_t start = in_.offset();
     if (in_.next() == '"') {
@@ -76,6 +83,14 @@ class Binder {
   }
 
  private:
+  /// A text and more whole numbers than any other file begins with: a stored section.
+  bool is_section() {
+    if (!in_.text("a text").ok()) return false;
+    for (int i = 0; i < kMostLeadingNumbers; ++i)
+      if (in_.next() != '0' || !in_.number("a code").ok()) return false;
+    return in_.next() == '0';
+  }
+
   /// What was read, if nothing comes after it; `what` a file holds once.
   Result<LegacyBound> finished(const char* what) {
     if (in_.next() != '\0')
@@ -454,6 +469,9 @@ class Loader {
     source->folder = file.parent_path();
     if (!is_legacy(bytes))
       return source->syntax.at(0, ErrorCode::syntax, "this is not a file of the 2006 program");
+    if (const auto bad = source->text.find('\0'); bad != std::string::npos)
+      return source->syntax.at(static_cast<std::uint32_t>(bad), ErrorCode::syntax,
+                               "this is a binary file, not a text", "No text holds a byte of 0.");
     RMP_TRY_ASSIGN(
         LegacyBound bound,
         Binder(source->syntax, file.stem().string(), !from && wanted == Kind::solid).run());

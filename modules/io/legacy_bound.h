@@ -34,6 +34,8 @@ inline std::string legacy_stem(std::string path) {
 
 /// A name that a record, node or part may have.
 inline std::string plain_name(std::string wanted, std::string_view otherwise) {
+  while (!wanted.empty() && wanted.back() == ' ') wanted.pop_back();
+  wanted.erase(0, std::min(wanted.find_first_not_of(' '), wanted.size()));
   for (char& c : wanted)
     if (!document::is_name(std::string{'a', c, 'a'})) c = '_';
   if (!document::is_name(wanted)) wanted = std::string(otherwise) + "_" + wanted;

@@ -19,7 +19,8 @@ Result<void> bind_legacy_robot(LegacyReader&, const Syntax&, const std::string& 
 Result<void> bind_legacy_world(LegacyReader&, const Syntax&, const std::string& description,
                                LegacyBound& out);
 Result<void> bind_legacy_trajectory(LegacyReader&, const Syntax&, LegacyBound& out);
-/// A section stored by itself: a trajectory of one segment. From its brace on.
-Result<void> bind_legacy_section(LegacyReader&, const Syntax&, LegacyBound& out);
+/// A section stored by itself: a trajectory of one segment. From its name on, or from the brace
+/// before it.
+Result<void> bind_legacy_section(LegacyReader&, const Syntax&, bool is_braced, LegacyBound& out);
 
 }  // namespace robomosp::io
