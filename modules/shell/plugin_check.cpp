@@ -254,8 +254,11 @@ Result<void> run_cmake(const std::vector<std::string>& words, const char* doing)
                "A C++ compiler and GoogleTest are needed.");
 }
 
-/// The program with the suites, built where it is not there yet.
+/// The program with the suites: as it was installed, or built where it is not there yet.
 Result<fs::path> suites_program(const fs::path& sdk) {
+  std::error_code none;
+  const fs::path installed = sdk / "libexec" / "robomosp" / "robomosp-plugin-suites";
+  if (fs::is_regular_file(installed, none)) return installed;
   const fs::path source = sdk / "share" / "robomosp" / "suites";
   std::error_code failed;
   if (!fs::is_directory(source, failed))
@@ -266,11 +269,8 @@ Result<fs::path> suites_program(const fs::path& sdk) {
   const fs::path program = folder / "robomosp-plugin-suites";
   if (!fs::is_regular_file(program, failed))
     std::fputs("Building the suites of the SDK; this takes some minutes, once.\n", stderr);
-  const fs::path dynamics = executable_folder().parent_path() / "lib" / "robomosp" / "plugins" /
-                            "dynamics_newton_euler.so";
-  std::vector<std::string> configure{"-S", source.string(), "-B", folder.string(),
-                                     "-DCMAKE_PREFIX_PATH=" + sdk.string()};
-  if (fs::is_regular_file(dynamics, failed)) configure.push_back("-DDYNAMICS=" + dynamics.string());
+  const std::vector<std::string> configure{"-S", source.string(), "-B", folder.string(),
+                                           "-DCMAKE_PREFIX_PATH=" + sdk.string()};
   RMP_TRY(run_cmake(configure, "configuring"));
   RMP_TRY(run_cmake({"--build", folder.string()}, "building"));
   return program;
@@ -291,6 +291,11 @@ Result<int> test_plugin(const std::string& file, const std::string& sdk,
       const fs::path program,
       suites_program(sdk.empty() ? executable_folder().parent_path() : fs::absolute(sdk, failed)));
   std::vector<std::string> words{program.string(), full.string()};
+  // What controllers ask and forward dynamics are compared with, unless the caller names another.
+  const fs::path dynamics = executable_folder().parent_path() / "lib" / "robomosp" / "plugins" /
+                            "dynamics_newton_euler.so";
+  if (fs::is_regular_file(dynamics, failed))
+    words.insert(words.end(), {"--dynamics", dynamics.string()});
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char*> argv;
   for (std::string& w : words) argv.push_back(w.data());

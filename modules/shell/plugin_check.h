@@ -23,8 +23,9 @@ struct PluginCheck {
 
 /// `robomosp plugin test FILE`: becomes the program that runs the suites of the SDK on every
 /// provider of the file; comes back only with an error, such as a plugin that fails its check. That
-/// program is built from the SDK installed at the prefix `sdk` (empty: where this one is installed)
-/// the first time, in the user's cache.
+/// program is the one installed with the SDK at the prefix `sdk` (empty: where this one is
+/// installed), or is built from its sources there the first time, in the user's cache. `arguments`
+/// are its own: --model, --models, --suite, --runner, and those of GoogleTest.
 [[nodiscard]] Result<int> test_plugin(const std::string& file, const std::string& sdk,
                                       const std::vector<std::string>& arguments);
 

@@ -37,4 +37,4 @@ RMP_PLUGIN("org.robomosp.integrators", "0.1.0", "Apache-2.0",
                                   "fixed_step,order=4"),
            RMP_PROVIDER(robomosp::integrators::Symplectic, "symplectic",
                         "Fixed step; keeps the energy of free motions in bounds.",
-                        "fixed_step,symplectic", robomosp::integrators::kSymplecticParams))
+                        "fixed_step,order=2,symplectic", robomosp::integrators::kSymplecticParams))

@@ -7,17 +7,19 @@ if(NOT DEFINED BUILD_TESTING OR BUILD_TESTING)
 endif()
 
 # robomosp_add_plugin(name SOURCES file... [LIBS library...] [TEST file...]
-#                     [CONFORMANCE ik|csg|primitive|dynamics|collision|physics|integrator|controller|robot_code...]
+#                     [CONFORMANCE ik|csg|primitive|dynamics|collision|physics|integrator|controller|planner|retimer|robot_code...]
 #                     [MODELS model...] [DYNAMICS plugin-file] [RUNNER command...])
 # Makes <name>.so as the loader wants it: hidden symbols, no prefix, robomosp::sdk linked. TEST adds
 # a GoogleTest program <name>_test, which finds the plugin in the definition ROBOMOSP_PLUGIN_FILE.
-# CONFORMANCE runs the suites of the SDK on every provider of the plugin; MODELS are mechanisms of
-# <robomosp/sdk/conformance/models.h> to run the suites "ik", "dynamics", "controller" and "robot_code"
-# on. RUNNER runs generated code for the suite "robot_code" (robot_code_suite.h, run_by). DYNAMICS
-# is the plugin whose inverse dynamics the suite "controller" asks; the installed dynamics_newton_euler
-# when left out. The suites of segments, curves, motion laws and orientations need cases of your own:
-# include <robomosp/sdk/conformance/segment_suite.h>, curve_suite.h, motion_law_suite.h or
-# orientation_suite.h in your TEST.
+# CONFORMANCE runs the suites of the SDK on every provider of the plugin, by the program that the SDK
+# is installed with; -DROBOMOSP_BUILD_SUITES=ON builds that program in this tree (as is done for
+# sanitizers and debug modes, which have to be the same in both). MODELS are mechanisms of
+# <robomosp/sdk/conformance/all_models.h>, or files of robot.save_model, to run the suites "ik",
+# "dynamics", "controller" and "robot_code" on. RUNNER runs generated code for the suite "robot_code"
+# (robot_code_suite.h, run_by). DYNAMICS is the plugin whose inverse dynamics the suite "controller"
+# asks; the installed dynamics_newton_euler when left out. The suites of segments, curves, motion laws
+# and orientations need cases of your own: include <robomosp/sdk/conformance/segment_suite.h>,
+# curve_suite.h, motion_law_suite.h or orientation_suite.h in your TEST.
 function(robomosp_add_plugin name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "DYNAMICS" "SOURCES;LIBS;TEST;CONFORMANCE;MODELS;RUNNER")
   if(NOT arg_SOURCES OR arg_UNPARSED_ARGUMENTS)
@@ -36,30 +38,62 @@ function(robomosp_add_plugin name)
   if(arg_TEST)
     _robomosp_plugin_test(${name} ${name}_test "${arg_LIBS}" ${arg_TEST})
   endif()
-  if(NOT arg_MODELS)
-    set(arg_MODELS puma560 pa10)
+  if(NOT arg_CONFORMANCE)
+    return()
   endif()
-  list(TRANSFORM arg_MODELS APPEND "()")
-  list(JOIN arg_MODELS ", " ROBOMOSP_CONFORMANCE_MODELS)
-  list(TRANSFORM arg_RUNNER REPLACE "(.+)" "R\"(\\1)\"")
-  list(JOIN arg_RUNNER ", " ROBOMOSP_CONFORMANCE_RUNNER)
   if("robot_code" IN_LIST arg_CONFORMANCE AND NOT arg_RUNNER)
     message(FATAL_ERROR "robomosp_add_plugin(${name}): the suite \"robot_code\" needs a RUNNER, the command that runs the generated code.")
   endif()
-  set(ROBOMOSP_CONFORMANCE_DYNAMICS "${arg_DYNAMICS}")
-  if(NOT ROBOMOSP_CONFORMANCE_DYNAMICS)
-    get_filename_component(ROBOMOSP_CONFORMANCE_DYNAMICS
+  _robomosp_find_suites(program)
+  set(options)
+  set(named)
+  foreach(model IN LISTS arg_MODELS)
+    if(model MATCHES "[./]")
+      get_filename_component(file "${model}" ABSOLUTE)
+      list(APPEND options --model "${file}")
+    else()
+      list(APPEND named "${model}")
+    endif()
+  endforeach()
+  if(named)
+    list(JOIN named "," named)
+    list(APPEND options --models "${named}")
+  endif()
+  if(NOT arg_DYNAMICS)
+    get_filename_component(arg_DYNAMICS
       "${_robomosp_package_dir}/../../robomosp/plugins/dynamics_newton_euler.so" ABSOLUTE)
   endif()
-  foreach(suite IN LISTS arg_CONFORMANCE)
-    set(source "${_robomosp_package_dir}/conformance_${suite}.cpp.in")
-    if(NOT EXISTS "${source}")
-      message(FATAL_ERROR "robomosp_add_plugin(${name}): there is no suite \"${suite}\" to run by itself; ik, csg, primitive, dynamics, collision, physics, integrator, controller and robot_code are.")
+  if(EXISTS "${arg_DYNAMICS}" OR TARGET "${arg_DYNAMICS}")
+    if(TARGET "${arg_DYNAMICS}")
+      set(arg_DYNAMICS "$<TARGET_FILE:${arg_DYNAMICS}>")
     endif()
-    configure_file("${source}" "${CMAKE_CURRENT_BINARY_DIR}/${name}_conformance_${suite}.cpp" @ONLY)
-    _robomosp_plugin_test(${name} ${name}_conformance_${suite} ""
-      "${CMAKE_CURRENT_BINARY_DIR}/${name}_conformance_${suite}.cpp")
+    list(APPEND options --dynamics "${arg_DYNAMICS}")
+  endif()
+  foreach(word IN LISTS arg_RUNNER)
+    list(APPEND options --runner "${word}")
   endforeach()
+  foreach(suite IN LISTS arg_CONFORMANCE)
+    add_test(NAME ${name}_conformance_${suite}
+      COMMAND "${program}" "$<TARGET_FILE:${name}>" --suite ${suite} ${options})
+  endforeach()
+endfunction()
+
+# The program with the suites: installed, or a target of this tree.
+function(_robomosp_find_suites out)
+  set(default OFF)
+  if(NOT EXISTS "${_robomosp_suites_program}" OR
+     "${CMAKE_CXX_FLAGS} ${CMAKE_CXX_FLAGS_DEBUG}" MATCHES "-fsanitize|_GLIBCXX_DEBUG|_GLIBCXX_USE_CXX11_ABI")
+    set(default ON)
+  endif()
+  option(ROBOMOSP_BUILD_SUITES "Build the suites of the SDK in this tree" ${default})
+  if(NOT ROBOMOSP_BUILD_SUITES)
+    set(${out} "${_robomosp_suites_program}" PARENT_SCOPE)
+    return()
+  endif()
+  if(NOT TARGET robomosp_plugin_suites)
+    add_subdirectory("${_robomosp_suites_source}" "${CMAKE_BINARY_DIR}/robomosp_suites")
+  endif()
+  set(${out} "$<TARGET_FILE:robomosp_plugin_suites>" PARENT_SCOPE)
 endfunction()
 
 # A test program of a plugin: links the SDK and GoogleTest, opens the plugin as the program does.

@@ -31,14 +31,15 @@ install(FILES "${CMAKE_BINARY_DIR}/sdk/robomosp-sdk.pc" DESTINATION "${CMAKE_INS
   COMPONENT sdk)
 
 configure_package_config_file("${CMAKE_CURRENT_LIST_DIR}/RobomospConfig.cmake.in"
-  "${CMAKE_BINARY_DIR}/sdk/RobomospConfig.cmake" INSTALL_DESTINATION "${package_dir}")
+  "${CMAKE_BINARY_DIR}/sdk/RobomospConfig.cmake" INSTALL_DESTINATION "${package_dir}"
+  PATH_VARS CMAKE_INSTALL_LIBEXECDIR CMAKE_INSTALL_DATADIR)
 write_basic_package_version_file("${CMAKE_BINARY_DIR}/sdk/RobomospConfigVersion.cmake"
   VERSION "${PROJECT_VERSION}" COMPATIBILITY SameMinorVersion)
 install(FILES
   "${CMAKE_BINARY_DIR}/sdk/RobomospConfig.cmake" "${CMAKE_BINARY_DIR}/sdk/RobomospConfigVersion.cmake"
-  "${CMAKE_CURRENT_LIST_DIR}/RobomospPlugin.cmake" "${CMAKE_CURRENT_LIST_DIR}/conformance_ik.cpp.in"
-  "${CMAKE_CURRENT_LIST_DIR}/conformance_csg.cpp.in" "${CMAKE_CURRENT_LIST_DIR}/conformance_dynamics.cpp.in"
-  "${CMAKE_CURRENT_LIST_DIR}/conformance_primitive.cpp.in" "${CMAKE_CURRENT_LIST_DIR}/conformance_collision.cpp.in"
-  "${CMAKE_CURRENT_LIST_DIR}/conformance_physics.cpp.in" "${CMAKE_CURRENT_LIST_DIR}/conformance_integrator.cpp.in"
-  "${CMAKE_CURRENT_LIST_DIR}/conformance_controller.cpp.in" "${CMAKE_CURRENT_LIST_DIR}/conformance_robot_code.cpp.in"
-  DESTINATION "${package_dir}" COMPONENT sdk)
+  "${CMAKE_CURRENT_LIST_DIR}/RobomospPlugin.cmake" DESTINATION "${package_dir}" COMPONENT sdk)
+# The suites as a program, so that no plugin has to compile them; absent where tests are not built.
+if(TARGET robomosp_plugin_suites)
+  install(PROGRAMS "$<TARGET_FILE:robomosp_plugin_suites>"
+    DESTINATION "${CMAKE_INSTALL_LIBEXECDIR}/robomosp" COMPONENT sdk OPTIONAL)
+endif()

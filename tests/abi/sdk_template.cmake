@@ -1,15 +1,21 @@
 # SPDX-License-Identifier: Apache-2.0
-# The SDK as a stranger gets it: installs its component to a fresh prefix, copies the template out of
-# the installed tree, builds it there and runs its tests; then a plugin that uses the helper library.
-# cmake -D BUILD_DIR=... -D SOURCE_DIR=... -D LAUNCHER=... -P sdk_template.cmake
+# The SDK as a stranger gets it: installs its component to a fresh prefix, and copies the template, or
+# all examples, out of the installed tree, builds them there, runs their tests and uses them.
+# cmake -D WHAT=template|examples -D BUILD_DIR=... -D SOURCE_DIR=... -D LAUNCHER=... -P sdk_template.cmake
 
 function(run what)
   execute_process(COMMAND ${ARGN} RESULT_VARIABLE failed OUTPUT_VARIABLE output ERROR_VARIABLE output)
   if(failed)
     message(FATAL_ERROR "${what} failed (work folder ${work}):\n${output}")
   endif()
-  message(STATUS "${what}: done")
+  string(TIMESTAMP now "%s")
+  get_property(last GLOBAL PROPERTY last)
+  math(EXPR took "${now} - ${last}")
+  set_property(GLOBAL PROPERTY last "${now}")
+  message(STATUS "${what}: done (${took} s)")
 endfunction()
+string(TIMESTAMP now "%s")
+set_property(GLOBAL PROPERTY last "${now}")
 
 set(temp "$ENV{TMPDIR}")
 if(NOT temp)
@@ -19,8 +25,8 @@ string(RANDOM LENGTH 10 suffix)
 set(work "${temp}/robomosp-sdk-${suffix}")
 file(MAKE_DIRECTORY "${work}")
 # Optimised as little as serves: most of the time is the compiler's.
-set(generator -G Ninja "-DCMAKE_CXX_FLAGS_RELEASE=-O1 -DNDEBUG" "-DCMAKE_PREFIX_PATH=${work}/prefix" "-DCMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER}"
-  "-DCMAKE_CXX_FLAGS=${CXX_FLAGS}" "-DCMAKE_MODULE_LINKER_FLAGS=${CXX_FLAGS}" "-DCMAKE_EXE_LINKER_FLAGS=${CXX_FLAGS}")
+set(generator -G Ninja "-DCMAKE_CXX_FLAGS_RELEASE=-O1 -DNDEBUG" "-DCMAKE_PREFIX_PATH=${work}/prefix"
+  "-DCMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER}")
 
 run("Installing the SDK" ${CMAKE_COMMAND} --install "${BUILD_DIR}" --component sdk --prefix "${work}/prefix")
 
@@ -36,24 +42,31 @@ foreach(file ${package})
   endforeach()
 endforeach()
 
-file(COPY "${work}/prefix/share/robomosp/template" DESTINATION "${work}")
-run("Configuring the template" ${CMAKE_COMMAND} -S "${work}/template" -B "${work}/build" ${generator})
-run("Building the template" ${CMAKE_COMMAND} --build "${work}/build" -j 2)
-run("Testing the template" ${CMAKE_CTEST_COMMAND} --test-dir "${work}/build" --output-on-failure --no-tests=error)
-if(NOT EXISTS "${work}/build/my_ik.so")
-  message(FATAL_ERROR "the plugin is not called my_ik.so")
-endif()
-# The program finds it by its folder and uses it: the PA-10's pose with both sets of lengths.
 set(program "${BUILD_DIR}/bin/robomosp")
-run("Checking the plugin" "${program}" plugin check "${work}/build/my_ik.so")
-run("Testing the plugin by its file" ${CMAKE_COMMAND} -E env "XDG_CACHE_HOME=${work}/cache" "${program}" plugin test "${work}/build/my_ik.so" --sdk "${work}/prefix" --gtest_brief=1)
-foreach(file lib/pkgconfig/robomosp-sdk.pc share/doc/Robomosp/LICENSE share/doc/Robomosp/plugin_author/README.md)
-  if(NOT EXISTS "${work}/prefix/${file}")
-    message(FATAL_ERROR "the installed tree has no ${file}")
+if(WHAT STREQUAL "template")
+  file(COPY "${work}/prefix/share/robomosp/template" DESTINATION "${work}")
+  run("Configuring the template" ${CMAKE_COMMAND} -S "${work}/template" -B "${work}/build" ${generator})
+  run("Building the template" ${CMAKE_COMMAND} --build "${work}/build" -j 2)
+  run("Testing the template" ${CMAKE_CTEST_COMMAND} --test-dir "${work}/build" --output-on-failure --no-tests=error)
+  if(NOT EXISTS "${work}/build/my_ik.so")
+    message(FATAL_ERROR "the plugin is not called my_ik.so")
   endif()
-endforeach()
-run("Solving with the plugin from a script" "${program}" --plugin-path "${work}/build" run
-  "${SOURCE_DIR}/scripts/examples/08_pa10_pose.lua" my_ik)
+  # The program finds it by its folder and uses it: the PA-10's pose with both sets of lengths.
+  run("Checking the plugin" "${program}" plugin check "${work}/build/my_ik.so")
+  run("Testing the plugin by its file" ${CMAKE_COMMAND} -E env "XDG_CACHE_HOME=${work}/cache" "${program}" plugin test "${work}/build/my_ik.so" --sdk "${work}/prefix" --models puma560,scara --gtest_brief=1)
+  # On a robot that the suites were not compiled with.
+  run("Saving a robot's model" "${program}" eval "robot('panda'):save_model{file = '${work}/panda.model'}")
+  run("Testing the plugin on it" "${program}" plugin test "${work}/build/my_ik.so" --sdk "${work}/prefix" --model "${work}/panda.model" --gtest_brief=1)
+  foreach(file lib/pkgconfig/robomosp-sdk.pc share/doc/Robomosp/LICENSE share/doc/Robomosp/plugin_author/README.md)
+    if(NOT EXISTS "${work}/prefix/${file}")
+      message(FATAL_ERROR "the installed tree has no ${file}")
+    endif()
+  endforeach()
+  run("Solving with the plugin from a script" "${program}" --plugin-path "${work}/build" run
+    "${SOURCE_DIR}/scripts/examples/08_pa10_pose.lua" my_ik)
+  file(REMOVE_RECURSE "${work}")
+  return()
+endif()
 
 # The examples of providers of one's own, each copied out of the installed tree, built, tested by
 # itself and with the suites of the SDK, and then used by the program: example(FOLDER what ARGUMENTS...).

@@ -72,9 +72,10 @@ std::set<std::string> judged(const std::string& program) {
     const std::size_t from = line.find(kCase);
     if (from == std::string::npos) continue;
     std::string who = line.substr(from + kCase.size());
-    if (suite == "DynamicsConformance") {  // "INVERSE and FORWARD on MODEL"
+    if (suite == "DynamicsConformance") {  // "INVERSE and FORWARD on MODEL", or "INVERSE on MODEL"
       const std::size_t both = who.find(" and ");
-      found.insert("robomosp.inverse_dynamics/1 " + who.substr(0, both));
+      found.insert("robomosp.inverse_dynamics/1 " + who.substr(0, who.find(' ')));
+      if (both == std::string::npos || both > who.find(" on ")) continue;
       who = who.substr(both + 5);
       found.insert("robomosp.forward_dynamics/1 " + who.substr(0, who.find(' ')));
       continue;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include <robomosp/sdk/conformance/model_file.h>
 #include <robomosp/sdk/robot_code.h>
 
 #include "io/native.h"
@@ -81,6 +82,13 @@ Result<Value> generate_code(CommandContext& ctx, const Map& args) {
   return Value(Map{{"files", std::move(written)}, {"name", name}, {"provider", info.name}});
 }
 
+Result<Value> save_model(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(const auto model, model_of(ctx, args));
+  const std::filesystem::path file = text_of(args, "file");
+  RMP_TRY(io::write_file(file, conformance::model_text(*model)));
+  return Value(Map{{"file", file.string()}});
+}
+
 }  // namespace
 
 std::vector<CommandSpec> robot_code_commands() {
@@ -114,6 +122,21 @@ std::vector<CommandSpec> robot_code_commands() {
                     field("provider", "string", "", "The generator.")}},
        .effect = Effect::files_write,
        .run = generate_code});
+  all.push_back(
+      {.name = "robot.save_model",
+       .classic = "",
+       .summary =
+           "Writes the mechanism that solvers get for this robot, for the suites of the SDK.",
+       .details =
+           "Joints, bodies, drives, tips and closed loops as plain text in SI units, to the bit "
+           "(robomosp/sdk/conformance/model_file.h tells the form): `robomosp plugin test FILE "
+           "--model ROBOT.model` runs the suites on this robot. It is no file of the robot: "
+           "record.save writes that.",
+       .example = with_arm("arm:save_model{file = \"example_arm.model\"}"),
+       .params = {self("robot"), needed("file", "path", "", "The file to write.")},
+       .returns = {"map", "", "", {field("file", "string", "", "The file written.")}},
+       .effect = Effect::files_write,
+       .run = save_model});
   return all;
 }
 

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cmath>
 #include <memory>
@@ -15,8 +16,10 @@
 
 #include <gtest/gtest.h>
 
+#include <robomosp/sdk/conformance/allocations.h>
 #include <robomosp/sdk/conformance/models.h>
 #include <robomosp/sdk/conformance/provider.h>
+#include <robomosp/sdk/conformance/threads.h>
 #include <robomosp/sdk/controller.h>
 
 namespace robomosp::conformance {
@@ -233,6 +236,34 @@ TEST_P(ControllerConformance, ItStaysWithinItsScratch) {
     EXPECT_EQ(tau[n_ + i], 12345.0);
     EXPECT_EQ(memory[controller_->memory_size() + i], 12345.0);
   }
+}
+
+TEST_P(ControllerConformance, SeveralThreadsGetTheSameTorquesAtOnce) {
+  const auto q = somewhere(), wanted = somewhere();
+  const auto run = [&](std::vector<double>& tau) {
+    std::vector<double> memory(controller_->memory_size()), scratch(controller_->scratch_size());
+    tau.resize(n_);
+    for (int i = 0; i < 50; ++i) {
+      EXPECT_TRUE(controller_->torques(input(q, zero_, wanted), memory, scratch, tau).ok());
+    }
+  };
+  std::vector<double> alone;
+  run(alone);
+  std::array<std::vector<double>, 4> together;
+  at_once(together.size(), [&](std::size_t thread) { run(together[thread]); });
+  for (const auto& tau : together) EXPECT_EQ(tau, alone);
+}
+
+TEST_P(ControllerConformance, NothingIsAllocatedForATick) {
+  RMP_NEEDS_ALLOCATION_COUNTS();
+  const auto q = somewhere(), wanted = somewhere();
+  std::vector<double> scratch(controller_->scratch_size()), tau(n_);
+  const ControlInput in = input(q, zero_, wanted);
+  ASSERT_TRUE(controller_->torques(in, memory_, scratch, tau).ok());
+  EXPECT_EQ(allocations_in([&] {
+              for (int i = 0; i < 10; ++i) (void)controller_->torques(in, memory_, scratch, tau);
+            }),
+            0);
 }
 
 TEST_P(ControllerConformance, PassiveJointsGetNoTorque) {

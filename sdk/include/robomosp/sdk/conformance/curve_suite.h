@@ -4,6 +4,7 @@
 // one file of a test program and instantiate CurveConformance with CurveCase values.
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <memory>
 #include <string>
@@ -12,7 +13,9 @@
 
 #include <gtest/gtest.h>
 
+#include <robomosp/sdk/conformance/allocations.h>
 #include <robomosp/sdk/conformance/provider.h>
+#include <robomosp/sdk/conformance/threads.h>
 #include <robomosp/sdk/curve.h>
 
 namespace robomosp::conformance {
@@ -95,6 +98,38 @@ TEST_P(CurveConformance, KnotsRiseOneForEachPoint) {
     EXPECT_LE(std::hypot(p[0] - point[0], p[1] - point[1], p[2] - point[2]), 1e-9)
         << "point " << i + 1;
   }
+}
+
+TEST_P(CurveConformance, SeveralThreadsGetTheSameSamplesAtOnce) {
+  std::vector<double> in;
+  for (int i = 0; i <= 200; ++i) in.push_back(curve_->end() * i / 200);
+  std::vector<CurveSample> alone(in.size());
+  ASSERT_TRUE(curve_->evaluate(in, alone).ok());
+  std::array<std::vector<CurveSample>, 4> together;
+  at_once(together.size(), [&](std::size_t thread) {
+    together[thread].resize(in.size());
+    EXPECT_TRUE(curve_->evaluate(in, together[thread]).ok());
+  });
+  for (const auto& out : together)
+    for (std::size_t i = 0; i < in.size(); ++i) {
+      EXPECT_EQ(out[i].p, alone[i].p);
+      EXPECT_EQ(out[i].d1, alone[i].d1);
+      EXPECT_EQ(out[i].d2, alone[i].d2);
+    }
+}
+
+TEST_P(CurveConformance, NothingIsAllocatedForASample) {
+  RMP_NEEDS_ALLOCATION_COUNTS();
+  std::vector<double> in;
+  for (int i = 0; i <= 200; ++i) in.push_back(curve_->end() * i / 200);
+  std::vector<CurveSample> alone(in.size());
+  const auto of = [&](std::size_t n) {
+    return allocations_in([&] {
+      (void)curve_->evaluate(std::span<const double>(in).first(n), std::span(alone).first(n));
+    });
+  };
+  (void)of(in.size());  // what is made once
+  EXPECT_LE(of(in.size()), of(1)) << "more samples, more allocations";
 }
 
 TEST_P(CurveConformance, BrokenInputIsRefused) {

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Conformance suite of robomosp.inverse_dynamics/1 and robomosp.forward_dynamics/1 (layer: contract
 // helper for tests, GoogleTest, header-only). What a provider answers with ErrorCode::unsupported
-// is skipped. Include it in one file of a test program and instantiate DynamicsConformance with
-// dynamics_cases(file, inverse provider, forward provider, models). Derivatives and what is linear
-// in the masses are in dynamics_suite_linear.h, closed loops in dynamics_suite_loops.h.
+// is skipped; a provider of one half alone is tested as such. Include it in one file of a test
+// program and instantiate DynamicsConformance with dynamics_cases(file, inverse provider, forward
+// provider, models). Derivatives and what is linear in the masses are in dynamics_suite_linear.h,
+// closed loops in dynamics_suite_loops.h.
 #pragma once
 
 #include <array>
@@ -14,6 +15,7 @@
 
 #include <gtest/gtest.h>
 
+#include <robomosp/sdk/conformance/allocations.h>
 #include <robomosp/sdk/conformance/dynamics_reference.h>
 #include <robomosp/sdk/conformance/provider.h>
 #include <robomosp/sdk/conformance/solve_or_refuse.h>
@@ -22,7 +24,7 @@
 namespace robomosp::conformance {
 
 struct DynamicsCase {
-  std::string file, inverse, forward;
+  std::string file, inverse, forward;  ///< forward: empty = the plugin has inverse dynamics only
   RobotModel model;
   std::vector<std::pair<std::string, std::string>> params;
   std::string inverse_file;  ///< when the inverse dynamics come from another plugin
@@ -41,7 +43,9 @@ inline std::vector<DynamicsCase> with_inverse_of(const std::string& file,
   return cases;
 }
 inline void PrintTo(const DynamicsCase& c, std::ostream* os) {
-  *os << c.inverse << " and " << c.forward << " on " << c.model.name;
+  *os << c.inverse;
+  if (!c.forward.empty()) *os << " and " << c.forward;
+  *os << " on " << c.model.name;
 }
 inline std::string dynamics_case_name(const testing::TestParamInfo<DynamicsCase>& info) {
   std::string s = info.param.model.name;
@@ -57,18 +61,26 @@ class DynamicsConformance : public testing::TestWithParam<DynamicsCase> {
     auto id =
         find_provider<InverseDynamics>(c.inverse_file.empty() ? c.file : c.inverse_file, c.inverse);
     ASSERT_TRUE(id.ok()) << id.error().sentence();
+    inverse_ = create<InverseDynamics>(**id);
+    TableParams ip(**id);
+    for (const auto& [name, text] : c.params) ip.set(name, text);
+    ready(inverse_->prepare(model(), ip));
+    if (IsSkipped() || HasFatalFailure()) return;
+    scratch_.resize(inverse_->scratch_size());
+    if (c.forward.empty()) return;
     auto fd = find_provider<ForwardDynamics>(c.file, c.forward);
     ASSERT_TRUE(fd.ok()) << fd.error().sentence();
-    inverse_ = create<InverseDynamics>(**id);
     forward_ = create<ForwardDynamics>(**fd);
-    TableParams ip(**id), fp(**fd);
-    for (const auto& [name, text] : c.params) ip.set(name, text), fp.set(name, text);
-    for (const auto& prepared : {inverse_->prepare(model(), ip), forward_->prepare(model(), fp)}) {
-      if (!prepared.ok() && prepared.error().code == ErrorCode::unsupported)
-        GTEST_SKIP() << prepared.error().sentence();
-      ASSERT_TRUE(prepared.ok()) << prepared.error().sentence();
-    }
-    scratch_.resize(std::max(inverse_->scratch_size(), forward_->scratch_size()));
+    TableParams fp(**fd);
+    for (const auto& [name, text] : c.params) fp.set(name, text);
+    ready(forward_->prepare(model(), fp));
+    if (IsSkipped() || HasFatalFailure()) return;
+    scratch_.resize(std::max(scratch_.size(), forward_->scratch_size()));
+  }
+  static void ready(const Result<void>& prepared) {
+    if (!prepared.ok() && prepared.error().code == ErrorCode::unsupported)
+      GTEST_SKIP() << prepared.error().sentence();
+    ASSERT_TRUE(prepared.ok()) << prepared.error().sentence();
   }
   const RobotModel& model() const { return GetParam().model; }
   std::size_t dof() const { return model().dof(); }
@@ -124,9 +136,11 @@ TEST_P(DynamicsConformance, EveryMechanismIsSolvedOrRefused) {
   const DynamicsCase& c = GetParam();
   const auto id =
       find_provider<InverseDynamics>(c.inverse_file.empty() ? c.file : c.inverse_file, c.inverse);
-  const auto fd = find_provider<ForwardDynamics>(c.file, c.forward);
-  ASSERT_TRUE(id.ok() && fd.ok());
+  ASSERT_TRUE(id.ok());
   solve_or_refuse([&] { return create<InverseDynamics>(**id); }, TableParams(**id));
+  if (c.forward.empty()) return;
+  const auto fd = find_provider<ForwardDynamics>(c.file, c.forward);
+  ASSERT_TRUE(fd.ok());
   solve_or_refuse([&] { return create<ForwardDynamics>(**fd); }, TableParams(**fd));
 }
 
@@ -144,6 +158,51 @@ TEST_P(DynamicsConformance, SeveralThreadsGetTheSameTorquesAtOnce) {
     EXPECT_TRUE(inverse_->torques(b, together[thread], none).ok());
   });
   for (const auto& tau : together) EXPECT_EQ(tau, alone);
+}
+
+TEST_P(DynamicsConformance, SeveralThreadsGetTheSameAccelerationsAtOnce) {
+  if (!forward_) GTEST_SKIP() << "it has no forward dynamics";
+  const std::vector<double> q = rest(model()), qd = rates(1), tau = rates(2);
+  DynamicsBatch one = batch(q, qd);
+  one.tau = tau;
+  const std::vector<double> alone = accelerations(one);
+  std::array<std::vector<double>, 4> together;
+  at_once(together.size(), [&](std::size_t thread) {
+    NoProgress none;
+    std::vector<double> scratch(forward_->scratch_size());
+    DynamicsBatch b = one;
+    b.scratch = scratch;
+    together[thread].resize(dof());
+    EXPECT_TRUE(forward_->accelerations(b, together[thread], none).ok());
+  });
+  for (const auto& qdd : together) EXPECT_EQ(qdd, alone);
+}
+
+TEST_P(DynamicsConformance, NothingIsAllocatedForASample) {
+  RMP_NEEDS_ALLOCATION_COUNTS();
+  constexpr std::size_t kCount = 20;
+  std::vector<double> q, qd = random_.vector(kCount * dof(), -2, 2),
+                         qdd = random_.vector(kCount * dof(), -5, 5);
+  for (std::size_t i = 0; i < kCount; ++i)
+    for (const double x : random_.configuration(model())) q.push_back(x);
+  const std::vector<TipWrench> tip{{{3, -4, 5}, {0.3, 0.2, -0.1}}};
+  DynamicsBatch b = batch(q, qd, qdd, kAllTerms, tip);
+  std::vector<double> tau(kCount * dof()), m(kCount * dof() * dof());
+  for (const bool is_first : {true, false}) {  // threads and tables are made once
+    const long long torques = allocations_in([&] { (void)inverse_->torques(b, tau, none_); });
+    const long long inertia = allocations_in([&] { (void)inverse_->inertia(b, m, none_); });
+    long long accelerations = 0;
+    if (forward_) {
+      DynamicsBatch f = b;
+      f.tau = tau, f.qdd = {};
+      std::vector<double> out(kCount * dof());
+      accelerations = allocations_in([&] { (void)forward_->accelerations(f, out, none_); });
+    }
+    if (is_first) continue;
+    EXPECT_EQ(torques, 0) << "by torques of " << kCount << " samples";
+    EXPECT_EQ(inertia, 0) << "by inertia of " << kCount << " samples";
+    EXPECT_EQ(accelerations, 0) << "by accelerations of " << kCount << " samples";
+  }
 }
 
 TEST_P(DynamicsConformance, TermsAddUpToTheWhole) {
@@ -317,6 +376,7 @@ TEST_P(DynamicsConformance, AWrenchAtEveryTipIsBalancedByVirtualWork) {
 }
 
 TEST_P(DynamicsConformance, ForwardUndoesInverseForManySamplesAtOnce) {
+  if (!forward_) GTEST_SKIP() << "it has no forward dynamics";
   constexpr std::size_t kCount = 50;
   std::vector<double> q, qd = random_.vector(kCount * dof(), -2, 2),
                          qdd = random_.vector(kCount * dof(), -5, 5);
@@ -340,6 +400,7 @@ TEST_P(DynamicsConformance, ForwardUndoesInverseForManySamplesAtOnce) {
 }
 
 TEST_P(DynamicsConformance, ForwardLeavesOutTheTermsThatAreNotAsked) {
+  if (!forward_) GTEST_SKIP() << "it has no forward dynamics";
   const auto q = random_.configuration(model()), qd = rates(1), qdd = rates(2);
   for (const std::uint32_t terms : {kGravityTerm | kInertialTerm, kVelocityTerm | kInertialTerm,
                                     kFrictionTerm | kInertialTerm, kSpringTerm | kInertialTerm}) {
@@ -389,10 +450,13 @@ TEST_P(DynamicsConformance, WrongSizesAreRefusedAndCancelIsHeard) {
   b.count = 1;
   b.scratch = small;
   EXPECT_FALSE(inverse_->torques(b, tau, none).ok()) << "scratch of one double";
-  EXPECT_FALSE(forward_->accelerations(b, tau, none).ok()) << "scratch of one double";
+  if (forward_) {
+    EXPECT_FALSE(forward_->accelerations(b, tau, none).ok()) << "scratch of one double";
+  }
 }
 
 TEST_P(DynamicsConformance, AMasslessLastBodyIsRefusedByNameInForwardDynamics) {
+  if (!forward_) GTEST_SKIP() << "it has no forward dynamics";
   RobotModel broken = model();
   broken.joints.back().body = {};
   broken.joints.back().armature = 0;

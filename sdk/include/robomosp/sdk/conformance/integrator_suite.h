@@ -5,6 +5,7 @@
 // IntegratorCase values.
 #pragma once
 
+#include <array>
 #include <cctype>
 #include <cmath>
 #include <functional>
@@ -16,7 +17,9 @@
 
 #include <gtest/gtest.h>
 
+#include <robomosp/sdk/conformance/allocations.h>
 #include <robomosp/sdk/conformance/provider.h>
+#include <robomosp/sdk/conformance/threads.h>
 #include <robomosp/sdk/integrator.h>
 
 namespace robomosp::conformance {
@@ -409,6 +412,45 @@ TEST_P(IntegratorConformance, RatesThatFailOrAreNotFiniteAreErrorsWithTheirTime)
   const auto second = go(failing, {1, 0}, 1, 1e-2, kept);
   ASSERT_FALSE(second.ok());
   EXPECT_NE(second.error().sentence().find("the force gave up"), std::string::npos);
+}
+
+TEST_P(IntegratorConformance, SeveralThreadsGetTheSameRunsAtOnce) {
+  const auto shared = make();
+  ASSERT_NE(shared, nullptr);
+  const std::vector<double> x0{1, 0, 0, 1.1}, times{1, 2, 3};
+  const auto run_it = [&](KeptSamples& kept) {
+    TestSystem system = kepler();
+    OdeRun run;
+    run.end = 3, run.x0 = x0, run.step = 1e-2, run.sample_times = times;
+    NoProgress none;
+    EXPECT_TRUE(shared->run(system, run, kept, none).ok());
+  };
+  KeptSamples alone;
+  run_it(alone);
+  std::array<KeptSamples, 4> together;
+  at_once(together.size(), [&](std::size_t thread) { run_it(together[thread]); });
+  for (const KeptSamples& kept : together) EXPECT_EQ(kept.states, alone.states);
+}
+
+TEST_P(IntegratorConformance, NothingIsAllocatedForAStep) {
+  RMP_NEEDS_ALLOCATION_COUNTS();
+  const auto shared = make();
+  ASSERT_NE(shared, nullptr);
+  class Nowhere final : public OdeSink {
+   public:
+    bool sample(double, std::span<const double>) override { return true; }
+  } nowhere;
+  const std::vector<double> x0{1, 0, 0, 1.1};
+  TestSystem system = kepler();
+  const auto until = [&](double end) {
+    const std::vector<double> times{end};
+    OdeRun run;
+    run.end = end, run.x0 = x0, run.step = 1e-2, run.sample_times = times;
+    NoProgress none;
+    return allocations_in([&] { (void)shared->run(system, run, nowhere, none); });
+  };
+  (void)until(1);  // what is made once
+  EXPECT_LE(until(20), until(1)) << "more steps, more allocations";
 }
 
 TEST_P(IntegratorConformance, WrongRunsAreRefusedAndCancelAndFullSinksEndIt) {

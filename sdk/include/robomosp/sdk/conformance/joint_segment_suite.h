@@ -5,6 +5,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -15,7 +16,9 @@
 
 #include <gtest/gtest.h>
 
+#include <robomosp/sdk/conformance/allocations.h>
 #include <robomosp/sdk/conformance/provider.h>
+#include <robomosp/sdk/conformance/threads.h>
 #include <robomosp/sdk/joint_segment.h>
 
 namespace robomosp::conformance {
@@ -205,6 +208,42 @@ TEST_P(JointSegmentConformance, OnlyWhatIsWantedIsFilled) {
   EXPECT_EQ(q, all.q);
   ASSERT_TRUE((*made)->sample(times, {q, {}, qdd, {}}).ok());
   EXPECT_EQ(qdd, all.qdd);
+}
+
+TEST_P(JointSegmentConformance, SeveralThreadsMakeAndSampleTheSameAtOnce) {
+  const JointMotionTask t = tasks(4).back();
+  const auto run = [&](Rows& out) {
+    auto made = make(t);
+    ASSERT_TRUE(made.ok()) << made.error().sentence();
+    out = rows(**made, even(0, (*made)->duration(), 200), t.dof);
+  };
+  Rows alone;
+  run(alone);
+  std::array<Rows, 4> together;
+  at_once(together.size(), [&](std::size_t thread) { run(together[thread]); });
+  for (const Rows& r : together) {
+    EXPECT_EQ(r.q, alone.q);
+    EXPECT_EQ(r.qd, alone.qd);
+    EXPECT_EQ(r.qdd, alone.qdd);
+  }
+}
+
+TEST_P(JointSegmentConformance, NothingIsAllocatedForASample) {
+  RMP_NEEDS_ALLOCATION_COUNTS();
+  const JointMotionTask t = tasks(4).back();
+  auto made = make(t);
+  ASSERT_TRUE(made.ok()) << made.error().sentence();
+  const auto times = even(0, (*made)->duration(), 200);
+  std::vector<double> q(times.size() * t.dof), qd = q, qdd = q, qddd = q;
+  const auto of = [&](std::size_t n) {
+    const auto first = [&](std::vector<double>& v) { return std::span(v).first(n * t.dof); };
+    return allocations_in([&] {
+      (void)(*made)->sample(std::span<const double>(times).first(n),
+                            {first(q), first(qd), first(qdd), first(qddd)});
+    });
+  };
+  (void)of(times.size());  // what is made once
+  EXPECT_LE(of(times.size()), of(1)) << "more samples, more allocations";
 }
 
 TEST_P(JointSegmentConformance, HigherLimitsAreNeverSlower) {

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -15,7 +16,9 @@
 
 #include <gtest/gtest.h>
 
+#include <robomosp/sdk/conformance/allocations.h>
 #include <robomosp/sdk/conformance/provider.h>
+#include <robomosp/sdk/conformance/threads.h>
 #include <robomosp/sdk/motion_law.h>
 
 namespace robomosp::conformance {
@@ -141,6 +144,38 @@ TEST_P(MotionLawConformance, TimesOutsideAreHeldAtTheEndsAtRest) {
     EXPECT_EQ(s.acceleration, 0);
     EXPECT_EQ(s.jerk, 0);
   }
+}
+
+TEST_P(MotionLawConformance, SeveralThreadsGetTheSameSamplesAtOnce) {
+  std::vector<double> in;
+  for (int i = 0; i <= 200; ++i) in.push_back(law_->duration() * i / 200);
+  std::vector<LawSample> alone(in.size());
+  ASSERT_TRUE(law_->sample(in, alone).ok());
+  std::array<std::vector<LawSample>, 4> together;
+  at_once(together.size(), [&](std::size_t thread) {
+    together[thread].resize(in.size());
+    EXPECT_TRUE(law_->sample(in, together[thread]).ok());
+  });
+  for (const auto& out : together)
+    for (std::size_t i = 0; i < in.size(); ++i) {
+      EXPECT_EQ(out[i].share, alone[i].share);
+      EXPECT_EQ(out[i].rate, alone[i].rate);
+      EXPECT_EQ(out[i].acceleration, alone[i].acceleration);
+    }
+}
+
+TEST_P(MotionLawConformance, NothingIsAllocatedForASample) {
+  RMP_NEEDS_ALLOCATION_COUNTS();
+  std::vector<double> in;
+  for (int i = 0; i <= 200; ++i) in.push_back(law_->duration() * i / 200);
+  std::vector<LawSample> alone(in.size());
+  const auto of = [&](std::size_t n) {
+    return allocations_in([&] {
+      (void)law_->sample(std::span<const double>(in).first(n), std::span(alone).first(n));
+    });
+  };
+  (void)of(in.size());  // what is made once
+  EXPECT_LE(of(in.size()), of(1)) << "more samples, more allocations";
 }
 
 TEST_P(MotionLawConformance, ManyTimesAtOnceAreTheSameAsOneByOne) {

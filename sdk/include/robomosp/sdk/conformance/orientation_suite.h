@@ -7,6 +7,7 @@
 // shares of it whose places are put on it.
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <memory>
 #include <string>
@@ -15,8 +16,10 @@
 
 #include <gtest/gtest.h>
 
+#include <robomosp/sdk/conformance/allocations.h>
 #include <robomosp/sdk/conformance/models.h>
 #include <robomosp/sdk/conformance/provider.h>
+#include <robomosp/sdk/conformance/threads.h>
 #include <robomosp/sdk/orientation.h>
 
 namespace robomosp::conformance {
@@ -156,6 +159,48 @@ TEST_P(OrientationConformance, MeetsThePoints) {
     wanted.R = c.points[i].R;
     EXPECT_LE(rotation_gap(pose_at(c.shares[i]), wanted), 1e-9) << "point " << i + 1;
   }
+}
+
+TEST_P(OrientationConformance, SeveralThreadsGetTheSameSamplesAtOnce) {
+  std::vector<double> in;
+  std::vector<CurveSample> along_it;
+  for (int i = 0; i <= 200; ++i) {
+    in.push_back(i / 200.0);
+    along_it.push_back(along(i / 200.0));
+  }
+  std::vector<OrientationSample> alone(in.size());
+  ASSERT_TRUE(orientation_->evaluate(in, along_it, alone).ok());
+  std::array<std::vector<OrientationSample>, 4> together;
+  at_once(together.size(), [&](std::size_t thread) {
+    together[thread].resize(in.size());
+    EXPECT_TRUE(orientation_->evaluate(in, along_it, together[thread]).ok());
+  });
+  for (const auto& out : together)
+    for (std::size_t i = 0; i < in.size(); ++i) {
+      EXPECT_EQ(out[i].R, alone[i].R);
+      EXPECT_EQ(out[i].turn, alone[i].turn);
+      EXPECT_EQ(out[i].bend, alone[i].bend);
+    }
+}
+
+TEST_P(OrientationConformance, NothingIsAllocatedForASample) {
+  RMP_NEEDS_ALLOCATION_COUNTS();
+  std::vector<double> in;
+  std::vector<CurveSample> along_it;
+  for (int i = 0; i <= 200; ++i) {
+    in.push_back(i / 200.0);
+    along_it.push_back(along(i / 200.0));
+  }
+  std::vector<OrientationSample> alone(in.size());
+  const auto of = [&](std::size_t n) {
+    return allocations_in([&] {
+      (void)orientation_->evaluate(std::span<const double>(in).first(n),
+                                   std::span<const CurveSample>(along_it).first(n),
+                                   std::span(alone).first(n));
+    });
+  };
+  (void)of(in.size());  // what is made once
+  EXPECT_LE(of(in.size()), of(1)) << "more samples, more allocations";
 }
 
 TEST_P(OrientationConformance, ManySharesAtOnceAreTheSameAsOneByOne) {

@@ -3,6 +3,7 @@
 // against the laws it stands for (layer: contract helper for tests, header-only).
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <memory>
 #include <string>
@@ -11,6 +12,7 @@
 #include <gtest/gtest.h>
 #include <robomosp/sdk/conformance/models.h>
 #include <robomosp/sdk/conformance/provider.h>
+#include <robomosp/sdk/conformance/threads.h>
 #include <robomosp/sdk/physics.h>
 
 namespace robomosp::conformance {
@@ -465,6 +467,31 @@ TEST_P(PhysicsConformance, EqualRunsGiveEqualBits) {
   for (std::size_t i = 0; i < a.poses.size(); ++i) {
     EXPECT_EQ(a.poses[i].p, b.poses[i].p);
     EXPECT_EQ(a.poses[i].R, b.poses[i].R);
+  }
+}
+
+TEST_P(PhysicsConformance, WorldsOnSeveralThreadsRunAsTheyDoAlone) {
+  const auto last = [&] {
+    std::vector<PhysicsBody> bodies{floor_body()};
+    for (int i = 0; i < 4; ++i)
+      bodies.push_back(
+          box_body(1, {0.1, 0.1, 0.1},
+                   multiply(shift(0.03 * i, 0.02 * i, 0.2 + 0.13 * i), turn_x(0.1 * i))));
+    auto world = make(bodies);
+    EXPECT_TRUE(world.ok());
+    if (!world.ok()) return State{};
+    run(**world, 2e-3, 200);
+    return read(**world, bodies.size());
+  };
+  const State alone = last();
+  std::array<State, 4> together;
+  at_once(together.size(), [&](std::size_t thread) { together[thread] = last(); });
+  for (const State& s : together) {
+    ASSERT_EQ(s.poses.size(), alone.poses.size());
+    for (std::size_t i = 0; i < alone.poses.size(); ++i) {
+      EXPECT_EQ(s.poses[i].p, alone.poses[i].p);
+      EXPECT_EQ(s.poses[i].R, alone.poses[i].R);
+    }
   }
 }
 

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -15,6 +16,7 @@
 #include <gtest/gtest.h>
 
 #include <robomosp/sdk/conformance/provider.h>
+#include <robomosp/sdk/conformance/threads.h>
 #include <robomosp/sdk/planner.h>
 
 namespace robomosp::conformance {
@@ -201,6 +203,19 @@ TEST_P(PlannerConformance, EqualSeedsGiveEqualPlans) {
   ASSERT_TRUE(again.ok()) << again.error().sentence();
   EXPECT_EQ(first->points, again->points);
   EXPECT_NE(first->points, other->points);
+}
+
+TEST_P(PlannerConformance, SeveralThreadsGetTheSamePlansAtOnce) {
+  const BoxWorld w = BoxWorld::door();
+  const auto alone = plan(w);
+  ASSERT_TRUE(alone.ok()) << alone.error().sentence();
+  std::array<std::vector<double>, 3> together;
+  at_once(together.size(), [&](std::size_t thread) {
+    const auto found = plan(w);
+    EXPECT_TRUE(found.ok()) << (found.ok() ? "" : found.error().sentence());
+    if (found.ok()) together[thread] = found->points;
+  });
+  for (const auto& points : together) EXPECT_EQ(points, alone->points);
 }
 
 TEST_P(PlannerConformance, StartsAndGoalsInCollisionAreTold) {

@@ -5,6 +5,7 @@
 // instantiate PrimitiveConformance with PrimitiveSubject values.
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <memory>
 #include <string>
@@ -12,6 +13,7 @@
 #include <gtest/gtest.h>
 
 #include <robomosp/sdk/conformance/provider.h>
+#include <robomosp/sdk/conformance/threads.h>
 #include <robomosp/sdk/csg_primitive.h>
 
 namespace robomosp::conformance {
@@ -123,6 +125,16 @@ TEST_P(PrimitiveConformance, EqualParametersMakeEqualTrees) {
   const auto first = build(TableParams(*provider_)), again = build(TableParams(*provider_));
   ASSERT_TRUE(first.ok() && again.ok());
   EXPECT_TRUE(equal(*first, *again));
+}
+
+TEST_P(PrimitiveConformance, SeveralThreadsBuildEqualTreesAtOnce) {
+  const TableParams params(*provider_);
+  const auto alone = build(params);
+  ASSERT_TRUE(alone.ok());
+  at_once(4, [&](std::size_t) {
+    const auto tree = build(params);
+    EXPECT_TRUE(tree.ok() && equal(*tree, *alone));
+  });
 }
 
 TEST_P(PrimitiveConformance, EveryNumberOfAParametersRangeMakesATreeOrAnError) {

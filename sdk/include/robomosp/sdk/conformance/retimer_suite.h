@@ -5,6 +5,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -14,6 +15,7 @@
 #include <gtest/gtest.h>
 
 #include <robomosp/sdk/conformance/provider.h>
+#include <robomosp/sdk/conformance/threads.h>
 #include <robomosp/sdk/retimer.h>
 
 namespace robomosp::conformance {
@@ -181,6 +183,22 @@ TEST_P(RetimerConformance, TorqueLimitsAndGravity) {
   ASSERT_FALSE(stuck.ok());
   EXPECT_NE(stuck.error().sentence().find("joint 1"), std::string::npos)
       << stuck.error().sentence();
+}
+
+TEST_P(RetimerConformance, SeveralThreadsGetTheSameTimesAtOnce) {
+  RetimePath path(2, 1.7, 200, [](double s, double* q, double* q1, double* q2) {
+    q[0] = s, q[1] = -0.25 * s * s, q1[0] = 1, q1[1] = -0.5 * s, q2[0] = 0, q2[1] = -0.5;
+  });
+  path.acceleration = {2.5, 10};
+  const auto alone = retime(path);
+  ASSERT_TRUE(alone.ok()) << alone.error().sentence();
+  std::array<std::vector<double>, 4> together;
+  at_once(together.size(), [&](std::size_t thread) {
+    const auto timed = retime(path);
+    EXPECT_TRUE(timed.ok());
+    if (timed.ok()) together[thread] = timed->time;
+  });
+  for (const auto& time : together) EXPECT_EQ(time, alone->time);
 }
 
 TEST_P(RetimerConformance, BrokenInputIsRefusedInASentence) {

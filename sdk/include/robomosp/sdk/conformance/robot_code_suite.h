@@ -5,6 +5,7 @@
 // it in one file of a test program and instantiate RobotCodeConformance with RobotCodeCase values.
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -20,6 +21,7 @@
 #include <robomosp/sdk/conformance/dynamics_reference.h>
 #include <robomosp/sdk/conformance/mechanisms.h>
 #include <robomosp/sdk/conformance/provider.h>
+#include <robomosp/sdk/conformance/threads.h>
 #include <robomosp/sdk/robot_code.h>
 
 namespace robomosp::conformance {
@@ -321,6 +323,19 @@ TEST_P(RobotCodeConformance, FilesHavePlainNamesAndEqualRobotsGiveEqualText) {
   for (std::size_t i = 0; i < files->size() && i < other->size(); ++i)
     differs = differs || (*other)[i].text != (*files)[i].text;
   EXPECT_TRUE(differs);
+}
+
+TEST_P(RobotCodeConformance, SeveralThreadsGenerateTheSameTextAtOnce) {
+  const auto alone = generate(model(), "robot", kCodeForwardKinematics);
+  if (!alone.ok()) GTEST_SKIP() << alone.error().sentence();
+  at_once(4, [&](std::size_t) {
+    const auto files = generate(model(), "robot", kCodeForwardKinematics);
+    EXPECT_TRUE(files.ok());
+    if (!files.ok()) return;
+    EXPECT_EQ(files->size(), alone->size());
+    for (std::size_t i = 0; i < std::min(files->size(), alone->size()); ++i)
+      EXPECT_EQ((*files)[i].text, (*alone)[i].text);
+  });
 }
 
 TEST_P(RobotCodeConformance, WhatCannotBeGeneratedIsRefusedWithASentence) {

@@ -4,6 +4,7 @@
 // program and instantiate SegmentConformance with SegmentCase values.
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <functional>
 #include <memory>
@@ -12,8 +13,10 @@
 
 #include <gtest/gtest.h>
 
+#include <robomosp/sdk/conformance/allocations.h>
 #include <robomosp/sdk/conformance/models.h>
 #include <robomosp/sdk/conformance/provider.h>
+#include <robomosp/sdk/conformance/threads.h>
 #include <robomosp/sdk/trajectory.h>
 
 namespace robomosp::conformance {
@@ -146,6 +149,39 @@ TEST_P(SegmentConformance, OrientationsStayRotations) {
         EXPECT_NEAR(dot, r == c ? 1 : 0, 1e-13);
       }
   }
+}
+
+TEST_P(SegmentConformance, SeveralThreadsGetTheSameSamplesAtOnce) {
+  std::vector<double> in;
+  for (int i = 0; i <= 200; ++i) in.push_back(segment_->duration() * i / 200);
+  std::vector<PathSample> alone(in.size());
+  ASSERT_TRUE(segment_->sample(in, alone).ok());
+  std::array<std::vector<PathSample>, 4> together;
+  at_once(together.size(), [&](std::size_t thread) {
+    together[thread].resize(in.size());
+    EXPECT_TRUE(segment_->sample(in, together[thread]).ok());
+  });
+  for (const auto& out : together)
+    for (std::size_t i = 0; i < in.size(); ++i) {
+      EXPECT_EQ(out[i].pose.p, alone[i].pose.p);
+      EXPECT_EQ(out[i].velocity, alone[i].velocity);
+      EXPECT_EQ(out[i].acceleration, alone[i].acceleration);
+    }
+}
+
+TEST_P(SegmentConformance, NothingIsAllocatedForASample) {
+  RMP_NEEDS_ALLOCATION_COUNTS();
+  std::vector<double> in;
+  for (int i = 0; i <= 200; ++i) in.push_back(segment_->duration() * i / 200);
+  std::vector<PathSample> alone(in.size());
+  const auto of = [&](std::size_t n) {
+    return allocations_in([&] {
+      (void)segment_->sample(std::span<const double>(in).first(n), std::span(alone).first(n));
+    });
+  };
+  (void)of(in.size());  // what is made once
+  // A part of the work may have memory of its own.
+  EXPECT_LT(of(in.size()) - of(1), static_cast<long long>(in.size() / 20));
 }
 
 TEST_P(SegmentConformance, BrokenInputIsRefused) {

@@ -6,13 +6,13 @@
 
 #include <cmath>
 #include <functional>
-#include <thread>
 #include <vector>
 
 #include <gtest/gtest.h>
 
 #include <robomosp/sdk/conformance/mechanisms.h>
 #include <robomosp/sdk/conformance/models.h>
+#include <robomosp/sdk/conformance/threads.h>
 #include <robomosp/sdk/dynamics.h>
 #include <robomosp/sdk/ik.h>
 
@@ -178,12 +178,6 @@ inline void solve_or_refuse(const std::function<std::unique_ptr<ForwardDynamics>
     check(solver->constrained(batch, qdd, forces, none), qdd);
     check(solver->derivatives(batch, square, by_qd, by_tau, none), square);
   }
-}
-
-/// Runs `work(thread)` on several threads at once, which all begin together.
-inline void at_once(std::size_t threads, const std::function<void(std::size_t)>& work) {
-  std::vector<std::jthread> all;
-  for (std::size_t i = 0; i < threads; ++i) all.emplace_back([&work, i] { work(i); });
 }
 
 }  // namespace robomosp::conformance

@@ -1,19 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs the SDK's suite of robomosp.csg/1 on every engine of one plugin; made by robomosp_add_plugin.
-#include <robomosp/sdk/conformance/all_providers.h>
 #include <robomosp/sdk/conformance/csg_suite.h>
 #include <robomosp/sdk/conformance/provider.h>
+
+#include "subject.h"
 
 namespace robomosp::conformance {
 namespace {
 
 std::vector<CsgSubject> subjects() {
   std::vector<CsgSubject> all;
-  for (const std::string& name : provider_names<CsgEngine>(ROBOMOSP_PLUGIN_FILE)) {
+  for (const std::string& name : suites::providers_for<CsgEngine>("csg")) {
+    const std::string file = suites::subject().file;
     CsgSubject subject;
     subject.name = name;
-    subject.make = [name]() -> std::unique_ptr<CsgEngine> {
-      const auto found = find_provider<CsgEngine>(ROBOMOSP_PLUGIN_FILE, name);
+    if (const auto found = find_provider<CsgEngine>(file, name); found.ok() && (*found)->tags)
+      subject.tags = (*found)->tags;
+    subject.make = [name, file]() -> std::unique_ptr<CsgEngine> {
+      const auto found = find_provider<CsgEngine>(file, name);
       return found.ok() ? create<CsgEngine>(**found) : nullptr;
     };
     all.push_back(std::move(subject));
@@ -21,9 +24,8 @@ std::vector<CsgSubject> subjects() {
   return all;
 }
 
-TEST(Conformance, ThePluginOffersACsgEngine) { EXPECT_FALSE(subjects().empty()); }
 INSTANTIATE_TEST_SUITE_P(Plugin, CsgConformance, testing::ValuesIn(subjects()),
-                         [](const auto& info) { return info.param.name; });
+                         [](const auto& one) { return one.param.name; });
 
 }  // namespace
 }  // namespace robomosp::conformance
