@@ -85,12 +85,19 @@ if(ROBOMOSP_SANITIZE)
   endif()
 endif()
 
-# robomosp_module(name SOURCES ... [PUBLIC libs] [PRIVATE libs]): static library robomosp::name whose
-# headers are included as "<folder>/<file>.h" from modules/, kernel/ as "kernel/<file>.h".
+# robomosp_module(name SOURCES ... [PUBLIC libs] [PRIVATE libs] [WHOLE]): static library robomosp::name
+# whose headers are included as "<folder>/<file>.h" from modules/, kernel/ as "kernel/<file>.h". WHOLE:
+# programs get all of its objects, also those that nothing names because they register themselves.
 function(robomosp_module name)
-  cmake_parse_arguments(arg "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  cmake_parse_arguments(arg "WHOLE" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
   add_library(robomosp_${name} STATIC ${arg_SOURCES})
-  add_library(robomosp::${name} ALIAS robomosp_${name})
+  if(arg_WHOLE)
+    add_library(robomosp_${name}_whole INTERFACE)
+    target_link_libraries(robomosp_${name}_whole INTERFACE "$<LINK_LIBRARY:WHOLE_ARCHIVE,robomosp_${name}>")
+    add_library(robomosp::${name} ALIAS robomosp_${name}_whole)
+  else()
+    add_library(robomosp::${name} ALIAS robomosp_${name})
+  endif()
   # In the build tree only: what is installed (sdk/cmake/package.cmake) has folders of its own.
   target_include_directories(robomosp_${name} PUBLIC
     "$<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>" "$<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/modules>")

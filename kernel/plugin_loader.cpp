@@ -23,6 +23,7 @@
 #include <robomosp/sdk/integrator.h>
 #include <robomosp/sdk/io.h>
 #include <robomosp/sdk/joint_segment.h>
+#include <robomosp/sdk/module.h>
 #include <robomosp/sdk/motion_law.h>
 #include <robomosp/sdk/orientation.h>
 #include <robomosp/sdk/physics.h>
@@ -393,17 +394,27 @@ Result<void> load_file(Registry& registry, PluginReport& report) {
 }  // namespace
 
 const std::vector<std::string>& known_interfaces() {
-  static const std::vector<std::string> ids = {
-      CsgEngine::kInterfaceId,        CsgPrimitive::kInterfaceId,
-      IkSolver::kInterfaceId,         InverseDynamics::kInterfaceId,
-      ForwardDynamics::kInterfaceId,  SegmentMaker::kInterfaceId,
-      CollisionEngine::kInterfaceId,  PhysicsEngine::kInterfaceId,
-      Importer::kInterfaceId,         Exporter::kInterfaceId,
-      render::Renderer::kInterfaceId, Integrator::kInterfaceId,
-      Controller::kInterfaceId,       RobotCodeGenerator::kInterfaceId,
-      CurveMaker::kInterfaceId,       MotionLawMaker::kInterfaceId,
-      OrientationMaker::kInterfaceId, JointSegmentMaker::kInterfaceId,
-      Retimer::kInterfaceId,          Planner::kInterfaceId};
+  static const std::vector<std::string> ids = {CsgEngine::kInterfaceId,
+                                               CsgPrimitive::kInterfaceId,
+                                               IkSolver::kInterfaceId,
+                                               InverseDynamics::kInterfaceId,
+                                               ForwardDynamics::kInterfaceId,
+                                               SegmentMaker::kInterfaceId,
+                                               CollisionEngine::kInterfaceId,
+                                               PhysicsEngine::kInterfaceId,
+                                               Importer::kInterfaceId,
+                                               Exporter::kInterfaceId,
+                                               render::Renderer::kInterfaceId,
+                                               Integrator::kInterfaceId,
+                                               Controller::kInterfaceId,
+                                               RobotCodeGenerator::kInterfaceId,
+                                               CurveMaker::kInterfaceId,
+                                               MotionLawMaker::kInterfaceId,
+                                               OrientationMaker::kInterfaceId,
+                                               JointSegmentMaker::kInterfaceId,
+                                               Retimer::kInterfaceId,
+                                               Planner::kInterfaceId,
+                                               Module::kInterfaceId};
   return ids;
 }
 
@@ -523,6 +534,14 @@ const PluginReport& PluginLoader::keep(PluginReport report) {
   std::erase_if(reports_, [&](const PluginReport& r) { return r.file == report.file; });
   reports_.push_back(std::move(report));
   return reports_.back();
+}
+
+void PluginLoader::remark(const fs::path& file, const std::string& sentence) {
+  for (PluginReport& report : reports_)
+    if (report.file == file) report.remarks.push_back(sentence);
+  if (messages_)
+    messages_->post(Severity::warning, "command_skipped",
+                    "plugin " + text::quote(file.string()) + ": " + sentence, "plugin_loader");
 }
 
 void PluginLoader::load_all() {

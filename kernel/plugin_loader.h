@@ -59,6 +59,8 @@ class PluginLoader {
   [[nodiscard]] Result<void> try_out(const std::filesystem::path& file);
   void set_search_path(std::vector<std::filesystem::path> path) { path_ = std::move(path); }
   [[nodiscard]] const std::vector<PluginReport>& reports() const { return reports_; }
+  /// Adds to the report of a file what was found of it later, a sentence, and says it.
+  void remark(const std::filesystem::path& file, const std::string& sentence);
 
  private:
   const PluginReport& load_resolved(const std::filesystem::path& found, bool is_asked);

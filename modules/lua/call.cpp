@@ -142,6 +142,7 @@ Result<int> run_command(Impl& impl, lua_State* L, const ioci::CommandSpec& spec,
     if (!args.ok()) return std::move(args).error().in(spec.name);
     return impl.app.dispatch(impl.session, spec, *args);
   }();
+  if (impl.app.commands.revision() != impl.commands) open_new_commands(impl, L);
   if (!result.ok()) return std::move(result).error();
   if (result->is_nil() && spec.returns.type == "nil") return 0;
   push(impl, L, *result, &spec.returns);
@@ -177,6 +178,25 @@ Result<int> namespace_missing(Impl& impl, lua_State* L) {
   return impl.app.commands.unknown(std::string(lua_tostring(L, lua_upvalueindex(1))) + "." +
                                    lua_tostring(L, 2));
 }
+
+/// Whether the global of a name is free for a namespace or is one.
+bool is_namespace(lua_State* L, const std::string& name) {
+  bool is_ours = true;
+  if (lua_getglobal(L, name.c_str()) == LUA_TTABLE) {
+    is_ours = luaL_getmetafield(L, -1, "__name") == LUA_TSTRING;
+    if (is_ours) {
+      is_ours = name == lua_tostring(L, -1);
+      lua_pop(L, 1);
+    }
+  } else {
+    is_ours = lua_isnil(L, -1);
+  }
+  lua_pop(L, 1);
+  return is_ours;
+}
+
+/// Shows one command of the table.
+void open_command(Impl& impl, lua_State* L, const ioci::CommandSpec& spec);
 
 /// The namespace table of a prefix, made when it is new, on top of the stack.
 void push_namespace(Impl& impl, lua_State* L, const std::string& name) {
@@ -319,19 +339,56 @@ const ioci::CommandSpec* command_of(lua_State* L, int index) {
   return spec;
 }
 
-void open_commands(Impl& impl, lua_State* L) {
-  for (const ioci::CommandSpec* spec : impl.app.commands.list()) {
-    const auto dot = spec->name.find('.');
-    if (dot == std::string::npos) {
-      push_command(L, *spec, false);
-      lua_setglobal(L, spec->name.c_str());
-      continue;
-    }
-    push_namespace(impl, L, spec->name.substr(0, dot));
-    push_command(L, *spec, false);
-    lua_setfield(L, -2, spec->name.c_str() + dot + 1);
-    lua_pop(L, 1);
+namespace {
+
+void open_command(Impl& impl, lua_State* L, const ioci::CommandSpec& spec) {
+  const auto dot = spec.name.find('.');
+  if (dot == std::string::npos) {
+    push_command(L, spec, false);
+    lua_setglobal(L, spec.name.c_str());
+    return;
   }
+  const std::string name = spec.name.substr(0, dot);
+  if (!spec.plugin.empty() && !is_namespace(L, name)) {
+    impl.app.messages.post(Severity::warning, "command_hidden",
+                           "The command " + spec.name + " of the plugin " +
+                               text::quote(spec.plugin) + " has no name of its own here, where " +
+                               name + " is something else; ioci.call(" + text::quote(spec.name) +
+                               ", ...) runs it.",
+                           "lua");
+    return;
+  }
+  push_namespace(impl, L, name);
+  push_command(L, spec, false);
+  lua_setfield(L, -2, spec.name.c_str() + dot + 1);
+  lua_pop(L, 1);
+}
+
+}  // namespace
+
+void open_new_commands(Impl& impl, lua_State* L) {
+  impl.commands = impl.app.commands.revision();
+  for (const ioci::CommandSpec* spec : impl.app.commands.list()) {
+    if (spec->plugin.empty()) continue;
+    const auto dot = spec->name.find('.');
+    const std::string name = spec->name.substr(0, dot);
+    // Those that are there stay as a script may have left them.
+    const int top = lua_gettop(L);
+    bool is_there = false;
+    if (lua_getglobal(L, name.c_str()) == LUA_TTABLE && is_namespace(L, name)) {
+      lua_pushstring(L, spec->name.c_str() + dot + 1);
+      is_there = lua_rawget(L, -2) != LUA_TNIL;
+    }
+    lua_settop(L, top);
+    if (is_there) continue;
+    open_command(impl, L, *spec);
+    add_method(impl, L, *spec);
+  }
+}
+
+void open_commands(Impl& impl, lua_State* L) {
+  impl.commands = impl.app.commands.revision();
+  for (const ioci::CommandSpec* spec : impl.app.commands.list()) open_command(impl, L, *spec);
   lua_pushcfunction(L, entry<start>);
   lua_setglobal(L, "start");
   push_namespace(impl, L, "ioci");

@@ -127,6 +127,19 @@ void push_handle(Impl& impl, lua_State* L, const Handle& handle) {
   lua_setmetatable(L, -2);
 }
 
+void add_method(Impl& impl, lua_State* L, const ioci::CommandSpec& spec) {
+  const auto dot = spec.name.find('.');
+  const auto kind = impl.kinds.find(std::string_view(spec.name).substr(0, dot));
+  if (kind == impl.kinds.end() || spec.params.empty() || spec.params.front().name != "id") return;
+  if (lua_rawgetp(L, LUA_REGISTRYINDEX, kind->second.get()) == LUA_TTABLE) {
+    lua_rawgetp(L, -1, &kMethodsKey);
+    push_command(L, spec, true);
+    lua_setfield(L, -2, spec.name.c_str() + dot + 1);
+    lua_pop(L, 1);
+  }
+  lua_pop(L, 1);
+}
+
 std::vector<std::string> method_names(const Impl& impl, std::string_view kind) {
   std::vector<std::string> out;
   for (const ioci::CommandSpec* spec : impl.app.commands.methods_of(kind))

@@ -94,6 +94,7 @@ struct robomosp::lua::LuaState::Impl {
   std::map<std::string, std::unique_ptr<KindInfo>, std::less<>> kinds;
   std::vector<std::shared_ptr<LuaProvider>> providers;
   std::vector<std::string> classic_nouns;  ///< lower case
+  std::uint64_t commands = 0;              ///< revision of the table that the state shows
 };
 
 namespace robomosp::lua {
@@ -128,6 +129,10 @@ Result<void> call(Impl&, lua_State* L, int arguments, int results);
 
 /// Adds the commands' namespaces and the table `ioci`.
 void open_commands(Impl&, lua_State* L);
+/// Adds what plugins brought since then, to namespaces and to handles that there are.
+void open_new_commands(Impl&, lua_State* L);
+/// Adds a command to the methods of the handles of its kind, if there are any yet. (handle.cpp)
+void add_method(Impl&, lua_State* L, const ioci::CommandSpec& spec);
 /// The command a function value stands for; nullptr if it is another function.
 [[nodiscard]] const ioci::CommandSpec* command_of(lua_State* L, int index);
 /// Pushes the function of a command; a method wants its handle first.

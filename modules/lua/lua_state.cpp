@@ -86,9 +86,10 @@ struct Job {
   std::optional<Error> failed;
 };
 
-Result<int> run_job(Impl&, lua_State* L) {
+Result<int> run_job(Impl& impl, lua_State* L) {
   auto& job = *static_cast<Job*>(lua_touserdata(L, 1));
   lua_settop(L, 0);
+  if (impl.app.commands.revision() != impl.commands) open_new_commands(impl, L);
   auto r = (*job.body)(L);
   if (!r.ok()) job.failed = std::move(r).error();
   return 0;

@@ -25,6 +25,7 @@
 #include <robomosp/sdk/integrator.h>
 #include <robomosp/sdk/io.h>
 #include <robomosp/sdk/joint_segment.h>
+#include <robomosp/sdk/module.h>
 #include <robomosp/sdk/motion_law.h>
 #include <robomosp/sdk/orientation.h>
 #include <robomosp/sdk/physics.h>
@@ -34,6 +35,8 @@
 #include <robomosp/sdk/robot_code.h>
 #include <robomosp/sdk/trajectory.h>
 
+#include "ioci/core/application.h"
+#include "ioci/core/modules.h"
 #include "kernel/plugin_loader.h"
 #include "kernel/process.h"
 #include "kernel/registry.h"
@@ -71,7 +74,8 @@ std::string create_fault(const Registry& registry, const ProviderInfo& p) {
          try_create<Integrator>(registry, p, fault) || try_create<Controller>(registry, p, fault) ||
          try_create<RobotCodeGenerator>(registry, p, fault) ||
          try_create<Importer>(registry, p, fault) || try_create<Exporter>(registry, p, fault) ||
-         try_create<render::Renderer>(registry, p, fault));
+         try_create<render::Renderer>(registry, p, fault) ||
+         try_create<Module>(registry, p, fault));
   return fault;
 }
 
@@ -88,6 +92,13 @@ Map inspect(const std::string& file) {
     providers.emplace_back(std::move(one));
   }
   for (const std::string& remark : r.remarks) remarks.emplace_back(remark);
+  // Of a module that can be made, what of its commands would be left out.
+  ioci::CommandTable commands;
+  if (!registry.list(Module::kInterfaceId).empty()) ioci::register_commands(commands);
+  for (const ProviderInfo& p : registry.list(Module::kInterfaceId))
+    if (create_fault(registry, p).empty())
+      for (const std::string& fault : ioci::module_faults(registry, p, commands))
+        remarks.emplace_back(fault);
   Map out{{"file", r.file.string()},
           {"loaded", r.loaded},
           {"id", r.id},

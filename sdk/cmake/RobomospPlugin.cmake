@@ -7,7 +7,7 @@ if(NOT DEFINED BUILD_TESTING OR BUILD_TESTING)
 endif()
 
 # robomosp_add_plugin(name SOURCES file... [LIBS library...] [TEST file...]
-#                     [CONFORMANCE ik|csg|primitive|dynamics|collision|physics|integrator|controller|planner|retimer|robot_code...]
+#                     [CONFORMANCE ik|csg|primitive|dynamics|collision|physics|integrator|controller|module|planner|retimer|robot_code...]
 #                     [MODELS model...] [DYNAMICS plugin-file] [RUNNER command...])
 # Makes <name>.so as the loader wants it: hidden symbols, no prefix, robomosp::sdk linked. TEST adds
 # a GoogleTest program <name>_test, which finds the plugin in the definition ROBOMOSP_PLUGIN_FILE.

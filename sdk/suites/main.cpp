@@ -38,7 +38,7 @@ namespace {
 
 constexpr const char* kSuites[] = {"ik",        "dynamics", "csg",        "primitive",
                                    "collision", "physics",  "integrator", "controller",
-                                   "planner",   "retimer",  "robot_code"};
+                                   "module",    "planner",  "retimer",    "robot_code"};
 
 constexpr const char* kUsage =
     "usage: robomosp-plugin-suites FILE [options] [GoogleTest options]\n"

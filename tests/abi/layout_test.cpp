@@ -24,6 +24,7 @@
 #include <robomosp/sdk/integrator.h>
 #include <robomosp/sdk/io.h>
 #include <robomosp/sdk/joint_segment.h>
+#include <robomosp/sdk/module.h>
 #include <robomosp/sdk/motion_law.h>
 #include <robomosp/sdk/orientation.h>
 #include <robomosp/sdk/physics.h>
@@ -77,6 +78,40 @@ std::size_t slot(Pointer member) {
 #define F8(T, a, b, c, d, e, f, g, h) \
   F7(T, a, b, c, d, e, f, g);         \
   FIELD(T, h)
+
+void module_types(std::ostream& out) {
+  TYPE(ModuleValue);
+  TYPE(ModuleValue::Type);
+  TYPE(ModuleFields);
+  F3(ModuleFields, rows, count, row_size);
+  TYPE(ModuleCommand);
+  F8(ModuleCommand, name, summary, details, example, effects, sometimes, params, result_type);
+  F4(ModuleCommand, result_unit, result_doc, result_fields, run);
+  TYPE(ModuleRun);
+  VALUE(kModuleRunSimulation);
+  VALUE(kModuleRunTask);
+  VALUE(kModuleRunJob);
+  TYPE(ModuleTable);
+  F6(ModuleTable, struct_size, commands, command_count, command_size, settings, runs);
+  TYPE(ModuleRunNotice);
+  F7(ModuleRunNotice, struct_size, kind, number, command, session, arguments, is_job);
+  TYPE(ModuleRunEnd);
+  F4(ModuleRunEnd, struct_size, seconds, error, result);
+  TYPE(ModuleCall);
+  VIRTUAL(ModuleCall, extension);
+  VIRTUAL(ModuleCall, run);
+  VIRTUAL(ModuleCall, setting);
+  VIRTUAL(ModuleCall, name);
+  VIRTUAL(ModuleCall, robot_model);
+  VIRTUAL(ModuleCall, progress);
+  VIRTUAL(ModuleCall, say);
+  VIRTUAL(ModuleCall, session);
+  TYPE(Module);
+  VIRTUAL(Module, extension);
+  VIRTUAL(Module, table);
+  VIRTUAL(Module, before_run);
+  VIRTUAL(Module, after_run);
+}
 
 void plain_types(std::ostream& out) {
   TYPE(rmp_param);
@@ -564,6 +599,7 @@ std::string layout_now() {
   picture_types(out);
   interfaces(out);
   enumerators(out);
+  module_types(out);
   return out.str();
 }
 

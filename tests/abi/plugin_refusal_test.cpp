@@ -154,7 +154,7 @@ TEST(PluginRefusal, AnUnknownInterfaceIsSkippedAndTheRestLoads) {
           "robomosp.integrator/1, "
           "robomosp.controller/1, robomosp.robot_code/1, robomosp.curve/2, robomosp.motion_law/2, "
           "robomosp.orientation/2, robomosp.joint_segment/2, "
-          "robomosp.retimer/1 and robomosp.planner/1."}));
+          "robomosp.retimer/1, robomosp.planner/1 and robomosp.module/1."}));
 }
 
 TEST(PluginRefusal, ProvidersWithoutNameInterfaceOrCreateAreSkipped) {

@@ -97,6 +97,10 @@ example(sequential_impulses "physics engine" eval
 # A way through a clothoid, run by a law, with the tool along it.
 example(clothoid "curve" eval
   "local t = trajectory.create{name = 'ramp', segments = {{shape = 'clothoid', points = {{0.5, 0, 0.3, 0, 0, 0}}, length = '200 mm', end_curvature = 10, law = 's_curve', orientation = 'tangent'}}} assert(math.abs(t:length() - 0.2) < 1e-12)")
+# A bar of 1 kg and 1 m on a joint of 20 N m holds (20 - g/2)/g kg; its guard refuses what it cannot.
+example(payload_margin "commands" eval
+  "plugin.set('payload_margin', 'reserve', 0) local a = robot.create{name = 'arm', convention = 'dh', base = {rpy = {math.pi/2, 0, 0}}, links = {{a = 1, mass = 1, com = {-0.5, 0, 0}, max_force = 20}}} assert(math.abs(a:greatest_payload() - (20 - 9.81/2)/9.81) < 2e-3) plugin.set('payload_margin', 'guard', true) plugin.set('payload_margin', 'payload', '5 kg') local ok, e = pcall(a.simulate, a, {q = {0}, duration = 0.01}) assert(not ok and tostring(e):find('refused by the plugin'))")
+run("Testing the commands by their file" ${CMAKE_COMMAND} -E env "XDG_CACHE_HOME=${work}/cache" "${program}" plugin test "${work}/payload_margin/build/payload_margin.so" --sdk "${work}/prefix" --gtest_brief=1)
 # Python's torques are the program's.
 example(python_code "code generator" eval
   "local p, f = robot('puma560'), io.open('${work}/check.py', 'w') p:generate_code{folder = '${work}', name = 'puma', provider = 'python'} local tau = p:inverse_dynamics{q = {0.1, -0.5, 0.7, 0.2, 0.9, -0.4}, qd = {1, -1, 0.5, 2, -2, 1}, qdd = {3, 1, -2, 0, 1, 4}} f:write('import puma\\ntau = puma.inverse_dynamics([0.1, -0.5, 0.7, 0.2, 0.9, -0.4], [1, -1, 0.5, 2, -2, 1], [3, 1, -2, 0, 1, 4])\\nassert all(abs(a - b) < 1e-9 for a, b in zip(tau, [' .. table.concat({table.unpack(tau)}, ', ') .. ']))\\n') f:close()")

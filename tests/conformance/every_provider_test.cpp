@@ -41,6 +41,7 @@ const std::multimap<std::string, std::string> kSuites{
     {"robomosp.retimer/1", "RetimerConformance"},
     {"robomosp.joint_segment/2", "JointSegmentConformance"},
     {"robomosp.planner/1", "PlannerConformance"},
+    {"robomosp.module/1", "ModuleConformance"},
 };
 /// Interfaces without a suite that any provider could pass, and where theirs are tested.
 const std::map<std::string, std::string> kTestedElsewhere{

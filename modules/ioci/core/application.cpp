@@ -13,6 +13,7 @@
 #include "ioci/core/chosen_providers.h"
 #include "ioci/core/commands.h"
 #include "ioci/core/handle_text.h"
+#include "ioci/core/modules.h"
 #include "ioci/core/old_words.h"
 #include "ioci/simulation/live_runs.h"
 #include "kernel/check.h"
@@ -179,6 +180,7 @@ Application::Application(ApplicationOptions options)
     : plugins(registry, &messages),
       document(kHistoryBytes, &lock),
       derived(registry),
+      modules(std::make_unique<Modules>(*this)),
       runs(std::make_unique<Runs>()),
       share(executable_folder() / ".." / "share" / "robomosp"),
       options_(std::move(options)) {
@@ -256,6 +258,7 @@ Result<void> Application::start() {
     return {};
   }));
   RMP_TRY(add("document", application, {"model"}, [this]() -> Result<void> {
+    (void)settings_kind();  // before what lists the kinds
     document.on_commit([this](const document::Commit& commit) { events.publish(commit); });
     messages.subscribe([this](const Message& m) { events.publish(m); });
     jobs.subscribe([this](const JobStatus& s) { events.publish(s); });
@@ -304,6 +307,9 @@ Result<void> Application::start() {
   RMP_TRY(add("ioci", application, {"document", "derived", "io", "sim", "plugins", "jobs"},
               [this]() -> Result<void> {
                 register_commands(commands);
+                document.on_commit(
+                    [this](const document::Commit& commit) { modules->tell_absent(commit); });
+                modules->adopt();
                 return {};
               }));
   return components_.start_all();
@@ -322,16 +328,23 @@ class Application::Call {
   /// `args` outlives it. What it edits joins `joined`, if there is one. `is_own_thread`: it
   /// computes on the session's thread, so that what a script does meanwhile joins it.
   Call(Application& app, Session& session, const CommandSpec& spec, const Map& args,
-       document::Transaction* joined, Progress& progress, bool is_own_thread)
+       document::Transaction* joined, Progress& progress, bool is_own_thread,
+       Effects allowed = Effects::all())
       : app_(app),
         session_(session),
         spec_(spec),
         args_(args),
         is_own_thread_(is_own_thread),
         all_(spec.effect | spec.sometimes | Effect::reads),
-        permit_{session.name(), spec.name, all_, session.denied(), false},
+        // The program's own commands are stopped by what they declare; of a plugin's that is a
+        // right that it lacks.
+        permit_{session.name(), spec.name, all_,
+                session.denied() |
+                    Effects::all().without(spec.plugin.empty() ? allowed : narrowed(allowed, all_)),
+                false},
         ctx_(app, session, progress) {
     ctx_.given_ = &args_;
+    ctx_.allowed_ = spec.plugin.empty() ? allowed : narrowed(allowed, all_);
     ctx_.base_ = app.document.now();
     ctx_.transaction_ = joined;
     ctx_.is_own_thread_ = is_own_thread;
@@ -340,17 +353,29 @@ class Application::Call {
   Result<void> start();
   Result<Value> compute();
   Result<Value> finish(Result<Value> result);
+  void set_job() { is_job_ = true; }
   /// Whether finish() refused, because others changed what it had looked at.
   [[nodiscard]] bool is_overtaken() const { return transaction_ && transaction_->is_overtaken(); }
   /// The command and what it works on: "world.plan_path cell".
   [[nodiscard]] std::string label() const;
 
  private:
+  [[nodiscard]] static Effects narrowed(Effects some, Effects to) {
+    return some.without(Effects::all().without(to));
+  }
+  [[nodiscard]] std::uint32_t run_kind() const {
+    return spec_.runs == RunKind::simulation ? kModuleRunSimulation
+           : spec_.runs == RunKind::task     ? kModuleRunTask
+           : is_job_                         ? kModuleRunJob
+                                             : 0U;
+  }
+  Result<Value> publish(Result<Value> result);
   Application& app_;
   Session& session_;
   const CommandSpec& spec_;
   const Map& args_;
   const bool is_own_thread_;
+  bool is_job_ = false;
   const Effects all_;
   const Permit permit_;
   CommandContext ctx_;
@@ -358,6 +383,7 @@ class Application::Call {
       with_numbers_;  ///< the arguments without old words, and without expressions
   Map checked_;
   std::optional<document::Transaction> transaction_;
+  std::optional<ModuleRunScope> hooked_;
 };
 
 std::string Application::Call::label() const {
@@ -368,6 +394,11 @@ std::string Application::Call::label() const {
 }
 
 Result<void> Application::Call::start() {
+  if ((spec_.effect | Effect::reads).meets(Effects::all().without(ctx_.allowed_)))
+    return error(ErrorCode::permission,
+                 "what called " + spec_.name + " may have the effects " + ctx_.allowed_.text() +
+                     " only, and " + spec_.name + " has " + spec_.effect.text(),
+                 "The plugin's command has to declare them.");
   if ((spec_.effect | Effect::reads).meets(session_.denied()))
     for (const Effect e : (spec_.effect | Effect::reads).list())
       if (!session_.may(e)) return not_permitted(session_.name(), spec_.name, e);
@@ -429,11 +460,18 @@ Result<void> Application::Call::start() {
 
 Result<Value> Application::Call::compute() {
   const PermitScope permitted(&permit_);
+  const auto body = [&] {
+    return spec_.run ? spec_.run(ctx_, checked_) : spec_.plugged(ctx_, checked_);
+  };
   try {
-    if (!is_own_thread_) return spec_.run(ctx_, checked_);
+    if (const std::uint32_t kind = run_kind(); kind && app_.modules->watches(kind)) {
+      hooked_.emplace(*app_.modules, ctx_, spec_, checked_, kind, is_job_);
+      RMP_TRY(hooked_->begin());
+    }
+    if (!is_own_thread_) return body();
     const Joined joined(session_.transaction_,
                         ctx_.may_edit_ ? ctx_.transaction_ : session_.transaction_);
-    return spec_.run(ctx_, checked_);
+    return body();
   } catch (const StaleHandle& gone) {
     return stale(gone.handle);
   } catch (const std::bad_alloc&) {
@@ -447,6 +485,18 @@ Result<Value> Application::Call::compute() {
 }
 
 Result<Value> Application::Call::finish(Result<Value> result) {
+  result = publish(std::move(result));
+  if (hooked_) {
+    if (transaction_) {  // the records as they are now
+      ctx_.transaction_ = nullptr;
+      ctx_.base_ = app_.document.now();
+    }
+    hooked_->end(result);
+  }
+  return result;
+}
+
+Result<Value> Application::Call::publish(Result<Value> result) {
   if (!result.ok()) {
     if (!permit_.was_refused || result.error().code == ErrorCode::permission) return result;
     Error refused = std::move(result).error();
@@ -470,14 +520,14 @@ Result<Value> Application::Call::finish(Result<Value> result) {
 
 Result<Value> Application::run(Session& session, const CommandSpec& spec, const Map& args,
                                document::Transaction* joined, Progress& progress,
-                               bool is_own_thread) {
+                               bool is_own_thread, Effects allowed) {
   RMP_CHECK(!AppLock::is_any_held(), "a command was dispatched by who holds the application lock");
   // Commands with effects outside the document are done once and for all.
   const bool can_repeat = !(spec.effect | spec.sometimes)
                                .meets(Effect::files_write | Effect::processes | Effect::providers |
                                       Effect::loads_code | Effect::stops | Effect::simulates);
   for (int attempt = 1;; ++attempt) {
-    Call call(*this, session, spec, args, joined, progress, is_own_thread);
+    Call call(*this, session, spec, args, joined, progress, is_own_thread, allowed);
     const auto begin = std::chrono::steady_clock::now();
     RMP_TRY(call.start());
     Result<Value> result = call.finish(call.compute());
@@ -502,7 +552,8 @@ Result<Value> Application::dispatch_within(CommandContext& outer, std::string_vi
                                            const Map& args) {
   const CommandSpec* spec = commands.find(name);
   if (!spec) return commands.unknown(name);
-  return run(outer.session, *spec, args, outer.transaction_, outer.progress, outer.is_own_thread_);
+  return run(outer.session, *spec, args, outer.transaction_, outer.progress, outer.is_own_thread_,
+             outer.allowed_);
 }
 
 Result<Handle> Application::run_async(Session& session, const CommandSpec& spec, Map args) {
@@ -514,7 +565,9 @@ Result<Handle> Application::run_async(Session& session, const CommandSpec& spec,
                  "Call it without a job.", spec.name);
   struct Job {
     Job(Application& app, Session& session, const CommandSpec& spec, Map given)
-        : args(std::move(given)), call(app, session, spec, args, nullptr, progress, false) {}
+        : args(std::move(given)), call(app, session, spec, args, nullptr, progress, false) {
+      call.set_job();
+    }
     Map args;
     LateProgress progress;
     Call call;

@@ -37,6 +37,7 @@ class Renderer;
 
 namespace robomosp::ioci {
 
+class Modules;
 class Runs;
 
 struct ApplicationOptions {
@@ -116,6 +117,7 @@ class Application {
   recording::Recordings recordings;
   Jobs jobs;  ///< after what its work reads, so that it is joined first
   CommandTable commands;
+  std::unique_ptr<Modules> modules;  ///< of plugins; their commands are in the table
   SolverCache solvers;
   collision::CollisionCache collision_models;
   std::unique_ptr<Runs> runs;  ///< live ones; after what they read, so that they end first
@@ -137,7 +139,7 @@ class Application {
   explicit Application(ApplicationOptions);
   Result<void> start();
   Result<Value> run(Session&, const CommandSpec&, const Map& args, document::Transaction* joined,
-                    Progress&, bool is_own_thread);
+                    Progress&, bool is_own_thread, Effects allowed = Effects::all());
   Result<Value> dispatch_within(CommandContext&, std::string_view name, const Map& args);
   Result<Handle> run_async(Session&, const CommandSpec&, Map args);
   [[nodiscard]] std::optional<std::string> name_in(const document::Snapshot&, const Handle&) const;
@@ -156,7 +158,7 @@ class Application {
   std::shared_ptr<Jobs> shared_jobs_;  ///< `jobs`, for as long as this lives
 };
 
-/// Adds every command of this program to the table (one add per commands_*.cpp).
+/// Adds every command of this program to the table: those of all CommandFiles.
 void register_commands(CommandTable&);
 
 /// A command as one line of Lua, `robot.set_link{id = "pa10", link = 3, lower = -1}`; what the

@@ -26,31 +26,10 @@ std::vector<std::string> spellings(std::string_view classic) {
   return out;
 }
 
-void require(bool condition, const CommandSpec& spec, const char* what) {
+void require(bool condition, const CommandSpec& spec, const std::string& what) {
   if (condition) return;
   const std::string text = "command \"" + spec.name + "\": " + what;
   RMP_CHECK(false, text.c_str());
-}
-
-void check_spec(const CommandSpec& spec) {
-  const auto dot = spec.name.find('.');
-  require(!spec.name.empty() && dot != 0 && dot + 1 != spec.name.size(), spec, "malformed name");
-  require(!spec.summary.empty() && spec.summary.back() == '.', spec,
-          "the summary is not a sentence");
-  require(!spec.example.empty(), spec, "no example");
-  require(spec.run != nullptr, spec, "nothing to run");
-  std::set<std::string_view> names;
-  for (const ParamSpec& p : spec.params) {
-    require(!p.name.empty() && !p.type.empty() && !p.doc.empty(), spec,
-            "a parameter without name, type or doc");
-    require(names.insert(p.name).second, spec, "two parameters of one name");
-  }
-  for (const ClassicSpelling& s : classic_spellings(spec.classic)) {
-    for (const std::string& name : s.order.value_or(std::vector<std::string>{}))
-      require(names.contains(name), spec, "a classic spelling names no parameter");
-    for (const auto& [name, value] : s.fixed)
-      require(names.contains(name), spec, "a classic spelling sets no parameter");
-  }
 }
 
 std::string escape_cell(std::string_view s) {
@@ -86,6 +65,27 @@ std::string topic_of(std::string_view name) {
 }
 
 }  // namespace
+
+std::string fault_of(const CommandSpec& spec) {
+  const auto dot = spec.name.find('.');
+  if (spec.name.empty() || dot == 0 || dot + 1 == spec.name.size()) return "malformed name";
+  if (spec.summary.empty() || spec.summary.back() != '.') return "the summary is not a sentence";
+  if (spec.example.empty()) return "no example";
+  if (spec.run == nullptr && !spec.plugged) return "nothing to run";
+  std::set<std::string_view> names;
+  for (const ParamSpec& p : spec.params) {
+    if (p.name.empty() || p.type.empty() || p.doc.empty())
+      return "a parameter without name, type or doc";
+    if (!names.insert(p.name).second) return "two parameters of one name";
+  }
+  for (const ClassicSpelling& s : classic_spellings(spec.classic)) {
+    for (const std::string& name : s.order.value_or(std::vector<std::string>{}))
+      if (!names.contains(name)) return "a classic spelling names no parameter";
+    for (const auto& [name, value] : s.fixed)
+      if (!names.contains(name)) return "a classic spelling sets no parameter";
+  }
+  return "";
+}
 
 std::string_view to_string(SessionKind k) {
   switch (k) {
@@ -134,14 +134,31 @@ Session::~Session() {
 void CommandTable::add(std::vector<CommandSpec> specs) {
   const std::unique_lock lock(mutex_);
   for (CommandSpec& given : specs) {
-    check_spec(given);
+    const std::string fault = fault_of(given);
+    require(fault.empty(), given, fault);
     auto spec = std::make_unique<CommandSpec>(std::move(given));
     require(by_name_.emplace(spec->name, spec.get()).second, *spec, "is in the table twice");
     for (const std::string& classic : spellings(spec->classic))
       require(by_classic_.emplace(lower(classic), spec.get()).second, *spec,
               "a classic spelling is in the table twice");
     specs_.push_back(std::move(spec));
+    revision_.fetch_add(1, std::memory_order_release);
   }
+}
+
+Result<void> CommandTable::add_plugged(CommandSpec given) {
+  if (const std::string fault = fault_of(given); !fault.empty())
+    return error(ErrorCode::plugin_refused, fault);
+  const std::unique_lock lock(mutex_);
+  if (const auto known = by_name_.find(given.name); known != by_name_.end())
+    return error(ErrorCode::conflict, known->second->plugin.empty()
+                                          ? std::string("the program has a command of that name")
+                                          : "plugin " + text::quote(known->second->plugin) +
+                                                " has a command of that name");
+  specs_.push_back(std::make_unique<CommandSpec>(std::move(given)));
+  by_name_.emplace(specs_.back()->name, specs_.back().get());
+  revision_.fetch_add(1, std::memory_order_release);
+  return {};
 }
 
 const CommandSpec* CommandTable::find(std::string_view name) const {
@@ -251,6 +268,7 @@ std::string effects_text(const CommandSpec& spec) {
 std::string help_text(const CommandSpec& spec) {
   std::string out = "## " + spec.name + "\n\n" + spec.summary + "\n";
   if (!spec.details.empty()) out += "\n" + spec.details + "\n";
+  if (!spec.plugin.empty()) out += "\nA command of the plugin `" + spec.plugin + "`.\n";
   if (spec.takes_expressions)
     out += "\nNumbers may be expressions over parameters, such as `\"bore/2 + 3 mm\"`.\n";
   if (!spec.params.empty()) {

@@ -14,6 +14,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <robomosp/sdk/progress.h>
@@ -117,9 +118,11 @@ class CommandContext {
 
  private:
   friend class Application;
+  friend class ModuleRunScope;
   const Map* given_ = nullptr;
   document::SnapshotPtr base_;
   document::Transaction* transaction_ = nullptr;
+  Effects allowed_ = Effects::all();  ///< of the commands that it dispatches
   bool may_edit_ = false;
   bool is_own_thread_ = true;  ///< computes on the session's thread
 };
@@ -132,6 +135,9 @@ struct ReturnSpec {
   std::vector<ParamSpec>
       fields;  ///< name, type, unit, doc of a map's (or of each list entry's) fields
 };
+
+/// What hooks of modules are called around (robomosp/sdk/module.h).
+enum class RunKind : std::uint8_t { none, simulation, task };
 
 struct CommandSpec {
   std::string name;     ///< "robot.dh_table"; the part before the dot is the handle kind or a topic
@@ -151,13 +157,25 @@ struct CommandSpec {
   /// Numbers may be expressions over the parameters of the record `id`, or over those of the
   /// argument `parameters`; what they are wanted for is kept with CommandContext::expressions.
   bool takes_expressions = false;
+  /// What it runs, if it simulates a motion or executes tasks.
+  RunKind runs = RunKind::none;
+  /// The module of a plugin that it is of, and its body in place of `run`; empty for the program's.
+  std::string plugin = {};
+  std::function<Result<Value>(CommandContext&, const Map& args)> plugged = {};
 };
 
-/// All commands; filled by one explicit array per file of commands. What it gives stays where it
-/// is. [any thread]
+/// "" or what is wrong with an entry of the table: "no example".
+[[nodiscard]] std::string fault_of(const CommandSpec&);
+
+/// All commands: those of the program's files (CommandFile), and what modules of plugins add. What
+/// it gives stays where it is. [any thread]
 class CommandTable {
  public:
   void add(std::vector<CommandSpec> specs);  ///< aborts on a malformed or duplicate entry
+  /// One of a plugin; a malformed entry or a name that is taken is an error.
+  Result<void> add_plugged(CommandSpec spec);
+  /// Counts up with every addition.
+  [[nodiscard]] std::uint64_t revision() const { return revision_.load(std::memory_order_acquire); }
   [[nodiscard]] const CommandSpec* find(std::string_view name) const;
   /// `noun` and `option` of a classic line, case-blind: ("PRobot", "mGetDHP").
   [[nodiscard]] const CommandSpec* find_classic(std::string_view noun,
@@ -176,6 +194,17 @@ class CommandTable {
   std::vector<std::unique_ptr<CommandSpec>> specs_;
   std::map<std::string, const CommandSpec*, std::less<>> by_name_;
   std::map<std::string, const CommandSpec*, std::less<>> by_classic_;
+  std::atomic<std::uint64_t> revision_{0};
+};
+
+/// Registers the commands of one source file, when the program starts: RMP_COMMANDS makes one.
+/// Every table that register_commands() fills has them.
+class CommandFile {
+ public:
+  using Make = std::vector<CommandSpec> (*)();
+  CommandFile(const char* file, Make make);
+  /// (source file, maker) of all, in no certain order.
+  [[nodiscard]] static const std::vector<std::pair<std::string, Make>>& all();
 };
 
 /// Markdown of one command, for `help` and docs/ioci.
@@ -190,3 +219,10 @@ Result<void> write_reference(const CommandTable&, const std::filesystem::path& f
 [[nodiscard]] Result<std::vector<std::string>> split_classic(std::string_view line);
 
 }  // namespace robomosp::ioci
+
+/// Begins the function that makes the commands of a file: RMP_COMMANDS(weather_commands) { ... }.
+/// Nothing else names it.
+#define RMP_COMMANDS(name)                                                   \
+  static std::vector<::robomosp::ioci::CommandSpec> name();                  \
+  static const ::robomosp::ioci::CommandFile name##_file(__FILE__, &(name)); \
+  static std::vector<::robomosp::ioci::CommandSpec> name()

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the commands_*.cpp share: the list of their tables, short forms for schemas, reading of
-// checked arguments, and the library of shipped files (layer: application, ioci only).
+// What the files of commands share: short forms for schemas, reading of checked arguments, and the
+// library of shipped files (layer: application, ioci only).
 #pragma once
 
 #include <array>
@@ -18,55 +18,6 @@
 #include "model/placement.h"
 
 namespace robomosp::ioci {
-
-std::vector<CommandSpec> assembly_commands();
-std::vector<CommandSpec> collision_commands();
-std::vector<CommandSpec> document_commands();
-std::vector<CommandSpec> event_commands();
-std::vector<CommandSpec> exchange_commands();
-std::vector<CommandSpec> field_commands();
-std::vector<CommandSpec> file_commands();
-std::vector<CommandSpec> help_commands();
-std::vector<CommandSpec> history_commands();
-std::vector<CommandSpec> job_commands();
-std::vector<CommandSpec> mass_commands();
-std::vector<CommandSpec> material_commands();
-std::vector<CommandSpec> object_commands();
-std::vector<CommandSpec> parameter_commands();
-std::vector<CommandSpec> physics_commands();
-std::vector<CommandSpec> planning_commands();
-std::vector<CommandSpec> plugin_commands();
-std::vector<CommandSpec> record_commands();
-std::vector<CommandSpec> recording_commands();
-std::vector<CommandSpec> recovery_commands();
-std::vector<CommandSpec> recording_data_commands();
-std::vector<CommandSpec> replay_commands();
-std::vector<CommandSpec> robot_code_commands();
-std::vector<CommandSpec> robot_commands();
-std::vector<CommandSpec> robot_exchange_commands();
-std::vector<CommandSpec> robot_link_commands();
-std::vector<CommandSpec> robot_loop_commands();
-std::vector<CommandSpec> robot_kinematics_commands();
-std::vector<CommandSpec> robot_dynamics_commands();
-std::vector<CommandSpec> robot_motion_commands();
-std::vector<CommandSpec> robot_tool_commands();
-std::vector<CommandSpec> run_commands();
-std::vector<CommandSpec> robot_target_commands();
-std::vector<CommandSpec> simulation_commands();
-std::vector<CommandSpec> solid_commands();
-std::vector<CommandSpec> solid_feature_commands();
-std::vector<CommandSpec> solid_node_commands();
-std::vector<CommandSpec> task_commands();
-std::vector<CommandSpec> trajectory_commands();
-std::vector<CommandSpec> transform_commands();
-std::vector<CommandSpec> path_check_commands();
-std::vector<CommandSpec> view_commands();
-std::vector<CommandSpec> workspace_commands();
-std::vector<CommandSpec> world_commands();
-std::vector<CommandSpec> world_load_commands();
-std::vector<CommandSpec> world_name_commands();
-std::vector<CommandSpec> world_run_commands();
-std::vector<CommandSpec> world_task_commands();
 
 // --- schemas -------------------------------------------------------------------------------
 

@@ -67,7 +67,7 @@ Result<Value> message_list(CommandContext& ctx, const Map& args) {
 
 }  // namespace
 
-std::vector<CommandSpec> document_commands() {
+RMP_COMMANDS(document_commands) {
   std::vector<CommandSpec> all;
   all.push_back(
       {.name = "document.list",

@@ -30,10 +30,10 @@ inline constexpr Topic kAllTopics[] = {Topic::change, Topic::message, Topic::job
 
 /// A change of the document: one commit, or several in a row when the subscriber was slow.
 struct Change {
-  std::uint64_t first_revision = 0, revision = 0;  ///< equal for one commit
-  std::size_t commits = 1;                         ///< how many it was made of
-  std::string label;                               ///< of the last one
-  document::Author author;                         ///< of the last one
+  std::uint64_t first_revision = 0, revision = 0;          ///< equal for one commit
+  std::size_t commits = 1;                                 ///< how many it was made of
+  std::string label;                                       ///< of the last one
+  document::Author author;                                 ///< of the last one
   document::CommitKind kind = document::CommitKind::edit;  ///< of the last one
   std::vector<document::RecordChange> records;  ///< null before = added, null after = removed
 };
@@ -59,8 +59,8 @@ struct EventFilter {
   std::uint32_t kinds = ~std::uint32_t{0};   ///< bits by Kind: changes of other kinds are left out
   /// Only changes of these records and of what they depend on; empty = of all.
   std::vector<AnyId> records{};
-  std::uint64_t not_of = 0;  ///< leaves out what this session did; 0 = nobody's
-  bool previews = true;      ///< with the updates of gestures
+  std::uint64_t not_of = 0;            ///< leaves out what this session did; 0 = nobody's
+  bool previews = true;                ///< with the updates of gestures
   Severity severity = Severity::info;  ///< messages that are less severe are left out
   std::size_t most = 256;  ///< events that wait; beyond it changes are merged, old messages dropped
 };

@@ -79,6 +79,7 @@ Result<Value> table(CommandContext& ctx, const Map& args) {
     out.emplace_back(
         Map{{"name", spec->name},
             {"classic", spec->classic},
+            {"plugin", spec->plugin},
             {"summary", spec->summary},
             {"details", spec->details},
             {"example", spec->example},
@@ -107,7 +108,7 @@ Result<Value> quit(CommandContext& ctx, const Map&) {
 
 }  // namespace
 
-std::vector<CommandSpec> help_commands() {
+RMP_COMMANDS(help_commands) {
   std::vector<CommandSpec> all;
   all.push_back({.name = "help",
                  .classic = "help",
@@ -149,6 +150,7 @@ std::vector<CommandSpec> help_commands() {
              field("classic", "string", "",
                    "Lines of the 2006 program that name it, separated by |; in parentheses the "
                    "order of its words where it is not that of the arguments."),
+             field("plugin", "string", "", "Whose command it is; empty = the program's."),
              field("summary", "string", "", "One sentence."),
              field("details", "string", "", "More."), field("example", "string", "", "Lua."),
              field("effects", "list", "", "What it does besides returning a value."),

@@ -152,7 +152,7 @@ ParamSpec gesture_param() {
 
 }  // namespace
 
-std::vector<CommandSpec> history_commands() {
+RMP_COMMANDS(history_commands) {
   std::vector<CommandSpec> all;
   all.push_back(
       {.name = "document.undo",

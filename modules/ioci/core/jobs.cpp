@@ -36,7 +36,7 @@ Result<Value> wait(CommandContext& ctx, const Map& args) {
 
 }  // namespace
 
-std::vector<CommandSpec> job_commands() {
+RMP_COMMANDS(job_commands) {
   std::vector<CommandSpec> all;
   const std::vector<ParamSpec> status{
       field("id", "handle", "", "The job."), field("label", "string", "", "What it does."),

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ioci/core/chosen_providers.h"
 #include "ioci/core/commands.h"
+#include "ioci/core/modules.h"
 #include "kernel/interface_adapters.h"
 #include "kernel/permit.h"
 
@@ -33,7 +34,11 @@ Result<Value> list(CommandContext& ctx, const Map&) {
 Result<Value> load(CommandContext& ctx, const Map& args) {
   const PluginReport r = [&] {
     const std::lock_guard lock(ctx.app.plugins_mutex);
-    return ctx.app.plugins.load(text_of(args, "file"));
+    const std::filesystem::path file = ctx.app.plugins.load(text_of(args, "file")).file;
+    (void)ctx.app.modules->adopt();
+    for (const PluginReport& report : ctx.app.plugins.reports())
+      if (report.file == file) return report;
+    return PluginReport{};
   }();
   if (r.refusal) return *r.refusal;
   return Value(report_map(r));
@@ -56,7 +61,11 @@ Result<Value> check_plugin(CommandContext& ctx, const Map& args) {
   Registry registry;
   PluginLoader loader(registry);
   loader.set_search_path(PluginLoader::search_path({}));
-  return Value(report_map(loader.load(text_of(args, "file"))));
+  PluginReport report = loader.load(text_of(args, "file"));
+  for (const ProviderInfo& p : registry.list(Module::kInterfaceId))
+    for (const std::string& fault : module_faults(registry, p, ctx.app.commands))
+      report.remarks.push_back(fault);
+  return Value(report_map(report));
 }
 
 /// "ik" -> "robomosp.ik/1"; full ids pass.
@@ -151,7 +160,7 @@ Result<Value> provider_disable(CommandContext& ctx, const Map& args) {
 
 }  // namespace
 
-std::vector<CommandSpec> plugin_commands() {
+RMP_COMMANDS(plugin_commands) {
   std::vector<CommandSpec> all;
   const std::vector<ParamSpec> report{
       field("file", "string", "", "The file."),
@@ -161,7 +170,7 @@ std::vector<CommandSpec> plugin_commands() {
       field("license", "string", "", "Its licence."),
       field("summary", "string", "", "What it is."),
       field("providers", "list", "", "What it offers, \"robomosp.ik/1 numeric\"."),
-      field("remarks", "list", "", "Providers left out and why."),
+      field("remarks", "list", "", "Providers and commands left out and why."),
       field("refusal", "string", "", "Why it was refused.")};
   const ParamSpec interface =
       needed("interface", "string", "", "Such as \"ik\" or \"robomosp.ik/1\".");

@@ -78,7 +78,7 @@ ParamSpec which() {
 
 }  // namespace
 
-std::vector<CommandSpec> recovery_commands() {
+RMP_COMMANDS(recovery_commands) {
   std::vector<CommandSpec> all;
   all.push_back(
       {.name = "recovery.list",

@@ -83,7 +83,7 @@ ParamSpec which() {
 
 }  // namespace
 
-std::vector<CommandSpec> event_commands() {
+RMP_COMMANDS(event_commands) {
   std::vector<CommandSpec> all;
   all.push_back(
       {.name = "event.subscribe",

@@ -69,7 +69,7 @@ Result<Value> save_all(CommandContext& ctx, const Map& args) {
 
 }  // namespace
 
-std::vector<CommandSpec> file_commands() {
+RMP_COMMANDS(file_commands) {
   std::vector<CommandSpec> all;
   std::vector<std::string> kinds;
   for (const Kind k : all_kinds()) kinds.emplace_back(to_string(k));

@@ -609,7 +609,7 @@ std::string with_block(const char* rest) { return std::string(kBlock) + rest; }
 
 }  // namespace
 
-std::vector<CommandSpec> exchange_commands() {
+RMP_COMMANDS(exchange_commands) {
   std::vector<CommandSpec> all;
   all.push_back(
       {.name = "import",

@@ -523,7 +523,7 @@ Result<Value> export_urdf(CommandContext& ctx, const Map& args) {
 
 }  // namespace
 
-std::vector<CommandSpec> robot_exchange_commands() {
+RMP_COMMANDS(robot_exchange_commands) {
   std::vector<CommandSpec> all;
   all.push_back(
       {.name = "robot.export_urdf",

@@ -123,7 +123,7 @@ std::string with_recording(const char* rest) {
 
 }  // namespace
 
-std::vector<CommandSpec> recording_data_commands() {
+RMP_COMMANDS(recording_data_commands) {
   std::vector<CommandSpec> all;
   std::string quantities = "Quantities: ";
   for (const sim::RecordedQuantity& q : sim::recorded_quantities())

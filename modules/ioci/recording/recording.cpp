@@ -177,7 +177,7 @@ std::string with_recording(const char* rest) {
 
 }  // namespace
 
-std::vector<CommandSpec> recording_commands() {
+RMP_COMMANDS(recording_commands) {
   std::vector<CommandSpec> all;
   const ParamSpec picked = optional("columns", "any", "",
                                     "A name or a list of names; \"tau\" means tau1, tau2 and so "

@@ -509,7 +509,7 @@ ReturnSpec features_returns() {
 
 }  // namespace
 
-std::vector<CommandSpec> assembly_commands() {
+RMP_COMMANDS(assembly_commands) {
   std::vector<CommandSpec> all;
   all.push_back({.name = "object.features",
                  .classic = "",

@@ -81,7 +81,7 @@ ParamSpec kind_field() {
 
 }  // namespace
 
-std::vector<CommandSpec> field_commands() {
+RMP_COMMANDS(field_commands) {
   return {
       {.name = "record.kinds",
        .classic = "",

@@ -136,7 +136,7 @@ std::string with_pin(const char* rest) {
 
 }  // namespace
 
-std::vector<CommandSpec> mass_commands() {
+RMP_COMMANDS(mass_commands) {
   std::vector<CommandSpec> all;
   all.push_back(
       {.name = "object.mass_table",

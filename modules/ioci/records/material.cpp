@@ -80,7 +80,7 @@ Result<Value> set(CommandContext& ctx, const Map& args) {
 
 }  // namespace
 
-std::vector<CommandSpec> material_commands() {
+RMP_COMMANDS(material_commands) {
   std::vector<CommandSpec> all;
   Schema create_params = look_and_mass(true);
   create_params.insert(create_params.begin(),

@@ -195,7 +195,7 @@ Result<std::size_t> find_part(const model::Object& o, std::string_view name) {
   return unknown_name("part", name, known);
 }
 
-std::vector<CommandSpec> object_commands() {
+RMP_COMMANDS(object_commands) {
   std::vector<CommandSpec> all;
   all.push_back(
       {.name = "object.create",

@@ -217,7 +217,7 @@ void add_kind(std::vector<CommandSpec>& all, const Sample& s) {
 
 }  // namespace
 
-std::vector<CommandSpec> parameter_commands() {
+RMP_COMMANDS(parameter_commands) {
   std::vector<CommandSpec> all;
   for (const Sample& s : kSamples) add_kind(all, s);
   return all;

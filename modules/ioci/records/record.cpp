@@ -264,7 +264,7 @@ void add_kind(std::vector<CommandSpec>& all) {
 
 }  // namespace
 
-std::vector<CommandSpec> record_commands() {
+RMP_COMMANDS(record_commands) {
   std::vector<CommandSpec> all;
   add_kind<Kind::material>(all);
   add_kind<Kind::solid>(all);

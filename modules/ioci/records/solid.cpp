@@ -161,7 +161,7 @@ std::string with_plate(const char* rest) { return std::string(kPlate) + rest; }
 
 }  // namespace
 
-std::vector<CommandSpec> solid_commands() {
+RMP_COMMANDS(solid_commands) {
   std::vector<CommandSpec> all;
   std::string kinds =
       "A node is a table: kind, an optional name, where it stands in its parent (placement, or "

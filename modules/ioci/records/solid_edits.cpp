@@ -338,7 +338,7 @@ ParamSpec index_field() {
 
 }  // namespace
 
-std::vector<CommandSpec> solid_node_commands() {
+RMP_COMMANDS(solid_node_commands) {
   std::vector<CommandSpec> all;
   const ParamSpec copy =
       optional("copy", "string", "", "Name of a node to copy, with all below it, instead.");

@@ -157,7 +157,7 @@ const char* const kPlate =
 
 }  // namespace
 
-std::vector<CommandSpec> solid_feature_commands() {
+RMP_COMMANDS(solid_feature_commands) {
   std::vector<CommandSpec> all;
   all.push_back(
       {.name = "solid.features",

@@ -91,7 +91,7 @@ Result<Value> save_model(CommandContext& ctx, const Map& args) {
 
 }  // namespace
 
-std::vector<CommandSpec> robot_code_commands() {
+RMP_COMMANDS(robot_code_commands) {
   std::vector<CommandSpec> all;
   all.push_back(
       {.name = "robot.generate_code",

@@ -535,7 +535,7 @@ Result<Value> convert_rotation(CommandContext& ctx, const Map& args) {
 
 }  // namespace
 
-std::vector<CommandSpec> robot_kinematics_commands() {
+RMP_COMMANDS(robot_kinematics_commands) {
   std::vector<CommandSpec> all;
   const ParamSpec q = needed("q", "any", "rad or m", "Joint values, or the name of a pose.");
   const ParamSpec qd =

@@ -320,7 +320,7 @@ std::string with_linkage(const char* rest) {
 
 }  // namespace
 
-std::vector<CommandSpec> robot_dynamics_commands() {
+RMP_COMMANDS(robot_dynamics_commands) {
   std::vector<CommandSpec> all;
   const ParamSpec q =
       needed("q", "any", "rad or m", "Joint values, one a coordinate, or the name of a pose.");

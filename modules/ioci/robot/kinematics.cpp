@@ -335,7 +335,7 @@ Result<Value> joint_values(CommandContext& ctx, const Map& args) {
 
 }  // namespace
 
-std::vector<CommandSpec> robot_motion_commands() {
+RMP_COMMANDS(robot_motion_commands) {
   std::vector<CommandSpec> all;
   const ParamSpec q =
       needed("q", "any", "rad or m", "Joint values, one a joint, or the name of a pose.");

@@ -449,7 +449,7 @@ Result<Value> coordinates(CommandContext& ctx, const Map& args) {
 
 }  // namespace
 
-std::vector<CommandSpec> robot_link_commands() {
+RMP_COMMANDS(robot_link_commands) {
   std::vector<CommandSpec> all;
   const ParamSpec link = needed("link", "any", "", "Number, 1 is the first, or name of the link.");
   Schema add_params{self("robot")};

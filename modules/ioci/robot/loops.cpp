@@ -180,7 +180,7 @@ Result<Value> close(CommandContext& ctx, const Map& args) {
 
 }  // namespace
 
-std::vector<CommandSpec> robot_loop_commands() {
+RMP_COMMANDS(robot_loop_commands) {
   std::vector<CommandSpec> all;
   const std::vector<std::string> kinds{model::kLoopWords.begin(), model::kLoopWords.end()};
   const char* const kind_doc =

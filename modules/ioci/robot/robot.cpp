@@ -219,7 +219,7 @@ Result<Value> skin(CommandContext& ctx, const Map& args) {
 
 }  // namespace
 
-std::vector<CommandSpec> robot_commands() {
+RMP_COMMANDS(robot_commands) {
   std::vector<CommandSpec> all;
   const ParamSpec q =
       optional("q", "any", "rad or m",

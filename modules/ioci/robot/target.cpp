@@ -117,7 +117,7 @@ std::string with_target(const char* rest) {
 
 }  // namespace
 
-std::vector<CommandSpec> robot_target_commands() {
+RMP_COMMANDS(robot_target_commands) {
   std::vector<CommandSpec> all;
   const ParamSpec world = shown_world(),
                   joint = needed("joint", "any", "",

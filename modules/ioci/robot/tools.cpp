@@ -117,7 +117,7 @@ Result<Value> tools(CommandContext& ctx, const Map& args) {
 
 }  // namespace
 
-std::vector<CommandSpec> robot_tool_commands() {
+RMP_COMMANDS(robot_tool_commands) {
   std::vector<CommandSpec> all;
   const ParamSpec which = optional(
       "tool", "string", "", "Name of a further tool; the one on the last link when left out.");

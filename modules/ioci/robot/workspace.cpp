@@ -283,7 +283,7 @@ std::vector<ParamSpec> size_fields() {
 
 }  // namespace
 
-std::vector<CommandSpec> workspace_commands() {
+RMP_COMMANDS(workspace_commands) {
   std::vector<CommandSpec> all;
   all.push_back(
       {.name = "robot.workspace",

@@ -298,7 +298,7 @@ std::string with_table(const char* rest) {
 
 }  // namespace
 
-std::vector<CommandSpec> collision_commands() {
+RMP_COMMANDS(collision_commands) {
   std::vector<CommandSpec> all;
   const auto add = [&](std::string name, std::string summary, std::string details,
                        std::string example, Schema params, ReturnSpec returns, Effect effect,

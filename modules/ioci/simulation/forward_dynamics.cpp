@@ -290,7 +290,7 @@ Result<LiveSource> live_robot(CommandContext& ctx, const Map& args) {
   return live(ctx, typed<Robot>(args), std::move(run));
 }
 
-std::vector<CommandSpec> simulation_commands() {
+RMP_COMMANDS(simulation_commands) {
   std::vector<CommandSpec> all;
   const std::string details =
       "Columns: time, q, qd, qdd, tau, tau_friction and tau_stop of the joints, kinetic, potential "
@@ -319,7 +319,8 @@ std::vector<CommandSpec> simulation_commands() {
                      "How the robot's mounting moves: a trajectory of the world.")}),
        .returns = {"handle", "", "The recording.", {}},
        .effect = Effect::simulates,
-       .run = simulate_in_world});
+       .run = simulate_in_world,
+       .runs = RunKind::simulation});
   all.push_back(
       {.name = "robot.simulate",
        .classic = "",
@@ -337,7 +338,8 @@ std::vector<CommandSpec> simulation_commands() {
        .params = run_params({self("robot")}, {}),
        .returns = {"handle", "", "The recording.", {}},
        .effect = Effect::simulates,
-       .run = simulate_alone});
+       .run = simulate_alone,
+       .runs = RunKind::simulation});
   return all;
 }
 

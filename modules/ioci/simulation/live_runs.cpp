@@ -312,7 +312,7 @@ std::string with_fall(const char* rest) {
 
 }  // namespace
 
-std::vector<CommandSpec> run_commands() {
+RMP_COMMANDS(run_commands) {
   std::vector<CommandSpec> all;
   const ReturnSpec shown{
       "map",
@@ -342,7 +342,8 @@ std::vector<CommandSpec> run_commands() {
                    .params = std::move(params),
                    .returns = std::move(returns),
                    .effect = effect,
-                   .run = run});
+                   .run = run,
+                   .runs = run == start ? RunKind::simulation : RunKind::none});
   };
   const ParamSpec with = optional("with", "map", "", "Arguments of the simulation.");
   const ReturnSpec made{"handle", "", "The run, which stands at its first row.", {}};

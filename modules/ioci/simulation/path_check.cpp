@@ -98,7 +98,7 @@ Result<Value> check(CommandContext& ctx, const Map& args) {
 
 }  // namespace
 
-std::vector<CommandSpec> path_check_commands() {
+RMP_COMMANDS(path_check_commands) {
   CommandSpec c;
   c.name = "world.check";
   c.summary = "Finds all places of a trajectory where a robot cannot follow, and draws them.";

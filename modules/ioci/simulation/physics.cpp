@@ -229,7 +229,7 @@ Result<LiveSource> live_physics(CommandContext& ctx, const Map& args) {
   return out;
 }
 
-std::vector<CommandSpec> physics_commands() {
+RMP_COMMANDS(physics_commands) {
   std::vector<CommandSpec> all;
   all.push_back(
       {.name = "world.simulate_physics",
@@ -278,7 +278,8 @@ std::vector<CommandSpec> physics_commands() {
                      "Engine: name, or {name = ..., params = {...}}; the default when left out.")},
        .returns = {"handle", "", "The recording.", {}},
        .effect = Effect::simulates,
-       .run = simulate});
+       .run = simulate,
+       .runs = RunKind::simulation});
   return all;
 }
 

@@ -112,7 +112,7 @@ Result<Value> plan_path(CommandContext& ctx, const Map& args) {
 
 }  // namespace
 
-std::vector<CommandSpec> planning_commands() {
+RMP_COMMANDS(planning_commands) {
   std::vector<CommandSpec> all;
   const std::string lengths =
       "square root of the sum of (joint change times the reach of what it moves)^2";

@@ -175,7 +175,7 @@ Result<Value> trajectory_in_base(CommandContext& ctx, const Map& args) {
 
 }  // namespace
 
-std::vector<CommandSpec> world_run_commands() {
+RMP_COMMANDS(world_run_commands) {
   std::vector<CommandSpec> all;
   Schema run_params{
       self("world"),
@@ -206,7 +206,8 @@ std::vector<CommandSpec> world_run_commands() {
        .params = run_params,
        .returns = {"handle", "", "The recording.", {}},
        .effect = Effect::simulates,
-       .run = inverse_kinematics});
+       .run = inverse_kinematics,
+       .runs = RunKind::simulation});
   all.push_back(
       {.name = "world.inverse_dynamics",
        .classic = "World WorldInvDynSim|World InvDynWorldSim",
@@ -218,7 +219,8 @@ std::vector<CommandSpec> world_run_commands() {
        .params = run_params,
        .returns = {"handle", "", "The recording.", {}},
        .effect = Effect::simulates,
-       .run = inverse_dynamics});
+       .run = inverse_dynamics,
+       .runs = RunKind::simulation});
   auto optimal_params = run_params;
   optimal_params.push_back(
       between(defaulted("share", "real", "", 1.0, "Share of the joints' limits that may be used."),
@@ -245,7 +247,8 @@ std::vector<CommandSpec> world_run_commands() {
        .params = optimal_params,
        .returns = {"handle", "", "The recording.", {}},
        .effect = Effect::simulates,
-       .run = time_optimal});
+       .run = time_optimal,
+       .runs = RunKind::simulation});
   all.push_back(
       {.name = "world.simulate",
        .classic = "World WorldSimulate",
@@ -257,7 +260,8 @@ std::vector<CommandSpec> world_run_commands() {
        .params = run_params,
        .returns = {"handle", "", "The recording.", {}},
        .effect = Effect::simulates,
-       .run = simulate_motion});
+       .run = simulate_motion,
+       .runs = RunKind::simulation});
   all.push_back(
       {.name = "world.forward_kinematics",
        .classic = "World WorldfKineSim",
@@ -274,7 +278,8 @@ std::vector<CommandSpec> world_run_commands() {
        .params = run_params,
        .returns = {"handle", "", "The recording.", {}},
        .effect = Effect::simulates,
-       .run = forward_kinematics});
+       .run = forward_kinematics,
+       .runs = RunKind::simulation});
   all.push_back(
       {.name = "world.trajectory_in_base",
        .classic = "World ComputeBaseTjc(robot, trajectory, step)",

@@ -179,7 +179,7 @@ std::string with_task(const char* rest) {
 
 }  // namespace
 
-std::vector<CommandSpec> task_commands() {
+RMP_COMMANDS(task_commands) {
   std::vector<CommandSpec> all;
   const ParamSpec index = needed("index", "int", "", "Number of the step, 1 is the first.");
   const ParamSpec step = needed("step", "map", "", "The step.");

@@ -155,7 +155,7 @@ std::string with_part(const char* rest) {
 
 }  // namespace
 
-std::vector<CommandSpec> world_task_commands() {
+RMP_COMMANDS(world_task_commands) {
   std::vector<CommandSpec> all;
   const ParamSpec name = optional("name", "string", "", "Name in the world.");
   const auto placed = [&](Schema params) {
@@ -261,7 +261,8 @@ std::vector<CommandSpec> world_task_commands() {
                                        "A run that takes longer is an error."))},
        .returns = {"handle", "", "The recording.", {}},
        .effect = Effect::simulates,
-       .run = run_task});
+       .run = run_task,
+       .runs = RunKind::task});
   const auto list = [&](const char* command, const char* summary, const char* make,
                         Result<Value> (*run)(CommandContext&, const Map&),
                         std::vector<ParamSpec> fields) {

@@ -113,7 +113,7 @@ Result<Value> plot(CommandContext& ctx, const Map& args) {
 
 }  // namespace
 
-std::vector<CommandSpec> trajectory_plot_commands() {
+RMP_COMMANDS(trajectory_plot_commands) {
   const ParamSpec step = above_zero(
       optional("step", "real", "s", "Time between samples; the trajectory's own when left out."));
   std::vector<CommandSpec> all;

@@ -123,7 +123,7 @@ std::string with_corner(const char* rest) {
 
 }  // namespace
 
-std::vector<CommandSpec> trajectory_segment_commands() {
+RMP_COMMANDS(trajectory_segment_commands) {
   const ParamSpec index = needed("index", "int", "", "Its number, 1 is the first.");
   std::vector<CommandSpec> all;
   all.push_back(

@@ -41,9 +41,6 @@ Result<void> check_trajectory(const CommandContext&, const std::string& name,
 /// Changes the trajectory of the checked argument `id` in the command's transaction, and checks it.
 [[nodiscard]] Result<Value> change_trajectory(
     CommandContext&, const Map& args, const std::function<Result<void>(model::Trajectory&)>&);
-/// Parts of trajectory_commands(): segments one by one; pictures and recordings.
-[[nodiscard]] std::vector<CommandSpec> trajectory_segment_commands();
-[[nodiscard]] std::vector<CommandSpec> trajectory_plot_commands();
 /// A trajectory "stroke" of one line, then `rest`: for examples of commands.
 [[nodiscard]] std::string with_stroke(const char* rest);
 

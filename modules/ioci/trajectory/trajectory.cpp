@@ -137,7 +137,7 @@ Result<Value> point(CommandContext& ctx, const Map& args) {
 
 }  // namespace
 
-std::vector<CommandSpec> trajectory_commands() {
+RMP_COMMANDS(trajectory_commands) {
   std::vector<CommandSpec> all;
   const ParamSpec sample_time = above_zero(optional(
       "sample_time", "real", "s", "Time between samples when a run does not say otherwise."));
@@ -278,8 +278,6 @@ std::vector<CommandSpec> trajectory_commands() {
        .returns = {"map", "", "", sample_fields},
        .effect = Effect::reads,
        .run = point});
-  for (auto* more : {&trajectory_segment_commands, &trajectory_plot_commands})
-    for (CommandSpec& spec : more()) all.push_back(std::move(spec));
   return all;
 }
 

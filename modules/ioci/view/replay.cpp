@@ -394,7 +394,7 @@ CommandSpec video_command() {
 
 }  // namespace
 
-std::vector<CommandSpec> replay_commands() {
+RMP_COMMANDS(replay_commands) {
   std::vector<CommandSpec> all;
   all.push_back(replay_command());
   all.push_back(video_command());

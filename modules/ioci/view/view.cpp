@@ -153,7 +153,7 @@ std::string with_plate(const std::string& rest) {
 
 }  // namespace
 
-std::vector<CommandSpec> view_commands() {
+RMP_COMMANDS(view_commands) {
   const std::string small = "size = {96, 64}, quality = \"draft\"}";
   std::vector<CommandSpec> all;
   ParamSpec what = needed("what", "ref:world|robot|object|solid|material", "", "What to draw.");

@@ -226,7 +226,7 @@ Result<Value> load_element(CommandContext& ctx, const Map& args) {
 
 }  // namespace
 
-std::vector<CommandSpec> world_load_commands() {
+RMP_COMMANDS(world_load_commands) {
   std::vector<CommandSpec> all;
   Schema params{self("world"), needed("file", "path", "", "The file."),
                 optional("name", "string", "",

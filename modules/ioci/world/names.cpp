@@ -45,7 +45,7 @@ Result<Value> target_transform(CommandContext& ctx, const Map& args) {
 
 }  // namespace
 
-std::vector<CommandSpec> world_name_commands() {
+RMP_COMMANDS(world_name_commands) {
   std::vector<CommandSpec> all;
   all.push_back({.name = "world.active",
                  .classic = "Worlds GetActiveWorld",

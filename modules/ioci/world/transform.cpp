@@ -230,7 +230,7 @@ Result<Value> global(CommandContext& ctx, const Map& args) {
 
 }  // namespace
 
-std::vector<CommandSpec> transform_commands() {
+RMP_COMMANDS(transform_commands) {
   std::vector<CommandSpec> all;
   const std::vector<ParamSpec> pose_fields{field("pose", "pose", "", "4x4 homogeneous matrix."),
                                            field("position", "vec3", "m", "Position."),

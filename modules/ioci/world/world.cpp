@@ -349,7 +349,7 @@ Result<Value> evaluate(CommandContext& ctx, const Map& args) {
 
 }  // namespace
 
-std::vector<CommandSpec> world_commands() {
+RMP_COMMANDS(world_commands) {
   std::vector<CommandSpec> all;
   const auto placed = [](Schema s) {
     for (ParamSpec& p : placement_fields("the world")) s.push_back(std::move(p));
