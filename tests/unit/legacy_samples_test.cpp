@@ -299,6 +299,47 @@ TEST_F(LegacySamples, PartsOfTrajectoriesMeetTheSamplesStoredOfThem) {
   }
 }
 
+TEST_F(LegacySamples, ArcsAndCirclesStartWithTheAccelerationThatTheirFirstPointRepeats) {
+  const fs::path folder = trajectories();
+  if (folder.empty()) GTEST_SKIP() << "no files of the 2006 program here";
+  std::size_t compared = 0;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (entry.path().extension() != ".tjc") continue;
+    const Loaded loaded = load(entry.path());
+    ASSERT_TRUE(loaded.path) << entry.path();
+    if (loaded.how[0].derivatives != Derivatives::differences) continue;
+    ++compared;
+    // { "name" eight codes, samples ... [ ( frame of 6 ) three codes, five triples ...
+    std::ifstream in(entry.path(), std::ios::binary);
+    std::stringstream whole;
+    whole << in.rdbuf();
+    const std::string content = whole.str();
+    const auto name = content.find('"', content.find('{'));
+    std::istringstream codes(content.substr(content.find('"', name + 1) + 1));
+    double samples = 0;
+    for (int i = 0; i < 9; ++i) codes >> samples;
+    std::string point = content.substr(content.find('[') + 1);
+    for (char& c : point)
+      if (c == '(' || c == ')' || c == ',') c = ' ';
+    std::istringstream numbers(point);
+    double skipped = 0;
+    Vec3 stored{};
+    for (int i = 0; i < 9 + 12; ++i) numbers >> skipped;
+    for (double& x : stored) numbers >> x;
+    ASSERT_TRUE(codes && numbers) << entry.path();
+    // The difference of the first two velocities; at rest, and a difference of positions.
+    const Segment& segment = *loaded.path->pieces()[0].segment;
+    const double h = segment.duration() / samples;
+    const std::array<double, 2> times{0, 2 * h};
+    std::array<PathSample, 2> at;
+    ASSERT_TRUE(segment.sample(times, at).ok());
+    for (std::size_t k = 0; k < 3; ++k)
+      EXPECT_NEAR((at[1].pose.p[k] - at[0].pose.p[k]) / (2 * h * h), stored[k], 0.5e-8 + 1e-10)
+          << entry.path();
+  }
+  EXPECT_GT(compared, 0U);
+}
+
 TEST_F(LegacySamples, StoredSectionsRunInTheTimesAndPlacesOfTheirFiles) {
   const fs::path folder = trajectories();
   if (folder.empty() || !fs::is_directory(folder / "Sections"))
