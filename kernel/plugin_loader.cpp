@@ -13,29 +13,12 @@
 #include <system_error>
 #include <utility>
 
-#include <robomosp/sdk/collision.h>
-#include <robomosp/sdk/controller.h>
-#include <robomosp/sdk/csg.h>
-#include <robomosp/sdk/csg_primitive.h>
-#include <robomosp/sdk/curve.h>
-#include <robomosp/sdk/dynamics.h>
-#include <robomosp/sdk/ik.h>
-#include <robomosp/sdk/integrator.h>
-#include <robomosp/sdk/io.h>
-#include <robomosp/sdk/joint_segment.h>
-#include <robomosp/sdk/module.h>
-#include <robomosp/sdk/motion_law.h>
-#include <robomosp/sdk/orientation.h>
-#include <robomosp/sdk/physics.h>
-#include <robomosp/sdk/planner.h>
 #include <robomosp/sdk/plugin.h>
-#include <robomosp/sdk/render.h>
-#include <robomosp/sdk/retimer.h>
-#include <robomosp/sdk/robot_code.h>
-#include <robomosp/sdk/trajectory.h>
 
 #include "kernel/interface_adapters.h"
+#include "kernel/interface_file.h"
 #include "kernel/permit.h"
+#include "kernel/plugin_opening.h"
 #include "kernel/process.h"
 #include "kernel/text.h"
 
@@ -59,6 +42,8 @@ constexpr std::uint32_t kMostRows = 4096;
 std::atomic<Messages*> g_log_target{nullptr};
 /// Of the same loader: where providers that ask for another one find it.
 std::atomic<const Registry*> g_registry{nullptr};
+/// And where code of plugins that runs after their opening is marked.
+std::atomic<PluginTrials*> g_trials{nullptr};
 
 void log_from_plugin(std::int32_t severity, const char* source, const char* text) {
   Messages* messages = g_log_target.load();
@@ -394,27 +379,11 @@ Result<void> load_file(Registry& registry, PluginReport& report) {
 }  // namespace
 
 const std::vector<std::string>& known_interfaces() {
-  static const std::vector<std::string> ids = {CsgEngine::kInterfaceId,
-                                               CsgPrimitive::kInterfaceId,
-                                               IkSolver::kInterfaceId,
-                                               InverseDynamics::kInterfaceId,
-                                               ForwardDynamics::kInterfaceId,
-                                               SegmentMaker::kInterfaceId,
-                                               CollisionEngine::kInterfaceId,
-                                               PhysicsEngine::kInterfaceId,
-                                               Importer::kInterfaceId,
-                                               Exporter::kInterfaceId,
-                                               render::Renderer::kInterfaceId,
-                                               Integrator::kInterfaceId,
-                                               Controller::kInterfaceId,
-                                               RobotCodeGenerator::kInterfaceId,
-                                               CurveMaker::kInterfaceId,
-                                               MotionLawMaker::kInterfaceId,
-                                               OrientationMaker::kInterfaceId,
-                                               JointSegmentMaker::kInterfaceId,
-                                               Retimer::kInterfaceId,
-                                               Planner::kInterfaceId,
-                                               Module::kInterfaceId};
+  static const std::vector<std::string> ids = [] {
+    std::vector<std::string> all;
+    for (const InterfaceEntry* entry : InterfaceFile::all()) all.push_back(entry->id);
+    return all;
+  }();
   return ids;
 }
 
@@ -431,6 +400,8 @@ PluginLoader::PluginLoader(Registry& registry, Messages* messages)
 }
 
 PluginLoader::~PluginLoader() {
+  PluginTrials* trials = trials_.get();
+  if (trials) g_trials.compare_exchange_strong(trials, nullptr);
   Messages* mine = messages_;
   if (mine) g_log_target.compare_exchange_strong(mine, nullptr);
   // One that was made for a look only leaves things as they were.
@@ -501,6 +472,7 @@ Result<void> PluginLoader::try_out(const fs::path& file) {
 
 void PluginLoader::remember_failures(const fs::path& state) {
   trials_ = std::make_unique<PluginTrials>(state, trial_seconds_);
+  g_trials = trials_.get();
 }
 
 const PluginReport& PluginLoader::load_resolved(const fs::path& found, bool is_asked) {
@@ -534,6 +506,11 @@ const PluginReport& PluginLoader::keep(PluginReport report) {
   std::erase_if(reports_, [&](const PluginReport& r) { return r.file == report.file; });
   reports_.push_back(std::move(report));
   return reports_.back();
+}
+
+std::shared_ptr<void> mark_opening(const fs::path& file) {
+  PluginTrials* trials = g_trials.load();
+  return trials ? std::make_shared<PluginTrials::Opening>(*trials, file) : nullptr;
 }
 
 void PluginLoader::remark(const fs::path& file, const std::string& sentence) {

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "kernel/provider_guard.h"
 
+#include "kernel/interface_file.h"
 #include "kernel/text.h"
 
 namespace robomosp {
 
 void* guard_provider(const ProviderInfo& info, void* made) {
-  for (const auto& guard : {&guard_solver, &guard_motion, &guard_run})
-    if (void* guarded_one = guard(info, made)) return guarded_one;
-  return made;
+  const InterfaceEntry* entry = InterfaceFile::find(info.interface_id);
+  return entry && entry->guard ? entry->guard(info, made) : made;
 }
 
 Error broken_answer(const std::string& provider, const std::string& what) {

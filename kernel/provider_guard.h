@@ -15,9 +15,4 @@ namespace robomosp {
 /// What a guard says of an answer that cannot be used: `what` the provider did.
 [[nodiscard]] Error broken_answer(const std::string& provider, const std::string& what);
 
-/// Guards by group of interfaces; nullptr = not one of these. For guard_provider().
-[[nodiscard]] void* guard_solver(const ProviderInfo& info, void* made);
-[[nodiscard]] void* guard_motion(const ProviderInfo& info, void* made);
-[[nodiscard]] void* guard_run(const ProviderInfo& info, void* made);
-
 }  // namespace robomosp

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "kernel/interface_file.h"
 #include "kernel/permit.h"
 #include "kernel/provider_guard.h"
 #include "kernel/text.h"
@@ -49,26 +50,8 @@ bool Registry::remove(std::string_view interface_id, std::string_view name) {
 }
 
 std::string_view standard_provider(std::string_view interface_id) {
-  static constexpr std::pair<std::string_view, std::string_view> kStandard[] = {
-      {"csg", "occt"},
-      {"ik", "numeric"},
-      {"inverse_dynamics", "newton_euler"},
-      {"forward_dynamics", "inertia_matrix"},
-      {"collision", "fcl"},
-      {"physics", "ode"},
-      {"integrator", "dormand_prince"},
-      {"controller", "computed_torque"},
-      {"robot_code", "c99"},
-      {"motion_law", "constant_speed"},
-      {"orientation", "slerp"},
-      {"retimer", "reachability"},
-      {"planner", "rrt_connect"},
-      {"renderer", "osg"},
-  };
-  const std::string brief = short_name(interface_id);
-  for (const auto& [id, name] : kStandard)
-    if (id == brief) return name;
-  return {};
+  const InterfaceEntry* entry = InterfaceFile::find(interface_id);
+  return entry ? std::string_view(entry->standard) : std::string_view();
 }
 
 const Registry::Entry* Registry::locate(std::string_view interface_id,

@@ -1,13 +1,44 @@
 // SPDX-License-Identifier: Apache-2.0
-// The program robomosp-plugin-trial FILE: opens one plugin as the host would and says so. Whatever
-// the plugin does to the process, it does it here (kernel/plugin_trial.h).
+// The program robomosp-plugin-trial FILE: opens one plugin as the host would, makes what the host
+// makes of it at the start (its modules), and says so. Whatever the plugin does to the process, it
+// does it here (kernel/plugin_trial.h).
 #include <cstdio>
 #include <cstring>
+#include <memory>
+#include <string_view>
 
 #include <dlfcn.h>
 #include <unistd.h>
 
+#include <robomosp/sdk/module.h>
 #include <robomosp/sdk/plugin.h>
+
+namespace {
+
+void log_nothing(std::int32_t, const char*, const char*) {}
+
+void make_modules(const rmp_plugin* plugin) {
+  using robomosp::Module;
+  const rmp_host host{sizeof(rmp_host), RMP_SDK_VERSION, &log_nothing, nullptr,
+                      nullptr,          nullptr,         nullptr};
+  // What is not as it should be is refused by the host, in its own words.
+  if (!plugin || !RMP_HAS(plugin, provider_size) || !plugin->abi_tag ||
+      std::string_view(plugin->abi_tag) != RMP_ABI_TAG || !plugin->providers ||
+      plugin->provider_size < sizeof(rmp_provider))
+    return;
+  for (std::uint32_t i = 0; i < plugin->provider_count; ++i) {
+    const rmp_provider& row = rmp_provider_at(*plugin, i);
+    if (!row.interface_id || std::string_view(row.interface_id) != Module::kInterfaceId ||
+        !row.create)
+      continue;
+    char reason[256] = "";
+    const std::unique_ptr<Module> module(
+        static_cast<Module*>(row.create(&host, reason, sizeof reason)));
+    if (module) (void)module->table();
+  }
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
   if (argc != 2) {
@@ -20,7 +51,7 @@ int main(int argc, char** argv) {
       rmp_plugin_entry_fn entry = nullptr;
       std::memcpy(&entry, &symbol, sizeof entry);
       try {
-        (void)entry();
+        make_modules(entry());
       } catch (...) {  // NOLINT: the host tells what it threw
       }
     }

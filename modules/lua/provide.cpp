@@ -2,18 +2,9 @@
 // Solvers written in Lua: ioci.provide and ioci.withdraw. The adapters (provide_*.cpp) answer on
 // the thread of their script; what a script returns is checked before anything uses it.
 #include <algorithm>
-
-#include <robomosp/sdk/collision.h>
-#include <robomosp/sdk/controller.h>
-#include <robomosp/sdk/curve.h>
-#include <robomosp/sdk/dynamics.h>
-#include <robomosp/sdk/ik.h>
-#include <robomosp/sdk/integrator.h>
-#include <robomosp/sdk/motion_law.h>
-#include <robomosp/sdk/orientation.h>
-#include <robomosp/sdk/physics.h>
-#include <robomosp/sdk/robot_code.h>
-#include <robomosp/sdk/trajectory.h>
+#include <string>
+#include <string_view>
+#include <vector>
 
 #include "kernel/interface_adapters.h"
 #include "kernel/permit.h"
@@ -23,26 +14,15 @@
 namespace robomosp::lua {
 namespace {
 
-struct Adapter {
-  const char* interface_id;
-  void* (*create)(ProviderPtr);
-  const char* function;  ///< field of the table form that must be a function
+struct Adapters {
+  std::vector<LuaInterface> all;
+  std::vector<std::string> files;
 };
-
-constexpr Adapter kAdapters[] = {
-    {IkSolver::kInterfaceId, make_lua_ik, "solve"},
-    {InverseDynamics::kInterfaceId, make_lua_inverse_dynamics, "torques"},
-    {ForwardDynamics::kInterfaceId, make_lua_forward_dynamics, "accelerations"},
-    {SegmentMaker::kInterfaceId, make_lua_segment, "sample"},
-    {CurveMaker::kInterfaceId, make_lua_curve, "place"},
-    {MotionLawMaker::kInterfaceId, make_lua_law, "share"},
-    {OrientationMaker::kInterfaceId, make_lua_orientation, "orient"},
-    {Controller::kInterfaceId, make_lua_controller, "torques"},
-    {Integrator::kInterfaceId, make_lua_integrator, "step"},
-    {CollisionEngine::kInterfaceId, make_lua_collision, "distance"},
-    {PhysicsEngine::kInterfaceId, make_lua_physics, "step"},
-    {RobotCodeGenerator::kInterfaceId, make_lua_robot_code, "generate"},
-};
+/// Filled before main(), and only read from then on.
+Adapters& adapters() {
+  static Adapters one;
+  return one;
+}
 
 Result<std::string> need_text(lua_State* L, int index, const char* what) {
   if (lua_type(L, index) == LUA_TSTRING) return std::string(lua_tostring(L, index));
@@ -136,14 +116,14 @@ Result<int> ioci_provide(Impl& impl, lua_State* L) {
   const PermitScope own(nullptr);
   RMP_TRY_ASSIGN(std::string interface_id, need_text(L, 1, "the interface id"));
   RMP_TRY_ASSIGN(const std::string name, need_text(L, 2, "the provider's name"));
-  const auto* adapter =
-      std::find_if(std::begin(kAdapters), std::end(kAdapters), [&](const Adapter& a) {
-        // What a script gives is the same for every number of an interface.
-        return current_interface(interface_id) == a.interface_id;
-      });
-  if (adapter == std::end(kAdapters)) {
+  const auto& known = LuaInterfaceFile::all();
+  const auto adapter = std::find_if(known.begin(), known.end(), [&](const LuaInterface& a) {
+    // What a script gives is the same for every number of an interface.
+    return current_interface(interface_id) == a.interface_id;
+  });
+  if (adapter == known.end()) {
     std::vector<std::string> ids;
-    for (const Adapter& a : kAdapters) ids.emplace_back(a.interface_id);
+    for (const LuaInterface& a : known) ids.emplace_back(a.interface_id);
     return error(ErrorCode::unknown_name,
                  text::quote(interface_id) + " is not an interface that Lua can provide",
                  text::did_you_mean(interface_id, ids) +
@@ -205,6 +185,17 @@ Result<int> ioci_withdraw(Impl& impl, lua_State* L) {
 }
 
 }  // namespace
+
+LuaInterfaceFile::LuaInterfaceFile(const char* file, const LuaInterface& entry) {
+  adapters().files.emplace_back(file);
+  auto& all = adapters().all;
+  const std::string_view id = entry.interface_id;
+  all.insert(std::find_if(all.begin(), all.end(),
+                          [&](const LuaInterface& a) { return a.interface_id >= id; }),
+             entry);
+}
+const std::vector<LuaInterface>& LuaInterfaceFile::all() { return adapters().all; }
+const std::vector<std::string>& LuaInterfaceFile::files() { return adapters().files; }
 
 void withdraw_all(Impl& impl) {
   for (const ProviderPtr& p : impl.providers) close(impl, *p);

@@ -264,18 +264,31 @@ class BoundScript {
   Kept params_;
 };
 
-// One maker an interface: the adapter as void* to the interface class, as the registry wants it.
-[[nodiscard]] void* make_lua_ik(ProviderPtr p);
-[[nodiscard]] void* make_lua_inverse_dynamics(ProviderPtr p);
-[[nodiscard]] void* make_lua_forward_dynamics(ProviderPtr p);
-[[nodiscard]] void* make_lua_segment(ProviderPtr p);
-[[nodiscard]] void* make_lua_curve(ProviderPtr p);
-[[nodiscard]] void* make_lua_law(ProviderPtr p);
-[[nodiscard]] void* make_lua_orientation(ProviderPtr p);
-[[nodiscard]] void* make_lua_controller(ProviderPtr p);
-[[nodiscard]] void* make_lua_integrator(ProviderPtr p);
-[[nodiscard]] void* make_lua_collision(ProviderPtr p);
-[[nodiscard]] void* make_lua_physics(ProviderPtr p);
-[[nodiscard]] void* make_lua_robot_code(ProviderPtr p);
+/// How a script provides an interface: registered by the file with its adapter (RMP_LUA_PROVIDER),
+/// and named nowhere else.
+struct LuaInterface {
+  const char* interface_id;
+  const char* function;  ///< field of the table form that must be a function
+  /// The adapter as void* to the interface class, as the registry wants it.
+  void* (*create)(ProviderPtr);
+};
+class LuaInterfaceFile {
+ public:
+  LuaInterfaceFile(const char* file, const LuaInterface& entry);
+  /// By interface id.
+  [[nodiscard]] static const std::vector<LuaInterface>& all();
+  [[nodiscard]] static const std::vector<std::string>& files();
+};
+template <class Interface, class Adapter>
+[[nodiscard]] LuaInterface lua_interface(const char* function) {
+  return {Interface::kInterfaceId, function, [](ProviderPtr p) -> void* {
+            return static_cast<Interface*>(new Adapter(std::move(p)));
+          }};
+}
 
 }  // namespace robomosp::lua
+
+/// RMP_LUA_PROVIDER(Wind, LuaWind, "blow"), at the end of a file: interface, adapter, function.
+#define RMP_LUA_PROVIDER(Interface, Adapter, function)           \
+  static const ::robomosp::lua::LuaInterfaceFile Adapter##_file( \
+      __FILE__, ::robomosp::lua::lua_interface<Interface, Adapter>(function))

@@ -198,8 +198,6 @@ class LuaCollision final : public CollisionEngine {
 
 }  // namespace
 
-void* make_lua_collision(ProviderPtr p) {
-  return static_cast<CollisionEngine*>(new LuaCollision(std::move(p)));
-}
+RMP_LUA_PROVIDER(CollisionEngine, LuaCollision, "distance");
 
 }  // namespace robomosp::lua

@@ -266,11 +266,7 @@ class LuaForwardDynamics final : public ForwardDynamics, private BoundDynamics {
 
 }  // namespace
 
-void* make_lua_inverse_dynamics(ProviderPtr p) {
-  return static_cast<InverseDynamics*>(new LuaInverseDynamics(std::move(p)));
-}
-void* make_lua_forward_dynamics(ProviderPtr p) {
-  return static_cast<ForwardDynamics*>(new LuaForwardDynamics(std::move(p)));
-}
+RMP_LUA_PROVIDER(InverseDynamics, LuaInverseDynamics, "torques");
+RMP_LUA_PROVIDER(ForwardDynamics, LuaForwardDynamics, "accelerations");
 
 }  // namespace robomosp::lua

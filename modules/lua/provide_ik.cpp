@@ -232,6 +232,6 @@ class LuaIk final : public IkSolver, private BoundScript {
 
 }  // namespace
 
-void* make_lua_ik(ProviderPtr p) { return static_cast<IkSolver*>(new LuaIk(std::move(p))); }
+RMP_LUA_PROVIDER(IkSolver, LuaIk, "solve");
 
 }  // namespace robomosp::lua

@@ -291,11 +291,7 @@ class LuaIntegrator final : public Integrator {
 
 }  // namespace
 
-void* make_lua_controller(ProviderPtr p) {
-  return static_cast<Controller*>(new LuaController(std::move(p)));
-}
-void* make_lua_integrator(ProviderPtr p) {
-  return static_cast<Integrator*>(new LuaIntegrator(std::move(p)));
-}
+RMP_LUA_PROVIDER(Controller, LuaController, "torques");
+RMP_LUA_PROVIDER(Integrator, LuaIntegrator, "step");
 
 }  // namespace robomosp::lua

@@ -266,14 +266,8 @@ class LuaOrientationMaker final : public OrientationMaker {
 
 }  // namespace
 
-void* make_lua_curve(ProviderPtr p) {
-  return static_cast<CurveMaker*>(new LuaCurveMaker(std::move(p)));
-}
-void* make_lua_law(ProviderPtr p) {
-  return static_cast<MotionLawMaker*>(new LuaLawMaker(std::move(p)));
-}
-void* make_lua_orientation(ProviderPtr p) {
-  return static_cast<OrientationMaker*>(new LuaOrientationMaker(std::move(p)));
-}
+RMP_LUA_PROVIDER(CurveMaker, LuaCurveMaker, "place");
+RMP_LUA_PROVIDER(MotionLawMaker, LuaLawMaker, "share");
+RMP_LUA_PROVIDER(OrientationMaker, LuaOrientationMaker, "orient");
 
 }  // namespace robomosp::lua

@@ -366,8 +366,6 @@ class LuaPhysics final : public PhysicsEngine {
 
 }  // namespace
 
-void* make_lua_physics(ProviderPtr p) {
-  return static_cast<PhysicsEngine*>(new LuaPhysics(std::move(p)));
-}
+RMP_LUA_PROVIDER(PhysicsEngine, LuaPhysics, "step");
 
 }  // namespace robomosp::lua

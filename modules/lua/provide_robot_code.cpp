@@ -86,8 +86,6 @@ class LuaRobotCode final : public RobotCodeGenerator {
 
 }  // namespace
 
-void* make_lua_robot_code(ProviderPtr p) {
-  return static_cast<RobotCodeGenerator*>(new LuaRobotCode(std::move(p)));
-}
+RMP_LUA_PROVIDER(RobotCodeGenerator, LuaRobotCode, "generate");
 
 }  // namespace robomosp::lua

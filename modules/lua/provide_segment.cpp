@@ -90,8 +90,6 @@ class LuaSegmentMaker final : public SegmentMaker {
 
 }  // namespace
 
-void* make_lua_segment(ProviderPtr p) {
-  return static_cast<SegmentMaker*>(new LuaSegmentMaker(std::move(p)));
-}
+RMP_LUA_PROVIDER(SegmentMaker, LuaSegmentMaker, "sample");
 
 }  // namespace robomosp::lua

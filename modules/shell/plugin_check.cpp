@@ -15,28 +15,11 @@
 #include <filesystem>
 #include <optional>
 
-#include <robomosp/sdk/collision.h>
-#include <robomosp/sdk/controller.h>
-#include <robomosp/sdk/csg.h>
-#include <robomosp/sdk/csg_primitive.h>
-#include <robomosp/sdk/curve.h>
-#include <robomosp/sdk/dynamics.h>
-#include <robomosp/sdk/ik.h>
-#include <robomosp/sdk/integrator.h>
-#include <robomosp/sdk/io.h>
-#include <robomosp/sdk/joint_segment.h>
 #include <robomosp/sdk/module.h>
-#include <robomosp/sdk/motion_law.h>
-#include <robomosp/sdk/orientation.h>
-#include <robomosp/sdk/physics.h>
-#include <robomosp/sdk/planner.h>
-#include <robomosp/sdk/render.h>
-#include <robomosp/sdk/retimer.h>
-#include <robomosp/sdk/robot_code.h>
-#include <robomosp/sdk/trajectory.h>
 
 #include "ioci/core/application.h"
 #include "ioci/core/modules.h"
+#include "kernel/interface_file.h"
 #include "kernel/plugin_loader.h"
 #include "kernel/process.h"
 #include "kernel/registry.h"
@@ -48,35 +31,13 @@ namespace {
 
 constexpr double kSeconds = 30;  // for loading the file and making every provider
 
-template <class I>
-bool try_create(const Registry& registry, const ProviderInfo& p, std::string& fault) {
-  if (p.interface_id != I::kInterfaceId) return false;
-  const auto made = registry.create<I>(p.name);
-  if (!made.ok()) fault = made.error().sentence();
-  return true;
-}
-
 /// Makes one instance of a provider; "" or what went wrong.
 std::string create_fault(const Registry& registry, const ProviderInfo& p) {
-  std::string fault;
-  (void)(try_create<CsgEngine>(registry, p, fault) ||
-         try_create<CsgPrimitive>(registry, p, fault) || try_create<IkSolver>(registry, p, fault) ||
-         try_create<InverseDynamics>(registry, p, fault) ||
-         try_create<ForwardDynamics>(registry, p, fault) ||
-         try_create<SegmentMaker>(registry, p, fault) ||
-         try_create<CurveMaker>(registry, p, fault) ||
-         try_create<MotionLawMaker>(registry, p, fault) ||
-         try_create<OrientationMaker>(registry, p, fault) ||
-         try_create<JointSegmentMaker>(registry, p, fault) ||
-         try_create<Retimer>(registry, p, fault) || try_create<Planner>(registry, p, fault) ||
-         try_create<CollisionEngine>(registry, p, fault) ||
-         try_create<PhysicsEngine>(registry, p, fault) ||
-         try_create<Integrator>(registry, p, fault) || try_create<Controller>(registry, p, fault) ||
-         try_create<RobotCodeGenerator>(registry, p, fault) ||
-         try_create<Importer>(registry, p, fault) || try_create<Exporter>(registry, p, fault) ||
-         try_create<render::Renderer>(registry, p, fault) ||
-         try_create<Module>(registry, p, fault));
-  return fault;
+  const auto made = registry.create_raw(p.interface_id, p.name);
+  if (!made.ok()) return made.error().sentence();
+  if (const InterfaceEntry* entry = InterfaceFile::find(p.interface_id); entry && entry->end)
+    entry->end(*made);
+  return "";
 }
 
 Map inspect(const std::string& file) {

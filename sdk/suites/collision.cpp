@@ -6,6 +6,8 @@
 namespace robomosp::conformance {
 namespace {
 
+const suites::Suite here("collision");
+
 std::vector<CollisionCase> cases() {
   std::vector<CollisionCase> all;
   for (const std::string& name : suites::providers_for<CollisionEngine>("collision"))

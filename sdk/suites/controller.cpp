@@ -8,6 +8,8 @@
 namespace robomosp::conformance {
 namespace {
 
+const suites::Suite here("controller");
+
 std::vector<ControllerCase> cases() {
   suites::Subject& s = suites::subject();
   std::vector<ControllerCase> all;

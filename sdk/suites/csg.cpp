@@ -7,6 +7,8 @@
 namespace robomosp::conformance {
 namespace {
 
+const suites::Suite here("csg");
+
 std::vector<CsgSubject> subjects() {
   std::vector<CsgSubject> all;
   for (const std::string& name : suites::providers_for<CsgEngine>("csg")) {

@@ -7,6 +7,8 @@
 namespace robomosp::conformance {
 namespace {
 
+const suites::Suite here("dynamics");
+
 std::vector<DynamicsCase> cases() {
   const suites::Subject& s = suites::subject();
   auto inverse = suites::providers_for<InverseDynamics>("dynamics");

@@ -6,6 +6,8 @@
 namespace robomosp::conformance {
 namespace {
 
+const suites::Suite here("ik");
+
 std::vector<IkCase> cases(bool closed_form) {
   const suites::Subject& s = suites::subject();
   std::vector<IkCase> all;

@@ -9,6 +9,8 @@
 namespace robomosp::conformance {
 namespace {
 
+const suites::Suite here("integrator");
+
 std::vector<IntegratorCase> cases() {
   const std::string& file = suites::subject().file;
   std::vector<IntegratorCase> all;

@@ -34,11 +34,12 @@ Subject& subject() {
   return s;
 }
 
-namespace {
+std::set<std::string>& known_suites() {
+  static std::set<std::string> known;
+  return known;
+}
 
-constexpr const char* kSuites[] = {"ik",        "dynamics", "csg",        "primitive",
-                                   "collision", "physics",  "integrator", "controller",
-                                   "module",    "planner",  "retimer",    "robot_code"};
+namespace {
 
 constexpr const char* kUsage =
     "usage: robomosp-plugin-suites FILE [options] [GoogleTest options]\n"
@@ -77,11 +78,9 @@ int read(int argc, char** argv, std::vector<char*>& rest) {
       return wrong("\"" + word + "\" needs a value, or is no option.");
     }
     if (word == "--suite") {
-      bool is_known = false;
-      for (const char* known : kSuites) is_known = is_known || value == known;
-      if (!is_known) {
+      if (!known_suites().contains(value)) {
         std::string all;
-        for (const char* known : kSuites) all += std::string(all.empty() ? "" : ", ") + known;
+        for (const std::string& known : known_suites()) all += (all.empty() ? "" : ", ") + known;
         return wrong("There is no suite \"" + value + "\"; there are " + all + ".");
       }
       s.suites.insert(value);

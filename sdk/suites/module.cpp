@@ -6,6 +6,8 @@
 namespace robomosp::conformance {
 namespace {
 
+const suites::Suite here("module");
+
 std::vector<ModuleCase> cases() {
   std::vector<ModuleCase> all;
   for (const std::string& name : suites::providers_for<Module>("module"))

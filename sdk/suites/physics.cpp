@@ -6,6 +6,8 @@
 namespace robomosp::conformance {
 namespace {
 
+const suites::Suite here("physics");
+
 std::vector<PhysicsCase> cases() {
   std::vector<PhysicsCase> all;
   for (const std::string& name : suites::providers_for<PhysicsEngine>("physics"))

@@ -6,6 +6,8 @@
 namespace robomosp::conformance {
 namespace {
 
+const suites::Suite here("planner");
+
 std::vector<PlannerCase> cases() {
   std::vector<PlannerCase> all;
   for (const std::string& name : suites::providers_for<Planner>("planner"))

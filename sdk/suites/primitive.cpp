@@ -6,6 +6,8 @@
 namespace robomosp::conformance {
 namespace {
 
+const suites::Suite here("primitive");
+
 std::vector<PrimitiveSubject> cases() {
   std::vector<PrimitiveSubject> all;
   for (const std::string& name : suites::providers_for<CsgPrimitive>("primitive"))

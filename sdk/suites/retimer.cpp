@@ -6,6 +6,8 @@
 namespace robomosp::conformance {
 namespace {
 
+const suites::Suite here("retimer");
+
 std::vector<RetimerCase> cases() {
   std::vector<RetimerCase> all;
   for (const std::string& name : suites::providers_for<Retimer>("retimer"))

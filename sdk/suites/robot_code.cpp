@@ -6,6 +6,8 @@
 namespace robomosp::conformance {
 namespace {
 
+const suites::Suite here("robot_code");
+
 std::vector<RobotCodeCase> cases() {
   suites::Subject& s = suites::subject();
   std::vector<RobotCodeCase> all;

@@ -27,6 +27,12 @@ struct Subject {
 
 [[nodiscard]] Subject& subject();
 
+/// The suites that there are. A source registers its own by `const Suite here("retimer");`
+[[nodiscard]] std::set<std::string>& known_suites();
+struct Suite {
+  explicit Suite(const char* name) { known_suites().insert(name); }
+};
+
 /// Names of the providers of an interface when `suite` is to be run on them.
 template <class Interface>
 [[nodiscard]] std::vector<std::string> providers_for(const std::string& suite) {

@@ -3,12 +3,13 @@
 // offer, as the program's loader reads it, against the cases of all programs of this folder, as
 // --gtest_list_tests tells them. Those programs are tests of their own; this one only sees that
 // nobody is forgotten.
-#include <array>
+#include <cctype>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <map>
 #include <set>
+#include <sstream>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -23,26 +24,34 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Interfaces and the suites that judge them. A suite's cases print as "PROVIDER ...".
-const std::multimap<std::string, std::string> kSuites{
-    {"robomosp.ik/1", "IkConformance"},
-    {"robomosp.inverse_dynamics/1", "DynamicsConformance"},
-    {"robomosp.forward_dynamics/1", "DynamicsConformance"},
-    {"robomosp.collision/1", "CollisionConformance"},
-    {"robomosp.physics/1", "PhysicsConformance"},
-    {"robomosp.csg/1", "CsgConformance"},
-    {"robomosp.primitive/1", "PrimitiveConformance"},
-    {"robomosp.controller/1", "ControllerConformance"},
-    {"robomosp.integrator/1", "IntegratorConformance"},
-    {"robomosp.robot_code/1", "RobotCodeConformance"},
-    {"robomosp.curve/2", "CurveConformance"},
-    {"robomosp.motion_law/2", "MotionLawConformance"},
-    {"robomosp.orientation/2", "OrientationConformance"},
-    {"robomosp.retimer/1", "RetimerConformance"},
-    {"robomosp.joint_segment/2", "JointSegmentConformance"},
-    {"robomosp.planner/1", "PlannerConformance"},
-    {"robomosp.module/1", "ModuleConformance"},
-};
+/// The suite that judges an interface, by its name in the SDK's headers: that of
+/// robomosp.joint_segment is JointSegmentConformance, and interfaces that share one have the last
+/// word of their names in common: DynamicsConformance. "" = there is none. A suite's cases print as
+/// "PROVIDER ...".
+std::string suite_of(std::string_view interface_id) {
+  static const std::string headers = [] {
+    std::ostringstream all;
+    for (const auto& entry : fs::directory_iterator(fs::path(ROBOMOSP_SOURCE_DIR) /
+                                                    "sdk/include/robomosp/sdk/conformance"))
+      all << std::ifstream(entry.path()).rdbuf();
+    return all.str();
+  }();
+  std::string_view name = interface_id.substr(0, interface_id.find('/'));
+  name.remove_prefix(name.find('.') + 1);
+  const auto named = [](std::string_view words) {
+    std::string out;
+    bool is_first = true;
+    for (const char c : words) {
+      if (c != '_')
+        out += is_first ? static_cast<char>(std::toupper(static_cast<unsigned char>(c))) : c;
+      is_first = c == '_';
+    }
+    return out + "Conformance";
+  };
+  for (const std::string_view words : {name, name.substr(name.rfind('_') + 1)})
+    if (headers.find("class " + named(words) + " ") != std::string::npos) return named(words);
+  return "";
+}
 /// Interfaces without a suite that any provider could pass, and where theirs are tested.
 const std::map<std::string, std::string> kTestedElsewhere{
     {"robomosp.importer/1", "tests/unit/exchange_test.cpp, robot_files_test.cpp and tests/fuzz"},
@@ -81,8 +90,9 @@ std::set<std::string> judged(const std::string& program) {
       found.insert("robomosp.forward_dynamics/1 " + who.substr(0, who.find(' ')));
       continue;
     }
-    for (const auto& [interface_id, name] : kSuites)
-      if (name == suite) found.insert(interface_id + " " + who.substr(0, who.find(' ')));
+    for (const std::string& interface_id : known_interfaces())
+      if (suite_of(interface_id) == suite)
+        found.insert(interface_id + " " + who.substr(0, who.find(' ')));
   }
   return found;
 }
@@ -93,6 +103,8 @@ TEST(Conformance, EveryShippedProviderIsJudgedByTheSuiteOfItsInterface) {
   for (std::string program; std::getline(programs, program);) all.merge(judged(program));
   EXPECT_TRUE(all.contains("robomosp.ik/1 numeric")) << "the lists of tests are not understood";
 
+  EXPECT_EQ(suite_of("robomosp.forward_dynamics/1"), "DynamicsConformance");
+  EXPECT_EQ(suite_of("robomosp.renderer/1"), "");
   Registry registry;
   PluginLoader loader(registry);
   std::size_t files = 0;
@@ -106,10 +118,9 @@ TEST(Conformance, EveryShippedProviderIsJudgedByTheSuiteOfItsInterface) {
   EXPECT_GT(files, 5U);
   for (const ProviderInfo& p : registry.list()) {
     SCOPED_TRACE(p.origin);
-    if (kSuites.contains(p.interface_id)) {
+    if (const std::string suite = suite_of(p.interface_id); !suite.empty()) {
       EXPECT_TRUE(all.contains(p.interface_id + " " + p.name))
-          << p.interface_id << " \"" << p.name << "\" is judged by no case of "
-          << kSuites.find(p.interface_id)->second
+          << p.interface_id << " \"" << p.name << "\" is judged by no case of " << suite
           << ". Instantiate it in a program of tests/conformance.";
     } else {
       EXPECT_TRUE(kTestedElsewhere.contains(p.interface_id))

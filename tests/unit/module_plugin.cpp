@@ -4,6 +4,7 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <cstdlib>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -16,11 +17,16 @@ using namespace robomosp;
 
 [[maybe_unused]] constexpr ModuleValue::Type kUnknownType = static_cast<ModuleValue::Type>(77);
 
-Result<ModuleValue> echo(const Module&, const ModuleValue& args, ModuleCall&) {
+[[maybe_unused]] Result<ModuleValue> echo(const Module&, const ModuleValue& args, ModuleCall&) {
   return args["value"];
 }
 
-#ifdef CASE_LATE
+#if defined(CASE_CRASH)
+class Crash final : public Module {
+ public:
+  const ModuleTable& table() const override { std::abort(); }
+};
+#elif defined(CASE_LATE)
 const rmp_param kEcho[] = {{"id", "ref:material", "", "A material.", nullptr, nullptr, 1, 0},
                            {"value", "any", "", "A value.", nullptr, nullptr, 1, 0, RMP_OPTIONAL}};
 const rmp_param kPlain[] = {{"value", "any", "", "A value.", nullptr, nullptr, 1, 0, RMP_OPTIONAL}};
@@ -235,7 +241,10 @@ class Bench final : public Module {
 
 }  // namespace
 
-#ifdef CASE_LATE
+#if defined(CASE_CRASH)
+RMP_PLUGIN("org.robomosp.test_crash", "1.0.0", "Apache-2.0", "A plugin of a test.",
+           RMP_PROVIDER_NO_PARAMS(Crash, "crash", "Ends the program.", ""))
+#elif defined(CASE_LATE)
 RMP_PLUGIN("org.robomosp.test_late", "1.0.0", "Apache-2.0", "A plugin of a test.",
            RMP_PROVIDER_NO_PARAMS(Late, "late", "Comes later.", ""))
 #else

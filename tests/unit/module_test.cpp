@@ -211,7 +211,10 @@ TEST_F(ModuleTest, OtherCommandsAreBoundToWhatTheCommandDeclaresAndTheSessionMay
   // What is done at times only is refused where it gets there: a robot of the library.
   refused = ask("bench.ask", "robot.get", {{"name", "pa10"}});
   ASSERT_FALSE(refused.ok());
-  EXPECT_EQ(refused.error().code, ErrorCode::permission) << refused.error().sentence();
+  EXPECT_EQ(refused.error().sentence(),
+            "plugin \"bench\", bench.ask: what called robot.get may have the effects reads only, "
+            "and with these arguments robot.get has others (edits, files_read). The plugin's "
+            "command has to declare them.");
   EXPECT_EQ(app_->document.content_digest(), before);
   // Of a command within a command within a command.
   refused = ask("bench.ask", "bench.ask_to_edit", {{"command", "material.create"}});
@@ -389,6 +392,30 @@ TEST_F(ModuleTest, HooksHearOfRunsMayRefuseThemAndChangeNothing) {
   set("hook", "fail_after");
   EXPECT_EQ(eval(run), "") << "what comes after it takes nothing back";
   EXPECT_TRUE(was_said("plugin \"bench\", after robot.simulate: the log is full."));
+}
+
+/// Modules are made when the program starts, so that one that crashes would end every start.
+TEST_F(ModuleTest, OneThatEndsTheProcessIsNamedAndLeftOut) {
+  const fs::path plugins = folder_ / "plugins", state = folder_ / "state";
+  fs::create_directories(plugins);
+  fs::copy_file(fs::path(MODULE_PLUGIN_DIR) / "module_crash.so", plugins / "module_crash.so");
+  const char* set = std::getenv("XDG_STATE_HOME");
+  const std::string before = set ? set : "";
+  ::setenv("XDG_STATE_HOME", state.c_str(), 1);
+  ioci::ApplicationOptions options;
+  options.plugin_path = {plugins};
+  auto made = ioci::Application::create(std::move(options));
+  if (set) ::setenv("XDG_STATE_HOME", before.c_str(), 1);
+  else ::unsetenv("XDG_STATE_HOME");
+  ASSERT_TRUE(made.ok());
+  bool is_named = false;
+  for (const PluginReport& r : (*made)->plugins.reports())
+    if (r.file.filename() == "module_crash.so") {
+      is_named = true;
+      ASSERT_TRUE(r.refusal);
+      EXPECT_NE(r.refusal->sentence().find("SIGABRT"), std::string::npos) << r.refusal->sentence();
+    }
+  EXPECT_TRUE(is_named);
 }
 
 TEST_F(ModuleTest, TheExampleOfTheSdkAnswersAsItsPagesSay) {

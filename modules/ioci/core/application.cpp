@@ -338,9 +338,7 @@ class Application::Call {
         all_(spec.effect | spec.sometimes | Effect::reads),
         // The program's own commands are stopped by what they declare; of a plugin's that is a
         // right that it lacks.
-        permit_{session.name(), spec.name, all_,
-                session.denied() |
-                    Effects::all().without(spec.plugin.empty() ? allowed : narrowed(allowed, all_)),
+        permit_{session.name(), spec.name, all_, session.denied() | beyond(spec, allowed, all_),
                 false},
         ctx_(app, session, progress) {
     ctx_.given_ = &args_;
@@ -360,6 +358,13 @@ class Application::Call {
   [[nodiscard]] std::string label() const;
 
  private:
+  /// What is denied besides what the session is denied. Whether one of the program's own starts a
+  /// program lies with the provider that is chosen, and is not in the table.
+  [[nodiscard]] static Effects beyond(const CommandSpec& spec, Effects allowed, Effects all) {
+    if (!spec.plugin.empty()) return Effects::all().without(narrowed(allowed, all));
+    const Effects denied = Effects::all().without(allowed);
+    return all.has(Effect::processes) ? denied : denied.without(Effect::processes);
+  }
   [[nodiscard]] static Effects narrowed(Effects some, Effects to) {
     return some.without(Effects::all().without(to));
   }

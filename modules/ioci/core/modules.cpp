@@ -12,6 +12,7 @@
 
 #include "ioci/core/commands.h"
 #include "ioci/core/handle_text.h"
+#include "kernel/plugin_opening.h"
 
 namespace robomosp::ioci {
 namespace {
@@ -80,8 +81,13 @@ Result<CommandSpec> spec_of(const LoadedModule& m, const ModuleCommand& row);
 /// What a command or hook of a module asks of the program.
 class HostCall final : public ModuleCall {
  public:
-  HostCall(const LoadedModule& module, CommandContext& ctx, std::string work)
-      : module_(module), ctx_(ctx), work_(std::move(work)), session_(ctx.session.name()) {}
+  /// `allowed`: all that it may ask for.
+  HostCall(const LoadedModule& module, CommandContext& ctx, std::string work, Effects allowed)
+      : module_(module),
+        ctx_(ctx),
+        work_(std::move(work)),
+        session_(ctx.session.name()),
+        allowed_(allowed) {}
 
   Result<ModuleValue> run(std::string_view command, const ModuleValue& arguments) override {
     RMP_TRY(is_here("run"));
@@ -92,8 +98,17 @@ class HostCall final : public ModuleCall {
     const CommandSpec* spec = ctx_.app.commands.find(command);
     if (!spec) return std::move(ctx_.app.commands.unknown(command)).in(who());
     auto result = ctx_.dispatch(command, given.as_map() ? *given.as_map() : Map{});
-    if (!result.ok()) return std::move(result).error().in(who());
-    return to_module(*result);
+    if (result.ok()) return to_module(*result);
+    Error e = std::move(result).error();
+    // Refused where it got there: by what it does at times, which the session itself may do.
+    const Effects beyond = spec->sometimes.without(allowed_);
+    if (e.code == ErrorCode::permission && !beyond.empty() && !beyond.meets(ctx_.session.denied()))
+      e = error(ErrorCode::permission,
+                "what called " + spec->name + " may have the effects " + allowed_.text() +
+                    " only, and with these arguments " + spec->name + " has others (" +
+                    beyond.text() + ")",
+                "The plugin's command has to declare them.");
+    return std::move(e).in(who());
   }
   [[nodiscard]] Result<ModuleValue> setting(std::string_view name) const override {
     RMP_TRY(is_here("setting"));
@@ -141,11 +156,13 @@ class HostCall final : public ModuleCall {
   const LoadedModule& module_;
   CommandContext& ctx_;
   const std::string work_, session_;
+  const Effects allowed_;
   const std::thread::id thread_ = std::this_thread::get_id();
 };
 
 /// The body of a module's command.
 Result<Value> run_command(const LoadedModule& m, const std::string& name, const ReturnSpec& returns,
+                          Effects effects,
                           Result<ModuleValue> (*run)(const Module&, const ModuleValue&,
                                                      ModuleCall&),
                           CommandContext& ctx, const Map& args) {
@@ -155,7 +172,7 @@ Result<Value> run_command(const LoadedModule& m, const std::string& name, const 
         ErrorCode::unsupported,
         name + " is a command of the plugin " + text::quote(m.name) + ", which is disabled",
         "provider.enable(\"module\", " + text::quote(m.name) + ") brings it back.");
-  HostCall call(m, ctx, name);
+  HostCall call(m, ctx, name, effects);
   const ModuleValue given = to_module(Value(args));
   auto made = call_module(m.name, [&] { return run(*m.module, given, call); });
   if (!made.ok()) {
@@ -214,9 +231,10 @@ Result<CommandSpec> spec_of(const LoadedModule& m, const ModuleCommand& row) {
                                                 ", which is not the topic of its name");
   if (const std::string fault = fault_of(spec); !fault.empty() && fault != "nothing to run")
     return error(ErrorCode::plugin_refused, fault);
-  spec.plugged = [&m, name = spec.name, returns = spec.returns, run = row.run](CommandContext& ctx,
-                                                                               const Map& args) {
-    return run_command(m, name, returns, run, ctx, args);
+  spec.plugged = [&m, name = spec.name, returns = spec.returns,
+                  effects = spec.effect | spec.sometimes | Effect::reads,
+                  run = row.run](CommandContext& ctx, const Map& args) {
+    return run_command(m, name, returns, effects, run, ctx, args);
   };
   return spec;
 }
@@ -311,6 +329,7 @@ std::vector<std::string> Modules::adopt() {
         continue;
     }
     const PermitScope own(nullptr);  // the plugin was let in; its tables are constant
+    const auto marked = mark_opening(info.origin);
     auto made = app_.registry.create<Module>(info.name);
     auto read = made.ok() ? read_module(info, *made) : Result<LoadedModule>(made.error());
     if (!read.ok()) {
@@ -368,7 +387,7 @@ void ModuleRunScope::with(const LoadedModule& m, const std::string& work, Call&&
   const Permit permit{ctx_.session.name(), work, Effect::reads, ctx_.session.denied(), false};
   const PermitScope permitted(&permit);
   const Effects before = std::exchange(ctx_.allowed_, Effects(Effect::reads));
-  HostCall host(m, ctx_, work);
+  HostCall host(m, ctx_, work, Effect::reads);
   call(host);
   ctx_.allowed_ = before;
 }

@@ -3,7 +3,6 @@
 // program (layer: contract, std only).
 #pragma once
 
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <memory>

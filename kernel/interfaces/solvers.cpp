@@ -9,6 +9,7 @@
 #include <robomosp/sdk/ik.h>
 #include <robomosp/sdk/robot_code.h>
 
+#include "kernel/interface_file.h"
 #include "kernel/provider_guard.h"
 #include "kernel/text.h"
 
@@ -187,24 +188,12 @@ class GuardedRobotCode final : public RobotCodeGenerator, private Named {
   std::unique_ptr<RobotCodeGenerator> inner_;
 };
 
-template <class Interface, class Guard>
-void* behind(const ProviderInfo& info, void* made) {
-  return static_cast<Interface*>(new Guard(info, static_cast<Interface*>(made)));
-}
-
 }  // namespace
 
-void* guard_solver(const ProviderInfo& info, void* made) {
-  const std::string_view id = info.interface_id;
-  if (id == IkSolver::kInterfaceId) return behind<IkSolver, GuardedIk>(info, made);
-  if (id == InverseDynamics::kInterfaceId)
-    return behind<InverseDynamics, GuardedInverse>(info, made);
-  if (id == ForwardDynamics::kInterfaceId)
-    return behind<ForwardDynamics, GuardedForward>(info, made);
-  if (id == RobotCodeGenerator::kInterfaceId)
-    return behind<RobotCodeGenerator, GuardedRobotCode>(info, made);
-  if (id == Controller::kInterfaceId) return behind<Controller, GuardedController>(info, made);
-  return nullptr;
-}
+RMP_INTERFACES(solvers, guarded_interface<IkSolver, GuardedIk>("numeric"),
+               guarded_interface<InverseDynamics, GuardedInverse>("newton_euler"),
+               guarded_interface<ForwardDynamics, GuardedForward>("inertia_matrix"),
+               guarded_interface<RobotCodeGenerator, GuardedRobotCode>("c99"),
+               guarded_interface<Controller, GuardedController>("computed_torque"));
 
 }  // namespace robomosp

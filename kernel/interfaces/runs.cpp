@@ -8,6 +8,7 @@
 #include <robomosp/sdk/integrator.h>
 #include <robomosp/sdk/retimer.h>
 
+#include "kernel/interface_file.h"
 #include "kernel/provider_guard.h"
 #include "kernel/text.h"
 
@@ -100,12 +101,7 @@ class GuardedRetimer final : public Retimer {
 
 }  // namespace
 
-void* guard_run(const ProviderInfo& info, void* made) {
-  if (info.interface_id == Integrator::kInterfaceId)
-    return static_cast<Integrator*>(new GuardedIntegrator(info, static_cast<Integrator*>(made)));
-  if (info.interface_id == Retimer::kInterfaceId)
-    return static_cast<Retimer*>(new GuardedRetimer(info, static_cast<Retimer*>(made)));
-  return nullptr;
-}
+RMP_INTERFACES(runs, guarded_interface<Integrator, GuardedIntegrator>("dormand_prince"),
+               guarded_interface<Retimer, GuardedRetimer>("reachability"));
 
 }  // namespace robomosp

@@ -15,6 +15,7 @@
 #include <robomosp/sdk/orientation.h>
 #include <robomosp/sdk/trajectory.h>
 
+#include "kernel/interface_file.h"
 #include "kernel/provider_guard.h"
 #include "kernel/text.h"
 
@@ -435,25 +436,12 @@ class GuardedJointMaker final : public GuardedMaker<JointSegmentMaker> {
   }
 };
 
-template <class Interface, class Guard>
-void* behind(const ProviderInfo& info, void* made) {
-  return static_cast<Interface*>(new Guard(info, static_cast<Interface*>(made)));
-}
-
 }  // namespace
 
-void* guard_motion(const ProviderInfo& info, void* made) {
-  const std::string_view id = info.interface_id;
-  if (id == MotionLawMaker::kInterfaceId)
-    return behind<MotionLawMaker, GuardedLawMaker>(info, made);
-  if (id == CurveMaker::kInterfaceId) return behind<CurveMaker, GuardedCurveMaker>(info, made);
-  if (id == OrientationMaker::kInterfaceId)
-    return behind<OrientationMaker, GuardedOrientationMaker>(info, made);
-  if (id == SegmentMaker::kInterfaceId)
-    return behind<SegmentMaker, GuardedSegmentMaker>(info, made);
-  if (id == JointSegmentMaker::kInterfaceId)
-    return behind<JointSegmentMaker, GuardedJointMaker>(info, made);
-  return nullptr;
-}
+RMP_INTERFACES(motion, guarded_interface<MotionLawMaker, GuardedLawMaker>("constant_speed"),
+               guarded_interface<CurveMaker, GuardedCurveMaker>(),
+               guarded_interface<OrientationMaker, GuardedOrientationMaker>("slerp"),
+               guarded_interface<SegmentMaker, GuardedSegmentMaker>(),
+               guarded_interface<JointSegmentMaker, GuardedJointMaker>());
 
 }  // namespace robomosp
