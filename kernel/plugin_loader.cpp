@@ -14,7 +14,9 @@
 #include <utility>
 
 #include <robomosp/sdk/plugin.h>
+#include <robomosp/sdk/threads.h>
 
+#include "kernel/executor.h"
 #include "kernel/interface_adapters.h"
 #include "kernel/interface_file.h"
 #include "kernel/permit.h"
@@ -165,7 +167,18 @@ void list_for_plugin(const char* interface_id, void* context,
   }
 }
 
-const void* extension_for_plugin(const char*) { return nullptr; }
+void spread_for_plugin(std::size_t parts, std::size_t threads,
+                       void (*part)(void* context, std::size_t i), void* context) {
+  if (part) Executor::of_process().spread(parts, threads, [&](std::size_t i) { part(context, i); });
+}
+
+const void* extension_for_plugin(const char* id) {
+  if (!id || std::string_view(id) != RMP_THREADS) return nullptr;
+  static const rmp_threads threads = {sizeof(rmp_threads),
+                                      static_cast<std::uint32_t>(Executor::of_process().cores()),
+                                      &spread_for_plugin};
+  return &threads;
+}
 
 const rmp_host kHost = {sizeof(rmp_host),   RMP_SDK_VERSION,  &log_from_plugin,     &run_for_plugin,
                         &create_for_plugin, &list_for_plugin, &extension_for_plugin};

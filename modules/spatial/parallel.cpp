@@ -7,6 +7,8 @@
 #include <system_error>
 #include <thread>
 
+#include <robomosp/sdk/host.h>
+
 namespace robomosp::spatial {
 namespace {
 
@@ -19,6 +21,10 @@ std::atomic<Spread> current_spread{nullptr};
 }  // namespace
 
 void set_spread(Spread spread) { current_spread.store(spread, std::memory_order_release); }
+
+void use_threads_of(const rmp_host* host) {
+  if (const rmp_threads* threads = Host(host).threads()) set_spread(threads->spread);
+}
 
 std::size_t cores() {
   // Asked once: it costs the system some microseconds.

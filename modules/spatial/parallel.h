@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <functional>
 
+#include <robomosp/sdk/plugin.h>
+
 namespace robomosp::spatial {
 
 /// Threads that `samples` samples of about `nanoseconds` each are worth, 1 to cores() of them: a
@@ -21,6 +23,9 @@ using Spread = void (*)(std::size_t parts, std::size_t threads,
 /// Whose threads in_parallel() takes from now on, such as those of the program's executor; null =
 /// threads of its own, started for each call. [any thread]
 void set_spread(Spread);
+/// The same for a plugin, which has a copy of this library: from now on threads of its host, if
+/// that hands out any. For constructors of providers. [any thread]
+void use_threads_of(const rmp_host*);
 
 /// Calls work(first, last, thread) for ranges that cover 0..samples, each a multiple of `grain`
 /// but the last, one for each number `thread` below `threads`, of which no two at once are equal.

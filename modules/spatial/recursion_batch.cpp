@@ -93,7 +93,7 @@ Result<std::size_t> Runner::run(const Chain& chain, Task::What what, const Dynam
   std::atomic<bool> stop{false};
   const auto work = [&](std::size_t first, std::size_t last, std::size_t thread) {
     for (std::size_t i = first; i < last; i += kSamplesPerCheck) {
-      if (thread == 0 && progress.cancelled()) stop = true;
+      if (progress.cancelled()) stop = true;
       if (stop) return;
       const std::size_t end = std::min(last, i + kSamplesPerCheck);
       const std::size_t bad =

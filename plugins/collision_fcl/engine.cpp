@@ -151,8 +151,8 @@ struct Placed {
 
 class Scene final : public CollisionScene {
  public:
-  Scene(std::vector<Body> bodies, std::size_t threads)
-      : bodies_(std::move(bodies)), threads_(threads) {}
+  Scene(std::vector<Body> bodies, Host host, std::size_t threads)
+      : bodies_(std::move(bodies)), host_(host), threads_(threads) {}
 
   Result<void> distances(std::span<const Pose> poses, std::span<const CollisionPair> pairs,
                          double interest, std::span<PairDistance> out,
@@ -209,7 +209,8 @@ class Scene final : public CollisionScene {
       if (!failure) failure = std::move(e);
       stops = true;
     };
-    const auto work = [&](bool reports) {
+    const auto work = [&, caller = std::this_thread::get_id()](std::size_t) {
+      const bool reports = std::this_thread::get_id() == caller;
       Placed placed;
       while (!stops) {
         const std::size_t begin = kBlock * next.fetch_add(1);
@@ -232,10 +233,7 @@ class Scene final : public CollisionScene {
     const std::size_t blocks = (samples + kBlock - 1) / kBlock;
     std::size_t helpers = std::min(threads_, blocks);
     if (samples * pairs.size() < kManyQueries) helpers = 1;
-    std::vector<std::jthread> threads;
-    for (std::size_t t = 1; t < helpers; ++t) threads.emplace_back([&] { work(false); });
-    work(true);
-    threads.clear();
+    host_.spread(helpers, helpers, work);
     if (failure) return std::move(*failure);
     return {};
   }
@@ -402,6 +400,7 @@ class Scene final : public CollisionScene {
   }
 
   std::vector<Body> bodies_;
+  Host host_;
   std::size_t threads_;
 };
 
@@ -433,8 +432,8 @@ Result<std::unique_ptr<CollisionScene>> FclEngine::build(std::span<const ShapedB
     made.push_back(std::move(body));
   }
   const auto threads = static_cast<std::size_t>(std::max(0LL, params.integer("threads")));
-  return std::unique_ptr<CollisionScene>(std::make_unique<Scene>(
-      std::move(made), threads > 0 ? threads : std::max(1U, std::thread::hardware_concurrency())));
+  return std::unique_ptr<CollisionScene>(
+      std::make_unique<Scene>(std::move(made), host_, threads > 0 ? threads : host_.cores()));
 }
 
 }  // namespace robomosp::collision_fcl

@@ -10,11 +10,13 @@
 #include <robomosp/sdk/dynamics.h>
 
 #include "articulated_body.h"
+#include "spatial/parallel.h"
 
 namespace robomosp::articulated {
 
 class DivideAndConquer final : public ForwardDynamics {
  public:
+  explicit DivideAndConquer(const rmp_host* host) { spatial::use_threads_of(host); }
   Result<void> prepare(const RobotModel& model, const Params& params) override;
   std::size_t scratch_size() const override;
   Result<void> accelerations(const DynamicsBatch& batch, std::span<double> qdd,

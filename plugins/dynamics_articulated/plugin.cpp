@@ -12,6 +12,7 @@
 #include "constrained.h"
 #include "divide_and_conquer.h"
 #include "samples.h"
+#include "spatial/parallel.h"
 #include "spatial/recursion_batch.h"
 
 namespace robomosp::articulated {
@@ -29,6 +30,7 @@ const rmp_param kArticulatedParams[] = {
 
 class ArticulatedBody final : public ForwardDynamics {
  public:
+  explicit ArticulatedBody(const rmp_host* host) { spatial::use_threads_of(host); }
   Result<void> prepare(const RobotModel& model, const Params& params) override {
     RMP_TRY(refuse_loops(model));
     RMP_TRY_ASSIGN(articulated_, make_articulated(model));

@@ -10,6 +10,7 @@
 
 #include "further.h"
 #include "inertia_matrix.h"
+#include "spatial/parallel.h"
 #include "spatial/recursion_batch.h"
 
 namespace robomosp::newton_euler {
@@ -41,6 +42,7 @@ Error not_finite(const char* what, std::size_t sample) {
 
 class NewtonEuler final : public InverseDynamics {
  public:
+  explicit NewtonEuler(const rmp_host* host) { spatial::use_threads_of(host); }
   Result<void> prepare(const RobotModel& model, const Params& params) override {
     RMP_TRY_ASSIGN(chain_, Chain::make(model));
     runner_ = make_runner(params);
@@ -89,6 +91,7 @@ class NewtonEuler final : public InverseDynamics {
 
 class InertiaMatrix final : public ForwardDynamics {
  public:
+  explicit InertiaMatrix(const rmp_host* host) { spatial::use_threads_of(host); }
   Result<void> prepare(const RobotModel& model, const Params& params) override {
     if (!model.loops.empty())
       return error(ErrorCode::unsupported, "it has closed loops, which this provider does not know",

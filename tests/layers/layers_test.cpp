@@ -131,7 +131,8 @@ struct Rules {
   std::map<std::string, Names> edges;
   Names sdk_only;
   std::vector<std::pair<std::string, Names>>
-      homes;  // in order; the first pattern that matches decides
+      homes;              // in order; the first pattern that matches decides
+  Names thread_starters;  // what their paths begin with
   Names faults;
 
   static Rules read(std::istream& in) {
@@ -153,6 +154,8 @@ struct Rules {
         rules.sdk_only = names;
       } else if (word == "home") {
         rules.homes.emplace_back(subject, names);
+      } else if (word == "thread" && !names.empty()) {  // with a reason
+        rules.thread_starters.push_back(subject);
       } else {
         rules.faults.push_back(line);
       }
@@ -263,6 +266,46 @@ TEST(Layers, EveryIncludeOfTheTreeFollowsTheRule) {
     }
   }
   EXPECT_GT(count, 500U) << "the tree was not read";
+}
+
+/// Whether a line holds, starts or asks the system for a thread.
+bool starts_thread(const std::string& line) {
+  static const std::regex kStart(
+      R"((std::j?thread\b(?!::)|std::async\b|\bpthread_create\b|\bthrd_create\b|\bQThread\b|QtConcurrent))");
+  const auto comment = line.find("//");
+  return std::regex_search(line.substr(0, comment), kStart);
+}
+
+TEST(Layers, ThreadsAreStartedByTheExecutorOrForAWrittenReason) {
+  for (const char* line : {"std::thread t(work);", "  std::vector<std::jthread> all;",
+                           "auto f = std::async(work);", "pthread_create(&t, 0, work, 0);"})
+    EXPECT_TRUE(starts_thread(line)) << line;
+  for (const char* line : {"std::thread::hardware_concurrency()", "const std::thread::id id;",
+                           "std::this_thread::yield();", "// a std::thread"})
+    EXPECT_FALSE(starts_thread(line)) << line;
+  const fs::path root = ROBOMOSP_SOURCE_DIR;
+  const Rules rules = project_rules();
+  std::set<std::string> used;
+  for (const char* area : {"sdk", "kernel", "modules", "plugins", "viewer"})
+    for (const auto& entry : fs::recursive_directory_iterator(root / area)) {
+      const std::string kind = entry.path().extension().string();
+      if (kind != ".h" && kind != ".cpp" && kind != ".c") continue;
+      const std::string file = entry.path().lexically_relative(root).generic_string();
+      std::ifstream in(entry.path());
+      for (std::string line; std::getline(in, line);) {
+        if (!starts_thread(line)) continue;
+        const auto known =
+            std::find_if(rules.thread_starters.begin(), rules.thread_starters.end(),
+                         [&](const std::string& begin) { return file.starts_with(begin); });
+        if (known != rules.thread_starters.end()) used.insert(*known);
+        else
+          ADD_FAILURE() << file << " starts a thread of its own: " << line
+                        << "\nTake it from the executor (Host::spread() in plugins), or write the "
+                           "reason into modules/layers.txt.";
+      }
+    }
+  for (const std::string& begin : rules.thread_starters)
+    EXPECT_TRUE(used.contains(begin)) << begin << " starts no thread any more";
 }
 
 TEST(Layers, TheTableIsWellFormedAndItsEdgesStayInTheirLayerWithoutACircle) {

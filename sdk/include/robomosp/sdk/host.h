@@ -3,16 +3,20 @@
 // only, not part of the ABI).
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
 #include <robomosp/sdk/plugin.h>
 #include <robomosp/sdk/result.h>
+#include <robomosp/sdk/threads.h>
 
 namespace robomosp {
 
@@ -58,6 +62,33 @@ class Host {
   /// What a later program offers by this id, or nullptr.
   [[nodiscard]] const void* extension(const char* id) const {
     return host_ && RMP_HAS(host_, extension) && host_->extension ? host_->extension(id) : nullptr;
+  }
+
+  /// The program's threads, or nullptr.
+  [[nodiscard]] const rmp_threads* threads() const {
+    const auto* t = static_cast<const rmp_threads*>(extension(RMP_THREADS));
+    return t && RMP_HAS(t, spread) && t->spread ? t : nullptr;
+  }
+  /// Threads that spread() has at most, at least 1.
+  [[nodiscard]] std::size_t cores() const {
+    const rmp_threads* t = threads();
+    return t ? std::max<std::size_t>(1, t->cores) : 1;
+  }
+  /// Calls part(0) ... part(parts - 1), at most `at_once` of them at once, on threads that the
+  /// whole program shares, and returns when all are done. The calling thread works too, and does
+  /// all of it when the cores are taken, or when the program hands out no threads. `part` must not
+  /// throw, nor wait for another part.
+  template <class Part>
+  void spread(std::size_t parts, std::size_t at_once, Part&& part) const {
+    const rmp_threads* t = parts > 1 && at_once > 1 ? threads() : nullptr;
+    if (!t) {
+      for (std::size_t i = 0; i < parts; ++i) part(i);
+      return;
+    }
+    using Called = std::remove_reference_t<Part>;
+    t->spread(
+        parts, at_once, [](void* context, std::size_t i) { (*static_cast<Called*>(context))(i); },
+        const_cast<void*>(static_cast<const void*>(std::addressof(part))));
   }
 
   /// The table itself, to run a program (rmp_host::run).

@@ -5,6 +5,8 @@
 #pragma once
 
 #include <dlfcn.h>
+#include <algorithm>
+#include <atomic>
 #include <charconv>
 #include <cmath>
 #include <cstring>
@@ -12,11 +14,13 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <thread>
 #include <vector>
 
 #include <robomosp/sdk/params.h>
 #include <robomosp/sdk/plugin.h>
 #include <robomosp/sdk/result.h>
+#include <robomosp/sdk/threads.h>
 
 namespace robomosp::conformance {
 
@@ -197,9 +201,30 @@ Result<const rmp_provider*> find_provider(const std::string& file, const std::st
   return error(ErrorCode::unknown_name, "it has no provider \"" + name + "\"", {}, file);
 }
 
+namespace detail {
+/// Spread over as many threads as are asked for, whatever cores there are, so that a provider which
+/// divides its work is tested so.
+inline void spread(std::size_t parts, std::size_t threads, void (*part)(void*, std::size_t),
+                   void* context) {
+  std::atomic<std::size_t> next{0};
+  const auto work = [&] {
+    for (std::size_t i = next++; i < parts; i = next++) part(context, i);
+  };
+  std::vector<std::jthread> others;
+  for (std::size_t t = 1; t < std::min({parts, threads, std::size_t{16}}); ++t)
+    others.emplace_back(work);
+  work();
+}
+inline const void* host_extension(const char* id) {
+  static const rmp_threads threads{sizeof(rmp_threads), 4, &spread};
+  return std::string_view(id) == RMP_THREADS ? &threads : nullptr;
+}
+}  // namespace detail
+
 /// The host that providers are made with. It runs no programs unless a test gives it `run`.
 inline rmp_host& host() {
-  static rmp_host h{sizeof(rmp_host), "conformance", nullptr, nullptr, nullptr, nullptr, nullptr};
+  static rmp_host h{sizeof(rmp_host), "conformance",          nullptr, nullptr, nullptr,
+                    nullptr,          &detail::host_extension};
   return h;
 }
 
