@@ -9,7 +9,6 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -22,6 +21,7 @@
 #include <robomosp/sdk/conformance/allocations.h>
 #include <robomosp/sdk/conformance/models.h>
 #include <robomosp/sdk/conformance/provider.h>
+#include <robomosp/sdk/conformance/stop_after.h>
 #include <robomosp/sdk/conformance/threads.h>
 
 namespace robomosp::conformance {
@@ -705,27 +705,14 @@ TEST_P(CollisionConformance, CancellingStopsWithinATenthOfASecond) {
     poses.push_back({});
     poses.push_back(multiply(shift(1.3, 0, 0), turn_z(0.001 * i)));
   }
-  class StopAfter final : public Progress {
-   public:
-    void report(double, std::string_view) override {}
-    bool cancelled() const override {
-      return std::chrono::steady_clock::now() - start_ >= std::chrono::milliseconds(after);
-    }
-    int after = 30;
-
-   private:
-    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-  } progress;
-  if (!is_slow) progress.after = 0;
   const std::vector<CollisionPair> pairs{{0, 1}};
   std::vector<PairDistance> out(20000);
-  const auto start = std::chrono::steady_clock::now();
+  StopAfter progress(is_slow ? 0.03 : 0);
   const auto r = scene->distances(poses, pairs, kInfinity, out, progress);
-  const double took =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   ASSERT_FALSE(r.ok());
   EXPECT_EQ(r.error().code, ErrorCode::cancelled);
-  EXPECT_LT(took, 0.13);
+  EXPECT_LT(progress.since_told(), 0.1) << "it was asked to stop and went on";
+  EXPECT_LT(progress.unheard(), 0.1) << "it computed for longer without asking";
 }
 
 }  // namespace robomosp::conformance
