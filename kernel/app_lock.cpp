@@ -13,6 +13,10 @@ namespace {
 /// What this thread holds, the innermost; a thread rarely holds more than one.
 thread_local AppLock* held = nullptr;
 
+/// As many tasks may be put off before those who do it wait for their turn to call them.
+constexpr std::size_t kMostPutOff = 128;
+constexpr std::chrono::milliseconds kLongestTurn{20};
+
 }  // namespace
 
 bool AppLock::is_held() const { return held == this; }
@@ -61,10 +65,24 @@ void AppLock::later(std::function<void()> task) {
 void AppLock::flush() {
   if (held == this || !has_tasks_.load(std::memory_order_acquire)) return;
   std::unique_lock lock(tasks_mutex_);
-  if (is_flushing_) return;  // whoever is at it calls the new ones too
+  if (flushing_ == std::this_thread::get_id()) return;  // called by a task
+  if (is_flushing_) {
+    // Whoever is at it calls the new ones too, unless they come faster than it can: it must not be
+    // kept for ever, nor must they pile up.
+    if (tasks_.size() < kMostPutOff) return;
+    ++waiting_;
+    const bool is_next = turn_.wait_for(lock, kLongestTurn, [this, before = turns_] {
+      return is_handed_on_ && turns_ != before;  // not before those who waited already
+    });
+    --waiting_;
+    if (!is_next) return;  // a task may wait for what this thread does next
+    is_handed_on_ = false;
+  }
   is_flushing_ = true;
-  while (!tasks_.empty()) {
-    const std::function<void()> task = std::move(tasks_.front());
+  flushing_ = std::this_thread::get_id();
+  for (std::size_t own = tasks_.size(); !tasks_.empty() && (own > 0 || waiting_ == 0);
+       own -= own > 0 ? 1 : 0) {
+    std::function<void()> task = std::move(tasks_.front());
     tasks_.pop_front();
     lock.unlock();
     // One wall for all: a subscriber that throws must not take the others with it.
@@ -75,10 +93,18 @@ void AppLock::flush() {
     } catch (...) {
       std::fprintf(stderr, "robomosp: a subscriber threw an unknown exception\n");
     }
+    task = {};  // what it captured is let go without the mutex
     lock.lock();
   }
-  has_tasks_.store(false, std::memory_order_release);
-  is_flushing_ = false;
+  flushing_ = {};
+  if (tasks_.empty()) {
+    has_tasks_.store(false, std::memory_order_release);
+    is_flushing_ = false;
+  } else {  // one who waits goes on
+    is_handed_on_ = true;
+    ++turns_;
+    turn_.notify_all();
+  }
 }
 
 AppLock::Stats AppLock::stats() const {

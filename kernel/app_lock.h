@@ -4,12 +4,15 @@
 
 #include <atomic>
 #include <chrono>
+#include <condition_variable>
+#include <cstddef>
 #include <cstdint>
 #include <deque>
 #include <functional>
 #include <mutex>
 #include <string>
 #include <string_view>
+#include <thread>
 #include <utility>
 
 namespace robomosp {
@@ -51,7 +54,8 @@ class AppLock {
   /// Counts a call of a provider or script by a thread that holds one, which is a defect.
   static void expect_free();
   /// Calls `task` once this thread holds the lock no more, after those that were put off before it,
-  /// and never two at a time. It may be called by another thread that is at it already.
+  /// and never two at a time. It may be called by another thread that is at it already; where more
+  /// is put off than that one gets done, those who put it off wait a little and then take turns.
   void later(std::function<void()> task);
   /// Calls what was put off, unless this thread holds the lock.
   void flush();
@@ -90,6 +94,11 @@ class AppLock {
   std::mutex tasks_mutex_;
   std::deque<std::function<void()>> tasks_;  // guarded by tasks_mutex_
   bool is_flushing_ = false;                 // guarded by tasks_mutex_
+  std::thread::id flushing_;                 // guarded by tasks_mutex_; which thread is at it
+  std::size_t waiting_ = 0;                  // guarded by tasks_mutex_; for their turn
+  bool is_handed_on_ = false;                // guarded by tasks_mutex_; to one who waits
+  std::uint64_t turns_ = 0;                  // guarded by tasks_mutex_; handed on so far
+  std::condition_variable turn_;
   std::atomic<bool> has_tasks_{false};
 };
 

@@ -94,9 +94,6 @@ std::shared_ptr<CallQueue> CallQueue::for_this_thread() {
   return queue;
 }
 
-CallQueue* CallQueue::of_this_thread() {
-  // Whoever keeps it alive belongs to this thread.
-  return here.expired() ? nullptr : here.lock().get();
-}
+std::shared_ptr<CallQueue> CallQueue::of_this_thread() { return here.lock(); }
 
 }  // namespace robomosp

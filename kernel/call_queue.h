@@ -60,8 +60,8 @@ class CallQueue {
 
   /// The one of this thread; it lives as long as somebody shares it.
   [[nodiscard]] static std::shared_ptr<CallQueue> for_this_thread();
-  /// The same, null where this thread answers nobody.
-  [[nodiscard]] static CallQueue* of_this_thread();
+  /// The same, null where this thread answers nobody. Other threads may let go of it at any time.
+  [[nodiscard]] static std::shared_ptr<CallQueue> of_this_thread();
 
  private:
   struct Call;
@@ -79,8 +79,8 @@ class CallQueue {
 template <class Cv, class Done, class Rep, class Period>
 bool wait_serving(std::unique_lock<std::mutex>& lock, Cv& cv,
                   std::chrono::duration<Rep, Period> at_most, Done is_done) {
-  CallQueue* const queue = CallQueue::of_this_thread();
   if (is_done()) return true;
+  const std::shared_ptr<CallQueue> queue = CallQueue::of_this_thread();
   if (!queue) return cv.wait_for(lock, at_most, is_done);
   const auto end = std::chrono::steady_clock::now() + at_most;
   std::mutex& mutex = *lock.mutex();

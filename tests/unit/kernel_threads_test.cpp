@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <condition_variable>
 #include <latch>
+#include <mutex>
 #include <numeric>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -70,6 +73,32 @@ TEST(AppLock, WhatIsPutOffComesAfterTheHoldInOrderAndSurvivesATaskThatThrows) {
   EXPECT_EQ(ran.size(), 4U);
   lock.flush();
   EXPECT_EQ(ran.size(), 5U);
+}
+
+TEST(AppLock, WhoPutsOffMoreThanGetsDoneTakesATurnSoThatNobodyIsKeptAndNothingPilesUp) {
+  AppLock lock;
+  std::atomic<int> put{0}, called{0}, most{0};
+  std::atomic<bool> is_over{false};
+  std::set<std::thread::id> callers;  // one task at a time
+  const auto busy = [&] {
+    while (!is_over) {
+      const AppLock::Hold hold(lock, "busy");
+      most = std::max(most.load(), ++put - called);
+      lock.later([&] {
+        callers.insert(std::this_thread::get_id());
+        std::this_thread::sleep_for(100us);
+        ++called;
+      });
+    }
+  };
+  {
+    const std::jthread one(busy), two(busy);
+    while (called < 1000) std::this_thread::sleep_for(1ms);
+    is_over = true;
+  }
+  EXPECT_EQ(called, put) << "none is left behind";
+  EXPECT_EQ(callers.size(), 2U) << "each has its turns";
+  EXPECT_LT(most, 600);
 }
 
 TEST(AppLock, TooLongAHoldIsCountedAndReportedByName) {
@@ -202,6 +231,28 @@ TEST(CallQueue, AWaitWithoutCallsEndsWithItsTime) {
   EXPECT_FALSE(wait_serving(lock, changed, 10ms, [] { return false; }));
   EXPECT_TRUE(lock.owns_lock());
   EXPECT_TRUE(wait_serving(lock, changed, 10ms, [] { return true; }));
+}
+
+TEST(CallQueue, LivesWhileItsOwnerWaitsThoughTheLastWhoSharedItLetsGo) {
+  auto shared = CallQueue::for_this_thread();
+  std::latch waits(1), is_gone(1);
+  const std::jthread other([own = std::move(shared), &waits, &is_gone]() mutable {
+    waits.wait();
+    own.reset();
+    is_gone.count_down();
+  });
+  std::mutex mutex;
+  std::condition_variable never;
+  int looks = 0;
+  std::unique_lock lock(mutex);
+  EXPECT_TRUE(wait_serving(lock, never, 10s, [&] {
+    if (++looks == 2) {  // it waits by now
+      waits.count_down();
+      is_gone.wait();
+    }
+    return looks > 1;
+  }));
+  EXPECT_EQ(CallQueue::of_this_thread(), nullptr);
 }
 
 TEST(Executor, EachPartIsDoneOnceWhateverTheNumberOfThreads) {
