@@ -11,6 +11,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <deque>
+#include <list>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -55,8 +56,7 @@ class Connection {
         in_(in),
         out_(out),
         beside_(session.name(), session.kind()) {
-    for (const Effect e : kAllEffects)
-      if (!session.may(e)) beside_.deny(e);
+    copy_rights(beside_);
     server_.watch = [this](std::uint64_t job) { watch(job); };
     gate_->connection = this;
   }
@@ -82,9 +82,9 @@ class Connection {
       const std::lock_guard lock(gate_->mutex);
       gate_->connection = nullptr;
     }
-    beside_.interrupt();  // ends what waits for jobs
     std::unique_lock lock(mutex_);
-    wait_serving(lock, changed_, [this] { return waits_ == 0; });
+    for (ioci::Session& waiting : waits_) waiting.interrupt();
+    wait_serving(lock, changed_, [this] { return waits_.empty(); });
     return code;
   }
 
@@ -94,6 +94,10 @@ class Connection {
     std::optional<std::string> answer;  ///< of what is no message
   };
 
+  /// For a session of the same user.
+  void copy_rights(ioci::Session& to) const {
+    for (const Effect e : session_.denied().list()) to.deny(e);
+  }
   void say(const std::string& text) {
     const std::lock_guard lock(write_mutex_);
     if (!write_all(out_, text + "\n")) is_broken_ = true;
@@ -190,18 +194,19 @@ class Connection {
     if (!name || !name->starts_with("job.") || m->find("job"))
       return put({std::move(*message), {}});
     if (*name != "job.wait") {
-      beside_.clear_interrupt();
       if (const auto text = server_.answer_beside(*message, beside_)) say(*text);
       return;
     }
-    {
+    // A session belongs to one thread, so each that waits gets its own.
+    const auto own = [&] {
       const std::lock_guard lock(mutex_);
-      ++waits_;
-    }
-    Executor::of_process().run([this, request = std::move(*message)] {
-      if (const auto text = server_.answer_beside(request, beside_)) say(*text);
+      return waits_.emplace(waits_.end(), session_.name(), session_.kind());
+    }();
+    copy_rights(*own);
+    Executor::of_process().run([this, own, request = std::move(*message)] {
+      if (const auto text = server_.answer_beside(request, *own)) say(*text);
       const std::lock_guard lock(mutex_);
-      --waits_;
+      waits_.erase(own);
       changed_.notify_all();
     });
   }
@@ -293,7 +298,7 @@ class Connection {
   RpcServer& server_;
   const int in_, out_;
   const int wake_ = ::eventfd(0, EFD_CLOEXEC);  ///< ends the reader
-  ioci::Session beside_;                        ///< of the same user, for what is about jobs
+  ioci::Session beside_;  ///< of the same user, for what the reader's thread answers about jobs
   /// Through which jobs report for as long as this lives.
   struct Gate {
     std::mutex mutex;
@@ -309,7 +314,7 @@ class Connection {
   std::optional<Value> running_, cancelling_;  ///< ids
   bool was_cancelled_ = false;                 ///< the interrupt of the session was rpc.cancel's
   bool is_over_ = false, failed_ = false;
-  std::size_t waits_ = 0;  ///< answers to job.wait that are being waited for
+  std::list<ioci::Session> waits_;  ///< of the same user, each for a job.wait that waits
   std::map<std::uint64_t, Clock::time_point> watched_;  ///< jobs: when they were last reported
 };
 
