@@ -6,7 +6,7 @@
 
 /// Defined where robomosp_lanes() compiles for AVX-512: sanitized builds leave it out, which has
 /// the same source as AVX2, to compile faster.
-#if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__)
+#if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #define RMP_HAS_AVX512
 #endif
 
