@@ -21,11 +21,12 @@ bool equal(const model::Record& a, const model::Record& b) {
   return a.name == b.name && a.file == b.file && model::equal(a.body, b.body);
 }
 
-std::size_t record_bytes(const model::Record& record) {
+std::size_t record_bytes(const model::Record& record, const model::Record* other) {
   const model::Content c = model::content(record.body);
   const bool is_other = std::holds_alternative<model::OtherContent>(record.body);
   return sizeof(model::Record) + record.name.size() + record.file.size() +
-         (is_other ? c.type->size : 0) + model::heap_bytes(c);
+         (is_other ? c.type->size : 0) +
+         model::heap_bytes(c, other ? model::content(other->body) : model::Content{});
 }
 
 }  // namespace robomosp::document

@@ -17,7 +17,8 @@ void feed(Fingerprinter& fp, const model::Body& body, const model::FeedReference
 [[nodiscard]] Fingerprint record_fingerprint(const model::Record& record);
 /// Whether two records have equal fingerprints, without making them.
 [[nodiscard]] bool equal(const model::Record&, const model::Record&);
-/// Bytes a record occupies, about.
-[[nodiscard]] std::size_t record_bytes(const model::Record& record);
+/// Bytes a record occupies, about, without what it shares with `other`, another version of it.
+[[nodiscard]] std::size_t record_bytes(const model::Record& record,
+                                       const model::Record* other = nullptr);
 
 }  // namespace robomosp::document

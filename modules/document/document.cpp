@@ -198,8 +198,10 @@ Result<std::shared_ptr<Snapshot::State>> Document::Impl::put_back(
                    "Give that another name first.");
     if (auto held = check_references(after, *record); !held.ok()) return std::move(held).error();
   }
-  RMP_TRY(refuse_cycles(
-      after, [&now](AnyId id) { return now.find(id); }, ids));
+  RMP_TRY(refuse_cycles(after,
+                        {[&now](AnyId id) { return now.find(id); },
+                         [&now](AnyId from, AnyId to) { return now.state_->refers(from, to); }},
+                        ids));
   RMP_TRY(follows_worlds(now, after, changes));
   return state;
 }
@@ -333,8 +335,9 @@ struct Transaction::Work {
     if (is_touched.insert(id).second) touched.push_back(id);
   }
   /// Puts a record other than a world, its expressions evaluated.
-  Result<void> put_resolved(AnyId id, std::shared_ptr<Record> record) {
-    auto resolved = model::resolve(record->body, record->name, now.world_parameters());
+  Result<void> put_resolved(AnyId id, const Record* old, std::shared_ptr<Record> record) {
+    auto resolved = model::resolve(record->body, record->name, now.world_parameters(),
+                                   old ? &old->body : nullptr);
     if (!resolved.ok())
       return std::move(resolved).error().in(std::string(to_string(id.kind)) + " " +
                                             quote(record->name));
@@ -383,7 +386,8 @@ Result<void> Transaction::Work::put_world(AnyId id, const Record* old,
   };
   if (is_renamed) model::rename_in(record->body, follow_name);
   const model::WorldParameters none = [](const Expression::Name&) { return std::nullopt; };
-  auto resolved = model::resolve(record->body, record->name, none);
+  auto resolved =
+      model::resolve(record->body, record->name, none, old && !is_renamed ? &old->body : nullptr);
   if (!resolved.ok()) return std::move(resolved).error().in(where);
 
   const auto& after = std::get<model::World>(record->body).parametric;
@@ -460,7 +464,7 @@ Result<AnyId> Transaction::add(Record record) {
   const AnyId id{kind, work_->document->next_id++};
   auto added = std::make_shared<Record>(std::move(record));
   if (kind == Kind::world) RMP_TRY(work_->put_world(id, nullptr, std::move(added)));
-  else RMP_TRY(work_->put_resolved(id, std::move(added)));
+  else RMP_TRY(work_->put_resolved(id, nullptr, std::move(added)));
   if (work_->is_outside) work_->outside[id] = work_->now.share(id);
   return id;
 }
@@ -483,7 +487,7 @@ Result<void> Transaction::edit(AnyId id, const std::function<Result<void>(Record
   }
   model::follow_edit(old->body, record->body);
   return id.kind == Kind::world ? work_->put_world(id, old.get(), std::move(record))
-                                : work_->put_resolved(id, std::move(record));
+                                : work_->put_resolved(id, old.get(), std::move(record));
 }
 
 Result<void> Transaction::remove(AnyId id) {
@@ -525,16 +529,22 @@ Result<void> Transaction::Work::judge(const std::vector<RecordChange>& all) cons
   std::vector<AnyId> changed;
   changed.reserve(all.size());
   for (const RecordChange& c : all) changed.push_back(c.id);
+  // What a record shares with the one before was right there and is so here, as long as all that it
+  // refers to is still there.
+  const bool is_all_there =
+      std::all_of(all.begin(), all.end(), [](const RecordChange& c) { return c.after != nullptr; });
   for (const RecordChange& c : all) {
     if (!c.after) continue;
-    RMP_TRY(check_record(*c.after));
-    RMP_TRY(check_references(now, *c.after));
+    RMP_TRY(check_edit(*c.after, c.before.get()));
+    RMP_TRY(check_references(now, *c.after, is_all_there ? c.before.get() : nullptr));
   }
-  const auto before = [this](AnyId id) {
-    const RecordPtr* r = base->find(id);
-    return r ? r->get() : nullptr;
-  };
-  return refuse_cycles(now, before, changed);
+  return refuse_cycles(now,
+                       {[this](AnyId id) -> const Record* {
+                          const RecordPtr* r = base->find(id);
+                          return r ? r->get() : nullptr;
+                        },
+                        [this](AnyId from, AnyId to) { return base->refers(from, to); }},
+                       changed);
 }
 
 /// Makes the edits again on another state, in which all that was looked at is the same.

@@ -38,30 +38,31 @@ Error cycle_error(const Snapshot& s, std::vector<AnyId> cycle, const std::vector
 }
 
 /// What a changed record refers to and did not before.
-std::vector<AnyId> new_references(const Record& now, const Record* before) {
-  std::vector<AnyId> after = references(now.body);
-  if (!before) return after;
-  const std::vector<AnyId> old = references(before->body);
-  std::vector<AnyId> come;
-  std::set_difference(after.begin(), after.end(), old.begin(), old.end(), std::back_inserter(come));
+std::vector<AnyId> new_references(AnyId id, const Record& now, const Before& before) {
+  const Record* old = before.record(id);
+  std::vector<AnyId> come = references(now.body, old ? &old->body : nullptr);
+  if (old) std::erase_if(come, [&](AnyId to) { return before.refers(id, to); });
   return come;
 }
 
 }  // namespace
 
-std::vector<AnyId> references(const model::Body& body) {
+std::vector<AnyId> references(const model::Body& body, const model::Body* before) {
   std::vector<AnyId> ids;
-  model::for_each_held_reference(model::content(body), [&ids](const model::HeldReference& r) {
-    if (ids.empty() || ids.back() != r.id) ids.push_back(r.id);
-  });
+  model::for_each_held_reference(
+      model::content(body),
+      [&ids](const model::HeldReference& r) {
+        if (ids.empty() || ids.back() != r.id) ids.push_back(r.id);
+      },
+      before ? model::content(*before) : model::Content{});
   std::sort(ids.begin(), ids.end());
   ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
   return ids;
 }
 
-Result<void> check_references(const Snapshot& s, const Record& record) {
+Result<void> check_references(const Snapshot& s, const Record& record, const Record* before) {
   std::optional<Error> fault;
-  model::for_each_held_reference(model::content(record.body), [&](const model::HeldReference& r) {
+  const auto look = [&](const model::HeldReference& r) {
     if (fault) return;
     const bool is_allowed = r.kinds->empty() || std::find(r.kinds->begin(), r.kinds->end(),
                                                           r.id.kind) != r.kinds->end();
@@ -76,12 +77,14 @@ Result<void> check_references(const Snapshot& s, const Record& record) {
       fault = error(ErrorCode::invalid_argument, quote(r.where) + " refers to " + s.describe(r.id),
                     "Only " + kinds + " can be there.");
     }
-  });
+  };
+  model::for_each_held_reference(model::content(record.body), look,
+                                 before ? model::content(before->body) : model::Content{});
   if (!fault) return {};
   return std::move(*fault).in(std::string(to_string(record.kind())) + " " + quote(record.name));
 }
 
-Result<void> refuse_cycles(const Snapshot& s, const RecordBefore& before,
+Result<void> refuse_cycles(const Snapshot& s, const Before& before,
                            const std::vector<AnyId>& changed) {
   struct Step {
     AnyId id;
@@ -92,7 +95,7 @@ Result<void> refuse_cycles(const Snapshot& s, const RecordBefore& before,
   for (const AnyId start : changed) {
     const Record* record = s.find(start);
     if (!record || done.contains(start)) continue;
-    std::vector<AnyId> come = new_references(*record, before(start));
+    std::vector<AnyId> come = new_references(start, *record, before);
     if (come.empty()) continue;
     std::vector<Step> path;
     path.push_back({start, std::move(come)});

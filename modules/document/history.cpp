@@ -41,7 +41,8 @@ std::size_t History::weigh(const Step& step) {
   std::size_t bytes = kStepOverhead + step.deed->label.size() + step.series.size();
   for (const RecordChange& c : step.changes) {
     const RecordPtr& kept = step.undone ? c.after : c.before;
-    bytes += kChangeOverhead + (kept ? record_bytes(*kept) : 0);
+    const RecordPtr& other = step.undone ? c.before : c.after;
+    bytes += kChangeOverhead + (kept ? record_bytes(*kept, other.get()) : 0);
   }
   return bytes;
 }

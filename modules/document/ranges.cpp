@@ -31,22 +31,25 @@ class Checker {
  public:
   Checker(const model::Content& record, Subject& subject) : record_(record), subject_(subject) {}
 
-  Result<void> run() { return fields(*record_.type, record_.data, {}, 0); }
+  /// `before`: an earlier version, whose blocks are passed over; null = none.
+  Result<void> run(const void* before) {
+    return fields(*record_.type, record_.data, {}, 0, before);
+  }
 
  private:
   /// `of`: ` of link "elbow"`, or empty.
-  Result<void> fields(const Type& t, const void* p, const std::string& of,
-                      std::size_t alternative) {
+  Result<void> fields(const Type& t, const void* p, const std::string& of, std::size_t alternative,
+                      const void* before = nullptr) {
     if (t.alternative) alternative = t.alternative(p);
     for (const Field& f : t.fields) {
       if (&t == record_.type) subject_ = {};
-      RMP_TRY(value(f, *f.type, f.in(p), p, of, alternative));
+      RMP_TRY(value(f, *f.type, f.in(p), p, of, alternative, before ? f.in(before) : nullptr));
     }
     return {};
   }
 
   Result<void> value(const Field& f, const Type& t, const void* p, const void* owner,
-                     const std::string& of, std::size_t alternative) {
+                     const std::string& of, std::size_t alternative, const void* before = nullptr) {
     const auto number = [&](double v, std::size_t i) -> Result<void> {
       if (in_range(f, v)) return {};
       return refuse(f, v, of, f.unit_of(owner, i, alternative));
@@ -78,20 +81,24 @@ class Checker {
                          text::print_rounded(v, 6) + "; it must be from 0 to 1");
         }
         return {};
-      case Shape::structure: return fields(t, p, of, alternative);
+      case Shape::structure: return fields(t, p, of, alternative, before);
       case Shape::optional:
         if (const void* inner = t.held(p))
           return value(f, *t.element, inner, owner, of, alternative);
         return {};
-      case Shape::list: return list(f, t, p, owner, of, alternative);
+      case Shape::list: return list(f, t, p, owner, of, alternative, before);
       default: return {};  // settings and shared content have rules of their own
     }
   }
 
   Result<void> list(const Field& f, const Type& t, const void* p, const void* owner,
-                    const std::string& of, std::size_t alternative) {
+                    const std::string& of, std::size_t alternative, const void* before) {
     const std::string_view word = f.word_in_files();
     for (std::size_t i = 0; i < t.length(p); ++i) {
+      if (const std::size_t shared = t.shared_from(p, before, i)) {
+        i += shared - 1;
+        continue;
+      }
       const void* element = t.at(p, i);
       if (owner == record_.data) subject_ = {word, i};
       const std::string* name = model::name_of(*t.element, element);
@@ -149,8 +156,9 @@ class Checker {
 
 }  // namespace
 
-Result<void> check_ranges(const model::Content& record, Subject& subject) {
-  RMP_TRY(Checker(record, subject).run());
+Result<void> check_ranges(const model::Content& record, Subject& subject,
+                          const model::Content& before) {
+  RMP_TRY(Checker(record, subject).run(before.type == record.type ? before.data : nullptr));
   subject = {};
   return {};
 }

@@ -10,8 +10,10 @@
 
 namespace robomosp::document {
 
-/// `subject` becomes the element of the record that a fault is about.
-[[nodiscard]] Result<void> check_ranges(const model::Content&, Subject& subject);
+/// `subject` becomes the element of the record that a fault is about. What the record shares with
+/// `before` (data null = none) is not looked at.
+[[nodiscard]] Result<void> check_ranges(const model::Content&, Subject& subject,
+                                        const model::Content& before = {});
 
 /// Every element of the record's lists that has a name has one of its own.
 [[nodiscard]] Result<void> check_names(const model::Content&, Subject& subject);

@@ -80,10 +80,14 @@ void Snapshot::State::put(AnyId id, RecordPtr record) {
     if (record) add_name(id, record->name);
   }
   count = count + (record ? 1U : 0U) - (old ? 1U : 0U);
-  note_use_of_worlds(id, old && !model::world_mentions(old->body).empty(),
-                     record && !model::world_mentions(record->body).empty());
-  const auto before = old ? references(old->body) : std::vector<AnyId>{};
-  const auto after = record ? references(record->body) : std::vector<AnyId>{};
+  note_use_of_worlds(id, old && model::mentions_worlds(old->body),
+                     record && model::mentions_worlds(record->body));
+  // Of what the two share nothing comes or goes.
+  const bool is_edit = old && record;
+  const auto before =
+      old ? references(old->body, is_edit ? &record->body : nullptr) : std::vector<AnyId>{};
+  const auto after =
+      record ? references(record->body, is_edit ? &old->body : nullptr) : std::vector<AnyId>{};
   own.record = std::move(record);
   own.names = nullptr;
   if (own.record && own.record->kind() == Kind::world) {
@@ -96,8 +100,10 @@ void Snapshot::State::put(AnyId id, RecordPtr record) {
                       std::back_inserter(gone));
   std::set_difference(after.begin(), after.end(), before.begin(), before.end(),
                       std::back_inserter(come));
+  const auto all = is_edit && !gone.empty() ? references(own.record->body) : std::vector<AnyId>{};
   for (const AnyId target : gone) {
     if (!slot(target.number)) continue;
+    if (std::binary_search(all.begin(), all.end(), target)) continue;  // elsewhere in the record
     auto& list = slot_for_change(target.number).referrers;
     if (!list) continue;
     auto& ids = unique(list);
@@ -124,6 +130,11 @@ void Snapshot::State::relink(const std::vector<AnyId>& ids) {
       known.insert(std::lower_bound(known.begin(), known.end(), id), id);
     }
   }
+}
+
+bool Snapshot::State::refers(AnyId from, AnyId to) const {
+  const Slot* s = find(to) ? slot(to.number) : nullptr;
+  return s && s->referrers && std::binary_search(s->referrers->begin(), s->referrers->end(), from);
 }
 
 std::vector<AnyId> Snapshot::State::dangling(AnyId id) const {

@@ -5,7 +5,6 @@
 #pragma once
 
 #include <array>
-#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <mutex>
@@ -18,30 +17,9 @@
 
 #include "document/document.h"
 #include "document/world_index.h"
+#include "kernel/unique.h"
 
 namespace robomosp::document {
-
-/// The object behind `p` for changing: a fresh copy unless nobody else holds it. Uniqueness must be
-/// established from the root down, since a shared owner shares what it owns.
-template <class T>
-T& unique(std::shared_ptr<T>& p) {
-#if defined(__SANITIZE_THREAD__)
-  constexpr bool kKnowsFences = false;  // ThreadSanitizer does not, so there it is always a copy
-#else
-  constexpr bool kKnowsFences = true;
-#endif
-  if (!p) {
-    p = std::make_shared<T>();
-  } else if (!kKnowsFences || p.use_count() != 1) {
-    p = std::make_shared<T>(*p);
-  } else {
-    // Another thread may have let go of it a moment ago; what it read happened before our writes.
-#if !defined(__SANITIZE_THREAD__)
-    std::atomic_thread_fence(std::memory_order_acquire);
-#endif
-  }
-  return *p;
-}
 
 /// The index of one version of a world, once it was asked for.
 struct WorldNames {
@@ -96,6 +74,8 @@ struct Snapshot::State {
   /// Notes the references of these records again, for when some were put in before what they refer
   /// to.
   void relink(const std::vector<AnyId>& ids);
+  /// Whether a record refers to another one; of one that is not there, false.
+  [[nodiscard]] bool refers(AnyId from, AnyId to) const;
   /// Who refers to a record that is not there; ascending.
   [[nodiscard]] std::vector<AnyId> dangling(AnyId id) const;
 

@@ -593,16 +593,13 @@ Result<void> check_attachments(const World& w) {
   return {};
 }
 
-Result<void> check(const World& w, Subject& subject) {
-  RMP_TRY(finite(w.gravity, "gravity"));
-  Names names("member");
-  for (std::size_t i = 0; i < w.objects.size(); ++i) {
-    const PlacedObject& o = w.objects[i];
-    subject = {"object", i};
-    RMP_TRY(names.add(o.name));
-    RMP_TRY(solid_or_object(o.what, "object " + quote(o.name)));
-    RMP_TRY(placement(o.placement, "object " + quote(o.name)));
-  }
+Result<void> check(const PlacedObject& o) {
+  RMP_TRY(solid_or_object(o.what, "object " + quote(o.name)));
+  return placement(o.placement, "object " + quote(o.name));
+}
+
+/// All but the objects. `names` knows those of the objects.
+Result<void> check_others(const World& w, Names& names, Subject& subject) {
   for (std::size_t i = 0; i < w.robots.size(); ++i) {
     const PlacedRobot& r = w.robots[i];
     subject = {"robot", i};
@@ -647,6 +644,81 @@ Result<void> check(const World& w, Subject& subject) {
   subject = {};
   RMP_TRY(check_attachments(w));
   return check(w.pair_rules);
+}
+
+Result<void> check(const World& w, Subject& subject) {
+  RMP_TRY(finite(w.gravity, "gravity"));
+  Names names("member");
+  for (std::size_t i = 0; i < w.objects.size(); ++i) {
+    subject = {"object", i};
+    RMP_TRY(names.add(w.objects[i].name));
+    RMP_TRY(check(w.objects[i]));
+  }
+  return check_others(w, names, subject);
+}
+
+template <class Fn>
+void for_each_other_name(const World& w, Fn&& fn) {
+  const auto each = [&fn](const auto& list) {
+    for (const auto& m : list) fn(m.name);
+  };
+  each(w.robots);
+  each(w.trajectories);
+  each(w.frames);
+  each(w.lights);
+  each(w.tasks);
+}
+
+/// Calls `fn` for the objects in blocks that `other` does not have at the same places.
+template <class Fn>
+void for_each_own_object(const World& w, const World& other, Fn&& fn) {
+  for (std::size_t i = 0; i < w.objects.size(); ++i) {
+    if (i % w.objects.kBlock == 0 && w.objects.shares_block(other.objects, i))
+      i += w.objects.kBlock - 1;
+    else fn(w.objects[i]);
+  }
+}
+
+/// A world that was `before`, which has passed. Faults are not told in the order of check(World).
+Result<void> check_edited(const World& w, const World& before) {
+  RMP_TRY(finite(w.gravity, "gravity"));
+  Names names("member");
+  Result<void> held;
+  for_each_own_object(w, before, [&](const PlacedObject& o) {
+    if (held.ok()) held = names.add(o.name);
+    if (held.ok()) held = check(o);
+  });
+  RMP_TRY(std::move(held));
+  Subject subject;
+  RMP_TRY(check_others(w, names, subject));
+  // A name that no object shared with the one before may have: it was there beside them or is new.
+  std::unordered_set<std::string_view> known;
+  for_each_own_object(before, w, [&](const PlacedObject& o) { known.insert(o.name); });
+  for_each_other_name(before, [&](const std::string& name) { known.insert(name); });
+  std::vector<std::string_view> fresh;
+  const auto look = [&](const std::string& name) {
+    if (!known.contains(name)) fresh.push_back(name);
+  };
+  for_each_own_object(w, before, [&](const PlacedObject& o) { look(o.name); });
+  for_each_other_name(w, look);
+  if (fresh.empty()) return {};
+  constexpr std::size_t kFew = 4;
+  const std::unordered_set<std::string_view> many(
+      fresh.begin(), fresh.size() > kFew ? fresh.end() : fresh.begin());
+  for (std::size_t i = 0; i < w.objects.size(); ++i) {
+    if (i % w.objects.kBlock == 0 && !w.objects.shares_block(before.objects, i)) {
+      i += w.objects.kBlock - 1;
+      continue;
+    }
+    const std::string& name = w.objects[i].name;
+    // Names of one length in a row differ in their last digits.
+    const auto is_it = [&name](std::string_view other) {
+      return other.size() == name.size() && other.back() == name.back() && other == name;
+    };
+    if (many.empty() ? std::any_of(fresh.begin(), fresh.end(), is_it) : many.contains(name))
+      return fault("there are two members named " + quote(name));
+  }
+  return {};
 }
 
 /// What one step says, without where it stands.
@@ -760,6 +832,19 @@ Result<void> check_record(const Record& record, Subject* subject) {
     result = std::visit([&place](const auto& body) { return check(body, place); }, record.body);
   if (subject && !result.ok()) *subject = place;
   return std::move(result).in(std::string(to_string(record.kind())) + " " + quote(record.name));
+}
+
+Result<void> check_edit(const Record& record, const Record* before) {
+  const auto* is = std::get_if<World>(&record.body);
+  const auto* was = before ? std::get_if<World>(&before->body) : nullptr;
+  Subject place;
+  const Content old = before ? content(before->body) : Content{};
+  auto held = check_ranges(content(record.body), place, old);
+  if (held.ok() && is && was) held = check_edited(*is, *was);
+  else if (held.ok())
+    held = std::visit([&place](const auto& body) { return check(body, place); }, record.body);
+  if (held.ok() && is_name(record.name)) return {};
+  return check_record(record);  // a fault is told as by a look at all of it
 }
 
 }  // namespace robomosp::document

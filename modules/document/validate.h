@@ -28,5 +28,8 @@ struct Subject {
 /// Everything that can be checked without other records; the error's `where` names the record and
 /// its message the node, part or link. [any thread]
 [[nodiscard]] Result<void> check_record(const model::Record& record, Subject* subject = nullptr);
+/// The same of a record that was `before`, which has passed; null = it was not there. What the two
+/// share is not looked at again. [any thread]
+[[nodiscard]] Result<void> check_edit(const model::Record& record, const model::Record* before);
 
 }  // namespace robomosp::document

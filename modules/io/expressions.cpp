@@ -146,9 +146,9 @@ void fill_in(Parametric& p, std::vector<std::string> missing, std::string_view o
   for (bool is_new = true; is_new && !missing.empty();) {
     is_new = false;
     for (auto it = missing.begin(); it != missing.end();) {
-      const auto v = std::find_if(p.parameters.begin(), p.parameters.end(),
-                                  [&](const Parameter& x) { return x.name == *it; });
-      const auto e = Expression::compile(v->expression);
+      const auto at = std::find_if(p.parameters.begin(), p.parameters.end(),
+                                   [&](const Parameter& x) { return x.name == *it; });
+      const auto e = Expression::compile(at->expression);
       const bool waits =
           !e.ok() || std::any_of(e->names().begin(), e->names().end(), [&](const auto& n) {
             return std::find(missing.begin(), missing.end(), n.name) != missing.end();
@@ -159,8 +159,9 @@ void fill_in(Parametric& p, std::vector<std::string> missing, std::string_view o
         ++it;
         continue;
       }
-      v->unit = units::si_name(q->dimension);
-      v->value = q->value;
+      Parameter& v = p.parameters[static_cast<std::size_t>(at - p.parameters.begin())];
+      v.unit = units::si_name(q->dimension);
+      v.value = q->value;
       it = missing.erase(it);
       is_new = true;
     }

@@ -239,12 +239,12 @@ class WorldBinder {
     std::uint32_t offset = 0;
   };
 
-  template <class Member>
-  Result<Entry> member(const char* list, const char* what, std::vector<Member>& members,
+  template <class Members>
+  Result<Entry> member(const char* list, const char* what, Members& members,
                        std::vector<Kind> kinds) {
     RMP_TRY_ASSIGN(const Entry e,
                    read_entry(in_, "a" + std::string(*what == 'o' ? "n " : " ") + what));
-    Member m;
+    typename Members::value_type m;
     m.name = names_.fresh(e.name(what));
     m.placement = e.frame.placement;
     out_.places[{list, members.size()}] = e.offset;

@@ -16,6 +16,7 @@
 
 #include "model/fields.h"
 #include "model/kind.h"
+#include "model/long_list.h"
 
 namespace robomosp::model {
 
@@ -98,7 +99,7 @@ constexpr void fields(V& v, Of<Parameter>) {
 /// Parameters of a record, and which of its numbers are expressions over them: path as in the set
 /// commands ("bore.radius", "chord") -> expression. The numbers hold the last values.
 struct Parametric {
-  std::vector<Parameter> parameters;
+  LongList<Parameter> parameters;
   std::map<std::string, std::string> expressions;
   bool operator==(const Parametric&) const = default;
 };

@@ -96,13 +96,16 @@ struct Feeder {
 
 /// Of a node of a map or set, with its links, besides what it holds.
 constexpr std::size_t kNodeBytes = 64;
+/// Of a list of blocks: what it keeps for each of its own.
+constexpr std::size_t kBlockBytes = sizeof(std::shared_ptr<void>);
 
 /// Short texts stand in the string itself.
 std::size_t text_bytes(const std::string& s) {
   return s.capacity() > std::string().capacity() ? s.capacity() + 1 : 0;
 }
 
-std::size_t heap(const Type& t, const void* p) {
+/// `other`: another version of it; null = none.
+std::size_t heap(const Type& t, const void* p, const void* other = nullptr) {
   if (!t.has_heap) return 0;
   switch (t.shape) {
     case Shape::text: return text_bytes(as<std::string>(p));
@@ -116,14 +119,20 @@ std::size_t heap(const Type& t, const void* p) {
     }
     case Shape::structure: {
       std::size_t n = 0;
-      for (const Field& f : t.fields) n += heap(*f.type, f.in(p));
+      for (const Field& f : t.fields) n += heap(*f.type, f.in(p), other ? f.in(other) : nullptr);
       return n;
     }
     case Shape::list: {
       const std::size_t count = t.length(p);
-      std::size_t n = count * t.element->size;
-      if (t.element->has_heap)
-        for (std::size_t i = 0; i < count; ++i) n += heap(*t.element, t.at(p, i));
+      if (!t.block && !t.element->has_heap) return count * t.element->size;
+      std::size_t n = t.block ? count / t.block * kBlockBytes : 0;
+      for (std::size_t i = 0; i < count;) {
+        if (const std::size_t shared = t.shared_from(p, other, i)) {
+          i += shared;
+          continue;
+        }
+        n += t.element->size + heap(*t.element, t.at(p, i++));
+      }
       return n;
     }
     case Shape::optional: {
@@ -177,6 +186,20 @@ bool same_tables(const Type& t, const void* a, const void* b) {
   return is_same && i == left.size();
 }
 
+/// Two lists of blocks, as long as each other.
+bool same_blocks(const Type& t, const void* a, const void* b) {
+  const std::size_t n = t.length(a);
+  for (std::size_t i = 0; i < n;) {
+    if (const std::size_t shared = t.shared_from(a, b, i)) {
+      i += shared;
+    } else {
+      if (!same(*t.element, t.at(a, i), t.at(b, i))) return false;
+      ++i;
+    }
+  }
+  return true;
+}
+
 bool same(const Type& t, const void* a, const void* b) {
   switch (t.shape) {
     case Shape::boolean: return as<bool>(a) == as<bool>(b);
@@ -207,6 +230,7 @@ bool same(const Type& t, const void* a, const void* b) {
     case Shape::list: {
       const std::size_t n = t.length(a);
       if (n != t.length(b)) return false;
+      if (t.block) return same_blocks(t, a, b);
       if (t.data(a) == t.data(b)) return true;
       for (std::size_t i = n; i-- > 0;)  // edits are more often at the end
         if (!same(*t.element, t.at(a, i), t.at(b, i))) return false;
@@ -233,8 +257,14 @@ void differ(const Type& t, const void* a, const void* b, const std::string& path
     return;
   }
   if (t.shape == Shape::list && t.length(a) == t.length(b)) {
-    for (std::size_t i = 0; i < t.length(a); ++i)
+    for (std::size_t i = 0; i < t.length(a);) {
+      if (const std::size_t shared = t.shared_from(a, b, i)) {
+        i += shared;
+        continue;
+      }
       differ(*t.element, t.at(a, i), t.at(b, i), path + "[" + std::to_string(i + 1) + "]", out);
+      ++i;
+    }
     return;
   }
   if (t.shape == Shape::optional || t.shape == Shape::shared) {
@@ -249,7 +279,9 @@ void differ(const Type& t, const void* a, const void* b, const std::string& path
 struct References {
   const std::function<void(const HeldReference&)>& see;
 
-  void operator()(const Type& t, const void* p, std::string_view element, const Field* field) {
+  /// `before`: an earlier version of it, whose blocks are passed over; null = none.
+  void operator()(const Type& t, const void* p, std::string_view element, const Field* field,
+                  const void* before = nullptr) {
     if (!t.has_references) return;
     switch (t.shape) {
       case Shape::reference:
@@ -259,11 +291,14 @@ struct References {
         return;
       case Shape::structure:
         if (const std::string* name = field ? name_of(t, p) : nullptr) element = *name;
-        for (const Field& f : t.fields) (*this)(*f.type, f.in(p), element, &f);
+        for (const Field& f : t.fields)
+          (*this)(*f.type, f.in(p), element, &f, before ? f.in(before) : nullptr);
         return;
       case Shape::list:
-        for (std::size_t i = 0; i < t.length(p); ++i)
-          (*this)(*t.element, t.at(p, i), element, field);
+        for (std::size_t i = 0; i < t.length(p);) {
+          if (const std::size_t shared = t.shared_from(p, before, i)) i += shared;
+          else (*this)(*t.element, t.at(p, i++), element, field);
+        }
         return;
       case Shape::optional:
         if (const void* inner = t.held(p)) (*this)(*t.element, inner, element, field);
@@ -362,7 +397,9 @@ void feed(Fingerprinter& fp, const Content& c, const FeedReference& reference) {
   Feeder{fp, reference}(*c.type, c.data);
 }
 
-std::size_t heap_bytes(const Content& c) { return heap(*c.type, c.data); }
+std::size_t heap_bytes(const Content& c, const Content& other) {
+  return heap(*c.type, c.data, other.type == c.type ? other.data : nullptr);
+}
 
 bool equal(const Content& a, const Content& b) {
   return a.type == b.type && same(*a.type, a.data, b.data);
@@ -377,9 +414,9 @@ std::vector<std::string> differences(const Body& before, const Body& after) {
   return out;
 }
 
-void for_each_held_reference(const Content& c,
-                             const std::function<void(const HeldReference&)>& fn) {
-  References{fn}(*c.type, c.data, {}, nullptr);
+void for_each_held_reference(const Content& c, const std::function<void(const HeldReference&)>& fn,
+                             const Content& before) {
+  References{fn}(*c.type, c.data, {}, nullptr, before.type == c.type ? before.data : nullptr);
 }
 void for_each_reference(const Body& body, const std::function<void(AnyId, std::string_view)>& fn) {
   for_each_held_reference(content(body), [&fn](const HeldReference& r) { fn(r.id, r.where); });

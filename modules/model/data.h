@@ -37,8 +37,9 @@ using FeedReference = std::function<void(Fingerprinter&, AnyId)>;
 /// Feeds every field, in order of declaration.
 void feed(Fingerprinter&, const Content&, const FeedReference&);
 
-/// Bytes behind the value's own, about. What versions of a record share counts for none of them.
-[[nodiscard]] std::size_t heap_bytes(const Content&);
+/// Bytes behind the value's own, about. What versions of a record share counts for none of them,
+/// nor do blocks that it shares with `other`, another version (data null = none is looked at).
+[[nodiscard]] std::size_t heap_bytes(const Content&, const Content& other = {});
 
 /// Whether two values of one type have equal fingerprints: numbers by bits, but -0 is 0 and there
 /// is one NaN.
@@ -55,6 +56,9 @@ struct HeldReference {
   std::string_view where;  ///< name of the innermost element that has one, else of the field
   const std::vector<Kind>* kinds = nullptr;
 };
-void for_each_held_reference(const Content&, const std::function<void(const HeldReference&)>&);
+/// Those that stand in what `before` (data null = nothing) does not share with it are seen; all are
+/// of a record that shares none.
+void for_each_held_reference(const Content&, const std::function<void(const HeldReference&)>&,
+                             const Content& before = {});
 
 }  // namespace robomosp::model

@@ -41,11 +41,17 @@ static_assert(sizeof(Sym3) == 6 * sizeof(double) && sizeof(Colour) == 4 * sizeof
 
 template <class T>
 struct Element {
-  static constexpr bool is_list = false, is_optional = false, is_shared = false, is_table = false;
+  static constexpr bool is_list = false, is_long = false, is_optional = false, is_shared = false,
+                        is_table = false;
 };
 template <class T>
 struct Element<std::vector<T>> : Element<void> {
   static constexpr bool is_list = true;
+  using type = T;
+};
+template <class T>
+struct Element<LongList<T>> : Element<void> {
+  static constexpr bool is_list = true, is_long = true;
   using type = T;
 };
 template <class T>
@@ -140,12 +146,21 @@ void set_shape(Type& t) {
     t.element = &type_of<typename E::type>();
     t.has_heap = true;
     t.length = [](const void* p) { return static_cast<const T*>(p)->size(); };
-    t.data = [](const void* p) -> const void* { return static_cast<const T*>(p)->data(); };
     t.resize = [](void* p, std::size_t n) { static_cast<T*>(p)->resize(n); };
-    t.take_out = [](void* p, std::size_t i) {
-      auto& list = *static_cast<T*>(p);
-      list.erase(list.begin() + static_cast<std::ptrdiff_t>(i));
-    };
+    if constexpr (E::is_long) {
+      t.block = T::kBlock;
+      t.item = [](const void* p, std::size_t i) -> const void* {
+        return &(*static_cast<const T*>(p))[i];
+      };
+      t.item_for_change = [](void* p, std::size_t i) -> void* { return &(*static_cast<T*>(p))[i]; };
+      t.take_out = [](void* p, std::size_t i) { static_cast<T*>(p)->erase(i); };
+    } else {
+      t.data = [](const void* p) -> const void* { return static_cast<const T*>(p)->data(); };
+      t.take_out = [](void* p, std::size_t i) {
+        auto& list = *static_cast<T*>(p);
+        list.erase(list.begin() + static_cast<std::ptrdiff_t>(i));
+      };
+    }
   } else if constexpr (E::is_optional) {
     t.shape = Shape::optional;
     t.element = &type_of<typename E::type>();

@@ -37,7 +37,7 @@ enum class Shape : std::uint8_t {
   reference,  ///< AnyId or Id<K>
   setting,    ///< ProviderChoice::Param
   structure,  ///< a struct with fields
-  list,       ///< std::vector of Type::element
+  list,       ///< std::vector or LongList of Type::element
   optional,   ///< std::optional of Type::element
   shared,     ///< std::shared_ptr<const T> of Type::element, may be null; never changed in place
   table,      ///< std::map by std::string of Type::element
@@ -152,10 +152,15 @@ struct Type {
   AnyId (*id)(const void*) = nullptr;                ///< reference
   void (*set_id)(void*, AnyId) = nullptr;            ///< reference
   std::size_t (*length)(const void*) = nullptr;      ///< list
-  const void* (*data)(const void*) = nullptr;        ///< list: elements stand in a row
-  void (*resize)(void*, std::size_t) = nullptr;      ///< list
-  void (*take_out)(void*, std::size_t) = nullptr;    ///< list: removes an element
-  const void* (*held)(const void*) = nullptr;        ///< optional, shared: null = none
+  const void* (*data)(const void*) = nullptr;        ///< of a std::vector: elements stand in a row
+  /// Of a LongList instead: an element, for reading and for changing, and how many stand in one
+  /// block; 0 = it has none.
+  const void* (*item)(const void*, std::size_t) = nullptr;
+  void* (*item_for_change)(void*, std::size_t) = nullptr;
+  std::size_t block = 0;
+  void (*resize)(void*, std::size_t) = nullptr;    ///< list
+  void (*take_out)(void*, std::size_t) = nullptr;  ///< list: removes an element
+  const void* (*held)(const void*) = nullptr;      ///< optional, shared: null = none
   void* (*hold)(void*) = nullptr;  ///< the held value for changing (of shared a copy), else a new
   void (*drop)(void*) = nullptr;   ///< optional, shared
   /// table
@@ -166,10 +171,19 @@ struct Type {
   [[nodiscard]] const Field* field(std::string_view name) const;
   /// An element of a list.
   [[nodiscard]] const void* at(const void* list, std::size_t i) const {
-    return static_cast<const std::byte*>(data(list)) + i * element->size;
+    return block ? item(list, i) : static_cast<const std::byte*>(data(list)) + i * element->size;
   }
+  /// The same for changing.
   [[nodiscard]] void* at(void* list, std::size_t i) const {
+    if (block) return item_for_change(list, i);
     return const_cast<void*>(at(static_cast<const void*>(list), i));  // the list is not const
+  }
+  /// Of a list `before`, null = none, that `list` may have come from: how many elements from `i` on
+  /// both hold in one and the same memory, so that they are equal and need no look.
+  [[nodiscard]] std::size_t shared_from(const void* list, const void* before, std::size_t i) const {
+    if (!block || !before || i % block != 0 || i >= length(list) || i >= length(before)) return 0;
+    if (item(list, i) != item(before, i)) return 0;
+    return length(list) - i < block ? length(list) - i : block;
   }
   /// "dh" of a word's value; "" when no word has it.
   [[nodiscard]] std::string_view word_of(const void*) const;

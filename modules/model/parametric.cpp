@@ -6,6 +6,7 @@
 #include <bit>
 #include <cstdint>
 #include <memory>
+#include <numeric>
 #include <unordered_map>
 #include <utility>
 
@@ -81,12 +82,6 @@ struct Compiled {
   std::string where;  ///< path, or `parameter "wall"`
   Expression expression;
 };
-template <class Fn>
-void for_each_text(const Parametric& p, Fn&& fn) {
-  for (const Parameter& v : p.parameters)
-    if (!v.expression.empty()) fn("parameter " + quote(v.name), v.expression);
-  for (const auto& [path, expression] : p.expressions) fn(path, expression);
-}
 /// A point that is not of a number, as in `cell.bore`: without one no world is mentioned.
 bool may_mention_worlds(std::string_view text) {
   for (std::size_t at = text.find('.'); at != std::string_view::npos; at = text.find('.', at + 1))
@@ -97,41 +92,67 @@ bool may_mention_worlds(std::string_view text) {
 /// Those that can be read; the others are faults that resolve() tells.
 std::vector<Compiled> compiled(const Parametric& p, bool only_worlds = false) {
   std::vector<Compiled> out;
-  for_each_text(p, [&](std::string where, const std::string& expression) {
-    if (only_worlds && !may_mention_worlds(expression)) return;
-    auto e = Expression::compile(expression);
-    if (e.ok()) out.push_back({std::move(where), std::move(*e)});
-  });
+  const auto read = [&](const std::string& text, const auto& where) {
+    if (text.empty() || (only_worlds && !may_mention_worlds(text))) return;
+    auto e = Expression::compile(text);
+    if (e.ok()) out.push_back({where(), std::move(*e)});
+  };
+  for (const Parameter& v : p.parameters)
+    read(v.expression, [&v] { return "parameter " + quote(v.name); });
+  for (const auto& [path, text] : p.expressions) read(text, [&path = path] { return path; });
   return out;
 }
 
-/// The parameters of a record, evaluated in the order of their dependencies.
+bool same_bits(double a, double b) {
+  return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b);
+}
+
+/// Parameters of a record, evaluated in the order of their dependencies.
 class Resolver {
  public:
   Resolver(Parametric& p, std::string_view own_name, bool is_world, const WorldParameters& worlds)
-      : p_(p), own_name_(own_name), is_world_(is_world), worlds_(worlds) {}
+      : p_(p), all_(p.parameters), own_name_(own_name), is_world_(is_world), worlds_(worlds) {}
 
+  /// All of them.
   Result<void> run() {
-    for (std::size_t i = 0; i < p_.parameters.size(); ++i) {
-      const Parameter& v = p_.parameters[i];
+    std::vector<std::size_t> all(all_.size());
+    std::iota(all.begin(), all.end(), std::size_t{0});
+    return run(std::move(all));
+  }
+
+  /// Those at `which`; the others have their values already.
+  Result<void> run(std::vector<std::size_t> which) {
+    which_ = std::move(which);
+    for (std::size_t k = 0; k < which_.size(); ++k) {
+      const Parameter& v = all_[which_[k]];
       RMP_TRY(Expression::check_name(v.name, "parameter"));
-      if (!index_.emplace(v.name, i).second)
+      if (!index_.emplace(v.name, k).second)
         return error(ErrorCode::conflict, "there are two parameters named " + quote(v.name),
                      "Give each its own name.");
     }
-    state_.resize(p_.parameters.size());
-    for (std::size_t i = 0; i < p_.parameters.size(); ++i) {
-      const std::string& text = p_.parameters[i].expression;
-      if (text.empty()) {
-        state_[i] = State::done;
+    state_.resize(which_.size());
+    for (std::size_t k = 0; k < which_.size(); ++k) {
+      const Parameter& v = all_[which_[k]];
+      values_.push_back(v.value);
+      if (v.expression.empty()) {
+        state_[k] = State::done;
         expressions_.emplace_back();
         continue;
       }
-      auto e = Expression::compile(text);
-      if (!e.ok()) return std::move(e).error().in("parameter " + quote(p_.parameters[i].name));
+      auto e = Expression::compile(v.expression);
+      if (!e.ok()) return std::move(e).error().in("parameter " + quote(v.name));
       expressions_.push_back(std::move(*e));
     }
-    for (std::size_t i = 0; i < p_.parameters.size(); ++i) RMP_TRY(evaluate_from(i));
+    for (std::size_t k = 0; k < which_.size(); ++k) RMP_TRY(evaluate_from(k));
+    bool is_written = false;
+    for (std::size_t k = 0; k < which_.size(); ++k)
+      if (!same_bits(all_[which_[k]].value, values_[k])) {
+        p_.parameters[which_[k]].value = values_[k];
+        is_written = true;
+      }
+    if (!is_written) return {};
+    index_.clear();  // its names may have gone with their blocks
+    for (std::size_t k = 0; k < which_.size(); ++k) index_.emplace(name(k), k);
     return {};
   }
 
@@ -148,7 +169,10 @@ class Resolver {
     const auto others = lookup(p_, is_world_ ? own_name_ : std::string_view(), worlds_);
     const Expression::Lookup names = [&](const Expression::Name& n) -> Result<Quantity> {
       const auto own = is_own(n) ? index_.find(n.name) : index_.end();
-      return own == index_.end() ? others(n) : quantity_of(p_.parameters[own->second]);
+      if (own == index_.end()) return others(n);
+      Quantity q = quantity_of(all_[which_[own->second]]);
+      q.value = values_[own->second];
+      return q;
     };
     if (unit == kAnyUnit) {
       RMP_TRY_ASSIGN(const Quantity q, e.evaluate(names));
@@ -174,10 +198,10 @@ class Resolver {
       const auto [i, next] = path.back();
       const auto& names = expressions_[i]->names();
       if (next == names.size()) {
-        Parameter& v = p_.parameters[i];
+        const Parameter& v = all_[which_[i]];
         auto got = value(*expressions_[i], v.unit);
         if (!got.ok()) return std::move(got).error().in("parameter " + quote(v.name));
-        if (*got) v.value = **got;
+        if (*got) values_[i] = **got;
         state_[i] = State::done;
         path.pop_back();
         continue;
@@ -197,22 +221,95 @@ class Resolver {
     bool is_inside = false;
     for (const auto& [i, next] : path) {
       is_inside = is_inside || i == first;
-      if (is_inside) names += p_.parameters[i].name + " > ";
+      if (is_inside) names += name(i) + " > ";
     }
-    names += p_.parameters[first].name;
+    names += name(first);
     return error(ErrorCode::conflict,
-                 "parameter " + quote(p_.parameters[first].name) + " depends on itself: " + names,
+                 "parameter " + quote(name(first)) + " depends on itself: " + names,
                  "Give one of them a plain value.");
   }
 
+  [[nodiscard]] const std::string& name(std::size_t k) const { return all_[which_[k]].name; }
+
   Parametric& p_;
+  const LongList<Parameter>& all_;  ///< of p_, for reading
   std::string_view own_name_;
   bool is_world_;
   const WorldParameters& worlds_;
+  std::vector<std::size_t> which_;  ///< places of those that are evaluated; these have, in order:
   std::unordered_map<std::string_view, std::size_t> index_;
   std::vector<std::optional<Expression>> expressions_;
   std::vector<State> state_;
+  std::vector<double> values_;
 };
+
+/// Whether a name stands in a text by itself, whatever it means there.
+bool has_word(std::string_view text, std::string_view word) {
+  const auto goes_on = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
+  };
+  for (auto at = text.find(word); at != text.npos; at = text.find(word, at + 1))
+    if ((at == 0 || !goes_on(text[at - 1])) &&
+        (at + word.size() == text.size() || !goes_on(text[at + word.size()])))
+      return true;
+  return false;
+}
+
+/// What an edit leaves to be evaluated.
+struct Affected {
+  std::vector<std::size_t> parameters;                                        ///< places, ascending
+  std::vector<const std::pair<const std::string, std::string>*> expressions;  ///< of numbers
+};
+
+/// More parameters than these are evaluated together with all others.
+constexpr std::size_t kFewAffected = 16;
+
+/// What changed since `before` and, by name, what may depend on it; none = it takes all to tell.
+std::optional<Affected> affected(const Body& body, const Parametric& now, const Body& before) {
+  const Parametric* old = parametric_of(before);
+  if (!old) return std::nullopt;
+  const auto &is = now.parameters, &was = old->parameters;
+  if (is.size() < was.size()) return std::nullopt;
+  std::vector<std::size_t> places;
+  for (std::size_t i = 0; i < is.size() && places.size() <= kFewAffected; ++i) {
+    if (i % is.kBlock == 0 && is.shares_block(was, i)) {
+      i += is.kBlock - 1;
+      continue;
+    }
+    if (i >= was.size()) {
+      for (std::size_t k = 0; k < i; ++k)
+        if (is[k].name == is[i].name) return std::nullopt;
+      places.push_back(i);
+    } else if (is[i].name != was[i].name) {
+      return std::nullopt;
+    } else if (!(is[i] == was[i]) || !same_bits(is[i].value, was[i].value)) {
+      places.push_back(i);
+    }
+  }
+  // What stands in `places` grows while it is gone through.
+  for (std::size_t done = 0; done < places.size(); ++done) {
+    if (places.size() > kFewAffected) return std::nullopt;
+    const std::string& name = is[places[done]].name;
+    for (std::size_t i = 0; i < is.size(); ++i)
+      if (has_word(is[i].expression, name) &&
+          std::find(places.begin(), places.end(), i) == places.end())
+        places.push_back(i);
+  }
+  Affected out;
+  for (const auto& each : now.expressions) {
+    const auto known = old->expressions.find(each.first);
+    const bool is_new = known == old->expressions.end() || known->second != each.second;
+    if (!is_new && std::none_of(places.begin(), places.end(),
+                                [&](std::size_t i) { return has_word(each.second, is[i].name); })) {
+      const auto a = number_at(body, each.first), b = number_at(before, each.first);
+      if (a && b && same_bits(a->value, b->value) && a->unit == b->unit) continue;
+    }
+    out.expressions.push_back(&each);
+  }
+  std::sort(places.begin(), places.end());
+  out.parameters = std::move(places);
+  return out;
+}
 
 // ---- following edits ----
 
@@ -245,10 +342,6 @@ std::vector<Renamed> renamed_elements(const Body& before, const Body& after) {
     if (f.type->shape == Shape::list && f.type->element->field("name"))
       find_renamed(f, f.in(a.data), f.in(b.data), out);
   return out;
-}
-
-bool same_bits(double a, double b) {
-  return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b);
 }
 
 }  // namespace
@@ -312,25 +405,63 @@ Expression::Lookup lookup(const Parametric& p, std::string_view own_name,
   };
 }
 
-Result<void> resolve(Body& body, std::string_view own_name, const WorldParameters& worlds) {
+namespace {
+
+using PathAndText = std::pair<const std::string, std::string>;
+
+/// Writes a number that is an expression.
+Result<void> set_by(const PathAndText& each, Body& body, const Resolver& resolver) {
+  const auto& [path, text] = each;
+  const auto number = number_at(body, path);
+  if (!number)
+    return error(ErrorCode::unknown_name,
+                 quote(path) + " names no number that can be an expression");
+  auto e = Expression::compile(text);
+  if (!e.ok()) return std::move(e).error().in(path);
+  auto value = resolver.value(*e, number->unit);
+  if (!value.ok()) return std::move(value).error().in(path);
+  if (*value) set_number(body, path, **value);
+  return {};
+}
+
+/// False where it does not go so: what is wrong then is told by a look at all.
+bool resolve_affected(Body& body, Parametric& p, const Body& before, Resolver& resolver) {
+  auto some = affected(body, p, before);
+  if (!some || !resolver.run(std::move(some->parameters)).ok()) return false;
+  return std::all_of(some->expressions.begin(), some->expressions.end(),
+                     [&](const PathAndText* each) { return set_by(*each, body, resolver).ok(); });
+}
+
+}  // namespace
+
+Result<void> resolve(Body& body, std::string_view own_name, const WorldParameters& worlds,
+                     const Body* before) {
   Parametric* p = parametric_of(body);
   if (!p || (p->parameters.empty() && p->expressions.empty())) return {};
   const bool is_world = std::holds_alternative<World>(body);
+  if (before) {
+    Resolver resolver(*p, own_name, is_world, worlds);
+    if (resolve_affected(body, *p, *before, resolver)) return {};
+  }
   Resolver resolver(*p, own_name, is_world, worlds);
   RMP_TRY(resolver.run());
-  for (const auto& [path, text] : p->expressions) {
-    const auto number = number_at(body, path);
-    if (!number)
-      return error(ErrorCode::unknown_name, quote(path) +
-                                                " names no number that can be an "
-                                                "expression");
-    auto e = Expression::compile(text);
-    if (!e.ok()) return std::move(e).error().in(path);
-    auto value = resolver.value(*e, number->unit);
-    if (!value.ok()) return std::move(value).error().in(path);
-    if (*value) set_number(body, path, **value);
-  }
+  for (const auto& each : p->expressions) RMP_TRY(set_by(each, body, resolver));
   return {};
+}
+
+bool mentions_worlds(const Body& body) {
+  const Parametric* p = parametric_of(body);
+  if (!p || kind_of_body(body) == Kind::world) return false;
+  const auto is_one = [](const std::string& text) {
+    if (!may_mention_worlds(text)) return false;
+    const auto e = Expression::compile(text);
+    return e.ok() && std::any_of(e->names().begin(), e->names().end(),
+                                 [](const auto& n) { return !n.scope.empty(); });
+  };
+  return std::any_of(p->parameters.begin(), p->parameters.end(),
+                     [&](const Parameter& v) { return is_one(v.expression); }) ||
+         std::any_of(p->expressions.begin(), p->expressions.end(),
+                     [&](const auto& each) { return is_one(each.second); });
 }
 
 std::vector<Expression::Name> world_mentions(const Body& body) {
@@ -361,8 +492,8 @@ void rename_in(Body& body, const std::function<Expression::Name(const Expression
     const auto e = Expression::compile(text);
     if (e.ok()) text = e->renamed(rename);
   };
-  for (Parameter& v : p->parameters)
-    if (!v.expression.empty()) rewrite(v.expression);
+  for (std::size_t i = 0; i < p->parameters.size(); ++i)
+    if (!std::as_const(p->parameters)[i].expression.empty()) rewrite(p->parameters[i].expression);
   for (auto& [path, text] : p->expressions) rewrite(text);
 }
 

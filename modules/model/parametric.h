@@ -47,9 +47,12 @@ using WorldParameters = std::function<std::optional<Quantity>(const Expression::
 
 /// Evaluates the parameters in the order of their dependencies, then writes every number that is an
 /// expression. What uses a parameter of a world that is not there keeps its last value. Faults name
-/// the path or parameter: unknown names, dimensions, values that do not exist, and circles. [any
-/// thread]
-Result<void> resolve(Body&, std::string_view own_name, const WorldParameters&);
+/// the path or parameter: unknown names, dimensions, values that do not exist, and circles.
+/// `before` is the record before the edit, evaluated under the same name and with the same
+/// parameters of worlds; then only what the edit changed and what depends on that is read and
+/// evaluated, with the same results. Null = none. [any thread]
+Result<void> resolve(Body&, std::string_view own_name, const WorldParameters&,
+                     const Body* before = nullptr);
 
 /// Names known to the expressions of a record (its own parameters, and worlds'), each an error that
 /// says why there is none. `own_name` is that of a world itself. The references must outlive it.
@@ -58,6 +61,8 @@ Result<void> resolve(Body&, std::string_view own_name, const WorldParameters&);
 
 /// Parameters of worlds that expressions of the record use, each once.
 [[nodiscard]] std::vector<Expression::Name> world_mentions(const Body&);
+/// Whether there are any.
+[[nodiscard]] bool mentions_worlds(const Body&);
 /// Where a name is used: paths and `parameter "wall"`.
 [[nodiscard]] std::vector<std::string> uses_of(const Body&, const Expression::Name&);
 /// Replaces names in all expressions of the record.

@@ -46,10 +46,13 @@ Place member(const Place& at, const Field& f) {
   return place;
 }
 
-Place element(const Place& list, std::size_t i) {
+/// With `for_change` other versions of the record are left as they are.
+Place element(const Place& list, std::size_t i, bool for_change = false) {
   Place place = list;
   place.type = list.type->element;
-  place.data = list.type->at(list.data, i);
+  const void* held = list.data;
+  place.data = for_change ? list.type->at(list.data, i)
+                          : const_cast<void*>(list.type->at(held, i));  // nothing is written
   return place;
 }
 
@@ -173,7 +176,7 @@ struct Finder {
       const std::string* name = name_of(*item.type, item.data);
       std::string_view rest = path;
       if (name && take(rest, *name))
-        if (auto found = find(item, rest)) return found;
+        if (auto found = find(for_change ? element(list, i, true) : item, rest)) return found;
     }
     return std::nullopt;
   }
@@ -181,7 +184,7 @@ struct Finder {
     std::string_view rest = path;
     const auto i = text::read_int(next_step(rest));
     if (i && *i >= 1 && *i <= static_cast<std::int64_t>(at.type->length(at.data)))
-      return find(element(at, static_cast<std::size_t>(*i - 1)), rest);
+      return find(element(at, static_cast<std::size_t>(*i - 1), for_change), rest);
     return by_name(at, path);
   }
   std::optional<Place> in_table(const Place& at, std::string_view path) const {

@@ -158,7 +158,7 @@ constexpr void fields(V& v, Of<Attachment>) {
 struct World {
   std::string description;
   Vec3 gravity{0, 0, -9.81};  ///< [m/s^2]
-  std::vector<PlacedObject> objects;
+  LongList<PlacedObject> objects;
   std::vector<PlacedRobot> robots;
   std::vector<PlacedTrajectory> trajectories;
   std::vector<PlacedFrame> frames;

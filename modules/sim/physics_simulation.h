@@ -109,8 +109,8 @@ class PhysicsSimulation {
   static std::string name_of_entry(const Actor& a, std::size_t entry);
   Result<RecordingPtr> record();
 
-  template <class Member>
-  [[nodiscard]] Result<std::size_t> find(const std::vector<Member>& all, std::string_view kind,
+  template <class Members>
+  [[nodiscard]] Result<std::size_t> find(const Members& all, std::string_view kind,
                                          const std::string& name) const {
     std::vector<std::string> names;
     for (std::size_t i = 0; i < all.size(); ++i) {

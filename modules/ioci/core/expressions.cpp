@@ -290,7 +290,7 @@ Result<void> set_parameter(const document::Snapshot& snapshot, const std::string
                  "Give a number, a quantity such as \"20 mm\", or an expression.");
   }
   if (is_new) p.parameters.push_back(std::move(v));
-  else *it = std::move(v);
+  else p.parameters[static_cast<std::size_t>(it - p.parameters.begin())] = std::move(v);
   return {};
 }
 

@@ -73,7 +73,7 @@ Result<Value> remove(CommandContext& ctx, const Map& args) {
                      text::enumerate(places),
                  "Give these plain numbers or other expressions first.", name_in(ctx, id));
   RMP_TRY(ctx.edit().edit(id, [&](model::Record& r) -> Result<void> {
-    std::erase_if(parametric(r).parameters, [&](const auto& p) { return p.name == name; });
+    erase_if(parametric(r).parameters, [&](const auto& p) { return p.name == name; });
     return {};
   }));
   return Value();
@@ -102,8 +102,9 @@ Result<Value> rename(CommandContext& ctx, const Map& args) {
         return {};
       }));
   RMP_TRY(ctx.edit().edit(id, [&](model::Record& r) -> Result<void> {
-    for (model::Parameter& p : parametric(r).parameters)
-      if (p.name == name) p.name = to;
+    auto& parameters = parametric(r).parameters;
+    for (std::size_t i = 0; i < parameters.size(); ++i)
+      if (std::as_const(parameters)[i].name == name) parameters[i].name = to;
     model::rename_in(r.body, [&](const auto& n) { return follow(n, true); });
     return {};
   }));

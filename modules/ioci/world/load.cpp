@@ -24,8 +24,8 @@ class Elements {
   Elements(World& world, Clash clash, bool keeps_places)
       : world_(world), clash_(clash), keeps_places_(keeps_places) {}
 
-  template <class Placed>
-  Result<void> put(std::vector<Placed> World::*list, Placed made) {
+  template <class List>
+  Result<void> put(List World::*list, typename List::value_type made) {
     const std::string wanted = made.name;
     const bool is_taken = member_names(world_).contains(wanted);
     if (is_taken && clash_ == Clash::refuse)
@@ -34,14 +34,14 @@ class Elements {
     auto& members = world_.*list;
     if (is_taken && clash_ == Clash::replace) {
       const auto old = std::find_if(members.begin(), members.end(),
-                                    [&](const Placed& m) { return m.name == wanted; });
+                                    [&](const auto& m) { return m.name == wanted; });
       if (old == members.end())
         return error(ErrorCode::conflict,
                      "member " + text::quote(wanted) + " is of another kind and cannot be replaced",
                      "Give another name, or clash = \"rename\".");
       if constexpr (requires { made.placement; })
         if (keeps_places_) made.placement = old->placement;
-      *old = std::move(made);
+      members[static_cast<std::size_t>(old - members.begin())] = std::move(made);
     } else {
       RMP_TRY_ASSIGN(made.name, member_name(world_, {}, wanted));
       members.push_back(std::move(made));
@@ -132,8 +132,7 @@ Result<AnyId> read_record(CommandContext& ctx, const std::filesystem::path& file
       ctx.app.messages.post(Severity::info, "file_note", note, "io");
     return loaded.id;
   }
-  RMP_TRY_ASSIGN(const Value made,
-                 ctx.dispatch("import", {{"file", file.string()}}));
+  RMP_TRY_ASSIGN(const Value made, ctx.dispatch("import", {{"file", file.string()}}));
   return Application::record_id(ctx.snapshot(), *made.as_list()->front().as_handle());
 }
 

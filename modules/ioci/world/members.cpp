@@ -39,12 +39,12 @@ Result<std::size_t> find_member(const CommandContext& ctx, WorldId world, docume
   std::vector<std::string> known;
   if (given.as_string())
     for (const Placed& p : list) known.push_back(p.name);
-  Error e = unknown_name(kind,
-                         given.as_string()
-                             ? *given.as_string()
-                             : ctx.name_of(given.as_handle() ? *given.as_handle() : Handle{})
-                                   .value_or(given.text()),
-                         known);
+  Error e = unknown_name(
+      kind,
+      given.as_string()
+          ? *given.as_string()
+          : ctx.name_of(given.as_handle() ? *given.as_handle() : Handle{}).value_or(given.text()),
+      known);
   e.message += " in the world";
   if (known.empty() && e.hint.empty())
     e.hint = "It has none; add one with world.add_" + std::string(kind) + ".";
@@ -56,7 +56,10 @@ AnyId trajectory_of(const model::PlacedTrajectory& t) { return t.trajectory; }
 
 bool has_member(const World& w, const std::string& name) {
   const auto has = [&](const auto& list) {
-    return std::any_of(list.begin(), list.end(), [&](const auto& m) { return m.name == name; });
+    // Names of one length in a row differ in their last digits.
+    return std::any_of(list.begin(), list.end(), [&](const auto& m) {
+      return m.name.size() == name.size() && m.name.back() == name.back() && m.name == name;
+    });
   };
   return has(w.objects) || has(w.robots) || has(w.trajectories) || has(w.frames) || has(w.lights) ||
          has(w.tasks);

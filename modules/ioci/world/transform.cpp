@@ -105,8 +105,8 @@ struct Site {
 };
 
 Placement* member_placement(model::World& w, const std::string& name) {
-  for (auto& m : w.objects)
-    if (m.name == name) return &m.placement;
+  for (std::size_t i = 0; i < w.objects.size(); ++i)
+    if (std::as_const(w.objects)[i].name == name) return &w.objects[i].placement;
   for (auto& m : w.robots)
     if (m.name == name) return &m.placement;
   for (auto& m : w.trajectories)

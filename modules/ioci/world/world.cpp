@@ -159,7 +159,7 @@ Result<Value> remove_member(CommandContext& ctx, const Map& args) {
   const std::string name = text_of(args, "member");
   return change_world(ctx, args, [&](World& w) -> Result<void> {
     const auto named = [&](const auto& m) { return m.name == name; };
-    if (std::erase_if(w.objects, named) + std::erase_if(w.robots, named) +
+    if (erase_if(w.objects, named) + std::erase_if(w.robots, named) +
             std::erase_if(w.trajectories, named) + std::erase_if(w.frames, named) +
             std::erase_if(w.lights, named) + std::erase_if(w.tasks, named) ==
         0)
@@ -176,9 +176,9 @@ Result<Value> place(CommandContext& ctx, const Map& args) {
   return change_world(ctx, args, [&](World& w) -> Result<void> {
     bool found = false;
     const auto move_in = [&](auto& list) {
-      for (auto& m : list)
-        if (m.name == name) {
-          m.placement = placement;
+      for (std::size_t i = 0; i < list.size(); ++i)
+        if (std::as_const(list)[i].name == name) {
+          list[i].placement = placement;
           found = true;
         }
     };
@@ -237,9 +237,8 @@ Result<Value> trajectories(CommandContext& ctx, const Map& args) {
   });
 }
 
-template <class Placed>
-Result<Value> name_at(CommandContext& ctx, const Map& args, const std::vector<Placed>& list,
-                      const char* kind) {
+template <class Members>
+Result<Value> name_at(CommandContext& ctx, const Map& args, const Members& list, const char* kind) {
   const auto i = integer(args, "index");
   if (i < 0 || i >= static_cast<std::int64_t>(list.size()))
     return error(ErrorCode::invalid_argument,
