@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -87,6 +88,24 @@ Result<std::vector<std::filesystem::path>> save_all(
 /// Writes bytes atomically: temporary file in the same folder, fsync, rename. Needs the permit of
 /// Effect::files_write.
 Result<void> write_file(const std::filesystem::path&, std::string_view bytes);
+/// Many files, each as whole as write_file() leaves it: a crash at any moment leaves of every file
+/// the old or the new one. Temporary files are written beside them at once; finish() puts all on
+/// the disk and then each in its place. Destroyed without it, nothing has changed. Where one file
+/// cannot be written none is, unless it is refused its place at the very end. Needs the permit of
+/// Effect::files_write. [one thread]
+class FileBatch {
+ public:
+  FileBatch();
+  ~FileBatch();
+  FileBatch(const FileBatch&) = delete;
+  FileBatch& operator=(const FileBatch&) = delete;
+  Result<void> add(const std::filesystem::path&, std::string_view bytes);
+  Result<void> finish();
+
+ private:
+  struct Work;
+  std::unique_ptr<Work> work_;
+};
 /// Whether a file is there and holds exactly these bytes.
 [[nodiscard]] bool file_holds(const std::filesystem::path&, std::string_view bytes);
 /// Reads a whole file of at most `limit` bytes. Needs the permit of Effect::files_read.

@@ -45,6 +45,7 @@ class Saver {
     return print_with(now, id, file, plan.files);
   }
 
+  /// The files that stand there after write().
   Result<std::vector<fs::path>> save(Transaction& tx, AnyId id, const fs::path& wanted) {
     const Snapshot& now = tx.now();
     fs::path file = wanted;
@@ -70,18 +71,20 @@ class Saver {
       RMP_TRY(add_geometries(*now.find(each), target, geometries));
     }
     std::vector<fs::path> written;
-    for (const auto& [target, bytes] : geometries) {
+    for (auto& [target, bytes] : geometries) {
+      written.push_back(target);
       // The name tells the content: what stands there already is the same, unless it was damaged.
-      if (!file_holds(target, bytes)) RMP_TRY(write_file(target, bytes));
-      written.push_back(target);
+      if (!geometries_.insert(target.string()).second || file_holds(target, bytes)) continue;
+      RMP_TRY(files_.add(target, bytes));
     }
-    for (const auto& [target, text] : texts) {
-      RMP_TRY(write_file(target, text));
+    for (auto& [target, text] : texts) {
       written.push_back(target);
+      RMP_TRY(files_.add(target, text));
     }
     for (const AnyId each : plan.order) {
       saved_.insert(each);
       const std::string& target = plan.files.at(each);
+      waiting_.insert(target);
       const std::string old = now.find(each)->file;
       if (old == target) continue;
       RMP_TRY(tx.edit(each, [&](model::Record& r) -> Result<void> {
@@ -94,6 +97,9 @@ class Saver {
     }
     return written;
   }
+
+  /// Puts what was saved in its places: all of it, or nothing.
+  Result<void> write() { return files_.finish(); }
 
   [[nodiscard]] bool has_saved(AnyId id) const { return saved_.contains(id); }
 
@@ -179,7 +185,8 @@ class Saver {
     for (const fs::path& folder : library_) {
       if (!starts_with(target, folder) || starts_with(from, folder)) continue;
       const fs::path inside = target.lexically_relative(folder);
-      if (!is_file(from.parent_path() / inside))
+      const fs::path beside = from.parent_path() / inside;
+      if (!is_file(beside) && !waiting_.contains(beside.generic_string()))
         return inside.generic_string();  // else it would be hidden
     }
     return (relative.empty() ? target : relative).generic_string();
@@ -201,6 +208,9 @@ class Saver {
     return {};
   }
 
+  FileBatch files_;
+  std::unordered_set<std::string> geometries_;  ///< files of them that were looked after
+  std::unordered_set<std::string> waiting_;     ///< files that write() makes, canonical
   std::unordered_set<AnyId> saved_;
   std::unordered_map<std::string, AnyId> owners_;  ///< of files
   std::vector<fs::path> library_;                  ///< canonical
@@ -215,7 +225,10 @@ Result<std::string> print(const Snapshot& snapshot, AnyId id, const fs::path& fi
 
 Result<std::vector<fs::path>> save(Transaction& tx, AnyId id, const fs::path& file,
                                    const std::vector<fs::path>& library) {
-  return Saver(tx.now(), library).save(tx, id, file);
+  Saver saver(tx.now(), library);
+  RMP_TRY_ASSIGN(auto written, saver.save(tx, id, file));
+  RMP_TRY(saver.write());
+  return written;
 }
 
 Result<std::vector<fs::path>> save_all(Transaction& tx,
@@ -228,6 +241,7 @@ Result<std::vector<fs::path>> save_all(Transaction& tx,
     RMP_TRY_ASSIGN(auto files, saver.save(tx, id, file));
     written.insert(written.end(), files.begin(), files.end());
   }
+  RMP_TRY(saver.write());
   return written;
 }
 
