@@ -25,7 +25,8 @@ void Messages::post(Severity severity, std::string_view code, std::string_view t
     const std::lock_guard lock(mutex_);
     const auto now = clock_ ? clock_() : std::chrono::steady_clock::now();
     std::string key = message.code + '\n' + message.text;
-    Seen& seen = seen_[key];
+    const auto [entry, is_new] = seen_.try_emplace(std::move(key));
+    Seen& seen = entry->second;
     if (seen.count == 0 || now - seen.since >= kWindow) {
       message.repeated = seen.suppressed;
       seen = {now, 1, 0};
@@ -33,9 +34,11 @@ void Messages::post(Severity severity, std::string_view code, std::string_view t
       ++seen.suppressed;
       return;
     }
-    if (seen_.size() > std::max<std::size_t>(capacity_, 16))
-      std::erase_if(seen_, [&](const auto& entry) { return now - entry.second.since >= kWindow; });
-    if (seen_.size() > 4 * std::max<std::size_t>(capacity_, 16)) seen_.clear();
+    // Gone through once for as many new ones, so that each costs the same however many there are.
+    const std::size_t room = std::max<std::size_t>(capacity_, 16);
+    if (is_new && seen_.size() >= 4 * room) seen_.clear();
+    else if (is_new && seen_.size() % room == 0)
+      std::erase_if(seen_, [&](const auto& old) { return now - old.second.since >= kWindow; });
     ring_.push_back(message);
     while (ring_.size() > capacity_) ring_.pop_front();
     for (const auto& [id, subscriber] : subscribers_) receivers.push_back(subscriber);

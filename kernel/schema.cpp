@@ -600,10 +600,12 @@ Result<Value> check_value(const ParamSpec& spec, const Value& v, std::string_vie
 
 Result<Map> check(const Schema& schema, const Map& given, const ResolveRef& resolve) {
   std::vector<Error> faults;
-  std::vector<std::string> known;
-  for (const ParamSpec& spec : schema) known.push_back(spec.name);
   for (const auto& [key, value] : given) {
-    if (std::find(known.begin(), known.end(), key) != known.end()) continue;
+    if (std::any_of(schema.begin(), schema.end(),
+                    [&key = key](const ParamSpec& spec) { return spec.name == key; }))
+      continue;
+    std::vector<std::string> known;
+    for (const ParamSpec& spec : schema) known.push_back(spec.name);
     std::string hint = text::did_you_mean(key, known);
     if (hint.empty())
       hint =

@@ -59,6 +59,7 @@ std::string leaf_text(const Value& v, bool inside) {
 }  // namespace
 
 Map::Map(std::initializer_list<Entry> entries) {
+  entries_.reserve(entries.size());
   for (const Entry& e : entries) set(e.first, e.second);
 }
 
@@ -75,8 +76,13 @@ Value* Map::find(std::string_view key) {
 }
 
 void Map::set(std::string key, Value value) {
-  if (Value* old = find(key)) *old = std::move(value);
-  else entries_.emplace_back(std::move(key), std::move(value));
+  constexpr std::size_t kFew = 4;  // at once: most tables are of a few entries
+  if (Value* old = find(key)) {
+    *old = std::move(value);
+    return;
+  }
+  if (entries_.capacity() == 0) entries_.reserve(kFew);
+  entries_.emplace_back(std::move(key), std::move(value));
 }
 
 bool Map::erase(std::string_view key) {

@@ -92,7 +92,9 @@ Result<Map> to_map(lua_State* L, int index, int depth) {
     return bad_value("the table is nested deeper than " + std::to_string(kDeepestValue) +
                          " levels or contains itself",
                      "Give a flatter table.");
+  constexpr std::size_t kFew = 4;
   std::vector<Map::Entry> entries;
+  entries.reserve(kFew);
   lua_pushnil(L);
   while (lua_next(L, table) != 0) {
     if (lua_type(L, -2) != LUA_TSTRING) {

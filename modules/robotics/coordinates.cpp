@@ -82,8 +82,13 @@ std::vector<std::string_view> coordinate_units(const model::Robot& robot) {
 }
 
 std::vector<std::string_view> coordinate_units(const RobotModel& model) {
+  return coordinate_units(std::span<const JointModel>(model.joints));
+}
+
+std::vector<std::string_view> coordinate_units(std::span<const JointModel> joints) {
   std::vector<std::string_view> units;
-  for (const JointModel& joint : model.joints)
+  units.reserve(joints.size());
+  for (const JointModel& joint : joints)
     if (!joint.is_coupled())
       for (const char c : letters_of(joint.type)) units.push_back(unit_of(c));
   return units;

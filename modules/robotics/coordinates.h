@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -31,6 +32,7 @@ struct LinkJoints {
 [[nodiscard]] std::vector<std::string_view> velocity_units(const RobotModel& model);
 /// SI units of the entries of q, from the model.
 [[nodiscard]] std::vector<std::string_view> coordinate_units(const RobotModel& model);
+[[nodiscard]] std::vector<std::string_view> coordinate_units(std::span<const JointModel> joints);
 
 /// "1 moving joint", "6 moving joints"; "7 coordinates" where joints are not of one each.
 [[nodiscard]] std::string counted_coordinates(const model::Robot& robot);

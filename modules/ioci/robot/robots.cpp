@@ -65,22 +65,11 @@ Result<std::int32_t> read_link(const model::Robot& r, const Value& value, bool b
   return static_cast<std::int32_t>(*number - 1);
 }
 
-namespace {
-
-/// SI unit of every coordinate of the joints.
-std::vector<std::string_view> coordinate_units(std::span<const JointModel> joints) {
-  RobotModel m;
-  m.joints.assign(joints.begin(), joints.end());
-  return robotics::coordinate_units(m);
-}
-
-}  // namespace
-
 Result<std::vector<double>> read_q(const Value& value, const model::Robot& robot,
                                    std::span<const JointModel> joints, std::string_view path) {
   std::vector<double> q;
   const std::string where(path);
-  const std::vector<std::string_view> units = coordinate_units(joints);
+  const std::vector<std::string_view> units = robotics::coordinate_units(joints);
   if (const NumericArray* a = value.as_array()) {
     q = a->data();
   } else if (const List* list = value.as_list()) {
