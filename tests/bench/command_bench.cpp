@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: Apache-2.0
+// What commands take that programs give in thousands, the whole way from Lua (or JSON-RPC) to the
+// published commit: checks, history, events. Times are processor time of the whole process, of all
+// threads. How many allocations a call makes is counted beside.
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+
+#include <benchmark/benchmark.h>
+
+#include "lua/lua_state.h"
+#include "support/allocations.h"
+
+namespace {
+
+using namespace robomosp;
+
+/// A program with a Lua state; `setup` has run.
+struct Program {
+  explicit Program(const std::string& setup) {
+    auto made = ioci::Application::create();
+    if (!made.ok()) std::abort();
+    app = std::move(*made);
+    state.emplace(*app, session);
+    run(setup);
+  }
+  void run(const std::string& code) {
+    if (auto r = state->run_string(code, "bench"); !r.ok()) {
+      std::fprintf(stderr, "%s\n", r.error().sentence().c_str());
+      std::abort();
+    }
+  }
+  std::unique_ptr<ioci::Application> app;
+  ioci::Session session{"bench"};
+  std::optional<lua::LuaState> state;
+};
+
+/// One run of `code` in a program of its own, which is made and ended outside of the time.
+void once(benchmark::State& state, const std::string& setup, const std::string& code) {
+  for (auto _ : state) {
+    state.PauseTiming();
+    Program p(setup);
+    state.ResumeTiming();
+    p.run(code);
+    state.PauseTiming();
+    p.state.reset();
+    p.app.reset();
+    state.ResumeTiming();
+  }
+}
+
+const std::string kHall =
+    "solid.create{name = 'brick', root = {kind = 'box', x = 1, y = 1, z = 1}}\n"
+    "cell = world.create{name = 'cell'}\n";
+
+void add_objects_one_by_one(benchmark::State& state) {
+  once(state, kHall,
+       "for i = 1, " + std::to_string(state.range(0)) +
+           " do cell:add_object{what = 'brick', name = 'o' .. i, position = {i, 0, 0}} end");
+}
+// The growth shows: a fortieth, a tenth, a quarter, all.
+BENCHMARK(add_objects_one_by_one)
+    ->Arg(250)
+    ->Arg(1000)
+    ->Arg(2500)
+    ->Arg(10'000)
+    ->Iterations(1)
+    ->MeasureProcessCPUTime()
+    ->Unit(benchmark::kMillisecond);
+
+/// The same without names: each gets the first number that is free.
+void add_unnamed_objects_one_by_one(benchmark::State& state) {
+  once(state, kHall,
+       "for i = 1, " + std::to_string(state.range(0)) + " do cell:add_object('brick') end");
+}
+BENCHMARK(add_unnamed_objects_one_by_one)
+    ->Arg(10'000)
+    ->Iterations(1)
+    ->MeasureProcessCPUTime()
+    ->Unit(benchmark::kMillisecond);
+
+const std::string kMany =
+    "local many = {} for i = 1, 10000 do many[i] = {what = 'brick', name = 'o' .. i, position = "
+    "{i, 0, 0}} end\n";
+
+void add_objects_at_once(benchmark::State& state) {
+  once(state, kHall, kMany + "cell:add_objects(many)");
+}
+BENCHMARK(add_objects_at_once)
+    ->Iterations(1)
+    ->MeasureProcessCPUTime()
+    ->Unit(benchmark::kMillisecond);
+
+void text_of_a_large_world(benchmark::State& state) {
+  Program p(kHall + kMany + "cell:add_objects(many)");
+  for (auto _ : state) p.run("local s = cell:text()");
+}
+BENCHMARK(text_of_a_large_world)->MeasureProcessCPUTime()->Unit(benchmark::kMillisecond);
+
+void place_in_a_large_world(benchmark::State& state) {
+  Program p(kHall + kMany + "cell:add_objects(many)");
+  for (auto _ : state)
+    p.run(
+        "for i = 1, 100 do cell:place{member = 'o' .. 100 * i, position = {0, math.random(), 0}} "
+        "end");
+  state.SetItemsProcessed(state.iterations() * 100);
+}
+BENCHMARK(place_in_a_large_world)->MeasureProcessCPUTime()->Unit(benchmark::kMillisecond);
+
+void chain_of_parameters(benchmark::State& state) {
+  once(state, kHall + "brick = solid 'brick' brick:set_parameter('p1', '1 mm')",
+       "for i = 2, " + std::to_string(state.range(0)) +
+           " do brick:set_parameter('p' .. i, 'p' .. i - 1 .. ' + 1 mm') end");
+}
+BENCHMARK(chain_of_parameters)
+    ->Arg(300)
+    ->Arg(1000)
+    ->Arg(3000)
+    ->Iterations(1)
+    ->MeasureProcessCPUTime()
+    ->Unit(benchmark::kMillisecond);
+
+/// Its first parameter changes, so that all others follow.
+void first_of_a_chain(benchmark::State& state) {
+  Program p(kHall +
+            "brick = solid 'brick' brick:set_parameter('p1', '1 mm')\n"
+            "for i = 2, 3000 do brick:set_parameter('p' .. i, 'p' .. i - 1 .. ' + 1 mm') end");
+  for (auto _ : state) p.run("brick:set_parameter('p1', math.random())");
+}
+BENCHMARK(first_of_a_chain)->MeasureProcessCPUTime()->Unit(benchmark::kMillisecond);
+
+void save_all(benchmark::State& state) {
+  const auto folder = std::filesystem::temp_directory_path() /
+                      ("robomosp_command_bench_" + std::to_string(::getpid()));
+  for (auto _ : state) {
+    state.PauseTiming();
+    std::filesystem::create_directories(folder);
+    Program p("ioci.transaction('fill', function()\nfor i = 1, " + std::to_string(state.range(0)) +
+              " do material.create{name = 'm' .. i, density = i} end\nend)");
+    state.ResumeTiming();
+    p.run("file.save_all('" + folder.string() + "')");
+    state.PauseTiming();
+    std::filesystem::remove_all(folder);
+    state.ResumeTiming();
+  }
+}
+BENCHMARK(save_all)->Arg(8000)->Iterations(1)->MeasureProcessCPUTime()->Unit(
+    benchmark::kMillisecond);
+
+/// A thousand calls a run, with what one allocates by operator new.
+void calls(benchmark::State& state, const std::string& setup, const std::string& call) {
+  Program p(setup);
+  const std::string code = "for i = 1, 1000 do " + call + " end";
+  p.run(code);
+  const std::size_t before = test::allocations;
+  for (auto _ : state) p.run(code);
+  const double n = static_cast<double>(state.iterations()) * 1000;
+  state.counters["allocations"] = static_cast<double>(test::allocations - before) / n;
+  state.SetItemsProcessed(state.iterations() * 1000);
+}
+
+/// The unit is that of a thousand calls, so a millisecond stands for a microsecond a call.
+BENCHMARK_CAPTURE(calls, trivial, "", "version()")
+    ->MeasureProcessCPUTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(calls, forward_kinematics,
+                  "arm = robot.create{name = 'arm', links = {{a = 0.4}, {a = 0.3, alpha = 1.5}, {a "
+                  "= 0.2}, {a = 0.1, alpha = 1}, {a = 0.1}, {a = 0.1}}}\n"
+                  "q = {0.1, 0.2, 0.3, 0.4, 0.5, 0.6}",
+                  "arm:fk{q = q}")
+    ->MeasureProcessCPUTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(calls, edit_beside_10000_records,
+                  "ioci.transaction('fill', function() for i = 1, 10000 do material.create{name = "
+                  "'m' .. i, density = i} end end)\nm = material 'm5000'",
+                  "m:set{density = i}")
+    ->MeasureProcessCPUTime()
+    ->Unit(benchmark::kMillisecond);
+
+/// A commit that a hundred subscriptions are told of, without and with reading.
+void listeners(benchmark::State& state) {
+  Program p("m = material.create{name = 'm', density = 1}");
+  std::vector<std::uint64_t> tokens;
+  for (std::int64_t i = 0; i < state.range(0); ++i)
+    tokens.push_back(p.app->events.subscribe({}, {}));
+  double density = 1;
+  const auto id = p.app->dispatch(p.session, "material.get", Map{{"name", "m"}});
+  for (auto _ : state) {
+    density += 1;
+    if (!p.app->dispatch(p.session, "material.set", Map{{"id", *id}, {"density", density}}).ok())
+      state.SkipWithError("the edit failed");
+  }
+}
+BENCHMARK(listeners)->Arg(0)->Arg(100)->MeasureProcessCPUTime()->Unit(benchmark::kMicrosecond);
+
+/// The processor time of the program that answers, start and end included, for 100,000 requests.
+void json_rpc(benchmark::State& state) {
+  constexpr int kRequests = 100'000;
+  const std::string program = std::string(ROBOMOSP_BUILD_DIR) + "/bin/robomosp";
+  for (auto _ : state) {
+    int in[2], out[2];
+    if (::pipe(in) != 0 || ::pipe(out) != 0) std::abort();
+    const pid_t child = ::fork();
+    if (child == 0) {
+      ::dup2(in[0], 0);
+      ::dup2(out[1], 1);
+      for (const int fd : {in[0], in[1], out[0], out[1]}) ::close(fd);
+      ::execl(program.c_str(), program.c_str(), "rpc", static_cast<char*>(nullptr));
+      ::_exit(127);
+    }
+    ::close(in[0]);
+    ::close(out[1]);
+    FILE* requests = ::fdopen(in[1], "w");
+    FILE* answers = ::fdopen(out[0], "r");
+    char line[4096];
+    for (int i = 0; i < kRequests; ++i) {
+      std::fprintf(requests,
+                   R"({"jsonrpc": "2.0", "id": %d, "method": "version"})"
+                   "\n",
+                   i);
+      std::fflush(requests);
+      if (!std::fgets(line, sizeof line, answers)) state.SkipWithError("no answer");
+    }
+    std::fclose(requests);
+    std::fclose(answers);
+    struct rusage used {};
+    int status = 0;
+    ::wait4(child, &status, 0, &used);
+    const auto seconds = [](const timeval& t) {
+      return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+    };
+    state.SetIterationTime((seconds(used.ru_utime) + seconds(used.ru_stime)) / kRequests);
+  }
+}
+BENCHMARK(json_rpc)->Iterations(1)->UseManualTime()->Unit(benchmark::kMicrosecond);
+
+}  // namespace
