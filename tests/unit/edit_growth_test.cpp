@@ -221,27 +221,33 @@ TEST(EditChecks, WhoRefersToWhatIsKeptThroughBlocks) {
   Hall hall(3 * kBlock);
   std::mt19937 random(test::seed());
   for (int step = 0; step < 400; ++step) {
-    ASSERT_TRUE(edit(hall.d, hall.world, [&](Record& r) {
-                  auto& objects = world_of(r).objects;
-                  const std::size_t at = objects.empty() ? 0 : random() % objects.size();
-                  const AnyId what = hall.solids[random() % 3];
-                  switch (random() % 4) {
-                    case 0: objects.push_back({"s" + std::to_string(step), what, {}}); break;
-                    case 1:
-                      if (!objects.empty()) objects[at].what = what;
-                      break;
-                    case 2: {
-                      const std::size_t gone =
-                          erase_if(objects, [&](const auto& o) { return o.what == what; });
-                      for (std::size_t i = 0; i < gone; ++i)
-                        objects.push_back({"r" + std::to_string(step) + "_" + std::to_string(i),
-                                           hall.solids[random() % 2],
-                                           {}});
-                      break;
-                    }
-                    default: objects.resize(at);
-                  }
-                }).ok());
+    ASSERT_TRUE(
+        edit(hall.d, hall.world, [&](Record& r) {
+          auto& objects = world_of(r).objects;
+          const std::size_t at = objects.empty() ? 0 : random() % objects.size();
+          const AnyId what = hall.solids[random() % 3];
+          switch (random() % 4) {
+            case 0: objects.push_back({"s" + std::to_string(step), what, {}}); break;
+            case 1:  // a whole block, so that it refers to nothing else
+              for (std::size_t i = at - at % kBlock;
+                   i < objects.size() && i < at - at % kBlock + kBlock; ++i)
+                objects[i].what = what;
+              break;
+            case 2: {
+              const std::size_t gone =
+                  erase_if(objects, [&](const auto& o) { return o.what == what; });
+              for (std::size_t i = 0; i < gone; ++i)
+                objects.push_back({"r" + std::to_string(step) + "_" + std::to_string(i),
+                                   hall.solids[random() % 2],
+                                   {}});
+              break;
+            }
+            default:
+              if (at > 2 * kBlock) objects.resize(at);
+              for (int i = 0; i < 40; ++i)
+                objects.push_back({"t" + std::to_string(step) + "_" + std::to_string(i), what, {}});
+          }
+        }).ok());
     if (step % 7 == 0) {
       ASSERT_TRUE(hall.d.undo().ok());
     }

@@ -103,14 +103,12 @@ std::string free_member_name(const World& w, const std::string& wanted) {
   bool is_taken = false;
   const std::size_t count = w.objects.size() + w.robots.size() + w.trajectories.size() +
                             w.frames.size() + w.lights.size() + w.tasks.size();
-  std::vector<bool> numbers;  // one pass: worlds have thousands of members
+  std::vector<char> numbers(count + 3);  // one pass: worlds have thousands of members
   const auto look = [&](const auto& list) {
     for (const auto& m : list) {
       if (m.name == wanted) is_taken = true;
-      else if (const std::size_t n = number_behind(m.name, wanted); n && n <= count + 2) {
-        if (numbers.size() <= n) numbers.resize(n + 1);
-        numbers[n] = true;
-      }
+      else if (const std::size_t n = number_behind(m.name, wanted); n && n <= count + 2)
+        numbers[n] = 1;
     }
   };
   look(w.objects);
