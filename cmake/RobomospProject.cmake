@@ -8,7 +8,22 @@ find_program(ROBOMOSP_CCACHE ccache)
 if(ROBOMOSP_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
   set(launcher "${CMAKE_BINARY_DIR}/compiler_cache")
   file(CONFIGURE OUTPUT "${launcher}" @ONLY CONTENT [=[#!/bin/sh
-export CCACHE_BASEDIR="@PROJECT_SOURCE_DIR@" CCACHE_NOHASHDIR=1
+# A precompiled header is made without the cache, which would read the one that it replaces as what
+# it is made of. What is compiled with it knows it by the checksum of its text and macros.
+case " $* " in
+*" c++-header "*)
+  while read -r word; do
+    [ "$last" != -o ] || header=$word
+    last=$word
+  done <<WORDS
+$(printf '%s\n' "$@")
+WORDS
+  rm -f "$header" "$header.sum"
+  "$@" -E -dD -P -o "$header.text" || exit
+  sha256sum <"$header.text" >"$header.sum" && rm "$header.text"
+  exec "$@" ;;
+esac
+export CCACHE_BASEDIR="@PROJECT_SOURCE_DIR@" CCACHE_NOHASHDIR=1 CCACHE_PCH_EXTSUM=1
 export CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime
 exec "@ROBOMOSP_CCACHE@" "$@"
 ]=])
