@@ -26,6 +26,7 @@ namespace robomosp::ioci {
 namespace {
 
 constexpr std::size_t kHistoryBytes = std::size_t{256} << 20;
+constexpr Effects kEveryEffect = Effects::all();
 /// How often a short command is run that others overtake.
 constexpr int kMostAttempts = 8;
 
@@ -329,7 +330,7 @@ class Application::Call {
   /// computes on the session's thread, so that what a script does meanwhile joins it.
   Call(Application& app, Session& session, const CommandSpec& spec, const Map& args,
        document::Transaction* joined, Progress& progress, bool is_own_thread,
-       Effects allowed = Effects::all())
+       Effects allowed = kEveryEffect)
       : app_(app),
         session_(session),
         spec_(spec),
@@ -361,12 +362,12 @@ class Application::Call {
   /// What is denied besides what the session is denied. Whether one of the program's own starts a
   /// program lies with the provider that is chosen, and is not in the table.
   [[nodiscard]] static Effects beyond(const CommandSpec& spec, Effects allowed, Effects all) {
-    if (!spec.plugin.empty()) return Effects::all().without(narrowed(allowed, all));
-    const Effects denied = Effects::all().without(allowed);
+    if (!spec.plugin.empty()) return kEveryEffect.without(narrowed(allowed, all));
+    const Effects denied = kEveryEffect.without(allowed);
     return all.has(Effect::processes) ? denied : denied.without(Effect::processes);
   }
   [[nodiscard]] static Effects narrowed(Effects some, Effects to) {
-    return some.without(Effects::all().without(to));
+    return some.without(kEveryEffect.without(to));
   }
   [[nodiscard]] std::uint32_t run_kind() const {
     return spec_.runs == RunKind::simulation ? kModuleRunSimulation
@@ -374,13 +375,13 @@ class Application::Call {
            : is_job_                         ? kModuleRunJob
                                              : 0U;
   }
-  Result<Value> publish(Result<Value> result);
   Application& app_;
   Session& session_;
   const CommandSpec& spec_;
   const Map& args_;
   const bool is_own_thread_;
   bool is_job_ = false;
+  bool is_finishing_ = false;
   const Effects all_;
   const Permit permit_;
   CommandContext ctx_;
@@ -399,7 +400,7 @@ std::string Application::Call::label() const {
 }
 
 Result<void> Application::Call::start() {
-  if ((spec_.effect | Effect::reads).meets(Effects::all().without(ctx_.allowed_)))
+  if ((spec_.effect | Effect::reads).meets(kEveryEffect.without(ctx_.allowed_)))
     return error(ErrorCode::permission,
                  "what called " + spec_.name + " may have the effects " + ctx_.allowed_.text() +
                      " only, and " + spec_.name + " has " + spec_.effect.text(),
@@ -490,18 +491,15 @@ Result<Value> Application::Call::compute() {
 }
 
 Result<Value> Application::Call::finish(Result<Value> result) {
-  result = publish(std::move(result));
-  if (hooked_) {
+  if (hooked_ && !std::exchange(is_finishing_, true)) {
+    result = finish(std::move(result));
     if (transaction_) {  // the records as they are now
       ctx_.transaction_ = nullptr;
       ctx_.base_ = app_.document.now();
     }
     hooked_->end(result);
+    return result;
   }
-  return result;
-}
-
-Result<Value> Application::Call::publish(Result<Value> result) {
   if (!result.ok()) {
     if (!permit_.was_refused || result.error().code == ErrorCode::permission) return result;
     Error refused = std::move(result).error();
