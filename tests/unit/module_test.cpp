@@ -422,6 +422,15 @@ TEST_F(ModuleTest, TheExampleOfTheSdkAnswersAsItsPagesSay) {
   const auto loaded = dispatch("plugin.load", {{"file", PAYLOAD_PLUGIN}});
   ASSERT_TRUE(loaded.ok()) << loaded.error().sentence();
   EXPECT_TRUE(loaded->as_map()->find("remarks")->as_list()->empty());
+  for (const char* name : {"robot.payload_margin", "robot.greatest_payload"}) {
+    const ioci::CommandSpec* spec = app_->commands.find(name);
+    ASSERT_TRUE(spec) << name;
+    EXPECT_EQ(spec->plugin, "payload_margin");
+    call("document.clear");
+    const auto ran = state_->run_string(spec->example, name);
+    EXPECT_TRUE(ran.ok()) << name << ": " << (ran.ok() ? "" : ran.error().sentence());
+  }
+  call("document.clear");
   // One joint with a bar of 1 kg: stretched out it holds m g l / 2 + payload g l.
   EXPECT_EQ(
       eval("arm = robot.create{name = 'arm', convention = 'dh', base = {rpy = {math.pi/2, 0, 0}},"
@@ -433,8 +442,6 @@ TEST_F(ModuleTest, TheExampleOfTheSdkAnswersAsItsPagesSay) {
       << eval("return arm:payload_margin{payload = 1}");
   EXPECT_EQ(eval("return math.abs(arm:greatest_payload() - (18 - 0.5*9.81)/9.81) < 2e-3"), "true")
       << eval("return arm:greatest_payload()");
-  for (const char* name : {"robot.payload_margin", "robot.greatest_payload"})
-    EXPECT_EQ(app_->commands.find(name)->plugin, "payload_margin");
   const std::string run = "arm:simulate{q = {0}, duration = 0.01}";
   EXPECT_EQ(eval(run + " return 1"), "1");
   EXPECT_EQ(eval("plugin.set('payload_margin', 'guard', true) plugin.set('payload_margin', "

@@ -9,6 +9,7 @@
 // inverse dynamics, for many configurations a call.
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <memory>
 #include <string>
@@ -194,8 +195,8 @@ ModuleCommand margin_command() {
   c.summary = "Tells what a payload leaves of the torque limits of a robot at rest.";
   c.details = "The least over configurations that are spread evenly over its joint limits.";
   c.example =
-      "local left = robot(\"puma560\"):payload_margin{payload = 1, samples = 200}\n"
-      "assert(left.margin < 1)";
+      "local left = robot(\"iiwa14\"):payload_margin{payload = 14}\n"
+      "assert(left.margin > 0 and left.margin < 1)";
   c.sometimes = "processes";  // with a solver that is compiled first
   c.params = kMargin;
   c.result_type = "map";
@@ -209,7 +210,7 @@ ModuleCommand greatest_command() {
   c.name = "robot.greatest_payload";
   c.summary = "Gives the greatest payload that a robot holds still everywhere.";
   c.details = "The setting `reserve` stays free of each torque limit.";
-  c.example = "assert(robot(\"puma560\"):greatest_payload{samples = 200} > 0)";
+  c.example = "assert(robot(\"iiwa14\"):greatest_payload() > 0)";
   c.sometimes = "processes";
   c.params = kGreatest;
   c.result_type = "real";
@@ -230,6 +231,12 @@ const ModuleTable& PayloadMargin::table() const {
     return t;
   }();
   return all;
+}
+
+std::string shown(double v) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g", v);
+  return text;
 }
 
 /// The robots of a run: its own, or those of its world.
@@ -261,11 +268,10 @@ Result<void> PayloadMargin::before_run(const ModuleRunNotice& run, ModuleCall& c
     if (!left.ok()) return left.error();
     if ((*left)["margin"].real() < reserve.real())
       return error(ErrorCode::conflict,
-                   "with " + std::to_string(payload.real()) + " kg at its tool its joint " +
-                       (*left)["joint"].text() + " has " +
-                       std::to_string(100 * (*left)["margin"].real()) +
-                       " % of its torque left somewhere, and " +
-                       std::to_string(100 * reserve.real()) + " % are to stay free",
+                   "with " + shown(payload.real()) + " kg at its tool its joint " +
+                       (*left)["joint"].text() + " has " + shown(100 * (*left)["margin"].real()) +
+                       " % of its torque left somewhere, and " + shown(100 * reserve.real()) +
+                       " % are to stay free",
                    "Lower the payload, or set plugin.set(\"payload_margin\", \"guard\", false).");
   }
   return {};
