@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
+#include <cstring>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -14,8 +15,6 @@
 namespace {
 
 using namespace robomosp;
-
-[[maybe_unused]] constexpr ModuleValue::Type kUnknownType = static_cast<ModuleValue::Type>(77);
 
 [[maybe_unused]] Result<ModuleValue> echo(const Module&, const ModuleValue& args, ModuleCall&) {
   return args["value"];
@@ -31,31 +30,54 @@ const rmp_param kEcho[] = {{"id", "ref:material", "", "A material.", nullptr, nu
                            {"value", "any", "", "A value.", nullptr, nullptr, 1, 0, RMP_OPTIONAL}};
 const rmp_param kPlain[] = {{"value", "any", "", "A value.", nullptr, nullptr, 1, 0, RMP_OPTIONAL}};
 
+/// As a later SDK would have it: rows and the table are longer.
+struct LaterCommand {
+  ModuleCommand now;
+  const char* later = "what this program does not know";
+};
+struct LaterTable {
+  ModuleTable now;
+  std::uint64_t later = ~0ULL;
+};
+
 class Late final : public Module {
  public:
   const ModuleTable& table() const override {
-    static const ModuleCommand commands[] = {
-        {"material.late",
-         "Gives its value.",
-         "",
-         "x",
-         "reads",
-         "",
-         kEcho,
-         "any",
-         "",
-         "",
-         {},
-         &echo},
-        {"late.echo", "Gives its value.", "", "x", "reads", "", kPlain, "any", "", "", {}, &echo},
-        {"bench.echo", "Gives its value.", "", "x", "reads", "", kPlain, "any", "", "", {}, &echo}};
-    static const ModuleTable t = [] {
-      ModuleTable all;
-      all.commands = commands;
-      all.command_count = 3;
+    static const LaterCommand commands[] = {
+        {{"material.late",
+          "Gives its value.",
+          "",
+          "x",
+          "reads",
+          "",
+          kEcho,
+          "any",
+          "",
+          "",
+          {},
+          &echo}},
+        {{"late.echo", "Gives its value.", "", "x", "reads", "", kPlain, "any", "", "", {}, &echo}},
+        {{"bench.echo",
+          "Gives its value.",
+          "",
+          "x",
+          "reads",
+          "",
+          kPlain,
+          "any",
+          "",
+          "",
+          {},
+          &echo}}};
+    static const LaterTable t = [] {
+      LaterTable all;
+      all.now.struct_size = sizeof(LaterTable);
+      all.now.commands = &commands[0].now;
+      all.now.command_count = 3;
+      all.now.command_size = sizeof(LaterCommand);
       return all;
     }();
-    return t;
+    return t.now;
   }
 };
 #else
@@ -125,6 +147,13 @@ Result<ModuleValue> wrong_type(const Module&, const ModuleValue&, ModuleCall&) {
 Result<ModuleValue> wrong_matrix(const Module&, const ModuleValue&, ModuleCall&) {
   return ModuleValue::matrix({1, 2, 3}, 2, 2);
 }
+/// What a later SDK may hand over; the type comes first in a value.
+Result<ModuleValue> later_type(const Module&, const ModuleValue&, ModuleCall&) {
+  ModuleValue v;
+  const std::uint32_t type = 77;
+  std::memcpy(static_cast<void*>(&v), &type, sizeof type);
+  return v;
+}
 Result<ModuleValue> too_deep(const Module&, const ModuleValue&, ModuleCall&) {
   ModuleValue v(1.0);
   for (int i = 0; i < 100; ++i) v = ModuleValue::list({v});
@@ -190,6 +219,7 @@ class Bench final : public Module {
         row("bench.wrong_type", {}, "real", wrong_type),
         row("bench.wrong_matrix", {}, "any", wrong_matrix),
         row("bench.too_deep", {}, "any", too_deep),
+        row("bench.later_type", {}, "any", later_type),
         row("bench.dangling", {}, "handle", dangling),
         row("bench.misreads", {}, "any", misreads),
         row("bench.other_thread", {}, "any", other_thread, "edits"),

@@ -180,6 +180,9 @@ TEST_F(ModuleTest, FaultsOfAModuleAreSentencesThatNameIt) {
       {"bench.wrong_matrix",
        "plugin \"bench\", bench.wrong_matrix: a matrix of 2 by 2 has 3 numbers"},
       {"bench.too_deep", "plugin \"bench\", bench.too_deep: a value is nested deeper than 64"},
+      {"bench.later_type",
+       "plugin \"bench\", bench.later_type: a value has the type number 77, "
+       "which this program does not know"},
       {"bench.extra_field",
        "plugin \"bench\", bench.extra_field: it has the field colour, which "
        "its table does not name"},
@@ -450,7 +453,19 @@ TEST_F(ModuleTest, TheExampleOfTheSdkAnswersAsItsPagesSay) {
   EXPECT_NE(eval(run).find("robot.simulate was refused by the plugin \"payload_margin\": with "),
             std::string::npos)
       << eval(run);
+  // The robots of a world are guarded as well, in tasks too.
+  EXPECT_EQ(
+      eval("cell = world.create{name = 'cell'} cell:add_robot{robot = arm} task.create{name = "
+           "'shift', steps = {{step = 'message', text = 'hello'}}} cell:add_task{task = "
+           "'shift', robot = 'arm'}"),
+      "");
+  EXPECT_NE(eval("cell:run_task{}").find("world.run_task was refused by the plugin"),
+            std::string::npos)
+      << eval("cell:run_task{}");
+  EXPECT_NE(eval("cell:start_run('tasks')").find("world.start_run was refused by the plugin"),
+            std::string::npos);
   EXPECT_EQ(eval("plugin.set('payload_margin', 'payload', '500 g') " + run + " return 1"), "1");
+  EXPECT_EQ(eval("r = cell:run_task{}"), "");
   const auto job = app_->dispatch_async(session_, "robot.payload_margin",
                                         {{"id", "arm"}, {"samples", 10000000}});
   ASSERT_TRUE(job.ok());
