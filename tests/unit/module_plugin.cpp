@@ -170,6 +170,9 @@ Result<ModuleValue> other_thread(const Module&, const ModuleValue&, ModuleCall& 
   std::thread([&] { got = call.run("material.create", ModuleValue()); }).join();
   return got;
 }
+Result<ModuleValue> endless(const Module&, const ModuleValue&, ModuleCall& call) {
+  return call.run("bench.endless", ModuleValue());
+}
 Result<ModuleValue> get_setting(const Module&, const ModuleValue& args, ModuleCall& call) {
   return call.setting(args["value"].text());
 }
@@ -223,6 +226,7 @@ class Bench final : public Module {
         row("bench.dangling", {}, "handle", dangling),
         row("bench.misreads", {}, "any", misreads),
         row("bench.other_thread", {}, "any", other_thread, "edits"),
+        row("bench.endless", {}, "any", endless),
         row("bench.setting", kAny, "any", get_setting),
         row("bench.heard", {}, "map", heard),
         // Left out, each for a reason of its own:

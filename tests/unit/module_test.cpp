@@ -186,6 +186,7 @@ TEST_F(ModuleTest, FaultsOfAModuleAreSentencesThatNameIt) {
       {"bench.extra_field",
        "plugin \"bench\", bench.extra_field: it has the field colour, which "
        "its table does not name"},
+      {"bench.endless", "commands of plugins call each other more than 32 deep"},
       {"bench.misreads", "a failed result was read"},
       {"bench.other_thread", "bench.other_thread called run from a thread of its own"},
   };
@@ -194,6 +195,7 @@ TEST_F(ModuleTest, FaultsOfAModuleAreSentencesThatNameIt) {
     EXPECT_EQ(e.code, ErrorCode::plugin_failed) << command;
     EXPECT_NE(e.sentence().find(sentence), std::string::npos) << command << ": " << e.sentence();
   }
+  EXPECT_LT(fails("bench.endless").sentence().size(), 200U);
   EXPECT_NE(fails("bench.dangling").sentence().find("it gave a reference to what is not there"),
             std::string::npos);
   EXPECT_EQ(eval("return bench.echo(1)"), "1") << "the program goes on";

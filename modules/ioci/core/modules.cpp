@@ -78,6 +78,16 @@ bool is_command_name(std::string_view name) {
 
 Result<CommandSpec> spec_of(const LoadedModule& m, const ModuleCommand& row);
 
+/// Commands that call themselves would never come to an end.
+constexpr int kDeepestCalls = 32;
+thread_local int t_depth = 0;
+struct Deeper {
+  Deeper() { ++t_depth; }
+  ~Deeper() { --t_depth; }
+  Deeper(const Deeper&) = delete;
+  Deeper& operator=(const Deeper&) = delete;
+};
+
 /// What a command or hook of a module asks of the program.
 class HostCall final : public ModuleCall {
  public:
@@ -97,6 +107,12 @@ class HostCall final : public ModuleCall {
                    who() + " gave " + std::string(command) + " no map of arguments", report());
     const CommandSpec* spec = ctx_.app.commands.find(command);
     if (!spec) return std::move(ctx_.app.commands.unknown(command)).in(who());
+    if (t_depth >= kDeepestCalls)
+      return error(ErrorCode::plugin_failed,
+                   "commands of plugins call each other more than " +
+                       std::to_string(kDeepestCalls) + " deep",
+                   report(), who());
+    const Deeper deeper;
     auto result = ctx_.dispatch(command, given.as_map() ? *given.as_map() : Map{});
     if (result.ok()) return to_module(*result);
     Error e = std::move(result).error();
@@ -108,6 +124,7 @@ class HostCall final : public ModuleCall {
                     " only, and with these arguments " + spec->name + " has others (" +
                     beyond.text() + ")",
                 "The plugin's command has to declare them.");
+    if (e.where.find(who()) != std::string::npos) return e;  // it called itself
     return std::move(e).in(who());
   }
   [[nodiscard]] Result<ModuleValue> setting(std::string_view name) const override {
