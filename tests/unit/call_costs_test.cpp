@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+// How many allocations commands take that scripts call in loops, from Lua and back. Not timed: a
+// time would be that of the machine.
+#include <memory>
+#include <optional>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "lua/lua_state.h"
+#include "support/allocations.h"
+
+namespace robomosp {
+namespace {
+
+class CallCosts : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (!ROBOMOSP_COUNTS_MEMORY) GTEST_SKIP() << "a sanitizer has operators of its own";
+    ioci::ApplicationOptions options;
+    options.plugins = false;
+    auto app = ioci::Application::create(options);
+    ASSERT_TRUE(app.ok());
+    app_ = std::move(*app);
+    state_.emplace(*app_, session_);
+  }
+  void run(const std::string& code) {
+    const auto done = state_->run_string(code, "test");
+    ASSERT_TRUE(done.ok()) << done.error().sentence();
+  }
+  /// Of one call of many; `i` counts on.
+  double allocations(const std::string& call) {
+    const std::string loop = "for _ = 1, 200 do i = (i or 0) + 1 " + call + " end";
+    run(loop);
+    const std::size_t before = test::allocations;
+    run(loop);
+    return static_cast<double>(test::allocations - before) / 200;
+  }
+
+  std::unique_ptr<ioci::Application> app_;
+  ioci::Session session_{"test"};
+  std::optional<lua::LuaState> state_;
+};
+
+TEST_F(CallCosts, ACommandWithoutArguments) { EXPECT_LE(allocations("version()"), 3.5); }
+
+/// Eight of them are the four arrays of the result.
+TEST_F(CallCosts, ForwardKinematics) {
+  run("arm = robot.create{name = 'arm', links = {{a = 0.4}, {a = 0.3, alpha = 1.5}, {a = 0.2}, {a "
+      "= 0.1, alpha = 1}, {a = 0.1}, {a = 0.1}}}\nq = {0.1, 0.2, 0.3, 0.4, 0.5, 0.6}");
+  EXPECT_LE(allocations("arm:fk{q = q}"), 18.5);
+}
+
+TEST_F(CallCosts, AnObjectIsAddedToALargeWorldAsToASmallOne) {
+  run("solid.create{name = 'brick', root = {kind = 'box', x = 1, y = 1, z = 1}}\n"
+      "small, large = world.create{name = 'small'}, world.create{name = 'large'}\n"
+      "local many = {} for i = 1, 10000 do many[i] = {what = 'brick', name = 'o' .. i} end\n"
+      "large:add_objects(many)");
+  const double few = allocations("small:add_object{what = 'brick', name = 'n' .. i}");
+  EXPECT_LE(allocations("large:add_object{what = 'brick', name = 'n' .. i}"), few + 8);
+}
+
+TEST_F(CallCosts, AParameterIsAddedToALongChainAsToAShortOne) {
+  run("s = solid.create{name = 'brick', root = {kind = 'box', x = 1, y = 1, z = 1}}\n"
+      "s:set_parameter('p0', '1 mm')");
+  const std::string add = "s:set_parameter('p' .. i, 'p' .. i - 1 .. ' + 1 mm')";
+  const double few = allocations(add);
+  for (int k = 0; k < 3; ++k) allocations(add);
+  EXPECT_LE(allocations(add), few + 8);
+}
+
+}  // namespace
+}  // namespace robomosp
