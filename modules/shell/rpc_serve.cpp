@@ -177,9 +177,11 @@ class Connection {
   }
 
   void put(Entry entry) {
-    const std::lock_guard lock(mutex_);
-    inbox_.push_back(std::move(entry));
-    changed_.notify_all();
+    {
+      const std::lock_guard lock(mutex_);
+      inbox_.push_back(std::move(entry));
+    }
+    changed_.notify_all();  // who wakes finds the mutex free
   }
 
   void take(std::string_view line) {

@@ -63,12 +63,17 @@ void add_objects_one_by_one(benchmark::State& state) {
        "for i = 1, " + std::to_string(state.range(0)) +
            " do cell:add_object{what = 'brick', name = 'o' .. i, position = {i, 0, 0}} end");
 }
-// The growth shows: a fortieth, a tenth, a quarter, all.
+BENCHMARK(add_objects_one_by_one)
+    ->Name("add_10000_objects_one_by_one")
+    ->Arg(10'000)
+    ->Iterations(1)
+    ->MeasureProcessCPUTime()
+    ->Unit(benchmark::kMillisecond);
+// The growth shows: a fortieth, a tenth, a quarter of it.
 BENCHMARK(add_objects_one_by_one)
     ->Arg(250)
     ->Arg(1000)
     ->Arg(2500)
-    ->Arg(10'000)
     ->Iterations(1)
     ->MeasureProcessCPUTime()
     ->Unit(benchmark::kMillisecond);
@@ -79,6 +84,7 @@ void add_unnamed_objects_one_by_one(benchmark::State& state) {
        "for i = 1, " + std::to_string(state.range(0)) + " do cell:add_object('brick') end");
 }
 BENCHMARK(add_unnamed_objects_one_by_one)
+    ->Name("add_10000_unnamed_objects_one_by_one")
     ->Arg(10'000)
     ->Iterations(1)
     ->MeasureProcessCPUTime()
@@ -92,6 +98,7 @@ void add_objects_at_once(benchmark::State& state) {
   once(state, kHall, kMany + "cell:add_objects(many)");
 }
 BENCHMARK(add_objects_at_once)
+    ->Name("add_10000_objects_at_once")
     ->Iterations(1)
     ->MeasureProcessCPUTime()
     ->Unit(benchmark::kMillisecond);
@@ -118,9 +125,14 @@ void chain_of_parameters(benchmark::State& state) {
            " do brick:set_parameter('p' .. i, 'p' .. i - 1 .. ' + 1 mm') end");
 }
 BENCHMARK(chain_of_parameters)
+    ->Name("chain_of_3000_parameters")
+    ->Arg(3000)
+    ->Iterations(1)
+    ->MeasureProcessCPUTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK(chain_of_parameters)
     ->Arg(300)
     ->Arg(1000)
-    ->Arg(3000)
     ->Iterations(1)
     ->MeasureProcessCPUTime()
     ->Unit(benchmark::kMillisecond);
@@ -149,8 +161,12 @@ void save_all(benchmark::State& state) {
     state.ResumeTiming();
   }
 }
-BENCHMARK(save_all)->Arg(8000)->Iterations(1)->MeasureProcessCPUTime()->Unit(
-    benchmark::kMillisecond);
+BENCHMARK(save_all)
+    ->Name("save_all_of_8000")
+    ->Arg(8000)
+    ->Iterations(1)
+    ->MeasureProcessCPUTime()
+    ->Unit(benchmark::kMillisecond);
 
 /// A thousand calls a run, with what one allocates by operator new.
 void calls(benchmark::State& state, const std::string& setup, const std::string& call) {
@@ -166,6 +182,7 @@ void calls(benchmark::State& state, const std::string& setup, const std::string&
 
 /// The unit is that of a thousand calls, so a millisecond stands for a microsecond a call.
 BENCHMARK_CAPTURE(calls, trivial, "", "version()")
+    ->Name("thousand_trivial_calls")
     ->MeasureProcessCPUTime()
     ->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(calls, forward_kinematics,
@@ -173,16 +190,18 @@ BENCHMARK_CAPTURE(calls, forward_kinematics,
                   "= 0.2}, {a = 0.1, alpha = 1}, {a = 0.1}, {a = 0.1}}}\n"
                   "q = {0.1, 0.2, 0.3, 0.4, 0.5, 0.6}",
                   "arm:fk{q = q}")
+    ->Name("thousand_forward_kinematics")
     ->MeasureProcessCPUTime()
     ->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(calls, edit_beside_10000_records,
                   "ioci.transaction('fill', function() for i = 1, 10000 do material.create{name = "
                   "'m' .. i, density = i} end end)\nm = material 'm5000'",
                   "m:set{density = i}")
+    ->Name("thousand_edits_beside_10000_records")
     ->MeasureProcessCPUTime()
     ->Unit(benchmark::kMillisecond);
 
-/// A commit that a hundred subscriptions are told of, without and with reading.
+/// A commit that so many subscriptions are told of, which never read.
 void listeners(benchmark::State& state) {
   Program p("m = material.create{name = 'm', density = 1}");
   std::vector<std::uint64_t> tokens;
@@ -196,7 +215,16 @@ void listeners(benchmark::State& state) {
       state.SkipWithError("the edit failed");
   }
 }
-BENCHMARK(listeners)->Arg(0)->Arg(100)->MeasureProcessCPUTime()->Unit(benchmark::kMicrosecond);
+BENCHMARK(listeners)
+    ->Name("commit_without_listeners")
+    ->Arg(0)
+    ->MeasureProcessCPUTime()
+    ->Unit(benchmark::kMicrosecond);
+BENCHMARK(listeners)
+    ->Name("commit_with_100_listeners")
+    ->Arg(100)
+    ->MeasureProcessCPUTime()
+    ->Unit(benchmark::kMicrosecond);
 
 /// The processor time of the program that answers, start and end included, for 100,000 requests.
 void json_rpc(benchmark::State& state) {
