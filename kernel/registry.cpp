@@ -64,9 +64,13 @@ const Registry::Entry* Registry::locate(std::string_view interface_id,
       if (e.info.interface_id == interface_id && e.info.name == name) return &e;
     return nullptr;
   }
-  if (const auto chosen = defaults_.find(std::string(interface_id)); chosen != defaults_.end())
+  for (const auto* choices : {&session_, &document_, &user_}) {
+    const auto chosen = choices->find(interface_id);
+    if (chosen == choices->end()) continue;
     for (const Entry& e : entries_)
       if (enabled(e) && e.info.name == chosen->second) return &e;
+    if (choices == &document_) return nullptr;  // no other one in its place unseen
+  }
   // One that answers roughly, or refuses part of what its interface knows, is no default while
   // there is another.
   const auto is_full = [](const Entry& e) {
@@ -99,6 +103,15 @@ Error Registry::absent(std::string_view interface_id, std::string_view name) con
                      (name.empty() ? "" : ", so none named " + text::quote(name)),
                  "Load a plugin that offers " + text::quote(interface_id) +
                      "; plugin.list tells which were found.");
+  if (const auto kept = document_.find(interface_id); name.empty() && kept != document_.end())
+    return error(
+        ErrorCode::unknown_name,
+        "the document chooses the " + what + " provider " + text::quote(kept->second) +
+            ", which is not there or disabled",
+        "Load its plugin, choose another for this run with provider.default, or take the choice "
+        "back: provider.default{interface = " +
+            text::quote(what) + ", name = \"\", keep = \"document\"}. There are " +
+            text::enumerate(names) + ".");
   if (name.empty())
     return error(ErrorCode::unknown_name, "no " + what + " provider is the default",
                  "Choose one with provider.default: " + text::enumerate(names) + ".");
@@ -139,21 +152,43 @@ std::vector<ProviderInfo> Registry::list(std::string_view interface_id) const {
 }
 
 Result<void> Registry::set_default(std::string_view interface_id, std::string_view name) {
+  return choose(session_, interface_id, name);
+}
+
+Result<void> Registry::set_user_default(std::string_view interface_id, std::string_view name) {
+  return choose(user_, interface_id, name);
+}
+
+Result<void> Registry::choose(Choices& choices, std::string_view interface_id,
+                              std::string_view name) {
   RMP_TRY(require(Effect::providers));
   const std::lock_guard lock(mutex_);
   if (name.empty()) {
-    defaults_.erase(std::string(interface_id));
+    choices.erase(std::string(interface_id));
   } else {
     if (!locate(interface_id, name)) return absent(interface_id, name);
-    defaults_[std::string(interface_id)] = name;
+    choices[std::string(interface_id)] = name;
   }
   ++revision_;
   return {};
 }
 
-std::map<std::string, std::string> Registry::chosen() const {
+void Registry::set_document_defaults(std::map<std::string, std::string> chosen) {
   const std::lock_guard lock(mutex_);
-  return defaults_;
+  Choices now(chosen.begin(), chosen.end());
+  if (now == document_) return;
+  document_ = std::move(now);
+  ++revision_;
+}
+
+std::map<std::string, Registry::Choice> Registry::chosen() const {
+  const std::lock_guard lock(mutex_);
+  std::map<std::string, Choice> out;
+  const std::pair<const Choices*, const char*> all[] = {
+      {&session_, "session"}, {&document_, "document"}, {&user_, "user"}};
+  for (const auto& [choices, by] : all)
+    for (const auto& [id, name] : *choices) out.insert({id, {name, by}});
+  return out;
 }
 
 std::uint64_t Registry::revision() const {

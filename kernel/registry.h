@@ -45,7 +45,8 @@ class Registry {
   bool remove(std::string_view interface_id, std::string_view name);
   Result<void> set_enabled(std::string_view interface_id, std::string_view name, bool);
 
-  /// Empty name = the default: the one set by set_default, else the program's own
+  /// Empty name = the default: the one chosen for the run (set_default), else the document's, which
+  /// is an error while it is not there, else the user's, else the program's own
   /// (standard_provider), else the first enabled one that came with the program, without the tags
   /// "approximate" and "partial" if there is one. What was only found is never a default while the
   /// program has one; where it has none, the only one there is.
@@ -54,7 +55,13 @@ class Registry {
   /// Those that came with the program first, so that who takes the first that can do something
   /// takes none that was only found.
   [[nodiscard]] std::vector<ProviderInfo> list(std::string_view interface_id = {}) const;
+  /// Chooses for this run; an empty name takes the choice back.
   Result<void> set_default(std::string_view interface_id, std::string_view name);
+  /// The same for all runs of the user; weaker than the document's choice.
+  Result<void> set_user_default(std::string_view interface_id, std::string_view name);
+  /// What the document chooses, in place of what it chose before: names by interface id. A name
+  /// that is not there is kept, so that no other provider computes in its place unseen.
+  void set_document_defaults(std::map<std::string, std::string>);
 
   /// Makes an instance: auto ik = registry.create<IkSolver>("numeric"). Absence is an error that
   /// names the available ones.
@@ -69,8 +76,12 @@ class Registry {
   /// As create(), without the type: a pointer to the class of the interface, for who deletes it.
   [[nodiscard]] Result<void*> create_raw(std::string_view interface_id,
                                          std::string_view name) const;
-  /// The names set by set_default.
-  [[nodiscard]] std::map<std::string, std::string> chosen() const;
+  /// A choice of a default that holds, and who made it: "session", "document" or "user".
+  struct Choice {
+    std::string name, by;
+  };
+  /// By interface id, of those that somebody chose.
+  [[nodiscard]] std::map<std::string, Choice> chosen() const;
 
  private:
   struct Entry {
@@ -81,9 +92,11 @@ class Registry {
   [[nodiscard]] const Entry* locate(std::string_view interface_id, std::string_view name) const;
   [[nodiscard]] Error absent(std::string_view interface_id, std::string_view name) const;
   mutable std::mutex mutex_;
-  std::vector<Entry> entries_;                   // guarded by mutex_
-  std::map<std::string, std::string> defaults_;  // guarded by mutex_
-  std::uint64_t revision_ = 0;                   // guarded by mutex_
+  std::vector<Entry> entries_;                                      // guarded by mutex_
+  using Choices = std::map<std::string, std::string, std::less<>>;  ///< names by interface id
+  Result<void> choose(Choices&, std::string_view interface_id, std::string_view name);
+  Choices session_, document_, user_;  // guarded by mutex_
+  std::uint64_t revision_ = 0;         // guarded by mutex_
 };
 
 /// The program's own default of an interface ("numeric"); "" = it has none.

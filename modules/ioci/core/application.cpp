@@ -12,6 +12,7 @@
 #include "io/native.h"
 #include "ioci/core/chosen_providers.h"
 #include "ioci/core/commands.h"
+#include "ioci/core/document_providers.h"
 #include "ioci/core/handle_text.h"
 #include "ioci/core/modules.h"
 #include "ioci/core/old_words.h"
@@ -250,7 +251,7 @@ Result<void> Application::start() {
     plugins.remember_failures();
     plugins.load_all();
     for (const auto& [interface_id, name] : chosen_providers()) {
-      const auto set = registry.set_default(interface_id, name);
+      const auto set = registry.set_user_default(interface_id, name);
       if (!set.ok())
         messages.post(Severity::warning, "default_missing",
                       "The default that you chose is not there: " + set.error().sentence(),
@@ -261,6 +262,7 @@ Result<void> Application::start() {
   RMP_TRY(add("document", application, {"model"}, [this]() -> Result<void> {
     (void)settings_kind();  // before what lists the kinds
     document.on_commit([this](const document::Commit& commit) { events.publish(commit); });
+    follow_document_providers(*this);
     messages.subscribe([this](const Message& m) { events.publish(m); });
     jobs.subscribe([this](const JobStatus& s) { events.publish(s); });
     document.on_commit([this](const document::Commit&) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ioci/core/chosen_providers.h"
 #include "ioci/core/commands.h"
+#include "ioci/core/document_providers.h"
 #include "ioci/core/modules.h"
 #include "kernel/interface_adapters.h"
 #include "kernel/permit.h"
@@ -80,26 +81,17 @@ Result<std::string> interface_id(const std::string& word) {
   return unknown_name("interface", word, known);
 }
 
-/// Who made a provider the default: "user" (kept), "session", or "" (nobody).
-std::string chosen_by(const ProviderInfo& p, const std::map<std::string, std::string>& session,
-                      const std::map<std::string, std::string>& user) {
-  const auto is_in = [&](const std::map<std::string, std::string>& chosen) {
-    const auto found = chosen.find(p.interface_id);
-    return found != chosen.end() && found->second == p.name;
-  };
-  if (!is_in(session)) return "";
-  return is_in(user) ? "user" : "session";
-}
-
 Result<Value> provider_list(CommandContext& ctx, const Map& args) {
   std::string id;
   if (!text_of(args, "interface").empty()) {
     RMP_TRY_ASSIGN(id, interface_id(text_of(args, "interface")));
   }
-  const auto session = ctx.app.registry.chosen(), user = chosen_providers();
+  const auto chosen = ctx.app.registry.chosen();
   List out;
   for (const ProviderInfo& p : ctx.app.registry.list(id)) {
     const auto standard = ctx.app.registry.find(p.interface_id, "");
+    const auto choice = chosen.find(p.interface_id);
+    const bool is_chosen = choice != chosen.end() && choice->second.name == p.name;
     List tags;
     for (const auto& t : p.tags) tags.emplace_back(t);
     out.emplace_back(Map{{"interface", p.interface_id},
@@ -111,7 +103,7 @@ Result<Value> provider_list(CommandContext& ctx, const Map& args) {
                          {"enabled", p.enabled},
                          {"shipped", p.shipped},
                          {"default", standard.ok() && standard->name == p.name},
-                         {"chosen", chosen_by(p, session, user)}});
+                         {"chosen", is_chosen ? choice->second.by : std::string()}});
   }
   return Value(std::move(out));
 }
@@ -131,15 +123,28 @@ Result<Value> provider_params(CommandContext& ctx, const Map& args) {
 
 Result<Value> provider_default(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const std::string id, interface_id(text_of(args, "interface")));
-  const bool is_kept = text_of(args, "keep") == "user";
-  if (is_kept && !has(args, "name"))
+  const std::string keep = text_of(args, "keep");
+  if (keep != "session" && !has(args, "name"))
     return error(ErrorCode::invalid_argument, "there is no name to keep", "Give name = ...",
                  "keep");
-  if (is_kept && !ctx.session.may(Effect::files_write))
+  if (keep == "document") {
+    RMP_TRY(keep_document_provider(ctx, id, text_of(args, "name")));
+    // A choice for this run is stronger; what the caller asked for now is to hold now.
+    const auto chosen = ctx.app.registry.chosen();
+    if (const auto it = chosen.find(id); it != chosen.end() && it->second.by == "session")
+      RMP_TRY(ctx.app.registry.set_default(id, ""));
+    return Value(text_of(args, "name"));
+  }
+  if (keep == "user" && !ctx.session.may(Effect::files_write))
     return error(ErrorCode::permission, "this session may not write files",
                  "Leave keep out, and the choice holds for this run.", "keep");
-  if (has(args, "name")) RMP_TRY(ctx.app.registry.set_default(id, text_of(args, "name")));
-  if (is_kept) RMP_TRY(keep_chosen_provider(id, text_of(args, "name")));
+  if (keep == "user") {
+    RMP_TRY(ctx.app.registry.set_user_default(id, text_of(args, "name")));
+    RMP_TRY(keep_chosen_provider(id, text_of(args, "name")));
+    RMP_TRY(ctx.app.registry.set_default(id, ""));  // which would be stronger
+  } else if (has(args, "name")) {
+    RMP_TRY(ctx.app.registry.set_default(id, text_of(args, "name")));
+  }
   if (has(args, "name") && text_of(args, "name").empty() && !ctx.app.registry.find(id, "").ok())
     return Value(std::string());
   RMP_TRY_ASSIGN(const auto info, ctx.app.registry.find(id, ""));
@@ -228,7 +233,7 @@ RMP_COMMANDS(plugin_commands) {
                     field("shipped", "bool", "", "Whether it came with the program."),
                     field("default", "bool", "", "Whether it is taken where none is named."),
                     field("chosen", "string", "",
-                          "Who made it the default: user (kept), session, or nobody.")}},
+                          "Who made it the default: session, document, user (kept), or nobody.")}},
        .effect = Effect::reads,
        .run = provider_list});
   all.push_back({.name = "provider.params",
@@ -255,16 +260,20 @@ RMP_COMMANDS(plugin_commands) {
                  .classic = "",
                  .summary = "Tells or sets the provider that is taken where none is named.",
                  .details = "What is only found is never the default: it is the program's own "
-                            "provider until another is chosen, for this run or for good "
-                            "(`keep = \"user\"`). An empty name takes the choice back.",
+                            "provider until another is chosen: for this run, with the document "
+                            "(`keep = \"document\"`: saved, loaded and undone with it) or for "
+                            "good (`keep = \"user\"`). The choice for this run is the strongest, "
+                            "then the document's. A document's provider that is not there is an "
+                            "error where it would be taken, and no other one computes in its "
+                            "place. An empty name takes the choice back.",
                  .example = "provider.default(\"ik\", provider.default(\"ik\"))",
                  .params = {interface, optional("name", "string", "", "The new default."),
-                            choice("keep", {"session", "user"},
-                                   "How long the choice holds: this run, or every run of the "
-                                   "user's.")},
+                            choice("keep", {"session", "document", "user"},
+                                   "How long the choice holds: this run, with the document, or "
+                                   "every run of the user's.")},
                  .returns = {"string", "", "The default.", {}},
                  .effect = Effect::reads,
-                 .sometimes = Effect::providers | Effect::files_write,
+                 .sometimes = Effect::providers | Effect::files_write | Effect::edits,
                  .run = provider_default});
   all.push_back({.name = "provider.enable",
                  .classic = "",
