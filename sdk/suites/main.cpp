@@ -23,7 +23,7 @@
 
 #include <robomosp/sdk/conformance/all_models.h>
 #include <robomosp/sdk/conformance/count_allocations.h>
-#include <robomosp/sdk/conformance/model_file.h>
+#include <robomosp/sdk/model_file.h>
 
 #include "subject.h"
 
@@ -94,7 +94,7 @@ int read(int argc, char** argv, std::vector<char*>& rest) {
       }
     } else if (word == "--model") {
       s.are_models_chosen = true;
-      auto model = conformance::read_model(value);
+      auto model = read_model(value);
       if (!model.ok()) return wrong(model.error().sentence());
       s.models.push_back(std::move(model).value());
     } else if (word == "--dynamics") {

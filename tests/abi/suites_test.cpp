@@ -14,7 +14,7 @@
 #include <gtest/gtest.h>
 
 #include <robomosp/sdk/conformance/all_models.h>
-#include <robomosp/sdk/conformance/model_file.h>
+#include <robomosp/sdk/model_file.h>
 
 namespace robomosp {
 namespace {
@@ -107,7 +107,7 @@ TEST(Suites, RunOnRobotsFromFiles) {
   const std::string file = temporary("-arm.model");
   RobotModel arm = conformance::kr5();
   arm.name = "an arm from a file";
-  std::ofstream(file) << conformance::model_text(arm);
+  std::ofstream(file) << model_text(arm);
   const Outcome run =
       suites(kShipped + "ik_spherical_wrist.so\" --model " + file + " --gtest_brief=0");
   EXPECT_EQ(run.code, 0) << run.text;
@@ -120,10 +120,10 @@ TEST(ModelFile, EveryMechanismComesBackAsItWas) {
   for (const auto& named : conformance::named_models()) {
     SCOPED_TRACE(std::string(named.name));
     const RobotModel m = named.make();
-    const std::string text = conformance::model_text(m);
-    const auto read = conformance::model_from_text(text);
+    const std::string text = model_text(m);
+    const auto read = model_from_text(text);
     ASSERT_TRUE(read.ok()) << read.error().sentence();
-    EXPECT_EQ(conformance::model_text(*read), text);
+    EXPECT_EQ(model_text(*read), text);
     ASSERT_EQ(read->joints.size(), m.joints.size());
     EXPECT_EQ(read->dof(), m.dof());
     EXPECT_EQ(read->coordinate_count(), m.coordinate_count());
@@ -138,7 +138,7 @@ TEST(ModelFile, EveryMechanismComesBackAsItWas) {
 TEST(ModelFile, WhatIsWrongIsToldWithItsLine) {
   const std::string pose = " 0 0 0 1 0 0 0 1 0 0 0 1";
   const auto fault = [](const std::string& text) {
-    const auto read = conformance::model_from_text(text);
+    const auto read = model_from_text(text);
     return read.ok() ? std::string("accepted") : read.error().sentence();
   };
   const std::string good = "robot \"r\"\njoint \"a\" revolute -1\ntip \"t\" 0" + pose + "\n";

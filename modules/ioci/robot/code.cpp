@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 
-#include <robomosp/sdk/conformance/model_file.h>
+#include <robomosp/sdk/model_file.h>
 #include <robomosp/sdk/robot_code.h>
 
 #include "io/native.h"
@@ -85,7 +85,7 @@ Result<Value> generate_code(CommandContext& ctx, const Map& args) {
 Result<Value> save_model(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const auto model, model_of(ctx, args));
   const std::filesystem::path file = text_of(args, "file");
-  RMP_TRY(io::write_file(file, conformance::model_text(*model)));
+  RMP_TRY(io::write_file(file, model_text(*model)));
   return Value(Map{{"file", file.string()}});
 }
 
@@ -129,7 +129,7 @@ RMP_COMMANDS(robot_code_commands) {
            "Writes the mechanism that solvers get for this robot, for the suites of the SDK.",
        .details =
            "Joints, bodies, drives, tips and closed loops as plain text in SI units, to the bit "
-           "(robomosp/sdk/conformance/model_file.h tells the form): `robomosp plugin test FILE "
+           "(robomosp/sdk/model_file.h tells the form): `robomosp plugin test FILE "
            "--model ROBOT.model` runs the suites on this robot. It is no file of the robot: "
            "record.save writes that.",
        .example = with_arm("arm:save_model{file = \"example_arm.model\"}"),

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Mechanisms as text files, so that a suite runs on robots that it was not compiled with (layer:
-// contract helper for tests, header-only). The program writes them: robot.save_model{file=}. A line
-// is a word and what belongs to it, in SI units; a pose is x y z and nine numbers of R, row by row;
-// lines after "joint" speak of that joint; what is left out is as RobotModel has it.
+// contract helper, std only, not part of the ABI). The program writes them:
+// robot.save_model{file=}. A line is a word and what belongs to it, in SI units; a pose is x y z
+// and nine numbers of R, row by row; lines after "joint" speak of that joint; what is left out is
+// as RobotModel has it.
 //
 //   robot "name"
 //   base POSE
@@ -33,7 +34,7 @@
 #include <robomosp/sdk/result.h>
 #include <robomosp/sdk/robot_model.h>
 
-namespace robomosp::conformance {
+namespace robomosp {
 
 namespace model_file {
 
@@ -286,4 +287,4 @@ inline void read_line(Line& line, RobotModel& m) {
   return model;
 }
 
-}  // namespace robomosp::conformance
+}  // namespace robomosp
