@@ -14,8 +14,10 @@
 #include <robomosp/sdk/joint_segment.h>
 #include <robomosp/sdk/motion_law.h>
 #include <robomosp/sdk/orientation.h>
+#include <robomosp/sdk/render.h>
 #include <robomosp/sdk/trajectory.h>
 
+#include "kernel/older_renderer.h"
 #include "kernel/plugin_loader.h"
 
 namespace robomosp {
@@ -284,6 +286,7 @@ constexpr std::array kOlder{
           &adapt<SegmentMaker, SegmentMakerNow, v1::SegmentMaker>},
     Older{"robomosp.joint_segment/1", JointSegmentMaker::kInterfaceId,
           &adapt<JointSegmentMaker, JointSegmentMakerNow, v1::JointSegmentMaker>},
+    Older{"robomosp.renderer/1", render::Renderer::kInterfaceId, &renderer_of_1},
 };
 
 }  // namespace

@@ -17,6 +17,7 @@
 #include <robomosp/sdk/threads.h>
 
 #include "kernel/executor.h"
+#include "kernel/import_process.h"
 #include "kernel/interface_adapters.h"
 #include "kernel/interface_file.h"
 #include "kernel/permit.h"
@@ -330,6 +331,18 @@ fs::path shipped_folder() {
 }
 
 /// Registers one row, or says in `report` why not.
+/// Importers that read in a process of their own, around those that `create` makes.
+Registry::Create in_process(Registry::Create create, const ProviderInfo& info) {
+  ImportProcess who{info.origin, info.name, {}, &log_from_plugin};
+  for (const ParamSpec& p : info.schema) who.params.push_back(p.name);
+  return [create = std::move(create), who = std::move(who)]() -> Result<void*> {
+    RMP_TRY_ASSIGN(void* made, create());
+    return static_cast<void*>(
+        importer_in_process(std::unique_ptr<Importer>(static_cast<Importer*>(made)), who)
+            .release());
+  };
+}
+
 void register_provider(Registry& registry, const rmp_plugin& plugin, std::uint32_t index,
                        PluginReport& report) {
   const rmp_provider& row = rmp_provider_at(plugin, index);
@@ -361,7 +374,11 @@ void register_provider(Registry& registry, const rmp_plugin& plugin, std::uint32
   info.version = report.version;
   info.schema = std::move(*schema);
   info.shipped = report.shipped;
-  auto added = registry.add(std::move(info), creator(row, interface_id + " " + name));
+  Registry::Create create = creator(row, interface_id + " " + name);
+  if (usable_as == Importer::kInterfaceId &&
+      std::find(info.tags.begin(), info.tags.end(), "process") != info.tags.end())
+    create = in_process(std::move(create), info);
+  auto added = registry.add(std::move(info), std::move(create));
   if (!added.ok()) return skip(added.error().message);
   report.providers.push_back(interface_id + " " + name);
 }

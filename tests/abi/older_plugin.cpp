@@ -10,6 +10,7 @@
 #include <robomosp/sdk/motion_law.h>
 #include <robomosp/sdk/orientation.h>
 #include <robomosp/sdk/plugin.h>
+#include <robomosp/sdk/render.h>
 #include <robomosp/sdk/trajectory.h>
 
 namespace {
@@ -165,6 +166,30 @@ class DriveMaker final : public JointSegmentMaker {
   }
 };
 
+/// A picture of one row that tells what it was given.
+class Counter final : public render::Renderer {
+ public:
+  Result<render::Image> draw(const render::Scene& s, const render::Options& o,
+                             Progress&) const override {
+    if (o.look.caption == "fail") return error(ErrorCode::unsupported, "it draws no failures");
+    render::Image image;
+    image.width = o.width;
+    image.height = o.height;
+    for (const std::size_t n : {s.items.size(), s.lines.size(), s.triads.size(), s.marks.size(),
+                                s.labels.size(), s.legends.size(), s.lights.size()})
+      image.rgba.push_back(static_cast<std::uint8_t>(n));
+    image.clip_T_world[0] = s.items.back().pose.p[2] + s.lines.back().width;
+    image.clip_T_world[1] = s.triads.back().length + s.marks.back().gyration[1];
+    image.clip_T_world[2] = s.labels.back().place[0] + s.legends.back().ticks.back().share;
+    image.clip_T_world[3] = s.lights.back().angle + o.look.camera.zoom;
+    image.clip_T_world[4] = o.look.section->point[0] + (o.quality == render::Quality::high ? 1 : 0);
+    return image;
+  }
+  Result<std::string> png(const render::Image& image) const override {
+    return std::to_string(image.width);
+  }
+};
+
 void* make_one_joint(const rmp_host* host, char*, std::uint32_t) {
   return static_cast<IkSolver*>(new OneJoint(host));
 }
@@ -183,4 +208,5 @@ RMP_PLUGIN("org.example.older", "0.9", "MIT", "Built some time ago",
            RMP_PROVIDER_NO_PARAMS(CubicLawMaker, "older_cubic", "A cubic law.", ""),
            RMP_PROVIDER_NO_PARAMS(TurningMaker, "older_turning", "One radian.", ""),
            RMP_PROVIDER_NO_PARAMS(RunMaker, "older_run", "A run.", ""),
-           RMP_PROVIDER_NO_PARAMS(DriveMaker, "older_drive", "A drive.", ""))
+           RMP_PROVIDER_NO_PARAMS(DriveMaker, "older_drive", "A drive.", ""),
+           RMP_PROVIDER_NO_PARAMS(Counter, "older_counter", "Counts.", ""))

@@ -9,6 +9,7 @@
 #include <robomosp/sdk/joint_segment.h>
 #include <robomosp/sdk/motion_law.h>
 #include <robomosp/sdk/orientation.h>
+#include <robomosp/sdk/render.h>
 #include <robomosp/sdk/trajectory.h>
 
 #include "kernel/plugin_loader.h"
@@ -37,7 +38,7 @@ class OlderPlugin : public testing::Test {
 TEST_F(OlderPlugin, LoadsWithAllItsProvidersUnderTheNumbersOfToday) {
   ASSERT_TRUE(report_.loaded) << (report_.refusal ? report_.refusal->sentence() : "");
   EXPECT_TRUE(report_.remarks.empty()) << report_.remarks.front();
-  EXPECT_EQ(report_.providers.size(), 6U);
+  EXPECT_EQ(report_.providers.size(), 7U);
   EXPECT_TRUE(registry_.find(CurveMaker::kInterfaceId, "older_parabola").ok());
   EXPECT_FALSE(registry_.find("robomosp.curve/1", "older_parabola").ok());
 }
@@ -122,6 +123,40 @@ TEST_F(OlderPlugin, ItsCurveLawAndOrientationAreSampled) {
   OrientationSample o[2];
   ASSERT_TRUE((*turning)->evaluate(u, c, o).ok());
   EXPECT_DOUBLE_EQ(o[1].R[3], std::sin(0.5));
+}
+
+TEST_F(OlderPlugin, ItsRendererSeesTheWholeScene) {
+  const auto renderer = create<render::Renderer>("older_counter");
+  ASSERT_NE(renderer, nullptr);
+  render::Scene scene;
+  scene.items.resize(1);
+  scene.items[0].pose.p[2] = 0.25;
+  scene.lines.resize(2);
+  scene.lines[1].width = 4;
+  scene.triads.resize(3);
+  scene.triads[2].length = 0.5;
+  scene.marks.resize(4);
+  scene.marks[3].gyration[1] = 2;
+  scene.labels.resize(5);
+  scene.labels[4].place[0] = 3;
+  scene.legends.resize(6);
+  scene.legends[5].ticks = {{0.75, "high"}};
+  scene.lights.resize(7);
+  scene.lights[6].angle = 0.125;
+  render::Options options;
+  options.width = 320;
+  options.quality = render::Quality::high;
+  options.look.camera.zoom = 8;
+  options.look.section = render::Section{{16, 0, 0}, {1, 0, 0}, {}, true};
+  const auto image = renderer->draw(scene, options, none_);
+  ASSERT_TRUE(image.ok()) << image.error().sentence();
+  EXPECT_EQ(image->rgba, (std::vector<std::uint8_t>{1, 2, 3, 4, 5, 6, 7}));
+  EXPECT_EQ(image->width, 320);
+  const double seen[] = {4.25, 2.5, 3.75, 8.125, 17};
+  for (std::size_t i = 0; i < 5; ++i) EXPECT_EQ(image->clip_T_world[i], seen[i]) << i;
+  EXPECT_EQ(*renderer->png(*image), "320");
+  options.look.caption = "fail";
+  EXPECT_EQ(renderer->draw(scene, options, none_).error().message, "it draws no failures");
 }
 
 TEST_F(OlderPlugin, ItsSegmentsAreSampled) {

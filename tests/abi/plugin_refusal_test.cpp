@@ -152,7 +152,7 @@ TEST(PluginRefusal, AnUnknownInterfaceIsSkippedAndTheRestLoads) {
           "robomosp.importer/1, robomosp.integrator/1, robomosp.inverse_dynamics/1, "
           "robomosp.joint_segment/2, robomosp.module/1, robomosp.motion_law/2, "
           "robomosp.orientation/2, robomosp.physics/1, robomosp.planner/1, "
-          "robomosp.primitive/1, robomosp.renderer/1, robomosp.retimer/1, "
+          "robomosp.primitive/1, robomosp.renderer/2, robomosp.retimer/1, "
           "robomosp.robot_code/1 and robomosp.segment/2."}));
 }
 

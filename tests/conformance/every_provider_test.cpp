@@ -56,7 +56,7 @@ std::string suite_of(std::string_view interface_id) {
 const std::map<std::string, std::string> kTestedElsewhere{
     {"robomosp.importer/1", "tests/unit/exchange_test.cpp, robot_files_test.cpp and tests/fuzz"},
     {"robomosp.exporter/1", "tests/unit/exchange_test.cpp"},
-    {"robomosp.renderer/1", "tests/viewer/render_test.cpp"},
+    {"robomosp.renderer/2", "tests/viewer/render_test.cpp"},
 };
 
 /// "suite provider" of every case that a test program lists.

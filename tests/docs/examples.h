@@ -34,7 +34,7 @@ inline ioci::Application& examples_app() { return *examples_holder(); }
 /// Whether this build lacks what the command draws with.
 inline bool cannot_draw(const ioci::CommandSpec& spec) {
   return (spec.name.ends_with(".render") || spec.name == "recording.video") &&
-         examples_app().registry.list("robomosp.renderer/1").empty();
+         examples_app().registry.list("robomosp.renderer/2").empty();
 }
 
 /// Makes a folder the current one for a scope, and removes it then.

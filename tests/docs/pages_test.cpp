@@ -102,7 +102,7 @@ TEST_P(Page, DoesWhatItShows) {
                      .module_path = {fs::path(ROBOMOSP_SOURCE_DIR) / "scripts/lib"}});
   auto blocks = blocks_of(fs::path(ROBOMOSP_SOURCE_DIR) / GetParam());
   const bool update = std::getenv("ROBOMOSP_UPDATE_DOCS") != nullptr;
-  const bool draws = !(*app)->registry.list("robomosp.renderer/1").empty();
+  const bool draws = !(*app)->registry.list("robomosp.renderer/2").empty();
   int ran = 0;
   for (std::size_t b = 0; b < blocks.size(); ++b) {
     const Block& block = blocks[b];

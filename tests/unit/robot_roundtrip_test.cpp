@@ -415,6 +415,20 @@ TEST_F(RobotRoundTrip, BodiesComeBackWhereTheyWere) {
   std::size_t parts = 0;
   for (const model::Link& l : b.robot->links) parts += l.parts.size();
   EXPECT_GE(parts, 4U);
+  // A message names every file that was read.
+  std::string read;
+  for (const Message& m : app().messages.recent())
+    if (m.code == "import_files") read = m.text;
+  EXPECT_NE(read.find("files were read: "), std::string::npos) << read;
+  EXPECT_NE(read.find("/gripper.urdf\""), std::string::npos) << read;
+  std::size_t named = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(folder_))
+    if (entry.is_regular_file() && entry.path().extension() != ".urdf") {
+      ++named;
+      EXPECT_NE(read.find(entry.path().filename().string()), std::string::npos)
+          << entry.path() << " is not in " << read;
+    }
+  EXPECT_GE(named, 4U);
 }
 
 }  // namespace

@@ -111,8 +111,8 @@ TEST_F(RenderCommand, WrongArgumentsAreToldBeforeAnyFileIsMade) {
 }
 
 TEST_F(RenderCommand, WithoutARendererOneSentenceSaysSo) {
-  for (const auto& info : app_->registry.list("robomosp.renderer/1"))
-    app_->registry.remove("robomosp.renderer/1", info.name);
+  for (const auto& info : app_->registry.list("robomosp.renderer/2"))
+    app_->registry.remove("robomosp.renderer/2", info.name);
   EXPECT_EQ(refused({}),
             "cannot draw a picture, because no renderer is installed. Install the desktop package "
             "of this program, which brings the plugin render_osg.");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The renderer of robomosp.renderer/1: styles, sections, marks, backgrounds. Pixels are looked up
+// The renderer of robomosp.renderer/2: styles, sections, marks, backgrounds. Pixels are looked up
 // by the projection that comes with the picture.
 #include "viewer/plugin/renderer.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// OsgRenderer: the interface robomosp.renderer/1 by OpenSceneGraph and EGL (layer: GUI).
+// OsgRenderer: the interface robomosp.renderer/2 by OpenSceneGraph and EGL (layer: GUI).
 #pragma once
 
 #include <memory>

@@ -125,6 +125,22 @@ void tell_notes(CommandContext& ctx, const Imported& imported) {
     ctx.app.messages.post(Severity::info, "import_note", note, "import");
 }
 
+/// Says which files an import of several was read from, each once.
+void tell_files(CommandContext& ctx, const std::string& file, const Imported& imported,
+                const std::vector<std::string>& unread) {
+  std::vector<std::string> files{file};
+  for (const ForeignGeometry& f : imported.foreign)
+    if (std::find(unread.begin(), unread.end(), f.name) == unread.end() &&
+        std::find(files.begin(), files.end(), f.path) == files.end())
+      files.push_back(f.path);
+  if (files.size() == 1) return;
+  const std::size_t count = files.size();
+  for (std::string& f : files) f = text::quote(f);
+  ctx.app.messages.post(Severity::info, "import_files",
+                        std::to_string(count) + " files were read: " + text::enumerate(files) + ".",
+                        "import");
+}
+
 /// All meshes of what an importer made as one, where its objects place them; in metres.
 Result<CsgGeometry> merged_mesh(CommandContext& ctx, Imported imported, const std::string& path) {
   if (imported.records.empty())
@@ -282,6 +298,7 @@ Result<Value> import_file(CommandContext& ctx, const Map& args) {
           return {};
         }));
   tell_notes(ctx, imported);
+  tell_files(ctx, file, imported, unread);
   for (const std::string& note : loaded.notes)
     ctx.app.messages.post(Severity::info, "file_note", note, "io");
   List made;
@@ -627,7 +644,8 @@ RMP_COMMANDS(exchange_commands) {
            "of "
            "aluminium unless `density` or `material` is given; a message says so.\n\n"
            "Robots come from URDF (`.urdf`), MJCF (`.xml`, `.mjcf`) and SDF (`.sdf`), with the "
-           "masses, limits and friction that the file gives; the meshes it names are read with it.",
+           "masses, limits and friction that the file gives; the meshes it names are read with it, "
+           "and a message names every file that was read.",
        .example =
            with_block("block:export(\"example.step\")\nlocal made = import{file = "
                       "\"example.step\", name = \"copy\"}\nassert(made[1].name == \"copy\")"),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pictures of records as PNG files, by a provider of robomosp.renderer/1; and redraw.
+// Pictures of records as PNG files, by a provider of robomosp.renderer/2; and redraw.
 #include <algorithm>
 
 #include "io/native.h"
@@ -126,7 +126,7 @@ CommandSpec render_command(std::string name, std::string summary, std::string ex
   c.details =
       "Lengths are in metres and places in the frame of what is drawn. The picture is drawn "
       "without "
-      "a window or display by a provider of robomosp.renderer/1, and the file appears only when it "
+      "a window or display by a provider of robomosp.renderer/2, and the file appears only when it "
       "is complete. In a world, what cannot be drawn is left out and told.";
   c.example = std::move(example);
   c.params = {std::move(what), needed("file", "path", "", "The picture, *.png.")};

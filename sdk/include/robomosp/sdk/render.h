@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Interface robomosp.renderer/1: pictures of meshes, lines and frames, drawn without a window
-// (layer: contract, std only). Lengths in metres, world frame with z up, colours sRGB.
+// Interface robomosp.renderer/2: pictures of meshes, lines and frames, drawn without a window
+// (layer: contract, std only). Lengths in metres, world frame with z up, colours sRGB. Scene and
+// Options grow at their ends, Look at its own (it is the last of Options), elements of a scene in
+// their room; what lies within others by value (Camera, Section, Appearance) stays as it is.
 #pragma once
 
 #include <array>
@@ -34,6 +36,7 @@ struct Item {
   Pose pose;                         ///< world_T_item
   Appearance appearance;
   bool selected = false;
+  Room room{};
 };
 
 /// A polyline in the world, such as a trajectory or the trace of a tool.
@@ -42,6 +45,7 @@ struct Line {
   std::vector<Vec3> points;  ///< world coordinates [m]
   Colour colour{0.95F, 0.45F, 0.10F, 1.0F};
   float width = 2.5F;  ///< pixels in a picture 800 pixels high; grows with the picture
+  Room room{};
 };
 
 /// Red-green-blue axes of a coordinate frame.
@@ -51,6 +55,7 @@ struct Triad {
   double length = 0.1;  ///< [m]
   std::string label;    ///< drawn at the origin; may be empty
   bool on_top = false;  ///< drawn over what hides it
+  Room room{};
 };
 
 /// Where the mass of a body is: a chequered ball at the centre of mass with the principal axes,
@@ -60,12 +65,14 @@ struct MassMark {
   Pose pose;          ///< world_T_principal: origin = centre of mass, axes = principal axes
   Vec3 gyration{};    ///< radii of gyration about the three axes: half the drawn lengths [m]
   std::string label;  ///< drawn beside the ball; may be empty
+  Room room{};
 };
 
 /// Text at a place of the world.
 struct Label {
   Vec3 place{};  ///< [m]
   std::string text;
+  Room room{};
 };
 
 /// What the colours of a map mean: a bar of colours, from below to above, drawn over the picture.
@@ -78,6 +85,7 @@ struct Legend {
   std::string title;            ///< drawn above the bar, with the unit
   std::vector<Colour> colours;  ///< bands of equal height, the lowest first
   std::vector<Tick> ticks;
+  Room room{};
 };
 
 /// A lamp of the scene.
@@ -92,10 +100,12 @@ struct Light {
   Colour colour;         ///< sRGB; a is of no account
   double intensity = 1;  ///< 1 = as bright as the renderer's own lamp, at any distance; >= 0
   double angle = 0.5;    ///< half the opening of a spot [rad], 0..pi
+  Room room{};
 };
 
 /// Everything that can be in one picture.
 struct Scene {
+  std::uint32_t struct_size = sizeof(Scene);  ///< see plugin.h
   std::vector<Item> items;
   std::vector<Line> lines;
   std::vector<Triad> triads;
@@ -165,7 +175,8 @@ enum class Quality : std::int32_t {
 };
 
 struct Options {
-  int width = 800, height = 600;  ///< [px], 16..8192
+  std::uint32_t struct_size = sizeof(Options);  ///< see plugin.h
+  int width = 800, height = 600;                ///< [px], 16..8192
   Quality quality = Quality::normal;
   Look look;
 };
@@ -180,11 +191,11 @@ struct Image {
   std::array<double, 16> clip_T_world{};
 };
 
-/// Interface robomosp.renderer/1. [any thread]
+/// Interface robomosp.renderer/2. [any thread]
 class Renderer {
  public:
   using Interface = Renderer;
-  static constexpr const char* kInterfaceId = "robomosp.renderer/1";
+  static constexpr const char* kInterfaceId = "robomosp.renderer/2";
   virtual ~Renderer() = default;
   /// What later versions of the SDK add, by its id (plugin.h); nullptr = not known.
   [[nodiscard]] virtual const void* extension(const char* /*id*/) const { return nullptr; }
