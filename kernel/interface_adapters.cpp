@@ -32,9 +32,9 @@ class Curve {
   [[nodiscard]] virtual bool is_timed() const { return false; }
   [[nodiscard]] virtual bool is_even() const { return false; }
 };
-class CurveMaker {
+class CurveFactory {
  public:
-  virtual ~CurveMaker() = default;
+  virtual ~CurveFactory() = default;
   virtual Result<std::unique_ptr<Curve>> make(std::span<const Pose> points,
                                               const Params&) const = 0;
 };
@@ -48,9 +48,9 @@ class MotionLaw {
   [[nodiscard]] virtual double duration() const = 0;
   virtual void sample(std::span<const double> times, std::span<LawSample> out) const = 0;
 };
-class MotionLawMaker {
+class MotionLawFactory {
  public:
-  virtual ~MotionLawMaker() = default;
+  virtual ~MotionLawFactory() = default;
   virtual Result<std::unique_ptr<MotionLaw>> make(const LawTask&, const Params&) const = 0;
 };
 
@@ -65,9 +65,9 @@ class Orientation {
   virtual void evaluate(std::span<const double> w, std::span<const CurveSample> along,
                         std::span<OrientationSample> out) const = 0;
 };
-class OrientationMaker {
+class OrientationFactory {
  public:
-  virtual ~OrientationMaker() = default;
+  virtual ~OrientationFactory() = default;
   virtual Result<std::unique_ptr<Orientation>> make(const OrientationTask&,
                                                     const Params&) const = 0;
 };
@@ -79,9 +79,9 @@ class Segment {
   [[nodiscard]] virtual double length() const = 0;
   virtual void sample(std::span<const double> times, std::span<PathSample> out) const = 0;
 };
-class SegmentMaker {
+class SegmentFactory {
  public:
-  virtual ~SegmentMaker() = default;
+  virtual ~SegmentFactory() = default;
   virtual Result<std::unique_ptr<Segment>> make(std::span<const Pose> points,
                                                 const Params&) const = 0;
 };
@@ -98,9 +98,9 @@ class JointSegment {
   [[nodiscard]] virtual double duration() const = 0;
   virtual void sample(std::span<const double> times, const JointSamples& out) const = 0;
 };
-class JointSegmentMaker {
+class JointSegmentFactory {
  public:
-  virtual ~JointSegmentMaker() = default;
+  virtual ~JointSegmentFactory() = default;
   virtual Result<std::unique_ptr<JointSegment>> make(std::size_t dof,
                                                      std::span<const double> points,
                                                      const JointLimits&, const JointEnds&,
@@ -111,7 +111,7 @@ class JointSegmentMaker {
 
 namespace {
 
-/// What an older maker made, as an object of today.
+/// What an older factory made, as an object of today.
 template <class Object, class Adapter, class Old>
 Result<std::unique_ptr<Object>> as_now(Result<std::unique_ptr<Old>> made) {
   if (!made.ok()) return std::move(made).error();
@@ -134,16 +134,16 @@ class CurveNow final : public Curve {
  private:
   std::unique_ptr<v1::Curve> old_;
 };
-class CurveMakerNow final : public CurveMaker {
+class CurveFactoryNow final : public CurveFactory {
  public:
-  explicit CurveMakerNow(v1::CurveMaker* old) : old_(old) {}
+  explicit CurveFactoryNow(v1::CurveFactory* old) : old_(old) {}
   Result<std::unique_ptr<Curve>> make(std::span<const Pose> points,
                                       const Params& p) const override {
     return as_now<Curve, CurveNow>(old_->make(points, p));
   }
 
  private:
-  std::unique_ptr<v1::CurveMaker> old_;
+  std::unique_ptr<v1::CurveFactory> old_;
 };
 
 class LawNow final : public MotionLaw {
@@ -158,15 +158,15 @@ class LawNow final : public MotionLaw {
  private:
   std::unique_ptr<v1::MotionLaw> old_;
 };
-class LawMakerNow final : public MotionLawMaker {
+class LawFactoryNow final : public MotionLawFactory {
  public:
-  explicit LawMakerNow(v1::MotionLawMaker* old) : old_(old) {}
+  explicit LawFactoryNow(v1::MotionLawFactory* old) : old_(old) {}
   Result<std::unique_ptr<MotionLaw>> make(const LawTask& t, const Params& p) const override {
     return as_now<MotionLaw, LawNow>(old_->make({t.length, t.turn}, p));
   }
 
  private:
-  std::unique_ptr<v1::MotionLawMaker> old_;
+  std::unique_ptr<v1::MotionLawFactory> old_;
 };
 
 /// A curve of today as an older orientation sees it. It is borrowed for the call only.
@@ -198,9 +198,9 @@ class OrientationNow final : public Orientation {
  private:
   std::unique_ptr<v1::Orientation> old_;
 };
-class OrientationMakerNow final : public OrientationMaker {
+class OrientationFactoryNow final : public OrientationFactory {
  public:
-  explicit OrientationMakerNow(v1::OrientationMaker* old) : old_(old) {}
+  explicit OrientationFactoryNow(v1::OrientationFactory* old) : old_(old) {}
   Result<std::unique_ptr<Orientation>> make(const OrientationTask& t,
                                             const Params& p) const override {
     if (!t.curve) return as_now<Orientation, OrientationNow>(old_->make({t.points, t.shares}, p));
@@ -209,7 +209,7 @@ class OrientationMakerNow final : public OrientationMaker {
   }
 
  private:
-  std::unique_ptr<v1::OrientationMaker> old_;
+  std::unique_ptr<v1::OrientationFactory> old_;
 };
 
 class SegmentNow final : public Segment {
@@ -225,16 +225,16 @@ class SegmentNow final : public Segment {
  private:
   std::unique_ptr<v1::Segment> old_;
 };
-class SegmentMakerNow final : public SegmentMaker {
+class SegmentFactoryNow final : public SegmentFactory {
  public:
-  explicit SegmentMakerNow(v1::SegmentMaker* old) : old_(old) {}
+  explicit SegmentFactoryNow(v1::SegmentFactory* old) : old_(old) {}
   Result<std::unique_ptr<Segment>> make(std::span<const Pose> points,
                                         const Params& p) const override {
     return as_now<Segment, SegmentNow>(old_->make(points, p));
   }
 
  private:
-  std::unique_ptr<v1::SegmentMaker> old_;
+  std::unique_ptr<v1::SegmentFactory> old_;
 };
 
 class JointSegmentNow final : public JointSegment {
@@ -249,9 +249,9 @@ class JointSegmentNow final : public JointSegment {
  private:
   std::unique_ptr<v1::JointSegment> old_;
 };
-class JointSegmentMakerNow final : public JointSegmentMaker {
+class JointSegmentFactoryNow final : public JointSegmentFactory {
  public:
-  explicit JointSegmentMakerNow(v1::JointSegmentMaker* old) : old_(old) {}
+  explicit JointSegmentFactoryNow(v1::JointSegmentFactory* old) : old_(old) {}
   Result<std::unique_ptr<JointSegment>> make(std::size_t dof, std::span<const double> points,
                                              const JointLimits& l, const JointEnds& e,
                                              const Params& p) const override {
@@ -262,7 +262,7 @@ class JointSegmentMakerNow final : public JointSegmentMaker {
   }
 
  private:
-  std::unique_ptr<v1::JointSegmentMaker> old_;
+  std::unique_ptr<v1::JointSegmentFactory> old_;
 };
 
 template <class Now, class Adapter, class Old>
@@ -276,16 +276,16 @@ struct Older {
   void* (*adapt)(void*);
 };
 constexpr std::array kOlder{
-    Older{"robomosp.curve/1", CurveMaker::kInterfaceId,
-          &adapt<CurveMaker, CurveMakerNow, v1::CurveMaker>},
-    Older{"robomosp.motion_law/1", MotionLawMaker::kInterfaceId,
-          &adapt<MotionLawMaker, LawMakerNow, v1::MotionLawMaker>},
-    Older{"robomosp.orientation/1", OrientationMaker::kInterfaceId,
-          &adapt<OrientationMaker, OrientationMakerNow, v1::OrientationMaker>},
-    Older{"robomosp.segment/1", SegmentMaker::kInterfaceId,
-          &adapt<SegmentMaker, SegmentMakerNow, v1::SegmentMaker>},
-    Older{"robomosp.joint_segment/1", JointSegmentMaker::kInterfaceId,
-          &adapt<JointSegmentMaker, JointSegmentMakerNow, v1::JointSegmentMaker>},
+    Older{"robomosp.curve/1", CurveFactory::kInterfaceId,
+          &adapt<CurveFactory, CurveFactoryNow, v1::CurveFactory>},
+    Older{"robomosp.motion_law/1", MotionLawFactory::kInterfaceId,
+          &adapt<MotionLawFactory, LawFactoryNow, v1::MotionLawFactory>},
+    Older{"robomosp.orientation/1", OrientationFactory::kInterfaceId,
+          &adapt<OrientationFactory, OrientationFactoryNow, v1::OrientationFactory>},
+    Older{"robomosp.segment/1", SegmentFactory::kInterfaceId,
+          &adapt<SegmentFactory, SegmentFactoryNow, v1::SegmentFactory>},
+    Older{"robomosp.joint_segment/1", JointSegmentFactory::kInterfaceId,
+          &adapt<JointSegmentFactory, JointSegmentFactoryNow, v1::JointSegmentFactory>},
     Older{"robomosp.renderer/1", render::Renderer::kInterfaceId, &renderer_of_1},
 };
 

@@ -382,9 +382,9 @@ Result<std::unique_ptr<Object>> made_by(const std::string& name, Call&& call, Mo
 }
 
 template <class Interface>
-class GuardedMaker : public Interface {
+class GuardedFactory : public Interface {
  public:
-  GuardedMaker(const ProviderInfo& info, Interface* inner) : name_(info.name), inner_(inner) {}
+  GuardedFactory(const ProviderInfo& info, Interface* inner) : name_(info.name), inner_(inner) {}
   [[nodiscard]] const void* extension(const char* id) const override {
     return inner_->extension(id);
   }
@@ -394,40 +394,40 @@ class GuardedMaker : public Interface {
   std::unique_ptr<Interface> inner_;
 };
 
-class GuardedLawMaker final : public GuardedMaker<MotionLawMaker> {
+class GuardedLawFactory final : public GuardedFactory<MotionLawFactory> {
  public:
-  using GuardedMaker::GuardedMaker;
+  using GuardedFactory::GuardedFactory;
   Result<std::unique_ptr<MotionLaw>> make(const LawTask& t, const Params& p) const override {
     return made_by<GuardedLaw, MotionLaw>(name_, [&] { return inner_->make(t, p); });
   }
 };
-class GuardedCurveMaker final : public GuardedMaker<CurveMaker> {
+class GuardedCurveFactory final : public GuardedFactory<CurveFactory> {
  public:
-  using GuardedMaker::GuardedMaker;
+  using GuardedFactory::GuardedFactory;
   Result<std::unique_ptr<Curve>> make(std::span<const Pose> points,
                                       const Params& p) const override {
     return made_by<GuardedCurve, Curve>(name_, [&] { return inner_->make(points, p); });
   }
 };
-class GuardedOrientationMaker final : public GuardedMaker<OrientationMaker> {
+class GuardedOrientationFactory final : public GuardedFactory<OrientationFactory> {
  public:
-  using GuardedMaker::GuardedMaker;
+  using GuardedFactory::GuardedFactory;
   Result<std::unique_ptr<Orientation>> make(const OrientationTask& t,
                                             const Params& p) const override {
     return made_by<GuardedOrientation, Orientation>(name_, [&] { return inner_->make(t, p); });
   }
 };
-class GuardedSegmentMaker final : public GuardedMaker<SegmentMaker> {
+class GuardedSegmentFactory final : public GuardedFactory<SegmentFactory> {
  public:
-  using GuardedMaker::GuardedMaker;
+  using GuardedFactory::GuardedFactory;
   Result<std::unique_ptr<Segment>> make(std::span<const Pose> points,
                                         const Params& p) const override {
     return made_by<GuardedSegment, Segment>(name_, [&] { return inner_->make(points, p); });
   }
 };
-class GuardedJointMaker final : public GuardedMaker<JointSegmentMaker> {
+class GuardedJointFactory final : public GuardedFactory<JointSegmentFactory> {
  public:
-  using GuardedMaker::GuardedMaker;
+  using GuardedFactory::GuardedFactory;
   Result<std::unique_ptr<JointSegment>> make(std::size_t dof, std::span<const double> points,
                                              const JointLimits& limits, const JointEnds& ends,
                                              const Params& p) const override {
@@ -438,10 +438,10 @@ class GuardedJointMaker final : public GuardedMaker<JointSegmentMaker> {
 
 }  // namespace
 
-RMP_INTERFACES(motion, guarded_interface<MotionLawMaker, GuardedLawMaker>("constant_speed"),
-               guarded_interface<CurveMaker, GuardedCurveMaker>(),
-               guarded_interface<OrientationMaker, GuardedOrientationMaker>("slerp"),
-               guarded_interface<SegmentMaker, GuardedSegmentMaker>(),
-               guarded_interface<JointSegmentMaker, GuardedJointMaker>());
+RMP_INTERFACES(motion, guarded_interface<MotionLawFactory, GuardedLawFactory>("constant_speed"),
+               guarded_interface<CurveFactory, GuardedCurveFactory>(),
+               guarded_interface<OrientationFactory, GuardedOrientationFactory>("slerp"),
+               guarded_interface<SegmentFactory, GuardedSegmentFactory>(),
+               guarded_interface<JointSegmentFactory, GuardedJointFactory>());
 
 }  // namespace robomosp

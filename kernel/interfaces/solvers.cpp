@@ -159,7 +159,7 @@ class GuardedController final : public Controller, private Named {
     RMP_TRY(serves(model));
     return call([&] { return inner_->prepare(model, dynamics, params); });
   }
-  [[nodiscard]] std::size_t memory_size() const override { return inner_->memory_size(); }
+  [[nodiscard]] std::size_t state_size() const override { return inner_->state_size(); }
   [[nodiscard]] std::size_t scratch_size() const override { return inner_->scratch_size(); }
   Result<void> torques(const ControlInput& in, std::span<double> memory, std::span<double> scratch,
                        std::span<double> tau) const override {

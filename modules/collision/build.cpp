@@ -78,7 +78,7 @@ struct CollisionModel::Builder {
   Progress& progress;
   std::shared_ptr<CollisionModel> out = std::make_shared<CollisionModel>();
   std::vector<std::vector<ShapePiece>> pieces = {};   ///< of each body
-  std::vector<model::PairRule> rules = {};            ///< names of bodies of the whole
+  std::vector<model::CollisionPairRule> rules = {};   ///< names of bodies of the whole
   std::vector<std::set<std::int32_t>> carriers = {};  ///< of each robot: its joints with bodies
 
   Result<void> add_robot(RobotId id, const std::string& name, const Pose& world_T_mounting,
@@ -113,7 +113,7 @@ struct CollisionModel::Builder {
       out->bodies_.push_back(std::move(body));
       pieces.push_back(std::move(shapes[b]));
     }
-    for (model::PairRule rule : record->pair_rules) {
+    for (model::CollisionPairRule rule : record->pair_rules) {
       rule.a = prefix + rule.a;
       rule.b = prefix + rule.b;
       rules.push_back(std::move(rule));
@@ -178,16 +178,16 @@ struct CollisionModel::Builder {
   }
 
   /// Which rule speaks of a pair; a body's own name counts before that of its robot.
-  [[nodiscard]] const model::PairRule* rule_of(const CollisionBody& a,
-                                               const CollisionBody& b) const {
+  [[nodiscard]] const model::CollisionPairRule* rule_of(const CollisionBody& a,
+                                                        const CollisionBody& b) const {
     const auto fit = [&](const std::string& name, const CollisionBody& body) {
       if (name == body.name) return 2;
       return body.robot >= 0 && name == out->robots_[static_cast<std::size_t>(body.robot)].name ? 1
                                                                                                 : 0;
     };
-    const model::PairRule* best = nullptr;
+    const model::CollisionPairRule* best = nullptr;
     int most = 0;
-    for (const model::PairRule& r : rules)
+    for (const model::CollisionPairRule& r : rules)
       for (const auto& [x, y] : {std::pair(&r.a, &r.b), std::pair(&r.b, &r.a)}) {
         const int u = fit(*x, a), v = fit(*y, b);
         if (u > 0 && v > 0 && u + v >= most) best = &r, most = u + v;
@@ -244,7 +244,7 @@ struct CollisionModel::Builder {
         const CollisionBody &x = out->bodies_[static_cast<std::size_t>(a)],
                             &y = out->bodies_[static_cast<std::size_t>(b)];
         if (!moves_against(x, y)) continue;
-        const model::PairRule* rule = rule_of(x, y);
+        const model::CollisionPairRule* rule = rule_of(x, y);
         if (rule && rule->is_allowed) {
           out->passed_.push_back({{a, b}, PairReason::rule, rule->reason});
         } else if (!rule && are_adjacent(x, y)) {

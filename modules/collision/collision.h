@@ -47,7 +47,7 @@ struct CollisionRobot {
 enum class PairReason : std::uint8_t {
   adjacent,  ///< nothing but one joint (or links without shapes) between them
   always,    ///< they touch in every sampled configuration
-  rule,      ///< the record says so (model::PairRule)
+  rule,      ///< the record says so (model::CollisionPairRule)
 };
 struct PassedPair {
   CollisionPair pair;  ///< indices of bodies

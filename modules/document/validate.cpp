@@ -65,7 +65,7 @@ Result<void> at_most(double v, double most, const std::string& what, const char*
 Result<void> placement(const Placement& p, const std::string& what) {
   RMP_TRY(finite(p.position, "the position of " + what));
   RMP_TRY(finite(p.angles, "an angle of the placement of " + what));
-  if (p.notation > AngleNotation::zyz || p.coordinates > PositionNotation::spherical)
+  if (p.notation > AngleRepresentation::zyz || p.coordinates > PositionRepresentation::spherical)
     return fault("the placement of " + what + " has an unknown notation");
   return {};
 }
@@ -442,12 +442,12 @@ Result<void> check_link(const Robot& r, std::size_t i) {
   return {};
 }
 
-Result<void> check(const std::vector<PairRule>& rules) {
-  for (const PairRule& p : rules) {
+Result<void> check(const std::vector<CollisionPairRule>& rules) {
+  for (const CollisionPairRule& p : rules) {
     const std::string pair = "the pair of " + quote(p.a) + " and " + quote(p.b);
     if (!is_name(p.a)) return bad_name(p.a, "body of a pair");
     if (!is_name(p.b)) return bad_name(p.b, "body of a pair");
-    for (const PairRule& q : rules)
+    for (const CollisionPairRule& q : rules)
       if (&q != &p && ((q.a == p.a && q.b == p.b) || (q.a == p.b && q.b == p.a)))
         return fault(pair + " has two rules", "Keep one of them.");
   }

@@ -70,9 +70,9 @@ std::shared_ptr<const Mesh> convex_form(const Mesh& mesh) {
   return std::make_shared<const Mesh>(mesh_of_hull(*hull));
 }
 
-class Maker {
+class Factory {
  public:
-  Maker(const CsgTree& whole, const MeshOf& mesh_of)
+  Factory(const CsgTree& whole, const MeshOf& mesh_of)
       : whole_(whole), mesh_of_(mesh_of), pieces_expected_(count(whole, 0)) {}
 
   Result<std::vector<ShapePiece>> run() {
@@ -236,7 +236,7 @@ class Maker {
 }  // namespace
 
 Result<std::vector<ShapePiece>> shape_pieces(const CsgTree& tree, const MeshOf& mesh_of) {
-  return Maker(tree, mesh_of).run();
+  return Factory(tree, mesh_of).run();
 }
 
 }  // namespace robomosp::evaluation

@@ -58,8 +58,8 @@ void DeclaredReader::add_rules(const Target& t, const Member& f, std::vector<Rul
     placement(out, *static_cast<Placement*>(data));
     return;
   }
-  if (f.type->shape == Shape::list && f.type->element == &type_of<PairRule>()) {
-    auto& rules = *static_cast<std::vector<PairRule>*>(data);
+  if (f.type->shape == Shape::list && f.type->element == &type_of<CollisionPairRule>()) {
+    auto& rules = *static_cast<std::vector<CollisionPairRule>*>(data);
     out.push_back(pair_rule("allowed_pair", true, rules));
     out.push_back(pair_rule("checked_pair", false, rules));
     return;

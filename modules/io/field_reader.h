@@ -50,11 +50,11 @@ class FieldReader {
   using Parameter = model::Parameter;
   using Placement = model::Placement;
   using BodyPart = model::BodyPart;
-  using PairRule = model::PairRule;
+  using CollisionPairRule = model::CollisionPairRule;
   using MeasuredMass = model::MeasuredMass;
   using ProviderChoice = model::ProviderChoice;
-  using PositionNotation = model::PositionNotation;
-  using AngleNotation = model::AngleNotation;
+  using PositionRepresentation = model::PositionRepresentation;
+  using AngleRepresentation = model::AngleRepresentation;
   static std::string quote(std::string_view v) { return text::quote(v); }
 
   // ---- blocks ----
@@ -267,7 +267,8 @@ class FieldReader {
   void placement(std::vector<Rule>& rules, Placement& out) {
     const auto has_position = std::make_shared<std::optional<Index>>();
     for (const auto coordinates :
-         {PositionNotation::cartesian, PositionNotation::cylindrical, PositionNotation::spherical})
+         {PositionRepresentation::cartesian, PositionRepresentation::cylindrical,
+          PositionRepresentation::spherical})
       rules.push_back({model::word_of(coordinates),
                        [this, &out, has_position, coordinates](Index i) -> Result<void> {
                          if (*has_position)
@@ -280,7 +281,8 @@ class FieldReader {
                          return read_tuple(i, model::position_units(coordinates), out.position);
                        }});
     const auto has_angles = std::make_shared<std::optional<Index>>();
-    for (const auto notation : {AngleNotation::rpy, AngleNotation::xyz, AngleNotation::zyz})
+    for (const auto notation :
+         {AngleRepresentation::rpy, AngleRepresentation::xyz, AngleRepresentation::zyz})
       rules.push_back(
           {model::word_of(notation), [this, &out, has_angles, notation](Index i) -> Result<void> {
              if (*has_angles)
@@ -347,9 +349,9 @@ class FieldReader {
     return {};
   }
   /// `allowed_pair { a "base"  b "forearm"  reason "they never meet" }`
-  Rule pair_rule(std::string_view name, bool is_allowed, std::vector<PairRule>& out) {
+  Rule pair_rule(std::string_view name, bool is_allowed, std::vector<CollisionPairRule>& out) {
     return repeated(name, [this, is_allowed, &out](Index i) -> Result<void> {
-      PairRule p;
+      CollisionPairRule p;
       p.is_allowed = is_allowed;
       RMP_TRY(need_block(i, true));
       std::vector<Rule> rules{string("a", p.a), string("b", p.b), string("reason", p.reason)};

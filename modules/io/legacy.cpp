@@ -338,7 +338,7 @@ class Binder {
     Placement& p = n.node.placement;
     const Pose t = pose(p);
     p.position = spatial::transform(t, {0, 0, -height / 2});
-    p.coordinates = PositionNotation::cartesian;
+    p.coordinates = PositionRepresentation::cartesian;
   }
 
   static void round(Node& n, double base, double top, double height) {

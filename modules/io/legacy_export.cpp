@@ -43,12 +43,12 @@ std::string colour(const Colour& c, float alpha) {
 
 std::string frame(const Placement& p, bool is_global) {
   Vec3 at = p.position;
-  if (p.coordinates != PositionNotation::cartesian) at[1] /= kDegree;
-  if (p.coordinates == PositionNotation::spherical) at[2] /= kDegree;
+  if (p.coordinates != PositionRepresentation::cartesian) at[1] /= kDegree;
+  if (p.coordinates == PositionRepresentation::spherical) at[2] /= kDegree;
   Vec3 angles = p.angles;
   int orientation = 0;
-  if (p.notation == AngleNotation::zyz) orientation = 2;
-  if (p.notation == AngleNotation::rpy) {
+  if (p.notation == AngleRepresentation::zyz) orientation = 2;
+  if (p.notation == AngleRepresentation::rpy) {
     orientation = 3;
     std::swap(angles[0], angles[2]);  // there the first turns about z
   }
@@ -187,7 +187,7 @@ class Exporter {
         const Pose t = spatial::compose(pose(p), local);
         if (turn != 0) p = placement(t);
         p.position = t.p;
-        p.coordinates = PositionNotation::cartesian;
+        p.coordinates = PositionRepresentation::cartesian;
       }
       return word + " " + frame(p, n.is_global) + " " + tuple(sizes) + " \"" + material_file + "\"";
     };

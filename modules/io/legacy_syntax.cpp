@@ -176,11 +176,11 @@ Result<LegacyReader::Frame> LegacyReader::frame(const char* what) {
   switch (position) {
     case 0: break;
     case 1:
-      p.coordinates = model::PositionNotation::cylindrical;
+      p.coordinates = model::PositionRepresentation::cylindrical;
       p.position = {v[0], v[1] * kDegree, v[2]};
       break;
     case 2:
-      p.coordinates = model::PositionNotation::spherical;
+      p.coordinates = model::PositionRepresentation::spherical;
       p.position = {v[0], v[1] * kDegree, v[2] * kDegree};
       break;
     default:
@@ -190,7 +190,7 @@ Result<LegacyReader::Frame> LegacyReader::frame(const char* what) {
   const Vec3 o{v[3] * kDegree, v[4] * kDegree, v[5] * kDegree};
   switch (orientation) {
     case 0:
-      p.notation = model::AngleNotation::xyz;
+      p.notation = model::AngleRepresentation::xyz;
       p.angles = o;
       break;
     case 1: {  // z, x', z'': Goldstein's x convention, which a placement has no notation for
@@ -209,7 +209,7 @@ Result<LegacyReader::Frame> LegacyReader::frame(const char* what) {
       break;
     }
     case 2:  // z, y', z'': his y convention
-      p.notation = model::AngleNotation::zyz;
+      p.notation = model::AngleRepresentation::zyz;
       p.angles = o;
       break;
     case 3:  // R = Rz(o1) Ry(o2) Rx(o3), after Paul

@@ -416,7 +416,7 @@ class TrajectoryBinder {
       const Placement& p = out.points[i];
       const Vec3& written = numbers[i].angles;  // yaw, pitch, roll
       for (std::size_t k = 0; k < 3; ++k)
-        if (p.notation != AngleNotation::rpy || !agree(p.angles[k], written[2 - k] * kDegree))
+        if (p.notation != AngleRepresentation::rpy || !agree(p.angles[k], written[2 - k] * kDegree))
           return other_angles(what, at,
                               "the angles of a point are not roll, pitch and yaw, written twice");
     }
@@ -672,7 +672,7 @@ class TrajectoryBinder {
     const Vec3 from = position(s.segment.points.front()), to = position(s.segment.points.back());
     const auto set = [&](Placement& p, double share) {
       p.position = spatial::add(from, spatial::scale(spatial::sub(to, from), share));
-      p.coordinates = PositionNotation::cartesian;
+      p.coordinates = PositionRepresentation::cartesian;
     };
     set(s.segment.points.front(), static_cast<double>(s.cut_before) / n);
     set(s.segment.points.back(), static_cast<double>(s.samples - s.cut_after) / n);

@@ -304,7 +304,8 @@ class Printer {
     const Type& t = *f.type->element;
     std::string word(f.word_in_files());
     if (t.shape != Shape::structure) return entry(t, f, t, p, owner, alternative);
-    if (&t == &type_of<PairRule>()) return pair_rule(*static_cast<const PairRule*>(p));
+    if (&t == &type_of<CollisionPairRule>())
+      return pair_rule(*static_cast<const CollisionPairRule*>(p));
     if (const std::string* own = name_of(t, p)) word += " " + name(*own);
     return {word, true, entries(t, p, alternative)};
   }
@@ -376,7 +377,7 @@ class Printer {
       for (const Field& f : type.fields) has = has || has_expression(*f.type, f.in(v));
     return has;
   }
-  static Entry pair_rule(const PairRule& p) {
+  static Entry pair_rule(const CollisionPairRule& p) {
     std::vector<std::string> fields{"a " + quote(p.a), "b " + quote(p.b)};
     if (!p.reason.empty()) fields.push_back("reason " + quote(p.reason));
     return {p.is_allowed ? "allowed_pair" : "checked_pair", true, lines(std::move(fields))};
@@ -590,8 +591,8 @@ class Printer {
     return fields;
   }
 
-  void pair_rules(const std::vector<PairRule>& rules) {
-    for (const PairRule& p : rules) put(pair_rule(p));
+  void pair_rules(const std::vector<CollisionPairRule>& rules) {
+    for (const CollisionPairRule& p : rules) put(pair_rule(p));
   }
 
   // ---- numbers: a number of the record itself is followed by its expression ----
@@ -621,13 +622,13 @@ class Printer {
   /// "at (...)  rpy (...)", without what is zero.
   [[nodiscard]] std::vector<std::string> placement(const Placement& p) const {
     std::vector<std::string> fields;
-    if (differs(p.position, {}) || p.coordinates != PositionNotation::cartesian) {
+    if (differs(p.position, {}) || p.coordinates != PositionRepresentation::cartesian) {
       const auto units = position_units(p.coordinates);
       fields.push_back(
           std::string(word_of(p.coordinates)) + " (" + quantity(p.position[0], units[0]) + ", " +
           quantity(p.position[1], units[1]) + ", " + quantity(p.position[2], units[2]) + ")");
     }
-    if (differs(p.angles, {}) || p.notation != AngleNotation::rpy)
+    if (differs(p.angles, {}) || p.notation != AngleRepresentation::rpy)
       fields.push_back(std::string(word_of(p.notation)) + " " + tuple(p.angles, "rad"));
     return fields;
   }

@@ -207,15 +207,15 @@ class KeptValue {
 /// An object of ours that a function given to a script reaches during one call; later the function
 /// answers with an error. Its own stack slot must stay until it ends.
 template <class T>
-class Lent {
+class Borrowed {
  public:
-  Lent(lua_State* L, T* object)
+  Borrowed(lua_State* L, T* object)
       : slot_(static_cast<T**>(lua_newuserdatauv(L, sizeof(T*), 0))), index_(lua_gettop(L)) {
     *slot_ = object;
   }
-  ~Lent() { *slot_ = nullptr; }
-  Lent(const Lent&) = delete;
-  Lent& operator=(const Lent&) = delete;
+  ~Borrowed() { *slot_ = nullptr; }
+  Borrowed(const Borrowed&) = delete;
+  Borrowed& operator=(const Borrowed&) = delete;
   template <Function fn>
   void push_function(lua_State* L) const {
     lua_pushvalue(L, index_);

@@ -43,7 +43,7 @@ class LuaIk final : public IkSolver, private BoundScript {
       const int model = lua_gettop(L);
       push_params(impl, L, p_->schema, params_.get());
       const Obstacles obstacles{model_, batch.clearance};
-      const Lent<const Obstacles> lent(L, &obstacles);
+      const Borrowed<const Obstacles> borrowed(L, &obstacles);
       const int params = lua_gettop(L) - 1, kept = params + 1;
       std::vector<double> previous;
       for (std::size_t i = 0; i < batch.samples(); ++i) {
@@ -57,7 +57,7 @@ class LuaIk final : public IkSolver, private BoundScript {
         const auto targets = batch.targets.subspan(i * goals, goals);
         push(impl, L, pose_value(targets.front()));
         push_seed(impl, L, batch, i, n, previous, *model_);
-        push_question(impl, L, batch, i, targets, lent);
+        push_question(impl, L, batch, i, targets, borrowed);
         lua_pushvalue(L, params);
         RMP_TRY(call(impl, L, 5, 2));
         RMP_TRY(read(L, batch, targets, results[i]));
@@ -98,7 +98,8 @@ class LuaIk final : public IkSolver, private BoundScript {
 
   /// The script's fourth argument: how near, which tip, and what else is asked.
   static void push_question(Impl& impl, lua_State* L, const IkBatch& b, std::size_t i,
-                            std::span<const Pose> targets, const Lent<const Obstacles>& lent) {
+                            std::span<const Pose> targets,
+                            const Borrowed<const Obstacles>& borrowed) {
     static constexpr const char* kObjectives[] = {"none", "centre", "manipulability", "limits",
                                                   "clearance"};
     lua_createtable(L, 0, 8);
@@ -110,7 +111,7 @@ class LuaIk final : public IkSolver, private BoundScript {
     lua_setfield(L, -2, "all");
     set_text(L, "objective", kObjectives[static_cast<std::size_t>(b.objective)]);
     if (b.clearance) {
-      lent.push_function<clearance>(L);
+      borrowed.push_function<clearance>(L);
       lua_setfield(L, -2, "clearance");
     }
     if (!b.arm_angles.empty())
@@ -130,7 +131,7 @@ class LuaIk final : public IkSolver, private BoundScript {
 
   /// clearance(q) -> distance, its gradient by the velocities. Valid within the call only.
   static Result<int> clearance(Impl& impl, lua_State* L) {
-    RMP_TRY_ASSIGN(const Obstacles* obstacles, Lent<const Obstacles>::get(L));
+    RMP_TRY_ASSIGN(const Obstacles* obstacles, Borrowed<const Obstacles>::get(L));
     RMP_TRY_ASSIGN(const auto q, to_reals(L, 1, "q"));
     if (q.size() != obstacles->model->coordinate_count())
       return error(ErrorCode::invalid_argument,

@@ -18,7 +18,7 @@ void note_old_word(Impl& impl, const std::string& what, const std::string& was,
                          what + " is called \"" + is + "\" now; \"" + was + "\" is its old name.");
 }
 
-/// Reads `now.q_wanted` and its like, the old names of `now.q_desired`.
+/// Reads `now.q_desired` and its like, the old names of `now.q_desired`.
 int read_old_word(lua_State* L) {
   constexpr std::string_view kWas = "_wanted";
   if (lua_type(L, 2) != LUA_TSTRING) return 0;
@@ -66,7 +66,7 @@ class LuaController final : public Controller, private BoundScript {
       return {};
     });
   }
-  [[nodiscard]] std::size_t memory_size() const override { return state_; }
+  [[nodiscard]] std::size_t state_size() const override { return state_; }
   [[nodiscard]] std::size_t scratch_size() const override {
     return dynamics_->scratch_size() + model_->dof();
   }
@@ -110,17 +110,17 @@ class LuaController final : public Controller, private BoundScript {
     const std::pair<const char*, std::span<const double>> vectors[] = {
         {"q", in.q},
         {"qd", in.qd},
-        {"q_desired", in.q_wanted},
-        {"qd_desired", in.qd_wanted},
-        {"qdd_desired", in.qdd_wanted}};
+        {"q_desired", in.q_desired},
+        {"qd_desired", in.qd_desired},
+        {"qdd_desired", in.qdd_desired}};
     for (const auto& [name, values] : vectors) {
       push_vector(impl, L, values);
       lua_setfield(L, -2, name);
     }
-    if (in.tip_wanted) {
-      push(impl, L, pose_value(*in.tip_wanted));
+    if (in.tip_desired) {
+      push(impl, L, pose_value(*in.tip_desired));
       lua_setfield(L, -2, "tip_desired");
-      push_vector(impl, L, in.tip_velocity_wanted);
+      push_vector(impl, L, in.tip_velocity_desired);
       lua_setfield(L, -2, "tip_velocity_desired");
     }
     DynamicsBatch batch;
@@ -247,7 +247,7 @@ class LuaIntegrator final : public Integrator {
     OdeStatistics* done;
   };
   static Result<int> rate(Impl& impl, lua_State* L) {
-    RMP_TRY_ASSIGN(const Asked* asked, Lent<const Asked>::get(L));
+    RMP_TRY_ASSIGN(const Asked* asked, Borrowed<const Asked>::get(L));
     if (!lua_isnumber(L, 1))
       return error(ErrorCode::invalid_argument, "rate wants a time and a state",
                    "Write rate(t, x).");
@@ -270,9 +270,9 @@ class LuaIntegrator final : public Integrator {
     const Asked asked{&system, &done};
     Call call_script(*p_);
     const auto ran = call_script.run([&](Impl& impl, lua_State* L) -> Result<void> {
-      const Lent<const Asked> lent(L, &asked);
+      const Borrowed<const Asked> borrowed(L, &asked);
       call_script.push_function(L, "step");
-      lent.push_function<rate>(L);
+      borrowed.push_function<rate>(L);
       lua_pushnumber(L, t);
       push_vector(impl, L, x);
       lua_pushnumber(L, h);

@@ -46,9 +46,9 @@ class SampledCurve final : public Curve {
 
 /// place(points, params, u) -> {x, y, z} for u in 0..1; `knots`, a function of (points, params),
 /// tells u of every point, else they are evenly apart.
-class LuaCurveMaker final : public CurveMaker {
+class LuaCurveFactory final : public CurveFactory {
  public:
-  explicit LuaCurveMaker(ProviderPtr p) : p_(std::move(p)) {}
+  explicit LuaCurveFactory(ProviderPtr p) : p_(std::move(p)) {}
 
   Result<std::unique_ptr<Curve>> make(std::span<const Pose> points,
                                       const Params& params) const override {
@@ -130,9 +130,9 @@ class SampledLaw final : public MotionLaw {
 
 /// share(way, params, t) -> share of the way, and its rate and acceleration if it knows them;
 /// `duration` [s] is a number, or a function of (way, params). `way` has length and turn.
-class LuaLawMaker final : public MotionLawMaker {
+class LuaLawFactory final : public MotionLawFactory {
  public:
-  explicit LuaLawMaker(ProviderPtr p) : p_(std::move(p)) {}
+  explicit LuaLawFactory(ProviderPtr p) : p_(std::move(p)) {}
 
   Result<std::unique_ptr<MotionLaw>> make(const LawTask& task,
                                           const Params& params) const override {
@@ -224,9 +224,9 @@ class SampledOrientation final : public Orientation {
 
 /// orient(points, params, w, shares) -> a pose, of which only the orientation counts, at the share
 /// w of the way; shares[i] is that of points[i].
-class LuaOrientationMaker final : public OrientationMaker {
+class LuaOrientationFactory final : public OrientationFactory {
  public:
-  explicit LuaOrientationMaker(ProviderPtr p) : p_(std::move(p)) {}
+  explicit LuaOrientationFactory(ProviderPtr p) : p_(std::move(p)) {}
 
   Result<std::unique_ptr<Orientation>> make(const OrientationTask& task,
                                             const Params& params) const override {
@@ -266,8 +266,8 @@ class LuaOrientationMaker final : public OrientationMaker {
 
 }  // namespace
 
-RMP_LUA_PROVIDER(CurveMaker, LuaCurveMaker, "place");
-RMP_LUA_PROVIDER(MotionLawMaker, LuaLawMaker, "share");
-RMP_LUA_PROVIDER(OrientationMaker, LuaOrientationMaker, "orient");
+RMP_LUA_PROVIDER(CurveFactory, LuaCurveFactory, "place");
+RMP_LUA_PROVIDER(MotionLawFactory, LuaLawFactory, "share");
+RMP_LUA_PROVIDER(OrientationFactory, LuaOrientationFactory, "orient");
 
 }  // namespace robomosp::lua

@@ -49,9 +49,9 @@ class SampledSegment final : public Segment {
 
 /// fn(points, params, t) -> pose, and the duration for t == nil; or {duration = number | fn,
 /// sample = fn}.
-class LuaSegmentMaker final : public SegmentMaker {
+class LuaSegmentFactory final : public SegmentFactory {
  public:
-  explicit LuaSegmentMaker(ProviderPtr p) : p_(std::move(p)) {}
+  explicit LuaSegmentFactory(ProviderPtr p) : p_(std::move(p)) {}
 
   Result<std::unique_ptr<Segment>> make(std::span<const Pose> points,
                                         const Params& params) const override {
@@ -90,6 +90,6 @@ class LuaSegmentMaker final : public SegmentMaker {
 
 }  // namespace
 
-RMP_LUA_PROVIDER(SegmentMaker, LuaSegmentMaker, "sample");
+RMP_LUA_PROVIDER(SegmentFactory, LuaSegmentFactory, "sample");
 
 }  // namespace robomosp::lua

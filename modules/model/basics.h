@@ -21,30 +21,33 @@
 namespace robomosp::model {
 
 /// How the three angles of a Placement make a rotation matrix.
-enum class AngleNotation : std::uint8_t {
+enum class AngleRepresentation : std::uint8_t {
   rpy,  ///< roll, pitch, yaw: R = Rz(yaw) Ry(pitch) Rx(roll), angles given (roll, pitch, yaw)
   xyz,  ///< R = Rx(a) Ry(b) Rz(c)
   zyz,  ///< R = Rz(a) Ry(b) Rz(c)
 };
 inline constexpr std::array<std::string_view, 3> kAngleWords{"rpy", "xyz", "zyz"};
-constexpr std::span<const std::string_view> words(Of<AngleNotation>) { return kAngleWords; }
+constexpr std::span<const std::string_view> words(Of<AngleRepresentation>) { return kAngleWords; }
 
 /// What the three numbers of a Placement's position are.
-enum class PositionNotation : std::uint8_t {
+enum class PositionRepresentation : std::uint8_t {
   cartesian,    ///< x, y, z [m]
   cylindrical,  ///< radius [m], angle about z from x [rad], z [m]
   spherical,    ///< radius [m], angle about z from x [rad], angle from z [rad]
 };
 /// As files name them.
 inline constexpr std::array<std::string_view, 3> kPositionWords{"at", "cylindrical", "spherical"};
-constexpr std::span<const std::string_view> words(Of<PositionNotation>) { return kPositionWords; }
+constexpr std::span<const std::string_view> words(Of<PositionRepresentation>) {
+  return kPositionWords;
+}
 
 /// SI units of the three numbers of a position.
-[[nodiscard]] constexpr std::array<std::string_view, 3> position_units(PositionNotation notation) {
+[[nodiscard]] constexpr std::array<std::string_view, 3> position_units(
+    PositionRepresentation notation) {
   switch (notation) {
-    case PositionNotation::cylindrical: return {"m", "rad", "m"};
-    case PositionNotation::spherical: return {"m", "rad", "rad"};
-    case PositionNotation::cartesian: break;
+    case PositionRepresentation::cylindrical: return {"m", "rad", "m"};
+    case PositionRepresentation::spherical: return {"m", "rad", "rad"};
+    case PositionRepresentation::cartesian: break;
   }
   return {"m", "m", "m"};
 }
@@ -53,8 +56,8 @@ constexpr std::span<const std::string_view> words(Of<PositionNotation>) { return
 struct Placement {
   Vec3 position{};  ///< by `coordinates` [m, rad]
   Vec3 angles{};    ///< [rad]
-  AngleNotation notation = AngleNotation::rpy;
-  PositionNotation coordinates = PositionNotation::cartesian;
+  AngleRepresentation notation = AngleRepresentation::rpy;
+  PositionRepresentation coordinates = PositionRepresentation::cartesian;
   bool operator==(const Placement&) const = default;
 };
 template <class V>
@@ -153,19 +156,19 @@ constexpr void fields(V& v, Of<ProviderChoice>) {
 /// Whether collision checks look at a pair of bodies, against what they would do by themselves. A
 /// robot's bodies are named by link, or "base"; a world's are "table", "arm.forearm", "arm.base",
 /// and "arm" stands for all of them. A name that nothing has is without effect.
-struct PairRule {
+struct CollisionPairRule {
   std::string a, b;
   bool is_allowed = true;  ///< to touch: the pair is passed over; false = it is always checked
   std::string reason;      ///< why, for people
-  bool operator==(const PairRule&) const = default;
+  bool operator==(const CollisionPairRule&) const = default;
 };
 template <class V>
-constexpr void fields(V& v, Of<PairRule>) {
-  v("a", &PairRule::a).needed().doc("The one body.");
-  v("b", &PairRule::b).needed().doc("The other body.");
-  v("is_allowed", &PairRule::is_allowed)
+constexpr void fields(V& v, Of<CollisionPairRule>) {
+  v("a", &CollisionPairRule::a).needed().doc("The one body.");
+  v("b", &CollisionPairRule::b).needed().doc("The other body.");
+  v("is_allowed", &CollisionPairRule::is_allowed)
       .doc("True: the two may touch and are not checked; false: they are always checked.");
-  v("reason", &PairRule::reason).doc("Why, for people.");
+  v("reason", &CollisionPairRule::reason).doc("Why, for people.");
 }
 
 }  // namespace robomosp::model

@@ -12,10 +12,10 @@
 namespace robomosp::model {
 
 /// "at", "cylindrical" or "spherical"; "rpy", "xyz" or "zyz": the words of files.
-[[nodiscard]] constexpr std::string_view word_of(PositionNotation notation) {
+[[nodiscard]] constexpr std::string_view word_of(PositionRepresentation notation) {
   return kPositionWords[static_cast<std::size_t>(notation)];
 }
-[[nodiscard]] constexpr std::string_view word_of(AngleNotation notation) {
+[[nodiscard]] constexpr std::string_view word_of(AngleRepresentation notation) {
   return kAngleWords[static_cast<std::size_t>(notation)];
 }
 
@@ -23,10 +23,10 @@ namespace robomosp::model {
 [[nodiscard]] inline Vec3 position(const Placement& placement) {
   const auto& [a, b, c] = placement.position;
   switch (placement.coordinates) {
-    case PositionNotation::cylindrical: return {a * std::cos(b), a * std::sin(b), c};
-    case PositionNotation::spherical:
+    case PositionRepresentation::cylindrical: return {a * std::cos(b), a * std::sin(b), c};
+    case PositionRepresentation::spherical:
       return {a * std::sin(c) * std::cos(b), a * std::sin(c) * std::sin(b), a * std::cos(c)};
-    case PositionNotation::cartesian: break;
+    case PositionRepresentation::cartesian: break;
   }
   return placement.position;
 }
@@ -36,22 +36,22 @@ namespace robomosp::model {
   Pose t;
   t.p = position(placement);
   switch (placement.notation) {
-    case AngleNotation::rpy: t.R = spatial::from_rpy(placement.angles); break;
-    case AngleNotation::xyz: t.R = spatial::from_xyz(placement.angles); break;
-    case AngleNotation::zyz: t.R = spatial::from_zyz(placement.angles); break;
+    case AngleRepresentation::rpy: t.R = spatial::from_rpy(placement.angles); break;
+    case AngleRepresentation::xyz: t.R = spatial::from_xyz(placement.angles); break;
+    case AngleRepresentation::zyz: t.R = spatial::from_zyz(placement.angles); break;
   }
   return t;
 }
 
 /// A placement of the wanted notation that writes `t` down.
 [[nodiscard]] inline Placement placement(const Pose& t,
-                                         AngleNotation notation = AngleNotation::rpy) {
+                                         AngleRepresentation notation = AngleRepresentation::rpy) {
   switch (notation) {
-    case AngleNotation::xyz: return {t.p, spatial::to_xyz(t.R), notation};
-    case AngleNotation::zyz: return {t.p, spatial::to_zyz(t.R), notation};
-    case AngleNotation::rpy: break;
+    case AngleRepresentation::xyz: return {t.p, spatial::to_xyz(t.R), notation};
+    case AngleRepresentation::zyz: return {t.p, spatial::to_zyz(t.R), notation};
+    case AngleRepresentation::rpy: break;
   }
-  return {t.p, spatial::to_rpy(t.R), AngleNotation::rpy};
+  return {t.p, spatial::to_rpy(t.R), AngleRepresentation::rpy};
 }
 
 }  // namespace robomosp::model

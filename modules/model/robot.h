@@ -301,7 +301,7 @@ struct Robot {
   std::vector<RobotTool> tools;           ///< further tools
   std::vector<LoopClosure> loops;
   std::vector<NamedPose> poses;
-  std::vector<PairRule> pair_rules;  ///< of its own bodies
+  std::vector<CollisionPairRule> pair_rules;  ///< of its own bodies
   ProviderChoice ik, inverse_dynamics, forward_dynamics, controller;
   Colour skin_colour{0.93F, 0.93F, 0.91F, 1.0F};  ///< generated bodies: tubes
   Colour skin_accent{0.20F, 0.21F, 0.23F, 1.0F};  ///< generated bodies: joints

@@ -166,7 +166,7 @@ struct World {
   std::vector<PlacedTask> tasks;
   std::vector<Signal> signals;
   std::vector<Attachment> attachments;  ///< at most one an object
-  std::vector<PairRule> pair_rules;
+  std::vector<CollisionPairRule> pair_rules;
   Parametric parametric;  ///< its parameters are known to all records as `<name>.<parameter>`
 };
 template <class V>

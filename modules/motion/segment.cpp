@@ -36,8 +36,8 @@ Error bad(std::string message, std::string hint, std::string_view where) {
 Result<ProviderInfo> find_shape(const Registry& registry, const std::string& name,
                                 std::string_view where) {
   std::vector<std::string> names;
-  for (const char* id :
-       {CurveMaker::kInterfaceId, SegmentMaker::kInterfaceId, JointSegmentMaker::kInterfaceId})
+  for (const char* id : {CurveFactory::kInterfaceId, SegmentFactory::kInterfaceId,
+                         JointSegmentFactory::kInterfaceId})
     for (const ProviderInfo& info : registry.list(id)) {
       if (!info.enabled) continue;
       if (info.name == name) return info;
@@ -260,10 +260,10 @@ LawTask law_task(double length, double turn) {
 Result<std::shared_ptr<const MotionLaw>> run_law(const Registry& registry,
                                                  const ProviderInfo& provider, const LawTask& task,
                                                  const Params& params, std::string_view where) {
-  RMP_TRY_ASSIGN(const auto maker, registry.create<MotionLawMaker>(provider.name).in(where));
-  RMP_TRY_ASSIGN(
-      auto law,
-      checked(guarded(provider.name, [&] { return maker->make(task, params); }), provider, where));
+  RMP_TRY_ASSIGN(const auto factory, registry.create<MotionLawFactory>(provider.name).in(where));
+  RMP_TRY_ASSIGN(auto law,
+                 checked(guarded(provider.name, [&] { return factory->make(task, params); }),
+                         provider, where));
   RMP_TRY(check_duration(law->duration(), provider, where));
   return law;
 }
@@ -273,10 +273,10 @@ Result<std::shared_ptr<const Segment>> run_curve(const Registry& registry,
                                                  const SegmentParams& params,
                                                  std::span<const Pose> points,
                                                  std::string_view where) {
-  RMP_TRY_ASSIGN(const auto maker, registry.create<CurveMaker>(providers.shape.name).in(where));
+  RMP_TRY_ASSIGN(const auto factory, registry.create<CurveFactory>(providers.shape.name).in(where));
   RMP_TRY_ASSIGN(
       const auto curve,
-      checked(guarded(providers.shape.name, [&] { return maker->make(points, *params.shape); }),
+      checked(guarded(providers.shape.name, [&] { return factory->make(points, *params.shape); }),
               providers.shape, where));
   RMP_TRY(check_duration(curve->end(), providers.shape, where));
   const bool by_own_times = curve->is_timed() && params.is_timed;
@@ -285,7 +285,7 @@ Result<std::shared_ptr<const Segment>> run_curve(const Registry& registry,
   CurveWalk walk = std::move(walked).value();
 
   RMP_TRY_ASSIGN(const auto turner,
-                 registry.create<OrientationMaker>(providers.orientation.name).in(where));
+                 registry.create<OrientationFactory>(providers.orientation.name).in(where));
   auto known = walk.knot_shares();
   if (!known.ok()) return std::move(known).error().in(where);
   const std::vector<double> shares = std::move(known).value();
@@ -334,9 +334,9 @@ Result<std::shared_ptr<const Segment>> run_curve(const Registry& registry,
 
 }  // namespace
 
-bool SegmentProviders::is_curve() const { return shape.interface_id == CurveMaker::kInterfaceId; }
+bool SegmentProviders::is_curve() const { return shape.interface_id == CurveFactory::kInterfaceId; }
 bool SegmentProviders::is_joint() const {
-  return shape.interface_id == JointSegmentMaker::kInterfaceId;
+  return shape.interface_id == JointSegmentFactory::kInterfaceId;
 }
 
 const ProviderInfo* SegmentProviders::owner(std::string_view name) const {
@@ -369,16 +369,17 @@ Result<SegmentProviders> providers_of(const Registry& registry,
     return name.empty() ? std::string(fallback) : name;
   };
   RMP_TRY_ASSIGN(
-      out.law, registry.find(MotionLawMaker::kInterfaceId, or_default(record.law.name, kDefaultLaw))
-                   .in(where));
+      out.law,
+      registry.find(MotionLawFactory::kInterfaceId, or_default(record.law.name, kDefaultLaw))
+          .in(where));
   RMP_TRY_ASSIGN(out.orientation,
                  registry
-                     .find(OrientationMaker::kInterfaceId,
+                     .find(OrientationFactory::kInterfaceId,
                            or_default(record.orientation.name, kDefaultOrientation))
                      .in(where));
   if (!record.turning.name.empty()) {
     RMP_TRY_ASSIGN(out.turning,
-                   registry.find(MotionLawMaker::kInterfaceId, record.turning.name).in(where));
+                   registry.find(MotionLawFactory::kInterfaceId, record.turning.name).in(where));
   }
   return out;
 }
@@ -428,10 +429,11 @@ Result<std::shared_ptr<const Segment>> make_segment(const Registry& registry,
   points.reserve(record.points.size());
   for (const auto& p : record.points) points.push_back(model::pose(p));
   if (providers.is_curve()) return run_curve(registry, providers, params, points, where);
-  RMP_TRY_ASSIGN(const auto maker, registry.create<SegmentMaker>(providers.shape.name).in(where));
+  RMP_TRY_ASSIGN(const auto factory,
+                 registry.create<SegmentFactory>(providers.shape.name).in(where));
   RMP_TRY_ASSIGN(
       const auto segment,
-      checked(guarded(providers.shape.name, [&] { return maker->make(points, *params.shape); }),
+      checked(guarded(providers.shape.name, [&] { return factory->make(points, *params.shape); }),
               providers.shape, where));
   RMP_TRY(check_duration(segment->duration(), providers.shape, where));
   return segment;

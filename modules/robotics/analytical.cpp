@@ -32,30 +32,30 @@ std::vector<double> list(const Matrix3& m) { return {m.begin(), m.end()}; }
 
 }  // namespace
 
-std::optional<Notation> notation(std::string_view name) {
-  Notation n;
-  if (name == "quaternion") n.kind = Notation::Kind::quaternion;
-  else if (name == "rotation_vector") n.kind = Notation::Kind::rotation_vector;
+std::optional<Representation> representation(std::string_view name) {
+  Representation n;
+  if (name == "quaternion") n.kind = Representation::Kind::quaternion;
+  else if (name == "rotation_vector") n.kind = Representation::Kind::rotation_vector;
   else if (const auto s = spatial::euler_sequence(name)) n.sequence = *s;
   else return std::nullopt;
   return n;
 }
 
-std::vector<double> orientation_numbers(const Notation& n, const Matrix3& R) {
-  if (n.kind == Notation::Kind::quaternion) {
+std::vector<double> orientation_numbers(const Representation& n, const Matrix3& R) {
+  if (n.kind == Representation::Kind::quaternion) {
     const spatial::Quaternion q = spatial::to_quaternion(R);
     return {q.w, q.x, q.y, q.z};
   }
-  const Vec3 v = n.kind == Notation::Kind::rotation_vector
+  const Vec3 v = n.kind == Representation::Kind::rotation_vector
                      ? spatial::rotation_log(R)
                      : spatial::to_euler(n.sequence, R).angles;
   return {v.begin(), v.end()};
 }
 
-std::optional<std::vector<double>> notation_rates(const Notation& n, const Matrix3& R,
-                                                  const Vec3& w, std::vector<double>* rate) {
+std::optional<std::vector<double>> representation_rates(const Representation& n, const Matrix3& R,
+                                                        const Vec3& w, std::vector<double>* rate) {
   switch (n.kind) {
-    case Notation::Kind::quaternion: {
+    case Representation::Kind::quaternion: {
       const auto B = spatial::quaternion_rates(spatial::to_quaternion(R));
       if (rate) {
         // B is linear in the quaternion, whose rate is B w.
@@ -67,13 +67,13 @@ std::optional<std::vector<double>> notation_rates(const Notation& n, const Matri
       }
       return std::vector<double>(B.begin(), B.end());
     }
-    case Notation::Kind::rotation_vector: {
+    case Representation::Kind::rotation_vector: {
       const Vec3 v = spatial::rotation_log(R);
       const Matrix3 B = spatial::rotation_vector_rates(v);
       if (rate) *rate = list(spatial::rotation_vector_rates_rate(v, apply(B, w)));
       return list(B);
     }
-    case Notation::Kind::euler: break;
+    case Representation::Kind::euler: break;
   }
   const spatial::EulerAngles a = spatial::to_euler(n.sequence, R);
   if (a.is_singular()) return std::nullopt;

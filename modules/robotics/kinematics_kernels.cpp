@@ -16,13 +16,13 @@ struct Frame {
   Vec<Lanes> x, y, z, p;
 };
 
-struct Room {
+struct Scratch {
   double *angle, *sine, *cosine;
   Lanes *q, *out;
   Frame* frames;
 };
-std::size_t furnish(std::size_t joints, std::size_t coordinates, std::size_t dof, double* at,
-                    Room& room) {
+std::size_t lay_out(std::size_t joints, std::size_t coordinates, std::size_t dof, double* at,
+                    Scratch& room) {
   constexpr std::size_t kAlignment = 64;
   if (at) {
     const auto address = reinterpret_cast<std::uintptr_t>(at);
@@ -103,7 +103,7 @@ RMP_INLINE void place(const JointConstants& k, const Frame& up, const Lanes* q, 
   if (k.type == JointType::prismatic) f.p = f.p + scaled(f.z, q[k.q_index] * k.ratio + k.offset);
 }
 
-void place_path(const Task& task, const Room& x) {
+void place_path(const Task& task, const Scratch& x) {
   for (std::size_t i = 0; i < task.path_count; ++i) {
     const JointConstants& k = task.joints[task.path[i]];
     Lanes angle = splat<Lanes>(k.angle);
@@ -129,7 +129,7 @@ RMP_INLINE void write(const Frame& f, Lanes* to) {
   to[9] = f.p.x, to[10] = f.p.y, to[11] = f.p.z;
 }
 
-Frame tip_frame(const Task& task, const Room& x) {
+Frame tip_frame(const Task& task, const Scratch& x) {
   const double *R = task.tool, *p = R + 9;
   if (task.path_count == 0)
     return {vec<Lanes>(R, 3), vec<Lanes>(R + 1, 3), vec<Lanes>(R + 2, 3), vec<Lanes>(p)};
@@ -141,7 +141,7 @@ Frame tip_frame(const Task& task, const Room& x) {
           point(f, Vec<double>{R[2], R[5], R[8]}), at};
 }
 
-void jacobian(const Task& task, const Room& x, const Frame& tip, Lanes* out) {
+void jacobian(const Task& task, const Scratch& x, const Frame& tip, Lanes* out) {
   const bool all = !task.coupled && task.path_count == task.joint_count;
   if (!all)
     for (std::size_t i = 0; i < 6 * task.dof; ++i) out[i] = Lanes{};
@@ -186,8 +186,8 @@ void jacobian(const Task& task, const Room& x, const Frame& tip, Lanes* out) {
 
 void run(const Task& task, std::size_t samples, std::size_t first, std::size_t last,
          double* scratch) {
-  Room x;
-  furnish(task.joint_count, task.coordinates, task.dof, scratch, x);
+  Scratch x;
+  lay_out(task.joint_count, task.coordinates, task.dof, scratch, x);
   for (std::size_t i = first; i < last; i += kLanes) {
     const std::size_t here = last - i < kLanes ? last - i : kLanes;
     load_samples(task.q + i * task.coordinates, task.coordinates, samples - i, x.q);
@@ -211,8 +211,8 @@ void run(const Task& task, std::size_t samples, std::size_t first, std::size_t l
 }
 
 std::size_t scratch_size(std::size_t joints, std::size_t coordinates, std::size_t dof) {
-  Room x;
-  return furnish(joints, coordinates, dof, nullptr, x);
+  Scratch x;
+  return lay_out(joints, coordinates, dof, nullptr, x);
 }
 
 // One configuration: sines and cosines of several joints at once, then joint after joint. Members

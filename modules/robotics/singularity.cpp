@@ -212,7 +212,7 @@ Singularity singularity(const RobotModel& model, std::size_t tip, std::span<cons
   }
   if (here.loose.size() > loose) {
     out.loose = here.loose;
-    MatrixXd twists = matrix_of(here.loose_twists);
+    MatrixXd twists = matrix_of(here.self_motion_twists);
     if (part == TwistPart::translation) twists.bottomRows<3>().setZero();
     if (part == TwistPart::rotation) twists.topRows<3>().setZero();
     for (Index c = 0; c < twists.cols(); ++c)

@@ -88,7 +88,7 @@ TipMotion tip_motion(const RobotModel& model, std::size_t tip, std::span<const P
                          driving.matrixU().leftCols(rank).transpose());
   const MatrixXd loose = driving.matrixV().rightCols(Z.cols() - rank);
   out.loose = columns_of(Z * loose);
-  out.loose_twists = numbers(twists * loose);
+  out.self_motion_twists = numbers(twists * loose);
   return out;
 }
 

@@ -31,7 +31,7 @@ struct TipMotion {
   /// Unit joint rates that keep the loops closed while the motors stand still, dof() each, and the
   /// tip's twist for each: nothing that the motors do resists them.
   std::vector<std::vector<double>> loose;
-  std::vector<double> loose_twists;
+  std::vector<double> self_motion_twists;
   double hold = 1;  ///< least rate of the motors for unit joint rates, 0 = some are not held
 };
 

@@ -31,7 +31,7 @@ using evaluation::Drawable;
 using render::Item;
 
 /// A scene under construction.
-struct Maker {
+struct Factory {
   const Source& source;
   const Extras& extras;
   Progress& progress;
@@ -143,14 +143,14 @@ Result<robotics::LinkFrame> grip_of(const PosedRobot& robot, const model::Attach
 }
 
 /// Frame of a place with its name.
-void add_frame(Maker& m, std::string_view owner, std::size_t number, const Pose& pose,
+void add_frame(Factory& m, std::string_view owner, std::size_t number, const Pose& pose,
                std::string name, double length) {
   m.out.scene.triads.push_back(
       {item_id(owner, kFrameBody, number), pose, length, std::move(name), true});
 }
 
 /// The mark of a body given in the frame `world_T_body`; without mass a sentence says so.
-void add_mark(Maker& m, const std::string& owner, const std::string& what,
+void add_mark(Factory& m, const std::string& owner, const std::string& what,
               const MassProperties& mass, const Pose& world_T_body) {
   if (!(mass.mass > 0)) {
     m.out.left_out.push_back(what + " has no mass, so its centre of mass is not shown.");
@@ -167,7 +167,7 @@ double reach(const model::Robot& robot) {
   return sum;
 }
 
-void add_robot(Maker& m, const PosedRobot& robot, std::span<const double> q) {
+void add_robot(Factory& m, const PosedRobot& robot, std::span<const double> q) {
   std::vector<Pose> bodies;
   Pose tool;
   robot.pose(q, bodies, tool);
@@ -201,7 +201,7 @@ void add_robot(Maker& m, const PosedRobot& robot, std::span<const double> q) {
   }
 }
 
-Result<void> add_body(Maker& m, AnyId what, const std::string& owner, const std::string& name,
+Result<void> add_body(Factory& m, AnyId what, const std::string& owner, const std::string& name,
                       const Pose& world_T_body) {
   const auto& [snapshot, derived, registry] = m.source;
   RMP_TRY_ASSIGN(const auto parts, derived.drawables(snapshot, what, m.progress));
@@ -269,7 +269,7 @@ Result<std::vector<Pose>> tool_way(const Source& source, WorldId world, const Po
 
 /// The way that a trajectory of a world describes, with a robot where it moves joints; none where
 /// no robot is known for that.
-Result<std::vector<Pose>> way_of(const Maker& m, WorldId world,
+Result<std::vector<Pose>> way_of(const Factory& m, WorldId world,
                                  const model::PlacedTrajectory& placed,
                                  const PosedRobot* joint_robot) {
   const Source& source = m.source;
@@ -292,7 +292,7 @@ Result<std::vector<Pose>> way_of(const Maker& m, WorldId world,
   return out;
 }
 
-Result<void> add_trajectory(Maker& m, WorldId world, const model::PlacedTrajectory& placed,
+Result<void> add_trajectory(Factory& m, WorldId world, const model::PlacedTrajectory& placed,
                             const PosedRobot* joint_robot) {
   if (m.extras.paths == ShownPath::none) return {};
   RMP_TRY_ASSIGN(const auto poses, way_of(m, world, placed, joint_robot));
@@ -307,7 +307,7 @@ Result<void> add_trajectory(Maker& m, WorldId world, const model::PlacedTrajecto
   return {};
 }
 
-Result<void> add_world(Maker& m, WorldId id) {
+Result<void> add_world(Factory& m, WorldId id) {
   const Snapshot& snapshot = m.source.snapshot;
   const model::World& world = *snapshot.get(id);
   const auto skip = [&](Result<void> done) -> Result<void> {
@@ -386,7 +386,7 @@ double diagonal(const std::array<Vec3, 2>& box) {
                   std::hypot(box[1][0] - box[0][0], box[1][1] - box[0][1], box[1][2] - box[0][2]));
 }
 
-double Maker::size() const {
+double Factory::size() const {
   const double d = diagonal(box_of(out.scene.items));
   return std::isfinite(d) && d > 0 ? d : 0.1;
 }
@@ -469,7 +469,7 @@ Result<Built> build(const Source& source, AnyId id, const Extras& extras, Progre
   const model::Record* record = source.snapshot.find(id);
   if (!record)
     return error(ErrorCode::stale_handle, "the record no longer exists", "Open or create one.");
-  Maker m{source, extras, progress, {}, {}};
+  Factory m{source, extras, progress, {}, {}};
   switch (id.kind) {
     case Kind::world: RMP_TRY(add_world(m, WorldId{id.number})); break;
     case Kind::robot: {

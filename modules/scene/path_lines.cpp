@@ -75,7 +75,7 @@ void add_arrows(render::Scene& scene, const std::string& member, std::span<const
   }
 }
 
-struct PointMaker {
+struct PointFactory {
   render::Scene& scene;
   const std::string& member;
   const motion::FindTrajectory& stored;
@@ -137,7 +137,7 @@ void add_path(render::Scene& scene, const std::string& member, std::span<const P
 void add_points(render::Scene& scene, const std::string& member, const model::Trajectory& t,
                 const Pose& world_T_trajectory, const motion::FindTrajectory& stored, double size,
                 bool has_frames) {
-  PointMaker{scene, member, stored, size, has_frames}.add(t, world_T_trajectory, 0);
+  PointFactory{scene, member, stored, size, has_frames}.add(t, world_T_trajectory, 0);
 }
 
 void mark_path(render::Scene& scene, const sim::PathCheck& check) {

@@ -22,8 +22,8 @@ std::vector<render::Item> tool_ellipsoids(const std::string& owner, const RobotM
   std::vector<render::Item> out;
   if (model.dof() == 0 || model.tips.empty() || !(shown.velocity || shown.force)) return out;
   const auto motion = robotics::tip_motion(model, 0, joint_frames);
-  const auto e =
-      robotics::ellipsoid(motion.jacobian, robotics::TwistPart::translation, motion.loose_twists);
+  const auto e = robotics::ellipsoid(motion.jacobian, robotics::TwistPart::translation,
+                                     motion.self_motion_twists);
   Pose axes;
   axes.R = e.axes;
   Pose at = spatial::compose(world_T_base, axes);

@@ -461,7 +461,7 @@ int run_doctor(const Settings& s, const Voice& voice) {
     providers.emplace_back(Map{{"interface", id}, {"names", std::move(list)}});
     const bool is_needed = id == CsgEngine::kInterfaceId || id == IkSolver::kInterfaceId ||
                            id == InverseDynamics::kInterfaceId ||
-                           id == ForwardDynamics::kInterfaceId || id == CurveMaker::kInterfaceId;
+                           id == ForwardDynamics::kInterfaceId || id == CurveFactory::kInterfaceId;
     if (names.empty() && is_needed) missing.emplace_back("no provider of " + id);
   }
   text += "library\n";

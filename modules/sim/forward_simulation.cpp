@@ -461,7 +461,7 @@ class Simulation {
                    "Give a period such as 0.001 s.");
     const std::size_t n = model().dof();
     std::vector<double> scratch(controller_.solver->scratch_size()), tau(n), cut(n);
-    memory_.assign(controller_.solver->memory_size(), 0.0);
+    memory_.assign(controller_.solver->state_size(), 0.0);
     const RunState::Robot* before = from_ ? from_->robot(placed_.title) : nullptr;
     if (before && before->memory.size() == memory_.size()) memory_ = before->memory;
     MotionReference::Sample want;
@@ -478,11 +478,11 @@ class Simulation {
       in.time = t, in.dt = k == 0 ? 0 : period;
       in.q = std::span<const double>(x_).first(motion.positions());
       in.qd = std::span<const double>(x_).subspan(motion.positions());
-      in.q_wanted = want.q, in.qd_wanted = want.qd, in.qdd_wanted = want.qdd;
+      in.q_desired = want.q, in.qd_desired = want.qd, in.qdd_desired = want.qdd;
       if (want.has_tip) {
-        in.tip_wanted = &want.tip;
-        in.tip_velocity_wanted = want.tip_velocity;
-        in.tip_acceleration_wanted = want.tip_acceleration;
+        in.tip_desired = &want.tip;
+        in.tip_velocity_desired = want.tip_velocity;
+        in.tip_acceleration_desired = want.tip_acceleration;
       }
       std::fill(tau.begin(), tau.end(), std::nan(""));
       auto done = guarded(controller_.provider,

@@ -326,7 +326,7 @@ Result<void> PhysicsActor::control(double t, double step, MotionReference::Sampl
   ControlInput in;
   in.time = t, in.dt = t == 0 ? 0 : step;
   in.q = q, in.qd = qd;
-  in.q_wanted = wanted.q, in.qd_wanted = wanted.qd, in.qdd_wanted = wanted.qdd;
+  in.q_desired = wanted.q, in.qd_desired = wanted.qd, in.qdd_desired = wanted.qdd;
   std::fill(tau.begin(), tau.end(), std::nan(""));
   RMP_TRY(guarded(controller.provider,
                   [&] { return controller.solver->torques(in, memory, scratch, tau); }));

@@ -181,15 +181,15 @@ class Builder {
       assume(acceleration[j], velocity[j] / kRiseTime);
       assume(jerk[j], acceleration[j] / kRiseTime);
     }
-    RMP_TRY_ASSIGN(const auto maker,
-                   registry_.create<JointSegmentMaker>(providers.shape.name).in(here));
+    RMP_TRY_ASSIGN(const auto factory,
+                   registry_.create<JointSegmentFactory>(providers.shape.name).in(here));
     // A joint segment that ended in motion hands it on.
     JointEnds ends;
     if (is_joint_moving_) ends.start_velocity = end_qd_, ends.start_acceleration = end_qdd_;
     auto made = guarded(providers.shape.name, [&] {
-      return maker->make(dof_, points,
-                         {sizeof(JointLimits), lower, upper, velocity, acceleration, jerk}, ends,
-                         *params.shape);
+      return factory->make(dof_, points,
+                           {sizeof(JointLimits), lower, upper, velocity, acceleration, jerk}, ends,
+                           *params.shape);
     });
     if (!made.ok()) return std::move(made).error().in(here);
     if (!*made || !((*made)->duration() > 0) || !std::isfinite((*made)->duration()))

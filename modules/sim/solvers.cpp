@@ -45,7 +45,7 @@ std::array<double, 2> goal_errors(std::uint32_t parts, const Pose& reached, cons
   Vec3 r = spatial::rotation_log(turn.R);
   const std::uint32_t turns = parts & kIkRotation;
   if (std::popcount(turns) == 2) {
-    const std::size_t k = !(turns & kIkTurnX) ? 0 : !(turns & kIkTurnY) ? 1 : 2;
+    const std::size_t k = !(turns & kIkRotX) ? 0 : !(turns & kIkRotY) ? 1 : 2;
     const Vec3 a = spatial::axis(turn, k);
     const double across = std::hypot(a[(k + 1) % 3], a[(k + 2) % 3]);
     r = {};
@@ -54,7 +54,7 @@ std::array<double, 2> goal_errors(std::uint32_t parts, const Pose& reached, cons
   double position = 0, rotation = 0;
   for (std::size_t k = 0; k < 3; ++k) {
     if (parts & (kIkX << k)) position += p[k] * p[k];
-    if (parts & (kIkTurnX << k)) rotation += r[k] * r[k];
+    if (parts & (kIkRotX << k)) rotation += r[k] * r[k];
   }
   return {std::sqrt(position), std::sqrt(rotation)};
 }

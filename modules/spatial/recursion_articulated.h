@@ -66,7 +66,7 @@ RMP_INLINE ArticulatedBody<T> moved(const ArticulatedBody<T>& c, const Rotation<
 // Takes joint forces in `v` to accelerations, after place(). `pivots`: below it the resistance of a
 // joint is rounding, one a joint. Returns a number that is not positive where one is.
 template <class T>
-T articulated_solve(const Mechanism& m, const double* pivots, const Room<T>& x, T* v) {
+T articulated_solve(const Mechanism& m, const double* pivots, const Scratch<T>& x, T* v) {
   T least = splat<T>(1);
   for (std::size_t j = 0; j < m.count; ++j)
     if (m.bodies[j].branches) x.branches[j] = ArticulatedBody<T>{};

@@ -37,7 +37,7 @@ RMP_INLINE void add_carried(const Composite<T>& c, double mass, const R& turn, c
 // Composite bodies of a simple chain: the forces of unit accelerations of all joints behind one
 // pass it together. Takes the room of links.
 template <class T>
-void serial_inertia(const Mechanism& m, const Room<T>& x, bool lower_only, T* out) {
+void serial_inertia(const Mechanism& m, const Scratch<T>& x, bool lower_only, T* out) {
   const std::size_t n = m.count;
   for (std::size_t j = 0; j < n; ++j) x.composites[j] = alone<T>(m.bodies[j]);
   for (std::size_t j = n; j-- > 0;) {
@@ -79,7 +79,7 @@ void serial_inertia(const Mechanism& m, const Room<T>& x, bool lower_only, T* ou
 // Joint-space inertia by composite bodies, after place(): forces of unit accelerations, passed on
 // to the joints nearer the base.
 template <class T>
-void composite_inertia(const Mechanism& m, const Room<T>& x, T* out) {
+void composite_inertia(const Mechanism& m, const Scratch<T>& x, T* out) {
   const std::size_t n = m.velocities;
   if (!m.dense || m.coupled)
     for (std::size_t i = 0; i < n * n; ++i) out[i] = T{};
@@ -150,7 +150,7 @@ void composite_inertia(const Mechanism& m, const Room<T>& x, T* out) {
 
 // The same column by column from Newton-Euler, as in the paper; takes the rooms of qd and diagonal.
 template <class T>
-void column_inertia(const Mechanism& m, const Room<T>& x, T* out) {
+void column_inertia(const Mechanism& m, const Scratch<T>& x, T* out) {
   const std::size_t n = m.velocities;
   const BaseState<T> rest{{}, {}, {}, true};
   T *unit = x.diagonal, *tau = x.qd;
@@ -165,7 +165,7 @@ void column_inertia(const Mechanism& m, const Room<T>& x, T* out) {
 }
 
 template <class T>
-void inertia(const Mechanism& m, const Task& task, const Room<T>& x, T* out) {
+void inertia(const Mechanism& m, const Task& task, const Scratch<T>& x, T* out) {
   if (task.columns) column_inertia(m, x, out);
   else if (m.simple_chain) serial_inertia(m, x, task.what == Task::What::accelerations, out);
   else composite_inertia(m, x, out);

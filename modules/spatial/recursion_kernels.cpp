@@ -12,7 +12,7 @@ namespace {
 // positive when all is well, lane by lane.
 template <class T>
 T evaluate(const Mechanism& m, const Task& task, const Inputs<T>& in, const BaseRow& row,
-           const T* tau, const Room<T>& x, T* out) {
+           const T* tau, const Scratch<T>& x, T* out) {
   place(m, in.q, x);
   std::size_t count = m.velocities;
   T least = splat<T>(1);
@@ -46,8 +46,8 @@ std::size_t output_width(const Mechanism& m, const Task& task) {
 
 std::size_t run_single(const Mechanism& m, const Task& task, std::size_t first, std::size_t last,
                        double* scratch) {
-  Room<double> x;
-  furnish(m, task, scratch, x);
+  Scratch<double> x;
+  lay_out(m, task, scratch, x);
   const std::size_t n = m.velocities, width = output_width<double>(m, task);
   for (std::size_t i = 0; i < n; ++i) x.zeros[i] = 0;
   for (std::size_t i = first; i < last; ++i) {
@@ -65,8 +65,8 @@ template <class T>
 std::size_t run_lanes(const Mechanism& m, const Task& task, std::size_t samples, std::size_t first,
                       std::size_t last, double* scratch) {
   constexpr std::size_t kSamples = sizeof(T) / sizeof(double);
-  Room<T> x;
-  furnish(m, task, scratch, x);
+  Scratch<T> x;
+  lay_out(m, task, scratch, x);
   const std::size_t n = m.velocities, width = output_width<T>(m, task);
   for (std::size_t i = 0; i < n; ++i) x.zeros[i] = T{};
   // tau of forward dynamics shares the room of qdd, which forward dynamics does not read.
@@ -121,15 +121,15 @@ std::size_t run(const Mechanism& m, const Task& task, std::size_t samples, std::
 }
 
 std::size_t scratch_size(const Mechanism& m, const Task& task) {
-  Room<Lanes> several;
+  Scratch<Lanes> several;
   if constexpr (kHasWide) {
-    Room<Wide> many;
-    if (side_by_side(m, task)) return furnish(m, task, nullptr, many);
+    Scratch<Wide> many;
+    if (side_by_side(m, task)) return lay_out(m, task, nullptr, many);
   } else {
-    Room<double> one;
-    if (!task.lanes) return furnish(m, task, nullptr, one);
+    Scratch<double> one;
+    if (!task.lanes) return lay_out(m, task, nullptr, one);
   }
-  return furnish(m, task, nullptr, several);
+  return lay_out(m, task, nullptr, several);
 }
 
 constexpr Kernels kTable{run, scratch_size, kLanes};

@@ -3,7 +3,7 @@
 // a lane; for sources of robomosp_lanes() (layer: data processing, spatial).
 #pragma once
 
-#include "spatial/recursion_room.h"
+#include "spatial/recursion_scratch.h"
 
 namespace robomosp::spatial::recursions::RMP_LANES {
 
@@ -86,7 +86,7 @@ RMP_INLINE void project(const spatial::JointConstants& k, const Vec<T>& f, const
 
 // Subtracts a force and moment at a tip, given in the base's axes.
 template <class T>
-void subtract_wrench(const Mechanism& m, const TipPath& tip, const T* wrench, const Room<T>& x) {
+void subtract_wrench(const Mechanism& m, const TipPath& tip, const T* wrench, const Scratch<T>& x) {
   if (tip.count == 0) return;
   Vec<T> f{wrench[0], wrench[1], wrench[2]}, n{wrench[3], wrench[4], wrench[5]};
   for (std::int32_t i = 0; i < tip.count; ++i) {
@@ -104,7 +104,7 @@ void subtract_wrench(const Mechanism& m, const TipPath& tip, const T* wrench, co
 // tau of the bodies alone, after place(). A null wrench is none.
 template <class T>
 void newton_euler(const Mechanism& m, const BaseState<T>& base, const T* qd, const T* qdd,
-                  const TipPath* tip, const T* wrench, const Room<T>& x, T* tau) {
+                  const TipPath* tip, const T* wrench, const Scratch<T>& x, T* tau) {
   Link<T>& ground = x.links[0];
   ground.a = base.a;
   if (!base.rests) {
@@ -206,7 +206,7 @@ BaseState<T> base_state(const Mechanism& m, const BaseRow& row, bool gravity, bo
 // velocity where it meets the joints' rates: without the inertial term its own part is taken off.
 template <class T>
 void torques(const Mechanism& m, const Task& task, const Inputs<T>& in, const BaseRow& row,
-             bool always_inertial, const Room<T>& x, T* tau) {
+             bool always_inertial, const Scratch<T>& x, T* tau) {
   const bool gravity = task.terms & kGravityTerm, velocity = task.terms & kVelocityTerm;
   const bool inertial = always_inertial || (task.terms & kInertialTerm);
   const T* wrench = (task.terms & kExternalTerm) ? in.wrench : nullptr;

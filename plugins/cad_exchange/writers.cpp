@@ -71,12 +71,12 @@ Result<std::size_t> count_triangles(std::span<const ExportItem> items) {
 }
 
 /// Corners at one position are one.
-struct Joined {
+struct Welded {
   std::vector<std::uint32_t> first;  ///< a vertex of the mesh for each joined one
   std::vector<std::uint32_t> of;     ///< joined one for each vertex
 };
-Joined joined(const Mesh& mesh) {
-  Joined j;
+Welded welded(const Mesh& mesh) {
+  Welded j;
   std::map<std::array<float, 3>, std::uint32_t> known;
   for (std::uint32_t i = 0; i < mesh.vertex_count(); ++i) {
     const std::size_t k = 3 * std::size_t{i};
@@ -224,7 +224,7 @@ Result<std::string> write_obj(std::span<const ExportItem> items, const MeshOptio
   for (std::size_t i = 0; i < items.size(); ++i) {
     if (!items[i].mesh) continue;
     const Mesh& m = *items[i].mesh;
-    const Joined j = joined(m);
+    const Welded j = welded(m);
     std::string name;
     for (const char c : items[i].name) name += static_cast<unsigned char>(c) <= 0x20 ? '_' : c;
     out += "o " + (name.empty() ? "part" : name) + "\n";
@@ -264,7 +264,7 @@ Result<std::string> write_ply(std::span<const ExportItem> items, const MeshOptio
   for (std::size_t i = 0; i < items.size(); ++i) {
     if (!items[i].mesh) continue;
     const Mesh& m = *items[i].mesh;
-    const Joined j = joined(m);
+    const Welded j = welded(m);
     for (const std::uint32_t v : j.first) {
       const Vec3 p =
           spatial::scale(spatial::transform(poses[i], at(m.positions, v)), 1 / options.unit);
@@ -439,7 +439,7 @@ Result<std::string> write_3mf(std::span<const ExportItem> items, const MeshOptio
     }
     id[i] = next++;
     const Mesh& m = *items[i].mesh;
-    const Joined j = joined(m);
+    const Welded j = welded(m);
     objects += "<object id=\"" + std::to_string(id[i]) + "\" type=\"model\" name=\"" +
                xml(items[i].name) + "\" pid=\"1\" pindex=\"" + std::to_string(colour_of[i]) +
                "\"><mesh><vertices>\n";

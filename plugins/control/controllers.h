@@ -17,9 +17,9 @@ class ComputedTorque final : public Controller {
  public:
   Result<void> prepare(const RobotModel& model, const InverseDynamics& dynamics,
                        const Params& params) override;
-  [[nodiscard]] std::size_t memory_size() const override { return 0; }
+  [[nodiscard]] std::size_t state_size() const override { return 0; }
   [[nodiscard]] std::size_t scratch_size() const override;
-  Result<void> torques(const ControlInput& in, std::span<double> memory, std::span<double> scratch,
+  Result<void> torques(const ControlInput& in, std::span<double> state, std::span<double> scratch,
                        std::span<double> tau) const override;
 
  private:
@@ -33,9 +33,9 @@ class PdGravity final : public Controller {
  public:
   Result<void> prepare(const RobotModel& model, const InverseDynamics& dynamics,
                        const Params& params) override;
-  [[nodiscard]] std::size_t memory_size() const override { return 0; }
+  [[nodiscard]] std::size_t state_size() const override { return 0; }
   [[nodiscard]] std::size_t scratch_size() const override;
-  Result<void> torques(const ControlInput& in, std::span<double> memory, std::span<double> scratch,
+  Result<void> torques(const ControlInput& in, std::span<double> state, std::span<double> scratch,
                        std::span<double> tau) const override;
 
  private:
@@ -50,9 +50,9 @@ class JointPid final : public Controller {
  public:
   Result<void> prepare(const RobotModel& model, const InverseDynamics& dynamics,
                        const Params& params) override;
-  [[nodiscard]] std::size_t memory_size() const override { return plant_.dof(); }
+  [[nodiscard]] std::size_t state_size() const override { return plant_.dof(); }
   [[nodiscard]] std::size_t scratch_size() const override { return plant_.dof(); }
-  Result<void> torques(const ControlInput& in, std::span<double> memory, std::span<double> scratch,
+  Result<void> torques(const ControlInput& in, std::span<double> state, std::span<double> scratch,
                        std::span<double> tau) const override;
 
  private:
@@ -67,9 +67,9 @@ class OperationalSpace final : public Controller {
  public:
   Result<void> prepare(const RobotModel& model, const InverseDynamics& dynamics,
                        const Params& params) override;
-  [[nodiscard]] std::size_t memory_size() const override { return 0; }
+  [[nodiscard]] std::size_t state_size() const override { return 0; }
   [[nodiscard]] std::size_t scratch_size() const override;
-  Result<void> torques(const ControlInput& in, std::span<double> memory, std::span<double> scratch,
+  Result<void> torques(const ControlInput& in, std::span<double> state, std::span<double> scratch,
                        std::span<double> tau) const override;
 
  private:

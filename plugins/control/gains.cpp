@@ -66,8 +66,8 @@ Result<std::vector<double>> own_inertia(const Plant& plant) {
   return diagonal;
 }
 
-Result<void> check_input(const Plant& plant, const ControlInput& in, std::size_t memory,
-                         std::size_t needs_memory, std::size_t scratch, std::size_t needs_scratch,
+Result<void> check_input(const Plant& plant, const ControlInput& in, std::size_t state,
+                         std::size_t needs_state, std::size_t scratch, std::size_t needs_scratch,
                          std::size_t tau) {
   const std::size_t n = plant.dof(), c = plant.model->coordinate_count();
   const auto wrong = [](const char* what, std::size_t is, std::size_t should) {
@@ -78,20 +78,20 @@ Result<void> check_input(const Plant& plant, const ControlInput& in, std::size_t
   };
   if (in.q.size() != c) return wrong("q", in.q.size(), c);
   if (in.qd.size() != n) return wrong("qd", in.qd.size(), n);
-  if (in.q_wanted.size() != c) return wrong("q_wanted", in.q_wanted.size(), c);
-  if (in.qd_wanted.size() != n) return wrong("qd_wanted", in.qd_wanted.size(), n);
-  if (in.qdd_wanted.size() != n) return wrong("qdd_wanted", in.qdd_wanted.size(), n);
+  if (in.q_desired.size() != c) return wrong("q_desired", in.q_desired.size(), c);
+  if (in.qd_desired.size() != n) return wrong("qd_desired", in.qd_desired.size(), n);
+  if (in.qdd_desired.size() != n) return wrong("qdd_desired", in.qdd_desired.size(), n);
   if (tau != n) return wrong("tau", tau, n);
-  if (memory < needs_memory) return wrong("the memory", memory, needs_memory);
+  if (state < needs_state) return wrong("the state", state, needs_state);
   if (scratch < needs_scratch) return wrong("the scratch", scratch, needs_scratch);
   return {};
 }
 
 void configuration_error(const RobotModel& model, std::span<const double> q,
-                         std::span<const double> q_wanted, std::span<double> e) {
+                         std::span<const double> q_desired, std::span<double> e) {
   for (const JointModel& joint : model.joints) {
     if (joint.is_coupled()) continue;
-    const double *is = &q[at(joint.q_index)], *want = &q_wanted[at(joint.q_index)];
+    const double *is = &q[at(joint.q_index)], *want = &q_desired[at(joint.q_index)];
     double* out = &e[at(joint.v_index)];
     if (coordinate_count(joint.type) == 1) {
       out[0] = want[0] - is[0];
@@ -115,7 +115,7 @@ void add_friction(const RobotModel& model, const ControlInput& in, std::span<dou
     if (coordinate_count(joint.type) != 1) continue;
     const double ratio = joint.is_coupled() ? joint.coupling.ratio : 1;
     const double qd = ratio * in.qd[at(joint.v_index)],
-                 wanted = ratio * in.qd_wanted[at(joint.v_index)];
+                 wanted = ratio * in.qd_desired[at(joint.v_index)];
     const double coulomb = wanted > 0   ? joint.friction.coulomb_positive
                            : wanted < 0 ? joint.friction.coulomb_negative
                                         : 0;

@@ -31,14 +31,14 @@ Result<std::vector<double>> gains_of(const Plant& plant, const Params& params,
 Result<std::vector<double>> own_inertia(const Plant& plant);
 
 /// Refuses spans of the wrong length.
-Result<void> check_input(const Plant& plant, const ControlInput& in, std::size_t memory,
-                         std::size_t needs_memory, std::size_t scratch, std::size_t needs_scratch,
+Result<void> check_input(const Plant& plant, const ControlInput& in, std::size_t state,
+                         std::size_t needs_state, std::size_t scratch, std::size_t needs_scratch,
                          std::size_t tau);
 
-/// The small velocity (dof numbers) that takes q to q_wanted in unit time: differences, and
+/// The small velocity (dof numbers) that takes q to q_desired in unit time: differences, and
 /// rotation vectors in the moving frame for spherical and free joints.
 void configuration_error(const RobotModel& model, std::span<const double> q,
-                         std::span<const double> q_wanted, std::span<double> e);
+                         std::span<const double> q_desired, std::span<double> e);
 
 /// Adds what overcomes friction: viscous of the velocity as it is, Coulomb of the wanted one, whose
 /// sign does not chatter.

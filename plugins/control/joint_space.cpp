@@ -35,14 +35,14 @@ Result<void> ComputedTorque::prepare(const RobotModel& model, const InverseDynam
 std::size_t ComputedTorque::scratch_size() const {
   return 2 * plant_.dof() + plant_.dynamics->scratch_size();
 }
-Result<void> ComputedTorque::torques(const ControlInput& in, std::span<double> memory,
+Result<void> ComputedTorque::torques(const ControlInput& in, std::span<double> state,
                                      std::span<double> scratch, std::span<double> tau) const {
-  RMP_TRY(check_input(plant_, in, memory.size(), 0, scratch.size(), scratch_size(), tau.size()));
+  RMP_TRY(check_input(plant_, in, state.size(), 0, scratch.size(), scratch_size(), tau.size()));
   const std::size_t n = plant_.dof();
   const auto e = scratch.first(n), wanted = scratch.subspan(n, n);
-  configuration_error(*plant_.model, in.q, in.q_wanted, e);
+  configuration_error(*plant_.model, in.q, in.q_desired, e);
   for (std::size_t i = 0; i < n; ++i)
-    wanted[i] = in.qdd_wanted[i] + kd_[i] * (in.qd_wanted[i] - in.qd[i]) + kp_[i] * e[i];
+    wanted[i] = in.qdd_desired[i] + kd_[i] * (in.qd_desired[i] - in.qd[i]) + kp_[i] * e[i];
   DynamicsBatch batch;
   batch.count = 1, batch.q = in.q, batch.qd = in.qd, batch.qdd = wanted;
   batch.terms = kGravityTerm | kInertialTerm | kVelocityTerm | kSpringTerm;
@@ -66,12 +66,12 @@ Result<void> PdGravity::prepare(const RobotModel& model, const InverseDynamics& 
 std::size_t PdGravity::scratch_size() const {
   return plant_.dof() + plant_.dynamics->scratch_size();
 }
-Result<void> PdGravity::torques(const ControlInput& in, std::span<double> memory,
+Result<void> PdGravity::torques(const ControlInput& in, std::span<double> state,
                                 std::span<double> scratch, std::span<double> tau) const {
-  RMP_TRY(check_input(plant_, in, memory.size(), 0, scratch.size(), scratch_size(), tau.size()));
+  RMP_TRY(check_input(plant_, in, state.size(), 0, scratch.size(), scratch_size(), tau.size()));
   const std::size_t n = plant_.dof();
   const auto e = scratch.first(n);
-  configuration_error(*plant_.model, in.q, in.q_wanted, e);
+  configuration_error(*plant_.model, in.q, in.q_desired, e);
   DynamicsBatch batch;
   batch.count = 1, batch.q = in.q;
   batch.terms = kGravityTerm | kSpringTerm;
@@ -79,7 +79,7 @@ Result<void> PdGravity::torques(const ControlInput& in, std::span<double> memory
   NoProgress none;
   RMP_TRY(plant_.dynamics->torques(batch, tau, none));
   for (std::size_t i = 0; i < n; ++i)
-    tau[i] += kp_[i] * e[i] + kd_[i] * (in.qd_wanted[i] - in.qd[i]);
+    tau[i] += kp_[i] * e[i] + kd_[i] * (in.qd_desired[i] - in.qd[i]);
   clear_passive(plant_, tau);
   return {};
 }
@@ -99,18 +99,18 @@ Result<void> JointPid::prepare(const RobotModel& model, const InverseDynamics& d
       limit_[static_cast<std::size_t>(joint.v_index)] = joint.max_force;
   return {};
 }
-Result<void> JointPid::torques(const ControlInput& in, std::span<double> memory,
+Result<void> JointPid::torques(const ControlInput& in, std::span<double> state,
                                std::span<double> scratch, std::span<double> tau) const {
   const std::size_t n = plant_.dof();
-  RMP_TRY(check_input(plant_, in, memory.size(), n, scratch.size(), n, tau.size()));
+  RMP_TRY(check_input(plant_, in, state.size(), n, scratch.size(), n, tau.size()));
   const auto e = scratch.first(n);
-  configuration_error(*plant_.model, in.q, in.q_wanted, e);
+  configuration_error(*plant_.model, in.q, in.q_desired, e);
   for (std::size_t i = 0; i < n; ++i) {
-    const double direct = kp_[i] * e[i] + kd_[i] * (in.qd_wanted[i] - in.qd[i]);
-    const double grown = memory[i] + ki_[i] * e[i] * in.dt;
+    const double direct = kp_[i] * e[i] + kd_[i] * (in.qd_desired[i] - in.qd[i]);
+    const double grown = state[i] + ki_[i] * e[i] * in.dt;
     const bool winds_up = std::fabs(direct + grown) > limit_[i] && (direct + grown) * e[i] > 0;
-    if (!winds_up) memory[i] = grown;
-    tau[i] = direct + memory[i];
+    if (!winds_up) state[i] = grown;
+    tau[i] = direct + state[i];
   }
   clear_passive(plant_, tau);
   return {};

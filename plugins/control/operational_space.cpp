@@ -73,9 +73,9 @@ std::size_t OperationalSpace::scratch_size() const {
          plant_.dynamics->scratch_size();
 }
 
-Result<void> OperationalSpace::torques(const ControlInput& in, std::span<double> memory,
+Result<void> OperationalSpace::torques(const ControlInput& in, std::span<double> state,
                                        std::span<double> scratch, std::span<double> tau) const {
-  RMP_TRY(check_input(plant_, in, memory.size(), 0, scratch.size(), scratch_size(), tau.size()));
+  RMP_TRY(check_input(plant_, in, state.size(), 0, scratch.size(), scratch_size(), tau.size()));
   const RobotModel& model = *plant_.model;
   const std::size_t n = plant_.dof(), rows = rows_;
   const auto take = [&scratch](std::size_t count) {
@@ -90,19 +90,19 @@ Result<void> OperationalSpace::torques(const ControlInput& in, std::span<double>
 
   // The reference of the tip; of a reference in joint space, its own.
   Pose pose;
-  std::array<double, 6> velocity = in.tip_velocity_wanted,
-                        acceleration = in.tip_acceleration_wanted;
-  if (in.tip_wanted) {
-    pose = *in.tip_wanted;
+  std::array<double, 6> velocity = in.tip_velocity_desired,
+                        acceleration = in.tip_acceleration_desired;
+  if (in.tip_desired) {
+    pose = *in.tip_desired;
   } else {
     const TipMotion want =
-        tip_motion(model, in.q_wanted, in.qd_wanted, wanted_jacobian, tip_scratch);
+        tip_motion(model, in.q_desired, in.qd_desired, wanted_jacobian, tip_scratch);
     pose = want.pose;
     velocity = want.velocity;
     acceleration = want.bias;
     for (std::size_t j = 0; j < n; ++j)
       for (std::size_t k = 0; k < 6; ++k)
-        acceleration[k] += wanted_jacobian[6 * j + k] * in.qdd_wanted[j];
+        acceleration[k] += wanted_jacobian[6 * j + k] * in.qdd_desired[j];
   }
   const Vec3 way = spatial::sub(pose.p, is.pose.p),
              turn = spatial::rotation_difference(is.pose.R, pose.R);
@@ -115,11 +115,11 @@ Result<void> OperationalSpace::torques(const ControlInput& in, std::span<double>
   batch.count = 1, batch.q = in.q, batch.scratch = scratch;
   NoProgress none;
   RMP_TRY(plant_.dynamics->inertia(batch, m, none));
-  // The posture's torques: M times an acceleration towards q_wanted.
-  configuration_error(model, in.q, in.q_wanted, solved);
+  // The posture's torques: M times an acceleration towards q_desired.
+  configuration_error(model, in.q, in.q_desired, solved);
   for (std::size_t j = 0; j < n; ++j)
     solved[j] =
-        in.qdd_wanted[j] + posture_kd_ * (in.qd_wanted[j] - in.qd[j]) + posture_kp_ * solved[j];
+        in.qdd_desired[j] + posture_kd_ * (in.qd_desired[j] - in.qd[j]) + posture_kp_ * solved[j];
   for (std::size_t i = 0; i < n; ++i) posture[i] = dot(&m[i * n], solved.data(), n);
   if (!(factor(m, n) > 0))
     return error(ErrorCode::invalid_argument, "its inertia matrix is not positive",

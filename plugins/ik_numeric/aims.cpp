@@ -71,7 +71,7 @@ void Aims::frame_rows(const Pose& at, const Pose& wanted, std::uint32_t parts, d
   double angle = 0;
   if (std::popcount(turns) == 2) {
     // Only one axis counts: the shortest turn that brings it home, whatever the spin about it.
-    const Eigen::Index k = !(turns & kIkTurnX) ? 0 : !(turns & kIkTurnY) ? 1 : 2;
+    const Eigen::Index k = !(turns & kIkRotX) ? 0 : !(turns & kIkRotY) ? 1 : 2;
     const Vector3d a = D.col(k), u = Vector3d::Unit(k);
     const Vector3d s = u.cross(a);
     const double n = s.norm();
@@ -94,11 +94,11 @@ void Aims::frame_rows(const Pose& at, const Pose& wanted, std::uint32_t parts, d
     r = map(v);
     rate = log_rate(r);
     for (Eigen::Index k = 0; k < 3; ++k)
-      if (turns & (kIkTurnX << k)) angle = std::hypot(angle, r[k]);
+      if (turns & (kIkRotX << k)) angle = std::hypot(angle, r[k]);
   }
   miss_.rotation = std::max(miss_.rotation, angle);
   for (Eigen::Index k = 0; k < 3; ++k) {
-    if (!(turns & (kIkTurnX << k))) continue;
+    if (!(turns & (kIkRotX << k))) continue;
     error_[row] = -r[k] * root;
     if (jacobian)
       jacobian_.row(row) = root * (rate.row(k) * (W.transpose() * twist_.bottomRows<3>()));

@@ -173,11 +173,11 @@ Result<std::vector<double>> steps_of(std::span<const double> times, std::size_t 
 
 }  // namespace
 
-Result<std::unique_ptr<JointSegment>> SplineMaker::make(std::size_t dof,
-                                                        std::span<const double> points,
-                                                        const JointLimits& limits,
-                                                        const JointEnds& ends,
-                                                        const Params& params) const {
+Result<std::unique_ptr<JointSegment>> SplineFactory::make(std::size_t dof,
+                                                          std::span<const double> points,
+                                                          const JointLimits& limits,
+                                                          const JointEnds& ends,
+                                                          const Params& params) const {
   RMP_TRY_ASSIGN(const Task task, read_task(dof, points, limits, params, 2));
   // At given times the joints may stand still for a while.
   if (params.reals("times").empty()) RMP_TRY(check_apart(task));

@@ -78,12 +78,13 @@ const rmp_param kTimeOptimalParams[] = {
 namespace jm = robomosp::joint_motion;
 
 RMP_PLUGIN("org.robomosp.joint_motion", "0.1.0", "Apache-2.0", "Motions of all joints.",
-           RMP_PROVIDER(jm::PtpMaker, "ptp", "From joint vector to joint vector, at rest in each.",
-                        "points=2+", jm::kPtpParams),
-           RMP_PROVIDER(jm::SplineMaker, "joint_spline",
+           RMP_PROVIDER(jm::PtpFactory, "ptp",
+                        "From joint vector to joint vector, at rest in each.", "points=2+",
+                        jm::kPtpParams),
+           RMP_PROVIDER(jm::SplineFactory, "joint_spline",
                         "A spline through joint vectors, at given times or as fast as the limits "
                         "allow.",
                         "points=2+", jm::kSplineParams),
-           RMP_PROVIDER(jm::TimeOptimalMaker, "time_optimal",
+           RMP_PROVIDER(jm::TimeOptimalFactory, "time_optimal",
                         "The fastest way with limited jerk from any state of motion to any other.",
                         "points=2", jm::kTimeOptimalParams))

@@ -86,11 +86,11 @@ class Ptp final : public JointwiseSegment {
 
 }  // namespace
 
-Result<std::unique_ptr<JointSegment>> PtpMaker::make(std::size_t dof,
-                                                     std::span<const double> points,
-                                                     const JointLimits& limits,
-                                                     const JointEnds& ends,
-                                                     const Params& params) const {
+Result<std::unique_ptr<JointSegment>> PtpFactory::make(std::size_t dof,
+                                                       std::span<const double> points,
+                                                       const JointLimits& limits,
+                                                       const JointEnds& ends,
+                                                       const Params& params) const {
   RMP_TRY_ASSIGN(Task task, read_task(dof, points, limits, params, 2));
   RMP_TRY(check_apart(task));
   for (const auto& end :

@@ -61,17 +61,17 @@ class JointwiseSegment : public JointSegment {
   double duration_;
 };
 
-struct PtpMaker final : JointSegmentMaker {
+struct PtpFactory final : JointSegmentFactory {
   Result<std::unique_ptr<JointSegment>> make(std::size_t, std::span<const double>,
                                              const JointLimits&, const JointEnds&,
                                              const Params&) const override;
 };
-struct SplineMaker final : JointSegmentMaker {
+struct SplineFactory final : JointSegmentFactory {
   Result<std::unique_ptr<JointSegment>> make(std::size_t, std::span<const double>,
                                              const JointLimits&, const JointEnds&,
                                              const Params&) const override;
 };
-struct TimeOptimalMaker final : JointSegmentMaker {
+struct TimeOptimalFactory final : JointSegmentFactory {
   Result<std::unique_ptr<JointSegment>> make(std::size_t, std::span<const double>,
                                              const JointLimits&, const JointEnds&,
                                              const Params&) const override;

@@ -50,11 +50,11 @@ Error end_error(StateToState::Fault fault, const Task& t, const Motion1& end, st
 
 }  // namespace
 
-Result<std::unique_ptr<JointSegment>> TimeOptimalMaker::make(std::size_t dof,
-                                                             std::span<const double> points,
-                                                             const JointLimits& limits,
-                                                             const JointEnds& ends,
-                                                             const Params& params) const {
+Result<std::unique_ptr<JointSegment>> TimeOptimalFactory::make(std::size_t dof,
+                                                               std::span<const double> points,
+                                                               const JointLimits& limits,
+                                                               const JointEnds& ends,
+                                                               const Params& params) const {
   RMP_TRY_ASSIGN(const Task task, read_task(dof, points, limits, params, 2));
   if (task.count > 2)
     return bad(std::to_string(task.count) + " joint vectors are given to time_optimal",

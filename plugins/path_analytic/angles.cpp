@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "makers.h"
+#include "factories.h"
 #include "spatial/pose.h"
 #include "spatial/rotation.h"
 #include "spatial/vec.h"
@@ -60,8 +60,8 @@ Result<bool> read_angles(const Params& params, const char* name, const spatial::
 
 }  // namespace
 
-Result<std::unique_ptr<Orientation>> AnglesMaker::make(const OrientationTask& task,
-                                                       const Params& params) const {
+Result<std::unique_ptr<Orientation>> AnglesFactory::make(const OrientationTask& task,
+                                                         const Params& params) const {
   if (task.points.empty()) return bad("there is no point to take the orientation of", {});
   const Pose &start = task.points.front(), &end = task.points.back();
   Vec3 first, last;

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "makers.h"
+#include "factories.h"
 #include "spatial/pose.h"
 #include "spatial/rotation.h"
 #include "spatial/vec.h"
@@ -158,7 +158,8 @@ Result<void> check_points(std::span<const Pose> points, std::size_t count, const
   return {};
 }
 
-Result<std::unique_ptr<Curve>> LineMaker::make(std::span<const Pose> points, const Params&) const {
+Result<std::unique_ptr<Curve>> LineFactory::make(std::span<const Pose> points,
+                                                 const Params&) const {
   RMP_TRY(check_points(points, 2, "a line", "Give start and end."));
   Vec3 way = sub(points[1].p, points[0].p);
   if (!(spatial::norm(way) > kSamePoint)) {
@@ -170,26 +171,26 @@ Result<std::unique_ptr<Curve>> LineMaker::make(std::span<const Pose> points, con
   return std::unique_ptr<Curve>(new Line(points[0].p, way));
 }
 
-Result<std::unique_ptr<Curve>> ArcMaker::make(std::span<const Pose> points, const Params&) const {
+Result<std::unique_ptr<Curve>> ArcFactory::make(std::span<const Pose> points, const Params&) const {
   RMP_TRY(check_points(points, 3, "an arc", "Give start, a point on the way, and end."));
   RMP_TRY_ASSIGN(const Circle c, circle_through(points[0].p, points[1].p, points[2].p));
   return std::unique_ptr<Curve>(new Arc(c, c.to_third, {0, c.to_second, c.to_third}));
 }
 
-Result<std::unique_ptr<Curve>> ArcCentreMaker::make(std::span<const Pose> points,
-                                                    const Params& params) const {
+Result<std::unique_ptr<Curve>> ArcCentreFactory::make(std::span<const Pose> points,
+                                                      const Params& params) const {
   return about_centre(points, params, "an arc about a centre", params.real("angle"), 0);
 }
 
-Result<std::unique_ptr<Curve>> HelixMaker::make(std::span<const Pose> points,
-                                                const Params& params) const {
+Result<std::unique_ptr<Curve>> HelixFactory::make(std::span<const Pose> points,
+                                                  const Params& params) const {
   const double turns = params.real("turns");
   return about_centre(points, params, "a helix", 2 * std::numbers::pi * turns,
                       std::fabs(turns) * params.real("pitch"));
 }
 
-Result<std::unique_ptr<Curve>> CircleMaker::make(std::span<const Pose> points,
-                                                 const Params& params) const {
+Result<std::unique_ptr<Curve>> CircleFactory::make(std::span<const Pose> points,
+                                                   const Params& params) const {
   RMP_TRY(check_points(points, 3, "a circle",
                        "Give three points on it, in the order they are passed."));
   RMP_TRY_ASSIGN(const double turns, positive(params, "turns", "turns"));

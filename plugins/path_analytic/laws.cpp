@@ -103,8 +103,8 @@ Result<double> greatest_acceleration(const LawTask& task, const Params& params) 
   return in_shares(task, params, "acceleration", "m/s^2", "angular_acceleration", "rad/s^2");
 }
 
-Result<std::unique_ptr<MotionLaw>> ConstantSpeedMaker::make(const LawTask& task,
-                                                            const Params& params) const {
+Result<std::unique_ptr<MotionLaw>> ConstantSpeedFactory::make(const LawTask& task,
+                                                              const Params& params) const {
   double duration = params.real("duration");
   if (!(duration > 0)) {
     RMP_TRY_ASSIGN(const double rate, greatest_rate(task, params));
@@ -115,8 +115,8 @@ Result<std::unique_ptr<MotionLaw>> ConstantSpeedMaker::make(const LawTask& task,
   return law_of(ramps);
 }
 
-Result<std::unique_ptr<MotionLaw>> ConstantAccelerationMaker::make(const LawTask& task,
-                                                                   const Params& params) const {
+Result<std::unique_ptr<MotionLaw>> ConstantAccelerationFactory::make(const LawTask& task,
+                                                                     const Params& params) const {
   RMP_TRY_ASSIGN(const EndRates ends, end_rates(task, params));
   double v0 = ends.start, v1 = ends.end, duration = params.real("duration");
   if (const double ratio = params.real("start_ratio"); ratio > 0) {
@@ -143,16 +143,16 @@ Result<std::unique_ptr<MotionLaw>> ConstantAccelerationMaker::make(const LawTask
   return law_of(ramps);
 }
 
-Result<std::unique_ptr<MotionLaw>> TrapezoidalMaker::make(const LawTask& task,
-                                                          const Params& params) const {
+Result<std::unique_ptr<MotionLaw>> TrapezoidalFactory::make(const LawTask& task,
+                                                            const Params& params) const {
   RampLimits limits;
   RMP_TRY_ASSIGN(limits.v, greatest_rate(task, params));
   RMP_TRY_ASSIGN(limits.a, greatest_acceleration(task, params));
   return ramps(task, params, limits);
 }
 
-Result<std::unique_ptr<MotionLaw>> SCurveMaker::make(const LawTask& task,
-                                                     const Params& params) const {
+Result<std::unique_ptr<MotionLaw>> SCurveFactory::make(const LawTask& task,
+                                                       const Params& params) const {
   RampLimits limits;
   RMP_TRY_ASSIGN(limits.v, greatest_rate(task, params));
   RMP_TRY_ASSIGN(limits.a, greatest_acceleration(task, params));

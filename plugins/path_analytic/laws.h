@@ -2,7 +2,7 @@
 // What motion laws share: speeds and limits as shares of the way (layer: plugin).
 #pragma once
 
-#include "makers.h"
+#include "factories.h"
 
 namespace robomosp::path_analytic {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <string_view>
 
-#include "makers.h"
+#include "factories.h"
 #include "spatial/jet.h"
 #include "spatial/pose.h"
 #include "spatial/quintic.h"
@@ -263,35 +263,35 @@ Result<std::unique_ptr<Orientation>> eased(std::unique_ptr<Orientation> inner,
 
 }  // namespace
 
-Result<std::unique_ptr<Orientation>> FixedMaker::make(const OrientationTask& task,
-                                                      const Params&) const {
+Result<std::unique_ptr<Orientation>> FixedFactory::make(const OrientationTask& task,
+                                                        const Params&) const {
   if (task.points.empty()) return bad("there is no point to take the orientation of", {});
   return std::unique_ptr<Orientation>(new Slerp(task.points.front().R, {}));
 }
 
-Result<std::unique_ptr<Orientation>> SlerpMaker::make(const OrientationTask& task,
-                                                      const Params& params) const {
+Result<std::unique_ptr<Orientation>> SlerpFactory::make(const OrientationTask& task,
+                                                        const Params& params) const {
   if (task.points.empty()) return bad("there is no point to take the orientation of", {});
   const Pose &first = task.points.front(), &last = task.points.back();
   return eased(std::make_unique<Slerp>(first.R, turn_between(first, last)), params);
 }
 
-Result<std::unique_ptr<Orientation>> SlerpPointsMaker::make(const OrientationTask& task,
-                                                            const Params& params) const {
+Result<std::unique_ptr<Orientation>> SlerpPointsFactory::make(const OrientationTask& task,
+                                                              const Params& params) const {
   RMP_TRY(check_shares(task));
-  if (task.points.size() == 1) return FixedMaker().make(task, params);
+  if (task.points.size() == 1) return FixedFactory().make(task, params);
   return std::unique_ptr<Orientation>(new SlerpPoints(task));
 }
 
-Result<std::unique_ptr<Orientation>> SquadMaker::make(const OrientationTask& task,
-                                                      const Params& params) const {
+Result<std::unique_ptr<Orientation>> SquadFactory::make(const OrientationTask& task,
+                                                        const Params& params) const {
   RMP_TRY(check_shares(task));
-  if (task.points.size() == 1) return FixedMaker().make(task, params);
+  if (task.points.size() == 1) return FixedFactory().make(task, params);
   return std::unique_ptr<Orientation>(new Squad(task));
 }
 
-Result<std::unique_ptr<Orientation>> TangentMaker::make(const OrientationTask& task,
-                                                        const Params& params) const {
+Result<std::unique_ptr<Orientation>> TangentFactory::make(const OrientationTask& task,
+                                                          const Params& params) const {
   if (task.points.empty()) return bad("there is no point to take the orientation of", {});
   const std::string_view name = params.text("axis");
   const std::size_t axis = name == "x" ? 0 : name == "y" ? 1 : 2, leaning = (axis + 2) % 3;

@@ -146,20 +146,20 @@ Result<std::unique_ptr<MotionLaw>> shaped(const LawTask& task, const Params& par
 
 }  // namespace
 
-Result<std::unique_ptr<MotionLaw>> CubicMaker::make(const LawTask& task,
-                                                    const Params& params) const {
+Result<std::unique_ptr<MotionLaw>> CubicFactory::make(const LawTask& task,
+                                                      const Params& params) const {
   RMP_TRY_ASSIGN(const EndRates ends, end_rates(task, params));
   return shaped(task, params, ends, [&](double T) { return cubic(T, ends.start, ends.end); });
 }
 
-Result<std::unique_ptr<MotionLaw>> QuinticMaker::make(const LawTask& task,
-                                                      const Params& params) const {
+Result<std::unique_ptr<MotionLaw>> QuinticFactory::make(const LawTask& task,
+                                                        const Params& params) const {
   RMP_TRY_ASSIGN(const EndRates ends, end_rates(task, params));
   return shaped(task, params, ends, [&](double T) { return quintic(T, ends.start, ends.end); });
 }
 
-Result<std::unique_ptr<MotionLaw>> CycloidalMaker::make(const LawTask& task,
-                                                        const Params& params) const {
+Result<std::unique_ptr<MotionLaw>> CycloidalFactory::make(const LawTask& task,
+                                                          const Params& params) const {
   return shaped(task, params, {}, [](double T) { return std::make_unique<Cycloid>(T); });
 }
 

@@ -113,7 +113,7 @@ Result<std::unique_ptr<Curve>> through(int degree, std::span<const Pose> points,
   return std::unique_ptr<Curve>(new PiecewiseCurve(spline, std::move(knots), t.is_timed));
 }
 
-class CubicSplineMaker final : public CurveMaker {
+class CubicSplineFactory final : public CurveFactory {
  public:
   Result<std::unique_ptr<Curve>> make(std::span<const Pose> points,
                                       const Params& params) const override {
@@ -131,7 +131,7 @@ class CubicSplineMaker final : public CurveMaker {
 };
 
 /// Three conditions: without an acceleration at the start, the velocities at both ends.
-class QuarticSplineMaker final : public CurveMaker {
+class QuarticSplineFactory final : public CurveFactory {
  public:
   Result<std::unique_ptr<Curve>> make(std::span<const Pose> points,
                                       const Params& params) const override {
@@ -150,7 +150,7 @@ class QuarticSplineMaker final : public CurveMaker {
 };
 
 /// Four conditions: velocities and accelerations at both ends.
-class QuinticSplineMaker final : public CurveMaker {
+class QuinticSplineFactory final : public CurveFactory {
  public:
   Result<std::unique_ptr<Curve>> make(std::span<const Pose> points,
                                       const Params& params) const override {
@@ -173,7 +173,7 @@ class QuinticSplineMaker final : public CurveMaker {
   }
 };
 
-class BSplineMaker final : public CurveMaker {
+class BSplineFactory final : public CurveFactory {
  public:
   Result<std::unique_ptr<Curve>> make(std::span<const Pose> points,
                                       const Params& params) const override {
@@ -199,7 +199,7 @@ class BSplineMaker final : public CurveMaker {
   }
 };
 
-class BezierMaker final : public CurveMaker {
+class BezierFactory final : public CurveFactory {
  public:
   Result<std::unique_ptr<Curve>> make(std::span<const Pose> points,
                                       const Params& params) const override {
@@ -223,7 +223,7 @@ class BezierMaker final : public CurveMaker {
 
 /// Straight from point to point, the corners rounded by curves of fifth degree that begin and end
 /// without curvature.
-class TeachPointsMaker final : public CurveMaker {
+class TeachPointsFactory final : public CurveFactory {
  public:
   Result<std::unique_ptr<Curve>> make(std::span<const Pose> points,
                                       const Params& params) const override {
@@ -339,20 +339,20 @@ const rmp_param kTeachParams[] = {
 namespace ps = robomosp::path_splines;
 
 RMP_PLUGIN("org.robomosp.path_splines", "0.1.0", "Apache-2.0", "Splines and Bezier curves.",
-           RMP_PROVIDER(ps::CubicSplineMaker, "cubic_spline",
+           RMP_PROVIDER(ps::CubicSplineFactory, "cubic_spline",
                         "Cubic spline through the points: curvature without jumps.", "points=2+",
                         ps::kSplineParams),
-           RMP_PROVIDER(ps::QuarticSplineMaker, "quartic_spline",
+           RMP_PROVIDER(ps::QuarticSplineFactory, "quartic_spline",
                         "Quartic spline through the points.", "points=2+", ps::kSplineParams),
-           RMP_PROVIDER(ps::QuinticSplineMaker, "quintic_spline",
+           RMP_PROVIDER(ps::QuinticSplineFactory, "quintic_spline",
                         "Quintic spline through the points: jerk without jumps.", "points=2+",
                         ps::kQuinticParams),
-           RMP_PROVIDER(ps::BSplineMaker, "b_spline",
+           RMP_PROVIDER(ps::BSplineFactory, "b_spline",
                         "B-spline drawn by control points, from the first to the last.",
                         "points=3+", ps::kBSplineParams),
-           RMP_PROVIDER(ps::BezierMaker, "bezier",
+           RMP_PROVIDER(ps::BezierFactory, "bezier",
                         "Bezier curve of any degree, from the first control point to the last.",
                         "points=2+", ps::kBezierParams),
-           RMP_PROVIDER(ps::TeachPointsMaker, "teach_points",
+           RMP_PROVIDER(ps::TeachPointsFactory, "teach_points",
                         "Straight from point to point, with rounded corners.", "points=2+",
                         ps::kTeachParams))

@@ -135,7 +135,7 @@ struct Law final : MotionLaw {
     return {};
   }
 };
-struct LawMaker final : MotionLawMaker {
+struct LawFactory final : MotionLawFactory {
   LawAt at;
   double T = 2;
   Result<std::unique_ptr<MotionLaw>> make(const LawTask&, const Params&) const override {
@@ -153,13 +153,13 @@ LawSample right(double t) {
           moves ? -1.5 : 0};
 }
 std::string law_fault(LawAt at, double T = 2) {
-  const auto maker = guarded_provider<MotionLawMaker>([&] {
-    auto* made = new LawMaker;
+  const auto factory = guarded_provider<MotionLawFactory>([&] {
+    auto* made = new LawFactory;
     made->at = at;
     made->T = T;
     return made;
   });
-  const auto law = maker->make({}, *make_params({}));
+  const auto law = factory->make({}, *make_params({}));
   if (law.ok()) return "";
   EXPECT_EQ(law.error().code, ErrorCode::plugin_failed);
   EXPECT_TRUE(law.error().message.starts_with("provider \"mine\" ")) << law.error().message;
@@ -230,8 +230,8 @@ TEST(Guard, LawsOfManyPiecesAndExtremeDurationsAreRight) {
 
 TEST(Guard, ALaterSampleThatIsNotANumberIsAnErrorThatNamesTheProvider) {
   // Only at one time that nothing looks at when it is made.
-  const auto maker = guarded_provider<MotionLawMaker>([] {
-    auto* made = new LawMaker;
+  const auto factory = guarded_provider<MotionLawFactory>([] {
+    auto* made = new LawFactory;
     made->at = [](double t) {
       LawSample s = right(t);
       if (t == 1.2345) s.rate = kNan;
@@ -241,7 +241,7 @@ TEST(Guard, ALaterSampleThatIsNotANumberIsAnErrorThatNamesTheProvider) {
     };
     return made;
   });
-  const auto law = maker->make({}, *make_params({}));
+  const auto law = factory->make({}, *make_params({}));
   ASSERT_TRUE(law.ok()) << law.error().sentence();
   LawSample s;
   for (const auto& [t, sentence] :
@@ -264,7 +264,7 @@ struct AnyCurve final : Curve {
     return {};
   }
 };
-struct AnyCurveMaker final : CurveMaker {
+struct AnyCurveFactory final : CurveFactory {
   std::function<std::unique_ptr<Curve>()> made;
   Result<std::unique_ptr<Curve>> make(std::span<const Pose>, const Params&) const override {
     return made();
@@ -275,8 +275,8 @@ CurveSample circle(double u) {
   return {{c, s, 0}, {-s, c, 0}, {-c, -s, 0}, {s, -c, 0}};
 }
 std::string curve_fault(CurveAt at, std::vector<double> knots = {0, 1}, bool even = false) {
-  const auto maker = guarded_provider<CurveMaker>([&] {
-    auto* one = new AnyCurveMaker;
+  const auto factory = guarded_provider<CurveFactory>([&] {
+    auto* one = new AnyCurveFactory;
     one->made = [=] {
       auto curve = std::make_unique<AnyCurve>();
       curve->at = at;
@@ -286,7 +286,7 @@ std::string curve_fault(CurveAt at, std::vector<double> knots = {0, 1}, bool eve
     };
     return one;
   });
-  const auto curve = maker->make({}, *make_params({}));
+  const auto curve = factory->make({}, *make_params({}));
   return curve.ok() ? "" : curve.error().message;
 }
 
@@ -322,8 +322,8 @@ TEST(Guard, CurvesAreLookedAtWhenTheyAreMade) {
                 },
                 {0, 1}, true),
             "provider \"mine\" made a curve that says it is even and is not");
-  const auto nothing = guarded_provider<CurveMaker>([] {
-    auto* one = new AnyCurveMaker;
+  const auto nothing = guarded_provider<CurveFactory>([] {
+    auto* one = new AnyCurveFactory;
     one->made = [] { return std::unique_ptr<Curve>(); };
     return one;
   });
@@ -339,7 +339,7 @@ struct AnyOrientation final : Orientation {
     return {};
   }
 };
-struct AnyOrientationMaker final : OrientationMaker {
+struct AnyOrientationFactory final : OrientationFactory {
   std::array<double, 9> R{};
   Result<std::unique_ptr<Orientation>> make(const OrientationTask&, const Params&) const override {
     auto made = std::make_unique<AnyOrientation>();
@@ -354,12 +354,12 @@ TEST(Guard, OrientationsAreRotations) {
       broken{kNan, 0, 0, 0, 1, 0, 0, 0, 1};
   for (const auto& [R, is_right] :
        {std::pair(identity, true), {mirror, false}, {stretched, false}, {broken, false}}) {
-    const auto maker = guarded_provider<OrientationMaker>([&, &given = R] {
-      auto* one = new AnyOrientationMaker;
+    const auto factory = guarded_provider<OrientationFactory>([&, &given = R] {
+      auto* one = new AnyOrientationFactory;
       one->R = given;
       return one;
     });
-    auto made = maker->make({}, *make_params({}));
+    auto made = factory->make({}, *make_params({}));
     ASSERT_TRUE(made.ok());
     const double w = 0.25;
     CurveSample along;
@@ -394,7 +394,7 @@ struct AnySegment final : Segment, JointSegment {
   }
   double factor = 1;
 };
-struct AnySegmentMaker final : SegmentMaker {
+struct AnySegmentFactory final : SegmentFactory {
   double factor = 1;
   Result<std::unique_ptr<Segment>> make(std::span<const Pose>, const Params&) const override {
     auto made = std::make_unique<AnySegment>();
@@ -402,7 +402,7 @@ struct AnySegmentMaker final : SegmentMaker {
     return std::unique_ptr<Segment>(std::move(made));
   }
 };
-struct AnyJointMaker final : JointSegmentMaker {
+struct AnyJointFactory final : JointSegmentFactory {
   double factor = 1;
   Result<std::unique_ptr<JointSegment>> make(std::size_t, std::span<const double>,
                                              const JointLimits&, const JointEnds&,
@@ -415,13 +415,13 @@ struct AnyJointMaker final : JointSegmentMaker {
 
 TEST(Guard, SegmentsMoveAsTheySay) {
   for (const double factor : {1.0, 1.5, kNan}) {
-    const auto segments = guarded_provider<SegmentMaker>([=] {
-      auto* one = new AnySegmentMaker;
+    const auto segments = guarded_provider<SegmentFactory>([=] {
+      auto* one = new AnySegmentFactory;
       one->factor = factor;
       return one;
     });
-    const auto joints = guarded_provider<JointSegmentMaker>([=] {
-      auto* one = new AnyJointMaker;
+    const auto joints = guarded_provider<JointSegmentFactory>([=] {
+      auto* one = new AnyJointFactory;
       one->factor = factor;
       return one;
     });

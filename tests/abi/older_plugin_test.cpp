@@ -39,7 +39,7 @@ TEST_F(OlderPlugin, LoadsWithAllItsProvidersUnderTheNumbersOfToday) {
   ASSERT_TRUE(report_.loaded) << (report_.refusal ? report_.refusal->sentence() : "");
   EXPECT_TRUE(report_.remarks.empty()) << report_.remarks.front();
   EXPECT_EQ(report_.providers.size(), 7U);
-  EXPECT_TRUE(registry_.find(CurveMaker::kInterfaceId, "older_parabola").ok());
+  EXPECT_TRUE(registry_.find(CurveFactory::kInterfaceId, "older_parabola").ok());
   EXPECT_FALSE(registry_.find("robomosp.curve/1", "older_parabola").ok());
 }
 
@@ -88,9 +88,9 @@ TEST_F(OlderPlugin, ItsSolverSolvesBatchesThatHaveGrownSince) {
 }
 
 TEST_F(OlderPlugin, ItsCurveLawAndOrientationAreSampled) {
-  const auto curves = create<CurveMaker>("older_parabola");
-  const auto laws = create<MotionLawMaker>("older_cubic");
-  const auto turns = create<OrientationMaker>("older_turning");
+  const auto curves = create<CurveFactory>("older_parabola");
+  const auto laws = create<MotionLawFactory>("older_cubic");
+  const auto turns = create<OrientationFactory>("older_turning");
   ASSERT_TRUE(curves && laws && turns);
   const Pose points[2] = {};
   const auto params = make_params({});
@@ -160,8 +160,8 @@ TEST_F(OlderPlugin, ItsRendererSeesTheWholeScene) {
 }
 
 TEST_F(OlderPlugin, ItsSegmentsAreSampled) {
-  const auto runs = create<SegmentMaker>("older_run");
-  const auto drives = create<JointSegmentMaker>("older_drive");
+  const auto runs = create<SegmentFactory>("older_run");
+  const auto drives = create<JointSegmentFactory>("older_drive");
   ASSERT_TRUE(runs && drives);
   const auto params = make_params({});
   auto run = runs->make({}, *params);

@@ -61,7 +61,7 @@ INSTANTIATE_TEST_SUITE_P(Constrained, LoopConformance,
                               hands_together("hands welded", kLoopWeld),
                               hands_together("hands hinged", kLoopRevolute),
                               hands_together("hands at a point", kLoopPoint),
-                              hands_together("hands with one turn", kLoopPoint | kLoopTurnY)})),
+                              hands_together("hands with one turn", kLoopPoint | kLoopRotY)})),
                          dynamics_case_name);
 
 struct Answer {

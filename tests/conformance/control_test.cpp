@@ -39,19 +39,19 @@ struct Bench {
     TableParams table(*c);
     for (const auto& [key, text] : params) table.set(key, text);
     EXPECT_TRUE(controller->prepare(model, *dynamics, table).ok());
-    memory.resize(controller->memory_size());
+    state.resize(controller->state_size());
     scratch.resize(controller->scratch_size());
   }
   std::vector<double> torques(const ControlInput& in) {
     std::vector<double> tau(model.dof());
-    const auto r = controller->torques(in, memory, scratch, tau);
+    const auto r = controller->torques(in, state, scratch, tau);
     EXPECT_TRUE(r.ok()) << (r.ok() ? "" : r.error().sentence());
     return tau;
   }
   RobotModel model;
   std::unique_ptr<InverseDynamics> dynamics;
   std::unique_ptr<Controller> controller;
-  std::vector<double> memory, scratch;
+  std::vector<double> state, scratch;
 };
 
 TEST(ComputedTorque, MakesTheErrorObeyItsLinearEquation) {
@@ -62,7 +62,7 @@ TEST(ComputedTorque, MakesTheErrorObeyItsLinearEquation) {
              qd = random.vector(6, -2, 2), qdw = random.vector(6, -2, 2),
              qddw = random.vector(6, -5, 5);
   ControlInput in;
-  in.q = q, in.qd = qd, in.q_wanted = qw, in.qd_wanted = qdw, in.qdd_wanted = qddw;
+  in.q = q, in.qd = qd, in.q_desired = qw, in.qd_desired = qdw, in.qdd_desired = qddw;
   Loop loop(bench.model, *bench.dynamics);
   const auto qdd = loop.accelerations(q, qd, bench.torques(in));
   for (std::size_t j = 0; j < 6; ++j)
@@ -77,7 +77,7 @@ TEST(ComputedTorque, OvercomesFrictionInTheWantedDirection) {
   std::vector<double> q(6), qd(6), qdw(6), none(6);
   qd[1] = 0.5, qdw[1] = -0.1;
   ControlInput in;
-  in.q = q, in.qd = qd, in.q_wanted = q, in.qd_wanted = qdw, in.qdd_wanted = none;
+  in.q = q, in.qd = qd, in.q_desired = q, in.qd_desired = qdw, in.qdd_desired = none;
   EXPECT_NEAR(rough.torques(in)[1] - smooth.torques(in)[1], 2.0 * 0.5 - 3.0, 1e-12);
 }
 
@@ -106,9 +106,9 @@ TEST(OperationalSpace, TheTipAcceleratesAsCommandedWhateverThePosture) {
     qd = random.vector(n, -1, 1);
     ControlInput in;
     const Pose here = tip_pose(m, q.data());
-    in.q = q, in.qd = qd, in.q_wanted = none, in.qd_wanted = none, in.qdd_wanted = none;
-    in.tip_wanted = &here;
-    in.tip_acceleration_wanted = {1, -2, 0.5, 0.3, -0.4, 0.7};
+    in.q = q, in.qd = qd, in.q_desired = none, in.qd_desired = none, in.qdd_desired = none;
+    in.tip_desired = &here;
+    in.tip_acceleration_desired = {1, -2, 0.5, 0.3, -0.4, 0.7};
     Loop loop(m, *bench.dynamics);
     const auto qdd = loop.accelerations(q, qd, bench.torques(in));
     // Rate of the tip's velocity along the motion, by differences.
@@ -120,7 +120,7 @@ TEST(OperationalSpace, TheTipAcceleratesAsCommandedWhateverThePosture) {
     }
     const auto v1 = numeric_tip_velocity(m, q1, qd1), v0 = numeric_tip_velocity(m, q0, qd0);
     for (std::size_t k = 0; k < 6; ++k)
-      EXPECT_NEAR((v1[k] - v0[k]) / (2 * h), in.tip_acceleration_wanted[k], 2e-5) << m.name << k;
+      EXPECT_NEAR((v1[k] - v0[k]) / (2 * h), in.tip_acceleration_desired[k], 2e-5) << m.name << k;
   }
 }
 
@@ -132,17 +132,18 @@ TEST(JointPid, TheIntegralStandsStillAtTheLimitOfTheTorque) {
   Bench free("joint_pid", m);
   const std::vector<double> q(6), qw(6, 1.0), none(6);
   ControlInput in;
-  in.dt = 0.01, in.q = q, in.qd = none, in.q_wanted = qw, in.qd_wanted = none, in.qdd_wanted = none;
+  in.dt = 0.01, in.q = q, in.qd = none, in.q_desired = qw, in.qd_desired = none,
+  in.qdd_desired = none;
   for (int i = 0; i < 1000; ++i) limited.torques(in), free.torques(in);
-  EXPECT_EQ(limited.memory[1], 0) << "the torque is at its limit from the first tick";
-  EXPECT_GT(free.memory[1], 10);
+  EXPECT_EQ(limited.state[1], 0) << "the torque is at its limit from the first tick";
+  EXPECT_GT(free.state[1], 10);
   // An error of the other sign unwinds.
   const std::vector<double> back(6, -1.0);
-  free.memory.assign(6, 5.0), limited.memory = free.memory;
-  in.q_wanted = back;
-  limited.memory.assign(6, 1e6);
+  free.state.assign(6, 5.0), limited.state = free.state;
+  in.q_desired = back;
+  limited.state.assign(6, 1e6);
   limited.torques(in);
-  EXPECT_LT(limited.memory[1], 1e6);
+  EXPECT_LT(limited.state[1], 1e6);
 }
 
 }  // namespace

@@ -64,10 +64,10 @@ TEST_F(NumericIk, SolvesThePaperPoseOfThePa10ForBothSetsOfLengths) {
 // rates without jumps.
 TEST_F(NumericIk, FollowsThePaperCircleWithContinuousJointRates) {
   const std::string file = std::string(ROBOMOSP_PLUGIN_DIR) + "/path_analytic.so";
-  const rmp_provider* provider = *find_provider<CurveMaker>(file, "circle");
+  const rmp_provider* provider = *find_provider<CurveFactory>(file, "circle");
   const auto down = [](double x, double y) { return multiply(shift(x, y, 0.7346), turn_y(kPi)); };
   const std::vector<Pose> points{down(0.558, 0), down(0.758, 0), down(0.658, -0.1)};
-  const auto circle = create<CurveMaker>(*provider)->make(points, TableParams(*provider));
+  const auto circle = create<CurveFactory>(*provider)->make(points, TableParams(*provider));
   ASSERT_TRUE(circle.ok()) << circle.error().sentence();
   // 10 mm/s along 2 pi 100 mm, every 0.1 s.
   constexpr double kStep = 0.1, kDuration = 2 * kPi * 0.1 / 0.01;

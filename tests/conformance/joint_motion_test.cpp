@@ -23,8 +23,8 @@ class Motion {
  public:
   explicit Motion(const std::string& provider,
                   std::vector<std::pair<std::string, std::string>> params = {}) {
-    const auto found = find_provider<JointSegmentMaker>(file(), provider);
-    maker_ = create<JointSegmentMaker>(**found);
+    const auto found = find_provider<JointSegmentFactory>(file(), provider);
+    maker_ = create<JointSegmentFactory>(**found);
     params_ = TableParams(**found);
     for (const auto& [name, text] : params) params_.set(name, text);
   }
@@ -42,7 +42,7 @@ class Motion {
   }
 
  private:
-  std::shared_ptr<JointSegmentMaker> maker_;
+  std::shared_ptr<JointSegmentFactory> maker_;
   TableParams params_;
 };
 

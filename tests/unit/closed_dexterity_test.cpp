@@ -229,14 +229,15 @@ TEST(ClosedDexterity, ForearmsOnOneLineAreASingularityOfTheSecondKind) {
   EXPECT_NEAR(s.loose[0][2], 0, 1e-12);
   // Along the forearms y' = 0.2 t1 = 0.2 t2: of motor rates of length 1, 0.2 / sqrt(2).
   const TipMotion t = motion_of(m, q);
-  const Dexterity d = robotics::dexterity(t.jacobian, TwistPart::translation, 1, t.loose_twists);
+  const Dexterity d =
+      robotics::dexterity(t.jacobian, TwistPart::translation, 1, t.self_motion_twists);
   ASSERT_EQ(d.singular_values.size(), 2U);
   EXPECT_EQ(d.singular_values[0], kInfinite);
   EXPECT_NEAR(d.singular_values[1], 0.2 / std::sqrt(2.0), 1e-12);
   EXPECT_EQ(d.condition, kInfinite);
   EXPECT_NEAR(d.weakest[1], 1, 1e-12);
   const robotics::Ellipsoid e =
-      robotics::ellipsoid(t.jacobian, TwistPart::translation, t.loose_twists);
+      robotics::ellipsoid(t.jacobian, TwistPart::translation, t.self_motion_twists);
   EXPECT_EQ(e.velocity[0], kInfinite);
   EXPECT_EQ(e.force[0], 0) << "the motors bear no force along x";
   EXPECT_NEAR(std::fabs(e.axes[0]), 1, 1e-12);

@@ -716,7 +716,7 @@ TEST_F(DerivedTest, PlacementsInTheSolidsFrameAndInOtherCoordinatesAreResolved) 
   s.nodes.push_back({CsgKind::box, "here", 1, {{5, 6, 7}, {0.1, 0, 0}, {}}, {1, 1, 1}});
   s.nodes[2].is_global = true;
   s.nodes.push_back({CsgKind::box, "round", 0, {}, {1, 1, 1}});
-  s.nodes[3].placement.coordinates = model::PositionNotation::cylindrical;
+  s.nodes[3].placement.coordinates = model::PositionRepresentation::cylindrical;
   s.nodes[3].placement.position = {2, std::numbers::pi / 2, 4};
   const auto tree = evaluation::tree_of(s, {});
   ASSERT_TRUE(tree.ok());

@@ -27,13 +27,13 @@ ProviderInfo named(std::string name) {
   return info;
 }
 
-Registry::Create maker() {
+Registry::Create factory() {
   return []() -> Result<void*> { return static_cast<void*>(new Greeter); };
 }
 
 TEST(Registry, CreatesWhatWasRegisteredAndDeletesIt) {
   Registry registry;
-  ASSERT_TRUE(registry.add(named("polite"), maker()).ok());
+  ASSERT_TRUE(registry.add(named("polite"), factory()).ok());
   const int before = Greeter::destroyed;
   {
     auto made = registry.create<Greeter>("polite");
@@ -49,8 +49,8 @@ TEST(Registry, AbsenceNamesThoseAvailable) {
   EXPECT_EQ(registry.create<Greeter>("").error().sentence(),
             "there is no provider of greeter. Load a plugin that offers \"robomosp.greeter/1\"; "
             "plugin.list tells which were found.");
-  ASSERT_TRUE(registry.add(named("polite"), maker()).ok());
-  ASSERT_TRUE(registry.add(named("rude"), maker()).ok());
+  ASSERT_TRUE(registry.add(named("polite"), factory()).ok());
+  ASSERT_TRUE(registry.add(named("rude"), factory()).ok());
   EXPECT_EQ(registry.create<Greeter>("polit").error().sentence(),
             "there is no greeter provider \"polit\". Did you mean \"polite\"? Available: polite "
             "and rude.");
@@ -58,19 +58,19 @@ TEST(Registry, AbsenceNamesThoseAvailable) {
 
 TEST(Registry, ASecondProviderOfTheSameNameIsRefusedUnlessItReplaces) {
   Registry registry;
-  ASSERT_TRUE(registry.add(named("a"), maker()).ok());
-  const auto again = registry.add(named("a"), maker());
+  ASSERT_TRUE(registry.add(named("a"), factory()).ok());
+  const auto again = registry.add(named("a"), factory());
   ASSERT_FALSE(again.ok());
   EXPECT_EQ(again.error().code, ErrorCode::conflict);
-  EXPECT_TRUE(registry.add(named("a"), maker(), true).ok());
+  EXPECT_TRUE(registry.add(named("a"), factory(), true).ok());
   EXPECT_EQ(registry.list().size(), 1U);
-  EXPECT_FALSE(registry.add(named(""), maker()).ok());
+  EXPECT_FALSE(registry.add(named(""), factory()).ok());
   EXPECT_FALSE(registry.add(named("b"), {}).ok());
 }
 
 TEST(Registry, TheDefaultIsTheChosenElseTheFirstEnabled) {
   Registry registry;
-  for (const char* name : {"a", "b", "c"}) ASSERT_TRUE(registry.add(named(name), maker()).ok());
+  for (const char* name : {"a", "b", "c"}) ASSERT_TRUE(registry.add(named(name), factory()).ok());
   const std::string_view id = Greeter::kInterfaceId;
   EXPECT_EQ(registry.find(id, "")->name, "a");
   ASSERT_TRUE(registry.set_default(id, "c").ok());
@@ -89,9 +89,9 @@ TEST(Registry, AnApproximateOrPartialProviderIsTheDefaultOnlyWhenChosenOrAlone) 
     Registry registry;
     ProviderInfo rough = named("rough");
     rough.tags = {"mesh", tag};
-    ASSERT_TRUE(registry.add(rough, maker()).ok());
+    ASSERT_TRUE(registry.add(rough, factory()).ok());
     EXPECT_EQ(registry.find(Greeter::kInterfaceId, "")->name, "rough");
-    ASSERT_TRUE(registry.add(named("fine"), maker()).ok());
+    ASSERT_TRUE(registry.add(named("fine"), factory()).ok());
     EXPECT_EQ(registry.find(Greeter::kInterfaceId, "")->name, "fine");
     ASSERT_TRUE(registry.set_default(Greeter::kInterfaceId, "rough").ok());
     EXPECT_EQ(registry.find(Greeter::kInterfaceId, "")->name, "rough");
@@ -103,7 +103,7 @@ TEST(Registry, TheRevisionCountsEveryChange) {
   const std::string_view id = Greeter::kInterfaceId;
   std::uint64_t last = registry.revision();
   const auto changed = [&] { return std::exchange(last, registry.revision()) != last; };
-  ASSERT_TRUE(registry.add(named("a"), maker()).ok());
+  ASSERT_TRUE(registry.add(named("a"), factory()).ok());
   EXPECT_TRUE(changed());
   ASSERT_TRUE(registry.set_enabled(id, "a", false).ok());
   EXPECT_TRUE(changed());

@@ -238,7 +238,7 @@ TEST(Analytical, RatesOfEveryNotationAgreeWithDifferences) {
   constexpr double h = 1e-4;
   for (const std::string& name : names) {
     SCOPED_TRACE(name);
-    const auto n = notation(name);
+    const auto n = representation(name);
     ASSERT_TRUE(n.has_value());
     std::vector<Pose> frames(m.joints.size());
     std::vector<FrameMotion> motions(m.joints.size());
@@ -251,7 +251,8 @@ TEST(Analytical, RatesOfEveryNotationAgreeWithDifferences) {
     std::vector<double> J(36), Jd(36), rate;
     point_jacobian(m, 5, tip.p, frames, J);
     point_jacobian_rate(m, 5, tip.p, frames, motions, Jd);
-    const auto B = notation_rates(*n, tip.R, carried_motion(5, tip.p, frames, motions).w, &rate);
+    const auto B =
+        representation_rates(*n, tip.R, carried_motion(5, tip.p, frames, motions).w, &rate);
     ASSERT_TRUE(B.has_value());
     const auto A = analytical_rows(J, *B, n->size()), Ad = analytical_rows(Jd, *B, n->size()),
                Bd = analytical_rows(J, rate, n->size());
@@ -271,8 +272,8 @@ TEST(Analytical, RatesOfEveryNotationAgreeWithDifferences) {
 
 TEST(Analytical, ASingularNotationHasNoRates) {
   const auto R = spatial::from_rpy({0.2, kPi / 2, 0.1});
-  EXPECT_FALSE(notation_rates(*notation("rpy"), R, {}, nullptr).has_value());
-  EXPECT_TRUE(notation_rates(*notation("zyz"), R, {}, nullptr).has_value());
+  EXPECT_FALSE(representation_rates(*representation("rpy"), R, {}, nullptr).has_value());
+  EXPECT_TRUE(representation_rates(*representation("zyz"), R, {}, nullptr).has_value());
 }
 
 // Two links in a plane: w = l1 l2 |sin q2| (Yoshikawa, IJRR 4(2), 1985, eq. 26).

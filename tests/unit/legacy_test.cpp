@@ -315,17 +315,18 @@ TEST_F(Legacy, WhatIsExportedReadsBackToTheSameBody) {
     n.sizes = sizes;
     s.nodes.push_back(n);
   };
-  using model::AngleNotation;
-  using model::PositionNotation;
-  node(CsgKind::union_, -1, {{0.1, 0.2, 0.3}, {0.1, 0.2, 0.3}, AngleNotation::xyz}, {});
-  node(CsgKind::difference, 0, {{}, {0.3, 0, 0.1}, AngleNotation::zyz}, {});
+  using model::AngleRepresentation;
+  using model::PositionRepresentation;
+  node(CsgKind::union_, -1, {{0.1, 0.2, 0.3}, {0.1, 0.2, 0.3}, AngleRepresentation::xyz}, {});
+  node(CsgKind::difference, 0, {{}, {0.3, 0, 0.1}, AngleRepresentation::zyz}, {});
   node(CsgKind::box, 1, {{0, 0, 0.1}, {0.1, 0.2, 0.3}}, {0.2, 0.1, 0.05, 0});
   node(CsgKind::cylinder, 1, {{0.02, 0, 0.05}, {}}, {0.01, 0.3, 0});
   node(CsgKind::intersection, 0,
-       {{0.3, 1.0, 0.1}, {}, AngleNotation::rpy, PositionNotation::cylindrical}, {});
+       {{0.3, 1.0, 0.1}, {}, AngleRepresentation::rpy, PositionRepresentation::cylindrical}, {});
   node(CsgKind::sphere, 4, {}, {0.05});
   node(CsgKind::cone, 4, {{0, 0, -0.03}, {}}, {0.05, 0.02, 0.06});
-  node(CsgKind::frustum, 0, {{0.5, 0.2, 0.4}, {}, AngleNotation::rpy, PositionNotation::spherical},
+  node(CsgKind::frustum, 0,
+       {{0.5, 0.2, 0.4}, {}, AngleRepresentation::rpy, PositionRepresentation::spherical},
        {0.1, 0.08, 0.05, 0, 0.07});
   node(CsgKind::pyramid, 0, {{-0.4, 0, 0}, {0, 0.2, 0}}, {4, 0.1, 0.03, 0.09});
   const auto solid_id = unwrap(tx->add("thing", s));

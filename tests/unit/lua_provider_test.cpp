@@ -84,7 +84,7 @@ class LuaProviders : public test::ProgramTest {
     loop.name = "pin";
     loop.joint_a = 3;
     loop.in_b.p = {0.3, 0, 0};
-    loop.fixed = kLoopX | kLoopTurnY;
+    loop.fixed = kLoopX | kLoopRotY;
     m.loops.push_back(loop);
     m.number_coordinates();
     return m;
@@ -152,7 +152,7 @@ TEST_F(LuaProviders, ThatSaySimpleAreNotGivenOthers) {
 TEST_F(LuaProviders, ServeGoalsAndObjectivesOnlyWhenTheySaySo) {
   const RobotModel m = machine();
   const std::vector<Pose> targets(2);
-  const std::vector<IkGoal> goals = {{0, kIkPosition, 1}, {0, kIkTurnZ, 2}};
+  const std::vector<IkGoal> goals = {{0, kIkPosition, 1}, {0, kIkRotZ, 2}};
   std::vector<IkResult> results(1);
   IkBatch batch;
   batch.targets = targets;
@@ -253,15 +253,16 @@ class LuaPaths : public LuaProviders {
     return p;
   }
   Result<std::unique_ptr<Curve>> curve(const std::string& given) {
-    return provide<CurveMaker>(given)->make(points(), *make_params({}));
+    return provide<CurveFactory>(given)->make(points(), *make_params({}));
   }
   Result<std::unique_ptr<MotionLaw>> law(const std::string& given) {
-    return provide<MotionLawMaker>(given)->make({sizeof(LawTask), 2, 1}, *make_params({}));
+    return provide<MotionLawFactory>(given)->make({sizeof(LawTask), 2, 1}, *make_params({}));
   }
   Result<std::unique_ptr<Orientation>> orientation(const std::string& given) {
     const std::vector<double> shares{0, 0.3, 1};
     const auto all = points();
-    return provide<OrientationMaker>(given)->make({sizeof(OrientationTask), all, shares, nullptr}, *make_params({}));
+    return provide<OrientationFactory>(given)->make({sizeof(OrientationTask), all, shares, nullptr},
+                                                    *make_params({}));
   }
 };
 

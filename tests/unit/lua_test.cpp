@@ -385,9 +385,9 @@ TEST_F(Lua, ASegmentOfAScriptIsSmoothAndMayBeSampledOnAnyThread) {
                                "  return pose(math.sin(t), 0, 0, rpy(0, 0, 0.5 * t)) end})",
                                "t")
                   .ok());
-  auto maker = app().registry.create<SegmentMaker>("wave");
-  ASSERT_TRUE(maker.ok());
-  auto segment = (*maker)->make({}, *make_params({}));
+  auto factory = app().registry.create<SegmentFactory>("wave");
+  ASSERT_TRUE(factory.ok());
+  auto segment = (*factory)->make({}, *make_params({}));
   ASSERT_TRUE(segment.ok()) << segment.error().sentence();
   EXPECT_EQ((*segment)->duration(), 2);
   const std::vector<double> times = {0.0007, 0.9991, 1.7003};

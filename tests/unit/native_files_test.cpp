@@ -311,7 +311,7 @@ TEST_F(NativeFiles, NumbersKeepEveryBit) {
     auto tx = scratch.begin("load");
     model::Solid s;
     s.nodes.push_back(
-        {CsgKind::sphere, "s", -1, {{v, -v, v}, {v, 0, -v}, model::AngleNotation::zyz}, {v}});
+        {CsgKind::sphere, "s", -1, {{v, -v, v}, {v, 0, -v}, model::AngleRepresentation::zyz}, {v}});
     const auto id = tx->add("s", s);
     const auto text = io::print(tx->now(), *id, folder / "s.csg", {});
     ASSERT_TRUE(text.ok());

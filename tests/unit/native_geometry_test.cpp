@@ -200,8 +200,8 @@ TEST_F(NativeSolids, PositionsMayBeCylindricalSphericalAndGlobal) {
   sphere c { cylindrical (0, 0, 0)  radius 0.01 }
 }
 )");
-  EXPECT_EQ(s.nodes.at(1).placement.coordinates, model::PositionNotation::cylindrical);
-  EXPECT_EQ(s.nodes.at(2).placement.coordinates, model::PositionNotation::spherical);
+  EXPECT_EQ(s.nodes.at(1).placement.coordinates, model::PositionRepresentation::cylindrical);
+  EXPECT_EQ(s.nodes.at(2).placement.coordinates, model::PositionRepresentation::spherical);
   EXPECT_TRUE(s.nodes.at(2).is_global);
   EXPECT_EQ(refusal("sphere s { radius 1 at (0,0,0) spherical (0,0,0) }"),
             "s.csg:3:32: \"spherical\" cannot stand beside \"at\". A placement has one position.");

@@ -82,8 +82,8 @@ TEST(Parametric, PathsNameTheNumbersOfEveryKind) {
   s.nodes.push_back({CsgKind::prism, "web", 0, {}, {0.004}});
   s.nodes.back().profile = profile;
   s.nodes.push_back(
-      {CsgKind::box, "a.b", 0, {{1, 2, 3}, {4, 5, 6}, model::AngleNotation::zyz}, {9}});
-  s.nodes.back().placement.coordinates = model::PositionNotation::cylindrical;
+      {CsgKind::box, "a.b", 0, {{1, 2, 3}, {4, 5, 6}, model::AngleRepresentation::zyz}, {9}});
+  s.nodes.back().placement.coordinates = model::PositionRepresentation::cylindrical;
   model::Robot r;
   r.links.resize(2);
   r.links[0].name = "tool";

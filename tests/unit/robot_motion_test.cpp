@@ -43,7 +43,7 @@ class Cosine final : public JointSegment {
   std::size_t dof_;
   std::vector<double> points_;
 };
-class CosineMaker final : public JointSegmentMaker {
+class CosineFactory final : public JointSegmentFactory {
  public:
   Result<std::unique_ptr<JointSegment>> make(std::size_t dof, std::span<const double> points,
                                              const JointLimits& limits, const JointEnds&,
@@ -63,13 +63,13 @@ class RobotMotion : public ::testing::Test {
   void SetUp() override {
     robot = {bench.load("robots/pa10.rbt").number};
     ProviderInfo info;
-    info.interface_id = JointSegmentMaker::kInterfaceId;
+    info.interface_id = JointSegmentFactory::kInterfaceId;
     info.name = "cosine";
     ASSERT_TRUE(bench.registry
                     .add(info,
                          [] {
                            return Result<void*>(static_cast<void*>(
-                               static_cast<JointSegmentMaker*>(new CosineMaker)));
+                               static_cast<JointSegmentFactory*>(new CosineFactory)));
                          })
                     .ok());
     limit(2, 8, std::numeric_limits<double>::infinity());

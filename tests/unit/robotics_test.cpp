@@ -220,8 +220,8 @@ TEST(Manipulability, OfTheTwoRodsIsTheirParallelogramAndVanishesStretched) {
 
 TEST(BuildModel, OffsetsBaseAndToolAreTaken) {
   model::Robot r = chain(Convention::dh, {link(0.5, 0.2, 0.3, 0.1)});
-  r.base = {{1, 2, 3}, {kPi / 2, 0, 0}, model::AngleNotation::rpy};
-  r.tool = {{0, 0, 0.1}, {0, 0, 0.2}, model::AngleNotation::rpy};
+  r.base = {{1, 2, 3}, {kPi / 2, 0, 0}, model::AngleRepresentation::rpy};
+  r.tool = {{0, 0, 0.1}, {0, 0, 0.2}, model::AngleRepresentation::rpy};
   const RobotModel m = built(r);
   const Pose expected =
       spatial::compose(spatial::dh_pose(0.3, 0.1, 0.2, 0.5 + 0.7), model::pose(r.tool));

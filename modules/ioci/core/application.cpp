@@ -88,7 +88,7 @@ class Restored {
   T before_;
 };
 /// What a session joins.
-using Joined = Restored<document::Transaction*>;
+using ScopedTransaction = Restored<document::Transaction*>;
 
 std::vector<std::filesystem::path> library_path(const ApplicationOptions& options,
                                                 const std::filesystem::path& share) {
@@ -477,8 +477,8 @@ Result<Value> Application::Call::compute() {
       RMP_TRY(hooked_->begin());
     }
     if (!is_own_thread_) return body();
-    const Joined joined(session_.transaction_,
-                        ctx_.may_edit_ ? ctx_.transaction_ : session_.transaction_);
+    const ScopedTransaction scoped(session_.transaction_,
+                                   ctx_.may_edit_ ? ctx_.transaction_ : session_.transaction_);
     return body();
   } catch (const StaleHandle& gone) {
     return stale(gone.handle);
@@ -704,7 +704,7 @@ Result<void> Application::transaction(Session& session, std::string label,
   if (!begun.ok()) return std::move(begun).error();
   document::Transaction group = std::move(*begun);
   {
-    const Joined joined(session.transaction_, &group);
+    const ScopedTransaction scoped(session.transaction_, &group);
     RMP_TRY(body());
   }
   auto commit = group.commit();

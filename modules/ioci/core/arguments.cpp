@@ -129,22 +129,22 @@ Result<Vec3> read_vec3(const Value& value, const char* unit, std::string_view pa
 
 namespace {
 
-constexpr std::pair<std::string_view, model::PositionNotation> kPositions[] = {
-    {"position", model::PositionNotation::cartesian},
-    {"cylindrical", model::PositionNotation::cylindrical},
-    {"spherical", model::PositionNotation::spherical}};
-constexpr std::pair<std::string_view, model::AngleNotation> kAngles[] = {
-    {"rpy", model::AngleNotation::rpy},
-    {"xyz", model::AngleNotation::xyz},
-    {"zyz", model::AngleNotation::zyz}};
+constexpr std::pair<std::string_view, model::PositionRepresentation> kPositions[] = {
+    {"position", model::PositionRepresentation::cartesian},
+    {"cylindrical", model::PositionRepresentation::cylindrical},
+    {"spherical", model::PositionRepresentation::spherical}};
+constexpr std::pair<std::string_view, model::AngleRepresentation> kAngles[] = {
+    {"rpy", model::AngleRepresentation::rpy},
+    {"xyz", model::AngleRepresentation::xyz},
+    {"zyz", model::AngleRepresentation::zyz}};
 constexpr std::string_view kRotations[] = {"quaternion", "axis_angle"};
 
 /// "m", or "m, rad, m".
-const char* unit_of(model::PositionNotation notation) {
+const char* unit_of(model::PositionRepresentation notation) {
   switch (notation) {
-    case model::PositionNotation::cylindrical: return "m, rad, m";
-    case model::PositionNotation::spherical: return "m, rad, rad";
-    case model::PositionNotation::cartesian: break;
+    case model::PositionRepresentation::cylindrical: return "m, rad, m";
+    case model::PositionRepresentation::spherical: return "m, rad, rad";
+    case model::PositionRepresentation::cartesian: break;
   }
   return "m";
 }
@@ -325,7 +325,7 @@ Value sym_value(const Sym3& s, std::string unit) {
 Value placement_value(const model::Placement& p) {
   const auto position = static_cast<std::size_t>(p.coordinates);
   const auto angles = static_cast<std::size_t>(p.notation);
-  const bool one_unit = p.coordinates == model::PositionNotation::cartesian;
+  const bool one_unit = p.coordinates == model::PositionRepresentation::cartesian;
   return Map{{std::string(kPositions[position].first), vec_value(p.position, one_unit ? "m" : "")},
              {std::string(kAngles[angles].first), vec_value(p.angles, "rad")}};
 }

@@ -141,8 +141,8 @@ inline constexpr std::string_view kPlacementFields[] = {
 [[nodiscard]] Pose about_of(const Map& args);
 /// Tells the user (code "no_mass") when no moving link of a robot has a mass; `outcome` as in
 /// `, so its torques are zero`.
-void tell_no_mass(CommandContext& ctx, const RobotModel& m, Severity severity,
-                  std::string_view outcome);
+void report_no_mass(CommandContext& ctx, const RobotModel& m, Severity severity,
+                    std::string_view outcome);
 /// Pose as 4x4 matrix with position, roll-pitch-yaw and quaternion.
 [[nodiscard]] Map pose_map(const Pose& t);
 

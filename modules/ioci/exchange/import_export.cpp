@@ -120,7 +120,7 @@ Result<Imported> read_file(CommandContext& ctx, const Map& args, Map values) {
                  [&] { return chosen.provider->read(file, *params, ctx.progress); });
 }
 
-void tell_notes(CommandContext& ctx, const Imported& imported) {
+void report_notes(CommandContext& ctx, const Imported& imported) {
   for (const std::string& note : imported.notes)
     ctx.app.messages.post(Severity::info, "import_note", note, "import");
 }
@@ -297,7 +297,7 @@ Result<Value> import_file(CommandContext& ctx, const Map& args) {
           s.material = typed<model::Material>(args, "material");
           return {};
         }));
-  tell_notes(ctx, imported);
+  report_notes(ctx, imported);
   tell_files(ctx, file, imported, unread);
   for (const std::string& note : loaded.notes)
     ctx.app.messages.post(Severity::info, "file_note", note, "io");
@@ -315,7 +315,7 @@ Result<Value> import_profile(CommandContext& ctx, const Map& args) {
     return error(ErrorCode::unsupported,
                  text::quote(text_of(args, "file")) + " holds no closed outline", why);
   }
-  tell_notes(ctx, imported);
+  report_notes(ctx, imported);
   return profile_value(imported.profile);
 }
 

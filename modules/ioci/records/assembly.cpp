@@ -468,7 +468,7 @@ Result<Value> duplicate_part(CommandContext& ctx, const Map& args) {
         t.p = spatial::add(t.p, spatial::scale(step, k));
         if (turn != 0) copy.placement = model::placement(t, original.placement.notation);
         copy.placement.position = t.p;
-        copy.placement.coordinates = model::PositionNotation::cartesian;
+        copy.placement.coordinates = model::PositionRepresentation::cartesian;
       }
       made.emplace_back(copy.name);
       taken.push_back(copy.name);

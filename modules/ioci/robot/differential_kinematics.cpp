@@ -119,9 +119,9 @@ Result<Value> jacobian_rate(CommandContext& ctx, const Map& args) {
   return Value(matrix_value(tip_columns(m, tip, text_of(args, "frame") == "tool").rate));
 }
 
-Result<robotics::Notation> read_notation(const Map& args) {
+Result<robotics::Representation> read_representation(const Map& args) {
   const std::string name = text_of(args, "representation");
-  if (const auto n = robotics::notation(name)) return *n;
+  if (const auto n = robotics::representation(name)) return *n;
   return error(
       ErrorCode::invalid_argument, text::quote(name) + " is not a representation of rotations",
       "Give rpy, quaternion, rotation_vector, or a sequence such as rzyx (turning axes) or "
@@ -132,10 +132,10 @@ Result<robotics::Notation> read_notation(const Map& args) {
 Result<Value> analytical_jacobian(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const Moved m, moved(ctx, args));
   RMP_TRY_ASSIGN(const std::size_t tip, tip_of(*m.model, args));
-  RMP_TRY_ASSIGN(const auto n, read_notation(args));
+  RMP_TRY_ASSIGN(const auto n, read_representation(args));
   const TipColumns base = tip_columns(m, tip, false);
   std::vector<double> Bd;
-  const auto B = robotics::notation_rates(n, base.tip.R, base.move.w, &Bd);
+  const auto B = robotics::representation_rates(n, base.tip.R, base.move.w, &Bd);
   if (!B)
     return error(ErrorCode::invalid_argument,
                  "the representation " + text_of(args, "representation") +
@@ -221,13 +221,14 @@ Result<Value> dexterity(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const std::size_t tip, tip_of(*m.model, args));
   RMP_TRY_ASSIGN(robotics::TipMotion motion, closed_tip_motion(*m.model, tip, m.frames));
   robotics::express_columns(m.model->base, motion.jacobian);
-  robotics::express_columns(m.model->base, motion.loose_twists);
+  robotics::express_columns(m.model->base, motion.self_motion_twists);
   const TwistPart part = part_of(args);
   const double length = has(args, "length") ? real(args, "length") : 1.0;
   const robotics::Dexterity d =
-      robotics::dexterity(motion.jacobian, part, length, motion.loose_twists);
+      robotics::dexterity(motion.jacobian, part, length, motion.self_motion_twists);
   const auto ellipsoid = [&](TwistPart of, const char* speed, const char* force) {
-    const robotics::Ellipsoid e = robotics::ellipsoid(motion.jacobian, of, motion.loose_twists);
+    const robotics::Ellipsoid e =
+        robotics::ellipsoid(motion.jacobian, of, motion.self_motion_twists);
     return Value(
         Map{{"axes", NumericArray(std::vector<double>(e.axes.begin(), e.axes.end()), 3, 3)},
             {"velocity", vec_value(e.velocity, speed)},
@@ -305,9 +306,9 @@ constexpr GoalWord kParts[] = {{"pose", kIkPose},
                                {"x", kIkX},
                                {"y", kIkY},
                                {"z", kIkZ},
-                               {"turn_x", kIkTurnX},
-                               {"turn_y", kIkTurnY},
-                               {"turn_z", kIkTurnZ}};
+                               {"turn_x", kIkRotX},
+                               {"turn_y", kIkRotY},
+                               {"turn_z", kIkRotZ}};
 
 Result<std::uint32_t> read_parts(const Value* given, const std::string& path) {
   if (!given || given->is_nil()) return static_cast<std::uint32_t>(kIkPose);

@@ -167,7 +167,7 @@ Result<Value> inverse_dynamics(CommandContext& ctx, const Map& args) {
   Instant c;
   RMP_TRY(read_instant(ctx, args, c));
   RMP_TRY_ASSIGN(const auto bound, inverse_solver(ctx, args, c));
-  tell_no_mass(ctx, *c.model, Severity::warning, without_mass(c));
+  report_no_mass(ctx, *c.model, Severity::warning, without_mass(c));
   RMP_TRY_ASSIGN(auto tau, sim::torques(bound, c.batch, ctx.progress));
   return Value(NumericArray(std::move(tau), torque_unit(*c.model)));
 }
@@ -177,7 +177,7 @@ Result<Value> gravity_torques(CommandContext& ctx, const Map& args) {
   RMP_TRY(read_instant(ctx, args, c));
   c.batch.terms = kGravityTerm;
   RMP_TRY_ASSIGN(const auto bound, inverse_solver(ctx, args, c));
-  tell_no_mass(ctx, *c.model, Severity::warning, ", so its torques are zero");
+  report_no_mass(ctx, *c.model, Severity::warning, ", so its torques are zero");
   RMP_TRY_ASSIGN(auto tau, sim::torques(bound, c.batch, ctx.progress));
   return Value(NumericArray(std::move(tau), torque_unit(*c.model)));
 }

@@ -133,7 +133,7 @@ Result<Value> manipulability(CommandContext& ctx, const Map& args) {
                           part == "translation" ? robotics::TwistPart::translation
                           : part == "rotation"  ? robotics::TwistPart::rotation
                                                 : robotics::TwistPart::all,
-                          1, motion.loose_twists);
+                          1, motion.self_motion_twists);
   return Value(measure == "condition" ? d.condition : measure == "least" ? d.least : d.yoshikawa);
 }
 

@@ -197,7 +197,7 @@ Result<Value> mass(CommandContext& ctx, const Map& args) {
   std::vector<MassProperties> bodies;
   for (std::size_t i = 0; i < frames.size(); ++i)
     bodies.push_back(spatial::in_frame(m->joints[i].body, spatial::compose(m->base, frames[i])));
-  tell_no_mass(ctx, *m, Severity::info, "");
+  report_no_mass(ctx, *m, Severity::info, "");
   const MassProperties all = spatial::combine(bodies);
   return mass_value(all);
 }

@@ -137,8 +137,8 @@ bool has_mass(const RobotModel& m) {
   });
 }
 
-void tell_no_mass(CommandContext& ctx, const RobotModel& m, Severity severity,
-                  std::string_view outcome) {
+void report_no_mass(CommandContext& ctx, const RobotModel& m, Severity severity,
+                    std::string_view outcome) {
   if (m.joints.empty() || has_mass(m)) return;
   ctx.app.messages.post(severity, "no_mass",
                         "robot " + text::quote(m.name) + " has no masses" + std::string(outcome) +

@@ -199,7 +199,7 @@ Result<Value> checked_pairs(CommandContext& ctx, const Map& args) {
   return Value(std::move(out));
 }
 
-bool is_pair(const model::PairRule& r, const std::string& a, const std::string& b) {
+bool is_pair(const model::CollisionPairRule& r, const std::string& a, const std::string& b) {
   return (r.a == a && r.b == b) || (r.a == b && r.b == a);
 }
 
@@ -228,11 +228,12 @@ Result<void> change_rules(CommandContext& ctx, const Map& args, Fn&& fn) {
 Result<Value> set_rule(CommandContext& ctx, const Map& args, bool is_allowed) {
   const std::string a = text_of(args, "a"), b = text_of(args, "b");
   RMP_TRY(check_names(ctx, args, std::vector{a, b}));
-  RMP_TRY(change_rules(ctx, args, [&](std::vector<model::PairRule>& rules) -> Result<void> {
-    std::erase_if(rules, [&](const auto& r) { return is_pair(r, a, b); });
-    rules.push_back({a, b, is_allowed, has(args, "reason") ? text_of(args, "reason") : ""});
-    return {};
-  }));
+  RMP_TRY(
+      change_rules(ctx, args, [&](std::vector<model::CollisionPairRule>& rules) -> Result<void> {
+        std::erase_if(rules, [&](const auto& r) { return is_pair(r, a, b); });
+        rules.push_back({a, b, is_allowed, has(args, "reason") ? text_of(args, "reason") : ""});
+        return {};
+      }));
   return Value();
 }
 Result<Value> allow_pair(CommandContext& ctx, const Map& args) { return set_rule(ctx, args, true); }
@@ -242,13 +243,14 @@ Result<Value> forbid_pair(CommandContext& ctx, const Map& args) {
 
 Result<Value> forget_pair(CommandContext& ctx, const Map& args) {
   const std::string a = text_of(args, "a"), b = text_of(args, "b");
-  RMP_TRY(change_rules(ctx, args, [&](std::vector<model::PairRule>& rules) -> Result<void> {
-    if (std::erase_if(rules, [&](const auto& r) { return is_pair(r, a, b); }) == 0)
-      return error(ErrorCode::unknown_name,
-                   "there is no rule for " + text::quote(a) + " and " + text::quote(b),
-                   "Rules are made by allow_pair, forbid_pair and find_allowed_pairs.");
-    return {};
-  }));
+  RMP_TRY(
+      change_rules(ctx, args, [&](std::vector<model::CollisionPairRule>& rules) -> Result<void> {
+        if (std::erase_if(rules, [&](const auto& r) { return is_pair(r, a, b); }) == 0)
+          return error(ErrorCode::unknown_name,
+                       "there is no rule for " + text::quote(a) + " and " + text::quote(b),
+                       "Rules are made by allow_pair, forbid_pair and find_allowed_pairs.");
+        return {};
+      }));
   return Value();
 }
 
@@ -259,7 +261,7 @@ Result<Value> find_allowed_pairs(CommandContext& ctx, const Map& args) {
       const auto found,
       m->sample_pairs(samples, static_cast<std::uint64_t>(integer(args, "seed")), ctx.progress));
   List out;
-  std::vector<model::PairRule> made;
+  std::vector<model::CollisionPairRule> made;
   const auto keep = [&](const CollisionPair& pair, bool always) {
     const std::string& a = m->bodies()[static_cast<std::size_t>(pair.a)].name;
     const std::string& b = m->bodies()[static_cast<std::size_t>(pair.b)].name;
@@ -280,10 +282,11 @@ Result<Value> find_allowed_pairs(CommandContext& ctx, const Map& args) {
     }();
     if (!is_forced) keep(s.pair, s.always);
   }
-  RMP_TRY(change_rules(ctx, args, [&](std::vector<model::PairRule>& rules) -> Result<void> {
-    rules.insert(rules.end(), made.begin(), made.end());
-    return {};
-  }));
+  RMP_TRY(
+      change_rules(ctx, args, [&](std::vector<model::CollisionPairRule>& rules) -> Result<void> {
+        rules.insert(rules.end(), made.begin(), made.end());
+        return {};
+      }));
   return Value(std::move(out));
 }
 

@@ -170,7 +170,7 @@ Result<sim::ForwardRun> read_in_world(CommandContext& ctx, const Map& args) {
                    member_name(ctx, w.trajectories, *args.find("base_trajectory"), trajectory_of,
                                "trajectory"));
   }
-  tell_no_mass(ctx, *m, Severity::warning, ", so it cannot move as a real one does");
+  report_no_mass(ctx, *m, Severity::warning, ", so it cannot move as a real one does");
   return run;
 }
 

@@ -66,7 +66,7 @@ Result<Value> inverse_dynamics(CommandContext& ctx, const Map& args) {
     RMP_TRY_ASSIGN(const auto m,
                    ctx.app.derived.robot_model(ctx.snapshot(), w.robots[*member].robot, w.gravity,
                                                ctx.progress));
-    tell_no_mass(ctx, *m, Severity::warning, ", so its links add nothing to its torques");
+    report_no_mass(ctx, *m, Severity::warning, ", so its links add nothing to its torques");
   }
   return recording;
 }

@@ -80,7 +80,7 @@ class Elements {
       std::erase_if(world_.attachments, [&](const auto& old) { return old.object == a.object; });
       world_.attachments.push_back(std::move(a));
     }
-    for (model::PairRule r : other.pair_rules) {
+    for (model::CollisionPairRule r : other.pair_rules) {
       for (std::string* body : {&r.a, &r.b}) {
         const auto dot = std::min(body->find('.'), body->size());
         *body = now(body->substr(0, dot)) + body->substr(dot);

@@ -15,7 +15,7 @@
 namespace robomosp::ioci {
 namespace {
 
-using model::AngleNotation;
+using model::AngleRepresentation;
 using model::Placement;
 
 Result<Value> convert(CommandContext&, const Map& args) {
@@ -153,8 +153,8 @@ ParamSpec element_param() {
                 true);
 }
 
-int notation_code(AngleNotation n) {
-  return n == AngleNotation::xyz ? 0 : n == AngleNotation::rpy ? 3 : 4;
+int notation_code(AngleRepresentation n) {
+  return n == AngleRepresentation::xyz ? 0 : n == AngleRepresentation::rpy ? 3 : 4;
 }
 
 Result<Value> get(CommandContext& ctx, const Map& args) {
@@ -183,9 +183,10 @@ Result<Value> put(CommandContext& ctx, const Map& args, bool add) {
         return error(ErrorCode::unsupported, "OType " + std::to_string(code) + " is not known",
                      "0 is XYZ, 3 roll-pitch-yaw, 4 ZYZ.");
       // The orientation stays, the numbers follow the notation.
-      s.placement = model::placement(model::pose(s.placement), code == 0   ? AngleNotation::xyz
-                                                               : code == 3 ? AngleNotation::rpy
-                                                                           : AngleNotation::zyz);
+      s.placement =
+          model::placement(model::pose(s.placement), code == 0   ? AngleRepresentation::xyz
+                                                     : code == 3 ? AngleRepresentation::rpy
+                                                                 : AngleRepresentation::zyz);
     }
   } else {
     const bool position = e[0] == 'P';

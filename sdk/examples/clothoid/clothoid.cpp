@@ -81,7 +81,7 @@ class Clothoid final : public Curve {
   std::vector<std::array<double, 2>> places_;
 };
 
-class ClothoidMaker final : public CurveMaker {
+class ClothoidFactory final : public CurveFactory {
  public:
   Result<std::unique_ptr<Curve>> make(std::span<const Pose> points,
                                       const Params& params) const override {
@@ -111,7 +111,7 @@ const rmp_param kParams[] = {
 }  // namespace
 
 RMP_PLUGIN("org.robomosp.example.clothoid", "0.1.0", "Apache-2.0", "A curve of one's own.",
-           RMP_PROVIDER(ClothoidMaker, "clothoid",
+           RMP_PROVIDER(ClothoidFactory, "clothoid",
                         "Curvature that grows evenly with the length, from the first pose on along "
                         "its x axis.",
                         "points=1", kParams))

@@ -25,12 +25,12 @@ INSTANTIATE_TEST_SUITE_P(
 // From rest to the curvature pi L over the length L it runs through Fresnel's integrals
 // C(1) = 0.7798934, S(1) = 0.4382591 (Abramowitz and Stegun, table 7.7), times L.
 TEST(Clothoid, RunsThroughFresnelsIntegrals) {
-  const auto provider = find_provider<CurveMaker>(ROBOMOSP_PLUGIN_FILE, "clothoid");
+  const auto provider = find_provider<CurveFactory>(ROBOMOSP_PLUGIN_FILE, "clothoid");
   ASSERT_TRUE(provider.ok()) << provider.error().sentence();
   TableParams params(**provider);
   params.set("length", 1).set("start_curvature", 0).set("end_curvature", kPiHere);
   const std::vector<Pose> start{shift(0, 0, 0)};
-  const auto made = create<CurveMaker>(**provider)->make(start, params);
+  const auto made = create<CurveFactory>(**provider)->make(start, params);
   ASSERT_TRUE(made.ok()) << made.error().sentence();
   const double end[] = {1};
   CurveSample s[1];

@@ -32,23 +32,23 @@ class FeedForward final : public Controller {
   }
   // What has to be remembered from tick to tick (integrals) is asked for here and handed to
   // torques(), so that one controller can serve many runs. This one remembers nothing.
-  std::size_t memory_size() const override { return 0; }
+  std::size_t state_size() const override { return 0; }
   std::size_t scratch_size() const override { return dynamics_->scratch_size(); }
 
   Result<void> torques(const ControlInput& in, std::span<double>, std::span<double> scratch,
                        std::span<double> tau) const override {
-    if (in.q.size() != n_ || in.q_wanted.size() != n_ || tau.size() != n_ ||
+    if (in.q.size() != n_ || in.q_desired.size() != n_ || tau.size() != n_ ||
         scratch.size() < scratch_size())
       return error(ErrorCode::invalid_argument, "a vector is too short",
                    "Give one number for each joint.");
     DynamicsBatch batch;
     batch.count = 1;
-    batch.q = in.q_wanted, batch.qd = in.qd_wanted, batch.qdd = in.qdd_wanted;
+    batch.q = in.q_desired, batch.qd = in.qd_desired, batch.qdd = in.qdd_desired;
     batch.scratch = scratch;
     NoProgress none;
     RMP_TRY(dynamics_->torques(batch, tau, none));
     for (std::size_t j = 0; j < n_; ++j)
-      tau[j] += kp_ * (in.q_wanted[j] - in.q[j]) + kd_ * (in.qd_wanted[j] - in.qd[j]);
+      tau[j] += kp_ * (in.q_desired[j] - in.q[j]) + kd_ * (in.qd_desired[j] - in.qd[j]);
     return {};
   }
 

@@ -45,7 +45,8 @@ TEST(FeedForward, FollowsASwingFromAWrongStart) {
     ControlInput in;
     in.time = t, in.dt = i ? h : 0;
     in.q = {&q, 1}, in.qd = {&qd, 1};
-    in.q_wanted = {&wanted[0], 1}, in.qd_wanted = {&wanted[1], 1}, in.qdd_wanted = {&wanted[2], 1};
+    in.q_desired = {&wanted[0], 1}, in.qd_desired = {&wanted[1], 1},
+    in.qdd_desired = {&wanted[2], 1};
     ASSERT_TRUE(controller->torques(in, {}, {}, {&tau, 1}).ok());
     qd += h * (tau - kGravity * std::cos(q));
     q += h * qd;

@@ -20,14 +20,14 @@ struct ControlInput {
   double time = 0;                                   ///< [s]
   double dt = 0;                                     ///< since the tick before; 0 at the first [s]
   std::span<const double> q, qd;                     ///< as measured
-  std::span<const double> q_wanted, qd_wanted, qdd_wanted;  ///< of the reference
+  std::span<const double> q_desired, qd_desired, qdd_desired;  ///< of the reference
   /// Reference of the tip 0 in the base frame, where the reference is Cartesian; else nullptr.
-  const Pose* tip_wanted = nullptr;
-  std::array<double, 6> tip_velocity_wanted{};      ///< (v, w), base axes, at the tip
-  std::array<double, 6> tip_acceleration_wanted{};  ///< its rate
+  const Pose* tip_desired = nullptr;
+  std::array<double, 6> tip_velocity_desired{};      ///< (v, w), base axes, at the tip
+  std::array<double, 6> tip_acceleration_desired{};  ///< its rate
 };
 
-/// Interface robomosp.controller/1. Holds no state between ticks but in `memory`.
+/// Interface robomosp.controller/1. Holds no state between ticks but in `state`.
 class Controller {
  public:
   using Interface = Controller;
@@ -40,11 +40,11 @@ class Controller {
   virtual Result<void> prepare(const RobotModel& model, const InverseDynamics& dynamics,
                                const Params& params) = 0;
   /// Numbers that a run keeps from tick to tick (integrals); the host starts them at 0.
-  [[nodiscard]] virtual std::size_t memory_size() const = 0;
+  [[nodiscard]] virtual std::size_t state_size() const = 0;
   [[nodiscard]] virtual std::size_t scratch_size() const = 0;
   /// tau, dof() numbers; the host cuts them at the joints' max_force. Allocates nothing.
   /// [any thread] after prepare
-  virtual Result<void> torques(const ControlInput& in, std::span<double> memory,
+  virtual Result<void> torques(const ControlInput& in, std::span<double> state,
                                std::span<double> scratch, std::span<double> tau) const = 0;
 };
 

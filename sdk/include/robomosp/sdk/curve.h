@@ -43,11 +43,11 @@ class Curve {
 };
 
 /// Interface robomosp.curve/2: makes curves of one shape.
-class CurveMaker {
+class CurveFactory {
  public:
-  using Interface = CurveMaker;
+  using Interface = CurveFactory;
   static constexpr const char* kInterfaceId = "robomosp.curve/2";
-  virtual ~CurveMaker() = default;
+  virtual ~CurveFactory() = default;
   /// What later versions of the SDK add, by its id (plugin.h); nullptr = not known.
   [[nodiscard]] virtual const void* extension(const char* /*id*/) const { return nullptr; }
   /// Builds a curve from its control poses, in the trajectory's frame; only their positions shape

@@ -27,9 +27,9 @@ enum IkParts : std::uint32_t {
   kIkX = 1,
   kIkY = 2,
   kIkZ = 4,
-  kIkTurnX = 8,
-  kIkTurnY = 16,
-  kIkTurnZ = 32,
+  kIkRotX = 8,
+  kIkRotY = 16,
+  kIkRotZ = 32,
   kIkPosition = 7,
   kIkRotation = 56,
   kIkAxis = 24,  ///< the direction of the tip's z axis

@@ -45,11 +45,11 @@ struct JointEnds {
 };
 
 /// Interface robomosp.joint_segment/2.
-class JointSegmentMaker {
+class JointSegmentFactory {
  public:
-  using Interface = JointSegmentMaker;
+  using Interface = JointSegmentFactory;
   static constexpr const char* kInterfaceId = "robomosp.joint_segment/2";
-  virtual ~JointSegmentMaker() = default;
+  virtual ~JointSegmentFactory() = default;
   /// What later versions of the SDK add, by its id (plugin.h); nullptr = not known.
   [[nodiscard]] virtual const void* extension(const char* /*id*/) const { return nullptr; }
   /// `points` are joint vectors one after the other, row-major, dof entries each. Points outside

@@ -39,11 +39,11 @@ class MotionLaw {
 };
 
 /// Interface robomosp.motion_law/2.
-class MotionLawMaker {
+class MotionLawFactory {
  public:
-  using Interface = MotionLawMaker;
+  using Interface = MotionLawFactory;
   static constexpr const char* kInterfaceId = "robomosp.motion_law/2";
-  virtual ~MotionLawMaker() = default;
+  virtual ~MotionLawFactory() = default;
   /// What later versions of the SDK add, by its id (plugin.h); nullptr = not known.
   [[nodiscard]] virtual const void* extension(const char* /*id*/) const { return nullptr; }
   /// Speeds, limits or a duration are the provider's parameters. An impossible combination (a

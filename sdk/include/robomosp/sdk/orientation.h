@@ -45,11 +45,11 @@ class Orientation {
 };
 
 /// Interface robomosp.orientation/2.
-class OrientationMaker {
+class OrientationFactory {
  public:
-  using Interface = OrientationMaker;
+  using Interface = OrientationFactory;
   static constexpr const char* kInterfaceId = "robomosp.orientation/2";
-  virtual ~OrientationMaker() = default;
+  virtual ~OrientationFactory() = default;
   /// What later versions of the SDK add, by its id (plugin.h); nullptr = not known.
   [[nodiscard]] virtual const void* extension(const char* /*id*/) const { return nullptr; }
   /// [any thread]

@@ -95,9 +95,9 @@ enum LoopDirection : std::uint32_t {
   kLoopX = 1,
   kLoopY = 2,
   kLoopZ = 4,
-  kLoopTurnX = 8,
-  kLoopTurnY = 16,
-  kLoopTurnZ = 32,
+  kLoopRotX = 8,
+  kLoopRotY = 16,
+  kLoopRotZ = 32,
   kLoopPoint = 7,      ///< a ball: the origins meet
   kLoopRevolute = 31,  ///< a hinge about z
   kLoopWeld = 63,

@@ -33,11 +33,11 @@ class Segment {
 };
 
 /// Interface robomosp.segment/2: makes segments of one shape.
-class SegmentMaker {
+class SegmentFactory {
  public:
-  using Interface = SegmentMaker;
+  using Interface = SegmentFactory;
   static constexpr const char* kInterfaceId = "robomosp.segment/2";
-  virtual ~SegmentMaker() = default;
+  virtual ~SegmentFactory() = default;
   /// What later versions of the SDK add, by its id (plugin.h); nullptr = not known.
   [[nodiscard]] virtual const void* extension(const char* /*id*/) const { return nullptr; }
   /// Builds a segment from its control poses. Wrong number of points, coincident or collinear

@@ -128,7 +128,7 @@ class ControllerConformance : public testing::TestWithParam<ControllerCase> {
     ASSERT_TRUE(bound.ok()) << bound.error().sentence();
     controller_ = make();
     n_ = model_.dof();
-    memory_.assign(controller_->memory_size(), 0.0);
+    state_.assign(controller_->state_size(), 0.0);
     zero_.assign(n_, 0.0);
   }
   std::unique_ptr<Controller> make() {
@@ -142,16 +142,16 @@ class ControllerConformance : public testing::TestWithParam<ControllerCase> {
     return made;
   }
   ControlInput input(const std::vector<double>& q, const std::vector<double>& qd,
-                     const std::vector<double>& q_wanted) const {
+                     const std::vector<double>& q_desired) const {
     ControlInput in;
     in.dt = 1e-3;
-    in.q = q, in.qd = qd, in.q_wanted = q_wanted;
-    in.qd_wanted = zero_, in.qdd_wanted = zero_;
+    in.q = q, in.qd = qd, in.q_desired = q_desired;
+    in.qd_desired = zero_, in.qdd_desired = zero_;
     return in;
   }
-  std::vector<double> torques(const ControlInput& in, std::vector<double>& memory) {
+  std::vector<double> torques(const ControlInput& in, std::vector<double>& state) {
     std::vector<double> scratch(controller_->scratch_size()), tau(n_, std::nan(""));
-    const auto r = controller_->torques(in, memory, scratch, tau);
+    const auto r = controller_->torques(in, state, scratch, tau);
     EXPECT_TRUE(r.ok()) << (r.ok() ? "" : r.error().sentence());
     return tau;
   }
@@ -171,7 +171,7 @@ class ControllerConformance : public testing::TestWithParam<ControllerCase> {
   std::unique_ptr<InverseDynamics> dynamics_;
   std::unique_ptr<Controller> controller_;
   std::size_t n_ = 0;
-  std::vector<double> memory_, zero_;
+  std::vector<double> state_, zero_;
 };
 GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(ControllerConformance);
 
@@ -184,7 +184,7 @@ TEST_P(ControllerConformance, AnErrorVanishesInTheClosedLoop) {
   for (int tick = 0; tick < 3000; ++tick) {
     ControlInput in = input(q, qd, wanted);
     in.time = tick * h, in.dt = tick ? h : 0;
-    loop.step(q, qd, torques(in, memory_), h);
+    loop.step(q, qd, torques(in, state_), h);
     ASSERT_TRUE(std::isfinite(q[0])) << "at tick " << tick;
   }
   for (std::size_t j = 0; j < n_; ++j) {
@@ -196,7 +196,7 @@ TEST_P(ControllerConformance, AnErrorVanishesInTheClosedLoop) {
 TEST_P(ControllerConformance, AtTheReferenceItHoldsTheWeight) {
   if (!GetParam().compensates_weight) GTEST_SKIP() << "it knows no weight";
   const auto q = somewhere();
-  const auto tau = torques(input(q, zero_, q), memory_);
+  const auto tau = torques(input(q, zero_, q), state_);
   std::vector<double> expected(n_), scratch(dynamics_->scratch_size());
   DynamicsBatch b;
   b.count = 1, b.q = q, b.scratch = scratch, b.terms = kGravityTerm | kSpringTerm;
@@ -208,7 +208,7 @@ TEST_P(ControllerConformance, AtTheReferenceItHoldsTheWeight) {
 
 TEST_P(ControllerConformance, AllItKeepsIsInTheMemoryOfTheRun) {
   const auto wanted = somewhere(), q = somewhere(), other = somewhere();
-  std::vector<double> a(controller_->memory_size()), b = a, c = a;
+  std::vector<double> a(controller_->state_size()), b = a, c = a;
   std::vector<double> alone, between;
   for (int i = 0; i < 5; ++i) alone = torques(input(q, zero_, wanted), a);
   for (int i = 0; i < 5; ++i) {
@@ -223,28 +223,28 @@ TEST_P(ControllerConformance, ItStaysWithinItsScratch) {
   const auto q = somewhere(), wanted = somewhere();
   const std::size_t size = controller_->scratch_size(), more = 64;
   std::vector<double> scratch(size + more, 12345.0), tau(n_ + more, 12345.0),
-      memory(controller_->memory_size() + more, 0.0);
-  std::fill(memory.end() - static_cast<std::ptrdiff_t>(more), memory.end(), 12345.0);
+      state(controller_->state_size() + more, 0.0);
+  std::fill(state.end() - static_cast<std::ptrdiff_t>(more), state.end(), 12345.0);
   ASSERT_TRUE(controller_
                   ->torques(input(q, zero_, wanted),
-                            std::span<double>(memory).first(controller_->memory_size()),
+                            std::span<double>(state).first(controller_->state_size()),
                             std::span<double>(scratch).first(size),
                             std::span<double>(tau).first(n_))
                   .ok());
   for (std::size_t i = 0; i < more; ++i) {
     EXPECT_EQ(scratch[size + i], 12345.0);
     EXPECT_EQ(tau[n_ + i], 12345.0);
-    EXPECT_EQ(memory[controller_->memory_size() + i], 12345.0);
+    EXPECT_EQ(state[controller_->state_size() + i], 12345.0);
   }
 }
 
 TEST_P(ControllerConformance, SeveralThreadsGetTheSameTorquesAtOnce) {
   const auto q = somewhere(), wanted = somewhere();
   const auto run = [&](std::vector<double>& tau) {
-    std::vector<double> memory(controller_->memory_size()), scratch(controller_->scratch_size());
+    std::vector<double> state(controller_->state_size()), scratch(controller_->scratch_size());
     tau.resize(n_);
     for (int i = 0; i < 50; ++i) {
-      EXPECT_TRUE(controller_->torques(input(q, zero_, wanted), memory, scratch, tau).ok());
+      EXPECT_TRUE(controller_->torques(input(q, zero_, wanted), state, scratch, tau).ok());
     }
   };
   std::vector<double> alone;
@@ -259,9 +259,9 @@ TEST_P(ControllerConformance, NothingIsAllocatedForATick) {
   const auto q = somewhere(), wanted = somewhere();
   std::vector<double> scratch(controller_->scratch_size()), tau(n_);
   const ControlInput in = input(q, zero_, wanted);
-  ASSERT_TRUE(controller_->torques(in, memory_, scratch, tau).ok());
+  ASSERT_TRUE(controller_->torques(in, state_, scratch, tau).ok());
   EXPECT_EQ(allocations_in([&] {
-              for (int i = 0; i < 10; ++i) (void)controller_->torques(in, memory_, scratch, tau);
+              for (int i = 0; i < 10; ++i) (void)controller_->torques(in, state_, scratch, tau);
             }),
             0);
 }
@@ -269,32 +269,31 @@ TEST_P(ControllerConformance, NothingIsAllocatedForATick) {
 TEST_P(ControllerConformance, PassiveJointsGetNoTorque) {
   model_.joints.back().passive = true;
   controller_ = make();
-  const auto tau = torques(input(somewhere(), zero_, somewhere()), memory_);
+  const auto tau = torques(input(somewhere(), zero_, somewhere()), state_);
   EXPECT_EQ(tau.back(), 0);
 }
 
 TEST_P(ControllerConformance, WrongSizesAreRefused) {
   const auto q = somewhere();
   std::vector<double> scratch(controller_->scratch_size()), tau(n_),
-      memory(controller_->memory_size());
-  ASSERT_TRUE(controller_->torques(input(q, zero_, q), memory, scratch, tau).ok());
+      state(controller_->state_size());
+  ASSERT_TRUE(controller_->torques(input(q, zero_, q), state, scratch, tau).ok());
   const std::vector<double> shorter(q.begin(), q.end() - 1);
-  EXPECT_FALSE(controller_->torques(input(shorter, zero_, q), memory, scratch, tau).ok());
-  EXPECT_FALSE(controller_->torques(input(q, zero_, shorter), memory, scratch, tau).ok());
+  EXPECT_FALSE(controller_->torques(input(shorter, zero_, q), state, scratch, tau).ok());
+  EXPECT_FALSE(controller_->torques(input(q, zero_, shorter), state, scratch, tau).ok());
   EXPECT_FALSE(
-      controller_
-          ->torques(input(q, zero_, q), memory, scratch, std::span<double>(tau).first(n_ - 1))
+      controller_->torques(input(q, zero_, q), state, scratch, std::span<double>(tau).first(n_ - 1))
           .ok());
   if (!scratch.empty()) {
     EXPECT_FALSE(controller_
-                     ->torques(input(q, zero_, q), memory,
+                     ->torques(input(q, zero_, q), state,
                                std::span<double>(scratch).first(scratch.size() - 1), tau)
                      .ok());
   }
-  if (!memory.empty()) {
+  if (!state.empty()) {
     EXPECT_FALSE(controller_
-                     ->torques(input(q, zero_, q),
-                               std::span<double>(memory).first(memory.size() - 1), scratch, tau)
+                     ->torques(input(q, zero_, q), std::span<double>(state).first(state.size() - 1),
+                               scratch, tau)
                      .ok());
   }
 }

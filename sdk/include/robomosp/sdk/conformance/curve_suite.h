@@ -35,10 +35,10 @@ inline std::string curve_case_name(const testing::TestParamInfo<CurveCase>& info
 class CurveConformance : public testing::TestWithParam<CurveCase> {
  protected:
   static Result<std::unique_ptr<Curve>> make(const CurveCase& c) {
-    RMP_TRY_ASSIGN(const rmp_provider* provider, find_provider<CurveMaker>(c.file, c.provider));
+    RMP_TRY_ASSIGN(const rmp_provider* provider, find_provider<CurveFactory>(c.file, c.provider));
     TableParams params(*provider);
     for (const auto& [name, value] : c.params) params.set(name, value);
-    return create<CurveMaker>(*provider)->make(c.points, params);
+    return create<CurveFactory>(*provider)->make(c.points, params);
   }
   void SetUp() override {
     auto made = make(GetParam());

@@ -76,9 +76,9 @@ class JointSegmentConformance : public testing::TestWithParam<JointSegmentCase> 
   static constexpr unsigned kSeed = 20061;
 
   void SetUp() override {
-    auto found = find_provider<JointSegmentMaker>(GetParam().file, GetParam().provider);
+    auto found = find_provider<JointSegmentFactory>(GetParam().file, GetParam().provider);
     ASSERT_TRUE(found.ok()) << found.error().sentence();
-    maker_ = create<JointSegmentMaker>(**found);
+    maker_ = create<JointSegmentFactory>(**found);
     params_ = TableParams(**found);
     for (const auto& [name, text] : GetParam().params) params_.set(name, text);
   }
@@ -112,7 +112,7 @@ class JointSegmentConformance : public testing::TestWithParam<JointSegmentCase> 
     }
     return out;
   }
-  std::shared_ptr<JointSegmentMaker> maker_;
+  std::shared_ptr<JointSegmentFactory> maker_;
   TableParams params_;
 };
 GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(JointSegmentConformance);

@@ -43,10 +43,11 @@ inline std::string law_case_name(const testing::TestParamInfo<LawCase>& info) {
 class MotionLawConformance : public testing::TestWithParam<LawCase> {
  protected:
   static Result<std::unique_ptr<MotionLaw>> make(const LawCase& c) {
-    RMP_TRY_ASSIGN(const rmp_provider* provider, find_provider<MotionLawMaker>(c.file, c.provider));
+    RMP_TRY_ASSIGN(const rmp_provider* provider,
+                   find_provider<MotionLawFactory>(c.file, c.provider));
     TableParams params(*provider);
     for (const auto& [name, value] : c.params) params.set(name, value);
-    return create<MotionLawMaker>(*provider)->make(c.task, params);
+    return create<MotionLawFactory>(*provider)->make(c.task, params);
   }
   void SetUp() override {
     auto made = make(GetParam());

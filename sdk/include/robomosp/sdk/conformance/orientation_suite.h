@@ -59,13 +59,13 @@ class OrientationConformance : public testing::TestWithParam<OrientationCase> {
 
   static Result<std::unique_ptr<Orientation>> make(const OrientationCase& c) {
     RMP_TRY_ASSIGN(const rmp_provider* provider,
-                   find_provider<OrientationMaker>(c.file, c.provider));
+                   find_provider<OrientationFactory>(c.file, c.provider));
     TableParams params(*provider);
     for (const auto& [name, value] : c.params) params.set(name, value);
     const Helix helix;
     std::vector<Pose> points = c.points;
     for (std::size_t i = 0; i < points.size(); ++i) points[i].p = along(c.shares[i]).p;
-    return create<OrientationMaker>(*provider)->make(
+    return create<OrientationFactory>(*provider)->make(
         {sizeof(OrientationTask), points, c.shares, &helix}, params);
   }
   void SetUp() override {

@@ -52,10 +52,10 @@ class SegmentConformance : public testing::TestWithParam<SegmentCase> {
   }
   static double size(const Vec3& v) { return std::hypot(v[0], v[1], v[2]); }
   static Result<std::shared_ptr<const Segment>> by_provider(const SegmentCase& c) {
-    RMP_TRY_ASSIGN(const rmp_provider* provider, find_provider<SegmentMaker>(c.file, c.provider));
+    RMP_TRY_ASSIGN(const rmp_provider* provider, find_provider<SegmentFactory>(c.file, c.provider));
     TableParams params(*provider);
     for (const auto& [name, value] : c.params) params.set(name, value);
-    RMP_TRY_ASSIGN(auto made, create<SegmentMaker>(*provider)->make(c.points, params));
+    RMP_TRY_ASSIGN(auto made, create<SegmentFactory>(*provider)->make(c.points, params));
     return std::shared_ptr<const Segment>(std::move(made));
   }
   std::shared_ptr<const Segment> segment_;

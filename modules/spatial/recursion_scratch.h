@@ -46,7 +46,7 @@ struct Resistance {
 
 // The scratch of one evaluation.
 template <class T>
-struct Room {
+struct Scratch {
   double *angle, *sine, *cosine;  // joints * lanes of T
   T *q, *qd, *qdd, *tau, *zeros, *m, *diagonal, *wrench;
   Link<T>* links;  // [0] is the base
@@ -60,7 +60,7 @@ constexpr std::size_t padded(std::size_t n) { return (n + kLanes - 1) / kLanes *
 // Lays the room out from `at` and returns the doubles that it takes, alignment included. A null
 // pointer is only measured.
 template <class T>
-std::size_t furnish(const Mechanism& m, const Task& task, double* at, Room<T>& room) {
+std::size_t lay_out(const Mechanism& m, const Task& task, double* at, Scratch<T>& room) {
   constexpr std::size_t kWide = sizeof(T) / sizeof(double), kAlignment = 64;
   if (at) {
     const auto address = reinterpret_cast<std::uintptr_t>(at);
@@ -92,7 +92,7 @@ std::size_t furnish(const Mechanism& m, const Task& task, double* at, Room<T>& r
 }
 
 template <Turn K, class T>
-RMP_INLINE Rotation<K, T> rotation(const Room<T>& x, const Body& b, std::size_t j) {
+RMP_INLINE Rotation<K, T> rotation(const Scratch<T>& x, const Body& b, std::size_t j) {
   if constexpr (K == Turn::ball) return {b.joint, T{}, T{}, x.places[j].R};
   T s, c;
   __builtin_memcpy(&s, x.sine + j * (sizeof(T) / 8), sizeof(T));
@@ -105,7 +105,7 @@ RMP_INLINE bool moves(const spatial::JointConstants& k) {
 
 // Sines, cosines and places of all joints.
 template <class T>
-void place(const Mechanism& m, const T* q, const Room<T>& x) {
+void place(const Mechanism& m, const T* q, const Scratch<T>& x) {
   constexpr std::size_t kWide = sizeof(T) / sizeof(double);
   for (std::size_t j = 0; j < m.count; ++j) {
     const spatial::JointConstants& k = m.bodies[j].joint;

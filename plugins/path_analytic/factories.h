@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The makers of this plugin, and what they share (layer: plugin).
+// The factories of this plugin, and what they share (layer: plugin).
 #pragma once
 
 #include <string>
@@ -34,60 +34,60 @@ inline Result<double> positive(const Params& params, const char* name, const cha
 Result<void> check_points(std::span<const Pose> points, std::size_t count, const char* shape,
                           const char* which);
 
-struct LineMaker final : CurveMaker {
+struct LineFactory final : CurveFactory {
   Result<std::unique_ptr<Curve>> make(std::span<const Pose>, const Params&) const override;
 };
-struct ArcMaker final : CurveMaker {
+struct ArcFactory final : CurveFactory {
   Result<std::unique_ptr<Curve>> make(std::span<const Pose>, const Params&) const override;
 };
-struct ArcCentreMaker final : CurveMaker {
+struct ArcCentreFactory final : CurveFactory {
   Result<std::unique_ptr<Curve>> make(std::span<const Pose>, const Params&) const override;
 };
-struct HelixMaker final : CurveMaker {
+struct HelixFactory final : CurveFactory {
   Result<std::unique_ptr<Curve>> make(std::span<const Pose>, const Params&) const override;
 };
-struct CircleMaker final : CurveMaker {
+struct CircleFactory final : CurveFactory {
   Result<std::unique_ptr<Curve>> make(std::span<const Pose>, const Params&) const override;
 };
 
-struct ConstantSpeedMaker final : MotionLawMaker {
+struct ConstantSpeedFactory final : MotionLawFactory {
   Result<std::unique_ptr<MotionLaw>> make(const LawTask&, const Params&) const override;
 };
-struct ConstantAccelerationMaker final : MotionLawMaker {
+struct ConstantAccelerationFactory final : MotionLawFactory {
   Result<std::unique_ptr<MotionLaw>> make(const LawTask&, const Params&) const override;
 };
-struct TrapezoidalMaker final : MotionLawMaker {
+struct TrapezoidalFactory final : MotionLawFactory {
   Result<std::unique_ptr<MotionLaw>> make(const LawTask&, const Params&) const override;
 };
-struct SCurveMaker final : MotionLawMaker {
+struct SCurveFactory final : MotionLawFactory {
   Result<std::unique_ptr<MotionLaw>> make(const LawTask&, const Params&) const override;
 };
-struct CubicMaker final : MotionLawMaker {
+struct CubicFactory final : MotionLawFactory {
   Result<std::unique_ptr<MotionLaw>> make(const LawTask&, const Params&) const override;
 };
-struct QuinticMaker final : MotionLawMaker {
+struct QuinticFactory final : MotionLawFactory {
   Result<std::unique_ptr<MotionLaw>> make(const LawTask&, const Params&) const override;
 };
-struct CycloidalMaker final : MotionLawMaker {
+struct CycloidalFactory final : MotionLawFactory {
   Result<std::unique_ptr<MotionLaw>> make(const LawTask&, const Params&) const override;
 };
 
-struct FixedMaker final : OrientationMaker {
+struct FixedFactory final : OrientationFactory {
   Result<std::unique_ptr<Orientation>> make(const OrientationTask&, const Params&) const override;
 };
-struct SlerpMaker final : OrientationMaker {
+struct SlerpFactory final : OrientationFactory {
   Result<std::unique_ptr<Orientation>> make(const OrientationTask&, const Params&) const override;
 };
-struct SlerpPointsMaker final : OrientationMaker {
+struct SlerpPointsFactory final : OrientationFactory {
   Result<std::unique_ptr<Orientation>> make(const OrientationTask&, const Params&) const override;
 };
-struct SquadMaker final : OrientationMaker {
+struct SquadFactory final : OrientationFactory {
   Result<std::unique_ptr<Orientation>> make(const OrientationTask&, const Params&) const override;
 };
-struct AnglesMaker final : OrientationMaker {
+struct AnglesFactory final : OrientationFactory {
   Result<std::unique_ptr<Orientation>> make(const OrientationTask&, const Params&) const override;
 };
-struct TangentMaker final : OrientationMaker {
+struct TangentFactory final : OrientationFactory {
   Result<std::unique_ptr<Orientation>> make(const OrientationTask&, const Params&) const override;
 };
 
