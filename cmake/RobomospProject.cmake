@@ -12,14 +12,23 @@ if(ROBOMOSP_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
 # it is made of. What is compiled with it knows it by the checksum of its text and macros.
 case " $* " in
 *" c++-header "*)
-  while read -r word; do
+  for word do
     [ "$last" != -o ] || header=$word
     last=$word
-  done <<WORDS
-$(printf '%s\n' "$@")
-WORDS
+  done
   rm -f "$header" "$header.sum"
-  "$@" -E -dD -P -o "$header.text" || exit
+  (
+    for word do
+      shift
+      [ -z "$skip" ] || { skip=; continue; }
+      case $word in
+      -o | -MT | -MF) skip=1 ;;
+      -c | -MD) ;;
+      *) set -- "$@" "$word" ;;
+      esac
+    done
+    exec "$@" -E -dD -P
+  ) >"$header.text" || exit
   sha256sum <"$header.text" >"$header.sum" && rm "$header.text"
   exec "$@" ;;
 esac

@@ -142,9 +142,10 @@ INSTANTIATE_TEST_SUITE_P(
                       "docs/user/dynamics.md", "docs/user/files-2006.md", "docs/user/kinematics.md",
                       "docs/user/inverse_kinematics.md", "docs/user/joint_motion.md",
                       "docs/user/live_runs.md", "docs/user/robot_files.md",
-                      "docs/user/mechanisms.md", "docs/user/motion_planning.md", "docs/user/sessions.md",
-                      "docs/user/physics.md", "docs/user/recordings.md", "docs/user/simulation.md",
-                      "docs/user/solids.md", "docs/user/solvers_in_lua.md", "docs/user/tasks.md",
+                      "docs/user/mechanisms.md", "docs/user/motion_planning.md",
+                      "docs/user/sessions.md", "docs/user/physics.md", "docs/user/recordings.md",
+                      "docs/user/simulation.md", "docs/user/solids.md",
+                      "docs/user/solvers_in_lua.md", "docs/user/tasks.md",
                       "docs/user/trajectories.md", "docs/user/workspace.md", "docs/user/replay.md"),
     [](const auto& param) {
       std::string name;

@@ -88,8 +88,9 @@ Result<Value> history_memory(CommandContext& ctx, const Map& args) {
 }
 
 Result<Value> begin_gesture(CommandContext& ctx, const Map& args) {
-  RMP_TRY_ASSIGN(const std::uint64_t made, ctx.app.document.begin_gesture(
-                                               text_of(args, "label"), ctx.app.author(ctx.session)));
+  RMP_TRY_ASSIGN(
+      const std::uint64_t made,
+      ctx.app.document.begin_gesture(text_of(args, "label"), ctx.app.author(ctx.session)));
   return Value(static_cast<std::int64_t>(made));
 }
 
@@ -98,8 +99,9 @@ Result<std::uint64_t> own_gesture(CommandContext& ctx, const Map& args) {
   const std::uint64_t wanted = number(args, "gesture");
   for (const auto& [open, who] : ctx.app.document.gestures())
     if (open == wanted && who.session == own(ctx)) return wanted;
-  return error(ErrorCode::unknown_name, "there is no open gesture " + std::to_string(wanted) +
-                                            " of session " + text::quote(ctx.session.name()),
+  return error(ErrorCode::unknown_name,
+               "there is no open gesture " + std::to_string(wanted) + " of session " +
+                   text::quote(ctx.session.name()),
                "gesture.begin opens one.");
 }
 
@@ -170,18 +172,18 @@ RMP_COMMANDS(history_commands) {
        .effect = Effect::edits,
        .run = undo,
        .own_transaction = true});
-  all.push_back(
-      {.name = "document.redo",
-       .classic = "",
-       .summary = "Redoes the step of this session that was undone last.",
-       .details = "A new step of this session ends what it could redo.",
-       .example = "material.create{name = \"brass\", density = "
-                  "8500}\ndocument.undo()\ndocument.redo()\nassert(#material.list() == 1)",
-       .params = {step_param()},
-       .returns = {"map", "", "", kCommitFields},
-       .effect = Effect::edits,
-       .run = redo,
-       .own_transaction = true});
+  all.push_back({.name = "document.redo",
+                 .classic = "",
+                 .summary = "Redoes the step of this session that was undone last.",
+                 .details = "A new step of this session ends what it could redo.",
+                 .example =
+                     "material.create{name = \"brass\", density = "
+                     "8500}\ndocument.undo()\ndocument.redo()\nassert(#material.list() == 1)",
+                 .params = {step_param()},
+                 .returns = {"map", "", "", kCommitFields},
+                 .effect = Effect::edits,
+                 .run = redo,
+                 .own_transaction = true});
   all.push_back(
       {.name = "document.history",
        .classic = "",
@@ -208,19 +210,19 @@ RMP_COMMANDS(history_commands) {
                     field("revision", "int", "", "Counts up with every change.")}},
        .effect = Effect::reads,
        .run = history});
-  all.push_back({.name = "document.history_memory",
-                 .classic = "",
-                 .summary = "Reports or sets the memory that the history may take.",
-                 .details = "The oldest steps beyond it are forgotten; the newest one is kept in "
-                            "any case.",
-                 .example = "document.history_memory(document.history_memory())",
-                 .params = {between(optional("bytes", "int", "", "The new limit, in bytes."), 0,
-                                    9e15)},
-                 .returns = {"int", "", "The limit, in bytes.", {}},
-                 .effect = Effect::reads,
-                 .sometimes = Effect::edits,
-                 .run = history_memory,
-                 .own_transaction = true});
+  all.push_back(
+      {.name = "document.history_memory",
+       .classic = "",
+       .summary = "Reports or sets the memory that the history may take.",
+       .details = "The oldest steps beyond it are forgotten; the newest one is kept in "
+                  "any case.",
+       .example = "document.history_memory(document.history_memory())",
+       .params = {between(optional("bytes", "int", "", "The new limit, in bytes."), 0, 9e15)},
+       .returns = {"int", "", "The limit, in bytes.", {}},
+       .effect = Effect::reads,
+       .sometimes = Effect::edits,
+       .run = history_memory,
+       .own_transaction = true});
   all.push_back(
       {.name = "gesture.begin",
        .classic = "",
@@ -244,8 +246,9 @@ RMP_COMMANDS(history_commands) {
       {.name = "gesture.update",
        .classic = "",
        .summary = "Runs a command as an update of a gesture.",
-       .details = "What it edits is published at once, as a preview. Commands that edit nothing run "
-                  "as they always do.",
+       .details =
+           "What it edits is published at once, as a preview. Commands that edit nothing run "
+           "as they always do.",
        .example = "material.create{name = \"brass\", density = 8500}\n"
                   "local g = gesture.begin(\"density\")\n"
                   "gesture.update{gesture = g, command = \"material.set\", arguments = {id = "
@@ -268,21 +271,21 @@ RMP_COMMANDS(history_commands) {
                  .effect = Effect::edits,
                  .run = commit_gesture,
                  .own_transaction = true});
-  all.push_back(
-      {.name = "gesture.cancel",
-       .classic = "",
-       .summary = "Ends a gesture and puts back all that it changed.",
-       .details = "Undo and redo are as before it began.",
-       .example = "material.create{name = \"brass\", density = 8500}\n"
-                  "local g = gesture.begin(\"density\")\n"
-                  "gesture.update{gesture = g, command = \"material.set\", arguments = {id = "
-                  "\"brass\", density = 8600}}\n"
-                  "gesture.cancel(g)\nassert(material.describe(\"brass\").density == 8500)",
-       .params = {gesture_param()},
-       .returns = {},
-       .effect = Effect::edits,
-       .run = cancel_gesture,
-       .own_transaction = true});
+  all.push_back({.name = "gesture.cancel",
+                 .classic = "",
+                 .summary = "Ends a gesture and puts back all that it changed.",
+                 .details = "Undo and redo are as before it began.",
+                 .example =
+                     "material.create{name = \"brass\", density = 8500}\n"
+                     "local g = gesture.begin(\"density\")\n"
+                     "gesture.update{gesture = g, command = \"material.set\", arguments = {id = "
+                     "\"brass\", density = 8600}}\n"
+                     "gesture.cancel(g)\nassert(material.describe(\"brass\").density == 8500)",
+                 .params = {gesture_param()},
+                 .returns = {},
+                 .effect = Effect::edits,
+                 .run = cancel_gesture,
+                 .own_transaction = true});
   all.push_back({.name = "session.list",
                  .classic = "",
                  .summary = "Lists the sessions: consoles, scripts, connections and windows.",

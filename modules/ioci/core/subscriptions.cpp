@@ -93,12 +93,11 @@ RMP_COMMANDS(event_commands) {
                   "many wait, changes are merged into one, which says of how many commits it is, "
                   "and the oldest messages are left out, which the next event says. A "
                   "subscription ends with its session.",
-       .example =
-           "local s = event.subscribe{topics = {\"change\"}, kinds = {\"material\"}}\n"
-           "material.create{name = \"brass\", density = 8500}\n"
-           "material.set{id = \"brass\", density = 8600}\n"
-           "local all = event.take(s)\n"
-           "assert(#all == 2 and #all[1].added == 1 and #all[2].edited == 1)",
+       .example = "local s = event.subscribe{topics = {\"change\"}, kinds = {\"material\"}}\n"
+                  "material.create{name = \"brass\", density = 8500}\n"
+                  "material.set{id = \"brass\", density = 8600}\n"
+                  "local all = event.take(s)\n"
+                  "assert(#all == 2 and #all[1].added == 1 and #all[2].edited == 1)",
        .params = {optional("topics", "list", "",
                            "Of change, message, job, run; all when left out."),
                   optional("kinds", "list", "",
@@ -142,8 +141,9 @@ RMP_COMMANDS(event_commands) {
              field("left_out", "int", "", "Messages that were left out before it."),
              field("severity", "string", "", "Of a message; with code, text, source, repeated."),
              field("id", "handle", "", "Of a job or run."),
-             field("state", "any", "", "Of a job: a word, with fraction and what; of a run: what "
-                                       "run.state gives.")}},
+             field("state", "any", "",
+                   "Of a job: a word, with fraction and what; of a run: what "
+                   "run.state gives.")}},
        .effect = Effect::reads,
        .run = take});
   all.push_back({.name = "event.unsubscribe",
