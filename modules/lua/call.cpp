@@ -103,14 +103,13 @@ bool gives_names(lua_State* L, int index, const Schema& params, std::size_t next
 /// Arguments `first`.. of a call: an optional handle or name for `id`, then either one table of
 /// names or values in the order of the schema.
 Result<Map> arguments(lua_State* L, const ioci::CommandSpec& spec, int first) {
-  Map args;
+  std::optional<Value> id;
   std::size_t next = 0;
   int i = first;
   const int top = lua_gettop(L);
   const bool has_id = !spec.params.empty() && spec.params.front().name == "id";
   if (has_id && i <= top && (handle_kind(L, i) || lua_type(L, i) == LUA_TSTRING)) {
-    RMP_TRY_ASSIGN(Value id, to_value(L, i));
-    args.set("id", std::move(id));
+    RMP_TRY_ASSIGN(id, to_value(L, i));
     next = 1;
     ++i;
   }
@@ -119,9 +118,11 @@ Result<Map> arguments(lua_State* L, const ioci::CommandSpec& spec, int first) {
     if (next == 0) return named;
     if (named.find("id"))
       return error(ErrorCode::usage, "id is given twice", "Leave it out of the braces.");
-    named.set("id", *args.find("id"));
+    named.set("id", std::move(*id));
     return named;
   }
+  Map args;
+  if (id) args.set("id", std::move(*id));
   for (; i <= top; ++i, ++next) {
     if (next >= spec.params.size())
       return error(ErrorCode::usage,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Value <-> Lua, and Error <-> error objects.
 #include <algorithm>
+#include <iterator>
 #include <limits>
 
 #include "kernel/text.h"
@@ -92,9 +93,8 @@ Result<Map> to_map(lua_State* L, int index, int depth) {
     return bad_value("the table is nested deeper than " + std::to_string(kDeepestValue) +
                          " levels or contains itself",
                      "Give a flatter table.");
-  constexpr std::size_t kFew = 4;
-  std::vector<Map::Entry> entries;
-  entries.reserve(kFew);
+  Map map;
+  bool is_sorted = true;
   lua_pushnil(L);
   while (lua_next(L, table) != 0) {
     if (lua_type(L, -2) != LUA_TSTRING) {
@@ -110,15 +110,22 @@ Result<Map> to_map(lua_State* L, int index, int depth) {
       lua_pop(L, 2);
       return std::move(item).error().in(name);
     }
-    entries.emplace_back(std::move(name), std::move(*item));
+    is_sorted = is_sorted && (map.empty() || std::prev(map.end())->first < name);
+    map.set(std::move(name), std::move(*item));
     lua_pop(L, 1);
   }
+  if (is_sorted) return map;
   // Lua's order of keys differs from run to run; logs and files must not.
-  std::sort(entries.begin(), entries.end(),
-            [](const Map::Entry& a, const Map::Entry& b) { return a.first < b.first; });
-  Map map;
-  for (Map::Entry& e : entries) map.set(std::move(e.first), std::move(e.second));
-  return map;
+  std::vector<std::string> names;
+  names.reserve(map.size());
+  for (const auto& [name, value] : map) names.push_back(name);
+  std::sort(names.begin(), names.end());
+  Map sorted;
+  for (std::string& name : names) {
+    Value value = std::move(*map.find(name));
+    sorted.set(std::move(name), std::move(value));
+  }
+  return sorted;
 }
 
 Result<Value> to_value(lua_State* L, int index, int depth) {
