@@ -18,6 +18,7 @@
 #include <gtest/gtest.h>
 
 #include <robomosp/sdk/dynamics.h>
+#include <robomosp/sdk/io.h>
 
 #include "robotics/build_model.h"
 #include "robotics/coordinates.h"
@@ -429,6 +430,74 @@ TEST_F(RobotRoundTrip, BodiesComeBackWhereTheyWere) {
           << entry.path() << " is not in " << read;
     }
   EXPECT_GE(named, 4U);
+}
+
+/// An exporter of whole robots as a third party writes one: two files.
+class Skeleton final : public Exporter {
+ public:
+  std::string_view extensions() const override { return "skeleton"; }
+  bool is_exact(std::string_view) const override { return false; }
+  Result<std::vector<ExportedFile>> write(const ExportTask& task, const Params&,
+                                          Progress&) const override {
+    std::string main, bodies;
+    for (const ExportRobot& r : task.robots) {
+      main += "robot " + r.name + "\n";
+      for (const JointModel& j : r.model->joints)
+        main += "joint " + j.name + " on " + std::to_string(j.parent) + "\n";
+    }
+    // Whose link an item is, by the nearest of its parents that stands for one.
+    for (std::size_t i = 0; i < task.items.size(); ++i) {
+      if (!task.items[i].mesh) continue;
+      for (auto at = static_cast<std::int32_t>(i); at >= 0;) {
+        const ExportItem& item = task.items[static_cast<std::size_t>(at)];
+        if (const auto part = robot_part(item)) {
+          bodies += std::to_string(part->robot) + " " + std::to_string(part->joint) + " " +
+                    item.name + "\n";
+          break;
+        }
+        at = item.parent;
+      }
+    }
+    return std::vector<ExportedFile>{{std::string(task.name), main}, {"parts/bodies.txt", bodies}};
+  }
+};
+
+TEST_F(RobotRoundTrip, AnExporterOfOthersSeesTheWholeRobotAndWhoseBodiesAreWhat) {
+  ProviderInfo info;
+  info.interface_id = Exporter::kInterfaceId;
+  info.name = "skeleton";
+  ASSERT_TRUE(app()
+                  .registry
+                  .add(info,
+                       []() -> Result<void*> {
+                         return static_cast<void*>(static_cast<Exporter*>(new Skeleton));
+                       })
+                  .ok());
+  call("robot.load", {{"file", "robots/gripper.rbt"}});
+  const fs::path file = folder_ / "gripper.skeleton";
+  call("export", {{"what", "gripper"}, {"file", file.string()}});
+  app().registry.remove(Exporter::kInterfaceId, "skeleton");
+  const Side a = side("gripper");
+  std::ifstream main(file), bodies(folder_ / "parts/bodies.txt");
+  ASSERT_TRUE(main && bodies) << "two files";
+  std::string line;
+  ASSERT_TRUE(std::getline(main, line));
+  EXPECT_EQ(line, "robot gripper");
+  std::size_t joints = 0;
+  while (std::getline(main, line)) ++joints;
+  EXPECT_EQ(joints, a.model->joints.size());
+  const auto frames = robotics::link_frames(*a.robot);
+  std::size_t count = 0;
+  int robot = -1, joint = -2;
+  for (std::string name; bodies >> robot >> joint && std::getline(bodies >> std::ws, name);) {
+    ++count;
+    EXPECT_EQ(robot, 0);
+    std::int32_t expected = -1;
+    for (std::size_t i = 0; i < frames.size(); ++i)
+      if (a.robot->links[i].name == name) expected = frames[i].joint;
+    EXPECT_EQ(joint, expected) << name;
+  }
+  EXPECT_GE(count, 4U);
 }
 
 }  // namespace

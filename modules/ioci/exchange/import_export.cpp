@@ -391,8 +391,10 @@ class Items {
     for (std::size_t b = 0; b < bodies.bodies.size(); ++b) {
       const std::string& part = b == 0 ? std::string("base") : robot.links[b - 1].name;
       const Pose at = b == 0 ? Pose{} : frames[b - 1];
+      const ItemOfRobot link{static_cast<std::int32_t>(robots.size()) - 1,
+                             b == 0 ? -1 : links[b - 1].joint};
       if (bodies.generated) {
-        const std::int32_t body = group(part, at, self);
+        const std::int32_t body = group(part, at, self, link);
         for (evaluation::Drawable& d : bodies.bodies[b]) {
           ExportItem item;
           item.name = d.name.empty() ? part : d.name;
@@ -406,7 +408,7 @@ class Items {
       }
       const auto& parts = b == 0 ? robot.base_parts : robot.links[b - 1].parts;
       if (parts.empty() || (b > 0 && !robot.links[b - 1].visible)) continue;
-      const std::int32_t body = group(part, at, self);
+      const std::int32_t body = group(part, at, self, link);
       for (const model::BodyPart& p : parts)
         RMP_TRY(add(p.what, ctx_.snapshot().find(p.what)->name, model::pose(p.placement), body));
     }
@@ -448,8 +450,10 @@ class Items {
   std::vector<ExportRobot> robots;
   std::vector<std::string> notes;
 
-  std::int32_t group(const std::string& name, const Pose& pose, std::int32_t parent) {
+  std::int32_t group(const std::string& name, const Pose& pose, std::int32_t parent,
+                     ItemOfRobot link = {}) {
     ExportItem item;
+    if (link.robot >= 0) set_robot_part(item, link);
     item.name = name;
     item.parent = parent;
     item.pose = pose;

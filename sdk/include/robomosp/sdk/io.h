@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -71,7 +72,24 @@ struct ExportItem {
   Room room{};
 };
 
-/// A robot in what is exported. Its links' bodies are among the items.
+/// What an item is of a robot.
+struct ItemOfRobot {
+  std::int32_t robot = -1;  ///< into ExportTask::robots
+  std::int32_t joint = -1;  ///< of its model, which carries the link; -1 = its base
+};
+/// Of the item that stands for a link or a base: all below it is that link's body. Else nothing.
+[[nodiscard]] inline std::optional<ItemOfRobot> robot_part(const ExportItem& item) {
+  if (item.room.words[0] == 0) return std::nullopt;
+  return ItemOfRobot{static_cast<std::int32_t>(item.room.words[0]) - 1,
+                     static_cast<std::int32_t>(item.room.words[1]) - 1};
+}
+/// For the host: numbers from 0, joints from -1.
+inline void set_robot_part(ExportItem& item, ItemOfRobot part) {
+  item.room.words[0] = static_cast<std::uint64_t>(part.robot + 1);
+  item.room.words[1] = static_cast<std::uint64_t>(part.joint + 1);
+}
+
+/// A robot in what is exported. Its links' bodies are among the items (robot_part).
 struct ExportRobot {
   std::string name;                   ///< where it stands: in the world, else the record's
   const RobotModel* model = nullptr;  ///< joints, limits, masses, as solvers see it
