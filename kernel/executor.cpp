@@ -44,14 +44,20 @@ Executor::Executor(std::size_t cores)
     : cores_(cores > 0 ? cores : std::max(1U, std::thread::hardware_concurrency())) {}
 
 Executor::~Executor() {
-  std::vector<std::thread> threads;
   {
     const std::lock_guard lock(mutex_);
     is_ending_ = true;
-    threads.swap(threads_);
   }
   wake_.notify_all();
-  for (std::thread& t : threads) t.join();
+  for (std::size_t i = 0;; ++i) {  // a task may have started another one
+    std::thread thread;
+    {
+      const std::lock_guard lock(mutex_);
+      if (i == threads_.size()) return;
+      thread = std::move(threads_[i]);
+    }
+    thread.join();
+  }
 }
 
 Executor& Executor::of_process() {
@@ -63,23 +69,28 @@ Executor& Executor::of_process() {
 void Executor::work() {
   std::unique_lock lock(mutex_);
   for (;;) {
-    ++idle_;
     wake_.wait(lock, [this] { return is_ending_ || !tasks_.empty(); });
-    --idle_;
     if (tasks_.empty()) return;
-    std::function<void()> task = std::move(tasks_.front());
+    Task task = std::move(tasks_.front());
     tasks_.pop_front();
+    ++busy_;
     lock.unlock();
-    task();
-    task = {};  // what it captured is let go without the lock
+    task.work();
+    task.work = {};  // what it captured is let go without the lock
     lock.lock();
+    --busy_;
+    if (task.is_helper) --helpers_;
   }
 }
 
-void Executor::run(std::function<void()> task) {
+void Executor::run(std::function<void()> task) { start({std::move(task), false}); }
+
+void Executor::start(Task task) {
+  bool has_thread = false;
   {
     const std::lock_guard lock(mutex_);
-    bool has_thread = idle_ > tasks_.size();
+    // Also those that are about to wait for the next task, or that have just been started.
+    has_thread = threads_.size() > busy_ + tasks_.size();
     if (!has_thread) {
       try {
         threads_.emplace_back([this] { work(); });
@@ -88,10 +99,11 @@ void Executor::run(std::function<void()> task) {
         has_thread = false;
       }
     }
-    if (has_thread) tasks_.push_back(std::exchange(task, {}));
+    if (has_thread) tasks_.push_back(std::move(task));
+    else if (task.is_helper) --helpers_;
   }
-  if (task) task();
-  else wake_.notify_one();
+  if (has_thread) wake_.notify_one();
+  else task.work();
 }
 
 void Executor::spread(std::size_t parts, std::size_t threads,
@@ -112,14 +124,7 @@ void Executor::spread(std::size_t parts, std::size_t threads,
   shared->permit = current_permit();
   shared->parts = parts;
   for (std::size_t h = 0; h < helpers; ++h)
-    run([this, shared] {
-      const std::size_t taken = shared->take_all();
-      {
-        const std::lock_guard lock(mutex_);
-        --helpers_;
-      }
-      shared->count(taken);
-    });
+    start({[shared] { shared->count(shared->take_all()); }, true});
   shared->count(shared->take_all());
   std::unique_lock lock(shared->mutex);
   wait_serving(lock, shared->changed, [&] { return shared->done == parts; });

@@ -36,15 +36,20 @@ class Executor {
 
  private:
   struct Spread;
+  struct Task {
+    std::function<void()> work;
+    bool is_helper = false;  ///< given to spread()
+  };
   void work();
+  void start(Task task);
   const std::size_t cores_;
   std::mutex mutex_;
   std::condition_variable wake_;
-  std::deque<std::function<void()>> tasks_;  // guarded by mutex_
-  std::vector<std::thread> threads_;         // guarded by mutex_
-  std::size_t idle_ = 0;                     // guarded by mutex_
-  std::size_t helpers_ = 0;                  // guarded by mutex_; given to spread()
-  bool is_ending_ = false;                   // guarded by mutex_
+  std::deque<Task> tasks_;            // guarded by mutex_
+  std::vector<std::thread> threads_;  // guarded by mutex_
+  std::size_t busy_ = 0;              // guarded by mutex_; threads that have a task
+  std::size_t helpers_ = 0;           // guarded by mutex_; given to spread()
+  bool is_ending_ = false;            // guarded by mutex_
 };
 
 }  // namespace robomosp
