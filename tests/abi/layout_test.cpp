@@ -33,6 +33,7 @@
 #include <robomosp/sdk/render.h>
 #include <robomosp/sdk/retimer.h>
 #include <robomosp/sdk/robot_code.h>
+#include <robomosp/sdk/threads.h>
 #include <robomosp/sdk/trajectory.h>
 
 namespace robomosp {
@@ -119,6 +120,8 @@ void plain_types(std::ostream& out) {
   F3(rmp_param, flags, label, group);
   TYPE(rmp_host);
   F7(rmp_host, struct_size, program_version, log, run, create, list, extension);
+  TYPE(rmp_threads);
+  F3(rmp_threads, struct_size, cores, spread);
   TYPE(rmp_program);
   F8(rmp_program, struct_size, name, arguments, argument_count, input, input_size, seconds, memory);
   F5(rmp_program, most_output, context, output, line, cancelled);

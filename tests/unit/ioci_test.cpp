@@ -225,6 +225,27 @@ TEST_F(Ioci, ANameThatOnlyTheLibraryKnowsIsNotLoadedSilently) {
   EXPECT_EQ(app().document.now()->size(), 0U);
 }
 
+TEST_F(Ioci, ARecordOfTheLibraryIsNotSavedOverTheLibrarysFileUnasked) {
+  const Value puma = call("robot.get", {{"name", "puma560"}});
+  const fs::path file = app().document.now()->find({Kind::robot, puma.as_handle()->number})->file;
+  const auto text_of_file = [](const fs::path& name) {
+    std::ifstream in(name);
+    return std::string(std::istreambuf_iterator<char>(in), {});
+  };
+  const std::string before = text_of_file(file);
+  ASSERT_FALSE(before.empty()) << file;
+  call("robot.set", {{"id", puma}, {"description", "mine"}});
+  const Error refused = fails("robot.save", {{"id", puma}});
+  EXPECT_EQ(refused.code, ErrorCode::permission);
+  EXPECT_NE(refused.sentence().find("library"), std::string::npos) << refused.sentence();
+  EXPECT_EQ(text_of_file(file), before);
+  const fs::path own = folder_ / "puma560.rbt";
+  call("robot.save", {{"id", puma}, {"file", own.string()}});
+  EXPECT_NE(text_of_file(own).find("mine"), std::string::npos);
+  call("robot.save", {{"id", puma}});  // its file is its own now
+  EXPECT_EQ(text_of_file(file), before);
+}
+
 TEST_F(Ioci, AMisspeltLibraryNameSuggestsTheRightOne) {
   EXPECT_NE(fails("robot.get", {{"name", "puma506"}}).hint.find("puma560"), std::string::npos);
 }

@@ -426,6 +426,21 @@ std::string plain(std::string_view name) {
 
 }  // namespace
 
+std::vector<std::filesystem::path> library_folders(const Application& app) {
+  std::vector<std::filesystem::path> out;
+  std::error_code none;
+  for (const auto& folder : app.library)
+    out.push_back(std::filesystem::weakly_canonical(folder, none));
+  return out;
+}
+
+bool is_within(std::span<const std::filesystem::path> folders, const std::filesystem::path& file) {
+  return std::any_of(folders.begin(), folders.end(), [&file](const auto& folder) {
+    return std::mismatch(folder.begin(), folder.end(), file.begin(), file.end()).first ==
+           folder.end();
+  });
+}
+
 std::vector<std::filesystem::path> library_folders(const Application& app, Kind kind) {
   std::vector<std::filesystem::path> out;
   for (const auto& folder : app.library) out.push_back(folder / model::info(kind).folder);

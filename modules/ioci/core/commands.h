@@ -148,6 +148,11 @@ void report_no_mass(CommandContext& ctx, const RobotModel& m, Severity severity,
 
 // --- library of shipped files --------------------------------------------------------------
 
+/// The folders of the library, canonical.
+[[nodiscard]] std::vector<std::filesystem::path> library_folders(const Application& app);
+/// Whether a file, canonical as that of a record, is in one of these folders or below.
+[[nodiscard]] bool is_within(std::span<const std::filesystem::path> folders,
+                             const std::filesystem::path& file);
 /// "materials", "parts", ... below a library folder.
 [[nodiscard]] std::vector<std::filesystem::path> library_folders(const Application& app, Kind kind);
 /// Names of the library's records of a kind, sorted.

@@ -44,22 +44,14 @@ Result<Value> save_all(CommandContext& ctx, const Map& args) {
   if (!std::filesystem::is_directory(folder, failed))
     return error(ErrorCode::not_found, "there is no folder " + text::quote(folder.string()),
                  "Make it first.");
-  std::vector<std::filesystem::path> shipped;
-  if (!flag(args, "library"))
-    for (const auto& each : ctx.app.library)
-      shipped.push_back(std::filesystem::weakly_canonical(each, failed));
-  const auto is_shipped = [&shipped](const std::filesystem::path& file) {
-    return std::any_of(shipped.begin(), shipped.end(), [&file](const auto& within) {
-      return std::mismatch(within.begin(), within.end(), file.begin(), file.end()).first ==
-             within.end();
-    });
-  };
+  const auto library =
+      flag(args, "library") ? std::vector<std::filesystem::path>{} : library_folders(ctx.app);
   std::vector<std::pair<AnyId, std::filesystem::path>> wanted;
   for (const AnyId id : ctx.snapshot().list()) {
     const model::Record& r = *ctx.snapshot().find(id);
     if (r.file.empty())
       wanted.emplace_back(id, folder / (r.name + std::string(io::extension(id.kind))));
-    else if (!is_shipped(r.file)) wanted.emplace_back(id, r.file);
+    else if (!is_within(library, r.file)) wanted.emplace_back(id, r.file);
   }
   RMP_TRY_ASSIGN(const auto written, io::save_all(ctx.edit(), wanted, ctx.app.library));
   List out;

@@ -122,6 +122,12 @@ Result<Value> save(CommandContext& ctx, const Map& args) {
   if (file.empty())
     return error(ErrorCode::invalid_argument, name_in(ctx, id) + " was never saved",
                  "Give file = \"" + r->name + std::string(io::extension(id.kind)) + "\".");
+  if (!has(args, "file") && is_within(library_folders(ctx.app), file))
+    return error(ErrorCode::permission,
+                 name_in(ctx, id) +
+                     " is in a file of the library, which all documents share: " + file.string(),
+                 "Give file = \"" + r->name + std::string(io::extension(id.kind)) +
+                     "\", or that file's own name to change the library.");
   if (file.extension() != io::extension(id.kind))
     return error(
         ErrorCode::invalid_argument,
