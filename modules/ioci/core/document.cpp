@@ -118,7 +118,7 @@ RMP_COMMANDS(document_commands) {
                  .run = digest});
   all.push_back({.name = "cache.stats",
                  .classic = "",
-                 .summary = "Tells how often computed values were found or had to be made.",
+                 .summary = "Reports how often computed values were found or had to be made.",
                  .details = "",
                  .example = "local s = cache.stats()\nassert(s.entries >= 0)",
                  .params = {},

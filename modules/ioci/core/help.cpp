@@ -163,7 +163,7 @@ RMP_COMMANDS(help_commands) {
        .run = table});
   all.push_back({.name = "version",
                  .classic = "version",
-                 .summary = "Tells the versions of the program and of its plugin interface.",
+                 .summary = "Reports the versions of the program and of its plugin interface.",
                  .details = "",
                  .example = "assert(version().version ~= \"\")",
                  .params = {},

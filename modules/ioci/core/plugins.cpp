@@ -204,7 +204,7 @@ RMP_COMMANDS(plugin_commands) {
   all.push_back(
       {.name = "plugin.check",
        .classic = "",
-       .summary = "Tells whether a plugin would be accepted, without making it available.",
+       .summary = "Reports whether a plugin would be accepted, without making it available.",
        .details = "The file's code is loaded for it.",
        .example = "assert(plugin.check(\"no_such_plugin\").refusal)",
        .params = {needed("file", "string", "", "A name looked for in the search path, or a path.")},
@@ -258,7 +258,7 @@ RMP_COMMANDS(plugin_commands) {
                  .run = provider_params});
   all.push_back({.name = "provider.default",
                  .classic = "",
-                 .summary = "Tells or sets the provider that is taken where none is named.",
+                 .summary = "Reports or sets the provider that is taken where none is named.",
                  .details = "What is only found is never the default: it is the program's own "
                             "provider until another is chosen: for this run, with the document "
                             "(`keep = \"document\"`: saved, loaded and undone with it) or for "

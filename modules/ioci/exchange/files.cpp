@@ -84,21 +84,21 @@ RMP_COMMANDS(file_commands) {
                  .returns = {"list", "", "Paths.", {}},
                  .effect = Effect::reads,
                  .run = library_folders_of});
-  all.push_back({.name = "file.load",
-                 .classic = "",
-                 .summary = "Loads a file of any kind and everything it refers to.",
-                 .details =
-                     "The kind follows from the extension: .mtr, .csg, .part, .rbt, .tjc, "
-                     ".wld. Files of ROBOMOSP 1.4 (2006), worlds and .stn among them, are told "
-                     "by their content; a .csg of several materials becomes an object "
-                     "(solid.load makes one solid of it). All or nothing, as one step.",
-                 .example = "material.create{name = \"brass\", density = 8500}\nlocal path = "
-                            "\"example.mtr\"\nmaterial.save{id = \"brass\", file = "
-                            "path}\ndocument.clear()\nassert(file.load(path).name == \"brass\")",
-                 .params = {needed("file", "path", "", "The file.")},
-                 .returns = {"handle", "", "", {}},
-                 .effect = Effect::files_read | Effect::edits,
-                 .run = load});
+  all.push_back(
+      {.name = "file.load",
+       .classic = "",
+       .summary = "Loads a file of any kind and everything it refers to.",
+       .details = "The kind follows from the extension: .mtr, .csg, .part, .rbt, .tjc, "
+                  ".wld. Files of ROBOMOSP 1.4 (2006), worlds and .stn among them, are recognised "
+                  "by their content; a .csg of several materials becomes an object "
+                  "(solid.load makes one solid of it). All or nothing, as one step.",
+       .example = "material.create{name = \"brass\", density = 8500}\nlocal path = "
+                  "\"example.mtr\"\nmaterial.save{id = \"brass\", file = "
+                  "path}\ndocument.clear()\nassert(file.load(path).name == \"brass\")",
+       .params = {needed("file", "path", "", "The file.")},
+       .returns = {"handle", "", "", {}},
+       .effect = Effect::files_read | Effect::edits,
+       .run = load});
   all.push_back(
       {.name = "file.export_2006",
        .classic = "",

@@ -643,7 +643,7 @@ RMP_COMMANDS(exchange_commands) {
            "a "
            "solid with one `imported` node, an assembly an object, copies share their solid. Files "
            "are read in a process of its own; nothing is made when it fails, and all is one step. "
-           "What was repaired, left out or assumed is told in messages.\n\n"
+           "What was repaired, left out or assumed is reported in messages.\n\n"
            "Masses in such files are not trusted. Each colour becomes a material with the density "
            "of "
            "aluminium unless `density` or `material` is given; a message says so.\n\n"

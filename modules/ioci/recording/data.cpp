@@ -165,7 +165,7 @@ RMP_COMMANDS(recording_data_commands) {
       {.name = "recording.compute",
        .classic = "",
        .summary = "Adds columns that follow from the recorded ones and the robot.",
-       .details = quantities + ". The robot is that of now; one that was changed is told.",
+       .details = quantities + ". The robot is that of now; one that was changed is reported.",
        .example = with_recording("run:compute{\"power\", \"velocity\", \"limits\"}\n"
                                  "assert(run:values(\"speed\")[21] > 0)"),
        .params = {self("recording"), needed("quantities", "any", "", "A name or a list of names."),
@@ -195,7 +195,7 @@ RMP_COMMANDS(recording_data_commands) {
   all.push_back(
       {.name = "recording.compare",
        .classic = "",
-       .summary = "Tells how far another recording differs, column by column.",
+       .summary = "Reports how far another recording differs, column by column.",
        .details = "Where the times differ the other one is interpolated linearly at the times of "
                   "this one, over the time that both cover. The correlation is Pearson's, as in "
                   "table 1 of the paper of 2006; a column that does not vary has none.",

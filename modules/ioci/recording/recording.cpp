@@ -215,7 +215,7 @@ RMP_COMMANDS(recording_commands) {
                  .run = columns});
   all.push_back({.name = "recording.notes",
                  .classic = "",
-                 .summary = "Tells what happened while a recording was made, a sentence each.",
+                 .summary = "Reports what happened while a recording was made, a sentence each.",
                  .details = "Such as limits met and with which speed, torques that were cut, when "
                             "joints came to rest and went on, steps of the integrator.",
                  .example = with_recording("assert(type(run:notes()) == \"table\")"),

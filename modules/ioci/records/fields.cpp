@@ -94,7 +94,7 @@ RMP_COMMANDS(field_commands) {
        .run = kinds},
       {.name = "record.schema",
        .classic = "",
-       .summary = "Tells what can be in a record of a kind.",
+       .summary = "Reports what can be in a record of a kind.",
        .details = "Each field has name, label, doc, type and since (the version of the files that "
                   "has it first); where it applies unit, min or above, max, infinite, choices, "
                   "default, optional, needed, read_only, expression (its numbers may be "

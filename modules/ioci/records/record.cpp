@@ -230,11 +230,12 @@ void add_kind(std::vector<CommandSpec>& all) {
       {.name = kind + ".load",
        .classic = world ? "Worlds Open" : "",
        .summary = "Loads " + a + " and everything it refers to from a " + extension + " file.",
-       .details = std::string("All or nothing, as one step. A file that is in the document already "
-                              "is not loaded again.") +
-                  (K <= Kind::object ? " Files of ROBOMOSP 1.4 (2006) are told by their content "
-                                       "and read as well (.mtr, .csg, .obj)."
-                                     : ""),
+       .details =
+           std::string("All or nothing, as one step. A file that is in the document already "
+                       "is not loaded again.") +
+           (K <= Kind::object ? " Files of ROBOMOSP 1.4 (2006) are recognised by their content "
+                                "and read as well (.mtr, .csg, .obj)."
+                              : ""),
        .example = make + "\nlocal file = \"example" + extension + "\"\n" + kind +
                   ".save{id = " + quoted + ", file = file}\ndocument.clear()\n" + kind +
                   ".load(file)\nassert(#" + kind + ".list() == 1)",

@@ -646,7 +646,7 @@ RMP_COMMANDS(robot_kinematics_commands) {
         field("motors", "list", "", "Numbers in qd that its columns belong to.")}},
       dexterity);
   add("robot.singularity",
-      "Tells whether a configuration is singular, and what the tool cannot do there.",
+      "Reports whether a configuration is singular, and what the tool cannot do there.",
       "rank is that of the tool's Jacobian here, full_rank the greatest it has elsewhere: a robot "
       "of "
       "four joints has 4. lost has a unit twist (v, w) a row, mounting axes, at the tool: it is "

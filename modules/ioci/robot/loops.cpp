@@ -243,7 +243,7 @@ RMP_COMMANDS(robot_loop_commands) {
   all.push_back(
       {.name = "robot.loop_error",
        .classic = "",
-       .summary = "Tells how far the loops are open, and how that changes with the joints.",
+       .summary = "Reports how far the loops are open, and how that changes with the joints.",
        .details = "The residual has one number a direction that a loop holds: in the axes of frame "
                   "a, the way from its origin to that of frame b [m], then the rotation vector of "
                   "frame b in frame a [rad]. The Jacobian is its derivative by the velocities.",

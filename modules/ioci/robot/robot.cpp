@@ -278,7 +278,7 @@ RMP_COMMANDS(robot_commands) {
   all.push_back(
       {.name = "robot.base_type",
        .classic = "PRobot GetBaseType",
-       .summary = "Tells how the base is held.",
+       .summary = "Reports how the base is held.",
        .details = "Fixed where the world places it, or Floating: its first link has a free joint.",
        .example = with_arm("assert(arm:base_type() == \"Fixed\")"),
        .params = {self("robot")},
@@ -355,7 +355,7 @@ RMP_COMMANDS(robot_commands) {
   all.push_back(
       {.name = "robot.skin",
        .classic = "",
-       .summary = "Tells what body is drawn for a robot without designed parts.",
+       .summary = "Reports what body is drawn for a robot without designed parts.",
        .details = "The generated body has no mass.",
        .example = with_arm("assert(arm:skin().generated)"),
        .params = {self("robot")},

@@ -408,7 +408,7 @@ RMP_COMMANDS(run_commands) {
                 "local s = fall:reset()\n"
                 "assert(s.time == 0 and s.rows == 1 and s.objects.box.position[3] == 0.2)"),
       {self("run")}, shown, Effect::simulates, reset);
-  add("run.state", "Tells what a run shows.", "",
+  add("run.state", "Reports what a run shows.", "",
       with_fall("assert(fall:state().values[\"box.z\"] == 0.5)"), {self("run")}, shown,
       Effect::reads, state);
   add("run.recording", "Gives what a run has recorded so far, as a recording.",

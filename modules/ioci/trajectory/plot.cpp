@@ -122,8 +122,8 @@ RMP_COMMANDS(trajectory_plot_commands) {
        .classic = "",
        .summary = "Samples place, speed, acceleration and jerk over time into a recording.",
        .details = "Columns: time, x, y, z, speed, acceleration, jerk, turning, "
-                  "angular_acceleration. The jerk is told within each piece; where the "
-                  "acceleration jumps it has no value, and the calmer side's is told. What can be "
+                  "angular_acceleration. The jerk is given within each piece; where the "
+                  "acceleration jumps it has no value, and the calmer side's is given. What can be "
                   "done with recordings, such as plots and CSV, is in recording.*.",
        .example = with_stroke("local r = stroke:record{step = 0.01}\n"
                               "assert(math.abs(r:values{\"speed\"}[50] - 0.1) < 1e-12)"),

@@ -169,7 +169,7 @@ RMP_COMMANDS(trajectory_segment_commands) {
   all.push_back(
       {.name = "trajectory.set_transition",
        .classic = "",
-       .summary = "Tells how a segment follows the one before.",
+       .summary = "Reports how a segment follows the one before.",
        .details = "Where the two do not meet in position, orientation or velocity, a smooth piece "
                   "is put between them, unless there is to be none: then a gap is an error and the "
                   "velocity may jump. What is not given is chosen by the neighbours.",

@@ -268,17 +268,19 @@ RMP_COMMANDS(transform_commands) {
                     field("matrix", "matrix", "", "3x3."), field("pose", "pose", "", "4x4.")}},
        .effect = Effect::reads,
        .run = convert});
-  all.push_back({.name = "spatial.compose",
-                 .classic = "",
-                 .summary = "Gives the pose b, told in a, in the frame that a is told in.",
-                 .details = "",
-                 .example = "local t = spatial.compose({1, 0, 0, 0, 0, \"90 deg\"}, {1, 0, 0, 0, "
-                            "0, 0})\nassert(math.abs(t.position[2] - 1) < 1e-15)",
-                 .params = {needed("a", "pose", "", "The first pose."),
-                            needed("b", "pose", "", "The second, in the frame of the first.")},
-                 .returns = {"map", "", "", pose_fields},
-                 .effect = Effect::reads,
-                 .run = compose});
+  all.push_back(
+      {.name = "spatial.compose",
+       .classic = "",
+       .summary =
+           "Composes two poses: b, given in frame a, as seen from the frame that a is given in.",
+       .details = "",
+       .example = "local t = spatial.compose({1, 0, 0, 0, 0, \"90 deg\"}, {1, 0, 0, 0, "
+                  "0, 0})\nassert(math.abs(t.position[2] - 1) < 1e-15)",
+       .params = {needed("a", "pose", "", "The first pose."),
+                  needed("b", "pose", "", "The second, in the frame of the first.")},
+       .returns = {"map", "", "", pose_fields},
+       .effect = Effect::reads,
+       .run = compose});
   all.push_back({.name = "spatial.invert",
                  .classic = "",
                  .summary = "Gives the inverse of a pose.",

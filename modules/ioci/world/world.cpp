@@ -615,8 +615,9 @@ RMP_COMMANDS(world_commands) {
       {.name = "world.evaluate",
        .classic = "",
        .summary = "Computes mesh and volume of every solid a world shows, several at a time.",
-       .details = "What is known already takes no time. A solid that cannot be computed is told in "
-                  "its row; the others go on.",
+       .details =
+           "What is known already takes no time. A solid that cannot be computed is reported in "
+           "its row; the others go on.",
        .example =
            "solid.create{name = \"table\", root = {kind = \"box\", x = 1, y = 1, z = 0.7}}\nlocal "
            "cell = world.create{name = \"cell\"}\ncell:add_object{what = \"table\"}\nlocal e = "

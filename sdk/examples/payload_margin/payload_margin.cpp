@@ -192,7 +192,7 @@ const rmp_param kSettings[] = {
 ModuleCommand margin_command() {
   ModuleCommand c;
   c.name = "robot.payload_margin";
-  c.summary = "Tells what a payload leaves of the torque limits of a robot at rest.";
+  c.summary = "Reports what a payload leaves of the torque limits of a robot at rest.";
   c.details = "The least over configurations that are spread evenly over its joint limits.";
   c.example =
       "local left = robot(\"iiwa14\"):payload_margin{payload = 14}\n"
