@@ -2,6 +2,8 @@
 // Elements of worlds straight from files: read and placed in one step.
 #include <algorithm>
 #include <map>
+#include <set>
+#include <string>
 #include <utility>
 
 #include "io/legacy.h"
@@ -22,12 +24,12 @@ enum class Clash { rename, replace, refuse };
 class Elements {
  public:
   Elements(World& world, Clash clash, bool keeps_places)
-      : world_(world), clash_(clash), keeps_places_(keeps_places) {}
+      : world_(world), clash_(clash), keeps_places_(keeps_places), taken_(member_names(world)) {}
 
   template <class List>
   Result<void> put(List World::*list, typename List::value_type made) {
     const std::string wanted = made.name;
-    const bool is_taken = member_names(world_).contains(wanted);
+    const bool is_taken = taken_.contains(wanted);
     if (is_taken && clash_ == Clash::refuse)
       return error(ErrorCode::conflict, "there is already a member named " + text::quote(wanted),
                    "Give another name, or clash = \"rename\" or \"replace\".");
@@ -43,7 +45,8 @@ class Elements {
         if (keeps_places_) made.placement = old->placement;
       members[static_cast<std::size_t>(old - members.begin())] = std::move(made);
     } else {
-      RMP_TRY_ASSIGN(made.name, member_name(world_, {}, wanted));
+      made.name = is_taken ? free_name(wanted) : wanted;
+      taken_.insert(made.name);
       members.push_back(std::move(made));
     }
     const std::string& name = clash_ == Clash::replace ? wanted : members.back().name;
@@ -98,6 +101,12 @@ class Elements {
     const auto at = renamed_.find(name);
     return at == renamed_.end() ? name : at->second;
   }
+  /// wanted_2, wanted_3, ...: the first that is free.
+  std::string free_name(const std::string& wanted) {
+    std::size_t& n = next_.try_emplace(wanted, 2).first->second;
+    while (taken_.contains(wanted + "_" + std::to_string(n))) ++n;
+    return wanted + "_" + std::to_string(n);
+  }
   Result<void> put_signal(const model::Signal& s) {
     const auto same = std::find_if(world_.signals.begin(), world_.signals.end(),
                                    [&](const model::Signal& k) { return k.name == s.name; });
@@ -118,6 +127,8 @@ class Elements {
   World& world_;
   Clash clash_;
   bool keeps_places_;
+  std::set<std::string> taken_;              ///< names of members
+  std::map<std::string, std::size_t> next_;  ///< number that may be free, of a name
   std::map<std::string, std::string> renamed_;
   List names_;
 };
