@@ -190,22 +190,18 @@ Application::Application(ApplicationOptions options)
   derived.set_enabled(options_.cache);
   messages.deliver_after(lock);
   using Name = std::optional<std::string>;
-  for (HandleKinds::Entry& own :
-       std::vector<HandleKinds::Entry>{{"recording",
-                                        [this](std::uint64_t number) {
-                                          const auto r = recordings.find(number);
-                                          return r ? Name(r->title) : Name();
-                                        }},
-                                       {"job",
-                                        [this](std::uint64_t number) {
-                                          const auto status = jobs.status(number);
-                                          return status.ok() ? Name(status->label) : Name();
-                                        }},
-                                       {"run", [this](std::uint64_t number) {
-                                          const auto run = runs->find(number);
-                                          return run ? Name(run->title) : Name();
-                                        }}})
-    (void)handle_kinds.add(std::move(own.kind), std::move(own.name_of));
+  (void)handle_kinds.add("recording", [this](std::uint64_t number) {
+    const auto r = recordings.find(number);
+    return r ? Name(r->title) : Name();
+  });
+  (void)handle_kinds.add("job", [this](std::uint64_t number) {
+    const auto status = jobs.status(number);
+    return status.ok() ? Name(status->label) : Name();
+  });
+  (void)handle_kinds.add("run", [this](std::uint64_t number) {
+    const auto run = runs->find(number);
+    return run ? Name(run->title) : Name();
+  });
   spatial::set_spread(
       [](std::size_t parts, std::size_t threads, void (*part)(void*, std::size_t), void* context) {
         Executor::of_process().spread(parts, threads, [&](std::size_t i) { part(context, i); });
@@ -361,6 +357,8 @@ class Application::Call {
   [[nodiscard]] std::string label() const;
 
  private:
+  /// What finish() does before hooks are called.
+  Result<Value> settle(Result<Value> result);
   /// What is denied besides what the session is denied. Whether one of the program's own starts a
   /// program lies with the provider that is chosen, and is not in the table.
   [[nodiscard]] static Effects beyond(const CommandSpec& spec, Effects allowed, Effects all) {
@@ -383,7 +381,6 @@ class Application::Call {
   const Map& args_;
   const bool is_own_thread_;
   bool is_job_ = false;
-  bool is_finishing_ = false;
   const Effects all_;
   const Permit permit_;
   CommandContext ctx_;
@@ -493,15 +490,17 @@ Result<Value> Application::Call::compute() {
 }
 
 Result<Value> Application::Call::finish(Result<Value> result) {
-  if (hooked_ && !std::exchange(is_finishing_, true)) {
-    result = finish(std::move(result));
-    if (transaction_) {  // the records as they are now
-      ctx_.transaction_ = nullptr;
-      ctx_.base_ = app_.document.now();
-    }
-    hooked_->end(result);
-    return result;
+  result = settle(std::move(result));
+  if (!hooked_) return result;
+  if (transaction_) {  // the records as they are now
+    ctx_.transaction_ = nullptr;
+    ctx_.base_ = app_.document.now();
   }
+  hooked_->end(result);
+  return result;
+}
+
+Result<Value> Application::Call::settle(Result<Value> result) {
   if (!result.ok()) {
     if (!permit_.was_refused || result.error().code == ErrorCode::permission) return result;
     Error refused = std::move(result).error();
