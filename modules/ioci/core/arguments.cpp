@@ -304,7 +304,8 @@ Result<model::ProviderChoice> read_provider(const Value& value, std::string_view
 Error unknown_name(std::string_view what, std::string_view name,
                    const std::vector<std::string>& known) {
   std::string hint = text::did_you_mean(name, known);
-  if (hint.empty() && !known.empty() && known.size() <= 20)
+  if (known.empty()) hint = "There are none.";
+  if (hint.empty() && known.size() <= 20)
     hint =
         "There " + std::string(known.size() == 1 ? "is " : "are ") + text::enumerate(known) + ".";
   return error(ErrorCode::unknown_name,
