@@ -23,9 +23,9 @@ enum class Effect : std::uint8_t {
   loads_code,   ///< loads plugins, evaluates scripts
   stops         ///< ends the program
 };
-inline constexpr Effect kAllEffects[] = {
-    Effect::reads,     Effect::edits,     Effect::simulates,  Effect::files_read, Effect::files_write,
-    Effect::processes, Effect::providers, Effect::loads_code, Effect::stops};
+inline constexpr Effect kAllEffects[] = {Effect::reads,      Effect::edits,       Effect::simulates,
+                                         Effect::files_read, Effect::files_write, Effect::processes,
+                                         Effect::providers,  Effect::loads_code,  Effect::stops};
 
 /// The word that tables and settings use, such as "files_read".
 [[nodiscard]] std::string_view to_string(Effect);

@@ -2,9 +2,12 @@
 // Value: what commands take and return; every front end translates to and from it (layer: core).
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <initializer_list>
 #include <memory>
+#include <span>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -24,38 +27,87 @@ struct Handle {
   bool operator==(const Handle&) const = default;
 };
 
+/// The numbers of a NumericArray, seen; a copy where a vector is wanted.
+class Numbers : public std::span<const double> {
+ public:
+  Numbers() = default;
+  Numbers(const double* first, std::size_t count) : span(first, count) {}
+  Numbers(const std::vector<double>& v) : span(v) {}  // NOLINT: implicit by design, as below
+  /// \throws std::out_of_range
+  [[nodiscard]] double at(std::size_t i) const {
+    if (i >= size()) throw std::out_of_range("there is no number " + std::to_string(i));
+    return (*this)[i];
+  }
+  operator std::vector<double>() const { return {begin(), end()}; }  // NOLINT
+  friend bool operator==(Numbers a, Numbers b) {
+    return std::equal(a.begin(), a.end(), b.begin(), b.end());
+  }
+};
+
 /// A vector (cols == 0) or a row-major matrix of doubles, cheap to copy, with an optional unit for
 /// display ("N m"; SI).
 class NumericArray {
  public:
   NumericArray() = default;
   explicit NumericArray(std::vector<double> v, std::string unit = {})
-      : rows_(v.size()),
-        data_(std::make_shared<const std::vector<double>>(std::move(v))),
-        unit_(std::move(unit)) {}
+      : NumericArray(std::move(v), kVector, 0, std::move(unit)) {}
   NumericArray(std::vector<double> v, std::size_t rows, std::size_t cols, std::string unit = {})
-      : rows_(rows),
+      : size_(v.size()),
+        rows_(rows == kVector ? v.size() : rows),
         cols_(cols),
-        data_(std::make_shared<const std::vector<double>>(std::move(v))),
+        unit_(std::move(unit)) {
+    if (v.size() <= kFew) {
+      data_ = copied(v.data(), v.size());
+      return;
+    }
+    auto kept = std::make_shared<const std::vector<double>>(std::move(v));
+    data_ = std::shared_ptr<const double>(kept, kept->data());
+  }
+  explicit NumericArray(std::initializer_list<double> v, std::string unit = {})
+      : size_(v.size()),
+        rows_(v.size()),
+        data_(copied(v.begin(), v.size())),
+        unit_(std::move(unit)) {}
+  NumericArray(std::initializer_list<double> v, std::size_t rows, std::size_t cols,
+               std::string unit = {})
+      : size_(v.size()),
+        rows_(rows),
+        cols_(cols),
+        data_(copied(v.begin(), v.size())),
+        unit_(std::move(unit)) {}
+  /// `rows` numbers, or rows x cols, that lie in memory shared with others: arrays of one answer
+  /// take one allocation. `first` must own (or share) at least that many.
+  NumericArray(std::shared_ptr<const double> first, std::size_t rows, std::size_t cols,
+               std::string unit)
+      : size_(cols ? rows * cols : rows),
+        rows_(rows),
+        cols_(cols),
+        data_(std::move(first)),
         unit_(std::move(unit)) {}
   [[nodiscard]] bool is_matrix() const { return cols_ != 0; }
   [[nodiscard]] std::size_t rows() const { return rows_; }
   [[nodiscard]] std::size_t cols() const { return cols_; }  ///< 0 for a vector
-  [[nodiscard]] std::size_t size() const { return data_ ? data_->size() : 0; }
-  [[nodiscard]] const std::vector<double>& data() const {
-    static const std::vector<double> none;
-    return data_ ? *data_ : none;
-  }
-  [[nodiscard]] double operator[](std::size_t i) const { return (*data_)[i]; }
-  [[nodiscard]] double at(std::size_t r, std::size_t c) const { return (*data_)[r * cols_ + c]; }
+  [[nodiscard]] std::size_t size() const { return size_; }
+  [[nodiscard]] Numbers data() const { return {data_.get(), size_}; }  ///< valid as long as this
+  [[nodiscard]] double operator[](std::size_t i) const { return data_.get()[i]; }
+  [[nodiscard]] double at(std::size_t r, std::size_t c) const { return data_.get()[r * cols_ + c]; }
   [[nodiscard]] const std::string& unit() const { return unit_; }
   bool operator==(const NumericArray& o) const {
     return rows_ == o.rows_ && cols_ == o.cols_ && data() == o.data();
   }
 
  private:
-  std::size_t rows_ = 0, cols_ = 0;
-  std::shared_ptr<const std::vector<double>> data_;
+  static constexpr std::size_t kVector = static_cast<std::size_t>(-1);
+  static constexpr std::size_t kFew = 64;  ///< up to here a copy is cheaper than a second block
+  static std::shared_ptr<const double> copied(const double* first, std::size_t count) {
+    auto block = std::make_shared_for_overwrite<double[]>(count);
+    std::copy(first, first + count, block.get());
+    const double* numbers = block.get();
+    return {std::move(block), numbers};
+  }
+
+  std::size_t size_ = 0, rows_ = 0, cols_ = 0;
+  std::shared_ptr<const double> data_;
   std::string unit_;
 };
 

@@ -158,7 +158,7 @@ Result<std::vector<double>> to_reals(lua_State* L, int index, std::string_view w
   index = lua_absindex(L, index);
   std::vector<double> out;
   if (const ArrayBox* a = array_at(L, index)) {
-    if (a->is_matrix()) return a->source.data();
+    if (a->is_matrix()) return std::vector<double>(a->source.data());
     out.reserve(a->length());
     for (std::size_t i = 0; i < a->length(); ++i) out.push_back(a->entry(i));
     return out;

@@ -37,7 +37,7 @@ class Bodies : public test::CommandTest {
     const Value found = at(v, key);
     const NumericArray* a = found.as_array();
     EXPECT_NE(a, nullptr) << key;
-    return a ? a->data() : std::vector<double>(9, 0.0);
+    return a ? std::vector<double>(a->data()) : std::vector<double>(9, 0.0);
   }
   static Value list(std::initializer_list<double> numbers) {
     List out;

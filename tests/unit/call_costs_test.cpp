@@ -44,11 +44,10 @@ class CallCosts : public ::testing::Test {
 
 TEST_F(CallCosts, ACommandWithoutArguments) { EXPECT_LE(allocations("version()"), 3.5); }
 
-/// Eight of them are the four arrays of the result.
 TEST_F(CallCosts, ForwardKinematics) {
   run("arm = robot.create{name = 'arm', links = {{a = 0.4}, {a = 0.3, alpha = 1.5}, {a = 0.2}, {a "
       "= 0.1, alpha = 1}, {a = 0.1}, {a = 0.1}}}\nq = {0.1, 0.2, 0.3, 0.4, 0.5, 0.6}");
-  EXPECT_LE(allocations("arm:fk{q = q}"), 16.5);
+  EXPECT_LE(allocations("arm:fk{q = q}"), 8.5);
 }
 
 TEST_F(CallCosts, AnObjectIsAddedToALargeWorldAsToASmallOne) {

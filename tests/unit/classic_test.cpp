@@ -209,7 +209,7 @@ TEST_F(Classic, TheToolFollowsTheTargetOfTheWorld) {
 
 TEST_F(Classic, AJointTrajectoryMovesTheToolAsForwardKinematicsSays) {
   const Value run = classic("World bench WorldfKineSim arm swing");
-  const auto column = [&](const char* name) {
+  const auto column = [&](const char* name) -> std::vector<double> {
     return call("recording.values", {{"id", run}, {"columns", name}}).as_array()->data();
   };
   const auto q = column("q1"), x = column("x"), y = column("y"), yaw = column("wz"),

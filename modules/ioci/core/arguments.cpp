@@ -407,10 +407,20 @@ Result<Colour> read_colour(const Value& v, std::string_view path) {
 
 Map pose_map(const Pose& t) {
   const spatial::Quaternion q = spatial::to_quaternion(t.R);
-  return Map{{"pose", pose_value(t)},
-             {"position", vec_value(t.p, "m")},
-             {"rpy", vec_value(spatial::to_rpy(t.R), "rad")},
-             {"quaternion", NumericArray({q.w, q.x, q.y, q.z})}};
+  const Vec3 rpy = spatial::to_rpy(t.R);
+  // Scripts ask for poses in loops: the four arrays share one block.
+  const auto block = std::make_shared<const std::array<double, 26>>(
+      std::array<double, 26>{t.R[0], t.R[1], t.R[2], t.p[0], t.R[3], t.R[4], t.R[5], t.p[1], t.R[6],
+                             t.R[7], t.R[8], t.p[2], 0,      0,      0,      1,      t.p[0], t.p[1],
+                             t.p[2], rpy[0], rpy[1], rpy[2], q.w,    q.x,    q.y,    q.z});
+  const auto part = [&](std::size_t first, std::size_t rows, std::size_t cols, const char* unit) {
+    return NumericArray(std::shared_ptr<const double>(block, block->data() + first), rows, cols,
+                        unit);
+  };
+  return Map{{"pose", part(0, 4, 4, "")},
+             {"position", part(16, 3, 0, "m")},
+             {"rpy", part(19, 3, 0, "rad")},
+             {"quaternion", part(22, 4, 0, "")}};
 }
 
 // --- library -------------------------------------------------------------------------------

@@ -65,9 +65,32 @@ Result<std::int32_t> read_link(const model::Robot& r, const Value& value, bool b
   return static_cast<std::int32_t>(*number - 1);
 }
 
+namespace {
+
+/// Numbers that are joint values as they stand, one a joint; false = they need a closer look.
+bool read_plain_q(const Value& value, std::span<const JointModel> joints, std::vector<double>& q) {
+  for (const JointModel& j : joints)
+    if (j.is_coupled() || coordinate_count(j.type) != 1) return false;
+  const NumericArray* array = value.as_array();
+  const List* list = value.as_list();
+  if (!array && !list) return false;
+  if ((array ? array->size() : list->size()) != joints.size()) return false;
+  q.resize(joints.size());
+  for (std::size_t i = 0; i < q.size(); ++i) {
+    if (list && !(*list)[i].is_number()) return false;
+    q[i] = array ? (*array)[i] : (*list)[i].number();
+    if (!std::isfinite(q[i])) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
 Result<std::vector<double>> read_q(const Value& value, const model::Robot& robot,
                                    std::span<const JointModel> joints, std::string_view path) {
   std::vector<double> q;
+  if (read_plain_q(value, joints, q)) return q;
+  q.clear();
   const std::string where(path);
   const std::vector<std::string_view> units = robotics::coordinate_units(joints);
   if (const NumericArray* a = value.as_array()) {
