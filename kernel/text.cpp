@@ -138,6 +138,13 @@ std::string enumerate(std::span<const std::string> words) {
   return join(words.first(words.size() - 1), ", ") + " and " + words.back();
 }
 
+std::string enumerate_some(std::span<const std::string> words, std::size_t most) {
+  if (words.size() <= most) return enumerate(words);
+  std::vector<std::string> some(words.begin(), words.begin() + static_cast<std::ptrdiff_t>(most));
+  some.push_back(std::to_string(words.size() - most) + " more");
+  return enumerate(some);
+}
+
 std::optional<std::string> nearest(std::string_view word, std::span<const std::string> candidates) {
   if (word.empty()) return std::nullopt;
   const std::size_t limit = std::max<std::size_t>(1, word.size() / 3);

@@ -28,6 +28,8 @@ namespace robomosp::text {
 [[nodiscard]] std::string join(std::span<const std::string> words, std::string_view separator);
 /// "a, b and c"
 [[nodiscard]] std::string enumerate(std::span<const std::string> words);
+/// "a, b and 7 more": at most `most` of the words.
+[[nodiscard]] std::string enumerate_some(std::span<const std::string> words, std::size_t most);
 
 /// The candidate nearest to `word` (edit distance, case-blind), if it is near enough to be meant.
 [[nodiscard]] std::optional<std::string> nearest(std::string_view word,

@@ -1,23 +1,33 @@
 // SPDX-License-Identifier: Apache-2.0
-// Importer of robots: URDF, MJCF and SDF (layer: plugin).
+// Robots in: URDF, MJCF and SDF; and out: URDF (layer: plugin).
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <string>
 
+#include <robomosp/sdk/host.h>
 #include <robomosp/sdk/io.h>
 #include <robomosp/sdk/plugin.h>
 
 #include "read.h"
+#include "urdf_writer.h"
 
 namespace robomosp::robot_files {
 namespace {
 
 constexpr std::uintmax_t kMostBytes = std::uintmax_t{64} << 20;
 
-const rmp_param kParams[] = {
+const rmp_param kImportParams[] = {
     {"name", "string", "", "Name of the robot; empty = the file's.", "", nullptr, 1, 0},
     {"shapes", "enum", "", "Which shapes the links get.", "visual", "visual|collision", 1, 0},
+};
+
+const rmp_param kExportParams[] = {
+    {"package", "string", "",
+     "ROS package that the file is for: meshes are then named package://<package>/...", "", nullptr,
+     1, 0},
+    {"bodies", "bool", "", "False leaves out the shapes: joints and masses only.", "true", nullptr,
+     1, 0},
 };
 
 class RobotImporter final : public Importer {
@@ -48,12 +58,76 @@ class RobotImporter final : public Importer {
   }
 };
 
+/// What STL files are written with: metres.
+class InMetres final : public Params {
+ public:
+  bool has(std::string_view name) const override { return name == "unit"; }
+  double real(std::string_view) const override { return 0; }
+  long long integer(std::string_view) const override { return 0; }
+  bool boolean(std::string_view) const override { return false; }
+  std::string_view text(std::string_view name) const override {
+    return name == "unit" ? "m" : std::string_view();
+  }
+  std::span<const double> reals(std::string_view) const override { return {}; }
+  Pose pose(std::string_view) const override { return {}; }
+};
+
+class RobotExporter final : public Exporter {
+ public:
+  explicit RobotExporter(const rmp_host* host) : host_(host) {}
+  std::string_view extensions() const override { return "urdf"; }
+  bool is_exact(std::string_view) const override { return false; }
+
+  Result<std::vector<ExportedFile>> write(const ExportTask& task, const Params& params,
+                                          Progress& progress) const override {
+    const UrdfWishes wishes{std::string(params.text("package")), params.boolean("bodies")};
+    std::unique_ptr<Exporter> stl;
+    const InMetres metres;
+    const StlWriter write_stl = [&](const ExportItem& item) -> Result<std::string> {
+      if (progress.cancelled()) return error(ErrorCode::cancelled, "the export was cancelled");
+      if (!stl) {
+        RMP_TRY_ASSIGN(stl, stl_exporter());
+      }
+      ExportItem alone = item;
+      alone.parent = -1;
+      alone.pose = Pose{};
+      ExportTask part;
+      part.extension = "stl";
+      part.name = "part.stl";
+      part.items = std::span(&alone, 1);
+      RMP_TRY_ASSIGN(auto files, stl->write(part, metres, progress));
+      for (ExportedFile& f : files)
+        if (f.name == part.name) return std::move(f.bytes);
+      return error(ErrorCode::plugin_failed, "the provider that writes STL files wrote none");
+    };
+    ExportReport unread;
+    const bool takes_report =
+        task.struct_size >= offsetof(ExportTask, report) + sizeof task.report && task.report;
+    return write_urdf(task, wishes, write_stl, takes_report ? *task.report : unread);
+  }
+
+ private:
+  [[nodiscard]] Result<std::unique_ptr<Exporter>> stl_exporter() const {
+    for (const std::string& name : host_.names<Exporter>()) {
+      RMP_TRY_ASSIGN(auto made, host_.create<Exporter>(name));
+      const std::string known = "," + std::string(made->extensions()) + ",";
+      if (known.find(",stl,") != std::string::npos) return made;
+    }
+    return error(ErrorCode::unsupported, "no plugin can write STL files for its bodies",
+                 "plugin.list tells which plugins were found; bodies = false does without.");
+  }
+  Host host_;
+};
+
 }  // namespace
 }  // namespace robomosp::robot_files
 
-using robomosp::robot_files::RobotImporter;
+using robomosp::robot_files::RobotExporter, robomosp::robot_files::RobotImporter;
 
-RMP_PLUGIN("org.robomosp.robot_files", "0.1.0", "Apache-2.0", "Robots from URDF, MJCF and SDF.",
+RMP_PLUGIN("org.robomosp.robot_files", "0.1.0", "Apache-2.0",
+           "Robots from URDF, MJCF and SDF, and as URDF.",
            RMP_PROVIDER(RobotImporter, "robot",
                         "URDF, MJCF (MuJoCo) and SDF (Gazebo): joints, masses, shapes.", "robot",
-                        robomosp::robot_files::kParams))
+                        robomosp::robot_files::kImportParams),
+           RMP_PROVIDER(RobotExporter, "urdf", "URDF: joints, masses, limits, shapes.", "robots",
+                        robomosp::robot_files::kExportParams))

@@ -298,6 +298,22 @@ void plain_types(std::ostream& out) {
   F5(ExportRobot, name, model, pose, q, room);
   TYPE(ExportTask);
   F5(ExportTask, struct_size, extension, name, items, robots);
+  F1(ExportTask, report);
+  TYPE(ExportPrimitive);
+  F3(ExportPrimitive, form, pose, sizes);
+  TYPE(ExportLink);
+  F5(ExportLink, name, parent, joint, joint_count, joint_T_link);
+  F3(ExportLink, is_row, has_mass, room);
+  TYPE(ExportFrame);
+  F4(ExportFrame, name, link, pose, room);
+  TYPE(ExportPose);
+  F2(ExportPose, name, q);
+  TYPE(ExportMechanism);
+  F5(ExportMechanism, struct_size, links, frames, poses, left_out);
+  TYPE(ExportReport);
+  F3(ExportReport, struct_size, notes, counts);
+  TYPE(ExportReport::Count);
+  F2(ExportReport::Count, what, count);
   TYPE(ExportedFile);
   F2(ExportedFile, name, bytes);
 }

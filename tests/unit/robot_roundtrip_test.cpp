@@ -500,5 +500,46 @@ TEST_F(RobotRoundTrip, AnExporterOfOthersSeesTheWholeRobotAndWhoseBodiesAreWhat)
   EXPECT_GE(count, 4U);
 }
 
+std::string bytes_of(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+TEST_F(RobotRoundTrip, ExportWritesUrdfAsTheRobotsOwnCommandDoes) {
+  call("robot.load", {{"file", "robots/gripper.rbt"}});
+  fs::create_directories(folder_ / "a");
+  fs::create_directories(folder_ / "b");
+  const std::string a = (folder_ / "a" / "g.urdf").string(),
+                    b = (folder_ / "b" / "g.urdf").string();
+  const Value own = call("robot.export_urdf", {{"id", "gripper"}, {"file", a}, {"package", "p"}});
+  const Value general =
+      call("export", {{"what", "gripper"}, {"file", b}, {"options", Map{{"package", "p"}}}});
+  EXPECT_FALSE(bytes_of(a).empty());
+  EXPECT_EQ(bytes_of(a), bytes_of(b));
+  EXPECT_EQ(at(own, "notes"), at(general, "notes"));
+  EXPECT_EQ(at(own, "meshes").as_list()->size(), at(general, "others").as_list()->size());
+  for (const Value& mesh : *at(own, "meshes").as_list())
+    EXPECT_GT(bytes_of(*mesh.as_string()).size(), 84U) << mesh.text();
+}
+
+TEST_F(RobotRoundTrip, AUrdfFileHoldsOneRobotAndSaysWhatItLeavesOut) {
+  const std::string file = (folder_ / "w.urdf").string();
+  call("robot.load", {{"file", "robots/gripper.rbt"}});
+  call("solid.create",
+       {{"name", "block"}, {"root", Map{{"kind", "box"}, {"x", 1}, {"y", 1}, {"z", 1}}}});
+  call("world.create", {{"name", "cell"}});
+  EXPECT_NE(fails("export", {{"what", "block"}, {"file", file}})
+                .message.find("holds one robot and there are 0"),
+            std::string::npos);
+  call("world.add_robot", {{"id", "cell"}, {"robot", "gripper"}});
+  call("world.add_object", {{"id", "cell"}, {"what", "block"}, {"name", "table"}});
+  const Value out = call("export", {{"what", "cell"}, {"file", file}});
+  EXPECT_NE(at(out, "notes").text().find("1 part that is no part of the robot"), std::string::npos)
+      << at(out, "notes").text();
+  call("world.add_robot", {{"id", "cell"}, {"robot", "gripper"}, {"name", "second"}});
+  EXPECT_NE(fails("export", {{"what", "cell"}, {"file", file}}).message.find("there are 2"),
+            std::string::npos);
+}
+
 }  // namespace
 }  // namespace robomosp

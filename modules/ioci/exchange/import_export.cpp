@@ -13,6 +13,7 @@
 #include "ioci/exchange/exported.h"
 #include "ioci/records/solid_nodes.h"
 #include "robotics/build_model.h"
+#include "robotics/coordinates.h"
 #include "robotics/home.h"
 #include "robotics/kinematics.h"
 #include "spatial/pose.h"
@@ -38,11 +39,10 @@ struct Chosen {
   std::shared_ptr<I> provider;
 };
 
-/// The first enabled provider that knows the file's extension.
+/// The first enabled provider that knows the extension.
 template <class I>
-Result<Chosen<I>> provider_for(const CommandContext& ctx, const std::string& file,
+Result<Chosen<I>> provider_for(const CommandContext& ctx, const std::string& wanted,
                                const char* verb) {
-  const std::string wanted = extension_of(file);
   std::vector<std::string> known;
   for (const ProviderInfo& info : ctx.app.registry.list(I::kInterfaceId)) {
     if (!info.enabled) continue;
@@ -58,7 +58,7 @@ Result<Chosen<I>> provider_for(const CommandContext& ctx, const std::string& fil
     return error(ErrorCode::unsupported, std::string("no plugin can ") + verb + " foreign files",
                  "plugin.list tells which plugins were found.");
   return error(ErrorCode::invalid_argument,
-               wanted.empty() ? text::quote(file) + " has no extension that tells its format"
+               wanted.empty() ? std::string("the file has no extension that tells its format")
                               : "files with the extension ." + wanted + " cannot be " + verb + "ed",
                "Known: " + text::enumerate(known) + ".", "file");
 }
@@ -112,7 +112,7 @@ Result<std::unique_ptr<Params>> params_for(const ProviderInfo& info, const Map& 
 
 Result<Imported> read_file(CommandContext& ctx, const Map& args, Map values) {
   const std::string file = text_of(args, "file");
-  RMP_TRY_ASSIGN(const auto chosen, provider_for<Importer>(ctx, file, "import"));
+  RMP_TRY_ASSIGN(const auto chosen, provider_for<Importer>(ctx, extension_of(file), "import"));
   RMP_TRY_ASSIGN(const auto params,
                  params_for(chosen.info, args, std::move(values),
                             {"name", "unit", "heal", "density", "shapes"}, file));
@@ -188,7 +188,7 @@ Result<CsgGeometry> merged_mesh(CommandContext& ctx, Imported imported, const st
 
 /// The mesh of a file that an importer names, read by the importer of its own format.
 Result<CsgGeometry> foreign_mesh(CommandContext& ctx, const ForeignGeometry& f) {
-  RMP_TRY_ASSIGN(const auto chosen, provider_for<Importer>(ctx, f.path, "import"));
+  RMP_TRY_ASSIGN(const auto chosen, provider_for<Importer>(ctx, extension_of(f.path), "import"));
   Map values;
   for (const ParamSpec& p : chosen.info.schema) {
     if (p.name == "unit") values.set("unit", f.unit);
@@ -380,21 +380,24 @@ class Items {
     one.model = model.get();
     one.pose = spatial::compose(world_T_mounting, model->base);
     one.q = q;
+    mechanisms_.push_back(mechanism_of(robot));
+    set_mechanism(one, &mechanisms_.back());
     robots.push_back(std::move(one));
     models_.push_back(model);
-    if (bodies.generated && wants_exact_) {
-      notes.push_back(
-          "Robot " + text::quote(name) +
-          " has no designed bodies; what is drawn for it is not exact and was left out.");
-      return {};
-    }
+    if (!wants_bodies) return {};
+    std::vector<std::string> inexact, hidden;
     for (std::size_t b = 0; b < bodies.bodies.size(); ++b) {
       const std::string& part = b == 0 ? std::string("base") : robot.links[b - 1].name;
       const Pose at = b == 0 ? Pose{} : frames[b - 1];
       const ItemOfRobot link{static_cast<std::int32_t>(robots.size()) - 1,
                              b == 0 ? -1 : links[b - 1].joint};
+      const auto number = static_cast<std::int32_t>(b) - 1;
       if (bodies.generated) {
-        const std::int32_t body = group(part, at, self, link);
+        if (wants_exact_) {
+          inexact.push_back(text::quote(part));
+          continue;
+        }
+        const std::int32_t body = group(part, at, self, link, number);
         for (evaluation::Drawable& d : bodies.bodies[b]) {
           ExportItem item;
           item.name = d.name.empty() ? part : d.name;
@@ -402,16 +405,29 @@ class Items {
           item.pose = d.placement;
           item.colour = d.colour;
           item.mesh = keep(d.mesh);
+          set_only_drawn(item);
           items.push_back(std::move(item));
         }
         continue;
       }
       const auto& parts = b == 0 ? robot.base_parts : robot.links[b - 1].parts;
-      if (parts.empty() || (b > 0 && !robot.links[b - 1].visible)) continue;
-      const std::int32_t body = group(part, at, self, link);
+      if (parts.empty()) continue;
+      if (b > 0 && !robot.links[b - 1].visible) {
+        hidden.push_back(text::quote(part));
+        continue;
+      }
+      const std::int32_t body = group(part, at, self, link, number);
       for (const model::BodyPart& p : parts)
         RMP_TRY(add(p.what, ctx_.snapshot().find(p.what)->name, model::pose(p.placement), body));
     }
+    if (!inexact.empty())
+      notes.push_back("What is drawn for links of robot " + text::quote(name) +
+                      " that have no designed bodies is not exact and was left out: " +
+                      text::enumerate_some(inexact, 6) + ".");
+    if (!hidden.empty())
+      notes.push_back("Links of robot " + text::quote(name) +
+                      " that are not visible were left out: " + text::enumerate_some(hidden, 6) +
+                      ".");
     return {};
   }
 
@@ -449,11 +465,16 @@ class Items {
   std::vector<ExportItem> items;
   std::vector<ExportRobot> robots;
   std::vector<std::string> notes;
+  bool wants_bodies = true;  ///< of robots
 
+  /// `number` is the link's, -1 = the base.
   std::int32_t group(const std::string& name, const Pose& pose, std::int32_t parent,
-                     ItemOfRobot link = {}) {
+                     ItemOfRobot link = {}, std::int32_t number = -1) {
     ExportItem item;
-    if (link.robot >= 0) set_robot_part(item, link);
+    if (link.robot >= 0) {
+      set_robot_part(item, link);
+      set_link(item, number);
+    }
     item.name = name;
     item.parent = parent;
     item.pose = pose;
@@ -490,9 +511,76 @@ class Items {
     } else {
       RMP_TRY_ASSIGN(auto mesh, ctx_.app.derived.mesh(ctx_.snapshot(), id, chord_, ctx_.progress));
       item.mesh = keep(std::move(mesh));
+      if (const auto p = primitive_of(*solid)) {
+        primitives_.push_back(*p);
+        set_primitive(item, &primitives_.back());
+      }
     }
     push(std::move(item), id);
     return {};
+  }
+
+  /// Boxes, cylinders and spheres that are the whole solid.
+  static std::optional<ExportPrimitive> primitive_of(const model::Solid& s) {
+    if (s.nodes.size() != 1) return std::nullopt;
+    const model::SolidNode& n = s.nodes[0];
+    ExportPrimitive p;
+    double lift = 0;
+    if (n.kind == CsgKind::box && n.sizes[3] == 0) {
+      p.form = ExportPrimitive::Form::box;
+      p.sizes = {n.sizes[0], n.sizes[1], n.sizes[2]};
+      lift = n.sizes[2] / 2;
+    } else if (n.kind == CsgKind::cylinder && n.sizes[2] == 0) {
+      p.form = ExportPrimitive::Form::cylinder;
+      p.sizes = {n.sizes[0], n.sizes[1], 0};
+      lift = n.sizes[1] / 2;
+    } else if (n.kind == CsgKind::sphere) {
+      p.form = ExportPrimitive::Form::sphere;
+      p.sizes = {n.sizes[0], 0, 0};
+    } else {
+      return std::nullopt;
+    }
+    p.pose = spatial::compose(model::pose(n.placement), spatial::translation({0, 0, lift}));
+    return p;
+  }
+
+  static ExportMechanism mechanism_of(const model::Robot& robot) {
+    ExportMechanism out;
+    const auto frames = robotics::link_frames(robot);
+    const auto joints = robotics::link_joints(robot);
+    for (std::size_t i = 0; i < robot.links.size(); ++i) {
+      const model::Link& l = robot.links[i];
+      ExportLink link;
+      link.name = l.name;
+      link.parent = l.parent;
+      link.joint = frames[i].joint;
+      link.joint_count = joints[i].joint_count;
+      link.joint_T_link = frames[i].joint_T_link;
+      link.is_row = !l.origin;
+      link.has_mass = l.given && l.given->mass != 0;
+      out.links.push_back(std::move(link));
+    }
+    const auto frame = [&](const std::string& name, std::int32_t link, const Pose& pose) {
+      ExportFrame f;
+      f.name = name;
+      f.link = link;
+      f.pose = pose;
+      out.frames.push_back(std::move(f));
+    };
+    for (const model::RobotTool& t : robot.tools) frame(t.name, t.link, model::pose(t.placement));
+    // The last link carries the tool for whoever reads the file.
+    const Pose at = model::pose(robot.tool);
+    if (at.p != Vec3{} || at.R != Pose{}.R || !robot.tools.empty())
+      frame("tool", static_cast<std::int32_t>(robot.links.size()) - 1, at);
+    for (const model::NamedPose& p : robot.poses) out.poses.push_back({p.name, p.q});
+    bool has_payload = robot.payload.has_value();
+    for (const model::RobotTool& t : robot.tools) has_payload = has_payload || t.payload;
+    if (has_payload) out.left_out.emplace_back("Payloads were added to the links that carry them.");
+    if (!robot.pair_rules.empty())
+      out.left_out.emplace_back("Rules of which bodies may touch were left out.");
+    if (!robot.parametric.parameters.empty() || !robot.parametric.expressions.empty())
+      out.left_out.emplace_back("Expressions were written as the numbers that they have now.");
+    return out;
   }
 
   CommandContext& ctx_;
@@ -501,6 +589,8 @@ class Items {
   std::vector<SolidId> solids_;  ///< of each item; number 0 = none
   std::deque<std::shared_ptr<const Mesh>> meshes_;
   std::deque<std::shared_ptr<const RobotModel>> models_;
+  std::deque<ExportMechanism> mechanisms_;
+  std::deque<ExportPrimitive> primitives_;
   std::deque<std::shared_ptr<const CsgGeometry>> geometries_;
   std::deque<std::shared_ptr<const CsgProfile>> profiles_;
 };
@@ -535,11 +625,22 @@ Result<Pose> drawing_plane(CommandContext& ctx, const Map& args, AnyId id) {
   return plane;
 }
 
-Result<Value> export_record(CommandContext& ctx, AnyId id, const Map& args) {
-  const std::string file = text_of(args, "file");
-  const std::string extension = extension_of(file);
-  RMP_TRY_ASSIGN(const auto chosen, provider_for<Exporter>(ctx, file, "export"));
-  RMP_TRY_ASSIGN(const auto params, params_for(chosen.info, args, {}, {"unit", "schema"}, file));
+struct Exported {
+  std::string file;
+  std::vector<std::string> others, notes;
+  std::size_t parts = 0, triangles = 0;
+  std::vector<ExportReport::Count> counts;
+};
+
+/// Writes a record by the provider that writes files of the extension.
+Result<Exported> export_record(CommandContext& ctx, AnyId id, const Map& args,
+                               const std::string& extension, const Map& options,
+                               bool wants_bodies = true) {
+  Exported done;
+  done.file = text_of(args, "file");
+  RMP_TRY_ASSIGN(const auto chosen, provider_for<Exporter>(ctx, extension, "export"));
+  RMP_TRY_ASSIGN(const auto params,
+                 params_for(chosen.info, args, options, {"unit", "schema"}, done.file));
   const bool is_drawing = extension == "dxf" && text_of(args, "as") != "mesh";
   if (!is_drawing && args.find("plane") && !args.find("plane")->is_nil())
     return error(ErrorCode::invalid_argument, "plane is for drawings (.dxf) only", "Leave it out.",
@@ -549,39 +650,73 @@ Result<Value> export_record(CommandContext& ctx, AnyId id, const Map& args) {
     return error(ErrorCode::invalid_argument, "." + extension + " files hold exact surfaces",
                  "Leave chord out.", "chord");
   Items out(ctx, is_exact, has(args, "chord") ? real(args, "chord") : 0);
+  out.wants_bodies = wants_bodies;
   RMP_TRY(collect(ctx, id, out).in(name_in(ctx, id)));
   if (is_drawing) {
     RMP_TRY_ASSIGN(const Pose plane, drawing_plane(ctx, args, id));
     RMP_TRY(out.cut(plane).in(name_in(ctx, id)));
   }
-  std::size_t parts = 0, triangles = 0;
   for (const ExportItem& item : out.items) {
-    parts += item.mesh || item.geometry || item.profile ? 1U : 0U;
-    triangles += item.mesh ? item.mesh->triangle_count() : 0U;
+    done.parts += item.mesh || item.geometry || item.profile ? 1U : 0U;
+    done.triangles += item.mesh ? item.mesh->triangle_count() : 0U;
   }
-  if (parts == 0)
+  const auto& tags = chosen.info.tags;
+  const bool writes_robots = std::find(tags.begin(), tags.end(), "robots") != tags.end();
+  if (done.parts == 0 && !(writes_robots && !out.robots.empty()))
     return error(ErrorCode::invalid_argument, "there is nothing in it to export",
                  "Add a solid or an object first.", name_in(ctx, id));
+  ExportReport report;
   ExportTask task;
-  const std::string own_name = std::filesystem::path(file).filename().string();
+  const std::string own_name = std::filesystem::path(done.file).filename().string();
   task.extension = extension;
   task.name = own_name;
   task.items = out.items;
   task.robots = out.robots;
+  task.report = &report;
   auto files = guarded(chosen.info.name,
                        [&] { return chosen.provider->write(task, *params, ctx.progress); });
   if (!files.ok()) return std::move(files).in(name_in(ctx, id)).error();
-  RMP_TRY(write_exported(*files, file, chosen.info.name).in(name_in(ctx, id)));
-  for (const std::string& note : out.notes)
+  RMP_TRY(write_exported(*files, done.file, chosen.info.name).in(name_in(ctx, id)));
+  const auto folder = std::filesystem::path(done.file).parent_path();
+  for (const ExportedFile& f : *files)
+    if (f.name != own_name) done.others.push_back((folder / f.name).string());
+  done.notes = std::move(report.notes);
+  done.notes.insert(done.notes.end(), out.notes.begin(), out.notes.end());
+  done.counts = std::move(report.counts);
+  for (const std::string& note : done.notes)
     ctx.app.messages.post(Severity::info, "export_note", note, "export");
-  return Value(Map{{"file", file}, {"parts", parts}, {"triangles", triangles}});
+  return done;
+}
+
+List texts(const std::vector<std::string>& all) { return {all.begin(), all.end()}; }
+
+Result<Value> export_any(CommandContext& ctx, AnyId id, const Map& args) {
+  const std::string extension = extension_of(text_of(args, "file"));
+  RMP_TRY_ASSIGN(const Exported done, export_record(ctx, id, args, extension, {}));
+  Map out{{"file", done.file},
+          {"parts", done.parts},
+          {"triangles", done.triangles},
+          {"others", texts(done.others)},
+          {"notes", texts(done.notes)}};
+  return Value(std::move(out));
+}
+
+Result<Value> export_urdf(CommandContext& ctx, const Map& args) {
+  Map options;
+  for (const char* name : {"package", "bodies"})
+    if (has(args, name)) options.set(name, *args.find(name));
+  RMP_TRY_ASSIGN(const Exported done,
+                 export_record(ctx, ref(args, "id"), args, "urdf", options, flag(args, "bodies")));
+  Map out{{"file", done.file}, {"meshes", texts(done.others)}, {"notes", texts(done.notes)}};
+  for (const ExportReport::Count& c : done.counts) out.set(c.what, c.count);
+  return Value(std::move(out));
 }
 
 Result<Value> export_what(CommandContext& ctx, const Map& args) {
-  return export_record(ctx, ref(args, "what"), args);
+  return export_any(ctx, ref(args, "what"), args);
 }
 Result<Value> export_id(CommandContext& ctx, const Map& args) {
-  return export_record(ctx, ref(args, "id"), args);
+  return export_any(ctx, ref(args, "id"), args);
 }
 
 // --- table ---------------------------------------------------------------------------------
@@ -621,6 +756,7 @@ const char* const kFormats =
     "| `.stl`, `.obj`, `.ply` | one mesh; no unit is stated in the file |\n"
     "| `.glb` | meshes, names, colours, assemblies; metres, y up |\n"
     "| `.3mf` | meshes, names, colours, assemblies |\n"
+    "| `.urdf` | one robot: links, joints, masses, limits, shapes; `provider.params` of `urdf` |\n"
     "| `.dxf` | the section at a plane (lines, arcs, circles, splines), or the mesh as faces |\n";
 
 const char* const kBlock =
@@ -687,9 +823,11 @@ RMP_COMMANDS(exchange_commands) {
        .effect = Effect::files_read,
        .sometimes = Effect::processes,
        .run = import_profile});
-  const std::vector<ParamSpec> fields{field("file", "string", "", "The file."),
-                                      field("parts", "int", "", "Parts in it."),
-                                      field("triangles", "int", "", "Triangles in it.")};
+  const std::vector<ParamSpec> fields{
+      field("file", "string", "", "The file."), field("parts", "int", "", "Parts in it."),
+      field("triangles", "int", "", "Triangles in it."),
+      field("others", "list", "", "Files written beside it."),
+      field("notes", "list", "", "What was changed or left out, a sentence each.")};
   const auto add = [&](std::string name, std::string what, ParamSpec first, std::string example,
                        auto run) {
     all.push_back(
@@ -719,6 +857,38 @@ RMP_COMMANDS(exchange_commands) {
       with_block("local w = world.create{name = \"w\"}\nw:add_object{what = \"block\", name = "
                  "\"b\"}\nassert(w:export(\"example.3mf\").parts == 1)"),
       export_id);
+  all.push_back(
+      {.name = "robot.export_urdf",
+       .classic = "",
+       .summary = "Writes the robot as a URDF file, with its meshes beside it.",
+       .details =
+           "Links, joints, limits, masses, friction and followers are said in URDF's own words, "
+           "boxes, cylinders and spheres exactly; other bodies become STL files in a folder "
+           "`<file>_meshes`. What URDF has no words for stands in an element `<robomosp>` of the "
+           "joint, which other programs pass over (motor inertia, springs, passive joints, uneven "
+           "friction, limits of acceleration), or is left out (closed loops, poses). `notes` tells "
+           "all of it, a sentence each. Masses are those that solvers see, payloads included. "
+           "`import` reads the file back: with equal poses and torques, but for what notes tell.",
+       .example = with_arm("local done = arm:export_urdf{file = \"example.urdf\"}\n"
+                           "assert(done.joints >= 6)\nlocal back = import{file = \"example.urdf\", "
+                           "name = \"back\"}\nassert(back[1].name == \"back\")"),
+       .params = {self("robot"), needed("file", "path", "", "The file, *.urdf."),
+                  optional("package", "string", "",
+                           "ROS package that the file is for: meshes are then named "
+                           "package://<package>/..."),
+                  defaulted("bodies", "bool", "", true,
+                            "False leaves out the shapes: joints and masses only.")},
+       .returns = {"map",
+                   "",
+                   "",
+                   {field("file", "string", "", "The file."),
+                    field("links", "int", "", "Links in it."),
+                    field("joints", "int", "", "Joints in it, fixed ones too."),
+                    field("meshes", "list", "", "The mesh files written."),
+                    field("notes", "list", "", "What was changed or left out, a sentence each.")}},
+       .effect = Effect::files_write,
+       .sometimes = Effect::processes,
+       .run = export_urdf});
   return all;
 }
 

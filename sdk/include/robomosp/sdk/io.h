@@ -89,6 +89,66 @@ inline void set_robot_part(ExportItem& item, ItemOfRobot part) {
   item.room.words[1] = static_cast<std::uint64_t>(part.joint + 1);
 }
 
+/// A solid that some formats say without triangles, in the item's frame. Its mesh comes too.
+struct ExportPrimitive {
+  enum class Form : std::int32_t { box, cylinder, sphere };
+  Form form = Form::box;
+  Pose pose;     ///< item_T_centre; a cylinder's axis is z
+  Vec3 sizes{};  ///< box: lengths; cylinder: radius, height; sphere: radius [m]
+};
+/// nullptr = only the mesh says what it is.
+[[nodiscard]] inline const ExportPrimitive* primitive(const ExportItem& item) {
+  return reinterpret_cast<const ExportPrimitive*>(static_cast<std::uintptr_t>(item.room.words[2]));
+}
+/// For the host. Both stay where they are while the exporter runs.
+inline void set_primitive(ExportItem& item, const ExportPrimitive* p) {
+  item.room.words[2] = reinterpret_cast<std::uintptr_t>(p);
+}
+/// Drawn for a link that nobody designed a body for: to be looked at, not to collide with.
+[[nodiscard]] inline bool is_only_drawn(const ExportItem& item) {
+  return (item.room.words[3] & 1U) != 0;
+}
+inline void set_only_drawn(ExportItem& item) { item.room.words[3] |= 1U; }
+/// The link of ExportMechanism::links that an item with a robot_part() stands for; -1 = the base.
+[[nodiscard]] inline std::int32_t link_of(const ExportItem& item) {
+  return static_cast<std::int32_t>(item.room.words[4]) - 1;
+}
+inline void set_link(ExportItem& item, std::int32_t link) {
+  item.room.words[4] = static_cast<std::uint64_t>(link + 1);
+}
+
+/// A link of the robot as its author named it.
+struct ExportLink {
+  std::string name;              ///< may be empty
+  std::int32_t parent = -1;      ///< into ExportMechanism::links, before this; -1 = the base
+  std::int32_t joint = -1;       ///< of the model, whose frame carries the link's; -1 = the base
+  std::int32_t joint_count = 0;  ///< its own: `joint` and those right before it; 0 = it is fixed
+  Pose joint_T_link;
+  bool is_row = false;    ///< given by a Denavit-Hartenberg row
+  bool has_mass = false;  ///< also true of a fixed link, whose mass is part of the joint's body
+  Room room{};
+};
+/// A frame on a link, such as a tool's.
+struct ExportFrame {
+  std::string name;
+  std::int32_t link = -1;  ///< -1 = the base
+  Pose pose;               ///< link_T_frame
+  Room room{};
+};
+struct ExportPose {
+  std::string name;
+  std::vector<double> q;
+};
+/// What the model of an exported robot does not say. Made by the host; may gain fields at the end.
+struct ExportMechanism {
+  std::uint32_t struct_size = sizeof(ExportMechanism);  ///< see plugin.h
+  std::vector<ExportLink> links;                        ///< parents before children
+  std::vector<ExportFrame> frames;                      ///< tools; the current one last
+  std::vector<ExportPose> poses;                        ///< named configurations
+  /// What the record has and nothing here says, a sentence each.
+  std::vector<std::string> left_out;
+};
+
 /// A robot in what is exported. Its links' bodies are among the items (robot_part).
 struct ExportRobot {
   std::string name;                   ///< where it stands: in the world, else the record's
@@ -96,6 +156,24 @@ struct ExportRobot {
   Pose pose;                          ///< world_T_base
   std::vector<double> q;              ///< the configuration that the items are placed for
   Room room{};
+};
+/// Links, tools and poses of an exported robot; nullptr from a program that does not hand them out.
+[[nodiscard]] inline const ExportMechanism* mechanism(const ExportRobot& robot) {
+  return reinterpret_cast<const ExportMechanism*>(static_cast<std::uintptr_t>(robot.room.words[0]));
+}
+inline void set_mechanism(ExportRobot& robot, const ExportMechanism* m) {
+  robot.room.words[0] = reinterpret_cast<std::uintptr_t>(m);
+}
+
+/// What an exporter reports of what it wrote. Made by the host; may gain fields at the end.
+struct ExportReport {
+  struct Count {
+    std::string what;  ///< plural, such as "links"
+    std::int64_t count = 0;
+  };
+  std::uint32_t struct_size = sizeof(ExportReport);  ///< see plugin.h
+  std::vector<std::string> notes;  ///< what was changed or left out, a sentence each
+  std::vector<Count> counts;
 };
 
 /// What is to be written. Made by the host; may gain fields at the end.
@@ -105,6 +183,7 @@ struct ExportTask {
   std::string_view name;                           ///< of the main file, without folders
   std::span<const ExportItem> items;
   std::span<const ExportRobot> robots;
+  ExportReport* report = nullptr;  ///< to be added to; check struct_size first
 };
 
 /// A file to be written. The host writes it atomically.
@@ -113,7 +192,8 @@ struct ExportedFile {
   std::string bytes;
 };
 
-/// Interface robomosp.exporter/1. [any thread]
+/// Interface robomosp.exporter/1. A provider with the tag "robots" writes robots themselves
+/// (joints, masses, limits), not only their bodies. [any thread]
 class Exporter {
  public:
   using Interface = Exporter;
