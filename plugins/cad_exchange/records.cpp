@@ -45,7 +45,8 @@ std::string valid_name(std::string_view wanted, std::string_view otherwise) {
     else if (!out.empty() && out.back() != '_') out += '_';
   }
   while (!out.empty() && out.back() == '_') out.pop_back();
-  return out.empty() ? std::string(otherwise) : out;
+  if (!out.empty() || otherwise.empty()) return out.empty() ? "part" : out;
+  return valid_name(otherwise, "");
 }
 
 class Names {

@@ -27,6 +27,7 @@
 #include "model/placement.h"
 #include "spatial/pose.h"
 #include "support/workbench.h"
+#include "support/zip_package.h"
 
 namespace robomosp {
 namespace {
@@ -610,6 +611,196 @@ TEST_F(Exchange, ADrawingComesAsAProfileAndAPolyfaceMeshAsASolid) {
 }
 
 // --- damage --------------------------------------------------------------------------------
+
+// --- 3MF of other programs -------------------------------------------------------------------
+
+/// A box from 0 to size as the mesh of an object; `triangle` goes into each of its triangles.
+std::string box_3mf(double size, const std::string& triangle = {}, const std::string& more = {}) {
+  std::vector<double> points;
+  std::vector<std::uint32_t> triangles;
+  box(size, points, triangles);
+  std::ostringstream s;
+  s << "<mesh><vertices>";
+  for (std::size_t i = 0; i < points.size(); i += 3)
+    s << "<vertex x=\"" << points[i] << "\" y=\"" << points[i + 1] << "\" z=\"" << points[i + 2]
+      << "\"/>";
+  s << "</vertices><triangles>";
+  for (std::size_t i = 0; i < triangles.size(); i += 3)
+    s << "<triangle v1=\"" << triangles[i] << "\" v2=\"" << triangles[i + 1] << "\" v3=\""
+      << triangles[i + 2] << "\" " << triangle << "/>";
+  s << "</triangles>" << more << "</mesh>";
+  return s.str();
+}
+
+std::string model_3mf(const std::string& resources, const std::string& build,
+                      const std::string& attributes = {}) {
+  return "<?xml version=\"1.0\"?>\n<model " + attributes +
+         " xmlns=\"http://schemas.microsoft.com/3dmanufacturing/core/2015/02\""
+         " xmlns:p=\"http://schemas.microsoft.com/3dmanufacturing/production/2015/06\""
+         " xmlns:m=\"http://schemas.microsoft.com/3dmanufacturing/material/2015/02\""
+         " xmlns:b=\"http://schemas.microsoft.com/3dmanufacturing/beamlattice/2017/02\""
+         " xmlns:x=\"http://example.org/shapes\"><resources>" +
+         resources + "</resources><build>" + build + "</build></model>";
+}
+
+using Parts = std::vector<std::pair<std::string, std::string>>;
+std::string package_3mf(const std::string& model, Parts more = {}) {
+  more.insert(more.begin(),
+              {{"_rels/.rels",
+                "<Relationships xmlns=\"http://schemas.openxmlformats.org/package/2006/"
+                "relationships\"><Relationship Target=\"/3D/model.model\" Id=\"r\" Type=\"http://"
+                "schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel\"/></Relationships>"},
+               {"3D/model.model", model}});
+  return test::zip_package(more);
+}
+
+TEST_F(Exchange, A3mfOfSeveralPartsIsReadWithItsComponentsScalesAndUnits) {
+  // Part "a" is in a file of its own, in centimetres; "pair" holds it twice, once mirrored and
+  // doubled; the build has the pair, moved, and a box of the root.
+  const std::string other = model_3mf("<object id=\"1\" name=\"a\">" + box_3mf(1) + "</object>", "",
+                                      "unit=\"centimeter\"");
+  const std::string root = model_3mf(
+      "<object id=\"4\" name=\"pair\"><components>"
+      "<component objectid=\"1\" p:path=\"/3D/Other%20Parts/a.model\"/>"
+      "<component objectid=\"1\" p:path=\"/3d/other parts/A.model\" "
+      "transform=\"-2 0 0 0 2 0 0 0 2 50 0 0\"/></components></object>"
+      "<object id=\"7\" name=\"block\">" +
+          box_3mf(30) + "</object><object id=\"8\" type=\"support\">" + box_3mf(5) + "</object>",
+      "<item objectid=\"4\" transform=\"1 0 0 0 1 0 0 0 1 100 0 0\"/><item objectid=\"7\"/>"
+      "<item objectid=\"8\"/>");
+  const Imported made =
+      unwrap(read(put("parts.3mf", package_3mf(root, {{"3D/Other Parts/a.model", other}}))));
+  EXPECT_EQ(made.geometries.size(), 3U) << "a, its scaled copy, the block";
+  EXPECT_NE(all_notes(made).find("different units"), std::string::npos) << all_notes(made);
+  EXPECT_NE(all_notes(made).find("1 support for printing was left out"), std::string::npos);
+  const double expected = 1e-6 + 8e-6 + 27e-6;
+  const AnyId id = load(made);
+  EXPECT_NEAR(volume(id), expected, 1e-9 * expected);
+  NoProgress progress;
+  const auto mass = unwrap(bench.derived.mass(*bench.document.now(), id, progress));
+  // Middles: 105 and 100 + 50 - 10 (mirrored), 15 [mm].
+  EXPECT_NEAR(mass.mass.com[0], (1e-6 * 0.105 + 8e-6 * 0.14 + 27e-6 * 0.015) / expected, 1e-9);
+}
+
+TEST_F(Exchange, ColoursOf3mfAreTheMostCommonOnes) {
+  const std::string root = model_3mf(
+      "<basematerials id=\"1\"><base name=\"r\" displaycolor=\"#FF0000\"/></basematerials>"
+      "<m:colorgroup id=\"2\"><m:color color=\"#00FF00\"/><m:color color=\"#0000FF80\"/>"
+      "</m:colorgroup><m:multiproperties id=\"3\" pids=\"9 2\"><m:multi pindices=\"0 1\"/>"
+      "</m:multiproperties><object id=\"5\" pid=\"1\" pindex=\"0\">" +
+          box_3mf(10, "pid=\"3\" p1=\"0\"") + "</object>",
+      "<item objectid=\"5\"/>");
+  const Imported made = unwrap(read(put("colours.3mf", package_3mf(root))));
+  const auto material = std::find_if(made.records.begin(), made.records.end(),
+                                     [](const auto& f) { return f.name.ends_with(".mtr"); });
+  ASSERT_NE(material, made.records.end());
+  EXPECT_NE(material->text.find("colour (0, 0, 1, 0.502)"), std::string::npos) << material->text;
+}
+
+TEST_F(Exchange, WhatA3mfHasBesidesMeshesIsSaid) {
+  const std::string lattice =
+      "<b:beamlattice><b:beams><b:beam v1=\"0\" v2=\"1\"/></b:beams>"
+      "</b:beamlattice>";
+  const auto made = read(
+      put("lattice.3mf",
+          package_3mf(model_3mf("<object id=\"1\" name=\"core\">" + box_3mf(10, "", lattice) +
+                                    "</object><m:texture2dgroup id=\"2\" texid=\"3\"/>",
+                                "<item objectid=\"1\"/>", "requiredextensions=\"b m p\""),
+                      {{"Metadata/model_settings.config", "<part subtype=\"modifier_part\"/>"}})));
+  ASSERT_TRUE(made.ok()) << made.error().sentence();
+  const std::string notes = all_notes(*made);
+  EXPECT_NE(notes.find("\"core\" has a lattice of 1 beam, which was left out; its mesh was read"),
+            std::string::npos)
+      << notes;
+  EXPECT_NE(notes.find("Textures were left out"), std::string::npos) << notes;
+  EXPECT_NE(notes.find("marked bodies of this file as modifiers"), std::string::npos) << notes;
+
+  const auto required =
+      read(put("required.3mf",
+               package_3mf(model_3mf("<object id=\"1\">" + box_3mf(10) + "</object>",
+                                     "<item objectid=\"1\"/>", "requiredextensions=\"x\""))));
+  ASSERT_FALSE(required.ok());
+  EXPECT_NE(required.error().message.find("http://example.org/shapes"), std::string::npos)
+      << required.error().sentence();
+  // What no build names is read where it lies, and undeclared prefixes do not stop the reader.
+  const auto unbuilt = read(
+      put("unbuilt.3mf",
+          package_3mf(model_3mf(
+              "<z:thing a:b=\"1\"/><object id=\"1\" q:k=\"2\">" + box_3mf(10) + "</object>", ""))));
+  ASSERT_TRUE(unbuilt.ok()) << unbuilt.error().sentence();
+  EXPECT_NE(all_notes(*unbuilt).find("1 object was read where they lie"), std::string::npos)
+      << all_notes(*unbuilt);
+}
+
+TEST_F(Exchange, Faulty3mfEndsInASentenceThatSaysWhere) {
+  const auto refused = [&](const std::string& bytes, const std::string& words) {
+    const auto made = read(put("faulty.3mf", bytes));
+    ASSERT_FALSE(made.ok()) << words;
+    EXPECT_NE(made.error().sentence().find(words), std::string::npos) << made.error().sentence();
+    EXPECT_EQ(made.error().sentence().find("crashed"), std::string::npos)
+        << made.error().sentence();
+  };
+  const std::string item = "<item objectid=\"1\"/>";
+  refused(package_3mf(model_3mf("<object id=\"1\"><components><component objectid=\"1\"/>"
+                                "</components></object>",
+                                item)),
+          "is a component of itself");
+  refused(package_3mf(model_3mf("", item)), "places object 1, which is not there");
+  refused(package_3mf(model_3mf("<object id=\"1\"><mesh><vertices><vertex x=\"0\" y=\"0\" z=\"0\"/>"
+                                "</vertices><triangles><triangle v1=\"0\" v2=\"0\" v3=\"8\"/>"
+                                "</triangles></mesh></object>",
+                                item)),
+          "a triangle of object 1 names vertex 8 of 1");
+  refused(package_3mf(model_3mf("<object id=\"1\"><mesh><vertices><vertex x=\"1e999\" y=\"0\" "
+                                "z=\"0\"/></vertices></mesh></object>",
+                                item)),
+          "line 2: the x of a vertex is \"1e999\"");
+  refused(package_3mf(model_3mf("<object id=\"1\">" + box_3mf(1) + "</object>",
+                                "<item objectid=\"1\" transform=\"1 0 0\"/>")),
+          "which has twelve numbers");
+  refused(package_3mf(model_3mf("<object id=\"1\">" + box_3mf(1) + "</object>",
+                                "<item objectid=\"1\" p:path=\"/3D/gone.model\"/>")),
+          "\"/3D/gone.model\" is not in the package");
+  refused(package_3mf("<!DOCTYPE model [<!ENTITY a \"aaaaaaaaaaaaaaaaaaaa\">]><model/>"),
+          "document type");
+  refused(package_3mf(model_3mf("", "", "unit=\"furlong\"")), "\"furlong\" is no unit");
+  refused(test::zip_package({{"readme.txt", "hello"}}), "holds no 3MF model");
+  std::string torn = package_3mf(model_3mf("<object id=\"1\">" + box_3mf(1) + "</object>", item));
+  torn[torn.find("vertex x=\"") + 10] ^= 1;
+  refused(torn, "cannot be unpacked");
+  // Forty objects, each of two copies of the one before, are 10^12 parts in 4 kB.
+  std::string bomb = "<object id=\"1\">" + box_3mf(1) + "</object>";
+  for (int i = 2; i < 42; ++i) {
+    const std::string one = "<component objectid=\"" + std::to_string(i - 1) + "\"/>";
+    bomb += "<object id=\"" + std::to_string(i) + "\"><components>" + one + one +
+            "</components></object>";
+  }
+  refused(package_3mf(model_3mf(bomb, "<item objectid=\"41\"/>")), "more than 100000 parts");
+}
+
+TEST_F(Exchange, TooManyAttributesAndPrefixesIn3mfTakeTimeInProportion) {
+  std::string many;
+  for (int i = 0; i < 300000; ++i)
+    many += " xmlns:n" + std::to_string(i) + "=\"u\" a" + std::to_string(i) + "=\"\"";
+  const auto made =
+      read(put("attributes.3mf",
+               package_3mf(model_3mf("<object id=\"1\"" + many + ">" + box_3mf(10) + "</object>",
+                                     "<item objectid=\"1\"/>"))),
+           Map{{"seconds", 10.0}});
+  ASSERT_TRUE(made.ok()) << made.error().sentence();
+  EXPECT_EQ(made->geometries.size(), 1U);
+}
+
+TEST_F(Exchange, APartNamedAfterAFileThatBeginsWithADigitGetsAValidName) {
+  const auto made =
+      read(put("3parts.3mf",
+               package_3mf(model_3mf("<object id=\"1\">" + box_3mf(10) +
+                                         "</object><object id=\"2\">" + box_3mf(20) + "</object>",
+                                     "<item objectid=\"1\"/><item objectid=\"2\" "
+                                     "transform=\"1 0 0 0 1 0 0 0 1 40 0 0\"/>"))));
+  ASSERT_TRUE(made.ok()) << made.error().sentence();
+  EXPECT_NEAR(volume(load(*made)), 9e-6, 1e-14);
+}
 
 TEST_F(Exchange, DamagedFilesEndInASentence) {
   const Part part = bushing();

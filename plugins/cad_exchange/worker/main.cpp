@@ -144,6 +144,8 @@ Result<Scene> read(const std::string& path, const Options& given, Progress& prog
     RMP_TRY_ASSIGN(const std::string bytes, slurp(path));
     progress.report(0.3, "reading");
     RMP_TRY_ASSIGN(scene, read_dxf(bytes, number(given, "unit")));
+  } else if (o.format == "3mf") {
+    RMP_TRY_ASSIGN(scene, read_3mf(path, progress));
   } else {
     RMP_TRY_ASSIGN(scene, read_meshes(path, o, progress));
   }

@@ -29,7 +29,9 @@ struct WriteOptions {
 /// STEP and IGES through Open CASCADE, units, names, colours and assemblies included.
 Result<Scene> read_cad(const std::string& path, const ReadOptions&, Progress&);
 Result<std::string> write_cad(const Scene&, const WriteOptions&, Progress&);
-/// Meshes through Assimp: OBJ, PLY, glTF, GLB, DAE, 3MF.
+/// Meshes through Assimp: OBJ, PLY, glTF, GLB, DAE.
 Result<Scene> read_meshes(const std::string& path, const ReadOptions&, Progress&);
+/// 3MF: core, materials and production; of other extensions it says what it left out.
+Result<Scene> read_3mf(const std::string& path, Progress&);
 
 }  // namespace robomosp::cad_exchange
