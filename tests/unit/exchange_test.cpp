@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
@@ -246,6 +247,147 @@ TEST_F(Exchange, StepKeepsNamesColoursAndSharedParts) {
   EXPECT_NEAR(material.colour.b, 0.1, 1e-3);
   EXPECT_EQ(material.density, 2700);
   EXPECT_NE(all_notes(*made).find("density of aluminium"), std::string::npos) << all_notes(*made);
+}
+
+// --- IGES of loose faces -----------------------------------------------------------------------
+
+/// Writes IGES of flat patches, each a surface of its own, and of groups of them.
+class LooseFaces {
+ public:
+  using Corner = std::array<double, 3>;
+  /// Corners in turn; entries are counted from 1.
+  int patch(const Corner& a, const Corner& b, const Corner& c, const Corner& d) {
+    std::ostringstream s;
+    s << "128,1,1,1,1,0,0,1,0,0,0.,0.,1.,1.,0.,0.,1.,1.,1.,1.,1.,1.";
+    for (const Corner& p : {a, b, d, c})
+      for (const double x : p) s << "," << x << ".";
+    s << ",0.,1.,0.,1.;";
+    return add(128, 0, s.str());
+  }
+  /// The faces of a box from `low` to `high`, whole millimetres; `without` leaves one out.
+  std::vector<int> box(const Corner& low, const Corner& high, int without = -1) {
+    static constexpr int kSides[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
+                                         {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
+    const auto corner = [&](int i) {
+      return Corner{(i & 1 ? high : low)[0], (i & 2 ? high : low)[1], (i & 4 ? high : low)[2]};
+    };
+    std::vector<int> made;
+    for (int i = 0; i < 6; ++i)
+      if (i != without)
+        made.push_back(patch(corner(kSides[i][0]), corner(kSides[i][1]), corner(kSides[i][2]),
+                             corner(kSides[i][3])));
+    return made;
+  }
+  void group(const std::vector<int>& members) {
+    std::ostringstream s;
+    s << "402," << members.size();
+    for (const int m : members) s << "," << 2 * m - 1;
+    s << ";";
+    for (const int m : members) status_[static_cast<std::size_t>(m - 1)] = "00010000";
+    add(402, 7, s.str());
+  }
+  std::string text() const {
+    std::ostringstream out;
+    const auto line = [&](std::string body, char section, int number) {
+      body.resize(72, ' ');
+      char end[16];
+      std::snprintf(end, sizeof end, "%c%7d\n", section, number);
+      out << body << end;
+    };
+    line("faces", 'S', 1);
+    line("1H,,1H;,5Hfaces,5Hfaces,4Htest,4Htest,32,38,6,308,15,5Hfaces,1.,2,2HMM,1,", 'G', 1);
+    line("0.01,13H260101.000000,0.001,1000.,4Htest,4Htest,11,0,13H260101.000000;", 'G', 2);
+    const auto eights = [](const std::vector<std::string>& words) {
+      std::string s;
+      for (const std::string& w : words) s += std::string(8 - w.size(), ' ') + w;
+      return s;
+    };
+    int first = 1;
+    std::vector<std::vector<std::string>> lines;
+    for (std::size_t i = 0; i < data_.size(); ++i) {
+      std::vector<std::string> cut;
+      for (std::string rest = data_[i]; !rest.empty();) {
+        std::size_t n = rest.size() <= 64 ? rest.size() : rest.rfind(',', 63) + 1;
+        cut.push_back(rest.substr(0, n));
+        rest.erase(0, n);
+      }
+      const std::string type = std::to_string(type_[i]);
+      const int number = 2 * static_cast<int>(i) + 1;
+      line(eights({type, std::to_string(first), "0", "0", "0", "0", "0", "0", status_[i]}), 'D',
+           number);
+      line(eights({type, "0", "0", std::to_string(cut.size()), std::to_string(form_[i])}), 'D',
+           number + 1);
+      first += static_cast<int>(cut.size());
+      lines.push_back(std::move(cut));
+    }
+    int at = 1;
+    for (std::size_t i = 0; i < lines.size(); ++i)
+      for (std::string body : lines[i]) {
+        body.resize(64, ' ');
+        char back[16];
+        std::snprintf(back, sizeof back, " %7d", 2 * static_cast<int>(i) + 1);
+        line(body + back, 'P', at++);
+      }
+    char end[40];
+    std::snprintf(end, sizeof end, "S%7dG%7dD%7dP%7d", 1, 2, 2 * static_cast<int>(data_.size()),
+                  at - 1);
+    line(end, 'T', 1);
+    return out.str();
+  }
+
+ private:
+  int add(int type, int form, std::string data) {
+    type_.push_back(type);
+    form_.push_back(form);
+    status_.emplace_back("00000000");
+    data_.push_back(std::move(data));
+    return static_cast<int>(data_.size());
+  }
+  std::vector<int> type_, form_;
+  std::vector<std::string> status_, data_;
+};
+
+TEST_F(Exchange, LooseFacesOfIgesBecomeTheSolidsThatTheyBound) {
+  // Two boxes that touch with a whole face, one with a hollow in it, and a block in the hollow.
+  LooseFaces file;
+  file.box({0, 0, 0}, {10, 10, 10});
+  file.box({10, 0, 0}, {30, 10, 10});
+  file.box({100, 0, 0}, {140, 40, 40});
+  file.box({110, 10, 10}, {130, 30, 30});
+  file.box({115, 15, 15}, {120, 20, 20});
+  const Imported made = unwrap(read(put("loose.igs", file.text())));
+  EXPECT_EQ(made.geometries.size(), 4U) << all_notes(made);
+  EXPECT_NE(all_notes(made).find("30 faces of the file were joined to 4 solids"), std::string::npos)
+      << all_notes(made);
+  EXPECT_NE(all_notes(made).find("a shell inside another became its cavity"), std::string::npos)
+      << all_notes(made);
+  const double expected = 1e-6 + 2e-6 + (64e-6 - 8e-6) + 0.125e-6;
+  EXPECT_NEAR(volume(load(made)), expected, 1e-9 * expected);
+}
+
+TEST_F(Exchange, GroupsOfAnIgesFileAreJoinedEachByItself) {
+  // Boxes that touch, their faces in no order: only the groups say which belong together.
+  LooseFaces file;
+  std::vector<int> one = file.box({0, 0, 0}, {10, 10, 10}, 0), two;
+  two = file.box({10, 0, 0}, {30, 10, 10});
+  one.push_back(file.patch({0, 0, 0}, {0, 10, 0}, {10, 10, 0}, {10, 0, 0}));
+  file.group(one);
+  file.group(two);
+  const Imported made = unwrap(read(put("groups.igs", file.text())));
+  EXPECT_EQ(made.geometries.size(), 2U) << all_notes(made);
+  EXPECT_NEAR(volume(load(made)), 3e-6, 1e-14);
+}
+
+TEST_F(Exchange, WhatOfLooseFacesDoesNotCloseIsSaidWithItsShare) {
+  LooseFaces file;
+  file.box({0, 0, 0}, {10, 10, 10});
+  file.box({50, 0, 0}, {60, 10, 10}, 3);
+  const Imported made = unwrap(read(put("open.igs", file.text())));
+  EXPECT_EQ(made.geometries.size(), 1U) << all_notes(made);
+  EXPECT_NE(all_notes(made).find("5 faces do not close to a solid"), std::string::npos)
+      << all_notes(made);
+  EXPECT_NE(all_notes(made).find("45.5 % of the area"), std::string::npos) << all_notes(made);
+  EXPECT_NEAR(volume(load(made)), 1e-6, 1e-14);
 }
 
 TEST_F(Exchange, ADensityIsTakenAsGivenAndNothingIsAssumed) {

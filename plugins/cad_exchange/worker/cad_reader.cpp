@@ -11,11 +11,10 @@
 #include <unordered_map>
 
 #include "cad_common.h"
+#include "sewing.h"
+#include "spatial/pose.h"
 #include "worker.h"
 
-#include <BRepBndLib.hxx>
-#include <BRepBuilderAPI_MakeSolid.hxx>
-#include <BRepBuilderAPI_Sewing.hxx>
 #include <BRepBuilderAPI_Transform.hxx>
 #include <BRepCheck_Analyzer.hxx>
 #include <BRepGProp.hxx>
@@ -23,7 +22,6 @@
 #include <BRepTools.hxx>
 #include <BRep_Builder.hxx>
 #include <BRep_Tool.hxx>
-#include <Bnd_Box.hxx>
 #include <GProp_GProps.hxx>
 #include <IGESCAFControl_Reader.hxx>
 #include <Quantity_ColorRGBA.hxx>
@@ -47,13 +45,11 @@
 namespace robomosp::cad_exchange {
 namespace {
 
-/// Gaps up to these shares of the size are closed where faces are joined to a solid.
-constexpr double kSewingShares[] = {1e-6, 1e-5, 1e-4};
-/// Open CASCADE's own resolution [mm].
-constexpr double kResolution = 1e-6;
 /// No solid of a machine is smaller [mm^3].
 constexpr double kLeastVolume = 1e-9;
 constexpr double kRigid = 1e-9;
+/// A repair that changes a volume by less is not worth a word.
+constexpr double kSameVolume = 1e-6;
 
 std::string name_of(const TDF_Label& label) {
   Handle(TDataStd_Name) name;
@@ -91,12 +87,6 @@ std::string short_text(double v) {
   char text[32];
   std::snprintf(text, sizeof text, "%.2g", v);
   return text;
-}
-
-bool has_closed_shell(const TopoDS_Shape& s) {
-  for (TopExp_Explorer e(s, TopAbs_SHELL); e.More(); e.Next())
-    if (BRep_Tool::IsClosed(e.Current())) return true;
-  return false;
 }
 
 class CadReader {
@@ -155,6 +145,7 @@ class CadReader {
       place(node, definition, at);
     }
     inherit_paint();
+    join_left_over();
     if (count_faces_only_ > 0)
       note(std::to_string(count_faces_only_) +
            (count_faces_only_ == 1 ? " thing that is" : " things that are") +
@@ -182,6 +173,21 @@ class CadReader {
            name.find_first_not_of("0123456789", 4) == std::string::npos;
   }
 
+  /// Of a node that is not in the scene yet [mm].
+  [[nodiscard]] gp_Trsf world_of(const Node& node) const {
+    Pose t = node.pose;
+    for (std::int32_t up = node.parent; up >= 0;) {
+      const Node& n = scene_.nodes[static_cast<std::size_t>(up)];
+      t = spatial::compose(n.pose, t);
+      up = n.parent;
+    }
+    gp_Trsf out;
+    out.SetValues(t.R[0], t.R[1], t.R[2], kMillimetresPerMetre * t.p[0], t.R[3], t.R[4], t.R[5],
+                  kMillimetresPerMetre * t.p[1], t.R[6], t.R[7], t.R[8],
+                  kMillimetresPerMetre * t.p[2]);
+    return out;
+  }
+
   /// False when it is no rigid motion.
   static bool set_pose(Node& node, const gp_Trsf& t) {
     if (t.IsNegative() || std::abs(t.ScaleFactor() - 1) > kRigid) return false;
@@ -194,8 +200,14 @@ class CadReader {
   }
 
   /// The solids of a part's definition, made once for all its copies.
+  struct LeftOver {
+    TopoDS_Face face;
+    std::string name;  ///< of the part that it is in
+    Paint paint;
+  };
   struct Part {
     std::vector<std::int32_t> shapes;
+    std::vector<LeftOver> open;  ///< faces that close to nothing by themselves
   };
 
   void place(Node node, const TDF_Label& definition, const gp_Trsf& at) {
@@ -210,6 +222,13 @@ class CadReader {
     }
     auto [it, is_new] = parts_.try_emplace(key);
     if (is_new) it->second = make_part(definition, node.name, baked);
+    if (!it->second.open.empty()) {
+      const TopLoc_Location where(world_of(node));
+      for (LeftOver l : it->second.open) {
+        l.face = TopoDS::Face(l.face.Located(where * l.face.Location()));
+        left_over_.push_back(std::move(l));
+      }
+    }
     const std::vector<std::int32_t>& made = it->second.shapes;
     if (made.empty()) return;
     if (made.size() == 1) {
@@ -239,6 +258,13 @@ class CadReader {
     if (name.empty()) name = fallback;
     std::vector<TopoDS_Shape> bodies = bodies_of(shape, name);
     Part part;
+    for (TopoDS_Face& f : open_) {
+      if (baked) f = TopoDS::Face(BRepBuilderAPI_Transform(f, *baked, Standard_True).Shape());
+      Paint paint = paint_of(definition);
+      if (!paint.known) paint = paint_of(label_of(definition, f));
+      part.open.push_back({f, name, paint});
+    }
+    open_.clear();
     for (TopoDS_Shape& body : bodies) {
       Shape out;
       const TDF_Label sub = label_of(definition, body);
@@ -249,13 +275,8 @@ class CadReader {
       if (!out.paint.known) out.paint = paint_of(sub);
       if (!out.paint.known) out.paint = paint_of_faces(body, out.name);
       if (baked) body = BRepBuilderAPI_Transform(body, *baked, Standard_True).Shape();
-      if (!finish(body, out.name)) continue;
-      std::ostringstream text;
-      BRepTools::Write(body, text, Standard_False, Standard_False,
-                       TopTools_FormatVersion_VERSION_1);
-      out.brep = text.str();
-      scene_.shapes.push_back(std::move(out));
-      part.shapes.push_back(static_cast<std::int32_t>(scene_.shapes.size() - 1));
+      for (const TopoDS_Shape& s : finished(body, out.name))
+        part.shapes.push_back(add_shape(s, out.name, out.paint));
     }
     return part;
   }
@@ -289,7 +310,8 @@ class CadReader {
     return p;
   }
 
-  /// Solids of a shape; loose faces and shells are joined to solids where they close.
+  /// Solids of a shape; loose faces and shells are joined to solids where they close. Those that do
+  /// not, wait for the loose faces of other parts.
   std::vector<TopoDS_Shape> bodies_of(const TopoDS_Shape& shape, const std::string& name) {
     std::vector<TopoDS_Shape> found;
     for (TopExp_Explorer e(shape, TopAbs_SOLID); e.More(); e.Next()) found.push_back(e.Current());
@@ -299,73 +321,131 @@ class CadReader {
       if (found.empty()) ++count_faces_only_;
       return found;
     }
-    const std::string faces = std::to_string(loose) + (loose == 1 ? " face" : " faces");
     if (!heal_) {
-      note(quote(name) + " has " + faces + " that belong to no solid; they were left out.");
+      note(quote(name) + " has " + faces(loose) + " that belong to no solid; they were left out.");
       return found;
     }
-    // The least tolerance that closes them; what closes with none is sewn with the first.
-    TopoDS_Shape sewed;
-    double used = 0;
-    Bnd_Box box;
-    BRepBndLib::Add(shape, box);
-    const double size = box.IsVoid() ? 0 : std::sqrt(box.SquareExtent());
-    for (const double share : kSewingShares) {
-      const double tolerance = std::max(kResolution, share * size);
-      BRepBuilderAPI_Sewing sewing(tolerance);
-      for (TopExp_Explorer e(shape, TopAbs_FACE, TopAbs_SOLID); e.More(); e.Next())
-        sewing.Add(e.Current());
-      sewing.Perform();
-      const bool is_closed = has_closed_shell(sewing.SewedShape());
-      if (used > 0 && !is_closed) continue;
-      sewed = sewing.SewedShape();
-      used = tolerance;
-      if (is_closed) break;
-    }
-    std::size_t solids = 0, open = 0;
-    for (TopExp_Explorer e(sewed, TopAbs_SHELL); e.More(); e.Next()) {
-      const TopoDS_Shell shell = TopoDS::Shell(e.Current());
-      if (!BRep_Tool::IsClosed(shell)) {
-        for (TopExp_Explorer f(shell, TopAbs_FACE); f.More(); f.Next()) ++open;
-        continue;
-      }
-      found.push_back(BRepBuilderAPI_MakeSolid(shell).Solid());
-      ++solids;
-    }
-    for (TopExp_Explorer e(sewed, TopAbs_FACE, TopAbs_SHELL); e.More(); e.Next()) ++open;
-    if (solids > 0)
-      note(faces + " of " + quote(name) + " were joined to " +
-           (solids == 1 ? "a solid" : std::to_string(solids) + " solids") +
-           ", closing gaps of up to " + short_text(used) + " mm.");
-    if (open > 0)
-      note(quote(name) + " has " + std::to_string(open) +
-           (open == 1 ? " face that does" : " faces that do") +
-           " not close to a solid; they were left out.");
+    Sewn sewn = sew_groups(shape);
+    found.insert(found.end(), sewn.solids.begin(), sewn.solids.end());
+    tell_joined(sewn, quote(name));
+    open_ = std::move(sewn.open);
     return found;
   }
 
-  /// Checks and repairs a body; false when it is of no use.
-  bool finish(TopoDS_Shape& body, const std::string& name) {
+  static std::string faces(std::size_t n) {
+    return std::to_string(n) + (n == 1 ? " face" : " faces");
+  }
+
+  void tell_joined(const Sewn& sewn, const std::string& of) {
+    const std::size_t solids = sewn.solids.size();
+    if (solids == 0) return;
+    note(faces(sewn.joined) + " of " + of + (sewn.joined == 1 ? " was" : " were") + " joined to " +
+         (solids == 1 ? "a solid" : std::to_string(solids) + " solids") +
+         ", closing gaps of up to " + short_text(sewn.gap) + " mm" +
+         (sewn.cavities == 0   ? "."
+          : sewn.cavities == 1 ? "; a shell inside another became its cavity."
+                               : "; " + std::to_string(sewn.cavities) +
+                                     " shells inside others became their cavities."));
+  }
+
+  /// Files may place each face by itself; those are joined where they lie, without regard to parts.
+  void join_left_over() {
+    if (left_over_.empty()) return;
+    std::vector<TopoDS_Face> all;
+    for (const LeftOver& l : left_over_) all.push_back(l.face);
+    const double area = area_of(all);
+    const Sewn sewn = sew(all);
+    tell_joined(sewn, "the file");
+    TopTools_IndexedMapOfShape open;
+    for (const TopoDS_Face& f : sewn.open) open.Add(f);
+    Paint paint;
+    std::string name;
+    std::map<std::string, std::size_t> lost;
+    for (const LeftOver& l : left_over_) {
+      if (open.Contains(l.face)) {
+        ++lost[l.name];
+        continue;
+      }
+      if (!paint.known) paint = l.paint;
+      if (name.empty() || name == l.name) name = l.name;
+      else name = "body";
+    }
+    if (name.empty() || name == "FACE" || name == "COMPOUND") name = "body";
+    for (const TopoDS_Solid& solid : sewn.solids) {
+      for (TopoDS_Shape& body : finished(solid, name)) {
+        Node node;
+        node.name = name;
+        node.shape = add_shape(body, name, paint);
+        scene_.nodes.push_back(std::move(node));
+      }
+    }
+    if (sewn.open.empty()) return;
+    std::string where;
+    if (lost.size() <= 3)
+      for (const auto& [part, count] : lost)
+        where += (where.empty() ? " (" : ", ") + std::to_string(count) + " of " + quote(part);
+    char share[32];
+    std::snprintf(share, sizeof share, "%.3g", area > 0 ? 100 * area_of(sewn.open) / area : 0.0);
+    note(faces(sewn.open.size()) + (sewn.open.size() == 1 ? " does" : " do") +
+         " not close to a solid" + where + (where.empty() ? "" : ")") + ", with " + share +
+         " % of the area of "
+         "all faces that no part closes with by itself; " +
+         (sewn.open.size() == 1 ? "it was" : "they were") + " left out.");
+  }
+
+  std::int32_t add_shape(const TopoDS_Shape& body, const std::string& name, const Paint& paint) {
+    Shape out;
+    out.name = name;
+    out.paint = paint;
+    std::ostringstream text;
+    BRepTools::Write(body, text, Standard_False, Standard_False, TopTools_FormatVersion_VERSION_1);
+    out.brep = text.str();
+    scene_.shapes.push_back(std::move(out));
+    return static_cast<std::int32_t>(scene_.shapes.size() - 1);
+  }
+
+  /// Checks and repairs a body; what comes of it may be several, or none.
+  std::vector<TopoDS_Shape> finished(TopoDS_Shape body, const std::string& name) {
+    std::vector<TopoDS_Shape> all{body};
     if (!is_valid(body)) {
+      const double before = std::abs(volume_of(body));
       if (heal_) {
         const Handle(ShapeFix_Shape) fix = new ShapeFix_Shape(body);
         fix->Perform();
-        TopoDS_Shape fixed = fix->Shape();
-        if (!fixed.IsNull() && fixed.ShapeType() != TopAbs_SOLID) {
-          TopExp_Explorer e(fixed, TopAbs_SOLID);
-          fixed = e.More() ? e.Current() : TopoDS_Shape();
+        std::vector<TopoDS_Shape> fixed;
+        double after = 0;
+        if (!fix->Shape().IsNull())
+          for (TopExp_Explorer e(fix->Shape(), TopAbs_SOLID); e.More(); e.Next()) {
+            fixed.push_back(e.Current());
+            after += std::abs(volume_of(e.Current()));
+          }
+        const bool mended = !fixed.empty() && std::all_of(fixed.begin(), fixed.end(), is_valid);
+        const double change = before > 0 ? after / before - 1 : 0;
+        const bool is_same = std::abs(change) <= kSameVolume;
+        // What a repair that failed made of it is no better than what the file says.
+        if (mended || (is_same && !fixed.empty())) all = fixed;
+        std::string text = "The solid " + quote(name) +
+                           " is faulty and could not be repaired; "
+                           "operations on it may fail.";
+        if (mended) {
+          text = "The solid " + quote(name) + " was faulty and was repaired";
+          if (fixed.size() > 1) text += ", as " + std::to_string(fixed.size()) + " solids";
+          if (!is_same)
+            text += "; its volume is " + short_text(100 * std::abs(change)) + " % " +
+                    (change > 0 ? "more" : "less") + " than before, check its shape";
+          text += ".";
         }
-        if (!fixed.IsNull()) {
-          body = fixed;
-          note(is_valid(body)
-                   ? "The solid " + quote(name) + " was faulty and was repaired."
-                   : "The solid " + quote(name) +
-                         " is faulty and could not be repaired; operations on it may fail.");
-        }
+        note(text);
       } else {
         note("The solid " + quote(name) + " is faulty; operations on it may fail.");
       }
     }
+    std::erase_if(all, [&](TopoDS_Shape& s) { return !is_solid(s, name); });
+    return all;
+  }
+
+  /// Turns it outwards; false when it encloses nothing.
+  bool is_solid(TopoDS_Shape& body, const std::string& name) {
     double volume = volume_of(body);
     if (volume < 0) {
       if (body.ShapeType() == TopAbs_SOLID) {
@@ -401,6 +481,8 @@ class CadReader {
   Progress& progress_;
   Scene scene_;
   std::unordered_map<std::string, Part> parts_;
+  std::vector<TopoDS_Face> open_;  ///< what bodies_of() left
+  std::vector<LeftOver> left_over_;
   std::size_t count_faces_only_ = 0, baked_count_ = 0;
 };
 
