@@ -53,10 +53,10 @@ std::array<double, 2> goal_errors(std::uint32_t parts, const Pose& reached, cons
   }
   double position = 0, rotation = 0;
   for (std::size_t k = 0; k < 3; ++k) {
-    if (parts & (kIkX << k)) position += p[k] * p[k];
+    if (parts & (kIkX << k)) position = std::hypot(position, p[k]);
     if (parts & (kIkRotX << k)) rotation += r[k] * r[k];
   }
-  return {std::sqrt(position), std::sqrt(rotation)};
+  return {position, std::sqrt(rotation)};
 }
 
 /// The same of a whole pose.
@@ -110,8 +110,8 @@ class PlainCheck {
       IkResult& r = results[i];
       const auto [position, rotation] = pose_errors(reached[i], targets[i]);
       r.position_error = position, r.rotation_error = rotation;
-      if (position > batch_.tolerance.position * 1.001 ||
-          rotation > batch_.tolerance.rotation * 1.001)
+      if (!(position <= batch_.tolerance.position * 1.001) ||
+          !(rotation <= batch_.tolerance.rotation * 1.001))
         return misses(ik_, position, rotation);
       RMP_TRY(check_limits(ik_, r.q));
     }
@@ -159,7 +159,8 @@ Result<void> check_answer(const Bound<IkSolver>& ik, const IkBatch& batch,
       r.rotation_error = rotation;
     }
     if (r.status != IkStatus::solved) break;
-    if (position > batch.tolerance.position * 1.001 || rotation > batch.tolerance.rotation * 1.001)
+    if (!(position <= batch.tolerance.position * 1.001) ||
+        !(rotation <= batch.tolerance.rotation * 1.001))
       return misses(ik, position, rotation);
     RMP_TRY(check_limits(ik, q));
     robotics::loop_residual(model, frames, open);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "spatial/pose.h"
@@ -19,7 +20,49 @@ Error bad(std::string message, std::string hint) {
   return error(ErrorCode::invalid_argument, std::move(message), std::move(hint));
 }
 
+/// From where on targets are brought near, in lengths of the robot.
+constexpr double kFar = 100;
+
+double length(const Vec3& v) { return std::hypot(v[0], v[1], v[2]); }
+
 }  // namespace
+
+NearTargets::NearTargets(const RobotModel& model, const IkBatch& batch)
+    : asked_(batch.targets), batch_(batch) {
+  double reach = 1;
+  for (const JointModel& j : model.joints) {
+    reach += length(j.placement.p);
+    if (j.type == JointType::prismatic && std::isfinite(j.lower) && std::isfinite(j.upper))
+      reach += std::max(std::fabs(j.lower), std::fabs(j.upper));
+  }
+  for (const TipModel& tip : model.tips) reach += length(tip.tool.p);
+  const double most = kFar * reach;
+  for (std::size_t i = 0; i < asked_.size(); ++i) {
+    const Vec3& p = asked_[i].p;
+    const double greatest = std::max({std::fabs(p[0]), std::fabs(p[1]), std::fabs(p[2])});
+    if (!(greatest > most)) continue;
+    if (near_.empty()) near_.assign(asked_.begin(), asked_.end());
+    for (std::size_t k = 0; k < 3; ++k) near_[i].p[k] = p[k] / greatest * most;
+  }
+  if (!near_.empty()) batch_.targets = near_;
+}
+
+void NearTargets::correct(std::span<IkResult> results) const {
+  if (near_.empty()) return;
+  const std::size_t goals = asked_.size() / results.size();
+  for (std::size_t i = 0; i < asked_.size(); ++i) {
+    const double farther = length(sub(asked_[i].p, near_[i].p));
+    const bool counts = batch_.goals.empty() || (batch_.goals[i % goals].parts & kIkPosition) != 0;
+    if (!(farther > 0) || !counts) continue;
+    IkResult& r = results[i / goals];
+    r.status = IkStatus::out_of_reach;
+    r.limiting_joint = -1;
+    constexpr double kMost = std::numeric_limits<double>::max();
+    r.position_error = std::min(r.position_error + farther, kMost);
+    r.shortfall = std::min(r.shortfall + farther, kMost);
+    r.detail = "the target is out of reach by " + print_number(r.shortfall, 3) + " m";
+  }
+}
 
 Result<void> check_ik_model(const RobotModel& model) {
   const std::string where = "robot \"" + model.name + "\"";
@@ -148,8 +191,12 @@ std::vector<std::vector<double>> other_turns(const SerialArm& arm, std::span<con
     const ArmJoint& j = arm.joints[i];
     if (!std::isfinite(j.lower) || !std::isfinite(j.upper)) continue;
     const std::size_t before = all.size();
-    const auto first = static_cast<int>(std::ceil((j.lower - q[i]) / kTurn));
-    const auto last = static_cast<int>(std::floor((j.upper - q[i]) / kTurn));
+    // No more turns than may be returned: limits of 1e300 rad are no reason to count that far.
+    const double limit = static_cast<double>(std::min(most, std::size_t{1} << 20));
+    const auto first =
+        static_cast<int>(std::clamp(std::ceil((j.lower - q[i]) / kTurn), -limit, limit));
+    const auto last =
+        static_cast<int>(std::clamp(std::floor((j.upper - q[i]) / kTurn), -limit, limit));
     for (int turn = first; turn <= last; ++turn)
       for (std::size_t k = 0; turn != 0 && k < before && all.size() <= most; ++k) {
         all.push_back(all[k]);

@@ -66,6 +66,26 @@ auto recognise_tips(const RobotModel& model, const Recognise& recognise)
   return tips;
 }
 
+/// A request whose positions lie too far away to be calculated with (the square of 1e200 is no
+/// number), brought near: onto the same ray from the base, a hundred lengths of the robot away. The
+/// closest configuration is the same to a hundredth of a radian. Lives no longer than the batch
+/// that it is made of.
+class NearTargets {
+ public:
+  NearTargets(const RobotModel& model, const IkBatch& batch);
+  NearTargets(const NearTargets&) = delete;
+  NearTargets& operator=(const NearTargets&) = delete;
+  /// What to solve.
+  [[nodiscard]] const IkBatch& batch() const { return batch_; }
+  /// Puts the true distances into the answers.
+  void correct(std::span<IkResult> results) const;
+
+ private:
+  std::span<const Pose> asked_;
+  std::vector<Pose> near_;  ///< empty when no target is far
+  IkBatch batch_;
+};
+
 /// Errors of a call before prepare, and for a tip that recognise_tips() left out.
 [[nodiscard]] Error ik_not_prepared();
 [[nodiscard]] Error ik_unknown_arm(const RobotModel& model, std::size_t tip);

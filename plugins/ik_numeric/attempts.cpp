@@ -65,9 +65,10 @@ class Scheduler final : public LaneWork {
     Attempted& out = out_[static_cast<std::size_t>(s.sample)];
     out.iterations += iterations;
     const bool good = end == LaneEnd::reached;
-    if (good
-            ? l.attempt < s.best
-            : s.best == kNone && (cost < out.cost || (cost == out.cost && l.attempt < s.closest))) {
+    // The first one is the closest so far whatever it costs: infinity is not below infinity.
+    if (good ? l.attempt < s.best
+             : s.best == kNone && (out.q.empty() || cost < out.cost ||
+                                   (cost == out.cost && l.attempt < s.closest))) {
       (good ? s.best : s.closest) = l.attempt;
       out.q.assign(q, q + chain_.size());
       out.cost = cost;
@@ -124,6 +125,7 @@ class Scheduler final : public LaneWork {
           Attempted& out = out_[static_cast<std::size_t>(s.sample)];
           out.reached = out.ended_early = false, out.iterations = 0;
           out.cost = std::numeric_limits<double>::infinity();
+          out.q.clear();
           return static_cast<int>(i);
         }
     for (std::size_t i = 0; i < slots_.size(); ++i)

@@ -138,7 +138,7 @@ void FastSolver::solve_all(const Pose& target, std::span<const double> seed, IkR
       ++idle;
       out.iterations += a.iterations;
       if (!a.reached) {
-        if (a.cost < closest.cost) closest = a;
+        if (closest.q.empty() || a.cost < closest.cost) closest = a;
         continue;
       }
       std::vector<double> q(seed.begin(), seed.end());

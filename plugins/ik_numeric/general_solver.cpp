@@ -33,7 +33,7 @@ bool GeneralSolver::attempt(std::span<const Pose> targets, const SearchOptions& 
   out.iterations += r.iterations;
   cancelled_ |= r.end == SearchEnd::cancelled || progress_.cancelled();
   ended_early_ |= r.end == SearchEnd::out_of_iterations;
-  if (r.cost < best_cost_) best_cost_ = r.cost, best_ = q;
+  if (best_.empty() || r.cost < best_cost_) best_cost_ = r.cost, best_ = q;
   return r.end == SearchEnd::reached;
 }
 
@@ -41,6 +41,7 @@ void GeneralSolver::solve(std::span<const Pose> targets, bool all, std::vector<d
                           IkResult& out) {
   out = IkResult{};
   best_cost_ = std::numeric_limits<double>::infinity();
+  best_.clear();
   ended_early_ = false;
   const std::vector<double> seed = q;
   std::vector<std::vector<double>> found;
@@ -76,6 +77,7 @@ void GeneralSolver::solve(std::span<const Pose> targets, bool all, std::vector<d
 void GeneralSolver::follow(std::span<const Pose> targets, std::vector<double>& q, IkResult& out) {
   out = IkResult{};
   best_cost_ = std::numeric_limits<double>::infinity();
+  best_.clear();
   ended_early_ = false;
   SearchOptions careful = options_.search();
   careful.max_step = 0.25;

@@ -4,6 +4,8 @@
 // Plain data only, so that no inline function of the library is compiled for a newer processor.
 #pragma once
 
+#include <cstddef>
+
 namespace robomosp::ik_numeric {
 
 /// One joint on the way to the tip.
@@ -55,9 +57,11 @@ struct LaneEngine {
   void (*run)(const LaneChain&, const LaneOptions&, LaneWork&, double* memory);
   const char* name;
 };
-/// Numbers of memory that `run` needs, aligned to 64 bytes.
-constexpr unsigned lane_memory(int joints, int width) {
-  return static_cast<unsigned>((joints * 16 + 64) * width);
+/// Numbers of memory that `run` needs, aligned to 64 bytes: q, trial, step and free, two Jacobians
+/// of every lane, and one lane's joint values on their way in or out.
+constexpr std::size_t lane_memory(int joints, int width) {
+  const auto n = static_cast<std::size_t>(joints);
+  return (4 + 2 * 6) * n * static_cast<std::size_t>(width) + n;
 }
 
 /// The best form for this processor.

@@ -10,6 +10,7 @@
 #include <robomosp/sdk/plugin.h>
 
 #include "solver.h"
+#include "spatial/ik_support.h"
 #include "spatial/pose.h"
 
 namespace robomosp::ik_numeric {
@@ -70,9 +71,11 @@ class NumericIk final : public IkSolver {
     const auto tip = static_cast<std::size_t>(goals[0].tip);
     const bool fast = !chains_.empty() && goals.size() == 1 && goals[0].parts == kIkPose &&
                       batch.objective == IkObjective::none && chains_[tip].size() > 0;
-    const bool done = fast ? solve_fast(batch, tip, options, results, progress)
-                           : solve_general(batch, goals, options, results, progress);
+    const spatial::NearTargets near(*model_, batch);
+    const bool done = fast ? solve_fast(near.batch(), tip, options, results, progress)
+                           : solve_general(near.batch(), goals, options, results, progress);
     if (!done) return error(ErrorCode::cancelled, "the inverse kinematics were stopped");
+    near.correct(results);
     return {};
   }
 

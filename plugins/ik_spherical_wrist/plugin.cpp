@@ -375,10 +375,12 @@ class SphericalWristIk final : public IkSolver {
     return {};
   }
 
-  Result<void> solve(const IkBatch& batch, std::span<IkResult> results,
+  Result<void> solve(const IkBatch& asked, std::span<IkResult> results,
                      Progress& progress) const override {
     if (!model_) return spatial::ik_not_prepared();
-    RMP_TRY(spatial::check_ik_request(*model_, batch, results.size()));
+    RMP_TRY(spatial::check_ik_request(*model_, asked, results.size()));
+    const spatial::NearTargets near(*model_, asked);
+    const IkBatch& batch = near.batch();
     RMP_TRY_ASSIGN(const std::size_t tip, spatial::whole_pose_tip(batch));
     if (!batch.arm_angles.empty())
       return error(ErrorCode::unsupported, "an arm of six joints has no arm angle",
@@ -388,14 +390,16 @@ class SphericalWristIk final : public IkSolver {
     const std::size_t n = model_->coordinate_count();
     const std::size_t together = batch.continuous ? 1 : kTogether;
     std::vector<double> q(std::min(together, results.size()) * n);
-    return spatial::for_ik_samples(
+    RMP_TRY(spatial::for_ik_samples(
         results.size(), together, progress, [&](std::size_t i, std::size_t count) {
           const bool onward = batch.continuous && i > 0;
           for (std::size_t k = 0; k < count && !onward; ++k)
             spatial::ik_start(*model_, batch, i + k, std::span(q).subspan(k * n, n));
           solver.solve(batch.targets.subspan(i, count), std::span(q).first(count * n), onward,
                        results.subspan(i, count));
-        });
+        }));
+    near.correct(results);
+    return {};
   }
 
  private:

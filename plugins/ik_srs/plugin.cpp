@@ -339,6 +339,15 @@ class SrsIk final : public IkSolver {
                      Progress& progress) const override {
     if (!model_) return spatial::ik_not_prepared();
     RMP_TRY(spatial::check_ik_request(*model_, batch, results.size()));
+    const spatial::NearTargets near(*model_, batch);
+    RMP_TRY(solve_near(near.batch(), results, progress));
+    near.correct(results);
+    return {};
+  }
+
+ private:
+  Result<void> solve_near(const IkBatch& batch, std::span<IkResult> results,
+                          Progress& progress) const {
     // Away from limits is what the middle of the arm angle's span is.
     IkBatch plain = batch;
     if (batch.objective == IkObjective::limits) plain.objective = IkObjective::none;
@@ -361,7 +370,6 @@ class SrsIk final : public IkSolver {
     });
   }
 
- private:
   /// A path: many samples side by side, and one by one where branches or limits are near.
   Result<void> follow(const IkBatch& batch, const FollowArm& numbers, Solver& solver,
                       std::span<double> q, std::span<IkResult> results, Progress& progress) const {
