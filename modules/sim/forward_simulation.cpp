@@ -342,6 +342,7 @@ class Simulation {
     MechanismMotion motion(std::move(forward), std::move(options));
     if (!run_.tau.empty()) motion.set_torques(run_.tau);
     motion.project(x_);
+    if (!from_) motion.bring_to_rest(x_);
     if (const double open = motion.loop_error(std::span(x_).first(motion.positions()));
         open > kOpenLoop)
       return error(ErrorCode::invalid_argument,

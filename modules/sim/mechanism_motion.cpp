@@ -11,6 +11,7 @@
 #include "robotics/decompositions.h"
 #include "robotics/kinematics.h"
 #include "spatial/pose.h"
+#include "spatial/rest.h"
 
 namespace robomosp::sim {
 namespace {
@@ -352,6 +353,13 @@ void MechanismMotion::hit(double t, Stop& stop, std::span<double> x) {
       again = true;
     }
     if (!again) break;
+  }
+}
+
+void MechanismMotion::bring_to_rest(std::span<double> x) const {
+  for (std::size_t v = 0; v < velocities_; ++v) {
+    double& speed = x[coordinates_ + v];
+    if (entries_[v].has_coulomb() && std::fabs(speed) <= spatial::kRestSpeed) speed = 0;
   }
 }
 

@@ -59,6 +59,9 @@ class MechanismMotion final : public OdeSystem {
 
   /// Torques held from now on (dof() numbers); used where the options have no function.
   void set_torques(std::span<const double> tau);
+  /// Velocities that are rounding become zero where Coulomb friction would take their sign: for a
+  /// state that was planned, before the first settle().
+  void bring_to_rest(std::span<double> x) const;
   /// Decides which joints are held, at the start and whenever torques have jumped.
   Result<void> settle(double t, std::span<double> x);
 

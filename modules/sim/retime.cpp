@@ -34,6 +34,21 @@ constexpr std::array<double, 9> kBetween{0.04, 0.1, 0.18, 0.33, 0.5, 0.67, 0.82,
 constexpr double kBeyond = 1e-4, kReserve = 1.25;
 constexpr std::size_t kParts = 3, kMostGrid = 40000;
 constexpr int kMostPartings = 4;
+/// A joint that moves less than this share of the fastest one rests: what it moves is rounding.
+constexpr double kResting = 1e-9;
+/// Slow, but no rest: Coulomb friction is whole, and nothing else of the motion is felt [rad/s].
+constexpr double kCreeping = 1e-6;
+
+/// Creeping velocities in the directions of `rates`, for what friction takes where the joints have
+/// but started.
+std::vector<double> directions(std::span<const double> rates) {
+  double greatest = 0;
+  for (const double x : rates) greatest = std::max(greatest, std::fabs(x));
+  std::vector<double> out;
+  for (const double x : rates)
+    out.push_back(std::fabs(x) <= kResting * greatest ? 0.0 : std::copysign(kCreeping, x));
+  return out;
+}
 
 /// A natural cubic spline through configurations, over the distances between them.
 class JointPath {
@@ -232,8 +247,7 @@ class PieceRetimer {
     }
     if (!dynamics_) return slower;
     // What remains at rest, weight and springs and friction, does not shrink with the speed.
-    std::vector<double> creeping(qd);
-    for (double& x : creeping) x *= 1e-9;
+    const std::vector<double> creeping = directions(qd);
     const std::uint32_t rest = kAllTerms & ~(kInertialTerm | kVelocityTerm);
     RMP_TRY_ASSIGN(const auto whole, torque(q, qd, qdd, kAllTerms, progress));
     RMP_TRY_ASSIGN(const auto still, torque(q, creeping, qdd, rest, progress));
@@ -262,8 +276,7 @@ class PieceRetimer {
     // tau = a s'' + b s'^2 + c: a by unit changes of rate, b by unit rates, c at rest (Coulomb
     // friction against the way).
     const std::vector<double> zero(n * dof_, 0.0);
-    std::vector<double> creeping(q1);
-    for (double& x : creeping) x *= 1e-9;
+    const std::vector<double> creeping = directions(q1);
     const std::uint32_t rest = kAllTerms & ~(kInertialTerm | kVelocityTerm);
     RMP_TRY_ASSIGN(const auto a, torque(q, zero, q1, kInertialTerm, progress));
     RMP_TRY_ASSIGN(const auto bent, torque(q, zero, q2, kInertialTerm, progress));

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "spatial/mass.h"
+#include "spatial/rest.h"
 
 namespace robomosp::spatial {
 namespace {
@@ -237,8 +238,8 @@ void add_joint_forces(const BodyTree& tree, const DynamicsBatch& batch, std::siz
     for (std::size_t k = v; k < v + static_cast<std::size_t>(b.columns); ++k) {
       const double rate = b.ratio * qd[k];
       double force = b.friction.viscous * rate;
-      if (rate > 0) force += b.friction.coulomb_positive;
-      if (rate < 0) force += b.friction.coulomb_negative;
+      if (rate > kRestSpeed) force += b.friction.coulomb_positive;
+      if (rate < -kRestSpeed) force += b.friction.coulomb_negative;
       tau[k] += b.ratio * force;
     }
   }

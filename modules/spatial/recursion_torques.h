@@ -4,6 +4,7 @@
 #pragma once
 
 #include "spatial/recursion_scratch.h"
+#include "spatial/rest.h"
 
 namespace robomosp::spatial::recursions::RMP_LANES {
 
@@ -153,8 +154,8 @@ void add_resistance(const Mechanism& m, std::uint32_t terms, const T* q, const T
     if (terms & kFrictionTerm) {
       const T rate = qd[k.v_index] * k.ratio, none{};
       force += rate * b.viscous;
-      force += select(rate > 0, splat<T>(b.coulomb_positive), none);
-      force += select(rate < 0, splat<T>(b.coulomb_negative), none);
+      force += select(rate > spatial::kRestSpeed, splat<T>(b.coulomb_positive), none);
+      force += select(rate < -spatial::kRestSpeed, splat<T>(b.coulomb_negative), none);
     }
     if (terms & kSpringTerm) force += (q[k.q_index] * k.ratio + (k.offset - b.rest)) * b.stiffness;
     tau[k.v_index] += force * k.ratio;

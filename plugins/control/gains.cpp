@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "spatial/pose.h"
+#include "spatial/rest.h"
 #include "spatial/rotation.h"
 
 namespace robomosp::control {
@@ -116,9 +117,9 @@ void add_friction(const RobotModel& model, const ControlInput& in, std::span<dou
     const double ratio = joint.is_coupled() ? joint.coupling.ratio : 1;
     const double qd = ratio * in.qd[at(joint.v_index)],
                  wanted = ratio * in.qd_desired[at(joint.v_index)];
-    const double coulomb = wanted > 0   ? joint.friction.coulomb_positive
-                           : wanted < 0 ? joint.friction.coulomb_negative
-                                        : 0;
+    const double coulomb = wanted > spatial::kRestSpeed    ? joint.friction.coulomb_positive
+                           : wanted < -spatial::kRestSpeed ? joint.friction.coulomb_negative
+                                                           : 0;
     tau[at(joint.v_index)] += ratio * (joint.friction.viscous * qd + coulomb);
   }
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "articulated_inertia.h"
+#include "spatial/rest.h"
 
 namespace robomosp::articulated {
 namespace {
@@ -346,8 +347,8 @@ std::int32_t accelerations(const Articulated& a, const DynamicsBatch& batch, std
       if (qd) {
         const double rate = b.ratio * qd[b.v_index + k];
         f -= b.friction.viscous * rate;
-        if (rate > 0) f -= b.friction.coulomb_positive;
-        if (rate < 0) f -= b.friction.coulomb_negative;
+        if (rate > spatial::kRestSpeed) f -= b.friction.coulomb_positive;
+        if (rate < -spatial::kRestSpeed) f -= b.friction.coulomb_negative;
       }
       if ((batch.terms & kSpringTerm) && b.spring.stiffness != 0)
         f -= b.spring.stiffness * (b.ratio * in.q[b.q_index] + b.offset - b.spring.rest);

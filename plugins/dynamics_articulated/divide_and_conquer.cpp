@@ -8,6 +8,7 @@
 #include "articulated_inertia.h"
 #include "samples.h"
 #include "spatial/parallel.h"
+#include "spatial/rest.h"
 
 namespace robomosp::articulated {
 namespace {
@@ -184,8 +185,8 @@ double joint_force(const Sample& s, const TreeBody& b) {
   if (s.rates) {
     const double rate = s.rates[b.v_index];
     f -= b.friction.viscous * rate;
-    if (rate > 0) f -= b.friction.coulomb_positive;
-    if (rate < 0) f -= b.friction.coulomb_negative;
+    if (rate > spatial::kRestSpeed) f -= b.friction.coulomb_positive;
+    if (rate < -spatial::kRestSpeed) f -= b.friction.coulomb_negative;
   }
   if ((s.batch.terms & kSpringTerm) && b.spring.stiffness != 0)
     f -= b.spring.stiffness * (s.state.q[b.q_index] - b.spring.rest);

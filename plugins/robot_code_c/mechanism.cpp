@@ -6,6 +6,7 @@
 #include "spatial/body_tree.h"
 #include "spatial/mass.h"
 #include "spatial/pose.h"
+#include "spatial/rest.h"
 
 namespace robomosp::robot_code {
 namespace {
@@ -301,10 +302,12 @@ std::vector<Number> newton_euler(Builder& b, const Vector& gravity, bool still) 
 void add_joint_parts(Builder& b, std::vector<Number>& tau, bool still) {
   for (const JointModel& j : b.model().joints) {
     if (velocity_count(j.type) != 1) continue;
-    const Number qd = b.rate(j, kQd);
+    const Number qd = b.rate(j, kQd), kRest(spatial::kRestSpeed);
     Number sum = Number(j.friction.viscous) * qd;
-    if (j.friction.coulomb_positive != 0) sum += qd.if_positive(j.friction.coulomb_positive);
-    if (j.friction.coulomb_negative != 0) sum += (-qd).if_positive(j.friction.coulomb_negative);
+    if (j.friction.coulomb_positive != 0)
+      sum += (qd - kRest).if_positive(j.friction.coulomb_positive);
+    if (j.friction.coulomb_negative != 0)
+      sum += (-qd - kRest).if_positive(j.friction.coulomb_negative);
     if (j.spring.stiffness != 0)
       sum += Number(j.spring.stiffness) * (b.value(j) - Number(j.spring.rest));
     if (!still && j.armature != 0) sum += Number(j.armature) * b.rate(j, kQdd);

@@ -202,6 +202,25 @@ TEST_F(Motion, StaticFrictionHoldsUpToItsBreakawayForce) {
   EXPECT_NEAR(motion->happened().back().time, 3, 1e-9);
 }
 
+// The sign of rounding would brake it in one direction and let it be pushed in the other.
+TEST_F(Motion, APlannedRestWithRoundingInItIsARest) {
+  RobotModel m = rail();
+  m.joints[0].friction = {0, 4, -4};
+  sim::MotionOptions o;
+  o.torques = [](double, std::span<double> tau) { tau[0] = 3; };  // less than holds it
+  auto motion = make(m, o);
+  for (const double v : {1e-30, -1e-30, 1e-14, -1e-14}) {
+    std::vector<double> x{0, v};
+    motion->bring_to_rest(x);
+    EXPECT_EQ(x[1], 0);
+    EXPECT_EQ(run(*motion, x, 1)[0], 0);
+    EXPECT_TRUE(motion->happened().empty());
+  }
+  std::vector<double> moving{0, 1e-6};
+  motion->bring_to_rest(moving);
+  EXPECT_EQ(moving[1], 1e-6);
+}
+
 TEST_F(Motion, AMassOnADrivenSpringSticksAndSlipsWithTheClosedPeriod) {
   // A block is pulled at speed v by a spring of stiffness k: it sticks until the spring pulls Fs,
   // then slides against Fk. From rest with stretch Fs / k the slip is, with w^2 = k / m and r = v

@@ -364,7 +364,8 @@ RMP_COMMANDS(robot_dynamics_commands) {
        .details =
            "The sum of the terms gravity, inertial, velocity, friction, external and spring, or of "
            "those asked for. The wrench at the tip is what acts on the robot. Closed loops are not "
-           "looked at: the torques are those of the tree.",
+           "looked at: the torques are those of the tree. A joint no faster than 1e-9 rad/s or m/s "
+           "rests: what static friction holds of its torque is not known, and none is counted.",
        .example = with_arm("local tau = arm:inverse_dynamics{q = \"ready\", qd = {0.1, 0, 0, 0, 0, "
                            "0}, terms = {\"gravity\", \"velocity\"}}\nassert(#tau == 6)"),
        .params = {self("robot"), q, qd, qdd, terms, gravity, force, moment, provider, tip, base_a,

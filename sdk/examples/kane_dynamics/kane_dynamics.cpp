@@ -118,9 +118,9 @@ class Equations {
       if (m.qdd) tau[j] += joint.armature * m.qdd[j];
       if (terms & kSpringTerm) tau[j] += joint.spring.stiffness * (m.q[j] - joint.spring.rest);
       if (terms & kFrictionTerm)
-        tau[j] += joint.friction.viscous * rate + (rate > 0   ? joint.friction.coulomb_positive
-                                                   : rate < 0 ? joint.friction.coulomb_negative
-                                                              : 0);
+        tau[j] += joint.friction.viscous * rate + (rate > 1e-9    ? joint.friction.coulomb_positive
+                                                   : rate < -1e-9 ? joint.friction.coulomb_negative
+                                                                  : 0);
     }
     if (!(terms & kExternalTerm) || b.tip.empty()) return;
     const TipWrench& wrench = b.tip[b.tip.size() == 1 ? 0 : i];

@@ -151,7 +151,7 @@ def inverse_dynamics(q, qd, qdd):
     for k, j in enumerate(JOINTS):
         viscous, forward, backward = j.friction
         stiffness, rest = j.spring
-        tau[k] = (tau[k] + viscous * qd[k] + forward * (qd[k] > 0) + backward * (qd[k] < 0)
+        tau[k] = (tau[k] + viscous * qd[k] + forward * (qd[k] > 1e-9) + backward * (qd[k] < -1e-9)
                   + stiffness * (q[k] - rest))
     return tau
 )py";

@@ -34,7 +34,7 @@ enum class JointType : std::int32_t {
   return t == JointType::free ? 6 : t == JointType::spherical ? 3 : 1;
 }
 
-/// Friction as seen at the joint: tau_f = viscous * qd + coulomb(sign of qd).
+/// At the joint: tau_f = viscous * qd + coulomb(sign of qd; rest, |qd| <= 1e-9 rad/s or m/s: 0).
 struct JointFriction {
   double viscous = 0;           ///< G^2 B [N m s/rad or N s/m]
   double coulomb_positive = 0;  ///< |G| Tc+ for qd > 0, >= 0 [N m or N]

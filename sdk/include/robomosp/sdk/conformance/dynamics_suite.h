@@ -416,7 +416,8 @@ TEST_P(DynamicsConformance, ForwardLeavesOutTheTermsThatAreNotAsked) {
 
 TEST_P(DynamicsConformance, FrictionOpposesMotionAndIsZeroAtRest) {
   const auto q = random_.configuration(model());
-  for (const double speed : {0.5, -0.5, 0.0}) {
+  // Up to 1e-9 the sign is rounding.
+  for (const double speed : {0.5, -0.5, 0.0, 1e-30, -1e-30, 1e-12, -1e-12, 1e-6, -1e-6}) {
     const std::vector<double> qd(dof(), speed);
     const auto f = torques(q, qd, {}, kFrictionTerm);
     std::vector<double> expected(dof());
@@ -425,9 +426,9 @@ TEST_P(DynamicsConformance, FrictionOpposesMotionAndIsZeroAtRest) {
         const double ratio = j.is_coupled() ? j.coupling.ratio : 1, rate = ratio * speed;
         const JointFriction& t = j.friction;
         expected[static_cast<std::size_t>(j.v_index + k)] +=
-            ratio * (t.viscous * rate + (rate > 0   ? t.coulomb_positive
-                                         : rate < 0 ? t.coulomb_negative
-                                                    : 0));
+            ratio * (t.viscous * rate + (rate > 1e-9    ? t.coulomb_positive
+                                         : rate < -1e-9 ? t.coulomb_negative
+                                                        : 0));
       }
     for (std::size_t k = 0; k < dof(); ++k)
       EXPECT_NEAR(f[k], expected[k], 1e-15 * (1 + std::fabs(expected[k]))) << "entry " << k + 1;

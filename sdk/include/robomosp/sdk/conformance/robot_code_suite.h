@@ -162,9 +162,9 @@ class RobotCodeConformance : public testing::TestWithParam<RobotCodeCase> {
       const double ratio = j.is_coupled() ? j.coupling.ratio : 1;
       const auto v = static_cast<std::size_t>(j.v_index);
       const double rate = ratio * qd[v];
-      tau[v] += ratio * (j.friction.viscous * rate + (rate > 0   ? j.friction.coulomb_positive
-                                                      : rate < 0 ? j.friction.coulomb_negative
-                                                                 : 0));
+      tau[v] += ratio * (j.friction.viscous * rate + (rate > 1e-9    ? j.friction.coulomb_positive
+                                                      : rate < -1e-9 ? j.friction.coulomb_negative
+                                                                     : 0));
     }
     return tau;
   }
