@@ -93,6 +93,12 @@ Spline quintic(const Task& t, std::span<const double> step, const Clamps* clamps
   };
   for (const bool is_end : {false, true}) {
     const std::size_t row = is_end ? 2 * m : 0;
+    if (!clamps && m == 1) {
+      // Free at both ends it may be any parabola: the straight one.
+      s.at(row, row) = s.at(row + 1, row + 1) = 1;
+      for (std::size_t j = 0; j < t.dof; ++j) s.side(row, j) = (t.at(1, j) - t.at(0, j)) / step[0];
+      continue;
+    }
     if (!clamps) {
       add(row, is_end ? m - 1 : 0, is_end, false, 1);
       add(row + 1, is_end ? m - 1 : 0, is_end, true, 1);

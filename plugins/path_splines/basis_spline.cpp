@@ -147,4 +147,63 @@ BasisSpline interpolate(int degree, std::span<const double> times, std::span<con
   return out;
 }
 
+BasisSpline interpolate_not_a_knot(int degree, std::span<const double> times,
+                                   std::span<const Vec3> points) {
+  BasisSpline out;
+  out.degree = degree;
+  const auto p = static_cast<std::size_t>(degree), size = points.size();
+  const std::size_t at_end = (p - 1) / 2, at_start = p - 1 - at_end;
+  out.knots = clamped_knots(degree, times.front(),
+                            times.subspan(1 + at_start, times.size() - 1 - p), times.back());
+  out.points.assign(points.begin(), points.end());
+  Band matrix(size, p);
+  std::vector<double> n;
+  for (std::size_t row = 0; row < size; ++row) {
+    const std::size_t k = span_of(out.knots, degree, size, times[row]);
+    basis(out.knots, degree, k, times[row], 0, n);
+    for (std::size_t r = 0; r <= p; ++r) matrix.at(row, k - p + r) = n[r];
+  }
+  matrix.solve(out.points);
+  return out;
+}
+
+// The lower derivatives are those of a clamped spline with the same values x at both ends, and x is
+// such that the higher ones agree as well. The spline is linear in x.
+BasisSpline interpolate_periodic(int degree, std::span<const double> times,
+                                 std::span<const Vec3> points) {
+  const int orders = (degree - 1) / 2;
+  const auto clamped = [&](int unit, std::span<const Vec3> through) {
+    std::vector<EndCondition> ends;
+    for (const bool is_start : {true, false})
+      for (int m = 1; m <= orders; ++m) ends.push_back({is_start, m, {m == unit ? 1.0 : 0, 0, 0}});
+    return interpolate(degree, times, through, ends);
+  };
+  // How far a higher derivative is from being the same at both ends.
+  const auto jumps = [&](const BasisSpline& s) {
+    std::vector<Vec3> first(static_cast<std::size_t>(degree)), last = first;
+    s.derivatives(times.front(), degree - 1, first);
+    s.derivatives(times.back(), degree - 1, last);
+    std::vector<Vec3> out;
+    for (std::size_t m = static_cast<std::size_t>(orders) + 1; m < first.size(); ++m)
+      out.push_back({last[m][0] - first[m][0], last[m][1] - first[m][1], last[m][2] - first[m][2]});
+    return out;
+  };
+  BasisSpline out = clamped(0, points);
+  std::vector<Vec3> x = jumps(out);
+  const std::vector<Vec3> nowhere(points.size());
+  std::vector<BasisSpline> units;
+  const auto count = static_cast<std::size_t>(orders);
+  Band matrix(count, count);
+  for (std::size_t m = 0; m < count; ++m) {
+    units.push_back(clamped(static_cast<int>(m) + 1, nowhere));
+    const std::vector<Vec3> column = jumps(units.back());
+    for (std::size_t row = 0; row < count; ++row) matrix.at(row, m) = -column[row][0];
+  }
+  matrix.solve(x);
+  for (std::size_t m = 0; m < count; ++m)
+    for (std::size_t i = 0; i < out.points.size(); ++i)
+      for (std::size_t c = 0; c < 3; ++c) out.points[i][c] += units[m].points[i][0] * x[m][c];
+  return out;
+}
+
 }  // namespace robomosp::path_splines

@@ -39,4 +39,15 @@ struct BasisSpline {
                                       std::span<const Vec3> points,
                                       std::span<const EndCondition> ends);
 
+/// The same without a knot at the degree - 1 inner points that are nearest to the ends (of an even
+/// degree one more of them at the start): pieces there are one polynomial. At least degree + 1
+/// points.
+[[nodiscard]] BasisSpline interpolate_not_a_knot(int degree, std::span<const double> times,
+                                                 std::span<const Vec3> points);
+
+/// The closed one of an odd degree, 3 or 5: its first degree - 1 derivatives are the same at both
+/// ends. First and last point are the same place.
+[[nodiscard]] BasisSpline interpolate_periodic(int degree, std::span<const double> times,
+                                               std::span<const Vec3> points);
+
 }  // namespace robomosp::path_splines

@@ -44,6 +44,7 @@ std::vector<Vec3> positions(std::span<const Pose> points) {
 
 /// A parameter of three numbers, or none.
 Result<std::optional<Vec3>> vector_of(const Params& params, const char* name) {
+  if (!params.has(name)) return std::optional<Vec3>{};  // cubic splines have no acceleration there
   const auto v = params.reals(name);
   if (v.empty()) return std::optional<Vec3>{};
   if (v.size() != 3)
@@ -87,24 +88,32 @@ Result<Timing> timing(std::span<const Pose> points, const Params& params) {
   return out;
 }
 
-/// Velocity at an end as given: in m/s with times; without, its direction counts.
-Result<void> add_velocity(std::vector<EndCondition>& ends, bool is_start, const char* name,
-                          const Params& params, const Timing& t) {
-  RMP_TRY_ASSIGN(auto v, vector_of(params, name));
-  if (!v) v = Vec3{};
-  if (!t.is_timed) {
-    if (!(spatial::norm(*v) > 0))
-      return bad(std::string(name) + " is zero: without times the tool cannot stop at an end",
-                 "Give its direction there, or times.");
-    v = spatial::unit(*v);
-  }
-  ends.push_back({is_start, 1, *v});
-  return {};
+/// What is asked for at one end; nothing given is free there.
+struct End {
+  std::optional<Vec3> velocity, acceleration;
+  [[nodiscard]] bool is_given() const { return velocity || acceleration; }
+};
+
+/// Velocity and acceleration at an end as given: in m/s with times; without, the velocity's
+/// direction counts. `must`: ends are clamped, so that what is left out is zero.
+Result<End> read_end(const std::string& end, bool must, const Params& params, const Timing& t) {
+  const std::string velocity = end + "_velocity", acceleration = end + "_acceleration";
+  End out;
+  RMP_TRY_ASSIGN(out.velocity, vector_of(params, velocity.c_str()));
+  RMP_TRY_ASSIGN(out.acceleration, vector_of(params, acceleration.c_str()));
+  if (must && !out.velocity) out.velocity = Vec3{};
+  if (t.is_timed) return out;
+  if (out.acceleration)
+    return bad("an acceleration is given, but no times", "Give times too, or leave it out.");
+  if (!out.velocity) return out;
+  if (!(spatial::norm(*out.velocity) > 0))
+    return bad(velocity + " is zero: without times the tool cannot stop at an end",
+               "Give its direction there, or times.");
+  out.velocity = spatial::unit(*out.velocity);
+  return out;
 }
 
-Result<std::unique_ptr<Curve>> through(int degree, std::span<const Pose> points, const Timing& t,
-                                       const std::vector<EndCondition>& ends) {
-  const BasisSpline spline = interpolate(degree, t.at, positions(points), ends);
+Result<std::unique_ptr<Curve>> curve_of(const BasisSpline& spline, const Timing& t) {
   for (const Vec3& p : spline.points)
     if (!spatial::is_finite(p))
       return bad("the spline through these points is not finite", "Check the points and times.");
@@ -113,63 +122,77 @@ Result<std::unique_ptr<Curve>> through(int degree, std::span<const Pose> points,
   return std::unique_ptr<Curve>(new PiecewiseCurve(spline, std::move(knots), t.is_timed));
 }
 
-class CubicSplineFactory final : public CurveFactory {
- public:
+/// The conditions at one end, `count` of them. Free: those of the spline that bends least.
+void add_conditions(bool is_start, const End& end, int degree, std::size_t count,
+                    std::vector<EndCondition>& out) {
+  const int free = (degree + 1) / 2;  // the first derivative that a free end does not have
+  std::size_t left = count;
+  if (end.velocity) out.push_back({is_start, 1, *end.velocity}), --left;
+  if (left > 0 && end.is_given())
+    out.push_back({is_start, 2, end.acceleration.value_or(Vec3{})}), --left;
+  for (int order = free; left > 0; ++order, --left) out.push_back({is_start, order, {}});
+}
+
+/// Splines of degree 3, 4 and 5 through points. They have degree - 1 conditions at their ends; of
+/// an odd number the greater part is at the start.
+Result<std::unique_ptr<Curve>> through(int degree, const char* shape, std::span<const Pose> points,
+                                       const Params& params) {
+  RMP_TRY(check_points(points, 2, shape));
+  RMP_TRY_ASSIGN(const Timing t, timing(points, params));
+  const std::string_view ends = params.text("ends");
+  const bool clamped = ends == "clamped";
+  RMP_TRY_ASSIGN(const End start, read_end("start", clamped, params, t));
+  RMP_TRY_ASSIGN(const End end, read_end("end", clamped, params, t));
+  if (ends != "auto" && !clamped && (start.is_given() || end.is_given()))
+    return bad(
+        "ends = \"" + std::string(ends) + "\" leaves the spline no freedom for the " +
+            (start.velocity || (end.velocity && !start.is_given()) ? "velocity" : "acceleration") +
+            " that is given at its " + (start.is_given() ? "start" : "end"),
+        "Leave ends out or take \"clamped\", or leave out what is given there.");
+  const std::vector<Vec3> places = positions(points);
+  if (ends == "not_a_knot") {
+    RMP_TRY(check_points(points, static_cast<std::size_t>(degree) + 1,
+                         (std::string(shape) + " with ends = \"not_a_knot\"").c_str()));
+    return curve_of(interpolate_not_a_knot(degree, t.at, places), t);
+  }
+  if (ends == "periodic") {
+    RMP_TRY(check_points(points, 3, (std::string(shape) + " with ends = \"periodic\"").c_str()));
+    const double open = spatial::distance(places.front(), places.back());
+    if (!(open <= kSamePoint))
+      return bad("ends = \"periodic\" closes the spline, and its last point is " +
+                     print_number(open) + " m away from its first",
+                 "Add the first point once more at the end.");
+    return curve_of(interpolate_periodic(degree, t.at, places), t);
+  }
+  const auto conditions = static_cast<std::size_t>(degree - 1);
+  std::vector<EndCondition> all;
+  if (degree == 5 && points.size() == 2 && !start.is_given() && !end.is_given()) {
+    // Free at both ends it may be any parabola: the straight one.
+    for (const bool is_start : {true, false})
+      for (const int order : {2, 3}) all.push_back({is_start, order, {}});
+  } else {
+    add_conditions(true, start, degree, conditions - conditions / 2, all);
+    add_conditions(false, end, degree, conditions / 2, all);
+  }
+  return curve_of(interpolate(degree, t.at, places, all), t);
+}
+
+struct CubicSplineFactory final : CurveFactory {
   Result<std::unique_ptr<Curve>> make(std::span<const Pose> points,
                                       const Params& params) const override {
-    RMP_TRY(check_points(points, 2, "a cubic spline"));
-    RMP_TRY_ASSIGN(const Timing t, timing(points, params));
-    std::vector<EndCondition> ends;
-    if (params.text("ends") == "natural") {
-      ends = {{true, 2, {}}, {false, 2, {}}};
-    } else {
-      RMP_TRY(add_velocity(ends, true, "start_velocity", params, t));
-      RMP_TRY(add_velocity(ends, false, "end_velocity", params, t));
-    }
-    return through(3, points, t, ends);
+    return through(3, "a cubic spline", points, params);
   }
 };
-
-/// Three conditions: without an acceleration at the start, the velocities at both ends.
-class QuarticSplineFactory final : public CurveFactory {
- public:
+struct QuarticSplineFactory final : CurveFactory {
   Result<std::unique_ptr<Curve>> make(std::span<const Pose> points,
                                       const Params& params) const override {
-    RMP_TRY(check_points(points, 2, "a quartic spline"));
-    RMP_TRY_ASSIGN(const Timing t, timing(points, params));
-    std::vector<EndCondition> ends;
-    if (params.text("ends") == "natural") {
-      ends = {{true, 2, {}}, {true, 3, {}}, {false, 2, {}}};
-    } else {
-      RMP_TRY(add_velocity(ends, true, "start_velocity", params, t));
-      ends.push_back({true, 2, {}});
-      RMP_TRY(add_velocity(ends, false, "end_velocity", params, t));
-    }
-    return through(4, points, t, ends);
+    return through(4, "a quartic spline", points, params);
   }
 };
-
-/// Four conditions: velocities and accelerations at both ends.
-class QuinticSplineFactory final : public CurveFactory {
- public:
+struct QuinticSplineFactory final : CurveFactory {
   Result<std::unique_ptr<Curve>> make(std::span<const Pose> points,
                                       const Params& params) const override {
-    RMP_TRY(check_points(points, 2, "a quintic spline"));
-    RMP_TRY_ASSIGN(const Timing t, timing(points, params));
-    std::vector<EndCondition> ends;
-    if (params.text("ends") == "natural") {
-      ends = {{true, 3, {}}, {true, 4, {}}, {false, 3, {}}, {false, 4, {}}};
-    } else {
-      RMP_TRY(add_velocity(ends, true, "start_velocity", params, t));
-      RMP_TRY(add_velocity(ends, false, "end_velocity", params, t));
-      RMP_TRY_ASSIGN(const auto a0, vector_of(params, "start_acceleration"));
-      RMP_TRY_ASSIGN(const auto a1, vector_of(params, "end_acceleration"));
-      if (!t.is_timed && (a0 || a1))
-        return bad("an acceleration is given, but no times", "Give times too, or leave it out.");
-      ends.push_back({true, 2, a0.value_or(Vec3{})});
-      ends.push_back({false, 2, a1.value_or(Vec3{})});
-    }
-    return through(5, points, t, ends);
+    return through(5, "a quintic spline", points, params);
   }
 };
 
@@ -301,16 +324,23 @@ const rmp_param kSpacing{"spacing",
                          "chord|centripetal",
                          1,
                          0};
-const rmp_param kEnds{"ends",    "enum",
-                      "",        "Free at the ends, or with the velocities given there.",
-                      "natural", "natural|clamped",
-                      1,         0};
+const char* const kEndsDoc =
+    "natural: free, as straight as can be; clamped: with the velocities given there, zero where "
+    "none "
+    "is; not_a_knot: one polynomial at either end; periodic: closed, without a jump where the last "
+    "point is the first; auto: clamped at an end where something is given, else natural.";
+const rmp_param kEnds{
+    "ends", "enum", "", kEndsDoc, "auto", "auto|natural|clamped|not_a_knot|periodic", 1, 0},
+    // A closed spline of an even degree with its knots at the points does not exist for every
+    // number of points.
+    kOpenEnds{"ends", "enum", "", kEndsDoc, "auto", "auto|natural|clamped|not_a_knot", 1, 0};
 const rmp_param kStart{
     "start_velocity", "real[]", "m/s", "Velocity at the start; its direction without times.", "{}",
     nullptr,          1,        0};
 const rmp_param kEnd{"end_velocity", "real[]", "m/s", "Velocity at the end, likewise.",
                      "{}",           nullptr,  1,     0};
 const rmp_param kSplineParams[] = {kTimes, kSpacing, kEnds, kStart, kEnd};
+const rmp_param kQuarticParams[] = {kTimes, kSpacing, kOpenEnds, kStart, kEnd};
 const rmp_param kQuinticParams[] = {
     kTimes,
     kSpacing,
@@ -343,7 +373,7 @@ RMP_PLUGIN("org.robomosp.path_splines", "0.1.0", "Apache-2.0", "Splines and Bezi
                         "Cubic spline through the points: curvature without jumps.", "points=2+",
                         ps::kSplineParams),
            RMP_PROVIDER(ps::QuarticSplineFactory, "quartic_spline",
-                        "Quartic spline through the points.", "points=2+", ps::kSplineParams),
+                        "Quartic spline through the points.", "points=2+", ps::kQuarticParams),
            RMP_PROVIDER(ps::QuinticSplineFactory, "quintic_spline",
                         "Quintic spline through the points: jerk without jumps.", "points=2+",
                         ps::kQuinticParams),

@@ -158,6 +158,21 @@ TEST(JointSpline, TimesAllowAPlaceTwiceAndAParameterTellsTheRateAtTheEnd) {
   EXPECT_NE(Motion("time_optimal", {{"end_velocity", "{0.5, 1}"}}).refusal(one(1, 9, 9, 99)), "");
 }
 
+TEST(JointSpline, NaturalEndsOfTwoVectorsAreStraight) {
+  for (const char* degree : {"3", "5"})
+    for (const double way : {0.0, 1.5}) {
+      JointMotionTask t;
+      t.dof = 1;
+      t.points = {0.25, 0.25 + way};
+      const auto s =
+          Motion("joint_spline", {{"times", "{0, 2}"}, {"ends", "natural"}, {"degree", degree}})
+              .make(t);
+      ASSERT_TRUE(s.ok()) << s.error().sentence();
+      for (double x = 0; x <= 2; x += 0.25)
+        EXPECT_NEAR(at(**s, 1, 0, x).q, 0.25 + way * x / 2, 1e-14) << degree;
+    }
+}
+
 // Natural cubic through 0, 1, 0 at 0, 1, 2 s: the moments are 0, -3, 0 (by hand, from
 // M0 + 4 M1 + M2 = 6 (y0 - 2 y1 + y2)), q = 1.5 t - 0.5 t^3 in the first second.
 TEST(JointSpline, NaturalEndsAreFree) {

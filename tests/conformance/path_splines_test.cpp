@@ -275,6 +275,143 @@ TEST(TeachPoints, KeepToTheLinesOutsideTheirCorners) {
   }
 }
 
+// What is given at an end holds without a word about ends; the other end stays free.
+TEST(Splines, AreClampedWhereSomethingIsGiven) {
+  for (const char* shape : {"cubic_spline", "quartic_spline", "quintic_spline"})
+    for (const bool at_start : {true, false}) {
+      SCOPED_TRACE(std::string(shape) + (at_start ? " at the start" : " at the end"));
+      Record r = record_of(shape, zigzag());
+      r.shape.params = {{"times", Numbers{0, 1, 2.5, 4}},
+                        {at_start ? "start_velocity" : "end_velocity", Numbers{0.3, -0.2, 0.7}}};
+      const auto made = make(r);
+      ASSERT_TRUE(made.ok()) << made.error().sentence();
+      const auto here = sample_at(**made, at_start ? 0 : 4);
+      const Vec3 v{0.3, -0.2, 0.7};
+      for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(here.velocity[k], v[k], 1e-12) << k;
+      // Of degree 3 and 4 a free end has no acceleration.
+      if (shape == std::string("quintic_spline")) continue;
+      const auto there = sample_at(**made, at_start ? 4 : 0);
+      for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(there.acceleration[k], 0, 1e-11) << k;
+    }
+  Record r = record_of("quintic_spline", zigzag());
+  r.shape.params = {{"times", Numbers{0, 1, 2.5, 4}}, {"end_acceleration", Numbers{1, 2, 3}}};
+  const auto made = make(r);
+  ASSERT_TRUE(made.ok()) << made.error().sentence();
+  for (std::size_t k = 0; k < 3; ++k)
+    EXPECT_NEAR(sample_at(**made, 4).acceleration[k], static_cast<double>(k) + 1, 1e-11);
+}
+
+// Points of a polynomial of the spline's degree give that polynomial where nothing says otherwise.
+TEST(Splines, NotAKnotGivesThePolynomialThatThePointsAreOf) {
+  const Numbers times{0, 0.4, 1.1, 1.5, 2.3, 3, 3.2};
+  int degree = 3;
+  for (const char* shape : {"cubic_spline", "quartic_spline", "quintic_spline"}) {
+    SCOPED_TRACE(shape);
+    const auto polynomial = [&](double t) {
+      double x = 0;
+      for (int k = degree; k >= 0; --k) x = x * t + (k % 2 ? 0.3 : -0.2) * (k + 1);
+      return x;
+    };
+    std::vector<Pose> points;
+    for (const double t : times) points.push_back(shift(polynomial(t), t, 0));
+    Record r = record_of(shape, points);
+    r.shape.params = {{"times", times}, {"ends", std::string("not_a_knot")}};
+    const auto made = make(r);
+    ASSERT_TRUE(made.ok()) << made.error().sentence();
+    for (int i = 0; i <= 64; ++i) {
+      const double t = 0.05 * i;
+      EXPECT_NEAR(sample_at(**made, t).pose.p[0], polynomial(t),
+                  1e-11 * (1 + std::fabs(polynomial(t))))
+          << t;
+    }
+    ++degree;
+  }
+}
+
+// Closed through points of a circle: the same velocity and curvature at both ends, wherever the
+// circle is begun.
+TEST(Splines, PeriodicOnesCloseWithoutAJumpAndHaveNoFirstPoint) {
+  for (const char* shape : {"cubic_spline", "quintic_spline"})
+    for (const int count : {3, 4, 7, 12}) {
+      SCOPED_TRACE(std::string(shape) + " of " + std::to_string(count));
+      const auto closed = [&](int first) {
+        std::vector<Pose> points;
+        Numbers times;
+        for (int i = 0; i <= count; ++i) {
+          const double a = 2 * kPi * (i + first) / count;
+          points.push_back(shift(std::cos(a), std::sin(a), 0));
+          times.push_back(0.5 * i);
+        }
+        points.back() = points.front();
+        Record r = record_of(shape, points);
+        r.shape.params = {{"times", times}, {"ends", std::string("periodic")}};
+        return r;
+      };
+      const auto made = make(closed(0)), turned = make(closed(1));
+      ASSERT_TRUE(made.ok()) << made.error().sentence();
+      ASSERT_TRUE(turned.ok()) << turned.error().sentence();
+      const double T = 0.5 * count;
+      const auto a = sample_at(**made, 0), b = sample_at(**made, T);
+      for (std::size_t k = 0; k < 3; ++k) {
+        EXPECT_NEAR(a.velocity[k], b.velocity[k], 1e-11);
+        EXPECT_NEAR(a.acceleration[k], b.acceleration[k], 1e-10);
+      }
+      for (int i = 0; i <= 40; ++i) {
+        const double t = T * i / 40, later = t + 0.5 > T ? t + 0.5 - T : t + 0.5;
+        const Vec3 p = sample_at(**turned, t).pose.p, q = sample_at(**made, later).pose.p;
+        for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(p[k], q[k], 1e-11) << t;
+      }
+    }
+}
+
+// Two points leave a free spline straight, and one place twice a wait there.
+TEST(Splines, OfTwoPointsAreStraightAndOfOnePlaceTwiceAWait) {
+  for (const char* shape : {"cubic_spline", "quartic_spline", "quintic_spline"})
+    for (const double way : {0.0, 0.6}) {
+      SCOPED_TRACE(std::string(shape) + " over " + std::to_string(way));
+      Record r = record_of(shape, {shift(0.1, 0.2, 0.3), shift(0.1 + way, 0.2, 0.3)});
+      r.shape.params = {{"times", Numbers{0, 2}}};
+      const auto made = make(r);
+      ASSERT_TRUE(made.ok()) << made.error().sentence();
+      EXPECT_NEAR((*made)->duration(), 2, 1e-15);
+      for (int i = 0; i <= 10; ++i) {
+        const auto s = sample_at(**made, 0.2 * i);
+        EXPECT_NEAR(s.pose.p[0], 0.1 + way * i / 10, 1e-14);
+        EXPECT_NEAR(s.pose.p[1], 0.2, 1e-15);
+        EXPECT_NEAR(s.velocity[0], way / 2, 1e-13);
+      }
+    }
+}
+
+TEST(Splines, RefuseEndsThatContradictWhatIsGiven) {
+  const auto sentence = [](const Record& r) {
+    const auto made = make(r);
+    return made.ok() ? std::string("no error") : made.error().sentence();
+  };
+  Record r = record_of("cubic_spline", zigzag());
+  r.shape.params = {{"times", Numbers{0, 1, 2, 3}},
+                    {"ends", std::string("natural")},
+                    {"end_velocity", Numbers{0, 0, 1}}};
+  EXPECT_EQ(sentence(r),
+            "it: ends = \"natural\" leaves the spline no freedom for the velocity that is given at "
+            "its end. Leave ends out or take \"clamped\", or leave out what is given there.");
+  r.shape.params["ends"] = std::string("not_a_knot");
+  EXPECT_NE(sentence(r).find("no freedom for the velocity"), std::string::npos) << sentence(r);
+  r.shape.params["ends"] = std::string("periodic");
+  EXPECT_NE(sentence(r).find("no freedom for the velocity"), std::string::npos) << sentence(r);
+  r.shape.params.erase("end_velocity");
+  EXPECT_NE(sentence(r).find("ends = \"periodic\" closes the spline, and its last point is"),
+            std::string::npos)
+      << sentence(r);
+  r.shape.name = "quartic_spline";
+  EXPECT_NE(sentence(r).find("periodic"), std::string::npos) << sentence(r);
+  r = record_of("quintic_spline", zigzag());
+  r.shape.params = {{"ends", std::string("not_a_knot")}};
+  EXPECT_EQ(sentence(r),
+            "it: a quintic spline with ends = \"not_a_knot\" needs 6 points or more, 4 were given. "
+            "Add points.");
+}
+
 TEST(Splines, TellWhatIsWrongInSentences) {
   const auto sentence = [](const Record& r) {
     const auto made = make(r);
