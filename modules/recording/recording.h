@@ -48,6 +48,9 @@ inline constexpr std::array<const char*, 7> kPlaceColumns{".x",  ".y",  ".z", ".
 /// The pose that these seven numbers tell; the quaternion has length 1.
 [[nodiscard]] Pose pose_of_place(const std::array<double, 7>& place);
 
+/// Column of a run along a trajectory: 1 in rows of moves that were put before a part of it.
+inline constexpr const char* kApproachColumn = "approach";
+
 /// A table with one row a sample; the first column is "time". Immutable once made.
 struct Recording {
   std::string title;              ///< "pa10 on circle: inverse dynamics"

@@ -204,6 +204,9 @@ Result<PathCheck> check_path(const Simulator& sim, const Run& run, bool collisio
     RMP_TRY_ASSIGN(out, follow(sim, setup, std::move(motion).error(), progress));
   } else {
     RecordingPtr recording = *motion;
+    if (recording->find(recording::kApproachColumn))
+      out.notes.emplace_back(
+          "The joints are not where the trajectory goes on: the approach to there is checked too.");
     const auto limited = [&](double JointModel::*limit) {
       return std::any_of(setup.model->joints.begin(), setup.model->joints.end(),
                          [&](const JointModel& j) { return std::isfinite(j.*limit); });

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 
 #include <robomosp/sdk/joint_segment.h>
 
@@ -22,9 +23,11 @@ namespace {
 /// Joint configurations closer than this count as one [rad or m].
 constexpr double kSameConfiguration = 1e-6;
 constexpr double kAtRest = 1e-9;  ///< slower joints stand [rad/s or m/s]
-/// Of joints without limits, in moves that are put in.
-constexpr double kSpeed = 1, kAcceleration = 4;  ///< [rad or m, s]
-constexpr double kRiseTime = 0.25;               ///< to full speed, and to full acceleration [s]
+/// Of joints without limits, where a segment gives none either.
+constexpr double kSpeed = 1;  ///< [rad/s or m/s]
+/// Parameters of joint segments that lower the robot's limits, or stand in for them.
+constexpr std::array<const char*, 3> kLimits{"velocity", "acceleration", "jerk"};
+constexpr double kRiseTime = 0.25;  ///< to full speed, and to full acceleration [s]
 
 PathSample in_base(const PathSample& s, const Pose& base_T_path) {
   using namespace spatial;
@@ -42,16 +45,13 @@ std::string place(const Vec3& p) {
 /// From one configuration to another, all joints together by x^3 (10 - 15 x + 6 x^2).
 class QuinticMove final : public JointSegment {
  public:
-  QuinticMove(const RobotModel& model, std::vector<double> from, std::vector<double> to)
+  /// `velocity` and `acceleration`: limits of the joints, all finite.
+  QuinticMove(std::vector<double> from, std::vector<double> to, std::span<const double> velocity,
+              std::span<const double> acceleration)
       : from_(std::move(from)), to_(std::move(to)) {
     for (std::size_t j = 0; j < from_.size(); ++j) {
-      const auto bounded = [](double limit, double otherwise) {
-        return std::isfinite(limit) ? limit : otherwise;
-      };
       // Its greatest rates are 15/8 and 10/sqrt(3) of the mean ones.
-      const double way = std::fabs(to_[j] - from_[j]),
-                   v = bounded(model.joints[j].max_velocity, kSpeed),
-                   a = bounded(model.joints[j].max_acceleration, kAcceleration);
+      const double way = std::fabs(to_[j] - from_[j]), v = velocity[j], a = acceleration[j];
       duration_ = std::max({duration_, 1.875 * way / v, std::sqrt(10 / std::sqrt(3.0) * way / a)});
     }
   }
@@ -149,6 +149,7 @@ class Builder {
     RMP_TRY_ASSIGN(const auto providers, motion::providers_of(registry_, record, here));
     RMP_TRY_ASSIGN(const auto params, motion::params_of(providers, record, here));
     std::vector<double> points = at_;
+    const bool is_first = i == 0, is_way = record.joints.size() + record.points.size() > 1;
     for (std::size_t k = 0; k < record.joints.size(); ++k) {
       const auto& q = record.joints[k];
       if (q.size() != dof_)
@@ -158,6 +159,11 @@ class Builder {
                      "Give one value a joint.", here);
       // The first may be where the joints are already.
       if (k == 0 && distance(at_, q) < kSameConfiguration) continue;
+      if (k == 0 && is_first && is_way) {
+        RMP_TRY(begin_at(q));
+        points = at_;
+        continue;
+      }
       points.insert(points.end(), q.begin(), q.end());
     }
     for (std::size_t k = 0; k < record.points.size(); ++k) {
@@ -166,21 +172,22 @@ class Builder {
                                      points.end());
       RMP_TRY_ASSIGN(const auto q, solve(target, seed, "point " + std::to_string(k + 1), here));
       if (k == 0 && points.size() == dof_ && distance(at_, q) < kSameConfiguration) continue;
+      if (k == 0 && is_first && is_way && record.joints.empty()) {
+        RMP_TRY(begin_at(q));
+        points = at_;
+        continue;
+      }
       points.insert(points.end(), q.begin(), q.end());
     }
     if (points.size() < 2 * dof_)
       return error(ErrorCode::invalid_argument, "the joints are where they should go already",
                    "Give joints or points to go to.", here);
-    std::vector<double> lower(dof_), upper(dof_), velocity(dof_), acceleration(dof_), jerk(dof_);
+    std::vector<double> lower(dof_), upper(dof_);
     for (std::size_t j = 0; j < dof_; ++j) {
-      const JointModel& joint = task_.model->joints[j];
-      lower[j] = joint.lower, upper[j] = joint.upper;
-      velocity[j] = joint.max_velocity, acceleration[j] = joint.max_acceleration;
-      jerk[j] = joint.max_jerk;
-      assume(velocity[j], kSpeed);
-      assume(acceleration[j], velocity[j] / kRiseTime);
-      assume(jerk[j], acceleration[j] / kRiseTime);
+      lower[j] = task_.model->joints[j].lower;
+      upper[j] = task_.model->joints[j].upper;
     }
+    const auto [velocity, acceleration, jerk] = limits(params.shape.get());
     RMP_TRY_ASSIGN(const auto factory,
                    registry_.create<JointSegmentFactory>(providers.shape.name).in(here));
     // A joint segment that ended in motion hands it on.
@@ -202,16 +209,71 @@ class Builder {
     return {};
   }
 
-  /// A limit that the robot does not have.
-  void assume(double& limit, double otherwise) {
-    if (std::isfinite(limit)) return;
-    limit = otherwise;
-    if (has_assumed_) return;
-    has_assumed_ = true;
-    out_.notes.push_back(
-        "The robot lacks limits of its joints; joint moves go as if it had 1 rad/s (m/s), full "
-        "speed "
-        "after 0.25 s and full acceleration after as long.");
+  /// Limits of velocity, acceleration and jerk: the robot's; where it has none, those of the
+  /// segment's parameters; else assumed ones.
+  std::array<std::vector<double>, 3> limits(const Params* given) {
+    std::array<std::vector<double>, 3> out;
+    constexpr std::array<double JointModel::*, 3> kOwn{
+        &JointModel::max_velocity, &JointModel::max_acceleration, &JointModel::max_jerk};
+    for (std::size_t k = 0; k < out.size(); ++k) {
+      std::span<const double> other;
+      if (given && given->has(kLimits[k])) other = given->reals(kLimits[k]);
+      for (std::size_t j = 0; j < dof_; ++j) {
+        double limit = task_.model->joints[j].*kOwn[k];
+        // A list of another length is the provider's to refuse.
+        if (!std::isfinite(limit) && (other.size() == 1 || other.size() == dof_))
+          limit = other[other.size() == 1 ? 0 : j];
+        if (!std::isfinite(limit)) {
+          limit = k == 0 ? kSpeed : out[k - 1][j] / kRiseTime;
+          assumed_[k].insert(j);
+        }
+        out[k].push_back(limit);
+      }
+    }
+    return out;
+  }
+
+  /// Which limits were assumed, of which joints.
+  void note_assumed() {
+    std::vector<std::string> lacking, instead;
+    constexpr std::array<const char*, 3> kInstead{"1 rad/s (m/s)", "full speed after 0.25 s",
+                                                  "full acceleration after 0.25 s"};
+    for (std::size_t k = 0; k < assumed_.size(); ++k) {
+      if (assumed_[k].empty()) continue;
+      std::vector<std::string> joints;
+      for (const std::size_t j : assumed_[k]) joints.push_back(std::to_string(j + 1));
+      lacking.push_back(std::string(kLimits[k]) + " of " +
+                        (joints.size() == dof_ ? std::string("all joints")
+                         : joints.size() == 1  ? "joint " + joints[0]
+                                               : "joints " + text::enumerate(joints)));
+      instead.emplace_back(kInstead[k]);
+    }
+    if (lacking.empty()) return;
+    out_.notes.push_back("The robot lacks limits: " + text::enumerate(lacking) +
+                         ". Moves of the joints go as if it had " + text::enumerate(instead) + ".");
+  }
+
+  /// Goes to where the trajectory goes on; these rows are told from its own.
+  Result<void> approach(const std::vector<double>& to) {
+    const auto [velocity, acceleration, jerk] = limits(nullptr);
+    const std::size_t before = out_.times.size();
+    RMP_TRY(add(QuinticMove(at_, to, velocity, acceleration)));
+    out_.approach.resize(before, 0.0);
+    out_.approach.resize(out_.times.size(), 1.0);
+    return {};
+  }
+
+  /// The first segment is a way from `q` on.
+  Result<void> begin_at(const std::vector<double>& q) {
+    if (task_.begins_on_path) {
+      at_ = q;
+      return {};
+    }
+    RMP_TRY(approach(q));
+    out_.notes.push_back("An approach of " + text::print_rounded(begin_) +
+                         " s was put before segment 1, which begins elsewhere than the joints are; "
+                         "start = \"path\" begins there.");
+    return {};
   }
 
   Result<void> add(const JointSegment& move) {
@@ -248,7 +310,7 @@ class Builder {
     if (is_moved_ && distance(at_, q0) > kSameConfiguration) {
       out_.notes.push_back("A move of the joints was put in at t = " + text::print_rounded(begin_) +
                            " s: the path does not begin where they are.");
-      RMP_TRY(add(QuinticMove(*task_.model, at_, q0)));
+      RMP_TRY(approach(q0));
     }
     // The start and the end of the path belong to it even where no sample falls on them.
     const std::size_t before = out_.times.size();
@@ -316,6 +378,11 @@ class Builder {
 
   /// The very end, where no sample has fallen on it.
   void finish() {
+    note_assumed();
+    finish_rows();
+    if (!out_.approach.empty()) out_.approach.resize(out_.times.size(), 0.0);
+  }
+  void finish_rows() {
     if (!out_.times.empty() && begin_ - out_.times.back() <= 1e-9 * task_.step) {
       out_.times.back() = begin_;
       return;
@@ -375,7 +442,8 @@ class Builder {
   double begin_ = 0;              ///< of the piece to come [s]
   bool is_moved_ = false;         ///< the joints are where a piece left them, or at the start
   bool is_joint_moving_ = false;  ///< a joint segment has ended in motion
-  bool has_assumed_ = false;      ///< limits that the robot does not have
+  /// Joints whose velocity, acceleration and jerk limits were assumed.
+  std::array<std::set<std::size_t>, 3> assumed_;
   std::vector<double> at_, end_qd_, end_qdd_;
   std::array<double, 2> last_errors_{};
   Bound<IkSolver> ik_;

@@ -24,6 +24,8 @@ struct RobotMotionTask {
   model::ProviderChoice ik;
   std::vector<double> start;  ///< where the joints are, or the seed of the first pose
   bool is_at_start = false;   ///< the joints are there: a path elsewhere gets a move before it
+  /// Joints begin where a first segment of several joint vectors begins, not at `start`.
+  bool begins_on_path = false;
   const model::Trajectory* trajectory = nullptr;
   std::string name;        ///< of the trajectory, for messages
   std::string where;       ///< likewise: world, robot and trajectory
@@ -41,14 +43,17 @@ struct RobotMotionTask {
 struct RobotMotion {
   std::vector<double> times, q, qd, qdd;
   std::vector<double> position_error, rotation_error;  ///< left by the inverse kinematics
-  std::vector<std::string> notes;                      ///< such as moves put in, a sentence each
+  std::vector<double> approach;    ///< 1 in rows of moves that were put in; empty = there are none
+  std::vector<std::string> notes;  ///< such as moves put in, a sentence each
 };
 
 /// Cartesian segments that follow each other are one path (motion::Path) and one branch of the
 /// inverse kinematics. A joint segment starts where the joints are; its points in space are solved
-/// for the configuration nearest to the one before. Where a Cartesian path does not begin at the
-/// joints' configuration, a synchronous move of fifth degree within the joints' limits is put
-/// between. A sample out of reach is an error that tells its time and number.
+/// for the configuration nearest to the one before. Where a Cartesian path, or a first segment of
+/// several joint vectors, does not begin at the joints' configuration, an approach is put between:
+/// a synchronous move of fifth degree within the joints' limits. Limits that the robot lacks are
+/// those of the segment, or assumed and noted. A sample out of reach is an error that tells its
+/// time and number.
 Result<RobotMotion> robot_motion(const Registry&, const RobotMotionTask&, Progress&);
 
 }  // namespace robomosp::sim

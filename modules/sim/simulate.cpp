@@ -108,6 +108,7 @@ Result<RunSetup> prepare_run(const Simulator& sim, const Run& run, Progress& pro
   task.step = run.sample_time > 0 ? run.sample_time : trajectory_record->sample_time;
   task.tolerance = run.tolerance;
   task.objective = run.objective;
+  task.begins_on_path = run.begins_on_path;
   task.stored = motion::stored_in(sim.snapshot);
   return setup;
 }
@@ -180,6 +181,10 @@ Recording kinematic_recording(const Run& run, const RunSetup& setup, const Robot
       {"position_error", "m", "distance of the tool from the trajectory", t.position_error});
   recording.columns.push_back(
       {"rotation_error", "rad", "angle left to the wanted orientation", t.rotation_error});
+  if (!t.approach.empty())
+    recording.columns.push_back(
+        {recording::kApproachColumn, "",
+         "1 while the joints go to where the trajectory goes on, 0 along it", t.approach});
   mark_limits(recording, model);
   return recording;
 }
@@ -188,6 +193,7 @@ Recording kinematic_recording(const Run& run, const RunSetup& setup, const Robot
 void note_limits(Recording& recording, const RobotModel& model, const std::string& stem,
                  const std::string& what, double JointModel::*limit) {
   const std::vector<double>& times = recording.columns.front().values;
+  const Column* approach = recording.find(recording::kApproachColumn);
   for (std::size_t j = 0; j < model.dof(); ++j) {
     const Column* column = recording.find(stem + std::to_string(j + 1));
     const double most = model.joints[j].*limit;
@@ -204,7 +210,8 @@ void note_limits(Recording& recording, const RobotModel& model, const std::strin
         " limit of " + text::print_rounded(most) + " " + column->unit +
         " from t = " + text::print_rounded(times[*first]) +
         " s; most at t = " + text::print_rounded(times[worst]) + " s, by " +
-        text::print_rounded(std::fabs(column->values[worst]) - most) + " " + column->unit + ".");
+        text::print_rounded(std::fabs(column->values[worst]) - most) + " " + column->unit +
+        (approach && approach->values[worst] != 0 ? ", in an approach." : "."));
   }
 }
 

@@ -54,6 +54,7 @@ struct Run {
   double sample_time = 0;  ///< [s]; 0 = the trajectory's own
   IkTolerance tolerance{};
   IkObjective objective = IkObjective::none;  ///< what a redundant robot does with its freedom
+  bool begins_on_path = false;                ///< see RobotMotionTask
   double influence = 0.2;  ///< with clearance: what is farther away does not count [m]
 };
 

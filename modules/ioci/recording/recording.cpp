@@ -139,19 +139,25 @@ Result<Value> heat_map(CommandContext& ctx, const Map& args) {
 
 Result<Value> summary(CommandContext& ctx, const Map& args) {
   const auto r = recording_of(ctx, args);
+  const recording::Column* approach =
+      flag(args, "approach") ? nullptr : r->find(recording::kApproachColumn);
   List out;
+  std::vector<double> values;
   for (const recording::Column& c : r->columns) {
-    if (c.values.empty()) continue;
-    const auto [low, high] = std::minmax_element(c.values.begin(), c.values.end());
+    values.clear();
+    for (std::size_t i = 0; i < c.values.size(); ++i)
+      if (!approach || approach->values[i] == 0) values.push_back(c.values[i]);
+    if (values.empty()) continue;
+    const auto [low, high] = std::minmax_element(values.begin(), values.end());
     double squares = 0;
-    for (const double v : c.values) squares += v * v;
+    for (const double v : values) squares += v * v;
     out.emplace_back(Map{{"name", c.name},
                          {"unit", c.unit},
                          {"min", *low},
                          {"max", *high},
-                         {"rms", std::sqrt(squares / static_cast<double>(c.values.size()))},
-                         {"first", c.values.front()},
-                         {"last", c.values.back()}});
+                         {"rms", std::sqrt(squares / static_cast<double>(values.size()))},
+                         {"first", values.front()},
+                         {"last", values.back()}});
   }
   return Value(std::move(out));
 }
@@ -328,7 +334,10 @@ RMP_COMMANDS(recording_commands) {
                  .summary = "Gives least, greatest and root-mean-square value of every column.",
                  .details = "",
                  .example = with_recording("assert(run:summary()[1].min == 0)"),
-                 .params = {self("recording")},
+                 .params = {self("recording"),
+                            defaulted("approach", "bool", "", true,
+                                      "Counts rows of moves that were put before the trajectory "
+                                      "or a part of it (those with 1 in the column approach).")},
                  .returns = {"list",
                              "",
                              "",

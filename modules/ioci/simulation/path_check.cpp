@@ -77,6 +77,7 @@ Result<Value> check(CommandContext& ctx, const Map& args) {
   run.robot = world.robots[robot].name;
   run.trajectory = world.trajectories[trajectory].name;
   if (has(args, "sample_time")) run.sample_time = real(args, "sample_time");
+  run.begins_on_path = text_of(args, "start") == "path";
   const sim::Simulator simulator{ctx.app.registry, ctx.app.derived, ctx.snapshot(),
                                  &ctx.app.collision_models};
   RMP_TRY_ASSIGN(const sim::PathCheck done,
@@ -125,6 +126,9 @@ RMP_COMMANDS(path_check_commands) {
               needed("trajectory", "any", "", "Name of the member, or the trajectory."),
               above_zero(optional("sample_time", "real", "s",
                                   "Time between samples; the trajectory's own when left out.")),
+              choice("start", {"robot", "path"},
+                     "Where the joints start: as the robot stands, with an approach to a first "
+                     "segment of joints that begins elsewhere, or where that segment begins."),
               defaulted("collisions", "bool", "", true, "Also checks for contact."),
               optional("file", "path", "", "A picture of the places, *.png.")};
   for (ParamSpec& p : picture_params({.has_mass = false, .has_parts = false}))

@@ -41,6 +41,7 @@ Result<Value> simulate(CommandContext& ctx, const Map& args, What&& what) {
   if (has(args, "sample_time")) run.sample_time = real(args, "sample_time");
   run.tolerance = {real(args, "position_tolerance"), real(args, "rotation_tolerance")};
   run.objective = objective_of(args);
+  run.begins_on_path = text_of(args, "start") == "path";
   run.influence = real(args, "influence");
   const sim::Simulator simulator = simulator_of(ctx);
   RMP_TRY_ASSIGN(auto recording, what(simulator, run));
@@ -187,6 +188,10 @@ RMP_COMMANDS(world_run_commands) {
                            "When the position counts as reached.")),
       above_zero(defaulted("rotation_tolerance", "real", "rad", 1e-9,
                            "When the rotation counts as reached.")),
+      choice("start", {"robot", "path"},
+             "robot: the joints start as the robot stands. A trajectory whose first segment is a "
+             "way of several joint vectors gets an approach to where it begins, which a note and "
+             "the column approach tell. path: the joints start where that segment begins."),
       defaulted("clearance", "bool", "", false,
                 "Also records the least distance between bodies, in the column clearance.")};
   for (ParamSpec& p :
@@ -197,7 +202,8 @@ RMP_COMMANDS(world_run_commands) {
        .classic = "World WorldInvKineSim|World InvKineWorldSim",
        .summary = "Moves a robot's tool along a trajectory and records joint values, "
                   "speeds and accelerations.",
-       .details = "Starts from the joint values at which the robot stands. A sample that "
+       .details = "Starts from the joint values at which the robot stands, or as start says. A "
+                  "sample that "
                   "cannot be reached is an error that names its time. With an objective "
                   "a solver that serves it follows the path where the robot's own does "
                   "not.",
