@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The recursions as tables of functions, one table an instruction set (layer: data processing,
-// spatial). Plain structures only: what the kernels read is prepared in chain.h.
+// spatial). Plain structures only: what the kernels read is prepared in recursion_chain.h.
 #pragma once
 
 #include <cstddef>

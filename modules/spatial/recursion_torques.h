@@ -3,8 +3,8 @@
 // a lane; for sources of robomosp_lanes() (layer: data processing, spatial).
 #pragma once
 
+#include "spatial/joint_resistance.h"
 #include "spatial/recursion_scratch.h"
-#include "spatial/rest.h"
 
 namespace robomosp::spatial::recursions::RMP_LANES {
 
@@ -138,27 +138,6 @@ void newton_euler(const Mechanism& m, const BaseState<T>& base, const T* qd, con
                      (moves(b.joint) ? cross(x.places[j].p, f) : cross(plain(b.joint.p), f)));
       up.f = up.f + f;
     });
-  }
-}
-
-// Motor inertia, friction and springs.
-template <class T>
-void add_resistance(const Mechanism& m, std::uint32_t terms, const T* q, const T* qd, const T* qdd,
-                    T* tau) {
-  for (std::size_t j = 0; j < m.count; ++j) {
-    const Body& b = m.bodies[j];
-    if (!b.resists) continue;
-    const spatial::JointConstants& k = b.joint;
-    T force{};
-    if (terms & kInertialTerm) force += qdd[k.v_index] * (k.ratio * b.armature);
-    if (terms & kFrictionTerm) {
-      const T rate = qd[k.v_index] * k.ratio, none{};
-      force += rate * b.viscous;
-      force += select(rate > spatial::kRestSpeed, splat<T>(b.coulomb_positive), none);
-      force += select(rate < -spatial::kRestSpeed, splat<T>(b.coulomb_negative), none);
-    }
-    if (terms & kSpringTerm) force += (q[k.q_index] * k.ratio + (k.offset - b.rest)) * b.stiffness;
-    tau[k.v_index] += force * k.ratio;
   }
 }
 

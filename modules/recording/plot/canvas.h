@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a plot is drawn with: lines, areas and texts in pixels, written as SVG or as a gnuplot
-// script (layer: application, private to sim).
+// script (layer: application, private to recording).
 #pragma once
 
 #include <array>

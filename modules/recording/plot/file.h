@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files of plots: own SVG text; PNG and PDF through gnuplot (layer: application, private to sim).
+// Files of plots: own SVG text; PNG and PDF through gnuplot (layer: application, private to recording).
 #pragma once
 
 #include <functional>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the axes, lines and legends of a plot stand (layer: application, private to sim).
+// Where the axes, lines and legends of a plot stand (layer: application, private to recording).
 #pragma once
 
 #include <vector>
