@@ -17,8 +17,8 @@
 #include <robomosp/sdk/render.h>
 #include <robomosp/sdk/trajectory.h>
 
-#include "kernel/older_renderer.h"
 #include "kernel/plugin_loader.h"
+#include "kernel/renderer_v1.h"
 
 namespace robomosp {
 namespace v1 {

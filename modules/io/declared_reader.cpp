@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/declared_reader.h"
 
-#include "model/path.h"
+#include "model/field_path.h"
 
 namespace robomosp::io {
 

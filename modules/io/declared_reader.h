@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reads what the declarations of the records' fields say, whatever the kind (layer: application).
-// Internal to modules/io. Written by io/print.cpp.
+// Internal to modules/io. Written by io/native_print.cpp.
 #pragma once
 
 #include <functional>

@@ -10,8 +10,8 @@
 #include "kernel/text.h"
 #include "kernel/units.h"
 #include "model/data.h"
+#include "model/field_path.h"
 #include "model/parametric.h"
-#include "model/path.h"
 
 namespace robomosp::io {
 

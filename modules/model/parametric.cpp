@@ -12,7 +12,7 @@
 
 #include "kernel/text.h"
 #include "model/data.h"
-#include "model/path.h"
+#include "model/field_path.h"
 
 namespace robomosp::model {
 

@@ -11,7 +11,7 @@
 
 #include "kernel/text.h"
 #include "model/placement.h"
-#include "motion/path.h"
+#include "motion/cartesian_path.h"
 #include "robotics/build_model.h"
 #include "robotics/grip.h"
 #include "robotics/home.h"

@@ -9,8 +9,8 @@
 #include <robomosp/sdk/render.h>
 
 #include "model/records.h"
-#include "motion/path.h"
-#include "sim/path_check.h"
+#include "motion/cartesian_path.h"
+#include "sim/trajectory_faults.h"
 
 namespace robomosp::scene {
 

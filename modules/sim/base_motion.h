@@ -12,7 +12,7 @@
 #include <robomosp/sdk/result.h>
 #include <robomosp/sdk/trajectory.h>
 
-#include "motion/path.h"
+#include "motion/cartesian_path.h"
 
 namespace robomosp::sim {
 

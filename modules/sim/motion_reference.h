@@ -11,7 +11,7 @@
 #include <robomosp/sdk/robot_model.h>
 #include <robomosp/sdk/trajectory.h>
 
-#include "motion/path.h"
+#include "motion/cartesian_path.h"
 #include "recording/recording.h"
 
 namespace robomosp::sim {

@@ -15,7 +15,7 @@
 
 #include "kernel/registry.h"
 #include "model/records.h"
-#include "motion/path.h"
+#include "motion/cartesian_path.h"
 
 namespace robomosp::sim {
 

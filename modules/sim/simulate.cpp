@@ -13,7 +13,7 @@
 #include "kernel/check.h"
 #include "kernel/text.h"
 #include "model/placement.h"
-#include "motion/path.h"
+#include "motion/cartesian_path.h"
 #include "robotics/batch_kinematics.h"
 #include "robotics/home.h"
 #include "sim/recording_columns.h"

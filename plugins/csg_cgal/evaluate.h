@@ -9,7 +9,7 @@
 #include <robomosp/sdk/csg.h>
 #include <robomosp/sdk/result.h>
 
-#include "exact_solid.h"
+#include "mesh_boolean.h"
 
 namespace robomosp::csg_cgal {
 

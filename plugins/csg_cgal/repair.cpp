@@ -9,7 +9,7 @@
 #include <set>
 #include <span>
 
-#include "exact_solid.h"
+#include "mesh_boolean.h"
 #include "tessellate.h"
 
 namespace robomosp::csg_cgal {

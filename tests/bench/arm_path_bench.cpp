@@ -9,7 +9,7 @@
 
 #include "bench/ten_segments.h"
 #include "model/placement.h"
-#include "motion/path.h"
+#include "motion/cartesian_path.h"
 #include "robotics/home.h"
 #include "sim/robot_motion.h"
 #include "sim/simulate.h"

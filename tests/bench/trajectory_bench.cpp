@@ -9,7 +9,7 @@
 #include "bench/ten_segments.h"
 #include "kernel/plugin_loader.h"
 #include "kernel/registry.h"
-#include "motion/path.h"
+#include "motion/cartesian_path.h"
 
 namespace {
 

@@ -54,8 +54,9 @@ std::string suite_of(std::string_view interface_id) {
 }
 /// Interfaces without a suite that any provider could pass, and where theirs are tested.
 const std::map<std::string, std::string> kTestedElsewhere{
-    {"robomosp.importer/1", "tests/unit/exchange_test.cpp, robot_files_test.cpp and tests/fuzz"},
-    {"robomosp.exporter/1", "tests/unit/exchange_test.cpp"},
+    {"robomosp.importer/1",
+     "tests/unit/cad_exchange_test.cpp, robot_files_test.cpp and tests/fuzz"},
+    {"robomosp.exporter/1", "tests/unit/cad_exchange_test.cpp"},
     {"robomosp.renderer/2", "tests/viewer/render_test.cpp"},
 };
 

@@ -11,7 +11,7 @@
 
 #include "ioci/core/application.h"
 #include "ioci/core/handle_text.h"
-#include "ioci/core/old_words.h"
+#include "ioci/core/renamed_arguments.h"
 #include "support/program.h"
 
 namespace robomosp::ioci {

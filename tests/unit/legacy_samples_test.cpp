@@ -18,7 +18,7 @@
 #include <gtest/gtest.h>
 
 #include "io/legacy.h"
-#include "motion/path.h"
+#include "motion/cartesian_path.h"
 #include "spatial/pose.h"
 #include "spatial/rotation.h"
 #include "spatial/vec.h"

@@ -19,7 +19,7 @@
 
 #include "io/legacy.h"
 #include "model/placement.h"
-#include "motion/path.h"
+#include "motion/cartesian_path.h"
 #include "robotics/kinematics.h"
 #include "scene/build.h"
 #include "sim/simulate.h"

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "motion/cartesian_path.h"
 #include "motion/curve_walk.h"
-#include "motion/path.h"
 #include "spatial/pose.h"
 #include "spatial/rotation.h"
 #include "spatial/vec.h"

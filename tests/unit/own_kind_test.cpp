@@ -19,8 +19,8 @@
 #include "ioci/core/application.h"
 #include "model/data.h"
 #include "model/declare.h"
+#include "model/field_path.h"
 #include "model/parametric.h"
-#include "model/path.h"
 
 namespace robomosp {
 namespace recipes {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The recovery journal: written beside edits, whole entries only, whatever ends the process.
-#include "io/recovery.h"
+#include "io/recovery_journal.h"
 
 #include <signal.h>
 #include <sys/mman.h>
@@ -31,9 +31,7 @@ using document::Document;
 using io::RecoveryJournal;
 using std::chrono::milliseconds;
 
-std::int64_t now_ns() {
-  return std::chrono::steady_clock::now().time_since_epoch().count();
-}
+std::int64_t now_ns() { return std::chrono::steady_clock::now().time_since_epoch().count(); }
 
 class Recovery : public testing::Test {
  protected:
@@ -165,7 +163,10 @@ TEST_F(Recovery, NothingIsLeftOfAProcessThatEndsAsItShould) {
     EXPECT_FALSE(fs::is_empty(folder_));
   }
   EXPECT_TRUE(fs::is_empty(folder_));
-  { const Document d; const RecoveryJournal unused(d, {.folder = folder_ / "never"}); }
+  {
+    const Document d;
+    const RecoveryJournal unused(d, {.folder = folder_ / "never"});
+  }
   EXPECT_FALSE(fs::exists(folder_ / "never")) << "without edits nothing is written";
 }
 
@@ -324,8 +325,8 @@ TEST_F(Recovery, AnyBeginningOfTheFileGivesAStateThatThereWas) {
   for (std::size_t length = 0; length <= bytes.size(); length += 13) {
     std::ofstream(cut, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(length));
     const auto all = io::found_journals(folder_);
-    const auto one = std::find_if(all.begin(), all.end(),
-                                  [&](const auto& j) { return j.file == cut; });
+    const auto one =
+        std::find_if(all.begin(), all.end(), [&](const auto& j) { return j.file == cut; });
     if (one == all.end()) continue;
     Document d;
     EXPECT_TRUE(restore(cut, d).empty());
@@ -338,7 +339,8 @@ TEST_F(Recovery, AnyBeginningOfTheFileGivesAStateThatThereWas) {
   // A damaged byte ends it there.
   std::string damaged = bytes;
   damaged[bytes.size() / 2] = static_cast<char>(damaged[bytes.size() / 2] ^ 1);
-  std::ofstream(cut, std::ios::binary).write(damaged.data(), static_cast<std::streamsize>(damaged.size()));
+  std::ofstream(cut, std::ios::binary)
+      .write(damaged.data(), static_cast<std::streamsize>(damaged.size()));
   for (const auto& j : io::found_journals(folder_)) {
     if (j.file != cut) continue;
     EXPECT_GT(j.unread, 0U);

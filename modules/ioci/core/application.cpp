@@ -15,7 +15,7 @@
 #include "ioci/core/document_providers.h"
 #include "ioci/core/handle_text.h"
 #include "ioci/core/modules.h"
-#include "ioci/core/old_words.h"
+#include "ioci/core/renamed_arguments.h"
 #include "ioci/simulation/live_runs.h"
 #include "kernel/check.h"
 #include "kernel/executor.h"

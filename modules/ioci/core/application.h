@@ -18,7 +18,7 @@
 #include "collision/cache.h"
 #include "document/document.h"
 #include "evaluation/derived.h"
-#include "io/recovery.h"
+#include "io/recovery_journal.h"
 #include "ioci/core/command.h"
 #include "ioci/core/events.h"
 #include "ioci/core/handle_kinds.h"

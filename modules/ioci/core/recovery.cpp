@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What earlier processes left unsaved when they ended otherwise than they should.
-#include "io/recovery.h"
+#include "io/recovery_journal.h"
 #include "ioci/core/commands.h"
 #include "kernel/permit.h"
 

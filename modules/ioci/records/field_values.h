@@ -8,7 +8,7 @@
 
 #include "ioci/core/command.h"
 #include "model/data.h"
-#include "model/path.h"
+#include "model/field_path.h"
 
 namespace robomosp::ioci {
 

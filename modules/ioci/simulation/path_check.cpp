@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Where along a trajectory a robot cannot follow: a table of the places, and a picture of them.
-#include "sim/path_check.h"
 #include "io/native.h"
 #include "ioci/core/commands.h"
 #include "ioci/view/picture.h"
 #include "ioci/world/members.h"
 #include "scene/build.h"
+#include "sim/trajectory_faults.h"
 
 namespace robomosp::ioci {
 namespace {

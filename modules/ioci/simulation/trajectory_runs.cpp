@@ -7,7 +7,7 @@
 #include "ioci/robot/robots.h"
 #include "ioci/world/members.h"
 #include "model/placement.h"
-#include "motion/path.h"
+#include "motion/cartesian_path.h"
 #include "motion/segment.h"
 #include "sim/recording_columns.h"
 #include "sim/retime.h"

@@ -7,7 +7,7 @@
 #include "ioci/core/commands.h"
 #include "ioci/recording/plot_answer.h"
 #include "ioci/trajectory/segments.h"
-#include "motion/path.h"
+#include "motion/cartesian_path.h"
 #include "spatial/vec.h"
 
 namespace robomosp::ioci {

@@ -9,7 +9,7 @@
 
 #include "ioci/core/commands.h"
 #include "kernel/text.h"
-#include "motion/path.h"
+#include "motion/cartesian_path.h"
 #include "motion/provider_params.h"
 #include "motion/segment.h"
 

@@ -3,7 +3,7 @@
 
 #include "ioci/core/commands.h"
 #include "ioci/trajectory/segments.h"
-#include "motion/path.h"
+#include "motion/cartesian_path.h"
 
 namespace robomosp::ioci {
 namespace {

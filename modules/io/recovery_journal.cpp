@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "io/recovery.h"
+#include "io/recovery_journal.h"
 
 #include <algorithm>
 #include <cerrno>
@@ -19,7 +19,7 @@
 
 #include "io/geometry.h"
 #include "io/native.h"
-#include "io/print.h"
+#include "io/native_print.h"
 #include "kernel/fingerprint.h"
 #include "kernel/text.h"
 
@@ -32,7 +32,7 @@ using document::Snapshot;
 constexpr std::string_view kMagic = "robomosp-recovery 1 ";
 constexpr std::string_view kExtension = ".journal";
 constexpr std::uint64_t kRewriteFrom = std::uint64_t{4} << 20;  // smaller files may grow
-constexpr std::uint64_t kRewriteRatio = 4;  // of the file to what it must hold
+constexpr std::uint64_t kRewriteRatio = 4;                      // of the file to what it must hold
 constexpr std::size_t kMostJournal = std::size_t{4} << 30;
 
 std::string utc_now() {
@@ -164,8 +164,7 @@ std::optional<Image> read_image(std::string_view bytes) {
     const std::size_t before = in.left();
     const auto line = in.line();
     const auto words = line ? text::split(*line, ' ') : std::vector<std::string_view>{};
-    const auto size =
-        words.size() == 3 && words[0] == "entry" ? count_of(words[1]) : std::nullopt;
+    const auto size = words.size() == 3 && words[0] == "entry" ? count_of(words[1]) : std::nullopt;
     const auto payload = size ? in.bytes(*size, false) : std::nullopt;
     if (!payload || checksum(*payload) != words[2] || !apply(*payload, image)) {
       image.unread = before;
@@ -181,7 +180,8 @@ int open_locked(const fs::path& file) {
   if (fd < 0) return -1;
   if (::flock(fd, LOCK_EX | LOCK_NB) == 0) {
     // Its owner may have replaced or removed it between the two calls.
-    struct stat here {}, there {};
+    struct stat here {
+    }, there{};
     if (::fstat(fd, &here) == 0 && ::stat(file.c_str(), &there) == 0 &&
         here.st_ino == there.st_ino && here.st_dev == there.st_dev)
       return fd;
@@ -331,9 +331,9 @@ Result<void> RecoveryJournal::write(const Snapshot& now, bool whole) {
     std::replace(stamp.begin(), stamp.end(), ' ', '-');
     std::erase(stamp, ':');
     const fs::path path =
-        is_first ? options_.folder / (stamp + "-" + std::to_string(::getpid()) +
-                                      std::string(kExtension))
-                 : fs::path(file_->path().string() + ".new");
+        is_first
+            ? options_.folder / (stamp + "-" + std::to_string(::getpid()) + std::string(kExtension))
+            : fs::path(file_->path().string() + ".new");
     if (!is_first) fs::remove(path, ec);  // of an attempt that failed
     RMP_TRY_ASSIGN(fresh, File::make(path, options_.program));
     written_.clear();
@@ -448,8 +448,8 @@ Result<std::size_t> ClaimedJournal::unsaved(const std::vector<fs::path>& library
   std::size_t count = notes.size();  // what could not be read is not known to be saved
   for (const AnyId id : loaded) {
     const std::string& file = tx.now().find(id)->file;
-    const auto text = file.empty() ? Result<std::string>(std::string())
-                                   : print(tx.now(), id, file, library);
+    const auto text =
+        file.empty() ? Result<std::string>(std::string()) : print(tx.now(), id, file, library);
     if (file.empty() || !text.ok() || !file_holds(file, *text)) ++count;
   }
   return count;

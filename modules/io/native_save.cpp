@@ -7,7 +7,7 @@
 
 #include "io/file_names.h"
 #include "io/native.h"
-#include "io/print.h"
+#include "io/native_print.h"
 #include "io/syntax.h"
 #include "kernel/text.h"
 

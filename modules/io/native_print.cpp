@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "io/print.h"
+#include "io/native_print.h"
 
 #include <algorithm>
 #include <cmath>

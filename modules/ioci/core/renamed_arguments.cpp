@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ioci/core/old_words.h"
+#include "ioci/core/renamed_arguments.h"
 
 #include <algorithm>
 #include <array>

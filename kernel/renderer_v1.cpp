@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The interface robomosp.renderer/1 as it was: scenes and options without a size, elements without
 // room. tests/abi/frozen has the header that plugins saw.
-#include "kernel/older_renderer.h"
+#include "kernel/renderer_v1.h"
 
 #include <cstdint>
 #include <memory>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sim/path_check.h"
+#include "sim/trajectory_faults.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 
 #include "collision/cache.h"
 #include "kernel/text.h"
-#include "motion/path.h"
+#include "motion/cartesian_path.h"
 #include "robotics/kinematics.h"
 #include "sim/recording_columns.h"
 #include "sim/run_setup.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "motion/path.h"
+#include "motion/cartesian_path.h"
 
 #include <algorithm>
 #include <cmath>

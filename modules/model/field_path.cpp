@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "model/path.h"
+#include "model/field_path.h"
 
 #include "kernel/text.h"
 #include "model/parametric.h"

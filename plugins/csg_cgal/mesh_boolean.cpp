@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "exact_solid.h"
+#include "mesh_boolean.h"
 
 #include <algorithm>
 #include <deque>
