@@ -81,7 +81,7 @@ Result<std::vector<std::vector<std::size_t>>> Components::edges() const {
 
 Result<std::vector<std::size_t>> Components::start_order() const {
   RMP_TRY_ASSIGN(const auto needs, edges());
-  // Depth first with an explicit stack; the components on it are the path that a cycle is told by.
+  // Depth first with an explicit stack; the components on it are the path that a cycle is known by.
   enum class Mark : std::uint8_t { unseen, open, done };
   std::vector<Mark> marks(entries_.size(), Mark::unseen);
   Indices order;

@@ -175,7 +175,7 @@ class CurveThen final : public v1::Curve {
   explicit CurveThen(const robomosp::Curve& now) : now_(now) {}
   [[nodiscard]] double end() const override { return now_.end(); }
   void evaluate(std::span<const double> u, std::span<CurveSample> out) const override {
-    // It has no word for a failure: what cannot be told is no number, which its user refuses.
+    // It has no word for a failure: what has no value is no number, which its user refuses.
     if (now_.evaluate(u, out).ok()) return;
     for (CurveSample& s : out.first(std::min(u.size(), out.size()))) s.p.fill(std::nan(""));
   }

@@ -126,7 +126,7 @@ std::int32_t run_for_plugin(const rmp_program* program, char* error, std::uint32
 /// Providers that ask for providers that ask for them would never come to an end.
 constexpr int kDeepestAsking = 16;
 thread_local int t_asking = 0;
-thread_local bool t_circle = false;  ///< told by all who asked, not as the reason of a reason
+thread_local bool t_circle = false;  ///< reported by all who asked, not as the reason of a reason
 constexpr const char* kCircle = "providers ask for each other in a circle";
 
 void* create_for_plugin(const char* interface_id, const char* name, char* error,

@@ -43,10 +43,10 @@ class PluginLoader {
   [[nodiscard]] static std::vector<std::filesystem::path> search_path(
       const std::vector<std::filesystem::path>& given);
 
-  /// A name ("my_ik") looked for in the search path, or a path to a file. The six refusals are told
-  /// apart: not found (folders listed), dlopen failed, no entry, newer entry, ABI tag differs
-  /// (both shown), provider unknown (skipped; the rest loads). A file already loaded is not loaded
-  /// again. The reference holds until the next load. [application thread]
+  /// A name ("my_ik") looked for in the search path, or a path to a file. The six refusals are
+  /// reported apart: not found (folders listed), dlopen failed, no entry, newer entry, ABI tag
+  /// differs (both shown), provider unknown (skipped; the rest loads). A file already loaded is not
+  /// loaded again. The reference holds until the next load. [application thread]
   const PluginReport& load(std::string_view name_or_path);
   /// Every *.so of the search path, first of a file name wins. [application thread]
   void load_all();

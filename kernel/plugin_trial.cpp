@@ -189,7 +189,7 @@ Result<void> PluginTrials::try_out(const fs::path& file) const {
 
 Result<void> PluginTrials::admit(const fs::path& file, bool trusted, bool is_asked) {
   const std::string key = key_of(file);
-  if (key.empty()) return {};  // the loader tells what it cannot open
+  if (key.empty()) return {};  // the loader says what it cannot open
   const auto known = records_.find(key);
   const int failures = known == records_.end() ? 0 : known->second.failures;
   if (failures == 0 && (trusted || (known != records_.end() && known->second.passed))) return {};

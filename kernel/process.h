@@ -29,7 +29,7 @@ struct ProcessSpec {
 };
 
 /// Runs the program to its end and returns its standard output. Cancelling, the time limit and too
-/// much output kill it and all that it started. The error tells how it ended: not found, exit code,
+/// much output kill it and all that it started. The error says how it ended: not found, exit code,
 /// signal ("crashed"), limit; ErrorCode::cancelled when cancelled. Needs the permit of
 /// Effect::processes. [any thread; blocks]
 [[nodiscard]] Result<std::string> run_process(const ProcessSpec&, Progress&);

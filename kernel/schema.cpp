@@ -213,7 +213,7 @@ Result<std::optional<std::vector<double>>> read_reals(const ParamSpec& spec, con
     for (const Value& item : *list) RMP_TRY(add(item));
   } else if (const std::string* s = v.as_string()) {
     for (const std::string_view part : pieces(*s)) RMP_TRY(add(Value(part)));
-  } else if (!v.as_map() || !v.as_map()->empty()) {  // an empty table may be told as a map
+  } else if (!v.as_map() || !v.as_map()->empty()) {  // an empty table may be given as a map
     return std::optional<std::vector<double>>();
   }
   return std::optional(std::move(numbers));

@@ -55,7 +55,7 @@ using Schema = std::vector<ParamSpec>;
 using ResolveRef = std::function<Result<Handle>(std::string_view kinds, const Value&)>;
 
 /// Checks `given` against the schema, fills in defaults, converts units and references. All faults
-/// are told at once, one sentence each, with the parameter's path and unit; unknown names are
+/// are reported at once, one sentence each, with the parameter's path and unit; unknown names are
 /// refused with the nearest known one.
 [[nodiscard]] Result<Map> check(const Schema&, const Map& given, const ResolveRef& = {});
 

@@ -261,7 +261,7 @@ Result<void> check_picture_file(const std::string& option, const std::string& pa
   return {};
 }
 
-/// The time to show: beyond the end it is the end, which is told.
+/// The time to show: beyond the end it is the end, with a note.
 double time_shown(double at, const std::vector<double>& times) {
   if (times.empty()) {
     std::fprintf(stderr, "warning: --at: nothing moves here, so the time changes nothing.\n");
@@ -351,11 +351,10 @@ int run(Options options) {
       return kFailed;
     }
   }
-  auto made =
-      ioci::Application::create({.plugin_path = options.plugin_path,
-                                 .library = options.library,
-                                 .recovery = options.render.empty() ? io::recovery_folder()
-                                                                    : std::filesystem::path()});
+  auto made = ioci::Application::create(
+      {.plugin_path = options.plugin_path,
+       .library = options.library,
+       .recovery = options.render.empty() ? io::recovery_folder() : std::filesystem::path()});
   if (!made.ok()) return fail(made.error());
   ioci::Application& app = **made;
   ioci::Session session("desktop", ioci::SessionKind::window);

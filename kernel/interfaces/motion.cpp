@@ -68,7 +68,7 @@ std::array<double, kProbes> probes(double end) {
   return at;
 }
 
-/// Whether differences of a value are its rates at most of the places: `difference(i)` tells by how
+/// Whether differences of a value are its rates at most of the places: `difference(i)` says by how
 /// much the two differ at place i, and the size of the difference, `rate(i)` the size of the rate.
 /// Differences are known to `noise`, what rounding of the values leaves.
 template <class Difference, class Rate>

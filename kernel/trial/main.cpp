@@ -52,7 +52,7 @@ int main(int argc, char** argv) {
       std::memcpy(&entry, &symbol, sizeof entry);
       try {
         make_modules(entry());
-      } catch (...) {  // NOLINT: the host tells what it threw
+      } catch (...) {  // NOLINT: the host says what it threw
       }
     }
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What tells whether two records are the same: fingerprints and comparison, as the declarations of
+// What says whether two records are the same: fingerprints and comparison, as the declarations of
 // their fields give them; and what they weigh in memory (layer: application).
 #pragma once
 

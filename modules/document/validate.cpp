@@ -679,7 +679,8 @@ void for_each_own_object(const World& w, const World& other, Fn&& fn) {
   }
 }
 
-/// A world that was `before`, which has passed. Faults are not told in the order of check(World).
+/// A world that was `before`, which has passed. Faults are not reported in the order of
+/// check(World).
 Result<void> check_edited(const World& w, const World& before) {
   RMP_TRY(finite(w.gravity, "gravity"));
   Names names("member");
@@ -844,7 +845,7 @@ Result<void> check_edit(const Record& record, const Record* before) {
   else if (held.ok())
     held = std::visit([&place](const auto& body) { return check(body, place); }, record.body);
   if (held.ok() && is_name(record.name)) return {};
-  return check_record(record);  // a fault is told as by a look at all of it
+  return check_record(record);  // a fault is worded as by a look at all of it
 }
 
 }  // namespace robomosp::document

@@ -62,11 +62,11 @@ struct Drawable {
   Colour emission{0, 0, 0, 1};                    ///< light of its own
   /// The solid could not be made: this is one of the operands of the operation that failed.
   bool is_operand = false;
-  std::string failure = {};  ///< of an operand: the sentence that tells what failed
+  std::string failure = {};  ///< of an operand: the sentence that says what failed
 };
 
 /// What to draw for a robot: [0] = base, in the base frame (mounting frame times Robot::base), then
-/// one list a link, in the link's frame; an invisible link has an empty list. `generated` tells
+/// one list a link, in the link's frame; an invisible link has an empty list. `generated` says
 /// that no part is designed and the bodies are a skin made from the rows.
 struct RobotBodies {
   std::vector<std::vector<Drawable>> bodies;

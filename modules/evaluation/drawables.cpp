@@ -72,7 +72,7 @@ Result<std::vector<Operand>> operands(Solids& solids, const CsgTree& tree, doubl
 }
 
 /// Makes and meshes what is not known yet, several solids at once. Failures are remembered by
-/// the cache and told to whoever asks.
+/// the cache and reported to whoever asks.
 Result<void> prepare(Solids& solids, const Snapshot& s, const std::vector<Leaf>& leaves,
                      Progress& progress) {
   struct Work {

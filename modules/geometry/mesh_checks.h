@@ -23,7 +23,7 @@ struct MeshReport {
 };
 
 /// Checks indices, numbers and edges. Indices out of range and numbers that are not finite leave
-/// the mesh not closed, with the problem told.
+/// the mesh not closed, with the problem reported.
 [[nodiscard]] MeshReport check(const Mesh& mesh);
 
 /// Axis-aligned box {min, max} of the vertices [m]; nullopt without vertices.

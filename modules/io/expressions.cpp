@@ -155,7 +155,7 @@ void fill_in(Parametric& p, std::vector<std::string> missing, std::string_view o
           });
       const auto q = waits ? Result<Quantity>(error(ErrorCode::conflict, ""))
                            : e->evaluate(lookup(p, own_world, none));
-      if (!q.ok()) {  // resolve() tells why
+      if (!q.ok()) {  // resolve() says why
         ++it;
         continue;
       }

@@ -36,7 +36,7 @@ inline constexpr std::size_t kMostGeometryBytes = std::size_t{1} << 30;  ///< of
 [[nodiscard]] Result<GeometryPtr> parse_geometry(CsgGeometry::Form, std::string bytes,
                                                  const std::string& shown, std::string source = {});
 
-/// Reads a geometry file; its extension (.brep or .ply) tells the form.
+/// Reads a geometry file; its extension (.brep or .ply) determines the form.
 [[nodiscard]] Result<GeometryPtr> read_geometry(const std::filesystem::path&,
                                                 std::string source = {});
 

@@ -26,7 +26,7 @@ class LegacyReader {
  public:
   /// `syntax.file` and `syntax.text` must outlive the reader.
   explicit LegacyReader(const Syntax& syntax) : s_(syntax) {}
-  /// Reads on from an offset() told before.
+  /// Reads on from an offset() asked for before.
   void go_to(std::uint32_t offset) { at_ = offset; }
 
   /// Skips blanks and comments; '"' for a text, '0' for a number, 'a' for a word, else the

@@ -34,8 +34,8 @@ struct Loaded {
 /// referring file, else inside a `library` folder. A file that is already in the document (same
 /// canonical path) is reused, not loaded again. A record whose name is taken gets a free name.
 /// Any fault is one Error whose `where` is `file:line:column`; nothing is added then. Files of the
-/// 2006 program are told by their content and read as well (io/legacy.h); `wanted` says what to
-/// make of them.
+/// 2006 program are recognised by their content and read as well (io/legacy.h); `wanted` says what
+/// to make of them.
 Result<Loaded> load(document::Transaction&, const std::filesystem::path& file,
                     const std::vector<std::filesystem::path>& library,
                     std::optional<Kind> wanted = {});

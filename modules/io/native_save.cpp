@@ -73,7 +73,8 @@ class Saver {
     std::vector<fs::path> written;
     for (auto& [target, bytes] : geometries) {
       written.push_back(target);
-      // The name tells the content: what stands there already is the same, unless it was damaged.
+      // The name is that of the content: what stands there already is the same, unless it was
+      // damaged.
       if (!geometries_.insert(target.string()).second || file_holds(target, bytes)) continue;
       RMP_TRY(files_.add(target, bytes));
     }

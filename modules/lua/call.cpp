@@ -79,7 +79,7 @@ bool is_pose_field(const std::string& key, const Schema& params) {
 
 /// Does this only argument give names, or is it the value of the next parameter? A table with
 /// names is a value only where a map or a pose is wanted: in "any" no command takes a map, and a
-/// misspelt name is to be told as such.
+/// misspelt name is to be reported as such.
 bool gives_names(lua_State* L, int index, const Schema& params, std::size_t next) {
   if (!lua_istable(L, index)) return false;
   const std::string_view type = next < params.size() ? std::string_view(params[next].type) : "";

@@ -144,7 +144,7 @@ Result<int> pose(Impl& impl, lua_State* L) {
   return 1;
 }
 
-/// What help() tells about the globals that are no commands.
+/// What help() says about the globals that are no commands.
 struct Topic {
   std::string_view name, text;
 };

@@ -124,7 +124,7 @@ int entry(lua_State* L) {
 /// A call with traceback from C++; the function and its arguments are on the stack. On failure the
 /// error object is left on the stack and LUA_OK is not returned.
 int protected_call(Impl&, lua_State* L, int arguments, int results);
-/// The same, and the error object taken off and told as an Error.
+/// The same, and the error object taken off and made an Error.
 Result<void> call(Impl&, lua_State* L, int arguments, int results);
 
 /// Adds the commands' namespaces and the table `ioci`.

@@ -149,7 +149,7 @@ Result<void> check_simple(const LuaProvider& p, const RobotModel& model);
 /// The refusal `nil, reason` of a script's function as an error of code unsupported. The two
 /// results are on top.
 Result<void> check_refusal(const LuaProvider& p, lua_State* L, std::string where);
-/// The table `model` of the scripts, as docs/plugin_author/lua.md tells it; without gravity that is
+/// The table `model` of the scripts, as docs/plugin_author/lua.md has it; without gravity that is
 /// zero.
 void push_model(Impl& impl, lua_State* L, const RobotModel& model, bool with_gravity);
 /// A body as collision and physics tell it to scripts: the list of its shapes.

@@ -46,7 +46,7 @@ std::vector<double> joint_side(const RobotModel& model, const spatial::BodyTree&
   return tau;
 }
 
-/// What a script's function cannot be told.
+/// What a script's function cannot be given.
 Result<void> check_batch(const RobotModel& model, const DynamicsBatch& b) {
   if (!b.base.empty())
     return error(ErrorCode::unsupported, "a solver written in Lua knows no moving base",

@@ -89,7 +89,7 @@ bool may_mention_worlds(std::string_view text) {
   return false;
 }
 
-/// Those that can be read; the others are faults that resolve() tells.
+/// Those that can be read; the others are faults that resolve() reports.
 std::vector<Compiled> compiled(const Parametric& p, bool only_worlds = false) {
   std::vector<Compiled> out;
   const auto read = [&](const std::string& text, const auto& where) {
@@ -424,7 +424,7 @@ Result<void> set_by(const PathAndText& each, Body& body, const Resolver& resolve
   return {};
 }
 
-/// False where it does not go so: what is wrong then is told by a look at all.
+/// False where it does not go so: what is wrong then is found by a look at all.
 bool resolve_affected(Body& body, Parametric& p, const Body& before, Resolver& resolver) {
   auto some = affected(body, p, before);
   if (!some || !resolver.run(std::move(some->parameters)).ok()) return false;

@@ -24,7 +24,7 @@ class CurveWalk {
  public:
   static constexpr double kLengthTolerance = 1e-12;
 
-  /// A curve whose tangent vanishes somewhere has no direction there: an error that tells where.
+  /// A curve whose tangent vanishes somewhere has no direction there: an error that says where.
   static Result<CurveWalk> build(std::shared_ptr<const Curve>);
   /// By the parameter itself, w = u/end: of timed and even curves.
   static Result<CurveWalk> by_parameter(std::shared_ptr<const Curve>);

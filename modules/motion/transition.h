@@ -28,7 +28,7 @@ inline constexpr double kJoinRate = 1e-9;      ///< [m/s and rad/s], beside the 
 /// what was cut away) in which the tool is nowhere faster than at the faster end or the
 /// transition's speed; where the ends are faster than that speed, the tool slows down to it until
 /// the middle. Without a speed a gap is bridged at the neighbours'. An impossible speed is an
-/// error. Without smoothness a gap is an error that tells its size, and a velocity may jump.
+/// error. Without smoothness a gap is an error that gives its size, and a velocity may jump.
 /// `number` counts the segments, for messages.
 Result<void> follow(std::vector<std::shared_ptr<const Segment>>& pieces,
                     std::shared_ptr<const Segment> next, const model::Transition&,

@@ -20,12 +20,12 @@ struct FiledRecording {
 
 /// The text of docs/user/recordings.md; numbers read back to the same bits.
 [[nodiscard]] std::string to_text(const Recording&, std::string_view world);
-/// A fault tells its line.
+/// A fault gives its line.
 [[nodiscard]] Result<FiledRecording> recording_from_text(std::string_view text);
 
 /// Comma-, semicolon- or tab-separated numbers under a header line of names, with or without units:
 /// `q1 [rad]`, `q1 (deg)`, `q1`. Values are brought to SI; empty fields are not a number. A fault
-/// tells its line.
+/// gives its line.
 [[nodiscard]] Result<Recording> recording_from_csv(std::string_view text);
 
 /// One object: title, robot, trajectory, dof, notes and columns with name, unit, doc, lower and

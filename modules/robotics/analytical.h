@@ -15,7 +15,8 @@
 
 namespace robomosp::robotics {
 
-/// How the orientation is told: three angles of a sequence, a unit quaternion or a rotation vector.
+/// How the orientation is given: three angles of a sequence, a unit quaternion or a rotation
+/// vector.
 struct Representation {
   enum class Kind { euler, quaternion, rotation_vector } kind = Kind::euler;
   spatial::EulerSequence sequence = spatial::kRollPitchYaw;

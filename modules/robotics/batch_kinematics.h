@@ -21,7 +21,7 @@ struct Task;
 
 /// A mechanism of any joint types, prepared once; calls allocate nothing but the threads of large
 /// batches. Results equal those of kinematics.h to rounding and depend neither on a sample's place
-/// in the batch nor on the number of threads. Spans must have the lengths told (RMP_CHECK);
+/// in the batch nor on the number of threads. Spans must have the lengths given (RMP_CHECK);
 /// `scratch` has scratch_size() doubles that the caller owns. [any thread]
 class BatchKinematics {
  public:

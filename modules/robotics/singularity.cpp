@@ -59,7 +59,7 @@ TipMotion motion_at(const RobotModel& model, std::size_t tip, std::span<const do
   return tip_motion(model, tip, frames, threshold);
 }
 
-/// What the tip can do a little or farther beside, in the direction that `seed` tells.
+/// What the tip can do a little or farther beside, in the direction that `seed` gives.
 TipMotion motion_beside(const RobotModel& model, std::size_t tip, std::span<const double> q,
                         double size, unsigned seed) {
   return motion_at(model, tip, configuration_beside(model, q, size, seed), 1e-9);

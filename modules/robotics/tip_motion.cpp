@@ -111,7 +111,7 @@ std::vector<double> configuration_beside(const RobotModel& model, std::span<cons
   const auto steps = std::max(1.0, std::ceil(size / kStep));
   const std::vector<bool> none(model.dof(), false);
   std::vector<Pose> frames(model.joints.size());
-  // From a singular place the motions of any branch may lead on; a little way off it is told.
+  // From a singular place the motions of any branch may lead on; a little way off it is reported.
   for (double i = 0; i < steps; ++i) {
     forward_kinematics(model, out, frames);
     const MatrixXd J = loops_jacobian(model, frames);

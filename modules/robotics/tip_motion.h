@@ -41,7 +41,7 @@ struct TipMotion {
                                    std::span<const Pose> joint_frames, double threshold = 1e-9);
 
 /// A closed configuration about `size` [rad or m] beside a closed one, in the direction that `seed`
-/// tells, always the same; a quaternion is of length 1. Where the loops cannot be kept closed all
+/// says, always the same; a quaternion is of length 1. Where the loops cannot be kept closed all
 /// the way it is as far as they can.
 [[nodiscard]] std::vector<double> configuration_beside(const RobotModel& model,
                                                        std::span<const double> q, double size,

@@ -71,7 +71,7 @@ void joint_motions(const RobotModel& model, std::span<const Pose> joint_frames,
       case JointType::free:
         u = spatial::rotate(own, three(qd, j.v_index));
         w = spatial::rotate(own, three(qd, j.v_index + 3));
-        // The linear velocity is told in axes that turn with the joint.
+        // The linear velocity is in axes that turn with the joint.
         ud = add(spatial::rotate(own, three(qdd, j.v_index)), cross(w, u));
         wd = spatial::rotate(own, three(qdd, j.v_index + 3));
         break;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Velocities and accelerations of all frames of a RobotModel and of points on its links, Jacobians
-// of such points and their time derivatives (layer: data processing, robotics). Everything is told
-// in the base frame; nothing is allocated. [any thread]
+// of such points and their time derivatives (layer: data processing, robotics). Everything is
+// reported in the base frame; nothing is allocated. [any thread]
 #pragma once
 
 #include <span>

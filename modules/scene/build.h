@@ -54,8 +54,8 @@ struct Built {
 /// A world (objects, robots at the joint values the world gives them, trajectories as lines, a
 /// triad at each tool), a robot, object or solid on its own, or a material on a sphere and a cone.
 /// Of a solid that cannot be made, the operands of the failed operation are shown in the colour of
-/// a warning and the failure is told; in a world, what cannot be built is left out, elsewhere it is
-/// the error.
+/// a warning and the failure is reported; in a world, what cannot be built is left out, elsewhere
+/// it is the error.
 [[nodiscard]] Result<Built> build(const Source&, AnyId, const Extras&, Progress&);
 
 /// How the robots and objects of a recording move: robots along columns q1, ... (others than the

@@ -165,7 +165,7 @@ std::string camera(const render::Camera& c) {
 }
 
 /// Rows of a long table that stand for all: of every run of rows, the two where a column has its
-/// least and its greatest value are told by `value_at`.
+/// least and its greatest value are known by `value_at`.
 struct Thinning {
   std::size_t rows = 0, run = 1;
   explicit Thinning(std::size_t all) : rows(all) {

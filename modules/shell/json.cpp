@@ -35,7 +35,7 @@ Json array_json(const NumericArray& a) {
   return out;
 }
 
-/// Recursion is bounded: beyond kDeepestJson a value is told as its text.
+/// Recursion is bounded: beyond kDeepestJson a value is given as its text.
 Json convert(const Value& v, const NameOf& name_of, std::size_t depth) {
   if (depth >= kDeepestJson) return v.text();
   switch (v.type()) {

@@ -251,7 +251,7 @@ class Connection {
     if (id) say(server_.success(*id, Value(found)));
   }
 
-  /// Whether a request that was cancelled still runs; it may have begun only after it was told.
+  /// Whether a request that was cancelled still runs; it may have begun only after the request.
   bool cancel_again() {
     const std::lock_guard lock(mutex_);
     if (!cancelling_) return false;

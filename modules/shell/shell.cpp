@@ -508,7 +508,7 @@ int usage_fault(const Voice& voice, const CLI::App& cli, const CLI::ParseError& 
       names.push_back(sub->get_name());
     return names;
   };
-  // CLI11 tells only that a subcommand is missing, not which word was none.
+  // CLI11 says only that a subcommand is missing, not which word was none.
   const auto parsed = cli.get_subcommands();
   const auto extras = cli.remaining(true);
   if (dynamic_cast<const CLI::RequiredError*>(&e) && parsed.size() == 1 && !extras.empty()) {

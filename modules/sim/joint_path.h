@@ -26,7 +26,7 @@ Result<std::vector<double>> shorten(const PlanProblem& problem, std::vector<doub
 /// The way in small steps, its corners rounded where that is free: each by a Bezier curve of fifth
 /// degree over at most `share` (0..1/2) of the motions beside it, which leaves and joins them with
 /// continuous direction and curvature. It is halved until it is free; a corner without room stays.
-/// `is_free_along` tells it of a row of configurations, joined straight. `sharp` counts the corners
+/// `is_free_along` answers for a row of configurations, joined straight. `sharp` counts the corners
 /// that stayed.
 struct RoundWay {
   std::vector<double> points;

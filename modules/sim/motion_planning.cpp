@@ -260,7 +260,7 @@ Result<void> check_plan(const Plan& plan, const PlanProblem& p, const std::strin
   return {};
 }
 
-/// The robot's limits, and the task's where it has none; `notes` tells of those.
+/// The robot's limits, and the task's where it has none; `notes` names those.
 RobotModel limited(const RobotModel& model, const PlanTask& task, std::vector<std::string>& notes) {
   RobotModel out = model;
   for (std::size_t j = 0; j < out.joints.size(); ++j) {

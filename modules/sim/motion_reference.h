@@ -24,7 +24,7 @@ struct TimedRows {
   void at(double t, std::span<double> out) const;
 };
 
-/// The columns `stem`1, `stem`2, ... of a recording, `width` of them; an error tells the first that
+/// The columns `stem`1, `stem`2, ... of a recording, `width` of them; an error says the first that
 /// is missing.
 Result<TimedRows> timed_rows(const recording::Recording& recording, const std::string& stem,
                              std::size_t width);

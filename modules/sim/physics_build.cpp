@@ -29,7 +29,7 @@ constexpr double kMostSteps = 1e8;  ///< between samples
 /// for its mass (the square of 1 mm): engines need all of them above zero.
 constexpr double kLeastMass = 1e-3, kLeastShare = 1e-4, kLeastGyration2 = 1e-6;
 
-/// With moments that an engine takes; tells whether something was changed.
+/// With moments that an engine takes; says whether something was changed.
 bool make_inert(MassProperties& m) {
   bool changed = false;
   if (m.mass < kLeastMass) m.mass = kLeastMass, changed = true;
@@ -193,7 +193,7 @@ Result<void> PhysicsSimulation::create() {
   provider_ = info.name;
   poses_.resize(bodies_.size());
   joint_q_.resize(joints_.size()), joint_qd_ = joint_q_, forces_ = joint_q_;
-  // An engine tells angles within a turn: what is missing is seen in a first world and taken off
+  // An engine gives angles within a turn: what is missing is seen in a first world and taken off
   // the limits of the second.
   for (int attempt = 0; attempt < 2; ++attempt) {
     std::vector<PhysicsJoint> joints = joints_;

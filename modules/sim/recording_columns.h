@@ -25,7 +25,7 @@ struct RecordedQuantity {
 /// The recording with the columns of the quantities named, which replace those of the same names.
 /// The robot and its place are those of now; where the tool of the recording was elsewhere it is an
 /// error. Velocities and accelerations that a recording of joints lacks are derivatives of what it
-/// has (five points); what needs torques tells which column is missing.
+/// has (five points); what needs torques says which column is missing.
 [[nodiscard]] Result<recording::RecordingPtr> with_quantities(
     const Simulator&, const recording::Recording&, std::span<const std::string> quantities,
     Progress&);

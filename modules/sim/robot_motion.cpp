@@ -253,7 +253,7 @@ class Builder {
                          ". Moves of the joints go as if it had " + text::enumerate(instead) + ".");
   }
 
-  /// Goes to where the trajectory goes on; these rows are told from its own.
+  /// Goes to where the trajectory goes on; these rows are known from its own.
   Result<void> approach(const std::vector<double>& to) {
     const auto [velocity, acceleration, jerk] = limits(nullptr);
     const std::size_t before = out_.times.size();

@@ -52,7 +52,7 @@ struct RobotMotion {
 /// for the configuration nearest to the one before. Where a Cartesian path, or a first segment of
 /// several joint vectors, does not begin at the joints' configuration, an approach is put between:
 /// a synchronous move of fifth degree within the joints' limits. Limits that the robot lacks are
-/// those of the segment, or assumed and noted. A sample out of reach is an error that tells its
+/// those of the segment, or assumed and noted. A sample out of reach is an error that says its
 /// time and number.
 Result<RobotMotion> robot_motion(const Registry&, const RobotMotionTask&, Progress&);
 

@@ -53,14 +53,14 @@ std::string reason_of(const IkResult& r, const RobotModel& model) {
   std::string why = r.detail;
   if (why.empty() && r.status == IkStatus::out_of_reach) why = "it is out of reach";
   if (why.empty()) why = "the solver found no solution";
-  // The solver may have told the joint already.
+  // The solver may have reported the joint already.
   if (const auto j = static_cast<std::size_t>(r.limiting_joint);
       r.limiting_joint >= 0 && why.find(model.joints[j].name) == std::string::npos)
     why += "; a limit of " + joint_name(model, j) + " is in the way";
   return why;
 }
 
-/// Every sample by inverse kinematics; `unreachable` tells why the motion as a whole failed.
+/// Every sample by inverse kinematics; `unreachable` says why the motion as a whole failed.
 Result<PathCheck> follow(const Simulator& sim, const RunSetup& setup, Error unreachable,
                          Progress& progress) {
   const RobotMotionTask& task = setup.task;

@@ -38,7 +38,7 @@ inline constexpr EulerSequence kRollPitchYaw{{0, 1, 2}, false};
 struct EulerAngles {
   Vec3 angles{};  ///< outer two in (-pi, pi]; middle in [-pi/2, pi/2], proper ones [0, pi] [rad]
   /// How far from singular: |cos| of the middle angle, |sin| for proper sequences; 0 = only the sum
-  /// or difference of the outer two is told by R, and one of them is 0.
+  /// or difference of the outer two is known by R, and one of them is 0.
   double regularity = 1;
   [[nodiscard]] bool is_singular() const { return regularity < 1e-9; }
 };

@@ -63,7 +63,7 @@ class FixedStep : public Stepper {
     return {};
   }
   /// Implicit equations by repetition: calls pass(change, size) -> Result<void>, which improves the
-  /// unknowns once and tells the greatest change and value, until nothing changes but rounding.
+  /// unknowns once and gives the greatest change and value, until nothing changes but rounding.
   template <class Pass>
   Result<void> repeat(double t, double h, Pass&& pass) {
     double before = std::numeric_limits<double>::infinity();

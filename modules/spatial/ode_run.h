@@ -12,7 +12,7 @@
 
 namespace robomosp::spatial {
 
-/// Calls the system, counts, and tells where a rate is not finite or fails.
+/// Calls the system, counts, and says where a rate is not finite or fails.
 class Rates {
  public:
   Rates(OdeSystem& system, OdeStatistics& statistics) : system_(system), statistics_(statistics) {}

@@ -56,7 +56,7 @@ struct RampLimits {
 
 /// The fastest way over `way` > 0 from speed v0 to v1, both within 0..limits.v, never backwards:
 /// up to a top speed, along at it, and to v1. None when `way` is too short to change from v0 to v1:
-/// least_way() tells how long it must be.
+/// least_way() says how long it must be.
 [[nodiscard]] std::optional<Ramps> fastest_ramps(double way, double v0, double v1,
                                                  const RampLimits&);
 /// The same in exactly `duration`: with a lower speed in between. None when that is too short for

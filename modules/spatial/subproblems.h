@@ -35,7 +35,7 @@ namespace robomosp::spatial {
 }
 
 /// a cos t + b sin t = c, the heart of subproblems 3 and 4. Where there is no answer both are the
-/// nearest turn, and `gap` tells how much is missing, in the unit of a, b and c.
+/// nearest turn, and `gap` says how much is missing, in the unit of a, b and c.
 struct CosineAnswer {
   std::array<SinCos, 2> turn;
   double gap = 0;   ///< |c| - sqrt(a^2 + b^2) where positive

@@ -135,7 +135,7 @@ Result<std::vector<Shape>> read_text(std::string_view bytes, double unit) {
 }  // namespace
 
 Result<std::vector<Shape>> read_stl(std::string_view bytes, double unit) {
-  // Binary files may begin with "solid" too; their length tells.
+  // Binary files may begin with "solid" too; their length says.
   const bool is_binary = bytes.size() >= kHeader &&
                          bytes.size() >= kHeader + kFacet * std::size_t{word(bytes, 80)} &&
                          (bytes.size() == kHeader + kFacet * std::size_t{word(bytes, 80)} ||

@@ -43,7 +43,7 @@ std::string loop_text(std::size_t loop);
 /// Which loops cross or touch, for a message.
 std::string conflict_text(const std::vector<std::vector<Point2>>& loops);
 
-/// The profile's loops as polygons, not yet oriented; the error tells what is wrong with it.
+/// The profile's loops as polygons, not yet oriented; the error says what is wrong with it.
 Result<Outline> outline_of(const CsgProfile& profile);
 
 }  // namespace robomosp::csg_cgal

@@ -86,7 +86,7 @@ std::optional<Region> triangulate(std::vector<std::vector<Point2>> loops) {
   count_nesting(cdt);
   Region region;
   std::vector<std::uint32_t> number(count);
-  // The side of each loop's first edge tells whether material lies left of it.
+  // The side of each loop's first edge says whether material lies left of it.
   std::uint32_t first = 0;
   for (std::size_t l = 0; l < loops.size(); ++l) {
     const auto size = static_cast<std::uint32_t>(loops[l].size());

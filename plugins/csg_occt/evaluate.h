@@ -15,7 +15,7 @@
 
 namespace robomosp::csg_occt {
 
-/// A remark about an item, told by the way from the term to it, because names are not content.
+/// A remark about an item, named by the way from the term to it, because names are not content.
 struct Note {
   std::vector<std::uint32_t> path;  ///< item numbers from the term downwards
   std::string text;

@@ -23,7 +23,7 @@ double reach(const RobotModel& model, std::size_t tip) {
   return length;
 }
 
-// The limits of a joint that follows another one, told for the one followed.
+// The limits of a joint that follows another one, given for the one followed.
 void narrow(Velocity& v, const JointModel& follower) {
   const double r = follower.coupling.ratio, o = follower.coupling.offset;
   if (r == 0) return;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which closed form a 6R arm has, told from its joint axes, and the constants of it
+// Which closed form a 6R arm has, known from its joint axes, and the constants of it
 // (layer: plugin).
 #pragma once
 

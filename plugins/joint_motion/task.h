@@ -45,7 +45,7 @@ std::span<const double> end_or(std::span<const double> asked, const Params&, con
 Result<void> need(const std::vector<double>& limits, const char* what, std::size_t joint,
                   const char* parameter);
 
-/// Motion of all joints that is told joint by joint.
+/// Motion of all joints that is given joint by joint.
 class JointwiseSegment : public JointSegment {
  public:
   JointwiseSegment(std::size_t dof, double duration) : dof_(dof), duration_(duration) {}

@@ -115,7 +115,7 @@ Result<Vec3> vector_of(const Params& params, const char* name, const char* unit)
 }
 
 /// About `centre` and `axis` from the first point on, by an angle of either sign; the second point
-/// only tells the last orientation.
+/// only gives the last orientation.
 Result<std::unique_ptr<Curve>> about_centre(std::span<const Pose> points, const Params& params,
                                             const char* shape, double angle, double rise) {
   RMP_TRY(

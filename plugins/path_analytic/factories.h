@@ -30,7 +30,7 @@ inline Result<double> positive(const Params& params, const char* name, const cha
              "It must be above 0.");
 }
 
-/// `count` control points, all of them poses; `shape` as in "an arc", `which` tells what they are.
+/// `count` control points, all of them poses; `shape` as in "an arc", `which` says what they are.
 Result<void> check_points(std::span<const Pose> points, std::size_t count, const char* shape,
                           const char* which);
 

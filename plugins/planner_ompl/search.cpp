@@ -232,7 +232,7 @@ Result<Plan> searched(Method method, const PlanProblem& p, const Params& params,
     for (const Search& now : all) {
       now.problem->setIntermediateSolutionCallback(
           [&](const ob::Planner*, const std::vector<const ob::State*>&, const ob::Cost) {
-            is_found = true;  // the problem itself is told at the end only
+            is_found = true;  // the problem itself is reported at the end only
           });
       const std::size_t before = checks.count();
       const ob::PlannerTerminationCondition ends([&] {

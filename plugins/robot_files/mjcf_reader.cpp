@@ -20,7 +20,7 @@ namespace robomosp::robot_files {
 namespace {
 
 /// What the mechanism needs of an element, and what only contact, solver, drawing and sensors do,
-/// of which one sentence tells. The rest is told by name.
+/// which one sentence reports together. The rest is reported by name.
 constexpr std::string_view kSections[] = {
     "compiler", "default", "asset", "worldbody", "actuator", "equality", "keyframe",
     "tendon",   "option",  "size",  "statistic", "visual",   "contact"};

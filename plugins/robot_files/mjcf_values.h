@@ -28,7 +28,7 @@ class MjcfValues {
 
   /// The settings of <compiler> that the notations need; later ones count.
   Result<void> compiler(const Element& e);
-  /// A <default> of the model with the classes in it; unknown attributes of joints are told.
+  /// A <default> of the model with the classes in it; unknown attributes of joints are reported.
   Result<void> defaults(const Element& top);
 
   /// Of the element or else the class around it. A class that is not there is an error at the end.

@@ -11,7 +11,7 @@
 namespace robomosp::robot_files {
 
 /// Orders the bodies (parents and followed joints first, else as they stand in the file), renames
-/// what is no valid name, and tells every such change in the notes.
+/// what is no valid name, and reports every such change in the notes.
 [[nodiscard]] Result<Imported> records(Mechanism m, const Options& options);
 
 }  // namespace robomosp::robot_files

@@ -166,7 +166,7 @@ class DriveMaker final : public JointSegmentMaker {
   }
 };
 
-/// A picture of one row that tells what it was given.
+/// A picture of one row that says what it was given.
 class Counter final : public render::Renderer {
  public:
   Result<render::Image> draw(const render::Scene& s, const render::Options& o,

@@ -201,7 +201,7 @@ BENCHMARK_CAPTURE(calls, edit_beside_10000_records,
     ->MeasureProcessCPUTime()
     ->Unit(benchmark::kMillisecond);
 
-/// A commit that so many subscriptions are told of, which never read.
+/// A commit that so many subscriptions are notified of, which never read.
 void listeners(benchmark::State& state) {
   Program p("m = material.create{name = 'm', density = 1}");
   std::vector<std::uint64_t> tokens;

@@ -4,7 +4,7 @@
 //   ROBOMOSP_CSG_OPERATIONS=10000  random operations instead of a few hundred
 //   ROBOMOSP_SEED=7                of the random operations
 //   ROBOMOSP_CSG_PAIRS=362,408     only these pairs of the random operations
-//   ROBOMOSP_CSG_VERBOSE=1         tells every refusal and remedy
+//   ROBOMOSP_CSG_VERBOSE=1         prints every refusal and remedy
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -47,7 +47,7 @@ bool is_verbose() { return number_from("ROBOMOSP_CSG_VERBOSE", 0) != 0; }
 struct Outcome {
   enum class Kind { solid, empty, refused } kind = Kind::refused;
   double volume = 0;
-  std::string note;   ///< a remedy that the engine tells
+  std::string note;   ///< a remedy that the engine reports
   std::string error;  ///< when refused
 };
 
@@ -213,7 +213,7 @@ struct Row {
   Csg solid;
   double volume;            ///< closed form; 0 = must be empty
   double relative = 1e-9;   ///< without a note
-  double with_note = 1e-4;  ///< when the engine tells a remedy
+  double with_note = 1e-4;  ///< when the engine reports a remedy
   bool may_be_refused = false;
 };
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // No provider is shipped without the SDK's suite of its interface: what the plugins of the build
 // offer, as the program's loader reads it, against the cases of all programs of this folder, as
-// --gtest_list_tests tells them. Those programs are tests of their own; this one only sees that
+// --gtest_list_tests lists them. Those programs are tests of their own; this one only sees that
 // nobody is forgotten.
 #include <cctype>
 #include <cstdio>

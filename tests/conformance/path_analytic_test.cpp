@@ -260,7 +260,7 @@ std::vector<OrientationCase> orientation_cases() {
       {kFile, "angles", "plain", shares, points},
       {kFile,
        "angles",
-       "turned_frame",  // first pose turn_x(0.3), told as no angles at all
+       "turned_frame",  // first pose turn_x(0.3), given as no angles at all
        {0, 1},
        {turn_x(0.3), multiply(turn_x(0.3), turn_z(0.7))},
        {{"first", "{0, 0, 0}"}, {"last", "{0, 0, 6.983185307179586}"}}},  // 0.7 and a whole turn

@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Torques of another provider times a factor: a number tells who computed it.
+/// Torques of another provider times a factor: a number says who computed it.
 class Scaled final : public InverseDynamics {
  public:
   Scaled(std::shared_ptr<InverseDynamics> inner, double factor)

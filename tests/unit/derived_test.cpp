@@ -531,7 +531,7 @@ TEST_F(DerivedTest, AFailingSolidIsNamedAndBlocksOnlyWhatNeedsIt) {
   const int evaluations = counts.evaluations;
   EXPECT_FALSE(derived.mesh(*now, bore, progress).ok());
   EXPECT_EQ(counts.evaluations, evaluations);
-  // An equal solid with another node name is told by its own name.
+  // An equal solid with another node name is reported by its own name.
   ball.nodes[0].name = "knob";
   const auto second = make("bore_2", ball);
   EXPECT_EQ(derived.mesh(*document.now(), second, progress).error().sentence(),

@@ -819,7 +819,7 @@ TEST_F(LegacyWorld, TrajectoriesOfTheOriginalTakeTheTimesAndPlacesOfTheirFiles) 
     ASSERT_TRUE(tx->commit().ok());
     const auto& t = get<model::Trajectory>(loaded->id);
     const auto p = path(loaded->id);
-    // A trajectory has one time between samples, its sections had their own; the note tells.
+    // A trajectory has one time between samples, its sections had their own; the note says so.
     const auto says = [&](const char* what) {
       return std::any_of(loaded->notes.begin(), loaded->notes.end(),
                          [&](const std::string& n) { return n.find(what) != std::string::npos; });

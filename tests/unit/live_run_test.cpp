@@ -31,7 +31,7 @@ constexpr double kGravity = 9.81;
 
 void ok(const Result<void>& done) { EXPECT_TRUE(done.ok()) << done.error().sentence(); }
 
-/// Rows 0.1 s apart with a value that tells its row, and how many of them were computed.
+/// Rows 0.1 s apart with a value that gives its row, and how many of them were computed.
 struct Counter {
   std::atomic<int> made{0};
   std::atomic<bool> was_cancelled{false};

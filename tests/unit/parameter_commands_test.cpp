@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Parameters from the console: every command that takes numbers takes expressions, what depends on
-// a parameter follows it down to the torques of a robot, and faults are told in one sentence.
+// a parameter follows it down to the torques of a robot, and faults are reported in one sentence.
 #include <filesystem>
 #include <string>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The finer rules of MJCF and SDF on small files written for them: defaults, includes, notations,
 // actuators, loops, nested models, frames of frames; and wrong files, each of which ends as one
-// sentence that tells file and line. Expected values are products of elementary rotations.
+// sentence that names file and line. Expected values are products of elementary rotations.
 #include <unistd.h>
 
 #include <cmath>

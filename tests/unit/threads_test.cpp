@@ -130,7 +130,7 @@ class Follower : public std::enable_shared_from_this<Follower> {
       ++count_;
       if (!e.change) continue;
       const ioci::Change& c = *e.change;
-      // The end of a gesture that changes nothing any more tells the revision before.
+      // The end of a gesture that changes nothing any more gives the revision before.
       const bool repeats = c.kind == document::CommitKind::kept ||
                            c.kind == document::CommitKind::cancelled || c.commits > 1;
       if (last_ != 0 && c.first_revision != last_ + 1 && !(repeats && c.first_revision == last_))
@@ -256,7 +256,7 @@ TEST_F(Threads, ThreeSessionsStartAndCancelJobsWhileAnotherEditsAndSubscribersCo
     std::mt19937 random(seed + 200 + number);
     while (!is_over && subscribed < kSubscribers) {
       ioci::Session own("subscriber");
-      // One that takes events where it is told of them, and one that its session leaves behind.
+      // One that takes events where it is notified of them, and one that its session leaves behind.
       const auto follower = std::make_shared<Follower>(app().events);
       follower->begin(2 + random() % 30);
       auto token = app().dispatch(own, "event.subscribe", {{"most", 10}});

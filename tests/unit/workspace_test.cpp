@@ -220,7 +220,7 @@ TEST(Workspace, StopsWhenCancelled) {
   EXPECT_EQ(r.error().code, ErrorCode::cancelled);
 }
 
-/// Counts what is told, and stops after some of it.
+/// Counts what is reported, and stops after some of it.
 struct Watch final : Progress {
   void report(double share, std::string_view) override {
     EXPECT_GE(share, last);

@@ -57,7 +57,7 @@ TEST(Lights, AMovedLightMovesTheShadow) {
 
 TEST(Lights, AFloorIsAsBrightAsTheCosineOfTheLight) {
   // Without tone curve or dither: linear light of the floor is its share of direct light above the
-  // surroundings', which the picture of a light without any reach tells.
+  // surroundings', which the picture of a light without any reach shows.
   const auto linear = [](double srgb) { return std::pow((srgb / 255 + 0.055) / 1.055, 2.4); };
   const auto floor = [&](const Vec3& towards, double intensity) {
     Light l = lamp(Light::Kind::sun, {});

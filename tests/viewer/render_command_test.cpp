@@ -168,7 +168,7 @@ TEST_F(RenderCommand, MapsStandAroundTheirRobot) {
   const double all = items({{"recording", recording}});
   EXPECT_GT(all, 10);
   EXPECT_LT(items({{"recording", recording}, {"bands", 3}, {"opacity", 0.5}}), all);
-  // In a world, where the robot has another name there; and what does not fit is told.
+  // In a world, where the robot has another name there; and what does not fit is reported.
   const Value cell = run("world.create", {{"name", "cell"}});
   run("world.add_robot", {{"id", cell}, {"robot", arm}, {"name", "left"}});
   a.set("id", cell);

@@ -219,7 +219,7 @@ TEST_F(Window, EllipsoidsFollowTheRobotWhileTheMenuShowsThem) {
     bool velocity, force;
   };
   std::vector<Asked> asked;
-  // A ball in front of everything, at a height that tells the time.
+  // A ball in front of everything, at a height that shows the time.
   window->set_ellipsoids([&](double time, bool v, bool f) {
     asked.push_back({time, v, f});
     Item ball = synthetic::robot_cell().items.front();

@@ -36,7 +36,7 @@ struct WindowOptions {
   std::function<void(QWidget& window)> on_shown;     ///< once the first picture is on the screen
 };
 
-/// Whether there is a display that answers; the error tells why no window can be opened. Qt itself
+/// Whether there is a display that answers; the error says why no window can be opened. Qt itself
 /// would end the program, so a child process tries it, for at most five seconds; an answer is
 /// remembered. Call from the thread of `main`, before other threads start: it forks.
 [[nodiscard]] Result<void> check_display();

@@ -182,7 +182,7 @@ Result<bool> set_part(model::Placement& p, std::string_view name, const Value& v
 Result<model::Placement> read_placement(const Value* value, std::string_view path) {
   model::Placement out;
   if (!value || value->is_nil()) return out;
-  // The schema's check tells every fault; what follows keeps the notation it normalises away.
+  // The schema's check reports every fault; what follows keeps the notation it normalises away.
   RMP_TRY_ASSIGN(const Value checked, check_value(field("", "pose", "", ""), *value, path));
   const std::string where(path);
   if (const Map* map = value->as_map()) {

@@ -43,7 +43,7 @@ Result<void> keep_chosen_provider(const std::string& interface_id, const std::st
   std::string text = "# Defaults chosen with provider.default{keep = \"user\"}.\n";
   for (const auto& [id, provider] : chosen) text += id + " " + provider + "\n";
   std::error_code failed;
-  std::filesystem::create_directories(file.parent_path(), failed);  // write_file tells what failed
+  std::filesystem::create_directories(file.parent_path(), failed);  // write_file says what failed
   return io::write_file(file, text);
 }
 

@@ -127,7 +127,7 @@ class CommandContext {
   bool is_own_thread_ = true;  ///< computes on the session's thread
 };
 
-/// What comes back. For a map, `fields` tells the units that front ends print.
+/// What comes back. For a map, `fields` gives the units that front ends print.
 struct ReturnSpec {
   std::string type = "nil";  ///< as ParamSpec::type, or "handle", "array"
   std::string unit;
@@ -185,7 +185,7 @@ class CommandTable {
   [[nodiscard]] std::vector<const CommandSpec*> apropos(std::string_view words) const;
   /// "there is no command ..." with near names.
   [[nodiscard]] Error unknown(std::string_view name) const;
-  /// The same for a classic line; tells an unknown noun from an unknown option.
+  /// The same for a classic line; distinguishes an unknown noun from an unknown option.
   [[nodiscard]] Error unknown_classic(std::string_view noun, std::string_view option) const;
 
  private:

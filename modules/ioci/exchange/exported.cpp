@@ -36,7 +36,7 @@ Result<void> write_exported(const std::vector<ExportedFile>& files, const fs::pa
       const fs::path to = file.parent_path() / f.name;
       if (!to.parent_path().empty()) {
         std::error_code failed;
-        fs::create_directories(to.parent_path(), failed);  // write_file tells what did not work
+        fs::create_directories(to.parent_path(), failed);  // write_file says what did not work
       }
       RMP_TRY(io::write_file(to, f.bytes));
     }

@@ -148,7 +148,7 @@ class Writer {
     List out;
     for (std::size_t i = 0; i < s.nodes.size(); ++i) {
       Map node = node_map(s, i, name_);
-      node.erase("expressions");  // they are told for the solid
+      node.erase("expressions");  // they are given for the solid
       if (s.nodes[i].parent >= 0)
         node.set("parent", s.nodes[static_cast<std::size_t>(s.nodes[i].parent)].name);
       out.emplace_back(std::move(node));

@@ -37,7 +37,7 @@ Result<Sampled> sampled(const CommandContext& ctx, const motion::Path& path, con
 }
 
 /// |da/dt| of the tool's origin, by differences of the acceleration within its piece. Where the
-/// acceleration jumps the jerk has no value; what it is on the calmer side is told.
+/// acceleration jumps the jerk has no value; what it is on the calmer side is reported.
 Result<double> jerk_at(const motion::Path::Piece& piece, double time) {
   const double T = piece.segment->duration(), h = 1e-4 * T;
   const double t = std::clamp(time - piece.start, 0.0, T);

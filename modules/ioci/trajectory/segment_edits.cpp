@@ -73,7 +73,7 @@ Result<Value> set_transition(CommandContext& ctx, const Map& args) {
   });
 }
 
-/// What one row of the list tells of a segment's record.
+/// What one row of the list says of a segment's record.
 void add_record(const CommandContext& ctx, const TrajectorySegment& s, Map& row) {
   if (s.stored) {
     row.set("trajectory", ref_value(ctx.snapshot(), AnyId(s.stored)));
@@ -90,7 +90,7 @@ Result<Value> segments(CommandContext& ctx, const Map& args) {
   List rows;
   if (std::any_of(t.segments.begin(), t.segments.end(),
                   [&](const TrajectorySegment& s) { return moves_joints(ctx, s); })) {
-    // Only a robot tells their times and where the tool is.
+    // Only a robot determines their times and where the tool is.
     for (std::size_t i = 0; i < t.segments.size(); ++i) {
       Map row{{"number", i + 1},
               {"kind", moves_joints(ctx, t.segments[i]) ? "joint segment" : "segment"}};

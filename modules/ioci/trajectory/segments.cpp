@@ -42,7 +42,7 @@ Result<void> read_choice(const Value& v, ProviderChoice& out, Map& params,
                  "Give its name, or a table with name and parameters.", path);
   if (name) out.name = *name->as_string();
   for (const auto& [key, value] : *table)
-    if (key == "params" && value.as_map())  // as a segment is told
+    if (key == "params" && value.as_map())  // as segments are described
       for (const auto& [inner, given] : *value.as_map()) params.set(inner, given);
     else if (key != "name") params.set(key, value);
   return {};
@@ -301,7 +301,7 @@ Result<TrajectorySegment> update_segment(const CommandContext& ctx, const Trajec
 bool moves_joints(const CommandContext& ctx, const TrajectorySegment& segment) {
   if (segment.stored) {
     const model::Trajectory* stored = ctx.snapshot().get(segment.stored);
-    // A trajectory that runs itself is told by the path.
+    // A trajectory that runs itself is given by the path.
     return stored && std::any_of(stored->segments.begin(), stored->segments.end(),
                                  [&](const auto& s) { return !s.stored && moves_joints(ctx, s); });
   }

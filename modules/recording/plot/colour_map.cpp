@@ -88,7 +88,7 @@ AxisRange nice_range(double low, double high, int wanted) {
 std::vector<double> ticks_within(double low, double high, int wanted) {
   std::vector<double> out;
   if (!(high > low)) return out;
-  // One mark tells no scale: then there are more than wanted.
+  // One mark shows no scale: then there are more than wanted.
   for (int count = wanted; out.size() < 2 && count <= 4 * wanted; count *= 2) {
     const double step = round_step(low, high, count);
     const double first = std::ceil(low / step - 1e-9), last = std::floor(high / step + 1e-9);

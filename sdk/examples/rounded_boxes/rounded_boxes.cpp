@@ -2,7 +2,7 @@
 // A collision engine of one's own: spheres, capsules and boxes, exactly and without iterating to a
 // tolerance (zonotope.h). Two providers: "rounded_boxes" refuses every other shape, naming the
 // body; "boxes_around" takes the box around a cylinder, hull or mesh in its place, so that it never
-// tells more room than there is.
+// reports more room than there is.
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -70,7 +70,7 @@ class Integrator {
   [[nodiscard]] virtual const void* extension(const char* /*id*/) const { return nullptr; }
   /// [application thread or job]
   virtual Result<void> prepare(const Params& params) = 0;
-  /// Runs to the end, an ending event, or an error that tells at which t (step too small, rate not
+  /// Runs to the end, an ending event, or an error that says at which t (step too small, rate not
   /// finite). Samples come in order of time. [any thread] after prepare
   virtual Result<OdeStatistics> run(OdeSystem& system, const OdeRun& run, OdeSink& sink,
                                     Progress&) const = 0;

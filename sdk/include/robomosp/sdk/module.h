@@ -97,7 +97,7 @@ class ModuleValue {
   [[nodiscard]] std::size_t rows() const { return type_ == Type::numbers ? rows_ : 0; }
   /// 0 of a vector.
   [[nodiscard]] std::size_t columns() const { return type_ == Type::numbers ? columns_ : 0; }
-  /// Unit of numbers; "" = none is told.
+  /// Unit of numbers; "" = none is given.
   [[nodiscard]] const std::string& unit() const {
     return type_ == Type::numbers ? text_ : no_text();
   }
@@ -169,7 +169,7 @@ struct ModuleFields {
 class Module;
 class ModuleCall;
 
-/// One command; constant data. Rows of ModuleTable::commands, which tells how long they are.
+/// One command; constant data. Rows of ModuleTable::commands, which says how long they are.
 struct ModuleCommand {
   /// "topic.verb", lower case: "payload.study". The topic may be one of the program's own; with a
   /// first parameter `id` of type ref:<topic> it is a method of such records: robot:reach{...}.
@@ -195,7 +195,7 @@ struct ModuleCommand {
                              ModuleCall& call) = nullptr;
 };
 
-/// What a run is, to be summed by `|` for the runs that a module is told of.
+/// What a run is, to be summed by `|` for the runs that a module is notified of.
 enum ModuleRun : std::uint32_t {
   kModuleRunSimulation = 1,  ///< a command that simulates: along trajectories, under forces, live
   kModuleRunTask = 2,        ///< of tasks of a world

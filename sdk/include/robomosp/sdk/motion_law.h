@@ -47,7 +47,7 @@ class MotionLawFactory {
   /// What later versions of the SDK add, by its id (plugin.h); nullptr = not known.
   [[nodiscard]] virtual const void* extension(const char* /*id*/) const { return nullptr; }
   /// Speeds, limits or a duration are the provider's parameters. An impossible combination (a
-  /// duration too short for the limits, end speeds above the speed) is an error that tells the
+  /// duration too short for the limits, end speeds above the speed) is an error that says the
   /// nearest possible value. [any thread]
   virtual Result<std::unique_ptr<MotionLaw>> make(const LawTask&, const Params&) const = 0;
 };

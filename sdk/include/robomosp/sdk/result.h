@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Result<T> and Error: how every failure that a user, file, plugin or peer can cause is told
+// Result<T> and Error: how every failure that a user, file, plugin or peer can cause is reported
 // (layer: contract, std only). No exception is needed to use it.
 #pragma once
 
@@ -57,7 +57,7 @@ enum class ErrorCode : std::int32_t {
   return "internal";
 }
 
-/// A failure told as what happened (`message`), where (`where`), and what to do (`hint`).
+/// A failure given as what happened (`message`), where (`where`), and what to do (`hint`).
 struct Error {
   ErrorCode code = ErrorCode::internal;
   std::string message;  ///< what happened, without the place and without a trailing period

@@ -44,7 +44,7 @@ class Retimer {
   /// What later versions of the SDK add, by its id (plugin.h); nullptr = not known.
   [[nodiscard]] virtual const void* extension(const char* /*id*/) const { return nullptr; }
   /// A path that cannot be run (a torque limit that gravity alone exceeds, a start rate too great)
-  /// is an error that tells the place on the path, the joint and by how much. [any thread]
+  /// is an error that names the place on the path, the joint and by how much. [any thread]
   virtual Result<Retiming> retime(const RetimeProblem&, const Params&, Progress&) const = 0;
 };
 

@@ -10,7 +10,7 @@
 
 namespace robomosp {
 
-/// Three numbers: a position [m], a direction [-], or a vector of the quantity its name tells.
+/// Three numbers: a position [m], a direction [-], or a vector of the quantity its name says.
 using Vec3 = std::array<double, 3>;
 
 /// Rigid placement a_T_b: maps coordinates of frame b to frame a, p_a = R p_b + p.

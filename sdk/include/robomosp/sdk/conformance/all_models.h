@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The mechanisms of the suites by their names, for programs that are told which to use (layer:
+// The mechanisms of the suites by their names, for programs that are asked to use some (layer:
 // contract helper for tests, header-only).
 #pragma once
 

@@ -116,7 +116,7 @@ class CollisionConformance : public testing::TestWithParam<CollisionCase> {
     EXPECT_FALSE(made.error().hint.empty()) << made.error().sentence();
     return false;
   }
-  /// A distance as it is told, against what it is.
+  /// A distance as it is reported, against what it is.
   [[nodiscard]] bool agrees(double told, double distance, double tolerance) const {
     return told <= distance + tolerance && (is_approximate_ || told >= distance - tolerance);
   }
