@@ -147,10 +147,18 @@ Result<void> add_group(Solids& solids, const Snapshot& s, std::vector<const Leaf
     }
     RMP_TRY_ASSIGN(const CsgEngine::Partition split, solids.partition(some, where, progress));
     sum.overlap += split.overlap;
+    std::size_t measured = 0;
     for (std::size_t k = 0; k < members.size(); ++k) {
+      if (split.parts[k].relative_error > 2 * whole[members[k]].relative_error) ++measured;
       own[members[k]] = split.parts[k];
       masses[members[k]] = spatial::mass_properties(split.parts[k], densities[members[k]]);
     }
+    if (measured > 0)
+      note(sum, "What " +
+                    (measured == 1 ? "a part shares" : std::to_string(measured) + " parts share") +
+                    " with others was not cut exactly, since faces nearly coincide or are "
+                    "freeform; it was "
+                    "measured, and relative_error is its bound.");
   }
   for (std::size_t i = 0; i < group.size(); ++i) add(i, own[i], masses[i]);
   return {};

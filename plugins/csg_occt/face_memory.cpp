@@ -25,6 +25,9 @@ constexpr int kFaceCacheLimit = 50'000;
 constexpr double kQuarterTurn = 1.5707963267948966;
 // Whole against halves; what a trimming curve of tolerance 1e-7 mm deserves.
 constexpr double kRelativeTolerance = 1e-12;
+// Where a curve is only as good as its tolerance, its integral need not be much better: halving on
+// for digits that mean nothing took minutes for the threads of one bolt.
+constexpr double kShareOfDoubt = 0.01;
 constexpr int kDeepestHalving = 12;
 // In all, for one edge of a face: what a damaged curve asks for has an end.
 constexpr int kMostHalvings = 2'000;
@@ -104,10 +107,7 @@ class FaceIntegrator {
       const Handle(Geom2d_Curve) curve = BRep_Tool::CurveOnSurface(edge, face_, first, last);
       if (curve.IsNull()) throw Standard_Failure("a face has an edge without a parameter curve");
       const Geom2dAdaptor_Curve trim(curve, first, last);
-      const bool analytic = add_curve(trim, forward ? 1.0 : -1.0);
-      if (!analytic && !BRep_Tool::Degenerated(edge))
-        result.trim_doubt += BRep_Tool::Tolerance(edge) *
-                             GCPnts_AbscissaPoint::Length(BRepAdaptor_Curve(edge), 1e-2);
+      result.trim_doubt += add_curve(edge, trim, forward ? 1.0 : -1.0);
     }
     result.volume = total_[0] / 3;
     for (std::size_t i = 0; i < 3; ++i) result.first[i] = total_[1 + i] / 4;
@@ -118,22 +118,23 @@ class FaceIntegrator {
   }
 
  private:
-  bool add_curve(const Geom2dAdaptor_Curve& trim, double sign) {
+  /// Returns the area by which the curve may be off because it is only an approximation [mm^2].
+  double add_curve(const TopoDS_Edge& edge, const Geom2dAdaptor_Curve& trim, double sign) {
     const double a = trim.FirstParameter(), b = trim.LastParameter();
     const GeomAbs_CurveType type = trim.GetType();
     if (type == GeomAbs_Line) {
       const gp_Dir2d d = trim.Line().Direction();
       // Along a line of constant v nothing is swept; this skips the rims of cylinders.
-      if (d.Y() == 0) return true;
+      if (d.Y() == 0) return 0;
       double turns = 0;
       if (is_cylinder_ && d.X() == 0) {
         add_cylinder_line(trim.Line().Location().X(), trim.Value(a).Y(), trim.Value(b).Y(), sign);
-        return true;
+        return 0;
       }
       // A polynomial of degree at most 4 along the line: four points are exact.
       if (is_plane_ || (u_is_angle_ && !v_is_angle_ && !has_knots_ && d.X() == 0)) {
         accumulate(total_, span<4>(trim, a, b), sign);
-        return true;
+        return 0;
       }
       if (u_is_angle_) turns = std::max(turns, std::abs(d.X() * (b - a)) / kQuarterTurn);
       if (v_is_angle_) turns = std::max(turns, std::abs(d.Y() * (b - a)) / kQuarterTurn);
@@ -151,15 +152,19 @@ class FaceIntegrator {
         std::sort(breaks.begin(), breaks.end());
         for (std::size_t i = 1; i < breaks.size(); ++i)
           fixed_pieces(trim, breaks[i - 1], breaks[i], std::max(2, pieces(turns)), sign);
-        return true;
+        return 0;
       }
       fixed_pieces(trim, a, b, pieces(turns), sign);
-      return true;
+      return 0;
     }
     if (is_plane_ && (type == GeomAbs_Circle || type == GeomAbs_Ellipse)) {
       fixed_pieces(trim, a, b, pieces((b - a) / kQuarterTurn), sign);
-      return true;
+      return 0;
     }
+    const double doubt = BRep_Tool::Degenerated(edge)
+                             ? 0
+                             : BRep_Tool::Tolerance(edge) *
+                                   GCPnts_AbscissaPoint::Length(BRepAdaptor_Curve(edge), 1e-2);
     const int spans = trim.NbIntervals(GeomAbs_C2);
     TColStd_Array1OfReal knots(1, spans + 1);
     trim.Intervals(knots, GeomAbs_C2);
@@ -170,8 +175,8 @@ class FaceIntegrator {
       parts.push_back({knots(i), knots(i + 1), span<8>(trim, knots(i), knots(i + 1)), 0});
       area += std::abs(parts.back().sums[10]);
     }
-    unresolved_ += adaptive(trim, std::move(parts), area, sign);
-    return false;
+    unresolved_ += adaptive(trim, std::move(parts), area, doubt, sign);
+    return doubt;
   }
 
   static int pieces(double turns) { return std::max(1, static_cast<int>(std::ceil(turns - 1e-9))); }
@@ -192,9 +197,9 @@ class FaceIntegrator {
   // Tolerances are set by the size of the swept area and its distance from the origin, because a
   // single integral may vanish by symmetry.
   double adaptive(const Geom2dAdaptor_Curve& trim, std::vector<Part> open, double area,
-                  double sign) {
+                  double doubt, double sign) {
     const double r = std::max(reach_, std::sqrt(area));
-    const double tolerance = kRelativeTolerance * area;
+    const double tolerance = std::max(kRelativeTolerance * area, kShareOfDoubt * doubt);
     int halvings = 0;
     double left_over = 0;  // area by which parts that were not halved further may be off
     while (!open.empty()) {

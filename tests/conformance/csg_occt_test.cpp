@@ -426,5 +426,91 @@ TEST_F(OcctCsg, TheCompoundObjectOfThePaperHasItsMassProperties) {
   EXPECT_EQ(std::trunc(got.inertia.yz * 1e4), -208);
 }
 
+/// A prism over a wavy outline, whose sides are freeform, from z = `low` up.
+CsgTree wavy(double height, double low, bool is_hole) {
+  auto outline = std::make_shared<CsgProfile>();
+  outline->loops.push_back(
+      {{0.02, 0},
+       {{CsgCurve::Kind::spline, {{0.017, 0.012}, {0, 0.024}, {-0.015, 0.01}, {-0.022, 0}}},
+        {CsgCurve::Kind::spline, {{-0.013, -0.014}, {0, -0.019}, {0.016, -0.011}, {0.02, 0}}}}});
+  CsgTree tree;
+  if (is_hole) {
+    tree.nodes.push_back({CsgKind::difference, -1, {}, {}, "plate"});
+    tree.nodes.push_back({CsgKind::box, 0, {}, {0.1, 0.1, 0.03}, "block"});
+  }
+  CsgNode prism{CsgKind::prism, is_hole ? 0 : -1, {}, {height}, "plug"};
+  prism.placement.p[2] = low;
+  prism.profile = outline;
+  tree.nodes.push_back(prism);
+  return tree;
+}
+
+TEST_F(OcctCsg, WhatFreeformPartsShareIsMeasuredWhereTheyTouchAndCutWhereTheyCross) {
+  NoProgress progress;
+  const auto make = [&](const CsgTree& tree) {
+    auto made = engine_->evaluate(tree, progress);
+    EXPECT_TRUE(made.ok()) << (made.ok() ? "" : made.error().sentence());
+    return made.ok() ? *made : nullptr;
+  };
+  const auto plate = make(wavy(0.05, -0.01, true)), plug = make(wavy(0.02, 0, false));
+  CsgTree box;
+  box.nodes.push_back({CsgKind::box, -1, {}, {0.1, 0.1, 0.03}, "block"});
+  const auto block = make(box);
+  ASSERT_TRUE(plate && plug && block);
+  const double own = engine_->moments(*plug, progress)->volume;
+  // The plug fills its hole: its whole side is where the plate's is.
+  const auto touching =
+      engine_->partition(std::vector<PlacedShape>{{plate, {}}, {plug, {}}}, progress);
+  ASSERT_TRUE(touching.ok()) << touching.error().sentence();
+  const Moments& t = touching->parts[1];
+  EXPECT_FALSE(t.exact);
+  EXPECT_GT(t.relative_error, 0);
+  EXPECT_LT(t.relative_error, 2e-3);
+  EXPECT_NEAR(t.volume, own, t.relative_error * own);
+  EXPECT_NEAR(touching->overlap, 0, t.relative_error * own);
+  // Half of it in the solid block.
+  Pose up;
+  up.p[2] = 0.02;
+  const auto crossing =
+      engine_->partition(std::vector<PlacedShape>{{block, {}}, {plug, up}}, progress);
+  ASSERT_TRUE(crossing.ok()) << crossing.error().sentence();
+  EXPECT_NEAR(crossing->overlap, own / 2, 1e-9 * own);
+  EXPECT_NEAR(crossing->parts[1].volume, own / 2, 1e-9 * own);
+  EXPECT_NEAR(crossing->parts[1].first[2], own / 2 * 0.035, 1e-9 * own);
+}
+
+TEST_F(OcctCsg, FacesThatNearlyCoincideNeverKeepPartsFromAMass) {
+  // Pins in holes of their own radius, tilted and moved by a hair: what boolean operations fail on.
+  NoProgress progress;
+  const auto cylinder = [](double radius, double height) {
+    CsgTree tree;
+    tree.nodes.push_back({CsgKind::cylinder, -1, {}, {radius, height, 0}, "pin"});
+    return tree;
+  };
+  CsgTree drilled;
+  drilled.nodes.push_back({CsgKind::difference, -1, {}, {}, "plate"});
+  drilled.nodes.push_back({CsgKind::box, 0, {}, {0.1, 0.1, 0.03}, "block"});
+  drilled.nodes.push_back({CsgKind::cylinder, 0, {}, {0.01, 0.03, 0}, "hole"});
+  const auto plate = *engine_->evaluate(drilled, progress);
+  const auto pin = *engine_->evaluate(cylinder(0.01, 0.05), progress);
+  const double own = kPi * 0.01 * 0.01 * 0.05;
+  for (const double tilt : {0.0, 1e-9, 3e-8, 1e-6, 2e-5, 1e-3})
+    for (const double shift : {0.0, 1e-10, 2e-9, 5e-8, 1e-6}) {
+      Pose at;
+      at.R = {std::cos(tilt), 0, std::sin(tilt), 0, 1, 0, -std::sin(tilt), 0, std::cos(tilt)};
+      at.p = {shift, 0, -0.01};
+      const auto parts =
+          engine_->partition(std::vector<PlacedShape>{{plate, {}}, {pin, at}}, progress);
+      ASSERT_TRUE(parts.ok()) << tilt << " " << shift << ": " << parts.error().sentence();
+      const Moments& m = parts->parts[1];
+      // A shift by s over a circle of radius r shares 2 r s of each layer, a tilt by a 2 r a h / 4.
+      const double most = 2 * 0.01 * (shift + tilt * 0.03) * 0.03;
+      const double bound = m.relative_error * own + 1e-7 * own;
+      EXPECT_LE(m.volume, own + bound) << tilt << " " << shift;
+      EXPECT_GE(m.volume, own - most - bound) << tilt << " " << shift;
+      EXPECT_LT(m.relative_error, 5e-3) << tilt << " " << shift;
+    }
+}
+
 }  // namespace
 }  // namespace robomosp::conformance
