@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <unordered_set>
 
 #include "kernel/text.h"
 #include "kernel/units.h"
@@ -102,6 +103,11 @@ std::vector<std::string> csv_fields(std::string_view line, char separator) {
   return out;
 }
 
+Error too_many_columns(const Lines& lines) {
+  return lines.fault("it has more than " + std::to_string(kMostColumns) + " columns",
+                     "Split it by columns.");
+}
+
 /// Name and unit of `q1 [rad]` or `q1 (rad)`.
 std::pair<std::string, std::string> name_and_unit(const std::string& field) {
   for (const auto& [open, close] : {std::pair{'[', ']'}, {'(', ')'}}) {
@@ -148,6 +154,7 @@ Result<FiledRecording> recording_from_text(std::string_view text) {
   FiledRecording out;
   Recording& r = out.recording;
   std::optional<std::size_t> rows;
+  std::unordered_set<std::string> names;
   while (!rows) {
     if (lines.at_end()) return lines.fault("the file ends before its rows", "It is cut off.");
     std::vector<std::string> words;
@@ -167,9 +174,9 @@ Result<FiledRecording> recording_from_text(std::string_view text) {
     else if (what == "dof" && count && *count >= 0) r.dof = static_cast<std::size_t>(*count);
     else if (what == "rows" && count && *count >= 0) rows = static_cast<std::size_t>(*count);
     else if (what == "column" && read_number(words[3]) && read_number(words[4])) {
-      if (r.find(value))
+      if (!names.insert(value).second)
         return lines.fault("there are two columns " + text::quote(value), "Rename one.");
-      if (r.columns.size() == kMostColumns) return lines.fault("there are too many columns", "");
+      if (r.columns.size() == kMostColumns) return too_many_columns(lines);
       r.columns.push_back(
           {value, words[2], words[5], {}, *read_number(words[3]), *read_number(words[4])});
     } else {
@@ -215,14 +222,16 @@ Result<Recording> recording_from_csv(std::string_view text) {
       separator = c;
   Recording r;
   std::vector<units::Unit> given;
+  std::unordered_set<std::string> names;
   for (const std::string& field : csv_fields(header, separator)) {
     const auto [name, unit] = name_and_unit(field);
     if (name.empty() || text::read_real(name))
       return lines.fault(name.empty() ? "a column has no name"
                                       : text::quote(name) + " is not the name of a column",
                          "The first line names the columns, such as: time [s],q1 [deg].");
-    if (r.find(name))
+    if (!names.insert(name).second)
       return lines.fault("there are two columns " + text::quote(name), "Rename one.");
+    if (r.columns.size() == kMostColumns) return too_many_columns(lines);
     auto read = units::parse(unit);
     if (!read.ok()) return std::move(read).error().in("line 1, column " + text::quote(name));
     given.push_back(*read);

@@ -3,11 +3,15 @@
 
 #include <tinyxml2.h>
 
+#include <algorithm>
 #include <fstream>
 #include <iterator>
 
 namespace robomosp::robot_files {
 namespace {
+
+/// Elements of these formats have some twenty; the longest lists are in values.
+constexpr std::size_t kMostAttributes = 1000;
 
 constexpr std::size_t kMostDocuments = 1000;
 constexpr std::uintmax_t kMostBytes = std::uintmax_t{256} << 20;
@@ -25,6 +29,42 @@ const char* reason(tinyxml2::XMLError e) {
     case tinyxml2::XML_ERROR_EMPTY_DOCUMENT: return "it is empty";
     default: return "it ends too early or is damaged";
   }
+}
+
+/// Line of the first element with more attributes than `most`; 0 = none has. Looking for doubled
+/// attributes takes tinyxml2 time by the square of their number, which no one can stop.
+std::size_t line_of_too_many(std::string_view text, std::size_t most) {
+  std::size_t line = 1;
+  for (std::size_t i = 0; i < text.size();) {
+    const auto skip_past = [&](std::string_view end) {
+      const std::size_t at = text.find(end, i);
+      const std::size_t to = at == std::string_view::npos ? text.size() : at + end.size();
+      line += static_cast<std::size_t>(std::count(text.begin() + static_cast<std::ptrdiff_t>(i),
+                                                  text.begin() + static_cast<std::ptrdiff_t>(to),
+                                                  '\n'));
+      i = to;
+    };
+    const std::string_view rest = text.substr(i);
+    if (rest.starts_with("<!--")) {
+      skip_past("-->");
+    } else if (rest.starts_with("<![CDATA[")) {
+      skip_past("]]>");
+    } else if (rest.front() != '<') {
+      if (rest.front() == '\n') ++line;
+      ++i;
+    } else {
+      const std::size_t begins = line;
+      std::size_t count = 0;
+      for (++i; i < text.size() && text[i] != '>';) {
+        const char c = text[i++];
+        if (c == '\n') ++line;
+        if (c != '"' && c != '\'') continue;
+        if (++count > most) return begins;
+        skip_past(std::string_view(&c, 1));
+      }
+    }
+  }
+  return 0;
 }
 
 }  // namespace
@@ -52,6 +92,11 @@ Result<const Element*> Documents::add(std::string_view text, Source source) {
   d.SetUserData(&one->source);
   const std::string file =
       one->source.name.empty() ? "" : "file " + in_quotes(one->source.name) + ", ";
+  if (const std::size_t line = line_of_too_many(text, kMostAttributes); line > 0)
+    return error(ErrorCode::unsupported,
+                 "an element has more than " + std::to_string(kMostAttributes) + " attributes",
+                 "Check the file in the program it comes from.",
+                 file + "line " + std::to_string(line));
   if (d.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS) {
     const std::string where = file + "line " + std::to_string(d.ErrorLineNum());
     if (d.ErrorID() == tinyxml2::XML_ELEMENT_DEPTH_EXCEEDED)

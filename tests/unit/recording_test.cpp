@@ -100,6 +100,25 @@ TEST(RecordingFiles, TablesAreBroughtToSi) {
   EXPECT_TRUE(std::isnan(r.columns[2].values[1]));
 }
 
+TEST(RecordingFiles, ManyColumnsOfACsvFileTakeTimeInProportionAndTooManyAreRefused) {
+  const auto csv = [](std::size_t columns) {
+    std::string names, values;
+    for (std::size_t i = 0; i < columns; ++i) {
+      names += "c" + std::to_string(i) + ",";
+      values += "1,";
+    }
+    return names + "last\n" + values + "2\n";
+  };
+  const auto many = recording::recording_from_csv(csv(99'999));
+  ASSERT_TRUE(many.ok()) << many.error().sentence();
+  EXPECT_EQ(many->columns.size(), 100'000U);
+  const auto refused = recording::recording_from_csv(csv(200'000));
+  ASSERT_FALSE(refused.ok());
+  EXPECT_NE(refused.error().message.find("more than 100000 columns"), std::string::npos)
+      << refused.error().sentence();
+  EXPECT_FALSE(recording::recording_from_csv("a,b,a\n1,2,3\n").ok());
+}
+
 TEST(RecordingFiles, FaultsOfTablesTellTheirLine) {
   const auto sentence = [](const char* csv) {
     const auto r = recording::recording_from_csv(csv);

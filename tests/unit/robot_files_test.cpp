@@ -110,6 +110,12 @@ TEST_F(RobotFiles, WhatIsNoRobotIsRefusedWithASentence) {
   std::string deep;
   for (int i = 0; i < 5000; ++i) deep += "<body>";
   EXPECT_NE(fault("<mujoco><worldbody>" + deep).find("nested deeper"), std::string::npos);
+  // Looking for doubled ones among these would take minutes.
+  std::string attributes;
+  for (int i = 0; i < 300'000; ++i) attributes += " a" + std::to_string(i) + "='>\"'";
+  const std::string many = fault("<robot>\n<!-- \"<x a='1' -->\n<link" + attributes + "/></robot>");
+  EXPECT_NE(many.find("more than 1000 attributes"), std::string::npos) << many;
+  EXPECT_NE(many.find("line 3"), std::string::npos) << many;
 }
 
 constexpr const char* kMjcf = R"(<mujoco model="swing">

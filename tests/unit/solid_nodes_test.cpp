@@ -93,6 +93,30 @@ TEST_F(SolidNodes, AMoveKeepsThePlaceInTheSolidAndIsOneStep) {
   expect_near(place("bore"), {0.03, 0.05, 0.1});
 }
 
+TEST_F(SolidNodes, ATreeDeeperThanTablesAreIsRefusedWithItsLimit) {
+  auto tx = app->document.begin("deep");
+  ASSERT_TRUE(tx.ok());
+  const auto nested = [&](const std::string& name, std::int32_t levels) {
+    model::Solid s;
+    for (std::int32_t i = 0; i < levels; ++i) {
+      model::SolidNode n;
+      n.kind = i + 1 < levels ? CsgKind::union_ : CsgKind::sphere;
+      n.parent = i - 1;
+      n.name = "n" + std::to_string(i);
+      n.sizes[0] = 0.01;
+      s.nodes.push_back(n);
+    }
+    EXPECT_TRUE(tx->add(name, std::move(s)).ok());
+  };
+  nested("shallow", 100);
+  nested("deep", 30'000);
+  ASSERT_TRUE(tx->commit().ok());
+  const Value tree = call("solid.tree", {{"id", "shallow"}});
+  ASSERT_TRUE(tree.as_map());
+  EXPECT_NE(refusal("solid.tree", {{"id", "deep"}}).find("nested deeper than 100 levels"),
+            std::string::npos);
+}
+
 TEST_F(SolidNodes, MovesThatMakeNoTreeAreRefused) {
   const auto move = [&](const char* node, const char* parent) {
     return refusal("solid.move_node", {{"id", "plate"}, {"node", node}, {"parent", parent}});

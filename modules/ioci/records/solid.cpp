@@ -96,9 +96,21 @@ Result<Value> set(CommandContext& ctx, const Map& args) {
   return Value();
 }
 
+/// Levels of the table that solid.tree gives.
+constexpr std::size_t kDeepestTree = 100;
+
 Result<Value> tree(CommandContext& ctx, const Map& args) {
   const Solid& s = content<Solid>(ctx, args);
   const std::string& solid = ctx.snapshot().find(ref(args, "id"))->name;
+  // What is nested deeper, neither Lua nor JSON-RPC takes, nor the end of a table's life.
+  std::vector<std::size_t> depth(s.nodes.size(), 1);
+  for (std::size_t i = 0; i < s.nodes.size(); ++i) {
+    if (s.nodes[i].parent >= 0) depth[i] = depth[static_cast<std::size_t>(s.nodes[i].parent)] + 1;
+    if (depth[i] > kDeepestTree)
+      return error(ErrorCode::unsupported,
+                   "its nodes are nested deeper than " + std::to_string(kDeepestTree) + " levels",
+                   "solid.text gives the whole tree as text.", name_in(ctx, ref(args, "id")));
+  }
   // From the last node to the first, each hands itself to its parent; no recursion.
   std::vector<List> children(s.nodes.size());
   Value root;
@@ -227,7 +239,7 @@ RMP_COMMANDS(solid_commands) {
       {.name = "solid.tree",
        .classic = "",
        .summary = "Gives the tree as the nested table that solid.create takes.",
-       .details = "",
+       .details = "Trees of more than 100 levels are refused; `solid.text` gives those.",
        .example = with_plate("local twin = solid.create{name = \"twin\", root = "
                              "plate:tree()}\nassert(twin:tree().children[1].x == 0.2)"),
        .params = {self("solid")},
