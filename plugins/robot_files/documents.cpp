@@ -6,6 +6,9 @@
 #include <algorithm>
 #include <fstream>
 #include <iterator>
+#include <utility>
+
+#include "reach.h"
 
 namespace robomosp::robot_files {
 namespace {
@@ -74,7 +77,7 @@ struct Documents::One {
   Source source;
 };
 
-Documents::Documents() = default;
+Documents::Documents(std::shared_ptr<Reach> reach) : reach_(std::move(reach)) {}
 Documents::~Documents() = default;
 
 const Source* source_of(const Element& e) {
@@ -115,6 +118,11 @@ Result<const Element*> Documents::add(std::string_view text, Source source) {
 Result<const Element*> Documents::open(const Element& asked, const std::filesystem::path& file) {
   namespace fs = std::filesystem;
   std::error_code failed;
+  if (!reach_->allows(file))
+    return fault(asked,
+                 "file " + in_quotes(file.lexically_normal().string()) +
+                     " lies outside the package " + in_quotes(reach_->package().string()),
+                 "Give options = {outside = true} to have such files read.");
   if (!fs::is_regular_file(file, failed))
     return fault(asked, "there is no file " + in_quotes(file.string()),
                  "Put it beside the robot's file.");

@@ -25,15 +25,17 @@ struct Source {
 
 class Documents {
  public:
-  Documents();
+  explicit Documents(std::shared_ptr<Reach> reach);
   ~Documents();
   /// The root of the robot's own file.
   Result<const Element*> parse(std::string_view text, const std::filesystem::path& path);
-  /// The root of a file that the element `asked` includes.
+  [[nodiscard]] Reach& reach() { return *reach_; }
+  /// The root of a file that the element `asked` includes; one out of reach is refused.
   Result<const Element*> open(const Element& asked, const std::filesystem::path& file);
 
  private:
   struct One;
+  std::shared_ptr<Reach> reach_;
   Result<const Element*> add(std::string_view text, Source source);
   std::vector<std::unique_ptr<One>> all_;
   std::uintmax_t bytes_ = 0;

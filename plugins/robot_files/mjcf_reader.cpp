@@ -80,6 +80,7 @@ class Reader {
   struct Mesh {
     std::string file;
     Vec3 scale{1, 1, 1};
+    std::optional<MeshInertia> rule;
   };
   struct Geom {
     Shape shape;
@@ -110,6 +111,7 @@ class Reader {
     if (has(e, "assetdir")) mesh_folder_ = std::string(word(e, "assetdir"));
     if (has(e, "meshdir")) mesh_folder_ = std::string(word(e, "meshdir"));
     if (has(e, "inertiafromgeom")) from_geoms_ = std::string(word(e, "inertiafromgeom"));
+    if (is_yes(word(e, "exactmeshinertia"), false)) rule_ = MeshInertia::exact;
     strips_paths_ = is_yes(word(e, "strippath"), strips_paths_);
     RMP_TRY_ASSIGN(total_mass_, number(e, "settotalmass", total_mass_));
     RMP_TRY_ASSIGN(least_mass_, number(e, "boundmass", least_mass_));
@@ -139,6 +141,14 @@ class Reader {
         for (const double k : mesh.scale)
           if (k == 0 || std::fabs(k) > 1e6)
             return fault(*e, "a mesh cannot be scaled by this number", "Give 1 1 1.");
+        const std::string_view rule = values_.value(*e, cls, "inertia");
+        if (rule == "exact") mesh.rule = MeshInertia::exact;
+        else if (rule == "convex") mesh.rule = MeshInertia::convex;
+        else if (rule == "shell") mesh.rule = MeshInertia::shell;
+        else if (rule == "legacy") mesh.rule = MeshInertia::legacy;
+        else if (!rule.empty())
+          return fault(*e, in_quotes(rule) + " is not a kind of inertia",
+                       "Kinds are convex, exact, legacy and shell.");
         for (const char* a : {"refpos", "refquat"})
           if (has(*e, a)) left_out_.add(std::string(a) + " of <mesh>");
         std::string name(word(*e, "name"));
@@ -357,7 +367,7 @@ class Reader {
                it != looks_.end()) {
       g.shape.colour = it->second;
     }
-    if (group >= groups_[0] && group <= groups_[1]) RMP_TRY(weigh(e, cls, body, g.shape));
+    MeshInertia rule = rule_;
     if (g.shape.kind == Shape::Kind::mesh) {
       const auto it = meshes_.find(std::string(mesh));
       if (it == meshes_.end())
@@ -368,14 +378,14 @@ class Reader {
         return {};
       }
       const std::filesystem::path folder = options_.folder / mesh_folder_;
-      const std::filesystem::path file = mesh_file(it->second.file, folder);
-      if (file.empty()) {
-        missing_.insert(it->second.file);
-        return {};
-      }
+      const std::filesystem::path file = mesh_file(it->second.file, folder, *options_.reach);
       g.shape.path = file.string();
       g.shape.scale = it->second.scale;
+      rule = it->second.rule.value_or(rule_);
+      if (file.empty()) missing_.insert(it->second.file);
     }
+    if (group >= groups_[0] && group <= groups_[1]) RMP_TRY(weigh(e, cls, body, g.shape, rule));
+    if (g.shape.kind == Shape::Kind::mesh && g.shape.path.empty()) return {};
     to.push_back(std::move(g));
     return {};
   }
@@ -412,15 +422,24 @@ class Reader {
 
   /// What the geom adds to the inertia that is made of geoms.
   Result<void> weigh(const Element& e, const std::string& cls, std::int32_t body,
-                     const Shape& shape) {
+                     const Shape& shape, MeshInertia rule) {
     if (body < 0) return {};
     RMP_TRY_ASSIGN(const double density, values_.first(e, cls, "density", 1000));
     RMP_TRY_ASSIGN(const double mass, values_.first(e, cls, "mass", -1));
     if (mass == 0 || (mass < 0 && density == 0)) return {};
-    auto m = shape_mass(shape);
+    auto m = shape_mass(shape, mesh_masses_, rule);
     if (!m) {
       unweighed_.insert(body);
+      // How much there is is known, though not how it lies about its place.
+      if (mass > 0 && mass <= kGreatest) geom_masses_[body].push_back({mass, shape.pose.p, {}});
       return {};
+    }
+    if (shape.kind == Shape::Kind::mesh && rule == MeshInertia::legacy && mass < 0) {
+      if (const auto enclosed = shape_mass(shape, mesh_masses_, MeshInertia::exact)) {
+        const double more = m->mass / enclosed->mass - 1;
+        if (more > 0.01) ++counted_more_;
+        most_more_ = std::max(most_more_, more);
+      }
     }
     const double factor = mass > 0 ? mass / m->mass : density;
     m->mass *= factor;
@@ -447,7 +466,7 @@ class Reader {
     if (!infers) return;
     b.mass.reset();
     if (unweighed_.contains(index)) without_mass_.push_back(b.name);
-    else if (const auto it = geom_masses_.find(index); it != geom_masses_.end()) {
+    if (const auto it = geom_masses_.find(index); it != geom_masses_.end()) {
       b.mass = spatial::combine(it->second);
       ++inferred_;
     }
@@ -476,11 +495,20 @@ class Reader {
       m_.notes.push_back("The masses of " + std::to_string(inferred_) +
                          (inferred_ == 1 ? " body" : " bodies") +
                          " were computed from the geoms, as the file gives none.");
+    if (counted_more_ > 0)
+      m_.notes.push_back(
+          "Meshes count with their mass by MuJoCo's rule \"legacy\", its default, "
+          "which for " +
+          std::to_string(counted_more_) + (counted_more_ == 1 ? " geom is" : " geoms is") +
+          " up to " + std::to_string(static_cast<long>(std::lround(100 * most_more_))) +
+          " % more than they enclose. Give their <mesh> inertia=\"exact\" for "
+          "that.");
     if (!without_mass_.empty())
       m_.notes.push_back("The masses of " + std::to_string(without_mass_.size()) +
                          (without_mass_.size() == 1 ? " body" : " bodies") + ", such as " +
                          in_quotes(without_mass_[0]) +
-                         ", are to be computed from meshes and were left out. Give them as "
+                         ", lack meshes that were not found, cannot be read, or enclose nothing: "
+                         "their mass is none, or a point where the file gives one. Give it as "
                          "<inertial>, or design the bodies here.");
     if (other_geoms_ > 0)
       m_.notes.push_back(std::to_string(other_geoms_) + " geoms that are not for " +
@@ -507,6 +535,10 @@ class Reader {
   std::map<std::int32_t, std::vector<Geom>> geoms_;
   std::map<std::int32_t, std::vector<MassProperties>> geom_masses_;
   std::set<std::int32_t> unweighed_;
+  MeshMasses mesh_masses_;
+  MeshInertia rule_ = MeshInertia::legacy;  ///< of meshes that do not tell
+  std::size_t counted_more_ = 0;            ///< geoms of more mass than they enclose
+  double most_more_ = 0;
   std::set<std::string> joint_names_, missing_;
   std::vector<std::string> without_mass_;
   std::size_t joints_ = 0, shapes_ = 0, inferred_ = 0, other_geoms_ = 0;

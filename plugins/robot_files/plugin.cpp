@@ -20,6 +20,7 @@ constexpr std::uintmax_t kMostBytes = std::uintmax_t{64} << 20;
 const rmp_param kImportParams[] = {
     {"name", "string", "", "Name of the robot; empty = the file's.", "", nullptr, 1, 0},
     {"shapes", "enum", "", "Which shapes the links get.", "visual", "visual|collision", 1, 0},
+    {"outside", "bool", "", "Open files outside the robot's package too.", "false", nullptr, 1, 0},
 };
 
 const rmp_param kExportParams[] = {
@@ -54,6 +55,8 @@ class RobotImporter final : public Importer {
     options.source = file.filename().string();
     options.name = params.text("name");
     options.collision = params.text("shapes") == "collision";
+    options.reach = params.boolean("outside") ? std::make_shared<Reach>()
+                                              : std::make_shared<Reach>(options.folder);
     return read_robot(text, options).in(where);
   }
 };

@@ -34,8 +34,9 @@ bool uses_xacro(const Element& root) {
 
 }  // namespace
 
-Result<Imported> read_robot(std::string_view text, const Options& options) {
-  Documents documents;
+Result<Imported> read_robot(std::string_view text, Options options) {
+  if (!options.reach) options.reach = std::make_shared<Reach>(options.folder);
+  Documents documents(options.reach);
   RMP_TRY_ASSIGN(const Element* root, documents.parse(text, options.file));
   const std::string_view kind = root->Name();
   if (kind == "robot" && (uses_xacro(*root) || (names_xacro(*root) && !root->FirstChildElement())))
@@ -55,6 +56,7 @@ Result<Imported> read_robot(std::string_view text, const Options& options) {
   if (!moves)
     return error(ErrorCode::unsupported, "there is no joint in it, so that nothing moves",
                  "A robot needs a link on a joint; import the meshes of other things.");
+  if (std::string told = options.reach->told(); !told.empty()) m.notes.push_back(std::move(told));
   return records(std::move(m), options);
 }
 

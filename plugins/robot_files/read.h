@@ -4,6 +4,7 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <string_view>
 
@@ -11,6 +12,7 @@
 
 #include "documents.h"
 #include "mechanism.h"
+#include "reach.h"
 #include "xml.h"
 
 namespace robomosp::robot_files {
@@ -21,6 +23,8 @@ struct Options {
   std::string source;            ///< the file's name, for people
   std::string name;              ///< of the robot; "" = the file's
   bool collision = false;        ///< take the collision shapes, not the visual ones
+  /// What the file may have opened; made by default for `folder`.
+  std::shared_ptr<Reach> reach{};
 };
 
 [[nodiscard]] Result<Mechanism> read_urdf(const Element& robot, const Options&);
@@ -28,6 +32,6 @@ struct Options {
 [[nodiscard]] Result<Mechanism> read_sdf(const Element& sdf, const Options&, Documents&);
 
 /// Text of a robot file of any of the formats, as native records.
-[[nodiscard]] Result<Imported> read_robot(std::string_view text, const Options&);
+[[nodiscard]] Result<Imported> read_robot(std::string_view text, Options);
 
 }  // namespace robomosp::robot_files

@@ -342,7 +342,12 @@ class Recorder {
     if (body.mass && body.mass->mass < 0) {
       note("The mass of " + in_quotes(body.name) + " is negative and was left out.");
     } else if (body.mass) {
-      const Sym3& i = body.mass->inertia;
+      Sym3 i = body.mass->inertia;
+      // Exporters round what is zero to either side.
+      const double rounding =
+          1e-12 * std::max({1.0, std::fabs(i.xx), std::fabs(i.yy), std::fabs(i.zz)});
+      for (double* x : {&i.xx, &i.yy, &i.zz})
+        if (*x < 0 && *x > -rounding) *x = 0;
       out += "  given { mass " + number(body.mass->mass) + "  com " + tuple(body.mass->com) +
              "  inertia (" + number(i.xx) + ", " + number(i.yy) + ", " + number(i.zz) + ", " +
              number(i.xy) + ", " + number(i.yz) + ", " + number(i.xz) + ") }\n";

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "reach.h"
 #include "spatial/pose.h"
 #include "spatial/rotation.h"
 
@@ -124,9 +125,19 @@ Result<const Element*> SdfModels::included(const Element& include) {
   fs::path found;
   if (scheme == std::string::npos || uri.starts_with("file://")) {
     found = folder / (scheme == std::string::npos ? uri : uri.substr(7));
-    if (scheme == std::string::npos && !fs::exists(found, failed)) found = found_above(uri, folder);
+    if (scheme == std::string::npos && !fs::exists(found, failed)) {
+      found = found_above(uri, folder);
+      if (fs::is_directory(found, failed) && fs::path(uri).lexically_normal() == fs::path(uri) &&
+          uri.find("..") == std::string::npos)
+        documents_.reach().add(found);
+    }
   } else if (uri.starts_with("model://") || uri.starts_with("package://")) {
-    found = found_above(fs::path(uri.substr(scheme + 3)), folder);
+    const fs::path named = fs::path(uri.substr(scheme + 3)).lexically_normal();
+    if (!named.empty() && *named.begin() != "..") {
+      found = found_above(named, folder);
+      if (!found.empty())
+        documents_.reach().add(fs::is_directory(found, failed) ? found : found.parent_path());
+    }
   }
   if (fs::is_directory(found, failed)) {
     fs::path file = found / "model.sdf";

@@ -89,9 +89,9 @@ class Reader {
          c = c->NextSiblingElement("collision")) {
       RMP_TRY_ASSIGN(const double density, real_of(*c, "density", of_link));
       RMP_TRY_ASSIGN(const auto s, shape(link, *c));
-      auto m = s ? shape_mass(*s) : std::nullopt;
+      auto m = s ? shape_mass(*s, mesh_masses_, MeshInertia::exact) : std::nullopt;
       if (!m || !(density >= 0 && density <= kGreatest)) {
-        left_out_.add("the mass of a mesh in <inertial auto=\"true\">");
+        left_out_.add("the mass of a mesh in <inertial auto=\"true\"> that is neither STL nor OBJ");
         continue;
       }
       m->mass *= density;
@@ -155,7 +155,7 @@ class Reader {
     } else if (kind == "mesh") {
       s.kind = Shape::Kind::mesh;
       const std::string uri(text_of(*form, "uri"));
-      const std::filesystem::path file = mesh_file(uri, models_.folder_of(e));
+      const std::filesystem::path file = mesh_file(uri, models_.folder_of(e), *options_.reach);
       if (file.empty()) {
         missing_.insert(uri);
         return std::optional<Shape>();
@@ -445,6 +445,7 @@ class Reader {
   std::map<std::string, std::int32_t> index_;
   std::set<std::int32_t> has_parent_;
   std::set<std::string> missing_;
+  MeshMasses mesh_masses_;
   std::vector<std::string> assumed_;
   std::size_t shapes_ = 0, both_ = 0, closed_ = 0, inferred_ = 0;
 };

@@ -7,7 +7,7 @@
 
 namespace robomosp::robot_files {
 
-std::optional<MassProperties> shape_mass(const Shape& s) {
+std::optional<MassProperties> shape_mass(const Shape& s, MeshMasses& meshes, MeshInertia rule) {
   constexpr double kPi = std::numbers::pi;
   const auto [x, y, z] = s.size;
   MassProperties m;
@@ -43,7 +43,12 @@ std::optional<MassProperties> shape_mass(const Shape& s) {
       m.inertia = {m.mass * (y * y + z * z) / 5, m.mass * (x * x + z * z) / 5,
                    m.mass * (x * x + y * y) / 5};
       break;
-    case Shape::Kind::mesh: return std::nullopt;
+    case Shape::Kind::mesh: {
+      const auto of_mesh = meshes.of(s.path, s.scale, rule);
+      if (!of_mesh) return std::nullopt;
+      m = *of_mesh;
+      break;
+    }
   }
   if (!(m.mass > 0)) return std::nullopt;
   return spatial::in_frame(m, s.pose);

@@ -128,7 +128,7 @@ class Reader {
     } else if (kind == "mesh") {
       s.kind = Shape::Kind::mesh;
       const std::string uri(word(*form, "filename"));
-      const std::filesystem::path file = mesh_file(uri, options_.folder);
+      const std::filesystem::path file = mesh_file(uri, options_.folder, *options_.reach);
       if (file.empty()) {
         missing_.push_back(uri);
         return {};

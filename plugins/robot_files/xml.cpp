@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "documents.h"
+#include "reach.h"
 #include "spatial/pose.h"
 #include "spatial/rotation.h"
 #include "spatial/vec.h"
@@ -148,29 +149,46 @@ std::filesystem::path found_above(const std::filesystem::path& relative,
   return {};
 }
 
-std::filesystem::path mesh_file(std::string_view uri, const std::filesystem::path& folder) {
+std::filesystem::path mesh_file(std::string_view uri, const std::filesystem::path& folder,
+                                Reach& reach) {
   namespace fs = std::filesystem;
   std::error_code failed;
   const auto exists = [&](const fs::path& p) { return fs::is_regular_file(p, failed); };
   if (uri.size() > 4096 || uri.find('\0') != std::string_view::npos) return {};
   const auto scheme = uri.find("://");
-  if (scheme == std::string_view::npos || uri.substr(0, scheme) == "file") {
+  const std::string_view kind = uri.substr(0, scheme == std::string_view::npos ? 0 : scheme);
+  const std::string asked(uri);
+  if (scheme == std::string_view::npos || kind == "file") {
     if (scheme != std::string_view::npos) uri.remove_prefix(scheme + 3);
     const fs::path p = fs::path(std::string(uri));
     const fs::path full = p.is_absolute() ? p : folder / p;
+    // What is out of reach is not even asked whether it is there.
+    if (!reach.allows(full)) {
+      reach.refuse(asked);
+      return {};
+    }
     return exists(full) ? full : fs::path();
   }
-  const std::string_view kind = uri.substr(0, scheme);
   if (kind != "package" && kind != "model") return {};
   const fs::path in_package = fs::path(std::string(uri.substr(scheme + 3))).lexically_normal();
+  if (in_package.empty() || in_package.is_absolute() || *in_package.begin() == "..") {
+    reach.refuse(asked);
+    return {};
+  }
   fs::path alone;
   for (auto it = in_package.begin(); it != in_package.end(); ++it)
     if (it != in_package.begin()) alone /= *it;
-  fs::path above = fs::absolute(folder, failed);
-  for (int k = 0; k < kHighest; ++k) {
-    if (exists(above / in_package)) return above / in_package;
-    if (!alone.empty() && exists(above / alone)) return above / alone;
-    if (above == above.parent_path()) break;
+  fs::path above = fs::absolute(folder, failed).lexically_normal();
+  if (above.filename().empty()) above = above.parent_path();
+  for (int k = 0; k < kHighest && above != above.parent_path(); ++k) {
+    if (exists(above / in_package)) {
+      reach.add(above / *in_package.begin());
+      if (reach.allows(above / in_package)) return above / in_package;
+      reach.refuse(asked);
+      return {};
+    }
+    if (!alone.empty() && reach.allows(above / alone) && exists(above / alone))
+      return above / alone;
     above = above.parent_path();
   }
   return {};

@@ -20,6 +20,8 @@ class XMLElement;
 
 namespace robomosp::robot_files {
 
+class Reach;
+
 using Element = tinyxml2::XMLElement;
 
 /// Numbers beyond this are taken for a damaged file.
@@ -58,8 +60,9 @@ inline constexpr std::size_t kMostShapes = 100000;
 
 /// The file that a mesh's URI means: package://, model:// and file:// as well as paths relative to
 /// the folder of the robot's file. Packages are looked for as folders of that name beside the file
-/// and above it, then the path alone. Empty when there is no such file.
+/// and above it, then, within the package, the path alone. Empty when there is no such file, or
+/// when it is out of reach, which is noted there.
 [[nodiscard]] std::filesystem::path mesh_file(std::string_view uri,
-                                              const std::filesystem::path& folder);
+                                              const std::filesystem::path& folder, Reach& reach);
 
 }  // namespace robomosp::robot_files
