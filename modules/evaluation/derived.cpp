@@ -6,9 +6,11 @@
 #include <utility>
 
 #include "evaluation/body_shapes.h"
+#include "evaluation/csg_tree.h"
 #include "evaluation/drawables.h"
 #include "evaluation/leaves.h"
 #include "evaluation/mass.h"
+#include "evaluation/plain_mesh.h"
 #include "evaluation/robot_model.h"
 #include "evaluation/solids.h"
 
@@ -99,6 +101,35 @@ Result<std::shared_ptr<const std::vector<CsgFeature>>> Derived::features(const S
                                                                          Progress& progress) {
   RMP_TRY_ASSIGN(const auto shape, impl_->solids.shape(s, id, progress));
   return impl_->solids.features(shape, progress).in(s.describe(id));
+}
+
+Result<std::vector<MeshState>> Derived::mesh_states(const Snapshot& s, SolidId id, bool places,
+                                                    Progress& progress) {
+  constexpr std::size_t kMostCuts = 1000;
+  RMP_TRY_ASSIGN(const CsgTree tree, impl_->solids.tree_of(s, id, progress));
+  std::vector<MeshState> out;
+  for (std::size_t i = 0; i < tree.nodes.size(); ++i) {
+    const CsgNode& node = tree.nodes[i];
+    if (!node.geometry || node.geometry->form != CsgGeometry::Form::mesh) continue;
+    if (progress.cancelled()) return error(ErrorCode::cancelled, "cancelled");
+    Branch branch = branch_of(tree, i);
+    branch.tree.nodes[0].placement = branch.placement;
+    const auto made = impl_->solids.shape(branch.tree, progress);
+    if (!made.ok() && made.error().code == ErrorCode::cancelled) return made.error();
+    if (made.ok() && !made->engine.is_plain) continue;
+    MeshState state;
+    state.node = node.name;
+    state.alone = tree.nodes.size() == 1;
+    state.why = made.ok() ? *why_plain(*made->shape) : made.error();
+    if (made.ok() && state.alone && !made->shape->notes().empty())
+      state.note = made->shape->notes()[0];
+    if (made.ok() && places) {
+      state.surface = examined(branch.tree);
+      state.cuts = cuts_of(branch.tree, kMostCuts);
+    }
+    out.push_back(std::move(state));
+  }
+  return out;
 }
 
 Result<std::shared_ptr<const CsgProfile>> Derived::section(const Snapshot& s, SolidId id,

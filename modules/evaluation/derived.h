@@ -20,6 +20,8 @@
 #include "document/document.h"
 #include "evaluation/shapes.h"
 #include "kernel/registry.h"
+#include "spatial/surface_cuts.h"
+#include "spatial/surface_moments.h"
 
 namespace robomosp::evaluation {
 
@@ -63,6 +65,16 @@ struct Drawable {
   /// The solid could not be made: this is one of the operands of the operation that failed.
   bool is_operand = false;
   std::string failure = {};  ///< of an operand: the sentence that says what failed
+};
+
+/// An imported mesh of a solid that bounds no clean solid.
+struct MeshState {
+  std::string node;   ///< name of the node that holds it
+  Error why;          ///< as operations on it are refused
+  bool alone = true;  ///< it is all of its solid, which is drawn, collides and weighs as it is
+  std::string note;   ///< what its mass comes from; "" unless it is alone
+  spatial::SurfaceMoments surface;        ///< faults in the solid's frame
+  std::vector<spatial::SurfaceCut> cuts;  ///< places in the solid's frame; the first ones
 };
 
 /// What to draw for a robot: [0] = base, in the base frame (mounting frame times Robot::base), then
@@ -116,6 +128,11 @@ class Derived {
   /// The solid as an `imported` node holds it, in its frame, with its digest.
   Result<std::shared_ptr<const CsgGeometry>> geometry(const document::Snapshot&, SolidId,
                                                       Progress&);
+
+  /// The imported meshes in a solid that are no clean solids; with `places`, `surface` and `cuts`
+  /// are there. An error only for a solid that is not there or when cancelled.
+  Result<std::vector<MeshState>> mesh_states(const document::Snapshot&, SolidId, bool places,
+                                             Progress&);
 
   /// Makes and meshes all solids of these solids and objects that are not known yet, several at
   /// once; those that fail are left for whoever asks for them. Fails only when cancelled.

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "evaluation/leaves.h"
+#include "kernel/text.h"
 #include "spatial/mass.h"
 #include "spatial/pose.h"
 
@@ -42,6 +43,7 @@ bool engines_are_apart(const std::vector<MadeSolid>& shapes,
   for (std::size_t a = 0; a < boxes.size(); ++a)
     for (std::size_t b = 0; b < a; ++b) {
       if (shapes[a].engine.name == shapes[b].engine.name) continue;
+      if (shapes[a].engine.is_plain || shapes[b].engine.is_plain) continue;
       bool is_apart = false;
       for (std::size_t i = 0; i < 3; ++i)
         is_apart |=
@@ -50,6 +52,17 @@ bool engines_are_apart(const std::vector<MadeSolid>& shapes,
       if (!is_apart) return false;
     }
   return true;
+}
+
+/// Volume of the box that two placed solids' boxes share [m^3], no more than either solid's.
+Result<double> most_shared(const MadeSolid& a, const Pose& at, const Moments& of_a,
+                           const MadeSolid& b, const Pose& bt, const Moments& of_b) {
+  RMP_TRY_ASSIGN(const auto one, placed_box(a, at));
+  RMP_TRY_ASSIGN(const auto other, placed_box(b, bt));
+  double shared = 1;
+  for (std::size_t i = 0; i < 3; ++i)
+    shared *= std::max(0.0, std::min(one[1][i], other[1][i]) - std::max(one[0][i], other[0][i]));
+  return std::min({shared, of_a.volume, of_b.volume});
 }
 
 /// Adds the mass of leaves that share one object with Overlap::once, in the order in which they
@@ -83,15 +96,35 @@ Result<void> add_group(Solids& solids, const Snapshot& s, std::vector<const Leaf
     made.push_back(l);
   }
   group = made;
+  // Meshes that are no clean solids cannot be cut: each counts in full, and what it may share with
+  // others is part of the error.
+  for (std::size_t i = 0; i < group.size(); ++i) {
+    if (!shapes[i].engine.is_plain || !(whole[i].volume > 0)) continue;
+    double shared = 0;
+    for (std::size_t k = 0; k < group.size(); ++k) {
+      if (k == i || (shapes[k].engine.is_plain && k > i)) continue;
+      RMP_TRY_ASSIGN(const double most, most_shared(shapes[i], group[i]->placement, whole[i],
+                                                    shapes[k], group[k]->placement, whole[k]));
+      shared += most;
+    }
+    if (!(shared > 1e-6 * whole[i].volume)) continue;
+    const double share = std::min(1.0, shared / whole[i].volume);
+    whole[i].relative_error = std::min(1.0, whole[i].relative_error + share);
+    note(sum, s.describe(group[i]->solid) + " counts in full, as it cannot be cut: up to " +
+                  text::print_rounded(100 * share, 3) + " % of it may be in other parts.");
+  }
   // Parts of two engines: each by its own where they cannot overlap, else triangles throughout.
-  const bool is_mixed = std::any_of(shapes.begin(), shapes.end(), [&](const MadeSolid& x) {
-    return x.engine.name != shapes.front().engine.name;
-  });
+  const auto is_of_other_engine = [&](const MadeSolid& x) {
+    const auto first = std::find_if(shapes.begin(), shapes.end(),
+                                    [](const MadeSolid& y) { return !y.engine.is_plain; });
+    return !x.engine.is_plain && x.engine.name != first->engine.name;
+  };
+  const bool is_mixed = std::any_of(shapes.begin(), shapes.end(), is_of_other_engine);
   const bool are_apart = is_mixed && engines_are_apart(shapes, group);
   if (is_mixed && !are_apart) {
     RMP_TRY_ASSIGN(const SolidEngine triangles, solids.mesh_engine());
     for (std::size_t i = 0; i < group.size(); ++i) {
-      if (shapes[i].engine.name == triangles.name) continue;
+      if (shapes[i].engine.name == triangles.name || shapes[i].engine.is_plain) continue;
       RMP_TRY_ASSIGN(const CsgTree tree, solids.tree_of(s, group[i]->solid, progress));
       std::string why = std::move(shapes[i].stand_in);
       RMP_TRY_ASSIGN(
@@ -134,9 +167,9 @@ Result<void> add_group(Solids& solids, const Snapshot& s, std::vector<const Leaf
   std::vector<Moments> own = whole;
   std::vector<MassProperties> masses(group.size());
   for (const auto& [name, members] : by_engine) {
-    if (members.size() == 1) {
-      const std::size_t i = members.front();
-      masses[i] = spatial::in_frame(spatial::mass_properties(whole[i], densities[i]), poses[i]);
+    if (members.size() == 1 || shapes[members.front()].engine.is_plain) {
+      for (const std::size_t i : members)
+        masses[i] = spatial::in_frame(spatial::mass_properties(whole[i], densities[i]), poses[i]);
       continue;
     }
     std::vector<MadeSolid> some;

@@ -10,6 +10,7 @@
 
 #include "evaluation/csg_tree.h"
 #include "evaluation/leaves.h"
+#include "evaluation/plain_mesh.h"
 #include "geometry/mesh_checks.h"
 #include "kernel/text.h"
 #include "spatial/pose.h"
@@ -40,7 +41,7 @@ bool is_finite(const Moments& m) {
 }
 
 /// A sentence about what is wrong with a mesh a provider made, or "".
-std::string fault_of(const Mesh& m) {
+std::string fault_of(const Mesh& m, bool must_be_closed) {
   if (m.positions.size() % 3 != 0 || m.triangles.size() % 3 != 0)
     return "made a mesh with incomplete vertices or triangles";
   if (m.normals.size() != m.positions.size())
@@ -59,6 +60,7 @@ std::string fault_of(const Mesh& m) {
   for (const auto& f : m.faces)
     if (std::size_t{f.first_triangle} + f.triangle_count > m.triangle_count())
       return "made a mesh whose faces exceed its triangles";
+  if (!must_be_closed) return "";
   const auto report = geometry::check(m);
   return report.is_closed ? "" : "made an open mesh: " + report.problem;
 }
@@ -127,7 +129,8 @@ Result<SolidEngine> Solids::engine(Known& slot, Find&& find) {
   RMP_TRY_ASSIGN(const ProviderInfo info, find());
   RMP_TRY_ASSIGN(auto csg, registry_.create<CsgEngine>(info.name));
   const std::lock_guard lock(mutex_);
-  slot = {SolidEngine{std::move(csg), info.name, info.version, has_tag(info, "mesh")}, revision};
+  slot = {SolidEngine{std::move(csg), info.name, info.version, has_tag(info, "mesh"), false},
+          revision};
   return *slot.engine;
 }
 
@@ -189,13 +192,32 @@ Result<MadeSolid> Solids::shape(SolidEngine e, const CsgTree& tree, Progress& pr
 }
 
 Result<MadeSolid> Solids::shape(const CsgTree& tree, Progress& progress) {
-  RMP_TRY_ASSIGN(const SolidEngine e, engine_for(tree));
-  if (e.is_mesh) return shape_of_triangles(e, tree, progress);
+  const auto found = engine_for(tree);
+  if (!found.ok()) return is_plain_mesh(tree) ? as_it_is(tree, found.error()) : found.error();
+  const SolidEngine& e = *found;
+  if (e.is_mesh) {
+    auto made = shape_of_triangles(e, tree, progress);
+    if (made.ok() || made.error().code == ErrorCode::cancelled || !is_plain_mesh(tree)) return made;
+    return as_it_is(tree, made.error());
+  }
   auto made = shape(e, tree, progress);
   if (made.ok() || made.error().code != ErrorCode::plugin_failed) return made;
   auto rough = stand_in(tree, made.error(), progress);
   if (rough.ok() || rough.error().code == ErrorCode::cancelled) return rough;
   return made;
+}
+
+Result<MadeSolid> Solids::as_it_is(const CsgTree& tree, const Error& why) {
+  static const SolidEngine plain{plain_engine(), "mesh as it is", "1", true, true};
+  const Keys keys = keys_of(plain, tree);
+  RMP_TRY_ASSIGN(auto found, cache_.get<ShapePtr>(
+                                 keys.value, keys.failure,
+                                 [&]() -> Result<ShapePtr> { return plain_shape(tree, why); },
+                                 [&](const ShapePtr&) {
+                                   const CsgGeometry& g = *tree.nodes.front().geometry;
+                                   return 8 * g.points.size() + 4 * g.triangles.size();
+                                 }));
+  return MadeSolid{*found, keys.value, plain, ""};
 }
 
 Result<MadeSolid> Solids::shape_of_triangles(SolidEngine e, const CsgTree& tree,
@@ -305,7 +327,7 @@ Result<std::shared_ptr<const Mesh>> Solids::mesh(const MadeSolid& s, double chor
         auto made =
             guarded(s.engine.name, [&] { return s.engine.csg->mesh(*s.shape, quality, progress); });
         if (made.ok())
-          if (const std::string fault = fault_of(*made); !fault.empty())
+          if (const std::string fault = fault_of(*made, !s.engine.is_plain); !fault.empty())
             return broken(s.engine.name, fault);
         return made;
       },
@@ -336,7 +358,9 @@ Result<Moments> Solids::moments(const MadeSolid& s, Progress& progress) {
                 guarded(s.engine.name, [&] { return s.engine.csg->moments(*s.shape, progress); });
             if (made.ok() && !is_finite(*made))
               return broken(s.engine.name, "returned moments that are not finite numbers");
-            if (made.ok() && !(made->volume > 0))
+            const bool is_fine =
+                made.ok() && (s.engine.is_plain ? made->volume >= 0 : made->volume > 0);
+            if (made.ok() && !is_fine)
               return broken(s.engine.name,
                             "returned a volume of " + text::print(made->volume) + " m^3");
             return made;

@@ -27,7 +27,8 @@ namespace robomosp::evaluation {
 struct SolidEngine {
   std::shared_ptr<CsgEngine> csg;
   std::string name, version;
-  bool is_mesh = false;  ///< works on triangles throughout
+  bool is_mesh = false;   ///< works on triangles throughout
+  bool is_plain = false;  ///< takes meshes as they are, and does nothing with them
 };
 
 /// A solid that an engine has made.
@@ -58,14 +59,14 @@ class Solids {
   Result<CsgTree> tree_of(const document::Snapshot& s, SolidId id, Progress& progress);
 
   /// By the engine that suits the tree. Where the exact one could not verify its result, by the one
-  /// that works on triangles.
+  /// that works on triangles. An imported mesh alone that none takes for a solid stays as it is.
   Result<MadeSolid> shape(const CsgTree& tree, Progress& progress);
   Result<MadeSolid> shape(const document::Snapshot& s, SolidId id, Progress& progress);
   /// By an engine for triangles; what only an exact engine can make comes to it as a mesh that
   /// states how far it may be off.
   Result<MadeSolid> shape_of_triangles(SolidEngine e, const CsgTree& tree, Progress& progress);
 
-  /// Closed; at most `chord` from the exact surface [m].
+  /// Closed, but for meshes as they are; at most `chord` from the exact surface [m].
   Result<std::shared_ptr<const Mesh>> mesh(const MadeSolid& s, double chord, Progress& progress);
   /// The same, by the engine for triangles where the one that suits the tree fails.
   Result<std::shared_ptr<const Mesh>> mesh(const CsgTree& tree, double chord, Progress& progress);
@@ -102,6 +103,8 @@ class Solids {
   /// Instead of what failed because of `why`, by the engine for triangles.
   Result<MadeSolid> stand_in(const CsgTree& tree, const Error& why, Progress& progress);
   Result<MadeSolid> shape(SolidEngine e, const CsgTree& tree, Progress& progress);
+  /// An imported mesh as it is, as `why` keeps it from being a solid.
+  Result<MadeSolid> as_it_is(const CsgTree& tree, const Error& why);
   /// The closed mesh of an exact solid in its own frame.
   Result<std::shared_ptr<const CsgGeometry>> triangulated(const SolidEngine& exact,
                                                           const CsgTree& branch,

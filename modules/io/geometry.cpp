@@ -68,10 +68,6 @@ Result<void> check_mesh(const CsgGeometry& g) {
   for (std::size_t i = 0; i < g.points.size(); ++i)
     if (!std::isfinite(g.points[i]))
       return broken("point " + std::to_string(i / 3) + " of the mesh is not finite");
-  // Every edge must run as often from its lower to its higher corner as back.
-  std::vector<std::uint64_t> up, down;
-  up.reserve(g.triangles.size() / 2 + 1);
-  down.reserve(g.triangles.size() / 2 + 1);
   for (std::size_t t = 0; t < g.triangles.size(); t += 3) {
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint64_t a = g.triangles[t + k], b = g.triangles[t + (k + 1) % 3];
@@ -81,19 +77,9 @@ Result<void> check_mesh(const CsgGeometry& g) {
       if (a == b)
         return broken("triangle " + std::to_string(t / 3) + " of the mesh has point " +
                       std::to_string(a) + " twice");
-      if (a < b) up.push_back(a << 32 | b);
-      else down.push_back(b << 32 | a);
     }
   }
-  std::sort(up.begin(), up.end());
-  std::sort(down.begin(), down.end());
-  if (up == down) return {};
-  const auto [u, d] = std::mismatch(up.begin(), up.end(), down.begin(), down.end());
-  const std::uint64_t edge = u == up.end() ? *d : d == down.end() ? *u : std::min(*u, *d);
-  return broken("the mesh is not closed: its edge from point " + std::to_string(edge >> 32) +
-                    " to point " + std::to_string(edge & 0xFFFFFFFFU) +
-                    " has no triangle on one side",
-                "Only a closed mesh bounds a solid; repair it when it is imported.");
+  return {};
 }
 
 /// The next line of a PLY header, without its end; nullopt when there is none.

@@ -10,6 +10,8 @@
 #include <unordered_map>
 #include <utility>
 
+#include "spatial/surface_cuts.h"
+
 namespace robomosp::cad_exchange {
 namespace {
 
@@ -19,6 +21,8 @@ using Edge = std::pair<std::uint32_t, std::uint32_t>;  ///< directed
 
 /// Vertices nearer than this share of the size of the model are one when edges are open.
 constexpr double kWeldShare = 1e-6;
+/// A surface that encloses less than this share of its size cubed encloses rounding only.
+constexpr double kLeastShare = 1e-9;
 /// Holes with more corners are filled from their middle instead of ear by ear.
 constexpr std::size_t kMostEars = 500;
 
@@ -299,6 +303,36 @@ void fill_holes(Surface& s, MeshRepair& done) {
   }
 }
 
+std::string millimetres(const Point& p) {
+  char text[96];
+  std::snprintf(text, sizeof text, "(%.4g, %.4g, %.4g) mm", p[0] * 1e3, p[1] * 1e3, p[2] * 1e3);
+  return text;
+}
+
+/// Closes the surface; says why the result is none that can be vouched for, or "".
+std::string close(Surface& s, MeshRepair& done) {
+  done.welded = weld_near(s, kWeldShare * s.size());
+  done.degenerate += s.drop_degenerate();
+  if (!open_edges(s).empty()) {
+    done.doubled = drop_doubled(s);
+    done.turned = agree(s);
+    const std::size_t before = s.triangles.size();
+    fill_holes(s, done);
+    std::vector<double> points;
+    std::vector<std::uint32_t> triangles;
+    for (const Point& p : s.points) points.insert(points.end(), p.begin(), p.end());
+    for (const Triangle& t : s.triangles) triangles.insert(triangles.end(), t.begin(), t.end());
+    if (const auto cuts = spatial::surface_cuts(points, triangles, before, 1); !cuts.empty())
+      return "filling its holes would cut the surface at " + millimetres(cuts[0].at);
+    if (!open_edges(s).empty()) return "its holes could not be filled";
+  }
+  const double size = s.size();
+  if (s.triangles.empty() ||
+      !(std::fabs(s.volume(0, s.triangles.size())) > kLeastShare * size * size * size))
+    return "closed, it would enclose nothing";
+  return {};
+}
+
 /// Vertices in the order of their first use; unused ones go.
 void compact(Surface& s) {
   constexpr std::uint32_t kNone = ~0U;
@@ -345,7 +379,10 @@ std::vector<std::string> MeshRepair::notes(const std::string& name) const {
         " mm across; check the shape there.");
   }
   if (inside_out) say("it was inside out and was turned over.");
-  if (open_edges) say(count(open_edges, "edge is", "edges are") + " open, so it bounds no solid.");
+  if (open_edges)
+    say(count(open_edges, "edge is", "edges are") + " open, one at " + millimetres(open_at) +
+        (failure.empty() ? "" : ", and " + failure) +
+        ". It is drawn and collides as it is; operations on solids refuse it.");
   return out;
 }
 
@@ -361,22 +398,27 @@ MeshRepair repair(std::vector<double>& points, std::vector<std::uint32_t>& trian
   MeshRepair done;
   weld_exactly(s);
   done.degenerate = s.drop_degenerate();
-  if (heal) {
-    if (!open_edges(s).empty()) {
-      done.welded = weld_near(s, kWeldShare * s.size());
-      done.degenerate += s.drop_degenerate();
-    }
-    if (!open_edges(s).empty()) {
-      done.doubled = drop_doubled(s);
-      done.turned = agree(s);
-      fill_holes(s, done);
-    }
-    if (s.volume(0, s.triangles.size()) < 0) {
-      done.inside_out = true;
-      for (Triangle& t : s.triangles) std::swap(t[1], t[2]);
+  if (heal && !open_edges(s).empty()) {
+    Surface healed = s;
+    MeshRepair further = done;
+    further.failure = close(healed, further);
+    if (further.failure.empty()) {
+      s = std::move(healed);
+      done = std::move(further);
+    } else {
+      done.failure = std::move(further.failure);
     }
   }
-  for (const auto& [edge, n] : open_edges(s)) done.open_edges += static_cast<std::size_t>(n);
+  if (heal && s.volume(0, s.triangles.size()) < 0) {
+    done.inside_out = true;
+    for (Triangle& t : s.triangles) std::swap(t[1], t[2]);
+  }
+  for (const auto& [edge, n] : open_edges(s)) {
+    if (done.open_edges == 0)
+      for (std::size_t k = 0; k < 3; ++k)
+        done.open_at[k] = (s.points[edge.first][k] + s.points[edge.second][k]) / 2;
+    done.open_edges += static_cast<std::size_t>(n);
+  }
   done.volume = s.volume(0, s.triangles.size());
   compact(s);
   points.clear();

@@ -103,8 +103,8 @@ Result<Solid> solid_of(const Shape& s) {
     return bad("a shape's pose is no rigid motion", "Its rotation must be orthonormal.");
   const bool wants_mesh = s.kind == ShapeKind::mesh || s.kind == ShapeKind::convex;
   if (wants_mesh) {
-    if (!s.mesh || s.mesh->positions.size() < 12)
-      return bad("a shape has no mesh", "Give a closed mesh.");
+    if (!s.mesh || s.mesh->positions.size() < 9)
+      return bad("a shape has no mesh", "Give a mesh with triangles.");
     for (const float v : s.mesh->positions)
       if (!std::isfinite(v))
         return bad("a mesh has a number that is not finite", "Correct the mesh.");
@@ -116,10 +116,8 @@ Result<Solid> solid_of(const Shape& s) {
   if (s.kind == ShapeKind::mesh) {
     out.is_convex = false;
     out.mesh = mesh_solid(*s.mesh);
-    if (out.mesh.triangles.empty()) return bad("a mesh has no triangles", "Give a closed mesh.");
-    if (!is_closed(out.mesh))
-      return bad("a mesh is not closed, so that nothing says what is inside",
-                 "Close its holes, and turn its triangles alike.");
+    if (out.mesh.triangles.empty())
+      return bad("a mesh has no triangles", "Give a mesh with triangles.");
     out.box = box_around(out.mesh.points);
     out.triangles = make_mesh_geometry(out.mesh.points, out.mesh.triangles);
   } else {

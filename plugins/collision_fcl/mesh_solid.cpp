@@ -20,7 +20,7 @@ using namespace spatial;
 
 std::optional<bool> by_ray(const MeshSolid& solid, const Vec3& from, const Vec3& way) {
   constexpr double kNear = 1e-9;
-  int crossings = 0;
+  int enclosed = 0;
   for (const auto& t : solid.triangles) {
     // Moeller, Trumbore, J. Graphics Tools 2 (1997) 21.
     const Vec3 e1 = sub(solid.points[t[1]], solid.points[t[0]]),
@@ -40,9 +40,9 @@ std::optional<bool> by_ray(const MeshSolid& solid, const Vec3& from, const Vec3&
     const double a = u / det, b = v / det;
     if (a < -kNear || b < -kNear || a + b > 1 + kNear || along / det < 0) continue;
     if (a < kNear || b < kNear || a + b > 1 - kNear) return std::nullopt;
-    ++crossings;
+    enclosed += det > 0 ? -1 : 1;
   }
-  return crossings % 2 == 1;
+  return enclosed != 0;
 }
 
 /// Sum of the solid angles of the triangles (van Oosterom, Strackee, IEEE Trans. Biomed. Eng. 30
@@ -56,7 +56,20 @@ bool by_winding(const MeshSolid& solid, const Vec3& at) {
     sum += 2 * std::atan2(dot(a, cross(b, c)),
                           la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb);
   }
-  return sum > 2 * std::numbers::pi;
+  return std::fabs(sum) > 2 * std::numbers::pi;
+}
+
+/// Whether every edge is run as often in one direction as in the other.
+bool is_closed(const MeshSolid& solid) {
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> there, back;
+  for (const auto& t : solid.triangles)
+    for (std::size_t k = 0; k < 3; ++k) {
+      there.emplace_back(t[k], t[(k + 1) % 3]);
+      back.emplace_back(t[(k + 1) % 3], t[k]);
+    }
+  std::sort(there.begin(), there.end());
+  std::sort(back.begin(), back.end());
+  return there == back;
 }
 
 }  // namespace
@@ -91,19 +104,8 @@ MeshSolid mesh_solid(const Mesh& mesh) {
       seen[r] = true;
       s.one_of_each_piece.push_back(s.points[t[0]]);
     }
+  s.is_closed = is_closed(s);
   return s;
-}
-
-bool is_closed(const MeshSolid& solid) {
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> there, back;
-  for (const auto& t : solid.triangles)
-    for (std::size_t k = 0; k < 3; ++k) {
-      there.emplace_back(t[k], t[(k + 1) % 3]);
-      back.emplace_back(t[(k + 1) % 3], t[k]);
-    }
-  std::sort(there.begin(), there.end());
-  std::sort(back.begin(), back.end());
-  return there == back;
 }
 
 bool contains(const MeshSolid& solid, const Vec3& point) {
@@ -111,8 +113,9 @@ bool contains(const MeshSolid& solid, const Vec3& point) {
                                        {-0.3271, 0.7409, 0.5866},
                                        {0.6911, -0.6043, 0.3967},
                                        {-0.2593, -0.4391, -0.8602}}};
-  for (const Vec3& way : kWays)
-    if (const auto inside = by_ray(solid, point, way)) return *inside;
+  if (solid.is_closed)
+    for (const Vec3& way : kWays)
+      if (const auto inside = by_ray(solid, point, way)) return *inside;
   return by_winding(solid, point);
 }
 

@@ -567,8 +567,9 @@ TEST(MeshRepair, HolesAreFilledTurnedTrianglesTurnedAndAllIsTold) {
   EXPECT_EQ(doubled.doubled, 1U);
 }
 
-TEST(MeshRepair, AnyTriangleSoupBecomesClosed) {
+TEST(MeshRepair, AnyTriangleSoupBecomesClosedOrStaysAsItWas) {
   std::mt19937 random(7);
+  int closed = 0, kept = 0;
   for (int run = 0; run < 300; ++run) {
     std::vector<double> points;
     std::vector<std::uint32_t> triangles;
@@ -577,11 +578,51 @@ TEST(MeshRepair, AnyTriangleSoupBecomesClosed) {
     for (std::size_t i = 0; i < 3 * (1 + random() % 30); ++i)
       triangles.push_back(static_cast<std::uint32_t>(random() % n));
     triangles.resize(triangles.size() / 3 * 3);
+    std::vector<double> plain_points = points;
+    std::vector<std::uint32_t> plain = triangles;
+    const cx::MeshRepair untouched = cx::repair(plain_points, plain, false);
     const cx::MeshRepair done = cx::repair(points, triangles, true);
-    EXPECT_EQ(done.open_edges, 0U) << "run " << run;
-    EXPECT_GE(done.volume, -1e-12);
     for (const auto i : triangles) ASSERT_LT(i, points.size() / 3);
+    if (done.failure.empty()) {
+      EXPECT_EQ(done.open_edges, 0U) << "run " << run;
+      EXPECT_GE(done.volume, -1e-12);
+      ++closed;
+    } else {
+      EXPECT_EQ(triangles.size(), plain.size()) << "run " << run;
+      EXPECT_EQ(done.open_edges, untouched.open_edges);
+      EXPECT_EQ(done.holes, 0U) << "what was taken back is not told as done";
+      EXPECT_NE(done.notes("soup").back().find(done.failure), std::string::npos);
+      ++kept;
+    }
   }
+  EXPECT_GT(closed, 20);
+  EXPECT_GT(kept, 20);
+}
+
+TEST(MeshRepair, AFillingThatCutsTheSurfaceIsTakenBack) {
+  std::vector<double> points;
+  std::vector<std::uint32_t> triangles;
+  box(2, points, triangles);
+  triangles.resize(triangles.size() - 6);
+  // A needle through the missing face.
+  const auto first = static_cast<std::uint32_t>(points.size() / 3);
+  double low = 1e9, high = -1e9;
+  for (const double x : points) {
+    low = std::min(low, x);
+    high = std::max(high, x);
+  }
+  const double middle = (low + high) / 2, reach = 3 * (high - low);
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    for (const double way : {-1.0, 1.0})
+      for (std::size_t k = 0; k < 3; ++k) points.push_back(middle + (k == axis ? way * reach : 0));
+  for (std::uint32_t axis = 0; axis < 3; ++axis)
+    triangles.insert(triangles.end(),
+                     {first + 2 * axis, first + 2 * axis + 1, first + 2 * ((axis + 1) % 3)});
+  const std::size_t count = triangles.size();
+  const cx::MeshRepair done = cx::repair(points, triangles, true);
+  EXPECT_NE(done.failure, "");
+  EXPECT_EQ(triangles.size(), count);
+  EXPECT_GT(done.open_edges, 4U);
 }
 
 // --- drawings ------------------------------------------------------------------------------

@@ -248,8 +248,12 @@ class DerivedTest : public testing::Test {
   static model::Solid imported(MaterialId material, const Vec3& size) {
     auto geometry = std::make_shared<CsgGeometry>();
     geometry->form = CsgGeometry::Form::mesh;
-    geometry->points = {-size[0] / 2, -size[1] / 2, 0, size[0] / 2, size[1] / 2, size[2]};
-    geometry->triangles = {0, 1, 0};
+    // The box's first and last corner, by which BoxEngine knows it, then the others.
+    const double x = size[0] / 2, y = size[1] / 2, z = size[2];
+    geometry->points = {-x, -y, 0, x,  y,  z, x, -y, 0, -x, y, 0,
+                        x,  y,  0, -x, -y, z, x, -y, z, -x, y, z};
+    geometry->triangles = {0, 3, 4, 0, 4, 2, 5, 6, 1, 5, 1, 7, 0, 2, 6, 0, 6, 5,
+                           3, 7, 1, 3, 1, 4, 0, 5, 7, 0, 7, 3, 2, 4, 1, 2, 1, 6};
     geometry->digest = {1, static_cast<std::uint64_t>(size[0] * 1e6)};
     model::Solid s;
     s.material = material;
@@ -577,7 +581,11 @@ TEST_F(DerivedTest, ProvidersThatBreakTheirContractAreNamed) {
 TEST_F(DerivedTest, ImportedMeshesGoToTheEngineForTrianglesAndNothingElseDoes) {
   const auto m = material("m", 1000);
   const auto scan = make("scan", imported(m, {1, 2, 3}));
-  EXPECT_EQ(derived.mesh(*document.now(), scan, progress).error().sentence(),
+  // Without such an engine it is drawn and weighed as it is, and no operation takes it.
+  EXPECT_TRUE(derived.mesh(*document.now(), scan, progress).ok());
+  EXPECT_FALSE(mass(scan).exact);
+  EXPECT_NEAR(mass(scan).mass.mass, 6000, 6000 * mass(scan).relative_error);
+  EXPECT_EQ(derived.features(*document.now(), scan, progress).error().sentence(),
             "solid \"scan\": no CSG engine that takes triangle meshes is loaded. Load the plugin "
             "csg_cgal, or use an exact solid.");
   add_mesh_engine();

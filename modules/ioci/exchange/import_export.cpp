@@ -12,6 +12,7 @@
 #include "ioci/core/commands.h"
 #include "ioci/exchange/exported.h"
 #include "ioci/records/solid_nodes.h"
+#include "kernel/fingerprint.h"
 #include "robotics/build_model.h"
 #include "robotics/coordinates.h"
 #include "robotics/home.h"
@@ -144,7 +145,7 @@ void tell_files(CommandContext& ctx, const std::string& file, const Imported& im
 /// All meshes of what an importer made as one, where its objects place them; in metres.
 Result<CsgGeometry> merged_mesh(CommandContext& ctx, Imported imported, const std::string& path) {
   if (imported.records.empty())
-    return error(ErrorCode::unsupported, "it holds no closed mesh", "Repair it first.");
+    return error(ErrorCode::unsupported, "it holds no mesh", "Check the file.");
   io::MemoryFiles files;
   for (ImportedGeometry& g : imported.geometries) {
     RMP_TRY_ASSIGN(auto made, io::make_geometry(std::move(g.geometry)));
@@ -209,12 +210,17 @@ Result<CsgGeometry> foreign_mesh(CommandContext& ctx, const ForeignGeometry& f) 
   return mesh;
 }
 
-/// A geometry to stand where a mesh could not be read, until its solid is taken out again.
-CsgGeometry stand_in() {
-  CsgGeometry g;
-  g.form = CsgGeometry::Form::mesh;
-  g.points = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
-  g.triangles = {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3};
+/// A geometry to stand where a mesh could not be read, until its solid is taken out again. No
+/// content has its digest, by which that solid is found.
+io::GeometryPtr stand_in(const std::string& name) {
+  auto g = std::make_shared<CsgGeometry>();
+  g->form = CsgGeometry::Form::mesh;
+  g->points = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
+  g->triangles = {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3};
+  Fingerprinter fp("stand-in/1");
+  fp.add(std::string_view(name));
+  const Fingerprint digest = fp.finish();
+  g->digest = {digest.hi, digest.lo};
   return g;
 }
 
@@ -227,26 +233,27 @@ Result<void> read_foreign(CommandContext& ctx, Imported& imported,
                         "reading " + std::filesystem::path(f.path).filename().string());
     auto mesh = foreign_mesh(ctx, f);
     if (!mesh.ok() && mesh.error().code == ErrorCode::cancelled) return std::move(mesh).error();
-    auto made = mesh.ok() ? io::make_geometry(std::move(mesh).value())
-                          : Result<io::GeometryPtr>(std::move(mesh).error());
-    if (!made.ok()) {
+    if (!mesh.ok()) {
       imported.notes.push_back("Mesh " + text::quote(f.path) +
-                               " was left out: " + made.error().sentence());
+                               " was left out: " + mesh.error().sentence());
       failed.push_back(f.name);
+      continue;
     }
-    imported.geometries.push_back({f.name, made.ok() ? **made : stand_in()});
+    imported.geometries.push_back({f.name, std::move(mesh).value()});
   }
   return {};
 }
 
 /// Takes the solids whose geometry could not be read out of the robots that were made.
 Result<void> drop_failed(CommandContext& ctx, io::Loaded& loaded,
-                         const std::set<const CsgGeometry*>& failed) {
+                         const std::set<std::array<std::uint64_t, 2>>& failed) {
   if (failed.empty()) return {};
   std::set<AnyId> drop;
   for (const AnyId id : loaded.all)
     if (const auto* s = id.kind == Kind::solid ? ctx.snapshot().get(SolidId{id.number}) : nullptr)
-      if (!s->nodes.empty() && failed.contains(s->nodes[0].geometry.get())) drop.insert(id);
+      if (!s->nodes.empty() && s->nodes[0].geometry &&
+          failed.contains(s->nodes[0].geometry->digest))
+        drop.insert(id);
   for (const AnyId id : loaded.all)
     if (id.kind == Kind::robot)
       RMP_TRY(change<model::Robot>(ctx, id, [&](model::Robot& r) -> Result<void> {
@@ -258,6 +265,83 @@ Result<void> drop_failed(CommandContext& ctx, io::Loaded& loaded,
   for (const AnyId id : drop) RMP_TRY(ctx.edit().remove(id));
   std::erase_if(loaded.all, [&](AnyId id) { return drop.contains(id); });
   return {};
+}
+
+/// Says of each imported solid that is no clean one why, and what it is good for.
+Result<void> tell_meshes(CommandContext& ctx, const std::vector<AnyId>& made) {
+  constexpr std::size_t kMostTold = 20;
+  std::vector<AnyId> solids;
+  for (const AnyId id : made)
+    if (const auto* s = id.kind == Kind::solid ? ctx.snapshot().get(SolidId{id.number}) : nullptr)
+      if (!s->nodes.empty() && s->nodes[0].geometry &&
+          s->nodes[0].geometry->form == CsgGeometry::Form::mesh)
+        solids.push_back(id);
+  RMP_TRY(ctx.app.derived.prepare(ctx.snapshot(), solids, ctx.progress));
+  std::size_t count = 0;
+  for (std::size_t i = solids.size(); i-- > 0;) {
+    RMP_TRY_ASSIGN(const auto states,
+                   ctx.app.derived.mesh_states(ctx.snapshot(), SolidId{solids[i].number}, false,
+                                               ctx.progress));
+    if (states.empty() || ++count > kMostTold) continue;
+    const std::string name = name_in(ctx, solids[i]);
+    ctx.app.messages.post(Severity::info, "import_mesh",
+                          "The " + name + ": " +
+                              (states[0].note.empty() ? states[0].why.sentence() : states[0].note) +
+                              " Operations on solids refuse it; solid.mesh_faults tells and shows "
+                              "the places.",
+                          "import");
+  }
+  if (count > kMostTold)
+    ctx.app.messages.post(
+        Severity::info, "import_mesh",
+        std::to_string(count - kMostTold) +
+            " more solids are meshes as they are; solid.mesh_faults tells of each.",
+        "import");
+  return {};
+}
+
+/// Whether the link, or one that it moves, has mass.
+bool carries_mass(const model::Robot& robot, std::size_t link) {
+  std::vector<bool> is_moved(robot.links.size());
+  for (std::size_t i = link; i < robot.links.size(); ++i) {
+    const auto parent = robot.links[i].parent;
+    is_moved[i] = i == link || (parent >= 0 && is_moved[static_cast<std::size_t>(parent)]);
+    if (is_moved[i] && robot.links[i].given && robot.links[i].given->mass > 0) return true;
+  }
+  return false;
+}
+
+/// A robot whose moving links have no mass moves, but has no dynamics.
+void tell_masses(CommandContext& ctx, const std::vector<AnyId>& made) {
+  for (const AnyId id : made) {
+    const auto* robot = id.kind == Kind::robot ? ctx.snapshot().get(RobotId{id.number}) : nullptr;
+    if (!robot || robot->mass_source != model::MassSource::given) continue;
+    std::vector<std::string> without;
+    std::size_t moving = 0;
+    for (std::size_t i = 0; i < robot->links.size(); ++i) {
+      if (robot->links[i].joint == model::JointKind::fixed) continue;
+      ++moving;
+      if (!carries_mass(*robot, i)) without.push_back(text::quote(robot->links[i].name));
+    }
+    if (without.empty()) continue;
+    const bool is_none = without.size() == moving;
+    const std::size_t count = without.size();
+    constexpr std::size_t kMostNamed = 5;
+    if (count > kMostNamed) without.resize(kMostNamed);
+    std::string named = text::enumerate(without);
+    if (count > kMostNamed) named += " and " + std::to_string(count - kMostNamed) + " more";
+    ctx.app.messages.post(
+        is_none ? Severity::warning : Severity::info, "import_masses",
+        "The " + name_in(ctx, id) +
+            (is_none ? " has no masses: the file gives none for "
+                     : " has moving links without mass: ") +
+            (is_none ? "any of its " + std::to_string(moving) + " moving links, such as " + named
+                     : named) +
+            (is_none ? ". Its dynamics are those of nothing; give the links masses, or design "
+                       "them and set masses to designed."
+                     : "."),
+        "import");
+  }
 }
 
 Result<Value> import_file(CommandContext& ctx, const Map& args) {
@@ -282,8 +366,12 @@ Result<Value> import_file(CommandContext& ctx, const Map& args) {
     RMP_TRY_ASSIGN(auto made, io::make_geometry(std::move(g.geometry)).in(text::quote(g.name)));
     files.geometries.emplace(std::move(g.name), std::move(made));
   }
-  std::set<const CsgGeometry*> failed;
-  for (const std::string& name : unread) failed.insert(files.geometries.at(name).get());
+  std::set<std::array<std::uint64_t, 2>> failed;
+  for (const std::string& name : unread) {
+    io::GeometryPtr none = stand_in(name);
+    failed.insert(none->digest);
+    files.geometries.insert_or_assign(name, std::move(none));
+  }
   const std::string main = imported.records.back().name;
   for (ImportedFile& r : imported.records) files.texts.emplace(r.name, std::move(r.text));
   const std::filesystem::path folder = std::filesystem::path(file).parent_path();
@@ -299,6 +387,8 @@ Result<Value> import_file(CommandContext& ctx, const Map& args) {
         }));
   report_notes(ctx, imported);
   tell_files(ctx, file, imported, unread);
+  RMP_TRY(tell_meshes(ctx, loaded.all));
+  tell_masses(ctx, loaded.all);
   for (const std::string& note : loaded.notes)
     ctx.app.messages.post(Severity::info, "file_note", note, "io");
   List made;
@@ -773,13 +863,17 @@ RMP_COMMANDS(exchange_commands) {
        .classic = "",
        .summary = "Reads solids from a CAD or mesh file, or a robot from URDF, MJCF or SDF.",
        .details =
-           "Exact solids come from STEP (AP203, AP214, AP242) and IGES, closed meshes from STL, "
+           "Exact solids come from STEP (AP203, AP214, AP242) and IGES, meshes from STL, "
            "OBJ, "
            "PLY, glTF, GLB, DAE (COLLADA), 3MF and DXF; plugins may add formats. Each part becomes "
            "a "
            "solid with one `imported` node, an assembly an object, copies share their solid. Files "
            "are read in a process of its own; nothing is made when it fails, and all is one step. "
-           "What was repaired, left out or assumed is reported in messages.\n\n"
+           "What was repaired, left out or assumed is reported in messages. A mesh that is no "
+           "clean "
+           "solid (open, or cutting itself) is drawn and collides as it is, and has the mass that "
+           "its triangles enclose; a message says so of each, and `solid.mesh_faults` shows the "
+           "places.\n\n"
            "Masses in such files are not trusted. Each colour becomes a material with the density "
            "of "
            "aluminium unless `density` or `material` is given; a message says so.\n\n"

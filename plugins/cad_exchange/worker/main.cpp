@@ -71,27 +71,20 @@ Result<std::string> slurp(const std::string& path) {
   return std::move(all).str();
 }
 
-/// Meshes become closed; those that enclose nothing go.
+/// Meshes become closed where that can be vouched for, and else stay as they are; those without
+/// triangles go.
 void finish_meshes(Scene& scene, bool heal) {
   std::vector<std::int32_t> to(scene.shapes.size(), -1);
   std::vector<Shape> kept;
   for (std::size_t i = 0; i < scene.shapes.size(); ++i) {
     Shape& s = scene.shapes[i];
     if (s.brep.empty()) {
-      double low = 1e300, high = -1e300;
-      for (const double x : s.points) {
-        low = std::min(low, x);
-        high = std::max(high, x);
-      }
-      const double size = std::max(high - low, 0.0);
       const MeshRepair done = repair(s.points, s.triangles, heal);
       for (std::string& note : done.notes(s.name)) scene.notes.push_back(std::move(note));
-      // A flat patch that was closed with its own back encloses rounding only.
-      if (s.triangles.empty() || done.open_edges > 0 ||
-          !(done.volume > 1e-9 * size * size * size)) {
+      if (s.triangles.empty()) {
         scene.notes.push_back(
             (s.name.empty() ? std::string("The mesh") : "The mesh \"" + s.name + "\"") +
-            " encloses no solid; it was left out.");
+            " has no triangles with area; it was left out.");
         continue;
       }
     }
