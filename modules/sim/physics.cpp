@@ -2,6 +2,7 @@
 #include "sim/physics.h"
 
 #include <algorithm>
+#include <charconv>
 #include <utility>
 
 #include "sim/physics_simulation.h"
@@ -26,6 +27,31 @@ Result<void> PhysicsSimulation::read() {
   return {};
 }
 
+std::string PhysicsSimulation::body_name(std::size_t body) const {
+  for (const Thing& thing : things_)
+    if (index(thing.body) == body) return "object " + text::quote(thing.name);
+  for (const Actor& a : actors_) {
+    const std::size_t first = index(a.base_body), count = a.model->joints.size();
+    if (body < first || body > first + count) continue;
+    return "robot " + text::quote(a.placed->name) +
+           (body == first ? ", its base"
+                          : ", joint " + text::quote(a.model->joints[body - first - 1].name));
+  }
+  return "body " + std::to_string(body + 1);
+}
+
+Error PhysicsSimulation::named(Error e) const {
+  constexpr std::string_view kBody = "body ";
+  std::size_t number = 0;
+  if (!e.where.starts_with(kBody)) return e;
+  const char* const begin = e.where.data() + kBody.size();
+  const auto [end, code] = std::from_chars(begin, e.where.data() + e.where.size(), number);
+  if (code == std::errc{} && number > 0)
+    e.where =
+        body_name(number - 1) + e.where.substr(static_cast<std::size_t>(end - e.where.data()));
+  return e;
+}
+
 Result<void> PhysicsSimulation::go(Progress& progress) {
   prepare_columns();
   RMP_TRY(sample(time_of(first_)));
@@ -48,7 +74,9 @@ Result<void> PhysicsSimulation::go(Progress& progress) {
       if (!a.is_driven()) RMP_TRY(a.move(t, end, provider_, *world_, wanted_).in(at));
     }
     auto done = guarded(provider_, [&] { return world_->step(end - t, 1, forces_, progress); });
-    if (!done.ok()) return std::move(done).error().in("t = " + text::print_rounded(t) + " s");
+    if (!done.ok()) {
+      return named(std::move(done).error()).in("t = " + text::print_rounded(t) + " s");
+    }
     RMP_TRY(guarded(provider_, [&]() -> Result<void> {
       world_->contacts(contacts_);
       return {};

@@ -23,6 +23,7 @@ namespace robomosp::sim {
 namespace {
 
 /// How fast a joint without a greatest velocity grips [m/s, rad/s].
+constexpr double kMostTorque = 1e12;  ///< that an engine is asked for [N m or N]
 constexpr double kGripSpeed = 0.1, kGripTurn = 0.5;
 /// For the rates of joints that follow through loops [s].
 constexpr double kDifference = 1e-4;
@@ -336,6 +337,18 @@ Result<void> PhysicsActor::control(double t, double step, MotionReference::Sampl
                    "provider " + text::quote(controller.provider) +
                        " returned a torque that is not a number",
                    "Lower the gains or shorten the step; else report it to the provider's author.");
+  for (std::size_t j = 0; j < model->joints.size(); ++j) {
+    const JointModel& m = model->joints[j];
+    if (m.is_coupled() || m.passive) continue;
+    for (int k = 0; k < velocity_count(m.type); ++k)
+      if (const double x = tau[index(m.v_index) + static_cast<std::size_t>(k)];
+          std::fabs(x) > kMostTorque)
+        return error(ErrorCode::invalid_argument,
+                     "controller " + text::quote(controller.provider) + " asks joint " +
+                         text::quote(m.name) + " for " + text::print_rounded(x) +
+                         ": the motion has become unstable",
+                     "Lower the gains or shorten the step.", "robot " + text::quote(placed->name));
+  }
   carry_passive_torques();
   return {};
 }

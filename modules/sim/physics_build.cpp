@@ -201,7 +201,7 @@ Result<void> PhysicsSimulation::create() {
     auto made = guarded(info.name, [&] {
       return engine->create(bodies_, joints, world_record_->gravity, *params);
     });
-    if (!made.ok()) return std::move(made).error();
+    if (!made.ok()) return named(std::move(made).error());
     if (!*made)
       return error(ErrorCode::plugin_failed,
                    "provider " + text::quote(info.name) + " made no world",

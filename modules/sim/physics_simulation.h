@@ -94,6 +94,9 @@ class PhysicsSimulation {
   // ---- the run (physics.cpp) ----
 
   Result<void> read();
+  [[nodiscard]] std::string body_name(std::size_t body) const;
+  /// An engine's error about "body 3" with what that is.
+  [[nodiscard]] Error named(Error e) const;
   Result<void> go(Progress& progress);
   Result<void> act(const Event& event);
 

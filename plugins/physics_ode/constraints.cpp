@@ -108,8 +108,31 @@ void OdeWorld::make_rows() {
   }
 }
 
-/// One step of ODE with forces at the joints and rows.
-bool OdeWorld::advance(std::span<const double> forces, std::span<const double> row_forces) {
+std::vector<OdeWorld::Moving> OdeWorld::moving() const {
+  std::vector<Moving> all;
+  for (const Body& b : bodies_) {
+    if (!b.id) continue;
+    const dReal* q = dBodyGetQuaternion(b.id);
+    all.push_back({b.id,
+                   vec3(dBodyGetPosition(b.id)),
+                   vec3(dBodyGetLinearVel(b.id)),
+                   vec3(dBodyGetAngularVel(b.id)),
+                   {q[0], q[1], q[2], q[3]}});
+  }
+  return all;
+}
+
+void OdeWorld::put_back(std::span<const Moving> before) {
+  for (const Moving& s : before) {
+    dBodySetPosition(s.id, s.p[0], s.p[1], s.p[2]);
+    dBodySetQuaternion(s.id, s.q.data());
+    dBodySetLinearVel(s.id, s.v[0], s.v[1], s.v[2]);
+    dBodySetAngularVel(s.id, s.w[0], s.w[1], s.w[2]);
+  }
+}
+
+/// Forces at the joints, on bodies and of rows.
+void OdeWorld::add_forces(std::span<const double> forces, std::span<const double> row_forces) {
   for (std::size_t i = 0; i < joints_.size() && !forces.empty(); ++i) {
     const Joint& j = joints_[i];
     if (j.type == kRevolute) dJointAddHingeTorque(j.id, forces[i]);
@@ -117,6 +140,7 @@ bool OdeWorld::advance(std::span<const double> forces, std::span<const double> r
   }
   for (const Push& p : pushes_) {
     const dBodyID id = body_id(p.body);
+    if (!id) continue;
     const Vec3 at = pose(p.body).p;
     dBodyAddForceAtPos(id, p.force[0], p.force[1], p.force[2], at[0], at[1], at[2]);
     dBodyAddTorque(id, p.torque[0], p.torque[1], p.torque[2]);
@@ -128,37 +152,42 @@ bool OdeWorld::advance(std::span<const double> forces, std::span<const double> r
       dBodyAddForce(e.id, f[0], f[1], f[2]);
       dBodyAddTorque(e.id, m[0], m[1], m[2]);
     }
+}
+
+/// One step of ODE. Where its exact solver gives up, the step is made again by sweeps.
+bool OdeWorld::advance(std::span<const double> forces, std::span<const double> row_forces) {
+  constexpr int kCarefulSweeps = 200;
+  constexpr int kStepsUntilTried = 20;  ///< what made it give up mostly lasts
   dRandSetSeed(1);
-  return (settings_.exact ? dWorldStep(world_, dt_) : dWorldQuickStep(world_, dt_)) != 0;
+  if (!settings_.exact) {
+    add_forces(forces, row_forces);
+    return dWorldQuickStep(world_, dt_) != 0;
+  }
+  if (steps_until_exact_ > 0) {
+    --steps_until_exact_;
+  } else {
+    const std::vector<Moving> before = moving();
+    add_forces(forces, row_forces);
+    if (!step_exactly(world_, dt_)) return false;
+    if (!gave_up()) return true;
+    put_back(before);
+    steps_until_exact_ = kStepsUntilTried;
+  }
+  add_forces(forces, row_forces);
+  dWorldSetQuickStepNumIterations(world_, std::max(settings_.sweeps, kCarefulSweeps));
+  const bool done = dWorldQuickStep(world_, dt_) != 0;
+  dWorldSetQuickStepNumIterations(world_, settings_.sweeps);
+  return done;
 }
 
 bool OdeWorld::advance_with_rows(std::span<const double> forces) {
   make_rows();
   const std::size_t n = rows_.size();
-  struct Saved {
-    dBodyID id;
-    Vec3 p, v, w;
-    std::array<dReal, 4> q;
-  };
-  std::vector<Saved> before;
-  for (const Body& b : bodies_) {
-    const dReal* q = dBodyGetQuaternion(b.id);
-    before.push_back({b.id,
-                      vec3(dBodyGetPosition(b.id)),
-                      vec3(dBodyGetLinearVel(b.id)),
-                      vec3(dBodyGetAngularVel(b.id)),
-                      {q[0], q[1], q[2], q[3]}});
-  }
+  const std::vector<Moving> before = moving();
   bool has_memory = true, is_first = true;
   // What is left of the rows after a step with these forces.
   const auto trial = [&](const std::vector<double>& f) {
-    if (!is_first)
-      for (const Saved& s : before) {
-        dBodySetPosition(s.id, s.p[0], s.p[1], s.p[2]);
-        dBodySetQuaternion(s.id, s.q.data());
-        dBodySetLinearVel(s.id, s.v[0], s.v[1], s.v[2]);
-        dBodySetAngularVel(s.id, s.w[0], s.w[1], s.w[2]);
-      }
+    if (!is_first) put_back(before);
     is_first = false;
     has_memory = advance(forces, f) && has_memory;
     std::vector<double> left(n);

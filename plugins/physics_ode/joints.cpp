@@ -60,6 +60,8 @@ Result<void> OdeWorld::add_joint(const PhysicsJoint& j, std::size_t number,
   out.lower = j.lower, out.upper = j.upper, out.viscous = j.viscous, out.coulomb = j.coulomb;
   out.armature = j.armature;
   out.follows = j.follows, out.ratio = j.ratio, out.offset = j.offset;
+  if (!spatial::is_finite(a.p) || !spatial::is_finite(b.p))
+    return error(ErrorCode::invalid_argument, "its frames are not finite", "Correct them.", where);
   switch (j.type) {
     case kRevolute: out.id = dJointCreateHinge(world_, nullptr); break;
     case kPrismatic: out.id = dJointCreateSlider(world_, nullptr); break;
@@ -70,6 +72,7 @@ Result<void> OdeWorld::add_joint(const PhysicsJoint& j, std::size_t number,
       return error(ErrorCode::invalid_argument, "its type is " + std::to_string(j.type),
                    "0 is revolute, 1 prismatic, 2 fixed, 3 ball, 4 directions.", where);
   }
+  give_id(j.a), give_id(j.b);
   // Body b is the one that moves: positions count how it stands against a.
   if (out.id) dJointAttach(out.id, body_id(j.b), body_id(j.a));
   if (j.type == kRevolute) {
@@ -97,7 +100,7 @@ Result<void> OdeWorld::add_joint(const PhysicsJoint& j, std::size_t number,
     if (body >= 0) bodies_[static_cast<std::size_t>(body)].is_jointed = true;
   has_rows_ = has_rows_ || j.follows >= 0 || j.type == kDirections;
   joints_.push_back(out);
-  tied_.emplace_back(std::min(j.a, j.b), std::max(j.a, j.b));
+  tied_.emplace(std::min(j.a, j.b), std::max(j.a, j.b));
   return {};
 }
 

@@ -2,10 +2,13 @@
 #include "world.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdarg>
+#include <cstdio>
 #include <mutex>
 #include <numbers>
+#include <stdexcept>
 #include <string>
 
 #include "spatial/mass.h"
@@ -25,15 +28,55 @@ std::mutex& engine_mutex() {
   return m;
 }
 
+/// Beyond these the engine's cells overflow, its sums lose all digits, or its assertions end the
+/// process. Of centres of mass and sizes [m], speeds [m/s], turning [rad/s], masses [kg], forces
+/// [N or N m] and gravity [m/s^2].
+constexpr double kFarthest = 1e7, kFastest = 1e7, kFastestTurn = 1e6;
+constexpr double kLeastMass = 1e-9, kMostMass = 1e12, kMostForce = 1e12, kMostGravity = 1e6;
+constexpr double kShortestStep = 1e-9, kLongestStep = 100;  ///< [s]
+/// What a step may take on, so that it ends within some tenths of a second and can be stopped:
+/// rows of an island for Dantzig's method, whose work grows with their cube, and contacts in all.
+constexpr std::size_t kMostRows = 1650, kMostContacts = 20'000;
+
+/// Thrown where the engine would end the process.
+struct EngineFailure : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+[[noreturn]] void fail(int, const char* message, va_list arguments) {
+  std::array<char, 256> text{};
+  std::vsnprintf(text.data(), text.size(), message, arguments);
+  throw EngineFailure(text.data());
+}
+
+bool is_within(const Vec3& v, double most) {
+  return std::all_of(v.begin(), v.end(), [&](double x) { return std::fabs(x) <= most; });
+}
+
+Error beyond(std::string what, const char* hint, std::string where = {}) {
+  return error(ErrorCode::invalid_argument, std::move(what), hint, std::move(where));
+}
+constexpr const char* kTooMuch = "Use a shorter step, softer gains or smaller forces.";
+
+thread_local bool has_complained = false;  ///< the engine, since this was set to false
+
 void make_ready() {
   static const int initialised = [] {
-    // It would write to the standard error when contacts are redundant, which it solves all the
-    // same.
-    dSetMessageHandler([](int, const char*, va_list) {});
+    // It would write to the standard error. Dantzig's method gives up where contacts are redundant
+    // and without depth, and what it leaves lets bodies jump.
+    dSetMessageHandler([](int, const char*, va_list) { has_complained = true; });
+    dSetErrorHandler(fail);
+    dSetDebugHandler(fail);
     return dInitODE2(0);
   }();
   (void)initialised;
   dAllocateODEDataForThread(dAllocateMaskAll);  // once a thread; later calls do nothing
+}
+
+std::string short_number(double x) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.3g", x);
+  return text.data();
 }
 
 Pose pose_of(const dReal* position, const dReal* rotation) {
@@ -59,12 +102,18 @@ Vec3 at_com(const Vec3& velocity, const Vec3& w, const Pose& pose, const Vec3& c
 
 }  // namespace
 
+bool step_exactly(dWorldID world, double dt) {
+  has_complained = false;
+  return dWorldStep(world, dt) != 0;
+}
+bool gave_up() { return has_complained; }
+
 Result<std::unique_ptr<OdeWorld>> OdeWorld::make(std::span<const PhysicsBody> bodies,
                                                  std::span<const PhysicsJoint> joints, Vec3 gravity,
                                                  const Settings& settings) {
   make_ready();
-  if (!spatial::is_finite(gravity))
-    return error(ErrorCode::invalid_argument, "gravity is not finite", "Correct it.");
+  if (!is_within(gravity, kMostGravity))
+    return beyond("gravity is not finite, or beyond 1e6 m/s^2", "Correct it.");
   std::unique_ptr<OdeWorld> w(new OdeWorld());
   w->settings_ = settings;
   w->gravity_ = gravity;
@@ -77,16 +126,25 @@ Result<std::unique_ptr<OdeWorld>> OdeWorld::make(std::span<const PhysicsBody> bo
   dWorldSetQuickStepNumIterations(w->world_, settings.sweeps);
   dWorldSetAutoDisableFlag(w->world_, 0);
   dWorldSetContactSurfaceLayer(w->world_, 1e-5);
-  for (std::size_t i = 0; i < bodies.size(); ++i) RMP_TRY(w->add_body(bodies[i], i));
-  for (std::size_t i = 0; i < joints.size(); ++i) RMP_TRY(w->add_joint(joints[i], i, bodies));
+  try {
+    for (std::size_t i = 0; i < bodies.size(); ++i) RMP_TRY(w->add_body(bodies[i], i));
+    for (std::size_t i = 0; i < joints.size(); ++i) RMP_TRY(w->add_joint(joints[i], i, bodies));
+  } catch (const EngineFailure& e) {
+    return beyond(std::string("the engine does not take it (") + e.what() + ")",
+                  "Correct sizes, masses and places.",
+                  w->joints_.empty() ? "body " + number_text(w->bodies_.size()) : "");
+  }
   return w;
 }
 
 OdeWorld::~OdeWorld() {
-  if (contact_joints_) dJointGroupDestroy(contact_joints_);
-  bodies_.clear();
-  if (space_) dSpaceDestroy(space_);
-  if (world_) dWorldDestroy(world_);
+  try {
+    if (contact_joints_) dJointGroupDestroy(contact_joints_);
+    if (space_) dSpaceDestroy(space_);
+    if (world_) dWorldDestroy(world_);
+  } catch (const EngineFailure&) {
+    // It stopped in the middle of a step: the rest is left as it is.
+  }
 }
 
 Result<void> OdeWorld::add_body(const PhysicsBody& body, std::size_t number) {
@@ -98,61 +156,96 @@ Result<void> OdeWorld::add_body(const PhysicsBody& body, std::size_t number) {
   if (!(body.friction >= 0) || !(body.restitution >= 0 && body.restitution <= 1))
     return error(ErrorCode::invalid_argument, "its friction or restitution is out of range",
                  "Friction is at least 0, restitution from 0 to 1.", where);
+  const double mass = body.mass.mass;
+  if (mass > 0 && !(mass >= kLeastMass && mass <= kMostMass))
+    return beyond("its mass of " + short_number(mass) + " kg is not from 1e-9 to 1e12 kg",
+                  "Correct its density or size.", where);
+  if (!is_within(body.pose.p, kFarthest) || !is_within(body.velocity, kFastest) ||
+      !is_within(body.angular_velocity, kFastestTurn))
+    return beyond("it is beyond 1e7 m, or faster than 1e7 m/s or 1e6 rad/s",
+                  "Place it nearer, or let it begin slower.", where);
+  for (const Shape& shape : body.shape.shapes)
+    if (!is_within(shape.sizes, kFarthest) || !is_within(shape.pose.p, kFarthest))
+      return beyond("a shape of it is larger than 1e7 m, or as far away", "Make it smaller.",
+                    where);
   Body b;
-  b.is_movable = body.mass.mass > 0;
+  b.is_movable = mass > 0;
   b.com = b.is_movable ? body.mass.com : Vec3{};
   b.friction = body.friction;
   b.restitution = body.restitution;
   b.group = body.group;
   b.self = body.self;
-  b.id = dBodyCreate(world_);
-  dBodySetData(b.id, reinterpret_cast<void*>(number));
+  b.pose = body.pose;
   if (b.is_movable) {
     const double least = spatial::principal(body.mass.inertia).moments[0];
-    if (!(least > 0)) {
-      dBodyDestroy(b.id);
+    if (!(least > 0))
       return error(ErrorCode::invalid_argument, "it has mass but no inertia about some axis",
                    "Give it an inertia about all three axes.", where);
-    }
     const Sym3& I = body.mass.inertia;
     dMass m;
-    dMassSetParameters(&m, body.mass.mass, 0, 0, 0, I.xx, I.yy, I.zz, I.xy, I.xz, I.yz);
+    dMassSetParameters(&m, mass, 0, 0, 0, I.xx, I.yy, I.zz, I.xy, I.xz, I.yz);
+    b.id = dBodyCreate(world_);
     dBodySetMass(b.id, &m);
-  } else {
-    dBodySetKinematic(b.id);
+    place(b.id, body.pose, b.com);
+    const Vec3 v = at_com(body.velocity, body.angular_velocity, body.pose, b.com);
+    dBodySetLinearVel(b.id, v[0], v[1], v[2]);
+    dBodySetAngularVel(b.id, body.angular_velocity[0], body.angular_velocity[1],
+                       body.angular_velocity[2]);
+    // Gyroscopic torque without the energy that an explicit step would add.
+    dBodySetGyroscopicMode(b.id, 1);
   }
-  place(b.id, body.pose, b.com);
-  const Vec3 v = at_com(body.velocity, body.angular_velocity, body.pose, b.com);
-  dBodySetLinearVel(b.id, v[0], v[1], v[2]);
-  dBodySetAngularVel(b.id, body.angular_velocity[0], body.angular_velocity[1],
-                     body.angular_velocity[2]);
-  // Gyroscopic torque without the energy that an explicit step would add.
-  dBodySetGyroscopicMode(b.id, 1);
   bodies_.push_back(std::move(b));
   for (const Shape& shape : body.shape.shapes) {
     auto made = make_geometries(space_, shape);
     if (!made.ok()) return std::move(made).error().in(where);
     for (Geometry& g : *made) {
-      const Pose& t = g.body_T_geometry;
-      const Vec3& com = bodies_.back().com;
-      dMatrix3 R;
-      to_ode(t, R);
-      dGeomSetBody(g.id, bodies_.back().id);
-      dGeomSetOffsetPosition(g.id, t.p[0] - com[0], t.p[1] - com[1], t.p[2] - com[2]);
-      dGeomSetOffsetRotation(g.id, R);
-      dGeomSetData(g.id, reinterpret_cast<void*>(static_cast<std::size_t>(g.role)));
+      dGeomSetData(g.id, reinterpret_cast<void*>(4 * number + static_cast<std::size_t>(g.role)));
       bodies_.back().geometries.push_back(std::move(g));
     }
   }
+  fasten(bodies_.back());
+  const bool is_carried =
+      !bodies_.back().is_movable && (body.velocity != Vec3{} || body.angular_velocity != Vec3{});
+  if (is_carried)
+    return move(static_cast<std::int32_t>(number), body.pose, body.velocity, body.angular_velocity);
   return {};
+}
+
+/// The geometries where the body is, or fixed to it. Pairs of which nothing moves are no pairs.
+void OdeWorld::fasten(const Body& b) {
+  constexpr unsigned long kMoves = 1, kStands = 2;
+  for (const Geometry& g : b.geometries) {
+    const Pose t = b.id ? g.body_T_geometry : spatial::compose(b.pose, g.body_T_geometry);
+    dMatrix3 R;
+    to_ode(t, R);
+    dGeomSetCategoryBits(g.id, b.is_movable ? kMoves : kStands);
+    dGeomSetCollideBits(g.id, b.is_movable ? kMoves | kStands : kMoves);
+    if (b.id) {
+      dGeomSetBody(g.id, b.id);
+      dGeomSetOffsetPosition(g.id, t.p[0] - b.com[0], t.p[1] - b.com[1], t.p[2] - b.com[2]);
+      dGeomSetOffsetRotation(g.id, R);
+    } else {
+      dGeomSetPosition(g.id, t.p[0], t.p[1], t.p[2]);
+      dGeomSetRotation(g.id, R);
+    }
+  }
+}
+
+void OdeWorld::give_id(std::int32_t body) {
+  if (body < 0) return;
+  Body& b = bodies_[static_cast<std::size_t>(body)];
+  if (b.id) return;
+  b.id = dBodyCreate(world_);
+  dBodySetKinematic(b.id);
+  place(b.id, b.pose, b.com);
+  fasten(b);
 }
 
 bool OdeWorld::may_touch(std::int32_t a, std::int32_t b) const {
   const Body &x = bodies_[static_cast<std::size_t>(a)], &y = bodies_[static_cast<std::size_t>(b)];
   if (!x.is_movable && !y.is_movable) return false;
   if (x.group != 0 && x.group == y.group && !(x.self && y.self)) return false;
-  const std::pair<std::int32_t, std::int32_t> pair{std::min(a, b), std::max(a, b)};
-  return std::find(tied_.begin(), tied_.end(), pair) == tied_.end();
+  return !tied_.contains({std::min(a, b), std::max(a, b)});
 }
 
 /// Aligns the pyramid of friction with where the bodies would slide without friction: along that
@@ -160,6 +253,7 @@ bool OdeWorld::may_touch(std::int32_t a, std::int32_t b) const {
 void OdeWorld::set_direction(const Body& x, const Body& y, dContact& c) const {
   const Vec3 at = vec3(c.geom.pos), n = vec3(c.geom.normal);
   const auto velocity = [&](const Body& b) {
+    if (!b.id) return Vec3{};
     dVector3 v;
     dBodyGetPointVel(b.id, at[0], at[1], at[2], v);
     // What joints hold does not fall.
@@ -175,12 +269,10 @@ void OdeWorld::set_direction(const Body& x, const Body& y, dContact& c) const {
 }
 
 void OdeWorld::collide(dGeomID first, dGeomID second) {
-  const dBodyID ids[2] = {dGeomGetBody(first), dGeomGetBody(second)};
-  std::int32_t a = static_cast<std::int32_t>(reinterpret_cast<std::size_t>(dBodyGetData(ids[0])));
-  std::int32_t b = static_cast<std::int32_t>(reinterpret_cast<std::size_t>(dBodyGetData(ids[1])));
-  const auto role = [](dGeomID g) {
-    return static_cast<Role>(reinterpret_cast<std::size_t>(dGeomGetData(g)));
-  };
+  const auto data = [](dGeomID g) { return reinterpret_cast<std::size_t>(dGeomGetData(g)); };
+  std::int32_t a = static_cast<std::int32_t>(data(first) / 4);
+  std::int32_t b = static_cast<std::int32_t>(data(second) / 4);
+  const auto role = [&](dGeomID g) { return static_cast<Role>(data(g) % 4); };
   if (a == b || !meet(role(first), role(second)) || !may_touch(a, b)) return;
   if (a > b) std::swap(a, b), std::swap(first, second);
   dContactGeom points[64];
@@ -205,8 +297,88 @@ void OdeWorld::collide(dGeomID first, dGeomID second) {
     Contact& kept = contacts_.emplace_back();
     kept.contact = {a, b, vec3(c.geom.pos), vec3(c.geom.normal), c.geom.depth, {}};
     kept.feedback = {};
+    kept.first_is_a = x.id != nullptr;
     dJointSetFeedback(joint, &kept.feedback);
   }
+}
+
+/// That all bodies are where contact can be found.
+Result<void> OdeWorld::check_state() const {
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    const dBodyID id = bodies_[i].id;
+    if (!id) continue;
+    const Vec3 p = vec3(dBodyGetPosition(id)), v = vec3(dBodyGetLinearVel(id)),
+               w = vec3(dBodyGetAngularVel(id));
+    const dReal* q = dBodyGetQuaternion(id);
+    if (is_within(p, kFarthest) && is_within(v, kFastest) && is_within(w, kFastestTurn) &&
+        std::isfinite(q[0] + q[1] + q[2] + q[3]))
+      continue;
+    return beyond("it flew off: beyond 1e7 m, 1e7 m/s or 1e6 rad/s", kTooMuch,
+                  "body " + number_text(i));
+  }
+  return {};
+}
+
+/// That a step ends soon: the islands are those of the engine.
+Result<void> OdeWorld::check_islands() const {
+  if (contacts_.size() > kMostContacts)
+    return beyond("there are more than " + std::to_string(kMostContacts) +
+                      " contacts, which is the most that a step takes on",
+                  "Place bodies apart, or give a smaller most_contacts.");
+  if (!settings_.exact || 3 * contacts_.size() <= kMostRows) return {};
+  std::vector<std::size_t> root(bodies_.size());
+  for (std::size_t i = 0; i < root.size(); ++i) root[i] = i;
+  const auto find = [&](std::size_t i) {
+    while (root[i] != i) i = root[i] = root[root[i]];
+    return i;
+  };
+  const auto join = [&](std::int32_t a, std::int32_t b) {
+    if (body_id(a) && body_id(b))
+      root[find(static_cast<std::size_t>(a))] = find(static_cast<std::size_t>(b));
+  };
+  for (const Joint& j : joints_) join(j.a, j.b);
+  for (const Attachment& t : attachments_)
+    if (t.joint) join(t.a, t.b);
+  for (const Contact& c : contacts_) join(c.contact.a, c.contact.b);
+  std::vector<std::size_t> rows(bodies_.size());
+  for (const Contact& c : contacts_) {
+    const std::int32_t one = body_id(c.contact.a) ? c.contact.a : c.contact.b;
+    if ((rows[find(static_cast<std::size_t>(one))] += 3) > kMostRows)
+      return beyond("bodies that touch each other have more than " + std::to_string(kMostRows / 3) +
+                        " contacts, which is the most that the exact solver takes on at once",
+                    "Choose the engine's solver \"sweeps\", place bodies apart, or give a smaller "
+                    "most_contacts.");
+  }
+  return {};
+}
+
+Result<void> OdeWorld::step_once(std::span<const double> forces, Progress& progress) {
+  RMP_TRY(check_state());
+  dJointGroupEmpty(contact_joints_);
+  contacts_.clear();
+  struct Finder {
+    OdeWorld* world;
+    Progress& progress;
+    std::size_t asked = 0;
+    bool stops = false;
+  } finder{this, progress};
+  dSpaceCollide(space_, &finder, [](void* given, dGeomID a, dGeomID b) {
+    Finder& f = *static_cast<Finder*>(given);
+    if (f.asked++ % 256 == 255 && f.progress.cancelled()) f.stops = true;
+    if (!f.stops && f.world->contacts_.size() <= kMostContacts) f.world->collide(a, b);
+  });
+  if (finder.stops) return error(ErrorCode::cancelled, "the simulation was stopped");
+  RMP_TRY(check_islands());
+  for (Joint& j : joints_) prepare(j);
+  const bool done = !has_rows_ ? advance(forces, {}) : advance_with_rows(forces);
+  if (!done) return error(ErrorCode::internal, "the engine ran out of memory");
+  for (Joint& j : joints_) {
+    if (j.type != kRevolute) continue;
+    const double change = dJointGetHingeAngle(j.id) - j.last;
+    if (change > kPi) j.turned -= 2 * kPi;
+    if (change < -kPi) j.turned += 2 * kPi;
+  }
+  return {};
 }
 
 Result<void> OdeWorld::step(double dt, std::int32_t steps, std::span<const double> forces,
@@ -214,39 +386,37 @@ Result<void> OdeWorld::step(double dt, std::int32_t steps, std::span<const doubl
   make_ready();
   if (!(dt > 0) || !std::isfinite(dt) || steps < 0)
     return error(ErrorCode::invalid_argument, "the step is not a positive time", "Give 1 ms, say.");
+  if (dt < kShortestStep || dt > kLongestStep)
+    return beyond("a step of " + short_number(dt) + " s is not from 1e-9 to 100 s",
+                  "Give 1 ms, say.");
   if (!forces.empty() && forces.size() != joints_.size())
     return error(ErrorCode::invalid_argument,
                  std::to_string(forces.size()) + " forces are given for " +
                      std::to_string(joints_.size()) + " joints",
                  "Give one force a joint, or none.");
+  for (std::size_t i = 0; i < forces.size(); ++i)
+    if (!(std::fabs(forces[i]) <= kMostForce))
+      return beyond("a force of " + short_number(forces[i]) + " is beyond 1e12 N or N m", kTooMuch,
+                    "joint " + number_text(i));
+  if (is_broken_)
+    return error(ErrorCode::invalid_argument, "the engine stopped in an earlier step",
+                 "Begin the simulation anew.");
   const std::lock_guard lock(engine_mutex());
   dt_ = dt;
-  for (std::int32_t s = 0; s < steps; ++s) {
-    if (s % 16 == 0 && progress.cancelled())
-      return error(ErrorCode::cancelled, "the simulation was stopped");
-    dJointGroupEmpty(contact_joints_);
-    contacts_.clear();
-    dSpaceCollide(space_, this, [](void* self, dGeomID a, dGeomID b) {
-      static_cast<OdeWorld*>(self)->collide(a, b);
-    });
-    for (Joint& j : joints_) prepare(j);
-    const bool done = !has_rows_ ? advance(forces, {}) : advance_with_rows(forces);
-    if (!done) return error(ErrorCode::internal, "the engine ran out of memory");
-    for (Joint& j : joints_) {
-      if (j.type != kRevolute) continue;
-      const double change = dJointGetHingeAngle(j.id) - j.last;
-      if (change > kPi) j.turned -= 2 * kPi;
-      if (change < -kPi) j.turned += 2 * kPi;
+  try {
+    for (std::int32_t s = 0; s < steps; ++s) {
+      if (s % 16 == 0 && progress.cancelled())
+        return error(ErrorCode::cancelled, "the simulation was stopped");
+      RMP_TRY(step_once(forces, progress));
     }
-    for (std::size_t i = 0; i < bodies_.size(); ++i) {
-      const dReal* p = dBodyGetPosition(bodies_[i].id);
-      if (!std::isfinite(p[0] + p[1] + p[2]))
-        return error(ErrorCode::invalid_argument,
-                     "body " + number_text(i) + " flew off to infinity",
-                     "Use a shorter step, or softer forces.");
-    }
+  } catch (const EngineFailure& e) {
+    is_broken_ = true;
+    return beyond(std::string("the engine could not go on (") + e.what() + ")", kTooMuch);
   }
-  for (Contact& c : contacts_) c.contact.force = vec3(c.feedback.f1);
+  RMP_TRY(check_state());
+  // ODE puts the body first where there is one only.
+  for (Contact& c : contacts_)
+    c.contact.force = spatial::scale(vec3(c.feedback.f1), c.first_is_a ? 1 : -1);
   pushes_.clear();
   return {};
 }
@@ -254,6 +424,7 @@ Result<void> OdeWorld::step(double dt, std::int32_t steps, std::span<const doubl
 Pose OdeWorld::pose(std::int32_t body) const {
   if (body < 0) return {};
   const Body& b = bodies_[static_cast<std::size_t>(body)];
+  if (!b.id) return b.pose;
   Pose t = pose_of(dBodyGetPosition(b.id), dBodyGetRotation(b.id));
   t.p = spatial::sub(t.p, spatial::rotate(t, b.com));
   return t;
@@ -263,6 +434,12 @@ Result<void> OdeWorld::read(const PhysicsState& out) const {
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     const Body& b = bodies_[i];
     const Pose t = pose(static_cast<std::int32_t>(i));
+    if (!b.id) {
+      if (i < out.poses.size()) out.poses[i] = t;
+      if (i < out.angular_velocities.size()) out.angular_velocities[i] = {};
+      if (i < out.velocities.size()) out.velocities[i] = {};
+      continue;
+    }
     const Vec3 arm = spatial::scale(spatial::rotate(t, b.com), -1);
     const Vec3 w = vec3(dBodyGetAngularVel(b.id));
     if (i < out.poses.size()) out.poses[i] = t;
@@ -291,11 +468,12 @@ Result<std::int32_t> OdeWorld::attach(std::int32_t a, std::int32_t b) {
   if (a < 0 || b < 0 || a >= count || b >= count || a == b)
     return error(ErrorCode::invalid_argument, "bodies to attach do not exist",
                  "Give the numbers of two bodies.");
+  give_id(a), give_id(b);
   const dJointID joint = dJointCreateFixed(world_, nullptr);
   dJointAttach(joint, body_id(a), body_id(b));
   dJointSetFixed(joint);
   attachments_.push_back({joint, a, b});
-  tied_.emplace_back(std::min(a, b), std::max(a, b));
+  tied_.emplace(std::min(a, b), std::max(a, b));
   return static_cast<std::int32_t>(attachments_.size()) - 1;
 }
 
@@ -304,15 +482,15 @@ Result<void> OdeWorld::ignore(std::int32_t a, std::int32_t b) {
   if (a < 0 || b < 0 || a >= count || b >= count || a == b)
     return error(ErrorCode::invalid_argument, "bodies that are not to touch do not exist",
                  "Give the numbers of two bodies.");
-  tied_.emplace_back(std::min(a, b), std::max(a, b));
+  tied_.emplace(std::min(a, b), std::max(a, b));
   return {};
 }
 
 Result<void> OdeWorld::push(std::int32_t body, Vec3 force, Vec3 torque) {
-  if (body < 0 || body >= static_cast<std::int32_t>(bodies_.size()) || !spatial::is_finite(force) ||
-      !spatial::is_finite(torque))
+  if (body < 0 || body >= static_cast<std::int32_t>(bodies_.size()) ||
+      !is_within(force, kMostForce) || !is_within(torque, kMostForce))
     return error(ErrorCode::invalid_argument, "the body or the force on it is not valid",
-                 "Give the number of a body and finite forces.");
+                 "Give the number of a body and forces up to 1e12 N.");
   pushes_.push_back({body, force, torque});
   return {};
 }
@@ -340,7 +518,17 @@ Result<void> OdeWorld::move(std::int32_t body, const Pose& pose, Vec3 velocity,
       !spatial::is_finite(angular_velocity))
     return error(ErrorCode::invalid_argument, "the place or velocity is not valid", "Correct it.",
                  "body " + number_text(static_cast<std::size_t>(body)));
-  const dBodyID id = body_id(body);
+  if (!is_within(pose.p, kFarthest) || !is_within(velocity, kFastest) ||
+      !is_within(angular_velocity, kFastestTurn))
+    return beyond("it is to be beyond 1e7 m, or faster than 1e7 m/s or 1e6 rad/s", kTooMuch,
+                  "body " + number_text(static_cast<std::size_t>(body)));
+  Body& b = bodies_[static_cast<std::size_t>(body)];
+  // What stays where it is needs no body.
+  const bool stays = !b.id && pose.p == b.pose.p && pose.R == b.pose.R && velocity == Vec3{} &&
+                     angular_velocity == Vec3{};
+  if (stays) return {};
+  give_id(body);
+  const dBodyID id = b.id;
   place(id, pose, {});
   dBodySetLinearVel(id, velocity[0], velocity[1], velocity[2]);
   dBodySetAngularVel(id, angular_velocity[0], angular_velocity[1], angular_velocity[2]);

@@ -2,8 +2,10 @@
 // A physical world on the Open Dynamics Engine (layer: plugin).
 #pragma once
 
+#include <array>
 #include <deque>
 #include <memory>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -28,6 +30,10 @@ struct Settings {
   int most_contacts = 16;  ///< of a pair of shapes
 };
 
+/// dWorldStep(); whether its solver gave up then, so that velocities are of no use.
+bool step_exactly(dWorldID world, double dt);
+[[nodiscard]] bool gave_up();
+
 class OdeWorld final : public PhysicsWorld {
  public:
   static Result<std::unique_ptr<OdeWorld>> make(std::span<const PhysicsBody> bodies,
@@ -49,7 +55,10 @@ class OdeWorld final : public PhysicsWorld {
  private:
   /// ODE's body stands at the centre of mass.
   struct Body {
+    /// null of what has never been moved nor jointed: geometries alone, which do not tie the
+    /// islands together that touch them.
     dBodyID id = nullptr;
+    Pose pose;  ///< without an id
     Vec3 com{};
     double friction = 0.5, restitution = 0;
     std::uint32_t group = 0;
@@ -98,6 +107,11 @@ class OdeWorld final : public PhysicsWorld {
 
   OdeWorld() = default;
   Result<void> add_body(const PhysicsBody& body, std::size_t number);
+  static void fasten(const Body& body);
+  void give_id(std::int32_t body);  ///< also to what does not move; once
+  [[nodiscard]] Result<void> check_state() const;
+  [[nodiscard]] Result<void> check_islands() const;
+  Result<void> step_once(std::span<const double> forces, Progress& progress);
   Result<void> add_joint(const PhysicsJoint& joint, std::size_t number,
                          std::span<const PhysicsBody> bodies);
   [[nodiscard]] bool may_touch(std::int32_t a, std::int32_t b) const;
@@ -111,6 +125,14 @@ class OdeWorld final : public PhysicsWorld {
   // constraints.cpp
   void add_rate(const Joint& joint, double factor, Row& row) const;
   void make_rows();
+  struct Moving {
+    dBodyID id;
+    Vec3 p, v, w;
+    std::array<dReal, 4> q;
+  };
+  [[nodiscard]] std::vector<Moving> moving() const;
+  static void put_back(std::span<const Moving> before);
+  void add_forces(std::span<const double> forces, std::span<const double> row_forces);
   bool advance(std::span<const double> forces, std::span<const double> row_forces);
   bool advance_with_rows(std::span<const double> forces);
   [[nodiscard]] static double position(const Joint& joint);
@@ -133,8 +155,10 @@ class OdeWorld final : public PhysicsWorld {
   std::vector<double> row_response_;  ///< d (J v) / d force, rows_ x rows_; empty = not known
   std::vector<Push> pushes_;
   std::vector<Attachment> attachments_;
-  std::vector<std::pair<std::int32_t, std::int32_t>> tied_;  ///< a < b: do not touch
-  std::deque<Contact> contacts_;                             ///< ODE keeps their addresses
+  std::multiset<std::pair<std::int32_t, std::int32_t>> tied_;  ///< a < b: do not touch
+  int steps_until_exact_ = 0;  ///< after the exact solver gave up
+  bool is_broken_ = false;        ///< the engine stopped in the middle of a step
+  std::deque<Contact> contacts_;  ///< ODE keeps their addresses
 };
 
 }  // namespace robomosp::physics_ode

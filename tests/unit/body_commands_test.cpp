@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+// Bodies of robots and worlds through the commands: what links weigh, what is generated, which
+// pairs can be asked for, and motions that are checked in part.
+#include <memory>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "lua/lua_state.h"
+#include "support/program.h"
+
+namespace robomosp::lua {
+namespace {
+
+class BodyCommands : public test::ProgramTest {
+ protected:
+  void SetUp() override {
+    ProgramTest::SetUp();
+    state_ = std::make_unique<LuaState>(app(), session_, LuaOptions{});
+    run("material.create{name = 'steel', density = 7850}\n"
+        "block = solid.create{name = 'block', material = 'steel',\n"
+        "  root = {kind = 'box', x = 0.1, y = 0.1, z = 0.1}}\n"
+        "function near(a, b, eps) assert(math.abs(a - b) < (eps or 1e-9), a .. ' is not ' .. b) "
+        "end\n"
+        "function names(list) local out = {} for _, p in ipairs(list) do\n"
+        "  out[p.a .. '+' .. p.b] = true end return out end");
+  }
+  void run(const std::string& code) {
+    auto r = state_->eval(code);
+    ASSERT_TRUE(r.ok()) << r.error().sentence() << "\n" << code;
+  }
+  std::string eval(const std::string& code) {
+    auto r = state_->eval(code);
+    return r.ok() ? *r : r.error().sentence();
+  }
+  ioci::Session session_{"test"};
+  std::unique_ptr<LuaState> state_;
+};
+
+// ---- contact physics at its limits ----
+
+class PhysicsLimits : public BodyCommands {
+ protected:
+  void SetUp() override {
+    BodyCommands::SetUp();
+    run("solid.create{name = 'floor', root = {kind = 'box', x = 40, y = 40, z = 0.1}}\n"
+        "cell = world.create{name = 'cell'}\n"
+        "cell:add_object{what = 'floor', name = 'floor', position = {0, 0, -0.1}}\n"
+        "function fails(args, ...)\n"
+        "  local ok, why = pcall(cell.simulate_physics, cell, args)\n"
+        "  assert(not ok, 'it ran')\n"
+        "  why = tostring(why)\n"
+        "  for _, part in ipairs{...} do assert(why:find(part, 1, true), part .. ' in: ' .. why) "
+        "end\n"
+        "end");
+  }
+};
+
+TEST_F(PhysicsLimits, StacksThatTouchFromTheStartStayWhereTheyAre) {
+  run("for i = 0, 19 do for k = 0, 2 do\n"
+      "  cell:add_object{what = 'block', name = 'b' .. i .. '_' .. k, position = {0.3 * i, 0, 0.1 "
+      "* "
+      "k}}\n"
+      "end end\n"
+      "local r = cell:simulate_physics{duration = 0.3}\n"
+      "for i = 0, 19 do for k = 0, 2 do\n"
+      "  local name = 'b' .. i .. '_' .. k\n"
+      "  local x, z = r:values(name .. '.x'), r:values(name .. '.z')\n"
+      "  near(x[#x], 0.3 * i, 1e-3) near(z[#z], 0.1 * k, 1e-3)\n"
+      "end end");
+}
+
+TEST_F(PhysicsLimits, OverlappingBoxesByTheHundredAreRefusedWithTheLimit) {
+  run("for i = 1, 600 do cell:add_object{what = 'block', name = 'b' .. i,\n"
+      "  position = {0.0001 * i, 0.00007 * i, 0.00003 * i}} end\n"
+      "local t = os.clock()\n"
+      "fails({duration = 0.1}, 'contacts', 'the most that')\n"
+      "fails({duration = 0.1, engine = {name = 'ode', params = {solver = 'sweeps'}}}, '20000')\n"
+      "assert(os.clock() - t < 20, 'it took ' .. os.clock() - t .. ' s')");
+}
+
+TEST_F(PhysicsLimits, FarFastAndHeavyBodiesEndTheRunByName) {
+  run("cell:add_object{what = 'block', name = 'near', position = {0, 0, 0.5}}\n"
+      "cell:add_object{what = 'block', name = 'stray', position = {0, 1, 0.5}}\n"
+      "local function at(v) return {duration = 0.05, objects = {{name = 'stray', velocity = v}}} "
+      "end\n"
+      "fails(at{0, 0, 1e8}, 'stray')\n"
+      "fails(at{0, 0, 1e300}, 'stray')\n"
+      "fails({duration = 0.05, objects = {{name = 'stray', angular_velocity = {1e9, 0, 0}}}}, "
+      "'stray')\n"
+      // It leaves during the run.
+      "fails({duration = 2, step = 0.1, sample_time = 0.1,\n"
+      "  objects = {{name = 'stray', velocity = {0, 0, 9.9e6}}}}, 'stray', 't = ')\n"
+      "fails({duration = 1e12, step = 1e10, sample_time = 1e10}, 'step')\n"
+      "cell:add_object{what = 'block', name = 'gone', position = {1e9, 0, 0}}\n"
+      "fails({duration = 0.05}, 'gone')\n"
+      "cell:remove_member('gone')\n"
+      "material.create{name = 'neutronium', density = 1e30}\n"
+      "solid.create{name = 'heavy', material = 'neutronium', root = {kind = 'box', x = 0.1, y = "
+      "0.1,\n"
+      "  z = 0.1}}\n"
+      "cell:add_object{what = 'heavy', name = 'heavy', position = {0, 0, 1}}\n"
+      "fails({duration = 0.05}, 'heavy', 'kg')");
+}
+
+TEST_F(PhysicsLimits, StiffGainsEndTheRunWithASentence) {
+  // The gains are in N m/rad here: far beyond what a step of 10 ms can follow.
+  run("cell:add_robot{robot = robot 'puma560', name = 'puma', position = {0, 0, 1}}\n"
+      "local function drive(controller, step, gain)\n"
+      "  return pcall(cell.simulate_physics, cell, {duration = 0.5, step = step, robots = {\n"
+      "    {name = 'puma', drive = 'controlled', controller = {name = controller,\n"
+      "      params = {kp = {gain}, kd = {gain}}}}},\n"
+      "    actions = {{action = 'move', q = {1, 0.5, -1, 0.5, 0.5, 0.5}, duration = 0.2}}})\n"
+      "end\n"
+      "local ended = 0\n"
+      "for _, controller in ipairs{'computed_torque', 'pd_gravity', 'joint_pid'} do\n"
+      "  for _, gain in ipairs{1e3, 1e6, 1e12} do\n"
+      "    local ok, why = drive(controller, 0.01, gain)\n"
+      "    if not ok then\n"
+      "      ended, why = ended + 1, tostring(why)\n"
+      "      assert(why:find('puma', 1, true) and why:find('t = ', 1, true), why)\n"
+      "    end\n"
+      "  end\n"
+      "end\n"
+      "assert(ended > 3, ended)");
+}
+
+}  // namespace
+}  // namespace robomosp::lua
