@@ -38,26 +38,30 @@ std::vector<double> shown_q(const model::Robot& record, const RobotModel& model,
 /// Greatest distance of a piece's points from a point of its body's frame.
 double reach_from(const ShapePiece& p, const Vec3& origin) {
   const Vec3 away = sub(p.pose.p, origin);
+  if (p.cone)
+    return norm(away) + std::hypot(std::max((*p.cone)[0], (*p.cone)[1]), (*p.cone)[2] / 2);
   switch (p.kind) {
     case ShapeKind::box: return norm(away) + 0.5 * norm(p.sizes);
     case ShapeKind::sphere: return norm(away) + p.sizes[0];
     case ShapeKind::cylinder: return norm(away) + std::hypot(p.sizes[0], p.sizes[1] / 2);
     case ShapeKind::capsule: return norm(away) + p.sizes[0] + p.sizes[1] / 2;
+    case ShapeKind::cone:
     case ShapeKind::mesh:
     case ShapeKind::convex: break;
   }
   double most = 0;
-  const auto& v = p.mesh->positions;
-  for (std::size_t i = 0; i + 2 < v.size(); i += 3)
-    most = std::max(most, distance(origin, transform(p.pose, {static_cast<double>(v[i]),
-                                                              static_cast<double>(v[i + 1]),
-                                                              static_cast<double>(v[i + 2])})));
+  for (const Vec3& v : p.points()) most = std::max(most, distance(origin, transform(p.pose, v)));
   return most;
 }
 
 /// Around a piece, in its body's frame.
 Box box_of(const ShapePiece& p) {
   Box box;
+  if (p.cone) {
+    const double r = std::max((*p.cone)[0], (*p.cone)[1]);
+    box.half = {r, r, (*p.cone)[2] / 2};
+    return moved(box, p.pose);
+  }
   switch (p.kind) {
     case ShapeKind::box: box.half = scale(p.sizes, 0.5); break;
     case ShapeKind::sphere: box.half = {p.sizes[0], p.sizes[0], p.sizes[0]}; break;
@@ -65,8 +69,9 @@ Box box_of(const ShapePiece& p) {
     case ShapeKind::capsule:
       box.half = {p.sizes[0], p.sizes[0], p.sizes[0] + p.sizes[1] / 2};
       break;
+    case ShapeKind::cone:
     case ShapeKind::mesh:
-    case ShapeKind::convex: box = box_around(vertices(*p.mesh)); break;
+    case ShapeKind::convex: box = box_around(p.points()); break;
   }
   return moved(box, p.pose);
 }
@@ -224,9 +229,11 @@ struct CollisionModel::Builder {
     RMP_TRY_ASSIGN(const auto engine, source.registry.create<CollisionEngine>(info.name));
     RMP_TRY_ASSIGN(const auto params,
                    motion::checked_params(info, model::ProviderChoice{}, "collision"));
+    const bool takes_cones =
+        std::find(info.tags.begin(), info.tags.end(), "cones") != info.tags.end();
     std::vector<ShapedBody> shaped(pieces.size());
     for (std::size_t b = 0; b < pieces.size(); ++b)
-      for (const ShapePiece& p : pieces[b]) shaped[b].shapes.push_back(p.shape());
+      for (const ShapePiece& p : pieces[b]) shaped[b].shapes.push_back(p.shape(takes_cones));
     auto scene = guarded(info.name, [&] { return engine->build(shaped, *params, progress); });
     if (!scene.ok()) return std::move(scene).error();
     out->provider_ = info.name;

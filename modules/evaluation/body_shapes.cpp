@@ -17,19 +17,29 @@ Result<std::shared_ptr<const std::vector<ShapePiece>>> shapes_of(Solids& solids,
                                                                  const CsgTree& tree, double chord,
                                                                  Progress& progress) {
   RMP_TRY_ASSIGN(const SolidEngine e, solids.engine_for(tree));
-  Fingerprinter fp("shapes/1");
+  Fingerprinter fp("shapes/2");
   fp.add(Solids::keys_of(e, tree).value).add(chord);
   const Fingerprint key = fp.finish();
   return solids.cache().get<std::vector<ShapePiece>>(
       key, key,
       [&] {
         return shape_pieces(
-            tree, [&](const CsgTree& part) { return solids.mesh(part, chord, progress); });
+            tree, [&](const CsgTree& part) { return solids.mesh(part, chord, progress); },
+            [&](const CsgTree& part) -> Result<std::vector<Vec3>> {
+              RMP_TRY_ASSIGN(const MadeSolid made, solids.shape(part, progress));
+              RMP_TRY_ASSIGN(const auto features, solids.features(made, progress));
+              std::vector<Vec3> corners;
+              for (const CsgFeature& f : *features)
+                if (f.kind == CsgFeature::Kind::corner) corners.push_back(f.point);
+              return corners;
+            });
       },
       [](const std::vector<ShapePiece>& pieces) {
         std::size_t bytes = sizeof(ShapePiece) * pieces.size();
-        for (const ShapePiece& p : pieces)
+        for (const ShapePiece& p : pieces) {
           if (p.mesh) bytes += mesh_bytes(*p.mesh);
+          if (p.corners) bytes += sizeof(Vec3) * p.corners->size();
+        }
         return bytes;
       });
 }

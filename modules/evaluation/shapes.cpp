@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
+#include <optional>
 #include <utility>
 
 #include "evaluation/csg_tree.h"
@@ -37,19 +39,19 @@ Mesh mesh_of_hull(const spatial::Hull& hull) {
 }
 
 /// The hull, where the mesh has its volume.
-std::shared_ptr<const Mesh> convex_form(const Mesh& mesh) {
+std::optional<spatial::Hull> convex_form(const Mesh& mesh) {
   const auto points = spatial::vertices(mesh);
   const auto moments = geometry::moments(mesh);
-  if (!moments.ok()) return nullptr;
-  const auto hull = spatial::convex_hull(points);
-  if (!hull) return nullptr;
+  if (!moments.ok()) return std::nullopt;
+  auto hull = spatial::convex_hull(points);
+  if (!hull) return std::nullopt;
   double extent = 0;
   for (const Vec3& p : hull->points)
     extent = std::max(extent, 2 * spatial::distance(p, hull->middle));
   // Round surfaces are triangles with dents that the hull has not; they are shallow everywhere,
   // the walls of the smallest hole are not.
   const double shallow = kShallow * extent;
-  if (hull->volume > moments->volume + shallow * moments->area) return nullptr;
+  if (hull->volume > moments->volume + shallow * moments->area) return std::nullopt;
   std::vector<std::pair<Vec3, double>> planes;
   for (const auto& t : hull->triangles) {
     const Vec3 n =
@@ -65,15 +67,54 @@ std::shared_ptr<const Mesh> convex_form(const Mesh& mesh) {
     if (std::none_of(planes.begin(), planes.end(), [&](const auto& plane) {
           return plane.second - spatial::dot(plane.first, middle) <= shallow;
         }))
-      return nullptr;
+      return std::nullopt;
   }
-  return std::make_shared<const Mesh>(mesh_of_hull(*hull));
+  return hull;
+}
+
+/// Moves the hull's points that are exact corners in single precision to those.
+void make_exact(spatial::Hull& hull, const std::vector<Vec3>& corners) {
+  double greatest = 0;
+  for (const Vec3& p : hull.points)
+    for (const double x : p) greatest = std::max(greatest, std::fabs(x));
+  const double rounding = 4.0 * std::numeric_limits<float>::epsilon() * greatest;
+  for (Vec3& p : hull.points) {
+    double least = rounding;
+    const Vec3* nearest = nullptr;
+    for (const Vec3& c : corners)
+      if (const double d = spatial::distance(p, c); d <= least) least = d, nearest = &c;
+    if (nearest) p = *nearest;
+  }
+}
+
+/// The hull of regular polygons on the ends of a cone; false where it has no extent.
+bool make_cone(ShapePiece& piece, const Vec3& sizes) {
+  constexpr double kChord = 2e-4;  // [m]
+  const double radius = std::max(sizes[0], sizes[1]);
+  const int sides =
+      static_cast<int>(std::clamp(std::numbers::pi / std::sqrt(2 * kChord / radius), 16.0, 96.0));
+  std::vector<Vec3> points;
+  for (const auto& [r, z] : {std::pair{sizes[0], -sizes[2] / 2}, std::pair{sizes[1], sizes[2] / 2}})
+    for (int i = 0; i < (r > 0 ? sides : 1); ++i) {
+      const double angle = 2 * std::numbers::pi * i / sides;
+      points.push_back({r * std::cos(angle), r * std::sin(angle), z});
+    }
+  auto hull = spatial::convex_hull(points);
+  if (!hull) return false;
+  piece.kind = ShapeKind::convex;
+  piece.cone = sizes;
+  piece.mesh = std::make_shared<const Mesh>(mesh_of_hull(*hull));
+  piece.corners = std::make_shared<const std::vector<Vec3>>(std::move(hull->points));
+  return true;
 }
 
 class Factory {
  public:
-  Factory(const CsgTree& whole, const MeshOf& mesh_of)
-      : whole_(whole), mesh_of_(mesh_of), pieces_expected_(count(whole, 0)) {}
+  Factory(const CsgTree& whole, const MeshOf& mesh_of, const CornersOf& corners_of)
+      : whole_(whole),
+        mesh_of_(mesh_of),
+        corners_of_(corners_of),
+        pieces_expected_(count(whole, 0)) {}
 
   Result<std::vector<ShapePiece>> run() {
     RMP_TRY(add());
@@ -127,6 +168,9 @@ class Factory {
       p.kind = ShapeKind::cylinder;
       p.sizes = {n.sizes[0], n.sizes[1], 0};
       up[2] = n.sizes[1] / 2;
+    } else if (n.kind == CsgKind::cone) {
+      if (!make_cone(p, {n.sizes[0], n.sizes[1], n.sizes[2]})) return false;
+      up[2] = n.sizes[2] / 2;
     } else if (n.kind == CsgKind::sphere) {
       p.kind = ShapeKind::sphere;
       p.sizes = {n.sizes[0], 0, 0};
@@ -218,8 +262,12 @@ class Factory {
     ShapePiece p;
     p.pose = at;
     if (auto convex = convex_form(**mesh)) {
+      auto corners = corners_of_(tree);
+      if (corners.ok()) make_exact(*convex, *corners);
+      else if (corners.error().code == ErrorCode::cancelled) return std::move(corners).error();
       p.kind = ShapeKind::convex;
-      p.mesh = std::move(convex);
+      p.mesh = std::make_shared<const Mesh>(mesh_of_hull(*convex));
+      p.corners = std::make_shared<const std::vector<Vec3>>(std::move(convex->points));
     } else {
       p.mesh = *mesh;
     }
@@ -229,14 +277,21 @@ class Factory {
 
   const CsgTree& whole_;
   const MeshOf& mesh_of_;
+  const CornersOf& corners_of_;
   std::size_t pieces_expected_;
   std::vector<ShapePiece> pieces_;
 };
 
 }  // namespace
 
-Result<std::vector<ShapePiece>> shape_pieces(const CsgTree& tree, const MeshOf& mesh_of) {
-  return Factory(tree, mesh_of).run();
+std::vector<Vec3> ShapePiece::points() const {
+  if (corners) return *corners;
+  return mesh ? spatial::vertices(*mesh) : std::vector<Vec3>{};
+}
+
+Result<std::vector<ShapePiece>> shape_pieces(const CsgTree& tree, const MeshOf& mesh_of,
+                                             const CornersOf& corners_of) {
+  return Factory(tree, mesh_of, corners_of).run();
 }
 
 }  // namespace robomosp::evaluation

@@ -5,6 +5,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include <robomosp/sdk/collision.h>
@@ -19,19 +20,36 @@ struct ShapePiece {
   Vec3 sizes{};                      ///< as of Shape [m]
   std::shared_ptr<const Mesh> mesh;  ///< of mesh and convex; convex: the hull itself, closed
   Pose pose;                         ///< body_T_piece
+  /// Of convex: those of the mesh in double precision.
+  std::shared_ptr<const std::vector<Vec3>> corners = nullptr;
 
-  /// As collision and physics engines take it; borrows the mesh.
-  [[nodiscard]] Shape shape() const { return {kind, sizes, mesh.get(), pose}; }
+  /// Of convex: the cone that it is exactly (sizes of ShapeKind::cone); the mesh has polygons
+  /// within 0.2 mm of its ends.
+  std::optional<Vec3> cone = std::nullopt;
+
+  /// As collision and physics engines take it; borrows mesh and corners.
+  [[nodiscard]] Shape shape(bool takes_cones = false) const {
+    if (takes_cones && cone) return {ShapeKind::cone, *cone, nullptr, pose, {}};
+    Shape s{kind, sizes, mesh.get(), pose, {}};
+    if (corners) set_corners(s, *corners);
+    return s;
+  }
+  /// The points whose hull it is within, of mesh and convex, in the piece's frame [m].
+  [[nodiscard]] std::vector<Vec3> points() const;
 };
 
 /// The mesh of a tree, such as from a cache.
 using MeshOf = std::function<Result<std::shared_ptr<const Mesh>>(const CsgTree&)>;
 
-/// Boxes, cylinders and spheres stay what they are; unions and patterns become their pieces, also
-/// below a difference ((A + B) - C = (A - C) + (B - C)); what is left is convex
-/// where the hull of its mesh has about its volume and no triangle lies deeper below the hull than
-/// 5e-4 of the extent, else the mesh.
+/// The exact corners of a tree's solid; none where its engine does not list them.
+using CornersOf = std::function<Result<std::vector<Vec3>>(const CsgTree&)>;
+
+/// Boxes, cylinders and spheres stay what they are, cones are convex and say so; unions and
+/// patterns become their pieces, also below a difference ((A + B) - C = (A - C) + (B - C)); what is
+/// left is convex where the hull of its mesh has about its volume and no triangle lies deeper below
+/// the hull than 5e-4 of the extent, else the mesh.
 [[nodiscard]] Result<std::vector<ShapePiece>> shape_pieces(const CsgTree& tree,
-                                                           const MeshOf& mesh_of);
+                                                           const MeshOf& mesh_of,
+                                                           const CornersOf& corners_of);
 
 }  // namespace robomosp::evaluation

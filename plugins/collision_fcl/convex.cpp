@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <set>
 #include <utility>
 
@@ -21,6 +22,38 @@ constexpr int kMostSteps = 200;
 
 double clamp_to(double x, double half) { return std::clamp(x, -half, half); }
 
+/// A cone's outline in the half plane of distance from the axis and height: the lower rim, the
+/// upper one, and where it meets the axis.
+struct Outline {
+  std::array<std::array<double, 2>, 4> corners;
+};
+Outline outline_of(const Core& c) {
+  return {{{{0, -c.half[2]}, {c.half[0], -c.half[2]}, {c.half[1], c.half[2]}, {0, c.half[2]}}}};
+}
+/// Nearest point of the outline to (r, z), and how far beyond the edge it belongs to (r, z) lies:
+/// below 0 inside.
+struct OnOutline {
+  double r = 0, z = 0, squared = std::numeric_limits<double>::infinity();
+  bool is_inside = true;
+};
+OnOutline nearest_on_outline(const Core& c, double r, double z) {
+  const Outline o = outline_of(c);
+  OnOutline best;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto &a = o.corners[i], &b = o.corners[i + 1];
+    const double x = b[0] - a[0], y = b[1] - a[1], length2 = x * x + y * y;
+    if (!(length2 > 0)) continue;
+    const double u = r - a[0], v = z - a[1];
+    best.is_inside = best.is_inside && x * v - y * u >= 0;
+    const double t = std::clamp((x * u + y * v) / length2, 0.0, 1.0);
+    // The ends themselves, so that flat faces keep their height to the bit.
+    const double pr = t < 1 ? a[0] + t * x : b[0], pz = t < 1 ? a[1] + t * y : b[1];
+    const double d2 = (r - pr) * (r - pr) + (z - pz) * (z - pz);
+    if (d2 < best.squared) best.r = pr, best.z = pz, best.squared = d2;
+  }
+  return best;
+}
+
 /// Nearest point of a core to a point outside it; the point itself when inside.
 Vec3 nearest(const Core& c, const Vec3& p) {
   switch (c.kind) {
@@ -33,13 +66,25 @@ Vec3 nearest(const Core& c, const Vec3& p) {
       const double s = r > c.half[0] ? c.half[0] / r : 1;
       return {p[0] * s, p[1] * s, clamp_to(p[2], c.half[2])};
     }
+    case Core::Kind::cone: {
+      const double r = std::hypot(p[0], p[1]);
+      const OnOutline at = nearest_on_outline(c, r, p[2]);
+      if (at.is_inside) return p;
+      return r > 0 ? Vec3{p[0] / r * at.r, p[1] / r * at.r, at.z} : Vec3{at.r, 0, at.z};
+    }
     case Core::Kind::hull: break;
   }
   return p;
 }
 
-/// A point inside a box or cylinder: depth, and the nearest point of the surface.
+/// A point inside a box, cylinder or cone: depth, and the nearest point of the surface.
 double inner_depth(const Core& c, const Vec3& p, Vec3& surface) {
+  if (c.kind == Core::Kind::cone) {
+    const double r = std::hypot(p[0], p[1]);
+    const OnOutline at = nearest_on_outline(c, r, p[2]);
+    surface = r > 0 ? Vec3{p[0] / r * at.r, p[1] / r * at.r, at.z} : Vec3{at.r, 0, at.z};
+    return std::sqrt(at.squared);
+  }
   surface = p;
   double depth = std::numeric_limits<double>::infinity();
   const auto side = [&](std::size_t k) {
@@ -64,6 +109,14 @@ double inner_depth(const Core& c, const Vec3& p, Vec3& surface) {
   return depth;
 }
 
+/// Out of a cone at a point of its surface.
+Vec3 normal_on_cone(const Core& c, const Vec3& p) {
+  if (std::fabs(p[2]) >= c.half[2]) return {0, 0, std::copysign(1.0, p[2])};
+  const double r = std::hypot(p[0], p[1]);
+  const Vec3 radial = r > 0 ? Vec3{p[0] / r, p[1] / r, 0} : Vec3{1, 0, 0};
+  return unit(add(scale(radial, 2 * c.half[2]), {0, 0, c.half[0] - c.half[1]}));
+}
+
 /// From the nearest points of two cores apart to those of the shapes.
 Apart with_margins(const Vec3& a, const Vec3& b, double margin_a, double margin_b) {
   Apart r;
@@ -76,8 +129,8 @@ Apart with_margins(const Vec3& a, const Vec3& b, double margin_a, double margin_
   return r;
 }
 
-/// The centre of a sphere against a box or cylinder whose frame is the points' frame; on_a is the
-/// solid's.
+/// The centre of a sphere against a box, cylinder or cone whose frame is the points' frame; on_a is
+/// the solid's.
 Apart point_to_solid(const Core& solid, const Vec3& p, double margin) {
   const Vec3 q = nearest(solid, p);
   if (q != p) return with_margins(q, p, 0, margin);
@@ -90,6 +143,13 @@ Apart point_to_solid(const Core& solid, const Vec3& p, double margin) {
     n = scale(n, 1 / length);
   } else {  // the centre is on the surface
     n = {};
+    if (solid.kind == Core::Kind::cone) {
+      n = normal_on_cone(solid, p);
+      r.distance = -(depth + margin);
+      r.on_a = surface;
+      r.on_b = sub(p, scale(n, margin));
+      return r;
+    }
     const Vec3 u{p[0] / solid.half[0], p[1] / solid.half[1], p[2] / solid.half[2]};
     if (solid.kind == Core::Kind::cylinder && std::fabs(p[2]) < solid.half[2])
       n = unit({p[0], p[1], 0});
@@ -237,7 +297,9 @@ bool reduce(Simplex& s) {
   return true;
 }
 
-bool is_round(const Core& c) { return c.kind == Core::Kind::cylinder; }
+bool is_round(const Core& c) {
+  return c.kind == Core::Kind::cylinder || c.kind == Core::Kind::cone;
+}
 
 /// Gilbert, Johnson, Keerthi (IEEE J. Robotics Automation 4 (1988) 193) on the cores.
 Apart gjk(const Core& a, const Core& b, const Pose& a_T_b, double interest) {
@@ -302,7 +364,8 @@ Apart gjk(const Core& a, const Core& b, const Pose& a_T_b, double interest) {
   if (projects) {
     const Pose b_T_a = inverse(a_T_b);
     double d = distance(on_a, on_b);
-    for (int i = 0; i < 60; ++i) {
+    const bool has_cone = a.kind == Core::Kind::cone || b.kind == Core::Kind::cone;
+    for (int i = 0; i < (has_cone ? 400 : 60); ++i) {
       const Vec3 pa = nearest(a, on_b);
       const Vec3 pb = transform(a_T_b, nearest(b, transform(b_T_a, pa)));
       const double closer = distance(pa, pb);
@@ -326,6 +389,18 @@ Apart swapped(const Core& a, const Core& b, const Pose& a_T_b, double interest) 
 }
 
 }  // namespace
+
+Hull cone_hull(const Core& cone) {
+  constexpr int kSides = 128;
+  std::vector<Vec3> points;
+  for (const auto& [r, z] :
+       {std::pair{cone.half[0], -cone.half[2]}, std::pair{cone.half[1], cone.half[2]}})
+    for (int i = 0; i < (r > 0 ? kSides : 1); ++i) {
+      const double angle = 2 * std::numbers::pi * i / kSides;
+      points.push_back({r * std::cos(angle), r * std::sin(angle), z});
+    }
+  return convex_hull(points).value_or(Hull{});
+}
 
 HullData hull_data(Hull hull) {
   HullData d;
@@ -355,6 +430,12 @@ Vec3 support(const Core& c, const Vec3& d, std::uint32_t& hint) {
       const double r = std::hypot(d[0], d[1]);
       const double s = r > 0 ? c.half[0] / r : 0;
       return {s * d[0], s * d[1], std::copysign(c.half[2], d[2])};
+    }
+    case Core::Kind::cone: {
+      const double r = std::hypot(d[0], d[1]);
+      const bool is_upper = c.half[1] * r + c.half[2] * d[2] > c.half[0] * r - c.half[2] * d[2];
+      const double s = r > 0 ? c.half[is_upper ? 1 : 0] / r : 0;
+      return {s * d[0], s * d[1], is_upper ? c.half[2] : -c.half[2]};
     }
     case Core::Kind::hull: break;
   }
@@ -398,7 +479,8 @@ Apart separation(const Core& a, const Core& b, const Pose& a_T_b, double interes
         return with_margins({}, transform(a_T_b, nearest(b, b_T_a.p)), a.margin, b.margin);
       }
       case Kind::box:
-      case Kind::cylinder: {
+      case Kind::cylinder:
+      case Kind::cone: {
         Apart r = point_to_solid(b, inverse(a_T_b).p, a.margin);
         std::swap(r.on_a, r.on_b);
         r.on_a = transform(a_T_b, r.on_a);

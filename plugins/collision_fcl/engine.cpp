@@ -83,8 +83,21 @@ Result<Solid> convex_solid(const Shape& s) {
       c.half = {0, 0, s.sizes[1] / 2};
       out.box.half = {c.margin, c.margin, c.half[2] + c.margin};
       break;
+    case ShapeKind::cone: {
+      const bool is_sized = s.sizes[0] >= 0 && s.sizes[1] >= 0 && s.sizes[0] + s.sizes[1] > 0 &&
+                            s.sizes[2] > 0 && is_finite(s.sizes);
+      if (!is_sized) return sizes;
+      c.kind = Core::Kind::cone;
+      c.half = {s.sizes[0], s.sizes[1], s.sizes[2] / 2};
+      const double r = std::max(c.half[0], c.half[1]);
+      out.box.half = {r, r, c.half[2]};
+      break;
+    }
     case ShapeKind::convex: {
-      auto hull = convex_hull(vertices(*s.mesh));
+      const auto corners = corners_of(s);
+      for (const Vec3& p : corners)
+        if (!is_finite(p)) return bad("a corner is not finite", "Correct the shape.");
+      auto hull = corners.empty() ? convex_hull(vertices(*s.mesh)) : convex_hull(corners);
       if (!hull) return bad("the vertices of a convex shape span no volume", "Give a solid body.");
       out.box = box_around(hull->points);
       out.inner = hull->middle;
@@ -102,14 +115,17 @@ Result<Solid> solid_of(const Shape& s) {
   if (!is_rigid(s.pose, 1e-6))
     return bad("a shape's pose is no rigid motion", "Its rotation must be orthonormal.");
   const bool wants_mesh = s.kind == ShapeKind::mesh || s.kind == ShapeKind::convex;
+  if (s.kind == ShapeKind::mesh && !s.mesh)
+    return bad("a shape has no mesh", "Give a closed mesh.");
   if (wants_mesh) {
-    if (!s.mesh || s.mesh->positions.size() < 9)
+    if ((!s.mesh || s.mesh->positions.size() < 9) && corners_of(s).empty())
       return bad("a shape has no mesh", "Give a mesh with triangles.");
-    for (const float v : s.mesh->positions)
+    const Mesh none, &mesh = s.mesh ? *s.mesh : none;
+    for (const float v : mesh.positions)
       if (!std::isfinite(v))
         return bad("a mesh has a number that is not finite", "Correct the mesh.");
-    for (const auto i : s.mesh->triangles)
-      if (i >= s.mesh->vertex_count())
+    for (const auto i : mesh.triangles)
+      if (i >= mesh.vertex_count())
         return bad("a mesh names a vertex that it does not have", "Correct the mesh.");
   }
   Solid out;
@@ -422,6 +438,10 @@ Result<std::unique_ptr<CollisionScene>> FclEngine::build(std::span<const ShapedB
       if (!solid.ok())
         return std::move(solid).error().in("body " + std::to_string(i) + ", shape " +
                                            std::to_string(k));
+      if (has_mesh && solid->is_convex && solid->core.kind == Core::Kind::cone) {
+        const Hull hull = cone_hull(solid->core);
+        solid->triangles = make_mesh_geometry(hull.points, hull.triangles);
+      }
       if (has_mesh && solid->is_convex && solid->core.kind == Core::Kind::hull)
         solid->triangles =
             make_mesh_geometry(solid->core.hull->hull.points, solid->core.hull->hull.triangles);

@@ -135,6 +135,14 @@ std::vector<Vec3> likely_ways(const Core& a, const Core& b, const Pose& a_T_b) {
     if (has_axes(a) && has_axes(b))
       for (std::size_t j = 0; j < 3; ++j) both(cross(kAxes[i], axis(a_T_b, j)));
   }
+  // Square to a cone's side, towards the other.
+  const auto slope = [](const Core& c, const Vec3& to) {
+    const double r = std::hypot(to[0], to[1]);
+    const Vec3 radial = r > 0 ? Vec3{to[0] / r, to[1] / r, 0} : Vec3{1, 0, 0};
+    return add(scale(radial, 2 * c.half[2]), {0, 0, c.half[0] - c.half[1]});
+  };
+  if (a.kind == Core::Kind::cone) both(slope(a, a_T_b.p));
+  if (b.kind == Core::Kind::cone) both(rotate(a_T_b, slope(b, inverse(a_T_b).p)));
   // From axis to axis, for round walls side by side.
   if (has_axes(a)) both({a_T_b.p[0], a_T_b.p[1], 0});
   if (has_axes(b)) {

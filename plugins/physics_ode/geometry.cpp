@@ -31,8 +31,10 @@ Geometry from_triangles(dSpaceID space, std::vector<float> points,
 
 /// A convex piece, moved so that the origin is inside it: ODE's test needs that.
 Result<std::vector<Geometry>> make_convex(dSpaceID space, const Shape& shape) {
-  if (!shape.mesh) return flat("a convex shape");
-  const auto hull = spatial::convex_hull(spatial::vertices(*shape.mesh));
+  const auto corners = corners_of(shape);
+  if (!shape.mesh && corners.empty()) return flat("a convex shape");
+  const auto hull = corners.empty() ? spatial::convex_hull(spatial::vertices(*shape.mesh))
+                                    : spatial::convex_hull(corners);
   if (!hull) return flat("a convex shape");
   Geometry g;
   g.data = std::make_unique<GeometryData>();
@@ -111,6 +113,9 @@ Result<std::vector<Geometry>> make_geometries(dSpaceID space, const Shape& shape
       break;
     case ShapeKind::convex: return make_convex(space, shape);
     case ShapeKind::mesh: return make_mesh(space, shape);
+    case ShapeKind::cone:
+      return error(ErrorCode::unsupported, "a cone is no shape of this engine",
+                   "Give its convex hull.");
   }
   std::vector<Geometry> out;
   out.push_back(std::move(g));

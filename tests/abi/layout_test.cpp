@@ -567,6 +567,7 @@ void enumerators(std::ostream& out) {
   VALUE(ShapeKind::cylinder);
   VALUE(ShapeKind::capsule);
   VALUE(ShapeKind::convex);
+  VALUE(ShapeKind::cone);
   TYPE(IkStatus);
   VALUE(IkStatus::solved);
   VALUE(IkStatus::out_of_reach);

@@ -21,7 +21,10 @@ enum class ShapeKind : std::int32_t {
   sphere = 2,    ///< sizes: radius
   cylinder = 3,  ///< sizes: radius, length along z; centred
   capsule = 4,   ///< sizes: radius, length of the straight part along z; centred
-  convex = 5,    ///< the convex hull of the mesh's vertices
+  convex = 5,    ///< the convex hull of the mesh's vertices, or of corners_of() where there are any
+  /// sizes: radius at the lower end, at the upper end, length along z; centred. One radius may be
+  /// 0. Only for engines with the tag "cones"; others get a hull.
+  cone = 6,
 };
 
 /// One shape of a body. A body is the union of its shapes.
@@ -30,8 +33,18 @@ struct Shape {
   Vec3 sizes{};                ///< [m]
   const Mesh* mesh = nullptr;  ///< of mesh and convex [m]
   Pose pose;                   ///< body_T_shape
-  Room room{};
+  Room room{};                 ///< set_corners()
 };
+/// The corners of a convex shape in double precision [m], which its mesh has rounded; borrowed.
+inline void set_corners(Shape& s, std::span<const Vec3> corners) {
+  s.room.words[0] = reinterpret_cast<std::uintptr_t>(corners.data());
+  s.room.words[1] = corners.size();
+}
+/// Those that were set; none = the mesh's vertices are what there is.
+[[nodiscard]] inline std::span<const Vec3> corners_of(const Shape& s) {
+  return {reinterpret_cast<const Vec3*>(static_cast<std::uintptr_t>(s.room.words[0])),
+          static_cast<std::size_t>(s.room.words[1])};
+}
 struct ShapedBody {
   std::vector<Shape> shapes;  ///< none = it touches nothing
 };

@@ -729,4 +729,92 @@ TEST_P(CollisionConformance, CancellingStopsWithinATenthOfASecond) {
   EXPECT_LT(progress.unheard(), 0.1) << "it computed for longer without asking";
 }
 
+// Between the planes through the nearest points, square to the way between, is nothing of either
+// body, to the digits that the points have; and projections in turn find no way that is shorter.
+TEST_P(CollisionConformance, ConesAreExact) {
+  using enum ShapeKind;
+  if (!takes(cone)) GTEST_SKIP() << "it takes no cones";
+  const auto farthest = [](const Shape& s, const Vec3& d) {
+    const double r = std::hypot(d[0], d[1]);
+    if (s.kind == box)
+      return (std::fabs(d[0]) * s.sizes[0] + std::fabs(d[1]) * s.sizes[1] +
+              std::fabs(d[2]) * s.sizes[2]) /
+             2;
+    return std::max(s.sizes[0] * r - d[2] * s.sizes[2] / 2, s.sizes[1] * r + d[2] * s.sizes[2] / 2);
+  };
+  // Nearest point of a box or cone in its frame, in the half plane through the axis.
+  const auto nearest = [](const Shape& s, const Vec3& p) -> Vec3 {
+    if (s.kind == box)
+      return {std::clamp(p[0], -s.sizes[0] / 2, s.sizes[0] / 2),
+              std::clamp(p[1], -s.sizes[1] / 2, s.sizes[1] / 2),
+              std::clamp(p[2], -s.sizes[2] / 2, s.sizes[2] / 2)};
+    const double h = s.sizes[2] / 2, r = std::hypot(p[0], p[1]);
+    const double at = (s.sizes[0] * (h - p[2]) + s.sizes[1] * (h + p[2])) / (2 * h);
+    if (std::fabs(p[2]) <= h && r <= at) return p;
+    double best = kInfinity;
+    std::array<double, 2> found{};
+    const auto edge = [&](double r0, double z0, double r1, double z1) {
+      const double x = r1 - r0, y = z1 - z0, l2 = x * x + y * y;
+      const double t = l2 > 0 ? std::clamp(((r - r0) * x + (p[2] - z0) * y) / l2, 0.0, 1.0) : 0.0;
+      const double d = std::hypot(r - r0 - t * x, p[2] - z0 - t * y);
+      if (d < best) best = d, found = {r0 + t * x, z0 + t * y};
+    };
+    edge(0, -h, s.sizes[0], -h);
+    edge(s.sizes[0], -h, s.sizes[1], h);
+    edge(s.sizes[1], h, 0, h);
+    return r > 0 ? Vec3{p[0] / r * found[0], p[1] / r * found[0], found[1]}
+                 : Vec3{found[0], 0, found[1]};
+  };
+  const auto on = [&](const Shape& s, const Pose& at, const Vec3& p) {
+    Vec3 own{}, out = at.p;
+    for (std::size_t j = 0; j < 3; ++j)
+      for (std::size_t r = 0; r < 3; ++r) own[j] += at.R[3 * r + j] * (p[r] - at.p[r]);
+    own = nearest(s, own);
+    for (std::size_t j = 0; j < 3; ++j)
+      for (std::size_t r = 0; r < 3; ++r) out[j] += at.R[3 * j + r] * own[r];
+    return out;
+  };
+  const std::array<std::array<Shape, 2>, 4> cases{
+      {{shape_of(cone, 0.3, 0.1, 0.5), shape_of(box, 0.2, 0.3, 0.4)},
+       {shape_of(cone, 0.3, 0, 0.2), shape_of(cone, 0, 0.2, 0.6)},
+       {shape_of(cone, 0.05, 0.4, 0.1), shape_of(cone, 0.3, 0.29, 0.5)},
+       {shape_of(cone, 0.2, 0.2, 0.4), shape_of(box, 1, 1, 0.01)}}};
+  Random random(kSeed);
+  for (std::size_t c = 0; c < cases.size(); ++c) {
+    const auto scene = build({{cases[c][0]}, {cases[c][1]}});
+    ASSERT_NE(scene, nullptr);
+    for (int i = 0; i < 100; ++i) {
+      const std::array<Pose, 2> at{random_pose(random, 1), random_pose(random, 1)};
+      const PairDistance d = distance(*scene, at[0], at[1]);
+      ASSERT_EQ(touches(*scene, at[0], at[1]), d.distance <= 0) << "case " << c << ", " << i;
+      if (!(d.distance > 1e-6)) continue;
+      ASSERT_NEAR(apart(d), d.distance, 1e-9) << "case " << c << ", " << i;
+      PairDistance shorter = d;
+      for (int turn = 0; turn < 2000; ++turn) {
+        shorter.on_a = on(cases[c][0], at[0], shorter.on_b);
+        shorter.on_b = on(cases[c][1], at[1], shorter.on_a);
+      }
+      ASSERT_NEAR(apart(shorter), d.distance, 1e-9) << "case " << c << ", " << i;
+      for (std::size_t k = 0; k < 2; ++k) {
+        const Vec3 &from = k == 0 ? d.on_a : d.on_b, &to = k == 0 ? d.on_b : d.on_a;
+        Vec3 n{}, own{};
+        double middle = 0, along = 0;
+        for (std::size_t j = 0; j < 3; ++j) n[j] = (to[j] - from[j]) / d.distance;
+        for (std::size_t j = 0; j < 3; ++j) {
+          for (std::size_t r = 0; r < 3; ++r) own[j] += at[k].R[3 * r + j] * n[r];
+          middle += n[j] * at[k].p[j];
+          along += n[j] * from[j];
+        }
+        ASSERT_NEAR(middle + farthest(cases[c][k], own), along, 1e-7)
+            << "case " << c << ", " << i << ", shape " << k << ", seed " << kSeed;
+      }
+    }
+  }
+  expect_distance(shape_of(cone, 0.3, 0, 0.4), shape_of(sphere, 0.1), shift(0, 0, 0.6), 0.3);
+  expect_distance(shape_of(cone, 0.3, 0, 0.4), shape_of(sphere, 0.1), shift(0.5, 0, -0.2), 0.1);
+  // 0.05 below the middle of the side, whose normal is (0.8, 0.6): the least way out.
+  expect_distance(shape_of(cone, 0.3, 0, 0.4), shape_of(sphere, 0.01),
+                  shift(0.15 - 0.05 * 0.8, 0, -0.05 * 0.6), -0.06);
+}
+
 }  // namespace robomosp::conformance
