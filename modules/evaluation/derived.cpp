@@ -88,6 +88,11 @@ Result<BodyMass> Derived::mass(const Snapshot& s, AnyId id, Progress& progress) 
   return for_whom(s, id, body_mass(impl_->solids, s, id, progress));
 }
 
+Result<BodyMass> Derived::mass(const Snapshot& s, std::span<const model::BodyPart> parts,
+                               Progress& progress) {
+  return parts_mass(impl_->solids, s, parts, progress);
+}
+
 Result<std::vector<PartMass>> Derived::part_masses(const Snapshot& s, AnyId id,
                                                    Progress& progress) {
   std::vector<PartMass> listed;
@@ -163,6 +168,11 @@ Result<std::shared_ptr<const RobotModel>> Derived::robot_model(const Snapshot& s
   // Faults of the robot itself say so already.
   if (!made.ok() && made.error().where.starts_with("robot ")) return made;
   return for_whom(s, id, std::move(made));
+}
+
+Result<std::optional<MassProperties>> Derived::standing_mass(const Snapshot& s, RobotId id,
+                                                             Progress& progress) {
+  return for_whom(s, id, standing_mass_of(impl_->solids, s, id, progress));
 }
 
 Result<RobotBodies> Derived::robot_bodies(const Snapshot& s, RobotId id, Progress& progress) {

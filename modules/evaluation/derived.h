@@ -107,6 +107,9 @@ class Derived {
                                            Progress&);
   Result<Moments> moments(const document::Snapshot&, SolidId, Progress&);
   Result<BodyMass> mass(const document::Snapshot&, AnyId solid_or_object, Progress&);
+  /// Mass of the parts of a robot's link or base, in its frame, as of an object that counts
+  /// overlaps once; only parts that are objects with Overlap::sum keep to themselves.
+  Result<BodyMass> mass(const document::Snapshot&, std::span<const model::BodyPart>, Progress&);
   /// The solids that make up the computed mass, in order of listing; they add up to it.
   Result<std::vector<PartMass>> part_masses(const document::Snapshot&, AnyId solid_or_object,
                                             Progress&);
@@ -143,6 +146,11 @@ class Derived {
   /// the mounting frame.
   Result<std::shared_ptr<const RobotModel>> robot_model(const document::Snapshot&, RobotId,
                                                         Vec3 gravity, Progress&);
+  /// What of a robot does not move, as one body in the mounting frame: its base where the designed
+  /// parts count (a base has no published mass), links fixed to it and payloads there; none =
+  /// nothing of it has a known mass.
+  Result<std::optional<MassProperties>> standing_mass(const document::Snapshot&, RobotId,
+                                                      Progress&);
   Result<RobotBodies> robot_bodies(const document::Snapshot&, RobotId, Progress&);
 
   /// The shapes of a solid or object for collision and contact, in its frame.

@@ -11,35 +11,25 @@ namespace {
 
 constexpr std::size_t kMostLeaves = 100'000;  ///< solids in one object, nested ones included
 
-}  // namespace
-
 using document::Snapshot;
 using model::Record;
 
-Error stale(const Snapshot& s, AnyId id) {
-  return error(ErrorCode::stale_handle, s.describe(id) + " does not exist",
-               "Look it up again by its name.");
-}
+/// A part that is still to be resolved.
+struct Step {
+  AnyId what;
+  Pose placement;
+  MaterialId material;
+  std::string name;
+  std::optional<std::size_t> group;
+  std::optional<std::size_t> measured = std::nullopt;
+  bool is_asked_for = false;  ///< its own measured mass is the caller's affair
+};
 
-const std::optional<model::MeasuredMass>* measured_of(const Record& record) {
-  if (const auto* solid = std::get_if<model::Solid>(&record.body)) return &solid->measured;
-  if (const auto* object = std::get_if<model::Object>(&record.body)) return &object->measured;
-  return nullptr;
-}
-
-Result<std::vector<Leaf>> leaves_of(const Snapshot& s, AnyId id,
-                                    std::vector<MeasuredPart>& measured) {
-  struct Step {
-    AnyId what;
-    Pose placement;
-    MaterialId material;
-    std::string name;
-    std::optional<std::size_t> group;
-    std::optional<std::size_t> measured = std::nullopt;
-  };
+/// Resolves the steps, last first; numbers of groups begin at `groups`.
+Result<std::vector<Leaf>> resolve(const Snapshot& s, std::vector<Step> stack, std::size_t groups,
+                                  std::vector<MeasuredPart>& measured, AnyId whole) {
   std::vector<Leaf> leaves;
-  std::size_t groups = 0, steps = 0;
-  std::vector<Step> stack{{id, {}, {}, "", std::nullopt}};
+  std::size_t steps = 0;
   while (!stack.empty()) {
     Step step = std::move(stack.back());
     stack.pop_back();
@@ -47,11 +37,11 @@ Result<std::vector<Leaf>> leaves_of(const Snapshot& s, AnyId id,
       return error(
           ErrorCode::unsupported,
           "it has more than " + std::to_string(kMostLeaves) + " parts, nested ones included",
-          "Divide it into smaller objects.", s.describe(id));
+          "Divide it into smaller objects.", s.describe(whole));
     const Record* record = s.find(step.what);
     if (!record) return stale(s, step.what);
     const auto* mass = measured_of(*record);
-    if (steps > 1 && mass && mass->has_value() && !step.measured) {
+    if (!step.is_asked_for && mass && mass->has_value() && !step.measured) {
       step.measured = measured.size();
       measured.push_back({step.what, step.placement, **mass});
     }
@@ -74,6 +64,38 @@ Result<std::vector<Leaf>> leaves_of(const Snapshot& s, AnyId id,
                        step.measured});
   }
   return leaves;
+}
+
+}  // namespace
+
+Error stale(const Snapshot& s, AnyId id) {
+  return error(ErrorCode::stale_handle, s.describe(id) + " does not exist",
+               "Look it up again by its name.");
+}
+
+const std::optional<model::MeasuredMass>* measured_of(const Record& record) {
+  if (const auto* solid = std::get_if<model::Solid>(&record.body)) return &solid->measured;
+  if (const auto* object = std::get_if<model::Object>(&record.body)) return &object->measured;
+  return nullptr;
+}
+
+Result<std::vector<Leaf>> leaves_of(const Snapshot& s, AnyId id,
+                                    std::vector<MeasuredPart>& measured) {
+  return resolve(s, {{id, {}, {}, "", std::nullopt, std::nullopt, true}}, 0, measured, id);
+}
+
+Result<std::vector<Leaf>> leaves_of(const Snapshot& s, std::span<const model::BodyPart> parts,
+                                    std::vector<MeasuredPart>& measured) {
+  std::vector<Step> stack;
+  for (std::size_t i = parts.size(); i-- > 0;) {
+    const model::BodyPart& p = parts[i];
+    const Record* record = s.find(p.what);
+    const auto* object = record ? std::get_if<model::Object>(&record->body) : nullptr;
+    std::optional<std::size_t> group = 0;
+    if (object && object->overlap == model::Overlap::sum) group.reset();
+    stack.push_back({p.what, model::pose(p.placement), {}, "", group});
+  }
+  return resolve(s, std::move(stack), 1, measured, parts.empty() ? AnyId{} : parts.front().what);
 }
 
 Result<std::vector<Leaf>> leaves_of(const Snapshot& s, AnyId id) {

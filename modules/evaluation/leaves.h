@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -40,6 +41,12 @@ struct MeasuredPart {
 [[nodiscard]] Result<std::vector<Leaf>> leaves_of(const document::Snapshot&, AnyId id,
                                                   std::vector<MeasuredPart>& measured);
 [[nodiscard]] Result<std::vector<Leaf>> leaves_of(const document::Snapshot&, AnyId id);
+
+/// The same of parts that are on a robot's body, in its frame: those of one group but for objects
+/// with Overlap::sum.
+[[nodiscard]] Result<std::vector<Leaf>> leaves_of(const document::Snapshot&,
+                                                  std::span<const model::BodyPart>,
+                                                  std::vector<MeasuredPart>& measured);
 
 /// That a record that was named does not exist.
 [[nodiscard]] Error stale(const document::Snapshot&, AnyId id);

@@ -197,12 +197,11 @@ Result<void> add_group(Solids& solids, const Snapshot& s, std::vector<const Leaf
   return {};
 }
 
-/// Without the measured mass of `id` itself. `listed` gets what each solid adds, in order of
-/// listing; a measured part's mass stands with its first solid.
-Result<BodyMass> computed_mass(Solids& solids, const Snapshot& s, AnyId id, Progress& progress,
-                               std::vector<PartMass>* listed) {
-  std::vector<MeasuredPart> measured;
-  RMP_TRY_ASSIGN(const std::vector<Leaf> leaves, leaves_of(s, id, measured));
+/// `listed` gets what each solid adds, in order of listing; a measured part's mass stands with its
+/// first solid.
+Result<BodyMass> mass_of(Solids& solids, const Snapshot& s, const std::vector<Leaf>& leaves,
+                         const std::vector<MeasuredPart>& measured, Progress& progress,
+                         std::vector<PartMass>* listed) {
   std::size_t groups = 0;
   for (const Leaf& l : leaves) groups = std::max(groups, l.group + 1);
   std::vector<std::vector<const Leaf*>> by_group(groups);
@@ -231,7 +230,7 @@ Result<BodyMass> computed_mass(Solids& solids, const Snapshot& s, AnyId id, Prog
   sum.mass = spatial::combine(masses);
   if (!spatial::is_finite(sum.mass))
     return error(ErrorCode::invalid_argument, "its mass is beyond the range of real numbers",
-                 "Check sizes and densities.", s.describe(id));
+                 "Check sizes and densities.");
   if (!sum.exact)
     sum.relative_error = sum.mass.mass > 0 ? mass_error / sum.mass.mass
                          : sum.volume > 0  ? volume_error / sum.volume
@@ -252,7 +251,24 @@ Result<BodyMass> computed_mass(Solids& solids, const Snapshot& s, AnyId id, Prog
   return sum;
 }
 
+/// Without the measured mass of `id` itself.
+Result<BodyMass> computed_mass(Solids& solids, const Snapshot& s, AnyId id, Progress& progress,
+                               std::vector<PartMass>* listed) {
+  std::vector<MeasuredPart> measured;
+  RMP_TRY_ASSIGN(const std::vector<Leaf> leaves, leaves_of(s, id, measured));
+  auto sum = mass_of(solids, s, leaves, measured, progress, listed);
+  if (!sum.ok() && sum.error().where.empty()) return std::move(sum).error().in(s.describe(id));
+  return sum;
+}
+
 }  // namespace
+
+Result<BodyMass> parts_mass(Solids& solids, const Snapshot& s,
+                            std::span<const model::BodyPart> parts, Progress& progress) {
+  std::vector<MeasuredPart> measured;
+  RMP_TRY_ASSIGN(const std::vector<Leaf> leaves, leaves_of(s, parts, measured));
+  return mass_of(solids, s, leaves, measured, progress, nullptr);
+}
 
 Result<BodyMass> body_mass(Solids& solids, const Snapshot& s, AnyId id, Progress& progress,
                            std::vector<PartMass>* listed) {

@@ -3,6 +3,7 @@
 // [any thread]
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "evaluation/derived.h"
@@ -13,5 +14,9 @@ namespace robomosp::evaluation {
 /// As Derived::mass(); `listed` gets what each solid adds, in order of listing.
 [[nodiscard]] Result<BodyMass> body_mass(Solids&, const document::Snapshot&, AnyId solid_or_object,
                                          Progress&, std::vector<PartMass>* listed = nullptr);
+
+/// As Derived::mass() of parts.
+[[nodiscard]] Result<BodyMass> parts_mass(Solids&, const document::Snapshot&,
+                                          std::span<const model::BodyPart>, Progress&);
 
 }  // namespace robomosp::evaluation

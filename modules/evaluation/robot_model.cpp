@@ -11,6 +11,7 @@
 #include "model/placement.h"
 #include "robotics/build_model.h"
 #include "spatial/mass.h"
+#include "spatial/pose.h"
 
 namespace robomosp::evaluation {
 
@@ -19,16 +20,13 @@ using model::Record;
 
 namespace {
 
-/// Mass of a link's designed parts in the link's frame; nullopt without parts or material.
+/// Mass of designed parts in their link's frame; nullopt without parts or material.
 Result<std::optional<MassProperties>> designed_mass(Solids& solids, const Snapshot& s,
-                                                    const model::Link& link, Progress& progress) {
-  std::vector<MassProperties> masses;
-  for (const auto& p : link.parts) {
-    RMP_TRY_ASSIGN(const BodyMass m, body_mass(solids, s, p.what, progress));
-    if (m.mass.mass > 0) masses.push_back(spatial::in_frame(m.mass, model::pose(p.placement)));
-  }
-  if (masses.empty()) return std::optional<MassProperties>{};
-  return std::optional<MassProperties>{spatial::combine(masses)};
+                                                    std::span<const model::BodyPart> parts,
+                                                    Progress& progress) {
+  RMP_TRY_ASSIGN(const BodyMass m, parts_mass(solids, s, parts, progress));
+  if (!(m.mass.mass > 0)) return std::optional<MassProperties>{};
+  return std::optional<MassProperties>{m.mass};
 }
 
 }  // namespace
@@ -54,7 +52,7 @@ Result<std::shared_ptr<const RobotModel>> robot_model_of(Solids& solids, const S
     if (const auto key = solids.cache().key_of(record, gravity)) return cached(*key, build);
   if (!is_own)
     for (const auto& link : robot.links) {
-      RMP_TRY_ASSIGN(auto m, designed_mass(solids, s, link, progress));
+      RMP_TRY_ASSIGN(auto m, designed_mass(solids, s, link.parts, progress));
       masses.push_back(m);
     }
   // The key: what the model is built from, without looks, poses, solvers and parts.
@@ -85,6 +83,42 @@ Result<std::shared_ptr<const RobotModel>> robot_model_of(Solids& solids, const S
   const Fingerprint key = fp.finish();
   if (is_own) solids.cache().keep_key(record, gravity, key);
   return cached(key, build);
+}
+
+Result<std::optional<MassProperties>> standing_mass_of(Solids& solids, const Snapshot& s,
+                                                       RobotId id, Progress& progress) {
+  const auto* robot = s.get(id);
+  if (!robot) return stale(s, id);
+  const bool is_designed = robot->mass_source == model::MassSource::designed;
+  std::vector<MassProperties> bodies;
+  const auto add_parts = [&](std::span<const model::BodyPart> parts,
+                             const Pose& base_T_link) -> Result<bool> {
+    if (!is_designed) return false;
+    RMP_TRY_ASSIGN(const auto m, designed_mass(solids, s, parts, progress));
+    if (m) bodies.push_back(spatial::in_frame(*m, base_T_link));
+    return m.has_value();
+  };
+  RMP_TRY(add_parts(robot->base_parts, {}));
+  const std::vector<robotics::LinkFrame> frames = robotics::link_frames(*robot);
+  const auto pose_on = [&](std::int32_t link) -> std::optional<Pose> {
+    if (link < 0) return Pose{};
+    const robotics::LinkFrame& at = frames[static_cast<std::size_t>(link)];
+    return at.joint < 0 ? std::optional(at.joint_T_link) : std::nullopt;
+  };
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    if (frames[i].joint >= 0) continue;
+    const model::Link& link = robot->links[i];
+    RMP_TRY_ASSIGN(const bool weighs, add_parts(link.parts, frames[i].joint_T_link));
+    if (!weighs && link.given)
+      bodies.push_back(spatial::in_frame(*link.given, frames[i].joint_T_link));
+  }
+  for (const model::RobotTool& tool : robot->tools)
+    if (const auto at = pose_on(tool.link); at && tool.payload)
+      bodies.push_back(
+          spatial::in_frame(*tool.payload, spatial::compose(*at, model::pose(tool.placement))));
+  const MassProperties all = spatial::combine(bodies);
+  if (!(all.mass > 0)) return std::optional<MassProperties>{};
+  return std::optional(spatial::in_frame(all, model::pose(robot->base)));
 }
 
 }  // namespace robomosp::evaluation

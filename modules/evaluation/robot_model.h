@@ -4,6 +4,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "evaluation/derived.h"
 #include "evaluation/solids.h"
@@ -15,5 +16,10 @@ namespace robomosp::evaluation {
                                                                        const document::Snapshot&,
                                                                        RobotId, Vec3 gravity,
                                                                        Progress&);
+
+/// As Derived::standing_mass().
+[[nodiscard]] Result<std::optional<MassProperties>> standing_mass_of(Solids&,
+                                                                     const document::Snapshot&,
+                                                                     RobotId, Progress&);
 
 }  // namespace robomosp::evaluation

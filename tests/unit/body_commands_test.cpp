@@ -37,6 +37,50 @@ class BodyCommands : public test::ProgramTest {
   std::unique_ptr<LuaState> state_;
 };
 
+// ---- masses ----
+
+TEST_F(BodyCommands, ALinkWeighsWhatAnObjectOfItsPartsDoes) {
+  run("parts = {{what = 'block'}, {what = 'block', position = {0.05, 0, 0}}}\n"
+      "pair = object.create{name = 'pair', parts = {{what = 'block', name = 'a'},\n"
+      "  {what = 'block', name = 'b', position = {0.05, 0, 0}}}}\n"
+      "near(pair:mass().mass, 11.775)\n"
+      "arm = robot.create{name = 'arm', mass_source = 'designed', base_parts = parts,\n"
+      "  links = {{name = 'one', parts = parts}, {name = 'two', joint = 'fixed', parts = parts}}}\n"
+      "for _, link in ipairs{'one', 'two'} do\n"
+      "  local l, o = arm:link_mass(link), pair:mass()\n"
+      "  near(l.mass, 11.775) near(l.com[1], o.com[1])\n"
+      "  near(l.inertia[1][1], o.inertia[1][1]) near(l.inertia[2][2], o.inertia[2][2])\n"
+      "end");
+}
+
+TEST_F(BodyCommands, APartThatSumsOrIsMeasuredKeepsToItself) {
+  run("sums = object.create{name = 'sums', overlap = 'sum', parts = {{what = 'block', name = "
+      "'a'},\n"
+      "  {what = 'block', name = 'b', position = {0.05, 0, 0}}}}\n"
+      "known = solid.create{name = 'known', material = 'steel',\n"
+      "  root = {kind = 'box', x = 0.1, y = 0.1, z = 0.1}}\n"
+      "known:set_measured{mass = 3}\n"
+      "arm = robot.create{name = 'arm', mass_source = 'designed',\n"
+      "  links = {{name = 'one', parts = {{what = 'sums'}}},\n"
+      "           {name = 'two', parts = {{what = 'block'}, {what = 'known'}}}}}\n"
+      "near(arm:link_mass('one').mass, 15.7)\n"
+      "near(arm:link_mass('two').mass, 10.85)");
+}
+
+TEST_F(BodyCommands, TheMassOfARobotHasItsBaseAndWhatIsFixedToIt) {
+  run("arm = robot.create{name = 'arm', mass_source = 'designed',\n"
+      "  base_parts = {{what = 'block', position = {0, 0, -0.05}}},\n"
+      "  links = {{name = 'plate', joint = 'fixed', mass = 2, com = {0, 0, 0.1}},\n"
+      "           {name = 'one', parts = {{what = 'block'}}}}}\n"
+      "m = arm:mass()\n"
+      "near(m.mass, 2 * 7.85 + 2) near(m.moving, 7.85) near(m.standing, 9.85)\n"
+      "near(m.com[3], (7.85 * 0.05 + 2 * 0.1) / m.mass)\n"
+      "bare = robot.create{name = 'bare', base_parts = {{what = 'block'}},\n"
+      "  links = {{name = 'one', mass = 5}}}\n"
+      "m = bare:mass()\n"
+      "near(m.mass, 5) near(m.standing, 0)");
+}
+
 // ---- contact physics at its limits ----
 
 class PhysicsLimits : public BodyCommands {

@@ -107,19 +107,16 @@ Result<Value> link_mass(CommandContext& ctx, const Map& args) {
   const auto& robot = content<model::Robot>(ctx, args);
   RMP_TRY_ASSIGN(const std::int32_t index, read_link(robot, *args.find("link"), false, "link"));
   const model::Link& link = robot.links[static_cast<std::size_t>(index)];
-  std::vector<MassProperties> bodies;
-  for (const model::BodyPart& part : link.parts) {
-    RMP_TRY_ASSIGN(const auto b, ctx.app.derived.mass(ctx.snapshot(), part.what, ctx.progress));
-    if (b.mass.mass > 0) bodies.push_back(spatial::in_frame(b.mass, model::pose(part.placement)));
-  }
-  const bool designs = robot.mass_source == model::MassSource::designed && !bodies.empty();
+  RMP_TRY_ASSIGN(const auto parts, ctx.app.derived.mass(ctx.snapshot(), link.parts, ctx.progress));
+  const bool weighs = parts.mass.mass > 0;
+  const bool designs = robot.mass_source == model::MassSource::designed && weighs;
   MassProperties used;
-  if (designs) used = spatial::combine(bodies);
+  if (designs) used = parts.mass;
   else if (link.given) used = *link.given;
   Map out = link_map(used);
   out.set("link", link.name);
   out.set("source", designs ? "designed" : link.given ? "given" : "none");
-  if (!bodies.empty()) out.set("designed", mass_value(spatial::combine(bodies)));
+  if (weighs) out.set("designed", mass_value(parts.mass));
   if (link.given) out.set("given", mass_value(*link.given));
   return Value(std::move(out));
 }
@@ -204,7 +201,8 @@ RMP_COMMANDS(mass_commands) {
        .classic = "",
        .summary = "Gives the mass of a link in its own frame with its ten inertial parameters.",
        .details = "By the robot's mass source: the published values, or the designed parts put "
-                  "together (measured masses of them counted). parameters is m, m rx, m ry, m rz, "
+                  "together (measured masses of them counted, volume that they share once, as in "
+                  "an object). parameters is m, m rx, m ry, m rz, "
                   "Ixx, Iyy, Izz, Ixy, Iyz, Ixz about the origin of the link's frame: the torques "
                   "are linear in them. Drives are in robot.dynamics.",
        .example = with_arm("local m = arm:link_mass(1)\nassert(m.mass == 5 and #m.parameters == "

@@ -197,9 +197,19 @@ Result<Value> mass(CommandContext& ctx, const Map& args) {
   std::vector<MassProperties> bodies;
   for (std::size_t i = 0; i < frames.size(); ++i)
     bodies.push_back(spatial::in_frame(m->joints[i].body, spatial::compose(m->base, frames[i])));
+  const double moving = spatial::combine(bodies).mass;
+  RMP_TRY_ASSIGN(const auto standing,
+                 ctx.app.derived.standing_mass(ctx.snapshot(), typed<Robot>(args), ctx.progress));
+  if (standing) bodies.push_back(*standing);
   report_no_mass(ctx, *m, Severity::info, "");
   const MassProperties all = spatial::combine(bodies);
-  return mass_value(all);
+  if (!spatial::is_finite(all))
+    return error(ErrorCode::invalid_argument, "its mass is beyond the range of real numbers",
+                 "Check the masses of its links.", name_in(ctx, ref(args, "id")));
+  Value out = mass_value(all);
+  out.as_map()->set("moving", Value(moving));
+  out.as_map()->set("standing", Value(standing ? standing->mass : 0.0));
+  return out;
 }
 
 Result<Value> skin(CommandContext& ctx, const Map& args) {
@@ -340,8 +350,10 @@ RMP_COMMANDS(robot_commands) {
   all.push_back(
       {.name = "robot.mass",
        .classic = "",
-       .summary = "Gives mass, centre of mass and inertia of all moving links together.",
-       .details = "In the frame the robot is mounted in. The base does not move and is left out.",
+       .summary = "Gives mass, centre of mass and inertia of the robot as it stands.",
+       .details = "In the frame the robot is mounted in: links with payloads, what is fixed to the "
+                  "base, and the base itself where the designed parts count (mass_source), as a "
+                  "base has no published mass.",
        .example = with_arm("assert(math.abs(arm:mass().mass - 13.7) < 1e-12)"),
        .params = {self("robot"), q},
        .returns = {"map",
@@ -349,7 +361,10 @@ RMP_COMMANDS(robot_commands) {
                    "",
                    {field("mass", "real", "kg", "Mass."),
                     field("com", "vec3", "m", "Centre of mass."),
-                    field("inertia", "matrix", "kg m^2", "Tensor about it.")}},
+                    field("inertia", "matrix", "kg m^2", "Tensor about it."),
+                    field("moving", "real", "kg", "Mass of what moves."),
+                    field("standing", "real", "kg",
+                          "Mass of the base and what is fixed to it, as far as it is known.")}},
        .effect = Effect::reads,
        .run = mass});
   all.push_back(
