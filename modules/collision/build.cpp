@@ -104,6 +104,7 @@ struct CollisionModel::Builder {
     const std::string prefix = name.empty() ? "" : name + ".";
     const auto index = static_cast<std::int32_t>(out->robots_.size());
     const auto frames = robotics::link_frames(*record);
+    note_shapeless(shapes, frames, *record, *robot.model, prefix);
     for (std::size_t b = 0; b < shapes.size(); ++b) {
       if (shapes[b].empty()) continue;
       CollisionBody body;
@@ -127,10 +128,30 @@ struct CollisionModel::Builder {
     return {};
   }
 
+  /// What moves as one is shapeless where none of its links has a shape: named by its first link.
+  void note_shapeless(const std::vector<std::vector<ShapePiece>>& shapes,
+                      const std::vector<robotics::LinkFrame>& frames, const model::Robot& record,
+                      const RobotModel& model, const std::string& prefix) {
+    std::vector<bool> has_shape(model.joints.size() + 1);
+    std::vector<std::string> names(has_shape.size());
+    for (std::size_t b = 0; b < shapes.size(); ++b) {
+      const auto at = static_cast<std::size_t>(b == 0 ? 0 : frames[b - 1].joint + 1);
+      if (!shapes[b].empty()) has_shape[at] = true;
+      if (names[at].empty()) names[at] = b == 0 ? "base" : record.links[b - 1].name;
+    }
+    for (std::size_t at = 0; at < names.size(); ++at)
+      // A joint of several coordinates is several, and its link hangs on the last.
+      if (!has_shape[at] && !names[at].empty()) out->shapeless_.push_back(prefix + names[at]);
+  }
+
   Result<void> add_object(const model::PlacedObject& o, const Pose& world_T_object,
                           const Load* held = nullptr, std::int32_t robot = -1,
                           const Pose& world_T_base = {}) {
     RMP_TRY_ASSIGN(const auto shapes, source.derived.shapes(source.snapshot, o.what, progress));
+    if (shapes->empty()) {
+      out->shapeless_.push_back(o.name);
+      return {};
+    }
     CollisionBody body;
     body.name = o.name;
     body.placement = world_T_object;

@@ -102,6 +102,9 @@ class CollisionModel {
   [[nodiscard]] const std::vector<CollisionPair>& pairs() const { return pairs_; }
   /// Pairs of bodies that move against each other and are not checked.
   [[nodiscard]] const std::vector<PassedPair>& passed() const { return passed_; }
+  /// What has no shape and so touches nothing, by the names that bodies have: objects without
+  /// parts, and of each robot what moves as one and of which nothing is designed or generated.
+  [[nodiscard]] const std::vector<std::string>& shapeless() const { return shapeless_; }
   [[nodiscard]] std::size_t coordinate_count() const { return coordinates_; }
   /// The engine is written in Lua: it answers on the application's thread only.
   [[nodiscard]] bool is_script() const { return is_script_; }
@@ -173,6 +176,7 @@ class CollisionModel {
   std::vector<CollisionRobot> robots_;
   std::vector<CollisionPair> pairs_;
   std::vector<PassedPair> passed_;
+  std::vector<std::string> shapeless_;
   std::size_t coordinates_ = 0;
   std::string provider_;
   bool is_script_ = false;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "evaluation/body_shapes.h"
 
-#include <algorithm>
 #include <utility>
 
 #include "evaluation/drawables.h"
@@ -70,9 +69,6 @@ Result<std::vector<std::vector<ShapePiece>>> robot_shapes_of(Solids& solids, con
   const auto* robot = s.get(id);
   if (!robot) return stale(s, id);
   std::vector<std::vector<ShapePiece>> out(robot->links.size() + 1);
-  const bool is_generated =
-      robot->base_parts.empty() && std::all_of(robot->links.begin(), robot->links.end(),
-                                               [](const auto& l) { return l.parts.empty(); });
   const auto add = [&](const std::shared_ptr<const std::vector<ShapePiece>>& pieces, const Pose& at,
                        std::vector<ShapePiece>& to) {
     for (ShapePiece p : *pieces) {
@@ -96,16 +92,14 @@ Result<std::vector<std::vector<ShapePiece>>> robot_shapes_of(Solids& solids, con
     }
     return {};
   };
-  if (is_generated) {
-    const robotics::LinkGeometry skin = robotics::make_link_geometry(*robot);
-    RMP_TRY(add_link_geometry(skin.base, out[0]));
-    for (std::size_t i = 0; i < skin.links.size(); ++i)
-      RMP_TRY(add_link_geometry(skin.links[i], out[i + 1]));
-    return out;
+  const std::vector<bool> is_generated = robotics::generated_bodies(*robot);
+  const robotics::LinkGeometry skin = robotics::make_link_geometry(*robot);
+  if (is_generated[0]) RMP_TRY(add_link_geometry(skin.base, out[0]));
+  else RMP_TRY(add_parts(robot->base_parts, out[0]));
+  for (std::size_t i = 0; i < robot->links.size(); ++i) {
+    if (is_generated[i + 1]) RMP_TRY(add_link_geometry(skin.links[i], out[i + 1]));
+    else RMP_TRY(add_parts(robot->links[i].parts, out[i + 1]));
   }
-  RMP_TRY(add_parts(robot->base_parts, out[0]));
-  for (std::size_t i = 0; i < robot->links.size(); ++i)
-    RMP_TRY(add_parts(robot->links[i].parts, out[i + 1]));
   return out;
 }
 

@@ -78,10 +78,12 @@ struct MeshState {
 };
 
 /// What to draw for a robot: [0] = base, in the base frame (mounting frame times Robot::base), then
-/// one list a link, in the link's frame; an invisible link has an empty list. `generated` says
-/// that no part is designed and the bodies are a skin made from the rows.
+/// one list a link, in the link's frame; an invisible link has an empty list. `is_generated` says
+/// of each whether it is made from the rows (robotics::generated_bodies), `generated` that all are,
+/// since no part is designed.
 struct RobotBodies {
   std::vector<std::vector<Drawable>> bodies;
+  std::vector<bool> is_generated;
   bool generated = false;
 };
 
@@ -157,7 +159,7 @@ class Derived {
   Result<std::shared_ptr<const std::vector<ShapePiece>>> shapes(const document::Snapshot&,
                                                                 AnyId solid_or_object, Progress&);
   /// The same of a robot: [0] = base, in the base frame, then one list a link, in the link's frame;
-  /// of the generated bodies where no part is designed.
+  /// generated ones where robotics::generated_bodies says so.
   Result<std::vector<std::vector<ShapePiece>>> robot_shapes(const document::Snapshot&, RobotId,
                                                             Progress&);
 

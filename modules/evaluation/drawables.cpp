@@ -130,9 +130,10 @@ Result<void> add_link_geometry(Solids& solids, const model::Robot& robot, RobotB
     }
     return {};
   };
-  RMP_TRY(add(skin.base, "base", out.bodies[0]));
+  if (out.is_generated[0]) RMP_TRY(add(skin.base, "base", out.bodies[0]));
   for (std::size_t i = 0; i < robot.links.size() && i < skin.links.size(); ++i)
-    RMP_TRY(add(skin.links[i], robot.links[i].name, out.bodies[i + 1]));
+    if (out.is_generated[i + 1])
+      RMP_TRY(add(skin.links[i], robot.links[i].name, out.bodies[i + 1]));
   return {};
 }
 
@@ -192,13 +193,14 @@ Result<RobotBodies> robot_bodies_of(Solids& solids, const Snapshot& s, RobotId i
   if (!robot) return stale(s, id);
   RobotBodies out;
   out.bodies.resize(robot->links.size() + 1);
+  out.is_generated = robotics::generated_bodies(*robot);
   out.generated =
       robot->base_parts.empty() && std::all_of(robot->links.begin(), robot->links.end(),
                                                [](const auto& l) { return l.parts.empty(); });
-  if (out.generated) {
-    RMP_TRY(add_link_geometry(solids, *robot, out, progress));
-    return out;
-  }
+  RMP_TRY(add_link_geometry(solids, *robot, out, progress));
+  if (out.generated) return out;
+  const bool is_any_generated =
+      std::find(out.is_generated.begin(), out.is_generated.end(), true) != out.is_generated.end();
   std::vector<AnyId> parts_of_all;
   for (const auto& p : robot->base_parts) parts_of_all.push_back(p.what);
   for (const auto& l : robot->links)
@@ -206,7 +208,7 @@ Result<RobotBodies> robot_bodies_of(Solids& solids, const Snapshot& s, RobotId i
       for (const auto& p : l.parts) parts_of_all.push_back(p.what);
   RMP_TRY(prepare(solids, s, parts_of_all, progress));
   std::optional<Error> first;
-  bool is_anything_drawn = false;
+  bool is_anything_drawn = is_any_generated;
   const auto add = [&](const std::vector<model::BodyPart>& parts,
                        std::vector<Drawable>& to) -> Result<void> {
     for (const auto& p : parts) {

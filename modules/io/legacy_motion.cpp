@@ -82,6 +82,11 @@ class RobotBinder {
     robot_.base = base.placement;
     RMP_TRY(bodies(-1));
     RMP_TRY(links());
+    // That program drew nothing for links without objects beside those with some.
+    const bool has_bodies = !robot_.base_parts.empty() ||
+                            std::any_of(robot_.links.begin(), robot_.links.end(),
+                                        [](const Link& link) { return !link.parts.empty(); });
+    for (Link& link : robot_.links) link.visible = !has_bodies || !link.parts.empty();
     NamedPose home{"home", std::move(origin_)}, nest{"nest", std::move(nest_)};
     robot_.poses = {std::move(home), std::move(nest)};
     if (has_offsets_)

@@ -480,4 +480,37 @@ LinkGeometry make_link_geometry(const model::Robot& robot) {
   return LinkGeometryBuilder(robot).build();
 }
 
+std::vector<bool> generated_bodies(const model::Robot& robot) {
+  std::vector<bool> out(robot.links.size() + 1);
+  const bool is_any_designed =
+      !robot.base_parts.empty() || std::any_of(robot.links.begin(), robot.links.end(),
+                                               [](const auto& l) { return !l.parts.empty(); });
+  if (!is_any_designed) {
+    out.assign(out.size(), true);
+    for (std::size_t i = 0; i < robot.links.size(); ++i) out[i + 1] = robot.links[i].visible;
+    return out;
+  }
+  std::vector<bool> is_on_base(robot.links.size());  // moves as the base does
+  bool is_base_designed = !robot.base_parts.empty(), carries_generated = false;
+  for (std::size_t i = 0; i < robot.links.size(); ++i) {
+    const model::Link& link = robot.links[i];
+    const bool hangs_on_base = link.parent < 0 || is_on_base[static_cast<std::size_t>(link.parent)];
+    if (link.joint == JointKind::fixed) {
+      is_on_base[i] = hangs_on_base;
+      is_base_designed = is_base_designed || (hangs_on_base && !link.parts.empty());
+      continue;
+    }
+    out[i + 1] = link.visible && link.parts.empty();
+    carries_generated = carries_generated || (hangs_on_base && out[i + 1]);
+  }
+  out[0] = carries_generated && !is_base_designed;
+  for (std::size_t i = 0; i < robot.links.size(); ++i) {
+    const model::Link& link = robot.links[i];
+    if (link.joint == JointKind::fixed)
+      out[i + 1] =
+          link.visible && link.parts.empty() && out[static_cast<std::size_t>(link.parent + 1)];
+  }
+  return out;
+}
+
 }  // namespace robomosp::robotics

@@ -12,6 +12,7 @@
 #include "robotics/coordinates.h"
 #include "robotics/home.h"
 #include "robotics/kinematics.h"
+#include "robotics/link_geometry.h"
 #include "sim/forward_simulation.h"
 #include "sim/physics_simulation.h"
 #include "spatial/mass.h"
@@ -257,6 +258,18 @@ Result<void> PhysicsSimulation::add_bodies(Actor& a, std::size_t number, Progres
   RMP_TRY_ASSIGN(auto shapes,
                  sim_.derived.robot_shapes(sim_.snapshot, a.placed->robot, progress).in(where));
   const auto frames = robotics::link_frames(*a.record);
+  // Beside designed parts generated bodies are for pictures and clearances: nothing is pushed by
+  // what nobody designed.
+  const std::vector<bool> is_generated = robotics::generated_bodies(*a.record);
+  const bool all_generated =
+      a.record->base_parts.empty() && std::all_of(a.record->links.begin(), a.record->links.end(),
+                                                  [](const auto& l) { return l.parts.empty(); });
+  for (std::size_t b = 0; b < shapes.size() && !all_generated; ++b) {
+    if (!is_generated[b] || shapes[b].empty()) continue;
+    shapes[b].clear();
+    untouched_.push_back(a.placed->name + "." +
+                         (b == 0 ? std::string("base") : a.record->links[b - 1].name));
+  }
   std::vector<std::vector<ShapePiece>> of_body(a.model->joints.size() + 1);
   for (std::size_t b = 0; b < shapes.size(); ++b) {
     const auto joint = b == 0 ? -1 : frames[b - 1].joint;

@@ -31,6 +31,10 @@ void PhysicsSimulation::prepare_columns() {
     out_.notes.push_back(text::enumerate(inert_) + (inert_.size() == 1 ? " has" : " have") +
                          " no mass or no inertia about some axis and got the least that the "
                          "engine takes");
+  if (!untouched_.empty())
+    out_.notes.push_back(text::enumerate(untouched_) + (untouched_.size() == 1 ? " has" : " have") +
+                         " no designed parts and touch" + (untouched_.size() == 1 ? "es" : "") +
+                         " nothing");
   add_column("time", "s", "time");
   const auto first =
       std::find_if(actors_.begin(), actors_.end(), [](const Actor& a) { return a.acts; });

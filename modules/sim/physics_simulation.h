@@ -157,6 +157,7 @@ class PhysicsSimulation {
   MotionReference::Sample wanted_;
   std::vector<const Actor*> recorded_;
   std::vector<std::string> inert_;
+  std::vector<std::string> untouched_;  ///< links of designed robots that have no parts
   recording::Recording out_;
 };
 

@@ -130,6 +130,9 @@ class Recorder {
       if (const std::string part = this->part(s, name + "_base"); !part.empty())
         robot += "base_part {" + part + " }\n";
     name_links();
+    has_shapes_ =
+        !m_.ground.empty() || std::any_of(m_.bodies.begin(), m_.bodies.end(),
+                                          [](const Body& body) { return !body.shapes.empty(); });
     for (const std::size_t b : order_) robot += links(b);
     for (const Loop& l : m_.loops) robot += loop(l);
     for (const NamedPose& p : m_.poses) robot += pose(p);
@@ -269,6 +272,8 @@ class Recorder {
       out += "link " + text(name) + " {\n  parent " + text(parent) + "\n  joint " +
              joint_word(j.kind) + "\n  origin {" + placement(origin) + " }\n" + fields(j);
       if (is_last) out += content(b);
+      // The file gives bodies, and none here: nothing is generated in its place.
+      if (has_shapes_ && (!is_last || body.shapes.empty())) out += "  visible false\n";
       out += "}\n";
       parent = name;
       origin = Pose{};
@@ -471,6 +476,7 @@ class Recorder {
   }
 
   Mechanism m_;
+  bool has_shapes_ = false;  ///< the file gives bodies
   const Options& options_;
   Imported out_;
   std::vector<std::size_t> order_;

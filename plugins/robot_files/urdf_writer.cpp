@@ -289,7 +289,7 @@ class UrdfWriter {
     std::vector<Pose> link_T_item(task_.items.size());
     std::map<std::uint64_t, std::string> shared;  // mesh elements by definition
     std::size_t others = 0;
-    bool has_drawn = false;
+    std::set<std::string> drawn;  // links without designed bodies
     for (std::size_t i = 0; i < task_.items.size(); ++i) {
       const ExportItem& item = task_.items[i];
       if (robot_part(item)) {
@@ -308,7 +308,7 @@ class UrdfWriter {
         continue;
       }
       std::string& to = bodies_[below[i] - 1];
-      has_drawn = has_drawn || is_only_drawn(item);
+      if (is_only_drawn(item)) drawn.insert(below[i] == 1 ? base_ : links_[below[i] - 2].name);
       if (const ExportPrimitive* p = primitive(item)) {
         shape(to, said_exactly(*p), spatial::compose(link_T_item[i], p->pose), item.colour,
               !is_only_drawn(item));
@@ -321,10 +321,14 @@ class UrdfWriter {
       }
       shape(to, mesh, link_T_item[i], item.colour, !is_only_drawn(item));
     }
-    if (has_drawn)
+    if (drawn.size() > links_.size())
       report_.notes.emplace_back(
-          "Links without designed bodies have those that are drawn for them as visual shapes, "
-          "without collision shapes.");
+          "The robot has no designed bodies: those that are drawn for it were written as visual "
+          "shapes, without collision shapes.");
+    else
+      note({drawn.begin(), drawn.end()},
+           "Nothing is designed for some links; what is drawn there was written as visual shapes, "
+           "without collision shapes");
     if (others > 0)
       report_.notes.push_back(counted(others, "part that is", "parts that are") +
                               " no part of the robot had to be left out.");

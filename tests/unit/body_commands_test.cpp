@@ -81,6 +81,48 @@ TEST_F(BodyCommands, TheMassOfARobotHasItsBaseAndWhatIsFixedToIt) {
       "near(m.mass, 5) near(m.standing, 0)");
 }
 
+// ---- generated bodies ----
+
+TEST_F(BodyCommands, OnePartTakesTheGeneratedBodyOfItsOwnLinkOnly) {
+  run("local links = {{name = 'l1', d = 0.4, alpha = '90 deg'}, {name = 'l2', a = 0.4},\n"
+      "  {name = 'l3', a = 0.4}, {name = 'l4', d = 0.1, alpha = '90 deg'},\n"
+      "  {name = 'l5', d = 0.1, alpha = '-90 deg'}, {name = 'l6', d = 0.08}}\n"
+      "plain = robot.create{name = 'plain', links = links}\n"
+      "links[6].parts = {{what = 'block', position = {0, 0, 0.2}}}\n"
+      "torch = robot.create{name = 'torch', links = links}\n"
+      "local before, after = plain:checked_pairs(), torch:checked_pairs()\n"
+      "assert(#before > 3 and #after >= #before, #before .. ' pairs became ' .. #after)\n"
+      "local p, t = plain:skin(), torch:skin()\n"
+      "assert(p.generated and not t.generated and t.base == p.base)\n"
+      "for i = 1, 5 do assert(t.links[i] == p.links[i]) end\n"
+      "assert(p.links[6] > 0 and t.links[6] == 0)");
+}
+
+TEST_F(BodyCommands, FramesAndHiddenLinksHaveNoBodyAndABaseGoesWithItsLinks) {
+  run("r = robot.create{name = 'r', links = {\n"
+      "  {name = 'slide', joint = 'prismatic', parts = {{what = 'block'}}},\n"
+      "  {name = 'flange', joint = 'fixed', d = 0.3},\n"
+      "  {name = 'hidden', a = 0.3, visible = false},\n"
+      "  {name = 'seen', a = 0.3}}}\n"
+      "local s = r:skin()\n"
+      "assert(s.base == 0 and s.links[1] == 0 and s.links[2] == 0 and s.links[3] == 0)\n"
+      "assert(s.links[4] > 0)");
+}
+
+TEST_F(BodyCommands, ABodyWithoutShapeIsReported) {
+  run("r = robot.create{name = 'r', links = {{name = 'slide', joint = 'prismatic', lower = 0,\n"
+      "  upper = 1, parts = {{what = 'block'}}}, {name = 'hidden', a = 0.3, visible = false}}}\n"
+      "nothing = object.create{name = 'nothing'}\n"
+      "cell = world.create{name = 'cell'}\n"
+      "cell:add_robot{robot = r, name = 'r', q = {0.5, 0}}\n"
+      "cell:add_object{what = 'nothing', name = 'ghost'}\n"
+      "cell:add_object{what = 'block', name = 'wall', position = {3, 0, 0}}\n"
+      "local c = cell:check_path{path = {{0, 0}, {1, 0}}}\n"
+      "assert(c.is_free and #c.shapeless == 3)\n"
+      "local found = {} for _, n in ipairs(c.shapeless) do found[n] = true end\n"
+      "assert(found.ghost and found['r.base'] and found['r.hidden'])");
+}
+
 // ---- contact physics at its limits ----
 
 class PhysicsLimits : public BodyCommands {

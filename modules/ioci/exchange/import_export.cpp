@@ -482,7 +482,8 @@ class Items {
       const ItemOfRobot link{static_cast<std::int32_t>(robots.size()) - 1,
                              b == 0 ? -1 : links[b - 1].joint};
       const auto number = static_cast<std::int32_t>(b) - 1;
-      if (bodies.generated) {
+      if (bodies.is_generated[b]) {
+        if (bodies.bodies[b].empty()) continue;
         if (wants_exact_) {
           inexact.push_back(text::quote(part));
           continue;
@@ -511,9 +512,9 @@ class Items {
         RMP_TRY(add(p.what, ctx_.snapshot().find(p.what)->name, model::pose(p.placement), body));
     }
     if (!inexact.empty())
-      notes.push_back("What is drawn for links of robot " + text::quote(name) +
-                      " that have no designed bodies is not exact and was left out: " +
-                      text::enumerate_some(inexact, 6) + ".");
+      notes.push_back("Robot " + text::quote(name) + " has no designed bodies for " +
+                      text::enumerate_some(inexact, 6) +
+                      "; what is drawn there is not exact and was left out.");
     if (!hidden.empty())
       notes.push_back("Links of robot " + text::quote(name) +
                       " that are not visible were left out: " + text::enumerate_some(hidden, 6) +

@@ -263,6 +263,13 @@ Result<Value> set_link(CommandContext& ctx, const Map& args) {
         return error(ErrorCode::conflict, "there are two links named " + text::quote(l.name),
                      "Names are unique within a robot.");
     if (checked.find("inertia")) report_inertia(ctx, name_in_document(ctx, args), l);
+    if (checked.find("parts") && !l.parts.empty() && !l.visible)
+      ctx.app.messages.post(Severity::info, "visible",
+                            "robot " + text::quote(name_in_document(ctx, args)) + ", link " +
+                                text::quote(l.name) +
+                                " is not visible: its parts collide and weigh but are not drawn. "
+                                "Say visible = true to draw them.",
+                            "ioci");
     return {};
   });
 }

@@ -215,13 +215,15 @@ Result<Value> mass(CommandContext& ctx, const Map& args) {
 Result<Value> skin(CommandContext& ctx, const Map& args) {
   const Robot& r = content<Robot>(ctx, args);
   const robotics::LinkGeometry s = robotics::make_link_geometry(r);
-  const bool designed =
-      !r.base_parts.empty() ||
-      std::any_of(r.links.begin(), r.links.end(), [](const Link& l) { return !l.parts.empty(); });
+  const std::vector<bool> is_generated = robotics::generated_bodies(r);
   List per_link;
-  for (const auto& pieces : s.links) per_link.emplace_back(pieces.size());
-  return Value(Map{{"generated", !designed},
-                   {"base", s.base.size()},
+  for (std::size_t i = 0; i < s.links.size(); ++i)
+    per_link.emplace_back(is_generated[i + 1] ? s.links[i].size() : std::size_t{0});
+  const bool all_generated =
+      r.base_parts.empty() &&
+      std::all_of(r.links.begin(), r.links.end(), [](const Link& l) { return l.parts.empty(); });
+  return Value(Map{{"generated", all_generated},
+                   {"base", is_generated[0] ? s.base.size() : std::size_t{0}},
                    {"links", std::move(per_link)},
                    {"colour", colour_text(r.skin_colour)},
                    {"accent", colour_text(r.skin_accent)}});
@@ -370,16 +372,18 @@ RMP_COMMANDS(robot_commands) {
   all.push_back(
       {.name = "robot.skin",
        .classic = "",
-       .summary = "Reports what body is drawn for a robot without designed parts.",
-       .details = "The generated body has no mass.",
+       .summary = "Reports what bodies are drawn for links without designed parts.",
+       .details = "Each visible link without parts gets a generated body, which collides as it is "
+                  "drawn and has no mass; not a fixed one on a designed link. The base gets one "
+                  "where it has no parts and carries a link with one.",
        .example = with_arm("assert(arm:skin().generated)"),
        .params = {self("robot")},
        .returns = {"map",
                    "",
                    "",
-                   {field("generated", "bool", "", "False when designed parts are drawn instead."),
-                    field("base", "int", "", "Pieces of the base."),
-                    field("links", "list", "", "Pieces of each link."),
+                   {field("generated", "bool", "", "No link has designed parts."),
+                    field("base", "int", "", "Generated pieces of the base."),
+                    field("links", "list", "", "Generated pieces of each link."),
                     field("colour", "string", "", "Colour of the tubes."),
                     field("accent", "string", "", "Colour of the joints.")}},
        .effect = Effect::reads,

@@ -158,7 +158,9 @@ Result<Value> check_path(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const ModelPtr m, collision_model(ctx, args));
   RMP_TRY_ASSIGN(const Waypoints w, waypoints(ctx, args, *m));
   RMP_TRY_ASSIGN(const auto contact, m->check_path(w.q, real(args, "tolerance"), ctx.progress));
-  Map out{{"is_free", !contact.has_value()}};
+  List shapeless;
+  for (const std::string& name : m->shapeless()) shapeless.emplace_back(name);
+  Map out{{"is_free", !contact.has_value()}, {"shapeless", std::move(shapeless)}};
   if (!contact) return Value(std::move(out));
   const std::size_t i = contact->segment;
   out.set("segment", Value(i + 1));
@@ -360,6 +362,7 @@ RMP_COMMANDS(collision_commands) {
       {"map", "", "", contact_fields}, Effect::reads, clearance);
   std::vector<ParamSpec> path_fields{
       field("is_free", "bool", "", "Nothing comes nearer than the tolerance."),
+      field("shapeless", "list", "", "Names of what has no shape, and so touches nothing."),
       field("segment", "int", "", "Between which waypoints: 1 = the first and the second."),
       field("share", "real", "", "How far along the segment, 0..1."),
       field("time", "real", "s", "When, of a recording.")};
