@@ -2,6 +2,7 @@
 // Putting collision models together from worlds and robots, and the pairs that are checked.
 #include <algorithm>
 #include <iterator>
+#include <map>
 #include <set>
 #include <utility>
 
@@ -221,6 +222,27 @@ struct CollisionModel::Builder {
     return best;
   }
 
+  /// Pairs that do not move against each other are checked where a rule that names both says so;
+  /// gives the first body of each.
+  std::set<std::int32_t> add_forbidden() {
+    std::map<std::string_view, std::int32_t> numbers;
+    for (std::size_t i = 0; i < out->bodies_.size(); ++i)
+      numbers.emplace(out->bodies_[i].name, static_cast<std::int32_t>(i));
+    std::set<std::int32_t> firsts;
+    for (const model::CollisionPairRule& r : rules) {
+      const auto a = numbers.find(r.a), b = numbers.find(r.b);
+      if (r.is_allowed || a == numbers.end() || b == numbers.end() || a == b) continue;
+      const CollisionPair pair{std::min(a->second, b->second), std::max(a->second, b->second)};
+      const CollisionBody &x = out->bodies_[static_cast<std::size_t>(pair.a)],
+                          &y = out->bodies_[static_cast<std::size_t>(pair.b)];
+      if (moves_against(x, y) || rule_of(x, y) != &r) continue;
+      out->pairs_.push_back(pair);
+      firsts.insert(pair.a);
+    }
+    std::sort(out->pairs_.begin(), out->pairs_.end(), comes_before);
+    return firsts;
+  }
+
   /// Whether nothing but one joint, or joints that carry no body, is between them.
   [[nodiscard]] bool are_adjacent(const CollisionBody& a, const CollisionBody& b) const {
     if (a.robot != b.robot || a.robot < 0 || a.is_held || b.is_held) return false;
@@ -263,7 +285,6 @@ struct CollisionModel::Builder {
     carriers.resize(out->robots_.size());
     for (const CollisionBody& b : out->bodies_)
       if (b.robot >= 0) carriers[static_cast<std::size_t>(b.robot)].insert(b.joint);
-    make_broad_phase();
 
     std::vector<CollisionPair> undecided;
     const auto count = static_cast<std::int32_t>(out->bodies_.size());
@@ -282,19 +303,22 @@ struct CollisionModel::Builder {
           if (!rule && x.robot == y.robot) undecided.push_back({a, b});
         }
       }
+    make_broad_phase(add_forbidden());
     if (!undecided.empty()) RMP_TRY(pass_always(undecided));
     out->checked_ = PairSet(out->bodies_.size(), out->pairs_);
     return std::shared_ptr<const CollisionModel>(std::move(out));
   }
 
-  void make_broad_phase() {
+  /// `as_moving`: bodies to be looked at with those that move.
+  void make_broad_phase(const std::set<std::int32_t>& as_moving) {
     std::vector<Box> boxes;
     std::vector<bool> moves;
     for (std::size_t b = 0; b < pieces.size(); ++b) {
       Box box = box_of(pieces[b].front());
       for (const ShapePiece& p : pieces[b]) box = around(box, box_of(p));
       boxes.push_back(box);
-      moves.push_back(out->bodies_[b].joint >= 0);
+      moves.push_back(out->bodies_[b].joint >= 0 ||
+                      as_moving.contains(static_cast<std::int32_t>(b)));
     }
     std::vector<Pose> poses(out->bodies_.size());
     out->place(out->shown(), poses);

@@ -179,7 +179,12 @@ Result<std::vector<CollisionPair>> CollisionModel::collisions(std::span<const do
   Sample s = sample();
   place_moving(q, s);
   broad_.place(s.poses, {}, s.boxes);
-  const auto asked = candidates(s, checked_, 0);
+  return touching_at(s, candidates(s, checked_, 0), progress);
+}
+
+Result<std::vector<CollisionPair>> CollisionModel::touching_at(const Sample& s,
+                                                               std::span<const CollisionPair> asked,
+                                                               Progress& progress) const {
   std::vector<CollisionPair> hits;
   if (asked.empty()) return hits;
   std::vector<std::uint8_t> touch(asked.size());
@@ -189,6 +194,24 @@ Result<std::vector<CollisionPair>> CollisionModel::collisions(std::span<const do
   for (std::size_t k = 0; k < asked.size(); ++k)
     if (touch[k]) hits.push_back(asked[k]);
   return hits;
+}
+
+Result<std::vector<CollisionPair>> CollisionModel::touching(std::span<const double> q,
+                                                            std::span<const CollisionPair> pairs,
+                                                            Progress& progress) const {
+  RMP_TRY(check(q));
+  Sample s = sample();
+  place_moving(q, s);
+  return touching_at(s, pairs, progress);
+}
+
+Result<std::vector<Contact>> CollisionModel::between(std::span<const double> q,
+                                                     std::span<const CollisionPair> pairs,
+                                                     double interest, Progress& progress) const {
+  RMP_TRY_ASSIGN(const auto found, distances_of(q, pairs, interest, progress));
+  std::vector<Contact> out;
+  for (std::size_t k = 0; k < pairs.size(); ++k) out.push_back({pairs[k], found[k]});
+  return out;
 }
 
 Result<std::vector<Contact>> CollisionModel::clearance(std::span<const double> q,

@@ -88,8 +88,9 @@ struct ObjectPlaces {
 /// after the other.
 class CollisionModel {
  public:
-  /// Objects among themselves and with robots' bases, which never move, are not checked. What a
-  /// robot holds is a body of it, and checked with all but what carries it.
+  /// Objects among themselves and with robots' bases, which never move, are checked only where a
+  /// rule that names both forbids them to touch. What a robot holds is a body of it, and checked
+  /// with all but what carries it.
   static Result<std::shared_ptr<const CollisionModel>> of_world(
       const evaluation::Sources&, WorldId, Progress&, const ObjectPlaces* places = nullptr);
   /// Self-collision of a robot that stands in its mounting frame.
@@ -123,6 +124,14 @@ class CollisionModel {
   /// Pairs that touch in one configuration, in the order of pairs().
   [[nodiscard]] Result<std::vector<CollisionPair>> collisions(std::span<const double> q,
                                                               Progress&) const;
+  /// Any two bodies in one configuration, whether they are checked or not: one answer a pair.
+  [[nodiscard]] Result<std::vector<Contact>> between(std::span<const double> q,
+                                                     std::span<const CollisionPair> pairs,
+                                                     double interest, Progress&) const;
+  /// Those of any pairs that touch in one configuration.
+  [[nodiscard]] Result<std::vector<CollisionPair>> touching(std::span<const double> q,
+                                                            std::span<const CollisionPair> pairs,
+                                                            Progress&) const;
   /// The least distance of each sample, with the first pair that has it; no pairs: infinity and the
   /// pair (-1, -1).
   [[nodiscard]] Result<std::vector<Contact>> clearance(std::span<const double> q, Progress&) const;
@@ -167,6 +176,9 @@ class CollisionModel {
                                  double interest, std::span<PairDistance> out, Progress&) const;
   [[nodiscard]] std::vector<CollisionPair> candidates(const Sample&, const PairSet&,
                                                       double within) const;
+  [[nodiscard]] Result<std::vector<CollisionPair>> touching_at(const Sample&,
+                                                               std::span<const CollisionPair>,
+                                                               Progress&) const;
   [[nodiscard]] Result<Contact> least(Sample&, const PairSet&, double interest) const;
   [[nodiscard]] Result<std::vector<PairDistance>> distances_of(std::span<const double> q,
                                                                std::span<const CollisionPair> pairs,

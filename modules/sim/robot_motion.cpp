@@ -18,6 +18,13 @@
 #include "spatial/quintic.h"
 
 namespace robomosp::sim {
+PathSample in_base(const PathSample& s, const Pose& base_T_path) {
+  using namespace spatial;
+  return {compose(base_T_path, s.pose), rotate(base_T_path, s.velocity),
+          rotate(base_T_path, s.angular_velocity), rotate(base_T_path, s.acceleration),
+          rotate(base_T_path, s.angular_acceleration)};
+}
+
 namespace {
 
 /// Joint configurations closer than this count as one [rad or m].
@@ -28,13 +35,6 @@ constexpr double kSpeed = 1;  ///< [rad/s or m/s]
 /// Parameters of joint segments that lower the robot's limits, or stand in for them.
 constexpr std::array<const char*, 3> kLimits{"velocity", "acceleration", "jerk"};
 constexpr double kRiseTime = 0.25;  ///< to full speed, and to full acceleration [s]
-
-PathSample in_base(const PathSample& s, const Pose& base_T_path) {
-  using namespace spatial;
-  return {compose(base_T_path, s.pose), rotate(base_T_path, s.velocity),
-          rotate(base_T_path, s.angular_velocity), rotate(base_T_path, s.acceleration),
-          rotate(base_T_path, s.angular_acceleration)};
-}
 
 std::string place(const Vec3& p) {
   std::string out = "(";

@@ -47,6 +47,9 @@ struct RobotMotion {
   std::vector<std::string> notes;  ///< such as moves put in, a sentence each
 };
 
+/// A sample of a path in the frame that the path is placed in.
+[[nodiscard]] PathSample in_base(const PathSample& s, const Pose& base_T_path);
+
 /// Cartesian segments that follow each other are one path (motion::Path) and one branch of the
 /// inverse kinematics. A joint segment starts where the joints are; its points in space are solved
 /// for the configuration nearest to the one before. Where a Cartesian path, or a first segment of

@@ -22,4 +22,8 @@ struct RunSetup {
 /// A robot with loops or joints of several coordinates is an error.
 [[nodiscard]] Result<RunSetup> prepare_run(const Simulator&, const Run&, Progress&);
 
+/// Columns of time, joints and tool, with the joints' limits.
+[[nodiscard]] recording::Recording kinematic_recording(const Run&, const RunSetup&,
+                                                       const RobotMotion&);
+
 }  // namespace robomosp::sim

@@ -152,6 +152,8 @@ void add_joint_columns(Recording& recording, const RobotModel& model, const std:
   }
 }
 
+}  // namespace
+
 Recording kinematic_recording(const Run& run, const RunSetup& setup, const RobotMotion& t) {
   const RobotModel& model = *setup.model;
   Recording recording;
@@ -188,6 +190,8 @@ Recording kinematic_recording(const Run& run, const RunSetup& setup, const Robot
   mark_limits(recording, model);
   return recording;
 }
+
+namespace {
 
 /// Where a joint exceeds a limit, and by how much at most: a sentence each.
 void note_limits(Recording& recording, const RobotModel& model, const std::string& stem,

@@ -9,6 +9,7 @@
 #include "kernel/text.h"
 #include "motion/cartesian_path.h"
 #include "robotics/kinematics.h"
+#include "sim/joint_rates.h"
 #include "sim/recording_columns.h"
 #include "sim/run_setup.h"
 #include "spatial/pose.h"
@@ -53,16 +54,126 @@ std::string reason_of(const IkResult& r, const RobotModel& model) {
   std::string why = r.detail;
   if (why.empty() && r.status == IkStatus::out_of_reach) why = "it is out of reach";
   if (why.empty()) why = "the solver found no solution";
-  // The solver may have reported the joint already.
+  // The solver may have told the joint already.
   if (const auto j = static_cast<std::size_t>(r.limiting_joint);
       r.limiting_joint >= 0 && why.find(model.joints[j].name) == std::string::npos)
     why += "; a limit of " + joint_name(model, j) + " is in the way";
   return why;
 }
 
-/// Every sample by inverse kinematics; `unreachable` says why the motion as a whole failed.
-Result<PathCheck> follow(const Simulator& sim, const RunSetup& setup, Error unreachable,
-                         Progress& progress) {
+void add_note(PathCheck& check, std::string text) {
+  if (std::find(check.notes.begin(), check.notes.end(), text) == check.notes.end())
+    check.notes.push_back(std::move(text));
+}
+
+struct Rate {
+  const char* stem;
+  const char* what;
+};
+constexpr Rate kRates[] = {
+    {"qd", "velocity"}, {"qdd", "acceleration"}, {"qddd", "jerk"}, {"tau", "torque"}};
+
+/// `from`: the sample that is the recording's first row.
+void add_limits(PathCheck& check, const Recording& recording, const RobotModel& model,
+                std::size_t from) {
+  for (const Rate& rate : kRates)
+    for (std::size_t j = 0; j < model.dof(); ++j) {
+      const Column* c = recording.find(rate.stem + std::to_string(j + 1));
+      if (!c || (!std::isfinite(c->lower) && !std::isfinite(c->upper))) continue;
+      const double slack = 1e-9 * std::max(std::fabs(c->lower), std::fabs(c->upper));
+      const auto beyond = [&](std::size_t i) {
+        return std::max(c->values[i] - c->upper, c->lower - c->values[i]) - slack;
+      };
+      each_stretch(c->values.size(), beyond,
+                   [&](std::size_t first, std::size_t last, std::size_t at) {
+                     const double limit = c->values[at] > 0 ? c->upper : c->lower;
+                     const double excess = std::fabs(c->values[at] - limit);
+                     add(check, {PathState::limit,
+                                 from + first,
+                                 from + last,
+                                 from + at,
+                                 joint_name(model, j) + " exceeds its " + rate.what + " limit of " +
+                                     print_rounded(std::fabs(limit)) + " " + c->unit + " by " +
+                                     print_rounded(excess) + " " + c->unit,
+                                 static_cast<std::int32_t>(j),
+                                 excess,
+                                 c->unit,
+                                 {},
+                                 {}});
+                   });
+    }
+}
+
+Result<void> add_collisions(PathCheck& check, const Simulator& sim, const Recording& recording,
+                            std::size_t from, Progress& progress) {
+  constexpr double kTouch = 1e-4;  ///< what comes nearer touches [m]
+  RMP_TRY_ASSIGN(const auto model, collision_model(sim, AnyId(recording.world), progress));
+  if (!model->shapeless().empty())
+    add_note(check, "Without a shape, and so never in contact: " +
+                        text::enumerate(model->shapeless()) + ".");
+  RMP_TRY_ASSIGN(const auto q, configurations(*model, recording));
+  RMP_TRY_ASSIGN(const auto contact, model->check_path(q, kTouch, progress));
+  if (!contact) return {};
+  const auto fault = [&](const Contact& c, std::size_t first, std::size_t last, std::size_t at) {
+    const auto name = [&](std::int32_t body) {
+      return model->bodies()[static_cast<std::size_t>(body)].name;
+    };
+    const double depth = std::max(0.0, -c.at.distance);
+    add(check, {PathState::collision, from + first, from + last, from + at,
+                model->describe(c.pair) + " touch" +
+                    (depth > 0 ? ", " + print_rounded(depth, 3) + " m deep" : ""),
+                -1, depth, "m", name(c.pair.a), name(c.pair.b)});
+  };
+  RMP_TRY_ASSIGN(const auto least, model->clearance(q, progress));
+  bool is_at_sample = false;
+  each_stretch(
+      least.size(), [&](std::size_t i) { return kTouch - least[i].at.distance; },
+      [&](std::size_t first, std::size_t last, std::size_t at) {
+        is_at_sample = true;
+        fault(least[at], first, last, at);
+      });
+  if (!is_at_sample) fault(contact->contact, contact->segment, contact->segment, contact->segment);
+  return {};
+}
+
+/// Limits and contact of samples in a row that are all reached; `from` is the first of them.
+Result<void> check_motion(PathCheck& out, const Simulator& sim, const RunSetup& setup,
+                          RecordingPtr recording, bool collisions, std::size_t from,
+                          Progress& progress) {
+  const auto limited = [&](double JointModel::*limit) {
+    return std::any_of(setup.model->joints.begin(), setup.model->joints.end(),
+                       [&](const JointModel& j) { return std::isfinite(j.*limit); });
+  };
+  std::vector<std::string> more;
+  if (limited(&JointModel::max_jerk)) more.emplace_back("jerk");
+  if (limited(&JointModel::max_force)) more.emplace_back("torque");
+  for (const std::string& quantity : more) {
+    auto with = with_quantities(sim, *recording, {&quantity, 1}, progress);
+    if (with.ok()) recording = *with;
+    else if (with.error().code == ErrorCode::cancelled) return std::move(with).error();
+    else add_note(out, "The " + quantity + " is not checked: " + with.error().sentence());
+  }
+  std::vector<std::string> unlimited;
+  for (const auto& [limit, what] : {std::pair{&JointModel::max_velocity, "velocity"},
+                                    {&JointModel::max_acceleration, "acceleration"},
+                                    {&JointModel::max_jerk, "jerk"},
+                                    {&JointModel::max_force, "torque"}})
+    if (!limited(limit)) unlimited.emplace_back(what);
+  if (!unlimited.empty())
+    add_note(out, "No joint of the robot has a limit of its " + text::enumerate(unlimited) +
+                      ", so there was nothing to compare with.");
+  add_limits(out, *recording, *setup.model, from);
+  if (!collisions) return {};
+  auto done = add_collisions(out, sim, *recording, from, progress);
+  if (done.ok()) return {};
+  if (done.error().code == ErrorCode::cancelled) return std::move(done).error();
+  add_note(out, "Contact is not checked: " + done.error().sentence());
+  return {};
+}
+
+/// Every sample by inverse kinematics; `unreachable` tells why the motion as a whole failed.
+Result<PathCheck> follow(const Simulator& sim, const Run& run, const RunSetup& setup,
+                         bool collisions, Error unreachable, Progress& progress) {
   const RobotMotionTask& task = setup.task;
   auto path = motion::Path::build(sim.registry, task.name, *task.trajectory, task.stored);
   // With joint segments there is no path in space to go on along.
@@ -74,8 +185,9 @@ Result<PathCheck> follow(const Simulator& sim, const RunSetup& setup, Error unre
   std::vector<PathSample> samples(out.times.size());
   RMP_TRY((*path)->sample(out.times, samples));
   std::vector<Pose> targets;
-  for (const PathSample& s : samples) {
-    targets.push_back(spatial::compose(task.base_T_trajectory, s.pose));
+  for (PathSample& s : samples) {
+    s = in_base(s, task.base_T_trajectory);
+    targets.push_back(s.pose);
     out.poses.push_back(spatial::compose(setup.world_T_base, targets.back()));
   }
   RMP_TRY_ASSIGN(const auto ik, bind_ik(sim.registry, setup.model, task.ik));
@@ -85,8 +197,9 @@ Result<PathCheck> follow(const Simulator& sim, const RunSetup& setup, Error unre
   batch.seeds = task.start;
   batch.continuous = true;
   RMP_TRY_ASSIGN(const auto results, solve_ik(ik, batch, progress));
-  const auto dof = static_cast<std::ptrdiff_t>(setup.model->dof());
-  for (const IkResult& r : results) out.q.insert(out.q.end(), r.q.begin(), r.q.begin() + dof);
+  const std::size_t dof = setup.model->dof();
+  for (const IkResult& r : results)
+    out.q.insert(out.q.end(), r.q.begin(), r.q.begin() + static_cast<std::ptrdiff_t>(dof));
   out.states.assign(results.size(), PathState::good);
   const auto shortfall = [&](std::size_t i) {
     const IkResult& r = results[i];
@@ -107,73 +220,32 @@ Result<PathCheck> follow(const Simulator& sim, const RunSetup& setup, Error unre
               {}});
   });
   if (out.faults.empty()) return unreachable;  // such as an objective that failed
-  out.notes.emplace_back("Limits of the joints and contact are checked once all is reached.");
-  return out;
-}
-
-struct Rate {
-  const char* stem;
-  const char* what;
-};
-constexpr Rate kRates[] = {
-    {"qd", "velocity"}, {"qdd", "acceleration"}, {"qddd", "jerk"}, {"tau", "torque"}};
-
-void add_limits(PathCheck& check, const Recording& recording, const RobotModel& model) {
-  for (const Rate& rate : kRates)
-    for (std::size_t j = 0; j < model.dof(); ++j) {
-      const Column* c = recording.find(rate.stem + std::to_string(j + 1));
-      if (!c || (!std::isfinite(c->lower) && !std::isfinite(c->upper))) continue;
-      const double slack = 1e-9 * std::max(std::fabs(c->lower), std::fabs(c->upper));
-      const auto beyond = [&](std::size_t i) {
-        return std::max(c->values[i] - c->upper, c->lower - c->values[i]) - slack;
-      };
-      each_stretch(c->values.size(), beyond,
-                   [&](std::size_t first, std::size_t last, std::size_t at) {
-                     const double limit = c->values[at] > 0 ? c->upper : c->lower;
-                     const double excess = std::fabs(c->values[at] - limit);
-                     add(check, {PathState::limit,
-                                 first,
-                                 last,
-                                 at,
-                                 joint_name(model, j) + " exceeds its " + rate.what + " limit of " +
-                                     print_rounded(std::fabs(limit)) + " " + c->unit + " by " +
-                                     print_rounded(excess) + " " + c->unit,
-                                 static_cast<std::int32_t>(j),
-                                 excess,
-                                 c->unit,
-                                 {},
-                                 {}});
-                   });
+  // What is reached is checked stretch by stretch, each as a motion of its own.
+  for (std::size_t first = 0; first < results.size(); ++first) {
+    if (results[first].status != IkStatus::solved) continue;
+    std::size_t end = first + 1;
+    while (end < results.size() && results[end].status == IkStatus::solved) ++end;
+    const std::size_t rows = end - first;
+    RobotMotion part;
+    part.times.assign(out.times.begin() + static_cast<std::ptrdiff_t>(first),
+                      out.times.begin() + static_cast<std::ptrdiff_t>(end));
+    part.q.assign(out.q.begin() + static_cast<std::ptrdiff_t>(first * dof),
+                  out.q.begin() + static_cast<std::ptrdiff_t>(end * dof));
+    part.qd.resize(rows * dof), part.qdd.resize(rows * dof);
+    joint_rates(*setup.model, part.times, part.q, std::span(samples).subspan(first, rows), part.qd,
+                part.qdd);
+    for (std::size_t i = first; i < end; ++i) {
+      part.position_error.push_back(results[i].position_error);
+      part.rotation_error.push_back(results[i].rotation_error);
     }
-}
-
-Result<void> add_collisions(PathCheck& check, const Simulator& sim, const Recording& recording,
-                            Progress& progress) {
-  constexpr double kTouch = 1e-4;  ///< what comes nearer touches [m]
-  RMP_TRY_ASSIGN(const auto model, collision_model(sim, AnyId(recording.world), progress));
-  RMP_TRY_ASSIGN(const auto q, configurations(*model, recording));
-  RMP_TRY_ASSIGN(const auto contact, model->check_path(q, kTouch, progress));
-  if (!contact) return {};
-  const auto fault = [&](const Contact& c, std::size_t first, std::size_t last, std::size_t at) {
-    const auto name = [&](std::int32_t body) {
-      return model->bodies()[static_cast<std::size_t>(body)].name;
-    };
-    const double depth = std::max(0.0, -c.at.distance);
-    add(check, {PathState::collision, first, last, at,
-                model->describe(c.pair) + " touch" +
-                    (depth > 0 ? ", " + print_rounded(depth, 3) + " m deep" : ""),
-                -1, depth, "m", name(c.pair.a), name(c.pair.b)});
-  };
-  RMP_TRY_ASSIGN(const auto least, model->clearance(q, progress));
-  bool is_at_sample = false;
-  each_stretch(
-      least.size(), [&](std::size_t i) { return kTouch - least[i].at.distance; },
-      [&](std::size_t first, std::size_t last, std::size_t at) {
-        is_at_sample = true;
-        fault(least[at], first, last, at);
-      });
-  if (!is_at_sample) fault(contact->contact, contact->segment, contact->segment, contact->segment);
-  return {};
+    RMP_TRY(check_motion(out, sim, setup,
+                         std::make_shared<const Recording>(kinematic_recording(run, setup, part)),
+                         collisions, first, progress));
+    first = end;
+  }
+  out.notes.emplace_back(
+      "Limits of the joints and contact are checked where it is reached, not on the way between.");
+  return out;
 }
 
 }  // namespace
@@ -201,34 +273,9 @@ Result<PathCheck> check_path(const Simulator& sim, const Run& run, bool collisio
   auto motion = sim.inverse_kinematics(run, progress);
   if (!motion.ok()) {
     if (motion.error().code != ErrorCode::unreachable) return std::move(motion).error();
-    RMP_TRY_ASSIGN(out, follow(sim, setup, std::move(motion).error(), progress));
+    RMP_TRY_ASSIGN(out, follow(sim, run, setup, collisions, std::move(motion).error(), progress));
   } else {
-    RecordingPtr recording = *motion;
-    if (recording->find(recording::kApproachColumn))
-      out.notes.emplace_back(
-          "The joints are not where the trajectory goes on: the approach to there is checked too.");
-    const auto limited = [&](double JointModel::*limit) {
-      return std::any_of(setup.model->joints.begin(), setup.model->joints.end(),
-                         [&](const JointModel& j) { return std::isfinite(j.*limit); });
-    };
-    std::vector<std::string> more;
-    if (limited(&JointModel::max_jerk)) more.emplace_back("jerk");
-    if (limited(&JointModel::max_force)) more.emplace_back("torque");
-    for (const std::string& quantity : more) {
-      auto with = with_quantities(sim, *recording, {&quantity, 1}, progress);
-      if (with.ok()) recording = *with;
-      else if (with.error().code == ErrorCode::cancelled) return std::move(with).error();
-      else out.notes.push_back("The " + quantity + " is not checked: " + with.error().sentence());
-    }
-    std::vector<std::string> unlimited;
-    for (const auto& [limit, what] : {std::pair{&JointModel::max_velocity, "velocity"},
-                                      {&JointModel::max_acceleration, "acceleration"},
-                                      {&JointModel::max_jerk, "jerk"},
-                                      {&JointModel::max_force, "torque"}})
-      if (!limited(limit)) unlimited.emplace_back(what);
-    if (!unlimited.empty())
-      out.notes.push_back("No joint of the robot has a limit of its " + text::enumerate(unlimited) +
-                          ", so there was nothing to compare with.");
+    const RecordingPtr recording = *motion;
     out.times = recording->columns.front().values;
     out.states.assign(out.times.size(), PathState::good);
     std::vector<Pose> frames(setup.model->joints.size());
@@ -241,14 +288,7 @@ Result<PathCheck> check_path(const Simulator& sim, const Run& run, bool collisio
       out.poses.push_back(
           spatial::compose(setup.world_T_base, robotics::tip_pose(*setup.model, 0, frames)));
     }
-    add_limits(out, *recording, *setup.model);
-    if (collisions) {
-      auto done = add_collisions(out, sim, *recording, progress);
-      if (!done.ok()) {
-        if (done.error().code == ErrorCode::cancelled) return std::move(done).error();
-        out.notes.push_back("Contact is not checked: " + done.error().sentence());
-      }
-    }
+    RMP_TRY(check_motion(out, sim, setup, recording, collisions, 0, progress));
   }
   out.robot = run.robot;
   out.trajectory = run.trajectory;

@@ -48,10 +48,10 @@ struct PathCheck {
   [[nodiscard]] std::size_t last_good() const;
 };
 
-/// Follows a trajectory by inverse kinematics without stopping where it fails. Where all of it is
-/// reached, velocities, accelerations, jerks and torques are compared with the joints' limits, and
-/// with `collisions` the whole motion is checked for contact. A trajectory that cannot be built is
-/// an error; so is one with joint segments that cannot be followed.
+/// Follows a trajectory by inverse kinematics without stopping where it fails. Where it is reached,
+/// velocities, accelerations, jerks and torques are compared with the joints' limits, and with
+/// `collisions` each stretch that is reached is checked for contact. A trajectory that cannot be
+/// built is an error; so is one with joint segments that cannot be followed.
 [[nodiscard]] Result<PathCheck> check_path(const Simulator&, const Run&, bool collisions,
                                            Progress&);
 

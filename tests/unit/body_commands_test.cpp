@@ -123,6 +123,88 @@ TEST_F(BodyCommands, ABodyWithoutShapeIsReported) {
       "assert(found.ghost and found['r.base'] and found['r.hidden'])");
 }
 
+// ---- pairs ----
+
+TEST_F(BodyCommands, AForbiddenPairOfObjectsIsChecked) {
+  run("cell = world.create{name = 'cell'}\n"
+      "cell:add_object{what = 'block', name = 'a'}\n"
+      "cell:add_object{what = 'block', name = 'b', position = {0.05, 0, 0}}\n"
+      "cell:add_object{what = 'block', name = 'c', position = {0.35, 0, 0}}\n"
+      "assert(#cell:checked_pairs() == 0 and #cell:collisions() == 0)\n"
+      "cell:forbid_pair('a', 'b')\n"
+      "cell:forbid_pair('b', 'c')\n"
+      "assert(#cell:checked_pairs() == 2)\n"
+      "local hits = names(cell:collisions())\n"
+      "assert(hits['a+b'] and not hits['b+c'])\n"
+      "near(cell:clearance().distance, -0.05)\n"
+      "local d = cell:distances()\n"
+      "assert(#d == 2) near(d[2].distance, 0.2)\n"
+      "cell:forget_pair('a', 'b')\n"
+      "assert(#cell:checked_pairs() == 1)");
+}
+
+TEST_F(BodyCommands, AnyTwoBodiesCanBeAskedFor) {
+  run("cell = world.create{name = 'cell'}\n"
+      "cell:add_object{what = 'block', name = 'a'}\n"
+      "cell:add_object{what = 'block', name = 'b', position = {0.05, 0, 0}}\n"
+      "r = robot.create{name = 'r', links = {{name = 'slide', joint = 'prismatic', lower = 0,\n"
+      "  upper = 1, parts = {{what = 'block'}}}, {name = 'next', joint = 'prismatic', lower = 0,\n"
+      "  upper = 1, parts = {{what = 'block', position = {0, 0, 0.05}}}}}}\n"
+      "cell:add_robot{robot = r, name = 'r', position = {1, 0, 0}}\n"
+      "assert(#cell:collisions{a = 'a', b = 'b'} == 1)\n"
+      "near(cell:distances{a = 'b', b = 'a'}[1].distance, -0.05)\n"
+      "local d = cell:distances{a = 'r.slide', b = 'a', q = {0.2, 0}}\n"
+      "assert(#d == 1) near(d[1].distance, math.sqrt(0.9^2 + 0.1^2))\n"
+      "assert(#cell:distances{a = 'r', b = 'a'} == 2)\n"
+      "assert(#cell:distances{a = 'a'} == 3)\n"
+      // Neighbours are passed over, and still answer.
+      "assert(#r:self_collisions() == 0 and #r:self_collisions{a = 'slide', b = 'next'} == 1)");
+  EXPECT_NE(eval("cell:distances{a = 'a', b = 'nobody'}").find("nobody"), std::string::npos);
+  EXPECT_NE(eval("cell:distances{a = 'a', b = 'a'}").find("one body"), std::string::npos);
+}
+
+// ---- collision shapes ----
+
+TEST_F(BodyCommands, DistancesOfConesAndPolyhedraAreExact) {
+  run("cone = solid.create{name = 'cone', root = {kind = 'cone', base_radius = 0.2,\n"
+      "  top_radius = 0.05, height = 0.3}}\n"
+      "roof = solid.create{name = 'roof', root = {kind = 'pyramid', sides = 3, radius = 0.1,\n"
+      "  top_radius = 0.1, height = 0.37}}\n"
+      "ball = solid.create{name = 'ball', root = {kind = 'sphere', radius = 0.1}}\n"
+      "cell = world.create{name = 'cell'}\n"
+      "cell:add_object{what = 'cone', name = 'cone'}\n"
+      "cell:add_object{what = 'ball', name = 'ball', position = {0.5, 0.3, 0.25}}\n"
+      "local r, s = math.sqrt(0.5^2 + 0.3^2), math.sqrt(0.3^2 + 0.15^2)\n"
+      // The side runs from (0.2, 0) to (0.05, 0.3).
+      "local want = ((r - 0.2) * 0.3 + 0.25 * 0.15) / s - 0.1\n"
+      "near(cell:distances{a = 'cone', b = 'ball'}[1].distance, want, 1e-12)\n"
+      "cell:add_object{what = 'roof', name = 'roof', position = {0, 0, 1}}\n"
+      "near(cell:distances{a = 'roof', b = 'cone'}[1].distance, 0.7, 1e-12)\n"
+      "cell:add_object{what = 'ball', name = 'far', position = {0, 0, 1.37 + 0.4}}\n"
+      "near(cell:distances{a = 'roof', b = 'far'}[1].distance, 0.3, 1e-12)");
+}
+
+// ---- checks of motions ----
+
+TEST_F(BodyCommands, ACheckGoesOnWithLimitsAndContactWhereOneSampleIsOutOfReach) {
+  run("lift = robot.create{name = 'lift', links = {{name = 'rail', joint = 'prismatic', lower = "
+      "0,\n"
+      "  upper = 1, max_velocity = 0.45, parts = {{what = 'block'}}}}}\n"
+      "cell = world.create{name = 'cell'}\n"
+      "cell:add_robot{robot = lift, name = 'lift'}\n"
+      "cell:add_object{what = 'block', name = 'beam', position = {0, 0, 0.5}}\n"
+      "trajectory.create{name = 'up', sample_time = 0.1, segments = {{shape = 'line', points = \n"
+      "  {{0, 0, 0, 0, 0, 0}, {0, 0, 2, 0, 0, 0}}, speed = 0.5}}}\n"
+      "cell:add_trajectory{trajectory = 'up'}\n"
+      "local c = cell:check{robot = 'lift', trajectory = 'up', collisions = true}\n"
+      "local kinds = {}\n"
+      "for _, f in ipairs(c.faults) do kinds[f.kind] = f end\n"
+      "assert(kinds.unreachable and kinds.limit and kinds.collision, #c.faults)\n"
+      "near(kinds.limit.excess, 0.05, 1e-6)\n"
+      "assert(kinds.limit.last <= 21 and kinds.collision.a ~= kinds.collision.b)\n"
+      "assert(kinds.collision.from > 0.7 and kinds.collision.to < 1.3)");
+}
+
 // ---- contact physics at its limits ----
 
 class PhysicsLimits : public BodyCommands {

@@ -79,10 +79,60 @@ Map contact_row(const CollisionModel& m, const collision::Contact& c) {
   return row;
 }
 
+/// The bodies that a name speaks of: one, or all of a robot.
+Result<std::vector<std::int32_t>> bodies_named(CommandContext& ctx, const Map& args,
+                                               const CollisionModel& m, const char* which) {
+  const std::string name = text_of(args, which);
+  std::vector<std::int32_t> out;
+  std::vector<std::string> known;
+  for (std::size_t i = 0; i < m.bodies().size(); ++i) {
+    const collision::CollisionBody& b = m.bodies()[i];
+    known.push_back(b.name);
+    if (b.name == name) return std::vector{static_cast<std::int32_t>(i)};
+    if (!is_world(args) || b.robot < 0 || b.is_held) continue;
+    const std::string& robot = m.robots()[static_cast<std::size_t>(b.robot)].name;
+    known.push_back(robot);
+    if (robot == name) out.push_back(static_cast<std::int32_t>(i));
+  }
+  if (!out.empty()) return out;
+  const auto& shapeless = m.shapeless();
+  if (std::find(shapeless.begin(), shapeless.end(), name) != shapeless.end())
+    return error(ErrorCode::invalid_argument,
+                 text::quote(name) + " has no shape, so that nothing can touch it",
+                 "Give it a part.", name_in(ctx, ref(args, "id")));
+  return unknown_name("body", name, known).in(name_in(ctx, ref(args, "id")));
+}
+
+/// The pairs that a and b ask for, whether they are checked or not; none = those that are checked.
+Result<std::optional<std::vector<CollisionPair>>> pairs_asked(CommandContext& ctx, const Map& args,
+                                                              const CollisionModel& m) {
+  if (!has(args, "a") && !has(args, "b")) return std::optional<std::vector<CollisionPair>>{};
+  const char* const first = has(args, "a") ? "a" : "b";
+  RMP_TRY_ASSIGN(const auto a, bodies_named(ctx, args, m, first));
+  std::vector<std::int32_t> b;
+  if (has(args, "a") && has(args, "b")) {
+    RMP_TRY_ASSIGN(b, bodies_named(ctx, args, m, "b"));
+  } else {
+    for (std::size_t i = 0; i < m.bodies().size(); ++i)
+      if (std::find(a.begin(), a.end(), static_cast<std::int32_t>(i)) == a.end())
+        b.push_back(static_cast<std::int32_t>(i));
+  }
+  std::vector<CollisionPair> out;
+  for (const std::int32_t x : a)
+    for (const std::int32_t y : b)
+      if (x != y) out.push_back({x, y});
+  if (out.empty())
+    return error(ErrorCode::invalid_argument, "that is one body, which has no distance from itself",
+                 "Name two bodies.", name_in(ctx, ref(args, "id")));
+  return std::optional(std::move(out));
+}
+
 Result<Value> collisions(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const ModelPtr m, collision_model(ctx, args));
   RMP_TRY_ASSIGN(const auto q, configuration(ctx, args, *m));
-  RMP_TRY_ASSIGN(const auto hits, m->collisions(q, ctx.progress));
+  RMP_TRY_ASSIGN(const auto asked, pairs_asked(ctx, args, *m));
+  RMP_TRY_ASSIGN(const auto hits,
+                 asked ? m->touching(q, *asked, ctx.progress) : m->collisions(q, ctx.progress));
   List out;
   for (const CollisionPair& p : hits) out.emplace_back(pair_row(*m, p));
   return Value(std::move(out));
@@ -93,7 +143,10 @@ Result<Value> distances(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const auto q, configuration(ctx, args, *m));
   const double within =
       has(args, "within") ? real(args, "within") : std::numeric_limits<double>::infinity();
-  RMP_TRY_ASSIGN(auto rows, m->near(q, within, ctx.progress));
+  RMP_TRY_ASSIGN(const auto asked, pairs_asked(ctx, args, *m));
+  RMP_TRY_ASSIGN(auto rows, asked ? m->between(q, *asked, within, ctx.progress)
+                                  : m->near(q, within, ctx.progress));
+  std::erase_if(rows, [&](const auto& c) { return !(c.at.distance < within); });
   std::stable_sort(rows.begin(), rows.end(),
                    [](const auto& x, const auto& y) { return x.at.distance < y.at.distance; });
   List out;
@@ -335,21 +388,29 @@ RMP_COMMANDS(collision_commands) {
   const std::string what =
       "Bodies are objects (\"table\"), robots' bases (\"arm.base\") and links (\"arm.elbow\"). "
       "Pairs that are never checked are listed by allowed_pairs.";
+  const std::string any_pair =
+      " With a and b, any two bodies are asked for, whether they are checked or not; with one of "
+      "them, that body against all others.";
+  const ParamSpec one_body = optional("a", "string", "", "Only of this body, or robot."),
+                  other_body = optional("b", "string", "", "And this one.");
 
-  add("world.collisions", "Lists the pairs of bodies that touch.", what,
+  add("world.collisions", "Lists the pairs of bodies that touch.", what + any_pair,
       with_table("assert(#cell:collisions() == 0)\n"
                  "assert(#cell:collisions{q = {arm = {0, -0.3, 0.3, 0, 1, 0}}} > 0)"),
-      {self("world"), world_q}, {"list", "", "Pairs.", {a_field, b_field}}, Effect::reads,
-      collisions);
+      {self("world"), world_q, one_body, other_body}, {"list", "", "Pairs.", {a_field, b_field}},
+      Effect::reads, collisions);
   add("robot.self_collisions", "Lists the pairs of a robot's own bodies that touch.",
-      "Bodies are \"base\" and the links by their names.",
-      with_arm("assert(#arm:self_collisions{q = \"ready\"} == 0)"), {self("robot"), robot_q_spec},
+      "Bodies are \"base\" and the links by their names." + any_pair,
+      with_arm("assert(#arm:self_collisions{q = \"ready\"} == 0)"),
+      {self("robot"), robot_q_spec, one_body, other_body},
       {"list", "", "Pairs.", {a_field, b_field}}, Effect::reads, collisions);
-  add("world.distances", "Lists how far bodies are apart, the nearest first.", what,
+  add("world.distances", "Lists how far bodies are apart, the nearest first.", what + any_pair,
       with_table("local d = cell:distances{within = 0.5}\n"
-                 "assert(#d > 0 and d[1].distance <= d[#d].distance)"),
+                 "assert(#d > 0 and d[1].distance <= d[#d].distance)\n"
+                 "assert(#cell:distances{a = \"arm.base\", b = \"table\"} == 1)"),
       {self("world"), world_q,
-       above_zero(optional("within", "real", "m", "Only pairs nearer than this."))},
+       above_zero(optional("within", "real", "m", "Only pairs nearer than this.")), one_body,
+       other_body},
       {"list", "", "Pairs.", contact_fields}, Effect::reads, distances);
   add("world.clearance", "Gives the least distance between bodies, with the nearest points.", what,
       with_table("local c = cell:clearance()\n"
@@ -419,7 +480,8 @@ RMP_COMMANDS(collision_commands) {
             "cell:allow_pair{a = \"arm\", b = \"table\"}\nassert(#cell:collisions{q = {0, -0.3, "
             "0.3, 0, 1, 0}} == 0)"),
         rule, {}, Effect::edits, allow_pair);
-    add(kind + ".forbid_pair", "Has two bodies checked in any case, also neighbours.", names,
+    add(kind + ".forbid_pair",
+        "Has two bodies checked in any case, also neighbours and what never moves.", names,
         example("local p = arm:allowed_pairs()[1]\narm:forbid_pair(p.a, p.b)\n"
                 "for _, r in ipairs(arm:allowed_pairs()) do assert(not (r.a == p.a and r.b == "
                 "p.b)) end",

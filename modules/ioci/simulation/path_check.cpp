@@ -104,9 +104,9 @@ RMP_COMMANDS(path_check_commands) {
   c.name = "world.check";
   c.summary = "Finds all places of a trajectory where a robot cannot follow, and draws them.";
   c.details =
-      "The robot follows by inverse kinematics and goes on where it fails. Where all of it is "
+      "The robot follows by inverse kinematics and goes on where it fails. Where it is "
       "reached, velocities, accelerations, jerks and torques are compared with the limits of the "
-      "joints, and the whole motion is checked for contact. A fault is a row of samples, told by "
+      "joints, and the motion is checked for contact. A fault is a row of samples, told by "
       "the worst of them. The picture shows the way in green where it is good, in orange beyond a "
       "limit, in violet where bodies touch and in red out of reach; the robot stands at the last "
       "good sample before the first fault.";
