@@ -276,6 +276,10 @@ Result<PathCheck> check_path(const Simulator& sim, const Run& run, bool collisio
     RMP_TRY_ASSIGN(out, follow(sim, run, setup, collisions, std::move(motion).error(), progress));
   } else {
     const RecordingPtr recording = *motion;
+    if (recording->find(recording::kApproachColumn))
+      add_note(out,
+               "The joints are not where the trajectory goes on: the approach to there is checked "
+               "too.");
     out.times = recording->columns.front().values;
     out.states.assign(out.times.size(), PathState::good);
     std::vector<Pose> frames(setup.model->joints.size());
