@@ -18,7 +18,11 @@ Fingerprint record_fingerprint(const model::Record& record) {
 }
 
 bool equal(const model::Record& a, const model::Record& b) {
-  return a.name == b.name && a.file == b.file && model::equal(a.body, b.body);
+  return a.file == b.file && a.disk == b.disk && same_content(a, b);
+}
+
+bool same_content(const model::Record& a, const model::Record& b) {
+  return a.name == b.name && model::equal(a.body, b.body);
 }
 
 std::size_t record_bytes(const model::Record& record, const model::Record* other) {

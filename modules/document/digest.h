@@ -15,8 +15,10 @@ namespace robomosp::document {
 void feed(Fingerprinter& fp, const model::Body& body, const model::FeedReference& reference);
 /// Fingerprint of name, file and content, references by id.
 [[nodiscard]] Fingerprint record_fingerprint(const model::Record& record);
-/// Whether two records have equal fingerprints, without making them.
+/// Whether two records are equal in all, what is known of their files included.
 [[nodiscard]] bool equal(const model::Record&, const model::Record&);
+/// The same but for where they are kept: what the history knows of them.
+[[nodiscard]] bool same_content(const model::Record&, const model::Record&);
 /// Bytes a record occupies, about, without what it shares with `other`, another version of it.
 [[nodiscard]] std::size_t record_bytes(const model::Record& record,
                                        const model::Record* other = nullptr);

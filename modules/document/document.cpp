@@ -159,13 +159,26 @@ struct Document::Impl {
 namespace {
 
 bool is_same(const RecordPtr& a, const RecordPtr& b) { return a == b || (a && b && equal(*a, *b)); }
+/// The same for the history: where a record is kept is no part of it.
+bool is_alike(const RecordPtr& a, const RecordPtr& b) {
+  return a == b || (a && b && same_content(*a, *b));
+}
+/// The record as it is kept in the file of another.
+RecordPtr kept_as(const RecordPtr& record, const RecordPtr& other) {
+  if (!record || !other || (record->file == other->file && record->disk == other->disk))
+    return record;
+  auto out = std::make_shared<Record>(*record);
+  out->file = other->file;
+  out->disk = other->disk;
+  return out;
+}
 
 }  // namespace
 
 Result<std::shared_ptr<Snapshot::State>> Document::Impl::put_back(
     const Snapshot& now, const std::vector<RecordChange>& changes, bool backwards) const {
   for (const RecordChange& c : changes)
-    if (!is_same(now.share(c.id), backwards ? c.after : c.before)) {
+    if (!is_alike(now.share(c.id), backwards ? c.after : c.before)) {
       const RecordPtr& known = c.after ? c.after : c.before;
       return error(ErrorCode::conflict,
                    std::string(to_string(c.id.kind)) + " " + quote(known->name) +
@@ -175,7 +188,7 @@ Result<std::shared_ptr<Snapshot::State>> Document::Impl::put_back(
   auto state = std::make_shared<Snapshot::State>(*now.state_);
   std::vector<AnyId> ids;
   for (auto it = changes.rbegin(); it != changes.rend(); ++it) {
-    state->put(it->id, backwards ? it->before : it->after);
+    state->put(it->id, kept_as(backwards ? it->before : it->after, now.share(it->id)));
     ids.push_back(it->id);
   }
   state->relink(ids);
@@ -280,14 +293,19 @@ Result<Commit> Document::Impl::step(std::optional<std::uint64_t> session, std::u
     return std::move(state).error().in(std::string(verb) + " of " + quote(s->deed->label));
   std::vector<RecordChange> changes;
   changes.reserve(s->changes.size());
-  for (const RecordChange& c : s->changes)
-    changes.push_back(is_undo ? RecordChange{c.id, c.after, c.before} : c);
   {
     Snapshot after;
     after.state_ = *state;
+    for (const RecordChange& c : s->changes)
+      changes.push_back({c.id, before->share(c.id), after.share(c.id)});
     RMP_TRY(free_of_gestures(after, changes, 0));
   }
   const SnapshotPtr now = publish(std::move(*state));
+  // A record that goes, and comes back later, knows the file that it was saved to meanwhile.
+  for (std::size_t i = 0; i < changes.size(); ++i) {
+    s->changes[i].before = is_undo ? changes[i].after : changes[i].before;
+    s->changes[i].after = is_undo ? changes[i].before : changes[i].after;
+  }
   history.mark(*s, is_undo);
   const Deed deed = *s->deed;
   note(s->deed, changes);
@@ -559,8 +577,14 @@ Result<void> Transaction::Work::rebase(std::shared_ptr<const Snapshot::State> on
   }
   auto state = std::make_shared<Snapshot::State>(*onto);
   for (const AnyId id : touched) {
-    const RecordPtr *before = base->find(id), *after = Snapshot::State::of(now).find(id);
-    if (before || after) state->put(id, after ? *after : nullptr);
+    const RecordPtr *before = base->find(id), *after = Snapshot::State::of(now).find(id),
+                    *current = onto->find(id);
+    if (!before && !after) continue;
+    // Somebody may have saved it meanwhile.
+    const bool is_kept_elsewhere = before && after && current &&
+                                   (*before)->file == (*after)->file &&
+                                   (*before)->disk == (*after)->disk;
+    state->put(id, is_kept_elsewhere ? kept_as(*after, *current) : after ? *after : nullptr);
   }
   base = std::move(onto);
   now.state_ = std::move(state);
@@ -603,20 +627,24 @@ Result<Commit> Transaction::commit() {
   const SnapshotPtr now = doc.publish(std::move(state));
   w.now.state_ = now->state_;
 
-  // What came from the library was there before the step, as far as the history knows.
+  // What came from the library was there before the step, as far as the history knows; and that a
+  // record was saved is nothing to take back.
   std::vector<RecordChange> step;
-  if (w.outside.empty()) {
-    step = all;
-  } else {
-    for (const RecordChange& c : all) {
-      const auto loaded = w.outside.find(c.id);
-      const RecordPtr& before = loaded == w.outside.end() ? c.before : loaded->second;
-      if (!is_same(before, c.after)) step.push_back({c.id, before, c.after});
-    }
+  for (const RecordChange& c : all) {
+    const auto loaded = w.outside.empty() ? w.outside.end() : w.outside.find(c.id);
+    const bool is_loaded = loaded != w.outside.end();
+    const RecordPtr& before = is_loaded ? loaded->second : c.before;
+    // They differ in something, which is what they hold unless it is what is known of the file.
+    const bool is_kept_alike =
+        before && c.after && before->file == c.after->file && before->disk == c.after->disk;
+    if ((is_kept_alike && !is_loaded) || !is_alike(before, c.after))
+      step.push_back({c.id, before, c.after});
   }
   const auto deed = std::make_shared<const Deed>(Deed{w.author, w.label});
-  doc.note(deed, all);
-  CommitKind kind = step.empty() ? CommitKind::load : CommitKind::edit;
+  doc.note(deed, w.outside.empty() ? step : all);
+  CommitKind kind = !step.empty()       ? CommitKind::edit
+                    : w.outside.empty() ? CommitKind::save
+                                        : CommitKind::load;
   if (gesture) {
     kind = CommitKind::preview;
     merge_changes(gesture->changes, std::move(step));
@@ -632,6 +660,7 @@ std::string_view to_string(CommitKind kind) {
   switch (kind) {
     case CommitKind::edit: return "edit";
     case CommitKind::load: return "load";
+    case CommitKind::save: return "save";
     case CommitKind::undo: return "undo";
     case CommitKind::redo: return "redo";
     case CommitKind::preview: return "preview";
@@ -692,7 +721,7 @@ Result<Commit> Document::commit_gesture(std::uint64_t gesture) {
   if (!g) return no_gesture(gesture);
   const auto deed = g->deed;
   std::vector<RecordChange> step = std::move(g->changes);
-  std::erase_if(step, [](const RecordChange& c) { return is_same(c.before, c.after); });
+  std::erase_if(step, [](const RecordChange& c) { return is_alike(c.before, c.after); });
   impl_->gestures.erase(impl_->gestures.begin() + (g - impl_->gestures.data()));
   if (!step.empty()) {
     impl_->note(deed, step);
@@ -708,7 +737,7 @@ Result<Commit> Document::cancel_gesture(std::uint64_t gesture) {
   const auto deed = g->deed;
   std::vector<RecordChange> changes;
   for (const RecordChange& c : g->changes)
-    if (!is_same(c.before, c.after)) changes.push_back({c.id, c.after, c.before});
+    if (!is_alike(c.before, c.after)) changes.push_back({c.id, c.after, c.before});
   auto state = impl_->put_back(*now(), g->changes, true);
   if (!state.ok()) return std::move(state).error().in("cancelling " + quote(deed->label));
   impl_->gestures.erase(impl_->gestures.begin() + (g - impl_->gestures.data()));

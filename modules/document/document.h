@@ -80,6 +80,7 @@ void merge_changes(std::vector<RecordChange>& into, std::vector<RecordChange> la
 enum class CommitKind : std::uint8_t {
   edit,  ///< a step, or part of one
   load,  ///< from the library only: no step
+  save,  ///< records got files, or files their records: no step
   undo,
   redo,
   preview,    ///< an update of a gesture: no step yet

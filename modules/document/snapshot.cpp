@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "document/digest.h"
 #include "document/graph.h"
 #include "kernel/text.h"
 
@@ -253,7 +254,7 @@ std::optional<Snapshot::Reads::Difference> Snapshot::Reads::difference(const Sta
     const State::Slot *was = before.slot(id.number), *is = now.slot(id.number);
     const RecordPtr none;
     const RecordPtr &a = was ? was->record : none, &b = is ? is->record : none;
-    if (a == b) continue;
+    if (a == b || (a && b && same_content(*a, *b))) continue;
     const AnyId own{a ? a->kind() : b->kind(), id.number};
     return Difference{
         called(a ? before : now, own) + (a ? b ? " was changed" : " was removed" : " was added"),

@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/native.h"
 
-#include <atomic>
 #include <cerrno>
+#include <chrono>
+#include <optional>
 #include <set>
 #include <system_error>
+#include <thread>
 #include <utility>
 #include <vector>
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -53,28 +56,46 @@ int write_all(int fd, std::string_view bytes) {
   return 0;
 }
 
+/// Where a file is written that is asked for by a link to it, which need not be there.
+Result<fs::path> behind_links(fs::path file) {
+  constexpr int kMostLinks = 40;  // as the system counts
+  const std::string shown = quote(file.generic_string());
+  std::error_code ec;
+  for (int i = 0; fs::is_symlink(file, ec); ++i) {
+    const fs::path target = i < kMostLinks ? fs::read_symlink(file, ec) : fs::path();
+    if (target.empty())
+      return error(ErrorCode::io, "cannot write " + shown + ": its links lead nowhere",
+                   "Remove the link or choose another name.");
+    file = target.is_absolute() ? target : file.parent_path() / target;
+  }
+  return file;
+}
+
+/// A temporary file this old was left behind by a save that was killed.
+constexpr auto kLeftBehind = std::chrono::hours(1);
+
+void remove_left_behind(const std::string& name) {
+  struct stat there {};
+  if (::lstat(name.c_str(), &there) != 0 || !S_ISREG(there.st_mode)) return;
+  if (std::chrono::system_clock::now() -
+          std::chrono::system_clock::from_time_t(there.st_mtim.tv_sec) >
+      kLeftBehind)
+    ::unlink(name.c_str());
+}
+
 /// A file that is written beside the one whose place it takes; removed unless it did.
 class Temporary {
  public:
   /// Nothing of it is certain to be on the disk yet.
   static Result<Temporary> write(const fs::path& file, std::string_view bytes) {
     // open() gives a new file the permissions of the user's umask; an old one keeps its own.
-    static std::atomic<unsigned> counter{0};
     Temporary t(file);
-    t.name_ = (folder_of(file) / ("." + file.filename().string() + "." +
-                                  std::to_string(::getpid()) + "." + std::to_string(counter++)))
-                  .string();
     struct stat old {};
     const bool is_new = ::stat(file.c_str(), &old) != 0;
     if (!is_new && S_ISDIR(old.st_mode))
       return error(ErrorCode::io, t.shown() + " is a folder, so it cannot be written as a file",
                    "Choose another name.");
-    t.fd_ = Descriptor(::open(t.name_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
-    if (t.fd_.get() < 0) {
-      const int failure = errno;
-      t.name_.clear();
-      return t.refused(failure);
-    }
+    if (const int number = t.open_new(); number != 0) return t.refused(number);
     int failure = write_all(t.fd_.get(), bytes);
     if (!failure && !is_new && ::fchmod(t.fd_.get(), old.st_mode & 07777) != 0) failure = errno;
     if (failure) return t.refused(failure);
@@ -108,6 +129,26 @@ class Temporary {
 
  private:
   explicit Temporary(fs::path file) : file_(std::move(file)) {}
+  /// The first name that is free: others are of whoever writes the same file now, or were left
+  /// behind, by a process of any number. Returns errno.
+  int open_new() {
+    // A name may have 255 bytes; the file's own need not leave room for more.
+    const std::string start =
+        (folder_of(file_) / ("." + file_.filename().string().substr(0, 200) + ".part")).string();
+    for (unsigned k = 0;; ++k) {
+      name_ = start + std::to_string(k);
+      fd_ = Descriptor(::open(name_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
+      if (fd_.get() >= 0) return 0;
+      const int failure = errno;
+      if (failure == EEXIST && k < kMostTries) {
+        remove_left_behind(name_);
+        continue;
+      }
+      name_.clear();
+      return failure;
+    }
+  }
+  static constexpr unsigned kMostTries = 100'000;
   [[nodiscard]] std::string shown() const { return quote(file_.generic_string()); }
   [[nodiscard]] Error refused(int number) const {
     return error(ErrorCode::io, "cannot write " + shown() + ": " + reason(number),
@@ -130,9 +171,37 @@ constexpr std::size_t kTogether = 128;
 
 }  // namespace
 
+/// Keeps other programs from putting files into folders for as long as it lives, if they ask.
+class FolderLocks {
+ public:
+  explicit FolderLocks(const std::set<fs::path>& folders) {
+    const auto until = std::chrono::steady_clock::now() + kPatience;
+    for (const fs::path& folder : folders) {  // in their order, so that nobody waits for ever
+      Descriptor fd(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+      if (fd.get() < 0) continue;
+      // A file system without locks, or a process that was stopped, is no reason not to save.
+      while (::flock(fd.get(), LOCK_EX | LOCK_NB) != 0 &&
+             (errno == EWOULDBLOCK || errno == EINTR) && std::chrono::steady_clock::now() < until)
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+      if (locked_.size() < kTogether) locked_.push_back(std::move(fd));
+    }
+  }
+
+ private:
+  static constexpr auto kPatience = std::chrono::seconds(2);
+  std::vector<Descriptor> locked_;
+};
+
 struct FileBatch::Work {
+  struct Wish {
+    fs::path file;
+    FileBefore before;
+    Fingerprint bytes;  ///< of the new ones
+  };
   std::set<fs::path> folders;
   std::vector<Temporary> files;
+  std::vector<Wish> wishes;  ///< about files that are there
+  std::vector<fs::path> replaced;
   std::size_t synced = 0;  ///< files from the first on that are on the disk
 
   /// The file system commits what it knows of all of them with the first, so that the others wait
@@ -143,12 +212,30 @@ struct FileBatch::Work {
   }
 };
 
+namespace {
+
+/// Of what a file holds; nullopt when there is none that can be read.
+std::optional<Fingerprint> fingerprint_of(const fs::path& file) {
+  const PermitScope own(nullptr);  // nothing of the file is shown to anybody
+  const auto there = read_file(file);
+  if (!there.ok()) return std::nullopt;
+  return file_fingerprint(*there);
+}
+
+}  // namespace
+
+Fingerprint file_fingerprint(std::string_view bytes) {
+  return Fingerprinter("file/1").add(bytes).finish();
+}
+
 FileBatch::FileBatch() : work_(std::make_unique<Work>()) {}
 FileBatch::~FileBatch() = default;
 
-Result<void> FileBatch::add(const fs::path& file, std::string_view bytes) {
+Result<void> FileBatch::add(const fs::path& wanted, std::string_view bytes,
+                            const FileBefore& before) {
   RMP_TRY(require(Effect::files_write));
   Work& w = *work_;
+  RMP_TRY_ASSIGN(const fs::path file, behind_links(wanted));
   const fs::path folder = Temporary::folder_of(file);
   std::error_code ec;
   if (!w.folders.contains(folder) && !fs::is_directory(folder, ec))
@@ -159,6 +246,8 @@ Result<void> FileBatch::add(const fs::path& file, std::string_view bytes) {
   w.folders.insert(folder);
   RMP_TRY_ASSIGN(Temporary written, Temporary::write(file, bytes));
   w.files.push_back(std::move(written));
+  if (before.is_asked && fs::exists(file, ec))
+    w.wishes.push_back({file, before, file_fingerprint(bytes)});
   if (w.files.size() - w.synced >= kTogether) RMP_TRY(w.sync());
   return {};
 }
@@ -167,11 +256,28 @@ Result<void> FileBatch::finish() {
   RMP_TRY(require(Effect::files_write));
   Work& w = *work_;
   RMP_TRY(w.sync());
+  const FolderLocks alone(w.folders);
+  std::vector<fs::path> replaced;
+  for (const Work::Wish& wish : w.wishes) {
+    const auto there = fingerprint_of(wish.file);
+    if (!there || *there == wish.bytes || there == wish.before.seen) continue;
+    if (wish.before.seen)
+      return error(ErrorCode::conflict,
+                   "the file " + quote(wish.file.generic_string()) +
+                       " was changed by another program since it was read or saved here, so it "
+                       "was not written",
+                   "Load it with reload = true to have what it holds, save to another file, or "
+                   "give overwrite = true.");
+    replaced.push_back(wish.file);
+  }
   for (Temporary& each : w.files) RMP_TRY(each.take_place());
   for (const fs::path& folder : w.folders) sync_folder(folder);
   w = Work();
+  w.replaced = std::move(replaced);
   return {};
 }
+
+const std::vector<fs::path>& FileBatch::replaced() const { return work_->replaced; }
 
 Result<void> write_file(const fs::path& file, std::string_view bytes) {
   FileBatch batch;

@@ -3,6 +3,7 @@
 // rewriting, atomic saving (layer: application). Grammar: docs/user/files.md.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -17,6 +18,7 @@
 
 #include "document/document.h"
 #include "io/geometry.h"
+#include "kernel/fingerprint.h"
 
 namespace robomosp::io {
 
@@ -25,6 +27,14 @@ struct Loaded {
   AnyId id;                ///< the record of the file itself
   std::vector<AnyId> all;  ///< in dependency order, the main one last; also those reused
   std::vector<std::string> notes;
+  std::vector<std::string> warnings;  ///< what is not as the caller may think
+};
+
+/// What load() does with a file whose record is in the document already.
+enum class Reload : std::uint8_t {
+  no,       ///< uses the record; a warning says so when the file was changed on the disk
+  changed,  ///< reads it again if it was changed on the disk
+  yes       ///< reads the file asked for again in any case, and those it refers to if changed
 };
 
 /// ".rbt" etc. of a kind, as it is registered (model/kinds.cpp).
@@ -32,13 +42,14 @@ struct Loaded {
 
 /// Reads a file and all it refers to into the transaction. References are paths relative to the
 /// referring file, else inside a `library` folder. A file that is already in the document (same
-/// canonical path) is reused, not loaded again. A record whose name is taken gets a free name.
-/// Any fault is one Error whose `where` is `file:line:column`; nothing is added then. Files of the
-/// 2006 program are recognised by their content and read as well (io/legacy.h); `wanted` says what
-/// to make of them.
+/// canonical path) is reused, not loaded again, unless `reload` says so: then the record gets what
+/// the file holds, and those that refer to it follow. A record whose name is taken gets a free
+/// name. Any fault is one Error whose `where` is `file:line:column`; nothing is added then. Files
+/// of the 2006 program are recognised by their content and read as well (io/legacy.h); `wanted`
+/// says what to make of them.
 Result<Loaded> load(document::Transaction&, const std::filesystem::path& file,
                     const std::vector<std::filesystem::path>& library,
-                    std::optional<Kind> wanted = {});
+                    std::optional<Kind> wanted = {}, Reload reload = Reload::no);
 
 /// The same for a text instead of a file: `shown` names it in messages, references are relative to
 /// `folder`. The record has no file.
@@ -73,21 +84,42 @@ std::vector<Result<Loaded>> load_memory(document::Transaction&, const MemoryFile
 Result<std::string> print(const document::Snapshot&, AnyId, const std::filesystem::path& file,
                           const std::vector<std::filesystem::path>& library);
 
+/// How save() treats files that are there.
+struct SaveOptions {
+  /// Replaces a file of the record also when another program changed it since; else that is an
+  /// error of the code conflict.
+  bool overwrite = false;
+  /// Gets the files that held something that this document never read or wrote; may be null.
+  std::vector<std::filesystem::path>* replaced = nullptr;
+};
+
 /// Saves the record; referred records that were never saved are saved beside it first, as
 /// `<name><extension>`, and geometries before the solids they belong to (geometry_file_name). Sets
-/// Record::file through the transaction. Atomic per file: temporary file, fsync, rename.
+/// Record::file through the transaction. Atomic per file: temporary file, fsync, rename; of a link
+/// the file that it leads to is replaced.
 Result<std::vector<std::filesystem::path>> save(document::Transaction&, AnyId,
                                                 const std::filesystem::path& file,
-                                                const std::vector<std::filesystem::path>& library);
+                                                const std::vector<std::filesystem::path>& library,
+                                                const SaveOptions& = {});
 
 /// Saves several records, each once: to its file, or beside one that refers to it.
 Result<std::vector<std::filesystem::path>> save_all(
     document::Transaction&, const std::vector<std::pair<AnyId, std::filesystem::path>>& wanted,
-    const std::vector<std::filesystem::path>& library);
+    const std::vector<std::filesystem::path>& library, const SaveOptions& = {});
+
+/// Of the bytes of a file: Record::disk.
+[[nodiscard]] Fingerprint file_fingerprint(std::string_view bytes);
 
 /// Writes bytes atomically: temporary file in the same folder, fsync, rename. Needs the permit of
 /// Effect::files_write.
 Result<void> write_file(const std::filesystem::path&, std::string_view bytes);
+/// What FileBatch is to look at before it replaces a file.
+struct FileBefore {
+  bool is_asked = false;  ///< false: whatever is there is replaced without a word
+  /// What it is known to hold; when it holds something else, and not the new bytes either,
+  /// finish() refuses. Without it such a file is replaced and listed in replaced().
+  std::optional<Fingerprint> seen{};
+};
 /// Many files, each as whole as write_file() leaves it: a crash at any moment leaves of every file
 /// the old or the new one. Temporary files are written beside them at once; finish() puts all on
 /// the disk and then each in its place. Destroyed without it, nothing has changed. Where one file
@@ -99,8 +131,10 @@ class FileBatch {
   ~FileBatch();
   FileBatch(const FileBatch&) = delete;
   FileBatch& operator=(const FileBatch&) = delete;
-  Result<void> add(const std::filesystem::path&, std::string_view bytes);
+  Result<void> add(const std::filesystem::path&, std::string_view bytes, const FileBefore& = {});
+  /// Programs that do this in one folder at a time wait for each other.
   Result<void> finish();
+  [[nodiscard]] const std::vector<std::filesystem::path>& replaced() const;
 
  private:
   struct Work;

@@ -33,6 +33,7 @@ struct File {
   Syntax syntax;
   Bound bound;
   std::vector<std::size_t> targets;  ///< of the references: index in Loader::nodes_
+  AnyId again;                       ///< the record that it is read for again; none = a new one
 };
 
 /// Reads files and what they refer to, depth first with an explicit stack; the document is
@@ -40,8 +41,8 @@ struct File {
 class Loader {
  public:
   Loader(Transaction& transaction, const std::vector<fs::path>& library,
-         const MemoryFiles* memory = nullptr)
-      : tx_(transaction), library_(library), memory_(memory) {
+         const MemoryFiles* memory = nullptr, Reload reload = Reload::no)
+      : tx_(transaction), library_(library), memory_(memory), reload_(reload) {
     const Snapshot& now = tx_.now();
     for (const AnyId id : now.list())
       if (const auto& file = now.find(id)->file; !file.empty()) known_.emplace(file, id);
@@ -84,13 +85,45 @@ class Loader {
   Result<std::size_t> open(const fs::path& path, const std::string& shown) {
     const std::string key = canonical_name(path);
     if (const auto it = opened_.find(key); it != opened_.end()) return it->second;
-    if (const auto it = known_.find(key); it != known_.end()) {
-      nodes_.push_back({nullptr, it->second});
-      opened_.emplace(key, nodes_.size() - 1);
-      return nodes_.size() - 1;
-    }
+    if (const auto it = known_.find(key); it != known_.end()) return open_known(path, shown, *it);
     RMP_TRY_ASSIGN(std::string content, read_file(path));
     return add_file(std::move(content), shown, key, path.parent_path());
+  }
+
+  /// A file whose record is in the document: that record, or what the file holds now.
+  Result<std::size_t> open_known(const fs::path& path, const std::string& shown,
+                                 const std::pair<const std::string, AnyId>& known) {
+    const auto& [key, id] = known;
+    const bool is_asked_for = nodes_.empty();
+    const model::Record& record = *tx_.now().find(id);
+    auto content = read_file(path);
+    if (!content.ok() && is_asked_for && reload_ == Reload::yes) return content.error();
+    const bool is_changed =
+        content.ok() && record.disk != Fingerprint() && record.disk != file_fingerprint(*content);
+    if (content.ok() &&
+        ((is_changed && reload_ != Reload::no) || (is_asked_for && reload_ == Reload::yes))) {
+      RMP_TRY_ASSIGN(const std::size_t node,
+                     add_file(std::move(*content), shown, key, path.parent_path()));
+      File& file = *nodes_[node].file;
+      if (const Kind kind = file.bound.record.kind(); kind != id.kind)
+        return file.syntax.at(file.syntax.kind_offset, ErrorCode::conflict,
+                              "the file holds " + document::with_article(to_string(kind)) +
+                                  " now, and " + tx_.now().describe(id) + " came from it",
+                              "Remove that one first.");
+      file.again = id;
+      return node;
+    }
+    if (is_changed)
+      warnings_.push_back("The file " + quote(shown) + " was changed on the disk since " +
+                          tx_.now().describe(id) +
+                          " was read from it or saved to it; the record is used as it is. Load "
+                          "with reload = true to read it again.");
+    else if (!content.ok() && content.error().code == ErrorCode::not_found)
+      warnings_.push_back("The file " + quote(shown) + " is not there any more; " +
+                          tx_.now().describe(id) + " is used as it is.");
+    nodes_.push_back({nullptr, id});
+    opened_.emplace(key, nodes_.size() - 1);
+    return nodes_.size() - 1;
   }
 
   Result<std::size_t> open_memory(const std::string& name) {
@@ -113,6 +146,7 @@ class Loader {
     RMP_TRY_ASSIGN(file->syntax, parse(shown, file->text));
     RMP_TRY_ASSIGN(file->bound, bind(file->syntax));
     file->bound.record.file = key;
+    if (!key.empty()) file->bound.record.disk = file_fingerprint(file->text);
     for (const GeometryReference& g : file->bound.geometries) {
       RMP_TRY_ASSIGN(std::get<model::Solid>(file->bound.record.body).nodes[g.node].geometry,
                      geometry(*file, g));
@@ -246,19 +280,23 @@ class Loader {
 
   Result<Loaded> add_records(const std::vector<std::size_t>& order) {
     Loaded loaded;
+    loaded.warnings = std::move(warnings_);
     std::vector<AnyId> added;
+    std::vector<std::pair<AnyId, model::Record>> again;  // as they were
     for (const std::size_t i : order) {
       Node& node = nodes_[i];
       if (node.file) {
-        auto id = add_record(*node.file, added, loaded.notes);
+        const AnyId old = node.file->again;
+        if (old) again.emplace_back(old, *tx_.now().find(old));
+        auto id = old ? replace_record(*node.file, loaded.notes)
+                      : add_record(*node.file, added, loaded.notes);
         if (!id.ok()) {
-          if (!keeps_added_)
-            for (auto it = added.rbegin(); it != added.rend(); ++it) (void)tx_.remove(*it).ok();
+          take_back(added, again);
           return std::move(id).error().in(node.file->shown);
         }
         node.id = *id;
         node.file.reset();  // from now on it is a record like others
-        added.push_back(*id);
+        if (!old) added.push_back(*id);
       } else if (i == order.back() && !memory_) {
         loaded.notes.push_back(tx_.now().describe(node.id) +
                                " was loaded before and is used as it is.");
@@ -268,6 +306,17 @@ class Loader {
     loaded.id = loaded.all.back();
     for (const AnyId id : added) note_absent_worlds(id, loaded.notes);
     return loaded;
+  }
+
+  void take_back(const std::vector<AnyId>& added,
+                 const std::vector<std::pair<AnyId, model::Record>>& again) {
+    if (keeps_added_) return;
+    for (auto it = again.rbegin(); it != again.rend(); ++it)
+      (void)tx_.edit(it->first, [&](model::Record& r) -> Result<void> {
+        r = it->second;
+        return {};
+      });
+    for (auto it = added.rbegin(); it != added.rend(); ++it) (void)tx_.remove(*it).ok();
   }
 
   /// Which worlds the expressions of a record use that are not there, so that old values stay.
@@ -318,10 +367,32 @@ class Loader {
     return tx_.add(std::move(record));
   }
 
+  /// Gives the record that came from a file what the file holds now.
+  Result<AnyId> replace_record(File& file, std::vector<std::string>& notes) {
+    model::Record record = std::move(file.bound.record);
+    for (std::size_t k = 0; k < file.targets.size(); ++k)
+      file.bound.references[k].set(record.body, nodes_[file.targets[k]].id);
+    const std::string old = tx_.now().find(file.again)->name;
+    if (record.name != old && tx_.now().find(record.kind(), record.name)) {
+      notes.push_back("The " + std::string(to_string(record.kind())) + " of " + quote(file.shown) +
+                      " is still named " + quote(old) + " here, since there is a " +
+                      quote(record.name) + " already.");
+      record.name = old;
+    }
+    RMP_TRY(tx_.edit(file.again, [&](model::Record& r) -> Result<void> {
+      r = std::move(record);
+      return {};
+    }));
+    notes.push_back(tx_.now().describe(file.again) + " was read again from its file.");
+    return file.again;
+  }
+
   Transaction& tx_;
   const std::vector<fs::path>& library_;
   const MemoryFiles* memory_;  ///< may be none
-  bool keeps_added_ = false;   ///< what was added before a fault stays
+  Reload reload_;
+  std::vector<std::string> warnings_;
+  bool keeps_added_ = false;  ///< what was added before a fault stays
   std::string memory_shown_;
   fs::path memory_folder_;
   std::unordered_map<std::string, GeometryPtr> geometries_;  ///< file and source -> what it holds
@@ -335,9 +406,9 @@ class Loader {
 std::string_view extension(Kind kind) { return model::info(kind).extension; }
 
 Result<Loaded> load(Transaction& tx, const fs::path& file, const std::vector<fs::path>& library,
-                    std::optional<Kind> wanted) {
+                    std::optional<Kind> wanted, Reload reload) {
   if (is_legacy_file(file)) return load_legacy(tx, file, wanted);
-  return Loader(tx, library).load_file(file);
+  return Loader(tx, library, nullptr, reload).load_file(file);
 }
 
 Result<Loaded> load_text(Transaction& tx, std::string_view text, const std::string& shown,

@@ -34,7 +34,8 @@ struct Plan {
 /// Saves and prints records of one document; what it knows of files serves all of them.
 class Saver {
  public:
-  Saver(const Snapshot& now, const std::vector<fs::path>& library) {
+  Saver(const Snapshot& now, const std::vector<fs::path>& library, SaveOptions options = {})
+      : options_(options) {
     for (const AnyId id : now.list())
       if (const auto& file = now.find(id)->file; !file.empty()) owners_.emplace(file, id);
     for (const auto& folder : library) library_.emplace_back(canonical_name(folder));
@@ -78,20 +79,30 @@ class Saver {
       if (!geometries_.insert(target.string()).second || file_holds(target, bytes)) continue;
       RMP_TRY(files_.add(target, bytes));
     }
-    for (auto& [target, text] : texts) {
+    for (std::size_t i = 0; i < texts.size(); ++i) {
+      const auto& [target, text] = texts[i];
+      const AnyId each = plan.order[i];
       written.push_back(target);
-      RMP_TRY(files_.add(target, text));
-    }
-    for (const AnyId each : plan.order) {
+      FileBefore before{true, {}};
+      if (const model::Record& r = *now.find(each);
+          r.file == plan.files.at(each) && r.disk != Fingerprint() && !options_.overwrite)
+        before.seen = r.disk;
+      RMP_TRY(files_.add(target, text, before));
       saved_.insert(each);
+    }
+    for (std::size_t i = 0; i < texts.size(); ++i) {
+      const AnyId each = plan.order[i];
       const std::string& target = plan.files.at(each);
       waiting_.insert(target);
       const std::string old = now.find(each)->file;
-      if (old == target) continue;
+      const Fingerprint disk = file_fingerprint(texts[i].second);
+      if (old == target && now.find(each)->disk == disk) continue;
       RMP_TRY(tx.edit(each, [&](model::Record& r) -> Result<void> {
         r.file = target;
+        r.disk = disk;
         return {};
       }));
+      if (old == target) continue;
       if (const auto owner = owners_.find(old); owner != owners_.end() && owner->second == each)
         owners_.erase(owner);
       owners_.insert_or_assign(target, each);
@@ -100,7 +111,11 @@ class Saver {
   }
 
   /// Puts what was saved in its places: all of it, or nothing.
-  Result<void> write() { return files_.finish(); }
+  Result<void> write() {
+    RMP_TRY(files_.finish());
+    if (options_.replaced) *options_.replaced = files_.replaced();
+    return {};
+  }
 
   [[nodiscard]] bool has_saved(AnyId id) const { return saved_.contains(id); }
 
@@ -209,6 +224,7 @@ class Saver {
     return {};
   }
 
+  SaveOptions options_;
   FileBatch files_;
   std::unordered_set<std::string> geometries_;  ///< files of them that were looked after
   std::unordered_set<std::string> waiting_;     ///< files that write() makes, canonical
@@ -225,8 +241,9 @@ Result<std::string> print(const Snapshot& snapshot, AnyId id, const fs::path& fi
 }
 
 Result<std::vector<fs::path>> save(Transaction& tx, AnyId id, const fs::path& file,
-                                   const std::vector<fs::path>& library) {
-  Saver saver(tx.now(), library);
+                                   const std::vector<fs::path>& library,
+                                   const SaveOptions& options) {
+  Saver saver(tx.now(), library, options);
   RMP_TRY_ASSIGN(auto written, saver.save(tx, id, file));
   RMP_TRY(saver.write());
   return written;
@@ -234,8 +251,9 @@ Result<std::vector<fs::path>> save(Transaction& tx, AnyId id, const fs::path& fi
 
 Result<std::vector<fs::path>> save_all(Transaction& tx,
                                        const std::vector<std::pair<AnyId, fs::path>>& wanted,
-                                       const std::vector<fs::path>& library) {
-  Saver saver(tx.now(), library);
+                                       const std::vector<fs::path>& library,
+                                       const SaveOptions& options) {
+  Saver saver(tx.now(), library, options);
   std::vector<fs::path> written;
   for (const auto& [id, file] : wanted) {
     if (saver.has_saved(id)) continue;  // beside one that refers to it

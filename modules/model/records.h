@@ -12,6 +12,7 @@
 #include <utility>
 #include <variant>
 
+#include "kernel/fingerprint.h"
 #include "model/basics.h"
 #include "model/fields.h"
 #include "model/kind.h"
@@ -69,6 +70,8 @@ struct Record {
   std::string name;
   std::string file;  ///< where it was loaded from or saved to; "" = never
   Body body;
+  /// Of the bytes of `file` as they were read or written last; all 0 = not known.
+  Fingerprint disk{};
   [[nodiscard]] Kind kind() const { return kind_of_body(body); }
 };
 

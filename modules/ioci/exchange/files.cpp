@@ -5,6 +5,7 @@
 #include "io/legacy.h"
 #include "io/native.h"
 #include "ioci/core/commands.h"
+#include "ioci/exchange/loaded.h"
 
 namespace robomosp::ioci {
 namespace {
@@ -23,9 +24,9 @@ Result<Value> library_folders_of(CommandContext& ctx, const Map&) {
 }
 
 Result<Value> load(CommandContext& ctx, const Map& args) {
-  RMP_TRY_ASSIGN(const auto loaded, io::load(ctx.edit(), text_of(args, "file"), ctx.app.library));
-  for (const std::string& note : loaded.notes)
-    ctx.app.messages.post(Severity::info, "file_note", note, "io");
+  RMP_TRY_ASSIGN(const auto loaded,
+                 load_file(ctx, text_of(args, "file"),
+                           flag(args, "reload") ? io::Reload::yes : io::Reload::no));
   return Value(Application::handle(loaded.id));
 }
 
@@ -53,7 +54,10 @@ Result<Value> save_all(CommandContext& ctx, const Map& args) {
       wanted.emplace_back(id, folder / (r.name + std::string(io::extension(id.kind))));
     else if (!is_within(library, r.file)) wanted.emplace_back(id, r.file);
   }
-  RMP_TRY_ASSIGN(const auto written, io::save_all(ctx.edit(), wanted, ctx.app.library));
+  std::vector<std::filesystem::path> replaced;
+  RMP_TRY_ASSIGN(const auto written,
+                 io::save_all(ctx.edit(), wanted, ctx.app.library, save_options(args, replaced)));
+  report_replaced(ctx, Severity::warning, replaced);
   List out;
   for (const auto& path : written) out.emplace_back(path.string());
   return Value(std::move(out));
@@ -88,14 +92,17 @@ RMP_COMMANDS(file_commands) {
       {.name = "file.load",
        .classic = "",
        .summary = "Loads a file of any kind and everything it refers to.",
-       .details = "The kind follows from the extension: .mtr, .csg, .part, .rbt, .tjc, "
-                  ".wld. Files of ROBOMOSP 1.4 (2006), worlds and .stn among them, are recognised "
-                  "by their content; a .csg of several materials becomes an object "
-                  "(solid.load makes one solid of it). All or nothing, as one step.",
+       .details =
+           "The kind follows from the extension: .mtr, .csg, .part, .rbt, .tjc, "
+           ".wld. Files of ROBOMOSP 1.4 (2006), worlds and .stn among them, are recognised "
+           "by their content; a .csg of several materials becomes an object "
+           "(solid.load makes one solid of it). All or nothing, as one step. A file that is in "
+           "the document already is not loaded again unless reload is true; when it was "
+           "changed on the disk since, a message says so.",
        .example = "material.create{name = \"brass\", density = 8500}\nlocal path = "
                   "\"example.mtr\"\nmaterial.save{id = \"brass\", file = "
                   "path}\ndocument.clear()\nassert(file.load(path).name == \"brass\")",
-       .params = {needed("file", "path", "", "The file.")},
+       .params = {needed("file", "path", "", "The file."), reload_field()},
        .returns = {"handle", "", "", {}},
        .effect = Effect::files_read | Effect::edits,
        .run = load});
@@ -124,12 +131,16 @@ RMP_COMMANDS(file_commands) {
        .classic = "",
        .summary = "Saves every record of the document.",
        .details = "A record goes to the file it came from, else into the folder given. What came "
-                  "from the library is left alone unless asked for.",
+                  "from the library is left alone unless asked for. Nothing is written when "
+                  "another program changed one of the files since it was read or saved here; a "
+                  "file that is replaced and held something of another program is named in a "
+                  "message.",
        .example =
            "material.create{name = \"brass\", density = 8500}\nassert(#file.save_all(\".\") == 1)",
        .params = {needed("folder", "path", "", "Folder for records that were never saved."),
                   defaulted("library", "bool", "", false,
-                            "Also write back what came from the library.")},
+                            "Also write back what came from the library."),
+                  overwrite_field()},
        .returns = {"list", "", "Paths of the files written.", {}},
        .effect = Effect::files_write | Effect::edits,
        .run = save_all});

@@ -5,6 +5,7 @@
 
 #include "io/native.h"
 #include "ioci/core/commands.h"
+#include "ioci/exchange/loaded.h"
 #include "model/parametric.h"
 
 namespace robomosp::ioci {
@@ -64,8 +65,10 @@ Result<Value> set(CommandContext& ctx, const Map& args) {
 
 Result<Value> save(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const AnyId id, record_given(ctx, args));
-  RMP_TRY_ASSIGN(const auto written,
-                 io::save(ctx.edit(), id, text_of(args, "file"), ctx.app.library));
+  std::vector<std::filesystem::path> replaced;
+  RMP_TRY_ASSIGN(const auto written, io::save(ctx.edit(), id, text_of(args, "file"),
+                                              ctx.app.library, save_options(args, replaced)));
+  report_replaced(ctx, Severity::info, replaced);
   List out;
   for (const auto& path : written) out.emplace_back(path.string());
   return Value(std::move(out));
@@ -158,7 +161,7 @@ RMP_COMMANDS(field_commands) {
        .summary = "Saves a record of any kind.",
        .details = "Records it refers to that were never saved are saved beside it.",
        .example = with_brass("assert(#record.save{id = \"brass\", file = \"brass.mtr\"} == 1)"),
-       .params = {record_field(), needed("file", "path", "", "The file.")},
+       .params = {record_field(), needed("file", "path", "", "The file."), overwrite_field()},
        .returns = {"list", "", "Paths of the files written.", {}},
        .effect = Effect::files_write | Effect::edits,
        .run = save},

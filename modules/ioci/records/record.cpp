@@ -4,6 +4,7 @@
 #include "io/legacy.h"
 #include "io/native.h"
 #include "ioci/core/commands.h"
+#include "ioci/exchange/loaded.h"
 
 namespace robomosp::ioci {
 namespace {
@@ -48,11 +49,9 @@ Result<Value> get(CommandContext& ctx, const Map& args) {
   const std::string kind(to_string(K));
   if (const auto file = library_file(ctx.app, K, name)) {
     const bool before = ctx.edit().set_outside_history(true);
-    auto read = io::load(ctx.edit(), *file, ctx.app.library);
+    auto read = load_file(ctx, *file);
     ctx.edit().set_outside_history(before);
     RMP_TRY_ASSIGN(const auto loaded, std::move(read));
-    for (const std::string& note : loaded.notes)
-      ctx.app.messages.post(Severity::info, "file_note", note, "io");
     return Value(Application::handle(loaded.id));
   }
   std::vector<std::string> known = library_names(ctx.app, K);
@@ -109,9 +108,8 @@ Result<Value> load(CommandContext& ctx, const Map& args) {
                  text::quote(file.string()) + " does not end with " + std::string(io::extension(K)),
                  "Files of this kind are named *" + std::string(io::extension(K)) + ".");
   }
-  RMP_TRY_ASSIGN(const auto loaded, io::load(ctx.edit(), file, ctx.app.library, K));
-  for (const std::string& note : loaded.notes)
-    ctx.app.messages.post(Severity::info, "file_note", note, "io");
+  RMP_TRY_ASSIGN(const auto loaded,
+                 load_file(ctx, file, flag(args, "reload") ? io::Reload::yes : io::Reload::no, K));
   return Value(Application::handle(loaded.id));
 }
 
@@ -133,7 +131,10 @@ Result<Value> save(CommandContext& ctx, const Map& args) {
         ErrorCode::invalid_argument,
         text::quote(file.string()) + " does not end with " + std::string(io::extension(id.kind)),
         "Name it " + text::quote(file.stem().string() + std::string(io::extension(id.kind))) + ".");
-  RMP_TRY_ASSIGN(const auto written, io::save(ctx.edit(), id, file, ctx.app.library));
+  std::vector<std::filesystem::path> replaced;
+  RMP_TRY_ASSIGN(const auto written,
+                 io::save(ctx.edit(), id, file, ctx.app.library, save_options(args, replaced)));
+  report_replaced(ctx, Severity::info, replaced);
   List out;
   for (const auto& path : written) out.emplace_back(path.string());
   return Value(std::move(out));
@@ -232,28 +233,33 @@ void add_kind(std::vector<CommandSpec>& all) {
        .summary = "Loads " + a + " and everything it refers to from a " + extension + " file.",
        .details =
            std::string("All or nothing, as one step. A file that is in the document already "
-                       "is not loaded again.") +
+                       "is not loaded again unless reload is true; when it was changed on the "
+                       "disk since, a message says so.") +
            (K <= Kind::object ? " Files of ROBOMOSP 1.4 (2006) are recognised by their content "
                                 "and read as well (.mtr, .csg, .obj)."
                               : ""),
        .example = make + "\nlocal file = \"example" + extension + "\"\n" + kind +
                   ".save{id = " + quoted + ", file = file}\ndocument.clear()\n" + kind +
                   ".load(file)\nassert(#" + kind + ".list() == 1)",
-       .params = {needed("file", "path", "", "The file.")},
+       .params = {needed("file", "path", "", "The file."), reload_field()},
        .returns = {"handle", "", "", {}},
        .effect = Effect::files_read | Effect::edits,
        .run = load<K>});
-  all.push_back({.name = kind + ".save",
-                 .classic = world ? "World Save" : "",
-                 .summary = "Saves " + a + " to a " + extension + " file.",
-                 .details = "Records it refers to that were never saved are saved beside it.",
-                 .example = make + "\nlocal written = " + kind + ".save{id = " + quoted +
-                            ", file = \"example" + extension + "\"}\nassert(#written >= 1)",
-                 .params = {self(kind), optional("file", "path", "",
-                                                 "The file; the one it came from when left out.")},
-                 .returns = {"list", "", "Paths of the files written.", {}},
-                 .effect = Effect::files_write | Effect::edits,
-                 .run = save});
+  all.push_back(
+      {.name = kind + ".save",
+       .classic = world ? "World Save" : "",
+       .summary = "Saves " + a + " to a " + extension + " file.",
+       .details = "Records it refers to that were never saved are saved beside it. That "
+                  "a record is saved is no step of the history: undo leaves it saved. "
+                  "Its file is not written when another program changed it meanwhile.",
+       .example = make + "\nlocal written = " + kind + ".save{id = " + quoted +
+                  ", file = \"example" + extension + "\"}\nassert(#written >= 1)",
+       .params = {self(kind),
+                  optional("file", "path", "", "The file; the one it came from when left out."),
+                  overwrite_field()},
+       .returns = {"list", "", "Paths of the files written.", {}},
+       .effect = Effect::files_write | Effect::edits,
+       .run = save});
   all.push_back(
       {.name = kind + ".text",
        .classic = "",

@@ -9,6 +9,7 @@
 #include "io/legacy.h"
 #include "io/native.h"
 #include "ioci/core/commands.h"
+#include "ioci/exchange/loaded.h"
 #include "ioci/world/members.h"
 #include "model/placement.h"
 #include "spatial/pose.h"
@@ -134,13 +135,12 @@ class Elements {
 };
 
 /// The record of a file of any format that the program reads.
-Result<AnyId> read_record(CommandContext& ctx, const std::filesystem::path& file) {
+Result<AnyId> read_record(CommandContext& ctx, const std::filesystem::path& file,
+                          io::Reload reload) {
   const bool is_native = std::any_of(all_kinds().begin(), all_kinds().end(),
                                      [&](Kind k) { return file.extension() == io::extension(k); });
   if (is_native || io::is_legacy_file(file)) {
-    RMP_TRY_ASSIGN(const auto loaded, io::load(ctx.edit(), file, ctx.app.library));
-    for (const std::string& note : loaded.notes)
-      ctx.app.messages.post(Severity::info, "file_note", note, "io");
+    RMP_TRY_ASSIGN(const auto loaded, load_file(ctx, file, reload));
     return loaded.id;
   }
   RMP_TRY_ASSIGN(const Value made, ctx.dispatch("import", {{"file", file.string()}}));
@@ -170,7 +170,11 @@ Result<Value> load_element(CommandContext& ctx, const Map& args) {
   const AnyId world = ref(args, "id");
   const std::string file = text_of(args, "file");
   const std::vector<AnyId> before = ctx.snapshot().list(Kind::world);
-  RMP_TRY_ASSIGN(const AnyId id, read_record(ctx, file));
+  // What is replaced is replaced by what the file holds now.
+  const io::Reload reload = flag(args, "reload")                  ? io::Reload::yes
+                            : text_of(args, "clash") == "replace" ? io::Reload::changed
+                                                                  : io::Reload::no;
+  RMP_TRY_ASSIGN(const AnyId id, read_record(ctx, file, reload));
   RMP_TRY(only_for(args, "q", Kind::robot, id.kind));
   RMP_TRY(only_for(args, "robot", Kind::task, id.kind));
   if (id == world)
@@ -249,6 +253,7 @@ RMP_COMMANDS(world_load_commands) {
       optional("q", "any", "rad or m", "Of a robot: joint values shown, or the name of a pose."));
   params.push_back(
       optional("robot", "string", "", "Of a task: the robot its steps mean when they name none."));
+  params.push_back(reload_field());
   all.push_back(
       {.name = "world.load_element",
        .classic = "",
@@ -258,7 +263,10 @@ RMP_COMMANDS(world_load_commands) {
            "Files are those of file.load (*.part, *.csg, *.rbt, *.tjc, *.tsk, *.wld and those of "
            "ROBOMOSP 1.4) and of import (URDF, STEP, STL and the like). What is read and where it "
            "is placed is one step to undo. A member that is replaced leaves its place to the new "
-           "one unless a place is given. Of another world come its members, signals, held objects "
+           "one unless a place is given. A file that is in the document already is read again with "
+           "reload, and with clash = \"replace\" when it was changed on the disk; all that uses "
+           "its "
+           "record follows. Of another world come its members, signals, held objects "
            "and pair rules, all moved by the place given; not its gravity and parameters.",
        .example = example_cell(
            "solid.create{name = \"table\", root = {kind = \"box\", x = 1, y = 1, z = 0.7}}\n"

@@ -7,8 +7,10 @@
 #include <unordered_map>
 #include <unordered_set>
 
+#include "document/validate.h"
 #include "io/native.h"
 #include "ioci/core/commands.h"
+#include "ioci/exchange/loaded.h"
 #include "ioci/world/members.h"
 #include "kernel/executor.h"
 #include "kernel/quiet_progress.h"
@@ -151,7 +153,12 @@ Result<Value> load_trajectory(CommandContext& ctx, const Map& args) {
                  text::quote(file.string()) + " does not end with " +
                      std::string(io::extension(Kind::trajectory)),
                  "Give a trajectory file.");
-  RMP_TRY_ASSIGN(const auto loaded, io::load(ctx.edit(), file, ctx.app.library));
+  RMP_TRY_ASSIGN(const auto loaded, load_file(ctx, file));
+  if (loaded.id.kind != Kind::trajectory)
+    return error(ErrorCode::invalid_argument,
+                 text::quote(file.string()) + " holds " +
+                     document::with_article(to_string(loaded.id.kind)) + ", not a trajectory",
+                 "Give a trajectory file.");
   return add_trajectory_record(ctx, args, TrajectoryId{loaded.id.number});
 }
 
