@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "kernel/text.h"
+
 namespace robomosp {
 
 std::string_view to_string(Severity s) {
@@ -18,8 +20,8 @@ std::string_view to_string(Severity s) {
 void Messages::post(Severity severity, std::string_view code, std::string_view text,
                     std::string_view source) {
   constexpr auto kWindow = std::chrono::seconds(1);
-  Message message{std::chrono::system_clock::now(), severity, std::string(code), std::string(text),
-                  std::string(source)};
+  Message message{std::chrono::system_clock::now(), severity, std::string(code),
+                  robomosp::text::shortened(std::string(text)), std::string(source)};
   std::vector<Subscriber> receivers;
   {
     const std::lock_guard lock(mutex_);

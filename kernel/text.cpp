@@ -108,6 +108,84 @@ std::string quote(std::string_view s) {
   return out + '"';
 }
 
+std::string visible(std::string_view s) {
+  static constexpr char kDigits[] = "0123456789abcdef";
+  const auto byte = [&](std::size_t i) {
+    return i < s.size() ? static_cast<unsigned char>(s[i]) : 0U;
+  };
+  std::string out;
+  out.reserve(s.size());
+  for (std::size_t i = 0; i < s.size(); ++i) {
+    const unsigned c = byte(i);
+    // In UTF-8 the control characters from 0x80 to 0x9f are 0xc2 and that byte; by itself none of
+    // them begins a character.
+    const bool is_pair = c == 0xC2 && byte(i + 1) >= 0x80 && byte(i + 1) < 0xA0;
+    const unsigned before = i > 0 ? byte(i - 1) : 0U;
+    const bool is_stray = c >= 0x80 && c < 0xA0 && before < 0x80;
+    if (!is_pair && !is_stray && ((c >= 0x20 && c != 0x7F) || c == '\n' || c == '\t')) {
+      out += s[i];
+      continue;
+    }
+    const unsigned code = is_pair ? byte(++i) : c;
+    out += "\\x";
+    out += kDigits[code >> 4];
+    out += kDigits[code & 15U];
+  }
+  return out;
+}
+
+namespace {
+
+/// The first bytes of a text, whole characters.
+std::string_view first_bytes(std::string_view s, std::size_t n) {
+  while (n > 0 && n < s.size() && (static_cast<unsigned char>(s[n]) & 0xC0U) == 0x80U) --n;
+  return s.substr(0, n);
+}
+std::string_view last_bytes(std::string_view s, std::size_t n) {
+  std::size_t from = s.size() - std::min(n, s.size());
+  while (from < s.size() && (static_cast<unsigned char>(s[from]) & 0xC0U) == 0x80U) ++from;
+  return s.substr(from);
+}
+
+constexpr std::size_t kLongQuote = 160;  // bytes of a quoted text that are worth cutting
+
+}  // namespace
+
+std::string shortened(std::string s, std::size_t most) {
+  if (s.size() <= most) return s;
+  std::string out;
+  for (std::size_t i = 0; i < s.size();) {
+    if (s[i] != '"') {
+      out += s[i++];
+      continue;
+    }
+    std::size_t end = i + 1;
+    while (end < s.size() && s[end] != '"') end += s[end] == '\\' ? 2 : 1;
+    end = std::min(end + 1, s.size());
+    const std::string_view quoted = std::string_view(s).substr(i, end - i);
+    if (quoted.size() <= kLongQuote) {
+      out += quoted;
+    } else {
+      out += first_bytes(quoted, kLongQuote / 2);
+      out += "...\" (" + std::to_string(quoted.size() - 2) + " bytes)";
+    }
+    i = end;
+  }
+  if (out.size() <= most) return out;
+  const std::size_t tail = std::min<std::size_t>(most / 4, 200);
+  std::string cut(first_bytes(out, most - tail));
+  cut += " ... ";
+  cut += last_bytes(out, tail);
+  return cut;
+}
+
+Error shortened(Error e) {
+  e.message = shortened(std::move(e.message));
+  e.where = shortened(std::move(e.where));
+  e.hint = shortened(std::move(e.hint));
+  return e;
+}
+
 std::string_view trim(std::string_view s) {
   while (!s.empty() && is_space(s.front())) s.remove_prefix(1);
   while (!s.empty() && is_space(s.back())) s.remove_suffix(1);

@@ -9,6 +9,8 @@
 #include <string_view>
 #include <vector>
 
+#include <robomosp/sdk/result.h>
+
 namespace robomosp::text {
 
 /// Shortest text that reads back to the same bits; "inf", "-inf", "nan"; -0 prints as 0.
@@ -23,6 +25,13 @@ namespace robomosp::text {
 
 /// "a \"b\"" with \" \\ \n \t \r escaped.
 [[nodiscard]] std::string quote(std::string_view s);
+/// For a terminal: control characters but line ends and tabs as \\xNN, so that what a file or a
+/// plugin says cannot steer it.
+[[nodiscard]] std::string visible(std::string_view s);
+/// A sentence of at most `most` bytes: long quoted texts in it are cut first, then its middle.
+[[nodiscard]] std::string shortened(std::string s, std::size_t most = 2000);
+/// The same for all that an error says.
+[[nodiscard]] Error shortened(Error e);
 [[nodiscard]] std::string_view trim(std::string_view s);
 [[nodiscard]] std::vector<std::string_view> split(std::string_view s, char separator);
 [[nodiscard]] std::string join(std::span<const std::string> words, std::string_view separator);

@@ -85,6 +85,10 @@ void Map::set(std::string key, Value value) {
   entries_.emplace_back(std::move(key), std::move(value));
 }
 
+void Map::append(std::string key, Value value) {
+  entries_.emplace_back(std::move(key), std::move(value));
+}
+
 bool Map::erase(std::string_view key) {
   return std::erase_if(entries_, [&](const Entry& e) { return e.first == key; }) != 0;
 }

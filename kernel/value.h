@@ -121,7 +121,8 @@ class Map {
   Map(std::initializer_list<Entry> entries);
   [[nodiscard]] const Value* find(std::string_view key) const;
   [[nodiscard]] Value* find(std::string_view key);
-  void set(std::string key, Value value);  ///< replaces or appends
+  void set(std::string key, Value value);  ///< replaces or appends; takes longer the more there are
+  void append(std::string key, Value value);  ///< of a key that is not there yet
   bool erase(std::string_view key);
   [[nodiscard]] std::size_t size() const { return entries_.size(); }
   [[nodiscard]] bool empty() const { return entries_.empty(); }

@@ -13,6 +13,7 @@
 #include <string_view>
 #include <vector>
 
+#include <signal.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -504,6 +505,7 @@ std::vector<std::string> arguments(int argc, char** argv) {
 int main(int argc, char** argv) {
   Options options;
   Words words;
+  ::signal(SIGXFSZ, SIG_IGN);  // a file that grows too large is an error of whoever writes it
   CLI::App cli("Shows a world, robot, object or solid; without --render in a window.",
                "robomosp-desktop");
   cli.set_version_flag("--version", "robomosp-desktop " RMP_SDK_VERSION);

@@ -3,6 +3,7 @@
 // not do here.
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <numbers>
 
 #include "kernel/permit.h"
@@ -359,7 +360,44 @@ void guard_libraries(lua_State* L) {
   lua_pop(L, 2);
 }
 
+// --- standard output ---
+
+ssize_t write_output(void* cookie, const char* bytes, std::size_t count) {
+  const Impl& impl = *static_cast<const Impl*>(cookie);
+  impl.options.print(std::string_view(bytes, count));
+  return static_cast<ssize_t>(count);
+}
+
+/// What the standard files of Lua answer to close().
+int keep_open(lua_State* L) {
+  static_cast<luaL_Stream*>(luaL_checkudata(L, 1, LUA_FILEHANDLE))->closef = &keep_open;
+  lua_pushnil(L);
+  lua_pushliteral(L, "cannot close standard file");
+  return 2;
+}
+
+/// Makes io.write and io.stdout write where print() does.
+void redirect_output(Impl& impl, lua_State* L) {
+  if (!impl.options.print) return;
+  impl.out.reset(::fopencookie(&impl, "w", {nullptr, write_output, nullptr, nullptr}));
+  if (!impl.out) return;
+  // By lines, as a terminal: what asks for input flushes those first.
+  std::setvbuf(impl.out.get(), nullptr, _IOLBF, BUFSIZ);
+  lua_getglobal(L, "io");
+  lua_getfield(L, -1, "output");
+  auto* file = static_cast<luaL_Stream*>(lua_newuserdatauv(L, sizeof(luaL_Stream), 0));
+  file->closef = nullptr;
+  luaL_setmetatable(L, LUA_FILEHANDLE);
+  file->f = impl.out.get();
+  file->closef = &keep_open;
+  lua_pushvalue(L, -1);
+  lua_setfield(L, -4, "stdout");
+  lua_call(L, 1, 0);
+  lua_pop(L, 1);
+}
+
 void tame_libraries(Impl& impl, lua_State* L) {
+  redirect_output(impl, L);
   guard_libraries(L);
   lua_getglobal(L, "os");
   lua_pushcfunction(L, entry<exit_script>);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstddef>
+#include <cstdio>
 #include <map>
 #include <memory>
 #include <optional>
@@ -94,7 +95,9 @@ struct robomosp::lua::LuaState::Impl {
   std::map<std::string, std::unique_ptr<KindInfo>, std::less<>> kinds;
   std::vector<std::shared_ptr<LuaProvider>> providers;
   std::vector<std::string> classic_nouns;  ///< lower case
-  std::uint64_t commands = 0;              ///< revision of the table that the state shows
+  /// What scripts write to standard output; goes where print() goes. Outlives their handles.
+  std::unique_ptr<std::FILE, int (*)(std::FILE*)> out{nullptr, std::fclose};
+  std::uint64_t commands = 0;  ///< revision of the table that the state shows
 };
 
 namespace robomosp::lua {

@@ -67,6 +67,7 @@ class Run {
   ~Run() {
     lua_settop(state(impl_), top_);
     if (--impl_.depth > 0) return;
+    if (impl_.out) std::fflush(impl_.out.get());
     impl_.session.clear_interrupt();
     impl_.stopping = false;
     arm(impl_.main);
@@ -251,6 +252,7 @@ void stop_script(Impl& impl, lua_State* L) {
 }
 
 void print_text(Impl& impl, std::string_view text) {
+  if (impl.out) std::fflush(impl.out.get());  // in their order
   if (impl.options.print) {
     impl.options.print(text);
   } else {

@@ -5,10 +5,13 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <unordered_set>
 #include <utility>
 #include <vector>
 
 #include <nlohmann/json.hpp>
+
+#include "kernel/text.h"
 
 namespace robomosp::shell {
 namespace {
@@ -131,20 +134,37 @@ class Builder final : public nlohmann::json_sax<nlohmann::json> {
     Map map;
     List list;
     std::string key;
+    std::unordered_set<std::string> keys;
   };
   bool open(bool is_object) {
     if (frames_.size() >= kDeepestJson) {
       fault = "it is nested deeper than " + std::to_string(kDeepestJson) + " levels";
       return false;
     }
-    frames_.push_back({is_object, {}, {}, {}});
+    frames_.emplace_back().is_object = is_object;
     return true;
   }
   bool add(Value v) {
     if (frames_.empty()) done = std::move(v);
-    else if (frames_.back().is_object)
-      frames_.back().map.set(std::move(frames_.back().key), std::move(v));
+    else if (frames_.back().is_object) return add_named(frames_.back(), std::move(v));
     else frames_.back().list.push_back(std::move(v));
+    return true;
+  }
+  /// Of keys that are there twice the last one counts. Maps look for keys one by one, so those of
+  /// large ones are kept here as well, and must be there once.
+  bool add_named(Frame& frame, Value v) {
+    constexpr std::size_t kFew = 32;
+    if (frame.map.size() < kFew) {
+      frame.map.set(std::move(frame.key), std::move(v));
+      return true;
+    }
+    if (frame.keys.empty())
+      for (const auto& entry : frame.map) frame.keys.insert(entry.first);
+    if (!frame.keys.insert(frame.key).second) {
+      fault = "the key " + text::quote(frame.key) + " is twice in one object";
+      return false;
+    }
+    frame.map.append(std::move(frame.key), std::move(v));
     return true;
   }
   std::vector<Frame> frames_;

@@ -49,7 +49,8 @@ std::string RpcServer::too_long() {
 std::string RpcServer::not_json(const Error& e) { return failure({}, kParseError, e.sentence()); }
 
 std::string RpcServer::failure(const Value& id, const Error& e) {
-  return failure(id, code_of(e.code), e.sentence(), &e);
+  const Error said = text::shortened(e);
+  return failure(id, code_of(e.code), said.sentence(), &said);
 }
 
 struct RpcServer::Request {
@@ -95,7 +96,7 @@ Result<RpcServer::Request> RpcServer::read(const Value& message,
   }
   if (!r.spec && r.method != "lua.eval") {
     if (!r.wants_answer) return none;
-    const Error e = app_.commands.unknown(r.method);
+    const Error e = text::shortened(app_.commands.unknown(r.method));
     return refuse(failure(r.id, kMethodNotFound, e.sentence(), &e));
   }
   r.named = params ? params->as_map() : nullptr;
@@ -170,9 +171,26 @@ std::optional<std::string> RpcServer::answer(const Value& message) {
   const List* batch = message.as_list();
   if (!batch) return answer_one(message);
   if (batch->empty()) return failure({}, kInvalidRequest, "The batch is empty.");
+  if (batch->size() > kLongestBatch)
+    return failure({}, kInvalidRequest,
+                   "The batch holds " + std::to_string(batch->size()) + " requests; at most " +
+                       std::to_string(kLongestBatch) + " are answered together.");
   std::string out;
-  for (const Value& one : *batch)
-    if (auto text = answer_one(one)) out += (out.empty() ? "[" : ",") + *text;
+  for (const Value& one : *batch) {
+    std::optional<std::string> text;
+    if (out.size() < kLongestAnswer) {
+      text = answer_one(one);
+    } else {
+      std::optional<std::string> refusal;
+      const auto request = read(one, refusal);
+      text = request.ok() ? told(*request, error(ErrorCode::conflict,
+                                                 "the request was not run, since the answers of "
+                                                 "the batch before it are too long",
+                                                 "Send it by itself."))
+                          : refusal;
+    }
+    if (text) out += (out.empty() ? "[" : ",") + *text;
+  }
   if (out.empty()) return std::nullopt;
   return out + "]";
 }

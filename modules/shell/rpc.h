@@ -18,6 +18,12 @@ namespace robomosp::shell {
 /// Longest line that is read [bytes].
 inline constexpr std::size_t kLongestLine = std::size_t{8} << 20;
 
+/// Most requests of a batch.
+inline constexpr std::size_t kLongestBatch = 10'000;
+
+/// Bytes of the answers to a batch after which its other requests are not run.
+inline constexpr std::size_t kLongestAnswer = std::size_t{64} << 20;
+
 /// Methods are the commands, plus "lua.eval" {code}. A request with "job": true is answered at once
 /// with the handle of a job. [the session's thread] unless marked
 class RpcServer {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "shell/shell.h"
 
+#include <fcntl.h>
 #include <signal.h>
 #include <sys/eventfd.h>
 #include <unistd.h>
@@ -104,39 +105,54 @@ class Voice {
     color_ = s.color == "always" ||
              (s.color == "auto" && ::isatty(STDERR_FILENO) != 0 && !(no_color && *no_color));
   }
+  /// From here on standard output carries answers only: whatever else is written to it, by
+  /// scripts, by programs that they run and by libraries, goes to standard error. Returns the
+  /// descriptor of the answers.
+  int keep_output() {
+    std::fflush(stdout);
+    const int fd = ::fcntl(STDOUT_FILENO, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
+    std::FILE* answers = fd < 0 ? nullptr : ::fdopen(fd, "w");
+    if (!answers || ::dup2(STDERR_FILENO, STDOUT_FILENO) < 0) return STDOUT_FILENO;
+    out_ = answers;
+    return fd;
+  }
   [[nodiscard]] bool json() const { return settings_.json; }
   [[nodiscard]] bool quiet() const { return settings_.quiet; }
 
   /// Prints the error and returns its exit code.
   int fail(const Error& e, std::string_view trace = {}) const {
-    if (settings_.json) line(to_json(Map{{"ok", false}, {"error", error_map(e)}}));
-    else to_stderr("error", "\x1b[31m", e.sentence());
+    const Error said = text::shortened(e);
+    if (settings_.json) line(to_json(Map{{"ok", false}, {"error", error_map(said)}}));
+    else to_stderr("error", "\x1b[31m", said.sentence());
     if (settings_.trace && !trace.empty())
-      std::fprintf(stderr, "%.*s\n", static_cast<int>(trace.size()), trace.data());
+      std::fprintf(stderr, "%s\n", text::visible(text::shortened(std::string(trace))).c_str());
     return exit_code(e.code);
   }
   void warn(std::string_view text) const {
     if (!settings_.quiet) to_stderr("warning", "\x1b[33m", text);
   }
   void line(std::string_view text) const {
-    std::fwrite(text.data(), 1, text.size(), stdout);
-    std::fputc('\n', stdout);
-    std::fflush(stdout);
+    std::fwrite(text.data(), 1, text.size(), out_);
+    std::fputc('\n', out_);
+    std::fflush(out_);
   }
   /// Prints a result: text for people, {"ok": true, "value": ...} for programs.
   void result(const Value& value, std::string_view text, const NameOf& name_of = {}) const {
     if (settings_.json)
       line(to_json(value.is_nil() ? Map{{"ok", true}} : Map{{"ok", true}, {"value", value}},
                    name_of));
-    else if (!text.empty()) line(text.ends_with('\n') ? text.substr(0, text.size() - 1) : text);
+    else if (!text.empty())
+      line(text::visible(text.ends_with('\n') ? text.substr(0, text.size() - 1) : text));
   }
 
  private:
   void to_stderr(const char* word, const char* color, std::string_view text) const {
-    std::fprintf(stderr, "%s%s:%s %.*s\n", color_ ? color : "", word, color_ ? "\x1b[0m" : "",
-                 static_cast<int>(text.size()), text.data());
+    const std::string shown = text::visible(text);
+    std::fprintf(stderr, "%s%s:%s %s\n", color_ ? color : "", word, color_ ? "\x1b[0m" : "",
+                 shown.c_str());
   }
   const Settings& settings_;
+  std::FILE* out_ = stdout;
   bool color_ = false;
 };
 
@@ -168,8 +184,9 @@ std::function<void(double, std::string_view)> progress_bar() {
     if (is_done || now - last < std::chrono::milliseconds(100)) return;
     last = now;
     shown = true;
-    std::fprintf(stderr, "\r[%3d%%] %.*s\x1b[K", static_cast<int>(fraction * 100),
-                 static_cast<int>(what.size()), what.data());
+    std::string words = text::visible(what);
+    std::replace(words.begin(), words.end(), '\n', ' ');
+    std::fprintf(stderr, "\r[%3d%%] %s\x1b[K", static_cast<int>(fraction * 100), words.c_str());
   };
 }
 
@@ -194,15 +211,14 @@ Result<void> start(Program& p, const Settings& s, const Voice& voice, std::strin
   if (!s.quiet && !s.json && ::isatty(STDERR_FILENO)) p.session->show_progress = progress_bar();
   lua::LuaOptions lua_options;
   lua_options.input_name = p.session->name();
-  lua_options.print = [&p, &voice](std::string_view text) {
+  lua_options.print = [&p](std::string_view text) {
     if (p.rpc) {
       p.rpc->printed += text;
       return;
     }
-    // With --json standard output carries JSON only.
-    std::FILE* out = voice.json() ? stderr : stdout;
-    std::fwrite(text.data(), 1, text.size(), out);
-    std::fflush(out);
+    // With --json standard output carries JSON only, and this is standard error.
+    std::fwrite(text.data(), 1, text.size(), stdout);
+    std::fflush(stdout);
   };
   p.lua = std::make_unique<lua::LuaState>(*p.app, *p.session, std::move(lua_options));
   catch_interrupts(*p.session);
@@ -274,13 +290,14 @@ int run_classic(const Settings& s, const Voice& voice, const std::vector<std::st
   return 0;
 }
 
-int run_rpc(const Settings& s, const Voice& voice) {
+int run_rpc(const Settings& s, Voice& voice) {
+  const int answers = voice.keep_output();
   Program p;
   if (auto started = start(p, s, voice, "rpc"); !started.ok()) return voice.fail(started.error());
   p.session->show_progress = {};
   RpcServer server(*p.app, *p.session, *p.lua);
   p.rpc = &server;
-  const int code = serve(*p.app, *p.session, server, STDIN_FILENO, STDOUT_FILENO);
+  const int code = serve(*p.app, *p.session, server, STDIN_FILENO, answers);
   return p.lua->exit_requested().value_or(code);
 }
 
@@ -533,6 +550,7 @@ int usage_fault(const Voice& voice, const CLI::App& cli, const CLI::ParseError& 
 }  // namespace
 
 int shell_main(int argc, char** argv) {
+  ::signal(SIGXFSZ, SIG_IGN);  // a file that grows too large is an error of whoever writes it
   Settings s;
   CLI::App cli("ROBOMOSP: robotics modeling and simulation. Without a subcommand: the console.",
                "robomosp");
@@ -604,7 +622,8 @@ int shell_main(int argc, char** argv) {
     for (int i = 1; i < argc; ++i) s.json = s.json || std::string_view(argv[i]) == "--json";
     return usage_fault(Voice(s), cli, e);
   }
-  const Voice voice(s);
+  Voice voice(s);
+  if (s.json) (void)voice.keep_output();
   if (help->parsed()) {
     if (about.empty()) {
       voice.line(overview);

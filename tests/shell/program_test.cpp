@@ -5,6 +5,7 @@
 #include <poll.h>
 #include <pty.h>
 #include <signal.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -30,6 +31,7 @@ const std::string kProgram = std::string(ROBOMOSP_BUILD_DIR) + "/bin/robomosp";
 struct Outcome {
   int code = -1;
   std::string out, err;
+  long memory = 0;  ///< most that it held [KiB]
 };
 
 std::string slurp(const fs::path& file) {
@@ -56,7 +58,9 @@ struct Folder {
   ::_exit(127);
 }
 
-Outcome run(const std::vector<std::string>& args, const std::string& input = {}) {
+/// `most_file`: bytes that a file may have; negative = any number.
+Outcome run(const std::vector<std::string>& args, const std::string& input = {},
+            long most_file = -1) {
   const Folder folder;
   std::ofstream(folder.path / "in", std::ios::binary) << input;
   std::fflush(nullptr);  // or the child would print what waits in the buffers once more
@@ -65,12 +69,15 @@ Outcome run(const std::vector<std::string>& args, const std::string& input = {})
     if (!std::freopen((folder.path / "in").c_str(), "r", stdin)) ::_exit(126);
     if (!std::freopen((folder.path / "out").c_str(), "w", stdout)) ::_exit(126);
     if (!std::freopen((folder.path / "err").c_str(), "w", stderr)) ::_exit(126);
+    const rlimit limit{static_cast<rlim_t>(most_file), static_cast<rlim_t>(most_file)};
+    if (most_file >= 0 && ::setrlimit(RLIMIT_FSIZE, &limit) != 0) ::_exit(126);
     execute(args);
   }
   int status = 0;
-  ::waitpid(child, &status, 0);
+  rusage used{};
+  ::wait4(child, &status, 0, &used);
   return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status),
-          slurp(folder.path / "out"), slurp(folder.path / "err")};
+          slurp(folder.path / "out"), slurp(folder.path / "err"), used.ru_maxrss};
 }
 
 TEST(CommandLine, EvaluatesAnExpression) {
@@ -386,6 +393,135 @@ TEST(Rpc, AnswersComeInTheOrderOfTheRequestsAndFaultsOfJobsAreSaid) {
             std::string::npos);
   const Json job = peer.ask("material.list", Json::object(), {{"job", true}}).at("result");
   EXPECT_EQ(peer.ask("job.wait", {{"id", job}}).at("result").size(), 200U);
+}
+
+/// What writes to standard output in all the ways there are.
+constexpr const char* kLoud =
+    "io.write('written ', 7, '\\n') print('printed') io.stdout:write('to the file\\n') "
+    "io.output():write('to the output\\n') os.execute('echo by a program') "
+    "io.stdout:setvbuf('no') io.write('last') io.stdout:flush() return 3";
+
+TEST(Rpc, WhatScriptsAndTheirProgramsWriteComesNotBetweenTheAnswers) {
+  Peer peer({"-q", "rpc"});
+  const Json answer = peer.ask("lua.eval", {{"code", kLoud}});
+  EXPECT_EQ(answer.at("result").at("value"), 3);
+  EXPECT_EQ(answer.at("result").at("output"),
+            "written 7\nprinted\nto the file\nto the output\nlast");
+  EXPECT_TRUE(peer.notes.empty());
+  const Json closed =
+      peer.ask("lua.eval", {{"code", "local ok, why = io.stdout:close() print(why)"}});
+  EXPECT_EQ(closed.at("result").at("output"), "cannot close standard file\n");
+  EXPECT_TRUE(peer.ask("version", Json::object()).contains("result"));
+}
+
+TEST(CommandLine, WithJsonStandardOutputCarriesAnswersOnly) {
+  const auto r = run({"-q", "--json", "eval", kLoud});
+  EXPECT_EQ(r.code, 0) << r.err;
+  EXPECT_EQ(Json::parse(r.out).at("value"), 3) << r.out;
+  for (const char* said : {"written 7\nprinted\nto the file\n", "by a program", "last"})
+    EXPECT_NE(r.err.find(said), std::string::npos) << r.err;
+  // Without it all is where it was, and in order.
+  const auto plain = run({"-q", "eval", kLoud});
+  EXPECT_EQ(plain.out, "written 7\nprinted\nto the file\nto the output\nby a program\nlast3\n");
+}
+
+TEST(Rpc, ALargeBatchIsRefusedBeforeItTakesTheMemory) {
+  constexpr std::size_t kItems = 2'000'000;
+  std::string ones = "[1";
+  for (std::size_t i = 1; i < kItems; ++i) ones += ",1";
+  std::string objects = "[{}";
+  for (std::size_t i = 1; i < kItems; ++i) objects += ",{}";
+  std::string keys = "{\"jsonrpc\":\"2.0\",\"id\":1,\"method\":\"version\",\"params\":{\"k\":1";
+  for (std::size_t i = 1; i < 300'000; ++i) keys += ",\"k" + std::to_string(i) + "\":1";
+  std::string requests = "[";
+  for (std::size_t i = 0; i < 100'000; ++i)
+    requests += std::string(i ? "," : "") + R"({"jsonrpc":"2.0","id":1,"method":"version"})";
+  const auto r = run({"-q", "--no-plugins", "rpc"},
+                     ones + "]\n" + objects + "]\n" + keys + "}}\n" + requests + "]\n");
+  EXPECT_EQ(r.code, 0);
+  EXPECT_LT(r.memory, 500L << 10);
+  EXPECT_LT(r.out.size(), 10'000U) << r.out.size();
+  std::istringstream lines(r.out);
+  std::size_t count = 0;
+  for (std::string line; std::getline(lines, line); ++count)
+    EXPECT_TRUE(Json::parse(line).contains("error")) << line;
+  EXPECT_EQ(count, 4U);
+}
+
+TEST(CommandLine, AnErrorDoesNotRepeatAllThatItWasGiven) {
+  const std::string name(200'000, 'x');
+  const auto is_short = [](const std::string& s) { return !s.empty() && s.size() < 6000; };
+  for (const std::string code :
+       {"robot.get(('x'):rep(200000))", "material.create{name = ('x'):rep(200000), density = -1}",
+        "ioci.call(('x'):rep(200000))", "file.load(('x'):rep(200000))",
+        "material.create{name = 'a', density = ('x'):rep(200000)}",
+        "material.create{[('x'):rep(200000)] = 1}", "error(('x'):rep(200000))"}) {
+    const auto plain = run({"-q", "eval", code});
+    EXPECT_NE(plain.code, 0);
+    EXPECT_TRUE(is_short(plain.err)) << code << ": " << plain.err.size();
+    const auto json = run({"-q", "--json", "eval", code});
+    EXPECT_TRUE(is_short(json.out)) << code << ": " << json.out.size();
+  }
+  const auto request = [&](const std::string& method, const std::string& params) {
+    return R"({"jsonrpc":"2.0","id":1,"method":")" + method + R"(","params":)" + params + "}\n";
+  };
+  const auto r =
+      run({"-q", "rpc"}, request(name, "{}") + request("robot.get", "[\"" + name + "\"]") +
+                             request("lua.eval", "{\"code\":\"" + name + ".y()\"}") +
+                             request("robot.get", "{\"" + name + "\":1}") + name + "\n");
+  std::istringstream lines(r.out);
+  std::size_t count = 0;
+  for (std::string line; std::getline(lines, line); ++count)
+    EXPECT_TRUE(is_short(line)) << line.size();
+  EXPECT_EQ(count, 5U);
+}
+
+TEST(CommandLine, WhatFilesAndPluginsSayCannotSteerATerminal) {
+  const auto has_control = [](const std::string& s) {
+    return s.find('\x1b') != std::string::npos || s.find('\x07') != std::string::npos;
+  };
+  const Folder folder;
+  std::ofstream(folder.path / "a.mtr") << "robomosp material 1\nname a\ndensity 1\n"
+                                          "description \"\x1b[2J\x07 described\"\n";
+  const std::string load = "m = material.load('" + (folder.path / "a.mtr").string() + "') ";
+  for (const std::string& code :
+       {load + "return m:describe().description", load + "return m:describe()",
+        load + "return m:text()", load + "error(m:describe().description)",
+        load + "robot.get(m:describe().description)", std::string("file.load('\x1b[31m.mtr')"),
+        std::string("x = \x1b[31m")}) {
+    const auto r = run({"-q", "eval", code});
+    EXPECT_FALSE(has_control(r.out + r.err)) << code << "\n" << r.out << r.err;
+    EXPECT_FALSE((r.out + r.err).empty()) << code;
+  }
+  // A script may.
+  EXPECT_TRUE(has_control(run({"-q", "eval", "print('\x1b[31mred')"}).out));
+}
+
+TEST(CommandLine, TheDoctorFindsNothingMissingInThisBuild) {
+  const auto r = run({"doctor"});
+  EXPECT_EQ(r.code, 0) << r.out << r.err;
+  EXPECT_NE(r.out.find("Nothing is missing."), std::string::npos) << r.out;
+  const auto bare = run({"--no-plugins", "doctor"});
+  EXPECT_EQ(bare.code, 1) << bare.out;
+  EXPECT_NE(bare.out.find("missing: no provider of robomosp.ik/"), std::string::npos) << bare.out;
+}
+
+TEST(CommandLine, AFileThatMayNotGrowIsAnErrorAndLeavesTheOldOne) {
+  const Folder folder;
+  const std::string file = (folder.path / "a.mtr").string();
+  const std::string make =
+      "material.create{name = 'a', density = 1} material.save{id = 'a', file = '" + file + "'}";
+  ASSERT_EQ(run({"-q", "eval", make}).code, 0);
+  const std::string before = slurp(file);
+  const auto r = run({"-q", "eval",
+                      "material.create{name = 'a', density = 1, description = ('long '):rep(5000)} "
+                      "material.save{id = 'a', file = '" +
+                          file + "'}"},
+                     {}, 4096);
+  EXPECT_EQ(r.code, 1) << r.err;
+  EXPECT_NE(r.err.find("cannot write"), std::string::npos) << r.err;
+  EXPECT_EQ(slurp(file), before);
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder.path), fs::directory_iterator()), 1);
 }
 
 TEST(CommandLine, CtrlCEndsWhatComputesWithinAFifthOfASecond) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "kernel/text.h"
 
+#include <algorithm>
 #include <bit>
 #include <clocale>
 #include <cmath>
@@ -88,6 +89,40 @@ TEST(Text, NearNamesAreSuggestedAndFarOnesAreNot) {
   EXPECT_FALSE(text::nearest("", names));
   EXPECT_FALSE(text::nearest(std::string(1000000, 'a'), names));
   EXPECT_EQ(text::did_you_mean("alpa", names), "Did you mean \"alpha\"?");
+}
+
+TEST(Text, NothingThatSteersATerminalIsVisible) {
+  EXPECT_EQ(text::visible("plain \"text\"\n\tof caf\xC3\xA9 \xE2\x82\xAC"),
+            "plain \"text\"\n\tof caf\xC3\xA9 \xE2\x82\xAC");
+  EXPECT_EQ(text::visible("\x1b[31mred\x07\r\x7f"), "\\x1b[31mred\\x07\\x0d\\x7f");
+  // CSI as one character of UTF-8, and as one byte of an older terminal.
+  EXPECT_EQ(text::visible("\xC2\x9B"
+                          "31m"),
+            "\\x9b31m");
+  EXPECT_EQ(text::visible("a\x9B"
+                          "31m"),
+            "a\\x9b31m");
+  EXPECT_EQ(text::visible(std::string_view("\0x", 2)), "\\x00x");
+}
+
+TEST(Text, ALongSentenceKeepsWhatIsNotTheUsers) {
+  const std::string name(200'000, 'x');
+  const std::string said =
+      text::shortened("there is no robot " + text::quote(name) + " in the document");
+  EXPECT_LT(said.size(), 300U);
+  EXPECT_TRUE(said.starts_with("there is no robot \"xxxx")) << said;
+  EXPECT_TRUE(said.ends_with("(200000 bytes) in the document")) << said;
+  EXPECT_EQ(text::shortened("short \"" + std::string(500, 'y') + "\""),
+            "short \"" + std::string(500, 'y') + "\"");
+  std::string characters;
+  for (int i = 0; i < 100'000; ++i) characters += "\xE2\x82\xAC";
+  for (const std::string& s : {characters, text::quote(characters), "\"" + name, name + "\\"}) {
+    const std::string cut = text::shortened(s, 1000);
+    EXPECT_LE(cut.size(), 1010U);
+    // Whole characters.
+    EXPECT_EQ(std::count(cut.begin(), cut.end(), '\xE2'),
+              std::count(cut.begin(), cut.end(), '\xAC'));
+  }
 }
 
 }  // namespace

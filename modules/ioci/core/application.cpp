@@ -541,21 +541,32 @@ Result<Value> Application::run(Session& session, const CommandSpec& spec, const 
   }
 }
 
+namespace {
+
+/// An error may repeat what was given, which may be long.
+template <class T>
+Result<T> readable(Result<T> result) {
+  if (result.ok()) return result;
+  return text::shortened(std::move(result).error());
+}
+
+}  // namespace
+
 Result<Value> Application::dispatch(Session& session, std::string_view name, const Map& args) {
   const CommandSpec* spec = commands.find(name);
-  if (!spec) return commands.unknown(name);
+  if (!spec) return text::shortened(commands.unknown(name));
   return dispatch(session, *spec, args);
 }
 
 Result<Value> Application::dispatch(Session& session, const CommandSpec& spec, const Map& args) {
   SessionProgress progress(session);
-  return run(session, spec, args, session.transaction_, progress, true);
+  return readable(run(session, spec, args, session.transaction_, progress, true));
 }
 
 Result<Value> Application::dispatch_within(CommandContext& outer, std::string_view name,
                                            const Map& args) {
   const CommandSpec* spec = commands.find(name);
-  if (!spec) return commands.unknown(name);
+  if (!spec) return text::shortened(commands.unknown(name));
   return run(outer.session, *spec, args, outer.transaction_, outer.progress, outer.is_own_thread_,
              outer.allowed_);
 }
@@ -577,10 +588,10 @@ Result<Handle> Application::run_async(Session& session, const CommandSpec& spec,
     Call call;
   };
   const auto job = std::make_shared<Job>(*this, session, spec, std::move(args));
-  RMP_TRY(job->call.start());
+  RMP_TRY(readable(job->call.start()));
   const std::uint64_t id = jobs.submit(job->call.label(), [job](Progress& progress) {
     job->progress.set(&progress);
-    return job->call.finish(job->call.compute());
+    return readable(job->call.finish(job->call.compute()));
   });
   session.jobs_ = shared_jobs_;
   std::erase_if(session.own_, [&](std::uint64_t old) {
@@ -676,14 +687,14 @@ Result<Map> named_arguments(const CommandSpec& spec, std::span<const Value> args
 
 Result<Handle> Application::dispatch_async(Session& session, std::string_view name, Map args) {
   const CommandSpec* spec = commands.find(name);
-  if (!spec) return commands.unknown(name);
+  if (!spec) return text::shortened(commands.unknown(name));
   return run_async(session, *spec, std::move(args));
 }
 
 Result<Handle> Application::dispatch_async_positional(Session& session, std::string_view name,
                                                       std::span<const Value> args) {
   const CommandSpec* spec = commands.find(name);
-  if (!spec) return commands.unknown(name);
+  if (!spec) return text::shortened(commands.unknown(name));
   RMP_TRY_ASSIGN(Map named, named_arguments(*spec, args));
   return run_async(session, *spec, std::move(named));
 }
@@ -691,7 +702,7 @@ Result<Handle> Application::dispatch_async_positional(Session& session, std::str
 Result<Value> Application::dispatch_positional(Session& session, std::string_view name,
                                                std::span<const Value> args) {
   const CommandSpec* spec = commands.find(name);
-  if (!spec) return commands.unknown(name);
+  if (!spec) return text::shortened(commands.unknown(name));
   RMP_TRY_ASSIGN(const Map named, named_arguments(*spec, args));
   return dispatch(session, *spec, named);
 }
