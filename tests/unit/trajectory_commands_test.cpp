@@ -165,6 +165,21 @@ TEST_F(TrajectoryCommands, DrawThemselvesOverTimeAndInSpace) {
   fs::remove_all(folder);
 }
 
+TEST_F(TrajectoryCommands, CountThePointsOfALongWayWithoutMakingThem) {
+  run("function way_to(x) return {{shape = 'line', points = {{0, 0, 0, 0, 0, 0}, {x, 0, 0, 0, 0, "
+      "0}}}} end\n"
+      "near = trajectory.create{name = 'near', segments = way_to(1), sample_time = 0.03}\n"
+      "far = trajectory.create{name = 'far', segments = way_to(1e11)}");
+  run("n = near:point_count() assert(n == math.floor(near:duration() / 0.03) + 2)\n"
+      "assert(near:parameters().samples == n)\n"
+      "assert(near:point(n - 1).time == near:duration())\n"
+      "assert(math.abs(near:point(2).time - 0.06) < 1e-15)");
+  EXPECT_NE(eval("near:point(n)").find("there is no point"), std::string::npos);
+  run("n = far:point_count() assert(n > 1e12)\n"
+      "assert(far:parameters().samples == n)\n"
+      "assert(far:point(n - 1).time == far:duration())");
+}
+
 TEST_F(TrajectoryCommands, TellWhatCannotBeRunInOneSentence) {
   EXPECT_EQ(refused("t:set_segment(3, {speed = 1})"),
             "trajectory \"way\", index: there is no segment 3. Segments are numbered 1 to 2.");

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <cmath>
+#include <cstdint>
 
 #include "ioci/core/commands.h"
 #include "ioci/trajectory/segments.h"
@@ -104,32 +106,63 @@ Result<Value> length(CommandContext& ctx, const Map& args) {
   return Value(path->length());
 }
 
+/// What motion::Path::sample_times() gives, without making it: a long trajectory has billions.
+class Samples {
+ public:
+  static Result<Samples> of(const motion::Path& path, double step) {
+    const double whole = std::floor(path.duration() / step * (1 + 1e-12));
+    constexpr double kMost = 1e15;
+    if (!(whole <= kMost))
+      return error(ErrorCode::invalid_argument,
+                   "a sample time of " + text::print(step) + " s makes more than " +
+                       text::print(kMost) + " points of " + text::print_rounded(path.duration()) +
+                       " s",
+                   "Set a longer sample_time.");
+    return Samples(path.duration(), step, static_cast<std::int64_t>(whole));
+  }
+  [[nodiscard]] std::int64_t count() const { return whole_ + 1 + (has_rest_ ? 1 : 0); }
+  [[nodiscard]] double time(std::int64_t i) const {
+    return i > whole_ ? end_ : std::min(static_cast<double>(i) * step_, end_);
+  }
+
+ private:
+  Samples(double end, double step, std::int64_t whole)
+      : end_(end), step_(step), whole_(whole), has_rest_(end - time(whole) > 1e-9 * step) {}
+  double end_, step_;
+  std::int64_t whole_;
+  bool has_rest_;
+};
+
 Result<Value> parameters(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const auto path, path_of(ctx, args));
   const Trajectory& t = content<Trajectory>(ctx, args);
+  RMP_TRY_ASSIGN(const Samples samples, Samples::of(*path, t.sample_time));
   List shapes;
   for (const auto& s : t.segments) shapes.emplace_back(s.shape.name);
   return Value(Map{{"description", t.description},
                    {"duration", path->duration()},
                    {"length", path->length()},
                    {"sample_time", t.sample_time},
-                   {"samples", path->sample_times(t.sample_time).size()},
+                   {"samples", samples.count()},
                    {"shapes", std::move(shapes)}});
 }
 
 Result<Value> point_count(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const auto path, path_of(ctx, args));
-  return Value(path->sample_times(content<Trajectory>(ctx, args).sample_time).size());
+  RMP_TRY_ASSIGN(const Samples samples,
+                 Samples::of(*path, content<Trajectory>(ctx, args).sample_time));
+  return Value(samples.count());
 }
 
 Result<Value> point(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const auto path, path_of(ctx, args));
-  const auto times = path->sample_times(content<Trajectory>(ctx, args).sample_time);
+  RMP_TRY_ASSIGN(const Samples samples,
+                 Samples::of(*path, content<Trajectory>(ctx, args).sample_time));
   const auto i = integer(args, "index");
-  if (i < 0 || i >= static_cast<std::int64_t>(times.size()))
+  if (i < 0 || i >= samples.count())
     return error(ErrorCode::invalid_argument, "there is no point " + std::to_string(i),
-                 "Points are numbered 0 to " + std::to_string(times.size() - 1) + ".", "index");
-  const double t = times[static_cast<std::size_t>(i)];
+                 "Points are numbered 0 to " + std::to_string(samples.count() - 1) + ".", "index");
+  const double t = samples.time(i);
   PathSample s;
   RMP_TRY(path->sample(std::span(&t, 1), std::span(&s, 1)));
   return Value(sample_map(t, s));
