@@ -284,7 +284,7 @@ TEST_F(WorkerFuzz, AMutatedFileIsASolidOrASentence) {
     run(format, whole, sound);
     ASSERT_EQ(sound.refused, 0U) << format << ": the sample itself";
     Tally tally;
-    const test::FuzzBudget budget(2);
+    const test::FuzzBudget budget(2, 1.0 / 9);
     for (std::size_t n = 0; budget.allows(n) && !HasFailure(); ++n) {
       const bool is_sealed = format == "3mf" && n % 2 == 0;
       const std::string bytes = is_sealed ? mutate_model(whole, random) : mutate(whole, random);

@@ -25,12 +25,20 @@ inline unsigned seed() {
 }
 
 /// How long a mutation loop goes on: a number of files, the same on every machine, or as long as
-/// ROBOMOSP_FUZZ_SECONDS says.
+/// ROBOMOSP_FUZZ_SECONDS says, or with ROBOMOSP_LONG=1 for ten minutes.
 class FuzzBudget {
  public:
-  explicit FuzzBudget(std::size_t files) : files_(files) {
-    if (const char* s = std::getenv("ROBOMOSP_FUZZ_SECONDS"))
-      end_ = std::chrono::steady_clock::now() + std::chrono::seconds(std::strtol(s, nullptr, 10));
+  /// `share` of the time that is for one loop of a program that has several.
+  explicit FuzzBudget(std::size_t files, double share = 1) : files_(files) {
+    const char* given = std::getenv("ROBOMOSP_FUZZ_SECONDS");
+    const char* is_long = std::getenv("ROBOMOSP_LONG");
+    const double seconds = given ? std::strtod(given, nullptr)
+                           : is_long && std::string_view(is_long) == "1" ? 600
+                                                                         : 0;
+    if (seconds > 0)
+      end_ = std::chrono::steady_clock::now() +
+             std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+                 std::chrono::duration<double>(share * seconds));
   }
   [[nodiscard]] bool allows(std::size_t done) const {
     return end_ ? std::chrono::steady_clock::now() < *end_ : done < files_;

@@ -1,0 +1,610 @@
+// SPDX-License-Identifier: Apache-2.0
+// Random arguments for every command, made from the schemas of the program itself, as JSON and as
+// Lua: numbers at the ends of their range and beyond, texts of any length, values of other kinds,
+// long lists. The program never ends by itself, every request has one answer that is JSON, an error
+// is a sentence of bearable length, memory stays within bounds, and whatever takes long can be
+// cancelled.
+#include <fcntl.h>
+#include <poll.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cctype>
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <deque>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <limits>
+#include <map>
+#include <memory>
+#include <optional>
+#include <random>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "support/seed.h"
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+using Clock = std::chrono::steady_clock;
+namespace fs = std::filesystem;
+
+/// Of the limits below, the times are generous: other tests run beside this one.
+constexpr double kPatience = 2;         // s until a request is cancelled
+constexpr double kToCancel = 0.2;       // s of the processor, from then on
+constexpr double kToCancelAtMost = 60;  // s by the clock
+constexpr long kMostMemory = 3L << 20;  // KiB
+constexpr std::size_t kLongestError = 8000;
+constexpr std::size_t kLongList = 100'000;
+constexpr std::size_t kCommandsOfOne = 150;  // until another program is started
+
+/// Records to work on; what fails of it has been changed by the run, which does not matter.
+constexpr const char* kRecords = R"lua(
+material.create{name = "brass", density = 8500}
+solid.create{name = "pin", material = "brass",
+             root = {kind = "cylinder", radius = 0.01, height = 0.05}}
+solid.create{name = "block", root = {kind = "difference", children = {
+             {kind = "box", x = 0.2, y = 0.1, z = 0.1}, {kind = "sphere", radius = 0.04}}}}
+object.create{name = "bolt", parts = {{what = "pin"}, {what = "block", position = {0.3, 0, 0}}}}
+robot.create{name = "arm", convention = "dh",
+             links = {{a = 0.4, lower = -3, upper = 3, mass = 2},
+                      {a = 0.3, alpha = 1, lower = -2, upper = 2, mass = 1},
+                      {joint = "prismatic", d = 0.2, lower = 0, upper = 0.5, mass = 0.5}},
+             poses = {here = {0, 0, 0.1}, there = {1, 1, 0.2}}}
+trajectory.create{name = "stroke", segments = {{shape = "line",
+                  points = {{0.4, 0, 0.1, 0, 0, 0}, {0.45, 0.05, 0.1, 0, 0, 0}}}}}
+world.create{name = "cell"}
+world.add_robot{id = "cell", robot = "arm", q = "here"}
+world.add_object{id = "cell", what = "bolt", position = {2, 0, 0}}
+world.add_trajectory{id = "cell", trajectory = "stroke"}
+task.create{name = "shift", steps = {{step = "message", text = "hello"}}}
+)lua";
+
+/// The program, answering over pipes in a folder of its own.
+class Program {
+ public:
+  explicit Program(const fs::path& folder) {
+    int in[2], out[2];
+    if (::pipe2(in, O_CLOEXEC) != 0 || ::pipe2(out, O_CLOEXEC) != 0) std::abort();
+    child_ = ::fork();
+    if (child_ == 0) {
+      ::dup2(in[0], 0);
+      ::dup2(out[1], 1);
+      if (!std::freopen((folder / "errors.txt").c_str(), "w", stderr)) ::_exit(126);
+      if (::chdir((folder / "work").c_str()) != 0) ::_exit(126);
+      for (const char* home : {"HOME", "XDG_STATE_HOME", "XDG_CONFIG_HOME", "XDG_CACHE_HOME"})
+        ::setenv(home, (folder / "home").c_str(), 1);
+      const std::string program = std::string(ROBOMOSP_BUILD_DIR) + "/bin/robomosp";
+      const std::string library = (folder / "library").string();
+      ::execl(program.c_str(), program.c_str(), "--library", library.c_str(), "rpc", nullptr);
+      ::_exit(127);
+    }
+    ::close(in[0]);
+    ::close(out[1]);
+    in_ = in[1];
+    out_ = out[0];
+  }
+  ~Program() {
+    ::close(in_);
+    ::close(out_);
+    ::kill(child_, SIGKILL);
+    ::waitpid(child_, nullptr, 0);
+  }
+  Program(const Program&) = delete;
+  Program& operator=(const Program&) = delete;
+
+  bool send(std::string line) const {
+    line += '\n';
+    for (std::size_t at = 0; at < line.size();) {
+      const ssize_t n = ::write(in_, line.data() + at, line.size() - at);
+      if (n < 0) return false;
+      at += static_cast<std::size_t>(n);
+    }
+    return true;
+  }
+  /// The next line within some time; nullopt = none came.
+  std::optional<std::string> receive(double seconds) {
+    const auto end = Clock::now() + std::chrono::duration<double>(seconds);
+    for (;;) {
+      if (const auto newline = buffer_.find('\n'); newline != std::string::npos) {
+        std::string line = buffer_.substr(0, newline);
+        buffer_.erase(0, newline + 1);
+        return line;
+      }
+      const double left = std::chrono::duration<double>(end - Clock::now()).count();
+      pollfd ready{out_, POLLIN, 0};
+      if (left <= 0 || ::poll(&ready, 1, static_cast<int>(left * 1e3) + 1) <= 0) {
+        if (left <= 0) return std::nullopt;
+        continue;
+      }
+      std::vector<char> chunk(1 << 16);
+      const ssize_t n = ::read(out_, chunk.data(), chunk.size());
+      if (n <= 0) return std::nullopt;
+      buffer_.append(chunk.data(), static_cast<std::size_t>(n));
+    }
+  }
+  /// How it ended; empty while it runs.
+  [[nodiscard]] std::string end() const {
+    int status = 0;
+    if (::waitpid(child_, &status, WNOHANG) != child_) return {};
+    return WIFSIGNALED(status) ? "signal " + std::to_string(WTERMSIG(status))
+                               : "code " + std::to_string(WEXITSTATUS(status));
+  }
+  /// Time of the processor that it took so far [s].
+  [[nodiscard]] double processor() const {
+    std::ifstream in("/proc/" + std::to_string(child_) + "/stat");
+    std::string text((std::istreambuf_iterator<char>(in)), {});
+    std::istringstream rest(text.substr(std::min(text.rfind(')') + 1, text.size())));
+    std::string word;
+    double ticks = 0;
+    for (int field = 3; field <= 15 && rest >> word; ++field)
+      if (field >= 14) ticks += std::strtod(word.c_str(), nullptr);
+    return ticks / static_cast<double>(::sysconf(_SC_CLK_TCK));
+  }
+  /// Most memory that it held [KiB].
+  [[nodiscard]] long memory() const {
+    std::ifstream in("/proc/" + std::to_string(child_) + "/status");
+    for (std::string line; std::getline(in, line);)
+      if (line.starts_with("VmHWM:")) return std::strtol(line.c_str() + 6, nullptr, 10);
+    return 0;
+  }
+
+ private:
+  pid_t child_ = -1;
+  int in_ = -1, out_ = -1;
+  std::string buffer_;
+};
+
+/// Values as they are sent: a number may be one that JSON has no word for.
+class Maker {
+ public:
+  explicit Maker(std::mt19937& random) : random_(random) {}
+
+  [[nodiscard]] std::size_t pick(std::size_t n) {
+    return std::uniform_int_distribution<std::size_t>(0, n - 1)(random_);
+  }
+  [[nodiscard]] bool chance(double p) {
+    return std::uniform_real_distribution<double>(0, 1)(random_) < p;
+  }
+
+  Json number() {
+    static const double kReals[] = {0,
+                                    -0.0,
+                                    1e308,
+                                    -1e308,
+                                    1e-308,
+                                    5e-324,
+                                    1e200,
+                                    -1e200,
+                                    1e-9,
+                                    1e9,
+                                    1e19,
+                                    -1e19,
+                                    1e15,
+                                    1e5,
+                                    3e38,
+                                    1e-30,
+                                    0.1,
+                                    0.5,
+                                    1,
+                                    -1,
+                                    2,
+                                    3,
+                                    10,
+                                    100,
+                                    1000,
+                                    1e4,
+                                    65536,
+                                    3.14159,
+                                    -1.5707963,
+                                    6.3,
+                                    0.01,
+                                    0.001,
+                                    std::numeric_limits<double>::infinity(),
+                                    -std::numeric_limits<double>::infinity(),
+                                    std::numeric_limits<double>::quiet_NaN()};
+    static const std::int64_t kInts[] = {0,
+                                         -1,
+                                         std::numeric_limits<std::int64_t>::max(),
+                                         std::numeric_limits<std::int64_t>::min(),
+                                         std::int64_t{1} << 32,
+                                         std::int64_t{1} << 31,
+                                         -(std::int64_t{1} << 31),
+                                         1'000'000'000,
+                                         1,
+                                         2,
+                                         3,
+                                         7};
+    if (chance(0.35)) return std::uniform_real_distribution<double>(-2, 2)(random_);
+    if (chance(0.3)) return kInts[pick(std::size(kInts))];
+    return kReals[pick(std::size(kReals))];
+  }
+  Json small() { return std::uniform_real_distribution<double>(-1.5, 1.5)(random_); }
+
+  Json text() {
+    static const char* const kTexts[] = {
+        "",          " ",     "arm",     "cell",       "pin",      "brass",   "stroke",
+        "bolt",      "block", "shift",   "here",       "there",    "1",       "-1 mm",
+        "1e999 deg", "nan",   "inf",     "0x10",       "link_1",   "robot#1", "a.b[3]",
+        "\x1b[31m",  "\n",    "x == 1",  "cell.a + 1", "((((",     "\"",      "%s%n",
+        "../x",      "é€😀",   "density", "links[1].a", "parts[1]", "numeric", "csv"};
+    if (chance(0.03)) return std::string(std::size_t{1} << (4 + pick(14)), 'x');
+    if (chance(0.02)) return std::string(200'000, '(');
+    return kTexts[pick(std::size(kTexts))];
+  }
+
+  /// A value of any kind.
+  Json any(int depth = 0) {
+    switch (pick(depth > 3 ? 4 : 8)) {
+      case 0: return nullptr;
+      case 1: return chance(0.5);
+      case 2: return number();
+      case 3: return text();
+      case 4: return list(depth);
+      case 5: {
+        Json out = Json::object();
+        static const char* const kKeys[] = {"kind", "x", "y",        "z",    "radius", "height",
+                                            "what", "a", "name",     "step", "shape",  "points",
+                                            "q",    "d", "position", "rpy",  "links",  "root"};
+        for (std::size_t n = pick(5); n > 0; --n)
+          out[kKeys[pick(std::size(kKeys))]] = any(depth + 1);
+        return out;
+      }
+      case 6:
+        return {{"$handle", {{"kind", chance(0.5) ? "robot" : "world"}, {"number", 1 + pick(40)}}}};
+      default: return list(depth);
+    }
+  }
+  Json list(int depth) {
+    Json out = Json::array();
+    if (depth == 0 && chance(0.05)) {
+      const Json item = chance(0.5) ? number() : chance(0.5) ? Json(0.1) : any(3);
+      for (std::size_t i = 0; i < kLongList; ++i) out.push_back(item);
+      return out;
+    }
+    const bool is_flat = chance(0.5);
+    for (std::size_t n = pick(7); n > 0; --n) out.push_back(is_flat ? number() : any(depth + 1));
+    return out;
+  }
+
+  /// One that the schema asks for, more often than not.
+  Json value(const Json& p) {
+    if (chance(0.12)) return any();
+    const std::string type = p.value("type", "any");
+    if (p.contains("choices") && !p["choices"].empty() && chance(0.9))
+      return p["choices"][pick(p["choices"].size())];
+    if (type == "bool") return chance(0.5);
+    if (type == "int") return chance(0.6) ? Json(1 + pick(12)) : number();
+    if (type == "real") return chance(0.4) ? small() : number();
+    if (type == "string") return text();
+    if (type == "path") return path();
+    if (type == "vec3" || type == "real[]") {
+      Json out = Json::array();
+      const bool is_tame = chance(0.6);
+      const std::size_t size = type == "vec3" && chance(0.9) ? 3
+                               : chance(0.03)                ? kLongList
+                                                             : pick(8);
+      for (std::size_t i = 0; i < size; ++i) out.push_back(is_tame ? small() : number());
+      return out;
+    }
+    if (type == "pose") {
+      if (chance(0.4)) return {{"position", {small(), small(), small()}}, {"rpy", {small(), 0, 0}}};
+      Json out = Json::array();
+      for (int i = 0; i < 6; ++i) out.push_back(chance(0.7) ? small() : number());
+      return out;
+    }
+    if (type == "matrix") {
+      Json out = Json::array();
+      const std::size_t columns = 1 + pick(6);
+      for (std::size_t r = 1 + pick(6); r > 0; --r) {
+        Json row = Json::array();
+        for (std::size_t c = 0; c < columns; ++c) row.push_back(chance(0.7) ? small() : number());
+        out.push_back(row);
+      }
+      return out;
+    }
+    if (type.starts_with("ref:")) {
+      if (type.find("robot") != std::string::npos && chance(0.9)) return "arm";
+      if (type.find("solid") != std::string::npos) return chance(0.5) ? "pin" : "block";
+      if (type.find("object") != std::string::npos) return "bolt";
+      if (type.find("world") != std::string::npos) return "cell";
+      if (type.find("trajectory") != std::string::npos) return "stroke";
+      if (type.find("material") != std::string::npos) return "brass";
+      if (type.find("task") != std::string::npos) return "shift";
+      return "recording#" + std::to_string(1 + pick(4));
+    }
+    return any();
+  }
+  /// Names within the folder that the program runs in.
+  Json path() {
+    static const char* const kNames[] = {
+        "a.mtr",         "b.csg", "c.rbt",  "d.wld", "e.tjc",  "f.part", "g.tsk", "h.csv",
+        "i.npz",         "j.png", "k.step", "l.stl", "m.urdf", "n.html", "o.dxf", "p.svg",
+        "no/such/q.mtr", ".",     "",       "r",     "s.lua",  "t.obj",  "u.3mf", "v.c"};
+    if (chance(0.03)) return std::string(5000, 'n') + ".mtr";
+    return kNames[pick(std::size(kNames))];
+  }
+
+  Json arguments(const Json& params) {
+    Json out = Json::object();
+    const bool is_sparse = chance(0.5);
+    for (const Json& p : params) {
+      const bool is_needed = p.value("required", false);
+      if (is_needed ? chance(0.02) : chance(is_sparse ? 0.85 : 0.5)) continue;
+      out[p.at("name").get<std::string>()] = value(p);
+    }
+    if (chance(0.02)) out[text().get<std::string>()] = any();
+    return out;
+  }
+
+ private:
+  std::mt19937& random_;
+};
+
+/// JSON has no word for what is not finite; the program takes the words of Lua and files there.
+std::string as_json(const Json& v) {
+  if (v.is_number_float() && !std::isfinite(v.get<double>()))
+    return std::isnan(v.get<double>()) ? "\"nan\"" : v.get<double>() > 0 ? "\"inf\"" : "\"-inf\"";
+  if (v.is_array() || v.is_object()) {
+    std::string out(1, v.is_array() ? '[' : '{');
+    for (auto it = v.begin(); it != v.end(); ++it) {
+      if (it != v.begin()) out += ',';
+      if (v.is_object()) out += Json(it.key()).dump() + ":";
+      out += as_json(*it);
+    }
+    return out + (v.is_array() ? ']' : '}');
+  }
+  return v.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+std::string as_lua(const Json& v) {
+  if (v.is_null()) return "nil";
+  if (v.is_number_float()) {
+    const double x = v.get<double>();
+    if (std::isnan(x)) return "(0/0)";
+    if (std::isinf(x)) return x > 0 ? "math.huge" : "-math.huge";
+  }
+  if (v.is_string()) {
+    std::string out = "\"";
+    for (const char c : v.get<std::string>()) {
+      const auto byte = static_cast<unsigned char>(c);
+      if (byte >= 0x20 && byte < 0x7F && c != '"' && c != '\\') out += c;
+      else {
+        const std::string digits = std::to_string(byte);
+        out += "\\" + std::string(3 - digits.size(), '0') + digits;
+      }
+    }
+    return out + "\"";
+  }
+  if (v.is_array() || v.is_object()) {
+    // A constructor of many different constants is too much for Lua's compiler.
+    if (v.size() == kLongList)
+      return "(function() local t = {} for i = 1, " + std::to_string(v.size()) +
+             " do t[i] = " + as_lua(v[0]) + " end return t end)()";
+    std::string out = "{";
+    for (auto it = v.begin(); it != v.end(); ++it) {
+      if (v.is_object()) out += "[" + as_lua(it.key()) + "] = ";
+      out += as_lua(*it) + ", ";
+    }
+    return out + "}";
+  }
+  if (v.is_number_integer() && v.get<std::int64_t>() == std::numeric_limits<std::int64_t>::min())
+    return "math.mininteger";
+  return v.dump();
+}
+
+/// The example of a command with other numbers, and now and then another text, in some places.
+std::string changed_example(std::string code, Maker& maker) {
+  struct Place {
+    std::size_t at, size;
+    bool is_text;
+  };
+  const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
+  std::vector<Place> places;
+  for (std::size_t i = 0; i < code.size(); ++i) {
+    const char before = i > 0 ? code[i - 1] : ' ';
+    if (code[i] == '"') {
+      const std::size_t end = code.find('"', i + 1);
+      if (end == std::string::npos) break;
+      places.push_back({i, end + 1 - i, true});
+      i = end;
+    } else if (is_digit(code[i]) && !std::isalnum(static_cast<unsigned char>(before)) &&
+               before != '_' && before != '.') {
+      std::size_t end = i;
+      while (end < code.size() && (is_digit(code[end]) || code[end] == '.' || code[end] == 'e'))
+        ++end;
+      places.push_back({i, end - i, false});
+      i = end;
+    }
+  }
+  if (places.empty()) return code;
+  // From the end, so that the places before stay where they are.
+  std::vector<std::size_t> chosen;
+  for (std::size_t n = 1 + maker.pick(2); n > 0; --n) chosen.push_back(maker.pick(places.size()));
+  std::sort(chosen.rbegin(), chosen.rend());
+  chosen.erase(std::unique(chosen.begin(), chosen.end()), chosen.end());
+  for (const std::size_t i : chosen) {
+    const Place& p = places[i];
+    if (p.is_text && !maker.chance(0.3)) continue;
+    const Json value = p.is_text ? maker.text() : maker.chance(0.9) ? maker.number() : maker.any();
+    code.replace(p.at, p.size, "(" + as_lua(value) + ")");
+  }
+  return code;
+}
+
+class CommandFuzz : public testing::Test {
+ protected:
+  void SetUp() override {
+    ::signal(SIGPIPE, SIG_IGN);
+    std::string pattern = (fs::temp_directory_path() / "robomosp_commands_XXXXXX").string();
+    folder_ = ::mkdtemp(pattern.data());
+    for (const char* name : {"work", "home"}) fs::create_directory(folder_ / name);
+    fs::copy(fs::path(ROBOMOSP_SOURCE_DIR) / "scripts/library", folder_ / "library",
+             fs::copy_options::recursive);
+  }
+  void TearDown() override {
+    program_.reset();
+    std::error_code ec;
+    if (!HasFailure()) fs::remove_all(folder_, ec);
+    else std::cout << "kept: " << folder_ << "\n";
+  }
+
+  void start() {
+    program_ = std::make_unique<Program>(folder_);
+    ASSERT_TRUE(ask("lua.eval", "{\"code\":" + Json(kRecords).dump() + "}").contains("result"));
+  }
+  Json ask(const std::string& method, const std::string& params) {
+    return exchange("{\"jsonrpc\":\"2.0\",\"id\":" + std::to_string(++id_) + ",\"method\":\"" +
+                    method + "\",\"params\":" + params + "}");
+  }
+
+  /// Sends a request and looks at its answer; what took too long is cancelled.
+  Json exchange(const std::string& line) {
+    recent_.push_back(line.size() > 3000 ? line.substr(0, 3000) + " ..." : line);
+    if (recent_.size() > 12) recent_.pop_front();
+    if (!program_->send(line)) return died();
+    const auto begin = Clock::now();
+    auto answer = program_->receive(kPatience);
+    std::optional<double> cancelled;  // processor time when it was
+    while (!answer) {
+      if (const std::string how = program_->end(); !how.empty()) return died(how);
+      if (!cancelled) {
+        cancelled = program_->processor();
+        if (!program_->send(
+                "{\"jsonrpc\":\"2.0\",\"method\":\"rpc.cancel\",\"params\":{\"request\":" +
+                std::to_string(id_) + "}}"))
+          return died();
+      }
+      const double waited = std::chrono::duration<double>(Clock::now() - begin).count();
+      if (waited > kToCancelAtMost) {
+        ADD_FAILURE() << "it does not stop:\n" << recent_.back();
+        return {};
+      }
+      answer = program_->receive(0.01);
+    }
+    if (cancelled) {
+      // Ticks are of 10 ms, and several threads may end their parts.
+      const double took = program_->processor() - *cancelled;
+      if (took > kToCancel + 0.1) {
+        std::cout << took << " s to cancel: " << recent_.back().substr(0, 600) << "\n";
+        if (took > 5 * kToCancel)
+          ADD_FAILURE() << took << " s of the processor to cancel:\n" << recent_.back();
+      }
+    }
+    Json message = Json::parse(*answer, nullptr, false);
+    if (message.is_discarded() || message.value("id", Json()) != Json(id_)) {
+      ADD_FAILURE() << "no answer to the request: " << answer->substr(0, 500) << "\n"
+                    << recent_.back();
+      return {};
+    }
+    if (message.contains("error")) {
+      const auto text = message["error"].value("message", std::string());
+      const auto code = message["error"].value("data", Json::object()).value("code", std::string());
+      if (text.empty() || text.size() > kLongestError || code == "internal")
+        ADD_FAILURE() << text.substr(0, 1000) << "\n" << recent_.back();
+    }
+    if (program_->memory() > kMostMemory)
+      ADD_FAILURE() << program_->memory() / 1024 << " MiB after\n" << recent_.back();
+    return message;
+  }
+  Json died(std::string how = {}) {
+    for (int i = 0; i < 200 && how.empty(); ++i) {
+      ::usleep(10'000);
+      how = program_->end();
+    }
+    std::string all;
+    for (const std::string& line : recent_) all += line + "\n";
+    std::ifstream errors(folder_ / "errors.txt");
+    std::string said((std::istreambuf_iterator<char>(errors)), {});
+    if (said.size() > 2000) said.erase(0, said.size() - 2000);
+    ADD_FAILURE() << "the program ended (" << how << "); its last words: " << said
+                  << "\nlast requests, newest at the end:\n"
+                  << all;
+    return {};
+  }
+
+  fs::path folder_;
+  std::unique_ptr<Program> program_;
+  std::int64_t id_ = 0;
+  std::deque<std::string> recent_;
+};
+
+TEST_F(CommandFuzz, EveryCommandWithstandsWhatItsSchemaLets) {
+  std::mt19937 random(robomosp::test::seed());
+  const robomosp::test::FuzzBudget budget(900);
+  Maker maker(random);
+  start();
+  ASSERT_FALSE(HasFailure());
+  std::vector<Json> commands;
+  const Json table = ask("ioci.describe", "{}");
+  ASSERT_TRUE(table.contains("result"));
+  for (const Json& c : table["result"])
+    // What ends the program, and what waits for it, is no fault.
+    if (c.at("name") != "quit") commands.push_back(c);
+  ASSERT_GE(commands.size(), 300U);
+
+  // The ten minutes name every request that takes long, and go on after a fault.
+  const bool is_long = std::getenv("ROBOMOSP_FUZZ_SECONDS") || std::getenv("ROBOMOSP_LONG");
+  std::map<std::string, std::size_t> refused;
+  std::size_t runs = 0, answered = 0, examples = 0;
+  for (; budget.allows(runs) && (is_long || !HasFailure()); ++runs) {
+    if (runs % kCommandsOfOne == 0 && runs > 0) start();
+    if (!program_->end().empty()) start();
+    const Json& command = commands[maker.pick(commands.size())];
+    const std::string name = command.at("name");
+    if (maker.chance(0.3)) {
+      // Commands on what commands made, each alone in a document.
+      const Json code =
+          "document.clear()\n" + changed_example(command.at("example").get<std::string>(), maker);
+      const Json answer =
+          ask("lua.eval",
+              "{\"code\":" + code.dump(-1, ' ', false, Json::error_handler_t::replace) + "}");
+      examples += answer.contains("result") ? 1U : 0U;
+      const Json again = "document.clear()" + std::string(kRecords);
+      (void)ask("lua.eval", "{\"code\":" + again.dump() + "}");
+      continue;
+    }
+    const Json arguments = maker.arguments(command.at("params"));
+    const bool by_lua = maker.chance(0.4), as_job = !by_lua && maker.chance(0.05);
+    Json answer;
+    if (by_lua) {
+      answer =
+          ask("lua.eval", "{\"code\":" +
+                              Json("return ioci.call(\"" + name + "\", " + as_lua(arguments) + ")")
+                                  .dump(-1, ' ', false, Json::error_handler_t::replace) +
+                              "}");
+    } else {
+      std::string params = as_json(arguments);
+      if (maker.chance(0.05)) {  // by position
+        Json all = Json::array();
+        for (const auto& a : arguments) all.push_back(a);
+        params = as_json(all);
+      }
+      answer = exchange("{\"jsonrpc\":\"2.0\",\"id\":" + std::to_string(++id_) +
+                        (as_job ? ",\"job\":true" : "") + ",\"method\":\"" + name +
+                        "\",\"params\":" + params + "}");
+    }
+    if (answer.contains("result")) ++answered;
+    else if (answer.contains("error"))
+      ++refused[answer["error"].value("data", Json::object()).value("code", "json")];
+  }
+  std::cout << runs << " requests, " << answered << " answered, " << examples
+            << " examples with other numbers";
+  for (const auto& [code, count] : refused) std::cout << ", " << count << " " << code;
+  std::cout << "\n";
+  EXPECT_GT(answered, runs / 20);
+  EXPECT_GT(examples, runs / 50);
+  EXPECT_GT(refused["invalid_argument"], runs / 20);
+}
+
+}  // namespace
