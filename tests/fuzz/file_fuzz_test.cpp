@@ -19,7 +19,7 @@
 
 #include <gtest/gtest.h>
 
-#include "io/recovery.h"
+#include "io/recovery_journal.h"
 #include "support/mutator.h"
 #include "support/program.h"
 #include "support/seed.h"
