@@ -6,6 +6,7 @@
 #include <limits>
 #include <utility>
 
+#include <robomosp/sdk/csg_check.h>
 #include <robomosp/sdk/csg_primitive.h>
 
 #include "evaluation/csg_tree.h"
@@ -403,6 +404,12 @@ Result<MadeSolid> Solids::shape(const Snapshot& s, SolidId id, Progress& progres
 
 Result<std::shared_ptr<const CsgProfile>> Solids::section(const MadeSolid& s, const Pose& plane,
                                                           double chord, Progress& progress) {
+  for (const double x : plane.p)
+    if (!(std::fabs(x) <= kCsgGreatestLength))
+      return error(ErrorCode::invalid_argument,
+                   "the plane is " + text::print(std::fabs(x)) + " m away; it must be within " +
+                       text::print(kCsgGreatestLength) + " m",
+                   "Place it at the solid.");
   Fingerprinter fp("section/1");
   fp.add(s.key).add(chord);
   evaluation::feed(fp, plane);

@@ -29,6 +29,8 @@ namespace {
 constexpr double kSameAngle = 1e-9;
 /// Share by which rounding may exceed the quality asked for.
 constexpr double kRounding = 1e-6;
+/// Greatest ratio of a cone's rings that follow each other.
+constexpr double kWidening = 4;
 
 class GridMesher {
  public:
@@ -47,11 +49,13 @@ class GridMesher {
         radius_ = {surface_.Torus().MajorRadius() + surface_.Torus().MinorRadius(),
                    surface_.Torus().MinorRadius()};
         break;
+      case GeomAbs_Cone: is_cone_ = true; break;
       default: return false;
     }
     for (TopExp_Explorer e(face_, TopAbs_EDGE); e.More(); e.Next())
       if (sides_.size() == 4 || !add_side(TopoDS::Edge(e.Current()))) return false;
     if (sides_.size() != 4 || !sort_sides()) return false;
+    if (is_cone_) return run_cone();
     if (!choose_angles() || !is_fine()) return false;
     write();
     return true;
@@ -115,6 +119,139 @@ class GridMesher {
         return false;
     }
     return !sides_[2].is_point() && !sides_[3].is_point();
+  }
+
+  /// A circle of a cone, or its tip.
+  struct Ring {
+    double v = 0;
+    std::vector<double> u;
+    bool is_tip = false;
+    int first = 0;  ///< number of its first node
+    [[nodiscard]] int count() const { return static_cast<int>(u.size()) - (is_tip ? 1 : 0); }
+    [[nodiscard]] int node(std::size_t i) const {
+      return 1 + first + std::min(static_cast<int>(i), count() - 1);
+    }
+  };
+
+  /// Rings of a cone between its two rims. The rims are given, and have as few corners as their
+  /// radii need; so few along a wider ring would leave the surface, so that each is at most a few
+  /// times as wide as the one before. However long the cone, there are no others: its sides are
+  /// straight.
+  bool run_cone() {
+    const Side &bottom = sides_[0], &top = sides_[1], &left = sides_[2], &right = sides_[3];
+    if (bottom.is_point() && top.is_point()) return false;
+    const auto radius = [&](double v) {
+      return std::abs(surface_.Cone().RefRadius() + v * std::sin(surface_.Cone().SemiAngle()));
+    };
+    std::vector<Ring> rings(2);
+    rings[0] = {bottom.at, bottom.angles, bottom.is_point()};
+    rings[1] = {top.at, top.angles, top.is_point()};
+    if (bottom.is_point()) rings[0].u = top.angles;
+    if (top.is_point()) rings[1].u = bottom.angles;
+    // Rings within are corners of the seam, which is no other face's; other sides have none.
+    const bool is_whole = left.edge.IsSame(right.edge);
+    const double r0 = radius(bottom.at), r1 = radius(top.at);
+    const double low = std::min(r0, r1), high = std::max(r0, r1);
+    if (!bottom.is_point() && !top.is_point() && high > kWidening * low) {
+      if (!is_whole || !(low > 0)) return false;
+      const int steps = static_cast<int>(std::ceil(std::log(high / low) / std::log(kWidening)));
+      const double from = rings[0].u.front(), span = rings[0].u.back() - from;
+      std::vector<Ring> inner;
+      for (int i = 1; i < steps; ++i) {
+        const double share = static_cast<double>(i) / steps;
+        const double r = r0 * std::pow(r1 / r0, share);
+        Ring ring;
+        ring.v = bottom.at + (top.at - bottom.at) * (r - r0) / (r1 - r0);
+        const double widest =
+            std::min(quality_.angle, 2 * std::acos(1 - std::min(1.0, chord_ / r)));
+        const int count = std::max(3, static_cast<int>(std::ceil(span / std::max(widest, 1e-3))));
+        for (int k = 0; k <= count; ++k) ring.u.push_back(from + span * k / count);
+        inner.push_back(std::move(ring));
+      }
+      rings.insert(rings.begin() + 1, inner.begin(), inner.end());
+    }
+    if (left.points.points.size() != 2 || right.points.points.size() != 2) return false;
+    for (std::size_t k = 0; k < 2; ++k)
+      for (const double at : {sides_[2].at, sides_[3].at}) {
+        const auto& u = rings[k == 0 ? 0 : rings.size() - 1].u;
+        if (std::abs((at == sides_[2].at ? u.front() : u.back()) - at) > kSameAngle) return false;
+      }
+    write_cone(rings);
+    return true;
+  }
+
+  void write_cone(std::vector<Ring>& rings) {
+    int nodes = 0;
+    for (Ring& r : rings) {
+      r.first = nodes;
+      nodes += r.count();
+    }
+    // Between two rings the next corner is that of the ring whose next one is nearer.
+    std::vector<Poly_Triangle> triangles;
+    for (std::size_t k = 0; k + 1 < rings.size(); ++k) {
+      const Ring &a = rings[k], &b = rings[k + 1];
+      std::size_t i = 0, j = 0;
+      while (i + 1 < a.u.size() || j + 1 < b.u.size()) {
+        const bool on_a = j + 1 == b.u.size() || (i + 1 < a.u.size() && a.u[i + 1] <= b.u[j + 1]);
+        if (on_a) {
+          // The tip has a node for each triangle, whose normals differ.
+          if (!a.is_tip)
+            triangles.emplace_back(a.node(i), a.node(i + 1), b.is_tip ? b.node(i) : b.node(j));
+          ++i;
+        } else {
+          if (!b.is_tip)
+            triangles.emplace_back(a.is_tip ? a.node(j) : a.node(i), b.node(j + 1), b.node(j));
+          ++j;
+        }
+      }
+    }
+    const Handle(Poly_Triangulation) mesh =
+        new Poly_Triangulation(nodes, static_cast<int>(triangles.size()), true);
+    const TopLoc_Location place = face_.Location();
+    const gp_Trsf to_face = place.Transformation().Inverted();
+    const bool is_moved = !place.IsIdentity();
+    const auto set = [&](int n, const gp_Pnt& p) {
+      mesh->SetNode(n, is_moved ? p.Transformed(to_face) : p);
+    };
+    for (const Ring& r : rings)
+      for (int i = 0; i < r.count(); ++i) {
+        const double u = r.u[static_cast<std::size_t>(i)];
+        set(r.node(static_cast<std::size_t>(i)), surface_.Value(u, r.v));
+        mesh->SetUVNode(r.node(static_cast<std::size_t>(i)), gp_Pnt2d(u, r.v));
+      }
+    for (std::size_t i = 0; i < triangles.size(); ++i)
+      mesh->SetTriangle(static_cast<int>(i) + 1, triangles[i]);
+    mesh->Deflection(chord_);
+
+    std::vector<Handle(Poly_PolygonOnTriangulation)> polygons;
+    for (std::size_t k = 0; k < sides_.size(); ++k) {
+      const Side& side = sides_[k];
+      const Ring& rim = k == 0 ? rings.front() : rings.back();
+      const std::size_t count = side.along == 0 ? rim.u.size() : rings.size();
+      const Handle(Poly_PolygonOnTriangulation) polygon =
+          new Poly_PolygonOnTriangulation(static_cast<int>(count), true);
+      for (std::size_t n = 0; n < count; ++n) {
+        const std::size_t step = side.ascends ? n : count - 1 - n;
+        const Ring& ring = side.along == 0 ? rim : rings[step];
+        const int at = side.along == 0 ? rim.node(step) : ring.node(k == 2 ? 0 : ring.u.size() - 1);
+        polygon->SetNode(static_cast<int>(n) + 1, at);
+        double parameter = side.first;
+        if (side.along == 1) {
+          const double share = (ring.v - rings.front().v) / (rings.back().v - rings.front().v);
+          parameter += (side.ascends ? share : 1 - share) * (side.last - side.first);
+        } else if (side.is_point()) {
+          parameter +=
+              static_cast<double>(n) / static_cast<double>(count - 1) * (side.last - side.first);
+        } else {
+          parameter = side.points.parameters[n];
+          set(at, side.points.points[n]);
+        }
+        polygon->SetParameter(static_cast<int>(n) + 1, parameter);
+      }
+      polygon->Deflection(chord_);
+      polygons.push_back(polygon);
+    }
+    attach(mesh, place, polygons);
   }
 
   static bool agree(const std::vector<double>& a, const std::vector<double>& b) {
@@ -210,6 +347,11 @@ class GridMesher {
       polygon->Deflection(chord_);
       polygons.push_back(polygon);
     }
+    attach(mesh, place, polygons);
+  }
+
+  void attach(const Handle(Poly_Triangulation) & mesh, const TopLoc_Location& place,
+              const std::vector<Handle(Poly_PolygonOnTriangulation)>& polygons) {
     BRep_Builder builder;
     builder.UpdateFace(face_, mesh);
     for (std::size_t k = 0; k < sides_.size(); ++k) {
@@ -225,6 +367,7 @@ class GridMesher {
   const MeshQuality& quality_;
   double chord_;  ///< [mm]
   BRepAdaptor_Surface surface_;
+  bool is_cone_ = false;
   std::array<double, 2> radius_{};  ///< greatest of the circles along u and v [mm]
   std::vector<Side> sides_;
   std::vector<double> u_, v_;

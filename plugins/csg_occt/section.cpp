@@ -205,6 +205,11 @@ Result<CsgProfile> OcctCsgEngine::section(const CsgShape& shape, const Pose& pla
       return error(ErrorCode::invalid_argument,
                    "the plane's pose is not a rigid motion; its rotation must be orthonormal with "
                    "determinant +1 and all its numbers finite");
+    if (std::any_of(plane.p.begin(), plane.p.end(),
+                    [](double x) { return !(std::abs(x) <= kCsgGreatestLength); }))
+      return error(ErrorCode::invalid_argument,
+                   "the plane is farther than " + csg_number_text(kCsgGreatestLength) + " m",
+                   "Place it at the solid.");
     if (!(chord >= kFinestChord) || !std::isfinite(chord))
       return error(ErrorCode::invalid_argument, "the chord is " + csg_number_text(chord) +
                                                     " m; it must be at least " +

@@ -1086,6 +1086,11 @@ TEST_F(DerivedWithCgal, AnImportedCubeIsCutMeasuredAndHandedOutAgain) {
   const auto section = derived.section(*now, id, plane, 1e-4, progress);
   ASSERT_TRUE(section.ok()) << section.error().sentence();
   EXPECT_EQ((*section)->loops.size(), 2U) << "one either side of the slot";
+  plane.p = {1e308, 0, 0.075};
+  const auto far = derived.section(*now, id, plane, 1e-4, progress);
+  ASSERT_FALSE(far.ok());
+  EXPECT_NE(far.error().sentence().find("it must be within 10000 m"), std::string::npos)
+      << far.error().sentence();
   const auto out = derived.geometry(*now, id, progress);
   ASSERT_TRUE(out.ok()) << out.error().sentence();
   EXPECT_EQ((*out)->form, CsgGeometry::Form::mesh);
