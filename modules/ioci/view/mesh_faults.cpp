@@ -50,7 +50,6 @@ void mark(render::Scene& scene, const std::vector<Place>& places) {
       }
   const double arm = scene.items.empty() ? 0 : 0.012 * spatial::distance(low, high);
   std::uint64_t id = 1;
-  std::size_t labels = 0;
   for (const Place& p : places) {
     const Colour colour = p.kind == "open" ? kRim : p.kind == "cut" ? kCut : kOverlap;
     if (!p.line.empty()) {
@@ -72,12 +71,16 @@ void mark(render::Scene& scene, const std::vector<Place>& places) {
         scene.lines.push_back(std::move(cross));
       }
     }
-    if (labels++ < kMostLabels) {
-      render::Label label;
-      label.place = p.at;
-      label.text = p.kind;
-      scene.labels.push_back(std::move(label));
-    }
+    // One name is enough for what is close together.
+    const bool is_named =
+        std::any_of(scene.labels.begin(), scene.labels.end(), [&](const render::Label& l) {
+          return l.text == p.kind && spatial::distance(l.place, p.at) < 10 * arm;
+        });
+    if (is_named || scene.labels.size() >= kMostLabels) continue;
+    render::Label label;
+    label.place = p.at;
+    label.text = p.kind;
+    scene.labels.push_back(std::move(label));
   }
 }
 
