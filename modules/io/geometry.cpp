@@ -43,6 +43,7 @@ std::array<std::uint64_t, 2> digest_of(const CsgGeometry& g) {
     fp.add(std::span<const double>(g.points));
     fp.add(std::string_view(reinterpret_cast<const char*>(g.triangles.data()),
                             g.triangles.size() * sizeof(std::uint32_t)));
+    if (g.deviation > 0) fp.add(g.deviation);
   }
   const Fingerprint f = fp.finish();
   return {f.hi, f.lo};
@@ -62,6 +63,8 @@ Result<void> check_mesh(const CsgGeometry& g) {
   if (g.points.size() % 3 != 0 || g.triangles.size() % 3 != 0)
     return broken("the mesh has an incomplete point or triangle");
   if (g.triangles.empty()) return broken("the mesh has no triangles");
+  if (!(g.deviation >= 0) || !std::isfinite(g.deviation))
+    return broken("the deviation of the mesh is not a number of 0 m or more");
   const std::size_t points = g.points.size() / 3;
   if (points > std::numeric_limits<std::uint32_t>::max())
     return broken("the mesh has more points than can be counted in 32 bits");
@@ -100,6 +103,9 @@ std::optional<std::size_t> count_of(std::string_view line, std::string_view star
   return static_cast<std::size_t>(*n);
 }
 
+/// Of the triangles from the curved solid that they stand for, in metres; where they are it, none.
+constexpr std::string_view kDeviation = "comment deviation ";
+
 constexpr std::string_view kHeaderHint =
     "It must be as robomosp writes it: binary little-endian, vertices with double x, y, z, then "
     "triangles; import other PLY files instead.";
@@ -109,10 +115,16 @@ Result<CsgGeometry> read_ply(std::string_view bytes) {
     return broken(std::move(message), std::string(kHeaderHint));
   };
   std::vector<std::string_view> lines;
+  double deviation = 0;
   std::size_t at = 0;
   for (;;) {
     const auto line = next_line(bytes, at);
     if (!line || (lines.empty() && *line != "ply")) return refuse("this is not a PLY file");
+    if (line->starts_with(kDeviation)) {
+      const auto number = text::read_real(line->substr(kDeviation.size()));
+      if (!number) return refuse("the deviation in the header is no number");
+      deviation = *number;
+    }
     if (line->starts_with("comment")) continue;
     lines.push_back(*line);
     if (*line == "end_header") break;
@@ -136,6 +148,7 @@ Result<CsgGeometry> read_ply(std::string_view bytes) {
                   "It was cut off or is not of triangles only.");
   CsgGeometry g;
   g.form = CsgGeometry::Form::mesh;
+  g.deviation = deviation;
   g.points.resize(3 * *vertices);
   g.triangles.resize(3 * *faces);
   if (*vertices > 0) std::memcpy(g.points.data(), bytes.data() + at, *vertices * kVertexBytes);
@@ -168,8 +181,9 @@ Result<std::string> geometry_bytes(const CsgGeometry& g) {
   if (g.form == CsgGeometry::Form::brep) return g.brep;
   const std::size_t vertices = g.points.size() / 3, faces = g.triangles.size() / 3;
   std::string out =
-      "ply\nformat binary_little_endian 1.0\ncomment robomosp mesh 1, metres\nelement vertex " +
-      std::to_string(vertices) +
+      "ply\nformat binary_little_endian 1.0\ncomment robomosp mesh 1, metres\n" +
+      (g.deviation > 0 ? std::string(kDeviation) + text::print(g.deviation) + "\n" : "") +
+      "element vertex " + std::to_string(vertices) +
       "\nproperty double x\nproperty double y\nproperty double z\nelement face " +
       std::to_string(faces) + "\nproperty list uchar uint vertex_indices\nend_header\n";
   const std::size_t size = out.size() + vertices * kVertexBytes + faces * kFaceBytes;

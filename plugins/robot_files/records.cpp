@@ -72,6 +72,11 @@ CsgGeometry ellipsoid(const Vec3& half) {
   constexpr std::uint32_t kAround = 48, kRows = 24;
   CsgGeometry g;
   g.form = CsgGeometry::Form::mesh;
+  // On the unit ball a triangle is nowhere farther inside than where it is half a diagonal from a
+  // corner; the half axes stretch that.
+  const double half_diagonal =
+      std::hypot(std::numbers::pi / kRows, 2 * std::numbers::pi / kAround) / 2;
+  g.deviation = (1 - std::cos(half_diagonal)) * std::max({half[0], half[1], half[2]});
   const auto point = [&](double x, double y, double z) {
     for (const double v : {half[0] * x, half[1] * y, half[2] * z}) g.points.push_back(v);
   };

@@ -171,6 +171,60 @@ TEST_F(ImportedMeshes, WeighWhatTheyEncloseWithinTheirError) {
   EXPECT_EQ(overlaps, 1U);
 }
 
+TEST_F(ImportedMeshes, CountInFullAmongOverlappingPartsAndSayWhatThatMayBe) {
+  const std::string file =
+      put("cuts.stl", stl({{kLow, kHigh}, {Vec3{-0.2, -0.2, 0.5}, Vec3{0.2, 0.2, 2.5}}}));
+  call("material.create", {{"name", "water"}, {"density", 1000}});
+  call("import", {{"file", file}, {"unit", "m"}, {"material", "water"}, {"name", "cuts"}});
+  call("solid.create", {{"name", "block"},
+                        {"root", Map{{"kind", "box"}, {"x", 1}, {"y", 1}, {"z", 1}}},
+                        {"material", "water"}});
+  const auto part = [](const char* what, double x) {
+    return Map{{"what", what}, {"position", List{x, 0, 0}}};
+  };
+  const auto mass = [&](const char* name, double x) {
+    call("object.create", {{"name", name},
+                           {"overlap", "once"},
+                           {"parts", List{part("cuts", 0), part("block", x), part("block", 10)}}});
+    return call("object.mass", {{"id", name}});
+  };
+  const double full = 1000 * (1 + 0.16 * 1.5 + 2);
+  const Value far = mass("far", 5), near = mass("near", 0.5);
+  const double alone = *at(far, "relative_error").as_real();
+  EXPECT_NEAR(*at(far, "mass").as_real(), full, full * alone);
+  EXPECT_LT(alone, 0.05);
+  EXPECT_EQ(at(far, "notes").text().find("cannot be cut"), std::string::npos);
+  EXPECT_NEAR(*at(near, "mass").as_real(), full, full * alone);
+  // Half of the block may be in it, of 3.24 in all.
+  EXPECT_NEAR(*at(near, "relative_error").as_real(), alone + 0.5 / 3.24, 0.01);
+  EXPECT_NE(at(near, "notes").text().find("cannot be cut"), std::string::npos);
+}
+
+TEST_F(ImportedMeshes, OfEllipsoidsAreNotExactNorAfterSaving) {
+  call("import",
+       {{"file", put("arm.xml",
+                     "<mujoco model=\"arm\"><worldbody><body name=\"a\"><joint/><geom name=\"e\" "
+                     "type=\"ellipsoid\" size=\"1 2 0.5\"/></body></worldbody></mujoco>")}});
+  const auto snapshot = app().document.now();
+  ASSERT_EQ(snapshot->list(Kind::solid).size(), 1U);
+  const std::string name = snapshot->find(snapshot->list(Kind::solid)[0])->name;
+  const double volume = 4 * 3.14159265358979 / 3;
+  const auto check = [&] {
+    const Value m = call("solid.moments", {{"id", name}});
+    EXPECT_FALSE(*at(m, "exact").as_bool());
+    const double error = *at(m, "relative_error").as_real();
+    EXPECT_LT(error, 0.1);
+    EXPECT_NEAR(*at(m, "volume").as_real(), volume, volume * error);
+    EXPECT_GT(std::fabs(*at(m, "volume").as_real() / volume - 1), 1e-3) << "it is of triangles";
+  };
+  check();
+  const std::string file = (folder_ / "ball.csg").string();
+  call("solid.save", {{"id", name}, {"file", file}});
+  app().document.clear();
+  call("solid.load", {{"file", file}});
+  check();
+}
+
 TEST_F(ImportedMeshes, APlaneHoleIsFilledAndTheFillingIsVouchedFor) {
   call("import", {{"file", put("lid.stl", stl({{kLow, kHigh}}, 2))},
                   {"unit", "m"},
