@@ -287,6 +287,17 @@ Result<std::optional<PathContact>> CollisionModel::check_path(std::span<const do
                  "Give a length above 0, such as 1e-4.");
   RMP_TRY(check(waypoints));
   if (pairs_.empty()) return std::optional<PathContact>{};
+  // How long a check takes goes with the way: this much is some minutes.
+  constexpr double kMostWay = 1e4;
+  std::size_t width = 0;
+  for (const CollisionRobot& r : robots_)
+    width = std::max(width, r.first + r.model->coordinate_count());
+  for (std::size_t i = width; width > 0 && i < waypoints.size(); ++i)
+    if (const double way = std::fabs(waypoints[i] - waypoints[i - width]); way > kMostWay)
+      return error(ErrorCode::invalid_argument,
+                   "from waypoint " + std::to_string(i / width) + " to the next a joint moves by " +
+                       text::print_rounded(way) + " rad or m",
+                   "Give waypoints that are at most " + text::print_rounded(kMostWay) + " apart.");
   return PathChecker(*this, tolerance, progress).run(waypoints);
 }
 

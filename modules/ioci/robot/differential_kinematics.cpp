@@ -37,10 +37,7 @@ Result<std::vector<double>> rates_of(const Map& args, std::string_view name, con
                      " velocities",
                  "Give one number a joint, three of a ball joint, six of a free one.",
                  std::string(name));
-  for (const double x : out)
-    if (!std::isfinite(x))
-      return error(ErrorCode::invalid_argument, "a rate is not a finite number", "Correct it.",
-                   std::string(name));
+  RMP_TRY(check_size(out, name));
   return out;
 }
 
@@ -593,8 +590,9 @@ RMP_COMMANDS(robot_kinematics_commands) {
   const ParamSpec link =
       optional("link", "any", "", "Number or name of the link; the tool when left out.");
   const ParamSpec point =
-      optional("point", "vec3", "m",
-               "The point in the link's or the tool's frame; its origin when left out.");
+      between(optional("point", "vec3", "m",
+                       "The point in the link's or the tool's frame; its origin when left out."),
+              -kMostOfAJoint, kMostOfAJoint);
   const std::vector<ParamSpec> speeds{
       field("position", "vec3", "m", "Of the point, in the mounting frame."),
       field("velocity", "vec3", "m/s", "Of the point."),
@@ -628,9 +626,10 @@ RMP_COMMANDS(robot_kinematics_commands) {
                "arm:manipulability{q = \"ready\"}) < 1e-9)\nassert(d.condition > 1 and "
                "math.abs(d.translation.velocity[1] * d.translation.force[1] - 1) < 1e-9)"),
       {self("robot"), q, part,
-       above_zero(optional("length", "real", "m",
-                           "Linear speeds are divided by it, so that they count like angular ones; "
-                           "1 m when left out.")),
+       between(optional("length", "real", "m",
+                        "Linear speeds are divided by it, so that they count like angular ones; "
+                        "1 m when left out."),
+               1e-6, 1e6),
        tip},
       {"map",
        "",

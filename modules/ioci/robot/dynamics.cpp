@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "ioci/core/commands.h"
+#include "ioci/robot/robots.h"
 #include "robotics/closure.h"
 #include "robotics/coordinates.h"
 #include "robotics/kinematics.h"
@@ -66,10 +67,7 @@ Result<std::vector<double>> read_rates(const Map& args, std::string_view name, c
                      " velocities",
                  "Give one number a velocity: three of a ball joint, six of a free one.",
                  std::string(name));
-  for (const double x : out)
-    if (!std::isfinite(x))
-      return error(ErrorCode::invalid_argument, text::print(x) + " is not a finite number", {},
-                   std::string(name));
+  RMP_TRY(check_size(out, name));
   return out;
 }
 
@@ -327,28 +325,34 @@ RMP_COMMANDS(robot_dynamics_commands) {
   const ParamSpec tip = optional(
       "tip", "string", "", "Name of the tip that the wrench acts at; the first when left out.");
   const ParamSpec gravity =
-      optional("gravity", "vec3", "m/s^2",
-               "In the frame the robot is mounted in; {0, 0, -9.81} when left out.");
+      between(optional("gravity", "vec3", "m/s^2",
+                       "In the frame the robot is mounted in; {0, 0, -9.81} when left out."),
+              -kMostOfAJoint, kMostOfAJoint);
   const ParamSpec qd = optional("qd", "any", "rad/s or m/s", "Joint speeds; zeros when left out.");
   const ParamSpec qdd =
       optional("qdd", "any", "rad/s^2 or m/s^2", "Joint accelerations; zeros when left out.");
   const ParamSpec tau =
       optional("tau", "any", "N m or N", "Joint torques and forces; zeros when left out.");
   const ParamSpec force =
-      optional("tip_force", "vec3", "N",
-               "Force that acts on the robot at the tip, in the mounting frame's axes.");
+      between(optional("tip_force", "vec3", "N",
+                       "Force that acts on the robot at the tip, in the mounting frame's axes."),
+              -kMostOfAJoint, kMostOfAJoint);
   const ParamSpec moment =
-      optional("tip_moment", "vec3", "N m", "Moment that acts on the robot at the tip.");
+      between(optional("tip_moment", "vec3", "N m", "Moment that acts on the robot at the tip."),
+              -kMostOfAJoint, kMostOfAJoint);
   const ParamSpec terms = optional("terms", "list", "",
                                    "Which terms: gravity, inertial, velocity, friction, external, "
                                    "spring; all when left out.");
   const ParamSpec base_a =
-      optional("base_acceleration", "vec3", "m/s^2",
-               "Of the base's origin, without gravity, in the mounting frame's axes.");
+      between(optional("base_acceleration", "vec3", "m/s^2",
+                       "Of the base's origin, without gravity, in the mounting frame's axes."),
+              -kMostOfAJoint, kMostOfAJoint);
   const ParamSpec base_w =
-      optional("base_angular_velocity", "vec3", "rad/s", "How the base turns.");
-  const ParamSpec base_wd =
-      optional("base_angular_acceleration", "vec3", "rad/s^2", "How the base's turning changes.");
+      between(optional("base_angular_velocity", "vec3", "rad/s", "How the base turns."),
+              -kMostOfAJoint, kMostOfAJoint);
+  const ParamSpec base_wd = between(
+      optional("base_angular_acceleration", "vec3", "rad/s^2", "How the base's turning changes."),
+      -kMostOfAJoint, kMostOfAJoint);
   const ParamSpec close =
       defaulted("close", "bool", "", false,
                 "First closes the loops: joints without motors move to where those with motors, as "

@@ -79,12 +79,26 @@ bool read_plain_q(const Value& value, std::span<const JointModel> joints, std::v
   for (std::size_t i = 0; i < q.size(); ++i) {
     if (list && !(*list)[i].is_number()) return false;
     q[i] = array ? (*array)[i] : (*list)[i].number();
-    if (!std::isfinite(q[i])) return false;
+    if (!(std::fabs(q[i]) <= kMostOfAJoint)) return false;
   }
   return true;
 }
 
 }  // namespace
+
+Result<void> check_size(std::span<const double> values, std::string_view path) {
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (std::fabs(values[i]) <= kMostOfAJoint) continue;
+    const std::string where = std::string(path) + "[" + std::to_string(i + 1) + "]";
+    if (!std::isfinite(values[i]))
+      return error(ErrorCode::invalid_argument, text::print(values[i]) + " is not a finite number",
+                   {}, where);
+    return error(ErrorCode::invalid_argument,
+                 text::print(values[i]) + " is too large to calculate with",
+                 "Give a number up to " + text::print(kMostOfAJoint) + ".", where);
+  }
+  return {};
+}
 
 Result<std::vector<double>> read_q(const Value& value, const model::Robot& robot,
                                    std::span<const JointModel> joints, std::string_view path) {
@@ -134,10 +148,7 @@ Result<std::vector<double>> read_q(const Value& value, const model::Robot& robot
                  one_each ? "Give one value a joint."
                           : "Give one value a coordinate; robot.coordinates lists them.",
                  where);
-  for (std::size_t i = 0; i < q.size(); ++i)
-    if (!std::isfinite(q[i]))
-      return error(ErrorCode::invalid_argument, text::print(q[i]) + " is not a finite number", {},
-                   where + "[" + std::to_string(i + 1) + "]");
+  RMP_TRY(check_size(q, where));
   for (std::size_t i = 0; i + 3 < q.size(); i += units[i].empty() ? 4 : 1)
     if (units[i].empty() &&
         !(std::hypot(std::hypot(q[i], q[i + 1]), std::hypot(q[i + 2], q[i + 3])) > 1e-9))

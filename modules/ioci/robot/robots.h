@@ -16,6 +16,12 @@
 
 namespace robomosp::ioci {
 
+/// Joint values, rates and forces, points and wrenches beyond this are refused: what is computed of
+/// their squares and products would not be numbers.
+inline constexpr double kMostOfAJoint = 1e12;
+/// The first number that is not finite or beyond kMostOfAJoint is an error at path[i].
+Result<void> check_size(std::span<const double> values, std::string_view path);
+
 /// Fields of a link; the units of limits follow the joint. `creating`: with defaults.
 [[nodiscard]] Schema link_schema(model::JointKind kind, bool creating);
 /// Adds a link from a table of the fields of link_schema().

@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: Apache-2.0
+// Every robot of the library, arms and mechanisms, through every command on robots, with arguments
+// made from the commands' schemas: plain ones, extreme ones and wrong ones. Each is answered with
+// finite numbers, or refused with a sentence, and a command that takes long ends when it is
+// cancelled.
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <condition_variable>
+#include <filesystem>
+#include <limits>
+#include <mutex>
+#include <set>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <robomosp/sdk/conformance/models.h>
+
+#include "support/program.h"
+#include "support/seed.h"
+
+namespace robomosp::test {
+namespace {
+
+namespace fs = std::filesystem;
+using conformance::Random;
+using ioci::CommandSpec;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// What may be infinite in an answer: limits that are not there, and measures of singular states.
+const std::set<std::string> kMayBeInfinite{"lower", "upper", "max_velocity", "max_acceleration",
+                                           "max_jerk", "max_force", "condition", "velocity",
+                                           "force",
+                                           // of a singular configuration
+                                           "manipulability"};
+
+/// The first number in an answer that is none, by its path; empty when all are finite.
+std::string not_finite(const Value& v, const std::string& path = "") {
+  const std::string field =
+      path.substr(path.rfind('.') == std::string::npos ? 0 : path.rfind('.') + 1);
+  const auto bad = [&](double x) {
+    return std::isnan(x) || (std::isinf(x) && !kMayBeInfinite.contains(field));
+  };
+  if (const double* x = v.as_real()) return bad(*x) ? path + " = " + v.text() : "";
+  if (const NumericArray* a = v.as_array())
+    return std::any_of(a->data().begin(), a->data().end(), bad) ? path : "";
+  if (const List* list = v.as_list())
+    for (const Value& x : *list)
+      if (auto found = not_finite(x, path); !found.empty()) return found;
+  if (const Map* map = v.as_map())
+    for (const auto& [name, x] : *map)
+      if (auto found = not_finite(x, path + "." + name); !found.empty()) return found;
+  return "";
+}
+
+/// Cancels what takes longer than it may.
+class Watchdog {
+ public:
+  explicit Watchdog(ioci::Session& session) : session_(session), thread_([this] { watch(); }) {}
+  ~Watchdog() {
+    {
+      const std::lock_guard lock(mutex_);
+      ends_ = true;
+    }
+    wake_.notify_all();
+    thread_.join();
+  }
+  void begin() { since_ = now(); }
+  /// Seconds since begin(), and whether it was cancelled.
+  std::pair<double, bool> end() {
+    const double took = now() - since_.exchange(kInfinity);
+    const bool cancelled = session_.interrupted();
+    session_.clear_interrupt();
+    return {took, cancelled};
+  }
+  static constexpr double kPatience = 2;  ///< [s]
+
+ private:
+  static double now() {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
+        .count();
+  }
+  void watch() {
+    std::unique_lock lock(mutex_);
+    while (!wake_.wait_for(lock, std::chrono::milliseconds(50), [this] { return ends_; }))
+      if (now() - since_ > kPatience) session_.interrupt();
+  }
+  ioci::Session& session_;
+  std::atomic<double> since_{kInfinity};
+  std::mutex mutex_;
+  std::condition_variable wake_;
+  bool ends_ = false;
+  std::thread thread_;
+};
+
+enum class Taste { plain, extreme, wrong };
+
+class RobotCommands : public CommandTest, public testing::WithParamInterface<std::string> {
+ protected:
+  void SetUp() override {
+    CommandTest::SetUp();
+    session_.deny(Effect::loads_code);
+    session_.deny(Effect::processes);
+    session_.deny(Effect::stops);
+    folder_ = fs::temp_directory_path() / ("robot_commands_" + GetParam());
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+    load();
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  void load() {
+    app().document.clear();
+    robot_ = call("robot.get", {{"name", GetParam()}});
+    const Value cell = call("world.create", {{"name", "cell"}});
+    call("world.add_robot", {{"id", cell}, {"robot", robot_}});
+    coordinates_ = call("robot.joint_values", {{"id", robot_}});
+  }
+  std::size_t coordinates() const {
+    return coordinates_.as_array() ? coordinates_.as_array()->size() : 6;
+  }
+  std::size_t velocities() {
+    if (const Value dof = call("robot.dof", {{"id", robot_}}); dof.as_int())
+      return static_cast<std::size_t>(*dof.as_int());
+    return coordinates();
+  }
+
+  double number(Taste taste) {
+    static constexpr double kExtremes[] = {0,    -0.0,  1e-300, 1e3,    -1e3,  1e9,
+                                           1e77, 1e155, 1e200,  -1e200, 1e300, 1.7e308};
+    if (taste == Taste::wrong && pick(4) == 0) return pick(2) ? kInfinity : std::nan("");
+    if (taste == Taste::plain || pick(3) == 0) return random_.uniform(-1, 1);
+    return kExtremes[pick(std::size(kExtremes))];
+  }
+  std::size_t pick(std::size_t n) {
+    return std::min(n - 1, static_cast<std::size_t>(random_.uniform(0, static_cast<double>(n))));
+  }
+  Value numbers(std::size_t n, Taste taste) {
+    if (taste == Taste::wrong && pick(3) == 0) n = pick(3) ? n + 1 : 0;
+    std::vector<double> v;
+    for (std::size_t i = 0; i < n; ++i) v.push_back(number(taste));
+    return Value(NumericArray(std::move(v)));
+  }
+  Value target(Taste taste) {
+    return Value(Map{{"position", numbers(3, taste)}, {"rpy", numbers(3, Taste::plain)}});
+  }
+  /// Something for a parameter; nothing = it is left out.
+  std::optional<Value> argument(const ParamSpec& p, Taste taste) {
+    const auto is = [&](std::initializer_list<const char*> names) {
+      return std::any_of(names.begin(), names.end(), [&](const char* n) { return p.name == n; });
+    };
+    if (taste == Taste::wrong && pick(6) == 0)
+      return pick(2) ? Value("no such thing") : Value(List{Value(Map{}), Value("x")});
+    if (is({"q", "seed", "start"}) && p.choices.empty())
+      return taste == Taste::plain ? coordinates_ : numbers(coordinates(), taste);
+    if (is({"qd", "qdd", "tau", "reference"})) return numbers(velocities(), taste);
+    if (is({"target"})) return target(taste);
+    if (is({"targets"})) return Value(List{target(taste), target(taste)});
+    if (is({"goals"})) return Value(List{Value(Map{{"target", target(taste)}})});
+    if (is({"file", "folder"}))
+      return Value((folder_ / (p.name == "file" ? "out.rbt" : "code")).string());
+    if (is({"duration"})) return Value(taste == Taste::plain ? 0.02 : number(taste));
+    if (is({"sample_time", "step", "control_period"}))
+      return Value(taste == Taste::plain ? 0.01 : number(taste));
+    if (is({"name"})) return Value("n" + std::to_string(pick(3)));
+    if (is({"width", "height"})) return Value(std::int64_t{64});
+    if (!p.choices.empty()) return Value(p.choices[pick(p.choices.size())]);
+    if (p.type == "bool") return Value(pick(2) == 0);
+    if (p.type == "int") {
+      constexpr std::int64_t kWhole[] = {0, 1, 2, 7, -1, 1000, 2147483648, 9223372036854775807};
+      return Value(kWhole[pick(taste == Taste::plain ? 3 : std::size(kWhole))]);
+    }
+    if (p.type == "real") return Value(number(taste));
+    if (p.type == "vec3") return numbers(3, taste);
+    if (p.type == "real[]") return numbers(velocities(), taste);
+    if (p.type == "pose") return target(taste);
+    if (p.type.starts_with("ref:robot")) return robot_;
+    if (p.required) return numbers(3, taste);
+    return std::nullopt;
+  }
+
+  Random random_{test::seed()};
+  FuzzBudget budget_{1};
+  fs::path folder_;
+  Value robot_, coordinates_;
+};
+
+std::vector<std::string> robots_of_the_library() {
+  std::vector<std::string> names;
+  for (const auto& entry :
+       fs::directory_iterator(fs::path(ROBOMOSP_SOURCE_DIR) / "scripts/library/robots"))
+    if (entry.path().extension() == ".rbt") names.push_back(entry.path().stem().string());
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+TEST_P(RobotCommands, EachIsAnsweredWithNumbersOrRefusedWithASentence) {
+  const auto all = app().commands.list();
+  Watchdog watchdog(session_);
+  std::size_t answered = 0, tried = 0;
+  for (std::size_t round = 0; budget_.allows(round); ++round) {
+    for (const CommandSpec* spec : all) {
+      const bool takes_robot = spec->name.starts_with("robot.") && !spec->params.empty() &&
+                               spec->params.front().name == "id" &&
+                               spec->params.front().type.starts_with("ref:robot");
+      // Live runs wait for somebody; pictures are tested by themselves and cost most of the time.
+      if (!takes_robot || spec->name == "robot.start_run" || spec->name == "robot.render") continue;
+      for (const Taste taste :
+           {Taste::plain, Taste::extreme, Taste::extreme, Taste::extreme, Taste::wrong}) {
+        Map args;
+        args.set("id", robot_);
+        for (const ParamSpec& p : spec->params) {
+          if (p.name == "id" || (!p.required && pick(taste == Taste::plain ? 4 : 2) == 0)) continue;
+          if (auto v = argument(p, taste)) args.set(p.name, std::move(*v));
+        }
+        const std::string line = spec->name + Value(args).text();
+        const auto before = app().document.undo_labels().size();
+        watchdog.begin();
+        const auto done = app().dispatch(session_, spec->name, args);
+        const auto [took, cancelled] = watchdog.end();
+        ++tried;
+        EXPECT_LT(took, Watchdog::kPatience + 10)
+            << line << (cancelled ? " does not stop when it is cancelled" : "");
+        if (done.ok()) {
+          ++answered;
+          const std::string bad = not_finite(*done, "." + spec->name);
+          EXPECT_TRUE(bad.empty()) << line << " answers " << bad;
+        } else {
+          const Error& e = done.error();
+          EXPECT_FALSE(e.message.empty()) << line;
+          EXPECT_TRUE(e.code != ErrorCode::internal && e.code != ErrorCode::plugin_failed)
+              << line << ": " << e.sentence();
+        }
+        if (app().document.undo_labels().size() != before) load();
+      }
+    }
+  }
+  EXPECT_GT(answered, tried / 8) << "hardly anything was answered: is it asked rightly?";
+}
+
+INSTANTIATE_TEST_SUITE_P(Library, RobotCommands, testing::ValuesIn(robots_of_the_library()),
+                         [](const auto& c) { return c.param; });
+
+}  // namespace
+}  // namespace robomosp::test
