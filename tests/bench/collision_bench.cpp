@@ -13,6 +13,7 @@
 #include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/geometry/shape/box.h>
 #include <fcl/geometry/shape/capsule.h>
+#include <fcl/geometry/shape/cone.h>
 #include <fcl/geometry/shape/convex.h>
 #include <fcl/geometry/shape/cylinder.h>
 #include <fcl/geometry/shape/sphere.h>
@@ -90,6 +91,7 @@ std::unique_ptr<fcl::CollisionGeometryd> peer_of(const Shape& s) {
     case ShapeKind::box: g = std::make_unique<fcl::Boxd>(s.sizes[0], s.sizes[1], s.sizes[2]); break;
     case ShapeKind::cylinder: g = std::make_unique<fcl::Cylinderd>(s.sizes[0], s.sizes[1]); break;
     case ShapeKind::capsule: g = std::make_unique<fcl::Capsuled>(s.sizes[0], s.sizes[1]); break;
+    case ShapeKind::cone: g = std::make_unique<fcl::Coned>(s.sizes[0], s.sizes[2]); break;
     case ShapeKind::convex: {
       const auto hull = spatial::convex_hull(spatial::vertices(*s.mesh));
       auto v = std::make_shared<std::vector<fcl::Vector3d>>();
