@@ -56,6 +56,17 @@ constexpr const char* kArm = R"(<robot name="arm">
     <limit lower="0" upper="0.4" effort="0" velocity="1"/></joint>
 </robot>)";
 
+TEST_F(RobotFiles, NothingIsGeneratedInPlaceOfWhatTheFileLeavesBare) {
+  const AnyId with_bodies = load(kArm);
+  for (const model::Link& link : robot(with_bodies).links)
+    EXPECT_EQ(link.visible, link.name == "upper") << link.name;
+  std::string bare = kArm;
+  for (std::size_t at; (at = bare.find("<visual>")) != std::string::npos;)
+    bare.erase(at, bare.find("</visual>") + 9 - at);
+  const AnyId without = load(bare);
+  for (const model::Link& link : robot(without).links) EXPECT_TRUE(link.visible) << link.name;
+}
+
 TEST_F(RobotFiles, AUrdfHasItsPosesMassesAndLimits) {
   const AnyId id = load(kArm);
   const model::Robot& r = robot(id);
