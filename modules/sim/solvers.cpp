@@ -213,7 +213,15 @@ Result<Bound<InverseDynamics>> bind_inverse_dynamics(const Registry& registry,
 Result<Bound<ForwardDynamics>> bind_forward_dynamics(const Registry& registry,
                                                      std::shared_ptr<const RobotModel> model,
                                                      const model::ProviderChoice& choice) {
-  return bind<ForwardDynamics>(registry, std::move(model), choice);
+  auto bound = sim::bind<ForwardDynamics>(registry, model, choice);
+  // The program's default is not made for very long chains; who has chosen gets what was chosen.
+  if (bound.ok() || !choice.name.empty() || bound.error().code != ErrorCode::unsupported ||
+      !model->loops.empty())
+    return bound;
+  model::ProviderChoice other;
+  other.name = "articulated_body";
+  auto linear = sim::bind<ForwardDynamics>(registry, std::move(model), other);
+  return linear.ok() ? std::move(linear) : std::move(bound);
 }
 
 Result<std::vector<IkResult>> solve_ik(const Bound<IkSolver>& ik, const IkBatch& batch,

@@ -102,6 +102,15 @@ class InertiaMatrix final : public ForwardDynamics {
     scratch_ = runner_.scratch_size(chain_, {What::inertia, What::accelerations});
     names_.clear();
     for (const JointModel& joint : model.joints) names_.push_back(joint.name);
+    // Its time grows with the cube: of one sample of more, no cancelling would be heard in time.
+    constexpr std::size_t kMostVelocities = 1000;
+    if (model.dof() > kMostVelocities)
+      return error(ErrorCode::unsupported,
+                   "it has " + std::to_string(model.dof()) +
+                       " velocities; the inertia matrix is factorised for up to " +
+                       std::to_string(kMostVelocities),
+                   "Choose articulated_body, whose time grows with the number of joints.",
+                   "robot \"" + model.name + "\"");
     return refuse_singular(model);
   }
   std::size_t scratch_size() const override { return scratch_; }

@@ -8,6 +8,7 @@
 #include <chrono>
 #include <cmath>
 #include <condition_variable>
+#include <ctime>
 #include <filesystem>
 #include <limits>
 #include <mutex>
@@ -189,6 +190,41 @@ class RobotCommands : public CommandTest, public testing::WithParamInterface<std
   fs::path folder_;
   Value robot_, coordinates_;
 };
+
+/// A chain of `n` links, and q = 0.001 of each joint.
+class LongChains : public CommandTest {
+ protected:
+  static Map chain(std::size_t n) {
+    List links;
+    for (std::size_t i = 0; i < n; ++i) links.emplace_back(Map{{"a", 1e-3}, {"mass", 0.01}});
+    return Map{{"name", "chain"}, {"links", Value(std::move(links))}};
+  }
+  double seconds(std::size_t links) {
+    SetUp();
+    const std::clock_t before = std::clock();
+    call("robot.create", chain(links));
+    return static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC;
+  }
+};
+
+TEST_F(LongChains, TakeTimeInProportionToTheirLength) {
+  seconds(1000);  // what is done once
+  const double few = seconds(5000), many = seconds(40000);
+  EXPECT_LT(many, 8 * 3 * few + 0.1) << few << " s for 5,000 links";
+}
+
+TEST_F(LongChains, HaveForwardDynamicsOfASolverThatIsMadeForThem) {
+  const Value robot = call("robot.create", chain(5000));
+  const Value q(NumericArray(std::vector<double>(5000, 1e-3)));
+  const std::clock_t before = std::clock();
+  const Value qdd = call("robot.forward_dynamics", {{"id", robot}, {"q", q}});
+  EXPECT_LT(static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC, 5);
+  ASSERT_TRUE(qdd.as_array());
+  EXPECT_EQ(qdd.as_array()->size(), 5000U);
+  const Error refused =
+      fails("robot.forward_dynamics", {{"id", robot}, {"q", q}, {"provider", "inertia_matrix"}});
+  EXPECT_NE(refused.message.find("up to 1000"), std::string::npos) << refused.sentence();
+}
 
 std::vector<std::string> robots_of_the_library() {
   std::vector<std::string> names;

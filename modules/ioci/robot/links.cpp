@@ -216,6 +216,13 @@ JointKind kind_given(const Value* joint, JointKind otherwise) {
 }  // namespace
 
 Result<void> append_link(CommandContext& ctx, Robot& r, Value given, const std::string& path) {
+  std::unordered_set<std::string> names;
+  for (const Link& l : r.links) names.insert(l.name);
+  return append_link(ctx, r, std::move(given), path, names);
+}
+
+Result<void> append_link(CommandContext& ctx, Robot& r, Value given, const std::string& path,
+                         std::unordered_set<std::string>& names) {
   const Map* raw = given.as_map();
   const JointKind kind = kind_given(raw ? raw->find("joint") : nullptr, JointKind::revolute);
   if (raw) {
@@ -227,10 +234,9 @@ Result<void> append_link(CommandContext& ctx, Robot& r, Value given, const std::
   l.parent = index - 1;
   l.name = "link" + std::to_string(index + 1);
   RMP_TRY(apply_link(ctx, checked, r, index, l, path));
-  for (const Link& other : r.links)
-    if (other.name == l.name)
-      return error(ErrorCode::conflict, "there are two links named " + text::quote(l.name),
-                   "Names are unique within a robot.", path);
+  if (!names.insert(l.name).second)
+    return error(ErrorCode::conflict, "there are two links named " + text::quote(l.name),
+                 "Names are unique within a robot.", path);
   ctx.expressions.keep(r.parametric, l.name);
   r.links.push_back(std::move(l));
   return {};

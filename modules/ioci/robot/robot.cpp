@@ -84,8 +84,12 @@ Result<Value> create(CommandContext& ctx, const Map& args) {
   r.parametric = ctx.expressions.own();
   RMP_TRY(apply_fields(ctx, args, r));
   const List& links = *args.find("links")->as_list();
-  for (std::size_t i = 0; i < links.size(); ++i)
-    RMP_TRY(append_link(ctx, r, links[i], "links[" + std::to_string(i + 1) + "]"));
+  std::unordered_set<std::string> names;
+  for (std::size_t i = 0; i < links.size(); ++i) {
+    if (i % 256 == 0 && ctx.progress.cancelled())
+      return error(ErrorCode::cancelled, "the robot was not created: stopped");
+    RMP_TRY(append_link(ctx, r, links[i], "links[" + std::to_string(i + 1) + "]", names));
+  }
   RMP_TRY_ASSIGN(const RobotModel built, robotics::build_robot_model(name, r, {}, {0, 0, -9.81}));
   if (const Value* poses = args.find("poses"); poses && poses->as_map())
     for (const auto& [pose, q] : *poses->as_map()) {

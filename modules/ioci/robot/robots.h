@@ -5,6 +5,7 @@
 
 #include <optional>
 #include <string>
+#include <unordered_set>
 #include <utility>
 #include <vector>
 
@@ -27,6 +28,9 @@ Result<void> check_size(std::span<const double> values, std::string_view path);
 /// Adds a link from a table of the fields of link_schema().
 Result<void> append_link(CommandContext& ctx, model::Robot& r, Value given,
                          const std::string& path);
+/// The same for many links: `names` has those of all that it has, and gets the new one's.
+Result<void> append_link(CommandContext& ctx, model::Robot& r, Value given, const std::string& path,
+                         std::unordered_set<std::string>& names);
 /// Designed bodies; `name` is what paths call the list: "parts" or "base_parts".
 [[nodiscard]] Result<std::vector<model::BodyPart>> read_bodies(CommandContext& ctx,
                                                                const Value& list,
