@@ -24,8 +24,8 @@ using Point = std::array<double, 3>;
 constexpr std::size_t kLines = 192;
 /// Distance of the triangles from the solids, as shares of that box and of the solid.
 constexpr double kChordOfBox = 2e-5, kChordOfSolid = 5e-6;
-/// Triangles that faces curved both ways may take, about; others need few.
-constexpr double kMostCurved = 5000;
+/// Triangles of curved faces at first, about, and of a solid in the end.
+constexpr double kMostCurved = 2000, kMostTriangles = 20000;
 /// Coordinates of meshes are single precision.
 constexpr double kSinglePrecision = 1.2e-7;
 
@@ -109,18 +109,13 @@ double area_within(const std::array<Point, 3>& t, const Box& box) {
   return sum;
 }
 
-/// Area of the faces that bend in both directions [mm^2].
+/// Area of the faces that are no planes, cylinders or cones [mm^2].
 double curved_area(const TopoDS_Shape& solid) {
   double sum = 0;
   for (TopExp_Explorer e(solid, TopAbs_FACE); e.More(); e.Next()) {
-    const BRepAdaptor_Surface surface(TopoDS::Face(e.Current()), false);
-    const GeomAbs_SurfaceType type = surface.GetType();
-    if (type == GeomAbs_Plane || type == GeomAbs_Cylinder || type == GeomAbs_Cone ||
-        type == GeomAbs_SurfaceOfExtrusion)
-      continue;
-    if ((type == GeomAbs_BSplineSurface || type == GeomAbs_BezierSurface) &&
-        std::min(surface.UDegree(), surface.VDegree()) == 1)
-      continue;
+    const GeomAbs_SurfaceType type =
+        BRepAdaptor_Surface(TopoDS::Face(e.Current()), false).GetType();
+    if (type == GeomAbs_Plane || type == GeomAbs_Cylinder || type == GeomAbs_Cone) continue;
     GProp_GProps g;
     BRepGProp::SurfaceProperties(e.Current(), g, 1e-2);
     sum += std::abs(g.Mass());
@@ -133,17 +128,28 @@ Result<std::optional<Soup>> soup_of(const Solid& solid, const Box& box, Progress
   Solid copy = solid;
   copy.shape = BRepBuilderAPI_Copy(solid.shape, true, false).Shape();
   const Box whole = box_of(solid.box);
-  const double chord = std::max({kChordOfBox * box.diagonal(), kChordOfSolid * whole.diagonal(),
-                                 curved_area(solid.shape) / (kMostCurved * whole.diagonal())});
+  const double fine = std::max(kChordOfBox * box.diagonal(), kChordOfSolid * whole.diagonal());
+  double chord = std::max(fine, curved_area(solid.shape) / (kMostCurved * whole.diagonal()));
   double farthest = 0;
   for (std::size_t i = 0; i < 3; ++i)
     farthest = std::max({farthest, std::abs(whole.low[i]), std::abs(whole.high[i])});
-  MeshQuality quality;
-  quality.chord = chord / kMillimetresPerMetre;
-  quality.angle = 0.2;
-  const auto mesh = guarded("meshing the solid", [&]() -> Result<Mesh> {
-    return mesh_solids({copy}, gp_Trsf(), quality, progress);
-  });
+  const auto meshed = [&] {
+    MeshQuality quality;
+    quality.chord = chord / kMillimetresPerMetre;
+    quality.angle = 0.2;
+    return guarded("meshing the solid", [&]() -> Result<Mesh> {
+      return mesh_solids({copy}, gp_Trsf(), quality, progress);
+    });
+  };
+  auto mesh = meshed();
+  if (mesh.ok() && chord > fine) {
+    // As fine as a bearable number of triangles is, which grows no faster than the chord shrinks.
+    const double bearable = chord * static_cast<double>(mesh->triangle_count()) / kMostTriangles;
+    if (bearable < chord / 2) {
+      chord = std::max(fine, bearable);
+      mesh = meshed();
+    }
+  }
   if (!mesh.ok() && mesh.error().code == ErrorCode::cancelled) return mesh.error();
   if (!mesh.ok()) return std::optional<Soup>();
   const double off = chord + kSinglePrecision * farthest;
