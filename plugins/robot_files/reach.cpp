@@ -26,19 +26,27 @@ bool is_below(const fs::path& file, const fs::path& root) {
   return r == root.end();
 }
 
-fs::path package_of(const fs::path& folder) {
+/// The folders that the package may be, by each of the signs; the nearest of each.
+std::vector<fs::path> packages_of(const fs::path& folder) {
   std::error_code failed;
+  std::vector<fs::path> out{folder};
+  for (const char* mark : kMarks) {
+    fs::path at = folder;
+    for (int k = 0; k < kHighest && !is_top(at); ++k, at = at.parent_path())
+      if (fs::is_regular_file(at / mark, failed)) {
+        out.push_back(at);
+        break;
+      }
+  }
   fs::path at = folder;
-  for (int k = 0; k < kHighest && !is_top(at); ++k, at = at.parent_path())
-    for (const char* mark : kMarks)
-      if (fs::is_regular_file(at / mark, failed)) return at;
-  at = folder;
   for (int k = 0; k < kHighest && !is_top(at) && !is_top(at.parent_path());
        ++k, at = at.parent_path())
     if (std::find(kFolders.begin(), kFolders.end(), std::string_view(at.filename().string())) !=
-        kFolders.end())
-      return at.parent_path();
-  return folder;
+        kFolders.end()) {
+      out.push_back(at.parent_path());
+      break;
+    }
+  return out;
 }
 
 }  // namespace
@@ -46,8 +54,11 @@ fs::path package_of(const fs::path& folder) {
 Reach::Reach(const fs::path& folder) : is_bounded_(true) {
   std::error_code failed;
   const fs::path full = fs::weakly_canonical(folder.empty() ? fs::path(".") : folder, failed);
-  package_ = failed ? folder : package_of(full);
-  roots_.push_back(package_);
+  roots_ = failed ? std::vector{folder} : packages_of(full);
+  // They stand in each other.
+  package_ = *std::min_element(roots_.begin(), roots_.end(), [](const auto& a, const auto& b) {
+    return a.native().size() < b.native().size();
+  });
 }
 
 bool Reach::allows(const fs::path& file) const {

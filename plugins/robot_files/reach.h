@@ -11,9 +11,10 @@ namespace robomosp::robot_files {
 
 /// A robot's file from somewhere else must not have any file of the machine opened by naming it. It
 /// may name what lies in its package: the nearest folder above it with a package.xml, manifest.xml
-/// or model.config, or with the folders that robots are kept in, such as urdf/ and mjcf/; without
-/// these its own folder. Packages that it names (package://, model://) are found beside it or above
-/// it, and may be read as well. Links of the file system count as where they lead.
+/// or model.config, or with the folders that robots are kept in, such as urdf/ and mjcf/, the
+/// widest of these; without them its own folder. Packages that it names (package://, model://) are
+/// found beside it or above it, and may be read as well. Links of the file system count as where
+/// they lead.
 class Reach {
  public:
   /// Anything may be opened.

@@ -357,6 +357,11 @@ TEST_F(ImportedMeshes, FilesOutsideThePackageAreNotOpenedUnasked) {
   put("meshes/m.stl", stl({{kLow, kHigh}}));
   call("import", {{"file", put("urdf/arm.urdf", urdf({"../meshes/m.stl"}))}, {"name", "two"}});
   EXPECT_EQ(solids(), 1U);
+  // The mark of a model does not hide the package that it is in.
+  app().document.clear();
+  put("urdf/model.config", "<model/>");
+  call("import", {{"file", put("urdf/arm.urdf", urdf({"../meshes/m.stl"}))}});
+  EXPECT_EQ(solids(), 1U);
   app().document.clear();
   std::ofstream(top_ / "pack" / "package.xml") << "<package/>";
   call("import", {{"file", put("arm.urdf", urdf({"../beside.stl"}))}});
