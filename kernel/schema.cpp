@@ -599,11 +599,14 @@ Result<Value> check_value(const ParamSpec& spec, const Value& v, std::string_vie
 }
 
 Result<Map> check(const Schema& schema, const Map& given, const ResolveRef& resolve) {
+  constexpr std::size_t kMostUnknown = 10;  // that are named
+  std::size_t unknown = 0;
   std::vector<Error> faults;
   for (const auto& [key, value] : given) {
     if (std::any_of(schema.begin(), schema.end(),
                     [&key = key](const ParamSpec& spec) { return spec.name == key; }))
       continue;
+    if (++unknown > kMostUnknown) continue;
     std::vector<std::string> known;
     for (const ParamSpec& spec : schema) known.push_back(spec.name);
     std::string hint = text::did_you_mean(key, known);
@@ -613,6 +616,9 @@ Result<Map> check(const Schema& schema, const Map& given, const ResolveRef& reso
     faults.push_back(
         error(ErrorCode::unknown_name, text::quote(key) + " is not a parameter", std::move(hint)));
   }
+  if (unknown > kMostUnknown)
+    faults.push_back(error(ErrorCode::unknown_name,
+                           std::to_string(unknown - kMostUnknown) + " further names are none"));
   Map checked;
   for (const ParamSpec& spec : schema) {
     const Value* v = given.find(spec.name);

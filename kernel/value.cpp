@@ -75,8 +75,11 @@ Value* Map::find(std::string_view key) {
   return it == entries_.end() ? nullptr : &it->second;
 }
 
+namespace {
+constexpr std::size_t kFew = 4;  // at once: most tables are of a few entries
+}
+
 void Map::set(std::string key, Value value) {
-  constexpr std::size_t kFew = 4;  // at once: most tables are of a few entries
   if (Value* old = find(key)) {
     *old = std::move(value);
     return;
@@ -86,6 +89,7 @@ void Map::set(std::string key, Value value) {
 }
 
 void Map::append(std::string key, Value value) {
+  if (entries_.capacity() == 0) entries_.reserve(kFew);
   entries_.emplace_back(std::move(key), std::move(value));
 }
 

@@ -93,7 +93,8 @@ Result<Map> to_map(lua_State* L, int index, int depth) {
     return bad_value("the table is nested deeper than " + std::to_string(kDeepestValue) +
                          " levels or contains itself",
                      "Give a flatter table.");
-  std::vector<Map::Entry> entries;  // each key once, as a table has them
+  Map map;
+  bool is_sorted = true;
   lua_pushnil(L);
   while (lua_next(L, table) != 0) {
     if (lua_type(L, -2) != LUA_TSTRING) {
@@ -109,16 +110,30 @@ Result<Map> to_map(lua_State* L, int index, int depth) {
       lua_pop(L, 2);
       return std::move(item).error().in(name);
     }
-    entries.emplace_back(std::move(name), std::move(*item));
+    is_sorted = is_sorted && (map.empty() || std::prev(map.end())->first < name);
+    map.append(std::move(name), std::move(*item));  // a table has each key once
     lua_pop(L, 1);
   }
+  if (is_sorted) return map;
   // Lua's order of keys differs from run to run; logs and files must not.
-  const auto is_before = [](const auto& a, const auto& b) { return a.first < b.first; };
-  if (!std::is_sorted(entries.begin(), entries.end(), is_before))
-    std::sort(entries.begin(), entries.end(), is_before);
-  Map map;
-  for (auto& [name, value] : entries) map.append(std::move(name), std::move(value));
-  return map;
+  constexpr std::size_t kFew = 64;  // a map looks for each name one by one
+  Map sorted;
+  if (map.size() <= kFew) {
+    std::vector<std::string> names;
+    names.reserve(map.size());
+    for (const auto& [name, value] : map) names.push_back(name);
+    std::sort(names.begin(), names.end());
+    for (std::string& name : names) {
+      Value value = std::move(*map.find(name));
+      sorted.append(std::move(name), std::move(value));
+    }
+    return sorted;
+  }
+  std::vector<Map::Entry> entries(map.begin(), map.end());
+  std::sort(entries.begin(), entries.end(),
+            [](const auto& a, const auto& b) { return a.first < b.first; });
+  for (auto& [name, value] : entries) sorted.append(std::move(name), std::move(value));
+  return sorted;
 }
 
 Result<Value> to_value(lua_State* L, int index, int depth) {

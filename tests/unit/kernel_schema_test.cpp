@@ -334,5 +334,17 @@ TEST(Schema, AMalformedProviderRowIsNamed) {
   EXPECT_EQ(sentence({"a", "real", nullptr, nullptr, nullptr, nullptr, 1, 0}), "accepted");
 }
 
+TEST(Schema, OfManyUnknownNamesTheFirstAreNamedAndTheOthersCounted) {
+  Map given;
+  for (int i = 0; i < 100'000; ++i) given.append("k" + std::to_string(i), i);
+  const auto checked = check(Schema{}, given);
+  ASSERT_FALSE(checked.ok());
+  const std::string said = checked.error().sentence();
+  EXPECT_NE(said.find("\"k9\""), std::string::npos) << said;
+  EXPECT_EQ(said.find("\"k10\""), std::string::npos) << said;
+  EXPECT_NE(said.find("99990 further names"), std::string::npos) << said;
+  EXPECT_LT(said.size(), 1000U);
+}
+
 }  // namespace
 }  // namespace robomosp
