@@ -97,6 +97,7 @@ class Program {
   ~Program() {
     ::close(in_);
     ::close(out_);
+    if (!end().empty()) return;
     ::kill(child_, SIGKILL);
     ::waitpid(child_, nullptr, 0);
   }
@@ -134,11 +135,12 @@ class Program {
     }
   }
   /// How it ended; empty while it runs.
-  [[nodiscard]] std::string end() const {
+  [[nodiscard]] std::string end() {
     int status = 0;
-    if (::waitpid(child_, &status, WNOHANG) != child_) return {};
-    return WIFSIGNALED(status) ? "signal " + std::to_string(WTERMSIG(status))
-                               : "code " + std::to_string(WEXITSTATUS(status));
+    if (end_.empty() && ::waitpid(child_, &status, WNOHANG) == child_)
+      end_ = WIFSIGNALED(status) ? "signal " + std::to_string(WTERMSIG(status))
+                                 : "code " + std::to_string(WEXITSTATUS(status));
+    return end_;
   }
   /// Time of the processor that it took so far [s].
   [[nodiscard]] double processor() const {
@@ -162,7 +164,7 @@ class Program {
  private:
   pid_t child_ = -1;
   int in_ = -1, out_ = -1;
-  std::string buffer_;
+  std::string buffer_, end_;
 };
 
 /// Values as they are sent: a number may be one that JSON has no word for.
