@@ -325,7 +325,7 @@ TEST_F(Worlds, ARedundantArmKeepsFartherFromALampAlongItsPath) {
   const sim::Simulator source{bench.registry, bench.derived, *snapshot, &cache};
   const auto model = unwrap(cache.find(source, world, none));
   const auto least_to_lamp = [&](IkObjective objective, double* fastest) {
-    sim::Run run{world, "pa10", "circle", 8.0, {1e-8, 1e-8}, objective, 0.2};
+    sim::Run run{world, "pa10", "circle", 8.0, {1e-8, 1e-8}, objective, false, 0.2};
     const auto recording = unwrap(source.inverse_kinematics(run, none));
     if (!recording) return -kInf;
     for (const char* error : {"position_error", "rotation_error"})
