@@ -47,6 +47,11 @@ Error bad_value(std::string message, std::string hint) {
   return error(ErrorCode::invalid_argument, std::move(message), std::move(hint));
 }
 
+/// Of all texts in one value. A table names a text as often as it likes at no cost; a value has a
+/// copy for each.
+constexpr std::size_t kMostText = std::size_t{64} << 20;
+thread_local std::size_t t_text = 0;
+
 Result<Value> list_from(lua_State* L, int table, std::size_t count, int depth) {
   List list;
   list.reserve(count);
@@ -89,6 +94,7 @@ Result<Value> table_to_value(lua_State* L, int table, int depth) {
 
 Result<Map> to_map(lua_State* L, int index, int depth) {
   const int table = lua_absindex(L, index);
+  if (depth == 0) t_text = 0;
   if (depth >= kDeepestValue || !lua_checkstack(L, 6))
     return bad_value("the table is nested deeper than " + std::to_string(kDeepestValue) +
                          " levels or contains itself",
@@ -138,6 +144,7 @@ Result<Map> to_map(lua_State* L, int index, int depth) {
 
 Result<Value> to_value(lua_State* L, int index, int depth) {
   index = lua_absindex(L, index);
+  if (depth == 0) t_text = 0;
   switch (lua_type(L, index)) {
     case LUA_TNIL:
     case LUA_TNONE: return Value();
@@ -148,6 +155,9 @@ Result<Value> to_value(lua_State* L, int index, int depth) {
     case LUA_TSTRING: {
       std::size_t length = 0;
       const char* s = lua_tolstring(L, index, &length);
+      t_text += length;
+      if (t_text > kMostText)
+        return bad_value("the texts have more than 64 MiB together", "Put them into files.");
       return Value(std::string(s, length));
     }
     case LUA_TUSERDATA:

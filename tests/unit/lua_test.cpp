@@ -83,6 +83,10 @@ TEST_F(Lua, ValuesKeepTheirTypeThroughBothConversions) {
 }
 
 TEST_F(Lua, MixedSparseCyclicAndForeignValuesAreRefusedInWords) {
+  EXPECT_NE(eval("local t, s = {}, ('x'):rep(1 << 20) for i = 1, 65 do t[i] = s end "
+                 "material.create{name = t}")
+                .find("more than 64 MiB together"),
+            std::string::npos);
   EXPECT_NE(eval("material.create{name = {1, a = 2}}").find("mixes named and numbered"),
             std::string::npos);
   EXPECT_NE(eval("material.create{name = {1, nil, 3}}").find("holes"), std::string::npos);

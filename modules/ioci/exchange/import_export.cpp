@@ -259,7 +259,15 @@ Result<void> drop_failed(CommandContext& ctx, io::Loaded& loaded,
       RMP_TRY(change<model::Robot>(ctx, id, [&](model::Robot& r) -> Result<void> {
         const auto is_gone = [&](const model::BodyPart& p) { return drop.contains(p.what); };
         std::erase_if(r.base_parts, is_gone);
-        for (model::Link& l : r.links) std::erase_if(l.parts, is_gone);
+        std::vector<model::Link*> bare;
+        bool has_parts = !r.base_parts.empty();
+        for (model::Link& l : r.links) {
+          if (std::erase_if(l.parts, is_gone) > 0 && l.parts.empty()) bare.push_back(&l);
+          has_parts = has_parts || !l.parts.empty();
+        }
+        // Nothing is generated in the place of one body among designed ones.
+        if (has_parts)
+          for (model::Link* l : bare) l->visible = false;
         return {};
       }));
   for (const AnyId id : drop) RMP_TRY(ctx.edit().remove(id));
