@@ -538,7 +538,10 @@ Error all_faults(std::vector<Error> faults) {
   if (faults.size() == 1) return std::move(faults[0]);
   Error all;
   all.code = faults[0].code;
-  for (const Error& e : faults) {
+  for (std::size_t i = 0; i < faults.size(); ++i) {
+    Error& e = faults[i];
+    // A list of all parameters is given once, behind the last of the names that are none.
+    if (i + 1 < faults.size() && e.hint == faults[i + 1].hint) e.hint.clear();
     if (e.code != all.code) all.code = ErrorCode::invalid_argument;
     all.message += (all.message.empty() ? "" : " ") + e.sentence();
   }

@@ -62,6 +62,10 @@ TEST(Schema, AnUnknownParameterAloneIsAnUnknownName) {
   ASSERT_FALSE(r.ok());
   EXPECT_EQ(r.error().code, ErrorCode::unknown_name);
   EXPECT_EQ(r.error().sentence(), "\"zzz\" is not a parameter. Parameters: a and b.");
+  const auto two = check({spec("a", "int"), spec("b", "int")}, {{"yyy", 1}, {"zzz", 1}});
+  ASSERT_FALSE(two.ok());
+  EXPECT_EQ(two.error().sentence(),
+            "\"yyy\" is not a parameter. \"zzz\" is not a parameter. Parameters: a and b.");
 }
 
 TEST(Schema, DefaultsAreFilledInAndConverted) {
