@@ -233,6 +233,11 @@ TEST_F(Rods, APathIsCheckedBetweenItsSamples) {
   EXPECT_NEAR(1.2 + 0.002 * (static_cast<double>(again->segment) + again->share), q, 1e-5);
   // Away from the post nothing is met.
   EXPECT_FALSE(unwrap(m->check_path(std::vector<double>{1.2, 0, 0, -1, 0.5, 0.5}, 1e-5, none)));
+  // What would take minutes is refused with its limit.
+  const auto far = m->check_path(std::vector<double>{1.2, 0, 0, 1.2, 10001, 0}, 1e-5, none);
+  ASSERT_FALSE(far.ok());
+  EXPECT_NE(far.error().sentence().find("at most 10000 apart"), std::string::npos)
+      << far.error().sentence();
 }
 
 TEST_F(Rods, TheGradientOfTheClearanceIsThatOfDifferences) {
