@@ -1,22 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 // Bodies of robots and worlds through the commands: what links weigh, what is generated, which
 // pairs can be asked for, and motions that are checked in part.
-#include <memory>
 #include <string>
 
 #include <gtest/gtest.h>
 
-#include "lua/lua_state.h"
-#include "support/program.h"
+#include "support/lua_program.h"
 
 namespace robomosp::lua {
 namespace {
 
-class BodyCommands : public test::ProgramTest {
+class BodyCommands : public test::LuaProgramTest {
  protected:
   void SetUp() override {
-    ProgramTest::SetUp();
-    state_ = std::make_unique<LuaState>(app(), session_, LuaOptions{});
+    LuaProgramTest::SetUp();
     run("material.create{name = 'steel', density = 7850}\n"
         "block = solid.create{name = 'block', material = 'steel',\n"
         "  root = {kind = 'box', x = 0.1, y = 0.1, z = 0.1}}\n"
@@ -25,16 +22,6 @@ class BodyCommands : public test::ProgramTest {
         "function names(list) local out = {} for _, p in ipairs(list) do\n"
         "  out[p.a .. '+' .. p.b] = true end return out end");
   }
-  void run(const std::string& code) {
-    auto r = state_->eval(code);
-    ASSERT_TRUE(r.ok()) << r.error().sentence() << "\n" << code;
-  }
-  std::string eval(const std::string& code) {
-    auto r = state_->eval(code);
-    return r.ok() ? *r : r.error().sentence();
-  }
-  ioci::Session session_{"test"};
-  std::unique_ptr<LuaState> state_;
 };
 
 // ---- masses ----

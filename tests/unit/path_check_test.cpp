@@ -1,22 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 // Places of a trajectory that a robot cannot follow: a lift of one joint whose way is the height of
 // the line, so that every number is known.
-#include <memory>
 #include <string>
 
 #include <gtest/gtest.h>
 
-#include "lua/lua_state.h"
-#include "support/program.h"
+#include "support/lua_program.h"
 
 namespace robomosp::lua {
 namespace {
 
-class PathCheck : public test::ProgramTest {
+class PathCheck : public test::LuaProgramTest {
  protected:
   void SetUp() override {
-    ProgramTest::SetUp();
-    state_ = std::make_unique<LuaState>(app(), session_, LuaOptions{});
+    LuaProgramTest::SetUp();
     // 41 samples, 50 mm apart.
     run("lift = robot.create{name = 'lift', links = {{name = 'rail', joint = 'prismatic', lower = "
         "0, upper = 1}}}\n"
@@ -31,16 +28,6 @@ class PathCheck : public test::ProgramTest {
         "  return cell:check(args)\n"
         "end");
   }
-  void run(const std::string& code) {
-    auto r = state_->eval(code);
-    ASSERT_TRUE(r.ok()) << r.error().sentence() << "\n" << code;
-  }
-  std::string eval(const std::string& code) {
-    auto r = state_->eval(code);
-    return r.ok() ? *r : r.error().sentence();
-  }
-  ioci::Session session_{"test"};
-  std::unique_ptr<LuaState> state_;
 };
 
 TEST_F(PathCheck, WhatIsOutOfReachIsToldByItsWorstSample) {

@@ -5,18 +5,16 @@
 
 #include <gtest/gtest.h>
 
-#include "lua/lua_state.h"
-#include "support/program.h"
+#include "support/lua_program.h"
 
 namespace robomosp::lua {
 namespace {
 
 /// An arm without mass whose joint turns x towards z; a block of 1 kg beside its tool.
-class Payload : public test::ProgramTest {
+class Payload : public test::LuaProgramTest {
  protected:
   void SetUp() override {
-    ProgramTest::SetUp();
-    state_ = std::make_unique<LuaState>(app(), session_, LuaOptions{});
+    LuaProgramTest::SetUp();
     run("material.create{name = 'light', density = 1000}\n"
         "block = solid.create{name = 'block', material = 'light', root = {kind = 'box', x = 0.1, y "
         "= "
@@ -37,12 +35,6 @@ class Payload : public test::ProgramTest {
         "function torque(q, qdd) return about * qdd + m.mass * 9.81 * (x * math.cos(q) - z * "
         "math.sin(q)) end");
   }
-  void run(std::string_view code) {
-    auto r = state_->eval(code);
-    ASSERT_TRUE(r.ok()) << r.error().sentence() << "\n" << code;
-  }
-  ioci::Session session_{"test"};
-  std::unique_ptr<LuaState> state_;
 };
 
 TEST_F(Payload, CountsInTheTorquesOfAMotion) {

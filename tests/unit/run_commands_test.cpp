@@ -5,17 +5,15 @@
 
 #include <gtest/gtest.h>
 
-#include "lua/lua_state.h"
-#include "support/program.h"
+#include "support/lua_program.h"
 
 namespace robomosp::lua {
 namespace {
 
-class RunCommands : public test::ProgramTest {
+class RunCommands : public test::LuaProgramTest {
  protected:
   void SetUp() override {
-    ProgramTest::SetUp();
-    state_ = std::make_unique<LuaState>(app(), session_, LuaOptions{});
+    LuaProgramTest::SetUp();
     run("for _, r in ipairs(run.list()) do r.id:remove() end\n"
         "wood = material.create{name = 'wood', density = 600}\n"
         "box = solid.create{name = 'box', material = 'wood', root = {kind = 'box', x = 0.1, y = "
@@ -24,10 +22,6 @@ class RunCommands : public test::ProgramTest {
         "cell = world.create{name = 'cell'}\n"
         "cell:add_object{what = 'box', position = {0, 0, 1}}\n"
         "fall = cell:start_run('physics', {duration = 0.3})");
-  }
-  void run(std::string_view code) {
-    auto r = state_->eval(code);
-    ASSERT_TRUE(r.ok()) << r.error().sentence() << "\n" << code;
   }
   std::string refused(std::string_view code) {
     auto r = state_->eval(code);
@@ -38,8 +32,6 @@ class RunCommands : public test::ProgramTest {
     const std::string said = refused(code);
     EXPECT_NE(said.find(with), std::string::npos) << said;
   }
-  ioci::Session session_{"test"};
-  std::unique_ptr<LuaState> state_;
 };
 
 TEST_F(RunCommands, OnlyEditsOfWhatTheWorldRefersToMakeARunOutdated) {

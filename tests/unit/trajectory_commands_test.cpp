@@ -8,31 +8,21 @@
 
 #include <gtest/gtest.h>
 
-#include "lua/lua_state.h"
-#include "support/program.h"
+#include "support/lua_program.h"
 
 namespace robomosp::lua {
 namespace {
 
 namespace fs = std::filesystem;
 
-class TrajectoryCommands : public test::ProgramTest {
+class TrajectoryCommands : public test::LuaProgramTest {
  protected:
   void SetUp() override {
-    ProgramTest::SetUp();
-    state_ = std::make_unique<LuaState>(app(), session_, LuaOptions{});
+    LuaProgramTest::SetUp();
     run("t = trajectory.create{name = 'way', segments = {\n"
         "  {shape = 'line', points = {{0, 0, 0, 0, 0, 0}, {0.4, 0, 0, 0, 0, 0}}, speed = 0.1},\n"
         "  {shape = 'line', points = {{0.4, 0, 0, 0, 0, 0}, {0.4, 0.2, 0, 0, 0, 0}}, speed = "
         "0.1}}}");
-  }
-  std::string eval(std::string_view code) {
-    auto r = state_->eval(code);
-    return r.ok() ? *r : r.error().sentence();
-  }
-  void run(std::string_view code) {
-    auto r = state_->eval(code);
-    ASSERT_TRUE(r.ok()) << r.error().sentence() << "\n" << code;
   }
   /// The sentence for a change that must leave the document as it was.
   std::string refused(const std::string& code) {
@@ -42,8 +32,6 @@ class TrajectoryCommands : public test::ProgramTest {
     EXPECT_EQ(app().document.content_digest(), before) << code;
     return r.ok() ? "" : r.error().sentence();
   }
-  ioci::Session session_{"test"};
-  std::unique_ptr<LuaState> state_;
 };
 
 TEST_F(TrajectoryCommands, ListTheirSegmentsWithTheTransitionsPutIn) {
