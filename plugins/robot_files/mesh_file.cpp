@@ -153,40 +153,30 @@ struct Sum {
   Sym3 second{};
 };
 
-Sum pyramids(const MeshFile& m, const Vec3& size, const Vec3& apex) {
-  Sum s;
-  for (std::size_t t = 0; t < m.triangles.size() / 3; ++t) {
-    const Vec3 a = spatial::sub(corner(m, t, 0, size), apex),
-               b = spatial::sub(corner(m, t, 1, size), apex),
-               c = spatial::sub(corner(m, t, 2, size), apex);
-    const double v = std::fabs(spatial::dot(a, spatial::cross(b, c)) / 6);
-    const Vec3 sum = spatial::add(a, spatial::add(b, c));
-    s.total += v;
-    s.first = spatial::add(s.first, spatial::scale(sum, v / 4));
-    const auto second = [&](std::size_t i, std::size_t j) {
-      return v / 20 * (a[i] * a[j] + b[i] * b[j] + c[i] * c[j] + sum[i] * sum[j]);
-    };
-    s.second = spatial::add(s.second, {second(0, 0), second(1, 1), second(2, 2), second(0, 1),
-                                       second(1, 2), second(0, 2)});
-  }
-  return s;
+/// Adds the triangle a, b, c (3 corners) or its pyramid over the origin (4), which counts `weight`.
+void add_simplex(Sum& s, const Vec3& a, const Vec3& b, const Vec3& c, int corners, double weight) {
+  const Vec3 sum = spatial::add(a, spatial::add(b, c));
+  s.total += weight;
+  s.first = spatial::add(s.first, spatial::scale(sum, weight / corners));
+  const auto second = [&](std::size_t i, std::size_t j) {
+    return weight / (corners * (corners + 1)) *
+           (a[i] * a[j] + b[i] * b[j] + c[i] * c[j] + sum[i] * sum[j]);
+  };
+  s.second = spatial::add(s.second, {second(0, 0), second(1, 1), second(2, 2), second(0, 1),
+                                     second(1, 2), second(0, 2)});
 }
 
-Sum shell(const MeshFile& m, const Vec3& size, const Vec3& about) {
+/// The triangles about a point, with what each counts: its pyramid, or its area for a shell.
+Sum summed(const MeshFile& m, const Vec3& size, const Vec3& about, bool is_shell) {
   Sum s;
   for (std::size_t t = 0; t < m.triangles.size() / 3; ++t) {
     const Vec3 a = spatial::sub(corner(m, t, 0, size), about),
                b = spatial::sub(corner(m, t, 1, size), about),
                c = spatial::sub(corner(m, t, 2, size), about);
-    const double area = spatial::norm(spatial::cross(spatial::sub(b, a), spatial::sub(c, a))) / 2;
-    const Vec3 sum = spatial::add(a, spatial::add(b, c));
-    s.total += area;
-    s.first = spatial::add(s.first, spatial::scale(sum, area / 3));
-    const auto second = [&](std::size_t i, std::size_t j) {
-      return area / 12 * (a[i] * a[j] + b[i] * b[j] + c[i] * c[j] + sum[i] * sum[j]);
-    };
-    s.second = spatial::add(s.second, {second(0, 0), second(1, 1), second(2, 2), second(0, 1),
-                                       second(1, 2), second(0, 2)});
+    if (is_shell)
+      add_simplex(s, a, b, c, 3,
+                  spatial::norm(spatial::cross(spatial::sub(b, a), spatial::sub(c, a))) / 2);
+    else add_simplex(s, a, b, c, 4, std::fabs(spatial::dot(a, spatial::cross(b, c)) / 6));
   }
   return s;
 }
@@ -262,14 +252,14 @@ std::optional<MassProperties> mesh_mass(const MeshFile& mesh, const Vec3& size, 
     if (!(m.moments.volume > kLeastVolume)) return std::nullopt;
     return of_moments(m.moments);
   }
-  const Sum surface = shell(mesh, size, {});
+  const Sum surface = summed(mesh, size, {}, true);
   if (!(surface.total > kLeastVolume)) return std::nullopt;
   const Vec3 middle = spatial::scale(surface.first, 1 / surface.total);
-  if (rule == MeshInertia::shell) return about(shell(mesh, size, middle), middle);
-  const Sum first = pyramids(mesh, size, middle);
+  if (rule == MeshInertia::shell) return about(summed(mesh, size, middle, true), middle);
+  const Sum first = summed(mesh, size, middle, false);
   if (!(first.total > kLeastVolume)) return std::nullopt;
   const Vec3 com = spatial::add(middle, spatial::scale(first.first, 1 / first.total));
-  return about(pyramids(mesh, size, com), com);
+  return about(summed(mesh, size, com, false), com);
 }
 
 }  // namespace robomosp::robot_files
