@@ -522,6 +522,20 @@ TEST_F(RobotRoundTrip, ExportWritesUrdfAsTheRobotsOwnCommandDoes) {
     EXPECT_GT(bytes_of(*mesh.as_string()).size(), 84U) << mesh.text();
 }
 
+TEST_F(RobotRoundTrip, BodiesThatAreNotWantedAreNotMade) {
+  call("robot.create", {{"name", "bare"}, {"links", List{Map{{"name", "one"}, {"a", 1}}}}});
+  const Value with = call(
+      "export", {{"what", "bare"}, {"file", (folder_ / "with.urdf").string()}, {"chord", 1e-3}});
+  EXPECT_GT(at(with, "parts").number(), 0);
+  EXPECT_NE(at(with, "notes").text().find("The chord does not hold"), std::string::npos)
+      << at(with, "notes").text();
+  const Value without = call("export", {{"what", "bare"},
+                                        {"file", (folder_ / "without.urdf").string()},
+                                        {"options", Map{{"bodies", false}}}});
+  EXPECT_EQ(at(without, "parts").number(), 0);
+  EXPECT_TRUE(at(without, "others").as_list()->empty());
+}
+
 TEST_F(RobotRoundTrip, AUrdfFileHoldsOneRobotAndSaysWhatItLeavesOut) {
   const std::string file = (folder_ / "w.urdf").string();
   call("robot.load", {{"file", "robots/gripper.rbt"}});

@@ -465,7 +465,6 @@ class Items {
     const model::Robot& robot = *ctx_.snapshot().get(id);
     RMP_TRY_ASSIGN(const auto model,
                    ctx_.app.derived.robot_model(ctx_.snapshot(), id, {0, 0, -9.81}, ctx_.progress));
-    RMP_TRY_ASSIGN(auto bodies, ctx_.app.derived.robot_bodies(ctx_.snapshot(), id, ctx_.progress));
     if (q.size() != model->coordinate_count()) q = robotics::home_joint_values(robot);
     std::vector<Pose> joints(model->joints.size());
     const auto links = robotics::link_frames(robot);
@@ -483,7 +482,8 @@ class Items {
     robots.push_back(std::move(one));
     models_.push_back(model);
     if (!wants_bodies) return {};
-    std::vector<std::string> inexact, hidden;
+    RMP_TRY_ASSIGN(auto bodies, ctx_.app.derived.robot_bodies(ctx_.snapshot(), id, ctx_.progress));
+    std::vector<std::string> inexact, hidden, drawn;
     for (std::size_t b = 0; b < bodies.bodies.size(); ++b) {
       const std::string& part = b == 0 ? std::string("base") : robot.links[b - 1].name;
       const Pose at = b == 0 ? Pose{} : frames[b - 1];
@@ -496,6 +496,7 @@ class Items {
           inexact.push_back(text::quote(part));
           continue;
         }
+        drawn.push_back(text::quote(part));
         const std::int32_t body = group(part, at, self, link, number);
         for (evaluation::Drawable& d : bodies.bodies[b]) {
           ExportItem item;
@@ -523,6 +524,9 @@ class Items {
       notes.push_back("Robot " + text::quote(name) + " has no designed bodies for " +
                       text::enumerate_some(inexact, 6) +
                       "; what is drawn there is not exact and was left out.");
+    if (!drawn.empty() && chord_ > 0)
+      notes.push_back("The chord does not hold for what is drawn of robot " + text::quote(name) +
+                      " where nothing is designed: " + text::enumerate_some(drawn, 6) + ".");
     if (!hidden.empty())
       notes.push_back("Links of robot " + text::quote(name) +
                       " that are not visible were left out: " + text::enumerate_some(hidden, 6) +
@@ -733,8 +737,7 @@ struct Exported {
 
 /// Writes a record by the provider that writes files of the extension.
 Result<Exported> export_record(CommandContext& ctx, AnyId id, const Map& args,
-                               const std::string& extension, const Map& options,
-                               bool wants_bodies = true) {
+                               const std::string& extension, const Map& options) {
   Exported done;
   done.file = text_of(args, "file");
   RMP_TRY_ASSIGN(const auto chosen, provider_for<Exporter>(ctx, extension, "export"));
@@ -749,7 +752,7 @@ Result<Exported> export_record(CommandContext& ctx, AnyId id, const Map& args,
     return error(ErrorCode::invalid_argument, "." + extension + " files hold exact surfaces",
                  "Leave chord out.", "chord");
   Items out(ctx, is_exact, has(args, "chord") ? real(args, "chord") : 0);
-  out.wants_bodies = wants_bodies;
+  out.wants_bodies = !params->has("bodies") || params->boolean("bodies");
   RMP_TRY(collect(ctx, id, out).in(name_in(ctx, id)));
   if (is_drawing) {
     RMP_TRY_ASSIGN(const Pose plane, drawing_plane(ctx, args, id));
@@ -804,8 +807,7 @@ Result<Value> export_urdf(CommandContext& ctx, const Map& args) {
   Map options;
   for (const char* name : {"package", "bodies"})
     if (has(args, name)) options.set(name, *args.find(name));
-  RMP_TRY_ASSIGN(const Exported done,
-                 export_record(ctx, ref(args, "id"), args, "urdf", options, flag(args, "bodies")));
+  RMP_TRY_ASSIGN(const Exported done, export_record(ctx, ref(args, "id"), args, "urdf", options));
   Map out{{"file", done.file}, {"meshes", texts(done.others)}, {"notes", texts(done.notes)}};
   for (const ExportReport::Count& c : done.counts) out.set(c.what, c.count);
   return Value(std::move(out));
