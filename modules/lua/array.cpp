@@ -101,8 +101,10 @@ Result<int> index_array(Impl& impl, lua_State* L) {
   }
   std::sort(known.begin(), known.end());
   const std::string key = lua_type(L, 2) == LUA_TSTRING ? lua_tostring(L, 2) : luaL_typename(L, 2);
+  std::string near = text::did_you_mean(key, known);
+  if (!near.empty()) near += ' ';
   return error(ErrorCode::unknown_name, "a numeric array has no method " + text::quote(key),
-               "Methods: " + text::enumerate(known) + ".");
+               near + "help \"linalg\" shows what arrays can do.");
 }
 
 /// m(i, j), v(i)
@@ -217,7 +219,43 @@ std::string product_unit(const std::string& a, const std::string& b) {
   return a.empty() ? b : b.empty() ? a : a + " " + b;
 }
 
-/// number * array, array * number, matrix * matrix, matrix * vector.
+/// What a pose can multiply though it has four columns: a point, a twist, a rotation; and a
+/// rotation a pose. False when these are none of them.
+Result<bool> multiply_pose(Impl& impl, lua_State* L, const ArrayBox& a, const ArrayBox& b) {
+  const auto rotation = [](const ArrayBox& box) -> std::optional<Pose> {
+    if (!box.is_matrix() || box.source.rows() != 3 || box.source.cols() != 3) return std::nullopt;
+    const NumericArray& m = box.source;
+    return rigid_pose(NumericArray(
+        {m[0], m[1], m[2], 0, m[3], m[4], m[5], 0, m[6], m[7], m[8], 0, 0, 0, 0, 1}, 4, 4));
+  };
+  const auto pose = rigid_pose(a.value());
+  if (!pose) {
+    const auto turn = rotation(a);
+    const auto moved = rigid_pose(b.value());
+    if (!turn || !moved) return false;
+    push(impl, L, pose_value(spatial::compose(*turn, *moved)));
+    return true;
+  }
+  if (const auto turn = rotation(b)) {
+    push(impl, L, pose_value(spatial::compose(*pose, *turn)));
+    return true;
+  }
+  if (b.is_matrix()) return false;
+  if (b.length() == 3) {
+    const Vec3 p = spatial::transform(*pose, {b.entry(0), b.entry(1), b.entry(2)});
+    push_array(impl, L, NumericArray({p[0], p[1], p[2]}, b.unit));
+    return true;
+  }
+  if (b.length() != 6) return false;
+  const Vec3 w = spatial::rotate(*pose, {b.entry(3), b.entry(4), b.entry(5)});
+  const Vec3 v = spatial::add(spatial::rotate(*pose, {b.entry(0), b.entry(1), b.entry(2)}),
+                              spatial::cross(pose->p, w));
+  push_array(impl, L, NumericArray({v[0], v[1], v[2], w[0], w[1], w[2]}, b.unit));
+  return true;
+}
+
+/// number * array, array * number, matrix * matrix, matrix * vector, and a pose with a point, a
+/// twist (v, w) or a rotation.
 Result<int> multiply(Impl& impl, lua_State* L) {
   if (lua_type(L, 1) == LUA_TNUMBER || lua_type(L, 2) == LUA_TNUMBER) {
     const int number = lua_type(L, 1) == LUA_TNUMBER ? 1 : 2;
@@ -229,9 +267,12 @@ Result<int> multiply(Impl& impl, lua_State* L) {
   if (!a || !b || !a->is_matrix())
     return misuse("only a number or a matrix can multiply an array",
                   "Write x:dot(y) for the dot product of vectors.");
-  if (a->source.cols() != b->length())
+  if (a->source.cols() != b->length()) {
+    RMP_TRY_ASSIGN(const bool is_done, multiply_pose(impl, L, *a, *b));
+    if (is_done) return 1;
     return misuse(shape(*a) + " cannot multiply " + shape(*b),
                   "The columns of the first must be as many as the rows of the second.");
+  }
   const std::size_t rows = a->source.rows(), inner = a->source.cols(),
                     cols = b->is_matrix() ? b->source.cols() : 1;
   const NumericArray right = b->value();
@@ -337,17 +378,6 @@ Result<int> transpose(Impl& impl, lua_State* L) {
   return 1;
 }
 
-Result<int> norm(Impl&, lua_State* L) {
-  RMP_TRY_ASSIGN(const ArrayBox* a, need_array(L, 1));
-  double largest = 0, sum = 0;
-  const NumericArray v = a->value();
-  for (const double x : v.data()) largest = std::max(largest, std::abs(x));
-  if (largest > 0 && std::isfinite(largest))
-    for (const double x : v.data()) sum += (x / largest) * (x / largest);
-  lua_pushnumber(L, std::isfinite(largest) ? largest * std::sqrt(sum) : largest);
-  return 1;
-}
-
 Result<int> dot(Impl&, lua_State* L) {
   RMP_TRY_ASSIGN(const auto a, operand(L, 1));
   RMP_TRY_ASSIGN(const auto b, operand(L, 2));
@@ -373,7 +403,7 @@ Result<int> greatest(Impl&, lua_State* L) { return extreme(L, true); }
 
 Result<Pose> need_pose(lua_State* L) {
   RMP_TRY_ASSIGN(const ArrayBox* a, need_array(L, 1));
-  const auto pose = pose_from(Value(a->value()));
+  const auto pose = rigid_pose(a->value());
   if (!pose)
     return misuse(shape(*a) + " is not a pose",
                   "A pose is a 4x4 matrix such as pose(0.1, 0, 0.2).");
@@ -391,12 +421,6 @@ Result<int> pose_angles(Impl& impl, lua_State* L) {
   push_array(impl, L, NumericArray({a[0], a[1], a[2]}, "rad"));
   return 1;
 }
-Result<int> pose_inverse(Impl& impl, lua_State* L) {
-  RMP_TRY_ASSIGN(const Pose t, need_pose(L));
-  push(impl, L, pose_value(spatial::inverse(t)));
-  return 1;
-}
-
 /// array{1, 2, 3 [, unit]}, array({{1, 0}, {0, 1}}, unit)
 Result<int> make_array(Impl& impl, lua_State* L) {
   const std::string unit_text = lua_type(L, 2) == LUA_TSTRING ? lua_tostring(L, 2) : "";
@@ -407,29 +431,7 @@ Result<int> make_array(Impl& impl, lua_State* L) {
   if (!lua_istable(L, 1))
     return misuse("array needs a table of numbers or of rows",
                   "Write array{1, 2, 3} or array{{1, 0}, {0, 1}}.");
-  const int first = lua_rawgeti(L, 1, 1);
-  const bool is_matrix = first == LUA_TTABLE || array_at(L, -1) != nullptr;
-  lua_pop(L, 1);
-  if (!is_matrix) {
-    RMP_TRY_ASSIGN(auto numbers, to_reals(L, 1, "the table"));
-    push_array(impl, L, NumericArray(std::move(numbers), unit_text));
-    return 1;
-  }
-  std::vector<double> data;
-  const auto count = static_cast<std::size_t>(lua_rawlen(L, 1));
-  std::size_t width = 0;
-  for (std::size_t i = 1; i <= count; ++i) {
-    lua_rawgeti(L, 1, static_cast<lua_Integer>(i));
-    RMP_TRY_ASSIGN(const auto row, to_reals(L, -1, "row " + std::to_string(i)));
-    lua_pop(L, 1);
-    if (i == 1) width = row.size();
-    if (row.size() != width || width == 0)
-      return misuse("row " + std::to_string(i) + " has " + std::to_string(row.size()) +
-                        " numbers, the first one " + std::to_string(width),
-                    "Give rows of equal length.");
-    data.insert(data.end(), row.begin(), row.end());
-  }
-  push_array(impl, L, NumericArray(std::move(data), count, width, unit_text));
+  RMP_TRY(push_array_of(impl, L, 1, unit_text));
   return 1;
 }
 
@@ -450,6 +452,54 @@ void push_array(Impl& impl, lua_State* L, NumericArray array, std::string_view u
   finish_box(impl, L, *box);
 }
 
+Result<void> push_array_of(Impl& impl, lua_State* L, int table, const std::string& unit) {
+  table = lua_absindex(L, table);
+  const int first = lua_rawgeti(L, table, 1);
+  const bool is_matrix = first == LUA_TTABLE || array_at(L, -1) != nullptr;
+  lua_pop(L, 1);
+  if (!is_matrix) {
+    RMP_TRY_ASSIGN(auto numbers, to_reals(L, table, "the table"));
+    push_array(impl, L, NumericArray(std::move(numbers), unit));
+    return {};
+  }
+  std::vector<double> data;
+  const auto count = static_cast<std::size_t>(lua_rawlen(L, table));
+  std::size_t width = 0;
+  for (std::size_t i = 1; i <= count; ++i) {
+    lua_rawgeti(L, table, static_cast<lua_Integer>(i));
+    auto row = to_reals(L, -1, "row " + std::to_string(i));
+    lua_pop(L, 1);
+    if (!row.ok()) return std::move(row).error();
+    if (i == 1) width = row->size();
+    if (row->size() != width || width == 0)
+      return misuse("row " + std::to_string(i) + " has " + std::to_string(row->size()) +
+                        " numbers, the first one " + std::to_string(width),
+                    "Give rows of equal length.");
+    data.insert(data.end(), row->begin(), row->end());
+  }
+  push_array(impl, L, NumericArray(std::move(data), count, width, unit));
+  return {};
+}
+
+std::optional<Pose> rigid_pose(const NumericArray& a) {
+  constexpr double kAccepted = 1e-6;  // as for poses given to commands
+  const auto pose = pose_from(Value(a));
+  if (!pose) return std::nullopt;
+  const spatial::Matrix3& r = pose->R;
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < 3; ++j) {
+      const double dot = r[i] * r[j] + r[3 + i] * r[3 + j] + r[6 + i] * r[6 + j];
+      if (!(std::abs(dot - (i == j ? 1 : 0)) <= kAccepted)) return std::nullopt;
+    }
+  const double det = r[0] * (r[4] * r[8] - r[5] * r[7]) - r[1] * (r[3] * r[8] - r[5] * r[6]) +
+                     r[2] * (r[3] * r[7] - r[4] * r[6]);
+  const auto last = a.data().subspan(12);
+  if (det < 0 || std::abs(last[0]) + std::abs(last[1]) + std::abs(last[2]) > kAccepted ||
+      !(std::abs(last[3] - 1) <= kAccepted))
+    return std::nullopt;
+  return pose;
+}
+
 void push_array_methods(lua_State* L) { lua_rawgetp(L, LUA_REGISTRYINDEX, &kMethodsKey); }
 
 void open_arrays(lua_State* L) {
@@ -466,20 +516,13 @@ void open_arrays(lua_State* L) {
                                        {"__unm", entry<negate>},
                                        {"__eq", entry<equal>},
                                        {nullptr, nullptr}};
-  static constexpr luaL_Reg kMethods[] = {{"table", entry<to_table>},
-                                          {"unit", entry<unit>},
-                                          {"rows", entry<rows>},
-                                          {"cols", entry<cols>},
-                                          {"col", entry<column>},
-                                          {"transpose", entry<transpose>},
-                                          {"norm", entry<norm>},
-                                          {"dot", entry<dot>},
-                                          {"min", entry<least>},
-                                          {"max", entry<greatest>},
-                                          {"position", entry<pose_position>},
-                                          {"rpy", entry<pose_angles>},
-                                          {"inverse", entry<pose_inverse>},
-                                          {nullptr, nullptr}};
+  static constexpr luaL_Reg kMethods[] = {
+      {"table", entry<to_table>},  {"unit", entry<unit>},
+      {"rows", entry<rows>},       {"cols", entry<cols>},
+      {"col", entry<column>},      {"transpose", entry<transpose>},
+      {"dot", entry<dot>},         {"min", entry<least>},
+      {"max", entry<greatest>},    {"position", entry<pose_position>},
+      {"rpy", entry<pose_angles>}, {nullptr, nullptr}};
   lua_createtable(L, 0, 18);
   lua_pushboolean(L, 1);
   lua_rawsetp(L, -2, &kArrayKey);

@@ -175,6 +175,24 @@ constexpr Topic kTopics[] = {
      "list has rows. +, -, * and / work on it; a[i], m[r][c], m(r, c), #a, a:unit(), "
      "a:table().\n"
      "  array{1, 2, 3}          array({{1, 0}, {0, 1}}, \"m\")\n"},
+    {"linalg",
+     "linalg: linear algebra of arrays and lists. What begins with an array is a method too: "
+     "A:det() is linalg.det(A).\n"
+     "  make     identity(n)  zeros(r [, c])  ones(r [, c])  linspace(first, last, n)  rows{a, b}  "
+     "columns{a, b}\n"
+     "  solve    det  inverse  solve(A, b)  lstsq(A, b)  pinv  rank  cond  trace  "
+     "norm(A [, 1, 2, \"inf\", \"fro\"])\n"
+     "  factor   svd -> U, s, V   eig -> values, vectors [, imaginary parts]   qr -> Q, R   "
+     "lu -> L, U, P   chol -> L\n"
+     "  combine  cross(a, b)  outer(a, b)  kron(A, B)  times(A, B)  over(A, B)  pow(A, p)\n"
+     "  parts    sub(v, first, last)  sub(A, row, row, column, column)  diagonal  "
+     "reshape(a, r [, c])\n"
+     "  entries  abs  sqrt  exp  log  sin  cos  tan  asin  acos  atan  floor  ceil  sign  "
+     "map(a, f)  sum  mean\n"
+     "  frames   rotation(v)  rotvec(R)  quaternion(R)  from_quaternion(q)  skew(v)  adjoint(T)  "
+     "apply(T, points)\n"
+     "A pose times a point, a twist (v, w), a rotation or a pose gives one in the outer frame.\n"
+     "  x = A:solve{1, 2}          U, s, V = J:svd()          T * array{0, 0, 0.1}\n"},
     {"pi", "pi: 3.14159...\n"},
     {"print", "print(...): writes its arguments, tables too, as readable text.\n"},
     {"help",
@@ -434,7 +452,7 @@ std::optional<std::string> help_topic(Impl& impl, lua_State* L, int index) {
   if (lua_type(L, index) == LUA_TSTRING) return lua_tostring(L, index);
   if (const ioci::CommandSpec* spec = command_of(L, index)) return spec->name;
   if (const KindInfo* info = handle_kind(L, index)) return info->kind;
-  if (lua_isfunction(L, index)) {
+  if (lua_isfunction(L, index) || lua_istable(L, index)) {
     for (const Topic& t : kTopics) {
       lua_getglobal(L, std::string(t.name).c_str());
       const bool is_it = lua_rawequal(L, -1, index) != 0;

@@ -168,8 +168,14 @@ void open_errors(lua_State* L);
 
 [[nodiscard]] const ArrayBox* array_at(lua_State* L, int index);
 void push_array(Impl&, lua_State* L, NumericArray array, std::string_view unit = {});
+/// Pushes a table of numbers, or of rows, as an array.
+[[nodiscard]] Result<void> push_array_of(Impl&, lua_State* L, int table, const std::string& unit);
+/// The pose of a 4x4 matrix; nullopt for other shapes, and unless its columns are the unit vectors
+/// of a right-handed frame to 1e-6.
+[[nodiscard]] std::optional<Pose> rigid_pose(const NumericArray&);
 void open_arrays(lua_State* L);
-void push_array_methods(lua_State* L);  ///< their table
+void open_linear_algebra(lua_State* L);  ///< `linalg`, after the arrays (linear_algebra.cpp)
+void push_array_methods(lua_State* L);   ///< their table
 
 [[nodiscard]] std::optional<Handle> handle_at(lua_State* L, int index);
 [[nodiscard]] const KindInfo* handle_kind(lua_State* L, int index);

@@ -278,6 +278,7 @@ LuaState::LuaState(ioci::Application& app, ioci::Session& session, LuaOptions op
     luaL_openlibs(l);
     open_errors(l);
     open_arrays(l);
+    open_linear_algebra(l);
     open_commands(*impl_, l);
     open_globals(*impl_, l);
     return {};
