@@ -8,6 +8,7 @@
 
 #include "kernel/text.h"
 #include "kernel/units.h"
+#include "recording/number_table.h"
 
 namespace robomosp::recording {
 namespace {
@@ -29,6 +30,7 @@ class Lines {
     if (line.ends_with('\r')) line.remove_suffix(1);
     return line;
   }
+  [[nodiscard]] std::string_view rest() const { return text_.substr(std::min(at_, text_.size())); }
   [[nodiscard]] Error fault(std::string message, std::string hint) const {
     return error(ErrorCode::syntax, std::move(message), std::move(hint),
                  "line " + std::to_string(number_));
@@ -73,7 +75,11 @@ std::optional<double> read_number(std::string_view s) {
   if (s == "-0") return -0.0;  // to the same bits
   return text::read_real(s);
 }
-std::string print_number(double v) { return v == 0 && std::signbit(v) ? "-0" : text::print(v); }
+std::string print_number(double v) {
+  std::string s;
+  append_number(s, v, true);
+  return s;
+}
 
 std::string json_text(const std::string& s) {
   constexpr const char* kHex = "0123456789abcdef";
@@ -86,6 +92,16 @@ std::string json_text(const std::string& s) {
     else out += c;
   }
   return out + '"';
+}
+
+std::string csv_field(const std::string& s) {
+  if (s.find_first_of(",\"\n\r") == std::string::npos) return s;
+  std::string quoted = "\"";
+  for (const char c : s) {
+    if (c == '"') quoted += '"';
+    quoted += c;
+  }
+  return quoted + '"';
 }
 
 /// Fields of a line of CSV; quotes as in RFC 4180, but no line ends within them.
@@ -121,7 +137,7 @@ std::pair<std::string, std::string> name_and_unit(const std::string& field) {
 
 }  // namespace
 
-std::string to_text(const Recording& r, std::string_view world) {
+Result<std::string> to_text(const Recording& r, std::string_view world, Progress& progress) {
   std::string out(kHead);
   out += "\ntitle " + text::quote(r.title) + "\nworld " + text::quote(world) + "\nrobot " +
          text::quote(r.robot) + "\ntrajectory " + text::quote(r.trajectory) + "\ndof " +
@@ -131,17 +147,12 @@ std::string to_text(const Recording& r, std::string_view world) {
     out += "column " + text::quote(c.name) + ' ' + text::quote(c.unit) + ' ' +
            text::print(c.lower) + ' ' + text::print(c.upper) + ' ' + text::quote(c.doc) + '\n';
   out += "rows " + std::to_string(r.rows()) + '\n';
-  for (std::size_t i = 0; i < r.rows(); ++i) {
-    for (std::size_t c = 0; c < r.columns.size(); ++c) {
-      if (c) out += ' ';
-      out += print_number(r.columns[c].values[i]);
-    }
-    out += '\n';
-  }
-  return out + "end\n";
+  RMP_TRY(append_rows(out, r.columns, {}, progress));
+  out += "end\n";
+  return out;
 }
 
-Result<FiledRecording> recording_from_text(std::string_view text) {
+Result<FiledRecording> recording_from_text(std::string_view text, Progress& progress) {
   Lines lines(text);
   if (const auto head = lines.next(); head != kHead) {
     if (head.starts_with("robomosp recording "))
@@ -185,33 +196,64 @@ Result<FiledRecording> recording_from_text(std::string_view text) {
                          "column and rows.");
     }
   }
-  // Each row takes at least two bytes a column, so that a false count cannot ask for much memory.
-  const std::size_t possible = text.size() / (2 * std::max<std::size_t>(r.columns.size(), 1)) + 1;
   if (r.columns.empty() && *rows > 0) return lines.fault("it has rows but no columns", "");
-  for (Column& c : r.columns) c.values.reserve(std::min(*rows, possible));
-  for (std::size_t i = 0; i < *rows; ++i) {
-    if (lines.at_end())
-      return lines.fault(
-          "the file ends after row " + std::to_string(i) + " of " + std::to_string(*rows),
-          "It is cut off.");
-    const auto fields = text::split(lines.next(), ' ');
-    if (fields.size() != r.columns.size())
-      return lines.fault("the row has " + std::to_string(fields.size()) +
-                             " numbers, but there are " + std::to_string(r.columns.size()) +
-                             " columns",
-                         "Separate the numbers by one blank.");
-    for (std::size_t c = 0; c < fields.size(); ++c) {
-      const auto v = read_number(fields[c]);
-      if (!v) return lines.fault(text::quote(fields[c]) + " is not a number", "Write such as 0.5.");
-      r.columns[c].values.push_back(*v);
-    }
-  }
-  if (lines.at_end() || lines.next() != "end")
-    return lines.fault("the rows are not followed by \"end\"", "There are more than it says.");
+  const std::size_t width = r.columns.size();
+  RMP_TRY_ASSIGN(const RowsRead read,
+                 read_rows(
+                     lines.rest(), lines.number() + 1, r.columns,
+                     [width](std::string_view line, double* row, Error& fault) {
+                       if (line == "end") return LineKind::end;
+                       std::size_t fields = 0;
+                       for (std::size_t at = 0; at <= line.size(); ++fields) {
+                         const std::size_t end = std::min(line.find(' ', at), line.size());
+                         const std::string_view field = line.substr(at, end - at);
+                         at = end + 1;
+                         if (fields >= width) continue;
+                         const auto v = read_number(field);
+                         if (!v) {
+                           fault = error(ErrorCode::syntax,
+                                         text::quote(field) + " is not a number",
+                                         "Write such as 0.5.");
+                           return LineKind::fault;
+                         }
+                         row[fields] = *v;
+                       }
+                       if (fields == width) return LineKind::row;
+                       fault = error(ErrorCode::syntax,
+                                     "the row has " + std::to_string(fields) +
+                                         " numbers, but there are " + std::to_string(width) +
+                                         " columns",
+                                     "Separate the numbers by one blank.");
+                       return LineKind::fault;
+                     },
+                     progress));
+  const auto fault = [&](std::string message, std::string hint) {
+    return error(ErrorCode::syntax, std::move(message), std::move(hint),
+                 "line " + std::to_string(lines.number() + read.lines + (read.found_end ? 1 : 0)));
+  };
+  if (read.rows < *rows)
+    return fault(
+        "the file ends after row " + std::to_string(read.rows) + " of " + std::to_string(*rows),
+        "It is cut off.");
+  if (!read.found_end || read.rows > *rows)
+    return fault("the rows are not followed by \"end\"", "There are more than it says.");
   return out;
 }
 
-Result<Recording> recording_from_csv(std::string_view text) {
+Result<std::string> to_csv(const Recording& recording, Progress& progress) {
+  std::string out;
+  for (std::size_t c = 0; c < recording.columns.size(); ++c) {
+    const auto& column = recording.columns[c];
+    if (c) out += ',';
+    out += csv_field(column.unit.empty() ? column.name : column.name + " [" + column.unit + "]");
+  }
+  out += "\r\n";
+  const TableForm form{.separator = ',', .line_end = "\r\n", .signs_zero = false};
+  RMP_TRY(append_rows(out, recording.columns, form, progress));
+  return out;
+}
+
+Result<Recording> recording_from_csv(std::string_view text, Progress& progress) {
   if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);
   Lines lines(text);
   const std::string_view header = lines.next();
@@ -237,26 +279,52 @@ Result<Recording> recording_from_csv(std::string_view text) {
     given.push_back(*read);
     r.columns.push_back({name, read->factor == 1 ? unit : units::si_name(read->dimension), "", {}});
   }
-  while (!lines.at_end()) {
-    const std::string_view line = lines.next();
-    if (text::trim(line).empty()) continue;
-    auto fields = csv_fields(line, separator);
-    if (fields.size() != r.columns.size())
-      return lines.fault("it has " + std::to_string(fields.size()) +
-                             " fields, but the header has " + std::to_string(r.columns.size()),
-                         "Give every column in every line.");
-    for (std::size_t c = 0; c < fields.size(); ++c) {
-      std::string& field = fields[c];
-      // Where semicolons separate, commas are often the decimal sign.
-      if (separator != ',') std::replace(field.begin(), field.end(), ',', '.');
-      const auto v = field.empty() ? std::optional(std::nan("")) : read_number(field);
-      if (!v)
-        return lines.fault(text::quote(field) + " of column " + text::quote(r.columns[c].name) +
-                               " is not a number",
-                           "Leave the field empty where there is no value.");
-      r.columns[c].values.push_back(units::to_si(*v, given[c]));
-    }
-  }
+  const std::size_t width = r.columns.size();
+  RMP_TRY(read_rows(
+      lines.rest(), lines.number() + 1, r.columns,
+      [&r, &given, separator, width](std::string_view line, double* row, Error& fault) {
+        if (text::trim(line).empty()) return LineKind::skipped;
+        std::size_t fields = 0;
+        const auto take = [&](std::string_view field) {
+          if (fields >= width) return true;
+          std::string with_point;
+          // Where semicolons separate, commas are often the decimal sign.
+          if (separator != ',' && field.find(',') != field.npos) {
+            with_point = field;
+            std::replace(with_point.begin(), with_point.end(), ',', '.');
+            field = with_point;
+          }
+          const auto v = field.empty() ? std::optional(std::nan("")) : read_number(field);
+          if (v) {
+            row[fields] = units::to_si(*v, given[fields]);
+            return true;
+          }
+          fault = error(ErrorCode::syntax,
+                        text::quote(field) + " of column " +
+                            text::quote(r.columns[fields].name) + " is not a number",
+                        "Leave the field empty where there is no value.");
+          return false;
+        };
+        if (line.find('"') == line.npos) {
+          for (std::size_t at = 0; at <= line.size(); ++fields) {
+            const std::size_t end = std::min(line.find(separator, at), line.size());
+            if (!take(text::trim(line.substr(at, end - at)))) return LineKind::fault;
+            at = end + 1;
+          }
+        } else {
+          for (const std::string& field : csv_fields(line, separator)) {
+            if (!take(field)) return LineKind::fault;
+            ++fields;
+          }
+        }
+        if (fields == width) return LineKind::row;
+        fault = error(ErrorCode::syntax,
+                      "it has " + std::to_string(fields) + " fields, but the header has " +
+                          std::to_string(width),
+                      "Give every column in every line.");
+        return LineKind::fault;
+      },
+      progress));
   if (r.rows() == 0) return lines.fault("it has no lines of numbers", "");
   if (const Column* time = r.find("time"))
     for (std::size_t i = 1; i < time->values.size(); ++i)
@@ -269,25 +337,29 @@ Result<Recording> recording_from_csv(std::string_view text) {
 }
 
 std::string to_json(const Recording& r) {
-  const auto number = [](double v) -> std::string {
-    if (!std::isfinite(v)) return "null";
+  std::string out;
+  const auto number = [&out](double v) {
     // -0 would be a whole number without a sign to many readers.
-    return v == 0 && std::signbit(v) ? "-0.0" : text::print(v);
+    if (!std::isfinite(v)) out += "null";
+    else if (v == 0 && std::signbit(v)) out += "-0.0";
+    else append_number(out, v, false);
   };
-  std::string out = "{\n  \"title\": " + json_text(r.title) +
-                    ",\n  \"robot\": " + json_text(r.robot) +
-                    ",\n  \"trajectory\": " + json_text(r.trajectory) +
-                    ",\n  \"dof\": " + std::to_string(r.dof) + ",\n  \"notes\": [";
+  out = "{\n  \"title\": " + json_text(r.title) + ",\n  \"robot\": " + json_text(r.robot) +
+        ",\n  \"trajectory\": " + json_text(r.trajectory) +
+        ",\n  \"dof\": " + std::to_string(r.dof) + ",\n  \"notes\": [";
   for (std::size_t i = 0; i < r.notes.size(); ++i) out += (i ? ", " : "") + json_text(r.notes[i]);
   out += "],\n  \"columns\": [";
   for (std::size_t k = 0; k < r.columns.size(); ++k) {
     const Column& c = r.columns[k];
     out += std::string(k ? "," : "") + "\n    {\"name\": " + json_text(c.name) +
            ", \"unit\": " + json_text(c.unit) + ", \"doc\": " + json_text(c.doc);
-    if (std::isfinite(c.lower)) out += ", \"lower\": " + number(c.lower);
-    if (std::isfinite(c.upper)) out += ", \"upper\": " + number(c.upper);
+    if (std::isfinite(c.lower)) out += ", \"lower\": ", number(c.lower);
+    if (std::isfinite(c.upper)) out += ", \"upper\": ", number(c.upper);
     out += ", \"values\": [";
-    for (std::size_t i = 0; i < c.values.size(); ++i) out += (i ? "," : "") + number(c.values[i]);
+    for (std::size_t i = 0; i < c.values.size(); ++i) {
+      if (i) out += ',';
+      number(c.values[i]);
+    }
     out += "]}";
   }
   return out + "\n  ]\n}\n";

@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include <robomosp/sdk/progress.h>
 #include <robomosp/sdk/result.h>
 
 #include "recording/recording.h"
@@ -18,15 +19,18 @@ struct FiledRecording {
   std::string world;  ///< empty = it was made without one
 };
 
-/// The text of docs/user/recordings.md; numbers read back to the same bits.
-[[nodiscard]] std::string to_text(const Recording&, std::string_view world);
+/// The text of docs/user/recordings.md; numbers read back to the same bits. All of these answer
+/// `cancelled` when the progress says so.
+[[nodiscard]] Result<std::string> to_text(const Recording&, std::string_view world, Progress&);
 /// A fault gives its line.
-[[nodiscard]] Result<FiledRecording> recording_from_text(std::string_view text);
+[[nodiscard]] Result<FiledRecording> recording_from_text(std::string_view text, Progress&);
 
+/// Comma-separated text with a header line `time [s],q1 [rad],...`, RFC 4180, shortest round trip.
+[[nodiscard]] Result<std::string> to_csv(const Recording&, Progress&);
 /// Comma-, semicolon- or tab-separated numbers under a header line of names, with or without units:
 /// `q1 [rad]`, `q1 (deg)`, `q1`. Values are brought to SI; empty fields are not a number. A fault
 /// gives its line.
-[[nodiscard]] Result<Recording> recording_from_csv(std::string_view text);
+[[nodiscard]] Result<Recording> recording_from_csv(std::string_view text, Progress&);
 
 /// One object: title, robot, trajectory, dof, notes and columns with name, unit, doc, lower and
 /// upper limit (left out where there is none) and values; what is not finite is null.

@@ -16,16 +16,6 @@ bool is_member(std::string_view column, std::string_view group) {
                      [](char c) { return c >= '0' && c <= '9'; });
 }
 
-std::string csv_field(const std::string& s) {
-  if (s.find_first_of(",\"\n\r") == std::string::npos) return s;
-  std::string quoted = "\"";
-  for (const char c : s) {
-    if (c == '"') quoted += '"';
-    quoted += c;
-  }
-  return quoted + '"';
-}
-
 }  // namespace
 
 Pose pose_of_place(const std::array<double, 7>& v) {
@@ -98,24 +88,6 @@ bool Recordings::remove(std::uint64_t number) {
   gone = std::move(it->second);
   recordings_.erase(it);
   return true;
-}
-
-std::string to_csv(const Recording& recording) {
-  std::string out;
-  for (std::size_t c = 0; c < recording.columns.size(); ++c) {
-    const auto& column = recording.columns[c];
-    if (c) out += ',';
-    out += csv_field(column.unit.empty() ? column.name : column.name + " [" + column.unit + "]");
-  }
-  out += "\r\n";
-  for (std::size_t r = 0; r < recording.rows(); ++r) {
-    for (std::size_t c = 0; c < recording.columns.size(); ++c) {
-      if (c) out += ',';
-      out += text::print(recording.columns[c].values[r]);
-    }
-    out += "\r\n";
-  }
-  return out;
 }
 
 }  // namespace robomosp::recording

@@ -91,7 +91,4 @@ class Recordings {
   std::map<std::uint64_t, RecordingPtr> recordings_;  // guarded by mutex_
 };
 
-/// Comma-separated text with a header line `time [s],q1 [rad],...`, RFC 4180, shortest round trip.
-[[nodiscard]] std::string to_csv(const Recording&);
-
 }  // namespace robomosp::recording

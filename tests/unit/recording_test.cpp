@@ -26,6 +26,23 @@ using sim::Watch;
 using test::unwrap;
 using test::Workbench;
 
+auto from_text(std::string_view text) {
+  NoProgress progress;
+  return recording::recording_from_text(text, progress);
+}
+auto from_csv(std::string_view text) {
+  NoProgress progress;
+  return recording::recording_from_csv(text, progress);
+}
+std::string to_text(const Recording& r, std::string_view world) {
+  NoProgress progress;
+  return unwrap(recording::to_text(r, world, progress));
+}
+std::string to_csv(const Recording& r) {
+  NoProgress progress;
+  return unwrap(recording::to_csv(r, progress));
+}
+
 Recording awkward_recording() {
   Recording r;
   r.title = "a \"quoted\" \\ one\nof two lines";
@@ -49,7 +66,7 @@ Recording table(std::vector<double> time, std::vector<double> x, std::string uni
 
 TEST(RecordingFiles, TextReadsBackToTheSameBits) {
   const Recording r = awkward_recording();
-  const auto back = unwrap(recording::recording_from_text(recording::to_text(r, "cell")));
+  const auto back = unwrap(from_text(to_text(r, "cell")));
   EXPECT_EQ(back.world, "cell");
   EXPECT_EQ(back.recording.title, r.title);
   EXPECT_EQ(back.recording.robot, r.robot);
@@ -72,24 +89,24 @@ TEST(RecordingFiles, TextReadsBackToTheSameBits) {
 }
 
 TEST(RecordingFiles, EveryCutOffFileIsRefused) {
-  const std::string whole = recording::to_text(awkward_recording(), "cell");
+  const std::string whole = to_text(awkward_recording(), "cell");
   for (std::size_t n = 0; n + 1 < whole.size(); ++n)
-    EXPECT_FALSE(recording::recording_from_text(whole.substr(0, n)).ok() && n + 4 < whole.size())
+    EXPECT_FALSE(from_text(whole.substr(0, n)).ok() && n + 4 < whole.size())
         << n;
-  const auto cut = recording::recording_from_text(whole.substr(0, whole.find("0.1 ")));
+  const auto cut = from_text(whole.substr(0, whole.find("0.1 ")));
   ASSERT_FALSE(cut.ok());
   EXPECT_NE(cut.error().sentence().find("the file ends after row 1 of 3"), std::string::npos)
       << cut.error().sentence();
-  const auto huge = recording::recording_from_text(
+  const auto huge = from_text(
       "robomosp recording 1\ncolumn \"time\" \"s\" -inf inf \"\"\nrows 999999999999\n");
   EXPECT_FALSE(huge.ok());
-  const auto newer = recording::recording_from_text("robomosp recording 2\n");
+  const auto newer = from_text("robomosp recording 2\n");
   ASSERT_FALSE(newer.ok());
   EXPECT_NE(newer.error().sentence().find("newer version"), std::string::npos);
 }
 
 TEST(RecordingFiles, TablesAreBroughtToSi) {
-  const auto r = unwrap(recording::recording_from_csv(
+  const auto r = unwrap(from_csv(
       "\xef\xbb\xbftime [ms];q1 (deg);x [mm]\r\n0;90;1,5\r\n10;-180;\r\n"));
   ASSERT_EQ(r.columns.size(), 3U);
   EXPECT_EQ(r.columns[0].unit, "s");
@@ -109,19 +126,78 @@ TEST(RecordingFiles, ManyColumnsOfACsvFileTakeTimeInProportionAndTooManyAreRefus
     }
     return names + "last\n" + values + "2\n";
   };
-  const auto many = recording::recording_from_csv(csv(99'999));
+  const auto many = from_csv(csv(99'999));
   ASSERT_TRUE(many.ok()) << many.error().sentence();
   EXPECT_EQ(many->columns.size(), 100'000U);
-  const auto refused = recording::recording_from_csv(csv(200'000));
+  const auto refused = from_csv(csv(200'000));
   ASSERT_FALSE(refused.ok());
   EXPECT_NE(refused.error().message.find("more than 100000 columns"), std::string::npos)
       << refused.error().sentence();
-  EXPECT_FALSE(recording::recording_from_csv("a,b,a\n1,2,3\n").ok());
+  EXPECT_FALSE(from_csv("a,b,a\n1,2,3\n").ok());
+}
+
+TEST(RecordingFiles, ManyRowsAreWrittenAndReadByAllCoresInOrder) {
+  // More than a group of blocks, of lines of unlike length.
+  Recording r = table({}, {});
+  r.columns.push_back({"tau1", "N m", "", {}});
+  for (std::size_t i = 0; i < 700'000; ++i) {
+    const auto t = static_cast<double>(i);
+    r.columns[0].values.push_back(t);
+    r.columns[1].values.push_back(i % 7 == 0 ? -0.0 : std::sin(t) * std::exp(i % 700));
+    r.columns[2].values.push_back(i % 1000 == 3 ? NAN : -t / 3);
+  }
+  const auto same = [&](const Recording& back, bool keeps_sign) {
+    ASSERT_EQ(back.columns.size(), 3U);
+    for (std::size_t c = 0; c < 3; ++c) {
+      ASSERT_EQ(back.columns[c].values.size(), r.rows());
+      for (std::size_t i = 0; i < r.rows(); ++i) {
+        const double is = back.columns[c].values[i], was = r.columns[c].values[i];
+        ASSERT_TRUE(keeps_sign ? std::bit_cast<std::uint64_t>(is) ==
+                                     std::bit_cast<std::uint64_t>(was)
+                               : is == was || (std::isnan(is) && std::isnan(was)))
+            << c << " " << i << " " << is << " " << was;
+      }
+    }
+  };
+  const std::string text = to_text(r, "cell");
+  same(unwrap(from_text(text)).recording, true);
+  std::string csv = to_csv(r);
+  same(unwrap(from_csv(csv)), false);
+  // Faults far in, and blank lines, count as a reader from the top would.
+  const std::size_t place = csv.find("\r\n600001,") + 2;
+  const std::string blank = csv.substr(0, place) + "\n\n" + csv.substr(place);
+  same(unwrap(from_csv(blank)), false);
+  const auto broken = from_csv(blank.substr(0, place + 2) + "x" + blank.substr(place + 2));
+  ASSERT_FALSE(broken.ok());
+  EXPECT_NE(broken.error().sentence().find("line 600005: \"x600001\" of column"),
+            std::string::npos)
+      << broken.error().sentence();
+  const auto cut = from_text(text.substr(0, text.find("\n650000 ") + 1));
+  ASSERT_FALSE(cut.ok());
+  EXPECT_NE(cut.error().sentence().find("after row 650000 of 700000"), std::string::npos)
+      << cut.error().sentence();
+  // Blank lines by the million ask for no memory, wide as the table may be.
+  std::string wide = "a";
+  for (int i = 1; i < 3000; ++i) wide += ",a" + std::to_string(i);
+  EXPECT_FALSE(from_csv(wide + std::string(3'000'000, '\n')).ok());
+}
+
+TEST(RecordingFiles, WorkOnAFileStopsWhenAsked) {
+  struct Stopped final : Progress {
+    void report(double, std::string_view) override {}
+    [[nodiscard]] bool cancelled() const override { return true; }
+  } stopped;
+  const Recording r = table({0, 1}, {2, 3});
+  EXPECT_EQ(recording::to_csv(r, stopped).error().code, ErrorCode::cancelled);
+  EXPECT_EQ(recording::to_text(r, "", stopped).error().code, ErrorCode::cancelled);
+  EXPECT_EQ(recording::recording_from_csv(to_csv(r), stopped).error().code, ErrorCode::cancelled);
+  EXPECT_EQ(recording::recording_from_text(to_text(r, ""), stopped).error().code,
+            ErrorCode::cancelled);
 }
 
 TEST(RecordingFiles, FaultsOfTablesTellTheirLine) {
   const auto sentence = [](const char* csv) {
-    const auto r = recording::recording_from_csv(csv);
+    const auto r = from_csv(csv);
     return r.ok() ? std::string("accepted") : r.error().sentence();
   };
   EXPECT_NE(sentence("time [s],x\n0,1\n1,a\n").find("line 3: \"a\" of column \"x\""),
@@ -138,7 +214,7 @@ TEST(RecordingFiles, FaultsOfTablesTellTheirLine) {
 TEST(RecordingFiles, CsvAndBackIsTheSame) {
   Recording r = awkward_recording();
   r.columns.pop_back();
-  const auto back = unwrap(recording::recording_from_csv(recording::to_csv(r)));
+  const auto back = unwrap(from_csv(to_csv(r)));
   ASSERT_EQ(back.columns.size(), 2U);
   EXPECT_EQ(back.columns[1].values, r.columns[1].values);
   EXPECT_EQ(back.columns[1].unit, "N m");

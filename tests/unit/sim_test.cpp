@@ -9,6 +9,7 @@
 #include "kernel/text.h"
 #include "model/placement.h"
 #include "recording/compare.h"
+#include "recording/file.h"
 #include "robotics/kinematics.h"
 #include "sim/joint_rates.h"
 #include "sim/simulate.h"
@@ -400,7 +401,8 @@ Recording small_recording() {
 
 TEST(Recordings, CsvReadsBackToTheSameBits) {
   const Recording r = small_recording();
-  std::istringstream in(recording::to_csv(r));
+  NoProgress progress;
+  std::istringstream in(unwrap(recording::to_csv(r, progress)));
   std::string line;
   std::getline(in, line);
   EXPECT_EQ(line, "time [s],tau1 [N m],tau2 [N m],tau_gravity1 [N m],x [m]\r");

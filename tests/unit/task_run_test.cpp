@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "recording/file.h"
 #include "recording/recording.h"
 #include "sim/recording_columns.h"
 #include "sim/simulate.h"
@@ -514,7 +515,9 @@ TEST_F(TaskRuns, EqualWorldsGiveEqualRecordings) {
   add_task("b", "right", {until("go == 1 and left.q1 > 0.9 rad"), joints({0.3, 0.7})});
   const RecordingPtr first = unwrap(run()), second = unwrap(run());
   ASSERT_TRUE(first && second);
-  EXPECT_EQ(recording::to_csv(*first), recording::to_csv(*second));
+  NoProgress progress;
+  EXPECT_EQ(unwrap(recording::to_csv(*first, progress)),
+            unwrap(recording::to_csv(*second, progress)));
   EXPECT_EQ(first->notes, second->notes);
 }
 

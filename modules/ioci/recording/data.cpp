@@ -27,9 +27,9 @@ Result<Value> save(CommandContext& ctx, const Map& args) {
   std::string bytes;
   if (ending == ".rec") {
     const model::Record* world = ctx.snapshot().find(AnyId(r->world));
-    bytes = recording::to_text(*r, world ? world->name : "");
+    RMP_TRY_ASSIGN(bytes, recording::to_text(*r, world ? world->name : "", ctx.progress));
   } else if (ending == ".csv") {
-    bytes = recording::to_csv(*r);
+    RMP_TRY_ASSIGN(bytes, recording::to_csv(*r, ctx.progress));
   } else if (ending == ".json") {
     bytes = recording::to_json(*r);
   } else if (ending == ".npz") {
@@ -52,12 +52,12 @@ Result<Value> load(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const std::string bytes, io::read_file(file, kMostBytes));
   recording::Recording r;
   if (is_csv) {
-    auto read = recording::recording_from_csv(bytes);
+    auto read = recording::recording_from_csv(bytes, ctx.progress);
     if (!read.ok()) return std::move(read).error().in(file.filename().string());
     r = std::move(read).value();
     r.title = file.stem().string();
   } else {
-    auto read = recording::recording_from_text(bytes);
+    auto read = recording::recording_from_text(bytes, ctx.progress);
     if (!read.ok()) return std::move(read).error().in(file.filename().string());
     r = std::move(read->recording);
     if (const auto world = ctx.snapshot().find(Kind::world, read->world))

@@ -6,6 +6,7 @@
 #include "ioci/core/commands.h"
 #include "ioci/core/word_list.h"
 #include "ioci/recording/plot_answer.h"
+#include "recording/file.h"
 #include "recording/plot/heat_map.h"
 #include "recording/recording.h"
 
@@ -85,7 +86,8 @@ Result<Value> values(CommandContext& ctx, const Map& args) {
 Result<Value> csv(CommandContext& ctx, const Map& args) {
   const std::string file = text_of(args, "file");
   const auto r = recording_of(ctx, args);
-  RMP_TRY(io::write_file(file, recording::to_csv(*r)));
+  RMP_TRY_ASSIGN(const std::string bytes, recording::to_csv(*r, ctx.progress));
+  RMP_TRY(io::write_file(file, bytes));
   return Value(Map{{"file", file}, {"rows", r->rows()}, {"columns", r->columns.size()}});
 }
 
