@@ -515,9 +515,8 @@ TEST_F(TaskRuns, EqualWorldsGiveEqualRecordings) {
   add_task("b", "right", {until("go == 1 and left.q1 > 0.9 rad"), joints({0.3, 0.7})});
   const RecordingPtr first = unwrap(run()), second = unwrap(run());
   ASSERT_TRUE(first && second);
-  NoProgress progress;
-  EXPECT_EQ(unwrap(recording::to_csv(*first, progress)),
-            unwrap(recording::to_csv(*second, progress)));
+  NoProgress silent;
+  EXPECT_EQ(unwrap(recording::to_csv(*first, silent)), unwrap(recording::to_csv(*second, silent)));
   EXPECT_EQ(first->notes, second->notes);
 }
 
