@@ -41,12 +41,14 @@ double reach_from(const ShapePiece& p, const Vec3& origin) {
   const Vec3 away = sub(p.pose.p, origin);
   if (p.cone)
     return norm(away) + std::hypot(std::max((*p.cone)[0], (*p.cone)[1]), (*p.cone)[2] / 2);
+  if (p.ellipsoid) return norm(away) + *std::max_element(p.ellipsoid->begin(), p.ellipsoid->end());
   switch (p.kind) {
     case ShapeKind::box: return norm(away) + 0.5 * norm(p.sizes);
     case ShapeKind::sphere: return norm(away) + p.sizes[0];
     case ShapeKind::cylinder: return norm(away) + std::hypot(p.sizes[0], p.sizes[1] / 2);
     case ShapeKind::capsule: return norm(away) + p.sizes[0] + p.sizes[1] / 2;
     case ShapeKind::cone:
+    case ShapeKind::ellipsoid:
     case ShapeKind::mesh:
     case ShapeKind::convex: break;
   }
@@ -63,6 +65,10 @@ Box box_of(const ShapePiece& p) {
     box.half = {r, r, (*p.cone)[2] / 2};
     return moved(box, p.pose);
   }
+  if (p.ellipsoid) {
+    box.half = *p.ellipsoid;
+    return moved(box, p.pose);
+  }
   switch (p.kind) {
     case ShapeKind::box: box.half = scale(p.sizes, 0.5); break;
     case ShapeKind::sphere: box.half = {p.sizes[0], p.sizes[0], p.sizes[0]}; break;
@@ -71,6 +77,7 @@ Box box_of(const ShapePiece& p) {
       box.half = {p.sizes[0], p.sizes[0], p.sizes[0] + p.sizes[1] / 2};
       break;
     case ShapeKind::cone:
+    case ShapeKind::ellipsoid:
     case ShapeKind::mesh:
     case ShapeKind::convex: box = box_around(p.points()); break;
   }
@@ -272,11 +279,10 @@ struct CollisionModel::Builder {
     RMP_TRY_ASSIGN(const auto engine, source.registry.create<CollisionEngine>(info.name));
     RMP_TRY_ASSIGN(const auto params,
                    motion::checked_params(info, model::ProviderChoice{}, "collision"));
-    const bool takes_cones =
-        std::find(info.tags.begin(), info.tags.end(), "cones") != info.tags.end();
+    const evaluation::TakenShapes takes = evaluation::taken_shapes(info.tags);
     std::vector<ShapedBody> shaped(pieces.size());
     for (std::size_t b = 0; b < pieces.size(); ++b)
-      for (const ShapePiece& p : pieces[b]) shaped[b].shapes.push_back(p.shape(takes_cones));
+      for (const ShapePiece& p : pieces[b]) shaped[b].shapes.push_back(p.shape(takes));
     auto scene = guarded(info.name, [&] { return engine->build(shaped, *params, progress); });
     if (!scene.ok()) return std::move(scene).error();
     out->provider_ = info.name;

@@ -8,6 +8,7 @@
 #include <unordered_set>
 #include <vector>
 
+#include <robomosp/sdk/csg_check.h>
 #include <robomosp/sdk/csg_select.h>
 
 #include "document/ranges.h"
@@ -274,6 +275,13 @@ Result<void> check_sizes_together(const SolidNode& n, const std::string& of) {
         return fault("the normal" + of + " is zero", "It is the direction the plane faces.");
       if (v[4] != 0 && v[4] != 1)
         return fault("keep" + of + " is " + shown(v[4]) + "; it must be 1 or 0");
+      break;
+    case CsgKind::scale:
+      for (std::size_t k = 0; k < 3; ++k)
+        if (!(v[k] >= kCsgSmallestFactor && v[k] <= kCsgGreatestFactor))
+          return fault(std::string(csg_info(n.kind).sizes[k].name) + of + " is " + shown(v[k]) +
+                       "; a scale is from " + shown(kCsgSmallestFactor) + " to " +
+                       shown(kCsgGreatestFactor));
       break;
     case CsgKind::linear_pattern:
       if (v[0] > 1 && std::hypot(v[1], v[2], v[3]) < kShortest)

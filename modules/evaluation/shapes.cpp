@@ -6,7 +6,10 @@
 #include <limits>
 #include <numbers>
 #include <optional>
+#include <string_view>
 #include <utility>
+
+#include <robomosp/sdk/csg_scale.h>
 
 #include "evaluation/csg_tree.h"
 #include "geometry/mesh_mass.h"
@@ -108,6 +111,29 @@ bool make_cone(ShapePiece& piece, const Vec3& sizes) {
   return true;
 }
 
+/// The hull of points on an ellipsoid, pushed out so that its faces lie about as far within as its
+/// corners lie beyond; false where it has no extent.
+bool make_ellipsoid(ShapePiece& piece, const Vec3& half) {
+  constexpr int kRows = 16, kAround = 32;
+  const double step = std::numbers::pi / kRows;
+  // In the middle of a square of the grid a face is by the sagitta of half its diagonal within.
+  const double out = 2 / (1 + std::cos(step / std::numbers::sqrt2));
+  std::vector<Vec3> points;
+  for (int r = 0; r <= kRows; ++r)
+    for (int k = 0; k < (r % kRows == 0 ? 1 : kAround); ++k) {
+      const double t = step * r, f = 2 * std::numbers::pi * k / kAround;
+      points.push_back({out * half[0] * std::sin(t) * std::cos(f),
+                        out * half[1] * std::sin(t) * std::sin(f), out * half[2] * std::cos(t)});
+    }
+  auto hull = spatial::convex_hull(points);
+  if (!hull) return false;
+  piece.kind = ShapeKind::convex;
+  piece.ellipsoid = half;
+  piece.mesh = std::make_shared<const Mesh>(mesh_of_hull(*hull));
+  piece.corners = std::make_shared<const std::vector<Vec3>>(std::move(hull->points));
+  return true;
+}
+
 class Factory {
  public:
   Factory(const CsgTree& whole, const MeshOf& mesh_of, const CornersOf& corners_of)
@@ -151,6 +177,10 @@ class Factory {
       const CsgNode& root = job.tree.nodes.front();
       const Pose body_T_node = spatial::compose(job.pose, root.placement);
       if (primitive(root, body_T_node)) continue;
+      if (root.kind == CsgKind::scale && job.tree.nodes.size() == 2)
+        if (const auto made =
+                scaled_primitive(job.tree.nodes[1], {root.sizes[0], root.sizes[1], root.sizes[2]}))
+          if (primitive(*made, spatial::compose(body_T_node, made->placement))) continue;
       if (count(job.tree, 0) > kMostPieces || !divide(job, body_T_node, jobs))
         RMP_TRY(from_mesh(job));
     }
@@ -174,6 +204,8 @@ class Factory {
     } else if (n.kind == CsgKind::sphere) {
       p.kind = ShapeKind::sphere;
       p.sizes = {n.sizes[0], 0, 0};
+    } else if (n.kind == CsgKind::ellipsoid) {
+      if (!make_ellipsoid(p, {n.sizes[0], n.sizes[1], n.sizes[2]})) return false;
     } else {
       return false;
     }
@@ -287,6 +319,13 @@ class Factory {
 std::vector<Vec3> ShapePiece::points() const {
   if (corners) return *corners;
   return mesh ? spatial::vertices(*mesh) : std::vector<Vec3>{};
+}
+
+TakenShapes taken_shapes(std::span<const std::string> tags) {
+  const auto has = [&](std::string_view tag) {
+    return std::find(tags.begin(), tags.end(), tag) != tags.end();
+  };
+  return {has("cones"), has("ellipsoids")};
 }
 
 Result<std::vector<ShapePiece>> shape_pieces(const CsgTree& tree, const MeshOf& mesh_of,

@@ -6,6 +6,8 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
+#include <string>
 #include <vector>
 
 #include <robomosp/sdk/collision.h>
@@ -13,6 +15,13 @@
 #include <robomosp/sdk/result.h>
 
 namespace robomosp::evaluation {
+
+/// What an engine says that it takes beside the kinds that all take.
+struct TakenShapes {
+  bool cones = false, ellipsoids = false;
+};
+/// By the tags of its provider.
+[[nodiscard]] TakenShapes taken_shapes(std::span<const std::string> tags);
 
 /// A piece of a body, which is the union of its pieces.
 struct ShapePiece {
@@ -27,9 +36,14 @@ struct ShapePiece {
   /// within 0.2 mm of its ends.
   std::optional<Vec3> cone = std::nullopt;
 
+  /// Of convex: the ellipsoid that it is exactly (sizes of ShapeKind::ellipsoid); the mesh is
+  /// within 0.5 % of its greatest half axis.
+  std::optional<Vec3> ellipsoid = std::nullopt;
+
   /// As collision and physics engines take it; borrows mesh and corners.
-  [[nodiscard]] Shape shape(bool takes_cones = false) const {
-    if (takes_cones && cone) return {ShapeKind::cone, *cone, nullptr, pose, {}};
+  [[nodiscard]] Shape shape(TakenShapes takes = {}) const {
+    if (takes.cones && cone) return {ShapeKind::cone, *cone, nullptr, pose, {}};
+    if (takes.ellipsoids && ellipsoid) return {ShapeKind::ellipsoid, *ellipsoid, nullptr, pose, {}};
     Shape s{kind, sizes, mesh.get(), pose, {}};
     if (corners) set_corners(s, *corners);
     return s;
@@ -44,10 +58,11 @@ using MeshOf = std::function<Result<std::shared_ptr<const Mesh>>(const CsgTree&)
 /// The exact corners of a tree's solid; none where its engine does not list them.
 using CornersOf = std::function<Result<std::vector<Vec3>>(const CsgTree&)>;
 
-/// Boxes, cylinders and spheres stay what they are, cones are convex and say so; unions and
-/// patterns become their pieces, also below a difference ((A + B) - C = (A - C) + (B - C)); what is
-/// left is convex where the hull of its mesh has about its volume and no triangle lies deeper below
-/// the hull than 5e-4 of the extent, else the mesh.
+/// Boxes, cylinders and spheres stay what they are, cones and ellipsoids are convex and say so, a
+/// scale of a primitive is the primitive that it makes; unions and patterns become their pieces,
+/// also below a difference ((A + B) - C = (A - C) + (B - C)); what is left is convex where the hull
+/// of its mesh has about its volume and no triangle lies deeper below the hull than 5e-4 of the
+/// extent, else the mesh.
 [[nodiscard]] Result<std::vector<ShapePiece>> shape_pieces(const CsgTree& tree,
                                                            const MeshOf& mesh_of,
                                                            const CornersOf& corners_of);

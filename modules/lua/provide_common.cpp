@@ -170,7 +170,7 @@ void push_shapes(Impl& impl, lua_State* L, const ShapedBody& body) {
     const char* word;
     std::size_t sizes;
   } kKinds[] = {{"mesh", 0},    {"box", 3},    {"sphere", 1}, {"cylinder", 2},
-                {"capsule", 2}, {"convex", 0}, {"cone", 3}};
+                {"capsule", 2}, {"convex", 0}, {"cone", 3},   {"ellipsoid", 3}};
   lua_createtable(L, static_cast<int>(body.shapes.size()), 0);
   lua_Integer count = 0;
   for (const Shape& s : body.shapes) {

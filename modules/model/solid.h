@@ -51,7 +51,7 @@ constexpr void fields(V& v, Of<CsgProfile>) {
 }
 template <class V>
 constexpr void fields(V& v, Of<CsgGeometry>) {
-  v("form", &CsgGeometry::form).read_only().doc("Exact (brep) or a closed triangle mesh.");
+  v("form", &CsgGeometry::form).read_only().doc("Exact (brep) or a triangle mesh.");
   v("digest", &CsgGeometry::digest)
       .read_only()
       .doc("Of its content; equal content has an equal digest.");

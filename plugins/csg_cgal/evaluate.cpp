@@ -93,12 +93,16 @@ class Planner {
     return form;
   }
 
-  /// A mirror or pattern is a union of copies.
+  /// A mirror or pattern is a union of copies, a scale one copy.
   Result<Form> copies(std::size_t i, Form part) {
     const CsgNode& node = tree_.nodes[i];
     const auto& s = node.sizes;
     std::vector<Affine> where;
-    if (node.kind == CsgKind::mirror) {
+    if (node.kind == CsgKind::scale) {
+      Affine stretch;
+      for (std::size_t k = 0; k < 3; ++k) stretch.A[4 * k] = s[k];
+      where.push_back(stretch);
+    } else if (node.kind == CsgKind::mirror) {
       const Vec3 given{s[0], s[1], s[2]};
       if (norm(given) == 0)
         return error(ErrorCode::invalid_argument, "mirror normal is (0, 0, 0)",

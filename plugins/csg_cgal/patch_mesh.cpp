@@ -2,7 +2,10 @@
 #include "patch_mesh.h"
 
 #include <algorithm>
+#include <cmath>
+#include <map>
 #include <numeric>
+#include <utility>
 
 namespace robomosp::csg_cgal {
 
@@ -51,11 +54,68 @@ double Patch::distance(const Vec3& p) const {
   return 0;
 }
 
+// An offset d n of a surface ends at A d n from its image, which is d |A^T n'| along the normal n'
+// that the image has.
+double Patch::depth(const Vec3& n) const {
+  if (unstretched == 0) return deviation;
+  Vec3 back{};
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t k = 0; k < 3; ++k) back[k] += stretch[3 * i + k] * n[i];
+  return unstretched * norm(back);
+}
+
 Patch moved(Patch patch, const Affine& motion) {
+  const Affine::Stretch stretch = motion.stretch();
   patch.point = motion(patch.point);
-  patch.axis = motion.turn(patch.axis);
+  patch.stretch = (Affine{motion.A, {}} * Affine{patch.stretch, {}}).A;
+  if (stretch.is_even) {
+    patch.axis = motion.turn(patch.axis);
+    if (std::abs(stretch.greatest - 1) < kRigid) return patch;
+    patch.axis = patch.axis * (1 / stretch.greatest);
+    patch.radius *= stretch.greatest;
+    if (patch.kind == Patch::Kind::torus) patch.tube *= stretch.greatest;
+    patch.deviation *= stretch.greatest;
+    return patch;
+  }
+  if (patch.kind == Patch::Kind::plane) {
+    patch.axis = motion.turn_normal(patch.axis);
+    return patch;
+  }
+  if (patch.unstretched == 0) {
+    patch.unstretched = patch.deviation;
+    patch.stretch = motion.A;
+  }
+  patch.kind = Patch::Kind::free;
+  patch.deviation *= stretch.greatest;
   return patch;
 }
+
+namespace {
+
+/// For each triangle of stretched patches the greatest angle with a neighbour of its patch [rad]:
+/// what their area lacks goes by its square.
+std::vector<double> bends_of(const PatchMesh& mesh) {
+  std::vector<double> bends(mesh.triangles.size(), 0.0);
+  const auto is_stretched = [&](std::size_t t) {
+    return mesh.patches[mesh.patch_of[t]].unstretched > 0;
+  };
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::size_t> first;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (!is_stretched(t)) continue;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto side = std::minmax(mesh.triangles[t][k], mesh.triangles[t][(k + 1) % 3]);
+      const auto [other, is_new] = first.try_emplace({side.first, side.second}, t);
+      if (is_new || mesh.patch_of[other->second] != mesh.patch_of[t]) continue;
+      const Vec3 a = unit(mesh.area_vector(t)), b = unit(mesh.area_vector(other->second));
+      const double bend = std::atan2(norm(cross(a, b)), dot(a, b));
+      bends[t] = std::max(bends[t], bend);
+      bends[other->second] = std::max(bends[other->second], bend);
+    }
+  }
+  return bends;
+}
+
+}  // namespace
 
 void Box3::add(const Vec3& p) {
   for (std::size_t i = 0; i < 3; ++i) {
@@ -106,6 +166,7 @@ Moments moments_of(const PatchMesh& mesh) {
   constexpr std::array<std::array<std::size_t, 2>, 6> kPairs{
       {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {1, 2}, {0, 2}}};
   double gap = 0, gap_second = 0, gap_area = 0;
+  const std::vector<double> bends = bends_of(mesh);
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const auto corners = mesh.corners(t);
     const Vec3 a = corners[0] - centre, b = corners[1] - centre, c = corners[2] - centre;
@@ -119,9 +180,10 @@ Moments moments_of(const PatchMesh& mesh) {
       second[k] += volume / 20 * (a[i] * a[j] + b[i] * b[j] + c[i] * c[j] + s[i] * s[j]);
     }
     const Patch& patch = mesh.patches[mesh.patch_of[t]];
-    gap += patch.deviation * area;
-    gap_second += patch.deviation * area / 12 * (dot(a, a) + dot(b, b) + dot(c, c) + dot(s, s));
-    gap_area += patch.area_error * area;
+    const double depth = patch.depth(unit(mesh.area_vector(t)));
+    gap += depth * area;
+    gap_second += depth * area / 12 * (dot(a, a) + dot(b, b) + dot(c, c) + dot(s, s));
+    gap_area += patch.unstretched > 0 ? bends[t] * bends[t] / 4 * area : patch.area_error * area;
   }
   const double trace = second[0] + second[1] + second[2];
   m.exact = gap == 0;

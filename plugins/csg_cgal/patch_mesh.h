@@ -23,9 +23,15 @@ struct Patch {
   double tube = 0;        ///< of a torus; of a cone: tangent of the angle between axis and side
   double deviation = 0;   ///< triangles lie within this distance of the surface [m]
   double area_error = 0;  ///< relative error of the patch's area
+  /// Of a free patch that came of another one by a stretch: where an offset from the surface along
+  /// the normal went, and how long the greatest was before [m].
+  std::array<double, 9> stretch{1, 0, 0, 0, 1, 0, 0, 0, 1};
+  double unstretched = 0;
 
   /// A normal of the surface near p, either way round; zero where it has none.
   [[nodiscard]] Vec3 normal(const Vec3& p) const;
+  /// How far triangles with the unit normal n are within or outside of the surface at most [m].
+  [[nodiscard]] double depth(const Vec3& n) const;
   /// Distance of p from the surface [m]; 0 for a free one.
   [[nodiscard]] double distance(const Vec3& p) const;
 };

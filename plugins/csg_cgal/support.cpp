@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "support.h"
 
+#include <algorithm>
 #include <charconv>
+#include <utility>
 
 namespace robomosp::csg_cgal {
 namespace {
@@ -27,6 +29,34 @@ Affine Affine::operator*(const Affine& b) const {
 bool Affine::is_translation() const { return A == Affine{}.A; }
 bool Affine::is_identity() const { return is_translation() && t == Vec3{}; }
 bool Affine::is_mirrored() const { return determinant(A) < 0; }
+
+// The singular values, by Jacobi's rotations of the columns (Hestenes 1958).
+Affine::Stretch Affine::stretch() const {
+  std::array<Vec3, 3> c;
+  for (std::size_t k = 0; k < 3; ++k) c[k] = {A[k], A[3 + k], A[6 + k]};
+  for (int sweep = 0; sweep < 30; ++sweep) {
+    bool is_done = true;
+    for (const auto& [i, j] : {std::pair{0U, 1U}, std::pair{1U, 2U}, std::pair{0U, 2U}}) {
+      const double x = dot(c[i], c[i]), y = dot(c[j], c[j]), xy = dot(c[i], c[j]);
+      if (std::abs(xy) <= 1e-15 * std::sqrt(x * y)) continue;
+      is_done = false;
+      const double angle = 0.5 * std::atan2(2 * xy, x - y);
+      const double cs = std::cos(angle), sn = std::sin(angle);
+      const Vec3 a = c[i] * cs + c[j] * sn, b = c[j] * cs - c[i] * sn;
+      c[i] = a;
+      c[j] = b;
+    }
+    if (is_done) break;
+  }
+  const auto [least, greatest] = std::minmax({norm(c[0]), norm(c[1]), norm(c[2])});
+  return {least, greatest, greatest - least < kRigid * greatest};
+}
+
+Vec3 Affine::turn_normal(const Vec3& n) const {
+  const auto row = [&](std::size_t k) { return Vec3{A[3 * k], A[3 * k + 1], A[3 * k + 2]}; };
+  const Vec3 a = cross(row(1), row(2)), b = cross(row(2), row(0)), c = cross(row(0), row(1));
+  return unit(Vec3{dot(a, n), dot(b, n), dot(c, n)} * (determinant(A) < 0 ? -1 : 1));
+}
 
 std::optional<Affine> to_affine(const Pose& pose) {
   if (!is_rigid_motion(pose, kRigid)) return std::nullopt;

@@ -39,9 +39,9 @@ inline constexpr double kGrid = 0x1p-47;
 inline double snapped(double x) { return std::round(x / kGrid) * kGrid; }
 inline Vec3 snapped(const Vec3& p) { return {snapped(p[0]), snapped(p[1]), snapped(p[2])}; }
 
-/// A rigid motion, or a mirrored one.
+/// A rigid motion, a mirrored one, or one that stretches along some axes.
 struct Affine {
-  std::array<double, 9> A{1, 0, 0, 0, 1, 0, 0, 0, 1};  ///< row-major, orthonormal
+  std::array<double, 9> A{1, 0, 0, 0, 1, 0, 0, 0, 1};  ///< row-major
   Vec3 t{};
   [[nodiscard]] Vec3 turn(const Vec3& v) const {
     return {A[0] * v[0] + A[1] * v[1] + A[2] * v[2], A[3] * v[0] + A[4] * v[1] + A[5] * v[2],
@@ -52,6 +52,14 @@ struct Affine {
   [[nodiscard]] bool is_identity() const;
   [[nodiscard]] bool is_translation() const;
   [[nodiscard]] bool is_mirrored() const;
+  /// How much lengths change at least and at most; `is_even` = all change alike.
+  struct Stretch {
+    double least = 1, greatest = 1;
+    bool is_even = true;
+  };
+  [[nodiscard]] Stretch stretch() const;
+  /// Of a plane whose normal is `n`.
+  [[nodiscard]] Vec3 turn_normal(const Vec3& n) const;
 };
 
 inline constexpr double kRigid = 1e-9;  ///< how far a rotation may be from orthonormal

@@ -173,6 +173,21 @@ void ball(Builder& out, double radius) {
        radius);
 }
 
+/// A ball of the greatest half axis, pressed together along the others.
+Result<PatchMesh> ellipsoid(Builder& out, const Vec3& half) {
+  const double greatest = std::max({half[0], half[1], half[2]});
+  ball(out, greatest);
+  PatchMesh mesh = out.finish();
+  Affine stretch;
+  for (std::size_t k = 0; k < 3; ++k) stretch.A[4 * k] = half[k] / greatest;
+  for (Vec3& p : mesh.points) p = snapped(stretch(p));
+  for (Patch& p : mesh.patches) p = moved(p, stretch);
+  if (!(volume_of(mesh) > 0))
+    return error(ErrorCode::invalid_argument, "the solid has no volume",
+                 "Make its half axes less different from each other.");
+  return mesh;
+}
+
 void ring(Builder& out, double radius, double tube) {
   const int sides = circle_sides(tube);
   const double r = tube * equal_area(2 * kPi / sides);
@@ -467,6 +482,7 @@ Result<PatchMesh> tessellate(const CsgNode& node, std::uint64_t key,
       break;
     case CsgKind::cone: frustum_of_cone(out, s[0], s[1], s[2]); break;
     case CsgKind::sphere: ball(out, s[0]); break;
+    case CsgKind::ellipsoid: return ellipsoid(out, {s[0], s[1], s[2]});
     case CsgKind::torus: ring(out, s[0], s[1]); break;
     case CsgKind::frustum:
       joined(out, rectangle(s[0], s[1], 0), rectangle(s[2], s[3], s[4]));

@@ -9,6 +9,7 @@
 #include "modifiers.h"
 #include "primitives.h"
 #include "prismatic.h"
+#include "scaling.h"
 
 #include <BRepCheck_Analyzer.hxx>
 
@@ -154,7 +155,14 @@ class Evaluator {
         for (const Solid& solid : value->solids) faces_.set_verified(solid.shape);
         return ValuePtr(value);
       }
-      value->solids.push_back(measured(build_primitive(term.kind, term.sizes), faces_));
+      if (term.kind == CsgKind::ellipsoid) {
+        std::array<double, 3> half{};
+        for (std::size_t k = 0; k < 3; ++k) half[k] = term.sizes[k] * kMillimetresPerMetre;
+        RMP_TRY_ASSIGN(Solid solid, ellipsoid(half, faces_, progress_));
+        value->solids.push_back(std::move(solid));
+      } else {
+        value->solids.push_back(measured(build_primitive(term.kind, term.sizes), faces_));
+      }
       if (!(value->solids[0].volume > 0))
         return error(ErrorCode::plugin_failed, "the solid has no volume",
                      "Make its sizes less different from each other.");
@@ -209,7 +217,7 @@ class Evaluator {
     return made;
   }
 
-  /// A fillet, a chamfer or a mirror image.
+  /// A fillet, a chamfer, a mirror image or a stretched solid.
   Result<ValuePtr> modify(const Term& term) {
     return guarded("the operation", [&]() -> Result<ValuePtr> {
       ValuePtr& child = values_[term.items[0].term];
@@ -222,13 +230,22 @@ class Evaluator {
       for (Note& note : value->notes) note.path.insert(note.path.begin(), 0);
       const auto claim = gate_.claim(child->lineage, progress_);
       if (!claim) return cancelled_error();
-      // A mirror image is a copy, the others keep the faces they do not touch.
-      value->lineage = term.kind == CsgKind::mirror ? Lineage{gate_.new_number()} : child->lineage;
+      // A mirror image is a copy, as what is stretched; the others keep the faces they do not
+      // touch.
+      const bool is_stretch = term.kind == CsgKind::scale;
+      value->lineage =
+          term.kind == CsgKind::mirror || is_stretch ? Lineage{gate_.new_number()} : child->lineage;
       progress_.report(fraction(0), kind_text(term.kind));
       std::vector<Operand> operands;
       append_operands(term, 0, operands);
       std::vector<Solid> solids;
       for (Operand& o : operands) solids.push_back(std::move(o.solid));
+      if (is_stretch) {
+        RMP_TRY_ASSIGN(
+            value->solids,
+            stretched(solids, {term.sizes[0], term.sizes[1], term.sizes[2]}, faces_, progress_));
+        return ValuePtr(value);
+      }
       RMP_TRY_ASSIGN(value->solids,
                      run_modifier(tree_.nodes[term.node], solids, faces_, progress_));
       return ValuePtr(value);

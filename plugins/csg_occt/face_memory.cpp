@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <vector>
 
 #include <BRepAdaptor_Curve.hxx>
@@ -10,6 +11,7 @@
 #include <BRep_Tool.hxx>
 #include <GCPnts_AbscissaPoint.hxx>
 #include <Geom2dAdaptor_Curve.hxx>
+#include <Geom2d_BSplineCurve.hxx>
 #include <Geom2d_Curve.hxx>
 #include <TColStd_Array1OfReal.hxx>
 #include <TopExp_Explorer.hxx>
@@ -29,6 +31,8 @@ constexpr double kRelativeTolerance = 1e-12;
 // for digits that mean nothing took minutes for the threads of one bolt.
 constexpr double kShareOfDoubt = 0.01;
 constexpr int kDeepestHalving = 12;
+// How far poles may be off the line that their spline is, of their size.
+constexpr double kStraight = 1e-13;
 // In all, for one edge of a face: what a damaged curve asks for has an end.
 constexpr int kMostHalvings = 2'000;
 
@@ -122,13 +126,13 @@ class FaceIntegrator {
   double add_curve(const TopoDS_Edge& edge, const Geom2dAdaptor_Curve& trim, double sign) {
     const double a = trim.FirstParameter(), b = trim.LastParameter();
     const GeomAbs_CurveType type = trim.GetType();
-    if (type == GeomAbs_Line) {
-      const gp_Dir2d d = trim.Line().Direction();
+    if (const auto straight = straight_of(trim)) {
+      const gp_Vec2d& d = straight->slope;
       // Along a line of constant v nothing is swept; this skips the rims of cylinders.
       if (d.Y() == 0) return 0;
       double turns = 0;
       if (is_cylinder_ && d.X() == 0) {
-        add_cylinder_line(trim.Line().Location().X(), trim.Value(a).Y(), trim.Value(b).Y(), sign);
+        add_cylinder_line(straight->origin.X(), trim.Value(a).Y(), trim.Value(b).Y(), sign);
         return 0;
       }
       // A polynomial of degree at most 4 along the line: four points are exact.
@@ -140,7 +144,7 @@ class FaceIntegrator {
       if (v_is_angle_) turns = std::max(turns, std::abs(d.Y() * (b - a)) / kQuarterTurn);
       if (has_knots_) {
         // A spline is another polynomial beyond every knot.
-        const gp_Pnt2d origin = trim.Line().Location();
+        const gp_Pnt2d& origin = straight->origin;
         std::vector<double> breaks{a, b};
         const auto add = [&](const std::vector<double>& knots, double from, double slope) {
           for (const double knot : knots)
@@ -177,6 +181,33 @@ class FaceIntegrator {
     }
     unresolved_ += adaptive(trim, std::move(parts), area, doubt, sign);
     return doubt;
+  }
+
+  /// A curve of the form origin + t slope.
+  struct Straight {
+    gp_Pnt2d origin;
+    gp_Vec2d slope;
+  };
+  static std::optional<Straight> straight_of(const Geom2dAdaptor_Curve& trim) {
+    if (trim.GetType() == GeomAbs_Line)
+      return Straight{trim.Line().Location(), gp_Vec2d(trim.Line().Direction())};
+    // Lines of solids that were stretched come as splines, whose poles lie on the line at the means
+    // of their knots (Greville).
+    if (trim.GetType() != GeomAbs_BSplineCurve || trim.IsRational()) return {};
+    const double a = trim.FirstParameter(), b = trim.LastParameter();
+    const gp_Pnt2d start = trim.Value(a), end = trim.Value(b);
+    gp_Vec2d slope = gp_Vec2d(start, end) / (b - a);
+    const double slack = kStraight * (1 + start.XY().Modulus() + end.XY().Modulus());
+    for (const int i : {1, 2})
+      if (std::abs(slope.XY().Coord(i) * (b - a)) < slack) slope.SetCoord(i, 0);
+    const Handle(Geom2d_BSplineCurve) spline = trim.BSpline();
+    const TColStd_Array1OfReal& knots = spline->KnotSequence();
+    for (int i = 1; i <= spline->NbPoles(); ++i) {
+      double mean = 0;
+      for (int k = 1; k <= spline->Degree(); ++k) mean += knots(i + k) / spline->Degree();
+      if (spline->Pole(i).Distance(start.Translated(slope * (mean - a))) > slack) return {};
+    }
+    return Straight{start.Translated(slope * -a), slope};
   }
 
   static int pieces(double turns) { return std::max(1, static_cast<int>(std::ceil(turns - 1e-9))); }
@@ -368,6 +399,7 @@ Integrals FaceMemory::of_face(const TopoDS_Face& face, const Progress& progress)
   const TopoDS_Shape key = face.Oriented(TopAbs_FORWARD);
   {
     const std::lock_guard lock(mutex_);
+    if (const Integrals* found = learnt_.Seek(key)) return *found;
     if (const Integrals* found = known_.Seek(key)) return *found;
   }
   if (progress.cancelled()) throw Interrupted{};
@@ -376,6 +408,12 @@ Integrals FaceMemory::of_face(const TopoDS_Face& face, const Progress& progress)
   if (known_.Extent() >= kFaceCacheLimit) known_.Clear();
   known_.Bind(key, result);
   return result;
+}
+
+void FaceMemory::learn(const TopoDS_Face& face, const Integrals& integrals) {
+  const std::lock_guard lock(mutex_);
+  if (learnt_.Extent() >= kFaceCacheLimit) learnt_.Clear();
+  learnt_.Bind(face.Oriented(TopAbs_FORWARD), integrals);
 }
 
 Integrals FaceMemory::of(const TopoDS_Shape& shape) { return of(shape, NoProgress()); }

@@ -37,13 +37,16 @@ class FaceMemory {
   /// Sum over all faces in the shape. [any thread]
   Integrals of(const TopoDS_Shape& shape);
   Integrals of(const TopoDS_Shape& shape, const Progress& progress);
+  /// What is known of a face better than its surface tells, such as by how it was made; its
+  /// integrals are these from now on. [any thread]
+  void learn(const TopoDS_Face& face, const Integrals& integrals);
   /// Whether the face was part of a solid that passed its check. [any thread]
   bool is_verified(const TopoDS_Shape& face);
   void set_verified(const TopoDS_Shape& solid);
 
  private:
   std::mutex mutex_;
-  NCollection_DataMap<TopoDS_Shape, Integrals, TopTools_ShapeMapHasher> known_;
+  NCollection_DataMap<TopoDS_Shape, Integrals, TopTools_ShapeMapHasher> known_, learnt_;
   TopTools_MapOfShape verified_;
 };
 

@@ -7,9 +7,11 @@
 #include <utility>
 
 #include <robomosp/sdk/csg_check.h>
+#include <robomosp/sdk/csg_scale.h>
 #include <robomosp/sdk/csg_select.h>
 
 #include <gp.hxx>
+#include <gp_Mat.hxx>
 #include <gp_Quaternion.hxx>
 
 #include "modifiers.h"
@@ -58,6 +60,7 @@ std::optional<gp_Trsf> own_mirror(const Term& term) {
     case CsgKind::cylinder:
     case CsgKind::cone:
     case CsgKind::sphere:
+    case CsgKind::ellipsoid:
     case CsgKind::torus:
     case CsgKind::frustum: t.SetMirror(gp_Ax2(gp::Origin(), gp_Dir(1, 0, 0))); return t;
     case CsgKind::wedge:
@@ -166,6 +169,7 @@ class Planner {
     const gp_Trsf& pose = poses_[links_.first_child[i]];
     switch (node.kind) {
       case CsgKind::mirror: move_by(child, pose); return mirror(i, std::move(child));
+      case CsgKind::scale: move_by(child, pose); return stretched(i, std::move(child));
       case CsgKind::linear_pattern: {
         const gp_Vec step =
             gp_Vec(node.sizes[1], node.sizes[2], node.sizes[3]) * kMillimetresPerMetre;
@@ -233,6 +237,50 @@ class Planner {
     for (const Item& item : child.items) form.items.push_back(mirrored(i, image, item));
     form.single = form.items.size() == 1;
     return form;
+  }
+
+  /// Primitives that stay primitives are those, elsewhere; all else is stretched as it is made.
+  Form stretched(std::size_t i, Form child) {
+    const CsgNode& node = tree_.nodes[i];
+    const Vec3 factors{node.sizes[0], node.sizes[1], node.sizes[2]};
+    if (factors == Vec3{1, 1, 1}) return child;
+    std::vector<Item> items;
+    for (const Item& item : child.items) {
+      const Term& source = plan_.terms[item.term];
+      if (!source.items.empty() || has_content(source.kind)) break;
+      const auto made = scaled_primitive(as_node(source, item.pose), factors);
+      if (!made) break;
+      Term term{made->kind, source.node, made->sizes, {}};
+      term.key.mix(static_cast<std::uint64_t>(term.kind));
+      for (std::size_t k = 0; k < csg_size_count(term.kind); ++k) term.key.mix(term.sizes[k]);
+      items.push_back(add(std::move(term)));
+      const Vec3& p = made->placement.p;
+      items.back().pose = item.pose;
+      items.back().pose.SetTranslationPart(gp_Vec(p[0], p[1], p[2]) * kMillimetresPerMetre);
+    }
+    if (items.size() == child.items.size()) {
+      child.items = std::move(items);
+      return child;
+    }
+    Term term{CsgKind::scale, i, node.sizes, {as_item(std::move(child))}};
+    term.key.mix(static_cast<std::uint64_t>(term.kind));
+    for (const double f : factors) term.key.mix(f);
+    mix_items(term);
+    return Form{true, CsgKind::scale, i, {add(std::move(term))}};
+  }
+
+  static CsgNode as_node(const Term& term, const gp_Trsf& pose) {
+    CsgNode node;
+    node.kind = term.kind;
+    node.sizes = term.sizes;
+    const gp_Mat turn = pose.VectorialPart();
+    const gp_XYZ& p = pose.TranslationPart();
+    for (int r = 0; r < 3; ++r)
+      for (int c = 0; c < 3; ++c)
+        node.placement.R[static_cast<std::size_t>(3 * r + c)] = turn(r + 1, c + 1);
+    node.placement.p = {p.X() / kMillimetresPerMetre, p.Y() / kMillimetresPerMetre,
+                        p.Z() / kMillimetresPerMetre};
+    return node;
   }
 
   Item mirrored(std::size_t i, const gp_Trsf& image, const Item& item) {

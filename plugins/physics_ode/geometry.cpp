@@ -116,6 +116,9 @@ Result<std::vector<Geometry>> make_geometries(dSpaceID space, const Shape& shape
     case ShapeKind::cone:
       return error(ErrorCode::unsupported, "a cone is no shape of this engine",
                    "Give its convex hull.");
+    case ShapeKind::ellipsoid:
+      return error(ErrorCode::unsupported, "an ellipsoid is no shape of this engine",
+                   "Give its convex hull.");
   }
   std::vector<Geometry> out;
   out.push_back(std::move(g));

@@ -568,6 +568,7 @@ void enumerators(std::ostream& out) {
   VALUE(ShapeKind::capsule);
   VALUE(ShapeKind::convex);
   VALUE(ShapeKind::cone);
+  VALUE(ShapeKind::ellipsoid);
   TYPE(IkStatus);
   VALUE(IkStatus::solved);
   VALUE(IkStatus::out_of_reach);
@@ -596,6 +597,7 @@ void enumerators(std::ostream& out) {
   VALUE(CsgKind::circular_pattern);
   VALUE(CsgKind::fillet);
   VALUE(CsgKind::chamfer);
+  VALUE(CsgKind::scale);
   VALUE(CsgKind::box);
   VALUE(CsgKind::cylinder);
   VALUE(CsgKind::cone);
@@ -608,6 +610,7 @@ void enumerators(std::ostream& out) {
   VALUE(CsgKind::revolution);
   VALUE(CsgKind::imported);
   VALUE(CsgKind::custom);
+  VALUE(CsgKind::ellipsoid);
   TYPE(CsgChildren);
   TYPE(CsgRange);
   TYPE(CsgCurve::Kind);

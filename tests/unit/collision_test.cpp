@@ -101,6 +101,42 @@ TEST_F(Shapes, ConvexSolidsBecomeHullsAndHollowOnesMeshes) {
   EXPECT_EQ((*bored)[0].kind, ShapeKind::mesh);
 }
 
+TEST_F(Shapes, EllipsoidsAndWhatAScaleMakesOfPrimitivesSayWhatTheyAre) {
+  const evaluation::TakenShapes all{true, true};
+  const auto egg = shapes({node(CsgKind::ellipsoid, "e", -1, {0.1, 0.05, 0.2})});
+  ASSERT_EQ(egg->size(), 1U);
+  EXPECT_EQ((*egg)[0].shape(all).kind, ShapeKind::ellipsoid);
+  EXPECT_EQ((*egg)[0].shape(all).sizes, (Vec3{0.1, 0.05, 0.2}));
+  // Whoever takes none gets a hull about as far within as beyond it.
+  ASSERT_EQ((*egg)[0].shape({true, false}).kind, ShapeKind::convex);
+  double least = 2, most = 0;
+  for (const Vec3& p : (*egg)[0].points()) {
+    const double at = std::hypot(p[0] / 0.1, p[1] / 0.05, p[2] / 0.2);
+    least = std::min(least, at), most = std::max(most, at);
+  }
+  EXPECT_GT(least, 1);
+  EXPECT_LT(most, 1.005);
+  const auto hull = spatial::convex_hull((*egg)[0].points());
+  ASSERT_TRUE(hull);
+  EXPECT_NEAR(hull->volume, 4 * std::numbers::pi / 3 * 0.001, 0.01 * 0.005);
+
+  const auto scaled = [&](CsgKind kind, std::array<double, 6> sizes) {
+    return (*shapes({node(CsgKind::scale, "s", -1, {2, 2, 3}, {1, 0, 0}),
+                     node(kind, "child", 0, sizes, {0.1, 0, 0})}))[0];
+  };
+  const auto ball = scaled(CsgKind::sphere, {0.1});
+  EXPECT_EQ(ball.shape(all).kind, ShapeKind::ellipsoid);
+  EXPECT_EQ(ball.shape(all).sizes, (Vec3{0.2, 0.2, 0.1 * 3}));
+  EXPECT_NEAR(ball.pose.p[0], 1.2, 1e-15);
+  const auto box = scaled(CsgKind::box, {0.1, 0.2, 0.3});
+  EXPECT_EQ(box.kind, ShapeKind::box);
+  EXPECT_EQ(box.sizes, (Vec3{0.2, 0.4, 0.3 * 3}));
+  EXPECT_NEAR(box.pose.p[2], 0.45, 1e-15);
+  EXPECT_EQ(scaled(CsgKind::cylinder, {0.1, 0.2}).kind, ShapeKind::cylinder);
+  EXPECT_EQ(scaled(CsgKind::cone, {0.1, 0, 0.2}).shape(all).kind, ShapeKind::cone);
+  EXPECT_EQ(scaled(CsgKind::torus, {0.1, 0.02}).kind, ShapeKind::mesh);
+}
+
 TEST_F(Shapes, DifferencesOfUnionsAreDividedAndPatternsCopied) {
   // Two arms of an L; the hole is in one of them only, and the tool swallows the third part.
   const auto l = shapes({node(CsgKind::difference, "d", -1, {}), node(CsgKind::union_, "u", 0, {}),

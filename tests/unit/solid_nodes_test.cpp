@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Editing the tree of a solid by commands: structure, places, names, expressions, profiles.
+#include <unistd.h>
+
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <memory>
+#include <numbers>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -258,6 +262,82 @@ TEST_F(SolidNodes, TheGlobalFrameLeavesOutWhatIsAbove) {
   EXPECT_NEAR(place("dent")[2], 2, 1e-15);
   call("solid.set", {{"id", "plate"}, {"path", "dent.quaternion"}, {"value", List{1, 0, 0, 1}}});
   EXPECT_NEAR(solid().nodes[4].placement.angles[2], std::acos(0.0), 1e-15);
+}
+
+TEST_F(SolidNodes, EllipsoidsAndScalesAreNodesAsAllOthers) {
+  const double ball = 4 * std::numbers::pi / 3;
+  const auto volume = [&](const std::string& name) {
+    const Value m = call("solid.moments", {{"id", name}});
+    EXPECT_TRUE(*m.as_map()->find("exact")->as_bool()) << name;
+    return *m.as_map()->find("volume")->as_real();
+  };
+  call("solid.create",
+       {{"name", "egg"},
+        {"parameters", Map{{"r", "20 mm"}}},
+        {"root",
+         Map{{"kind", "ellipsoid"}, {"name", "shell"}, {"x", "r"}, {"y", "r/2"}, {"z", "2*r"}}}});
+  EXPECT_NEAR(volume("egg"), ball * 8e-6, 1e-12 * 8e-6);
+  call("solid.set_parameter", {{"id", "egg"}, {"name", "r"}, {"value", "10 mm"}});
+  EXPECT_NEAR(volume("egg"), ball * 1e-6, 1e-12 * 1e-6);
+  call("document.undo", {});
+  EXPECT_NEAR(volume("egg"), ball * 8e-6, 1e-12 * 8e-6);
+
+  // A sphere in a scale is that ellipsoid; the factors are expressions too.
+  call("solid.create",
+       {{"name", "stretched"},
+        {"parameters", Map{{"k", 2}}},
+        {"root",
+         Map{{"kind", "scale"},
+             {"name", "wide"},
+             {"y", 0.5},
+             {"z", "k"},
+             {"children", List{Map{{"kind", "sphere"}, {"name", "core"}, {"radius", "20 mm"}}}}}}});
+  EXPECT_NEAR(volume("stretched"), ball * 8e-6, 1e-12 * 8e-6);
+  call("solid.set", {{"id", "stretched"}, {"path", "wide.x"}, {"value", 3}});
+  EXPECT_NEAR(volume("stretched"), 3 * ball * 8e-6, 3e-12 * 8e-6);
+  EXPECT_EQ(solid("stretched").nodes[0].sizes, (std::array<double, 6>{3, 0.5, 2}));
+
+  // Around a node that is there, and saved, with what is inside.
+  const double plate = volume("plate");
+  call("solid.wrap", {{"id", "plate"}, {"node", "cut"}, {"kind", "scale"}, {"name", "longer"}});
+  call("solid.set", {{"id", "plate"}, {"path", "longer.x"}, {"value", 1.5}});
+  EXPECT_NEAR(volume("plate"), 1.5 * plate, 1e-11 * plate);
+  const std::string file =
+      (std::filesystem::temp_directory_path() / ("scaled" + std::to_string(::getpid()) + ".csg"))
+          .string();
+  for (const std::string name : {"plate", "stretched", "egg"}) {
+    const model::Solid before = solid(name);
+    const double held = volume(name);
+    call("solid.save", {{"id", name}, {"file", file}});
+    call("solid.delete", {{"id", name}});
+    call("solid.load", {{"file", file}});
+    EXPECT_EQ(solid(name).nodes.size(), before.nodes.size()) << name;
+    for (std::size_t i = 0; i < before.nodes.size(); ++i) {
+      EXPECT_EQ(solid(name).nodes[i].kind, before.nodes[i].kind) << name;
+      EXPECT_EQ(solid(name).nodes[i].sizes, before.nodes[i].sizes) << name;
+    }
+    EXPECT_EQ(solid(name).parametric.expressions, before.parametric.expressions) << name;
+    EXPECT_EQ(volume(name), held) << name;
+  }
+  std::filesystem::remove(file);
+
+  const auto set = [&](const char* id, const char* path, const Value& value) {
+    return refusal("solid.set", {{"id", id}, {"path", path}, {"value", value}});
+  };
+  for (const double x : {0.0, -1.0, 1e300, 1e-300, 1001.0}) {
+    EXPECT_NE(set("stretched", "wide.x", x).find("x"), std::string::npos) << x;
+    EXPECT_NE(set("stretched", "wide.x", x), "accepted") << x;
+  }
+  EXPECT_NE(set("stretched", "wide.x", 1001.0).find("a scale is from 0.001 to 1000"),
+            std::string::npos);
+  EXPECT_NE(set("egg", "shell.y", 0.0), "accepted");
+  EXPECT_NE(set("egg", "shell.y", std::nan("")), "accepted");
+  EXPECT_NE(refusal("solid.add_node", {{"id", "stretched"},
+                                       {"parent", "wide"},
+                                       {"node", Map{{"kind", "sphere"}, {"radius", 1}}}})
+                .find("wide"),
+            std::string::npos)
+      << "a scale holds one node";
 }
 
 }  // namespace

@@ -108,6 +108,7 @@ Result<Zonotope> zonotope_of(const Shape& s, bool takes_boxes_around) {
       if (takes_boxes_around) return box_of({}, {s.sizes[0], s.sizes[0], s.sizes[1] / 2});
       break;
     case ShapeKind::cone: refused = "a cone"; break;  // only for who says that it takes them
+    case ShapeKind::ellipsoid: refused = "an ellipsoid"; break;  // the same
     case ShapeKind::convex: refused = "a convex hull"; [[fallthrough]];
     case ShapeKind::mesh:
       if (!takes_boxes_around) break;

@@ -95,7 +95,8 @@ Result<Solid> solid_of(const Shape& s, bool around) {
     case ShapeKind::capsule:
       if (around) return box({}, {s.sizes[0], s.sizes[0], s.sizes[0] + s.sizes[1] / 2});
       break;
-    case ShapeKind::cone: break;
+    case ShapeKind::cone:
+    case ShapeKind::ellipsoid: break;
     case ShapeKind::mesh:
     case ShapeKind::convex: {
       if (!around) break;

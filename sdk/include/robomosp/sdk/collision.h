@@ -16,7 +16,7 @@
 namespace robomosp {
 
 enum class ShapeKind : std::int32_t {
-  mesh = 0,      ///< closed triangles
+  mesh = 0,      ///< triangles, counter-clockwise from outside; those of a file need not close
   box = 1,       ///< sizes: x, y, z; centred
   sphere = 2,    ///< sizes: radius
   cylinder = 3,  ///< sizes: radius, length along z; centred
@@ -25,6 +25,9 @@ enum class ShapeKind : std::int32_t {
   /// sizes: radius at the lower end, at the upper end, length along z; centred. One radius may be
   /// 0. Only for engines with the tag "cones"; others get a hull.
   cone = 6,
+  /// sizes: half axes x, y, z; centred. Only for engines with the tag "ellipsoids"; others get a
+  /// hull.
+  ellipsoid = 7,
 };
 
 /// One shape of a body. A body is the union of its shapes.

@@ -27,6 +27,7 @@ enum class CsgKind : std::int32_t {
   circular_pattern = 5,
   fillet = 6,
   chamfer = 7,
+  scale = 8,
   box = 16,
   cylinder = 17,
   cone = 18,
@@ -39,6 +40,7 @@ enum class CsgKind : std::int32_t {
   revolution = 25,
   imported = 26,
   custom = 27,  ///< expanded by the host (robomosp.primitive/1); no engine ever sees it
+  ellipsoid = 28,
 };
 
 enum class CsgChildren : std::int32_t { none, one, any };
@@ -72,8 +74,9 @@ struct CsgNodeInfo {
 inline constexpr double kCsgFullTurn = 6.283185307179586;
 
 /// box, cylinder, cone, frustum, wedge, pyramid and prism stand on z = 0; all but the prism are
-/// centred on the z axis; sphere and torus are centred on the origin, the torus' axis is z.
-inline constexpr std::array<CsgNodeInfo, 20> kCsgNodes{{
+/// centred on the z axis; sphere, ellipsoid and torus are centred on the origin, the torus' axis is
+/// z.
+inline constexpr std::array<CsgNodeInfo, 22> kCsgNodes{{
     {CsgKind::union_, "union", CsgChildren::any, {}, "All children together."},
     {CsgKind::difference, "difference", CsgChildren::any, {}, "The first child minus all others."},
     {CsgKind::intersection, "intersection", CsgChildren::any, {}, "What all children share."},
@@ -111,6 +114,13 @@ inline constexpr std::array<CsgNodeInfo, 20> kCsgNodes{{
      CsgChildren::one,
      {{{"distance", "m"}}},
      "The child with the selected edges bevelled, the same distance on both faces."},
+    {CsgKind::scale,
+     "scale",
+     CsgChildren::one,
+     {{{"x", "", CsgRange::positive, false, 1},
+       {"y", "", CsgRange::positive, false, 1},
+       {"z", "", CsgRange::positive, false, 1}}},
+     "The child stretched along the node's axes, from its origin, by factors from 0.001 to 1000."},
     {CsgKind::box,
      "box",
      CsgChildren::none,
@@ -129,6 +139,11 @@ inline constexpr std::array<CsgNodeInfo, 20> kCsgNodes{{
        {"height", "m"}}},
      "Cone or truncated cone along z; one of the radii may be 0."},
     {CsgKind::sphere, "sphere", CsgChildren::none, {{{"radius", "m"}}}, "Sphere about the origin."},
+    {CsgKind::ellipsoid,
+     "ellipsoid",
+     CsgChildren::none,
+     {{{"x", "m"}, {"y", "m"}, {"z", "m"}}},
+     "Ellipsoid about the origin; x, y and z are its half axes."},
     {CsgKind::torus,
      "torus",
      CsgChildren::none,
@@ -174,7 +189,7 @@ inline constexpr std::array<CsgNodeInfo, 20> kCsgNodes{{
      "imported",
      CsgChildren::none,
      {{{"scale", "", CsgRange::positive, false, 1}}},
-     "A solid that came from a file: exact (B-rep) or a closed triangle mesh."},
+     "A solid that came from a file: exact (B-rep) or a triangle mesh."},
     {CsgKind::custom,
      "custom",
      CsgChildren::none,
@@ -234,7 +249,8 @@ struct CsgProfile {
 struct CsgGeometry {
   enum class Form : std::int32_t {
     brep,  ///< `brep`: text of Open CASCADE's BREP format, in millimetres
-    mesh,  ///< `points` and `triangles`: closed, counter-clockwise from outside
+    mesh,  ///< `points` and `triangles`: counter-clockwise from outside, closed where it was so or
+           ///< could be closed; what needs a closed one says so
   };
   Form form = Form::brep;
   std::string brep;
@@ -360,8 +376,8 @@ class CsgEngine {
                                      Progress&) const {
     return error(ErrorCode::unsupported, "this CSG engine makes no sections");
   }
-  /// The solid as CsgGeometry in its own frame: exact (brep), or the closed mesh of an engine with
-  /// the tag "mesh". `digest` is left 0.
+  /// The solid as CsgGeometry in its own frame: exact (brep), or the triangles of an engine with
+  /// the tag "mesh", closed as all that it evaluates to. `digest` is left 0.
   virtual Result<CsgGeometry> geometry(const CsgShape&, Progress&) const {
     return error(ErrorCode::unsupported, "this CSG engine hands out no geometry");
   }

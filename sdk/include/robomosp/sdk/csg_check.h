@@ -20,6 +20,9 @@ namespace robomosp {
 inline constexpr double kCsgSmallestLength = 1e-8;  ///< of a size that is not 0 [m]
 inline constexpr double kCsgGreatestLength = 1e4;   ///< of sizes and placements [m]
 inline constexpr double kCsgMostCount = 10'000;     ///< of sizes that are counts
+inline constexpr double kCsgSmallestFactor = 1e-3;  ///< of a scale
+inline constexpr double kCsgGreatestFactor = 1e3;   ///< of a scale
+inline constexpr double kCsgScalesTogether = 1e6;   ///< of scales within each other, either way
 
 /// The children of each node in order: first_child[i], then next_sibling of that; 0 = none (the
 /// root is nobody's child).
@@ -143,6 +146,13 @@ struct CsgLinks {
         return bad("mirror normal is (0, 0, 0); it must point somewhere");
       return {};
     case CsgKind::circular_pattern: return check_angle(s[1]);
+    case CsgKind::scale:
+      for (std::size_t k = 0; k < 3; ++k)
+        if (!(s[k] >= kCsgSmallestFactor && s[k] <= kCsgGreatestFactor))
+          return bad("scale " + std::string(row.sizes[k].name) + " is " + number(s[k]) +
+                     "; it must be from " + number(kCsgSmallestFactor) + " to " +
+                     number(kCsgGreatestFactor));
+      return {};
     case CsgKind::prism:
     case CsgKind::revolution:
       if (!node.profile) return bad(kind + " has no profile");
@@ -165,6 +175,10 @@ struct CsgLinks {
                  "Give at least one primitive.");
   CsgLinks links{std::vector<std::size_t>(nodes.size()), std::vector<std::size_t>(nodes.size())};
   std::vector<std::size_t> last_child(nodes.size());
+  struct Stretch {
+    double least = 1, greatest = 1;  // products of the factors above a node and its own
+  };
+  std::vector<Stretch> stretch(nodes.size());
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     const CsgNode& node = nodes[i];
     const auto bad = [&](std::string what) {
@@ -195,6 +209,16 @@ struct CsgLinks {
         return bad("placement is " + csg_number_text(x) + " m away; it must be within " +
                    csg_number_text(kCsgGreatestLength) + " m");
     RMP_TRY(check_csg_node(node, i));
+    if (i > 0) stretch[i] = stretch[static_cast<std::size_t>(node.parent)];
+    if (node.kind != CsgKind::scale) continue;
+    const auto [least, greatest] = std::minmax({node.sizes[0], node.sizes[1], node.sizes[2]});
+    stretch[i] = {stretch[i].least * least, stretch[i].greatest * greatest};
+    if (stretch[i].least < 1 / kCsgScalesTogether * (1 - 1e-9) ||
+        stretch[i].greatest > kCsgScalesTogether * (1 + 1e-9))
+      return bad("the scales within each other multiply to " +
+                 csg_number_text(stretch[i].greatest > kCsgScalesTogether ? stretch[i].greatest
+                                                                          : stretch[i].least) +
+                 "; they must stay between 1e-6 and 1e6");
   }
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     if (links.first_child[i] != 0) continue;

@@ -30,7 +30,8 @@ struct ImportedGeometry {
   CsgGeometry geometry;
 };
 /// A geometry that stands in a mesh file of its own: the host has it read by the importer of that
-/// file's extension, as one closed mesh. Where that fails, the solid that names it is left out.
+/// file's extension, as one mesh, which need not be closed. Where that fails, the solid that names
+/// it is left out.
 struct ForeignGeometry {
   std::string name;        ///< as the records name it, e.g. "forearm.ply"
   std::string path;        ///< of the mesh file

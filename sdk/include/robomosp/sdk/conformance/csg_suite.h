@@ -104,6 +104,9 @@ inline Csg cone(double base, double top, double height) {
   return primitive(CsgKind::cone, {base, top, height});
 }
 inline Csg sphere(double radius) { return primitive(CsgKind::sphere, {radius}); }
+inline Csg ellipsoid(double x, double y, double z) {
+  return primitive(CsgKind::ellipsoid, {x, y, z});
+}
 inline Csg torus(double ring, double tube) { return primitive(CsgKind::torus, {ring, tube}); }
 inline Csg frustum(double bx, double by, double tx, double ty, double h) {
   return primitive(CsgKind::frustum, {bx, by, tx, ty, h});
@@ -432,6 +435,13 @@ inline std::vector<PrimitiveCase> primitive_cases() {
     const double v = 4 * kPi / 3 * r * r * r;
     return closed_form(v, 0, v * r * r / 5, v * r * r / 5, v * r * r / 5, 4 * kPi * r * r);
   };
+  const auto ellipsoid_form = [](double x, double y, double z, double area) {
+    const double v = 4 * kPi / 3 * x * y * z;
+    return closed_form(v, 0, v * x * x / 5, v * y * y / 5, v * z * z / 5, area);
+  };
+  // Surfaces of ellipsoids of revolution, of the half axes 6, 6, 2 and 2, 2, 6 cm.
+  const double e = std::sqrt(8.0) / 3, oblate = 2 * kPi * 0.0036 * (1 + std::atanh(e) / 9 / e),
+               prolate = 2 * kPi * (0.0004 + 0.0012 * std::asin(e) / e);
   const auto torus_form = [](double R, double r) {
     const double v = 2 * kPi * kPi * R * r * r, xx = v * (R * R / 2 + 3 * r * r / 8);
     return closed_form(v, 0, xx, xx, v * r * r / 4, 4 * kPi * kPi * R * r);
@@ -447,6 +457,9 @@ inline std::vector<PrimitiveCase> primitive_cases() {
       {"cone on its tip", cone(0, 0.06, 0.1), cone_form(0, 0.06, 0.1)},
       {"cone of equal radii", cone(0.06, 0.06, 0.1), cone_form(0.06, 0.06, 0.1)},
       {"sphere", sphere(0.05), sphere_form(0.05)},
+      {"ellipsoid", ellipsoid(0.05, 0.03, 0.08), ellipsoid_form(0.05, 0.03, 0.08, -1)},
+      {"flat ellipsoid", ellipsoid(0.06, 0.06, 0.02), ellipsoid_form(0.06, 0.06, 0.02, oblate)},
+      {"long ellipsoid", ellipsoid(0.02, 0.02, 0.06), ellipsoid_form(0.02, 0.02, 0.06, prolate)},
       {"torus", torus(0.08, 0.02), torus_form(0.08, 0.02)},
       {"frustum", frustum(0.2, 0.1, 0.05, 0.08, 0.15), frustum_form(0.2, 0.1, 0.05, 0.08, 0.15)},
       {"widening frustum", frustum(0.1, 0.1, 0.2, 0.3, 0.15),
@@ -464,8 +477,8 @@ TEST_P(CsgConformance, PrimitivesHaveTheirClosedFormMoments) {
 }
 
 TEST_P(CsgConformance, WhatIsApproximateIsToldWithItsError) {
-  for (const Csg& c :
-       {sphere(0.05), cylinder(0.05, 0.2), cone(0.06, 0.02, 0.1), torus(0.08, 0.02)}) {
+  for (const Csg& c : {sphere(0.05), cylinder(0.05, 0.2), cone(0.06, 0.02, 0.1), torus(0.08, 0.02),
+                       ellipsoid(0.05, 0.03, 0.08)}) {
     const Moments m = moments(c);
     EXPECT_EQ(m.exact, !is_mesh()) << csg_info(c.node.kind).name;
     EXPECT_EQ(m.relative_error > 0, is_mesh()) << csg_info(c.node.kind).name;
@@ -927,3 +940,4 @@ TEST_P(CsgConformance, ImpossibleMeshQualityIsRefused) {
 }  // namespace robomosp::conformance
 
 #include <robomosp/sdk/conformance/csg_suite_kinds.h>
+#include <robomosp/sdk/conformance/csg_suite_scale.h>
