@@ -5,8 +5,9 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numbers>
+#include <optional>
 #include <set>
+#include <tuple>
 #include <utility>
 
 #include "spatial/pose.h"
@@ -19,6 +20,7 @@ using namespace spatial;
 
 constexpr std::size_t kClimbFrom = 24;  ///< corners from which climbing beats looking at all
 constexpr int kMostSteps = 200;
+constexpr double kRounding = 1e-14;  ///< of coordinates of supports, with some to spare
 
 double clamp_to(double x, double half) { return std::clamp(x, -half, half); }
 
@@ -54,6 +56,120 @@ OnOutline nearest_on_outline(const Core& c, double r, double z) {
   return best;
 }
 
+/// Nearest point of the surface of an ellipsoid to any point, by the one root of the multiplier
+/// that makes it the nearest (Hart, Graphics Gems IV, 1994; Eberly, Distance from a Point to an
+/// Ellipsoid, 2013): e_i^2 p_i / (t + e_i^2), t above minus the least e_i^2.
+Vec3 nearest_on_ellipsoid(const Vec3& half, const Vec3& p) {
+  std::array<std::size_t, 3> by_size{0, 1, 2};
+  std::sort(by_size.begin(), by_size.end(),
+            [&](std::size_t a, std::size_t b) { return half[a] > half[b]; });
+  const auto e = [&](std::size_t k) { return half[by_size[k]]; };
+  const auto y = [&](std::size_t k) { return std::fabs(p[by_size[k]]); };
+  Vec3 x{};
+  const auto put = [&](std::size_t k, double value) {
+    x[by_size[k]] = std::copysign(value, p[by_size[k]]);
+  };
+  // In the plane of the least axes' others, a point near the middle has its nearest point off that
+  // plane; all else stays in it.
+  for (std::size_t n = 3; n > 0; --n) {
+    const std::size_t last = n - 1;
+    const double least = e(last);
+    if (n == 1) {
+      put(0, e(0));
+      break;
+    }
+    if (y(last) > 0) {
+      // In units of the least half axis, from where the last term has its pole: t = least^2 (u -
+      // 1).
+      std::array<double, 3> pole{}, pull{};
+      double low = 0, sum = 0;
+      for (std::size_t k = 0; k < n; ++k) {
+        const double r = e(k) / least;
+        pole[k] = (r - 1) * (r + 1);
+        pull[k] = r * (y(k) / least);
+        low = std::max(low, pull[k] - pole[k]);
+        sum += pull[k] * pull[k];
+      }
+      const double high = std::max(low, std::sqrt(sum));
+      const auto excess = [&](double u) {
+        double total = -1;
+        for (std::size_t k = 0; k < n; ++k)
+          total += pull[k] / (u + pole[k]) * (pull[k] / (u + pole[k]));
+        return total;
+      };
+      double u = low;
+      // Newton from below never passes the root of a convex, falling function.
+      for (int step = 0; step < 200; ++step) {
+        double f = -1, slope = 0;
+        for (std::size_t k = 0; k < n; ++k) {
+          const double at = pull[k] / (u + pole[k]);
+          f += at * at;
+          slope -= 2 * at * at / (u + pole[k]);
+        }
+        if (!(f > 0) || !(slope < 0)) break;
+        const double next = u - f / slope;
+        if (!(next > u) || !(next <= high)) break;
+        u = next;
+      }
+      if (!(std::fabs(excess(u)) < 1e-9)) {  // not met in extreme shapes: by halving
+        double above = low, below = high;
+        for (int step = 0; step < 1100; ++step) {
+          const double middle = above + (below - above) / 2;
+          if (!(middle > above) || !(middle < below)) break;
+          (excess(middle) > 0 ? above : below) = middle;
+        }
+        u = above + (below - above) / 2;
+      }
+      for (std::size_t k = 0; k < n; ++k) put(k, e(k) * std::min(1.0, pull[k] / (u + pole[k])));
+      break;
+    }
+    double rest = 1;
+    bool is_near = true;
+    std::array<double, 2> share{};
+    for (std::size_t k = 0; k < last; ++k) {
+      const double room = (e(k) - least) * (e(k) + least);
+      is_near = is_near && e(k) * y(k) < room;
+      share[k] = is_near ? e(k) * y(k) / room : 0;
+      rest -= share[k] * share[k];
+    }
+    if (is_near && rest > 0) {
+      for (std::size_t k = 0; k < last; ++k) put(k, e(k) * share[k]);
+      put(last, least * std::sqrt(rest));
+      break;
+    }
+    put(last, 0);
+  }
+  return x;
+}
+
+bool is_in_ellipsoid(const Vec3& half, const Vec3& p) {
+  double sum = 0;
+  for (std::size_t k = 0; k < 3; ++k) sum += (p[k] / half[k]) * (p[k] / half[k]);
+  return sum <= 1;
+}
+
+/// Of a triangle, by its plane or else its edges.
+Vec3 nearest_on_corners(const std::array<Vec3, 3>& c, const Vec3& p) {
+  const Vec3 n = cross(sub(c[1], c[0]), sub(c[2], c[0]));
+  const double nn = dot(n, n);
+  if (nn > 0) {
+    bool is_over = true;
+    for (std::size_t k = 0; k < 3 && is_over; ++k)
+      is_over = dot(cross(sub(c[(k + 1) % 3], c[k]), sub(p, c[k])), n) >= 0;
+    if (is_over) return sub(p, scale(n, dot(n, sub(p, c[0])) / nn));
+  }
+  Vec3 best = c[0];
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vec3 way = sub(c[(k + 1) % 3], c[k]);
+    const double l = dot(way, way);
+    const double t = l > 0 ? std::clamp(dot(sub(p, c[k]), way) / l, 0.0, 1.0) : 0;
+    const Vec3 at = add(c[k], scale(way, t));
+    if (const double d = distance(at, p); d < least) least = d, best = at;
+  }
+  return best;
+}
+
 /// Nearest point of a core to a point outside it; the point itself when inside.
 Vec3 nearest(const Core& c, const Vec3& p) {
   switch (c.kind) {
@@ -72,13 +188,20 @@ Vec3 nearest(const Core& c, const Vec3& p) {
       if (at.is_inside) return p;
       return r > 0 ? Vec3{p[0] / r * at.r, p[1] / r * at.r, at.z} : Vec3{at.r, 0, at.z};
     }
+    case Core::Kind::ellipsoid:
+      return is_in_ellipsoid(c.half, p) ? p : nearest_on_ellipsoid(c.half, p);
+    case Core::Kind::triangle: return nearest_on_corners(c.corners, p);
     case Core::Kind::hull: break;
   }
   return p;
 }
 
-/// A point inside a box, cylinder or cone: depth, and the nearest point of the surface.
+/// A point inside a box, cylinder, cone or ellipsoid: depth, and the nearest point of the surface.
 double inner_depth(const Core& c, const Vec3& p, Vec3& surface) {
+  if (c.kind == Core::Kind::ellipsoid) {
+    surface = nearest_on_ellipsoid(c.half, p);
+    return distance(surface, p);
+  }
   if (c.kind == Core::Kind::cone) {
     const double r = std::hypot(p[0], p[1]);
     const OnOutline at = nearest_on_outline(c, r, p[2]);
@@ -109,6 +232,13 @@ double inner_depth(const Core& c, const Vec3& p, Vec3& surface) {
   return depth;
 }
 
+/// Out of an ellipsoid at a point of its surface.
+Vec3 normal_on_ellipsoid(const Core& c, const Vec3& p) {
+  Vec3 n{};
+  for (std::size_t k = 0; k < 3; ++k) n[k] = p[k] / c.half[k] / c.half[k];
+  return unit(n);
+}
+
 /// Out of a cone at a point of its surface.
 Vec3 normal_on_cone(const Core& c, const Vec3& p) {
   if (std::fabs(p[2]) >= c.half[2]) return {0, 0, std::copysign(1.0, p[2])};
@@ -129,8 +259,8 @@ Apart with_margins(const Vec3& a, const Vec3& b, double margin_a, double margin_
   return r;
 }
 
-/// The centre of a sphere against a box, cylinder or cone whose frame is the points' frame; on_a is
-/// the solid's.
+/// The centre of a sphere against a box, cylinder, cone or ellipsoid whose frame is the points'
+/// frame; on_a is the solid's.
 Apart point_to_solid(const Core& solid, const Vec3& p, double margin) {
   const Vec3 q = nearest(solid, p);
   if (q != p) return with_margins(q, p, 0, margin);
@@ -143,8 +273,9 @@ Apart point_to_solid(const Core& solid, const Vec3& p, double margin) {
     n = scale(n, 1 / length);
   } else {  // the centre is on the surface
     n = {};
-    if (solid.kind == Core::Kind::cone) {
-      n = normal_on_cone(solid, p);
+    if (solid.kind == Core::Kind::cone || solid.kind == Core::Kind::ellipsoid) {
+      n = solid.kind == Core::Kind::cone ? normal_on_cone(solid, p)
+                                         : normal_on_ellipsoid(solid, surface);
       r.distance = -(depth + margin);
       r.on_a = surface;
       r.on_b = sub(p, scale(n, margin));
@@ -298,7 +429,59 @@ bool reduce(Simplex& s) {
 }
 
 bool is_round(const Core& c) {
-  return c.kind == Core::Kind::cylinder || c.kind == Core::Kind::cone;
+  return c.kind == Core::Kind::cylinder || c.kind == Core::Kind::cone ||
+         c.kind == Core::Kind::ellipsoid;
+}
+
+/// The nearest points of two ellipsoids from such as are near to them. The way v from one to the
+/// other maximizes c.v - h_A(v) - h_B(v) - v.v / 2 with the support functions h, which is concave
+/// and smooth: Newton's method with halved steps. Nothing where rounding keeps it from that.
+std::optional<std::pair<Vec3, Vec3>> nearest_of_ellipsoids(const Core& a, const Core& b,
+                                                           const Pose& a_T_b, Vec3 v) {
+  // h(v)^2 = v.M v, M about each centre in the frame of a.
+  std::array<std::array<Vec3, 3>, 2> forms{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    forms[0][i][i] = a.half[i] * a.half[i];
+    for (std::size_t j = 0; j < 3; ++j)
+      for (std::size_t k = 0; k < 3; ++k)
+        forms[1][i][j] += a_T_b.R[3 * i + k] * b.half[k] * b.half[k] * a_T_b.R[3 * j + k];
+  }
+  const auto times = [](const std::array<Vec3, 3>& m, const Vec3& x) {
+    return Vec3{dot(m[0], x), dot(m[1], x), dot(m[2], x)};
+  };
+  const Vec3& c = a_T_b.p;
+  const auto value = [&](const Vec3& x) {
+    double f = dot(c, x) - dot(x, x) / 2;
+    for (const auto& m : forms) f -= std::sqrt(std::max(0.0, dot(x, times(m, x))));
+    return f;
+  };
+  double best = value(v);
+  for (int step = 0; step < 30; ++step) {
+    Vec3 slope = sub(c, v);
+    std::array<Vec3, 3> h{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+    for (const auto& m : forms) {
+      const Vec3 mv = times(m, v);
+      const double s = std::sqrt(dot(v, mv));
+      if (!(s > 0)) return {};
+      slope = sub(slope, scale(mv, 1 / s));
+      for (std::size_t i = 0; i < 3; ++i)
+        for (std::size_t j = 0; j < 3; ++j) h[i][j] += (m[i][j] - mv[i] / s * (mv[j] / s)) / s;
+    }
+    const Vec3 yz = cross(h[1], h[2]);
+    const double all = dot(h[0], yz);
+    if (!(all > 0)) return {};
+    const Vec3 way{dot(slope, yz) / all, dot(h[0], cross(slope, h[2])) / all,
+                   dot(h[0], cross(h[1], slope)) / all};
+    double share = 1;
+    while (share > 1e-6 && !(value(add(v, scale(way, share))) >= best)) share /= 2;
+    if (!(share > 1e-6)) break;
+    v = add(v, scale(way, share));
+    best = value(v);
+    if (norm(way) <= 1e-16 * norm(v)) break;
+  }
+  std::uint32_t hint = 0;
+  return std::pair{support(a, v, hint),
+                   transform(a_T_b, support(b, rotate_back(a_T_b, scale(v, -1)), hint))};
 }
 
 /// Gilbert, Johnson, Keerthi (IEEE J. Robotics Automation 4 (1988) 193) on the cores.
@@ -312,14 +495,19 @@ Apart gjk(const Core& a, const Core& b, const Pose& a_T_b, double interest) {
   // What is left of the last digits is found by projections, see below.
   const bool projects =
       (is_round(a) || is_round(b)) && a.kind != Core::Kind::hull && b.kind != Core::Kind::hull;
-  const double enough = projects ? 1e-9 : 1e-14;
+  const bool has_ellipsoid = a.kind == Core::Kind::ellipsoid || b.kind == Core::Kind::ellipsoid;
+  const double enough = projects && !has_ellipsoid ? 1e-9 : 1e-14;
   Simplex s;
   Vec3 v = dot(a_T_b.p, a_T_b.p) > 0 ? scale(a_T_b.p, -1) : Vec3{-1, 0, 0};
   double vv = std::numeric_limits<double>::infinity(), extent = 0;
+  // A plane between the cores was seen: what looks like an overlap afterwards is rounding.
+  bool is_apart = false;
+  double reach = 0;  // of the points from the frame's origin, whose rounding all else has
   Apart out;
   for (int step = 0; step < kMostSteps; ++step) {
     const Vec3 wa = support_a(scale(v, -1)), wb = support_b(v), w = sub(wa, wb);
     extent = std::max(extent, dot(w, w));
+    reach = std::max({reach, norm(wa), norm(wb)});
     if (step > 0) {
       const double vw = dot(v, w);
       // The plane through w is a bound from below.
@@ -328,6 +516,7 @@ Apart gjk(const Core& a, const Core& b, const Pose& a_T_b, double interest) {
         out.distance = interest;
         return out;
       }
+      is_apart = is_apart || vw > kRounding * std::sqrt(vv) * reach;
       if (vv - vw <= enough * vv) break;
       bool is_known = false;
       for (std::size_t i = 0; i < s.size; ++i) is_known = is_known || s.w[i] == w;
@@ -338,14 +527,19 @@ Apart gjk(const Core& a, const Core& b, const Pose& a_T_b, double interest) {
     s.a[s.size] = wa;
     s.b[s.size] = wb;
     ++s.size;
-    if (!reduce(s)) {
+    const bool holds_origin = !reduce(s);
+    if (holds_origin && is_apart) {
+      s = before;
+      break;
+    }
+    if (holds_origin) {
       out.state = Apart::State::overlap;
       out.is_exact = false;
       return out;
     }
     const Vec3 next = s.sum(s.w);
     const double nn = dot(next, next);
-    if (nn <= 1e-28 * extent) {
+    if (nn <= 1e-28 * extent && !is_apart) {
       out.state = Apart::State::overlap;
       out.is_exact = false;
       out.on_a = s.sum(s.a);
@@ -359,13 +553,19 @@ Apart gjk(const Core& a, const Core& b, const Pose& a_T_b, double interest) {
     vv = nn;
   }
   Vec3 on_a = s.sum(s.a), on_b = s.sum(s.b);
+  if (a.kind == Core::Kind::ellipsoid && b.kind == Core::Kind::ellipsoid)
+    if (const auto points = nearest_of_ellipsoids(a, b, a_T_b, sub(on_b, on_a)))
+      if (distance(points->first, points->second) < distance(on_a, on_b))
+        std::tie(on_a, on_b) = *points;
   // Round surfaces are approached by chords only: the last digits come by projecting the points
   // onto the shapes in turn, which never moves them apart.
   if (projects) {
     const Pose b_T_a = inverse(a_T_b);
     double d = distance(on_a, on_b);
-    const bool has_cone = a.kind == Core::Kind::cone || b.kind == Core::Kind::cone;
-    for (int i = 0; i < (has_cone ? 400 : 60); ++i) {
+    const auto is_slow = [](const Core& c) {
+      return c.kind == Core::Kind::cone || c.kind == Core::Kind::ellipsoid;
+    };
+    for (int i = 0; i < (is_slow(a) || is_slow(b) ? 400 : 60); ++i) {
       const Vec3 pa = nearest(a, on_b);
       const Vec3 pb = transform(a_T_b, nearest(b, transform(b_T_a, pa)));
       const double closer = distance(pa, pb);
@@ -389,18 +589,6 @@ Apart swapped(const Core& a, const Core& b, const Pose& a_T_b, double interest) 
 }
 
 }  // namespace
-
-Hull cone_hull(const Core& cone) {
-  constexpr int kSides = 128;
-  std::vector<Vec3> points;
-  for (const auto& [r, z] :
-       {std::pair{cone.half[0], -cone.half[2]}, std::pair{cone.half[1], cone.half[2]}})
-    for (int i = 0; i < (r > 0 ? kSides : 1); ++i) {
-      const double angle = 2 * std::numbers::pi * i / kSides;
-      points.push_back({r * std::cos(angle), r * std::sin(angle), z});
-    }
-  return convex_hull(points).value_or(Hull{});
-}
 
 HullData hull_data(Hull hull) {
   HullData d;
@@ -436,6 +624,19 @@ Vec3 support(const Core& c, const Vec3& d, std::uint32_t& hint) {
       const bool is_upper = c.half[1] * r + c.half[2] * d[2] > c.half[0] * r - c.half[2] * d[2];
       const double s = r > 0 ? c.half[is_upper ? 1 : 0] / r : 0;
       return {s * d[0], s * d[1], is_upper ? c.half[2] : -c.half[2]};
+    }
+    case Core::Kind::ellipsoid: {
+      // In units of the greatest part, so that no square under- or overflows.
+      Vec3 w{};
+      double most = 0;
+      for (std::size_t k = 0; k < 3; ++k) most = std::max(most, std::fabs(w[k] = c.half[k] * d[k]));
+      if (!(most > 0)) return {0, 0, std::copysign(c.half[2], d[2])};
+      w = unit(scale(w, 1 / most));
+      return {c.half[0] * w[0], c.half[1] * w[1], c.half[2] * w[2]};
+    }
+    case Core::Kind::triangle: {
+      const double x = dot(c.corners[0], d), y = dot(c.corners[1], d), z = dot(c.corners[2], d);
+      return c.corners[x >= y && x >= z ? 0 : y >= z ? 1 : 2];
     }
     case Core::Kind::hull: break;
   }
@@ -480,14 +681,16 @@ Apart separation(const Core& a, const Core& b, const Pose& a_T_b, double interes
       }
       case Kind::box:
       case Kind::cylinder:
-      case Kind::cone: {
+      case Kind::cone:
+      case Kind::ellipsoid: {
         Apart r = point_to_solid(b, inverse(a_T_b).p, a.margin);
         std::swap(r.on_a, r.on_b);
         r.on_a = transform(a_T_b, r.on_a);
         r.on_b = transform(a_T_b, r.on_b);
         return r;
       }
-      case Kind::hull: break;
+      case Kind::hull:
+      case Kind::triangle: break;
     }
   }
   if (a.kind == Kind::segment && b.kind == Kind::segment) return segments(a, b, a_T_b);

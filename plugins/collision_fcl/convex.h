@@ -3,6 +3,7 @@
 // some and by GJK elsewhere (layer: plugin, collision_fcl).
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -23,13 +24,14 @@ struct HullData {
 
 /// All points within `margin` of the core. Sphere: a point; capsule: a segment; others: margin 0.
 struct Core {
-  enum class Kind : std::int32_t { point, segment, box, cylinder, cone, hull };
+  enum class Kind : std::int32_t { point, segment, box, cylinder, cone, ellipsoid, hull, triangle };
   Kind kind = Kind::point;
   /// box: half sizes; segment, cylinder, cone: [2] half length; cylinder: [0] radius; cone: [0]
-  /// radius at the lower end, [1] at the upper one
+  /// radius at the lower end, [1] at the upper one; ellipsoid: half axes
   Vec3 half{};
   double margin = 0;
   std::shared_ptr<const HullData> hull;
+  std::array<Vec3, 3> corners{};  ///< of a triangle, which only meshes are made of
 };
 
 /// What two shapes are to each other; points in the frame of the first.
@@ -50,9 +52,6 @@ struct Apart {
 
 /// True when a point in the core's frame is in the shape, margin included.
 [[nodiscard]] bool contains(const Core& core, const Vec3& point);
-
-/// The hull of regular polygons of 128 corners on the ends of a cone, for triangles.
-[[nodiscard]] spatial::Hull cone_hull(const Core& cone);
 
 /// Farthest point of the core (without margin) in a direction of its frame.
 [[nodiscard]] Vec3 support(const Core& core, const Vec3& direction, std::uint32_t& hint);

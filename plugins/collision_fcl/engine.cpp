@@ -16,6 +16,7 @@
 #include "convex.h"
 #include "fcl_shapes.h"
 #include "mesh_solid.h"
+#include "mesh_tree.h"
 #include "penetration.h"
 #include "spatial/box.h"
 #include "spatial/pose.h"
@@ -35,9 +36,10 @@ struct Solid {
   GeometryPtr convex;     ///< against meshes
   GeometryPtr triangles;  ///< of meshes; of hulls where the scene has meshes
   MeshSolid mesh;
-  Pose pose;     ///< body_T_shape
-  Box box;       ///< in the shape's frame
-  Vec3 inner{};  ///< a point of the shape, convex only
+  std::shared_ptr<const MeshTree> tree;  ///< of meshes where the scene has cones or ellipsoids
+  Pose pose;                             ///< body_T_shape
+  Box box;                               ///< in the shape's frame
+  Vec3 inner{};                          ///< a point of the shape, convex only
 };
 struct Body {
   std::vector<Solid> solids;
@@ -93,6 +95,12 @@ Result<Solid> convex_solid(const Shape& s) {
       out.box.half = {r, r, c.half[2]};
       break;
     }
+    case ShapeKind::ellipsoid:
+      if (!positive(3)) return sizes;
+      c.kind = Core::Kind::ellipsoid;
+      c.half = s.sizes;
+      out.box.half = s.sizes;
+      break;
     case ShapeKind::convex: {
       const auto corners = corners_of(s);
       for (const Vec3& p : corners)
@@ -116,7 +124,7 @@ Result<Solid> solid_of(const Shape& s) {
     return bad("a shape's pose is no rigid motion", "Its rotation must be orthonormal.");
   const bool wants_mesh = s.kind == ShapeKind::mesh || s.kind == ShapeKind::convex;
   if (s.kind == ShapeKind::mesh && !s.mesh)
-    return bad("a shape has no mesh", "Give a closed mesh.");
+    return bad("a shape has no mesh", "Give a mesh with triangles.");
   if (wants_mesh) {
     if ((!s.mesh || s.mesh->positions.size() < 9) && corners_of(s).empty())
       return bad("a shape has no mesh", "Give a mesh with triangles.");
@@ -321,8 +329,18 @@ class Scene final : public CollisionScene {
       return r.state == Apart::State::overlap ||
              (r.state == Apart::State::apart && r.distance <= 0);
     }
+    if (is_own(a) || is_own(b)) {
+      const Apart r = is_own(a) ? b.tree->separation(a.core, compose(inverse(at_a), at_b), 0)
+                                : a.tree->separation(b.core, compose(inverse(at_b), at_a), 0);
+      return r.state == Apart::State::overlap || is_nested(a, at_a, b, at_b);
+    }
     return surfaces_touch(geometry(a, b), at_a, geometry(b, a), at_b) ||
            is_nested(a, at_a, b, at_b);
+  }
+
+  /// A shape that FCL knows only as polygons.
+  static bool is_own(const Solid& s) {
+    return s.is_convex && (s.core.kind == Core::Kind::cone || s.core.kind == Core::Kind::ellipsoid);
   }
 
   /// A hull meets meshes as triangles; FCL looks at all its corners otherwise.
@@ -396,11 +414,30 @@ class Scene final : public CollisionScene {
       d = {deep.distance, transform(at_a, deep.on_a), transform(at_a, deep.on_b)};
       return std::optional(d);
     }
+    if (is_own(a) || is_own(b)) return own_distance(a, at_a, b, at_b, interest);
     if (surfaces_touch(geometry(a, b), at_a, geometry(b, a), at_b) || is_nested(a, at_a, b, at_b)) {
       d.on_a = d.on_b = meeting_point(a, at_a, b, at_b);
       return std::optional(d);
     }
     return surface_distance(geometry(a, b), at_a, geometry(b, a), at_b, interest);
+  }
+
+  /// Of a cone or an ellipsoid and a mesh.
+  static std::optional<PairDistance> own_distance(const Solid& a, const Pose& at_a, const Solid& b,
+                                                  const Pose& at_b, double interest) {
+    const bool is_first = is_own(a);
+    const Solid &own = is_first ? a : b, &mesh = is_first ? b : a;
+    const Pose &at_own = is_first ? at_a : at_b, &at_mesh = is_first ? at_b : at_a;
+    const Apart r = mesh.tree->separation(own.core, compose(inverse(at_own), at_mesh), interest);
+    PairDistance d;
+    if (r.state == Apart::State::overlap || is_nested(a, at_a, b, at_b)) {
+      d.on_a = d.on_b = meeting_point(a, at_a, b, at_b);
+      return d;
+    }
+    if (r.state == Apart::State::beyond) return std::nullopt;
+    d = {r.distance, transform(at_own, r.on_a), transform(at_own, r.on_b)};
+    if (!is_first) std::swap(d.on_a, d.on_b);
+    return d;
   }
 
   /// Somewhere in what the boxes share.
@@ -424,10 +461,14 @@ Result<std::unique_ptr<CollisionScene>> FclEngine::build(std::span<const ShapedB
                                                          const Params& params,
                                                          Progress& progress) const {
   warm_up();
-  const bool has_mesh = std::any_of(bodies.begin(), bodies.end(), [](const ShapedBody& b) {
-    return std::any_of(b.shapes.begin(), b.shapes.end(),
-                       [](const Shape& s) { return s.kind == ShapeKind::mesh; });
-  });
+  const auto has = [&](ShapeKind kind) {
+    return std::any_of(bodies.begin(), bodies.end(), [&](const ShapedBody& b) {
+      return std::any_of(b.shapes.begin(), b.shapes.end(),
+                         [&](const Shape& s) { return s.kind == kind; });
+    });
+  };
+  const bool has_mesh = has(ShapeKind::mesh);
+  const bool has_own = has(ShapeKind::cone) || has(ShapeKind::ellipsoid);
   std::vector<Body> made;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     Body body;
@@ -438,10 +479,8 @@ Result<std::unique_ptr<CollisionScene>> FclEngine::build(std::span<const ShapedB
       if (!solid.ok())
         return std::move(solid).error().in("body " + std::to_string(i) + ", shape " +
                                            std::to_string(k));
-      if (has_mesh && solid->is_convex && solid->core.kind == Core::Kind::cone) {
-        const Hull hull = cone_hull(solid->core);
-        solid->triangles = make_mesh_geometry(hull.points, hull.triangles);
-      }
+      if (has_own && !solid->is_convex)
+        solid->tree = std::make_shared<const MeshTree>(solid->mesh.points, solid->mesh.triangles);
       if (has_mesh && solid->is_convex && solid->core.kind == Core::Kind::hull)
         solid->triangles =
             make_mesh_geometry(solid->core.hull->hull.points, solid->core.hull->hull.triangles);

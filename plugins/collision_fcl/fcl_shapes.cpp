@@ -55,9 +55,11 @@ GeometryPtr make_convex_geometry(const Core& c) {
     case Core::Kind::cylinder:
       return wrap(std::make_unique<fcl::Cylinderd>(c.half[0], 2 * c.half[2]));
     case Core::Kind::cone:
+    case Core::Kind::ellipsoid:
+    case Core::Kind::triangle: return nullptr;
     case Core::Kind::hull: break;
   }
-  const spatial::Hull hull = c.kind == Core::Kind::cone ? cone_hull(c) : c.hull->hull;
+  const spatial::Hull& hull = c.hull->hull;
   auto points = std::make_shared<std::vector<fcl::Vector3d>>();
   for (const Vec3& p : hull.points) points->push_back(vec(p));
   auto faces = std::make_shared<std::vector<int>>();

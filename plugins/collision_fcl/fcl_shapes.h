@@ -20,7 +20,7 @@ namespace robomosp::collision_fcl {
 struct Geometry;
 using GeometryPtr = std::shared_ptr<const Geometry>;
 
-/// Of a convex shape.
+/// Of a convex shape; none of cones and ellipsoids, which FCL has not (mesh_tree.h).
 [[nodiscard]] GeometryPtr make_convex_geometry(const Core& core);
 /// Of triangles: oriented boxes with spheres swept (OBBRSS), the only kind that FCL does not copy
 /// in every query.

@@ -18,4 +18,4 @@ RMP_PLUGIN("org.robomosp.collision_fcl", "0.1.0", "Apache-2.0",
            RMP_PROVIDER(robomosp::collision_fcl::FclEngine, "fcl",
                         "Closed forms and GJK for convex shapes, bounding volume hierarchies of "
                         "FCL for meshes, depths by an expanding polytope.",
-                        "convex,cones,mesh,depth", robomosp::collision_fcl::kParams))
+                        "convex,cones,ellipsoids,mesh,depth", robomosp::collision_fcl::kParams))

@@ -496,8 +496,12 @@ TEST_P(CollisionConformance, NextToTouchingNothingBreaks) {
   Shape hull;
   hull.kind = convex;
   hull.mesh = &hull_mesh;
-  std::vector<Shape> shapes{shape_of(sphere, 0.5), shape_of(box, 1, 1, 1),
-                            shape_of(cylinder, 0.5, 1), shape_of(capsule, 0.25, 0.5), hull};
+  std::vector<Shape> shapes{shape_of(sphere, 0.5),
+                            shape_of(box, 1, 1, 1),
+                            shape_of(cylinder, 0.5, 1),
+                            shape_of(capsule, 0.25, 0.5),
+                            hull,
+                            shape_of(ellipsoid, 0.3, 0.4, 0.5)};
   std::erase_if(shapes, [&](const Shape& s) { return !takes(s.kind); });
   for (const Shape& a : shapes)
     for (const Shape& b : shapes) {
@@ -818,3 +822,5 @@ TEST_P(CollisionConformance, ConesAreExact) {
 }
 
 }  // namespace robomosp::conformance
+
+#include <robomosp/sdk/conformance/collision_suite_ellipsoid.h>
