@@ -141,6 +141,13 @@ Result<Family> recognise(const RobotModel& model, std::size_t tip) {
     if (f.lanes.length2 < kSame * f.arm.length || f.lanes.length3 < kSame * f.arm.length)
       return refused("a link of its arm has no length across axis 2");
   }
+  const auto length_across = [&](const Vec3& from, const Vec3& to) {
+    return norm(cross(j[1].axis, sub(to, from)));
+  };
+  f.names_arm = parallel(j[1], j[2]) && !parallel(j[0], j[1]) &&
+                length_across(j[1].point, j[2].point) >= kSame * f.arm.length &&
+                length_across(j[2].point, f.form == Form::three_parallel ? j[3].point : f.wrist) >=
+                    kSame * f.arm.length;
   return f;
 }
 

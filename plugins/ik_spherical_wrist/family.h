@@ -48,6 +48,7 @@ struct Family {
   Vec3 tip_wrist{};  ///< the same point in the tip frame [m]
   ParallelArm lanes;
   bool right_wrist = false;  ///< axis 5 is perpendicular to axes 4 and 6
+  bool names_arm = false;    ///< shoulder and elbow have signs: axes 2 and 3 are parallel
 };
 
 /// Recognises the arm of one tip; an error is one sentence that says which condition fails.

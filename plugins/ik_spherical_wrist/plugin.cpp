@@ -3,14 +3,17 @@
 // formulas, the choice among them, and what to say of targets without one.
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <numbers>
 #include <optional>
 #include <string>
 #include <utility>
 
 #include <robomosp/sdk/ik.h>
+#include <robomosp/sdk/ik_branches.h>
 #include <robomosp/sdk/plugin.h>
 
+#include "branches.h"
 #include "candidates.h"
 #include "family.h"
 #include "general.h"
@@ -364,8 +367,27 @@ class Solver {
   Candidates* c_ = nullptr;  // of the target at hand
 };
 
-class SphericalWristIk final : public IkSolver {
+class SphericalWristIk final : public IkSolver, public IkBranches {
  public:
+  using Interface = IkSolver;
+  [[nodiscard]] const void* extension(const char* id) const override {
+    const bool is_known = model_ && std::strcmp(id, IkBranches::kExtensionId) == 0;
+    return is_known ? static_cast<const IkBranches*>(this) : nullptr;
+  }
+  [[nodiscard]] std::span<const IkBranchChoice> choices(std::int32_t tip) const override {
+    const Prepared* of_tip = prepared_tip(tip);
+    return of_tip ? branch_choices(of_tip->family) : std::span<const IkBranchChoice>();
+  }
+  void measure(std::int32_t tip, std::span<const double> q, std::span<double> out) const override {
+    const Prepared* of_tip = prepared_tip(tip);
+    if (!of_tip) return;
+    const std::size_t n = model_->coordinate_count(), m = branch_choices(of_tip->family).size();
+    for (std::size_t i = 0; (i + 1) * n <= q.size(); ++i) {
+      Angles own;
+      for (std::size_t k = 0; k < own.size(); ++k) own[k] = q[i * n + of_tip->index[k]];
+      measure_branch(of_tip->family, own, out.subspan(i * m, m));
+    }
+  }
   Result<void> prepare(const RobotModel& model, const Params& params) override {
     RMP_TRY(spatial::check_ik_model(model));
     RMP_TRY_ASSIGN(tips_, spatial::recognise_tips(model, prepared));
@@ -403,6 +425,10 @@ class SphericalWristIk final : public IkSolver {
   }
 
  private:
+  [[nodiscard]] const Prepared* prepared_tip(std::int32_t tip) const {
+    const auto i = static_cast<std::size_t>(tip);
+    return tip >= 0 && i < tips_.size() && tips_[i] ? &*tips_[i] : nullptr;
+  }
   const RobotModel* model_ = nullptr;
   std::vector<std::optional<Prepared>> tips_;
   bool turns_ = true, switching_ = false;
@@ -415,5 +441,5 @@ RMP_PLUGIN("org.robomosp.ik_spherical_wrist", "0.1.0", "Apache-2.0",
            "Inverse kinematics of 6R arms in closed form.",
            RMP_PROVIDER(robomosp::ik_spherical_wrist::SphericalWristIk, "spherical_wrist",
                         "All solutions of 6R arms with a spherical wrist or three parallel axes.",
-                        "serial,closed_form,all_solutions,batch",
+                        "serial,closed_form,all_solutions,branches,dof=6,batch",
                         robomosp::ik_spherical_wrist::kParams))

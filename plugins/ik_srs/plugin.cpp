@@ -3,11 +3,13 @@
 // given, kept near the seed's or in the middle of what limits leave.
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <numbers>
 #include <optional>
 #include <string>
 
 #include <robomosp/sdk/ik.h>
+#include <robomosp/sdk/ik_branches.h>
 #include <robomosp/sdk/plugin.h>
 
 #include "follow.h"
@@ -322,8 +324,33 @@ class Solver {
   Followed followed_;
 };
 
-class SrsIk final : public IkSolver {
+constexpr IkBranchChoice kChoices[] = {{"shoulder", "right", "left", {}},
+                                       {"elbow", "up", "down", {}},
+                                       {"wrist", "no flip", "flip", {}}};
+
+class SrsIk final : public IkSolver, public IkBranches {
  public:
+  using Interface = IkSolver;
+  [[nodiscard]] const void* extension(const char* id) const override {
+    const bool is_known = model_ && std::strcmp(id, IkBranches::kExtensionId) == 0;
+    return is_known ? static_cast<const IkBranches*>(this) : nullptr;
+  }
+  [[nodiscard]] std::span<const IkBranchChoice> choices(std::int32_t tip) const override {
+    const auto i = static_cast<std::size_t>(tip);
+    const bool is_arm = tip >= 0 && i < tips_.size() && tips_[i];
+    return is_arm ? std::span<const IkBranchChoice>(kChoices) : std::span<const IkBranchChoice>();
+  }
+  void measure(std::int32_t tip, std::span<const double> q, std::span<double> out) const override {
+    if (choices(tip).empty()) return;
+    const SrsArm& arm = *tips_[static_cast<std::size_t>(tip)];
+    const std::size_t n = model_->coordinate_count();
+    for (std::size_t i = 0; (i + 1) * n <= q.size(); ++i) {
+      Angles own;
+      for (std::size_t j = 0; j < 7; ++j) own[j] = q[i * n + arm.arm.joints[j].q_index];
+      const std::array<double, 3> of_one = branch_measures(arm, own);
+      std::copy(of_one.begin(), of_one.end(), out.begin() + static_cast<std::ptrdiff_t>(3 * i));
+    }
+  }
   Result<void> prepare(const RobotModel& model, const Params& params) override {
     RMP_TRY(spatial::check_ik_model(model));
     RMP_TRY_ASSIGN(tips_, spatial::recognise_tips(model, recognise));
@@ -410,5 +437,5 @@ RMP_PLUGIN("org.robomosp.ik_srs", "0.1.0", "Apache-2.0",
            "Inverse kinematics of 7R arms with spherical shoulder and wrist in closed form.",
            RMP_PROVIDER(robomosp::ik_srs::SrsIk, "srs",
                         "All branches of 7R arms by arm angle, joint limits in closed form.",
-                        "serial,redundant,closed_form,all_solutions,arm_angle,batch",
+                        "serial,redundant,closed_form,all_solutions,branches,dof=7,arm_angle,batch",
                         robomosp::ik_srs::kParams))

@@ -288,6 +288,17 @@ std::vector<Interval> SrsTarget::feasible(unsigned branch) const {
   return out;
 }
 
+std::array<double, 3> branch_measures(const SrsArm& a, const Angles& q) {
+  const Vec3& h = a.arm.joints[3].axis;
+  const Vec3 fore = sub(a.fore, scale(h, a.offset));
+  const double bent = dot(h, cross(a.upper, turned(h, sin_cos_of(q[3]), fore)));
+  // Counted about axis 2 where axis 4 is parallel to it at q = 0.
+  const double way = dot(h, a.arm.joints[1].axis) < -kSame ? -1 : 1;
+  return {-std::sin(q[1] + a.first.bend),
+          std::clamp(way * bent / (a.upper_across * a.fore_across), -1.0, 1.0),
+          std::sin(q[5] + a.last.bend)};
+}
+
 double arm_angle(const SrsArm& a, const Angles& q) {
   const auto& j = a.arm.joints;
   const SinCos t4 = sin_cos_of(q[3]);

@@ -81,6 +81,11 @@ class SrsTarget {
   Elbow elbow_[2];
 };
 
+/// Which branch a configuration is, each from -1 to 1: shoulder (right above 0), elbow (up above
+/// 0), wrist (flipped below 0); the signs of joints 2, 4 and 6, counted from where the arm is
+/// straight.
+[[nodiscard]] std::array<double, 3> branch_measures(const SrsArm& arm, const Angles& q);
+
 /// The arm angle of a configuration [rad].
 [[nodiscard]] double arm_angle(const SrsArm& arm, const Angles& q);
 

@@ -21,6 +21,7 @@
 #include <robomosp/sdk/dynamics.h>
 #include <robomosp/sdk/host.h>
 #include <robomosp/sdk/ik.h>
+#include <robomosp/sdk/ik_branches.h>
 #include <robomosp/sdk/integrator.h>
 #include <robomosp/sdk/io.h>
 #include <robomosp/sdk/joint_segment.h>
@@ -179,6 +180,8 @@ void plain_types(std::ostream& out) {
   F1(IkResult, room);
   F6(IkResult, status, q, position_error, rotation_error, iterations, detail);
   F3(IkResult, shortfall, limiting_joint, lost_direction);
+  TYPE(IkBranchChoice);
+  F4(IkBranchChoice, name, positive, negative, room);
   TYPE(TipWrench);
   F2(TipWrench, force, moment);
   TYPE(DynamicsBatch);
@@ -406,6 +409,10 @@ void interfaces(std::ostream& out) {
   VIRTUAL(IkSolver, extension);
   VIRTUAL(IkSolver, prepare);
   VIRTUAL(IkSolver, solve);
+  TYPE(IkBranches);
+  VIRTUAL(IkBranches, extension);
+  VIRTUAL(IkBranches, choices);
+  VIRTUAL(IkBranches, measure);
   TYPE(InverseDynamics);
   VIRTUAL(InverseDynamics, extension);
   VIRTUAL(InverseDynamics, prepare);
