@@ -12,6 +12,7 @@
 #include "model/placement.h"
 #include "motion/segment.h"
 #include "robotics/kinematics.h"
+#include "sim/ik_choice.h"
 #include "sim/joint_rates.h"
 #include "sim/simulate.h"
 #include "spatial/pose.h"
@@ -348,6 +349,7 @@ class Builder {
       q.insert(q.end(), r.q.begin(), r.q.begin() + static_cast<std::ptrdiff_t>(dof_));
     }
     joint_rates(*task_.model, times, q, samples, qd, qdd);
+    note_branches(times, q, qd);
     const auto n = static_cast<std::ptrdiff_t>(dof_);
     at_.assign(q.end() - n, q.end());
     end_qd_.assign(qd.end() - n, qd.end());
@@ -364,6 +366,45 @@ class Builder {
     begin_ += path->duration();
     is_moved_ = true;
     return {};
+  }
+
+  /// Says where the path goes over to another branch, and where joints jump.
+  void note_branches(std::span<const double> times, std::span<const double> q,
+                     std::span<const double> qd) {
+    constexpr std::size_t kMost = 5;
+    constexpr double kJump = 0.3;  // [rad or m], and this much faster than the path asks for:
+    constexpr double kFaster = 3;
+    std::vector<std::string> notes;
+    const auto when = [&](std::size_t i) {
+      return "At t = " + text::print_rounded(begin_ + times[i]) + " s";
+    };
+    const auto jump = [&](std::size_t i) -> std::string {
+      for (std::size_t j = 0; j < dof_; ++j) {
+        const std::size_t now = i * dof_ + j, before = now - dof_;
+        const double by = std::fabs(q[now] - q[before]);
+        const double asked = std::max(std::fabs(qd[now]), std::fabs(qd[before]));
+        if (by > kJump && by > kFaster * asked * (times[i] - times[i - 1]))
+          return "joint " + std::to_string(j + 1) + " jumps by " + text::print_rounded(by, 3) +
+                 (task_.model->joints[j].type == JointType::prismatic ? " m" : " rad");
+      }
+      return {};
+    };
+    std::set<std::size_t> told;
+    for (const BranchChange& c : branch_changes(BranchNames(ik_, 0), q, kMost + 1)) {
+      told.insert(c.at);
+      const std::string jumps = jump(c.at);
+      notes.push_back(when(c.at) + " the arm goes over from the branch " + text::quote(c.from) +
+                      " to " + text::quote(c.to) +
+                      (jumps.empty() ? ", through a singular configuration." : ": " + jumps + "."));
+    }
+    for (std::size_t i = 1; i < times.size() && notes.size() <= kMost; ++i)
+      if (const std::string jumps = told.contains(i) ? std::string() : jump(i); !jumps.empty())
+        notes.push_back(when(i) + " " + jumps + ": the configuration is not followed smoothly.");
+    if (notes.size() > kMost) {
+      notes.resize(kMost);
+      notes.emplace_back("The path changes its branch or jumps more often than that.");
+    }
+    out_.notes.insert(out_.notes.end(), notes.begin(), notes.end());
   }
 
   /// Adds rows from..to to a table; the first ones of a motion are not copied.

@@ -10,6 +10,7 @@
 #include "robotics/batch_kinematics.h"
 #include "robotics/closure.h"
 #include "robotics/kinematics.h"
+#include "sim/ik_choice.h"
 #include "sim/provider_answer.h"
 #include "sim/simulate.h"
 #include "spatial/pose.h"
@@ -186,18 +187,23 @@ Result<std::vector<double>> checked_numbers(const std::string& provider, const R
 
 Result<Bound<IkSolver>> bind_ik(const Registry& registry, std::shared_ptr<const RobotModel> model,
                                 const model::ProviderChoice& choice) {
-  return bind<IkSolver>(registry, std::move(model), choice);
+  if (!choice.name.empty() || !choice.params.empty())
+    return bind<IkSolver>(registry, std::move(model), choice);
+  RMP_TRY_ASSIGN(const AutomaticIk automatic,
+                 automatic_ik(registry, *model).in("robot " + text::quote(model->name)));
+  return bind<IkSolver>(registry, std::move(model), {automatic.provider, {}});
 }
 model::ProviderChoice ik_with_tag(const Registry& registry, const model::ProviderChoice& own,
                                   std::string_view tag) {
   const auto has_tag = [&](const ProviderInfo& info) {
     return info.enabled && std::find(info.tags.begin(), info.tags.end(), tag) != info.tags.end();
   };
+  // By its name: a robot that names none may be served by a closed form.
   const auto chosen = registry.find(IkSolver::kInterfaceId, own.name);
-  if (chosen.ok() && has_tag(*chosen)) return own;
+  if (chosen.ok() && has_tag(*chosen)) return {chosen->name, own.params};
   model::ProviderChoice other;
   const auto common = registry.find(IkSolver::kInterfaceId, "");
-  if (common.ok() && has_tag(*common)) return other;
+  if (common.ok() && has_tag(*common)) return {common->name, {}};
   for (const ProviderInfo& info : registry.list(IkSolver::kInterfaceId))
     if (has_tag(info)) {
       other.name = info.name;

@@ -16,6 +16,7 @@
 #include "ioci/core/handle_text.h"
 #include "ioci/core/modules.h"
 #include "ioci/core/renamed_arguments.h"
+#include "ioci/robot/solver_notes.h"
 #include "ioci/simulation/live_runs.h"
 #include "kernel/check.h"
 #include "kernel/executor.h"
@@ -259,6 +260,7 @@ Result<void> Application::start() {
     (void)settings_kind();  // before what lists the kinds
     document.on_commit([this](const document::Commit& commit) { events.publish(commit); });
     follow_document_providers(*this);
+    follow_ik_choices(*this);
     messages.subscribe([this](const Message& m) { events.publish(m); });
     jobs.subscribe([this](const JobStatus& s) { events.publish(s); });
     document.on_commit([this](const document::Commit&) {

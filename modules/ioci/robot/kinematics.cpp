@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a robot does: forward and inverse kinematics, Jacobian, and where worlds show it.
+// What a robot does: forward kinematics, Jacobian, and where worlds show it.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -31,17 +31,6 @@ Result<Posed> posed(CommandContext& ctx, const Map& args) {
   p.frames.resize(p.model->joints.size());
   robotics::forward_kinematics(*p.model, p.q, p.frames);
   return p;
-}
-
-Result<std::size_t> tip_index(const RobotModel& m, const Map& args) {
-  if (!has(args, "tip")) return std::size_t{0};
-  std::vector<std::string> known;
-  const std::string wanted = text_of(args, "tip");
-  for (std::size_t i = 0; i < m.tips.size(); ++i) {
-    if (m.tips[i].name == wanted) return i;
-    known.push_back(m.tips[i].name);
-  }
-  return unknown_name("tip", wanted, known).in("robot " + text::quote(m.name));
 }
 
 Result<Value> fk(CommandContext& ctx, const Map& args) {
@@ -137,175 +126,6 @@ Result<Value> manipulability(CommandContext& ctx, const Map& args) {
   return Value(measure == "condition" ? d.condition : measure == "least" ? d.least : d.yoshikawa);
 }
 
-std::string_view status_word(IkStatus s) {
-  switch (s) {
-    case IkStatus::solved: return "solved";
-    case IkStatus::out_of_reach: return "out_of_reach";
-    case IkStatus::joint_limit: return "joint_limit";
-    case IkStatus::not_converged: return "not_converged";
-  }
-  return "not_converged";
-}
-
-std::string_view status_sentence(IkStatus s) {
-  switch (s) {
-    case IkStatus::out_of_reach: return "the target is out of reach";
-    case IkStatus::joint_limit: return "the target can only be reached outside the joint limits";
-    default: return "no configuration was found for the target";
-  }
-}
-
-Result<model::ProviderChoice> chosen(const Map& args, const model::ProviderChoice& robots_own) {
-  return has(args, "provider") ? read_provider(*args.find("provider"), "provider")
-                               : Result<model::ProviderChoice>(robots_own);
-}
-
-/// The unit all joints share: `turning` for revolute ones, `sliding` for prismatic ones, else
-/// `mixed`.
-std::string shared_unit(const RobotModel& m, const char* turning, const char* sliding,
-                        const char* mixed) {
-  if (!m.is_simple()) return mixed;
-  const auto slides = [](const JointModel& j) { return j.type == JointType::prismatic; };
-  if (std::none_of(m.joints.begin(), m.joints.end(), slides)) return turning;
-  return std::all_of(m.joints.begin(), m.joints.end(), slides) ? sliding : mixed;
-}
-std::string joint_unit(const RobotModel& m) { return shared_unit(m, "rad", "m", "rad or m"); }
-
-/// Why there is no solution, or which way the tip has lost: as far as the solver knows.
-void set_reasons(Map& out, const RobotModel& m, const IkResult& result) {
-  out.set("shortfall", result.shortfall);
-  if (result.limiting_joint >= 0 &&
-      static_cast<std::size_t>(result.limiting_joint) < m.joints.size())
-    out.set("limiting_joint", m.joints[static_cast<std::size_t>(result.limiting_joint)].name);
-  const auto& lost = result.lost_direction;
-  if (lost == std::array<double, 6>{}) return;
-  const Vec3 v = spatial::rotate(m.base, {lost[0], lost[1], lost[2]});
-  const Vec3 w = spatial::rotate(m.base, {lost[3], lost[4], lost[5]});
-  out.set("lost_direction", NumericArray({v[0], v[1], v[2], w[0], w[1], w[2]}));
-}
-
-Result<Value> solve_ik(CommandContext& ctx, const Map& args) {
-  const Robot& r = content<Robot>(ctx, args);
-  RMP_TRY_ASSIGN(const auto m, model_of(ctx, args));
-  RMP_TRY_ASSIGN(const std::size_t tip, tip_index(*m, args));
-  RMP_TRY_ASSIGN(const auto choice, chosen(args, r.ik));
-  const auto target = pose_from(*args.find("target"));
-  if (!target) return error(ErrorCode::invalid_argument, "the target is not a pose", {}, "target");
-  const Pose in_base = spatial::compose(spatial::inverse(m->base), *target);
-  std::vector<double> seed;
-  if (has(args, "seed")) {
-    RMP_TRY_ASSIGN(seed, read_q(*args.find("seed"), r, m->joints, "seed"));
-  }
-  RMP_TRY_ASSIGN(const auto bound, ctx.app.solvers.ik(ctx.app.registry, m, choice));
-  IkBatch batch;
-  batch.targets = std::span(&in_base, 1);
-  batch.seeds = seed;
-  batch.tolerance = {real(args, "position_tolerance"), real(args, "rotation_tolerance")};
-  batch.all_solutions = flag(args, "all");
-  batch.tip = static_cast<std::int32_t>(tip);
-  const double arm_angle = has(args, "arm_angle") ? real(args, "arm_angle") : 0.0;
-  if (has(args, "arm_angle")) batch.arm_angles = std::span(&arm_angle, 1);
-  RMP_TRY_ASSIGN(auto results, sim::solve_ik(bound, batch, ctx.progress));
-  IkResult& result = results.front();
-  report_singular(*m, tip, kIkPose, result);
-  if (result.status != IkStatus::solved && !flag(args, "partial")) {
-    std::string message =
-        result.detail.empty() ? std::string(status_sentence(result.status)) : result.detail;
-    return error(ErrorCode::unreachable, std::move(message),
-                 "Move the target, or give partial = true to get the closest configuration.",
-                 "robot " + text::quote(m->name));
-  }
-  const std::size_t dof = m->coordinate_count();
-  const std::size_t count = result.q.size() / dof;
-  Map out{{"status", status_word(result.status)}};
-  if (count > 0)
-    out.set("q",
-            NumericArray(std::vector<double>(result.q.begin(),
-                                             result.q.begin() + static_cast<std::ptrdiff_t>(dof)),
-                         joint_unit(*m)));
-  out.set("solutions",
-          count > 0 ? Value(NumericArray(result.q, count, dof, joint_unit(*m))) : Value(List{}));
-  out.set("position_error", result.position_error);
-  out.set("rotation_error", result.rotation_error);
-  out.set("iterations", static_cast<std::int64_t>(result.iterations));
-  out.set("detail", result.detail);
-  set_reasons(out, *m, result);
-  out.set("provider", bound.provider);
-  return Value(std::move(out));
-}
-
-/// Seeds of a batch: a pose's name, one configuration, or a list of configurations.
-Result<std::vector<double>> read_seeds(const Map& args, const Robot& r, const RobotModel& m) {
-  std::vector<double> out;
-  if (!has(args, "seed")) return out;
-  const Value& given = *args.find("seed");
-  const bool many =
-      given.as_list() && !given.as_list()->empty() && !given.as_list()->front().is_number();
-  const bool table = given.as_array() && given.as_array()->is_matrix();
-  if (!many && !table) return read_q(given, r, m.joints, "seed");
-  if (table) return reals(&given);
-  for (const Value& one : *given.as_list()) {
-    RMP_TRY_ASSIGN(const auto q, read_q(one, r, m.joints, "seed"));
-    out.insert(out.end(), q.begin(), q.end());
-  }
-  return out;
-}
-
-Result<Value> solve_ik_batch(CommandContext& ctx, const Map& args) {
-  const Robot& r = content<Robot>(ctx, args);
-  RMP_TRY_ASSIGN(const auto m, model_of(ctx, args));
-  RMP_TRY_ASSIGN(const std::size_t tip, tip_index(*m, args));
-  RMP_TRY_ASSIGN(const auto choice, chosen(args, r.ik));
-  const Pose base_T_mounting = spatial::inverse(m->base);
-  std::vector<Pose> targets;
-  for (const Value& v : *args.find("targets")->as_list()) {
-    const auto target = pose_from(v);
-    if (!target)
-      return error(ErrorCode::invalid_argument,
-                   "target " + std::to_string(targets.size() + 1) + " is not a pose",
-                   "Give poses such as pose(0.5, 0, 0.3).", "targets");
-    targets.push_back(spatial::compose(base_T_mounting, *target));
-  }
-  RMP_TRY_ASSIGN(const auto seeds, read_seeds(args, r, *m));
-  const std::vector<double> arm_angles = reals(args.find("arm_angle"));
-  RMP_TRY_ASSIGN(const auto bound, ctx.app.solvers.ik(ctx.app.registry, m, choice));
-  IkBatch batch;
-  batch.targets = targets;
-  batch.seeds = seeds;
-  batch.arm_angles = arm_angles;
-  batch.tolerance = {real(args, "position_tolerance"), real(args, "rotation_tolerance")};
-  batch.continuous = flag(args, "continuous");
-  batch.tip = static_cast<std::int32_t>(tip);
-  RMP_TRY_ASSIGN(const auto results, sim::solve_ik(bound, batch, ctx.progress));
-  const std::size_t n = m->coordinate_count();
-  std::vector<double> q, position, rotation, shortfall;
-  List status, detail;
-  std::int64_t solved = 0;
-  for (const IkResult& result : results) {
-    // A target without any configuration has the seed's place filled with zeros.
-    if (result.q.size() >= n)
-      q.insert(q.end(), result.q.begin(), result.q.begin() + static_cast<std::ptrdiff_t>(n));
-    else q.insert(q.end(), n, 0.0);
-    status.emplace_back(std::string(status_word(result.status)));
-    detail.emplace_back(result.detail);
-    position.push_back(result.position_error);
-    rotation.push_back(result.rotation_error);
-    shortfall.push_back(result.shortfall);
-    solved += result.status == IkStatus::solved ? 1 : 0;
-  }
-  Map out{{"solved", solved}};
-  out.set("q", results.empty()
-                   ? Value(List{})
-                   : Value(NumericArray(std::move(q), results.size(), n, joint_unit(*m))));
-  out.set("status", std::move(status));
-  out.set("detail", std::move(detail));
-  out.set("position_error", NumericArray(std::move(position), "m"));
-  out.set("rotation_error", NumericArray(std::move(rotation), "rad"));
-  out.set("shortfall", NumericArray(std::move(shortfall), "m"));
-  out.set("provider", bound.provider);
-  return Value(std::move(out));
-}
-
 Result<Value> set_joints(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const auto m, model_of(ctx, args));
   RMP_TRY_ASSIGN(const ShownRobot s, shown_robot(ctx, args));
@@ -346,9 +166,6 @@ RMP_COMMANDS(robot_motion_commands) {
   const ParamSpec tip =
       optional("tip", "string", "",
                "Name of the tip in a branched robot; the tool of the last link when left out.");
-  const ParamSpec provider = optional(
-      "provider", "any", "",
-      "Name of the solver, or {name = ..., params = {...}}; the robot's own choice when left out.");
   const std::vector<ParamSpec> pose_fields{field("pose", "pose", "", "4x4 homogeneous matrix."),
                                            field("position", "vec3", "m", "Position."),
                                            field("rpy", "vec3", "rad", "Roll, pitch, yaw."),
@@ -430,88 +247,6 @@ RMP_COMMANDS(robot_motion_commands) {
        .returns = {"real", "", "", {}},
        .effect = Effect::reads,
        .run = manipulability});
-  all.push_back(
-      {.name = "robot.solve_ik",
-       .classic = "PRobot LLRL IKine",
-       .summary = "Finds joint values that bring the tool to a pose: inverse kinematics.",
-       .details = "The target is given in the frame the robot is mounted in. A target that cannot "
-                  "be reached is an error of code unreachable that tells how near one can get, "
-                  "unless partial = true.",
-       .example = with_arm("local target = arm:fk{q = \"ready\"}.pose\nlocal s = "
-                           "arm:solve_ik{target = target, seed = {0, -0.8, 0.5, 0, 0.9, "
-                           "0}}\nassert(s.status == \"solved\" and s.position_error < 1e-8)"),
-       .params = {self("robot"), needed("target", "pose", "", "Where the tool shall be."),
-                  optional("seed", "any", "rad or m",
-                           "Joint values to start from, or the name of a pose."),
-                  defaulted("all", "bool", "", false, "Every solution the solver can tell apart."),
-                  defaulted("partial", "bool", "", false,
-                            "Return the closest configuration when the target cannot be reached."),
-                  above_zero(defaulted("position_tolerance", "real", "m", 1e-9,
-                                       "When the position counts as reached.")),
-                  above_zero(defaulted("rotation_tolerance", "real", "rad", 1e-9,
-                                       "When the rotation counts as reached.")),
-                  provider, tip,
-                  optional("arm_angle", "real", "rad",
-                           "Of a 7-joint arm, with a solver tagged arm_angle: the elbow turned "
-                           "about the line from shoulder to wrist; 0 is the plane of axis 1.")},
-       .returns = {"map",
-                   "",
-                   "",
-                   {field("status", "string", "",
-                          "solved, out_of_reach, joint_limit or not_converged."),
-                    field("q", "real[]", "rad or m", "The (first) solution."),
-                    field("solutions", "matrix", "rad or m", "One row a solution."),
-                    field("position_error", "real", "m", "What is left of the first."),
-                    field("rotation_error", "real", "rad", "What is left of the first."),
-                    field("iterations", "int", "", "Steps of the solver."),
-                    field("detail", "string", "",
-                          "Reason in words when not solved, or that q is next to a singular one."),
-                    field("shortfall", "real", "m",
-                          "How far the target is out of reach, at least; 0 when not known."),
-                    field("limiting_joint", "string", "", "Whose limit is in the way, if known."),
-                    field("lost_direction", "real[]", "",
-                          "Where q is singular or next to it: the unit twist (vx, vy, vz, wx, wy, "
-                          "wz) that the "
-                          "tip has lost, axes of the mounting frame."),
-                    field("provider", "string", "", "The solver.")}},
-       .effect = Effect::reads,
-       .run = solve_ik});
-  all.push_back(
-      {.name = "robot.solve_ik_batch",
-       .classic = "",
-       .summary = "Finds joint values for many poses of the tool in one call.",
-       .details = "Poses are in the frame the robot is mounted in. What cannot be reached is no "
-                  "error: status and detail tell it, and q is the closest configuration found.",
-       .example = with_arm("local a = arm:fk{q = \"ready\"}.pose\nlocal b = arm:fk{q = {0.1, -0.8, "
-                           "0.5, 0, 0.9, 0}}.pose\nlocal s = arm:solve_ik_batch{targets = {a, b}, "
-                           "seed = \"ready\"}\nassert(s.solved == 2 and #s.q == 2)"),
-       .params = {self("robot"), needed("targets", "list", "", "Poses of the tool."),
-                  optional("seed", "any", "rad or m",
-                           "Joint values to start from, the name of a pose, or a list: one a "
-                           "target."),
-                  defaulted("continuous", "bool", "", false,
-                            "The poses are samples of one path: each starts from the one before."),
-                  optional(
-                      "arm_angle", "real[]", "rad",
-                      "Of 7-joint arms, see robot.solve_ik: one for all targets, or one each."),
-                  above_zero(defaulted("position_tolerance", "real", "m", 1e-9,
-                                       "When the position counts as reached.")),
-                  above_zero(defaulted("rotation_tolerance", "real", "rad", 1e-9,
-                                       "When the rotation counts as reached.")),
-                  provider, tip},
-       .returns = {"map",
-                   "",
-                   "",
-                   {field("solved", "int", "", "Number of targets reached."),
-                    field("q", "matrix", "rad or m", "One row a target."),
-                    field("status", "list", "", "Words as of robot.solve_ik."),
-                    field("detail", "list", "", "Reasons in words."),
-                    field("position_error", "array", "m", "One a target."),
-                    field("rotation_error", "array", "rad", "One a target."),
-                    field("shortfall", "array", "m", "One a target; 0 when not known."),
-                    field("provider", "string", "", "The solver.")}},
-       .effect = Effect::reads,
-       .run = solve_ik_batch});
   const std::string in_world =
       "local cell = world.create{name = \"cell\"}\ncell:add_robot{robot = arm}\n";
   const ParamSpec world = shown_world();

@@ -164,6 +164,17 @@ Result<std::shared_ptr<const RobotModel>> model_of(CommandContext& ctx, const Ma
                                      ctx.progress);
 }
 
+Result<std::size_t> tip_index(const RobotModel& m, const Map& args) {
+  if (!has(args, "tip")) return std::size_t{0};
+  std::vector<std::string> known;
+  const std::string wanted = text_of(args, "tip");
+  for (std::size_t i = 0; i < m.tips.size(); ++i) {
+    if (m.tips[i].name == wanted) return i;
+    known.push_back(m.tips[i].name);
+  }
+  return unknown_name("tip", wanted, known).in("robot " + text::quote(m.name));
+}
+
 bool has_mass(const RobotModel& m) {
   return std::any_of(m.joints.begin(), m.joints.end(), [](const JointModel& j) {
     const Sym3& i = j.body.inertia;

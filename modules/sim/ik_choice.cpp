@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/ik_choice.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "kernel/text.h"
+#include "motion/provider_params.h"
+#include "robotics/coordinates.h"
+#include "robotics/kinematics.h"
+
+namespace robomosp::sim {
+namespace {
+
+constexpr std::size_t kMostJoints = 64, kMostTips = 64;
+
+bool has_tag(const ProviderInfo& info, std::string_view tag) {
+  return std::find(info.tags.begin(), info.tags.end(), tag) != info.tags.end();
+}
+
+/// Whether a solver serves each tip: what it says of the tips' poses in neutral.
+Result<void> serves_all(const Registry& registry, const ProviderInfo& info,
+                        const RobotModel& model) {
+  RMP_TRY_ASSIGN(const auto solver, registry.create<IkSolver>(info.name));
+  RMP_TRY_ASSIGN(const auto params,
+                 motion::checked_params(info, {info.name, {}}, "provider " + info.name));
+  RMP_TRY(guarded(info.name, [&] { return solver->prepare(model, *params); }));
+  if (model.tips.size() == 1) return {};
+  const std::vector<double> neutral = robotics::neutral_coordinates(model);
+  std::vector<Pose> frames(model.joints.size());
+  robotics::forward_kinematics(model, neutral, frames);
+  NoProgress none;
+  for (std::size_t i = 0; i < model.tips.size(); ++i) {
+    const Pose target = robotics::tip_pose(model, i, frames);
+    IkBatch batch;
+    batch.targets = {&target, 1};
+    batch.seeds = neutral;
+    batch.tip = static_cast<std::int32_t>(i);
+    IkResult result;
+    RMP_TRY(guarded(info.name, [&] { return solver->solve(batch, {&result, 1}, none); }));
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<AutomaticIk> automatic_ik(const Registry& registry, const RobotModel& model) {
+  RMP_TRY_ASSIGN(const ProviderInfo common, registry.find(IkSolver::kInterfaceId, ""));
+  AutomaticIk out{common.name, has_tag(common, "closed_form"), {}};
+  const auto chosen = registry.chosen();
+  if (common.name != standard_provider(IkSolver::kInterfaceId) ||
+      chosen.contains(IkSolver::kInterfaceId) || model.joints.size() > kMostJoints ||
+      model.tips.empty() || model.tips.size() > kMostTips)
+    return out;
+  const std::string joints = "dof=" + std::to_string(model.dof());
+  for (const ProviderInfo& info : registry.list(IkSolver::kInterfaceId)) {
+    if (!info.enabled || !info.shipped || !has_tag(info, "closed_form")) continue;
+    const auto served = serves_all(registry, info, model);
+    if (served.ok()) return AutomaticIk{info.name, true, {}};
+    if (has_tag(info, joints)) out.refusals.push_back(info.name + ": " + served.error().message);
+  }
+  return out;
+}
+
+std::vector<std::string> ik_solvers_with(const Registry& registry,
+                                         const std::shared_ptr<const RobotModel>& model,
+                                         std::string_view tag) {
+  std::vector<std::string> out;
+  for (const ProviderInfo& info : registry.list(IkSolver::kInterfaceId))
+    if (info.enabled && has_tag(info, tag) && bind_ik(registry, model, {info.name, {}}).ok())
+      out.push_back(info.name);
+  return out;
+}
+
+BranchNames::BranchNames(const Bound<IkSolver>& ik, std::int32_t tip) : ik_(ik), tip_(tip) {
+  const auto* branches =
+      static_cast<const IkBranches*>(ik_.solver->extension(IkBranches::kExtensionId));
+  if (!branches) return;
+  const auto got = guarded(ik_.provider, [&]() -> Result<void> {
+    const auto given = branches->choices(tip_);
+    choices_.assign(given.begin(), given.end());
+    return {};
+  });
+  const bool is_whole =
+      got.ok() && std::all_of(choices_.begin(), choices_.end(),
+                              [](const auto& c) { return c.name && c.positive && c.negative; });
+  if (is_whole) branches_ = branches;
+  else choices_.clear();
+}
+
+std::vector<double> BranchNames::measure(std::span<const double> q) const {
+  const std::size_t n = ik_.model ? ik_.model->coordinate_count() : 0;
+  if (!branches_ || n == 0) return {};
+  std::vector<double> out(q.size() / n * choices_.size(), 0.0);
+  const auto done = guarded(ik_.provider, [&]() -> Result<void> {
+    branches_->measure(tip_, q, out);
+    return {};
+  });
+  for (double& x : out)
+    if (!done.ok() || !std::isfinite(x)) x = 0;
+  return out;
+}
+
+std::string BranchNames::name(std::span<const double> measures) const {
+  std::string out;
+  for (std::size_t i = 0; i < choices_.size() && i < measures.size(); ++i) {
+    if (!out.empty()) out += ' ';
+    out += measures[i] < -kBranchesMeet ? choices_[i].negative : choices_[i].positive;
+  }
+  return out;
+}
+
+std::string BranchNames::words() const {
+  std::string out;
+  for (const IkBranchChoice& c : choices_)
+    out += (out.empty() ? "" : ", ") + std::string(c.positive) + " or " + c.negative;
+  return out;
+}
+
+std::vector<BranchChange> branch_changes(const BranchNames& names, std::span<const double> q,
+                                         std::size_t most) {
+  std::vector<BranchChange> out;
+  const std::size_t m = names.choices().size();
+  if (m == 0) return out;
+  const std::vector<double> all = names.measure(q);
+  std::vector<double> held(all.begin(),
+                           all.begin() + static_cast<std::ptrdiff_t>(std::min(all.size(), m)));
+  for (std::size_t i = 1; (i + 1) * m <= all.size(); ++i) {
+    std::vector<double> now = held;
+    bool changed = false;
+    for (std::size_t k = 0; k < m; ++k) {
+      const double x = all[i * m + k];
+      if (std::fabs(x) < kBranchesMeet) continue;
+      changed |= std::fabs(held[k]) >= kBranchesMeet && (x < 0) != (held[k] < 0);
+      now[k] = x;
+    }
+    if (changed && out.size() < most) out.push_back({i, names.name(held), names.name(now)});
+    held = std::move(now);
+  }
+  return out;
+}
+
+}  // namespace robomosp::sim
