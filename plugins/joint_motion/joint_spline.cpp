@@ -14,6 +14,9 @@
 namespace robomosp::joint_motion {
 namespace {
 
+/// Joint values closer than this are one [rad or m, relative above 1].
+constexpr double kSameValue = 1e-9;
+
 class JointSpline final : public JointwiseSegment {
  public:
   JointSpline(std::size_t dof, double duration, Spline spline)
@@ -70,15 +73,11 @@ Use use_of(const Spline& s, const Task& t) {
 /// ask for; then one step after the other longer or shorter, as long as the whole gets faster.
 class TimeSearch {
  public:
-  TimeSearch(const Task& task, bool is_quintic, const Clamps* clamps)
-      : t_(task), is_quintic_(is_quintic), clamps_(clamps) {
+  TimeSearch(const Task& task, bool is_quintic, EndRule rule, const Clamps& clamps)
+      : t_(task), is_quintic_(is_quintic), rule_(rule), clamps_(clamps) {
     const auto is_zero = [](double x) { return x == 0; };
-    is_resting_ = !clamps;
-    if (clamps) {
-      is_resting_ = true;
-      for (const auto* c : {&clamps->v0, &clamps->v1, &clamps->a0, &clamps->a1})
-        is_resting_ = is_resting_ && std::all_of(c->begin(), c->end(), is_zero);
-    }
+    for (const auto* c : {&clamps.v0, &clamps.v1, &clamps.a0, &clamps.a1})
+      is_resting_ = is_resting_ && std::all_of(c->begin(), c->end(), is_zero);
   }
 
   /// Steps, empty when no stretch of time keeps the limits.
@@ -126,7 +125,7 @@ class TimeSearch {
   [[nodiscard]] Use use(const std::vector<double>& step, double factor) const {
     std::vector<double> h = step;
     for (double& x : h) x *= factor;
-    return use_of(through(t_, h, is_quintic_, clamps_), t_);
+    return use_of(through(t_, h, is_quintic_, rule_, clamps_), t_);
   }
   /// Scales all steps so that the limits are just kept.
   [[nodiscard]] bool fit(std::vector<double>& step) const {
@@ -151,7 +150,8 @@ class TimeSearch {
 
   const Task& t_;
   bool is_quintic_;
-  const Clamps* clamps_;
+  EndRule rule_;
+  const Clamps& clamps_;
   bool is_resting_ = true;
 };
 
@@ -171,6 +171,28 @@ Result<std::vector<double>> steps_of(std::span<const double> times, std::size_t 
   return out;
 }
 
+/// What a rule wants of the joint vectors.
+Result<void> check_vectors(const Task& t, bool is_quintic, EndRule rule) {
+  const std::size_t least = rule == EndRule::not_a_knot ? (is_quintic ? 6 : 4)
+                            : rule == EndRule::periodic ? 3
+                                                        : 2;
+  if (t.count < least)
+    return bad("ends = \"" + std::string(rule == EndRule::periodic ? "periodic" : "not_a_knot") +
+                   "\" wants " + std::to_string(least) + " joint vectors of a " +
+                   (is_quintic ? "quintic" : "cubic") + " spline, and there are " +
+                   std::to_string(t.count),
+               "Add joint vectors, or take other ends.");
+  if (rule != EndRule::periodic) return {};
+  for (std::size_t j = 0; j < t.dof; ++j) {
+    const double open = std::fabs(t.at(t.count - 1, j) - t.at(0, j));
+    if (open > kSameValue * (1 + std::fabs(t.at(0, j))))
+      return bad("ends = \"periodic\" closes the spline, and " + joint_name(j) + " ends " +
+                     print_number(open, 6) + " away from where it begins",
+                 "Add the first joint vector once more at the end.");
+  }
+  return {};
+}
+
 }  // namespace
 
 Result<std::unique_ptr<JointSegment>> SplineFactory::make(std::size_t dof,
@@ -182,7 +204,12 @@ Result<std::unique_ptr<JointSegment>> SplineFactory::make(std::size_t dof,
   // At given times the joints may stand still for a while.
   if (params.reals("times").empty()) RMP_TRY(check_apart(task));
   const bool is_quintic = params.text("degree") == "5";
-  const bool is_natural = params.text("ends") == "natural";
+  const std::string_view ends_word = params.text("ends");
+  const EndRule rule = ends_word == "natural"      ? EndRule::natural
+                       : ends_word == "not_a_knot" ? EndRule::not_a_knot
+                       : ends_word == "periodic"   ? EndRule::periodic
+                                                   : EndRule::clamped;
+  RMP_TRY(check_vectors(task, is_quintic, rule));
   Clamps clamps;
   RMP_TRY_ASSIGN(clamps.v0, end_values(ends.start_velocity, task, "velocity at the start"));
   RMP_TRY_ASSIGN(clamps.v1, end_values(end_or(ends.end_velocity, params, "end_velocity"), task,
@@ -191,10 +218,11 @@ Result<std::unique_ptr<JointSegment>> SplineFactory::make(std::size_t dof,
   RMP_TRY_ASSIGN(clamps.a1, end_values(end_or(ends.end_acceleration, params, "end_acceleration"),
                                        task, "acceleration at the end"));
   for (std::size_t j = 0; j < dof; ++j) {
-    if (is_natural &&
+    if (rule != EndRule::clamped &&
         (clamps.v0[j] != 0 || clamps.v1[j] != 0 || clamps.a0[j] != 0 || clamps.a1[j] != 0))
-      return bad("natural ends are free, and a rate of " + joint_name(j) + " is given there",
-                 "Take clamped ends, or leave it out.");
+      return bad("ends = \"" + std::string(ends_word) +
+                     "\" leaves no choice of the rates there, and " + joint_name(j) + " has one",
+                 "Take ends = \"clamped\", or leave the rate out.");
     if (!is_quintic && (clamps.a0[j] != 0 || clamps.a1[j] != 0))
       return bad("a cubic spline cannot begin or end with a given acceleration, and " +
                      joint_name(j) + " has one",
@@ -205,7 +233,6 @@ Result<std::unique_ptr<JointSegment>> SplineFactory::make(std::size_t dof,
                        ", above its limit " + print_number(task.velocity[j], 6),
                    "Lower it.");
   }
-  const Clamps* const given = is_natural ? nullptr : &clamps;
   const auto times = params.reals("times");
   std::vector<double> step;
   if (!times.empty()) {
@@ -214,12 +241,12 @@ Result<std::unique_ptr<JointSegment>> SplineFactory::make(std::size_t dof,
     for (std::size_t j = 0; j < dof; ++j)
       if (!std::isfinite(task.acceleration[j]))
         RMP_TRY(need(task.velocity, "velocity", j, "velocity"));
-    step = TimeSearch(task, is_quintic, given).run();
+    step = TimeSearch(task, is_quintic, rule, clamps).run();
     if (step.empty())
       return bad("no times keep the limits with these rates at the ends",
                  "Lower the rates, or raise the limits.");
   }
-  Spline spline = through(task, step, is_quintic, given);
+  Spline spline = through(task, step, is_quintic, rule, clamps);
   for (const Piece& p : spline.pieces)
     for (const double c : p)
       if (!std::isfinite(c))

@@ -126,6 +126,89 @@ Spline quintic(const Task& t, std::span<const double> step, const Clamps* clamps
   return out;
 }
 
+Spline clamped(const Task& t, std::span<const double> step, bool is_quintic, const Clamps* clamps) {
+  return is_quintic ? quintic(t, step, clamps) : cubic(t, step, clamps);
+}
+
+double derivative_at(const Piece& p, int order, double t) {
+  double sum = 0, power = 1;
+  for (int k = order; k < static_cast<int>(p.size()); ++k, power *= t) {
+    double factor = 1;
+    for (int i = 0; i < order; ++i) factor *= k - i;
+    sum += factor * p[static_cast<std::size_t>(k)] * power;
+  }
+  return sum;
+}
+
+/// What a spline misses of a rule, in times of about one piece: numbers of each joint.
+std::vector<double> misses(const Spline& s, std::size_t dof, bool is_quintic, EndRule rule) {
+  const std::size_t n = s.step.size();
+  std::vector<double> out;
+  const auto jump = [&](std::size_t before, std::size_t after, std::size_t j, int order) {
+    return std::pow(s.step[after], order) *
+           (derivative_at(s.pieces[before * dof + j], order, s.step[before]) -
+            derivative_at(s.pieces[after * dof + j], order, 0));
+  };
+  for (std::size_t j = 0; j < dof; ++j) {
+    if (rule == EndRule::periodic) {
+      for (int order = is_quintic ? 3 : 2; order <= (is_quintic ? 4 : 2); ++order)
+        out.push_back(jump(n - 1, 0, j, order));
+      continue;
+    }
+    const std::size_t each = is_quintic ? 2 : 1;
+    for (std::size_t k = 0; k < each; ++k) {
+      out.push_back(jump(k, k + 1, j, is_quintic ? 5 : 3));
+      out.push_back(jump(n - 2 - k, n - 1 - k, j, is_quintic ? 5 : 3));
+    }
+  }
+  return out;
+}
+
+/// Rates at the ends with which the clamped spline meets another rule. A spline is linear in them,
+/// and what one of them adds is the same for every joint.
+Clamps clamps_that_meet(const Task& t, std::span<const double> step, bool is_quintic,
+                        EndRule rule) {
+  const bool is_periodic = rule == EndRule::periodic;
+  const std::size_t unknowns = (is_periodic ? 1U : 2U) * (is_quintic ? 2U : 1U);
+  // Unknown 0 is a velocity, at the start or at both ends; the others follow.
+  const auto set = [&](Clamps& c, std::size_t k, std::size_t joint, double x) {
+    const bool is_rate = k % (is_quintic ? 2U : 1U) == 0, is_end = k >= unknowns / 2;
+    if (is_periodic) {
+      (is_rate ? c.v0 : c.a0)[joint] = (is_rate ? c.v1 : c.a1)[joint] = x;
+    } else if (is_rate) {
+      (is_end ? c.v1 : c.v0)[joint] = x;
+    } else {
+      (is_end ? c.a1 : c.a0)[joint] = x;
+    }
+  };
+  const auto rest = [](std::size_t dof) {
+    const std::vector<double> zero(dof, 0.0);
+    return Clamps{zero, zero, zero, zero};
+  };
+  Clamps out = rest(t.dof);
+  const std::vector<double> at_rest =
+      misses(clamped(t, step, is_quintic, &out), t.dof, is_quintic, rule);
+  Task still;
+  still.dof = 1;
+  still.count = t.count;
+  still.q.assign(t.count, 0.0);
+  BandSystem system(unknowns, unknowns, t.dof);
+  for (std::size_t k = 0; k < unknowns; ++k) {
+    Clamps one = rest(1);
+    set(one, k, 0, 1);
+    const std::vector<double> by_one =
+        misses(clamped(still, step, is_quintic, &one), 1, is_quintic, rule);
+    for (std::size_t row = 0; row < unknowns; ++row) system.at(row, k) = by_one[row];
+  }
+  for (std::size_t j = 0; j < t.dof; ++j)
+    for (std::size_t row = 0; row < unknowns; ++row)
+      system.side(row, j) = -at_rest[j * unknowns + row];
+  system.solve();
+  for (std::size_t j = 0; j < t.dof; ++j)
+    for (std::size_t k = 0; k < unknowns; ++k) set(out, k, j, system.side(k, j));
+  return out;
+}
+
 Piece derivative(const Piece& p) { return {p[1], 2 * p[2], 3 * p[3], 4 * p[4], 5 * p[5], 0}; }
 double horner(const Piece& p, double t) {
   return p[0] + t * (p[1] + t * (p[2] + t * (p[3] + t * (p[4] + t * p[5]))));
@@ -158,8 +241,12 @@ std::vector<double> sign_changes(const Piece& p, double h) {
 
 }  // namespace
 
-Spline through(const Task& t, std::span<const double> step, bool is_quintic, const Clamps* clamps) {
-  return is_quintic ? quintic(t, step, clamps) : cubic(t, step, clamps);
+Spline through(const Task& t, std::span<const double> step, bool is_quintic, EndRule rule,
+               const Clamps& clamps) {
+  if (rule == EndRule::clamped) return clamped(t, step, is_quintic, &clamps);
+  if (rule == EndRule::natural) return clamped(t, step, is_quintic, nullptr);
+  const Clamps found = clamps_that_meet(t, step, is_quintic, rule);
+  return clamped(t, step, is_quintic, &found);
 }
 
 Motion1 value(const Piece& p, double t) {

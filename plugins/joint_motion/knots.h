@@ -20,16 +20,24 @@ struct Clamps {
   std::vector<double> v0, v1, a0, a1;
 };
 
+/// What holds at the ends of a spline besides its first and last joint vector.
+enum class EndRule {
+  clamped,     ///< the rates of Clamps
+  natural,     ///< cubic: no acceleration; quintic: no third and fourth derivative
+  not_a_knot,  ///< one polynomial over the first two pieces (quintic: three), likewise the last
+  periodic     ///< all derivatives that are continuous are the same at both ends
+};
+
 struct Spline {
   std::vector<double> step;   ///< between knots [s]
   std::vector<Piece> pieces;  ///< of all joints, row-major, one row between two knots
 };
 
-/// Through the task's joint vectors at knots `step` apart. Cubic: two continuous derivatives,
-/// natural = no acceleration at the ends. Quintic: four; natural = no third and fourth derivative
-/// there. Without clamps: natural.
-[[nodiscard]] Spline through(const Task&, std::span<const double> step, bool is_quintic,
-                             const Clamps*);
+/// Through the task's joint vectors at knots `step` apart. Cubic: two continuous derivatives;
+/// quintic: four. `clamps` of EndRule::clamped only. Not-a-knot wants as many joint vectors as the
+/// polynomial has coefficients, periodic the same one at both ends.
+[[nodiscard]] Spline through(const Task&, std::span<const double> step, bool is_quintic, EndRule,
+                             const Clamps& clamps);
 
 [[nodiscard]] Motion1 value(const Piece&, double t);
 

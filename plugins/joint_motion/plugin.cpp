@@ -50,8 +50,11 @@ const rmp_param kPtpParams[] = {
 const rmp_param kSplineParams[] = {
     {"degree", "enum", "", "Cubic: continuous acceleration; quintic: two derivatives more.", "3",
      "3|5", 1, 0},
-    {"ends", "enum", "", "At rest (or with the rates given there), or free.", "clamped",
-     "clamped|natural", 1, 0},
+    {"ends", "enum", "",
+     "clamped: at rest, or with the rates given there; natural: free; not_a_knot: one polynomial "
+     "over the first and the last pieces; periodic: the last joint vector is the first, and the "
+     "motion goes on there as it began.",
+     "clamped", "clamped|natural|not_a_knot|periodic", 1, 0},
     {"times", "real[]", "s",
      "When each joint vector is passed; without, as fast as the limits "
      "allow.",

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Joint motions "ptp", "joint_spline", "time_optimal": the SDK's suite, and closed forms.
+#include <numbers>
+
 #include <robomosp/sdk/conformance/joint_segment_suite.h>
 
 namespace robomosp::conformance {
@@ -202,6 +204,196 @@ TEST(JointSpline, NaturalEndsAreFree) {
   EXPECT_NEAR(jerk(0), 0, 1e-9);
   EXPECT_NEAR(jerk(4), 0, 1e-8);
   EXPECT_NEAR((jerk(h) - jerk(0)) / h, 0, 0.1);
+}
+
+/// A spline by its definition: all coefficients of all pieces from one full system of equations,
+/// with the end conditions as they are written in textbooks.
+class FullSystem {
+ public:
+  FullSystem(int degree, std::vector<double> times, const std::vector<double>& values,
+             const std::string& ends)
+      : p_(degree), times_(std::move(times)) {
+    const int n = pieces();
+    for (int i = 0; i < n; ++i) {
+      add({{i, 0, 0.0L, 1}}, values[static_cast<std::size_t>(i)]);
+      add({{i, 0, length(i), 1}}, values[static_cast<std::size_t>(i) + 1]);
+      for (int k = 1; i + 1 < n && k < p_; ++k)
+        add({{i, k, length(i), 1}, {i + 1, k, 0.0L, -1}}, 0);
+    }
+    if (ends == "periodic")
+      for (int k = 1; k < p_; ++k) add({{n - 1, k, length(n - 1), 1}, {0, k, 0.0L, -1}}, 0);
+    for (int i = 0; ends == "not_a_knot" && i < (p_ - 1) / 2; ++i) {
+      add({{i, p_, length(i), 1}, {i + 1, p_, 0.0L, -1}}, 0);
+      add({{n - 2 - i, p_, length(n - 2 - i), 1}, {n - 1 - i, p_, 0.0L, -1}}, 0);
+    }
+    solve();
+  }
+  [[nodiscard]] double at(double t, int order) const {
+    int i = 0;
+    while (i + 1 < pieces() && t >= times_[static_cast<std::size_t>(i) + 1]) ++i;
+    long double sum = 0;
+    for (int k = 0; k <= p_; ++k)
+      sum += rows_[static_cast<std::size_t>(i * (p_ + 1) + k)].back() *
+             basis(k, order, t - times_[static_cast<std::size_t>(i)]);
+    return static_cast<double>(sum);
+  }
+
+ private:
+  struct Term {
+    int piece, order;
+    long double at;
+    int sign;
+  };
+  [[nodiscard]] int pieces() const { return static_cast<int>(times_.size()) - 1; }
+  [[nodiscard]] long double length(int i) const {
+    return times_[static_cast<std::size_t>(i) + 1] - times_[static_cast<std::size_t>(i)];
+  }
+  static long double basis(int k, int order, long double t) {
+    if (order > k) return 0;
+    long double x = 1;
+    for (int i = 0; i < order; ++i) x *= k - i;
+    return x * std::pow(t, static_cast<long double>(k - order));
+  }
+  void add(const std::vector<Term>& terms, double side) {
+    std::vector<long double> row(static_cast<std::size_t>(pieces() * (p_ + 1)) + 1, 0);
+    for (const Term& term : terms)
+      for (int k = 0; k <= p_; ++k)
+        row[static_cast<std::size_t>(term.piece * (p_ + 1) + k)] +=
+            term.sign * basis(k, term.order, term.at);
+    row.back() = side;
+    rows_.push_back(std::move(row));
+  }
+  void solve() {
+    const std::size_t n = rows_.size();
+    ASSERT_EQ(n + 1, rows_[0].size());
+    for (std::size_t k = 0; k < n; ++k) {
+      std::size_t best = k;
+      for (std::size_t i = k; i < n; ++i)
+        if (std::fabs(rows_[i][k]) > std::fabs(rows_[best][k])) best = i;
+      std::swap(rows_[k], rows_[best]);
+      const long double pivot = rows_[k][k];
+      for (long double& x : rows_[k]) x /= pivot;
+      for (std::size_t i = 0; i < n; ++i) {
+        const long double f = rows_[i][k];
+        for (std::size_t c = k; i != k && f != 0 && c <= n; ++c) rows_[i][c] -= f * rows_[k][c];
+      }
+    }
+  }
+
+  int p_;
+  std::vector<double> times_;
+  std::vector<std::vector<long double>> rows_;
+};
+
+TEST(JointSpline, NotAKnotAndPeriodicEndsAreTheSplinesOfTheirDefinitions) {
+  const std::vector<double> times{0, 0.4, 1.1, 1.5, 2.2, 2.9, 3.1, 4};
+  const std::vector<double> a{0.2, 1, -0.4, 0.3, 0.9, 1.4, -0.2, 0.2},
+      b{-1, 0.4, 0.8, 0.1, -0.7, 0.2, 0.6, -1};
+  JointMotionTask t;
+  t.dof = 2;
+  for (std::size_t i = 0; i < a.size(); ++i) t.points.insert(t.points.end(), {a[i], b[i]});
+  for (const std::string ends : {"not_a_knot", "periodic"})
+    for (const std::string degree : {"3", "5"}) {
+      const auto s = Motion("joint_spline", {{"times", "{0, 0.4, 1.1, 1.5, 2.2, 2.9, 3.1, 4}"},
+                                             {"ends", ends},
+                                             {"degree", degree}})
+                         .make(t);
+      ASSERT_TRUE(s.ok()) << s.error().sentence();
+      for (std::size_t j = 0; j < 2; ++j) {
+        const FullSystem expected(degree == "3" ? 3 : 5, times, j == 0 ? a : b, ends);
+        for (double x = 0; x < 4; x += 0.03) {
+          const Row row = at(**s, 2, j, x);
+          ASSERT_NEAR(row.q, expected.at(x, 0), 1e-10) << ends << degree << " at " << x;
+          ASSERT_NEAR(row.qd, expected.at(x, 1), 1e-9) << ends << degree << " at " << x;
+          ASSERT_NEAR(row.qdd, expected.at(x, 2), 1e-8) << ends << degree << " at " << x;
+          ASSERT_NEAR(row.qddd, expected.at(x, 3), 1e-6) << ends << degree << " at " << x;
+        }
+        if (ends != "periodic") continue;
+        const Row first = at(**s, 2, j, 0), last = at(**s, 2, j, 4);
+        EXPECT_NEAR(first.qd, last.qd, 1e-10);
+        EXPECT_NEAR(first.qdd, last.qdd, 1e-9);
+        EXPECT_GT(std::fabs(first.qd), 0.1) << "it goes on as it began";
+      }
+    }
+}
+
+// A polynomial of the spline's degree is its own not-a-knot spline, and a turn of a circle is met
+// the better the more joint vectors there are.
+TEST(JointSpline, NotAKnotReproducesPolynomialsAndPeriodicFollowsACircle) {
+  const auto p = [](double t) { return 0.3 - t + 0.5 * t * t + 0.25 * t * t * t; };
+  const auto p5 = [p](double t) { return p(t) - 0.2 * std::pow(t, 4) + 0.05 * std::pow(t, 5); };
+  JointMotionTask cubic, quintic;
+  cubic.dof = quintic.dof = 1;
+  const std::vector<double> times{0, 0.3, 0.7, 1.2, 1.6, 2};
+  for (const double t : times) quintic.points.push_back(p5(t));
+  for (std::size_t i = 0; i < 4; ++i) cubic.points.push_back(p(times[i]));
+  const auto s3 =
+      Motion("joint_spline", {{"times", "{0, 0.3, 0.7, 1.2}"}, {"ends", "not_a_knot"}}).make(cubic);
+  const auto s5 =
+      Motion("joint_spline",
+             {{"times", "{0, 0.3, 0.7, 1.2, 1.6, 2}"}, {"ends", "not_a_knot"}, {"degree", "5"}})
+          .make(quintic);
+  ASSERT_TRUE(s3.ok()) << s3.error().sentence();
+  ASSERT_TRUE(s5.ok()) << s5.error().sentence();
+  for (double x = 0; x <= 1.2; x += 0.01) ASSERT_NEAR(at(**s3, 1, 0, x).q, p(x), 1e-12);
+  for (double x = 0; x <= 2; x += 0.01) ASSERT_NEAR(at(**s5, 1, 0, x).q, p5(x), 1e-11);
+  double before = 1;
+  for (const int n : {8, 16, 32}) {
+    JointMotionTask t;
+    t.dof = 1;
+    std::string at_times = "{";
+    for (int i = 0; i <= n; ++i) {
+      t.points.push_back(i == n ? 0.0 : std::sin(2 * std::numbers::pi * i / n));
+      at_times += (i ? ", " : "") + std::to_string(i);
+    }
+    const auto s =
+        Motion("joint_spline", {{"times", at_times + "}"}, {"ends", "periodic"}}).make(t);
+    ASSERT_TRUE(s.ok()) << s.error().sentence();
+    double worst = 0;
+    for (double x = 0; x <= n; x += 0.05)
+      worst =
+          std::max(worst, std::fabs(at(**s, 1, 0, x).q - std::sin(2 * std::numbers::pi * x / n)));
+    EXPECT_LT(worst, before / 10) << n;  // by 16 for cubics
+    before = worst;
+  }
+}
+
+TEST(JointSpline, EndsThatContradictWhatIsGivenAreRefused) {
+  JointMotionTask t;
+  t.dof = 1;
+  t.points = {0, 1, 0.5, 2};
+  t.velocity = {9}, t.acceleration = {99}, t.jerk = {999};
+  const auto refusal = [&](std::vector<std::pair<std::string, std::string>> params) {
+    return Motion("joint_spline", std::move(params)).refusal(t);
+  };
+  const auto has = [](const std::string& text, const char* part) {
+    EXPECT_NE(text.find(part), std::string::npos) << text;
+  };
+  has(refusal({{"ends", "periodic"}}), "joint 1 ends 2 away from where it begins");
+  has(refusal({{"ends", "not_a_knot"}, {"degree", "5"}}),
+      "wants 6 joint vectors of a quintic spline, and there are 4");
+  for (const char* ends : {"natural", "not_a_knot"})
+    has(refusal({{"ends", ends}, {"end_velocity", "{1}"}}),
+        "leaves no choice of the rates there, and joint 1 has one");
+  t.v0 = {0.5};
+  has(refusal({{"ends", "not_a_knot"}}), "leaves no choice of the rates there");
+  t.v0 = {};
+  t.points = {0, 1};
+  has(refusal({{"ends", "periodic"}}), "wants 3 joint vectors");
+  // As fast as the limits allow, and no faster.
+  t.points = {0, 1, 0.5, 0};
+  for (const char* ends : {"not_a_knot", "periodic"}) {
+    const auto s = Motion("joint_spline", {{"ends", ends}}).make(t);
+    ASSERT_TRUE(s.ok()) << s.error().sentence();
+    double v = 0, a = 0, j = 0;
+    for (double x = 0; x <= (*s)->duration(); x += 1e-3) {
+      const Row r = at(**s, 1, 0, x);
+      v = std::max(v, std::fabs(r.qd) / 9), a = std::max(a, std::fabs(r.qdd) / 99);
+      j = std::max(j, std::fabs(r.qddd) / 999);
+    }
+    EXPECT_LE(std::max({v, a, j}), 1 + 1e-6) << ends;
+    EXPECT_GT(std::max({v, a, j}), 0.99) << ends;
+  }
 }
 
 // A cubic from rest to rest needs 1.5 d / T, 6 d / T^2, 12 d / T^3.
