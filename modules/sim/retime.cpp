@@ -50,10 +50,17 @@ std::vector<double> directions(std::span<const double> rates) {
   return out;
 }
 
+/// Configurations one after the other, without corners.
+struct PathPiece {
+  std::vector<double> q;
+  std::vector<double> approach;  ///< of each whether a move that was put in goes there (1) or not
+};
+
 /// A natural cubic spline through configurations, over the distances between them.
 class JointPath {
  public:
-  JointPath(std::size_t dof, std::vector<double> q) : dof_(dof), q_(std::move(q)) {
+  JointPath(std::size_t dof, PathPiece piece)
+      : dof_(dof), q_(std::move(piece.q)), approach_(std::move(piece.approach)) {
     const std::size_t n = q_.size() / dof_;
     s_.assign(n, 0.0);
     for (std::size_t i = 1; i < n; ++i) s_[i] = s_[i - 1] + distance(i - 1, i);
@@ -73,9 +80,11 @@ class JointPath {
     return out;
   }
 
+  /// 1 on the way to a configuration of an approach, else 0.
+  [[nodiscard]] double approach(double s) const { return approach_[step_of(s) + 1]; }
+
   void evaluate(double s, double* q, double* q1, double* q2) const {
-    const auto next = std::upper_bound(s_.begin() + 1, s_.end() - 1, s);
-    const auto i = static_cast<std::size_t>(next - s_.begin()) - 1;
+    const std::size_t i = step_of(s);
     const double h = s_[i + 1] - s_[i], x = s - s_[i];
     for (std::size_t j = 0; j < dof_; ++j) {
       const auto c = spatial::cubic_piece(at(i, j), at(i + 1, j), rate_[i * dof_ + j],
@@ -87,6 +96,10 @@ class JointPath {
   }
 
  private:
+  [[nodiscard]] std::size_t step_of(double s) const {
+    const auto next = std::upper_bound(s_.begin() + 1, s_.end() - 1, s);
+    return static_cast<std::size_t>(next - s_.begin()) - 1;
+  }
   [[nodiscard]] double at(std::size_t i, std::size_t j) const { return q_[i * dof_ + j]; }
   [[nodiscard]] double distance(std::size_t a, std::size_t b) const {
     double sum = 0;
@@ -94,11 +107,11 @@ class JointPath {
     return std::sqrt(sum);
   }
   std::size_t dof_;
-  std::vector<double> q_, s_, rate_;
+  std::vector<double> q_, approach_, s_, rate_;
 };
 
 /// The configurations of a motion in pieces without corners, each with two or more.
-std::vector<std::vector<double>> pieces_of(const RobotMotion& motion, std::size_t dof) {
+std::vector<PathPiece> pieces_of(const RobotMotion& motion, std::size_t dof) {
   double whole = 0;
   for (std::size_t i = 1; i < motion.times.size(); ++i) {
     double square = 0;
@@ -109,14 +122,15 @@ std::vector<std::vector<double>> pieces_of(const RobotMotion& motion, std::size_
     whole += std::sqrt(square);
   }
   const double least = std::max(kSamePlace, kLeastStep * whole);
-  std::vector<std::vector<double>> pieces(1);
+  std::vector<PathPiece> pieces(1);
   std::vector<double> before;  // direction of the last way
   double last_length = 0;
   for (std::size_t i = 0; i < motion.times.size(); ++i) {
     const auto q = std::span<const double>(motion.q).subspan(i * dof, dof);
-    std::vector<double>* piece = &pieces.back();
-    if (!piece->empty()) {
-      const double* last = piece->data() + piece->size() - dof;
+    const double approach = motion.approach.empty() ? 0.0 : motion.approach[i];
+    PathPiece* piece = &pieces.back();
+    if (!piece->q.empty()) {
+      const double* last = piece->q.data() + piece->q.size() - dof;
       std::vector<double> way(dof);
       double length = 0, turn = 0;
       for (std::size_t j = 0; j < dof; ++j) {
@@ -132,25 +146,32 @@ std::vector<std::vector<double>> pieces_of(const RobotMotion& motion, std::size_
       if (!before.empty() && turn < kCornerCosine) {
         const std::vector<double> corner(last, last + dof);
         // Samples on either side of one corner make two: the short piece between is left out.
-        if (pieces.size() > 1 && piece->size() == 2 * dof && last_length < kShort * least) {
+        const double corner_approach = piece->approach.back();
+        if (pieces.size() > 1 && piece->q.size() == 2 * dof && last_length < kShort * least) {
           pieces.pop_back();
           std::copy(corner.begin(), corner.end(),
-                    pieces.back().end() - static_cast<std::ptrdiff_t>(dof));
+                    pieces.back().q.end() - static_cast<std::ptrdiff_t>(dof));
         }
-        pieces.push_back(corner);
+        pieces.push_back({corner, {corner_approach}});
         piece = &pieces.back();
       }
       before = std::move(way);
       last_length = length;
     }
-    piece->insert(piece->end(), q.begin(), q.end());
+    piece->q.insert(piece->q.end(), q.begin(), q.end());
+    piece->approach.push_back(approach);
   }
   // The end itself, in place of what was near it.
   const auto end = std::span<const double>(motion.q).last(dof);
-  if (pieces.back().size() >= 2 * dof)
-    std::copy(end.begin(), end.end(), pieces.back().end() - static_cast<std::ptrdiff_t>(dof));
-  else if (whole > least) pieces.back().insert(pieces.back().end(), end.begin(), end.end());
-  else pieces.pop_back();
+  std::vector<double>& last = pieces.back().q;
+  if (last.size() >= 2 * dof) {
+    std::copy(end.begin(), end.end(), last.end() - static_cast<std::ptrdiff_t>(dof));
+  } else if (whole > least) {
+    last.insert(last.end(), end.begin(), end.end());
+    pieces.back().approach.push_back(motion.approach.empty() ? 0.0 : motion.approach.back());
+  } else {
+    pieces.pop_back();
+  }
   return pieces;
 }
 
@@ -341,7 +362,10 @@ Result<RobotMotion> retime(const Registry& registry, const RobotModel& model,
                  "There is nothing to run faster.", where);
   PieceRetimer run(*retimer, *params, model, dynamics, options);
   RobotMotion out;
-  out.notes = motion.notes;
+  // Their times are those of the motion before.
+  for (const std::string& note : motion.notes) out.notes.push_back("Before retiming: " + note);
+  const bool has_approach =
+      std::any_of(motion.approach.begin(), motion.approach.end(), [](double x) { return x != 0; });
   double begin = 0;
   std::size_t k = 0;
   for (std::size_t piece = 0; piece < pieces.size(); ++piece) {
@@ -369,6 +393,7 @@ Result<RobotMotion> retime(const Registry& registry, const RobotModel& model,
       std::vector<double> q(dof), q1(dof), q2(dof);
       path.evaluate(at, q.data(), q1.data(), q2.data());
       out.times.push_back(begin + t);
+      if (has_approach) out.approach.push_back(path.approach(at));
       for (std::size_t j = 0; j < dof; ++j) {
         out.q.push_back(q[j]);
         out.qd.push_back(q1[j] * rate);

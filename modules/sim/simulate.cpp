@@ -248,6 +248,42 @@ Result<RecordingPtr> Simulator::inverse_kinematics(const Run& run, Progress& pro
 
 namespace {
 
+/// Coulomb friction of joints that rest in one row alone, because they start or stop there with an
+/// acceleration: that of the motion that begins or ends, which the solvers leave out at rest. Zero
+/// elsewhere, also where a joint turns around, as friction does so too. Empty when there is none.
+Result<std::vector<double>> friction_of_starts(const RobotMotion& t, std::size_t dof,
+                                               const Bound<InverseDynamics>& dynamics,
+                                               Progress& progress) {
+  constexpr double kRest = 1e-9, kCreeping = 1e-6;  // [rad/s or m/s]
+  const std::size_t rows = t.times.size();
+  std::vector<double> creeping(rows * dof, 0.0);
+  bool any = false;
+  for (std::size_t i = 0; i < rows; ++i)
+    for (std::size_t j = 0; j < dof; ++j) {
+      const double a = t.qdd[i * dof + j];
+      if (std::fabs(t.qd[i * dof + j]) > kRest || a == 0) continue;
+      const double before = i > 0 ? t.qd[(i - 1) * dof + j] : 0;
+      const double after = i + 1 < rows ? t.qd[(i + 1) * dof + j] : 0;
+      const bool starts = std::fabs(after) > kRest && (after > 0) == (a > 0);
+      const bool stops = std::fabs(before) > kRest && (before > 0) != (a > 0);
+      if (starts == stops) continue;
+      creeping[i * dof + j] = std::copysign(kCreeping, starts ? after : before);
+      any = true;
+    }
+  if (!any) return std::vector<double>();
+  DynamicsBatch batch;
+  batch.count = rows;
+  batch.q = t.q, batch.qd = creeping, batch.qdd = t.qdd;
+  batch.terms = kFrictionTerm;
+  RMP_TRY_ASSIGN(auto out, torques(dynamics, batch, progress));
+  // At twice the rate viscous friction is twice as great; what is left of both is Coulomb's.
+  for (double& v : creeping) v *= 2;
+  RMP_TRY_ASSIGN(const auto twice, torques(dynamics, batch, progress));
+  for (std::size_t k = 0; k < out.size(); ++k)
+    out[k] = creeping[k] == 0 ? 0.0 : 2 * out[k] - twice[k];
+  return out;
+}
+
 /// tau of the motion in total and by its parts.
 Result<void> add_torques(Recording& recording, const RunSetup& setup, const RobotMotion& t,
                          const Bound<InverseDynamics>& dynamics, Progress& progress) {
@@ -262,6 +298,7 @@ Result<void> add_torques(Recording& recording, const RunSetup& setup, const Robo
        {"tau_inertial", "inertial part of the torque", kInertialTerm},
        {"tau_velocity", "velocity part of the torque", kVelocityTerm},
        {"tau_friction", "friction part of the torque", kFrictionTerm}}};
+  RMP_TRY_ASSIGN(const auto starts, friction_of_starts(t, setup.model->dof(), dynamics, progress));
   for (const auto& part : kParts) {
     DynamicsBatch batch;
     batch.count = t.times.size();
@@ -269,7 +306,9 @@ Result<void> add_torques(Recording& recording, const RunSetup& setup, const Robo
     batch.qd = t.qd;
     batch.qdd = t.qdd;
     batch.terms = part.terms;
-    RMP_TRY_ASSIGN(const auto tau, torques(dynamics, batch, progress));
+    RMP_TRY_ASSIGN(auto tau, torques(dynamics, batch, progress));
+    if ((part.terms & kFrictionTerm) != 0)
+      for (std::size_t k = 0; k < starts.size(); ++k) tau[k] += starts[k];
     add_joint_columns(recording, *setup.model, part.stem, part.what, "N m", "N", tau);
   }
   mark_limits(recording, *setup.model);
