@@ -6,8 +6,10 @@
 
 #include <atomic>
 #include <chrono>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
+#include <iostream>
 #include <latch>
 #include <map>
 #include <random>
@@ -399,6 +401,56 @@ TEST_F(SessionJobs, AJobThatIsCancelledAtAnyMomentLeavesEverythingAsItWas) {
   app().derived.clear();
   EXPECT_EQ(mass(), kept);
   fs::remove_all(folder);
+}
+
+// 100,000 links, cancelled at moments all over the second that they take. What counts is processor
+// time, as the machine may be busy with other things.
+TEST_F(SessionJobs, MakingARobotOfAHundredThousandLinksEndsAtOnceWhenItIsCancelled) {
+  const auto processor = [] {
+    timespec t{};
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+  };
+  List links;
+  for (int i = 0; i < 100'000; ++i) links.emplace_back(Map{{"a", 0.01}, {"mass", 1.0}});
+  Map args{{"name", "endless"}};
+  args.set("links", std::move(links));
+  double whole = processor();
+  const auto made = app().dispatch_async(session_, "robot.create", args);
+  ASSERT_TRUE(made.ok()) << made.error().sentence();
+  ASSERT_TRUE(app().jobs.wait(made->number).ok());
+  whole = processor() - whole;
+  ASSERT_TRUE(app().document.undo().ok());
+  int cancelled = 0;
+  double worst = 0;
+  for (const double part : {0.0, 0.4, 0.8, 0.9, 0.95}) {
+    const double after = part * whole;
+    const std::string digest = app().document.content_digest();
+    const auto job = app().dispatch_async(session_, "robot.create", args);
+    ASSERT_TRUE(job.ok()) << job.error().sentence();
+    const double begin = processor();
+    const auto is_running = [&] {
+      const auto state = app().jobs.status(job->number)->state;
+      return state == JobState::waiting || state == JobState::running;
+    };
+    while (processor() - begin < after && is_running()) std::this_thread::sleep_for(1ms);
+    const double asked = processor();
+    app().jobs.cancel(job->number);
+    const auto result = app().jobs.wait(job->number);
+    worst = std::max(worst, processor() - asked);
+    if (result.ok()) {
+      ASSERT_TRUE(app().document.undo().ok());
+      continue;
+    }
+    EXPECT_EQ(result.error().code, ErrorCode::cancelled) << result.error().sentence();
+    EXPECT_EQ(app().document.content_digest(), digest);
+    ++cancelled;
+  }
+  RecordProperty("milliseconds", static_cast<int>(1e3 * worst));
+  std::cout << cancelled << " cancelled, " << worst << " s of processor time at most, " << whole
+            << " s for all of it\n";
+  EXPECT_GE(cancelled, 2);
+  EXPECT_LT(worst, 0.2);
 }
 
 TEST_F(SessionJobs, ASolverOfAScriptAnswersJobsWhileTheScriptWaits) {

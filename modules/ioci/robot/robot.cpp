@@ -85,18 +85,23 @@ Result<Value> create(CommandContext& ctx, const Map& args) {
   RMP_TRY(apply_fields(ctx, args, r));
   const List& links = *args.find("links")->as_list();
   std::unordered_set<std::string> names;
+  const auto go_on = [&]() -> Result<void> {
+    if (!ctx.progress.cancelled()) return {};
+    return error(ErrorCode::cancelled, "the robot was not created: stopped");
+  };
   for (std::size_t i = 0; i < links.size(); ++i) {
-    if (i % 256 == 0 && ctx.progress.cancelled())
-      return error(ErrorCode::cancelled, "the robot was not created: stopped");
+    if (i % 256 == 0) RMP_TRY(go_on());
     RMP_TRY(append_link(ctx, r, links[i], "links[" + std::to_string(i + 1) + "]", names));
   }
   RMP_TRY_ASSIGN(const RobotModel built, robotics::build_robot_model(name, r, {}, {0, 0, -9.81}));
+  RMP_TRY(go_on());
   if (const Value* poses = args.find("poses"); poses && poses->as_map())
     for (const auto& [pose, q] : *poses->as_map()) {
       RMP_TRY_ASSIGN(auto values, read_q(q, r, built.joints, "poses." + pose));
       r.poses.push_back({pose, std::move(values)});
     }
   for (const Link& l : r.links) report_inertia(ctx, name, l);
+  RMP_TRY(go_on());
   RMP_TRY_ASSIGN(const auto id, ctx.edit().add(name, std::move(r)));
   return Value(Application::handle(id));
 }
