@@ -2,6 +2,7 @@
 #include "io/legacy.h"
 
 #include <algorithm>
+#include <array>
 #include <map>
 #include <memory>
 #include <numbers>
@@ -27,6 +28,10 @@ using text::quote;
 
 /// The exponent of OpenGL's highlights; ours is a fraction of it.
 constexpr double kMostShininess = 128;
+
+/// More than the densest matter on earth has, osmium's 22 590 [kg/m^3], by what alloys of models
+/// may be said to be.
+constexpr double kMostDensity = 30000;
 
 /// Solids and objects have three units behind their description.
 constexpr int kMostLeadingNumbers = 3;
@@ -76,7 +81,8 @@ class Binder {
       return finished("tree in braces");
     }
     in_.go_to(start);
-    RMP_TRY(in_.units(3));
+    using Unit = LegacyReader::Unit;
+    RMP_TRY(in_.units({Unit::length, Unit::mass, Unit::angle}));
     if (in_.next() == '(') RMP_TRY(object(words));
     else RMP_TRY(solid(words));
     return finished("tree in braces");
@@ -127,11 +133,20 @@ class Binder {
       return in_.at(at, "the density is " + text::print(m.density) + "; it must not be negative");
     const std::uint32_t unit_at = in_.offset();
     RMP_TRY_ASSIGN(const auto unit, in_.whole("the unit of the density"));
-    // Files with code 3 say 2700 for aluminium, so the number is one of kg/m^3 there too.
-    if (unit != 0)
-      out_.notes.push_back(s_.place(unit_at) + ": the unit " + std::to_string(unit) +
-                           " of the density is not known; " + text::print(m.density) +
+    // In the order of their codes, from 0.
+    constexpr std::array<std::pair<const char*, double>, 4> kUnits{
+        {{"kg/m^3", 1}, {"g/cm^3", 1000}, {"lb/ft^3", 16.018463373960142}, {"kg/dm^3", 1000}}};
+    if (unit < 0 || unit >= static_cast<std::int64_t>(kUnits.size()))
+      return in_.at(unit_at, "the unit " + std::to_string(unit) + " of the density is not known",
+                    "0 is kg/m^3, 1 g/cm^3, 2 lb/ft^3, 3 kg/dm^3.");
+    const auto& [unit_word, factor] = kUnits[static_cast<std::size_t>(unit)];
+    // Files with code 3 say 2700 for aluminium: there the number is one of kg/m^3.
+    if (unit != 0 && m.density * factor > kMostDensity && m.density <= kMostDensity)
+      out_.notes.push_back(s_.place(unit_at) + ": no matter is as dense as " +
+                           text::print(m.density) + " " + unit_word + " (unit " +
+                           std::to_string(unit) + "), so " + text::print(m.density) +
                            " is taken as kg/m^3.");
+    else m.density *= factor;
     if (words != name_) m.description = words;
     out_.record.body = std::move(m);
     return {};
@@ -309,10 +324,15 @@ class Binder {
       return in_.at(start, "there is no primitive " + quote(word),
                     "There are Sphere, Cylinder, Cube, Cone and Pyramid.");
     const std::uint32_t sizes_at = in_.offset();
-    RMP_TRY_ASSIGN(const auto v, in_.tuple("the sizes"));
+    RMP_TRY_ASSIGN(auto v, in_.tuple("the sizes"));
     if (v.size() != count->second)
       return in_.at(sizes_at, "a " + word + " has " + std::to_string(count->second) +
                                   " numbers, not " + std::to_string(v.size()));
+    const std::size_t lengths = word == "Cube"                            ? 5
+                                : word == "Cylinder" || word == "Pyramid" ? 3
+                                : word == "Cone"                          ? 2
+                                                                          : 1;
+    for (std::size_t i = 0; i < lengths; ++i) v[i] = in_.metres(v[i]);
     n.material_offset = in_.offset();
     RMP_TRY_ASSIGN(n.material, in_.text("the file of the material"));
     if (word == "Sphere") {

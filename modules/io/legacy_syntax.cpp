@@ -2,6 +2,7 @@
 #include "io/legacy_syntax.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -172,16 +173,16 @@ Result<LegacyReader::Frame> LegacyReader::frame(const char* what) {
   RMP_TRY_ASSIGN(const auto reference, whole("the reference's type"));
   Frame out;
   model::Placement& p = out.placement;
-  p.position = {v[0], v[1], v[2]};
+  p.position = {metres(v[0]), metres(v[1]), metres(v[2])};
   switch (position) {
     case 0: break;
     case 1:
       p.coordinates = model::PositionRepresentation::cylindrical;
-      p.position = {v[0], v[1] * kDegree, v[2]};
+      p.position = {metres(v[0]), v[1] * kDegree, metres(v[2])};
       break;
     case 2:
       p.coordinates = model::PositionRepresentation::spherical;
-      p.position = {v[0], v[1] * kDegree, v[2] * kDegree};
+      p.position = {metres(v[0]), v[1] * kDegree, v[2] * kDegree};
       break;
     default:
       return at(codes, "the position's type " + std::to_string(position) + " is not known",
@@ -215,6 +216,11 @@ Result<LegacyReader::Frame> LegacyReader::frame(const char* what) {
     case 3:  // R = Rz(o1) Ry(o2) Rx(o3), after Paul
       p.angles = {o[2], o[1], o[0]};
       break;
+    case 4:
+      return at(codes,
+                "the orientation's type 4 is the quaternion, and no file shows how its numbers "
+                "stand in the six of a frame",
+                "Turn it into type 3, roll-pitch-yaw, there.");
     default:
       return at(codes, "the orientation's type " + std::to_string(orientation) + " is not known",
                 "0 is Euler XYZ, 1 Euler X, 2 Euler Y, 3 roll-pitch-yaw.");
@@ -226,13 +232,23 @@ Result<LegacyReader::Frame> LegacyReader::frame(const char* what) {
   return out;
 }
 
-Result<void> LegacyReader::units(int count) {
-  for (int i = 0; i < count; ++i) {
+Result<void> LegacyReader::units(std::initializer_list<Unit> kinds) {
+  // In the order of their codes, from 0.
+  constexpr std::array<double, 6> kMetres{1, 0.1, 0.01, 0.001, 0.3048, 0.0254};
+  for (const Unit kind : kinds) {
     const std::uint32_t start = offset();
-    RMP_TRY_ASSIGN(const auto code, whole("a unit"));
-    if (code != 0)
-      return at(start, "the unit " + std::to_string(code) + " is not known",
-                "Only 0 is: metre, kilogram, degree.");
+    const char* const word = kind == Unit::length ? "length"
+                             : kind == Unit::mass ? "mass"
+                                                  : "angle";
+    RMP_TRY_ASSIGN(const auto code, whole(("the unit of " + std::string(word)).c_str()));
+    const std::int64_t known = kind == Unit::length ? 6 : kind == Unit::mass ? 3 : 1;
+    if (code < 0 || code >= known)
+      return at(start, "the unit " + std::to_string(code) + " of " + word + " is not known",
+                kind == Unit::length
+                    ? "0 is metre, 1 decimetre, 2 centimetre, 3 millimetre, 4 foot, 5 inch."
+                : kind == Unit::mass ? "0 is kilogram, 1 gram, 2 pound."
+                                     : "Only 0 is: degree.");
+    if (kind == Unit::length) metre_ = kMetres[static_cast<std::size_t>(code)];
   }
   return {};
 }

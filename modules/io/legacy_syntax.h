@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <initializer_list>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -48,8 +49,13 @@ class LegacyReader {
     bool is_global = false;
   };
   Result<Frame> frame(const char* what);
-  /// A line of `count` unit codes; only 0 (metre, kilogram, degree) is known.
-  Result<void> units(int count);
+  /// A line of unit codes. Lengths that follow are in that unit: frame() converts them, and
+  /// metres() does for others. Masses of these files are not read, so their unit changes nothing;
+  /// of angles only 0, degrees, is known.
+  enum class Unit : std::uint8_t { length, mass, angle };
+  Result<void> units(std::initializer_list<Unit> kinds);
+  /// A length, speed or acceleration as written [unit of the file] in metres.
+  [[nodiscard]] double metres(double written) const { return written * metre_; }
 
   [[nodiscard]] Error at(std::uint32_t offset, std::string message, std::string hint = {}) const {
     return s_.at(offset, ErrorCode::syntax, std::move(message), std::move(hint));
@@ -60,6 +66,7 @@ class LegacyReader {
 
   const Syntax& s_;
   std::uint32_t at_ = 0;
+  double metre_ = 1;  ///< of the unit of length
 };
 
 }  // namespace robomosp::io

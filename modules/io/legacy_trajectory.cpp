@@ -107,7 +107,7 @@ class TrajectoryBinder {
     const std::uint32_t total_at = in_.offset();
     RMP_TRY_ASSIGN(const auto samples, in_.whole("the number of samples"));
     RMP_TRY_ASSIGN(const double time, in_.number("the total time"));
-    RMP_TRY(in_.units(2));
+    RMP_TRY(in_.units({LegacyReader::Unit::length, LegacyReader::Unit::angle}));
     RMP_TRY_ASSIGN(const auto frame, in_.frame("the frame of the trajectory"));
     frame_ = model::pose(frame.placement);
     is_placed_ = frame.placement.position != Vec3{} || frame.placement.angles != Vec3{};
@@ -275,6 +275,7 @@ class TrajectoryBinder {
                       &t.turn_start_speed, &t.turn_rate, &t.share, &t.other_share}) {
       RMP_TRY_ASSIGN(*x, in_.number("a speed or time of the section"));
     }
+    for (double* x : {&t.speed, &t.start_speed}) *x = in_.metres(*x);
     const std::uint32_t space_at = in_.offset();
     RMP_TRY_ASSIGN(const std::string_view space, in_.word("the space, such as Cartesian"));
     if (space != "Cartesian")
@@ -356,10 +357,12 @@ class TrajectoryBinder {
           return in_.at(numbers_at, "a point has " + std::to_string(v.size()) +
                                         " numbers in parentheses, not 3");
         *target = {v[0], v[1], v[2]};
+        if (target == &number.position || target == &number.velocity)
+          for (double& x : *target) x = in_.metres(x);
         if (target != &number.position) continue;
         const Vec3 p = position(frame.placement);
         for (std::size_t k = 0; k < 3; ++k)
-          if (!agree(p[k], v[k]))
+          if (!agree(p[k], number.position[k]))
             return in_.at(numbers_at,
                           what + ": point " + std::to_string(out.points.size() + 1) +
                               " has a frame at one place and a position at another",

@@ -126,14 +126,68 @@ TEST_F(Legacy, AMaterialHasItsColoursAndDensityAndIsOpaque) {
   EXPECT_EQ(m.shininess, 0.5);
 }
 
-TEST_F(Legacy, AnUnknownUnitOfDensityIsTakenAsSiAndToldSo) {
+TEST_F(Legacy, DensitiesAreInTheUnitOfTheFile) {
+  const struct {
+    const char *number, *code;
+    double density;
+  } files[] = {{"8000", "0", 8000}, {"7.85", "1", 7850},      {"490.06", "2", 7850.0081},
+               {"2.7", "3", 2700},  {"0.016020", "1", 16.02}, {"1", "2", 16.0184634}};
+  int n = 0;
+  for (const auto& f : files) {
+    std::string text = kGrey;
+    text.replace(text.rfind('0'), 1, f.code);
+    text.replace(text.find("8000"), 4, f.number);
+    const AnyId id = load(put("Saves/Materials/m" + std::to_string(++n) + ".mtr", text));
+    const auto snapshot = bench.document.now();
+    EXPECT_NEAR(std::get<model::Material>(snapshot->find(id)->body).density, f.density, 1e-3)
+        << f.number << " " << f.code;
+    EXPECT_TRUE(notes.empty());
+  }
+  std::string text = kGrey;
+  text.replace(text.rfind('0'), 1, "4");
+  EXPECT_EQ(refusal(text),
+            "bad.csg:8:1: the unit 4 of the density is not known. 0 is kg/m^3, 1 g/cm^3, 2 "
+            "lb/ft^3, 3 kg/dm^3.");
+}
+
+TEST_F(Legacy, LengthsOfSolidsAndObjectsAreInTheUnitOfTheFile) {
+  put("Saves/Materials/grey.mtr", kGrey);
+  const double metres[] = {1, 0.1, 0.01, 0.001, 0.3048, 0.0254};
+  for (int code = 0; code < 6; ++code) {
+    const double m = metres[code];
+    const std::string name = "unit" + std::to_string(code);
+    put("Saves/CSGs/" + name + ".csg",
+        "\"\"\n " + std::to_string(code) +
+            " 2 0\n{ [ Cube ( 1, 2, 3, 0, 0, 90 ) 0 3 0 ( 2, 3, 2, 3, 4 ) "
+            "\"./Saves/Materials/grey.mtr\" ] }");
+    const AnyId solid = load(folder / ("Saves/CSGs/" + name + ".csg"));
+    auto snapshot = bench.document.now();
+    const auto& node = std::get<model::Solid>(snapshot->find(solid)->body).nodes.at(0);
+    EXPECT_NEAR(node.sizes[0], 2 * m, 1e-15);
+    EXPECT_NEAR(node.sizes[2], 4 * m, 1e-15);
+    EXPECT_NEAR(model::pose(node.placement).p[1], (2 + 2) * m, 1e-15) << "turned about x, it lies";
+    EXPECT_NEAR(model::pose(node.placement).p[2], 3 * m, 1e-15);
+    put("Saves/Objects/" + name + ".obj", "\"\"\n " + std::to_string(code) +
+                                              " 1 0\n( 1 )\n{ [ \"./Saves/CSGs/" + name +
+                                              ".csg\" ( 2, 90, 5, 0, 0, 0 ) 1 3 0 ] }");
+    const AnyId object = load(folder / ("Saves/Objects/" + name + ".obj"));
+    snapshot = bench.document.now();
+    const Vec3 at =
+        model::pose(std::get<model::Object>(snapshot->find(object)->body).parts.at(0).placement).p;
+    EXPECT_NEAR(at[1], 2 * m, 1e-15) << "cylindrical";
+    EXPECT_NEAR(at[2], 5 * m, 1e-15);
+  }
+}
+
+TEST_F(Legacy, ADensityThatNoMatterHasIsTakenAsSiAndToldSo) {
   std::string text = kGrey;
   text.replace(text.rfind('0'), 1, "3");
   const AnyId id = load(put("Saves/Materials/blue.mtr", text));
   const auto snapshot = bench.document.now();
   EXPECT_EQ(std::get<model::Material>(snapshot->find(id)->body).density, 8000);
   ASSERT_EQ(notes.size(), 1U);
-  EXPECT_NE(notes[0].find("blue.mtr:8:1: the unit 3 of the density is not known; 8000 is taken"),
+  EXPECT_NE(notes[0].find(
+                "blue.mtr:8:1: no matter is as dense as 8000 kg/dm^3 (unit 3), so 8000 is taken"),
             std::string::npos)
       << notes[0];
 }
@@ -263,8 +317,16 @@ TEST_F(Legacy, FaultsAreToldAtTheirPlace) {
   EXPECT_EQ(refusal(solid_text("Sphere (0, 0, 0, 0, 0, 0) 0 7 0 (0.1, 4, 4) \"\"")),
             "bad.csg:3:31: the orientation's type 7 is not known. 0 is Euler XYZ, 1 Euler X, 2 "
             "Euler Y, 3 roll-pitch-yaw.");
-  EXPECT_EQ(refusal("\"\"\n 1 0 0\n{ [ " + sphere + " ] }\n"),
-            "bad.csg:2:2: the unit 1 is not known. Only 0 is: metre, kilogram, degree.");
+  EXPECT_EQ(refusal("\"\"\n 6 0 0\n{ [ " + sphere + " ] }\n"),
+            "bad.csg:2:2: the unit 6 of length is not known. 0 is metre, 1 decimetre, 2 "
+            "centimetre, 3 millimetre, 4 foot, 5 inch.");
+  EXPECT_EQ(refusal("\"\"\n 0 3 0\n{ [ " + sphere + " ] }\n"),
+            "bad.csg:2:4: the unit 3 of mass is not known. 0 is kilogram, 1 gram, 2 pound.");
+  EXPECT_EQ(refusal("\"\"\n 0 0 1\n{ [ " + sphere + " ] }\n"),
+            "bad.csg:2:6: the unit 1 of angle is not known. Only 0 is: degree.");
+  EXPECT_EQ(refusal(solid_text("Sphere (0, 0, 0, 0, 0, 0) 0 4 0 (0.1, 4, 4) \"\"")),
+            "bad.csg:3:31: the orientation's type 4 is the quaternion, and no file shows how its "
+            "numbers stand in the six of a frame. Turn it into type 3, roll-pitch-yaw, there.");
   EXPECT_EQ(refusal(solid_text("Sphere (0, 0, 0, 0, 0, 0) 0 3 0 (-0.1, 4, 4) \"\"")),
             "bad.csg:3:5: radius of sphere \"sphere\" is -0.1 m; it must be greater than 0.");
   EXPECT_EQ(refusal("\"\"\n 0 0 0\n{ [ " + sphere + " ] { [ " + sphere + " ] } }\n"),
