@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -13,6 +14,8 @@
 #include <robomosp/sdk/types.h>
 
 namespace robomosp::robot_files {
+
+struct MeshFile;
 
 inline constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 
@@ -23,9 +26,10 @@ struct Shape {
   /// box: x y z; cylinder, capsule: radius, length (of the capsule without its caps); sphere:
   /// radius; ellipsoid: the three half axes [m].
   Vec3 size{};
-  std::string path;     ///< mesh: its file
-  Vec3 scale{1, 1, 1};  ///< mesh
-  Pose pose;            ///< body_T_shape
+  std::string path;  ///< mesh: its file, or its name where it stands in the robot's file
+  std::shared_ptr<const MeshFile> mesh;  ///< what stands in the robot's file; null for a file
+  Vec3 scale{1, 1, 1};                   ///< mesh
+  Pose pose;                             ///< body_T_shape
   std::optional<Colour> colour;
 };
 

@@ -6,12 +6,14 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <memory>
 #include <numbers>
 #include <set>
 
 #include "mjcf_couplings.h"
 #include "read.h"
 #include "shape_mass.h"
+#include "spatial/convex_hull.h"
 #include "spatial/mass.h"
 #include "spatial/pose.h"
 #include "spatial/rotation.h"
@@ -52,7 +54,7 @@ class Reader {
         left_out_.add("<" + std::string(e->Name()).substr(0, 40) + ">");
     for (const Element* e : sections("compiler")) RMP_TRY(compiler(*e));
     for (const Element* e : sections("default")) {
-      report_defaults(*e);
+      RMP_TRY(report_defaults(*e));
       RMP_TRY(values_.defaults(*e));
     }
     RMP_TRY(assets());
@@ -79,6 +81,7 @@ class Reader {
  private:
   struct Mesh {
     std::string file;
+    std::shared_ptr<const MeshFile> corners;  ///< of one without a file
     Vec3 scale{1, 1, 1};
     std::optional<MeshInertia> rule;
   };
@@ -122,10 +125,55 @@ class Reader {
     return {};
   }
 
-  /// Springs and dampers by time constants and such may stand in the defaults.
-  void report_defaults(const Element& e) {
-    for (const Element* c = e.FirstChildElement("joint"); c; c = c->NextSiblingElement("joint"))
-      left_out_.attributes(*c, kJoint);
+  /// Springs and dampers by time constants and such may stand in the defaults of any class.
+  Result<void> report_defaults(const Element& top) {
+    std::vector<const Element*> stack{&top};
+    while (!stack.empty()) {
+      const Element& e = *stack.back();
+      stack.pop_back();
+      RMP_TRY_ASSIGN(const auto all, values_.children(e));
+      for (const Element* c : all) {
+        if (std::string_view(c->Name()) == "joint") left_out_.attributes(*c, kJoint);
+        if (std::string_view(c->Name()) == "default") stack.push_back(c);
+      }
+    }
+    return {};
+  }
+
+  /// A mesh whose corners stand in the file: with its faces, or else their convex hull. Null when
+  /// there are none.
+  Result<std::shared_ptr<const MeshFile>> written_mesh(const Element& e, const std::string& cls) {
+    const std::string_view vertex = values_.value(e, cls, "vertex");
+    if (vertex.empty()) return std::shared_ptr<const MeshFile>();
+    auto m = std::make_shared<MeshFile>();
+    RMP_TRY_ASSIGN(m->points, numbers(e, vertex, "vertex"));
+    if (m->points.size() % 3 != 0)
+      return fault(e, "its vertices are not three numbers each", "Correct vertex=\"...\".");
+    const std::string_view face = values_.value(e, cls, "face");
+    if (!face.empty()) {
+      RMP_TRY_ASSIGN(const auto corners, numbers(e, face, "face"));
+      const auto count = static_cast<double>(m->points.size() / 3);
+      for (const double i : corners) {
+        if (!(i >= 0 && i < count && i == std::floor(i)))
+          return fault(e, "a face names a vertex that is not there", "They count from 0.");
+        m->triangles.push_back(static_cast<std::uint32_t>(i));
+      }
+      if (m->triangles.size() % 3 != 0)
+        return fault(e, "its faces are not three vertices each", "Correct face=\"...\".");
+      return std::shared_ptr<const MeshFile>(std::move(m));
+    }
+    std::vector<Vec3> points;
+    for (std::size_t i = 0; i + 2 < m->points.size(); i += 3)
+      points.push_back({m->points[i], m->points[i + 1], m->points[i + 2]});
+    const auto hull = spatial::convex_hull(points);
+    if (!hull)
+      return fault(e, "its vertices lie in a plane, so that there is nothing between them",
+                   "Correct vertex=\"...\".");
+    *m = {};
+    for (const Vec3& p : hull->points) m->points.insert(m->points.end(), p.begin(), p.end());
+    for (const auto& t : hull->triangles)
+      m->triangles.insert(m->triangles.end(), t.begin(), t.end());
+    return std::shared_ptr<const MeshFile>(std::move(m));
   }
 
   Result<void> assets() {
@@ -153,6 +201,9 @@ class Reader {
           if (has(*e, a)) left_out_.add(std::string(a) + " of <mesh>");
         std::string name(word(*e, "name"));
         if (name.empty()) name = std::filesystem::path(mesh.file).stem().string();
+        if (mesh.file.empty()) {
+          RMP_TRY_ASSIGN(mesh.corners, written_mesh(*e, cls));
+        }
         meshes_[name] = std::move(mesh);
       } else if (kind == "material") {
         if (values_.value(*e, cls, "rgba").empty()) continue;
@@ -276,6 +327,7 @@ class Reader {
                    "Types are hinge, slide, ball and free.");
     if (is_free || j.kind == Joint::Kind::free) {
       j.passive = true;
+      if (!is_free) RMP_TRY(resistance(e, cls, j));
       b.joints.push_back(std::move(j));
       return {};
     }
@@ -293,11 +345,16 @@ class Reader {
     return {};
   }
 
-  Result<void> joint_numbers(const Element& e, const std::string& cls, Joint& j) {
+  Result<void> resistance(const Element& e, const std::string& cls, Joint& j) {
     RMP_TRY_ASSIGN(j.viscous, values_.first(e, cls, "damping", 0));
     RMP_TRY_ASSIGN(j.coulomb, values_.first(e, cls, "frictionloss", 0));
     RMP_TRY_ASSIGN(j.armature, values_.first(e, cls, "armature", 0));
     RMP_TRY_ASSIGN(j.stiffness, values_.first(e, cls, "stiffness", 0));
+    return {};
+  }
+
+  Result<void> joint_numbers(const Element& e, const std::string& cls, Joint& j) {
+    RMP_TRY(resistance(e, cls, j));
     const auto of_joint = [&](double v) {
       return j.kind == Joint::Kind::prismatic ? v : values_.angle(v);
     };
@@ -373,16 +430,21 @@ class Reader {
       if (it == meshes_.end())
         return fault(e, "mesh " + in_quotes(mesh) + " is not among the assets",
                      "Add it as <mesh> to <asset>.");
-      if (it->second.file.empty()) {
-        left_out_.add("a <mesh> without a file");
+      if (it->second.corners) {
+        g.shape.path = it->first;
+        g.shape.mesh = it->second.corners;
+      } else if (it->second.file.empty()) {
+        left_out_.add("a <mesh> without a file or vertices");
+        unweighed_.insert(body);
         return {};
+      } else {
+        const std::filesystem::path folder = options_.folder / mesh_folder_;
+        const std::filesystem::path file = mesh_file(it->second.file, folder, *options_.reach);
+        g.shape.path = file.string();
+        if (file.empty()) missing_.insert(it->second.file);
       }
-      const std::filesystem::path folder = options_.folder / mesh_folder_;
-      const std::filesystem::path file = mesh_file(it->second.file, folder, *options_.reach);
-      g.shape.path = file.string();
       g.shape.scale = it->second.scale;
       rule = it->second.rule.value_or(rule_);
-      if (file.empty()) missing_.insert(it->second.file);
     }
     if (group >= groups_[0] && group <= groups_[1]) RMP_TRY(weigh(e, cls, body, g.shape, rule));
     if (g.shape.kind == Shape::Kind::mesh && g.shape.path.empty()) return {};
@@ -513,8 +575,7 @@ class Reader {
     if (other_geoms_ > 0)
       m_.notes.push_back(std::to_string(other_geoms_) + " geoms that are not for " +
                          (options_.collision ? "contact" : "show") + " were left out.");
-    for (const std::string& f : missing_)
-      m_.notes.push_back("Mesh " + in_quotes(f) + " was not found; its shape was left out.");
+    tell_missing(missing_, *options_.reach, m_.notes);
     left_out_.tell(m_.notes);
     m_.notes.emplace_back("Links are named by bodies; contact and solver settings were left out.");
   }

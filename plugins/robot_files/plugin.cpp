@@ -33,7 +33,7 @@ const rmp_param kExportParams[] = {
 
 class RobotImporter final : public Importer {
  public:
-  std::string_view extensions() const override { return "urdf,mjcf,xml,sdf,xacro"; }
+  std::string_view extensions() const override { return "urdf,mjcf,xml,sdf,world,xacro"; }
 
   Result<Imported> read(std::string_view path, const Params& params, Progress&) const override {
     const std::filesystem::path file{std::string(path)};

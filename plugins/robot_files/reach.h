@@ -27,6 +27,7 @@ class Reach {
   void add(const std::filesystem::path& package);
   /// Remembers what was asked for and not allowed.
   void refuse(std::string name) { refused_.insert(std::move(name)); }
+  [[nodiscard]] bool has_refused(const std::string& name) const { return refused_.contains(name); }
 
   [[nodiscard]] const std::filesystem::path& package() const { return package_; }
   /// A sentence about what was refused; "" when nothing was.

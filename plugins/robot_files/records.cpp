@@ -8,6 +8,7 @@
 #include <numbers>
 #include <set>
 
+#include "mesh_file.h"
 #include "spatial/pose.h"
 #include "spatial/rotation.h"
 
@@ -66,6 +67,19 @@ class Names {
   std::set<std::string> taken_;
   std::map<std::string, std::size_t> next_;
 };
+
+/// A mesh that stands in the robot's file; a mirroring scale turns its triangles.
+CsgGeometry written(const MeshFile& m, const Vec3& scale) {
+  CsgGeometry g;
+  g.form = CsgGeometry::Form::mesh;
+  g.points = m.points;
+  for (std::size_t i = 0; i < g.points.size(); ++i) g.points[i] *= scale[i % 3];
+  g.triangles = m.triangles;
+  if (scale[0] * scale[1] * scale[2] < 0)
+    for (std::size_t t = 0; t + 2 < g.triangles.size(); t += 3)
+      std::swap(g.triangles[t], g.triangles[t + 1]);
+  return g;
+}
 
 /// An ellipsoid of triangles, about the origin.
 CsgGeometry ellipsoid(const Vec3& half) {
@@ -300,11 +314,20 @@ class Recorder {
              "  offset " + number(j.offset) + " }\n";
     if (j.passive) out += "  passive true\n";
     if (!has_one_coordinate(j.kind)) {
+      std::vector<std::string> lost;
       if (std::isfinite(j.lower) || std::isfinite(j.upper) || std::isfinite(j.max_velocity) ||
-          std::isfinite(j.max_force) || j.viscous != 0 || j.coulomb != 0 || j.armature != 0 ||
-          j.stiffness != 0)
-        note("Joint " + in_quotes(j.name) + " is " + joint_word(j.kind) +
-             ": its limits, friction and spring were left out.");
+          std::isfinite(j.max_force))
+        lost.emplace_back("limits");
+      if (j.viscous != 0) lost.emplace_back("damping");
+      if (j.coulomb != 0) lost.emplace_back("friction");
+      if (j.stiffness != 0) lost.emplace_back("spring");
+      if (j.armature != 0) lost.emplace_back("motor inertia");
+      std::string all;
+      for (std::size_t i = 0; i < lost.size(); ++i)
+        all += (i == 0 ? "" : i + 1 == lost.size() ? " and " : ", ") + lost[i];
+      if (!lost.empty())
+        note("Joint " + in_quotes(j.name) + " is " + joint_word(j.kind) + ": its " + all +
+             (lost.size() == 1 && lost[0] != "limits" ? " was" : " were") + " left out.");
       return out;
     }
     double lower = j.lower, upper = j.upper;
@@ -444,7 +467,8 @@ class Recorder {
     std::string record = "robomosp solid 1\nname " + text(name) + "\n";
     if (!look.empty()) record += "material " + text(look) + "\n";
     if (is_mesh) {
-      out_.foreign.push_back({name + ".ply", s.path, s.scale, "m"});
+      if (s.mesh) out_.geometries.push_back({name + ".ply", written(*s.mesh, s.scale)});
+      else out_.foreign.push_back({name + ".ply", s.path, s.scale, "m"});
       node = "imported body { geometry " + text(name + ".ply") + "  source " +
              text(std::filesystem::path(s.path).filename().string()) + " }\n";
     } else if (s.kind == Shape::Kind::ellipsoid) {

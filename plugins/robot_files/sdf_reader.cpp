@@ -424,8 +424,7 @@ class Reader {
       m_.notes.push_back(std::string("Links have one set of shapes here: the ") +
                          (options_.collision ? "visual" : "collision") + " shapes of " +
                          std::to_string(both_) + " links were left out.");
-    for (const std::string& f : missing_)
-      m_.notes.push_back("Mesh " + in_quotes(f) + " was not found; its shape was left out.");
+    tell_missing(missing_, *options_.reach, m_.notes);
     if (inferred_ > 0)
       m_.notes.push_back("The masses of " + std::to_string(inferred_) +
                          (inferred_ == 1 ? " link" : " links") +

@@ -44,7 +44,8 @@ std::optional<MassProperties> shape_mass(const Shape& s, MeshMasses& meshes, Mes
                    m.mass * (x * x + y * y) / 5};
       break;
     case Shape::Kind::mesh: {
-      const auto of_mesh = meshes.of(s.path, s.scale, rule);
+      const auto of_mesh =
+          s.mesh ? mesh_mass(*s.mesh, s.scale, rule) : meshes.of(s.path, s.scale, rule);
       if (!of_mesh) return std::nullopt;
       m = *of_mesh;
       break;

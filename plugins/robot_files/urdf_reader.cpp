@@ -130,7 +130,7 @@ class Reader {
       const std::string uri(word(*form, "filename"));
       const std::filesystem::path file = mesh_file(uri, options_.folder, *options_.reach);
       if (file.empty()) {
-        missing_.push_back(uri);
+        missing_.insert(uri);
         return {};
       }
       s.path = file.string();
@@ -335,10 +335,7 @@ class Reader {
                          in_quotes(substituted_[0]) + ", have " +
                          (options_.collision ? "visual" : "collision") +
                          " shapes only, which were taken.");
-    std::set<std::string> told;
-    for (const std::string& uri : missing_)
-      if (told.insert(uri).second)
-        m_.notes.push_back("Mesh " + in_quotes(uri) + " was not found; its shape was left out.");
+    tell_missing(missing_, *options_.reach, m_.notes);
     if (has_texture_) m_.notes.emplace_back("Textures were left out.");
     if (safety_ > 0)
       m_.notes.push_back("Safety controllers of " + std::to_string(safety_) +
@@ -371,7 +368,8 @@ class Reader {
   std::map<std::string, Colour> colours_;
   std::set<std::size_t> has_parent_;
   std::vector<std::size_t> order_;
-  std::vector<std::string> substituted_, missing_, planar_;
+  std::vector<std::string> substituted_, planar_;
+  std::set<std::string> missing_;
   std::size_t both_ = 0, shape_count_ = 0, safety_ = 0, calibration_ = 0;
   bool has_texture_ = false;
 };

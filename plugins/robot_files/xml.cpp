@@ -3,6 +3,7 @@
 
 #include <tinyxml2.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <numbers>
@@ -192,6 +193,26 @@ std::filesystem::path mesh_file(std::string_view uri, const std::filesystem::pat
     above = above.parent_path();
   }
   return {};
+}
+
+void tell_missing(const std::set<std::string>& meshes, const Reach& reach,
+                  std::vector<std::string>& notes) {
+  constexpr std::size_t kMostNamed = 8;
+  std::vector<std::string> names;
+  for (const std::string& m : meshes)
+    if (!reach.has_refused(m)) names.push_back(in_quotes(m));
+  if (names.empty()) return;
+  if (names.size() == 1) {
+    notes.push_back("Mesh " + names[0] + " was not found; its shape was left out.");
+    return;
+  }
+  std::string all;
+  const std::size_t named = std::min(names.size(), kMostNamed);
+  for (std::size_t i = 0; i < named; ++i)
+    all += (i == 0 ? "" : i + 1 == names.size() ? " and " : ", ") + names[i];
+  if (names.size() > named) all += " and " + std::to_string(names.size() - named) + " more";
+  notes.push_back(std::to_string(names.size()) +
+                  " meshes were not found, and their shapes were left out: " + all + ".");
 }
 
 }  // namespace robomosp::robot_files

@@ -6,6 +6,7 @@
 #include <array>
 #include <filesystem>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <string_view>
@@ -64,5 +65,9 @@ inline constexpr std::size_t kMostShapes = 100000;
 /// when it is out of reach, which is noted there.
 [[nodiscard]] std::filesystem::path mesh_file(std::string_view uri,
                                               const std::filesystem::path& folder, Reach& reach);
+/// Says of meshes that were not found, by what the file calls them, that they were left out; those
+/// out of reach have a sentence of their own.
+void tell_missing(const std::set<std::string>& meshes, const Reach& reach,
+                  std::vector<std::string>& notes);
 
 }  // namespace robomosp::robot_files

@@ -180,6 +180,98 @@ TEST_F(RobotFormats, MjcfEqualitiesBecomeLoopsAndFollowers) {
   told("<distance> in <equality>");
 }
 
+TEST_F(RobotFormats, MjcfMeshesMayStandInTheFile) {
+  // The corners of a box of 0.2 x 0.4 x 0.6, scaled; without faces it is their convex hull. A
+  // mirrored pyramid has its faces.
+  const AnyId id = load(R"(<mujoco><asset>
+    <mesh name="block" scale="0.1 0.2 0.3" vertex="-1 -1 -1  1 -1 -1  -1 1 -1  1 1 -1
+      -1 -1 1  1 -1 1  -1 1 1  1 1 1  0 0 0"/>
+    <mesh name="peak" scale="-1 1 1" inertia="exact" vertex="0 0 0  .3 0 0  0 .3 0  0 0 .3"
+      face="0 2 1  0 1 3  0 3 2  1 2 3"/></asset>
+    <worldbody><body name="a"><joint/><geom type="mesh" mesh="block" density="500"/>
+      <body name="b" pos="1 0 0"><joint type="slide"/><geom type="mesh" mesh="peak"/></body></body>
+    </worldbody></mujoco>)");
+  const model::Robot& r = robot(id);
+  ASSERT_TRUE(link(r, "a").given && link(r, "b").given);
+  const double mass = 500 * 0.2 * 0.4 * 0.6;
+  EXPECT_NEAR(link(r, "a").given->mass, mass, 1e-12);
+  EXPECT_NEAR(link(r, "a").given->inertia.xx, mass * (0.16 + 0.36) / 12, 1e-12);
+  EXPECT_NEAR(link(r, "b").given->mass, 1000 * 0.027 / 6, 1e-12);
+  EXPECT_NEAR(link(r, "b").given->com[0], -0.3 / 4, 1e-14);
+  EXPECT_NEAR(link(r, "b").given->com[2], 0.3 / 4, 1e-14);
+  ASSERT_EQ(link(r, "a").parts.size(), 1U);
+  ASSERT_EQ(link(r, "b").parts.size(), 1U);
+  NoProgress progress;
+  const auto drawn =
+      test::unwrap(bench.derived.mass(*bench.document.now(), link(r, "b").parts[0].what, progress));
+  EXPECT_NEAR(drawn.volume, 0.027 / 6, 1e-12) << "the mirrored one is not inside out";
+  EXPECT_EQ(notes.find("Left out"), std::string::npos) << notes;
+  const auto wrong = [&](const std::string& mesh) {
+    return fault("<mujoco><asset>\n<mesh name=\"m\" " + mesh +
+                 "/></asset><worldbody><body><joint/><geom type=\"mesh\" mesh=\"m\"/></body>"
+                 "</worldbody></mujoco>");
+  };
+  EXPECT_NE(wrong("vertex=\"0 0 0 1 0\"").find("line 2, <mesh>"), std::string::npos);
+  EXPECT_NE(wrong("vertex=\"0 0 0 1 0 0 0 1 0 1 1 0\"").find("in a plane"), std::string::npos);
+  for (const char* face : {"0 1 4", "0 1 -1", "0 1 0.5", "0 1 nan"})
+    EXPECT_NE(wrong("vertex=\"0 0 0 1 0 0 0 1 0 0 0 1\" face=\"" + std::string(face) + "\"")
+                  .find("line 2, <mesh>"),
+              std::string::npos)
+        << face;
+}
+
+TEST_F(RobotFormats, MjcfSaysWhatJointsHaveInAnyClassAndOfAnyKind) {
+  file("classes.xml", R"(<mujocoinclude><default class="in"><default class="deep">
+    <joint springdamper="0.1 1"/></default></default></mujocoinclude>)");
+  load(R"(<mujoco><default><joint damping="1"/><default class="tail">
+    <default class="tip"><joint springdamper="0.1 1" range="-15 15"/></default></default>
+    <include file="classes.xml"/></default>
+    <worldbody><body name="a"><joint name="loose" type="free"/>
+      <geom size="0.1"/><body name="b"><joint name="ball" type="ball" armature="0.1"/>
+      <geom size="0.1"/><body name="c"><joint name="still" type="ball" damping="0"/>
+      <geom size="0.1"/></body></body><body name="d"><joint class="tip"/><geom size="0.1"/></body>
+    </body><body name="e"><freejoint name="airy"/><geom size="0.1"/></body></worldbody></mujoco>)");
+  told("springdamper of <joint> (2)");
+  told("\"loose\" is free: its damping was left out.");
+  told("\"ball\" is spherical: its damping and motor inertia were left out.");
+  EXPECT_EQ(notes.find("\"still\""), std::string::npos) << notes;
+  EXPECT_EQ(notes.find("\"airy\""), std::string::npos) << "<freejoint> takes no defaults" << notes;
+}
+
+TEST_F(RobotFormats, MeshesOutOfReachAreNotSaidToBeMissing) {
+  file("away/two.stl", "");
+  const fs::path above = folder;
+  folder /= "alone";  // neither a package nor a folder that robots are kept in
+  fs::create_directories(folder);
+  const std::string urdf_mesh =
+      "<link name=\"b\"><visual><geometry><mesh filename=\"../away/two.stl\"/></geometry>"
+      "</visual></link>";
+  const std::string joint =
+      "<joint name=\"j\" type=\"continuous\"><parent link=\"a\"/><child link=\"b\"/></joint>";
+  load("<robot name=\"r\"><link name=\"a\"/>" + urdf_mesh + joint + "</robot>");
+  told("outside the package");
+  EXPECT_EQ(notes.find("not found"), std::string::npos) << notes;
+  load(R"(<mujoco><asset><mesh name="m" file="../away/two.stl"/></asset><worldbody><body>
+    <joint/><geom size="1"/><geom type="mesh" mesh="m"/></body></worldbody></mujoco>)");
+  told("outside the package");
+  EXPECT_EQ(notes.find("not found; its"), std::string::npos) << notes;
+  load(R"(<sdf version="1.9"><model name="m"><link name="a"/><link name="b"><visual name="v">
+    <geometry><mesh><uri>../away/two.stl</uri></mesh></geometry></visual></link>
+    <joint name="j" type="revolute"><parent>a</parent><child>b</child><axis><xyz>0 0 1</xyz></axis>
+    </joint></model></sdf>)");
+  told("outside the package");
+  EXPECT_EQ(notes.find("not found"), std::string::npos) << notes;
+  // Many that are missing are one sentence.
+  std::string many = "<robot name=\"r\"><link name=\"a\"/><link name=\"b\">";
+  for (int i = 0; i < 12; ++i)
+    many += "<visual><geometry><mesh filename=\"none" + std::to_string(i) +
+            ".stl\"/></geometry></visual>";
+  load(many + "</link>" + joint + "</robot>");
+  told("12 meshes were not found, and their shapes were left out: \"none0.stl\"");
+  told(" and 4 more.");
+  folder = above;
+}
+
 // --- SDF -----------------------------------------------------------------------------------------
 
 TEST_F(RobotFormats, SdfModelsInModelsStandWhereTheirFramesSay) {
