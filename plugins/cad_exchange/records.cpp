@@ -5,6 +5,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <cstdio>
 #include <map>
 #include <set>
 
@@ -14,6 +15,8 @@ namespace robomosp::cad_exchange {
 namespace {
 
 constexpr std::size_t kLongestName = 80;
+/// Exact solids larger than this [m] get a chord for their size, not the 0.1 mm of others.
+constexpr double kLarge = 2, kChordOfSize = 5e-5;
 constexpr Colour kPlain{0.75F, 0.75F, 0.77F, 1.0F};  ///< where the file gives none
 
 std::string number(double v) {
@@ -124,6 +127,15 @@ class Recorder {
                            " became a material with the density of aluminium, " +
                            number(kDefaultDensity) +
                            " kg/m^3. Give density= or material=, or set the materials afterwards.");
+    if (!coarser_.empty()) {
+      std::string all;
+      const std::size_t named = std::min<std::size_t>(coarser_.size(), 5);
+      for (std::size_t i = 0; i < named; ++i) all += (i ? ", " : "") + coarser_[i];
+      if (coarser_.size() > named)
+        all += " and " + std::to_string(coarser_.size() - named) + " more";
+      out_.notes.push_back("Of solids larger than 2 m the mesh is coarser, as chord says: " + all +
+                           ".");
+    }
     return std::move(out_);
   }
 
@@ -174,6 +186,13 @@ class Recorder {
     const std::string made_of = material(s.paint);
     std::string text = "robomosp solid 1\nname " + quote(name) + "\n";
     if (!made_of.empty()) text += "material " + quote(made_of) + "\n";
+    if (s.size > kLarge) {
+      // The chord that solids have otherwise would make millions of triangles of it.
+      char chord[32];
+      std::snprintf(chord, sizeof chord, "%.1g", s.size * kChordOfSize);
+      text += "chord " + std::string(chord) + "\n";
+      coarser_.push_back(quote(name) + " (" + chord + " m)");
+    }
     text += "imported body { geometry " + quote(geometry) + "  source " + quote(options_.source) +
             " }\n";
     ImportedGeometry g;
@@ -224,6 +243,7 @@ class Recorder {
   std::string main_name_;
   std::map<std::array<float, 4>, std::string> colours_;
   std::map<std::size_t, std::string> solid_files_;
+  std::vector<std::string> coarser_;  ///< solids with a chord of their own
   std::map<std::string, std::string> object_files_;
   std::size_t made_materials_ = 0;
 };

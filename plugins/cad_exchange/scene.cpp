@@ -184,6 +184,7 @@ Scene read_scene(Reader& r) {
   for (Shape& shape : s.shapes) {
     shape.name = r.text();
     shape.brep = r.text();
+    shape.size = r.real();
     shape.points = r.reals();
     shape.triangles = r.indices();
     shape.paint = r.paint();
@@ -208,6 +209,7 @@ Result<void> check_shape(const Shape& shape) {
   if (!shape.brep.empty()) {
     if (!shape.points.empty() || !shape.triangles.empty())
       return broken("a part is both exact and a mesh");
+    if (!(shape.size >= 0) || !near_enough(shape.size)) return broken("a part has no size");
     return {};
   }
   if (shape.points.empty() || shape.points.size() % 3 != 0 || shape.triangles.empty() ||
@@ -250,6 +252,7 @@ std::string encode(const Scene& s) {
   for (const Shape& shape : s.shapes) {
     w.text(shape.name);
     w.text(shape.brep);
+    w.real(shape.size);
     w.reals(shape.points);
     w.indices(shape.triangles);
     w.paint(shape.paint);

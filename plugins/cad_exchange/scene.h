@@ -23,6 +23,7 @@ struct Paint {
 struct Shape {
   std::string name;
   std::string brep;                      ///< "" = a mesh
+  double size = 0;                       ///< B-rep: diagonal of the box around it, about [m]
   std::vector<double> points;            ///< 3 per vertex [m]
   std::vector<std::uint32_t> triangles;  ///< 3 vertex indices each
   Paint paint;

@@ -217,6 +217,32 @@ TEST_F(Exchange, StepAndIgesKeepTheVolumeOfASolid) {
   }
 }
 
+TEST_F(Exchange, AVeryLargeSolidGetsAChordForItsSize) {
+  const Part part = bushing();
+  std::vector<ExportItem> items(1);
+  items[0].name = "bushing";
+  items[0].geometry = &part.geometry;
+  auto bytes = write("step", items, Map{{"unit", "mm"}});
+  ASSERT_TRUE(bytes.ok()) << bytes.error().sentence();
+  const auto small = read(put("small.step", *bytes), Map{{"name", "small"}});
+  ASSERT_TRUE(small.ok());
+  EXPECT_EQ(all_notes(*small).find("chord"), std::string::npos);
+  // The same numbers as metres: a thousand times the size.
+  const std::string milli = "SI_UNIT(.MILLI.,.METRE.)";
+  const auto at = bytes->find(milli);
+  ASSERT_NE(at, std::string::npos);
+  bytes->replace(at, milli.size(), "SI_UNIT($,.METRE.)");
+  const auto large = read(put("large.step", *bytes), Map{{"name", "large"}});
+  ASSERT_TRUE(large.ok()) << large.error().sentence();
+  EXPECT_NE(all_notes(*large).find("mesh is coarser, as chord says: \"large\""), std::string::npos)
+      << all_notes(*large);
+  const AnyId id = load(*large);
+  EXPECT_NEAR(volume(id) / part.volume, 1e9, 1);
+  const double chord = bench.document.now()->get(SolidId{id.number})->chord;
+  EXPECT_GT(chord, 1e-4 * 2);
+  EXPECT_LT(chord, 0.1) << "still a hundredth of a percent or so of its size";
+}
+
 TEST_F(Exchange, StepKeepsNamesColoursAndSharedParts) {
   const Part part = bushing();
   const auto items = assembly(part, true);

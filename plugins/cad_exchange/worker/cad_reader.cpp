@@ -15,6 +15,7 @@
 #include "spatial/pose.h"
 #include "worker.h"
 
+#include <BRepBndLib.hxx>
 #include <BRepBuilderAPI_Transform.hxx>
 #include <BRepCheck_Analyzer.hxx>
 #include <BRepGProp.hxx>
@@ -22,6 +23,7 @@
 #include <BRepTools.hxx>
 #include <BRep_Builder.hxx>
 #include <BRep_Tool.hxx>
+#include <Bnd_Box.hxx>
 #include <GProp_GProps.hxx>
 #include <IGESCAFControl_Reader.hxx>
 #include <Quantity_ColorRGBA.hxx>
@@ -400,6 +402,9 @@ class CadReader {
     std::ostringstream text;
     BRepTools::Write(body, text, Standard_False, Standard_False, TopTools_FormatVersion_VERSION_1);
     out.brep = text.str();
+    Bnd_Box box;
+    BRepBndLib::Add(body, box, Standard_False);
+    if (!box.IsVoid() && !box.IsOpen()) out.size = std::sqrt(box.SquareExtent()) / 1000;
     scene_.shapes.push_back(std::move(out));
     return static_cast<std::int32_t>(scene_.shapes.size() - 1);
   }
