@@ -472,8 +472,10 @@ std::optional<std::pair<Vec3, Vec3>> nearest_of_ellipsoids(const Core& a, const 
     if (!(all > 0)) return {};
     const Vec3 way{dot(slope, yz) / all, dot(h[0], cross(slope, h[2])) / all,
                    dot(h[0], cross(h[1], slope)) / all};
+    // Less than rounding is no loss, or the last digits of the way would be lost.
+    const double slack = 1e-15 * norm(c) * norm(v);
     double share = 1;
-    while (share > 1e-6 && !(value(add(v, scale(way, share))) >= best)) share /= 2;
+    while (share > 1e-6 && !(value(add(v, scale(way, share))) >= best - slack)) share /= 2;
     if (!(share > 1e-6)) break;
     v = add(v, scale(way, share));
     best = value(v);

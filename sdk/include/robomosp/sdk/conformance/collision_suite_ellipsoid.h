@@ -113,12 +113,14 @@ inline double ellipsoid_to_ellipsoid(const Vec3& half_a, const Pose& at_a, const
     Vec3 next{};
     for (; share > 1e-12; share /= 2) {
       for (std::size_t i = 0; i < 3; ++i) next[i] = v[i] + share * d[i];
-      if (value(next) >= value(v)) break;
+      if (value(next) >= value(v) - 1e-15 * std::sqrt(dot_of(c, c) * dot_of(v, v))) break;
     }
     if (!(share > 1e-12)) break;
     v = next;
   }
-  return std::sqrt(dot_of(v, v));
+  // By the planes square to the way, which is off by the square only of what the way is off.
+  const double length = std::sqrt(dot_of(v, v));
+  return value({v[0] / length, v[1] / length, v[2] / length}) + 0.5;
 }
 
 /// Distance of a box from an ellipsoid that it does not meet: of its corners, its edges (along
