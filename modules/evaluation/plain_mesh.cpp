@@ -60,13 +60,17 @@ class PlainShape final : public CsgShape {
 };
 
 std::vector<double> points_of(const CsgTree& tree) {
-  const CsgNode& node = tree.nodes.front();
+  const CsgNode& node = tree.nodes.back();
   std::vector<double> out;
   out.reserve(node.geometry->points.size());
   const auto& in = node.geometry->points;
   for (std::size_t i = 0; i + 2 < in.size(); i += 3) {
-    const Vec3 p = spatial::transform(
-        node.placement, spatial::scale(Vec3{in[i], in[i + 1], in[i + 2]}, node.sizes[0]));
+    Vec3 p = spatial::transform(node.placement,
+                                spatial::scale(Vec3{in[i], in[i + 1], in[i + 2]}, node.sizes[0]));
+    for (std::size_t n = tree.nodes.size() - 1; n-- > 0;) {
+      for (std::size_t k = 0; k < 3; ++k) p[k] *= tree.nodes[n].sizes[k];
+      p = spatial::transform(tree.nodes[n].placement, p);
+    }
     out.insert(out.end(), p.begin(), p.end());
   }
   return out;
@@ -177,12 +181,17 @@ class PlainEngine final : public CsgEngine {
 }  // namespace
 
 bool is_plain_mesh(const CsgTree& tree) {
-  return tree.nodes.size() == 1 && tree.nodes[0].kind == CsgKind::imported &&
-         tree.nodes[0].geometry && tree.nodes[0].geometry->form == CsgGeometry::Form::mesh;
+  // A scale has one child: nothing but a line of them may lead to the mesh.
+  if (tree.nodes.empty()) return false;
+  const CsgNode& last = tree.nodes.back();
+  return last.kind == CsgKind::imported && last.geometry &&
+         last.geometry->form == CsgGeometry::Form::mesh &&
+         std::all_of(tree.nodes.begin(), tree.nodes.end() - 1,
+                     [](const CsgNode& n) { return n.kind == CsgKind::scale; });
 }
 
 spatial::SurfaceMoments examined(const CsgTree& tree) {
-  return spatial::surface_moments(points_of(tree), tree.nodes.front().geometry->triangles);
+  return spatial::surface_moments(points_of(tree), tree.nodes.back().geometry->triangles);
 }
 
 std::vector<spatial::SurfaceCut> cuts_of(const CsgTree& tree, std::size_t most) {
@@ -190,7 +199,7 @@ std::vector<spatial::SurfaceCut> cuts_of(const CsgTree& tree, std::size_t most) 
   std::map<Vec3, std::uint32_t> number;
   std::vector<double> joined;
   std::vector<std::uint32_t> triangles;
-  const auto& all = tree.nodes.front().geometry->triangles;
+  const auto& all = tree.nodes.back().geometry->triangles;
   for (std::size_t i = 0; i + 2 < all.size(); i += 3) {
     std::array<std::uint32_t, 3> t{};
     for (std::size_t k = 0; k < 3; ++k) {
@@ -212,7 +221,7 @@ const Error* why_plain(const CsgShape& shape) {
 }
 
 Result<std::shared_ptr<const CsgShape>> plain_shape(const CsgTree& tree, const Error& why) {
-  const CsgGeometry& g = *tree.nodes.front().geometry;
+  const CsgGeometry& g = *tree.nodes.back().geometry;
   std::vector<double> points = points_of(tree);
   const bool is_sound = g.triangles.size() >= 3 && g.triangles.size() % 3 == 0 &&
                         std::all_of(points.begin(), points.end(),

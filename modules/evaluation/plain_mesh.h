@@ -15,7 +15,8 @@
 
 namespace robomosp::evaluation {
 
-/// Whether the tree is one imported mesh, with nothing done to it but placed and scaled.
+/// Whether the tree is one imported mesh, with nothing done to it but placed and scaled, be it by
+/// scale nodes.
 [[nodiscard]] bool is_plain_mesh(const CsgTree& tree);
 
 /// What was found out about a mesh; in the frame of its tree.

@@ -215,7 +215,7 @@ Result<MadeSolid> Solids::as_it_is(const CsgTree& tree, const Error& why) {
                                  keys.value, keys.failure,
                                  [&]() -> Result<ShapePtr> { return plain_shape(tree, why); },
                                  [&](const ShapePtr&) {
-                                   const CsgGeometry& g = *tree.nodes.front().geometry;
+                                   const CsgGeometry& g = *tree.nodes.back().geometry;
                                    return 8 * g.points.size() + 4 * g.triangles.size();
                                  }));
   return MadeSolid{*found, keys.value, plain, ""};

@@ -5,7 +5,6 @@
 #include <charconv>
 #include <cmath>
 #include <map>
-#include <numbers>
 #include <set>
 
 #include "mesh_file.h"
@@ -78,44 +77,6 @@ CsgGeometry written(const MeshFile& m, const Vec3& scale) {
   if (scale[0] * scale[1] * scale[2] < 0)
     for (std::size_t t = 0; t + 2 < g.triangles.size(); t += 3)
       std::swap(g.triangles[t], g.triangles[t + 1]);
-  return g;
-}
-
-/// An ellipsoid of triangles, about the origin.
-CsgGeometry ellipsoid(const Vec3& half) {
-  constexpr std::uint32_t kAround = 48, kRows = 24;
-  CsgGeometry g;
-  g.form = CsgGeometry::Form::mesh;
-  // On the unit ball a triangle is nowhere farther inside than where it is half a diagonal from a
-  // corner; the half axes stretch that.
-  const double half_diagonal =
-      std::hypot(std::numbers::pi / kRows, 2 * std::numbers::pi / kAround) / 2;
-  g.deviation = (1 - std::cos(half_diagonal)) * std::max({half[0], half[1], half[2]});
-  const auto point = [&](double x, double y, double z) {
-    for (const double v : {half[0] * x, half[1] * y, half[2] * z}) g.points.push_back(v);
-  };
-  const auto triangle = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
-    for (const std::uint32_t v : {a, b, c}) g.triangles.push_back(v);
-  };
-  point(0, 0, 1);
-  for (std::uint32_t r = 1; r < kRows; ++r)
-    for (std::uint32_t k = 0; k < kAround; ++k) {
-      const double t = std::numbers::pi * r / kRows, f = 2 * std::numbers::pi * k / kAround;
-      point(std::sin(t) * std::cos(f), std::sin(t) * std::sin(f), std::cos(t));
-    }
-  point(0, 0, -1);
-  const std::uint32_t last = 1 + (kRows - 1) * kAround;
-  for (std::uint32_t k = 0; k < kAround; ++k) {
-    const std::uint32_t n = (k + 1) % kAround;
-    triangle(0, 1 + k, 1 + n);
-    for (std::uint32_t r = 0; r + 2 < kRows; ++r) {
-      const std::uint32_t a = 1 + r * kAround, b = a + kAround;
-      triangle(a + k, b + k, b + n);
-      triangle(a + k, b + n, a + n);
-    }
-    const std::uint32_t a = last - kAround;
-    triangle(a + k, last, a + n);
-  }
   return g;
 }
 
@@ -455,7 +416,10 @@ class Recorder {
                " }\n}\n";
         break;
       }
-      case Shape::Kind::ellipsoid: node = "ellipsoid " + tuple(s.size); break;
+      case Shape::Kind::ellipsoid:
+        node = "ellipsoid body { x " + number(s.size[0]) + "  y " + number(s.size[1]) + "  z " +
+               number(s.size[2]) + " }\n";
+        break;
       case Shape::Kind::mesh: node = "mesh " + tuple(s.scale) + s.path; break;
     }
     const std::string look = material(s);
@@ -471,11 +435,6 @@ class Recorder {
       else out_.foreign.push_back({name + ".ply", s.path, s.scale, "m"});
       node = "imported body { geometry " + text(name + ".ply") + "  source " +
              text(std::filesystem::path(s.path).filename().string()) + " }\n";
-    } else if (s.kind == Shape::Kind::ellipsoid) {
-      if (!has_ellipsoid_) note("Ellipsoids became meshes of 2208 triangles.");
-      has_ellipsoid_ = true;
-      out_.geometries.push_back({name + ".ply", ellipsoid(s.size)});
-      node = "imported body { geometry " + text(name + ".ply") + " }\n";
     }
     out_.records.push_back({name + ".csg", record + node});
     return known = name + ".csg";
@@ -515,7 +474,6 @@ class Recorder {
   std::map<std::pair<std::string, std::string>, std::string> solids_;
   std::map<std::string, std::string> looks_of_;
   std::size_t looks_ = 0;
-  bool has_ellipsoid_ = false;
 };
 
 }  // namespace
