@@ -35,6 +35,15 @@ void PhysicsSimulation::prepare_columns() {
     out_.notes.push_back(text::enumerate(untouched_) + (untouched_.size() == 1 ? " has" : " have") +
                          " no designed parts and touch" + (untouched_.size() == 1 ? "es" : "") +
                          " nothing");
+  std::size_t ellipsoids = 0;
+  for (const auto& body : pieces_)
+    ellipsoids += static_cast<std::size_t>(std::count_if(
+        body.begin(), body.end(), [](const ShapePiece& p) { return p.ellipsoid.has_value(); }));
+  if (ellipsoids > 0)
+    out_.notes.push_back(
+        (ellipsoids == 1 ? "1 ellipsoid meets others as a polyhedron"
+                         : std::to_string(ellipsoids) + " ellipsoids meet others as polyhedra") +
+        std::string(" of 482 corners, within 0.5 % of its greatest half axis"));
   add_column("time", "s", "time");
   const auto first =
       std::find_if(actors_.begin(), actors_.end(), [](const Actor& a) { return a.acts; });

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <robomosp/sdk/csg_scale.h>
+
 #include "geometry/mesh_checks.h"
 #include "geometry/mesh_mass.h"
 #include "spatial/mass.h"
@@ -30,6 +32,68 @@ void append(Mesh& a, const Mesh& b) {
   const auto base = static_cast<std::uint32_t>(a.vertex_count());
   a.positions.insert(a.positions.end(), b.positions.begin(), b.positions.end());
   for (const std::uint32_t v : b.triangles) a.triangles.push_back(base + v);
+}
+
+TEST(CsgScale, AreasOfEllipsoidsAreTheIntegralsOfTheirNormals) {
+  // By midpoints, which around converge at once and along by the square of their number.
+  const auto area = [](double x, double y, double z) {
+    const int n = 4000;
+    const double pi = 3.14159265358979323846;
+    double sum = 0;
+    for (int i = 0; i < n; ++i)
+      for (int k = 0; k < 200; ++k) {
+        const double t = pi * ((i + 0.5) / n - 0.5), f = 2 * pi * k / 200;
+        const double c = std::cos(t);
+        const double a = y * z * c * std::cos(f), b = x * z * c * std::sin(f),
+                     d = x * y * std::sin(t);
+        sum += std::sqrt(a * a + b * b + d * d) * c;
+      }
+    return sum * (pi / n) * (2 * pi / 200);
+  };
+  for (const Vec3 r : {Vec3{3, 2, 1}, Vec3{1, 1, 2}, Vec3{2, 2, 1}, Vec3{1, 1.001, 0.999}})
+    EXPECT_NEAR(ellipsoid_area(r[0], r[1], r[2]) / area(r[0], r[1], r[2]), 1, 2e-7)
+        << r[0] << " " << r[1] << " " << r[2];
+  EXPECT_EQ(ellipsoid_area(2, 2, 2), 16 * 3.14159265358979323846);
+  EXPECT_NEAR(ellipsoid_area(5, 1, 3), ellipsoid_area(1, 3, 5), 1e-13);
+}
+
+TEST(CsgScale, MomentsAndPrimitivesAreStretched) {
+  const auto of_box = [](double x, double y, double z) {
+    Moments m;
+    m.volume = x * y * z;
+    m.area = 2 * (x * y + y * z + x * z);
+    m.first = {m.volume * x / 2, m.volume * y / 2, m.volume * z / 2};  // from its corner
+    m.second = {m.volume * x * x / 3, m.volume * y * y / 3, m.volume * z * z / 3,
+                m.volume * x * y / 4, m.volume * y * z / 4, m.volume * x * z / 4};
+    return m;
+  };
+  Moments before = of_box(1, 2, 3);
+  before.exact = false;
+  before.relative_error = 0.01;
+  const Moments m = scaled_moments(before, {2, 0.5, 3}), want = of_box(2, 1, 9);
+  EXPECT_NEAR(m.volume, want.volume, 1e-12);
+  for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(m.first[k], want.first[k], 1e-12);
+  EXPECT_NEAR(m.second.xx, want.second.xx, 1e-12);
+  EXPECT_NEAR(m.second.yz, want.second.yz, 1e-12);
+  EXPECT_NEAR(m.second.zz, want.second.zz, 1e-9);
+  EXPECT_GE(m.area, want.area);
+  EXPECT_FALSE(m.exact);
+  EXPECT_EQ(m.relative_error, 0.01);
+
+  CsgNode n;
+  n.kind = CsgKind::cylinder;
+  n.sizes = {1, 2};
+  n.placement.p = {1, 1, 1};
+  EXPECT_FALSE(scaled_primitive(n, {1, 2, 1})) << "it is elliptic";
+  n.placement.R = {1, 0, 0, 0, 0, -1, 0, 1, 0};  // its axis along -y
+  const auto along = scaled_primitive(n, {2, 3, 2});
+  ASSERT_TRUE(along);
+  EXPECT_EQ(along->sizes[0], 2);
+  EXPECT_EQ(along->sizes[1], 6);
+  EXPECT_EQ(along->placement.p, (Vec3{2, 3, 2}));
+  n.placement.R = {0.8, -0.6, 0, 0.6, 0.8, 0, 0, 0, 1};
+  EXPECT_FALSE(scaled_primitive(n, {2, 3, 2})) << "it would be sheared";
+  EXPECT_TRUE(scaled_primitive(n, {2, 2, 2}));
 }
 
 TEST(MeshCheck, ABoxWithSeparateFacesIsClosedAndOnePiece) {

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Worlds with contact: what rests, slides and is carried, against closed forms.
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <string>
 
 #include <gtest/gtest.h>
 
@@ -241,6 +243,30 @@ TEST_F(Physics, APendulumSwingsAndCountsItsTurns) {
   ASSERT_FALSE(done->notes.empty());
   EXPECT_NE(done->notes[0].find("pendulum.rod has no mass or no inertia"), std::string::npos)
       << done->notes[0];
+}
+
+TEST_F(Physics, AnEllipsoidRestsOnItsShortestAxisAndTheRunSaysHowItTouches) {
+  model::Solid egg;
+  model::Material stone;
+  stone.density = 2000;
+  egg.material = make(bench.document, "stone", stone);
+  model::SolidNode n;
+  n.kind = CsgKind::ellipsoid;
+  n.name = "shell";
+  n.sizes = {0.05, 0.04, 0.03};
+  egg.nodes = {n};
+  world_.objects.push_back({"egg", make(bench.document, "egg", egg), at({0, 0, 0.032})});
+  PhysicsRun run;
+  run.actions = {act(Kind::wait, 1)};
+  const auto r = unwrap(simulate(run));
+  // On a polyhedron of its own, whose lowest faces lie 0.5 % of the longest half axis off at most.
+  EXPECT_NEAR(last(*r, "egg.z"), 0.03, 0.0005);
+  EXPECT_NE(std::find_if(r->notes.begin(), r->notes.end(),
+                         [](const std::string& note) {
+                           return note.find("1 ellipsoid meets others as a polyhedron") !=
+                                  std::string::npos;
+                         }),
+            r->notes.end());
 }
 
 TEST_F(Physics, TellsWhatIsWrong) {

@@ -8,6 +8,7 @@
 #include <memory>
 #include <numbers>
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -302,24 +303,31 @@ TEST_F(SolidNodes, EllipsoidsAndScalesAreNodesAsAllOthers) {
   call("solid.wrap", {{"id", "plate"}, {"node", "cut"}, {"kind", "scale"}, {"name", "longer"}});
   call("solid.set", {{"id", "plate"}, {"path", "longer.x"}, {"value", 1.5}});
   EXPECT_NEAR(volume("plate"), 1.5 * plate, 1e-11 * plate);
-  const std::string file =
-      (std::filesystem::temp_directory_path() / ("scaled" + std::to_string(::getpid()) + ".csg"))
-          .string();
-  for (const std::string name : {"plate", "stretched", "egg"}) {
-    const model::Solid before = solid(name);
-    const double held = volume(name);
-    call("solid.save", {{"id", name}, {"file", file}});
-    call("solid.delete", {{"id", name}});
-    call("solid.load", {{"file", file}});
-    EXPECT_EQ(solid(name).nodes.size(), before.nodes.size()) << name;
-    for (std::size_t i = 0; i < before.nodes.size(); ++i) {
-      EXPECT_EQ(solid(name).nodes[i].kind, before.nodes[i].kind) << name;
-      EXPECT_EQ(solid(name).nodes[i].sizes, before.nodes[i].sizes) << name;
-    }
-    EXPECT_EQ(solid(name).parametric.expressions, before.parametric.expressions) << name;
-    EXPECT_EQ(volume(name), held) << name;
+  const auto folder =
+      std::filesystem::temp_directory_path() / ("robomosp-scaled-" + std::to_string(::getpid()));
+  std::filesystem::create_directories(folder);
+  const std::vector<std::string> names{"plate", "stretched", "egg"};
+  std::vector<model::Solid> before;
+  std::vector<double> held;
+  for (const std::string& name : names) {
+    before.push_back(solid(name));
+    held.push_back(volume(name));
+    call("solid.save", {{"id", name}, {"file", (folder / (name + ".csg")).string()}});
   }
-  std::filesystem::remove(file);
+  app->document.clear();
+  for (std::size_t k = 0; k < names.size(); ++k) {
+    SCOPED_TRACE(names[k]);
+    call("solid.load", {{"file", (folder / (names[k] + ".csg")).string()}});
+    const model::Solid& after = solid(names[k]);
+    ASSERT_EQ(after.nodes.size(), before[k].nodes.size());
+    for (std::size_t i = 0; i < after.nodes.size(); ++i) {
+      EXPECT_EQ(after.nodes[i].kind, before[k].nodes[i].kind);
+      EXPECT_EQ(after.nodes[i].sizes, before[k].nodes[i].sizes);
+    }
+    EXPECT_EQ(after.parametric.expressions, before[k].parametric.expressions);
+    EXPECT_EQ(volume(names[k]), held[k]);
+  }
+  std::filesystem::remove_all(folder);
 
   const auto set = [&](const char* id, const char* path, const Value& value) {
     return refusal("solid.set", {{"id", id}, {"path", path}, {"value", value}});
