@@ -157,12 +157,6 @@ Result<Solid> stretched_solid(const TopoDS_Shape& shape, const Factors& factors,
   if (before.More() || after.More()) return invalid();
   Solid solid = measured(made, faces, progress);
   const double extent = std::sqrt(solid.box.SquareExtent());
-  if (extent > 2 * kCsgGreatestLength * kMillimetresPerMetre)
-    return error(ErrorCode::invalid_argument,
-                 "the stretched solid is " + csg_number_text(extent / kMillimetresPerMetre) +
-                     " m long; the greatest length is " + csg_number_text(kCsgGreatestLength) +
-                     " m",
-                 "Give smaller factors.");
   if (!(std::abs(got - want) <= kSlack * want + doubt * extent) || !is_sound(made))
     return invalid();
   faces.set_verified(made);
@@ -176,6 +170,16 @@ Result<std::vector<Solid>> stretched(const std::vector<Solid>& solids, const Fac
   std::vector<Solid> result;
   for (const Solid& solid : solids) {
     if (progress.cancelled()) return cancelled_error();
+    const gp_Pnt low = solid.box.CornerMin(), high = solid.box.CornerMax();
+    for (int k = 1; k <= 3; ++k)
+      if (const double size =
+              (high.Coord(k) - low.Coord(k)) * factors[static_cast<std::size_t>(k - 1)];
+          size > 2 * kCsgGreatestLength * kMillimetresPerMetre)
+        return error(ErrorCode::invalid_argument,
+                     "the stretched solid is " + csg_number_text(size / kMillimetresPerMetre) +
+                         " m long; at most " + csg_number_text(2 * kCsgGreatestLength) +
+                         " m are made",
+                     "Give smaller factors.");
     RMP_TRY_ASSIGN(Solid made, stretched_solid(solid.shape, factors, faces, progress));
     result.push_back(std::move(made));
   }

@@ -203,7 +203,7 @@ RMP_COMMANDS(solid_commands) {
       "primitive is the name of a provider of robomosp.primitive/1, or {name = \"gear\", params = "
       "{teeth = 20}}; its numbers may be expressions. geometry is {solid = name, node = name} of "
       "an imported node, or {points = "
-      "{{x, y, z}, ...}, triangles = {{1, 2, 3}, ...}} of a closed mesh.\n";
+      "{{x, y, z}, ...}, triangles = {{1, 2, 3}, ...}} of a mesh.\n";
   Schema create_params{needed("name", "string", "", "Name, unique among solids."),
                        needed("root", "map", "", "The tree, a nested table of nodes.")};
   for (ParamSpec& p : solid_fields()) create_params.push_back(std::move(p));
