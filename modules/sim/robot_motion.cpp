@@ -456,8 +456,12 @@ class Builder {
     auto found = solve_ik(ik_, batch, progress_);
     // The robot's own solver may have no use for the objective; another one follows instead.
     if (!found.ok() && found.error().code == ErrorCode::unsupported) {
+      const std::string own = ik_.provider;
       RMP_TRY_ASSIGN(
           ik_, bind_ik(registry_, task_.model, ik_with_tag(registry_, task_.ik, "objectives")));
+      if (ik_.provider != own)
+        out_.notes.push_back("The inverse kinematics are solved by " + text::quote(ik_.provider) +
+                             ", as " + text::quote(own) + " has no use for the objective.");
       found = solve_ik(ik_, batch, progress_);
     }
     RMP_TRY_ASSIGN(const auto results, std::move(found));

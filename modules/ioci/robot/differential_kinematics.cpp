@@ -164,6 +164,10 @@ Result<std::pair<std::int32_t, Vec3>> read_point(CommandContext& ctx, const Map&
                                                  const Moved& m) {
   std::int32_t joint = -1;
   Pose carried;
+  if (has(args, "link") && has(args, "tip"))
+    return error(ErrorCode::invalid_argument,
+                 "a point is on a link or at a tip, and both are given", "Leave one of them out.",
+                 "tip");
   if (has(args, "link")) {
     const Robot& r = content<Robot>(ctx, args);
     RMP_TRY_ASSIGN(const std::int32_t link, read_link(r, *args.find("link"), false, "link"));
@@ -383,6 +387,11 @@ Result<Value> solve_goals(CommandContext& ctx, const Map& args) {
   batch.tolerance = {real(args, "position_tolerance"), real(args, "rotation_tolerance")};
   batch.all_solutions = flag(args, "all");
   batch.objective = objective_of(args);
+  RMP_TRY(check_objective_fields(ctx, args));
+  if (has(args, "world") && batch.objective != IkObjective::clearance)
+    return error(ErrorCode::invalid_argument,
+                 "a world is given, whose obstacles count with the objective clearance only",
+                 "Give objective = \"clearance\", or leave it out.", "world");
   std::shared_ptr<const collision::CollisionModel> collision;
   std::unique_ptr<ClearanceField> field;
   if (batch.objective == IkObjective::clearance) {

@@ -109,6 +109,9 @@ Result<void> read_instant(CommandContext& ctx, const Map& args, Instant& c) {
   const auto in_base = [&](const char* name) {
     return spatial::rotate_back(c.model->base, vec3(args, name));
   };
+  if (has(args, "tip") && !has(args, "tip_force") && !has(args, "tip_moment"))
+    return error(ErrorCode::invalid_argument, "a tip is named, and no wrench acts at it",
+                 "Give tip_force or tip_moment, or leave the tip out.", "tip");
   if (has(args, "tip_force") || has(args, "tip_moment")) {
     c.wrench = {in_base("tip_force"), in_base("tip_moment")};
     c.batch.tip = std::span(&c.wrench, 1);

@@ -159,6 +159,29 @@ Result<void> read_mimic(const CommandContext& ctx, const Value& v, const Robot& 
   return {};
 }
 
+/// Says which of the fields that are given count for nothing, as the joint is of a kind that has no
+/// use for them. They are kept: the joint may become another one.
+void report_unused(CommandContext& ctx, const Map& args, const Link& l) {
+  std::vector<std::string> unused;
+  if (l.joint == JointKind::fixed)
+    for (const char* name : {"lower", "upper", "max_velocity", "max_acceleration", "max_jerk",
+                             "max_force", "motor_inertia", "gear_ratio", "viscous",
+                             "coulomb_positive", "coulomb_negative", "stiffness", "rest"})
+      if (has(args, name)) unused.emplace_back(name);
+  if (l.joint == JointKind::fixed && has(args, "passive") && flag(args, "passive"))
+    unused.emplace_back("passive");
+  const bool has_axis =
+      l.joint != JointKind::fixed && l.joint != JointKind::spherical && l.joint != JointKind::free;
+  if (!has_axis && has(args, "axis")) unused.emplace_back("axis");
+  if (unused.empty()) return;
+  ctx.app.messages.post(Severity::warning, "unused_fields",
+                        "link " + text::quote(l.name) + ": its joint is " +
+                            std::string(model::joint_word(l.joint)) + ", for which " +
+                            text::enumerate(unused) + (unused.size() == 1 ? " counts" : " count") +
+                            " for nothing.",
+                        "ioci");
+}
+
 /// Applies checked link fields; `index` is the link's own, `robot` holds those before it.
 Result<void> apply_link(CommandContext& ctx, const Map& args, const Robot& robot,
                         std::int32_t index, Link& l, const std::string& path) {
@@ -195,6 +218,7 @@ Result<void> apply_link(CommandContext& ctx, const Map& args, const Robot& robot
       {"coulomb_negative", &l.drive.coulomb_negative}};
   for (const auto& [name, target] : numbers)
     if (has(args, name)) *target = real(args, name);
+  report_unused(ctx, args, l);
   if (l.lower > l.upper)
     return error(ErrorCode::invalid_argument,
                  "the lower limit " + text::print(l.lower) + " is above the upper limit " +

@@ -32,6 +32,15 @@ std::vector<ParamSpec> objective_fields(const std::string& more) {
                                "of the robot's own that are nearer however it stands."))};
 }
 
+Result<void> check_objective_fields(const CommandContext& ctx, const Map& args) {
+  if (objective_of(args) == IkObjective::clearance) return {};
+  if (!ctx.given("influence")) return {};
+  return error(
+      ErrorCode::invalid_argument,
+      "influence is of the objective clearance, and the objective is " + text_of(args, "objective"),
+      "Give objective = \"clearance\", or leave it out.", "influence");
+}
+
 IkObjective objective_of(const Map& args) {
   const std::string word = text_of(args, "objective");
   const auto at = std::find(std::begin(kObjectives), std::end(kObjectives), word);

@@ -51,6 +51,8 @@ void report_inertia(CommandContext& ctx, const std::string& name, const model::L
 Result<void> closed_or_fault(const RobotModel& m, const robotics::Closure& closed);
 /// The tip of the argument `tip`; the first one when it is left out.
 Result<std::size_t> tip_index(const RobotModel& m, const Map& args);
+/// What belongs to an objective that is not asked for is refused.
+Result<void> check_objective_fields(const CommandContext& ctx, const Map& args);
 /// Whether a link that moves has mass or inertia.
 [[nodiscard]] bool has_mass(const RobotModel& m);
 /// Fills in what a solver leaves out of an answer: a solved configuration next to a singular one

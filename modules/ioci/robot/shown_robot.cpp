@@ -4,6 +4,9 @@
 #include <string>
 
 #include "robotics/home.h"
+#include "robotics/joint_limits.h"
+#include "robotics/kinematics.h"
+#include "robotics/tip_motion.h"
 
 namespace robomosp::ioci {
 
@@ -37,7 +40,30 @@ Result<ShownRobot> shown_robot(const CommandContext& ctx, const Map& args) {
   return s;
 }
 
+void note_shown_joints(CommandContext& ctx, RobotId robot, std::span<const double> q) {
+  constexpr double kOpen = 1e-6;  // [m or rad]
+  const auto m =
+      ctx.app.derived.robot_model(ctx.snapshot(), robot, Vec3{0, 0, -9.81}, ctx.progress);
+  if (!m.ok() || q.size() != (*m)->coordinate_count()) return;
+  const std::string who = "robot " + text::quote((*m)->name);
+  const auto excess = robotics::limit_excess(**m, q);
+  if (excess.joint >= 0)
+    ctx.app.messages.post(Severity::warning, "joint_limits",
+                          who + " is shown with " + robotics::excess_words(**m, excess) + ".",
+                          "ioci");
+  if ((*m)->loops.empty()) return;
+  std::vector<Pose> frames((*m)->joints.size());
+  robotics::forward_kinematics(**m, q, frames);
+  if (const double open = robotics::open_by(**m, frames); open > kOpen)
+    ctx.app.messages.post(Severity::warning, "open_loops",
+                          who + " is shown with its loops open by " + text::print_rounded(open, 3) +
+                              " m or rad. robot.close gives joint values that close them.",
+                          "ioci");
+}
+
 Result<Value> put_joints(CommandContext& ctx, const ShownRobot& shown, std::vector<double> q) {
+  const model::World& world = *ctx.snapshot().get(shown.world);
+  note_shown_joints(ctx, world.robots[shown.member].robot, q);
   auto done = change<model::World>(ctx, shown.world, [&](model::World& w) -> Result<void> {
     w.robots[shown.member].q = q;
     return {};

@@ -19,6 +19,10 @@ struct ShownRobot {
 [[nodiscard]] ParamSpec shown_world();
 /// The world of the argument `world`, else the only one that has the robot `id`.
 [[nodiscard]] Result<ShownRobot> shown_robot(const CommandContext& ctx, const Map& args);
+/// Says, in messages, that joint values to be shown are beyond limits or leave loops open. They are
+/// shown all the same, as one moves joints one after the other.
+void note_shown_joints(CommandContext& ctx, RobotId robot, std::span<const double> q);
+
 /// Shows the robot at `q` from now on; the answer is q.
 [[nodiscard]] Result<Value> put_joints(CommandContext& ctx, const ShownRobot& shown,
                                        std::vector<double> q);

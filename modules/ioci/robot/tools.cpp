@@ -86,6 +86,13 @@ Result<Value> remove_tool(CommandContext& ctx, const Map& args) {
 }
 
 Result<Value> set_payload(CommandContext& ctx, const Map& args) {
+  const bool has_mass = has(args, "mass") && real(args, "mass") > 0;
+  for (const char* name : {"com", "inertia"})
+    if (has(args, name) && !has_mass)
+      return error(
+          ErrorCode::invalid_argument,
+          std::string("the payload has no mass, so that its ") + name + " counts for nothing",
+          "Give its mass, or nothing to take the payload off.", name);
   return change_robot(ctx, args, [&](Robot& r) -> Result<void> {
     std::optional<MassProperties>* payload = &r.payload;
     if (!is_main(args)) {

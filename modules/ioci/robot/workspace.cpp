@@ -62,6 +62,10 @@ Result<Asked> asked(CommandContext& ctx, const Map& args) {
     if (it == known.end()) return unknown_name("tip", text_of(args, "tip"), known);
     a.tip = static_cast<std::size_t>(it - known.begin());
   }
+  if (has(args, "placed") && !has(args, "world"))
+    return error(ErrorCode::invalid_argument,
+                 "placed is the robot's name in a world, and no world is given",
+                 "Give the world, or leave it out.", "placed");
   if (has(args, "world")) {
     RMP_TRY_ASSIGN(a.contact, contact_in_world(ctx, args));
   } else if (flag(args, "collisions")) {

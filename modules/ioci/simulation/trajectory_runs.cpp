@@ -41,6 +41,7 @@ Result<Value> simulate(CommandContext& ctx, const Map& args, What&& what) {
   if (has(args, "sample_time")) run.sample_time = real(args, "sample_time");
   run.tolerance = {real(args, "position_tolerance"), real(args, "rotation_tolerance")};
   run.objective = objective_of(args);
+  RMP_TRY(check_objective_fields(ctx, args));
   run.begins_on_path = text_of(args, "start") == "path";
   run.influence = real(args, "influence");
   const sim::Simulator simulator = simulator_of(ctx);

@@ -11,6 +11,7 @@
 #include "io/native.h"
 #include "ioci/core/commands.h"
 #include "ioci/exchange/loaded.h"
+#include "ioci/robot/shown_robot.h"
 #include "ioci/world/members.h"
 #include "kernel/executor.h"
 #include "kernel/quiet_progress.h"
@@ -208,6 +209,7 @@ Result<Value> set_robot_q(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const auto m,
                  ctx.app.derived.robot_model(ctx.snapshot(), robot, {0, 0, -9.81}, ctx.progress));
   RMP_TRY_ASSIGN(const auto q, read_q(*args.find("q"), *ctx.snapshot().get(robot), m->joints, "q"));
+  note_shown_joints(ctx, robot, q);
   return change_world(ctx, args, [&](World& changed) -> Result<void> {
     changed.robots[at].q = q;
     return {};
