@@ -25,7 +25,8 @@ struct Bound {
   std::string provider;  ///< for messages
 };
 
-/// Creates, prepares and wraps a provider chosen by a robot; `choice.name` empty = the default.
+/// Creates, prepares and wraps a provider chosen by a robot; `choice.name` empty = the default, of
+/// inverse kinematics the closed form that serves the robot if there is one (sim/ik_choice.h).
 Result<Bound<IkSolver>> bind_ik(const Registry&, std::shared_ptr<const RobotModel>,
                                 const model::ProviderChoice&);
 /// `own` where it has the tag, else the program's default or the first other one that has it; `own`
