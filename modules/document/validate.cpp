@@ -601,6 +601,24 @@ Result<void> check_attachments(const World& w) {
   return {};
 }
 
+Result<void> check_bases(const World& w) {
+  for (const PlacedRobot& r : w.robots) {
+    if (r.base > BaseKind::serpentine)
+      return fault("the base of robot " + quote(r.name) + " is of an unknown kind");
+    if (r.base_trajectory.empty()) continue;
+    if (r.base == BaseKind::fixed)
+      return fault("robot " + quote(r.name) + " has a fixed base and the base trajectory " +
+                       quote(r.base_trajectory),
+                   "Make its base free_flying, free_floating or serpentine.");
+    if (std::none_of(w.trajectories.begin(), w.trajectories.end(),
+                     [&](const auto& t) { return t.name == r.base_trajectory; }))
+      return fault("there is no trajectory " + quote(r.base_trajectory) +
+                       " for the base of robot " + quote(r.name) + " to follow",
+                   "Name a trajectory of the world.");
+  }
+  return {};
+}
+
 Result<void> check(const PlacedObject& o) {
   RMP_TRY(solid_or_object(o.what, "object " + quote(o.name)));
   return placement(o.placement, "object " + quote(o.name));
@@ -651,6 +669,7 @@ Result<void> check_others(const World& w, Names& names, Subject& subject) {
   }
   subject = {};
   RMP_TRY(check_attachments(w));
+  RMP_TRY(check_bases(w));
   return check(w.pair_rules);
 }
 

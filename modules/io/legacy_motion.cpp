@@ -2,10 +2,12 @@
 #include "io/legacy_motion.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
 #include <optional>
+#include <utility>
 
 #include "kernel/text.h"
 
@@ -283,10 +285,39 @@ class WorldBinder {
     RMP_TRY_ASSIGN(v.q, in_.tuple("the joint values"));
     values_.push_back(std::move(v));
     const std::uint32_t base_at = in_.offset();
-    RMP_TRY_ASSIGN(const std::string_view base, in_.word("the kind of base, such as Fixed"));
-    if (base != "Fixed")
+    RMP_TRY_ASSIGN(const std::string_view first, in_.word("the kind of base, such as Fixed"));
+    std::string base(first);
+    if (base == "Free" && in_.next() == 'a') {
+      RMP_TRY_ASSIGN(const std::string_view second, in_.word("Flying or Floating"));
+      base += " " + std::string(second);
+    }
+    // Written in one word or two.
+    constexpr std::array<std::pair<std::string_view, BaseKind>, 6> kKinds{
+        {{"Fixed", BaseKind::fixed},
+         {"Free Flying", BaseKind::free_flying},
+         {"FreeFlying", BaseKind::free_flying},
+         {"Free Floating", BaseKind::free_floating},
+         {"FreeFloating", BaseKind::free_floating},
+         {"Serpentine", BaseKind::serpentine}}};
+    const auto kind =
+        std::find_if(kKinds.begin(), kKinds.end(), [&](const auto& k) { return k.first == base; });
+    if (kind == kKinds.end())
       return in_.at(base_at, "the kind of base " + quote(base) + " is not known",
-                    "In all known files it is Fixed.");
+                    "There are Fixed, Free Flying, Free Floating and Serpentine.");
+    world_.robots[i].base = kind->second;
+    if (kind->second == BaseKind::fixed) return {};
+    if (in_.next() != '"') {
+      out_.notes.push_back(s_.place(base_at) + ": the base is " + base +
+                           ", and the file names no trajectory for it; robot.set_base gives one.");
+      return {};
+    }
+    // No file with such a base is known; its trajectory is read as those of the list are.
+    const std::uint32_t way_at = in_.offset();
+    RMP_TRY(trajectory());
+    world_.robots[i].base_trajectory = world_.trajectories.back().name;
+    out_.notes.push_back(s_.place(way_at) +
+                         ": no file of the 2006 program with a base that is not "
+                         "fixed is known; what follows is read as the trajectory of the base.");
     return {};
   }
 

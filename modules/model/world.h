@@ -34,11 +34,22 @@ constexpr void fields(V& v, Of<PlacedObject>) {
   v("placement", &PlacedObject::placement).flat().expression().doc("Its frame in the world's.");
 }
 
+/// How the mounting of a robot is held: where it is placed, or moved along a trajectory. What
+/// moves it makes no difference to the robot; the words are those of the program of 2006.
+enum class BaseKind : std::uint8_t { fixed, free_flying, free_floating, serpentine };
+inline constexpr std::array<std::string_view, 4> kBaseWords{"fixed", "free_flying", "free_floating",
+                                                            "serpentine"};
+constexpr std::span<const std::string_view> words(Of<BaseKind>) { return kBaseWords; }
+
 struct PlacedRobot {
   std::string name;
   RobotId robot;
-  Placement placement;    ///< world_T_mounting
-  std::vector<double> q;  ///< joint values shown; empty = the pose "home" or zeros
+  Placement placement;         ///< world_T_mounting
+  std::vector<double> q = {};  ///< joint values shown; empty = the pose "home" or zeros
+  BaseKind base = BaseKind::fixed;
+  /// Of the world, how the mounting moves in runs: its frame is that of the mounting. "" = it
+  /// stands where it is placed. Not of a fixed base.
+  std::string base_trajectory = {};
 };
 template <class V>
 constexpr void fields(V& v, Of<PlacedRobot>) {
@@ -48,6 +59,9 @@ constexpr void fields(V& v, Of<PlacedRobot>) {
   v("q", &PlacedRobot::q)
       .unit(kByJoint)
       .doc("Joint values shown; empty is the pose home, or zeros.");
+  v("base", &PlacedRobot::base).doc("How its mounting is held; what is not fixed may move.");
+  v("base_trajectory", &PlacedRobot::base_trajectory)
+      .doc("Trajectory of the world that its mounting follows in runs; empty is none.");
 }
 
 struct PlacedTrajectory {

@@ -120,19 +120,25 @@ Result<Pose> BasePath::world_T_mounting(double t) const {
   return spatial::compose(world_T_path_, s.pose);
 }
 
-Result<BaseMotion> BasePath::felt(double t, const Pose& mounting_T_base,
-                                  const Vec3& gravity) const {
+Result<PathSample> BasePath::base(double t, const Pose& mounting_T_base) const {
   using namespace spatial;
   RMP_TRY_ASSIGN(const PathSample s, sample_(t));
   const Pose mounting = compose(world_T_path_, s.pose);
-  const Pose base = compose(mounting, mounting_T_base);
   const Vec3 r = rotate(mounting, mounting_T_base.p);
   const Vec3 w = rotate(world_T_path_, s.angular_velocity),
              wd = rotate(world_T_path_, s.angular_acceleration);
-  const Vec3 a =
-      add(rotate(world_T_path_, s.acceleration), add(cross(wd, r), cross(w, cross(w, r))));
-  return BaseMotion{rotate_back(base, gravity), rotate_back(base, a), rotate_back(base, w),
-                    rotate_back(base, wd)};
+  return PathSample{
+      compose(mounting, mounting_T_base), add(rotate(world_T_path_, s.velocity), cross(w, r)), w,
+      add(rotate(world_T_path_, s.acceleration), add(cross(wd, r), cross(w, cross(w, r)))), wd};
+}
+
+Result<BaseMotion> BasePath::felt(double t, const Pose& mounting_T_base,
+                                  const Vec3& gravity) const {
+  using namespace spatial;
+  RMP_TRY_ASSIGN(const PathSample b, base(t, mounting_T_base));
+  return BaseMotion{rotate_back(b.pose, gravity), rotate_back(b.pose, b.acceleration),
+                    rotate_back(b.pose, b.angular_velocity),
+                    rotate_back(b.pose, b.angular_acceleration)};
 }
 
 }  // namespace robomosp::sim

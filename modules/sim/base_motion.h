@@ -33,6 +33,8 @@ class BasePath {
 
   /// Errors here and below: those of the path or the expressions.
   [[nodiscard]] Result<Pose> world_T_mounting(double t) const;
+  /// How the base moves of a robot that stands so on the mounting, world axes.
+  [[nodiscard]] Result<PathSample> base(double t, const Pose& mounting_T_base) const;
   /// What a robot feels whose base is so placed on the mounting; gravity in world axes.
   [[nodiscard]] Result<BaseMotion> felt(double t, const Pose& mounting_T_base,
                                         const Vec3& gravity) const;

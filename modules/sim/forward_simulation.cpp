@@ -45,6 +45,7 @@ struct Placed {
   Pose world_T_mounting;
   std::vector<double> q;  ///< where it stands
   const model::World* world = nullptr;
+  std::string base_trajectory;  ///< of the world, how its mounting moves
 };
 
 template <class Member>
@@ -80,6 +81,7 @@ Result<Placed> place(const Simulator& sim, const ForwardRun& run, Progress& prog
     p.gravity = p.world->gravity;
     p.world_T_mounting = model::pose(robot->placement);
     p.q = robot->q;
+    p.base_trajectory = robot->base_trajectory;
   }
   p.record = s.get(id);
   if (!p.record)
@@ -203,8 +205,11 @@ class Simulation {
       PartProgress part(progress, 0, 0.1);
       RMP_TRY_ASSIGN(const auto recording, sim_.inverse_kinematics(along, part));
       RMP_TRY_ASSIGN(auto reference, MotionReference::from_recording(model(), *recording));
-      RMP_TRY_ASSIGN(const Pose base, world_T_base(0));
-      reference.follow(path.path, spatial::compose(spatial::inverse(base), path.world_T_path));
+      // The tool's path as seen from a base of a way of its own is not one that stands.
+      if (!follows_own_base_) {
+        RMP_TRY_ASSIGN(const Pose base, world_T_base(0));
+        reference.follow(path.path, spatial::compose(spatial::inverse(base), path.world_T_path));
+      }
       reference_ = std::move(reference);
     } else if (run_.recorded_q) {
       RMP_TRY_ASSIGN(reference_, MotionReference::from_recording(model(), *run_.recorded_q));
@@ -314,11 +319,14 @@ class Simulation {
     if (run_.is_controlled && (!run_.tau.empty() || run_.recorded_tau))
       return error(ErrorCode::invalid_argument, "it is given torques and a controller",
                    "Give one of them.");
-    if (!run_.base_trajectory.empty()) {
+    follows_own_base_ =
+        run_.base_trajectory.empty() && !run_.base_motion && !placed_.base_trajectory.empty();
+    const std::string& way = follows_own_base_ ? placed_.base_trajectory : run_.base_trajectory;
+    if (!way.empty()) {
       if (run_.base_motion)
         return error(ErrorCode::invalid_argument,
                      "its mounting is given a trajectory and expressions", "Give one of them.");
-      RMP_TRY_ASSIGN(WorldPath path, path_of(sim_, placed_, run_.base_trajectory));
+      RMP_TRY_ASSIGN(WorldPath path, path_of(sim_, placed_, way));
       base_.emplace(std::move(path.path), path.world_T_path);
     } else if (run_.base_motion && run_.duration > 0) {
       RMP_TRY(base_by_expressions());
@@ -555,6 +563,7 @@ class Simulation {
   const RunState* from_;
   Placed placed_;
   std::optional<BasePath> base_;
+  bool follows_own_base_ = false;  ///< that of the world, not one of the run
   std::optional<MotionReference> reference_;
   TimedRows torques_, wrenches_;
   Bound<InverseDynamics> inverse_;

@@ -96,6 +96,12 @@ Result<Actor> actor_of(const Simulator& sim, const Recording& r, Progress& progr
                      ? "the recording is not of a robot"
                      : "the recording's robot " + text::quote(r.robot) + " is no longer there",
                  "Quantities of a robot need it; recording.watch works on the columns alone.");
+  if (placed && !placed->base_trajectory.empty())
+    return error(ErrorCode::unsupported,
+                 "the base of robot " + text::quote(r.robot) + " moves along " +
+                     text::quote(placed->base_trajectory) +
+                     ", and quantities of recordings know bases that stand only",
+                 "Its runs record x, y and z of the tool in the world, and torques.");
   Actor a;
   RMP_TRY_ASSIGN(a.model, sim.derived.robot_model(
                               sim.snapshot, id, spatial::rotate_back(mounting, gravity), progress));
@@ -376,7 +382,8 @@ Result<void> add_force(Recording& out, const Simulator& sim, const Actor& a, con
     const auto rows = static_cast<Eigen::Index>(n);
     const Eigen::Map<const RowMajor> jt(&tool.jacobian[i * 6 * n], rows, 6);
     const Eigen::Map<const Eigen::VectorXd> left(&missing[i * n], rows);
-    const Eigen::VectorXd f = Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>(jt).solve(left);
+    const Eigen::VectorXd f =
+        Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>(jt).solve(left);
     force[i] = spatial::rotate(a.world_T_base, Vec3{f[0], f[1], f[2]});
     moment[i] = spatial::rotate(a.world_T_base, Vec3{f[3], f[4], f[5]});
   }

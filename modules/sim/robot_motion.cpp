@@ -26,6 +26,19 @@ PathSample in_base(const PathSample& s, const Pose& base_T_path) {
           rotate(base_T_path, s.angular_acceleration)};
 }
 
+PathSample seen_from(const PathSample& base, const PathSample& s) {
+  using namespace spatial;
+  const Vec3 r = sub(s.pose.p, base.pose.p), &w = base.angular_velocity;
+  const Vec3 v = sub(sub(s.velocity, base.velocity), cross(w, r));
+  const Vec3 a = sub(sub(sub(s.acceleration, base.acceleration),
+                         add(cross(base.angular_acceleration, r), cross(w, cross(w, r)))),
+                     scale(cross(w, v), 2));
+  return {compose(inverse(base.pose), s.pose), rotate_back(base.pose, v),
+          rotate_back(base.pose, sub(s.angular_velocity, w)), rotate_back(base.pose, a),
+          rotate_back(base.pose, sub(sub(s.angular_acceleration, base.angular_acceleration),
+                                     cross(w, s.angular_velocity)))};
+}
+
 namespace {
 
 /// Joint configurations closer than this count as one [rad or m].
@@ -167,6 +180,10 @@ class Builder {
       }
       points.insert(points.end(), q.begin(), q.end());
     }
+    if (task_.base && !record.points.empty())
+      return error(ErrorCode::unsupported,
+                   "it goes to points in space while the base moves, and does not say when",
+                   "Give joint values, or a path in space such as a line.", here);
     for (std::size_t k = 0; k < record.points.size(); ++k) {
       const Pose target = spatial::compose(task_.base_T_trajectory, model::pose(record.points[k]));
       const std::vector<double> seed(points.end() - static_cast<std::ptrdiff_t>(dof_),
@@ -296,6 +313,14 @@ class Builder {
     return {};
   }
 
+  /// A sample of a path that began with the piece, `t` later, in the base's frame.
+  Result<PathSample> from_base(const PathSample& s, double t) const {
+    const PathSample placed = in_base(s, task_.base_T_trajectory);
+    if (!task_.base) return placed;
+    RMP_TRY_ASSIGN(const PathSample base, task_.base(begin_ + t));
+    return seen_from(base, placed);
+  }
+
   Result<void> add_path(const model::Trajectory& part) {
     if (is_joint_moving_)
       return error(ErrorCode::invalid_argument,
@@ -306,9 +331,15 @@ class Builder {
     double at = 0;
     PathSample first;
     RMP_TRY(path->sample({&at, 1}, {&first, 1}).in(task_.where));
-    RMP_TRY_ASSIGN(const auto q0, solve(in_base(first, task_.base_T_trajectory).pose, at_,
-                                        "the start of the path", task_.where));
+    RMP_TRY_ASSIGN(first, from_base(first, 0));
+    RMP_TRY_ASSIGN(const auto q0, solve(first.pose, at_, "the start of the path", task_.where));
     if (is_moved_ && distance(at_, q0) > kSameConfiguration) {
+      if (task_.base)
+        return error(ErrorCode::unsupported,
+                     "at t = " + text::print_rounded(begin_) +
+                         " s the path does not begin where the joints are, and the base moves "
+                         "while they would go there",
+                     "Let the segments meet.", task_.where);
       out_.notes.push_back("A move of the joints was put in at t = " + text::print_rounded(begin_) +
                            " s: the path does not begin where they are.");
       RMP_TRY(approach(q0));
@@ -324,9 +355,9 @@ class Builder {
     RMP_TRY(path->sample(times, samples).in(task_.where));
     std::vector<Pose> targets;
     targets.reserve(samples.size());
-    for (PathSample& s : samples) {
-      s = in_base(s, task_.base_T_trajectory);
-      targets.push_back(s.pose);
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      RMP_TRY_ASSIGN(samples[i], from_base(samples[i], times[i]));
+      targets.push_back(samples[i].pose);
     }
     IkBatch batch = asked();
     batch.targets = targets;

@@ -29,9 +29,11 @@ struct RobotMotionTask {
   const model::Trajectory* trajectory = nullptr;
   std::string name;        ///< of the trajectory, for messages
   std::string where;       ///< likewise: world, robot and trajectory
-  Pose base_T_trajectory;  ///< of the robot's base frame
-  double step = 0.01;      ///< between samples [s]
-  double lead = 0;         ///< the samples come this much earlier, 0 <= lead < step [s]
+  Pose base_T_trajectory;  ///< of the robot's base frame; of the world while the base moves
+  /// How the base moves in the world, at a time of the motion; null = it stands.
+  std::function<Result<PathSample>(double t)> base;
+  double step = 0.01;  ///< between samples [s]
+  double lead = 0;     ///< the samples come this much earlier, 0 <= lead < step [s]
   IkTolerance tolerance{};
   IkObjective objective = IkObjective::none;
   const ClearanceField* clearance = nullptr;
@@ -49,6 +51,9 @@ struct RobotMotion {
 
 /// A sample of a path in the frame that the path is placed in.
 [[nodiscard]] PathSample in_base(const PathSample& s, const Pose& base_T_path);
+/// What moves as `s` as seen from a base that moves as `base`, both in the same axes; axes of the
+/// base.
+[[nodiscard]] PathSample seen_from(const PathSample& base, const PathSample& s);
 
 /// Cartesian segments that follow each other are one path (motion::Path) and one branch of the
 /// inverse kinematics. A joint segment starts where the joints are; its points in space are solved

@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 
+#include "sim/base_motion.h"
 #include "sim/robot_motion.h"
 #include "sim/simulate.h"
 
@@ -15,15 +16,21 @@ struct RunSetup {
   std::string title;
   model::ProviderChoice inverse_dynamics;
   std::shared_ptr<const RobotModel> model;
-  Pose world_T_base;
+  Pose world_T_base;                     ///< where it is placed
+  std::shared_ptr<const BasePath> base;  ///< how its mounting moves; null = it stands
+  std::string base_trajectory;
+  Vec3 gravity{};  ///< [m/s^2], world axes
   RobotMotionTask task;
 };
 
 /// A robot with loops or joints of several coordinates is an error.
 [[nodiscard]] Result<RunSetup> prepare_run(const Simulator&, const Run&, Progress&);
 
+/// An error when the base moves, which `what` ("checks of paths") do not know.
+[[nodiscard]] Result<void> only_standing(const RunSetup&, const std::string& what);
+
 /// Columns of time, joints and tool, with the joints' limits.
-[[nodiscard]] recording::Recording kinematic_recording(const Run&, const RunSetup&,
-                                                       const RobotMotion&);
+[[nodiscard]] Result<recording::Recording> kinematic_recording(const Run&, const RunSetup&,
+                                                               const RobotMotion&);
 
 }  // namespace robomosp::sim

@@ -110,7 +110,33 @@ Result<RunSetup> prepare_run(const Simulator& sim, const Run& run, Progress& pro
   task.objective = run.objective;
   task.begins_on_path = run.begins_on_path;
   task.stored = motion::stored_in(sim.snapshot);
+  if (robot->base_trajectory.empty()) return setup;
+
+  RMP_TRY_ASSIGN(const model::PlacedTrajectory* way,
+                 member(*index, document::MemberList::trajectories, world->trajectories,
+                        "trajectory", robot->base_trajectory, world_name));
+  const model::Trajectory* way_record = sim.snapshot.get(way->trajectory);
+  if (!way_record)
+    return error(ErrorCode::stale_handle, "the trajectory of its base no longer exists",
+                 "Add it again.", setup.task.where);
+  RMP_TRY_ASSIGN(auto path, motion::Path::build(sim.registry, way->name, *way_record, task.stored));
+  setup.base_trajectory = way->name;
+  setup.gravity = world->gravity;
+  setup.base = std::make_shared<const BasePath>(std::move(path), model::pose(way->placement));
+  task.base_T_trajectory = model::pose(trajectory->placement);
+  task.base = [base = setup.base, mounting_T_base = setup.model->base](double t) {
+    return base->base(t, mounting_T_base);
+  };
   return setup;
+}
+
+Result<void> only_standing(const RunSetup& setup, const std::string& what) {
+  if (!setup.base) return {};
+  return error(ErrorCode::unsupported,
+               "its base moves along " + text::quote(setup.base_trajectory) + ", and " + what +
+                   " know bases that stand only",
+               "world.set_base{kind = \"fixed\"} lets it stand where it is placed.",
+               setup.task.where);
 }
 
 namespace {
@@ -154,7 +180,7 @@ void add_joint_columns(Recording& recording, const RobotModel& model, const std:
 
 }  // namespace
 
-Recording kinematic_recording(const Run& run, const RunSetup& setup, const RobotMotion& t) {
+Result<Recording> kinematic_recording(const Run& run, const RunSetup& setup, const RobotMotion& t) {
   const RobotModel& model = *setup.model;
   Recording recording;
   recording.world = run.world;
@@ -174,8 +200,13 @@ Recording kinematic_recording(const Run& run, const RunSetup& setup, const Robot
   std::vector<Pose> poses(t.times.size());
   kinematics.tip_poses(0, t.q, poses, scratch);
   for (Column& c : tip) c.values.reserve(poses.size());
-  for (const Pose& pose : poses) {
-    const Vec3 p = spatial::transform(setup.world_T_base, pose.p);
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    Pose base = setup.world_T_base;
+    if (setup.base) {
+      RMP_TRY_ASSIGN(const PathSample now, setup.task.base(t.times[i]));
+      base = now.pose;
+    }
+    const Vec3 p = spatial::transform(base, poses[i].p);
     for (std::size_t k = 0; k < 3; ++k) tip[k].values.push_back(p[k]);
   }
   for (auto& c : tip) recording.columns.push_back(std::move(c));
@@ -188,6 +219,9 @@ Recording kinematic_recording(const Run& run, const RunSetup& setup, const Robot
         {recording::kApproachColumn, "",
          "1 while the joints go to where the trajectory goes on, 0 along it", t.approach});
   mark_limits(recording, model);
+  if (setup.base)
+    recording.notes.push_back("The base moves along " + text::quote(setup.base_trajectory) +
+                              "; pictures show it where it is placed.");
   return recording;
 }
 
@@ -224,6 +258,7 @@ Result<RobotMotion> kinematics(const Simulator& sim, const Run& run, const RunSe
   Obstacles around;
   RobotMotionTask task = setup.task;
   if (run.objective == IkObjective::clearance) {
+    RMP_TRY(only_standing(setup, "objectives of clearance"));
     RMP_TRY_ASSIGN(around, obstacles(sim, run, progress).in(task.where));
     task.clearance = around.field.get();
   }
@@ -240,7 +275,7 @@ void note_kinematic_limits(Recording& recording, const RobotModel& model) {
 Result<RecordingPtr> Simulator::inverse_kinematics(const Run& run, Progress& progress) const {
   RMP_TRY_ASSIGN(const RunSetup setup, prepare_run(*this, run, progress));
   RMP_TRY_ASSIGN(const RobotMotion t, kinematics(*this, run, setup, progress));
-  Recording recording = kinematic_recording(run, setup, t);
+  RMP_TRY_ASSIGN(Recording recording, kinematic_recording(run, setup, t));
   recording.title = setup.title + ": inverse kinematics";
   note_kinematic_limits(recording, *setup.model);
   return std::make_shared<const Recording>(std::move(recording));
@@ -299,8 +334,16 @@ Result<void> add_torques(Recording& recording, const RunSetup& setup, const Robo
        {"tau_velocity", "velocity part of the torque", kVelocityTerm},
        {"tau_friction", "friction part of the torque", kFrictionTerm}}};
   RMP_TRY_ASSIGN(const auto starts, friction_of_starts(t, setup.model->dof(), dynamics, progress));
+  std::vector<BaseMotion> base;
+  if (setup.base)
+    for (const double t_now : t.times) {
+      RMP_TRY_ASSIGN(const BaseMotion felt,
+                     setup.base->felt(t_now, setup.model->base, setup.gravity));
+      base.push_back(felt);
+    }
   for (const auto& part : kParts) {
     DynamicsBatch batch;
+    batch.base = base;
     batch.count = t.times.size();
     batch.q = t.q;
     batch.qd = t.qd;
@@ -323,7 +366,7 @@ Result<RecordingPtr> Simulator::inverse_dynamics(const Run& run, Progress& progr
   RMP_TRY_ASSIGN(const RobotMotion t, kinematics(*this, run, setup, progress));
   RMP_TRY_ASSIGN(const auto dynamics,
                  bind_inverse_dynamics(registry, setup.model, setup.inverse_dynamics));
-  Recording recording = kinematic_recording(run, setup, t);
+  RMP_TRY_ASSIGN(Recording recording, kinematic_recording(run, setup, t));
   recording.title = setup.title + ": inverse dynamics";
   note_kinematic_limits(recording, *setup.model);
   RMP_TRY(add_torques(recording, setup, t, dynamics, progress));
@@ -333,12 +376,13 @@ Result<RecordingPtr> Simulator::inverse_dynamics(const Run& run, Progress& progr
 Result<RecordingPtr> Simulator::time_optimal(const Run& run, const RetimeOptions& options,
                                              Progress& progress) const {
   RMP_TRY_ASSIGN(const RunSetup setup, prepare_run(*this, run, progress));
+  RMP_TRY(only_standing(setup, "time-optimal runs"));
   RMP_TRY_ASSIGN(const RobotMotion slow, kinematics(*this, run, setup, progress));
   RMP_TRY_ASSIGN(const auto dynamics,
                  bind_inverse_dynamics(registry, setup.model, setup.inverse_dynamics));
   RMP_TRY_ASSIGN(const RobotMotion t, retime(registry, *setup.model, slow, &dynamics, options,
                                              setup.task.where, progress));
-  Recording recording = kinematic_recording(run, setup, t);
+  RMP_TRY_ASSIGN(Recording recording, kinematic_recording(run, setup, t));
   recording.title = setup.title + ": time-optimal";
   RMP_TRY(add_torques(recording, setup, t, dynamics, progress));
   return std::make_shared<const Recording>(std::move(recording));

@@ -238,8 +238,8 @@ Result<PathCheck> follow(const Simulator& sim, const Run& run, const RunSetup& s
       part.position_error.push_back(results[i].position_error);
       part.rotation_error.push_back(results[i].rotation_error);
     }
-    RMP_TRY(check_motion(out, sim, setup,
-                         std::make_shared<const Recording>(kinematic_recording(run, setup, part)),
+    RMP_TRY_ASSIGN(Recording recording, kinematic_recording(run, setup, part));
+    RMP_TRY(check_motion(out, sim, setup, std::make_shared<const Recording>(std::move(recording)),
                          collisions, first, progress));
     first = end;
   }
@@ -269,6 +269,7 @@ std::size_t PathCheck::last_good() const {
 Result<PathCheck> check_path(const Simulator& sim, const Run& run, bool collisions,
                              Progress& progress) {
   RMP_TRY_ASSIGN(const RunSetup setup, prepare_run(sim, run, progress));
+  RMP_TRY(only_standing(setup, "checks of trajectories"));
   PathCheck out;
   auto motion = sim.inverse_kinematics(run, progress);
   if (!motion.ok()) {

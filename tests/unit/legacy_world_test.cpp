@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <numbers>
 #include <set>
 #include <sstream>
@@ -620,8 +621,8 @@ TEST_F(LegacyWorld, UnknownCodesAreRefusedByNameAndPlace) {
   put("Robots/reacher.rbt", robot);
   edit("Worlds/bench.wld", "Fixed", "Moving");
   EXPECT_EQ(refusal("Worlds/bench.wld"),
-            "bench.wld:13:1: the kind of base \"Moving\" is not known. In all known files it is "
-            "Fixed.");
+            "bench.wld:13:1: the kind of base \"Moving\" is not known. There are Fixed, Free "
+            "Flying, Free Floating and Serpentine.");
   put("Worlds/bench.wld", world);
   edit("Worlds/bench.wld", "21.81276974, ", "");
   EXPECT_EQ(refusal("Worlds/bench.wld"),
@@ -678,6 +679,91 @@ TEST_F(LegacyWorld, AWorldLoadsAndItsRobotStandsAtTheStartOfItsTrajectoryAndFoll
   EXPECT_TRUE(io::load(*back, folder / "native/bench.wld", {}).ok());
   ASSERT_TRUE(back->commit().ok());
   EXPECT_EQ(bench.document.content_digest(), digest);
+}
+
+TEST_F(LegacyWorld, BasesAreOfFourKindsAndMayFollowATrajectory) {
+  const std::string world = text("Worlds/bench.wld");
+  const std::pair<const char*, model::BaseKind> kinds[] = {
+      {"Free Flying", model::BaseKind::free_flying},
+      {"Free Floating", model::BaseKind::free_floating},
+      {"Serpentine", model::BaseKind::serpentine}};
+  for (const auto& [words, kind] : kinds) {
+    put("Worlds/bench.wld", world);
+    edit("Worlds/bench.wld", "Fixed", words);
+    const auto& w = get<model::World>(load("Worlds/bench.wld"));
+    EXPECT_EQ(w.robots[0].base, kind);
+    EXPECT_TRUE(w.robots[0].base_trajectory.empty());
+    ASSERT_FALSE(notes.empty());
+    EXPECT_NE(notes.back().find("the file names no trajectory for it"), std::string::npos);
+  }
+  put("Worlds/bench.wld", world);
+  edit("Worlds/bench.wld", "Fixed",
+       "Free Floating \"./Saves/Trajectories/stroke.tjc\" \"drive\" ( 0.1, 0, 0, 0, 0, 0 ) 0 3 0");
+  const AnyId id = load("Worlds/bench.wld");
+  const auto& w = get<model::World>(id);
+  EXPECT_EQ(w.robots[0].base_trajectory, "drive");
+  ASSERT_EQ(w.trajectories.size(), 3U);
+  EXPECT_EQ(w.trajectories[0].name, "drive");
+  EXPECT_DOUBLE_EQ(w.trajectories[0].placement.position[0], 0.1);
+  // Saved as native files it is the same world.
+  fs::create_directories(folder / "native");
+  auto tx = bench.document.begin("save");
+  unwrap(io::save(*tx, id, folder / "native/bench.wld", {}));
+  ASSERT_TRUE(tx->commit().ok());
+  const auto digest = bench.document.content_digest();
+  bench.document.clear();
+  auto back = bench.document.begin("load");
+  EXPECT_TRUE(io::load(*back, folder / "native/bench.wld", {}).ok());
+  ASSERT_TRUE(back->commit().ok());
+  EXPECT_EQ(bench.document.content_digest(), digest);
+}
+
+TEST_F(LegacyWorld, ATrajectoryInMillimetresIsTheSameAsInMetres) {
+  const auto metres = path(load("Trajectories/stroke.tjc"));
+  std::string s = text("Trajectories/stroke.tjc");
+  // Every length, speed and acceleration of it in millimetres: those are the numbers along y.
+  const auto all = [&](const std::string& from, const std::string& to) {
+    for (auto at = s.find(from); at != std::string::npos; at = s.find(from, at + to.size()))
+      s.replace(at, from.size(), to);
+  };
+  const auto units = s.find(" 0 0\n");
+  ASSERT_NE(units, std::string::npos) << s;
+  s.replace(units, 5, " 3 0\n");
+  all("0.30000000", "300.00000000");
+  all("0.12000000", "120.00000000");
+  put("Trajectories/stroke mm.tjc", s);
+  const auto millimetres = path(load("Trajectories/stroke mm.tjc"));
+  EXPECT_NEAR(metres->length(), 0.3, 1e-12);
+  EXPECT_NEAR(millimetres->length(), 0.3, 1e-12);
+  EXPECT_NEAR(millimetres->duration(), metres->duration(), 1e-12);
+  for (const double t : {0.0, 0.3, 1.0, 2.9}) {
+    EXPECT_NEAR(at(*millimetres, t).velocity[1], at(*metres, t).velocity[1], 1e-12);
+    EXPECT_NEAR(at(*millimetres, t).pose.p[1], at(*metres, t).pose.p[1], 1e-12);
+  }
+}
+
+TEST_F(LegacyWorld, EveryFileOfTheOriginalLoads) {
+  const fs::path data = original();
+  if (data.empty()) GTEST_SKIP() << "no files of the 2006 program here";
+  const std::map<std::string, Kind> kinds{{".mtr", Kind::material},   {".csg", Kind::solid},
+                                          {".obj", Kind::object},     {".rbt", Kind::robot},
+                                          {".tjc", Kind::trajectory}, {".stn", Kind::trajectory},
+                                          {".wld", Kind::world}};
+  std::map<std::string, std::size_t> read;
+  for (const auto& entry : fs::recursive_directory_iterator(data)) {
+    const auto kind = kinds.find(entry.path().extension().string());
+    if (kind == kinds.end()) continue;
+    auto tx = bench.document.begin("load");
+    const auto loaded = io::load(*tx, entry.path(), {});
+    ASSERT_TRUE(loaded.ok()) << loaded.error().sentence();
+    ASSERT_TRUE(tx->commit().ok()) << entry.path();
+    // A .csg of several materials is an object.
+    EXPECT_TRUE(loaded->id.kind == kind->second ||
+                (kind->second == Kind::solid && loaded->id.kind == Kind::object))
+        << entry.path();
+    ++read[kind->first];
+  }
+  for (const auto& [extension, kind] : kinds) EXPECT_GT(read[extension], 0U) << extension;
 }
 
 TEST_F(LegacyWorld, TheTargetOfAWorldIsAFrame) {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "ioci/robot/robots.h"
+#include "ioci/robot/shown_robot.h"
 #include "robotics/build_model.h"
 #include "robotics/coordinates.h"
 #include "robotics/kinematics.h"
@@ -120,7 +121,17 @@ Result<Value> base_type(CommandContext& ctx, const Map& args) {
   const bool floats = std::any_of(r.links.begin(), r.links.end(), [](const Link& l) {
     return l.parent < 0 && l.joint == model::JointKind::free;
   });
-  return Value(floats ? "Floating" : "Fixed");
+  if (floats) return Value("Floating");
+  // By the words of the program of 2006, of the only world that shows it or of the one given.
+  constexpr const char* kWords[] = {"Fixed", "Free Flying", "Free Floating", "Serpentine"};
+  bool is_placed = has(args, "world");
+  for (const AnyId any : ctx.snapshot().list(Kind::world))
+    for (const auto& placed : ctx.snapshot().get(WorldId{any.number})->robots)
+      is_placed = is_placed || placed.robot == typed<Robot>(args);
+  if (!is_placed) return Value(kWords[0]);
+  RMP_TRY_ASSIGN(const ShownRobot shown, shown_robot(ctx, args));
+  const auto& placed = ctx.snapshot().get(shown.world)->robots[shown.member];
+  return Value(kWords[static_cast<std::size_t>(placed.base)]);
 }
 
 Result<Value> poses(CommandContext& ctx, const Map& args) {
@@ -300,9 +311,12 @@ RMP_COMMANDS(robot_commands) {
       {.name = "robot.base_type",
        .classic = "PRobot GetBaseType",
        .summary = "Reports how the base is held.",
-       .details = "Fixed where the world places it, or Floating: its first link has a free joint.",
+       .details =
+           "Fixed where the world places it; Free Flying, Free Floating or Serpentine as the "
+           "world that shows it says (robot.set_base); or Floating: its first link has a "
+           "free joint.",
        .example = with_arm("assert(arm:base_type() == \"Fixed\")"),
-       .params = {self("robot")},
+       .params = {self("robot"), shown_world()},
        .returns = {"string", "", "", {}},
        .effect = Effect::reads,
        .run = base_type});

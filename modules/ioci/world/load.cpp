@@ -69,8 +69,11 @@ class Elements {
       return {};
     };
     RMP_TRY(put_all(&World::objects));
+    const std::size_t robots_before = world_.robots.size();
     RMP_TRY(put_all(&World::robots));
     RMP_TRY(put_all(&World::trajectories));
+    for (std::size_t i = robots_before; i < world_.robots.size(); ++i)
+      world_.robots[i].base_trajectory = now(world_.robots[i].base_trajectory);
     RMP_TRY(put_all(&World::frames));
     RMP_TRY(put_all(&World::lights));
     for (model::PlacedTask t : other.tasks) {

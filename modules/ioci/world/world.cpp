@@ -174,6 +174,8 @@ Result<Value> remove_member(CommandContext& ctx, const Map& args) {
       return no_member(w, name);
     std::erase_if(w.attachments,
                   [&](const auto& a) { return a.object == name || a.robot == name; });
+    for (auto& r : w.robots)
+      if (r.base_trajectory == name) r.base_trajectory.clear();
     return {};
   });
 }
