@@ -279,8 +279,9 @@ struct SampleRecords {
     w.parametric = parameters("part.position.x");
     w.objects = {{"part", ball, turned()}, {"rack", pair, turned()}};
     w.objects[0].placement.position[0] = 0.25;
-    w.robots = {{"arm", arm, turned(), {0.1, 0.2}}, {"spare", closed, {}, {}, BaseKind::serpentine, "stroke"}};
-    w.trajectories = {{"stroke", stroke, turned()}};
+    w.robots = {{"arm", arm, turned(), {0.1, 0.2}},
+                {"spare", closed, {}, {}, BaseKind::serpentine, "drive"}};
+    w.trajectories = {{"stroke", stroke, turned()}, {"drive", stroke, {}}};
     w.frames = {{"table", turned()}};
     w.lights = {{"lamp", LightKind::spot, turned(), {0.5F, 0.25F, 0.125F, 1}, 2, 0.75}};
     w.tasks = {{"job", job, "arm"}};
