@@ -279,7 +279,7 @@ TEST_F(LegacySamples, PartsOfTrajectoriesMeetTheSamplesStoredOfThem) {
       {"Union2", "Jarboter - Three sections straight line - Meters ", 3},
       {"Section2", "circle - 200", 1},
   };
-  // Section1 is of a line of 0.2965 m that only speeds up; no trajectory with one is there.
+  // Section1 is of a line that only speeds up; no trajectory with one is there. The next test.
   std::set<std::string> known{"Section1"};
   for (const Part& part : parts) {
     const fs::path plot = folder / "GNUPlotData" / (std::string(part.plot) + ".plot"),
@@ -297,6 +297,48 @@ TEST_F(LegacySamples, PartsOfTrajectoriesMeetTheSamplesStoredOfThem) {
     EXPECT_TRUE(known.contains(name) || fs::exists(folder / (name + ".tjc")))
         << name << ": no test compares it";
   }
+}
+
+TEST_F(LegacySamples, ALineThatOnlySpeedsUpMeetsItsSamples) {
+  const fs::path folder = trajectories();
+  const fs::path plot = folder / "GNUPlotData" / "Section1.plot";
+  if (folder.empty() || !fs::exists(plot)) GTEST_SKIP() << "no files of the 2006 program here";
+  const std::vector<Row> rows = read_plot(plot);
+  ASSERT_EQ(rows.size(), 21U);
+  // 0.02 of 0.5 s to speed up; the length is printed as 0.2965 m, and the speed tells it more
+  // closely: v (T - ramp / 2).
+  const double T = 0.5, ramp = 0.02 * T, length = 0.2964965, v = length / (T - ramp / 2);
+  model::Trajectory t;
+  const auto add = [&](double from, double to, const char* law, double duration) {
+    auto& s = t.segments.emplace_back();
+    s.shape.name = "line";
+    s.transition.is_smooth = false;
+    s.points = {{{0, from, 0}, {}}, {{0, to, 0}, {}}};
+    s.law.name = law;
+    s.shape.params["duration"] = duration;
+  };
+  add(0, v * ramp / 2, "constant_acceleration", ramp);
+  add(v * ramp / 2, length, "constant_speed", T - ramp);
+  const auto path = unwrap(motion::Path::build(bench.registry, "section", t));
+  EXPECT_NEAR(path->duration(), rows.back().time, 1e-12);
+  for (const Row& row : rows) {
+    PathSample s;
+    const double time = row.time;
+    ASSERT_TRUE(path->sample({&time, 1}, {&s, 1}).ok());
+    for (std::size_t k = 0; k < 3; ++k) {
+      EXPECT_NEAR(s.pose.p[k], row.p[k], kHalf + 1e-9) << time;
+      EXPECT_NEAR(s.velocity[k], row.v[k], kHalf + 1e-9) << time;
+      if (time > 0) {
+        EXPECT_NEAR(s.acceleration[k], row.a[k], kHalf + 1e-9) << time;
+      }
+    }
+    EXPECT_NEAR(norm(s.velocity), row.speed, kHalf + 1e-9) << time;
+    EXPECT_EQ(norm(row.angles) + norm(row.rates), 0) << "it keeps its orientation";
+  }
+  std::size_t plots = 0;
+  for (const auto& entry : fs::directory_iterator(folder / "GNUPlotData"))
+    plots += entry.path().extension() == ".plot" ? 1U : 0U;
+  EXPECT_EQ(plots, 11U) << "all of them are compared: seven trajectories, four parts";
 }
 
 TEST_F(LegacySamples, ArcsAndCirclesStartWithTheAccelerationThatTheirFirstPointRepeats) {
