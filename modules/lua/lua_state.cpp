@@ -9,6 +9,7 @@
 #include <iterator>
 #include <set>
 
+#include "ioci/core/classic.h"
 #include "kernel/check.h"
 #include "kernel/text.h"
 #include "lua/internal.h"
@@ -150,6 +151,7 @@ bool compiles(lua_State* L, const std::string& code) {
 
 /// A classic line begins with one of the paper's nouns and is not Lua.
 bool is_classic(const Impl& impl, lua_State* L, std::string_view input) {
+  input = ioci::without_prefix(input);
   const auto end =
       std::find_if(input.begin(), input.end(), [](char c) { return c == ' ' || c == '\t'; });
   const std::string word = lower(std::string_view(input.begin(), end));

@@ -336,6 +336,85 @@ Result<Recording> recording_from_csv(std::string_view text, Progress& progress) 
   return r;
 }
 
+Result<Recording> recording_from_plot(std::string_view text) {
+  Lines lines(text);
+  std::optional<std::size_t> joints;
+  Recording r;
+  while (!lines.at_end()) {
+    const std::string_view line = text::trim(lines.next());
+    if (line.empty()) continue;
+    if (line.front() == '#' && r.columns.empty()) {
+      const auto digit = line.find_first_of("0123456789");
+      if (joints || digit == std::string_view::npos) continue;  // names, or a remark
+      const auto end = line.find_first_not_of("0123456789", digit);
+      const auto n = text::read_int(line.substr(digit, end - digit));
+      if (!n || *n < 1 || static_cast<std::size_t>(*n) > kMostColumns / 3 - 1)
+        return lines.fault(text::quote(line) + " is no number of joints", "Write such as #6.");
+      joints = static_cast<std::size_t>(*n);
+      continue;
+    }
+    std::vector<double> row;
+    std::string_view rest = line;
+    while (!rest.empty()) {
+      const auto end = std::min(rest.find_first_of(" \t,"), rest.size());
+      if (const std::string_view word = rest.substr(0, end); !word.empty()) {
+        const auto x = text::read_real(word);
+        if (!x && r.columns.empty()) {  // the line of names
+          row.clear();
+          break;
+        }
+        if (!x)
+          return lines.fault(text::quote(word) + " is not a number", "Give numbers in every row.");
+        row.push_back(*x);
+      }
+      rest.remove_prefix(std::min(end + 1, rest.size()));
+    }
+    if (row.empty()) continue;
+    if (!joints)
+      return lines.fault("the line with the number of joints is missing before the numbers",
+                         "Write such as #6 in front. Samples of trajectories have no joints.");
+    if (r.columns.empty()) {
+      const bool is_motion = row.size() == 1 + 3 * *joints;
+      if (!is_motion && row.size() != 1 + *joints)
+        return lines.fault(
+            "it has " + std::to_string(row.size()) + " numbers, for " + std::to_string(*joints) +
+                " joints",
+            "A row is the time and a torque for each joint, or the time and each joint's "
+            "positions, velocities and accelerations.");
+      r.dof = *joints;
+      r.columns.push_back({"time", "s", "time", {}});
+      struct Kind {
+        const char *stem, *unit, *doc;
+      };
+      const std::vector<Kind> kinds = is_motion
+                                          ? std::vector<Kind>{{"q", "rad", "position"},
+                                                              {"qd", "rad/s", "velocity"},
+                                                              {"qdd", "rad/s^2", "acceleration"}}
+                                          : std::vector<Kind>{{"tau", "N m", "torque"}};
+      for (const Kind& kind : kinds)
+        for (std::size_t j = 1; j <= *joints; ++j)
+          r.columns.push_back({kind.stem + std::to_string(j),
+                               kind.unit,
+                               kind.doc + std::string(" of joint ") + std::to_string(j),
+                               {}});
+    }
+    if (row.size() != r.columns.size())
+      return lines.fault("it has " + std::to_string(row.size()) + " numbers, but the row before " +
+                             std::to_string(r.columns.size()),
+                         "Give as many in every row.");
+    for (std::size_t c = 0; c < row.size(); ++c) r.columns[c].values.push_back(row[c]);
+  }
+  if (r.rows() == 0) return lines.fault("it has no rows of numbers", "");
+  const std::vector<double>& time = r.columns.front().values;
+  for (std::size_t i = 1; i < time.size(); ++i)
+    if (!(time[i] > time[i - 1]))
+      return error(ErrorCode::syntax,
+                   "the time does not rise from row " + std::to_string(i) + " to row " +
+                       std::to_string(i + 1),
+                   "Sort the rows by time and leave out doubled ones.");
+  return r;
+}
+
 std::string to_json(const Recording& r) {
   std::string out;
   const auto number = [&out](double v) {

@@ -32,6 +32,11 @@ struct FiledRecording {
 /// gives its line.
 [[nodiscard]] Result<Recording> recording_from_csv(std::string_view text, Progress&);
 
+/// Results of the program of 2006, *.plot: a line with the number of joints after `#`, a line of
+/// names, and rows of the time and torques [N m or N], or of the time, positions, velocities and
+/// accelerations of the joints [rad or m]. A fault gives its line.
+[[nodiscard]] Result<Recording> recording_from_plot(std::string_view text);
+
 /// One object: title, robot, trajectory, dof, notes and columns with name, unit, doc, lower and
 /// upper limit (left out where there is none) and values; what is not finite is null.
 [[nodiscard]] std::string to_json(const Recording&);

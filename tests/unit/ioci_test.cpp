@@ -419,8 +419,10 @@ TEST_F(Ioci, NamedPositionalAndClassicCallsGiveEqualResults) {
       app().dispatch_positional(session_, "robot.dh_table", std::span(&name, 1));
   ASSERT_TRUE(by_position.ok());
   EXPECT_EQ(by_name, *by_position);
-  EXPECT_EQ(by_name, classic("PRobot pa10 mGetDHP"));
-  EXPECT_EQ(by_name, classic("probot pa10 MGETDHP")) << "classic lines are case-blind";
+  const Value in_degrees = call("robot.dh_table", {{"id", "pa10"}, {"angles", "degrees"}});
+  EXPECT_EQ(in_degrees, classic("PRobot pa10 mGetDHP"));
+  EXPECT_EQ(in_degrees, classic("probot pa10 MGETDHP")) << "classic lines are case-blind";
+  EXPECT_EQ(by_name, classic("PRobot pa10 LLRL mGetDHP")) << "the LLRL speaks of radians";
   EXPECT_EQ(by_name, classic("robot.dh_table pa10"));
   EXPECT_EQ(call("robot.dynamics", {{"id", "pa10"}}), classic("PRobot pa10 vGetDynamic"));
   EXPECT_EQ(call("robot.dynamics", {{"id", "pa10"}}), classic("PRobot pa10 vGetDynamicp"));
@@ -431,7 +433,7 @@ TEST_F(Ioci, NamedPositionalAndClassicCallsGiveEqualResults) {
       call("robot.jacobian",
            {{"id", "pa10"}, {"q", List{0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7}}, {"frame", "tool"}}),
       classic("PRobot pa10 LLRL mJacobian {0.1 0.2 0.3 0.4 0.5 0.6 0.7} tool"));
-  EXPECT_EQ(call("robot.link_row", {{"id", "pa10"}, {"link", 3}}),
+  EXPECT_EQ(call("robot.link_parameters", {{"id", "pa10"}, {"link", 3}, {"angles", "degrees"}}),
             classic("PRobot pa10 Link 3 vGetDHp"));
 }
 
@@ -441,10 +443,10 @@ TEST_F(Ioci, ClassicLinesRunAWholeSimulation) {
   const Value worlds = classic("Worlds LsWorlds");
   ASSERT_EQ(worlds.as_list()->size(), 1U);
   const std::string cell = *app().name_of(*(*worlds.as_list())[0].as_handle());
-  EXPECT_EQ(classic("Worlds GetWorldId 0"), Value(cell));
+  EXPECT_EQ(classic("Worlds GetWorldId 1"), Value(cell));
   EXPECT_EQ(classic("World " + cell + " LsPRobots"), call("world.robots", {{"id", cell}}));
-  EXPECT_EQ(classic("World " + cell + " GetPRobotId 0"), Value("pa10"));
-  EXPECT_EQ(classic("World " + cell + " GetPRobotIndex pa10"), Value(0));
+  EXPECT_EQ(classic("World " + cell + " GetPRobotId 1"), Value("pa10"));
+  EXPECT_EQ(classic("World " + cell + " GetPRobotIndex pa10"), Value(1));
   const Value kinematics = classic("World " + cell + " WorldInvKineSim pa10 circle");
   ASSERT_NE(kinematics.as_handle(), nullptr);
   EXPECT_EQ(kinematics.as_handle()->kind, "recording");
@@ -453,11 +455,13 @@ TEST_F(Ioci, ClassicLinesRunAWholeSimulation) {
   EXPECT_EQ(torques.as_array()->cols(), 7U);
   // 62.832 s for one turn (2 pi 0.1 m at 10 mm/s) in steps of 0.5 s: 0 .. 62.5 and the very end.
   EXPECT_EQ(torques.as_array()->rows(), 127U);
-  EXPECT_EQ(classic("PTrajectory circle GetGenPoint 0"),
+  EXPECT_EQ(classic("PTrajectory circle GetGenPoint 1"),
             call("trajectory.sample", {{"id", "circle"}, {"t", 0}}));
-  const Value set = classic("PRobot pa10 SetLinks 0.1 0.2 0.3 0.4 0.5 0.6 0.7");
-  EXPECT_EQ(classic("PRobot pa10 AddLinks 0 0 0 0 0 0 0.1").as_array()->data()[6], 0.7 + 0.1);
-  EXPECT_EQ(set.as_array()->data()[0], 0.1);
+  const Value set = classic("PRobot pa10 SetLinks 10 20 30 40 50 60 70");
+  EXPECT_NEAR(classic("PRobot pa10 AddLinks 0 0 0 0 0 0 10").as_array()->data()[6], 80, 1e-12);
+  EXPECT_NEAR(set.as_array()->data()[0], 10, 1e-12);
+  EXPECT_NEAR(classic("PRobot pa10 LLRL mGetInJointp").as_array()->data()[6], 80 * M_PI / 180,
+              1e-12);
   classic("Transform pa10.tool Set P3 \"150 mm\"");
   EXPECT_EQ(classic("Transform pa10.tool Get P3"), Value(0.15));
   classic("World " + cell + " Close");

@@ -19,6 +19,7 @@
 #include "document/document.h"
 #include "evaluation/derived.h"
 #include "io/recovery_journal.h"
+#include "ioci/core/classic_state.h"
 #include "ioci/core/command.h"
 #include "ioci/core/events.h"
 #include "ioci/core/handle_kinds.h"
@@ -119,6 +120,7 @@ class Application {
   CommandTable commands;
   std::unique_ptr<Modules> modules;  ///< of plugins; their commands are in the table
   SolverCache solvers;
+  ClassicState classic;  ///< of lines of the 2006 program
   collision::CollisionCache collision_models;
   std::unique_ptr<Runs> runs;  ///< live ones; after what they read, so that they end first
   std::mutex renderer_mutex;

@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <cctype>
+#include <optional>
 
 #include "ioci/core/commands.h"
 #include "ioci/core/handle_text.h"
 #include "kernel/check.h"
+#include "kernel/messages.h"
 #include "kernel/text.h"
 
 namespace robomosp::ioci {
@@ -26,19 +28,115 @@ const ParamSpec* find_param(const CommandSpec& spec, std::string_view name) {
   return at == spec.params.end() ? nullptr : &*at;
 }
 
+/// A word that lines of the 2006 program may have and that is no parameter here: whether it is
+/// one, by itself and the word behind it, and what to say of it ("" = nothing).
+struct Extra {
+  std::string_view name;
+  bool (*is_meant)(std::string_view word, std::string_view next);
+  std::string (*note)(std::string_view word);
+};
+
+bool is_code(std::string_view word) { return word == "0" || word == "1"; }
+bool is_plain(std::string_view word) {
+  return !word.empty() && word.size() <= 40 &&
+         std::all_of(word.begin(), word.end(),
+                     [](unsigned char c) { return std::isalnum(c) != 0 || c == '_'; });
+}
+
+constexpr std::string_view kTorqueFlag = "~torque_flag";
+const Extra kExtras[] = {
+    {"~time_delay",
+     [](std::string_view w, std::string_view) {
+       return same_word(w, "TIME_DELAY_ON") || same_word(w, "TIME_DELAY_OFF") || is_code(w);
+     },
+     [](std::string_view w) -> std::string {
+       if (w == "0" || same_word(w, "TIME_DELAY_OFF")) return "";
+       return "A run is computed at once and does not wait for the time it takes: " +
+              std::string(w) +
+              " changes nothing. recording.replay makes a page that plays the recording in its "
+              "time.";
+     }},
+    {"~kine_type", [](std::string_view w, std::string_view) { return is_plain(w); },
+     [](std::string_view w) {
+       return "KineType " + std::string(w) +
+              " chooses nothing: the recording holds positions (q), velocities (qd) and "
+              "accelerations (qdd) of the joints.";
+     }},
+    {"~tau_option", [](std::string_view w, std::string_view) { return is_plain(w); },
+     [](std::string_view w) {
+       return "TauOption " + std::string(w) +
+              " chooses nothing: the recording holds the torques in total (tau) and their parts "
+              "(tau_gravity, tau_inertial, tau_velocity, tau_friction).";
+     }},
+    // 0 or 1 before a file, or at the end; in a list of torques a number follows.
+    {kTorqueFlag,
+     [](std::string_view w, std::string_view next) {
+       return is_code(w) && (next.empty() || !text::read_real(next));
+     },
+     [](std::string_view) -> std::string { return ""; }},
+};
+
+const Extra* find_extra(std::string_view name) {
+  for (const Extra& e : kExtras)
+    if (e.name == name) return &e;
+  return nullptr;
+}
+
+/// `tau` is a file of torques, not numbers or a recording: it has a folder or an extension.
+bool is_file(std::string_view word) {
+  return !word.empty() && word.front() != '{' && !text::read_real(word) &&
+         word.find_first_of("./\\") != std::string_view::npos &&
+         word.find(' ') == std::string_view::npos;
+}
+
+struct Slot {
+  const ParamSpec* param = nullptr;  ///< null = `extra`
+  const Extra* extra = nullptr;
+};
+
+/// What the words of a classic line say: arguments, and sentences on what changes nothing here.
+struct Read {
+  Map args;
+  std::vector<std::string> notes;
+};
+
+/// Sixteen numbers row by row are a matrix, where six are a position and three angles.
+std::optional<Value> matrix_of(std::span<const std::string> words) {
+  constexpr std::size_t kCount = 16;
+  if (words.size() < kCount) return std::nullopt;
+  std::vector<double> numbers;
+  for (const std::string& w : words.first(kCount)) {
+    const auto x = text::read_real(w);
+    if (!x) return std::nullopt;
+    numbers.push_back(*x);
+  }
+  return Value(NumericArray(std::move(numbers), 4, 4));
+}
+
+/// A number, or one with its unit at it: 30, 30deg.
+bool is_quantity(std::string_view word) {
+  if (text::read_real(word)) return true;
+  return !word.empty() && word.find('=') == std::string_view::npos &&
+         (std::isdigit(static_cast<unsigned char>(word.front())) != 0 || word.front() == '-' ||
+          word.front() == '+' || word.front() == '.');
+}
+
 /// Arguments of a classic line: `name=value` where `name` is a parameter, else by position. The
 /// last parameter takes all words that are left when it is a list of numbers or a free text.
-Result<Map> classic_arguments(const CommandSpec& spec, const ClassicSpelling& spelling,
-                              std::span<const std::string> words, bool is_method) {
-  std::vector<const ParamSpec*> order;
+Result<Read> classic_arguments(const CommandSpec& spec, const ClassicSpelling& spelling,
+                               std::span<const std::string> words, bool is_method) {
+  std::vector<Slot> order;
   if (spelling.order) {
     for (const std::string& name : *spelling.order)
-      if (const ParamSpec* p = find_param(spec, name)) order.push_back(p);
+      if (const ParamSpec* p = find_param(spec, name)) order.push_back({p, nullptr});
+      else if (const Extra* e = find_extra(name)) order.push_back({nullptr, e});
   } else {
     for (std::size_t i = is_method ? 1 : 0; i < spec.params.size(); ++i)
-      order.push_back(&spec.params[i]);
+      order.push_back({&spec.params[i], nullptr});
   }
-  Map args;
+  Read out;
+  Map& args = out.args;
+  std::optional<bool> has_torques;  // by the torque flag
   for (const auto& [name, value] : spelling.fixed) args.set(name, value);
   std::size_t next = 0;
   for (std::size_t w = 0; w < words.size(); ++w) {
@@ -48,17 +146,37 @@ Result<Map> classic_arguments(const CommandSpec& spec, const ClassicSpelling& sp
         args.set(name, word.substr(equals + 1));
         continue;
       }
-    while (next < order.size() && args.find(order[next]->name)) ++next;
+    const auto is_passed = [&](const Slot& slot) {
+      if (slot.param) return args.find(slot.param->name) != nullptr;
+      return !slot.extra->is_meant(
+          word, w + 1 < words.size() ? std::string_view(words[w + 1]) : std::string_view());
+    };
+    while (next < order.size() && is_passed(order[next])) ++next;
     if (next >= order.size())
       return error(ErrorCode::usage, "the word " + text::quote(word) + " is one too many",
                    "help(\"" + spec.name + "\") lists the arguments.", spec.name);
-    const ParamSpec& p = *order[next];
+    if (const Extra* extra = order[next].extra) {
+      if (extra->name == kTorqueFlag) has_torques = word == "1";
+      if (std::string note = extra->note(word); !note.empty()) out.notes.push_back(std::move(note));
+      ++next;
+      continue;
+    }
+    const ParamSpec& p = *order[next].param;
     std::string value = word;
-    const bool many = p.name == "q" || p.type == "real[]" || p.type == "vec3" || p.type == "pose";
+    if (p.type == "pose")
+      if (auto matrix = matrix_of(words.subspan(w))) {
+        args.set(p.name, std::move(*matrix));
+        w += 15;
+        ++next;
+        continue;
+      }
+    const bool many = p.name == "q" || p.name == "qd" || p.name == "tau" || p.type == "real[]" ||
+                      p.type == "vec3" || p.type == "pose";
     if (many && (word.empty() || word.front() != '{')) {
       const std::size_t most = p.type == "vec3" ? 3 : p.type == "pose" ? 6 : words.size();
       std::size_t taken = 1;
-      while (taken < most && w + 1 < words.size() && text::read_real(words[w + 1])) {
+      while (taken < most && is_quantity(word) && w + 1 < words.size() &&
+             is_quantity(words[w + 1])) {
         value += " " + words[++w];
         ++taken;
       }
@@ -85,7 +203,13 @@ Result<Map> classic_arguments(const CommandSpec& spec, const ClassicSpelling& sp
     }
     ++next;
   }
-  return args;
+  if (has_torques == true && !args.find("tau"))
+    return error(ErrorCode::usage, "the torque flag is 1, and no torques are given",
+                 "Give the file of the torques behind it, or 0.", spec.name);
+  if (has_torques == false && args.find("tau"))
+    return error(ErrorCode::usage, "the torque flag is 0, and torques are given",
+                 "Write 1, or leave the torques out.", spec.name);
+  return out;
 }
 
 /// Lines of the original name robots and worlds that its library has; here they are loaded when
@@ -160,9 +284,18 @@ std::string classic_usage(const ClassicSpelling& spelling, bool is_method) {
     }
   }
   if (spelling.order)
-    for (std::size_t i = first; i < spelling.order->size(); ++i)
-      out += " <" + (*spelling.order)[i] + ">";
+    for (std::size_t i = first; i < spelling.order->size(); ++i) {
+      const std::string& name = (*spelling.order)[i];
+      out += name.starts_with('~') ? " [" + name.substr(1) + "]" : " <" + name + ">";
+    }
   return out;
+}
+
+std::string_view without_prefix(std::string_view line) {
+  for (const std::string_view prefix : {"IOIC::", "IOCI::"})
+    if (line.size() > prefix.size() && same_word(line.substr(0, prefix.size()), prefix))
+      return line.substr(prefix.size());
+  return line;
 }
 
 Result<std::vector<std::string>> split_classic(std::string_view line) {
@@ -231,17 +364,25 @@ Result<std::vector<std::string>> split_classic(std::string_view line) {
 Result<Value> Application::dispatch_classic(Session& session, std::string_view line) {
   RMP_TRY_ASSIGN(auto words, split_classic(line));
   if (words.empty()) return Value();
-  const auto run_loaded = [&](const CommandSpec& spec, const Map& args) -> Result<Value> {
+  words[0] = std::string(without_prefix(words[0]));
+  const auto run_loaded = [&](const CommandSpec& spec, Read read) -> Result<Value> {
+    Map& args = read.args;
     const auto now = document.now();
     RMP_TRY(load_named(*this, session, session.transaction_ ? session.transaction_->now() : *now,
                        spec, args));
+    if (const Value* tau = args.find("tau");
+        tau && tau->as_string() && is_file(*tau->as_string())) {
+      RMP_TRY_ASSIGN(Value recorded, dispatch(session, "recording.load", {{"file", *tau}}));
+      args.set("tau", std::move(recorded));
+    }
+    for (const std::string& note : read.notes)
+      messages.post(Severity::info, "classic", note, "ioci");
     return dispatch(session, spec, args);
   };
   // The table's own names work as well: `robot.fk pa10 {0 0 0}`.
   if (const CommandSpec* spec = commands.find(words[0])) {
-    RMP_TRY_ASSIGN(const Map args,
-                   classic_arguments(*spec, {}, std::span(words).subspan(1), false));
-    return run_loaded(*spec, args);
+    RMP_TRY_ASSIGN(Read read, classic_arguments(*spec, {}, std::span(words).subspan(1), false));
+    return run_loaded(*spec, std::move(read));
   }
   const auto word = [&](std::size_t i) {
     return i < words.size() ? std::string_view(words[i]) : std::string_view();
@@ -275,11 +416,11 @@ Result<Value> Application::dispatch_classic(Session& session, std::string_view l
     if (form.arguments > words.size()) continue;
     const CommandSpec* spec = commands.find_classic(words[0], form.option);
     if (!spec || is_method(*spec) != form.method) continue;
-    RMP_TRY_ASSIGN(Map args,
+    RMP_TRY_ASSIGN(Read read,
                    classic_arguments(*spec, spelling_of(*spec, words[0], form.option),
                                      std::span(words).subspan(form.arguments), form.method));
-    if (form.method) args.set("id", words[1]);
-    return run_loaded(*spec, args);
+    if (form.method) read.args.set("id", words[1]);
+    return run_loaded(*spec, std::move(read));
   }
   if (words.size() == 2 && commands.find_classic(words[0], words[1]))
     return error(ErrorCode::usage, words[0] + " " + words[1] + " lacks the name it works on",

@@ -80,7 +80,8 @@ std::string fault_of(const CommandSpec& spec) {
   }
   for (const ClassicSpelling& s : classic_spellings(spec.classic)) {
     for (const std::string& name : s.order.value_or(std::vector<std::string>{}))
-      if (!names.contains(name)) return "a classic spelling names no parameter";
+      if (!name.starts_with('~') && !names.contains(name))
+        return "a classic spelling names no parameter";
     for (const auto& [name, value] : s.fixed)
       if (!names.contains(name)) return "a classic spelling sets no parameter";
   }

@@ -44,15 +44,17 @@ Result<Value> save(CommandContext& ctx, const Map& args) {
 
 Result<Value> load(CommandContext& ctx, const Map& args) {
   const std::filesystem::path file = text_of(args, "file");
-  const bool is_csv = file.extension() == ".csv";
+  const bool is_plot = file.extension() == ".plot";
+  const bool is_csv = file.extension() == ".csv" || is_plot;
   if (!is_csv && file.extension() != ".rec")
     return error(ErrorCode::invalid_argument,
                  "a recording cannot be loaded from " + text::quote(file.string()),
-                 "Give a file that ends with .rec or .csv.");
+                 "Give a file that ends with .rec, .csv or .plot.");
   RMP_TRY_ASSIGN(const std::string bytes, io::read_file(file, kMostBytes));
   recording::Recording r;
   if (is_csv) {
-    auto read = recording::recording_from_csv(bytes, ctx.progress);
+    auto read = is_plot ? recording::recording_from_plot(bytes)
+                        : recording::recording_from_csv(bytes, ctx.progress);
     if (!read.ok()) return std::move(read).error().in(file.filename().string());
     r = std::move(read).value();
     r.title = file.stem().string();
@@ -151,13 +153,15 @@ RMP_COMMANDS(recording_data_commands) {
       {.name = "recording.load",
        .classic = "",
        .summary = "Loads a recording that was saved, or measured values from a table.",
-       .details = "A *.rec belongs to the world of its name again where that is open. A *.csv has "
-                  "a header line of names with units, such as `time [s],q1 [deg]`; values are "
-                  "brought to SI, empty fields are no values.",
+       .details =
+           "A *.rec belongs to the world of its name again where that is open. A *.csv has "
+           "a header line of names with units, such as `time [s],q1 [deg]`; values are "
+           "brought to SI, empty fields are no values. A *.plot is a result of the program of "
+           "2006: torques, or positions, velocities and accelerations of the joints.",
        .example = with_recording("run:save(\"example.rec\")\n"
                                  "local again = recording.load(\"example.rec\")\n"
                                  "assert(again:values(\"q2\")[21] == run:values(\"q2\")[21])"),
-       .params = {needed("file", "path", "", "The file, *.rec or *.csv.")},
+       .params = {needed("file", "path", "", "The file, *.rec, *.csv or *.plot.")},
        .returns = {"handle", "", "The recording.", {}},
        .effect = Effect::files_read | Effect::simulates,
        .run = load});

@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 
 #include "ioci/robot/branch_wish.h"
 #include "ioci/robot/robots.h"
+#include "ioci/robot/shown_robot.h"
 #include "robotics/joint_limits.h"
 #include "sim/ik_choice.h"
 #include "spatial/pose.h"
@@ -289,10 +291,24 @@ std::size_t erase_other_branches(const Question& asked, std::vector<Solution>& s
 Result<Value> solve_ik(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const Question asked, Question::read(ctx, args));
   const RobotModel& m = *asked.model;
-  const auto target = pose_from(*args.find("target"));
-  if (!target) return error(ErrorCode::invalid_argument, "the target is not a pose", {}, "target");
-  const Pose in_base = spatial::compose(spatial::inverse(m.base), *target);
   std::vector<double> seed;
+  std::optional<Pose> target;
+  if (has(args, "target")) {
+    target = pose_from(*args.find("target"));
+    if (!target)
+      return error(ErrorCode::invalid_argument, "the target is not a pose", {}, "target");
+  } else {
+    auto s = shown_robot(ctx, args);
+    if (!s.ok()) {
+      Error e = std::move(s).error();
+      e.message = "no target is given, and " + e.message;
+      e.hint = "Give target, or have one world show it, whose target is meant then.";
+      return e;
+    }
+    target = target_in_mounting(ctx, *s);
+    seed = s->q;
+  }
+  const Pose in_base = spatial::compose(spatial::inverse(m.base), *target);
   if (has(args, "seed")) {
     RMP_TRY_ASSIGN(seed, read_q(*args.find("seed"), content<Robot>(ctx, args), m.joints, "seed"));
   }
@@ -541,7 +557,10 @@ RMP_COMMANDS(inverse_kinematics_commands) {
        .example = with_arm("local target = arm:fk{q = \"ready\"}.pose\nlocal s = "
                            "arm:solve_ik{target = target, seed = {0, -0.8, 0.5, 0, 0.9, "
                            "0}}\nassert(s.status == \"solved\" and s.position_error < 1e-8)"),
-       .params = {self("robot"), needed("target", "pose", "", "Where the tool shall be."),
+       .params = {self("robot"),
+                  optional("target", "pose", "",
+                           "Where the tool shall be; the target of the world that shows the robot "
+                           "when left out, from the joint values shown."),
                   optional("seed", "any", "rad or m",
                            "Joint values to start from, or the name of a pose."),
                   defaulted("all", "bool", "", false, "Every solution the solver can tell apart."),
@@ -555,7 +574,7 @@ RMP_COMMANDS(inverse_kinematics_commands) {
                   optional("arm_angle", "real", "rad",
                            "Of a 7-joint arm, with a solver tagged arm_angle: the elbow turned "
                            "about the line from shoulder to wrist; 0 is the plane of axis 1."),
-                  branch, limits},
+                  branch, limits, shown_world()},
        .returns = {"map",
                    "",
                    "",

@@ -66,6 +66,9 @@ Result<Value> link_pose(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const auto m, model_of(ctx, args));
   RMP_TRY_ASSIGN(const std::int32_t index, read_link(r, *args.find("link"), false, "link"));
   std::vector<double> q = robotics::neutral_coordinates(*m);
+  if (flag(args, "shown") && !has(args, "q")) {
+    RMP_TRY_ASSIGN(q, shown_or_home(ctx, args));
+  }
   if (has(args, "q")) {
     RMP_TRY_ASSIGN(q, read_q(*args.find("q"), r, m->joints, "q"));
   }
@@ -129,15 +132,15 @@ Result<Value> manipulability(CommandContext& ctx, const Map& args) {
 Result<Value> set_joints(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const auto m, model_of(ctx, args));
   RMP_TRY_ASSIGN(const ShownRobot s, shown_robot(ctx, args));
-  RMP_TRY_ASSIGN(auto q, read_q(*args.find("q"), content<Robot>(ctx, args), m->joints, "q"));
-  return put_joints(ctx, s, std::move(q));
+  RMP_TRY_ASSIGN(auto q, read_joints(args, *args.find("q"), content<Robot>(ctx, args), *m, "q"));
+  return put_joints(ctx, args, s, std::move(q));
 }
 
 Result<Value> add_joints(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const auto m, model_of(ctx, args));
   RMP_TRY_ASSIGN(ShownRobot s, shown_robot(ctx, args));
   RMP_TRY_ASSIGN(const auto step,
-                 read_q(*args.find("q"), content<Robot>(ctx, args), m->joints, "q"));
+                 read_joints(args, *args.find("q"), content<Robot>(ctx, args), *m, "q"));
   const auto units = robotics::coordinate_units(*m);
   for (std::size_t i = 0; i < step.size() && i < s.q.size(); ++i) {
     if (units[i].empty())
@@ -145,7 +148,7 @@ Result<Value> add_joints(CommandContext& ctx, const Map& args) {
                    "Set the joints with robot.set_joints.", "robot " + text::quote(m->name));
     s.q[i] += step[i];
   }
-  return put_joints(ctx, s, std::move(s.q));
+  return put_joints(ctx, args, s, std::move(s.q));
 }
 
 Result<Value> joint_values(CommandContext& ctx, const Map& args) {
@@ -197,25 +200,29 @@ RMP_COMMANDS(robot_motion_commands) {
   const ParamSpec link = needed("link", "any", "", "Number, 1 is the first, or name of the link.");
   const ParamSpec q_optional =
       optional("q", "any", "rad or m", "Joint values or the name of a pose; zeros when left out.");
+  const ParamSpec shown =
+      defaulted("shown", "bool", "", false,
+                "Without q at the joint values at which a world shows the robot, else at home.");
   all.push_back(
       {.name = "robot.link_pose",
-       .classic = "PRobot Link mGetGlobal",
+       .classic = "PRobot Link mGetGlobal(link, shown=true)",
        .summary = "Gives the frame of one link.",
        .details = std::string(mounting) + " Classic: `PRobot <id> Link <i> mGetGlobal`.",
        .example = with_arm("assert(math.abs(arm:link_pose{link = 1}.position[3] - 0.4) < 1e-12)"),
        .params = {self("robot"), link, q_optional,
                   choice("frame", {"mounting", "parent"},
-                         "Relative to the mounting frame or to the link before.")},
+                         "Relative to the mounting frame or to the link before."),
+                  shown},
        .returns = {"map", "", "", pose_fields},
        .effect = Effect::reads,
        .run = link_pose});
   all.push_back({.name = "robot.link_pose_local",
-                 .classic = "PRobot Link mGetLocal",
+                 .classic = "PRobot Link mGetLocal(link, shown=true)",
                  .summary = "Gives the frame of one link in that of the link it stands on.",
                  .details = "Classic: `PRobot <id> Link <i> mGetLocal`.",
                  .example = with_arm(
                      "assert(math.abs(arm:link_pose_local{link = 2}.position[1] - 0.45) < 1e-12)"),
-                 .params = {self("robot"), link, q_optional},
+                 .params = {self("robot"), link, q_optional, shown},
                  .returns = {"map", "", "", pose_fields},
                  .effect = Effect::reads,
                  .run = link_pose_parent});
@@ -261,25 +268,25 @@ RMP_COMMANDS(robot_motion_commands) {
                  .run = joint_values});
   all.push_back(
       {.name = "robot.set_joints",
-       .classic = "PRobot SetLinks",
+       .classic = "PRobot SetLinks(q, angles=degrees)",
        .summary = "Sets the joint values at which a world shows the robot.",
        .details = "",
        .example = with_arm(
            (in_world + "arm:set_joints(\"ready\")\nassert(arm:joint_values()[5] == 1)").c_str()),
-       .params = {self("robot"), q, world},
-       .returns = {"array", "rad or m", "The joint values now.", {}},
+       .params = {self("robot"), q, world, angle_unit()},
+       .returns = {"array", "rad or m", "The joint values now; angles by the argument.", {}},
        .effect = Effect::edits,
        .run = set_joints});
   all.push_back(
       {.name = "robot.add_joints",
-       .classic = "PRobot AddLinks",
+       .classic = "PRobot AddLinks(q, angles=degrees)",
        .summary = "Adds to the joint values at which a world shows the robot.",
        .details = "",
        .example = with_arm(
            (in_world + "arm:add_joints({0.1, 0, 0, 0, 0, 0})\nassert(arm:joint_values()[1] == 0.1)")
                .c_str()),
-       .params = {self("robot"), q, world},
-       .returns = {"array", "rad or m", "The joint values now.", {}},
+       .params = {self("robot"), q, world, angle_unit()},
+       .returns = {"array", "rad or m", "The joint values now; angles by the argument.", {}},
        .effect = Effect::edits,
        .run = add_joints});
   return all;

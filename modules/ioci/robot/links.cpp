@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "ioci/robot/robots.h"
+#include "ioci/robot/shown_robot.h"
 #include "model/words.h"
 #include "robotics/build_model.h"
 #include "robotics/coordinates.h"
@@ -375,6 +377,7 @@ Result<Value> dh_table(CommandContext& ctx, const Map& args) {
   const Robot& r = content<Robot>(ctx, args);
   std::vector<double> matrix;
   List rows;
+  const double unit = in_degrees(args) ? std::numbers::pi / 180 : 1;
   for (const Link& l : r.links)
     if (l.origin)
       return error(ErrorCode::unsupported,
@@ -382,18 +385,21 @@ Result<Value> dh_table(CommandContext& ctx, const Map& args) {
                    "robot.links gives origins and axes.", name_in(ctx, ref(args, "id")));
   for (const Link& l : r.links) {
     const double type = type_number(l.joint);
-    matrix.insert(matrix.end(), {l.row.alpha, l.row.a, l.row.theta, l.row.d, type});
+    const double alpha = l.row.alpha / unit, theta = l.row.theta / unit;
+    matrix.insert(matrix.end(), {alpha, l.row.a, theta, l.row.d, type});
     rows.emplace_back(Map{{"link", l.name},
-                          {"alpha", l.row.alpha},
+                          {"alpha", alpha},
                           {"a", l.row.a},
-                          {"theta", l.row.theta},
+                          {"theta", theta},
                           {"d", l.row.d},
                           {"type", model::joint_word(l.joint)}});
   }
-  return Value(Map{{"convention", r.convention == model::Convention::dh ? "dh" : "mdh"},
-                   {"columns", List{"alpha", "a", "theta", "d", "type"}},
-                   {"matrix", NumericArray(std::move(matrix), r.links.size(), 5)},
-                   {"rows", std::move(rows)}});
+  Map out{{"convention", r.convention == model::Convention::dh ? "dh" : "mdh"},
+          {"columns", List{"alpha", "a", "theta", "d", "type"}},
+          {"matrix", NumericArray(std::move(matrix), r.links.size(), 5)},
+          {"rows", std::move(rows)}};
+  if (in_degrees(args)) out.set("angles", "degrees");
+  return Value(std::move(out));
 }
 
 Result<Value> links(CommandContext& ctx, const Map& args) {
@@ -537,21 +543,21 @@ RMP_COMMANDS(robot_link_commands) {
                  .run = remove_link});
   all.push_back(
       {.name = "robot.dh_table",
-       .classic = "PRobot mGetDHP|PRobot LLRL mGetDHP",
+       .classic = "PRobot mGetDHP(angles=degrees)|PRobot LLRL mGetDHP",
        .summary = "Gives the Denavit-Hartenberg table of a robot.",
-       .details =
-           "The matrix has one row a link with the columns of the 2006 program: alpha [rad], a "
-           "[m], theta [rad], d [m], type (0 revolute, 1 prismatic, 2 fixed, 3 universal, 4 "
-           "cylindrical, 5 planar, 6 spherical, 7 free). The joint's "
-           "variable adds to theta or d.",
+       .details = "The matrix has one row a link with the columns of the 2006 program: alpha, a "
+                  "[m], theta, d [m], type (0 revolute, 1 prismatic, 2 fixed, 3 universal, 4 "
+                  "cylindrical, 5 planar, 6 spherical, 7 free). The joint's "
+                  "variable adds to theta or d.",
        .example = with_arm(
            "local t = arm:dh_table()\nassert(t.rows[1].d == 0.4 and t.columns[1] == \"alpha\")"),
-       .params = {self("robot")},
+       .params = {self("robot"), angle_unit()},
        .returns = {"map",
                    "",
                    "",
                    {field("convention", "string", "", "dh or mdh."),
                     field("columns", "list", "", "Names of the matrix' columns."),
+                    field("angles", "string", "", "\"degrees\" where they are in degrees."),
                     field("matrix", "matrix", "", "One row a link."),
                     field("rows", "list", "", "The same by names.")}},
        .effect = Effect::reads,
@@ -575,9 +581,9 @@ RMP_COMMANDS(robot_link_commands) {
                  .effect = Effect::reads,
                  .run = link_of});
   all.push_back({.name = "robot.link_row",
-                 .classic = "PRobot Link vGetDHp",
+                 .classic = "",
                  .summary = "Gives alpha, a, theta, d and type of one link.",
-                 .details = "Classic: `PRobot <id> Link <i> vGetDHp`.",
+                 .details = "robot.link_parameters gives its limits as well.",
                  .example = with_arm("assert(arm:link_row(2)[2] == 0.45)"),
                  .params = {self("robot"), link},
                  .returns = {"array", "", "alpha [rad], a [m], theta [rad], d [m], type.", {}},

@@ -1,14 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ioci/robot/shown_robot.h"
 
+#include <algorithm>
+#include <numbers>
+#include <optional>
 #include <string>
 
+#include "robotics/coordinates.h"
 #include "robotics/home.h"
 #include "robotics/joint_limits.h"
 #include "robotics/kinematics.h"
 #include "robotics/tip_motion.h"
 
 namespace robomosp::ioci {
+namespace {
+constexpr double kDegree = std::numbers::pi / 180;
+}  // namespace
 
 ParamSpec shown_world() {
   return optional("world", "ref:world", "", "The world, when several show the robot.");
@@ -61,7 +68,18 @@ void note_shown_joints(CommandContext& ctx, RobotId robot, std::span<const doubl
                           "ioci");
 }
 
-Result<Value> put_joints(CommandContext& ctx, const ShownRobot& shown, std::vector<double> q) {
+Result<std::vector<double>> shown_or_home(const CommandContext& ctx, const Map& args) {
+  bool is_shown = has(args, "world");
+  for (const AnyId any : ctx.snapshot().list(Kind::world))
+    for (const auto& placed : ctx.snapshot().get(WorldId{any.number})->robots)
+      is_shown = is_shown || placed.robot == typed<model::Robot>(args);
+  if (!is_shown) return robotics::home_joint_values(content<model::Robot>(ctx, args));
+  RMP_TRY_ASSIGN(ShownRobot s, shown_robot(ctx, args));
+  return std::move(s.q);
+}
+
+Result<Value> put_joints(CommandContext& ctx, const Map& args, const ShownRobot& shown,
+                         std::vector<double> q) {
   const model::World& world = *ctx.snapshot().get(shown.world);
   note_shown_joints(ctx, world.robots[shown.member].robot, q);
   auto done = change<model::World>(ctx, shown.world, [&](model::World& w) -> Result<void> {
@@ -69,6 +87,75 @@ Result<Value> put_joints(CommandContext& ctx, const ShownRobot& shown, std::vect
     return {};
   });
   if (!done.ok()) return std::move(done).error();
+  return joints_answer(args, content<model::Robot>(ctx, args), std::move(q));
+}
+
+ParamSpec angle_unit() {
+  return choice("angles", {"radians", "degrees"},
+                "What bare angles of joints are in, given and answered; lengths are metres.");
+}
+
+bool in_degrees(const Map& args) {
+  return has(args, "angles") && text_of(args, "angles") == "degrees";
+}
+
+namespace {
+
+/// The entries of a text such as `30 45deg {0 "1 m"}`; a unit by itself belongs to the number
+/// before it.
+List entries_of(const std::string& text) {
+  std::string plain = text;
+  for (char& c : plain)
+    if (c == '{' || c == '}' || c == ',' || c == '"' || c == '\t' || c == '\n') c = ' ';
+  List out;
+  for (const std::string_view word : text::split(plain, ' ')) {
+    if (word.empty()) continue;
+    const bool is_unit = word.find_first_of("0123456789.") == std::string_view::npos &&
+                         !text::read_real(word) && !out.empty();
+    if (is_unit) out.back() = Value(*out.back().as_string() + " " + std::string(word));
+    else out.emplace_back(std::string(word));
+  }
+  return out;
+}
+
+}  // namespace
+
+Result<std::vector<double>> read_joints(const Map& args, const Value& value,
+                                        const model::Robot& robot, const RobotModel& m,
+                                        std::string_view path) {
+  if (!in_degrees(args)) return read_q(value, robot, m.joints, path);
+  List entries;
+  if (const std::string* text = value.as_string()) {
+    const bool is_pose = std::any_of(robot.poses.begin(), robot.poses.end(),
+                                     [&](const auto& p) { return p.name == *text; });
+    if (is_pose || text->find_first_of("0123456789") == std::string::npos)
+      return read_q(value, robot, m.joints, path);
+    entries = entries_of(*text);
+  } else if (const NumericArray* a = value.as_array()) {
+    for (const double x : a->data()) entries.emplace_back(x);
+  } else if (const List* list = value.as_list()) {
+    entries = *list;
+  } else {
+    return read_q(value, robot, m.joints, path);
+  }
+  const std::vector<std::string_view> units = robotics::coordinate_units(m.joints);
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    std::optional<double> bare;
+    if (entries[i].is_number()) bare = entries[i].number();
+    else if (const std::string* word = entries[i].as_string()) bare = text::read_real(*word);
+    if (!bare) continue;
+    const bool turns = i < units.size() && units[i] == "rad";
+    entries[i] = Value(turns ? *bare * kDegree : *bare);
+  }
+  return read_q(Value(std::move(entries)), robot, m.joints, path);
+}
+
+Value joints_answer(const Map& args, const model::Robot& robot, std::vector<double> q) {
+  if (in_degrees(args)) {
+    const std::vector<std::string_view> units = robotics::coordinate_units(robot);
+    for (std::size_t i = 0; i < q.size() && i < units.size(); ++i)
+      if (units[i] == "rad") q[i] /= kDegree;
+  }
   return Value(NumericArray(std::move(q)));
 }
 

@@ -23,11 +23,28 @@ struct ShownRobot {
 /// shown all the same, as one moves joints one after the other.
 void note_shown_joints(CommandContext& ctx, RobotId robot, std::span<const double> q);
 
-/// Shows the robot at `q` from now on; the answer is q.
-[[nodiscard]] Result<Value> put_joints(CommandContext& ctx, const ShownRobot& shown,
-                                       std::vector<double> q);
+/// The values at which a world shows it; where none does, its pose "home", else zeros.
+[[nodiscard]] Result<std::vector<double>> shown_or_home(const CommandContext& ctx, const Map& args);
+/// Shows the robot at `q` from now on; the answer is q, by the argument `angles` where there is one.
+[[nodiscard]] Result<Value> put_joints(CommandContext& ctx, const Map& args,
+                                       const ShownRobot& shown, std::vector<double> q);
+/// The target of the world that shows the robot, in the frame the robot is mounted in.
+[[nodiscard]] Pose target_in_mounting(const CommandContext& ctx, const ShownRobot& shown);
 /// The argument `q` where it is given, else the values at which a world shows the robot.
 [[nodiscard]] Result<std::vector<double>> given_or_shown(const CommandContext& ctx, const Map& args,
                                                          const RobotModel& m);
+
+// Lines of the program of 2006 speak of joints in degrees, outside of its LLRL.
+
+/// The argument `angles`: radians, or degrees.
+[[nodiscard]] ParamSpec angle_unit();
+[[nodiscard]] bool in_degrees(const Map& args);
+/// As read_q(); bare numbers of joints that turn are by the argument `angles`.
+[[nodiscard]] Result<std::vector<double>> read_joints(const Map& args, const Value& value,
+                                                      const model::Robot& robot,
+                                                      const RobotModel& m, std::string_view path);
+/// Joint values as an answer, those of joints that turn by the argument `angles`.
+[[nodiscard]] Value joints_answer(const Map& args, const model::Robot& robot,
+                                  std::vector<double> q);
 
 }  // namespace robomosp::ioci

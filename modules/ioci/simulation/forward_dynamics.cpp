@@ -301,8 +301,8 @@ RMP_COMMANDS(simulation_commands) {
       "on, torques cut, and what the integrator did.";
   all.push_back(
       {.name = "world.simulate_dynamics",
-       .classic = "World WorldFwdDynSim|World FwdDynWorldSim(robot, duration, qd, integrator, "
-                  "step, tau)|World WorldfDynSim(robot, tau, duration)",
+       .classic = "World WorldFwdDynSim|World FwdDynWorldSim(robot, duration, qd, ~time_delay, "
+                  "integrator, step, ~torque_flag, tau)|World WorldfDynSim(robot, tau, duration)",
        .summary = "Lets a robot move under torques or a controller and records its motion.",
        .details = details,
        .example = with_stroke(

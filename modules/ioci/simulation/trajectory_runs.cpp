@@ -200,7 +200,8 @@ RMP_COMMANDS(world_run_commands) {
     run_params.push_back(std::move(p));
   all.push_back(
       {.name = "world.inverse_kinematics",
-       .classic = "World WorldInvKineSim|World InvKineWorldSim",
+       .classic = "World WorldInvKineSim(robot, trajectory, ~time_delay, ~kine_type)|World "
+                  "InvKineWorldSim(robot, trajectory, ~time_delay, ~kine_type)",
        .summary = "Moves a robot's tool along a trajectory and records joint values, "
                   "speeds and accelerations.",
        .details = "Starts from the joint values at which the robot stands, or as start says. A "
@@ -217,7 +218,8 @@ RMP_COMMANDS(world_run_commands) {
        .runs = RunKind::simulation});
   all.push_back(
       {.name = "world.inverse_dynamics",
-       .classic = "World WorldInvDynSim|World InvDynWorldSim",
+       .classic = "World WorldInvDynSim(robot, trajectory, ~time_delay, ~tau_option)|World "
+                  "InvDynWorldSim(robot, trajectory, ~time_delay, ~tau_option)",
        .summary = "Moves a robot's tool along a trajectory and records the joint torques as well.",
        .details =
            "The torques come in total and as gravity, inertial, velocity and friction parts.",

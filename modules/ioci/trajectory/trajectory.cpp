@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "ioci/core/commands.h"
+#include "ioci/core/counted.h"
 #include "ioci/trajectory/segments.h"
 #include "motion/cartesian_path.h"
 
@@ -158,11 +159,9 @@ Result<Value> point(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const auto path, path_of(ctx, args));
   RMP_TRY_ASSIGN(const Samples samples,
                  Samples::of(*path, content<Trajectory>(ctx, args).sample_time));
-  const auto i = integer(args, "index");
-  if (i < 0 || i >= samples.count())
-    return error(ErrorCode::invalid_argument, "there is no point " + std::to_string(i),
-                 "Points are numbered 0 to " + std::to_string(samples.count() - 1) + ".", "index");
-  const double t = samples.time(i);
+  RMP_TRY_ASSIGN(const std::size_t i,
+                 counted(args, static_cast<std::size_t>(samples.count()), "point"));
+  const double t = samples.time(static_cast<std::int64_t>(i));
   PathSample s;
   RMP_TRY(path->sample(std::span(&t, 1), std::span(&s, 1)));
   return Value(sample_map(t, s));
@@ -302,12 +301,11 @@ RMP_COMMANDS(trajectory_commands) {
                  .run = point_count});
   all.push_back(
       {.name = "trajectory.point",
-       .classic = "PTrajectory GetGenPoint",
+       .classic = "PTrajectory GetGenPoint(index, first=1)",
        .summary = "Gives one sample of a trajectory by its number.",
-       .details = "",
+       .details = "Numbers count from 0, or from what first says.",
        .example = with_stroke("assert(stroke:point(0).time == 0)"),
-       .params = {self("trajectory"),
-                  needed("index", "int", "", "0 is the first, as in the program of 2006.")},
+       .params = {self("trajectory"), needed("index", "int", "", "Its number."), first_field()},
        .returns = {"map", "", "", sample_fields},
        .effect = Effect::reads,
        .run = point});

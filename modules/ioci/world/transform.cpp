@@ -2,9 +2,14 @@
 // Rotations side by side in every notation, and the original's transforms: the placements of a
 // robot's base and tool and of a world's members, element by element.
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <mutex>
+#include <numbers>
+#include <optional>
 
 #include "ioci/core/commands.h"
+#include "ioci/robot/shown_robot.h"
 #include "ioci/world/members.h"
 #include "robotics/home.h"
 #include "robotics/kinematics.h"
@@ -118,11 +123,33 @@ Placement* member_placement(model::World& w, const std::string& name) {
   return nullptr;
 }
 
+/// The site of a member named by itself: of the active world, else of the only world that has it.
+Result<Site> member_site(const CommandContext& ctx, const std::string& name,
+                         const std::string& hint) {
+  const auto worlds = ctx.snapshot().list(Kind::world);
+  std::vector<Site> found;
+  std::vector<std::string> names;
+  for (auto it = worlds.rbegin(); it != worlds.rend(); ++it) {
+    model::World w = *ctx.snapshot().get(WorldId{it->number});
+    const Placement* p = member_placement(w, name);
+    if (!p) continue;
+    found.push_back({*it, name, *p});
+    names.push_back(ctx.snapshot().find(*it)->name + "." + name);
+    if (it == worlds.rbegin()) break;
+  }
+  if (found.size() == 1) return std::move(found.front());
+  if (found.empty())
+    return error(ErrorCode::unknown_name, text::quote(name) + " does not name a transform", hint);
+  return error(ErrorCode::conflict,
+               "there are several transforms " + text::quote(name) + ": " + text::enumerate(names),
+               "Write one of these names.");
+}
+
 Result<Site> find_site(const CommandContext& ctx, const std::string& id) {
+  const std::string hint =
+      "Write \"<robot>.base\", \"<robot>.tool\", \"<world>.<member>\" or \"<member>\".";
   const auto dot = id.rfind('.');
-  const std::string hint = "Write \"<robot>.base\", \"<robot>.tool\" or \"<world>.<member>\".";
-  if (dot == std::string::npos)
-    return error(ErrorCode::unknown_name, text::quote(id) + " does not name a transform", hint);
+  if (dot == std::string::npos) return member_site(ctx, id, hint);
   Site s;
   s.member = id.substr(dot + 1);
   const std::string owner = id.substr(0, dot);
@@ -144,7 +171,10 @@ Result<Site> find_site(const CommandContext& ctx, const std::string& id) {
 }
 
 ParamSpec site_param() {
-  return needed("id", "string", "", "\"<robot>.base\", \"<robot>.tool\" or \"<world>.<member>\".");
+  return needed(
+      "id", "string", "",
+      "\"<robot>.base\", \"<robot>.tool\", \"<world>.<member>\", or the member alone: of the "
+      "active world, else of the only world that has it.");
 }
 ParamSpec element_param() {
   return choice("element", {"P1", "P2", "P3", "O1", "O2", "O3", "PType", "OType", "RType"},
@@ -153,48 +183,216 @@ ParamSpec element_param() {
                 true);
 }
 
-int notation_code(AngleRepresentation n) {
-  return n == AngleRepresentation::xyz ? 0 : n == AngleRepresentation::rpy ? 3 : 4;
+using View = ClassicState::View;
+constexpr double kDegree = std::numbers::pi / 180;
+
+/// The frame in which the numbers of a tool count that is seen globally: that of its link, in the
+/// mounting's frame, at the pose "home".
+Result<Pose> parent_of(CommandContext& ctx, const Site& s) {
+  if (s.member != "tool" || s.record.kind != Kind::robot) return Pose{};
+  const RobotId id{s.record.number};
+  RMP_TRY_ASSIGN(const auto m,
+                 ctx.app.derived.robot_model(ctx.snapshot(), id, {0, 0, -9.81}, ctx.progress));
+  const std::vector<double> q = robotics::home_joint_values(*ctx.snapshot().get(id));
+  std::vector<Pose> frames(m->joints.size());
+  robotics::forward_kinematics(*m, q, frames);
+  return spatial::compose(spatial::compose(m->base, robotics::tip_pose(*m, 0, frames)),
+                          spatial::inverse(model::pose(s.placement)));
+}
+
+/// The codes that say its placement as it is kept; OType of zyz is that of Euler Y.
+View own_view(const Placement& p) {
+  const int notation = p.notation == AngleRepresentation::xyz   ? 0
+                       : p.notation == AngleRepresentation::zyz ? 2
+                                                                : 3;
+  return {static_cast<int>(p.coordinates), notation, 0};
+}
+bool same(const View& a, const View& b) {
+  return a.position == b.position && a.orientation == b.orientation && a.reference == b.reference;
+}
+View view_of(CommandContext& ctx, const Site& s) {
+  const std::lock_guard lock(ctx.app.classic.mutex);
+  const auto known = ctx.app.classic.views.find({s.record, s.member});
+  return known == ctx.app.classic.views.end() ? own_view(s.placement) : known->second;
+}
+
+/// P1 to P3 and O1 to O3 [m, rad].
+using Elements = std::array<double, 6>;
+
+/// The elements as the codes say. Of the program of 2006: roll-pitch-yaw is turned about z, y and x
+/// by O1, O2 and O3; Euler X about z, the new x and the new z; of a quaternion they are x, y, z,
+/// with w >= 0.
+Elements elements_of(const Placement& p, const Pose& parent, const View& view) {
+  if (same(view, own_view(p))) {
+    Vec3 o = p.angles;
+    if (p.notation == AngleRepresentation::rpy) std::swap(o[0], o[2]);
+    return {p.position[0], p.position[1], p.position[2], o[0], o[1], o[2]};
+  }
+  Pose t = model::pose(p);
+  if (view.reference == 1) t = spatial::compose(parent, t);
+  Vec3 at = t.p, o{};
+  if (view.position == 1) at = {std::hypot(t.p[0], t.p[1]), std::atan2(t.p[1], t.p[0]), t.p[2]};
+  if (view.position == 2) {
+    const double across = std::hypot(t.p[0], t.p[1]);
+    at = {spatial::norm(t.p), std::atan2(t.p[1], t.p[0]), std::atan2(across, t.p[2])};
+  }
+  switch (view.orientation) {
+    case 0: o = spatial::to_xyz(t.R); break;
+    case 1: {  // z, x', z'' is z, y', z'' with the x axis where y was
+      const Vec3 zyz = spatial::to_zyz(t.R);
+      o = {zyz[0] + std::numbers::pi / 2, zyz[1], zyz[2] - std::numbers::pi / 2};
+      break;
+    }
+    case 2: o = spatial::to_zyz(t.R); break;
+    case 4: {
+      const spatial::Quaternion q = spatial::to_quaternion(t.R);
+      const double sign = q.w < 0 ? -1 : 1;
+      o = {sign * q.x, sign * q.y, sign * q.z};
+      break;
+    }
+    default: {
+      const Vec3 rpy = spatial::to_rpy(t.R);
+      o = {rpy[2], rpy[1], rpy[0]};
+    }
+  }
+  return {at[0], at[1], at[2], o[0], o[1], o[2]};
+}
+
+/// The placement that has these elements, kept in the notation and coordinates of `kept`.
+Result<Placement> placed_by(const Elements& e, const Pose& parent, const View& view,
+                            const Placement& kept) {
+  const Vec3 at{e[0], e[1], e[2]};
+  Vec3 o{e[3], e[4], e[5]};
+  if (same(view, own_view(kept))) {
+    Placement p = kept;
+    if (kept.notation == AngleRepresentation::rpy) std::swap(o[0], o[2]);
+    p.position = at;
+    p.angles = o;
+    return p;
+  }
+  Pose t;
+  t.p = model::position(Placement{
+      at, {}, AngleRepresentation::rpy, static_cast<model::PositionRepresentation>(view.position)});
+  switch (view.orientation) {
+    case 0: t.R = spatial::from_xyz(o); break;
+    case 1:
+      t.R = spatial::from_zyz({o[0] - std::numbers::pi / 2, o[1], o[2] + std::numbers::pi / 2});
+      break;
+    case 2: t.R = spatial::from_zyz(o); break;
+    case 4: {
+      const double squares = o[0] * o[0] + o[1] * o[1] + o[2] * o[2];
+      if (!(squares <= 1 + 1e-12))
+        return error(ErrorCode::invalid_argument, "the quaternion would be longer than 1",
+                     "O1, O2 and O3 are its x, y and z; w makes it of length 1.", "value");
+      const double w = std::sqrt(std::max(0.0, 1 - squares)),
+                   length = std::hypot(w, std::sqrt(squares));
+      t.R = spatial::from_quaternion({w / length, o[0] / length, o[1] / length, o[2] / length});
+      break;
+    }
+    default: t.R = spatial::from_rpy({o[2], o[1], o[0]});
+  }
+  if (view.reference == 1) t = spatial::compose(spatial::inverse(parent), t);
+  return model::placement(t, kept.notation);
+}
+
+/// What an element is: its place among the six, its unit ("" = of a quaternion).
+struct Element {
+  std::size_t at = 0;
+  std::string unit;
+};
+Element element_of(const std::string& name, const View& view) {
+  const auto i = static_cast<std::size_t>(name[1] - '1');
+  if (name[0] == 'O') return {3 + i, view.orientation == 4 ? "" : "rad"};
+  const bool turns = (view.position > 0 && i == 1) || (view.position == 2 && i == 2);
+  return {i, turns ? "rad" : "m"};
 }
 
 Result<Value> get(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const Site s, find_site(ctx, text_of(args, "id")));
+  const View view = view_of(ctx, s);
   const std::string e = text_of(args, "element");
-  if (e[0] == 'P' && e.size() == 2)
-    return Value(s.placement.position[static_cast<std::size_t>(e[1] - '1')]);
-  if (e[0] == 'O' && e.size() == 2)
-    return Value(s.placement.angles[static_cast<std::size_t>(e[1] - '1')]);
-  return Value(e == "OType" ? notation_code(s.placement.notation) : 0);
+  if (e == "PType") return Value(view.position);
+  if (e == "OType") return Value(view.orientation);
+  if (e == "RType") return Value(view.reference);
+  Pose parent;
+  if (view.reference == 1) {
+    RMP_TRY_ASSIGN(parent, parent_of(ctx, s));
+  }
+  const Element element = element_of(e, view);
+  const double x = elements_of(s.placement, parent, view)[element.at];
+  return Value(element.unit == "rad" && in_degrees(args) ? x / kDegree : x);
+}
+
+/// PType, OType and RType: the transform stays, its numbers follow.
+Result<void> put_code(CommandContext& ctx, Site& s, View view, const std::string& e,
+                      const Value& given) {
+  RMP_TRY_ASSIGN(const Value v, check_value(field("", "int", "", ""), given, "value"));
+  const auto code = *v.as_int();
+  const int most = e == "PType" ? 2 : e == "OType" ? 4 : 1;
+  if (code < 0 || code > most)
+    return error(ErrorCode::unsupported, e + " " + std::to_string(code) + " is not known",
+                 e == "PType" ? "0 is Cartesian, 1 cylindrical, 2 spherical."
+                 : e == "OType"
+                     ? "0 is Euler XYZ, 1 Euler X, 2 Euler Y, 3 roll-pitch-yaw, 4 quaternion."
+                     : "0 is local, 1 global.",
+                 "value");
+  (e == "PType"   ? view.position
+   : e == "OType" ? view.orientation
+                  : view.reference) = static_cast<int>(code);
+  const bool has_notation = view.orientation == 0 || view.orientation == 2 || view.orientation == 3;
+  if (e == "OType" && has_notation) {
+    const auto notation = view.orientation == 0   ? AngleRepresentation::xyz
+                          : view.orientation == 2 ? AngleRepresentation::zyz
+                                                  : AngleRepresentation::rpy;
+    if (notation != s.placement.notation) {
+      const Placement turned = model::placement(model::pose(s.placement), notation);
+      s.placement.angles = turned.angles;
+      s.placement.notation = notation;
+    }
+  }
+  if (e == "PType" && view.reference == 0) {
+    const View local{view.position, own_view(s.placement).orientation, 0};
+    const Elements now = elements_of(s.placement, Pose{}, local);
+    s.placement.position = {now[0], now[1], now[2]};
+    s.placement.coordinates = static_cast<model::PositionRepresentation>(view.position);
+  }
+  const std::lock_guard lock(ctx.app.classic.mutex);
+  const std::pair key{s.record, s.member};
+  if (same(view, own_view(s.placement))) ctx.app.classic.views.erase(key);
+  else ctx.app.classic.views[key] = view;
+  return {};
 }
 
 Result<Value> put(CommandContext& ctx, const Map& args, bool add) {
   RMP_TRY_ASSIGN(Site s, find_site(ctx, text_of(args, "id")));
   const std::string e = text_of(args, "element");
+  const View view = view_of(ctx, s);
   if (e.ends_with("Type")) {
-    RMP_TRY_ASSIGN(const Value v,
-                   check_value(field("", "int", "", ""), *args.find("value"), "value"));
-    const auto code = *v.as_int();
-    if (add) return error(ErrorCode::unsupported, e + " cannot be added to", "Set it.");
-    if (e != "OType" && code != 0)
-      return error(ErrorCode::unsupported, e + " can only be 0 here: Cartesian and local",
-                   "Convert the numbers first.");
-    if (e == "OType") {
-      if (code != 0 && code != 3 && code != 4)
-        return error(ErrorCode::unsupported, "OType " + std::to_string(code) + " is not known",
-                     "0 is XYZ, 3 roll-pitch-yaw, 4 ZYZ.");
-      // The orientation stays, the numbers follow the notation.
-      s.placement =
-          model::placement(model::pose(s.placement), code == 0   ? AngleRepresentation::xyz
-                                                     : code == 3 ? AngleRepresentation::rpy
-                                                                 : AngleRepresentation::zyz);
+    Value code = *args.find("value");
+    if (add) {
+      RMP_TRY_ASSIGN(const Value more, check_value(field("", "int", "", ""), code, "value"));
+      const int now = e == "PType"   ? view.position
+                      : e == "OType" ? view.orientation
+                                     : view.reference;
+      code = Value(*more.as_int() > 100 || *more.as_int() < -100 ? *more.as_int()
+                                                                 : *more.as_int() + now);
     }
+    RMP_TRY(put_code(ctx, s, view, e, code));
   } else {
-    const bool position = e[0] == 'P';
-    RMP_TRY_ASSIGN(const Value v, check_value(field("", "real", position ? "m" : "rad", ""),
-                                              *args.find("value"), "value"));
-    double& target = (position ? s.placement.position
-                               : s.placement.angles)[static_cast<std::size_t>(e[1] - '1')];
-    target = v.number() + (add ? target : 0);
+    const Element element = element_of(e, view);
+    Value given = *args.find("value");
+    std::optional<double> bare;
+    if (given.is_number()) bare = given.number();
+    else if (const std::string* word = given.as_string()) bare = text::read_real(*word);
+    if (bare && element.unit == "rad" && in_degrees(args)) given = Value(*bare * kDegree);
+    RMP_TRY_ASSIGN(const Value v, check_value(field("", "real", element.unit, ""), given, "value"));
+    Pose parent;
+    if (view.reference == 1) {
+      RMP_TRY_ASSIGN(parent, parent_of(ctx, s));
+    }
+    Elements now = elements_of(s.placement, parent, view);
+    now[element.at] = v.number() + (add ? now[element.at] : 0);
+    RMP_TRY_ASSIGN(s.placement, placed_by(now, parent, view, s.placement));
   }
   auto done = ctx.edit().edit(s.record, [&](model::Record& r) -> Result<void> {
     if (auto* robot = std::get_if<model::Robot>(&r.body))
@@ -218,15 +416,8 @@ Result<Value> local(CommandContext& ctx, const Map& args) {
 
 Result<Value> global(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const Site s, find_site(ctx, text_of(args, "id")));
-  if (s.member != "tool" || s.record.kind != Kind::robot)
-    return Value(pose_map(model::pose(s.placement)));
-  const RobotId id{s.record.number};
-  RMP_TRY_ASSIGN(const auto m,
-                 ctx.app.derived.robot_model(ctx.snapshot(), id, {0, 0, -9.81}, ctx.progress));
-  const std::vector<double> q = robotics::home_joint_values(*ctx.snapshot().get(id));
-  std::vector<Pose> frames(m->joints.size());
-  robotics::forward_kinematics(*m, q, frames);
-  return Value(pose_map(spatial::compose(m->base, robotics::tip_pose(*m, 0, frames))));
+  RMP_TRY_ASSIGN(const Pose parent, parent_of(ctx, s));
+  return Value(pose_map(spatial::compose(parent, model::pose(s.placement))));
 }
 
 }  // namespace
@@ -291,38 +482,41 @@ RMP_COMMANDS(transform_commands) {
                  .effect = Effect::reads,
                  .run = invert});
   const char* const elements =
-      "Elements as in the program of 2006: P1 P2 P3 [m], O1 O2 O3 [rad unless a unit is written], "
-      "PType "
-      "(0 Cartesian), OType (0 XYZ, 3 roll-pitch-yaw, 4 ZYZ), RType (0 local).";
+      "Elements as in the program of 2006: P1 P2 P3 by PType (0 Cartesian; 1 cylindrical: radius, "
+      "angle, z; 2 spherical: radius, angle about z, angle from z), O1 O2 O3 by OType (0 Euler "
+      "XYZ; 1 Euler X: about z, x', z''; 2 Euler Y: about z, y', z''; 3 roll-pitch-yaw: R = Rz(O1) "
+      "Ry(O2) Rx(O3); 4 quaternion: x, y, z, with w >= 0), both by RType (0 local, 1 global). "
+      "Bare angles are by the argument angles. Setting a type keeps the transform.";
   all.push_back({.name = "transform.get",
-                 .classic = "Transform Get",
+                 .classic = "Transform Get(element, angles=degrees)",
                  .summary = "Gives one element of a placement.",
                  .details = elements,
                  .example = with_arm("arm:set_tool{position = {0, 0, "
                                      "0.15}}\nassert(transform.get(\"arm.tool\", \"P3\") == 0.15)"),
-                 .params = {site_param(), element_param()},
-                 .returns = {"any", "", "Metres, radians, or a code.", {}},
+                 .params = {site_param(), element_param(), angle_unit()},
+                 .returns = {"any", "", "Metres, an angle, or a code.", {}},
                  .effect = Effect::reads,
                  .run = get});
-  all.push_back(
-      {.name = "transform.set",
-       .classic = "Transform Set",
-       .summary = "Sets one element of a placement.",
-       .details = elements,
-       .example = with_arm("transform.set(\"arm.tool\", \"P3\", \"150 "
-                           "mm\")\nassert(arm:tool().position[3] == 0.15)"),
-       .params = {site_param(), element_param(), needed("value", "any", "", "The value.")},
-       .returns = {},
-       .effect = Effect::edits,
-       .run = set});
+  all.push_back({.name = "transform.set",
+                 .classic = "Transform Set(element, value, angles=degrees)",
+                 .summary = "Sets one element of a placement.",
+                 .details = elements,
+                 .example = with_arm("transform.set(\"arm.tool\", \"P3\", \"150 "
+                                     "mm\")\nassert(arm:tool().position[3] == 0.15)"),
+                 .params = {site_param(), element_param(), needed("value", "any", "", "The value."),
+                            angle_unit()},
+                 .returns = {},
+                 .effect = Effect::edits,
+                 .run = set});
   all.push_back(
       {.name = "transform.add",
-       .classic = "Transform Add",
+       .classic = "Transform Add(element, value, angles=degrees)",
        .summary = "Adds to one element of a placement.",
        .details = elements,
        .example = with_arm("transform.add(\"arm.tool\", \"P3\", 0.1)\ntransform.add(\"arm.tool\", "
                            "\"P3\", 0.1)\nassert(arm:tool().position[3] == 0.2)"),
-       .params = {site_param(), element_param(), needed("value", "any", "", "What is added.")},
+       .params = {site_param(), element_param(), needed("value", "any", "", "What is added."),
+                  angle_unit()},
        .returns = {},
        .effect = Effect::edits,
        .run = add});

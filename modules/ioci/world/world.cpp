@@ -10,6 +10,7 @@
 #include "document/validate.h"
 #include "io/native.h"
 #include "ioci/core/commands.h"
+#include "ioci/core/counted.h"
 #include "ioci/exchange/loaded.h"
 #include "ioci/robot/shown_robot.h"
 #include "ioci/world/members.h"
@@ -37,7 +38,9 @@ Result<Value> create(CommandContext& ctx, const Map& args) {
   apply_fields(args, w);
   w.parametric = ctx.expressions.own();
   ctx.expressions.keep(w.parametric);
-  RMP_TRY_ASSIGN(const auto id, ctx.edit().add(text_of(args, "name"), std::move(w)));
+  const std::string name =
+      has(args, "name") ? text_of(args, "name") : ctx.edit().free_name(Kind::world, "world");
+  RMP_TRY_ASSIGN(const auto id, ctx.edit().add(name, std::move(w)));
   return Value(Application::handle(id));
 }
 
@@ -250,13 +253,9 @@ Result<Value> trajectories(CommandContext& ctx, const Map& args) {
 
 template <class Members>
 Result<Value> name_at(CommandContext& ctx, const Map& args, const Members& list, const char* kind) {
-  const auto i = integer(args, "index");
-  if (i < 0 || i >= static_cast<std::int64_t>(list.size()))
-    return error(ErrorCode::invalid_argument,
-                 "there is no " + std::string(kind) + " " + std::to_string(i),
-                 "It has " + std::to_string(list.size()) + ", numbered from 0.",
-                 name_in(ctx, ref(args, "id")));
-  return Value(list[static_cast<std::size_t>(i)].name);
+  const auto i = counted(args, list.size(), kind);
+  if (!i.ok()) return Error(i.error()).in(name_in(ctx, ref(args, "id")));
+  return Value(list[*i].name);
 }
 Result<Value> object_name(CommandContext& ctx, const Map& args) {
   return name_at(ctx, args, content<World>(ctx, args).objects, "object");
@@ -271,27 +270,25 @@ Result<Value> trajectory_name(CommandContext& ctx, const Map& args) {
 Result<Value> robot_index(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const std::size_t at, find_robot(ctx, typed<World>(args), *args.find("robot"),
                                                   name_in(ctx, ref(args, "id"))));
-  return Value(at);
+  return Value(static_cast<std::int64_t>(at) + integer(args, "first"));
 }
 Result<Value> trajectory_index(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const std::size_t at,
                  find_trajectory(ctx, typed<World>(args), *args.find("trajectory"),
                                  name_in(ctx, ref(args, "id"))));
-  return Value(at);
+  return Value(static_cast<std::int64_t>(at) + integer(args, "first"));
 }
 
 Result<Value> world_name(CommandContext& ctx, const Map& args) {
   const auto all = ctx.snapshot().list(Kind::world);
-  const auto i = integer(args, "index");
-  if (i < 0 || i >= static_cast<std::int64_t>(all.size()))
-    return error(ErrorCode::invalid_argument, "there is no world " + std::to_string(i),
-                 "There are " + std::to_string(all.size()) + ", numbered from 0.");
-  return Value(ctx.snapshot().find(all[static_cast<std::size_t>(i)])->name);
+  RMP_TRY_ASSIGN(const std::size_t i, counted(args, all.size(), "world"));
+  return Value(ctx.snapshot().find(all[i])->name);
 }
 Result<Value> world_index(CommandContext& ctx, const Map& args) {
   const auto all = ctx.snapshot().list(Kind::world);
   return Value(static_cast<std::int64_t>(std::find(all.begin(), all.end(), ref(args, "world")) -
-                                         all.begin()));
+                                         all.begin()) +
+               integer(args, "first"));
 }
 
 /// All solids that a world shows, directly or through objects and robots.
@@ -368,7 +365,9 @@ RMP_COMMANDS(world_commands) {
   const ParamSpec member_name_spec =
       optional("name", "string", "",
                "Name of the member, unique in the world; that of the record when left out.");
-  Schema create_params{needed("name", "string", "", "Name, unique among worlds.")};
+  Schema create_params{optional("name", "string", "",
+                                "Name, unique among worlds; one made of \"world\" when left "
+                                "out.")};
   Schema set_params{self("world")};
   for (const ParamSpec& p : world_fields()) {
     create_params.push_back(p);
@@ -553,73 +552,77 @@ RMP_COMMANDS(world_commands) {
                     field("trajectory", "handle", "", "The trajectory."), placement_field}},
        .effect = Effect::reads,
        .run = trajectories});
-  const ParamSpec index = needed("index", "int", "", "0 is the first, as in the program of 2006.");
+  const ParamSpec index = needed("index", "int", "", "Its number.");
+  const std::string counts = "Numbers count from 0, or from what first says.";
   all.push_back({.name = "world.object_name",
-                 .classic = "World GetPObjectId",
+                 .classic = "World GetPObjectId(index, first=1)",
                  .summary = "Gives the name of the i-th object of a world.",
-                 .details = "",
+                 .details = counts,
                  .example =
                      "solid.create{name = \"table\", root = {kind = \"box\", x = 1, y = 1, z = "
                      "0.7}}\nlocal cell = world.create{name = \"cell\"}\ncell:add_object{what = "
                      "\"table\"}\nassert(cell:object_name(0) == \"table\")",
-                 .params = {self("world"), index},
+                 .params = {self("world"), index, first_field()},
                  .returns = {"string", "", "", {}},
                  .effect = Effect::reads,
                  .run = object_name});
   all.push_back({.name = "world.robot_name",
-                 .classic = "World GetPRobotId",
+                 .classic = "World GetPRobotId(index, first=1)",
                  .summary = "Gives the name of the i-th robot of a world.",
-                 .details = "",
+                 .details = counts,
                  .example = example_cell("assert(cell:robot_name(0) == \"arm\")"),
-                 .params = {self("world"), index},
+                 .params = {self("world"), index, first_field()},
                  .returns = {"string", "", "", {}},
                  .effect = Effect::reads,
                  .run = robot_name});
   all.push_back({.name = "world.trajectory_name",
-                 .classic = "World GetPTrajectoryId",
+                 .classic = "World GetPTrajectoryId(index, first=1)",
                  .summary = "Gives the name of the i-th trajectory of a world.",
-                 .details = "",
+                 .details = counts,
                  .example = example_run("assert(cell:trajectory_name(0) == \"stroke\")"),
-                 .params = {self("world"), index},
+                 .params = {self("world"), index, first_field()},
                  .returns = {"string", "", "", {}},
                  .effect = Effect::reads,
                  .run = trajectory_name});
   all.push_back(
       {.name = "world.robot_index",
-       .classic = "World GetPRobotIndex",
+       .classic = "World GetPRobotIndex(robot, first=1)",
        .summary = "Gives the place of a robot in the list of a world.",
-       .details = "",
+       .details = counts,
        .example = example_cell("assert(cell:robot_index(\"arm\") == 0)"),
-       .params = {self("world"), needed("robot", "any", "", "Name of the member, or the robot.")},
-       .returns = {"int", "", "0 is the first.", {}},
+       .params = {self("world"), needed("robot", "any", "", "Name of the member, or the robot."),
+                  first_field()},
+       .returns = {"int", "", "Its number.", {}},
        .effect = Effect::reads,
        .run = robot_index});
-  all.push_back({.name = "world.trajectory_index",
-                 .classic = "World GetPTrajectoryIndex",
-                 .summary = "Gives the place of a trajectory in the list of a world.",
-                 .details = "",
-                 .example = example_run("assert(cell:trajectory_index(\"stroke\") == 0)"),
-                 .params = {self("world"), needed("trajectory", "any", "",
-                                                  "Name of the member, or the trajectory.")},
-                 .returns = {"int", "", "0 is the first.", {}},
-                 .effect = Effect::reads,
-                 .run = trajectory_index});
+  all.push_back(
+      {.name = "world.trajectory_index",
+       .classic = "World GetPTrajectoryIndex(trajectory, first=1)",
+       .summary = "Gives the place of a trajectory in the list of a world.",
+       .details = counts,
+       .example = example_run("assert(cell:trajectory_index(\"stroke\") == 0)"),
+       .params = {self("world"),
+                  needed("trajectory", "any", "", "Name of the member, or the trajectory."),
+                  first_field()},
+       .returns = {"int", "", "Its number.", {}},
+       .effect = Effect::reads,
+       .run = trajectory_index});
   all.push_back({.name = "world.name_at",
-                 .classic = "Worlds GetWorldId",
+                 .classic = "Worlds GetWorldId(index, first=1)",
                  .summary = "Gives the name of the i-th world.",
-                 .details = "",
+                 .details = counts,
                  .example = "world.create{name = \"cell\"}\nassert(world.name_at(0) == \"cell\")",
-                 .params = {index},
+                 .params = {index, first_field()},
                  .returns = {"string", "", "", {}},
                  .effect = Effect::reads,
                  .run = world_name});
   all.push_back({.name = "world.index_of",
-                 .classic = "Worlds GetWorldIndex",
+                 .classic = "Worlds GetWorldIndex(world, first=1)",
                  .summary = "Gives the place of a world in the list of worlds.",
-                 .details = "",
+                 .details = counts,
                  .example = "world.create{name = \"cell\"}\nassert(world.index_of(\"cell\") == 0)",
-                 .params = {needed("world", "ref:world", "", "The world.")},
-                 .returns = {"int", "", "0 is the first.", {}},
+                 .params = {needed("world", "ref:world", "", "The world."), first_field()},
+                 .returns = {"int", "", "Its number.", {}},
                  .effect = Effect::reads,
                  .run = world_index});
   all.push_back(
