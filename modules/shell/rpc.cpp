@@ -8,6 +8,9 @@
 namespace robomosp::shell {
 namespace {
 
+/// A line of the program of 2006.
+constexpr std::string_view kClassic = "ioci.classic";
+
 // JSON-RPC 2.0, section 5.1.
 constexpr int kParseError = -32700;
 constexpr int kInvalidRequest = -32600;
@@ -59,7 +62,7 @@ struct RpcServer::Request {
   bool as_job = false;
   bool wants_progress = false;
   std::string method;
-  const ioci::CommandSpec* spec = nullptr;  ///< null for lua.eval
+  const ioci::CommandSpec* spec = nullptr;  ///< null for lua.eval and ioci.classic
   const Map* named = nullptr;
   const List* positional = nullptr;
 };
@@ -94,7 +97,7 @@ Result<RpcServer::Request> RpcServer::read(const Value& message,
     if (!r.wants_answer) return none;
     return refuse(failure(r.id, kInvalidParams, "params must be an object or an array."));
   }
-  if (!r.spec && r.method != "lua.eval") {
+  if (!r.spec && r.method != "lua.eval" && r.method != kClassic) {
     if (!r.wants_answer) return none;
     const Error e = text::shortened(app_.commands.unknown(r.method));
     return refuse(failure(r.id, kMethodNotFound, e.sentence(), &e));
@@ -131,6 +134,21 @@ Result<Value> RpcServer::evaluate(const Request& r) {
   return Value(std::move(out));
 }
 
+Result<Value> RpcServer::run_classic(const Request& r) {
+  const Value* line = r.named                                     ? r.named->find("line")
+                      : r.positional && r.positional->size() == 1 ? &r.positional->front()
+                                                                  : nullptr;
+  const std::size_t given = r.named ? r.named->size() : r.positional ? r.positional->size() : 0;
+  if (!line || !line->as_string() || given != 1)
+    return error(ErrorCode::invalid_argument, "ioci.classic needs the text line, and nothing else",
+                 "Send {\"line\": \"PRobot puma560 GetDOF\"}.");
+  if (r.as_job)
+    return error(ErrorCode::usage, "a classic line is no job",
+                 "Start the command that it is: help of the line names it.", std::string(kClassic));
+  session_.clear_interrupt();
+  return app_.dispatch_classic(session_, *line->as_string());
+}
+
 Result<Value> RpcServer::start_job(const Request& r) {
   RMP_TRY_ASSIGN(Handle job,
                  r.positional
@@ -141,7 +159,7 @@ Result<Value> RpcServer::start_job(const Request& r) {
 }
 
 Result<Value> RpcServer::run(const Request& r) {
-  if (!r.spec) return evaluate(r);
+  if (!r.spec) return r.method == kClassic ? run_classic(r) : evaluate(r);
   if (r.as_job) return start_job(r);
   session_.clear_interrupt();
   if (r.positional) return app_.dispatch_positional(session_, r.method, *r.positional);

@@ -54,6 +54,7 @@ class RpcServer {
   struct Request;
   [[nodiscard]] std::optional<std::string> answer_one(const Value& message);
   [[nodiscard]] Result<Value> run(const Request&);
+  [[nodiscard]] Result<Value> run_classic(const Request&);
   [[nodiscard]] Result<Value> evaluate(const Request&);
   [[nodiscard]] Result<Value> start_job(const Request&);
   /// The request, or the answer that it is none (nullopt = no answer is wanted).

@@ -280,6 +280,50 @@ double ms_since(std::chrono::steady_clock::time_point begin) {
       .count();
 }
 
+TEST(Rpc, LinesOfTheProgramOf2006AreAMethod) {
+  Peer peer({"-q", "rpc"});
+  const auto line = [&](const std::string& text) {
+    return peer.ask("ioci.classic", {{"line", text}});
+  };
+  EXPECT_EQ(line("PRobot puma560 GetDOF").at("result"), 6);
+  EXPECT_NEAR(line("PRobot puma560 Link 2 GetMaxAngle").at("result").get<double>(), 225, 1e-9);
+  EXPECT_EQ(peer.ask("ioci.classic", Json::array({"IOIC::PRobot puma560 GetDOF"})).at("result"), 6);
+  ASSERT_TRUE(peer.ask("lua.eval", {{"code",
+                                     "world.create{name = 'cell'}:add_robot{robot = "
+                                     "'puma560'}"}})
+                  .contains("result"));
+  EXPECT_NEAR(line("PRobot puma560 SetLinks 90 0 0 0 0 0").at("result").at(0).get<double>(), 90,
+              1e-9);
+  EXPECT_NEAR(line("PRobot puma560 LLRL mGetInJointp").at("result").at(0).get<double>(),
+              1.5707963267948966, 1e-12);
+  EXPECT_EQ(line("").at("result"), nullptr);
+  const Json refused = line("PRobot puma560 Link 7 Set 1");
+  EXPECT_EQ(refused.at("error").at("message"),
+            "joint: there is no link 7. Links are numbered 1 to 6.");
+  EXPECT_EQ(refused.at("error").at("data").at("code"), "invalid_argument");
+  EXPECT_EQ(line("PRobt puma560 GetDOF").at("error").at("data").at("hint"),
+            "Did you mean \"PRobot\"?");
+  EXPECT_EQ(peer.ask("ioci.classic", {{"text", "x"}}).at("error").at("message"),
+            "ioci.classic needs the text line, and nothing else. Send {\"line\": \"PRobot puma560 "
+            "GetDOF\"}.");
+  EXPECT_TRUE(
+      peer.ask("ioci.classic", {{"line", "Worlds LsWorlds"}}, {{"job", true}}).contains("error"));
+  // A batch is several lines; what they edit is one person's line of undo.
+  peer.send(Json::array({{{"jsonrpc", "2.0"},
+                          {"id", "a"},
+                          {"method", "ioci.classic"},
+                          {"params", {{"line", "PRobot puma560 Link 1 Add -60"}}}},
+                         {{"jsonrpc", "2.0"},
+                          {"id", "b"},
+                          {"method", "ioci.classic"},
+                          {"params", {{"line", "PRobot puma560 GetAngle 1"}}}}}));
+  const Json both = peer.receive();
+  ASSERT_EQ(both.size(), 2U) << both;
+  EXPECT_NEAR(both[1].at("result").get<double>(), 30, 1e-9);
+  ASSERT_TRUE(peer.ask("document.undo", Json::object()).contains("result"));
+  EXPECT_NEAR(line("PRobot puma560 Link 1 GetAngle").at("result").get<double>(), 90, 1e-9);
+}
+
 TEST(Rpc, WhileAJobPlansShortCommandsAreAnsweredAndItCanBeCancelled) {
   Peer peer({"-q", "rpc"});
   ASSERT_TRUE(peer.ask("lua.eval", {{"code", kBlocked}}).contains("result"));
