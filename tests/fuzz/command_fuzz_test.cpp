@@ -31,6 +31,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "support/classic_lines.h"
 #include "support/seed.h"
 
 namespace {
@@ -543,7 +544,7 @@ class CommandFuzz : public testing::Test {
 
 TEST_F(CommandFuzz, EveryCommandWithstandsWhatItsSchemaLets) {
   std::mt19937 random(robomosp::test::seed());
-  const robomosp::test::FuzzBudget budget(900);
+  const robomosp::test::FuzzBudget budget(900, 0.8);
   Maker maker(random);
   start();
   ASSERT_FALSE(HasFailure());
@@ -607,6 +608,29 @@ TEST_F(CommandFuzz, EveryCommandWithstandsWhatItsSchemaLets) {
   EXPECT_GT(answered, runs / 20);
   EXPECT_GT(examples, runs / 50);
   EXPECT_GT(refused["invalid_argument"], runs / 20);
+}
+
+TEST_F(CommandFuzz, ClassicLinesOverJsonRpcAreAnsweredOrRefused) {
+  std::mt19937 random(robomosp::test::seed());
+  const robomosp::test::FuzzBudget budget(600, 0.2);
+  Maker maker(random);
+  start();
+  ASSERT_FALSE(HasFailure());
+  const bool is_long = std::getenv("ROBOMOSP_FUZZ_SECONDS") || std::getenv("ROBOMOSP_LONG");
+  std::size_t runs = 0, answered = 0, refused = 0;
+  for (; budget.allows(runs) && (is_long || !HasFailure()); ++runs) {
+    if ((runs % kCommandsOfOne == 0 && runs > 0) || !program_->end().empty()) start();
+    const Json line = robomosp::test::changed_classic_line(random);
+    std::string params =
+        "{\"line\":" + line.dump(-1, ' ', false, Json::error_handler_t::replace) + "}";
+    if (maker.chance(0.05)) params = as_json(maker.any());
+    const Json answer = ask("ioci.classic", params);
+    if (answer.contains("result")) ++answered;
+    else if (answer.contains("error")) ++refused;
+  }
+  std::cout << runs << " lines, " << answered << " answered, " << refused << " refused\n";
+  EXPECT_GT(answered, runs / 8);
+  EXPECT_GT(refused, runs / 20);
 }
 
 }  // namespace
