@@ -931,6 +931,25 @@ TEST_F(Exchange, WhatA3mfHasBesidesMeshesIsSaid) {
   ASSERT_FALSE(required.ok());
   EXPECT_NE(required.error().message.find("http://example.org/shapes"), std::string::npos)
       << required.error().sentence();
+  // One model is what 3MF allows; of two the first is read, and the other is named.
+  const std::string relation =
+      "Type=\"http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel\"/>";
+  const std::string box =
+      model_3mf("<object id=\"1\">" + box_3mf(10) + "</object>", "<item objectid=\"1\"/>");
+  const auto two = read(put(
+      "two.3mf",
+      test::zip_package({{"_rels/.rels",
+                          "<Relationships xmlns=\"http://schemas.openxmlformats.org/package/2006/"
+                          "relationships\"><Relationship Target=\"/3D/a.model\" Id=\"a\" " +
+                              relation + "<Relationship Target=\"/3D/b.model\" Id=\"b\" " +
+                              relation + "</Relationships>"},
+                         {"3D/a.model", box},
+                         {"3D/b.model", box}})));
+  ASSERT_TRUE(two.ok()) << two.error().sentence();
+  EXPECT_EQ(two->geometries.size(), 1U);
+  EXPECT_NE(all_notes(*two).find("further models were left out: \"/3D/b.model\""),
+            std::string::npos)
+      << all_notes(*two);
   // What no build names is read where it lies, and undeclared prefixes do not stop the reader.
   const auto unbuilt = read(
       put("unbuilt.3mf",

@@ -243,11 +243,16 @@ class XmlReader {
 class RelationReader final : public XmlReader {
  public:
   std::string model;
+  std::string others;  ///< further models, which 3MF does not allow
 
  protected:
   void start(Extension, std::string_view name, const Attributes& a) override {
-    if (name == "Relationship" && a.text("Type") == kModelRelation && model.empty())
+    if (name != "Relationship" || a.text("Type") != kModelRelation) return;
+    if (model.empty()) {
       model = a.text("Target");
+    } else if (a.text("Target") != model && others.size() < 200) {
+      others += (others.empty() ? "" : ", ") + quote(std::string(a.text("Target")).substr(0, 80));
+    }
   }
   void end() override {}
 };
@@ -569,6 +574,10 @@ class ThreemfReader {
         return error(ErrorCode::syntax,
                      "the package names the model " + quote(reader.model) + ", which is not in it",
                      "Check that the file is complete.");
+      if (!reader.others.empty())
+        tree_.notes.push_back(
+            "The package has more than one model, where 3MF allows one; " + quote(reader.model) +
+            " was read, and further models were left out: " + reader.others + ".");
       if (!found.empty()) return found;
     }
     for (const std::string& name : package_.names())
