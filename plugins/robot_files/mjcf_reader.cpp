@@ -327,6 +327,8 @@ class Reader {
                    "Types are hinge, slide, ball and free.");
     if (is_free || j.kind == Joint::Kind::free) {
       j.passive = true;
+      if (is_yes(word(e, "align"), false))
+        left_out_.add("align of <" + std::string(e.Name()) + ">");
       if (!is_free) RMP_TRY(resistance(e, cls, j));
       b.joints.push_back(std::move(j));
       return {};

@@ -230,8 +230,9 @@ TEST_F(RobotFormats, MjcfSaysWhatJointsHaveInAnyClassAndOfAnyKind) {
       <geom size="0.1"/><body name="b"><joint name="ball" type="ball" armature="0.1"/>
       <geom size="0.1"/><body name="c"><joint name="still" type="ball" damping="0"/>
       <geom size="0.1"/></body></body><body name="d"><joint class="tip"/><geom size="0.1"/></body>
-    </body><body name="e"><freejoint name="airy"/><geom size="0.1"/></body></worldbody></mujoco>)");
+    </body><body name="e"><freejoint name="airy" align="true"/><geom size="0.1"/></body></worldbody></mujoco>)");
   told("springdamper of <joint> (2)");
+  told("align of <freejoint>");
   told("\"loose\" is free: its damping was left out.");
   told("\"ball\" is spherical: its damping and motor inertia were left out.");
   EXPECT_EQ(notes.find("\"still\""), std::string::npos) << notes;
