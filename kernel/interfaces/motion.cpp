@@ -34,7 +34,6 @@ constexpr double kRateSlack = 1e-2;
 /// places it is not the derivative.
 constexpr double kMostWrong = 0.25;
 constexpr double kShareSlack = 1e-9;
-constexpr double kRotationSlack = 1e-6;
 
 bool finite(double x) { return std::isfinite(x); }
 bool finite(const Vec3& v) { return finite(v[0]) && finite(v[1]) && finite(v[2]); }
@@ -43,17 +42,6 @@ bool finite(const LawSample& s) {
 }
 bool finite(const CurveSample& s) {
   return finite(s.p) && finite(s.d1) && finite(s.d2) && finite(s.d3);
-}
-bool is_rotation(const std::array<double, 9>& R) {
-  for (std::size_t i = 0; i < 3; ++i)
-    for (std::size_t j = i; j < 3; ++j) {
-      double dot = 0;
-      for (std::size_t k = 0; k < 3; ++k) dot += R[3 * i + k] * R[3 * j + k];
-      if (!(std::fabs(dot - (i == j ? 1 : 0)) < kRotationSlack)) return false;  // NaN too
-    }
-  const double det = R[0] * (R[4] * R[8] - R[5] * R[7]) - R[1] * (R[3] * R[8] - R[5] * R[6]) +
-                     R[2] * (R[3] * R[7] - R[4] * R[6]);
-  return det > 0;
 }
 double distance(const Vec3& a, const Vec3& b) {
   return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
@@ -99,7 +87,7 @@ class Made {
   [[nodiscard]] Error broken(const std::string& what) const { return broken_answer(name_, what); }
   template <class Call>
   auto call(Call&& what) const -> decltype(what()) {
-    return guarded(name_, std::forward<Call>(what));
+    return asked(name_, std::forward<Call>(what));
   }
   [[nodiscard]] Error at(const std::string& what, double place, const char* unit) const {
     return broken(what + " at " + text::print_rounded(place) + unit);
@@ -178,14 +166,19 @@ class GuardedLaw final : public MotionLaw, private Made {
 class GuardedCurve final : public Curve, private Made {
  public:
   GuardedCurve(std::string name, std::unique_ptr<Curve> inner)
-      : Made(std::move(name)), inner_(std::move(inner)), end_(inner_->end()) {}
+      : Made(std::move(name)),
+        inner_(std::move(inner)),
+        end_(inner_->end()),
+        knots_(inner_->knots()),
+        is_timed_(inner_->is_timed()),
+        is_even_(inner_->is_even()) {}
   [[nodiscard]] const void* extension(const char* id) const override {
     return inner_->extension(id);
   }
   [[nodiscard]] double end() const override { return end_; }
-  [[nodiscard]] std::vector<double> knots() const override { return inner_->knots(); }
-  [[nodiscard]] bool is_timed() const override { return inner_->is_timed(); }
-  [[nodiscard]] bool is_even() const override { return inner_->is_even(); }
+  [[nodiscard]] std::vector<double> knots() const override { return knots_; }
+  [[nodiscard]] bool is_timed() const override { return is_timed_; }
+  [[nodiscard]] bool is_even() const override { return is_even_; }
   Result<void> evaluate(std::span<const double> u, std::span<CurveSample> out) const override {
     RMP_TRY(call([&] { return inner_->evaluate(u, out); }));
     for (std::size_t i = 0; i < u.size(); ++i)
@@ -196,7 +189,7 @@ class GuardedCurve final : public Curve, private Made {
   Result<void> check() const {
     if (!(end_ > 0) || !finite(end_)) return broken("made a curve without a positive end");
     double before = 0;
-    for (const double k : inner_->knots()) {
+    for (const double k : knots_) {
       if (!(k >= before) || !(k <= end_ * (1 + kShareSlack)))
         return broken("made a curve whose knots do not rise within 0 to its end");
       before = k;
@@ -223,7 +216,7 @@ class GuardedCurve final : public Curve, private Made {
                  return std::max(norm(s[3 * i + 1].d2), 1e-3 * norm(s[3 * i + 1].d1) / end_);
                }))
       return broken("made a curve whose second derivative is not that of the first");
-    if (inner_->is_even()) {
+    if (is_even_) {
       double least = INFINITY, most = 0;
       for (const CurveSample& c : s) {
         least = std::min(least, norm(c.d1));
@@ -237,6 +230,8 @@ class GuardedCurve final : public Curve, private Made {
  private:
   std::unique_ptr<Curve> inner_;
   double end_;
+  std::vector<double> knots_;
+  bool is_timed_, is_even_;
 };
 
 class GuardedOrientation final : public Orientation, private Made {
@@ -250,7 +245,7 @@ class GuardedOrientation final : public Orientation, private Made {
                         std::span<OrientationSample> out) const override {
     RMP_TRY(call([&] { return inner_->evaluate(w, along, out); }));
     for (std::size_t i = 0; i < w.size(); ++i) {
-      if (!is_rotation(out[i].R))
+      if (!is_rotation_matrix(out[i].R))
         return at("returned an orientation that is no rotation", w[i], " of the way");
       if (!finite(out[i].turn) || !finite(out[i].bend))
         return at("returned rates of an orientation that are not numbers", w[i], " of the way");
@@ -265,12 +260,15 @@ class GuardedOrientation final : public Orientation, private Made {
 class GuardedSegment final : public Segment, private Made {
  public:
   GuardedSegment(std::string name, std::unique_ptr<Segment> inner)
-      : Made(std::move(name)), inner_(std::move(inner)), duration_(inner_->duration()) {}
+      : Made(std::move(name)),
+        inner_(std::move(inner)),
+        duration_(inner_->duration()),
+        length_(inner_->length()) {}
   [[nodiscard]] const void* extension(const char* id) const override {
     return inner_->extension(id);
   }
   [[nodiscard]] double duration() const override { return duration_; }
-  [[nodiscard]] double length() const override { return inner_->length(); }
+  [[nodiscard]] double length() const override { return length_; }
   Result<void> sample(std::span<const double> times, std::span<PathSample> out) const override {
     RMP_TRY(call([&] { return inner_->sample(times, out); }));
     for (std::size_t i = 0; i < times.size(); ++i) {
@@ -278,7 +276,7 @@ class GuardedSegment final : public Segment, private Made {
       if (!finite(s.pose.p) || !finite(s.velocity) || !finite(s.acceleration) ||
           !finite(s.angular_velocity) || !finite(s.angular_acceleration))
         return at("returned a motion that is not a number", times[i], " s");
-      if (!is_rotation(s.pose.R))
+      if (!is_rotation_matrix(s.pose.R))
         return at("returned an orientation that is no rotation", times[i], " s");
     }
     return {};
@@ -286,7 +284,7 @@ class GuardedSegment final : public Segment, private Made {
   Result<void> check() const {
     if (!(duration_ > 0) || !finite(duration_))
       return broken("made a segment without a positive duration");
-    if (!(inner_->length() >= 0) || !finite(inner_->length()))
+    if (!(length_ >= 0) || !finite(length_))
       return broken("made a segment whose length is no number");
     const double h = kStep * duration_;
     std::vector<double> times{0};
@@ -312,7 +310,7 @@ class GuardedSegment final : public Segment, private Made {
 
  private:
   std::unique_ptr<Segment> inner_;
-  double duration_;
+  double duration_, length_;
 };
 
 class GuardedJointSegment final : public JointSegment, private Made {
@@ -370,11 +368,11 @@ class GuardedJointSegment final : public JointSegment, private Made {
 /// Calls a maker, refuses nothing made, puts what is made behind its guard and looks at it.
 template <class Guard, class Object, class Call, class... More>
 Result<std::unique_ptr<Object>> made_by(const std::string& name, Call&& call, More... more) {
-  auto made = guarded(name, std::forward<Call>(call));
+  auto made = asked(name, std::forward<Call>(call));
   if (!made.ok()) return std::move(made).error();
   if (!*made) return broken_answer(name, "made nothing");
   // Constructors ask the object for its duration: that may throw as well.
-  return guarded(name, [&]() -> Result<std::unique_ptr<Object>> {
+  return asked(name, [&]() -> Result<std::unique_ptr<Object>> {
     auto guard = std::make_unique<Guard>(name, std::move(*made), more...);
     if constexpr (requires { guard->check(); }) RMP_TRY(guard->check());
     return std::unique_ptr<Object>(std::move(guard));

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Guards of integrators and retimers: times that rise, numbers that are finite.
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <optional>
@@ -18,9 +19,19 @@ namespace {
 /// Looks at every sample before it goes on.
 class CheckedSink final : public OdeSink {
  public:
-  CheckedSink(const std::string& provider, OdeSink& to) : provider_(provider), to_(to) {}
+  CheckedSink(const std::string& provider, OdeSink& to, const OdeRun& run)
+      : provider_(provider), to_(to), size_(run.x0.size()), start_(run.start), end_(run.end) {}
+  [[nodiscard]] const void* extension(const char* id) const override { return to_.extension(id); }
   bool sample(double t, std::span<const double> x) override {
-    if (!std::isfinite(t) || (has_time_ && t < time_)) {
+    if (fault) return false;
+    if (x.size() != size_) {
+      fault = broken_answer(provider_, "handed over a state of " + std::to_string(x.size()) +
+                                           " numbers where there are " + std::to_string(size_));
+      return false;
+    }
+    const double slack = 1e-9 * (1 + std::fabs(start_) + std::fabs(end_));
+    const bool is_within = t >= start_ - slack && t <= end_ + slack;  // not of NaN
+    if (!is_within || (has_time_ && t < time_)) {
       fault = broken_answer(provider_, "handed over a sample at t = " + text::print_rounded(t) +
                                            " s, out of the order of time");
       return false;
@@ -40,8 +51,50 @@ class CheckedSink final : public OdeSink {
  private:
   const std::string& provider_;
   OdeSink& to_;
+  std::size_t size_;
+  double start_, end_;
   bool has_time_ = false;
   double time_ = 0;
+};
+
+/// Looks at every question before it is answered.
+class CheckedSystem final : public OdeSystem {
+ public:
+  CheckedSystem(const std::string& provider, OdeSystem& to)
+      : provider_(provider), to_(to), size_(to.size()), events_(to.events()) {}
+  [[nodiscard]] const void* extension(const char* id) const override { return to_.extension(id); }
+  [[nodiscard]] std::size_t size() const override { return size_; }
+  [[nodiscard]] std::size_t positions() const override { return to_.positions(); }
+  Result<void> rate(double t, std::span<const double> x, std::span<double> dx) override {
+    if (!fits(x.size(), dx.size(), size_)) return *fault;
+    return to_.rate(t, x, dx);
+  }
+  void project(std::span<double> x) override {
+    if (fits(x.size(), size_, size_)) to_.project(x);
+  }
+  [[nodiscard]] std::size_t events() const override { return events_; }
+  void event_values(double t, std::span<const double> x, std::span<double> g) override {
+    if (fits(x.size(), size_, size_) && fits(g.size(), events_, events_)) to_.event_values(t, x, g);
+  }
+  bool at_event(double t, std::size_t index, std::span<double> x) override {
+    if (!fits(x.size(), size_, size_)) return false;
+    if (index < events_) return to_.at_event(t, index, x);
+    if (!fault) fault = broken_answer(provider_, "told of an event that there is not");
+    return false;
+  }
+  std::optional<Error> fault;
+
+ private:
+  bool fits(std::size_t a, std::size_t b, std::size_t wanted) {
+    if (a == wanted && b == wanted) return true;
+    if (!fault)
+      fault = broken_answer(provider_, "asked with " + std::to_string(a == wanted ? b : a) +
+                                           " numbers where there are " + std::to_string(wanted));
+    return false;
+  }
+  const std::string& provider_;
+  OdeSystem& to_;
+  std::size_t size_, events_;
 };
 
 class GuardedIntegrator final : public Integrator {
@@ -52,15 +105,20 @@ class GuardedIntegrator final : public Integrator {
     return inner_->extension(id);
   }
   Result<void> prepare(const Params& params) override {
-    return guarded(name_, [&] { return inner_->prepare(params); });
+    return asked(name_, [&] { return inner_->prepare(params); });
   }
   Result<OdeStatistics> run(OdeSystem& system, const OdeRun& run, OdeSink& sink,
-                            Progress& progress) const override {
-    CheckedSink checked(name_, sink);
-    auto done = guarded(name_, [&] { return inner_->run(system, run, checked, progress); });
+                            Progress& told) const override {
+    CheckedSink checked(name_, sink, run);
+    CheckedSystem looked_at(name_, system);
+    HeardProgress progress(told);
+    auto done = asked(name_, [&] { return inner_->run(looked_at, run, checked, progress); });
+    if (looked_at.fault) return std::move(*looked_at.fault);
     if (checked.fault) return std::move(*checked.fault);
     if (done.ok() && !std::isfinite(done->end))
       return broken_answer(name_, "ended its run at a time that is not a number");
+    if (done.ok() && std::min({done->steps, done->rejected, done->rates, done->events}) < 0)
+      return broken_answer(name_, "counted fewer than no steps");
     return done;
   }
 
@@ -76,8 +134,9 @@ class GuardedRetimer final : public Retimer {
     return inner_->extension(id);
   }
   Result<Retiming> retime(const RetimeProblem& problem, const Params& params,
-                          Progress& progress) const override {
-    auto timed = guarded(name_, [&] { return inner_->retime(problem, params, progress); });
+                          Progress& told) const override {
+    HeardProgress progress(told);
+    auto timed = asked(name_, [&] { return inner_->retime(problem, params, progress); });
     if (!timed.ok()) return timed;
     const std::size_t n = problem.s.size();
     if (timed->time.size() != n || timed->rate.size() != n)

@@ -8,6 +8,7 @@
 #include <mutex>
 #include <utility>
 
+#include "kernel/quiet_progress.h"
 #include "kernel/text.h"
 #include "robotics/kinematics.h"
 #include "spatial/parallel.h"
@@ -84,12 +85,6 @@ Result<void> CollisionModel::ask(std::span<const Pose> poses, std::span<const Co
   auto done =
       guarded(provider_, [&] { return scene_->distances(poses, pairs, interest, out, progress); });
   if (!done.ok()) return std::move(done).error();
-  for (const PairDistance& d : out)
-    if (std::isnan(d.distance) || !is_finite(d.on_a) || !is_finite(d.on_b))
-      return error(
-          ErrorCode::plugin_failed,
-          "provider " + text::quote(provider_) + " returned a distance that is not a number",
-          "Report it to the provider's author or choose another provider.");
   return {};
 }
 
@@ -121,9 +116,10 @@ std::vector<CollisionPair> CollisionModel::candidates(const Sample& s, const Pai
   return out;
 }
 
-Result<Contact> CollisionModel::least(Sample& s, const PairSet& of, double interest) const {
+Result<Contact> CollisionModel::least(Sample& s, const PairSet& of, double interest,
+                                      const Progress& whole) const {
   Contact best{{-1, -1}, {interest, {}, {}}};
-  NoProgress none;  // one configuration
+  QuietProgress none(whole);  // one configuration
   std::optional<Error> failure;
   const auto bound = [&] { return failure ? -1 : std::max(best.at.distance, 0.0); };
   const auto consider = [&](const CollisionPair& p) {
@@ -235,7 +231,7 @@ Result<std::vector<Contact>> CollisionModel::clearance(std::span<const double> q
         return fail(error(ErrorCode::cancelled, "the search for the clearance was stopped"));
       place_moving(q.subspan(i * coordinates_, coordinates_), s);
       broad_.place(s.poses, {}, s.boxes);
-      auto found = least(s, checked_, kInf);
+      auto found = least(s, checked_, kInf, progress);
       if (!found.ok()) return fail(std::move(found).error());
       out[i] = *found;
       if (thread == 0 && i % 64 == 0)

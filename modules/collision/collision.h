@@ -179,7 +179,8 @@ class CollisionModel {
   [[nodiscard]] Result<std::vector<CollisionPair>> touching_at(const Sample&,
                                                                std::span<const CollisionPair>,
                                                                Progress&) const;
-  [[nodiscard]] Result<Contact> least(Sample&, const PairSet&, double interest) const;
+  [[nodiscard]] Result<Contact> least(Sample&, const PairSet&, double interest,
+                                      const Progress&) const;
   [[nodiscard]] Result<std::vector<PairDistance>> distances_of(std::span<const double> q,
                                                                std::span<const CollisionPair> pairs,
                                                                double interest, Progress&) const;

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "collision/collision.h"
+#include "kernel/quiet_progress.h"
 #include "robotics/kinematics.h"
 #include "spatial/pose.h"
 #include "spatial/vec.h"
@@ -195,10 +196,10 @@ class PathChecker {
       }
     }
     std::vector<PairDistance> found(unknown.size());
-    RMP_TRY(model_.ask(from_.poses, unknown, 1.001 * most, found, none_));
+    RMP_TRY(model_.ask(from_.poses, unknown, 1.001 * most, found, quiet_));
     for (std::size_t k = 0; k < found.size(); ++k) at_begin_[at_unknown[k]] = found[k];
     at_end_.assign(asked.size(), {});
-    RMP_TRY(model_.ask(to_.poses, asked, 1.001 * most, at_end_, none_));
+    RMP_TRY(model_.ask(to_.poses, asked, 1.001 * most, at_end_, quiet_));
     reached_ = asked;
     return {};
   }
@@ -247,7 +248,7 @@ class PathChecker {
     std::vector<CollisionPair> open;
     for (const Open& o : now.open) open.push_back(tracks_[o.track].pair);
     std::vector<PairDistance> d(open.size());
-    RMP_TRY(model_.ask(middle_.poses, open, 1.001 * most, d, none_));
+    RMP_TRY(model_.ask(middle_.poses, open, 1.001 * most, d, quiet_));
     Interval first{now.begin, half, now.open}, second{half, now.end, std::move(now.open)};
     for (std::size_t k = 0; k < d.size(); ++k) {
       first.open[k].end = d[k].distance;
@@ -270,7 +271,7 @@ class PathChecker {
   const CollisionModel& model_;
   double tolerance_;
   Progress& progress_;
-  NoProgress none_;  // of questions about one configuration
+  QuietProgress quiet_{progress_};  // of questions about one configuration
   std::vector<double> q_, grown_;
   CollisionModel::Sample from_, to_, middle_;
   std::vector<Track> tracks_;

@@ -13,6 +13,7 @@
 #include "evaluation/leaves.h"
 #include "evaluation/plain_mesh.h"
 #include "geometry/mesh_checks.h"
+#include "kernel/provider_guard.h"
 #include "kernel/text.h"
 #include "spatial/pose.h"
 #include "spatial/vec.h"
@@ -102,11 +103,14 @@ std::size_t mesh_bytes(const Mesh& m) {
 }
 
 Result<std::array<Vec3, 2>> placed_box(const MadeSolid& solid, const Pose& placement) {
-  RMP_TRY_ASSIGN(const auto own, guarded(solid.engine.name, [&]() -> Result<std::array<Vec3, 2>> {
+  RMP_TRY_ASSIGN(const auto own, asked(solid.engine.name, [&]() -> Result<std::array<Vec3, 2>> {
                    return solid.shape->bounds();
                  }));
   if (!spatial::is_finite(own[0]) || !spatial::is_finite(own[1]))
     return broken(solid.engine.name, "returned bounds that are not finite numbers");
+  for (std::size_t i = 0; i < 3; ++i)
+    if (own[0][i] > own[1][i])
+      return broken(solid.engine.name, "returned bounds whose lower corner is above the upper one");
   constexpr double kInf = std::numeric_limits<double>::infinity();
   std::array<Vec3, 2> box{{{kInf, kInf, kInf}, {-kInf, -kInf, -kInf}}};
   for (unsigned corner = 0; corner < 8; ++corner) {

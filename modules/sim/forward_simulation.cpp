@@ -336,6 +336,7 @@ class Simulation {
     RMP_TRY_ASSIGN(const auto times, sample_times());
     if (run_.base_motion && !base_) RMP_TRY(base_by_expressions());
     MotionOptions options;
+    options.whole = &progress;
     RMP_TRY(find_surroundings(options));
     RMP_TRY_ASSIGN(auto forward,
                    bind_forward_dynamics(sim_.registry, placed_.model, forward_choice()));

@@ -43,6 +43,12 @@ void quaternion_rate(const double* q, const double* w, double* dq) {
   dq[3] = 0.5 * (q[0] * w[2] + q[1] * w[1] - q[2] * w[0]);
 }
 
+/// Of motions that nobody stops.
+const Progress& nobody() {
+  static const NoProgress progress;
+  return progress;
+}
+
 }  // namespace
 
 MechanismMotion::MechanismMotion(Bound<ForwardDynamics> dynamics, MotionOptions options)
@@ -61,7 +67,8 @@ MechanismMotion::MechanismMotion(Bound<ForwardDynamics> dynamics, MotionOptions 
       scratch_(dynamics_.solver->scratch_size()),
       frames_(model().joints.size()),
       residual_(loop_rows_),
-      jacobian_(loop_rows_ * velocities_) {
+      jacobian_(loop_rows_ * velocities_),
+      quiet_(options_.whole ? *options_.whole : nobody()) {
   for (std::size_t i = 0; i < model().joints.size(); ++i) {
     const JointModel& joint = model().joints[i];
     if (robomosp::coordinate_count(joint.type) != 1) continue;
@@ -139,7 +146,7 @@ Result<void> MechanismMotion::mobility_columns(std::span<const double> q,
   batch.count = count, batch.q = column_q_, batch.tau = column_tau_, batch.scratch = scratch_;
   batch.terms = 0;
   RMP_TRY(guarded(dynamics_.provider,
-                  [&] { return dynamics_.solver->accelerations(batch, columns_, none_); }));
+                  [&] { return dynamics_.solver->accelerations(batch, columns_, quiet_); }));
   if (extra == 0) return {};
   for (std::size_t i = 1; i < count; ++i)
     for (std::size_t v = 0; v < velocities_; ++v) columns_[i * velocities_ + v] -= columns_[v];
@@ -165,7 +172,7 @@ Result<void> MechanismMotion::evaluate(double t, std::span<const double> x) {
     batch.base = std::span(&base, 1);
   }
   RMP_TRY(guarded(dynamics_.provider,
-                  [&] { return dynamics_.solver->accelerations(batch, qdd_, none_); }));
+                  [&] { return dynamics_.solver->accelerations(batch, qdd_, quiet_); }));
   std::fill(held_force_.begin(), held_force_.end(), 0.0);
   held_.clear();
   for (std::size_t v = 0; v < velocities_; ++v)

@@ -12,6 +12,7 @@
 #include <robomosp/sdk/dynamics.h>
 #include <robomosp/sdk/integrator.h>
 
+#include "kernel/quiet_progress.h"
 #include "sim/simulate.h"
 
 namespace robomosp::sim {
@@ -29,6 +30,7 @@ struct MotionOptions {
   std::function<void(double t, std::span<double> tau)> torques;
   std::function<Result<BaseMotion>(double t)> base;   ///< null = at rest
   std::function<Result<TipWrench>(double t)> wrench;  ///< at tip 0, base axes; null = none
+  const Progress* whole = nullptr;  ///< whose wish to stop solvers see; outlives the motion
 };
 
 /// What happened to a joint at an instant, for notes.
@@ -133,7 +135,7 @@ class MechanismMotion final : public OdeSystem {
   std::vector<double> residual_, jacobian_;
   std::vector<MotionEvent> happened_;
   std::optional<Error> failure_;
-  NoProgress none_;
+  QuietProgress quiet_;
 };
 
 }  // namespace robomosp::sim

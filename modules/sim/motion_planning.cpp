@@ -376,7 +376,9 @@ Result<PlannedMotion> plan_motion(const Registry& registry, const CollisionModel
   auto planned = guarded(info.name, [&] { return planner->plan(p, *params, progress); });
   if (space.failure) return *space.failure;
   if (!planned.ok()) return in_robot(std::move(planned).error(), where);
-  RMP_TRY(check_plan(*planned, p, info.name).in(where));
+  auto checked = check_plan(*planned, p, info.name);
+  if (space.failure) return *space.failure;  // nobody can tell whether the way is free
+  if (!checked.ok()) return std::move(checked).in(where).error();
   PlannedMotion out;
   out.goals = goals.size() / dof;
   out.found = path_length(p, planned->points);

@@ -3,19 +3,23 @@
 // names it in every fault, hands it the host, and takes none as the default that was only found.
 #include "kernel/provider_guard.h"
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <limits>
 
 #include <gtest/gtest.h>
+#include <robomosp/sdk/collision.h>
 #include <robomosp/sdk/conformance/mechanisms.h>
 #include <robomosp/sdk/curve.h>
 #include <robomosp/sdk/dynamics.h>
 #include <robomosp/sdk/ik.h>
 #include <robomosp/sdk/integrator.h>
+#include <robomosp/sdk/io.h>
 #include <robomosp/sdk/joint_segment.h>
 #include <robomosp/sdk/motion_law.h>
 #include <robomosp/sdk/orientation.h>
+#include <robomosp/sdk/planner.h>
 #include <robomosp/sdk/retimer.h>
 #include <robomosp/sdk/trajectory.h>
 
@@ -502,12 +506,15 @@ TEST(Guard, IntegratorsHandOverFiniteStatesInTheOrderOfTime) {
     Count sink;
     OdeRun run;
     run.x0 = {&x, 1};
+    run.end = 2;
     const auto done = integrator->run(system, run, sink, none);
     return done.ok() ? std::to_string(sink.count) : done.error().message;
   };
   EXPECT_EQ(said({0, 1, 1, 2}, 1), "4");
   EXPECT_EQ(said({0, 2, 1}, 1),
             "provider \"mine\" handed over a sample at t = 1 s, out of the order of time");
+  EXPECT_EQ(said({0, 3}, 1),
+            "provider \"mine\" handed over a sample at t = 3 s, out of the order of time");
   EXPECT_EQ(said({0}, kNan),
             "provider \"mine\" handed over a state that is not a number at t = 0 s");
 }
@@ -591,6 +598,248 @@ TEST(Defaults, NothingBecomesTheDefaultByBeingFound) {
   ASSERT_TRUE(registry.set_default(IkSolver::kInterfaceId, "").ok());
   ASSERT_TRUE(registry.set_enabled(IkSolver::kInterfaceId, "numeric", false).ok());
   EXPECT_EQ(standard(registry), "better");
+}
+
+// --- words, progress and sizes -------------------------------------------------------------------
+
+struct Fails final : IkSolver {
+  Error e;
+  explicit Fails(Error said) : e(std::move(said)) {}
+  Result<void> prepare(const RobotModel&, const Params&) override { return e; }
+  Result<void> solve(const IkBatch&, std::span<IkResult>, Progress&) const override { throw 42; }
+};
+
+TEST(Guard, WhatAProviderSaysCanBeShown) {
+  const auto said = [](const Error& e) {
+    return guarded_provider<IkSolver>([&] { return new Fails(e); })
+        ->prepare(conformance::pa10(), *make_params({}))
+        .error();
+  };
+  EXPECT_EQ(said(Error{}).sentence(),
+            std::string("provider \"mine\" failed and gave no reason.") + kReport);
+  EXPECT_EQ(said(error(ErrorCode::io, "\x1b[2Jno\x07 file")).message, "\\x1b[2Jno\\x07 file");
+  const Error strange = said(error(static_cast<ErrorCode>(999), "it did not work"));
+  EXPECT_EQ(strange.code, ErrorCode::plugin_failed);
+  EXPECT_EQ(strange.message, "provider \"mine\" failed: it did not work");
+  EXPECT_EQ(said(error(ErrorCode::internal, "a defect")).code, ErrorCode::plugin_failed);
+  EXPECT_LT(said(error(ErrorCode::io, std::string(1'000'000, 'x'))).sentence().size(), 2000U);
+  NoProgress none;
+  std::vector<IkResult> results(1);
+  const Pose target;
+  IkBatch batch;
+  batch.targets = {&target, 1};
+  EXPECT_EQ(guarded_provider<IkSolver>([] { return new Fails({}); })
+                ->solve(batch, results, none)
+                .error()
+                .message,
+            "provider \"mine\" threw an unknown exception");
+}
+
+struct Reports final : Progress {
+  std::vector<double> shares;
+  std::string words;
+  void report(double share, std::string_view what) override {
+    shares.push_back(share);
+    words += what;
+  }
+  bool cancelled() const override { return false; }
+};
+
+TEST(Guard, ProgressStaysWithinItsBounds) {
+  Reports to;
+  HeardProgress heard_of(to);
+  for (const double share : {kNan, -1.0, 0.25, 7.0, 1e300})
+    heard_of.report(share, "\x1b[2J" + std::string(1'000'000, 'y'));
+  EXPECT_EQ(to.shares, (std::vector<double>{0, 0.25, 1, 1}));
+  EXPECT_EQ(to.words.find('\x1b'), std::string::npos);
+  EXPECT_LT(to.words.size(), 1000U);
+}
+
+struct AnyResult final : IkSolver {
+  IkResult result;
+  Result<void> prepare(const RobotModel&, const Params&) override { return {}; }
+  Result<void> solve(const IkBatch&, std::span<IkResult> results, Progress&) const override {
+    results[0] = result;
+    return {};
+  }
+};
+
+TEST(Guard, ResultsOfInverseKinematicsHaveFieldsOfSense) {
+  const auto said = [](const std::function<void(IkResult&)>& spoil) {
+    AnyResult* one = nullptr;
+    const auto ik = guarded_provider<IkSolver>([&] { return one = new AnyResult; });
+    EXPECT_TRUE(ik->prepare(conformance::pa10(), *make_params({})).ok());
+    spoil(one->result);
+    NoProgress none;
+    std::vector<IkResult> results(1);
+    const Pose target;
+    IkBatch batch;
+    batch.targets = {&target, 1};
+    const auto done = ik->solve(batch, results, none);
+    return done.ok() ? std::string() : done.error().message;
+  };
+  EXPECT_EQ(said([](IkResult&) {}), "");
+  EXPECT_EQ(said([](IkResult& r) { r.limiting_joint = 6; }), "");
+  EXPECT_EQ(said([](IkResult& r) { r.limiting_joint = 7; }),
+            "provider \"mine\" named a joint that the robot does not have");
+  EXPECT_EQ(said([](IkResult& r) { r.status = static_cast<IkStatus>(77); }),
+            "provider \"mine\" answered with a state that is none of its interface");
+  for (const auto& spoil : std::vector<std::function<void(IkResult&)>>{
+           [](IkResult& r) { r.shortfall = kNan; }, [](IkResult& r) { r.position_error = kNan; },
+           [](IkResult& r) { r.lost_direction[5] = kNan; }})
+    EXPECT_EQ(said(spoil),
+              "provider \"mine\" returned an error or a direction that is not a number");
+}
+
+struct AnyInverse final : InverseDynamics {
+  std::size_t scratch = 0;
+  bool fills = true;
+  Result<void> prepare(const RobotModel&, const Params&) override { return {}; }
+  std::size_t scratch_size() const override { return scratch; }
+  Result<void> torques(const DynamicsBatch&, std::span<double> tau, Progress&) const override {
+    if (fills) std::fill(tau.begin(), tau.end(), 1.0);
+    return {};
+  }
+  Result<void> inertia(const DynamicsBatch&, std::span<double>, Progress&) const override {
+    return {};
+  }
+};
+
+TEST(Guard, DynamicsFillWhatTheyAreGivenAndAskForLittle) {
+  AnyInverse* one = nullptr;
+  const auto make = [&] {
+    return guarded_provider<InverseDynamics>([&] { return one = new AnyInverse; });
+  };
+  auto dynamics = make();
+  one->scratch = std::size_t{1} << 62;
+  EXPECT_TRUE(dynamics->prepare(conformance::pa10(), *make_params({}))
+                  .error()
+                  .message.starts_with("provider \"mine\" asks for 4611686018427387904 numbers as "
+                                       "scratch"));
+  dynamics = make();
+  one->scratch = 12;
+  ASSERT_TRUE(dynamics->prepare(conformance::pa10(), *make_params({})).ok());
+  one->scratch = 99;  // what was asked for stays
+  EXPECT_EQ(dynamics->scratch_size(), 12U);
+  NoProgress none;
+  double tau[7] = {};
+  EXPECT_TRUE(dynamics->torques({}, tau, none).ok());
+  one->fills = false;
+  EXPECT_EQ(dynamics->torques({}, tau, none).error().message,
+            "provider \"mine\" returned a value that is not a number");
+}
+
+// --- bodies and files ----------------------------------------------------------------------------
+
+struct AnyScene final : CollisionScene {
+  double distance;
+  std::uint8_t touches;
+  AnyScene(double d, std::uint8_t t) : distance(d), touches(t) {}
+  Result<void> distances(std::span<const Pose>, std::span<const CollisionPair>, double,
+                         std::span<PairDistance> out, Progress&) const override {
+    if (distance != 77)
+      for (PairDistance& d : out) d.distance = distance;
+    return {};
+  }
+  Result<void> collisions(std::span<const Pose>, std::span<const CollisionPair>,
+                          std::span<std::uint8_t> out, Progress&) const override {
+    if (touches != 77)
+      for (std::uint8_t& x : out) x = touches;
+    return {};
+  }
+};
+struct AnyCollision final : CollisionEngine {
+  double distance;
+  std::uint8_t touches;
+  AnyCollision(double d, std::uint8_t t) : distance(d), touches(t) {}
+  Result<std::unique_ptr<CollisionScene>> build(std::span<const ShapedBody>, const Params&,
+                                                Progress&) const override {
+    if (distance == -77) return std::unique_ptr<CollisionScene>();
+    return std::unique_ptr<CollisionScene>(std::make_unique<AnyScene>(distance, touches));
+  }
+};
+
+TEST(Guard, DistancesAreNumbersAndContactsAreYesOrNo) {
+  const auto said = [](double distance, std::uint8_t touches) {
+    NoProgress none;
+    const auto engine =
+        guarded_provider<CollisionEngine>([&] { return new AnyCollision(distance, touches); });
+    const auto scene = engine->build({}, *make_params({}), none);
+    if (!scene.ok()) return scene.error().message;
+    const Pose poses[2];
+    const CollisionPair pair{0, 1};
+    PairDistance d;
+    std::uint8_t t = 0;
+    if (const auto done = (*scene)->distances(poses, {&pair, 1}, 1, {&d, 1}, none); !done.ok())
+      return done.error().message;
+    const auto done = (*scene)->collisions(poses, {&pair, 1}, {&t, 1}, none);
+    return done.ok() ? std::string() : done.error().message;
+  };
+  EXPECT_EQ(said(0.5, 0), "");
+  EXPECT_EQ(said(INFINITY, 1), "");
+  for (const double bad : {kNan, -std::numeric_limits<double>::infinity(), 77.0})
+    EXPECT_EQ(said(bad, 0), "provider \"mine\" returned a distance that is not a number") << bad;
+  for (const std::uint8_t bad : {std::uint8_t{2}, std::uint8_t{77}})
+    EXPECT_EQ(said(0, bad), "provider \"mine\" did not answer whether two bodies touch");
+  EXPECT_EQ(said(-77, 0), "provider \"mine\" made nothing");
+}
+
+struct AnyExporter final : Exporter {
+  std::vector<std::string> names;
+  explicit AnyExporter(std::vector<std::string> n) : names(std::move(n)) {}
+  std::string_view extensions() const override { return "lie, \x1b[2J,also"; }
+  bool is_exact(std::string_view) const override { return false; }
+  Result<std::vector<ExportedFile>> write(const ExportTask&, const Params&,
+                                          Progress&) const override {
+    std::vector<ExportedFile> files;
+    for (const std::string& n : names) files.push_back({n, ""});
+    return files;
+  }
+};
+
+TEST(Guard, ExportersNameFilesBesideTheMainOne) {
+  const auto said = [](std::vector<std::string> names) {
+    const auto exporter =
+        guarded_provider<Exporter>([&] { return new AnyExporter(std::move(names)); });
+    EXPECT_EQ(exporter->extensions(), "lie,also");
+    ExportTask task;
+    task.name = "out.lie";
+    NoProgress none;
+    const auto files = exporter->write(task, *make_params({}), none);
+    return files.ok() ? std::string() : files.error().message;
+  };
+  EXPECT_EQ(said({"out.lie", "meshes/a.stl"}), "");
+  EXPECT_EQ(said({}), "provider \"mine\" made no file \"out.lie\"");
+  EXPECT_EQ(said({"out.lie", "out.lie"}), "provider \"mine\" made two files \"out.lie\"");
+  for (const char* bad : {"../b", "/b", "", ".", "a/../b", "a//b", "b\n", "\x1b[2J"})
+    EXPECT_NE(said({"out.lie", bad}).find("that is not beside the main one"), std::string::npos)
+        << bad;
+  EXPECT_NE(said({"out.lie", std::string(300, 'n')}), "");
+}
+
+struct AnyPlanner final : Planner {
+  std::vector<double> asks;
+  explicit AnyPlanner(std::vector<double> q) : asks(std::move(q)) {}
+  Result<Plan> plan(const PlanProblem& p, const Params&, Progress&) const override {
+    return p.is_free(asks) ? Plan{} : Plan{{1}, 0};
+  }
+};
+
+TEST(Guard, PlannersAskForWholeConfigurations) {
+  const auto said = [](std::vector<double> asks) {
+    PlanProblem p;
+    p.dof = 2;
+    p.is_free = [](std::span<const double> q) { return q.size() == 2; };
+    NoProgress none;
+    const auto plan = guarded_provider<Planner>([&] {
+                        return new AnyPlanner(asks);
+                      })->plan(p, *make_params({}), none);
+    return plan.ok() ? std::string() : plan.error().message;
+  };
+  EXPECT_EQ(said({0, 0}), "");
+  for (const auto& bad : std::vector<std::vector<double>>{{}, {0}, {0, 0, 0}, {kNan, 0}})
+    EXPECT_EQ(said(bad),
+              "provider \"mine\" asked whether something is free that is no configuration");
 }
 
 }  // namespace

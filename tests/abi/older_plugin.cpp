@@ -178,6 +178,8 @@ class Counter final : public render::Renderer {
     for (const std::size_t n : {s.items.size(), s.lines.size(), s.triads.size(), s.marks.size(),
                                 s.labels.size(), s.legends.size(), s.lights.size()})
       image.rgba.push_back(static_cast<std::uint8_t>(n));
+    image.height = o.height;
+    image.rgba.resize(4U * static_cast<unsigned>(o.width) * static_cast<unsigned>(o.height));
     image.clip_T_world[0] = s.items.back().pose.p[2] + s.lines.back().width;
     image.clip_T_world[1] = s.triads.back().length + s.marks.back().gyration[1];
     image.clip_T_world[2] = s.labels.back().place[0] + s.legends.back().ticks.back().share;
@@ -186,7 +188,7 @@ class Counter final : public render::Renderer {
     return image;
   }
   Result<std::string> png(const render::Image& image) const override {
-    return std::to_string(image.width);
+    return "\x89PNG\r\n\x1a\n" + std::to_string(image.width);
   }
 };
 

@@ -10,10 +10,9 @@
 
 namespace robomosp::ioci {
 
-/// Writes the files of one export: the main one at `file`, the others beside it or in folders
-/// beside it. Names that lead out of the folder, and a main file that is missing, are the
-/// provider's fault; nothing is written then.
+/// Writes the files of one export, whose names the guard of exporters has looked at: the main one
+/// at `file`, the others beside it or in folders beside it.
 Result<void> write_exported(const std::vector<ExportedFile>& files,
-                            const std::filesystem::path& file, const std::string& provider);
+                            const std::filesystem::path& file);
 
 }  // namespace robomosp::ioci

@@ -13,6 +13,7 @@
 #include "ioci/exchange/exported.h"
 #include "ioci/records/solid_nodes.h"
 #include "kernel/fingerprint.h"
+#include "kernel/provider_guard.h"
 #include "robotics/build_model.h"
 #include "robotics/coordinates.h"
 #include "robotics/home.h"
@@ -47,9 +48,14 @@ Result<Chosen<I>> provider_for(const CommandContext& ctx, const std::string& wan
   std::vector<std::string> known;
   for (const ProviderInfo& info : ctx.app.registry.list(I::kInterfaceId)) {
     if (!info.enabled) continue;
-    RMP_TRY_ASSIGN(auto provider, ctx.app.registry.create<I>(info.name));
-    for (const std::string_view e : text::split(provider->extensions(), ',')) {
-      if (text::trim(e) == wanted) return Chosen<I>{info, std::move(provider)};
+    auto provider = ctx.app.registry.create<I>(info.name);
+    if (!provider.ok()) {  // the others are of use all the same
+      ctx.app.messages.post(Severity::warning, "provider_left_out", provider.error().sentence(),
+                            "plugin");
+      continue;
+    }
+    for (const std::string_view e : text::split((*provider)->extensions(), ',')) {
+      if (text::trim(e) == wanted) return Chosen<I>{info, std::move(*provider)};
       known.emplace_back(text::trim(e));
     }
   }
@@ -111,12 +117,15 @@ Result<std::unique_ptr<Params>> params_for(const ProviderInfo& info, const Map& 
 
 // --- in ------------------------------------------------------------------------------------
 
-Result<Imported> read_file(CommandContext& ctx, const Map& args, Map values) {
+/// `importer` is told which one read it.
+Result<Imported> read_file(CommandContext& ctx, const Map& args, Map values,
+                           std::string& importer) {
   const std::string file = text_of(args, "file");
   RMP_TRY_ASSIGN(const auto chosen, provider_for<Importer>(ctx, extension_of(file), "import"));
   RMP_TRY_ASSIGN(const auto params,
                  params_for(chosen.info, args, std::move(values),
                             {"name", "unit", "heal", "density", "shapes"}, file));
+  importer = "importer " + text::quote(chosen.info.name);
   return guarded(chosen.info.name,
                  [&] { return chosen.provider->read(file, *params, ctx.progress); });
 }
@@ -361,7 +370,8 @@ Result<Value> import_file(CommandContext& ctx, const Map& args) {
                    "The material has a density; leave one out.", "density");
     values.set("materials", false);
   }
-  RMP_TRY_ASSIGN(Imported imported, read_file(ctx, args, std::move(values)));
+  std::string importer;
+  RMP_TRY_ASSIGN(Imported imported, read_file(ctx, args, std::move(values), importer));
   if (imported.records.empty())
     return imported.profile.loops.empty()
                ? error(ErrorCode::unsupported, text::quote(file) + " holds nothing to import")
@@ -371,7 +381,9 @@ Result<Value> import_file(CommandContext& ctx, const Map& args) {
   RMP_TRY(read_foreign(ctx, imported, unread));
   io::MemoryFiles files;
   for (ImportedGeometry& g : imported.geometries) {
-    RMP_TRY_ASSIGN(auto made, io::make_geometry(std::move(g.geometry)).in(text::quote(g.name)));
+    RMP_TRY_ASSIGN(
+        auto made,
+        io::make_geometry(std::move(g.geometry)).in(importer + ", " + heard(text::quote(g.name))));
     files.geometries.emplace(std::move(g.name), std::move(made));
   }
   std::set<std::array<std::uint64_t, 2>> failed;
@@ -383,8 +395,9 @@ Result<Value> import_file(CommandContext& ctx, const Map& args) {
   const std::string main = imported.records.back().name;
   for (ImportedFile& r : imported.records) files.texts.emplace(r.name, std::move(r.text));
   const std::filesystem::path folder = std::filesystem::path(file).parent_path();
-  RMP_TRY_ASSIGN(io::Loaded loaded,
-                 io::load_memory(ctx.edit(), files, main, file, folder, ctx.app.library));
+  RMP_TRY_ASSIGN(
+      io::Loaded loaded,
+      io::load_memory(ctx.edit(), files, main, file, folder, ctx.app.library).in(importer));
   RMP_TRY(drop_failed(ctx, loaded, failed));
   if (has(args, "material"))
     for (const AnyId id : loaded.all)
@@ -406,7 +419,8 @@ Result<Value> import_file(CommandContext& ctx, const Map& args) {
 }
 
 Result<Value> import_profile(CommandContext& ctx, const Map& args) {
-  RMP_TRY_ASSIGN(const Imported imported, read_file(ctx, args, {}));
+  std::string importer;
+  RMP_TRY_ASSIGN(const Imported imported, read_file(ctx, args, {}, importer));
   if (imported.profile.loops.empty()) {
     std::string why;
     for (const std::string& n : imported.notes) why += (why.empty() ? "" : " ") + n;
@@ -778,7 +792,7 @@ Result<Exported> export_record(CommandContext& ctx, AnyId id, const Map& args,
   auto files = guarded(chosen.info.name,
                        [&] { return chosen.provider->write(task, *params, ctx.progress); });
   if (!files.ok()) return std::move(files).in(name_in(ctx, id)).error();
-  RMP_TRY(write_exported(*files, done.file, chosen.info.name).in(name_in(ctx, id)));
+  RMP_TRY(write_exported(*files, done.file).in(name_in(ctx, id)));
   const auto folder = std::filesystem::path(done.file).parent_path();
   for (const ExportedFile& f : *files)
     if (f.name != own_name) done.others.push_back((folder / f.name).string());

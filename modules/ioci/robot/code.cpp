@@ -70,11 +70,6 @@ Result<Value> generate_code(CommandContext& ctx, const Map& args) {
   const std::filesystem::path folder = text_of(args, "folder");
   List written;
   for (const CodeFile& f : *files) {
-    // A provider names files, not places.
-    if (std::filesystem::path(f.name).filename() != f.name)
-      return error(ErrorCode::plugin_failed,
-                   "provider " + text::quote(info.name) + " named a file " + text::quote(f.name),
-                   "Report it to the provider's author.", where);
     const std::filesystem::path file = folder / f.name;
     RMP_TRY(io::write_file(file, f.text));
     written.emplace_back(file.string());

@@ -1,0 +1,364 @@
+// SPDX-License-Identifier: Apache-2.0
+// Plugins that lie: for every interface that the program knows, a provider that answers wrongly at
+// random is made the default, and the commands that ask it are run. What can be seen to be wrong is
+// refused with a sentence that names the provider; nothing crashes, hangs or hands out numbers that
+// are none.
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "fuzz/lying_bodies.h"
+#include "kernel/interface_file.h"
+#include "kernel/text.h"
+#include "support/lua_program.h"
+#include "support/seed.h"
+
+namespace robomosp::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kName = "liar";
+
+/// A liar on top of the provider `honest` of the program.
+template <class Liar, class I>
+std::function<Result<void*>()> on_top_of(const Registry& registry, const std::string& honest) {
+  return [&registry, honest]() -> Result<void*> {
+    RMP_TRY_ASSIGN(auto inner, registry.create<I>(honest));
+    return static_cast<void*>(static_cast<I*>(new Liar(std::move(inner))));
+  };
+}
+template <class Liar, class I>
+std::function<Result<void*>()> alone() {
+  return []() -> Result<void*> { return static_cast<void*>(static_cast<I*>(new Liar)); };
+}
+
+/// How an interface is lied about: the provider, and lines of Lua whose answers it has a part in.
+struct Attack {
+  std::string honest;  ///< whose schema and tags it has; "" = nobody's
+  std::function<Result<void*>()> make;
+  std::vector<std::string> lines;
+};
+
+/// What all lines can use. `fresh` numbers make new work of each line, which no cache answers.
+constexpr const char* kStage = R"(
+  count = count or 0
+  function fresh() count = count + 1; return count * 1e-6 end
+  function numbers(v, path, seen)
+    path, seen = path or "answer", seen or {}
+    if type(v) == "number" and v ~= v then error("NO NUMBER at " .. path, 0) end
+    if type(v) == "table" and not seen[v] then
+      seen[v] = true
+      for k, x in pairs(v) do numbers(x, path .. "." .. tostring(k), seen) end
+    end
+    return v
+  end
+  arm = robot.get("arm")
+  bar = robot.get("four_bar")
+  rods = robot.create{name = "rods", convention = "dh", links = {
+    {a = 0.5, lower = -3, upper = 3, mass = 1}, {a = 0.5, lower = -3, upper = 3, mass = 1}},
+    poses = {left = {0.8, 0}, right = {-0.8, 0}}}
+  material.create{name = "wood", density = 600}
+  function box() return solid.create{name = "box" .. fresh(), material = "wood", root = {kind = "union", children = {
+    {kind = "box", name = "a", x = 0.1 + fresh(), y = 0.1, z = 0.1},
+    {kind = "cylinder", name = "b", radius = 0.02, height = 0.2}}}} end
+  solid.create{name = "ball", root = {kind = "sphere", radius = 0.1}}
+  cell = world.create{name = "cell"}
+  cell:add_robot{robot = arm, q = "ready"}
+  cell:add_object{what = "ball", position = {0.9, 0.3, 0.2}}
+  local p, a = arm:fk{q = "ready"}.position, arm:fk{q = "ready"}.rpy
+  function points(d) return {{p[1], p[2], p[3], a[1], a[2], a[3]},
+    {p[1], p[2] + d, p[3], a[1], a[2], a[3]}} end
+  trajectory.create{name = "stroke", sample_time = 0.05,
+    segments = {{shape = "line", points = points(0.05)}}}
+  cell:add_trajectory{trajectory = "stroke"}
+  function stroke(s) return trajectory.create{name = "way" .. fresh(), sample_time = 0.05, segments = {s}} end
+  plane = world.create{name = "plane"}
+  plane:add_robot{robot = rods, q = "left"}
+  plane:add_object{what = "ball", position = {0.8, 0, 0}}
+  floor = world.create{name = "floor"}
+  solid.create{name = "slab", root = {kind = "box", x = 2, y = 2, z = 0.1}}
+  solid.create{name = "cube", material = "wood", root = {kind = "box", x = 0.1, y = 0.1, z = 0.1}}
+  floor:add_object{what = "slab", position = {0, 0, -0.1}}
+  floor:add_object{what = "cube", position = {0, 0, 0.04}}
+  floor:add_robot{robot = arm, q = "ready", position = {3, 0, 0}}
+  lone = arm:duplicate("lone")
+  alone = world.create{name = "alone"}
+  alone:add_robot{robot = lone, q = "ready"}
+  local at = lone:fk{q = "ready"}
+  alone:add_frame{name = "target", rpy = at.rpy,
+    position = {at.position[1], at.position[2], at.position[3] + 0.05}}
+)";
+
+std::map<std::string, Attack> attacks(const Registry& r) {
+  std::map<std::string, Attack> all;
+  const auto add = [&]<class L, class I>(std::type_identity<L>, std::type_identity<I>,
+                                         const std::string& honest,
+                                         std::vector<std::string> lines) {
+    Attack a{honest, {}, std::move(lines)};
+    if constexpr (std::is_default_constructible_v<L>) a.make = alone<L, I>();
+    else a.make = on_top_of<L, I>(r, honest);
+    all[I::kInterfaceId] = std::move(a);
+  };
+#define LIAR(L, I, ...) add(std::type_identity<L>{}, std::type_identity<I>{}, __VA_ARGS__)
+  const std::string along = R"(robot = "arm", trajectory = "stroke")";
+  LIAR(
+      LyingIk, IkSolver, "numeric",
+      {R"(arm:solve_ik{target = arm:fk{q = "ready"}.pose})",
+       R"(arm:solve_ik{target = arm:fk{q = "ready"}.pose, all = true})",
+       R"(arm:solve_ik{target = {9, 9, 9, 0, 0, 0}, partial = true})",
+       R"(arm:solve_ik_batch{targets = {arm:fk{q = "ready"}.pose, arm:fk{q = {0.1, -0.8, 0.5, 0, 0.9, 0}}.pose}, seed = "ready"})",
+       "cell:inverse_kinematics{" + along + "}", "cell:check{" + along + "}",
+       R"(arm:reachability{samples = 50, voxel = 0.5, directions = 4})", R"(lone:follow_target())",
+       R"(plane:plan_path{robot = "rods", target = rods:fk{q = "right"}.pose, seconds = 1, shortcuts = 3})"});
+  LIAR(
+      LyingInverse, InverseDynamics, "newton_euler",
+      {R"(arm:inverse_dynamics{q = "ready", qd = {1, 1, 1, 1, 1, 1}})",
+       R"(arm:inertia{q = "ready"})", R"(arm:gravity_torques{q = "ready"})",
+       R"(arm:energy{q = "ready", qd = {1, 0, 0, 0, 0, 0}})", R"(arm:regressor{q = "ready"})",
+       R"(arm:dynamics_derivatives{q = "ready"})", "cell:inverse_dynamics{" + along + "}",
+       "cell:simulate{" + along + "}", "cell:time_optimal{" + along + "}",
+       "cell:simulate_dynamics{" + along + R"(, controller = "computed_torque", duration = 0.1})",
+       R"(arm:simulate{q = "ready", duration = 0.05})",
+       R"(arm:simulate{q = "ready", reference = "ready", controller = "pd_gravity", duration = 0.05})"});
+  LIAR(
+      LyingForward, ForwardDynamics, "articulated_body",
+      {R"(arm:forward_dynamics{q = "ready"})",
+       R"(arm:dynamics_derivatives{q = "ready", of = "accelerations"})",
+       R"(arm:simulate{q = "ready", duration = 0.05})",
+       R"(arm:start_run("dynamics", {q = "ready", duration = 0.05}):finish())",
+       "cell:simulate_dynamics{" + along + R"(, controller = "computed_torque", duration = 0.1})"});
+  LIAR(
+      LyingController, Controller, "computed_torque",
+      {R"(arm:simulate{q = "ready", reference = "ready", controller = "liar", duration = 0.05})",
+       "cell:simulate_dynamics{" + along + R"(, controller = "liar", duration = 0.1})",
+       R"(floor:simulate_physics{duration = 0.05, robots = {{name = "arm", drive = "controlled", controller = "liar"}}})"});
+  LIAR(LyingCode, RobotCodeGenerator, "c99",
+       {R"(arm:generate_code{folder = ".", name = "lie"})",
+        R"(rods:generate_code{folder = ".", parts = {"inertia"}})"});
+  LIAR(
+      LyingIntegrator, Integrator, "dormand_prince",
+      {R"(arm:simulate{q = "ready", duration = 0.05})",
+       R"(arm:simulate{q = "ready", duration = 0.05, integrator = "liar"})",
+       R"(arm:start_run("dynamics", {q = "ready", duration = 0.05}):finish())",
+       "cell:simulate_dynamics{" + along + R"(, controller = "computed_torque", duration = 0.1})"});
+  LIAR(LyingRetimer, Retimer, "reachability",
+       {"cell:time_optimal{" + along + "}",
+        R"(plane:plan_path{robot = "rods", to = "right", seconds = 1, shortcuts = 3})"});
+  LIAR(LyingPlanner, Planner, "rrt_connect",
+       {R"(plane:plan_path{robot = "rods", to = "right", seconds = 1, shortcuts = 3})"});
+  LIAR(LyingLawFactory, MotionLawFactory, "constant_speed",
+       {R"(stroke{shape = "line", points = points(0.05 + fresh()), law = "liar"}:sample(0.2))",
+        R"(stroke{shape = "line", points = points(0.05), law = "liar"}:plot{file = "s.svg"})"});
+  LIAR(
+      LyingCurveFactory, CurveFactory, "line",
+      {R"(stroke{shape = "liar", points = points(0.05 + fresh())}:sample(0.2))",
+       R"(stroke{shape = "liar", points = points(0.05 + fresh())}:length())",
+       R"(stroke{shape = "liar", points = points(0.05 + fresh()), law = "quintic"}:plot{file = "s.svg", kind = "path"})"});
+  LIAR(
+      LyingOrientationFactory, OrientationFactory, "slerp",
+      {R"(stroke{shape = "line", points = points(0.05 + fresh()), orientation = "liar"}:sample(0.2))"});
+  LIAR(LyingSegmentFactory, SegmentFactory, "",
+       {R"(stroke{shape = "liar", points = points(0.05 + fresh())}:sample(0.2))",
+        R"(stroke{shape = "liar", points = points(0.05 + fresh())}:length())"});
+  LIAR(LyingJointFactory, JointSegmentFactory, "ptp", {R"((function()
+             local t = stroke{shape = "liar", joints = {arm:poses().ready, {0.1, -0.8 + fresh(), 0.5, 0, 0.9, 0}}}
+             cell:add_trajectory{trajectory = t, name = "run" .. count}
+             return cell:simulate{robot = "arm", trajectory = "run" .. count} end)())"});
+  LIAR(LyingCollision, CollisionEngine, "fcl",
+       {R"(cell:clearance{q = {fresh(), -0.8, 0.5, 0, 0.9, 0}})", R"(cell:collisions())",
+        R"(arm:clearance{q = "ready"})", R"(cell:check{robot = "arm", trajectory = "stroke"})",
+        R"(cell:check_path{path = {"ready", {0.3, -0.8, 0.5, 0, 0.9, fresh()}}})",
+        R"(arm:find_allowed_pairs{samples = 100})",
+        R"(plane:plan_path{robot = "rods", to = "right", seconds = 1, shortcuts = 3})"});
+  LIAR(
+      LyingPhysics, PhysicsEngine, "ode",
+      {R"(floor:simulate_physics{duration = 0.05})",
+       R"(floor:simulate_physics{duration = 0.02, robots = {{name = "arm", drive = "controlled", controller = "pd_gravity"}}})",
+       R"(floor:start_run("physics", {duration = 0.05}):finish())"});
+  LIAR(
+      LyingCsg, CsgEngine, "occt",
+      {R"(box():mass())", R"(box():moments())", R"(box():bounds())", R"(box():mesh_info())",
+       R"(box():features())", R"(box():section{plane = {position = {0, 0, 0.05}}})",
+       R"((function() local b = box(); return object.create{name = "both" .. count, parts = {{what = b},
+            {what = box(), position = {0.05, 0, 0}}}}:mass() end)())",
+       R"((function() local b = box(); return b:export{file = "b.step"} end)())",
+       R"((function() local b = box(); local w = world.create{name = "other" .. count}; w:add_object{what = b};
+            w:add_robot{robot = rods, position = {1, 0, 0}}; return w:clearance() end)())"});
+  LIAR(
+      LyingPrimitive, CsgPrimitive, "",
+      {R"(solid.create{name = "p" .. fresh(), root = {kind = "custom", primitive = "liar"}}:mass())"});
+  LIAR(LyingImporter, Importer, "", {R"(import{file = "again.lie"})"});
+  LIAR(LyingExporter, Exporter, "",
+       {R"(solid.export{id = "ball", file = "out.lie"})", R"(cell:export{file = "out.lie"})"});
+  LIAR(
+      LyingRenderer, render::Renderer, "",
+      {R"(rods:render{file = "r.png", size = {64, 48}, quality = "draft"})",
+       R"(cell:render{file = "c.png", size = {64, 48}, quality = "draft", ellipsoid = "velocity"})"});
+#undef LIAR
+  return all;
+}
+
+/// Cancels what waits.
+class Patience {
+ public:
+  explicit Patience(ioci::Session& session) : session_(session), thread_([this] { watch(); }) {}
+  ~Patience() {
+    {
+      const std::lock_guard lock(mutex_);
+      ends_ = true;
+    }
+    wake_.notify_all();
+    thread_.join();
+  }
+  void begin() {
+    const std::lock_guard lock(mutex_);
+    began_ = Clock::now(), runs_ = true;
+  }
+  double end() {
+    const std::lock_guard lock(mutex_);
+    runs_ = false;
+    session_.clear_interrupt();
+    return std::chrono::duration<double>(Clock::now() - began_).count();
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  void watch() {
+    std::unique_lock lock(mutex_);
+    while (!wake_.wait_for(lock, std::chrono::milliseconds(20), [this] { return ends_; }))
+      // What waits is cancelled at once; what computes long, later.
+      if (runs_ && Clock::now() - began_ > (liar().told().ends_with("cancelled")
+                                                ? std::chrono::milliseconds(20)
+                                                : std::chrono::milliseconds(10000)))
+        session_.interrupt();
+  }
+  ioci::Session& session_;
+  std::mutex mutex_;
+  std::condition_variable wake_;
+  Clock::time_point began_;
+  bool ends_ = false, runs_ = false;
+  std::thread thread_;
+};
+
+class LyingProviders : public LuaProgramTest {
+ protected:
+  void SetUp() override {
+    folder_ = fs::temp_directory_path() / ("lying-providers-" + std::to_string(::getpid()));
+    fs::remove_all(folder_);
+    fs::create_directories(folder_ / "inner");
+    before_ = fs::current_path();
+    fs::current_path(folder_ / "inner");
+    std::ofstream("again.lie") << "a file\n";
+    std::ofstream(folder_ / "witness") << "untouched\n";
+    LuaProgramTest::SetUp();
+    liar().seed(test::seed());
+  }
+  void TearDown() override {
+    liar().rest();
+    state_.reset();
+    fs::current_path(before_);
+    fs::remove_all(folder_);
+  }
+  void offer(const std::string& id, const Attack& a) {
+    ProviderInfo info;
+    if (!a.honest.empty()) {
+      auto known = app().registry.find(id, a.honest);
+      ASSERT_TRUE(known.ok()) << known.error().sentence();
+      info = *known;
+    }
+    info.interface_id = id;
+    info.name = kName;
+    info.origin = "a test";
+    ASSERT_TRUE(app().registry.add(info, a.make, true).ok());
+    ASSERT_TRUE(app().registry.set_default(id, kName).ok());
+  }
+  void withdraw(const std::string& id) {
+    ASSERT_TRUE(app().registry.set_default(id, "").ok());
+    app().registry.remove(id, kName);
+  }
+  void stage() {
+    app().document.clear();
+    run(kStage);
+  }
+  FuzzBudget budget_{3};
+  fs::path folder_, before_;
+};
+
+TEST_F(LyingProviders, AreNamedAndDoNoHarm) {
+  const auto all = attacks(app().registry);
+  for (const InterfaceEntry* known : InterfaceFile::all())
+    // Modules are made once, with the program: module_test has those that lie.
+    EXPECT_TRUE(all.contains(known->id) || known->id == "robomosp.module/1")
+        << known->id << " has no provider here that lies";
+  const char* only = std::getenv("ROBOMOSP_LIAR");
+  std::map<std::string, std::size_t> told;
+  Patience patience(session_);
+  for (std::size_t round = 0; budget_.allows(round); ++round) {
+    for (const auto& [id, attack] : all) {
+      if (only && id.find(only) == std::string::npos) continue;
+      liar().rest();
+      stage();
+      offer(id, attack);
+      for (const std::string& line : attack.lines) {
+        const double chances[] = {1, 0.5, 0.1, 0.01};
+        const double chance = round == 0 ? 0 : chances[liar().pick(4)];
+        std::string said;
+        const auto hears = app().messages.subscribe([&](const Message& m) { said += m.text; });
+        liar().arm(chance);
+        patience.begin();
+        auto done = state_->eval("numbers(" + line + ")");
+        const double took = patience.end();
+        app().messages.unsubscribe(hears);
+        const std::string lie = liar().told();
+        const bool is_sure = liar().is_sure();
+        const std::size_t asked = liar().asked();
+        liar().rest();
+        const std::string at = id + ", " + line + "\n  lie: " + lie + "\n  answer: " +
+                               text::shortened(done.ok() ? *done : done.error().sentence(), 600);
+        if (lie.empty()) {
+          EXPECT_TRUE(done.ok()) << at;
+          EXPECT_TRUE(asked > 0 || round > 0) << at << "\n  does not ask the provider";
+          continue;
+        }
+        ++told[id];
+        EXPECT_LT(took, 15) << at;
+        const std::string answer = done.ok() ? *done + said : done.error().sentence() + said;
+        // Where an engine of solids breaks down another one stands in; solid.mass says so.
+        const bool has_stand_in = id == CsgEngine::kInterfaceId &&
+                                  (done.ok() || answer.find("is a mesh") != std::string::npos);
+        if (is_sure && !has_stand_in) {
+          EXPECT_NE(answer.find(kName), std::string::npos) << at;
+        }
+        if (!done.ok()) {
+          const Error& e = done.error();
+          EXPECT_FALSE(e.message.empty()) << at;
+          EXPECT_NE(e.code, ErrorCode::internal) << at;
+          EXPECT_LE(e.sentence().size(), 6000U) << at;
+          EXPECT_EQ(e.message.find("NO NUMBER"), std::string::npos) << at;
+          EXPECT_EQ(text::visible(e.sentence()), e.sentence()) << at;
+        }
+      }
+      withdraw(id);
+      // Nothing was written but beside what was asked for.
+      EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()), 2) << id;
+    }
+  }
+  // Each has few lines, and may stay honest in all of them.
+  EXPECT_TRUE(only || told.size() > all.size() / 2) << told.size() << " of them told lies";
+}
+
+}  // namespace
+}  // namespace robomosp::test

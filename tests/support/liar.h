@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: Apache-2.0
+// Liar: decides when a provider of a test answers wrongly, and how, from a seed. At most one lie a
+// command, so that what the program makes of it can be held against it.
+#pragma once
+
+#include <chrono>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <mutex>
+#include <new>
+#include <random>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include <robomosp/sdk/progress.h>
+#include <robomosp/sdk/result.h>
+
+namespace robomosp::test {
+
+/// What can be seen of a lie by looking at the answer alone.
+enum class Seen {
+  surely,  ///< the command fails, or says it: the provider is named
+  maybe,   ///< the answer may be taken for a right one
+};
+
+/// A way to spoil an answer.
+template <class T>
+struct Lie {
+  const char* what;
+  Seen seen;
+  std::function<void(T&)> spoil;
+};
+struct Nothing {};
+
+class Liar {
+ public:
+  /// One for all providers of a program. [any thread]
+  static Liar& one() {
+    static Liar liar;
+    return liar;
+  }
+  void seed(std::uint64_t s) { random_.seed(s); }
+  /// From now on until a lie was told, each answer is one with this chance.
+  void arm(double chance) {
+    const std::lock_guard lock(mutex_);
+    chance_ = chance;
+    told_.clear();
+    is_sure_ = false;
+    asked_ = 0;
+  }
+  void rest() { arm(0); }
+  [[nodiscard]] std::string told() const {
+    const std::lock_guard lock(mutex_);
+    return told_;
+  }
+  [[nodiscard]] bool is_sure() const {
+    const std::lock_guard lock(mutex_);
+    return is_sure_;
+  }
+  /// Answers since arm().
+  [[nodiscard]] std::size_t asked() const {
+    const std::lock_guard lock(mutex_);
+    return asked_;
+  }
+
+  std::size_t pick(std::size_t n) {
+    const std::lock_guard lock(mutex_);
+    return std::uniform_int_distribution<std::size_t>(0, n - 1)(random_);
+  }
+  /// NaN or infinite.
+  double no_number() {
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    const double all[] = {std::numeric_limits<double>::quiet_NaN(), kInfinity, -kInfinity};
+    return all[pick(3)];
+  }
+  /// Finite, and of no use.
+  double wild() {
+    const double all[] = {1e300, -1e300, 1.7e308, -1, 1e-300, 1e9, -1e9, 0};
+    return all[pick(8)];
+  }
+  std::size_t wild_size() {
+    const std::size_t all[] = {std::size_t{1} << 62, ~std::size_t{0}, std::size_t{1} << 40};
+    return all[pick(3)];
+  }
+  std::string wild_text() {
+    switch (pick(4)) {
+      case 0: return {};
+      case 1: return std::string(1'000'000, 'x');
+      case 2: return std::string("\x1b[2J\x07\0\x9b", 7) + "31m\xff\xfe \x01";
+      default: return "line\nline\r\x1b]0;title\x07";
+    }
+  }
+
+  /// What a provider answers: `honest()`, or a lie. `progress` may be null.
+  template <class T, class Call>
+  Result<T> answer(const std::string& who, Progress* progress, Call&& honest,
+                   std::vector<Lie<T>> lies) {
+    if (!begins()) return honest();
+    const std::size_t n = pick(2 * lies.size() + kCommon);
+    if (n >= kCommon) {
+      auto made = honest();
+      if (!made.ok()) return made;
+      const Lie<T>& lie = lies[(n - kCommon) / 2];
+      tell(who, lie.what, lie.seen);
+      lie.spoil(*made);
+      return made;
+    }
+    if (auto fault = common(who, n, progress)) return std::move(*fault);
+    return honest();
+  }
+  /// The same of what fills in spans.
+  template <class Call>
+  Result<void> fill(const std::string& who, Progress* progress, Call&& honest,
+                    std::vector<Lie<Nothing>> lies) {
+    auto done = answer<Nothing>(
+        who, progress,
+        [&]() -> Result<Nothing> {
+          RMP_TRY(honest());
+          return Nothing{};
+        },
+        std::move(lies));
+    if (!done.ok()) return std::move(done).error();
+    return {};
+  }
+  /// Of what cannot fail: the value, a lie or an exception.
+  template <class T, class Call>
+  T value(const std::string& who, Call&& honest, std::vector<Lie<T>> lies) {
+    if (!begins()) return honest();
+    const std::size_t n = pick(lies.size() + 2);
+    if (n < lies.size()) {
+      T made = honest();
+      tell(who, lies[n].what, lies[n].seen);
+      lies[n].spoil(made);
+      return made;
+    }
+    tell(who, "an exception", Seen::surely);
+    if (n == lies.size()) throw 42;
+    throw std::runtime_error("thrown \x1b[31m");
+  }
+
+  /// Spoils what is handed on, or leaves it.
+  template <class T>
+  void spoil(const std::string& who, T& made, const std::vector<Lie<T>>& lies) {
+    if (!begins()) return;
+    const Lie<T>& lie = lies[pick(lies.size())];
+    tell(who, lie.what, lie.seen);
+    lie.spoil(made);
+  }
+
+ private:
+  static constexpr std::size_t kCommon = 10;
+
+  bool begins() {
+    const std::lock_guard lock(mutex_);
+    ++asked_;
+    if (!told_.empty()) return false;
+    return std::uniform_real_distribution<double>(0, 1)(random_) < chance_;
+  }
+  void tell(const std::string& who, const std::string& what, Seen seen) {
+    const std::lock_guard lock(mutex_);
+    told_ = who + ": " + what;
+    is_sure_ = seen == Seen::surely;
+  }
+  /// What any call can do; nothing = it goes on honestly.
+  std::optional<Error> common(const std::string& who, std::size_t n, Progress* progress) {
+    switch (n) {
+      case 0: tell(who, "an error without words", Seen::surely); return Error{};
+      case 1:
+        tell(who, "an error of strange words", Seen::maybe);
+        return error(ErrorCode::plugin_failed, wild_text(), wild_text(), wild_text());
+      case 2:
+        tell(who, "an error of no known code", Seen::maybe);
+        return error(static_cast<ErrorCode>(999), "it did not work");
+      case 3:
+        tell(who, "cancelled, though nobody did", Seen::maybe);
+        return error(ErrorCode::cancelled, "cancelled");
+      case 4:
+        tell(who, "an exception of strange words", Seen::surely);
+        throw std::runtime_error(wild_text());
+      case 5: tell(who, "an exception that is an int", Seen::surely); throw 42;
+      case 6: tell(who, "no memory", Seen::surely); throw std::bad_alloc();
+      case 7: {
+        if (!progress) return std::nullopt;
+        tell(who, "it waits until it is cancelled", Seen::maybe);
+        const auto begin = std::chrono::steady_clock::now();
+        while (!progress->cancelled() &&
+               std::chrono::steady_clock::now() - begin < std::chrono::seconds(3))
+          std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        if (!progress->cancelled()) {
+          tell(who, "it waited in vain for being cancelled", Seen::surely);
+          return std::nullopt;
+        }
+        return error(ErrorCode::cancelled, "cancelled");
+      }
+      default:
+        if (!progress) return std::nullopt;
+        tell(who, "progress that is none", Seen::maybe);
+        for (const double share : {no_number(), wild(), -1.0, 2.0, 0.5})
+          progress->report(share, wild_text());
+        return std::nullopt;
+    }
+  }
+
+  mutable std::mutex mutex_;
+  std::mt19937_64 random_{1};
+  double chance_ = 0;
+  std::string told_;
+  bool is_sure_ = false;
+  std::size_t asked_ = 0;
+};
+
+}  // namespace robomosp::test
