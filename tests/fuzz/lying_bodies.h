@@ -192,7 +192,7 @@ class LyingPrimitive final : public CsgPrimitive {
           [](CsgTree& t) { t.nodes[1].placement.p[0] = liar().no_number(); }},
          {"a strange name and choice of edges", Seen::maybe,
           [](CsgTree& t) { t.nodes[1].name = t.nodes[1].select = liar().wild_text(); }},
-         {"very many nodes", Seen::maybe, [](CsgTree& t) { t.nodes.resize(20'000, t.nodes[1]); }}});
+         {"very many nodes", Seen::maybe, [](CsgTree& t) { t.nodes.resize(300, t.nodes[1]); }}});
   }
 };
 
