@@ -468,6 +468,14 @@ TEST_F(Ioci, ClassicLinesRunAWholeSimulation) {
   EXPECT_TRUE(classic("Worlds LsWorlds").as_list()->empty());
 }
 
+TEST_F(Ioci, AClassicLineLoadsFromTheLibraryByAnySpellingAndNothingWhenItIsRefused) {
+  const std::string before = app().document.content_digest();
+  EXPECT_EQ(classic_fails("PRobot PA10 Link 9 GetMaxAngle").code, ErrorCode::invalid_argument);
+  EXPECT_EQ(app().document.content_digest(), before);
+  EXPECT_EQ(classic("PRobot PA10 GetDOF"), Value(7));
+  EXPECT_NE(app().document.content_digest(), before);
+}
+
 TEST_F(Ioci, ClassicLinesThatAreWrongAreAnsweredInSentences) {
   call("robot.get", {{"name", "pa10"}});
   EXPECT_EQ(classic_fails("PRobt pa10 mGetDHP").sentence(),

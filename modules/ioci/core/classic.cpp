@@ -214,25 +214,23 @@ Result<Read> classic_arguments(const CommandSpec& spec, const ClassicSpelling& s
 
 /// Lines of the original name robots and worlds that its library has; here they are loaded when
 /// the document has nothing of that name.
-Result<void> load_named(Application& app, Session& session, const document::Snapshot& now,
-                        const CommandSpec& spec, const Map& args) {
+std::optional<Kind> shipped_kind(const Application& app, const Session& session,
+                                 const document::Snapshot& now, const CommandSpec& spec,
+                                 const Map& args) {
   const Value* id = args.find("id");
   const std::string* name = id ? id->as_string() : nullptr;
   if (!name || spec.params.empty() || spec.params.front().name != "id" ||
       !spec.params.front().type.starts_with("ref:") || !session.may(Effect::files_read))
-    return {};
+    return std::nullopt;
   const std::string_view kinds = std::string_view(spec.params.front().type).substr(4);
-  if (kinds == "any" || handle_from_text(app.handle_kinds, *name)) return {};
+  if (kinds == "any" || handle_from_text(app.handle_kinds, *name)) return std::nullopt;
   std::optional<Kind> shipped;
   for (const Kind k : all_kinds()) {
     if (!kinds_include(kinds, to_string(k))) continue;
-    if (now.find(k, *name)) return {};
+    if (now.find(k, *name)) return std::nullopt;
     if (!shipped && library_file(app, k, *name)) shipped = k;
   }
-  if (!shipped) return {};
-  auto loaded = app.dispatch(session, std::string(to_string(*shipped)) + ".get", {{"name", *name}});
-  if (!loaded.ok()) return std::move(loaded).error();
-  return {};
+  return shipped;
 }
 
 bool is_method(const CommandSpec& spec) {
@@ -368,8 +366,8 @@ Result<Value> Application::dispatch_classic(Session& session, std::string_view l
   const auto run_loaded = [&](const CommandSpec& spec, Read read) -> Result<Value> {
     Map& args = read.args;
     const auto now = document.now();
-    RMP_TRY(load_named(*this, session, session.transaction_ ? session.transaction_->now() : *now,
-                       spec, args));
+    const auto shipped = shipped_kind(
+        *this, session, session.transaction_ ? session.transaction_->now() : *now, spec, args);
     if (const Value* tau = args.find("tau");
         tau && tau->as_string() && is_file(*tau->as_string())) {
       RMP_TRY_ASSIGN(Value recorded, dispatch(session, "recording.load", {{"file", *tau}}));
@@ -377,7 +375,18 @@ Result<Value> Application::dispatch_classic(Session& session, std::string_view l
     }
     for (const std::string& note : read.notes)
       messages.post(Severity::info, "classic", note, "ioci");
-    return dispatch(session, spec, args);
+    if (!shipped) return dispatch(session, spec, args);
+    // The library knows names by other spellings too, so the record says which it is. A line that
+    // is refused loads nothing.
+    Value answer;
+    RMP_TRY(transaction(session, std::string(line), [&]() -> Result<void> {
+      RMP_TRY_ASSIGN(Value loaded, dispatch(session, std::string(to_string(*shipped)) + ".get",
+                                            {{"name", *args.find("id")}}));
+      args.set("id", std::move(loaded));
+      RMP_TRY_ASSIGN(answer, dispatch(session, spec, args));
+      return {};
+    }));
+    return answer;
   };
   // The table's own names work as well: `robot.fk pa10 {0 0 0}`.
   if (const CommandSpec* spec = commands.find(words[0])) {
