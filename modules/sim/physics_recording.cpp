@@ -35,6 +35,11 @@ void PhysicsSimulation::prepare_columns() {
     out_.notes.push_back(text::enumerate(untouched_) + (untouched_.size() == 1 ? " has" : " have") +
                          " no designed parts and touch" + (untouched_.size() == 1 ? "es" : "") +
                          " nothing");
+  for (const Actor& a : actors_)
+    if (!a.placed->base_trajectory.empty())
+      out_.notes.push_back("the base of " + text::quote(a.placed->name) +
+                           " stands where it is placed: contact physics does not move it along " +
+                           text::quote(a.placed->base_trajectory));
   std::size_t ellipsoids = 0;
   for (const auto& body : pieces_)
     ellipsoids += static_cast<std::size_t>(std::count_if(

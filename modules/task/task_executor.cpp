@@ -56,6 +56,11 @@ Result<TaskExecutor> TaskExecutor::create(const sim::Simulator& sim, WorldId id,
   if (!s.world_)
     return error(ErrorCode::stale_handle, "the world no longer exists", "Open or create one.");
   for (const model::PlacedRobot& placed : s.world_->robots) {
+    if (!placed.base_trajectory.empty())
+      s.note(0, "the base of " + quote(placed.name) +
+                    " stands where it is placed: tasks do not move "
+                    "it along " +
+                    quote(placed.base_trajectory));
     Actor a;
     a.placed = &placed;
     a.record = sim.snapshot.get(placed.robot);

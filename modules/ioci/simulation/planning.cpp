@@ -92,8 +92,13 @@ Result<Value> plan_path(CommandContext& ctx, const Map& args) {
   auto plan = sim::plan_motion(ctx.app.registry, *m, *task, ctx.progress);
   if (!plan.ok()) return std::move(plan).error().in(where);
   const collision::CollisionRobot& robot = m->robots()[task->robot];
-  auto recording = std::make_shared<const recording::Recording>(
-      sim::planned_recording(robot, typed<model::World>(args), *plan));
+  recording::Recording planned = sim::planned_recording(robot, typed<model::World>(args), *plan);
+  for (const model::PlacedRobot& r : content<model::World>(ctx, args).robots)
+    if (!r.base_trajectory.empty())
+      planned.notes.push_back("the base of " + text::quote(r.name) +
+                              " stands where it is placed: planning does not move it along " +
+                              text::quote(r.base_trajectory));
+  auto recording = std::make_shared<const recording::Recording>(std::move(planned));
   const std::size_t dof = robot.model->dof();
   List joints;  // as segments of trajectories take them
   for (std::size_t i = 0; i < plan->motion.q.size(); i += dof)

@@ -168,19 +168,38 @@ Result<Value> load_trajectory(CommandContext& ctx, const Map& args) {
 
 Result<Value> remove_member(CommandContext& ctx, const Map& args) {
   const std::string name = text_of(args, "member");
-  return change_world(ctx, args, [&](World& w) -> Result<void> {
+  std::vector<std::string> let_go, standing;
+  auto done = change_world(ctx, args, [&](World& w) -> Result<void> {
     const auto named = [&](const auto& m) { return m.name == name; };
+    let_go.clear(), standing.clear();
     if (erase_if(w.objects, named) + std::erase_if(w.robots, named) +
             std::erase_if(w.trajectories, named) + std::erase_if(w.frames, named) +
             std::erase_if(w.lights, named) + std::erase_if(w.tasks, named) ==
         0)
       return no_member(w, name);
-    std::erase_if(w.attachments,
-                  [&](const auto& a) { return a.object == name || a.robot == name; });
-    for (auto& r : w.robots)
-      if (r.base_trajectory == name) r.base_trajectory.clear();
+    std::erase_if(w.attachments, [&](const auto& a) {
+      if (a.robot == name && a.object != name) let_go.push_back(text::quote(a.object));
+      return a.object == name || a.robot == name;
+    });
+    for (auto& r : w.robots) {
+      if (r.base_trajectory != name) continue;
+      r.base_trajectory.clear();
+      standing.push_back(text::quote(r.name));
+    }
     return {};
   });
+  const std::string world = name_in(ctx, ref(args, "id"));
+  if (done.ok() && !let_go.empty())
+    ctx.app.messages.post(
+        Severity::info, "let_go",
+        text::quote(name) + " is gone and holds no longer: " + text::enumerate(let_go) + ".",
+        world);
+  if (done.ok() && !standing.empty())
+    ctx.app.messages.post(Severity::info, "base",
+                          "The way " + text::quote(name) + " is gone: the base of " +
+                              text::enumerate(standing) + " stands where it is placed.",
+                          world);
+  return done;
 }
 
 Result<Value> place(CommandContext& ctx, const Map& args) {
