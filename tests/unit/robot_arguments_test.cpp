@@ -99,5 +99,30 @@ arm:set_joints(q))~");
       << said("open_loops");
 }
 
+TEST_F(RobotArguments, WhatKnowsStandingBasesOnlySaysSo) {
+  run(R"~(
+cell = world.create{name = "cell"}
+cell:add_robot{robot = arm}
+trajectory.create{name = "drive", segments = {{shape = "line", points = {{0, 0, 0}, {0.3, 0, 0}}}}}
+cell:add_trajectory{trajectory = "drive"}
+arm:set_base{trajectory = "drive"}
+local function says(run)
+  local all = table.concat(run:notes(), "\n")
+  assert(all:find('base of "arm" stands where it is placed', 1, true), all)
+end
+says(cell:simulate_physics{duration = 0.01})
+says(cell:run_task{duration = 0.01})
+says(cell:plan_path{robot = "arm", from = {0, 0, 0, 0, 0, 0}, to = q}.recording)
+cell:remove_member("drive"))~");
+  EXPECT_EQ(said("base"),
+            "The way \"drive\" is gone: the base of \"arm\" stands where it is placed.");
+  run(R"~(
+cell:add_object{object = object.create{name = "box", parts = {
+  {what = solid.create{name = "cube", root = {kind = "box", name = "b", x = 0.1, y = 0.1, z = 0.1}}}}}}
+cell:attach{robot = "arm", object = "box"}
+cell:remove_member("arm"))~");
+  EXPECT_EQ(said("let_go"), "\"arm\" is gone and holds no longer: \"box\".");
+}
+
 }  // namespace
 }  // namespace robomosp

@@ -98,6 +98,25 @@ TEST_F(SolidNodes, AMoveKeepsThePlaceInTheSolidAndIsOneStep) {
   expect_near(place("bore"), {0.03, 0.05, 0.1});
 }
 
+TEST_F(SolidNodes, AMoveFromBelowAPatternSaysThatTheShapeMoves) {
+  const auto said = [&] {
+    std::string out;
+    for (const Message& m : app->messages.recent(1000))
+      if (m.code == "stay") out = m.text;
+    return out;
+  };
+  call("solid.wrap", {{"id", "plate"},
+                      {"node", "bore"},
+                      {"kind", "scale"},
+                      {"name", "thin"},
+                      {"fields", Map{{"x", 0.5}}}});
+  call("solid.move_node", {{"id", "plate"}, {"node", "bore"}, {"parent", "thin"}, {"index", 1}});
+  EXPECT_EQ(said(), "");
+  call("solid.wrap", {{"id", "plate"}, {"node", "thin"}, {"kind", "union"}, {"name", "both"}});
+  call("solid.move_node", {{"id", "plate"}, {"node", "bore"}, {"parent", "both"}});
+  EXPECT_EQ(said(), "The frame of \"bore\" stays; what it makes does not, by scale \"thin\".");
+}
+
 TEST_F(SolidNodes, ATreeDeeperThanTablesAreIsRefusedWithItsLimit) {
   auto tx = app->document.begin("deep");
   ASSERT_TRUE(tx.ok());

@@ -215,8 +215,21 @@ Result<Value> replace_node(CommandContext& ctx, const Map& args) {
   });
 }
 
+/// The operations above a node that put what it makes elsewhere than its frame says.
+std::vector<std::string> displacing_above(const Solid& s, std::size_t at) {
+  std::vector<std::string> out;
+  for (auto k = s.nodes[at].parent; k >= 0; k = s.nodes[static_cast<std::size_t>(k)].parent) {
+    const SolidNode& n = s.nodes[static_cast<std::size_t>(k)];
+    if (n.kind == CsgKind::scale || n.kind == CsgKind::mirror ||
+        n.kind == CsgKind::linear_pattern || n.kind == CsgKind::circular_pattern)
+      out.push_back(shown(n));
+  }
+  return out;
+}
+
 Result<Value> move_node(CommandContext& ctx, const Map& args) {
-  return edit_solid(ctx, args, [&](Solid& s) -> Result<std::string> {
+  std::vector<std::string> before, after;
+  auto done = edit_solid(ctx, args, [&](Solid& s) -> Result<std::string> {
     RMP_TRY_ASSIGN(std::size_t at, need_node(s, text_of(args, "node")));
     const std::string name = s.nodes[at].name;
     if (at == 0)
@@ -236,14 +249,26 @@ Result<Value> move_node(CommandContext& ctx, const Map& args) {
       RMP_TRY(check_room(s, to));
     }
     const Pose place = model::solid_T_node(s, at);
+    before = displacing_above(s, at);
     const std::string parent_name = s.nodes[to].name;
     Branch b = model::take_branch(s, at);
     const std::size_t parent = *model::find_node(s, parent_name);
     RMP_TRY_ASSIGN(at, child_place(s, parent, args));
     model::insert_branch(s, at, static_cast<std::int32_t>(parent), std::move(b));
     if (flag(args, "stay")) model::place_node(s, at, place);
+    after = displacing_above(s, at);
     return std::string();
   });
+  std::vector<std::string> unlike;
+  for (const auto& [some, others] : {std::pair{&before, &after}, std::pair{&after, &before}})
+    for (const std::string& n : *some)
+      if (std::find(others->begin(), others->end(), n) == others->end()) unlike.push_back(n);
+  if (done.ok() && flag(args, "stay") && !unlike.empty())
+    ctx.app.messages.post(Severity::info, "stay",
+                          "The frame of " + text::quote(text_of(args, "node")) +
+                              " stays; what it makes does not, by " + text::enumerate(unlike) + ".",
+                          name_in(ctx, ref(args, "id")));
+  return done;
 }
 
 Result<Value> unwrap(CommandContext& ctx, const Map& args) {

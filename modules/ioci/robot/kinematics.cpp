@@ -232,7 +232,8 @@ RMP_COMMANDS(robot_motion_commands) {
                   "mJacobian Global(frame=base, q)",
        .summary = "Gives the geometric Jacobian of the tool.",
        .details = "Six rows (vx, vy, vz, wx, wy, wz), one column a joint; the reference point is "
-                  "the tool's origin.",
+                  "the tool's origin. Each joint counts as moving by itself, also in a robot with "
+                  "closed loops; robot.dexterity counts the motions that keep those closed.",
        .example =
            with_arm("local j = arm:jacobian{q = \"ready\", frame = \"tool\"}\nassert(#j == 6)"),
        .params = {self("robot"), q_or_shown,

@@ -940,4 +940,3 @@ TEST_P(CsgConformance, ImpossibleMeshQualityIsRefused) {
 }  // namespace robomosp::conformance
 
 #include <robomosp/sdk/conformance/csg_suite_kinds.h>
-#include <robomosp/sdk/conformance/csg_suite_scale.h>

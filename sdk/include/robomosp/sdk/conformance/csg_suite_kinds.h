@@ -821,3 +821,5 @@ TEST_P(CsgConformance, FurtherWorkStopsWhenCancelledAndRefusesForeignShapes) {
 }
 
 }  // namespace robomosp::conformance
+
+#include <robomosp/sdk/conformance/csg_suite_scale.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The part of the suite of robomosp.csg/1 on what is stretched; csg_suite.h includes it (layer:
-// contract).
+// The part of the suite of robomosp.csg/1 on what is stretched; csg_suite_kinds.h includes it
+// (layer: contract).
 #pragma once
 
 #include <robomosp/sdk/conformance/csg_suite_kinds.h>
