@@ -14,6 +14,7 @@
 #include "robotics/joint_sampler.h"
 #include "spatial/parallel.h"
 #include "spatial/pose.h"
+#include "spatial/print.h"
 
 namespace robomosp::robotics {
 namespace {
@@ -201,6 +202,11 @@ Result<Workspace> workspace(const RobotModel& model, std::span<const double> fix
   double extent = 0;
   for (std::size_t k = 0; k < 3; ++k) extent = std::max(extent, w.upper[k] - w.lower[k]);
   w.grid.size = o.voxel > 0 ? o.voxel : extent > 0 ? extent / 40 : 0.01;
+  if (!std::isfinite(w.grid.size * w.grid.size * w.grid.size * static_cast<double>(kMostVoxels)))
+    return error(ErrorCode::invalid_argument,
+                 "voxels of " + spatial::print_number(w.grid.size) +
+                     " m have no volume that a number can hold",
+                 "Choose smaller ones, such as a fortieth of the robot's reach.", "voxel");
   std::array<bool, 3> flat{};
   w.dimension = 0;
   double voxels = 1;

@@ -111,13 +111,14 @@ local function says(run)
   assert(all:find('base of "arm" stands where it is placed', 1, true), all)
 end
 says(cell:simulate_physics{duration = 0.01})
-says(cell:run_task{duration = 0.01})
+cell:add_task{task = task.create{name = "wait", steps = {{step = "wait", time = 0.01}}}, robot = "arm"}
+says(cell:run_task{})
 says(cell:plan_path{robot = "arm", from = {0, 0, 0, 0, 0, 0}, to = q}.recording)
 cell:remove_member("drive"))~");
   EXPECT_EQ(said("base"),
             "The way \"drive\" is gone: the base of \"arm\" stands where it is placed.");
   run(R"~(
-cell:add_object{object = object.create{name = "box", parts = {
+cell:add_object{what = object.create{name = "box", parts = {
   {what = solid.create{name = "cube", root = {kind = "box", name = "b", x = 0.1, y = 0.1, z = 0.1}}}}}}
 cell:attach{robot = "arm", object = "box"}
 cell:remove_member("arm"))~");

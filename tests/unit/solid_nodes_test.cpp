@@ -105,16 +105,19 @@ TEST_F(SolidNodes, AMoveFromBelowAPatternSaysThatTheShapeMoves) {
       if (m.code == "stay") out = m.text;
     return out;
   };
+  call("solid.wrap", {{"id", "plate"}, {"node", "bore"}, {"kind", "union"}, {"name", "both"}});
   call("solid.wrap", {{"id", "plate"},
-                      {"node", "bore"},
+                      {"node", "both"},
                       {"kind", "scale"},
                       {"name", "thin"},
                       {"fields", Map{{"x", 0.5}}}});
-  call("solid.move_node", {{"id", "plate"}, {"node", "bore"}, {"parent", "thin"}, {"index", 1}});
+  call("solid.add_node", {{"id", "plate"},
+                          {"parent", "both"},
+                          {"node", Map{{"kind", "sphere"}, {"name", "ball"}, {"radius", 0.01}}}});
+  call("solid.move_node", {{"id", "plate"}, {"node", "ball"}, {"parent", "both"}, {"index", 1}});
   EXPECT_EQ(said(), "");
-  call("solid.wrap", {{"id", "plate"}, {"node", "thin"}, {"kind", "union"}, {"name", "both"}});
-  call("solid.move_node", {{"id", "plate"}, {"node", "bore"}, {"parent", "both"}});
-  EXPECT_EQ(said(), "The frame of \"bore\" stays; what it makes does not, by scale \"thin\".");
+  call("solid.move_node", {{"id", "plate"}, {"node", "ball"}, {"parent", "holes"}});
+  EXPECT_EQ(said(), "The frame of \"ball\" stays; what it makes does not, by scale \"thin\".");
 }
 
 TEST_F(SolidNodes, ATreeDeeperThanTablesAreIsRefusedWithItsLimit) {
