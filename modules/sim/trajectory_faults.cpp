@@ -198,8 +198,13 @@ Result<PathCheck> follow(const Simulator& sim, const Run& run, const RunSetup& s
   batch.continuous = true;
   RMP_TRY_ASSIGN(const auto results, solve_ik(ik, batch, progress));
   const std::size_t dof = setup.model->dof();
-  for (const IkResult& r : results)
-    out.q.insert(out.q.end(), r.q.begin(), r.q.begin() + static_cast<std::ptrdiff_t>(dof));
+  std::vector<double> before = task.start;  // where a solver gives no configuration, the last stays
+  before.resize(dof, 0.0);
+  for (const IkResult& r : results) {
+    if (r.q.size() >= dof)
+      before.assign(r.q.begin(), r.q.begin() + static_cast<std::ptrdiff_t>(dof));
+    out.q.insert(out.q.end(), before.begin(), before.end());
+  }
   out.states.assign(results.size(), PathState::good);
   const auto shortfall = [&](std::size_t i) {
     const IkResult& r = results[i];

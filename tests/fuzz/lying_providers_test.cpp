@@ -223,9 +223,10 @@ class Patience {
     wake_.notify_all();
     thread_.join();
   }
-  void begin() {
+  /// `is_short`: what it watches never ends by itself.
+  void begin(bool is_short = false) {
     const std::lock_guard lock(mutex_);
-    began_ = Clock::now(), runs_ = true;
+    began_ = Clock::now(), runs_ = true, is_short_ = is_short;
   }
   double end() {
     const std::lock_guard lock(mutex_);
@@ -240,7 +241,7 @@ class Patience {
     std::unique_lock lock(mutex_);
     while (!wake_.wait_for(lock, std::chrono::milliseconds(20), [this] { return ends_; }))
       // What waits is cancelled at once; what computes long, later.
-      if (runs_ && Clock::now() - began_ > (liar().told().ends_with("cancelled")
+      if (runs_ && Clock::now() - began_ > (is_short_ || liar().told().ends_with("cancelled")
                                                 ? std::chrono::milliseconds(20)
                                                 : std::chrono::milliseconds(10000)))
         session_.interrupt();
@@ -249,7 +250,7 @@ class Patience {
   std::mutex mutex_;
   std::condition_variable wake_;
   Clock::time_point began_;
-  bool ends_ = false, runs_ = false;
+  bool ends_ = false, runs_ = false, is_short_ = false;
   std::thread thread_;
 };
 
@@ -358,6 +359,93 @@ TEST_F(LyingProviders, AreNamedAndDoNoHarm) {
   }
   // Each has few lines, and may stay honest in all of them.
   EXPECT_TRUE(only || told.size() > all.size() / 2) << told.size() << " of them told lies";
+}
+
+/// What functions of Lua answer; `lie` is one of them, drawn anew by draw(number).
+constexpr const char* kLuaLies = R"(
+  local itself = {}
+  itself[1] = itself
+  local many = {}
+  for i = 1, 100000 do many[i] = i end
+  local deep = {}
+  for i = 1, 500 do deep = {deep} end
+  function forever() while true do end end
+  lies = {
+    function() end, function() return false end, function() return true end,
+    function() return "text" end, function() return ("x"):rep(100000) end,
+    function() return "\27[31m\0\7" end, function() return 0 / 0 end,
+    function() return 1 / 0 end, function() return -1e308 end, function() return -5 end,
+    function() return 2^53 end, function() return math.mininteger end, function() return {} end,
+    function() return {0 / 0, 1, 2} end, function() return {1, 2, "x"} end,
+    function() return many end, function() return itself end, function() return deep end,
+    function() return print end, function() return coroutine.create(print) end,
+    function() return io.stdout end, function() return array{0 / 0, 0 / 0} end,
+    function() return linalg.zeros(4, 4) end, function() return {linalg.zeros(4, 4)} end,
+    function() return {q = {1}, tau = {}, pose = {}, distance = -1 / 0, point_a = {}, a = 1} end,
+    function() return {{0, 0, 0}, {0 / 0, 0, 0}} end, function() return 1, 2, 3, 4, 5 end,
+    function() return nil, "\27[2J" end, function() return nil, ("why "):rep(50000) end,
+    function() return nil, {} end, function() return arm end,
+    function() return setmetatable({}, {__index = function() error("index") end,
+      __len = function() return 1e15 end}) end,
+    function() error("refused by the script") end, function() error({}) end,
+    function() error(nil) end, function() error(print) end,
+    function() error(("e"):rep(200000)) end, function() error("\27]0;x\7") end,
+    function() return ("x"):rep(1 << 40) end,
+    function() coroutine.yield(1) end, forever,
+    function() material.create{name = "m" .. fresh()} end, function() arm:set_name("other") end,
+    function() robot.get("arm"):remove() end, function() ioci.withdraw(lying_for, "liar") end,
+    function() return arm:solve_ik{target = arm:fk{q = "ready"}.pose} end,
+    function() return cell:simulate{robot = "arm", trajectory = "stroke"} end}
+  function draw(n) drawn = n end
+  function lie(...) return lies[drawn](...) end
+)";
+
+TEST_F(LyingProviders, WrittenInLuaDoNoHarmEither) {
+  const auto all = attacks(app().registry);
+  Patience patience(session_);
+  std::size_t told = 0, interfaces = 0;
+  run(kLuaLies);
+  const auto count = static_cast<std::size_t>(state_->eval_values("#lies")->front().number());
+  for (std::size_t round = 0; budget_.allows(round); ++round) {
+    interfaces = 0;
+    for (const auto& [id, attack] : all) {
+      stage();
+      if (!state_->eval("lying_for = '" + id + "' ioci.provide(lying_for, 'liar', lie)").ok())
+        continue;  // not for scripts, as their page says
+      ++interfaces;
+      // Segments and their parts are asked for by name; others where none is named.
+      const bool is_default = app().registry.set_default(id, kName).ok();
+      EXPECT_TRUE(is_default) << id;
+      for (const std::string& line : attack.lines) {
+        const std::size_t lie = liar().pick(count) + 1;
+        run("draw(" + std::to_string(lie) + ")");
+        const bool never_ends = state_->eval("lies[drawn] == forever").value() == "true";
+        std::string said;
+        const auto hears = app().messages.subscribe([&](const Message& m) { said += m.text; });
+        patience.begin(never_ends);
+        const auto done = state_->eval("numbers(" + line + ")");
+        const double took = patience.end();
+        app().messages.unsubscribe(hears);
+        ++told;
+        const std::string at =
+            id + ", " + line + "\n  lie " + std::to_string(lie) +
+            "\n  answer: " + text::shortened(done.ok() ? *done : done.error().sentence(), 600);
+        EXPECT_LT(took, 15) << at;
+        EXPECT_EQ(text::visible(said), said) << at;
+        if (done.ok()) continue;
+        const Error& e = done.error();
+        EXPECT_FALSE(e.message.empty()) << at;
+        EXPECT_NE(e.code, ErrorCode::internal) << at;
+        EXPECT_LE(e.sentence().size(), 6000U) << at;
+        EXPECT_EQ(e.message.find("NO NUMBER"), std::string::npos) << at;
+        EXPECT_EQ(text::visible(e.sentence()), e.sentence()) << at;
+      }
+      ASSERT_TRUE(app().registry.set_default(id, "").ok());
+      (void)state_->eval("ioci.withdraw(lying_for, 'liar')");
+    }
+  }
+  EXPECT_GE(interfaces, 10U);
+  EXPECT_GE(told, 40U);
 }
 
 }  // namespace
