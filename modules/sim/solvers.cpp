@@ -83,6 +83,14 @@ Result<void> check_limits(const Bound<IkSolver>& ik, std::span<const double> q) 
                                  ik.model->joints[static_cast<std::size_t>(j)].name + "\")");
 }
 
+/// The size of a target's numbers, 1 at least.
+double size_of(const Pose& target) {
+  return std::max({1.0, std::fabs(target.p[0]), std::fabs(target.p[1]), std::fabs(target.p[2])});
+}
+/// What may be left of numbers of that size: the tolerance, or, where that is finer than numbers
+/// are, what rounding leaves of a solution.
+double allowed(double tolerance, double size) { return tolerance * 1.001 + 1e-13 * size; }
+
 /// Samples whose single configuration reaches one whole pose, checked many at once.
 class PlainCheck {
  public:
@@ -111,8 +119,8 @@ class PlainCheck {
       IkResult& r = results[i];
       const auto [position, rotation] = pose_errors(reached[i], targets[i]);
       r.position_error = position, r.rotation_error = rotation;
-      if (!(position <= batch_.tolerance.position * 1.001) ||
-          !(rotation <= batch_.tolerance.rotation * 1.001))
+      if (!(position <= allowed(batch_.tolerance.position, size_of(targets[i]))) ||
+          !(rotation <= allowed(batch_.tolerance.rotation, 1)))
         return misses(ik_, position, rotation);
       RMP_TRY(check_limits(ik_, r.q));
     }
@@ -147,8 +155,9 @@ Result<void> check_answer(const Bound<IkSolver>& ik, const IkBatch& batch,
   for (std::size_t k = 0; k < r.q.size() / n; ++k) {
     const std::span<const double> q(&r.q[k * n], n);
     robotics::forward_kinematics(model, q, frames);
-    double position = 0, rotation = 0;
+    double position = 0, rotation = 0, size = 1;
     for (std::size_t g = 0; g < goals.size(); ++g) {
+      size = std::max(size, size_of(targets[g]));
       const Pose reached =
           robotics::tip_pose(model, static_cast<std::size_t>(goals[g].tip), frames);
       const auto [p, w] = goal_errors(goals[g].parts, reached, targets[g]);
@@ -160,13 +169,14 @@ Result<void> check_answer(const Bound<IkSolver>& ik, const IkBatch& batch,
       r.rotation_error = rotation;
     }
     if (r.status != IkStatus::solved) break;
-    if (!(position <= batch.tolerance.position * 1.001) ||
-        !(rotation <= batch.tolerance.rotation * 1.001))
+    if (!(position <= allowed(batch.tolerance.position, size)) ||
+        !(rotation <= allowed(batch.tolerance.rotation, 1)))
       return misses(ik, position, rotation);
     RMP_TRY(check_limits(ik, q));
     robotics::loop_residual(model, frames, open);
     for (const double x : open)
-      if (std::fabs(x) > 1.001 * std::max(batch.tolerance.position, batch.tolerance.rotation))
+      if (std::fabs(x) >
+          allowed(std::max(batch.tolerance.position, batch.tolerance.rotation), size))
         return broken(ik.provider, "claimed a solution whose loops are open by " +
                                        text::print_rounded(std::fabs(x), 3));
   }

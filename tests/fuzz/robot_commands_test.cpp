@@ -118,9 +118,27 @@ class RobotCommands : public CommandTest, public testing::WithParamInterface<std
   void load() {
     app().document.clear();
     robot_ = call("robot.get", {{"name", GetParam()}});
-    const Value cell = call("world.create", {{"name", "cell"}});
-    call("world.add_robot", {{"id", cell}, {"robot", robot_}});
+    cell_ = call("world.create", {{"name", "cell"}});
+    call("world.add_robot", {{"id", cell_}, {"robot", robot_}});
     coordinates_ = call("robot.joint_values", {{"id", robot_}});
+    // A way near the tool, an obstacle and a task, for the commands on worlds.
+    const Value ball = call(
+        "solid.create", {{"name", "ball"}, {"root", Map{{"kind", "sphere"}, {"radius", 0.05}}}});
+    call("world.add_object",
+         {{"id", cell_}, {"what", ball}, {"position", NumericArray({2.0, 2.0, 2.0})}});
+    const auto at = app().dispatch(session_, "robot.fk", {{"id", robot_}, {"q", coordinates_}});
+    const NumericArray from =
+        at.ok() ? *at->as_map()->find("position")->as_array() : NumericArray({0.3, 0.0, 0.3});
+    const auto point = [&](double up) {
+      return Value(Map{{"position", NumericArray({from[0], from[1], from[2] + up})}});
+    };
+    call("trajectory.create",
+         {{"name", "way"},
+          {"sample_time", 0.1},
+          {"segments", List{Map{{"shape", "line"}, {"points", List{point(0), point(0.01)}}}}}});
+    call("world.add_trajectory", {{"id", cell_}, {"trajectory", "way"}});
+    call("task.create", {{"name", "rest"}, {"steps", List{Map{{"step", "wait"}, {"time", 0.01}}}}});
+    call("world.add_task", {{"id", cell_}, {"task", "rest"}, {"robot", GetParam()}});
   }
   std::size_t coordinates() const {
     return coordinates_.as_array() ? coordinates_.as_array()->size() : 6;
@@ -165,6 +183,12 @@ class RobotCommands : public CommandTest, public testing::WithParamInterface<std
     if (is({"goals"})) return Value(List{Value(Map{{"target", target(taste)}})});
     if (is({"file", "folder"}))
       return Value((folder_ / (p.name == "file" ? "out.rbt" : "code")).string());
+    if (is({"robot", "member", "from", "to"}) && p.type != "ref:robot" && pick(4) != 0)
+      return Value(p.name == "to" || p.name == "from" ? coordinates_ : Value(GetParam()));
+    if (is({"trajectory"}) && pick(4) != 0) return Value("way");
+    if (is({"task"}) && pick(4) != 0) return Value("rest");
+    if (is({"object"}) && pick(4) != 0) return Value("ball");
+    if (is({"seconds"})) return Value(taste == Taste::plain ? 0.2 : number(taste));
     if (is({"duration"})) return Value(taste == Taste::plain ? 0.02 : number(taste));
     if (is({"sample_time", "step", "control_period"}))
       return Value(taste == Taste::plain ? 0.01 : number(taste));
@@ -181,6 +205,7 @@ class RobotCommands : public CommandTest, public testing::WithParamInterface<std
     if (p.type == "real[]") return numbers(velocities(), taste);
     if (p.type == "pose") return target(taste);
     if (p.type.starts_with("ref:robot")) return robot_;
+    if (p.type == "ref:world") return cell_;
     if (p.required) return numbers(3, taste);
     return std::nullopt;
   }
@@ -188,7 +213,7 @@ class RobotCommands : public CommandTest, public testing::WithParamInterface<std
   Random random_{test::seed()};
   FuzzBudget budget_{1};
   fs::path folder_;
-  Value robot_, coordinates_;
+  Value robot_, cell_, coordinates_;
 };
 
 /// A chain of `n` links, and q = 0.001 of each joint.
@@ -241,15 +266,19 @@ TEST_P(RobotCommands, EachIsAnsweredWithNumbersOrRefusedWithASentence) {
   std::size_t answered = 0, tried = 0;
   for (std::size_t round = 0; budget_.allows(round); ++round) {
     for (const CommandSpec* spec : all) {
-      const bool takes_robot = spec->name.starts_with("robot.") && !spec->params.empty() &&
-                               spec->params.front().name == "id" &&
-                               spec->params.front().type.starts_with("ref:robot");
-      // Live runs wait for somebody; pictures are tested by themselves and cost most of the time.
-      if (!takes_robot || spec->name == "robot.start_run" || spec->name == "robot.render") continue;
+      const bool is_of_world = spec->name.starts_with("world.");
+      if ((!is_of_world && !spec->name.starts_with("robot.")) || spec->params.empty() ||
+          spec->params.front().name != "id" ||
+          !spec->params.front().type.starts_with(is_of_world ? "ref:world" : "ref:robot"))
+        continue;
+      // Live runs and pictures have tests of their own below.
+      if (spec->name.ends_with(".start_run") || spec->name.ends_with(".render")) continue;
       for (const Taste taste :
            {Taste::plain, Taste::extreme, Taste::extreme, Taste::extreme, Taste::wrong}) {
+        // Of the commands on worlds a part for each robot, all of them over all robots.
+        if (is_of_world && !budget_.is_long() && pick(5) != 0) continue;
         Map args;
-        args.set("id", robot_);
+        args.set("id", is_of_world ? cell_ : robot_);
         for (const ParamSpec& p : spec->params) {
           if (p.name == "id" || (!p.required && pick(taste == Taste::plain ? 4 : 2) == 0)) continue;
           if (auto v = argument(p, taste)) args.set(p.name, std::move(*v));
@@ -277,6 +306,33 @@ TEST_P(RobotCommands, EachIsAnsweredWithNumbersOrRefusedWithASentence) {
     }
   }
   EXPECT_GT(answered, tried / 8) << "hardly anything was answered: is it asked rightly?";
+}
+
+TEST_P(RobotCommands, AreDrawnAndRunLiveWithNothingLeftOutUnsaid) {
+  const std::string picture = (folder_ / "robot.png").string();
+  const Value drawn = call("robot.render", {{"id", robot_},
+                                            {"file", picture},
+                                            {"size", List{Value(96), Value(72)}},
+                                            {"quality", "draft"}});
+  ASSERT_TRUE(drawn.as_map()) << drawn.text();
+  EXPECT_EQ(not_finite(drawn), "");
+  EXPECT_GT(fs::file_size(picture), 500U);
+  // A live run gives the rows of the whole one, or both are refused with one sentence.
+  const Map asked{{"q", coordinates_}, {"duration", 0.02}, {"sample_time", 0.01}};
+  Map whole_args{{"id", robot_}};
+  for (const auto& [name, value] : asked) whole_args.set(name, value);
+  const auto whole = app().dispatch(session_, "robot.simulate", whole_args);
+  const auto live = app().dispatch(session_, "robot.start_run",
+                                   {{"id", robot_}, {"of", "dynamics"}, {"with", asked}});
+  ASSERT_EQ(whole.ok(), live.ok()) << (whole.ok() ? live : whole).error().sentence();
+  if (!whole.ok()) return;
+  call("run.finish", {{"id", *live}});
+  const Value done = call("run.recording", {{"id", *live}});
+  const auto rows = [&](const Value& recording) {
+    // A live run has columns that a whole one leaves out when all is 0 in them.
+    return call("recording.values", {{"id", recording}, {"columns", List{"time", "q"}}}).text();
+  };
+  EXPECT_EQ(rows(*whole), rows(done));
 }
 
 INSTANTIATE_TEST_SUITE_P(Library, RobotCommands, testing::ValuesIn(robots_of_the_library()),

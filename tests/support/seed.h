@@ -43,6 +43,8 @@ class FuzzBudget {
   [[nodiscard]] bool allows(std::size_t done) const {
     return end_ ? std::chrono::steady_clock::now() < *end_ : done < files_;
   }
+  /// A time was asked for.
+  [[nodiscard]] bool is_long() const { return end_.has_value(); }
 
  private:
   std::size_t files_;

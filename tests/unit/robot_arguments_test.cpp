@@ -99,6 +99,21 @@ arm:set_joints(q))~");
       << said("open_loops");
 }
 
+TEST_F(RobotArguments, AToleranceFinerThanNumbersBlamesNoSolver) {
+  run(R"~(
+for _, name in ipairs{"puma560", "pa10", "ur5"} do
+  local r = robot.get(name)
+  local n = r:dof()
+  for k = 1, 20 do
+    local q = {}
+    for i = 1, n do q[i] = 0.1 * i + 0.02 * k end
+    local found = r:solve_ik{target = r:fk{q = q}.pose, position_tolerance = 1e-300,
+      rotation_tolerance = 1e-300, partial = true}
+    assert(found.status ~= "solved" or found.position_error < 1e-13)
+  end
+end)~");
+}
+
 TEST_F(RobotArguments, WhatKnowsStandingBasesOnlySaysSo) {
   run(R"~(
 cell = world.create{name = "cell"}
