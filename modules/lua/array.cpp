@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kernel/provider_guard.h"
 #include "kernel/text.h"
 #include "lua/internal.h"
 #include "lua/pretty.h"
@@ -484,17 +485,9 @@ Result<void> push_array_of(Impl& impl, lua_State* L, int table, const std::strin
 std::optional<Pose> rigid_pose(const NumericArray& a) {
   constexpr double kAccepted = 1e-6;  // as for poses given to commands
   const auto pose = pose_from(Value(a));
-  if (!pose) return std::nullopt;
-  const spatial::Matrix3& r = pose->R;
-  for (std::size_t i = 0; i < 3; ++i)
-    for (std::size_t j = 0; j < 3; ++j) {
-      const double dot = r[i] * r[j] + r[3 + i] * r[3 + j] + r[6 + i] * r[6 + j];
-      if (!(std::abs(dot - (i == j ? 1 : 0)) <= kAccepted)) return std::nullopt;
-    }
-  const double det = r[0] * (r[4] * r[8] - r[5] * r[7]) - r[1] * (r[3] * r[8] - r[5] * r[6]) +
-                     r[2] * (r[3] * r[7] - r[4] * r[6]);
+  if (!pose || !is_rotation_matrix(pose->R)) return std::nullopt;
   const auto last = a.data().subspan(12);
-  if (det < 0 || std::abs(last[0]) + std::abs(last[1]) + std::abs(last[2]) > kAccepted ||
+  if (!(std::abs(last[0]) + std::abs(last[1]) + std::abs(last[2]) <= kAccepted) ||
       !(std::abs(last[3] - 1) <= kAccepted))
     return std::nullopt;
   return pose;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "kernel/expression.h"
+#include "kernel/text.h"
 #include "spatial/pose.h"
 #include "spatial/rotation.h"
 
@@ -139,6 +140,14 @@ Result<BaseMotion> BasePath::felt(double t, const Pose& mounting_T_base,
   return BaseMotion{rotate_back(b.pose, gravity), rotate_back(b.pose, b.acceleration),
                     rotate_back(b.pose, b.angular_velocity),
                     rotate_back(b.pose, b.angular_acceleration)};
+}
+
+std::optional<std::string> note_on_standing_base(const model::PlacedRobot& robot,
+                                                 std::string_view who) {
+  if (robot.base_trajectory.empty()) return std::nullopt;
+  return "the base of " + text::quote(robot.name) +
+         " stands where it is placed: " + std::string(who) + " not move it along " +
+         text::quote(robot.base_trajectory);
 }
 
 }  // namespace robomosp::sim

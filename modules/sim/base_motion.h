@@ -6,12 +6,15 @@
 #include <array>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
+#include <string_view>
 
 #include <robomosp/sdk/dynamics.h>
 #include <robomosp/sdk/result.h>
 #include <robomosp/sdk/trajectory.h>
 
+#include "model/world.h"
 #include "motion/cartesian_path.h"
 
 namespace robomosp::sim {
@@ -44,5 +47,10 @@ class BasePath {
   std::function<Result<PathSample>(double)> sample_;
   Pose world_T_path_;
 };
+
+/// What runs that know standing bases only say of a robot whose base has a way of its own; `who`
+/// leaves it standing: "tasks do". nullopt = it has none.
+[[nodiscard]] std::optional<std::string> note_on_standing_base(const model::PlacedRobot&,
+                                                               std::string_view who);
 
 }  // namespace robomosp::sim

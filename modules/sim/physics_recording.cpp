@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "sim/base_motion.h"
 #include "sim/physics_simulation.h"
 #include "spatial/pose.h"
 #include "spatial/rotation.h"
@@ -36,10 +37,8 @@ void PhysicsSimulation::prepare_columns() {
                          " no designed parts and touch" + (untouched_.size() == 1 ? "es" : "") +
                          " nothing");
   for (const Actor& a : actors_)
-    if (!a.placed->base_trajectory.empty())
-      out_.notes.push_back("the base of " + text::quote(a.placed->name) +
-                           " stands where it is placed: contact physics does not move it along " +
-                           text::quote(a.placed->base_trajectory));
+    if (auto stands = note_on_standing_base(*a.placed, "contact physics does"))
+      out_.notes.push_back(std::move(*stands));
   std::size_t ellipsoids = 0;
   for (const auto& body : pieces_)
     ellipsoids += static_cast<std::size_t>(std::count_if(

@@ -11,6 +11,7 @@
 #include "robotics/grip.h"
 #include "robotics/home.h"
 #include "robotics/kinematics.h"
+#include "sim/base_motion.h"
 #include "spatial/pose.h"
 #include "spatial/rotation.h"
 #include "task/members.h"
@@ -56,11 +57,7 @@ Result<TaskExecutor> TaskExecutor::create(const sim::Simulator& sim, WorldId id,
   if (!s.world_)
     return error(ErrorCode::stale_handle, "the world no longer exists", "Open or create one.");
   for (const model::PlacedRobot& placed : s.world_->robots) {
-    if (!placed.base_trajectory.empty())
-      s.note(0, "the base of " + quote(placed.name) +
-                    " stands where it is placed: tasks do not move "
-                    "it along " +
-                    quote(placed.base_trajectory));
+    if (const auto stands = sim::note_on_standing_base(placed, "tasks do")) s.note(0, *stands);
     Actor a;
     a.placed = &placed;
     a.record = sim.snapshot.get(placed.robot);

@@ -105,6 +105,21 @@ class LegacyWorld : public testing::Test {
     return unwrap(motion::Path::build(bench.registry, "t", t));
   }
 
+  /// Saved as native files, at least `files` of them, and loaded again it is the same world.
+  void expect_same_from_native_files(AnyId id, std::size_t files) {
+    fs::create_directories(folder / "native");
+    auto tx = bench.document.begin("save");
+    const auto written = unwrap(io::save(*tx, id, folder / "native/bench.wld", {}));
+    EXPECT_GE(written.size(), files);
+    ASSERT_TRUE(tx->commit().ok());
+    const auto digest = bench.document.content_digest();
+    bench.document.clear();
+    auto back = bench.document.begin("load");
+    EXPECT_TRUE(io::load(*back, folder / "native/bench.wld", {}).ok());
+    ASSERT_TRUE(back->commit().ok());
+    EXPECT_EQ(bench.document.content_digest(), digest);
+  }
+
   fs::path folder;
   Workbench bench;
   std::shared_ptr<const document::Snapshot> snapshot;
@@ -667,18 +682,7 @@ TEST_F(LegacyWorld, AWorldLoadsAndItsRobotStandsAtTheStartOfItsTrajectoryAndFoll
                 name == std::string("stroke") ? a : r->find("q1")->values.front(), 1e-6);
     EXPECT_NEAR(r->find("z")->values.back(), 0.2, 1e-9);
   }
-  // Saved as native files it is the same world.
-  fs::create_directories(folder / "native");
-  auto tx = bench.document.begin("save");
-  const auto written = unwrap(io::save(*tx, id, folder / "native/bench.wld", {}));
-  EXPECT_GE(written.size(), 5U);
-  ASSERT_TRUE(tx->commit().ok());
-  const auto digest = bench.document.content_digest();
-  bench.document.clear();
-  auto back = bench.document.begin("load");
-  EXPECT_TRUE(io::load(*back, folder / "native/bench.wld", {}).ok());
-  ASSERT_TRUE(back->commit().ok());
-  EXPECT_EQ(bench.document.content_digest(), digest);
+  expect_same_from_native_files(id, 5);
 }
 
 TEST_F(LegacyWorld, BasesAreOfFourKindsAndMayFollowATrajectory) {
@@ -707,17 +711,7 @@ TEST_F(LegacyWorld, BasesAreOfFourKindsAndMayFollowATrajectory) {
   ASSERT_EQ(w.trajectories.size(), 3U);
   EXPECT_EQ(w.trajectories[0].name, "drive");
   EXPECT_DOUBLE_EQ(w.trajectories[0].placement.position[0], 0.1);
-  // Saved as native files it is the same world.
-  fs::create_directories(folder / "native");
-  auto tx = bench.document.begin("save");
-  unwrap(io::save(*tx, id, folder / "native/bench.wld", {}));
-  ASSERT_TRUE(tx->commit().ok());
-  const auto digest = bench.document.content_digest();
-  bench.document.clear();
-  auto back = bench.document.begin("load");
-  EXPECT_TRUE(io::load(*back, folder / "native/bench.wld", {}).ok());
-  ASSERT_TRUE(back->commit().ok());
-  EXPECT_EQ(bench.document.content_digest(), digest);
+  expect_same_from_native_files(id, 1);
 }
 
 TEST_F(LegacyWorld, ATrajectoryInMillimetresIsTheSameAsInMetres) {

@@ -5,6 +5,7 @@
 
 #include "collision/collision.h"
 #include "ioci/core/commands.h"
+#include "sim/base_motion.h"
 #include "sim/motion_planning.h"
 
 namespace robomosp::ioci {
@@ -94,10 +95,8 @@ Result<Value> plan_path(CommandContext& ctx, const Map& args) {
   const collision::CollisionRobot& robot = m->robots()[task->robot];
   recording::Recording planned = sim::planned_recording(robot, typed<model::World>(args), *plan);
   for (const model::PlacedRobot& r : content<model::World>(ctx, args).robots)
-    if (!r.base_trajectory.empty())
-      planned.notes.push_back("the base of " + text::quote(r.name) +
-                              " stands where it is placed: planning does not move it along " +
-                              text::quote(r.base_trajectory));
+    if (auto stands = sim::note_on_standing_base(r, "planning does"))
+      planned.notes.push_back(std::move(*stands));
   auto recording = std::make_shared<const recording::Recording>(std::move(planned));
   const std::size_t dof = robot.model->dof();
   List joints;  // as segments of trajectories take them
