@@ -107,7 +107,16 @@ class GuardedCsg final : public CsgEngine {
   Result<CsgProfile> section(const CsgShape& s, const Pose& plane, double chord,
                              Progress& told) const override {
     HeardProgress progress(told);
-    return asked(name_, [&] { return inner_->section(own(s), plane, chord, progress); });
+    RMP_TRY_ASSIGN(CsgProfile p,
+                   asked(name_, [&] { return inner_->section(own(s), plane, chord, progress); }));
+    for (const CsgLoop& loop : p.loops) {
+      bool is_finite = all_finite(loop.start);
+      for (const CsgCurve& curve : loop.curves)
+        for (const auto& point : curve.points) is_finite = is_finite && all_finite(point);
+      if (!is_finite)
+        return broken_answer(name_, "returned a section with points that are no numbers");
+    }
+    return p;
   }
   Result<CsgGeometry> geometry(const CsgShape& s, Progress& told) const override {
     HeardProgress progress(told);
