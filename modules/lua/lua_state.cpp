@@ -17,7 +17,12 @@
 namespace robomosp::lua {
 namespace {
 
-constexpr int kHookEvery = 10000;  // instructions between two looks for Ctrl-C, about 0.1 ms
+constexpr int kHookEvery = 2000;  // instructions between two looks for Ctrl-C, about 20 us
+// A stack is called deep from this many calls on; it then needs this many free slots until the next
+// look. Lua's own limit is a million slots. What it collects when it reaches that limit cannot be
+// finalized: each attempt copies the whole stack twice, with hooks off, for minutes.
+constexpr int kDeepCalls = 500;
+constexpr int kFreeSlots = 300000;
 
 /// Lua's allocator with a budget. Freeing and shrinking never fail.
 void* allocate(void* ud, void* block, std::size_t old_size, std::size_t new_size) {
@@ -43,7 +48,14 @@ void hook(lua_State* L, lua_Debug*) {
   if (!is_stopping(impl)) {
     // A coroutine that outlived an interrupted run.
     if (lua_gethookcount(L) == 1) lua_sethook(L, hook, LUA_MASKCOUNT, kHookEvery);
-    return;
+    lua_Debug deep;
+    if (!lua_getstack(L, kDeepCalls, &deep) || lua_checkstack(L, kFreeSlots)) return;
+    push_error(
+        L,
+        error(ErrorCode::script_failed, "the script calls itself too deeply (stack overflow)",
+              "Look for a function that calls itself without end."),
+        place(L, 0));
+    lua_error(L);
   }
   stop_script(impl, L);
   push_error(L,

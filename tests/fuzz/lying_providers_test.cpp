@@ -370,6 +370,7 @@ constexpr const char* kLuaLies = R"(
   local deep = {}
   for i = 1, 500 do deep = {deep} end
   function forever() while true do end end
+  local function recurse(...) return 1 + recurse(...) end
   lies = {
     function() end, function() return false end, function() return true end,
     function() return "text" end, function() return ("x"):rep(100000) end,
@@ -391,7 +392,7 @@ constexpr const char* kLuaLies = R"(
     function() error(nil) end, function() error(print) end,
     function() error(("e"):rep(200000)) end, function() error("\27]0;x\7") end,
     function() return ("x"):rep(1 << 40) end,
-    function() coroutine.yield(1) end, forever,
+    function() coroutine.yield(1) end, forever, recurse,
     function() material.create{name = "m" .. fresh()} end, function() arm:set_name("other") end,
     function() robot.get("arm"):remove() end, function() ioci.withdraw(lying_for, "liar") end,
     function() return arm:solve_ik{target = arm:fk{q = "ready"}.pose} end,

@@ -209,6 +209,28 @@ TEST_F(Lua, EndlessRecursionIsAnErrorNotACrash) {
             std::string::npos);
 }
 
+/// Before the stack is full: there Lua cannot finalize what it collects, and tries for minutes.
+TEST_F(Lua, RecursionIsRefusedWhileThereIsRoomToFinalize) {
+  options_.memory_limit = std::size_t{1} << 30;
+  state_ = std::make_unique<LuaState>(app(), session_, options_);
+  EXPECT_EQ(eval("function depth(n) if n == 0 then return 0 end return 1 + depth(n - 1) end "
+                 "return depth(100000)"),
+            "100000");
+  std::string wide = "local f; f = function(n) local a0";
+  for (int i = 1; i < 180; ++i) wide += ", a" + std::to_string(i);
+  wide += "; return 1 + f(n) end return f(1)";
+  for (const std::string& code :
+       {std::string("local function f(...) return 1 + f(...) end return f()"),
+        std::string("local function f(...) return 1 + f(...) end return f(1, 2, 3, 4, 5, 6, 7)"),
+        std::string("local function f() return 1 + f() end return coroutine.wrap(f)()"), wide}) {
+    const auto r = state_->eval("for i = 1, 20000 do local a = array{i} end " + code);
+    ASSERT_FALSE(r.ok());
+    EXPECT_EQ(r.error().code, ErrorCode::script_failed) << r.error().sentence();
+    EXPECT_NE(r.error().sentence().find("calls itself too deeply"), std::string::npos)
+        << r.error().sentence();
+  }
+}
+
 TEST_F(Lua, IncompleteInputIsToldApartFromWrongInput) {
   for (const char* s : {"for i = 1, 2 do", "x = {", "f(", "=1 +", "local s = [[a", "function f()"})
     EXPECT_TRUE(state_->is_incomplete(s)) << s;
