@@ -12,6 +12,7 @@
 #include "sim/motion_reference.h"
 #include "sim/motion_table.h"
 #include "sim/recording_columns.h"
+#include "sim/stoppable_dynamics.h"
 #include "spatial/pose.h"
 
 namespace robomosp::sim {
@@ -346,7 +347,8 @@ class Simulation {
     if (run_.is_controlled) {
       const auto& choice =
           run_.controller.name.empty() ? placed_.record->controller : run_.controller;
-      RMP_TRY_ASSIGN(controller_, bind_controller(sim_.registry, placed_.model, inverse_, choice));
+      RMP_TRY_ASSIGN(controller_,
+                     bind_controller(sim_.registry, placed_.model, inverse_, choice, progress));
     }
     MechanismMotion motion(std::move(forward), std::move(options));
     if (!run_.tau.empty()) motion.set_torques(run_.tau);
@@ -591,10 +593,18 @@ Result<Bound<Solver>> bind(const Registry& registry, std::shared_ptr<const Robot
 Result<Bound<Controller>> bind_controller(const Registry& registry,
                                           std::shared_ptr<const RobotModel> model,
                                           const Bound<InverseDynamics>& dynamics,
-                                          const model::ProviderChoice& choice) {
-  return bind<Controller>(registry, model, choice, [&](Controller& c, const Params& params) {
-    return c.prepare(*model, *dynamics.solver, params);
+                                          const model::ProviderChoice& choice,
+                                          const Progress& run) {
+  auto asked = std::make_shared<const StoppableDynamics>(dynamics.solver, run);
+  auto bound = bind<Controller>(registry, model, choice, [&](Controller& c, const Params& params) {
+    return c.prepare(*model, *asked, params);
   });
+  if (!bound.ok()) return bound;
+  // What the controller was bound to lives as long as it does.
+  const auto both = std::make_shared<std::pair<decltype(asked), std::shared_ptr<Controller>>>(
+      std::move(asked), bound->solver);
+  bound->solver = std::shared_ptr<Controller>(both, both->second.get());
+  return bound;
 }
 Result<Bound<Integrator>> bind_integrator(const Registry& registry,
                                           std::shared_ptr<const RobotModel> model,

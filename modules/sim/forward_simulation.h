@@ -64,10 +64,11 @@ Result<recording::RecordingPtr> forward_dynamics(const Simulator& simulator, con
                                                  Progress& progress, RowSink* sink = nullptr,
                                                  const RunState* from = nullptr);
 
-/// Prepared providers of the two interfaces; `choice.name` empty = the default.
+/// Prepared providers of the two interfaces; `choice.name` empty = the default. What a controller
+/// asks stops with `run`, which outlives it.
 Result<Bound<Controller>> bind_controller(const Registry&, std::shared_ptr<const RobotModel>,
                                           const Bound<InverseDynamics>& dynamics,
-                                          const model::ProviderChoice&);
+                                          const model::ProviderChoice&, const Progress& run);
 Result<Bound<Integrator>> bind_integrator(const Registry&, std::shared_ptr<const RobotModel>,
                                           const model::ProviderChoice&);
 

@@ -172,7 +172,7 @@ Result<void> PhysicsSimulation::add_robots(Progress& progress) {
       RMP_TRY_ASSIGN(a.inverse,
                      bind_inverse_dynamics(sim_.registry, driven, a.record->inverse_dynamics));
       RMP_TRY_ASSIGN(a.controller,
-                     bind_controller(sim_.registry, driven, a.inverse, choice).in(where));
+                     bind_controller(sim_.registry, driven, a.inverse, choice, progress).in(where));
       a.memory.assign(a.controller.solver->state_size(), 0.0);
       a.scratch.assign(a.controller.solver->scratch_size(), 0.0);
       if (before && before->memory.size() == a.memory.size()) a.memory = before->memory;

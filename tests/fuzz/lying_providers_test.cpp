@@ -324,9 +324,12 @@ TEST_F(LyingProviders, AreNamedAndDoNoHarm) {
         const double took = patience.end();
         app().messages.unsubscribe(hears);
         const std::string lie = liar().told();
-        const bool is_sure = liar().is_sure();
+        // A live run goes on when nobody waits for it any more, until it is stopped.
+        const bool is_sure = liar().is_sure() && !(lie.ends_with("in vain for being cancelled") &&
+                                                   line.find("start_run") != std::string::npos);
         const std::size_t asked = liar().asked();
         liar().rest();
+        ASSERT_TRUE(state_->eval("for _, r in ipairs(run.list()) do r:remove() end").ok());
         const std::string at = id + ", " + line + "\n  lie: " + lie + "\n  answer: " +
                                text::shortened(done.ok() ? *done : done.error().sentence(), 600);
         if (lie.empty()) {

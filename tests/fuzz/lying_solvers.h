@@ -25,12 +25,12 @@ inline Liar& liar() { return Liar::one(); }
 /// A lie about one of many numbers.
 inline Lie<Nothing> no_number_in(std::span<double> numbers) {
   return {"no number among many", Seen::surely, [numbers](Nothing&) {
-            if (!numbers.empty()) numbers[liar().pick(numbers.size())] = liar().no_number();
+            numbers[liar().pick(numbers.size())] = liar().no_number();
           }};
 }
 inline Lie<Nothing> wild_in(std::span<double> numbers) {
   return {"a wild number among many", Seen::maybe, [numbers](Nothing&) {
-            if (!numbers.empty()) numbers[liar().pick(numbers.size())] = liar().wild();
+            numbers[liar().pick(numbers.size())] = liar().wild();
           }};
 }
 /// Numbers that the host left as they were when it asked.
@@ -40,6 +40,7 @@ inline Lie<Nothing> unfilled(std::span<double> numbers, const std::vector<double
           }};
 }
 inline std::vector<Lie<Nothing>> about_numbers(std::span<double> numbers) {
+  if (numbers.empty()) return {};
   return {no_number_in(numbers), wild_in(numbers),
           unfilled(numbers, {numbers.begin(), numbers.end()})};
 }
