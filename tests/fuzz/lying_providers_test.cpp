@@ -329,7 +329,7 @@ TEST_F(LyingProviders, AreNamedAndDoNoHarm) {
                                                    line.find("start_run") != std::string::npos);
         const std::size_t asked = liar().asked();
         liar().rest();
-        ASSERT_TRUE(state_->eval("for _, r in ipairs(run.list()) do r:remove() end").ok());
+        ASSERT_TRUE(state_->eval("for _, r in ipairs(run.list()) do r.id:remove() end").ok());
         const std::string at = id + ", " + line + "\n  lie: " + lie + "\n  answer: " +
                                text::shortened(done.ok() ? *done : done.error().sentence(), 600);
         if (lie.empty()) {

@@ -104,7 +104,7 @@ class Liar {
     const std::size_t n = pick(2 * lies.size() + kCommon);
     if (n >= kCommon) {
       auto made = honest();
-      if (!made.ok()) return made;
+      if (!made.ok() || !told().empty()) return made;  // what it called may have lied
       const Lie<T>& lie = lies[(n - kCommon) / 2];
       tell(who, lie.what, lie.seen);
       lie.spoil(*made);
@@ -134,6 +134,7 @@ class Liar {
     const std::size_t n = pick(lies.size() + 2);
     if (n < lies.size()) {
       T made = honest();
+      if (!told().empty()) return made;
       tell(who, lies[n].what, lies[n].seen);
       lies[n].spoil(made);
       return made;
