@@ -15,6 +15,8 @@ namespace {
 
 constexpr double kTurn = 2 * std::numbers::pi;
 constexpr std::uint32_t kNone = ~std::uint32_t{0};
+/// Where borders meet, and regions of all cells (1 GB). A thousand boxes in one place have more.
+constexpr std::size_t kMostMeetings = 10'000'000, kMostCovers = 250'000'000;
 
 Point2 operator-(Point2 a, Point2 b) { return {a.x - b.x, a.y - b.y}; }
 Point2 operator+(Point2 a, Point2 b) { return {a.x + b.x, a.y + b.y}; }
@@ -123,8 +125,8 @@ struct Piece {
 
 class Builder {
  public:
-  explicit Builder(const std::vector<BorderPiece>& borders)
-      : borders_(borders), carriers_(borders.size()) {
+  Builder(const std::vector<BorderPiece>& borders, const Progress& progress)
+      : borders_(borders), carriers_(borders.size()), progress_(progress) {
     for (const BorderPiece& b : borders) pieces_.emplace_back(b);
   }
 
@@ -136,11 +138,11 @@ class Builder {
       touch(i, pieces_[i].to);
     }
     if (!meet_all()) return {};
-    if (!make_edges() || points_.is_unsure) return {};
-    if (!sort_around_vertices()) return {};
+    if (!make_edges() || points_.is_unsure || progress_.cancelled()) return {};
+    if (!sort_around_vertices() || progress_.cancelled()) return {};
     trace_cycles();
-    if (!nest_components()) return {};
-    make_cells();
+    if (!nest_components() || progress_.cancelled()) return {};
+    if (!make_cells()) return {};
     return std::move(out_);
   }
 
@@ -168,6 +170,7 @@ class Builder {
         if (other.y1 + slack < box.y0 || box.y1 + slack < other.y0) continue;
         if (!meet(i, j) || points_.is_unsure) return false;
       }
+      if (on_.size() > kMostMeetings || progress_.cancelled()) return false;
       active.push_back(i);
     }
     return true;
@@ -590,7 +593,7 @@ class Builder {
     return true;
   }
 
-  void make_cells() {
+  bool make_cells() {
     // A cycle around the outside of something belongs to the cell it lies in.
     std::vector<std::uint32_t> cell_of(cycle_area_.size(), kNone);
     std::vector<bool> is_outside(cycle_area_.size(), false);
@@ -625,8 +628,11 @@ class Builder {
     std::vector<bool> is_known(out_.cells.size(), false);
     std::vector<std::uint32_t> open{0};
     is_known[0] = true;
+    std::size_t covered = 0;
     while (!open.empty()) {
       const std::uint32_t c = open.back();
+      covered += out_.cells[c].regions.size();
+      if (covered > kMostCovers || progress_.cancelled()) return false;
       open.pop_back();
       for (const std::uint32_t e : borders[c]) {
         const std::uint32_t other =
@@ -641,11 +647,13 @@ class Builder {
         open.push_back(other);
       }
     }
+    return true;
   }
 
   const std::vector<BorderPiece>& borders_;
   std::vector<Piece> pieces_;
   Leaders carriers_;
+  const Progress& progress_;
   PointNumbers points_;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> on_;  // piece, point
   std::vector<std::vector<std::uint32_t>> crossed_;          // regions whose border an edge is
@@ -658,9 +666,10 @@ class Builder {
 
 }  // namespace
 
-std::optional<Arrangement> arrange(const std::vector<BorderPiece>& borders) {
+std::optional<Arrangement> arrange(const std::vector<BorderPiece>& borders,
+                                   const Progress& progress) {
   if (borders.empty()) return {};
-  return Builder(borders).run();
+  return Builder(borders, progress).run();
 }
 
 }  // namespace robomosp::csg_occt

@@ -7,6 +7,8 @@
 #include <optional>
 #include <vector>
 
+#include <robomosp/sdk/progress.h>
+
 namespace robomosp::csg_occt {
 
 struct Point2 {
@@ -62,7 +64,9 @@ inline constexpr double kClearance = 1e-5;
 /// Borders cross at no smaller angle [rad] than this.
 inline constexpr double kLeastCrossing = 1e-3;
 
-/// Nothing when the borders are too close to a degenerate position to be sure of the outcome.
-std::optional<Arrangement> arrange(const std::vector<BorderPiece>& borders);
+/// Nothing when the borders are too close to a degenerate position to be sure of the outcome, when
+/// they cut the plane into so many pieces that other ways are quicker, or when it was cancelled.
+std::optional<Arrangement> arrange(const std::vector<BorderPiece>& borders,
+                                   const Progress& progress);
 
 }  // namespace robomosp::csg_occt

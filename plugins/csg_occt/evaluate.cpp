@@ -31,8 +31,9 @@ struct Operand {
   std::size_t item = 0;
 };
 
-/// Groups of operands whose boxes meet, by a sweep along x.
-std::vector<std::vector<std::size_t>> groups(const std::vector<Operand>& operands) {
+/// Groups of operands whose boxes meet, by a sweep along x. None when it is cancelled.
+std::vector<std::vector<std::size_t>> groups(const std::vector<Operand>& operands,
+                                             const Progress& progress) {
   const std::size_t n = operands.size();
   std::vector<std::size_t> leader(n), order(n);
   std::iota(leader.begin(), leader.end(), std::size_t{0});
@@ -47,6 +48,7 @@ std::vector<std::vector<std::size_t>> groups(const std::vector<Operand>& operand
             [&](std::size_t a, std::size_t b) { return low(a) < low(b); });
   std::vector<std::size_t> active;
   for (const std::size_t i : order) {
+    if (progress.cancelled()) return {};
     std::erase_if(active, [&](std::size_t j) { return high(j) < low(i); });
     for (const std::size_t j : active)
       if (operands[i].item != operands[j].item &&
@@ -65,6 +67,31 @@ std::vector<std::vector<std::size_t>> groups(const std::vector<Operand>& operand
     result[place[l]].push_back(i);
   }
   return result;
+}
+
+/// Pairs that meet among the operands of one operation. Open CASCADE looks at all of them before it
+/// can be told to stop.
+constexpr std::size_t kMostPairs = 1'000'000;
+
+Result<void> check_pairs(const std::vector<const Operand*>& operands, const Progress& progress) {
+  if (operands.size() * operands.size() < 2 * kMostPairs) return {};
+  const auto low = [](const Operand* o) { return o->solid.box.CornerMin().X(); };
+  std::vector<const Operand*> order = operands, active;
+  std::sort(order.begin(), order.end(),
+            [&](const Operand* a, const Operand* b) { return low(a) < low(b); });
+  std::size_t count = 0;
+  for (const Operand* o : order) {
+    if (progress.cancelled()) return cancelled_error();
+    std::erase_if(active, [&](const Operand* a) { return a->solid.box.CornerMax().X() < low(o); });
+    for (const Operand* a : active) count += boxes_meet(a->solid.box, o->solid.box) ? 1 : 0;
+    if (count > kMostPairs)
+      return error(ErrorCode::invalid_argument,
+                   "of " + std::to_string(operands.size()) + " solids more than " +
+                       std::to_string(kMostPairs) + " pairs meet, too many for one operation",
+                   "Combine them in groups first, or leave out those that lie inside of others.");
+    active.push_back(o);
+  }
+  return {};
 }
 
 std::string kind_text(CsgKind kind) {
@@ -185,7 +212,7 @@ class Evaluator {
       operands.push_back({value->solids[0], {}, i});
       operands.back().solid.box = operands.back().solid.box.Transformed(term.items[i].pose);
     }
-    return groups(operands).size() == operands.size();
+    return groups(operands, progress_).size() == operands.size();
   }
 
   /// Null when the general way has to be gone.
@@ -386,6 +413,9 @@ class Evaluator {
   Result<void> apply(CsgKind kind, const std::vector<const Operand*>& objects,
                      const std::vector<const Operand*>& tools, Value& value, double from,
                      double to) {
+    std::vector<const Operand*> all = objects;
+    all.insert(all.end(), tools.begin(), tools.end());
+    RMP_TRY(check_pairs(all, progress_));
     BooleanCall call;
     call.kind = kind;
     for (const auto* list : {&objects, &tools})
@@ -409,7 +439,9 @@ class Evaluator {
   }
 
   Result<void> unite(const std::vector<Operand>& operands, Value& value, double from, double to) {
-    for (const auto& group : groups(operands)) {
+    const auto all = groups(operands, progress_);
+    if (progress_.cancelled()) return cancelled_error();
+    for (const auto& group : all) {
       if (progress_.cancelled()) return cancelled_error();
       if (group.size() == 1) {
         value.solids.push_back(operands[group[0]].solid);

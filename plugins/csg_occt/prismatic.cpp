@@ -82,7 +82,7 @@ class PrismaticBuilder {
 
   std::optional<PrismaticOutcome> run() {
     if (!collect() || !find_direction() || !place_leaves() || !find_levels()) return {};
-    auto arrangement = arrange(borders_);
+    auto arrangement = arrange(borders_, progress_);
     if (!arrangement || progress_.cancelled()) return {};
     plane_ = std::move(*arrangement);
     slabs_ = levels_.size() - 1;

@@ -105,7 +105,6 @@ Csg link() {
   return subtract(std::move(parts));
 }
 
-
 TEST_F(Prismatic, PlainPartsTakeTheShortcut) {
   const Csg plate = box(0.1, 0.08, 0.02);
   expect_quick(subtract({plate, cylinder(0.01, 0.1).at(0, 0, -0.01)}), "a hole");
@@ -273,6 +272,41 @@ TEST_F(Prismatic, RandomPartsAgreeWithTheGeneralWay) {
   RecordProperty("general way failed", failed);
   EXPECT_GT(quick_count, count / 2);
   EXPECT_LE(failed, count / 50);
+}
+
+/// Says that it is cancelled from the `last`-th time on that it is asked.
+class Asked final : public Progress {
+ public:
+  explicit Asked(int last) : last_(last) {}
+  void report(double, std::string_view) override {}
+  [[nodiscard]] bool cancelled() const override { return ++count >= last_; }
+  mutable int count = 0;
+
+ private:
+  int last_;
+};
+
+TEST_F(Prismatic, ManyBoxesInOnePlaceAreCancelledOrRefused) {
+  std::vector<Csg> boxes;
+  for (int i = 0; i < 1500; ++i)
+    boxes.push_back(box(0.1 + i * 1e-6, 0.1 + (i * 7919 % 1500) * 1e-6, 0.1).at(i * 1e-7, 0, 0));
+  const Csg all = unite(std::move(boxes));
+  for (const int last : {1, 100, 1600, 4000, 7600}) {
+    for (const CsgEngine* e : {only_.get(), off_.get()}) {
+      Asked progress(last);
+      const auto made = e->evaluate(all.tree(), progress);
+      ASSERT_FALSE(made.ok());
+      if (progress.count < last) continue;  // it was refused before
+      EXPECT_EQ(made.error().code, ErrorCode::cancelled) << made.error().sentence();
+      EXPECT_LE(progress.count, last + 4) << "it goes on";
+    }
+  }
+  const auto refused = evaluate(*off_, all);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, ErrorCode::invalid_argument);
+  EXPECT_NE(refused.error().sentence().find("of 1500 solids more than 1000000 pairs meet"),
+            std::string::npos)
+      << refused.error().sentence();
 }
 
 }  // namespace
