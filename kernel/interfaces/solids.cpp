@@ -10,6 +10,7 @@
 #include <vector>
 
 #include <robomosp/sdk/csg.h>
+#include <robomosp/sdk/csg_edges.h>
 #include <robomosp/sdk/csg_primitive.h>
 
 #include "kernel/interface_file.h"
@@ -44,11 +45,14 @@ bool is_sound(const Moments& m) {
   return all_finite(plain) && all_finite(m.first) && all_finite(second);
 }
 
-class GuardedCsg final : public CsgEngine {
+class GuardedCsg final : public CsgEngine, public CsgEdges {
  public:
   GuardedCsg(const ProviderInfo& info, CsgEngine* inner) : name_(info.name), inner_(inner) {}
   [[nodiscard]] const void* extension(const char* id) const override {
-    return inner_->extension(id);
+    const void* known = inner_->extension(id);
+    return known && std::string_view(id) == CsgEdges::kExtensionId
+               ? static_cast<const CsgEdges*>(this)
+               : known;
   }
   Result<std::shared_ptr<const CsgShape>> evaluate(const CsgTree& tree,
                                                    Progress& told) const override {
@@ -101,6 +105,23 @@ class GuardedCsg final : public CsgEngine {
       const double sizes[] = {f.radius, f.size};
       if (!all_finite(f.point) || !all_finite(f.direction) || !all_finite(sizes))
         return broken_answer(name_, "listed a feature with a number that is none");
+    }
+    return all;
+  }
+  Result<std::vector<CsgEdge>> edges(const CsgShape& s, double chord,
+                                     Progress& told) const override {
+    const auto* known = static_cast<const CsgEdges*>(inner_->extension(CsgEdges::kExtensionId));
+    HeardProgress progress(told);
+    RMP_TRY_ASSIGN(auto all, asked(name_, [&] { return known->edges(own(s), chord, progress); }));
+    for (const CsgEdge& e : all) {
+      if (e.kind < CsgEdge::Kind::line || e.kind > CsgEdge::Kind::curve || e.points.size() < 2)
+        return broken_answer(name_, "listed an edge of no known kind or without ends");
+      const double sizes[] = {e.length, e.radius, e.angle};
+      bool is_sound = all_finite(e.centre) && all_finite(e.axis) && all_finite(sizes);
+      for (const CsgEdgePoint& p : e.points)
+        is_sound = is_sound && all_finite(p.position) && all_finite(p.tangent) &&
+                   all_finite(p.normals[0]) && all_finite(p.normals[1]);
+      if (!is_sound) return broken_answer(name_, "listed an edge with a number that is none");
     }
     return all;
   }

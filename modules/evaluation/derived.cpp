@@ -108,6 +108,13 @@ Result<std::shared_ptr<const std::vector<CsgFeature>>> Derived::features(const S
   return impl_->solids.features(shape, progress).in(s.describe(id));
 }
 
+Result<std::shared_ptr<const std::vector<CsgEdge>>> Derived::edges(const Snapshot& s, SolidId id,
+                                                                   double chord,
+                                                                   Progress& progress) {
+  RMP_TRY_ASSIGN(const auto shape, impl_->solids.shape(s, id, progress));
+  return impl_->solids.edges(shape, chord, progress).in(s.describe(id));
+}
+
 Result<std::vector<MeshState>> Derived::mesh_states(const Snapshot& s, SolidId id, bool places,
                                                     Progress& progress) {
   constexpr std::size_t kMostCuts = 1000;

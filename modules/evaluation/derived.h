@@ -13,6 +13,7 @@
 #include <vector>
 
 #include <robomosp/sdk/csg.h>
+#include <robomosp/sdk/csg_edges.h>
 #include <robomosp/sdk/progress.h>
 #include <robomosp/sdk/result.h>
 #include <robomosp/sdk/robot_model.h>
@@ -118,6 +119,9 @@ class Derived {
   /// Faces, edges and corners of a solid in its frame, in the engine's order.
   Result<std::shared_ptr<const std::vector<CsgFeature>>> features(const document::Snapshot&,
                                                                   SolidId, Progress&);
+  /// The edges of a solid as curves, with places within `chord` [m] of them.
+  Result<std::shared_ptr<const std::vector<CsgEdge>>> edges(const document::Snapshot&, SolidId,
+                                                            double chord, Progress&);
   /// Axis-aligned box {min, max} that holds a solid or object, in its frame [m]; turned parts count
   /// with the box of their own box.
   Result<std::array<Vec3, 2>> bounds(const document::Snapshot&, AnyId solid_or_object, Progress&);

@@ -387,6 +387,29 @@ Result<std::shared_ptr<const std::vector<CsgFeature>>> Solids::features(const Ma
       [](const std::vector<CsgFeature>& all) { return sizeof(CsgFeature) * all.size(); });
 }
 
+Result<std::shared_ptr<const std::vector<CsgEdge>>> Solids::edges(const MadeSolid& s, double chord,
+                                                                  Progress& progress) {
+  const auto* known = static_cast<const CsgEdges*>(s.engine.csg->extension(CsgEdges::kExtensionId));
+  if (!known)
+    return error(ErrorCode::unsupported,
+                 s.engine.is_plain ? "a mesh that is no clean solid has no edges"
+                                   : "a solid of triangles has no edges that are curves",
+                 "Use a solid without imported meshes.");
+  Fingerprinter fp("edges/1");
+  fp.add(s.key).add(chord);
+  const Fingerprint key = fp.finish();
+  return cache_.get<std::vector<CsgEdge>>(
+      key, key,
+      [&] {
+        return guarded(s.engine.name, [&] { return known->edges(*s.shape, chord, progress); });
+      },
+      [](const std::vector<CsgEdge>& all) {
+        std::size_t bytes = sizeof(CsgEdge) * all.size();
+        for (const CsgEdge& e : all) bytes += sizeof(CsgEdgePoint) * e.points.size();
+        return bytes;
+      });
+}
+
 Result<const model::Solid*> Solids::solid_of(const Snapshot& s, SolidId id) {
   const auto* solid = s.get(id);
   if (!solid) return stale(s, id);

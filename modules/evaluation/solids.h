@@ -13,6 +13,7 @@
 #include <vector>
 
 #include <robomosp/sdk/csg.h>
+#include <robomosp/sdk/csg_edges.h>
 #include <robomosp/sdk/progress.h>
 #include <robomosp/sdk/result.h>
 
@@ -73,6 +74,9 @@ class Solids {
   Result<Moments> moments(const MadeSolid& s, Progress& progress);
   Result<std::shared_ptr<const std::vector<CsgFeature>>> features(const MadeSolid& s,
                                                                   Progress& progress);
+  /// Its edges as curves, with places that are within `chord` [m] of them.
+  Result<std::shared_ptr<const std::vector<CsgEdge>>> edges(const MadeSolid& s, double chord,
+                                                            Progress& progress);
   /// What the plane z = 0 of `plane` (solid_T_plane) cuts out of the solid, within `chord` [m].
   Result<std::shared_ptr<const CsgProfile>> section(const MadeSolid& s, const Pose& plane,
                                                     double chord, Progress& progress);

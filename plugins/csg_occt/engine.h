@@ -14,6 +14,7 @@
 #include "topology_gate.h"
 
 #include <robomosp/sdk/csg.h>
+#include <robomosp/sdk/csg_edges.h>
 
 namespace robomosp::csg_occt {
 
@@ -38,9 +39,10 @@ class OcctShape final : public CsgShape {
   std::vector<std::string> notes_;
 };
 
-class OcctCsgEngine final : public CsgEngine {
+class OcctCsgEngine final : public CsgEngine, public CsgEdges {
  public:
   OcctCsgEngine();
+  const void* extension(const char* id) const override;
 
   Result<std::shared_ptr<const CsgShape>> evaluate(const CsgTree& tree,
                                                    Progress& progress) const override;
@@ -51,6 +53,8 @@ class OcctCsgEngine final : public CsgEngine {
                               Progress& progress) const override;
   Result<std::vector<CsgFeature>> features(const CsgShape& shape,
                                            Progress& progress) const override;
+  Result<std::vector<CsgEdge>> edges(const CsgShape& shape, double chord,
+                                     Progress& progress) const override;
   Result<CsgProfile> section(const CsgShape& shape, const Pose& plane, double chord,
                              Progress& progress) const override;
   Result<CsgGeometry> geometry(const CsgShape& shape, Progress& progress) const override;

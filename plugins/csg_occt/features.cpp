@@ -32,12 +32,14 @@ constexpr double kOrderStep = 1e-7;
 // Surfaces are one when they differ by no more than this [rad, mm].
 constexpr double kSameDirection = 1e-9, kSamePlace = 1e-6;
 
-Vec3 metres(const gp_XYZ& p) {
-  return {p.X() / kMillimetresPerMetre, p.Y() / kMillimetresPerMetre, p.Z() / kMillimetresPerMetre};
+bool is_on(const gp_Ax1& axis, const gp_Ax1& other) {
+  return axis.IsParallel(other, kSameDirection) &&
+         gp_Vec(axis.Location(), other.Location()).Crossed(gp_Vec(axis.Direction())).Magnitude() <
+             kSamePlace;
 }
-Vec3 unit(const gp_Dir& d) { return {d.X() + 0.0, d.Y() + 0.0, d.Z() + 0.0}; }
 
-/// An axis has no front: the greatest of its components is made positive.
+}  // namespace
+
 gp_Dir axis_direction(const gp_Dir& d) {
   double greatest = d.X();
   for (const double c : {d.Y(), d.Z()})
@@ -45,13 +47,6 @@ gp_Dir axis_direction(const gp_Dir& d) {
   return greatest < 0 ? d.Reversed() : d;
 }
 
-bool is_on(const gp_Ax1& axis, const gp_Ax1& other) {
-  return axis.IsParallel(other, kSameDirection) &&
-         gp_Vec(axis.Location(), other.Location()).Crossed(gp_Vec(axis.Direction())).Magnitude() <
-             kSamePlace;
-}
-
-/// Both faces lie on one and the same surface: what is between them is no edge to people.
 bool are_one_surface(const TopoDS_Face& one, const TopoDS_Face& other) {
   const BRepAdaptor_Surface a(one, false), b(other, false);
   if (a.GetType() != b.GetType()) return false;
@@ -77,6 +72,8 @@ bool are_one_surface(const TopoDS_Face& one, const TopoDS_Face& other) {
     default: return false;
   }
 }
+
+namespace {
 
 class Lister {
  public:

@@ -26,6 +26,11 @@ struct EdgeCorner {
 /// Measured half way along the edge. Smooth for a seam, a degenerate edge or a bare one.
 EdgeCorner corner_of(const TopoDS_Shape& edge, const TopoDS_Shape& one, const TopoDS_Shape& other);
 
+/// An axis has no front: the greatest of its components is made positive.
+gp_Dir axis_direction(const gp_Dir& d);
+/// Both faces lie on one and the same surface: what is between them is no edge to people.
+bool are_one_surface(const TopoDS_Face& one, const TopoDS_Face& other);
+
 /// The mirror image at the plane through `offset` times the normal [mm].
 gp_Trsf mirror_trsf(const std::array<double, 6>& sizes);
 

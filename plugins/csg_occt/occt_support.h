@@ -14,11 +14,19 @@
 #include <Message_ProgressIndicator.hxx>
 #include <TopLoc_Location.hxx>
 #include <TopoDS_Shape.hxx>
+#include <gp_Dir.hxx>
 #include <gp_Trsf.hxx>
+#include <gp_XYZ.hxx>
 
 namespace robomosp::csg_occt {
 
 inline constexpr double kMillimetresPerMetre = 1e3;
+
+inline Vec3 metres(const gp_XYZ& p) {
+  return {p.X() / kMillimetresPerMetre, p.Y() / kMillimetresPerMetre, p.Z() / kMillimetresPerMetre};
+}
+/// Without zeros below zero.
+inline Vec3 unit(const gp_Dir& d) { return {d.X() + 0.0, d.Y() + 0.0, d.Z() + 0.0}; }
 
 /// 128-bit content key; equal content gives an equal key in every run.
 struct Key {

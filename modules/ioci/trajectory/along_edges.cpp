@@ -1,0 +1,372 @@
+// SPDX-License-Identifier: Apache-2.0
+// Trajectories along the edges of a solid: for seams, deburring, sealing.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <optional>
+
+#include "ioci/core/commands.h"
+#include "ioci/records/solid_edges.h"
+#include "ioci/trajectory/segments.h"
+#include "spatial/pose.h"
+
+namespace robomosp::ioci {
+namespace {
+
+using spatial::add;
+using spatial::cross;
+using spatial::dot;
+using spatial::norm;
+using spatial::scale;
+using spatial::sub;
+
+/// Ends of edges that are one place, and directions that go on without a corner.
+constexpr double kSamePlace = 1e-6, kSameDirection = 1e-3;
+/// Arcs turn by no more in one segment, so that the short way between two orientations is the way
+/// along the arc.
+constexpr double kMostTurn = std::numbers::pi / 2;
+/// Normals whose sum is shorter than this have no direction between them.
+constexpr double kLeastSum = 1e-3;
+
+/// An edge as it is run along.
+struct Leg {
+  std::size_t number = 0;  ///< of solid.edges, from 0
+  bool is_reversed = false;
+  CsgEdge edge;  ///< from where it is entered
+};
+
+CsgEdge reversed(CsgEdge e) {
+  std::reverse(e.points.begin(), e.points.end());
+  for (CsgEdgePoint& p : e.points) p.tangent = scale(p.tangent, -1);
+  e.axis = scale(e.axis, -1);
+  return e;
+}
+
+double gap(const CsgEdgePoint& a, const CsgEdgePoint& b) {
+  return norm(sub(a.position, b.position));
+}
+
+/// The edges as one chain, each turned so that it goes on where the one before ends.
+Result<std::vector<Leg>> chain(const std::vector<CsgEdge>& all,
+                               const std::vector<std::size_t>& chosen, bool is_reversed) {
+  std::vector<Leg> legs;
+  for (std::size_t i = 0; i < chosen.size(); ++i) {
+    Leg leg{chosen[i], false, all[chosen[i]]};
+    const auto turn = [&](Leg& l) { l.edge = reversed(std::move(l.edge)), l.is_reversed = true; };
+    if (i == 0) {
+      if (chosen.size() > 1) {
+        const CsgEdge& next = all[chosen[1]];
+        const auto reach = [&](const CsgEdgePoint& p) {
+          return std::min(gap(p, next.points.front()), gap(p, next.points.back()));
+        };
+        if (reach(leg.edge.points.front()) < reach(leg.edge.points.back())) turn(leg);
+      }
+    } else {
+      const CsgEdgePoint& end = legs.back().edge.points.back();
+      const double forth = gap(end, leg.edge.points.front()),
+                   back = gap(end, leg.edge.points.back());
+      if (back < forth) turn(leg);
+      if (std::min(forth, back) > kSamePlace)
+        return error(ErrorCode::invalid_argument,
+                     "edge " + std::to_string(leg.number + 1) + " does not begin where edge " +
+                         std::to_string(legs.back().number + 1) + " ends",
+                     "Give edges that follow one another; solid.edges lists where they start and "
+                     "end.",
+                     "edges");
+    }
+    legs.push_back(std::move(leg));
+  }
+  if (is_reversed) {
+    std::reverse(legs.begin(), legs.end());
+    for (Leg& l : legs) l.edge = reversed(std::move(l.edge)), l.is_reversed = !l.is_reversed;
+  }
+  return legs;
+}
+
+/// How the tool stands on the edge.
+struct Stance {
+  std::optional<Vec3> from;  ///< the side it comes from, instead of between the faces
+  double tilt = 0;           ///< about the way [rad]
+  double lead = 0;           ///< about its y after that [rad]
+};
+
+/// x along the way, z into the part, before tilt and lead.
+Result<Pose> frame_at(const CsgEdgePoint& p, const Stance& stance, std::size_t number) {
+  Vec3 out = stance.from.value_or(add(p.normals[0], p.normals[1]));
+  out = sub(out, scale(p.tangent, dot(out, p.tangent)));
+  if (!(norm(p.tangent) > 0.5) || !(norm(out) > kLeastSum))
+    return error(ErrorCode::invalid_argument,
+                 stance.from
+                     ? "edge " + std::to_string(number + 1) +
+                           " runs along the direction that the "
+                           "tool is to come from"
+                     : "edge " + std::to_string(number + 1) + " has no side between its faces",
+                 "Give the direction that the tool comes from, across the edge.", "from");
+  const Vec3 z = scale(spatial::unit(out), -1), y = cross(z, p.tangent);
+  Pose t;
+  for (std::size_t r = 0; r < 3; ++r) {
+    t.R[3 * r] = p.tangent[r];
+    t.R[3 * r + 1] = y[r];
+    t.R[3 * r + 2] = z[r];
+  }
+  t.p = p.position;
+  const Pose tilted{spatial::from_axis_angle({1, 0, 0}, stance.tilt), {}};
+  const Pose led{spatial::from_axis_angle({0, 1, 0}, stance.lead), {}};
+  return spatial::compose(spatial::compose(t, tilted), led);
+}
+
+class Builder {
+ public:
+  Builder(const CommandContext& ctx, const Map& args) : ctx_(ctx), args_(args) {
+    if (has(args, "from")) stance_.from = vec3(args, "from");
+    stance_.tilt = real(args, "tilt"), stance_.lead = real(args, "lead");
+  }
+
+  Result<model::Trajectory> run(const std::vector<Leg>& legs) {
+    // Runs without a corner: from rest to rest.
+    for (std::size_t first = 0; first < legs.size();) {
+      std::size_t last = first;
+      while (last + 1 < legs.size()) {
+        RMP_TRY_ASSIGN(const bool goes_on, go_on(legs[last], legs[last + 1]));
+        if (!goes_on) break;
+        ++last;
+      }
+      RMP_TRY(add_run(legs, first, last, last + 1 == legs.size()));
+      first = last + 1;
+    }
+    return std::move(made_);
+  }
+
+ private:
+  struct Piece {
+    Map table;
+    bool is_way = false;  ///< at the working speed
+  };
+
+  Result<bool> go_on(const Leg& a, const Leg& b) const {
+    RMP_TRY_ASSIGN(const Pose end, frame_at(a.edge.points.back(), stance_, a.number));
+    RMP_TRY_ASSIGN(const Pose start, frame_at(b.edge.points.front(), stance_, b.number));
+    double worst = 0;
+    for (std::size_t i = 0; i < 9; ++i) worst = std::max(worst, std::fabs(end.R[i] - start.R[i]));
+    return worst < kSameDirection;
+  }
+
+  static Value points(std::initializer_list<Pose> poses) {
+    List all;
+    for (const Pose& t : poses) all.push_back(pose_value(t));
+    return Value(std::move(all));
+  }
+  static Map segment(const char* shape, Value points, const char* orientation) {
+    return Map{{"shape", shape},
+               {"points", std::move(points)},
+               {"orientation", orientation},
+               {"transition", "none"}};
+  }
+  static Pose moved(Pose t, const Vec3& by) {
+    t.p = add(t.p, by);
+    return t;
+  }
+  static Vec3 axis(const Pose& t, std::size_t column) {
+    return {t.R[column], t.R[3 + column], t.R[6 + column]};
+  }
+
+  Result<void> add_run(const std::vector<Leg>& legs, std::size_t first, std::size_t last,
+                       bool is_end) {
+    const CsgEdgePoint &a = legs[first].edge.points.front(), &b = legs[last].edge.points.back();
+    RMP_TRY_ASSIGN(Pose begin, frame_at(a, stance_, legs[first].number));
+    RMP_TRY_ASSIGN(Pose end, frame_at(b, stance_, legs[last].number));
+    const bool is_start = made_.segments.empty();
+    if (!is_start) RMP_TRY(turn_to(begin));
+    const double lead_in = is_start ? real(args_, "lead_in") : 0,
+                 lead_out = is_end ? real(args_, "lead_out") : 0;
+    std::vector<Piece> way;
+    if (lead_in > 0) {
+      const Pose before = moved(begin, scale(a.tangent, -lead_in));
+      way.push_back({segment("line", points({before, begin}), "fixed"), true});
+      begin = before;
+    }
+    for (std::size_t i = first; i <= last; ++i) RMP_TRY(add_leg(legs[i], way));
+    if (lead_out > 0) {
+      const Pose after = moved(end, scale(b.tangent, lead_out));
+      way.push_back({segment("line", points({end, after}), "fixed"), true});
+      end = after;
+    }
+    if (const double d = is_start ? real(args_, "approach") : 0; d > 0)
+      RMP_TRY(keep(from_rest_to_rest(
+          segment("line", points({moved(begin, scale(axis(begin, 2), -d)), begin}), "fixed"))));
+    const double speed = real(args_, "speed");
+    for (std::size_t i = 0; i < way.size(); ++i) {
+      Map& m = way[i].table;
+      m.set("speed", speed);
+      if (i > 0 && i + 1 < way.size()) {
+        m.set("law", "constant_speed");
+      } else {
+        m.set("law", "trapezoidal");
+        if (has(args_, "acceleration")) m.set("acceleration", real(args_, "acceleration"));
+        if (i > 0) m.set("start_speed", speed);
+        if (i + 1 < way.size()) m.set("end_speed", speed);
+      }
+      RMP_TRY(keep(std::move(m)));
+    }
+    if (const double d = is_end ? real(args_, "retract") : 0; d > 0)
+      RMP_TRY(keep(from_rest_to_rest(
+          segment("line", points({end, moved(end, scale(axis(end, 2), -d))}), "fixed"))));
+    last_ = end;
+    return {};
+  }
+
+  /// On the spot, to how the tool stands behind a corner.
+  Result<void> turn_to(const Pose& to) {
+    Pose there = to;
+    there.p = last_.p;
+    return keep(from_rest_to_rest(segment("line", points({last_, there}), "slerp")));
+  }
+
+  Map from_rest_to_rest(Map m) const {
+    m.set("law", "trapezoidal");
+    m.set("speed", real(args_, has(args_, "travel_speed") ? "travel_speed" : "speed"));
+    if (has(args_, "acceleration")) m.set("acceleration", real(args_, "acceleration"));
+    return m;
+  }
+
+  Result<void> add_leg(const Leg& leg, std::vector<Piece>& way) const {
+    const CsgEdge& e = leg.edge;
+    if (e.kind == CsgEdge::Kind::circle) return add_arc(leg, way);
+    if (e.kind == CsgEdge::Kind::line) {
+      RMP_TRY_ASSIGN(const Pose a, frame_at(e.points.front(), stance_, leg.number));
+      RMP_TRY_ASSIGN(const Pose b, frame_at(e.points.back(), stance_, leg.number));
+      way.push_back({segment("line", points({a, b}), "slerp"), true});
+      return {};
+    }
+    List all;
+    for (const CsgEdgePoint& p : e.points) {
+      RMP_TRY_ASSIGN(const Pose t, frame_at(p, stance_, leg.number));
+      all.push_back(pose_value(t));
+    }
+    way.push_back({segment("cubic_spline", Value(std::move(all)), "squad"), true});
+    return {};
+  }
+
+  Result<void> add_arc(const Leg& leg, std::vector<Piece>& way) const {
+    const CsgEdge& e = leg.edge;
+    const int pieces = std::max(1, static_cast<int>(std::ceil(e.angle / kMostTurn - 1e-9)));
+    const auto at = [&](int i) {
+      // Between two places of the edge their normals turn with the arc.
+      const double angle = e.angle * i / pieces;
+      const double step = e.angle / static_cast<double>(e.points.size() - 1);
+      const auto near =
+          std::min(e.points.size() - 1, static_cast<std::size_t>(std::lround(angle / step)));
+      const auto R = spatial::from_axis_angle(e.axis, angle - step * static_cast<double>(near));
+      const Pose turn{R, {}};
+      CsgEdgePoint p = e.points[near];
+      p.position = add(e.centre, spatial::rotate(turn, sub(p.position, e.centre)));
+      p.tangent = spatial::rotate(turn, p.tangent);
+      for (Vec3& n : p.normals) n = spatial::rotate(turn, n);
+      return p;
+    };
+    for (int i = 0; i < pieces; ++i) {
+      RMP_TRY_ASSIGN(const Pose a, frame_at(at(i), stance_, leg.number));
+      RMP_TRY_ASSIGN(const Pose b, frame_at(at(i + 1), stance_, leg.number));
+      Map m = segment("arc_centre", points({a, b}), "slerp");
+      m.set("centre", NumericArray({e.centre[0], e.centre[1], e.centre[2]}));
+      m.set("axis", NumericArray({e.axis[0], e.axis[1], e.axis[2]}));
+      m.set("angle", e.angle / pieces);
+      way.push_back({std::move(m), true});
+    }
+    return {};
+  }
+
+  Result<void> keep(Map table) {
+    RMP_TRY_ASSIGN(auto segment,
+                   read_segment(ctx_, Value(std::move(table)),
+                                "segments[" + std::to_string(made_.segments.size() + 1) + "]"));
+    made_.segments.push_back(std::move(segment));
+    return {};
+  }
+
+  const CommandContext& ctx_;
+  const Map& args_;
+  Stance stance_;
+  Pose last_;
+  model::Trajectory made_;
+};
+
+Result<Value> along_edges(CommandContext& ctx, const Map& args) {
+  const auto id = typed<model::Solid>(args, "solid");
+  const double chord =
+      has(args, "chord") ? real(args, "chord") : content<model::Solid>(ctx, args, "solid").chord;
+  RMP_TRY_ASSIGN(const auto all, ctx.app.derived.edges(ctx.snapshot(), id, chord, ctx.progress));
+  RMP_TRY_ASSIGN(const auto chosen, read_edges(*all, *args.find("edges")->as_list(), "edges"));
+  if (chosen.empty())
+    return error(ErrorCode::invalid_argument, "no edge is given",
+                 "Give numbers of solid.edges, or places near edges.", "edges");
+  RMP_TRY_ASSIGN(const auto legs, chain(*all, chosen, flag(args, "reverse")));
+  RMP_TRY_ASSIGN(model::Trajectory t, Builder(ctx, args).run(legs));
+  const std::string name = text_of(args, "name");
+  t.description = text_of(args, "description");
+  if (has(args, "sample_time")) t.sample_time = real(args, "sample_time");
+  RMP_TRY(check_trajectory(ctx, name, t));
+  RMP_TRY_ASSIGN(const auto made, ctx.edit().add(name, std::move(t)));
+  return Value(Application::handle(made));
+}
+
+}  // namespace
+
+RMP_COMMANDS(along_edges_commands) {
+  const double most = std::numeric_limits<double>::max();
+  const auto length = [&](const char* name, const char* doc) {
+    return between(defaulted(name, "real", "m", 0.0, doc), 0, most);
+  };
+  std::vector<CommandSpec> all;
+  all.push_back(
+      {.name = "trajectory.along_edges",
+       .classic = "",
+       .summary = "Makes a trajectory that follows edges of a solid, for a seam, a bead or a burr.",
+       .details =
+           "In the solid's frame. The tool's x runs along the way, its z into the part, half way "
+           "between the two faces or from where `from` says, then turned by tilt and lead. Lines "
+           "and arcs are exact, other edges are splines through their points. At a corner the tool "
+           "stops and turns on the spot. The segments are those of now: they do not follow a later "
+           "edit of the solid.",
+       .example =
+           "local plate = solid.create{name = \"plate\", root = {kind = \"box\", x = 0.2, y = 0.1, "
+           "z = 0.01}}\n"
+           "local seam = trajectory.along_edges{name = \"seam\", solid = plate,\n"
+           "  edges = {{0.1, 0, 0.01}, {0, 0.05, 0.01}}, speed = \"20 mm/s\", acceleration = 1}\n"
+           "assert(math.abs(seam:length() - 0.3) < 1e-9)",
+       .params =
+           {needed("name", "string", "", "Name, unique among trajectories."),
+            needed("solid", "ref:solid", "", "Whose edges."),
+            needed("edges", "list", "",
+                   "In their order: numbers of solid.edges, or places {x, y, z} [m], each for the "
+                   "edge nearest to it."),
+            above_zero(needed("speed", "real", "m/s", "Along the edges.")),
+            defaulted("reverse", "bool", "", false, "The other way round."),
+            optional("from", "vec3", "",
+                     "Direction that the tool comes from, in the solid's frame."),
+            defaulted("tilt", "real", "rad", 0.0, "Turn of the tool about the way."),
+            defaulted("lead", "real", "rad", 0.0,
+                      "Turn about the tool's y after it: above 0 its tip points ahead."),
+            length("lead_in", "Way straight on before the first edge."),
+            length("lead_out", "Way straight on behind the last edge."),
+            length("approach", "Way along the tool to the first place."),
+            length("retract", "Way along the tool from the last place."),
+            above_zero(optional("travel_speed", "real", "m/s",
+                                "Of approach and retract; speed when left out.")),
+            above_zero(optional("acceleration", "real", "m/s^2",
+                                "Where the speed begins and ends; the law's default when left "
+                                "out.")),
+            above_zero(optional("chord", "real", "m",
+                                "Of edges that are no lines or arcs: distance of a chord between "
+                                "two points from the edge; the solid's own when left out.")),
+            above_zero(optional("sample_time", "real", "s",
+                                "Time between samples when a run does not say otherwise.")),
+            optional("description", "string", "", "What it is.")},
+       .returns = {"handle", "", "", {}},
+       .effect = Effect::edits,
+       .run = along_edges});
+  return all;
+}
+
+}  // namespace robomosp::ioci
