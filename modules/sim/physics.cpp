@@ -73,15 +73,15 @@ Result<void> PhysicsSimulation::go(Progress& progress) {
       RMP_TRY(a.drive(t, end, run_.step, provider_, *world_, poses_, forces_, wanted_).in(at));
       if (!a.is_driven()) RMP_TRY(a.move(t, end, provider_, *world_, wanted_).in(at));
     }
-    auto done = guarded(provider_, [&] { return world_->step(end - t, 1, forces_, progress); });
+    auto done = guarded(provider_, [&]() -> Result<void> {
+      RMP_TRY(world_->step(end - t, 1, forces_, progress));
+      world_->contacts(contacts_);
+      return {};
+    });
+    if (done.ok()) done = read();
     if (!done.ok()) {
       return named(std::move(done).error()).in("t = " + text::print_rounded(t) + " s");
     }
-    RMP_TRY(guarded(provider_, [&]() -> Result<void> {
-      world_->contacts(contacts_);
-      return {};
-    }));
-    RMP_TRY(read());
     if ((tick + 1) % every_ == 0 || tick + 1 == ticks_) RMP_TRY(sample(end));
   }
   // What happens at the very end changes nothing that is recorded.

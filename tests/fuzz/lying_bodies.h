@@ -249,9 +249,10 @@ class LyingWorld final : public LyingMade<PhysicsWorld> {
     return liar().fill("physics.step", &p, [&] { return inner_->step(dt, steps, forces, p); }, {});
   }
   Result<void> read(const PhysicsState& out) const override {
-    auto lies =
-        about_numbers(liar().pick(2) && !out.joint_positions.empty() ? out.joint_positions
-                                                                     : out.joint_velocities);
+    // A world without driven robots has no joints to lie about.
+    std::vector<Lie<Nothing>> lies;
+    if (!out.joint_positions.empty())
+      lies = about_numbers(liar().pick(2) ? out.joint_positions : out.joint_velocities);
     lies.push_back(spoiled_sample<Pose>(out.poses, "no rotation", Seen::surely,
                                         [](Pose& x) { x.R[liar().pick(9)] += 0.3; }));
     lies.push_back(spoiled_sample<Pose>(out.poses, "a place that is none", Seen::surely,

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <thread>
 
@@ -404,6 +405,111 @@ TEST_F(Worlds, SteppedPhysicsIsThatInOneGoBitForBit) {
       unwrap(sim::simulate_physics({bench.registry, bench.derived, *snapshot}, fall(), progress));
   EXPECT_EQ(whole->rows(), 41U);
   expect_equal_bits(*whole, *run.recording(), true);
+}
+
+/// ODE, whose answer to read() number `at` has one number that is none.
+struct Breaking {
+  enum class What { place, velocity, turn, joint, rate } what;
+  int at;
+  std::atomic<int> reads{0};
+};
+class BreakingWorld final : public PhysicsWorld {
+ public:
+  BreakingWorld(std::unique_ptr<PhysicsWorld> inner, Breaking& fault)
+      : inner_(std::move(inner)), fault_(fault) {}
+  Result<void> step(double dt, std::int32_t steps, std::span<const double> forces,
+                    Progress& p) override {
+    return inner_->step(dt, steps, forces, p);
+  }
+  Result<void> read(const PhysicsState& out) const override {
+    RMP_TRY(inner_->read(out));
+    if (++fault_.reads != fault_.at) return {};
+    constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+    switch (fault_.what) {
+      case Breaking::What::place: out.poses.back().p[1] = kNone; break;
+      case Breaking::What::velocity: out.velocities.back()[2] = kNone; break;
+      case Breaking::What::turn: out.angular_velocities.back()[0] = kNone; break;
+      case Breaking::What::joint: out.joint_positions.back() = kNone; break;
+      case Breaking::What::rate: out.joint_velocities.back() = kNone; break;
+    }
+    return {};
+  }
+  void contacts(std::vector<PhysicsContact>& out) const override { inner_->contacts(out); }
+  Result<std::int32_t> attach(std::int32_t a, std::int32_t b) override {
+    return inner_->attach(a, b);
+  }
+  Result<void> release(std::int32_t attachment) override { return inner_->release(attachment); }
+  Result<void> move(std::int32_t body, const Pose& pose, Vec3 v, Vec3 w) override {
+    return inner_->move(body, pose, v, w);
+  }
+
+ private:
+  std::unique_ptr<PhysicsWorld> inner_;
+  Breaking& fault_;
+};
+class BreakingEngine final : public PhysicsEngine {
+ public:
+  BreakingEngine(std::shared_ptr<PhysicsEngine> inner, Breaking& fault)
+      : inner_(std::move(inner)), fault_(fault) {}
+  Result<std::unique_ptr<PhysicsWorld>> create(std::span<const PhysicsBody> bodies,
+                                               std::span<const PhysicsJoint> joints, Vec3 gravity,
+                                               const Params& params) const override {
+    RMP_TRY_ASSIGN(auto made, inner_->create(bodies, joints, gravity, params));
+    return std::unique_ptr<PhysicsWorld>(std::make_unique<BreakingWorld>(std::move(made), fault_));
+  }
+
+ private:
+  std::shared_ptr<PhysicsEngine> inner_;
+  Breaking& fault_;
+};
+
+TEST_F(Worlds, AnEngineThatAnswersNoNumberEndsALiveRunAsItEndsAWholeOne) {
+  // Between two rows, and where a row is made: reads are one before the first step and one a step.
+  for (const int at : {36, 41}) {
+    for (const auto what : {Breaking::What::place, Breaking::What::velocity, Breaking::What::turn,
+                            Breaking::What::joint, Breaking::What::rate}) {
+      Breaking fault{what, at};
+      ProviderInfo info = unwrap(bench.registry.find(PhysicsEngine::kInterfaceId, "ode"));
+      info.name = "breaking";
+      ok(bench.registry.add(
+          info,
+          [&]() -> Result<void*> {
+            RMP_TRY_ASSIGN(auto inner, bench.registry.create<PhysicsEngine>("ode"));
+            return static_cast<void*>(
+                static_cast<PhysicsEngine*>(new BreakingEngine(std::move(inner), fault)));
+          },
+          true));
+      sim::PhysicsRun broken = fall();
+      broken.engine.name = "breaking";
+      const auto snapshot = bench.document.now();
+      const auto whole =
+          sim::simulate_physics({bench.registry, bench.derived, *snapshot}, broken, progress);
+      ASSERT_FALSE(whole.ok());
+      const std::string sentence = whole.error().sentence();
+      EXPECT_NE(sentence.find("\"breaking\" returned a state that is not a number"),
+                std::string::npos)
+          << sentence;
+      EXPECT_NE(sentence.find("t = 0.0"), std::string::npos) << sentence;
+
+      fault.reads = 0;
+      ok(run.start(physics(broken), progress));
+      const auto done = run.finish(progress);
+      ASSERT_FALSE(done.ok());
+      EXPECT_EQ(done.error().sentence(), sentence);
+      const auto shown = run.shown();
+      EXPECT_FALSE(shown.is_complete);
+      ASSERT_TRUE(shown.failure.has_value());
+      EXPECT_EQ(shown.failure->sentence(), sentence);
+      // Rows are 0.01 s apart: 0 to 0.03 s.
+      EXPECT_EQ(shown.rows, 4U);
+      const auto kept = run.recording();
+      EXPECT_EQ(kept->rows(), 4U);
+      for (const recording::Column& c : kept->columns)
+        for (const double x : c.values) EXPECT_TRUE(std::isfinite(x)) << c.name;
+      run.stop();
+      bench.registry.remove(PhysicsEngine::kInterfaceId, "breaking");
+    }
+  }
 }
 
 TEST_F(Worlds, SteppedDynamicsIsThatInOneGoBitForBit) {
