@@ -80,8 +80,7 @@ Result<BodyTree> make_body_tree(const RobotModel& model) {
     if (b.coupled) b.ratio = m.coupling.ratio, b.offset = m.coupling.offset;
     b.placement = m.placement;
     b.inertia = {m.body.mass, scale(m.body.com, m.body.mass), inertia_about(m.body, Vec3{})};
-    if (b.columns == 1) b.armature = m.armature, b.spring = m.spring;
-    b.friction = m.friction;
+    if (b.columns == 1) b.armature = m.armature, b.spring = m.spring, b.friction = m.friction;
     tree.columns += static_cast<std::size_t>(b.columns);
     tree.bodies.push_back(b);
     tree.joint_names.push_back(m.name);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // BodyTree: the constants of a mechanism as spatial-vector algorithms read them, its motion in the
-// base frame, and what follows from it: torques, inertia, derivatives. All joint types, coupled
-// joints and moving bases; loops are carried, not solved (layer: data processing, spatial).
+// base frame, and what follows from it: torques, inertia. All joint types, coupled joints and
+// moving bases; loops are carried, not solved (layer: data processing, spatial).
 #pragma once
 
 #include <span>
@@ -119,16 +119,6 @@ struct TreeScratch {
   double* rest = nullptr;  ///< first double behind them
 };
 [[nodiscard]] TreeScratch take_scratch(const BodyTree& tree, double* scratch);
-
-/// Doubles of scratch of tree_derivatives().
-[[nodiscard]] std::size_t derivatives_scratch(const BodyTree& tree);
-/// Partial derivatives of one sample's tau by small joint motions and by qd: dof * dof each,
-/// row-major, row = entry of tau, for the chosen terms. `qdd` replaces the batch's when not null.
-/// Closed form with composite bodies in the base frame (Singh, Russell, Wensing, Efficient
-/// Analytical Derivatives of Rigid-Body Dynamics using Spatial Vector Algebra, RA-L 2022).
-void tree_derivatives(const BodyTree& tree, const DynamicsBatch& batch, std::size_t sample,
-                      const double* qdd, bool forward, double* scratch, std::span<double> by_q,
-                      std::span<double> by_qd);
 
 /// Cholesky factor of a symmetric n * n matrix in its lower triangle, in place. Returns -1, or the
 /// row whose pivot is not positive.

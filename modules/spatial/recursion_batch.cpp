@@ -19,19 +19,40 @@ const Kernels& kernels(InstructionSet set) {
   (void)set;
   return baseline::kernels();
 }
+const Kernels& derivative_kernels(InstructionSet set) {
+#if defined(__x86_64__)
+#if defined(RMP_HAS_AVX512)
+  if (set == InstructionSet::avx512) return avx512::derivative_kernels();
+#endif
+  if (set == InstructionSet::avx2) return avx2::derivative_kernels();
+#endif
+  (void)set;
+  return baseline::derivative_kernels();
+}
 
 namespace {
 
 // Samples between two looks at Progress: far less than 100 ms of work for any usual mechanism.
 constexpr std::size_t kSamplesPerCheck = 256;
 // Beyond these, states of several samples fall out of the caches and one sample alone is as quick.
-constexpr std::size_t kMostJointsInLanes = 400, kMostVelocitiesInMatrixLanes = 48;
+constexpr std::size_t kMostJointsInLanes = 400, kMostVelocitiesInMatrixLanes = 48,
+                      kMostVelocitiesInDerivativeLanes = 24;
+// Doubles of scratch for derivatives on several threads; long chains take fewer threads for it.
+constexpr std::size_t kMostDerivativeScratch = std::size_t{1} << 21;
 
 static_assert(sizeof(TipWrench) == 6 * sizeof(double) && sizeof(BaseMotion) == 12 * sizeof(double));
+
+bool differentiates(Task::What what) {
+  return what == Task::What::torque_derivatives || what == Task::What::acceleration_derivatives;
+}
 
 // About what a sample costs [ns], to decide on threads.
 double cost(const Mechanism& m, const Task& task) {
   const auto n = static_cast<double>(m.velocities), joints = static_cast<double>(m.count);
+  if (differentiates(task.what)) {
+    const double products = task.what == Task::What::torque_derivatives ? 2 : 2 + 0.4 * n;
+    return joints * 60 + n * n * products;
+  }
   const double matrix = task.what == Task::What::torques || task.pivots ? 0 : n * n;
   return (joints * (task.pivots ? 60 : 25) + matrix * 8) / (task.lanes ? 8 : 1);
 }
@@ -55,6 +76,7 @@ Task make_task(Task::What what, const DynamicsBatch& b, double* out) {
 }  // namespace
 
 bool Runner::fits_lanes(const Mechanism& m, Task::What what) const {
+  if (differentiates(what)) return m.velocities <= kMostVelocitiesInDerivativeLanes;
   return m.count <= kMostJointsInLanes &&
          (what == Task::What::torques || pivots_ || m.velocities <= kMostVelocitiesInMatrixLanes);
 }
@@ -64,40 +86,66 @@ std::size_t Runner::scratch_of(const Mechanism& m, Task::What what, bool lanes) 
   task.what = what;
   task.lanes = lanes;
   task.pivots = pivots_;
-  return of(lanes).scratch(m, task);
+  return of(task).scratch(m, task);
+}
+
+std::size_t Runner::most_threads(const Mechanism& m, Task::What what, bool lanes) const {
+  if (!differentiates(what)) return spatial::cores();
+  return std::clamp(kMostDerivativeScratch / scratch_of(m, what, lanes), std::size_t{1},
+                    spatial::cores());
 }
 
 std::size_t Runner::scratch_size(const Chain& chain,
                                  std::initializer_list<Task::What> kinds) const {
+  const Mechanism& m = chain.mechanism();
   std::size_t most = 0;
   for (const Task::What what : kinds)
-    most = std::max({most, scratch_of(chain.mechanism(), what, false),
-                     scratch_of(chain.mechanism(), what, fits_lanes(chain.mechanism(), what))});
-  return most * spatial::cores();
+    for (const bool lanes : {false, fits_lanes(m, what)})
+      most = std::max(most, scratch_of(m, what, lanes) * most_threads(m, what, lanes));
+  return most;
 }
 
 Result<std::size_t> Runner::run(const Chain& chain, Task::What what, const DynamicsBatch& batch,
                                 std::span<double> out, Progress& progress) const {
+  return run(chain, make_task(what, batch, out.data()), batch, progress);
+}
+
+Result<std::size_t> Runner::differentiate(const Chain& chain, const DynamicsBatch& batch,
+                                          std::span<double> by_q, std::span<double> by_qd,
+                                          std::span<double> by_tau, Progress& progress) const {
+  Task task = make_task(
+      by_tau.empty() ? Task::What::torque_derivatives : Task::What::acceleration_derivatives, batch,
+      by_q.data());
+  task.by_rate = by_qd.data();
+  task.by_force = by_tau.data();
+  return run(chain, task, batch, progress);
+}
+
+Result<std::size_t> Runner::run(const Chain& chain, Task task, const DynamicsBatch& batch,
+                                Progress& progress) const {
   const Mechanism& m = chain.mechanism();
-  Task task = make_task(what, batch, out.data());
   task.columns = columns_;
   task.pivots = pivots_;
-  task.lanes = batch.count > 1 && fits_lanes(m, what);
-  const std::size_t threads = spatial::worthwhile_threads(batch.count, cost(m, task));
-  if (threads == 1 && batch.count <= kSamplesPerCheck) {
+  task.lanes = batch.count > 1 && fits_lanes(m, task.what);
+  // One sample of derivatives may take as long as many of else.
+  const std::size_t grain = differentiates(task.what) && !task.lanes ? 1 : kSamplesPerCheck;
+  const std::size_t threads =
+      std::min({spatial::worthwhile_threads(batch.count, cost(m, task)),
+                most_threads(m, task.what, task.lanes), (batch.count + grain - 1) / grain});
+  if (threads == 1 && batch.count <= grain) {
     if (progress.cancelled()) return error(ErrorCode::cancelled, "the dynamics were stopped");
-    return of(task.lanes).run(m, task, batch.count, 0, batch.count, batch.scratch.data());
+    return of(task).run(m, task, batch.count, 0, batch.count, batch.scratch.data());
   }
-  const std::size_t own = scratch_of(m, what, task.lanes);
+  const std::size_t own = scratch_of(m, task.what, task.lanes);
   std::atomic<std::size_t> first_bad{batch.count};
   std::atomic<bool> stop{false};
   const auto work = [&](std::size_t first, std::size_t last, std::size_t thread) {
-    for (std::size_t i = first; i < last; i += kSamplesPerCheck) {
+    for (std::size_t i = first; i < last; i += grain) {
       if (progress.cancelled()) stop = true;
       if (stop) return;
-      const std::size_t end = std::min(last, i + kSamplesPerCheck);
+      const std::size_t end = std::min(last, i + grain);
       const std::size_t bad =
-          of(task.lanes).run(m, task, batch.count, i, end, batch.scratch.data() + thread * own);
+          of(task).run(m, task, batch.count, i, end, batch.scratch.data() + thread * own);
       if (bad == end) continue;
       std::size_t known = first_bad;
       while (bad < known && !first_bad.compare_exchange_weak(known, bad)) {
@@ -106,7 +154,7 @@ Result<std::size_t> Runner::run(const Chain& chain, Task::What what, const Dynam
     }
   };
   if (threads == 1) work(0, batch.count, 0);
-  else spatial::in_parallel(batch.count, kSamplesPerCheck, threads, work);
+  else spatial::in_parallel(batch.count, grain, threads, work);
   if (stop) return error(ErrorCode::cancelled, "the dynamics were stopped");
   return first_bad.load();
 }

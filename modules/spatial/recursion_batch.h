@@ -20,6 +20,7 @@ class Runner {
   Runner(spatial::InstructionSet set, bool columns)
       : kernels_(&kernels(set)),
         single_(&kernels(std::min(set, spatial::InstructionSet::avx2))),
+        derivatives_(&derivative_kernels(set)),
         columns_(columns) {}
   /// Forward dynamics by articulated bodies, of mechanisms with single_joints; `pivots` as in Task,
   /// which the caller keeps.
@@ -35,14 +36,26 @@ class Runner {
   /// by rounding. Spans were checked by check_batch.
   Result<std::size_t> run(const Chain& chain, Task::What what, const DynamicsBatch& batch,
                           std::span<double> out, Progress& progress) const;
+  /// The same of derivatives: of torques, or with by_tau of accelerations: those of the batch's
+  /// tau, or without pivots at the batch's qdd.
+  Result<std::size_t> differentiate(const Chain& chain, const DynamicsBatch& batch,
+                                    std::span<double> by_q, std::span<double> by_qd,
+                                    std::span<double> by_tau, Progress& progress) const;
 
  private:
   [[nodiscard]] bool fits_lanes(const Mechanism& m, Task::What what) const;
   [[nodiscard]] std::size_t scratch_of(const Mechanism& m, Task::What what, bool lanes) const;
+  [[nodiscard]] std::size_t most_threads(const Mechanism& m, Task::What what, bool lanes) const;
 
-  [[nodiscard]] const Kernels& of(bool lanes) const { return lanes ? *kernels_ : *single_; }
+  [[nodiscard]] const Kernels& of(const Task& task) const {
+    const bool differentiates = task.what == Task::What::torque_derivatives ||
+                                task.what == Task::What::acceleration_derivatives;
+    return differentiates ? *derivatives_ : task.lanes ? *kernels_ : *single_;
+  }
+  Result<std::size_t> run(const Chain& chain, Task task, const DynamicsBatch& batch,
+                          Progress& progress) const;
 
-  const Kernels *kernels_ = nullptr, *single_ = nullptr;
+  const Kernels *kernels_ = nullptr, *single_ = nullptr, *derivatives_ = nullptr;
   bool columns_ = false;
   const double* pivots_ = nullptr;
 };

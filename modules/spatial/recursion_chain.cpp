@@ -11,6 +11,8 @@ namespace robomosp::spatial::recursions {
 void Chain::add_body(const JointModel& joint) {
   Body b{};
   b.joint = spatial::joint_constants(joint);
+  b.column = mechanism_.columns;
+  mechanism_.columns += static_cast<std::size_t>(velocity_count(joint.type));
   b.mass = b.carried = joint.body.mass;
   const Vec3 first = spatial::scale(joint.body.com, joint.body.mass);
   std::copy(first.begin(), first.end(), b.first);
@@ -93,6 +95,12 @@ Result<Chain> Chain::make(const RobotModel& model) {
     const std::int32_t before = static_cast<std::int32_t>(k) - 1;
     if (m.coupled) chain.entry_parent_[k] = before;
     m.dense = m.dense && chain.entry_parent_[k] == before;
+  }
+  m.ordered = !m.coupled;
+  for (std::size_t i = 0; i < chain.bodies_.size(); ++i) {
+    const Body& b = chain.bodies_[i];
+    m.ordered = m.ordered && b.joint.parent == static_cast<std::int32_t>(i) - 1 &&
+                static_cast<std::size_t>(b.joint.v_index) == b.column;
   }
   std::copy(model.gravity.begin(), model.gravity.end(), m.gravity);
   m.bodies = chain.bodies_.data();

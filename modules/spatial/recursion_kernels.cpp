@@ -33,6 +33,8 @@ T evaluate(const Mechanism& m, const Task& task, const Inputs<T>& in, const Base
         solve(m, x.m, out);
       }
       break;
+    case Task::What::torque_derivatives:
+    case Task::What::acceleration_derivatives: break;  // recursion_derivatives.cpp
   }
   T none{};  // 0 * v is NaN for infinities and NaN, else 0
   for (std::size_t i = 0; i < count; ++i) none += 0.0 * out[i];

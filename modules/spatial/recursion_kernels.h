@@ -14,11 +14,12 @@ namespace robomosp::spatial::recursions {
 /// A joint and its body; moments about the joint's origin.
 struct Body {
   spatial::JointConstants joint;
-  double mass;        ///< [kg]
-  double first[3];    ///< mass times centre of mass [kg m]
-  double inertia[6];  ///< xx yy zz xy yz xz [kg m^2]
-  double second[6];   ///< integral of r r^T dm, the same order [kg m^2]
-  double carried;     ///< mass of the body and all that it carries [kg]
+  std::size_t column;  ///< of its first velocity among those of all joints
+  double mass;         ///< [kg]
+  double first[3];     ///< mass times centre of mass [kg m]
+  double inertia[6];   ///< xx yy zz xy yz xz [kg m^2]
+  double second[6];    ///< integral of r r^T dm, the same order [kg m^2]
+  double carried;      ///< mass of the body and all that it carries [kg]
   double armature, viscous, coulomb_positive, coulomb_negative, stiffness, rest;
   bool resists;   ///< has armature, friction or a spring
   bool branches;  ///< carries a joint that does not come right behind it
@@ -36,16 +37,24 @@ struct Mechanism {
   const TipPath* tips;
   std::size_t count, coordinates, velocities;
   double gravity[3];
-  bool coupled;        ///< entries of tau are sums over joints
-  bool dense;          ///< entry_parent[k] is k - 1 throughout
-  bool resists;        ///< some body does
-  bool single_joints;  ///< revolute and prismatic joints, none coupled
-  bool simple_chain;   ///< of these, one behind the other
+  bool coupled;         ///< entries of tau are sums over joints
+  bool dense;           ///< entry_parent[k] is k - 1 throughout
+  bool resists;         ///< some body does
+  bool single_joints;   ///< revolute and prismatic joints, none coupled
+  bool simple_chain;    ///< of these, one behind the other
+  std::size_t columns;  ///< of all joints: more than velocities when joints are coupled
+  bool ordered;  ///< one body behind the other, whose columns are the entries of tau in order
 };
 
 /// What to compute for a range of samples. Pointers as the spans of DynamicsBatch; null = zeros.
 struct Task {
-  enum class What { torques, inertia, accelerations };
+  enum class What {
+    torques,
+    inertia,
+    accelerations,
+    torque_derivatives,        ///< out by q, by_rate; derivative_kernels()
+    acceleration_derivatives,  ///< also by_force; without pivots at the given qdd
+  };
   What what;
   bool columns;  ///< the inertia column by column instead of by composite bodies
   /// Forward dynamics by articulated bodies: below it the resistance of a joint is rounding, one a
@@ -59,6 +68,7 @@ struct Task {
   bool one_wrench, one_base;  ///< for all samples
   std::int32_t tip;
   double* out;
+  double *by_rate, *by_force;  ///< of derivatives: n * n numbers a sample, as out
 };
 
 struct Kernels {
@@ -78,15 +88,20 @@ inline constexpr double kDiagonal = 1e-18;
 
 /// The kernels of a set, or the next narrower that was compiled.
 [[nodiscard]] const Kernels& kernels(spatial::InstructionSet set);
+/// The same for derivatives; all sets take single samples.
+[[nodiscard]] const Kernels& derivative_kernels(spatial::InstructionSet set);
 
 namespace baseline {
 const Kernels& kernels();
-}
+const Kernels& derivative_kernels();
+}  // namespace baseline
 namespace avx2 {
 const Kernels& kernels();
-}
+const Kernels& derivative_kernels();
+}  // namespace avx2
 namespace avx512 {
 const Kernels& kernels();
-}
+const Kernels& derivative_kernels();
+}  // namespace avx512
 
 }  // namespace robomosp::spatial::recursions

@@ -87,7 +87,9 @@ std::size_t lay_out(const Mechanism& m, const Task& task, double* at, Scratch<T>
       take((m.simple_chain ? 0 : articulated) * sizeof(ArticulatedBody<T>) / 8));
   room.resistances =
       reinterpret_cast<Resistance<T>*>(take(articulated * sizeof(Resistance<T>) / 8));
-  room.m = numbers(task.what == Task::What::torques || task.pivots ? 0 : n * n);
+  const bool has_matrix =
+      task.what == Task::What::inertia || task.what == Task::What::accelerations;
+  room.m = numbers(has_matrix && !task.pivots ? n * n : 0);
   return used + kAlignment / sizeof(double);
 }
 

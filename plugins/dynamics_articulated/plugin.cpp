@@ -35,19 +35,16 @@ class ArticulatedBody final : public ForwardDynamics {
     RMP_TRY(refuse_loops(model));
     RMP_TRY_ASSIGN(articulated_, make_articulated(model));
     simple_ = model.is_simple();
-    if (simple_) {
-      RMP_TRY_ASSIGN(chain_, Chain::make(model));
-      runner_ = Runner(spatial::instruction_set_up_to(params.text("instructions")),
-                       articulated_.pivot.data());
-    }
+    RMP_TRY_ASSIGN(chain_, Chain::make(model));
+    const auto set = spatial::instruction_set_up_to(params.text("instructions"));
+    runner_ = simple_ ? Runner(set, articulated_.pivot.data()) : Runner(set, false);
     std::vector<double> scratch(articulated_scratch(articulated_));
     return refuse_singular(tree(), [&](const DynamicsBatch& b, double* qdd) {
       return articulated::accelerations(articulated_, b, 0, scratch.data(), qdd);
     });
   }
   std::size_t scratch_size() const override {
-    const std::size_t n = tree().velocities;
-    return std::max(own_scratch(), spatial::derivatives_scratch(tree()) + n * n + 2 * n);
+    return std::max(own_scratch(), derivatives_scratch() + tree().velocities);
   }
   Result<void> accelerations(const DynamicsBatch& batch, std::span<double> qdd,
                              Progress& progress) const override {
@@ -70,35 +67,31 @@ class ArticulatedBody final : public ForwardDynamics {
                            std::span<double> by_qd, std::span<double> by_tau,
                            Progress& progress) const override {
     const std::size_t n = tree().velocities;
-    RMP_TRY(spatial::check_batch(tree(), batch, scratch_size(), by_q.size(), n * n));
-    RMP_TRY(spatial::check_batch(tree(), batch, scratch_size(), by_qd.size(), n * n));
-    RMP_TRY(spatial::check_batch(tree(), batch, scratch_size(), by_tau.size(), n * n));
-    double* m = batch.scratch.data() + spatial::derivatives_scratch(tree());
-    double *qdd = m + n * n, *column = qdd + n;
+    for (const std::span<double> out : {by_q, by_qd, by_tau})
+      RMP_TRY(spatial::check_batch(tree(), batch, scratch_size(), out.size(), n * n));
+    if (simple_) {
+      std::size_t bad = 0;
+      RMP_TRY_ASSIGN(bad, runner_.differentiate(chain_, batch, by_q, by_qd, by_tau, progress));
+      return bad == batch.count ? Result<void>() : no_derivatives(batch, bad);
+    }
+    const std::span<double> qdd = batch.scratch.subspan(derivatives_scratch(), n);
     for (std::size_t i = 0; i < batch.count; ++i) {
       if (i % kSamplesPerCheck == 0 && progress.cancelled()) return cancelled();
-      // The accelerations' scratch may reach into m, which is filled afterwards; qdd is moved out
-      // of its way.
-      RMP_TRY(one(batch, i, by_tau.data() + i * n * n));
-      std::copy_n(by_tau.data() + i * n * n, n, qdd);
-      const std::span<double> dq = by_q.subspan(i * n * n, n * n),
-                              dqd = by_qd.subspan(i * n * n, n * n),
-                              dtau = by_tau.subspan(i * n * n, n * n);
-      spatial::tree_derivatives(tree(), batch, i, qdd, true, batch.scratch.data(), dq, dqd);
-      const auto swept = spatial::take_scratch(tree(), batch.scratch.data());
-      spatial::tree_inertia(tree(), swept.bodies, swept.columns, std::span(m, n * n));
-      if (const std::ptrdiff_t bad = spatial::cholesky(std::span(m, n * n), n); bad >= 0)
-        return std::move(singular(tree(), joint_of(tree(), static_cast<std::size_t>(bad))))
-            .in(sample_name(i));
-      std::fill(dtau.begin(), dtau.end(), 0.0);
-      for (std::size_t k = 0; k < n; ++k) dtau[k * n + k] = 1;
-      for (const std::span<double> d : {dq, dqd, dtau})
-        for (std::size_t c = 0; c < n; ++c) {
-          const double sign = d.data() == dtau.data() ? 1 : -1;
-          for (std::size_t r = 0; r < n; ++r) column[r] = sign * d[r * n + c];
-          spatial::cholesky_solve(std::span<const double>(m, n * n), n, column);
-          for (std::size_t r = 0; r < n; ++r) d[r * n + c] = column[r];
-        }
+      // The accelerations' scratch may reach into qdd.
+      const std::span<double> dtau = by_tau.subspan(i * n * n, n * n);
+      RMP_TRY(one(batch, i, dtau.data()));
+      std::copy_n(dtau.data(), n, qdd.data());
+      DynamicsBatch sample = batch;
+      sample.count = 1;
+      sample.q = batch.q.subspan(i * tree().coordinates, tree().coordinates);
+      if (!batch.qd.empty()) sample.qd = batch.qd.subspan(i * n, n);
+      sample.qdd = qdd;
+      if (batch.tip.size() > 1) sample.tip = batch.tip.subspan(i, 1);
+      if (batch.base.size() > 1) sample.base = batch.base.subspan(i, 1);
+      std::size_t bad = 0;
+      RMP_TRY_ASSIGN(bad, runner_.differentiate(chain_, sample, by_q.subspan(i * n * n, n * n),
+                                                by_qd.subspan(i * n * n, n * n), dtau, progress));
+      if (bad != 1) return no_derivatives(batch, i);
     }
     return {};
   }
@@ -108,7 +101,26 @@ class ArticulatedBody final : public ForwardDynamics {
     const std::size_t one = articulated_scratch(articulated_);
     return simple_ ? std::max(one, runner_.scratch_size(chain_, {What::accelerations})) : one;
   }
+  std::size_t derivatives_scratch() const {
+    return runner_.scratch_size(chain_, {What::acceleration_derivatives});
+  }
   const spatial::BodyTree& tree() const { return articulated_.tree; }
+  /// Why sample i has none.
+  Result<void> no_derivatives(const DynamicsBatch& batch, std::size_t i) const {
+    const std::size_t n = tree().velocities;
+    std::vector<double> qdd(n), m(n * n), scratch(spatial::tree_scratch(tree()));
+    RMP_TRY(one(batch, i, qdd.data()));
+    const auto swept = spatial::take_scratch(tree(), scratch.data());
+    spatial::TreeState still;
+    still.q = batch.q.data() + i * tree().coordinates;
+    spatial::sweep(tree(), still, swept.bodies, swept.columns);
+    spatial::gather(tree(), swept.bodies, true);
+    spatial::tree_inertia(tree(), swept.bodies, swept.columns, m);
+    const std::ptrdiff_t bad = spatial::cholesky(m, n);
+    if (bad < 0) return not_finite("the derivatives", i);
+    return std::move(singular(tree(), joint_of(tree(), static_cast<std::size_t>(bad))))
+        .in(sample_name(i));
+  }
   Result<void> one(const DynamicsBatch& batch, std::size_t i, double* qdd) const {
     const std::int32_t bad =
         articulated::accelerations(articulated_, batch, i, batch.scratch.data(), qdd);
@@ -119,7 +131,7 @@ class ArticulatedBody final : public ForwardDynamics {
     return {};
   }
   Articulated articulated_;
-  // Samples of revolute and prismatic joints are computed side by side.
+  // Accelerations of revolute and prismatic joints are computed side by side.
   bool simple_ = false;
   Chain chain_;
   Runner runner_;

@@ -47,7 +47,7 @@ Energy energy_of(const BodyTree& tree, const DynamicsBatch& batch, std::size_t s
 
 }  // namespace
 
-std::size_t further_scratch(const BodyTree& tree) { return derivatives_scratch(tree); }
+std::size_t further_scratch(const BodyTree& tree) { return tree_scratch(tree); }
 
 Result<void> energy(const BodyTree& tree, const DynamicsBatch& batch, std::span<Energy> out,
                     Progress& progress) {
@@ -56,20 +56,6 @@ Result<void> energy(const BodyTree& tree, const DynamicsBatch& batch, std::span<
     if (i % kSamplesPerLook == 0 && progress.cancelled())
       return error(ErrorCode::cancelled, "the dynamics were stopped");
     out[i] = energy_of(tree, batch, i);
-  }
-  return {};
-}
-
-Result<void> derivatives(const BodyTree& tree, const DynamicsBatch& batch, std::span<double> by_q,
-                         std::span<double> by_qd, Progress& progress) {
-  const std::size_t size = tree.velocities * tree.velocities;
-  RMP_TRY(check_batch(tree, batch, derivatives_scratch(tree), by_q.size(), size));
-  RMP_TRY(check_batch(tree, batch, derivatives_scratch(tree), by_qd.size(), size));
-  for (std::size_t i = 0; i < batch.count; ++i) {
-    if (i % kSamplesPerLook == 0 && progress.cancelled())
-      return error(ErrorCode::cancelled, "the dynamics were stopped");
-    tree_derivatives(tree, batch, i, nullptr, false, batch.scratch.data(),
-                     by_q.subspan(i * size, size), by_qd.subspan(i * size, size));
   }
   return {};
 }

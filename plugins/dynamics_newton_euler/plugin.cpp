@@ -47,8 +47,9 @@ class NewtonEuler final : public InverseDynamics {
     RMP_TRY_ASSIGN(chain_, Chain::make(model));
     runner_ = make_runner(params);
     RMP_TRY_ASSIGN(tree_, spatial::make_body_tree(model));
-    scratch_ = std::max(runner_.scratch_size(chain_, {What::torques, What::inertia}),
-                        further_scratch(tree_));
+    scratch_ = std::max(
+        runner_.scratch_size(chain_, {What::torques, What::inertia, What::torque_derivatives}),
+        further_scratch(tree_));
     return {};
   }
   std::size_t scratch_size() const override { return scratch_; }
@@ -62,7 +63,13 @@ class NewtonEuler final : public InverseDynamics {
   }
   Result<void> derivatives(const DynamicsBatch& batch, std::span<double> by_q,
                            std::span<double> by_qd, Progress& progress) const override {
-    return newton_euler::derivatives(tree_, batch, by_q, by_qd, progress);
+    const std::size_t width = chain_.dof() * chain_.dof();
+    for (const std::span<double> out : {by_q, by_qd})
+      RMP_TRY(spatial::check_batch(chain_.shape(), batch, scratch_, out.size(), width));
+    std::size_t bad = 0;
+    RMP_TRY_ASSIGN(bad, runner_.differentiate(chain_, batch, by_q, by_qd, {}, progress));
+    if (bad != batch.count) return not_finite("the derivatives", bad);
+    return {};
   }
   Result<void> regressor(const DynamicsBatch& batch, std::span<double> y,
                          Progress& progress) const override {

@@ -1,11 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
+// The slower path that derivatives of dynamics are held against: 6 x 6 maps of composite bodies,
+// multiplied for every pair of joints of which one carries the other. A second implementation of
+// what modules/spatial/recursion_derivatives.h computes; it shares no formula of the maps with it.
+#pragma once
+
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <vector>
 
 #include "spatial/body_tree.h"
 
-namespace robomosp::spatial {
-namespace {
+namespace robomosp::test {
+
+using namespace spatial;
 
 /// A 6 x 6 matrix from motions to forces: blocks of (angular, linear), row-major each.
 struct Map6 {
@@ -24,7 +32,7 @@ struct Map6 {
 static_assert(sizeof(Map6) == 36 * sizeof(double));
 
 /// How a body's force changes with its velocity: x -> I (x cross v) + x cross* I v + v cross* I x.
-Map6 velocity_map(const RigidInertia& inertia, const Screw& v) {
+inline Map6 velocity_map(const RigidInertia& inertia, const Screw& v) {
   Map6 out;
   const Screw h = multiply(inertia, v);
   for (std::size_t j = 0; j < 6; ++j) {
@@ -40,15 +48,15 @@ Map6 velocity_map(const RigidInertia& inertia, const Screw& v) {
   return out;
 }
 
-}  // namespace
-
-std::size_t derivatives_scratch(const BodyTree& tree) {
+inline std::size_t pairwise_scratch(const BodyTree& tree) {
   return tree_scratch(tree) + tree.bodies.size() * 36 + tree.velocities;
 }
 
-void tree_derivatives(const BodyTree& tree, const DynamicsBatch& batch, std::size_t sample,
-                      const double* qdd, bool forward, double* scratch, std::span<double> by_q,
-                      std::span<double> by_qd) {
+/// Partial derivatives of one sample's tau by small joint motions and by qd: dof * dof each,
+/// row-major, row = entry of tau, for the chosen terms. `qdd` replaces the batch's when not null.
+inline void pairwise_derivatives(const BodyTree& tree, const DynamicsBatch& batch,
+                                 std::size_t sample, const double* qdd, bool forward,
+                                 double* scratch, std::span<double> by_q, std::span<double> by_qd) {
   const std::size_t n = tree.velocities;
   const std::uint32_t terms = forward ? batch.terms | kInertialTerm : batch.terms;
   const TreeScratch s = take_scratch(tree, scratch);
@@ -151,4 +159,28 @@ void tree_derivatives(const BodyTree& tree, const DynamicsBatch& batch, std::siz
   }
 }
 
-}  // namespace robomosp::spatial
+/// The same of accelerations, at those that the torques cause; false where M is not positive
+/// definite.
+inline bool pairwise_derivatives(const BodyTree& tree, const DynamicsBatch& batch,
+                                 std::size_t sample, const double* qdd, double* scratch,
+                                 std::span<double> by_q, std::span<double> by_qd,
+                                 std::span<double> by_tau) {
+  const std::size_t n = tree.velocities;
+  pairwise_derivatives(tree, batch, sample, qdd, true, scratch, by_q, by_qd);
+  const TreeScratch swept = take_scratch(tree, scratch);
+  std::vector<double> m(n * n), column(n);
+  tree_inertia(tree, swept.bodies, swept.columns, m);
+  if (cholesky(m, n) >= 0) return false;
+  std::fill(by_tau.begin(), by_tau.end(), 0.0);
+  for (std::size_t k = 0; k < n; ++k) by_tau[k * n + k] = 1;
+  for (const std::span<double> d : {by_q, by_qd, by_tau})
+    for (std::size_t c = 0; c < n; ++c) {
+      const double sign = d.data() == by_tau.data() ? 1 : -1;
+      for (std::size_t r = 0; r < n; ++r) column[r] = sign * d[r * n + c];
+      cholesky_solve(m, n, column.data());
+      for (std::size_t r = 0; r < n; ++r) d[r * n + c] = column[r];
+    }
+  return true;
+}
+
+}  // namespace robomosp::test
