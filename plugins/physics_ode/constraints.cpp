@@ -145,6 +145,10 @@ void OdeWorld::add_forces(std::span<const double> forces, std::span<const double
     dBodyAddForceAtPos(id, p.force[0], p.force[1], p.force[2], at[0], at[1], at[2]);
     dBodyAddTorque(id, p.torque[0], p.torque[1], p.torque[2]);
   }
+  for (const PileForce& f : pile_forces_) {
+    dBodyAddForce(f.id, f.force[0], f.force[1], f.force[2]);
+    dBodyAddTorque(f.id, f.torque[0], f.torque[1], f.torque[2]);
+  }
   for (std::size_t r = 0; r < row_forces.size(); ++r)
     for (const Row::Entry& e : rows_[r].entries) {
       const Vec3 f = spatial::scale(e.linear, row_forces[r]),

@@ -19,6 +19,11 @@ const rmp_param kParams[] = {
     {"contact_erp", "real", "", "Share of a penetration that a step repairs.", "0.2", nullptr, 0,
      1},
     {"contact_cfm", "real", "", "Softness of contacts.", "1e-7", nullptr, 0, 1},
+    {"piles_from", "int", "",
+     "Of the exact solver: bodies without joints that touch at so many points are solved as a "
+     "pile, "
+     "by a method of equal exactness for sparse matrices; fewer are as quick all at once.",
+     "17", nullptr, 0, 1000000},
     {"most_contacts", "int", "", "Contact points of a pair of shapes.", "16", nullptr, 1, 64},
 };
 
@@ -32,6 +37,7 @@ class Ode final : public PhysicsEngine {
     s.sweeps = static_cast<int>(p.integer("sweeps"));
     s.erp = p.real("erp"), s.cfm = p.real("cfm");
     s.contact_erp = p.real("contact_erp"), s.contact_cfm = p.real("contact_cfm");
+    s.piles_from = static_cast<std::size_t>(p.integer("piles_from"));
     s.most_contacts = static_cast<int>(p.integer("most_contacts"));
     RMP_TRY_ASSIGN(auto world, OdeWorld::make(bodies, joints, gravity, s));
     return std::unique_ptr<PhysicsWorld>(std::move(world));

@@ -292,13 +292,20 @@ void OdeWorld::collide(dGeomID first, dGeomID second) {
       c.surface.bounce_vel = 0.02;
     }
     set_direction(x, y, c);
-    const dJointID joint = dJointCreateContact(world_, contact_joints_, &c);
-    dJointAttach(joint, x.id, y.id);
     Contact& kept = contacts_.emplace_back();
     kept.contact = {a, b, vec3(c.geom.pos), vec3(c.geom.normal), c.geom.depth, {}};
+    kept.made = c;
     kept.feedback = {};
     kept.first_is_a = x.id != nullptr;
-    dJointSetFeedback(joint, &kept.feedback);
+  }
+}
+
+void OdeWorld::make_contact_joints() {
+  for (Contact& c : contacts_) {
+    if (c.is_solved) continue;
+    const dJointID joint = dJointCreateContact(world_, contact_joints_, &c.made);
+    dJointAttach(joint, body_id(c.contact.a), body_id(c.contact.b));
+    dJointSetFeedback(joint, &c.feedback);
   }
 }
 
@@ -339,9 +346,11 @@ Result<void> OdeWorld::check_islands() const {
   for (const Joint& j : joints_) join(j.a, j.b);
   for (const Attachment& t : attachments_)
     if (t.joint) join(t.a, t.b);
-  for (const Contact& c : contacts_) join(c.contact.a, c.contact.b);
+  for (const Contact& c : contacts_)
+    if (!c.is_solved) join(c.contact.a, c.contact.b);
   std::vector<std::size_t> rows(bodies_.size());
   for (const Contact& c : contacts_) {
+    if (c.is_solved) continue;
     const std::int32_t one = body_id(c.contact.a) ? c.contact.a : c.contact.b;
     if ((rows[find(static_cast<std::size_t>(one))] += 3) > kMostRows)
       return beyond("bodies that touch each other have more than " + std::to_string(kMostRows / 3) +
@@ -368,7 +377,9 @@ Result<void> OdeWorld::step_once(std::span<const double> forces, Progress& progr
     if (!f.stops && f.world->contacts_.size() <= kMostContacts) f.world->collide(a, b);
   });
   if (finder.stops) return error(ErrorCode::cancelled, "the simulation was stopped");
+  settle_piles();
   RMP_TRY(check_islands());
+  make_contact_joints();
   for (Joint& j : joints_) prepare(j);
   const bool done = !has_rows_ ? advance(forces, {}) : advance_with_rows(forces);
   if (!done) return error(ErrorCode::internal, "the engine ran out of memory");
@@ -416,7 +427,7 @@ Result<void> OdeWorld::step(double dt, std::int32_t steps, std::span<const doubl
   RMP_TRY(check_state());
   // ODE puts the body first where there is one only.
   for (Contact& c : contacts_)
-    c.contact.force = spatial::scale(vec3(c.feedback.f1), c.first_is_a ? 1 : -1);
+    if (!c.is_solved) c.contact.force = spatial::scale(vec3(c.feedback.f1), c.first_is_a ? 1 : -1);
   pushes_.clear();
   return {};
 }

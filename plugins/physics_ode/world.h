@@ -13,6 +13,7 @@
 #include <robomosp/sdk/physics.h>
 
 #include "geometry.h"
+#include "pile.h"
 
 namespace robomosp::physics_ode {
 
@@ -27,7 +28,8 @@ struct Settings {
   double erp = 0.2;   ///< share of a joint's error that a step repairs, 0..1
   double cfm = 1e-8;  ///< softness of constraints
   double contact_erp = 0.2, contact_cfm = 1e-7;
-  int most_contacts = 16;  ///< of a pair of shapes
+  std::size_t piles_from = 17;  ///< contacts of free bodies that are solved as a pile
+  int most_contacts = 16;       ///< of a pair of shapes
 };
 
 /// dWorldStep(); whether its solver gave up then, so that velocities are of no use.
@@ -83,8 +85,10 @@ class OdeWorld final : public PhysicsWorld {
   };
   struct Contact {
     PhysicsContact contact;
+    dContact made;
     dJointFeedback feedback;
     bool first_is_a = true;
+    bool is_solved = false;  ///< with its pile, so that the engine has no joint for it
   };
   /// A row of constraints that ODE has no joint for, between any number of bodies: sum J v = target
   /// - cfm * force.
@@ -100,6 +104,10 @@ class OdeWorld final : public PhysicsWorld {
     std::int32_t body;
     Vec3 force, torque;
   };
+  struct PileForce {
+    dBodyID id;
+    Vec3 force, torque;
+  };
   struct Attachment {
     dJointID joint = nullptr;
     std::int32_t a = -1, b = -1;
@@ -111,6 +119,12 @@ class OdeWorld final : public PhysicsWorld {
   void give_id(std::int32_t body);  ///< also to what does not move; once
   [[nodiscard]] Result<void> check_state() const;
   [[nodiscard]] Result<void> check_islands() const;
+  void make_contact_joints();
+  // piles.cpp
+  void settle_piles();
+  bool settle(std::span<const std::size_t> contacts);
+  [[nodiscard]] PileBody pile_body(std::int32_t body) const;
+  [[nodiscard]] PileContact pile_contact(const Contact& contact) const;
   Result<void> step_once(std::span<const double> forces, Progress& progress);
   Result<void> add_joint(const PhysicsJoint& joint, std::size_t number,
                          std::span<const PhysicsBody> bodies);
@@ -154,9 +168,11 @@ class OdeWorld final : public PhysicsWorld {
   std::vector<double> row_forces_;    ///< of the step before
   std::vector<double> row_response_;  ///< d (J v) / d force, rows_ x rows_; empty = not known
   std::vector<Push> pushes_;
+  std::vector<PileForce> pile_forces_;  ///< of this step
+  std::vector<std::int32_t> local_;     ///< number of a body in the pile being solved, or -1
   std::vector<Attachment> attachments_;
   std::multiset<std::pair<std::int32_t, std::int32_t>> tied_;  ///< a < b: do not touch
-  int steps_until_exact_ = 0;  ///< after the exact solver gave up
+  int steps_until_exact_ = 0;                                  ///< after the exact solver gave up
   bool is_broken_ = false;        ///< the engine stopped in the middle of a step
   std::deque<Contact> contacts_;  ///< ODE keeps their addresses
 };
