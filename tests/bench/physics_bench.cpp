@@ -74,15 +74,16 @@ void boxes(benchmark::State& state, Layout layout, const char* solver = "exact",
   (*made)->contacts(contacts);
   state.counters["contacts"] = static_cast<double>(contacts.size());
 }
-#define ROBOMOSP_BOXES(name, layout, ...) \
-  BENCHMARK_CAPTURE(boxes, name, Layout::layout __VA_ARGS__)->Unit(benchmark::kMillisecond)
+#define ROBOMOSP_BOXES(name, layout, ...)                                   \
+  BENCHMARK_CAPTURE(boxes, name, Layout::layout __VA_OPT__(, ) __VA_ARGS__) \
+      ->Unit(benchmark::kMillisecond)
 ROBOMOSP_BOXES(scattered, scattered)->Arg(10)->Arg(100)->Arg(1000);
 ROBOMOSP_BOXES(stacks, stacks)->Arg(10)->Arg(60)->Arg(100)->Arg(400)->Arg(1000);
 ROBOMOSP_BOXES(tower, tower)->Arg(10)->Arg(20)->Arg(60)->Arg(200);
 ROBOMOSP_BOXES(wall, wall)->Arg(10)->Arg(20)->Arg(60)->Arg(100)->Arg(400);
-ROBOMOSP_BOXES(tower_by_the_engine, tower, , "exact", "1000000")->Arg(10)->Arg(20)->Arg(60);
-ROBOMOSP_BOXES(wall_by_the_engine, wall, , "exact", "1000000")->Arg(10)->Arg(20)->Arg(60);
-ROBOMOSP_BOXES(wall_by_sweeps, wall, , "sweeps")->Arg(10)->Arg(100)->Arg(1000);
+ROBOMOSP_BOXES(tower_by_the_engine, tower, "exact", "1000000")->Arg(10)->Arg(20)->Arg(60);
+ROBOMOSP_BOXES(wall_by_the_engine, wall, "exact", "1000000")->Arg(10)->Arg(20)->Arg(60);
+ROBOMOSP_BOXES(wall_by_sweeps, wall, "sweeps")->Arg(10)->Arg(100)->Arg(1000);
 
 }  // namespace
 }  // namespace robomosp
