@@ -95,13 +95,10 @@ void BatchKinematics::tip_poses(std::size_t tip, std::span<const double> q, std:
   run(task, poses.size(), scratch);
 }
 
-void BatchKinematics::jacobians(std::size_t tip, std::span<const double> q, JacobianFrame frame,
-                                std::span<Pose> poses, std::span<double> jacobians,
-                                std::span<double> scratch) const {
-  if (jacobians.empty()) return;
-  const std::size_t samples = jacobians.size() / (6 * dof_);
-  RMP_CHECK(tip < tips_.size() && jacobians.size() == samples * 6 * dof_ &&
-                q.size() == samples * coordinates_ && (poses.empty() || poses.size() == samples),
+kernels::Task BatchKinematics::jacobian_task(std::size_t tip, std::span<const double> q,
+                                             JacobianFrame frame, std::span<double> out) const {
+  RMP_CHECK(tip < tips_.size() && out.size() % (6 * dof_) == 0 &&
+                q.size() == out.size() / (6 * dof_) * coordinates_,
             "spans do not fit");
   kernels::Task task{};
   task.path = tips_[tip].path.data(), task.path_count = tips_[tip].path.size();
@@ -109,9 +106,34 @@ void BatchKinematics::jacobians(std::size_t tip, std::span<const double> q, Jaco
   task.turned_by = frame == JacobianFrame::world ? base_.R.data() : nullptr;
   task.in_tip = frame == JacobianFrame::tip;
   task.q = q.data();
+  task.jacobians = out.data();
+  return task;
+}
+
+void BatchKinematics::jacobians(std::size_t tip, std::span<const double> q, JacobianFrame frame,
+                                std::span<Pose> poses, std::span<double> jacobians,
+                                std::span<double> scratch) const {
+  if (jacobians.empty()) return;
+  kernels::Task task = jacobian_task(tip, q, frame, jacobians);
+  const std::size_t samples = jacobians.size() / (6 * dof_);
+  RMP_CHECK(poses.empty() || poses.size() == samples, "spans do not fit");
   task.poses = poses.empty() ? nullptr : poses.data()->R.data();
-  task.jacobians = jacobians.data();
   run(task, samples, scratch);
+}
+
+void BatchKinematics::jacobian_rows(std::size_t tip, std::span<const double> q, JacobianFrame frame,
+                                    std::span<double> rows, std::span<double> scratch) const {
+  if (rows.empty()) return;
+  kernels::Task task = jacobian_task(tip, q, frame, rows);
+  task.by_rows = true;
+  run(task, rows.size() / (6 * dof_), scratch);
+}
+
+void BatchKinematics::describe(std::span<const Pose> poses, const Pose& base,
+                               const kernels::PoseRows& to) const {
+  if (poses.empty()) return;
+  const bool is_apart = base.R != Pose{}.R || base.p != Pose{}.p;
+  kernels_->describe(poses.data()->R.data(), poses.size(), is_apart ? base.R.data() : nullptr, to);
 }
 
 }  // namespace robomosp::robotics

@@ -15,6 +15,7 @@
 namespace robomosp::robotics {
 
 namespace kernels {
+struct PoseRows;
 struct Table;
 struct Task;
 }  // namespace kernels
@@ -42,6 +43,12 @@ class BatchKinematics {
   void jacobians(std::size_t tip, std::span<const double> q, JacobianFrame frame,
                  std::span<Pose> poses, std::span<double> jacobians,
                  std::span<double> scratch) const;
+  /// The same without poses, each as a matrix of 6 rows (v, w) and dof columns, row-major.
+  void jacobian_rows(std::size_t tip, std::span<const double> q, JacobianFrame frame,
+                     std::span<double> rows, std::span<double> scratch) const;
+  /// base * pose of each pose as matrix, position, roll-pitch-yaw and quaternion, which equal those
+  /// of spatial/rotation.h to rounding. On the calling thread.
+  void describe(std::span<const Pose> poses, const Pose& base, const kernels::PoseRows& to) const;
 
  private:
   struct Tip {
@@ -49,6 +56,8 @@ class BatchKinematics {
     Pose tool;
   };
 
+  [[nodiscard]] kernels::Task jacobian_task(std::size_t tip, std::span<const double> q,
+                                            JacobianFrame frame, std::span<double> out) const;
   void run(kernels::Task& task, std::size_t samples, std::span<double> scratch) const;
 
   const kernels::Table* kernels_ = nullptr;

@@ -2,6 +2,7 @@
 // Compiled by robomosp_lanes(): frames of joints along a path, one configuration a lane.
 #include "robotics/kinematics_kernels.h"
 
+#include "spatial/lane_angles.h"
 #include "spatial/lane_math.h"
 
 namespace robomosp::robotics::kernels::RMP_LANES {
@@ -152,13 +153,14 @@ void jacobian(const Task& task, const Scratch& x, const Frame& tip, Lanes* out) 
   for (std::size_t i = 0; i < task.path_count; ++i) {
     const JointConstants& k = task.joints[task.path[i]];
     const Frame& f = x.frames[task.path[i]];
-    Lanes* column = out + 6 * k.v_index;
+    const std::size_t down = task.by_rows ? task.dof : 1, along = task.by_rows ? 1 : 6;
+    Lanes* column = out + along * static_cast<std::size_t>(k.v_index);
     const auto put = [&](std::size_t row, const Vec<Lanes>& v) {
+      Lanes* at = column + row * down;
       if (task.coupled) {
-        column[row] += v.x * k.ratio, column[row + 1] += v.y * k.ratio;
-        column[row + 2] += v.z * k.ratio;
+        at[0] += v.x * k.ratio, at[down] += v.y * k.ratio, at[2 * down] += v.z * k.ratio;
       } else {
-        column[row] = v.x, column[row + 1] = v.y, column[row + 2] = v.z;
+        at[0] = v.x, at[down] = v.y, at[2 * down] = v.z;
       }
     };
     const auto turn = [&](const Vec<Lanes>& axis) {
@@ -172,13 +174,13 @@ void jacobian(const Task& task, const Scratch& x, const Frame& tip, Lanes* out) 
     if (k.type == JointType::revolute) turn(f.z);
     if (k.type == JointType::prismatic) slide(f.z);
     if (k.type == JointType::free) {
-      slide(f.x), column += 6;
-      slide(f.y), column += 6;
-      slide(f.z), column += 6;
+      slide(f.x), column += along;
+      slide(f.y), column += along;
+      slide(f.z), column += along;
     }
     if (k.type == JointType::spherical || k.type == JointType::free) {
-      turn(f.x), column += 6;
-      turn(f.y), column += 6;
+      turn(f.x), column += along;
+      turn(f.y), column += along;
       turn(f.z);
     }
   }
@@ -213,6 +215,74 @@ void run(const Task& task, std::size_t samples, std::size_t first, std::size_t l
 std::size_t scratch_size(std::size_t joints, std::size_t coordinates, std::size_t dof) {
   Scratch x;
   return lay_out(joints, coordinates, dof, nullptr, x);
+}
+
+// The same angles as spatial::to_rpy, and the quaternion of spatial::to_quaternion.
+RMP_INLINE void rpy_of(const Lanes* R, Lanes* out) {
+  const Lanes zero{}, one = splat<Lanes>(1);
+  const Lanes c = root_of(R[0] * R[0] + R[3] * R[3]);
+  const auto apart = c > 1e-15;
+  // Sine and cosine of yaw, times c, which an angle does not feel.
+  const Lanes sine = select(apart, R[3], zero), cosine = select(apart, R[0], one);
+  const auto turn = [](const Lanes& y, const Lanes& x) {  // half turns are +pi
+    const Lanes a = angle<Lanes>(y, x);
+    return select(a <= -kPi, splat<Lanes>(kPi), a);
+  };
+  out[0] = turn(sine * R[2] - cosine * R[5], cosine * R[4] - sine * R[1]);
+  out[1] = angle<Lanes>(-R[6], c);
+  out[2] = select(apart, turn(R[3], R[0]), zero);
+}
+RMP_INLINE void quaternion_of(const Lanes* R, Lanes* out) {
+  const Lanes trace = R[0] + R[4] + R[8];
+  const Lanes a = R[7] - R[5], b = R[2] - R[6], c = R[3] - R[1];
+  const Lanes d = R[1] + R[3], e = R[2] + R[6], f = R[5] + R[7];
+  // Shepperd's choice of the largest component; that one's square first, times it the others.
+  Lanes square = 1 - R[0] - R[4] + R[8], w = c, x = e, y = f, z = square;
+  const auto take = [&](auto which, const Lanes& s, const Lanes& qw, const Lanes& qx,
+                        const Lanes& qy, const Lanes& qz) {
+    square = select(which, s, square);
+    w = select(which, qw, w), x = select(which, qx, x);
+    y = select(which, qy, y), z = select(which, qz, z);
+  };
+  const Lanes sw = 1 + trace, sx = 1 + R[0] - R[4] - R[8], sy = 1 - R[0] + R[4] - R[8];
+  take(R[4] >= R[8], sy, b, d, sy, f);
+  take((R[0] >= R[4]) & (R[0] >= R[8]), sx, a, sx, d, e);
+  take((trace >= R[0]) & (trace >= R[4]) & (trace >= R[8]), sw, sw, a, b, c);
+  const Lanes length = root_of(w * w + x * x + y * y + z * z);
+  const Lanes by = select(w < 0, -1 / length, 1 / length);
+  out[0] = w * by, out[1] = x * by, out[2] = y * by, out[3] = z * by;
+}
+
+void describe(const double* poses, std::size_t count, const double* base, const PoseRows& to) {
+  for (std::size_t i = 0; i < count; i += kLanes) {
+    const std::size_t here = count - i < kLanes ? count - i : kLanes;
+    Lanes given[12], at[16];
+    load_samples(poses + 12 * i, 12, count - i, given);
+    Lanes turned[9], p[3] = {given[9], given[10], given[11]};
+    const Lanes* turn = given;
+    if (base) {
+      for (std::size_t r = 0; r < 3; ++r) {
+        const double* row = base + 3 * r;
+        for (std::size_t c = 0; c < 3; ++c)
+          turned[3 * r + c] = given[c] * row[0] + given[3 + c] * row[1] + given[6 + c] * row[2];
+        p[r] = given[9] * row[0] + given[10] * row[1] + given[11] * row[2] + base[9 + r];
+      }
+      turn = turned;
+    }
+    for (std::size_t r = 0; r < 3; ++r) {
+      for (std::size_t c = 0; c < 3; ++c) at[4 * r + c] = turn[3 * r + c];
+      at[4 * r + 3] = p[r];
+    }
+    at[12] = at[13] = at[14] = Lanes{};
+    at[15] = splat<Lanes>(1);
+    store_samples(at, 16, here, to.matrices + 16 * i);
+    store_samples(p, 3, here, to.positions + 3 * i);
+    Lanes angles[3], turn4[4];
+    rpy_of(turn, angles);
+    store_samples(angles, 3, here, to.rpy + 3 * i);
+    quaternion_of(turn, turn4);
+    store_samples(turn4, 4, here, to.quaternions + 4 * i);
+  }
 }
 
 // One configuration: sines and cosines of several joints at once, then joint after joint. Members
@@ -273,7 +343,7 @@ void frames(const JointModel* joints, std::size_t count, const double* q, double
   }
 }
 
-constexpr Table kTable{run, scratch_size, frames, kLanes};
+constexpr Table kTable{run, scratch_size, frames, describe, kLanes};
 
 }  // namespace
 

@@ -20,8 +20,17 @@ struct Task {
   const double* turned_by;  ///< row-major, of Jacobians: axes_R_base; null = none
   bool in_tip;              ///< Jacobians in the tip's axes
   bool coupled;             ///< columns are sums over joints
+  bool by_rows;             ///< Jacobians as matrices of 6 rows, else joint after joint
   const double* q;
   double *frames, *poses, *jacobians;
+};
+
+/// Poses as people read them, each in an array of its own, one row a pose.
+struct PoseRows {
+  double* matrices;     ///< 16 numbers each, row-major
+  double* positions;    ///< 3
+  double* rpy;          ///< 3
+  double* quaternions;  ///< 4: w >= 0, x, y, z
 };
 
 struct Table {
@@ -31,6 +40,8 @@ struct Table {
   std::size_t (*scratch)(std::size_t joints, std::size_t coordinates, std::size_t dof);
   /// base_T_joint of one configuration, 12 numbers a joint, straight from the model.
   void (*frames)(const JointModel* joints, std::size_t count, const double* q, double* frames);
+  /// base * pose of `count` poses of 12 numbers; `base` is null for none.
+  void (*describe)(const double* poses, std::size_t count, const double* base, const PoseRows& to);
   std::size_t lanes;
 };
 

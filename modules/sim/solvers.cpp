@@ -4,15 +4,18 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <limits>
 
 #include "kernel/text.h"
 #include "motion/provider_params.h"
 #include "robotics/batch_kinematics.h"
 #include "robotics/closure.h"
 #include "robotics/kinematics.h"
+#include "sim/batches.h"
 #include "sim/ik_choice.h"
 #include "sim/provider_answer.h"
 #include "sim/simulate.h"
+#include "spatial/magnitudes.h"
 #include "spatial/pose.h"
 #include "spatial/rotation.h"
 #include "spatial/vec.h"
@@ -183,13 +186,22 @@ Result<void> check_answer(const Bound<IkSolver>& ik, const IkBatch& batch,
   return {};
 }
 
+/// What a provider leaves out is not seen here but by its guard.
 template <class Call>
-Result<std::vector<double>> checked_numbers(const std::string& provider, const RobotModel& model,
-                                            std::size_t size, Call&& call) {
+Result<void> checked(const std::string& provider, const RobotModel& model, std::span<double> out,
+                     Call&& call) {
+  const std::string where = "robot " + text::quote(model.name);
+  auto done = guarded(provider, [&]() -> Result<void> { return call(out); });
+  if (!done.ok()) return in_robot(std::move(done).error(), where);
+  if (spatial::first_beyond(out, std::numeric_limits<double>::max()) != out.size())
+    return broken(provider, kNotANumber).in(where);
+  return {};
+}
+template <class Dynamics, class Into>
+Result<std::vector<double>> of_vector(const Dynamics& dynamics, const DynamicsBatch& batch,
+                                      std::size_t size, Progress& progress, Into&& into) {
   std::vector<double> out(size, std::nan(""));
-  auto done = guarded(provider, [&]() -> Result<void> { return call(std::span<double>(out)); });
-  if (!done.ok()) return in_robot(std::move(done).error(), "robot " + text::quote(model.name));
-  if (!all_finite(out)) return broken(provider, kNotANumber).in("robot " + text::quote(model.name));
+  RMP_TRY(into(dynamics, batch, std::span<double>(out), progress));
   return out;
 }
 
@@ -267,32 +279,51 @@ Result<std::vector<IkResult>> solve_ik(const Bound<IkSolver>& ik, const IkBatch&
   return results;
 }
 
-Result<std::vector<double>> torques(const Bound<InverseDynamics>& dynamics, DynamicsBatch batch,
-                                    Progress& progress) {
+Result<void> torques(const Bound<InverseDynamics>& dynamics, DynamicsBatch batch,
+                     std::span<double> out, Progress& progress) {
   std::vector<double> scratch(dynamics.solver->scratch_size());
   batch.scratch = scratch;
-  return checked_numbers(
-      dynamics.provider, *dynamics.model, batch.count * dynamics.model->dof(),
-      [&](std::span<double> out) { return dynamics.solver->torques(batch, out, progress); });
+  return checked(dynamics.provider, *dynamics.model, out, [&](std::span<double> tau) {
+    return dynamics.solver->torques(batch, tau, progress);
+  });
+}
+
+Result<void> inertia(const Bound<InverseDynamics>& dynamics, DynamicsBatch batch,
+                     std::span<double> out, Progress& progress) {
+  std::vector<double> scratch(dynamics.solver->scratch_size());
+  batch.scratch = scratch;
+  return checked(dynamics.provider, *dynamics.model, out,
+                 [&](std::span<double> m) { return dynamics.solver->inertia(batch, m, progress); });
+}
+
+Result<void> accelerations(const Bound<ForwardDynamics>& dynamics, DynamicsBatch batch,
+                           std::span<double> out, Progress& progress) {
+  std::vector<double> scratch(dynamics.solver->scratch_size());
+  batch.scratch = scratch;
+  return checked(dynamics.provider, *dynamics.model, out, [&](std::span<double> qdd) {
+    return dynamics.solver->accelerations(batch, qdd, progress);
+  });
+}
+
+Result<std::vector<double>> torques(const Bound<InverseDynamics>& dynamics, DynamicsBatch batch,
+                                    Progress& progress) {
+  const std::size_t dof = dynamics.model->dof();
+  return of_vector(dynamics, batch, batch.count * dof, progress,
+                   [](auto&&... given) { return torques(given...); });
 }
 
 Result<std::vector<double>> inertia(const Bound<InverseDynamics>& dynamics, DynamicsBatch batch,
                                     Progress& progress) {
-  std::vector<double> scratch(dynamics.solver->scratch_size());
-  batch.scratch = scratch;
   const std::size_t dof = dynamics.model->dof();
-  return checked_numbers(
-      dynamics.provider, *dynamics.model, batch.count * dof * dof,
-      [&](std::span<double> out) { return dynamics.solver->inertia(batch, out, progress); });
+  return of_vector(dynamics, batch, batch.count * dof * dof, progress,
+                   [](auto&&... given) { return inertia(given...); });
 }
 
 Result<std::vector<double>> accelerations(const Bound<ForwardDynamics>& dynamics,
                                           DynamicsBatch batch, Progress& progress) {
-  std::vector<double> scratch(dynamics.solver->scratch_size());
-  batch.scratch = scratch;
-  return checked_numbers(
-      dynamics.provider, *dynamics.model, batch.count * dynamics.model->dof(),
-      [&](std::span<double> out) { return dynamics.solver->accelerations(batch, out, progress); });
+  const std::size_t dof = dynamics.model->dof();
+  return of_vector(dynamics, batch, batch.count * dof, progress,
+                   [](auto&&... given) { return accelerations(given...); });
 }
 
 }  // namespace robomosp::sim

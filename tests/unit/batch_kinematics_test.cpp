@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Kinematics of many configurations against the SDK's frames, which share no code with it, and
 // against differences of these.
+#include <array>
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -8,7 +9,9 @@
 #include <robomosp/sdk/conformance/mechanisms.h>
 
 #include "robotics/batch_kinematics.h"
+#include "robotics/kinematics_kernels.h"
 #include "spatial/pose.h"
+#include "spatial/rotation.h"
 
 namespace robomosp::robotics {
 namespace {
@@ -117,6 +120,68 @@ TEST_P(EverySet, JacobiansAreRatesOfTheTip) {
         for (std::size_t k = 0; k < 6 * n; ++k)
           EXPECT_NEAR(J[i * 6 * n + k], expected[k], 1e-13) << m.name << k;
       }
+    }
+    // The same numbers as matrices.
+    std::vector<double> rows(J.size());
+    kinematics.jacobian_rows(0, q, JacobianFrame::tip, rows, scratch);
+    for (std::size_t i = 0; i < kCount; ++i)
+      for (std::size_t row = 0; row < 6; ++row)
+        for (std::size_t k = 0; k < n; ++k)
+          EXPECT_EQ(rows[i * 6 * n + row * n + k], J[i * 6 * n + 6 * k + row]) << m.name;
+  }
+}
+
+TEST_P(EverySet, PosesAreDescribedAsOneByOne) {
+  const RobotModel m = conformance::puma560();
+  const BatchKinematics kinematics(m, GetParam());
+  Random random(9);
+  std::vector<Pose> poses;
+  for (int i = 0; i < 2000; ++i) {
+    Pose t = conformance::multiply(conformance::turn_x(random.uniform(-4, 4)),
+                                   conformance::turn_z(random.uniform(-4, 4)));
+    t = conformance::multiply(t, conformance::turn_x(random.uniform(-4, 4)));
+    poses.push_back(conformance::multiply(
+        t, conformance::shift(random.uniform(-2, 2), random.uniform(-2, 2), 1)));
+  }
+  // Half turns about each axis, where angles and quaternions change signs, and singular pitches.
+  for (const std::array<double, 9>& R : {std::array<double, 9>{1, 0, 0, 0, 1, 0, 0, 0, 1},
+                                         {-1, 0, 0, 0, -1, 0, 0, 0, 1},
+                                         {-1, 0, 0, 0, 1, 0, 0, 0, -1},
+                                         {1, 0, 0, 0, -1, 0, 0, 0, -1},
+                                         {0, 0, 1, 0, 1, 0, -1, 0, 0},
+                                         {0, 1, 0, 0, 0, -1, -1, 0, 0},
+                                         {0, 0, -1, 0, 1, 0, 1, 0, 0}})
+    poses.push_back({R, {}});
+  const Pose base = conformance::multiply(conformance::shift(1, 2, 3), conformance::turn_x(0.7));
+  for (const Pose& frame : {Pose{}, base}) {
+    const std::size_t n = poses.size();
+    std::vector<double> matrices(16 * n), positions(3 * n), rpy(3 * n), quaternions(4 * n);
+    kinematics.describe(poses, frame,
+                        {matrices.data(), positions.data(), rpy.data(), quaternions.data()});
+    for (std::size_t i = 0; i < n; ++i) {
+      const Pose t = spatial::compose(frame, poses[i]);
+      for (std::size_t r = 0; r < 3; ++r) {
+        for (std::size_t c = 0; c < 3; ++c)
+          EXPECT_NEAR(matrices[16 * i + 4 * r + c], t.R[3 * r + c], 1e-15);
+        EXPECT_NEAR(matrices[16 * i + 4 * r + 3], t.p[r], 1e-14);
+        EXPECT_EQ(positions[3 * i + r], matrices[16 * i + 4 * r + 3]);
+        EXPECT_EQ(matrices[16 * i + 12 + r], 0);
+      }
+      EXPECT_EQ(matrices[16 * i + 15], 1);
+      const Vec3 angles = spatial::to_rpy(t.R);
+      const auto q = spatial::to_quaternion(t.R);
+      const double* own = &quaternions[4 * i];
+      const std::array<double, 4> one{q.w, q.x, q.y, q.z};
+      // Rounding may turn the sign of a half turn only.
+      double same = 0;
+      for (std::size_t k = 0; k < 4; ++k) same += own[k] * one[k];
+      EXPECT_GE(own[0], 0);
+      EXPECT_TRUE(same > 0 || one[0] < 1e-14) << i;
+      for (std::size_t k = 0; k < 4; ++k)
+        EXPECT_NEAR(own[k] * (same < 0 ? -1 : 1), one[k], 1e-14) << i;
+      for (std::size_t k = 0; k < 3; ++k)
+        EXPECT_NEAR(std::remainder(rpy[3 * i + k] - angles[k], 2 * conformance::kPi), 0, 1e-12)
+            << i << " " << k;
     }
   }
 }

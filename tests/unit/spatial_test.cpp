@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <random>
+#include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 
+#include "spatial/magnitudes.h"
 #include "spatial/mass.h"
 #include "spatial/pose.h"
 #include "spatial/print.h"
@@ -255,6 +259,27 @@ TEST(Printing, IsShortAndKnowsUnits) {
   EXPECT_EQ(print_number(0.2130000001, 3), "0.213");
   EXPECT_EQ(print_joint_value(137 * kPi / 180, JointType::revolute), "137 deg");
   EXPECT_EQ(print_joint_value(0.21, JointType::prismatic), "0.21 m");
+}
+
+TEST(Magnitudes, TheFirstNumberBeyondIsFoundWhereverItIs) {
+  const double inf = std::numeric_limits<double>::infinity();
+  for (const std::size_t count : {0, 1, 63, 64, 65, 300}) {
+    std::vector<double> x(count);
+    for (std::size_t i = 0; i < count; ++i) x[i] = (i % 2 ? -1 : 1) * 1e12;
+    EXPECT_EQ(first_beyond(x, 1e12), count);
+    EXPECT_EQ(first_beyond(x, std::nextafter(1e12, 0)), 0U);
+    for (const double bad :
+         {std::nan(""), -std::nan(""), inf, -inf, -1e13, std::nextafter(1e12, inf)})
+      for (std::size_t i = 0; i < count; i += 7) {
+        const double before = std::exchange(x[i], bad);
+        EXPECT_EQ(first_beyond(x, 1e12), i) << bad;
+        EXPECT_EQ(first_beyond(x, std::numeric_limits<double>::max()),
+                  std::isfinite(bad) ? count : i);
+        x[i] = before;
+      }
+  }
+  const std::vector<double> zeros{0.0, -0.0, 5e-324};
+  EXPECT_EQ(first_beyond(zeros, 0), 2U);
 }
 
 }  // namespace

@@ -6,9 +6,11 @@
 
 #include "ioci/core/commands.h"
 #include "ioci/robot/robots.h"
+#include "ioci/robot/states.h"
 #include "robotics/closure.h"
 #include "robotics/coordinates.h"
 #include "robotics/kinematics.h"
+#include "sim/batches.h"
 #include "sim/dynamics.h"
 #include "spatial/mass.h"
 #include "spatial/pose.h"
@@ -18,10 +20,11 @@ namespace {
 
 using model::Robot;
 
-/// A state of a robot with what acts on it, as the commands' arguments give it.
+/// A state of a robot with what acts on it, or many of them, as the commands' arguments give it.
 struct Instant {
   std::shared_ptr<const RobotModel> model;
-  std::vector<double> q, qd, qdd, tau;
+  States q, qd, qdd, tau;
+  std::size_t rows = 0;  ///< of the answer; 0 = one state was given, and one answer is
   TipWrench wrench;
   BaseMotion base;
   DynamicsBatch batch;
@@ -45,32 +48,6 @@ Result<std::uint32_t> read_terms(const Value* given) {
   return out;
 }
 
-/// dof() numbers; empty when not given.
-Result<std::vector<double>> read_rates(const Map& args, std::string_view name, const Robot& r,
-                                       const RobotModel& m) {
-  const Value* v = args.find(name);
-  if (!v || v->is_nil()) return std::vector<double>();
-  if (v->as_string() && v->as_string()->find_first_of("0123456789") == std::string::npos)
-    return error(ErrorCode::invalid_argument,
-                 text::quote(*v->as_string()) + " is not a list of joint values", {},
-                 std::string(name));
-  if (!v->as_array() && v->as_list())
-    for (const Value& x : *v->as_list())
-      if (!x.is_number())
-        return error(ErrorCode::invalid_argument, x.text() + " is not a number",
-                     "Give numbers in rad, m and seconds.", std::string(name));
-  if (m.coordinate_count() == m.dof()) return read_q(*v, r, m.joints, name);
-  std::vector<double> out = reals(v);
-  if (out.size() != m.dof())
-    return error(ErrorCode::invalid_argument,
-                 count_given(out.size(), "number") + "; the robot has " + std::to_string(m.dof()) +
-                     " velocities",
-                 "Give one number a velocity: three of a ball joint, six of a free one.",
-                 std::string(name));
-  RMP_TRY(check_size(out, name));
-  return out;
-}
-
 Result<std::int32_t> read_tip(const RobotModel& m, const Map& args) {
   if (!has(args, "tip")) return 0;
   std::vector<std::string> known;
@@ -82,29 +59,50 @@ Result<std::int32_t> read_tip(const RobotModel& m, const Map& args) {
   return unknown_name("tip", wanted, known).in("robot " + text::quote(m.name));
 }
 
-Result<void> read_instant(CommandContext& ctx, const Map& args, Instant& c) {
+/// Closes the loops of each state.
+Result<void> close_states(CommandContext& ctx, const RobotModel& model, States& q) {
+  const std::size_t width = model.coordinate_count();
+  const auto held = robotics::actuated_velocities(model);
+  std::vector<double> out(q.values().size());
+  RMP_TRY(for_states(
+      q.count(), kNanosecondsToClose, ctx.progress,
+      [&](std::size_t first, std::size_t last, std::size_t) -> Result<void> {
+        for (std::size_t i = first; i < last; ++i) {
+          const std::span<const double> open = q.values().subspan(i * width, width);
+          const robotics::Closure closed = robotics::close_loops(model, open, open, held);
+          if (!closed.is_closed)
+            return error(ErrorCode::unreachable,
+                         "its loops do not close near these joint values" + in_row(q, i),
+                         "Give joint values nearer to a closed configuration: robot.close.",
+                         "robot " + text::quote(model.name));
+          std::copy_n(closed.q.begin(), width,
+                      out.begin() + static_cast<std::ptrdiff_t>(i * width));
+        }
+        return {};
+      }));
+  q.replace(std::move(out));
+  return {};
+}
+
+/// `takes_rows`: whether the command's answer can have a row a state.
+Result<void> read_instant(CommandContext& ctx, const Map& args, Instant& c,
+                          bool takes_rows = false) {
   const Robot& r = content<Robot>(ctx, args);
   RMP_TRY_ASSIGN(c.model, model_of(ctx, args));
-  RMP_TRY_ASSIGN(c.q, read_q(*args.find("q"), r, c.model->joints, "q"));
-  if (flag(args, "close")) {
-    const robotics::Closure closed =
-        robotics::close_loops(*c.model, c.q, c.q, robotics::actuated_velocities(*c.model));
-    if (!closed.is_closed)
-      return error(ErrorCode::unreachable, "its loops do not close near these joint values",
-                   "Give joint values nearer to a closed configuration: robot.close.",
-                   "robot " + text::quote(c.model->name));
-    c.q = closed.q;
-  }
+  if (!takes_rows) RMP_TRY(refuse_rows(args, {"q", "qd", "qdd", "tau"}));
+  RMP_TRY_ASSIGN(c.q, read_states(*args.find("q"), r, *c.model, "q"));
+  if (flag(args, "close")) RMP_TRY(close_states(ctx, *c.model, c.q));
   RMP_TRY_ASSIGN(c.qd, read_rates(args, "qd", r, *c.model));
   RMP_TRY_ASSIGN(c.qdd, read_rates(args, "qdd", r, *c.model));
   RMP_TRY_ASSIGN(c.tau, read_rates(args, "tau", r, *c.model));
+  RMP_TRY_ASSIGN(c.rows, share_rows({&c.q, &c.qd, &c.qdd, &c.tau}));
   RMP_TRY_ASSIGN(c.batch.terms, read_terms(args.find("terms")));
   RMP_TRY_ASSIGN(c.batch.tip_index, read_tip(*c.model, args));
-  c.batch.count = 1;
-  c.batch.q = c.q;
-  c.batch.qd = c.qd;
-  c.batch.qdd = c.qdd;
-  c.batch.tau = c.tau;
+  c.batch.count = std::max<std::size_t>(1, c.rows);
+  c.batch.q = c.q.values();
+  c.batch.qd = c.qd.values();
+  c.batch.qdd = c.qdd.values();
+  c.batch.tau = c.tau.values();
   // Given in the mounting frame, where poses are; solvers want the base's axes.
   const auto in_base = [&](const char* name) {
     return spatial::rotate_back(c.model->base, vec3(args, name));
@@ -164,39 +162,57 @@ std::string_view without_mass(const Instant& c) {
                                         : ", so its torques are zero";
 }
 
+/// The answer of a solver: `cols` numbers a state, which `compute(span)` puts there. One state's
+/// are `rows` x `cols` of its own.
+template <class Compute>
+Result<Value> answered(const Instant& c, std::size_t rows, std::size_t cols, std::string unit,
+                       Compute&& compute) {
+  const std::size_t width = rows == 0 ? cols : rows * cols;
+  const auto room = room_for(c.batch.count * width);
+  RMP_TRY(compute(std::span<double>(room.get(), c.batch.count * width)));
+  if (c.rows > 0) return Value(rows_of(room, c.rows, width, std::move(unit)));
+  return Value(rows == 0 ? rows_of(room, cols, 0, std::move(unit))
+                         : rows_of(room, rows, cols, std::move(unit)));
+}
+
 Result<Value> inverse_dynamics(CommandContext& ctx, const Map& args) {
   Instant c;
-  RMP_TRY(read_instant(ctx, args, c));
+  RMP_TRY(read_instant(ctx, args, c, true));
   RMP_TRY_ASSIGN(const auto bound, inverse_solver(ctx, args, c));
   report_no_mass(ctx, *c.model, Severity::warning, without_mass(c));
-  RMP_TRY_ASSIGN(auto tau, sim::torques(bound, c.batch, ctx.progress));
-  return Value(NumericArray(std::move(tau), torque_unit(*c.model)));
+  return answered(c, 0, c.model->dof(), torque_unit(*c.model), [&](std::span<double> out) {
+    return sim::torques(bound, c.batch, out, ctx.progress);
+  });
 }
 
 Result<Value> gravity_torques(CommandContext& ctx, const Map& args) {
   Instant c;
-  RMP_TRY(read_instant(ctx, args, c));
+  RMP_TRY(read_instant(ctx, args, c, true));
   c.batch.terms = kGravityTerm;
   RMP_TRY_ASSIGN(const auto bound, inverse_solver(ctx, args, c));
   report_no_mass(ctx, *c.model, Severity::warning, ", so its torques are zero");
-  RMP_TRY_ASSIGN(auto tau, sim::torques(bound, c.batch, ctx.progress));
-  return Value(NumericArray(std::move(tau), torque_unit(*c.model)));
+  return answered(c, 0, c.model->dof(), torque_unit(*c.model), [&](std::span<double> out) {
+    return sim::torques(bound, c.batch, out, ctx.progress);
+  });
 }
 
 Result<Value> inertia(CommandContext& ctx, const Map& args) {
   Instant c;
-  RMP_TRY(read_instant(ctx, args, c));
+  RMP_TRY(read_instant(ctx, args, c, true));
   RMP_TRY_ASSIGN(const auto bound, inverse_solver(ctx, args, c));
-  RMP_TRY_ASSIGN(auto m, sim::inertia(bound, c.batch, ctx.progress));
-  return Value(NumericArray(std::move(m), c.model->dof(), c.model->dof()));
+  const std::size_t n = c.model->dof();
+  return answered(c, n, n, "", [&](std::span<double> out) {
+    return sim::inertia(bound, c.batch, out, ctx.progress);
+  });
 }
 
 Result<Value> forward_dynamics(CommandContext& ctx, const Map& args) {
   Instant c;
-  RMP_TRY(read_instant(ctx, args, c));
+  RMP_TRY(read_instant(ctx, args, c, true));
   RMP_TRY_ASSIGN(const auto bound, forward_solver(ctx, args, c));
-  RMP_TRY_ASSIGN(auto qdd, sim::accelerations(bound, c.batch, ctx.progress));
-  return Value(NumericArray(std::move(qdd)));
+  return answered(c, 0, c.model->dof(), "", [&](std::span<double> out) {
+    return sim::accelerations(bound, c.batch, out, ctx.progress);
+  });
 }
 
 Result<Energy> energy_of(CommandContext& ctx, const Map& args, Instant& c) {
@@ -277,7 +293,7 @@ Result<Value> constraint_forces(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const auto bound, forward_solver(ctx, args, c));
   RMP_TRY_ASSIGN(auto motion, sim::constrained(bound, c.batch, ctx.progress));
   std::vector<Pose> frames(c.model->joints.size());
-  robotics::forward_kinematics(*c.model, c.q, frames);
+  robotics::forward_kinematics(*c.model, c.q.values(), frames);
   std::vector<double> open(robotics::loop_rows(*c.model));
   robotics::loop_residual(*c.model, frames, open);
   List loops;
@@ -297,7 +313,7 @@ Result<Value> constraint_forces(CommandContext& ctx, const Map& args) {
   }
   Map out;
   out.set("loops", std::move(loops));
-  out.set("q", NumericArray(c.q));
+  out.set("q", NumericArray(std::vector<double>(c.q.values().begin(), c.q.values().end())));
   out.set("qdd", NumericArray(std::move(motion.qdd)));
   out.set("provider", bound.provider);
   return Value(std::move(out));
@@ -325,6 +341,17 @@ RMP_COMMANDS(robot_dynamics_commands) {
   std::vector<CommandSpec> all;
   const ParamSpec q =
       needed("q", "any", "rad or m", "Joint values, one a coordinate, or the name of a pose.");
+  // Of the commands that answer a row a state.
+  const ParamSpec q_rows = needed("q", "any", "rad or m",
+                                  "Joint values, one a coordinate, the name of a pose, or a matrix "
+                                  "with a row a state.");
+  const auto with_rows = [](ParamSpec p) {
+    p.doc = p.doc.substr(0, p.doc.find(';')) + ", or a row a state" + p.doc.substr(p.doc.find(';'));
+    return p;
+  };
+  const std::string rows_details =
+      "With a matrix of states the answer has a row for each; what is given as one state counts "
+      "for all rows.";
   const ParamSpec tip = optional(
       "tip", "string", "", "Name of the tip that the wrench acts at; the first when left out.");
   const ParamSpec gravity =
@@ -372,49 +399,54 @@ RMP_COMMANDS(robot_dynamics_commands) {
            "The sum of the terms gravity, inertial, velocity, friction, external and spring, or of "
            "those asked for. The wrench at the tip is what acts on the robot. Closed loops are not "
            "looked at: the torques are those of the tree. A joint no faster than 1e-9 rad/s or m/s "
-           "rests: what static friction holds of its torque is not known, and none is counted.",
+           "rests: what static friction holds of its torque is not known, and none is counted. " +
+           rows_details,
        .example = with_arm("local tau = arm:inverse_dynamics{q = \"ready\", qd = {0.1, 0, 0, 0, 0, "
                            "0}, terms = {\"gravity\", \"velocity\"}}\nassert(#tau == 6)"),
-       .params = {self("robot"), q, qd, qdd, terms, gravity, force, moment, provider, tip, base_a,
-                  base_w, base_wd},
-       .returns = {"array", "N m or N", "One value a velocity.", {}},
+       .params = {self("robot"), q_rows, with_rows(qd), with_rows(qdd), terms, gravity, force,
+                  moment, provider, tip, base_a, base_w, base_wd},
+       .returns = {"array", "N m or N", "One value a velocity; of a batch a row a state.", {}},
        .effect = Effect::reads,
        .run = inverse_dynamics});
   all.push_back(
       {.name = "robot.gravity_torques",
        .classic = "",
        .summary = "Gives the joint torques and forces that hold the robot still.",
-       .details = "",
+       .details = rows_details,
        .example = with_arm("assert(math.abs(arm:gravity_torques{q = \"ready\"}[1]) < 1e-12)"),
-       .params = {self("robot"), q, gravity, provider},
-       .returns = {"array", "N m or N", "One value a velocity.", {}},
+       .params = {self("robot"), q_rows, gravity, provider},
+       .returns = {"array", "N m or N", "One value a velocity; of a batch a row a state.", {}},
        .effect = Effect::reads,
        .run = gravity_torques});
   all.push_back(
       {.name = "robot.inertia",
        .classic = "",
        .summary = "Gives the joint-space inertia matrix, motors included.",
-       .details = "",
+       .details = "Of a matrix of states each row of the answer is one matrix, row after row: "
+                  "m[i]:reshape(n, n).",
        .example = with_arm(
            "local m = arm:inertia{q = \"ready\"}\nassert(math.abs(m[1][2] - m[2][1]) < 1e-12)"),
-       .params = {self("robot"), q, provider},
-       .returns = {"matrix", "", "Velocities x velocities, symmetric.", {}},
+       .params = {self("robot"), q_rows, provider},
+       .returns =
+           {"matrix", "", "Velocities x velocities, symmetric; of a batch a row a state.", {}},
        .effect = Effect::reads,
        .run = inertia});
   all.push_back(
       {.name = "robot.forward_dynamics",
        .classic = "",
        .summary = "Gives the joint accelerations that torques cause.",
-       .details =
-           "Robots with closed loops take the solver `constrained` when none is chosen; gaps "
-           "of their loops are pulled together.",
+       .details = "Robots with closed loops take the solver `constrained` when none is chosen; "
+                  "gaps of their "
+                  "loops are pulled together. " +
+                  rows_details,
        .example = with_arm("local q = arm:poses().ready\nlocal tau = arm:inverse_dynamics{q = q, "
                            "qdd = {1, 0, 0, 0, 0, 0}}\nlocal qdd = arm:forward_dynamics{q = q, tau "
                            "= tau, provider = \"articulated_body\"}\nassert(math.abs(qdd[1] - 1) < "
                            "1e-9)"),
-       .params = {self("robot"), q, qd, tau, gravity, force, moment, provider, terms, tip, base_a,
-                  base_w, base_wd, close},
-       .returns = {"array", "rad/s^2 or m/s^2", "One value a velocity.", {}},
+       .params = {self("robot"), q_rows, with_rows(qd), with_rows(tau), gravity, force, moment,
+                  provider, terms, tip, base_a, base_w, base_wd, close},
+       .returns =
+           {"array", "rad/s^2 or m/s^2", "One value a velocity; of a batch a row a state.", {}},
        .effect = Effect::reads,
        .run = forward_dynamics});
   all.push_back(

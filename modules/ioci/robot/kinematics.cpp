@@ -1,15 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a robot does: forward kinematics, Jacobian, and where worlds show it.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "ioci/robot/robots.h"
 #include "ioci/robot/shown_robot.h"
+#include "ioci/robot/states.h"
+#include "robotics/batch_kinematics.h"
 #include "robotics/closure.h"
 #include "robotics/coordinates.h"
 #include "robotics/home.h"
 #include "robotics/kinematics.h"
+#include "robotics/kinematics_kernels.h"
 #include "robotics/singularity.h"
 #include "spatial/pose.h"
 
@@ -24,17 +29,143 @@ struct Posed {
   std::vector<Pose> frames;  ///< base_T_joint
 };
 
-Result<Posed> posed(CommandContext& ctx, const Map& args) {
+Result<Posed> posed(CommandContext& ctx, const Map& args,
+                    std::shared_ptr<const RobotModel> model = {}) {
   Posed p;
-  RMP_TRY_ASSIGN(p.model, model_of(ctx, args));
+  p.model = std::move(model);
+  if (!p.model) {
+    RMP_TRY_ASSIGN(p.model, model_of(ctx, args));
+  }
   RMP_TRY_ASSIGN(p.q, given_or_shown(ctx, args, *p.model));
   p.frames.resize(p.model->joints.size());
   robotics::forward_kinematics(*p.model, p.q, p.frames);
   return p;
 }
 
+/// Poses of many states, as those of pose_map(): one block, arrays of rows.
+class PoseTable {
+ public:
+  explicit PoseTable(std::size_t count) : count_(count), room_(room_for(26 * count)) {}
+  [[nodiscard]] robotics::kernels::PoseRows at(std::size_t row) const {
+    double* all = room_.get();
+    return {all + 16 * row, all + 16 * count_ + 3 * row, all + 19 * count_ + 3 * row,
+            all + 22 * count_ + 4 * row};
+  }
+  [[nodiscard]] Map map() const {
+    return Map{{"pose", rows_of(room_, count_, 16, "")},
+               {"position", rows_of(room_, count_, 3, "m", 16 * count_)},
+               {"rpy", rows_of(room_, count_, 3, "rad", 19 * count_)},
+               {"quaternion", rows_of(room_, count_, 4, "", 22 * count_)}};
+  }
+
+ private:
+  std::size_t count_;
+  std::shared_ptr<double[]> room_;
+};
+
+/// About what forward kinematics takes for a joint of a state, to divide batches.
+double nanoseconds_of(const RobotModel& m) { return 10 + 3 * static_cast<double>(m.joints.size()); }
+
+/// The joint values of each state with its loops closed; the first fault is an error.
+Result<std::vector<double>> closed_states(CommandContext& ctx, const RobotModel& m,
+                                          const States& q) {
+  const std::size_t width = m.coordinate_count();
+  const auto held = robotics::actuated_velocities(m);
+  std::vector<double> out(q.values().size());
+  RMP_TRY(for_states(q.count(), kNanosecondsToClose, ctx.progress,
+                     [&](std::size_t first, std::size_t last, std::size_t) -> Result<void> {
+                       for (std::size_t i = first; i < last; ++i) {
+                         const auto open = q.values().subspan(i * width, width);
+                         const auto closed = robotics::close_loops(m, open, open, held);
+                         RMP_TRY(closed_or_fault(m, closed).in("q[" + std::to_string(i + 1) + "]"));
+                         std::copy_n(closed.q.begin(), width, &out[i * width]);
+                       }
+                       return {};
+                     }));
+  return out;
+}
+
+/// robot.fk of a batch.
+Result<Value> fk_rows(CommandContext& ctx, const Map& args, const RobotModel& m, States q) {
+  const std::size_t count = q.count(), width = m.coordinate_count(), joints = m.joints.size();
+  RMP_TRY_ASSIGN(const std::size_t tip, tip_index(m, args));
+  const bool is_closing = flag(args, "close");
+  if (is_closing) {
+    RMP_TRY_ASSIGN(auto closed, closed_states(ctx, m, q));
+    q.replace(std::move(closed));
+  }
+  const robotics::BatchKinematics kinematics(m);
+  const std::size_t own = kinematics.scratch_size();
+  std::vector<double> scratch(spatial::cores() * own);
+  const auto scratch_of = [&](std::size_t thread) {
+    return std::span(scratch).subspan(thread * own, own);
+  };
+  const PoseTable tips(count);
+  // As many as stay in the nearest cache between the kernels.
+  constexpr std::size_t kTogether = 64;
+  RMP_TRY(for_states(count, nanoseconds_of(m), ctx.progress,
+                     [&](std::size_t first, std::size_t last, std::size_t thread) -> Result<void> {
+                       std::array<Pose, kTogether> poses;
+                       for (std::size_t i = first; i < last; i += kTogether) {
+                         const std::size_t here = std::min(kTogether, last - i);
+                         const std::span<Pose> some = std::span(poses).first(here);
+                         kinematics.tip_poses(tip, q.values().subspan(i * width, here * width),
+                                              some, scratch_of(thread));
+                         kinematics.describe(some, m.base, tips.at(i));
+                       }
+                       return {};
+                     }));
+  Map out = tips.map();
+  if (flag(args, "all")) {
+    const Robot& r = content<Robot>(ctx, args);
+    const auto links = robotics::link_frames(r);
+    const std::vector<PoseTable> tables = [&] {
+      std::vector<PoseTable> made;
+      for (std::size_t l = 0; l < links.size(); ++l) made.emplace_back(count);
+      return made;
+    }();
+    RMP_TRY(
+        for_states(count, nanoseconds_of(m) + 20 * static_cast<double>(links.size()), ctx.progress,
+                   [&](std::size_t first, std::size_t last, std::size_t thread) -> Result<void> {
+                     std::vector<Pose> frames(kTogether * joints), of_state(links.size()),
+                         by_link(links.size() * kTogether);
+                     for (std::size_t i = first; i < last; i += kTogether) {
+                       const std::size_t here = std::min(kTogether, last - i);
+                       const auto some = std::span(frames).first(here * joints);
+                       kinematics.joint_frames(q.values().subspan(i * width, here * width), some,
+                                               scratch_of(thread));
+                       for (std::size_t k = 0; k < here; ++k) {
+                         robotics::link_poses(links, some.subspan(k * joints, joints), of_state);
+                         for (std::size_t l = 0; l < links.size(); ++l)
+                           by_link[l * kTogether + k] = of_state[l];
+                       }
+                       for (std::size_t l = 0; l < links.size(); ++l)
+                         kinematics.describe(std::span(by_link).subspan(l * kTogether, here),
+                                             m.base, tables[l].at(i));
+                     }
+                     return {};
+                   }));
+    List told;
+    for (std::size_t l = 0; l < links.size(); ++l) {
+      Map link = tables[l].map();
+      link.set("name", r.links[l].name);
+      told.emplace_back(std::move(link));
+    }
+    out.set("links", std::move(told));
+  }
+  if (is_closing)
+    out.set("q",
+            NumericArray(std::vector<double>(q.values().begin(), q.values().end()), count, width));
+  return Value(std::move(out));
+}
+
 Result<Value> fk(CommandContext& ctx, const Map& args) {
-  RMP_TRY_ASSIGN(Posed p, posed(ctx, args));
+  RMP_TRY_ASSIGN(const auto model, model_of(ctx, args));
+  if (const Value* given = args.find("q"); given && gives_rows(*given, *model)) {
+    RMP_TRY_ASSIGN(States many, read_states(*given, content<Robot>(ctx, args), *model, "q"));
+    return fk_rows(ctx, args, *model, std::move(many));
+  }
+  RMP_TRY_ASSIGN(Posed p, posed(ctx, args, model));
   if (flag(args, "close")) {
     const robotics::Closure closed =
         robotics::close_loops(*p.model, p.q, p.q, robotics::actuated_velocities(*p.model));
@@ -103,12 +234,38 @@ NumericArray jacobian_matrix(const std::vector<double>& columns, std::size_t dof
   return NumericArray(std::move(rows), 6, dof);
 }
 
+/// robot.jacobian of a batch.
+Result<Value> jacobian_rows(CommandContext& ctx, const RobotModel& m, const States& q,
+                            std::size_t tip, robotics::JacobianFrame frame) {
+  const std::size_t count = q.count(), width = m.coordinate_count(), size = 6 * m.dof();
+  const robotics::BatchKinematics kinematics(m);
+  const std::size_t own = kinematics.scratch_size();
+  std::vector<double> scratch(spatial::cores() * own);
+  const auto room = room_for(count * size);
+  RMP_TRY(for_states(count, nanoseconds_of(m), ctx.progress,
+                     [&](std::size_t first, std::size_t last, std::size_t thread) -> Result<void> {
+                       const std::size_t here = last - first;
+                       kinematics.jacobian_rows(
+                           tip, q.values().subspan(first * width, here * width), frame,
+                           std::span(room.get() + first * size, here * size),
+                           std::span(scratch).subspan(thread * own, own));
+                       return {};
+                     }));
+  return Value(rows_of(room, count, size));
+}
+
 Result<Value> jacobian(CommandContext& ctx, const Map& args) {
-  RMP_TRY_ASSIGN(const Posed p, posed(ctx, args));
-  RMP_TRY_ASSIGN(const std::size_t tip, tip_index(*p.model, args));
-  std::vector<double> j(6 * p.model->dof());
   const auto frame = text_of(args, "frame") == "tool" ? robotics::JacobianFrame::tip
                                                       : robotics::JacobianFrame::world;
+  RMP_TRY_ASSIGN(const auto model, model_of(ctx, args));
+  if (const Value* given = args.find("q"); given && gives_rows(*given, *model)) {
+    RMP_TRY_ASSIGN(const States many, read_states(*given, content<Robot>(ctx, args), *model, "q"));
+    RMP_TRY_ASSIGN(const std::size_t tip, tip_index(*model, args));
+    return jacobian_rows(ctx, *model, many, tip, frame);
+  }
+  RMP_TRY_ASSIGN(const Posed p, posed(ctx, args, model));
+  RMP_TRY_ASSIGN(const std::size_t tip, tip_index(*p.model, args));
+  std::vector<double> j(6 * p.model->dof());
   robotics::geometric_jacobian(*p.model, tip, p.frames, frame, j);
   return Value(jacobian_matrix(j, p.model->dof()));
 }
@@ -166,6 +323,10 @@ RMP_COMMANDS(robot_motion_commands) {
       optional("q", "any", "rad or m",
                "Joint values, one a joint, or the name of a pose; those at which the only world "
                "that has the robot shows it when left out.");
+  const ParamSpec q_rows_or_shown = optional(
+      "q", "any", "rad or m",
+      "Joint values, one a joint, the name of a pose, or a matrix with a row a state; those "
+      "at which the only world that has the robot shows it when left out.");
   const ParamSpec tip =
       optional("tip", "string", "",
                "Name of the tip in a branched robot; the tool of the last link when left out.");
@@ -185,11 +346,13 @@ RMP_COMMANDS(robot_motion_commands) {
       {.name = "robot.fk",
        .classic = "PRobot LLRL FKine|PRobot LLRL mGetOutHMT()",
        .summary = "Gives the pose of the tool for given joint values.",
-       .details = mounting,
+       .details = std::string(mounting) +
+                  " With a matrix of states each field has a row a state: pose 16 numbers, row "
+                  "after row (t.pose[i]:reshape(4, 4)), position 3, rpy 3, quaternion 4.",
        .example =
            with_arm("local t = arm:fk{q = {0, 0, 0, 0, 0, 0}}\nassert(math.abs(t.position[1] - "
                     "0.5) < 1e-12)\nassert(#arm:fk{q = \"ready\", all = true}.links == 6)"),
-       .params = {self("robot"), q_or_shown,
+       .params = {self("robot"), q_rows_or_shown,
                   defaulted("all", "bool", "", false, "Also the frames of all links."), tip,
                   defaulted("close", "bool", "", false,
                             "First closes the loops: joints without motors move to where those "
@@ -231,14 +394,17 @@ RMP_COMMANDS(robot_motion_commands) {
        .classic = "PRobot LLRL mJacobian|PRobot LLRL mJacobian Local(frame=tool, q)|PRobot LLRL "
                   "mJacobian Global(frame=base, q)",
        .summary = "Gives the geometric Jacobian of the tool.",
-       .details = "Six rows (vx, vy, vz, wx, wy, wz), one column a joint; the reference point is "
-                  "the tool's origin. Each joint counts as moving by itself, also in a robot with "
-                  "closed loops; robot.dexterity counts the motions that keep those closed.",
+       .details =
+           "Six rows (vx, vy, vz, wx, wy, wz), one column a joint; the reference point is "
+           "the tool's origin. Each joint counts as moving by itself, also in a robot with "
+           "closed loops; robot.dexterity counts the motions that keep those closed. Of a matrix "
+           "of states each row of the answer is one Jacobian, row after row: "
+           "j[i]:reshape(6, n).",
        .example =
            with_arm("local j = arm:jacobian{q = \"ready\", frame = \"tool\"}\nassert(#j == 6)"),
-       .params = {self("robot"), q_or_shown,
+       .params = {self("robot"), q_rows_or_shown,
                   choice("frame", {"base", "tool"}, "Axes that velocities are expressed in."), tip},
-       .returns = {"matrix", "", "6 x joints.", {}},
+       .returns = {"matrix", "", "6 x joints; of a batch a row a state.", {}},
        .effect = Effect::reads,
        .run = jacobian});
   all.push_back(

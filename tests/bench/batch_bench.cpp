@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: Apache-2.0
+// 10,000 states of a PUMA 560 through one command, from Lua and over JSON-RPC, beside the kernels
+// that compute them: processor time of all threads, the two in turns, medians. `ratio` is the
+// command over the kernel; it should be 2 at most.
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <benchmark/benchmark.h>
+
+#include <robomosp/sdk/conformance/provider.h>
+#include <robomosp/sdk/dynamics.h>
+
+#include "lua/lua_state.h"
+#include "robotics/batch_kinematics.h"
+
+namespace {
+
+using namespace robomosp;
+
+constexpr std::size_t kStates = 10'000;
+
+/// The program with its library and plugins, a robot and states in globals of Lua.
+struct Program {
+  Program() {
+    ioci::ApplicationOptions options;
+    options.library = {std::string(ROBOMOSP_SOURCE_DIR) + "/scripts/library"};
+    options.plugin_path = {ROBOMOSP_PLUGIN_DIR};
+    auto made = ioci::Application::create(std::move(options));
+    if (!made.ok()) std::abort();
+    app = std::move(*made);
+    state.emplace(*app, session);
+    run("arm = robot 'puma560'\n"
+        "local function states(most)\n"
+        "  local rows = {}\n"
+        "  for i = 1, " +
+        std::to_string(kStates) +
+        " do\n"
+        "    rows[i] = {}\n"
+        "    for j = 1, 6 do rows[i][j] = (2 * math.random() - 1) * most end\n"
+        "  end\n"
+        "  return linalg.rows(rows)\n"
+        "end\n"
+        "Q, QD, U = states(2), states(1), states(3)");
+    const auto id = app->dispatch(session, "robot.get", Map{{"name", "puma560"}});
+    NoProgress none;
+    model = *app->derived.robot_model(*app->document.now(), RobotId{id->as_handle()->number},
+                                      {0, 0, -9.81}, none);
+    for (const char* name : {"Q", "QD", "U"}) {
+      const auto values = state->eval_values(name);
+      const Numbers numbers = values->front().as_array()->data();
+      states.emplace_back(numbers.begin(), numbers.end());
+    }
+  }
+  void run(const std::string& code) {
+    if (auto r = state->run_string(code, "bench"); !r.ok()) {
+      std::fprintf(stderr, "%s\n", r.error().sentence().c_str());
+      std::abort();
+    }
+  }
+  std::unique_ptr<ioci::Application> app;
+  ioci::Session session{"bench"};
+  std::optional<lua::LuaState> state;
+  std::shared_ptr<const RobotModel> model;
+  std::vector<std::vector<double>> states;  ///< q, qd, and what they are driven by
+};
+Program& program() {
+  static Program p;
+  return p;
+}
+
+double now() {
+  timespec t{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+double median(std::vector<double> v) {
+  std::nth_element(v.begin(), v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2), v.end());
+  return v[v.size() / 2];
+}
+
+/// `call` beside `kernel`, in turns.
+void compare(benchmark::State& state, const std::function<double()>& call,
+             const std::function<void()>& kernel) {
+  std::vector<double> calls, kernels;
+  for (auto _ : state) {
+    const double start = now();
+    kernel();
+    kernels.push_back(now() - start);
+    calls.push_back(call());
+    state.SetIterationTime(calls.back());
+  }
+  state.counters["kernel_us"] = 1e6 * median(kernels);
+  state.counters["command_us"] = 1e6 * median(calls);
+  state.counters["ratio"] = median(calls) / median(kernels);
+}
+
+template <class Interface>
+std::unique_ptr<Interface> provider(const char* name) {
+  auto found = conformance::find_provider<Interface>(
+      std::string(ROBOMOSP_PLUGIN_DIR) + "/dynamics_newton_euler.so", name);
+  if (!found.ok()) std::abort();
+  auto made = conformance::create<Interface>(**found);
+  if (!made->prepare(*program().model, conformance::TableParams(**found)).ok()) std::abort();
+  return made;
+}
+
+enum class What { inverse_dynamics, gravity_torques, inertia, forward_dynamics, fk, jacobian };
+
+/// The kernel of a command, into memory that is there.
+std::function<void()> kernel_of(What what) {
+  const Program& p = program();
+  const std::size_t n = p.model->dof();
+  const auto out = std::make_shared<std::vector<double>>(kStates * n * n);
+  if (what == What::fk || what == What::jacobian) {
+    const auto kinematics = std::make_shared<robotics::BatchKinematics>(*p.model);
+    const auto scratch = std::make_shared<std::vector<double>>(kinematics->scratch_size());
+    const auto poses = std::make_shared<std::vector<Pose>>(kStates);
+    if (what == What::fk)
+      return [=, &p] { kinematics->tip_poses(0, p.states[0], *poses, *scratch); };
+    return [=, &p] {
+      kinematics->jacobians(0, p.states[0], robotics::JacobianFrame::world, {},
+                            std::span(*out).first(6 * n * kStates), *scratch);
+    };
+  }
+  DynamicsBatch b;
+  b.count = kStates;
+  b.q = p.states[0];
+  if (what == What::gravity_torques) {
+    b.terms = kGravityTerm;
+  } else if (what != What::inertia) {
+    b.qd = p.states[1];
+    (what == What::forward_dynamics ? b.tau : b.qdd) = p.states[2];
+  }
+  NoProgress none;
+  if (what == What::forward_dynamics) {
+    const std::shared_ptr<ForwardDynamics> solver = provider<ForwardDynamics>("inertia_matrix");
+    const auto scratch = std::make_shared<std::vector<double>>(solver->scratch_size());
+    return [=]() mutable {
+      b.scratch = *scratch;
+      if (!solver->accelerations(b, std::span(*out).first(n * kStates), none).ok()) std::abort();
+    };
+  }
+  const std::shared_ptr<InverseDynamics> solver = provider<InverseDynamics>("newton_euler");
+  const auto scratch = std::make_shared<std::vector<double>>(solver->scratch_size());
+  return [=]() mutable {
+    b.scratch = *scratch;
+    const auto done = what == What::inertia
+                          ? solver->inertia(b, *out, none)
+                          : solver->torques(b, std::span(*out).first(n * kStates), none);
+    if (!done.ok()) std::abort();
+  };
+}
+
+void from_lua(benchmark::State& state, What what, const char* call) {
+  Program& p = program();
+  const std::string code = std::string("local answer = arm:") + call;
+  const auto kernel = kernel_of(what);
+  compare(
+      state,
+      [&] {
+        const double start = now();
+        p.run(code);
+        return now() - start;
+      },
+      kernel);
+}
+
+#define FROM_LUA(what, call)                          \
+  BENCHMARK_CAPTURE(from_lua, what, What::what, call) \
+      ->UseManualTime()                               \
+      ->Unit(benchmark::kMicrosecond)
+FROM_LUA(inverse_dynamics, "inverse_dynamics(Q, QD, U)");
+FROM_LUA(gravity_torques, "gravity_torques(Q)");
+FROM_LUA(inertia, "inertia(Q)");
+FROM_LUA(forward_dynamics, "forward_dynamics(Q, QD, U)");
+FROM_LUA(fk, "fk(Q)");
+FROM_LUA(jacobian, "jacobian(Q)");
+
+}  // namespace
