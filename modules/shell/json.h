@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Value <-> JSON text: handles as {"$handle": {...}}, arrays as lists of numbers, NaN and
-// infinities as strings (layer: application, shell). [any thread]
+// Value <-> JSON text: handles as {"$handle": {...}}, arrays as lists of numbers or as {"$array":
+// {...}}, NaN and infinities as strings (layer: application, shell). [any thread]
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -19,12 +20,27 @@ inline constexpr std::size_t kDeepestJson = 64;
 /// Name of a handle's record, empty when there is none.
 using NameOf = std::function<std::string(const Handle&)>;
 
+/// How numeric arrays are written.
+enum class Arrays {
+  numbers,  ///< lists of numbers, matrices as lists of rows
+  base64,   ///< {"$array": {"shape": [rows, cols], "base64": "..."}}, doubles little-endian by rows
+};
+
 /// One line of JSON; text that is not UTF-8 has its bad bytes replaced. Numbers read back to the
 /// same bits.
-[[nodiscard]] std::string to_json(const Value& value, const NameOf& name_of = {});
+[[nodiscard]] std::string to_json(const Value& value, const NameOf& name_of = {},
+                                  Arrays arrays = Arrays::numbers);
+/// The same behind what is there.
+void append_json(std::string& out, const Value& value, const NameOf& name_of = {},
+                 Arrays arrays = Arrays::numbers);
 
-/// Strict JSON; ErrorCode::syntax names the place. Whole numbers within 64 bits are integers.
+/// Strict JSON; ErrorCode::syntax names the place. Whole numbers within 64 bits are integers. An
+/// {"$array": ...} that is none is left for array_fault() to be found.
 [[nodiscard]] Result<Value> from_json(std::string_view text);
+
+/// What is wrong with the first {"$array": ...} of a value that could not be read; `where` is its
+/// path. nullopt = nothing.
+[[nodiscard]] std::optional<Error> array_fault(const Value& value);
 
 /// {code, message, where, hint} of an error.
 [[nodiscard]] Map error_map(const Error& e);

@@ -27,9 +27,12 @@ bool is_id(const Value& v) { return v.is_nil() || v.is_number() || v.as_string()
 
 }  // namespace
 
-std::string RpcServer::success(const Value& id, const Value& result) const {
-  return R"({"jsonrpc":"2.0","id":)" + to_json(id) + R"(,"result":)" +
-         to_json(result, [this](const Handle& h) { return app_.name_of(h).value_or(""); }) + "}";
+std::string RpcServer::success(const Value& id, const Value& result, Arrays arrays) const {
+  std::string out = R"({"jsonrpc":"2.0","id":)" + to_json(id) + R"(,"result":)";
+  append_json(
+      out, result, [this](const Handle& h) { return app_.name_of(h).value_or(""); }, arrays);
+  out += '}';
+  return out;
 }
 
 std::string RpcServer::failure(const Value& id, int code, std::string_view message,
@@ -61,6 +64,7 @@ struct RpcServer::Request {
   bool wants_answer = false;
   bool as_job = false;
   bool wants_progress = false;
+  Arrays arrays = Arrays::numbers;
   std::string method;
   const ioci::CommandSpec* spec = nullptr;  ///< null for lua.eval and ioci.classic
   const Map* named = nullptr;
@@ -72,7 +76,8 @@ Result<RpcServer::Request> RpcServer::read(const Value& message,
   const Map* m = message.as_map();
   const auto field = [m](const char* name) { return m ? m->find(name) : nullptr; };
   const Value *version = field("jsonrpc"), *method = field("method"), *id = field("id"),
-              *params = field("params"), *job = field("job"), *progress = field("progress");
+              *params = field("params"), *job = field("job"), *progress = field("progress"),
+              *arrays = field("arrays");
   const Error none = error(ErrorCode::usage, "no request");
   Request r;
   r.id = id && is_id(*id) ? *id : Value();
@@ -89,6 +94,12 @@ Result<RpcServer::Request> RpcServer::read(const Value& message,
   for (const Value* flag : {job, progress})
     if (flag && !flag->as_bool())
       return refuse(failure(r.id, kInvalidRequest, "job and progress are true or false."));
+  if (arrays) {
+    const std::string word = arrays->as_string() ? *arrays->as_string() : std::string();
+    if (word != "numbers" && word != "base64")
+      return refuse(failure(r.id, kInvalidRequest, R"(arrays is "numbers" or "base64".)"));
+    if (word == "base64") r.arrays = Arrays::base64;
+  }
   r.as_job = job && *job->as_bool();
   r.wants_progress = progress && *progress->as_bool();
   r.method = *method->as_string();
@@ -102,6 +113,10 @@ Result<RpcServer::Request> RpcServer::read(const Value& message,
     const Error e = text::shortened(app_.commands.unknown(r.method));
     return refuse(failure(r.id, kMethodNotFound, e.sentence(), &e));
   }
+  if (auto fault = params ? array_fault(*params) : std::nullopt) {
+    if (!r.wants_answer) return none;
+    return refuse(failure(r.id, std::move(*fault).in(r.method)));
+  }
   r.named = params ? params->as_map() : nullptr;
   r.positional = params ? params->as_list() : nullptr;
   return r;
@@ -109,7 +124,7 @@ Result<RpcServer::Request> RpcServer::read(const Value& message,
 
 std::optional<std::string> RpcServer::told(const Request& r, const Result<Value>& result) const {
   if (!r.wants_answer) return std::nullopt;
-  return result.ok() ? success(r.id, *result) : failure(r.id, result.error());
+  return result.ok() ? success(r.id, *result, r.arrays) : failure(r.id, result.error());
 }
 
 Result<Value> RpcServer::evaluate(const Request& r) {

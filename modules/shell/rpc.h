@@ -12,6 +12,7 @@
 
 #include "ioci/core/application.h"
 #include "lua/lua_state.h"
+#include "shell/json.h"
 
 namespace robomosp::shell {
 
@@ -46,9 +47,10 @@ class RpcServer {
   std::function<void(std::uint64_t)> watch;
   /// Answer to a line that was longer than kLongestLine. [any thread]
   [[nodiscard]] static std::string too_long();
-  [[nodiscard]] static std::string not_json(const Error& e);                      ///< [any thread]
-  [[nodiscard]] std::string success(const Value& id, const Value& result) const;  ///< [any thread]
-  [[nodiscard]] static std::string failure(const Value& id, const Error& e);      ///< [any thread]
+  [[nodiscard]] static std::string not_json(const Error& e);  ///< [any thread]
+  [[nodiscard]] std::string success(const Value& id, const Value& result,
+                                    Arrays arrays = Arrays::numbers) const;   ///< [any thread]
+  [[nodiscard]] static std::string failure(const Value& id, const Error& e);  ///< [any thread]
 
  private:
   struct Request;

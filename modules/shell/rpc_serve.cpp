@@ -98,9 +98,10 @@ class Connection {
   void copy_rights(ioci::Session& to) const {
     for (const Effect e : session_.denied().list()) to.deny(e);
   }
-  void say(const std::string& text) {
+  void say(std::string text) {
+    text += '\n';
     const std::lock_guard lock(write_mutex_);
-    if (!write_all(out_, text + "\n")) is_broken_ = true;
+    if (!write_all(out_, text)) is_broken_ = true;
   }
 
   // --- the session's thread ---
@@ -125,8 +126,8 @@ class Connection {
         if (const Map* m = next.message.as_map())
           if (const Value* id = m->find("id")) running_ = *id;
       }
-      const auto text = next.answer ? next.answer : server_.answer(next.message);
-      if (text) say(*text);
+      auto text = next.answer ? std::move(next.answer) : server_.answer(next.message);
+      if (text) say(std::move(*text));
       if (app_.quit_requested) return 0;
     }
   }

@@ -2,7 +2,6 @@
 // 10,000 states of a PUMA 560 through one command, from Lua and over JSON-RPC, beside the kernels
 // that compute them: processor time of all threads, the two in turns, medians. `ratio` is the
 // command over the kernel; it should be 2 at most.
-#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -22,6 +21,7 @@
 
 #include "lua/lua_state.h"
 #include "robotics/batch_kinematics.h"
+#include "shell/json.h"
 
 namespace {
 
@@ -185,5 +185,102 @@ FROM_LUA(inertia, "inertia(Q)");
 FROM_LUA(forward_dynamics, "forward_dynamics(Q, QD, U)");
 FROM_LUA(fk, "fk(Q)");
 FROM_LUA(jacobian, "jacobian(Q)");
+
+/// A child that serves JSON-RPC, and the processor time that it has taken.
+class Server {
+ public:
+  Server() {
+    int in[2], out[2];
+    if (::pipe(in) != 0 || ::pipe(out) != 0) std::abort();
+    child_ = ::fork();
+    if (child_ == 0) {
+      ::dup2(in[0], 0);
+      ::dup2(out[1], 1);
+      for (const int fd : {in[0], in[1], out[0], out[1]}) ::close(fd);
+      const std::string path = std::string(ROBOMOSP_BUILD_DIR) + "/bin/robomosp";
+      const std::string library = std::string(ROBOMOSP_SOURCE_DIR) + "/scripts/library";
+      ::setenv("ROBOMOSP_LIBRARY", library.c_str(), 1);
+      ::execl(path.c_str(), path.c_str(), "rpc", static_cast<char*>(nullptr));
+      ::_exit(127);
+    }
+    ::close(in[0]);
+    ::close(out[1]);
+    requests_ = ::fdopen(in[1], "w");
+    answers_ = ::fdopen(out[0], "r");
+    if (::clock_getcpuclockid(child_, &clock_) != 0) std::abort();
+    ask(R"({"jsonrpc":"2.0","id":0,"method":"robot.get","params":["puma560"]})"
+        "\n");
+  }
+  ~Server() {
+    std::fclose(requests_);
+    std::fclose(answers_);
+    std::free(line_);
+    ::waitpid(child_, nullptr, 0);
+  }
+  Server(const Server&) = delete;
+  Server& operator=(const Server&) = delete;
+  /// Bytes of the answer.
+  std::size_t ask(const std::string& request) {
+    std::fwrite(request.data(), 1, request.size(), requests_);
+    std::fflush(requests_);
+    const ssize_t got = ::getline(&line_, &room_, answers_);
+    if (got < 0 || std::string_view(line_, 200).find("\"error\"") != std::string_view::npos)
+      std::abort();
+    return static_cast<std::size_t>(got);
+  }
+  [[nodiscard]] double used() const {
+    timespec t{};
+    clock_gettime(clock_, &t);
+    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+  }
+
+ private:
+  pid_t child_ = 0;
+  clockid_t clock_{};
+  FILE *requests_ = nullptr, *answers_ = nullptr;
+  char* line_ = nullptr;
+  std::size_t room_ = 0;
+};
+
+void over_json_rpc(benchmark::State& state, What what, const char* method,
+                   std::vector<const char*> names, bool as_base64) {
+  const Program& p = program();
+  Map params{{"id", "puma560"}};
+  for (std::size_t i = 0; i < names.size(); ++i)
+    params.set(names[i], NumericArray(p.states[i], kStates, 6));
+  const auto arrays = as_base64 ? shell::Arrays::base64 : shell::Arrays::numbers;
+  const std::string request = std::string(R"({"jsonrpc":"2.0","id":1,"method":"robot.)") + method +
+                              R"(","params":)" + shell::to_json(params, {}, arrays) +
+                              (as_base64 ? R"(,"arrays":"base64"})" : "}") + "\n";
+  static Server server;
+  const auto kernel = kernel_of(what);
+  std::size_t answered = 0;
+  compare(
+      state,
+      [&] {
+        const double start = server.used();
+        answered = server.ask(request);
+        return server.used() - start;
+      },
+      kernel);
+  state.counters["sent_kB"] = 1e-3 * static_cast<double>(request.size());
+  state.counters["answered_kB"] = 1e-3 * static_cast<double>(answered);
+}
+
+using Names = std::vector<const char*>;
+#define OVER_JSON_RPC(what, ...)                                                        \
+  BENCHMARK_CAPTURE(over_json_rpc, what##_base64, What::what, #what, __VA_ARGS__, true) \
+      ->UseManualTime()                                                                 \
+      ->Unit(benchmark::kMicrosecond)
+OVER_JSON_RPC(inverse_dynamics, Names{"q", "qd", "qdd"});
+OVER_JSON_RPC(gravity_torques, Names{"q"});
+OVER_JSON_RPC(inertia, Names{"q"});
+OVER_JSON_RPC(forward_dynamics, Names{"q", "qd", "tau"});
+OVER_JSON_RPC(fk, Names{"q"});
+OVER_JSON_RPC(jacobian, Names{"q"});
+BENCHMARK_CAPTURE(over_json_rpc, inverse_dynamics_numbers, What::inverse_dynamics,
+                  "inverse_dynamics", Names{"q", "qd", "qdd"}, false)
+    ->UseManualTime()
+    ->Unit(benchmark::kMicrosecond);
 
 }  // namespace
