@@ -2,6 +2,7 @@
 #include "robotics/singularity.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -78,9 +79,10 @@ Split split(const MatrixXd& loose) {
   return {svd.matrixU().leftCols(rank), svd.matrixU().rightCols(rows - rank)};
 }
 
-/// Below kStill all counts as standing still, of unit joint rates and lengths in the reach.
+/// Below it all counts as standing still, of unit joint rates and lengths in the reach.
+constexpr double kStill = 1e-3;
+
 int rank_of(const VectorXd& values, double threshold) {
-  constexpr double kStill = 1e-3;
   int rank = 0;
   for (Index i = 0; i < values.size(); ++i)
     rank += values[i] > threshold * std::max(values[0], kStill);
@@ -261,6 +263,47 @@ Singularity singularity(const RobotModel& model, std::size_t tip, std::span<cons
     out.lost.push_back(tidy(t));
   }
   return out;
+}
+
+bool is_surely_regular(const RobotModel& model, std::size_t tip, std::span<const Pose> joint_frames,
+                       TwistPart part, double threshold) {
+  const std::size_t dof = model.dof();
+  if (!model.loops.empty() || dof == 0) return false;
+  std::vector<double> J(6 * dof);
+  geometric_jacobian(model, tip, joint_frames, JacobianFrame::base, J);
+  const double length = reach(model, tip);
+  const std::size_t first = part == TwistPart::rotation ? 3 : 0,
+                    rows = part == TwistPart::all ? 6 : 3;
+  double square = 0;  // of all entries: the greatest singular value is no greater
+  for (std::size_t j = 0; j < dof; ++j)
+    for (std::size_t i = 0; i < rows; ++i) {
+      double& x = J[6 * j + i] = J[6 * j + first + i];
+      if (first + i < 3) x /= length;
+      square += x * x;
+    }
+  // The products of its rows, or of its columns if these are fewer; less the square of what counts
+  // as lost, they are positive definite when all that is there is above it.
+  const bool by_rows = rows <= dof;
+  const std::size_t n = std::min(rows, dof);
+  std::array<double, 36> G{};
+  for (std::size_t a = 0; a < n; ++a)
+    for (std::size_t b = 0; b <= a; ++b)
+      for (std::size_t k = 0; k < (by_rows ? dof : rows); ++k)
+        G[6 * a + b] += by_rows ? J[6 * k + a] * J[6 * k + b] : J[6 * a + k] * J[6 * b + k];
+  constexpr double kMargin = 1.01;
+  const double least = kMargin * threshold * std::max(std::sqrt(square), kStill);
+  for (std::size_t a = 0; a < n; ++a) {
+    for (std::size_t b = 0; b < a; ++b) {
+      for (std::size_t k = 0; k < b; ++k) G[6 * a + b] -= G[6 * a + k] * G[6 * b + k];
+      G[6 * a + b] /= G[6 * b + b];
+    }
+    double pivot = G[6 * a + a] - least * least;
+    for (std::size_t k = 0; k < a; ++k) pivot -= G[6 * a + k] * G[6 * a + k];
+    // Rounding is some 1e-15 of all.
+    if (!(pivot > 1e-13 * square)) return false;
+    G[6 * a + a] = std::sqrt(pivot);
+  }
+  return true;
 }
 
 std::string lost_words(const Twist& t) {

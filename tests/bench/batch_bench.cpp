@@ -18,6 +18,7 @@
 
 #include <robomosp/sdk/conformance/provider.h>
 #include <robomosp/sdk/dynamics.h>
+#include <robomosp/sdk/ik.h>
 
 #include "lua/lua_state.h"
 #include "robotics/batch_kinematics.h"
@@ -50,7 +51,7 @@ struct Program {
         "  end\n"
         "  return linalg.rows(rows)\n"
         "end\n"
-        "Q, QD, U = states(2), states(1), states(3)");
+        "Q, QD, U = states(0.7), states(1), states(3)");
     const auto id = app->dispatch(session, "robot.get", Map{{"name", "puma560"}});
     NoProgress none;
     model = *app->derived.robot_model(*app->document.now(), RobotId{id->as_handle()->number},
@@ -185,6 +186,48 @@ FROM_LUA(inertia, "inertia(Q)");
 FROM_LUA(forward_dynamics, "forward_dynamics(Q, QD, U)");
 FROM_LUA(fk, "fk(Q)");
 FROM_LUA(jacobian, "jacobian(Q)");
+
+/// Calls of robot.solve_ik for poses of the PUMA's states, one at a time, beside its solver alone;
+/// aim: 15 us a call. A thousand of them a run.
+void solve_ik(benchmark::State& state) {
+  constexpr std::size_t kCalls = 1000;
+  Program& p = program();
+  p.run(
+      "if not targets then\n"
+      "  targets = {}\n"
+      "  local poses = arm:fk(Q).pose\n"
+      "  for i = 1, 1000 do targets[i] = poses[i]:reshape(4, 4) end\n"
+      "end");
+  auto found = conformance::find_provider<IkSolver>(
+      std::string(ROBOMOSP_PLUGIN_DIR) + "/ik_spherical_wrist.so", "spherical_wrist");
+  if (!found.ok()) std::abort();
+  const auto solver = conformance::create<IkSolver>(**found);
+  if (!solver->prepare(*p.model, conformance::TableParams(**found)).ok()) std::abort();
+  const robotics::BatchKinematics kinematics(*p.model);
+  std::vector<double> scratch(kinematics.scratch_size());
+  std::vector<Pose> targets(kStates);
+  kinematics.tip_poses(0, p.states[0], targets, scratch);
+  compare(
+      state,
+      [&] {
+        const double start = now();
+        p.run("for i = 1, 1000 do arm:solve_ik{target = targets[i]} end");
+        return now() - start;
+      },
+      [&] {
+        NoProgress none;
+        for (std::size_t i = 0; i < kCalls; ++i) {
+          std::vector<IkResult> result(1);
+          IkBatch batch;
+          batch.targets = {&targets[i], 1};
+          (void)solver->solve(batch, result, none);
+          benchmark::DoNotOptimize(result.data());
+        }
+      });
+  state.counters["one_call_us"] = state.counters["command_us"].value / kCalls;
+  state.counters["aim_us"] = 15;
+}
+BENCHMARK(solve_ik)->UseManualTime()->Unit(benchmark::kMicrosecond);
 
 /// A child that serves JSON-RPC, and the processor time that it has taken.
 class Server {

@@ -354,6 +354,42 @@ TEST(Singularity, TheWristOfThePumaLosesOneTurn) {
   EXPECT_NEAR(s.idle[0][3] + s.idle[0][5], 0, 1e-9);
 }
 
+// What is found regular by a factorization has lost nothing by the decompositions, however near to
+// a singular configuration; and all but those near to one are found so.
+TEST(Singularity, WhatIsSurelyRegularHasLostNothing) {
+  conformance::Random random(12);
+  const RobotModel models[] = {
+      puma560(), panda(), scara(), planar_rods(), tree(), floating_manipulator(), long_chain(12)};
+  for (const RobotModel& m : models)
+    for (const TwistPart part : {TwistPart::all, TwistPart::translation, TwistPart::rotation})
+      for (const double threshold : {1e-6, 1e-3, 0.05}) {
+        std::vector<Pose> frames(m.joints.size());
+        int sure = 0, regular = 0;
+        for (int i = 0; i < 60; ++i) {
+          auto q = random.configuration(m);
+          // Bent by less and less: wrists, elbows and shoulders come together.
+          const double bend = std::pow(10.0, -0.15 * i);
+          for (std::size_t k = 0; k < q.size() && m.is_simple() && i > 20; ++k)
+            if (k == 1 || k == 2 || k == 4) q[k] = bend * (k == 2 && i % 2 ? -1 : 1);
+          forward_kinematics(m, q, frames);
+          const Singularity s = singularity(m, 0, q, part, threshold);
+          const bool is_sure = is_surely_regular(m, 0, frames, part, threshold);
+          EXPECT_TRUE(!is_sure || s.lost.empty()) << m.name << " " << i << " " << threshold;
+          sure += is_sure;
+          regular += static_cast<std::size_t>(s.rank) ==
+                         std::min<std::size_t>(part == TwistPart::all ? 6 : 3, m.dof()) &&
+                     s.least > 3 * threshold;
+        }
+        EXPECT_GE(sure, regular) << m.name << " " << threshold;
+        if (m.name == "puma560") {
+          EXPECT_GE(sure, threshold < 0.01 ? 15 : 1);
+        }
+      }
+  const RobotModel loop = conformance::four_bar(1, 0.4, 1.1, 0.8);
+  std::vector<Pose> frames(loop.joints.size());
+  EXPECT_FALSE(is_surely_regular(loop, 0, frames, TwistPart::all, 1e-3));
+}
+
 TEST(Singularity, AScaraIsNotSingularBecauseItHasFourJoints) {
   const Singularity s = singularity(scara(), 0, std::vector<double>{0.2, 0.7, 0.1, 0.3});
   EXPECT_EQ(s.rank, 4);

@@ -7,6 +7,7 @@
 
 #include "robotics/build_model.h"
 #include "robotics/coordinates.h"
+#include "robotics/kinematics.h"
 #include "robotics/singularity.h"
 #include "spatial/pose.h"
 #include "spatial/principal.h"
@@ -326,9 +327,15 @@ void report_singular(const RobotModel& m, std::size_t tip, std::uint32_t parts, 
                     : !(parts & kIkPosition) ? robotics::TwistPart::rotation
                                              : robotics::TwistPart::all;
   // The same for every solver: what is lost depends on how lengths are counted.
-  const auto s = robotics::singularity(m, tip, std::span(result.q).first(n), part, kNear);
-  if (!s.lost.empty()) result.lost_direction = s.lost.front();
-  else if (result.lost_direction == std::array<double, 6>{}) return;
+  const std::span<const double> q = std::span(result.q).first(n);
+  std::vector<Pose> frames(m.joints.size());
+  robotics::forward_kinematics(m, q, frames);
+  const bool is_regular = robotics::is_surely_regular(m, tip, frames, part, kNear);
+  if (!is_regular) {
+    const auto s = robotics::singularity(m, tip, q, part, kNear);
+    if (!s.lost.empty()) result.lost_direction = s.lost.front();
+  }
+  if (result.lost_direction == std::array<double, 6>{}) return;
   if (result.detail.empty()) {
     const auto& t = result.lost_direction;
     const Vec3 v = spatial::rotate(m.base, {t[0], t[1], t[2]});
