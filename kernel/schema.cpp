@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 
+#include "kernel/bare_numbers.h"
 #include "kernel/text.h"
 #include "kernel/units.h"
 
@@ -159,7 +160,10 @@ Result<double> read_real(const ParamSpec& spec, const Value& v, std::string_view
   if (const std::string* s = v.as_string()) {
     Result<double> read =
         units::read_quantity(*s, spec.unit == "1" ? std::string_view() : spec.unit);
-    if (read.ok()) return read;
+    if (read.ok()) {
+      BareNumbers::tell(path, *s, spec.unit);
+      return read;
+    }
     Error e = std::move(read).error();
     if (e.message.ends_with(" is not a number")) return wrong_type(spec, v, path);
     return std::move(e).in(path);
@@ -212,7 +216,15 @@ Result<std::optional<std::vector<double>>> read_reals(const ParamSpec& spec, con
     numbers.reserve(list->size());
     for (const Value& item : *list) RMP_TRY(add(item));
   } else if (const std::string* s = v.as_string()) {
-    for (const std::string_view part : pieces(*s)) RMP_TRY(add(Value(part)));
+    // "30 deg" is one number; of several those without commas have no units apart.
+    const bool is_one = spec.type == "real[]" && units::read_quantity(*s, spec.unit).ok();
+    if (is_one) {
+      RMP_TRY(add(v));
+    } else {
+      for (const std::string_view part : pieces(*s)) RMP_TRY(add(Value(part)));
+    }
+  } else if (v.is_number() && spec.type == "real[]") {
+    RMP_TRY(add(v));                                 // a list of one
   } else if (!v.as_map() || !v.as_map()->empty()) {  // an empty table may be given as a map
     return std::optional<std::vector<double>>();
   }

@@ -7,6 +7,8 @@
 
 #include <gtest/gtest.h>
 
+#include "kernel/bare_numbers.h"
+
 namespace robomosp {
 namespace {
 
@@ -126,6 +128,11 @@ TEST(Schema, ListsOfRealsTellTheWrongEntry) {
   EXPECT_EQ(accepted(s, "{0.5, 90 deg}").as_array()->size(), 2U);
   EXPECT_EQ(accepted(s, "0.5 1 2").as_array()->size(), 3U);
   EXPECT_EQ(accepted(s, Map()).as_array()->size(), 0U);
+  // A number is a list of one.
+  EXPECT_EQ(accepted(s, 0.5), Value(NumericArray({0.5})));
+  EXPECT_EQ(accepted(s, 2), Value(NumericArray({2.0})));
+  EXPECT_NEAR((*accepted(s, "90 deg").as_array())[0], 1.5707963267948966, 1e-15);
+  EXPECT_FALSE(fault(spec("p", "vec3", "m"), 1).empty());
   EXPECT_EQ(fault(s, List{1, "x"}),
             "q[2]: \"x\" is not a real in rad. Give a number such as 1.57 or \"90 deg\".");
   EXPECT_EQ(fault(s, "1,,2"),
@@ -133,6 +140,30 @@ TEST(Schema, ListsOfRealsTellTheWrongEntry) {
   EXPECT_EQ(fault(spec("p", "vec3", "m"), List{1, 2}),
             "p: 2 numbers are given; three reals in m are needed. Give three numbers such as {0.1, "
             "0, 0.2}.");
+}
+
+TEST(Schema, TextsWithoutAUnitAreToldToWhoeverAsks) {
+  const auto all = [](std::string_view) { return true; };
+  const BareNumbers outer;
+  {
+    const BareNumbers bare;
+    (void)accepted(spec("x", "real", "m"), "200");
+    (void)accepted(spec("x", "real", "m"), "0");
+    (void)accepted(spec("y", "real", "m"), "200 mm");
+    (void)accepted(spec("n", "real", ""), "7");
+    (void)accepted(spec("q", "real[]", "rad"), "1, 30 deg, 4");
+    const auto said = bare.sentences(all);
+    ASSERT_EQ(said.size(), 3U);
+    EXPECT_EQ(said[0],
+              "x = \"200\" is taken as 200 m, since it names no unit. Write \"200 mm\" for "
+              "millimetres.");
+    EXPECT_TRUE(said[2].starts_with("q[3] = \"4\" is taken as 4 rad")) << said[2];
+    EXPECT_EQ(bare.sentences([](std::string_view text) { return text == "1"; }).size(), 1U);
+    const NumbersAreTexts quiet;
+    (void)accepted(spec("z", "real", "m"), "200");
+    EXPECT_EQ(bare.sentences(all).size(), 3U);
+  }
+  EXPECT_TRUE(outer.sentences(all).empty()) << "the innermost collects";
 }
 
 TEST(Schema, APoseIsTheSameHoweverItIsWritten) {

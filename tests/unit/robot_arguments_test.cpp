@@ -99,6 +99,70 @@ arm:set_joints(q))~");
       << said("open_loops");
 }
 
+TEST_F(RobotArguments, TextsWithoutAUnitSayWhatTheyAreTakenAs) {
+  const auto bare = [&] { return said("bare_number"); };
+  run("solid.create{name = 'plate', root = {kind = 'box', name = 'box', x = '200', y = '30 mm', z "
+      "= "
+      "0.1}}");
+  EXPECT_EQ(bare(),
+            "solid.create: x = \"200\" is taken as 200 m, since it names no unit. "
+            "Write \"200 mm\" for millimetres.");
+  run("arm:fk{q = {'30', 0, 0, 0, 0, 0}}");
+  EXPECT_EQ(bare(),
+            "robot.fk: q[1] = \"30\" is taken as 30 rad, since it names no unit. Write "
+            "\"30 deg\" for degrees.");
+  run("arm:set_payload{mass = '2'}");
+  EXPECT_EQ(bare(), "robot.set_payload: mass = \"2\" is taken as 2 kg, since it names no unit.");
+  run("arm:fk{q = '1 2 3 4 5 6'}");
+  EXPECT_NE(bare().find("So are 3 further texts without a unit."), std::string::npos) << bare();
+  const std::string last = bare();
+  // Units, expressions, nothing, numbers, and lines of the program whose numbers are texts.
+  run(R"~(
+arm:fk{q = {"30 deg", "0", 0, 0, 0, 0.5}}
+solid.create{name = "other", parameters = {a = "20 mm"}, root = {kind = "box", name = "box", x = "2*a", y = "a", z = 1}}
+robot.create{name = "plain", links = {{name = "one", a = 0.5}}}
+world.create{name = "cell"}:add_robot{robot = arm}
+ioci.classic "PRobot arm SetLinks {10 20 30 0 0 0}")~");
+  EXPECT_EQ(bare(), last);
+}
+
+TEST_F(RobotArguments, AnglesThatLookLikeDegreesAreNamed) {
+  const auto count = [&] {
+    int n = 0;
+    for (const Message& m : app().messages.recent(1000)) n += m.code == "degrees";
+    return n;
+  };
+  const int before = count();
+  run("arm:fk{q = {0, 0, 2, 0, 0, 3}}\narm:fk{q = {0, 0, 1e6, 0, 0, 0}}");  // that is no angle
+  EXPECT_EQ(count(), before);
+  run("arm:fk{q = {0, 30, 0, 0, 0, 0}}");
+  EXPECT_NE(said("degrees").find("robot \"arm\", joint 2 ("), std::string::npos) << said("degrees");
+  EXPECT_NE(said("degrees").find("30 is taken as 30 rad, which is 1719 deg. Write \"30 deg\" for "
+                                 "degrees."),
+            std::string::npos)
+      << said("degrees");
+  EXPECT_EQ(count(), before + 1);
+  run("for i = 1, 50 do arm:inverse_dynamics{q = {0, 30 + i, 0, 0, 0, 0}} end");
+  EXPECT_EQ(count(), before + 1) << "once is enough";
+  run("arm:jacobian{q = {{0, 0, 0, 0, -90, 0}, {0, 0, 0, 0, 0, 0}}}");
+  EXPECT_NE(said("degrees").find("joint 5"), std::string::npos) << said("degrees");
+  run("world.create{name = 'cell'}:add_robot{robot = arm}\n"
+      "world.get('cell'):set_robot_q{robot = 'arm', q = {45, 0, 0, 0, 0, 0}}");
+  EXPECT_NE(said("degrees").find("joint 1"), std::string::npos) << said("degrees");
+}
+
+TEST_F(RobotArguments, ANumberIsAListOfOne) {
+  run(R"~(
+local one = robot.create{name = "one", links = {{name = "turn", a = 0.5, mass = 1, com = {-0.25, 0, 0}}}}
+assert((one:fk(0.3).position - one:fk{q = {0.3}}.position):norm() == 0)
+assert((one:fk("30 deg").position - one:fk{q = {math.rad(30)}}.position):norm() < 1e-15)
+local tau = one:inverse_dynamics{q = 0.3, qd = 1, qdd = 2, gravity = {0, -9.81, 0}}
+assert(#tau == 1 and tau[1] == one:inverse_dynamics{q = {0.3}, qd = {1}, qdd = {2}, gravity = {0, -9.81, 0}}[1])
+assert(one:jacobian_rate{q = 0.3, qd = 1}:rows() == 6)
+refused("q: 1 joint value is given; the robot has 6 joints", arm.fk, arm, 0.3)
+refused("the robot has 6", arm.inverse_dynamics, arm, {q = q, qd = 1}))~");
+}
+
 TEST_F(RobotArguments, AToleranceFinerThanNumbersBlamesNoSolver) {
   run(R"~(
 for _, name in ipairs{"puma560", "pa10", "ur5"} do

@@ -18,6 +18,7 @@
 #include "ioci/core/renamed_arguments.h"
 #include "ioci/robot/solver_notes.h"
 #include "ioci/simulation/live_runs.h"
+#include "kernel/bare_numbers.h"
 #include "kernel/check.h"
 #include "kernel/executor.h"
 #include "kernel/permit.h"
@@ -149,6 +150,20 @@ Error caught(std::string_view command, std::string what) {
   return error(ErrorCode::internal,
                std::string(command) + " failed unexpectedly: " + std::move(what),
                "The document is as before. Please report this.");
+}
+
+/// Whether a text is among arguments, at any depth.
+bool holds(const Map& args, std::string_view text);
+bool holds(const Value& v, std::string_view text) {
+  if (const std::string* s = v.as_string()) return s->find(text) != std::string::npos;
+  if (const Map* map = v.as_map()) return holds(*map, text);
+  const List* list = v.as_list();
+  return list && std::any_of(list->begin(), list->end(),
+                             [&](const Value& item) { return holds(item, text); });
+}
+bool holds(const Map& args, std::string_view text) {
+  return std::any_of(args.begin(), args.end(),
+                     [&](const auto& entry) { return holds(entry.second, text); });
 }
 
 /// Prepares the context for expressions, and reads those among the arguments.
@@ -353,6 +368,8 @@ class Application::Call {
   Result<Value> compute();
   Result<Value> finish(Result<Value> result);
   void set_job() { is_job_ = true; }
+  /// Tells of texts that were taken as quantities in SI units.
+  void tell(const BareNumbers& bare);
   /// Whether finish() refused, because others changed what it had looked at.
   [[nodiscard]] bool is_overtaken() const { return transaction_ && transaction_->is_overtaken(); }
   /// The command and what it works on: "world.plan_path cell".
@@ -400,6 +417,13 @@ std::string Application::Call::label() const {
   return out;
 }
 
+void Application::Call::tell(const BareNumbers& bare) {
+  for (std::string& said :
+       bare.sentences([&](std::string_view text) { return holds(args_, text); }))
+    app_.messages.post(Severity::info, "bare_number", spec_.name + ": " + std::move(said),
+                       session_.name());
+}
+
 Result<void> Application::Call::start() {
   if ((spec_.effect | Effect::reads).meets(kEveryEffect.without(ctx_.allowed_)))
     return error(ErrorCode::permission,
@@ -438,11 +462,13 @@ Result<void> Application::Call::start() {
     ctx_.given_ = &with_numbers_;
   }
   if (!spec_.params.empty() || !ctx_.given_->empty()) {
+    const BareNumbers bare;
     auto result = check(spec_.params, *ctx_.given_, [&](std::string_view kinds, const Value& v) {
       return app_.resolve(ctx_.snapshot(), kinds, v);
     });
     if (!result.ok()) return std::move(result).error().in(spec_.name);
     checked_ = std::move(*result);
+    tell(bare);
   }
   if (spec_.own_transaction && has_edits && ctx_.transaction_)
     return error(ErrorCode::conflict, spec_.name + " cannot run while a group of edits is open",
@@ -468,7 +494,10 @@ Result<void> Application::Call::start() {
 Result<Value> Application::Call::compute() {
   const PermitScope permitted(&permit_);
   const auto body = [&] {
-    return spec_.run ? spec_.run(ctx_, checked_) : spec_.plugged(ctx_, checked_);
+    const BareNumbers bare;  // of tables within the arguments
+    auto answer = spec_.run ? spec_.run(ctx_, checked_) : spec_.plugged(ctx_, checked_);
+    if (answer.ok()) tell(bare);
+    return answer;
   };
   try {
     if (const std::uint32_t kind = run_kind(); kind && app_.modules->watches(kind)) {

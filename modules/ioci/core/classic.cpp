@@ -8,6 +8,7 @@
 
 #include "ioci/core/commands.h"
 #include "ioci/core/handle_text.h"
+#include "kernel/bare_numbers.h"
 #include "kernel/check.h"
 #include "kernel/messages.h"
 #include "kernel/text.h"
@@ -360,6 +361,7 @@ Result<std::vector<std::string>> split_classic(std::string_view line) {
 }
 
 Result<Value> Application::dispatch_classic(Session& session, std::string_view line) {
+  const NumbersAreTexts quiet;
   RMP_TRY_ASSIGN(auto words, split_classic(line));
   if (words.empty()) return Value();
   words[0] = std::string(without_prefix(words[0]));

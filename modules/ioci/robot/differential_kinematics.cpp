@@ -30,7 +30,7 @@ struct Moved {
 Result<std::vector<double>> rates_of(const Map& args, std::string_view name, const RobotModel& m) {
   const Value* v = args.find(name);
   if (!v || v->is_nil()) return std::vector<double>(m.dof(), 0.0);
-  std::vector<double> out = reals(v);
+  std::vector<double> out = v->is_number() ? std::vector<double>{v->number()} : reals(v);
   if (out.size() != m.dof())
     return error(ErrorCode::invalid_argument,
                  count_given(out.size(), "number") + "; the robot has " + std::to_string(m.dof()) +
@@ -45,6 +45,7 @@ Result<Moved> moved(CommandContext& ctx, const Map& args) {
   Moved m;
   RMP_TRY_ASSIGN(m.model, model_of(ctx, args));
   RMP_TRY_ASSIGN(m.q, read_q(*args.find("q"), content<Robot>(ctx, args), m.model->joints, "q"));
+  note_degrees(ctx, *m.model, m.q);
   RMP_TRY_ASSIGN(m.qd, rates_of(args, "qd", *m.model));
   RMP_TRY_ASSIGN(m.qdd, rates_of(args, "qdd", *m.model));
   m.frames.resize(m.model->joints.size());

@@ -91,6 +91,7 @@ Result<void> read_instant(CommandContext& ctx, const Map& args, Instant& c,
   RMP_TRY_ASSIGN(c.model, model_of(ctx, args));
   if (!takes_rows) RMP_TRY(refuse_rows(args, {"q", "qd", "qdd", "tau"}));
   RMP_TRY_ASSIGN(c.q, read_states(*args.find("q"), r, *c.model, "q"));
+  note_degrees(ctx, *c.model, c.q.values().first(c.model->coordinate_count()));
   if (flag(args, "close")) RMP_TRY(close_states(ctx, *c.model, c.q));
   RMP_TRY_ASSIGN(c.qd, read_rates(args, "qd", r, *c.model));
   RMP_TRY_ASSIGN(c.qdd, read_rates(args, "qdd", r, *c.model));

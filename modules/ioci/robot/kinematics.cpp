@@ -37,6 +37,7 @@ Result<Posed> posed(CommandContext& ctx, const Map& args,
     RMP_TRY_ASSIGN(p.model, model_of(ctx, args));
   }
   RMP_TRY_ASSIGN(p.q, given_or_shown(ctx, args, *p.model));
+  note_degrees(ctx, *p.model, p.q);
   p.frames.resize(p.model->joints.size());
   robotics::forward_kinematics(*p.model, p.q, p.frames);
   return p;
@@ -88,6 +89,7 @@ Result<std::vector<double>> closed_states(CommandContext& ctx, const RobotModel&
 /// robot.fk of a batch.
 Result<Value> fk_rows(CommandContext& ctx, const Map& args, const RobotModel& m, States q) {
   const std::size_t count = q.count(), width = m.coordinate_count(), joints = m.joints.size();
+  note_degrees(ctx, m, q.values().first(width));
   RMP_TRY_ASSIGN(const std::size_t tip, tip_index(m, args));
   const bool is_closing = flag(args, "close");
   if (is_closing) {
@@ -238,6 +240,7 @@ NumericArray jacobian_matrix(const std::vector<double>& columns, std::size_t dof
 Result<Value> jacobian_rows(CommandContext& ctx, const RobotModel& m, const States& q,
                             std::size_t tip, robotics::JacobianFrame frame) {
   const std::size_t count = q.count(), width = m.coordinate_count(), size = 6 * m.dof();
+  note_degrees(ctx, m, q.values().first(width));
   const robotics::BatchKinematics kinematics(m);
   const std::size_t own = kinematics.scratch_size();
   std::vector<double> scratch(spatial::cores() * own);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "robotics/build_model.h"
 #include "robotics/coordinates.h"
@@ -145,6 +146,8 @@ Result<std::vector<double>> read_q(const Value& value, const model::Robot& robot
       return unknown_name("pose", *name, known).in(path);
     if (!read.ok()) return std::move(read).error();
     q = reals(&*read);
+  } else if (value.is_number()) {
+    q = {value.number()};  // a list of one
   } else if (!value.as_map() || !value.as_map()->empty()) {
     return error(ErrorCode::invalid_argument, value.text() + " is not a list of joint values",
                  "Give " + std::to_string(units.size()) + " numbers or the name of a pose.", where);
@@ -165,6 +168,34 @@ Result<std::vector<double>> read_q(const Value& value, const model::Robot& robot
       return error(ErrorCode::invalid_argument, "a quaternion is zero", "1 0 0 0 is no rotation.",
                    where + "[" + std::to_string(i + 1) + "]");
   return q;
+}
+
+void note_degrees(const CommandContext& ctx, const RobotModel& m, std::span<const double> q) {
+  constexpr double kTurn = 2 * std::numbers::pi, kDegree = std::numbers::pi / 180;
+  for (std::size_t i = 0; i < m.joints.size(); ++i) {
+    const JointModel& j = m.joints[i];
+    if (j.type != JointType::revolute || j.is_coupled()) continue;
+    const double x = q[static_cast<std::size_t>(j.q_index)];
+    if (!(std::fabs(x) > kTurn)) continue;
+    const bool is_bounded = std::isfinite(j.lower) && std::isfinite(j.upper);
+    const bool is_far =
+        is_bounded ? x > j.upper + kTurn || x < j.lower - kTurn : std::fabs(x) > 2 * kTurn;
+    const double turned = x * kDegree;
+    if (!is_far || std::fabs(turned) > kTurn ||
+        (is_bounded && !(turned >= j.lower && turned <= j.upper)))
+      continue;
+    const std::string given = text::print_rounded(x, 6);
+    const std::string said = "robot " + text::quote(m.name) + ", joint " + std::to_string(i + 1) +
+                             " (" + text::quote(j.name) + "): " + given + " is taken as " + given +
+                             " rad, which is " + text::print_rounded(x / kDegree, 4) +
+                             " deg. Write " + text::quote(given + " deg") + " for degrees.";
+    // A loop over many such configurations says it once.
+    for (const Message& before : ctx.app.messages.recent(20))
+      if (before.code == "degrees" && before.text.starts_with(said.substr(0, said.find("): "))))
+        return;
+    ctx.app.messages.post(Severity::info, "degrees", said, "ioci");
+    return;
+  }
 }
 
 Result<std::shared_ptr<const RobotModel>> model_of(CommandContext& ctx, const Map& args,

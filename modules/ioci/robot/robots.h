@@ -53,6 +53,11 @@ Result<void> closed_or_fault(const RobotModel& m, const robotics::Closure& close
 Result<std::size_t> tip_index(const RobotModel& m, const Map& args);
 /// What belongs to an objective that is not asked for is refused.
 Result<void> check_objective_fields(const CommandContext& ctx, const Map& args);
+/// Tells (code "degrees") when a turning joint is given an angle that is beyond its limits by more
+/// than a turn, or is more than two turns where it has none, and would be at home within them in
+/// degrees: angles are radians. Once for a robot and joint, as long as it is among the last
+/// messages.
+void note_degrees(const CommandContext& ctx, const RobotModel& m, std::span<const double> q);
 /// Whether a link that moves has mass or inertia.
 [[nodiscard]] bool has_mass(const RobotModel& m);
 /// Fills in what a solver leaves out of an answer: a solved configuration next to a singular one

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "ioci/robot/robots.h"
 #include "robotics/coordinates.h"
 #include "robotics/home.h"
 #include "robotics/joint_limits.h"
@@ -52,6 +53,7 @@ void note_shown_joints(CommandContext& ctx, RobotId robot, std::span<const doubl
   const auto m =
       ctx.app.derived.robot_model(ctx.snapshot(), robot, Vec3{0, 0, -9.81}, ctx.progress);
   if (!m.ok() || q.size() != (*m)->coordinate_count()) return;
+  note_degrees(ctx, **m, q);
   const std::string who = "robot " + text::quote((*m)->name);
   const auto excess = robotics::limit_excess(**m, q);
   if (excess.joint >= 0)
