@@ -13,6 +13,7 @@
 
 #include <gtest/gtest.h>
 
+#include <robomosp/sdk/conformance/ik_branches_check.h>
 #include <robomosp/sdk/conformance/models.h>
 #include <robomosp/sdk/conformance/provider.h>
 #include <robomosp/sdk/conformance/solve_or_refuse.h>
@@ -227,6 +228,28 @@ TEST_P(IkConformance, SeveralThreadsGetTheSameAnswersAtOnce) {
   });
   for (const auto& results : together)
     for (std::size_t i = 0; i < targets.size(); ++i) EXPECT_EQ(results[i].q, alone[i].q) << i;
+}
+
+TEST_P(IkConformance, BranchesThatAreNamedAreToldApart) {
+  const auto found = find_provider<IkSolver>(GetParam().file, GetParam().provider);
+  ASSERT_TRUE(found.ok());
+  const std::string tags = std::string(",") + ((*found)->tags ? (*found)->tags : "") + ",";
+  const auto* branches =
+      static_cast<const IkBranches*>(solver_->extension(IkBranches::kExtensionId));
+  if (tags.find(",branches,") != std::string::npos) {
+    ASSERT_NE(branches, nullptr) << "its tags say that it names them";
+  }
+  if (!branches) return;
+  EXPECT_EQ(solver_->extension(IkBranches::kExtensionId), branches)
+      << "it is another one each time";
+  bool has_names = false;
+  for (std::size_t tip = 0; tip < model().tips.size(); ++tip) {
+    const auto i = static_cast<std::int32_t>(tip);
+    has_names = has_names || !branches->choices(i).empty();
+    EXPECT_EQ(branch_fault(*branches, model(), i, kSeed), "") << "tip " << tip;
+  }
+  EXPECT_TRUE(!has_names || tags.find(",branches,") != std::string::npos)
+      << "the tag \"branches\" is how users find solvers that name them";
 }
 
 TEST_P(IkConformance, CancellingStopsWithinATenthOfASecond) {
