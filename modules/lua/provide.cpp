@@ -145,6 +145,10 @@ Result<int> ioci_provide(Impl& impl, lua_State* L) {
     lua_pop(L, 1);
     RMP_TRY_ASSIGN(info.schema, read_schema(L, 3));
     RMP_TRY_ASSIGN(info.tags, read_tags(L, 3));
+    if (lua_getfield(L, 3, "branches") != LUA_TNIL &&
+        std::find(info.tags.begin(), info.tags.end(), "branches") == info.tags.end())
+      info.tags.emplace_back("branches");
+    lua_pop(L, 1);
   } else if (!lua_isfunction(L, 3)) {
     return error(
         ErrorCode::invalid_argument,

@@ -2,8 +2,10 @@
 // Inverse kinematics written in Lua (layer: application, lua).
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include <robomosp/sdk/ik.h>
+#include <robomosp/sdk/ik_branches.h>
 
 #include "kernel/text.h"
 #include "lua/provide.h"
@@ -23,13 +25,45 @@ struct Obstacles {
   const ClearanceField* field;
 };
 
-/// fn(model, target, seed, asked) -> q | list of q | nil, reason
-class LuaIk final : public IkSolver, private BoundScript {
+/// fn(model, target, seed, asked) -> q | list of q | nil, reason; and if its table has `branches`
+/// and the function `branch`(model, q, tip, params) -> a number a choice, it names its branches.
+class LuaIk final : public IkSolver, public IkBranches, private BoundScript {
  public:
   explicit LuaIk(ProviderPtr p) : BoundScript(std::move(p)) {}
 
+  [[nodiscard]] const void* extension(const char* id) const override {
+    const bool is_named = !choices_.empty() && std::strcmp(id, IkBranches::kExtensionId) == 0;
+    return is_named ? static_cast<const IkBranches*>(this) : nullptr;
+  }
   Result<void> prepare(const RobotModel& model, const Params& params) override {
-    return bind(model, params);
+    RMP_TRY(bind(model, params));
+    Call call_script(*p_);
+    return call_script.run(
+        [&](Impl&, lua_State* L) -> Result<void> { return read_branches(call_script, L); });
+  }
+  [[nodiscard]] std::span<const IkBranchChoice> choices(std::int32_t /*tip*/) const override {
+    return choices_;
+  }
+  void measure(std::int32_t tip, std::span<const double> q, std::span<double> out) const override {
+    Call call_script(*p_);
+    const std::size_t n = model_->coordinate_count(), width = choices_.size();
+    const auto done = call_script.run([&](Impl& impl, lua_State* L) -> Result<void> {
+      push_model(impl, L, *model_, true);
+      const int model = lua_gettop(L);
+      push_params(impl, L, p_->schema, params_.get());
+      const int params = model + 1;
+      for (std::size_t i = 0; (i + 1) * n <= q.size(); ++i) {
+        auto one = measure_one(call_script, impl, L, model, params, tip, q.subspan(i * n, n));
+        if (!one.ok()) {
+          report(impl, one.error());
+          return std::move(one).error();
+        }
+        std::copy(one->begin(), one->end(), out.begin() + static_cast<std::ptrdiff_t>(i * width));
+      }
+      return {};
+    });
+    // Without an answer all branches meet; why has been told.
+    if (!done.ok()) std::fill(out.begin(), out.end(), 0.0);
   }
 
   Result<void> solve(const IkBatch& batch, std::span<IkResult> results,
@@ -73,6 +107,78 @@ class LuaIk final : public IkSolver, private BoundScript {
   static bool is_whole(const IkBatch& b) {
     return b.goals.empty() || (b.goals.size() == 1 && b.goals[0].parts == kIkPose);
   }
+  /// branches = {{"elbow", "up", "down"}, ...}: a choice's name, the word for a measure above 0 and
+  /// the one for a measure below.
+  Result<void> read_branches(const Call& call_script, lua_State* L) {
+    choices_.clear();
+    words_.clear();
+    const bool has_function = call_script.push_optional(L, "branch");
+    if (has_function) lua_pop(L, 1);
+    lua_rawgeti(L, LUA_REGISTRYINDEX, p_->ref);
+    if (!lua_istable(L, -1)) return {};
+    lua_getfield(L, -1, "branches");
+    RMP_TRY_ASSIGN(const Value given, to_value(L, -1));
+    if (given.is_nil() && !has_function) return {};
+    const auto wrong = [](std::string what) {
+      return error(
+          ErrorCode::invalid_argument, std::move(what),
+          "Write branches = {{\"elbow\", \"up\", \"down\"}} and branch = function(model, q) "
+          "return {...} end, a number above or below 0 a choice.");
+    };
+    if (!has_function) return wrong("it has branches and no function branch that tells them apart");
+    const List* list = given.as_list();
+    if (!list || list->empty()) return wrong("it has a function branch and no list of branches");
+    std::vector<std::string> words;
+    for (const Value& row : *list) {
+      const List* three = row.as_list();
+      const bool is_choice = three && three->size() == 3 &&
+                             std::all_of(three->begin(), three->end(), [](const Value& v) {
+                               return v.as_string() && !text::trim(*v.as_string()).empty() &&
+                                      v.as_string()->size() <= kLongestWord;
+                             });
+      if (!is_choice) return wrong("a branch is not a name and two words");
+      for (const Value& v : *three) words.push_back(*v.as_string());
+      for (std::size_t k = words.size() - 2; k < words.size(); ++k)
+        for (std::size_t other = 0; other < k; ++other)
+          if (other % 3 != 0 && words[other] == words[k])
+            return wrong("two branches have the word " + text::quote(words[k]));
+    }
+    words_ = std::move(words);
+    for (std::size_t i = 0; i + 2 < words_.size(); i += 3)
+      choices_.push_back({words_[i].c_str(), words_[i + 1].c_str(), words_[i + 2].c_str(), {}});
+    return {};
+  }
+  Result<std::vector<double>> measure_one(const Call& call_script, Impl& impl, lua_State* L,
+                                          int model, int params, std::int32_t tip,
+                                          std::span<const double> q) const {
+    lua_settop(L, params);
+    call_script.push_function(L, "branch");
+    lua_pushvalue(L, model);
+    push_vector(impl, L, q);
+    lua_pushinteger(L, tip + 1);
+    lua_pushvalue(L, params);
+    RMP_TRY(call(impl, L, 4, 1));
+    std::vector<double> out;
+    if (lua_type(L, -1) == LUA_TNUMBER && choices_.size() == 1) {
+      out = {lua_tonumber(L, -1)};
+    } else {
+      RMP_TRY_ASSIGN(out, read_finite(*p_, L, -1, choices_.size(), "the result of branch"));
+    }
+    for (const double x : out)
+      if (!(std::fabs(x) <= 1 + 1e-9))
+        return failed(*p_, "branch returned " + text::print(x) + ", which is not within -1 to 1",
+                      "Its sign says the way, and 0 where two ways meet.");
+    return out;
+  }
+  /// Names of branches are an aside of an answer: without them it stands, and a message says why.
+  void report(Impl& impl, const Error& e) const {
+    const std::string said =
+        "The branches of provider " + text::quote(p_->name) + " are not told: " + e.sentence();
+    for (const Message& m : impl.app.messages.recent(20))
+      if (m.text == said) return;
+    impl.app.messages.post(Severity::warning, "branches", said, "lua");
+  }
+
   /// One whole pose of one tip is for every solver; the rest for those that say so.
   Result<void> check(const IkBatch& b) const {
     const auto needs = [&](bool asked, const char* tag, const char* what) -> Result<void> {
@@ -229,6 +335,10 @@ class LuaIk final : public IkSolver, private BoundScript {
     for (const double x : residual) most = std::max(most, std::fabs(x));
     return most;
   }
+
+  static constexpr std::size_t kLongestWord = 60;
+  std::vector<std::string> words_;  ///< that choices_ points to
+  std::vector<IkBranchChoice> choices_;
 };
 
 }  // namespace

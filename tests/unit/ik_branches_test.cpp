@@ -471,5 +471,86 @@ run = cell:inverse_kinematics{robot = "lz", trajectory = "aside", sample_time = 
 assert(not table.concat(run:notes(), "\n"):find("branch"), table.concat(run:notes(), "\n")))~");
 }
 
+TEST_F(IkBranchesTest, ASolverInLuaNamesItsBranches) {
+  run(kArms);
+  run(R"~(
+-- Two links in a plane: the elbow on either side.
+local function solve(model, target, seed, asked)
+  local x, y = target[1][4], target[2][4]
+  local k = (x^2 + y^2 - 0.5^2 - 0.3^2) / (2 * 0.5 * 0.3)
+  if k < -1 or k > 1 then return nil, "out_of_reach" end
+  local found = {}
+  for i, side in ipairs{1, -1} do
+    local b = side * math.acos(k)
+    local a = math.atan(y, x) - math.atan(0.3 * math.sin(b), 0.5 + 0.3 * math.cos(b))
+    found[i] = {a, b, math.atan(target[2][1], target[1][1]) - a - b}
+  end
+  return found
+end
+tips = {}
+own = {solve = solve, branches = {{"elbow", "left", "right"}},
+  branch = function(model, q, tip, params) tips[tip] = #model.joints return {math.sin(q[2])} end}
+ioci.provide("robomosp.ik/1", "two_ways", own)
+flat = robot.create{name = "flat", links = {{name = "a", a = 0.5}, {name = "b", a = 0.3}, {name = "c"}}, ik = "two_ways"}
+target = flat:fk{q = {0.4, 0.9, 0.1}}.pose
+local s = flat:solve_ik{target = target, all = true}
+assert(s.branch == "left" and #s.branches == 2 and s.branches[2] == "right", s.branch)
+assert(tips[1] == 3)
+local r = flat:solve_ik{target = target, branch = "right"}
+assert(r.branch == "right" and math.abs(r.q[2] + 0.9) < 1e-9)
+assert(flat:solve_ik{target = target, branch = {elbow = "left"}}.q[2] > 0)
+has(refused(flat.solve_ik, flat, {target = target, branch = "up"}), "The words are left or right")
+-- It is among those that name branches.
+local tagged = false
+for _, p in ipairs(provider.list("robomosp.ik/1")) do
+  if p.name == "two_ways" then for _, t in ipairs(p.tags) do tagged = tagged or t == "branches" end end
+end
+assert(tagged)
+has(refused(flat.solve_ik, flat, {target = target, branch = "left", provider = "numeric"}), '"two_ways"'))~");
+  // A bare number where there is one choice; a job asks from another thread.
+  run(R"~(
+own.branch = function(model, q) return math.sin(q[2]) end
+ioci.provide("robomosp.ik/1", "two_ways", own)
+local job = start("robot.solve_ik", {id = flat, target = target, branch = "right"})
+assert(job:wait().branch == "right"))~");
+}
+
+TEST_F(IkBranchesTest, BranchesOfASolverInLuaThatAreNoneAreRefused) {
+  const auto told = [&](const char* branches) {
+    return eval(std::string("ioci.provide('robomosp.ik/1', 'odd', {solve = function(model, target, "
+                            "seed) return seed end, ") +
+                branches +
+                "})\nrobot.get('arm'):solve_ik{target = robot.get('arm'):fk{q = {0, 0, 0, "
+                "0, 0, 0}}.pose, provider = 'odd', partial = true}");
+  };
+  const std::pair<const char*, const char*> wrong[] = {
+      {"branches = {{'elbow', 'up', 'down'}}", "no function branch"},
+      {"branch = function() return 0 end", "no list of branches"},
+      {"branches = {}, branch = function() return 0 end", "no list of branches"},
+      {"branches = {{'elbow', 'up'}}, branch = function() return 0 end",
+       "a branch is not a name and two words"},
+      {"branches = {{'elbow', 'up', 'up'}}, branch = function() return 0 end",
+       "two branches have the word \"up\""},
+      {"branches = {{'a', 'up', 'down'}, {'b', 'left', 'up'}}, branch = function() return 0 end",
+       "two branches have the word \"up\""}};
+  for (const auto& [given, said] : wrong)
+    EXPECT_NE(told(given).find(said), std::string::npos) << given << ": " << told(given);
+  // Measures that are none leave the answer, without its names, and are told once.
+  const auto reported = [&](const char* part) {
+    int n = 0;
+    for (const Message& m : app().messages.recent(1000))
+      n += m.code == "branches" && m.text.find(part) != std::string::npos;
+    return n;
+  };
+  const char* const kOne = "branches = {{'elbow', 'up', 'down'}}, branch = function() ";
+  (void)told((std::string(kOne) + "return 7 end").c_str());
+  (void)told((std::string(kOne) + "return 7 end").c_str());
+  EXPECT_EQ(reported("branch returned 7, which is not within -1 to 1"), 1);
+  (void)told((std::string(kOne) + "return {0, 0} end").c_str());
+  EXPECT_EQ(reported("the result of branch"), 1);
+  (void)told((std::string(kOne) + "error('no idea') end").c_str());
+  EXPECT_EQ(reported("no idea"), 1);
+}
+
 }  // namespace
 }  // namespace robomosp
