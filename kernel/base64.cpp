@@ -2,7 +2,9 @@
 #include "kernel/base64.h"
 
 #include <array>
+#include <bit>
 #include <cstdint>
+#include <cstring>
 
 namespace robomosp::base64 {
 namespace {
@@ -40,6 +42,19 @@ std::uint32_t group(const char* at) {
   const auto c = [at](std::size_t i) { return static_cast<unsigned char>(at[i]); };
   return kPlaces[0][c(0)] | kPlaces[1][c(1)] | kPlaces[2][c(2)] | kPlaces[3][c(3)];
 }
+// Sixteen characters at once, in the compiler's own vectors, which every processor has. Decoding is
+// quicker by the tables: without shuffles of bytes the vectors take twice as long.
+using Bytes = signed char __attribute__((vector_size(16)));
+using Words = std::uint32_t __attribute__((vector_size(16)));
+
+/// The characters of values 0..63 in their places.
+Bytes digits_of(Bytes values) {
+  const auto above = [&](signed char least, signed char offset) {
+    return Bytes(values > least) & (Bytes{} + offset);
+  };
+  return values + 'A' + above(25, 'a' - 'Z' - 1) - above(51, 75) - above(61, 15) + above(62, 3);
+}
+
 void put(char* out, std::uint32_t three, std::size_t count) {
   for (std::size_t k = 0; k < count; ++k) out[k] = static_cast<char>(three >> (8 * k));
 }
@@ -63,7 +78,20 @@ void append(std::string& out, std::string_view bytes) {
     to += 4;
   };
   const auto* from = reinterpret_cast<const unsigned char*>(bytes.data());
-  for (std::size_t i = 0; i < whole; ++i, from += 3)
+  std::size_t i = 0;
+  // Words are put together from bytes with the first lowest.
+  constexpr bool kFast = std::endian::native == std::endian::little;
+  for (; kFast && 3 * i + 13 <= bytes.size(); i += 4, from += 12, to += 16) {
+    std::uint32_t lanes[4];
+    for (std::size_t k = 0; k < 4; ++k) std::memcpy(&lanes[k], from + 3 * k, 4);
+    Words x;
+    std::memcpy(&x, lanes, sizeof x);
+    const Words indices = ((x >> 2) & 0x3f) | ((x & 3) << 12) | ((x >> 4) & 0x0f00) |
+                          ((x & 0x0f00) << 10) | ((x >> 6) & 0x030000) | ((x << 8) & 0x3f000000);
+    const Bytes text = digits_of(reinterpret_cast<Bytes>(indices));
+    std::memcpy(to, &text, sizeof text);
+  }
+  for (; i < whole; ++i, from += 3)
     pairs(std::uint32_t{from[0]} << 16U | std::uint32_t{from[1]} << 8U | from[2]);
   if (const std::size_t rest = bytes.size() % 3; rest > 0) {
     pairs(three(3 * whole));

@@ -85,6 +85,15 @@ void write_array(std::string& out, const NumericArray& a, Arrays arrays) {
   }
 }
 
+/// About how many characters the arrays of a value take, so that long texts do not move.
+std::size_t room_of(const Value& v, Arrays arrays) {
+  if (const NumericArray* a = v.as_array()) return a->size() * (arrays == Arrays::base64 ? 11 : 8);
+  std::size_t out = 16;
+  if (const Map* map = v.as_map())
+    for (const auto& [key, item] : *map) out += key.size() + room_of(item, arrays);
+  return out;
+}
+
 struct Writing {
   const NameOf& name_of;
   Arrays arrays;
@@ -342,6 +351,8 @@ std::string to_json(const Value& value, const NameOf& name_of, Arrays arrays) {
 }
 
 void append_json(std::string& out, const Value& value, const NameOf& name_of, Arrays arrays) {
+  constexpr std::size_t kAround = 256;  // of a message around it
+  out.reserve(out.size() + room_of(value, arrays) + kAround);
   write(out, value, {name_of, arrays}, 0);
 }
 
