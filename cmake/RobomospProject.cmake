@@ -223,9 +223,10 @@ function(robomosp_test name)
   if(name IN_LIST ROBOMOSP_SERIAL_TESTS)
     set_tests_properties(${name} PROPERTIES RUN_SERIAL ON)
   endif()
-  # Compiled robots stay in the build folder, and no test needs a home it can write to.
+  # Compiled robots stay in the build folder, and no test needs a home it can write to. None finds
+  # geometry that another one computed.
   set_property(TEST ${name} APPEND PROPERTY ENVIRONMENT "XDG_CACHE_HOME=${CMAKE_BINARY_DIR}/cache"
-    "XDG_STATE_HOME=${CMAKE_BINARY_DIR}/state")
+    "XDG_STATE_HOME=${CMAKE_BINARY_DIR}/state" "ROBOMOSP_CACHE=off")
   if(ROBOMOSP_SANITIZE STREQUAL "thread")
     set_property(TEST ${name} APPEND PROPERTY ENVIRONMENT
       "TSAN_OPTIONS=suppressions=${PROJECT_SOURCE_DIR}/tests/support/tsan.supp:halt_on_error=0:second_deadlock_stack=1")

@@ -355,6 +355,8 @@ int run(Options options) {
   auto made = ioci::Application::create(
       {.plugin_path = options.plugin_path,
        .library = options.library,
+       .kept_geometry = FileCache::user_folder(),
+       .kept_geometry_limit = FileCache::user_limit(),
        .recovery = options.render.empty() ? io::recovery_folder() : std::filesystem::path()});
   if (!made.ok()) return fail(made.error());
   ioci::Application& app = **made;

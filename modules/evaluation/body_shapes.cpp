@@ -19,8 +19,8 @@ Result<std::shared_ptr<const std::vector<ShapePiece>>> shapes_of(Solids& solids,
   Fingerprinter fp("shapes/2");
   fp.add(Solids::keys_of(e, tree).value).add(chord);
   const Fingerprint key = fp.finish();
-  return solids.cache().get<std::vector<ShapePiece>>(
-      key, key,
+  return solids.kept<std::vector<ShapePiece>>(
+      "shapes", e, key,
       [&] {
         return shape_pieces(
             tree, [&](const CsgTree& part) { return solids.mesh(part, chord, progress); },

@@ -21,6 +21,7 @@ struct Derived::Impl {
 
   Cache cache;
   Solids solids;
+  std::shared_ptr<FileCache> files;
 };
 
 namespace {
@@ -66,6 +67,12 @@ Result<T> for_whom(const Snapshot& s, AnyId who, Result<T> result) {
 Derived::Derived(const Registry& registry, std::size_t budget_bytes)
     : impl_(std::make_unique<Impl>(registry, budget_bytes)) {}
 Derived::~Derived() = default;
+
+void Derived::keep_in(std::shared_ptr<FileCache> files) {
+  impl_->files = files;
+  impl_->solids.keep_in(std::move(files));
+}
+const std::shared_ptr<FileCache>& Derived::files() const { return impl_->files; }
 
 Result<std::shared_ptr<const Mesh>> Derived::mesh(const Snapshot& s, SolidId id,
                                                   Progress& progress) {

@@ -20,6 +20,7 @@
 
 #include "document/document.h"
 #include "evaluation/shapes.h"
+#include "kernel/file_cache.h"
 #include "kernel/registry.h"
 #include "spatial/surface_cuts.h"
 #include "spatial/surface_moments.h"
@@ -103,6 +104,11 @@ class Derived {
  public:
   explicit Derived(const Registry& registry, std::size_t budget_bytes = std::size_t{1} << 30);
   ~Derived();
+
+  /// Keeps what engines make of solids in files from run to run; null = not at all. Before anything
+  /// is asked for.
+  void keep_in(std::shared_ptr<FileCache>);
+  [[nodiscard]] const std::shared_ptr<FileCache>& files() const;
 
   Result<std::shared_ptr<const Mesh>> mesh(const document::Snapshot&, SolidId, Progress&);
   /// `chord`: greatest distance from the exact surface [m]; 0 = the solid's own.

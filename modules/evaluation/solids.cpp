@@ -3,8 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <limits>
 #include <utility>
+
+#include <sys/stat.h>
 
 #include <robomosp/sdk/csg_check.h>
 #include <robomosp/sdk/csg_primitive.h>
@@ -93,6 +96,95 @@ std::vector<bool> needs_exact_engine(const CsgTree& tree) {
   return needs;
 }
 
+/// Of the files of all engines, as one stands in for another: what they make may differ where these
+/// do. None where an engine has no file to tell its build by.
+std::optional<Fingerprint> build_of_engines(const Registry& registry) {
+  namespace fs = std::filesystem;
+  Fingerprinter fp("engines/1");
+  for (const ProviderInfo& info : registry.list(CsgEngine::kInterfaceId)) {
+    if (!info.enabled) continue;
+    fp.add(std::string_view(info.name)).add(std::string_view(info.version));
+    const fs::path door = info.origin;
+    bool is_first = true;
+    for (const fs::path& file : {door, door.parent_path() / "lazy" / door.filename()}) {
+      struct stat s {};
+      const bool is_there = ::stat(file.c_str(), &s) == 0 && S_ISREG(s.st_mode);
+      if (is_first && !is_there) return std::nullopt;
+      is_first = false;
+      fp.add(is_there);
+      if (is_there)
+        fp.add(static_cast<std::int64_t>(s.st_size))
+            .add(static_cast<std::int64_t>(s.st_mtim.tv_sec))
+            .add(static_cast<std::int64_t>(s.st_mtim.tv_nsec));
+    }
+  }
+  return fp.finish();
+}
+
+/// An engine that is made when something is asked of it: opening one takes longer than reading all
+/// that it made in the run before.
+class LateEngine final : public CsgEngine {
+ public:
+  LateEngine(const Registry& registry, std::string name)
+      : registry_(registry), name_(std::move(name)) {}
+  Result<std::shared_ptr<const CsgShape>> evaluate(const CsgTree& tree,
+                                                   Progress& progress) const override {
+    RMP_TRY_ASSIGN(const auto e, own());
+    return e->evaluate(tree, progress);
+  }
+  Result<Mesh> mesh(const CsgShape& s, const MeshQuality& q, Progress& progress) const override {
+    RMP_TRY_ASSIGN(const auto e, own());
+    return e->mesh(s, q, progress);
+  }
+  Result<Moments> moments(const CsgShape& s, Progress& progress) const override {
+    RMP_TRY_ASSIGN(const auto e, own());
+    return e->moments(s, progress);
+  }
+  Result<Partition> partition(std::span<const PlacedShape> parts,
+                              Progress& progress) const override {
+    RMP_TRY_ASSIGN(const auto e, own());
+    return e->partition(parts, progress);
+  }
+  Result<std::vector<CsgFeature>> features(const CsgShape& s, Progress& progress) const override {
+    RMP_TRY_ASSIGN(const auto e, own());
+    return e->features(s, progress);
+  }
+  Result<CsgProfile> section(const CsgShape& s, const Pose& plane, double chord,
+                             Progress& progress) const override {
+    RMP_TRY_ASSIGN(const auto e, own());
+    return e->section(s, plane, chord, progress);
+  }
+  Result<CsgGeometry> geometry(const CsgShape& s, Progress& progress) const override {
+    RMP_TRY_ASSIGN(const auto e, own());
+    return e->geometry(s, progress);
+  }
+
+ private:
+  Result<std::shared_ptr<CsgEngine>> own() const {
+    const std::lock_guard lock(mutex_);
+    if (!made_) {
+      RMP_TRY_ASSIGN(made_, registry_.create<CsgEngine>(name_));
+    }
+    return made_;
+  }
+  const Registry& registry_;
+  std::string name_;
+  mutable std::mutex mutex_;
+  mutable std::shared_ptr<CsgEngine> made_;  // guarded by mutex_
+};
+
+/// A solid that was made in a run before; what more is asked of it has its engine make it again.
+class KnownShape final : public CsgShape {
+ public:
+  KnownShape(SolidFacts facts, CsgTree of) : tree(std::move(of)), facts_(std::move(facts)) {}
+  [[nodiscard]] std::array<Vec3, 2> bounds() const override { return facts_.bounds; }
+  [[nodiscard]] std::span<const std::string> notes() const override { return facts_.notes; }
+  const CsgTree tree;
+
+ private:
+  SolidFacts facts_;
+};
+
 }  // namespace
 
 std::size_t mesh_bytes(const Mesh& m) {
@@ -132,9 +224,16 @@ Result<SolidEngine> Solids::engine(Known& slot, Find&& find) {
     if (slot.engine && slot.revision == revision) return *slot.engine;
   }
   RMP_TRY_ASSIGN(const ProviderInfo info, find());
-  RMP_TRY_ASSIGN(auto csg, registry_.create<CsgEngine>(info.name));
+  std::optional<Fingerprint> build;
+  if (files_ && cache_.is_enabled()) build = build_of_engines(registry_);
+  std::shared_ptr<CsgEngine> csg;
+  if (build) {
+    csg = std::make_shared<LateEngine>(registry_, info.name);
+  } else {
+    RMP_TRY_ASSIGN(csg, registry_.create<CsgEngine>(info.name));
+  }
   const std::lock_guard lock(mutex_);
-  slot = {SolidEngine{std::move(csg), info.name, info.version, has_tag(info, "mesh"), false},
+  slot = {SolidEngine{std::move(csg), info.name, info.version, build, has_tag(info, "mesh"), false},
           revision};
   return *slot.engine;
 }
@@ -181,18 +280,48 @@ Solids::Keys Solids::keys_of(const SolidEngine& e, const CsgTree& tree) {
   return {key, failure.finish()};
 }
 
+Result<ShapePtr> Solids::evaluate(const SolidEngine& e, const CsgTree& tree, Progress& progress) {
+  if (progress.cancelled()) return error(ErrorCode::cancelled, "cancelled");
+  auto made = guarded(e.name, [&] { return e.csg->evaluate(tree, progress); });
+  if (made.ok() && !*made) return broken(e.name, "returned no solid");
+  return made;
+}
+
+Result<ShapePtr> Solids::evaluated(const MadeSolid& s, Progress& progress) {
+  const auto* known = dynamic_cast<const KnownShape*>(s.shape.get());
+  if (!known) return s.shape;
+  Fingerprinter fp("evaluated shape/1"), failure("evaluated shape failure/1");
+  fp.add(s.key);
+  failure.add(keys_of(s.engine, known->tree).failure);
+  RMP_TRY_ASSIGN(
+      const auto found,
+      cache_.get<ShapePtr>(
+          fp.finish(), failure.finish(), [&] { return evaluate(s.engine, known->tree, progress); },
+          [&](const ShapePtr&) { return kShapeBytesPerNode * known->tree.nodes.size(); }));
+  return *found;
+}
+
 Result<MadeSolid> Solids::shape(SolidEngine e, const CsgTree& tree, Progress& progress) {
   const Keys keys = keys_of(e, tree);
-  RMP_TRY_ASSIGN(auto found,
-                 cache_.get<ShapePtr>(
-                     keys.value, keys.failure,
-                     [&]() -> Result<ShapePtr> {
-                       if (progress.cancelled()) return error(ErrorCode::cancelled, "cancelled");
-                       auto made = guarded(e.name, [&] { return e.csg->evaluate(tree, progress); });
-                       if (made.ok() && !*made) return broken(e.name, "returned no solid");
-                       return made;
-                     },
-                     [&](const ShapePtr&) { return kShapeBytesPerNode * tree.nodes.size(); }));
+  RMP_TRY_ASSIGN(
+      auto found,
+      cache_.get<ShapePtr>(
+          keys.value, keys.failure,
+          [&]() -> Result<ShapePtr> {
+            if (SolidFacts facts; from_files("solid", e, keys.value, facts))
+              return ShapePtr(std::make_shared<const KnownShape>(std::move(facts), tree));
+            const auto begin = std::chrono::steady_clock::now();
+            auto made = evaluate(e, tree, progress);
+            if (!made.ok() || !uses_files(e)) return made;
+            const auto took = std::chrono::steady_clock::now() - begin;
+            const auto box = placed_box({*made, keys.value, e, ""}, {});
+            const auto notes = (*made)->notes();
+            if (box.ok())
+              to_files("solid", e, keys.value,
+                       SolidFacts{(*made)->bounds(), {notes.begin(), notes.end()}}, took);
+            return made;
+          },
+          [&](const ShapePtr&) { return kShapeBytesPerNode * tree.nodes.size(); }));
   return MadeSolid{*found, keys.value, std::move(e), ""};
 }
 
@@ -213,7 +342,7 @@ Result<MadeSolid> Solids::shape(const CsgTree& tree, Progress& progress) {
 }
 
 Result<MadeSolid> Solids::as_it_is(const CsgTree& tree, const Error& why) {
-  static const SolidEngine plain{plain_engine(), "mesh as it is", "1", true, true};
+  static const SolidEngine plain{plain_engine(), "mesh as it is", "1", {}, true, true};
   const Keys keys = keys_of(plain, tree);
   RMP_TRY_ASSIGN(auto found, cache_.get<ShapePtr>(
                                  keys.value, keys.failure,
@@ -326,11 +455,12 @@ Result<std::shared_ptr<const Mesh>> Solids::mesh(const MadeSolid& s, double chor
   MeshQuality quality;
   quality.chord = chord;
   const Fingerprint key = mesh_key(s.key, quality);
-  return cache_.get<Mesh>(
-      key, key,
+  return kept<Mesh>(
+      "mesh", s.engine, key,
       [&]() -> Result<Mesh> {
+        RMP_TRY_ASSIGN(const ShapePtr own, evaluated(s, progress));
         auto made =
-            guarded(s.engine.name, [&] { return s.engine.csg->mesh(*s.shape, quality, progress); });
+            guarded(s.engine.name, [&] { return s.engine.csg->mesh(*own, quality, progress); });
         if (made.ok())
           if (const std::string fault = fault_of(*made, !s.engine.is_plain); !fault.empty())
             return broken(s.engine.name, fault);
@@ -356,11 +486,12 @@ Result<Moments> Solids::moments(const MadeSolid& s, Progress& progress) {
   const Fingerprint key = fp.finish();
   RMP_TRY_ASSIGN(
       auto found,
-      cache_.get<Moments>(
-          key, key,
+      kept<Moments>(
+          "moments", s.engine, key,
           [&]() -> Result<Moments> {
+            RMP_TRY_ASSIGN(const ShapePtr own, evaluated(s, progress));
             auto made =
-                guarded(s.engine.name, [&] { return s.engine.csg->moments(*s.shape, progress); });
+                guarded(s.engine.name, [&] { return s.engine.csg->moments(*own, progress); });
             if (made.ok() && !is_finite(*made))
               return broken(s.engine.name, "returned moments that are not finite numbers");
             const bool is_fine =
@@ -379,10 +510,11 @@ Result<std::shared_ptr<const std::vector<CsgFeature>>> Solids::features(const Ma
   Fingerprinter fp("features/1");
   fp.add(s.key);
   const Fingerprint key = fp.finish();
-  return cache_.get<std::vector<CsgFeature>>(
-      key, key,
-      [&] {
-        return guarded(s.engine.name, [&] { return s.engine.csg->features(*s.shape, progress); });
+  return kept<std::vector<CsgFeature>>(
+      "features", s.engine, key,
+      [&]() -> Result<std::vector<CsgFeature>> {
+        RMP_TRY_ASSIGN(const ShapePtr own, evaluated(s, progress));
+        return guarded(s.engine.name, [&] { return s.engine.csg->features(*own, progress); });
       },
       [](const std::vector<CsgFeature>& all) { return sizeof(CsgFeature) * all.size(); });
 }
@@ -444,8 +576,9 @@ Result<std::shared_ptr<const CsgProfile>> Solids::section(const MadeSolid& s, co
   return cache_.get<CsgProfile>(
       key, key,
       [&]() -> Result<CsgProfile> {
-        auto made = guarded(
-            s.engine.name, [&] { return s.engine.csg->section(*s.shape, plane, chord, progress); });
+        RMP_TRY_ASSIGN(const ShapePtr own, evaluated(s, progress));
+        auto made = guarded(s.engine.name,
+                            [&] { return s.engine.csg->section(*own, plane, chord, progress); });
         if (made.ok())
           for (const CsgLoop& loop : made->loops)
             for (const CsgCurve& curve : loop.curves)
@@ -470,8 +603,8 @@ Result<std::shared_ptr<const CsgGeometry>> Solids::geometry(const MadeSolid& s,
   return cache_.get<CsgGeometry>(
       key, key,
       [&]() -> Result<CsgGeometry> {
-        auto made =
-            guarded(s.engine.name, [&] { return s.engine.csg->geometry(*s.shape, progress); });
+        RMP_TRY_ASSIGN(const ShapePtr own, evaluated(s, progress));
+        auto made = guarded(s.engine.name, [&] { return s.engine.csg->geometry(*own, progress); });
         if (!made.ok()) return made;
         // As io::make_geometry() does: equal content, equal digest.
         Fingerprinter content("geometry/1");
@@ -504,12 +637,14 @@ Result<CsgEngine::Partition> Solids::partition(const std::vector<MadeSolid>& sha
   const Fingerprint key = fp.finish();
   RMP_TRY_ASSIGN(
       auto found,
-      cache_.get<CsgEngine::Partition>(
-          key, key,
+      kept<CsgEngine::Partition>(
+          "partition", e, key,
           [&]() -> Result<CsgEngine::Partition> {
             std::vector<PlacedShape> placed;
-            for (std::size_t i = 0; i < shapes.size(); ++i)
-              placed.push_back({shapes[i].shape, poses[i]});
+            for (std::size_t i = 0; i < shapes.size(); ++i) {
+              RMP_TRY_ASSIGN(const ShapePtr own, evaluated(shapes[i], progress));
+              placed.push_back({own, poses[i]});
+            }
             auto made = guarded(e.name, [&] { return e.csg->partition(placed, progress); });
             if (!made.ok()) return made;
             if (made->parts.size() != placed.size())

@@ -4,12 +4,15 @@
 #pragma once
 
 #include <array>
+#include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <robomosp/sdk/csg.h>
@@ -19,6 +22,8 @@
 
 #include "document/document.h"
 #include "evaluation/cache.h"
+#include "evaluation/kept.h"
+#include "kernel/file_cache.h"
 #include "kernel/fingerprint.h"
 #include "kernel/registry.h"
 
@@ -28,6 +33,8 @@ namespace robomosp::evaluation {
 struct SolidEngine {
   std::shared_ptr<CsgEngine> csg;
   std::string name, version;
+  /// Of all engines' files, for what is kept from run to run; none = nothing is.
+  std::optional<Fingerprint> build = std::nullopt;
   bool is_mesh = false;   ///< works on triangles throughout
   bool is_plain = false;  ///< takes meshes as they are, and does nothing with them
 };
@@ -45,6 +52,8 @@ struct MadeSolid {
 class Solids {
  public:
   Solids(const Registry& registry, Cache& cache) : registry_(registry), cache_(cache) {}
+  /// Keeps what is made in files from run to run; before anything is asked for.
+  void keep_in(std::shared_ptr<FileCache> files) { files_ = std::move(files); }
 
   /// The program's engine.
   Result<SolidEngine> engine();
@@ -95,7 +104,56 @@ class Solids {
 
   [[nodiscard]] Cache& cache() { return cache_; }
 
+  /// The value of `key`, of what an engine has made: from the cache, else from the files, else made
+  /// (Result<T>).
+  template <class T, class Make, class Bytes>
+  Result<std::shared_ptr<const T>> kept(std::string_view kind, const SolidEngine& e,
+                                        const Fingerprint& key, Make&& make, Bytes&& bytes) {
+    return cache_.get<T>(
+        key, key,
+        [&]() -> Result<T> {
+          if (T found{}; from_files(kind, e, key, found)) return found;
+          const auto begin = std::chrono::steady_clock::now();
+          Result<T> made = make();
+          if (made.ok()) to_files(kind, e, key, *made, std::chrono::steady_clock::now() - begin);
+          return made;
+        },
+        std::forward<Bytes>(bytes));
+  }
+
  private:
+  /// Values that took less than this are few in a robot and many in a drag: so many of them are
+  /// kept in a run.
+  static constexpr std::chrono::milliseconds kSlow{2};
+  static constexpr int kQuickOnes = 1000;
+
+  [[nodiscard]] bool uses_files(const SolidEngine& e) const {
+    return files_ && e.build && cache_.is_enabled();
+  }
+  [[nodiscard]] static Fingerprint file_key(const SolidEngine& e, const Fingerprint& key) {
+    return Fingerprinter("of engine/1").add(key).add(*e.build).finish();
+  }
+  template <class T>
+  bool from_files(std::string_view kind, const SolidEngine& e, const Fingerprint& key, T& out) {
+    if (!uses_files(e)) return false;
+    const Fingerprint name = file_key(e, key);
+    const auto bytes = files_->read(kind, name);
+    if (!bytes) return false;
+    if (from_bytes(*bytes, out)) return true;
+    files_->refuse(kind, name);
+    return false;
+  }
+  template <class T>
+  void to_files(std::string_view kind, const SolidEngine& e, const Fingerprint& key, const T& value,
+                std::chrono::steady_clock::duration took) {
+    if (!uses_files(e) || (took < kSlow && ++quick_ones_ > kQuickOnes)) return;
+    files_->write(kind, file_key(e, key), to_bytes(value));
+  }
+  /// The engine's own shape of a solid whose facts came from the files.
+  Result<std::shared_ptr<const CsgShape>> evaluated(const MadeSolid& s, Progress& progress);
+  Result<std::shared_ptr<const CsgShape>> evaluate(const SolidEngine& e, const CsgTree& tree,
+                                                   Progress& progress);
+
   struct Known {
     std::optional<SolidEngine> engine;
     std::uint64_t revision = 0;
@@ -116,6 +174,8 @@ class Solids {
 
   const Registry& registry_;
   Cache& cache_;
+  std::shared_ptr<FileCache> files_;  ///< null = nothing is kept from run to run
+  std::atomic<int> quick_ones_{0};    ///< written so far
   std::mutex mutex_;
   Known known_, known_mesh_, known_exact_;  // guarded by mutex_
 };

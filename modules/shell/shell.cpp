@@ -195,6 +195,8 @@ Result<void> start(Program& p, const Settings& s, const Voice& voice, std::strin
   options.plugin_path.assign(s.plugin_path.begin(), s.plugin_path.end());
   options.library.assign(s.library.begin(), s.library.end());
   options.cache = !s.no_cache;
+  options.kept_geometry = FileCache::user_folder();
+  options.kept_geometry_limit = FileCache::user_limit();
   options.plugins = !s.no_plugins;
   if (session_name == "console" || session_name == "script" || session_name == "rpc")
     options.recovery = io::recovery_folder();
@@ -558,7 +560,8 @@ int shell_main(int argc, char** argv) {
                                         ", SDK " RMP_SDK_VERSION ", " RMP_ABI_TAG ")");
   cli.add_flag("--json", s.json, "Results and errors as JSON objects on standard output");
   cli.add_flag("-q,--quiet", s.quiet, "No warnings, banner or progress");
-  cli.add_flag("--no-cache", s.no_cache, "Compute every derived value anew");
+  cli.add_flag("--no-cache", s.no_cache,
+               "Compute every derived value anew, and keep none from run to run");
   cli.add_flag("--no-plugins", s.no_plugins,
                "Load no plugin at the start, not even those of the program");
   cli.add_flag("--trace", s.trace, "Show the call stack of a script's error");

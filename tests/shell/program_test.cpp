@@ -541,6 +541,39 @@ TEST(CommandLine, WhatFilesAndPluginsSayCannotSteerATerminal) {
   EXPECT_TRUE(has_control(run({"-q", "eval", "print('\x1b[31mred')"}).out));
 }
 
+TEST(CommandLine, GeometryIsKeptFromRunToRunUnlessItIsTurnedOff) {
+  const Folder folder;
+  ASSERT_EQ(::setenv("ROBOMOSP_CACHE", (folder.path / "kept").c_str(), 1), 0);
+  const std::string weigh =
+      "solid.create{name = 'plate', material = material.create{name = 'tin', density = 7300}, "
+      "root = {kind = 'difference', children = {{kind = 'box', x = 0.1, y = 0.1, z = 0.01}, "
+      "{kind = 'torus', ring_radius = 0.03, tube_radius = 0.004}}}} "
+      "local m = solid.mass{id = 'plate'} local k = cache.kept() "
+      "return string.format('%a ', m.mass), k.found, k.written, k.files, k.on";
+  const auto answer = [&](std::vector<std::string> options) {
+    options.insert(options.end(), {"-q", "--json", "eval", weigh});
+    const auto r = run(options);
+    return Json::parse(r.out).at("value");
+  };
+  const Json without = answer({"--no-cache"});
+  EXPECT_FALSE(without.at(4));
+  EXPECT_FALSE(fs::exists(folder.path / "kept"));
+  const Json first = answer({}), second = answer({});
+  EXPECT_EQ(first.at(0), without.at(0));
+  EXPECT_EQ(first.at(1), 0);
+  EXPECT_GT(first.at(2), 0);
+  EXPECT_EQ(second.at(0), without.at(0));
+  EXPECT_GT(second.at(1), 0);
+  EXPECT_EQ(second.at(2), 0);
+  EXPECT_EQ(second.at(3), first.at(3));
+  const auto cleared = Json::parse(
+      run({"-q", "--json", "eval", "return cache.clear_kept(), cache.kept().files"}).out);
+  EXPECT_EQ(cleared.at("value").at(0), first.at(3));
+  EXPECT_EQ(cleared.at("value").at(1), 0);
+  ASSERT_EQ(::setenv("ROBOMOSP_CACHE", "off", 1), 0);
+  EXPECT_FALSE(answer({}).at(4));
+}
+
 TEST(CommandLine, TheDoctorFindsNothingMissingInThisBuild) {
   const auto r = run({"doctor"});
   EXPECT_EQ(r.code, 0) << r.out << r.err;

@@ -204,6 +204,14 @@ Application::Application(ApplicationOptions options)
       options_(std::move(options)) {
   library = library_path(options_, share);
   derived.set_enabled(options_.cache);
+  if (options_.cache && !options_.kept_geometry.empty()) {
+    FileCache::Options files{.folder = options_.kept_geometry,
+                             .limit = options_.kept_geometry_limit};
+    files.note = [this](const std::string& what) {
+      messages.post(Severity::info, "kept_geometry", what, "cache");
+    };
+    derived.keep_in(std::make_shared<FileCache>(std::move(files)));
+  }
   messages.deliver_after(lock);
   using Name = std::optional<std::string>;
   (void)handle_kinds.add("recording", [this](std::uint64_t number) {

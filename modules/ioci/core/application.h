@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -45,6 +46,9 @@ struct ApplicationOptions {
   std::vector<std::filesystem::path> plugin_path;  ///< searched first
   std::vector<std::filesystem::path> library;  ///< empty = <executable>/../share/robomosp/library
   bool cache = true;
+  /// Where computed geometry is kept from run to run (FileCache::user_folder()); empty = nowhere.
+  std::filesystem::path kept_geometry{};
+  std::uint64_t kept_geometry_limit = std::uint64_t{512} << 20;  ///< [bytes]
   bool plugins = true;  ///< false: none is loaded, not even those of the program
   /// Where unsaved work is written to, and looked for; empty = not at all.
   std::filesystem::path recovery{};

@@ -43,6 +43,34 @@ Result<Value> cache_clear(CommandContext& ctx, const Map&) {
   return Value();
 }
 
+Result<Value> cache_kept(CommandContext& ctx, const Map&) {
+  const auto& files = ctx.app.derived.files();
+  if (!files)
+    return Value(Map{{"on", false},
+                     {"folder", ""},
+                     {"files", 0},
+                     {"bytes", 0},
+                     {"limit", 0},
+                     {"found", 0},
+                     {"written", 0},
+                     {"refused", 0}});
+  const FileCache::State s = files->state();
+  const auto number = [](std::uint64_t n) { return Value(static_cast<std::int64_t>(n)); };
+  return Value(Map{{"on", true},
+                   {"folder", files->folder().string()},
+                   {"files", number(s.files)},
+                   {"bytes", number(s.bytes)},
+                   {"limit", number(files->limit())},
+                   {"found", number(s.hits)},
+                   {"written", number(s.written)},
+                   {"refused", number(s.refused)}});
+}
+
+Result<Value> cache_clear_kept(CommandContext& ctx, const Map&) {
+  const auto& files = ctx.app.derived.files();
+  return Value(files ? static_cast<std::int64_t>(files->clear()) : std::int64_t{0});
+}
+
 Result<Value> cache_enable(CommandContext& ctx, const Map& args) {
   ctx.app.derived.set_enabled(flag(args, "on"));
   return Value();
@@ -140,6 +168,41 @@ RMP_COMMANDS(document_commands) {
                  .returns = {},
                  .effect = Effect::simulates,
                  .run = cache_clear});
+  all.push_back(
+      {.name = "cache.kept",
+       .classic = "",
+       .summary = "Tells where computed geometry is kept from run to run, and how much of it.",
+       .details = "Meshes, moments and shapes for collision are kept in files by a fingerprint of "
+                  "all that they were computed from, so that the next run finds them; results are "
+                  "the same to the last bit. The program's option --no-cache and the environment "
+                  "variable ROBOMOSP_CACHE=off turn it off; ROBOMOSP_CACHE may name another "
+                  "folder, ROBOMOSP_CACHE_MIB another limit.",
+       .example = "local kept = cache.kept()\nassert(kept.bytes >= 0)",
+       .params = {},
+       .returns = {"map",
+                   "",
+                   "",
+                   {field("on", "bool", "", "Whether anything is kept."),
+                    field("folder", "string", "", "Where; empty when off."),
+                    field("files", "int", "", "Values kept there, by this run and others."),
+                    field("bytes", "int", "", "What they take on the disk."),
+                    field("limit", "int", "",
+                          "Bytes from which those go that were used longest ago."),
+                    field("found", "int", "", "Values that this run found."),
+                    field("written", "int", "", "Values that this run has kept."),
+                    field("refused", "int", "", "Files that were damaged, and removed.")}},
+       .effect = Effect::reads,
+       .run = cache_kept});
+  all.push_back({.name = "cache.clear_kept",
+                 .classic = "",
+                 .summary = "Removes the geometry that is kept from run to run.",
+                 .details = "What is in memory stays (cache.clear). Other files in that folder are "
+                            "left alone.",
+                 .example = "assert(cache.clear_kept() >= 0)\nassert(cache.kept().files == 0)",
+                 .params = {},
+                 .returns = {"int", "", "How many files were removed.", {}},
+                 .effect = Effect::files_write,
+                 .run = cache_clear_kept});
   all.push_back(
       {.name = "cache.enable",
        .classic = "",
