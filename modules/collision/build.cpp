@@ -288,6 +288,8 @@ struct CollisionModel::Builder {
     out->provider_ = info.name;
     out->is_script_ = info.origin == "lua";
     out->scene_ = std::move(*scene);
+    out->bounds_ =
+        static_cast<const CollisionBounds*>(out->scene_->extension(CollisionBounds::kId));
     carriers.resize(out->robots_.size());
     for (const CollisionBody& b : out->bodies_)
       if (b.robot >= 0) carriers[static_cast<std::size_t>(b.robot)].insert(b.joint);

@@ -79,9 +79,21 @@ Result<void> CollisionModel::check(std::span<const double> q) const {
 }
 
 Result<void> CollisionModel::ask(std::span<const Pose> poses, std::span<const CollisionPair> pairs,
-                                 double interest, std::span<PairDistance> out,
-                                 Progress& progress) const {
+                                 double interest, std::span<PairDistance> out, Progress& progress,
+                                 double tolerance) const {
   if (pairs.empty()) return {};
+  if (tolerance > 0 && bounds_) {
+    auto told = guarded(provider_, [&] {
+      return bounds_->lower_bounds(poses, pairs, interest, tolerance, out, progress);
+    });
+    if (!told.ok()) return std::move(told).error();
+    for (const PairDistance& d : out)
+      if (std::isnan(d.distance) || d.distance == -kInf || !is_finite(d.on_a) || !is_finite(d.on_b))
+        return error(ErrorCode::plugin_failed,
+                     "provider " + text::quote(provider_) + " returned a bound that is no number",
+                     "Report it to the provider's author or choose another provider.");
+    return {};
+  }
   auto done =
       guarded(provider_, [&] { return scene_->distances(poses, pairs, interest, out, progress); });
   if (!done.ok()) return std::move(done).error();
@@ -117,14 +129,15 @@ std::vector<CollisionPair> CollisionModel::candidates(const Sample& s, const Pai
 }
 
 Result<Contact> CollisionModel::least(Sample& s, const PairSet& of, double interest,
-                                      const Progress& whole) const {
+                                      const Progress& whole, double tolerance) const {
+  if (tolerance > 0 && bounds_) return least_bound(s, of, interest, whole, tolerance);
   Contact best{{-1, -1}, {interest, {}, {}}};
   QuietProgress none(whole);  // one configuration
   std::optional<Error> failure;
-  const auto bound = [&] { return failure ? -1 : std::max(best.at.distance, 0.0); };
+  const auto room_left = [&] { return failure ? -1 : std::max(best.at.distance, 0.0); };
   const auto consider = [&](const CollisionPair& p) {
     // A little more than the least so far, so that rounding leaves out none that is equal.
-    const double room = bound() * (1 + 1e-12) + 1e-15;
+    const double room = room_left() * (1 + 1e-12) + 1e-15;
     PairDistance d;
     if (auto done = ask(s.poses, {&p, 1}, room, {&d, 1}, none); !done.ok()) {
       failure = std::move(done).error();
@@ -134,15 +147,75 @@ Result<Contact> CollisionModel::least(Sample& s, const PairSet& of, double inter
         d.distance == best.at.distance && best.pair.a >= 0 && comes_before(p, best.pair);
     if (d.distance < best.at.distance || is_first) best = {p, d};
   };
+  if (bounds_) {
+    // Where meshes are among them, what may be the nearest is found first.
+    RMP_TRY_ASSIGN(const Rough known, rough(s, of, interest, none));
+    // By some more, as the exact distance may be computed in another way.
+    best.at.distance = std::min(interest, std::max(known.most, 0.0) * (1 + 1e-6) + 1e-9);
+    for (const Rough::Row& row : known.rows)
+      if (!failure && row.least <= room_left() * (1 + 1e-12) + 1e-15) consider(row.pair);
+    if (failure) return std::move(*failure);
+    s.nearest = best.pair;
+    return best;
+  }
   // What was nearest before mostly still is, and leaves little to look at.
   const CollisionPair before = s.nearest;
   if (before.a >= 0 && of.contains(before.a, before.b)) consider(before);
-  broad_.near(s.boxes, of, bound, [&](const CollisionPair& p) {
+  broad_.near(s.boxes, of, room_left, [&](const CollisionPair& p) {
     if (p.a != before.a || p.b != before.b) consider(p);
   });
   if (failure) return std::move(*failure);
   s.nearest = best.pair;
   return best;
+}
+
+/// Of one pair, at least; what is found is put into what is known.
+Result<double> CollisionModel::bound(const Sample& s, const CollisionPair& p, double tolerance,
+                                     Rough& known, Progress& progress) const {
+  const double room = std::max(known.most, 0.0);
+  PairDistance d;
+  RMP_TRY(ask(s.poses, {&p, 1}, room, {&d, 1}, progress, tolerance));
+  // Equal points: it is only known to be no nearer.
+  if (d.distance > 0 && d.on_a == d.on_b) return std::min(room, d.distance);
+  const double above = d.distance > 0 ? std::max(d.distance, distance(d.on_a, d.on_b)) : d.distance;
+  if (above < known.most) known.most = above, known.nearest = {p, d};
+  return d.distance;
+}
+
+Result<CollisionModel::Rough> CollisionModel::rough(const Sample& s, const PairSet& of,
+                                                    double interest, Progress& progress) const {
+  constexpr double kHalf = std::numeric_limits<double>::max();  // half of the distance will do
+  Rough known{{}, {{-1, -1}, {interest, {}, {}}}, interest};
+  std::optional<Error> failure;
+  broad_.near(
+      s.boxes, of, [&] { return failure ? -1 : std::max(known.most, 0.0); },
+      [&](const CollisionPair& p) {
+        auto least = bound(s, p, kHalf, known, progress);
+        if (least.ok()) known.rows.push_back({p, *least});
+        else failure = std::move(least).error();
+      });
+  if (failure) return std::move(*failure);
+  std::sort(known.rows.begin(), known.rows.end(), [](const Rough::Row& x, const Rough::Row& y) {
+    return x.least != y.least ? x.least < y.least : comes_before(x.pair, y.pair);
+  });
+  return known;
+}
+
+Result<Contact> CollisionModel::least_bound(const Sample& s, const PairSet& of, double interest,
+                                            const Progress& whole, double tolerance) const {
+  QuietProgress none(whole);  // one configuration
+  RMP_TRY_ASSIGN(Rough known, rough(s, of, interest, none));
+  double told = known.most;
+  for (const Rough::Row& row : known.rows) {
+    double least = row.least;
+    if (known.most > 0 && std::isfinite(known.most) &&
+        least < std::max(known.most - tolerance, 0.5 * known.most)) {
+      RMP_TRY_ASSIGN(least, bound(s, row.pair, tolerance, known, none));
+    }
+    told = std::min(told, least);
+  }
+  if (known.nearest.pair.a >= 0) known.nearest.at.distance = told;
+  return known.nearest;
 }
 
 Result<std::vector<PairDistance>> CollisionModel::distances(std::span<const double> q,
@@ -212,7 +285,15 @@ Result<std::vector<Contact>> CollisionModel::between(std::span<const double> q,
 
 Result<std::vector<Contact>> CollisionModel::clearance(std::span<const double> q,
                                                        Progress& progress) const {
+  return clearance(q, 0, progress);
+}
+
+Result<std::vector<Contact>> CollisionModel::clearance(std::span<const double> q, double tolerance,
+                                                       Progress& progress) const {
   RMP_TRY(check(q));
+  if (!(tolerance >= 0) || !std::isfinite(tolerance))
+    return error(ErrorCode::invalid_argument, "the tolerance is not a length",
+                 "Give a length from 0 on.");
   const std::size_t samples = coordinates_ == 0 ? 1 : q.size() / coordinates_;
   std::vector<Contact> out(samples, Contact{{-1, -1}, {kInf, {}, {}}});
   if (pairs_.empty()) return out;
@@ -231,7 +312,7 @@ Result<std::vector<Contact>> CollisionModel::clearance(std::span<const double> q
         return fail(error(ErrorCode::cancelled, "the search for the clearance was stopped"));
       place_moving(q.subspan(i * coordinates_, coordinates_), s);
       broad_.place(s.poses, {}, s.boxes);
-      auto found = least(s, checked_, kInf, progress);
+      auto found = least(s, checked_, kInf, progress, tolerance);
       if (!found.ok()) return fail(std::move(found).error());
       out[i] = *found;
       if (thread == 0 && i % 64 == 0)

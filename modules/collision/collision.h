@@ -13,6 +13,7 @@
 #include <vector>
 
 #include <robomosp/sdk/collision.h>
+#include <robomosp/sdk/collision_bounds.h>
 #include <robomosp/sdk/ik.h>
 #include <robomosp/sdk/progress.h>
 #include <robomosp/sdk/result.h>
@@ -135,6 +136,14 @@ class CollisionModel {
   /// The least distance of each sample, with the first pair that has it; no pairs: infinity and the
   /// pair (-1, -1).
   [[nodiscard]] Result<std::vector<Contact>> clearance(std::span<const double> q, Progress&) const;
+  /// The same, never above the least distance and at most `tolerance` [m] below it, which takes a
+  /// fraction of the time where meshes are near each other; 0, or an engine that offers no bounds,
+  /// gives the least distance itself. The pair may be any that is within the tolerance of the
+  /// first.
+  [[nodiscard]] Result<std::vector<Contact>> clearance(std::span<const double> q, double tolerance,
+                                                       Progress&) const;
+  /// Whether the engine offers distances within a tolerance.
+  [[nodiscard]] bool has_bounds() const { return bounds_ != nullptr; }
   /// The first time that a pair comes nearer than `tolerance` > 0 [m] while all joints move evenly
   /// from waypoint to waypoint. Nothing between samples is missed: an interval is free once the
   /// distances at its ends add up to more than the pair can move against each other meanwhile
@@ -173,14 +182,31 @@ class CollisionModel {
   [[nodiscard]] Sample sample() const;  ///< with what stands still in its place
   void place_moving(std::span<const double> q, Sample&) const;
   [[nodiscard]] Result<void> ask(std::span<const Pose> poses, std::span<const CollisionPair> pairs,
-                                 double interest, std::span<PairDistance> out, Progress&) const;
+                                 double interest, std::span<PairDistance> out, Progress&,
+                                 double tolerance = 0) const;
   [[nodiscard]] std::vector<CollisionPair> candidates(const Sample&, const PairSet&,
                                                       double within) const;
   [[nodiscard]] Result<std::vector<CollisionPair>> touching_at(const Sample&,
                                                                std::span<const CollisionPair>,
                                                                Progress&) const;
-  [[nodiscard]] Result<Contact> least(Sample&, const PairSet&, double interest,
-                                      const Progress&) const;
+  [[nodiscard]] Result<Contact> least(Sample&, const PairSet&, double interest, const Progress&,
+                                      double tolerance = 0) const;
+  /// What engines that offer bounds say of all pairs without much work.
+  struct Rough {
+    struct Row {
+      CollisionPair pair;
+      double least;  ///< it is no nearer than this [m]
+    };
+    std::vector<Row> rows;  ///< the nearest first; pairs that are not in it do not count
+    Contact nearest;        ///< of a pair that is so near, or (-1, -1)
+    double most = 0;        ///< that the least distance can be [m]
+  };
+  [[nodiscard]] Result<double> bound(const Sample&, const CollisionPair&, double tolerance, Rough&,
+                                     Progress&) const;
+  [[nodiscard]] Result<Rough> rough(const Sample&, const PairSet&, double interest,
+                                    Progress&) const;
+  [[nodiscard]] Result<Contact> least_bound(const Sample&, const PairSet&, double interest,
+                                            const Progress&, double tolerance) const;
   [[nodiscard]] Result<std::vector<PairDistance>> distances_of(std::span<const double> q,
                                                                std::span<const CollisionPair> pairs,
                                                                double interest, Progress&) const;
@@ -194,6 +220,7 @@ class CollisionModel {
   std::string provider_;
   bool is_script_ = false;
   std::unique_ptr<CollisionScene> scene_;
+  const CollisionBounds* bounds_ = nullptr;  ///< of the scene; none = it offers none
   BroadPhase broad_;
   PairSet checked_;
 };

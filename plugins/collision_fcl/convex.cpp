@@ -691,8 +691,14 @@ Apart separation(const Core& a, const Core& b, const Pose& a_T_b, double interes
         r.on_b = transform(a_T_b, r.on_b);
         return r;
       }
-      case Kind::hull:
-      case Kind::triangle: break;
+      case Kind::triangle: {
+        Core turned = b;
+        for (Vec3& corner : turned.corners) corner = transform(a_T_b, corner);
+        const Vec3 at = nearest_on_corners(turned.corners, {});
+        if (dot(at, at) > 0) return with_margins({}, at, a.margin, b.margin);
+        break;
+      }
+      case Kind::hull: break;
     }
   }
   if (a.kind == Kind::segment && b.kind == Kind::segment) return segments(a, b, a_T_b);

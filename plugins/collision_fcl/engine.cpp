@@ -4,14 +4,20 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <map>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <thread>
 #include <tuple>
 #include <utility>
 #include <vector>
+
+#include <robomosp/sdk/collision_bounds.h>
 
 #include "convex.h"
 #include "fcl_shapes.h"
@@ -30,16 +36,31 @@ using namespace spatial;
 constexpr std::size_t kBlock = 16;         ///< samples that one thread takes at a time
 constexpr std::size_t kManyQueries = 256;  ///< from which threads are worth starting
 
+/// FCL's object of a shape, which is made when it is asked for: its trees take longer to build than
+/// all else of a scene.
+class LateGeometry {
+ public:
+  explicit LateGeometry(std::function<GeometryPtr()> make) : make_(std::move(make)) {}
+  [[nodiscard]] const Geometry& get() const {
+    std::call_once(once_, [this] { made_ = make_(); });
+    return *made_;
+  }
+
+ private:
+  std::function<GeometryPtr()> make_;
+  mutable std::once_flag once_;
+  mutable GeometryPtr made_;
+};
+
 struct Solid {
   bool is_convex = true;
   Core core;
-  GeometryPtr convex;     ///< against meshes
-  GeometryPtr triangles;  ///< of meshes; of hulls where the scene has meshes
-  MeshSolid mesh;
-  std::shared_ptr<const MeshTree> tree;  ///< of meshes where the scene has cones or ellipsoids
-  Pose pose;                             ///< body_T_shape
-  Box box;                               ///< in the shape's frame
-  Vec3 inner{};                          ///< a point of the shape, convex only
+  std::shared_ptr<const MeshSolid> mesh;     ///< of meshes
+  std::shared_ptr<const MeshTree> tree;      ///< of meshes; of hulls where there are meshes
+  std::shared_ptr<const LateGeometry> late;  ///< of meshes
+  Pose pose;                                 ///< body_T_shape
+  Box box;                                   ///< in the shape's frame
+  Vec3 inner{};                              ///< a point of the shape, convex only
 };
 struct Body {
   std::vector<Solid> solids;
@@ -115,13 +136,17 @@ Result<Solid> convex_solid(const Shape& s) {
     }
     default: return bad("the kind of a shape is unknown", "Use one of ShapeKind.");
   }
-  out.convex = make_convex_geometry(c);
   return out;
 }
 
-Result<Solid> solid_of(const Shape& s) {
+Result<void> check_pose(const Shape& s) {
   if (!is_rigid(s.pose, 1e-6))
     return bad("a shape's pose is no rigid motion", "Its rotation must be orthonormal.");
+  return {};
+}
+
+Result<Solid> solid_of(const Shape& s) {
+  RMP_TRY(check_pose(s));
   const bool wants_mesh = s.kind == ShapeKind::mesh || s.kind == ShapeKind::convex;
   if (s.kind == ShapeKind::mesh && !s.mesh)
     return bad("a shape has no mesh", "Give a mesh with triangles.");
@@ -139,11 +164,13 @@ Result<Solid> solid_of(const Shape& s) {
   Solid out;
   if (s.kind == ShapeKind::mesh) {
     out.is_convex = false;
-    out.mesh = mesh_solid(*s.mesh);
-    if (out.mesh.triangles.empty())
+    out.mesh = std::make_shared<const MeshSolid>(mesh_solid(*s.mesh));
+    if (out.mesh->triangles.empty())
       return bad("a mesh has no triangles", "Give a mesh with triangles.");
-    out.box = box_around(out.mesh.points);
-    out.triangles = make_mesh_geometry(out.mesh.points, out.mesh.triangles);
+    out.box = box_around(out.mesh->points);
+    out.tree = std::make_shared<const MeshTree>(out.mesh->points, out.mesh->triangles);
+    out.late = std::make_shared<const LateGeometry>(
+        [mesh = out.mesh] { return make_mesh_geometry(mesh->points, mesh->triangles); });
   } else {
     RMP_TRY_ASSIGN(out, convex_solid(s));
   }
@@ -169,12 +196,13 @@ struct Placed {
     std::uint32_t a, b;
   };
   std::vector<Candidate> candidates;
+  std::vector<Candidate> rough;  ///< with bounds of their distances for gaps
 };
 
-class Scene final : public CollisionScene {
+class Scene final : public CollisionScene, public CollisionBounds {
  public:
-  Scene(std::vector<Body> bodies, Host host, std::size_t threads)
-      : bodies_(std::move(bodies)), host_(host), threads_(threads) {}
+  Scene(std::vector<Body> bodies, bool has_mesh, Host host, std::size_t threads)
+      : bodies_(std::move(bodies)), has_mesh_(has_mesh), host_(host), threads_(threads) {}
 
   Result<void> distances(std::span<const Pose> poses, std::span<const CollisionPair> pairs,
                          double interest, std::span<PairDistance> out,
@@ -183,7 +211,24 @@ class Scene final : public CollisionScene {
       return bad("the interest is not a length", "Give a length from 0 on, or infinity.");
     return each(poses, pairs, out.size(), progress,
                 [&](const Asked& asked, Placed& p, std::size_t i, std::size_t k) {
-                  return distance(asked, p, k, interest, pairs[k].a > pairs[k].b, out[i]);
+                  return distance(asked, p, k, interest, 0, pairs[k].a > pairs[k].b, out[i]);
+                });
+  }
+
+  [[nodiscard]] const void* extension(const char* id) const override {
+    return has_mesh_ && std::string_view(id) == CollisionBounds::kId
+               ? static_cast<const CollisionBounds*>(this)
+               : nullptr;
+  }
+  Result<void> lower_bounds(std::span<const Pose> poses, std::span<const CollisionPair> pairs,
+                            double interest, double tolerance, std::span<PairDistance> out,
+                            Progress& progress) const override {
+    if (!(interest >= 0) || !(tolerance > 0))
+      return bad("the interest or the tolerance is not a length", "Give lengths from 0 on.");
+    return each(poses, pairs, out.size(), progress,
+                [&](const Asked& asked, Placed& p, std::size_t i, std::size_t k) {
+                  return distance(asked, p, k, interest, tolerance, pairs[k].a > pairs[k].b,
+                                  out[i]);
                 });
   }
 
@@ -329,23 +374,22 @@ class Scene final : public CollisionScene {
       return r.state == Apart::State::overlap ||
              (r.state == Apart::State::apart && r.distance <= 0);
     }
-    if (is_own(a) || is_own(b)) {
-      const Apart r = is_own(a) ? b.tree->separation(a.core, compose(inverse(at_a), at_b), 0)
-                                : a.tree->separation(b.core, compose(inverse(at_b), at_a), 0);
-      return r.state == Apart::State::overlap || is_nested(a, at_a, b, at_b);
-    }
-    return surfaces_touch(geometry(a, b), at_a, geometry(b, a), at_b) ||
+    return surfaces(a, at_a, b, at_b, 0, 0).state == Apart::State::overlap ||
            is_nested(a, at_a, b, at_b);
   }
 
-  /// A shape that FCL knows only as polygons.
-  static bool is_own(const Solid& s) {
-    return s.is_convex && (s.core.kind == Core::Kind::cone || s.core.kind == Core::Kind::ellipsoid);
-  }
-
-  /// A hull meets meshes as triangles; FCL looks at all its corners otherwise.
-  static const Geometry& geometry(const Solid& of, const Solid& against) {
-    return !of.is_convex || (!against.is_convex && of.triangles) ? *of.triangles : *of.convex;
+  /// How far the surfaces of a pair with a mesh in it are apart; points in the frame of a, or of b
+  /// where only that is convex and has no triangles (`own_frame`).
+  static Apart surfaces(const Solid& a, const Pose& at_a, const Solid& b, const Pose& at_b,
+                        double interest, double tolerance) {
+    const Pose a_T_b = compose(inverse(at_a), at_b);
+    if (a.tree && b.tree) return a.tree->separation(*b.tree, a_T_b, interest, tolerance);
+    if (b.tree) return b.tree->separation(a.core, a_T_b, interest, tolerance);
+    Apart r = a.tree->separation(b.core, inverse(a_T_b), interest, tolerance);
+    std::swap(r.on_a, r.on_b);
+    r.on_a = transform(a_T_b, r.on_a);
+    r.on_b = transform(a_T_b, r.on_b);
+    return r;
   }
 
   /// Whether one is inside the other, of a pair whose surfaces do not meet and with a mesh in it.
@@ -357,17 +401,17 @@ class Scene final : public CollisionScene {
         const Vec3 p = transform(outer_T_inner, inner_point);
         for (std::size_t k = 0; k < 3; ++k)
           if (std::fabs(p[k] - outer.box.centre[k]) > outer.box.half[k]) return false;
-        return outer.is_convex ? contains(outer.core, p) : contains(outer.mesh, p);
+        return outer.is_convex ? contains(outer.core, p) : contains(*outer.mesh, p);
       };
       if (inner.is_convex) return has(inner.inner);
-      return std::any_of(inner.mesh.one_of_each_piece.begin(), inner.mesh.one_of_each_piece.end(),
-                         has);
+      const auto& points = inner.mesh->one_of_each_piece;
+      return std::any_of(points.begin(), points.end(), has);
     };
     return holds(a, at_a, b, at_b) || holds(b, at_b, a, at_a);
   }
 
   Result<void> distance(const Asked& asked, Placed& p, std::size_t pair, double interest,
-                        bool is_swapped, PairDistance& out) const {
+                        double tolerance, bool is_swapped, PairDistance& out) const {
     const At a = at(asked, p, asked.pairs[pair].first), b = at(asked, p, asked.pairs[pair].second);
     out = {};
     out.distance = interest;
@@ -384,6 +428,11 @@ class Scene final : public CollisionScene {
       std::sort(candidates.begin(), candidates.end(), [](const auto& x, const auto& y) {
         return std::tie(x.gap, x.a, x.b) < std::tie(y.gap, y.a, y.b);
       });
+    if (tolerance > 0) {
+      RMP_TRY(bound_from_below(a, b, p, interest, tolerance, out));
+      if (is_swapped) std::swap(out.on_a, out.on_b);
+      return {};
+    }
     bool found = false;
     for (const auto& c : candidates) {
       if (c.gap > std::max(out.distance, 0.0)) break;
@@ -394,6 +443,59 @@ class Scene final : public CollisionScene {
     }
     if (!found) out = {interest, {}, {}};
     if (is_swapped) std::swap(out.on_a, out.on_b);
+    return {};
+  }
+
+  /// All candidates roughly first, which costs little each; then exactly enough those that may be
+  /// the nearest.
+  static Result<void> bound_from_below(const At& a, const At& b, Placed& p, double interest,
+                                       double tolerance, PairDistance& out) {
+    constexpr double kRough = std::numeric_limits<double>::max();  // half of the distance will do
+    double most = interest;                                        // that the least distance can be
+    out = {interest, {}, {}};
+    bool found = false;
+    const auto ask = [&](const Placed::Candidate& c, double within) -> Result<double> {
+      const Solid &of_a = a.solids[c.a], &of_b = b.solids[c.b];
+      const double room = std::max(most, 0.0);
+      PairDistance d;
+      double above = 0;
+      if (of_a.is_convex && of_b.is_convex) {
+        RMP_TRY_ASSIGN(const auto exact, distance(of_a, a.poses[c.a], of_b, b.poses[c.b], room));
+        if (!exact) return room;
+        d = *exact;
+        above = d.distance;
+      } else {
+        const Apart r = surfaces(of_a, a.poses[c.a], of_b, b.poses[c.b], room, within);
+        if (r.state == Apart::State::overlap || is_nested(of_a, a.poses[c.a], of_b, b.poses[c.b])) {
+          d.on_a = d.on_b = meeting_point(of_a, a.poses[c.a], of_b, b.poses[c.b]);
+        } else {
+          if (r.state == Apart::State::beyond) return r.distance;
+          d = {r.distance, transform(a.poses[c.a], r.on_a), transform(a.poses[c.a], r.on_b)};
+          above = std::max(d.distance, spatial::distance(r.on_a, r.on_b));
+        }
+      }
+      if (!found || above < most) out = d, most = std::min(most, above), found = true;
+      return d.distance;
+    };
+    auto& rough = p.rough;
+    rough.clear();
+    for (const auto& c : p.candidates) {
+      if (c.gap > std::max(most, 0.0)) break;
+      RMP_TRY_ASSIGN(const double least, ask(c, kRough));
+      rough.push_back({least, c.a, c.b});
+    }
+    std::sort(rough.begin(), rough.end(), [](const auto& x, const auto& y) {
+      return std::tie(x.gap, x.a, x.b) < std::tie(y.gap, y.a, y.b);
+    });
+    double told = most;
+    for (const auto& c : rough) {
+      double least = c.gap;
+      if (most > 0 && std::isfinite(most) && least < enough(most, tolerance)) {
+        RMP_TRY_ASSIGN(least, ask(c, tolerance));
+      }
+      told = std::min(told, least);
+    }
+    out.distance = told;
     return {};
   }
 
@@ -414,30 +516,21 @@ class Scene final : public CollisionScene {
       d = {deep.distance, transform(at_a, deep.on_a), transform(at_a, deep.on_b)};
       return std::optional(d);
     }
-    if (is_own(a) || is_own(b)) return own_distance(a, at_a, b, at_b, interest);
-    if (surfaces_touch(geometry(a, b), at_a, geometry(b, a), at_b) || is_nested(a, at_a, b, at_b)) {
+    if (a.is_convex || b.is_convex) {
+      const Apart r = surfaces(a, at_a, b, at_b, interest, 0);
+      if (r.state == Apart::State::overlap || is_nested(a, at_a, b, at_b)) {
+        d.on_a = d.on_b = meeting_point(a, at_a, b, at_b);
+        return std::optional(d);
+      }
+      if (r.state == Apart::State::beyond) return std::optional<PairDistance>{};
+      d = {r.distance, transform(at_a, r.on_a), transform(at_a, r.on_b)};
+      return std::optional(d);
+    }
+    if (touch(a, at_a, b, at_b)) {
       d.on_a = d.on_b = meeting_point(a, at_a, b, at_b);
       return std::optional(d);
     }
-    return surface_distance(geometry(a, b), at_a, geometry(b, a), at_b, interest);
-  }
-
-  /// Of a cone or an ellipsoid and a mesh.
-  static std::optional<PairDistance> own_distance(const Solid& a, const Pose& at_a, const Solid& b,
-                                                  const Pose& at_b, double interest) {
-    const bool is_first = is_own(a);
-    const Solid &own = is_first ? a : b, &mesh = is_first ? b : a;
-    const Pose &at_own = is_first ? at_a : at_b, &at_mesh = is_first ? at_b : at_a;
-    const Apart r = mesh.tree->separation(own.core, compose(inverse(at_own), at_mesh), interest);
-    PairDistance d;
-    if (r.state == Apart::State::overlap || is_nested(a, at_a, b, at_b)) {
-      d.on_a = d.on_b = meeting_point(a, at_a, b, at_b);
-      return d;
-    }
-    if (r.state == Apart::State::beyond) return std::nullopt;
-    d = {r.distance, transform(at_own, r.on_a), transform(at_own, r.on_b)};
-    if (!is_first) std::swap(d.on_a, d.on_b);
-    return d;
+    return surface_distance(a.late->get(), at_a, b.late->get(), at_b, interest);
   }
 
   /// Somewhere in what the boxes share.
@@ -451,6 +544,7 @@ class Scene final : public CollisionScene {
   }
 
   std::vector<Body> bodies_;
+  bool has_mesh_;
   Host host_;
   std::size_t threads_;
 };
@@ -468,29 +562,40 @@ Result<std::unique_ptr<CollisionScene>> FclEngine::build(std::span<const ShapedB
     });
   };
   const bool has_mesh = has(ShapeKind::mesh);
-  const bool has_own = has(ShapeKind::cone) || has(ShapeKind::ellipsoid);
+  // Copies of one part share what is made of it.
+  std::map<std::tuple<ShapeKind, const void*, const void*>, Solid> known;
   std::vector<Body> made;
+  const auto place = [](std::size_t body, std::size_t shape) {
+    return "body " + std::to_string(body) + ", shape " + std::to_string(shape);
+  };
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     Body body;
     for (std::size_t k = 0; k < bodies[i].shapes.size(); ++k) {
       if (progress.cancelled())
         return error(ErrorCode::cancelled, "the preparation of collision checks was stopped");
-      auto solid = solid_of(bodies[i].shapes[k]);
-      if (!solid.ok())
-        return std::move(solid).error().in("body " + std::to_string(i) + ", shape " +
-                                           std::to_string(k));
-      if (has_own && !solid->is_convex)
-        solid->tree = std::make_shared<const MeshTree>(solid->mesh.points, solid->mesh.triangles);
+      const Shape& shape = bodies[i].shapes[k];
+      const bool is_listed = shape.kind == ShapeKind::mesh || shape.kind == ShapeKind::convex;
+      const std::tuple key(shape.kind, static_cast<const void*>(shape.mesh),
+                           static_cast<const void*>(corners_of(shape).data()));
+      if (const auto it = known.find(key); is_listed && it != known.end()) {
+        RMP_TRY(check_pose(shape).in(place(i, k)));
+        body.solids.push_back(it->second);
+        body.solids.back().pose = shape.pose;
+        continue;
+      }
+      auto solid = solid_of(shape);
+      if (!solid.ok()) return std::move(solid).error().in(place(i, k));
       if (has_mesh && solid->is_convex && solid->core.kind == Core::Kind::hull)
-        solid->triangles =
-            make_mesh_geometry(solid->core.hull->hull.points, solid->core.hull->hull.triangles);
+        solid->tree = std::make_shared<const MeshTree>(solid->core.hull->hull.points,
+                                                       solid->core.hull->hull.triangles);
+      if (is_listed) known.emplace(key, *solid);
       body.solids.push_back(std::move(*solid));
     }
     made.push_back(std::move(body));
   }
   const auto threads = static_cast<std::size_t>(std::max(0LL, params.integer("threads")));
-  return std::unique_ptr<CollisionScene>(
-      std::make_unique<Scene>(std::move(made), host_, threads > 0 ? threads : host_.cores()));
+  return std::unique_ptr<CollisionScene>(std::make_unique<Scene>(
+      std::move(made), has_mesh, host_, threads > 0 ? threads : host_.cores()));
 }
 
 }  // namespace robomosp::collision_fcl

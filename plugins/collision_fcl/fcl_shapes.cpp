@@ -8,10 +8,6 @@
 #include <mutex>
 
 #include <fcl/geometry/bvh/BVH_model.h>
-#include <fcl/geometry/shape/box.h>
-#include <fcl/geometry/shape/capsule.h>
-#include <fcl/geometry/shape/convex.h>
-#include <fcl/geometry/shape/cylinder.h>
 #include <fcl/geometry/shape/sphere.h>
 #include <fcl/narrowphase/collision.h>
 #include <fcl/narrowphase/distance.h>
@@ -46,31 +42,6 @@ GeometryPtr wrap(std::unique_ptr<fcl::CollisionGeometryd> g) {
 
 }  // namespace
 
-GeometryPtr make_convex_geometry(const Core& c) {
-  switch (c.kind) {
-    case Core::Kind::point: return wrap(std::make_unique<fcl::Sphered>(c.margin));
-    case Core::Kind::segment: return wrap(std::make_unique<fcl::Capsuled>(c.margin, 2 * c.half[2]));
-    case Core::Kind::box:
-      return wrap(std::make_unique<fcl::Boxd>(2 * c.half[0], 2 * c.half[1], 2 * c.half[2]));
-    case Core::Kind::cylinder:
-      return wrap(std::make_unique<fcl::Cylinderd>(c.half[0], 2 * c.half[2]));
-    case Core::Kind::cone:
-    case Core::Kind::ellipsoid:
-    case Core::Kind::triangle: return nullptr;
-    case Core::Kind::hull: break;
-  }
-  const spatial::Hull& hull = c.hull->hull;
-  auto points = std::make_shared<std::vector<fcl::Vector3d>>();
-  for (const Vec3& p : hull.points) points->push_back(vec(p));
-  auto faces = std::make_shared<std::vector<int>>();
-  for (const auto& t : hull.triangles) {
-    faces->push_back(3);
-    for (const auto i : t) faces->push_back(static_cast<int>(i));
-  }
-  return wrap(
-      std::make_unique<fcl::Convexd>(points, static_cast<int>(hull.triangles.size()), faces));
-}
-
 GeometryPtr make_mesh_geometry(const std::vector<Vec3>& points,
                                const std::vector<std::array<std::uint32_t, 3>>& triangles) {
   auto model = std::make_unique<fcl::BVHModel<fcl::OBBRSSd>>();
@@ -103,19 +74,6 @@ void warm_up() {
       fcl::collide(&ball, here, &ball, there, touch, collision);
     }
   });
-}
-
-bool surfaces_touch(const Geometry& a, const Pose& world_T_a, const Geometry& b,
-                    const Pose& world_T_b) {
-  try {
-    fcl::CollisionRequestd request;
-    request.gjk_solver_type = fcl::GST_LIBCCD;
-    fcl::CollisionResultd result;
-    return fcl::collide(a.fcl.get(), transform_of(world_T_a), b.fcl.get(), transform_of(world_T_b),
-                        request, result) > 0;
-  } catch (const std::exception&) {
-    return true;  // it throws next to touching only
-  }
 }
 
 Result<std::optional<PairDistance>> surface_distance(const Geometry& a, const Pose& world_T_a,

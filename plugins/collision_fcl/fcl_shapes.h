@@ -12,16 +12,12 @@
 #include <robomosp/sdk/collision.h>
 #include <robomosp/sdk/result.h>
 
-#include "convex.h"
-
 namespace robomosp::collision_fcl {
 
 /// FCL's object; its headers take seconds to compile, so that few files see them.
 struct Geometry;
 using GeometryPtr = std::shared_ptr<const Geometry>;
 
-/// Of a convex shape; none of cones and ellipsoids, which FCL has not (mesh_tree.h).
-[[nodiscard]] GeometryPtr make_convex_geometry(const Core& core);
 /// Of triangles: oriented boxes with spheres swept (OBBRSS), the only kind that FCL does not copy
 /// in every query.
 [[nodiscard]] GeometryPtr make_mesh_geometry(
@@ -30,11 +26,8 @@ using GeometryPtr = std::shared_ptr<const Geometry>;
 /// Fills FCL's tables of functions, which are made by the first query and not for several threads.
 void warm_up();
 
-/// Whether surfaces meet (of meshes) or shapes overlap (of convex ones). Exceptions count as touch.
-[[nodiscard]] bool surfaces_touch(const Geometry& a, const Pose& world_T_a, const Geometry& b,
-                                  const Pose& world_T_b);
-/// Distance and nearest points in the world of geometries that do not touch and one of which is a
-/// mesh; nullopt when they are farther apart than `interest` [m].
+/// Distance and nearest points in the world of meshes that do not touch; nullopt when they are
+/// farther apart than `interest` [m].
 [[nodiscard]] Result<std::optional<PairDistance>> surface_distance(const Geometry& a,
                                                                    const Pose& world_T_a,
                                                                    const Geometry& b,

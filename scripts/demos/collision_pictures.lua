@@ -15,7 +15,7 @@ local function draw(name)
     target = {0.2, 0.05, 0.58} })
   if not drawn then print(fault) end  -- such as: no renderer is installed
 end
-local near = cell:clearance()
+local near = cell:clearance{ exact = true }
 print(string.format("%s and %s: %.1f mm", near.a, near.b, 1000 * near.distance))
 draw("nearest")
 cell:set_robot_q{ robot = "pa10", q = {1, 0.49, 0, 0.4, 0, 1, 0} }

@@ -251,7 +251,7 @@ for i, place in ipairs(places) do
   end
   for n = 1, #rows, 4 do
     local k = rows[n]
-    local near = check:clearance{ q = {arm = {q[1][k], q[2][k], q[3][k], q[4][k]}, conveyor = {belt[k]}} }
+    local near = check:clearance{ exact = true, q = {arm = {q[1][k], q[2][k], q[3][k], q[4][k]}, conveyor = {belt[k]}} }
     assert(near.distance > air / 2, string.format("at %.2f s %s and %s touch", times[k], near.a, near.b))
     least, looked = math.min(least, near.distance), looked + 1
   end

@@ -62,7 +62,7 @@ for _, objective in ipairs{"none", "clearance"} do
     world = objective == "clearance" and cell or nil }
   assert(answer.position_error < 1e-8 and answer.rotation_error < 1e-8)
   q = answer.q
-  free[objective] = cell:clearance{ q = {iiwa14 = q} }.distance
+  free[objective] = cell:clearance{ exact = true, q = {iiwa14 = q} }.distance
   cell:set_robot_q{ robot = "iiwa14", q = q }
   local drawn, fault = pcall(cell.render, cell, { file = folder .. "/redundant_arm_" .. objective .. ".png",
     size = {360, 400}, quality = quality, axes = false, collisions = true, eye = {2.2, -1.1, 1.7}, target = {0.2, 0.2, 0.6} })

@@ -202,7 +202,7 @@ local function weld(name)
       end
       before = {px, py, pz}
       if #welded % 25 == 1 then
-        room = math.min(room, bare:clearance{ q = {welder = q, positioner = t} }.distance)
+        room = math.min(room, bare:clearance{ exact = true, q = {welder = q, positioner = t} }.distance)
       end
     end
   end

@@ -6,6 +6,7 @@
 
 #include "collision/collision.h"
 #include "ioci/core/commands.h"
+#include "spatial/vec.h"
 
 namespace robomosp::ioci {
 namespace {
@@ -157,12 +158,22 @@ Result<Value> distances(CommandContext& ctx, const Map& args) {
 Result<Value> clearance(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const ModelPtr m, collision_model(ctx, args));
   RMP_TRY_ASSIGN(const auto q, configuration(ctx, args, *m));
-  RMP_TRY_ASSIGN(const auto nearest, m->clearance(q, ctx.progress));
+  const bool is_exact = flag(args, "exact") || !m->has_bounds();
+  const double tolerance = is_exact ? 0 : real(args, "tolerance");
+  RMP_TRY_ASSIGN(const auto nearest, m->clearance(q, tolerance, ctx.progress));
   if (nearest.front().pair.a < 0)
     return error(ErrorCode::invalid_argument, "nothing in it can touch, so there is no distance",
                  "Add an object or a robot, or let fewer pairs touch.",
                  name_in(ctx, ref(args, "id")));
-  return Value(contact_row(*m, nearest.front()));
+  const PairDistance& at = nearest.front().at;
+  // Two points of the bodies are so far apart; rounding is no bound.
+  const double most = spatial::distance(at.on_a, at.on_b);
+  const double bound =
+      is_exact || !(at.distance > 0) || !(most > at.distance * (1 + 1e-9)) ? 0 : most - at.distance;
+  Map row = contact_row(*m, nearest.front());
+  row.set("bound", Value(bound));
+  row.set("exact", Value(bound == 0));
+  return Value(std::move(row));
 }
 
 /// Waypoints of all robots from a recording, or from a list of one robot's joint values.
@@ -383,6 +394,21 @@ RMP_COMMANDS(collision_commands) {
       optional("q", "any", "rad or m",
                "Joint values or a named pose; of several robots a table by their names. As the "
                "world shows them when left out.");
+  std::vector<ParamSpec> clearance_fields = contact_fields;
+  clearance_fields.push_back(
+      field("bound", "real", "m", "The least distance is at most so much above the one told."));
+  clearance_fields.push_back(field("exact", "bool", "", "Whether it is the least distance."));
+  const ParamSpec exact = defaulted("exact", "bool", "", false,
+                                    "Whether the least distance itself is asked for, which takes "
+                                    "longer where meshes are near each other.");
+  const ParamSpec tolerance =
+      between(defaulted("tolerance", "real", "m", 0.002,
+                        "How much less than the least distance may be told, but never less than "
+                        "half of it; nothing of it with exact."),
+              1e-9, 1e9);
+  const std::string conservative =
+      "What is told is never more than the least distance, and may be less by `tolerance` where "
+      "meshes are near each other: `bound` says how much. With exact it is the least distance.";
   const ParamSpec robot_q_spec =
       optional("q", "any", "rad or m", "Joint values or a named pose; home when left out.");
   const std::string what =
@@ -412,15 +438,21 @@ RMP_COMMANDS(collision_commands) {
        above_zero(optional("within", "real", "m", "Only pairs nearer than this.")), one_body,
        other_body},
       {"list", "", "Pairs.", contact_fields}, Effect::reads, distances);
-  add("world.clearance", "Gives the least distance between bodies, with the nearest points.", what,
-      with_table("local c = cell:clearance()\n"
+  add("world.clearance", "Gives the least distance between bodies, with the nearest points.",
+      conservative + " " + what,
+      with_table("local c = cell:clearance{exact = true}\n"
                  "local d = 0\nfor i = 1, 3 do d = d + (c.on_a[i] - c.on_b[i])^2 end\n"
                  "assert(math.abs(math.sqrt(d) - c.distance) < 1e-9)"),
-      {self("world"), world_q}, {"map", "", "", contact_fields}, Effect::reads, clearance);
+      {self("world"), world_q, exact, tolerance}, {"map", "", "", clearance_fields}, Effect::reads,
+      clearance);
   add("robot.clearance", "Gives the least distance between a robot's own bodies.",
-      "Neighbours and other pairs that may touch do not count.",
-      with_arm("assert(arm:clearance{q = \"ready\"}.distance > 0)"), {self("robot"), robot_q_spec},
-      {"map", "", "", contact_fields}, Effect::reads, clearance);
+      conservative + " Neighbours and other pairs that may touch do not count.",
+      with_arm("local told = arm:clearance{q = \"ready\"}\n"
+               "local least = arm:clearance{q = \"ready\", exact = true}\n"
+               "assert(told.distance > 0 and told.distance <= least.distance)\n"
+               "assert(least.distance <= told.distance + told.bound + 1e-12)"),
+      {self("robot"), robot_q_spec, exact, tolerance}, {"map", "", "", clearance_fields},
+      Effect::reads, clearance);
   std::vector<ParamSpec> path_fields{
       field("is_free", "bool", "", "Nothing comes nearer than the tolerance."),
       field("shapeless", "list", "", "Names of what has no shape, and so touches nothing."),
