@@ -22,6 +22,11 @@ constexpr std::size_t kClimbFrom = 24;  ///< corners from which climbing beats l
 constexpr int kMostSteps = 200;
 constexpr double kRounding = 1e-14;  ///< of coordinates of supports, with some to spare
 
+/// As std::hypot, which looks at each number first; only what squares cannot hold does.
+double length_of(double x, double y) {
+  const double square = x * x + y * y;
+  return square > 1e-280 && square < 1e280 ? std::sqrt(square) : std::hypot(x, y);
+}
 double clamp_to(double x, double half) { return std::clamp(x, -half, half); }
 
 /// A cone's outline in the half plane of distance from the axis and height: the lower rim, the
@@ -178,12 +183,12 @@ Vec3 nearest(const Core& c, const Vec3& p) {
     case Core::Kind::box:
       return {clamp_to(p[0], c.half[0]), clamp_to(p[1], c.half[1]), clamp_to(p[2], c.half[2])};
     case Core::Kind::cylinder: {
-      const double r = std::hypot(p[0], p[1]);
+      const double r = length_of(p[0], p[1]);
       const double s = r > c.half[0] ? c.half[0] / r : 1;
       return {p[0] * s, p[1] * s, clamp_to(p[2], c.half[2])};
     }
     case Core::Kind::cone: {
-      const double r = std::hypot(p[0], p[1]);
+      const double r = length_of(p[0], p[1]);
       const OnOutline at = nearest_on_outline(c, r, p[2]);
       if (at.is_inside) return p;
       return r > 0 ? Vec3{p[0] / r * at.r, p[1] / r * at.r, at.z} : Vec3{at.r, 0, at.z};
@@ -203,7 +208,7 @@ double inner_depth(const Core& c, const Vec3& p, Vec3& surface) {
     return distance(surface, p);
   }
   if (c.kind == Core::Kind::cone) {
-    const double r = std::hypot(p[0], p[1]);
+    const double r = length_of(p[0], p[1]);
     const OnOutline at = nearest_on_outline(c, r, p[2]);
     surface = r > 0 ? Vec3{p[0] / r * at.r, p[1] / r * at.r, at.z} : Vec3{at.r, 0, at.z};
     return std::sqrt(at.squared);
@@ -223,7 +228,7 @@ double inner_depth(const Core& c, const Vec3& p, Vec3& surface) {
     side(1);
     return depth;
   }
-  const double r = std::hypot(p[0], p[1]);
+  const double r = length_of(p[0], p[1]);
   if (c.half[0] - r < depth) {
     depth = c.half[0] - r;
     const Vec3 out = r > 0 ? Vec3{p[0] / r, p[1] / r, 0} : Vec3{1, 0, 0};
@@ -242,7 +247,7 @@ Vec3 normal_on_ellipsoid(const Core& c, const Vec3& p) {
 /// Out of a cone at a point of its surface.
 Vec3 normal_on_cone(const Core& c, const Vec3& p) {
   if (std::fabs(p[2]) >= c.half[2]) return {0, 0, std::copysign(1.0, p[2])};
-  const double r = std::hypot(p[0], p[1]);
+  const double r = length_of(p[0], p[1]);
   const Vec3 radial = r > 0 ? Vec3{p[0] / r, p[1] / r, 0} : Vec3{1, 0, 0};
   return unit(add(scale(radial, 2 * c.half[2]), {0, 0, c.half[0] - c.half[1]}));
 }
@@ -433,6 +438,10 @@ bool is_round(const Core& c) {
          c.kind == Core::Kind::ellipsoid;
 }
 
+bool is_flat_or_round(const Core& c) {
+  return c.kind == Core::Kind::box || c.kind == Core::Kind::cylinder;
+}
+
 /// The nearest points of two ellipsoids from such as are near to them. The way v from one to the
 /// other maximizes c.v - h_A(v) - h_B(v) - v.v / 2 with the support functions h, which is concave
 /// and smooth: Newton's method with halved steps. Nothing where rounding keeps it from that.
@@ -486,6 +495,62 @@ std::optional<std::pair<Vec3, Vec3>> nearest_of_ellipsoids(const Core& a, const 
                    transform(a_T_b, support(b, rotate_back(a_T_b, scale(v, -1)), hint))};
 }
 
+/// By nearest points in turn from good ones: a corner and a face, two rims or two sides come to
+/// rest after a few. The plane across the way proves the answer; where it does not, the way is a
+/// direction to begin with.
+struct ByTurns {
+  bool is_done = false;
+  Apart answer;
+  Vec3 way{};  ///< from a to b
+};
+ByTurns by_turns(const Core& a, const Core& b, const Pose& a_T_b, double interest) {
+  constexpr int kTurns = 8;
+  constexpr double kProof = 1e-13;
+  const Pose b_T_a = inverse(a_T_b);
+  ByTurns out;
+  out.way = a_T_b.p;
+  Vec3 on_b = a_T_b.p;
+  if (a.kind == Core::Kind::cylinder && b.kind == Core::Kind::cylinder) {
+    const Vec3 d1{0, 0, 2 * a.half[2]}, p1{0, 0, -a.half[2]}, z = axis(a_T_b, 2);
+    const Vec3 d2 = scale(z, 2 * b.half[2]), p2 = sub(a_T_b.p, scale(z, b.half[2]));
+    on_b = add(p2, scale(d2, nearest_of_segments(p1, d1, p2, d2).second));
+  }
+  std::uint32_t hint = 0;
+  double before = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < kTurns; ++i) {
+    const Vec3 on_a = nearest(a, on_b);
+    on_b = transform(a_T_b, nearest(b, transform(b_T_a, on_a)));
+    const Vec3 way = sub(on_b, on_a);
+    const double dd = dot(way, way);
+    if (!(dd > 0)) return out;  // they overlap, or touch
+    out.way = way;
+    if (i == 0 || dd < 0.9 * before) {
+      before = dd;
+      continue;
+    }
+    before = dd;
+    // All of a is below the plane across the way, all of b above.
+    const double top = dot(way, support(a, way, hint));
+    const double bottom =
+        dot(way, transform(a_T_b, support(b, rotate_back(a_T_b, scale(way, -1)), hint)));
+    const double d = std::sqrt(dd);
+    if (bottom - top > interest * d) {
+      out.is_done = true;
+      out.answer.state = Apart::State::beyond;
+      out.answer.distance = interest;
+      return out;
+    }
+    const double reach = norm(on_a) + norm(on_b);
+    if (dd - (bottom - top) > kProof * d * (d + 1e-3 * reach)) continue;
+    out.is_done = true;
+    out.answer.distance = d;
+    out.answer.on_a = on_a;
+    out.answer.on_b = on_b;
+    return out;
+  }
+  return out;
+}
+
 /// Gilbert, Johnson, Keerthi (IEEE J. Robotics Automation 4 (1988) 193) on the cores.
 Apart gjk(const Core& a, const Core& b, const Pose& a_T_b, double interest) {
   std::uint32_t hint_a = 0, hint_b = 0;
@@ -499,8 +564,14 @@ Apart gjk(const Core& a, const Core& b, const Pose& a_T_b, double interest) {
       (is_round(a) || is_round(b)) && a.kind != Core::Kind::hull && b.kind != Core::Kind::hull;
   const bool has_ellipsoid = a.kind == Core::Kind::ellipsoid || b.kind == Core::Kind::ellipsoid;
   const double enough = projects && !has_ellipsoid ? 1e-9 : 1e-14;
+  Vec3 way = a_T_b.p;
+  if (is_flat_or_round(a) && is_flat_or_round(b)) {
+    const ByTurns turns = by_turns(a, b, a_T_b, interest);
+    if (turns.is_done) return turns.answer;
+    way = turns.way;
+  }
   Simplex s;
-  Vec3 v = dot(a_T_b.p, a_T_b.p) > 0 ? scale(a_T_b.p, -1) : Vec3{-1, 0, 0};
+  Vec3 v = dot(way, way) > 0 ? scale(way, -1) : Vec3{-1, 0, 0};
   double vv = std::numeric_limits<double>::infinity(), extent = 0;
   // A plane between the cores was seen: what looks like an overlap afterwards is rounding.
   bool is_apart = false;
@@ -617,12 +688,12 @@ Vec3 support(const Core& c, const Vec3& d, std::uint32_t& hint) {
       return {std::copysign(c.half[0], d[0]), std::copysign(c.half[1], d[1]),
               std::copysign(c.half[2], d[2])};
     case Core::Kind::cylinder: {
-      const double r = std::hypot(d[0], d[1]);
+      const double r = length_of(d[0], d[1]);
       const double s = r > 0 ? c.half[0] / r : 0;
       return {s * d[0], s * d[1], std::copysign(c.half[2], d[2])};
     }
     case Core::Kind::cone: {
-      const double r = std::hypot(d[0], d[1]);
+      const double r = length_of(d[0], d[1]);
       const bool is_upper = c.half[1] * r + c.half[2] * d[2] > c.half[0] * r - c.half[2] * d[2];
       const double s = r > 0 ? c.half[is_upper ? 1 : 0] / r : 0;
       return {s * d[0], s * d[1], is_upper ? c.half[2] : -c.half[2]};
@@ -703,6 +774,43 @@ Apart separation(const Core& a, const Core& b, const Pose& a_T_b, double interes
   }
   if (a.kind == Kind::segment && b.kind == Kind::segment) return segments(a, b, a_T_b);
   return gjk(a, b, a_T_b, interest);
+}
+
+bool closed_distance(const Core& a, const Pose& world_T_a, const Core& b, const Pose& world_T_b,
+                     PairDistance& out) {
+  using Kind = Core::Kind;
+  Vec3 on_a = world_T_a.p, on_b = world_T_b.p;  // of the cores
+  if (a.kind == Kind::point && b.kind == Kind::point) {
+    // their centres
+  } else if (a.kind == Kind::segment && b.kind == Kind::segment) {
+    const Vec3 z1 = axis(world_T_a, 2), z2 = axis(world_T_b, 2);
+    const Vec3 d1 = scale(z1, 2 * a.half[2]), d2 = scale(z2, 2 * b.half[2]);
+    const Vec3 p1 = sub(on_a, scale(z1, a.half[2])), p2 = sub(on_b, scale(z2, b.half[2]));
+    const auto [s, t] = nearest_of_segments(p1, d1, p2, d2);
+    on_a = add(p1, scale(d1, s));
+    on_b = add(p2, scale(d2, t));
+  } else if (a.kind == Kind::segment && b.kind == Kind::point) {
+    const Vec3 z = axis(world_T_a, 2);
+    on_a = add(on_a, scale(z, clamp_to(dot(z, sub(on_b, on_a)), a.half[2])));
+  } else if (a.kind == Kind::point && b.kind == Kind::segment) {
+    const Vec3 z = axis(world_T_b, 2);
+    on_b = add(on_b, scale(z, clamp_to(dot(z, sub(on_a, on_b)), b.half[2])));
+  } else if (a.kind == Kind::point && (b.kind == Kind::box || b.kind == Kind::cylinder)) {
+    on_b = transform(world_T_b, nearest(b, rotate_back(world_T_b, sub(on_a, on_b))));
+  } else if (b.kind == Kind::point && (a.kind == Kind::box || a.kind == Kind::cylinder)) {
+    on_a = transform(world_T_a, nearest(a, rotate_back(world_T_a, sub(on_b, on_a))));
+  } else {
+    return false;
+  }
+  const Vec3 way = sub(on_b, on_a);
+  const double d = norm(way);
+  // Cores that meet, or so nearly that rounding says in which direction.
+  if (!(d > 1e-9 * (a.margin + b.margin))) return false;
+  const double inverse_d = 1 / d;
+  out.distance = d - a.margin - b.margin;
+  out.on_a = add(on_a, scale(way, a.margin * inverse_d));
+  out.on_b = sub(on_b, scale(way, b.margin * inverse_d));
+  return true;
 }
 
 }  // namespace robomosp::collision_fcl

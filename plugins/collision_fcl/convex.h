@@ -50,6 +50,11 @@ struct Apart {
 /// `a_T_b`: frame of b in that of a. Answers may stop at `interest` [m].
 [[nodiscard]] Apart separation(const Core& a, const Core& b, const Pose& a_T_b, double interest);
 
+/// Distance and nearest points in the world where a closed form in its frame tells them: of spheres
+/// and capsules, and of spheres outside boxes and cylinders; else false.
+[[nodiscard]] bool closed_distance(const Core& a, const Pose& world_T_a, const Core& b,
+                                   const Pose& world_T_b, PairDistance& out);
+
 /// True when a point in the core's frame is in the shape, margin included.
 [[nodiscard]] bool contains(const Core& core, const Vec3& point);
 

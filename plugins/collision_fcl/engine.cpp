@@ -14,6 +14,7 @@
 #include <string_view>
 #include <thread>
 #include <tuple>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -60,12 +61,30 @@ struct Solid {
   std::shared_ptr<const LateGeometry> late;  ///< of meshes
   Pose pose;                                 ///< body_T_shape
   Box box;                                   ///< in the shape's frame
+  bool is_placed = false;                    ///< the pose is not that of the body
   Vec3 inner{};                              ///< a point of the shape, convex only
 };
 struct Body {
   std::vector<Solid> solids;
   Box box;
 };
+
+/// As is_rigid(t, 1e-6); without a branch where it is one.
+bool is_placement(const Pose& t) {
+  const auto& r = t.R;
+  const double xx = r[0] * r[0] + r[3] * r[3] + r[6] * r[6] - 1,
+               yy = r[1] * r[1] + r[4] * r[4] + r[7] * r[7] - 1,
+               zz = r[2] * r[2] + r[5] * r[5] + r[8] * r[8] - 1,
+               xy = r[0] * r[1] + r[3] * r[4] + r[6] * r[7],
+               yz = r[1] * r[2] + r[4] * r[5] + r[7] * r[8],
+               xz = r[0] * r[2] + r[3] * r[5] + r[6] * r[8];
+  const double off = xx * xx + yy * yy + zz * zz + xy * xy + yz * yz + xz * xz;
+  const double det = r[0] * (r[4] * r[8] - r[5] * r[7]) - r[1] * (r[3] * r[8] - r[5] * r[6]) +
+                     r[2] * (r[3] * r[7] - r[4] * r[6]);
+  const double finite = (t.p[0] - t.p[0]) + (t.p[1] - t.p[1]) + (t.p[2] - t.p[2]);
+  if (off + finite <= 1e-12 && det > 0) return true;
+  return is_rigid(t, 1e-6);
+}
 
 Error bad(std::string message, std::string hint, std::string where = {}) {
   return error(ErrorCode::invalid_argument, std::move(message), std::move(hint), std::move(where));
@@ -209,10 +228,14 @@ class Scene final : public CollisionScene, public CollisionBounds {
                          Progress& progress) const override {
     if (!(interest >= 0))
       return bad("the interest is not a length", "Give a length from 0 on, or infinity.");
-    return each(poses, pairs, out.size(), progress,
-                [&](const Asked& asked, Placed& p, std::size_t i, std::size_t k) {
-                  return distance(asked, p, k, interest, 0, pairs[k].a > pairs[k].b, out[i]);
-                });
+    return each(
+        poses, pairs, out.size(), progress,
+        [&](const Asked& asked, Placed& p, std::size_t i, std::size_t k) {
+          return distance(asked, p, k, interest, 0, pairs[k].a > pairs[k].b, out[i]);
+        },
+        [&](const Asked& asked, std::span<const Pose> at, std::size_t i, std::size_t k) {
+          return closed(asked, at, k, interest, pairs[k].a > pairs[k].b, out[i]);
+        });
   }
 
   [[nodiscard]] const void* extension(const char* id) const override {
@@ -243,9 +266,11 @@ class Scene final : public CollisionScene, public CollisionBounds {
 
  private:
   /// Checks the arguments and calls `query` for every sample and pair, samples spread over threads.
-  template <class Query>
+  /// `quick` is asked first where all shapes are single and plain; false = it does not know.
+  template <class Query, class Quick = std::nullptr_t>
   Result<void> each(std::span<const Pose> poses, std::span<const CollisionPair> pairs,
-                    std::size_t room, Progress& progress, Query&& query) const {
+                    std::size_t room, Progress& progress, Query&& query,
+                    Quick&& quick = nullptr) const {
     const std::size_t n = bodies_.size();
     const std::size_t samples = n == 0 ? 0 : poses.size() / n;
     if (n == 0 ? !poses.empty() : poses.size() % n != 0)
@@ -263,7 +288,7 @@ class Scene final : public CollisionScene, public CollisionBounds {
     const Asked asked = asked_for(pairs);
     for (std::size_t i = 0; i < poses.size(); i += n)
       for (const std::uint32_t b : asked.bodies)
-        if (!is_rigid(poses[i + b], 1e-6))
+        if (!is_placement(poses[i + b]))
           return bad("pose " + std::to_string(i + b) + " is no rigid motion",
                      "Its rotation must be orthonormal and its numbers finite.");
 
@@ -276,6 +301,17 @@ class Scene final : public CollisionScene, public CollisionBounds {
       if (!failure) failure = std::move(e);
       stops = true;
     };
+    // Single shapes whose distance has a closed form need no boxes around them.
+    const auto is_plain = [&](std::uint32_t body) {
+      const auto& solids = bodies_[asked.bodies[body]].solids;
+      return solids.size() == 1 && solids[0].is_convex &&
+             solids[0].core.kind <= Core::Kind::cylinder;
+    };
+    const bool is_quick =
+        std::is_same_v<std::decay_t<Quick>, std::nullptr_t>
+            ? false
+            : std::all_of(asked.pairs.begin(), asked.pairs.end(),
+                          [&](const auto& p) { return is_plain(p.first) && is_plain(p.second); });
     const auto work = [&, caller = std::this_thread::get_id()](std::size_t) {
       const bool reports = std::this_thread::get_id() == caller;
       Placed placed;
@@ -284,10 +320,17 @@ class Scene final : public CollisionScene, public CollisionBounds {
         if (begin >= samples) return;
         const std::size_t end = std::min(samples, begin + kBlock);
         for (std::size_t i = begin; i < end; ++i) {
-          place(asked, poses.subspan(i * n, n), placed);
+          const std::span<const Pose> at = poses.subspan(i * n, n);
+          bool is_placed = !is_quick;
+          if (is_placed) place(asked, at, placed);
           for (std::size_t k = 0; k < pairs.size(); ++k) {
-            if (k % 8 == 0 && (stops || progress.cancelled()))
+            if ((is_placed || i == begin) && k % 8 == 0 && (stops || progress.cancelled()))
               return fail(error(ErrorCode::cancelled, "the collision check was stopped"));
+            if constexpr (!std::is_same_v<std::decay_t<Quick>, std::nullptr_t>) {
+              if (is_quick && quick(asked, at, i * pairs.size() + k, k)) continue;
+              if (!is_placed) place(asked, at, placed);
+              is_placed = true;
+            }
             if (auto r = query(asked, placed, i * pairs.size() + k, k); !r.ok())
               return fail(std::move(r).error());
           }
@@ -446,6 +489,22 @@ class Scene final : public CollisionScene, public CollisionBounds {
     return {};
   }
 
+  /// By a closed form in the frame of the world; false where there is none.
+  bool closed(const Asked& asked, std::span<const Pose> at, std::size_t pair, double interest,
+              bool is_swapped, PairDistance& out) const {
+    const auto [i, k] = asked.pairs[pair];
+    const std::size_t of_a = asked.bodies[i], of_b = asked.bodies[k];
+    const Solid &a = bodies_[of_a].solids.front(), &b = bodies_[of_b].solids.front();
+    const bool is_told = a.is_placed || b.is_placed
+                             ? closed_distance(a.core, compose(at[of_a], a.pose), b.core,
+                                               compose(at[of_b], b.pose), out)
+                             : closed_distance(a.core, at[of_a], b.core, at[of_b], out);
+    if (!is_told) return false;
+    if (out.distance > interest) out = {interest, {}, {}};
+    if (is_swapped) std::swap(out.on_a, out.on_b);
+    return true;
+  }
+
   /// All candidates roughly first, which costs little each; then exactly enough those that may be
   /// the nearest.
   static Result<void> bound_from_below(const At& a, const At& b, Placed& p, double interest,
@@ -590,6 +649,9 @@ Result<std::unique_ptr<CollisionScene>> FclEngine::build(std::span<const ShapedB
                                                        solid->core.hull->hull.triangles);
       if (is_listed) known.emplace(key, *solid);
       body.solids.push_back(std::move(*solid));
+      const Pose none;
+      Solid& own = body.solids.back();
+      own.is_placed = own.pose.R != none.R || own.pose.p != none.p;
     }
     made.push_back(std::move(body));
   }

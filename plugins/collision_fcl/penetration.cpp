@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -54,8 +55,33 @@ class Polytope {
   std::vector<Difference::Point> points;
   std::vector<Face> faces;
 
+  Polytope() {
+    points.reserve(96);
+    faces.reserve(192);
+    outline_.reserve(48);
+  }
+
+  /// From the farthest points along three axes, +x, -x, +y and so on; false where they span no
+  /// convex octahedron around the origin.
+  bool start_small() {
+    constexpr std::array<std::array<std::size_t, 3>, 8> kFaces{
+        {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4}, {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}}};
+    double size = 0;
+    for (const auto& p : points) size = std::max(size, norm(p.w));
+    for (const auto& f : kFaces) {
+      if (!add(f[0], f[1], f[2])) return false;
+      const Face made = faces.back();
+      for (std::size_t i = 0; i < points.size(); ++i)
+        if (i != f[0] && i != f[1] && i != f[2] &&
+            !(dot(made.normal, points[i].w) < made.offset - 1e-6 * size))
+          return false;
+    }
+    return true;
+  }
+
   /// From any points; false when they lie in a plane.
   bool start() {
+    faces.clear();
     std::vector<Vec3> w;
     for (const auto& p : points) w.push_back(p.w);
     const auto hull = convex_hull(w);
@@ -79,7 +105,8 @@ class Polytope {
     const std::size_t eye = points.size() - 1;
     for (std::size_t i = 0; i < eye; ++i)
       if (points[i].w == points[eye].w) return false;
-    std::vector<std::pair<std::size_t, std::size_t>> outline;
+    auto& outline = outline_;
+    outline.clear();
     for (std::size_t f = 0; f < faces.size();) {
       if (dot(faces[f].normal, points[eye].w) <= faces[f].offset) {
         ++f;
@@ -107,6 +134,8 @@ class Polytope {
   }
 
  private:
+  std::vector<std::pair<std::size_t, std::size_t>> outline_;
+
   bool add(std::size_t i, std::size_t j, std::size_t k) {
     Face f;
     f.v = {i, j, k};
@@ -120,12 +149,24 @@ class Polytope {
 };
 
 /// Directions that the least way out often has: the axes of both shapes and what is square to two.
-std::vector<Vec3> likely_ways(const Core& a, const Core& b, const Pose& a_T_b) {
-  std::vector<Vec3> ways;
+class Ways {
+ public:
+  void add(const Vec3& n) {
+    ways_[size_++] = n;
+    ways_[size_++] = scale(n, -1);
+  }
+  [[nodiscard]] std::span<const Vec3> all() const { return {ways_.data(), size_}; }
+
+ private:
+  std::array<Vec3, 40> ways_;
+  std::size_t size_ = 0;
+};
+Ways likely_ways(const Core& a, const Core& b, const Pose& a_T_b) {
+  Ways ways;
   const auto both = [&](const Vec3& n) {
-    if (norm(n) < 1e-9) return;
-    ways.push_back(unit(n));
-    ways.push_back(scale(unit(n), -1));
+    const double length = norm(n);
+    if (!(length >= 1e-9)) return;
+    ways.add(scale(n, 1 / length));
   };
   const auto has_axes = [](const Core& c) { return c.kind != Core::Kind::hull; };
   constexpr std::array<Vec3, 3> kAxes{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
@@ -166,18 +207,63 @@ Apart penetration(const Core& a, const Core& b, const Pose& a_T_b) {
     best.on_a = on_a;
     out = n;
   };
-  for (const Vec3& n : likely_ways(a, b, a_T_b)) {
+  const Ways ways = likely_ways(a, b, a_T_b);
+  for (const Vec3& n : ways.all()) {
     const auto p = difference.support(n);
     consider(p, n, p.on_a);
   }
 
+  const auto with_margins = [&] {
+    best.distance -= a.margin + b.margin;
+    best.on_a = add(best.on_a, scale(out, a.margin));
+    best.on_b = add(best.on_a, scale(out, best.distance));
+    return best;
+  };
+  // Where rounding tears the outline, from the best way so far to better ones beside it.
+  const auto walk_down = [&] {
+    for (double step = 0.1; step > 1e-9;) {
+      const Vec3 from = out;
+      const double before = best.distance;
+      const Vec3 e1 = unit(cross(from, std::fabs(from[0]) < 0.7 ? Vec3{1, 0, 0} : Vec3{0, 1, 0}));
+      const Vec3 e2 = cross(from, e1);
+      for (int k = 0; k < 8; ++k) {
+        const double x = k % 4 == 0   ? 1
+                         : k % 4 == 2 ? 0
+                                      : 0.7,
+                     y = k % 4 == 0   ? 0
+                         : k % 4 == 2 ? 1
+                         : k % 4 == 1 ? 0.7
+                                      : -0.7;
+        const double side = k < 4 ? step : -step;
+        const Vec3 n = unit(add(from, add(scale(e1, side * x), scale(e2, side * y))));
+        const auto p = difference.support(n);
+        consider(p, n, p.on_a);
+      }
+      if (!(best.distance > before)) step *= 0.5;
+    }
+  };
+  // Of two boxes one of the fifteen ways tried is the least (Gottschalk, Lin, Manocha, 1996).
+  if (a.kind == Core::Kind::box && b.kind == Core::Kind::box) return with_margins();
+
   Polytope polytope;
-  for (int i = 0; i < 27; ++i) {
-    if (i == 13) continue;
-    const Vec3 n = unit({i % 3 - 1.0, i / 3 % 3 - 1.0, i / 9 - 1.0});
-    polytope.points.push_back(difference.support(n));
-  }
-  if (polytope.start()) {
+  for (std::size_t k = 0; k < 3; ++k)
+    for (const double side : {1.0, -1.0}) {
+      Vec3 n{};
+      n[k] = side;
+      polytope.points.push_back(difference.support(n));
+    }
+  const auto start = [&] {
+    if (polytope.start_small()) return true;
+    polytope.points.clear();
+    for (int i = 0; i < 27; ++i) {
+      if (i == 13) continue;
+      const Vec3 n = unit({i % 3 - 1.0, i / 3 % 3 - 1.0, i / 9 - 1.0});
+      polytope.points.push_back(difference.support(n));
+    }
+    return polytope.start();
+  };
+  bool is_met = false;  // the outline and the difference's own surface
+  if (start()) {
     double size = 0;
     for (const auto& p : polytope.points) size = std::max(size, norm(p.w));
     for (int step = 0; step < kMostSteps; ++step) {
@@ -193,15 +279,14 @@ Apart penetration(const Core& a, const Core& b, const Pose& a_T_b) {
       const Vec3 on_a = add(scale(q[f.v[0]].on_a, 1 - u - v),
                             add(scale(q[f.v[1]].on_a, u), scale(q[f.v[2]].on_a, v)));
       consider(p, f.normal, is_finite(on_a) ? on_a : p.on_a);
-      if (dot(f.normal, p.w) - f.offset <= kEnough * size) break;
+      is_met = dot(f.normal, p.w) - f.offset <= kEnough * size;
+      if (is_met) break;
       polytope.points.push_back(p);
       if (!polytope.grow() || polytope.faces.empty()) break;
     }
   }
-  best.distance -= a.margin + b.margin;
-  best.on_a = add(best.on_a, scale(out, a.margin));
-  best.on_b = add(best.on_a, scale(out, best.distance));
-  return best;
+  if (!is_met) walk_down();
+  return with_margins();
 }
 
 }  // namespace robomosp::collision_fcl

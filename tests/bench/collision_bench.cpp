@@ -16,6 +16,7 @@
 #include <fcl/geometry/shape/cone.h>
 #include <fcl/geometry/shape/convex.h>
 #include <fcl/geometry/shape/cylinder.h>
+#include <fcl/geometry/shape/ellipsoid.h>
 #include <fcl/geometry/shape/sphere.h>
 #include <fcl/narrowphase/collision.h>
 #include <fcl/narrowphase/distance.h>
@@ -104,6 +105,9 @@ std::unique_ptr<fcl::CollisionGeometryd> peer_of(const Shape& s) {
       g = std::make_unique<fcl::Convexd>(v, static_cast<int>(hull->triangles.size()), f);
       break;
     }
+    case ShapeKind::ellipsoid:
+      g = std::make_unique<fcl::Ellipsoidd>(s.sizes[0], s.sizes[1], s.sizes[2]);
+      break;
     case ShapeKind::mesh: {
       auto model = std::make_unique<fcl::BVHModel<fcl::OBBRSSd>>();
       std::vector<fcl::Vector3d> v;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Clearance within a tolerance: never above the least distance, below it by no more than was
 // allowed, for the library's robots in random configurations and for shapes of every kind.
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -250,6 +251,185 @@ TEST(ClearanceBoundShapes, EveryKindAgainstAMeshAgreesWithItsExactDistance) {
     EXPECT_GE(least, d - 1e-9);
     EXPECT_LE(least, d + 0.06);
   }
+}
+
+/// Farthest point of a box, cylinder or sphere in a direction, in the world.
+Vec3 farthest(const Shape& s, const Pose& at, const Vec3& way) {
+  const Vec3 d = spatial::rotate_back(at, way);
+  Vec3 p{};
+  const double r = std::hypot(d[0], d[1]);
+  if (s.kind == ShapeKind::box)
+    for (std::size_t k = 0; k < 3; ++k) p[k] = std::copysign(s.sizes[k] / 2, d[k]);
+  if (s.kind == ShapeKind::cylinder)
+    p = {r > 0 ? d[0] / r * s.sizes[0] : 0, r > 0 ? d[1] / r * s.sizes[0] : 0,
+         std::copysign(s.sizes[1] / 2, d[2])};
+  if (s.kind == ShapeKind::sphere) p = spatial::scale(spatial::unit(d), s.sizes[0]);
+  return spatial::transform(at, p);
+}
+
+/// Nearest point of one of them to a point outside, in the world.
+Vec3 nearest(const Shape& s, const Pose& at, const Vec3& point) {
+  Vec3 p = spatial::transform(spatial::inverse(at), point);
+  const double r = std::hypot(p[0], p[1]);
+  if (s.kind == ShapeKind::box)
+    for (std::size_t k = 0; k < 3; ++k) p[k] = std::clamp(p[k], -s.sizes[k] / 2, s.sizes[k] / 2);
+  if (s.kind == ShapeKind::cylinder) {
+    for (std::size_t k = 0; k < 2; ++k) p[k] *= r > s.sizes[0] ? s.sizes[0] / r : 1;
+    p[2] = std::clamp(p[2], -s.sizes[1] / 2, s.sizes[1] / 2);
+  }
+  if (s.kind == ShapeKind::sphere) p = spatial::scale(spatial::unit(p), s.sizes[0]);
+  return spatial::transform(at, p);
+}
+
+/// Depths of shapes that overlap: out along the way told they are free, and no way of many is
+/// shorter.
+TEST(Depths, AreTheLeastWayOut) {
+  Workbench bench;
+  NoProgress progress;
+  const auto engine = test::unwrap(bench.registry.create<CollisionEngine>("fcl"));
+  const auto info = test::unwrap(bench.registry.find(CollisionEngine::kInterfaceId, "fcl"));
+  const auto params =
+      test::unwrap(motion::checked_params(info, model::ProviderChoice{}, "collision"));
+  const std::vector<Shape> shapes{{ShapeKind::box, {0.8, 0.5, 0.3}, nullptr, {}, {}},
+                                  {ShapeKind::box, {0.1, 1.5, 0.2}, nullptr, {}, {}},
+                                  {ShapeKind::cylinder, {0.3, 0.9, 0}, nullptr, {}, {}},
+                                  {ShapeKind::cylinder, {0.5, 0.1, 0}, nullptr, {}, {}},
+                                  {ShapeKind::sphere, {0.4, 0, 0}, nullptr, {}, {}}};
+  std::vector<ShapedBody> bodies;
+  for (const Shape& s : shapes) bodies.push_back({{s}});
+  const auto scene = test::unwrap(engine->build(bodies, *params, progress));
+  ASSERT_TRUE(scene);
+  // Nothing but convex shapes: bounds would say no more than distances.
+  EXPECT_EQ(scene->extension(CollisionBounds::kId), nullptr);
+  std::vector<CollisionPair> pairs;
+  for (std::int32_t a = 0; a < 5; ++a)
+    for (std::int32_t b = 0; b < 5; ++b)
+      if (a != b) pairs.push_back({a, b});
+  std::mt19937 random(test::seed());
+  std::normal_distribution<double> normal;
+  const auto place = [&](double far) {
+    double q[4];
+    for (double& x : q) x = normal(random);
+    const double n = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+    for (double& x : q) x /= n;
+    Pose p;
+    p.R = spatial::quaternion_rotation(q);
+    p.p = {far * normal(random), far * normal(random), far * normal(random)};
+    return p;
+  };
+  constexpr double kInf = std::numeric_limits<double>::infinity();
+  std::vector<PairDistance> out(pairs.size()), freed(1);
+  std::size_t deep = 0;
+  for (int sample = 0; sample < 60; ++sample) {
+    std::vector<Pose> poses;
+    for (std::size_t b = 0; b < bodies.size(); ++b) poses.push_back(place(0.15));
+    ASSERT_TRUE(scene->distances(poses, pairs, kInf, out, progress).ok());
+    for (std::size_t k = 0; k < pairs.size(); ++k) {
+      SCOPED_TRACE("sample " + std::to_string(sample) + ", bodies " + std::to_string(pairs[k].a) +
+                   " and " + std::to_string(pairs[k].b));
+      const double depth = -out[k].distance;
+      if (!(depth > 1e-6)) continue;
+      ++deep;
+      const auto a = static_cast<std::size_t>(pairs[k].a), b = static_cast<std::size_t>(pairs[k].b);
+      // From b's point to a's is the way that b has to go.
+      const Vec3 way = spatial::sub(out[k].on_a, out[k].on_b);
+      EXPECT_NEAR(spatial::norm(way), depth, 1e-9);
+      std::vector<Pose> moved = poses;
+      moved[b].p = spatial::add(moved[b].p, spatial::scale(way, 1 + 1e-6));
+      ASSERT_TRUE(scene->distances(moved, std::span(&pairs[k], 1), kInf, freed, progress).ok());
+      EXPECT_GE(freed[0].distance, -1e-7 * depth);
+      for (int i = 0; i < 400; ++i) {
+        const Vec3 n = spatial::unit({normal(random), normal(random), normal(random)});
+        const double width =
+            spatial::dot(n, spatial::sub(farthest(shapes[a], poses[a], n),
+                                         farthest(shapes[b], poses[b], spatial::scale(n, -1))));
+        EXPECT_LE(depth, width + 1e-8) << "way " << n[0] << " " << n[1] << " " << n[2];
+      }
+    }
+  }
+  EXPECT_GT(deep, 200U);
+}
+
+/// Shapes apart, by any way to compute them: the plane across the way that is told has one on each
+/// side, and no points are nearer.
+TEST(Distances, HaveAPlaneBetweenAndNoNearerPoints) {
+  Workbench bench;
+  NoProgress progress;
+  const auto engine = test::unwrap(bench.registry.create<CollisionEngine>("fcl"));
+  const auto info = test::unwrap(bench.registry.find(CollisionEngine::kInterfaceId, "fcl"));
+  const auto params =
+      test::unwrap(motion::checked_params(info, model::ProviderChoice{}, "collision"));
+  const std::vector<Shape> shapes{{ShapeKind::box, {0.8, 0.5, 0.3}, nullptr, {}, {}},
+                                  {ShapeKind::box, {0.1, 1.5, 0.2}, nullptr, {}, {}},
+                                  {ShapeKind::cylinder, {0.3, 0.9, 0}, nullptr, {}, {}},
+                                  {ShapeKind::cylinder, {0.5, 0.1, 0}, nullptr, {}, {}},
+                                  {ShapeKind::sphere, {0.4, 0, 0}, nullptr, {}, {}},
+                                  {ShapeKind::sphere, {0.1, 0, 0}, nullptr, {}, {}}};
+  std::vector<ShapedBody> bodies;
+  // Once in the body's frame and once placed in it.
+  for (const Shape& s : shapes) bodies.push_back({{s}});
+  std::mt19937 random(test::seed());
+  std::normal_distribution<double> normal;
+  const auto place = [&](double far) {
+    double q[4];
+    for (double& x : q) x = normal(random);
+    const double n = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+    for (double& x : q) x /= n;
+    Pose p;
+    p.R = spatial::quaternion_rotation(q);
+    p.p = {far * normal(random), far * normal(random), far * normal(random)};
+    return p;
+  };
+  for (const Shape& s : shapes) {
+    Shape placed = s;
+    placed.pose = place(0.3);
+    bodies.push_back({{placed}});
+  }
+  const auto scene = test::unwrap(engine->build(bodies, *params, progress));
+  ASSERT_TRUE(scene);
+  std::vector<CollisionPair> pairs;
+  const auto count = static_cast<std::int32_t>(bodies.size());
+  for (std::int32_t a = 0; a < count; ++a)
+    for (std::int32_t b = 0; b < count; ++b)
+      if (a != b) pairs.push_back({a, b});
+  constexpr double kInf = std::numeric_limits<double>::infinity();
+  std::vector<PairDistance> out(pairs.size()), near(pairs.size());
+  std::size_t apart = 0;
+  for (int sample = 0; sample < 100; ++sample) {
+    std::vector<Pose> poses;
+    for (std::size_t b = 0; b < bodies.size(); ++b) poses.push_back(place(sample % 2 ? 0.7 : 3));
+    ASSERT_TRUE(scene->distances(poses, pairs, kInf, out, progress).ok());
+    ASSERT_TRUE(scene->distances(poses, pairs, 0.5, near, progress).ok());
+    for (std::size_t k = 0; k < pairs.size(); ++k) {
+      const double d = out[k].distance;
+      if (d <= 0.5) EXPECT_NEAR(near[k].distance, d, 1e-12);
+      else EXPECT_GE(near[k].distance, 0.5);
+      if (!(d > 1e-6)) continue;
+      ++apart;
+      const auto a = static_cast<std::size_t>(pairs[k].a), b = static_cast<std::size_t>(pairs[k].b);
+      const auto shape = [&](std::size_t body) { return bodies[body].shapes[0]; };
+      const auto at = [&](std::size_t body) {
+        return spatial::compose(poses[body], shape(body).pose);
+      };
+      const Vec3 n = spatial::unit(spatial::sub(out[k].on_b, out[k].on_a));
+      EXPECT_NEAR(spatial::distance(out[k].on_a, out[k].on_b), d, 1e-9);
+      const auto between = [&](const Vec3& way) {
+        return spatial::dot(way, spatial::sub(farthest(shape(b), at(b), spatial::scale(way, -1)),
+                                              farthest(shape(a), at(a), way)));
+      };
+      // The plane across the way is between them; it turns by more than the distance is off.
+      EXPECT_LE(between(n), d + 1e-9);
+      EXPECT_GE(between(n), d - 1e-4);
+      // Nearest points in turn find none that are nearer.
+      Vec3 on_a = out[k].on_a, on_b = out[k].on_b;
+      for (int i = 0; i < 2000; ++i) {
+        on_a = nearest(shape(a), at(a), on_b);
+        on_b = nearest(shape(b), at(b), on_a);
+      }
+      EXPECT_NEAR(spatial::distance(on_a, on_b), d, 1e-9) << "bodies " << a << " and " << b;
+    }
+  }
+  EXPECT_GT(apart, 5000U);
 }
 
 }  // namespace
