@@ -15,6 +15,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "kernel/file_stamp.h"
+
 namespace robomosp {
 namespace {
 
@@ -125,11 +127,7 @@ std::uint64_t FileCache::user_limit() {
 Fingerprint FileCache::fingerprint_of_program() {
   Fingerprinter fp("program/1");
   fp.add(std::int64_t{kFormat}).add(sizeof(void*));
-  struct stat s {};
-  if (::stat("/proc/self/exe", &s) == 0)
-    fp.add(static_cast<std::int64_t>(s.st_size))
-        .add(static_cast<std::int64_t>(s.st_mtim.tv_sec))
-        .add(static_cast<std::int64_t>(s.st_mtim.tv_nsec));
+  (void)add_file_stamp(fp, "/proc/self/exe");
   return fp.finish();
 }
 

@@ -7,8 +7,6 @@
 #include <limits>
 #include <utility>
 
-#include <sys/stat.h>
-
 #include <robomosp/sdk/csg_check.h>
 #include <robomosp/sdk/csg_primitive.h>
 
@@ -16,6 +14,7 @@
 #include "evaluation/leaves.h"
 #include "evaluation/plain_mesh.h"
 #include "geometry/mesh_checks.h"
+#include "kernel/file_stamp.h"
 #include "kernel/provider_guard.h"
 #include "kernel/text.h"
 #include "spatial/pose.h"
@@ -105,18 +104,8 @@ std::optional<Fingerprint> build_of_engines(const Registry& registry) {
     if (!info.enabled) continue;
     fp.add(std::string_view(info.name)).add(std::string_view(info.version));
     const fs::path door = info.origin;
-    bool is_first = true;
-    for (const fs::path& file : {door, door.parent_path() / "lazy" / door.filename()}) {
-      struct stat s {};
-      const bool is_there = ::stat(file.c_str(), &s) == 0 && S_ISREG(s.st_mode);
-      if (is_first && !is_there) return std::nullopt;
-      is_first = false;
-      fp.add(is_there);
-      if (is_there)
-        fp.add(static_cast<std::int64_t>(s.st_size))
-            .add(static_cast<std::int64_t>(s.st_mtim.tv_sec))
-            .add(static_cast<std::int64_t>(s.st_mtim.tv_nsec));
-    }
+    if (!add_file_stamp(fp, door)) return std::nullopt;
+    (void)add_file_stamp(fp, door.parent_path() / "lazy" / door.filename());
   }
   return fp.finish();
 }

@@ -179,6 +179,51 @@ Box box_of(const Core& core, const Pose& mesh_T_core) {
   return {scale(add(low, high), 0.5), scale(sub(high, low), 0.5)};
 }
 
+/// Along the longest edge of a triangle and its normal.
+void along_triangle(const Triangle& t, Pose& tight) {
+  Vec3 longest{};
+  for (std::size_t k = 0; k < 3; ++k)
+    if (const Vec3 e = sub(t[(k + 1) % 3], t[k]); dot(e, e) > dot(longest, longest)) longest = e;
+  const Vec3 x = unit(longest), z = unit(cross(sub(t[1], t[0]), sub(t[2], t[0])));
+  if (!(dot(x, x) > 0.5) || !(dot(z, z) > 0.5) || !(std::fabs(dot(x, z)) < 1e-9)) return;
+  const Vec3 y = cross(z, x);
+  tight.R = {x[0], y[0], z[0], x[1], y[1], z[1], x[2], y[2], z[2]};
+}
+
+/// Along the principal axes of the surface (Gottschalk, Lin, Manocha, SIGGRAPH 1996).
+void along_surface(std::span<const std::uint32_t> triangles, std::span<const Triangle> corners,
+                   const Vec3& from, Pose& tight) {
+  double area = 0;
+  Vec3 first{};
+  Sym3 second;
+  const auto square = [&](const Vec3& v, double weight) {
+    second.xx += weight * v[0] * v[0];
+    second.yy += weight * v[1] * v[1];
+    second.zz += weight * v[2] * v[2];
+    second.xy += weight * v[0] * v[1];
+    second.yz += weight * v[1] * v[2];
+    second.xz += weight * v[0] * v[2];
+  };
+  for (const std::uint32_t i : triangles) {
+    const Vec3 a = sub(corners[i][0], from), b = sub(corners[i][1], from),
+               c = sub(corners[i][2], from);
+    const double own = norm(cross(sub(b, a), sub(c, a)));
+    const Vec3 sum = add(a, add(b, c));
+    area += own;
+    first = add(first, scale(sum, own / 3));
+    for (const Vec3& v : {a, b, c, sum}) square(v, own / 12);
+  }
+  if (area > 0) {
+    square(first, -1 / area);
+    const double trace = second.xx + second.yy + second.zz;
+    if (trace > 0 && std::isfinite(trace)) {
+      for (double* x : {&second.xx, &second.yy, &second.zz, &second.xy, &second.yz, &second.xz})
+        *x /= trace;
+      tight.R = principal(second).axes;
+    }
+  }
+}
+
 /// Which triangles belong to the first half, by their normals.
 struct Side {
   Vec3 axis;
@@ -210,17 +255,23 @@ std::optional<Side> better_by_normals(std::span<const std::uint32_t> triangles, 
       return static_cast<double>(count) * (d[0] * d[1] + d[1] * d[2] + d[2] * d[0]);
     }
   };
-  std::array<Part, 2> by_place;
-  for (std::size_t i = 0; i < triangles.size(); ++i)
-    by_place[i < half ? 0 : 1].add(turned[triangles[i]]);
-  double least = by_place[0].cost() + by_place[1].cost();
+  double least = -1;  // by places, when it is first needed
+  const auto by_places = [&] {
+    std::array<Part, 2> by_place;
+    for (std::size_t i = 0; i < triangles.size(); ++i)
+      by_place[i < half ? 0 : 1].add(turned[triangles[i]]);
+    return by_place[0].cost() + by_place[1].cost();
+  };
   std::optional<Side> best;
   for (std::size_t k = 0; k < 3; ++k)
     for (const bool is_either_way : {true, false}) {
       const Side side{axis(tight, k), is_either_way ? 0.9 : 0.0, is_either_way};
+      std::size_t first = 0;
+      for (const std::uint32_t i : triangles) first += side(normals[i]) ? 1 : 0;
+      if (std::min(first, triangles.size() - first) * kThin < triangles.size()) continue;
       std::array<Part, 2> parts;
       for (const std::uint32_t i : triangles) parts[side(normals[i]) ? 0 : 1].add(turned[i]);
-      if (std::min(parts[0].count, parts[1].count) * kThin < triangles.size()) continue;
+      if (least < 0) least = by_places();
       if (const double cost = parts[0].cost() + parts[1].cost(); cost < least)
         least = cost, best = side;
     }
@@ -288,40 +339,12 @@ MeshTree::MeshTree(std::span<const Vec3> points,
   for (const std::uint32_t i : order) corners_.push_back(given[i]);
 }
 
-/// Along the principal axes of the surface (Gottschalk, Lin, Manocha, SIGGRAPH 1996).
 void MeshTree::make_tight(Node& node, std::span<const std::uint32_t> triangles,
                           std::span<const std::array<Vec3, 3>> corners, std::span<Box> turned) {
   const Vec3& from = node.box.centre;  // against cancellation
-  double area = 0;
-  Vec3 first{};
-  Sym3 second;
-  const auto square = [&](const Vec3& v, double weight) {
-    second.xx += weight * v[0] * v[0];
-    second.yy += weight * v[1] * v[1];
-    second.zz += weight * v[2] * v[2];
-    second.xy += weight * v[0] * v[1];
-    second.yz += weight * v[1] * v[2];
-    second.xz += weight * v[0] * v[2];
-  };
-  for (const std::uint32_t i : triangles) {
-    const Vec3 a = sub(corners[i][0], from), b = sub(corners[i][1], from),
-               c = sub(corners[i][2], from);
-    const double own = norm(cross(sub(b, a), sub(c, a)));
-    const Vec3 sum = add(a, add(b, c));
-    area += own;
-    first = add(first, scale(sum, own / 3));
-    for (const Vec3& v : {a, b, c, sum}) square(v, own / 12);
-  }
   node.tight = {};
-  if (area > 0) {
-    square(first, -1 / area);
-    const double trace = second.xx + second.yy + second.zz;
-    if (trace > 0 && std::isfinite(trace)) {
-      for (double* x : {&second.xx, &second.yy, &second.zz, &second.xy, &second.yz, &second.xz})
-        *x /= trace;
-      node.tight.R = principal(second).axes;
-    }
-  }
+  if (triangles.size() <= kLeaf) along_triangle(corners[triangles[0]], node.tight);
+  else along_surface(triangles, corners, from, node.tight);
   constexpr double kInf = std::numeric_limits<double>::infinity();
   Vec3 low{kInf, kInf, kInf}, high{-kInf, -kInf, -kInf};
   for (const std::uint32_t i : triangles) {
