@@ -132,9 +132,11 @@ Result<int> assign(Impl&, lua_State*) {
                 "Take a copy by a:table(), change it, and give that.");
 }
 
-Result<int> array_text(Impl&, lua_State* L) {
+Result<int> array_text(Impl& impl, lua_State* L) {
   RMP_TRY_ASSIGN(const ArrayBox* a, need_array(L, 1));
-  const std::string s = pretty_array(a->value(), a->unit);
+  PrettyStyle style;
+  style.digits = impl.digits;
+  const std::string s = pretty_array(a->value(), a->unit, style);
   lua_pushlstring(L, s.data(), s.size());
   return 1;
 }

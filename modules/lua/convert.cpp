@@ -7,6 +7,7 @@
 #include "kernel/text.h"
 #include "lua/internal.h"
 #include "lua/pretty.h"
+#include "lua/terminal_text.h"
 
 namespace robomosp::lua {
 namespace {
@@ -202,7 +203,7 @@ Result<std::vector<double>> to_reals(lua_State* L, int index, std::string_view w
 namespace {
 
 Result<int> result_text(Impl& impl, lua_State* L) {
-  const std::string text = pretty_of(impl, L, 1, Shown::all);
+  const std::string text = pretty_of(impl, L, 1, Shown::as_text);
   lua_pushlstring(L, text.data(), text.size());
   return 1;
 }
@@ -437,8 +438,9 @@ std::string basic_text(Impl& impl, lua_State* L, int index) {
   }
   const auto value = to_value(L, index);
   if (!value.ok()) return luaL_typename(L, index);
-  return pretty(*value, nullptr,
-                [&](const Handle& h) { return impl.app.describe(h, &impl.session); });
+  return pretty(
+      *value, nullptr, [&](const Handle& h) { return impl.app.describe(h, &impl.session); },
+      style_of(impl));
 }
 
 /// Text of tables that have no Value (functions, mixed keys, cycles): one line an entry, tables
@@ -446,7 +448,7 @@ std::string basic_text(Impl& impl, lua_State* L, int index) {
 class TableText {
  public:
   TableText(Impl& impl, lua_State* L, Shown shown)
-      : impl_(impl), L_(L), left_(shown == Shown::all ? 100000U : 200U) {}
+      : impl_(impl), L_(L), left_(shown == Shown::beginning ? 200U : 100000U) {}
 
   // The depth of the recursion is bounded by kDeepest.
   std::string of(int table) {
@@ -502,6 +504,16 @@ class TableText {
 
 }  // namespace
 
+PrettyStyle style_of(const Impl& impl) {
+  PrettyStyle out;
+  out.digits = impl.digits;
+  if (const std::size_t width = impl.options.width ? impl.options.width() : 0; width > 0) {
+    out.width = std::max<std::size_t>(width, 40);
+    out.fits = true;
+  }
+  return out;
+}
+
 std::string pretty_of(Impl& impl, lua_State* L, int index, Shown shown) {
   index = lua_absindex(L, index);
   if (!lua_checkstack(L, 16)) return luaL_typename(L, index);
@@ -518,10 +530,28 @@ std::string pretty_of(Impl& impl, lua_State* L, int index, Shown shown) {
   const ioci::CommandSpec* apropos = impl.app.commands.find("apropos");
   if (apropos && returns == &apropos->returns && value->as_list() && value->as_list()->empty())
     return "Nothing was found. Try fewer or other words; help() lists the topics.";
-  PrettyStyle style;
-  if (shown == Shown::all) style.most_items = std::numeric_limits<std::size_t>::max();
+  PrettyStyle style = style_of(impl);
+  if (shown == Shown::as_text) {
+    style = PrettyStyle{};
+    style.digits = impl.digits;
+  }
+  if (shown != Shown::beginning) style.most_items = std::numeric_limits<std::size_t>::max();
   return pretty(
       *value, returns, [&](const Handle& h) { return impl.app.describe(h, &impl.session); }, style);
+}
+
+std::string result_text_of(Impl& impl, lua_State* L, int index) {
+  if (const auto handle = handle_at(L, index)) {
+    const ioci::CommandSpec* overview = impl.app.commands.find(handle->kind + ".overview");
+    if (overview && overview->returns.type == "string") {
+      const auto said = impl.app.dispatch(impl.session, overview->name, Map{{"id", *handle}});
+      if (said.ok() && said->as_string()) {
+        const PrettyStyle style = style_of(impl);
+        return fitted(*said->as_string(), style.fits ? style.width : 0);
+      }
+    }
+  }
+  return pretty_of(impl, L, index);
 }
 
 }  // namespace robomosp::lua

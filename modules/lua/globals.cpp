@@ -10,6 +10,7 @@
 #include "kernel/text.h"
 #include "kernel/units.h"
 #include "lua/internal.h"
+#include "lua/terminal_text.h"
 #include "spatial/rotation.h"
 
 namespace robomosp::lua {
@@ -53,11 +54,12 @@ Result<int> print(Impl& impl, lua_State* L) {
   const int count = lua_gettop(L);
   for (int i = 1; i <= count; ++i) {
     if (i > 1) line += '\t';
-    if (lua_istable(L, i) && lua_getmetatable(L, i) == 0) {
+    const bool is_plain = lua_istable(L, i) && lua_getmetatable(L, i) == 0;
+    lua_settop(L, count);
+    if (is_plain || array_at(L, i) || returns_of(L, i)) {
       line += pretty_of(impl, L, i, Shown::all);
       continue;
     }
-    lua_settop(L, count);
     std::size_t length = 0;
     const char* s = luaL_tolstring(L, i, &length);
     line.append(s, length);
@@ -194,6 +196,12 @@ constexpr Topic kTopics[] = {
      "A pose times a point, a twist (v, w), a rotation or a pose gives one in the outer frame.\n"
      "  x = A:solve{1, 2}          U, s, V = J:svd()          T * array{0, 0, 0.1}\n"},
     {"pi", "pi: 3.14159...\n"},
+    {"digits",
+     "digits(n): from now on numbers are shown with n significant digits, 1 to 17; digits() tells "
+     "how many these are: 6 unless changed. 15 show all that a decimal number keeps, 17 all there "
+     "is. Nothing is rounded by it.\n"
+     "  digits(15)          digits(6)\n"
+     "In ~/.config/robomosp/startup.lua it holds for every console.\n"},
     {"print", "print(...): writes its arguments, tables too, as readable text.\n"},
     {"help",
      "help(): the topics. help(x): what x is, a command, a method, a handle or a helper; its "
@@ -221,9 +229,24 @@ Result<int> help(Impl& impl, lua_State* L) {
     lua_pushlstring(L, text.data(), text.size());
     return 1;
   }
-  auto text = impl.app.dispatch(impl.session, "help", Map{});
-  if (!text.ok()) return std::move(text).error();
-  push(impl, L, *text);
+  RMP_TRY_ASSIGN(const std::string text, help_text(impl, ""));
+  lua_pushlstring(L, text.data(), text.size());
+  return 1;
+}
+
+/// digits(n): significant digits of numbers that are shown.
+Result<int> digits(Impl& impl, lua_State* L) {
+  constexpr lua_Integer kMost = 17;
+  if (!lua_isnoneornil(L, 1)) {
+    int is_whole = 0;
+    const lua_Integer n = lua_tointegerx(L, 1, &is_whole);
+    if (!is_whole || n < 1 || n > kMost)
+      return misuse("digits(n) needs a whole number from 1 to 17",
+                    "Write digits(15), or digits(6) as at the start.");
+    impl.digits = static_cast<int>(n);
+    return 0;
+  }
+  lua_pushinteger(L, impl.digits);
   return 1;
 }
 
@@ -473,19 +496,32 @@ std::optional<std::string> help_topic(Impl& impl, lua_State* L, int index) {
 }
 
 Result<std::string> help_text(Impl& impl, const std::string& topic) {
+  const PrettyStyle style = style_of(impl);
+  const auto shown = [&style](std::string_view text) {
+    return style.fits ? fitted(text, style.width) : std::string(text);
+  };
   for (const Topic& t : kTopics)
-    if (t.name == topic) return std::string(t.text);
-  RMP_TRY_ASSIGN(const Value text, impl.app.dispatch(impl.session, "help", Map{{"topic", topic}}));
-  return text.as_string() ? *text.as_string() : text.text();
+    if (t.name == topic) return shown(t.text);
+  const auto text = impl.app.dispatch(impl.session, "help", Map{{"topic", topic}});
+  if (text.ok()) return shown(text->as_string() ? *text->as_string() : text->text());
+  // A function of linalg by its name alone.
+  lua_State* L = impl.current ? impl.current : impl.main;
+  lua_getglobal(L, "linalg");
+  if (lua_istable(L, -1)) lua_getfield(L, -1, topic.c_str());
+  else lua_pushnil(L);
+  const bool is_linalg = lua_isfunction(L, -1);
+  lua_pop(L, 2);
+  if (is_linalg) return help_text(impl, "linalg");
+  return text.error();
 }
 
 void open_globals(Impl& impl, lua_State* L) {
   tame_libraries(impl, L);
   static constexpr luaL_Reg kFunctions[] = {
-      {"print", entry<print>},    {"help", entry<help>}, {"deg", entry<degrees>},
-      {"mm", entry<millimetres>}, {"rpy", entry<rpy>},   {"pose", entry<pose>},
-      {"tic", entry<tic>},        {"toc", entry<toc>},   {"traceback", entry<traceback>},
-      {nullptr, nullptr}};
+      {"print", entry<print>},         {"help", entry<help>},      {"digits", entry<digits>},
+      {"deg", entry<degrees>},         {"mm", entry<millimetres>}, {"rpy", entry<rpy>},
+      {"pose", entry<pose>},           {"tic", entry<tic>},        {"toc", entry<toc>},
+      {"traceback", entry<traceback>}, {nullptr, nullptr}};
   lua_pushglobaltable(L);
   luaL_setfuncs(L, kFunctions, 0);
   lua_pushnumber(L, std::numbers::pi);

@@ -19,6 +19,7 @@
 #include "kernel/call_queue.h"
 #include "kernel/value.h"
 #include "lua/lua_state.h"
+#include "lua/pretty.h"
 
 namespace robomosp::lua {
 
@@ -97,6 +98,7 @@ struct robomosp::lua::LuaState::Impl {
   std::vector<std::string> classic_nouns;  ///< lower case
   /// What scripts write to standard output; goes where print() goes. Outlives their handles.
   std::unique_ptr<std::FILE, int (*)(std::FILE*)> out{nullptr, std::fclose};
+  int digits = 6;              ///< significant ones that numbers are shown with
   std::uint64_t commands = 0;  ///< revision of the table that the state shows
 };
 
@@ -156,10 +158,15 @@ void push_error(lua_State* L, const Error& e, std::string_view at);
 [[nodiscard]] Error to_error(lua_State* L, int index);
 /// "box.lua:12" of the caller at a level, "" in C.
 [[nodiscard]] std::string place(lua_State* L, int level);
-/// Do long lists show their beginning only?
-enum class Shown { beginning, all };
+/// Do long lists show their beginning only? `as_text`: all, and the same on every terminal.
+enum class Shown { beginning, all, as_text };
 /// Readable text of any value; never runs a script.
 [[nodiscard]] std::string pretty_of(Impl&, lua_State* L, int index, Shown shown = Shown::beginning);
+/// The same for what a console shows of a result: a handle whose kind has a command `overview` is
+/// shown by that.
+[[nodiscard]] std::string result_text_of(Impl&, lua_State* L, int index);
+/// How values are shown here: digits, and the width of the terminal if there is one.
+[[nodiscard]] PrettyStyle style_of(const Impl&);
 /// A sequence or array of numbers.
 [[nodiscard]] Result<std::vector<double>> to_reals(lua_State* L, int index, std::string_view what);
 void open_errors(lua_State* L);

@@ -343,7 +343,8 @@ Result<std::string> LuaState::eval(std::string_view input) {
     const int first = lua_gettop(L) + 1;
     RMP_TRY(run_input(*impl_, L, input));
     const int last = lua_gettop(L);
-    for (int i = first; i <= last; ++i) out += (i > first ? "\n" : "") + pretty_of(*impl_, L, i);
+    for (int i = first; i <= last; ++i)
+      out += (i > first ? "\n" : "") + result_text_of(*impl_, L, i);
     remember(L, first, last);
     return {};
   });

@@ -23,6 +23,8 @@ namespace robomosp::lua {
 struct LuaOptions {
   /// Where print() goes; empty = standard output.
   std::function<void(std::string_view)> print;
+  /// Characters a line of results may have, asked for each; empty or 0 = as many as there are.
+  std::function<std::size_t()> width = {};
   /// What errors and tracebacks call the inputs of eval(): "console:3".
   std::string input_name = "console";
   /// Bytes that Lua values and the numeric arrays they hold may take.

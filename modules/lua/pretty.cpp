@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "kernel/text.h"
+#include "lua/terminal_text.h"
 
 namespace robomosp::lua {
 namespace {
@@ -35,12 +36,6 @@ std::vector<std::size_t> shown_rows(std::size_t count, std::size_t most) {
   return out;
 }
 
-/// Width in characters, not bytes.
-std::size_t width_of(std::string_view s) {
-  return static_cast<std::size_t>(std::count_if(
-      s.begin(), s.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; }));
-}
-
 void pad(std::string& out, std::size_t used, std::size_t wanted) {
   if (used < wanted) out.append(wanted - used, ' ');
 }
@@ -66,20 +61,32 @@ class Printer {
   Printer(const DescribeHandle& describe, const PrettyStyle& style)
       : describe_(describe), style_(style) {}
 
+  /// `room`: characters there are beside what stands before it.
   std::string print(const Value& v, std::string_view unit, const std::vector<ParamSpec>* fields,
-                    int depth) const {
+                    int depth, std::size_t room) const {
     if (depth > kDeepest) return v.text();
     if (v.is_number()) return with_unit(number(v), unit);
     if (const NumericArray* a = v.as_array())
-      return pretty_array(*a, a->unit().empty() ? unit : a->unit(), style_);
+      return pretty_array(*a, a->unit().empty() ? unit : a->unit(), within(room));
     if (const Handle* h = v.as_handle()) return describe_(*h);
     if (const std::string* s = v.as_string()) return depth == 0 ? *s : text::quote(*s);
-    if (const Map* m = v.as_map()) return print_map(*m, fields, depth);
-    if (const List* l = v.as_list()) return print_list(*l, unit, fields, depth);
+    if (const Map* m = v.as_map()) return print_map(*m, fields, depth, room);
+    if (const List* l = v.as_list()) return print_list(*l, unit, fields, depth, room);
     return v.text();
   }
 
  private:
+  static constexpr std::size_t kLeastRoom = 20;
+
+  PrettyStyle within(std::size_t room) const {
+    PrettyStyle out = style_;
+    out.width = room;
+    return out;
+  }
+  static std::size_t less(std::size_t room, std::size_t by) {
+    return room > by + kLeastRoom ? room - by : kLeastRoom;
+  }
+
   std::string number(const Value& v) const {
     if (const std::int64_t* i = v.as_int()) return std::to_string(*i);
     return text::print_rounded(v.number(), style_.digits);
@@ -105,7 +112,8 @@ class Printer {
     return out;
   }
 
-  std::string print_map(const Map& m, const std::vector<ParamSpec>* fields, int depth) const {
+  std::string print_map(const Map& m, const std::vector<ParamSpec>* fields, int depth,
+                        std::size_t room) const {
     if (m.empty()) return "{}";
     const auto entries = ordered(m, fields);
     std::size_t widest = 0;
@@ -117,10 +125,10 @@ class Printer {
       std::string key = is_identifier(e->first) ? e->first : "[" + text::quote(e->first) + "]";
       pad(key, width_of(key), widest);
       key += " = ";
-      const std::string body =
-          print(e->second, f ? std::string_view(f->unit) : std::string_view(), nullptr, depth + 1);
-      if (!out.empty()) out += '\n';
       const bool is_nested = e->second.as_map() && !e->second.as_map()->empty();
+      const std::string body = print(e->second, f ? std::string_view(f->unit) : std::string_view(),
+                                     nullptr, depth + 1, less(room, is_nested ? 2 : width_of(key)));
+      if (!out.empty()) out += '\n';
       if (is_nested) {
         out += e->first + ":\n  " + indented(body, 2);
       } else {
@@ -131,7 +139,8 @@ class Printer {
   }
 
   /// A list of maps as a table with one column a field.
-  std::string print_table(const List& rows, const std::vector<ParamSpec>* fields) const {
+  std::string print_table(const List& rows, const std::vector<ParamSpec>* fields,
+                          std::size_t width) const {
     std::vector<std::string> names;
     if (fields)
       for (const ParamSpec& f : *fields) names.push_back(f.name);
@@ -143,47 +152,36 @@ class Printer {
                           [&](const Value& r) { return r.as_map()->find(n) != nullptr; });
     });
 
+    // What a table that is cut repeats.
+    if (style_.fits && !fields)
+      if (const auto name = std::find(names.begin(), names.end(), "name"); name != names.end())
+        std::rotate(names.begin(), name, name + 1);
+
     const std::size_t visible = std::min(rows.size(), style_.most_items);
     std::vector<std::vector<std::string>> cells(visible + 1);
-    std::vector<std::size_t> widths;
     std::vector<bool> right;
     for (const std::string& n : names) {
       const ParamSpec* f = field(fields, n);
       cells[0].push_back(f && !f->unit.empty() && f->unit != "1" ? n + " [" + f->unit + "]" : n);
-      widths.push_back(width_of(cells[0].back()));
       right.push_back(std::all_of(rows.begin(), rows.end(), [&](const Value& r) {
         const Value* v = r.as_map()->find(n);
         return !v || v->is_nil() || v->is_number();
       }));
     }
     for (std::size_t i = 0; i < visible; ++i) {
-      for (std::size_t c = 0; c < names.size(); ++c) {
-        std::string text;
-        if (const Value* v = rows[i].as_map()->find(names[c]); v && !v->is_nil()) text = cell(*v);
-        widths[c] = std::max(widths[c], width_of(text));
-        cells[i + 1].push_back(std::move(text));
+      for (const std::string& n : names) {
+        const Value* v = rows[i].as_map()->find(n);
+        cells[i + 1].push_back(v && !v->is_nil() ? cell(*v) : "");
       }
     }
-    std::string out;
-    for (const auto& row : cells) {
-      std::string line;
-      for (std::size_t c = 0; c < row.size(); ++c) {
-        if (c > 0) line += "  ";
-        if (right[c]) pad(line, width_of(row[c]), widths[c]);
-        line += row[c];
-        if (!right[c]) pad(line, width_of(row[c]), widths[c]);
-      }
-      while (!line.empty() && line.back() == ' ') line.pop_back();
-      if (!out.empty()) out += '\n';
-      out += line;
-    }
+    std::string out = table_text(cells, right, style_.fits ? width : 0);
     if (visible < rows.size()) out += '\n' + rest(rows.size() - visible);
     return out;
   }
 
   static std::string rest(std::size_t count) { return "... " + std::to_string(count) + " more"; }
 
-  /// One line of at most 64 characters.
+  /// One line of at most 64 characters, or 240 where it wraps.
   std::string cell(const Value& v) const {
     std::string s;
     if (const Handle* h = v.as_handle()) s = describe_(*h);
@@ -193,10 +191,10 @@ class Printer {
     else if (v.is_number()) s = number(v);
     else s = v.text();
     std::replace(s.begin(), s.end(), '\n', ' ');
-    constexpr std::size_t kLongest = 64;
-    if (width_of(s) > kLongest) {
+    const std::size_t longest = style_.fits ? 240 : 64;
+    if (width_of(s) > longest) {
       std::size_t at = 0, seen = 0;
-      while (at < s.size() && seen < kLongest - 3) {
+      while (at < s.size() && seen < longest - 3) {
         ++at;
         while (at < s.size() && (static_cast<unsigned char>(s[at]) & 0xC0U) == 0x80U) ++at;
         ++seen;
@@ -207,19 +205,20 @@ class Printer {
   }
 
   std::string print_list(const List& list, std::string_view unit,
-                         const std::vector<ParamSpec>* fields, int depth) const {
+                         const std::vector<ParamSpec>* fields, int depth, std::size_t room) const {
     if (list.empty()) return "{}";
     const bool all_maps = std::all_of(list.begin(), list.end(), [](const Value& v) {
       return v.as_map() && !v.as_map()->empty();
     });
-    if (all_maps && depth <= 1) return print_table(list, fields);
+    if (all_maps && depth <= 1) return print_table(list, fields, room);
 
     std::vector<std::string> items;
     std::size_t total = 0;
     bool has_lines = false;
     const std::size_t visible = std::min(list.size(), style_.most_items);
     for (std::size_t i = 0; i < visible; ++i) {
-      items.push_back(list[i].as_map() ? list[i].text() : print(list[i], {}, nullptr, depth + 1));
+      items.push_back(list[i].as_map() ? list[i].text()
+                                       : print(list[i], {}, nullptr, depth + 1, room));
       total += width_of(items.back()) + 2;
       has_lines = has_lines || items.back().find('\n') != std::string::npos;
     }
@@ -227,7 +226,8 @@ class Printer {
     const bool all_handles =
         depth == 0 &&
         std::all_of(list.begin(), list.end(), [](const Value& v) { return v.as_handle(); });
-    if (!has_lines && !all_handles && total <= style_.width && visible == list.size()) {
+    if (!has_lines && !all_handles && total <= (style_.fits ? room : style_.width) &&
+        visible == list.size()) {
       return with_unit("{" + text::join(items, ", ") + "}", unit);
     }
     return text::join(items, "\n");
@@ -246,7 +246,10 @@ std::string pretty_array(const NumericArray& array, std::string_view unit,
     std::vector<std::string> cells;
     for (const std::size_t i : shown_rows(array.size(), 4 * style.most_rows))
       cells.push_back(i == array.size() ? "..." : print(array[i]));
-    return with_unit("{" + text::join(cells, ", ") + "}", unit);
+    const std::string line = with_unit("{" + text::join(cells, ", ") + "}", unit);
+    if (!style.fits || line.size() <= style.width) return line;
+    const std::vector<std::string> lines = wrapped(line, style.width - 1);
+    return text::join(lines, "\n ");
   }
   const auto rows = shown_rows(array.rows(), style.most_rows);
   if (rows.empty()) return "[]";
@@ -258,16 +261,36 @@ std::string pretty_array(const NumericArray& array, std::string_view unit,
       widths[c] = std::max(widths[c], cells.back().size());
     }
   std::string out;
-  for (std::size_t r = 0; r < rows.size(); ++r) {
-    if (r > 0) out += '\n';
-    out += '[';
-    for (std::size_t c = 0; c < array.cols(); ++c) {
-      const std::string& s = cells[r * array.cols() + c];
-      if (c > 0) out += "  ";
-      pad(out, s.size(), widths[c]);
-      out += s;
+  std::size_t first = 0;
+  // Columns that are too many come below each other, under their numbers.
+  while (first < array.cols() || array.cols() == 0) {
+    std::size_t end = array.cols();
+    if (style.fits) {
+      std::size_t used = 2;
+      for (end = first; end < array.cols(); ++end) {
+        used += widths[end] + (end > first ? 2 : 0);
+        if (used > style.width && end > first) break;
+      }
     }
-    out += ']';
+    if (end - first < array.cols()) {
+      if (first > 0) out += "\n\n";
+      out += end == first + 1
+                 ? "column " + std::to_string(end) + ":\n"
+                 : "columns " + std::to_string(first + 1) + " to " + std::to_string(end) + ":\n";
+    }
+    for (std::size_t r = 0; r < rows.size(); ++r) {
+      if (r > 0) out += '\n';
+      out += '[';
+      for (std::size_t c = first; c < end; ++c) {
+        const std::string& s = cells[r * array.cols() + c];
+        if (c > first) out += "  ";
+        pad(out, s.size(), widths[c]);
+        out += s;
+      }
+      out += ']';
+    }
+    if (array.cols() == 0) break;
+    first = end;
   }
   return with_unit(std::move(out), unit);
 }
@@ -276,7 +299,8 @@ std::string pretty(const Value& value, const ioci::ReturnSpec* returns,
                    const DescribeHandle& describe, const PrettyStyle& style) {
   const Printer printer(describe, style);
   return printer.print(value, returns ? std::string_view(returns->unit) : std::string_view(),
-                       returns && !returns->fields.empty() ? &returns->fields : nullptr, 0);
+                       returns && !returns->fields.empty() ? &returns->fields : nullptr, 0,
+                       style.width);
 }
 
 }  // namespace robomosp::lua

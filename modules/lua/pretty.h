@@ -16,6 +16,7 @@ namespace robomosp::lua {
 struct PrettyStyle {
   int digits = 6;                ///< significant digits
   std::size_t width = 100;       ///< columns before a list is broken into lines
+  bool fits = false;             ///< tables, matrices and vectors keep to `width` too
   std::size_t most_rows = 60;    ///< longer matrices are shortened in the middle
   std::size_t most_items = 100;  ///< longer lists end in "... 4900 more"
 };

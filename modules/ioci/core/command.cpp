@@ -194,21 +194,6 @@ std::vector<const CommandSpec*> CommandTable::methods_of(std::string_view kind) 
   return out;
 }
 
-std::vector<const CommandSpec*> CommandTable::apropos(std::string_view words) const {
-  const std::shared_lock lock(mutex_);
-  const std::string wanted = lower(words);
-  std::vector<std::string_view> all = text::split(wanted, ' ');
-  std::vector<const CommandSpec*> out;
-  for (const auto& [name, spec] : by_name_) {
-    const std::string where =
-        lower(spec->name + " " + spec->classic + " " + spec->summary + " " + spec->details);
-    if (std::all_of(all.begin(), all.end(),
-                    [&](std::string_view w) { return where.find(w) != std::string::npos; }))
-      out.push_back(spec);
-  }
-  return out;
-}
-
 Error CommandTable::unknown(std::string_view name) const {
   const std::shared_lock lock(mutex_);
   std::vector<std::string> names;

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cmath>
+#include <filesystem>
 
 #include "ioci/core/commands.h"
 
@@ -9,6 +11,91 @@
 
 namespace robomosp::ioci {
 namespace {
+
+/// What commands of a file are for; a file that is not here is called by its name.
+struct Purpose {
+  std::string_view file, words;
+};
+/// In the order in which help lists them.
+constexpr Purpose kPurposes[] = {
+    {"record", "find, name, copy, save, remove"},
+    {"records", "find, name, copy, save, remove"},
+    {"robot", "what it is"},
+    {"world", "what it is"},
+    {"overview", "what it is"},
+    {"links", "links and joints"},
+    {"tools", "tools and payloads"},
+    {"loops", "closed loops"},
+    {"base", "where its base is"},
+    {"parameters", "parameters and expressions"},
+    {"kinematics", "forward kinematics"},
+    {"inverse_kinematics", "inverse kinematics"},
+    {"differential_kinematics", "velocities and singularities"},
+    {"workspace", "workspace and dexterity"},
+    {"dynamics", "dynamics"},
+    {"mass", "masses"},
+    {"forward_dynamics", "simulation"},
+    {"live", "live runs"},
+    {"live_runs", "live runs"},
+    {"collision", "collision and clearance"},
+    {"target", "what a world shows and aims at"},
+    {"view", "pictures"},
+    {"files", "files"},
+    {"import_export", "foreign files"},
+    {"code", "code for a controller"},
+};
+
+/// The file each command comes from, without folder and ending.
+std::map<std::string, std::string> files_of_commands() {
+  std::map<std::string, std::string> out;
+  for (const auto& [file, make] : CommandFile::all())
+    for (const CommandSpec& spec : make())
+      out[spec.name] = std::filesystem::path(file).stem().string();
+  return out;
+}
+
+std::string padded(std::string s, std::size_t width) {
+  s.resize(std::max(s.size(), width), ' ');
+  return s;
+}
+
+/// The commands of a topic; many are grouped by what they are for.
+std::string list_of(const std::vector<const CommandSpec*>& specs) {
+  constexpr std::size_t kUngrouped = 15;
+  std::size_t longest = 0;
+  for (const CommandSpec* spec : specs) longest = std::max(longest, spec->name.size());
+  const auto line = [longest](const CommandSpec& spec, std::string_view indent) {
+    return std::string(indent) + padded(spec.name, longest) + "  " + spec.summary + "\n";
+  };
+  std::string out;
+  if (specs.size() <= kUngrouped) {
+    for (const CommandSpec* spec : specs) out += line(*spec, "");
+    return out;
+  }
+  const auto files = files_of_commands();
+  std::map<std::pair<std::size_t, std::string>, std::vector<const CommandSpec*>> groups;
+  for (const CommandSpec* spec : specs) {
+    std::size_t at = std::size(kPurposes);
+    std::string words = "of plugin " + spec->plugin;
+    if (const auto file = files.find(spec->name); file != files.end()) {
+      words = file->second;
+      std::replace(words.begin(), words.end(), '_', ' ');
+      for (std::size_t i = 0; i < std::size(kPurposes); ++i)
+        if (kPurposes[i].file == file->second) {
+          words = kPurposes[i].words;
+          // Files of one purpose are one group.
+          for (at = 0; kPurposes[at].words != words;) ++at;
+          break;
+        }
+    }
+    groups[{at, words}].push_back(spec);
+  }
+  for (const auto& [key, members] : groups) {
+    out += (out.empty() ? "" : "\n") + key.second + "\n";
+    for (const CommandSpec* spec : members) out += line(*spec, "  ");
+  }
+  return out;
+}
 
 Result<Value> help(CommandContext& ctx, const Map& args) {
   const CommandTable& table = ctx.app.commands;
@@ -31,11 +118,21 @@ Result<Value> help(CommandContext& ctx, const Map& args) {
   if (const CommandSpec* spec = table.find_classic(
           topic.substr(0, blank), blank == std::string::npos ? "" : topic.substr(blank + 1)))
     return Value(help_text(*spec));
-  std::string out;
+  std::vector<const CommandSpec*> found;
   for (const CommandSpec* spec : table.list())
-    if (spec->name.starts_with(topic + ".")) out += spec->name + ": " + spec->summary + "\n";
-  if (out.empty()) return table.unknown(topic);
-  return Value(std::move(out));
+    if (spec->name.starts_with(topic + ".")) found.push_back(spec);
+  if (!found.empty()) return Value(list_of(found));
+  // A method by its name alone, also as it is typed: ":solve_ik".
+  const std::string method = "." + topic.substr(topic.find_last_of(":.") + 1);
+  for (const CommandSpec* spec : table.list())
+    if (spec->name.ends_with(method)) found.push_back(spec);
+  if (found.size() == 1) return Value(help_text(*found.front()));
+  if (!found.empty()) return Value(list_of(found));
+  Error e = table.unknown(topic);
+  if (const auto near = table.apropos(topic); !near.empty() && e.hint.starts_with("apropos("))
+    e.hint = "apropos(" + text::quote(topic) + ") finds " + near.front()->name +
+             (near.size() > 1 ? " and " + std::to_string(near.size() - 1) + " more." : ".");
+  return e;
 }
 
 Result<Value> apropos(CommandContext& ctx, const Map& args) {
@@ -116,17 +213,21 @@ RMP_COMMANDS(help_commands) {
                  .details = "",
                  .example = "assert(help(\"robot.dh_table\"):find(\"mGetDHP\"))",
                  .params = {defaulted("topic", "string", "", "",
-                                      "A command, a classic spelling such as \"PRobot mGetDHP\", "
-                                      "or the part before the dot.")},
+                                      "A command, a method by its name alone such as "
+                                      "\"solve_ik\", a classic spelling such as "
+                                      "\"PRobot mGetDHP\", or the part before the dot.")},
                  .returns = {"string", "", "Markdown.", {}},
                  .effect = Effect::reads,
                  .run = help});
   all.push_back(
       {.name = "apropos",
        .classic = "apropos",
-       .summary = "Lists the commands whose name or summary contains all the words given.",
-       .details = "",
-       .example = "local found = apropos(\"inverse kinematics\")\nassert(#found >= 2)",
+       .summary = "Lists the commands that have to do with all the words given, best first.",
+       .details = "Names and summaries count most, then what the help says. Words that mean the "
+                  "same are found too (\"film\" finds recording.video), and beginnings and "
+                  "misspellings of words where nothing has them as they are.",
+       .example = "assert(#apropos(\"inverse kinematic\") >= 2)\n"
+                  "assert(#apropos(\"jacobain\") > 0)",
        .params = {needed("words", "string", "", "Words, separated by blanks.")},
        .returns = {"list",
                    "",
