@@ -4,7 +4,6 @@
 #include <histedit.h>
 #include <langinfo.h>
 #include <poll.h>
-#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -14,6 +13,8 @@
 #include <cstdlib>
 #include <cstring>
 #include <cwchar>
+
+#include "shell/pager.h"
 
 namespace robomosp::shell {
 
@@ -64,9 +65,7 @@ wchar_t decode(int fd, unsigned char first) {
 }
 
 void print_columns(const std::vector<std::string>& words) {
-  winsize size{};
-  const std::size_t width =
-      ::ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
+  const std::size_t width = terminal_size().columns;
   std::size_t longest = 1;
   for (const std::string& w : words) longest = std::max(longest, w.size() + 2);
   const std::size_t columns = std::max<std::size_t>(1, width / longest);

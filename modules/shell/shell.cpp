@@ -32,6 +32,7 @@
 #include "lua/lua_state.h"
 #include "shell/console.h"
 #include "shell/json.h"
+#include "shell/pager.h"
 #include "shell/plugin_check.h"
 #include "shell/rpc.h"
 
@@ -141,11 +142,17 @@ class Voice {
     if (settings_.json)
       line(to_json(value.is_nil() ? Map{{"ok", true}} : Map{{"ok", true}, {"value", value}},
                    name_of));
-    else if (!text.empty())
-      line(text::visible(text.ends_with('\n') ? text.substr(0, text.size() - 1) : text));
+    else if (!text.empty()) show(text.ends_with('\n') ? text.substr(0, text.size() - 1) : text);
   }
+  /// From here on results that are longer than the terminal are shown page by page.
+  void page_results() { pages_ = true; }
 
  private:
+  void show(std::string_view text) const {
+    const std::string shown = text::visible(text);
+    if (pages_) show_paged(shown);
+    else line(shown);
+  }
   void to_stderr(const char* word, const char* color, std::string_view text) const {
     const std::string shown = text::visible(text);
     std::fprintf(stderr, "%s%s:%s %s\n", color_ ? color : "", word, color_ ? "\x1b[0m" : "",
@@ -153,7 +160,7 @@ class Voice {
   }
   const Settings& settings_;
   std::FILE* out_ = stdout;
-  bool color_ = false;
+  bool color_ = false, pages_ = false;
 };
 
 /// The application with its session and Lua, as every subcommand but the light ones needs it.
@@ -222,6 +229,8 @@ Result<void> start(Program& p, const Settings& s, const Voice& voice, std::strin
     std::fwrite(text.data(), 1, text.size(), stdout);
     std::fflush(stdout);
   };
+  if (!s.json && ::isatty(STDOUT_FILENO) != 0)
+    lua_options.width = [] { return terminal_size().columns; };
   p.lua = std::make_unique<lua::LuaState>(*p.app, *p.session, std::move(lua_options));
   catch_interrupts(*p.session);
   return {};
@@ -350,7 +359,7 @@ std::filesystem::path user_startup() {
   return {};
 }
 
-int run_interactive(Program& p, const Voice& voice) {
+int run_interactive(Program& p, Voice& voice) {
   std::error_code ec;
   for (const auto& file : {p.app->share / "startup.lua", user_startup()})
     if (!file.empty() && std::filesystem::exists(file, ec))
@@ -362,6 +371,7 @@ int run_interactive(Program& p, const Voice& voice) {
     voice.line(
         "help() explains, x? explains x, TAB completes, Ctrl-C stops a script, Ctrl-D leaves.");
   }
+  voice.page_results();
   const Wake wake(*p.lua);
   LineEditor editor(
       *p.lua,
@@ -378,6 +388,8 @@ int run_interactive(Program& p, const Voice& voice) {
   while (!p.app->quit_requested && !p.lua->exit_requested()) {
     const auto line = editor.read(pending.empty() ? "> " : ">> ", pending);
     if (line.outcome == LineEditor::Outcome::cancelled) {
+      // What was dropped can be taken up again.
+      editor.remember(std::string(text::trim(pending)));
       pending.clear();
       continue;
     }
@@ -385,18 +397,18 @@ int run_interactive(Program& p, const Voice& voice) {
       voice.line("");
       break;
     }
-    editor.remember(line.text);
     pending += line.text;
     if (p.lua->is_incomplete(pending)) {
       pending += '\n';
       continue;
     }
+    editor.remember(pending);
     (void)evaluate(p, voice, std::exchange(pending, {}));
   }
   return p.lua->exit_requested().value_or(0);
 }
 
-int run_console(const Settings& s, const Voice& voice) {
+int run_console(const Settings& s, Voice& voice) {
   Program p;
   if (auto started = start(p, s, voice, "console"); !started.ok())
     return voice.fail(started.error());

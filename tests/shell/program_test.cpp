@@ -625,7 +625,7 @@ TEST(Rpc, ALineThatIsTooLongIsRefusedAndTheNextOneAnswered) {
 /// The console on a pseudo-terminal of 100 columns.
 class Terminal {
  public:
-  explicit Terminal(const fs::path& home) {
+  explicit Terminal(const fs::path& home, const char* pager = nullptr) {
     winsize size{30, 100, 0, 0};
     child_ = ::forkpty(&fd_, nullptr, nullptr, &size);
     if (child_ == 0) {
@@ -634,6 +634,8 @@ class Terminal {
       ::unsetenv("XDG_CONFIG_HOME");
       ::setenv("TERM", "xterm", 1);
       ::setenv("NO_COLOR", "1", 1);
+      if (pager) ::setenv("PAGER", pager, 1);
+      else ::unsetenv("PAGER");
       execute({});
     }
   }
@@ -748,6 +750,84 @@ TEST(Console, HistoryOutlivesTheSession) {
   ASSERT_TRUE(t.expect("> ")) << t.seen;
   t.type("\x1b[A\n");
   EXPECT_TRUE(t.expect("\r\n333")) << t.seen;
+}
+
+TEST(Console, ABlockOfSeveralLinesComesBackFromTheHistoryWhole) {
+  const Folder home;
+  {
+    Terminal t(home.path);
+    ASSERT_TRUE(t.expect("> ")) << t.seen;
+    t.type("for i = 1, 2 do\n");
+    ASSERT_TRUE(t.expect(">> ")) << t.seen;
+    t.type("print('row', 7 * i)\n");
+    ASSERT_TRUE(t.expect(">> ")) << t.seen;
+    t.type("end\n");
+    ASSERT_TRUE(t.expect("row\t14") || t.expect("row     14", 1000)) << t.seen;
+    ASSERT_TRUE(t.expect("> ")) << t.seen;
+    t.type("\x1b[A\n");
+    EXPECT_TRUE(t.expect("row\t14") || t.expect("row     14", 1000)) << t.seen;
+    ASSERT_TRUE(t.expect("> ")) << t.seen;
+    t.type("\x04");
+    ASSERT_EQ(t.wait_exit(), 0);
+  }
+  Terminal t(home.path);
+  ASSERT_TRUE(t.expect("> ")) << t.seen;
+  t.type("\x1b[A\n");
+  EXPECT_TRUE(t.expect("row\t14") || t.expect("row     14", 1000)) << t.seen;
+}
+
+TEST(Console, WhatIsLongerThanTheTerminalIsShownPageByPage) {
+  const Folder home;
+  Terminal t(home.path);
+  ASSERT_TRUE(t.expect("> ")) << t.seen;
+  t.type("local s = {} for i = 1, 100 do s[i] = 'line' .. i end return table.concat(s, '\\n')\n");
+  ASSERT_TRUE(t.expect("line29\r\n")) << t.seen;
+  ASSERT_TRUE(t.expect("71 more lines")) << t.seen;
+  EXPECT_EQ(t.seen.find("line30"), std::string::npos) << t.seen;
+  t.type("\n");
+  ASSERT_TRUE(t.expect("70 more lines")) << t.seen;
+  t.type(" ");
+  ASSERT_TRUE(t.expect("line59\r\n")) << t.seen;
+  ASSERT_TRUE(t.expect("more lines")) << t.seen;
+  t.type("q");
+  ASSERT_TRUE(t.expect("> ")) << t.seen;
+  EXPECT_EQ(t.seen.find("line60"), std::string::npos) << t.seen;
+  // What fits is not held up, and Ctrl-C leaves the pager, not the program.
+  t.type("=6 * 7\n");
+  ASSERT_TRUE(t.expect("\r\n42")) << t.seen;
+  t.type("help(robot)\n");
+  ASSERT_TRUE(t.expect("more lines")) << t.seen;
+  t.type("\x03");
+  ASSERT_TRUE(t.expect("> ")) << t.seen;
+  t.type("=20 + 3\n");
+  EXPECT_TRUE(t.expect("\r\n23")) << t.seen;
+}
+
+TEST(Console, ThePagerOfTheUserIsAskedAndOneThatIsNotThereIsReplaced) {
+  const Folder home;
+  {
+    Terminal t(home.path, "sed 's/^robot.render/PAGED &/; s/^  robot.render/PAGED &/'");
+    ASSERT_TRUE(t.expect("> ")) << t.seen;
+    t.type("help(robot)\n");
+    EXPECT_TRUE(t.expect("PAGED")) << t.seen;
+  }
+  {
+    Terminal t(home.path, "no-such-pager 2>/dev/null");
+    ASSERT_TRUE(t.expect("> ")) << t.seen;
+    t.type("help(robot)\n");
+    EXPECT_TRUE(t.expect("more lines")) << t.seen;
+  }
+  Terminal t(home.path, "");
+  ASSERT_TRUE(t.expect("> ")) << t.seen;
+  t.type("help(robot)\n");
+  EXPECT_TRUE(t.expect("robot.save_model")) << t.seen;
+}
+
+TEST(CommandLine, ResultsInAPipeAreNeitherPagedNorWrapped) {
+  const Outcome r = run({"eval", "help('robot.solve_ik')"});
+  EXPECT_EQ(r.code, 0) << r.err;
+  EXPECT_NE(r.out.find("| `seed` | any | rad or m |"), std::string::npos) << r.out;
+  EXPECT_EQ(r.out.find("more lines"), std::string::npos);
 }
 
 }  // namespace
