@@ -53,7 +53,8 @@ struct Options {
   std::vector<std::string> play;  ///< robot, trajectory
   bool still = false;
   std::filesystem::path script;
-  recording::RecordingPtr recording;  ///< that the script made last
+  std::vector<std::string> arguments;  ///< of the script
+  recording::RecordingPtr recording;   ///< that the script made last
   std::string render, screenshot;
   std::optional<double> at;  ///< [s]
   std::array<int, 2> size{1600, 1000};
@@ -333,14 +334,31 @@ int render(ioci::Application& app, ioci::Session& session, AnyId id, const Optio
   return kOk;
 }
 
-/// Runs the script that is asked for; the world of the last recording that it made.
+/// Runs the script that is asked for. What it returns is shown, a recording or a record; else the
+/// last recording that it made.
 Result<AnyId> run_script(ioci::Application& app, lua::LuaState& lua, Options& options) {
-  RMP_TRY(lua.run_file(options.script));
+  RMP_TRY_ASSIGN(const List returned, lua.run_file_values(options.script, options.arguments));
+  if (const Handle* h = returned.empty() ? nullptr : returned.front().as_handle()) {
+    if (h->kind == "recording") {
+      options.recording = app.recordings.find(h->number);
+      if (options.recording && app.document.now()->get(options.recording->world))
+        return AnyId(options.recording->world);
+      return error(ErrorCode::invalid_argument, "the script returned a recording without a world",
+                   "Return one of a world, or the world itself.", options.script.string());
+    }
+    RMP_TRY_ASSIGN(const AnyId id, ioci::Application::record_id(*app.document.now(), *h));
+    if (std::find(kShown.begin(), kShown.end(), id.kind) == kShown.end())
+      return not_shown(app.document.now()->find(id)->name, id.kind,
+                       app.document.now()->find(id)->name);
+    options.still = true;
+    return id;
+  }
   for (const auto& [number, recording] : app.recordings.list())
     if (app.document.now()->get(recording->world)) options.recording = recording;
   if (options.recording) return AnyId(options.recording->world);
   return error(ErrorCode::invalid_argument, "the script made no recording of a world",
-               "Let it simulate: world.simulate_physics{...}, say, without removing the recording.",
+               "Let it simulate, world.simulate_physics{...}, say, without removing the recording, "
+               "or return what is to be shown.",
                options.script.string());
 }
 
@@ -519,10 +537,15 @@ int main(int argc, char** argv) {
       ->type_name("ROBOT TRAJECTORY");
   cli.add_flag("--still", options.still, "do not simulate");
   cli.add_option("--script", options.script,
-                 "run this Lua file, and show the last recording that it made instead")
+                 "run this Lua file, and show what it returns, or else the last recording that it "
+                 "made")
       ->excludes("what")
       ->excludes("--play")
       ->excludes("--still");
+  cli.add_option("--argument", options.arguments, "an argument of the script; may be repeated")
+      ->needs("--script")
+      ->allow_extra_args(false)
+      ->type_name("TEXT");
   cli.add_option("--render", options.render, "draw to this PNG file and exit; needs no display")
       ->type_name("FILE");
   cli.add_option("--screenshot", options.screenshot,

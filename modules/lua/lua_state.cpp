@@ -307,6 +307,14 @@ LuaState::~LuaState() {
 
 Result<void> LuaState::run_file(const std::filesystem::path& file,
                                 std::span<const std::string> args) {
+  auto done = run_file_values(file, args);
+  if (!done.ok()) return std::move(done).error();
+  return {};
+}
+
+Result<List> LuaState::run_file_values(const std::filesystem::path& file,
+                                       std::span<const std::string> args) {
+  List out;
   std::ifstream in(file, std::ios::binary);
   std::error_code ec;
   if (!in || std::filesystem::is_directory(file, ec))
@@ -314,7 +322,8 @@ Result<void> LuaState::run_file(const std::filesystem::path& file,
                  "there is no script \"" + file.string() + "\" that can be read",
                  "Check the path.");
   const std::string code((std::istreambuf_iterator<char>(in)), {});
-  return protect(*impl_, [&](lua_State* L) -> Result<void> {
+  const auto done = protect(*impl_, [&](lua_State* L) -> Result<void> {
+    const int first = lua_gettop(L) + 1;
     RMP_TRY(load(L, without_shebang(code), "@" + file.string()));
     lua_createtable(L, static_cast<int>(args.size()), 1);
     lua_pushstring(L, file.c_str());
@@ -326,8 +335,15 @@ Result<void> LuaState::run_file(const std::filesystem::path& file,
     lua_setglobal(L, "arg");
     luaL_checkstack(L, static_cast<int>(args.size()) + 4, "too many arguments");
     for (const std::string& a : args) lua_pushlstring(L, a.data(), a.size());
-    return call(*impl_, L, static_cast<int>(args.size()), 0);
+    RMP_TRY(call(*impl_, L, static_cast<int>(args.size()), LUA_MULTRET));
+    for (int i = first; i <= lua_gettop(L); ++i) {
+      auto value = to_value(L, i);
+      out.push_back(value.ok() ? std::move(*value) : Value(pretty_of(*impl_, L, i)));
+    }
+    return {};
   });
+  if (!done.ok()) return done.error();
+  return out;
 }
 
 Result<void> LuaState::run_string(std::string_view code, std::string_view chunk_name) {

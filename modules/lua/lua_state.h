@@ -57,6 +57,9 @@ class LuaState {
 
   /// Runs a file; `args` become the global table `arg` and the chunk's `...`.
   Result<void> run_file(const std::filesystem::path& file, std::span<const std::string> args = {});
+  /// The same; what the file returns comes as Values (what has none as its text).
+  Result<List> run_file_values(const std::filesystem::path& file,
+                               std::span<const std::string> args = {});
   Result<void> run_string(std::string_view code, std::string_view chunk_name);
 
   /// One input of a console: an expression (also `=x`), statements, `x?` for help, `x:name` for

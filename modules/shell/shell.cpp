@@ -626,10 +626,24 @@ int shell_main(int argc, char** argv) {
   classic->fallthrough(false);
   plugin_test->fallthrough(false);
 
+  // `robomosp file.lua` is `robomosp run file.lua`.
+  std::vector<char*> given_words(argv, argv + argc);
+  std::string run_word = "run";
+  for (std::size_t i = 1; i < given_words.size(); ++i) {
+    const std::string_view word = given_words[i];
+    if (word == "--color" || word == "--plugin-path" || word == "--library") {
+      ++i;
+    } else if (!word.starts_with('-')) {
+      if (word.ends_with(".lua"))
+        given_words.insert(given_words.begin() + static_cast<std::ptrdiff_t>(i), run_word.data());
+      break;
+    }
+  }
+
   // After parsing, CLI11 gives the help of the subcommand that was parsed.
   const std::string overview = cli.help();
   try {
-    cli.parse(argc, argv);
+    cli.parse(static_cast<int>(given_words.size()), given_words.data());
   } catch (const CLI::Success& e) {
     return cli.exit(e);
   } catch (const CLI::ParseError& e) {

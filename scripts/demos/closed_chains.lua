@@ -2,7 +2,7 @@
 -- Closed chains: a four-bar linkage swings freely, and the legs of a Stewart platform are found for a
 -- platform that circles and tilts.
 -- usage: robomosp run scripts/demos/closed_chains.lua [folder [quality of the pictures]]
-local folder, quality = arg and arg[1] or ".", arg and arg[2] or "draft"
+local folder, quality = arg and arg[1], arg and arg[2] or "draft"
 
 local cell = world.get("closed_chains")
 local bar, platform = robot.get("four_bar"), robot.get("stewart")
@@ -10,8 +10,10 @@ local bar, platform = robot.get("four_bar"), robot.get("stewart")
 -- Let go without motor or friction: the loop stays closed and the energy stays.
 local start = bar:close{ joints = {crank = "100 deg"} }.q
 local swing = cell:simulate_dynamics{ robot = "four_bar", q = start, duration = 2, friction = false }
-swing:plot{ file = folder .. "/four_bar_swing.svg", columns = {"q1", "q2", "q3"},
-  title = "Four-bar linkage that swings" }
+if folder then
+  swing:plot{ file = folder .. "/four_bar_swing.svg", columns = {"q1", "q2", "q3"},
+    title = "Four-bar linkage that swings" }
+end
 local angles, energy = {swing:values("q1"), swing:values("q2"), swing:values("q3")}, swing:values("energy")
 local open, drift = 0, 0
 for i = 1, #energy do
@@ -50,11 +52,15 @@ for i = 0, steps do
   if i % 24 == 6 then
     cell:set_robot_q{ robot = "stewart", q = q }
     cell:set_robot_q{ robot = "four_bar", q = {angles[1][2 * i + 1], angles[2][2 * i + 1], angles[3][2 * i + 1]} }
-    local drawn, fault = pcall(cell.render, cell, { file = folder .. "/closed_chains_" .. i .. ".png",
-      size = {400, 330}, quality = quality, axes = false, eye = {2.1, -1.6, 1.5}, target = {0, -0.05, 0.4} })
-    if not drawn then print(fault) end  -- such as: no renderer is installed
+    if folder then
+      local drawn, fault = pcall(cell.render, cell, { file = folder .. "/closed_chains_" .. i .. ".png",
+        size = {400, 330}, quality = quality, axes = false, eye = {2.1, -1.6, 1.5}, target = {0, -0.05, 0.4} })
+      if not drawn then print(fault) end  -- such as: no renderer is installed
+    end
   end
 end
 print(string.format("Stewart platform: slides from %.0f to %.0f mm, off their closed form by %.0e m",
   1000 * least, 1000 * most, worst))
 assert(open < 1e-8 and drift < 1e-6 and worst < 1e-10)
+
+return swing  -- what a window plays

@@ -2,7 +2,7 @@
 -- A floating base: a satellite swings its arm. Nothing holds its body, so that it turns the other
 -- way, while linear and angular momentum stay zero and the centre of mass stays where it was.
 -- usage: robomosp run scripts/demos/floating_base.lua [folder [quality of the pictures]]
-local folder, quality = arg and arg[1] or ".", arg and arg[2] or "draft"
+local folder, quality = arg and arg[1], arg and arg[2] or "draft"
 
 local orbit = world.get("satellite_arm")
 local satellite = robot.get("satellite_arm")
@@ -12,8 +12,10 @@ local to = {0, 0, 0, 1, 0, 0, 0, 1.6, 0.2, -0.3, 0, 0.5, 0}
 local run = orbit:simulate_dynamics{ robot = "satellite_arm", q = "home", reference = to,
   controller = {name = "joint_pid", params = {frequency = 1.5, damping = 1}}, control_period = 0.01,
   duration = 6, sample_time = 0.05, friction = false }
-run:plot{ file = folder .. "/floating_base.svg", columns = {"q1", "q2", "q3", "x", "y", "z"},
-  title = "A satellite's body (q1, q2, q3) and its tool (x, y, z) while the arm swings [m]" }
+if folder then
+  run:plot{ file = folder .. "/floating_base.svg", columns = {"q1", "q2", "q3", "x", "y", "z"},
+    title = "A satellite's body (q1, q2, q3) and its tool (x, y, z) while the arm swings [m]" }
+end
 
 local q, qd = {}, {}
 for k = 1, 13 do q[k] = run:values("q" .. k) end
@@ -42,8 +44,12 @@ print(string.format("momentum stays within %.0e kg m/s and %.0e kg m^2/s, the ce
 assert(linear < 1e-6 and angular < 1e-6 and way < 1e-7 and turned > 0.05)
 
 for name, at in pairs{ start = 0, swung = 6 } do
-  local drawn, fault = pcall(orbit.render, orbit, { file = folder .. "/floating_base_" .. name .. ".png",
-    recording = run, at = at, size = {440, 370}, quality = quality, grid = false,
-    eye = {4.0, 2.6, 2.6}, target = {0.2, 0.5, 0.3} })
-  if not drawn then print(fault) end  -- such as: no renderer is installed
+  if folder then
+    local drawn, fault = pcall(orbit.render, orbit, { file = folder .. "/floating_base_" .. name .. ".png",
+      recording = run, at = at, size = {440, 370}, quality = quality, grid = false,
+      eye = {4.0, 2.6, 2.6}, target = {0.2, 0.5, 0.3} })
+    if not drawn then print(fault) end  -- such as: no renderer is installed
+  end
 end
+
+return run  -- what a window plays

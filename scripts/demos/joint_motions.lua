@@ -1,9 +1,9 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- One way between two postures by the three profiles of point-to-point motions, a spline through four
--- postures, and the fastest motion between two states that move, as joint_motion_*.png in the current
--- folder (with gnuplot; else as *.svg). A folder may be given; the pictures of the manual are made by
+-- postures, and the fastest motion between two states that move, as joint_motion_*.png in the folder
+-- that is given, if any (with gnuplot; else as *.svg). The pictures of the manual are made by
 --   robomosp run scripts/demos/joint_motions.lua docs/images
-local folder = arg and arg[1] or "."
+local folder = arg and arg[1]
 
 local limits = {max_velocity = 1, max_acceleration = 2, max_jerk = 10}  -- rad and s
 local function link(length)
@@ -25,6 +25,7 @@ local function run(name, segments)
   return r
 end
 local function draw(file, recordings, options)
+  if not folder then return end
   local first = table.remove(recordings, 1)
   options.with, options.width, options.height = recordings, 760, options.height or 560
   options.file = ("%s/joint_motion_%s.png"):format(folder, file)

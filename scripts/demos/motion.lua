@@ -2,7 +2,7 @@
 -- Robots that move by themselves or under control: a double pendulum, a PUMA 560 on a circle under
 -- computed torque and under PID, and a joint that sticks and slips.
 -- usage: robomosp run scripts/demos/motion.lua [folder for the files]
-local folder = (arg and arg[1]) or "."
+local folder = arg and arg[1]
 
 local function greatest(values)
   local most = 0
@@ -14,8 +14,10 @@ end
 local rods = robot "planar2rods"
 local swing = rods:simulate{ q = {0, 0.5}, duration = 3, sample_time = 0.005, limits = "ignore",
   friction = false }
-swing:plot{ file = folder .. "/double_pendulum_energy.png", columns = {"kinetic", "potential", "energy"},
-  title = "Double pendulum: energy of a free swing" }
+if folder then
+  swing:plot{ file = folder .. "/double_pendulum_energy.png", columns = {"kinetic", "potential", "energy"},
+    title = "Double pendulum: energy of a free swing" }
+end
 local e = swing:values("energy")
 local drift = 0
 for i = 1, #e do drift = math.max(drift, math.abs(e[i] - e[1])) end
@@ -36,8 +38,10 @@ trajectory.create{ name = "round", sample_time = 0.01, segments = {
 cell:add_trajectory{ trajectory = "round" }
 for _, name in ipairs{"computed_torque", "joint_pid"} do
   local run = cell:simulate_dynamics{ robot = "puma560", trajectory = "round", controller = name }
-  run:plot{ file = folder .. "/puma_" .. name .. ".png",
-    columns = {"error1", "error2", "error3", "tip_error"}, title = "PUMA 560 on a circle under " .. name }
+  if folder then
+    run:plot{ file = folder .. "/puma_" .. name .. ".png",
+      columns = {"error1", "error2", "error3", "tip_error"}, title = "PUMA 560 on a circle under " .. name }
+  end
   print(string.format("PUMA 560 on a circle under %-16s the tool is off by %.1e m at the most", name .. ":",
     greatest(run:values("tip_error"))))
 end
@@ -50,8 +54,10 @@ local slider = robot.create{ name = "slider", convention = "mdh", links = {
    coulomb_positive = 4, coulomb_negative = -4, stiffness = 50}} }
 ioci.provide("robomosp.controller/1", "pulled", function(model, now) return {50 * 0.1 * now.time} end)
 local slip = slider:simulate{ controller = "pulled", reference = {0}, duration = 8, breakaway = 1.75 }
-slip:plot{ file = folder .. "/stick_slip.png", columns = {"q1", "qd1"}, title = "A block pulled by a spring: stick and slip" }
-slip:plot{ file = folder .. "/stick_slip_friction.png", columns = {"tau_friction1"}, title = "A block pulled by a spring: friction" }
+if folder then
+  slip:plot{ file = folder .. "/stick_slip.png", columns = {"q1", "qd1"}, title = "A block pulled by a spring: stick and slip" }
+  slip:plot{ file = folder .. "/stick_slip_friction.png", columns = {"tau_friction1"}, title = "A block pulled by a spring: friction" }
+end
 local stuck, qd = 0, slip:values("qd1")
 for i = 1, #qd do if qd[i] == 0 then stuck = stuck + 1 end end
 print(string.format("stick and slip: at rest in %d of %d samples", stuck, #qd))

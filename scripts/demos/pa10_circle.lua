@@ -2,15 +2,17 @@
 -- The ROBOMOSP paper's first test: a PA-10 whose tool runs once round a circle of 100 mm radius at
 -- 10 mm/s, with the torques that this takes.
 -- usage: robomosp run scripts/demos/pa10_circle.lua [folder for the files]
-local folder = (arg and arg[1]) or "."
+local folder = arg and arg[1]
 
 local cell = world "pa10_circle"
 local run = cell:inverse_dynamics{ robot = "pa10", trajectory = "circle" }
 
-run:csv{ file = folder .. "/pa10_circle.csv" }
-run:plot{ file = folder .. "/pa10_torques.png", columns = { "tau" }, title = "PA-10 on the circle: joint torques" }
-run:plot{ file = folder .. "/pa10_torques.svg", columns = { "tau" }, title = "PA-10 on the circle: joint torques" }
-run:plot{ file = folder .. "/pa10_joints.png", columns = { "q", "qd" }, title = "PA-10 on the circle: joint positions and velocities" }
+if folder then
+  run:csv{ file = folder .. "/pa10_circle.csv" }
+  run:plot{ file = folder .. "/pa10_torques.png", columns = { "tau" }, title = "PA-10 on the circle: joint torques" }
+  run:plot{ file = folder .. "/pa10_torques.svg", columns = { "tau" }, title = "PA-10 on the circle: joint torques" }
+  run:plot{ file = folder .. "/pa10_joints.png", columns = { "q", "qd" }, title = "PA-10 on the circle: joint positions and velocities" }
+end
 
 local rows = {}
 for _, column in ipairs(run:summary()) do rows[column.name] = column end
@@ -31,3 +33,5 @@ for j = 1, 7 do
   print(string.format("  %-8d%8.2f%8.2f%18.3f%12.3f%10.3f", j, math.deg(q.min), math.deg(q.max),
     math.deg(math.max(math.abs(qd.min), math.abs(qd.max))), tau.min, tau.max))
 end
+
+return run  -- what a window plays

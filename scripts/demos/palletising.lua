@@ -4,7 +4,7 @@
 -- other by signals. The arm is as fast as velocity, acceleration and jerk of its joints allow: it
 -- passes the end of a lift and the start of a descent in motion, all joints in one flow.
 -- usage: robomosp run scripts/demos/palletising.lua [folder [quality of the pictures]]
-local folder, quality = arg and arg[1] or ".", arg and arg[2] or "draft"
+local folder, quality = arg and arg[1], arg and arg[2] or "draft"
 
 -- Lengths in m.
 local long, wide, high = 0.12, 0.08, 0.05  -- of a box
@@ -262,13 +262,19 @@ print(string.format("nothing touches: at least %.2f mm of air in %d places looke
 
 -- Pictures: the first box is taken, one is on its way, all are stacked; and one flight's speeds.
 for name, at in pairs{ start = 0.02, carried = 0.45 * taken[9] + 0.55 * let_go[9], stacked = total } do
-  local drawn, fault = pcall(cell.render, cell, { recording = run, at = at, quality = quality,
-    file = folder .. "/palletising_" .. name .. ".png", size = {680, 510}, axes = false,
-    eye = {1.95, 1.25, 1.4}, target = {0.45, -0.06, 0.27} })
-  if not drawn then print(fault) end  -- such as: no renderer is installed
+  if folder then
+    local drawn, fault = pcall(cell.render, cell, { recording = run, at = at, quality = quality,
+      file = folder .. "/palletising_" .. name .. ".png", size = {680, 510}, axes = false,
+      eye = {1.95, 1.25, 1.4}, target = {0.45, -0.06, 0.27} })
+    if not drawn then print(fault) end  -- such as: no renderer is installed
+  end
 end
 cell:add_trajectory{ trajectory = carries[9] }
 cell:set_robot_q{ robot = "stacker", q = at_take }
 local flown = cell:inverse_kinematics{ robot = "stacker", trajectory = "carry_9", sample_time = 0.002 }
-flown:plot{ file = folder .. "/palletising_speeds.svg", columns = "qd", limits = true,
-  title = "One flight: joint speeds, and what is beyond their limits" }
+if folder then
+  flown:plot{ file = folder .. "/palletising_speeds.svg", columns = "qd", limits = true,
+    title = "One flight: joint speeds, and what is beyond their limits" }
+end
+
+return run  -- what a window plays

@@ -4,7 +4,7 @@
 -- signals and places, on one clock.
 -- A folder and a quality for the pictures may be given; those of the manual are made by
 --   robomosp run scripts/demos/pass_part.lua docs/images normal
-local folder, quality = arg and arg[1] or ".", arg and arg[2] or "draft"
+local folder, quality = arg and arg[1], arg and arg[2] or "draft"
 
 local arm = robot.get("irb140")
 for _, link in ipairs(arm:describe().links) do
@@ -120,8 +120,12 @@ for i, v in ipairs(run:values("signal.taken")) do
   if v == 1 then passed = t[i]; break end
 end
 for name, at in pairs{ middle = passed, belt = t[#t] } do
-  local drawn, trouble = pcall(cell.render, cell, { recording = run, at = at,
-    file = folder .. "/pass_part_" .. name .. ".png", size = {780, 520}, quality = quality,
-    axes = false, eye = {0.75, 3.1, 1.4}, target = {0.75, 0.15, 0.38} })
-  if not drawn then print(trouble) end  -- such as: no renderer is installed
+  if folder then
+    local drawn, trouble = pcall(cell.render, cell, { recording = run, at = at,
+      file = folder .. "/pass_part_" .. name .. ".png", size = {780, 520}, quality = quality,
+      axes = false, eye = {0.75, 3.1, 1.4}, target = {0.75, 0.15, 0.38} })
+    if not drawn then print(trouble) end  -- such as: no renderer is installed
+  end
 end
+
+return run  -- what a window plays

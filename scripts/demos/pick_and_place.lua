@@ -4,7 +4,7 @@
 -- fingers takes a crate by friction alone, and loses it when the fingers are oily.
 -- A folder and a quality for the pictures may be given; those of the manual are made by
 --   robomosp run scripts/demos/pick_and_place.lua docs/images normal
-local folder, quality = arg and arg[1] or ".", arg and arg[2] or "draft"
+local folder, quality = arg and arg[1], arg and arg[2] or "draft"
 
 local cell = world.get("pick_and_place")
 local puma = robot.get("puma560")
@@ -54,10 +54,12 @@ print(string.format("the crate ends %.1f mm from the middle of the stack, its bo
 print(string.format("the upper crate of the stack rests at %.2f mm", 1000 * run:values("upper.z")[#z]))
 
 for name, at in pairs{ start = 0.1, carried = 2.9, placed = 4.4 } do
-  local drawn, fault = pcall(cell.render, cell, { recording = run, at = at,
-    file = folder .. "/pick_and_place_" .. name .. ".png", size = {780, 520}, quality = quality,
-    axes = false, eye = {2.5, 1.7, 1.8}, target = {0.3, 0.2, 0.66} })
-  if not drawn then print(fault) end  -- such as: no renderer is installed
+  if folder then
+    local drawn, fault = pcall(cell.render, cell, { recording = run, at = at,
+      file = folder .. "/pick_and_place_" .. name .. ".png", size = {780, 520}, quality = quality,
+      axes = false, eye = {2.5, 1.7, 1.8}, target = {0.3, 0.2, 0.66} })
+    if not drawn then print(fault) end  -- such as: no renderer is installed
+  end
 end
 
 -- Two fingers that close along x of the flange. One motor: the right finger follows the left one.
@@ -119,7 +121,11 @@ for _, with in ipairs{ {"rubber", rubber}, {"oil", oil} } do
   print(string.format("%s: the crate ends at (%.1f, %.1f, %.1f) mm", with[1],
     1000 * px[#px], 1000 * py[#py], 1000 * pz[#pz]))
 end
-local drawn, fault = pcall(gripping.render, gripping, { recording = rubber, at = 2.5,
-  file = folder .. "/pick_and_place_fingers.png", size = {780, 520}, quality = quality,
-  axes = false, eye = {1.5, 0.55, 1.15}, target = {0.5, -0.12, 0.72} })
-if not drawn then print(fault) end
+if folder then
+  local drawn, fault = pcall(gripping.render, gripping, { recording = rubber, at = 2.5,
+    file = folder .. "/pick_and_place_fingers.png", size = {780, 520}, quality = quality,
+    axes = false, eye = {1.5, 0.55, 1.15}, target = {0.5, -0.12, 0.72} })
+  if not drawn then print(fault) end
+end
+
+return run  -- what a window plays

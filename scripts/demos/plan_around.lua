@@ -1,7 +1,7 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- An arm reaches from one side of a wall below a board to the other, and finds the way itself: planned from sampled configurations, shortened, rounded, run as fast as the joints can.
 -- usage: robomosp run scripts/demos/plan_around.lua [folder [quality of the pictures]]
-local folder, quality = arg and arg[1] or ".", arg and arg[2] or "draft"
+local folder, quality = arg and arg[1], arg and arg[2] or "draft"
 
 local arm = robot.load("robots/ur5.rbt")
 local from = {2.3, -1.2, 1.6, -1.9, -1.5, 0}
@@ -39,7 +39,9 @@ for i = 0, 40 do
 end
 for i, share in ipairs{0, 0.5, 1} do
   cell:set_robot_q{ robot = "arm", q = way.joints[1 + math.floor(share * (rows - 1))] }
-  local drawn, fault = pcall(cell.render, cell, { file = folder .. "/plan_around_" .. i .. ".png",
-    size = {640, 580}, quality = quality, axes = false, eye = {3.9, -1.0, 1.2}, target = {0.4, 0, 0.6} })
-  if not drawn then print(fault) end  -- such as: no renderer is installed
+  if folder then
+    local drawn, fault = pcall(cell.render, cell, { file = folder .. "/plan_around_" .. i .. ".png",
+      size = {640, 580}, quality = quality, axes = false, eye = {3.9, -1.0, 1.2}, target = {0.4, 0, 0.6} })
+    if not drawn then print(fault) end  -- such as: no renderer is installed
+  end
 end

@@ -2,7 +2,7 @@
 -- What an arm of seven joints does with its freedom: along a path it keeps a joint away from the limit
 -- that it would run into, and at a place it turns its elbow away from a pole.
 -- usage: robomosp run scripts/demos/redundant_arm.lua [folder [quality of the pictures]]
-local folder, quality = arg and arg[1] or ".", arg and arg[2] or "draft"
+local folder, quality = arg and arg[1], arg and arg[2] or "draft"
 
 local cell = world.get("redundant_arm")
 local arm = robot.get("iiwa14")
@@ -36,7 +36,7 @@ local kept, far = follow("limits")
 assert(near < 1 * degree and far > 20 * degree)
 
 -- Joint 3 against its limit, as a drawing.
-local file <close> = io.open(folder .. "/redundant_arm_limits.svg", "w")
+local file <close> = folder and io.open(folder .. "/redundant_arm_limits.svg", "w") or io.tmpfile()
 local function y(angle) return 170 - angle / degree * 0.8 end
 local function curve(path, colour)
   local points = {}
@@ -64,10 +64,14 @@ for _, objective in ipairs{"none", "clearance"} do
   q = answer.q
   free[objective] = cell:clearance{ exact = true, q = {iiwa14 = q} }.distance
   cell:set_robot_q{ robot = "iiwa14", q = q }
-  local drawn, fault = pcall(cell.render, cell, { file = folder .. "/redundant_arm_" .. objective .. ".png",
-    size = {360, 400}, quality = quality, axes = false, collisions = true, eye = {2.2, -1.1, 1.7}, target = {0.2, 0.2, 0.6} })
-  if not drawn then print(fault) end  -- such as: no renderer is installed
+  if folder then
+    local drawn, fault = pcall(cell.render, cell, { file = folder .. "/redundant_arm_" .. objective .. ".png",
+      size = {360, 400}, quality = quality, axes = false, collisions = true, eye = {2.2, -1.1, 1.7}, target = {0.2, 0.2, 0.6} })
+    if not drawn then print(fault) end  -- such as: no renderer is installed
+  end
 end
 print(string.format("from the pole: %.0f mm, and %.0f mm with the objective clearance, the tool at the same place",
   1000 * free.none, 1000 * free.clearance))
 assert(free.clearance > free.none + 0.02)
+
+return cell  -- what a window shows

@@ -2,7 +2,7 @@
 -- A tree with two tools: two arms on a turning torso carry a tray round an upright loop and tilt it
 -- meanwhile. Both hands are goals at once, and what freedom is left keeps joints from their limits.
 -- usage: robomosp run scripts/demos/two_arms.lua [folder [quality of the pictures]]
-local folder, quality = arg and arg[1] or ".", arg and arg[2] or "draft"
+local folder, quality = arg and arg[1], arg and arg[2] or "draft"
 
 local cell = world.get("dual_arm")
 local both = robot.get("dual_arm")
@@ -36,11 +36,15 @@ for i = 0, steps do
     local at, tilt = tray(share)
     cell:set_robot_q{ robot = "dual_arm", q = q }
     cell:place{ member = "tray", position = {at[1] + 0.15, at[2], at[3]}, rpy = {tilt, 0, 0} }
-    local drawn, fault = pcall(cell.render, cell, { file = folder .. "/two_arms_" .. i .. ".png",
-      size = {440, 370}, quality = quality, axes = false, eye = {2.5, 1.45, 1.8}, target = {0.25, 0, 0.72} })
-    if not drawn then print(fault) end  -- such as: no renderer is installed
+    if folder then
+      local drawn, fault = pcall(cell.render, cell, { file = folder .. "/two_arms_" .. i .. ".png",
+        size = {440, 370}, quality = quality, axes = false, eye = {2.5, 1.45, 1.8}, target = {0.25, 0, 0.72} })
+      if not drawn then print(fault) end  -- such as: no renderer is installed
+    end
   end
 end
 assert(worst < 1e-8 and off < 1e-8)
 print(string.format("two arms, %d joints, %d places of the tray: hands off by %.0e m, their distance by %.0e m",
   both:dof(), steps + 1, worst, off))
+
+return cell  -- what a window shows

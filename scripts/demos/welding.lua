@@ -4,7 +4,7 @@
 -- lies under the torch with both its flanks sloping alike. Part, seam and bead follow the world's
 -- parameters: with another tube the seam, the motions of arm and table and the torques are others.
 -- usage: robomosp run scripts/demos/welding.lua [folder [quality of the pictures]]
-local folder, quality = arg and arg[1] or ".", arg and arg[2] or "draft"
+local folder, quality = arg and arg[1], arg and arg[2] or "draft"
 
 local speed = 0.008                                  -- of the torch along the seam [m/s]
 local work, travel = math.rad(45), math.rad(10)      -- of the wire: from the base, and pushing
@@ -231,17 +231,23 @@ local function weld(name)
     start = {share = 0.02, eye = {1.65, -1.55, 1.5}, target = {0.24, 0, 0.62}},
     tube = {share = 0.5, eye = {0.72, -0.42, 0.98}, target = {0.54, 0.01, 0.53}} }
   for label, view in pairs(pictures) do
-    local drawn, fault = pcall(cell.render, cell, { file = folder .. "/welding_" .. name .. "_" .. label .. ".png",
-      recording = run, at = clock[welded[math.ceil(view.share * #welded)]], size = {700, 570}, quality = quality,
-      axes = false, eye = view.eye, target = view.target })
-    if not drawn then print(fault) end  -- such as: no renderer is installed
+    if folder then
+      local drawn, fault = pcall(cell.render, cell, { file = folder .. "/welding_" .. name .. "_" .. label .. ".png",
+        recording = run, at = clock[welded[math.ceil(view.share * #welded)]], size = {700, 570}, quality = quality,
+        axes = false, eye = view.eye, target = view.target })
+      if not drawn then print(fault) end  -- such as: no renderer is installed
+    end
   end
-  return {forces = forces, length = length, duration = duration, held = held}
+  return {run = run, forces = forces, length = length, duration = duration, held = held}
 end
 
 local small = weld("small")
 cell:set_parameter("tube", "120 mm")  -- part, bead, seam, motions and torques follow
 local large = weld("large")
 assert(math.abs(large.length - small.length - math.pi * 0.02) < 1e-6 and large.held > small.held)
-large.forces:plot{ file = folder .. "/welding_torques.svg", columns = {"tau1", "tau2", "tau3"}, with = small.forces,
-  title = "Torques along the seam, tube of 120 mm and (dashed) 80 mm" }
+if folder then
+  large.forces:plot{ file = folder .. "/welding_torques.svg", columns = {"tau1", "tau2", "tau3"}, with = small.forces,
+    title = "Torques along the seam, tube of 120 mm and (dashed) 80 mm" }
+end
+
+return large.run  -- what a window plays

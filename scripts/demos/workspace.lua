@@ -4,11 +4,13 @@
 -- closed form.
 -- usage: robomosp run scripts/demos/workspace.lua [folder [quality of the pictures [fineness]]]
 -- The pictures of the manual: robomosp run scripts/demos/workspace.lua docs/images normal 20
-local folder, quality = arg and arg[1] or ".", arg and arg[2] or "draft"
+local folder, quality = arg and arg[1], arg and arg[2] or "draft"
 local fineness = math.tointeger(arg and tonumber(arg[3]) or 1)
 
 -- A picture, where there is what draws it: a renderer for bodies, gnuplot for sections.
 local function try(draw, what, settings)
+  if not folder then return end
+  settings.file = folder .. "/workspace_" .. settings.file .. ".png"
   local drawn, fault = pcall(draw, what, settings)
   if not drawn then print(fault) end
 end
@@ -27,7 +29,8 @@ end
 
 local look = { size = {560, 420}, quality = quality, axes = false }
 local function picture(arm, name, map)
-  look.file, look.map = folder .. "/workspace_" .. name .. ".png", map
+  if not folder then return end
+  look.file, look.map = name, map
   try(arm.render, arm, look)
 end
 for _, name in ipairs{"puma560", "pa10"} do
@@ -36,7 +39,7 @@ for _, name in ipairs{"puma560", "pa10"} do
                            part = "translation" }
   print(name .. ": " .. w.reading)
   picture(arm, name .. "_manipulability", { recording = w.recording, cut = "-y" })
-  try(w.recording.heat_map, w.recording, { file = folder .. "/workspace_" .. name .. "_section.png" })
+  try(w.recording.heat_map, w.recording, { file = name .. "_section" })
 
   local m = arm:reachability{ samples = 50000 * fineness, voxel = fineness > 1 and 0.1 or 0.25,
                               directions = fineness > 1 and 60 or 12 }
@@ -60,4 +63,6 @@ for i = 1, #s.curve do
 end
 print("puma560: singular at q3 = " .. straight .. " at " .. found .. " of 161 places")
 assert(found >= 161)
-try(s.recording.heat_map, s.recording, { file = folder .. "/workspace_puma560_slice.png", curve = s.curve })
+try(s.recording.heat_map, s.recording, { file = "puma560_slice", curve = s.curve })
+
+return robot "pa10"  -- what a window shows

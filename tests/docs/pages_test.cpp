@@ -11,6 +11,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <set>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -235,6 +236,30 @@ TEST(Documentation, LinksAndPicturesLeadToFilesThatAreThere) {
       EXPECT_TRUE(fs::exists(page.parent_path() / link)) << page << " links to " << link;
     }
   EXPECT_GT(count, 300U);
+}
+
+/// Every page for readers: nobody has to guess that one exists.
+TEST(Documentation, EveryPageIsReachedFromTheReadmeAndFromTheListOfPages) {
+  const fs::path root = fs::canonical(ROBOMOSP_SOURCE_DIR);
+  std::vector<fs::path> pages;
+  for (const char* folder : {"docs", "modules", "plugins", "sdk", "scripts"})
+    for (const auto& entry : fs::recursive_directory_iterator(root / folder))
+      if (entry.path().extension() == ".md") pages.push_back(entry.path());
+  EXPECT_GT(pages.size(), 60U);
+  for (const char* start : {"README.md", "docs/README.md"}) {
+    std::set<fs::path> reached;
+    std::vector<fs::path> open{root / start};
+    while (!open.empty()) {
+      const fs::path page = open.back();
+      open.pop_back();
+      if (page.extension() != ".md" || !fs::exists(page) || !reached.insert(page).second) continue;
+      for (const std::string& link : links_of(page))
+        open.push_back((page.parent_path() / link).lexically_normal());
+    }
+    for (const fs::path& page : pages)
+      EXPECT_TRUE(reached.contains(page))
+          << "no way of links leads from " << start << " to " << page.lexically_relative(root);
+  }
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <array>
 #include <cstdio>
 #include <filesystem>
+#include <iterator>
 #include <string>
 #include <vector>
 
@@ -53,9 +54,17 @@ TEST_P(Script, Runs) {
       fs::temp_directory_path() / ("robomosp-script-" + std::to_string(::getpid()));
   fs::create_directories(folder);
   fs::current_path(folder);
-  const auto o = run("run " ROBOMOSP_SOURCE_DIR "/scripts/" + GetParam());
+  fs::create_directories(folder / "named");
+  const bool is_demo = GetParam().starts_with("demos/");
+  const auto o =
+      run("run " ROBOMOSP_SOURCE_DIR "/scripts/" + GetParam() + (is_demo ? " named" : ""));
   EXPECT_EQ(o.status, 0) << o.said;
   EXPECT_FALSE(o.said.empty());
+  // What a demo writes is in the folder that it was given.
+  if (is_demo) {
+    EXPECT_EQ(std::distance(fs::directory_iterator(folder), fs::directory_iterator()), 1);
+    EXPECT_FALSE(fs::is_empty(folder / "named"));
+  }
   fs::current_path(fs::temp_directory_path());
   fs::remove_all(folder);
 }

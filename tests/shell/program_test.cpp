@@ -122,6 +122,23 @@ TEST(CommandLine, AScriptGetsItsArguments) {
   EXPECT_EQ(r.out, "one\t--two\t2\n");
 }
 
+TEST(CommandLine, AScriptIsRunByItsNameAlone) {
+  const Folder folder;
+  const std::string script = (folder.path / "s.lua").string();
+  std::ofstream(script) << "print(arg[0]:match('[^/]*$'), arg[1], arg[2], select('#', ...))\n";
+  for (const std::vector<std::string>& before : std::vector<std::vector<std::string>>{
+           {}, {"-q"}, {"--color", "never", "--no-cache"}, {"--library=" + folder.path.string()}}) {
+    std::vector<std::string> words = before;
+    words.insert(words.end(), {script, "run", "--json"});
+    const auto r = run(words);
+    EXPECT_EQ(r.code, 0) << r.err;
+    EXPECT_EQ(r.out, "s.lua\trun\t--json\t2\n");
+  }
+  EXPECT_EQ(run({"nowhere.lua"}).code, 3);
+  EXPECT_NE(run({"nowhere.lua"}).err.find("there is no script \"nowhere.lua\""), std::string::npos);
+  EXPECT_EQ(run({"nosuchword"}).code, 2);
+}
+
 TEST(CommandLine, StatementsFromAPipeMayTakeSeveralLines) {
   const auto r = run({"-q"}, "x = {\n1,\n2}\n=#x\nfor i = 1, 2 do\nprint(i)\nend\n");
   EXPECT_EQ(r.code, 0) << r.err;

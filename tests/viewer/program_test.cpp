@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <vector>
 
 #include <sys/wait.h>
 
@@ -83,6 +84,64 @@ TEST(Program, AScriptThatIsMissingOrMakesNoRecordingIsTold) {
   expect("--script '" + script + "'" + render(), 3, "the script made no recording of a world");
   std::filesystem::remove(script);
 }
+
+TEST(Program, AScriptSaysWhatIsShownByWhatItReturns) {
+  const std::string script = testing::TempDir() + "robomosp-returns.lua";
+  const std::string drawn = testing::TempDir() + "robomosp-returned.png";
+  const auto shows = [&](const std::string& code, int status) {
+    std::ofstream(script) << code;
+    std::filesystem::remove(drawn);
+    const Ended e = run("--script '" + script + "' --argument 0.5 --fast --size 64x48 --render '" +
+                        drawn + "'");
+    EXPECT_EQ(e.status, status) << code << e.output;
+    EXPECT_EQ(std::filesystem::exists(drawn), status == 0) << code << e.output;
+    return e.output;
+  };
+  shows("assert(arg[1] == '0.5') return robot 'puma560'", 0);
+  shows("return solid.create{name = 'box', root = {kind = 'box', x = 1, y = 1, z = 1}}", 0);
+  EXPECT_NE(shows("return material.create{name = 'tin', density = 7000}", 3).find("is a material"),
+            std::string::npos);
+  EXPECT_NE(shows("return robot('planar2rods'):simulate{q = {0, 0.5}, duration = 0.1}", 3)
+                .find("a recording without a world"),
+            std::string::npos);
+  shows("return 17", 3);
+  std::filesystem::remove(script);
+  std::filesystem::remove(drawn);
+}
+
+/// The scripts of README's table of demos.
+std::vector<std::string> demos() {
+  std::vector<std::string> out;
+  std::ifstream in(ROBOMOSP_SOURCE_DIR "/README.md");
+  for (std::string line; std::getline(in, line);)
+    if (const auto end = line.find(".lua` |"); line.starts_with("| `") && end != std::string::npos)
+      out.push_back(line.substr(3, end - 3));
+  return out;
+}
+
+TEST(Demos, TheTableOfTheReadmeHasThem) { EXPECT_GE(demos().size(), 13U); }
+
+class Demo : public testing::TestWithParam<std::string> {};
+
+/// As README says, but drawn offscreen; the script is given no folder, so it leaves no file.
+TEST_P(Demo, IsShownAsTheReadmeSays) {
+  const std::filesystem::path folder = testing::TempDir() + "robomosp-demo-" + GetParam();
+  std::filesystem::create_directories(folder / "empty");
+  std::filesystem::current_path(folder / "empty");
+  const Ended e =
+      run("--script '" ROBOMOSP_SOURCE_DIR "/scripts/demos/" + GetParam() +
+          ".lua' --at 1 --fast --size 320x240 --render '" + (folder / "shown.png").string() + "'");
+  EXPECT_EQ(e.status, 0) << e.output;
+  // More than a floor and a sky.
+  std::error_code none;
+  EXPECT_GT(std::filesystem::file_size(folder / "shown.png", none), 8000U) << e.output;
+  EXPECT_TRUE(std::filesystem::is_empty(folder / "empty"));
+  std::filesystem::current_path(testing::TempDir());
+  std::filesystem::remove_all(folder);
+}
+
+INSTANTIATE_TEST_SUITE_P(Readme, Demo, testing::ValuesIn(demos()),
+                         [](const auto& row) { return row.param; });
 
 TEST(Program, ASizeIsTwoWholeNumbersInItsRange) {
   const std::string no =
