@@ -3,6 +3,7 @@
 #include <array>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -154,6 +155,86 @@ TEST_F(RenderCommand, EveryOptionTogetherDraws) {
                            {"edges", false},
                            {"zoom", 0.9}}));
   EXPECT_EQ(size_of(file("a.png")), (std::array{64, 48}));
+}
+
+TEST_F(RenderCommand, ARecordingOfARobotAloneIsDrawnFilmedAndReplayed) {
+  const Value robot = run("robot.get", {{"name", "planar2rods"}});
+  const Value made = run("robot.simulate", {{"id", robot},
+                                            {"q", List{0, 0.5}},
+                                            {"duration", 0.4},
+                                            {"sample_time", 0.05},
+                                            {"friction", false},
+                                            {"limits", "ignore"}});
+  const std::string before = app_->document.content_digest();
+  const auto steps = app_->document.undo_labels().size();
+  const List size{96, 64};
+  const auto picture = [&](const std::string& name, double at) {
+    run("robot.render", {{"id", robot},
+                         {"recording", made},
+                         {"at", at},
+                         {"file", file(name)},
+                         {"size", size},
+                         {"quality", "draft"}});
+    std::ifstream in(file(name), std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(in), {});
+  };
+  const std::string start = picture("start.png", 0), end = picture("end.png", 0.4);
+  EXPECT_GT(start.size(), 500U);
+  EXPECT_NE(start, end);
+
+  double furthest = 0;
+  session_.show_progress = [&](double fraction, std::string_view) {
+    EXPECT_GE(fraction, furthest - 1e-9);
+    furthest = fraction;
+  };
+  const Value film =
+      run("recording.video", {{"id", made}, {"file", file("a.gif")}, {"fps", 10}, {"size", size}});
+  session_.show_progress = {};
+  EXPECT_GT(furthest, 0.9);
+  EXPECT_EQ(*film.as_map()->find("frames")->as_int(), 5);
+  std::ifstream in(file("a.gif"), std::ios::binary);
+  const std::string gif(std::istreambuf_iterator<char>(in), {});
+  EXPECT_EQ(gif.substr(0, 6), "GIF89a");
+  EXPECT_EQ(gif.back(), ';');
+  EXPECT_EQ(static_cast<unsigned char>(gif[6]), 96);
+  EXPECT_EQ(*run("recording.replay", {{"id", made}, {"file", file("a.html")}})
+                 .as_map()
+                 ->find("frames")
+                 ->as_int(),
+            9);
+  // Nothing of it is in the document.
+  EXPECT_EQ(app_->document.content_digest(), before);
+  EXPECT_EQ(app_->document.undo_labels().size(), steps);
+  EXPECT_TRUE(run("world.list", {}).as_list()->empty());
+
+  const auto fails = [&](const std::string& command, const Map& given) {
+    const auto done = app_->dispatch(session_, command, given);
+    EXPECT_FALSE(done.ok());
+    return done.ok() ? "" : done.error().sentence();
+  };
+  EXPECT_NE(fails("recording.video", {{"id", made}, {"file", file("b.gif")}, {"fps", 60}})
+                .find("at most 50 pictures a second"),
+            std::string::npos);
+  EXPECT_NE(fails("recording.video", {{"id", made}, {"file", file("b.webm")}}).find(".mp4 or .gif"),
+            std::string::npos);
+  const Value other = run("robot.get", {{"name", "twolink"}});
+  EXPECT_NE(fails("robot.render", {{"id", other}, {"recording", made}, {"file", file("b.png")}})
+                .find("is not one of"),
+            std::string::npos);
+  // A film that is cancelled leaves nothing.
+  session_.show_progress = [&](double, std::string_view) { session_.interrupt(); };
+  const auto cancelled = app_->dispatch(
+      session_, "recording.video",
+      {{"id", made}, {"file", file("c.gif")}, {"fps", 50}, {"speed", 0.01}, {"size", size}});
+  session_.show_progress = {};
+  session_.clear_interrupt();
+  ASSERT_FALSE(cancelled.ok());
+  EXPECT_EQ(cancelled.error().code, ErrorCode::cancelled);
+  EXPECT_FALSE(fs::exists(file("c.gif")));
+  run("robot.remove", {{"id", robot}});
+  EXPECT_NE(fails("recording.video", {{"id", made}, {"file", file("d.gif")}})
+                .find("which is no longer there"),
+            std::string::npos);
 }
 
 TEST_F(RenderCommand, MapsStandAroundTheirRobot) {

@@ -222,8 +222,8 @@ Result<std::shared_ptr<render::Renderer>> renderer(Application& app) {
   return app.renderer;
 }
 
-Result<std::string> draw_png(const render::Renderer& drawer, const render::Scene& scene,
-                             const render::Options& options, Progress& progress) {
+Result<render::Image> draw_image(const render::Renderer& drawer, const render::Scene& scene,
+                                 const render::Options& options, Progress& progress) {
   const auto draw = [&] { return drawer.draw(scene, options, progress); };
   auto image = guarded("renderer", draw);
   if (!image.ok()) return std::move(image).error();
@@ -231,7 +231,13 @@ Result<std::string> draw_png(const render::Renderer& drawer, const render::Scene
       4 * static_cast<std::size_t>(options.width) * static_cast<std::size_t>(options.height))
     return error(ErrorCode::plugin_failed, "the renderer made a picture of another size",
                  "Report it to the provider's author or choose another provider.");
-  return guarded("renderer", [&] { return drawer.png(*image); });
+  return image;
+}
+
+Result<std::string> draw_png(const render::Renderer& drawer, const render::Scene& scene,
+                             const render::Options& options, Progress& progress) {
+  RMP_TRY_ASSIGN(const render::Image image, draw_image(drawer, scene, options, progress));
+  return guarded("renderer", [&] { return drawer.png(image); });
 }
 
 Schema picture_params(const PictureAbilities& can) {
@@ -285,6 +291,13 @@ Schema picture_params(const PictureAbilities& can) {
                "At the tools of robots: the velocities for joint speeds, and the forces for "
                "joint torques of unit length; the greatest half axis is a fifth of the "
                "reach."));
+  if (can.moves || can.records) {
+    s.push_back(optional("recording", "ref:recording", "",
+                         "Where the robot is, with at; for a robot, one of it alone."));
+    ParamSpec at = optional("at", "real", "s", "Time within the recording.");
+    at.min = 0;
+    s.push_back(std::move(at));
+  }
   if (can.moves) {
     s.push_back(
         choice("paths", words(kPaths),
@@ -297,10 +310,6 @@ Schema picture_params(const PictureAbilities& can) {
     s.push_back(defaulted("collisions", "bool", "", false,
                           "Bodies that touch in red; where none do, the shortest line between two "
                           "bodies with its length."));
-    s.push_back(optional("recording", "ref:recording", "", "Where the robot is, with at."));
-    ParamSpec at = optional("at", "real", "s", "Time within the recording.");
-    at.min = 0;
-    s.push_back(std::move(at));
   }
   s.push_back(optional("background", "any", "",
                        "studio, white, transparent or a colour; studio for shaded styles and white "

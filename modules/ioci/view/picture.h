@@ -17,6 +17,7 @@ namespace robomosp::ioci {
 /// What a picture of a kind can show.
 struct PictureAbilities {
   bool has_mass = true, has_frames = true, has_parts = true, has_joints = false, moves = false;
+  bool records = false;  ///< recordings of robots alone
 };
 
 /// Parameters of where a picture is taken from: view, projection, zoom, eye, target.
@@ -44,6 +45,10 @@ struct PictureAbilities {
 
 /// The renderer of the program, made with the first picture.
 [[nodiscard]] Result<std::shared_ptr<render::Renderer>> renderer(Application& app);
+/// A picture of the size that was asked for.
+[[nodiscard]] Result<render::Image> draw_image(const render::Renderer& drawer,
+                                               const render::Scene& scene,
+                                               const render::Options& options, Progress& progress);
 /// A picture as the bytes of a PNG file.
 [[nodiscard]] Result<std::string> draw_png(const render::Renderer& drawer,
                                            const render::Scene& scene,

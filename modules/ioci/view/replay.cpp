@@ -6,15 +6,18 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <optional>
 #include <system_error>
 
 #include "io/native.h"
 #include "ioci/core/commands.h"
 #include "ioci/core/word_list.h"
+#include "ioci/view/lone_robot.h"
 #include "ioci/view/picture.h"
 #include "kernel/permit.h"
 #include "kernel/process.h"
 #include "scene/build.h"
+#include "scene/gif.h"
 #include "scene/replay.h"
 
 namespace robomosp::ioci {
@@ -22,10 +25,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr double kMostGifRate = 50;      ///< browsers show faster ones slower [Hz]
+constexpr std::size_t kTriedFrames = 8;  ///< that a GIF takes its colours from
 constexpr double kMostFrames = 999'999;  ///< six digits in the names of their files
 
 /// A recording with the scene of its world and how that moves.
 struct Show {
+  std::optional<LoneRobot> alone;
   recording::RecordingPtr recording;
   scene::Built built;
   scene::Playback playback;
@@ -40,12 +46,22 @@ Result<Show> show_of(CommandContext& ctx, const Map& args) {
                  "the recording " + text::quote(r.title) + " is no motion over time",
                  "Give a recording of a simulation.", "id");
   AnyId world = r.world;
-  if (has(args, "world")) world = ref(args, "world");
-  if (!ctx.snapshot().find(world))
+  if (has(args, "world")) {
+    world = ref(args, "world");
+  } else if (const auto robot = robot_of(ctx.snapshot(), r)) {
+    RMP_TRY_ASSIGN(LoneRobot made, LoneRobot::make(ctx, *robot, r));
+    show.alone.emplace(std::move(made));
+    world = AnyId(show.alone->world());
+  }
+  const document::Snapshot& snapshot = show.alone ? show.alone->snapshot() : ctx.snapshot();
+  if (!snapshot.find(world))
     return error(ErrorCode::not_found,
-                 "the recording " + text::quote(r.title) + " belongs to no world that is open",
+                 "the recording " + text::quote(r.title) +
+                     (r.world.number == 0 && !r.robot.empty()
+                          ? " is of a robot " + text::quote(r.robot) + ", which is no longer there"
+                          : " belongs to no world that is open"),
                  "Give the world whose robot it moves.", "world");
-  const scene::Source source{ctx.snapshot(), ctx.app.derived, ctx.app.registry};
+  const scene::Source source{snapshot, ctx.app.derived, ctx.app.registry};
   RMP_TRY_ASSIGN(show.playback,
                  scene::build_playback(source, WorldId{world.number}, r, ctx.progress));
   RMP_TRY(scene::check(show.playback).in("recording " + text::quote(r.title)));
@@ -248,19 +264,26 @@ Result<Value> video(CommandContext& ctx, const Map& args) {
   const bool has_file = has(args, "file"), has_frames = has(args, "frames");
   if (!has_file && !has_frames)
     return error(ErrorCode::invalid_argument, "neither a file nor a folder for frames is given",
-                 "Give file, an .mp4, or frames, a folder for PNG files, or both.", "file");
+                 "Give file, an .mp4 or .gif, or frames, a folder for PNG files, or both.", "file");
   const std::string file = has_file ? text_of(args, "file") : "";
+  const bool is_gif = fs::path(file).extension() == ".gif";
   fs::path ffmpeg;
-  if (has_file) {
-    RMP_TRY(check_new_file(file, ".mp4", "Videos are written as MP4 files only."));
+  if (is_gif) {
+    RMP_TRY(check_new_file(file, ".gif", ""));
+    if (real(args, "fps") > kMostGifRate)
+      return error(ErrorCode::invalid_argument,
+                   "a GIF shows at most 50 pictures a second; viewers slow faster ones down",
+                   "Give an fps of 50 or less, or an .mp4.", "fps");
+  } else if (has_file) {
+    RMP_TRY(check_new_file(file, ".mp4", "Films are written as .mp4 or .gif."));
     RMP_TRY(require(Effect::processes));  // before any frame is written
     ffmpeg = program_on_path("ffmpeg");
     if (ffmpeg.empty())
-      return error(ErrorCode::unsupported,
-                   "MP4 files need the program ffmpeg, which is not installed",
-                   "Install it (Debian's package ffmpeg), or give frames, a folder for PNG files, "
-                   "instead of file.",
-                   "file");
+      return error(
+          ErrorCode::unsupported, "MP4 files need the program ffmpeg, which is not installed",
+          "Install it (Debian's package ffmpeg), or give a file *.gif, or frames, a folder "
+          "for PNG files.",
+          "file");
   }
   RMP_TRY_ASSIGN(render::Options options, read_picture(args));
   if (options.look.background == render::Background::transparent && has_file)
@@ -272,24 +295,50 @@ Result<Value> video(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(options.look.section, read_section(ctx, args, show.built.scene));
   RMP_TRY_ASSIGN(const auto drawer, renderer(ctx.app));
   FrameFolder frames;
-  RMP_TRY(has_frames ? frames.keep(text_of(args, "frames")) : frames.make());
+  const bool is_png = has_frames || !is_gif;
+  if (is_png) RMP_TRY(has_frames ? frames.keep(text_of(args, "frames")) : frames.make());
 
-  const double drawing = has_file ? 0.9 : 1.0;
+  // The colours of a GIF are chosen before its first frame, from some of all.
+  const std::size_t tried = is_gif ? std::min(times.count, kTriedFrames) : 0;
+  const double drawing = has_file && !is_gif ? 0.9 : 1.0;
   const auto at = [&](std::size_t i) {
-    return drawing * static_cast<double>(i) / static_cast<double>(times.count);
+    return drawing * static_cast<double>(i) / static_cast<double>(times.count + tried);
   };
-  for (std::size_t i = 0; i < times.count; ++i) {
+  std::size_t drawn = 0;
+  const auto draw = [&](std::size_t frame) -> Result<render::Image> {
     if (ctx.progress.cancelled())
       return error(ErrorCode::cancelled, "the video was cancelled", "Draw it again.");
     scene::pose_at(show.built.scene, show.playback,
-                   times.from + static_cast<double>(i) * times.step);
-    Part part(ctx.progress, at(i), at(i + 1));
-    RMP_TRY_ASSIGN(const std::string png, draw_png(*drawer, show.built.scene, options, part));
-    RMP_TRY(io::write_file(frames.frame(i + 1), png));
+                   times.from + static_cast<double>(frame) * times.step);
+    Part part(ctx.progress, at(drawn), at(drawn + 1));
+    ++drawn;
+    return draw_image(*drawer, show.built.scene, options, part);
+  };
+  std::optional<scene::GifWriter> gif;
+  if (is_gif) {
+    scene::GifPalette palette;
+    for (std::size_t i = 0; i < tried; ++i) {
+      RMP_TRY_ASSIGN(const render::Image image,
+                     draw(tried < 2 ? 0 : i * (times.count - 1) / (tried - 1)));
+      palette.add(image.rgba);
+    }
+    gif.emplace(static_cast<std::size_t>(options.width), static_cast<std::size_t>(options.height),
+                palette.colours(255));
   }
-  frames.remove_after(times.count);
+  for (std::size_t i = 0; i < times.count; ++i) {
+    RMP_TRY_ASSIGN(const render::Image image, draw(i));
+    if (gif) gif->add(image.rgba, static_cast<double>(i + 1) / fps);
+    if (!is_png) continue;
+    const auto png = guarded("renderer", [&] { return drawer->png(image); });
+    if (!png.ok()) return png.error();
+    RMP_TRY(io::write_file(frames.frame(i + 1), *png));
+  }
+  if (is_png) frames.remove_after(times.count);
   Map out;
-  if (has_file) {
+  if (gif) {
+    RMP_TRY(io::write_file(file, gif->finish()));
+    out.set("file", file);
+  } else if (has_file) {
     Part part(ctx.progress, drawing, 1.0);
     RMP_TRY(encode(ffmpeg, frames, times.count, fps, file, part));
     out.set("file", file);
@@ -303,7 +352,8 @@ Result<Value> video(CommandContext& ctx, const Map& args) {
 
 ParamSpec world_field() {
   return optional("world", "ref:world", "",
-                  "The world that is shown; that of the recording when left out.");
+                  "The world that is shown; that of the recording when left out, and for a "
+                  "robot alone nothing but that.");
 }
 
 std::string with_run(const char* rest) {
@@ -350,18 +400,18 @@ CommandSpec replay_command() {
 CommandSpec video_command() {
   CommandSpec c;
   c.name = "recording.video";
-  c.summary = "Draws a recording as frames, PNG files, and joins them to an MP4 video.";
+  c.summary = "Films a recording: an animated GIF, an MP4 video, or frames as PNG files.";
   c.details =
-      "All frames are drawn by one renderer without a window. The program ffmpeg joins them, where "
-      "it is installed; the frames are kept when a folder is named for them. draft is quick, "
-      "normal "
-      "and high take seconds a frame.";
+      "All frames are drawn by one renderer without a window. A GIF is written by the program "
+      "itself, in 255 colours; an MP4 by the program ffmpeg, where it is installed. The frames are "
+      "kept when a folder is named for them. draft is quick, normal and high take seconds a frame. "
+      "A recording of a robot alone shows that robot.";
   c.example = with_run(
-      "local done = run:video{frames = \"frames\", fps = 20, size = {96, 64}}\n"
+      "local done = run:video{file = \"run.gif\", fps = 20, size = {96, 64}}\n"
       "assert(done.frames == 3)");
   c.params = {
       self("recording"),
-      optional("file", "path", "", "The video, *.mp4; needs ffmpeg."),
+      optional("file", "path", "", "The film: *.gif, or *.mp4, which needs ffmpeg."),
       optional("frames", "path", "",
                "Folder in which the frames are kept, frame_000001.png and so on."),
       between(defaulted("fps", "real", "Hz", 25.0, "Frames a second."), 0.1, 240),

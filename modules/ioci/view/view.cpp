@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pictures of records as PNG files, by a provider of robomosp.renderer/2; and redraw.
 #include <algorithm>
+#include <optional>
 
 #include "io/native.h"
 #include "ioci/core/commands.h"
+#include "ioci/view/lone_robot.h"
 #include "ioci/view/map_view.h"
 #include "ioci/view/picture.h"
 #include "robotics/build_model.h"
@@ -15,7 +17,7 @@ namespace robomosp::ioci {
 namespace {
 
 Result<Value> render_what(CommandContext& ctx, const Map& args) {
-  const AnyId id = ref(args, has(args, "id") ? "id" : "what");
+  AnyId id = ref(args, has(args, "id") ? "id" : "what");
   const std::string file = text_of(args, "file");
   RMP_TRY(check_new_file(file, ".png", "Pictures are written as PNG files only."));
   RMP_TRY_ASSIGN(render::Options options, read_picture(args));
@@ -40,7 +42,23 @@ Result<Value> render_what(CommandContext& ctx, const Map& args) {
       return unknown_name("robot", extras.path_robot, known).in("path_robot");
   }
   extras.explode = has(args, "explode") ? real(args, "explode") : 0.0;
-  const scene::Source source{ctx.snapshot(), ctx.app.derived, ctx.app.registry};
+  std::optional<LoneRobot> alone;
+  if (id.kind == Kind::robot && has(args, "recording")) {
+    if (has(args, "q"))
+      return error(ErrorCode::invalid_argument, "both q and a recording say where the robot is",
+                   "Leave one of them out.", "q");
+    const auto recording = ctx.recording(*args.find("recording")->as_handle());
+    if (robot_of(ctx.snapshot(), *recording) != RobotId{id.number})
+      return error(ErrorCode::invalid_argument,
+                   "the recording " + text::quote(recording->title) + " is not one of " +
+                       name_in(ctx, id) + " alone",
+                   "Draw the world that it was made in.", "recording");
+    RMP_TRY_ASSIGN(LoneRobot made, LoneRobot::make(ctx, RobotId{id.number}, *recording));
+    alone.emplace(std::move(made));
+    id = AnyId(alone->world());
+  }
+  const document::Snapshot& snapshot = alone ? alone->snapshot() : ctx.snapshot();
+  const scene::Source source{snapshot, ctx.app.derived, ctx.app.registry};
   if (has(args, "q")) {
     const auto* robot = id.kind == Kind::robot ? source.snapshot.get(RobotId{id.number}) : nullptr;
     if (!robot)
@@ -180,7 +198,7 @@ RMP_COMMANDS(view_commands) {
                                "local arm = robot.get(\"twolink\")\n"
                                "arm:render{file = \"arm.png\", q = {\"30 deg\", \"45 deg\"}, " +
                                    small,
-                               self("robot"), {.has_joints = true}));
+                               self("robot"), {.has_joints = true, .records = true}));
   all.push_back(render_command("world.render", "Draws a world to a PNG file.",
                                "local cell = world.create{name = \"cell\"}\n"
                                "cell:render{file = \"cell.png\", view = \"front\", " +
