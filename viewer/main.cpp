@@ -19,6 +19,7 @@
 #include <CLI/CLI.hpp>
 
 #include "ioci/core/application.h"
+#include "ioci/core/lua_plugins.h"
 #include "kernel/text.h"
 #include "lua/lua_state.h"
 #include "model/placement.h"
@@ -380,6 +381,7 @@ int run(Options options) {
   ioci::Application& app = **made;
   ioci::Session session("desktop", ioci::SessionKind::window);
   lua::LuaState lua(app, session);
+  lua.load_plugins(ioci::lua_plugins(PluginLoader::search_path(options.plugin_path)));
   auto id = options.script.empty() ? open_record(app, session, options.what)
                                    : run_script(app, lua, options);
   if (!id.ok()) return fail(id.error());

@@ -95,6 +95,7 @@ struct robomosp::lua::LuaState::Impl {
   std::string traceback;
   std::map<std::string, std::unique_ptr<KindInfo>, std::less<>> kinds;
   std::vector<std::shared_ptr<LuaProvider>> providers;
+  std::string plugin;                      ///< file of the plugin that is being run; "" = none
   std::vector<std::string> classic_nouns;  ///< lower case
   /// What scripts write to standard output; goes where print() goes. Outlives their handles.
   std::unique_ptr<std::FILE, int (*)(std::FILE*)> out{nullptr, std::fclose};
@@ -196,6 +197,8 @@ void open_globals(Impl&, lua_State* L);  ///< print, help, deg, pose, ... (globa
 void open_providers(Impl&,
                     lua_State* L);  ///< ioci.provide, ioci.withdraw; `ioci` is on top (provide.cpp)
 void withdraw_all(Impl&);
+/// All but the first `keep` that this state gave.
+void withdraw_after(Impl&, std::size_t keep);
 /// Re-arms the hook that looks for Ctrl-C and the time to stop (lua_state.cpp).
 void stop_script(Impl&, lua_State* L);
 [[nodiscard]] bool is_stopping(const Impl&);

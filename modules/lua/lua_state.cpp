@@ -9,6 +9,7 @@
 #include <iterator>
 #include <set>
 
+#include "ioci/core/chosen_providers.h"
 #include "ioci/core/classic.h"
 #include "kernel/check.h"
 #include "kernel/text.h"
@@ -344,6 +345,40 @@ Result<List> LuaState::run_file_values(const std::filesystem::path& file,
   });
   if (!done.ok()) return done.error();
   return out;
+}
+
+void LuaState::load_plugins(std::span<const std::filesystem::path> files) {
+  Impl& impl = *impl_;
+  const auto warn = [&impl](const char* code, const std::string& sentence) {
+    impl.app.messages.post(Severity::warning, code, sentence, "plugins");
+  };
+  for (const std::filesystem::path& file : files) {
+    const std::size_t before = impl.providers.size();
+    impl.plugin = file.string();
+    const auto done = protect(impl, [&](lua_State* L) -> Result<void> {
+      std::ifstream in(file, std::ios::binary);
+      if (!in) return error(ErrorCode::io, "it cannot be read", "Check its permissions.");
+      const std::string code((std::istreambuf_iterator<char>(in)), {});
+      RMP_TRY(load(L, without_shebang(code), "@" + file.string()));
+      // What it makes global is its own; what is global here it sees.
+      lua_newtable(L);
+      lua_createtable(L, 0, 1);
+      lua_pushglobaltable(L);
+      lua_setfield(L, -2, "__index");
+      lua_setmetatable(L, -2);
+      lua_setupvalue(L, -2, 1);
+      return call(impl, L, 0, 0);
+    });
+    impl.plugin.clear();
+    if (done.ok()) continue;
+    withdraw_after(impl, before);
+    warn("plugin_refused",
+         "the plugin " + text::quote(file.string()) + " was left out: " + done.error().sentence());
+  }
+  if (files.empty()) return;
+  for (const auto& [interface_id, name] : ioci::chosen_providers())
+    if (const auto set = impl.app.registry.set_user_default(interface_id, name); !set.ok())
+      warn("default_missing", "The default that you chose is not there: " + set.error().sentence());
 }
 
 Result<void> LuaState::run_string(std::string_view code, std::string_view chunk_name) {

@@ -62,6 +62,11 @@ class LuaState {
                                std::span<const std::string> args = {});
   Result<void> run_string(std::string_view code, std::string_view chunk_name);
 
+  /// Runs scripts that are plugins: their globals are their own, and what they provide has their
+  /// file as its origin. One that fails is left out with all that it provided, and a warning says
+  /// why. Then the user's choice of defaults holds for what they provide, too.
+  void load_plugins(std::span<const std::filesystem::path> files);
+
   /// One input of a console: an expression (also `=x`), statements, `x?` for help, `x:name` for
   /// what a method does, or a classic line. Returns the readable text of the results; "" when there
   /// are none. Results stay in `_`.

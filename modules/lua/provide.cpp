@@ -158,7 +158,7 @@ Result<int> ioci_provide(Impl& impl, lua_State* L) {
   }
   info.interface_id = interface_id;
   info.name = name;
-  info.origin = "lua";
+  info.origin = impl.plugin.empty() ? "lua" : impl.plugin;
   if (info.summary.empty()) info.summary = "Provided by the script " + place(L, 1) + ".";
 
   auto provider = std::make_shared<LuaProvider>();
@@ -168,7 +168,8 @@ Result<int> ioci_provide(Impl& impl, lua_State* L) {
   provider->name = name;
   provider->tags = info.tags;
   provider->schema = info.schema;
-  withdraw(impl, interface_id, name);  // a script that is run again replaces what it gave before
+  // A script that is run again replaces what it gave before; a plugin takes no other one's place.
+  if (impl.plugin.empty()) withdraw(impl, interface_id, name);
   RMP_TRY(impl.app.registry.add(
       std::move(info),
       [provider, create = adapter->create]() -> Result<void*> { return create(provider); }));
@@ -201,10 +202,13 @@ LuaInterfaceFile::LuaInterfaceFile(const char* file, const LuaInterface& entry) 
 const std::vector<LuaInterface>& LuaInterfaceFile::all() { return adapters().all; }
 const std::vector<std::string>& LuaInterfaceFile::files() { return adapters().files; }
 
-void withdraw_all(Impl& impl) {
-  for (const ProviderPtr& p : impl.providers) close(impl, *p);
-  impl.providers.clear();
+void withdraw_after(Impl& impl, std::size_t keep) {
+  while (impl.providers.size() > keep) {
+    close(impl, *impl.providers.back());
+    impl.providers.pop_back();
+  }
 }
+void withdraw_all(Impl& impl) { withdraw_after(impl, 0); }
 
 void open_providers(Impl&, lua_State* L) {
   lua_pushcfunction(L, entry<ioci_provide>);

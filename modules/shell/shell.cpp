@@ -27,6 +27,7 @@
 #include <robomosp/sdk/plugin.h>
 
 #include "ioci/core/application.h"
+#include "ioci/core/lua_plugins.h"
 #include "kernel/plugin_loader.h"
 #include "kernel/text.h"
 #include "lua/lua_state.h"
@@ -233,6 +234,9 @@ Result<void> start(Program& p, const Settings& s, const Voice& voice, std::strin
     lua_options.width = [] { return terminal_size().columns; };
   p.lua = std::make_unique<lua::LuaState>(*p.app, *p.session, std::move(lua_options));
   catch_interrupts(*p.session);
+  if (!s.no_plugins)
+    p.lua->load_plugins(
+        ioci::lua_plugins(PluginLoader::search_path({s.plugin_path.begin(), s.plugin_path.end()})));
   return {};
 }
 

@@ -15,6 +15,7 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <optional>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -137,6 +138,80 @@ TEST(CommandLine, AScriptIsRunByItsNameAlone) {
   EXPECT_EQ(run({"nowhere.lua"}).code, 3);
   EXPECT_NE(run({"nowhere.lua"}).err.find("there is no script \"nowhere.lua\""), std::string::npos);
   EXPECT_EQ(run({"nosuchword"}).code, 2);
+}
+
+/// A variable of the environment for as long as this lives.
+class Environment {
+ public:
+  Environment(const char* name, const std::string& value) : name_(name) {
+    if (const char* before = std::getenv(name)) before_ = before;
+    ::setenv(name, value.c_str(), 1);
+  }
+  ~Environment() {
+    if (before_) ::setenv(name_, before_->c_str(), 1);
+    else ::unsetenv(name_);
+  }
+  Environment(const Environment&) = delete;
+  Environment& operator=(const Environment&) = delete;
+
+ private:
+  const char* name_;
+  std::optional<std::string> before_;
+};
+
+TEST(CommandLine, ScriptsInFoldersOfPluginsProvideSolversFromTheStart) {
+  const Folder folder, config;
+  const Environment user("XDG_CONFIG_HOME", config.path.string());
+  const auto write = [&](const char* name, const char* code) {
+    std::ofstream(folder.path / name) << code;
+  };
+  write("light.lua",
+        "helper = 7  -- its own\n"
+        "ioci.provide('robomosp.inverse_dynamics/1', 'weightless', function(model, q)\n"
+        "  local tau = {} for i = 1, #q do tau[i] = helper end return tau end)\n");
+  const std::string place = folder.path.string();
+  const std::string ask =
+      "r = robot 'twolink' r:set{inverse_dynamics = 'weightless'} "
+      "return r:gravity_torques{q = {0, 0}}";
+  const auto eval = [&](const std::string& code, std::vector<std::string> more = {}) {
+    more.insert(more.begin(), {"--plugin-path", place});
+    more.insert(more.end(), {"eval", code});
+    return run(more);
+  };
+  Outcome r = eval(ask);
+  EXPECT_EQ(r.code, 0) << r.err;
+  EXPECT_EQ(r.out, "{7, 7} N m\n");
+  EXPECT_EQ(r.err, "");
+  EXPECT_NE(eval("tostring(rawget(_G, 'helper'))").out.find("nil"), std::string::npos);
+  r = eval(
+      "for _, p in ipairs(plugin.list()) do if p.id == 'light' then print(p.providers[1], "
+      "p.file) end end");
+  EXPECT_EQ(r.out, "robomosp.inverse_dynamics/1 weightless\t" + place + "/light.lua\n");
+  // What was only found is no default, but can be chosen for good.
+  EXPECT_EQ(eval("provider.default 'inverse_dynamics'").out, "newton_euler\n");
+  EXPECT_EQ(eval("provider.default('inverse_dynamics', 'weightless', 'user')").code, 0);
+  r = eval("provider.default 'inverse_dynamics'");
+  EXPECT_EQ(r.out, "weightless\n");
+  EXPECT_EQ(r.err, "");
+  EXPECT_NE(run({"eval", "1"}).err.find("The default that you chose is not there"),
+            std::string::npos);
+
+  // Those that fail are left out one by one, with all that they gave.
+  write("bad_syntax.lua", "this is no Lua\n");
+  write("half.lua", "ioci.provide('robomosp.ik/1', 'half', function() end)\nerror('no more')\n");
+  write("clash.lua", "ioci.provide('robomosp.ik/1', 'numeric', function() end)\n");
+  write("with_light.lua",
+        "ioci.provide('robomosp.inverse_dynamics/1', 'weightless', function() end)\n");
+  r = eval(ask);
+  EXPECT_EQ(r.out, "{7, 7} N m\n") << r.err;
+  for (const char* name : {"bad_syntax.lua", "half.lua", "clash.lua"})
+    EXPECT_NE(r.err.find(std::string(name) + "\" was left out: "), std::string::npos) << r.err;
+  EXPECT_EQ(eval("provider.list('ik')").out.find("half"), std::string::npos);
+  // By name: light.lua was there before.
+  EXPECT_NE(r.err.find("with_light.lua\" was left out: "), std::string::npos) << r.err;
+  EXPECT_EQ(eval(ask, {"--no-plugins"}).code, 3);
+  r = run({"eval", "plugin.load('" + place + "/light.lua')"});
+  EXPECT_NE(r.err.find("Run it: dofile("), std::string::npos) << r.err;
 }
 
 TEST(CommandLine, StatementsFromAPipeMayTakeSeveralLines) {

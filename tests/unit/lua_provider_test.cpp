@@ -2,6 +2,8 @@
 // Providers written in Lua: what their functions are given of any mechanism, and the sentences for
 // answers that cannot be used.
 #include <cmath>
+#include <fstream>
+#include <iterator>
 #include <string>
 #include <thread>
 #include <vector>
@@ -18,6 +20,7 @@
 #include <robomosp/sdk/physics.h>
 #include <robomosp/sdk/robot_code.h>
 
+#include "kernel/plugin_loader.h"
 #include "lua/lua_state.h"
 #include "support/program.h"
 
@@ -96,6 +99,29 @@ class LuaProviders : public test::ProgramTest {
   std::unique_ptr<LuaState> state_;
   NoProgress progress_;
 };
+
+TEST_F(LuaProviders, ThePageNamesTheInterfacesThatNeedAnotherLanguage) {
+  std::ifstream in(std::string(ROBOMOSP_SOURCE_DIR) + "/docs/plugin_author/lua.md");
+  const std::string page(std::istreambuf_iterator<char>(in), {});
+  ASSERT_FALSE(page.empty());
+  // The refusal lists what a script can provide.
+  const auto refused = state_->eval("ioci.provide('robomosp.nothing/1', 'x', print)");
+  ASSERT_FALSE(refused.ok());
+  const std::string can = refused.error().sentence();
+  std::size_t count = 0;
+  for (const std::string& id : known_interfaces()) {
+    if (can.find(id) != std::string::npos) {
+      EXPECT_NE(page.find("| `" + id + "` |"), std::string::npos) << id << " has no row";
+      ++count;
+      continue;
+    }
+    const std::string word = id.substr(id.find('.') + 1, id.find('/') - id.find('.') - 1);
+    EXPECT_TRUE(page.find("`" + word + "`") != std::string::npos ||
+                page.find(" " + word + "s need") != std::string::npos)
+        << "the page does not say that " << id << " is none for scripts";
+  }
+  EXPECT_GE(count, 12U);
+}
 
 TEST_F(LuaProviders, AreGivenEveryMechanismWithItsNumbering) {
   const RobotModel m = machine();

@@ -14,6 +14,7 @@
 #include "ioci/core/commands.h"
 #include "ioci/core/document_providers.h"
 #include "ioci/core/handle_text.h"
+#include "ioci/core/lua_plugins.h"
 #include "ioci/core/modules.h"
 #include "ioci/core/renamed_arguments.h"
 #include "ioci/robot/solver_notes.h"
@@ -272,7 +273,8 @@ Result<void> Application::start() {
     plugins.load_all();
     for (const auto& [interface_id, name] : chosen_providers()) {
       const auto set = registry.set_user_default(interface_id, name);
-      if (!set.ok())
+      // It may be that of a script, which runs later.
+      if (!set.ok() && lua_plugins(PluginLoader::search_path(options_.plugin_path)).empty())
         messages.post(Severity::warning, "default_missing",
                       "The default that you chose is not there: " + set.error().sentence(),
                       "provider");

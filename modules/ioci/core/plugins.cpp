@@ -29,10 +29,27 @@ Result<Value> list(CommandContext& ctx, const Map&) {
   List out;
   const std::lock_guard lock(ctx.app.plugins_mutex);
   for (const PluginReport& r : ctx.app.plugins.reports()) out.emplace_back(report_map(r));
+  // Scripts are what provides under the name of their file.
+  std::map<std::string, PluginReport> scripts;
+  for (const ProviderInfo& p : ctx.app.registry.list()) {
+    if (!p.origin.ends_with(".lua")) continue;
+    PluginReport& r = scripts[p.origin];
+    r.file = p.origin;
+    r.loaded = true;
+    r.id = r.file.stem().string();
+    r.summary = "A script.";
+    r.providers.push_back(p.interface_id + " " + p.name);
+  }
+  for (const auto& [file, report] : scripts) out.emplace_back(report_map(report));
   return Value(std::move(out));
 }
 
 Result<Value> load(CommandContext& ctx, const Map& args) {
+  if (const std::string file = text_of(args, "file"); file.ends_with(".lua"))
+    return error(ErrorCode::unsupported, text::quote(file) + " is a script, and no shared library",
+                 "Run it: dofile(" + text::quote(file) +
+                     "). In a folder of plugins it is run when the program starts.",
+                 "file");
   const PluginReport r = [&] {
     const std::lock_guard lock(ctx.app.plugins_mutex);
     const std::filesystem::path file = ctx.app.plugins.load(text_of(args, "file")).file;
