@@ -13,6 +13,7 @@
 
 #include <gtest/gtest.h>
 #include <robomosp/sdk/collision.h>
+#include <robomosp/sdk/collision_bounds.h>
 #include <robomosp/sdk/controller.h>
 #include <robomosp/sdk/csg.h>
 #include <robomosp/sdk/csg_primitive.h>
@@ -477,6 +478,9 @@ void interfaces(std::ostream& out) {
   VIRTUAL(CollisionScene, extension);
   VIRTUAL(CollisionScene, distances);
   VIRTUAL(CollisionScene, collisions);
+  TYPE(CollisionBounds);
+  VIRTUAL(CollisionBounds, extension);
+  VIRTUAL(CollisionBounds, lower_bounds);
   TYPE(CollisionEngine);
   VIRTUAL(CollisionEngine, extension);
   VIRTUAL(CollisionEngine, build);

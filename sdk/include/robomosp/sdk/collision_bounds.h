@@ -14,6 +14,8 @@ class CollisionBounds {
  public:
   static constexpr const char* kId = "robomosp.collision_bounds/1";
   virtual ~CollisionBounds() = default;
+  /// What later versions of the SDK add, by its id (plugin.h); nullptr = not known.
+  [[nodiscard]] virtual const void* extension(const char* /*id*/) const { return nullptr; }
   /// As CollisionScene::distances(), but each answer may be too small by up to `tolerance` > 0 [m],
   /// and is never too great: what is answered with d > 0 is at least d apart. Where bodies touch,
   /// the answer is as that of distances(). The points are of the bodies and at most `tolerance`
