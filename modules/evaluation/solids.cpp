@@ -116,6 +116,10 @@ class LateEngine final : public CsgEngine {
  public:
   LateEngine(const Registry& registry, std::string name)
       : registry_(registry), name_(std::move(name)) {}
+  [[nodiscard]] const void* extension(const char* id) const override {
+    const auto e = own();
+    return e.ok() ? (*e)->extension(id) : nullptr;
+  }
   Result<std::shared_ptr<const CsgShape>> evaluate(const CsgTree& tree,
                                                    Progress& progress) const override {
     RMP_TRY_ASSIGN(const auto e, own());
@@ -521,8 +525,9 @@ Result<std::shared_ptr<const std::vector<CsgEdge>>> Solids::edges(const MadeSoli
   const Fingerprint key = fp.finish();
   return cache_.get<std::vector<CsgEdge>>(
       key, key,
-      [&] {
-        return guarded(s.engine.name, [&] { return known->edges(*s.shape, chord, progress); });
+      [&]() -> Result<std::vector<CsgEdge>> {
+        RMP_TRY_ASSIGN(const ShapePtr own, evaluated(s, progress));
+        return guarded(s.engine.name, [&] { return known->edges(*own, chord, progress); });
       },
       [](const std::vector<CsgEdge>& all) {
         std::size_t bytes = sizeof(CsgEdge) * all.size();

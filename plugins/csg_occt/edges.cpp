@@ -112,6 +112,12 @@ class Tracer {
           p.normals[s] = unit(n->Transformed(pose_));
       e.points.push_back(p);
     }
+    // The face that looks further up comes first, of two alike the one further in y, then in x.
+    const auto step = [](double x) { return std::llround(x / kOrderStep); };
+    const auto rank = [&](const Vec3& n) { return std::tuple(step(n[2]), step(n[1]), step(n[0])); };
+    const auto& start = e.points.front().normals;
+    if (rank(start[0]) < rank(start[1]))
+      for (CsgEdgePoint& p : e.points) std::swap(p.normals[0], p.normals[1]);
     edges_.push_back(std::move(e));
   }
 

@@ -110,25 +110,16 @@ local function weld(name)
   local now = cell:parameters()
   local r, plate, base = now.tube.value / 2, now.plate.value, now.base.value
   local ramp = 0.05
-  local turned = {orientation = "tangent", up = {0, 0, 1}, transition = "none"}
-  local function segment(s)
-    for key, v in pairs(turned) do s[key] = v end
-    return s
-  end
-  local seam = trajectory.create{ name = "seam_" .. name, segments = {
-    segment{shape = "line", points = {{plate, r, base, 0, 0, math.pi}, {0, r, base, 0, 0, math.pi}},
-            law = "s_curve", speed = speed, acceleration = ramp, jerk = 1, end_speed = speed},
-    segment{shape = "arc_centre", points = {{0, r, base, 0, 0, math.pi}}, centre = {0, 0, base},
-            angle = math.pi, law = "constant_speed", speed = speed},
-    segment{shape = "line", points = {{0, -r, base, 0, 0, 0}, {plate, -r, base, 0, 0, 0}},
-            law = "s_curve", speed = speed, acceleration = ramp, jerk = 1, start_speed = speed} } }
+  -- The foot of a plate, half way round the tube, the other plate; z away from the base.
+  local seam = trajectory.along_edges{ name = "seam_" .. name, solid = part, from = {0, 0, 1}, tilt = math.pi,
+    edges = {{plate/2, r, base}, {-r, 0, base}, {plate/2, -r, base}}, speed = speed, acceleration = ramp }
   local length, duration = seam:length(), seam:duration()
   assert(math.abs(length - (2 * plate + math.pi * r)) < 1e-6)
 
   -- The table turns with the tube, gently into it and out of it: the rate of its turn goes up within
   -- 30 mm of the seam as 10 u^3 - 15 u^4 + 6 u^5, and this is the integral of that.
   local parts = seam:segments()
-  local t1, t2 = parts[2].start, parts[2].start + parts[2].duration
+  local t1, t2 = parts[2].start, parts[#parts].start  -- round the tube
   local half = 0.015 / speed
   local function gone(t)
     local u = t / (2 * half) + 0.5

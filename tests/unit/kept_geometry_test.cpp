@@ -105,7 +105,7 @@ TEST_F(KeptGeometry, WhatWasNotKeptIsMadeFromASolidThatWas) {
     bench.derived.keep_in(files());
     (void)test::unwrap(bench.derived.robot_shapes(*bench.document.now(), load(bench), progress));
   }
-  // Sections and exact geometry are not kept, and meshes of another fineness were not made.
+  // Sections, edges and exact geometry are not kept, and meshes of another fineness were not made.
   const auto more = [&](const std::shared_ptr<FileCache>& kept) {
     Workbench bench;
     bench.derived.keep_in(kept);
@@ -113,15 +113,18 @@ TEST_F(KeptGeometry, WhatWasNotKeptIsMadeFromASolidThatWas) {
     const auto& now = *bench.document.now();
     std::vector<std::string> out;
     for (const AnyId id : now.list()) {
-      if (id.kind != Kind::solid || out.size() >= 9) continue;
+      if (id.kind != Kind::solid || out.size() >= 12) continue;
       const SolidId solid{id.number};
       const auto geometry = test::unwrap(bench.derived.geometry(now, solid, progress));
       out.push_back(std::to_string(geometry->digest[0]));
       out.push_back(to_bytes(*test::unwrap(bench.derived.mesh(now, solid, 0.002, progress))));
       const auto cut = bench.derived.section(now, solid, {}, 1e-4, progress);
       out.push_back(cut.ok() ? std::to_string((*cut)->loops.size()) : cut.error().sentence());
+      const auto edges = test::unwrap(bench.derived.edges(now, solid, 1e-4, progress));
+      EXPECT_FALSE(edges->empty());
+      out.push_back(std::to_string(edges->size()));
     }
-    EXPECT_EQ(out.size(), 9U);
+    EXPECT_EQ(out.size(), 12U);
     return out;
   };
   EXPECT_EQ(more(files()), more(nullptr));

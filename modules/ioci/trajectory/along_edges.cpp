@@ -26,6 +26,8 @@ constexpr double kSamePlace = 1e-6, kSameDirection = 1e-3;
 /// Arcs turn by no more in one segment, so that the short way between two orientations is the way
 /// along the arc.
 constexpr double kMostTurn = std::numbers::pi / 2;
+/// No bound on turning [rad/s, rad/s^2].
+constexpr double kAnyTurn = 1e6;
 /// Normals whose sum is shorter than this have no direction between them.
 constexpr double kLeastSum = 1e-3;
 
@@ -199,10 +201,13 @@ class Builder {
     for (std::size_t i = 0; i < way.size(); ++i) {
       Map& m = way[i].table;
       m.set("speed", speed);
+      // The speed asked for holds: how the tool turns with the way is for the robot to follow.
+      m.set("angular_speed", kAnyTurn);
       if (i > 0 && i + 1 < way.size()) {
         m.set("law", "constant_speed");
       } else {
         m.set("law", "trapezoidal");
+        m.set("angular_acceleration", kAnyTurn);
         if (has(args_, "acceleration")) m.set("acceleration", real(args_, "acceleration"));
         if (i > 0) m.set("start_speed", speed);
         if (i + 1 < way.size()) m.set("end_speed", speed);

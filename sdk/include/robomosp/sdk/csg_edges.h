@@ -15,7 +15,7 @@ namespace robomosp {
 struct CsgEdgePoint {
   Vec3 position{};                ///< [m]
   Vec3 tangent{};                 ///< unit length, from the edge's start to its end
-  std::array<Vec3, 2> normals{};  ///< outward, of the two faces that meet there
+  std::array<Vec3, 2> normals{};  ///< outward, of its two faces, in one order all along
 };
 
 /// An edge of a solid: where two of its faces meet.
