@@ -44,7 +44,8 @@ class ArticulatedBody final : public ForwardDynamics {
     });
   }
   std::size_t scratch_size() const override {
-    return std::max(own_scratch(), derivatives_scratch() + tree().velocities);
+    const std::size_t derivatives = derivatives_scratch() + tree().velocities;
+    return derivatives > kMostSharedScratch ? own_scratch() : std::max(own_scratch(), derivatives);
   }
   Result<void> accelerations(const DynamicsBatch& batch, std::span<double> qdd,
                              Progress& progress) const override {
@@ -63,12 +64,18 @@ class ArticulatedBody final : public ForwardDynamics {
     }
     return {};
   }
-  Result<void> derivatives(const DynamicsBatch& batch, std::span<double> by_q,
+  Result<void> derivatives(const DynamicsBatch& given, std::span<double> by_q,
                            std::span<double> by_qd, std::span<double> by_tau,
                            Progress& progress) const override {
     const std::size_t n = tree().velocities;
     for (const std::span<double> out : {by_q, by_qd, by_tau})
-      RMP_TRY(spatial::check_batch(tree(), batch, scratch_size(), out.size(), n * n));
+      RMP_TRY(spatial::check_batch(tree(), given, scratch_size(), out.size(), n * n));
+    DynamicsBatch batch = given;
+    std::vector<double> scratch;  // of very long chains, whose accelerations need little
+    if (const std::size_t all = derivatives_scratch() + n; batch.scratch.size() < all) {
+      scratch.resize(all);
+      batch.scratch = scratch;
+    }
     if (simple_) {
       std::size_t bad = 0;
       RMP_TRY_ASSIGN(bad, runner_.differentiate(chain_, batch, by_q, by_qd, by_tau, progress));
@@ -130,6 +137,8 @@ class ArticulatedBody final : public ForwardDynamics {
     if (bad >= 0 || !finite) return not_finite("the forces", i);
     return {};
   }
+  /// Doubles that every call is given for derivatives, which few ask for.
+  static constexpr std::size_t kMostSharedScratch = std::size_t{1} << 20;
   Articulated articulated_;
   // Accelerations of revolute and prismatic joints are computed side by side.
   bool simple_ = false;

@@ -16,6 +16,7 @@
 #include <robomosp/sdk/collision_bounds.h>
 #include <robomosp/sdk/controller.h>
 #include <robomosp/sdk/csg.h>
+#include <robomosp/sdk/csg_edges.h>
 #include <robomosp/sdk/csg_primitive.h>
 #include <robomosp/sdk/csg_select.h>
 #include <robomosp/sdk/curve.h>
@@ -268,6 +269,11 @@ void plain_types(std::ostream& out) {
   F1(CsgProfile, loops);
   TYPE(CsgGeometry);
   F7(CsgGeometry, form, brep, points, triangles, digest, source, deviation);
+  TYPE(CsgEdgePoint);
+  F3(CsgEdgePoint, position, tangent, normals);
+  TYPE(CsgEdge);
+  F4(CsgEdge, kind, is_closed, length, centre);
+  F4(CsgEdge, axis, radius, angle, points);
   TYPE(CsgFeature);
   F6(CsgFeature, kind, point, direction, radius, size, inward);
   TYPE(CsgNode);
@@ -530,6 +536,9 @@ void interfaces(std::ostream& out) {
   VIRTUAL(CsgShape, extension);
   VIRTUAL(CsgShape, bounds);
   VIRTUAL(CsgShape, notes);
+  TYPE(CsgEdges);
+  VIRTUAL(CsgEdges, extension);
+  VIRTUAL(CsgEdges, edges);
   TYPE(CsgEngine);
   VIRTUAL(CsgEngine, extension);
   VIRTUAL(CsgEngine, evaluate);
@@ -626,6 +635,7 @@ void enumerators(std::ostream& out) {
   TYPE(CsgRange);
   TYPE(CsgCurve::Kind);
   TYPE(CsgGeometry::Form);
+  TYPE(CsgEdge::Kind);
   TYPE(CsgFeature::Kind);
   TYPE(CsgEdgeTest);
   F2(CsgEdgeTest, kind, point);
