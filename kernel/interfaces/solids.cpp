@@ -45,6 +45,21 @@ bool is_sound(const Moments& m) {
   return all_finite(plain) && all_finite(m.first) && all_finite(second);
 }
 
+/// Whether some body has them: no second moment is below what its centre of mass alone has, and no
+/// product is above its two squares (Cauchy and Schwarz).
+bool are_possible(const Moments& m) {
+  if (!(m.volume > 0)) return true;  // a fault of its own
+  const double slack = 1e-6 + std::fabs(m.relative_error);
+  const Sym3& s = m.second;
+  const std::array<double, 3> squares{s.xx, s.yy, s.zz}, products{s.yz, s.xz, s.xy};
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (squares[k] * m.volume < m.first[k] * m.first[k] * (1 - slack)) return false;
+    const double both = std::sqrt(squares[(k + 1) % 3]) * std::sqrt(squares[(k + 2) % 3]);
+    if (!(std::fabs(products[k]) <= both * (1 + slack))) return false;
+  }
+  return true;
+}
+
 class GuardedCsg final : public CsgEngine, public CsgEdges {
  public:
   GuardedCsg(const ProviderInfo& info, CsgEngine* inner) : name_(info.name), inner_(inner) {}
@@ -78,6 +93,7 @@ class GuardedCsg final : public CsgEngine, public CsgEdges {
     RMP_TRY_ASSIGN(const Moments m,
                    asked(name_, [&] { return inner_->moments(own(s), progress); }));
     RMP_TRY(check(m));
+    if (!are_possible(m)) return broken_answer(name_, "returned second moments that no body has");
     return m;
   }
   Result<Partition> partition(std::span<const PlacedShape> parts, Progress& told) const override {

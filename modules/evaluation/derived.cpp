@@ -86,6 +86,18 @@ Result<std::shared_ptr<const Mesh>> Derived::mesh(const Snapshot& s, SolidId id,
   return impl_->solids.mesh(tree, chord > 0 ? chord : solid->chord, progress).in(s.describe(id));
 }
 
+Result<std::string> Derived::stand_in(const Snapshot& s, SolidId id, double chord,
+                                      Progress& progress) {
+  RMP_TRY_ASSIGN(const auto* solid, Solids::solid_of(s, id));
+  RMP_TRY_ASSIGN(const auto shape, impl_->solids.shape(s, id, progress));
+  if (!shape.stand_in.empty() || shape.engine.is_mesh) return shape.stand_in;
+  // What failed once is remembered like what was made.
+  const auto made = impl_->solids.mesh(shape, chord > 0 ? chord : solid->chord, progress);
+  if (made.ok()) return std::string();
+  if (made.error().code == ErrorCode::cancelled) return made.error();
+  return Solids::stand_in_text(made.error());
+}
+
 Result<Moments> Derived::moments(const Snapshot& s, SolidId id, Progress& progress) {
   RMP_TRY_ASSIGN(const auto shape, impl_->solids.shape(s, id, progress));
   return impl_->solids.moments(shape, progress).in(s.describe(id));

@@ -114,6 +114,8 @@ class Derived {
   /// `chord`: greatest distance from the exact surface [m]; 0 = the solid's own.
   Result<std::shared_ptr<const Mesh>> mesh(const document::Snapshot&, SolidId, double chord,
                                            Progress&);
+  /// Why its mesh is an approximation by another engine than the one that suits it; "" = it is not.
+  Result<std::string> stand_in(const document::Snapshot&, SolidId, double chord, Progress&);
   Result<Moments> moments(const document::Snapshot&, SolidId, Progress&);
   Result<BodyMass> mass(const document::Snapshot&, AnyId solid_or_object, Progress&);
   /// Mass of the parts of a robot's link or base, in its frame, as of an object that counts

@@ -406,8 +406,12 @@ Result<std::shared_ptr<const CsgGeometry>> Solids::triangulated(const SolidEngin
 Result<MadeSolid> Solids::stand_in(const CsgTree& tree, const Error& why, Progress& progress) {
   RMP_TRY_ASSIGN(SolidEngine e, mesh_engine());
   RMP_TRY_ASSIGN(MadeSolid rough, shape_of_triangles(std::move(e), tree, progress));
-  rough.stand_in = "shown as an approximation: " + why.sentence();
+  rough.stand_in = stand_in_text(why);
   return rough;
+}
+
+std::string Solids::stand_in_text(const Error& why) {
+  return "shown as an approximation: " + why.sentence();
 }
 
 Result<CsgTree> Solids::tree_of(const model::Solid& solid, Progress& progress) {

@@ -80,6 +80,8 @@ class Solids {
   Result<std::shared_ptr<const Mesh>> mesh(const MadeSolid& s, double chord, Progress& progress);
   /// The same, by the engine for triangles where the one that suits the tree fails.
   Result<std::shared_ptr<const Mesh>> mesh(const CsgTree& tree, double chord, Progress& progress);
+  /// What a solid is told to be where an engine fails and the one for triangles stands in.
+  static std::string stand_in_text(const Error& why);
   Result<Moments> moments(const MadeSolid& s, Progress& progress);
   Result<std::shared_ptr<const std::vector<CsgFeature>>> features(const MadeSolid& s,
                                                                   Progress& progress);

@@ -24,14 +24,12 @@ inline Liar& liar() { return Liar::one(); }
 
 /// A lie about one of many numbers.
 inline Lie<Nothing> no_number_in(std::span<double> numbers) {
-  return {"no number among many", Seen::surely, [numbers](Nothing&) {
-            numbers[liar().pick(numbers.size())] = liar().no_number();
-          }};
+  return {"no number among many", Seen::surely,
+          [numbers](Nothing&) { numbers[liar().pick(numbers.size())] = liar().no_number(); }};
 }
 inline Lie<Nothing> wild_in(std::span<double> numbers) {
-  return {"a wild number among many", Seen::maybe, [numbers](Nothing&) {
-            numbers[liar().pick(numbers.size())] = liar().wild();
-          }};
+  return {"a wild number among many", Seen::maybe,
+          [numbers](Nothing&) { numbers[liar().pick(numbers.size())] = liar().wild(); }};
 }
 /// Numbers that the host left as they were when it asked.
 inline Lie<Nothing> unfilled(std::span<double> numbers, const std::vector<double>& before) {

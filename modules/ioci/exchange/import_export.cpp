@@ -633,6 +633,11 @@ class Items {
         set_primitive(item, &primitives_.back());
       }
     }
+    RMP_TRY_ASSIGN(const std::string stand_in,
+                   ctx_.app.derived.stand_in(ctx_.snapshot(), id, chord_, ctx_.progress));
+    const std::string note = ctx_.snapshot().describe(id) + ": " + stand_in;
+    if (!stand_in.empty() && std::find(notes.begin(), notes.end(), note) == notes.end())
+      notes.push_back(note);
     push(std::move(item), id);
     return {};
   }

@@ -155,7 +155,12 @@ Result<Value> bounds(CommandContext& ctx, const Map& args) {
 Result<Value> mesh_info(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const auto mesh,
                  ctx.app.derived.mesh(ctx.snapshot(), typed<Solid>(args), ctx.progress));
-  return Value(Map{{"vertices", mesh->vertex_count()},
+  RMP_TRY_ASSIGN(const std::string stand_in,
+                 ctx.app.derived.stand_in(ctx.snapshot(), typed<Solid>(args), 0, ctx.progress));
+  List notes;
+  if (!stand_in.empty()) notes.emplace_back(stand_in);
+  return Value(Map{{"notes", std::move(notes)},
+                   {"vertices", mesh->vertex_count()},
                    {"triangles", mesh->triangle_count()},
                    {"faces", mesh->faces.size()},
                    {"edges", mesh->edge_sizes.size()}});
@@ -306,7 +311,9 @@ RMP_COMMANDS(solid_commands) {
                              {field("vertices", "int", "", "Vertices."),
                               field("triangles", "int", "", "Triangles."),
                               field("faces", "int", "", "Faces of the solid."),
-                              field("edges", "int", "", "Feature edges.")}},
+                              field("edges", "int", "", "Feature edges."),
+                              field("notes", "list", "",
+                                    "What is to be known of it: why it is an approximation.")}},
                  .effect = Effect::reads,
                  .run = mesh_info});
   all.push_back(
