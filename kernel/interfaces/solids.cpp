@@ -107,7 +107,14 @@ class GuardedCsg final : public CsgEngine, public CsgEdges {
     if (made.parts.size() != parts.size())
       return broken_answer(name_, "returned " + std::to_string(made.parts.size()) + " parts for " +
                                       std::to_string(parts.size()));
-    for (const Moments& m : made.parts) RMP_TRY(check(m));
+    double largest = 0;
+    for (const Moments& m : made.parts) {
+      RMP_TRY(check(m));
+      largest = std::max(largest, std::fabs(m.volume));
+    }
+    for (const Moments& m : made.parts)
+      if (m.volume < -(1e-6 + std::fabs(m.relative_error)) * largest)
+        return broken_answer(name_, "returned a part of less than no volume");
     if (!std::isfinite(made.overlap))
       return broken_answer(name_, "returned an overlap that is not a number");
     return made;
