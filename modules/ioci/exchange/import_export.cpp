@@ -633,8 +633,12 @@ class Items {
         set_primitive(item, &primitives_.back());
       }
     }
-    RMP_TRY_ASSIGN(const std::string stand_in,
-                   ctx_.app.derived.stand_in(ctx_.snapshot(), id, chord_, ctx_.progress));
+    std::string stand_in;
+    // What is exact is exported without a mesh, and needs none to be told so.
+    if (!item.geometry || item.geometry->form == CsgGeometry::Form::mesh) {
+      RMP_TRY_ASSIGN(stand_in,
+                     ctx_.app.derived.stand_in(ctx_.snapshot(), id, chord_, ctx_.progress));
+    }
     const std::string note = ctx_.snapshot().describe(id) + ": " + stand_in;
     if (!stand_in.empty() && std::find(notes.begin(), notes.end(), note) == notes.end())
       notes.push_back(note);

@@ -34,8 +34,7 @@ constexpr double kLeastSum = 1e-3;
 /// An edge as it is run along.
 struct Leg {
   std::size_t number = 0;  ///< of solid.edges, from 0
-  bool is_reversed = false;
-  CsgEdge edge;  ///< from where it is entered
+  CsgEdge edge;            ///< from where it is entered
 };
 
 CsgEdge reversed(CsgEdge e) {
@@ -54,8 +53,8 @@ Result<std::vector<Leg>> chain(const std::vector<CsgEdge>& all,
                                const std::vector<std::size_t>& chosen, bool is_reversed) {
   std::vector<Leg> legs;
   for (std::size_t i = 0; i < chosen.size(); ++i) {
-    Leg leg{chosen[i], false, all[chosen[i]]};
-    const auto turn = [&](Leg& l) { l.edge = reversed(std::move(l.edge)), l.is_reversed = true; };
+    Leg leg{chosen[i], all[chosen[i]]};
+    const auto turn = [](Leg& l) { l.edge = reversed(std::move(l.edge)); };
     if (i == 0) {
       if (chosen.size() > 1) {
         const CsgEdge& next = all[chosen[1]];
@@ -81,7 +80,7 @@ Result<std::vector<Leg>> chain(const std::vector<CsgEdge>& all,
   }
   if (is_reversed) {
     std::reverse(legs.begin(), legs.end());
-    for (Leg& l : legs) l.edge = reversed(std::move(l.edge)), l.is_reversed = !l.is_reversed;
+    for (Leg& l : legs) l.edge = reversed(std::move(l.edge));
   }
   return legs;
 }
@@ -141,11 +140,6 @@ class Builder {
   }
 
  private:
-  struct Piece {
-    Map table;
-    bool is_way = false;  ///< at the working speed
-  };
-
   Result<bool> go_on(const Leg& a, const Leg& b) const {
     RMP_TRY_ASSIGN(const Pose end, frame_at(a.edge.points.back(), stance_, a.number));
     RMP_TRY_ASSIGN(const Pose start, frame_at(b.edge.points.front(), stance_, b.number));
@@ -182,16 +176,16 @@ class Builder {
     if (!is_start) RMP_TRY(turn_to(begin));
     const double lead_in = is_start ? real(args_, "lead_in") : 0,
                  lead_out = is_end ? real(args_, "lead_out") : 0;
-    std::vector<Piece> way;
+    std::vector<Map> way;  // at the working speed
     if (lead_in > 0) {
       const Pose before = moved(begin, scale(a.tangent, -lead_in));
-      way.push_back({segment("line", points({before, begin}), "fixed"), true});
+      way.push_back(segment("line", points({before, begin}), "fixed"));
       begin = before;
     }
     for (std::size_t i = first; i <= last; ++i) RMP_TRY(add_leg(legs[i], way));
     if (lead_out > 0) {
       const Pose after = moved(end, scale(b.tangent, lead_out));
-      way.push_back({segment("line", points({end, after}), "fixed"), true});
+      way.push_back(segment("line", points({end, after}), "fixed"));
       end = after;
     }
     if (const double d = is_start ? real(args_, "approach") : 0; d > 0)
@@ -199,7 +193,7 @@ class Builder {
           segment("line", points({moved(begin, scale(axis(begin, 2), -d)), begin}), "fixed"))));
     const double speed = real(args_, "speed");
     for (std::size_t i = 0; i < way.size(); ++i) {
-      Map& m = way[i].table;
+      Map& m = way[i];
       m.set("speed", speed);
       // The speed asked for holds: how the tool turns with the way is for the robot to follow.
       m.set("angular_speed", kAnyTurn);
@@ -235,13 +229,13 @@ class Builder {
     return m;
   }
 
-  Result<void> add_leg(const Leg& leg, std::vector<Piece>& way) const {
+  Result<void> add_leg(const Leg& leg, std::vector<Map>& way) const {
     const CsgEdge& e = leg.edge;
     if (e.kind == CsgEdge::Kind::circle) return add_arc(leg, way);
     if (e.kind == CsgEdge::Kind::line) {
       RMP_TRY_ASSIGN(const Pose a, frame_at(e.points.front(), stance_, leg.number));
       RMP_TRY_ASSIGN(const Pose b, frame_at(e.points.back(), stance_, leg.number));
-      way.push_back({segment("line", points({a, b}), "slerp"), true});
+      way.push_back(segment("line", points({a, b}), "slerp"));
       return {};
     }
     List all;
@@ -249,11 +243,11 @@ class Builder {
       RMP_TRY_ASSIGN(const Pose t, frame_at(p, stance_, leg.number));
       all.push_back(pose_value(t));
     }
-    way.push_back({segment("cubic_spline", Value(std::move(all)), "squad"), true});
+    way.push_back(segment("cubic_spline", Value(std::move(all)), "squad"));
     return {};
   }
 
-  Result<void> add_arc(const Leg& leg, std::vector<Piece>& way) const {
+  Result<void> add_arc(const Leg& leg, std::vector<Map>& way) const {
     const CsgEdge& e = leg.edge;
     const int pieces = std::max(1, static_cast<int>(std::ceil(e.angle / kMostTurn - 1e-9)));
     const auto at = [&](int i) {
@@ -277,7 +271,7 @@ class Builder {
       m.set("centre", NumericArray({e.centre[0], e.centre[1], e.centre[2]}));
       m.set("axis", NumericArray({e.axis[0], e.axis[1], e.axis[2]}));
       m.set("angle", e.angle / pieces);
-      way.push_back({std::move(m), true});
+      way.push_back(std::move(m));
     }
     return {};
   }
