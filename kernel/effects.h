@@ -21,11 +21,13 @@ enum class Effect : std::uint8_t {
   processes,    ///< starts other programs
   providers,    ///< registers, withdraws or chooses providers
   loads_code,   ///< loads plugins, evaluates scripts
-  stops         ///< ends the program
+  stops,        ///< ends the program
+  administers   ///< opens the program to others, and says what they may do
 };
 inline constexpr Effect kAllEffects[] = {Effect::reads,      Effect::edits,       Effect::simulates,
                                          Effect::files_read, Effect::files_write, Effect::processes,
-                                         Effect::providers,  Effect::loads_code,  Effect::stops};
+                                         Effect::providers,  Effect::loads_code,  Effect::stops,
+                                         Effect::administers};
 
 /// The word that tables and settings use, such as "files_read".
 [[nodiscard]] std::string_view to_string(Effect);

@@ -5,6 +5,8 @@
 #include <string_view>
 #include <utility>
 
+#include "kernel/confined_process.h"
+#include "kernel/file_root.h"
 #include "kernel/import_wire.h"
 #include "kernel/permit.h"
 #include "kernel/process.h"
@@ -25,6 +27,7 @@ class InProcess final : public Importer {
 
   Result<Imported> read(std::string_view path, const Params& params,
                         Progress& progress) const override {
+    if (who_.only_confined && !current_file_root()) return own_->read(path, params, progress);
     import_wire::Request request{who_.plugin, who_.provider, std::string(path), {}};
     for (const std::string& name : who_.params) {
       if (!params.has(name)) continue;
@@ -46,6 +49,8 @@ class InProcess final : public Importer {
     spec.line = [&](std::string_view line) { hear(line, progress); };
     const Permit* permit = current_permit();
     if (permit && permit->denied.has(Effect::processes)) RMP_TRY(require(Effect::processes));
+    const std::filesystem::path plugin = who_.plugin;
+    RMP_TRY_ASSIGN(const auto confined, ProcessConfinement::apply(spec, {plugin.parent_path()}));
     const PermitScope own(nullptr);  // the table cannot say which provider a file comes to
     auto output = run_process(spec, progress);
     const std::string who =

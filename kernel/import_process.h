@@ -19,10 +19,12 @@ struct ImportProcess {
   std::vector<std::string> params;  ///< names of its parameters
   /// Hears what the importer logs, as rmp_host::log does; may be empty.
   std::function<void(std::int32_t severity, const char* source, const char* text)> log;
+  bool only_confined = false;  ///< as is, unless the session's files lie in a folder
 };
 
-/// `own` is asked for its extensions only; files are read by robomosp-importer. A file may take 10
-/// minutes and 8 GiB. Reading needs the permit of Effect::processes where the session is denied it.
+/// `own` is asked for its extensions only (and reads, where `only_confined` says so); files are
+/// read by robomosp-importer. A file may take 10 minutes and 8 GiB. Reading needs the permit of
+/// Effect::processes where the session is denied it.
 [[nodiscard]] std::unique_ptr<Importer> importer_in_process(std::unique_ptr<Importer> own,
                                                             ImportProcess);
 

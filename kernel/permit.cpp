@@ -23,6 +23,7 @@ std::string_view to_string(Effect e) {
     case Effect::providers: return "providers";
     case Effect::loads_code: return "loads_code";
     case Effect::stops: return "stops";
+    case Effect::administers: return "administers";
   }
   return "reads";
 }
@@ -38,6 +39,7 @@ std::string_view phrase(Effect e) {
     case Effect::providers: return "changes which providers there are";
     case Effect::loads_code: return "loads code";
     case Effect::stops: return "stops the program";
+    case Effect::administers: return "says who may connect and what they may do";
   }
   return "reads the document";
 }
@@ -61,7 +63,21 @@ std::string Effects::text() const {
 PermitScope::PermitScope(const Permit* permit) noexcept : before_(current) { current = permit; }
 PermitScope::~PermitScope() { current = before_; }
 
+OwnWorkScope::OwnWorkScope()
+    : permit_{current ? current->session : "",
+              current ? current->work : "",
+              Effects::all(),
+              {},
+              false,
+              false,
+              current ? current->files : nullptr},
+      scope_(permit_.files ? &permit_ : nullptr) {}
+
 const Permit* current_permit() noexcept { return current; }
+
+Effects denied_within() noexcept {
+  return current && current->holds_within ? current->denied : Effects();
+}
 
 std::shared_ptr<const Permit> keep_permit() {
   if (!current) return nullptr;
@@ -72,7 +88,8 @@ std::shared_ptr<const Permit> keep_permit() {
   auto kept = std::make_shared<Kept>();
   kept->session = current->session;
   kept->work = current->work;
-  kept->permit = {kept->session, kept->work, current->declared, current->denied, false};
+  kept->permit = {kept->session,         kept->work,    current->declared, current->denied, false,
+                  current->holds_within, current->files};
   return {kept, &kept->permit};
 }
 

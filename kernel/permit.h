@@ -15,6 +15,8 @@
 
 namespace robomosp {
 
+class FileRoot;
+
 /// Borrowed texts: the session's name and the command's.
 struct Permit {
   std::string_view session;
@@ -24,7 +26,16 @@ struct Permit {
   /// Set when an effect was refused: whatever a provider made of that on its way up, the command
   /// was not permitted.
   mutable bool was_refused = false;
+  /// What is denied is denied to commands that are dispatched within, too, whatever the session
+  /// may: of a text that came with a file.
+  bool holds_within = false;
+  /// The folder that files are read and written in, and nowhere else; null = anywhere. What is
+  /// dispatched within, and jobs, have it too (kernel/file_root.h).
+  std::shared_ptr<const FileRoot> files = nullptr;
 };
+
+/// What this thread's permit denies to all that is dispatched within.
+[[nodiscard]] Effects denied_within() noexcept;
 
 /// Puts a permit up for this thread until the scope ends; null = the program's own work, which may
 /// do anything.
@@ -37,6 +48,20 @@ class PermitScope {
 
  private:
   const Permit* before_;
+};
+
+/// The program's own work until the scope ends: it may do anything, but with files only where the
+/// permit before it could. For what touches files that a user named without that being an effect of
+/// the command.
+class OwnWorkScope {
+ public:
+  OwnWorkScope();
+  OwnWorkScope(const OwnWorkScope&) = delete;
+  OwnWorkScope& operator=(const OwnWorkScope&) = delete;
+
+ private:
+  Permit permit_;
+  PermitScope scope_;
 };
 
 /// The permit of this thread; null = none.

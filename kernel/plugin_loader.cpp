@@ -8,15 +8,19 @@
 #include <cstdlib>
 #include <exception>
 #include <memory>
+#include <optional>
 #include <set>
 #include <span>
 #include <system_error>
 #include <utility>
 
+#include <robomosp/sdk/files.h>
 #include <robomosp/sdk/plugin.h>
 #include <robomosp/sdk/threads.h>
 
+#include "kernel/confined_process.h"
 #include "kernel/executor.h"
+#include "kernel/file_root.h"
 #include "kernel/import_process.h"
 #include "kernel/interface_adapters.h"
 #include "kernel/interface_file.h"
@@ -94,6 +98,12 @@ Result<void> run_program(const rmp_program& program) {
   // say it; a session that is denied it stays so.
   const Permit* permit = current_permit();
   if (permit && permit->denied.has(Effect::processes)) RMP_TRY(require(Effect::processes));
+  // Helper programs read what users name; compilers and the like what the provider wrote itself.
+  std::optional<ProcessConfinement> confined;
+  if (std::filesystem::path(program.name).is_relative()) {
+    RMP_TRY_ASSIGN(ProcessConfinement made, ProcessConfinement::apply(spec));
+    confined.emplace(std::move(made));
+  }
   const PermitScope own(nullptr);
   RMP_TRY_ASSIGN(const std::string output, run_process(spec, progress));
   program.output(program.context, output.data(), output.size());
@@ -173,7 +183,38 @@ void spread_for_plugin(std::size_t parts, std::size_t threads,
   if (part) Executor::of_process().spread(parts, threads, [&](std::size_t i) { part(context, i); });
 }
 
+std::int32_t file_kind_for_plugin(const char* path) {
+  try {
+    return path ? static_cast<std::int32_t>(file_kind(path)) : 0;
+  } catch (...) {  // NOLINT: nothing may be thrown into a plugin
+    return 0;
+  }
+}
+
+std::int32_t read_for_plugin(const char* path, std::uint64_t most, void* context,
+                             void (*take)(void* context, const char* bytes, std::uint64_t size),
+                             char* error, std::uint32_t error_size) {
+  try {
+    if (path && take) {
+      const auto bytes = read_permitted(path, most);
+      if (bytes.ok()) {
+        take(context, bytes->data(), bytes->size());
+        return 0;
+      }
+      say(error, error_size, bytes.error().message);
+    }
+  } catch (const std::exception& e) {  // NOLINT: nothing may be thrown into a plugin
+    say(error, error_size, e.what());
+  }
+  return 2;
+}
+
 const void* extension_for_plugin(const char* id) {
+  if (id && std::string_view(id) == RMP_FILES) {
+    static_assert(static_cast<int>(FileKind::file) == 1 && static_cast<int>(FileKind::folder) == 2);
+    static const rmp_files files = {sizeof(rmp_files), &file_kind_for_plugin, &read_for_plugin};
+    return &files;
+  }
   if (!id || std::string_view(id) != RMP_THREADS) return nullptr;
   static const rmp_threads threads = {sizeof(rmp_threads),
                                       static_cast<std::uint32_t>(Executor::of_process().cores()),
@@ -332,8 +373,8 @@ fs::path shipped_folder() {
 
 /// Registers one row, or says in `report` why not.
 /// Importers that read in a process of their own, around those that `create` makes.
-Registry::Create in_process(Registry::Create create, const ProviderInfo& info) {
-  ImportProcess who{info.origin, info.name, {}, &log_from_plugin};
+Registry::Create in_process(Registry::Create create, const ProviderInfo& info, bool only_confined) {
+  ImportProcess who{info.origin, info.name, {}, &log_from_plugin, only_confined};
   for (const ParamSpec& p : info.schema) who.params.push_back(p.name);
   return [create = std::move(create), who = std::move(who)]() -> Result<void*> {
     RMP_TRY_ASSIGN(void* made, create());
@@ -375,9 +416,12 @@ void register_provider(Registry& registry, const rmp_plugin& plugin, std::uint32
   info.schema = std::move(*schema);
   info.shipped = report.shipped;
   Registry::Create create = creator(row, interface_id + " " + name);
-  if (usable_as == Importer::kInterfaceId &&
-      std::find(info.tags.begin(), info.tags.end(), "process") != info.tags.end())
-    create = in_process(std::move(create), info);
+  const auto has_tag = [&](const char* tag) {
+    return std::find(info.tags.begin(), info.tags.end(), tag) != info.tags.end();
+  };
+  // One that opens files by itself does so in a process that is kept to the session's folder.
+  if (usable_as == Importer::kInterfaceId && (has_tag("process") || !has_tag("confined")))
+    create = in_process(std::move(create), info, !has_tag("process"));
   auto added = registry.add(std::move(info), std::move(create));
   if (!added.ok()) return skip(added.error().message);
   report.providers.push_back(interface_id + " " + name);

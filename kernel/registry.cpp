@@ -94,6 +94,12 @@ const Registry::Entry* Registry::locate(std::string_view interface_id,
 
 Error Registry::absent(std::string_view interface_id, std::string_view name) const {
   const std::string what = short_name(interface_id);
+  const auto kept = document_.find(interface_id);
+  if (const auto why = reasons_.find(
+          {std::string(interface_id),
+           name.empty() && kept != document_.end() ? kept->second : std::string(name)});
+      why != reasons_.end())
+    return error(ErrorCode::permission, why->second.first, why->second.second);
   std::vector<std::string> names;
   for (const Entry& e : entries_)
     if (e.info.interface_id == interface_id && e.info.enabled) names.push_back(e.info.name);
@@ -103,7 +109,7 @@ Error Registry::absent(std::string_view interface_id, std::string_view name) con
                      (name.empty() ? "" : ", so none named " + text::quote(name)),
                  "Load a plugin that offers " + text::quote(interface_id) +
                      "; plugin.list tells which were found.");
-  if (const auto kept = document_.find(interface_id); name.empty() && kept != document_.end())
+  if (name.empty() && kept != document_.end())
     return error(
         ErrorCode::unknown_name,
         "the document chooses the " + what + " provider " + text::quote(kept->second) +
@@ -179,6 +185,11 @@ void Registry::set_document_defaults(std::map<std::string, std::string> chosen) 
   if (now == document_) return;
   document_ = std::move(now);
   ++revision_;
+}
+
+void Registry::set_absent_reasons(Reasons reasons) {
+  const std::lock_guard lock(mutex_);
+  reasons_ = std::move(reasons);
 }
 
 std::map<std::string, Registry::Choice> Registry::chosen() const {

@@ -31,7 +31,8 @@ struct ProviderInfo {
   std::string version;            ///< of the plugin
   Schema schema;
   bool enabled = true;
-  bool shipped = false;  ///< it came with the program: it may be a default without being chosen
+  bool shipped = false;    ///< it came with the program: it may be a default without being chosen
+  bool is_script = false;  ///< written in Lua: it answers on the thread of its script
 };
 
 /// Thread-safe; no lock is held while a provider is created. What changes it needs the permit of
@@ -62,6 +63,12 @@ class Registry {
   /// What the document chooses, in place of what it chose before: names by interface id. A name
   /// that is not there is kept, so that no other provider computes in its place unseen.
   void set_document_defaults(std::map<std::string, std::string>);
+
+  /// Why providers that somebody may ask for are not there, by interface id and name: what is said
+  /// in place of "there is no ...". Each an error's message and hint.
+  using Reasons =
+      std::map<std::pair<std::string, std::string>, std::pair<std::string, std::string>>;
+  void set_absent_reasons(Reasons);
 
   /// Makes an instance: auto ik = registry.create<IkSolver>("numeric"). Absence is an error that
   /// names the available ones.
@@ -96,6 +103,7 @@ class Registry {
   using Choices = std::map<std::string, std::string, std::less<>>;  ///< names by interface id
   Result<void> choose(Choices&, std::string_view interface_id, std::string_view name);
   Choices session_, document_, user_;  // guarded by mutex_
+  Reasons reasons_;                    // guarded by mutex_
   std::uint64_t revision_ = 0;         // guarded by mutex_
 };
 

@@ -7,8 +7,10 @@
 #include <map>
 
 #include "kernel/bare_numbers.h"
+#include "kernel/file_root.h"
 #include "kernel/text.h"
 #include "kernel/units.h"
+#include "kernel/value_text.h"
 
 namespace robomosp {
 namespace {
@@ -108,7 +110,8 @@ std::string doc_words(std::string_view doc) {
 /// The value as a message shows it, cut to a readable length.
 std::string shown(const Value& v) {
   constexpr std::size_t kLongest = 60;
-  std::string s = v.as_string() ? text::quote(*v.as_string()) : v.text();
+  std::string s =
+      v.as_string() ? text::quote(beginning_of(v, kLongest)) : beginning_of(v, kLongest);
   if (s.size() <= kLongest) return s;
   s.resize(kLongest);
   // Do not cut within a UTF-8 character.
@@ -613,6 +616,17 @@ Result<Value> check_value(const ParamSpec& spec, const Value& v, std::string_vie
                std::string(path));
 }
 
+namespace {
+
+/// A path of a session whose files lie in a folder, as the path there.
+Result<Value> confined(const Value& v, const std::string& name) {
+  auto path = permitted_name(*v.as_string());
+  if (!path.ok()) return std::move(path).error().in(name);
+  return Value(path->string());
+}
+
+}  // namespace
+
 Result<Map> check(const Schema& schema, const Map& given, const ResolveRef& resolve) {
   constexpr std::size_t kMostUnknown = 10;  // that are named
   std::size_t unknown = 0;
@@ -650,6 +664,7 @@ Result<Map> check(const Schema& schema, const Map& given, const ResolveRef& reso
       continue;
     }
     Result<Value> one = check_value(spec, *v, spec.name, resolve);
+    if (spec.type == "path" && one.ok() && current_file_root()) one = confined(*one, spec.name);
     if (one.ok()) checked.set(spec.name, std::move(*one));
     else faults.push_back(std::move(one).error());
   }

@@ -56,7 +56,8 @@ using ResolveRef = std::function<Result<Handle>(std::string_view kinds, const Va
 
 /// Checks `given` against the schema, fills in defaults, converts units and references. All faults
 /// are reported at once, one sentence each, with the parameter's path and unit; unknown names are
-/// refused with the nearest known one.
+/// refused with the nearest known one. Under a permit with a folder for files, paths are those
+/// below it (kernel/file_root.h).
 [[nodiscard]] Result<Map> check(const Schema&, const Map& given, const ResolveRef& = {});
 
 /// Checks one value; `path` names it in messages.

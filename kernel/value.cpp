@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "kernel/text.h"
+#include "kernel/value_text.h"
 
 namespace robomosp {
 namespace {
@@ -17,39 +18,45 @@ bool is_word(std::string_view s) {
                      [&](char c) { return letter(c) || (c >= '0' && c <= '9'); });
 }
 
-std::string numbers(const double* v, std::size_t count) {
+// Each of these may end once it has more than `most` bytes.
+
+std::string numbers(const double* v, std::size_t count, std::size_t most) {
   std::string out = "{";
-  for (std::size_t i = 0; i < count; ++i) {
+  for (std::size_t i = 0; i < count && out.size() <= most; ++i) {
     if (i) out += ", ";
     out += text::print(v[i]);
   }
   return out + "}";
 }
 
-std::string array_text(const NumericArray& a) {
+std::string array_text(const NumericArray& a, std::size_t most) {
   std::string out;
   if (a.is_matrix()) {
     out = "{";
-    for (std::size_t r = 0; r < a.rows(); ++r) {
+    for (std::size_t r = 0; r < a.rows() && out.size() <= most; ++r) {
       if (r) out += ", ";
-      out += numbers(a.data().data() + r * a.cols(), a.cols());
+      out += numbers(a.data().data() + r * a.cols(), a.cols(), most);
     }
     out += "}";
   } else {
-    out = numbers(a.data().data(), a.size());
+    out = numbers(a.data().data(), a.size(), most);
   }
   if (!a.unit().empty()) out += " " + a.unit();
   return out;
 }
 
 /// Text of anything but lists and maps.
-std::string leaf_text(const Value& v, bool inside) {
+std::string leaf_text(const Value& v, bool inside, std::size_t most) {
   switch (v.type()) {
     case Value::Type::boolean: return *v.as_bool() ? "true" : "false";
     case Value::Type::integer: return std::to_string(*v.as_int());
     case Value::Type::real: return text::print(*v.as_real());
-    case Value::Type::string: return inside ? text::quote(*v.as_string()) : *v.as_string();
-    case Value::Type::array: return array_text(*v.as_array());
+    case Value::Type::string: {
+      const std::string_view all = *v.as_string();
+      const std::string_view shown = all.substr(0, most < all.size() ? most + 1 : all.size());
+      return inside ? text::quote(shown) : std::string(shown);
+    }
+    case Value::Type::array: return array_text(*v.as_array(), most);
     case Value::Type::handle:
       return v.as_handle()->kind + "#" + std::to_string(v.as_handle()->number);
     default: return "nil";
@@ -117,16 +124,18 @@ double Value::number() const {
   return 0;
 }
 
-std::string Value::text() const {
+std::string Value::text() const { return beginning_of(*this, static_cast<std::size_t>(-1)); }
+
+std::string beginning_of(const Value& value, std::size_t most) {
   // An explicit stack: depth is the user's, not ours.
   struct Level {
     const Value* container;
     std::size_t next = 0;
   };
-  if (!as_list() && !as_map()) return leaf_text(*this, false);
+  if (!value.as_list() && !value.as_map()) return leaf_text(value, false, most);
   std::string out = "{";
-  std::vector<Level> stack{{this}};
-  while (!stack.empty()) {
+  std::vector<Level> stack{{&value}};
+  while (!stack.empty() && out.size() <= most) {
     Level& level = stack.back();
     const List* list = level.container->as_list();
     const Map* map = level.container->as_map();
@@ -150,7 +159,7 @@ std::string Value::text() const {
       out += "{";
       stack.push_back({item});
     } else {
-      out += leaf_text(*item, true);
+      out += leaf_text(*item, true, most);
     }
   }
   return out;

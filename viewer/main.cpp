@@ -19,6 +19,7 @@
 #include <CLI/CLI.hpp>
 
 #include "ioci/core/application.h"
+#include "ioci/core/kept_solvers.h"
 #include "ioci/core/lua_plugins.h"
 #include "kernel/text.h"
 #include "lua/lua_state.h"
@@ -69,6 +70,7 @@ struct Options {
   double zoom = 1;
   std::optional<Vec3> eye, target;  ///< [m]; both or neither
   std::vector<std::filesystem::path> plugin_path, library;
+  bool trust = false;  ///< solvers in Lua that come with files run
 };
 
 const std::map<std::string, viewer::Camera::View> kViews{
@@ -379,6 +381,14 @@ int run(Options options) {
        .recovery = options.render.empty() ? io::recovery_folder() : std::filesystem::path()});
   if (!made.ok()) return fail(made.error());
   ioci::Application& app = **made;
+  // As in the console: what was not as asked for is told on standard error.
+  const auto tell = [](const Message& m) {
+    if (m.severity >= Severity::warning)
+      std::fprintf(stderr, "warning: %s\n", text::visible(m.text).c_str());
+  };
+  for (const Message& m : app.messages.recent()) tell(m);
+  (void)app.messages.subscribe(tell);
+  if (options.trust) app.kept_solvers->trust_all();
   ioci::Session session("desktop", ioci::SessionKind::window);
   lua::LuaState lua(app, session);
   lua.load_plugins(ioci::lua_plugins(PluginLoader::search_path(options.plugin_path)));
@@ -605,6 +615,8 @@ int main(int argc, char** argv) {
   cli.add_flag("--fast", options.fast, "the same as --quality draft");
   cli.add_option("--plugin-path", options.plugin_path, "folders searched for plugins first");
   cli.add_option("--library", options.library, "folders of materials, robots and worlds");
+  cli.add_flag("--trust", options.trust,
+               "run solvers in Lua that come with files, without asking, in this run");
   try {
     cli.parse(arguments(argc, argv));
   } catch (const CLI::ParseError& e) {

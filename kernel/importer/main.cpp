@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The program robomosp-importer: reads one foreign file with one importer of one plugin, as its
 // standard input asks (kernel/import_wire.h), and writes what was imported to its standard output.
-// Whatever the importer does to the process, it does it here (kernel/import_process.h).
+// Whatever the importer does to the process, it does it here (kernel/import_process.h). With the
+// word `confine` it starts another program instead, or itself, that can open certain folders only.
 #include <dlfcn.h>
 #include <unistd.h>
 
@@ -18,6 +19,7 @@
 #include <robomosp/sdk/plugin.h>
 
 #include "kernel/import_wire.h"
+#include "kernel/importer/confine.h"
 
 namespace {
 
@@ -105,7 +107,8 @@ import_wire::Answer read(const import_wire::Request& request) {
 
 }  // namespace
 
-int main() {
+int main(int argc, char** argv) {
+  if (argc > 1 && std::string_view(argv[1]) == "confine") return run_confined(argc - 2, argv + 2);
   std::string input;
   char part[65536];
   while (const std::size_t n = std::fread(part, 1, sizeof part, stdin)) input.append(part, n);

@@ -286,7 +286,7 @@ struct CollisionModel::Builder {
     auto scene = guarded(info.name, [&] { return engine->build(shaped, *params, progress); });
     if (!scene.ok()) return std::move(scene).error();
     out->provider_ = info.name;
-    out->is_script_ = info.origin == "lua";
+    out->is_script_ = info.is_script;
     out->scene_ = std::move(*scene);
     out->bounds_ =
         static_cast<const CollisionBounds*>(out->scene_->extension(CollisionBounds::kId));

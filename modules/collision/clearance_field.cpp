@@ -4,6 +4,7 @@
 #include <cmath>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <utility>
 
 #include "collision/collision.h"
@@ -25,14 +26,22 @@ constexpr double kVaries = 0.01;  ///< of the influence: a distance that one can
 
 using namespace spatial;
 
-class RobotClearance final : public ClearanceField {
+class RobotClearance final : public AskedClearance {
  public:
-  RobotClearance(const CollisionModel& model, std::size_t robot, double influence)
+  RobotClearance(const CollisionModel& model, std::size_t robot, double influence,
+                 Progress& progress)
       : model_(model),
         robot_(robot),
         influence_(influence),
+        progress_(progress),
         shown_(model.shown()),
         pairs_(model.bodies_.size(), avoidable()) {}
+
+  [[nodiscard]] Result<void> outcome() const override {
+    const std::lock_guard lock(mutex_);
+    if (failure_) return *failure_;
+    return {};
+  }
 
   double distance(std::span<const double> q, std::span<double> gradient) const override {
     std::fill(gradient.begin(), gradient.end(), 0.0);
@@ -53,13 +62,13 @@ class RobotClearance final : public ClearanceField {
   };
   double evaluate(State& state, std::span<double> gradient) const {
     CollisionModel::Sample& s = state.sample;
+    // Searches try what is no configuration; that alone is nothing to hear of.
     if (!model_.check(state.q).ok()) return influence_;
     model_.place_moving(state.q, s);
     model_.broad_.place(s.poses, {}, s.boxes);
     const auto pairs = model_.candidates(s, pairs_, influence_);
     std::vector<PairDistance> d(pairs.size());
-    NoProgress none;  // one configuration
-    if (!model_.ask(s.poses, pairs, influence_, d, none).ok()) return influence_;
+    if (!asked(s.poses, pairs, d)) return influence_;
     double sum = 0;
     for (const PairDistance& at : d) sum += std::pow(intrusion(at), kNorm);
     if (!(sum > 0)) return influence_;
@@ -73,6 +82,15 @@ class RobotClearance final : public ClearanceField {
       add(pairs[k].a, d[k].on_a, scale(n, -1), s.frames[robot_], gradient);
     }
     return influence_ - whole;
+  }
+  /// Asks for distances; false when there is no answer, which outcome() tells.
+  bool asked(const std::vector<Pose>& poses, std::span<const CollisionPair> pairs,
+             std::span<PairDistance> out) const {
+    Result<void> answer = model_.ask(poses, pairs, influence_, out, progress_);
+    if (answer.ok()) return true;
+    const std::lock_guard lock(mutex_);
+    if (!failure_) failure_ = std::move(answer).error();
+    return false;
   }
   [[nodiscard]] double intrusion(const PairDistance& d) const {
     return std::max(0.0, influence_ - d.distance);
@@ -101,14 +119,13 @@ class RobotClearance final : public ClearanceField {
         near.push_back(p);
     const CollisionRobot& robot = model_.robots_[robot_];
     Random random(kSeed);
-    NoProgress none;
     CollisionModel::Sample s = model_.sample();
     std::vector<double> q = shown_, first_seen;
     for (std::size_t i = 0; i < kSamples && !near.empty(); ++i) {
       random_configuration(*robot.model, random, &q[robot.first]);
       model_.place_moving(q, s);
       std::vector<PairDistance> d(near.size());
-      if (!model_.ask(s.poses, near, influence_, d, none).ok()) break;
+      if (!asked(s.poses, near, d)) break;
       std::vector<CollisionPair> still;
       std::vector<double> began;
       for (std::size_t k = 0; k < near.size(); ++k) {
@@ -162,14 +179,19 @@ class RobotClearance final : public ClearanceField {
   const CollisionModel& model_;
   std::size_t robot_;
   double influence_;
+  Progress& progress_;
   std::vector<double> shown_;
-  PairSet pairs_;
   mutable std::mutex mutex_;
-  mutable std::vector<State> idle_;  ///< guarded by mutex_
+  mutable std::optional<Error> failure_;  ///< guarded by mutex_
+  mutable std::vector<State> idle_;       ///< guarded by mutex_
+  PairSet pairs_;                         ///< last, as finding them asks
 };
 
-std::unique_ptr<ClearanceField> CollisionModel::field(std::size_t robot, double influence) const {
-  return std::make_unique<RobotClearance>(*this, robot, influence);
+Result<std::unique_ptr<AskedClearance>> CollisionModel::field(std::size_t robot, double influence,
+                                                              Progress& progress) const {
+  auto field = std::make_unique<RobotClearance>(*this, robot, influence, progress);
+  RMP_TRY(field->outcome());
+  return std::unique_ptr<AskedClearance>(std::move(field));
 }
 
 }  // namespace robomosp::collision

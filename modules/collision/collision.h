@@ -85,6 +85,14 @@ struct ObjectPlaces {
   return x.a != y.a ? x.a < y.a : x.b < y.b;
 }
 
+/// A clearance that remembers when it could not be told: whoever gave it to a solver asks
+/// afterwards, since a solver only sees numbers and takes such configurations for clear.
+class AskedClearance : public ClearanceField {
+ public:
+  /// The first failure since it was made: of the collision provider, or that it was cancelled.
+  [[nodiscard]] virtual Result<void> outcome() const = 0;
+};
+
 /// Immutable; any thread may query it. A configuration holds the coordinates of all robots one
 /// after the other.
 class CollisionModel {
@@ -161,8 +169,10 @@ class CollisionModel {
   /// smooth. Not counted,
   /// since nothing could be done about them, are pairs of the robot's own bodies that are nearer in
   /// every one of 64 sampled configurations, such as neighbours but one, and pairs with other
-  /// things whose distance stays the same, such as a first link's. The model outlives the field.
-  [[nodiscard]] std::unique_ptr<ClearanceField> field(std::size_t robot, double influence) const;
+  /// things whose distance stays the same, such as a first link's. The model and `progress`, which
+  /// is heard in every call, outlive the field.
+  [[nodiscard]] Result<std::unique_ptr<AskedClearance>> field(std::size_t robot, double influence,
+                                                              Progress& progress) const;
 
   /// world_T_body of all bodies for one configuration.
   void place(std::span<const double> q, std::span<Pose> out) const;

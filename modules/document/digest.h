@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstddef>
+#include <vector>
 
 #include "kernel/fingerprint.h"
 #include "model/data.h"
@@ -13,6 +14,8 @@ namespace robomosp::document {
 
 /// Feeds kind and every field of the body, in a fixed order.
 void feed(Fingerprinter& fp, const model::Body& body, const model::FeedReference& reference);
+/// Feeds the solvers kept with a record; nothing where there are none.
+void feed(Fingerprinter& fp, const std::vector<model::KeptSolver>& solvers);
 /// Fingerprint of name, file and content, references by id.
 [[nodiscard]] Fingerprint record_fingerprint(const model::Record& record);
 /// Whether two records are equal in all, what is known of their files included.

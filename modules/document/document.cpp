@@ -338,7 +338,8 @@ struct Transaction::Work {
   /// What it changes in its base.
   [[nodiscard]] std::vector<RecordChange> changes() const;
   /// Whether the records hold together with them.
-  [[nodiscard]] Result<void> judge(const std::vector<RecordChange>& all) const;
+  [[nodiscard]] Result<void> judge(const std::vector<RecordChange>& all,
+                                   const Progress* progress) const;
   Result<void> rebase(std::shared_ptr<const Snapshot::State> onto, const Snapshot::Reads& reads);
 
   Snapshot::State& state() {
@@ -525,10 +526,20 @@ Result<void> Transaction::remove(AnyId id) {
 }
 
 std::string Transaction::free_name(Kind kind, std::string_view wanted) const {
-  std::string name(wanted);
-  for (int i = 2; work_->now.find(kind, name); ++i)
-    name = std::string(wanted) + "_" + std::to_string(i);
-  return name;
+  const auto numbered = [&](std::size_t n) {
+    return n == 1 ? std::string(wanted) : std::string(wanted) + "_" + std::to_string(n);
+  };
+  const auto is_taken = [&](std::size_t n) { return work_->now.find(kind, numbered(n)); };
+  // Of few the first that is free; of many one behind a taken one, without asking for all of them.
+  constexpr std::size_t kFew = 16;
+  for (std::size_t n = 1; n <= kFew; ++n)
+    if (!is_taken(n)) return numbered(n);
+  std::size_t taken = kFew, free = 2 * kFew;
+  while (is_taken(free)) taken = free, free *= 2;
+  while (free - taken > 1)
+    if (const std::size_t n = taken + (free - taken) / 2; is_taken(n)) taken = n;
+    else free = n;
+  return numbered(free);
 }
 
 std::vector<RecordChange> Transaction::Work::changes() const {
@@ -543,7 +554,8 @@ std::vector<RecordChange> Transaction::Work::changes() const {
   return all;
 }
 
-Result<void> Transaction::Work::judge(const std::vector<RecordChange>& all) const {
+Result<void> Transaction::Work::judge(const std::vector<RecordChange>& all,
+                                      const Progress* progress) const {
   std::vector<AnyId> changed;
   changed.reserve(all.size());
   for (const RecordChange& c : all) changed.push_back(c.id);
@@ -553,7 +565,7 @@ Result<void> Transaction::Work::judge(const std::vector<RecordChange>& all) cons
       std::all_of(all.begin(), all.end(), [](const RecordChange& c) { return c.after != nullptr; });
   for (const RecordChange& c : all) {
     if (!c.after) continue;
-    RMP_TRY(check_edit(*c.after, c.before.get()));
+    RMP_TRY(check_edit(*c.after, c.before.get(), progress));
     RMP_TRY(check_references(now, *c.after, is_all_there ? c.before.get() : nullptr));
   }
   return refuse_cycles(now,
@@ -591,8 +603,13 @@ Result<void> Transaction::Work::rebase(std::shared_ptr<const Snapshot::State> on
   return {};
 }
 
-Result<Commit> Transaction::commit() {
+Result<Commit> Transaction::commit(const Progress* progress) {
   Work& w = *work_;
+  const auto go_on = [&]() -> Result<void> {
+    if (!progress || !progress->cancelled()) return {};
+    return error(ErrorCode::cancelled, w.label + " was stopped before it was done",
+                 "Nothing was changed.");
+  };
   if (w.is_closed || w.epoch != w.document->epoch) RMP_TRY(w.usable());
   Document::Impl& doc = *w.document;
   w.is_closed = true;
@@ -607,14 +624,16 @@ Result<Commit> Transaction::commit() {
     return none;
   }
   RMP_TRY(require(Effect::edits));
-  RMP_TRY(w.judge(all));
+  RMP_TRY(go_on());
+  RMP_TRY(w.judge(all, progress));
+  RMP_TRY(go_on());
 
   const AppLock::Hold hold(*doc.lock, w.label);
   if (w.epoch != doc.epoch) return cleared_meanwhile();
   if (const auto current = doc.now()->state_; current != w.base) {
     RMP_TRY(w.rebase(current, *reads));
     all = w.changes();
-    RMP_TRY(w.judge(all));
+    RMP_TRY(w.judge(all, progress));
   }
   Document::Impl::Gesture* gesture = w.gesture ? doc.find_gesture(w.gesture) : nullptr;
   if (w.gesture && !gesture)
@@ -850,6 +869,7 @@ std::string Document::content_digest() const {
     feed(fp, s->find(id)->body, [&s](Fingerprinter& f, AnyId target) {
       f.add(to_string(target.kind)).add(std::string_view(s->find(target)->name));
     });
+    feed(fp, s->find(id)->solvers);
   }
   return fp.finish().hex();
 }

@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include <robomosp/sdk/progress.h>
 #include <robomosp/sdk/result.h>
 
 #include "kernel/app_lock.h"
@@ -150,8 +151,9 @@ class Transaction {
   /// is no cycle (the message names its path), then publishes under the application lock. A commit
   /// without changes leaves no undo step. Where the document has changed meanwhile, the edits are
   /// made again on what it is now, if all that this transaction looked at is as it was; else it is
-  /// an error that says what changed. On an error the document is as before.
-  Result<Commit> commit();
+  /// an error that says what changed. On an error the document is as before. `progress`, if any, is
+  /// asked until it publishes whether to stop (ErrorCode::cancelled).
+  Result<Commit> commit(const Progress* progress = nullptr);
   /// Whether commit() was refused because of what others changed meanwhile.
   [[nodiscard]] bool is_overtaken() const;
 

@@ -2,6 +2,7 @@
 #include "document/history.h"
 
 #include <algorithm>
+#include <tuple>
 #include <utility>
 
 #include "document/digest.h"
@@ -50,15 +51,9 @@ std::size_t History::weigh(const Step& step) {
 void History::add(std::shared_ptr<const Deed> deed, std::string series,
                   std::vector<RecordChange> changes) {
   const std::uint64_t session = deed->author.session;
-  if (undone_)
-    std::erase_if(steps_, [&](const Step& s) {
-      if (!s.undone || s.deed->author.session != session) return false;
-      bytes_ -= s.bytes;
-      --undone_;
-      return true;
-    });
-  if (!series.empty() && !steps_.empty() && steps_.back().series == series &&
-      steps_.back().deed->author.session == session) {
+  drop_undone(session);
+  if (!series.empty() && !steps_.empty() && steps_.back().number == open_ &&
+      steps_.back().series == series && steps_.back().deed->author.session == session) {
     Step& top = steps_.back();
     merge_changes(top.changes, std::move(changes));
     top.deed = std::move(deed);
@@ -67,25 +62,45 @@ void History::add(std::shared_ptr<const Deed> deed, std::string series,
   } else {
     Step step{next_++, std::move(deed), std::move(series), std::move(changes), 0, 0};
     bytes_ += step.bytes = weigh(step);
+    open_ = step.number;
+    of_session_[session].done.insert(step.number);
     steps_.push_back(std::move(step));
   }
   bound();
 }
 
+void History::drop_undone(std::uint64_t session) {
+  const auto at = of_session_.find(session);
+  if (at == of_session_.end() || at->second.undone.empty()) return;
+  std::size_t left = at->second.undone.size();
+  at->second.undone.clear();
+  const auto goes = [&](const Step& s) { return s.undone && s.deed->author.session == session; };
+  for (; left > 0 && goes(steps_.back()); --left) {
+    bytes_ -= steps_.back().bytes;
+    steps_.pop_back();
+  }
+  if (left > 0)  // steps of others stand between
+    std::erase_if(steps_, [&](const Step& s) {
+      if (!goes(s)) return false;
+      bytes_ -= s.bytes;
+      return true;
+    });
+}
+
 Step* History::next_undo(std::optional<std::uint64_t> session) {
-  for (auto it = steps_.rbegin(); it != steps_.rend(); ++it)
-    if (!it->undone && (!session || it->deed->author.session == *session)) return &*it;
-  return nullptr;
+  std::uint64_t newest = 0;
+  for (const auto& [of, own] : of_session_)
+    if ((!session || of == *session) && !own.done.empty())
+      newest = std::max(newest, *own.done.rbegin());
+  return newest ? find(newest) : nullptr;
 }
 
 Step* History::next_redo(std::optional<std::uint64_t> session) {
-  if (!undone_) return nullptr;
-  Step* last = nullptr;
-  for (Step& s : steps_)
-    if (s.undone && (!session || s.deed->author.session == *session) &&
-        (!last || s.undone > last->undone))
-      last = &s;
-  return last;
+  std::uint64_t latest = 0, number = 0;
+  for (const auto& [of, own] : of_session_)
+    if ((!session || of == *session) && !own.undone.empty() && own.undone.rbegin()->first > latest)
+      std::tie(latest, number) = *own.undone.rbegin();
+  return number ? find(number) : nullptr;
 }
 
 Step* History::find(std::uint64_t number) {
@@ -95,25 +110,24 @@ Step* History::find(std::uint64_t number) {
 }
 
 void History::mark(Step& step, bool undone) {
-  undone_ += undone ? 1 : 0;
-  undone_ -= step.undone && !undone ? 1 : 0;
+  Own& of = own(step);
+  if (step.undone) of.undone.erase(step.undone);
+  else of.done.erase(step.number);
   step.undone = undone ? ++undos_ : 0;
+  if (undone) of.undone.emplace(step.undone, step.number);
+  else of.done.insert(step.number);
   bytes_ -= step.bytes;
   bytes_ += step.bytes = weigh(step);
   end_series();
 }
 
-void History::end_series() {
-  for (auto it = steps_.rbegin(); it != steps_.rend(); ++it) {
-    it->series.clear();
-    if (!it->undone) return;  // steps that are undone go when the next one comes
-  }
-}
+void History::end_series() { open_ = 0; }
 
 std::deque<Step> History::clear() {
   std::deque<Step> gone = std::exchange(steps_, {});
+  of_session_.clear();
+  open_ = 0;
   bytes_ = 0;
-  undone_ = 0;
   forgotten_ = 0;
   return gone;
 }
@@ -126,8 +140,10 @@ void History::set_budget(std::size_t bytes) {
 
 void History::bound() {
   while (bytes_ > budget_ && steps_.size() > 1) {
-    bytes_ -= steps_.front().bytes;
-    undone_ -= steps_.front().undone ? 1 : 0;
+    const Step& oldest = steps_.front();
+    bytes_ -= oldest.bytes;
+    if (oldest.undone) own(oldest).undone.erase(oldest.undone);
+    else own(oldest).done.erase(oldest.number);
     steps_.pop_front();
     ++forgotten_;
   }

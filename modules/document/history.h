@@ -6,8 +6,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <unordered_map>
 #include <vector>
@@ -25,7 +27,7 @@ struct Deed {
 struct Step {
   std::uint64_t number = 0;  ///< never reused
   std::shared_ptr<const Deed> deed;
-  std::string series;                 ///< commits in a row with the same one share the step
+  std::string series;                 ///< what later commits of its kind call theirs, to join it
   std::vector<RecordChange> changes;  ///< in order of first touch
   std::uint64_t undone = 0;           ///< 0 = done; else counts up with every undo
   std::size_t bytes = 0;              ///< that only the history keeps alive
@@ -57,11 +59,19 @@ class History {
   [[nodiscard]] const std::deque<Step>& steps() const { return steps_; }  ///< oldest first
 
  private:
+  /// The steps of a session by number, so that none is looked for among all.
+  struct Own {
+    std::set<std::uint64_t> done;
+    std::map<std::uint64_t, std::uint64_t> undone;  ///< by Step::undone
+  };
   [[nodiscard]] static std::size_t weigh(const Step& step);
+  Own& own(const Step& step) { return of_session_[step.deed->author.session]; }
+  void drop_undone(std::uint64_t session);
   void bound();
   std::deque<Step> steps_;
+  std::map<std::uint64_t, Own> of_session_;
+  std::uint64_t open_ = 0;  ///< the step that the next commit may join; 0 = none
   std::size_t budget_, bytes_ = 0;
-  std::size_t undone_ = 0;  ///< steps that are
   std::uint64_t next_ = 1, undos_ = 0, forgotten_ = 0;
 };
 

@@ -29,7 +29,8 @@ std::string noun(std::string_view word) {
 
 class Checker {
  public:
-  Checker(const model::Content& record, Subject& subject) : record_(record), subject_(subject) {}
+  Checker(const model::Content& record, Subject& subject, const Watch& watch)
+      : record_(record), subject_(subject), watch_(watch) {}
 
   /// `before`: an earlier version, whose blocks are passed over; null = none.
   Result<void> run(const void* before) {
@@ -99,6 +100,7 @@ class Checker {
         i += shared - 1;
         continue;
       }
+      RMP_TRY(watch_.at(i));
       const void* element = t.at(p, i);
       if (owner == record_.data) subject_ = {word, i};
       const std::string* name = model::name_of(*t.element, element);
@@ -152,13 +154,14 @@ class Checker {
 
   model::Content record_;
   Subject& subject_;
+  const Watch& watch_;
 };
 
 }  // namespace
 
-Result<void> check_ranges(const model::Content& record, Subject& subject,
+Result<void> check_ranges(const model::Content& record, Subject& subject, const Watch& watch,
                           const model::Content& before) {
-  RMP_TRY(Checker(record, subject).run(before.type == record.type ? before.data : nullptr));
+  RMP_TRY(Checker(record, subject, watch).run(before.type == record.type ? before.data : nullptr));
   subject = {};
   return {};
 }

@@ -12,7 +12,7 @@ namespace robomosp::document {
 
 /// `subject` becomes the element of the record that a fault is about. What the record shares with
 /// `before` (data null = none) is not looked at.
-[[nodiscard]] Result<void> check_ranges(const model::Content&, Subject& subject,
+[[nodiscard]] Result<void> check_ranges(const model::Content&, Subject& subject, const Watch&,
                                         const model::Content& before = {});
 
 /// Every element of the record's lists that has a name has one of its own.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <span>
 #include <string>
 #include <unordered_set>
@@ -15,6 +16,7 @@
 #include "kernel/expression.h"
 #include "kernel/text.h"
 #include "kernel/units.h"
+#include "kernel/utf8.h"
 #include "model/data.h"
 #include "model/placement.h"
 #include "robotics/coordinates.h"
@@ -36,43 +38,74 @@ Error fault(std::string message, std::string hint = {}) {
 
 std::string shown(double v) { return text::print_rounded(v, 6); }
 
-/// `what` names the number: `the density`, `the x of box "plate"`.
-Result<void> finite(double v, const std::string& what) {
+/// Names what a fault is about, `the density`, `the x of box "plate"`; put together only when there
+/// is a fault, as records may have very many elements. Holds views: make it in the call.
+class What {
+ public:
+  What(const char* words) : words_(words) {}         // NOLINT: implicit by design, here and below
+  What(const std::string& words) : words_(words) {}  // NOLINT
+  /// Words, then those of what they belong to.
+  What(std::string_view words, const What& of) : words_(words), of_(&of) {}
+  What(std::string_view words, std::string_view kind, std::string_view noun, const What& of)
+      : words_(words), kind_(kind), noun_(noun), of_(&of) {}
+  /// Words, then a name in quotes.
+  static What named(std::string_view words, const std::string& name) {
+    What what("");
+    what.words_ = words;
+    what.name_ = &name;
+    return what;
+  }
+  [[nodiscard]] std::string text() const {
+    std::string all(words_);
+    all.append(kind_).append(noun_);
+    if (name_) all += quote(*name_);
+    return of_ ? all + of_->text() : all;  // few deep
+  }
+
+ private:
+  std::string_view words_, kind_, noun_;
+  const std::string* name_ = nullptr;
+  const What* of_ = nullptr;
+};
+
+Result<void> finite(double v, const What& what) {
   if (std::isfinite(v)) return {};
-  return fault(what + " is " + text::print(v) + "; it must be a finite number");
+  return fault(what.text() + " is " + text::print(v) + "; it must be a finite number");
 }
-Result<void> finite(std::span<const double> v, const std::string& what) {
+Result<void> finite(std::span<const double> v, const What& what) {
   for (const double x : v) RMP_TRY(finite(x, what));
   return {};
 }
-Result<void> positive(double v, const std::string& what, const char* unit) {
+Result<void> positive(double v, const What& what, const char* unit) {
   RMP_TRY(finite(v, what));
   if (v > 0) return {};
-  return fault(what + " is " + shown(v) + unit + "; it must be greater than 0");
+  return fault(what.text() + " is " + shown(v) + unit + "; it must be greater than 0");
 }
-Result<void> not_negative(double v, const std::string& what, const char* unit) {
+Result<void> not_negative(double v, const What& what, const char* unit) {
   RMP_TRY(finite(v, what));
   if (v >= 0) return {};
-  return fault(what + " is " + shown(v) + unit + "; it must not be negative");
+  return fault(what.text() + " is " + shown(v) + unit + "; it must not be negative");
 }
 /// Far beyond any robot, and far below where sums of lengths lose millimetres or overflow.
 constexpr double kLongest = 1e4;   // m
 constexpr double kHeaviest = 1e9;  // kg
-Result<void> at_most(double v, double most, const std::string& what, const char* unit) {
+Result<void> at_most(double v, double most, const What& what, const char* unit) {
   RMP_TRY(finite(v, what));
   if (std::fabs(v) <= most) return {};
-  return fault(what + " is " + shown(v) + unit + "; at most " + shown(most) + unit + " is allowed");
+  return fault(what.text() + " is " + shown(v) + unit + "; at most " + shown(most) + unit +
+               " is allowed");
 }
-Result<void> placement(const Placement& p, const std::string& what) {
-  RMP_TRY(finite(p.position, "the position of " + what));
-  RMP_TRY(finite(p.angles, "an angle of the placement of " + what));
+Result<void> placement(const Placement& p, const What& what) {
+  RMP_TRY(finite(p.position, {"the position of ", what}));
+  RMP_TRY(finite(p.angles, {"an angle of the placement of ", what}));
   if (p.notation > AngleRepresentation::zyz || p.coordinates > PositionRepresentation::spherical)
-    return fault("the placement of " + what + " has an unknown notation");
+    return fault("the placement of " + what.text() + " has an unknown notation");
   return {};
 }
-Result<void> near(const Placement& p, const std::string& what) {
+Result<void> near(const Placement& p, const What& what) {
   RMP_TRY(placement(p, what));
-  for (const double x : position(p)) RMP_TRY(at_most(x, kLongest, "a coordinate of " + what, " m"));
+  for (const double x : position(p))
+    RMP_TRY(at_most(x, kLongest, {"a coordinate of ", what}, " m"));
   return {};
 }
 Result<void> choice(const ProviderChoice& p, const std::string& what) {
@@ -101,7 +134,7 @@ class Names {
 
  private:
   const char* what_;
-  std::unordered_set<std::string> seen_;
+  std::unordered_set<std::string_view> seen_;  // the record's own
 };
 
 Result<void> check_size(const CsgSize& size, double value, const std::string& which) {
@@ -364,13 +397,13 @@ Result<void> measured(const std::optional<MeasuredMass>& m) {
   return possible(s);
 }
 
-Result<void> check(const Material&, Subject&) { return {}; }
+Result<void> check(const Material&, Subject&, const Watch&) { return {}; }
 
-Result<void> check(const OtherContent& other, Subject& subject) {
+Result<void> check(const OtherContent& other, Subject& subject, const Watch&) {
   return check_names({info(other.kind()).type, other.data()}, subject);
 }
 
-Result<void> check(const Solid& s, Subject& subject) {
+Result<void> check(const Solid& s, Subject& subject, const Watch& watch) {
   RMP_TRY(measured(s.measured));
   Names names("node");
   std::vector<std::size_t> children(s.nodes.size());
@@ -378,6 +411,7 @@ Result<void> check(const Solid& s, Subject& subject) {
     if (n.parent >= 0 && static_cast<std::size_t>(n.parent) < children.size())
       ++children[static_cast<std::size_t>(n.parent)];
   for (std::size_t i = 0; i < s.nodes.size(); ++i) {
+    RMP_TRY(watch.at(i));
     subject = {"node", i};
     RMP_TRY(names.add(s.nodes[i].name));
     RMP_TRY(check_node(s, i, children[i]));
@@ -385,84 +419,132 @@ Result<void> check(const Solid& s, Subject& subject) {
   return {};
 }
 
-Result<void> solid_or_object(AnyId id, const std::string& what) {
-  if (!id) return fault(what + " has neither a solid nor an object", "Say what stands there.");
+Result<void> solid_or_object(AnyId id, const What& what) {
+  if (!id)
+    return fault(what.text() + " has neither a solid nor an object", "Say what stands there.");
   return {};
 }
 
-Result<void> check(const Object& o, Subject& subject) {
+Result<void> check(const Object& o, Subject& subject, const Watch& watch) {
   RMP_TRY(measured(o.measured));
   Names names("part");
   for (std::size_t i = 0; i < o.parts.size(); ++i) {
     const ObjectPart& p = o.parts[i];
+    RMP_TRY(watch.at(i));
     subject = {"part", i};
     RMP_TRY(names.add(p.name));
-    RMP_TRY(solid_or_object(p.what, "part " + quote(p.name)));
-    RMP_TRY(placement(p.placement, "part " + quote(p.name)));
+    const What part = What::named("part ", p.name);
+    RMP_TRY(solid_or_object(p.what, part));
+    RMP_TRY(placement(p.placement, part));
+  }
+  Names tcps("tool centre point");
+  for (std::size_t i = 0; i < o.tcps.size(); ++i) {
+    const ToolCentrePoint& t = o.tcps[i];
+    subject = {"tcp", i};
+    RMP_TRY(tcps.add(t.name));
+    RMP_TRY(near(t.placement, "tool centre point " + quote(t.name)));
   }
   return {};
 }
 
 /// `kind` such as "given ", `of` such as ` of link "elbow"`.
-Result<void> check_mass(const MassProperties& m, const std::string& kind, const std::string& of) {
-  RMP_TRY(not_negative(m.mass, "the " + kind + "mass" + of, " kg"));
-  RMP_TRY(at_most(m.mass, kHeaviest, "the " + kind + "mass" + of, " kg"));
-  RMP_TRY(finite(m.com, "the " + kind + "centre of mass" + of));
+Result<void> check_mass(const MassProperties& m, std::string_view kind, const What& of) {
+  RMP_TRY(not_negative(m.mass, {"the ", kind, "mass", of}, " kg"));
+  RMP_TRY(at_most(m.mass, kHeaviest, {"the ", kind, "mass", of}, " kg"));
+  RMP_TRY(finite(m.com, {"the ", kind, "centre of mass", of}));
   const Sym3& s = m.inertia;
-  RMP_TRY(finite(std::array{s.xx, s.yy, s.zz, s.xy, s.yz, s.xz}, "the " + kind + "inertia" + of));
+  RMP_TRY(finite(std::array{s.xx, s.yy, s.zz, s.xy, s.yz, s.xz}, {"the ", kind, "inertia", of}));
   for (const double v : {s.xx, s.yy, s.zz})
-    RMP_TRY(not_negative(v, "a diagonal element of the " + kind + "inertia" + of, " kg m^2"));
+    RMP_TRY(not_negative(v, {"a diagonal element of the ", kind, "inertia", of}, " kg m^2"));
   return {};
 }
 
 Result<void> check_link(const Robot& r, std::size_t i) {
   const Link& l = r.links[i];
-  const std::string link = "link " + quote(l.name);
-  const std::string of = " of " + link;
+  const What link = What::named("link ", l.name), of = What::named(" of link ", l.name);
   if (l.parent < -1 || l.parent >= static_cast<std::int32_t>(i))
-    return fault(link + " does not come after its parent", "Parents come first; -1 is the base.");
+    return fault(link.text() + " does not come after its parent",
+                 "Parents come first; -1 is the base.");
   if (l.origin) {
-    RMP_TRY(near(*l.origin, "the origin" + of));
+    RMP_TRY(near(*l.origin, {"the origin", of}));
     if (!(l.row == DhRow{}))
-      return fault(link + " has a row and an origin", "Keep the one that is meant.");
+      return fault(link.text() + " has a row and an origin", "Keep the one that is meant.");
   }
   if (!(std::hypot(l.axis[0], l.axis[1], l.axis[2]) > 1e-9))
-    return fault("the axis" + of + " has no direction", "Give a vector such as (0, 0, 1).");
+    return fault("the axis" + of.text() + " has no direction", "Give a vector such as (0, 0, 1).");
   if (l.mimic) {
     if (l.mimic->link < 0 || l.mimic->link >= static_cast<std::int32_t>(i))
-      return fault("the joint" + of + " follows one that does not come before it",
+      return fault("the joint" + of.text() + " follows one that does not come before it",
                    "A joint follows the joint of an earlier link.");
     for (const Link* joint : {&l, &r.links[static_cast<std::size_t>(l.mimic->link)]})
       if (!robotics::has_one_coordinate(joint->joint))
-        return fault("the joint" + of + " follows another one, but that of link " +
+        return fault("the joint" + of.text() + " follows another one, but that of link " +
                          quote(joint->name) + " is neither revolute nor prismatic",
                      "Only joints of one coordinate can follow and be followed.");
   }
   if (!(l.lower <= l.upper))
-    return fault(
-        "the lower limit" + of + " is " + shown(l.lower) + " and the upper " + shown(l.upper),
-        "The lower limit must not exceed the upper one.");
+    return fault("the lower limit" + of.text() + " is " + shown(l.lower) + " and the upper " +
+                     shown(l.upper),
+                 "The lower limit must not exceed the upper one.");
   if (l.given) RMP_TRY(check_mass(*l.given, "given ", of));
   for (const auto& p : l.parts) {
-    RMP_TRY(solid_or_object(p.what, "a part" + of));
-    RMP_TRY(placement(p.placement, "a part" + of));
+    RMP_TRY(solid_or_object(p.what, {"a part", of}));
+    RMP_TRY(placement(p.placement, {"a part", of}));
   }
   return {};
 }
 
 Result<void> check(const std::vector<CollisionPairRule>& rules) {
+  std::set<std::pair<std::string_view, std::string_view>> seen;
   for (const CollisionPairRule& p : rules) {
-    const std::string pair = "the pair of " + quote(p.a) + " and " + quote(p.b);
     if (!is_name(p.a)) return bad_name(p.a, "body of a pair");
     if (!is_name(p.b)) return bad_name(p.b, "body of a pair");
-    for (const CollisionPairRule& q : rules)
-      if (&q != &p && ((q.a == p.a && q.b == p.b) || (q.a == p.b && q.b == p.a)))
-        return fault(pair + " has two rules", "Keep one of them.");
+    if (!seen.insert(std::minmax<std::string_view>(p.a, p.b)).second)
+      return fault("the pair of " + quote(p.a) + " and " + quote(p.b) + " has two rules",
+                   "Keep one of them.");
   }
   return {};
 }
 
-Result<void> check(const Robot& r, Subject& subject) {
+/// The tools attached to a robot and the centre point that is its tool; whether objects have such
+/// points shows when they are asked for, since they are records of their own.
+Result<void> check_attached(const Robot& r, Subject& subject) {
+  subject = {};
+  if (r.attached.empty() && r.tcp.empty()) return {};
+  const auto count = static_cast<std::int32_t>(r.links.size());
+  std::unordered_set<std::string_view> taken{"tool", "base"};
+  for (const Link& l : r.links) taken.insert(l.name);
+  for (const RobotTool& t : r.tools) taken.insert(t.name);
+  const AttachedTool* holder = nullptr;
+  for (std::size_t i = 0; i < r.attached.size(); ++i) {
+    const AttachedTool& t = r.attached[i];
+    subject = {"attached", i};
+    const std::string what = "the attached tool " + quote(t.name);
+    if (!is_name(t.name) || t.name.find('.') != std::string::npos)
+      return t.name.find('.') == std::string::npos
+                 ? bad_name(t.name, "attached tool")
+                 : fault(what + " has a dot in its name",
+                         "Its centre points are named behind a dot, as in torch.tip.");
+    if (!taken.insert(t.name).second)
+      return error(ErrorCode::conflict, "there are two links or tools named " + quote(t.name),
+                   "Give each its own name.");
+    RMP_TRY(solid_or_object(t.what, what));
+    if (t.link < -1 || t.link >= count) return fault(what + " is on no link of the robot");
+    RMP_TRY(near(t.placement, what));
+    if (r.tcp == t.name || r.tcp.starts_with(t.name + ".")) holder = &t;
+  }
+  subject = {};
+  if (r.tcp.empty()) return {};
+  if (!holder)
+    return fault("the robot's tool is " + quote(r.tcp) + ", which is on nothing attached",
+                 "Attach the tool, or give no centre point.");
+  if (holder->link != count - 1)
+    return fault("the robot's tool is " + quote(r.tcp) + ", which is not on the last link",
+                 "Its kinematics end there; name that centre point as tip instead.");
+  return {};
+}
+
+Result<void> check(const Robot& r, Subject& subject, const Watch& watch) {
   if (r.convention > Convention::mdh) return fault("the convention is unknown");
   if (r.mass_source > MassSource::designed) return fault("the source of masses is unknown");
   RMP_TRY(near(r.base, "the base"));
@@ -473,6 +555,7 @@ Result<void> check(const Robot& r, Subject& subject) {
   }
   Names names("link");
   for (std::size_t i = 0; i < r.links.size(); ++i) {
+    RMP_TRY(watch.at(i));
     subject = {"link", i};
     RMP_TRY(names.add(r.links[i].name));
     if (r.links[i].name == "base")
@@ -495,6 +578,7 @@ Result<void> check(const Robot& r, Subject& subject) {
     RMP_TRY(near(t.placement, "tool " + quote(t.name)));
     if (t.payload) RMP_TRY(check_mass(*t.payload, "payload's ", " at tool " + quote(t.name)));
   }
+  RMP_TRY(check_attached(r, subject));
   Names loops("loop");
   for (std::size_t i = 0; i < r.loops.size(); ++i) {
     const LoopClosure& l = r.loops[i];
@@ -533,8 +617,9 @@ Result<void> check(const Robot& r, Subject& subject) {
   return choice(r.controller, "controller");
 }
 
-Result<void> check(const Trajectory& t, Subject& subject) {
+Result<void> check(const Trajectory& t, Subject& subject, const Watch& watch) {
   for (std::size_t i = 0; i < t.segments.size(); ++i) {
+    RMP_TRY(watch.at(i));
     subject = {"segment", i};
     const std::string segment = "segment " + std::to_string(i + 1);
     const TrajectorySegment& s = t.segments[i];
@@ -620,8 +705,9 @@ Result<void> check_bases(const World& w) {
 }
 
 Result<void> check(const PlacedObject& o) {
-  RMP_TRY(solid_or_object(o.what, "object " + quote(o.name)));
-  return placement(o.placement, "object " + quote(o.name));
+  const What object = What::named("object ", o.name);
+  RMP_TRY(solid_or_object(o.what, object));
+  return placement(o.placement, object);
 }
 
 /// All but the objects. `names` knows those of the objects.
@@ -673,10 +759,11 @@ Result<void> check_others(const World& w, Names& names, Subject& subject) {
   return check(w.pair_rules);
 }
 
-Result<void> check(const World& w, Subject& subject) {
+Result<void> check(const World& w, Subject& subject, const Watch& watch) {
   RMP_TRY(finite(w.gravity, "gravity"));
   Names names("member");
   for (std::size_t i = 0; i < w.objects.size(); ++i) {
+    RMP_TRY(watch.at(i));
     subject = {"object", i};
     RMP_TRY(names.add(w.objects[i].name));
     RMP_TRY(check(w.objects[i]));
@@ -799,12 +886,13 @@ Result<void> check(const TaskStep& s, const std::string& step) {
   return fault(step + " is of an unknown kind");
 }
 
-Result<void> check(const Task& t, Subject& subject) {
+Result<void> check(const Task& t, Subject& subject, const Watch& watch) {
   std::vector<std::int32_t> last;  // the last step of each open block, outermost first
   std::vector<std::int32_t> open{-1};
   last.push_back(-1);
   for (std::size_t i = 0; i < t.steps.size(); ++i) {
     const TaskStep& s = t.steps[i];
+    RMP_TRY(watch.at(i));
     subject = {"step", i};
     if (s.kind > StepKind::message) return fault("a step is of an unknown kind");
     const std::string step =
@@ -852,25 +940,63 @@ Error bad_name(std::string_view name, std::string_view what) {
   return fault(quote(name) + " cannot be the name of " + with_article(what), hint);
 }
 
+namespace {
+
+/// What Lua is written in that travels with a record.
+Result<void> check_solvers(const std::vector<KeptSolver>& solvers) {
+  for (std::size_t i = 0; i < solvers.size(); ++i) {
+    const KeptSolver& s = solvers[i];
+    const std::string which = "solver " + quote(s.name);
+    for (const std::string* name : {&s.name, s.provides.empty() ? &s.name : &s.provides})
+      if (!is_name(*name)) return bad_name(*name, "solver");
+    if (s.interface.empty() || s.interface.find_first_of(" \n\"") != std::string::npos)
+      return fault("the interface of " + which + " is " + quote(s.interface),
+                   "Such as \"robomosp.ik/1\".");
+    if (text::trim(s.text).empty()) return fault("the text of " + which + " is empty");
+    if (s.text.size() > kMostKeptText)
+      return fault("the text of " + which + " has " + std::to_string(s.text.size()) +
+                       " bytes; at most " + std::to_string(kMostKeptText) + " are kept",
+                   "Keep it as a script in a folder of plugins.");
+    if (const auto bad = text::first_bad_byte(s.text); bad != std::string::npos)
+      return fault(
+          "byte " + std::to_string(bad + 1) + " of the text of " + which + " is not UTF-8 text",
+          "Lua is kept as text, not compiled.");
+    for (std::size_t k = 0; k < i; ++k)
+      if (solvers[k].interface == s.interface && solvers[k].name == s.name)
+        return error(ErrorCode::conflict,
+                     "two solvers of " + quote(s.interface) + " are named " + quote(s.name),
+                     "Give each its own name.");
+  }
+  return {};
+}
+
+}  // namespace
+
 Result<void> check_record(const Record& record, Subject* subject) {
   if (!is_name(record.name)) return bad_name(record.name, to_string(record.kind()));
   Subject place;
-  auto result = check_ranges(content(record.body), place);
+  const Watch none(nullptr);
+  auto result = check_ranges(content(record.body), place, none);
   if (result.ok())
-    result = std::visit([&place](const auto& body) { return check(body, place); }, record.body);
+    result = std::visit([&](const auto& body) { return check(body, place, none); }, record.body);
+  if (result.ok()) result = check_solvers(record.solvers);
   if (subject && !result.ok()) *subject = place;
   return std::move(result).in(std::string(to_string(record.kind())) + " " + quote(record.name));
 }
 
-Result<void> check_edit(const Record& record, const Record* before) {
+Result<void> check_edit(const Record& record, const Record* before, const Progress* progress) {
+  const Watch watch(progress);
   const auto* is = std::get_if<World>(&record.body);
   const auto* was = before ? std::get_if<World>(&before->body) : nullptr;
   Subject place;
   const Content old = before ? content(before->body) : Content{};
-  auto held = check_ranges(content(record.body), place, old);
+  auto held = check_ranges(content(record.body), place, watch, old);
   if (held.ok() && is && was) held = check_edited(*is, *was);
   else if (held.ok())
-    held = std::visit([&place](const auto& body) { return check(body, place); }, record.body);
+    held = std::visit([&](const auto& body) { return check(body, place, watch); }, record.body);
+  if (!held.ok() && held.error().code == ErrorCode::cancelled) return held;
+  if (held.ok() && (!before || before->solvers != record.solvers))
+    held = check_solvers(record.solvers);
   if (held.ok() && is_name(record.name)) return {};
   return check_record(record);  // a fault is worded as by a look at all of it
 }

@@ -5,6 +5,7 @@
 
 #include <string_view>
 
+#include <robomosp/sdk/progress.h>
 #include <robomosp/sdk/result.h>
 
 #include "model/records.h"
@@ -29,7 +30,23 @@ struct Subject {
 /// its message the node, part or link. [any thread]
 [[nodiscard]] Result<void> check_record(const model::Record& record, Subject* subject = nullptr);
 /// The same of a record that was `before`, which has passed; null = it was not there. What the two
-/// share is not looked at again. [any thread]
-[[nodiscard]] Result<void> check_edit(const model::Record& record, const model::Record* before);
+/// share is not looked at again. `progress`, if any, is asked every some elements whether to stop
+/// (ErrorCode::cancelled). [any thread]
+[[nodiscard]] Result<void> check_edit(const model::Record& record, const model::Record* before,
+                                      const Progress* progress = nullptr);
+
+/// Asks every some elements of a long list whether to stop.
+class Watch {
+ public:
+  explicit Watch(const Progress* progress) : progress_(progress) {}
+  [[nodiscard]] Result<void> at(std::size_t element) const {
+    constexpr std::size_t kLook = 1024;
+    if (!progress_ || element % kLook != 0 || !progress_->cancelled()) return {};
+    return error(ErrorCode::cancelled, "its check was stopped");
+  }
+
+ private:
+  const Progress* progress_;
+};
 
 }  // namespace robomosp::document

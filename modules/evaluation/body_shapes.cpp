@@ -3,6 +3,7 @@
 
 #include <utility>
 
+#include "evaluation/attached_tools.h"
 #include "evaluation/drawables.h"
 #include "evaluation/leaves.h"
 #include "model/placement.h"
@@ -93,13 +94,15 @@ Result<std::vector<std::vector<ShapePiece>>> robot_shapes_of(Solids& solids, con
     return {};
   };
   const std::vector<bool> is_generated = robotics::generated_bodies(*robot);
-  const robotics::LinkGeometry skin = robotics::make_link_geometry(*robot);
+  const robotics::LinkGeometry skin = robotics::make_link_geometry(without_tool_stick(*robot));
   if (is_generated[0]) RMP_TRY(add_link_geometry(skin.base, out[0]));
   else RMP_TRY(add_parts(robot->base_parts, out[0]));
   for (std::size_t i = 0; i < robot->links.size(); ++i) {
     if (is_generated[i + 1]) RMP_TRY(add_link_geometry(skin.links[i], out[i + 1]));
     else RMP_TRY(add_parts(robot->links[i].parts, out[i + 1]));
   }
+  for (const auto& t : robot->attached)
+    RMP_TRY(add_parts({{t.what, t.placement}}, out[static_cast<std::size_t>(t.link + 1)]));
   return out;
 }
 

@@ -80,12 +80,14 @@ struct MeshState {
 };
 
 /// What to draw for a robot: [0] = base, in the base frame (mounting frame times Robot::base), then
-/// one list a link, in the link's frame; an invisible link has an empty list. `is_generated` says
-/// of each whether it is made from the rows (robotics::generated_bodies), `generated` that all are,
-/// since no part is designed.
+/// one list a link, in the link's frame; an invisible link has an empty list. The bodies of
+/// attached tools stand behind those of the link that they are on, visible or not. `is_generated`
+/// says of each whether it is made from the rows (robotics::generated_bodies), `generated` that all
+/// are, since no part is designed.
 struct RobotBodies {
   std::vector<std::vector<Drawable>> bodies;
   std::vector<bool> is_generated;
+  std::vector<std::size_t> tools_from;  ///< where in each list the attached tools begin
   bool generated = false;
 };
 
@@ -171,7 +173,7 @@ class Derived {
   Result<std::shared_ptr<const std::vector<ShapePiece>>> shapes(const document::Snapshot&,
                                                                 AnyId solid_or_object, Progress&);
   /// The same of a robot: [0] = base, in the base frame, then one list a link, in the link's frame;
-  /// generated ones where robotics::generated_bodies says so.
+  /// generated ones where robotics::generated_bodies says so, and behind them the attached tools.
   Result<std::vector<std::vector<ShapePiece>>> robot_shapes(const document::Snapshot&, RobotId,
                                                             Progress&);
 

@@ -8,6 +8,7 @@
 #include <set>
 #include <utility>
 
+#include "evaluation/attached_tools.h"
 #include "evaluation/csg_tree.h"
 #include "evaluation/leaves.h"
 #include "kernel/executor.h"
@@ -115,7 +116,7 @@ Result<void> prepare(Solids& solids, const Snapshot& s, const std::vector<Leaf>&
 
 Result<void> add_link_geometry(Solids& solids, const model::Robot& robot, RobotBodies& out,
                                Progress& progress) {
-  const robotics::LinkGeometry skin = robotics::make_link_geometry(robot);
+  const robotics::LinkGeometry skin = robotics::make_link_geometry(without_tool_stick(robot));
   const auto add = [&](const std::vector<robotics::LinkGeometryPiece>& pieces,
                        const std::string& name, std::vector<Drawable>& to) -> Result<void> {
     for (const auto& piece : pieces) {
@@ -198,7 +199,14 @@ Result<RobotBodies> robot_bodies_of(Solids& solids, const Snapshot& s, RobotId i
       robot->base_parts.empty() && std::all_of(robot->links.begin(), robot->links.end(),
                                                [](const auto& l) { return l.parts.empty(); });
   RMP_TRY(add_link_geometry(solids, *robot, out, progress));
-  if (out.generated) return out;
+  out.tools_from.resize(out.bodies.size());
+  const auto tools_begin = [&out] {
+    for (std::size_t b = 0; b < out.bodies.size(); ++b) out.tools_from[b] = out.bodies[b].size();
+  };
+  if (out.generated && robot->attached.empty()) {
+    tools_begin();
+    return out;
+  }
   const bool is_any_generated =
       std::find(out.is_generated.begin(), out.is_generated.end(), true) != out.is_generated.end();
   std::vector<AnyId> parts_of_all;
@@ -206,6 +214,7 @@ Result<RobotBodies> robot_bodies_of(Solids& solids, const Snapshot& s, RobotId i
   for (const auto& l : robot->links)
     if (l.visible)
       for (const auto& p : l.parts) parts_of_all.push_back(p.what);
+  for (const auto& t : robot->attached) parts_of_all.push_back(t.what);
   RMP_TRY(prepare(solids, s, parts_of_all, progress));
   std::optional<Error> first;
   bool is_anything_drawn = is_any_generated;
@@ -229,6 +238,9 @@ Result<RobotBodies> robot_bodies_of(Solids& solids, const Snapshot& s, RobotId i
   RMP_TRY(add(robot->base_parts, out.bodies[0]));
   for (std::size_t i = 0; i < robot->links.size(); ++i)
     if (robot->links[i].visible) RMP_TRY(add(robot->links[i].parts, out.bodies[i + 1]));
+  tools_begin();
+  for (const auto& t : robot->attached)
+    RMP_TRY(add({{t.what, t.placement}}, out.bodies[static_cast<std::size_t>(t.link + 1)]));
   if (first && !is_anything_drawn) return *first;
   return out;
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "document/digest.h"
+#include "evaluation/attached_tools.h"
 #include "evaluation/leaves.h"
 #include "evaluation/mass.h"
 #include "model/placement.h"
@@ -29,6 +30,20 @@ Result<std::optional<MassProperties>> designed_mass(Solids& solids, const Snapsh
   return std::optional<MassProperties>{m.mass};
 }
 
+/// The robot with attached tools as further tools, which carry the masses of their bodies.
+Result<model::Robot> with_tools(Solids& solids, const Snapshot& s, const std::string& name,
+                                const model::Robot& robot, Progress& progress) {
+  RMP_TRY_ASSIGN(model::Robot out, with_tool_frames(s, name, robot));
+  for (const model::AttachedTool& t : robot.attached) {
+    auto mass = body_mass(solids, s, t.what, progress);
+    if (!mass.ok())
+      return std::move(mass).in("tool \"" + t.name + "\"").in("robot \"" + name + "\"").error();
+    for (model::RobotTool& tool : out.tools)
+      if (tool.name == t.name && mass->mass.mass > 0) tool.payload = mass->mass;
+  }
+  return out;
+}
+
 }  // namespace
 
 Result<std::shared_ptr<const RobotModel>> robot_model_of(Solids& solids, const Snapshot& s,
@@ -36,7 +51,12 @@ Result<std::shared_ptr<const RobotModel>> robot_model_of(Solids& solids, const S
                                                          Progress& progress) {
   const document::RecordPtr record = s.share(id);
   if (!record) return stale(s, id);
-  const auto& robot = std::get<model::Robot>(record->body);
+  const auto& plain = std::get<model::Robot>(record->body);
+  std::optional<model::Robot> equipped;
+  if (!plain.attached.empty()) {
+    RMP_TRY_ASSIGN(equipped, with_tools(solids, s, record->name, plain, progress));
+  }
+  const model::Robot& robot = equipped ? *equipped : plain;
   const auto cached = [&](const Fingerprint& key, auto&& make) {
     return solids.cache().get<RobotModel>(key, key, make, [](const RobotModel& m) {
       return sizeof(RobotModel) + sizeof(JointModel) * m.joints.size();
@@ -47,7 +67,7 @@ Result<std::shared_ptr<const RobotModel>> robot_model_of(Solids& solids, const S
     return robotics::build_robot_model(record->name, robot, masses, gravity);
   };
   // Where all that counts is in the record, the key is known as soon as it was made once.
-  const bool is_own = robot.mass_source != model::MassSource::designed;
+  const bool is_own = !equipped && robot.mass_source != model::MassSource::designed;
   if (is_own)
     if (const auto key = solids.cache().key_of(record, gravity)) return cached(*key, build);
   if (!is_own)
@@ -87,8 +107,13 @@ Result<std::shared_ptr<const RobotModel>> robot_model_of(Solids& solids, const S
 
 Result<std::optional<MassProperties>> standing_mass_of(Solids& solids, const Snapshot& s,
                                                        RobotId id, Progress& progress) {
-  const auto* robot = s.get(id);
-  if (!robot) return stale(s, id);
+  const auto* plain = s.get(id);
+  if (!plain) return stale(s, id);
+  std::optional<model::Robot> equipped;
+  if (!plain->attached.empty()) {
+    RMP_TRY_ASSIGN(equipped, with_tools(solids, s, s.find(id)->name, *plain, progress));
+  }
+  const model::Robot* robot = equipped ? &*equipped : plain;
   const bool is_designed = robot->mass_source == model::MassSource::designed;
   std::vector<MassProperties> bodies;
   const auto add_parts = [&](std::span<const model::BodyPart> parts,

@@ -15,6 +15,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "kernel/file_root.h"
 #include "kernel/permit.h"
 #include "kernel/text.h"
 
@@ -27,24 +28,7 @@ using text::quote;
 
 std::string reason(int number) { return std::generic_category().message(number); }
 
-/// Closes a descriptor at the end of a block.
-class Descriptor {
- public:
-  explicit Descriptor(int fd = -1) : fd_(fd) {}
-  ~Descriptor() {
-    if (fd_ >= 0) ::close(fd_);
-  }
-  Descriptor(Descriptor&& from) noexcept : fd_(std::exchange(from.fd_, -1)) {}
-  Descriptor& operator=(Descriptor&& from) noexcept {
-    std::swap(fd_, from.fd_);
-    return *this;
-  }
-  [[nodiscard]] int get() const { return fd_; }
-  [[nodiscard]] int close() { return ::close(std::exchange(fd_, -1)); }
-
- private:
-  int fd_;
-};
+using Descriptor = FileDescriptor;
 
 int write_all(int fd, std::string_view bytes) {
   while (!bytes.empty()) {
@@ -71,27 +55,38 @@ Result<fs::path> behind_links(fs::path file) {
   return file;
 }
 
+/// The same, within the session's folder if it has one.
+Result<FilePlace> place_of(const fs::path& wanted) {
+  if (current_file_root()) return place_to_write(wanted);
+  RMP_TRY_ASSIGN(const fs::path file, behind_links(wanted));
+  return place_to_write(file);
+}
+
 /// A temporary file this old was left behind by a save that was killed.
 constexpr auto kLeftBehind = std::chrono::hours(1);
 
-void remove_left_behind(const std::string& name) {
+void remove_left_behind(int folder, const std::string& name) {
   struct stat there {};
-  if (::lstat(name.c_str(), &there) != 0 || !S_ISREG(there.st_mode)) return;
+  if (::fstatat(folder, name.c_str(), &there, AT_SYMLINK_NOFOLLOW) != 0 || !S_ISREG(there.st_mode))
+    return;
   if (std::chrono::system_clock::now() -
           std::chrono::system_clock::from_time_t(there.st_mtim.tv_sec) >
       kLeftBehind)
-    ::unlink(name.c_str());
+    ::unlinkat(folder, name.c_str(), 0);
 }
 
 /// A file that is written beside the one whose place it takes; removed unless it did.
 class Temporary {
  public:
   /// Nothing of it is certain to be on the disk yet.
-  static Result<Temporary> write(const fs::path& file, std::string_view bytes) {
+  static Result<Temporary> write(const FilePlace& place, std::string_view bytes) {
     // open() gives a new file the permissions of the user's umask; an old one keeps its own.
-    Temporary t(file);
+    Temporary t(place);
     struct stat old {};
-    const bool is_new = ::stat(file.c_str(), &old) != 0;
+    // Of a confined session the place is no link, unless somebody made it one since.
+    const int links = place.held ? AT_SYMLINK_NOFOLLOW : 0;
+    const bool is_new = ::fstatat(place.folder, place.name.c_str(), &old, links) != 0 ||
+                        (place.held && !S_ISREG(old.st_mode) && !S_ISDIR(old.st_mode));
     if (!is_new && S_ISDIR(old.st_mode))
       return error(ErrorCode::io, t.shown() + " is a folder, so it cannot be written as a file",
                    "Choose another name.");
@@ -104,12 +99,12 @@ class Temporary {
     return t;
   }
   Temporary(Temporary&& from) noexcept
-      : file_(std::move(from.file_)),
+      : place_(std::move(from.place_)),
         name_(std::exchange(from.name_, {})),
         fd_(std::move(from.fd_)) {}
   Temporary& operator=(Temporary&&) = delete;
   ~Temporary() {
-    if (!name_.empty()) ::unlink(name_.c_str());
+    if (!name_.empty()) ::unlinkat(place_.folder, name_.c_str(), 0);
   }
 
   static fs::path folder_of(const fs::path& file) {
@@ -122,26 +117,29 @@ class Temporary {
     return {};
   }
   Result<void> take_place() {
-    if (::rename(name_.c_str(), file_.c_str()) != 0) return refused(errno);
+    if (::renameat(place_.folder, name_.c_str(), place_.folder, place_.name.c_str()) != 0)
+      return refused(errno);
     name_.clear();
     return {};
   }
 
  private:
-  explicit Temporary(fs::path file) : file_(std::move(file)) {}
+  explicit Temporary(FilePlace place) : place_(std::move(place)) {}
   /// The first name that is free: others are of whoever writes the same file now, or were left
   /// behind, by a process of any number. Returns errno.
   int open_new() {
     // A name may have 255 bytes; the file's own need not leave room for more.
-    const std::string start =
-        (folder_of(file_) / ("." + file_.filename().string().substr(0, 200) + ".part")).string();
+    const fs::path file = place_.name;
+    const std::string own = "." + file.filename().string().substr(0, 200) + ".part";
+    const std::string start = (folder_of(file) / own).string();
     for (unsigned k = 0;; ++k) {
       name_ = start + std::to_string(k);
-      fd_ = Descriptor(::open(name_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
+      fd_ = Descriptor(
+          ::openat(place_.folder, name_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
       if (fd_.get() >= 0) return 0;
       const int failure = errno;
       if (failure == EEXIST && k < kMostTries) {
-        remove_left_behind(name_);
+        remove_left_behind(place_.folder, name_);
         continue;
       }
       name_.clear();
@@ -149,20 +147,31 @@ class Temporary {
     }
   }
   static constexpr unsigned kMostTries = 100'000;
-  [[nodiscard]] std::string shown() const { return quote(file_.generic_string()); }
+  [[nodiscard]] std::string shown() const { return quote(place_.path.generic_string()); }
   [[nodiscard]] Error refused(int number) const {
     return error(ErrorCode::io, "cannot write " + shown() + ": " + reason(number),
                  "Check the folder's permissions and free space.");
   }
 
-  fs::path file_;
+  FilePlace place_;
   std::string name_;  ///< empty = there is none (any more)
   Descriptor fd_;
 };
 
+/// A folder that files are written in: its path, and for a confined session itself.
+struct Folder {
+  fs::path path;
+  std::shared_ptr<const FileDescriptor> held;
+  bool operator<(const Folder& other) const { return path < other.path; }
+  [[nodiscard]] Descriptor open() const {
+    constexpr int kFlags = O_RDONLY | O_DIRECTORY | O_CLOEXEC;
+    return Descriptor(held ? ::openat(held->get(), ".", kFlags) : ::open(path.c_str(), kFlags));
+  }
+};
+
 /// So that what was renamed in it survives a power cut.
-void sync_folder(const fs::path& folder) {
-  const Descriptor directory(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+void sync_folder(const Folder& folder) {
+  const Descriptor directory = folder.open();
   if (directory.get() >= 0) ::fsync(directory.get());
 }
 
@@ -174,10 +183,10 @@ constexpr std::size_t kTogether = 128;
 /// Keeps other programs from putting files into folders for as long as it lives, if they ask.
 class FolderLocks {
  public:
-  explicit FolderLocks(const std::set<fs::path>& folders) {
+  explicit FolderLocks(const std::set<Folder>& folders) {
     const auto until = std::chrono::steady_clock::now() + kPatience;
-    for (const fs::path& folder : folders) {  // in their order, so that nobody waits for ever
-      Descriptor fd(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+    for (const Folder& folder : folders) {  // in their order, so that nobody waits for ever
+      Descriptor fd = folder.open();
       if (fd.get() < 0) continue;
       // A file system without locks, or a process that was stopped, is no reason not to save.
       while (::flock(fd.get(), LOCK_EX | LOCK_NB) != 0 &&
@@ -194,11 +203,11 @@ class FolderLocks {
 
 struct FileBatch::Work {
   struct Wish {
-    fs::path file;
+    FilePlace file;
     FileBefore before;
     Fingerprint bytes;  ///< of the new ones
   };
-  std::set<fs::path> folders;
+  std::set<Folder> folders;
   std::vector<Temporary> files;
   std::vector<Wish> wishes;  ///< about files that are there
   std::vector<fs::path> replaced;
@@ -215,9 +224,9 @@ struct FileBatch::Work {
 namespace {
 
 /// Of what a file holds; nullopt when there is none that can be read.
-std::optional<Fingerprint> fingerprint_of(const fs::path& file) {
-  const PermitScope own(nullptr);  // nothing of the file is shown to anybody
-  const auto there = read_file(file);
+std::optional<Fingerprint> fingerprint_of(const FilePlace& file) {
+  const OwnWorkScope own;  // nothing of the file is shown to anybody
+  const auto there = read_file(file.path);
   if (!there.ok()) return std::nullopt;
   return file_fingerprint(*there);
 }
@@ -235,19 +244,20 @@ Result<void> FileBatch::add(const fs::path& wanted, std::string_view bytes,
                             const FileBefore& before) {
   RMP_TRY(require(Effect::files_write));
   Work& w = *work_;
-  RMP_TRY_ASSIGN(const fs::path file, behind_links(wanted));
+  RMP_TRY_ASSIGN(const FilePlace place, place_of(wanted));
+  const fs::path& file = place.path;
   const fs::path folder = Temporary::folder_of(file);
   std::error_code ec;
-  if (!w.folders.contains(folder) && !fs::is_directory(folder, ec))
+  if (!place.held && !w.folders.contains({folder, nullptr}) && !fs::is_directory(folder, ec))
     return error(ErrorCode::not_found,
                  "there is no folder " + quote(folder.generic_string()) + " to save " +
                      quote(file.filename().generic_string()) + " in",
                  "Create the folder first or choose another one.");
-  w.folders.insert(folder);
-  RMP_TRY_ASSIGN(Temporary written, Temporary::write(file, bytes));
+  w.folders.insert({folder, place.held});
+  RMP_TRY_ASSIGN(Temporary written, Temporary::write(place, bytes));
   w.files.push_back(std::move(written));
-  if (before.is_asked && fs::exists(file, ec))
-    w.wishes.push_back({file, before, file_fingerprint(bytes)});
+  if (before.is_asked && file_kind(file) != FileKind::none)
+    w.wishes.push_back({place, before, file_fingerprint(bytes)});
   if (w.files.size() - w.synced >= kTogether) RMP_TRY(w.sync());
   return {};
 }
@@ -263,15 +273,15 @@ Result<void> FileBatch::finish() {
     if (!there || *there == wish.bytes || there == wish.before.seen) continue;
     if (wish.before.seen)
       return error(ErrorCode::conflict,
-                   "the file " + quote(wish.file.generic_string()) +
+                   "the file " + quote(wish.file.path.generic_string()) +
                        " was changed by another program since it was read or saved here, so it "
                        "was not written",
                    "Load it with reload = true to have what it holds, save to another file, or "
                    "give overwrite = true.");
-    replaced.push_back(wish.file);
+    replaced.push_back(wish.file.path);
   }
   for (Temporary& each : w.files) RMP_TRY(each.take_place());
-  for (const fs::path& folder : w.folders) sync_folder(folder);
+  for (const Folder& folder : w.folders) sync_folder(folder);
   w = Work();
   w.replaced = std::move(replaced);
   return {};
@@ -286,13 +296,14 @@ Result<void> write_file(const fs::path& file, std::string_view bytes) {
 }
 
 bool file_holds(const fs::path& file, std::string_view bytes) {
-  const PermitScope own(nullptr);  // nothing of the file is shown to anybody
+  const OwnWorkScope own;  // nothing of the file is shown to anybody
   const auto there = read_file(file, bytes.size());
   return there.ok() && *there == bytes;
 }
 
 Result<std::string> read_file(const fs::path& file, std::size_t limit) {
   RMP_TRY(require(Effect::files_read));
+  if (current_file_root()) return read_permitted(file, limit);
   const std::string shown = quote(file.generic_string());
   std::error_code ec;
   const auto status = fs::status(file, ec);

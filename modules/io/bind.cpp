@@ -237,7 +237,7 @@ class Binder : public DeclaredReader {
 
   Result<void> robot() {
     Robot r;
-    std::unordered_map<std::string, Index> links, poses, tools, loops;
+    std::unordered_map<std::string, Index> links, poses, tools, mounted, loops;
     std::optional<Index> main_tool;
     std::vector<Index> pose_fields, loop_fields;
     Result<void> fields_read = block(
@@ -260,6 +260,8 @@ class Binder : public DeclaredReader {
                   }),
          repeated("link", [&](Index i) { return link(i, r, links); }),
          repeated("tool", [&](Index i) { return tool(i, r, main_tool, tools); }),
+         repeated("attached", [&](Index i) { return attached(i, r, mounted); }),
+         string("tcp", r.tcp),
          mass_block("payload", "the payload", r.payload),
          repeated("loop",
                   [&](Index i) -> Result<void> {
@@ -284,7 +286,10 @@ class Binder : public DeclaredReader {
               }}});
     RMP_TRY(std::move(fields_read));
     for (const Index i : loop_fields) RMP_TRY(loop(i, r, loops));
-    for (RobotTool& t : r.tools) RMP_TRY(find_tool_link(r, t));
+    for (std::size_t k = 0; k < r.tools.size(); ++k)
+      RMP_TRY(find_tool_link(tool_fields_[k], r, r.tools[k].link));
+    for (std::size_t k = 0; k < r.attached.size(); ++k)
+      RMP_TRY(find_tool_link(attached_fields_[k], r, r.attached[k].link));
     const std::vector<std::string_view> units = robotics::coordinate_units(r);
     for (const Index i : pose_fields) RMP_TRY(pose(i, r, units, poses));
     out_.record.body = std::move(r);
@@ -399,6 +404,7 @@ class Binder : public DeclaredReader {
     if (has_row && l.origin)
       return fail(i, "link " + quote(l.name) + " has a row and an origin",
                   "Keep the one that is meant.");
+    place_of_link_.emplace(l.name, static_cast<std::int32_t>(index));
     r.links.push_back(std::move(l));
     return {};
   }
@@ -426,10 +432,26 @@ class Binder : public DeclaredReader {
     r.tools.push_back(std::move(t));
     return {};
   }
-  Result<void> find_tool_link(const Robot& r, RobotTool& t) {
-    const Index i = tool_fields_[static_cast<std::size_t>(&t - r.tools.data())];
+  Result<void> find_tool_link(Index i, const Robot& r, std::int32_t& link) {
     for (Index k = i + 1; k < at(i).end; k = at(k).end)
-      if (at(k).name == "link") return any_link(k, r, t.link);
+      if (at(k).name == "link") return any_link(k, r, link);
+    return {};
+  }
+
+  /// `attached torch { object "mig_torch_22.part"  link flange  at (0, 0, 56 mm) }`
+  Result<void> attached(Index i, Robot& r, std::unordered_map<std::string, Index>& named) {
+    AttachedTool t;
+    const std::size_t k = r.attached.size();
+    RMP_TRY(element(i, "attached", k, t.name, named));
+    std::vector<Rule> rules = body(
+        "an attached tool", [k](Body& b, AnyId id) { std::get<Robot>(b).attached[k].what = id; });
+    rules.push_back({"link", [](Index) -> Result<void> { return {}; }});
+    rules.back().is_required = true;
+    placement(rules, t.placement);
+    RMP_TRY(block(i, "an attached tool", rules));
+    RMP_TRY(need_body(i));
+    attached_fields_.push_back(i);
+    r.attached.push_back(std::move(t));
     return {};
   }
 
@@ -457,20 +479,24 @@ class Binder : public DeclaredReader {
     return {};
   }
 
+  /// Of the links read so far.
+  [[nodiscard]] bool find_link(const std::string& name, std::int32_t& out) const {
+    const auto found = place_of_link_.find(name);
+    if (found == place_of_link_.end()) return false;
+    out = found->second;
+    return true;
+  }
+  static std::vector<std::string> link_names(const Robot& r, std::vector<std::string> first) {
+    for (const Link& l : r.links) first.push_back(l.name);
+    return first;
+  }
   /// The link that a word names, or the base.
   Result<void> any_link(Index i, const Robot& r, std::int32_t& out) {
     std::string name;
     RMP_TRY(read_name(i, name, "link"));
     out = -1;
-    if (name == "base") return {};
-    std::vector<std::string> names{"base"};
-    for (std::size_t k = 0; k < r.links.size(); ++k) {
-      if (r.links[k].name == name) {
-        out = static_cast<std::int32_t>(k);
-        return {};
-      }
-      names.push_back(r.links[k].name);
-    }
+    if (name == "base" || find_link(name, out)) return {};
+    const std::vector<std::string> names = link_names(r, {"base"});
     std::string hint = text::did_you_mean(name, names);
     if (hint.empty()) hint = "Links are " + text::enumerate(names) + ".";
     return s_.at(at(i).argument_offset, ErrorCode::unknown_name,
@@ -480,15 +506,8 @@ class Binder : public DeclaredReader {
   Result<void> earlier_link(Index i, const Robot& r, const Link& l, std::int32_t& out) {
     std::string name;
     RMP_TRY(read_name(i, name, "link"));
-    std::vector<std::string> names;
-    for (std::size_t k = 0; k < r.links.size(); ++k) {
-      if (r.links[k].name == name) {
-        out = static_cast<std::int32_t>(k);
-        return {};
-      }
-      names.push_back(r.links[k].name);
-    }
-    std::string hint = text::did_you_mean(name, names);
+    if (find_link(name, out)) return {};
+    std::string hint = text::did_you_mean(name, link_names(r, {}));
     if (hint.empty()) hint = "A joint follows that of a link that stands before its own.";
     return s_.at(at(i).argument_offset, ErrorCode::unknown_name,
                  quote(name) + " is not a link before link " + quote(l.name), hint);
@@ -501,15 +520,8 @@ class Binder : public DeclaredReader {
       l.parent = -1;
       return {};
     }
-    std::vector<std::string> names{"base"};
-    for (std::size_t k = 0; k < r.links.size(); ++k) {
-      if (r.links[k].name == name) {
-        l.parent = static_cast<std::int32_t>(k);
-        return {};
-      }
-      names.push_back(r.links[k].name);
-    }
-    std::string hint = text::did_you_mean(name, names);
+    if (find_link(name, l.parent)) return {};
+    std::string hint = text::did_you_mean(name, link_names(r, {"base"}));
     if (hint.empty()) hint = "The parent is \"base\" or a link that stands before this one.";
     return s_.at(at(i).argument_offset, ErrorCode::unknown_name,
                  quote(name) + " is not a link before link " + quote(l.name), hint);
@@ -646,7 +658,7 @@ class Binder : public DeclaredReader {
             number("duration", "s", s.duration)};
         break;
       case StepKind::attach:
-        rules = {actor, string("object", s.object), string("link", s.link)};
+        rules = {actor, string("object", s.object), string("link", s.link), string("tcp", s.tcp)};
         break;
       case StepKind::detach: rules = {string("object", s.object)}; break;
       case StepKind::set:
@@ -672,7 +684,9 @@ class Binder : public DeclaredReader {
     return block(i, "step " + std::to_string(k + 1) + " (" + std::string(to_string(s.kind)) + ")",
                  rules, is_inner);
   }
-  std::vector<Index> tool_fields_;  ///< of the robot's further tools
+  std::unordered_map<std::string, std::int32_t> place_of_link_;  ///< of those read so far
+  std::vector<Index> tool_fields_;                               ///< of the robot's further tools
+  std::vector<Index> attached_fields_;                           ///< of the tools attached to it
 };
 
 }  // namespace

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/declared_reader.h"
 
-#include "model/field_path.h"
-
 namespace robomosp::io {
 
 using Member = model::Field;  // io::Field is one of a file
@@ -19,8 +17,13 @@ std::string noun(std::string_view word) {
   return s;
 }
 
-std::string below(const std::string& path, std::string_view name) {
-  return path.empty() ? std::string(name) : path + "." + std::string(name);
+model::Way to_member(model::Way way, const Member& f) {
+  way.push_back({&f, 0});
+  return way;
+}
+model::Way to_element(model::Way way, std::size_t i) {
+  way.push_back({nullptr, i});
+  return way;
 }
 
 bool has_name(const Type& element) {
@@ -29,11 +32,11 @@ bool has_name(const Type& element) {
   return f && f->type->shape == Shape::text;
 }
 
-/// Puts the id of a loaded record where a path says.
-std::function<void(model::Body&, AnyId)> setter(const std::string& path) {
-  return [path](model::Body& b, AnyId id) {
-    const auto at = model::find_for_change(model::content(b), path);
-    at->type->set_id(at->data, id);
+/// Puts the id of a loaded record where a way leads.
+std::function<void(model::Body&, AnyId)> setter(const model::Way& way) {
+  return [way](model::Body& b, AnyId id) {
+    const model::MutableContent at = model::follow_for_change(model::content(b), way);
+    at.type->set_id(at.data, id);
   };
 }
 
@@ -42,13 +45,13 @@ std::function<void(model::Body&, AnyId)> setter(const std::string& path) {
 std::vector<Rule> DeclaredReader::rules_of(const Target& t) {
   std::vector<Rule> rules;
   for (const Member& f : t.type->fields)
-    if (f.name != "name" || t.path.empty() || !has_name(*t.type)) add_rules(t, f, rules);
+    if (f.name != "name" || t.way.empty() || !has_name(*t.type)) add_rules(t, f, rules);
   return rules;
 }
 
 void DeclaredReader::add_rules(const Target& t, const Member& f, std::vector<Rule>& out) {
   void* data = f.in(t.data);
-  const std::string path = below(t.path, f.name);
+  const model::Way way = to_member(t.way, f);
   const std::string owner = t.shown.empty() ? "the " + s_.kind : t.shown;
   if (f.type == &type_of<Parametric>()) {
     out.push_back(parameter_rule(*static_cast<Parametric*>(data)));
@@ -68,22 +71,22 @@ void DeclaredReader::add_rules(const Target& t, const Member& f, std::vector<Rul
     std::vector<Kind> kinds = f.kinds.empty() ? f.type->kinds : f.kinds;
     if (kinds.empty()) kinds.assign(all_kinds().begin(), all_kinds().end());
     if (f.is_written_by_kind) {
-      for (const Kind k : kinds) out.push_back(reference(to_string(k), {k}, owner, setter(path)));
+      for (const Kind k : kinds) out.push_back(reference(to_string(k), {k}, owner, setter(way)));
       return;
     }
-    out.push_back(reference(f.word_in_files(), std::move(kinds), owner, setter(path)));
+    out.push_back(reference(f.word_in_files(), std::move(kinds), owner, setter(way)));
   } else if (f.type->shape == Shape::list) {
     out.push_back(list_rule(t, f));
   } else if (f.type->shape == Shape::table) {
     out.push_back(table_rule(f, data));
   } else {
-    out.push_back({f.word_in_files(), [this, t, &f, data, path](Index i) -> Result<void> {
+    out.push_back({f.word_in_files(), [this, t, &f, data, way](Index i) -> Result<void> {
                      const Type* type = f.type;
                      void* p = data;
                      for (; type->shape == Shape::optional || type->shape == Shape::shared;
                           type = type->element)
                        p = type->hold(p);
-                     return read_value(i, t, f, *type, p, path);
+                     return read_value(i, t, f, *type, p, way);
                    }});
   }
   out.back().is_required = f.is_needed;
@@ -96,7 +99,7 @@ Result<void> DeclaredReader::need_references(const Target& t, Index block) {
 }
 
 Result<void> DeclaredReader::read_value(Index i, const Target& t, const Member& f, const Type& type,
-                                        void* p, const std::string& path) {
+                                        void* p, const model::Way& way) {
   const std::string_view word = at(i).name;
   if (&type == &type_of<Placement>())
     return placement_block(word, *static_cast<Placement*>(p)).read(i);
@@ -115,7 +118,7 @@ Result<void> DeclaredReader::read_value(Index i, const Target& t, const Member& 
     }
     case Shape::integer: {
       if (!f.index_in.empty()) {
-        names_.push_back({i, path, f.index_in});
+        names_.push_back({i, way, f.index_in});
         return {};
       }
       std::int64_t v = 0;
@@ -137,7 +140,7 @@ Result<void> DeclaredReader::read_value(Index i, const Target& t, const Member& 
     case Shape::colour: return colour(word, *static_cast<Colour*>(p)).read(i);
     case Shape::structure: {
       RMP_TRY(need_block(i, true));
-      Target inner{&type, p, path, t.shown, t.alternative};
+      Target inner{&type, p, way, t.shown, t.alternative};
       if (type.alternative) inner.alternative = type.alternative(p);
       RMP_TRY(block(i, article(f.shown_name()), rules_of(inner)));
       return need_references(inner, i);
@@ -176,25 +179,23 @@ Result<void> DeclaredReader::read_numbers(Index i, const Target& t, const Member
 
 Rule DeclaredReader::list_rule(const Target& t, const Member& f) {
   void* list = f.in(t.data);
-  const std::string path = below(t.path, f.name);
+  const model::Way way = to_member(t.way, f);
   if (f.type->element->shape != Shape::structure || f.type->element == &type_of<Placement>())
-    return repeated(f.word_in_files(), [this, t, &f, list, path](Index i) -> Result<void> {
+    return repeated(f.word_in_files(), [this, t, &f, list, way](Index i) -> Result<void> {
       const std::size_t n = f.type->length(list);
       f.type->resize(list, n + 1);
-      return read_value(i, t, f, *f.type->element, f.type->at(list, n),
-                        path + "[" + std::to_string(n + 1) + "]");
+      return read_value(i, t, f, *f.type->element, f.type->at(list, n), to_element(way, n));
     });
   const auto named = std::make_shared<std::unordered_map<std::string, Index>>();
   const bool is_named = has_name(*f.type->element);
   return repeated(f.word_in_files(),
-                  [this, t, &f, list, path, named, is_named](Index i) -> Result<void> {
+                  [this, t, &f, list, way, named, is_named](Index i) -> Result<void> {
                     const Type& type = *f.type->element;
                     const std::string_view word = f.word_in_files();
                     const std::size_t n = f.type->length(list);
                     f.type->resize(list, n + 1);
                     void* p = f.type->at(list, n);
-                    Target inner{&type, p, path + "[" + std::to_string(n + 1) + "]",
-                                 article(noun(word)), t.alternative};
+                    Target inner{&type, p, to_element(way, n), article(noun(word)), t.alternative};
                     if (is_named) {
                       auto& name = *static_cast<std::string*>(type.field("name")->in(p));
                       RMP_TRY(element(i, word, n, name, *named));
@@ -226,27 +227,35 @@ Rule DeclaredReader::table_rule(const Member& f, void* table) {
 }
 
 Result<void> DeclaredReader::look_up_names() {
+  const model::MutableContent record = model::content(out_.record.body);
+  const auto each_name = [&record](std::string_view list, const auto& see) {
+    const Member* f = record.type->field(list);
+    if (!f) return;
+    const void* items = f->in(record.data);
+    for (std::size_t k = 0; k < f->type->length(items); ++k)
+      if (const std::string* name = model::name_of(*f->type->element, f->type->at(items, k)))
+        see(*name, static_cast<std::int64_t>(k));
+  };
+  using Places = std::unordered_map<std::string_view, std::int64_t>;
+  std::unordered_map<std::string_view, Places> lists;  // each is looked through once
   for (const NameToFind& wanted : names_) {
-    const model::MutableContent record = model::content(out_.record.body);
     std::string name;
     RMP_TRY(read_name(wanted.field, name, noun(at(wanted.field).name)));
-    const auto place = model::find_for_change(record, wanted.path);
-    const Member* list = record.type->field(wanted.list);
-    std::int64_t found = name == "base" ? -1 : -2;
-    std::vector<std::string> known;
-    for (std::size_t k = 0; list && k < list->type->length(list->in(record.data)); ++k) {
-      const std::string* each =
-          model::name_of(*list->type->element, list->type->at(list->in(record.data), k));
-      if (each && *each == name) found = static_cast<std::int64_t>(k);
-      if (each) known.push_back(*each);
-    }
-    if (found < -1) {
+    const auto [list, is_new] = lists.try_emplace(wanted.list);
+    Places& places = list->second;
+    if (is_new)
+      each_name(wanted.list, [&](const std::string& each, std::int64_t k) { places[each] = k; });
+    const auto found = places.find(name);
+    if (found == places.end() && name != "base") {
+      std::vector<std::string> known;
+      each_name(wanted.list, [&](const std::string& each, std::int64_t) { known.push_back(each); });
       std::string hint = text::did_you_mean(name, known);
       if (hint.empty() && !known.empty()) hint = "There are " + text::enumerate(known) + ".";
       return s_.at(at(wanted.field).argument_offset, ErrorCode::unknown_name,
                    quote(name) + " is none of the " + noun(wanted.list), hint);
     }
-    place->type->set_whole(place->data, found);
+    const model::MutableContent place = model::follow_for_change(record, wanted.way);
+    place.type->set_whole(place.data, found == places.end() ? -1 : found->second);
   }
   return {};
 }

@@ -10,6 +10,7 @@
 
 #include "io/field_reader.h"
 #include "model/data.h"
+#include "model/field_path.h"
 
 namespace robomosp::io {
 
@@ -18,11 +19,11 @@ class DeclaredReader : public FieldReader {
   using FieldReader::FieldReader;
 
  protected:
-  /// A struct that is read: where it is in the record, for what is known later only.
+  /// A struct that is read, and the way to it in the record, for what is known later only.
   struct Target {
     const model::Type* type = nullptr;
     void* data = nullptr;
-    std::string path;             ///< "parts[2]"; "" = the record
+    model::Way way;               ///< from the record to it; empty = the record
     std::string shown;            ///< `part "plate"`, for messages
     std::size_t alternative = 0;  ///< of units
   };
@@ -42,14 +43,14 @@ class DeclaredReader : public FieldReader {
   Rule list_rule(const Target&, const model::Field&);
   Rule table_rule(const model::Field&, void* table);
   Result<void> read_value(Index, const Target&, const model::Field&, const model::Type&, void* data,
-                          const std::string& path);
+                          const model::Way& way);
   Result<void> read_numbers(Index, const Target&, const model::Field&, const model::Type&,
                             void* data);
 
   /// A field that names an element of a list of the record.
   struct NameToFind {
     Index field = 0;
-    std::string path;  ///< of the integer
+    model::Way way;  ///< to the integer
     std::string_view list;
   };
   std::vector<NameToFind> names_;

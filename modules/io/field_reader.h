@@ -10,6 +10,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -51,6 +52,7 @@ class FieldReader {
   using Placement = model::Placement;
   using BodyPart = model::BodyPart;
   using CollisionPairRule = model::CollisionPairRule;
+  using KeptSolver = model::KeptSolver;
   using MeasuredMass = model::MeasuredMass;
   using ProviderChoice = model::ProviderChoice;
   using PositionRepresentation = model::PositionRepresentation;
@@ -81,6 +83,10 @@ class FieldReader {
     std::vector<std::optional<Index>> seen(rules.size());
     for (Index i = first; i < end; i = at(i).end) {
       if (skip && skip(i)) continue;
+      if (owner == kFile && at(i).name == "solver") {
+        RMP_TRY(solver(i));
+        continue;
+      }
       const auto rule = std::find_if(rules.begin(), rules.end(),
                                      [&](const Rule& r) { return r.name == at(i).name; });
       if (rule == rules.end()) return unknown(i, what, rules);
@@ -96,6 +102,31 @@ class FieldReader {
       const std::uint32_t offset = owner == kFile ? s_.kind_offset : at(owner).offset;
       return s_.at(offset, ErrorCode::syntax, quote(rules[k].name) + " is missing in " + what);
     }
+    return {};
+  }
+
+  /// `solver scara { interface "robomosp.ik/1"  line "return function(model, target)" ... }`, which
+  /// any record may keep.
+  Result<void> solver(Index i) {
+    KeptSolver s;
+    RMP_TRY(need_argument(i));
+    RMP_TRY(read_name(i, s.name, "solver"));
+    RMP_TRY(need_block(i));
+    bool has_lines = false;
+    Rule interface = string("interface", s.interface);
+    interface.is_required = true;
+    RMP_TRY(block(i, "a solver",
+                  {std::move(interface), string("provides", s.provides),
+                   repeated("line", [&](Index k) -> Result<void> {
+                     std::string one;
+                     RMP_TRY(string("line", one).read(k));
+                     if (std::exchange(has_lines, true)) s.text += '\n';
+                     s.text += one;
+                     return {};
+                   })}));
+    if (!has_lines)
+      return fail(i, "\"line\" is missing in a solver", "Its text in Lua, a line each.");
+    out_.record.solvers.push_back(std::move(s));
     return {};
   }
 
@@ -158,14 +189,15 @@ class FieldReader {
   }
   /// `parameter wall 7 mm = "bore/4 + 2 mm" "description"`
   Rule parameter_rule(Parametric& out) {
-    return repeated("parameter", [this, &out](Index i) -> Result<void> {
-      RMP_TRY_ASSIGN(Parameter p, read_parameter(s_, i));
-      if (model::find_parameter(out, p.name))
-        return s_.at(at(i).argument_offset, ErrorCode::conflict,
-                     "there is already a parameter named " + quote(p.name));
-      out.parameters.push_back(std::move(p));
-      return {};
-    });
+    return repeated("parameter",
+                    [this, &out, known = std::set<std::string>()](Index i) mutable -> Result<void> {
+                      RMP_TRY_ASSIGN(Parameter p, read_parameter(s_, i));
+                      if (!known.insert(p.name).second)
+                        return s_.at(at(i).argument_offset, ErrorCode::conflict,
+                                     "there is already a parameter named " + quote(p.name));
+                      out.parameters.push_back(std::move(p));
+                      return {};
+                    });
   }
   Rule string(std::string_view name, std::string& out) {
     return {name, [this, &out](Index i) -> Result<void> {

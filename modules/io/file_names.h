@@ -6,19 +6,25 @@
 #include <string>
 #include <system_error>
 
+#include "kernel/file_root.h"
+
 namespace robomosp::io {
 
 /// Absolute, without links and dots, as far as the path exists.
 [[nodiscard]] inline std::string canonical_name(const std::filesystem::path& file) {
   std::error_code ec;
+  if (current_file_root()) {
+    const auto permitted = permitted_path(file, Effect::files_read);
+    return (permitted.ok() ? *permitted : file.lexically_normal()).generic_string();
+  }
   const auto p = std::filesystem::weakly_canonical(std::filesystem::absolute(file, ec), ec);
   return (ec ? file.lexically_normal() : p).generic_string();
 }
 
 /// There is a file, or something else that is no folder.
 [[nodiscard]] inline bool is_file(const std::filesystem::path& p) {
-  std::error_code ec;
-  return std::filesystem::exists(p, ec) && !std::filesystem::is_directory(p, ec);
+  const FileKind kind = file_kind(p);
+  return kind == FileKind::file || kind == FileKind::other;
 }
 
 }  // namespace robomosp::io

@@ -15,6 +15,7 @@
 #include "io/legacy_bound.h"
 #include "io/legacy_motion.h"
 #include "io/legacy_syntax.h"
+#include "kernel/file_root.h"
 #include "kernel/text.h"
 #include "spatial/pose.h"
 
@@ -591,8 +592,7 @@ class Loader {
   Result<AnyId> follow(const Source& source, const Reference& r) {
     const auto tried = places(source.folder, r.path);
     const auto found = std::find_if(tried.begin(), tried.end(), [](const fs::path& p) {
-      std::error_code ec;
-      return fs::is_regular_file(p, ec);
+      return file_kind(p) == FileKind::file;
     });
     if (found == tried.end())
       return source.syntax.at(

@@ -20,6 +20,7 @@
 #include "document/document.h"
 #include "document/validate.h"
 #include "io/bind.h"
+#include "kernel/fresh_names.h"
 
 namespace robomosp::io {
 
@@ -41,24 +42,6 @@ inline std::string plain_name(std::string wanted, std::string_view otherwise) {
   if (!document::is_name(wanted)) wanted = std::string(otherwise) + "_" + wanted;
   return document::is_name(wanted) ? wanted : std::string(otherwise);
 }
-
-/// Gives each name once: pin, pin_2, pin_3.
-class FreshNames {
- public:
-  std::string fresh(const std::string& wanted) {
-    int& n = count_[wanted];
-    std::string name;
-    do {
-      ++n;
-      name = n == 1 ? wanted : wanted + "_" + std::to_string(n);
-    } while (!taken_.insert(name).second);
-    return name;
-  }
-
- private:
-  std::map<std::string, int> count_;
-  std::set<std::string> taken_;
-};
 
 struct LegacyBound {
   model::Record record;

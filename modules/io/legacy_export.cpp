@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "io/legacy.h"
+#include "kernel/file_root.h"
 #include "kernel/text.h"
 #include "model/placement.h"
 #include "spatial/pose.h"
@@ -76,8 +77,7 @@ class Exporter {
     if (!s_.find(id))
       return error(ErrorCode::stale_handle, s_.describe(id) + " cannot be exported",
                    "Look it up again by its name.");
-    std::error_code ec;
-    if (!fs::is_directory(folder_, ec))
+    if (file_kind(folder_) != FileKind::folder)
       return error(ErrorCode::not_found,
                    "there is no folder " + quote(folder_.generic_string()) + " to export to",
                    "Make it first.");
@@ -90,7 +90,7 @@ class Exporter {
                      "Materials, solids and objects can.");
     }
     for (const auto& [path, content] : files_) {
-      if (overwrite || !fs::exists(path, ec)) continue;
+      if (overwrite || file_kind(path) == FileKind::none) continue;
       if (!file_holds(path, content))
         return error(ErrorCode::conflict,
                      "the file " + quote(path.generic_string()) + " is there with other content",
@@ -98,7 +98,9 @@ class Exporter {
     }
     std::vector<fs::path> written;
     for (const auto& [path, content] : files_) {
-      fs::create_directories(path.parent_path(), ec);
+      if (const auto made = make_folders(path.parent_path());  // write_file says what failed
+          !made.ok() && made.error().code == ErrorCode::permission)
+        return made.error();
       RMP_TRY(write_file(path, content));
       written.push_back(path);
     }

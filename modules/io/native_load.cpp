@@ -50,8 +50,11 @@ class Loader {
 
   Result<Loaded> load_file(const fs::path& file) {
     std::vector<fs::path> tried{file};
-    if (file.is_relative())
-      for (const auto& folder : library_) tried.push_back(folder / file);
+    // In a confined session all names are absolute; those below its folder were relative.
+    const FileRoot* root_folder = current_file_root();
+    const fs::path given = root_folder ? fs::path(root_folder->shown_name(file.string())) : file;
+    if (given.is_relative())
+      for (const auto& folder : library_) tried.push_back(folder / given);
     const auto found = std::find_if(tried.begin(), tried.end(), is_file);
     const fs::path& path = found == tried.end() ? file : *found;
     RMP_TRY_ASSIGN(const std::size_t root, open(path, path.generic_string()));
@@ -180,6 +183,13 @@ class Loader {
       for (const auto& folder : library_) tried.push_back(folder / path);
     const auto found = std::find_if(tried.begin(), tried.end(), is_file);
     if (found != tried.end()) return *found;
+    if (const auto permitted = permitted_path(tried.front(), Effect::files_read);
+        !permitted.ok() && permitted.error().code == ErrorCode::permission)
+      return from.syntax.at(offset, ErrorCode::permission,
+                            quote(name) + ", which " + owner + " of " + quote(from.shown) +
+                                " refers to, is not in the folder that the files of this session "
+                                "lie in",
+                            permitted.error().hint);
     std::vector<std::string> folders;
     for (const auto& t : tried) folders.push_back(quote(folder_name(t)));
     folders.erase(std::unique(folders.begin(), folders.end()), folders.end());
@@ -219,8 +229,16 @@ class Loader {
     if (in_memory) {
       RMP_TRY_ASSIGN(node, open_memory(r.path));
     } else {
-      RMP_TRY_ASSIGN(const fs::path found, find(from, r.path, r.offset, r.owner));
-      RMP_TRY_ASSIGN(node, open(found, found.lexically_normal().generic_string()));
+      // Worlds name the same few files very often: the disk is asked for each of them once.
+      const std::string asked = from.folder.native() + "\n" + r.path;
+      const auto known = followed_.find(asked);
+      if (known != followed_.end()) {
+        node = known->second;
+      } else {
+        RMP_TRY_ASSIGN(const fs::path found, find(from, r.path, r.offset, r.owner));
+        RMP_TRY_ASSIGN(node, open(found, found.lexically_normal().generic_string()));
+        followed_.emplace(asked, node);
+      }
     }
     const Kind kind =
         nodes_[node].file ? nodes_[node].file->bound.record.kind() : nodes_[node].id.kind;
@@ -351,6 +369,41 @@ class Loader {
     return {};
   }
 
+  /// Of two solvers of one name with different texts the one that comes later gets a free name, and
+  /// the choices of its record follow. `self` is the record that it replaces, if any.
+  void rename_solvers(model::Record& record, AnyId self, std::vector<std::string>& notes) const {
+    const Snapshot& now = tx_.now();
+    const auto clashes = [&](const model::KeptSolver& s, const std::string& name) {
+      for (const AnyId id : now.list())
+        if (id != self)
+          for (const model::KeptSolver& other : now.find(id)->solvers)
+            if (other.interface == s.interface && other.name == name &&
+                (other.text != s.text || name != s.name))
+              return true;
+      return false;
+    };
+    for (model::KeptSolver& s : record.solvers) {
+      if (!clashes(s, s.name)) continue;
+      const std::string old = s.name;
+      const auto is_own = [&](const std::string& name) {
+        return std::any_of(record.solvers.begin(), record.solvers.end(), [&](const auto& own) {
+          return own.interface == s.interface && own.name == name;
+        });
+      };
+      std::string name;
+      int count = 1;
+      do name = old + "_" + std::to_string(++count);
+      while (clashes(s, name) || is_own(name));
+      if (s.provides.empty()) s.provides = old;
+      s.name = name;
+      model::rename_choices(record.body, s.interface, old, name);
+      notes.push_back("The solver " + quote(old) + " of " + s.interface + " that the " +
+                      std::string(to_string(record.kind())) + " " + quote(record.name) +
+                      " keeps is named " + quote(name) +
+                      " here, since the document keeps another " + quote(old) + " already.");
+    }
+  }
+
   Result<AnyId> add_record(File& file, const std::vector<AnyId>& added,
                            std::vector<std::string>& notes) {
     model::Record record = std::move(file.bound.record);
@@ -364,6 +417,7 @@ class Loader {
                       quote(wanted) + " already.");
     if (record.name != wanted && record.kind() == Kind::world)
       RMP_TRY(follow_world(added, wanted, record));
+    rename_solvers(record, {}, notes);
     return tx_.add(std::move(record));
   }
 
@@ -379,6 +433,7 @@ class Loader {
                       quote(record.name) + " already.");
       record.name = old;
     }
+    rename_solvers(record, file.again, notes);
     RMP_TRY(tx_.edit(file.again, [&](model::Record& r) -> Result<void> {
       r = std::move(record);
       return {};
@@ -398,6 +453,7 @@ class Loader {
   std::unordered_map<std::string, GeometryPtr> geometries_;  ///< file and source -> what it holds
   std::unordered_map<std::string, AnyId> known_;             ///< file -> record of the document
   std::unordered_map<std::string, std::size_t> opened_;      ///< file -> node
+  std::unordered_map<std::string, std::size_t> followed_;    ///< folder and path in a file -> node
   std::deque<Node> nodes_;  ///< stable: references into it are kept
 };
 

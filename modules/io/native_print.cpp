@@ -97,10 +97,19 @@ class Printer {
         for (const Entry& e : entries(*record_.type, record_.data, 0)) put(e);
       }
     }
+    for (const KeptSolver& s : r.solvers) solver(s);
     return std::move(out_);
   }
 
  private:
+  /// Its text line by line, so that it can be read in the file.
+  void solver(const KeptSolver& s) {
+    open("solver " + name(s.name) + " {");
+    line("interface " + quote(s.interface));
+    if (!s.provides.empty()) line("provides " + quote(s.provides));
+    for (const std::string_view each : text::split(s.text, '\n')) line("line " + quote(each));
+    close();
+  }
   void print(const Solid& s) {
     words("description", s.description);
     if (s.material) line("material " + quote(path_of_(s.material)));
@@ -395,6 +404,12 @@ class Printer {
     if (differs(r.tool)) block("tool", placement(r.tool));
     if (r.payload) block("payload", mass(*r.payload));
     for (const auto& t : r.tools) tool(r, t);
+    for (const auto& t : r.attached) {
+      std::vector<std::string> fields = body(t.what, t.placement);
+      fields.insert(fields.begin() + 1, "link " + link_name(r, t.link));
+      block("attached " + name(t.name), fields);
+    }
+    words("tcp", r.tcp);
     for (const auto& l : r.loops) loop(r, l);
     for (const auto& p : r.poses) line("pose " + name(p.name) + " " + joint_values(r, p.q));
     pair_rules(r.pair_rules);
@@ -582,6 +597,7 @@ class Printer {
     number(is_move ? "duration" : "time", s.duration, 0, "s");
     text("object", s.object);
     text(is_move ? "tool" : "link", s.link);
+    text("tcp", s.tcp);
     text("signal", s.signal);
     text(s.kind == StepKind::set ? "value" : "condition", s.expression);
     number("timeout", s.timeout, 0, "s");

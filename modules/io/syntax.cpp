@@ -6,6 +6,7 @@
 
 #include "kernel/text.h"
 #include "kernel/units.h"
+#include "kernel/utf8.h"
 
 namespace robomosp::io {
 
@@ -29,30 +30,6 @@ std::string shown(std::string_view s) {
   std::size_t n = kLongestQuoted;
   while (n > 0 && (static_cast<unsigned char>(s[n]) & 0xC0) == 0x80) --n;  // whole characters
   return quote(std::string(s.substr(0, n)) + "...");
-}
-
-/// Offset of the first byte that is not UTF-8 text (RFC 3629; NUL counts as binary), or npos.
-std::size_t first_bad_byte(std::string_view s) {
-  for (std::size_t i = 0; i < s.size();) {
-    const auto c = static_cast<unsigned char>(s[i]);
-    if (c == 0) return i;
-    if (c < 0x80) {
-      ++i;
-      continue;
-    }
-    const std::size_t length = c >= 0xF0 ? 4U : c >= 0xE0 ? 3U : 2U;
-    if (c < 0xC2 || c > 0xF4 || i + length > s.size()) return i;
-    std::uint32_t code = c & (0xFFU >> (length + 1));
-    for (std::size_t k = 1; k < length; ++k) {
-      const auto next = static_cast<unsigned char>(s[i + k]);
-      if ((next & 0xC0) != 0x80) return i;
-      code = (code << 6) | (next & 0x3FU);
-    }
-    constexpr std::uint32_t kLeast[] = {0, 0, 0x80, 0x800, 0x10000};
-    if (code < kLeast[length] || code > 0x10FFFF || (code >= 0xD800 && code <= 0xDFFF)) return i;
-    i += length;
-  }
-  return std::string_view::npos;
 }
 
 enum class TokenKind : std::uint8_t {
@@ -474,7 +451,7 @@ Result<Syntax> parse(std::string file, std::string_view text) {
   Syntax s;
   s.file = std::move(file);
   s.text = text;
-  if (const std::size_t bad = first_bad_byte(text); bad != std::string_view::npos)
+  if (const std::size_t bad = text::first_bad_byte(text); bad != std::string_view::npos)
     return s.at(
         static_cast<std::uint32_t>(bad), ErrorCode::syntax,
         text[bad] == '\0' ? "this is a binary file, not a text" : "this byte is not UTF-8 text",

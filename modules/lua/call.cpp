@@ -50,7 +50,7 @@ int run_inside(lua_State* L, Function fn) {
                    "Please report this.");
   }
   // A command that noticed Ctrl-C before the hook did: the script must not go on either.
-  if (impl.session.interrupted()) stop_script(impl, L);
+  if (impl.host.interrupted()) stop_script(impl, L);
   push_error(L, *failed, place(L, 1));
   return -1;
 }
@@ -141,9 +141,9 @@ Result<int> run_command(Impl& impl, lua_State* L, const ioci::CommandSpec& spec,
   Result<Value> result = [&]() -> Result<Value> {
     auto args = arguments(L, spec, first);
     if (!args.ok()) return std::move(args).error().in(spec.name);
-    return impl.app.dispatch(impl.session, spec, *args);
+    return impl.host.dispatch(spec, *args);
   }();
-  if (impl.app.commands.revision() != impl.commands) open_new_commands(impl, L);
+  if (impl.host.revision() != impl.commands) open_new_commands(impl, L);
   if (!result.ok()) return std::move(result).error();
   if (result->is_nil() && spec.returns.type == "nil") return 0;
   push(impl, L, *result, &spec.returns);
@@ -176,8 +176,8 @@ Result<int> namespace_missing(Impl& impl, lua_State* L) {
     lua_pushnil(L);
     return 1;
   }
-  return impl.app.commands.unknown(std::string(lua_tostring(L, lua_upvalueindex(1))) + "." +
-                                   lua_tostring(L, 2));
+  return impl.host.unknown(std::string(lua_tostring(L, lua_upvalueindex(1))) + "." +
+                           lua_tostring(L, 2));
 }
 
 /// Whether the global of a name is free for a namespace or is one.
@@ -205,7 +205,7 @@ void push_namespace(Impl& impl, lua_State* L, const std::string& name) {
   lua_pop(L, 1);
   lua_newtable(L);
   lua_createtable(L, 0, 3);
-  if (const ioci::CommandSpec* get = impl.app.commands.find(name + ".get")) {
+  if (const ioci::CommandSpec* get = impl.host.find(name + ".get")) {
     lua_pushlightuserdata(L, const_cast<ioci::CommandSpec*>(get));
     lua_pushcclosure(L, entry<namespace_call>, 1);
     lua_setfield(L, -2, "__call");
@@ -232,8 +232,8 @@ Result<std::string> need_text(lua_State* L, int index, const char* what) {
 /// ioci.call(name, {args} | args...)
 Result<int> ioci_call(Impl& impl, lua_State* L) {
   RMP_TRY_ASSIGN(const std::string name, need_text(L, 1, "the command's name"));
-  const ioci::CommandSpec* spec = impl.app.commands.find(name);
-  if (!spec) return impl.app.commands.unknown(name);
+  const ioci::CommandSpec* spec = impl.host.find(name);
+  if (!spec) return impl.host.unknown(name);
   return run_command(impl, L, *spec, 2);
 }
 
@@ -242,13 +242,12 @@ Result<int> start(Impl& impl, lua_State* L) {
   const ioci::CommandSpec* spec = command_of(L, 1);
   if (!spec) {
     RMP_TRY_ASSIGN(const std::string name, need_text(L, 1, "the command"));
-    spec = impl.app.commands.find(name);
-    if (!spec) return impl.app.commands.unknown(name);
+    spec = impl.host.find(name);
+    if (!spec) return impl.host.unknown(name);
   }
   auto args = arguments(L, *spec, 2);
   if (!args.ok()) return std::move(args).error().in(spec->name);
-  RMP_TRY_ASSIGN(const Handle job,
-                 impl.app.dispatch_async(impl.session, spec->name, std::move(*args)));
+  RMP_TRY_ASSIGN(const Handle job, impl.host.dispatch_async(*spec, std::move(*args)));
   push_handle(impl, L, job);
   return 1;
 }
@@ -256,7 +255,7 @@ Result<int> start(Impl& impl, lua_State* L) {
 /// ioci.classic "PRobot pa10 mGetDHP"
 Result<int> ioci_classic(Impl& impl, lua_State* L) {
   RMP_TRY_ASSIGN(const std::string line, need_text(L, 1, "the classic line"));
-  Result<Value> result = impl.app.dispatch_classic(impl.session, line);
+  Result<Value> result = impl.host.dispatch_classic(line);
   if (!result.ok()) return std::move(result).error();
   push(impl, L, *result);
   return 1;
@@ -274,7 +273,7 @@ Result<int> ioci_transaction(Impl& impl, lua_State* L) {
                  "Write ioci.transaction(\"label\", function() ... end).");
   lua_settop(L, 1);
   bool script_failed = false;
-  const auto done = impl.app.transaction(impl.session, label, [&]() -> Result<void> {
+  const auto done = impl.host.transaction(label, [&]() -> Result<void> {
     if (protected_call(impl, L, 0, LUA_MULTRET) == LUA_OK) return {};
     script_failed = true;
     return to_error(L, -1);
@@ -351,12 +350,11 @@ void open_command(Impl& impl, lua_State* L, const ioci::CommandSpec& spec) {
   }
   const std::string name = spec.name.substr(0, dot);
   if (!spec.plugin.empty() && !is_namespace(L, name)) {
-    impl.app.messages.post(Severity::warning, "command_hidden",
-                           "The command " + spec.name + " of the plugin " +
-                               text::quote(spec.plugin) + " has no name of its own here, where " +
-                               name + " is something else; ioci.call(" + text::quote(spec.name) +
-                               ", ...) runs it.",
-                           "lua");
+    impl.host.warn("command_hidden", "The command " + spec.name + " of the plugin " +
+                                         text::quote(spec.plugin) +
+                                         " has no name of its own here, where " + name +
+                                         " is something else; ioci.call(" + text::quote(spec.name) +
+                                         ", ...) runs it.");
     return;
   }
   push_namespace(impl, L, name);
@@ -368,8 +366,8 @@ void open_command(Impl& impl, lua_State* L, const ioci::CommandSpec& spec) {
 }  // namespace
 
 void open_new_commands(Impl& impl, lua_State* L) {
-  impl.commands = impl.app.commands.revision();
-  for (const ioci::CommandSpec* spec : impl.app.commands.list()) {
+  impl.commands = impl.host.revision();
+  for (const ioci::CommandSpec* spec : impl.host.list()) {
     if (spec->plugin.empty()) continue;
     const auto dot = spec->name.find('.');
     const std::string name = spec->name.substr(0, dot);
@@ -388,8 +386,8 @@ void open_new_commands(Impl& impl, lua_State* L) {
 }
 
 void open_commands(Impl& impl, lua_State* L) {
-  impl.commands = impl.app.commands.revision();
-  for (const ioci::CommandSpec* spec : impl.app.commands.list()) open_command(impl, L, *spec);
+  impl.commands = impl.host.revision();
+  for (const ioci::CommandSpec* spec : impl.host.list()) open_command(impl, L, *spec);
   lua_pushcfunction(L, entry<start>);
   lua_setglobal(L, "start");
   push_namespace(impl, L, "ioci");
@@ -399,7 +397,6 @@ void open_commands(Impl& impl, lua_State* L) {
   lua_setfield(L, -2, "classic");
   lua_pushcfunction(L, entry<ioci_transaction>);
   lua_setfield(L, -2, "transaction");
-  open_providers(impl, L);
   lua_pop(L, 1);
 }
 

@@ -4,7 +4,7 @@
 #include <set>
 
 #include "kernel/text.h"
-#include "lua/internal.h"
+#include "lua/program_state.h"
 
 namespace robomosp::lua {
 namespace {
@@ -128,10 +128,10 @@ const ioci::CommandSpec* command_called(Impl& impl, lua_State* L, std::string_vi
     lua_pop(L, 1);
     if (!info) return nullptr;
     is_method = true;
-    return impl.app.commands.find(info->kind + "." + std::string(chain.substr(colon + 1)));
+    return impl.host.find(info->kind + "." + std::string(chain.substr(colon + 1)));
   }
-  if (const auto* spec = impl.app.commands.find(chain)) return spec;
-  return impl.app.commands.find(std::string(chain) + ".get");
+  if (const auto* spec = impl.host.find(chain)) return spec;
+  return impl.host.find(std::string(chain) + ".get");
 }
 
 /// The call around an open bracket: `f{`, `f(`, `f({`.
@@ -146,7 +146,7 @@ const ioci::CommandSpec* command_around(Impl& impl, lua_State* L, std::string_vi
 }
 
 void add_records(const Impl& impl, std::string_view kinds, std::set<std::string>& out) {
-  const auto now = impl.app.document.now();
+  const auto now = program_of(impl).app.document.now();
   for (const Kind kind : all_kinds()) {
     if (kinds != "any" &&
         (std::string("|") + std::string(kinds) + "|")
@@ -159,7 +159,8 @@ void add_records(const Impl& impl, std::string_view kinds, std::set<std::string>
 
 /// Names of the shipped files of a kind: what <kind>.get would load.
 void add_library(Impl& impl, const std::string& kind, std::set<std::string>& out) {
-  const auto listed = impl.app.dispatch(impl.session, "library.list", Map{{"kind", kind}});
+  const auto listed =
+      program_of(impl).app.dispatch(program_of(impl).session, "library.list", Map{{"kind", kind}});
   if (!listed.ok() || !listed->as_list()) return;
   for (const Value& item : *listed->as_list()) {
     const Value* name = item.as_map() ? item.as_map()->find("name") : &item;
@@ -167,7 +168,8 @@ void add_library(Impl& impl, const std::string& kind, std::set<std::string>& out
   }
 }
 
-void add_files(std::string_view partial, std::set<std::string>& out) {
+void add_files(const Impl& impl, std::string_view partial, std::set<std::string>& out) {
+  if (program_of(impl).session.files()) return;  // its files are listed by file.list
   const auto slash = partial.rfind('/');
   const std::string folder(slash == std::string_view::npos ? std::string_view()
                                                            : partial.substr(0, slash + 1));
@@ -203,15 +205,15 @@ void string_words(Impl& impl, lua_State* L, std::string_view s, const Scan& at,
   }
   if (!spec || !param) {
     add_records(impl, "any", out);
-    add_files(partial, out);
+    add_files(impl, partial, out);
     return;
   }
   if (spec->name == "help")
-    for (const auto* c : impl.app.commands.list()) out.insert(c->name);
+    for (const auto* c : impl.host.list()) out.insert(c->name);
   else if (param->type.starts_with("ref:"))
     add_records(impl, std::string_view(param->type).substr(4), out);
   else if (!param->choices.empty()) out.insert(param->choices.begin(), param->choices.end());
-  else if (param->type == "path") add_files(partial, out);
+  else if (param->type == "path") add_files(impl, partial, out);
   else if (spec->name.ends_with(".get")) {
     const std::string kind = spec->name.substr(0, spec->name.size() - 4);
     add_records(impl, kind, out);
@@ -291,6 +293,15 @@ Completion completion(Impl& impl, lua_State* L, std::string_view input, std::siz
   for (const std::string& w : words)
     if (w.starts_with(partial)) out.words.push_back(w);
   return out;
+}
+
+Completion LuaState::complete(std::string_view input, std::size_t cursor) const {
+  Completion out;
+  const auto done = run_protected(*impl_, [&](lua_State* L) -> Result<void> {
+    out = completion(*impl_, L, input, cursor);
+    return {};
+  });
+  return done.ok() ? out : Completion{std::min(cursor, input.size()), {}};
 }
 
 }  // namespace robomosp::lua

@@ -7,6 +7,7 @@
 #include "kernel/text.h"
 #include "lua/internal.h"
 #include "lua/pretty.h"
+#include "lua/sandbox/wire.h"
 #include "lua/terminal_text.h"
 
 namespace robomosp::lua {
@@ -300,13 +301,6 @@ std::string string_field(lua_State* L, int table, const char* name) {
   return out;
 }
 
-ErrorCode code_from(std::string_view word) {
-  for (auto i = static_cast<std::int32_t>(ErrorCode::invalid_argument);
-       i <= static_cast<std::int32_t>(ErrorCode::script_failed); ++i)
-    if (to_string(static_cast<ErrorCode>(i)) == word) return static_cast<ErrorCode>(i);
-  return ErrorCode::script_failed;
-}
-
 /// "box.lua:12: text" -> {"box.lua:12", "text"}; no place, no split.
 std::pair<std::string, std::string> split_place(std::string_view s) {
   for (std::size_t at = s.find(':'); at != std::string_view::npos; at = s.find(':', at + 1)) {
@@ -346,8 +340,10 @@ std::string suggestion(lua_State* L, std::string_view message) {
   if (at == std::string_view::npos) return {};
   at += kBefore.size();
   const std::string name(message.substr(at, message.find('\'', at) - at));
+  if (impl_of(L).is_untrusted)
+    if (std::string hint = untrusted_hint(name); !hint.empty()) return hint;
   std::vector<std::string> commands, globals;
-  for (const ioci::CommandSpec* spec : impl_of(L).app.commands.list())
+  for (const ioci::CommandSpec* spec : impl_of(L).host.list())
     if (spec->name.ends_with("." + name)) commands.push_back(spec->name);
   if (commands.size() == 1) return "Did you mean " + text::quote(commands[0]) + "?";
   lua_pushglobaltable(L);
@@ -372,7 +368,7 @@ Error to_error(lua_State* L, int index) {
   index = lua_absindex(L, index);
   if (lua_istable(L, index)) {
     Error e;
-    e.code = code_from(string_field(L, index, "code"));
+    e.code = wire::code_from(string_field(L, index, "code"));
     e.message = string_field(L, index, "message");
     e.where = string_field(L, index, "where");
     e.hint = string_field(L, index, "hint");
@@ -439,8 +435,7 @@ std::string basic_text(Impl& impl, lua_State* L, int index) {
   const auto value = to_value(L, index);
   if (!value.ok()) return luaL_typename(L, index);
   return pretty(
-      *value, nullptr, [&](const Handle& h) { return impl.app.describe(h, &impl.session); },
-      style_of(impl));
+      *value, nullptr, [&](const Handle& h) { return impl.host.describe(h); }, style_of(impl));
 }
 
 /// Text of tables that have no Value (functions, mixed keys, cycles): one line an entry, tables
@@ -527,7 +522,7 @@ std::string pretty_of(Impl& impl, lua_State* L, int index, Shown shown) {
   const auto value = to_value(L, index);
   if (!value.ok()) return TableText(impl, L, shown).of(index);
   const ioci::ReturnSpec* returns = returns_of(L, index);
-  const ioci::CommandSpec* apropos = impl.app.commands.find("apropos");
+  const ioci::CommandSpec* apropos = impl.host.find("apropos");
   if (apropos && returns == &apropos->returns && value->as_list() && value->as_list()->empty())
     return "Nothing was found. Try fewer or other words; help() lists the topics.";
   PrettyStyle style = style_of(impl);
@@ -537,14 +532,14 @@ std::string pretty_of(Impl& impl, lua_State* L, int index, Shown shown) {
   }
   if (shown != Shown::beginning) style.most_items = std::numeric_limits<std::size_t>::max();
   return pretty(
-      *value, returns, [&](const Handle& h) { return impl.app.describe(h, &impl.session); }, style);
+      *value, returns, [&](const Handle& h) { return impl.host.describe(h); }, style);
 }
 
 std::string result_text_of(Impl& impl, lua_State* L, int index) {
   if (const auto handle = handle_at(L, index)) {
-    const ioci::CommandSpec* overview = impl.app.commands.find(handle->kind + ".overview");
+    const ioci::CommandSpec* overview = impl.host.find(handle->kind + ".overview");
     if (overview && overview->returns.type == "string") {
-      const auto said = impl.app.dispatch(impl.session, overview->name, Map{{"id", *handle}});
+      const auto said = impl.host.dispatch(*overview, Map{{"id", *handle}});
       if (said.ok() && said->as_string()) {
         const PrettyStyle style = style_of(impl);
         return fitted(*said->as_string(), style.fits ? style.width : 0);

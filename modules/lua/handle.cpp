@@ -31,15 +31,14 @@ Result<int> index_handle(Impl& impl, lua_State* L) {
     lua_pushinteger(L, static_cast<lua_Integer>(h.number));
     return 1;
   }
-  const auto name = impl.app.name_of(h, &impl.session);
+  const auto name = impl.host.name_of(h);
   if (key == "exists") {
     lua_pushboolean(L, name ? 1 : 0);
     return 1;
   }
   if (key == "name") {
     if (!name)
-      return error(ErrorCode::stale_handle,
-                   impl.app.describe(h, &impl.session) + " no longer exists",
+      return error(ErrorCode::stale_handle, impl.host.describe(h) + " no longer exists",
                    "Get a new handle by name.");
     lua_pushlstring(L, name->data(), name->size());
     return 1;
@@ -48,14 +47,14 @@ Result<int> index_handle(Impl& impl, lua_State* L) {
   std::string hint = text::did_you_mean(key, known);
   if (hint.empty()) hint = "help(x) lists the methods of x.";
   return error(ErrorCode::unknown_name, "a " + h.kind + " has no method " + text::quote(key),
-               std::move(hint), impl.app.describe(h, &impl.session));
+               std::move(hint), impl.host.describe(h));
 }
 
 Result<int> assign_handle(Impl& impl, lua_State* L) {
   const Handle h = checked_handle(L, 1);
   return error(ErrorCode::invalid_argument, "fields of a " + h.kind + " cannot be assigned",
                "Edit it by a command, for example x:set{...}; help(x) lists them.",
-               impl.app.describe(h, &impl.session));
+               impl.host.describe(h));
 }
 
 Result<int> equal_handles(Impl&, lua_State* L) {
@@ -65,7 +64,7 @@ Result<int> equal_handles(Impl&, lua_State* L) {
 }
 
 Result<int> handle_text(Impl& impl, lua_State* L) {
-  const std::string s = impl.app.describe(checked_handle(L, 1), &impl.session);
+  const std::string s = impl.host.describe(checked_handle(L, 1));
   lua_pushlstring(L, s.data(), s.size());
   return 1;
 }
@@ -77,7 +76,7 @@ void make_metatable(Impl& impl, lua_State* L, KindInfo& info) {
   lua_rawsetp(L, -2, &kKindKey);
 
   lua_newtable(L);
-  for (const ioci::CommandSpec* spec : impl.app.commands.methods_of(info.kind)) {
+  for (const ioci::CommandSpec* spec : impl.host.methods_of(info.kind)) {
     push_command(L, *spec, true);
     lua_setfield(L, -2, spec->name.c_str() + info.kind.size() + 1);
   }
@@ -142,7 +141,7 @@ void add_method(Impl& impl, lua_State* L, const ioci::CommandSpec& spec) {
 
 std::vector<std::string> method_names(const Impl& impl, std::string_view kind) {
   std::vector<std::string> out;
-  for (const ioci::CommandSpec* spec : impl.app.commands.methods_of(kind))
+  for (const ioci::CommandSpec* spec : impl.host.methods_of(kind))
     out.push_back(spec->name.substr(kind.size() + 1));
   return out;
 }

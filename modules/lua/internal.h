@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdio>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -17,7 +18,9 @@
 #include <lua.hpp>
 
 #include "kernel/call_queue.h"
+#include "kernel/permit.h"
 #include "kernel/value.h"
+#include "lua/command_host.h"
 #include "lua/lua_state.h"
 #include "lua/pretty.h"
 
@@ -62,6 +65,9 @@ struct LuaProvider {
   std::vector<std::string> tags;
   Schema schema;
   std::vector<int> values;  ///< of the script, kept in the registry by adapters
+  std::string origin;
+  std::string source;    ///< the script that provided it; "" = not known
+  bool is_kept = false;  ///< it came with a record: it computes and reads, and nothing else
 
   [[nodiscard]] bool has_tag(std::string_view tag) const {
     return std::find(tags.begin(), tags.end(), tag) != tags.end();
@@ -71,17 +77,19 @@ struct LuaProvider {
 }  // namespace robomosp::lua
 
 struct robomosp::lua::LuaState::Impl {
-  Impl(ioci::Application& a, ioci::Session& s, LuaOptions o)
-      : app(a), session(s), options(std::move(o)) {
-    calls->open();
-  }
-  ~Impl() { calls->close(); }
+  Impl(std::unique_ptr<CommandHost> h, LuaOptions o);
+  virtual ~Impl();
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
+  /// Called before each run and after others were answered.
+  virtual void catch_up() {}
+  /// Called before the state of Lua is closed.
+  virtual void before_close() {}
 
-  ioci::Application& app;
-  ioci::Session& session;
+  const std::unique_ptr<CommandHost> owned_host;
+  CommandHost& host;
   LuaOptions options;
+  bool is_untrusted = false;  ///< with the libraries for scripts of strangers (untrusted.cpp)
   /// What other threads hand to the thread of this state.
   const std::shared_ptr<CallQueue> calls = CallQueue::for_this_thread();
   lua_State* main = nullptr;
@@ -94,9 +102,8 @@ struct robomosp::lua::LuaState::Impl {
   std::optional<int> exit_code;
   std::string traceback;
   std::map<std::string, std::unique_ptr<KindInfo>, std::less<>> kinds;
-  std::vector<std::shared_ptr<LuaProvider>> providers;
-  std::string plugin;                      ///< file of the plugin that is being run; "" = none
-  std::vector<std::string> classic_nouns;  ///< lower case
+  /// Texts of what was loaded, by the name that Lua has for it: "@box.lua", "=console".
+  std::map<std::string, std::string, std::less<>> sources;
   /// What scripts write to standard output; goes where print() goes. Outlives their handles.
   std::unique_ptr<std::FILE, int (*)(std::FILE*)> out{nullptr, std::fclose};
   int digits = 6;              ///< significant ones that numbers are shown with
@@ -132,6 +139,13 @@ int entry(lua_State* L) {
 int protected_call(Impl&, lua_State* L, int arguments, int results);
 /// The same, and the error object taken off and made an Error.
 Result<void> call(Impl&, lua_State* L, int arguments, int results);
+
+using Body = std::function<Result<void>(lua_State*)>;
+/// Everything from C++ goes through here: `body` runs protected, so that a memory error raised by a
+/// mere push has somewhere to go. (lua_state.cpp)
+Result<void> run_protected(Impl&, const Body& body);
+/// Makes the state of `impl` and fills it with `open`.
+void open_state(Impl& impl, const Body& open);
 
 /// Adds the commands' namespaces and the table `ioci`.
 void open_commands(Impl&, lua_State* L);
@@ -193,12 +207,37 @@ void push_handle(Impl&, lua_State* L, const Handle& handle);
 
 // --- the rest -----------------------------------------------------------------------------------
 
-void open_globals(Impl&, lua_State* L);  ///< print, help, deg, pose, ... (globals.cpp)
-void open_providers(Impl&,
-                    lua_State* L);  ///< ioci.provide, ioci.withdraw; `ioci` is on top (provide.cpp)
+/// print, help, deg, pose, ..., and what the standard libraries must not do
+/// (standard_libraries.cpp).
+void open_globals(Impl&, lua_State* L);
+/// The same without the standard libraries.
+void open_helpers(lua_State* L);
+/// Wraps xpcall, so that no message handler delays the end of a script (globals.cpp).
+void guard_xpcall(lua_State* L);
+/// The libraries and helpers of scripts of strangers, in place of Lua's own (untrusted.cpp).
+void open_untrusted(Impl&, lua_State* L);
+/// What an untrusted script is told of a global that it has not; "" for other names.
+[[nodiscard]] std::string untrusted_hint(std::string_view global);
+/// Adds ioci.provide and ioci.withdraw (provide.cpp).
+void open_providers(Impl&, lua_State* L);
+/// Where a provider comes from.
+struct ProviderSource {
+  std::string origin;   ///< ProviderInfo::origin
+  std::string summary;  ///< where it gives none
+  std::string text;     ///< of its script, if known
+  bool is_kept = false;
+  bool only_checks = false;  ///< nothing is registered
+};
+/// Registers the function or table at `index`; a name that is taken is an error.
+Result<void> add_provider(Impl&, lua_State* L, const std::string& interface_id,
+                          const std::string& name, int index, ProviderSource source);
+/// Withdraws the one at a place of impl.providers.
+void withdraw_at(Impl&, std::size_t place);
 void withdraw_all(Impl&);
 /// All but the first `keep` that this state gave.
 void withdraw_after(Impl&, std::size_t keep);
+/// Loads a text as a function; a syntax error says so. (lua_state.cpp)
+Result<void> load_script(lua_State* L, std::string_view code, const std::string& file);
 /// Re-arms the hook that looks for Ctrl-C and the time to stop (lua_state.cpp).
 void stop_script(Impl&, lua_State* L);
 [[nodiscard]] bool is_stopping(const Impl&);
@@ -207,6 +246,20 @@ void stop_script(Impl&, lua_State* L);
                                     std::size_t cursor);
 /// Refuses what the session may not do; `what` is the function that would do it. (globals.cpp)
 [[nodiscard]] Result<void> script_may(const Impl&, Effect, std::string_view what);
+/// Files are those of the session's folder, if it has one, until the scope ends. (confined.cpp)
+class SessionFiles {
+ public:
+  explicit SessionFiles(const Impl&);
+  SessionFiles(const SessionFiles&) = delete;
+  SessionFiles& operator=(const SessionFiles&) = delete;
+
+ private:
+  Permit permit_;
+  PermitScope scope_;
+};
+/// A function of Lua's own libraries for a session whose files lie in a folder; on the stack stand
+/// the function, its name and the arguments. A plain C function, since dofile may yield.
+int call_confined_library(lua_State* L);
 /// Prints through the session's sink.
 void print_text(Impl&, std::string_view text);
 /// The topic of the command `help` that explains the value at `index`; nullopt for a value that is

@@ -2,15 +2,11 @@
 #include "lua/lua_state.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
-#include <set>
 
-#include "ioci/core/chosen_providers.h"
-#include "ioci/core/classic.h"
 #include "kernel/check.h"
 #include "kernel/text.h"
 #include "lua/internal.h"
@@ -73,7 +69,7 @@ class Run {
  public:
   explicit Run(Impl& impl) : impl_(impl), top_(lua_gettop(state(impl))) {
     if (impl_.depth++ == 0) {
-      impl_.session.clear_interrupt();
+      impl_.host.clear_interrupt();
       impl_.stopping = false;
       arm(impl_.main);
     }
@@ -82,7 +78,7 @@ class Run {
     lua_settop(state(impl_), top_);
     if (--impl_.depth > 0) return;
     if (impl_.out) std::fflush(impl_.out.get());
-    impl_.session.clear_interrupt();
+    impl_.host.clear_interrupt();
     impl_.stopping = false;
     arm(impl_.main);
   }
@@ -95,7 +91,6 @@ class Run {
   int top_;
 };
 
-using Body = std::function<Result<void>(lua_State*)>;
 struct Job {
   const Body* body;
   std::optional<Error> failed;
@@ -104,27 +99,11 @@ struct Job {
 Result<int> run_job(Impl& impl, lua_State* L) {
   auto& job = *static_cast<Job*>(lua_touserdata(L, 1));
   lua_settop(L, 0);
-  if (impl.app.commands.revision() != impl.commands) open_new_commands(impl, L);
+  if (impl.host.revision() != impl.commands) open_new_commands(impl, L);
+  impl.catch_up();
   auto r = (*job.body)(L);
   if (!r.ok()) job.failed = std::move(r).error();
   return 0;
-}
-
-/// Everything from C++ goes through here: `body` runs protected, so that a memory error raised by
-/// a mere push has somewhere to go.
-Result<void> protect(Impl& impl, const Body& body) {
-  RMP_CHECK(impl.calls->is_owner(), "Lua off the thread of its state");
-  AppLock::expect_free();
-  const Run run(impl);
-  lua_State* L = Run::state(impl);
-  Job job{&body, {}};
-  if (!lua_checkstack(L, 20))
-    return error(ErrorCode::script_failed, "the Lua stack is full", "Call less deep.");
-  lua_pushcfunction(L, entry<run_job>);
-  lua_pushlightuserdata(L, &job);
-  RMP_TRY(call(impl, L, 1, 0));
-  if (job.failed) return std::move(*job.failed);
-  return {};
 }
 
 bool ends_with_eof(std::string_view message) { return message.ends_with("<eof>"); }
@@ -133,11 +112,12 @@ bool ends_with_eof(std::string_view message) { return message.ends_with("<eof>")
 Error syntax_error(lua_State* L) {
   Error e = to_error(L, -1);
   e.code = ErrorCode::syntax;
-  e.message = "syntax error: " + e.message;
+  if (!e.message.starts_with("syntax error")) e.message = "syntax error: " + e.message;
   return e;
 }
 
 Result<void> load(lua_State* L, std::string_view code, const std::string& chunk_name) {
+  impl_of(L).sources[chunk_name] = code;
   if (luaL_loadbufferx(L, code.data(), code.size(), chunk_name.c_str(), "t") == LUA_OK) return {};
   Error e = syntax_error(L);
   lua_pop(L, 1);
@@ -150,25 +130,37 @@ std::string_view without_shebang(std::string_view code) {
   return code;
 }
 
-std::string lower(std::string_view s) {
-  std::string out(s);
-  for (char& c : out) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return out;
-}
-
 bool compiles(lua_State* L, const std::string& code) {
   const bool ok = luaL_loadbufferx(L, code.data(), code.size(), "=input", "t") == LUA_OK;
   lua_pop(L, 1);
   return ok;
 }
 
+/// Whether a line at which reading a script ended, or the one before it, only names a value, as one
+/// types it at the console. `where` ends with ":LINE".
+bool is_shown_value(lua_State* L, std::string_view code, std::string_view where) {
+  const auto colon = where.rfind(':');
+  const auto number = colon == where.npos ? std::nullopt : text::read_int(where.substr(colon + 1));
+  if (!number || *number < 1) return false;
+  std::string before;
+  std::int64_t at = 0;
+  while (!code.empty() && ++at <= *number) {
+    const auto end = std::min(code.find('\n'), code.size());
+    const std::string line(text::trim(code.substr(0, end)));
+    code.remove_prefix(std::min(end + 1, code.size()));
+    if (at + 2 >= *number && !line.empty() && !compiles(L, line) && compiles(L, "return " + line) &&
+        compiles(L, before))
+      return true;
+    before += line + "\n";
+  }
+  return false;
+}
+
 /// A classic line begins with one of the paper's nouns and is not Lua.
 bool is_classic(const Impl& impl, lua_State* L, std::string_view input) {
-  input = ioci::without_prefix(input);
   const auto end =
       std::find_if(input.begin(), input.end(), [](char c) { return c == ' ' || c == '\t'; });
-  const std::string word = lower(std::string_view(input.begin(), end));
-  if (!std::binary_search(impl.classic_nouns.begin(), impl.classic_nouns.end(), word)) return false;
+  if (!impl.host.is_classic_noun(std::string_view(input.begin(), end))) return false;
   const std::string code(input);
   return !compiles(L, "return " + code) && !compiles(L, code);
 }
@@ -202,8 +194,10 @@ Result<void> load_input(const Impl& impl, lua_State* L, std::string_view input) 
   if (code.starts_with("=")) code.erase(0, 1);
   const std::string name = "=" + impl.options.input_name;
   const std::string expression = "return " + code;
-  if (luaL_loadbufferx(L, expression.data(), expression.size(), name.c_str(), "t") == LUA_OK)
+  if (luaL_loadbufferx(L, expression.data(), expression.size(), name.c_str(), "t") == LUA_OK) {
+    impl_of(L).sources[name] = code;
     return {};
+  }
   lua_pop(L, 1);
   return load(L, code, name);
 }
@@ -240,7 +234,7 @@ Result<void> run_input(Impl& impl, lua_State* L, std::string_view input) {
     return {};
   }
   if (is_classic(impl, L, input)) {
-    auto result = impl.app.dispatch_classic(impl.session, input);
+    auto result = impl.host.dispatch_classic(input);
     if (!result.ok()) return std::move(result).error();
     if (!result->is_nil()) push(impl, L, *result);
     return {};
@@ -257,7 +251,35 @@ void remember(lua_State* L, int first, int last) {
 
 }  // namespace
 
-bool is_stopping(const Impl& impl) { return impl.stopping || impl.session.interrupted(); }
+Result<void> run_protected(Impl& impl, const Body& body) {
+  RMP_CHECK(impl.calls->is_owner(), "Lua off the thread of its state");
+  AppLock::expect_free();
+  const Run run(impl);
+  lua_State* L = Run::state(impl);
+  Job job{&body, {}};
+  if (!lua_checkstack(L, 20))
+    return error(ErrorCode::script_failed, "the Lua stack is full", "Call less deep.");
+  lua_pushcfunction(L, entry<run_job>);
+  lua_pushlightuserdata(L, &job);
+  RMP_TRY(call(impl, L, 1, 0));
+  if (job.failed) return std::move(*job.failed);
+  return {};
+}
+
+Result<void> load_script(lua_State* L, std::string_view code, const std::string& file) {
+  const std::string_view script = without_shebang(code);
+  auto loaded = load(L, script, "@" + file);
+  if (loaded.ok()) return {};
+  Error e = std::move(loaded).error();
+  if (e.hint.empty() && is_shown_value(L, script, e.where))
+    e.hint =
+        "In a script print(...) shows a value; lines as they are typed at the console are run by "
+        "robomosp < " +
+        file + ".";
+  return e;
+}
+
+bool is_stopping(const Impl& impl) { return impl.stopping || impl.host.interrupted(); }
 
 void stop_script(Impl& impl, lua_State* L) {
   impl.stopping = true;
@@ -276,33 +298,34 @@ void print_text(Impl& impl, std::string_view text) {
   }
 }
 
-LuaState::LuaState(ioci::Application& app, ioci::Session& session, LuaOptions options)
-    : impl_(std::make_unique<Impl>(app, session, std::move(options))) {
-  if (impl_->options.module_path.empty()) impl_->options.module_path.push_back(app.share / "lib");
-  lua_State* L = lua_newstate(allocate, impl_.get());
+void open_state(Impl& impl, const Body& open) {
+  lua_State* L = lua_newstate(allocate, &impl);
   RMP_CHECK(L != nullptr, "no memory for a Lua state");
-  impl_->main = L;
-  *static_cast<Impl**>(lua_getextraspace(L)) = impl_.get();
-  std::set<std::string> nouns;
-  for (const ioci::CommandSpec* spec : app.commands.list())
-    for (const std::string_view spelling : text::split(spec->classic, '|'))
-      if (const auto t = text::trim(spelling); !t.empty())
-        nouns.insert(lower(t.substr(0, t.find(' '))));
-  impl_->classic_nouns.assign(nouns.begin(), nouns.end());
-  const auto opened = protect(*impl_, [this](lua_State* l) -> Result<void> {
-    luaL_openlibs(l);
-    open_errors(l);
-    open_arrays(l);
-    open_linear_algebra(l);
-    open_commands(*impl_, l);
-    open_globals(*impl_, l);
-    return {};
-  });
+  impl.main = L;
+  *static_cast<Impl**>(lua_getextraspace(L)) = &impl;
+  // What the commands are is read while they are opened.
+  impl.commands = impl.host.revision();
+  const auto opened = run_protected(impl, open);
   RMP_CHECK(opened.ok(), opened.ok() ? "" : opened.error().sentence().c_str());
 }
 
+LuaState::Impl::Impl(std::unique_ptr<CommandHost> h, LuaOptions o)
+    : owned_host(std::move(h)), host(*owned_host), options(std::move(o)) {
+  calls->open();
+}
+LuaState::Impl::~Impl() { calls->close(); }
+
+LuaState::LuaState(std::unique_ptr<CommandHost> host, LuaOptions options)
+    : impl_(std::make_unique<Impl>(std::move(host), std::move(options))) {
+  impl_->is_untrusted = true;
+  open_state(*impl_, [this](lua_State* L) -> Result<void> {
+    open_untrusted(*impl_, L);
+    return {};
+  });
+}
+
 LuaState::~LuaState() {
-  withdraw_all(*impl_);
+  impl_->before_close();
   lua_close(impl_->main);
 }
 
@@ -315,19 +338,28 @@ Result<void> LuaState::run_file(const std::filesystem::path& file,
 
 Result<List> LuaState::run_file_values(const std::filesystem::path& file,
                                        std::span<const std::string> args) {
-  List out;
+  RMP_TRY_ASSIGN(const std::string code, script_text(file));
+  return run_text_values(code, file.string(), args);
+}
+
+Result<std::string> script_text(const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);
   std::error_code ec;
   if (!in || std::filesystem::is_directory(file, ec))
     return error(ErrorCode::not_found,
                  "there is no script \"" + file.string() + "\" that can be read",
                  "Check the path.");
-  const std::string code((std::istreambuf_iterator<char>(in)), {});
-  const auto done = protect(*impl_, [&](lua_State* L) -> Result<void> {
+  return std::string((std::istreambuf_iterator<char>(in)), {});
+}
+
+Result<List> LuaState::run_text_values(std::string_view code, const std::string& file,
+                                       std::span<const std::string> args) {
+  List out;
+  const auto done = run_protected(*impl_, [&](lua_State* L) -> Result<void> {
     const int first = lua_gettop(L) + 1;
-    RMP_TRY(load(L, without_shebang(code), "@" + file.string()));
+    RMP_TRY(load_script(L, code, file));
     lua_createtable(L, static_cast<int>(args.size()), 1);
-    lua_pushstring(L, file.c_str());
+    lua_pushlstring(L, file.data(), file.size());
     lua_rawseti(L, -2, 0);
     for (std::size_t i = 0; i < args.size(); ++i) {
       lua_pushlstring(L, args[i].data(), args[i].size());
@@ -347,42 +379,8 @@ Result<List> LuaState::run_file_values(const std::filesystem::path& file,
   return out;
 }
 
-void LuaState::load_plugins(std::span<const std::filesystem::path> files) {
-  Impl& impl = *impl_;
-  const auto warn = [&impl](const char* code, const std::string& sentence) {
-    impl.app.messages.post(Severity::warning, code, sentence, "plugins");
-  };
-  for (const std::filesystem::path& file : files) {
-    const std::size_t before = impl.providers.size();
-    impl.plugin = file.string();
-    const auto done = protect(impl, [&](lua_State* L) -> Result<void> {
-      std::ifstream in(file, std::ios::binary);
-      if (!in) return error(ErrorCode::io, "it cannot be read", "Check its permissions.");
-      const std::string code((std::istreambuf_iterator<char>(in)), {});
-      RMP_TRY(load(L, without_shebang(code), "@" + file.string()));
-      // What it makes global is its own; what is global here it sees.
-      lua_newtable(L);
-      lua_createtable(L, 0, 1);
-      lua_pushglobaltable(L);
-      lua_setfield(L, -2, "__index");
-      lua_setmetatable(L, -2);
-      lua_setupvalue(L, -2, 1);
-      return call(impl, L, 0, 0);
-    });
-    impl.plugin.clear();
-    if (done.ok()) continue;
-    withdraw_after(impl, before);
-    warn("plugin_refused",
-         "the plugin " + text::quote(file.string()) + " was left out: " + done.error().sentence());
-  }
-  if (files.empty()) return;
-  for (const auto& [interface_id, name] : ioci::chosen_providers())
-    if (const auto set = impl.app.registry.set_user_default(interface_id, name); !set.ok())
-      warn("default_missing", "The default that you chose is not there: " + set.error().sentence());
-}
-
 Result<void> LuaState::run_string(std::string_view code, std::string_view chunk_name) {
-  return protect(*impl_, [&](lua_State* L) -> Result<void> {
+  return run_protected(*impl_, [&](lua_State* L) -> Result<void> {
     RMP_TRY(load(L, without_shebang(code), "=" + std::string(chunk_name)));
     return call(*impl_, L, 0, 0);
   });
@@ -390,7 +388,7 @@ Result<void> LuaState::run_string(std::string_view code, std::string_view chunk_
 
 Result<std::string> LuaState::eval(std::string_view input) {
   std::string out;
-  const auto done = protect(*impl_, [&](lua_State* L) -> Result<void> {
+  const auto done = run_protected(*impl_, [&](lua_State* L) -> Result<void> {
     const int first = lua_gettop(L) + 1;
     RMP_TRY(run_input(*impl_, L, input));
     const int last = lua_gettop(L);
@@ -405,7 +403,7 @@ Result<std::string> LuaState::eval(std::string_view input) {
 
 Result<List> LuaState::eval_values(std::string_view input) {
   List out;
-  const auto done = protect(*impl_, [&](lua_State* L) -> Result<void> {
+  const auto done = run_protected(*impl_, [&](lua_State* L) -> Result<void> {
     const int first = lua_gettop(L) + 1;
     RMP_TRY(run_input(*impl_, L, input));
     const int last = lua_gettop(L);
@@ -422,7 +420,7 @@ Result<List> LuaState::eval_values(std::string_view input) {
 
 bool LuaState::is_incomplete(std::string_view input) const {
   bool incomplete = false;
-  const auto done = protect(*impl_, [&](lua_State* L) -> Result<void> {
+  const auto done = run_protected(*impl_, [&](lua_State* L) -> Result<void> {
     const std::string_view trimmed = text::trim(input);
     if (trimmed.empty() || trimmed.ends_with("?") || is_classic(*impl_, L, trimmed) ||
         load_input(*impl_, L, trimmed).ok())
@@ -439,16 +437,10 @@ bool LuaState::is_incomplete(std::string_view input) const {
   return done.ok() && incomplete;
 }
 
-Completion LuaState::complete(std::string_view input, std::size_t cursor) const {
-  Completion out;
-  const auto done = protect(*impl_, [&](lua_State* L) -> Result<void> {
-    out = completion(*impl_, L, input, cursor);
-    return {};
-  });
-  return done.ok() ? out : Completion{std::min(cursor, input.size()), {}};
+void LuaState::serve() {
+  impl_->calls->serve();
+  if (impl_->depth == 0) impl_->catch_up();
 }
-
-void LuaState::serve() { impl_->calls->serve(); }
 
 std::shared_ptr<void> LuaState::wake_to_serve(std::function<void()> wake) {
   return std::make_shared<CallQueue::Waker>(*impl_->calls, std::move(wake));

@@ -20,6 +20,8 @@
 
 namespace robomosp::lua {
 
+class CommandHost;
+
 struct LuaOptions {
   /// Where print() goes; empty = standard output.
   std::function<void(std::string_view)> print;
@@ -49,6 +51,9 @@ class LuaState {
  public:
   /// Both outlive the state.
   LuaState(ioci::Application& app, ioci::Session& session, LuaOptions options = {});
+  /// For scripts of strangers, over whatever stands behind `host` (lua/untrusted.cpp says what they
+  /// may use); such a state provides, completes and requires nothing.
+  LuaState(std::unique_ptr<CommandHost> host, LuaOptions options);
   /// Withdraws the providers that its scripts gave; adapters still held elsewhere answer with an
   /// error.
   ~LuaState();
@@ -59,6 +64,9 @@ class LuaState {
   Result<void> run_file(const std::filesystem::path& file, std::span<const std::string> args = {});
   /// The same; what the file returns comes as Values (what has none as its text).
   Result<List> run_file_values(const std::filesystem::path& file,
+                               std::span<const std::string> args = {});
+  /// The same of a text that is the file of that name.
+  Result<List> run_text_values(std::string_view code, const std::string& file,
                                std::span<const std::string> args = {});
   Result<void> run_string(std::string_view code, std::string_view chunk_name);
 
@@ -97,6 +105,9 @@ class LuaState {
  private:
   std::unique_ptr<Impl> impl_;
 };
+
+/// The text of a script's file.
+[[nodiscard]] Result<std::string> script_text(const std::filesystem::path& file);
 
 /// "Lua 5.4.4"
 [[nodiscard]] std::string lua_version();

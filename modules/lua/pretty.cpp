@@ -152,11 +152,6 @@ class Printer {
                           [&](const Value& r) { return r.as_map()->find(n) != nullptr; });
     });
 
-    // What a table that is cut repeats.
-    if (style_.fits && !fields)
-      if (const auto name = std::find(names.begin(), names.end(), "name"); name != names.end())
-        std::rotate(names.begin(), name, name + 1);
-
     const std::size_t visible = std::min(rows.size(), style_.most_items);
     std::vector<std::vector<std::string>> cells(visible + 1);
     std::vector<bool> right;
@@ -174,9 +169,57 @@ class Printer {
         cells[i + 1].push_back(v && !v->is_nil() ? cell(*v) : "");
       }
     }
+    if (style_.fits && !fields) lead_with_name(names, cells, right, width);
     std::string out = table_text(cells, right, style_.fits ? width : 0);
     if (visible < rows.size()) out += '\n' + rest(rows.size() - visible);
     return out;
+  }
+
+  /// A table that is cut repeats its first column: then that is what names the row.
+  static void lead_with_name(const std::vector<std::string>& names,
+                             std::vector<std::vector<std::string>>& cells, std::vector<bool>& right,
+                             std::size_t width) {
+    std::size_t total = 2 * (names.size() - 1);
+    for (std::size_t c = 0; c < names.size(); ++c) {
+      std::size_t widest = 0;
+      for (const auto& row : cells) widest = std::max(widest, width_of(row[c]));
+      total += widest;
+    }
+    if (total <= width) return;
+    for (const char* word : {"name", "link"}) {
+      const auto found = std::find(names.begin(), names.end(), word);
+      if (found == names.end()) continue;
+      const auto at = found - names.begin();
+      for (auto& row : cells) std::rotate(row.begin(), row.begin() + at, row.begin() + at + 1);
+      std::rotate(right.begin(), right.begin() + at, right.begin() + at + 1);
+      return;
+    }
+  }
+
+  /// The same with as few digits as numbers are shown with, for what is told within a line.
+  Value rounded(const Value& v, int depth = 0) const {
+    const auto shown = [this](double x) {
+      return text::read_real(text::print_rounded(x, style_.digits)).value_or(x);
+    };
+    if (depth > kDeepest) return v;
+    if (const double* x = v.as_real()) return Value(shown(*x));
+    if (const NumericArray* a = v.as_array()) {
+      std::vector<double> all;
+      for (const double x : a->data()) all.push_back(shown(x));
+      return Value(a->is_matrix() ? NumericArray(std::move(all), a->rows(), a->cols(), a->unit())
+                                  : NumericArray(std::move(all), a->unit()));
+    }
+    if (const List* list = v.as_list()) {
+      List out;
+      for (const Value& item : *list) out.push_back(rounded(item, depth + 1));
+      return Value(std::move(out));
+    }
+    if (const Map* map = v.as_map()) {
+      Map out;
+      for (const auto& [key, item] : *map) out.set(key, rounded(item, depth + 1));
+      return Value(std::move(out));
+    }
+    return v;
   }
 
   static std::string rest(std::size_t count) { return "... " + std::to_string(count) + " more"; }
@@ -189,7 +232,7 @@ class Printer {
     else if (v.as_array() && !v.as_array()->is_matrix())
       s = pretty_array(*v.as_array(), {}, style_);
     else if (v.is_number()) s = number(v);
-    else s = v.text();
+    else s = rounded(v).text();
     std::replace(s.begin(), s.end(), '\n', ' ');
     const std::size_t longest = style_.fits ? 240 : 64;
     if (width_of(s) > longest) {
@@ -217,7 +260,7 @@ class Printer {
     bool has_lines = false;
     const std::size_t visible = std::min(list.size(), style_.most_items);
     for (std::size_t i = 0; i < visible; ++i) {
-      items.push_back(list[i].as_map() ? list[i].text()
+      items.push_back(list[i].as_map() ? rounded(list[i]).text()
                                        : print(list[i], {}, nullptr, depth + 1, room));
       total += width_of(items.back()) + 2;
       has_lines = has_lines || items.back().find('\n') != std::string::npos;

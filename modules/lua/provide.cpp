@@ -2,13 +2,17 @@
 // Solvers written in Lua: ioci.provide and ioci.withdraw. The adapters (provide_*.cpp) answer on
 // the thread of their script; what a script returns is checked before anything uses it.
 #include <algorithm>
+#include <iterator>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "ioci/core/kept_solvers.h"
+#include "kernel/file_root.h"
 #include "kernel/interface_adapters.h"
 #include "kernel/permit.h"
 #include "kernel/text.h"
+#include "lua/kept_scripts.h"
 #include "lua/provide.h"
 
 namespace robomosp::lua {
@@ -90,7 +94,7 @@ Result<std::vector<std::string>> read_tags(lua_State* L, int table) {
   return tags;
 }
 
-void close(Impl& impl, LuaProvider& p) {
+void close(ProgramState& impl, LuaProvider& p) {
   impl.app.registry.remove(p.interface_id, p.name);
   luaL_unref(impl.main, LUA_REGISTRYINDEX, p.ref);
   for (const int value : p.values) luaL_unref(impl.main, LUA_REGISTRYINDEX, value);
@@ -99,93 +103,63 @@ void close(Impl& impl, LuaProvider& p) {
   p.state = nullptr;
 }
 
-bool withdraw(Impl& impl, std::string_view interface_id, std::string_view name) {
+bool withdraw(ProgramState& impl, std::string_view interface_id, std::string_view name) {
   const auto it =
       std::find_if(impl.providers.begin(), impl.providers.end(), [&](const ProviderPtr& p) {
         return p->interface_id == current_interface(interface_id) && p->name == name;
       });
   if (it == impl.providers.end()) return false;
-  close(impl, **it);
-  impl.providers.erase(it);
+  withdraw_at(impl, static_cast<std::size_t>(it - impl.providers.begin()));
   return true;
 }
 
+constexpr std::uint64_t kMostSource = std::uint64_t{64} << 20;  // [bytes]
+
+/// The text of the script that calls from `level`; "" = not known.
+std::string source_text(const Impl& impl, lua_State* L, int level) {
+  lua_Debug caller;
+  if (!lua_getstack(L, level, &caller) || !lua_getinfo(L, "S", &caller)) return {};
+  const std::string chunk(caller.source, caller.srclen);
+  if (const auto known = impl.sources.find(chunk); known != impl.sources.end())
+    return known->second;
+  if (!chunk.starts_with("@")) return {};
+  if (!program_of(impl).session.may(Effect::files_read)) return {};
+  const SessionFiles files(impl);
+  auto text = read_permitted(chunk.substr(1), kMostSource);  // of dofile() and require()
+  return text.ok() ? std::move(*text) : std::string();
+}
+
 /// ioci.provide(interface_id, name, fn | {fn fields, summary =, tags =, params =})
-Result<int> ioci_provide(Impl& impl, lua_State* L) {
+Result<int> ioci_provide(Impl& any, lua_State* L) {
+  ProgramState& impl = program_of(any);
   RMP_TRY(script_may(impl, Effect::providers, "ioci.provide"));
   const PermitScope own(nullptr);
-  RMP_TRY_ASSIGN(std::string interface_id, need_text(L, 1, "the interface id"));
+  RMP_TRY_ASSIGN(const std::string interface_id, need_text(L, 1, "the interface id"));
   RMP_TRY_ASSIGN(const std::string name, need_text(L, 2, "the provider's name"));
-  const auto& known = LuaInterfaceFile::all();
-  const auto adapter = std::find_if(known.begin(), known.end(), [&](const LuaInterface& a) {
-    // What a script gives is the same for every number of an interface.
-    return current_interface(interface_id) == a.interface_id;
-  });
-  if (adapter == known.end()) {
-    std::vector<std::string> ids;
-    for (const LuaInterface& a : known) ids.emplace_back(a.interface_id);
-    return error(ErrorCode::unknown_name,
-                 text::quote(interface_id) + " is not an interface that Lua can provide",
-                 text::did_you_mean(interface_id, ids) +
-                     (text::nearest(interface_id, ids) ? " " : "") +
-                     "Interfaces: " + text::enumerate(ids) + ".");
-  }
-  interface_id = adapter->interface_id;
-  ProviderInfo info;
-  if (lua_istable(L, 3)) {
-    lua_getfield(L, 3, adapter->function);
-    const bool has_function = lua_isfunction(L, -1);
-    lua_pop(L, 1);
-    if (!has_function)
-      return error(ErrorCode::invalid_argument,
-                   "the table has no function " + std::string(adapter->function),
-                   "Write {" + std::string(adapter->function) + " = function(...) ... end}.");
-    lua_getfield(L, 3, "summary");
-    if (lua_type(L, -1) == LUA_TSTRING) info.summary = lua_tostring(L, -1);
-    lua_pop(L, 1);
-    RMP_TRY_ASSIGN(info.schema, read_schema(L, 3));
-    RMP_TRY_ASSIGN(info.tags, read_tags(L, 3));
-    if (lua_getfield(L, 3, "branches") != LUA_TNIL &&
-        std::find(info.tags.begin(), info.tags.end(), "branches") == info.tags.end())
-      info.tags.emplace_back("branches");
-    lua_pop(L, 1);
-  } else if (!lua_isfunction(L, 3)) {
-    return error(
-        ErrorCode::invalid_argument,
-        std::string("a provider is a function or a table of functions, not a ") +
-            luaL_typename(L, 3),
-        "Write ioci.provide(\"" + interface_id + "\", \"" + name + "\", function(...) ... end).");
-  }
-  info.interface_id = interface_id;
-  info.name = name;
-  info.origin = impl.plugin.empty() ? "lua" : impl.plugin;
-  if (info.summary.empty()) info.summary = "Provided by the script " + place(L, 1) + ".";
-
-  auto provider = std::make_shared<LuaProvider>();
-  provider->calls = impl.calls;
-  provider->patience = impl.options.patience;
-  provider->interface_id = interface_id;
-  provider->name = name;
-  provider->tags = info.tags;
-  provider->schema = info.schema;
+  ProviderSource source;
+  source.origin = impl.plugin.empty() ? "lua" : impl.plugin;
+  source.summary = "Provided by the script " + place(L, 1) + ".";
+  source.text = source_text(impl, L, 1);
+  // What is wrong is said before anything is taken away.
+  source.only_checks = true;
+  RMP_TRY(add_provider(impl, L, interface_id, name, 3, source));
+  source.only_checks = false;
   // A script that is run again replaces what it gave before; a plugin takes no other one's place.
   if (impl.plugin.empty()) withdraw(impl, interface_id, name);
-  RMP_TRY(impl.app.registry.add(
-      std::move(info),
-      [provider, create = adapter->create]() -> Result<void*> { return create(provider); }));
-  lua_pushvalue(L, 3);
-  provider->ref = luaL_ref(L, LUA_REGISTRYINDEX);
-  provider->state = &impl;
-  impl.providers.push_back(std::move(provider));
+  std::string text = source.text;
+  RMP_TRY(add_provider(impl, L, interface_id, name, 3, std::move(source)));
+  impl.app.kept_solvers->note_source(current_interface(interface_id), name, std::move(text));
   return 0;
 }
 
-Result<int> ioci_withdraw(Impl& impl, lua_State* L) {
+Result<int> ioci_withdraw(Impl& any, lua_State* L) {
+  ProgramState& impl = program_of(any);
   RMP_TRY(script_may(impl, Effect::providers, "ioci.withdraw"));
   const PermitScope own(nullptr);
   RMP_TRY_ASSIGN(const std::string interface_id, need_text(L, 1, "the interface id"));
   RMP_TRY_ASSIGN(const std::string name, need_text(L, 2, "the provider's name"));
   lua_pushboolean(L, withdraw(impl, interface_id, name) ? 1 : 0);
+  impl.kept->look_again();
   return 1;
 }
 
@@ -202,7 +176,82 @@ LuaInterfaceFile::LuaInterfaceFile(const char* file, const LuaInterface& entry) 
 const std::vector<LuaInterface>& LuaInterfaceFile::all() { return adapters().all; }
 const std::vector<std::string>& LuaInterfaceFile::files() { return adapters().files; }
 
-void withdraw_after(Impl& impl, std::size_t keep) {
+Result<void> add_provider(Impl& impl, lua_State* L, const std::string& given_id,
+                          const std::string& name, int index, ProviderSource source) {
+  const auto& known = LuaInterfaceFile::all();
+  const auto adapter = std::find_if(known.begin(), known.end(), [&](const LuaInterface& a) {
+    // What a script gives is the same for every number of an interface.
+    return current_interface(given_id) == a.interface_id;
+  });
+  if (adapter == known.end()) {
+    std::vector<std::string> ids;
+    for (const LuaInterface& a : known) ids.emplace_back(a.interface_id);
+    return error(ErrorCode::unknown_name,
+                 text::quote(given_id) + " is not an interface that Lua can provide",
+                 text::did_you_mean(given_id, ids) + (text::nearest(given_id, ids) ? " " : "") +
+                     "Interfaces: " + text::enumerate(ids) + ".");
+  }
+  const std::string interface_id = adapter->interface_id;
+  ProviderInfo info;
+  if (lua_istable(L, index)) {
+    lua_getfield(L, index, adapter->function);
+    const bool has_function = lua_isfunction(L, -1);
+    lua_pop(L, 1);
+    if (!has_function)
+      return error(ErrorCode::invalid_argument,
+                   "the table has no function " + std::string(adapter->function),
+                   "Write {" + std::string(adapter->function) + " = function(...) ... end}.");
+    lua_getfield(L, index, "summary");
+    if (lua_type(L, -1) == LUA_TSTRING) info.summary = lua_tostring(L, -1);
+    lua_pop(L, 1);
+    RMP_TRY_ASSIGN(info.schema, read_schema(L, index));
+    RMP_TRY_ASSIGN(info.tags, read_tags(L, index));
+    if (lua_getfield(L, index, "branches") != LUA_TNIL &&
+        std::find(info.tags.begin(), info.tags.end(), "branches") == info.tags.end())
+      info.tags.emplace_back("branches");
+    lua_pop(L, 1);
+  } else if (!lua_isfunction(L, index)) {
+    return error(
+        ErrorCode::invalid_argument,
+        std::string("a provider is a function or a table of functions, not a ") +
+            luaL_typename(L, index),
+        "Write ioci.provide(\"" + interface_id + "\", \"" + name + "\", function(...) ... end).");
+  }
+  if (source.only_checks) return {};
+  info.interface_id = interface_id;
+  info.name = name;
+  info.origin = source.origin;
+  info.is_script = true;
+  if (info.summary.empty()) info.summary = std::move(source.summary);
+
+  auto provider = std::make_shared<LuaProvider>();
+  provider->calls = impl.calls;
+  provider->patience = impl.options.patience;
+  provider->interface_id = interface_id;
+  provider->name = name;
+  provider->tags = info.tags;
+  provider->schema = info.schema;
+  provider->origin = std::move(source.origin);
+  provider->source = std::move(source.text);
+  provider->is_kept = source.is_kept;
+  RMP_TRY(program_of(impl).app.registry.add(
+      std::move(info),
+      [provider, create = adapter->create]() -> Result<void*> { return create(provider); }));
+  lua_pushvalue(L, index);
+  provider->ref = luaL_ref(L, LUA_REGISTRYINDEX);
+  provider->state = &impl;
+  program_of(impl).providers.push_back(std::move(provider));
+  return {};
+}
+
+void withdraw_at(Impl& any, std::size_t place) {
+  ProgramState& impl = program_of(any);
+  close(impl, *impl.providers[place]);
+  impl.providers.erase(impl.providers.begin() + static_cast<std::ptrdiff_t>(place));
+}
+
+void withdraw_after(Impl& any, std::size_t keep) {
+  ProgramState& impl = program_of(any);
   while (impl.providers.size() > keep) {
     close(impl, *impl.providers.back());
     impl.providers.pop_back();
@@ -211,10 +260,12 @@ void withdraw_after(Impl& impl, std::size_t keep) {
 void withdraw_all(Impl& impl) { withdraw_after(impl, 0); }
 
 void open_providers(Impl&, lua_State* L) {
+  lua_getglobal(L, "ioci");
   lua_pushcfunction(L, entry<ioci_provide>);
   lua_setfield(L, -2, "provide");
   lua_pushcfunction(L, entry<ioci_withdraw>);
   lua_setfield(L, -2, "withdraw");
+  lua_pop(L, 1);
 }
 
 }  // namespace robomosp::lua

@@ -20,6 +20,7 @@
 #include "kernel/schema.h"
 #include "kernel/text.h"
 #include "lua/internal.h"
+#include "lua/kept_scripts.h"
 
 namespace robomosp::lua {
 
@@ -112,6 +113,8 @@ class Call {
     AppLock::expect_free();
     if (!p_.state) return gone();
     Impl& impl = *p_.state;
+    const Permit narrow = KeptScripts::permit(program_of(impl));
+    const PermitScope permitted(p_.is_kept ? &narrow : current_permit());
     const Frame frame(impl.current ? impl.current : impl.main);
     lua_State* L = frame.L;
     if (!lua_checkstack(L, 40)) return failed(p_, "the Lua stack is full", "Call less deep.");

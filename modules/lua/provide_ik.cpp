@@ -174,9 +174,9 @@ class LuaIk final : public IkSolver, public IkBranches, private BoundScript {
   void report(Impl& impl, const Error& e) const {
     const std::string said =
         "The branches of provider " + text::quote(p_->name) + " are not told: " + e.sentence();
-    for (const Message& m : impl.app.messages.recent(20))
+    for (const Message& m : program_of(impl).app.messages.recent(20))
       if (m.text == said) return;
-    impl.app.messages.post(Severity::warning, "branches", said, "lua");
+    program_of(impl).app.messages.post(Severity::warning, "branches", said, "lua");
   }
 
   /// One whole pose of one tip is for every solver; the rest for those that say so.

@@ -14,8 +14,9 @@ namespace {
 
 void note_old_word(Impl& impl, const std::string& what, const std::string& was,
                    const std::string& is) {
-  impl.app.messages.post(Severity::info, "old_word",
-                         what + " is called \"" + is + "\" now; \"" + was + "\" is its old name.");
+  program_of(impl).app.messages.post(
+      Severity::info, "old_word",
+      what + " is called \"" + is + "\" now; \"" + was + "\" is its old name.");
 }
 
 /// Reads `now.q_desired` and its like, the old names of `now.q_desired`.

@@ -245,6 +245,24 @@ std::optional<Place> find_for_change(const MutableContent& c, std::string_view p
   return Finder{true}.find(root, path);
 }
 
+MutableContent follow_for_change(MutableContent at, std::span<const WayStep> way) {
+  const auto enter = [&at] {
+    while (at.type->shape == Shape::optional || at.type->shape == Shape::shared)
+      at = {at.type->element, at.type->hold(at.data)};
+  };
+  for (const WayStep& step : way) {
+    enter();
+    if (step.member) {
+      at = {step.member->type, step.member->in(at.data)};
+    } else {
+      if (step.element >= at.type->length(at.data)) return {};
+      at = {at.type->element, at.type->at(at.data, step.element)};
+    }
+  }
+  enter();
+  return at;
+}
+
 void for_each_path(const Content& c,
                    const std::function<void(const std::string&, const Place&)>& see) {
   Place root;

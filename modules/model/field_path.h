@@ -8,8 +8,10 @@
 #include <cstddef>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "model/data.h"
 
@@ -37,6 +39,17 @@ struct Place {
 [[nodiscard]] std::optional<Place> find(const Content&, std::string_view path);
 /// What is shared on the way is copied, so that `data` may be written.
 [[nodiscard]] std::optional<Place> find_for_change(const MutableContent&, std::string_view path);
+
+/// One step of a way into a record: to a member of a struct, or to an element of a list. A way
+/// names nothing, so that following it takes the same time wherever it leads.
+struct WayStep {
+  const Field* member = nullptr;  ///< null = an element
+  std::size_t element = 0;
+};
+using Way = std::vector<WayStep>;
+/// What stands at the end of a way, to be written; null where a list is shorter. What is optional
+/// or shared on the way is entered, and made where it is not there.
+[[nodiscard]] MutableContent follow_for_change(MutableContent, std::span<const WayStep>);
 
 /// Every place that a path names, with the path by which it is known: elements by their names where
 /// they have any, nothing that may be left out. Numbers come as a whole, then one by one.

@@ -35,6 +35,21 @@ constexpr void fields(V& v, Of<ObjectPart>) {
   v("material", &ObjectPart::material).doc("Instead of the solid's own.");
 }
 
+/// A place where an object works when it is a tool: the tip of a wire, the middle between fingers.
+/// A tool is mounted by the object's own frame, z away from the flange.
+struct ToolCentrePoint {
+  std::string name;
+  Placement placement;  ///< object_T_tcp
+};
+template <class V>
+constexpr void fields(V& v, Of<ToolCentrePoint>) {
+  v("name", &ToolCentrePoint::name).needed().doc("Unique among the object's centre points.");
+  v("placement", &ToolCentrePoint::placement)
+      .flat()
+      .expression()
+      .doc("Its frame in the object's, by which the object is mounted.");
+}
+
 /// What happens where parts overlap.
 enum class Overlap : std::uint8_t {
   once,  ///< shared volume counts once, for the part listed first
@@ -47,6 +62,7 @@ struct Object {
   std::string description;
   Overlap overlap = Overlap::once;
   std::vector<ObjectPart> parts;
+  std::vector<ToolCentrePoint> tcps;  ///< any make a tool of it; the first one is its usual one
   Parametric parametric;
   std::optional<MeasuredMass> measured;
 };
@@ -58,6 +74,7 @@ constexpr void fields(V& v, Of<Object>) {
       .doc("Whether volume that parts share counts once, for the first of them, or for each.");
   v("measured", &Object::measured).label("measured mass").doc("Mass measured on the real thing.");
   v("parts", &Object::parts).by_names().doc("What it is made of.");
+  v("tcps", &Object::tcps).doc("Tool centre points; any make a tool of it.");
 }
 
 }  // namespace robomosp::model

@@ -11,10 +11,12 @@
 #include <string_view>
 #include <utility>
 #include <variant>
+#include <vector>
 
 #include "kernel/fingerprint.h"
 #include "model/basics.h"
 #include "model/fields.h"
+#include "model/kept_solver.h"
 #include "model/kind.h"
 #include "model/material.h"
 #include "model/object.h"
@@ -72,8 +74,16 @@ struct Record {
   Body body;
   /// Of the bytes of `file` as they were read or written last; all 0 = not known.
   Fingerprint disk{};
+  /// Written in Lua, travelling in its file; one an interface and name.
+  std::vector<KeptSolver> solvers{};
   [[nodiscard]] Kind kind() const { return kind_of_body(body); }
 };
+
+/// Where the record chooses the provider `from` of an interface, it chooses `to`.
+void rename_choices(Body& body, std::string_view interface, const std::string& from,
+                    const std::string& to);
+/// Whether the record chooses that provider anywhere.
+[[nodiscard]] bool chooses(const Body& body, std::string_view interface, std::string_view name);
 
 namespace detail {
 template <class R, class B>

@@ -288,6 +288,31 @@ constexpr void fields(V& v, Of<RobotTool>) {
   v("payload", &RobotTool::payload).doc("Mass that it carries, in its frame.");
 }
 
+/// An object or solid that is mounted on a link as a tool: body, mass and centre points in one.
+struct AttachedTool {
+  std::string name;
+  AnyId what;              ///< object or solid
+  std::int32_t link = -1;  ///< -1 = base
+  Placement placement;     ///< link_T_object
+};
+template <class V>
+constexpr void fields(V& v, Of<AttachedTool>) {
+  v("name", &AttachedTool::name).needed().doc("Unique among the robot's links and tools.");
+  v("what", &AttachedTool::what)
+      .refers_to({Kind::solid, Kind::object})
+      .by_kind()
+      .needed()
+      .doc("The object or solid that is the tool.");
+  v("link", &AttachedTool::link)
+      .index_of("links")
+      .needed()
+      .doc("The link that it is mounted on, or the base.");
+  v("placement", &AttachedTool::placement)
+      .flat()
+      .expression()
+      .doc("The frame of the object in the link's.");
+}
+
 struct Robot {
   std::string description;
   std::string source;  ///< where the parameters come from
@@ -299,6 +324,10 @@ struct Robot {
   Placement tool;                         ///< last link_T_tool
   std::optional<MassProperties> payload;  ///< carried at `tool`, in the tool's frame
   std::vector<RobotTool> tools;           ///< further tools
+  std::vector<AttachedTool> attached;     ///< objects mounted as tools
+  /// Centre point of an attached tool that is the robot's tool instead of `tool`, "torch.tip", or
+  /// "torch" for the object's own frame; it is on the last link. "" = `tool` counts.
+  std::string tcp;
   std::vector<LoopClosure> loops;
   std::vector<NamedPose> poses;
   std::vector<CollisionPairRule> pair_rules;  ///< of its own bodies
@@ -321,6 +350,9 @@ constexpr void fields(V& v, Of<Robot>) {
   v("tool", &Robot::tool).expression().doc("Frame of the tool in that of the last link.");
   v("payload", &Robot::payload).doc("Mass carried at the tool, in its frame.");
   v("tools", &Robot::tools).doc("Further tools.");
+  v("attached", &Robot::attached).doc("Objects that are mounted as tools.");
+  v("tcp", &Robot::tcp)
+      .doc("Centre point of an attached tool that is the robot's tool, such as torch.tip.");
   v("loops", &Robot::loops).doc("Joints that close kinematic loops.");
   v("poses", &Robot::poses).doc("Named joint vectors.");
   v("pair_rules", &Robot::pair_rules)

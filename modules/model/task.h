@@ -64,6 +64,7 @@ struct TaskStep {
   // attach, detach
   std::string object;
   std::string link;  ///< of the robot, or a tool of it; "" = its tool
+  std::string tcp;   ///< attach: centre point of the object that leads moves from now on; "" = none
 
   // set, wait, when
   std::string signal;
@@ -98,6 +99,8 @@ constexpr void fields(V& v, Of<TaskStep>) {
       .doc("Of a move, 0 is as fast as allowed; of a wait.");
   v("object", &TaskStep::object).doc("That is attached or detached.");
   v("link", &TaskStep::link).doc("Link or tool of the robot; empty is its tool.");
+  v("tcp", &TaskStep::tcp)
+      .doc("Centre point of an attached object that leads the robot's moves; empty is none.");
   v("signal", &TaskStep::signal).doc("That is set.");
   v("expression", &TaskStep::expression).doc("Value or condition over signals and numbers.");
   v("timeout", &TaskStep::timeout)

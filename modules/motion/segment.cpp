@@ -35,14 +35,15 @@ Error bad(std::string message, std::string hint, std::string_view where) {
 /// A shape by name, whichever interface provides it.
 Result<ProviderInfo> find_shape(const Registry& registry, const std::string& name,
                                 std::string_view where) {
+  constexpr const char* kShapes[] = {CurveFactory::kInterfaceId, SegmentFactory::kInterfaceId,
+                                     JointSegmentFactory::kInterfaceId};
+  for (const char* id : kShapes)
+    if (auto info = registry.find(id, name); !name.empty() && info.ok() && info->enabled)
+      return info;
   std::vector<std::string> names;
-  for (const char* id : {CurveFactory::kInterfaceId, SegmentFactory::kInterfaceId,
-                         JointSegmentFactory::kInterfaceId})
-    for (const ProviderInfo& info : registry.list(id)) {
-      if (!info.enabled) continue;
-      if (info.name == name) return info;
-      names.push_back(info.name);
-    }
+  for (const char* id : kShapes)
+    for (const ProviderInfo& info : registry.list(id))
+      if (info.enabled) names.push_back(info.name);
   std::string hint = text::did_you_mean(name, names);
   if (hint.empty())
     hint = names.empty() ? "No shapes are loaded; see plugin.list()."

@@ -384,7 +384,7 @@ RowPoses row_poses(model::Convention convention, const model::DhRow& row) {
 
 Result<RobotModel> build_robot_model(const std::string& name, const model::Robot& robot,
                                      std::span<const std::optional<MassProperties>> link_masses,
-                                     Vec3 gravity_in_mounting_frame) {
+                                     Vec3 gravity_in_mounting_frame, const Progress* progress) {
   const std::string where = "robot \"" + name + "\"";
   if (robot.links.empty()) return fault("it has no links", "Add a link with its joint.").in(where);
   if (!link_masses.empty() && link_masses.size() != robot.links.size())
@@ -414,7 +414,15 @@ Result<RobotModel> build_robot_model(const std::string& name, const model::Robot
       bodies[static_cast<std::size_t>(at.joint)].push_back(
           spatial::in_frame(mass, at.joint_T_link));
   };
+  const auto is_stopped = [progress](std::size_t i) {
+    constexpr std::size_t kLook = 256;
+    return progress && i % kLook == 0 && progress->cancelled();
+  };
+  const auto stopped = [&where] {
+    return error(ErrorCode::cancelled, "its model was not built: stopped").in(where);
+  };
   for (std::size_t i = 0; i < robot.links.size(); ++i) {
+    if (is_stopped(i)) return stopped();
     const model::Link& link = robot.links[i];
     const MassProperties* mass = chosen_mass(robot, i, link_masses);
     Result<void> checked = check_link(robot, i);
@@ -435,7 +443,10 @@ Result<RobotModel> build_robot_model(const std::string& name, const model::Robot
           on_link(frames, static_cast<std::int32_t>(robot.links.size()) - 1, robot.tool));
   for (const model::RobotTool& tool : robot.tools)
     if (tool.payload) carry(*tool.payload, on_link(frames, tool.link, tool.placement));
-  for (std::size_t j = 0; j < bodies.size(); ++j) out.joints[j].body = spatial::combine(bodies[j]);
+  for (std::size_t j = 0; j < bodies.size(); ++j) {
+    if (is_stopped(j)) return stopped();
+    out.joints[j].body = spatial::combine(bodies[j]);
+  }
   out.number_coordinates();
   out.tips = make_tips(robot, frames);
   auto loops = make_loops(robot, frames);

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include <robomosp/sdk/progress.h>
 #include <robomosp/sdk/result.h>
 #include <robomosp/sdk/robot_model.h>
 
@@ -27,10 +28,12 @@ struct LinkFrame {
 /// are folded into the joint that carries them, payloads added to the body that carries them.
 /// Universal, cylindrical and planar joints become sequences of joints of one coordinate without
 /// bodies between. Tip 0 is the tool on the last link; every other leaf link is a further tip at
-/// its own frame, then follow the robot's further tools. Faults name robot and link.
+/// its own frame, then follow the robot's further tools. Faults name robot and link. `progress`, if
+/// any, is asked every few links whether to stop: ErrorCode::cancelled.
 [[nodiscard]] Result<RobotModel> build_robot_model(
     const std::string& name, const model::Robot& robot,
-    std::span<const std::optional<MassProperties>> link_masses, Vec3 gravity_in_mounting_frame);
+    std::span<const std::optional<MassProperties>> link_masses, Vec3 gravity_in_mounting_frame,
+    const Progress* progress = nullptr);
 
 /// One entry a link of a robot that build_robot_model accepts.
 [[nodiscard]] std::vector<LinkFrame> link_frames(const model::Robot& robot);

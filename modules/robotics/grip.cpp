@@ -17,6 +17,9 @@ std::optional<LinkFrame> find_grip(const model::Robot& robot, const RobotModel& 
   };
   for (const model::RobotTool& tool : robot.tools)
     if (tool.name == link_or_tool) return on_link(tool.link, model::pose(tool.placement));
+  if (!robot.attached.empty())
+    for (const TipModel& tip : model.tips)
+      if (tip.name == link_or_tool) return LinkFrame{tip.joint, tip.tool};
   for (std::size_t i = 0; i < robot.links.size(); ++i)
     if (robot.links[i].name == link_or_tool) return on_link(static_cast<std::int32_t>(i), Pose{});
   return {};
@@ -27,6 +30,7 @@ Result<LinkFrame> grip_frame(const model::Robot& robot, const RobotModel& model,
   if (const auto found = find_grip(robot, model, link_or_tool)) return *found;
   std::vector<std::string> known;
   for (const model::RobotTool& tool : robot.tools) known.push_back(tool.name);
+  for (const model::AttachedTool& tool : robot.attached) known.push_back(tool.name);
   for (const model::Link& link : robot.links) known.push_back(link.name);
   return error(ErrorCode::unknown_name, "it has no link or tool " + text::quote(link_or_tool),
                "It has " + text::enumerate(known) + ".", "robot " + text::quote(model.name));

@@ -53,6 +53,8 @@ struct ReplayData {
                                              const ReplayRequest&, Progress&);
 
 /// The page of packed data: markup, style, scripts, data; it loads nothing from anywhere.
-[[nodiscard]] std::string replay_page(const ReplayData&, const std::string& title);
+/// `is_watched`: it reads itself again every other second, and goes on where it was.
+[[nodiscard]] std::string replay_page(const ReplayData&, const std::string& title,
+                                      bool is_watched = false);
 
 }  // namespace robomosp::scene

@@ -23,11 +23,12 @@ std::string html(std::string_view s) {
 
 }  // namespace
 
-std::string replay_page(const ReplayData& data, const std::string& title) {
+std::string replay_page(const ReplayData& data, const std::string& title, bool is_watched) {
   std::string bytes;
   base64::append(bytes, data.bytes);
   const std::pair<std::string_view, std::string> fillings[] = {
       {"TITLE", html(title)},
+      {"RELOAD", is_watched ? " data-reload=\"2000\"" : ""},
       {"STYLE", std::string(kReplayStyle)},
       {"HEADER", data.header},
       {"BYTES", bytes},

@@ -24,9 +24,13 @@
 #include "kernel/process.h"
 #include "kernel/registry.h"
 #include "kernel/text.h"
-#include "shell/json.h"
+#include "remote/json.h"
 
 namespace robomosp::shell {
+using remote::error_map;
+using remote::from_json;
+using remote::to_json;
+
 namespace {
 
 constexpr double kSeconds = 30;  // for loading the file and making every provider

@@ -2,6 +2,7 @@
 #include "shell/shell.h"
 
 #include <fcntl.h>
+#include <poll.h>
 #include <signal.h>
 #include <sys/eventfd.h>
 #include <unistd.h>
@@ -27,21 +28,29 @@
 #include <robomosp/sdk/plugin.h>
 
 #include "ioci/core/application.h"
+#include "ioci/core/kept_solvers.h"
 #include "ioci/core/lua_plugins.h"
+#include "ioci/recording/watchers.h"
 #include "kernel/plugin_loader.h"
 #include "kernel/text.h"
 #include "lua/lua_state.h"
+#include "remote/json.h"
+#include "remote/lua_child.h"
+#include "remote/rpc.h"
+#include "remote/server.h"
 #include "shell/console.h"
-#include "shell/json.h"
 #include "shell/pager.h"
 #include "shell/plugin_check.h"
-#include "shell/rpc.h"
 
 #ifndef ROBOMOSP_VERSION
 #define ROBOMOSP_VERSION "0"
 #endif
 
 namespace robomosp::shell {
+using remote::error_map;
+using remote::NameOf;
+using remote::RpcServer;
+using remote::to_json;
 
 int exit_code(ErrorCode code) {
   switch (code) {
@@ -94,7 +103,8 @@ void catch_interrupts(ioci::Session& session) {
 // ---------------------------------------------------------------------
 
 struct Settings {
-  bool json = false, quiet = false, no_cache = false, no_plugins = false, trace = false;
+  bool json = false, quiet = false, no_cache = false, no_plugins = false, trace = false,
+       trust = false;
   std::string color = "auto";
   std::vector<std::string> plugin_path, library;
 };
@@ -206,7 +216,8 @@ Result<void> start(Program& p, const Settings& s, const Voice& voice, std::strin
   options.kept_geometry = FileCache::user_folder();
   options.kept_geometry_limit = FileCache::user_limit();
   options.plugins = !s.no_plugins;
-  if (session_name == "console" || session_name == "script" || session_name == "rpc")
+  if (session_name == "console" || session_name == "script" || session_name == "rpc" ||
+      session_name == "serve")
     options.recovery = io::recovery_folder();
   RMP_TRY_ASSIGN(p.app, ioci::Application::create(std::move(options)));
   const auto show = [&voice](const Message& m) {
@@ -217,6 +228,7 @@ Result<void> start(Program& p, const Settings& s, const Voice& voice, std::strin
   const auto kind = session_name == "console" ? ioci::SessionKind::console
                     : session_name == "rpc"   ? ioci::SessionKind::connection
                                               : ioci::SessionKind::script;
+  if (s.trust) p.app->kept_solvers->trust_all();
   p.session = std::make_unique<ioci::Session>(std::move(session_name), kind);
   if (!s.quiet && !s.json && ::isatty(STDERR_FILENO)) p.session->show_progress = progress_bar();
   lua::LuaOptions lua_options;
@@ -250,14 +262,76 @@ Value joined(List values) {
 // --- subcommands
 // --------------------------------------------------------------------------------------
 
+/// Files that follow edits are as the last edit left them when the program ends; Ctrl-C ends the
+/// wait.
+void settle(Program& p) {
+  (void)p.app->watchers->settle([&p] { return p.session->interrupted(); });
+}
+
 int run_script(const Settings& s, const Voice& voice, const std::string& file,
                const std::vector<std::string>& args) {
   Program p;
   if (auto started = start(p, s, voice, "script"); !started.ok())
     return voice.fail(started.error());
   const auto done = p.lua->run_file(file, args);
+  settle(p);
   if (const auto code = p.lua->exit_requested()) return *code;
   if (!done.ok()) return voice.fail(done.error(), p.lua->traceback());
+  voice.result({}, {});
+  return 0;
+}
+
+/// What `run --sandbox` was given beside the file.
+struct Sandbox {
+  bool is_wanted = false, without_seccomp = false;
+  std::string allow = "reads,edits,simulates", limits;
+};
+
+Result<Effects> effects_from(std::string_view words) {
+  Effects out;
+  for (const std::string_view part : text::split(words, ',')) {
+    const std::string_view word = text::trim(part);
+    std::vector<std::string> known;
+    bool is_known = false;
+    for (const Effect e : kAllEffects) {
+      known.emplace_back(to_string(e));
+      if (known.back() != word) continue;
+      out = out | e;
+      is_known = true;
+    }
+    if (!is_known)
+      return error(ErrorCode::usage, "there is no effect " + text::quote(std::string(word)),
+                   "Effects: " + text::enumerate(known) + ".", "--allow");
+  }
+  return out;
+}
+
+/// A script of a stranger: in a process of its own, with some effects only.
+int run_sandboxed(const Settings& s, const Voice& voice, const std::string& file,
+                  const std::vector<std::string>& args, const Sandbox& sandbox) {
+  const auto allowed = effects_from(sandbox.allow);
+  if (!allowed.ok()) return voice.fail(allowed.error());
+  remote::LuaChildOptions options;
+  if (!sandbox.limits.empty()) {
+    const auto limits = remote::lua_limits(sandbox.limits);
+    if (!limits.ok()) return voice.fail(limits.error());
+    options.limits = *limits;
+  }
+  options.without_seccomp = sandbox.without_seccomp;
+  options.print = [&s](std::string_view text) {
+    // With --json standard output carries JSON only, and this is standard error.
+    std::FILE* const to = s.json ? stderr : stdout;
+    std::fwrite(text.data(), 1, text.size(), to);
+    std::fflush(to);
+  };
+  Program p;
+  if (auto started = start(p, s, voice, "script"); !started.ok())
+    return voice.fail(started.error());
+  for (const Effect e : Effects::all().without(*allowed).list()) p.session->deny(e);
+  remote::LuaChild child(*p.app, std::move(options));
+  const auto done = child.run_file(file, args, *p.session);
+  settle(p);
+  if (!done.ok()) return voice.fail(done.error(), child.traceback());
   voice.result({}, {});
   return 0;
 }
@@ -282,7 +356,9 @@ int evaluate(Program& p, const Voice& voice, const std::string& input) {
 int run_eval(const Settings& s, const Voice& voice, const std::string& code) {
   Program p;
   if (auto started = start(p, s, voice, "eval"); !started.ok()) return voice.fail(started.error());
-  return evaluate(p, voice, code);
+  const int exit = evaluate(p, voice, code);
+  settle(p);
+  return exit;
 }
 
 /// Words of one line, or several lines when every argument is more than a word.
@@ -312,7 +388,7 @@ int run_rpc(const Settings& s, Voice& voice) {
   p.session->show_progress = {};
   RpcServer server(*p.app, *p.session, *p.lua);
   p.rpc = &server;
-  const int code = serve(*p.app, *p.session, server, STDIN_FILENO, answers);
+  const int code = remote::serve(*p.app, *p.session, server, STDIN_FILENO, answers);
   return p.lua->exit_requested().value_or(code);
 }
 
@@ -341,6 +417,82 @@ class Wake {
   std::shared_ptr<void> waker_;
 };
 
+/// What `serve` is told.
+struct ServeSettings {
+  std::vector<std::string> listen, allow, grant, limits;
+  std::string script, certificate, key, token_file, folder, audit;
+  bool needs_token = false, tls_everywhere = false;
+  /// The arguments of server.start.
+  [[nodiscard]] Result<Map> arguments() const {
+    Map args;
+    const auto words = [](const std::vector<std::string>& from) {
+      List out;
+      for (const std::string& word : from) out.emplace_back(word);
+      return out;
+    };
+    if (!listen.empty()) args.set("addresses", words(listen));
+    if (!allow.empty()) args.set("effects", words(allow));
+    if (!grant.empty()) args.set("commands", words(grant));
+    for (const auto& [name, value] : {std::pair("certificate", &certificate),
+                                      {"key", &key},
+                                      {"token_file", &token_file},
+                                      {"folder", &folder},
+                                      {"audit", &audit}})
+      if (!value->empty()) args.set(name, *value);
+    if (needs_token) args.set("needs_token", true);
+    if (tls_everywhere) args.set("tls_everywhere", true);
+    Map bounds;
+    for (const std::string& word : limits) {
+      const auto equals = word.find('=');
+      const auto number = equals == std::string::npos
+                              ? std::optional<double>()
+                              : text::read_real(std::string_view(word).substr(equals + 1));
+      if (!number)
+        return error(ErrorCode::usage, text::quote(word) + " is no limit",
+                     "Write --limit seconds=60.");
+      bounds.set(word.substr(0, equals), *number);
+    }
+    if (!bounds.empty()) args.set("limits", std::move(bounds));
+    return args;
+  }
+};
+
+/// Serves until it is interrupted, or a client stops the program.
+int run_serve(const Settings& s, const Voice& voice, const ServeSettings& how) {
+  constexpr int kLook = 100;  // ms
+  const auto args = how.arguments();
+  if (!args.ok()) return voice.fail(args.error());
+  Program p;
+  if (auto started = start(p, s, voice, "serve"); !started.ok()) return voice.fail(started.error());
+  struct sigaction action {};
+  action.sa_handler = on_interrupt;
+  ::sigaction(SIGTERM, &action, nullptr);
+  if (!how.script.empty()) {
+    const auto done = p.lua->run_file(how.script);
+    if (const auto code = p.lua->exit_requested()) return *code;
+    if (!done.ok()) return voice.fail(done.error(), p.lua->traceback());
+  }
+  const auto server = p.app->dispatch(*p.session, "server.start", *args);
+  if (!server.ok()) return voice.fail(server.error());
+  if (voice.json()) {
+    voice.result(*server, {});
+  } else if (const Map* m = server->as_map()) {
+    std::string where;
+    for (const Value& a : *m->find("addresses")->as_list())
+      where += (where.empty() ? "" : ", ") + *a.as_string();
+    voice.line("Listening on " + where);
+  }
+  const Wake wake(*p.lua);
+  while (!p.session->interrupted() && !p.app->quit_requested) {
+    pollfd ready{wake.fd(), POLLIN, 0};
+    if (::poll(&ready, 1, kLook) > 0) wake.rest();
+    p.lua->serve();
+  }
+  (void)p.app->kept<remote::Servers>().release();
+  settle(p);
+  return 0;
+}
+
 /// Statements from a pipe: stops at the first error.
 int run_piped(Program& p, const Voice& voice) {
   std::string line, pending;
@@ -352,7 +504,9 @@ int run_piped(Program& p, const Voice& voice) {
     if (code != 0 || p.lua->exit_requested() || p.app->quit_requested) return code;
     p.lua->serve();
   }
-  return pending.empty() ? 0 : evaluate(p, voice, pending);
+  const int code = pending.empty() ? 0 : evaluate(p, voice, pending);
+  settle(p);
+  return code;
 }
 
 std::filesystem::path user_startup() {
@@ -361,6 +515,29 @@ std::filesystem::path user_startup() {
   if (const char* home = std::getenv("HOME"); home && *home)
     return std::filesystem::path(home) / ".config" / "robomosp" / "startup.lua";
   return {};
+}
+
+/// Solvers in Lua that came with what was loaded: asks once a text whether they may run.
+void ask_for_trust(Program& p, const Voice& voice, LineEditor& editor) {
+  for (const ioci::KeptEntry& e : p.app->kept_solvers->take_unasked()) {
+    const std::string what = ioci::described(*p.app->document.now(), e);
+    for (;;) {
+      const auto line =
+          editor.read("Run the Lua text of " + what + "? [y]es, [n]o, [s]how it: ", "");
+      const std::string answer(text::trim(line.text));
+      if (line.outcome == LineEditor::Outcome::line && (answer == "s" || answer == "show")) {
+        voice.result({}, e.solver.text);
+        continue;
+      }
+      if (line.outcome == LineEditor::Outcome::line && (answer == "y" || answer == "yes")) {
+        if (const auto done = p.app->kept_solvers->trust(e.solver.text, true); !done.ok())
+          (void)voice.fail(done.error());
+      } else if (!voice.quiet()) {
+        voice.line("It is not run. provider.trust lets it run later.");
+      }
+      break;
+    }
+  }
 }
 
 int run_interactive(Program& p, Voice& voice) {
@@ -408,6 +585,7 @@ int run_interactive(Program& p, Voice& voice) {
     }
     editor.remember(pending);
     (void)evaluate(p, voice, std::exchange(pending, {}));
+    ask_for_trust(p, voice, editor);
   }
   return p.lua->exit_requested().value_or(0);
 }
@@ -578,6 +756,8 @@ int shell_main(int argc, char** argv) {
   cli.add_flag("-q,--quiet", s.quiet, "No warnings, banner or progress");
   cli.add_flag("--no-cache", s.no_cache,
                "Compute every derived value anew, and keep none from run to run");
+  cli.add_flag("--trust", s.trust,
+               "Run solvers in Lua that come with files, without asking, in this run");
   cli.add_flag("--no-plugins", s.no_plugins,
                "Load no plugin at the start, not even those of the program");
   cli.add_flag("--trace", s.trace, "Show the call stack of a script's error");
@@ -595,12 +775,46 @@ int shell_main(int argc, char** argv) {
   std::string file, code, folder;
   CLI::App* run = cli.add_subcommand("run", "Run a Lua script: run FILE [ARGS...]");
   run->add_option("file", file, "Script")->required();
+  Sandbox sandbox;
+  run->add_flag("--sandbox", sandbox.is_wanted,
+                "Run the script of a stranger: in a locked process, with the effects of --allow");
+  run->add_option("--allow", sandbox.allow, "With --sandbox: effects that its commands may have")
+      ->capture_default_str();
+  run->add_option("--limits", sandbox.limits,
+                  "With --sandbox: memory=256,cpu=10,wall=60,output=1 (MiB, s, s, MiB)");
+  run->add_flag("--without-seccomp", sandbox.without_seccomp,
+                "With --sandbox: run where the system cannot filter system calls, too");
   run->prefix_command();
   CLI::App* eval =
       cli.add_subcommand("eval", "Evaluate one expression or statement and print the result");
   eval->add_option("code", code, "Lua")->required();
   CLI::App* rpc =
       cli.add_subcommand("rpc", "JSON-RPC 2.0 on standard input and output, one message a line");
+  ServeSettings how;
+  CLI::App* serve = cli.add_subcommand(
+      "serve", "Let other programs work on one world: JSON-RPC and classic lines over sockets");
+  serve->add_option("script", how.script, "Lua script that is run first");
+  serve
+      ->add_option("--listen", how.listen,
+                   "HOST:PORT, [IPv6]:PORT or unix:PATH (may be repeated); 127.0.0.1:7007 when "
+                   "left out")
+      ->allow_extra_args(false);
+  serve->add_option("--certificate", how.certificate, "TLS: PEM file of the certificate");
+  serve->add_option("--key", how.key, "TLS: PEM file of the private key, mode 600");
+  serve->add_flag("--tls-everywhere", how.tls_everywhere, "TLS also on addresses of this machine");
+  serve->add_option("--token-file", how.token_file, "File of tokens instead of the user's");
+  serve->add_flag("--needs-token", how.needs_token, "Clients of this machine need a token, too");
+  serve
+      ->add_option("--allow", how.allow,
+                   "What who has no token may do: reads,edits,simulates when left out")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  serve->add_option("--grant", how.grant, "A command that who has no token may run (repeatable)")
+      ->allow_extra_args(false);
+  serve->add_option("--folder", how.folder, "Where who has no token reads and writes files");
+  serve->add_option("--limit", how.limits, "A limit, such as seconds=60 (may be repeated)")
+      ->allow_extra_args(false);
+  serve->add_option("--audit", how.audit, "File to which a line is added for each request");
   CLI::App* classic =
       cli.add_subcommand("classic",
                          "Run classic command lines in turn, such as: classic \"Worlds Open "
@@ -670,9 +884,17 @@ int shell_main(int argc, char** argv) {
     return voice.fail(error(ErrorCode::usage, "there is no subcommand " + text::quote(about),
                             "robomosp --help lists what there is."));
   }
-  if (run->parsed()) return run_script(s, voice, file, run->remaining());
+  if (run->parsed()) {
+    if (sandbox.is_wanted) return run_sandboxed(s, voice, file, run->remaining(), sandbox);
+    for (const char* only : {"--allow", "--limits", "--without-seccomp"})
+      if (run->count(only) > 0)
+        return voice.fail(error(ErrorCode::usage, std::string(only) + " goes with --sandbox",
+                                "Write run --sandbox " + std::string(only) + " ... FILE."));
+    return run_script(s, voice, file, run->remaining());
+  }
   if (eval->parsed()) return run_eval(s, voice, code);
   if (rpc->parsed()) return run_rpc(s, voice);
+  if (serve->parsed()) return run_serve(s, voice, how);
   if (classic->parsed()) {
     const auto words = classic->remaining();
     if (words.empty())

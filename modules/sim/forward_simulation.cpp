@@ -9,6 +9,7 @@
 #include "model/placement.h"
 #include "motion/provider_params.h"
 #include "robotics/kinematics.h"
+#include "sim/dynamics_choice.h"
 #include "sim/motion_reference.h"
 #include "sim/motion_table.h"
 #include "sim/recording_columns.h"
@@ -341,6 +342,7 @@ class Simulation {
     RMP_TRY(find_surroundings(options));
     RMP_TRY_ASSIGN(auto forward,
                    bind_forward_dynamics(sim_.registry, placed_.model, forward_choice()));
+    if (is_long_chain(sim_.registry, model(), forward_choice())) accelerated_by_ = forward.provider;
     RMP_TRY_ASSIGN(inverse_, bind_inverse_dynamics(sim_.registry, placed_.model,
                                                    placed_.record->inverse_dynamics));
     RMP_TRY_ASSIGN(integrator_, bind_integrator(sim_.registry, placed_.model, run_.integrator));
@@ -551,6 +553,11 @@ class Simulation {
     Recording out = described();
     RMP_TRY(add_columns(out, table, false, progress));
     table.add_notes(out, motion);
+    if (!accelerated_by_.empty())
+      out.notes.push_back("accelerations by " + accelerated_by_ + ", as it has " +
+                          std::to_string(model().dof()) + " velocities, " +
+                          std::to_string(kLongChain) +
+                          " or more, and no solver is chosen (forward_dynamics of the robot)");
     out.notes.push_back(
         "integrated by " + integrator_.provider + ": " + std::to_string(statistics_.steps) +
         " steps, " + std::to_string(statistics_.rejected) + " rejected, " +
@@ -572,6 +579,7 @@ class Simulation {
   Bound<InverseDynamics> inverse_;
   Bound<Integrator> integrator_;
   Bound<Controller> controller_;
+  std::string accelerated_by_;                ///< where the length of the chain chose the solver
   std::vector<double> x_, first_q_, memory_;  ///< the state; q at time 0; of the controller
   double start_ = 0, duration_ = 0;
   OdeStatistics statistics_;

@@ -267,6 +267,15 @@ Result<void> PhysicsSimulation::add_bodies(Actor& a, std::size_t number, Progres
   for (std::size_t b = 0; b < shapes.size() && !all_generated; ++b) {
     if (!is_generated[b] || shapes[b].empty()) continue;
     shapes[b].clear();
+    for (const model::AttachedTool& t : a.record->attached) {
+      if (static_cast<std::size_t>(t.link + 1) != b) continue;
+      RMP_TRY_ASSIGN(const auto own, sim_.derived.shapes(sim_.snapshot, t.what, progress));
+      for (ShapePiece p : *own) {
+        p.pose = spatial::compose(model::pose(t.placement), p.pose);
+        shapes[b].push_back(std::move(p));
+      }
+    }
+    if (!shapes[b].empty()) continue;
     untouched_.push_back(a.placed->name + "." +
                          (b == 0 ? std::string("base") : a.record->links[b - 1].name));
   }

@@ -144,7 +144,7 @@ namespace {
 /// Obstacles that a robot of a world keeps away from.
 struct Obstacles {
   std::shared_ptr<const CollisionModel> model;
-  std::unique_ptr<ClearanceField> field;
+  std::unique_ptr<collision::AskedClearance> field;
 };
 Result<Obstacles> obstacles(const Simulator& sim, const Run& run, Progress& progress) {
   Obstacles out;
@@ -153,7 +153,8 @@ Result<Obstacles> obstacles(const Simulator& sim, const Run& run, Progress& prog
   const auto at = std::find_if(robots.begin(), robots.end(),
                                [&](const CollisionRobot& r) { return r.name == run.robot; });
   RMP_CHECK(at != robots.end(), "a robot of the world is missing from its collision model");
-  out.field = out.model->field(static_cast<std::size_t>(at - robots.begin()), run.influence);
+  RMP_TRY_ASSIGN(out.field, out.model->field(static_cast<std::size_t>(at - robots.begin()),
+                                             run.influence, progress));
   return out;
 }
 
@@ -262,7 +263,9 @@ Result<RobotMotion> kinematics(const Simulator& sim, const Run& run, const RunSe
     RMP_TRY_ASSIGN(around, obstacles(sim, run, progress).in(task.where));
     task.clearance = around.field.get();
   }
-  return robot_motion(sim.registry, task, progress);
+  auto motion = robot_motion(sim.registry, task, progress);
+  if (around.field) RMP_TRY(around.field->outcome().in(task.where));
+  return motion;
 }
 
 void note_kinematic_limits(Recording& recording, const RobotModel& model) {

@@ -12,6 +12,7 @@
 #include "robotics/closure.h"
 #include "robotics/kinematics.h"
 #include "sim/batches.h"
+#include "sim/dynamics_choice.h"
 #include "sim/ik_choice.h"
 #include "sim/provider_answer.h"
 #include "sim/simulate.h"
@@ -86,6 +87,19 @@ Result<void> check_limits(const Bound<IkSolver>& ik, std::span<const double> q) 
                                  ik.model->joints[static_cast<std::size_t>(j)].name + "\")");
 }
 
+/// Refuses targets whose distance from the tool is beyond what numbers hold.
+Result<void> check_targets(const IkBatch& batch) {
+  constexpr double kFarthest = 1e300;
+  for (const Pose& target : batch.targets)
+    for (const double x : target.p)
+      if (!(std::fabs(x) <= kFarthest))
+        return error(ErrorCode::invalid_argument,
+                     "a target has the coordinate " + text::print_rounded(x, 3) +
+                         " m, too far for distances to it to be numbers",
+                     "Give coordinates within 1e300 m.");
+  return {};
+}
+
 /// The size of a target's numbers, 1 at least.
 double size_of(const Pose& target) {
   return std::max({1.0, std::fabs(target.p[0]), std::fabs(target.p[1]), std::fabs(target.p[2])});
@@ -93,6 +107,42 @@ double size_of(const Pose& target) {
 /// What may be left of numbers of that size: the tolerance, or, where that is finer than numbers
 /// are, what rounding leaves of a solution.
 double allowed(double tolerance, double size) { return tolerance * 1.001 + 1e-13 * size; }
+
+/// What the spacing of doubles leaves of a pose that joint values of this size give: a joint that
+/// has turned 1e9 rad is known to 1e-7 rad.
+struct Spacing {
+  double position = 0;  ///< [m]
+  double rotation = 0;  ///< [rad]
+};
+Spacing spacing_of(const RobotModel& model, std::span<const double> q) {
+  constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+  Spacing left;
+  double reach = 1;
+  for (const JointModel& j : model.joints) {
+    reach += spatial::norm(j.placement.p);
+    if (j.is_coupled() || coordinate_count(j.type) != 1) continue;
+    const double size = std::fabs(q[static_cast<std::size_t>(j.q_index)]);
+    (j.type == JointType::revolute ? left.rotation : left.position) += kEpsilon * size;
+  }
+  left.position += left.rotation * reach;
+  return left;
+}
+
+/// Whether a configuration that claims to meet its targets does; where only the spacing of its own
+/// large joint values keeps it from the tolerance, the result says so.
+Result<void> check_miss(const Bound<IkSolver>& ik, const IkBatch& batch, double size,
+                        std::span<const double> q, double position, double rotation, IkResult& r) {
+  const double p = allowed(batch.tolerance.position, size);
+  const double w = allowed(batch.tolerance.rotation, 1);
+  if (position <= p && rotation <= w) return {};
+  const Spacing left = spacing_of(*ik.model, q);
+  if (!(position <= p + left.position) || !(rotation <= w + left.rotation))
+    return misses(ik, position, rotation);
+  r.detail = "its joint values are so large that the spacing of numbers leaves " +
+             text::print_rounded(position, 2) + " m and " + text::print_rounded(rotation, 2) +
+             " rad";
+  return {};
+}
 
 /// Samples whose single configuration reaches one whole pose, checked many at once.
 class PlainCheck {
@@ -122,9 +172,7 @@ class PlainCheck {
       IkResult& r = results[i];
       const auto [position, rotation] = pose_errors(reached[i], targets[i]);
       r.position_error = position, r.rotation_error = rotation;
-      if (!(position <= allowed(batch_.tolerance.position, size_of(targets[i]))) ||
-          !(rotation <= allowed(batch_.tolerance.rotation, 1)))
-        return misses(ik_, position, rotation);
+      RMP_TRY(check_miss(ik_, batch_, size_of(targets[i]), r.q, position, rotation, r));
       RMP_TRY(check_limits(ik_, r.q));
     }
     return {};
@@ -168,18 +216,21 @@ Result<void> check_answer(const Bound<IkSolver>& ik, const IkBatch& batch,
       rotation = std::max(rotation, w);
     }
     if (k == 0) {
+      if (!std::isfinite(position) || !std::isfinite(rotation))
+        return error(ErrorCode::invalid_argument,
+                     "what is left of the target is beyond what numbers hold",
+                     "Give joint values, lengths and targets of ordinary size.");
       r.position_error = position;
       r.rotation_error = rotation;
     }
     if (r.status != IkStatus::solved) break;
-    if (!(position <= allowed(batch.tolerance.position, size)) ||
-        !(rotation <= allowed(batch.tolerance.rotation, 1)))
-      return misses(ik, position, rotation);
+    RMP_TRY(check_miss(ik, batch, size, q, position, rotation, r));
     RMP_TRY(check_limits(ik, q));
     robotics::loop_residual(model, frames, open);
     for (const double x : open)
       if (std::fabs(x) >
-          allowed(std::max(batch.tolerance.position, batch.tolerance.rotation), size))
+          allowed(std::max(batch.tolerance.position, batch.tolerance.rotation), size) +
+              spacing_of(model, q).position)
         return broken(ik.provider, "claimed a solution whose loops are open by " +
                                        text::print_rounded(std::fabs(x), 3));
   }
@@ -238,23 +289,41 @@ Result<Bound<InverseDynamics>> bind_inverse_dynamics(const Registry& registry,
                                                      const model::ProviderChoice& choice) {
   return bind<InverseDynamics>(registry, std::move(model), choice);
 }
+
+namespace {
+
+/// Its time grows with the number of joints, that of the program's default with its cube.
+constexpr const char* kLinear = "articulated_body";
+
+}  // namespace
+
+bool is_long_chain(const Registry& registry, const RobotModel& model,
+                   const model::ProviderChoice& choice) {
+  const auto follows = [](const JointModel& j) { return j.is_coupled(); };
+  return choice.name.empty() && choice.params.empty() && model.dof() >= kLongChain &&
+         model.loops.empty() && std::none_of(model.joints.begin(), model.joints.end(), follows) &&
+         !registry.chosen().contains(ForwardDynamics::kInterfaceId);
+}
+
 Result<Bound<ForwardDynamics>> bind_forward_dynamics(const Registry& registry,
                                                      std::shared_ptr<const RobotModel> model,
                                                      const model::ProviderChoice& choice) {
+  if (is_long_chain(registry, *model, choice))
+    if (auto linear = sim::bind<ForwardDynamics>(registry, model, {kLinear, {}}); linear.ok())
+      return linear;
   auto bound = sim::bind<ForwardDynamics>(registry, model, choice);
   // The program's default is not made for very long chains; who has chosen gets what was chosen.
   if (bound.ok() || !choice.name.empty() || bound.error().code != ErrorCode::unsupported ||
       !model->loops.empty())
     return bound;
-  model::ProviderChoice other;
-  other.name = "articulated_body";
-  auto linear = sim::bind<ForwardDynamics>(registry, std::move(model), other);
+  auto linear = sim::bind<ForwardDynamics>(registry, std::move(model), {kLinear, {}});
   return linear.ok() ? std::move(linear) : std::move(bound);
 }
 
 Result<std::vector<IkResult>> solve_ik(const Bound<IkSolver>& ik, const IkBatch& batch,
                                        Progress& progress) {
   const std::string where = "robot " + text::quote(ik.model->name);
+  RMP_TRY(check_targets(batch).in(where));
   std::vector<IkResult> results(batch.samples());
   auto done = guarded(ik.provider, [&] { return ik.solver->solve(batch, results, progress); });
   if (!done.ok()) return in_robot(std::move(done).error(), where);

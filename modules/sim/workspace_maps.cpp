@@ -146,7 +146,7 @@ Result<std::vector<double>> reachability(const Registry& registry, const Bound<I
   std::vector<double> share(points.size());
   const auto info = registry.find(IkSolver::kInterfaceId, ik.provider);
   const bool is_script =
-      (info.ok() && info->origin == "lua") || (o.collision && o.collision->is_script());
+      (info.ok() && info->is_script) || (o.collision && o.collision->is_script());
   const std::size_t threads = is_script ? 1 : o.threads ? o.threads : spatial::cores();
   std::atomic<std::size_t> next{0};
   std::mutex guard;

@@ -55,7 +55,7 @@ struct ReachOptions {
 };
 
 /// For each point [mounting frame, m] the share of the directions, 0..1, in which the tool can
-/// stand there within the joint limits. Solvers of the origin "lua" run on the calling thread.
+/// stand there within the joint limits. Solvers written in Lua run on the calling thread.
 [[nodiscard]] Result<std::vector<double>> reachability(const Registry&, const Bound<IkSolver>&,
                                                        std::span<const Vec3> points,
                                                        const ReachOptions&, Progress&);

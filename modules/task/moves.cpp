@@ -170,9 +170,9 @@ Result<sim::RobotMotion> TaskExecutor::motion_of(const model::TaskStep& step, st
     if (way < kSame) return sim::RobotMotion{};
   }
   task.model = a.axes ? a.axes : a.model;
-  if (!a.axes && !step.link.empty()) {
+  if (const std::string& led = step.link.empty() ? a.tcp : step.link; !a.axes && !led.empty()) {
     auto with_tool = std::make_shared<RobotModel>(*a.model);
-    with_tool->tips = {{step.link, tip.joint, tip.joint_T_grip}};
+    with_tool->tips = {{led, tip.joint, tip.joint_T_grip}};
     task.model = std::move(with_tool);
   }
   task.ik = a.record->ik;

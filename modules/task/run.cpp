@@ -179,9 +179,7 @@ class Runner {
         thread.next();
         return true;
       }
-      case StepKind::attach:
-        RMP_TRY(executor_.attach(s.object, thread.robot(), s.link, now_));
-        break;
+      case StepKind::attach: RMP_TRY(executor_.attach(s, thread.robot(), now_)); break;
       case StepKind::detach: RMP_TRY(executor_.detach(s.object, now_)); break;
       case StepKind::set: RMP_TRY(executor_.set(s.signal, s.expression, now_)); break;
       case StepKind::wait: {

@@ -116,21 +116,57 @@ Result<TaskExecutor::Grip> TaskExecutor::grip(const Actor& a, const std::string&
   std::vector<std::string> known;
   for (const model::Link& own : a.record->links) known.push_back(own.name);
   for (const model::RobotTool& tool : a.record->tools) known.push_back(tool.name);
+  for (const model::AttachedTool& tool : a.record->attached) known.push_back(tool.name);
   return error(ErrorCode::unknown_name,
                "robot " + quote(a.placed->name) + " has no link or tool " + quote(link),
                "It has " + text::enumerate(known) + ".");
 }
 
-Result<TaskExecutor::Grip> TaskExecutor::tip(std::size_t who, const std::string& name) const {
+const TaskExecutor::Thing* TaskExecutor::thing_of(const std::string& object_or_point,
+                                                  std::string& point) const {
+  point.clear();
+  if (const auto it = thing_of_.find(object_or_point); it != thing_of_.end())
+    return &things_[it->second];
+  const auto dot = object_or_point.rfind('.');
+  if (dot == std::string::npos) return nullptr;
+  const auto it = thing_of_.find(object_or_point.substr(0, dot));
+  if (it == thing_of_.end()) return nullptr;
+  point = object_or_point.substr(dot + 1);
+  return &things_[it->second];
+}
+
+Result<Pose> TaskExecutor::centre_point(const Thing& thing, const std::string& name) const {
+  std::vector<std::string> known;
+  if (thing.placed->what.kind == Kind::object)
+    if (const auto* object = sim_->snapshot.get(ObjectId{thing.placed->what.number}))
+      for (const model::ToolCentrePoint& t : object->tcps) {
+        if (t.name == name) return model::pose(t.placement);
+        known.push_back(t.name);
+      }
+  return error(ErrorCode::unknown_name,
+               "object " + quote(thing.placed->name) + " has no tool centre point " + quote(name),
+               known.empty() ? "It has none; object.add_tcp adds one."
+                             : "It has " + text::enumerate(known) + ".");
+}
+
+Result<TaskExecutor::Grip> TaskExecutor::tip(std::size_t who, const std::string& given) const {
   const Actor& a = actors_[who];
+  const std::string& name = given.empty() ? a.tcp : given;
   auto found = grip(a, name);
-  const auto it = thing_of_.find(name);
-  if (found.ok() || it == thing_of_.end()) return found;
-  const Held& h = things_[it->second].history.back();
-  if (h.is_held && h.actor == who) return Grip{h.joint, h.pose};
-  return error(ErrorCode::conflict,
-               "robot " + quote(a.placed->name) + " does not hold object " + quote(name),
-               "Attach it before it is moved as a tool.");
+  std::string point;
+  const Thing* thing = found.ok() ? nullptr : thing_of(name, point);
+  if (!thing) return found;
+  Grip at;
+  if (!point.empty()) {
+    RMP_TRY_ASSIGN(at.joint_T_grip, centre_point(*thing, point));
+  }
+  const Held& h = thing->history.back();
+  if (h.is_held && h.actor == who)
+    return Grip{h.joint, point.empty() ? h.pose : spatial::compose(h.pose, at.joint_T_grip)};
+  return error(
+      ErrorCode::conflict,
+      "robot " + quote(a.placed->name) + " does not hold object " + quote(thing->placed->name),
+      "Attach it before it is moved as a tool.");
 }
 
 bool TaskExecutor::can_move(const Actor& a) {
@@ -193,17 +229,25 @@ Result<Pose> TaskExecutor::frame(const std::string& name, double t) const {
   return find_member(frame_of_, name, "frame or object").error();
 }
 
-Result<void> TaskExecutor::attach(const std::string& object, const std::string& robot,
-                                  const std::string& link, double t) {
+Result<void> TaskExecutor::attach(const model::TaskStep& step, const std::string& robot, double t) {
+  const std::string& object = step.object;
   RMP_TRY_ASSIGN(const std::size_t what, find_member(thing_of_, object, "object"));
   RMP_TRY_ASSIGN(const std::size_t who, actor(robot));
-  RMP_TRY_ASSIGN(const Grip g, grip(actors_[who], link));
+  RMP_TRY_ASSIGN(const Grip g, grip(actors_[who], step.link));
+  if (!step.tcp.empty()) RMP_TRY(centre_point(things_[what], step.tcp));
   const Pose pose = pose_of(things_[what], t);
   const Pose joint = world_T_joint(actors_[who], g.joint, t);
   things_[what].history.push_back(
       {t, who, true, g.joint, spatial::compose(spatial::inverse(joint), pose)});
   note(t, robot + " takes " + object);
+  led_by_own_tool(object);  // whoever it was handed over by
+  if (!step.tcp.empty()) actors_[who].tcp = object + "." + step.tcp;
   return {};
+}
+
+void TaskExecutor::led_by_own_tool(const std::string& object) {
+  for (Actor& a : actors_)
+    if (a.tcp.substr(0, a.tcp.rfind('.')) == object) a.tcp.clear();
 }
 
 Result<void> TaskExecutor::detach(const std::string& object, double t) {
@@ -213,6 +257,7 @@ Result<void> TaskExecutor::detach(const std::string& object, double t) {
   const Pose pose = pose_of(things_[what], t);
   things_[what].history.push_back({t, 0, false, -1, pose});
   note(t, object + " is let go");
+  led_by_own_tool(object);
   return {};
 }
 

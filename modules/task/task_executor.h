@@ -25,8 +25,7 @@ class TaskExecutor {
   /// Starts a move at time t; gives when it ends.
   Result<double> move(const model::TaskStep&, const std::string& robot, const std::string& where,
                       double t, Progress&);
-  Result<void> attach(const std::string& object, const std::string& robot, const std::string& link,
-                      double t);
+  Result<void> attach(const model::TaskStep&, const std::string& robot, double t);
   Result<void> detach(const std::string& object, double t);
   /// Sets a signal to the value of an expression.
   Result<void> set(const std::string& signal, const std::string& expression, double t);
@@ -63,6 +62,8 @@ class TaskExecutor {
     Pose world_T_base;
     std::vector<double> start;
     std::vector<Move> moves;
+    /// Centre point of a held object that leads moves which name no tool, "torch.tip"; "" = none.
+    std::string tcp;
   };
   /// Where an object is from a time on.
   struct Held {
@@ -89,8 +90,15 @@ class TaskExecutor {
   [[nodiscard]] Result<std::size_t> actor(const std::string& name) const;
   /// Of a tool or link; "" = the robot's tool.
   [[nodiscard]] Result<Grip> grip(const Actor&, const std::string& link) const;
-  /// Likewise, or of an object that the robot holds.
+  /// Likewise, or of an object that the robot holds, or of a centre point of one; "" = the one that
+  /// leads, else the robot's tool.
   [[nodiscard]] Result<Grip> tip(std::size_t actor, const std::string& name) const;
+  /// No centre point of the object leads moves any more.
+  void led_by_own_tool(const std::string& object);
+  /// object_T_tcp of an object of the world.
+  [[nodiscard]] Result<Pose> centre_point(const Thing&, const std::string& name) const;
+  /// The object whose name stands before the dot or is all of it.
+  [[nodiscard]] const Thing* thing_of(const std::string& object_or_point, std::string& point) const;
   [[nodiscard]] Result<Pose> frame(const std::string& name, double t) const;
   [[nodiscard]] Result<const Expression*> compiled(const std::string& expression) const;
   [[nodiscard]] Result<double> evaluate(const std::string& expression, std::string_view unit,

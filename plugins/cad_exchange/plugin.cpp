@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Importers and exporters of CAD and mesh files. What reads foreign files, and Open CASCADE and
-// Assimp with it, is in the worker program robomosp-exchange, which is run for each file: a file
-// that crashes, hangs or floods it ends as a sentence (layer: plugin).
+// Assimp with it, is in worker programs, one of which is run for each file: a file that crashes,
+// hangs or floods it ends as a sentence (layer: plugin).
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -75,10 +75,18 @@ std::string upper(std::string s) {
   return s;
 }
 
-/// One run of the worker program.
+/// The worker program for a format (worker/formats.h).
+const char* program_for(std::string_view format) {
+  if (is_one_of(format, "stl,dxf")) return "robomosp-exchange-plain";
+  if (is_one_of(format, "obj,ply,gltf,glb,dae,3mf")) return "robomosp-exchange-mesh";
+  return "robomosp-exchange";
+}
+
+/// One run of a worker program.
 class Worker {
  public:
-  Worker(const rmp_host* host, Progress& progress) : host_(host), progress_(progress) {}
+  Worker(const rmp_host* host, const char* program, Progress& progress)
+      : host_(host), program_(program), progress_(progress) {}
 
   Result<Answer> run(const std::vector<std::string>& words, std::string_view input, double seconds,
                      std::uint64_t memory, const std::string& doing) {
@@ -89,7 +97,7 @@ class Worker {
     for (const std::string& w : words) arguments.push_back(w.c_str());
     rmp_program program{};
     program.struct_size = sizeof program;
-    program.name = "robomosp-exchange";
+    program.name = program_;
     program.arguments = arguments.data();
     program.argument_count = static_cast<std::uint32_t>(arguments.size());
     program.input = input.data();
@@ -130,6 +138,7 @@ class Worker {
   }
 
   const rmp_host* host_;
+  const char* program_;
   Progress& progress_;
   std::string output_;
 };
@@ -163,7 +172,7 @@ class FileImporter : public Importer {
                                 : 0);
     std::string size_text = size;
     std::replace(size_text.begin(), size_text.end(), ',', '.');  // whatever the locale
-    Worker worker(host_, progress);
+    Worker worker(host_, program_for(format), progress);
     auto answer = worker.run(
         {"read", full, "format=" + format,
          std::string("heal=") + (params.boolean("heal") ? "1" : "0"), size_text},
@@ -259,7 +268,7 @@ class CadExporter final : public Exporter {
     RMP_TRY_ASSIGN(const Scene scene, scene_of(task.items));
     const bool is_iges = task.extension.starts_with("ig");
     const std::string input = encode(scene);
-    Worker worker(host_, progress);
+    Worker worker(host_, program_for(task.extension), progress);
     RMP_TRY_ASSIGN(Answer answer, worker.run({"write", is_iges ? "format=iges" : "format=step",
                                               "unit=" + std::string(params.text("unit")),
                                               "schema=" + std::string(params.text("schema"))},
@@ -371,11 +380,11 @@ using namespace robomosp::cad_exchange;
 RMP_PLUGIN("org.robomosp.cad_exchange", "0.1.0", "Apache-2.0",
            "CAD and mesh files in and out, read in a process of their own",
            provider<CadImporter>("cad", "STEP and IGES: exact solids, names, colours, assemblies.",
-                                 "exact", kImportParams),
+                                 "exact,confined", kImportParams),
            provider<MeshImporter>("mesh", "STL, OBJ, PLY, glTF, GLB, COLLADA, 3MF: closed meshes.",
-                                  "mesh", kImportParams),
+                                  "mesh,confined", kImportParams),
            provider<DrawingImporter>("dxf", "DXF: outlines as profiles, and meshes.",
-                                     "profile,mesh", kImportParams),
+                                     "profile,mesh,confined", kImportParams),
            provider<CadExporter>("cad", "STEP AP203/214/242 and IGES: exact solids.", "exact",
                                  kCadExportParams),
            provider<MeshExporter>("mesh", "STL, OBJ, PLY, GLB, 3MF; DXF with outlines or meshes.",

@@ -3,242 +3,95 @@
 // and its sections.
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <numeric>
-#include <tuple>
+#include <span>
 #include <unordered_map>
 
 #include "engine.h"
+#include "sharp_edges.h"
 
 namespace robomosp::csg_cgal {
 namespace {
 
-using Triangle = std::array<std::uint32_t, 3>;
-
-/// Faces with known surfaces meet sharply at more than this angle [rad], others (imported, splines)
-/// only beyond the second.
-constexpr double kSharp = 0.05, kSharpFacets = 0.52;
-/// A polyline goes on over a corner where it bends by less [rad] though the faces beside it change.
-constexpr double kStraightOn = 0.2;
 constexpr std::uint32_t kNone = ~0U;
-
-/// The mesh as it is after rounding to `Scalar`: corners at one place are one, triangles that
-/// shrank to a line or point are gone, those that now lie back to back too.
-template <class Scalar>
-PatchMesh rounded(const PatchMesh& in) {
-  PatchMesh out;
-  out.patches = in.patches;
-  std::map<std::array<Scalar, 3>, std::uint32_t> place;
-  std::vector<std::uint32_t> name;
-  name.reserve(in.points.size());
-  for (const Vec3& p : in.points) {
-    const std::array<Scalar, 3> r{static_cast<Scalar>(p[0]) + Scalar{0},
-                                  static_cast<Scalar>(p[1]) + Scalar{0},
-                                  static_cast<Scalar>(p[2]) + Scalar{0}};
-    const auto [at, is_new] = place.try_emplace(r, static_cast<std::uint32_t>(out.points.size()));
-    if (is_new) out.points.push_back(p);
-    name.push_back(at->second);
-  }
-  std::map<Triangle, std::vector<std::uint32_t>> by_corners;  // from the least corner on, sorted
-  std::vector<Triangle> triangles;
-  std::vector<bool> is_gone;
-  const auto turned = [](Triangle t) {
-    std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
-    return t;
-  };
-  for (std::uint32_t t = 0; t < in.triangles.size(); ++t) {
-    const Triangle v{name[in.triangles[t][0]], name[in.triangles[t][1]], name[in.triangles[t][2]]};
-    triangles.push_back(v);
-    is_gone.push_back(v[0] == v[1] || v[1] == v[2] || v[2] == v[0]);
-    if (is_gone.back()) continue;
-    const auto back = by_corners.find(turned({v[0], v[2], v[1]}));
-    if (back != by_corners.end() && !back->second.empty()) {
-      is_gone[back->second.back()] = true;
-      back->second.pop_back();
-      is_gone.back() = true;
-    } else {
-      by_corners[turned(v)].push_back(t);
-    }
-  }
-  for (std::uint32_t t = 0; t < triangles.size(); ++t) {
-    if (is_gone[t]) continue;
-    out.triangles.push_back(triangles[t]);
-    out.patch_of.push_back(in.patch_of[t]);
-  }
-  return out;
-}
-
-/// A side of triangles with the two that share it; four where solids touch.
-struct Side {
-  std::uint32_t low, high;
-  std::uint32_t first = kNone, second = kNone;
-  bool is_crowded = false;
-};
-
-std::vector<Side> sides_of(const PatchMesh& mesh) {
-  std::vector<std::array<std::uint32_t, 3>> all;  // low, high, triangle
-  all.reserve(3 * mesh.triangles.size());
-  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
-    for (std::size_t k = 0; k < 3; ++k) {
-      const auto [low, high] = std::minmax(mesh.triangles[t][k], mesh.triangles[t][(k + 1) % 3]);
-      all.push_back({low, high, t});
-    }
-  std::sort(all.begin(), all.end());
-  std::vector<Side> sides;
-  for (const auto& [low, high, t] : all) {
-    if (sides.empty() || sides.back().low != low || sides.back().high != high)
-      sides.push_back({low, high});
-    Side& s = sides.back();
-    if (s.first == kNone) s.first = t;
-    else if (s.second == kNone) s.second = t;
-    else s.is_crowded = true;
-  }
-  return sides;
-}
-
-/// Normal of a triangle's surface at a point, on the triangle's side of it; the triangle's own
-/// where the surface is not known.
-Vec3 normal_at(const PatchMesh& mesh, std::uint32_t t, const Vec3& p) {
-  const Vec3 own = unit(mesh.area_vector(t));
-  const Vec3 smooth = mesh.patches[mesh.patch_of[t]].normal(p);
-  if (smooth == Vec3{}) return own;
-  return dot(own, smooth) < 0 ? smooth * -1 : smooth;
-}
-
-double angle_between(const Vec3& a, const Vec3& b) {
-  return std::atan2(norm(cross(a, b)), dot(a, b));
-}
-
-bool is_sharp(const PatchMesh& mesh, const Side& s) {
-  if (s.second == kNone || s.is_crowded) return true;
-  const std::uint32_t a = mesh.patch_of[s.first], b = mesh.patch_of[s.second];
-  const bool is_free =
-      mesh.patches[a].kind == Patch::Kind::free || mesh.patches[b].kind == Patch::Kind::free;
-  if (a == b && !is_free) return false;
-  const auto at = [&](std::uint32_t v) {
-    const Vec3& p = mesh.points[v];
-    return angle_between(normal_at(mesh, s.first, p), normal_at(mesh, s.second, p));
-  };
-  return std::max(at(s.low), at(s.high)) > (is_free ? kSharpFacets : kSharp);
-}
-
-/// A chain of sharp sides between the same two faces. Closed when its ends are one corner.
-struct Chain {
-  std::vector<std::uint32_t> corners;
-  std::array<std::uint32_t, 2> patches{};
-};
-
-std::vector<Chain> chains_of(const PatchMesh& mesh) {
-  std::vector<Side> sharp;
-  for (const Side& s : sides_of(mesh))
-    if (is_sharp(mesh, s)) sharp.push_back(s);
-  std::unordered_map<std::uint32_t, std::vector<std::uint32_t>> at;
-  for (std::uint32_t i = 0; i < sharp.size(); ++i) {
-    at[sharp[i].low].push_back(i);
-    at[sharp[i].high].push_back(i);
-  }
-  const auto faces = [&](const Side& s) {
-    const std::uint32_t a = mesh.patch_of[s.first],
-                        b = s.second == kNone ? a : mesh.patch_of[s.second];
-    return std::array<std::uint32_t, 2>{std::min(a, b), std::max(a, b)};
-  };
-  const auto other = [&](std::uint32_t i, std::uint32_t v) {
-    return sharp[i].low == v ? sharp[i].high : sharp[i].low;
-  };
-  const auto goes_on = [&](std::uint32_t v) {
-    const auto& here = at[v];
-    if (here.size() != 2) return false;
-    if (faces(sharp[here[0]]) == faces(sharp[here[1]])) return true;
-    const Vec3 in = mesh.points[v] - mesh.points[other(here[0], v)],
-               out = mesh.points[other(here[1], v)] - mesh.points[v];
-    return angle_between(in, out) < kStraightOn;
-  };
-  std::vector<bool> is_used(sharp.size());
-  std::vector<Chain> chains;
-  const auto follow = [&](std::uint32_t first, std::uint32_t from) {
-    Chain chain;
-    chain.patches = faces(sharp[first]);
-    chain.corners = {from};
-    std::uint32_t side = first, v = from;
-    while (true) {
-      is_used[side] = true;
-      v = other(side, v);
-      chain.corners.push_back(v);
-      if (v == from || !goes_on(v)) break;
-      const auto& here = at[v];
-      const std::uint32_t next = here[0] == side ? here[1] : here[0];
-      if (is_used[next]) break;
-      side = next;
-    }
-    chains.push_back(std::move(chain));
-  };
-  for (std::uint32_t i = 0; i < sharp.size(); ++i) {
-    if (is_used[i]) continue;
-    if (!goes_on(sharp[i].low)) follow(i, sharp[i].low);
-    else if (!goes_on(sharp[i].high)) follow(i, sharp[i].high);
-  }
-  for (std::uint32_t i = 0; i < sharp.size(); ++i)
-    if (!is_used[i]) follow(i, sharp[i].low);  // rings
-  return chains;
-}
 
 float narrow(double x) { return static_cast<float>(x); }
 
 }  // namespace
 
-Mesh display_mesh(const PatchMesh& exact, const Progress& progress) {
-  const PatchMesh mesh = rounded<float>(exact);
+Mesh display_mesh(const ExactSolid& solid, const Progress& progress) {
+  const Rounded made = rounded(solid.mesh());
+  const PatchMesh& mesh = made.mesh;
   stop_if_cancelled(progress);
-  std::vector<std::uint32_t> order(mesh.triangles.size());
-  std::iota(order.begin(), order.end(), 0U);
-  std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-    return mesh.patch_of[a] < mesh.patch_of[b];
-  });
+  // By patch, each in the order of its triangles.
+  std::vector<std::uint32_t> next(mesh.patches.size() + 1, 0), order(mesh.triangles.size());
+  for (const std::uint32_t p : mesh.patch_of) ++next[p];
+  std::exclusive_scan(next.begin(), next.end(), next.begin(), 0U);
+  for (std::uint32_t t = 0; t < order.size(); ++t) order[next[mesh.patch_of[t]]++] = t;
   Mesh out;
+  out.positions.reserve(3 * mesh.points.size());
+  out.triangles.reserve(3 * mesh.triangles.size());
   // A corner once a face; a tip, which has no normal, once a triangle.
-  std::map<std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>, std::uint32_t> number;
+  struct Named {
+    std::uint32_t corner, patch;
+  };
+  std::vector<Named> named;
+  struct Last {
+    std::uint32_t patch = kNone, number = kNone;
+  };
+  std::vector<Last> last(mesh.points.size());  // where a corner was last named
   std::vector<Vec3> normals;
   std::uint64_t last_patch = std::uint64_t{kNone} + 1;
   for (const std::uint32_t t : order) {
     const std::uint32_t patch = mesh.patch_of[t];
     const Patch& surface = mesh.patches[patch];
+    const bool is_free = surface.kind == Patch::Kind::free;
     if (patch != last_patch) {
       out.faces.push_back({static_cast<std::uint32_t>(out.triangle_count()), 0, surface.id});
       last_patch = patch;
     }
     ++out.faces.back().triangle_count;
     const Vec3 area = mesh.area_vector(t);
+    const double size = norm(area);
+    const Vec3 own = is_free ? unit(area) : area;
     const auto corners = mesh.corners(t);
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t v = mesh.triangles[t][k];
-      const bool is_free = surface.kind == Patch::Kind::free;
-      const bool is_tip = !is_free && surface.normal(mesh.points[v]) == Vec3{};
-      const auto [at, is_new] = number.try_emplace({v, patch, is_tip ? t : kNone},
-                                                   static_cast<std::uint32_t>(normals.size()));
-      if (is_new) {
+      const bool is_tip = !is_free && surface.kind != Patch::Kind::plane &&
+                          surface.normal(mesh.points[v]) == Vec3{};
+      std::uint32_t number = last[v].patch == patch && !is_tip ? last[v].number : kNone;
+      if (number == kNone) {
+        number = static_cast<std::uint32_t>(normals.size());
+        if (!is_tip) last[v] = {patch, number};
         for (const double x : mesh.points[v]) out.positions.push_back(narrow(x));
         normals.push_back({});
+        named.push_back({v, patch});
       }
       // Free faces by the angle at the corner, known ones by area to tell the side.
-      const double weight = is_free ? angle_between(corners[(k + 1) % 3] - corners[k],
-                                                    corners[(k + 2) % 3] - corners[k])
+      const double weight = is_free ? std::atan2(size, dot(corners[(k + 1) % 3] - corners[k],
+                                                           corners[(k + 2) % 3] - corners[k]))
                                     : 1;
-      normals[at->second] = normals[at->second] + (is_free ? unit(area) : area) * weight;
-      out.triangles.push_back(at->second);
+      normals[number] = normals[number] + own * weight;
+      out.triangles.push_back(number);
     }
   }
-  for (const auto& [key, n] : number) {
-    const auto& [v, patch, tip] = key;
-    const Vec3 smooth = mesh.patches[patch].normal(mesh.points[v]);
+  stop_if_cancelled(progress);
+  for (std::size_t n = 0; n < named.size(); ++n) {
+    const Patch& surface = mesh.patches[named[n].patch];
+    if (surface.kind == Patch::Kind::free) continue;
+    const Vec3 smooth = surface.normal(mesh.points[named[n].corner]);
     if (!(smooth == Vec3{})) normals[n] = dot(smooth, normals[n]) < 0 ? smooth * -1 : smooth;
   }
+  out.normals.reserve(out.positions.size());
   for (const Vec3& given : normals) {
     Vec3 n = unit(given);
     if (n == Vec3{}) n = {0, 0, 1};
     for (const double x : n) out.normals.push_back(narrow(x));
   }
   stop_if_cancelled(progress);
-  for (const Chain& chain : chains_of(mesh)) {
+  const auto beyond =
+      made.is_same ? std::span<const Triangle>(solid.neighbours()) : std::span<const Triangle>();
+  for (const Chain& chain : chains_of(mesh, beyond)) {
     out.edge_sizes.push_back(static_cast<std::uint32_t>(chain.corners.size()));
     for (const std::uint32_t v : chain.corners)
       for (const double x : mesh.points[v]) out.edge_points.push_back(narrow(x));
@@ -374,11 +227,11 @@ CsgFeature edge_feature(const PatchMesh& mesh, const Chain& chain) {
 }  // namespace
 
 std::vector<CsgFeature> features_of(const PatchMesh& exact, const Progress& progress) {
-  const PatchMesh mesh = rounded<float>(exact);  // slivers below display are no edges
+  const PatchMesh mesh = rounded(exact).mesh;  // slivers below display are no edges
   std::vector<CsgFeature> all;
   for (const auto& face : faces_of(mesh)) all.push_back(face_feature(mesh, face));
   stop_if_cancelled(progress);
-  const auto chains = chains_of(mesh);
+  const auto chains = chains_of(mesh, {});
   for (const Chain& chain : chains)
     if (const CsgFeature f = edge_feature(mesh, chain); f.kind != CsgFeature::Kind::other)
       all.push_back(f);

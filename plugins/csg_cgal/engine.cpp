@@ -30,7 +30,7 @@ Result<std::shared_ptr<const CsgShape>> CgalCsgEngine::evaluate(const CsgTree& t
   using Shape = Result<std::shared_ptr<const CsgShape>>;
   return guarded("evaluating the solid", [&]() -> Shape {
     stop_if_cancelled(progress);
-    RMP_TRY_ASSIGN(Evaluated made, evaluate_tree(tree, progress));
+    RMP_TRY_ASSIGN(Evaluated made, evaluate_tree(tree, *imports_, progress));
     progress.report(1, "solid evaluated");
     return std::shared_ptr<const CsgShape>(std::make_shared<MeshShape>(std::move(made)));
   });
@@ -49,7 +49,7 @@ Result<Mesh> CgalCsgEngine::mesh(const CsgShape& shape, const MeshQuality& quali
                                                     " rad; it must be " +
                                                     csg_number_text(kFinestAngle) + " rad or more");
     stop_if_cancelled(progress);
-    return display_mesh(own->solid().mesh(), progress);
+    return display_mesh(own->solid(), progress);
   });
 }
 

@@ -25,6 +25,7 @@ class MeshShape final : public CsgShape {
 
 class CgalCsgEngine final : public CsgEngine {
  public:
+  explicit CgalCsgEngine(const rmp_host* host) : imports_(std::make_unique<Imports>(host)) {}
   Result<std::shared_ptr<const CsgShape>> evaluate(const CsgTree& tree,
                                                    Progress& progress) const override;
   Result<Mesh> mesh(const CsgShape& shape, const MeshQuality& quality,
@@ -37,10 +38,13 @@ class CgalCsgEngine final : public CsgEngine {
   Result<CsgProfile> section(const CsgShape& shape, const Pose& plane, double chord,
                              Progress& progress) const override;
   Result<CsgGeometry> geometry(const CsgShape& shape, Progress& progress) const override;
+
+ private:
+  std::unique_ptr<Imports> imports_;
 };
 
 /// Display mesh with smooth normals along the patches and the sharp edges between them.
-Mesh display_mesh(const PatchMesh& mesh, const Progress& progress);
+Mesh display_mesh(const ExactSolid& solid, const Progress& progress);
 /// Faces, then edges, then corners.
 std::vector<CsgFeature> features_of(const PatchMesh& mesh, const Progress& progress);
 /// Closed polygons where the plane z = 0 cuts the mesh (in the plane's frame).

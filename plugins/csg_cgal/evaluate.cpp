@@ -178,11 +178,12 @@ class Planner {
 
 class Evaluator {
  public:
-  Evaluator(const CsgTree& tree, const Planner& plan, Progress& progress)
-      : tree_(tree), plan_(plan), progress_(progress) {}
+  Evaluator(const CsgTree& tree, const Planner& plan, Imports& imports, Progress& progress)
+      : tree_(tree), plan_(plan), imports_(imports), progress_(progress) {}
 
   Result<Evaluated> run() {
     std::vector<std::optional<ExactSolid>> values(plan_.terms.size());
+    RMP_TRY(import_all(values));
     std::vector<std::size_t> uses(plan_.terms.size(), 0);
     for (const Term& t : plan_.terms)
       for (const Item& item : t.items) ++uses[item.term];
@@ -192,6 +193,7 @@ class Evaluator {
       const CsgNode& node = tree_.nodes[term.node];
       progress_.report(static_cast<double>(t) / static_cast<double>(plan_.terms.size()),
                        "evaluating triangles");
+      if (values[t]) continue;
       if (term.items.empty()) {
         RMP_TRY_ASSIGN(values[t], primitive(node, term.node).in(csg_node_text(node, term.node)));
         continue;
@@ -214,19 +216,40 @@ class Evaluator {
         if (--uses[item.term] == 0) values[item.term].reset();
     }
     ExactSolid solid = values[plan_.root.term]->moved(plan_.root.pose, plan_.root.instance);
-    add_closing_notes(solid.mesh());
+    add_closing_notes(solid);
     return Evaluated{std::move(solid), std::move(notes_)};
   }
 
  private:
-  Result<ExactSolid> primitive(const CsgNode& node, std::size_t index) {
-    std::uint64_t key = mixed(0, static_cast<std::uint64_t>(node.kind));
-    key = node.name.empty() ? mixed(key, index) : mixed(key, node.name);
-    std::vector<std::string> repairs;
-    RMP_TRY_ASSIGN(PatchMesh mesh, tessellate(node, key, repairs));
-    for (const std::string& r : repairs)
-      notes_.push_back(csg_node_text(node, index) + ": " + r + ".");
+  static std::uint64_t key_of(const CsgNode& node, std::size_t index) {
+    const std::uint64_t key = mixed(0, static_cast<std::uint64_t>(node.kind));
+    return node.name.empty() ? mixed(key, index) : mixed(key, node.name);
+  }
+
+  static Result<ExactSolid> primitive(const CsgNode& node, std::size_t index) {
+    RMP_TRY_ASSIGN(PatchMesh mesh, tessellate(node, key_of(node, index)));
     return ExactSolid::from(std::move(mesh));
+  }
+
+  Result<void> import_all(std::vector<std::optional<ExactSolid>>& values) {
+    std::vector<Imports::Wish> wishes;
+    std::vector<std::size_t> terms;
+    for (std::size_t t = 0; t < plan_.terms.size(); ++t) {
+      const Term& term = plan_.terms[t];
+      if (!term.items.empty() || term.kind != CsgKind::imported) continue;
+      wishes.push_back({&tree_.nodes[term.node], key_of(tree_.nodes[term.node], term.node)});
+      terms.push_back(t);
+    }
+    auto made = imports_.get(wishes);
+    stop_if_cancelled(progress_);
+    for (std::size_t i = 0; i < terms.size(); ++i) {
+      const std::size_t index = plan_.terms[terms[i]].node;
+      const std::string where = csg_node_text(tree_.nodes[index], index);
+      RMP_TRY_ASSIGN(Import import, std::move(made[i]).in(where));
+      for (const std::string& r : import.repairs) notes_.push_back(where + ": " + r + ".");
+      values[terms[i]] = std::move(import.solid);
+    }
+    return {};
   }
 
   Result<BooleanOutcome> operate(const Term& term, std::vector<ExactSolid> operands) {
@@ -250,14 +273,15 @@ class Evaluator {
     }
   }
 
-  void add_closing_notes(const PatchMesh& mesh) {
+  void add_closing_notes(const ExactSolid& solid) {
+    const PatchMesh& mesh = solid.mesh();
     double deviation = 0;
     for (const std::uint32_t p : mesh.patch_of)
       deviation = std::max(deviation, mesh.patches[p].deviation);
     if (deviation > 0)
       notes_.push_back("Computed from triangles: curved faces are within " +
                        millimetres_text(deviation) + " of their shape.");
-    const auto parts = parts_of(mesh);
+    const auto parts = parts_of(solid.neighbours());
     const std::size_t count =
         parts.empty() ? 0 : *std::max_element(parts.begin(), parts.end()) + std::size_t{1};
     std::vector<double> six_volumes(count, 0.0);
@@ -273,16 +297,17 @@ class Evaluator {
 
   const CsgTree& tree_;
   const Planner& plan_;
+  Imports& imports_;
   Progress& progress_;
   std::vector<std::string> notes_;
 };
 
 }  // namespace
 
-Result<Evaluated> evaluate_tree(const CsgTree& tree, Progress& progress) {
+Result<Evaluated> evaluate_tree(const CsgTree& tree, Imports& imports, Progress& progress) {
   Planner plan(tree, progress);
   RMP_TRY(plan.run());
-  return Evaluator(tree, plan, progress).run();
+  return Evaluator(tree, plan, imports, progress).run();
 }
 
 }  // namespace robomosp::csg_cgal

@@ -9,6 +9,7 @@
 #include <robomosp/sdk/csg.h>
 #include <robomosp/sdk/result.h>
 
+#include "imports.h"
 #include "mesh_boolean.h"
 
 namespace robomosp::csg_cgal {
@@ -19,6 +20,6 @@ struct Evaluated {
 };
 
 /// Never recurses: the depth of the tree costs no stack. Throws Cancelled.
-Result<Evaluated> evaluate_tree(const CsgTree& tree, Progress& progress);
+Result<Evaluated> evaluate_tree(const CsgTree& tree, Imports& imports, Progress& progress);
 
 }  // namespace robomosp::csg_cgal

@@ -205,38 +205,56 @@ Moments moments_of(const PatchMesh& mesh) {
   return m;
 }
 
-std::vector<std::uint32_t> parts_of(const PatchMesh& mesh) {
-  const std::size_t n = mesh.triangles.size();
-  std::vector<std::uint32_t> parent(n);
-  std::iota(parent.begin(), parent.end(), 0U);
-  const auto root = [&](std::uint32_t i) {
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
-  };
+std::optional<std::vector<Triangle>> neighbours_of(std::span<const Triangle> triangles,
+                                                   std::size_t corners) {
   struct Side {
-    std::uint32_t low, high, triangle;
+    std::uint32_t to, triangle;
   };
-  std::vector<Side> sides;
-  sides.reserve(3 * n);
-  for (std::uint32_t t = 0; t < n; ++t)
+  // Sides by the corner they start from.
+  std::vector<std::uint32_t> first(corners + 1, 0);
+  for (const Triangle& t : triangles)
+    for (const std::uint32_t v : t) ++first[v];
+  std::exclusive_scan(first.begin(), first.end(), first.begin(), 0U);
+  std::vector<Side> sides(3 * triangles.size());
+  for (std::uint32_t t = 0; t < triangles.size(); ++t)
+    for (std::size_t k = 0; k < 3; ++k)
+      sides[first[triangles[t][k]]++] = {triangles[t][(k + 1) % 3], t};
+  // first[v] is now the end of v's sides.
+  std::vector<Triangle> beyond(triangles.size());
+  for (std::uint32_t t = 0; t < triangles.size(); ++t)
     for (std::size_t k = 0; k < 3; ++k) {
-      const std::uint32_t a = mesh.triangles[t][k], b = mesh.triangles[t][(k + 1) % 3];
-      sides.push_back({std::min(a, b), std::max(a, b), t});
+      const std::uint32_t to = triangles[t][k], from = triangles[t][(k + 1) % 3];
+      std::size_t count = 0;
+      for (std::uint32_t i = from == 0 ? 0 : first[from - 1]; i < first[from]; ++i)
+        if (sides[i].to == to) {
+          beyond[t][k] = sides[i].triangle;
+          ++count;
+        }
+      if (count != 1) return std::nullopt;
     }
-  std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
-    return std::tie(a.low, a.high) < std::tie(b.low, b.high);
-  });
-  for (std::size_t i = 1; i < sides.size(); ++i)
-    if (sides[i].low == sides[i - 1].low && sides[i].high == sides[i - 1].high)
-      parent[root(sides[i].triangle)] = root(sides[i - 1].triangle);
-  std::vector<std::uint32_t> number(n, ~0U), out(n);
-  std::uint32_t next = 0;
-  for (std::uint32_t t = 0; t < n; ++t) {
-    std::uint32_t& of_root = number[root(t)];
-    if (of_root == ~0U) of_root = next++;
-    out[t] = of_root;
+  return beyond;
+}
+
+std::vector<std::uint32_t> parts_of(std::span<const Triangle> neighbours) {
+  constexpr std::uint32_t kNone = ~0U;
+  std::vector<std::uint32_t> part(neighbours.size(), kNone), open;
+  std::uint32_t count = 0;
+  for (std::uint32_t seed = 0; seed < part.size(); ++seed) {
+    if (part[seed] != kNone) continue;
+    part[seed] = count;
+    open.push_back(seed);
+    while (!open.empty()) {
+      const std::uint32_t t = open.back();
+      open.pop_back();
+      for (const std::uint32_t next : neighbours[t])
+        if (part[next] == kNone) {
+          part[next] = count;
+          open.push_back(next);
+        }
+    }
+    ++count;
   }
-  return out;
+  return part;
 }
 
 }  // namespace robomosp::csg_cgal

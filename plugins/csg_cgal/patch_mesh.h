@@ -6,6 +6,8 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <optional>
+#include <span>
 #include <vector>
 
 #include "support.h"
@@ -37,10 +39,12 @@ struct Patch {
 };
 [[nodiscard]] Patch moved(Patch patch, const Affine& motion);
 
+using Triangle = std::array<std::uint32_t, 3>;
+
 struct PatchMesh {
   std::vector<Vec3> points;
-  std::vector<std::array<std::uint32_t, 3>> triangles;  ///< counter-clockwise from outside
-  std::vector<std::uint32_t> patch_of;                  ///< one a triangle
+  std::vector<Triangle> triangles;      ///< counter-clockwise from outside
+  std::vector<std::uint32_t> patch_of;  ///< one a triangle
   std::vector<Patch> patches;
 
   [[nodiscard]] std::array<Vec3, 3> corners(std::size_t t) const {
@@ -68,7 +72,11 @@ struct Box3 {
 [[nodiscard]] double volume_of(const PatchMesh& mesh);
 /// Integrals over the polyhedron, with a bound of the error that its patches make.
 [[nodiscard]] Moments moments_of(const PatchMesh& mesh);
+/// For each side k of each triangle, from its corner k on, the triangle beyond. Nothing where a
+/// side is not shared by just two triangles that run along it in opposite directions.
+[[nodiscard]] std::optional<std::vector<Triangle>> neighbours_of(
+    std::span<const Triangle> triangles, std::size_t corners);
 /// For every triangle the number of the connected part it belongs to; parts hang together by edges.
-[[nodiscard]] std::vector<std::uint32_t> parts_of(const PatchMesh& mesh);
+[[nodiscard]] std::vector<std::uint32_t> parts_of(std::span<const Triangle> neighbours);
 
 }  // namespace robomosp::csg_cgal

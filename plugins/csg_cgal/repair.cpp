@@ -9,13 +9,13 @@
 #include <set>
 #include <span>
 
-#include "mesh_boolean.h"
+#include "first_equals.h"
+#include "orient.h"
+#include "self_cuts.h"
 #include "tessellate.h"
 
 namespace robomosp::csg_cgal {
 namespace {
-
-using Triangle = std::array<std::uint32_t, 3>;
 
 /// Corners within this part of the size are welded when the mesh is open otherwise.
 constexpr double kWeld = 1e-6;
@@ -38,26 +38,6 @@ std::string count_text(std::size_t n, const char* what) {
 }
 
 constexpr std::uint32_t kNone = ~0U;
-
-/// For each of n things the first that is equal to it.
-template <class Hash, class Equal>
-std::vector<std::uint32_t> first_equals(std::size_t n, Hash&& hash, Equal&& equal) {
-  std::vector<std::uint32_t> first(n), slots(std::bit_ceil(2 * n + 1), kNone);
-  const std::size_t mask = slots.size() - 1;
-  for (std::uint32_t i = 0; i < n; ++i)
-    for (std::size_t at = hash(i) & mask;; at = (at + 1) & mask) {
-      if (slots[at] == kNone) slots[at] = i;
-      if (slots[at] != i && !equal(slots[at], i)) continue;
-      first[i] = slots[at];
-      break;
-    }
-  return first;
-}
-
-std::uint64_t stirred(std::uint64_t key, std::uint64_t value) {
-  key = (key ^ value) * 0x9E3779B97F4A7C15U;
-  return key ^ (key >> 32U);
-}
 
 /// The sides of triangles, whichever way they run, and who has them.
 class Sides {
@@ -134,8 +114,47 @@ class Repair {
     for (const Vec3& p : points_) box_.add(p);
   }
 
-  Result<PatchMesh> run(std::vector<std::string>& notes) {
+  Result<ImportedMesh> run(std::vector<std::string>& notes, const Host& host) {
     weld_equal();
+    if (!is_whole()) RMP_TRY(mend(notes));
+    if (triangles_.empty()) return wrong("the mesh has no triangles with area", "Check the file.");
+    split_corners();
+    ImportedMesh out;
+    PatchMesh& mesh = out.mesh;
+    mesh.points = std::move(points_);
+    mesh.triangles = std::move(triangles_);
+    forget_unused(mesh);
+    out.neighbours = std::move(across_);
+    out.tree = BoxTree(mesh.points, mesh.triangles, 0);
+    if (const auto two = self_cut(mesh, out.tree, host))
+      return wrong("the mesh cuts itself, for example at " + place_text(mesh.corners((*two)[0])[0]),
+                   "Repair it in the program it came from.");
+    orient_outwards(mesh, out.neighbours);
+    std::size_t flipped = 0;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+      if (is_reverse(mesh.triangles[t], before_[t])) ++flipped;
+    if (flipped > 0)
+      notes.push_back(count_text(flipped, "triangle") +
+                      " of the mesh that faced inwards were turned round");
+    return out;
+  }
+
+ private:
+  /// Whether nothing is to be mended: every triangle has area, every side one other triangle that
+  /// runs along it the other way.
+  bool is_whole() {
+    for (const Triangle& t : triangles_)
+      if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0] || long_side_of_sliver(t)) return false;
+    auto all = neighbours_of(triangles_, points_.size());
+    if (!all) return false;
+    for (const Triangle& n : *all)
+      if (n[0] == n[1] && n[1] == n[2]) return false;  // back to back
+    across_ = std::move(*all);
+    before_ = triangles_;
+    return true;
+  }
+
+  Result<void> mend(std::vector<std::string>& notes) {
     drop_needless();
     if (open_sides().first > 0) {
       const std::size_t before = welded_;
@@ -150,33 +169,15 @@ class Repair {
     if (dropped_ > 0)
       notes.push_back(count_text(dropped_, "triangle") +
                       " of the mesh without area or there twice were removed");
-    if (triangles_.empty()) return wrong("the mesh has no triangles with area", "Check the file.");
+    if (triangles_.empty()) return {};
     const auto [open, where] = open_sides();
     if (open > 0)
       return wrong("the mesh is not closed: " + count_text(open, "edge") +
                        " with a triangle on one side only, the first at " + place_text(where),
                    "Close it in the program it came from.");
-    RMP_TRY(turn_alike());
-    split_corners();
-    PatchMesh mesh;
-    mesh.points = points_;
-    mesh.triangles = triangles_;
-    forget_unused(mesh);
-    std::array<std::uint32_t, 2> witness{};
-    if (!orient_outwards(mesh, witness))
-      return wrong(
-          "the mesh cuts itself, for example at " + place_text(mesh.corners(witness[0])[0]),
-          "Repair it in the program it came from.");
-    std::size_t flipped = 0;
-    for (std::size_t t = 0; t < triangles_.size(); ++t)
-      if (is_reverse(mesh.triangles[t], before_[t])) ++flipped;
-    if (flipped > 0)
-      notes.push_back(count_text(flipped, "triangle") +
-                      " of the mesh that faced inwards were turned round");
-    return mesh;
+    return turn_alike();
   }
 
- private:
   void map_corners(const std::vector<std::uint32_t>& to) {
     for (std::uint32_t v = 0; v < to.size(); ++v)
       if (to[v] != v) ++welded_;
@@ -435,11 +436,11 @@ class Repair {
 /// Faces: runs of triangles that meet smoothly. A face all of whose triangles lie in a plane is
 /// one.
 /// `deviation`: how far the triangles may be off the solid they stand for [m].
-void find_faces(PatchMesh& mesh, std::uint64_t key, double deviation) {
+void find_faces(PatchMesh& mesh, const std::vector<Triangle>& across, std::uint64_t key,
+                double deviation) {
   const std::size_t n = mesh.triangles.size();
   std::vector<Vec3> normal(n);
   for (std::size_t t = 0; t < n; ++t) normal[t] = unit(mesh.area_vector(t));
-  const auto across = Sides(mesh.triangles, mesh.points.size()).neighbours(mesh.triangles);
   mesh.patch_of.assign(n, kNone);
   std::vector<std::uint32_t> open;
   for (std::uint32_t seed = 0; seed < n; ++seed) {
@@ -459,7 +460,7 @@ void find_faces(PatchMesh& mesh, std::uint64_t key, double deviation) {
       is_flat = is_flat && norm(normal[t] - patch.axis) < kFlat;
       for (std::size_t k = 0; k < 3; ++k) {
         const std::uint32_t next = across[t][k];
-        if (next == kNone || mesh.patch_of[next] != kNone) continue;
+        if (mesh.patch_of[next] != kNone) continue;
         const double cosine = dot(normal[t], normal[next]);
         if (cosine < kSmooth) continue;
         straightest = std::min(straightest, cosine);
@@ -478,8 +479,8 @@ void find_faces(PatchMesh& mesh, std::uint64_t key, double deviation) {
 
 }  // namespace
 
-Result<PatchMesh> imported_mesh(const CsgGeometry& geometry, double scale, std::uint64_t key,
-                                std::vector<std::string>& notes) {
+Result<ImportedMesh> imported_mesh(const CsgGeometry& geometry, double scale, std::uint64_t key,
+                                   std::vector<std::string>& notes, const Host& host) {
   if (geometry.points.size() % 3 != 0 || geometry.triangles.size() % 3 != 0)
     return wrong("the mesh has incomplete corners or triangles", "Check the file.");
   if (geometry.triangles.empty()) return wrong("the mesh has no triangles", "Check the file.");
@@ -493,10 +494,10 @@ Result<PatchMesh> imported_mesh(const CsgGeometry& geometry, double scale, std::
       return wrong("a triangle of the mesh names corner " + std::to_string(v) + " of " +
                        std::to_string(geometry.points.size() / 3),
                    "Check the file.");
-  RMP_TRY_ASSIGN(PatchMesh mesh, Repair(geometry, scale).run(notes));
-  if (!(volume_of(mesh) > 0)) return wrong("the mesh encloses no volume", "Check the file.");
-  find_faces(mesh, key, geometry.deviation * scale);
-  return mesh;
+  RMP_TRY_ASSIGN(ImportedMesh made, Repair(geometry, scale).run(notes, host));
+  if (!(volume_of(made.mesh) > 0)) return wrong("the mesh encloses no volume", "Check the file.");
+  find_faces(made.mesh, made.neighbours, key, geometry.deviation * scale);
+  return made;
 }
 
 }  // namespace robomosp::csg_cgal

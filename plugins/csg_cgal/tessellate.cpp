@@ -467,8 +467,7 @@ Result<void> check_kind(const CsgNode& node, std::size_t index) {
   return {};
 }
 
-Result<PatchMesh> tessellate(const CsgNode& node, std::uint64_t key,
-                             std::vector<std::string>& notes) {
+Result<PatchMesh> tessellate(const CsgNode& node, std::uint64_t key) {
   Builder out(key);
   const auto& s = node.sizes;
   switch (node.kind) {
@@ -499,7 +498,6 @@ Result<PatchMesh> tessellate(const CsgNode& node, std::uint64_t key,
     }
     case CsgKind::prism: RMP_TRY(prism(out, *node.profile, s[0])); break;
     case CsgKind::revolution: RMP_TRY(revolution(out, *node.profile, s[0])); break;
-    case CsgKind::imported: return imported_mesh(*node.geometry, s[0], key, notes);
     default: return error(ErrorCode::internal, "not a primitive");
   }
   PatchMesh mesh = out.finish();

@@ -4,8 +4,10 @@
 #pragma once
 
 #include <robomosp/sdk/csg.h>
+#include <robomosp/sdk/host.h>
 #include <robomosp/sdk/result.h>
 
+#include "box_tree.h"
 #include "patch_mesh.h"
 
 namespace robomosp::csg_cgal {
@@ -18,13 +20,19 @@ inline constexpr double kChordBySize = 2.5e-4;
 /// Refuses what only exact engines can make; check_csg_tree() has passed the node.
 Result<void> check_kind(const CsgNode& node, std::size_t index);
 
-/// The primitive in its own frame; `key` goes into the ids of its faces. `notes` gets what had to
-/// be repaired of an imported mesh. Call check_kind first.
-Result<PatchMesh> tessellate(const CsgNode& node, std::uint64_t key,
-                             std::vector<std::string>& notes);
+/// The primitive, no imported one, in its own frame; `key` goes into the ids of its faces. Call
+/// check_kind first.
+Result<PatchMesh> tessellate(const CsgNode& node, std::uint64_t key);
 
-/// An imported mesh made fit for operations (repair.cpp).
-Result<PatchMesh> imported_mesh(const CsgGeometry& geometry, double scale, std::uint64_t key,
-                                std::vector<std::string>& notes);
+/// With what its checks needed and operations will need again.
+struct ImportedMesh {
+  PatchMesh mesh;
+  std::vector<Triangle> neighbours;
+  BoxTree tree;
+};
+/// An imported mesh made fit for operations (repair.cpp); `notes` gets what had to be repaired.
+/// Works on threads of `host`.
+Result<ImportedMesh> imported_mesh(const CsgGeometry& geometry, double scale, std::uint64_t key,
+                                   std::vector<std::string>& notes, const Host& host);
 
 }  // namespace robomosp::csg_cgal

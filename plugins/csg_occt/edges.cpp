@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 #include <tuple>
+#include <utility>
+#include <vector>
 
 #include <BRepAdaptor_Curve.hxx>
 #include <BRepAdaptor_Surface.hxx>
@@ -58,9 +60,15 @@ class Tracer {
       return std::tuple(e.kind, step(a[2] + b[2]), step(a[1] + b[1]), step(a[0] + b[0]), step(m[2]),
                         step(m[1]), step(m[0]), step(e.length), step(a[2]), step(a[1]), step(a[0]));
     };
-    std::stable_sort(edges_.begin(), edges_.end(),
-                     [&](const CsgEdge& a, const CsgEdge& b) { return key(a) < key(b); });
-    return std::move(edges_);
+    // Keys are made once, and edges moved once: there may be very many.
+    std::vector<std::pair<decltype(key(edges_.front())), std::size_t>> order;
+    order.reserve(edges_.size());
+    for (std::size_t i = 0; i < edges_.size(); ++i) order.emplace_back(key(edges_[i]), i);
+    std::sort(order.begin(), order.end());
+    std::vector<CsgEdge> sorted;
+    sorted.reserve(edges_.size());
+    for (const auto& [known, i] : order) sorted.push_back(std::move(edges_[i]));
+    return sorted;
   }
 
  private:

@@ -105,7 +105,9 @@ Result<void> triangulate(const TopoDS_Shape& shape, const MeshQuality& quality, 
   }
   for (const TopoDS_Face& face : plain) {
     if (progress.cancelled()) break;
-    mesh_plain_face(face, quality);
+    // A face that stands at several places is one face: its mesh is that of them all, and another
+    // one would only leave the polygons of the first on its edges.
+    if (is_unmeshed(face)) mesh_plain_face(face, quality);
   }
   if (progress.cancelled()) {
     BRepTools::Clean(shape);

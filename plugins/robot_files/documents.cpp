@@ -4,10 +4,9 @@
 #include <tinyxml2.h>
 
 #include <algorithm>
-#include <fstream>
-#include <iterator>
 #include <utility>
 
+#include "files.h"
 #include "reach.h"
 
 namespace robomosp::robot_files {
@@ -123,7 +122,7 @@ Result<const Element*> Documents::open(const Element& asked, const std::filesyst
                  "file " + in_quotes(file.lexically_normal().string()) +
                      " lies outside the package " + in_quotes(reach_->package().string()),
                  "Give options = {outside = true} to have such files read.");
-  if (!fs::is_regular_file(file, failed))
+  if (!files::is_file(file))
     return fault(asked, "there is no file " + in_quotes(file.string()),
                  "Put it beside the robot's file.");
   for (const Source* s = source_of(asked); s; s = s->asked)
@@ -132,14 +131,12 @@ Result<const Element*> Documents::open(const Element& asked, const std::filesyst
                    "Take one of the includes away.");
   if (all_.size() >= kMostDocuments)
     return fault(asked, "there are more than 1000 included files", "Join them.");
-  const std::uintmax_t size = fs::file_size(file, failed);
-  if (failed || size > kMostBytes - bytes_)
+  const auto text = files::read(file, kMostBytes - bytes_);
+  if (!text.ok())
     return fault(asked, "the included files have more than 256 MiB",
                  "Meshes belong into files of their own.");
-  bytes_ += size;
-  std::ifstream in(file, std::ios::binary);
-  const std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
-  return add(text, {file.filename().string(), file, source_of(asked)});
+  bytes_ += text->size();
+  return add(*text, {file.filename().string(), file, source_of(asked)});
 }
 
 }  // namespace robomosp::robot_files

@@ -5,10 +5,9 @@
 #include <charconv>
 #include <cmath>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 #include <string>
 
+#include "files.h"
 #include "spatial/convex_hull.h"
 #include "spatial/mass.h"
 #include "spatial/surface_moments.h"
@@ -211,16 +210,13 @@ Result<MeshFile> parse_mesh(std::string_view bytes, std::string_view extension) 
 }
 
 Result<MeshFile> read_mesh_file(const std::filesystem::path& file) {
-  std::error_code failed;
-  if (std::filesystem::file_size(file, failed) > kMostBytes || failed)
-    return broken("it has more than 256 MiB or cannot be read");
-  std::ifstream in(file, std::ios::binary);
-  const std::string bytes((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+  const auto bytes = files::read(file, kMostBytes);
+  if (!bytes.ok()) return broken("it has more than 256 MiB or cannot be read");
   std::string extension = file.extension().string();
   if (!extension.empty()) extension.erase(0, 1);
   for (char& c : extension)
     if (c >= 'A' && c <= 'Z') c = static_cast<char>(c + 32);
-  return parse_mesh(bytes, extension);
+  return parse_mesh(*bytes, extension);
 }
 
 std::optional<MassProperties> MeshMasses::of(const std::string& file, const Vec3& size,

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "files.h"
 #include "spatial/pose.h"
 #include "spatial/rotation.h"
 
@@ -42,11 +43,9 @@ Result<std::vector<const Element*>> MjcfValues::children(const Element& e) const
     // Relative to the robot's file; where that has none, to the file that includes.
     const std::filesystem::path name = std::string(word(*c, "file"));
     if (name.empty()) return fault(*c, "it includes no file", "Give file=\"part.xml\".");
-    std::error_code failed;
     std::filesystem::path file = folder_ / name;
-    if (const Source* s = source_of(*c); s && !std::filesystem::exists(file, failed))
-      if (const auto beside = s->path.parent_path() / name; std::filesystem::exists(beside, failed))
-        file = beside;
+    if (const Source* s = source_of(*c); s && !files::exists(file))
+      if (const auto beside = s->path.parent_path() / name; files::exists(beside)) file = beside;
     RMP_TRY_ASSIGN(const Element* root, documents_.open(*c, file));
     stack.push_back(root->FirstChildElement());
   }

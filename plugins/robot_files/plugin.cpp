@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Robots in: URDF, MJCF and SDF; and out: URDF (layer: plugin).
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <string>
 
 #include <robomosp/sdk/host.h>
 #include <robomosp/sdk/io.h>
 #include <robomosp/sdk/plugin.h>
 
+#include "files.h"
 #include "read.h"
 #include "urdf_writer.h"
 
@@ -33,22 +32,23 @@ const rmp_param kExportParams[] = {
 
 class RobotImporter final : public Importer {
  public:
+  explicit RobotImporter(const rmp_host* host) { files::use(host); }
   std::string_view extensions() const override { return "urdf,mjcf,xml,sdf,world,xacro"; }
 
   Result<Imported> read(std::string_view path, const Params& params, Progress&) const override {
     const std::filesystem::path file{std::string(path)};
     const std::string where = "file \"" + std::string(path) + "\"";
-    std::error_code failed;
-    if (!std::filesystem::is_regular_file(file, failed))
+    if (!files::is_file(file))
       return error(ErrorCode::not_found, "there is no file \"" + std::string(path) + "\"",
                    "Check the path.");
-    if (std::filesystem::file_size(file, failed) > kMostBytes || failed)
-      return error(ErrorCode::unsupported, "it has more than 64 MiB",
-                   "Meshes belong into files of their own.", where);
-    std::ifstream in(file, std::ios::binary);
-    const std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
-    if (!in.good() && !in.eof())
+    const auto text = files::read(file, kMostBytes);
+    if (!text.ok()) {
+      std::error_code failed;
+      if (std::filesystem::file_size(file, failed) > kMostBytes && !failed)
+        return error(ErrorCode::unsupported, "it has more than 64 MiB",
+                     "Meshes belong into files of their own.", where);
       return error(ErrorCode::not_found, "it cannot be read", "Check its permissions.", where);
+    }
     Options options;
     options.folder = file.parent_path();
     options.file = file;
@@ -57,7 +57,7 @@ class RobotImporter final : public Importer {
     options.collision = params.text("shapes") == "collision";
     options.reach = params.boolean("outside") ? std::make_shared<Reach>()
                                               : std::make_shared<Reach>(options.folder);
-    return read_robot(text, options).in(where);
+    return read_robot(*text, options).in(where);
   }
 };
 
@@ -130,7 +130,7 @@ using robomosp::robot_files::RobotExporter, robomosp::robot_files::RobotImporter
 RMP_PLUGIN("org.robomosp.robot_files", "0.1.0", "Apache-2.0",
            "Robots from URDF, MJCF and SDF, and as URDF.",
            RMP_PROVIDER(RobotImporter, "robot",
-                        "URDF, MJCF (MuJoCo) and SDF (Gazebo): joints, masses, shapes.", "robot",
-                        robomosp::robot_files::kImportParams),
+                        "URDF, MJCF (MuJoCo) and SDF (Gazebo): joints, masses, shapes.",
+                        "robot,confined", robomosp::robot_files::kImportParams),
            RMP_PROVIDER(RobotExporter, "urdf", "URDF: joints, masses, limits, shapes.", "robots",
                         robomosp::robot_files::kExportParams))

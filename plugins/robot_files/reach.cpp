@@ -6,6 +6,7 @@
 #include <string_view>
 #include <utility>
 
+#include "files.h"
 #include "xml.h"
 
 namespace robomosp::robot_files {
@@ -28,12 +29,11 @@ bool is_below(const fs::path& file, const fs::path& root) {
 
 /// The folders that the package may be, by each of the signs; the nearest of each.
 std::vector<fs::path> packages_of(const fs::path& folder) {
-  std::error_code failed;
   std::vector<fs::path> out{folder};
   for (const char* mark : kMarks) {
     fs::path at = folder;
     for (int k = 0; k < kHighest && !is_top(at); ++k, at = at.parent_path())
-      if (fs::is_regular_file(at / mark, failed)) {
+      if (files::is_file(at / mark)) {
         out.push_back(at);
         break;
       }

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "files.h"
 #include "reach.h"
 #include "spatial/pose.h"
 #include "spatial/rotation.h"
@@ -119,15 +120,14 @@ Result<const Element*> SdfModels::included(const Element& include) {
   const std::string uri(text_of(include, "uri"));
   if (uri.empty())
     return fault(include, "it includes no <uri>", "Give the model's file or folder.");
-  std::error_code failed;
   const fs::path folder = folder_of(include);
   const auto scheme = uri.find("://");
   fs::path found;
   if (scheme == std::string::npos || uri.starts_with("file://")) {
     found = folder / (scheme == std::string::npos ? uri : uri.substr(7));
-    if (scheme == std::string::npos && !fs::exists(found, failed)) {
+    if (scheme == std::string::npos && !files::exists(found)) {
       found = found_above(uri, folder);
-      if (fs::is_directory(found, failed) && fs::path(uri).lexically_normal() == fs::path(uri) &&
+      if (files::is_folder(found) && fs::path(uri).lexically_normal() == fs::path(uri) &&
           uri.find("..") == std::string::npos)
         documents_.reach().add(found);
     }
@@ -136,20 +136,19 @@ Result<const Element*> SdfModels::included(const Element& include) {
     if (!named.empty() && *named.begin() != "..") {
       found = found_above(named, folder);
       if (!found.empty())
-        documents_.reach().add(fs::is_directory(found, failed) ? found : found.parent_path());
+        documents_.reach().add(files::is_folder(found) ? found : found.parent_path());
     }
   }
-  if (fs::is_directory(found, failed)) {
+  if (files::is_folder(found)) {
     fs::path file = found / "model.sdf";
-    if (fs::is_regular_file(found / "model.config", failed)) {
+    if (files::is_file(found / "model.config")) {
       RMP_TRY_ASSIGN(const Element* config, documents_.open(include, found / "model.config"));
       for (const Element* e = config->FirstChildElement("sdf"); e; e = e->NextSiblingElement("sdf"))
-        if (fs::is_regular_file(found / std::string(inner(*e)), failed))
-          file = found / std::string(inner(*e));
+        if (files::is_file(found / std::string(inner(*e)))) file = found / std::string(inner(*e));
     }
     found = file;
   }
-  if (!fs::is_regular_file(found, failed)) {
+  if (!files::is_file(found)) {
     missing_ += (missing_.empty() ? "" : " or ") + uri;
     notes_.push_back("Model " + in_quotes(uri) + " (" + place(include) +
                      ") was not found beside the file or above it, and was left out.");

@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "documents.h"
+#include "files.h"
 #include "reach.h"
 #include "spatial/pose.h"
 #include "spatial/rotation.h"
@@ -143,7 +144,7 @@ std::filesystem::path found_above(const std::filesystem::path& relative,
   std::error_code failed;
   std::filesystem::path above = std::filesystem::absolute(folder, failed);
   for (int k = 0; k < kHighest; ++k) {
-    if (std::filesystem::exists(above / relative, failed)) return above / relative;
+    if (files::exists(above / relative)) return above / relative;
     if (above == above.parent_path()) break;
     above = above.parent_path();
   }
@@ -154,7 +155,7 @@ std::filesystem::path mesh_file(std::string_view uri, const std::filesystem::pat
                                 Reach& reach) {
   namespace fs = std::filesystem;
   std::error_code failed;
-  const auto exists = [&](const fs::path& p) { return fs::is_regular_file(p, failed); };
+  const auto exists = [&](const fs::path& p) { return files::is_file(p); };
   if (uri.size() > 4096 || uri.find('\0') != std::string_view::npos) return {};
   const auto scheme = uri.find("://");
   const std::string_view kind = uri.substr(0, scheme == std::string_view::npos ? 0 : scheme);

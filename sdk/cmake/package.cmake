@@ -19,7 +19,7 @@ install(TARGETS ${sdk_targets} EXPORT RobomospTargets
   ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT sdk)
 install(EXPORT RobomospTargets NAMESPACE robomosp:: DESTINATION "${package_dir}" COMPONENT sdk)
 install(DIRECTORY "${sdk_dir}/include/" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}" COMPONENT sdk)
-install(DIRECTORY "${sdk_dir}/template" "${sdk_dir}/examples" "${sdk_dir}/suites" DESTINATION "${CMAKE_INSTALL_DATADIR}/robomosp" COMPONENT sdk)
+install(DIRECTORY "${sdk_dir}/template" "${sdk_dir}/examples" "${sdk_dir}/suites" "${sdk_dir}/clients" DESTINATION "${CMAKE_INSTALL_DATADIR}/robomosp" COMPONENT sdk)
 
 # What an author reads: the pages, the licence.
 install(DIRECTORY "${PROJECT_SOURCE_DIR}/docs/plugin_author" "${PROJECT_SOURCE_DIR}/docs/decisions"

@@ -21,6 +21,7 @@
 #include <robomosp/sdk/csg_select.h>
 #include <robomosp/sdk/curve.h>
 #include <robomosp/sdk/dynamics.h>
+#include <robomosp/sdk/files.h>
 #include <robomosp/sdk/host.h>
 #include <robomosp/sdk/ik.h>
 #include <robomosp/sdk/ik_branches.h>
@@ -125,6 +126,8 @@ void plain_types(std::ostream& out) {
   F7(rmp_host, struct_size, program_version, log, run, create, list, extension);
   TYPE(rmp_threads);
   F3(rmp_threads, struct_size, cores, spread);
+  TYPE(rmp_files);
+  F3(rmp_files, struct_size, kind, read);
   TYPE(rmp_program);
   F8(rmp_program, struct_size, name, arguments, argument_count, input, input_size, seconds, memory);
   F5(rmp_program, most_output, context, output, line, cancelled);

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
  * The plugin door and what the host offers are C headers: this file only has to compile. */
+#include <robomosp/sdk/files.h>
 #include <robomosp/sdk/plugin.h>
 #include <robomosp/sdk/threads.h>
 

@@ -21,8 +21,8 @@
 #include <robomosp/sdk/ik.h>
 
 #include "lua/lua_state.h"
+#include "remote/json.h"
 #include "robotics/batch_kinematics.h"
-#include "shell/json.h"
 
 namespace {
 
@@ -291,9 +291,9 @@ void over_json_rpc(benchmark::State& state, What what, const char* method,
   Map params{{"id", "puma560"}};
   for (std::size_t i = 0; i < names.size(); ++i)
     params.set(names[i], NumericArray(p.states[i], kStates, 6));
-  const auto arrays = as_base64 ? shell::Arrays::base64 : shell::Arrays::numbers;
+  const auto arrays = as_base64 ? remote::Arrays::base64 : remote::Arrays::numbers;
   const std::string request = std::string(R"({"jsonrpc":"2.0","id":1,"method":"robot.)") + method +
-                              R"(","params":)" + shell::to_json(params, {}, arrays) +
+                              R"(","params":)" + remote::to_json(params, {}, arrays) +
                               (as_base64 ? R"(,"arrays":"base64"})" : "}") + "\n";
   static Server server;
   const auto kernel = kernel_of(what);

@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The engine for triangle meshes: imported and faceted solids, where the exact engine is slow.
+#include <time.h>
+
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <memory>
@@ -73,12 +76,22 @@ CsgNode scan(std::shared_ptr<const CsgGeometry> g, Vec3 at = {}) {
   return n;
 }
 
-void run(benchmark::State& state, const CsgTree& tree) {
+/// The tree with copies of its meshes, which the engine has not seen before: it keeps those it has.
+CsgTree unseen(CsgTree tree) {
+  for (CsgNode& n : tree.nodes)
+    if (n.geometry) n.geometry = std::make_shared<const CsgGeometry>(*n.geometry);
+  return tree;
+}
+
+void run(benchmark::State& state, const CsgTree& given) {
   NoProgress progress;
   const auto csg = engine();
   if (!csg) return state.SkipWithError("csg_cgal is not built");
   std::size_t triangles = 0;
   for (auto _ : state) {
+    state.PauseTiming();
+    const CsgTree tree = unseen(given);
+    state.ResumeTiming();
     const auto shape = csg->evaluate(tree, progress);
     if (!shape.ok()) return state.SkipWithError(shape.error().sentence().c_str());
     const auto mesh = csg->mesh(**shape, {}, progress);
@@ -122,6 +135,121 @@ void scan_of_20000_triangles_cut_by_a_box(benchmark::State& state) {
 }
 BENCHMARK(scan_of_20000_triangles_cut_by_a_box)->Unit(benchmark::kMillisecond);
 
+/// Figures of Manifold 3.5.1 on the reference machine, time that passed [ms].
+constexpr double kManifoldAnew100k = 125, kManifold20k = 50, kManifold100k = 210,
+                 kManifold1M = 2500;
+
+/// Evaluates, meshes and weighs; the number of triangles, or 0 with an error in `state`.
+std::size_t whole_work(benchmark::State& state, const CsgEngine& csg, const CsgTree& tree) {
+  NoProgress progress;
+  const auto shape = csg.evaluate(tree, progress);
+  if (!shape.ok()) return state.SkipWithError(shape.error().sentence().c_str()), 0;
+  const auto mesh = csg.mesh(**shape, {}, progress);
+  if (!mesh.ok()) return state.SkipWithError(mesh.error().sentence().c_str()), 0;
+  const auto moments = csg.moments(**shape, progress);
+  if (!moments.ok()) return state.SkipWithError(moments.error().sentence().c_str()), 0;
+  benchmark::DoNotOptimize(moments->volume);
+  return mesh->triangle_count();
+}
+
+/// Times `work` as this program's time on all its threads and as time that passed, and how often
+/// Manifold's figure they are.
+class Clock {
+ public:
+  template <class Work>
+  void time(Work&& work) {
+    const double wall = wall_now(), cpu = cpu_now();
+    work();
+    walls_.push_back(wall_now() - wall);
+    cpus_.push_back(cpu_now() - cpu);
+  }
+  void report(benchmark::State& state, double manifold) {
+    if (walls_.empty()) return;
+    state.counters["cpu_ms"] = median(cpus_);
+    state.counters["times_Manifold"] = median(walls_) / manifold;
+    state.counters["cpu_times_Manifold"] = median(cpus_) / manifold;
+  }
+
+ private:
+  static double read(clockid_t which) {
+    timespec t{};
+    clock_gettime(which, &t);
+    return static_cast<double>(t.tv_sec) * 1e3 + static_cast<double>(t.tv_nsec) * 1e-6;
+  }
+  static double wall_now() { return read(CLOCK_MONOTONIC); }
+  static double cpu_now() { return read(CLOCK_PROCESS_CPUTIME_ID); }
+  static double median(std::vector<double> all) {
+    const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
+    std::nth_element(all.begin(), middle, all.end());
+    return *middle;
+  }
+  std::vector<double> walls_, cpus_;
+};
+
+/// A user drags a bore through a scan: every position is evaluated, drawn and weighed. `turned`:
+/// the scan lies at an angle, so that none of its corners is a double.
+void drag_a_hole(benchmark::State& state, bool turned) {
+  const auto csg = engine();
+  if (!csg) return state.SkipWithError("csg_cgal is not built");
+  CsgTree tree;
+  Pose at;
+  at.p = {0.1, 0.05, -1};
+  tree.nodes = {node(CsgKind::difference, -1, {}), scan(ball(224, 224, 0.5)),
+                node(CsgKind::cylinder, 0, {0.03, 2}, at)};
+  if (turned) {
+    const double c = std::cos(0.3), s = std::sin(0.3);
+    tree.nodes[1].placement.R = {c, -s, 0, s, c, 0, 0, 0, 1};
+  }
+  std::size_t triangles = whole_work(state, *csg, tree);  // the scan is imported once
+  Clock clock;
+  for (auto _ : state) {
+    double& x = tree.nodes[2].placement.p[0];
+    x = x < 0.3 ? x + 0.0013 : 0.1;
+    clock.time([&] { triangles = whole_work(state, *csg, tree); });
+    if (triangles == 0) return;
+  }
+  clock.report(state, kManifoldAnew100k);
+  state.counters["triangles"] = static_cast<double>(triangles);
+}
+void drag_a_hole_in_a_scan_of_100000_triangles(benchmark::State& state) {
+  drag_a_hole(state, false);
+}
+BENCHMARK(drag_a_hole_in_a_scan_of_100000_triangles)->Unit(benchmark::kMillisecond)->UseRealTime();
+void drag_a_hole_in_a_turned_scan_of_100000_triangles(benchmark::State& state) {
+  drag_a_hole(state, true);
+}
+BENCHMARK(drag_a_hole_in_a_turned_scan_of_100000_triangles)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
+
+/// Neither scan has been seen before; both are checked, repaired where needed, cut, drawn, weighed.
+void difference_of_two_scans(benchmark::State& state) {
+  const auto csg = engine();
+  if (!csg) return state.SkipWithError("csg_cgal is not built");
+  const auto rows = static_cast<int>(state.range(0));
+  const double manifold = rows < 150 ? kManifold20k : rows < 500 ? kManifold100k : kManifold1M;
+  CsgTree given;
+  given.nodes = {node(CsgKind::difference, -1, {}), scan(ball(rows, rows, 0.5)),
+                 scan(ball(rows + 1, rows + 2, 0.5), {0.01, 0.02, 0.03})};
+  std::size_t triangles = 0;
+  Clock clock;
+  for (auto _ : state) {
+    state.PauseTiming();
+    const CsgTree tree = unseen(given);
+    state.ResumeTiming();
+    clock.time([&] { triangles = whole_work(state, *csg, tree); });
+    if (triangles == 0) return;
+  }
+  clock.report(state, manifold);
+  state.counters["triangles"] = static_cast<double>(triangles);
+}
+BENCHMARK(difference_of_two_scans)
+    ->Arg(101)
+    ->Arg(224)
+    ->Arg(708)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
+
 /// As it comes from an STL file: every triangle has corners of its own.
 void mass_of_980000_triangles(benchmark::State& state) {
   const auto shared = ball(700, 701, 0.5);
@@ -139,7 +267,10 @@ void mass_of_980000_triangles(benchmark::State& state) {
   tree.nodes = {scan(soup)};
   tree.nodes[0].parent = -1;
   for (auto _ : state) {
-    const auto shape = csg->evaluate(tree, progress);
+    state.PauseTiming();
+    const CsgTree fresh = unseen(tree);
+    state.ResumeTiming();
+    const auto shape = csg->evaluate(fresh, progress);
     if (!shape.ok()) return state.SkipWithError(shape.error().sentence().c_str());
     const auto moments = csg->moments(**shape, progress);
     if (!moments.ok()) return state.SkipWithError(moments.error().sentence().c_str());

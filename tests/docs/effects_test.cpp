@@ -11,6 +11,7 @@
 
 #include <gtest/gtest.h>
 
+#include "docs/example_arguments.h"
 #include "docs/examples.h"
 #include "io/native.h"
 #include "kernel/permit.h"
@@ -20,6 +21,7 @@ namespace robomosp::ioci {
 namespace {
 
 namespace fs = std::filesystem;
+using test::arguments_of;
 using test::examples_app;
 
 /// What a command could have touched.
@@ -45,39 +47,6 @@ State state_now() {
     if (entry.is_regular_file())
       s.files[entry.path().string()] = {entry.file_size(), entry.last_write_time()};
   return s;
-}
-
-/// The arguments that an example gives to its command; taken by a stand-in that then fails, so that
-/// the document is as the command would find it.
-std::optional<Map> taken;
-Result<Value> take(CommandContext& ctx, const Map& args) {
-  taken.emplace();
-  for (const auto& [name, value] : args)
-    if (const Value* given = ctx.given(name)) taken->set(name, *given);
-  return error(ErrorCode::cancelled, "taken");
-}
-
-/// Runs the example up to the first call of its command.
-std::optional<Map> arguments_of(const CommandSpec& spec) {
-  Application& app = examples_app();
-  app.document.clear();
-  for (const auto& [number, recording] : app.recordings.list()) app.recordings.remove(number);
-  auto& open = const_cast<CommandSpec&>(spec);  // the table is this test's own
-  const auto run = std::exchange(open.run, take);
-  const auto effect = std::exchange(open.effect, Effects(Effect::reads));
-  const auto sometimes = std::exchange(open.sometimes, Effects());
-  taken.reset();
-  {
-    Session session("example");
-    lua::LuaState lua(app, session,
-                      {.print = [](std::string_view) {},
-                       .module_path = {fs::path(ROBOMOSP_SOURCE_DIR) / "scripts/lib"}});
-    (void)lua.run_string(spec.example, spec.name).ok();
-  }
-  open.run = run;
-  open.effect = effect;
-  open.sometimes = sometimes;
-  return taken;
 }
 
 TEST(Effects, ACommandIsRefusedToASessionThatLacksOneOfThem) {
@@ -116,8 +85,8 @@ TEST(Effects, ACommandIsRefusedToASessionThatLacksOneOfThem) {
         const bool fails_anyway = !other.ok() && other.error().code == result.error().code;
         EXPECT_TRUE(fails_anyway || result.error().code == ErrorCode::permission)
             << spec->name << ": " << result.error().sentence();
-        EXPECT_TRUE(fails_anyway || after == before) << spec->name << " without "
-                                                     << to_string(effect);
+        EXPECT_TRUE(fails_anyway || after == before)
+            << spec->name << " without " << to_string(effect);
         ++refused;
       }
       // Where it is not refused, it did not need the effect.
@@ -125,6 +94,8 @@ TEST(Effects, ACommandIsRefusedToASessionThatLacksOneOfThem) {
       EXPECT_TRUE(effect != Effect::files_write || after.files == before.files) << spec->name;
       EXPECT_TRUE(effect != Effect::providers || after.registry == before.registry) << spec->name;
     }
+    Session owner("owner");
+    if (spec->name == "server.start") (void)app.dispatch(owner, "server.stop", {});
   }
   app.document.clear();
   EXPECT_GT(tried, app.commands.list().size());

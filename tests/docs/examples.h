@@ -46,6 +46,7 @@ class ExamplesFolder {
                 ("robomosp-" + name + "-" + std::to_string(::getpid()))) {
     std::filesystem::create_directories(folder_);
     std::filesystem::current_path(folder_);
+    ::setenv("XDG_CONFIG_HOME", folder_.c_str(), 1);  // what examples choose for good
   }
   ~ExamplesFolder() {
     std::filesystem::current_path(before_);

@@ -3,6 +3,8 @@
 // made from the commands' schemas: plain ones, extreme ones and wrong ones. Each is answered with
 // finite numbers, or refused with a sentence, and a command that takes long ends when it is
 // cancelled.
+#include <unistd.h>
+
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -21,6 +23,7 @@
 
 #include <robomosp/sdk/conformance/models.h>
 
+#include "support/library_robots.h"
 #include "support/program.h"
 #include "support/seed.h"
 
@@ -108,12 +111,17 @@ class RobotCommands : public CommandTest, public testing::WithParamInterface<std
     session_.deny(Effect::loads_code);
     session_.deny(Effect::processes);
     session_.deny(Effect::stops);
-    folder_ = fs::temp_directory_path() / ("robot_commands_" + GetParam());
+    folder_ = fs::temp_directory_path() /
+              ("robot_commands_" + GetParam() + "_" + std::to_string(::getpid()));
     fs::remove_all(folder_);
     fs::create_directories(folder_);
+    fs::current_path(folder_);  // arguments that are names are files as well
     load();
   }
-  void TearDown() override { fs::remove_all(folder_); }
+  void TearDown() override {
+    fs::current_path(fs::temp_directory_path());
+    fs::remove_all(folder_);
+  }
 
   void load() {
     app().document.clear();
@@ -251,15 +259,6 @@ TEST_F(LongChains, HaveForwardDynamicsOfASolverThatIsMadeForThem) {
   EXPECT_NE(refused.message.find("up to 1000"), std::string::npos) << refused.sentence();
 }
 
-std::vector<std::string> robots_of_the_library() {
-  std::vector<std::string> names;
-  for (const auto& entry :
-       fs::directory_iterator(fs::path(ROBOMOSP_SOURCE_DIR) / "scripts/library/robots"))
-    if (entry.path().extension() == ".rbt") names.push_back(entry.path().stem().string());
-  std::sort(names.begin(), names.end());
-  return names;
-}
-
 TEST_P(RobotCommands, EachIsAnsweredWithNumbersOrRefusedWithASentence) {
   const auto all = app().commands.list();
   Watchdog watchdog(session_);
@@ -335,7 +334,7 @@ TEST_P(RobotCommands, AreDrawnAndRunLiveWithNothingLeftOutUnsaid) {
   EXPECT_EQ(rows(*whole), rows(done));
 }
 
-INSTANTIATE_TEST_SUITE_P(Library, RobotCommands, testing::ValuesIn(robots_of_the_library()),
+INSTANTIATE_TEST_SUITE_P(Library, RobotCommands, testing::ValuesIn(test::library_robots()),
                          [](const auto& c) { return c.param; });
 
 }  // namespace

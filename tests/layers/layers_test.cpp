@@ -133,6 +133,7 @@ struct Rules {
   std::vector<std::pair<std::string, Names>>
       homes;              // in order; the first pattern that matches decides
   Names thread_starters;  // what their paths begin with
+  Names file_openers;     // the same
   Names faults;
 
   static Rules read(std::istream& in) {
@@ -156,6 +157,8 @@ struct Rules {
         rules.homes.emplace_back(subject, names);
       } else if (word == "thread" && !names.empty()) {  // with a reason
         rules.thread_starters.push_back(subject);
+      } else if (word == "file" && !names.empty()) {  // with a reason
+        rules.file_openers.push_back(subject);
       } else {
         rules.faults.push_back(line);
       }
@@ -268,6 +271,34 @@ TEST(Layers, EveryIncludeOfTheTreeFollowsTheRule) {
   EXPECT_GT(count, 500U) << "the tree was not read";
 }
 
+/// Lines that `is_one` finds stand only in files whose path begins with one of `known`, and each of
+/// these has one. What is said of others: their path, `does`, the line, and the way out.
+void check_lines(const std::vector<const char*>& areas, bool (*is_one)(const std::string&),
+                 const Names& known, const std::string& does, const std::string& way_out,
+                 const std::string& does_not) {
+  const fs::path root = ROBOMOSP_SOURCE_DIR;
+  std::set<std::string> used;
+  for (const char* area : areas)
+    for (const auto& entry : fs::recursive_directory_iterator(root / area)) {
+      const std::string kind = entry.path().extension().string();
+      if (kind != ".h" && kind != ".cpp" && kind != ".c") continue;
+      const std::string file = entry.path().lexically_relative(root).generic_string();
+      std::ifstream in(entry.path());
+      for (std::string line; std::getline(in, line);) {
+        if (!is_one(line)) continue;
+        const auto at = std::find_if(known.begin(), known.end(), [&](const std::string& begin) {
+          return file.starts_with(begin);
+        });
+        if (at != known.end()) used.insert(*at);
+        else
+          ADD_FAILURE() << file << " " << does << ": " << line << "\n"
+                        << way_out << ", or write the reason into modules/layers.txt.";
+      }
+    }
+  for (const std::string& begin : known)
+    EXPECT_TRUE(used.contains(begin)) << begin << " " << does_not;
+}
+
 /// Whether a line holds, starts or asks the system for a thread.
 bool starts_thread(const std::string& line) {
   static const std::regex kStart(
@@ -283,29 +314,41 @@ TEST(Layers, ThreadsAreStartedByTheExecutorOrForAWrittenReason) {
   for (const char* line : {"std::thread::hardware_concurrency()", "const std::thread::id id;",
                            "std::this_thread::yield();", "// a std::thread"})
     EXPECT_FALSE(starts_thread(line)) << line;
-  const fs::path root = ROBOMOSP_SOURCE_DIR;
-  const Rules rules = project_rules();
-  std::set<std::string> used;
-  for (const char* area : {"sdk", "kernel", "modules", "plugins", "viewer"})
-    for (const auto& entry : fs::recursive_directory_iterator(root / area)) {
-      const std::string kind = entry.path().extension().string();
-      if (kind != ".h" && kind != ".cpp" && kind != ".c") continue;
-      const std::string file = entry.path().lexically_relative(root).generic_string();
-      std::ifstream in(entry.path());
-      for (std::string line; std::getline(in, line);) {
-        if (!starts_thread(line)) continue;
-        const auto known =
-            std::find_if(rules.thread_starters.begin(), rules.thread_starters.end(),
-                         [&](const std::string& begin) { return file.starts_with(begin); });
-        if (known != rules.thread_starters.end()) used.insert(*known);
-        else
-          ADD_FAILURE() << file << " starts a thread of its own: " << line
-                        << "\nTake it from the executor (Host::spread() in plugins), or write the "
-                           "reason into modules/layers.txt.";
-      }
-    }
-  for (const std::string& begin : rules.thread_starters)
-    EXPECT_TRUE(used.contains(begin)) << begin << " starts no thread any more";
+  check_lines({"sdk", "kernel", "modules", "plugins", "viewer"}, starts_thread,
+              project_rules().thread_starters, "starts a thread of its own",
+              "Take it from the executor (Host::spread() in plugins)", "starts no thread any more");
+}
+
+/// Whether a line opens, makes, lists or removes a file by its name.
+bool opens_file(const std::string& line) {
+  static const std::regex kOpen(
+      R"((std::(basic_)?[io]?fstream\b|\bfopen\(|::open\(|::openat\(|::creat\(|\bopendir\(|directory_iterator\(?\b|\bfreopen\()"
+      R"(|(fs|filesystem)::(remove|remove_all|rename|copy|copy_file|create_directory|create_directories|create_symlink|resize_file)\()"
+      R"(|::(unlink|rename|mkdir|rmdir|symlink|link|truncate)\(|zip_open\(|\bReadFile\())");
+  // Functions of classes of our own that have such a name.
+  static const std::regex kOwn(R"(\b[A-Z][A-Za-z0-9]*::open(at)?\()");
+  return std::regex_search(std::regex_replace(line.substr(0, line.find("//")), kOwn, ""), kOpen);
+}
+
+// Sessions may have a folder that their files lie in: what a user or a file names is opened through
+// kernel/file_root.h, and elsewhere only for a written reason.
+TEST(Layers, FilesAreOpenedThroughTheDoorOrForAWrittenReason) {
+  for (const char* line :
+       {"std::ifstream in(file);", "  std::ofstream out;", "FILE* f = std::fopen(name, \"r\");",
+        "const int fd = ::open(name, O_RDONLY);", "std::filesystem::remove(file, ec);",
+        "fs::create_directories(folder);", "for (fs::directory_iterator it(folder), end;",
+        "::unlink(name);"})
+    EXPECT_TRUE(opens_file(line)) << line;
+  for (const char* line : {"Result<Package> Package::open(const std::string& path) {",
+                           "// std::ifstream", "files::is_file(p)", "calls->open();",
+                           "document::remove(id);", "#include <fstream>", "reopen();"})
+    EXPECT_FALSE(opens_file(line)) << line;
+  check_lines(
+      {"kernel", "modules", "plugins", "viewer"}, opens_file, project_rules().file_openers,
+      "opens files of its own",
+      "Open what a user or a file names through kernel/file_root.h (robomosp/sdk/files.h in "
+      "plugins)",
+      "opens no file any more");
 }
 
 TEST(Layers, TheTableIsWellFormedAndItsEdgesStayInTheirLayerWithoutACircle) {

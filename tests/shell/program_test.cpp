@@ -97,11 +97,83 @@ TEST(CommandLine, ExitCodesTellFailureUsageAndBadInputApart) {
   EXPECT_EQ(run({"-q", "eval", "os.exit(7)"}).code, 7);
 }
 
+TEST(Sandbox, RunsAScriptWithTheEffectsThatAreAllowed) {
+  const Folder folder;
+  const std::string script = (folder.path / "a.lua").string();
+  std::ofstream(script) << "print(arg[1], io)\nmaterial.create{name = 'm', density = 1}\n";
+  const auto r = run({"-q", "run", "--sandbox", script, "word"});
+  EXPECT_EQ(r.code, 0) << r.err;
+  EXPECT_EQ(r.out, "word\tnil\n");
+  EXPECT_EQ(run({"-q", "run", "--sandbox", "--allow", "reads", script}).code, 3);
+  EXPECT_EQ(run({"-q", "run", "--sandbox", "--allow", "flies", script}).code, 2);
+  EXPECT_EQ(run({"-q", "run", "--allow", "reads", script}).code, 2);
+  EXPECT_EQ(run({"-q", "run", "--sandbox", "--limits", "cpu=x", script}).code, 2);
+}
+
+TEST(Sandbox, EndsWithTheProgramEvenWhenThatIsKilled) {
+  const Folder folder;
+  const std::string script = (folder.path / "a.lua").string();
+  std::ofstream(script) << "while true do end\n";
+  const pid_t program = ::fork();
+  if (program == 0) execute({"-q", "run", "--sandbox", script});
+  // Its child, once it is there.
+  pid_t child = 0;
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+  const fs::path tasks = "/proc/" + std::to_string(program) + "/task";
+  while (child == 0 && std::chrono::steady_clock::now() < end) {
+    ::poll(nullptr, 0, 5);
+    std::error_code failed;
+    for (const auto& task : fs::directory_iterator(tasks, failed))
+      std::istringstream(slurp(task.path() / "children")) >> child;
+  }
+  ASSERT_GT(child, 0);
+  ::kill(program, SIGKILL);
+  ::waitpid(program, nullptr, 0);
+  const auto is_there = [child] {
+    const std::string stat = slurp("/proc/" + std::to_string(child) + "/stat");
+    const auto at = stat.rfind(')');
+    return at != std::string::npos && stat.substr(at, 3) != ") Z";  // waits for init only
+  };
+  while (is_there() && std::chrono::steady_clock::now() < end) ::poll(nullptr, 0, 5);
+  EXPECT_FALSE(is_there());
+}
+
 TEST(CommandLine, AnErrorIsOneSentenceOnStandardError) {
   const auto r = run({"-q", "eval", "robot.lod{}"});
   EXPECT_EQ(r.out, "");
   EXPECT_NE(r.err.find("error: "), std::string::npos);
   EXPECT_NE(r.err.find("Did you mean \"robot.load\"?"), std::string::npos) << r.err;
+}
+
+/// The system's linker takes a library of that name from LD_LIBRARY_PATH first, and this one is no
+/// library at all: to the program OpenH264 is not installed.
+TEST(CommandLine, WithoutOpenH264AnMp4FilmIsRefusedInASentenceAndAGifIsMade) {
+  const Folder folder;
+  std::ofstream(folder.path / "libopenh264.so.7") << "no library\n";
+  const char* before = std::getenv("LD_LIBRARY_PATH");
+  const std::optional<std::string> kept =
+      before ? std::optional<std::string>(before) : std::nullopt;
+  ::setenv("LD_LIBRARY_PATH", (folder.path.string() + (kept ? ":" + *kept : std::string())).c_str(),
+           1);
+  const auto film = [&](const std::string& file) {
+    return run({"-q", "eval",
+                "run = robot('planar2rods'):simulate{q = {0, 0.5}, duration = 0.1, limits = "
+                "'ignore'} return run:video{file = '" +
+                    (folder.path / file).string() + "', size = {32, 32}, fps = 10}.file"});
+  };
+  const Outcome mp4 = film("run.mp4"), gif = film("run.gif");
+  if (kept) ::setenv("LD_LIBRARY_PATH", kept->c_str(), 1);
+  else ::unsetenv("LD_LIBRARY_PATH");
+  if (mp4.err.find("was built without") != std::string::npos)
+    GTEST_SKIP() << "built without the headers of OpenH264";
+  EXPECT_EQ(mp4.code, 3) << mp4.err;
+  EXPECT_EQ(mp4.err,
+            "error: file: MP4 films need the library OpenH264, which is not installed. Install it "
+            "(Debian's package libopenh264-7), or give a file *.gif, or frames, a folder for PNG "
+            "files.\n");
+  EXPECT_FALSE(fs::exists(folder.path / "run.mp4"));
+  EXPECT_EQ(gif.code, 0) << gif.err;
+  EXPECT_TRUE(fs::exists(folder.path / "run.gif"));
 }
 
 TEST(CommandLine, JsonCarriesResultsAndErrors) {

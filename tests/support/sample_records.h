@@ -141,6 +141,7 @@ struct SampleRecords {
     o.parts.push_back({"left", ball, turned(), brass});
     o.parts.back().placement.position[0] = 0.25;
     o.parts.push_back({"right", inner, turned(), {}});
+    o.tcps.push_back({"tip", turned()});
     return o;
   }
   [[nodiscard]] model::Robot a_robot() const {
@@ -180,6 +181,8 @@ struct SampleRecords {
     r.tool = turned();
     r.payload = a_mass();
     r.tools = {{"camera", 1, turned(), a_mass()}};
+    r.attached = {{"torch", pair, 2, turned()}, {"lamp", ball, 0, turned()}};
+    r.tcp = "torch.tip";
     r.poses = {{"home", {0.1, 0.2}}};  // the joint that follows has no coordinate of its own
     r.pair_rules = {{"lower", "slide", true, "far apart"}, {"base", "upper", false, ""}};
     r.ik = a_choice("numeric");
@@ -258,6 +261,7 @@ struct SampleRecords {
     straight.tool_speed = 0.1;
     step(StepKind::attach).object = "part";
     t.steps.back().link = "camera";
+    t.steps.back().tcp = "tip";
     step(StepKind::detach).object = "part";
     step(StepKind::set).signal = "open";
     t.steps.back().expression = "1";

@@ -171,6 +171,45 @@ TEST_F(AlongEdges, LeadsTiltAndApproachAreWhatTheyAreCalled) {
     near(rows[1].duration, 0.04 / 0.2 + 0.2, 1e-9))");
 }
 
+TEST_F(AlongEdges, AStandOffKeepsTheToolAwayFromTheEdge) {
+  run(R"(
+    -- Around the bore from above at 45 degrees: on a circle that is smaller and higher.
+    off = 0.004
+    local args = {solid = plate, edges = {{0.02, 0, 0.01}}, speed = 0.02, acceleration = 0.5,
+      approach = 0.03, retract = 0.02}
+    args.name = "at" at = trajectory.along_edges(args)
+    args.name, args.stand_off = "away", "4 mm" away = trajectory.along_edges(args)
+    local T = away:duration()
+    for i = 20, 80 do
+      local s = away:sample(T * i / 100)
+      local z = {s.pose[1][3], s.pose[2][3], s.pose[3][3]}
+      -- From there 4 mm ahead along the tool is the edge.
+      local e = {}
+      for k = 1, 3 do e[k] = s.position[k] + off * z[k] end
+      near(math.sqrt(e[1]^2 + e[2]^2), 0.02, 1e-6) near(e[3], 0.01, 1e-6)
+    end
+    near(away:sample(T/2).position[3], 0.01 + off / math.sqrt(2), 1e-6)
+    -- Corners, splines and stands that are turned, too.
+    args = {name = "round", solid = plate, stand_off = off, speed = 0.02, acceleration = 0.5,
+      edges = {{0.1, 0, 0.01}, {0, 0.05, 0.01}}, tilt = 0.2, lead = 0.1}
+    local round = trajectory.along_edges(args)
+    args.name, args.stand_off = "close", 0 local close = trajectory.along_edges(args)
+    assert(round:length() > close:length() + 1e-3)
+    local last, step = round:sample(0).position, round:duration() / 2000
+    for i = 1, 2000 do  -- without a jump
+      local p = round:sample(i * step).position
+      assert(math.sqrt((p[1]-last[1])^2 + (p[2]-last[2])^2 + (p[3]-last[3])^2) < 0.021 * step)
+      last = p
+    end)");
+  EXPECT_NE(refused("trajectory.along_edges{name = 'x', solid = plate, edges = {{0.02, 0, 0.01}}, "
+                    "speed = 0.01, stand_off = -0.001}")
+                .find("stand_off"),
+            std::string::npos);
+  EXPECT_NE(refused("trajectory.along_edges{name = 'x', solid = plate, edges = {{0.02, 0, 0.01}}, "
+                    "speed = 0.01, from = {-1, 0, 0}}"),
+            "");
+}
+
 TEST_F(AlongEdges, IsOneStepOfUndoAndFollowsTheSolidOfNow) {
   run(R"(
     w = world.create{name = "w"}
@@ -180,6 +219,31 @@ TEST_F(AlongEdges, IsOneStepOfUndoAndFollowsTheSolidOfNow) {
     near(trajectory.get("way"):length(), 0.2)
     longer = trajectory.along_edges{name = "longer", solid = plate, edges = {{0, 0.05, 0.01}}, speed = 0.05}
     near(longer:length(), 0.3))");
+}
+
+TEST_F(AlongEdges, IsMadeAgainUnderItsNameWhereWorldsRunIt) {
+  run(R"(
+    args = {name = "seam", solid = plate, edges = {{0.1, 0, 0.01}}, speed = 0.02, acceleration = 0.5,
+      sample_time = 0.03, description = "the first"}
+    seam = trajectory.along_edges(args)
+    cell = world.create{name = "cell"}
+    cell:add_trajectory{trajectory = seam, name = "weld"}
+    near(seam:length(), 0.1)
+    args.edges, args.sample_time, args.description, args.replace = {{0, 0.05, 0.01}}, nil, nil, true
+    again = trajectory.along_edges(args)
+    assert(tostring(again) == tostring(seam))
+    near(seam:length(), 0.2) near(cell:trajectories()[1].trajectory:length(), 0.2)
+    local d = seam:describe()
+    assert(d.description == "the first" and math.abs(d.sample_time - 0.03) < 1e-15)
+    document.undo()
+    near(seam:length(), 0.1)
+    -- Where there is none yet it is made.
+    args.name = "other" near(trajectory.along_edges(args):length(), 0.2))");
+  EXPECT_NE(
+      refused("trajectory.along_edges{name = 'seam', solid = plate, edges = {{0, 0.05, 0.01}}, "
+              "speed = 0.01}")
+          .find("seam"),
+      std::string::npos);
 }
 
 TEST_F(AlongEdges, WhatCannotBeRunIsSaid) {

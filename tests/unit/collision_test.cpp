@@ -278,7 +278,7 @@ TEST_F(Rods, APathIsCheckedBetweenItsSamples) {
 
 TEST_F(Rods, TheGradientOfTheClearanceIsThatOfDifferences) {
   const auto m = model_of();
-  const auto field = m->field(0, 5);
+  const auto field = unwrap(m->field(0, 5, none));
   for (const std::vector<double>& q :
        {std::vector{0.9, 0.3, 0.2}, std::vector{1.2, 0.1, -0.4}, std::vector{0.2, 2.0, 1.5}}) {
     std::vector<double> gradient(3), unused(3);

@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
+#include <fstream>
 #include <sstream>
 
 #include <gtest/gtest.h>
 
 #include "lua/lua_state.h"
 #include "lua/terminal_text.h"
+#include "support/library_robots.h"
 #include "support/program.h"
 
 namespace robomosp::lua {
@@ -67,13 +69,17 @@ TEST_F(ConsoleText, ARobotShowsItsRowsLimitsMassesAndSolvers) {
   EXPECT_TRUE(eval("tostring(robot 'puma560')").starts_with("robot:puma560#"));
 }
 
+TEST_F(ConsoleText, ARobotWithoutPosesIsToldHowOneIsNamed) {
+  eval("bare = robot.create{name = 'bare', links = {{a = 1, mass = 1}}}");
+  EXPECT_NE(eval("bare:fk{q = 'zero'}").find("robot.set_pose names one"), std::string::npos)
+      << eval("bare:fk{q = 'zero'}");
+}
+
 TEST_F(ConsoleText, EveryRobotOfTheLibraryFitsAScreen) {
   width_ = 80;
   std::size_t count = 0;
-  const auto folder = std::filesystem::path(ROBOMOSP_SOURCE_DIR) / "scripts/library/robots";
-  for (const auto& file : std::filesystem::directory_iterator(folder)) {
-    if (file.path().extension() != ".rbt") continue;
-    const std::string text = eval("robot('" + file.path().stem().string() + "')");
+  for (const std::string& name : test::library_robots()) {
+    const std::string text = eval("robot('" + name + "')");
     EXPECT_FALSE(text.starts_with("ERROR")) << text;
     EXPECT_LE(widest(text), 80U) << text;
     EXPECT_LT(std::count(text.begin(), text.end(), '\n'), 70) << text;
@@ -121,6 +127,46 @@ TEST_F(ConsoleText, TablesHelpAndMatricesKeepToTheWidthAndLoseNothing) {
   width_ = 0;
   EXPECT_NE(eval("help 'robot.fk'").find("|---|"), std::string::npos);
   EXPECT_EQ(eval("linalg.ones(2, 70)").find("columns"), std::string::npos);
+}
+
+TEST_F(ConsoleText, NumbersWithinCellsHaveTheDigitsOfOthersAndCutTablesRepeatTheName) {
+  eval("list = {{way = {a = 1/3, b = {2/3, 1}}, name = 'one', at = array{1/3, 2}}}");
+  const std::string text = eval("list");
+  EXPECT_NE(text.find("0.333333"), std::string::npos) << text;
+  EXPECT_EQ(text.find("0.3333333"), std::string::npos) << text;
+  EXPECT_EQ(text.find("0.6666666"), std::string::npos) << text;
+  eval("digits(15)");
+  EXPECT_NE(eval("list").find("0.666666666666667"), std::string::npos) << eval("list");
+  eval("digits(6)");
+  // As given where there is room, each part with the name of its row where there is none.
+  width_ = 100;
+  EXPECT_NE(eval("robot('puma560'):dh_table()").find("a    alpha        d  link"),
+            std::string::npos);
+  width_ = 60;
+  const std::string cut = eval("robot('puma560'):dh_table()");
+  std::size_t count = 0;
+  for (std::size_t at = cut.find("wrist_pitch"); at != std::string::npos;
+       at = cut.find("wrist_pitch", at + 1))
+    ++count;
+  EXPECT_EQ(count, 2U) << cut;
+}
+
+TEST_F(ConsoleText, AScriptThatWasTypedAtTheConsoleIsToldHowValuesAreShown) {
+  const auto run = [&](const std::string& code) {
+    const std::string file = testing::TempDir() + "robomosp-typed.lua";
+    std::ofstream(file) << code;
+    const auto r = state_->run_file(file, {});
+    return r.ok() ? std::string("ok") : r.error().sentence();
+  };
+  const std::string hint = "print(...) shows a value";
+  EXPECT_NE(run("x = 1\nx\n\ny = 2\n").find(hint), std::string::npos) << run("x = 1\nx\ny = 2\n");
+  EXPECT_NE(run("puma = robot 'puma560'\npuma").find(hint), std::string::npos);
+  EXPECT_EQ(run("x = 1\nx\ny = 2\n").find("syntax error: syntax error"), std::string::npos);
+  EXPECT_NE(run("f = function()\n  return 1\nend\nf().x, 2\n").find(hint), std::string::npos);
+  EXPECT_EQ(run("x = {\n  a = 1,\n  b = = 2 }\n").find(hint), std::string::npos);
+  EXPECT_EQ(run("for i = 1, 2 do\n  i\nend\n").find(hint), std::string::npos);
+  EXPECT_EQ(run("print(1").find(hint), std::string::npos);
+  EXPECT_EQ(run("x = 1"), "ok");
 }
 
 TEST_F(ConsoleText, WordsWrapWhereTheyEndAndLongOnesAreCut) {
@@ -190,6 +236,12 @@ TEST_F(ConsoleText, AproposFindsWhatIsMeant) {
   finds("singularities", "robot.singularity", 5);
   finds("copy solid", "solid.duplicate", 3);
   finds("TORQUE", "robot.inverse_dynamics", 5);
+  // Where hardly anything has all the words, what has one in its name follows.
+  finds("torqe plot", "recording.plot", 4);
+  finds("STEP file", "import", 8);
+  finds("welding seam", "trajectory.along_edges", 1);
+  finds("gripp", "robot.attach", 40);
+  EXPECT_LT(app().commands.apropos("undo").size(), 30U);
   EXPECT_TRUE(app().commands.apropos("xyzzyqq").empty());
   EXPECT_TRUE(app().commands.apropos("").empty());
   EXPECT_TRUE(app().commands.apropos("  ,.;").empty());

@@ -376,6 +376,21 @@ TEST(EditGrowth, AddingAParameterReadsItsExpressionOnly) {
 
 #endif
 
+/// A look at every pair of rules took 30 s for so many.
+TEST(EditGrowth, RulesOfPairsAreLookedAtOnceEach) {
+  Record arm;
+  arm.name = "arm";
+  auto& robot = arm.body.emplace<model::Robot>();
+  robot.links.resize(1);
+  robot.links[0].name = "upper";
+  for (int i = 0; i < 300; ++i)
+    for (int j = 0; j < i; ++j)
+      robot.pair_rules.push_back({"l" + std::to_string(i), "l" + std::to_string(j), true, ""});
+  EXPECT_EQ(sentence(document::check_record(arm)), "ok");
+  robot.pair_rules.push_back({"l3", "l200", false, ""});
+  EXPECT_NE(sentence(document::check_record(arm)).find("has two rules"), std::string::npos);
+}
+
 /// What the history keeps of an edit is what the edit replaced.
 TEST(EditGrowth, TheHistoryKeepsTheBlocksThatWereReplaced) {
   Hall hall(160 * kBlock);

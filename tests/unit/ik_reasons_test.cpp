@@ -126,5 +126,99 @@ assert(s.status == "solved" and math.abs(math.abs(s.lost_direction[1]) - 1) < 1e
 )~");
 }
 
+// A solver sees numbers only: a clearance that could not be told fails the command.
+TEST_F(IkReasons, AClearanceThatCannotBeToldIsNotTakenForClear) {
+  run(R"~(
+local arm = robot.get("puma560")
+local cell = world.create{name = "cell"}
+cell:add_robot{robot = arm, q = "ready"}
+solid.create{name = "ball", root = {kind = "sphere", radius = 0.1}}
+cell:add_object{what = "ball", position = {0.5, 0.2, 0.9}}
+local calls, most = 0, math.huge
+ioci.provide("robomosp.collision/1", "failing", {
+  summary = "Spheres of 5 cm until it gives up.",
+  prepare = function(shapes) return {} end,
+  distance = function(a, b, A, B, interest)
+    calls = calls + 1
+    if calls > most then error("the sensor is gone") end
+    local d = {B(1, 4) - A(1, 4), B(2, 4) - A(2, 4), B(3, 4) - A(3, 4)}
+    local l = math.sqrt(d[1]^2 + d[2]^2 + d[3]^2)
+    if l < 0.11 then return interest end
+    return l - 0.1, {A(1, 4) + 0.05 * d[1] / l, A(2, 4) + 0.05 * d[2] / l, A(3, 4) + 0.05 * d[3] / l},
+           {B(1, 4) - 0.05 * d[1] / l, B(2, 4) - 0.05 * d[2] / l, B(3, 4) - 0.05 * d[3] / l}
+  end})
+local built_in = provider.default "collision"
+provider.default("collision", "failing")
+local at = arm:fk{q = "ready"}.pose
+local function ask()
+  return arm:solve_goals{goals = {{target = at, parts = "position"}}, world = "cell",
+                         objective = "clearance", influence = 0.6, seed = {0.1, -0.6, 0.2, 0.1, 0.4, 0}}
+end
+assert(ask().status == "solved")
+calls = 0
+assert(ask().status == "solved")              -- with everything prepared
+local whole = calls
+assert(whole > 10)
+for _, share in ipairs{0, 0.5, 0.999} do
+  calls, most = 0, math.floor(share * whole)
+  local ok, e = pcall(ask)
+  assert(not ok and tostring(e):find("the sensor is gone", 1, true), share .. ": " .. tostring(e))
+end
+provider.default("collision", built_in)
+)~");
+}
+
+// A joint that has turned 1e9 rad is known to 1e-7 rad: no solver can do better, and none is
+// blamed.
+TEST_F(IkReasons, WhatLargeJointValuesCannotHoldIsSaidAndNotHeldAgainstTheSolver) {
+  run(R"~(
+for _, name in ipairs{"puma560", "ur5", "stanford", "panda", "iiwa14"} do
+  local arm = robot.get(name)
+  local n = #arm:links()
+  local home = arm:pose_values{name = "home"}
+  local target = arm:fk{q = home}.pose
+  for _, huge in ipairs{1e3, 1e6, 1e9, 1e12} do
+    for joint = 1, #home do
+      local seed = {table.unpack(home)}
+      seed[joint] = huge
+      for _, all in ipairs{false, true} do
+        local s = arm:solve_ik{target = target, seed = seed, all = all, partial = true, limits = "ignore"}
+        assert(s.status ~= "solved" or s.rotation_error < 1.1e-9 or s.detail:find("spacing of numbers"),
+               name .. ": " .. s.rotation_error .. " " .. s.detail)
+      end
+    end
+  end
+end
+local puma = robot.get("puma560")
+local s = puma:solve_ik{target = puma:fk{q = "ready"}.pose, seed = {0, .07, .52, 1000, -.42, 1e9},
+                        all = true, partial = true, limits = "ignore"}
+assert(s.status == "solved", s.detail)
+)~");
+}
+
+// Squares of 1e200 m are beyond doubles, sums of 1.7e308 m too: the first is answered, the second
+// refused.
+TEST_F(IkReasons, TargetsFartherThanNumbersReachAreRefusedInASentence) {
+  run(R"~(
+for _, name in ipairs{"puma560", "planar2rods", "gripper", "stewart", "delta"} do
+  local arm = robot.get(name)
+  for _, far in ipairs{1e160, 1e200, 1e299} do
+    local ok, s = pcall(function()
+      return arm:solve_goals{goals = {{target = pose(far, far, far), parts = "position"}}, partial = true}
+    end)
+    assert(ok, name .. ": " .. tostring(s))
+    assert(s.position_error > 0.99 * far and s.position_error < 2 * far, name .. ": " .. s.position_error)
+  end
+  for _, p in ipairs{{1.7e308, 1.7e308, 1.7e308}, {0, -1e301, 0}} do
+    for _, call in ipairs{function() return arm:solve_goals{goals = {{target = pose(table.unpack(p)), parts = "position"}}, partial = true} end,
+                          function() return arm:solve_ik{target = pose(table.unpack(p)), partial = true, all = true} end} do
+      local ok, e = pcall(call)
+      assert(not ok and tostring(e):find("too far for distances to it"), name .. ": " .. tostring(e))
+    end
+  end
+end
+)~");
+}
+
 }  // namespace
 }  // namespace robomosp::lua

@@ -1,7 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "kernel/value.h"
 
+#include <string>
+#include <utility>
+#include <vector>
+
 #include <gtest/gtest.h>
+
+#include "kernel/value_text.h"
 
 namespace robomosp {
 namespace {
@@ -19,6 +25,30 @@ TEST(Value, TextReadsWell) {
   EXPECT_EQ(Value(NumericArray({1, 2}, "N m")).text(), "{1, 2} N m");
   EXPECT_EQ(Value(NumericArray({1, 2, 3, 4}, 2, 2)).text(), "{{1, 2}, {3, 4}}");
   EXPECT_EQ(Value(List{List{1, List{2}}, 3}).text(), "{{1, {2}}, 3}");
+}
+
+TEST(Value, ABeginningOfItsTextIsNoLongerThanIsShown) {
+  const std::string word(300, 'x');
+  List rows;
+  for (int i = 0; i < 100'000; ++i) rows.emplace_back(Map{{"a", 0.01}, {word, List{i, word}}});
+  const std::vector<std::pair<Value, std::size_t>> values{
+      {Value(std::move(rows)), 700},
+      {Value(NumericArray(std::vector<double>(1'000'000, 0.125), 1000, 1000)), 100},
+      {Value(NumericArray(std::vector<double>(1'000'000, 0.125))), 100},
+      {Value(std::string(1'000'000, 'y')), 100},
+      {Value(Map{{"x", 1}}), 10}};
+  for (const auto& [value, spare] : values) {
+    const std::string all = value.text();
+    for (const std::size_t most :
+         {std::size_t{0}, std::size_t{5}, std::size_t{60}, std::size_t{400}}) {
+      const std::string some = beginning_of(value, most);
+      // Beginnings agree as far as they are shown, and more than that shows that it goes on.
+      EXPECT_EQ(some.substr(0, most), all.substr(0, most));
+      EXPECT_EQ(some.size() > most, all.size() > most);
+      EXPECT_LT(some.size(), most + spare) << "nothing is made for nobody";
+    }
+    EXPECT_EQ(beginning_of(value, all.size()), all);
+  }
 }
 
 TEST(Value, MapsKeepTheOrderOfInsertionAndReplaceInPlace) {

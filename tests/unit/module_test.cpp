@@ -18,9 +18,9 @@
 #include "ioci/core/commands.h"
 #include "ioci/core/modules.h"
 #include "lua/lua_state.h"
-#include "shell/json.h"
+#include "remote/json.h"
+#include "remote/rpc.h"
 #include "shell/plugin_check.h"
-#include "shell/rpc.h"
 
 namespace robomosp {
 namespace {
@@ -106,7 +106,7 @@ TEST_F(ModuleTest, ACommandIsCalledFromLuaOverJsonRpcAndIsInTheReference) {
   ASSERT_EQ(words.size(), 1U);
   EXPECT_EQ(words[0], "typed");
 
-  shell::RpcServer server(*app_, session_, *state_);
+  remote::RpcServer server(*app_, session_, *state_);
   const auto answer = server.answer(std::string_view(
       R"({"jsonrpc":"2.0","id":1,"method":"bench.echo","params":{"value":[1,{"a":"b"}]}})"));
   ASSERT_TRUE(answer);
@@ -136,8 +136,8 @@ TEST_F(ModuleTest, WhatCannotBeUsedIsLeftOutWithASentence) {
             "command \"Bench\" is skipped: its name is not topic.verb of lower-case letters, "
             "digits and _.\n"
             "command \"bench.bad_effect\" is skipped: its effect \"magic\" is none of reads, "
-            "edits, simulates, files_read, files_write, processes, providers, loads_code and "
-            "stops.\n"
+            "edits, simulates, files_read, files_write, processes, providers, loads_code, "
+            "stops and administers.\n"
             "command \"bench.nothing\" is skipped: it has no function to run.\n"
             "command \"bench.bad_result\" is skipped: its result has the unknown type "
             "\"tensor\".\n"

@@ -2,6 +2,7 @@
 #include "recording/plot/plot.h"
 
 #include <cmath>
+#include <limits>
 
 #include <gtest/gtest.h>
 
@@ -118,16 +119,36 @@ TEST(Plots, LongNamesAndNumbersHaveRoomBesideThePanels) {
   Recording r = small_recording();
   r.columns[3].name = "manipulability_of_the_left_arm";
   r.columns[3].values = {0.0141025, 0.0141026, 0.0141027};
-  const std::string svg = recording::to_svg(unwrap(recording::plot(of(r, {r.columns[3].name}))));
-  // A letter of 12 pixels is less than 8 wide.
+  r.columns[4].name = "manipulability_of_the_right_arm";
+  r.columns[4].values = r.columns[3].values;
+  const std::string svg =
+      recording::to_svg(unwrap(recording::plot(of(r, {r.columns[3].name, r.columns[4].name}))));
+  // A letter of 14 pixels is less than 9 wide.
   const std::string name = ">" + r.columns[3].name + "<";
   const std::size_t at = svg.find(name), x = svg.rfind("x=\"", at);
   ASSERT_NE(at, std::string::npos);
-  EXPECT_LT(std::stod(svg.substr(x + 3)) + 7.3 * static_cast<double>(name.size() - 2), 900);
+  EXPECT_LT(std::stod(svg.substr(x + 3)) + 8.5 * static_cast<double>(name.size() - 2), 900);
   // The label of the axis stands at the left of all numbers, which end at the axis.
   const std::size_t number = svg.find(">0.0141026<"), end = svg.rfind("x=\"", number);
   ASSERT_NE(number, std::string::npos);
-  EXPECT_GT(std::stod(svg.substr(end + 3)) - 9 * 7.3, 24);
+  EXPECT_GT(std::stod(svg.substr(end + 3)) - 9 * 8.5, 24);
+}
+
+TEST(Plots, EveryColumnCanHaveAPanelOfItsOwnScale) {
+  Recording r = small_recording();
+  PlotRequest request = of(r, {"tau"});
+  const std::size_t shared = unwrap(recording::plot(request)).panels.size();
+  request.each_alone = true;
+  const recording::Plot plot = unwrap(recording::plot(request));
+  EXPECT_GT(plot.panels.size(), shared);
+  for (const auto& panel : plot.panels) {
+    ASSERT_EQ(panel.lines.size(), 1U);
+    EXPECT_TRUE(panel.y_label.starts_with(panel.lines.front().name)) << panel.y_label;
+  }
+  // The axis says what the line is: no legend beside it.
+  const std::string svg = recording::to_svg(plot);
+  EXPECT_EQ(count(svg, ">tau1<"), 0U);
+  EXPECT_EQ(count(svg, ">tau1 ["), 1U);
 }
 
 TEST(Plots, AnAxisHasTwoNumbersAtLeast) {
@@ -174,6 +195,95 @@ TEST(Plots, ACircleIsDrawnRound) {
   }
   EXPECT_GT(x_high - x_low, 100);
   EXPECT_NEAR(x_high - x_low, y_high - y_low, 0.1);  // pixels
+}
+
+TEST(Plots, ALogarithmicAxisHasEqualStepsForEqualFactors) {
+  Recording r;
+  r.title = "decay";
+  r.columns = {{"time", "s", "", {0, 1, 2, 3}}, {"error", "m", "", {1, 1e-2, 1e-4, 1e-6}}};
+  PlotRequest request = of(r, {"error"});
+  request.log_y = true;
+  const recording::Plot p = unwrap(recording::plot(request));
+  EXPECT_EQ(p.panels.at(0).lines.at(0).y, (std::vector<double>{0, -2, -4, -6}));
+  EXPECT_EQ(p.left_out, 0U);
+  EXPECT_EQ(p.samples, 4U);
+  const std::string svg = recording::to_svg(p);
+  for (const char* mark : {">0.01<", ">1e-04<", ">1e-06<"}) EXPECT_EQ(count(svg, mark), 1U) << mark;
+  // The curve is straight: equal steps down for equal factors.
+  const std::size_t at = svg.rfind("<path d=\"M", svg.find("stroke-linejoin"));
+  std::vector<double> heights;
+  const char* s = svg.c_str() + at + 9;
+  while (*s == 'M' || *s == 'L') {
+    char* end = nullptr;
+    (void)std::strtod(s + 1, &end);
+    heights.push_back(std::strtod(end, &end));
+    s = end;
+  }
+  ASSERT_EQ(heights.size(), 4U);
+  EXPECT_NEAR(heights[1] - heights[0], heights[3] - heights[2], 0.02);
+  EXPECT_GT(heights[1] - heights[0], 50);
+  EXPECT_NE(recording::to_text(p).find("1e-04 +"), std::string::npos) << recording::to_text(p);
+}
+
+TEST(Plots, ALogarithmicAxisLeavesOutWhatIsNotAboveZeroAndCountsIt) {
+  Recording r;
+  r.columns = {{"time", "s", "", {0, 1, 10, 100, 1000}},
+               {"a", "m", "", {5, 0, -3, NAN, 2}, -1, 8},
+               {"b", "m", "", {0, -1, -2, NAN, -0.0}}};
+  PlotRequest request = of(r, {"a"});
+  request.log_x = request.log_y = true;
+  request.limits = true;
+  const recording::Plot p = unwrap(recording::plot(request));
+  // At time 0, and where it is 0 and -3; what is no number is a gap as ever.
+  EXPECT_EQ(p.left_out, 3U);
+  EXPECT_EQ(p.samples, 5U);
+  const recording::PlotLine& line = p.panels.at(0).lines.at(0);
+  EXPECT_TRUE(std::isnan(line.x[0]) && std::isnan(line.y[0]));
+  EXPECT_EQ(line.x[4], 3);
+  EXPECT_EQ(p.panels[0].lower, -std::numeric_limits<double>::infinity());
+  EXPECT_NEAR(p.panels[0].upper, std::log10(8), 1e-15);
+  const auto refusal = [&](std::vector<std::string> columns, const std::string& x) {
+    PlotRequest q = of(r, std::move(columns));
+    q.x = x;
+    q.log_x = !x.empty();
+    q.log_y = x.empty();
+    const auto drawn = recording::plot(q);
+    return drawn.ok() ? "" : drawn.error().sentence();
+  };
+  EXPECT_EQ(refusal({"b"}, ""),
+            "log: no value of \"b\" is above 0, so a logarithmic axis has no place for it. Leave "
+            "the column or the logarithmic axis y out.");
+  EXPECT_NE(refusal({"a"}, "b").find("logarithmic axis x"), std::string::npos);
+  request.is_path = true;
+  EXPECT_FALSE(recording::plot(request).ok());
+}
+
+TEST(Plots, LogarithmicAxesHaveMarksFromOneEndOfTheNumbersToTheOther) {
+  const auto marks = [](double low, double high) {
+    Recording r;
+    r.columns = {{"time", "s", "", {0, 1}}, {"v", "", "", {low, high}}};
+    PlotRequest request = of(r, {"v"});
+    request.log_y = true;
+    const recording::Plot p = unwrap(recording::plot(request));
+    const std::string svg = recording::to_svg(p);
+    EXPECT_EQ(svg.find("nan"), std::string::npos) << low << " " << high;
+    EXPECT_EQ(svg.find("inf"), std::string::npos) << low << " " << high;
+    EXPECT_NE(recording::to_text(p).find(" +"), std::string::npos);
+    return count(svg, "text-anchor=\"end\"");
+  };
+  for (const auto& [low, high] : {std::pair{1.0, 10.0},
+                                  {2.1, 4.8},
+                                  {1.5, 1.53},
+                                  {3.0, 3.0},
+                                  {1e-320, 1e308},
+                                  {1e300, 1.7e308},
+                                  {5e-324, 1e-323},
+                                  {0.02, 700.0},
+                                  {1.0, 1.0 + 1e-13}}) {
+    const std::size_t n = marks(low, high);
+    EXPECT_GE(n, 2U) << low << " " << high;
+    EXPECT_LE(n, 13U) << low << " " << high;
+  }
 }
 
 TEST(Plots, APathHasThreeShadows) {

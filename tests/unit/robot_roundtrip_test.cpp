@@ -26,6 +26,7 @@
 #include "spatial/mass.h"
 #include "spatial/pose.h"
 #include "spatial/rotation.h"
+#include "support/library_robots.h"
 #include "support/program.h"
 
 namespace robomosp {
@@ -298,11 +299,7 @@ void RobotRoundTrip::compare(const Side& a, const Side& b, unsigned seed) {
 }
 
 TEST_F(RobotRoundTrip, EveryShippedRobotComesBackAsItWent) {
-  std::vector<std::string> names;
-  for (const auto& entry :
-       fs::directory_iterator(fs::path(ROBOMOSP_SOURCE_DIR) / "scripts/library/robots"))
-    if (entry.path().extension() == ".rbt") names.push_back(entry.path().stem().string());
-  std::sort(names.begin(), names.end());
+  const std::vector<std::string> names = test::library_robots();
   ASSERT_GE(names.size(), 22U);
   for (const std::string& name : names) {
     SCOPED_TRACE(name);

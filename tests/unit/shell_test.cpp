@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "shell/json.h"
+#include "remote/json.h"
 
 #include <bit>
 #include <cmath>
@@ -11,11 +11,12 @@
 
 #include <gtest/gtest.h>
 
-#include "shell/rpc.h"
+#include "remote/rpc.h"
 #include "shell/shell.h"
 #include "support/lua_program.h"
 
 namespace robomosp::shell {
+using namespace remote;
 namespace {
 
 TEST(Json, ValuesReadBackToTheSameBits) {

@@ -14,6 +14,7 @@
 
 #include <robomosp/sdk/dynamics.h>
 
+#include "support/library_robots.h"
 #include "support/lua_program.h"
 #include "support/seed.h"
 
@@ -21,15 +22,6 @@ namespace robomosp {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-
-std::vector<std::string> library_robots() {
-  std::vector<std::string> out;
-  const auto folder = std::filesystem::path(ROBOMOSP_SOURCE_DIR) / "scripts/library/robots";
-  for (const auto& file : std::filesystem::directory_iterator(folder))
-    if (file.path().extension() == ".rbt") out.push_back(file.path().stem().string());
-  std::sort(out.begin(), out.end());
-  return out;
-}
 
 class StateBatch : public test::LuaProgramTest {
  protected:
@@ -165,7 +157,7 @@ class StateBatch : public test::LuaProgramTest {
 
 TEST_F(StateBatch, EachRowIsTheAnswerOfItsStateAlone) {
   int accelerated = 0;
-  for (const std::string& robot : library_robots()) {
+  for (const std::string& robot : test::library_robots()) {
     SCOPED_TRACE(robot);
     const States s = states_of(robot, 37);
     compared_ = 0;

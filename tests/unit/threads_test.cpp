@@ -26,8 +26,8 @@
 
 #include "ioci/core/commands.h"
 #include "lua/lua_state.h"
-#include "shell/json.h"
-#include "shell/rpc.h"
+#include "remote/json.h"
+#include "remote/rpc.h"
 #include "spatial/parallel.h"
 #include "support/seed.h"
 
@@ -369,8 +369,8 @@ class Peer {
       lua::LuaOptions options;
       options.print = [](std::string_view) {};
       lua::LuaState state(app, session, std::move(options));
-      shell::RpcServer server(app, session, state);
-      code_ = shell::serve(app, session, server, to_[0], from_[1]);
+      remote::RpcServer server(app, session, state);
+      code_ = remote::serve(app, session, server, to_[0], from_[1]);
       ::close(from_[1]);
     });
     reader_ = std::jthread([this] {
@@ -441,7 +441,7 @@ TEST_F(Threads, AConnectionAnswersEachRequestOnceWhileJobsRunAreAwaitedAndCancel
   std::size_t begin = 0;
   for (std::size_t end = 0; (end = answers.find('\n', begin)) != std::string::npos;
        begin = end + 1) {
-    const auto message = shell::from_json(std::string_view(answers).substr(begin, end - begin));
+    const auto message = remote::from_json(std::string_view(answers).substr(begin, end - begin));
     ASSERT_TRUE(message.ok() && message->as_map()) << answers.substr(begin, end - begin);
     if (const Value* id = message->as_map()->find("id")) answered.insert(*id->as_int());
   }

@@ -128,6 +128,31 @@ TEST_F(TrajectoryCommands, RecordSpeedAccelerationAndJerk) {
       "  assert(math.abs(j[i+1] - math.abs(0.4*(60 - 360*s + 360*s^2)/8)) < 1e-3, i) end");
 }
 
+TEST_F(TrajectoryCommands, TheJerkHasNoDipsWhereItTurnsRound) {
+  // In an s-curve that never reaches its acceleration the jerk goes from 4 to -4 and back; where
+  // that is, between two samples or at one, is told by no sample.
+  run(R"(
+    c = trajectory.create{name = 'seven', segments = {{shape = 'line', law = 's_curve', jerk = 4,
+      speed = 1, acceleration = 10, duration = 2,
+      points = {{0, 0, 0, 0, 0, 0}, {0.4, 0, 0, 0, 0, 0}}}}}
+    for _, step in ipairs{0.01, 0.0099, 0.0037} do
+      local r, n = c:record{step = step}, 0
+      local j, a = r:values{'jerk'}, r:values{'acceleration'}
+      for i = 1, #j do
+        if a[i] > 1e-6 then n = n + 1 assert(math.abs(j[i] - 4) < 1e-3, i .. ' ' .. j[i]) end
+        assert(j[i] < 4 + 1e-3, j[i])
+      end
+      assert(n > 50)
+    end
+    -- The acceleration of a trapezoid jumps; beside the jump its jerk is 0.
+    t2 = trajectory.create{name = 'three', segments = {{shape = 'line', law = 'trapezoidal',
+      speed = 1, acceleration = 0.8, duration = 2,
+      points = {{0, 0, 0, 0, 0, 0}, {0.4, 0, 0, 0, 0, 0}}}}}
+    for _, step in ipairs{0.01, 0.0099, 0.0037} do
+      for _, j in ipairs(t2:record{step = step}:values{'jerk'}) do assert(j < 1e-6, j) end
+    end)");
+}
+
 TEST_F(TrajectoryCommands, DrawThemselvesOverTimeAndInSpace) {
   const fs::path folder = fs::path(testing::TempDir()) / "trajectory_pictures";
   fs::create_directories(folder);

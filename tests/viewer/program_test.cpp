@@ -109,6 +109,51 @@ TEST(Program, AScriptSaysWhatIsShownByWhatItReturns) {
   std::filesystem::remove(drawn);
 }
 
+TEST(Program, SolversThatComeWithAFileRunOnlyWhenTrusted) {
+  const std::filesystem::path folder = testing::TempDir() + "robomosp-trust";
+  std::filesystem::remove_all(folder);
+  std::filesystem::create_directories(folder);
+  // A world whose robot follows its trajectory by a solver that is kept with it.
+  std::ofstream(folder / "make.lua") << R"(
+    local folder = arg[1]
+    local rail = robot.create{name = "rail", links = {{joint = "prismatic", lower = -1, upper = 1}}}
+    provider.keep{interface = "ik", name = "mine", with = rail,
+                  text = "return function(model, target) return {target[3][4]} end"}
+    rail:set{ik = "mine"}
+    local way = trajectory.create{name = "way", sample_time = 0.1, segments = {
+      {shape = "line", points = {{0, 0, 0, 0, 0, 0}, {0, 0, 0.5, 0, 0, 0}}, speed = 0.5}}}
+    local cell = world.create{name = "cell"}
+    cell:add_robot{robot = rail}
+    cell:add_trajectory{trajectory = way}
+    rail:save(folder .. "/rail.rbt")
+    way:save(folder .. "/way.tjc")
+    cell:save(folder .. "/cell.wld")
+    return cell)";
+  const std::string user = "XDG_CONFIG_HOME='" + (folder / "user").string() + "'";
+  const std::string drawn = (folder / "drawn.png").string();
+  const std::string picture = " --fast --size 64x48 --render '" + drawn + "'";
+  const Ended made = run("--script '" + (folder / "make.lua").string() + "' --argument '" +
+                             folder.string() + "'" + picture,
+                         "XDG_CONFIG_HOME='" + (folder / "author").string() + "'");
+  ASSERT_EQ(made.status, 0) << made.output;
+  std::filesystem::remove(drawn);
+  const std::string shown = "'" + (folder / "cell.wld").string() + "' --at 0.5" + picture;
+  const Ended refused = run(shown, user);
+  EXPECT_EQ(refused.status, 3) << refused.output;
+  EXPECT_NE(refused.output.find("is not run until you trust it"), std::string::npos)
+      << refused.output;
+  // And before that what came with the file, as the console says it.
+  EXPECT_NE(refused.output.find("warning: A solver in Lua came with this document"),
+            std::string::npos)
+      << refused.output;
+  EXPECT_FALSE(std::filesystem::exists(drawn));
+  const Ended trusted = run("--trust " + shown, user);
+  EXPECT_EQ(trusted.status, 0) << trusted.output;
+  EXPECT_TRUE(std::filesystem::exists(drawn));
+  EXPECT_FALSE(std::filesystem::exists(folder / "user/robomosp/trusted"));  // nothing is remembered
+  std::filesystem::remove_all(folder);
+}
+
 /// The scripts of README's table of demos.
 std::vector<std::string> demos() {
   std::vector<std::string> out;

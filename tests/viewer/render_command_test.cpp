@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "ioci/core/application.h"
+#include "kernel/base64.h"
 
 namespace robomosp::ioci {
 namespace {
@@ -85,6 +86,56 @@ TEST_F(RenderCommand, APictureOfTheWantedSizeIsWritten) {
   EXPECT_EQ(done.as_map()->find("width")->number(), 64);
   // Nothing else is left behind.
   EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator{}), 1);
+}
+
+TEST_F(RenderCommand, APictureInTheAnswerIsTheFileWithoutAFile) {
+  run("view.render", args());
+  std::ifstream in(file("a.png"), std::ios::binary);
+  const std::string written(std::istreambuf_iterator<char>(in), {});
+  fs::remove(file("a.png"));
+  Map asked = args();
+  asked.erase("file");
+  session_.deny(Effect::files_write);
+  session_.deny(Effect::files_read);
+  session_.deny(Effect::processes);
+  const Value done = run("view.picture", asked);
+  const std::string text = *done.as_map()->find("png")->as_string();
+  std::string bytes(base64::decoded_size(text).value_or(0), '\0');
+  ASSERT_TRUE(base64::decode(text, bytes.data()));
+  EXPECT_EQ(bytes, written);
+  EXPECT_EQ(done.as_map()->find("width")->number(), 64);
+  EXPECT_EQ(done.as_map()->find("items")->number(), 1);
+  EXPECT_TRUE(fs::is_empty(folder_));
+}
+
+TEST_F(RenderCommand, APlotInTheAnswerNeedsNoFile) {
+  const auto plot = [&](const Map& more) {
+    Map a{{"id", "stroke"}, {"width", 300}};
+    for (const auto& [name, value] : more) a.set(name, value);
+    return app_->dispatch(session_, "trajectory.plot", a);
+  };
+  const List first{0.5, 0, 0.3, 0, 0, 0}, last{0.5, 0.2, 0.3, 0, 0, 0};
+  const Map line{{"shape", "line"}, {"points", List{first, last}}};
+  run("trajectory.create", {{"name", "stroke"}, {"segments", List{line}}});
+  run("trajectory.plot", {{"id", "stroke"}, {"file", file("a.svg")}, {"width", 300}});
+  std::ifstream in(file("a.svg"), std::ios::binary);
+  const std::string written(std::istreambuf_iterator<char>(in), {});
+  const auto both = plot({{"file", file("b.svg")}, {"as", "svg"}});
+  ASSERT_FALSE(both.ok());
+  EXPECT_NE(both.error().sentence().find("both are asked for"), std::string::npos);
+  EXPECT_FALSE(fs::exists(file("b.svg")));
+  const auto png = plot({{"as", "png"}});
+  ASSERT_TRUE(png.ok()) << png.error().sentence();
+  EXPECT_EQ(png->as_string()->substr(0, 11), "iVBORw0KGgo");
+  session_.deny(Effect::files_write);
+  session_.deny(Effect::processes);
+  const auto svg = plot({{"as", "svg"}});
+  ASSERT_TRUE(svg.ok()) << svg.error().sentence();
+  EXPECT_EQ(*svg->as_string(), written);
+  const auto refused_png = plot({{"as", "png"}});
+  ASSERT_FALSE(refused_png.ok());
+  EXPECT_EQ(refused_png.error().code, ErrorCode::permission);
+  EXPECT_NE(plot({})->as_string()->find("time"), std::string::npos);
 }
 
 TEST_F(RenderCommand, WrongArgumentsAreToldBeforeAnyFileIsMade) {

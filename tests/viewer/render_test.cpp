@@ -483,5 +483,72 @@ TEST_F(Render, LegendsAreBarsOfTheirColoursAtTheRightEdge) {
   }
 }
 
+TEST_F(Render, KindsArePatchesAtTheUpperRightEdge) {
+  Scene scene;
+  scene.items.push_back(item(1, synthetic::box(0.1, 0.1, 0.1), {}));
+  scene.legends.push_back({"path",
+                           {{0.1F, 0.6F, 0.2F, 1}, {0.9F, 0.1F, 0.1F, 1}},
+                           {{0.25, "good"}, {0.75, "no reach"}}});
+  render::Options o = plain(View::front);
+  o.look.style = Style::hidden_line;
+  const Shot drawn = shot(scene, o);
+  const auto rows_of = [&](const Colour& wanted) {
+    std::array<int, 4> box{9999, 9999, -1, -1};
+    for (int y = 0; y < drawn.image.height; ++y)
+      for (int x = 0; x < drawn.image.width; ++x) {
+        const Rgba p = drawn.at(x, y);
+        const auto near = [](int is, float want) {
+          return std::abs(is - static_cast<int>(255 * want)) < 4;
+        };
+        if (near(p.r, wanted.r) && near(p.g, wanted.g) && near(p.b, wanted.b))
+          box = {std::min(box[0], x), std::min(box[1], y), std::max(box[2], x),
+                 std::max(box[3], y)};
+      }
+    return box;
+  };
+  const auto first = rows_of(scene.legends[0].colours[0]),
+             second = rows_of(scene.legends[0].colours[1]);
+  ASSERT_GE(first[2], 0);
+  ASSERT_GE(second[2], 0);
+  EXPECT_GT(first[0], drawn.image.width / 2);
+  EXPECT_LT(first[3], second[1]);  // the first above, with a gap
+  EXPECT_LT(second[3], drawn.image.height / 2);
+  for (const auto& box : {first, second}) {  // square
+    EXPECT_NEAR(box[2] - box[0], box[3] - box[1], 1);
+    EXPECT_GE(box[2] - box[0], 6);
+  }
+}
+
+TEST_F(Render, TextsStayInThePictureAndApart) {
+  // Two names at the right rim and one in the upper corner: dark letters keep off the border, and
+  // two at one place take twice the rows of one.
+  Scene scene;
+  scene.items.push_back(item(1, synthetic::box(0.2, 0.15, 0.15), {}));
+  render::Options o = plain(View::front);
+  o.look.style = Style::hidden_line;
+  o.look.feature_edges = false;
+  bool is_in = true;
+  const auto rows = [&](const std::vector<std::string>& texts) {
+    scene.labels.clear();
+    for (const std::string& t : texts) scene.labels.push_back({{0.1, 0, 0}, t});
+    const Shot drawn = shot(scene, o);
+    int count = 0;
+    for (int y = 0; y < drawn.image.height; ++y) {
+      bool is_dark = false;
+      for (int x = 0; x < drawn.image.width; ++x) {
+        const bool here = drawn.at(x, y).r < 110 && drawn.at(x, y).g < 110;
+        is_dark = is_dark || (here && x > drawn.image.width / 2 && x < drawn.image.width - 30);
+        is_in = is_in && !(here && (x < 2 || x + 2 >= drawn.image.width));
+      }
+      count += is_dark;
+    }
+    return count;
+  };
+  const int none = rows({}), one = rows({"a long name"}), two = rows({"a long name", "a long one"});
+  EXPECT_TRUE(is_in);
+  EXPECT_GE(one - none, 6);
+  EXPECT_GE(two - one, 6);
+}
+
 }  // namespace
 }  // namespace robomosp::viewer

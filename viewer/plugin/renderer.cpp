@@ -16,10 +16,10 @@ namespace {
 int passes_of(render::Quality quality) {
   switch (quality) {
     case render::Quality::draft: return 4;
-    case render::Quality::normal: return 16;
-    case render::Quality::high: return 48;
+    case render::Quality::normal: return 8;
+    case render::Quality::high: return 24;
   }
-  return 16;
+  return 8;
 }
 
 Result<void> check(const render::Look& look) {

@@ -2,6 +2,7 @@
 #include "viewer/scene/hud.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 
@@ -12,16 +13,38 @@
 #include "viewer/scene/lamps.h"
 #include "viewer/scene/linear.h"
 #include "viewer/scene/osg_geometry.h"
+#include "viewer/scene/shaders.h"
 
 namespace robomosp::viewer {
 namespace {
 
 // Nominal pixels of a picture 800 pixels high.
-constexpr double kAxisLength = 46, kCornerInset = 68, kLetterSize = 17, kLabelSize = 15,
+constexpr double kAxisLength = 46, kCornerInset = 68, kLetterSize = 18, kLabelSize = 16,
                  kCaptionSize = 16, kLegendInset = 22, kBarWidth = 20, kBarToText = 9,
-                 kTickWidth = 54, kLegendStep = 170;
+                 kLegendGap = 36;
 constexpr double kBarShare = 0.46;  // of the height of the picture
 constexpr Colour kInk{0.09F, 0.10F, 0.12F, 1};
+
+/// Pixels of a nominal one for texts, which are to be read in small pictures too, and in those
+/// shown at half their size.
+double text_scale(double height) {
+  return std::max(height / 800, std::clamp(height / 330, 0.6, 1.0));
+}
+
+bool overlap(const std::array<double, 4>& a, const std::array<double, 4>& b) {
+  return a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3];
+}
+
+/// Bands that each have their name beside their middle stand for kinds, not for values.
+bool is_of_kinds(const render::Legend& legend) {
+  const auto n = legend.colours.size();
+  if (n == 0 || legend.ticks.size() != n) return false;
+  for (std::size_t i = 0; i < n; ++i) {
+    const double middle = (static_cast<double>(i) + 0.5) / static_cast<double>(n);
+    if (std::abs(legend.ticks[i].share - middle) > 1e-6) return false;
+  }
+  return true;
+}
 
 /// A font of the system; without one osgText falls back to its built-in letters.
 osg::ref_ptr<osgText::Font> label_font() {
@@ -80,7 +103,7 @@ Hud::Hud(osg::Program* surface_program, int first_bin, unsigned mask) {
   s->setMode(GL_NORMALIZE, osg::StateAttribute::ON);
   s->addUniform(new osg::Uniform("eye", osg::Vec4f(0, 0, 1, 0)));
   // Maps whose coordinates are always outside: no shadow falls on the arrows.
-  for (const char* map : {"lamp_map", "sky_map"})
+  for (const char* map : kMapUniforms)
     s->addUniform(
         new osg::Uniform(map, osg::Matrixf::scale(0, 0, 0) * osg::Matrixf::translate(-1, -1, 0)));
   corner_->addChild(axes_of(0.042));
@@ -103,7 +126,7 @@ Hud::Hud(osg::Program* surface_program, int first_bin, unsigned mask) {
     letters_[i]->setText(std::string(1, static_cast<char>('X' + i)));
   }
   caption_ = new_text();
-  caption_->setAlignment(osgText::Text::LEFT_BASE_LINE);
+  caption_->setAlignment(osgText::Text::LEFT_BOTTOM);  // more lines grow upwards
 }
 
 osg::ref_ptr<osgText::Text> Hud::new_text() {
@@ -136,6 +159,8 @@ void Hud::put(osgText::Text& text, double x, double y, double size, const Colour
 void Hud::place(const OrbitCamera& camera, const std::vector<Label>& labels, double scale,
                 double shift_x, double shift_y, bool is_linear) {
   const double w = camera.width(), h = camera.height();
+  const double letters = text_scale(h);
+  scale = std::max(scale, 0.8 * letters);
   const auto pixels = [&](double dx, double dy) {
     return osg::Matrixd::ortho(-dx, w - dx, dy, h + dy, -1000 * scale, 1000 * scale);
   };
@@ -147,7 +172,14 @@ void Hud::place(const OrbitCamera& camera, const std::vector<Label>& labels, dou
   const osg::Matrixd turn =
       matrix_of(Matrix4{x[0], x[1], x[2], 0, y[0], y[1], y[2], 0, z[0], z[1], z[2], 0, 0, 0, 0, 1});
   const double length = kAxisLength * scale, inset = kCornerInset * scale;
-  const double bottom = inset + (caption_->getText().empty() ? 0 : 1.4 * kCaptionSize * scale);
+  const double margin = 20 * scale;
+  caption_->setMaximumWidth(static_cast<float>(w - 2 * margin));
+  put(*caption_, margin, 14 * scale, kCaptionSize * letters, kInk, is_linear);
+  const osg::BoundingBox said = caption_->getBoundingBox();
+  const double bottom =
+      inset + (caption_->getText().empty() || !said.valid()
+                   ? 0
+                   : static_cast<double>(said.yMax() - said.yMin()) + 0.4 * kCaptionSize * letters);
   corner_->setMatrix(osg::Matrixd::scale(length, length, length) * turn *
                      osg::Matrixd::translate(inset, bottom, 0));
   const auto direction = [](const Vec3& v) {
@@ -162,22 +194,56 @@ void Hud::place(const OrbitCamera& camera, const std::vector<Label>& labels, dou
   for (std::size_t i = 0; i < 3; ++i) {
     const double reach = length + 11 * scale;
     // An axis that points at the viewer has its letter on top of the arrow: push it sideways.
-    put(*letters_[i], inset + x[i] * reach, bottom + y[i] * reach, kLetterSize * scale,
+    put(*letters_[i], inset + x[i] * reach, bottom + y[i] * reach, kLetterSize * letters,
         kAxisColours[i], is_linear);
     letters_[i]->setNodeMask(has_axes_ && std::hypot(x[i], y[i]) > 0.25 ? ~0U : 0U);
   }
-  put(*caption_, 20 * scale, 18 * scale, kCaptionSize * scale, kInk, is_linear);
+  std::size_t used = place_labels(camera, labels, letters, is_linear);
+  used = place_legends(w, h, letters, used, is_linear);
+  for (std::size_t i = used; i < labels_.size(); ++i) labels_[i]->setNodeMask(0U);
+}
 
+double Hud::width_of(const osgText::Text& text) {
+  const osg::BoundingBox box = text.getBoundingBox();
+  return box.valid() ? static_cast<double>(box.xMax() - box.xMin()) : 0;
+}
+
+/// Texts stand to the right of their place, or to the left where the picture ends, and one below
+/// the other where they would cover each other.
+std::size_t Hud::place_labels(const OrbitCamera& camera, const std::vector<Label>& labels,
+                              double scale, bool is_linear) {
+  const double w = camera.width(), h = camera.height();
+  const double size = kLabelSize * scale, off = 9 * scale, rim = 5 * scale;
+  std::vector<std::array<double, 4>> taken;  // left, lower, right, upper
   std::size_t used = 0;
   for (const Label& label : labels) {
     const auto at = camera.project(label.place);
     if (!at) continue;
     osgText::Text& t = text_of(used++, label.text, is_linear);
     t.setAlignment(osgText::Text::LEFT_CENTER);
-    put(t, (*at)[0] + 9 * scale, h - (*at)[1] - 9 * scale, kLabelSize * scale, kInk, is_linear);
+    put(t, 0, 0, size, kInk, is_linear);
+    const double wide = width_of(t);
+    double x = (*at)[0] + off, y = h - (*at)[1] - off;
+    // What lies outside the picture has its text there too.
+    if ((*at)[0] >= 0 && (*at)[0] <= w && (*at)[1] >= 0 && (*at)[1] <= h) {
+      if (x + wide > w - rim) x = (*at)[0] - off - wide;
+      x = std::clamp(x, rim, std::max(rim, w - rim - wide));
+      const auto box = [&] { return std::array{x, y - 0.6 * size, x + wide, y + 0.6 * size}; };
+      const double wanted = y;
+      constexpr int kTries = 16;
+      for (int k = 0; k < kTries; ++k) {
+        // Below, above, further below and so on.
+        y = wanted + (k % 2 == 0 ? -1 : 1) * ((k + 1) / 2) * 1.2 * size;
+        y = std::clamp(y, 0.8 * size, h - 0.8 * size);
+        if (std::none_of(taken.begin(), taken.end(),
+                         [&](const auto& other) { return overlap(box(), other); }))
+          break;
+      }
+      taken.push_back(box());
+    }
+    put(t, x, y, size, kInk, is_linear);
   }
-  used = place_legends(w, h, scale, used, is_linear);
-  for (std::size_t i = used; i < labels_.size(); ++i) labels_[i]->setNodeMask(0U);
+  return used;
 }
 
 osgText::Text& Hud::text_of(std::size_t n, const std::string& text, bool is_linear) {
@@ -207,25 +273,47 @@ std::size_t Hud::place_legends(double width, double height, double scale, std::s
   const double bar = std::round(kBarShare * height);
   const double low = std::round(0.5 * (height - bar)), line = std::max(1.0, std::round(scale));
   double right = width - kLegendInset * scale;
+  const double size = kLabelSize * scale;
   for (const render::Legend& legend : legends_) {
-    const double x1 = std::round(right - (kTickWidth + kBarToText) * scale);
-    const double x0 = std::round(x1 - kBarWidth * scale);
-    box(x0 - line, low - line, x1 + line, low + bar + line, kInk);
-    const auto n = static_cast<double>(legend.colours.size());
-    for (std::size_t i = 0; i < legend.colours.size(); ++i)
-      box(x0, low + bar * static_cast<double>(i) / n, x1,
-          low + bar * static_cast<double>(i + 1) / n, legend.colours[i]);
+    const std::size_t first_tick = first;
+    double widest = 0;
     for (const auto& tick : legend.ticks) {
-      const double y = std::round(low + bar * std::clamp(tick.share, 0.0, 1.0));
-      box(x1 + line, y - 0.5 * line, x1 + 5 * scale, y + 0.5 * line, kInk);
       osgText::Text& t = text_of(first++, tick.text, is_linear);
       t.setAlignment(osgText::Text::LEFT_CENTER);
-      put(t, x1 + kBarToText * scale, y, kLabelSize * scale, kInk, is_linear);
+      put(t, 0, 0, size, kInk, is_linear);
+      widest = std::max(widest, width_of(t));
     }
     osgText::Text& title = text_of(first++, legend.title, is_linear);
+    const bool has_kinds = is_of_kinds(legend);
+    const double patch = (has_kinds ? 0.9 : kBarWidth / kLabelSize) * size;
+    const double x1 = std::round(right - widest - kBarToText * scale);
+    const double x0 = std::round(x1 - patch);
+    double top = low + bar;
+    if (has_kinds) {
+      // Patches with names, the first at the top.
+      const double step = 1.6 * size;
+      top = std::round(height - kLegendInset * scale - 14 * scale - size);
+      for (std::size_t i = 0; i < legend.colours.size(); ++i) {
+        const double y = std::round(top - (static_cast<double>(i) + 0.5) * step);
+        box(x0 - line, y - 0.5 * patch - line, x1 + line, y + 0.5 * patch + line, kInk);
+        box(x0, y - 0.5 * patch, x1, y + 0.5 * patch, legend.colours[i]);
+        put(*labels_[first_tick + i], x1 + kBarToText * scale, y, size, kInk, is_linear);
+      }
+    } else {
+      box(x0 - line, low - line, x1 + line, low + bar + line, kInk);
+      const auto n = static_cast<double>(legend.colours.size());
+      for (std::size_t i = 0; i < legend.colours.size(); ++i)
+        box(x0, low + bar * static_cast<double>(i) / n, x1,
+            low + bar * static_cast<double>(i + 1) / n, legend.colours[i]);
+      for (std::size_t i = 0; i < legend.ticks.size(); ++i) {
+        const double y = std::round(low + bar * std::clamp(legend.ticks[i].share, 0.0, 1.0));
+        box(x1 + line, y - 0.5 * line, x1 + 5 * scale, y + 0.5 * line, kInk);
+        put(*labels_[first_tick + i], x1 + kBarToText * scale, y, size, kInk, is_linear);
+      }
+    }
     title.setAlignment(osgText::Text::RIGHT_BASE_LINE);
-    put(title, right, low + bar + 14 * scale, kLabelSize * scale, kInk, is_linear);
-    right -= kLegendStep * scale;
+    put(title, right, top + 14 * scale, size, kInk, is_linear);
+    right = std::min(x0, right - width_of(title)) - kLegendGap * scale;
   }
   bars->setVertexArray(corners);
   bars->setColorArray(colours, osg::Array::BIND_PER_VERTEX);

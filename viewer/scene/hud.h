@@ -46,6 +46,9 @@ class Hud {
   osg::ref_ptr<osgText::Text> new_text();
   /// The n-th of texts that come and go, made when it is needed first.
   osgText::Text& text_of(std::size_t n, const std::string& text, bool is_linear);
+  [[nodiscard]] static double width_of(const osgText::Text& text);
+  std::size_t place_labels(const OrbitCamera& camera, const std::vector<Label>& labels,
+                           double scale, bool is_linear);
   /// Bars and texts of all legends; returns the number of texts used, from `first` on.
   std::size_t place_legends(double width, double height, double scale, std::size_t first,
                             bool is_linear);

@@ -16,7 +16,7 @@ namespace robomosp::viewer {
 namespace {
 
 constexpr int kMinSize = 16, kMaxSize = 8192;
-constexpr int kFastPasses = 8, kQualityPasses = 32;
+constexpr int kFastPasses = 8, kQualityPasses = 16;
 
 /// What is current in this thread, to be put back.
 struct CurrentContext {
@@ -145,7 +145,7 @@ double radical_inverse(int i, int base) {
 
 /// Passes of one light, where lights take turns: few, or shadows show as steps.
 int passes_of_light(int wanted, int lights) {
-  constexpr int kLeast = 6;
+  constexpr int kLeast = 5;
   return std::max(kLeast, (wanted + lights - 1) / lights);
 }
 
@@ -158,7 +158,7 @@ Pass pass_number(int i, int count, int lights, Quality quality) {
   const auto turn = [&](int at, double rate) {
     return 2 * std::numbers::pi * std::fmod(at * rate, 1.0);
   };
-  const double half_step = 0.5 / count;
+  const double half_step = 0.25 / count;  // of the samples, of which a pass has two
   Pass pass;
   pass.number = i;
   pass.count = count;
@@ -166,16 +166,19 @@ Pass pass_number(int i, int count, int lights, Quality quality) {
   pass.shift_y = halton(3) - 0.5;
   // Few passes need a smaller lamp, or its shadows would show as steps.
   const double lamp_size = quality == Quality::quality ? 1.0 : 0.6;
-  const double lamp_radius = lamp_size * std::sqrt(radical_inverse(own, 2) + lights * half_step);
-  const double lamp_angle = turn(own, 0.6180339887498949);  // golden section
-  pass.lamp = {lamp_radius * std::cos(lamp_angle), lamp_radius * std::sin(lamp_angle)};
-  pass.glass_shadow = halton(5);
-  if (quality == Quality::quality) {
+  for (int k = 0; k < 2; ++k) {
+    Pass::Sample& sample = pass.samples[static_cast<std::size_t>(k)];
+    const int at = 2 * own + k, of_all = 2 * i + k;
+    const double lamp_radius = lamp_size * std::sqrt(radical_inverse(at, 2) + lights * half_step);
+    const double lamp_angle = turn(at, 0.6180339887498949);  // golden section
+    sample.lamp = {lamp_radius * std::cos(lamp_angle), lamp_radius * std::sin(lamp_angle)};
+    sample.glass_shadow = radical_inverse(at + 1, 5);
+    if (quality != Quality::quality) continue;
     // Uniform over the hemisphere: equal steps in height.
-    const double z = std::max(radical_inverse(i, 3) + half_step, 0.03);
-    const double angle = turn(i, 0.7548776662466927);  // inverse of the plastic number
+    const double z = std::max(radical_inverse(of_all, 3) + half_step, 0.03);
+    const double angle = turn(of_all, 0.7548776662466927);  // inverse of the plastic number
     const double r = std::sqrt(1 - std::min(z * z, 1.0));
-    pass.sky = Vec3{r * std::cos(angle), r * std::sin(angle), std::min(z, 1.0)};
+    sample.sky = Vec3{r * std::cos(angle), r * std::sin(angle), std::min(z, 1.0)};
   }
   return pass;
 }

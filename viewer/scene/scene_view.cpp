@@ -5,8 +5,16 @@ namespace robomosp::viewer {
 
 SceneView::Impl::Impl(Quality quality, Target target)
     : is_still(target == Target::memory),
+      has_two_samples(is_still && quality == Quality::quality),
       lamp(quality == Quality::quality && !is_still ? 2048 : 1024, casters.get(), kCaster),
-      sky(768, casters.get(), 0) {
+      sky(512, casters.get(), 0),
+      lamp_2(1024, casters.get(), 0),
+      sky_2(512, casters.get(), 0) {
+  [[maybe_unused]] static const bool is_known = [] {
+    osgUtil::RenderBin::addRenderBinPrototype(
+        kNearestFirst, new osgUtil::RenderBin(osgUtil::RenderBin::SORT_FRONT_TO_BACK));
+    return true;
+  }();
   const ShaderVariant variant{quality == Quality::quality, is_still};
   surface_program = program_of(surface_shader(variant), "surface");
   edge_program = program_of(edge_shader(variant), "edge");
@@ -25,6 +33,14 @@ SceneView::Impl::Impl(Quality quality, Target target)
   s->setTextureAttribute(kSkyUnit, sky.texture());
   set_uniform(s, "lamp_shadow", kLampUnit);
   set_uniform(s, "sky_shadow", kSkyUnit);
+  if (has_two_samples) {
+    s->setTextureAttribute(kLampUnit2, lamp_2.texture());
+    s->setTextureAttribute(kSkyUnit2, sky_2.texture());
+    set_uniform(s, "lamp_shadow_2", kLampUnit2);
+    set_uniform(s, "sky_shadow_2", kSkyUnit2);
+    root->addChild(lamp_2.camera());
+    root->addChild(sky_2.camera());
+  }
   set_uniform(s, "highlight", osg::Vec4f(1, 1, 1, 0));
   set_uniform(s, "glow", osg::Vec3f(0, 0, 0));
   set_uniform(s, "section_plane", osg::Vec4f(0, 0, 0, 1));
@@ -104,6 +120,8 @@ void SceneView::Impl::sync_look(const Frame& frame) {
   c->setAttributeAndModes(look.style == Style::flat ? flat_program
                           : is_shaded               ? surface_program
                                                     : paper_program);
+  if (plane) c->setMode(GL_CULL_FACE, osg::StateAttribute::OFF | osg::StateAttribute::OVERRIDE);
+  else c->removeMode(GL_CULL_FACE);
   c->setMode(kSectionMode, plane ? osg::StateAttribute::ON : osg::StateAttribute::OFF);
   if (has_new_style)
     for (auto& [id, node] : items) build_item(node);

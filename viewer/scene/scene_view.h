@@ -36,14 +36,19 @@ enum class Target {
   memory   ///< linear light into a float buffer, one pass of many that are averaged
 };
 
-/// What differs between the passes of a still: where in the pixel it samples, from which point of
-/// the lamp and from which direction of the sky it is lit. The default suits a window.
+/// What differs between the passes of a still: where in the pixel it samples, from which points of
+/// the lamp and from which directions of the sky it is lit. The default suits a window.
 struct Pass {
-  int number = 0, count = 1;         ///< 0, 1, ... of how many: turns the noise and the lights
-  double shift_x = 0, shift_y = 0;   ///< sub-pixel shift, -0.5 .. 0.5
-  std::array<double, 2> lamp{0, 0};  ///< point on the unit disk of the lamp
-  std::optional<Vec3> sky;           ///< unit direction; needed for stills of Quality::quality
-  double glass_shadow = 0.5;         ///< glass less clear than this casts a shadow
+  int number = 0, count = 1;        ///< 0, 1, ... of how many: turns the lights
+  double shift_x = 0, shift_y = 0;  ///< sub-pixel shift, -0.5 .. 0.5
+  double map_x = 0, map_y = 0;      ///< shift of shadow maps within a texel, -0.5 .. 0.5
+  /// One point of lamp and sky that it is lit from; stills of Quality::quality take two in a pass.
+  struct Sample {
+    std::array<double, 2> lamp{0, 0};  ///< point on the unit disk of the lamp
+    std::optional<Vec3> sky;           ///< unit direction; needed for stills of Quality::quality
+    double glass_shadow = 0.5;         ///< glass less clear than this casts a shadow
+  };
+  std::array<Sample, 2> samples;
 };
 
 /// The picture of one Frame that follows changes of it at the least cost.

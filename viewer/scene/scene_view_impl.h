@@ -20,6 +20,7 @@
 #include <osg/MatrixTransform>
 #include <osg/PolygonMode>
 #include <osg/PolygonOffset>
+#include <osgUtil/RenderBin>
 #include <osgViewer/GraphicsWindow>
 #include <osgViewer/Viewer>
 
@@ -35,10 +36,10 @@
 namespace robomosp::viewer {
 
 // What each camera draws.
-constexpr unsigned kVisible = 1, kCaster = 2, kGlassCaster = 4;
+constexpr unsigned kVisible = 1, kCaster = 2, kGlassCaster = 4, kGlassCaster2 = 8;
 // Order of drawing within the picture.
-constexpr int kOutlineBin = 2, kGroundBin = 3, kBackgroundBin = 4, kGroundFromBelowBin = 5,
-              kEdgeBin = 6, kRibbonBin = 7, kVeilBin = 8,
+constexpr int kBodyBin = 1, kOutlineBin = 2, kGroundBin = 3, kBackgroundBin = 4,
+              kGroundFromBelowBin = 5, kEdgeBin = 6, kRibbonBin = 7, kVeilBin = 8,
               kGlassBin = 100,  // and the bins after it, one for each layer of glass
     kMarkBin = 1 << 20, kHudBin = kMarkBin + 10;
 // Widths of lines and sizes in pixels of a picture 800 pixels high.
@@ -47,6 +48,8 @@ constexpr double kEdgeWidth = 1.15, kDrawnWidth = 2.0, kMeshWidth = 1.0, kDashPe
 /// Axes of a mass mark, smallest moment first, sRGB.
 constexpr std::array<Colour, 3> kPrincipalColours{
     {{0.80F, 0.10F, 0.52F, 1}, {0.02F, 0.55F, 0.58F, 1}, {0.88F, 0.60F, 0.02F, 1}}};
+/// A kind of bin: OSG has none of its own that draws the nearest first.
+inline constexpr const char* kNearestFirst = "NearestFirst";
 constexpr osg::StateAttribute::GLMode kSectionMode = GL_CLIP_PLANE0;  // = GL_CLIP_DISTANCE0
 
 // Towards the lamp: above the left shoulder of whoever takes the isometric view.
@@ -85,6 +88,12 @@ inline void blend(osg::StateSet* state, osg::Depth::Function function = osg::Dep
   state->setAttributeAndModes(new osg::Depth(function, 0, 1, false));
 }
 
+/// Leaves these sides out whatever state is above.
+inline void cull(osg::StateSet* state, osg::CullFace::Mode sides) {
+  state->setAttributeAndModes(new osg::CullFace(sides),
+                              osg::StateAttribute::ON | osg::StateAttribute::PROTECTED);
+}
+
 inline osg::ref_ptr<osg::Geode> geode_of(osg::Geometry* geometry, unsigned mask) {
   osg::ref_ptr<osg::Geode> geode = new osg::Geode;
   geode->addDrawable(geometry);
@@ -116,7 +125,7 @@ struct ItemNode {
   osg::ref_ptr<osg::Geometry> triangles, segments, hull;
   bool is_seen = true;
   // Glass: the far and the near sides and the edges, which are ordered by depth at each draw.
-  osg::ref_ptr<osg::Geode> glass_back, glass_front, glass_edges;
+  osg::ref_ptr<osg::Geode> glass_back, glass_front, glass_edges, glass_caster;
   std::optional<Seen> glass_sorted;
   // Drawings: contours as seen from the camera.
   std::vector<MeshEdge> mesh_edges;
@@ -225,12 +234,16 @@ struct SceneView::Impl {
   [[nodiscard]] std::vector<Vec3> points_of_bodies() const;
   [[nodiscard]] std::vector<Vec3> points_shown() const;
   [[nodiscard]] std::vector<Vec3> points_moved() const;
+  [[nodiscard]] std::vector<Vec3> points_seen(const std::vector<Vec3>& casters_at) const;
+  [[nodiscard]] Lamp light_of(const Pass& pass) const;
   [[nodiscard]] std::vector<Lamp> lights_of(const Pass& pass) const;
+  void aim_sky(ShadowMap& map, const Pass::Sample& sample, unsigned mask, const std::string& suffix,
+               std::span<const Vec3> casters_at, std::span<const Vec3> seen);
   void aim_lights(const Pass& pass);
   void place_camera(const Pass& pass);
   void prepare();
 
-  bool is_still;
+  bool is_still, has_two_samples;
   OrbitCamera camera, fitted;
   std::optional<Camera> frame_camera;
   double frame_zoom = 1;
@@ -249,7 +262,7 @@ struct SceneView::Impl {
   double radius = 1;  // half the diagonal of the box around the frame [m]
 
   osg::ref_ptr<osg::Group> casters = new osg::Group;
-  ShadowMap lamp, sky;
+  ShadowMap lamp, sky, lamp_2, sky_2;  // the second ones where a pass has two samples of each
   osg::ref_ptr<osg::Group> root = new osg::Group, ribbons = new osg::Group, frames = new osg::Group,
                            cuts = new osg::Group, balls = new osg::Group;
   osg::ref_ptr<osg::MatrixTransform> ground = new osg::MatrixTransform;

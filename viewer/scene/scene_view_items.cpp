@@ -24,7 +24,7 @@ void SceneView::Impl::build_item(ItemNode& node) {
   const Item& item = node.item;
   osg::MatrixTransform* place = node.place.get();
   place->removeChildren(0, place->getNumChildren());
-  node.glass_back = node.glass_front = node.glass_edges = nullptr;
+  node.glass_back = node.glass_front = node.glass_edges = node.glass_caster = nullptr;
   node.glass_sorted.reset();
   node.contours.clear();
   node.contours_seen.reset();
@@ -51,15 +51,16 @@ void SceneView::Impl::build_item(ItemNode& node) {
   if (is_glass) {
     // The far sides before the near ones, so that both show.
     for (const bool is_front : {false, true}) {
-      const auto geode = geode_of(node.triangles, kVisible | (is_front ? kGlassCaster : 0U));
+      const auto geode = geode_of(node.triangles, kVisible);
       osg::StateSet* t = geode->getOrCreateStateSet();
       blend(t);
-      t->setAttributeAndModes(
-          new osg::CullFace(is_front ? osg::CullFace::BACK : osg::CullFace::FRONT));
+      cull(t, is_front ? osg::CullFace::BACK : osg::CullFace::FRONT);
       t->setRenderBinDetails(kGlassBin, "RenderBin");
       (is_front ? node.glass_front : node.glass_back) = geode;
       place->addChild(geode);
     }
+    node.glass_caster = geode_of(node.triangles, 0);
+    place->addChild(node.glass_caster);
   } else if (is_wire) {
     const auto geode = geode_of(node.triangles, kVisible);
     osg::StateSet* t = geode->getOrCreateStateSet();
@@ -70,7 +71,13 @@ void SceneView::Impl::build_item(ItemNode& node) {
     t->setRenderBinDetails(kEdgeBin - 1, "RenderBin");
     place->addChild(geode);
   } else {
-    place->addChild(geode_of(node.triangles, kVisible | kCaster));
+    const auto geode = geode_of(node.triangles, kVisible | kCaster);
+    osg::StateSet* t = geode->getOrCreateStateSet();
+    // The nearest first, so that what it hides is not shaded.
+    t->setRenderBinDetails(kBodyBin, kNearestFirst);
+    // A section opens bodies: then the casters' state shows their insides.
+    if (node.surface.is_closed) t->setAttributeAndModes(new osg::CullFace(osg::CullFace::BACK));
+    place->addChild(geode);
   }
   if (node.segments && look.feature_edges) {
     const auto geode = line_geode(node.segments, false);
@@ -101,7 +108,7 @@ void SceneView::Impl::build_item(ItemNode& node) {
     const auto geode = geode_of(node.hull, kVisible);
     osg::StateSet* t = geode->getOrCreateStateSet();
     t->setAttributeAndModes(outline_program);
-    t->setAttributeAndModes(new osg::CullFace(osg::CullFace::FRONT));
+    cull(t, osg::CullFace::FRONT);
     t->setRenderBinDetails(kOutlineBin, "RenderBin");
     place->addChild(geode);
   }
@@ -200,9 +207,9 @@ void SceneView::Impl::sync_triads(const Frame& frame) {
       s->setAttributeAndModes(new osg::Depth(osg::Depth::LEQUAL, 0.001, 0.01, true));
       s->setRenderBinDetails(kMarkBin, "RenderBin");
       // What shines through a body is not in its shadow: maps that are outside everywhere.
-      for (const char* map : {"lamp_map", "sky_map"}) set_uniform(s, map, nowhere());
+      for (const char* map : kMapUniforms) set_uniform(s, map, nowhere());
     } else {
-      for (const char* map : {"lamp_map", "sky_map"}) s->removeUniform(map);
+      for (const char* map : kMapUniforms) s->removeUniform(map);
       s->removeAttribute(osg::StateAttribute::DEPTH);
       s->setRenderBinToInherit();
     }

@@ -16,6 +16,13 @@ uniform vec3 sky_direction;
 uniform mat4 lamp_map, sky_map;             // world to texture coordinates and depth 0..1
 uniform sampler2DShadow lamp_shadow, sky_shadow;
 uniform vec2 lamp_texel, sky_texel;         // x: in texture, y: in the world [m]
+#ifdef SKY
+// A pass of a good still has each twice: another point of the lamp, another direction of the sky.
+uniform mat4 lamp_map_2, sky_map_2;
+uniform sampler2DShadow lamp_shadow_2, sky_shadow_2;
+uniform vec2 sky_texel_2;
+uniform vec3 sky_direction_2;
+#endif
 uniform vec3 ray_centre, ray_right, ray_up; // view rays over the picture, -1..1
 const vec3 kSky = vec3(0.440, 0.470, 0.520);
 const vec3 kBounce = vec3(0.200, 0.190, 0.178);
@@ -51,15 +58,8 @@ vec3 backdrop(float rise) {
 }
 vec3 ray_at(vec2 screen) { return normalize(ray_centre + screen.x * ray_right + screen.y * ray_up); }
 
-// Interleaved gradient noise (J. Jimenez, "Next generation post processing in Call of Duty", 2014);
-// its mean over passes is even.
+// Interleaved gradient noise (J. Jimenez, "Next generation post processing in Call of Duty", 2014).
 float noise(vec2 at) { return fract(52.9829189 * fract(dot(at, vec2(0.06711056, 0.00583715)))); }
-uniform float pass_number;
-vec2 scatter(float radius) {
-  vec2 at = gl_FragCoord.xy + 5.588238 * pass_number;
-  return (vec2(noise(at), noise(at.yx + 47.0)) - 0.5) * 2.0 * radius;
-}
-
 float lit(sampler2DShadow map, vec3 c) {
   // What lies behind the farthest caster may still be in its shadow; beside the map nothing casts.
   c.z = min(c.z, 0.9999);
@@ -73,10 +73,12 @@ vec4 lamp_from(int i, vec3 p) {
   float share = edge < -1.5 ? 1.0 : smoothstep(edge, mix(edge, 1.0, 0.2), -dot(l, lamp_axis[i].xyz));
   return vec4(l, share);
 }
-// Of the first lamp, which is the one with a shadow map.
-float lamp_visibility(vec3 p, vec3 n, vec3 l) {
+// Of the first lamp, which is the one with a shadow map. `lift` [texels] moves what casts shadows
+// itself off its own; the floor casts none.
+float lamp_visibility(vec3 p, vec3 n, vec3 l, float lift) {
   float slope = 1.0 - max(dot(n, l), 0.0);
-  vec4 h = lamp_map * vec4(p + n * lamp_texel.y * (0.8 + 2.2 * slope), 1.0);
+  vec4 at = vec4(p + n * lamp_texel.y * lift * (0.8 + 2.2 * slope), 1.0);
+  vec4 h = lamp_map * at;
   if (h.w <= 0.0) return 1.0;  // behind it
   vec3 c = h.xyz / h.w;
   // Software OpenGL runs both sides of every branch, hence compile-time choices. One tap is enough
@@ -90,19 +92,25 @@ float lamp_visibility(vec3 p, vec3 n, vec3 l) {
     sum += lit(lamp_shadow, vec3(c.xy + vec2(cos(a), sin(a)) * r * lamp_texel.x, c.z));
   }
   return sum / 16.0;
+#elif defined(SKY)
+  vec4 h2 = lamp_map_2 * at;
+  return 0.5 * (lit(lamp_shadow, c) + lit(lamp_shadow_2, h2.xyz / h2.w));
 #else
-  c.xy += scatter(1.2) * lamp_texel.x;
   return lit(lamp_shadow, c);
 #endif
-  return lit(lamp_shadow, c);
 }
-// `blur` [texels] must stay small on what casts shadows itself.
-float sky_visibility(vec3 p, vec3 n, float blur) {
-  float slope = 1.0 - max(dot(n, sky_direction), 0.0);
-  vec3 c = (sky_map * vec4(p + n * sky_texel.y * (1.2 + 2.8 * slope), 1.0)).xyz;
-  c.xy += scatter(blur) * sky_texel.x;
-  return lit(sky_shadow, c);
+#ifdef SKY
+float sky_seen(sampler2DShadow map, mat4 map_T_world, vec3 towards, float texel, vec3 p, vec3 n,
+               float lift) {
+  float up = max(dot(n, towards), 0.0);
+  return up * lit(map, (map_T_world * vec4(p + n * texel * lift * (4.0 - 2.8 * up), 1.0)).xyz);
 }
+// Light from the sky on a place, 1 = from half the sphere evenly onto a free one.
+float sky_light(vec3 p, vec3 n, float lift) {
+  return sky_seen(sky_shadow, sky_map, sky_direction, sky_texel.y, p, n, lift) +
+         sky_seen(sky_shadow_2, sky_map_2, sky_direction_2, sky_texel_2.y, p, n, lift);
+}
+#endif
 )glsl";
 
 constexpr const char* kWorldVertex = R"glsl(#version 130
@@ -157,11 +165,11 @@ void main() {
 #else
   vec3 glossy = mix(highlight.rgb, mix(base.rgb, highlight.rgb, highlight.w), metal);
 #endif
-  for (int i = 0; i < lamp_count; ++i) {
+  for (int i = 0; i < LAMPS; ++i) {
     vec4 from = lamp_from(i, p_world);
     float nl = max(dot(n, from.xyz), 0.0);
     vec3 light = lamp_colour[i] * (nl * from.w);
-    if (i == 0) light *= lamp_visibility(p_world, n, from.xyz);
+    if (i == 0) light *= lamp_visibility(p_world, n, from.xyz, 1.0);
     direct += light;
     vec3 h = normalize(v + from.xyz);
     float nh = max(dot(n, h), 0.0);
@@ -179,7 +187,7 @@ void main() {
   float open = 1.0;      // how much of the sky this place sees, relative to a free one
   vec3 sky = kSky * (0.5 + 0.5 * n.z);
 #ifdef SKY
-  float seen = 2.0 * max(dot(n, sky_direction), 0.0) * sky_visibility(p_world, n, 1.2);
+  float seen = sky_light(p_world, n, 1.0);
   sky = kSky * seen;
   open = seen * 2.0 / (1.0 + max(n.z, -0.5));
 #endif
@@ -230,15 +238,15 @@ void main() {
   bool from_below = eye.w > 0.5 ? eye.z < p_world.z : eye.z < 0.0;
   vec3 n = vec3(0.0, 0.0, 1.0);
   vec3 direct = vec3(0.0);
-  for (int i = 0; i < lamp_count; ++i) {
+  for (int i = 0; i < LAMPS; ++i) {
     vec4 from = lamp_from(i, p_world);
     vec3 light = lamp_colour[i] * (max(from.z, 0.0) * from.w);
-    if (i == 0) light *= lamp_visibility(p_world, n, from.xyz);
+    if (i == 0) light *= lamp_visibility(p_world, n, from.xyz, 0.0);
     direct += light;
   }
   vec3 sky = kSky;
 #ifdef SKY
-  sky = kSky * (2.0 * sky_direction.z * sky_visibility(p_world, n, 8.0));
+  sky = kSky * sky_light(p_world, n, 0.0);
 #endif
   vec3 received = (direct + surroundings * sky) / (kOwnLamp * floor_lamp + kSky);
   float far = length(p_world.xy - ground.xy);
@@ -260,7 +268,8 @@ void main() {
 std::string header(ShaderVariant v) {
   std::string s = "#version 130\n";
   if (v.is_quality) s += "#define QUALITY 1\n";
-  if (v.is_still) s += "#define STILL 1\n";
+  // A pass of a still has one lamp.
+  s += v.is_still ? "#define STILL 1\n#define LAMPS 1\n" : "#define LAMPS lamp_count\n";
   if (v.is_flat) s += "#define FLAT 1\n";
   if (v.is_still && v.is_quality)
     s += "#define SKY 1\n";  // ambient light from one direction a pass

@@ -3,6 +3,7 @@
 // linear until the last line of each fragment shader.
 #pragma once
 
+#include <array>
 #include <string>
 
 namespace robomosp::viewer {
@@ -13,7 +14,10 @@ struct ShaderPair {
 };
 
 /// Texture units of the two shadow maps.
-inline constexpr int kLampUnit = 1, kSkyUnit = 2;
+inline constexpr int kLampUnit = 1, kSkyUnit = 2, kLampUnit2 = 3, kSkyUnit2 = 4;
+/// World to shadow map, of every map that a shader may look up.
+inline constexpr std::array<const char*, 4> kMapUniforms{"lamp_map", "sky_map", "lamp_map_2",
+                                                         "sky_map_2"};
 
 /// What a program is compiled for.
 struct ShaderVariant {

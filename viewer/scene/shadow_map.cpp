@@ -2,6 +2,7 @@
 #include "viewer/scene/shadow_map.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -23,7 +24,7 @@ Vec3 side_of(const Vec3& z) {
 
 ShadowMap::ShadowMap(int size, osg::Node* casters, unsigned mask) : size_(size) {
   depth_->setTextureSize(size, size);
-  depth_->setInternalFormat(GL_DEPTH_COMPONENT24);
+  depth_->setInternalFormat(GL_DEPTH_COMPONENT32F);  // software OpenGL reads it fastest
   depth_->setSourceFormat(GL_DEPTH_COMPONENT);  // without these two OSG cannot set up the buffer
   depth_->setSourceType(GL_FLOAT);
   depth_->setShadowComparison(true);
@@ -47,7 +48,6 @@ ShadowMap::ShadowMap(int size, osg::Node* casters, unsigned mask) : size_(size) 
   s->setAttributeAndModes(program_of(caster_shader(), "caster"), forced);
   s->setAttributeAndModes(new osg::PolygonOffset(1.6F, 4.0F), forced);
   s->setMode(GL_BLEND, osg::StateAttribute::OFF | osg::StateAttribute::OVERRIDE);
-  s->setMode(GL_CULL_FACE, osg::StateAttribute::OFF | osg::StateAttribute::OVERRIDE);
 }
 
 void ShadowMap::set_mask(unsigned mask) {
@@ -55,7 +55,22 @@ void ShadowMap::set_mask(unsigned mask) {
   camera_->setNodeMask(mask == 0 ? 0 : ~0U);
 }
 
-ShadowLookup ShadowMap::aim(const Vec3& towards_light, std::span<const Vec3> points) {
+void ShadowMap::set_size(int size) {
+  if (size == size_) return;
+  size_ = size;
+  depth_->setTextureSize(size, size);
+  depth_->dirtyTextureObject();
+  camera_->setViewport(0, 0, size, size);
+  camera_->dirtyAttachmentMap();
+}
+
+void ShadowMap::set_shift(double x, double y) {
+  shift_x_ = x;
+  shift_y_ = y;
+}
+
+ShadowLookup ShadowMap::aim(const Vec3& towards_light, std::span<const Vec3> points,
+                            std::span<const Vec3> seen) {
   const Vec3& z = towards_light;
   const Vec3 x = side_of(z), y = cross(z, x);
   constexpr double kInf = std::numeric_limits<double>::infinity();
@@ -68,13 +83,30 @@ ShadowLookup ShadowMap::aim(const Vec3& towards_light, std::span<const Vec3> poi
     }
   }
   if (points.empty()) low = {0, 0, 0}, high = {1, 1, 1};
+  // A place and what shades it lie one behind the other, so no more than the picture shows is
+  // needed to the sides.
+  if (!seen.empty()) {
+    Vec3 first{kInf, kInf, kInf}, last{-kInf, -kInf, -kInf};
+    const std::array<Vec3, 2> axes{x, y};
+    for (const Vec3& p : seen)
+      for (std::size_t i = 0; i < 2; ++i) {
+        first[i] = std::min(first[i], dot(p, axes[i]));
+        last[i] = std::max(last[i], dot(p, axes[i]));
+      }
+    for (std::size_t i = 0; i < 2; ++i) {
+      const double from = std::max(low[i], first[i]), to = std::min(high[i], last[i]);
+      if (from < to) low[i] = from, high[i] = to;
+    }
+  }
   const Vec3 size = high - low;
   const double border = 0.02 * std::max({size[0], size[1], size[2], 1e-6});
   const osg::Matrixd view = matrix_of(Matrix4{x[0], x[1], x[2], 0, y[0], y[1], y[2], 0,  //
                                               z[0], z[1], z[2], 0, 0, 0, 0, 1});
+  const double dx = shift_x_ * (size[0] + 2 * border) / size_,
+               dy = shift_y_ * (size[1] + 2 * border) / size_;
   const osg::Matrixd projection =
-      osg::Matrixd::ortho(low[0] - border, high[0] + border, low[1] - border, high[1] + border,
-                          -high[2] - border, -low[2] + border);
+      osg::Matrixd::ortho(low[0] - border + dx, high[0] + border + dx, low[1] - border + dy,
+                          high[1] + border + dy, -high[2] - border, -low[2] + border);
   return look(view, projection, (std::max(size[0], size[1]) + 2 * border) / size_);
 }
 
@@ -102,8 +134,10 @@ ShadowLookup ShadowMap::aim_from(const Vec3& place, const Vec3& axis, double hal
       matrix_of(Matrix4{x[0], x[1], x[2], -dot(x, place), y[0], y[1], y[2], -dot(y, place),  //
                         z[0], z[1], z[2], -dot(z, place), 0, 0, 0, 1});
   const double edge = std::tan(half);
+  const double wide = edge * near, dx = shift_x_ * 2 * wide / size_,
+               dy = shift_y_ * 2 * wide / size_;
   const osg::Matrixd projection =
-      osg::Matrixd::frustum(-edge * near, edge * near, -edge * near, edge * near, near, far);
+      osg::Matrixd::frustum(dx - wide, dx + wide, dy - wide, dy + wide, near, far);
   return look(view, projection, edge * (near + far) / size_);
 }
 

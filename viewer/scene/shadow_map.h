@@ -23,8 +23,15 @@ class ShadowMap {
   /// `casters` is drawn with `mask`; the texture has `size` x `size` texels.
   ShadowMap(int size, osg::Node* casters, unsigned mask);
 
-  /// Looks at the points [m] from the direction of the light (unit vector towards it).
-  ShadowLookup aim(const Vec3& towards_light, std::span<const Vec3> points);
+  /// Texels on a side; the map is drawn again with the next picture.
+  void set_size(int size);
+  /// Shifts what is aimed at from now on by a share of a texel, -0.5 .. 0.5: the mean of many maps
+  /// shows no steps.
+  void set_shift(double x, double y);
+  /// Looks at the points that cast shadows [m] from the direction of the light (unit vector towards
+  /// it); of them at what may shade `seen`, points around all that is in the picture.
+  ShadowLookup aim(const Vec3& towards_light, std::span<const Vec3> points,
+                   std::span<const Vec3> seen = {});
   /// Looks from a place along `axis` (unit vector), or where that shines to all sides
   /// (`half_angle` < 0) towards the middle of the points; 75 degrees to either side at most.
   ShadowLookup aim_from(const Vec3& place, const Vec3& axis, double half_angle,
@@ -40,6 +47,7 @@ class ShadowMap {
   osg::ref_ptr<osg::Texture2D> depth_ = new osg::Texture2D;
   osg::ref_ptr<osg::Camera> camera_ = new osg::Camera;
   int size_;
+  double shift_x_ = 0, shift_y_ = 0;
 };
 
 }  // namespace robomosp::viewer

@@ -163,6 +163,31 @@ void compute_bounds(Surface& s) {
   }
 }
 
+void find_closed(Surface& s) {
+  if (s.triangles.empty()) return;
+  const auto weld = welded(s);
+  // Each edge by its ends; +1 = passed one way, -1 = the other.
+  std::vector<std::pair<std::uint64_t, int>> ways;
+  ways.reserve(s.triangles.size());
+  double volume = 0;
+  for (std::size_t t = 0; t + 2 < s.triangles.size(); t += 3) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint64_t a = weld[s.triangles[t + k]], b = weld[s.triangles[t + (k + 1) % 3]];
+      if (a != b) ways.emplace_back(std::min(a, b) << 32 | std::max(a, b), a < b ? 1 : -1);
+    }
+    const Vec3 a = vertex(s.positions, s.triangles[t]);
+    volume += dot(a - s.low, cross(vertex(s.positions, s.triangles[t + 1]) - s.low,
+                                   vertex(s.positions, s.triangles[t + 2]) - s.low));
+  }
+  std::sort(ways.begin(), ways.end());
+  for (std::size_t i = 0, j; i < ways.size(); i = j) {
+    int sum = 0;
+    for (j = i; j < ways.size() && ways[j].first == ways[i].first; ++j) sum += ways[j].second;
+    if (sum != 0) return;
+  }
+  s.is_closed = volume > 0;
+}
+
 bool misses_box(const Surface& s, const Vec3& o, const Vec3& d) {
   double enter = 0, leave = std::numeric_limits<double>::infinity();
   const double slack = 1e-9 + 1e-6 * norm(s.high - s.low);
@@ -223,6 +248,7 @@ Surface surface_of(const Mesh& mesh) {
     compute_normals(s);
   }
   compute_bounds(s);
+  find_closed(s);
   return s;
 }
 

@@ -24,6 +24,7 @@ struct Surface {
   std::vector<float> along;              ///< 2 per edge segment: way from the start of its line [m]
   std::vector<std::uint32_t> face_of;    ///< per triangle: number of its face; empty = unknown
   Vec3 low{}, high{};                    ///< bounding box [m]; both 0 if there are no triangles
+  bool is_closed = false;  ///< every edge has a triangle on either side, and all face outwards
 };
 
 /// Makes a mesh drawable: drops triangles with bad indices or numbers, computes normals that break

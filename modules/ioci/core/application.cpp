@@ -14,9 +14,12 @@
 #include "ioci/core/commands.h"
 #include "ioci/core/document_providers.h"
 #include "ioci/core/handle_text.h"
+#include "ioci/core/kept_solvers.h"
 #include "ioci/core/lua_plugins.h"
 #include "ioci/core/modules.h"
 #include "ioci/core/renamed_arguments.h"
+#include "ioci/recording/origins.h"
+#include "ioci/recording/watchers.h"
 #include "ioci/robot/solver_notes.h"
 #include "ioci/simulation/live_runs.h"
 #include "kernel/bare_numbers.h"
@@ -24,6 +27,7 @@
 #include "kernel/executor.h"
 #include "kernel/permit.h"
 #include "kernel/text.h"
+#include "kernel/value_text.h"
 #include "spatial/parallel.h"
 
 namespace robomosp::ioci {
@@ -31,6 +35,9 @@ namespace {
 
 constexpr std::size_t kHistoryBytes = std::size_t{256} << 20;
 constexpr Effects kEveryEffect = Effects::all();
+/// Effects outside the document, which are not taken back where an edit is refused or stopped.
+constexpr Effects kElsewhere = Effect::files_write | Effect::processes | Effect::providers |
+                               Effect::loads_code | Effect::stops | Effect::simulates;
 /// How often a short command is run that others overtake.
 constexpr int kMostAttempts = 8;
 
@@ -199,7 +206,10 @@ Application::Application(ApplicationOptions options)
     : plugins(registry, &messages),
       document(kHistoryBytes, &lock),
       derived(registry),
+      origins(std::make_unique<RecordingOrigins>(*this)),
       modules(std::make_unique<Modules>(*this)),
+      kept_solvers(std::make_unique<KeptSolvers>(*this)),
+      watchers(std::make_unique<RecordingWatchers>(*this)),
       runs(std::make_unique<Runs>()),
       share(executable_folder() / ".." / "share" / "robomosp"),
       options_(std::move(options)) {
@@ -245,6 +255,8 @@ Application::Application(ApplicationOptions options)
 }
 
 Application::~Application() {
+  kept_.clear();
+  watchers->stop();
   shared_jobs_.reset();
   components_.stop_all();
   for (io::ClaimedJournal& restored : restored_journals) restored.discard();
@@ -284,6 +296,7 @@ Result<void> Application::start() {
   RMP_TRY(add("document", application, {"model"}, [this]() -> Result<void> {
     (void)settings_kind();  // before what lists the kinds
     document.on_commit([this](const document::Commit& commit) { events.publish(commit); });
+    kept_solvers->start();
     follow_document_providers(*this);
     follow_ik_choices(*this);
     messages.subscribe([this](const Message& m) { events.publish(m); });
@@ -333,6 +346,7 @@ Result<void> Application::start() {
   RMP_TRY(add("ioci", application, {"document", "derived", "io", "sim", "plugins", "jobs"},
               [this]() -> Result<void> {
                 register_commands(commands);
+                watchers->start();
                 document.on_commit(
                     [this](const document::Commit& commit) { modules->tell_absent(commit); });
                 modules->adopt();
@@ -364,8 +378,14 @@ class Application::Call {
         all_(spec.effect | spec.sometimes | Effect::reads),
         // The program's own commands are stopped by what they declare; of a plugin's that is a
         // right that it lacks.
-        permit_{session.name(), spec.name, all_, session.denied() | beyond(spec, allowed, all_),
-                false},
+        denied_(session.denied_to(spec.name) | denied_within()),
+        permit_{session.name(),
+                spec.name,
+                all_,
+                denied_ | beyond(spec, allowed, all_),
+                false,
+                !denied_within().empty(),
+                files_of(session)},
         ctx_(app, session, progress) {
     ctx_.given_ = &args_;
     ctx_.allowed_ = spec.plugin.empty() ? allowed : narrowed(allowed, all_);
@@ -380,6 +400,8 @@ class Application::Call {
   void set_job() { is_job_ = true; }
   /// Tells of texts that were taken as quantities in SI units.
   void tell(const BareNumbers& bare);
+  /// In a confined session, paths stay what they were read as wherever they are used later.
+  void keep_paths();
   /// Whether finish() refused, because others changed what it had looked at.
   [[nodiscard]] bool is_overtaken() const { return transaction_ && transaction_->is_overtaken(); }
   /// The command and what it works on: "world.plan_path cell".
@@ -388,6 +410,11 @@ class Application::Call {
  private:
   /// What finish() does before hooks are called.
   Result<Value> settle(Result<Value> result);
+  /// Of the session; where it has none, of what this is a part of.
+  [[nodiscard]] static std::shared_ptr<const FileRoot> files_of(const Session& session) {
+    if (session.files()) return session.files();
+    return current_permit() ? current_permit()->files : nullptr;
+  }
   /// What is denied besides what the session is denied. Whether one of the program's own starts a
   /// program lies with the provider that is chosen, and is not in the table.
   [[nodiscard]] static Effects beyond(const CommandSpec& spec, Effects allowed, Effects all) {
@@ -411,9 +438,10 @@ class Application::Call {
   const bool is_own_thread_;
   bool is_job_ = false;
   const Effects all_;
+  const Effects denied_;  ///< to the session, and to what runs here
   const Permit permit_;
   CommandContext ctx_;
-  Map without_gesture_, with_new_words_,
+  Map without_gesture_, with_new_words_, with_paths_,
       with_numbers_;  ///< the arguments without old words, and without expressions
   Map checked_;
   std::optional<document::Transaction> transaction_;
@@ -434,15 +462,33 @@ void Application::Call::tell(const BareNumbers& bare) {
                        session_.name());
 }
 
+void Application::Call::keep_paths() {
+  if (!permit_.files) return;
+  for (const ParamSpec& p : spec_.params) {
+    const Value* read = p.type == "path" ? checked_.find(p.name) : nullptr;
+    if (!read || !ctx_.given_->find(p.name)) continue;
+    if (ctx_.given_ != &with_paths_) with_paths_ = *ctx_.given_;
+    with_paths_.set(p.name, *read);
+    ctx_.given_ = &with_paths_;
+  }
+}
+
 Result<void> Application::Call::start() {
   if ((spec_.effect | Effect::reads).meets(kEveryEffect.without(ctx_.allowed_)))
     return error(ErrorCode::permission,
                  "what called " + spec_.name + " may have the effects " + ctx_.allowed_.text() +
                      " only, and " + spec_.name + " has " + spec_.effect.text(),
                  "The plugin's command has to declare them.");
-  if ((spec_.effect | Effect::reads).meets(session_.denied()))
-    for (const Effect e : (spec_.effect | Effect::reads).list())
-      if (!session_.may(e)) return not_permitted(session_.name(), spec_.name, e);
+  if ((spec_.effect | Effect::reads).meets(denied_))
+    for (const Effect e : (spec_.effect | Effect::reads).list()) {
+      if (session_.denied_to(spec_.name).has(e))
+        return not_permitted(session_.name(), spec_.name, e);
+      if (denied_.has(e))
+        return error(ErrorCode::permission,
+                     "a solver that came with a file may not run " + spec_.name + ", which " +
+                         std::string(phrase(e)),
+                     "Such a solver computes, and reads the document; nothing else.");
+    }
   const PermitScope permitted(&permit_);
   const bool has_edits = all_.has(Effect::edits);
   std::string series;  // edits in a row with the same word share a step
@@ -479,6 +525,7 @@ Result<void> Application::Call::start() {
     if (!result.ok()) return std::move(result).error().in(spec_.name);
     checked_ = std::move(*result);
     tell(bare);
+    keep_paths();
   }
   if (spec_.own_transaction && has_edits && ctx_.transaction_)
     return error(ErrorCode::conflict, spec_.name + " cannot run while a group of edits is open",
@@ -531,6 +578,12 @@ Result<Value> Application::Call::compute() {
 }
 
 Result<Value> Application::Call::finish(Result<Value> result) {
+  if (result.ok() && spec_.effect.has(Effect::simulates))
+    if (const std::uint64_t made = recording_in(*result)) {
+      const PermitScope permitted(&permit_);
+      app_.origins->note(ctx_.snapshot(), spec_.name, *ctx_.given_, checked_, *result);
+      if (flag(checked_, "watch")) RMP_TRY(app_.watchers->add_recording(made));
+    }
   result = settle(std::move(result));
   if (!hooked_) return result;
   if (transaction_) {  // the records as they are now
@@ -551,7 +604,9 @@ Result<Value> Application::Call::settle(Result<Value> result) {
   const PermitScope permitted(&permit_);
   try {
     if (transaction_) {
-      auto commit = transaction_->commit();
+      // What has effects elsewhere is done by now and is not taken back.
+      const bool can_stop = !is_own_thread_ && !all_.meets(kElsewhere);
+      auto commit = transaction_->commit(can_stop ? &ctx_.progress : nullptr);
       if (!commit.ok()) return std::move(commit).error();
     }
     if (all_ != Effects(Effect::reads))
@@ -568,9 +623,7 @@ Result<Value> Application::run(Session& session, const CommandSpec& spec, const 
                                bool is_own_thread, Effects allowed) {
   RMP_CHECK(!AppLock::is_any_held(), "a command was dispatched by who holds the application lock");
   // Commands with effects outside the document are done once and for all.
-  const bool can_repeat = !(spec.effect | spec.sometimes)
-                               .meets(Effect::files_write | Effect::processes | Effect::providers |
-                                      Effect::loads_code | Effect::stops | Effect::simulates);
+  const bool can_repeat = !(spec.effect | spec.sometimes).meets(kElsewhere);
   for (int attempt = 1;; ++attempt) {
     Call call(*this, session, spec, args, joined, progress, is_own_thread, allowed);
     const auto begin = std::chrono::steady_clock::now();
@@ -591,6 +644,34 @@ Result<T> readable(Result<T> result) {
   return text::shortened(std::move(result).error());
 }
 
+/// Names of files in the folder of the session as it gives them, relative to that.
+// NOLINTNEXTLINE(misc-no-recursion): values are as deep as what made them
+Value seen_from(const FileRoot& root, Value value, int depth = 0) {
+  constexpr int kDeepest = 64;
+  if (depth > kDeepest) return value;
+  if (const std::string* s = value.as_string()) {
+    if (s->starts_with(root.folder().native())) return Value(root.shown_name(*s));
+  } else if (const List* list = value.as_list()) {
+    List out;
+    for (const Value& each : *list) out.push_back(seen_from(root, each, depth + 1));
+    return Value(std::move(out));
+  } else if (const Map* map = value.as_map()) {
+    Map out;
+    for (const auto& [name, each] : *map) out.set(name, seen_from(root, each, depth + 1));
+    return Value(std::move(out));
+  }
+  return value;
+}
+
+/// What a session gets to see of a result.
+Result<Value> for_session(const std::shared_ptr<const FileRoot>& root, Result<Value> result) {
+  if (!root) return readable(std::move(result));
+  if (result.ok()) return seen_from(*root, std::move(*result));
+  Error e = std::move(result).error();
+  for (std::string* part : {&e.message, &e.hint, &e.where}) *part = root->shown(std::move(*part));
+  return text::shortened(std::move(e));
+}
+
 }  // namespace
 
 Result<Value> Application::dispatch(Session& session, std::string_view name, const Map& args) {
@@ -601,7 +682,15 @@ Result<Value> Application::dispatch(Session& session, std::string_view name, con
 
 Result<Value> Application::dispatch(Session& session, const CommandSpec& spec, const Map& args) {
   SessionProgress progress(session);
-  return readable(run(session, spec, args, session.transaction_, progress, true));
+  return for_session(session.files_,
+                     run(session, spec, args, session.transaction_, progress, true));
+}
+
+Result<Value> Application::dispatch_beside(Session& session, std::string_view name, const Map& args,
+                                           Progress& progress) {
+  const CommandSpec* spec = commands.find(name);
+  if (!spec) return text::shortened(commands.unknown(name));
+  return for_session(session.files_, run(session, *spec, args, nullptr, progress, false));
 }
 
 Result<Value> Application::dispatch_within(CommandContext& outer, std::string_view name,
@@ -629,11 +718,13 @@ Result<Handle> Application::run_async(Session& session, const CommandSpec& spec,
     Call call;
   };
   const auto job = std::make_shared<Job>(*this, session, spec, std::move(args));
-  RMP_TRY(readable(job->call.start()));
-  const std::uint64_t id = jobs.submit(job->call.label(), [job](Progress& progress) {
-    job->progress.set(&progress);
-    return readable(job->call.finish(job->call.compute()));
-  });
+  if (auto begun = job->call.start(); !begun.ok())
+    return for_session(session.files_, std::move(begun).error()).error();
+  const std::uint64_t id =
+      jobs.submit(job->call.label(), [job, files = session.files_](Progress& progress) {
+        job->progress.set(&progress);
+        return for_session(files, job->call.finish(job->call.compute()));
+      });
   session.jobs_ = shared_jobs_;
   std::erase_if(session.own_, [&](std::uint64_t old) {
     const auto status = jobs.status(old);
@@ -684,6 +775,12 @@ void Application::end_orphaned_subscriptions() {
     if (!s.subscriptions.empty() && s.alive.expired())
       for (const std::uint64_t token : std::exchange(s.subscriptions, {}))
         events.unsubscribe(token);
+}
+
+Result<FileRoot> Application::file_root(const std::filesystem::path& folder) const {
+  std::vector<std::filesystem::path> readable = library;
+  readable.push_back(share);
+  return FileRoot::open(folder, readable);
 }
 
 std::vector<Application::SessionInfo> Application::sessions() const {
@@ -894,10 +991,10 @@ std::string command_line(const Application& app, const CommandSpec& spec, const 
     first = false;
     out += (is_word(name) ? name : "[" + text::quote(name) + "]") + " = ";
     std::string shown;
-    if (value.as_string()) shown = text::quote(*value.as_string());
+    if (value.as_string()) shown = text::quote(beginning_of(value, kLongest));
     else if (const Handle* h = value.as_handle())
       shown = text::quote(app.name_of(*h).value_or(app.describe(*h)));
-    else shown = value.text();
+    else shown = beginning_of(value, kLongest);
     if (shown.size() > kLongest) {
       shown.resize(kLongest);
       while (!shown.empty() && (static_cast<unsigned char>(shown.back()) & 0xC0U) == 0x80U)

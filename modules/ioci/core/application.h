@@ -8,12 +8,14 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <typeindex>
 #include <vector>
 
 #include "collision/cache.h"
@@ -24,6 +26,7 @@
 #include "ioci/core/command.h"
 #include "ioci/core/events.h"
 #include "ioci/core/handle_kinds.h"
+#include "ioci/core/path_cache.h"
 #include "ioci/core/solver_cache.h"
 #include "kernel/app_lock.h"
 #include "kernel/component.h"
@@ -39,7 +42,10 @@ class Renderer;
 
 namespace robomosp::ioci {
 
+class KeptSolvers;
 class Modules;
+class RecordingOrigins;
+class RecordingWatchers;
 class Runs;
 
 struct ApplicationOptions {
@@ -75,6 +81,8 @@ class Application {
                                            std::span<const Value> args);
   /// The same for positional arguments, in the order of the schema.
   Result<Value> dispatch_positional(Session&, std::string_view name, std::span<const Value> args);
+  /// The same on another thread than the session's, which one job at a time may do.
+  Result<Value> dispatch_beside(Session&, std::string_view name, const Map& args, Progress&);
   /// A classic line: `PRobot pa10 mGetDHP`, `World cell WorldInvKineSim pa10 circle`.
   Result<Value> dispatch_classic(Session&, std::string_view line);
 
@@ -96,6 +104,9 @@ class Application {
   [[nodiscard]] bool has_subscription(Session&, std::uint64_t token);
   /// All that have run a command, in the order of their numbers.
   [[nodiscard]] std::vector<SessionInfo> sessions() const;
+  /// A folder for Session::confine(). What comes with the program may be read besides: the library,
+  /// modules in Lua. ErrorCode::not_found, ErrorCode::io.
+  [[nodiscard]] Result<FileRoot> file_root(const std::filesystem::path& folder) const;
 
   /// Groups all edits of `body` into one undo step; an error of body rolls back.
   Result<void> transaction(Session&, std::string label, const std::function<Result<void>()>& body);
@@ -111,6 +122,16 @@ class Application {
   /// The name methods are called by; nullopt when stale.
   [[nodiscard]] std::optional<std::string> name_of(const Handle&, const Session* = nullptr) const;
 
+  /// What an outer module keeps with the program, one of each type: made at the first call, gone
+  /// before all else.
+  template <class T>
+  [[nodiscard]] T& kept() {
+    const std::lock_guard guard(kept_mutex_);
+    std::shared_ptr<void>& slot = kept_[std::type_index(typeid(T))];
+    if (!slot) slot = std::make_shared<T>(*this);
+    return *static_cast<T*>(slot.get());
+  }
+
   mutable AppLock lock;
   Messages messages;
   Registry registry;
@@ -120,12 +141,16 @@ class Application {
   evaluation::Derived derived;
   HandleKinds handle_kinds;  ///< of what is no record
   recording::Recordings recordings;
+  std::unique_ptr<RecordingOrigins> origins;  ///< how they were made
   Jobs jobs;  ///< after what its work reads, so that it is joined first
   CommandTable commands;
   std::unique_ptr<Modules> modules;  ///< of plugins; their commands are in the table
   SolverCache solvers;
-  ClassicState classic;  ///< of lines of the 2006 program
+  PathCache paths;
+  std::unique_ptr<KeptSolvers> kept_solvers;  ///< in Lua, that came with records
+  ClassicState classic;                       ///< of lines of the 2006 program
   collision::CollisionCache collision_models;
+  std::unique_ptr<RecordingWatchers> watchers;  ///< recordings and files that follow edits
   std::unique_ptr<Runs> runs;  ///< live ones; after what they read, so that they end first
   std::mutex renderer_mutex;
   std::shared_ptr<render::Renderer> renderer;  ///< made with the first picture; by renderer_mutex
@@ -157,8 +182,10 @@ class Application {
     std::vector<std::uint64_t> subscriptions;
   };
   void end_orphaned_subscriptions();
-  std::vector<KnownSession> sessions_;  ///< number n stands at n - 1
-  bool told_forgotten_ = false;         ///< that the history forgets steps
+  std::mutex kept_mutex_;
+  std::map<std::type_index, std::shared_ptr<void>> kept_;  // guarded by kept_mutex_
+  std::vector<KnownSession> sessions_;                     ///< number n stands at n - 1
+  bool told_forgotten_ = false;                            ///< that the history forgets steps
   ApplicationOptions options_;
   Components components_;
   std::shared_ptr<Jobs> shared_jobs_;  ///< `jobs`, for as long as this lives

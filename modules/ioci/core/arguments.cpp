@@ -454,7 +454,10 @@ bool is_within(std::span<const std::filesystem::path> folders, const std::filesy
 
 std::vector<std::filesystem::path> library_folders(const Application& app, Kind kind) {
   std::vector<std::filesystem::path> out;
-  for (const auto& folder : app.library) out.push_back(folder / model::info(kind).folder);
+  for (const auto& folder : app.library) {
+    out.push_back(folder / model::info(kind).folder);
+    if (kind == Kind::object || kind == Kind::solid) out.push_back(folder / "tools");
+  }
   return out;
 }
 

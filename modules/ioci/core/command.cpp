@@ -125,6 +125,8 @@ std::optional<std::string> CommandContext::name_of(const Handle& h) const {
   return app.name_in(snapshot(), h);
 }
 
+void Session::confine(FileRoot root) { files_ = std::make_shared<const FileRoot>(std::move(root)); }
+
 Session::~Session() {
   const std::shared_ptr<Jobs> jobs = jobs_.lock();
   if (!jobs) return;

@@ -3,6 +3,7 @@
 // translates into it (layer: application).
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstdint>
 #include <filesystem>
@@ -23,6 +24,7 @@
 #include "document/document.h"
 #include "ioci/core/expressions.h"
 #include "kernel/effects.h"
+#include "kernel/file_root.h"
 #include "kernel/jobs.h"
 #include "kernel/schema.h"
 #include "kernel/value.h"
@@ -31,6 +33,7 @@
 namespace robomosp::ioci {
 
 class Application;
+class RecordingWatchers;
 
 /// What sits at the other end of a session.
 enum class SessionKind : std::uint8_t { console, script, connection, window };
@@ -51,7 +54,27 @@ class Session {
   [[nodiscard]] std::uint64_t number() const { return number_; }
   [[nodiscard]] bool may(Effect e) const { return !denied_.has(e); }
   [[nodiscard]] Effects denied() const { return denied_; }
-  void deny(Effect e) { denied_ = denied_ | e; }
+  void deny(Effects e) { denied_ = denied_ | e; }
+  /// Lets it run a command whatever its effects are.
+  void grant(std::string command) { granted_.push_back(std::move(command)); }
+  /// What is denied while a command runs.
+  [[nodiscard]] Effects denied_to(std::string_view command) const {
+    return is_granted(command) ? Effects() : denied_;
+  }
+  [[nodiscard]] bool is_granted(std::string_view command) const {
+    return std::find(granted_.begin(), granted_.end(), command) != granted_.end();
+  }
+  /// From now on its files are those in the folder, and relative names are relative to it. Made by
+  /// Application::file_root(), so that the library may be read. Loads no machine code any more.
+  void confine(FileRoot root);
+  /// The folder; null = files are not confined.
+  [[nodiscard]] const std::shared_ptr<const FileRoot>& files() const { return files_; }
+  /// Takes the rights of another session of the same user.
+  void limit_as(const Session& other) {
+    denied_ = other.denied_;
+    granted_ = other.granted_;
+    files_ = other.files_;
+  }
   /// Cancels the command that runs now. [any thread, signal-safe: sets an atomic]
   void interrupt() noexcept { interrupted_.store(true, std::memory_order_relaxed); }
   [[nodiscard]] bool interrupted() const noexcept {
@@ -63,11 +86,14 @@ class Session {
 
  private:
   friend class Application;
+  friend class RecordingWatchers;
   std::string name_;
   SessionKind kind_;
   std::uint64_t number_ = 0;
   std::shared_ptr<const int> alive_ = std::make_shared<const int>(0);  ///< dies with the session
   Effects denied_;
+  std::vector<std::string> granted_;  ///< commands
+  std::shared_ptr<const FileRoot> files_;
   std::atomic<bool> interrupted_{false};
   std::weak_ptr<Jobs> jobs_;        ///< of the application, once it started one
   std::vector<std::uint64_t> own_;  ///< ids of those that it started

@@ -56,6 +56,18 @@ std::uint64_t Events::subscribe(EventFilter filter, std::function<void()> wake) 
   return next_++;
 }
 
+void Events::set_wake(std::uint64_t token, std::function<void()> wake) {
+  std::function<void()> now;
+  {
+    const std::lock_guard lock(mutex_);
+    const auto at = subscriptions_.find(token);
+    if (at == subscriptions_.end()) return;
+    at->second.wake = std::move(wake);
+    if (!at->second.waiting.empty()) now = at->second.wake;
+  }
+  if (now) now();
+}
+
 bool Events::unsubscribe(std::uint64_t token) {
   const std::lock_guard lock(mutex_);
   return subscriptions_.erase(token) != 0;

@@ -72,6 +72,8 @@ class Events {
   /// `wake` (may be empty) is called after something came while nothing waited, by the thread that
   /// published it; it takes nothing itself.
   std::uint64_t subscribe(EventFilter filter, std::function<void()> wake = {});
+  /// Replaces `wake`, which is called at once when something waits already.
+  void set_wake(std::uint64_t token, std::function<void()> wake);
   bool unsubscribe(std::uint64_t token);
   /// What waits, in order, each event once; at most so many.
   [[nodiscard]] Result<std::vector<Event>> take(std::uint64_t token, std::size_t at_most = 1000);

@@ -2,7 +2,8 @@
 #include "ioci/core/expressions.h"
 
 #include <algorithm>
-#include <set>
+#include <queue>
+#include <unordered_map>
 
 #include "ioci/core/commands.h"
 #include "kernel/text.h"
@@ -236,13 +237,14 @@ Schema parameter_schema() {
 
 }  // namespace
 
-Result<void> set_parameter(const document::Snapshot& snapshot, const std::string& own_world,
-                           model::Parametric& p, const std::string& name, const Map& given) {
+namespace {
+
+/// A parameter as `given` makes it of what it was; nullptr = it is new.
+Result<model::Parameter> given_parameter(const model::Parameter* before, const std::string& name,
+                                         const Map& given, const Expression::Lookup& known) {
   RMP_TRY(Expression::check_name(name, "parameter"));
-  auto it = std::find_if(p.parameters.begin(), p.parameters.end(),
-                         [&](const model::Parameter& v) { return v.name == name; });
-  const bool is_new = it == p.parameters.end();
-  model::Parameter v = is_new ? model::Parameter{} : *it;
+  const bool is_new = !before;
+  model::Parameter v = is_new ? model::Parameter{} : *before;
   v.name = name;
   if (has(given, "description")) v.description = text_of(given, "description");
   std::optional<units::Unit> unit;
@@ -268,8 +270,7 @@ Result<void> set_parameter(const document::Snapshot& snapshot, const std::string
     if (unit) v.unit = units::si_name(unit->dimension);
   } else if (const std::string* s = value->as_string()) {
     RMP_TRY_ASSIGN(const Expression e, Expression::compile(*s));
-    const model::WorldParameters worlds = snapshot.world_parameters();
-    RMP_TRY_ASSIGN(const Quantity q, e.evaluate(model::lookup(p, own_world, worlds)));
+    RMP_TRY_ASSIGN(const Quantity q, e.evaluate(known));
     // A plain number is in the unit given, in that of the parameter, or has none.
     const bool is_bare = e.is_literal() && q.dimension == units::Dimension{};
     if (is_bare) {
@@ -289,6 +290,19 @@ Result<void> set_parameter(const document::Snapshot& snapshot, const std::string
     return error(ErrorCode::invalid_argument, value->text() + " is not the value of a parameter",
                  "Give a number, a quantity such as \"20 mm\", or an expression.");
   }
+  return v;
+}
+
+}  // namespace
+
+Result<void> set_parameter(const document::Snapshot& snapshot, const std::string& own_world,
+                           model::Parametric& p, const std::string& name, const Map& given) {
+  const auto it = std::find_if(p.parameters.begin(), p.parameters.end(),
+                               [&](const model::Parameter& v) { return v.name == name; });
+  const bool is_new = it == p.parameters.end();
+  const model::WorldParameters worlds = snapshot.world_parameters();
+  RMP_TRY_ASSIGN(model::Parameter v, given_parameter(is_new ? nullptr : &*it, name, given,
+                                                     model::lookup(p, own_world, worlds)));
   if (is_new) p.parameters.push_back(std::move(v));
   else p.parameters[static_cast<std::size_t>(it - p.parameters.begin())] = std::move(v);
   return {};
@@ -306,10 +320,14 @@ Result<model::Parametric> read_parameters(const document::Snapshot& snapshot,
   struct Entry {
     std::string name;
     Map given;
-    std::vector<Expression::Name> names;
+    std::vector<std::size_t> followers;  ///< entries whose text names this one
+    std::size_t waits_for = 0;           ///< entries that its own text names
+    std::size_t round = 0;               ///< in which it is set, by those that it waits for
+    bool is_set = false;
   };
-  std::vector<Entry> waiting;
-  std::set<std::string> all;
+  std::vector<Entry> entries;
+  std::unordered_map<std::string_view, std::size_t> at;
+  entries.reserve(map->size());
   for (const auto& [name, v] : *map) {
     Entry e{name, {}, {}};
     if (v.as_map()) {
@@ -319,47 +337,66 @@ Result<model::Parametric> read_parameters(const document::Snapshot& snapshot,
     } else {
       e.given.set("value", v);
     }
+    entries.push_back(std::move(e));
+    at.emplace(entries.back().name, entries.size() - 1);
+  }
+  const auto text_given = [](const Entry& e) {
     const Value* text =
         has(e.given, "expression") ? e.given.find("expression") : e.given.find("value");
-    if (text && text->as_string())
-      if (const auto compiled = Expression::compile(*text->as_string()); compiled.ok())
-        e.names = compiled->names();
-    all.insert(name);
-    waiting.push_back(std::move(e));
-  }
-  // In rounds: what uses only known parameters gets its value and with it its unit.
-  while (!waiting.empty()) {
-    std::vector<Entry> later;
-    for (Entry& e : waiting) {
-      const bool waits = std::any_of(e.names.begin(), e.names.end(), [&](const auto& n) {
-        return (n.scope.empty() || n.scope == own_world) && all.contains(n.name) &&
-               !model::find_parameter(p, n.name);
-      });
-      if (waits) {
-        later.push_back(std::move(e));
-        continue;
-      }
-      auto set = set_parameter(snapshot, own_world, p, e.name, e.given);
-      if (!set.ok()) return std::move(set).error().in(join(std::string(where), e.name));
+    return text ? text->as_string() : nullptr;
+  };
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    const std::string* text = text_given(entries[i]);
+    const auto compiled = text ? Expression::compile(*text) : Expression::compile("0");
+    if (!compiled.ok()) continue;  // told when it is set
+    for (const Expression::Name& n : compiled->names()) {
+      if (!n.scope.empty() && n.scope != own_world) continue;
+      const auto of = at.find(n.name);
+      if (of == at.end()) continue;
+      entries[of->second].followers.push_back(i);
+      ++entries[i].waits_for;
     }
-    if (later.size() == waiting.size()) {
-      // A circle: resolve() names it.
-      model::Solid s;
-      for (const Entry& e : later) {
-        const Value* text =
-            has(e.given, "expression") ? e.given.find("expression") : e.given.find("value");
-        s.parametric.parameters.push_back({e.name, *text->as_string(), "", 0, ""});
-      }
-      for (const auto& known : p.parameters) s.parametric.parameters.push_back(known);
-      model::Body body = std::move(s);
-      auto resolved = model::resolve(body, {}, snapshot.world_parameters());
-      if (!resolved.ok()) return std::move(resolved).error().in(where);
-      return error(ErrorCode::conflict, "parameters depend on each other in a circle", {},
-                   std::string(where));
-    }
-    waiting = std::move(later);
   }
-  return p;
+  // In rounds through the table: what uses only known parameters gets its value and with it its
+  // unit.
+  using Turn = std::pair<std::size_t, std::size_t>;  // round, entry
+  std::priority_queue<Turn, std::vector<Turn>, std::greater<>> ready;
+  for (std::size_t i = 0; i < entries.size(); ++i)
+    if (entries[i].waits_for == 0) ready.emplace(0, i);
+  std::unordered_map<std::string_view, Quantity> known;
+  const model::WorldParameters worlds = snapshot.world_parameters();
+  const Expression::Lookup others = model::lookup(p, own_world, worlds);
+  const Expression::Lookup all = [&](const Expression::Name& n) -> Result<Quantity> {
+    if (n.scope.empty() || n.scope == own_world)
+      if (const auto of = known.find(n.name); of != known.end()) return of->second;
+    return others(n);
+  };
+  while (!ready.empty()) {
+    const auto [round, i] = ready.top();
+    ready.pop();
+    Entry& e = entries[i];
+    auto set = given_parameter(nullptr, e.name, e.given, all);
+    if (!set.ok()) return std::move(set).error().in(join(std::string(where), e.name));
+    known.emplace(e.name, model::quantity_of(*set));
+    p.parameters.push_back(std::move(*set));
+    e.is_set = true;
+    for (const std::size_t f : e.followers) {
+      Entry& follower = entries[f];
+      follower.round = std::max(follower.round, f > i ? round : round + 1);
+      if (--follower.waits_for == 0) ready.emplace(follower.round, f);
+    }
+  }
+  if (p.parameters.size() == entries.size()) return p;
+  // A circle: resolve() names it.
+  model::Solid s;
+  for (const Entry& e : entries)
+    if (!e.is_set) s.parametric.parameters.push_back({e.name, *text_given(e), "", 0, ""});
+  for (const auto& set : p.parameters) s.parametric.parameters.push_back(set);
+  model::Body body = std::move(s);
+  auto resolved = model::resolve(body, {}, worlds);
+  if (!resolved.ok()) return std::move(resolved).error().in(where);
+  return error(ErrorCode::conflict, "parameters depend on each other in a circle", {},
+               std::string(where));
 }
 
 Value parameters_value(const model::Parametric& p) {

@@ -2,6 +2,7 @@
 #include "ioci/core/chosen_providers.h"
 #include "ioci/core/commands.h"
 #include "ioci/core/document_providers.h"
+#include "ioci/core/interface_words.h"
 #include "ioci/core/modules.h"
 #include "kernel/interface_adapters.h"
 #include "kernel/permit.h"
@@ -44,7 +45,17 @@ Result<Value> list(CommandContext& ctx, const Map&) {
   return Value(std::move(out));
 }
 
+/// Machine code does what it likes, wherever its file lies.
+Result<void> check_code_may_run(const CommandContext& ctx) {
+  if (!ctx.session.files()) return {};
+  return error(ErrorCode::permission,
+               "a session whose files lie in a folder loads no plugins, since nothing could keep "
+               "their code to it",
+               "Load the plugin in another session, or when the program starts.");
+}
+
 Result<Value> load(CommandContext& ctx, const Map& args) {
+  RMP_TRY(check_code_may_run(ctx));
   if (const std::string file = text_of(args, "file"); file.ends_with(".lua"))
     return error(ErrorCode::unsupported, text::quote(file) + " is a script, and no shared library",
                  "Run it: dofile(" + text::quote(file) +
@@ -63,6 +74,7 @@ Result<Value> load(CommandContext& ctx, const Map& args) {
 }
 
 Result<Value> check_plugin(CommandContext& ctx, const Map& args) {
+  RMP_TRY(check_code_may_run(ctx));
   const std::filesystem::path file(text_of(args, "file"));
   std::error_code ignored;
   if (std::filesystem::is_regular_file(file, ignored)) {
@@ -86,22 +98,10 @@ Result<Value> check_plugin(CommandContext& ctx, const Map& args) {
   return Value(report_map(report));
 }
 
-/// "ik" -> "robomosp.ik/1"; full ids pass.
-Result<std::string> interface_id(const std::string& word) {
-  std::vector<std::string> known;
-  for (const std::string& id : known_interfaces()) {
-    const auto dot = id.find('.'), slash = id.find('/');
-    const std::string brief = id.substr(dot + 1, slash - dot - 1);
-    if (word == id || word == brief || current_interface(word) == id) return id;
-    known.push_back(brief);
-  }
-  return unknown_name("interface", word, known);
-}
-
 Result<Value> provider_list(CommandContext& ctx, const Map& args) {
   std::string id;
   if (!text_of(args, "interface").empty()) {
-    RMP_TRY_ASSIGN(id, interface_id(text_of(args, "interface")));
+    RMP_TRY_ASSIGN(id, interface_of_word(text_of(args, "interface")));
   }
   const auto chosen = ctx.app.registry.chosen();
   List out;
@@ -126,7 +126,7 @@ Result<Value> provider_list(CommandContext& ctx, const Map& args) {
 }
 
 Result<Value> provider_params(CommandContext& ctx, const Map& args) {
-  RMP_TRY_ASSIGN(const std::string id, interface_id(text_of(args, "interface")));
+  RMP_TRY_ASSIGN(const std::string id, interface_of_word(text_of(args, "interface")));
   RMP_TRY_ASSIGN(const auto info, ctx.app.registry.find(id, text_of(args, "name")));
   List out;
   for (const ParamSpec& p : info.schema) {
@@ -139,7 +139,7 @@ Result<Value> provider_params(CommandContext& ctx, const Map& args) {
 }
 
 Result<Value> provider_default(CommandContext& ctx, const Map& args) {
-  RMP_TRY_ASSIGN(const std::string id, interface_id(text_of(args, "interface")));
+  RMP_TRY_ASSIGN(const std::string id, interface_of_word(text_of(args, "interface")));
   const std::string keep = text_of(args, "keep");
   if (keep != "session" && !has(args, "name"))
     return error(ErrorCode::invalid_argument, "there is no name to keep", "Give name = ...",
@@ -152,8 +152,11 @@ Result<Value> provider_default(CommandContext& ctx, const Map& args) {
       RMP_TRY(ctx.app.registry.set_default(id, ""));
     return Value(text_of(args, "name"));
   }
-  if (keep == "user" && !ctx.session.may(Effect::files_write))
-    return error(ErrorCode::permission, "this session may not write files",
+  if (keep == "user" && (!ctx.session.may(Effect::files_write) || ctx.session.files()))
+    return error(ErrorCode::permission,
+                 ctx.session.files() ? "this session writes files in its folder only, and the "
+                                       "choice is kept in the user's settings"
+                                     : "this session may not write files",
                  "Leave keep out, and the choice holds for this run.", "keep");
   if (keep == "user") {
     RMP_TRY(ctx.app.registry.set_user_default(id, text_of(args, "name")));
@@ -169,7 +172,7 @@ Result<Value> provider_default(CommandContext& ctx, const Map& args) {
 }
 
 Result<Value> enable(CommandContext& ctx, const Map& args, bool on) {
-  RMP_TRY_ASSIGN(const std::string id, interface_id(text_of(args, "interface")));
+  RMP_TRY_ASSIGN(const std::string id, interface_of_word(text_of(args, "interface")));
   RMP_TRY(ctx.app.registry.set_enabled(id, text_of(args, "name"), on));
   return Value();
 }
@@ -181,6 +184,17 @@ Result<Value> provider_disable(CommandContext& ctx, const Map& args) {
 }
 
 }  // namespace
+
+Result<std::string> interface_of_word(const std::string& word) {
+  std::vector<std::string> known;
+  for (const std::string& id : known_interfaces()) {
+    const auto dot = id.find('.'), slash = id.find('/');
+    const std::string brief = id.substr(dot + 1, slash - dot - 1);
+    if (word == id || word == brief || current_interface(word) == id) return id;
+    known.push_back(brief);
+  }
+  return unknown_name("interface", word, known);
+}
 
 RMP_COMMANDS(plugin_commands) {
   std::vector<CommandSpec> all;

@@ -31,8 +31,18 @@ Result<fs::path> wanted(CommandContext& ctx, const Map& args) {
   return unknown_name("journal", file, known);
 }
 
+/// What other sessions left unsaved lies in no folder of this one.
+Result<void> check_may_look(const CommandContext& ctx) {
+  if (!ctx.session.files()) return {};
+  return error(ErrorCode::permission,
+               "unsaved work of earlier runs is not in the folder that the files of this session "
+               "lie in",
+               "Restore it in a session of the program itself.");
+}
+
 Result<Value> list(CommandContext& ctx, const Map&) {
   RMP_TRY(require(Effect::files_read));
+  RMP_TRY(check_may_look(ctx));
   List out;
   for (const auto& j : io::found_journals(ctx.app.recovery_folder))
     out.emplace_back(Map{{"file", j.file.string()},
@@ -45,6 +55,7 @@ Result<Value> list(CommandContext& ctx, const Map&) {
 
 Result<Value> restore(CommandContext& ctx, const Map& args) {
   RMP_TRY(require(Effect::files_read));
+  RMP_TRY(check_may_look(ctx));
   RMP_TRY_ASSIGN(const fs::path file, wanted(ctx, args));
   RMP_TRY_ASSIGN(auto journal, io::ClaimedJournal::claim(file));
   std::vector<std::string> notes;
@@ -65,6 +76,7 @@ Result<Value> restore(CommandContext& ctx, const Map& args) {
 
 Result<Value> discard(CommandContext& ctx, const Map& args) {
   RMP_TRY(require(Effect::files_write));
+  RMP_TRY(check_may_look(ctx));
   RMP_TRY_ASSIGN(const fs::path file, wanted(ctx, args));
   RMP_TRY_ASSIGN(auto journal, io::ClaimedJournal::claim(file));
   journal.discard();

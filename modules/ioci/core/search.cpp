@@ -41,7 +41,7 @@ constexpr std::string_view kSynonyms[] = {
     "limit, range, bound",
     "optimal, fastest, time optimal, minimum time",
     "plan, planning, avoid, obstacle",
-    "undo, revert, back",
+    "undo, revert",
     "mesh, stl, obj, triangle",
     "step, iges, cad",
     "urdf, mjcf, sdf, robot files",
@@ -125,7 +125,10 @@ std::vector<Phrase> meanings(const std::string& word) {
     bool is_it = false;
     for (const std::string_view p : text::split(group, ',')) {
       phrases.push_back(words_of(p));
-      is_it = is_it || (phrases.back().size() == 1 && stem(phrases.back()[0]) == word);
+      // Also a word that is not typed to its end.
+      is_it = is_it || (phrases.back().size() == 1 &&
+                        (stem(phrases.back()[0]) == word ||
+                         (word.size() > 3 && phrases.back()[0].starts_with(word))));
     }
     if (is_it) out.insert(out.end(), phrases.begin(), phrases.end());
   }
@@ -149,7 +152,7 @@ std::vector<const CommandSpec*> CommandTable::apropos(std::string_view words) co
     for (const ParamSpec& p : spec->params) e.all += " " + lower(p.name);
     entries.push_back(std::move(e));
   }
-  std::vector<int> least(entries.size(), 1000), sum(entries.size(), 0);
+  std::vector<int> least(entries.size(), 1000), most(entries.size(), 0), sum(entries.size(), 0);
   const std::vector<std::string> wanted = words_of(words);
   for (const std::string& given : wanted) {
     std::string word = stem(given);
@@ -180,16 +183,25 @@ std::vector<const CommandSpec*> CommandTable::apropos(std::string_view words) co
     }
     for (std::size_t i = 0; i < entries.size(); ++i) {
       least[i] = std::min(least[i], scores[i]);
+      most[i] = std::max(most[i], scores[i]);
       sum[i] += scores[i];
     }
   }
-  // All words if anything has them, else any.
-  const bool is_all = std::any_of(least.begin(), least.end(), [](int l) { return l > 0; });
+  // All words if anything has them, else any. Where few have all of them, those follow that have
+  // one in their name.
+  constexpr std::size_t kFew = 3;
+  constexpr int kInName = 80;
+  const auto has_all = [&](std::size_t i) { return least[i] > 0; };
+  std::size_t count = 0;
+  for (std::size_t i = 0; !wanted.empty() && i < entries.size(); ++i) count += has_all(i);
   std::vector<std::size_t> found;
   for (std::size_t i = 0; i < entries.size(); ++i)
-    if (!wanted.empty() && (is_all ? least[i] : sum[i]) > 0) found.push_back(i);
-  std::stable_sort(found.begin(), found.end(),
-                   [&](std::size_t a, std::size_t b) { return sum[a] > sum[b]; });
+    if (!wanted.empty() &&
+        (count == 0 ? sum[i] > 0 : has_all(i) || (count < kFew && most[i] >= kInName)))
+      found.push_back(i);
+  std::stable_sort(found.begin(), found.end(), [&](std::size_t a, std::size_t b) {
+    return has_all(a) != has_all(b) ? has_all(a) : sum[a] > sum[b];
+  });
   std::vector<const CommandSpec*> out;
   out.reserve(found.size());
   for (const std::size_t i : found) out.push_back(entries[i].spec);

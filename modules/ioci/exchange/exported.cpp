@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ioci/exchange/exported.h"
 
-#include <system_error>
+#include <set>
 
 #include "io/native.h"
+#include "kernel/file_root.h"
 
 namespace robomosp::ioci {
 
@@ -11,18 +12,24 @@ namespace fs = std::filesystem;
 
 Result<void> write_exported(const std::vector<ExportedFile>& files, const fs::path& file) {
   const std::string own = file.filename().string();
+  // Together, so that folders are put on the disk once and not once a file; all come or none.
+  io::FileBatch batch;
+  std::set<fs::path> folders;
   // The main one last: it names the others.
   for (const bool is_main : {false, true})
     for (const ExportedFile& f : files) {
       if ((f.name == own) != is_main) continue;
       const fs::path to = file.parent_path() / f.name;
-      if (!to.parent_path().empty()) {
-        std::error_code failed;
-        fs::create_directories(to.parent_path(), failed);  // write_file says what did not work
+      if (!to.parent_path().empty() && folders.insert(to.parent_path()).second) {
+        if (const auto made = make_folders(to.parent_path());  // add() says what did not work
+            !made.ok() && made.error().code == ErrorCode::permission)
+          return made.error();
       }
-      RMP_TRY(io::write_file(to, f.bytes));
+      // Of a robot of very many bodies few have changed since it was exported last.
+      if (!is_main && io::file_holds(to, f.bytes)) continue;
+      RMP_TRY(batch.add(to, f.bytes));
     }
-  return {};
+  return batch.finish();
 }
 
 }  // namespace robomosp::ioci

@@ -6,6 +6,7 @@
 #include "io/native.h"
 #include "ioci/core/commands.h"
 #include "ioci/exchange/loaded.h"
+#include "kernel/file_root.h"
 
 namespace robomosp::ioci {
 namespace {
@@ -31,6 +32,11 @@ Result<Value> load(CommandContext& ctx, const Map& args) {
 }
 
 Result<Value> export_2006(CommandContext& ctx, const Map& args) {
+  if (!ctx.snapshot().find(ref(args, "id"))->solvers.empty())
+    ctx.app.messages.post(
+        Severity::warning, "left_out",
+        name_in(ctx, ref(args, "id")) + " keeps solvers in Lua, which files of 2006 do not hold.",
+        "io");
   RMP_TRY_ASSIGN(const auto written,
                  io::export_legacy(ctx.snapshot(), ref(args, "id"), text_of(args, "folder"),
                                    flag(args, "overwrite")));
@@ -41,8 +47,7 @@ Result<Value> export_2006(CommandContext& ctx, const Map& args) {
 
 Result<Value> save_all(CommandContext& ctx, const Map& args) {
   const std::filesystem::path folder = text_of(args, "folder");
-  std::error_code failed;
-  if (!std::filesystem::is_directory(folder, failed))
+  if (file_kind(folder) != FileKind::folder)
     return error(ErrorCode::not_found, "there is no folder " + text::quote(folder.string()),
                  "Make it first.");
   const auto library =

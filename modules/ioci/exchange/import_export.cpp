@@ -2,18 +2,27 @@
 // Foreign files in and out through providers of robomosp.importer/1 and robomosp.exporter/1.
 #include <algorithm>
 #include <deque>
+#include <exception>
 #include <filesystem>
+#include <map>
+#include <mutex>
 #include <optional>
 #include <set>
+#include <unordered_set>
+#include <utility>
 
 #include <robomosp/sdk/io.h>
 
+#include "evaluation/attached_tools.h"
 #include "io/native.h"
 #include "ioci/core/commands.h"
 #include "ioci/exchange/exported.h"
 #include "ioci/records/solid_nodes.h"
+#include "kernel/executor.h"
+#include "kernel/file_root.h"
 #include "kernel/fingerprint.h"
 #include "kernel/provider_guard.h"
+#include "kernel/quiet_progress.h"
 #include "robotics/build_model.h"
 #include "robotics/coordinates.h"
 #include "robotics/home.h"
@@ -126,8 +135,9 @@ Result<Imported> read_file(CommandContext& ctx, const Map& args, Map values,
                  params_for(chosen.info, args, std::move(values),
                             {"name", "unit", "heal", "density", "shapes"}, file));
   importer = "importer " + text::quote(chosen.info.name);
+  RMP_TRY_ASSIGN(const auto path, permitted_path(file, Effect::files_read));
   return guarded(chosen.info.name,
-                 [&] { return chosen.provider->read(file, *params, ctx.progress); });
+                 [&] { return chosen.provider->read(path.string(), *params, ctx.progress); });
 }
 
 void report_notes(CommandContext& ctx, const Imported& imported) {
@@ -139,10 +149,10 @@ void report_notes(CommandContext& ctx, const Imported& imported) {
 void tell_files(CommandContext& ctx, const std::string& file, const Imported& imported,
                 const std::vector<std::string>& unread) {
   std::vector<std::string> files{file};
+  std::unordered_set<std::string> told{file};
+  const std::unordered_set<std::string> left_out(unread.begin(), unread.end());
   for (const ForeignGeometry& f : imported.foreign)
-    if (std::find(unread.begin(), unread.end(), f.name) == unread.end() &&
-        std::find(files.begin(), files.end(), f.path) == files.end())
-      files.push_back(f.path);
+    if (!left_out.contains(f.name) && told.insert(f.path).second) files.push_back(f.path);
   if (files.size() == 1) return;
   const std::size_t count = files.size();
   for (std::string& f : files) f = text::quote(f);
@@ -151,8 +161,10 @@ void tell_files(CommandContext& ctx, const std::string& file, const Imported& im
                         "import");
 }
 
-/// All meshes of what an importer made as one, where its objects place them; in metres.
-Result<CsgGeometry> merged_mesh(CommandContext& ctx, Imported imported, const std::string& path) {
+/// All meshes of what an importer made as one, where its objects place them; in metres. [any
+/// thread]
+Result<CsgGeometry> merged_mesh(const CommandContext& ctx, Imported imported,
+                                const std::string& path) {
   if (imported.records.empty())
     return error(ErrorCode::unsupported, "it holds no mesh", "Check the file.");
   io::MemoryFiles files;
@@ -196,8 +208,10 @@ Result<CsgGeometry> merged_mesh(CommandContext& ctx, Imported imported, const st
   return out;
 }
 
-/// The mesh of a file that an importer names, read by the importer of its own format.
-Result<CsgGeometry> foreign_mesh(CommandContext& ctx, const ForeignGeometry& f) {
+/// The mesh of a file that an importer names, read by the importer of its own format; not scaled
+/// yet. [any thread]
+Result<CsgGeometry> foreign_mesh(const CommandContext& ctx, const ForeignGeometry& f,
+                                 Progress& progress) {
   RMP_TRY_ASSIGN(const auto chosen, provider_for<Importer>(ctx, extension_of(f.path), "import"));
   Map values;
   for (const ParamSpec& p : chosen.info.schema) {
@@ -206,10 +220,15 @@ Result<CsgGeometry> foreign_mesh(CommandContext& ctx, const ForeignGeometry& f) 
   }
   RMP_TRY_ASSIGN(Map checked, check(chosen.info.schema, values));
   const auto params = make_params(std::move(checked));
+  // The importer that named it need not have asked whether it may be read.
+  RMP_TRY_ASSIGN(const auto path, permitted_path(f.path, Effect::files_read));
   RMP_TRY_ASSIGN(Imported read, guarded(chosen.info.name, [&] {
-                   return chosen.provider->read(f.path, *params, ctx.progress);
+                   return chosen.provider->read(path.string(), *params, progress);
                  }));
-  RMP_TRY_ASSIGN(CsgGeometry mesh, merged_mesh(ctx, std::move(read), f.path));
+  return merged_mesh(ctx, std::move(read), f.path);
+}
+
+CsgGeometry scaled(CsgGeometry mesh, const ForeignGeometry& f) {
   for (std::size_t i = 0; i < mesh.points.size(); ++i) mesh.points[i] *= f.scale[i % 3];
   // A mirrored mesh is inside out.
   if (f.scale[0] * f.scale[1] * f.scale[2] < 0)
@@ -233,22 +252,50 @@ io::GeometryPtr stand_in(const std::string& name) {
   return g;
 }
 
-/// Reads the meshes that stand in files of their own; those that failed are in `failed`.
+/// Reads the meshes that stand in files of their own, each file once and several at the same time;
+/// those that failed are in `failed`.
 Result<void> read_foreign(CommandContext& ctx, Imported& imported,
                           std::vector<std::string>& failed) {
+  struct File {
+    const ForeignGeometry* asked = nullptr;
+    Result<CsgGeometry> mesh = error(ErrorCode::cancelled, "stopped");
+  };
+  std::vector<File> files;
+  std::map<std::pair<std::string, std::string>, std::size_t> known;  // by path and unit
+  std::vector<std::size_t> file_of;
   for (const ForeignGeometry& f : imported.foreign) {
-    ctx.progress.report(static_cast<double>(&f - imported.foreign.data()) /
-                            static_cast<double>(imported.foreign.size()),
+    const auto [at, is_new] = known.try_emplace({f.path, f.unit}, files.size());
+    if (is_new) files.push_back({&f});
+    file_of.push_back(at->second);
+  }
+  std::mutex tell;
+  std::size_t done = 0;  // guarded by tell
+  Executor& executor = Executor::of_process();
+  executor.spread(files.size(), executor.cores(), [&](std::size_t i) {
+    if (ctx.progress.cancelled()) return;
+    QuietProgress quiet(ctx.progress);
+    const ForeignGeometry& f = *files[i].asked;
+    try {
+      files[i].mesh = foreign_mesh(ctx, f, quiet);
+    } catch (const std::exception& e) {
+      files[i].mesh = error(ErrorCode::internal, std::string("reading it failed: ") + e.what());
+    }
+    const std::lock_guard lock(tell);
+    ctx.progress.report(static_cast<double>(++done) / static_cast<double>(files.size()),
                         "reading " + std::filesystem::path(f.path).filename().string());
-    auto mesh = foreign_mesh(ctx, f);
-    if (!mesh.ok() && mesh.error().code == ErrorCode::cancelled) return std::move(mesh).error();
+  });
+  if (ctx.progress.cancelled()) return error(ErrorCode::cancelled, "the import was stopped");
+  for (std::size_t i = 0; i < imported.foreign.size(); ++i) {
+    const ForeignGeometry& f = imported.foreign[i];
+    const Result<CsgGeometry>& mesh = files[file_of[i]].mesh;
+    if (!mesh.ok() && mesh.error().code == ErrorCode::cancelled) return mesh.error();
     if (!mesh.ok()) {
       imported.notes.push_back("Mesh " + text::quote(f.path) +
                                " was left out: " + mesh.error().sentence());
       failed.push_back(f.name);
       continue;
     }
-    imported.geometries.push_back({f.name, std::move(mesh).value()});
+    imported.geometries.push_back({f.name, scaled(*mesh, f)});
   }
   return {};
 }
@@ -491,7 +538,9 @@ class Items {
     one.model = model.get();
     one.pose = spatial::compose(world_T_mounting, model->base);
     one.q = q;
-    mechanisms_.push_back(mechanism_of(robot));
+    RMP_TRY_ASSIGN(const model::Robot equipped,
+                   evaluation::with_tool_frames(ctx_.snapshot(), name, robot));
+    mechanisms_.push_back(mechanism_of(equipped, robot));
     set_mechanism(one, &mechanisms_.back());
     robots.push_back(std::move(one));
     models_.push_back(model);
@@ -504,15 +553,27 @@ class Items {
       const ItemOfRobot link{static_cast<std::int32_t>(robots.size()) - 1,
                              b == 0 ? -1 : links[b - 1].joint};
       const auto number = static_cast<std::int32_t>(b) - 1;
-      if (bodies.is_generated[b]) {
-        if (bodies.bodies[b].empty()) continue;
-        if (wants_exact_) {
-          inexact.push_back(text::quote(part));
-          continue;
+      std::int32_t body = -1;
+      const auto open = [&] {
+        if (body < 0) body = group(part, at, self, link, number);
+      };
+      const auto add_tools = [&]() -> Result<void> {
+        for (const model::AttachedTool& t : robot.attached) {
+          if (t.link != number) continue;
+          open();
+          RMP_TRY(add(t.what, t.name, model::pose(t.placement), body));
         }
-        drawn.push_back(text::quote(part));
-        const std::int32_t body = group(part, at, self, link, number);
-        for (evaluation::Drawable& d : bodies.bodies[b]) {
+        return {};
+      };
+      if (bodies.is_generated[b]) {
+        if (bodies.tools_from[b] > 0 && wants_exact_) inexact.push_back(text::quote(part));
+        const std::size_t own = wants_exact_ ? 0 : bodies.tools_from[b];
+        if (own > 0) {
+          drawn.push_back(text::quote(part));
+          open();
+        }
+        for (std::size_t k = 0; k < own; ++k) {
+          evaluation::Drawable& d = bodies.bodies[b][k];
           ExportItem item;
           item.name = d.name.empty() ? part : d.name;
           item.parent = body;
@@ -522,17 +583,18 @@ class Items {
           set_only_drawn(item);
           items.push_back(std::move(item));
         }
+        RMP_TRY(add_tools());
         continue;
       }
       const auto& parts = b == 0 ? robot.base_parts : robot.links[b - 1].parts;
-      if (parts.empty()) continue;
-      if (b > 0 && !robot.links[b - 1].visible) {
+      if (!parts.empty() && b > 0 && !robot.links[b - 1].visible) {
         hidden.push_back(text::quote(part));
-        continue;
+      } else if (!parts.empty()) {
+        open();
+        for (const model::BodyPart& p : parts)
+          RMP_TRY(add(p.what, ctx_.snapshot().find(p.what)->name, model::pose(p.placement), body));
       }
-      const std::int32_t body = group(part, at, self, link, number);
-      for (const model::BodyPart& p : parts)
-        RMP_TRY(add(p.what, ctx_.snapshot().find(p.what)->name, model::pose(p.placement), body));
+      RMP_TRY(add_tools());
     }
     if (!inexact.empty())
       notes.push_back("Robot " + text::quote(name) + " has no designed bodies for " +
@@ -670,7 +732,8 @@ class Items {
     return p;
   }
 
-  static ExportMechanism mechanism_of(const model::Robot& robot) {
+  /// `plain`: without its attached tools as further tools.
+  static ExportMechanism mechanism_of(const model::Robot& robot, const model::Robot& plain) {
     ExportMechanism out;
     const auto frames = robotics::link_frames(robot);
     const auto joints = robotics::link_joints(robot);
@@ -701,6 +764,9 @@ class Items {
     for (const model::NamedPose& p : robot.poses) out.poses.push_back({p.name, p.q});
     bool has_payload = robot.payload.has_value();
     for (const model::RobotTool& t : robot.tools) has_payload = has_payload || t.payload;
+    if (!plain.attached.empty())
+      out.left_out.emplace_back(
+          "Attached tools were written as bodies, masses and frames of the links that carry them.");
     if (has_payload) out.left_out.emplace_back("Payloads were added to the links that carry them.");
     if (!robot.pair_rules.empty())
       out.left_out.emplace_back("Rules of which bodies may touch were left out.");

@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // Commands that keep, complete and compare recordings.
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 
 #include "io/native.h"
 #include "ioci/core/commands.h"
 #include "ioci/core/word_list.h"
+#include "ioci/recording/origins.h"
+#include "ioci/recording/watchers.h"
+#include "kernel/units.h"
 #include "recording/compare.h"
 #include "recording/file.h"
 #include "sim/recording_columns.h"
@@ -42,6 +46,111 @@ Result<Value> save(CommandContext& ctx, const Map& args) {
   return Value(Map{{"file", file}, {"rows", r->rows()}, {"columns", r->columns.size()}});
 }
 
+/// The numbers of a vector, a matrix or a list, with the shape and unit that they bring.
+Result<NumericArray> numbers_of(const Value& given, const std::string& where) {
+  const auto refused = [&](const std::string& what) {
+    return error(ErrorCode::invalid_argument, what,
+                 "Give numbers: a list, an array, or a matrix with a row a sample.", where);
+  };
+  if (const NumericArray* a = given.as_array()) return *a;
+  const List* list = given.as_list();
+  if (!list) return refused(given.text() + " is no list of numbers");
+  if (!list->empty() && ((*list)[0].as_list() || (*list)[0].as_array())) {  // rows of a matrix
+    std::vector<double> all;
+    std::size_t width = 0;
+    for (std::size_t i = 0; i < list->size(); ++i) {
+      if (!(*list)[i].as_list() && !(*list)[i].as_array())
+        return refused("row " + std::to_string(i + 1) + " is no list of numbers");
+      RMP_TRY_ASSIGN(const NumericArray row, numbers_of((*list)[i], where));
+      if (row.is_matrix() || row.size() == 0 || (i > 0 && row.size() != width))
+        return refused("row " + std::to_string(i + 1) + " has another length than row 1, or none");
+      width = row.size();
+      for (const double v : row.data()) all.push_back(v);
+    }
+    return NumericArray(std::move(all), list->size(), width);
+  }
+  std::vector<double> values;
+  values.reserve(list->size());
+  for (const Value& v : *list) {
+    if (!v.as_real() && !v.as_int())
+      return refused("entry " + std::to_string(values.size() + 1) + ", " + v.text() +
+                     ", is no number");
+    values.push_back(v.number());
+  }
+  return NumericArray(std::move(values));
+}
+
+/// Adds the columns that an entry of `columns` describes: one, or one for each column of a matrix.
+Result<void> add_columns(const Value& entry, const std::string& where, recording::Recording& out) {
+  const Map* field = entry.as_map();
+  const Value* name = field ? field->find("name") : nullptr;
+  const Value* given = field ? field->find("values") : nullptr;
+  if (!name || !name->as_string() || !given)
+    return error(ErrorCode::invalid_argument, "a column needs a name and values",
+                 "Give such as {name = \"error\", unit = \"m\", values = {0.1, 0.2}}.", where);
+  for (const auto& [key, value] : *field)
+    if (key != "name" && key != "values" && key != "unit" && key != "doc")
+      return error(ErrorCode::invalid_argument, "a column has no field " + text::quote(key),
+                   "The fields are name, values, unit and doc.", where);
+  const std::string& stem = *name->as_string();
+  if (text::trim(stem).empty() || text::read_real(stem))
+    return error(ErrorCode::invalid_argument, text::quote(stem) + " is not the name of a column",
+                 "Names are not empty, and are no numbers.", where);
+  RMP_TRY_ASSIGN(const NumericArray values, numbers_of(*given, where + ".values"));
+  const Value* named = field->find("unit");
+  const std::string typed =
+      named && named->as_string() ? *named->as_string() : std::string(values.unit());
+  auto unit = units::parse(typed);
+  if (!unit.ok()) return std::move(unit).error().in(where + ".unit");
+  const Value* doc = field->find("doc");
+  const std::size_t count = values.is_matrix() ? values.cols() : 1;
+  for (std::size_t c = 0; c < count; ++c) {
+    recording::Column column;
+    column.name = values.is_matrix() ? stem + std::to_string(c + 1) : stem;
+    column.unit = unit->factor == 1 ? typed : units::si_name(unit->dimension);
+    if (doc && doc->as_string()) column.doc = *doc->as_string();
+    column.values.reserve(values.rows());
+    for (std::size_t r = 0; r < values.rows(); ++r)
+      column.values.push_back(
+          units::to_si(values.is_matrix() ? values.at(r, c) : values[r], *unit));
+    const auto same = std::find_if(out.columns.begin(), out.columns.end(),
+                                   [&](const auto& other) { return other.name == column.name; });
+    if (same != out.columns.end())
+      return error(ErrorCode::invalid_argument, "there are two columns " + text::quote(column.name),
+                   "Rename one.", where);
+    if (!out.columns.empty() && column.values.size() != out.rows())
+      return error(ErrorCode::invalid_argument,
+                   "the column " + text::quote(column.name) + " has " +
+                       std::to_string(column.values.size()) + " values, but " +
+                       text::quote(out.columns.front().name) + " has " + std::to_string(out.rows()),
+                   "Give as many to each.", where);
+    out.columns.push_back(std::move(column));
+  }
+  return {};
+}
+
+Result<Value> create(CommandContext& ctx, const Map& args) {
+  recording::Recording r;
+  r.title = text_of(args, "title");
+  const List& columns = *args.find("columns")->as_list();
+  for (std::size_t i = 0; i < columns.size(); ++i)
+    RMP_TRY(add_columns(columns[i], "columns[" + std::to_string(i + 1) + "]", r));
+  if (r.rows() == 0)
+    return error(ErrorCode::invalid_argument, "there are no values",
+                 "Give at least one column with at least one value.", "columns");
+  if (const recording::Column* time = r.find("time"))
+    for (std::size_t i = 1; i < time->values.size(); ++i)
+      if (!(time->values[i] > time->values[i - 1]))
+        return error(ErrorCode::invalid_argument,
+                     "the time does not rise from row " + std::to_string(i) + " to row " +
+                         std::to_string(i + 1),
+                     "Sort the rows by time, or give the column another name.", "columns");
+  const std::uint64_t number =
+      ctx.app.recordings.add(std::make_shared<const recording::Recording>(std::move(r)));
+  ctx.app.origins->note_fixed(number, "it was made of given values");
+  return Value(Handle{"recording", number});
+}
+
 Result<Value> load(CommandContext& ctx, const Map& args) {
   const std::filesystem::path file = text_of(args, "file");
   const bool is_plot = file.extension() == ".plot";
@@ -65,9 +174,19 @@ Result<Value> load(CommandContext& ctx, const Map& args) {
     if (const auto world = ctx.snapshot().find(Kind::world, read->world))
       r.world = WorldId{world->number};
   }
-  return Value(
-      Handle{"recording",
-             ctx.app.recordings.add(std::make_shared<const recording::Recording>(std::move(r)))});
+  const std::uint64_t number =
+      ctx.app.recordings.add(std::make_shared<const recording::Recording>(std::move(r)));
+  ctx.app.origins->note_fixed(number, "it was read from the file " + text::quote(file.string()));
+  return Value(Handle{"recording", number});
+}
+
+/// What was added to a recording is added again when it is made again.
+void note_step(CommandContext& ctx, const Map& args, const char* command) {
+  Map given;
+  for (const auto& [name, value] : args)
+    if (const Value* as_given = ctx.given(name)) given.set(name, *as_given);
+  ctx.app.origins->note_step(number_of(args), command, given);
+  ctx.app.watchers->look(&ctx.session);
 }
 
 Result<Value> compute(CommandContext& ctx, const Map& args) {
@@ -81,6 +200,7 @@ Result<Value> compute(CommandContext& ctx, const Map& args) {
   for (const recording::Column& c : more->columns)
     if (!r->find(c.name)) names.emplace_back(c.name);
   RMP_TRY(ctx.app.recordings.replace(number_of(args), r, std::move(more)));
+  note_step(ctx, args, "recording.compute");
   return Value(std::move(names));
 }
 
@@ -95,6 +215,7 @@ Result<Value> watch(CommandContext& ctx, const Map& args) {
   const recording::Column& c = *more->find(name);
   Value out(NumericArray(c.values, c.unit));
   RMP_TRY(ctx.app.recordings.replace(number_of(args), r, std::move(more)));
+  note_step(ctx, args, "recording.watch");
   return out;
 }
 
@@ -108,6 +229,8 @@ Result<Value> compare(CommandContext& ctx, const Map& args) {
                  "Give the recording to compare with.", "with");
   RMP_TRY_ASSIGN(const auto columns, word_list(args, "columns"));
   RMP_TRY_ASSIGN(const auto all, recording::compare(*recording_of(ctx, args), *other, columns));
+  note_if_stale(ctx.app, ctx.snapshot(), number_of(args), "recording.compare");
+  note_if_stale(ctx.app, ctx.snapshot(), h->number, "recording.compare");
   List out;
   for (const recording::ColumnDifference& d : all) {
     Map row{{"name", d.name}, {"unit", d.unit}, {"max", d.greatest},       {"at", d.at},
@@ -149,6 +272,26 @@ RMP_COMMANDS(recording_data_commands) {
                     field("columns", "int", "", "Columns.")}},
        .effect = Effect::files_write,
        .run = save});
+  all.push_back(
+      {.name = "recording.create",
+       .classic = "",
+       .summary = "Makes a recording of values of your own, for plots, tables and files.",
+       .details = "Columns are {name =, values =, unit =, doc =}. Values are a list, an array or a "
+                  "matrix, whose columns become name1, name2 and so on; all have as many rows. "
+                  "They are in the unit that is named, else in that of the array, and are brought "
+                  "to SI. A column \"time\" must rise; without one the first column is the "
+                  "horizontal axis of plots.",
+       .example = "local r = recording.create{title = \"drops\", columns = {\n"
+                  "  {name = \"height\", unit = \"mm\", values = {100, 200, 400}},\n"
+                  "  {name = \"duration\", unit = \"s\", values = {0.143, 0.202, 0.286}}}}\n"
+                  "assert(math.abs(r:values(\"height\")[3] - 0.4) < 1e-12)\n"
+                  "r:plot{file = \"drops.svg\", log = \"xy\"}\n"
+                  "r:csv{file = \"drops.csv\"}",
+       .params = {needed("columns", "list", "", "The columns, in their order."),
+                  defaulted("title", "string", "", std::string(), "Title of plots and files.")},
+       .returns = {"handle", "", "The recording.", {}},
+       .effect = Effect::simulates,
+       .run = create});
   all.push_back(
       {.name = "recording.load",
        .classic = "",

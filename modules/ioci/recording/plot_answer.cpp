@@ -3,10 +3,17 @@
 
 #include "io/native.h"
 #include "ioci/core/word_list.h"
+#include "kernel/base64.h"
 
 namespace robomosp::ioci {
 
-Result<Value> plot_answer(recording::PlotRequest request, const Map& args,
+ParamSpec plot_answer_field() {
+  return choice("as", {"text", "svg", "png"},
+                "What is returned without a file: characters, the text of an SVG picture, or the "
+                "bytes of a PNG as base64 (through gnuplot).");
+}
+
+Result<Value> plot_answer(CommandContext& ctx, recording::PlotRequest request, const Map& args,
                           std::vector<std::string> columns) {
   request.is_path = text_of(args, "kind") == "path";
   if (has(args, "title")) request.title = text_of(args, "title");
@@ -15,7 +22,26 @@ Result<Value> plot_answer(recording::PlotRequest request, const Map& args,
   request.width = static_cast<int>(integer(args, "width"));
   if (has(args, "height")) request.height = static_cast<int>(integer(args, "height"));
   RMP_TRY_ASSIGN(const recording::Plot drawn, recording::plot(request));
-  if (!has(args, "file")) return Value(recording::to_text(drawn));
+  if (drawn.left_out > 0)
+    ctx.app.messages.post(Severity::warning, "logarithmic_axis",
+                          std::to_string(drawn.left_out) + " of " + std::to_string(drawn.samples) +
+                              (drawn.left_out == 1 ? " samples has" : " samples have") +
+                              " a value of 0 or less; a logarithmic axis leaves " +
+                              (drawn.left_out == 1 ? "it" : "them") + " out.",
+                          "recording");
+  const std::string as = text_of(args, "as");
+  if (!has(args, "file")) {
+    if (as == "text") return Value(recording::to_text(drawn));
+    RMP_TRY_ASSIGN(std::string bytes, recording::plot_file(drawn, "plot." + as));
+    if (as == "svg") return Value(std::move(bytes));
+    std::string text;
+    base64::append(text, bytes);
+    return Value(std::move(text));
+  }
+  if (as != "text")
+    return error(ErrorCode::invalid_argument,
+                 "a plot goes to a file or into the answer, and both are asked for",
+                 "Leave file or as out; a file's ending says what it is.", "as");
   const std::string file = text_of(args, "file");
   RMP_TRY_ASSIGN(const std::string bytes, recording::plot_file(drawn, file));
   RMP_TRY(io::write_file(file, bytes));

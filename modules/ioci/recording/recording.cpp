@@ -5,7 +5,9 @@
 #include "io/native.h"
 #include "ioci/core/commands.h"
 #include "ioci/core/word_list.h"
+#include "ioci/recording/origins.h"
 #include "ioci/recording/plot_answer.h"
+#include "ioci/recording/watchers.h"
 #include "recording/file.h"
 #include "recording/plot/heat_map.h"
 #include "recording/recording.h"
@@ -49,11 +51,87 @@ Result<std::vector<recording::RecordingPtr>> recordings_in(CommandContext& ctx, 
   return out;
 }
 
+/// What changed of what a recording was made from.
+std::vector<std::string> changes_of(CommandContext& ctx, std::uint64_t number) {
+  const OriginPtr origin = ctx.app.origins->find(number);
+  if (!origin || !origin->fixed.empty()) return {};
+  return changes_since(ctx.app, ctx.snapshot(), origin->inputs);
+}
+
+/// Notes of one recording or a list of them, where they are out of date.
+void tell_stale(CommandContext& ctx, const Value& recordings, const std::string& work) {
+  if (const Handle* h = recordings.as_handle())
+    note_if_stale(ctx.app, ctx.snapshot(), h->number, work);
+  if (const List* list = recordings.as_list())
+    for (const Value& each : *list)
+      if (const Handle* h = each.as_handle())
+        note_if_stale(ctx.app, ctx.snapshot(), h->number, work);
+}
+
+/// Columns that differ by their last number only as "q1 to q6", all with their unit.
+std::vector<std::string> column_groups(const recording::Recording& r) {
+  const auto stem_of = [](const std::string& name) {
+    return name.substr(0, name.find_last_not_of("0123456789") + 1);
+  };
+  std::vector<std::string> out;
+  for (std::size_t i = 0; i < r.columns.size();) {
+    const recording::Column& first = r.columns[i];
+    const std::string stem = stem_of(first.name);
+    std::size_t end = i + 1;
+    if (stem.size() < first.name.size())
+      while (end < r.columns.size() && r.columns[end].unit == first.unit &&
+             r.columns[end].name.size() > stem.size() && stem_of(r.columns[end].name) == stem)
+        ++end;
+    std::string text = first.name;
+    if (end > i + 1) text += (end > i + 2 ? " to " : " and ") + r.columns[end - 1].name;
+    if (!first.unit.empty()) text += " [" + first.unit + "]";
+    out.push_back(std::move(text));
+    i = end;
+  }
+  return out;
+}
+
+Result<Value> overview(CommandContext& ctx, const Map& args) {
+  const auto r = recording_of(ctx, args);
+  const std::uint64_t number = args.find("id")->as_handle()->number;
+  std::string out = r->title.empty() ? "recording#" + std::to_string(number) : r->title;
+  out += "\n" + std::to_string(r->rows()) + (r->rows() == 1 ? " sample" : " samples");
+  const recording::Column* time = r->find("time");
+  if (time && !time->values.empty())
+    out += ", time from " + text::print_rounded(time->values.front(), 6) + " to " +
+           text::print_rounded(time->values.back(), 6) + " s";
+  out += "\n\n";
+  const auto note = [&out](const char* word, const std::string& what) {
+    std::string head(word);
+    head.resize(9, ' ');
+    if (!what.empty()) out += "  " + head + what + "\n";
+  };
+  constexpr std::size_t kMostGroups = 40;
+  std::vector<std::string> groups = column_groups(*r);
+  if (groups.size() > kMostGroups) {
+    const std::size_t more = groups.size() - kMostGroups;
+    groups.resize(kMostGroups);
+    groups.push_back(std::to_string(more) + " more, which recording.columns lists");
+  }
+  std::string all;
+  for (const std::string& group : groups) all += (all.empty() ? "" : ", ") + group;
+  note("columns", all);
+  constexpr std::size_t kMostNotes = 5;
+  for (std::size_t i = 0; i < std::min(r->notes.size(), kMostNotes); ++i)
+    note(i == 0 ? "notes" : "", r->notes[i]);
+  if (r->notes.size() > kMostNotes)
+    note("", std::to_string(r->notes.size() - kMostNotes) + " more, which recording.notes lists");
+  if (const auto changes = changes_of(ctx, number); !changes.empty())
+    note("stale", "older than " + text::enumerate(changes) + "; recording.refresh makes it again");
+  return Value(std::move(out));
+}
+
 Result<Value> list(CommandContext& ctx, const Map&) {
   List out;
   for (const auto& [number, r] : ctx.app.recordings.list())
     out.emplace_back(Map{{"recording", Handle{"recording", number}},
                          {"title", r->title},
+                         {"stale", !changes_of(ctx, number).empty()},
                          {"robot", r->robot},
                          {"trajectory", r->trajectory},
                          {"samples", r->rows()}});
@@ -70,6 +148,10 @@ Result<Value> columns(CommandContext& ctx, const Map& args) {
 Result<Value> notes(CommandContext& ctx, const Map& args) {
   List out;
   for (const std::string& note : recording_of(ctx, args)->notes) out.emplace_back(note);
+  const auto changes = changes_of(ctx, args.find("id")->as_handle()->number);
+  if (!changes.empty())
+    out.emplace_back("It is older than " + text::enumerate(changes) +
+                     "; recording.refresh makes it again.");
   return Value(std::move(out));
 }
 
@@ -99,7 +181,15 @@ Result<Value> plot(CommandContext& ctx, const Map& args) {
   for (const auto& other : others) request.recordings.push_back(other.get());
   if (has(args, "x")) request.x = text_of(args, "x");
   request.limits = flag(args, "limits");
-  return plot_answer(std::move(request), args);
+  request.each_alone = text_of(args, "panels") == "column";
+  const std::string log = text_of(args, "log");
+  request.log_x = log == "x" || log == "xy";
+  request.log_y = log == "y" || log == "xy";
+  RMP_TRY_ASSIGN(Value answer, plot_answer(ctx, std::move(request), args));
+  for (const char* name : {"id", "with"})
+    if (const Value* given = args.find(name)) tell_stale(ctx, *given, "recording.plot");
+  RMP_TRY(watch_drawing(ctx, "recording.plot", args));
+  return answer;
 }
 
 Result<Value> heat_map(CommandContext& ctx, const Map& args) {
@@ -202,6 +292,8 @@ RMP_COMMANDS(recording_commands) {
                    "",
                    {field("recording", "handle", "", "The recording."),
                     field("title", "string", "", "What it shows."),
+                    field("stale", "bool", "",
+                          "Whether the records changed since; recording.is_stale tells which."),
                     field("robot", "string", "", "The robot's name in the world."),
                     field("trajectory", "string", "", "The trajectory's name in the world."),
                     field("samples", "int", "", "Number of samples.")}},
@@ -221,16 +313,19 @@ RMP_COMMANDS(recording_commands) {
                               field("doc", "string", "", "What it holds.")}},
                  .effect = Effect::reads,
                  .run = columns});
-  all.push_back({.name = "recording.notes",
-                 .classic = "",
-                 .summary = "Reports what happened while a recording was made, a sentence each.",
-                 .details = "Such as limits met and with which speed, torques that were cut, when "
-                            "joints came to rest and went on, steps of the integrator.",
-                 .example = with_recording("assert(type(run:notes()) == \"table\")"),
-                 .params = {self("recording")},
-                 .returns = {"list", "", "Sentences.", {}},
-                 .effect = Effect::reads,
-                 .run = notes});
+  all.push_back(
+      {.name = "recording.notes",
+       .classic = "",
+       .summary = "Reports what happened while a recording was made, a sentence each.",
+       .details =
+           "Such as limits met and with which speed, torques that were cut, when "
+           "joints came to rest and went on, steps of the integrator; and what changed since "
+           "of what it was made from.",
+       .example = with_recording("assert(type(run:notes()) == \"table\")"),
+       .params = {self("recording")},
+       .returns = {"list", "", "Sentences.", {}},
+       .effect = Effect::reads,
+       .run = notes});
   all.push_back(
       {.name = "recording.values",
        .classic = "",
@@ -258,19 +353,34 @@ RMP_COMMANDS(recording_commands) {
        .effect = Effect::files_write,
        .run = csv});
   all.push_back(
+      {.name = "recording.overview",
+       .classic = "",
+       .summary = "Tells what a recording holds on one screen: samples, columns, notes.",
+       .details = "What the console shows of a recording.",
+       .example = with_recording("assert(run:overview():find(\"q1 to q6 [rad]\", 1, true))"),
+       .params = {self("recording")},
+       .returns = {"string", "", "Markdown.", {}},
+       .effect = Effect::reads,
+       .run = overview});
+  all.push_back(
       {.name = "recording.plot",
        .classic = "",
        .summary = "Draws columns against time or another column, or a path in space.",
        .details =
            "*.svg is written by the program itself, *.png and *.pdf through gnuplot; without a "
-           "file the plot is returned in characters, for the console. Columns of one unit share a "
+           "file the plot is returned: in characters for the console, or as the argument as says. "
+           "Columns of one unit share a "
            "panel. Several recordings are drawn over each other: one colour a column, dashed by "
            "recording.",
        .example = with_recording(
            "run:plot{file = \"example.svg\", columns = {\"tau\"}}\n"
            "run:plot{file = \"limits.svg\", columns = {\"q1\", \"q2\"}, limits = true}\n"
+           "run:plot{file = \"each.svg\", columns = {\"tau\"}, panels = \"column\"}\n"
            "run:plot{file = \"path.svg\", kind = \"path\"}\n"
-           "assert(run:plot{columns = \"y\"}:find(\"time\"))"),
+           "run:compute(\"manipulability\")\n"
+           "run:plot{file = \"decades.svg\", columns = \"manipulability\", log = \"y\"}\n"
+           "assert(run:plot{columns = \"y\"}:find(\"time\"))\n"
+           "assert(run:plot{columns = \"y\", as = \"svg\"}:find(\"<svg\"))"),
        .params = {self("recording"),
                   optional("file", "path", "",
                            "The picture, *.svg, *.png or *.pdf; as text when left out."),
@@ -282,14 +392,21 @@ RMP_COMMANDS(recording_commands) {
                            "The column along the horizontal axis; else time, or the first column "
                            "where there is none."),
                   optional("with", "any", "", "Another recording or a list, drawn over this one."),
+                  choice("panels", {"unit", "column"},
+                         "A panel for the columns of each unit, or one with a scale of its own for "
+                         "every column, so that small values are read beside large ones."),
+                  choice("log", {"none", "x", "y", "xy"},
+                         "Axes by powers of ten. Samples of 0 and below have no place there: a "
+                         "warning counts them, and a column without any other is an error."),
                   defaulted("limits", "bool", "", false,
                             "Show what the values should stay within, such as joint limits: bands "
                             "of what is beyond. Columns of different limits get a panel each."),
                   optional("title", "string", "", "Title; that of the recording when left out."),
                   between(defaulted("width", "int", "", 900, "Pixels."), 100, 10000),
                   between(optional("height", "int", "", "Pixels; what the panels need."), 100,
-                          10000)},
-       .returns = {"string", "", "The file, or the plot as text.", {}},
+                          10000),
+                  watch_file_field(), plot_answer_field()},
+       .returns = {"string", "", "The file, or the plot itself.", {}},
        .effect = Effect::reads,
        .sometimes = Effect::files_write | Effect::processes,
        .run = plot});

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "ioci/core/commands.h"
+#include "kernel/fresh_names.h"
 #include "kernel/units.h"
 #include "spatial/pose.h"
 
@@ -454,14 +455,12 @@ Result<Value> duplicate_part(CommandContext& ctx, const Map& args) {
   auto done = change<Object>(ctx, id, [&](Object& o) -> Result<void> {
     RMP_TRY_ASSIGN(const std::size_t from, find_part(o, text_of(args, "part")));
     const ObjectPart original = o.parts[from];
-    std::vector<std::string> taken;
-    for (const ObjectPart& p : o.parts) taken.push_back(p.name);
+    FreshNames taken;
+    for (const ObjectPart& p : o.parts) taken.take(p.name);
     std::vector<ObjectPart> copies;
-    int number = 1;
     for (std::size_t i = 1; i <= count; ++i) {
       ObjectPart copy = original;
-      do copy.name = original.name + "_" + std::to_string(++number);
-      while (std::find(taken.begin(), taken.end(), copy.name) != taken.end());
+      copy.name = taken.fresh(original.name);
       const auto k = static_cast<double>(i);
       if (turn != 0 || step != Vec3{}) {
         Pose t = spatial::compose(spatial::rotation_z(k * turn), model::pose(original.placement));
@@ -471,7 +470,6 @@ Result<Value> duplicate_part(CommandContext& ctx, const Map& args) {
         copy.placement.coordinates = model::PositionRepresentation::cartesian;
       }
       made.emplace_back(copy.name);
-      taken.push_back(copy.name);
       copies.push_back(std::move(copy));
     }
     o.parts.insert(o.parts.begin() + static_cast<std::ptrdiff_t>(from) + 1, copies.begin(),

@@ -3,6 +3,8 @@
 
 #include "ioci/core/commands.h"
 #include "ioci/records/field_values.h"
+#include "ioci/records/tool_centre_points.h"
+#include "kernel/fresh_names.h"
 
 namespace robomosp::ioci {
 namespace {
@@ -19,25 +21,21 @@ Schema part_schema() {
   return s;
 }
 
-std::string free_part_name(const Object& o, const std::string& wanted) {
-  const auto taken = [&](const std::string& name) {
-    return std::any_of(o.parts.begin(), o.parts.end(),
-                       [&](const ObjectPart& p) { return p.name == name; });
-  };
-  if (!taken(wanted)) return wanted;
-  for (int i = 2;; ++i)
-    if (const std::string name = wanted + "_" + std::to_string(i); !taken(name)) return name;
+FreshNames part_names(const Object& o) {
+  FreshNames names;
+  for (const ObjectPart& p : o.parts) names.take(p.name);
+  return names;
 }
 
-Result<void> append(CommandContext& ctx, Object& o, const Map& checked, const Map& given,
-                    std::string_view path) {
+Result<void> append(CommandContext& ctx, Object& o, FreshNames& taken, const Map& checked,
+                    const Map& given, std::string_view path) {
   ObjectPart part;
   part.what = ref(checked, "what");
   if (has(checked, "material")) part.material = typed<model::Material>(checked, "material");
   RMP_TRY_ASSIGN(part.placement, read_placement_fields(given, path));
   const std::string wanted =
       has(checked, "name") ? text_of(checked, "name") : ctx.snapshot().find(part.what)->name;
-  part.name = free_part_name(o, wanted);
+  part.name = taken.fresh(wanted);
   if (has(checked, "name") &&
       (part.name != wanted || wanted.empty() || wanted.find('.') != std::string::npos))
     return error(part.name != wanted ? ErrorCode::conflict : ErrorCode::invalid_argument,
@@ -64,6 +62,7 @@ Result<Value> create(CommandContext& ctx, const Map& args) {
   o.description = text_of(args, "description");
   o.overlap = overlap_of(args);
   o.parametric = ctx.expressions.own();
+  FreshNames taken;
   if (const Value* parts = args.find("parts"))
     for (std::size_t i = 0; i < parts->as_list()->size(); ++i) {
       Value given = (*parts->as_list())[i];
@@ -72,7 +71,17 @@ Result<Value> create(CommandContext& ctx, const Map& args) {
         RMP_TRY_ASSIGN(given, ctx.expressions.read(part_schema(), *raw, path));
       }
       RMP_TRY_ASSIGN(const Map checked, read_map(ctx, part_schema(), given, path));
-      RMP_TRY(append(ctx, o, checked, *given.as_map(), path));
+      RMP_TRY(append(ctx, o, taken, checked, *given.as_map(), path));
+    }
+  if (const Value* tcps = args.find("tcps"))
+    for (std::size_t i = 0; i < tcps->as_list()->size(); ++i) {
+      Value given = (*tcps->as_list())[i];
+      const std::string path = "tcps[" + std::to_string(i + 1) + "]";
+      if (const Map* raw = given.as_map()) {
+        RMP_TRY_ASSIGN(given, ctx.expressions.read(tcp_schema(), *raw, path));
+      }
+      RMP_TRY_ASSIGN(const Map checked, read_map(ctx, tcp_schema(), given, path));
+      RMP_TRY(append_tcp(ctx, o, checked, *given.as_map(), path));
     }
   RMP_TRY_ASSIGN(const auto id, ctx.edit().add(text_of(args, "name"), std::move(o)));
   return Value(Application::handle(id));
@@ -84,7 +93,8 @@ Result<Value> add_part(CommandContext& ctx, const Map& args) {
     if (const Value* v = ctx.given(p.name)) given.set(p.name, *v);
   std::string made;
   auto done = change<Object>(ctx, ref(args, "id"), [&](Object& o) -> Result<void> {
-    RMP_TRY(append(ctx, o, args, given, name_in(ctx, ref(args, "id"))));
+    FreshNames taken = part_names(o);
+    RMP_TRY(append(ctx, o, taken, args, given, name_in(ctx, ref(args, "id"))));
     made = o.parts.back().name;
     return {};
   });
@@ -143,7 +153,7 @@ Result<Value> set(CommandContext& ctx, const Map& args) {
       if (wanted.empty() || wanted.find('.') != std::string::npos)
         return error(ErrorCode::invalid_argument, value.text() + " cannot name a part",
                      "Use letters, digits and _.", path);
-      if (wanted != part.name && free_part_name(o, wanted) != wanted)
+      if (wanted != part.name && part_names(o).is_taken(wanted))
         return error(ErrorCode::conflict, "there is already a part named " + text::quote(wanted),
                      {}, path);
       part.name = wanted;
@@ -197,20 +207,23 @@ Result<std::size_t> find_part(const model::Object& o, std::string_view name) {
 
 RMP_COMMANDS(object_commands) {
   std::vector<CommandSpec> all;
-  all.push_back(
-      {.name = "object.create",
-       .classic = "",
-       .summary = "Makes an object, an assembly of solids and other objects.",
-       .details = "A part is a table: what (a solid or object), name, placement or "
-                  "position with angles, and a material that replaces the solid's own.",
-       .example = with_bolt("assert(#bolt:describe().parts == 2)"),
-       .params = {needed("name", "string", "", "Name, unique among objects."),
-                  optional("parts", "list", "", "Its parts."), overlap_spec(),
-                  optional("description", "string", "", "What it is."), parameters_field()},
-       .returns = {"handle", "", "", {}},
-       .effect = Effect::edits,
-       .run = create,
-       .takes_expressions = true});
+  all.push_back({.name = "object.create",
+                 .classic = "",
+                 .summary = "Makes an object, an assembly of solids and other objects.",
+                 .details = "A part is a table: what (a solid or object), name, placement or "
+                            "position with angles, and a material that replaces the solid's own.",
+                 .example = with_bolt("assert(#bolt:describe().parts == 2)"),
+                 .params = {needed("name", "string", "", "Name, unique among objects."),
+                            optional("parts", "list", "", "Its parts."),
+                            optional("tcps", "list", "",
+                                     "Tool centre points: tables with name and placement, as in "
+                                     "object.add_tcp."),
+                            overlap_spec(), optional("description", "string", "", "What it is."),
+                            parameters_field()},
+                 .returns = {"handle", "", "", {}},
+                 .effect = Effect::edits,
+                 .run = create,
+                 .takes_expressions = true});
   Schema part = part_schema();
   part.insert(part.begin(), self("object"));
   all.push_back({.name = "object.add_part",

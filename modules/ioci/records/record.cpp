@@ -5,6 +5,7 @@
 #include "io/native.h"
 #include "ioci/core/commands.h"
 #include "ioci/exchange/loaded.h"
+#include "kernel/file_root.h"
 
 namespace robomosp::ioci {
 namespace {
@@ -92,9 +93,8 @@ Result<Value> describe(CommandContext& ctx, const Map& args) {
 template <Kind K>
 Result<Value> load(CommandContext& ctx, const Map& args) {
   const std::filesystem::path file = text_of(args, "file");
-  std::error_code none;
   const bool old_object = K == Kind::object && file.extension() == ".obj";
-  if (old_object && std::filesystem::exists(file, none) && !io::is_legacy_file(file))
+  if (old_object && file_kind(file) != FileKind::none && !io::is_legacy_file(file))
     return error(ErrorCode::invalid_argument,
                  text::quote(file.string()) + " is not an object of ROBOMOSP 1.4",
                  "import reads Wavefront meshes.");

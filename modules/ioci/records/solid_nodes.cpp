@@ -134,7 +134,7 @@ Schema number_params(const CommandContext& ctx, const std::string& primitive) {
 
 /// One node of a table. Its expressions are noted in the branch.
 Result<void> read_node(CommandContext& ctx, CsgKind kind, const Map& raw, std::int32_t parent,
-                       std::set<std::string>& taken, const std::string& path, Branch& into) {
+                       FreshNames& taken, const std::string& path, Branch& into) {
   SolidNode node;
   node.kind = kind;
   node.parent = parent;
@@ -146,15 +146,12 @@ Result<void> read_node(CommandContext& ctx, CsgKind kind, const Map& raw, std::i
   if (has(args, "name")) {
     RMP_TRY(check_node_name(*args.find("name"), path));
     node.name = text_of(args, "name");
-    if (taken.contains(node.name))
+    if (!taken.take(node.name))
       return error(ErrorCode::conflict, "there are two nodes named " + text::quote(node.name),
                    "Names are unique within a solid.", path);
   } else {
-    node.name = word_of(kind);
-    for (int k = 2; taken.contains(node.name); ++k)
-      node.name = word_of(kind) + "_" + std::to_string(k);
+    node.name = taken.fresh(word_of(kind));
   }
-  taken.insert(node.name);
   for (std::size_t i = 0; i < csg_size_count(kind); ++i)
     node.sizes[i] = real(args, csg_info(kind).sizes[i].name);
   node.select = text_of(args, "select");
@@ -207,7 +204,7 @@ Result<std::size_t> need_node(const Solid& s, std::string_view name) {
   return unknown_name("node", name, known);
 }
 
-Result<Branch> read_tree(CommandContext& ctx, const Value& root, std::set<std::string> taken,
+Result<Branch> read_tree(CommandContext& ctx, const Value& root, FreshNames taken,
                          std::string_view path) {
   struct Open {
     Value value;
@@ -259,7 +256,7 @@ Result<Branch> read_tree(CommandContext& ctx, const Value& root, std::set<std::s
 }
 
 Result<Branch> read_operation(CommandContext& ctx, CsgKind kind, const Map& fields,
-                              std::set<std::string> taken, std::string_view path) {
+                              FreshNames taken, std::string_view path) {
   Branch branch;
   Map table{{"kind", word_of(kind)}};
   for (const auto& [key, v] : fields) table.set(key, v);

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "ioci/core/commands.h"
+#include "kernel/fresh_names.h"
 #include "model/solid_edit.h"
 
 namespace robomosp::ioci {
@@ -23,10 +24,10 @@ namespace robomosp::ioci {
 /// The flat form of a nested table: parents first, children in order, names that `taken` lacks, and
 /// the expressions given for its numbers.
 [[nodiscard]] Result<model::Branch> read_tree(CommandContext& ctx, const Value& root,
-                                              std::set<std::string> taken, std::string_view path);
+                                              FreshNames taken, std::string_view path);
 /// One node of a kind that is known, without children; `fields` are those of its table.
 [[nodiscard]] Result<model::Branch> read_operation(CommandContext& ctx, CsgKind kind,
-                                                   const Map& fields, std::set<std::string> taken,
+                                                   const Map& fields, FreshNames taken,
                                                    std::string_view path);
 /// Sets a field of a node: a size, "name", "kind", "frame", "select", "profile", "primitive" or one
 /// of a placement. Expressions given for it wait in the context.

@@ -394,7 +394,7 @@ Result<Value> solve_goals(CommandContext& ctx, const Map& args) {
                  "a world is given, whose obstacles count with the objective clearance only",
                  "Give objective = \"clearance\", or leave it out.", "world");
   std::shared_ptr<const collision::CollisionModel> collision;
-  std::unique_ptr<ClearanceField> field;
+  std::unique_ptr<collision::AskedClearance> field;
   if (batch.objective == IkObjective::clearance) {
     const sim::Simulator simulator{ctx.app.registry, ctx.app.derived, ctx.snapshot()};
     std::size_t member = 0;
@@ -410,7 +410,7 @@ Result<Value> solve_goals(CommandContext& ctx, const Map& args) {
       RMP_TRY_ASSIGN(collision,
                      ctx.app.collision_models.find(simulator, ref(args, "id"), ctx.progress));
     }
-    field = collision->field(member, real(args, "influence"));
+    RMP_TRY_ASSIGN(field, collision->field(member, real(args, "influence"), ctx.progress));
     batch.clearance = field.get();
   }
   auto solved = sim::solve_ik(bound, batch, ctx.progress);
@@ -419,6 +419,7 @@ Result<Value> solve_goals(CommandContext& ctx, const Map& args) {
     RMP_TRY_ASSIGN(bound, ctx.app.solvers.ik(ctx.app.registry, m, model::ProviderChoice{}));
     solved = sim::solve_ik(bound, batch, ctx.progress);
   }
+  if (field) RMP_TRY(field->outcome());
   RMP_TRY_ASSIGN(auto results, std::move(solved));
   IkResult& result = results.front();
   if (batch.goals.size() == 1)

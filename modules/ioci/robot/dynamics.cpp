@@ -438,7 +438,9 @@ RMP_COMMANDS(robot_dynamics_commands) {
        .summary = "Gives the joint accelerations that torques cause.",
        .details = "Robots with closed loops take the solver `constrained` when none is chosen; "
                   "gaps of their "
-                  "loops are pulled together. " +
+                  "loops are pulled together. Others with 24 velocities or more take "
+                  "`articulated_body`, whose time grows with their number, if no joint follows "
+                  "another one. " +
                   rows_details,
        .example = with_arm("local q = arm:poses().ready\nlocal tau = arm:inverse_dynamics{q = q, "
                            "qdd = {1, 0, 0, 0, 0, 0}}\nlocal qdd = arm:forward_dynamics{q = q, tau "

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Links of a robot: rows, origins, joints, limits, drives, springs, given masses, designed parts.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -33,12 +34,10 @@ ParamSpec one_of(const char* name, std::vector<std::string> words, const char* d
   return p;
 }
 
-}  // namespace
-
-Schema link_schema(JointKind kind, bool creating) {
-  const char* unit = kind == JointKind::prismatic ? "m" : "rad";
+Schema make_link_schema(bool is_prismatic, bool creating) {
+  const char* unit = is_prismatic ? "m" : "rad";
   const std::string rate = std::string(unit) + "/s", rate2 = rate + "^2", rate3 = rate + "^3",
-                    force = kind == JointKind::prismatic ? "N" : "N m";
+                    force = is_prismatic ? "N" : "N m";
   Schema s{
       optional("name", "string", "", "Name of the link, unique in the robot."),
       optional("parent", "any", "",
@@ -81,7 +80,7 @@ Schema link_schema(JointKind kind, bool creating) {
       between(optional("coulomb_negative", "real", "N m",
                        "Tc-, Coulomb friction for negative speed at the motor."),
               -std::numeric_limits<double>::infinity(), 0),
-      between(optional("stiffness", "real", kind == JointKind::prismatic ? "N/m" : "N m/rad",
+      between(optional("stiffness", "real", is_prismatic ? "N/m" : "N m/rad",
                        "Of a spring across the joint."),
               0, std::numeric_limits<double>::infinity()),
       optional("rest", "real", unit, "Where the spring pulls to."),
@@ -95,6 +94,16 @@ Schema link_schema(JointKind kind, bool creating) {
                "Designed bodies: {what = solid or object, placement or position with angles}."),
       optional("visible", "bool", "", "Whether it is drawn.")};
   return s;
+}
+
+}  // namespace
+
+const Schema& link_schema(JointKind kind, bool creating) {
+  // Made once: a robot may have very many links.
+  static const std::array<Schema, 4> all{
+      make_link_schema(false, false), make_link_schema(false, true), make_link_schema(true, false),
+      make_link_schema(true, true)};
+  return all[(kind == JointKind::prismatic ? 2U : 0U) + (creating ? 1U : 0U)];
 }
 
 namespace {
@@ -282,7 +291,7 @@ Result<Value> set_link(CommandContext& ctx, const Map& args) {
   Map given;
   for (const ParamSpec& p : link_schema(old.joint, false))
     if (const Value* v = ctx.given(p.name)) given.set(p.name, *v);
-  const Schema schema = link_schema(kind_given(given.find("joint"), old.joint), false);
+  const Schema& schema = link_schema(kind_given(given.find("joint"), old.joint), false);
   const std::string where = "link " + text::quote(old.name);
   RMP_TRY_ASSIGN(given, ctx.expressions.read(schema, given, where));
   RMP_TRY_ASSIGN(const Map checked, read_map(ctx, schema, Value(given), where));
@@ -334,6 +343,8 @@ Result<void> nothing_holds(const Robot& r, std::int32_t index) {
                    "Give that mimic = false first.");
   for (const auto& t : r.tools)
     if (t.link == index) return held("tool " + text::quote(t.name));
+  for (const auto& t : r.attached)
+    if (t.link == index) return held("the attached tool " + text::quote(t.name));
   for (const auto& l : r.loops)
     if (l.link_a == index || l.link_b == index) return held("loop " + text::quote(l.name));
   return {};
@@ -361,6 +372,7 @@ Result<Value> remove_link(CommandContext& ctx, const Map& args) {
     for (Link& l : r.links)
       if (l.mimic) lower(l.mimic->link);
     for (model::RobotTool& t : r.tools) lower(t.link);
+    for (model::AttachedTool& t : r.attached) lower(t.link);
     for (model::LoopClosure& l : r.loops) {
       lower(l.link_a);
       lower(l.link_b);
@@ -496,7 +508,7 @@ RMP_COMMANDS(robot_link_commands) {
   std::vector<CommandSpec> all;
   const ParamSpec link = needed("link", "any", "", "Number, 1 is the first, or name of the link.");
   Schema add_params{self("robot")};
-  for (ParamSpec& p : link_schema(JointKind::revolute, true)) add_params.push_back(std::move(p));
+  for (const ParamSpec& p : link_schema(JointKind::revolute, true)) add_params.push_back(p);
   const char* const by_type =
       "Limits are in rad, rad/s, rad/s^2 and N m for a revolute joint, in m, m/s, m/s^2 and N for "
       "a prismatic one.";

@@ -217,6 +217,14 @@ Result<Value> overview(CommandContext& ctx, const Map& args) {
   for (const model::RobotTool& t : r.tools)
     tools.push_back(tool_text(r, t.link, t.name, t.placement, t.payload));
   note("tools", text::enumerate_some(tools, kMostNames));
+  tools.clear();
+  for (const model::AttachedTool& t : r.attached) {
+    const auto mass = ctx.app.derived.mass(ctx.snapshot(), t.what, ctx.progress);
+    tools.push_back(tool_text(r, t.link, t.name, t.placement, std::nullopt) +
+                    (mass.ok() ? " weighing " + number(mass->mass.mass) + " kg" : ""));
+  }
+  note("attached", text::enumerate_some(tools, kMostNames));
+  if (!r.tcp.empty()) note("", "the robot's tool is " + r.tcp);
   std::vector<std::string> names;
   for (const model::LoopClosure& l : r.loops) names.push_back(l.name);
   note("loops", text::enumerate_some(names, kMostNames));

@@ -94,14 +94,17 @@ Result<Value> create(CommandContext& ctx, const Map& args) {
     if (i % 256 == 0) RMP_TRY(go_on());
     RMP_TRY(append_link(ctx, r, links[i], "links[" + std::to_string(i + 1) + "]", names));
   }
-  RMP_TRY_ASSIGN(const RobotModel built, robotics::build_robot_model(name, r, {}, {0, 0, -9.81}));
-  RMP_TRY(go_on());
+  RMP_TRY_ASSIGN(const RobotModel built,
+                 robotics::build_robot_model(name, r, {}, {0, 0, -9.81}, &ctx.progress));
   if (const Value* poses = args.find("poses"); poses && poses->as_map())
     for (const auto& [pose, q] : *poses->as_map()) {
       RMP_TRY_ASSIGN(auto values, read_q(q, r, built.joints, "poses." + pose));
       r.poses.push_back({pose, std::move(values)});
     }
-  for (const Link& l : r.links) report_inertia(ctx, name, l);
+  for (std::size_t i = 0; i < r.links.size(); ++i) {
+    if (i % 256 == 0) RMP_TRY(go_on());
+    report_inertia(ctx, name, r.links[i]);
+  }
   RMP_TRY(go_on());
   RMP_TRY_ASSIGN(const auto id, ctx.edit().add(name, std::move(r)));
   return Value(Application::handle(id));
@@ -399,7 +402,10 @@ RMP_COMMANDS(robot_commands) {
        .details = "Each visible link without parts gets a generated body, which collides as it is "
                   "drawn and has no mass; not a fixed one on a designed link. The base gets one "
                   "where it has no parts and carries a link with one.",
-       .example = with_arm("assert(arm:skin().generated)"),
+       .example = "local rod = robot.create{name = \"rod\", links = {{name = \"swing\", joint = "
+                  "\"revolute\", "
+                  "a = 0.5}}}\n"
+                  "assert(rod:skin().generated and not robot.get(\"arm\"):skin().generated)\n",
        .params = {self("robot")},
        .returns = {"map",
                    "",

@@ -142,8 +142,11 @@ Result<std::vector<double>> read_q(const Value& value, const model::Robot& robot
     const bool all_turn =
         std::all_of(units.begin(), units.end(), [](std::string_view u) { return u == "rad"; });
     auto read = check_value(field("", "real[]", all_turn ? "rad" : "", ""), value, where);
-    if (!read.ok() && text::trim(*name).find_first_of("0123456789") == std::string::npos)
-      return unknown_name("pose", *name, known).in(path);
+    if (!read.ok() && text::trim(*name).find_first_of("0123456789") == std::string::npos) {
+      Error e = unknown_name("pose", *name, known);
+      if (known.empty()) e.hint = "The robot has none; robot.set_pose names one.";
+      return std::move(e).in(path);
+    }
     if (!read.ok()) return std::move(read).error();
     q = reals(&*read);
   } else if (value.is_number()) {

@@ -2,6 +2,7 @@
 // Tools of a robot and what it carries.
 #include <algorithm>
 
+#include "evaluation/attached_tools.h"
 #include "ioci/robot/robots.h"
 #include "model/placement.h"
 
@@ -22,8 +23,14 @@ Result<RobotTool*> find_tool(Robot& r, const std::string& name) {
 
 bool is_main(const Map& args) { return !has(args, "tool") || text_of(args, "tool") == "tool"; }
 
+/// The robot with attached tools as further tools.
+Result<Robot> equipped(const CommandContext& ctx, const Map& args) {
+  return evaluation::with_tool_frames(ctx.snapshot(), ctx.snapshot().find(ref(args, "id"))->name,
+                                      content<Robot>(ctx, args));
+}
+
 Result<Value> tool(CommandContext& ctx, const Map& args) {
-  Robot r = content<Robot>(ctx, args);
+  RMP_TRY_ASSIGN(Robot r, equipped(ctx, args));
   model::Placement at = r.tool;
   if (!is_main(args)) {
     RMP_TRY_ASSIGN(const RobotTool* t, find_tool(r, text_of(args, "tool")));
@@ -53,7 +60,19 @@ Result<Value> set_tool(CommandContext& ctx, const Map& args) {
       if (has(args, "link"))
         return error(ErrorCode::invalid_argument, "the first tool is on the last link",
                      "Add a tool to another link with robot.add_tool.");
+      if (!r.tcp.empty())
+        return error(ErrorCode::conflict,
+                     "its tool is the centre point " + text::quote(r.tcp) + " of an attached tool",
+                     "Move that with object.set, or take the tool off with robot.detach.");
       r.tool = placement;
+      return {};
+    }
+    for (model::AttachedTool& t : r.attached) {
+      if (t.name != text_of(args, "tool")) continue;
+      if (has_placement(ctx)) t.placement = placement;
+      if (has(args, "link")) {
+        RMP_TRY_ASSIGN(t.link, read_link(r, *args.find("link"), true, "link"));
+      }
       return {};
     }
     RMP_TRY_ASSIGN(RobotTool * t, find_tool(r, text_of(args, "tool")));
@@ -79,6 +98,10 @@ Result<Value> add_tool(CommandContext& ctx, const Map& args) {
 
 Result<Value> remove_tool(CommandContext& ctx, const Map& args) {
   return change_robot(ctx, args, [&](Robot& r) -> Result<void> {
+    for (const model::AttachedTool& t : r.attached)
+      if (t.name == text_of(args, "name"))
+        return error(ErrorCode::invalid_argument, text::quote(t.name) + " is an attached tool",
+                     "robot.detach takes it off.");
     RMP_TRY_ASSIGN(const RobotTool* t, find_tool(r, text_of(args, "name")));
     r.tools.erase(r.tools.begin() + (t - r.tools.data()));
     return {};
@@ -107,18 +130,27 @@ Result<Value> set_payload(CommandContext& ctx, const Map& args) {
 }
 
 Result<Value> tools(CommandContext& ctx, const Map& args) {
-  const Robot& r = content<Robot>(ctx, args);
+  const Robot& plain = content<Robot>(ctx, args);
+  RMP_TRY_ASSIGN(const Robot r, equipped(ctx, args));
   List out;
   const auto put = [&](const std::string& name, std::int32_t link, const model::Placement& at,
-                       const std::optional<MassProperties>& payload) {
+                       const std::optional<MassProperties>& payload) -> Result<void> {
     Map row{{"name", name},
             {"link", link < 0 ? std::string("base") : r.links[static_cast<std::size_t>(link)].name},
             {"placement", placement_value(at)}};
     if (payload) row.set("payload", mass_value(*payload));
+    if (name == "tool" && !plain.tcp.empty()) row.set("tcp", plain.tcp);
+    for (const model::AttachedTool& t : plain.attached) {
+      if (t.name != name) continue;
+      row.set("what", ref_value(ctx.snapshot(), t.what));
+      RMP_TRY_ASSIGN(const auto mass, ctx.app.derived.mass(ctx.snapshot(), t.what, ctx.progress));
+      if (mass.mass.mass > 0) row.set("payload", mass_value(mass.mass));
+    }
     out.emplace_back(std::move(row));
+    return {};
   };
-  put("tool", static_cast<std::int32_t>(r.links.size()) - 1, r.tool, r.payload);
-  for (const RobotTool& t : r.tools) put(t.name, t.link, t.placement, t.payload);
+  RMP_TRY(put("tool", static_cast<std::int32_t>(r.links.size()) - 1, r.tool, r.payload));
+  for (const RobotTool& t : r.tools) RMP_TRY(put(t.name, t.link, t.placement, t.payload));
   return Value(std::move(out));
 }
 
@@ -191,7 +223,8 @@ RMP_COMMANDS(robot_tool_commands) {
       {.name = "robot.tools",
        .classic = "",
        .summary = "Lists the tools with their links and payloads.",
-       .details = "The first is the one on the last link.",
+       .details = "The first is the one on the last link. Attached tools follow, each with its "
+                  "centre points behind it.",
        .example = with_arm("assert(arm:tools()[1].link == \"link6\")"),
        .params = {self("robot")},
        .returns = {"list",
@@ -200,7 +233,10 @@ RMP_COMMANDS(robot_tool_commands) {
                    {field("name", "string", "", "Name; the first is called tool."),
                     field("link", "string", "", "The link that carries it."),
                     field("placement", "map", "", "In the link's frame, as it was written."),
-                    field("payload", "map", "", "Mass, com and inertia in the tool's frame.")}},
+                    field("payload", "map", "", "Mass, com and inertia in the tool's frame."),
+                    field("tcp", "string", "",
+                          "Of the first: the centre point of an attached tool that it is."),
+                    field("what", "any", "", "Of an attached tool: the object or solid.")}},
        .effect = Effect::reads,
        .run = tools});
   Schema payload_params{self("robot"), which};

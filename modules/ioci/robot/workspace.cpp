@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "ioci/core/commands.h"
+#include "ioci/recording/watchers.h"
 #include "robotics/home.h"
 #include "robotics/joint_sampler.h"
 #include "sim/workspace_maps.h"
@@ -297,7 +298,7 @@ RMP_COMMANDS(workspace_commands) {
                   "samples, surface, manipulability and mean_manipulability of each voxel.",
        .example = "local arm = robot.get(\"twolink\")\nlocal w = arm:workspace{samples = 4000}\n"
                   "assert(w.what == \"area\" and #w.recording:values(\"x\") == w.voxels)",
-       .params = space_params(2000000),
+       .params = with_watch(space_params(2000000)),
        .returns = {"map", "", "", size_fields()},
        .effect = Effect::simulates,
        .run = workspace});
@@ -330,7 +331,7 @@ RMP_COMMANDS(workspace_commands) {
        .example = "local arm = robot \"puma560\"\n"
                   "local m = arm:reachability{samples = 2000, voxel = 0.3, directions = 8}\n"
                   "assert(m.mean_share > 0 and m.mean_share < 1)",
-       .params = std::move(reach),
+       .params = with_watch(std::move(reach)),
        .returns = {"map", "", "", std::move(reach_fields)},
        .effect = Effect::simulates,
        .run = reachability});
@@ -350,7 +351,7 @@ RMP_COMMANDS(workspace_commands) {
        .example = "local arm = robot.get(\"twolink\")\n"
                   "local s = arm:joint_slice{part = \"translation\", count = 20}\n"
                   "assert(#s.recording:values(\"manipulability\") == 400 and s.rank == 2)",
-       .params = std::move(slice),
+       .params = with_watch(std::move(slice)),
        .returns = {"map",
                    "",
                    "",

@@ -5,6 +5,7 @@
 
 #include "ioci/core/commands.h"
 #include "ioci/core/handle_text.h"
+#include "ioci/recording/watchers.h"
 #include "ioci/simulation/live_runs.h"
 #include "sim/forward_simulation.h"
 
@@ -260,6 +261,7 @@ Schema run_params(Schema first, Schema references) {
                          "What joint limits do: stop the joint, only be told, or nothing."));
   first.push_back(between(
       defaulted("restitution", "real", "", 0.0, "Speed after over speed before a stop."), 0, 1));
+  first.push_back(watch_field());
   return first;
 }
 
@@ -298,7 +300,7 @@ RMP_COMMANDS(simulation_commands) {
       "tip_error. Coulomb friction holds a joint at rest up to its breakaway torque; torques are "
       "cut at the joints' max_force. recording.notes tells limits met, where joints came to rest "
       "and went "
-      "on, torques cut, and what the integrator did.";
+      "on, torques cut, what the integrator did, and the solver of a long chain that chose none.";
   all.push_back(
       {.name = "world.simulate_dynamics",
        .classic = "World WorldFwdDynSim|World FwdDynWorldSim(robot, duration, qd, ~time_delay, "

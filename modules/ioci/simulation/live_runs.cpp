@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "ioci/core/commands.h"
+#include "ioci/recording/origins.h"
 #include "ioci/simulation/live_runs.h"
 #include "spatial/pose.h"
 #include "spatial/rotation.h"
@@ -60,7 +61,7 @@ Result<recording::RecordingPtr> recording_of(const CommandContext& ctx, const Va
 bool asks_scripts(const Registry& registry, const LiveSource& live) {
   return std::any_of(live.asks.begin(), live.asks.end(), [&](const auto& asked) {
     const auto info = registry.find(asked.first, asked.second.name);
-    return info.ok() && info->origin == "lua";
+    return info.ok() && info->is_script;
   });
 }
 
@@ -80,6 +81,9 @@ Result<sim::LiveRun::Source> source_of(CommandContext& ctx, const LiveRunEntry& 
       std::find_if(all.begin(), all.end(), [&](const Simulation& s) { return entry.of == s.word; });
   if (simulation == all.end()) return unknown_name("simulation", entry.of, words_of(all));
   Map args = entry.with;
+  if (flag(args, "watch"))
+    return error(ErrorCode::invalid_argument, "a live run is not watched",
+                 "run:refresh() takes edits over; watch belongs to what records at once.", "with");
   args.set("id", entry.subject);
   if (simulation->live) {
     const CommandSpec& spec = *ctx.app.commands.find(simulation->command);
@@ -274,7 +278,12 @@ Result<Value> state(CommandContext& ctx, const Map& args) {
 }
 
 Result<Value> recording(CommandContext& ctx, const Map& args) {
-  return Value(Handle{"recording", ctx.app.recordings.add(entry_of(ctx, args)->run->recording())});
+  const std::uint64_t number = ctx.app.recordings.add(entry_of(ctx, args)->run->recording());
+  ctx.app.origins->note_fixed(
+      number,
+      "it is of a live run, which goes on with run:refresh() or begins again with "
+      "run:reset()");
+  return Value(Handle{"recording", number});
 }
 
 Result<Value> remove(CommandContext& ctx, const Map& args) {

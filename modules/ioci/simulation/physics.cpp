@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "ioci/core/commands.h"
+#include "ioci/recording/watchers.h"
 #include "ioci/simulation/live_runs.h"
 #include "sim/physics.h"
 
@@ -275,7 +276,8 @@ RMP_COMMANDS(physics_commands) {
             above_zero(defaulted("sample_time", "real", "s", 0.01,
                                  "Time between samples of the recording, in whole steps.")),
             optional("engine", "any", "",
-                     "Engine: name, or {name = ..., params = {...}}; the default when left out.")},
+                     "Engine: name, or {name = ..., params = {...}}; the default when left out."),
+            watch_field()},
        .returns = {"handle", "", "The recording.", {}},
        .effect = Effect::simulates,
        .run = simulate,

@@ -5,6 +5,7 @@
 
 #include "collision/collision.h"
 #include "ioci/core/commands.h"
+#include "ioci/recording/watchers.h"
 #include "sim/base_motion.h"
 #include "sim/motion_planning.h"
 
@@ -174,7 +175,8 @@ RMP_COMMANDS(planning_commands) {
                                  "In which time joints without a limit of acceleration reach "
                                  "their greatest velocity.")),
             above_zero(defaulted("sample_time", "real", "s", 0.01,
-                                 "Time between samples of the recording."))},
+                                 "Time between samples of the recording.")),
+            watch_field()},
        .returns = {"map",
                    "",
                    "",

@@ -4,6 +4,7 @@
 #include <set>
 
 #include "collision/collision.h"
+#include "ioci/recording/watchers.h"
 #include "ioci/robot/robots.h"
 #include "ioci/world/members.h"
 #include "model/placement.h"
@@ -198,6 +199,7 @@ RMP_COMMANDS(world_run_commands) {
   for (ParamSpec& p :
        objective_fields("away from the world's other bodies and the robot's own links"))
     run_params.push_back(std::move(p));
+  run_params.push_back(watch_field());
   all.push_back(
       {.name = "world.inverse_kinematics",
        .classic = "World WorldInvKineSim(robot, trajectory, ~time_delay, ~kine_type)|World "

@@ -33,7 +33,9 @@ Schema step_schema(StepKind kind) {
               optional("duration", "real", "s", "Of the move.")};
     case StepKind::attach:
       return {robot, needed("object", "string", "", "Of the world."),
-              optional("link", "string", "", "Link or tool of the robot.")};
+              optional("link", "string", "", "Link or tool of the robot."),
+              optional("tcp", "string", "",
+                       "Centre point of the object that leads the robot's moves from now on.")};
     case StepKind::detach: return {needed("object", "string", "", "Of the world.")};
     case StepKind::set:
       return {needed("signal", "string", "", "Of the world."),
@@ -85,6 +87,7 @@ Result<TaskStep> read_one(const CommandContext& ctx, StepKind kind, const Value&
   word("frame", s.frame);
   word("object", s.object);
   word(kind == StepKind::move ? "tool" : "link", s.link);
+  word("tcp", s.tcp);
   word("signal", s.signal);
   word("condition", s.expression);
   word("text", s.text);
@@ -152,7 +155,9 @@ const char* const kStepDoc =
     "or time_optimal, `speed` "
     "(share of the joints' limits) and `duration`. `attach` and `detach`: `object`, `robot`, "
     "`link` "
-    "(a link or tool). `set`: `signal`, `value`. `wait`: `time`, or `condition` with `timeout`. "
+    "(a link or tool); with `tcp`, a centre point of the object, that leads the moves that name no "
+    "`tool` until it is let go. `set`: `signal`, `value`. `wait`: `time`, or `condition` with "
+    "`timeout`. "
     "`call`: `task`. `repeat`: `count`, `steps`. `if`: `condition`, `steps`; `else`: `steps`. "
     "`message`: `text`. Conditions are expressions over signals, `time`, the joints `left.q1` and "
     "`left.qd1` of a robot, and the places `left.x` of its tool and `part.x` of an object.";
@@ -190,6 +195,7 @@ Value steps_value(const document::Snapshot& snapshot, const model::Task& task) {
     number(s.kind == StepKind::wait ? "time" : "duration", s.duration, 0);
     word("object", s.object);
     word(s.kind == StepKind::move ? "tool" : "link", s.link);
+    word("tcp", s.tcp);
     word("signal", s.signal);
     word(s.kind == StepKind::set ? "value" : "condition", s.expression);
     number("timeout", s.timeout, 0);

@@ -2,6 +2,7 @@
 // Commands for what worlds have for tasks: frames, lights, tasks, signals, held objects.
 #include <algorithm>
 
+#include "ioci/recording/watchers.h"
 #include "ioci/task/steps.h"
 #include "ioci/world/members.h"
 #include "task/run.h"
@@ -113,11 +114,9 @@ Result<Value> run_task(CommandContext& ctx, const Map& args) {
   if (has(args, "task")) {
     const Value& given = *args.find("task");
     const List* list = given.as_list();
-    for (const Value& name : list ? *list : List{given}) {
-      if (!name.as_string())
-        return error(ErrorCode::invalid_argument, name.text() + " is not the name of a task",
-                     "Give a name or a list of names; world.tasks lists them.", "task");
-      run.tasks.push_back(*name.as_string());
+    for (const Value& one : list ? *list : List{given}) {
+      RMP_TRY_ASSIGN(const std::size_t at, find_task(ctx, run.world, one, "task"));
+      run.tasks.push_back(ctx.snapshot().get(run.world)->tasks[at].name);
     }
   }
   run.sample_time = real(args, "sample_time");
@@ -159,7 +158,7 @@ RMP_COMMANDS(world_task_commands) {
   std::vector<CommandSpec> all;
   const ParamSpec name = optional("name", "string", "", "Name in the world.");
   const auto placed = [&](Schema params) {
-    for (ParamSpec& p : placement_fields("The world's frame.")) params.push_back(std::move(p));
+    for (ParamSpec& p : placement_fields("the world")) params.push_back(std::move(p));
     return params;
   };
   const ReturnSpec made{"string", "", "Name of the member.", {}};
@@ -258,7 +257,8 @@ RMP_COMMANDS(world_task_commands) {
                   optional("task", "any", "", "Name or names; all of the world when left out."),
                   above_zero(defaulted("sample_time", "real", "s", 0.02, "Time between rows.")),
                   above_zero(defaulted("most_time", "real", "s", 3600.0,
-                                       "A run that takes longer is an error."))},
+                                       "A run that takes longer is an error.")),
+                  watch_field()},
        .returns = {"handle", "", "The recording.", {}},
        .effect = Effect::simulates,
        .run = run_task,

@@ -90,9 +90,10 @@ struct Stance {
   std::optional<Vec3> from;  ///< the side it comes from, instead of between the faces
   double tilt = 0;           ///< about the way [rad]
   double lead = 0;           ///< about its y after that [rad]
+  double stand_off = 0;      ///< from the edge, along the tool [m]
 };
 
-/// x along the way, z into the part, before tilt and lead.
+/// x along the way, z into the part, before tilt and lead; the place is off the edge then.
 Result<Pose> frame_at(const CsgEdgePoint& p, const Stance& stance, std::size_t number) {
   Vec3 out = stance.from.value_or(add(p.normals[0], p.normals[1]));
   out = sub(out, scale(p.tangent, dot(out, p.tangent)));
@@ -114,7 +115,9 @@ Result<Pose> frame_at(const CsgEdgePoint& p, const Stance& stance, std::size_t n
   t.p = p.position;
   const Pose tilted{spatial::from_axis_angle({1, 0, 0}, stance.tilt), {}};
   const Pose led{spatial::from_axis_angle({0, 1, 0}, stance.lead), {}};
-  return spatial::compose(spatial::compose(t, tilted), led);
+  t = spatial::compose(spatial::compose(t, tilted), led);
+  t.p = sub(t.p, scale(Vec3{t.R[2], t.R[5], t.R[8]}, stance.stand_off));
+  return t;
 }
 
 class Builder {
@@ -122,6 +125,7 @@ class Builder {
   Builder(const CommandContext& ctx, const Map& args) : ctx_(ctx), args_(args) {
     if (has(args, "from")) stance_.from = vec3(args, "from");
     stance_.tilt = real(args, "tilt"), stance_.lead = real(args, "lead");
+    stance_.stand_off = real(args, "stand_off");
   }
 
   Result<model::Trajectory> run(const std::vector<Leg>& legs) {
@@ -215,10 +219,10 @@ class Builder {
     return {};
   }
 
-  /// On the spot, to how the tool stands behind a corner.
+  /// To how the tool stands behind a corner: on the spot, or as far as its stand-off takes it.
   Result<void> turn_to(const Pose& to) {
     Pose there = to;
-    there.p = last_.p;
+    if (stance_.stand_off == 0) there.p = last_.p;
     return keep(from_rest_to_rest(segment("line", points({last_, there}), "slerp")));
   }
 
@@ -268,7 +272,10 @@ class Builder {
       RMP_TRY_ASSIGN(const Pose a, frame_at(at(i), stance_, leg.number));
       RMP_TRY_ASSIGN(const Pose b, frame_at(at(i + 1), stance_, leg.number));
       Map m = segment("arc_centre", points({a, b}), "slerp");
-      m.set("centre", NumericArray({e.centre[0], e.centre[1], e.centre[2]}));
+      // Off the edge the tool runs on a circle about the same axis.
+      const Vec3 up = spatial::unit(e.axis);
+      const Vec3 centre = add(e.centre, scale(up, dot(sub(a.p, e.centre), up)));
+      m.set("centre", NumericArray({centre[0], centre[1], centre[2]}));
       m.set("axis", NumericArray({e.axis[0], e.axis[1], e.axis[2]}));
       m.set("angle", e.angle / pieces);
       way.push_back(std::move(m));
@@ -306,8 +313,19 @@ Result<Value> along_edges(CommandContext& ctx, const Map& args) {
   t.description = text_of(args, "description");
   if (has(args, "sample_time")) t.sample_time = real(args, "sample_time");
   RMP_TRY(check_trajectory(ctx, name, t));
-  RMP_TRY_ASSIGN(const auto made, ctx.edit().add(name, std::move(t)));
-  return Value(Application::handle(made));
+  const auto existing = ctx.snapshot().find(Kind::trajectory, name);
+  if (!flag(args, "replace") || !existing) {
+    RMP_TRY_ASSIGN(const auto made, ctx.edit().add(name, std::move(t)));
+    return Value(Application::handle(made));
+  }
+  // Where it stands in worlds it goes on standing; what is not given stays as it was.
+  RMP_TRY(change<model::Trajectory>(ctx, *existing, [&](model::Trajectory& old) -> Result<void> {
+    old.segments = std::move(t.segments);
+    if (!t.description.empty()) old.description = std::move(t.description);
+    if (has(args, "sample_time")) old.sample_time = t.sample_time;
+    return {};
+  }));
+  return Value(Application::handle(*existing));
 }
 
 }  // namespace
@@ -326,7 +344,7 @@ RMP_COMMANDS(along_edges_commands) {
            "In the solid's frame. The tool's x runs along the way, its z into the part, half way "
            "between the two faces or from where `from` says, then turned by tilt and lead. Lines "
            "and arcs are exact, other edges are splines through their points. At a corner the tool "
-           "stops and turns on the spot. The segments are those of now: they do not follow a later "
+           "stops and turns. The segments are those of now: they do not follow a later "
            "edit of the solid.",
        .example =
            "local plate = solid.create{name = \"plate\", root = {kind = \"box\", x = 0.2, y = 0.1, "
@@ -347,6 +365,9 @@ RMP_COMMANDS(along_edges_commands) {
             defaulted("tilt", "real", "rad", 0.0, "Turn of the tool about the way."),
             defaulted("lead", "real", "rad", 0.0,
                       "Turn about the tool's y after it: above 0 its tip points ahead."),
+            length("stand_off",
+                   "Distance from the edge, along the tool: so that the wire of a torch or the "
+                   "drop of a nozzle does not count as a contact with the part."),
             length("lead_in", "Way straight on before the first edge."),
             length("lead_out", "Way straight on behind the last edge."),
             length("approach", "Way along the tool to the first place."),
@@ -361,6 +382,9 @@ RMP_COMMANDS(along_edges_commands) {
                                 "two points from the edge; the solid's own when left out.")),
             above_zero(optional("sample_time", "real", "s",
                                 "Time between samples when a run does not say otherwise.")),
+            defaulted("replace", "bool", "", false,
+                      "Put the segments in place of those of a trajectory that has the name: "
+                      "worlds that run it run the new ones."),
             optional("description", "string", "", "What it is.")},
        .returns = {"handle", "", "", {}},
        .effect = Effect::edits,

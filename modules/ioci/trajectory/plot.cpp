@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Trajectories as recordings and pictures.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 
 #include "ioci/core/commands.h"
 #include "ioci/recording/plot_answer.h"
+#include "ioci/recording/watchers.h"
 #include "ioci/trajectory/segments.h"
 #include "motion/cartesian_path.h"
 #include "spatial/vec.h"
@@ -36,23 +38,32 @@ Result<Sampled> sampled(const CommandContext& ctx, const motion::Path& path, con
   return out;
 }
 
-/// |da/dt| of the tool's origin, by differences of the acceleration within its piece. Where the
-/// acceleration jumps the jerk has no value; what it is on the calmer side is reported.
+/// |da/dt| of the tool's origin, by differences of the acceleration within its piece: over four
+/// steps side by side, of which one may hold a place where the acceleration jumps or its rate
+/// turns round. That one is not what counts.
 Result<double> jerk_at(const motion::Path::Piece& piece, double time) {
-  const double T = piece.segment->duration(), h = 1e-4 * T;
+  constexpr std::size_t kPlaces = 5;
+  const double T = piece.segment->duration(), h = 0.25e-4 * T;
   const double t = std::clamp(time - piece.start, 0.0, T);
-  const double at[3] = {std::max(t - h, 0.0), t, std::min(t + h, T)};
-  PathSample s[3];
+  // Near an end of the piece all steps are moved inwards.
+  const double first = std::clamp(t - 2 * h, 0.0, T - 4 * h);
+  std::array<double, kPlaces> at{};
+  for (std::size_t i = 0; i < kPlaces; ++i) at[i] = std::min(first + static_cast<double>(i) * h, T);
+  std::array<PathSample, kPlaces> s;
   RMP_TRY(piece.segment->sample(at, s));
-  const auto slope = [&](std::size_t a, std::size_t b) {
-    return spatial::scale(spatial::sub(s[b].acceleration, s[a].acceleration), 1 / (at[b] - at[a]));
-  };
-  if (at[1] - at[0] < 0.5 * h) return spatial::norm(slope(1, 2));
-  if (at[2] - at[1] < 0.5 * h) return spatial::norm(slope(0, 1));
-  const Vec3 before = slope(0, 1), after = slope(1, 2);
-  const double a = spatial::norm(before), b = spatial::norm(after),
-               both = spatial::norm(spatial::scale(spatial::add(before, after), 0.5));
-  return std::min({both, std::max(a, b), 2 * std::min(a, b) + 1e-9});
+  std::array<double, kPlaces - 1> sizes{};
+  Vec3 sum{};
+  for (std::size_t i = 0; i + 1 < kPlaces; ++i) {
+    const Vec3 slope = spatial::scale(spatial::sub(s[i + 1].acceleration, s[i].acceleration),
+                                      1 / (at[i + 1] - at[i]));
+    sum = spatial::add(sum, slope);
+    sizes[i] = spatial::norm(slope);
+  }
+  std::sort(sizes.begin(), sizes.end());
+  const double mean = spatial::norm(sum) / (kPlaces - 1);
+  // Where all are alike, their mean is the value in the middle.
+  if (sizes.back() - sizes.front() <= 0.01 * mean) return mean;
+  return sizes[kPlaces - 3];
 }
 
 Result<recording::Recording> recording_of(const std::string& name, const motion::Path& path,
@@ -108,7 +119,10 @@ Result<Value> plot(CommandContext& ctx, const Map& args) {
                  recording_of(ctx.snapshot().find(ref(args, "id"))->name, *path, s));
   recording::PlotRequest request;
   request.recordings = {&r};
-  return plot_answer(std::move(request), args, {"x", "y", "z", "speed", "acceleration", "jerk"});
+  RMP_TRY_ASSIGN(Value answer, plot_answer(ctx, std::move(request), args,
+                                           {"x", "y", "z", "speed", "acceleration", "jerk"}));
+  RMP_TRY(watch_drawing(ctx, "trajectory.plot", args));
+  return answer;
 }
 
 }  // namespace
@@ -121,13 +135,14 @@ RMP_COMMANDS(trajectory_plot_commands) {
       {.name = "trajectory.record",
        .classic = "",
        .summary = "Samples place, speed, acceleration and jerk over time into a recording.",
-       .details = "Columns: time, x, y, z, speed, acceleration, jerk, turning, "
-                  "angular_acceleration. The jerk is given within each piece; where the "
-                  "acceleration jumps it has no value, and the calmer side's is given. What can be "
-                  "done with recordings, such as plots and CSV, is in recording.*.",
+       .details =
+           "Columns: time, x, y, z, speed, acceleration, jerk, turning, "
+           "angular_acceleration. The jerk is given within each piece; where the "
+           "acceleration jumps it has no value, and that beside the jump is given. What can be "
+           "done with recordings, such as plots and CSV, is in recording.*.",
        .example = with_stroke("local r = stroke:record{step = 0.01}\n"
                               "assert(math.abs(r:values{\"speed\"}[50] - 0.1) < 1e-12)"),
-       .params = {self("trajectory"), step},
+       .params = {self("trajectory"), step, watch_field()},
        .returns = {"handle", "", "", {}},
        .effect = Effect::simulates,
        .run = record});
@@ -137,9 +152,11 @@ RMP_COMMANDS(trajectory_plot_commands) {
        .summary = "Draws a trajectory: place, speed, acceleration and jerk over time, or its path.",
        .details =
            "*.svg is written by the program itself, *.png and *.pdf through gnuplot; without "
-           "a file the plot is returned in characters, for the console.",
+           "a file the plot is returned: in characters for the console, or as the argument as "
+           "says.",
        .example = with_stroke("stroke:plot{file = \"stroke.svg\"}\n"
-                              "stroke:plot{file = \"stroke_path.svg\", kind = \"path\"}"),
+                              "stroke:plot{file = \"stroke_path.svg\", kind = \"path\"}\n"
+                              "assert(stroke:plot{as = \"svg\"}:find(\"<svg\"))"),
        .params = {self("trajectory"),
                   optional("file", "path", "",
                            "The picture, *.svg, *.png or *.pdf; as text when left out."),
@@ -151,8 +168,9 @@ RMP_COMMANDS(trajectory_plot_commands) {
                   optional("title", "string", "", "Title; the trajectory's name when left out."),
                   between(defaulted("width", "int", "", 900, "Pixels."), 100, 10000),
                   between(optional("height", "int", "", "Pixels; what the panels need."), 100,
-                          10000)},
-       .returns = {"string", "", "The file, or the plot as text.", {}},
+                          10000),
+                  watch_file_field(), plot_answer_field()},
+       .returns = {"string", "", "The file, or the plot itself.", {}},
        .effect = Effect::reads,
        .sometimes = Effect::files_write | Effect::processes,
        .run = plot});

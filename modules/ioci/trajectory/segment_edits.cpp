@@ -177,12 +177,17 @@ RMP_COMMANDS(trajectory_segment_commands) {
            with_corner("stroke:set_transition{index = 2, distance = \"5 mm\"}\n"
                        "assert(stroke:segments()[2].kind == \"transition\")\n"
                        "stroke:set_transition(2, \"none\")\nassert(#stroke:segments() == 2)"),
-       .params = {self("trajectory"), needed("index", "int", "", "The segment that it leads to."),
-                  choice("kind", {"smooth", "none"}, "Whether there is one."),
-                  between(optional("distance", "real", "m", "Of the cut from the corner."), 0, 1e6),
-                  between(optional("speed", "real", "m/s",
-                                   "Greatest speed within it; faster neighbours slow down to it."),
-                          0, 1e6)},
+       .params =
+           {self("trajectory"), needed("index", "int", "", "The segment that it leads to."),
+            choice("kind", {"smooth", "none"}, "Whether there is one."),
+            between(
+                optional(
+                    "distance", "real", "m",
+                    "Of the cut from the corner; no more than 45 % of a neighbour's time is cut."),
+                0, 1e6),
+            between(optional("speed", "real", "m/s",
+                             "Greatest speed within it; faster neighbours slow down to it."),
+                    0, 1e6)},
        .returns = {},
        .effect = Effect::edits,
        .run = set_transition});

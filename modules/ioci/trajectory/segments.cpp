@@ -85,7 +85,10 @@ Result<model::Transition> read_transition(const CommandContext& ctx, const Value
     return error(ErrorCode::invalid_argument, v.text() + " is not a transition",
                  "Give \"none\", \"smooth\" or {distance = ..., speed = ...}.", path);
   const Schema schema{
-      between(optional("distance", "real", "m", "Of the cut from the corner."), 0, 1e6),
+      between(
+          optional("distance", "real", "m",
+                   "Of the cut from the corner; no more than 45 % of a neighbour's time is cut."),
+          0, 1e6),
       between(optional("speed", "real", "m/s", "Greatest within it."), 0, 1e6)};
   RMP_TRY_ASSIGN(const Map given, read_map(ctx, schema, v, path));
   if (has(given, "distance")) out.distance = real(given, "distance");
@@ -316,9 +319,8 @@ Result<void> check_trajectory(const CommandContext& ctx, const std::string& name
 }
 
 Result<std::shared_ptr<const motion::Path>> path_of(const CommandContext& ctx, const Map& args) {
-  return motion::Path::build(ctx.app.registry, ctx.snapshot().find(ref(args, "id"))->name,
-                             content<model::Trajectory>(ctx, args),
-                             motion::stored_in(ctx.snapshot()));
+  return ctx.app.paths.find(ctx.app.registry, ctx.snapshot(),
+                            TrajectoryId{ref(args, "id").number});
 }
 
 Result<Value> change_trajectory(CommandContext& ctx, const Map& args,

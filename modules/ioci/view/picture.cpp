@@ -7,6 +7,7 @@
 #include <system_error>
 
 #include "ioci/view/map_view.h"
+#include "kernel/file_root.h"
 #include "spatial/pose.h"
 #include "spatial/vec.h"
 
@@ -200,8 +201,7 @@ Result<void> check_new_file(const std::string& file, const std::string& extensio
   if (ending != extension)
     return error(ErrorCode::invalid_argument, text::quote(file) + " does not end with " + extension,
                  only, "file");
-  std::error_code ignored;
-  if (path.has_parent_path() && !fs::is_directory(path.parent_path(), ignored))
+  if (path.has_parent_path() && file_kind(path.parent_path()) != FileKind::folder)
     return error(ErrorCode::not_found,
                  "cannot write " + text::quote(file) + ": there is no folder " +
                      text::quote(path.parent_path().string()),

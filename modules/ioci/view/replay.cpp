@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <optional>
 #include <system_error>
@@ -12,12 +11,13 @@
 #include "io/native.h"
 #include "ioci/core/commands.h"
 #include "ioci/core/word_list.h"
+#include "ioci/recording/watchers.h"
 #include "ioci/view/lone_robot.h"
 #include "ioci/view/picture.h"
-#include "kernel/permit.h"
-#include "kernel/process.h"
+#include "kernel/file_root.h"
 #include "scene/build.h"
 #include "scene/gif.h"
+#include "scene/mp4.h"
 #include "scene/replay.h"
 
 namespace robomosp::ioci {
@@ -102,8 +102,10 @@ Result<Value> replay(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(request.columns, plotted(*show.recording, args));
   RMP_TRY_ASSIGN(const auto data,
                  scene::replay_data(show.built.scene, show.playback, request, ctx.progress));
-  const std::string page = scene::replay_page(data, request.title);
+  const std::string page =
+      scene::replay_page(data, request.title, ctx.app.watchers->draws(file) || flag(args, "watch"));
   RMP_TRY(io::write_file(file, page));
+  RMP_TRY(watch_drawing(ctx, "recording.replay", args));
   return Value(Map{{"file", file},
                    {"bytes", page.size()},
                    {"duration", scene::duration(show.playback)},
@@ -111,35 +113,21 @@ Result<Value> replay(CommandContext& ctx, const Map& args) {
                    {"left_out", report_left_out(ctx, show.built)}});
 }
 
-/// A folder for frames: the user's, or one that goes away with this.
+/// The user's folder for frames.
 class FrameFolder {
  public:
-  FrameFolder() = default;
-  FrameFolder(const FrameFolder&) = delete;
-  FrameFolder& operator=(const FrameFolder&) = delete;
-  ~FrameFolder() {
-    std::error_code ignored;
-    if (is_own_) fs::remove_all(path_, ignored);
-  }
   Result<void> keep(const std::string& folder) {
     path_ = folder;
-    std::error_code failed;
-    fs::create_directory(path_, failed);
-    if (fs::is_directory(path_, failed)) return {};
+    const FileKind above =
+        path_.has_parent_path() ? file_kind(path_.parent_path()) : FileKind::folder;
+    if (file_kind(path_) == FileKind::none && above == FileKind::folder)
+      if (const auto made = make_folders(path_);
+          !made.ok() && made.error().code == ErrorCode::permission)
+        return made.error();
+    if (file_kind(path_) == FileKind::folder) return {};
     return error(ErrorCode::io, "cannot make the folder " + text::quote(folder) + " for frames",
                  "Create the folder it lies in, or choose another one.", "frames");
   }
-  Result<void> make() {
-    std::error_code failed;
-    std::string name = (fs::temp_directory_path(failed) / "robomosp-frames-XXXXXX").string();
-    if (failed || !::mkdtemp(name.data()))
-      return error(ErrorCode::io, "cannot make a temporary folder for frames",
-                   "Free some space, or give frames, a folder of your own.");
-    path_ = name;
-    is_own_ = true;
-    return {};
-  }
-  [[nodiscard]] const fs::path& path() const { return path_; }
   /// Of frame 1, 2 and so on.
   [[nodiscard]] fs::path frame(std::size_t number) const {
     std::array<char, 32> name{};
@@ -148,14 +136,12 @@ class FrameFolder {
   }
   /// Frames of a longer run before are not taken for this run's.
   void remove_after(std::size_t count) const {
-    std::error_code ignored;
-    for (std::size_t i = count + 1; fs::remove(frame(i), ignored); ++i) {
-    }
+    for (std::size_t i = count + 1;; ++i)
+      if (const auto removed = remove_file(frame(i)); !removed.ok() || !*removed) return;
   }
 
  private:
   fs::path path_;
-  bool is_own_ = false;
 };
 
 /// Progress of one part of longer work: `from`..`to` of the whole.
@@ -171,67 +157,6 @@ class Part final : public Progress {
   Progress& whole_;
   double from_, to_;
 };
-
-/// Joins frames 1..count to an MP4 file that appears when it is complete.
-Result<void> encode(const fs::path& ffmpeg, const FrameFolder& frames, std::size_t count,
-                    double fps, const std::string& file, Progress& progress) {
-  std::string pattern;
-  for (const char c : frames.path().string()) pattern += c == '%' ? "%%" : std::string(1, c);
-  const std::string part = file + ".part";
-  std::string said;
-  ProcessSpec run;
-  run.program = ffmpeg;
-  run.seconds = 6 * 3600;
-  // Even sizes, which the colour format that every player knows needs.
-  run.arguments = {"-hide_banner",
-                   "-loglevel",
-                   "error",
-                   "-nostats",
-                   "-nostdin",
-                   "-progress",
-                   "pipe:2",
-                   "-y",
-                   "-framerate",
-                   text::print(fps),
-                   "-start_number",
-                   "1",
-                   "-i",
-                   pattern + "/frame_%06d.png",
-                   "-frames:v",
-                   std::to_string(count),
-                   "-vf",
-                   "pad=ceil(iw/2)*2:ceil(ih/2)*2",
-                   "-c:v",
-                   "libx264",
-                   "-crf",
-                   "18",
-                   "-pix_fmt",
-                   "yuv420p",
-                   "-movflags",
-                   "+faststart",
-                   "-f",
-                   "mp4",
-                   "file:" + part};
-  run.line = [&](std::string_view line) {
-    const std::size_t equals = line.find('=');
-    if (line.starts_with("frame=")) {
-      if (const auto done = text::read_int(text::trim(line.substr(6))))
-        progress.report(static_cast<double>(*done) / static_cast<double>(count), "encoding");
-    } else if (equals == line.npos || line.substr(0, equals).find(' ') != line.npos) {
-      said = std::string(line);  // no report of progress: a complaint
-    }
-  };
-  auto done = run_process(run, progress);
-  std::error_code failed;
-  if (done.ok()) fs::rename(part, file, failed);
-  if (done.ok() && !failed) return {};
-  fs::remove(part, failed);
-  if (!done.ok() && done.error().code == ErrorCode::cancelled) return std::move(done).error();
-  return error(ErrorCode::io,
-               "ffmpeg did not write " + text::quote(file) + ": " +
-                   (said.empty() && !done.ok() ? done.error().message : said),
-               "Give frames, a folder, to keep the pictures, and join them by hand.", "file");
-}
 
 /// The times of the frames of a video.
 struct FrameTimes {
@@ -267,7 +192,6 @@ Result<Value> video(CommandContext& ctx, const Map& args) {
                  "Give file, an .mp4 or .gif, or frames, a folder for PNG files, or both.", "file");
   const std::string file = has_file ? text_of(args, "file") : "";
   const bool is_gif = fs::path(file).extension() == ".gif";
-  fs::path ffmpeg;
   if (is_gif) {
     RMP_TRY(check_new_file(file, ".gif", ""));
     if (real(args, "fps") > kMostGifRate)
@@ -276,14 +200,6 @@ Result<Value> video(CommandContext& ctx, const Map& args) {
                    "Give an fps of 50 or less, or an .mp4.", "fps");
   } else if (has_file) {
     RMP_TRY(check_new_file(file, ".mp4", "Films are written as .mp4 or .gif."));
-    RMP_TRY(require(Effect::processes));  // before any frame is written
-    ffmpeg = program_on_path("ffmpeg");
-    if (ffmpeg.empty())
-      return error(
-          ErrorCode::unsupported, "MP4 files need the program ffmpeg, which is not installed",
-          "Install it (Debian's package ffmpeg), or give a file *.gif, or frames, a folder "
-          "for PNG files.",
-          "file");
   }
   RMP_TRY_ASSIGN(render::Options options, read_picture(args));
   if (options.look.background == render::Background::transparent && has_file)
@@ -295,14 +211,19 @@ Result<Value> video(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(options.look.section, read_section(ctx, args, show.built.scene));
   RMP_TRY_ASSIGN(const auto drawer, renderer(ctx.app));
   FrameFolder frames;
-  const bool is_png = has_frames || !is_gif;
-  if (is_png) RMP_TRY(has_frames ? frames.keep(text_of(args, "frames")) : frames.make());
+  if (has_frames) RMP_TRY(frames.keep(text_of(args, "frames")));
+  std::optional<scene::Mp4Writer> mp4;
+  if (has_file && !is_gif) {
+    RMP_TRY_ASSIGN(scene::Mp4Writer made,
+                   scene::Mp4Writer::create(static_cast<std::size_t>(options.width),
+                                            static_cast<std::size_t>(options.height), fps));
+    mp4.emplace(std::move(made));
+  }
 
   // The colours of a GIF are chosen before its first frame, from some of all.
   const std::size_t tried = is_gif ? std::min(times.count, kTriedFrames) : 0;
-  const double drawing = has_file && !is_gif ? 0.9 : 1.0;
   const auto at = [&](std::size_t i) {
-    return drawing * static_cast<double>(i) / static_cast<double>(times.count + tried);
+    return static_cast<double>(i) / static_cast<double>(times.count + tried);
   };
   std::size_t drawn = 0;
   const auto draw = [&](std::size_t frame) -> Result<render::Image> {
@@ -328,19 +249,20 @@ Result<Value> video(CommandContext& ctx, const Map& args) {
   for (std::size_t i = 0; i < times.count; ++i) {
     RMP_TRY_ASSIGN(const render::Image image, draw(i));
     if (gif) gif->add(image.rgba, static_cast<double>(i + 1) / fps);
-    if (!is_png) continue;
+    if (mp4) RMP_TRY(mp4->add(image.rgba));
+    if (!has_frames) continue;
     const auto png = guarded("renderer", [&] { return drawer->png(image); });
     if (!png.ok()) return png.error();
     RMP_TRY(io::write_file(frames.frame(i + 1), *png));
   }
-  if (is_png) frames.remove_after(times.count);
+  if (has_frames) frames.remove_after(times.count);
   Map out;
   if (gif) {
     RMP_TRY(io::write_file(file, gif->finish()));
     out.set("file", file);
-  } else if (has_file) {
-    Part part(ctx.progress, drawing, 1.0);
-    RMP_TRY(encode(ffmpeg, frames, times.count, fps, file, part));
+  } else if (mp4) {
+    RMP_TRY_ASSIGN(const std::string bytes, mp4->finish());
+    RMP_TRY(io::write_file(file, bytes));
     out.set("file", file);
   }
   if (has_frames) out.set("folder", text_of(args, "frames"));
@@ -385,6 +307,7 @@ CommandSpec replay_command() {
                       0.01, 1000),
               world_field()};
   for (ParamSpec& p : camera_params()) c.params.push_back(std::move(p));
+  c.params.push_back(watch_file_field());
   c.returns = {"map",
                "",
                "",
@@ -402,16 +325,17 @@ CommandSpec video_command() {
   c.name = "recording.video";
   c.summary = "Films a recording: an animated GIF, an MP4 video, or frames as PNG files.";
   c.details =
-      "All frames are drawn by one renderer without a window. A GIF is written by the program "
-      "itself, in 255 colours; an MP4 by the program ffmpeg, where it is installed. The frames are "
-      "kept when a folder is named for them. draft is quick, normal and high take seconds a frame. "
-      "A recording of a robot alone shows that robot.";
+      "All frames are drawn by one renderer without a window. A GIF has 255 colours; an MP4 has "
+      "all, is a tenth as large and plays in every browser (H.264, by the library OpenH264). The "
+      "frames are kept when a folder is named for them. draft is quick, normal and high take up to "
+      "seconds a frame. A recording of a robot alone shows that robot.";
   c.example = with_run(
       "local done = run:video{file = \"run.gif\", fps = 20, size = {96, 64}}\n"
-      "assert(done.frames == 3)");
+      "assert(done.frames == 3)\n"
+      "run:video{file = \"run.mp4\", fps = 20, size = {96, 64}}");
   c.params = {
       self("recording"),
-      optional("file", "path", "", "The film: *.gif, or *.mp4, which needs ffmpeg."),
+      optional("file", "path", "", "The film: *.mp4 or *.gif."),
       optional("frames", "path", "",
                "Folder in which the frames are kept, frame_000001.png and so on."),
       between(defaulted("fps", "real", "Hz", 25.0, "Frames a second."), 0.1, 240),
@@ -437,7 +361,6 @@ CommandSpec video_command() {
                 field("duration", "real", "s", "How long the video plays."),
                 field("left_out", "list", "", "Sentences about what could not be drawn.")}};
   c.effect = Effect::files_write;
-  c.sometimes = Effect::processes;
   c.run = video;
   return c;
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pictures of records as PNG files, by a provider of robomosp.renderer/2; and redraw.
+// Pictures of records, as PNG files or as their bytes, by a provider of robomosp.renderer/2; and
+// redraw (layer: application).
 #include <algorithm>
 #include <optional>
 
@@ -8,6 +9,7 @@
 #include "ioci/view/lone_robot.h"
 #include "ioci/view/map_view.h"
 #include "ioci/view/picture.h"
+#include "kernel/base64.h"
 #include "robotics/build_model.h"
 #include "scene/build.h"
 #include "scene/contacts.h"
@@ -16,10 +18,17 @@
 namespace robomosp::ioci {
 namespace {
 
-Result<Value> render_what(CommandContext& ctx, const Map& args) {
+/// Bytes of the greatest picture of an answer; as text it is a third longer.
+constexpr std::size_t kLongestPicture = std::size_t{45} << 20;
+
+/// A picture and what is said of it.
+struct Drawn {
+  std::string png;  ///< the bytes of the file
+  Map about;        ///< width, height, items, left_out
+};
+
+Result<Drawn> draw_what(CommandContext& ctx, const Map& args) {
   AnyId id = ref(args, has(args, "id") ? "id" : "what");
-  const std::string file = text_of(args, "file");
-  RMP_TRY(check_new_file(file, ".png", "Pictures are written as PNG files only."));
   RMP_TRY_ASSIGN(render::Options options, read_picture(args));
   render::Look& look = options.look;
 
@@ -117,18 +126,41 @@ Result<Value> render_what(CommandContext& ctx, const Map& args) {
         "normal round or move the plane.");
 
   RMP_TRY_ASSIGN(const auto drawer, renderer(ctx.app));
-  RMP_TRY_ASSIGN(const std::string bytes, draw_png(*drawer, built.scene, options, ctx.progress));
-  RMP_TRY(io::write_file(file, bytes));
+  RMP_TRY_ASSIGN(std::string bytes, draw_png(*drawer, built.scene, options, ctx.progress));
   List left_out;
   for (const std::string& sentence : built.left_out) {
     ctx.app.messages.post(Severity::warning, "left_out", sentence, "view");
     left_out.emplace_back(sentence);
   }
-  return Value(Map{{"file", file},
-                   {"width", options.width},
-                   {"height", options.height},
-                   {"items", built.scene.items.size()},
-                   {"left_out", std::move(left_out)}});
+  return Drawn{std::move(bytes),
+               {{"width", options.width},
+                {"height", options.height},
+                {"items", built.scene.items.size()},
+                {"left_out", std::move(left_out)}}};
+}
+
+Result<Value> render_what(CommandContext& ctx, const Map& args) {
+  const std::string file = text_of(args, "file");
+  RMP_TRY(check_new_file(file, ".png", "Pictures are written as PNG files only."));
+  RMP_TRY_ASSIGN(const Drawn drawn, draw_what(ctx, args));
+  RMP_TRY(io::write_file(file, drawn.png));
+  Map out{{"file", file}};
+  for (const auto& [key, value] : drawn.about) out.set(key, value);
+  return Value(std::move(out));
+}
+
+Result<Value> picture_of(CommandContext& ctx, const Map& args) {
+  RMP_TRY_ASSIGN(const Drawn drawn, draw_what(ctx, args));
+  if (drawn.png.size() > kLongestPicture)
+    return error(ErrorCode::unsupported,
+                 "the picture takes " + std::to_string(drawn.png.size() >> 20) +
+                     " MiB, and an answer holds one of " + std::to_string(kLongestPicture >> 20),
+                 "Make it smaller, or draw it to a file (render).", "size");
+  std::string text;
+  base64::append(text, drawn.png);
+  Map out{{"png", std::move(text)}};
+  for (const auto& [key, value] : drawn.about) out.set(key, value);
+  return Value(std::move(out));
 }
 
 Result<Value> redraw(CommandContext& ctx, const Map&) {
@@ -161,6 +193,20 @@ CommandSpec render_command(std::string name, std::string summary, std::string ex
   return c;
 }
 
+/// `render` gives the file's bytes instead of writing it.
+CommandSpec picture_command(std::string name, std::string summary, std::string example,
+                            ParamSpec what, const PictureAbilities& can) {
+  CommandSpec c =
+      render_command(std::move(name), std::move(summary), std::move(example), std::move(what), can);
+  c.details = "For notebooks and programs elsewhere: no file is written. All else is as of render.";
+  std::erase_if(c.params, [](const ParamSpec& p) { return p.name == "file"; });
+  c.returns.fields.front() =
+      field("png", "string", "", "The bytes of a PNG file as base64 (RFC 4648).");
+  c.effect = Effect::reads;
+  c.run = picture_of;
+  return c;
+}
+
 std::string with_plate(const std::string& rest) {
   return "local plate = solid.create{name = \"plate\", root = {kind = \"difference\", children = "
          "{\n"
@@ -175,6 +221,7 @@ RMP_COMMANDS(view_commands) {
   const std::string small = "size = {96, 64}, quality = \"draft\"}";
   std::vector<CommandSpec> all;
   ParamSpec what = needed("what", "ref:world|robot|object|solid|material", "", "What to draw.");
+  const std::string is_png = "\nassert(p.width == 96 and p.png:sub(1, 11) == \"iVBORw0KGgo\")";
   all.push_back(render_command(
       "view.render", "Draws a world, robot, object, solid or material to a PNG file.",
       with_plate(
@@ -210,6 +257,37 @@ RMP_COMMANDS(view_commands) {
       "metalness = 1, shininess = 0.8}\n"
       "brass:render{file = \"brass.png\", " +
           small,
+      self("material"), {.has_mass = false, .has_frames = false, .has_parts = false}));
+  all.push_back(picture_command(
+      "view.picture", "Draws a world, robot, object, solid or material and gives the PNG's bytes.",
+      with_plate("local p = view.picture{what = \"plate\", view = \"top\", " + small + is_png),
+      needed("what", "ref:world|robot|object|solid|material", "", "What to draw."),
+      {.has_joints = true, .moves = true}));
+  all.push_back(
+      picture_command("solid.picture", "Draws a solid and gives the PNG's bytes.",
+                      with_plate("local p = plate:picture{section = \"-y\", " + small + is_png),
+                      self("solid"), {.has_parts = false}));
+  all.push_back(picture_command(
+      "object.picture", "Draws an object and gives the PNG's bytes.",
+      with_plate("local stack = object.create{name = \"stack\", parts = {{what = \"plate\"}}}\n"
+                 "local p = stack:picture{" +
+                 small + is_png),
+      self("object"), {}));
+  all.push_back(picture_command("robot.picture", "Draws a robot and gives the PNG's bytes.",
+                                "local arm = robot.get(\"twolink\")\n"
+                                "local p = arm:picture{q = {\"30 deg\", \"45 deg\"}, " +
+                                    small + is_png,
+                                self("robot"), {.has_joints = true, .records = true}));
+  all.push_back(picture_command("world.picture", "Draws a world and gives the PNG's bytes.",
+                                "local cell = world.create{name = \"cell\"}\n"
+                                "local p = cell:picture{view = \"front\", " +
+                                    small + is_png,
+                                self("world"), {.moves = true}));
+  all.push_back(picture_command(
+      "material.picture", "Draws a material, on a sphere and a cone, and gives the PNG's bytes.",
+      "local brass = material.create{name = \"brass\", density = 8500, colour = \"#c8a44a\"}\n"
+      "local p = brass:picture{" +
+          small + is_png,
       self("material"), {.has_mass = false, .has_frames = false, .has_parts = false}));
   all.push_back({.name = "view.redraw",
                  .classic = "ForceReDraw",

@@ -11,6 +11,7 @@
 #include "ioci/core/commands.h"
 #include "ioci/exchange/loaded.h"
 #include "ioci/world/members.h"
+#include "kernel/fresh_names.h"
 #include "model/placement.h"
 #include "spatial/pose.h"
 
@@ -30,7 +31,7 @@ class Elements {
   template <class List>
   Result<void> put(List World::*list, typename List::value_type made) {
     const std::string wanted = made.name;
-    const bool is_taken = taken_.contains(wanted);
+    const bool is_taken = taken_.is_taken(wanted);
     if (is_taken && clash_ == Clash::refuse)
       return error(ErrorCode::conflict, "there is already a member named " + text::quote(wanted),
                    "Give another name, or clash = \"rename\" or \"replace\".");
@@ -46,8 +47,7 @@ class Elements {
         if (keeps_places_) made.placement = old->placement;
       members[static_cast<std::size_t>(old - members.begin())] = std::move(made);
     } else {
-      made.name = is_taken ? free_name(wanted) : wanted;
-      taken_.insert(made.name);
+      made.name = taken_.fresh(wanted);
       members.push_back(std::move(made));
     }
     const std::string& name = clash_ == Clash::replace ? wanted : members.back().name;
@@ -105,12 +105,6 @@ class Elements {
     const auto at = renamed_.find(name);
     return at == renamed_.end() ? name : at->second;
   }
-  /// wanted_2, wanted_3, ...: the first that is free.
-  std::string free_name(const std::string& wanted) {
-    std::size_t& n = next_.try_emplace(wanted, 2).first->second;
-    while (taken_.contains(wanted + "_" + std::to_string(n))) ++n;
-    return wanted + "_" + std::to_string(n);
-  }
   Result<void> put_signal(const model::Signal& s) {
     const auto same = std::find_if(world_.signals.begin(), world_.signals.end(),
                                    [&](const model::Signal& k) { return k.name == s.name; });
@@ -131,8 +125,7 @@ class Elements {
   World& world_;
   Clash clash_;
   bool keeps_places_;
-  std::set<std::string> taken_;              ///< names of members
-  std::map<std::string, std::size_t> next_;  ///< number that may be free, of a name
+  FreshNames taken_;  ///< names of members
   std::map<std::string, std::string> renamed_;
   List names_;
 };

@@ -53,6 +53,7 @@ Result<std::size_t> find_member(const CommandContext& ctx, WorldId world, docume
 
 AnyId robot_of(const model::PlacedRobot& r) { return r.robot; }
 AnyId trajectory_of(const model::PlacedTrajectory& t) { return t.trajectory; }
+AnyId task_of(const model::PlacedTask& t) { return t.task; }
 
 bool has_member(const World& w, const std::string& name) {
   const auto has = [&](const auto& list) {
@@ -78,6 +79,12 @@ Result<std::size_t> find_trajectory(const CommandContext& ctx, WorldId world, co
   return find_member(ctx, world, document::MemberList::trajectories,
                      ctx.snapshot().get(world)->trajectories, given, trajectory_of, "trajectory",
                      path);
+}
+
+Result<std::size_t> find_task(const CommandContext& ctx, WorldId world, const Value& given,
+                              std::string_view path) {
+  return find_member(ctx, world, document::MemberList::tasks, ctx.snapshot().get(world)->tasks,
+                     given, task_of, "task", path);
 }
 
 namespace {

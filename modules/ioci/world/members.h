@@ -33,6 +33,9 @@ namespace robomosp::ioci {
 /// The same of a trajectory.
 [[nodiscard]] Result<std::size_t> find_trajectory(const CommandContext&, WorldId,
                                                   const Value& given, std::string_view path);
+/// The same of a task.
+[[nodiscard]] Result<std::size_t> find_task(const CommandContext&, WorldId, const Value& given,
+                                            std::string_view path);
 
 /// The frame "target" of a world; while there is none, its origin.
 inline constexpr std::string_view kTarget = "target";

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <optional>
 
+#include "evaluation/attached_tools.h"
 #include "ioci/core/commands.h"
 #include "ioci/robot/shown_robot.h"
 #include "ioci/world/members.h"
@@ -157,7 +158,11 @@ Result<Site> find_site(const CommandContext& ctx, const std::string& id) {
     if (const auto robot = ctx.snapshot().find(Kind::robot, owner)) {
       s.record = *robot;
       const auto& r = *ctx.snapshot().get(RobotId{robot->number});
-      s.placement = s.member == "base" ? r.base : r.tool;
+      s.placement = r.base;
+      if (s.member == "base") return s;
+      RMP_TRY_ASSIGN(const model::Robot equipped,
+                     evaluation::with_tool_frames(ctx.snapshot(), owner, r));
+      s.placement = equipped.tool;
       return s;
     }
   if (const auto world = ctx.snapshot().find(Kind::world, owner)) {
@@ -395,6 +400,12 @@ Result<Value> put(CommandContext& ctx, const Map& args, bool add) {
     RMP_TRY_ASSIGN(s.placement, placed_by(now, parent, view, s.placement));
   }
   auto done = ctx.edit().edit(s.record, [&](model::Record& r) -> Result<void> {
+    if (auto* robot = std::get_if<model::Robot>(&r.body);
+        robot && s.member == "tool" && !robot->tcp.empty())
+      return error(
+          ErrorCode::conflict,
+          "the tool is the centre point " + text::quote(robot->tcp) + " of an attached tool",
+          "Move that with object.set, or take the tool off with robot.detach.");
     if (auto* robot = std::get_if<model::Robot>(&r.body))
       (s.member == "base" ? robot->base : robot->tool) = s.placement;
     else if (auto* world = std::get_if<model::World>(&r.body)) {

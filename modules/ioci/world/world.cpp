@@ -4,8 +4,6 @@
 #include <chrono>
 #include <numeric>
 #include <set>
-#include <unordered_map>
-#include <unordered_set>
 
 #include "document/validate.h"
 #include "io/native.h"
@@ -15,6 +13,7 @@
 #include "ioci/robot/shown_robot.h"
 #include "ioci/world/members.h"
 #include "kernel/executor.h"
+#include "kernel/fresh_names.h"
 #include "kernel/quiet_progress.h"
 
 namespace robomosp::ioci {
@@ -87,23 +86,15 @@ Result<Value> add_objects(CommandContext& ctx, const Map& args) {
   }
   List names;
   RMP_TRY_ASSIGN(const Value none, change_world(ctx, args, [&](World& w) -> Result<void> {
-                   std::unordered_set<std::string> taken;
-                   for (const std::string& name : member_names(w)) taken.insert(name);
-                   std::unordered_map<std::string, std::size_t> next;  // number to try for a name
+                   FreshNames taken(member_names(w));
                    for (std::size_t i = 0; i < fresh.size(); ++i) {
                      model::PlacedObject& o = fresh[i];
-                     if (taken.contains(o.name)) {
-                       if (is_named[i])
-                         return error(ErrorCode::conflict,
-                                      "there is already a member named " + text::quote(o.name),
-                                      "Names are unique within a world.",
-                                      "objects[" + std::to_string(i + 1) + "]");
-                       const std::string stem = o.name;
-                       std::size_t& n = next.emplace(stem, 2).first->second;
-                       do o.name = stem + "_" + std::to_string(n++);
-                       while (taken.contains(o.name));
-                     }
-                     taken.insert(o.name);
+                     if (is_named[i] && taken.is_taken(o.name))
+                       return error(ErrorCode::conflict,
+                                    "there is already a member named " + text::quote(o.name),
+                                    "Names are unique within a world.",
+                                    "objects[" + std::to_string(i + 1) + "]");
+                     o.name = taken.fresh(o.name);
                      names.emplace_back(o.name);
                      w.objects.push_back(std::move(o));
                    }

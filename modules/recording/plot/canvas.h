@@ -26,6 +26,7 @@ enum class Anchor { start, middle, end };
 
 class Canvas {
  public:
+  static constexpr double kTextSize = 14;  ///< [px]
   Canvas(int width, int height) : width_(width), height_(height) {}
 
   void line(PixelPath points, Stroke stroke) {
@@ -35,8 +36,8 @@ class Canvas {
     shapes_.emplace_back(Area{std::move(corners), std::move(colour), opacity});
   }
   /// Its middle is at the height y; `upright` turns it by a quarter.
-  void text(double x, double y, std::string words, Anchor anchor = Anchor::start, double size = 12,
-            bool upright = false) {
+  void text(double x, double y, std::string words, Anchor anchor = Anchor::start,
+            double size = kTextSize, bool upright = false) {
     shapes_.emplace_back(Text{x, y, std::move(words), anchor, size, upright});
   }
 

@@ -27,7 +27,9 @@ std::string gnuplot_text(std::string_view s) {
   std::string out = "\"";
   for (const char c : s) {
     if (c == '"' || c == '\\') out += '\\';
-    if (c == '\n' || c == '\r') out += ' ';
+    // What stands between backquotes would be run by a shell.
+    if (c == '`') out += "\\140";
+    else if (c == '\n' || c == '\r' || c == '\0') out += ' ';
     else out += c;
   }
   return out + "\"";
@@ -39,7 +41,7 @@ namespace {
 std::string terminal_of(const Drawing& d, bool is_pdf) {
   const double dots = is_pdf ? 96 : 1;
   return fmt::format(
-      "set terminal {} noenhanced size {},{} font 'DejaVu Sans,11' background '#ffffff'\n",
+      "set terminal {} noenhanced size {},{} font 'DejaVu Sans,12' background '#ffffff'\n",
       is_pdf ? "pdfcairo" : "pngcairo",
       text::print_rounded(d.width / dots + 0.0, 6) + (is_pdf ? "in" : ""),
       text::print_rounded(d.height / dots + 0.0, 6) + (is_pdf ? "in" : ""));

@@ -82,7 +82,7 @@ std::string gnuplot_script(const HeatMap& m) {
   std::string s =
       "set border 31 linecolor rgb '#9aa3ad' linewidth 1\n"
       "set tics nomirror out textcolor rgb '#39424d'\n"
-      "set key at screen 0.02,0.03 left bottom Left reverse horizontal textcolor rgb '#39424d' "
+      "set key at screen 0.02,0.005 left bottom Left reverse horizontal textcolor rgb '#39424d' "
       "samplen 1\nset palette defined (";
   const auto colours = colour_map(kColours);
   for (std::size_t i = 0; i < colours.size(); ++i)

@@ -5,6 +5,8 @@
 #include <array>
 #include <cmath>
 
+#include "kernel/text.h"
+
 namespace robomosp::recording {
 namespace {
 
@@ -13,10 +15,12 @@ constexpr std::array<const char*, 10> kPalette{"#2f6fb7", "#e07b1f", "#3a9a4b", 
                                                "#7d5bb3", "#8a5a48", "#d264a8", "#6d7680",
                                                "#aaa623", "#22a3b8"};
 constexpr const char* kGrid = "#e3e7ec";
+constexpr const char* kFineGrid = "#f1f3f6";
 constexpr const char* kAxis = "#9aa3ad";
 constexpr const char* kBeyond = "#c43c3c";
-constexpr double kTitleSize = 15;
-constexpr double kLetter = 7.3;  ///< width of a letter of 12 pixels, about and at most
+// To be read at half the size as well.
+constexpr double kTextSize = Canvas::kTextSize, kTitleSize = 17;
+constexpr double kLetter = 0.61 * kTextSize;  ///< width of a letter, about and at most
 
 std::string colour_of(std::size_t i) { return kPalette[i % kPalette.size()]; }
 
@@ -99,8 +103,9 @@ class Flat {
     if (!plot.sources.empty()) top_ += draw_sources(canvas_, plot, left_, 48, by_source_);
     const double gaps = kGap * static_cast<double>(plot.panels.size() - 1);
     inner_ = (plot.height - top_ - kBottom - gaps) / static_cast<double>(plot.panels.size());
-    right_ = plot.width - (by_source_ ? 28.0 : 54 + std::max(74.0, widest_name()));
-    left_ = std::max(left_, 40 + widest_number());
+    right_ =
+        plot.width - (by_source_ || names_itself() ? 28.0 : 54 + std::max(74.0, widest_name()));
+    left_ = std::max(left_, 46 + widest_number());
   }
 
   void draw() {
@@ -125,7 +130,7 @@ class Flat {
     longer = {middle - span / 2, middle + span / 2};
   }
 
-  [[nodiscard]] int marks() const { return std::clamp(static_cast<int>(inner_ / 40), 4, 6); }
+  [[nodiscard]] int marks() const { return std::clamp(static_cast<int>(inner_ / 40), 3, 6); }
 
   [[nodiscard]] double widest_name() const {
     std::size_t letters = 0;
@@ -135,14 +140,23 @@ class Flat {
     return std::min(kLetter * static_cast<double>(letters), 0.3 * plot_.width);
   }
 
+  /// One line a panel, and its whole name beside the axis: that needs no legend.
+  [[nodiscard]] bool names_itself() const {
+    return plot_.sources.empty() &&
+           std::all_of(plot_.panels.begin(), plot_.panels.end(), [&](const PlotPanel& panel) {
+             return panel.lines.size() == 1 &&
+                    panel.y_label.starts_with(panel.lines.front().name) &&
+                    kLetter * static_cast<double>(panel.y_label.size()) < inner_ + kGap;
+           });
+  }
+
   /// Of the numbers beside the panels.
   [[nodiscard]] double widest_number() const {
     std::size_t letters = 0;
     for (const PlotPanel& panel : plot_.panels) {
-      const ValueRange range = y_range(panel, marks());
-      const auto y_marks = ticks_within(range.low, range.high, marks());
-      for (const double y : y_marks)
-        letters = std::max(letters, tick_text(y, step_of(y_marks)).size());
+      const ValueRange range = y_range(panel, marks(), plot_.log_y);
+      for (const AxisMark& mark : axis_marks(range, marks(), plot_.log_y))
+        letters = std::max(letters, mark.text.size());
     }
     return kLetter * static_cast<double>(letters);
   }
@@ -150,30 +164,32 @@ class Flat {
   void panel(std::size_t p) {
     const PlotPanel& panel = plot_.panels[p];
     const double y0 = top_ + static_cast<double>(p) * (inner_ + kGap), y1 = y0 + inner_;
-    ValueRange range = y_range(panel, marks());
+    ValueRange range = y_range(panel, marks(), plot_.log_y);
     if (plot_.is_metric) level(range);
     const auto py = [&](double y) {
       return y1 - (y - range.low) / (range.high - range.low) * inner_;
     };
-    const auto y_marks = ticks_within(range.low, range.high, marks());
-    const auto x_marks = ticks_within(x_.low, x_.high, 8);
     band(panel.upper, range.high, panel.upper < range.high, py);
     band(panel.lower, range.low, panel.lower > range.low, py);
-    for (const double y : y_marks) {
-      canvas_.line({{left_, py(y)}, {right_, py(y)}}, {kGrid});
-      canvas_.text(left_ - 8, py(y), tick_text(y, step_of(y_marks)), Anchor::end);
+    if (plot_.log_y && inner_ / (range.high - range.low) >= kFineDecade)
+      for (const double y : fine_marks(range))
+        canvas_.line({{left_, py(y)}, {right_, py(y)}}, {kFineGrid});
+    if (plot_.log_x && (right_ - left_) / (x_.high - x_.low) >= kFineDecade)
+      for (const double x : fine_marks(x_)) canvas_.line({{px(x), y0}, {px(x), y1}}, {kFineGrid});
+    for (const AxisMark& y : axis_marks(range, marks(), plot_.log_y)) {
+      canvas_.line({{left_, py(y.at)}, {right_, py(y.at)}}, {kGrid});
+      canvas_.text(left_ - 8, py(y.at), y.text, Anchor::end);
     }
-    for (const double x : x_marks) {
-      canvas_.line({{px(x), y0}, {px(x), y1}}, {kGrid});
-      if (p + 1 == plot_.panels.size())
-        canvas_.text(px(x), y1 + 14, tick_text(x, step_of(x_marks)), Anchor::middle);
+    for (const AxisMark& x : axis_marks(x_, 8, plot_.log_x)) {
+      canvas_.line({{px(x.at), y0}, {px(x.at), y1}}, {kGrid});
+      if (p + 1 == plot_.panels.size()) canvas_.text(px(x.at), y1 + 16, x.text, Anchor::middle);
     }
     for (const double limit : {panel.lower, panel.upper})
       if (limit >= range.low && limit <= range.high)
         canvas_.line({{left_, py(limit)}, {right_, py(limit)}}, {kBeyond, 1, 1, 1});
     canvas_.line({{left_, y0}, {left_, y1}}, {kAxis});
     canvas_.line({{left_, y1}, {right_, y1}}, {kAxis});
-    canvas_.text(16, (y0 + y1) / 2, panel.y_label, Anchor::middle, 12, true);
+    canvas_.text(18, (y0 + y1) / 2, panel.y_label, Anchor::middle, kTextSize, true);
     for (const PlotLine& line : panel.lines)
       draw_line(canvas_, std::min(line.x.size(), line.y.size()), plot_.width,
                 by_source_
@@ -182,7 +198,7 @@ class Flat {
                 [&](std::size_t i) {
                   return std::array{px(line.x[i]), py(line.y[i])};
                 });
-    if (!by_source_) legend(panel, y0);
+    if (!by_source_ && !names_itself()) legend(panel, y0);
   }
 
   template <class Py>
@@ -200,7 +216,8 @@ class Flat {
   void legend(const PlotPanel& panel, double y0) {
     std::size_t count = 0;
     for (const PlotLine& line : panel.lines) count += line.source == 0;
-    const double step = std::min(19.0, std::max(12.0, (inner_ - 8) / static_cast<double>(count)));
+    const double step =
+        std::min(21.0, std::max(kTextSize, (inner_ - 8) / static_cast<double>(count)));
     double y = y0 + 8;
     for (const PlotLine& line : panel.lines) {
       if (line.source != 0) continue;
@@ -211,7 +228,8 @@ class Flat {
     }
   }
 
-  static constexpr double kBottom = 52, kGap = 26;
+  static constexpr double kBottom = 56, kGap = 26;
+  static constexpr double kFineDecade = 36;  ///< that long a decade shows its lines between [px]
   const Plot& plot_;
   Canvas& canvas_;
   const bool by_source_;
@@ -333,7 +351,7 @@ class Space {
     const std::string& label = k == 0   ? plot_.x_label
                                : k == 1 ? plot_.panels.front().y_label
                                         : plot_.z_label;
-    if (k == 2) canvas_.text(at[0] - 58, at[1], label, Anchor::middle, 12, true);
+    if (k == 2) canvas_.text(at[0] - 58, at[1], label, Anchor::middle, kTextSize, true);
     else
       canvas_.text(at[0] + (k == 0 ? -30 : 52), at[1] + 36, label,
                    k == 0 ? Anchor::end : Anchor::start);
@@ -373,6 +391,67 @@ double step_of(const std::vector<double>& marks) {
   return marks.size() > 1 ? marks[1] - marks[0] : 1;
 }
 
+namespace {
+
+/// 10^k, also where doubles end: "1000", "1e-09".
+std::string power_text(double k) {
+  const double power = std::pow(10, k);
+  if (std::isfinite(power) && power > 0) return text::print_rounded(power, 6);
+  return "1e" + text::print_rounded(k, 6);
+}
+
+/// Limits of a logarithmic axis, of logarithms: whole decades, round numbers within less than one.
+ValueRange log_range(ValueRange r, int wanted) {
+  const ValueRange decades{std::floor(r.low + 1e-9), std::ceil(r.high - 1e-9)};
+  if (r.high - r.low < 1) {
+    const AxisRange nice = nice_range(std::pow(10, r.low), std::pow(10, r.high), wanted);
+    if (nice.low > 0 && std::isfinite(nice.high) && std::log10(nice.high) > std::log10(nice.low))
+      return {std::log10(nice.low), std::log10(nice.high)};
+  }
+  return decades.high > decades.low ? decades : ValueRange{decades.low, decades.low + 1};
+}
+
+}  // namespace
+
+std::vector<AxisMark> axis_marks(const ValueRange& range, int wanted, bool is_log) {
+  std::vector<AxisMark> out;
+  if (!is_log) {
+    const auto marks = ticks_within(range.low, range.high, wanted);
+    for (const double m : marks) out.push_back({m, tick_text(m, step_of(marks))});
+    return out;
+  }
+  const double first = std::ceil(range.low - 1e-9), last = std::floor(range.high + 1e-9);
+  const double count = last - first + 1;
+  const double step = std::max(1.0, std::ceil((count - 1) / std::max(1, wanted)));
+  for (double k = first; k <= last; k += step) out.push_back({k, power_text(k)});
+  if (count > 0.5 * wanted) return out;
+  // Few decades: 2 and 5 of each, too.
+  for (double k = first - 1; k <= last; ++k)
+    for (const double m : {2.0, 5.0}) {
+      const double at = k + std::log10(m), value = m * std::pow(10, k);
+      if (at >= range.low - 1e-9 && at <= range.high + 1e-9 && std::isfinite(value) && value > 0)
+        out.push_back({at, text::print_rounded(value, 6)});
+    }
+  if (out.size() < 3 && range.high - range.low < 1) {
+    const auto marks = ticks_within(std::pow(10, range.low), std::pow(10, range.high), wanted);
+    if (marks.size() > out.size() && marks.front() > 0) {
+      out.clear();
+      for (const double m : marks) out.push_back({std::log10(m), tick_text(m, step_of(marks))});
+    }
+  }
+  std::sort(out.begin(), out.end(),
+            [](const AxisMark& a, const AxisMark& b) { return a.at < b.at; });
+  return out;
+}
+
+std::vector<double> fine_marks(const ValueRange& range) {
+  std::vector<double> out;
+  for (double k = std::floor(range.low); k <= range.high; ++k)
+    for (int m = 2; m < 10; ++m)
+      if (const double at = k + std::log10(m); at > range.low && at < range.high) out.push_back(at);
+  return out;
+}
+
 void Extent::add(double v) {
   if (!std::isfinite(v)) return;
   low_ = has_value_ ? std::min(low_, v) : v;
@@ -401,11 +480,12 @@ ValueRange x_range(const Plot& plot) {
   for (const PlotPanel& panel : plot.panels)
     for (const PlotLine& line : panel.lines) e.add(line.x);
   if (plot.is_tight) return e.range();
+  if (plot.log_x) return log_range(e.range(), 8);
   const AxisRange r = nice_range(e.range().low, e.range().high, 8);
   return {r.low, r.high};
 }
 
-ValueRange y_range(const PlotPanel& panel, int marks) {
+ValueRange y_range(const PlotPanel& panel, int marks, bool is_log) {
   Extent e;
   for (const PlotLine& line : panel.lines) e.add(line.y);
   // Room beyond limits, so that their band is seen.
@@ -414,6 +494,7 @@ ValueRange y_range(const PlotPanel& panel, int marks) {
   e.add(panel.lower - beyond);
   e.add(panel.upper + beyond);
   if (bounded) return e.range();
+  if (is_log) return log_range(e.range(), marks);
   const AxisRange r = nice_range(e.range().low, e.range().high, marks);
   return {r.low, r.high};
 }

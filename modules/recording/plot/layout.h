@@ -2,6 +2,7 @@
 // Where the axes, lines and legends of a plot stand (layer: application, private to recording).
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "recording/plot/canvas.h"
@@ -31,8 +32,20 @@ class Extent {
 /// From one mark to the next.
 [[nodiscard]] double step_of(const std::vector<double>& marks);
 
+/// A number along an axis and where it stands: at the value, of a logarithmic axis at its
+/// logarithm.
+struct AxisMark {
+  double at = 0;
+  std::string text;
+};
+/// About `wanted` round numbers within the range; of a logarithmic axis powers of ten, between
+/// which 2 and 5 are added where there are few, or round steps within less than a decade.
+[[nodiscard]] std::vector<AxisMark> axis_marks(const ValueRange&, int wanted, bool is_log);
+/// Where the multiples 2 to 9 of the powers of ten stand along a logarithmic axis.
+[[nodiscard]] std::vector<double> fine_marks(const ValueRange&);
+
 /// The axes of a plot that is no path: round limits unless tight, finite limits of panels included.
 [[nodiscard]] ValueRange x_range(const Plot&);
-[[nodiscard]] ValueRange y_range(const PlotPanel&, int marks);
+[[nodiscard]] ValueRange y_range(const PlotPanel&, int marks, bool is_log);
 
 }  // namespace robomosp::recording

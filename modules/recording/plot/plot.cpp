@@ -3,6 +3,8 @@
 #include "recording/plot/plot.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "kernel/text.h"
 #include "recording/plot/file.h"
@@ -86,6 +88,12 @@ Result<void> add_path(const PlotRequest& request, Plot& out) {
   return {};
 }
 
+/// The name of the column along the horizontal axis.
+std::string x_column_name(const Recording& first, const std::string& wanted) {
+  if (!wanted.empty()) return wanted;
+  return first.find("time") || first.columns.empty() ? "time" : first.columns.front().name;
+}
+
 Result<void> add_panels(const PlotRequest& request, Plot& out) {
   const Recording& first = *request.recordings.front();
   const Column* x = first.find("time");
@@ -110,7 +118,7 @@ Result<void> add_panels(const PlotRequest& request, Plot& out) {
   std::vector<const Column*> of_panel;  // whose unit and limits a panel has
   for (const Column* c : columns) {
     const auto fits = [&](const Column* p) {
-      return p->unit == c->unit &&
+      return !request.each_alone && p->unit == c->unit &&
              (!request.limits || (p->lower == c->lower && p->upper == c->upper));
     };
     const auto at = std::find_if(of_panel.begin(), of_panel.end(), fits);
@@ -139,6 +147,49 @@ Result<void> add_panels(const PlotRequest& request, Plot& out) {
   return {};
 }
 
+/// The decadic logarithm; not a number where there is none.
+double log_of(double v) { return v > 0 ? std::log10(v) : std::nan(""); }
+
+bool is_above_zero(double v) { return v > 0 && std::isfinite(v); }
+
+/// The same plot with logarithmic axes: lines and limits become logarithms, what is not above 0 a
+/// gap that is counted.
+Result<void> take_logarithms(const PlotRequest& request, const std::string& x_name, Plot& out) {
+  out.log_x = request.log_x;
+  out.log_y = request.log_y;
+  out.is_metric = false;  // no scale of lengths
+  const auto no_place = [](const std::string& name, const char* axis) {
+    return error(ErrorCode::invalid_argument,
+                 "no value of " + text::quote(name) +
+                     " is above 0, so a logarithmic axis has no place for it",
+                 std::string("Leave the column or the logarithmic axis ") + axis + " out.", "log");
+  };
+  for (PlotPanel& panel : out.panels) {
+    for (PlotLine& line : panel.lines) {
+      if (out.log_x && std::none_of(line.x.begin(), line.x.end(), is_above_zero))
+        return no_place(x_name, "x");
+      if (out.log_y && std::none_of(line.y.begin(), line.y.end(), is_above_zero))
+        return no_place(line.name, "y");
+      const std::size_t count = std::min(line.x.size(), line.y.size());
+      out.samples += count;
+      for (std::size_t i = 0; i < count; ++i)
+        out.left_out += (out.log_x && line.x[i] <= 0) || (out.log_y && line.y[i] <= 0);
+      // A sample without a place along one axis does not stretch the other one.
+      for (std::size_t i = 0; i < count; ++i) {
+        const bool is_seen = (!out.log_x || line.x[i] > 0) && (!out.log_y || line.y[i] > 0);
+        if (!is_seen) line.x[i] = line.y[i] = std::nan("");
+        if (out.log_x) line.x[i] = log_of(line.x[i]);
+        if (out.log_y) line.y[i] = log_of(line.y[i]);
+      }
+    }
+    if (!out.log_y) continue;
+    constexpr double kNone = std::numeric_limits<double>::infinity();
+    panel.lower = panel.lower > 0 ? std::log10(panel.lower) : -kNone;
+    panel.upper = panel.upper > 0 ? std::log10(panel.upper) : kNone;
+  }
+  return {};
+}
+
 }  // namespace
 
 Result<Plot> plot(const PlotRequest& request) {
@@ -148,12 +199,18 @@ Result<Plot> plot(const PlotRequest& request) {
   Plot out;
   out.title = request.title.empty() ? request.recordings.front()->title : request.title;
   if (request.recordings.size() > 1) out.sources = source_names(request.recordings);
+  if (request.is_path && (request.log_x || request.log_y))
+    return error(ErrorCode::invalid_argument, "a path in space has no logarithmic axes",
+                 "Leave them out, or draw columns over x.", "log");
   RMP_TRY(request.is_path ? add_path(request, out) : add_panels(request, out));
-  constexpr int kLeast = 520, kOfPanel = 130, kAround = 120;
+  if (request.log_x || request.log_y)
+    RMP_TRY(take_logarithms(request, x_column_name(*request.recordings.front(), request.x), out));
+  constexpr int kLeast = 520, kAround = 120;
+  const int of_panel = request.each_alone ? 96 : 130;
   out.width = request.width;
   out.height = request.height > 0
                    ? request.height
-                   : std::max(kLeast, kAround + kOfPanel * static_cast<int>(out.panels.size()));
+                   : std::max(kLeast, kAround + of_panel * static_cast<int>(out.panels.size()));
   return out;
 }
 

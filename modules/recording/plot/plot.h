@@ -39,22 +39,29 @@ struct Plot {
   bool is_path = false;              ///< a path in space with its projections
   bool is_tight = false;             ///< the horizontal axis ends with the data, as of time
   bool is_metric = false;            ///< both axes are lengths: drawn to one scale
-  int width = 900, height = 520;     ///< pixels
+  /// Logarithmic axes: lines and limits hold the decadic logarithms of their values.
+  bool log_x = false, log_y = false;
+  std::size_t left_out = 0;       ///< samples that a logarithmic axis has no place for
+  std::size_t samples = 0;        ///< of all lines, with those
+  int width = 900, height = 520;  ///< pixels
 };
 
 /// What to draw.
 struct PlotRequest {
   std::vector<const Recording*> recordings;  ///< over each other; the first names the plot
   std::vector<std::string> columns;          ///< as Recording::select; empty = all but x
-  std::string x;         ///< horizontal axis; empty = time, or the first column without it
-  bool limits = false;   ///< show what the values should stay within
+  std::string x;  ///< horizontal axis; empty = time, or the first column without it
+  bool log_x = false, log_y = false;  ///< logarithmic axes; of no path
+  bool limits = false;                ///< show what the values should stay within
+  bool each_alone = false;            ///< a panel with a scale of its own for every column
   bool is_path = false;  ///< columns are x, y, z of a path in space, those of the tool when empty
   std::string title;     ///< empty = that of the first recording
   int width = 900;
   int height = 0;  ///< 0 = what the panels need
 };
-/// Columns of one unit share a panel, with limits also of one pair of limits. Tells unknown columns
-/// and recordings that lack one.
+/// Columns of one unit share a panel unless each is alone, with limits also of one pair of limits.
+/// Tells unknown columns and recordings that lack one, and columns without any value above 0 along
+/// a logarithmic axis; single values of 0 and below are left out there and counted.
 [[nodiscard]] Result<Plot> plot(const PlotRequest&);
 
 /// A self-contained SVG picture (axes with units, grid, legend).

@@ -63,13 +63,13 @@ std::string padded(const std::string& s, std::size_t width) {
   return s.size() >= width ? s : std::string(width - s.size(), ' ') + s;
 }
 
-std::string numbers_below(const Sheet& sheet, const std::vector<double>& marks, std::size_t columns,
-                          std::string& ruler) {
+std::string numbers_below(const Sheet& sheet, const std::vector<AxisMark>& marks,
+                          std::size_t columns, std::string& ruler) {
   std::string below(columns + kLeft + 8, ' ');
-  for (const double m : marks) {
-    const auto c = static_cast<std::size_t>(std::lround(sheet.column(m)));
+  for (const AxisMark& m : marks) {
+    const auto c = static_cast<std::size_t>(std::lround(sheet.column(m.at)));
     ruler[c] = '+';
-    const std::string number = tick_text(m, step_of(marks));
+    const std::string& number = m.text;
     const std::size_t from = kLeft + 1 + c - std::min(kLeft + 1 + c, number.size() / 2);
     if (from + number.size() <= below.size()) below.replace(from, number.size(), number);
   }
@@ -78,16 +78,15 @@ std::string numbers_below(const Sheet& sheet, const std::vector<double>& marks, 
 }
 
 std::string panel_text(const Plot& plot, const PlotPanel& panel, std::size_t columns) {
-  const ValueRange x = x_range(plot), y = y_range(panel, 4);
+  const ValueRange x = x_range(plot), y = y_range(panel, 4, plot.log_y);
   Sheet sheet(columns, x, y);
   for (const double limit : {panel.lower, panel.upper})
     if (std::isfinite(limit)) sheet.row_of(limit, '-');
   for (std::size_t i = 0; i < panel.lines.size(); ++i)
     sheet.line(panel.lines[i].x, panel.lines[i].y, kMarks[i % kMarks.size()]);
   std::array<std::string, kRows> labels;
-  const auto y_marks = ticks_within(y.low, y.high, 4);
-  for (const double m : y_marks)
-    labels[static_cast<std::size_t>(std::lround(sheet.row(m)))] = tick_text(m, step_of(y_marks));
+  for (const AxisMark& m : axis_marks(y, 4, plot.log_y))
+    labels[static_cast<std::size_t>(std::lround(sheet.row(m.at)))] = m.text;
   std::string out = panel.y_label + '\n';
   for (std::size_t r = 0; r < kRows; ++r) {
     std::string row = sheet.row_text(r);
@@ -95,7 +94,7 @@ std::string panel_text(const Plot& plot, const PlotPanel& panel, std::size_t col
     out += padded(labels[r], kLeft - 1) + (labels[r].empty() ? " |" : " +") + row + '\n';
   }
   std::string ruler(columns, '-');
-  const std::string below = numbers_below(sheet, ticks_within(x.low, x.high, 6), columns, ruler);
+  const std::string below = numbers_below(sheet, axis_marks(x, 6, plot.log_x), columns, ruler);
   out += std::string(kLeft, ' ') + '+' + ruler + '\n' + below + '\n';
   return out + padded(plot.x_label, kLeft + 1 + (columns + plot.x_label.size()) / 2) + '\n';
 }

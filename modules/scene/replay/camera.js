@@ -52,6 +52,14 @@ class OrbitCamera {
     }
     return 1.03 * distance / fittingDistance(this.radius, 4 / 3);
   }
+  /// What restore() takes.
+  state() {
+    const {wanted, perspective, target, azimuth, elevation, scale} = this;
+    return {wanted, perspective, target, azimuth, elevation, scale};
+  }
+  restore(state) {
+    Object.assign(this, state);
+  }
   look(view) {
     this.wanted = {view, perspective: this.perspective, zoom: 1};
     this.reset();

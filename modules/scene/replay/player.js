@@ -121,9 +121,39 @@ function startReplay() {
   window.addEventListener('resize', resize);
   // `page.html#t=12.5` opens at that time, standing.
   const asked = /[#&]t=([0-9.]+)/.exec(location.hash);
-  if (asked) time = Math.min(Math.max(Number(asked[1]), header.start), end);
+  const was = document.body.dataset.reload ? stateBefore() : null;
+  if (was) {
+    time = Math.min(Math.max(was.time, header.start), end);
+    speed = was.speed;
+    byId('speed').value = String(speed);
+    camera.restore(was.camera);
+    byId('lens').checked = !camera.perspective;
+  } else if (asked) time = Math.min(Math.max(Number(asked[1]), header.start), end);
   resize();
-  if (!asked) play(true);
+  if (was ? was.isPlaying : !asked) play(true);
+  if (document.body.dataset.reload) followFile(Number(document.body.dataset.reload), canvas, () => (
+    {time, isPlaying, speed, camera: camera.state()}));
+}
+
+// A page that follows edits is written again whenever something changed. It cannot look whether it
+// was, since it loads nothing, so it opens itself anew; where it stood is kept in the window's name.
+function followFile(period, canvas, state) {
+  let isHeld = false;
+  canvas.addEventListener('pointerdown', () => { isHeld = true; });
+  window.addEventListener('pointerup', () => { isHeld = false; });
+  setInterval(() => {
+    if (isHeld || document.hidden) return;
+    window.name = JSON.stringify({page: location.pathname, ...state()});
+    location.reload();
+  }, period);
+}
+function stateBefore() {
+  try {
+    const was = JSON.parse(window.name);
+    return was.page === location.pathname ? was : null;
+  } catch (fault) {
+    return null;  // the window's name is of somebody else
+  }
 }
 
 try {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// robomosp-exchange: reads and writes foreign files in a process of its own. Not for users to
+// robomosp-exchange, robomosp-exchange-mesh, robomosp-exchange-plain: read and write foreign files
+// in a process of their own, each with the libraries of its formats (formats.h). Not for users to
 // start:
 //   robomosp-exchange read FILE format=step heal=1 unit=0.001      answer on standard output
 //   robomosp-exchange write format=step unit=mm schema=ap214       scene on standard input
@@ -10,25 +11,18 @@
 #include <cstdio>
 #include <exception>
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <new>
-#include <sstream>
 #include <string>
 
-#include "../dxf_reader.h"
 #include "../mesh_repair.h"
-#include "../stl_reader.h"
-#include "worker.h"
+#include "formats.h"
 
 #include <fcntl.h>
 #include <unistd.h>
-#include <Standard_Failure.hxx>
 
 namespace robomosp::cad_exchange {
 namespace {
-
-constexpr std::size_t kMostBytes = std::size_t{1} << 30;
 
 /// Tells the plugin how far it is; stopping is done by killing this process.
 class LineProgress final : public Progress {
@@ -58,17 +52,6 @@ double number(const Options& o, const std::string& name) {
 std::string word(const Options& o, const std::string& name, const std::string& otherwise = {}) {
   const auto it = o.find(name);
   return it == o.end() ? otherwise : it->second;
-}
-
-Result<std::string> slurp(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in)
-    return error(ErrorCode::not_found, "the file cannot be opened", "Check its permissions.");
-  std::ostringstream all;
-  all << in.rdbuf();
-  if (all.str().size() > kMostBytes)
-    return error(ErrorCode::unsupported, "the file is larger than 1 GiB", "Split it.");
-  return std::move(all).str();
 }
 
 /// Meshes become closed where that can be vouched for, and else stay as they are; those without
@@ -107,41 +90,12 @@ void finish_meshes(Scene& scene, bool heal) {
   scene.nodes = std::move(nodes);
 }
 
-Scene scene_of(std::vector<Shape> shapes) {
-  Scene s;
-  for (Shape& shape : shapes) {
-    Node n;
-    n.name = shape.name;
-    n.shape = static_cast<std::int32_t>(s.shapes.size());
-    s.shapes.push_back(std::move(shape));
-    s.nodes.push_back(std::move(n));
-  }
-  return s;
-}
-
 Result<Scene> read(const std::string& path, const Options& given, Progress& progress) {
   ReadOptions o;
   o.format = word(given, "format");
   o.heal = word(given, "heal") != "0";
   o.unit = number(given, "unit");
-  if (!(o.unit > 0)) o.unit = 1e-3;
-  Scene scene;
-  if (o.format == "stp" || o.format == "step" || o.format == "igs" || o.format == "iges") {
-    RMP_TRY_ASSIGN(scene, read_cad(path, o, progress));
-  } else if (o.format == "stl") {
-    RMP_TRY_ASSIGN(const std::string bytes, slurp(path));
-    progress.report(0.3, "reading");
-    RMP_TRY_ASSIGN(auto shapes, read_stl(bytes, o.unit));
-    scene = scene_of(std::move(shapes));
-  } else if (o.format == "dxf") {
-    RMP_TRY_ASSIGN(const std::string bytes, slurp(path));
-    progress.report(0.3, "reading");
-    RMP_TRY_ASSIGN(scene, read_dxf(bytes, number(given, "unit")));
-  } else if (o.format == "3mf") {
-    RMP_TRY_ASSIGN(scene, read_3mf(path, progress));
-  } else {
-    RMP_TRY_ASSIGN(scene, read_meshes(path, o, progress));
-  }
+  RMP_TRY_ASSIGN(Scene scene, read_format(path, o, progress));
   progress.report(0.9, "checking");
   finish_meshes(scene, o.heal);
   RMP_TRY(check(scene));
@@ -163,7 +117,7 @@ Result<std::string> write(const Options& given, Progress& progress) {
   o.format = word(given, "format");
   o.unit = word(given, "unit", "mm");
   o.schema = word(given, "schema", "ap214");
-  return write_cad(in.scene, o, progress);
+  return write_format(in.scene, o, progress);
 }
 
 std::string answer_to(int argc, char** argv, Progress& progress) {
@@ -189,13 +143,12 @@ std::string guarded_answer(int argc, char** argv, Progress& progress) {
   std::string what;
   try {
     return answer_to(argc, argv, progress);
-  } catch (const Standard_Failure& e) {
-    what = e.GetMessageString() && *e.GetMessageString() ? e.GetMessageString()
-                                                         : e.DynamicType()->Name();
   } catch (const std::bad_alloc&) {
     what = "it needs more memory than it may have";
   } catch (const std::exception& e) {
     what = e.what();
+  } catch (...) {
+    what = thrown_by_library();
   }
   return encode(error(ErrorCode::plugin_failed, "the library for this format gave up: " + what,
                       "Check the file in the program it comes from."));

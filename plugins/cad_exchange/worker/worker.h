@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the worker program robomosp-exchange can do; everything here may crash or hang on a bad
-// file, which is why it is a program of its own (layer: plugin).
+// What the worker programs can do (formats.h); everything here may crash or hang on a bad file,
+// which is why they are programs of their own (layer: plugin).
 #pragma once
 
 #include <string>

@@ -84,7 +84,7 @@ struct Legend {
   };
   std::string title;            ///< drawn above the bar, with the unit
   std::vector<Colour> colours;  ///< bands of equal height, the lowest first
-  std::vector<Tick> ticks;
+  std::vector<Tick> ticks;      ///< one at the middle of each band: kinds, as patches with names
   Room room{};
 };
 

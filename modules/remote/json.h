@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Value <-> JSON text: handles as {"$handle": {...}}, arrays as lists of numbers or as {"$array":
-// {...}}, NaN and infinities as strings (layer: application, shell). [any thread]
+// {...}}, NaN and infinities as strings (layer: application, remote). [any thread]
 #pragma once
 
 #include <functional>
@@ -12,7 +12,7 @@
 
 #include "kernel/value.h"
 
-namespace robomosp::shell {
+namespace robomosp::remote {
 
 /// Nesting that a message may have.
 inline constexpr std::size_t kDeepestJson = 64;
@@ -45,4 +45,4 @@ void append_json(std::string& out, const Value& value, const NameOf& name_of = {
 /// {code, message, where, hint} of an error.
 [[nodiscard]] Map error_map(const Error& e);
 
-}  // namespace robomosp::shell
+}  // namespace robomosp::remote

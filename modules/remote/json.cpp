@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "shell/json.h"
+#include "remote/json.h"
 
 #include <algorithm>
 #include <array>
@@ -18,7 +18,7 @@
 #include "kernel/base64.h"
 #include "kernel/text.h"
 
-namespace robomosp::shell {
+namespace robomosp::remote {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -399,4 +399,4 @@ Map error_map(const Error& e) {
       {"code", to_string(e.code)}, {"message", e.message}, {"where", e.where}, {"hint", e.hint}};
 }
 
-}  // namespace robomosp::shell
+}  // namespace robomosp::remote

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "shell/rpc.h"
+#include "remote/rpc.h"
+
+#include <utility>
 
 #include "kernel/permit.h"
 #include "kernel/text.h"
-#include "shell/json.h"
+#include "remote/json.h"
 
-namespace robomosp::shell {
+namespace robomosp::remote {
 namespace {
 
 /// A line of the program of 2006.
@@ -27,6 +29,27 @@ bool is_id(const Value& v) { return v.is_nil() || v.is_number() || v.as_string()
 
 }  // namespace
 
+Map script_answer(List values, std::string output) {
+  Map out;
+  if (values.size() == 1) out.set("value", std::move(values.front()));
+  else if (!values.empty()) out.set("values", std::move(values));
+  out.set("output", std::move(output));
+  return out;
+}
+
+RpcServer::RpcServer(ioci::Application& app, ioci::Session& session, lua::LuaState& lua)
+    : RpcServer(app, session,
+                RpcOptions{.evaluate = [this, &lua](const std::string& code) -> Result<Map> {
+                  if (!session_.may(Effect::loads_code)) {
+                    if (!untrusted)
+                      return not_permitted(session_.name(), "lua.eval", Effect::loads_code);
+                    return untrusted->eval(code, session_);
+                  }
+                  printed.clear();
+                  RMP_TRY_ASSIGN(List values, lua.eval_values(code));
+                  return script_answer(std::move(values), std::exchange(printed, {}));
+                }}) {}
+
 std::string RpcServer::success(const Value& id, const Value& result, Arrays arrays) const {
   std::string out = R"({"jsonrpc":"2.0","id":)" + to_json(id) + R"(,"result":)";
   append_json(
@@ -47,9 +70,12 @@ std::string RpcServer::failure(const Value& id, int code, std::string_view messa
          "}";
 }
 
-std::string RpcServer::too_long() {
-  return failure({}, kInvalidRequest,
-                 "The line is longer than " + std::to_string(kLongestLine >> 20) + " MiB.");
+std::string RpcServer::too_long() const {
+  const std::size_t most = options_.longest_line;
+  return failure(
+      {}, kInvalidRequest,
+      "The line is longer than " + (most >> 20 << 20 == most ? std::to_string(most >> 20) + " MiB."
+                                                             : std::to_string(most) + " bytes."));
 }
 
 std::string RpcServer::not_json(const Error& e) { return failure({}, kParseError, e.sentence()); }
@@ -66,7 +92,8 @@ struct RpcServer::Request {
   bool wants_progress = false;
   Arrays arrays = Arrays::numbers;
   std::string method;
-  const ioci::CommandSpec* spec = nullptr;  ///< null for lua.eval and ioci.classic
+  const ioci::CommandSpec* spec = nullptr;  ///< null for lua.eval, ioci.classic and `own`
+  const std::function<Result<Value>(const Map&)>* own = nullptr;  ///< of the connection
   const Map* named = nullptr;
   const List* positional = nullptr;
 };
@@ -108,7 +135,9 @@ Result<RpcServer::Request> RpcServer::read(const Value& message,
     if (!r.wants_answer) return none;
     return refuse(failure(r.id, kInvalidParams, "params must be an object or an array."));
   }
-  if (!r.spec && r.method != "lua.eval" && r.method != kClassic) {
+  if (const auto own = options_.methods.find(r.method); own != options_.methods.end())
+    r.own = &own->second;
+  if (!r.spec && !r.own && r.method != "lua.eval" && r.method != kClassic) {
     if (!r.wants_answer) return none;
     const Error e = text::shortened(app_.commands.unknown(r.method));
     return refuse(failure(r.id, kMethodNotFound, e.sentence(), &e));
@@ -122,9 +151,21 @@ Result<RpcServer::Request> RpcServer::read(const Value& message,
   return r;
 }
 
-std::optional<std::string> RpcServer::told(const Request& r, const Result<Value>& result) const {
+std::optional<std::string> RpcServer::told(const Request& r, Result<Value> result) const {
+  if (options_.audit) options_.audit(r.method, r.named, result);
   if (!r.wants_answer) return std::nullopt;
-  return result.ok() ? success(r.id, *result, r.arrays) : failure(r.id, result.error());
+  if (!result.ok())
+    return failure(r.id, options_.explain ? options_.explain(std::move(result).error())
+                                          : std::move(result).error());
+  std::string text = success(r.id, *result, r.arrays);
+  if (options_.longest_answer == 0 || text.size() <= options_.longest_answer) return text;
+  return failure(r.id,
+                 error(ErrorCode::unsupported,
+                       "the answer takes " + std::to_string(text.size()) + " bytes; at most " +
+                           std::to_string(options_.longest_answer) + " are sent",
+                       "Ask for less at a time, with \"arrays\": \"base64\", or write it "
+                       "to a file and fetch that in parts.",
+                       r.method));
 }
 
 Result<Value> RpcServer::evaluate(const Request& r) {
@@ -137,15 +178,9 @@ Result<Value> RpcServer::evaluate(const Request& r) {
   if (r.as_job)
     return error(ErrorCode::usage, "a script runs on the thread of its session and is no job",
                  "Let it start jobs: start(\"world.plan_path\", {...}).", "lua.eval");
-  if (!session_.may(Effect::loads_code))
-    return not_permitted(session_.name(), "lua.eval", Effect::loads_code);
-  printed.clear();
-  RMP_TRY_ASSIGN(List values, lua_.eval_values(*code->as_string()));
-  Map out;
-  if (values.size() == 1) out.set("value", std::move(values.front()));
-  else if (!values.empty()) out.set("values", std::move(values));
-  out.set("output", std::move(printed));
-  printed.clear();
+  if (!options_.evaluate)
+    return error(ErrorCode::unsupported, "this connection runs no scripts", "", "lua.eval");
+  RMP_TRY_ASSIGN(Map out, options_.evaluate(*code->as_string()));
   return Value(std::move(out));
 }
 
@@ -164,16 +199,45 @@ Result<Value> RpcServer::run_classic(const Request& r) {
   return app_.dispatch_classic(session_, *line->as_string());
 }
 
+Result<void> RpcServer::check_jobs() {
+  if (options_.most_jobs == 0) return {};
+  std::erase_if(jobs_, [this](std::uint64_t number) {
+    const auto s = app_.jobs.status(number);
+    return !s.ok() || (s->state != JobState::waiting && s->state != JobState::running);
+  });
+  if (jobs_.size() < options_.most_jobs) return {};
+  return error(ErrorCode::conflict,
+               std::to_string(jobs_.size()) + " jobs of this connection run or wait already",
+               "Wait for the end of one, or cancel it.");
+}
+
 Result<Value> RpcServer::start_job(const Request& r) {
+  if (auto room = check_jobs(); !room.ok()) return std::move(room).error().in(r.method);
   RMP_TRY_ASSIGN(Handle job,
                  r.positional
                      ? app_.dispatch_async_positional(session_, r.method, *r.positional)
                      : app_.dispatch_async(session_, r.method, r.named ? *r.named : Map{}));
+  if (options_.most_jobs != 0) jobs_.push_back(job.number);
   if (r.wants_progress && watch) watch(job.number);
   return Value(std::move(job));
 }
 
+Result<Value> RpcServer::run_admitted(const Request& r) {
+  if (options_.admit)
+    if (auto refusal = options_.admit(r.method)) return std::move(*refusal);
+  return run(r);
+}
+
 Result<Value> RpcServer::run(const Request& r) {
+  if (r.own) {
+    static const Map kNone;
+    if (r.positional && !r.positional->empty())
+      return error(ErrorCode::invalid_argument, "its params are an object", "", r.method);
+    if (r.as_job) return error(ErrorCode::usage, "it is no job", "", r.method);
+    auto result = (*r.own)(r.named ? *r.named : kNone);
+    if (!result.ok()) return std::move(result).error().in(r.method);
+    return result;
+  }
   if (!r.spec) return r.method == kClassic ? run_classic(r) : evaluate(r);
   if (r.as_job) return start_job(r);
   session_.clear_interrupt();
@@ -186,7 +250,7 @@ std::optional<std::string> RpcServer::answer_one(const Value& message) {
   std::optional<std::string> refusal;
   const auto request = read(message, refusal);
   if (!request.ok()) return refusal;
-  return told(*request, run(*request));
+  return told(*request, run_admitted(*request));
 }
 
 std::optional<std::string> RpcServer::answer_beside(const Value& message,
@@ -194,6 +258,8 @@ std::optional<std::string> RpcServer::answer_beside(const Value& message,
   std::optional<std::string> refusal;
   const auto request = read(message, refusal);
   if (!request.ok()) return refusal;
+  if (options_.admit)
+    if (auto no = options_.admit(request->method)) return told(*request, std::move(*no));
   if (request->positional)
     return told(*request, app_.dispatch_positional(session, request->method, *request->positional));
   return told(*request,
@@ -204,14 +270,15 @@ std::optional<std::string> RpcServer::answer(const Value& message) {
   const List* batch = message.as_list();
   if (!batch) return answer_one(message);
   if (batch->empty()) return failure({}, kInvalidRequest, "The batch is empty.");
-  if (batch->size() > kLongestBatch)
+  if (batch->size() > options_.longest_batch)
     return failure({}, kInvalidRequest,
                    "The batch holds " + std::to_string(batch->size()) + " requests; at most " +
-                       std::to_string(kLongestBatch) + " are answered together.");
+                       std::to_string(options_.longest_batch) + " are answered together.");
+  const std::size_t longest = options_.longest_answer ? options_.longest_answer : kLongestAnswer;
   std::string out;
   for (const Value& one : *batch) {
     std::optional<std::string> text;
-    if (out.size() < kLongestAnswer) {
+    if (out.size() < longest) {
       text = answer_one(one);
     } else {
       std::optional<std::string> refusal;
@@ -235,4 +302,4 @@ std::optional<std::string> RpcServer::answer(std::string_view line) {
   return message.ok() ? answer(*message) : not_json(message.error());
 }
 
-}  // namespace robomosp::shell
+}  // namespace robomosp::remote

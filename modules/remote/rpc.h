@@ -1,20 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 // JSON-RPC 2.0 over the command table: answers to single messages, and the loop over standard input
-// and output (layer: application, shell).
+// and output (layer: application, remote).
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "ioci/core/application.h"
 #include "lua/lua_state.h"
-#include "shell/json.h"
+#include "remote/json.h"
+#include "remote/lua_child.h"
 
-namespace robomosp::shell {
+namespace robomosp::remote {
 
 /// Longest line that is read [bytes].
 inline constexpr std::size_t kLongestLine = std::size_t{8} << 20;
@@ -25,12 +28,36 @@ inline constexpr std::size_t kLongestBatch = 10'000;
 /// Bytes of the answers to a batch after which its other requests are not run.
 inline constexpr std::size_t kLongestAnswer = std::size_t{64} << 20;
 
-/// Methods are the commands, plus "lua.eval" {code}. A request with "job": true is answered at once
-/// with the handle of a job. [the session's thread] unless marked
+/// What a connection adds to the commands, and what it bounds.
+struct RpcOptions {
+  /// What lua.eval gives; empty = it is refused. [the session's thread]
+  std::function<Result<Map>(const std::string& code)> evaluate{};
+  /// Methods of the connection itself, whose params are an object. [the session's thread]
+  std::map<std::string, std::function<Result<Value>(const Map& params)>, std::less<>> methods{};
+  /// An error refuses the request before anything is done. [any thread]
+  std::function<std::optional<Error>(std::string_view method)> admit{};
+  /// Called with what was asked for and how it ended. [any thread]
+  std::function<void(std::string_view method, const Map* params, const Result<Value>&)> audit{};
+  /// The error as the client is told it. [any thread]
+  std::function<Error(Error)> explain{};
+  std::size_t longest_line = kLongestLine;
+  std::size_t longest_batch = kLongestBatch;
+  std::size_t longest_answer = 0;  ///< [bytes]; 0 = as long as it is
+  std::size_t most_jobs = 0;       ///< of the session, at a time; 0 = as many as there are
+};
+
+/// What lua.eval answers: {value or values, output}.
+[[nodiscard]] Map script_answer(List values, std::string output);
+
+/// Methods are the commands, plus "lua.eval" {code}, "ioci.classic" {line} and those of the
+/// options. A request with "job": true is answered at once with the handle of a job. [the session's
+/// thread] unless marked
 class RpcServer {
  public:
-  RpcServer(ioci::Application& app, ioci::Session& session, lua::LuaState& lua)
-      : app_(app), session_(session), lua_(lua) {}
+  /// lua.eval runs in `lua`.
+  RpcServer(ioci::Application& app, ioci::Session& session, lua::LuaState& lua);
+  RpcServer(ioci::Application& app, ioci::Session& session, RpcOptions options)
+      : app_(app), session_(session), options_(std::move(options)) {}
 
   /// Answer to one line without its newline; nullopt when nothing is to be sent (notifications,
   /// blank lines).
@@ -43,10 +70,13 @@ class RpcServer {
                                                          ioci::Session& session) const;
   /// What a script printed since the last lua.eval; set LuaOptions::print to append here.
   std::string printed;
+  /// Where lua.eval runs for a session that may not load code; null = it is refused there. A
+  /// session with loads_code runs its scripts in this process.
+  LuaChild* untrusted = nullptr;
   /// Called with the number of each job that is started by a request with "progress": true.
   std::function<void(std::uint64_t)> watch;
-  /// Answer to a line that was longer than kLongestLine. [any thread]
-  [[nodiscard]] static std::string too_long();
+  /// Answer to a line that was longer than is read. [any thread]
+  [[nodiscard]] std::string too_long() const;
   [[nodiscard]] static std::string not_json(const Error& e);  ///< [any thread]
   [[nodiscard]] std::string success(const Value& id, const Value& result,
                                     Arrays arrays = Arrays::numbers) const;   ///< [any thread]
@@ -56,19 +86,23 @@ class RpcServer {
   struct Request;
   [[nodiscard]] std::optional<std::string> answer_one(const Value& message);
   [[nodiscard]] Result<Value> run(const Request&);
+  /// run(), with what the options ask for.
+  [[nodiscard]] Result<Value> run_admitted(const Request&);
   [[nodiscard]] Result<Value> run_classic(const Request&);
   [[nodiscard]] Result<Value> evaluate(const Request&);
   [[nodiscard]] Result<Value> start_job(const Request&);
+  [[nodiscard]] Result<void> check_jobs();
   /// The request, or the answer that it is none (nullopt = no answer is wanted).
   [[nodiscard]] Result<Request> read(const Value& message,
                                      std::optional<std::string>& refusal) const;
-  [[nodiscard]] std::optional<std::string> told(const Request&, const Result<Value>&) const;
+  [[nodiscard]] std::optional<std::string> told(const Request&, Result<Value>) const;
   [[nodiscard]] static std::string failure(const Value& id, int code, std::string_view message,
                                            const Error* data = nullptr);
 
   ioci::Application& app_;
   ioci::Session& session_;
-  lua::LuaState& lua_;
+  const RpcOptions options_;
+  std::vector<std::uint64_t> jobs_;  ///< that the session started, where they are counted
 };
 
 /// Reads lines from descriptor `in`, answers on `out`, until the end of input, a `quit` command or
@@ -77,4 +111,4 @@ class RpcServer {
 /// Returns the program's exit code. [the session's thread]
 int serve(ioci::Application& app, ioci::Session& session, RpcServer& server, int in, int out);
 
-}  // namespace robomosp::shell
+}  // namespace robomosp::remote

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+// Recordings, plots and replay pages that follow edits: after each commit a job makes again what is
+// no longer as the records are (layer: application, ioci).
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "ioci/core/command.h"
+#include "ioci/recording/origins.h"
+
+namespace robomosp::ioci {
+
+/// One thing that is watched, as it is listed.
+struct WatchStatus {
+  std::uint64_t number = 0;
+  std::string what;             ///< "recording", or the command that draws: "recording.plot"
+  std::uint64_t recording = 0;  ///< 0 = of records alone, such as trajectory.plot
+  std::string file;
+  std::string state;  ///< "current", "waiting", "working" or "failed"
+  std::string fault;  ///< of the last attempt
+};
+
+/// A commit costs one look at a number while nothing is watched. Updates run one after the other in
+/// a job; an edit meanwhile ends what is computed for the one before. [any thread]
+class RecordingWatchers {
+ public:
+  explicit RecordingWatchers(Application& app) : app_(app), session_("watch") {
+    session_.deny(Effect::edits);
+  }
+  /// From now on it follows the document.
+  void start();
+  /// Ends all, and what is being computed.
+  void stop();
+
+  /// Watches a recording; it has to know how it was made. Twice is once.
+  Result<void> add_recording(std::uint64_t number);
+  /// Watches what a command draws into a file from these arguments; the same file again takes the
+  /// place of what was drawn there before.
+  Result<void> add_drawing(const document::Snapshot&, const std::string& command, const Map& given,
+                           const Map& checked);
+  [[nodiscard]] std::vector<WatchStatus> list() const;
+  /// Whether this file is kept up to date.
+  [[nodiscard]] bool draws(const std::string& file) const;
+  /// Ends those for which it is true; returns how many.
+  std::size_t remove(const std::function<bool(const WatchStatus&)>& is_it);
+  /// Waits until nothing is left to do; serves the solvers in Lua of this thread meanwhile. False
+  /// when it gave up.
+  bool settle(const std::function<bool()>& gives_up = {});
+  /// Looks whether something is to be done; not for what the updates themselves do.
+  void look(const Session* by = nullptr);
+
+ private:
+  struct Watch {
+    WatchStatus status;
+    RecordingOrigin::Step draws;  ///< of a drawing
+    Inputs inputs;                ///< of a drawing, as it was drawn last
+    std::set<std::uint64_t> recordings;
+    /// Of a drawing: the folder of the session that asked for it; null = anywhere.
+    std::shared_ptr<const FileRoot> files = nullptr;
+  };
+  class Pass;
+  Result<Value> work(Progress&);
+  void update(Progress&);
+  void update_recording(std::uint64_t number, Progress&);
+  void update_drawing(std::uint64_t number, Progress&);
+  /// How the last attempt went. Posts what is new.
+  void told(const std::function<bool(const WatchStatus&)>& of, const std::string& state,
+            const std::string& fault);
+  Application& app_;
+  Session session_;  ///< of the job, of which there is one at a time
+  std::atomic<std::size_t> count_{0};
+  std::atomic<std::uint64_t> generation_{0};
+  mutable std::mutex mutex_;
+  // Guarded by mutex_:
+  std::vector<Watch> watches_;
+  std::uint64_t next_ = 1;
+  std::uint64_t job_ = 0;  ///< that runs; 0 = none
+  bool is_stopped_ = false;
+};
+
+/// Of a command that has drawn: watches its file if its arguments say so.
+Result<void> watch_drawing(CommandContext& ctx, const std::string& command, const Map& checked);
+
+/// `watch`, of commands that make recordings.
+[[nodiscard]] ParamSpec watch_field();
+[[nodiscard]] Schema with_watch(Schema params);
+/// `watch`, of commands that draw into files.
+[[nodiscard]] ParamSpec watch_file_field();
+
+}  // namespace robomosp::ioci

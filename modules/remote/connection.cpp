@@ -1,0 +1,858 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "remote/connection.h"
+
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <sys/socket.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <utility>
+
+#include <asio/error_code.hpp>
+#include <asio/post.hpp>
+
+#include "kernel/text.h"
+#include "remote/json.h"
+#include "remote/lua_thread.h"
+
+#ifndef ROBOMOSP_VERSION
+#define ROBOMOSP_VERSION "0"
+#endif
+
+namespace robomosp::remote {
+namespace {
+
+using namespace std::chrono_literals;
+
+/// Longest line of who has not said hello [bytes].
+constexpr std::size_t kLongestHello = 65'536;
+constexpr std::size_t kLongestClientName = 64;
+/// How long requests of one client are answered before others have their turn.
+constexpr auto kTurn = 2ms;
+/// How long a client has to take what was said before its connection was closed.
+constexpr auto kGoodbye = 2s;
+/// How often a cancelled request is told so again.
+constexpr auto kAgain = 20ms;
+/// A run's states are sent so often when nothing is said, and at most [1/s].
+constexpr double kUsualRate = 60, kHighestRate = 1000;
+/// Bytes that are read before others have their turn.
+constexpr std::size_t kReadTurn = std::size_t{256} << 10;
+
+/// Whether a first line begins as a request of HTTP: a browser may have been made to send it.
+bool is_http(std::string_view text) {
+  static constexpr std::string_view kMethods[] = {"GET ",   "POST ",     "PUT ",     "HEAD ",
+                                                  "PATCH ", "DELETE ",   "OPTIONS ", "CONNECT ",
+                                                  "TRACE ", "PRI * HTTP"};
+  return std::any_of(std::begin(kMethods), std::end(kMethods),
+                     [&](std::string_view m) { return text.starts_with(m); });
+}
+
+/// A name that lists and messages can show.
+std::string shown_name(std::string_view given) {
+  std::string out;
+  for (const char c : text::visible(given)) {
+    if (out.size() >= kLongestClientName) break;
+    out += c == '\n' ? ' ' : c;
+  }
+  while (!out.empty() && (static_cast<unsigned char>(out.back()) & 0xC0U) == 0x80U)
+    out.pop_back();  // a character that was cut
+  return out;
+}
+
+Map brief(const Map& params) {
+  constexpr std::size_t kLongest = 200, kMost = 16;
+  Map out;
+  for (const auto& [key, value] : params) {
+    if (out.size() >= kMost) break;
+    const std::string* word = value.as_string();
+    if (word) out.append(key, word->size() <= kLongest ? *word : word->substr(0, kLongest) + "...");
+    else if (value.is_number() || value.as_bool() || value.as_handle()) out.append(key, value);
+    else out.append(key, "(" + std::string(value.type_name()) + ")");
+  }
+  return out;
+}
+
+}  // namespace
+
+/// The session of a client and what answers it.
+struct Connection::Talk {
+  Talk(Connection& owner, ioci::Application& app, const std::string& name, Rights may)
+      : hall(owner.hall_),
+        rights(std::move(may)),
+        session(name, ioci::SessionKind::connection),
+        lua(app, session, is_granted(rights, "lua.eval")),
+        server(app, session, options(owner, *this)),
+        conversation(app, prepared(app, session, rights), server,
+                     {.say = [&owner](std::string text) { owner.send(std::move(text)); },
+                      .ready = {},
+                      .most_waits = owner.hall_.options.limits.waits}) {}
+
+  ~Talk() {
+    if (has_script) --hall.scripts;
+  }
+  static bool is_granted(const Rights& rights, std::string_view command) {
+    return std::find(rights.commands.begin(), rights.commands.end(), command) !=
+           rights.commands.end();
+  }
+  static ioci::Session& prepared(ioci::Application& app, ioci::Session& session,
+                                 const Rights& rights) {
+    if (!rights.folder.empty()) {
+      auto root = app.file_root(rights.folder);
+      if (root.ok()) session.confine(std::move(*root));
+      else session.deny(Effect::files_read | Effect::files_write);  // admit() said so
+    }
+    session.deny(Effects::all().without(rights.effects | Effect::reads));
+    for (const std::string& command : rights.commands) session.grant(command);
+    return session;
+  }
+  static RpcOptions options(Connection& owner, Talk& self) {
+    const Limits& limits = owner.hall_.options.limits;
+    RpcOptions o;
+    o.evaluate = [&owner, &self, &limits](const std::string& code) -> Result<Map> {
+      if (!self.has_script) {
+        if (owner.hall_.scripts.fetch_add(1) >= limits.scripts) {
+          --owner.hall_.scripts;
+          return error(ErrorCode::conflict,
+                       std::to_string(limits.scripts) + " clients run scripts already",
+                       "Wait until one of them has gone.", "lua.eval");
+        }
+        self.has_script = true;
+      }
+      return self.lua.eval(code);
+    };
+    o.methods["server.subscribe"] = [&owner](const Map& p) { return owner.subscribe(p); };
+    o.methods["server.unsubscribe"] = [&owner](const Map& p) { return owner.unsubscribe(p); };
+    o.methods["server.hello"] = [](const Map&) -> Result<Value> {
+      return error(ErrorCode::conflict, "hello was said already");
+    };
+    o.methods["server.bye"] = [&owner](const Map&) -> Result<Value> {
+      owner.is_leaving_ = true;
+      return Value(true);
+    };
+    o.admit = [&owner, &self](std::string_view) { return owner.admitted(self.rights.rate); };
+    if (owner.hall_.audit)
+      o.audit = [&owner, &self](std::string_view method, const Map* params,
+                                const Result<Value>& result) {
+        Map line{{"client", static_cast<std::int64_t>(owner.number_)},
+                 {"name", self.session.name()},
+                 {"token", self.rights.name},
+                 {"peer", owner.peer_},
+                 {"method", text::shortened(std::string(method))}};
+        if (params && !params->empty()) line.append("params", brief(*params));
+        line.append("result", result.ok() ? "ok" : std::string(to_string(result.error().code)));
+        owner.hall_.audit(std::move(line));
+      };
+    o.explain = [&owner, &limits](Error e) {
+      if (e.code != ErrorCode::cancelled || !owner.is_overtime_.exchange(false)) return e;
+      return error(ErrorCode::cancelled,
+                   "it was ended, as it took longer than " + std::to_string(limits.seconds) + " s",
+                   "Start it as a job: \"job\": true beside \"method\".");
+    };
+    o.longest_line = limits.line;
+    o.longest_batch = limits.batch;
+    o.longest_answer = limits.answer;
+    o.most_jobs = limits.jobs;
+    return o;
+  }
+
+  Hall& hall;
+  const Rights rights;
+  bool has_script = false;  ///< counted in the hall
+  std::string client;       ///< as it calls itself
+  ioci::Session session;
+  LuaThread lua;
+  RpcServer server;
+  Conversation conversation;
+};
+
+Connection::Connection(Hall& hall, std::uint64_t number, Socket socket, std::string peer,
+                       bool needs_token, std::shared_ptr<TlsContext> tls)
+    : hall_(hall),
+      number_(number),
+      peer_(std::move(peer)),
+      needs_token_(needs_token),
+      lines_(kLongestHello),
+      last_in_(begin_.time_since_epoch().count()),
+      last_out_(begin_.time_since_epoch().count()),
+      socket_(std::move(socket)) {
+  if (tls) tls_ = std::make_unique<TlsStream>(std::move(tls));
+}
+
+Connection::~Connection() {
+  const Reactor::Running running(hall_.reactor);  // its jobs may take a while to end
+  for (const auto& [number, s] : subscriptions_) {
+    hall_.app.events.unsubscribe(s.all);
+    hall_.app.events.unsubscribe(s.runs);
+  }
+  talk_.reset();
+}
+
+void Connection::start() {
+  {
+    const std::lock_guard lock(mutex_);
+    asio::error_code ec;
+    socket_.non_blocking(true, ec);
+    const int one = 1, idle = 60, every = 15, times = 4;
+    const int fd = socket_.native_handle();
+    // A peer that vanished is noticed after two minutes. Of no use on a Unix socket, and no harm.
+    (void)::setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &one, sizeof one);
+    (void)::setsockopt(fd, SOL_SOCKET, SO_KEEPALIVE, &one, sizeof one);
+    (void)::setsockopt(fd, IPPROTO_TCP, TCP_KEEPIDLE, &idle, sizeof idle);
+    (void)::setsockopt(fd, IPPROTO_TCP, TCP_KEEPINTVL, &every, sizeof every);
+    (void)::setsockopt(fd, IPPROTO_TCP, TCP_KEEPCNT, &times, sizeof times);
+  }
+  wait_readable();
+}
+
+// --- reading: one thread at a time, as the next wait begins when it is done ---
+
+void Connection::wait_readable() {
+  const std::lock_guard lock(mutex_);
+  if (is_shut_) return;
+  socket_.async_wait(Socket::wait_read, [self = shared_from_this()](const asio::error_code& ec) {
+    if (!ec) self->on_readable();
+    else self->shut();
+  });
+}
+
+void Connection::on_readable() {
+  static thread_local std::array<char, 65'536> piece;
+  std::string plain;
+  bool go_on = true;
+  for (std::size_t read = 0; go_on && read < kReadTurn;) {
+    ssize_t got = 0;
+    {
+      const std::lock_guard lock(mutex_);
+      if (is_shut_) return;
+      got = ::recv(socket_.native_handle(), piece.data(), piece.size(), MSG_DONTWAIT);
+    }
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) break;
+    if (got <= 0) return shut();
+    read += static_cast<std::size_t>(got);
+    bytes_in_ += static_cast<std::uint64_t>(got);
+    last_in_ = Clock::now().time_since_epoch().count();
+    const std::string_view bytes(piece.data(), static_cast<std::size_t>(got));
+    if (!tls_) {
+      go_on = received(bytes);
+      continue;
+    }
+    plain.clear();
+    bool is_over = false;
+    {
+      const std::lock_guard lock(mutex_);
+      const auto fed = tls_->feed(bytes, [&](std::string_view text) { plain += text; });
+      out_ += tls_->output();
+      flush_locked();
+      is_over = !fed.ok() || tls_->is_closed();
+    }
+    go_on = plain.empty() || received(plain);
+    if (is_over) return shut();
+    if (static_cast<std::size_t>(got) < piece.size()) break;
+  }
+  line_begin_ = lines_.is_within() ? (line_begin_.load() ? line_begin_.load()
+                                                         : Clock::now().time_since_epoch().count())
+                                   : 0;
+  if (!go_on) return;
+  if (has_talk_) {
+    const Limits& limits = hall_.options.limits;
+    if (talk_->conversation.waiting() >= limits.waiting ||
+        talk_->conversation.waiting_bytes() >= limits.waiting_bytes)
+      is_paused_ = true;
+  }
+  if (!is_paused_) wait_readable();
+  drain();
+}
+
+bool Connection::received(std::string_view plain) {
+  if (is_first_ && !plain.empty()) {
+    is_first_ = false;
+    const auto first = static_cast<unsigned char>(plain.front());
+    // A browser, TLS where there is none, or no text at all: nothing is said to that.
+    if (is_http(plain) || first < 0x09 || first == 0x16 || first >= 0x80) {
+      shut();
+      return false;
+    }
+    is_classic_ = first != '{' && first != '[';
+  }
+  return lines_.feed(
+      plain, [this](std::string_view text) { return line(text); },
+      [this] {
+        if (has_talk_) {
+          talk_->conversation.take_too_long();
+          return true;
+        }
+        return refuse(
+            RpcServer::failure({}, error(ErrorCode::permission, "the first line is too long")),
+            "the first line is too long");
+      });
+}
+
+bool Connection::line(std::string_view text) {
+  if (is_closing_) return false;
+  if (!has_talk_) {
+    text = text::trim(text);
+    if (text.empty()) return true;
+    return is_classic_ ? hello_classic(text) : hello(text);
+  }
+  if (is_classic_) {
+    talk_->conversation.take_classic(text);
+    return true;
+  }
+  talk_->conversation.take(text);
+  if (talk_->conversation.cancel_again()) {
+    auto timer = std::make_shared<asio::steady_timer>(hall_.reactor.io());
+    auto again = std::make_shared<std::function<void()>>();
+    *again = [self = shared_from_this(), timer, weak = std::weak_ptr(again)] {
+      timer->expires_after(kAgain);
+      timer->async_wait([self, keep = weak.lock()](const asio::error_code& ec) {
+        if (!ec && !self->is_closing_ && self->talk_->conversation.cancel_again() && keep)
+          (*keep)();
+      });
+    };
+    (*again)();
+  }
+  return true;
+}
+
+bool Connection::refuse(const std::string& answer, const std::string& why) {
+  if (hall_.audit)
+    hall_.audit(Map{{"client", static_cast<std::int64_t>(number_)},
+                    {"peer", peer_},
+                    {"method", "server.hello"},
+                    {"result", why}});
+  send(answer);
+  is_closing_ = true;
+  const std::lock_guard lock(mutex_);
+  end_locked();
+  return false;
+}
+
+bool Connection::hello(std::string_view text) {
+  const auto message = from_json(text);
+  const auto say_no = [&](const Value& id, const Error& e) {
+    return refuse(RpcServer::failure(id, e), std::string(to_string(e.code)));
+  };
+  if (!message.ok()) return refuse(RpcServer::not_json(message.error()), "syntax");
+  const Map* m = message->as_map();
+  const Value* method = m ? m->find("method") : nullptr;
+  const Value* id = m ? m->find("id") : nullptr;
+  const Value* params = m ? m->find("params") : nullptr;
+  const Value own_id = id && (id->is_number() || id->as_string()) ? *id : Value();
+  if (!method || !method->as_string() || *method->as_string() != "server.hello")
+    return say_no(own_id, error(ErrorCode::usage,
+                                "the first line of a connection is a request of server.hello",
+                                R"(Send {"jsonrpc": "2.0", "id": 1, "method": "server.hello", )"
+                                R"("params": {"protocol": 1}}.)"));
+  static const Map kNone;
+  const Map& given = params && params->as_map() ? *params->as_map() : kNone;
+  std::string secret, client;
+  const Value* wanted = nullptr;
+  const Value* protocol = nullptr;
+  for (const auto& [name, value] : given) {
+    const std::string* word = value.as_string();
+    if (name == "protocol") {
+      protocol = &value;
+    } else if (name == "token" && word) {
+      secret = *word;
+    } else if (name == "client" && word) {
+      client = shown_name(*word);
+    } else if (name == "subscribe") {
+      wanted = &value;
+    } else if (name == "token" || name == "client") {
+      if (!value.is_nil())
+        return say_no(own_id,
+                      error(ErrorCode::invalid_argument, name + " is a text", "", "server.hello"));
+    } else {
+      return say_no(own_id, error(ErrorCode::unknown_name,
+                                  "server.hello has no parameter " +
+                                      text::quote(text::shortened(std::string(name))),
+                                  "It has protocol, token, client and subscribe."));
+    }
+  }
+  if (!protocol || !protocol->as_int())
+    return say_no(own_id, error(ErrorCode::invalid_argument,
+                                "protocol is needed: the version that the client was written for",
+                                "This server speaks version " + std::to_string(kProtocol) + ".",
+                                "server.hello"));
+  if (*protocol->as_int() != kProtocol)
+    return say_no(
+        own_id,
+        error(ErrorCode::unsupported,
+              "the client speaks version " + std::to_string(*protocol->as_int()) +
+                  " of the protocol and this server (robomosp " ROBOMOSP_VERSION ") version " +
+                  std::to_string(kProtocol),
+              *protocol->as_int() > kProtocol ? "Use a newer server or an older client."
+                                              : "Use a newer client."));
+  return admit(secret, client, own_id, wanted);
+}
+
+bool Connection::hello_classic(std::string_view text) {
+  const auto space = text.find(' ');
+  const std::string_view word = text.substr(0, space);
+  const std::string_view secret =
+      space == std::string_view::npos ? std::string_view() : text::trim(text.substr(space));
+  if (word != "hello")
+    return refuse("error usage The first line is: hello, or hello TOKEN.", "usage");
+  return admit(std::string(secret), "", {}, nullptr);
+}
+
+bool Connection::admit(const std::string& secret, const std::string& client, Value id,
+                       const Value* wanted) {
+  const auto say_no = [&](const Error& e) {
+    return refuse(is_classic_ ? "error " + std::string(to_string(e.code)) + " " + e.sentence()
+                              : RpcServer::failure(id, e),
+                  std::string(to_string(e.code)));
+  };
+  Rights rights = hall_.options.without_token;
+  if (!secret.empty()) {
+    auto token = hall_.tokens.find(secret);
+    if (!token.ok()) return say_no(token.error());
+    rights = std::move(token->rights);
+  } else if (needs_token_) {
+    return say_no(error(ErrorCode::permission, "this server wants a token",
+                        "Ask whoever runs it for one (server.grant), and give it with hello."));
+  }
+  if (!rights.folder.empty())
+    if (auto root = hall_.app.file_root(rights.folder); !root.ok()) return say_no(root.error());
+  std::string name = "client " + std::to_string(number_);
+  if (!rights.name.empty()) name += " (" + rights.name + ")";
+  else if (!client.empty()) name += " (" + client + ")";
+  talk_ = std::make_unique<Talk>(*this, hall_.app, name, std::move(rights));
+  talk_->client = client;
+  lines_.set_longest(hall_.options.limits.line);
+  {
+    const std::lock_guard lock(mutex_);
+    refilled_ = Clock::now();
+    const std::uint64_t rate = talk_->rights.rate ? talk_->rights.rate : hall_.options.limits.rate;
+    tokens_left_ = static_cast<double>(rate);
+  }
+  has_talk_ = true;
+  if (hall_.audit)
+    hall_.audit(Map{{"client", static_cast<std::int64_t>(number_)},
+                    {"name", talk_->session.name()},
+                    {"token", talk_->rights.name},
+                    {"peer", peer_},
+                    {"method", "server.hello"},
+                    {"result", "ok"}});
+  if (is_classic_) {
+    send("ok robomosp " ROBOMOSP_VERSION);
+    return true;
+  }
+  List effects, commands;
+  for (const Effect e : (talk_->rights.effects | Effect::reads).list())
+    effects.emplace_back(to_string(e));
+  for (const std::string& c : talk_->rights.commands) commands.emplace_back(c);
+  Map limits;
+  for (const char* shown : {"line", "batch", "answer", "rate", "jobs", "seconds"})
+    limits.append(shown, *limits_value(hall_.options.limits).find(shown));
+  if (talk_->rights.rate) limits.set("rate", static_cast<std::int64_t>(talk_->rights.rate));
+  limits.append("depth", kDeepestJson);
+  Map result{{"program", "robomosp"},
+             {"version", ROBOMOSP_VERSION},
+             {"protocol", kProtocol},
+             {"instance", hall_.instance},
+             {"client", static_cast<std::int64_t>(number_)},
+             {"session", static_cast<std::int64_t>(hall_.app.author(talk_->session).session)},
+             {"effects", std::move(effects)},
+             {"commands", std::move(commands)},
+             {"limits", std::move(limits)}};
+  if (!talk_->rights.name.empty()) result.append("token", talk_->rights.name);
+  if (!talk_->rights.folder.empty()) result.append("folder", talk_->rights.folder.string());
+  if (wanted && !wanted->is_nil()) {
+    auto subscription = subscribe(wanted->as_map() ? *wanted->as_map() : Map{{"topics", *wanted}});
+    if (!subscription.ok()) return say_no(std::move(subscription).error().in("subscribe"));
+    result.append("subscription", std::move(*subscription));
+  }
+  if (!id.is_nil()) send(talk_->server.success(id, Value(std::move(result))));
+  return true;
+}
+
+// --- answering ---
+
+/// Answers what waits, unless another thread does so already.
+void Connection::drain() {
+  if (!has_talk_) return;
+  for (;;) {
+    if (is_draining_.exchange(true)) return;
+    bool has_more = false;
+    {
+      const Reactor::Running running(hall_.reactor);
+      const auto begin = Clock::now();
+      while (!is_closing_ && unread() < hall_.options.limits.unread) {
+        is_overtime_ = false;
+        if (!talk_->conversation.run_next()) break;
+        if (is_leaving_) {
+          is_closing_ = true;
+          break;
+        }
+        if (Clock::now() - begin > kTurn && talk_->conversation.has_next()) {
+          has_more = true;
+          break;
+        }
+      }
+    }
+    if (is_paused_ && !is_closing_ &&
+        talk_->conversation.waiting() <= hall_.options.limits.waiting / 2 &&
+        talk_->conversation.waiting_bytes() <= hall_.options.limits.waiting_bytes / 2 &&
+        is_paused_.exchange(false))
+      wait_readable();
+    is_draining_ = false;
+    if (is_closing_) {
+      const std::lock_guard lock(mutex_);
+      end_locked();
+      return;
+    }
+    if (has_more) {
+      asio::post(hall_.reactor.io(), [self = shared_from_this()] { self->drain(); });
+      return;
+    }
+    // What came after the last look and before the flag was taken back.
+    if (!talk_->conversation.has_next() || unread() >= hall_.options.limits.unread) return;
+  }
+}
+
+/// `own`: the rate of the client's token, 0 = the server's. Also while the connection ends.
+std::optional<Error> Connection::admitted(std::uint64_t own) {
+  ++requests_;
+  const std::uint64_t rate = own ? own : hall_.options.limits.rate;
+  if (rate == 0) return std::nullopt;
+  const std::lock_guard lock(mutex_);
+  const auto now = Clock::now();
+  const double most = static_cast<double>(rate);
+  tokens_left_ =
+      std::min(most, tokens_left_ + most * std::chrono::duration<double>(now - refilled_).count());
+  refilled_ = now;
+  if (tokens_left_ < 1)
+    return error(ErrorCode::conflict,
+                 "more than " + std::to_string(rate) + " requests a second came",
+                 "Wait a moment and send it again.");
+  tokens_left_ -= 1;
+  return std::nullopt;
+}
+
+// --- sending ---
+
+std::size_t Connection::unread() const {
+  const std::lock_guard lock(mutex_);
+  return out_.size() - sent_;
+}
+
+void Connection::send(std::string text) {
+  text += '\n';
+  const std::lock_guard lock(mutex_);
+  if (is_shut_) return;
+  if (tls_) {
+    (void)tls_->write(text);
+    out_ += tls_->output();
+  } else if (out_.empty()) {
+    out_ = std::move(text);
+  } else {
+    out_ += text;
+  }
+  flush_locked();
+}
+
+void Connection::flush_locked() {
+  if (is_shut_) return;
+  while (sent_ < out_.size()) {
+    const ssize_t n = ::send(socket_.native_handle(), out_.data() + sent_, out_.size() - sent_,
+                             MSG_DONTWAIT | MSG_NOSIGNAL);
+    if (n < 0 && errno == EINTR) continue;
+    if (n > 0) {
+      sent_ += static_cast<std::size_t>(n);
+      bytes_out_ += static_cast<std::uint64_t>(n);
+      last_out_ = Clock::now().time_since_epoch().count();
+      stuck_since_ = {};
+      continue;
+    }
+    if (n < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) {
+      if (stuck_since_ == Clock::time_point()) stuck_since_ = Clock::now();
+      if (std::exchange(waits_writable_, true)) return;
+      socket_.async_wait(
+          Socket::wait_write, [self = shared_from_this()](const asio::error_code& ec) {
+            if (ec) return self->shut();
+            {
+              const std::lock_guard lock(self->mutex_);
+              self->waits_writable_ = false;
+              self->flush_locked();
+              if (self->out_.size() - self->sent_ >= self->hall_.options.limits.unread / 2) return;
+            }
+            self->push_all();
+            self->drain();
+          });
+      return;
+    }
+    // The peer is gone; the reader notices, too.
+    out_.clear();
+    sent_ = 0;
+    asio::post(hall_.reactor.io(), [self = shared_from_this()] { self->shut(); });
+    return;
+  }
+  out_.clear();
+  sent_ = 0;
+  if (out_.capacity() > 4096) std::string().swap(out_);
+  if (is_ending_) asio::post(hall_.reactor.io(), [self = shared_from_this()] { self->shut(); });
+}
+
+// --- events ---
+
+Result<Value> Connection::subscribe(const Map& params) {
+  Map args = params;
+  double rate = kUsualRate;
+  if (const Value* given = params.find("rate")) {
+    rate = given->number();
+    if (!given->is_number() || !(rate > 0) || rate > kHighestRate)
+      return error(ErrorCode::invalid_argument,
+                   "rate is a number of states a second, above 0 and at most 1000", "", "rate");
+    args.erase("rate");
+  }
+  {
+    const std::lock_guard lock(mutex_);
+    if (subscriptions_.size() >= hall_.options.limits.subscriptions)
+      return error(ErrorCode::conflict,
+                   std::to_string(subscriptions_.size()) +
+                       " subscriptions of this connection are there already",
+                   "End one with server.unsubscribe.");
+  }
+  // States of runs are sent at their rate, all else at once.
+  List others;
+  bool has_runs = false;
+  if (const Value* topics = args.find("topics"); topics && topics->as_list()) {
+    for (const Value& topic : *topics->as_list())
+      if (topic.as_string() && *topic.as_string() == "run") has_runs = true;
+      else others.push_back(topic);
+  } else if (topics && !topics->is_nil()) {
+    return error(ErrorCode::invalid_argument, "topics is a list of words", "", "topics");
+  } else {
+    has_runs = true;
+    for (const ioci::Topic t : ioci::kAllTopics)
+      if (t != ioci::Topic::run) others.emplace_back(to_string(t));
+  }
+  ioci::Application& app = hall_.app;
+  const auto make = [&](List topics) -> Result<std::uint64_t> {
+    Map own = args;
+    own.set("topics", std::move(topics));
+    RMP_TRY_ASSIGN(const Value token, app.dispatch(talk_->session, "event.subscribe", own));
+    return static_cast<std::uint64_t>(*token.as_int());
+  };
+  Subscription s;
+  if (!others.empty() || !has_runs) {
+    RMP_TRY_ASSIGN(s.all, make(std::move(others)));
+  }
+  if (has_runs) {
+    RMP_TRY_ASSIGN(s.runs, make({Value("run")}));
+  }
+  s.every = std::chrono::nanoseconds(static_cast<std::int64_t>(1e9 / rate));
+  const std::uint64_t all = s.all, runs = s.runs;
+  std::uint64_t number = 0;
+  {
+    const std::lock_guard lock(mutex_);
+    number = next_subscription_++;
+    subscriptions_.emplace(number, s);
+  }
+  const auto wake = [weak = weak_from_this(), number] {
+    if (auto self = weak.lock())
+      asio::post(self->hall_.reactor.io(), [self, number] { self->push(number); });
+  };
+  if (all) app.events.set_wake(all, wake);
+  if (runs) app.events.set_wake(runs, wake);
+  return Value(static_cast<std::int64_t>(number));
+}
+
+Result<Value> Connection::unsubscribe(const Map& params) {
+  const Value* given = params.find("subscription");
+  const std::int64_t* number = given ? given->as_int() : nullptr;
+  if (!number || params.size() != 1)
+    return error(ErrorCode::invalid_argument, "it needs the number of a subscription",
+                 "Send {\"subscription\": 1}.");
+  Subscription s;
+  {
+    const std::lock_guard lock(mutex_);
+    const auto at = subscriptions_.find(static_cast<std::uint64_t>(*number));
+    if (at == subscriptions_.end())
+      return error(ErrorCode::unknown_name,
+                   "there is no subscription " + std::to_string(*number) + " of this connection",
+                   "server.subscribe makes one.");
+    s = at->second;
+    subscriptions_.erase(at);
+  }
+  hall_.app.events.unsubscribe(s.all);
+  hall_.app.events.unsubscribe(s.runs);
+  return Value(true);
+}
+
+/// Sends what waits for a subscription, as far as the client reads it.
+void Connection::push(std::uint64_t number) {
+  constexpr std::size_t kTogether = 64;
+  const std::lock_guard alone(push_mutex_);
+  Subscription s;
+  {
+    const std::lock_guard lock(mutex_);
+    const auto at = subscriptions_.find(number);
+    if (at == subscriptions_.end() || is_shut_) return;
+    s = at->second;
+  }
+  ioci::Application& app = hall_.app;
+  const auto name_of = [&app](const Handle& h) { return app.name_of(h).value_or(""); };
+  const auto say = [&](const ioci::Event& event) {
+    Map params = ioci::event_value(event);
+    std::string text = R"({"jsonrpc":"2.0","method":"event","params":{"subscription":)" +
+                       std::to_string(number) + ",";
+    // Behind the opening brace comes the number of the subscription.
+    const std::string own = to_json(Value(std::move(params)), name_of);
+    text += std::string_view(own).substr(1);
+    text += '}';
+    send(std::move(text));
+  };
+  const std::size_t most = hall_.options.limits.unread / 2;
+  if (s.all)
+    while (unread() < most) {  // else when it was read, from flush_locked()
+      const auto events = app.events.take(s.all, kTogether);
+      if (!events.ok() || events->empty()) break;
+      for (const ioci::Event& e : *events) say(e);
+    }
+  if (!s.runs || unread() >= most) return;
+  const auto now = Clock::now();
+  if (now - s.last < s.every) {
+    {
+      const std::lock_guard lock(mutex_);
+      const auto at = subscriptions_.find(number);
+      if (at == subscriptions_.end() || std::exchange(at->second.is_waiting, true)) return;
+    }
+    auto timer = std::make_shared<asio::steady_timer>(hall_.reactor.io(), s.last + s.every);
+    timer->async_wait([self = shared_from_this(), timer, number](const asio::error_code& ec) {
+      if (ec) return;
+      {
+        const std::lock_guard lock(self->mutex_);
+        const auto at = self->subscriptions_.find(number);
+        if (at != self->subscriptions_.end()) at->second.is_waiting = false;
+      }
+      self->push(number);
+    });
+    return;
+  }
+  const auto states = app.events.take(s.runs, 100'000);
+  if (!states.ok() || states->empty()) return;
+  // Of each run the last one.
+  std::map<std::uint64_t, const ioci::Event*> last;
+  for (const ioci::Event& e : *states)
+    if (e.run) last[e.run->run] = &e;
+  for (const auto& [run, event] : last) say(*event);
+  const std::lock_guard lock(mutex_);
+  if (const auto at = subscriptions_.find(number); at != subscriptions_.end())
+    at->second.last = now;
+}
+
+void Connection::push_all() {
+  std::vector<std::uint64_t> numbers;
+  {
+    const std::lock_guard lock(mutex_);
+    for (const auto& [number, s] : subscriptions_) numbers.push_back(number);
+  }
+  for (const std::uint64_t number : numbers) push(number);
+}
+
+// --- the end ---
+
+void Connection::close(const std::string& reason) {
+  if (is_closing_ || is_told_.exchange(true)) return;
+  if (has_talk_) {
+    if (is_classic_) send("closing " + reason);
+    else
+      send(R"({"jsonrpc":"2.0","method":"server.closing","params":)" +
+           to_json(Map{{"reason", reason}}) + "}");
+  }
+  is_closing_ = true;  // only now, as drain() ends what is closing
+  if (has_talk_) talk_->session.interrupt();
+  const std::lock_guard lock(mutex_);
+  closing_since_ = Clock::now();
+  // What runs is answered first; drain() goes on then.
+  if (!is_draining_) end_locked();
+}
+
+/// When what waits has been sent, the connection is shut.
+void Connection::end_locked() {
+  if (is_shut_ || is_ending_) return;
+  is_ending_ = true;
+  if (closing_since_ == Clock::time_point()) closing_since_ = Clock::now();
+  if (tls_) {
+    tls_->close();
+    out_ += tls_->output();
+  }
+  flush_locked();
+}
+
+void Connection::shut() {
+  is_closing_ = true;
+  {
+    const std::lock_guard lock(mutex_);
+    if (std::exchange(is_shut_, true)) return;
+    asio::error_code ec;
+    socket_.shutdown(Socket::shutdown_both, ec);
+    socket_.close(ec);
+  }
+  if (has_talk_) talk_->session.interrupt();
+  hall_.gone(number_);
+}
+
+void Connection::look(Clock::time_point now) {
+  const Limits& limits = hall_.options.limits;
+  const auto since = [now](Clock::rep ticks) {
+    return now - Clock::time_point(Clock::duration(ticks));
+  };
+  const auto seconds = [](std::uint64_t s) {
+    return std::chrono::seconds(static_cast<std::int64_t>(s));
+  };
+  bool is_over = false;
+  {
+    const std::lock_guard lock(mutex_);
+    if (is_shut_) return;
+    is_over = (closing_since_ != Clock::time_point() && now - closing_since_ > kGoodbye) ||
+              (stuck_since_ != Clock::time_point() &&
+               now - stuck_since_ > seconds(limits.unread_seconds));
+  }
+  if (is_over) return shut();
+  if (!has_talk_) {
+    if (now - begin_ > seconds(limits.hello_seconds)) shut();
+    return;
+  }
+  if (const auto begin = line_begin_.load(); begin && since(begin) > seconds(limits.line_seconds))
+    return close("A line took longer than " + std::to_string(limits.line_seconds) + " s.");
+  const auto running = talk_->conversation.running_since();
+  if (limits.seconds && running && now - *running > seconds(limits.seconds)) {
+    is_overtime_ = true;
+    talk_->session.interrupt();
+  }
+  if (limits.idle_seconds && !running && since(last_in_) > seconds(limits.idle_seconds) &&
+      since(last_out_) > seconds(limits.idle_seconds))
+    close("Nothing was said for " + std::to_string(limits.idle_seconds) + " s.");
+}
+
+bool Connection::is_closed() const {
+  const std::lock_guard lock(mutex_);
+  return is_shut_;
+}
+
+ClientInfo Connection::info() const {
+  ClientInfo i;
+  i.number = number_;
+  i.peer = peer_;
+  i.has_tls = tls_ != nullptr;
+  i.seconds = std::chrono::duration<double>(Clock::now() - begin_).count();
+  i.requests = requests_;
+  i.bytes_in = bytes_in_;
+  i.bytes_out = bytes_out_;
+  if (has_talk_) {
+    i.name = talk_->client;
+    i.token = talk_->rights.name;
+    i.session = talk_->session.number();
+    i.protocol = is_classic_ ? "classic" : "json";
+    i.waiting = talk_->conversation.waiting();
+  }
+  return i;
+}
+
+}  // namespace robomosp::remote

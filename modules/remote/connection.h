@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+// Connection: one client of a server, from its first byte to its end (layer: application, remote).
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include <asio/generic/stream_protocol.hpp>
+#include <asio/steady_timer.hpp>
+
+#include "ioci/core/application.h"
+#include "remote/conversation.h"
+#include "remote/limits.h"
+#include "remote/reactor.h"
+#include "remote/rpc.h"
+#include "remote/server.h"
+#include "remote/tls.h"
+
+namespace robomosp::remote {
+
+/// What connections share. It outlives them.
+struct Hall {
+  ioci::Application& app;
+  Reactor& reactor;
+  const ServerOptions& options;
+  const Tokens& tokens;
+  /// Adds a line to the audit file, if there is one.
+  std::function<void(Map line)> audit;
+  std::function<void(std::uint64_t number)> gone;
+  std::string instance;                   ///< random, so that clients notice another program
+  std::atomic<std::uint64_t> scripts{0};  ///< clients that have run one
+};
+
+/// One thread at a time reads; a command runs on the thread that read it, or on one that came free.
+/// [any thread] unless marked
+class Connection : public std::enable_shared_from_this<Connection> {
+ public:
+  using Socket = asio::generic::stream_protocol::socket;
+  using Clock = std::chrono::steady_clock;
+  Connection(Hall& hall, std::uint64_t number, Socket socket, std::string peer, bool needs_token,
+             std::shared_ptr<TlsContext> tls);
+  ~Connection();
+  void start();
+  /// Says why, as far as the client can be told, and ends.
+  void close(const std::string& reason);
+  /// Ends what has taken too long; called now and then.
+  void look(Clock::time_point now);
+  [[nodiscard]] ClientInfo info() const;
+  [[nodiscard]] bool is_closed() const;
+
+ private:
+  struct Talk;  ///< what there is after hello
+  struct Subscription {
+    std::uint64_t all = 0, runs = 0;  ///< tokens of what is sent at once, and of states of runs
+    std::chrono::nanoseconds every{0};
+    Clock::time_point last{};
+    bool is_waiting = false;  ///< for its time
+  };
+
+  // One thread at a time:
+  void wait_readable();
+  void on_readable();
+  bool received(std::string_view plain);
+  bool line(std::string_view text);
+  bool hello(std::string_view text);
+  bool hello_classic(std::string_view text);
+  bool admit(const std::string& secret, const std::string& client, Value id, const Value* wanted);
+  bool refuse(const std::string& answer, const std::string& why);
+
+  void drain();
+  void send(std::string text);
+  void push(std::uint64_t number);
+  void push_all();
+  void flush_locked();
+  void end_locked();
+  void shut();
+  Result<Value> subscribe(const Map& params);
+  Result<Value> unsubscribe(const Map& params);
+  std::optional<Error> admitted(std::uint64_t own);
+  [[nodiscard]] std::size_t unread() const;
+
+  Hall& hall_;
+  const std::uint64_t number_;
+  const std::string peer_;
+  const bool needs_token_;
+  const Clock::time_point begin_ = Clock::now();
+  Lines lines_;                 ///< the reader's
+  bool is_first_ = true;        ///< the reader's: no byte came yet
+  bool is_classic_ = false;     ///< the reader's
+  std::unique_ptr<Talk> talk_;  ///< made by hello, on the reader's thread; then it stays
+  std::atomic<bool> has_talk_{false};
+  std::atomic<bool> is_draining_{false};
+  std::atomic<bool> is_closing_{false};
+  std::atomic<bool> is_told_{false};      ///< by close(), why
+  std::atomic<bool> is_leaving_{false};   ///< the client said goodbye
+  std::atomic<bool> is_overtime_{false};  ///< the running command was ended for its time
+  std::atomic<std::uint64_t> requests_{0}, bytes_in_{0}, bytes_out_{0};
+  std::atomic<Clock::rep> last_in_, last_out_, line_begin_{0};
+  std::atomic<bool> is_paused_{false};  ///< nothing is read until requests are answered
+
+  std::mutex push_mutex_;  ///< events are sent by one thread at a time; before mutex_
+  mutable std::mutex mutex_;
+  // Guarded by mutex_:
+  Socket socket_;
+  std::unique_ptr<TlsStream> tls_;
+  std::string out_;
+  std::size_t sent_ = 0;  ///< of out_
+  bool waits_writable_ = false, is_shut_ = false;
+  bool is_ending_ = false;  ///< it is shut when all was sent
+  Clock::time_point closing_since_{};
+  Clock::time_point stuck_since_{};  ///< when the peer last took something, while it has to
+  std::map<std::uint64_t, Subscription> subscriptions_;
+  std::uint64_t next_subscription_ = 1;
+  double tokens_left_ = 0;  ///< of the rate
+  Clock::time_point refilled_{};
+};
+
+}  // namespace robomosp::remote

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Which side of a plane: in double with a bound of the error, for what need not be known when it is
+// close (layer: plugin).
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "support.h"
+
+namespace robomosp::csg_cgal {
+
+/// Part of the product of the greatest lengths along the axes that rounding adds to a determinant
+/// at most; 5.1e-15 by Shewchuk's count of the operations.
+inline constexpr double kDeterminantError = 1e-14;
+
+/// The sign of (b - a) x (c - a) . (p - a), or 0 where it is not certain. Corners may be off by
+/// `slack` along each axis [m].
+inline int sure_side(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& p, double slack) {
+  const Vec3 u = b - a, v = c - a, w = p - a;
+  const double d = dot(cross(u, v), w);
+  double product = 1, longest = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double m = std::max({std::abs(u[i]), std::abs(v[i]), std::abs(w[i])});
+    product *= m;
+    longest = std::max(longest, m);
+  }
+  // Nine entries, each off by two slacks, times two others of at most `longest`, twice.
+  const double moved = longest + 2 * slack;
+  const double error = kDeterminantError * product + (slack > 0 ? 36 * slack * moved * moved : 0);
+  return d > error ? 1 : d < -error ? -1 : 0;
+}
+
+}  // namespace robomosp::csg_cgal

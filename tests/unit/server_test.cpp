@@ -1,0 +1,829 @@
+// SPDX-License-Identifier: Apache-2.0
+// The server over real sockets, without plugins, so that it is quickly built for ThreadSanitizer:
+// hello, rights, limits, events, undo of each client, several at once, and what attackers send.
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <optional>
+#include <random>
+#include <string>
+#include <string_view>
+#include <thread>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "ioci/core/commands.h"
+#include "kernel/text.h"
+#include "remote/json.h"
+#include "remote/server.h"
+#include "support/seed.h"
+
+namespace robomosp::remote {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace std::chrono_literals;
+using Clock = std::chrono::steady_clock;
+
+/// A command that runs until it is cancelled, or so many milliseconds.
+Result<Value> rest(ioci::CommandContext& ctx, const Map& args) {
+  const auto until = Clock::now() + std::chrono::milliseconds(ioci::integer(args, "ms"));
+  while (Clock::now() < until) {
+    if (ctx.progress.cancelled()) return error(ErrorCode::cancelled, "stopped");
+    std::this_thread::sleep_for(1ms);
+  }
+  return Value(1);
+}
+Result<Value> answer_long(ioci::CommandContext&, const Map& args) {
+  return Value(std::string(static_cast<std::size_t>(ioci::integer(args, "bytes")), 'x'));
+}
+
+/// One client over a blocking socket, whose reads end after some seconds.
+class Client {
+ public:
+  explicit Client(const Address& a) {
+    if (a.is_unix) {
+      fd_ = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+      sockaddr_un end{};
+      end.sun_family = AF_UNIX;
+      std::strncpy(end.sun_path, a.path.c_str(), sizeof end.sun_path - 1);
+      EXPECT_EQ(::connect(fd_, reinterpret_cast<sockaddr*>(&end), sizeof end), 0);
+    } else {
+      fd_ = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+      sockaddr_in end{};
+      end.sin_family = AF_INET;
+      end.sin_port = htons(a.port);
+      end.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+      EXPECT_EQ(::connect(fd_, reinterpret_cast<sockaddr*>(&end), sizeof end), 0);
+    }
+  }
+  ~Client() { ::close(fd_); }
+  Client(const Client&) = delete;
+  Client& operator=(const Client&) = delete;
+
+  bool send(std::string_view text) const {
+    while (!text.empty()) {
+      const ssize_t n = ::send(fd_, text.data(), text.size(), MSG_NOSIGNAL);
+      if (n <= 0) return false;
+      text.remove_prefix(static_cast<std::size_t>(n));
+    }
+    return true;
+  }
+  /// A line; nullopt at the end of the connection, or when nothing comes.
+  std::optional<std::string> line(std::chrono::milliseconds patience = 20s) {
+    for (;;) {
+      if (const auto end = buffer_.find('\n'); end != std::string::npos) {
+        std::string out = buffer_.substr(0, end);
+        buffer_.erase(0, end + 1);
+        return out;
+      }
+      pollfd ready{fd_, POLLIN, 0};
+      if (::poll(&ready, 1, static_cast<int>(patience.count())) <= 0) return std::nullopt;
+      std::array<char, 65'536> piece{};
+      const ssize_t n = ::recv(fd_, piece.data(), piece.size(), 0);
+      if (n <= 0) return std::nullopt;
+      buffer_.append(piece.data(), static_cast<std::size_t>(n));
+    }
+  }
+  /// Whether the server closed it, within the time, with nothing more to say.
+  bool is_closed(std::chrono::milliseconds patience = 20s) {
+    return !line(patience) && [this] {
+      char c = 0;
+      return ::recv(fd_, &c, 1, MSG_DONTWAIT) == 0 || (errno != EAGAIN && errno != EWOULDBLOCK);
+    }();
+  }
+  void ask(std::string_view method, const Map& params, const Value& id = 1) const {
+    EXPECT_TRUE(
+        send(to_json(Map{{"jsonrpc", "2.0"}, {"id", id}, {"method", method}, {"params", params}}) +
+             "\n"));
+  }
+  /// The next message that has an id; events before it are kept.
+  Map answer() {
+    for (;;) {
+      const auto text = line();
+      if (!text) return {};
+      auto message = from_json(*text);
+      EXPECT_TRUE(message.ok()) << *text;
+      if (!message.ok()) return {};
+      if (message->as_map()->find("id")) return std::move(*message->as_map());
+      events.push_back(std::move(*message->as_map()));
+    }
+  }
+  Map call(std::string_view method, const Map& params = {}) {
+    ask(method, params);
+    return answer();
+  }
+  Map hello(const Map& more = {}) {
+    Map params{{"protocol", kProtocol}};
+    for (const auto& [key, value] : more) params.set(key, value);
+    return call("server.hello", params);
+  }
+  std::vector<Map> events;
+
+ private:
+  int fd_ = -1;
+  std::string buffer_;
+};
+
+bool is_ok(const Map& answer) { return answer.find("result") != nullptr; }
+const Value& result(const Map& answer) {
+  static const Value kNone;
+  const Value* r = answer.find("result");
+  EXPECT_TRUE(r) << to_json(Value(answer));
+  return r ? *r : kNone;
+}
+std::string code(const Map& answer) {
+  const Value* e = answer.find("error");
+  const Value* data = e ? e->as_map()->find("data") : nullptr;
+  return data ? *data->as_map()->find("code")->as_string() : std::string();
+}
+std::string sentence(const Map& answer) {
+  const Value* e = answer.find("error");
+  return e ? *e->as_map()->find("message")->as_string() : std::string();
+}
+const Map& params_of(const Map& event) { return *event.find("params")->as_map(); }
+
+class ServerTest : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder() = fs::temp_directory_path() / ("robomosp-server-" + std::to_string(::getpid()));
+    fs::create_directories(folder());
+    ioci::ApplicationOptions options;
+    options.library = {fs::path(ROBOMOSP_SOURCE_DIR) / "scripts/library"};
+    options.plugins = false;
+    auto made = ioci::Application::create(std::move(options));
+    ASSERT_TRUE(made.ok()) << made.error().sentence();
+    holder() = std::move(*made);
+    std::vector<ioci::CommandSpec> own;
+    own.push_back({.name = "work.rest",
+                   .classic = "",
+                   .summary = "Rests.",
+                   .details = "",
+                   .example = "work",
+                   .params = {ioci::defaulted("ms", "int", "", 100, "Milliseconds.")},
+                   .returns = {"int", "", "1.", {}},
+                   .effect = Effect::reads,
+                   .run = rest});
+    own.push_back({.name = "work.long",
+                   .classic = "",
+                   .summary = "Answers at length.",
+                   .details = "",
+                   .example = "work",
+                   .params = {ioci::defaulted("bytes", "int", "", 100, "How many.")},
+                   .returns = {"string", "", "Letters.", {}},
+                   .effect = Effect::reads,
+                   .run = answer_long});
+    app().commands.add(std::move(own));
+  }
+  static void TearDownTestSuite() {
+    holder().reset();
+    fs::remove_all(folder());
+  }
+  void SetUp() override { options_.token_file = folder() / (name() + ".tokens"); }
+  void TearDown() override {
+    server_.reset();
+    ioci::Session own("cleaner");
+    (void)app().dispatch(own, "document.clear", {});
+  }
+  static ioci::Application& app() { return *holder(); }
+  static fs::path& folder() {
+    static fs::path one;
+    return one;
+  }
+  static std::string name() {
+    return testing::UnitTest::GetInstance()->current_test_info()->name();
+  }
+  static Address address(const std::string& text) {
+    const auto a = Address::parse(text);
+    EXPECT_TRUE(a.ok()) << a.error().sentence();
+    return *a;
+  }
+  /// Starts the server of the test, on a free port of this machine unless said otherwise.
+  void start() {
+    if (options_.addresses.empty()) options_.addresses = {address("127.0.0.1:0")};
+    auto server = Server::start(app(), options_);
+    ASSERT_TRUE(server.ok()) << server.error().sentence();
+    server_ = std::move(*server);
+  }
+  Address where() const { return server_->addresses().front(); }
+  std::string grant(Rights rights, std::int64_t seconds = 0) const {
+    auto tokens = Tokens::open(options_.token_file);
+    EXPECT_TRUE(tokens.ok());
+    const auto secret = tokens->grant(std::move(rights), seconds);
+    EXPECT_TRUE(secret.ok()) << secret.error().sentence();
+    return secret.ok() ? *secret : std::string();
+  }
+  bool wait_for_clients(std::size_t count) const {
+    for (int i = 0; i < 2000; ++i) {
+      if (server_->clients().size() == count) return true;
+      std::this_thread::sleep_for(5ms);
+    }
+    return false;
+  }
+
+  ServerOptions options_;
+  std::unique_ptr<Server> server_;
+
+ private:
+  static std::unique_ptr<ioci::Application>& holder() {
+    static std::unique_ptr<ioci::Application> one;
+    return one;
+  }
+};
+
+TEST(Addresses, AreReadAndWhatIsNoneIsSaid) {
+  const auto shown = [](const char* text) {
+    const auto a = Address::parse(text);
+    return a.ok() ? a->text() + (a->is_local() ? " local" : " open") : a.error().message;
+  };
+  EXPECT_EQ(shown("127.0.0.1:80"), "127.0.0.1:80 local");
+  EXPECT_EQ(shown("127.9.9.9"), "127.9.9.9:7007 local");
+  EXPECT_EQ(shown("[::1]:0"), "[::1]:0 local");
+  EXPECT_EQ(shown("localhost"), "localhost:7007 local");
+  EXPECT_EQ(shown("unix:/tmp/x"), "unix:/tmp/x local");
+  EXPECT_EQ(shown("*:7007"), "*:7007 open");
+  EXPECT_EQ(shown("0.0.0.0"), "0.0.0.0:7007 open");
+  EXPECT_EQ(shown("[::]:1"), "[::]:1 open");
+  EXPECT_EQ(shown("robot.example:1"), "robot.example:1 open");
+  // A name is not believed, whatever it begins with.
+  EXPECT_EQ(shown("127.0.0.1.example:1"), "127.0.0.1.example:1 open");
+  for (const char* wrong : {"", ":80", "unix:", "[::1", "[x]:1", "[::1]x", "::1", "a:b", "a:70000",
+                            "a:-1", "a b:1", "a:", "h\x01:1"})
+    EXPECT_FALSE(Address::parse(wrong).ok()) << wrong;
+  EXPECT_FALSE(Address::parse("unix:" + std::string(200, 'x')).ok());
+}
+
+TEST(Limits, ThePageOfTheServerListsThemWithTheirDefaults) {
+  std::ifstream in(fs::path(ROBOMOSP_SOURCE_DIR) / "docs/user/remote/server.md");
+  const std::string page((std::istreambuf_iterator<char>(in)), {});
+  const Limits usual;
+  for (const LimitSpec& s : limit_specs()) {
+    const std::string row = "| `" + std::string(s.name) + "` | " + std::to_string(usual.*s.value) +
+                            " | " + std::string(s.unit) + " | " + std::string(s.doc) +
+                            (s.can_be_none ? " 0 = none." : "") + " |";
+    EXPECT_NE(page.find(row), std::string::npos) << row;
+  }
+}
+
+TEST_F(ServerTest, AClientSaysHelloAsksAndIsAnsweredInOrderOverTcpAndAUnixSocket) {
+  options_.addresses = {address("127.0.0.1:0"), address("unix:" + (folder() / "s").string())};
+  start();
+  struct stat info {};
+  ASSERT_EQ(::stat((folder() / "s").c_str(), &info), 0);
+  EXPECT_EQ(info.st_mode & 0777U, 0600U);
+  for (const Address& a : server_->addresses()) {
+    Client c(a);
+    const Map hello = c.hello({{"client", "test\n\x1b[31m"}});
+    const Map& said = *result(hello).as_map();
+    EXPECT_EQ(*said.find("protocol")->as_int(), kProtocol);
+    EXPECT_EQ(said.find("effects")->as_list()->size(), 3U);
+    std::string all;
+    for (int i = 0; i < 200; ++i)
+      all +=
+          R"({"jsonrpc":"2.0","id":)" + std::to_string(i) + R"(,"method":"material.list"})" + "\n";
+    ASSERT_TRUE(c.send(all));
+    for (int i = 0; i < 200; ++i) ASSERT_EQ(*c.answer().find("id")->as_int(), i);
+    EXPECT_EQ(code(c.hello()), "conflict");
+    EXPECT_TRUE(is_ok(c.call("server.bye")));
+    EXPECT_TRUE(c.is_closed());
+  }
+  EXPECT_TRUE(wait_for_clients(0));
+  // The same path can be served again only when nobody listens there any more.
+  auto second = Server::start(app(), options_);
+  ASSERT_FALSE(second.ok());
+  EXPECT_NE(second.error().sentence().find("another program listens"), std::string::npos)
+      << second.error().sentence();
+  server_.reset();
+  EXPECT_FALSE(fs::exists(folder() / "s"));
+}
+
+TEST_F(ServerTest, AFirstLineThatIsNoHelloEndsTheConnectionWithASentenceOrSilence) {
+  start();
+  const struct {
+    std::string line, answer;  // "" = nothing is said
+  } cases[] = {
+      {R"({"jsonrpc":"2.0","id":1,"method":"material.list"})", "usage"},
+      {R"({"jsonrpc":"2.0","id":1,"method":"server.hello"})", "invalid_argument"},
+      {R"({"jsonrpc":"2.0","id":1,"method":"server.hello","params":{"protocol":2}})",
+       "unsupported"},
+      {R"({"jsonrpc":"2.0","id":1,"method":"server.hello","params":{"protocol":1,"x":1}})",
+       "unknown_name"},
+      {R"({"jsonrpc":"2.0","id":1,"method":"server.hello","params":{"protocol":1,"token":"rmp_x"}})",
+       "permission"},
+      {R"({"jsonrpc":"2.0","id":1,"method":"server.hello","params":{"protocol":1,"token":7}})",
+       "invalid_argument"},
+      {R"({"jsonrpc":"2.0","id":1,"method":"server.hello","params":{"protocol":1,"subscribe":["x"]}})",
+       "unknown_name"},
+      {"[]", "usage"},
+      {"{", "not JSON"},
+      {"{" + std::string(100'000, ' '), "too long"},
+      {"helo", "hello TOKEN"},
+      {"hello wrong", "permission"},
+      {"GET / HTTP/1.1\r\nHost: 127.0.0.1", ""},
+      {"POST / HTTP/1.1\r\n\r\n{\"jsonrpc\":\"2.0\"}", ""},
+      {"OPTIONS * HTTP/1.1", ""},
+      {std::string("\x16\x03\x01\x02\x00", 5), ""},
+      {std::string("\x00\x01", 2), ""},
+      {"\xff\xfe", ""},
+  };
+  for (const auto& c : cases) {
+    Client client(where());
+    (void)client.send(c.line + "\n" + R"({"jsonrpc":"2.0","id":2,"method":"quit"})" + "\n");
+    const auto said = client.line();
+    EXPECT_EQ(said.has_value(), !c.answer.empty()) << c.line.substr(0, 80);
+    EXPECT_TRUE(!said || said->find(c.answer) != std::string::npos) << *said;
+    EXPECT_TRUE(client.is_closed()) << c.line.substr(0, 80);
+  }
+  EXPECT_FALSE(app().quit_requested);
+  Client still(where());
+  EXPECT_TRUE(is_ok(still.hello()));
+}
+
+TEST_F(ServerTest, ClassicLinesAreAnsweredLineByLine) {
+  start();
+  Client c(where());
+  ASSERT_TRUE(c.send("hello\r\nWorlds LsWorlds\n\nNothing at all\nPRobot none GetDOF\nquit\n"));
+  EXPECT_TRUE(c.line()->starts_with("ok robomosp "));
+  EXPECT_TRUE(c.line()->starts_with("ok"));
+  EXPECT_TRUE(c.line()->starts_with("error "));
+  EXPECT_TRUE(c.line()->starts_with("error "));
+  EXPECT_TRUE(c.line()->starts_with("error permission"));
+  EXPECT_FALSE(app().quit_requested);
+}
+
+TEST_F(ServerTest, ATokenSaysWhatAClientMayDoAndCommandsAreGrantedByName) {
+  options_.needs_token = true;
+  const std::string student = grant({.name = "student"});
+  const std::string reader =
+      grant({.name = "reader", .effects = Effect::reads, .commands = {"server.status"}});
+  start();
+  Client none(where());
+  EXPECT_EQ(code(none.hello()), "permission");
+  EXPECT_TRUE(none.is_closed());
+  Client c(where()), r(where());
+  EXPECT_EQ(*result(c.hello({{"token", student}})).as_map()->find("token")->as_string(), "student");
+  ASSERT_TRUE(is_ok(r.hello({{"token", reader}})));
+  EXPECT_TRUE(is_ok(c.call("material.create", {{"name", "brass"}, {"density", 8500}})));
+  EXPECT_TRUE(is_ok(r.call("material.list")));
+  for (const char* method :
+       {"server.grant", "server.clients", "server.status", "quit", "plugin.load", "server.stop"})
+    EXPECT_EQ(code(c.call(method, {{"name", "x"}, {"file", "x"}, {"code", "return 1"}})),
+              "permission")
+        << method;
+  EXPECT_EQ(code(r.call("material.create", {{"name", "gold"}, {"density", 19300}})), "permission");
+  EXPECT_TRUE(is_ok(r.call("server.status")));
+  EXPECT_FALSE(app().quit_requested);
+  // As a job, and within a batch, it is the same.
+  ASSERT_TRUE(r.send(R"([{"jsonrpc":"2.0","id":1,"method":"material.create","params":)"
+                     R"({"name":"gold","density":19300},"job":true}])"
+                     "\n"));
+  EXPECT_NE(r.line()->find("permission"), std::string::npos);
+}
+
+TEST_F(ServerTest, AScriptThatIsGrantedRunsInTheProgramWithTheRightsOfItsConnection) {
+  const std::string secret = grant({.name = "author", .commands = {"lua.eval"}});
+  start();
+  Client author(where());
+  ASSERT_TRUE(is_ok(author.hello({{"token", secret}})));
+  const auto eval = [&](const char* text) { return author.call("lua.eval", {{"code", text}}); };
+  EXPECT_TRUE(is_ok(eval("x = 41 print('kept')")));
+  const Map kept = eval("return x + 1");
+  EXPECT_EQ(*result(kept).as_map()->find("value")->as_int(), 42);
+  EXPECT_EQ(result(eval("return 1, 2")).as_map()->find("values")->as_list()->size(), 2U);
+  EXPECT_FALSE(is_ok(eval("error('wrong')")));
+  // The script may do no more than its connection.
+  EXPECT_FALSE(is_ok(eval("os.exit(3)")));
+  EXPECT_FALSE(is_ok(eval("io.open('/etc/passwd')")));
+  EXPECT_FALSE(app().quit_requested);
+}
+
+TEST_F(ServerTest, TokensExpireAreRevokedAndAreKeptAsHashesForTheirOwnerOnly) {
+  options_.needs_token = true;
+  const std::string shown = grant({.name = "short"}, 1);
+  const std::string other = grant({.name = "other"});
+  start();
+  std::ifstream in(options_.token_file);
+  const std::string kept((std::istreambuf_iterator<char>(in)), {});
+  EXPECT_EQ(kept.find(other), std::string::npos);
+  EXPECT_EQ(kept.find(other.substr(4, 20)), std::string::npos);
+  struct stat info {};
+  ASSERT_EQ(::stat(options_.token_file.c_str(), &info), 0);
+  EXPECT_EQ(info.st_mode & 0777U, 0600U);
+
+  auto tokens = Tokens::open(options_.token_file);
+  ASSERT_TRUE(tokens.ok());
+  EXPECT_EQ(tokens->grant({.name = "other"}, 0).error().code, ErrorCode::conflict);
+  for (const char* wrong : {"", "a b", "x/y", "\n"})
+    EXPECT_FALSE(tokens->grant({.name = wrong}, 0).ok()) << wrong;
+  EXPECT_FALSE(tokens->grant({.name = "a", .effects = Effects::all()}, 0).ok());
+  EXPECT_FALSE(tokens->grant({.name = "a", .folder = "/none/here"}, 0).ok());
+
+  Client c(where());
+  ASSERT_TRUE(is_ok(c.hello({{"token", other}})));
+  ASSERT_TRUE(tokens->revoke("other").ok());
+  EXPECT_EQ(server_->kick_token("other", "The token was revoked."), 1U);
+  EXPECT_NE(c.line()->find("server.closing"), std::string::npos);
+  EXPECT_TRUE(c.is_closed());
+  Client again(where());
+  EXPECT_EQ(code(again.hello({{"token", other}})), "permission");
+  std::this_thread::sleep_for(1100ms);
+  Client late(where());
+  const Map expired = late.hello({{"token", shown}});
+  EXPECT_NE(sentence(expired).find("has expired"), std::string::npos) << sentence(expired);
+
+  ASSERT_EQ(::chmod(options_.token_file.c_str(), 0644), 0);
+  Client open(where());
+  EXPECT_NE(sentence(open.hello({{"token", shown}})).find("chmod 600"), std::string::npos);
+  EXPECT_FALSE(Tokens::open(options_.token_file).ok());
+  ASSERT_EQ(::chmod(options_.token_file.c_str(), 0600), 0);
+  for (const char* damaged : {"", "{", "[]", "{\"tokens\":1}", "{\"tokens\":[1]}",
+                              R"({"tokens":[{"name":"a","sha256":"x","effects":[]}]})"}) {
+    std::ofstream(options_.token_file, std::ios::trunc) << damaged;
+    const auto read = Tokens::open(options_.token_file);
+    ASSERT_FALSE(read.ok()) << damaged;
+    EXPECT_NE(read.error().sentence().find("is damaged"), std::string::npos);
+  }
+}
+
+TEST_F(ServerTest, TokensOfManyProgramsAtOnceAreAllKept) {
+  constexpr int kThreads = 4, kEach = 10;
+  {
+    std::vector<std::jthread> all;
+    for (int t = 0; t < kThreads; ++t)
+      all.emplace_back([&, t] {
+        auto tokens = Tokens::open(options_.token_file);
+        ASSERT_TRUE(tokens.ok());
+        for (int i = 0; i < kEach; ++i) {
+          const auto made = tokens->grant({.name = std::to_string(t) + "." + std::to_string(i)}, 0);
+          EXPECT_TRUE(made.ok()) << made.error().sentence();
+        }
+      });
+  }
+  const auto tokens = Tokens::open(options_.token_file);
+  EXPECT_EQ(tokens->list()->size(), static_cast<std::size_t>(kThreads * kEach));
+}
+
+TEST_F(ServerTest, AnAddressThatOthersReachNeedsTlsAndATokenOrItDoesNotStart) {
+  options_.addresses = {address("0.0.0.0:0")};
+  auto refused = Server::start(app(), options_);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_NE(refused.error().sentence().find("so nobody could connect"), std::string::npos);
+  grant({.name = "a"});
+  refused = Server::start(app(), options_);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_NE(refused.error().sentence().find("needs TLS"), std::string::npos);
+  options_.certificate = folder() / "certificate.pem";
+  std::ofstream(options_.certificate) << "none";
+  refused = Server::start(app(), options_);
+  EXPECT_NE(refused.error().sentence().find("needs its private key"), std::string::npos);
+  options_.key = folder() / "key.pem";
+  refused = Server::start(app(), options_);
+  EXPECT_NE(refused.error().sentence().find("cannot be read"), std::string::npos);
+  std::ofstream(options_.key) << "no key";
+  ASSERT_EQ(::chmod(options_.key.c_str(), 0644), 0);
+  refused = Server::start(app(), options_);
+  EXPECT_NE(refused.error().sentence().find("chmod 600"), std::string::npos);
+  ASSERT_EQ(::chmod(options_.key.c_str(), 0600), 0);
+  refused = Server::start(app(), options_);
+  EXPECT_NE(refused.error().sentence().find("cannot be used"), std::string::npos);
+}
+
+TEST_F(ServerTest, LimitsAreRefusedWithASentenceAndTheConnectionGoesOn) {
+  options_.limits.line = 2000;
+  options_.limits.batch = 3;
+  options_.limits.answer = 5000;
+  options_.limits.jobs = 2;
+  options_.limits.subscriptions = 2;
+  options_.limits.seconds = 1;
+  start();
+  Client c(where());
+  ASSERT_TRUE(is_ok(c.hello()));
+  ASSERT_TRUE(c.send(std::string(3000, 'x') + "\n"));
+  EXPECT_NE(c.line()->find("longer than 2000 bytes"), std::string::npos);
+  ASSERT_TRUE(c.send("[1,2,3,4]\n"));
+  EXPECT_NE(c.line()->find("at most 3 are answered together"), std::string::npos);
+  const Map is_long = c.call("work.long", {{"bytes", 6000}});
+  EXPECT_NE(sentence(is_long).find("at most 5000 are sent"), std::string::npos);
+  for (int i = 0; i < 3; ++i)
+    ASSERT_TRUE(
+        c.send(R"({"jsonrpc":"2.0","id":1,"method":"work.rest","params":{"ms":3000},"job":true})"
+               "\n"));
+  EXPECT_TRUE(is_ok(c.answer()));
+  EXPECT_TRUE(is_ok(c.answer()));
+  EXPECT_NE(sentence(c.answer()).find("2 jobs of this connection"), std::string::npos);
+  EXPECT_TRUE(is_ok(c.call("server.subscribe")));
+  EXPECT_TRUE(is_ok(c.call("server.subscribe")));
+  EXPECT_EQ(code(c.call("server.subscribe")), "conflict");
+  EXPECT_TRUE(is_ok(c.call("server.unsubscribe", {{"subscription", 1}})));
+  EXPECT_EQ(code(c.call("server.unsubscribe", {{"subscription", 1}})), "unknown_name");
+  EXPECT_EQ(code(c.call("server.subscribe", {{"rate", -1}})), "invalid_argument");
+  const Map late = c.call("work.rest", {{"ms", 20'000}});
+  EXPECT_NE(sentence(late).find("took longer than 1 s"), std::string::npos) << sentence(late);
+  EXPECT_TRUE(is_ok(c.call("material.list")));
+  for (const auto& [key, value] :
+       {std::pair{"line", 1.0}, {"line", 1e300}, {"seconds", 0.5}, {"clients", 0.0}, {"none", 1.0}})
+    EXPECT_FALSE(limits_from({{key, value}}).ok()) << key << value;
+  EXPECT_TRUE(limits_from({{"seconds", 0}}).ok());
+}
+
+TEST_F(ServerTest, ARateIsKeptAndTheReserveFillsAgain) {
+  options_.needs_token = true;
+  const std::string slow = grant({.name = "slow", .rate = 20});
+  start();
+  Client c(where());
+  ASSERT_TRUE(is_ok(c.hello({{"token", slow}})));
+  std::string all;
+  for (int i = 0; i < 200; ++i)
+    all += R"({"jsonrpc":"2.0","id":1,"method":"material.list"})"
+           "\n";
+  ASSERT_TRUE(c.send(all));
+  int answered = 0, refused = 0;
+  for (int i = 0; i < 200; ++i) {
+    const Map a = c.answer();
+    if (is_ok(a)) ++answered;
+    else if (sentence(a).find("more than 20 requests a second") != std::string::npos) ++refused;
+  }
+  EXPECT_GE(answered, 20);
+  EXPECT_GT(refused, 0);
+  EXPECT_EQ(answered + refused, 200);
+  std::this_thread::sleep_for(200ms);
+  EXPECT_TRUE(is_ok(c.call("material.list")));
+}
+
+TEST_F(ServerTest, WhoSaysNothingOrEndsNoLineOrIsOneTooManyIsCut) {
+  options_.limits.hello_seconds = 1;
+  options_.limits.line_seconds = 1;
+  options_.limits.clients = 3;
+  start();
+  Client silent(where()), slow(where()), half(where());
+  ASSERT_TRUE(half.send(R"({"jsonrpc")"));
+  ASSERT_TRUE(is_ok(slow.hello()));
+  ASSERT_TRUE(slow.send(R"({"jsonrpc":"2.0")"));
+  Client many(where());
+  EXPECT_TRUE(many.is_closed());
+  EXPECT_TRUE(silent.is_closed());
+  EXPECT_TRUE(half.is_closed());
+  const auto said = slow.line();
+  EXPECT_TRUE(said && said->find("A line took longer than 1 s") != std::string::npos);
+  EXPECT_TRUE(slow.is_closed());
+  EXPECT_TRUE(wait_for_clients(0));
+}
+
+TEST_F(ServerTest, EachClientHasItsOwnUndoAndSeesTheChangesOfOthers) {
+  start();
+  Client a(where()), b(where());
+  ASSERT_TRUE(is_ok(a.hello()));
+  ASSERT_TRUE(is_ok(b.hello({{"subscribe", List{Value("change")}}})));
+  ASSERT_TRUE(is_ok(a.call("material.create", {{"name", "brass"}, {"density", 8500}})));
+  ASSERT_TRUE(is_ok(b.call("material.create", {{"name", "gold"}, {"density", 19300}})));
+  ASSERT_TRUE(is_ok(a.call("document.undo")));
+  EXPECT_TRUE(is_ok(b.call("material.get", {{"name", "gold"}})));
+  EXPECT_FALSE(is_ok(b.call("material.get", {{"name", "brass"}})));
+  std::vector<std::string> seen;
+  for (const auto until = Clock::now() + 20s; b.events.size() < 3 && Clock::now() < until;)
+    (void)b.call("material.list");
+  ASSERT_GE(b.events.size(), 3U);
+  for (const Map& e : b.events) {
+    EXPECT_EQ(*e.find("method")->as_string(), "event");
+    seen.push_back(*params_of(e).find("kind")->as_string());
+  }
+  EXPECT_EQ(seen, (std::vector<std::string>{"edit", "edit", "undo"}));
+}
+
+TEST_F(ServerTest, AClientThatDoesNotReadGetsChangesMergedAndTheOthersAreNotHeldUp) {
+  options_.limits.unread = 20'000;
+  options_.addresses = {address("unix:" + (folder() / "lazy").string())};
+  start();
+  Client lazy(where()), busy(where());
+  ASSERT_TRUE(is_ok(lazy.hello({{"subscribe", List{Value("change")}}})));
+  ASSERT_TRUE(is_ok(busy.hello()));
+  ASSERT_TRUE(is_ok(busy.call("material.create", {{"name", "brass"}, {"density", 8500}})));
+  // More than the buffers of the system take, too.
+  constexpr int kEdits = 20'000;
+  for (int i = 1; i <= kEdits; ++i) {
+    busy.ask("material.set", {{"id", "brass"}, {"density", 1000 + i}});
+    for (int k = 0; i % 100 == 0 && k < 100; ++k) ASSERT_TRUE(is_ok(busy.answer()));
+  }
+  // What waits for it is bounded; the revisions tell that none is missing.
+  std::int64_t next = -1, commits = 0, merged = 0;
+  for (const auto until = Clock::now() + 60s; commits < kEdits + 1 && Clock::now() < until;) {
+    const auto text = lazy.line();
+    ASSERT_TRUE(text);
+    const auto message = from_json(*text);
+    ASSERT_TRUE(message.ok());
+    const Map& e = params_of(*message->as_map());
+    const std::int64_t first = *e.find("first_revision")->as_int();
+    if (next >= 0) {
+      EXPECT_EQ(first, next);
+    }
+    next = *e.find("revision")->as_int() + 1;
+    commits += *e.find("commits")->as_int();
+    if (*e.find("commits")->as_int() > 1) ++merged;
+  }
+  EXPECT_EQ(commits, kEdits + 1);
+  EXPECT_GT(merged, 0);
+}
+
+TEST_F(ServerTest, AnswersThatNobodyReadsStopTheClientsOwnRequestsOnly) {
+  options_.limits.unread = 100'000;
+  options_.limits.unread_seconds = 1;
+  start();
+  Client lazy(where()), other(where());
+  ASSERT_TRUE(is_ok(lazy.hello()));
+  ASSERT_TRUE(is_ok(other.hello()));
+  for (int i = 0; i < 200; ++i) lazy.ask("work.long", {{"bytes", 100'000}});
+  for (int i = 0; i < 50; ++i) ASSERT_TRUE(is_ok(other.call("material.list")));
+  std::uint64_t sent = 0;
+  for (const ClientInfo& c : server_->clients()) sent = std::max(sent, c.requests);
+  EXPECT_LT(sent, 200U);
+  EXPECT_TRUE(wait_for_clients(1)) << "who reads nothing for a second is cut";
+}
+
+TEST_F(ServerTest, LongCommandsOfSomeDoNotKeepOthersWaitingAndEndWhenAsked) {
+  start();
+  constexpr int kBusy = 12;  // more than there are threads at first
+  std::vector<std::unique_ptr<Client>> busy;
+  for (int i = 0; i < kBusy; ++i) {
+    busy.push_back(std::make_unique<Client>(where()));
+    ASSERT_TRUE(is_ok(busy.back()->hello()));
+    busy.back()->ask("work.rest", {{"ms", 120'000}}, 77);
+  }
+  Client quick(where());
+  ASSERT_TRUE(is_ok(quick.hello()));
+  for (int i = 0; i < 20; ++i) ASSERT_TRUE(is_ok(quick.call("material.list")));
+  EXPECT_GE(server_->threads(), static_cast<std::size_t>(kBusy));
+  // One takes its request back, one is closed, one goes away, the rest end with the server.
+  ASSERT_TRUE(
+      busy[0]->send(R"({"jsonrpc":"2.0","id":78,"method":"rpc.cancel","params":{"request":77}})"
+                    "\n"));
+  const Map first = busy[0]->answer(), second = busy[0]->answer();
+  EXPECT_EQ(code(*first.find("id")->as_int() == 77 ? first : second), "cancelled");
+  std::uint64_t number = 0;
+  for (const ClientInfo& c : server_->clients())
+    if (c.requests == 1 && number == 0) number = c.number;
+  ASSERT_TRUE(server_->kick(number, "Enough."));
+  EXPECT_FALSE(server_->kick(999'999, ""));
+  busy.erase(busy.begin() + 3);
+  EXPECT_TRUE(wait_for_clients(kBusy - 1));
+  const auto begin = Clock::now();
+  server_.reset();
+  EXPECT_LT(Clock::now() - begin, 30s);
+}
+
+TEST_F(ServerTest, TheCommandsStartListKickGrantRevokeAndStop) {
+  ioci::Session own("operator");
+  const auto run = [&](const char* command, const Map& args = {}) {
+    return app().dispatch(own, command, args);
+  };
+  const std::string file = options_.token_file.string();
+  const auto started = run("server.start", {{"addresses", "127.0.0.1:0"},
+                                            {"token_file", file},
+                                            {"effects", List{Value("reads")}},
+                                            {"limits", Map{{"seconds", 5}}},
+                                            {"audit", (folder() / "audit").string()}});
+  ASSERT_TRUE(started.ok()) << started.error().sentence();
+  EXPECT_EQ(run("server.start").error().code, ErrorCode::conflict);
+  const auto secret =
+      run("server.grant", {{"name", "operator"}, {"commands", List{Value("server.stop")}}});
+  ASSERT_TRUE(secret.ok()) << secret.error().sentence();
+  EXPECT_EQ(run("server.grant", {{"name", "x"}, {"commands", "no.such"}}).error().code,
+            ErrorCode::unknown_name);
+  EXPECT_EQ(run("server.grant", {{"name", "x"}, {"effects", "stops"}}).error().code,
+            ErrorCode::invalid_argument);
+  EXPECT_EQ(run("server.tokens")->as_list()->size(), 1U);
+  const Address a = address(*started->as_map()->find("addresses")->as_list()->front().as_string());
+  Client guest(a), admin(a);
+  ASSERT_TRUE(is_ok(guest.hello({{"client", "guest"}})));
+  ASSERT_TRUE(is_ok(admin.hello({{"token", *secret->as_string()}})));
+  EXPECT_EQ(code(guest.call("material.create", {{"name", "a"}, {"density", 1}})), "permission");
+  const auto clients = run("server.clients");
+  ASSERT_EQ(clients->as_list()->size(), 2U);
+  EXPECT_EQ(*clients->as_list()->front().as_map()->find("name")->as_string(), "guest");
+  ASSERT_TRUE(run("server.kick", {{"client", 1}, {"reason", "Not now."}}).ok());
+  EXPECT_NE(guest.line()->find("Not now."), std::string::npos);
+  EXPECT_TRUE(guest.is_closed());
+  // A client that may stops it, is answered, and sees the end.
+  const Map stopped = admin.call("server.stop");
+  EXPECT_TRUE(is_ok(stopped)) << to_json(Value(stopped));
+  EXPECT_TRUE(admin.is_closed() || admin.is_closed());
+  EXPECT_FALSE(*run("server.status")->as_map()->find("is_running")->as_bool());
+  EXPECT_EQ(*run("server.revoke", {{"name", "operator"}, {"token_file", file}})->as_int(), 0);
+  std::ifstream in(folder() / "audit");
+  const std::string audit((std::istreambuf_iterator<char>(in)), {});
+  EXPECT_NE(audit.find(R"("method":"material.create")"), std::string::npos) << audit;
+  EXPECT_NE(audit.find(R"("result":"permission")"), std::string::npos) << audit;
+  EXPECT_EQ(audit.find(*secret->as_string()), std::string::npos) << "no secret is written";
+}
+
+TEST_F(ServerTest, TwentyClientsEditUndoSubscribeAndLeaveAtAnyMoment) {
+  start();
+  ioci::Session own("first");
+  ASSERT_TRUE(app().dispatch(own, "material.create", {{"name", "shared"}, {"density", 1000}}).ok());
+  constexpr int kClients = 20, kRequests = 60;
+  std::atomic<int> answered{0}, wrong{0};
+  {
+    std::vector<std::jthread> all;
+    for (int t = 0; t < kClients; ++t)
+      all.emplace_back([&, t] {
+        std::mt19937 random(test::seed() + static_cast<unsigned>(t));
+        auto c = std::make_unique<Client>(where());
+        const Map subscribe{{"subscribe", List{Value("change"), Value("job")}}};
+        if (!is_ok(c->hello(subscribe))) ++wrong;
+        for (int i = 0; i < kRequests; ++i) {
+          const auto kind = random() % 8;
+          if (kind == 0) {
+            c->ask("work.rest", {{"ms", 50}});  // left behind
+            c = std::make_unique<Client>(where());
+            if (!is_ok(c->hello(subscribe))) ++wrong;
+            continue;
+          }
+          const Map a = kind < 3   ? c->call("material.set", {{"id", "shared"}, {"density", i + 1}})
+                        : kind < 4 ? c->call("document.undo")
+                        : kind < 5 ? c->call("job.list")
+                                   : c->call("material.list");
+          const bool is_fine = is_ok(a) || code(a) == "conflict" || code(a) == "unknown_name" ||
+                               code(a) == "stale_handle" || code(a) == "usage";
+          if (!is_fine) {
+            ++wrong;
+            ADD_FAILURE() << to_json(Value(a));
+          }
+          ++answered;
+        }
+      });
+  }
+  EXPECT_EQ(wrong, 0);
+  EXPECT_GT(answered, kClients * kRequests / 2);
+  EXPECT_TRUE(wait_for_clients(0));
+}
+
+TEST_F(ServerTest, WhateverBytesComeTheServerAnswersOrCutsAndGoesOn) {
+  options_.limits.hello_seconds = 2;
+  start();
+  std::mt19937 random(test::seed());
+  const std::string hello =
+      R"({"jsonrpc":"2.0","id":1,"method":"server.hello","params":{"protocol":1,"subscribe":["change"]}})"
+      "\n";
+  const std::vector<std::string> lines = {
+      R"({"jsonrpc":"2.0","id":2,"method":"material.create","params":{"name":"a","density":1}})",
+      R"({"jsonrpc":"2.0","id":2,"method":"server.subscribe","params":{"topics":["run"],"rate":5}})",
+      R"({"jsonrpc":"2.0","id":2,"method":"server.unsubscribe","params":{"subscription":1}})",
+      R"({"jsonrpc":"2.0","id":2,"method":"rpc.cancel","params":{"request":2}})",
+      R"([{"jsonrpc":"2.0","id":2,"method":"material.list"},{"jsonrpc":"2.0","method":"job.list"}])",
+      R"({"jsonrpc":"2.0","id":2,"method":"work.rest","params":{"ms":3},"job":true,"progress":true})",
+      R"({"jsonrpc":"2.0","id":2,"method":"job.wait","params":{"id":"job#1"}})",
+      R"({"jsonrpc":"2.0","id":2,"method":"ioci.classic","params":{"line":"Worlds LsWorlds"}})",
+      "hello",
+      "Worlds LsWorlds"};
+  // Bytes of all doors together; longer by the variable.
+  const char* wish = std::getenv("ROBOMOSP_FUZZ_SECONDS");
+  const auto until = Clock::now() + std::chrono::milliseconds(wish ? std::atoi(wish) * 1000 : 2500);
+  std::size_t sent = 0;
+  while (Clock::now() < until) {
+    Client c(where());
+    std::string text = random() % 4 ? hello : std::string();
+    for (std::size_t i = 0, n = random() % 30; i < n; ++i) {
+      std::string line = lines[random() % lines.size()];
+      for (std::size_t k = 0, m = random() % 3 ? random() % 4 : 0; k < m && !line.empty(); ++k) {
+        const std::size_t at = random() % line.size();
+        switch (random() % 4) {
+          case 0: line[at] = static_cast<char>(random()); break;
+          case 1: line.erase(at, random() % 9); break;
+          case 2: line.insert(at, line.substr(random() % line.size(), random() % 40)); break;
+          default: line.insert(at, std::string(random() % 50, "[{\"\n\x00"[random() % 5])); break;
+        }
+      }
+      text += line + (random() % 20 ? "\n" : "");
+    }
+    // In pieces of any size.
+    for (std::size_t at = 0; at < text.size();) {
+      const std::size_t n = std::min<std::size_t>(1 + random() % 400, text.size() - at);
+      if (!c.send(std::string_view(text).substr(at, n))) break;
+      at += n;
+    }
+    sent += text.size();
+    if (random() % 3 == 0) (void)c.line(5ms);
+  }
+  RecordProperty("bytes", static_cast<int>(sent));
+  std::cout << sent << " bytes\n";
+  Client c(where());
+  EXPECT_TRUE(is_ok(c.hello()));
+  EXPECT_TRUE(is_ok(c.call("material.list")));
+}
+
+}  // namespace
+}  // namespace robomosp::remote
