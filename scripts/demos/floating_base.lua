@@ -47,7 +47,7 @@ for name, at in pairs{ start = 0, swung = 6 } do
   if folder then
     local drawn, fault = pcall(orbit.render, orbit, { file = folder .. "/floating_base_" .. name .. ".png",
       recording = run, at = at, size = {440, 370}, quality = quality, grid = false,
-      eye = {4.0, 2.6, 2.6}, target = {0.2, 0.5, 0.3} })
+      eye = {4.3, 2.75, 2.75}, target = {0.15, 0.33, 0.3} })
     if not drawn then print(fault) end  -- such as: no renderer is installed
   end
 end

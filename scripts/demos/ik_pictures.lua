@@ -18,6 +18,6 @@ for k = 1, 8 do
 end
 print(answer.solutions)
 local drawn, fault = pcall(cell.render, cell, {
-  file = folder .. "/ik_puma_eight.png", size = {1200, 560}, quality = quality, axes = false,
-  eye = {5.6, 0.1, 2.7}, target = {-0.6, 0.1, 0.62} })
+  file = folder .. "/ik_puma_eight.png", size = {1200, 480}, quality = quality, axes = false,
+  eye = {4.3, 0.1, 2.25}, target = {-0.5, 0.1, 0.52} })
 if not drawn then print(fault) end  -- such as: no renderer is installed

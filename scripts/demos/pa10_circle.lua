@@ -9,8 +9,8 @@ local run = cell:inverse_dynamics{ robot = "pa10", trajectory = "circle" }
 
 if folder then
   run:csv{ file = folder .. "/pa10_circle.csv" }
-  run:plot{ file = folder .. "/pa10_torques.png", columns = { "tau" }, title = "PA-10 on the circle: joint torques" }
-  run:plot{ file = folder .. "/pa10_torques.svg", columns = { "tau" }, title = "PA-10 on the circle: joint torques" }
+  run:plot{ file = folder .. "/pa10_torques.png", columns = { "tau" }, panels = "column", title = "PA-10 on the circle: joint torques" }
+  run:plot{ file = folder .. "/pa10_torques.svg", columns = { "tau" }, panels = "column", title = "PA-10 on the circle: joint torques" }
   run:plot{ file = folder .. "/pa10_joints.png", columns = { "q", "qd" }, title = "PA-10 on the circle: joint positions and velocities" }
 end
 

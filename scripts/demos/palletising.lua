@@ -265,7 +265,7 @@ for name, at in pairs{ start = 0.02, carried = 0.45 * taken[9] + 0.55 * let_go[9
   if folder then
     local drawn, fault = pcall(cell.render, cell, { recording = run, at = at, quality = quality,
       file = folder .. "/palletising_" .. name .. ".png", size = {680, 510}, axes = false,
-      eye = {1.95, 1.25, 1.4}, target = {0.45, -0.06, 0.27} })
+      eye = {2.15, 1.4, 1.45}, target = {0.44, -0.08, 0.35} })
     if not drawn then print(fault) end  -- such as: no renderer is installed
   end
 end

@@ -112,7 +112,7 @@ print(string.format("%.2f s; the bar ends at x %.1f mm, y %.1f mm, never faster 
 cell:remove_member("give")
 local is_run, fault = pcall(cell.run_task, cell)
 assert(not is_run and tostring(fault):find("offered"), "the deadlock is not told")
-print(tostring(fault))
+print("without the task \"give\" nothing runs, and that is told at once: " .. tostring(fault))
 cell:add_task{ task = "give", robot = "left" }
 
 local passed = 0

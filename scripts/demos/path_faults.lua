@@ -46,7 +46,7 @@ for name, kind in pairs{too_far = "unreachable", too_low = "collision"} do
   end
   assert(found[kind], "no fault of the kind " .. kind)
   if #provider.list("renderer") > 0 then
-    cell:check{robot = "arm", trajectory = name, file = file, size = {780, 520}, zoom = 0.7,
+    cell:check{robot = "arm", trajectory = name, file = file, size = {780, 520}, zoom = 0.85,
                quality = quality}
     print(file)
   end

@@ -11,15 +11,10 @@ local puma = robot.get("puma560")
 
 local fingered = puma:duplicate{ name = "fingered" }  -- for later
 
--- A suction cup on the flange, the tool's frame at its rim.
-material.create{ name = "cup_rubber", density = 1200, colour = "#d0442c" }
-solid.create{ name = "suction_cup", material = "cup_rubber", root = {kind = "union", children = {
-  {kind = "cylinder", radius = 0.008, height = 0.06},
-  {kind = "cylinder", radius = 0.016, height = 0.02, position = {0, 0, 0.05}}}} }
-local length = 0.056 + 0.07
-puma:set_link{ link = "flange", parts = {
-  {what = "puma560_link6"}, {what = "suction_cup", position = {0, 0, 0.056}}} }
-puma:set_tool{ position = {0, 0, length} }
+-- A suction cup of the library on the flange, which is 56 mm from the wrist; the cup's rim leads.
+local cup = object.get("suction_cup")
+puma:attach{ tool = cup, position = {0, 0, 0.056} }
+local length = 0.056 + cup:tcps()[1].position[3]
 
 -- Joint values for the cup's rim at a place of the world, looking down.
 local shoulder = 0.672

@@ -10,6 +10,8 @@ cell:add_robot{ robot = arm, name = "arm", q = from }
 local function paint(name, colour) return material.create{ name = name, density = 1000, colour = colour } end
 local wall = solid.create{ name = "wall", material = paint("brick", "#a8583f"), root = {kind = "box", x = 0.5, y = 0.06, z = 0.5} }
 cell:add_object{ what = wall, position = {0.6, 0, 0.25} }
+local floor = solid.create{ name = "floor", material = paint("stone", "#9aa0a6"), root = {kind = "box", x = 1.5, y = 1.5, z = 0.03} }
+cell:add_object{ what = floor, position = {0.4, 0, -0.031} }
 local board = solid.create{ name = "board", material = paint("timber", "#c79a5e"), root = {kind = "box", x = 0.7, y = 1.2, z = 0.04} }
 cell:add_object{ what = board, position = {0.6, 0, 1.15} }
 local post = solid.create{ name = "post", material = "timber", root = {kind = "box", x = 0.04, y = 0.04, z = 1.15} }
@@ -41,7 +43,7 @@ for i, share in ipairs{0, 0.5, 1} do
   cell:set_robot_q{ robot = "arm", q = way.joints[1 + math.floor(share * (rows - 1))] }
   if folder then
     local drawn, fault = pcall(cell.render, cell, { file = folder .. "/plan_around_" .. i .. ".png",
-      size = {640, 580}, quality = quality, axes = false, eye = {3.9, -1.0, 1.2}, target = {0.4, 0, 0.6} })
+      size = {640, 580}, quality = quality, axes = false, eye = {3.1, -1.5, 1.15}, target = {0.44, 0, 0.56} })
     if not drawn then print(fault) end  -- such as: no renderer is installed
   end
 end

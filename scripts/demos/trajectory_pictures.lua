@@ -57,10 +57,10 @@ draw("orientations", orientations, {columns = {"turning"}, title = "how fast the
 
 -- A corner, and what is put there.
 local corners = {}
-for _, distance in ipairs{0.02, 0.06, 0.12} do
+for _, distance in ipairs{0.01, 0.03, 0.055} do
   table.insert(corners, recorded(("cut %g mm"):format(1000 * distance), {
-    {shape = "line", points = {{0, 0, 0, 0, 0, 0}, {0.3, 0, 0, 0, 0, 0}}},
-    {shape = "line", points = {{0.3, 0, 0, 0, 0, 0}, {0.3, 0.3, 0, 0, 0, 0}}, transition = {distance = distance}}}))
+    {shape = "line", points = {{0.1, 0, 0, 0, 0, 0}, {0.3, 0, 0, 0, 0, 0}}},
+    {shape = "line", points = {{0.3, 0, 0, 0, 0, 0}, {0.3, 0.13, 0, 0, 0, 0}}, transition = {distance = distance}}}))
 end
 local overlaid = {table.unpack(corners)}
 draw("transitions", corners, {columns = {"y"}, x = "x", title = "a corner cut", height = 460})

@@ -38,7 +38,7 @@ for i = 0, steps do
     cell:place{ member = "tray", position = {at[1] + 0.15, at[2], at[3]}, rpy = {tilt, 0, 0} }
     if folder then
       local drawn, fault = pcall(cell.render, cell, { file = folder .. "/two_arms_" .. i .. ".png",
-        size = {440, 370}, quality = quality, axes = false, eye = {2.5, 1.45, 1.8}, target = {0.25, 0, 0.72} })
+        size = {440, 370}, quality = quality, axes = false, eye = {2.1, 1.2, 1.6}, target = {0.2, 0, 0.7} })
       if not drawn then print(fault) end  -- such as: no renderer is installed
     end
   end

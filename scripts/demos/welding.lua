@@ -22,7 +22,6 @@ local function paint(name, colour, density)
 end
 local raw, hot = paint("raw_steel", "#9aa3ab"), paint("bead", "#ff7a1a")
 local frame_paint, table_paint = paint("frame_paint", "#3c4650"), paint("table_paint", "#2f6f8f")
-local brass, hose = paint("torch_brass", "#c9a33a", 3000), paint("torch_body", "#22252a", 2000)
 local function box(x, y, z, position) return {kind = "box", x = x, y = y, z = z, position = position} end
 local function cylinder(radius, height, position, rpy)
   return {kind = "cylinder", radius = radius, height = height, position = position, rpy = rpy}
@@ -58,18 +57,13 @@ local positioner = robot.create{ name = "positioner", mass_source = "designed",
      parts = {{what = union("face_plate", table_paint, {cylinder(0.12, 0.015, {0, 0, -0.015})})},
               {what = part}, {what = bead}}} } }
 
--- The arm with a torch. Its tool is the seam's frame: x along the seam, z away from the base, so
--- that the angles of the wire stand in the tool and the seam knows nothing of them.
-local reach = 0.056 + 0.2
+-- The arm with a torch of the library. A further centre point of it is the seam's frame at the tip of
+-- the wire: x along the seam, z away from the base, so that the angles of the wire stand in the tool
+-- and the seam knows nothing of them.
 local arm = robot.get("puma560"):duplicate{ name = "welder" }
-local torch = union("torch", hose, { cylinder(0.02, 0.11), cylinder(0.03, 0.012) })
-local nozzle = union("nozzle", brass, { cylinder(0.011, 0.05, {0, 0, 0.11}), cylinder(0.006, 0.024, {0, 0, 0.16}) })
-local wire = union("wire", hot, { cylinder(0.0012, 0.016, {0, 0, 0.184}) })
-arm:set_link{ link = "flange", parts = { {what = "puma560_link6"}, {what = torch, position = {0, 0, 0.056}},
-  {what = nozzle, position = {0, 0, 0.056}}, {what = wire, position = {0, 0, 0.056}} } }
+local torch = object.get("mig_torch_22"):duplicate{ name = "torch" }
 local joint_speed = 1.5  -- our limits: the library has none for this arm [rad/s]
 for k = 1, 6 do arm:set_link{ link = k, max_velocity = joint_speed, max_acceleration = 5, max_jerk = 50 } end
-arm:set_payload{ mass = 0.9, com = {0, 0, 0.06} }
 local w = {math.sin(travel), math.cos(travel) * math.sin(work), -math.cos(travel) * math.cos(work)}
 local function cross(a, b)
   return {a[2] * b[3] - a[3] * b[2], a[3] * b[1] - a[1] * b[3], a[1] * b[2] - a[2] * b[1]}
@@ -78,8 +72,10 @@ local y = cross(w, {1, 0, 0})
 local norm = math.sqrt(y[1]^2 + y[2]^2 + y[3]^2)
 for k = 1, 3 do y[k] = y[k] / norm end
 local x = cross(y, w)
--- Rows: the torch's axes in the seam's frame, so that the matrix maps the seam's frame to the torch's.
-arm:set_tool{ placement = {{x[1], x[2], x[3], 0}, {y[1], y[2], y[3], 0}, {w[1], w[2], w[3], reach}, {0, 0, 0, 1}} }
+-- Rows: the wire's axes in the seam's frame, so that the matrix maps the seam's frame to the wire's.
+local seam_in_wire = {{x[1], x[2], x[3], 0}, {y[1], y[2], y[3], 0}, {w[1], w[2], w[3], 0}, {0, 0, 0, 1}}
+torch:add_tcp{ name = "seam", placement = spatial.compose(torch:tcps()[1].pose, seam_in_wire).pose }
+arm:attach{ tool = torch, position = {0, 0, 0.056}, tcp = "seam" }
 
 local shoulder, table_x = 0.672, 0.56
 local rest = {0, 0.8, -2.9, 0, 0.6, 0}
@@ -91,8 +87,9 @@ cell:add_signal{ name = "placed", from = "positioner", to = "welder" }
 -- The same without wire and bead, which touch: for the room between nozzle and part.
 local bare = world.create{ name = "bare" }
 local bare_arm, bare_table = arm:duplicate{ name = "bare_arm" }, positioner:duplicate{ name = "bare_table" }
-bare_arm:set_link{ link = "flange", parts = { {what = "puma560_link6"}, {what = torch, position = {0, 0, 0.056}},
-  {what = nozzle, position = {0, 0, 0.056}} } }
+local bare_torch = torch:duplicate{ name = "torch_without_wire" }
+bare_torch:remove_part("wire")
+bare_arm:change_tool{ tool = bare_torch, tcp = "seam" }
 bare_table:set_link{ link = "turn", parts = { {what = "face_plate"}, {what = part} } }
 bare:add_robot{ robot = bare_arm, name = "welder", position = {0, 0, shoulder} }
 bare:add_robot{ robot = bare_table, name = "positioner", position = {table_x, 0, 0} }
