@@ -146,6 +146,8 @@ int main(int argc, char** argv) {
   Link link;
   const auto locked = lock_down(wanted);
   if (!locked.ok()) {
+    // Whoever still writes the setup would find the socket closed before it has read why.
+    (void)link.receive();
     (void)link.send(wire::Kind::ready, Map{{"error", wire::error_value(locked.error())}});
     ::_exit(1);
   }
