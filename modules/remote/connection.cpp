@@ -13,6 +13,7 @@
 #include <asio/error_code.hpp>
 #include <asio/post.hpp>
 
+#include "ioci/simulation/live_runs.h"
 #include "kernel/text.h"
 #include "remote/json.h"
 #include "remote/lua_thread.h"
@@ -35,8 +36,8 @@ constexpr auto kTurn = 2ms;
 constexpr auto kGoodbye = 2s;
 /// How often a cancelled request is told so again.
 constexpr auto kAgain = 20ms;
-/// A run's states are sent so often when nothing is said, and at most [1/s].
-constexpr double kUsualRate = 60, kHighestRate = 1000;
+/// Most values of a run's rows that one event takes.
+constexpr std::size_t kRowValues = 20'000;
 /// Bytes that are read before others have their turn.
 constexpr std::size_t kReadTurn = std::size_t{256} << 10;
 
@@ -59,6 +60,15 @@ std::string shown_name(std::string_view given) {
   while (!out.empty() && (static_cast<unsigned char>(out.back()) & 0xC0U) == 0x80U)
     out.pop_back();  // a character that was cut
   return out;
+}
+
+/// What is let through while memory is short: reading, and what makes room.
+bool is_light(const ioci::Application& app, std::string_view method) {
+  if (method == "lua.eval" || method == "ioci.classic") return false;
+  const ioci::CommandSpec* spec = app.commands.find(method);
+  return !spec || spec->effect == Effect::reads || method.ends_with(".remove") ||
+         method.ends_with(".delete") || method.starts_with("document.clear") ||
+         method.starts_with("job.");
 }
 
 Map brief(const Map& params) {
@@ -131,7 +141,17 @@ struct Connection::Talk {
       owner.is_leaving_ = true;
       return Value(true);
     };
-    o.admit = [&owner, &self](std::string_view) { return owner.admitted(self.rights.rate); };
+    o.admit = [&owner, &self](std::string_view method) -> std::optional<Error> {
+      if (auto refusal = owner.admitted(self.rights.rate)) return refusal;
+      const std::uint64_t size = self.hall.too_large;
+      if (size == 0 || is_light(self.hall.app, method)) return std::nullopt;
+      return error(ErrorCode::conflict,
+                   "the program takes " + std::to_string(size) + " MiB; at most " +
+                       std::to_string(self.hall.options.limits.memory) + " are allowed",
+                   "Wait for what runs, or remove what is not needed; reading goes on.",
+                   std::string(method));
+    };
+    o.job_started = owner.hall_.job_started;
     if (owner.hall_.audit)
       o.audit = [&owner, &self](std::string_view method, const Map* params,
                                 const Result<Value>& result) {
@@ -145,7 +165,14 @@ struct Connection::Talk {
         owner.hall_.audit(std::move(line));
       };
     o.explain = [&owner, &limits](Error e) {
-      if (e.code != ErrorCode::cancelled || !owner.is_overtime_.exchange(false)) return e;
+      const Ended why =
+          e.code == ErrorCode::cancelled ? owner.ended_.exchange(Ended::no) : Ended::no;
+      if (why == Ended::no) return e;
+      if (why == Ended::memory)
+        return error(
+            ErrorCode::cancelled,
+            "it was ended, as the program took more than " + std::to_string(limits.memory) + " MiB",
+            "Do less at a time.");
       return error(ErrorCode::cancelled,
                    "it was ended, as it took longer than " + std::to_string(limits.seconds) + " s",
                    "Start it as a job: \"job\": true beside \"method\".");
@@ -482,7 +509,7 @@ void Connection::drain() {
       const Reactor::Running running(hall_.reactor);
       const auto begin = Clock::now();
       while (!is_closing_ && unread() < hall_.options.limits.unread) {
-        is_overtime_ = false;
+        ended_ = Ended::no;
         if (!talk_->conversation.run_next()) break;
         if (is_leaving_) {
           is_closing_ = true;
@@ -601,13 +628,38 @@ void Connection::flush_locked() {
 
 Result<Value> Connection::subscribe(const Map& params) {
   Map args = params;
-  double rate = kUsualRate;
+  Subscription s;
+  double rate = ioci::kUsualRate;
   if (const Value* given = params.find("rate")) {
     rate = given->number();
-    if (!given->is_number() || !(rate > 0) || rate > kHighestRate)
+    if (!given->is_number() || !(rate >= 1e-3) || rate > ioci::kHighestRate)
       return error(ErrorCode::invalid_argument,
-                   "rate is a number of states a second, above 0 and at most 1000", "", "rate");
+                   "rate is a number of states a second, from 0.001 to 1000", "", "rate");
     args.erase("rate");
+  }
+  if (const Value* given = params.find("rows")) {
+    const bool* flag = given->as_bool();
+    const List* names = given->as_list();
+    bool is_right = flag || names;
+    if (flag) s.with_rows = *flag;
+    if (names) {
+      s.with_rows = true;
+      for (const Value& name : *names) {
+        is_right = is_right && name.as_string();
+        if (name.as_string()) s.columns.push_back(*name.as_string());
+      }
+    }
+    if (!is_right)
+      return error(ErrorCode::invalid_argument, "rows is true, or a list of names of columns", "",
+                   "rows");
+    args.erase("rows");
+  }
+  if (const Value* given = params.find("arrays")) {
+    const std::string word = given->as_string() ? *given->as_string() : std::string();
+    if (word != "numbers" && word != "base64")
+      return error(ErrorCode::invalid_argument, R"(arrays is "numbers" or "base64")", "", "arrays");
+    if (word == "base64") s.arrays = Arrays::base64;
+    args.erase("arrays");
   }
   {
     const std::lock_guard lock(mutex_);
@@ -638,11 +690,14 @@ Result<Value> Connection::subscribe(const Map& params) {
     RMP_TRY_ASSIGN(const Value token, app.dispatch(talk_->session, "event.subscribe", own));
     return static_cast<std::uint64_t>(*token.as_int());
   };
-  Subscription s;
+  if (s.with_rows && !has_runs)
+    return error(ErrorCode::invalid_argument, "rows come with the topic run", "Add it to topics.",
+                 "rows");
   if (!others.empty() || !has_runs) {
     RMP_TRY_ASSIGN(s.all, make(std::move(others)));
   }
   if (has_runs) {
+    args.set("rate", rate);
     RMP_TRY_ASSIGN(s.runs, make({Value("run")}));
   }
   s.every = std::chrono::nanoseconds(static_cast<std::int64_t>(1e9 / rate));
@@ -681,6 +736,8 @@ Result<Value> Connection::unsubscribe(const Map& params) {
   }
   hall_.app.events.unsubscribe(s.all);
   hall_.app.events.unsubscribe(s.runs);
+  const std::lock_guard alone(push_mutex_);
+  rows_.erase(static_cast<std::uint64_t>(*number));
   return Value(true);
 }
 
@@ -696,23 +753,12 @@ void Connection::push(std::uint64_t number) {
     s = at->second;
   }
   ioci::Application& app = hall_.app;
-  const auto name_of = [&app](const Handle& h) { return app.name_of(h).value_or(""); };
-  const auto say = [&](const ioci::Event& event) {
-    Map params = ioci::event_value(event);
-    std::string text = R"({"jsonrpc":"2.0","method":"event","params":{"subscription":)" +
-                       std::to_string(number) + ",";
-    // Behind the opening brace comes the number of the subscription.
-    const std::string own = to_json(Value(std::move(params)), name_of);
-    text += std::string_view(own).substr(1);
-    text += '}';
-    send(std::move(text));
-  };
   const std::size_t most = hall_.options.limits.unread / 2;
   if (s.all)
     while (unread() < most) {  // else when it was read, from flush_locked()
       const auto events = app.events.take(s.all, kTogether);
       if (!events.ok() || events->empty()) break;
-      for (const ioci::Event& e : *events) say(e);
+      for (const ioci::Event& e : *events) send_event(number, ioci::event_value(e));
     }
   if (!s.runs || unread() >= most) return;
   const auto now = Clock::now();
@@ -734,16 +780,77 @@ void Connection::push(std::uint64_t number) {
     });
     return;
   }
-  const auto states = app.events.take(s.runs, 100'000);
-  if (!states.ok() || states->empty()) return;
-  // Of each run the last one.
-  std::map<std::uint64_t, const ioci::Event*> last;
-  for (const ioci::Event& e : *states)
-    if (e.run) last[e.run->run] = &e;
-  for (const auto& [run, event] : last) say(*event);
+  if (!push_runs(number, s)) return;
   const std::lock_guard lock(mutex_);
   if (const auto at = subscriptions_.find(number); at != subscriptions_.end())
     at->second.last = now;
+}
+
+/// Sends of each run the last state, and the rows that are new; false when there was none.
+bool Connection::push_runs(std::uint64_t number, const Subscription& s) {
+  const auto states = hall_.app.events.take(s.runs, 100'000);
+  if (!states.ok()) return false;
+  std::map<std::uint64_t, const ioci::Event*> last;
+  for (const ioci::Event& e : *states)
+    if (e.run) last[e.run->run] = &e;
+  // Runs whose rows did not go all at once wait here until the client has read.
+  if (s.with_rows)
+    for (const auto& [run, sent] : rows_[number])
+      if (sent.has_more) last.emplace(run, nullptr);
+  for (const auto& [run, event] : last) {
+    Map params =
+        event ? ioci::event_value(*event) : Map{{"topic", "run"}, {"id", Handle{"run", run}}};
+    if (s.with_rows) send_rows(number, s, run, std::move(params));
+    else send_event(number, std::move(params));
+  }
+  return !last.empty();
+}
+
+/// One event with rows, and more of them while the client reads.
+void Connection::send_rows(std::uint64_t number, const Subscription& s, std::uint64_t run,
+                           Map params) {
+  const auto entry = hall_.app.runs->find(run);
+  Sent& sent = rows_[number][run];
+  sent.has_more = false;
+  if (!entry) {
+    rows_[number].erase(run);
+    return send_event(number, std::move(params));
+  }
+  for (;;) {
+    auto rows =
+        ioci::live_run_rows(*entry, sent.next, sent.restarts, kRowValues, kRowValues, s.columns);
+    if (!rows.ok()) {
+      params.set("rows", Map{{"error", rows.error().sentence()}});
+      return send_event(number, std::move(params));
+    }
+    const auto whole = [&rows](const char* name) {
+      return static_cast<std::size_t>(*rows->find(name)->as_int());
+    };
+    sent.next = whole("from") - 1 + whole("count");
+    sent.restarts = whole("restarts");
+    const bool has_more = sent.next < whole("rows");
+    params.set("rows", std::move(*rows));
+    send_event(number, std::move(params), s.arrays);
+    if (!has_more) return;
+    if (unread() >= hall_.options.limits.unread / 2) {
+      sent.has_more = true;
+      return;
+    }
+    params = Map{{"topic", "run"}, {"id", Handle{"run", run}}};
+  }
+}
+
+/// Sends one event of a subscription.
+void Connection::send_event(std::uint64_t number, Map params, Arrays arrays) {
+  std::string text = R"({"jsonrpc":"2.0","method":"event","params":{"subscription":)" +
+                     std::to_string(number) + ",";
+  std::string own;
+  append_json(
+      own, Value(std::move(params)),
+      [this](const Handle& h) { return hall_.app.name_of(h).value_or(""); }, arrays);
+  text += std::string_view(own).substr(1);  // behind its opening brace
+  text += '}';
+  send(std::move(text));
 }
 
 void Connection::push_all() {
@@ -823,12 +930,22 @@ void Connection::look(Clock::time_point now) {
     return close("A line took longer than " + std::to_string(limits.line_seconds) + " s.");
   const auto running = talk_->conversation.running_since();
   if (limits.seconds && running && now - *running > seconds(limits.seconds)) {
-    is_overtime_ = true;
+    ended_ = Ended::time;
     talk_->session.interrupt();
   }
   if (limits.idle_seconds && !running && since(last_in_) > seconds(limits.idle_seconds) &&
       since(last_out_) > seconds(limits.idle_seconds))
     close("Nothing was said for " + std::to_string(limits.idle_seconds) + " s.");
+}
+
+std::optional<Connection::Clock::time_point> Connection::running_since() const {
+  if (!has_talk_ || is_closing_ || ended_ != Ended::no) return std::nullopt;
+  return talk_->conversation.running_since();
+}
+
+void Connection::end_for_memory() {
+  ended_ = Ended::memory;
+  talk_->session.interrupt();
 }
 
 bool Connection::is_closed() const {

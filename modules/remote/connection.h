@@ -11,12 +11,14 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include <asio/generic/stream_protocol.hpp>
 #include <asio/steady_timer.hpp>
 
 #include "ioci/core/application.h"
 #include "remote/conversation.h"
+#include "remote/json.h"
 #include "remote/limits.h"
 #include "remote/reactor.h"
 #include "remote/rpc.h"
@@ -36,6 +38,10 @@ struct Hall {
   std::function<void(std::uint64_t number)> gone;
   std::string instance;                   ///< random, so that clients notice another program
   std::atomic<std::uint64_t> scripts{0};  ///< clients that have run one
+  /// MiB that the program takes, while that is more than the limit allows; else 0.
+  std::atomic<std::uint64_t> too_large{0};
+  /// A client started a job.
+  std::function<void(std::uint64_t job)> job_started{};
 };
 
 /// One thread at a time reads; a command runs on the thread that read it, or on one that came free.
@@ -52,13 +58,28 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void close(const std::string& reason);
   /// Ends what has taken too long; called now and then.
   void look(Clock::time_point now);
+  /// Since when a command of it runs that was not told to end; nullopt when none does.
+  [[nodiscard]] std::optional<Clock::time_point> running_since() const;
+  /// Cancels the command that runs, since the program takes too much memory.
+  void end_for_memory();
   [[nodiscard]] ClientInfo info() const;
   [[nodiscard]] bool is_closed() const;
 
  private:
   struct Talk;  ///< what there is after hello
+  /// Why the running command was ended.
+  enum class Ended : std::uint8_t { no, time, memory };
+  /// What of a run's rows a client has.
+  struct Sent {
+    std::size_t next = 0;  ///< index of the first that it has not
+    std::optional<std::size_t> restarts{};
+    bool has_more = false;  ///< they wait until the client has read
+  };
   struct Subscription {
     std::uint64_t all = 0, runs = 0;  ///< tokens of what is sent at once, and of states of runs
+    bool with_rows = false;
+    std::vector<std::string> columns{};  ///< of the rows; empty = all
+    Arrays arrays = Arrays::numbers;
     std::chrono::nanoseconds every{0};
     Clock::time_point last{};
     bool is_waiting = false;  ///< for its time
@@ -78,6 +99,9 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void send(std::string text);
   void push(std::uint64_t number);
   void push_all();
+  bool push_runs(std::uint64_t number, const Subscription& s);
+  void send_rows(std::uint64_t number, const Subscription& s, std::uint64_t run, Map params);
+  void send_event(std::uint64_t number, Map params, Arrays arrays = Arrays::numbers);
   void flush_locked();
   void end_locked();
   void shut();
@@ -98,14 +122,16 @@ class Connection : public std::enable_shared_from_this<Connection> {
   std::atomic<bool> has_talk_{false};
   std::atomic<bool> is_draining_{false};
   std::atomic<bool> is_closing_{false};
-  std::atomic<bool> is_told_{false};      ///< by close(), why
-  std::atomic<bool> is_leaving_{false};   ///< the client said goodbye
-  std::atomic<bool> is_overtime_{false};  ///< the running command was ended for its time
+  std::atomic<bool> is_told_{false};     ///< by close(), why
+  std::atomic<bool> is_leaving_{false};  ///< the client said goodbye
+  std::atomic<Ended> ended_{Ended::no};
   std::atomic<std::uint64_t> requests_{0}, bytes_in_{0}, bytes_out_{0};
   std::atomic<Clock::rep> last_in_, last_out_, line_begin_{0};
   std::atomic<bool> is_paused_{false};  ///< nothing is read until requests are answered
 
   std::mutex push_mutex_;  ///< events are sent by one thread at a time; before mutex_
+  /// Rows of runs that went to subscriptions. Guarded by push_mutex_
+  std::map<std::uint64_t, std::map<std::uint64_t, Sent>> rows_;
   mutable std::mutex mutex_;
   // Guarded by mutex_:
   Socket socket_;

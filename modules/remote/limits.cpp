@@ -45,6 +45,10 @@ constexpr LimitSpec kSpecs[] = {
     {"scripts", &Limits::scripts, 1, 1'000, "clients",
      "Clients that have run a script and are there, each with a process of up to 256 MiB."},
     {"threads", &Limits::threads, 2, 1'024, "threads", "Commands that run at a time; others wait."},
+    {"memory", &Limits::memory, 64, 1 << 24, "MiB",
+     "Of the program. Beyond it clients may only read, and the command of theirs that has run "
+     "longest is cancelled, then their jobs.",
+     true},
 };
 
 }  // namespace

@@ -32,6 +32,7 @@ struct Limits {
   std::uint64_t idle_seconds = 86'400;
   std::uint64_t scripts = 16;
   std::uint64_t threads = 64;
+  std::uint64_t memory = 4096;
 };
 
 /// What a limit is called, and what it is; the table of the documentation is made from these.

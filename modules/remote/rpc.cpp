@@ -218,6 +218,7 @@ Result<Value> RpcServer::start_job(const Request& r) {
                      ? app_.dispatch_async_positional(session_, r.method, *r.positional)
                      : app_.dispatch_async(session_, r.method, r.named ? *r.named : Map{}));
   if (options_.most_jobs != 0) jobs_.push_back(job.number);
+  if (options_.job_started) options_.job_started(job.number);
   if (r.wants_progress && watch) watch(job.number);
   return Value(std::move(job));
 }

@@ -38,6 +38,8 @@ struct RpcOptions {
   std::function<std::optional<Error>(std::string_view method)> admit{};
   /// Called with what was asked for and how it ended. [any thread]
   std::function<void(std::string_view method, const Map* params, const Result<Value>&)> audit{};
+  /// Called with the number of each job that is started. [the session's thread]
+  std::function<void(std::uint64_t job)> job_started{};
   /// The error as the client is told it. [any thread]
   std::function<Error(Error)> explain{};
   std::size_t longest_line = kLongestLine;

@@ -2,6 +2,7 @@
 #include "remote/server.h"
 
 #include <fcntl.h>
+#include <malloc.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
@@ -10,6 +11,7 @@
 #include <atomic>
 #include <cerrno>
 #include <chrono>
+#include <cstdio>
 #include <cstring>
 #include <ctime>
 #include <map>
@@ -38,6 +40,8 @@ namespace fs = std::filesystem;
 
 /// How often what takes too long is looked for.
 constexpr auto kLook = 1s;
+/// How often the program is weighed.
+constexpr auto kWeigh = 100ms;
 /// How long clients have to take what was said to them before the server ends.
 constexpr auto kGoodbye = 1s;
 /// How long nobody is let in when the system has no descriptor left.
@@ -50,6 +54,20 @@ std::string time_now() {
   char text[32];
   std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
   return text;
+}
+
+/// Memory that the program takes [MiB]; 0 where the system does not say.
+std::uint64_t resident_mib() {
+  char text[128];
+  const int fd = ::open("/proc/self/statm", O_RDONLY | O_CLOEXEC);
+  if (fd < 0) return 0;
+  const ssize_t n = ::read(fd, text, sizeof text - 1);
+  ::close(fd);
+  if (n <= 0) return 0;
+  text[n] = 0;
+  unsigned long long all = 0, resident = 0;
+  if (std::sscanf(text, "%llu %llu", &all, &resident) != 2) return 0;
+  return resident * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE)) >> 20;
 }
 
 /// A file that lines are added to.
@@ -122,8 +140,10 @@ class Server::Impl {
               "server");
       };
     }
+    hall_.job_started = [this](std::uint64_t job) { job_started(job); };
     for (const Address& a : options_.addresses) RMP_TRY(listen(a));
     look_later();
+    if (options_.limits.memory) weigh_later();
     return {};
   }
 
@@ -343,6 +363,60 @@ class Server::Impl {
     });
   }
 
+  // --- memory ---
+
+  void job_started(std::uint64_t job) {
+    const std::lock_guard lock(jobs_mutex_);
+    if (jobs_.size() >= most_jobs_) {
+      std::erase_if(jobs_, [this](std::uint64_t number) {
+        const auto s = app_.jobs.status(number);
+        return !s.ok() || (s->state != JobState::waiting && s->state != JobState::running);
+      });
+      most_jobs_ = 2 * jobs_.size() + 64;
+    }
+    jobs_.push_back(job);
+  }
+
+  void weigh_later() {
+    weigh_.expires_after(kWeigh);
+    weigh_.async_wait([this](const asio::error_code& ec) {
+      if (ec || is_stopping_) return;
+      weigh();
+      weigh_later();
+    });
+  }
+
+  /// Ends commands and jobs of clients, one kind after the other, while the program is too large.
+  void weigh() {
+    std::uint64_t size = resident_mib();
+    if (size > options_.limits.memory) {
+      ::malloc_trim(0);  // what was freed and not given back is nobody's fault
+      size = resident_mib();
+    }
+    if (size <= options_.limits.memory) {
+      hall_.too_large = 0;
+      return;
+    }
+    if (hall_.too_large.exchange(size) == 0)
+      app_.messages.post(Severity::warning, "server_memory",
+                         "The program takes " + std::to_string(size) + " MiB; beyond " +
+                             std::to_string(options_.limits.memory) +
+                             " MiB (limit memory) clients may only read.",
+                         "server");
+    std::shared_ptr<Connection> oldest;
+    auto since = Connection::Clock::time_point::max();
+    for (const auto& c : connections())
+      if (const auto begin = c->running_since(); begin && *begin < since)
+        since = *begin, oldest = c;
+    if (oldest) return oldest->end_for_memory();
+    std::vector<std::uint64_t> jobs;
+    {
+      const std::lock_guard lock(jobs_mutex_);
+      jobs.swap(jobs_);
+    }
+    for (const std::uint64_t job : jobs) app_.jobs.cancel(job);
+  }
+
   ioci::Application& app_;
   const ServerOptions options_;
   Tokens tokens_;
@@ -356,7 +430,10 @@ class Server::Impl {
   std::uint64_t next_ = 1;                      // guarded by mutex_
   Hall hall_;
   Reactor reactor_;  ///< after all that its handlers use
-  asio::steady_timer look_{reactor_.io()};
+  asio::steady_timer look_{reactor_.io()}, weigh_{reactor_.io()};
+  std::mutex jobs_mutex_;
+  std::vector<std::uint64_t> jobs_;  ///< that clients started, and of before; by jobs_mutex_
+  std::size_t most_jobs_ = 64;       ///< then those of before are forgotten; by jobs_mutex_
 };
 
 Result<std::unique_ptr<Server>> Server::start(ioci::Application& app, ServerOptions options) {

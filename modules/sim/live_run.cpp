@@ -194,6 +194,7 @@ void LiveRun::match_columns(const Recording& table, std::size_t row) {
   for (std::size_t c = 0; c < table_.columns.size(); ++c)
     if (source_of_[c] < 0) gone.push_back(table_.columns[c].name);
   if (before == 0) return;
+  if (!added.empty()) restart(0);  // rows of before have values of these, too
   if (!added.empty())
     old_notes_.push_back("new from " + at(head_time()) +
                          " on, before it as at first: " + text::enumerate(added));
@@ -307,6 +308,7 @@ Result<void> LiveRun::start_anew(Source source, Progress& progress) {
   table_ = {};
   source_of_.clear(), states_.clear(), old_notes_.clear(), note_counts_.clear();
   is_first_ = false;
+  restart(0);
   stand(0);
   want_rows_ = 1;
   launch(std::move(source), nullptr);
@@ -334,6 +336,7 @@ Result<void> LiveRun::refresh(Source source, Progress& progress) {
   for (Column& c : table_.columns) c.values.resize(rows);
   states_.resize(rows);
   note_counts_.resize(rows);
+  restart(rows);
   if (table_.notes.size() > note_counts_.back()) table_.notes.resize(note_counts_.back());
   table_.notes.push_back("went on at " + at(head_time()) + " with the world as it was then");
   old_notes_ = table_.notes;
@@ -426,6 +429,11 @@ void LiveRun::stop() {
   join();
 }
 
+bool LiveRun::is_playing() const {
+  const std::lock_guard lock(mutex_);
+  return place().is_playing;
+}
+
 LiveRun::Shown LiveRun::shown() const {
   const std::lock_guard lock(mutex_);
   const Place p = place();
@@ -436,6 +444,7 @@ LiveRun::Shown LiveRun::shown() const {
   s.recorded = head_time();
   s.speed = p.is_playing ? speed_ : 0;
   s.is_complete = is_complete_;
+  s.restarts = restarts_;
   s.is_over = is_finished_ && p.time + tolerance(p.time) >= s.recorded;
   if (p.is_playing && speed_ > 0 && !std::isinf(speed_) && !is_finished_)
     s.lag = std::max(0.0, p.wanted - s.recorded);
@@ -443,6 +452,41 @@ LiveRun::Shown LiveRun::shown() const {
   if (s.rows > 0)
     for (const Column& c : table_.columns) s.values.push_back(c.values[s.row]);
   return s;
+}
+
+/// Rows from `kept` on are other ones from now on.
+void LiveRun::restart(std::size_t kept) {
+  ++restarts_;
+  while (!kept_.empty() && kept_.back().second >= kept) kept_.pop_back();
+  kept_.emplace_back(restarts_, kept);
+}
+
+Result<LiveRun::Piece> LiveRun::piece(std::size_t from, std::optional<std::size_t> restarts,
+                                      std::size_t most, std::span<const std::string> names) const {
+  const std::lock_guard lock(mutex_);
+  Piece out{.from = from, .recorded = states_.size(), .restarts = restarts_, .columns = {}};
+  if (restarts) {
+    // Of all that were dropped since, the first row; the numbers rise.
+    const auto since = std::find_if(kept_.begin(), kept_.end(),
+                                    [&](const auto& k) { return k.first > *restarts; });
+    if (since != kept_.end()) out.from = std::min(out.from, since->second);
+  }
+  out.from = std::min(out.from, out.recorded);
+  const std::size_t end = out.from + std::min(most, out.recorded - out.from);
+  const auto add = [&](const Column& c) {
+    out.columns.push_back(
+        {c.name, c.unit, c.doc,
+         std::vector<double>(c.values.begin() + static_cast<std::ptrdiff_t>(out.from),
+                             c.values.begin() + static_cast<std::ptrdiff_t>(end)),
+         c.lower, c.upper});
+  };
+  if (names.empty()) {
+    for (const Column& c : table_.columns) add(c);
+    return out;
+  }
+  RMP_TRY_ASSIGN(const auto chosen, table_.select(names));
+  for (const Column* c : chosen) add(*c);
+  return out;
 }
 
 RecordingPtr LiveRun::recording() const {

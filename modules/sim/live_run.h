@@ -10,9 +10,11 @@
 #include <limits>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <stop_token>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include <robomosp/sdk/progress.h>
@@ -78,14 +80,28 @@ class LiveRun {
     double lag = 0;            ///< how far the simulation is behind the clock [s]
     bool is_over = false;      ///< it is shown to its end
     bool is_complete = false;  ///< nothing is left to compute
+    std::size_t restarts = 0;  ///< how often it began, or went on, with another source
     std::optional<Error> failure;
     std::vector<double> values;  ///< of the row, one a column
   };
   [[nodiscard]] Shown shown() const;
+  [[nodiscard]] bool is_playing() const;  ///< the time runs
   /// A copy of what is recorded.
   [[nodiscard]] recording::RecordingPtr recording() const;
   /// Names, units and the rest of the recording without its rows.
   [[nodiscard]] recording::Recording head() const;
+  /// Rows of what is recorded, from one that a reader wants on.
+  struct Piece {
+    std::size_t from = 0;      ///< index of the first row of this piece
+    std::size_t recorded = 0;  ///< rows that there are
+    std::size_t restarts = 0;
+    std::vector<recording::Column> columns;  ///< with the piece's rows only
+  };
+  /// Rows from `from` on, at most `most`, of columns by name (empty = all; see
+  /// recording::Recording::select). For a reader who has the rows up to `from` as they were after
+  /// `restarts`, the piece begins further ahead where rows were dropped since. Costs what it gives.
+  [[nodiscard]] Result<Piece> piece(std::size_t from, std::optional<std::size_t> restarts,
+                                    std::size_t most, std::span<const std::string> names) const;
 
  private:
   class Gate;
@@ -106,6 +122,7 @@ class LiveRun {
   [[nodiscard]] Error moved() const;                           ///< another call said where it goes
   Result<void> start_anew(Source source, Progress& progress);  ///< with control_ held
   void stand(double time);
+  void restart(std::size_t kept);
   void append(const recording::Recording& table, std::size_t row, RunStatePtr state);
   void take_notes(const recording::Recording& table);
   /// Finds the columns of a table, and adds those that are new, at a row with so many before it.
@@ -130,7 +147,11 @@ class LiveRun {
   std::vector<RunStatePtr> states_;        ///< one a row
   std::vector<std::string> old_notes_;     ///< of the parts before a refresh
   std::vector<std::size_t> note_counts_;   ///< of table_.notes, one a row
-  std::uint64_t wish_ = 0;                 ///< counts changes of what is wanted
+  /// Rows that were kept at each start and refresh. Of those of before, the least is what matters,
+  /// so no number is followed by a lesser one.
+  std::vector<std::pair<std::size_t, std::size_t>> kept_;  ///< (restarts, rows)
+  std::size_t restarts_ = 0;
+  std::uint64_t wish_ = 0;  ///< counts changes of what is wanted
   std::size_t want_rows_ = 1;
   double want_time_ = 0;
   double speed_ = 0, position_ = 0;  ///< where it stands, or was played from [s]

@@ -249,6 +249,49 @@ TEST_F(Gate, RefreshedItGoesOnFromWhatIsShown) {
   ASSERT_EQ(r->notes.size(), 1U + 2U);
 }
 
+TEST_F(Gate, PiecesFollowItsRowsAndNameTheFirstThatIsAnother) {
+  start(100);
+  ok(run->go_to(1, progress));
+  const auto values = [](const LiveRun::Piece& p) { return p.columns.back().values; };
+  const auto piece = [&](std::size_t from, std::optional<std::size_t> restarts,
+                         std::size_t most = 1000) {
+    auto p = run->piece(from, restarts, most, {});
+    EXPECT_TRUE(p.ok());
+    return std::move(*p);
+  };
+  auto p = piece(0, std::nullopt, 3);
+  EXPECT_EQ(values(p), (std::vector<double>{0, 1, 4}));
+  EXPECT_EQ(p.recorded, 11U);
+  p = piece(3, p.restarts);
+  EXPECT_EQ(p.from, 3U);
+  EXPECT_EQ(values(p).size(), 8U);
+  const std::size_t known = p.restarts;
+  EXPECT_TRUE(values(piece(11, known)).empty());
+  EXPECT_EQ(piece(1000, known).from, 11U) << "beyond the end is the end";
+  // Twice back: of all that was dropped the first row counts.
+  ok(run->go_to(0.5, progress));
+  ok(run->refresh(counter.source(100), progress));
+  ok(run->go_to(0.3, progress));
+  ok(run->refresh(counter.source(100), progress));
+  ok(run->go_to(0.8, progress));
+  ok(run->go_to(0.6, progress));
+  ok(run->refresh(counter.source(100), progress));
+  p = piece(11, known);
+  EXPECT_EQ(p.from, 4U);
+  EXPECT_EQ(p.recorded, 7U);
+  EXPECT_EQ(piece(2, known).from, 2U) << "who has less asks for less";
+  EXPECT_EQ(piece(7, p.restarts).from, 7U);
+  // With a column more, all rows are other ones.
+  ok(run->refresh(counter.source(100, false, "other"), progress));
+  EXPECT_EQ(piece(7, p.restarts).from, 0U);
+  // Chosen ones, and names that are none.
+  const std::string names[] = {"value"};
+  EXPECT_EQ(run->piece(0, std::nullopt, 2, names)->columns.size(), 1U);
+  const std::string wrong[] = {"valu"};
+  EXPECT_NE(run->piece(0, std::nullopt, 2, wrong).error().sentence().find("value"),
+            std::string::npos);
+}
+
 TEST_F(Gate, TwoRunsAtOnceDoNotDisturbEachOther) {
   Counter second;
   LiveRun other;

@@ -13,10 +13,12 @@
 #include <array>
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <random>
@@ -683,6 +685,160 @@ TEST_F(ServerTest, LongCommandsOfSomeDoNotKeepOthersWaitingAndEndWhenAsked) {
   const auto begin = Clock::now();
   server_.reset();
   EXPECT_LT(Clock::now() - begin, 30s);
+}
+
+/// A recording of so many rows, a millisecond apart, as a run of a world that is paused.
+class ServedRun : public ServerTest {
+ protected:
+  void begin(std::size_t rows) {
+    start();
+    owner_ = std::make_unique<Client>(where());
+    ASSERT_TRUE(is_ok(owner_->hello()));
+    std::vector<double> time, x;
+    for (std::size_t i = 0; i < rows; ++i) {
+      time.push_back(1e-3 * static_cast<double>(i));
+      x.push_back(std::sin(static_cast<double>(i)));
+    }
+    const Map made = owner_->call(
+        "recording.create",
+        {{"title", "measured"},
+         {"columns", List{Map{{"name", "time"}, {"unit", "s"}, {"values", NumericArray(time)}},
+                          Map{{"name", "x"}, {"values", NumericArray(x)}}}}});
+    ASSERT_TRUE(is_ok(made)) << to_json(Value(made));
+    ASSERT_TRUE(is_ok(owner_->call("world.create", {{"name", "cell"}})));
+    const Map run = owner_->call(
+        "world.start_run",
+        {{"id", "cell"}, {"of", "recording"}, {"with", Map{{"recording", *made.find("result")}}}});
+    ASSERT_TRUE(is_ok(run)) << to_json(Value(run));
+    run_ = *run.find("result");
+    x_ = std::move(x);
+  }
+  std::unique_ptr<Client> listen(const Map& how) {
+    auto c = std::make_unique<Client>(where());
+    const Map said = c->hello({{"subscribe", how}});
+    EXPECT_TRUE(is_ok(said)) << to_json(Value(said));
+    return c;
+  }
+  /// Events of a run until it is over; their number.
+  static std::size_t until_over(Client& c, const std::function<void(const Map&)>& each = {}) {
+    for (std::size_t count = 0;; ++count) {
+      const auto text = c.line();
+      EXPECT_TRUE(text) << "no event";
+      if (!text) return count;
+      const auto message = from_json(*text);
+      EXPECT_TRUE(message.ok()) << *text;
+      const Map& event = params_of(*message->as_map());
+      if (each) each(event);
+      const Value* state = event.find("state");
+      if (state && *state->as_map()->find("is_over")->as_bool() &&
+          !*state->as_map()->find("is_playing")->as_bool())
+        return count + 1;
+    }
+  }
+  std::unique_ptr<Client> owner_;
+  Value run_;
+  std::vector<double> x_;
+};
+
+TEST_F(ServedRun, StatesComeWhileItPlaysAsOftenAsEachWantsThem) {
+  begin(1001);
+  auto often = listen({{"topics", List{Value("run")}}, {"rate", 100}});
+  auto seldom = listen({{"topics", List{Value("run")}}, {"rate", 10}});
+  const auto begin = Clock::now();
+  ASSERT_TRUE(is_ok(owner_->call("run.play", {{"id", run_}})));
+  std::size_t few = 0;
+  std::jthread other([&] { few = until_over(*seldom); });
+  double last = -1;
+  const std::size_t many = until_over(*often, [&](const Map& e) {
+    const double t = e.find("state")->as_map()->find("time")->number();
+    EXPECT_GE(t, last) << "states come in order";
+    last = t;
+  });
+  other.join();
+  const double took = std::chrono::duration<double>(Clock::now() - begin).count();
+  EXPECT_NEAR(last, 1, 1e-9) << "the end is told";
+  EXPECT_LE(static_cast<double>(many), 100 * took + 4);
+  EXPECT_LE(static_cast<double>(few), 10 * took + 4);
+  EXPECT_GE(few, 2U);
+  EXPECT_GT(many, 2 * few);
+}
+
+TEST_F(ServedRun, RowsComeOnceInOrderAndWhole) {
+  begin(50'001);
+  // Columns, as numbers and as bytes; and one that reads nothing for a while.
+  for (const char* arrays : {"numbers", "base64"}) {
+    ASSERT_TRUE(is_ok(owner_->call("run.reset", {{"id", run_}})));
+    auto c = listen({{"topics", List{Value("run")}},
+                     {"rows", List{Value("time"), Value("x")}},
+                     {"arrays", arrays}});
+    ASSERT_TRUE(is_ok(owner_->call("run.play", {{"id", run_}, {"speed", "max"}})));
+    std::vector<double> x;
+    const auto take = [&](const Map& event) {
+      const Map& rows = *event.find("rows")->as_map();
+      ASSERT_EQ(rows.find("error"), nullptr);
+      // Rows that are others now take the place of those of before.
+      const auto from = static_cast<std::size_t>(*rows.find("from")->as_int());
+      ASSERT_LE(from, x.size() + 1) << "none is left out";
+      x.resize(from - 1);
+      const Value* column = rows.find("columns")->as_map()->find("x");
+      if (const List* numbers = column->as_list()) {
+        for (const Value& v : *numbers) x.push_back(v.number());
+      } else if (const NumericArray* array = column->as_array()) {
+        for (std::size_t i = 0; i < array->size(); ++i) x.push_back((*array)[i]);
+      } else {
+        ADD_FAILURE() << to_json(*column);
+      }
+    };
+    until_over(*c, take);
+    while (x.size() < x_.size()) {
+      const auto text = c->line();
+      ASSERT_TRUE(text) << x.size();
+      take(params_of(*from_json(*text)->as_map()));
+    }
+    EXPECT_EQ(x, x_);
+  }
+  // What cannot be meant is refused.
+  Client c(where());
+  ASSERT_TRUE(is_ok(c.hello()));
+  for (const Map& wrong : {Map{{"topics", List{Value("change")}}, {"rows", true}},
+                           Map{{"rows", "x"}}, Map{{"rows", List{Value(1)}}}, Map{{"rate", 0}},
+                           Map{{"rate", 1e9}}, Map{{"arrays", "hex"}}, Map{{"rate", "often"}}})
+    EXPECT_EQ(code(c.call("server.subscribe", wrong)), "invalid_argument") << to_json(Value(wrong));
+  // A name that is no column: each event says so, and the connection goes on.
+  auto lost = listen({{"topics", List{Value("run")}}, {"rows", List{Value("nothing")}}});
+  ASSERT_TRUE(is_ok(owner_->call("run.seek", {{"id", run_}, {"time", 1}})));
+  const auto text = lost->line();
+  ASSERT_TRUE(text);
+  EXPECT_NE(text->find("nothing"), std::string::npos) << *text;
+}
+
+TEST_F(ServerTest, WhatTakesTooMuchMemoryEndsAndOthersReadOn) {
+  options_.limits.memory = 256;
+  start();
+  Client a(where()), b(where());
+  ASSERT_TRUE(is_ok(a.hello()) && is_ok(b.hello()));
+  ASSERT_TRUE(is_ok(b.call("material.create", {{"name", "before"}, {"density", 1}})));
+  a.ask("work.rest", {{"ms", 60'000}});
+  std::this_thread::sleep_for(50ms);
+  auto large = std::make_unique<std::vector<char>>(std::size_t{400} << 20, 'x');
+  ASSERT_EQ(large->back(), 'x');
+  const Map ended = a.answer();
+  EXPECT_EQ(code(ended), "cancelled") << to_json(Value(ended));
+  EXPECT_NE(sentence(ended).find("256 MiB"), std::string::npos) << sentence(ended);
+  const Map refused = b.call("material.create", {{"name", "more"}, {"density", 1}});
+  EXPECT_EQ(code(refused), "conflict") << to_json(Value(refused));
+  EXPECT_NE(sentence(refused).find("256"), std::string::npos) << sentence(refused);
+  EXPECT_TRUE(is_ok(b.call("material.list")));
+  EXPECT_TRUE(is_ok(b.call("material.remove", {{"id", "before"}})))
+      << "what makes room is let through";
+  // A job ends, too.
+  large.reset();
+  bool is_open = false;
+  for (int i = 0; i < 100 && !is_open; ++i) {
+    std::this_thread::sleep_for(50ms);
+    is_open = is_ok(b.call("material.create", {{"name", "after"}, {"density", 1}}));
+  }
+  EXPECT_TRUE(is_open) << "once there is room, edits go on";
 }
 
 TEST_F(ServerTest, TheCommandsStartListKickGrantRevokeAndStop) {

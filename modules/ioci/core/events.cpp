@@ -78,6 +78,14 @@ bool Events::has_subscribers() const {
   return !subscriptions_.empty();
 }
 
+double Events::run_rate() const {
+  double rate = 0;
+  const std::lock_guard lock(mutex_);
+  for (const auto& [token, s] : subscriptions_)
+    if (s.filter.topics & bit(Topic::run)) rate = std::max(rate, s.filter.rate);
+  return rate;
+}
+
 Result<std::vector<Event>> Events::take(std::uint64_t token, std::size_t at_most) {
   const std::lock_guard lock(mutex_);
   const auto at = subscriptions_.find(token);
@@ -137,6 +145,12 @@ void Events::bound(Subscription& s) {
 }
 
 void Events::push(Subscription& s, Event event) {
+  if (event.run && event.run->is_pulse)
+    for (Event& e : s.waiting)
+      if (e.run && e.run->is_pulse && e.run->run == event.run->run) {
+        e.run = std::move(event.run);
+        return;
+      }
   if (s.waiting.size() >= s.filter.most) bound(s);
   // Still full of what cannot be joined: then the newest changes are joined one by one.
   if (s.waiting.size() >= s.filter.most && event.change && !s.waiting.empty() &&

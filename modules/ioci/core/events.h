@@ -40,7 +40,8 @@ struct Change {
 
 struct RunState {
   std::uint64_t run = 0;
-  Map state;  ///< as run.state gives it
+  Map state;              ///< as run.state gives it
+  bool is_pulse = false;  ///< one of many while it plays: it takes the place of one that waits
 };
 
 struct Event {
@@ -53,6 +54,9 @@ struct Event {
   std::size_t left_out = 0;
 };
 
+/// How often states of a run that plays are published, when nothing is said and at most [1/s].
+inline constexpr double kUsualRate = 60, kHighestRate = 1000;
+
 /// What a subscriber wants; all of it by default.
 struct EventFilter {
   std::uint32_t topics = ~std::uint32_t{0};  ///< bits by Topic
@@ -62,6 +66,7 @@ struct EventFilter {
   std::uint64_t not_of = 0;            ///< leaves out what this session did; 0 = nobody's
   bool previews = true;                ///< with the updates of gestures
   Severity severity = Severity::info;  ///< messages that are less severe are left out
+  double rate = kUsualRate;            ///< of states of a run that plays [1/s]
   std::size_t most = 256;  ///< events that wait; beyond it changes are merged, old messages dropped
 };
 
@@ -78,6 +83,8 @@ class Events {
   /// What waits, in order, each event once; at most so many.
   [[nodiscard]] Result<std::vector<Event>> take(std::uint64_t token, std::size_t at_most = 1000);
   [[nodiscard]] bool has_subscribers() const;
+  /// The highest rate at which a subscriber wants states of runs [1/s]; 0 = nobody wants them.
+  [[nodiscard]] double run_rate() const;
 
   void publish(const document::Commit&);  ///< in the order of the commits
   void publish(const Message&);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Subscriptions of front ends: event.subscribe, event.take, event.unsubscribe.
 #include "ioci/core/commands.h"
+#include "ioci/simulation/run_pulse.h"
 
 namespace robomosp::ioci {
 namespace {
@@ -48,8 +49,10 @@ Result<Value> subscribe(CommandContext& ctx, const Map& args) {
   for (const Severity s : {Severity::debug, Severity::info, Severity::warning, Severity::error})
     if (to_string(s) == least) f.severity = s;
   f.most = static_cast<std::size_t>(integer(args, "most"));
+  f.rate = real(args, "rate");
   const std::uint64_t token = ctx.app.events.subscribe(std::move(f));
   ctx.app.keep_subscription(ctx.session, token);
+  ctx.app.kept<RunPulse>().wake();
   return Value(static_cast<std::int64_t>(token));
 }
 
@@ -108,7 +111,11 @@ RMP_COMMANDS(event_commands) {
                   defaulted("previews", "bool", "", true, "With the updates of gestures."),
                   choice("severity", {"info", "debug", "warning", "error"},
                          "Messages that are less severe are left out."),
-                  between(defaulted("most", "int", "", 256, "How many events wait."), 2, 1e6)},
+                  between(defaulted("most", "int", "", 256, "How many events wait."), 2, 1e6),
+                  between(defaulted("rate", "real", "1/s", kUsualRate,
+                                    "How often the state of a run that plays is an event; one that "
+                                    "waits is replaced by the next."),
+                          1e-3, kHighestRate)},
        .returns = {"int", "", "The subscription.", {}},
        .effect = Effect::reads,
        .run = subscribe});

@@ -8,6 +8,7 @@
 #include "ioci/core/commands.h"
 #include "ioci/recording/origins.h"
 #include "ioci/simulation/live_runs.h"
+#include "ioci/simulation/run_pulse.h"
 #include "spatial/pose.h"
 #include "spatial/rotation.h"
 
@@ -158,7 +159,9 @@ class Row {
   const std::vector<double>& values_;
 };
 
-Value state_of(const CommandContext& ctx, const LiveRunEntry& entry) {
+}  // namespace
+
+Map live_run_state(const Application& app, const LiveRunEntry& entry) {
   const sim::LiveRun::Shown s = entry.run->shown();
   const recording::Recording head = entry.run->head();
   const Row row(head, s.values);
@@ -171,8 +174,9 @@ Value state_of(const CommandContext& ctx, const LiveRunEntry& entry) {
           {"is_playing", s.speed != 0},
           {"is_over", s.is_over},
           {"is_complete", s.is_complete},
-          {"is_outdated", !is_same(*entry.snapshot(), *ctx.app.document.now(), subject)},
-          {"lag", s.lag}};
+          {"is_outdated", !is_same(*entry.snapshot(), *app.document.now(), subject)},
+          {"lag", s.lag},
+          {"restarts", static_cast<std::int64_t>(s.restarts)}};
   if (s.failure) out.set("error", s.failure->sentence());
   out.set("values", row.all());
   Map joints, objects;
@@ -191,18 +195,39 @@ Value state_of(const CommandContext& ctx, const LiveRunEntry& entry) {
   }
   out.set("joints", std::move(joints));
   out.set("objects", std::move(objects));
-  return Value(std::move(out));
+  return out;
 }
+
+Result<Map> live_run_rows(const LiveRunEntry& entry, std::size_t from,
+                          std::optional<std::size_t> restarts, std::size_t most, std::size_t values,
+                          std::span<const std::string> columns) {
+  const std::size_t width = std::max<std::size_t>(1, entry.run->head().columns.size());
+  most = std::min(most, std::max<std::size_t>(1, values / width));
+  RMP_TRY_ASSIGN(auto piece, entry.run->piece(from, restarts, most, columns));
+  Map table;
+  std::size_t rows = 0;
+  for (auto& c : piece.columns) {
+    rows = c.values.size();
+    table.set(c.name, NumericArray(std::move(c.values)));
+  }
+  return Map{{"from", static_cast<std::int64_t>(piece.from + 1)},
+             {"count", static_cast<std::int64_t>(rows)},
+             {"rows", static_cast<std::int64_t>(piece.recorded)},
+             {"restarts", static_cast<std::int64_t>(piece.restarts)},
+             {"columns", std::move(table)}};
+}
+
+namespace {
 
 /// What the run's outcome is worth: its state, or the error.
 Result<Value> answer(CommandContext& ctx, const Map& args, Result<void> done) {
   const LiveRunPtr run = entry_of(ctx, args);
   const LiveRunEntry& entry = *run;
   if (!done.ok()) return std::move(done).error().in("run " + text::quote(entry.title));
-  Value state = state_of(ctx, entry);
-  if (ctx.app.events.has_subscribers())
-    ctx.app.events.publish(RunState{args.find("id")->as_handle()->number, *state.as_map()});
-  return state;
+  Map state = live_run_state(ctx.app, entry);
+  if (ctx.app.events.run_rate() > 0)
+    ctx.app.events.publish(RunState{.run = args.find("id")->as_handle()->number, .state = state});
+  return Value(std::move(state));
 }
 
 Result<Value> start(CommandContext& ctx, const Map& args) {
@@ -265,6 +290,7 @@ Result<Value> play(CommandContext& ctx, const Map& args) {
     return error(ErrorCode::invalid_argument, "a speed of " + given.text() + " does not play",
                  "run.pause stops the time; a negative speed runs backwards.", "speed");
   entry_of(ctx, args)->run->play(speed);
+  ctx.app.kept<RunPulse>().wake();
   return answer(ctx, args, {});
 }
 
@@ -274,7 +300,7 @@ Result<Value> stop(CommandContext& ctx, const Map& args) {
 }
 
 Result<Value> state(CommandContext& ctx, const Map& args) {
-  return state_of(ctx, *entry_of(ctx, args));
+  return Value(live_run_state(ctx.app, *entry_of(ctx, args)));
 }
 
 Result<Value> recording(CommandContext& ctx, const Map& args) {
@@ -284,6 +310,20 @@ Result<Value> recording(CommandContext& ctx, const Map& args) {
       "it is of a live run, which goes on with run:refresh() or begins again with "
       "run:reset()");
   return Value(Handle{"recording", number});
+}
+
+Result<Value> rows(CommandContext& ctx, const Map& args) {
+  const LiveRunPtr run = entry_of(ctx, args);
+  std::vector<std::string> names;
+  if (const Value* given = args.find("columns"); given && given->as_list())
+    for (const Value& v : *given->as_list())
+      names.push_back(v.as_string() ? *v.as_string() : v.text());
+  std::optional<std::size_t> restarts;
+  if (has(args, "restarts")) restarts = static_cast<std::size_t>(integer(args, "restarts"));
+  RMP_TRY_ASSIGN(Map out, live_run_rows(*run, static_cast<std::size_t>(integer(args, "from") - 1),
+                                        restarts, static_cast<std::size_t>(integer(args, "most")),
+                                        kMostRunValues, names));
+  return Value(std::move(out));
 }
 
 Result<Value> remove(CommandContext& ctx, const Map& args) {
@@ -336,6 +376,7 @@ RMP_COMMANDS(run_commands) {
        field("is_complete", "bool", "", "Nothing is left to compute."),
        field("is_outdated", "bool", "", "The world was edited since; run.refresh takes it over."),
        field("lag", "real", "s", "How far the simulation is behind the clock."),
+       field("restarts", "int", "", "How often it began, or went on with an edited world."),
        field("error", "string", "", "Why it could not go on; absent when it could."),
        field("values", "map", "", "The row: numbers by the columns' names."),
        field("joints", "map", "", "Joint values by robot."),
@@ -420,6 +461,31 @@ RMP_COMMANDS(run_commands) {
   add("run.state", "Reports what a run shows.", "",
       with_fall("assert(fall:state().values[\"box.z\"] == 0.5)"), {self("run")}, shown,
       Effect::reads, state);
+  add("run.rows", "Gives rows that a run has recorded, from one on.",
+      "So a client follows a run as it grows: it asks from its last row + 1 on, with the restarts "
+      "that the answer before named. After run.refresh or run.reset rows are others; the answer "
+      "then begins at the first of these, and takes the place of what was there.",
+      with_fall("fall:seek(0.1)\nlocal r = fall:rows{columns = {\"time\", \"box.z\"}}\n"
+                "assert(r.count == 11 and #r.columns[\"box.z\"] == 11)\nfall:seek(0.2)\n"
+                "local more = fall:rows{from = 12, restarts = r.restarts}\n"
+                "assert(more.from == 12 and more.count == 10)"),
+      {self("run"),
+       between(defaulted("from", "int", "", 1, "The first row that is wanted, 1 = the first."), 1,
+               9e15),
+       between(optional("restarts", "int", "", "Of the rows that are known."), 0, 9e15),
+       between(
+           defaulted("most", "int", "", 10'000, "Rows at once, and no more than 1,000,000 values."),
+           1, static_cast<double>(kMostRunValues)),
+       optional("columns", "list", "", "Their names; all when left out.")},
+      {"map",
+       "",
+       "",
+       {field("from", "int", "", "The first row that is given."),
+        field("count", "int", "", "How many are given."),
+        field("rows", "int", "", "How many there are."),
+        field("restarts", "int", "", "For the next call."),
+        field("columns", "map", "", "Arrays by the columns' names, in SI units.")}},
+      Effect::reads, rows);
   add("run.recording", "Gives what a run has recorded so far, as a recording.",
       "The recording does not grow with the run.",
       with_fall("fall:seek(0.1)\nlocal r = fall:recording()\nassert(#r:values(\"time\") == 11)"),

@@ -7,6 +7,8 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -40,6 +42,9 @@ struct LiveRunEntry {
 };
 
 using LiveRunPtr = std::shared_ptr<LiveRunEntry>;
+
+/// What run.state gives. [any thread]
+[[nodiscard]] Map live_run_state(const Application&, const LiveRunEntry&);
 
 /// Run state, outside the document and its history. [any thread]
 class Runs {
@@ -77,6 +82,14 @@ struct LiveSource {
   sim::LiveRun::Source source;
   std::vector<std::pair<const char*, model::ProviderChoice>> asks;
 };
+
+/// Most values that run.rows gives at once: rows times columns.
+inline constexpr std::size_t kMostRunValues = 1'000'000;
+/// What run.rows gives. `from` counts from 0; `restarts`: see sim::LiveRun::piece. Of the rows, at
+/// most so many that they have `values` in all, but one. [any thread]
+[[nodiscard]] Result<Map> live_run_rows(const LiveRunEntry&, std::size_t from,
+                                        std::optional<std::size_t> restarts, std::size_t most,
+                                        std::size_t values, std::span<const std::string> columns);
 
 // From the checked arguments of the commands world.simulate_dynamics, robot.simulate and
 // world.simulate_physics. A source owns a snapshot; registry and derived values outlive it.
