@@ -798,6 +798,12 @@ bool Connection::push_runs(std::uint64_t number, const Subscription& s) {
     for (const auto& [run, sent] : rows_[number])
       if (sent.has_more) last.emplace(run, nullptr);
   for (const auto& [run, event] : last) {
+    if (!s.with_rows && event->left_out == 0) {
+      send_event(number, *hall_.state_texts.of(event->run, [&, e = event] {
+        return event_text(ioci::event_value(*e), Arrays::numbers);
+      }));
+      continue;
+    }
     Map params =
         event ? ioci::event_value(*event) : Map{{"topic", "run"}, {"id", Handle{"run", run}}};
     if (s.with_rows) send_rows(number, s, run, std::move(params));
@@ -840,17 +846,39 @@ void Connection::send_rows(std::uint64_t number, const Subscription& s, std::uin
   }
 }
 
-/// Sends one event of a subscription.
+std::string Connection::event_text(Map params, Arrays arrays) const {
+  std::string out;
+  append_json(
+      out, Value(std::move(params)),
+      [this](const Handle& h) { return hall_.app.name_of(h).value_or(""); }, arrays);
+  return out;
+}
+
 void Connection::send_event(std::uint64_t number, Map params, Arrays arrays) {
+  send_event(number, event_text(std::move(params), arrays));
+}
+
+/// Sends one event of a subscription, given as an object of JSON.
+void Connection::send_event(std::uint64_t number, std::string_view params) {
   std::string text = R"({"jsonrpc":"2.0","method":"event","params":{"subscription":)" +
                      std::to_string(number) + ",";
-  std::string own;
-  append_json(
-      own, Value(std::move(params)),
-      [this](const Handle& h) { return hall_.app.name_of(h).value_or(""); }, arrays);
-  text += std::string_view(own).substr(1);  // behind its opening brace
+  text += params.substr(1);  // behind its opening brace
   text += '}';
   send(std::move(text));
+}
+
+StateTexts::Text StateTexts::of(const std::shared_ptr<const ioci::RunState>& state,
+                                const std::function<std::string()>& make) {
+  {
+    const std::lock_guard lock(mutex_);
+    const auto at = last_.find(state->run);
+    if (at != last_.end() && at->second.first == state) return at->second.second;
+  }
+  const Text text = std::make_shared<const std::string>(make());
+  const std::lock_guard lock(mutex_);
+  if (last_.size() >= kMost) last_.clear();
+  last_[state->run] = {state, text};
+  return text;
 }
 
 void Connection::push_all() {

@@ -5,12 +5,14 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <asio/generic/stream_protocol.hpp>
@@ -27,6 +29,20 @@
 
 namespace robomosp::remote {
 
+/// States of runs as JSON, made once for all clients that follow a run. [any thread]
+class StateTexts {
+ public:
+  using Text = std::shared_ptr<const std::string>;
+  /// `make` when this state was not asked for yet.
+  Text of(const std::shared_ptr<const ioci::RunState>& state,
+          const std::function<std::string()>& make);
+
+ private:
+  static constexpr std::size_t kMost = 64;  ///< runs
+  std::mutex mutex_;
+  std::map<std::uint64_t, std::pair<std::shared_ptr<const ioci::RunState>, Text>> last_;
+};
+
 /// What connections share. It outlives them.
 struct Hall {
   ioci::Application& app;
@@ -42,6 +58,7 @@ struct Hall {
   std::atomic<std::uint64_t> too_large{0};
   /// A client started a job.
   std::function<void(std::uint64_t job)> job_started{};
+  StateTexts state_texts{};
 };
 
 /// One thread at a time reads; a command runs on the thread that read it, or on one that came free.
@@ -102,6 +119,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
   bool push_runs(std::uint64_t number, const Subscription& s);
   void send_rows(std::uint64_t number, const Subscription& s, std::uint64_t run, Map params);
   void send_event(std::uint64_t number, Map params, Arrays arrays = Arrays::numbers);
+  void send_event(std::uint64_t number, std::string_view params);
+  [[nodiscard]] std::string event_text(Map params, Arrays arrays) const;
   void flush_locked();
   void end_locked();
   void shut();

@@ -50,9 +50,12 @@ double load_seconds() {
   return given ? std::max(0.1, std::atof(given)) : 5;
 }
 
+pid_t g_server = -1;
+
 [[noreturn]] void fail(const std::string& what) {
   std::cerr << what << '\n';
-  std::exit(1);
+  if (g_server > 0) ::kill(g_server, SIGKILL);
+  std::_Exit(1);
 }
 
 /// A cell with sixty boxes that fall on a floor, for runs.
@@ -66,7 +69,7 @@ for i = 0, 59 do
   cell:add_object{what = "box", name = "box" .. i,
                   position = {-1 + 0.2 * (i % 10), -1 + 0.2 * (i // 10), 0.5}}
 end
-library.add("robot", "puma560")
+robot.load("robots/puma560.rbt")
 )";
 
 /// `robomosp serve` on a Unix socket and a port, until it is destroyed.
@@ -101,13 +104,14 @@ class Serving {
     ::posix_spawn_file_actions_addopen(&files, 1, "/dev/null", O_WRONLY, 0);
     if (::posix_spawn(&pid, program.c_str(), &files, nullptr, argv.data(), environ) != 0)
       fail("cannot start " + program);
+    g_server = pid;
     ::posix_spawn_file_actions_destroy(&files);
   }
   void stop() {
     if (pid <= 0) return;
     ::kill(pid, SIGTERM);
     ::waitpid(pid, nullptr, 0);
-    pid = -1;
+    pid = g_server = -1;
   }
   /// Resident memory [bytes].
   [[nodiscard]] double memory() const {
@@ -216,6 +220,20 @@ void show(benchmark::State& state, std::vector<double> times) {
   state.counters["max_us"] = at(1);
 }
 
+/// Boxes that fall, for as long as anybody looks.
+void play(Client& c, const std::string& speed) {
+  const std::string made = c.ask(
+      R"({"jsonrpc":"2.0","id":1,"method":"world.start_run","params":{"id":"cell","of":"physics",)"
+      R"("with":{"duration":10000}}})"
+      "\n");
+  const auto at = made.find(R"("result":)");
+  if (at == std::string::npos) fail(made);
+  const std::string run = made.substr(at + 9, made.size() - at - 10);
+  const std::string said = c.ask(R"({"jsonrpc":"2.0","id":1,"method":"run.play","params":{"id":)" +
+                                 run + R"(,"speed":)" + speed + "}}\n");
+  if (said.find(R"("result":)") == std::string::npos) fail(said);
+}
+
 // From the start of the program to its first answer (aim 100 ms), without a script.
 void start(benchmark::State& state) {
   Serving s;
@@ -284,10 +302,10 @@ void inverse_dynamics(benchmark::State& state) {
   std::vector<double> numbers(kStates * kJoints);
   const auto matrix = [&] {
     for (double& x : numbers) x = angle(random);
-    std::string out = R"({"base64":")";
+    std::string out = R"({"$array":{"shape":[10000,6],"base64":")";
     robomosp::base64::append(out, std::string_view(reinterpret_cast<const char*>(numbers.data()),
                                                    numbers.size() * sizeof(double)));
-    return out + R"(","shape":[10000,6]})";
+    return out + R"("}})";
   };
   const std::string request =
       R"({"jsonrpc":"2.0","id":1,"method":"robot.inverse_dynamics","arrays":"base64","params":{)"
@@ -306,17 +324,7 @@ void clients(benchmark::State& state) {
   Serving s;
   s.start();
   Client owner(s.socket);
-  if (state.range(1)) {
-    const std::string run = owner.ask(
-        R"({"jsonrpc":"2.0","id":1,"method":"world.start_run","params":{"id":"cell","of":"physics",)"
-        R"("with":{"duration":1e6}}})"
-        "\n");
-    const auto number = run.find("run#");
-    if (number == std::string::npos && run.find("result") == std::string::npos) fail(run);
-    owner.ask(
-        R"({"jsonrpc":"2.0","id":1,"method":"run.play","params":{"id":"cell: physics","speed":"max"}})"
-        "\n");
-  }
+  if (state.range(1)) play(owner, "\"max\"");
   std::vector<std::unique_ptr<Client>> all;
   const int epoll = ::epoll_create1(EPOLL_CLOEXEC);
   for (std::int64_t i = 0; i < state.range(0); ++i) {
@@ -391,10 +399,6 @@ void subscribers(benchmark::State& state) {
   Serving s;
   s.start();
   Client owner(s.socket);
-  owner.ask(
-      R"({"jsonrpc":"2.0","id":1,"method":"world.start_run","params":{"id":"cell","of":"physics",)"
-      R"("with":{"duration":1e6}}})"
-      "\n");
   std::vector<std::unique_ptr<Client>> all;
   std::vector<pollfd> fds;
   for (std::int64_t i = 0; i < state.range(0); ++i) {
@@ -402,8 +406,7 @@ void subscribers(benchmark::State& state) {
         std::make_unique<Client>(s.socket, R"(,"subscribe":{"topics":["run"],"rate":60})"));
     fds.push_back({all.back()->fd, POLLIN, 0});
   }
-  owner.ask(R"({"jsonrpc":"2.0","id":1,"method":"run.play","params":{"id":"cell: physics"}})"
-            "\n");
+  play(owner, "1");
   std::vector<double> gaps;
   double rate = 0, share = 0;
   for (auto _ : state) {
