@@ -120,18 +120,20 @@ struct Connection::Talk {
   static RpcOptions options(Connection& owner, Talk& self) {
     const Limits& limits = owner.hall_.options.limits;
     RpcOptions o;
-    o.evaluate = [&owner, &self, &limits](const std::string& code) -> Result<Map> {
-      if (!self.has_script) {
-        if (owner.hall_.scripts.fetch_add(1) >= limits.scripts) {
-          --owner.hall_.scripts;
-          return error(ErrorCode::conflict,
-                       std::to_string(limits.scripts) + " clients run scripts already",
-                       "Wait until one of them has gone.", "lua.eval");
+    // In a browser scripts need a token.
+    if (!owner.web_ || !self.rights.name.empty())
+      o.evaluate = [&owner, &self, &limits](const std::string& code) -> Result<Map> {
+        if (!self.has_script) {
+          if (owner.hall_.scripts.fetch_add(1) >= limits.scripts) {
+            --owner.hall_.scripts;
+            return error(ErrorCode::conflict,
+                         std::to_string(limits.scripts) + " clients run scripts already",
+                         "Wait until one of them has gone.", "lua.eval");
+          }
+          self.has_script = true;
         }
-        self.has_script = true;
-      }
-      return self.lua.eval(code);
-    };
+        return self.lua.eval(code);
+      };
     o.methods["server.subscribe"] = [&owner](const Map& p) { return owner.subscribe(p); };
     o.methods["server.unsubscribe"] = [&owner](const Map& p) { return owner.unsubscribe(p); };
     o.methods["server.hello"] = [](const Map&) -> Result<Value> {
@@ -203,7 +205,8 @@ Connection::Connection(Hall& hall, std::uint64_t number, Socket socket, std::str
       lines_(kLongestHello),
       last_in_(begin_.time_since_epoch().count()),
       last_out_(begin_.time_since_epoch().count()),
-      socket_(std::move(socket)) {
+      socket_(std::move(socket)),
+      goodbye_(kGoodbye) {
   if (tls) tls_ = std::make_unique<TlsStream>(std::move(tls));
 }
 
@@ -279,9 +282,10 @@ void Connection::on_readable() {
     if (is_over) return shut();
     if (static_cast<std::size_t>(got) < piece.size()) break;
   }
-  line_begin_ = lines_.is_within() ? (line_begin_.load() ? line_begin_.load()
-                                                         : Clock::now().time_since_epoch().count())
-                                   : 0;
+  line_begin_ =
+      lines_.is_within() || (web_ && web_->is_within())
+          ? (line_begin_.load() ? line_begin_.load() : Clock::now().time_since_epoch().count())
+          : 0;
   if (!go_on) return;
   if (has_talk_) {
     const Limits& limits = hall_.options.limits;
@@ -297,24 +301,52 @@ bool Connection::received(std::string_view plain) {
   if (is_first_ && !plain.empty()) {
     is_first_ = false;
     const auto first = static_cast<unsigned char>(plain.front());
+    // GET: no line of ours begins so.
+    if (hall_.web && first == 'G')
+      web_ = std::make_unique<WebDoor>(*hall_.web, tls_ != nullptr, kLongestHello);
     // A browser, TLS where there is none, or no text at all: nothing is said to that.
-    if (is_http(plain) || first < 0x09 || first == 0x16 || first >= 0x80) {
+    if (!web_ && (is_http(plain) || first < 0x09 || first == 0x16 || first >= 0x80)) {
       shut();
       return false;
     }
-    is_classic_ = first != '{' && first != '[';
+    is_classic_ = !web_ && first != '{' && first != '[';
   }
+  if (web_) return received_from_web(plain);
   return lines_.feed(
-      plain, [this](std::string_view text) { return line(text); },
-      [this] {
-        if (has_talk_) {
-          talk_->conversation.take_too_long();
-          return true;
-        }
-        return refuse(
-            RpcServer::failure({}, error(ErrorCode::permission, "the first line is too long")),
-            "the first line is too long");
-      });
+      plain, [this](std::string_view text) { return line(text); }, [this] { return too_long(); });
+}
+
+bool Connection::received_from_web(std::string_view plain) {
+  const bool go_on =
+      web_->feed(plain, {.line = [this](std::string_view text) { return line(text); },
+                         .too_long = [this] { return too_long(); },
+                         .send =
+                             [this](std::string bytes) {
+                               // Who sends pings and reads nothing gets no more pongs.
+                               if (unread() < hall_.options.limits.unread)
+                                 send_bytes(std::move(bytes));
+                             }});
+  if (go_on) {
+    is_web_ = web_->is_socket();
+    return true;
+  }
+  if (is_closing_) return false;  // what runs is answered first
+  is_closing_ = true;
+  const std::lock_guard lock(mutex_);
+  // A page may be read slowly; of a WebSocket the last frame was sent.
+  if (!is_web_.exchange(false))
+    goodbye_ = std::chrono::seconds(static_cast<std::int64_t>(hall_.options.limits.unread_seconds));
+  end_locked();
+  return false;
+}
+
+bool Connection::too_long() {
+  if (has_talk_) {
+    talk_->conversation.take_too_long();
+    return true;
+  }
+  return refuse(RpcServer::failure({}, error(ErrorCode::permission, "the first line is too long")),
+                "the first line is too long");
 }
 
 bool Connection::line(std::string_view text) {
@@ -434,6 +466,8 @@ bool Connection::admit(const std::string& secret, const std::string& client, Val
                   std::string(to_string(e.code)));
   };
   Rights rights = hall_.options.without_token;
+  // Whoever looks over the shoulder of a browser may look only.
+  if (web_) rights.effects = Effect::reads, rights.commands.clear();
   if (!secret.empty()) {
     auto token = hall_.tokens.find(secret);
     if (!token.ok()) return say_no(token.error());
@@ -450,6 +484,7 @@ bool Connection::admit(const std::string& secret, const std::string& client, Val
   talk_ = std::make_unique<Talk>(*this, hall_.app, name, std::move(rights));
   talk_->client = client;
   lines_.set_longest(hall_.options.limits.line);
+  if (web_) web_->set_longest(hall_.options.limits.line);
   {
     const std::lock_guard lock(mutex_);
     refilled_ = Clock::now();
@@ -485,6 +520,7 @@ bool Connection::admit(const std::string& secret, const std::string& client, Val
              {"session", static_cast<std::int64_t>(hall_.app.author(talk_->session).session)},
              {"effects", std::move(effects)},
              {"commands", std::move(commands)},
+             {"scripts", !web_ || !talk_->rights.name.empty()},
              {"limits", std::move(limits)}};
   if (!talk_->rights.name.empty()) result.append("token", talk_->rights.name);
   if (!talk_->rights.folder.empty()) result.append("folder", talk_->rights.folder.string());
@@ -568,9 +604,14 @@ std::size_t Connection::unread() const {
 }
 
 void Connection::send(std::string text) {
-  text += '\n';
+  if (is_web_) text = websocket_text(text);
+  else text += '\n';
+  send_bytes(std::move(text));
+}
+
+void Connection::send_bytes(std::string text) {
   const std::lock_guard lock(mutex_);
-  if (is_shut_) return;
+  if (is_shut_ || is_ending_) return;
   if (tls_) {
     (void)tls_->write(text);
     out_ += tls_->output();
@@ -913,6 +954,11 @@ void Connection::end_locked() {
   if (is_shut_ || is_ending_) return;
   is_ending_ = true;
   if (closing_since_ == Clock::time_point()) closing_since_ = Clock::now();
+  if (is_web_.exchange(false)) {
+    const std::string last = websocket_close(WebSocketEnd::leaving, "");
+    if (tls_) (void)tls_->write(last);
+    else out_ += last;
+  }
   if (tls_) {
     tls_->close();
     out_ += tls_->output();
@@ -941,15 +987,17 @@ void Connection::look(Clock::time_point now) {
   const auto seconds = [](std::uint64_t s) {
     return std::chrono::seconds(static_cast<std::int64_t>(s));
   };
-  bool is_over = false;
+  bool is_over = false, is_ending = false;
   {
     const std::lock_guard lock(mutex_);
     if (is_shut_) return;
-    is_over = (closing_since_ != Clock::time_point() && now - closing_since_ > kGoodbye) ||
+    is_ending = is_ending_;
+    is_over = (closing_since_ != Clock::time_point() && now - closing_since_ > goodbye_) ||
               (stuck_since_ != Clock::time_point() &&
                now - stuck_since_ > seconds(limits.unread_seconds));
   }
   if (is_over) return shut();
+  if (is_ending) return;
   if (!has_talk_) {
     if (now - begin_ > seconds(limits.hello_seconds)) shut();
     return;
@@ -994,7 +1042,7 @@ ClientInfo Connection::info() const {
     i.name = talk_->client;
     i.token = talk_->rights.name;
     i.session = talk_->session.number();
-    i.protocol = is_classic_ ? "classic" : "json";
+    i.protocol = is_classic_ ? "classic" : web_ ? "websocket" : "json";
     i.waiting = talk_->conversation.waiting();
   }
   return i;

@@ -26,6 +26,7 @@
 #include "remote/rpc.h"
 #include "remote/server.h"
 #include "remote/tls.h"
+#include "remote/web.h"
 
 namespace robomosp::remote {
 
@@ -49,6 +50,7 @@ struct Hall {
   Reactor& reactor;
   const ServerOptions& options;
   const Tokens& tokens;
+  const WebRules* web = nullptr;  ///< null: browsers are not let in
   /// Adds a line to the audit file, if there is one.
   std::function<void(Map line)> audit;
   std::function<void(std::uint64_t number)> gone;
@@ -106,6 +108,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void wait_readable();
   void on_readable();
   bool received(std::string_view plain);
+  bool received_from_web(std::string_view plain);
+  bool too_long();
   bool line(std::string_view text);
   bool hello(std::string_view text);
   bool hello_classic(std::string_view text);
@@ -114,6 +118,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
 
   void drain();
   void send(std::string text);
+  void send_bytes(std::string bytes);
   void push(std::uint64_t number);
   void push_all();
   bool push_runs(std::uint64_t number, const Subscription& s);
@@ -134,11 +139,14 @@ class Connection : public std::enable_shared_from_this<Connection> {
   const std::string peer_;
   const bool needs_token_;
   const Clock::time_point begin_ = Clock::now();
-  Lines lines_;                 ///< the reader's
-  bool is_first_ = true;        ///< the reader's: no byte came yet
-  bool is_classic_ = false;     ///< the reader's
+  Lines lines_;              ///< the reader's
+  bool is_first_ = true;     ///< the reader's: no byte came yet
+  bool is_classic_ = false;  ///< the reader's
+  /// Made with the first byte of a browser, on the reader's thread; then it stays.
+  std::unique_ptr<WebDoor> web_;
   std::unique_ptr<Talk> talk_;  ///< made by hello, on the reader's thread; then it stays
   std::atomic<bool> has_talk_{false};
+  std::atomic<bool> is_web_{false};  ///< lines are sent as frames of a WebSocket
   std::atomic<bool> is_draining_{false};
   std::atomic<bool> is_closing_{false};
   std::atomic<bool> is_told_{false};     ///< by close(), why
@@ -160,6 +168,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   bool waits_writable_ = false, is_shut_ = false;
   bool is_ending_ = false;  ///< it is shut when all was sent
   Clock::time_point closing_since_{};
+  Clock::duration goodbye_;          ///< how long the client has then
   Clock::time_point stuck_since_{};  ///< when the peer last took something, while it has to
   std::map<std::uint64_t, Subscription> subscriptions_;
   std::uint64_t next_subscription_ = 1;

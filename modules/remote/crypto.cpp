@@ -8,6 +8,16 @@
 #include <array>
 
 namespace robomosp::remote {
+namespace {
+
+std::string digest(std::string_view text, const EVP_MD* kind) {
+  std::array<unsigned char, EVP_MAX_MD_SIZE> bytes{};
+  unsigned size = 0;
+  if (EVP_Digest(text.data(), text.size(), bytes.data(), &size, kind, nullptr) != 1) return {};
+  return {reinterpret_cast<const char*>(bytes.data()), size};
+}
+
+}  // namespace
 
 Result<std::string> random_secret() {
   std::array<unsigned char, 32> bytes{};
@@ -27,18 +37,18 @@ Result<std::string> random_secret() {
 }
 
 std::string sha256(std::string_view text) {
-  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
-  unsigned size = 0;
-  if (EVP_Digest(text.data(), text.size(), digest.data(), &size, EVP_sha256(), nullptr) != 1)
-    return {};
   static constexpr std::string_view kHex = "0123456789abcdef";
   std::string out;
-  for (unsigned i = 0; i < size; ++i) {
-    out += kHex[digest[i] >> 4U];
-    out += kHex[digest[i] & 15U];
+  for (const char c : sha256_bytes(text)) {
+    const auto byte = static_cast<unsigned char>(c);
+    out += kHex[byte >> 4U];
+    out += kHex[byte & 15U];
   }
   return out;
 }
+
+std::string sha256_bytes(std::string_view text) { return digest(text, EVP_sha256()); }
+std::string sha1_bytes(std::string_view text) { return digest(text, EVP_sha1()); }
 
 bool equal_in_constant_time(std::string_view a, std::string_view b) {
   return a.size() == b.size() && CRYPTO_memcmp(a.data(), b.data(), a.size()) == 0;

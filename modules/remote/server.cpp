@@ -31,6 +31,7 @@
 #include "remote/json.h"
 #include "remote/reactor.h"
 #include "remote/tls.h"
+#include "remote/web.h"
 
 namespace robomosp::remote {
 namespace {
@@ -109,6 +110,7 @@ class Server::Impl {
               .reactor = reactor_,
               .options = options_,
               .tokens = tokens_,
+              .web = nullptr,
               .audit = {},
               .gone = [this](std::uint64_t n) { gone(n); },
               .instance = {}},
@@ -128,6 +130,13 @@ class Server::Impl {
         return error(ErrorCode::permission,
                      a.text() + " can be reached from other machines, so the server needs TLS",
                      "Give a certificate and its key, or listen on 127.0.0.1.");
+    if (options_.browser) {
+      RMP_TRY_ASSIGN(web_, WebRules::make(options_.origins, options_.addresses));
+      hall_.web = &*web_;
+    } else if (!options_.origins.empty()) {
+      return error(ErrorCode::invalid_argument, "origins are of pages, and browsers are not let in",
+                   "Start it with browser = true, or leave origins out.", "origins");
+    }
     if (!options_.audit.empty()) {
       RMP_TRY_ASSIGN(std::shared_ptr<AuditFile> file, AuditFile::open(options_.audit));
       hall_.audit = [this, file](Map line) {
@@ -421,6 +430,7 @@ class Server::Impl {
   const ServerOptions options_;
   Tokens tokens_;
   std::shared_ptr<TlsContext> tls_;
+  std::optional<WebRules> web_;
   std::atomic<bool> is_stopping_{false}, told_audit_{false}, told_accept_{false}, told_full_{false};
   mutable std::mutex mutex_;
   std::vector<std::shared_ptr<Door>> doors_;                          // guarded by mutex_

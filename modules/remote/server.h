@@ -32,7 +32,9 @@ struct ServerOptions {
   bool tls_everywhere = false;             ///< also on addresses of this machine
   Rights without_token;                    ///< of who needs none
   Limits limits;
-  std::filesystem::path audit;  ///< a line a request is added; empty = none
+  bool browser = false;              ///< serves the page, and WebSockets, on the same ports
+  std::vector<std::string> origins;  ///< of pages from elsewhere that may connect
+  std::filesystem::path audit;       ///< a line a request is added; empty = none
 };
 
 struct ClientInfo {
@@ -41,7 +43,7 @@ struct ClientInfo {
   std::string name;           ///< as it says
   std::string token;          ///< "" = without
   std::string peer;           ///< "127.0.0.1:51234", "unix"
-  std::string protocol;       ///< "json", "classic", "" before hello
+  std::string protocol;       ///< "json", "classic", "websocket", "" before hello
   bool has_tls = false;
   double seconds = 0;  ///< since it connected
   std::uint64_t requests = 0, bytes_in = 0, bytes_out = 0;

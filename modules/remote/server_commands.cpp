@@ -75,9 +75,13 @@ Map server_value(const Server& server) {
   List addresses;
   for (const Address& a : server.addresses()) addresses.emplace_back(a.text());
   const ServerOptions& o = server.options();
-  return Map{{"addresses", std::move(addresses)},  {"has_tls", !o.certificate.empty()},
-             {"needs_token", o.needs_token},       {"token_file", server.tokens_file().string()},
-             {"clients", server.clients().size()}, {"threads", server.threads()},
+  return Map{{"addresses", std::move(addresses)},
+             {"has_tls", !o.certificate.empty()},
+             {"needs_token", o.needs_token},
+             {"browser", o.browser},
+             {"token_file", server.tokens_file().string()},
+             {"clients", server.clients().size()},
+             {"threads", server.threads()},
              {"limits", limits_value(o.limits)}};
 }
 
@@ -93,6 +97,8 @@ Result<Value> start(CommandContext& ctx, const Map& args) {
   o.tls_everywhere = flag(args, "tls_everywhere");
   o.token_file = path_of(args, "token_file");
   o.needs_token = flag(args, "needs_token");
+  o.browser = flag(args, "browser");
+  RMP_TRY_ASSIGN(o.origins, words(args, "origins"));
   o.audit = path_of(args, "audit");
   if (!o.certificate.empty() || !o.key.empty()) RMP_TRY(require(Effect::files_read));
   if (!o.audit.empty()) RMP_TRY(require(Effect::files_write));
@@ -232,6 +238,7 @@ std::vector<ParamSpec> server_fields() {
   return {field("addresses", "list", "", "Where it listens, with the ports that were chosen."),
           field("has_tls", "bool", "", "Whether it has a certificate."),
           field("needs_token", "bool", "", "Whether clients of this machine need a token, too."),
+          field("browser", "bool", "", "Whether it gives browsers its page."),
           field("token_file", "string", "", "Where its tokens are kept."),
           field("clients", "int", "", "Connections that are there."),
           field("threads", "int", "", "Threads that serve them."),
@@ -267,6 +274,12 @@ RMP_COMMANDS(server_commands) {
                            "Where who has no token reads and writes files; left out: anywhere."),
                   optional("limits", "map", "",
                            "Limits by name, such as {seconds = 60}; server.status shows all."),
+                  defaulted("browser", "bool", "", false,
+                            "Browsers are let in, too: a page at the same address shows the world, "
+                            "and WebSockets carry the protocol. Without a token they only look."),
+                  optional("origins", "any", "",
+                           "A text or a list of texts: pages from elsewhere that may connect, such "
+                           "as https://robots.example, which is also a name of this server."),
                   optional("audit", "path", "",
                            "File to which a line of JSON is added for each request.")},
        .returns = {"map", "", "The server.", server_fields()},
@@ -293,30 +306,30 @@ RMP_COMMANDS(server_commands) {
                  .returns = {"map", "", "The server.", std::move(fields)},
                  .effect = Effect::administers,
                  .run = status});
-  all.push_back(
-      {.name = "server.clients",
-       .classic = "",
-       .summary = "Lists the connections.",
-       .details = "",
-       .example = "assert(#server.clients() == 0)",
-       .params = {},
-       .returns = {"list",
-                   "",
-                   "One entry for each.",
-                   {field("number", "int", "", "For server.kick."),
-                    field("session", "int", "", "Under which its changes appear."),
-                    field("name", "string", "", "As the client calls itself."),
-                    field("token", "string", "", "Name of its token."),
-                    field("peer", "string", "", "Where it comes from."),
-                    field("protocol", "string", "", "json or classic; empty before its hello."),
-                    field("has_tls", "bool", "", "Whether it is encrypted."),
-                    field("seconds", "real", "s", "Since it connected."),
-                    field("requests", "int", "", "That it sent."),
-                    field("bytes_in", "int", "", "That came from it."),
-                    field("bytes_out", "int", "", "That were sent to it."),
-                    field("waiting", "int", "", "Requests that wait their turn.")}},
-       .effect = Effect::administers,
-       .run = clients});
+  all.push_back({.name = "server.clients",
+                 .classic = "",
+                 .summary = "Lists the connections.",
+                 .details = "",
+                 .example = "assert(#server.clients() == 0)",
+                 .params = {},
+                 .returns = {"list",
+                             "",
+                             "One entry for each.",
+                             {field("number", "int", "", "For server.kick."),
+                              field("session", "int", "", "Under which its changes appear."),
+                              field("name", "string", "", "As the client calls itself."),
+                              field("token", "string", "", "Name of its token."),
+                              field("peer", "string", "", "Where it comes from."),
+                              field("protocol", "string", "",
+                                    "json, classic or websocket; empty before its hello."),
+                              field("has_tls", "bool", "", "Whether it is encrypted."),
+                              field("seconds", "real", "s", "Since it connected."),
+                              field("requests", "int", "", "That it sent."),
+                              field("bytes_in", "int", "", "That came from it."),
+                              field("bytes_out", "int", "", "That were sent to it."),
+                              field("waiting", "int", "", "Requests that wait their turn.")}},
+                 .effect = Effect::administers,
+                 .run = clients});
   all.push_back({.name = "server.kick",
                  .classic = "",
                  .summary = "Closes a connection.",

@@ -4,7 +4,12 @@
 #pragma once
 
 #include <cstddef>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <robomosp/sdk/progress.h>
@@ -51,6 +56,32 @@ struct ReplayData {
 /// screen shows keep the least and the greatest of each run of samples.
 [[nodiscard]] Result<ReplayData> replay_data(const render::Scene&, const Playback&,
                                              const ReplayRequest&, Progress&);
+
+/// A scene that stands still, for a page that follows it: what changes seldom, which has a
+/// fingerprint, and apart from it the poses. The page keeps meshes by their keys, so that an edit
+/// sends what it changed.
+struct SceneData {
+  std::string shape;          ///< fingerprint of all but the poses
+  std::string header, bytes;  ///< as of ReplayData, of one frame; items and triads without places
+  std::vector<double> poses;  ///< x, y, z [m], qw, qx, qy, qz of each item of the header, then of
+                              ///< each triad
+};
+
+/// Keys of meshes by their content, kept as long as the meshes. [any thread]
+class MeshKeys {
+ public:
+  [[nodiscard]] std::string of(const std::shared_ptr<const Mesh>& mesh);
+
+ private:
+  std::mutex mutex_;
+  std::map<std::weak_ptr<const Mesh>, std::string, std::owner_less<>> keys_;  // guarded by mutex_
+  std::size_t cleaned_ = 64;  ///< so many are kept before those of meshes that are gone are dropped
+};
+
+/// Packs a scene. Header and bytes are empty when the shape is `known`; meshes with a key in `kept`
+/// are listed without their numbers.
+[[nodiscard]] SceneData scene_data(const render::Scene&, const render::Camera&, MeshKeys&,
+                                   std::string_view known, const std::set<std::string>& kept);
 
 /// The page of packed data: markup, style, scripts, data; it loads nothing from anywhere.
 /// `is_watched`: it reads itself again every other second, and goes on where it was.

@@ -4,10 +4,15 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <span>
+#include <string>
+#include <string_view>
+#include <type_traits>
 #include <unordered_map>
 #include <utility>
 
+#include "kernel/fingerprint.h"
 #include "kernel/text.h"
 #include "scene/json_text.h"
 #include "scene/replay.h"
@@ -74,7 +79,9 @@ std::array<double, 2> on_octahedron(double x, double y, double z) {
   return {(1 - std::abs(v)) * (u < 0 ? -1 : 1), (1 - std::abs(u)) * (v < 0 ? -1 : 1)};
 }
 
-std::string pack_mesh(Packer& out, const Mesh& mesh) {
+/// The numbers of a mesh go to `out`, if there is one; its description is the result. A mesh that
+/// pages keep has a key.
+std::string pack_mesh(Packer* out, const Mesh& mesh, const std::string& key = {}) {
   constexpr double kInf = std::numeric_limits<double>::infinity();
   Vec3 low{kInf, kInf, kInf}, high{-kInf, -kInf, -kInf}, step{};
   for (const auto* list : {&mesh.positions, &mesh.edge_points})
@@ -87,27 +94,32 @@ std::string pack_mesh(Packer& out, const Mesh& mesh) {
     step[axis] = (high[axis] - low[axis]) / kMeshSteps;
     if (!(step[axis] > 0)) step[axis] = 1;
   }
-  pack_places(out, mesh.positions, low, step);
-  std::vector<std::int64_t> u, v;
-  for (std::size_t i = 0; i < mesh.vertex_count(); ++i) {
-    const auto n = [&](std::size_t axis) {
-      return 3 * i + axis < mesh.normals.size() ? static_cast<double>(mesh.normals[3 * i + axis])
-                                                : (axis == 2 ? 1.0 : 0.0);
-    };
-    const auto folded = on_octahedron(n(0), n(1), n(2));
-    u.push_back(nearest(kNormalSteps * folded[0]));
-    v.push_back(nearest(kNormalSteps * folded[1]));
+  if (out) {
+    pack_places(*out, mesh.positions, low, step);
+    std::vector<std::int64_t> u, v;
+    for (std::size_t i = 0; i < mesh.vertex_count(); ++i) {
+      const auto n = [&](std::size_t axis) {
+        return 3 * i + axis < mesh.normals.size() ? static_cast<double>(mesh.normals[3 * i + axis])
+                                                  : (axis == 2 ? 1.0 : 0.0);
+      };
+      const auto folded = on_octahedron(n(0), n(1), n(2));
+      u.push_back(nearest(kNormalSteps * folded[0]));
+      v.push_back(nearest(kNormalSteps * folded[1]));
+    }
+    out->steps(u);
+    out->steps(v);
+    out->steps(std::vector<std::int64_t>(mesh.triangles.begin(), mesh.triangles.end()));
+    for (const std::uint32_t size : mesh.edge_sizes) out->whole(size);
+    pack_places(*out, mesh.edge_points, low, step);
   }
-  out.steps(u);
-  out.steps(v);
-  out.steps(std::vector<std::int64_t>(mesh.triangles.begin(), mesh.triangles.end()));
-  for (const std::uint32_t size : mesh.edge_sizes) out.whole(size);
-  pack_places(out, mesh.edge_points, low, step);
-  return json::object({{"vertices", json::whole(mesh.vertex_count())},
-                       {"triangles", json::whole(mesh.triangle_count())},
-                       {"polylines", json::whole(mesh.edge_sizes.size())},
-                       {"low", json::numbers(low)},
-                       {"step", json::numbers(step)}});
+  std::vector<json::Field> fields{{"vertices", json::whole(mesh.vertex_count())},
+                                  {"triangles", json::whole(mesh.triangle_count())},
+                                  {"polylines", json::whole(mesh.edge_sizes.size())},
+                                  {"low", json::numbers(low)},
+                                  {"step", json::numbers(step)}};
+  if (!key.empty()) fields.push_back({"key", json::text(key)});
+  if (!out) fields.push_back({"kept", "true"});
+  return json::object(fields);
 }
 
 bool is_drawable(const render::Item& item) {
@@ -162,6 +174,29 @@ std::string camera(const render::Camera& c) {
     fields.push_back({"target", json::numbers(*c.target)});
   }
   return json::object(fields);
+}
+
+/// What an item is, without its place.
+std::vector<json::Field> described(const render::Item& item, std::size_t mesh) {
+  const render::Appearance& a = item.appearance;
+  return {{"name", json::text(item.name)},
+          {"mesh", json::whole(mesh)},
+          {"colour", colour(a.colour, 4)},
+          {"emission", colour(a.emission, 3)},
+          {"shininess", json::number(static_cast<double>(a.shininess), 3)},
+          {"metalness", json::number(static_cast<double>(a.metalness), 3)}};
+}
+
+std::string pack_line(Packer& out, const render::Line& line, double position_step) {
+  std::vector<std::int64_t> values(line.points.size());
+  for (std::size_t k = 0; k < 3; ++k) {
+    for (std::size_t i = 0; i < values.size(); ++i)
+      values[i] = nearest(line.points[i][k] / position_step);
+    out.bends(values);
+  }
+  return json::object({{"points", json::whole(line.points.size())},
+                       {"colour", colour(line.colour, 4)},
+                       {"width", json::number(static_cast<double>(line.width), 3)}});
 }
 
 /// Rows of a long table that stand for all: of every run of rows, the two where a column has its
@@ -310,33 +345,17 @@ Result<ReplayData> replay_data(const render::Scene& scene, const Playback& playb
   for (const render::Item& item : scene.items) {
     if (!is_drawable(item)) continue;
     const auto [at, is_new] = mesh_of.try_emplace(item.mesh.get(), meshes.size());
-    if (is_new) meshes.push_back(pack_mesh(out, *item.mesh));
-    const render::Appearance& a = item.appearance;
-    items.push_back(
-        json::object({{"name", json::text(item.name)},
-                      {"mesh", json::whole(at->second)},
-                      place(item.id, item.pose),
-                      {"colour", colour(a.colour, 4)},
-                      {"emission", colour(a.emission, 3)},
-                      {"shininess", json::number(static_cast<double>(a.shininess), 3)},
-                      {"metalness", json::number(static_cast<double>(a.metalness), 3)}}));
+    if (is_new) meshes.push_back(pack_mesh(&out, *item.mesh));
+    std::vector<json::Field> fields = described(item, at->second);
+    fields.push_back(place(item.id, item.pose));
+    items.push_back(json::object(fields));
   }
   RMP_TRY(pack_tracks(out, playback, frames, position_step, progress));
   for (const render::Triad& t : scene.triads)
     triads.push_back(json::object({{"label", json::text(t.label)},
                                    {"length", json::number(t.length, 4)},
                                    place(t.id, t.pose)}));
-  for (const render::Line& line : scene.lines) {
-    std::vector<std::int64_t> values(line.points.size());
-    for (std::size_t k = 0; k < 3; ++k) {
-      for (std::size_t i = 0; i < values.size(); ++i)
-        values[i] = nearest(line.points[i][k] / position_step);
-      out.bends(values);
-    }
-    lines.push_back(json::object({{"points", json::whole(line.points.size())},
-                                  {"colour", colour(line.colour, 4)},
-                                  {"width", json::number(static_cast<double>(line.width), 3)}}));
-  }
+  for (const render::Line& line : scene.lines) lines.push_back(pack_line(out, line, position_step));
   for (const render::Light& l : scene.lights) lights.push_back(light(l));
   const Thinning thinning(playback.times.size());
   std::vector<std::int64_t> ticks;
@@ -368,6 +387,96 @@ Result<ReplayData> replay_data(const render::Scene& scene, const Playback& playb
   data.frames = frames.count;
   data.step = frames.step;
   data.position_step = position_step;
+  return data;
+}
+
+std::string MeshKeys::of(const std::shared_ptr<const Mesh>& mesh) {
+  const std::lock_guard lock(mutex_);
+  if (const auto at = keys_.find(mesh); at != keys_.end()) return at->second;
+  if (keys_.size() >= cleaned_) {
+    std::erase_if(keys_, [](const auto& entry) { return entry.first.expired(); });
+    cleaned_ = std::max<std::size_t>(64, 2 * keys_.size());
+  }
+  Fingerprinter print("shown mesh/1");
+  const auto add = [&print](const auto& numbers) {
+    using Number = typename std::decay_t<decltype(numbers)>::value_type;
+    print.add(std::string_view(reinterpret_cast<const char*>(numbers.data()),
+                               numbers.size() * sizeof(Number)));
+  };
+  add(mesh->positions);
+  add(mesh->normals);
+  add(mesh->triangles);
+  add(mesh->edge_points);
+  add(mesh->edge_sizes);
+  return keys_.emplace(mesh, print.finish().hex()).first->second;
+}
+
+SceneData scene_data(const render::Scene& scene, const render::Camera& view, MeshKeys& keys,
+                     std::string_view known, const std::set<std::string>& kept) {
+  SceneData data;
+  const auto add_pose = [&data](const Pose& pose) {
+    const auto numbers = numbers_of(pose);
+    data.poses.insert(data.poses.end(), numbers.begin(), numbers.end());
+  };
+  std::vector<std::string> items, triads, lines, lights, meshes;
+  std::vector<const Mesh*> order;
+  std::vector<std::string> key_of;
+  std::unordered_map<const Mesh*, std::size_t> mesh_of;
+  for (const render::Item& item : scene.items) {
+    if (!is_drawable(item)) continue;
+    const auto [at, is_new] = mesh_of.try_emplace(item.mesh.get(), order.size());
+    if (is_new) {
+      order.push_back(item.mesh.get());
+      key_of.push_back(keys.of(item.mesh));
+    }
+    items.push_back(json::object(described(item, at->second)));
+    add_pose(item.pose);
+  }
+  for (const render::Triad& t : scene.triads) {
+    triads.push_back(
+        json::object({{"label", json::text(t.label)}, {"length", json::number(t.length, 4)}}));
+    add_pose(t.pose);
+  }
+  // Lines do not move, so that their step does not either.
+  double size = 0;
+  for (const render::Line& line : scene.lines)
+    for (const Vec3& p : line.points)
+      for (const double x : p) size = std::max(size, std::abs(x));
+  const double position_step = (size > 0 ? size : 1.0) / 65536;
+  Packer points;
+  for (const render::Line& line : scene.lines)
+    lines.push_back(pack_line(points, line, position_step));
+  for (const render::Light& l : scene.lights) lights.push_back(light(l));
+  const std::string packed = points.take();
+  Fingerprinter print("shown scene/1");
+  for (const auto* list : {&items, &triads, &lines, &lights, &key_of}) {
+    print.add(list->size());
+    for (const std::string& text : *list) print.add(text);
+  }
+  print.add(packed).add(camera(view));
+  data.shape = print.finish().hex();
+  if (data.shape == known) return data;
+  Packer out;
+  for (std::size_t i = 0; i < order.size(); ++i)
+    meshes.push_back(pack_mesh(kept.contains(key_of[i]) ? nullptr : &out, *order[i], key_of[i]));
+  data.header = json::object({{"format", "1"},
+                              {"title", json::text("")},
+                              {"camera", camera(view)},
+                              {"frames", "1"},
+                              {"start", "0"},
+                              {"step", "1"},
+                              {"position_step", json::number(position_step)},
+                              {"rotation_step", json::number(kRotationStep)},
+                              {"time_step", json::number(kTimeStep)},
+                              {"meshes", json::list(meshes)},
+                              {"items", json::list(items)},
+                              {"tracks", "0"},
+                              {"triads", json::list(triads)},
+                              {"lines", json::list(lines)},
+                              {"lights", json::list(lights)},
+                              {"samples", "0"},
+                              {"columns", "[]"}});
+  data.bytes = out.take() + packed;
   return data;
 }
 

@@ -419,9 +419,9 @@ class Wake {
 
 /// What `serve` is told.
 struct ServeSettings {
-  std::vector<std::string> listen, allow, grant, limits;
+  std::vector<std::string> listen, allow, grant, limits, origins;
   std::string script, certificate, key, token_file, folder, audit;
-  bool needs_token = false, tls_everywhere = false;
+  bool needs_token = false, tls_everywhere = false, browser = false;
   /// The arguments of server.start.
   [[nodiscard]] Result<Map> arguments() const {
     Map args;
@@ -441,6 +441,8 @@ struct ServeSettings {
       if (!value->empty()) args.set(name, *value);
     if (needs_token) args.set("needs_token", true);
     if (tls_everywhere) args.set("tls_everywhere", true);
+    if (browser) args.set("browser", true);
+    if (!origins.empty()) args.set("origins", words(origins));
     Map bounds;
     for (const std::string& word : limits) {
       const auto equals = word.find('=');
@@ -456,6 +458,24 @@ struct ServeSettings {
     return args;
   }
 };
+
+/// Where a browser finds the page of a server: the first address that is no file.
+std::string page_address(const Map& server, bool tls_everywhere) {
+  const bool has_tls = *server.find("has_tls")->as_bool();
+  for (const Value& a : *server.find("addresses")->as_list()) {
+    const auto address = remote::Address::parse(*a.as_string());
+    if (!address.ok() || address->is_unix) continue;
+    const bool is_every =
+        address->host.empty() || address->host == "0.0.0.0" || address->host == "::";
+    const bool is_six = address->host.find(':') != std::string::npos && !is_every;
+    const std::string host = is_every ? "localhost"
+                             : is_six ? "[" + address->host + "]"
+                                      : address->host;
+    return (has_tls && (tls_everywhere || !address->is_local()) ? "https://" : "http://") + host +
+           ":" + std::to_string(address->port) + "/";
+  }
+  return "through a proxy to the socket";
+}
 
 /// Serves until it is interrupted, or a client stops the program.
 int run_serve(const Settings& s, const Voice& voice, const ServeSettings& how) {
@@ -481,6 +501,7 @@ int run_serve(const Settings& s, const Voice& voice, const ServeSettings& how) {
     for (const Value& a : *m->find("addresses")->as_list())
       where += (where.empty() ? "" : ", ") + *a.as_string();
     voice.line("Listening on " + where);
+    if (how.browser) voice.line("The page: " + page_address(*m, how.tls_everywhere));
   }
   const Wake wake(*p.lua);
   while (!p.session->interrupted() && !p.app->quit_requested) {
@@ -813,6 +834,13 @@ int shell_main(int argc, char** argv) {
       ->allow_extra_args(false);
   serve->add_option("--folder", how.folder, "Where who has no token reads and writes files");
   serve->add_option("--limit", how.limits, "A limit, such as seconds=60 (may be repeated)")
+      ->allow_extra_args(false);
+  serve->add_flag("--browser", how.browser,
+                  "Let browsers in, too: a page shows the world, at the same address");
+  serve
+      ->add_option("--origin", how.origins,
+                   "Pages from elsewhere that may connect, such as https://robots.example "
+                   "(repeatable)")
       ->allow_extra_args(false);
   serve->add_option("--audit", how.audit, "File to which a line is added for each request");
   CLI::App* classic =

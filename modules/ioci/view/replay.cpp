@@ -14,6 +14,7 @@
 #include "ioci/recording/watchers.h"
 #include "ioci/view/lone_robot.h"
 #include "ioci/view/picture.h"
+#include "kernel/base64.h"
 #include "kernel/file_root.h"
 #include "scene/build.h"
 #include "scene/gif.h"
@@ -111,6 +112,27 @@ Result<Value> replay(CommandContext& ctx, const Map& args) {
                    {"duration", scene::duration(show.playback)},
                    {"frames", data.frames},
                    {"left_out", report_left_out(ctx, show.built)}});
+}
+
+/// The same for a page that draws it itself.
+Result<Value> replay_data_of(CommandContext& ctx, const Map& args) {
+  scene::ReplayRequest request;
+  RMP_TRY_ASSIGN(request.camera, read_camera(args));
+  request.frame_rate = real(args, "fps");
+  RMP_TRY_ASSIGN(const Show show, show_of(ctx, args));
+  request.title = show.recording->title;
+  RMP_TRY_ASSIGN(request.columns, plotted(*show.recording, args));
+  RMP_TRY_ASSIGN(scene::ReplayData data,
+                 scene::replay_data(show.built.scene, show.playback, request, ctx.progress));
+  std::string bytes;
+  base64::append(bytes, data.bytes);
+  List left_out;
+  for (const std::string& sentence : show.built.left_out) left_out.emplace_back(sentence);
+  return Value(Map{{"header", std::move(data.header)},
+                   {"bytes", std::move(bytes)},
+                   {"duration", scene::duration(show.playback)},
+                   {"frames", data.frames},
+                   {"left_out", std::move(left_out)}});
 }
 
 /// The user's folder for frames.
@@ -320,6 +342,33 @@ CommandSpec replay_command() {
   return c;
 }
 
+/// `replay` gives what is in the page instead of writing it.
+CommandSpec replay_data_command() {
+  CommandSpec c = replay_command();
+  c.name = "recording.replay_data";
+  c.summary = "Gives a recording to a program that draws it: the scene, its motion and columns.";
+  c.details =
+      "No file is written. Header and bytes are those of the page that recording.replay writes, as "
+      "modules/scene/replay.h says, for the scripts in modules/scene/replay.";
+  c.example = with_run(
+      "local data = run:replay_data{columns = {\"q\"}}\n"
+      "assert(data.frames == 4 and #data.bytes > 1000)");
+  std::erase_if(c.params, [](const ParamSpec& p) {
+    return p.name == "file" || p.name == "title" || p.name == "watch";
+  });
+  c.returns = {"map",
+               "",
+               "",
+               {field("header", "string", "", "JSON: what there is, in the order of the bytes."),
+                field("bytes", "string", "", "The numbers as base64 (RFC 4648)."),
+                field("duration", "real", "s", "How long it plays."),
+                field("frames", "int", "", "Poses kept of every body."),
+                field("left_out", "list", "", "Sentences about what could not be shown.")}};
+  c.effect = Effect::reads;
+  c.run = replay_data_of;
+  return c;
+}
+
 CommandSpec video_command() {
   CommandSpec c;
   c.name = "recording.video";
@@ -370,6 +419,7 @@ CommandSpec video_command() {
 RMP_COMMANDS(replay_commands) {
   std::vector<CommandSpec> all;
   all.push_back(replay_command());
+  all.push_back(replay_data_command());
   all.push_back(video_command());
   return all;
 }

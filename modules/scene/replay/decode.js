@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// From the packed bytes of a replay to arrays. What is written where: scene/replay_data.h.
+// From the packed bytes of a replay to arrays. What is written where: scene/replay.h.
 'use strict';
 
 function bytesOfBase64(text) {
@@ -97,11 +97,16 @@ function decodeMesh(reader, mesh) {
   return {positions, normals, triangles, corners, edges: new Uint32Array(edges)};
 }
 
-/// header: the described content, bytes: the packed numbers.
-function decodeReplay(header, bytes) {
+/// header: the described content, bytes: the packed numbers, kept: meshes by key that need not be
+/// there again.
+function decodeReplay(header, bytes, kept = new Map()) {
   if (header.format !== 1) throw new Error('this replay has a format that the page does not know');
   const reader = new Reader(bytes);
-  const meshes = header.meshes.map((mesh) => decodeMesh(reader, mesh));
+  const meshes = header.meshes.map((mesh) => {
+    if (!mesh.kept) return decodeMesh(reader, mesh);
+    if (!kept.has(mesh.key)) throw new Error('a mesh of this scene is missing');
+    return kept.get(mesh.key);
+  });
   const tracks = [];
   for (let i = 0; i < header.tracks; ++i) {
     const track = new Float32Array(7 * header.frames);

@@ -121,6 +121,11 @@ class Panel {
     this.drawStill(context);
   }
 
+  /// A colour of the page's style, or the one that goes with a light page.
+  colour(name, usual) {
+    return getComputedStyle(this.element).getPropertyValue(name).trim() || usual;
+  }
+
   drawStill(context) {
     const {times} = this.data;
     const [start, end] = [times[0], times[times.length - 1]];
@@ -130,8 +135,8 @@ class Panel {
     this.y = (v) => top + (high - v) / (high - low) * (this.height - top - bottom);
     context.font = '11px system-ui, sans-serif';
     context.lineWidth = 1;
-    context.fillStyle = '#5b6770';
-    context.strokeStyle = '#e3e7ec';
+    context.fillStyle = this.colour('--faint', '#5b6770');
+    context.strokeStyle = this.colour('--grid', '#e3e7ec');
     context.beginPath();
     context.textAlign = 'right';
     context.textBaseline = 'middle';
@@ -191,7 +196,7 @@ class Panel {
     context.clearRect(0, 0, this.canvas.width, this.canvas.height);
     context.drawImage(this.still, 0, 0);
     context.scale(ratio, ratio);
-    context.strokeStyle = '#20262e';
+    context.strokeStyle = this.colour('--text', '#20262e');
     context.lineWidth = 1;
     context.beginPath();
     context.moveTo(this.x(time), 6);

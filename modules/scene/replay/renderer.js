@@ -198,34 +198,51 @@ class Renderer {
   /// Throws where there is no WebGL 2.
   constructor(canvas, header, data, box) {
     this.canvas = canvas;
-    this.header = header;
-    this.data = data;
-    this.box = box;
-    this.lamps = lampsOf(header.lights);
-    this.surroundings = header.lights && header.lights.length ? kSurroundings : 1;
     this.shows = {path: true, edges: true, floor: true, axes: true};
     this.gl = canvas.getContext('webgl2', {antialias: true, stencil: true, alpha: false});
     if (!this.gl) throw new Error('This browser has no WebGL 2, so it shows the plots only.');
     this.prepare();
+    this.show(header, data, box);
     canvas.addEventListener('webglcontextlost', (event) => event.preventDefault());
-    canvas.addEventListener('webglcontextrestored', () => this.prepare());
+    canvas.addEventListener('webglcontextrestored', () => {
+      this.prepare();
+      this.show(this.header, this.data, this.box);
+    });
   }
 
+  /// What does not depend on the scene.
   prepare() {
     const gl = this.gl;
+    this.uploaded = new Map();
+    this.own = [];
     this.surface = this.program(kSurfaceVertex, kSurfaceFragment);
     this.plain = this.program(kSurfaceVertex, kPlainFragment);
     this.floor = this.program(kSurfaceVertex, kFloorFragment);
     this.ribbon = this.program(kRibbonVertex, kPlainFragment);
     this.back = this.program(kBackVertex, kBackFragment);
     this.nothing = gl.createVertexArray();
-    this.meshes = this.data.meshes.map((mesh) => this.upload(mesh));
-    this.lines = this.data.lines.map((points) => this.uploadLine(points));
     this.axes = [0, 1, 2].map((k) => {
       const points = new Float32Array(6);
       points[3 + k] = 1;
       return this.uploadLine(points);
     });
+  }
+
+  /// Shows a scene, in the place of the one before. Meshes that were there stay as they are.
+  show(header, data, box) {
+    this.header = header;
+    this.data = data;
+    this.box = box;
+    this.lamps = lampsOf(header.lights);
+    this.surroundings = header.lights && header.lights.length ? kSurroundings : 1;
+    for (const thing of this.own) this.free(thing);
+    const before = this.uploaded;
+    this.uploaded = new Map();
+    for (const mesh of data.meshes)
+      if (!this.uploaded.has(mesh)) this.uploaded.set(mesh, before.get(mesh) || this.upload(mesh));
+    for (const [mesh, thing] of before) if (!this.uploaded.has(mesh)) this.free(thing);
+    this.meshes = data.meshes.map((mesh) => this.uploaded.get(mesh));
+    this.lines = this.data.lines.map((points) => this.uploadLine(points));
     // The way of every tool, from its track.
     this.traces = this.header.triads.filter((triad) => triad.track !== undefined).map((triad) => {
       const track = this.data.tracks[triad.track];
@@ -246,6 +263,13 @@ class Renderer {
       triangles: new Uint32Array([0, 1, 2, 0, 2, 3]),
       corners: new Float32Array(0), edges: new Uint32Array(0)});
     this.cell = roundLength(size / 20);
+    this.own = [...this.lines, ...this.traces, this.floorMesh];
+  }
+
+  /// Gives back what upload() or uploadLine() took.
+  free({arrays, buffers}) {
+    for (const array of arrays) this.gl.deleteVertexArray(array);
+    for (const buffer of buffers) this.gl.deleteBuffer(buffer);
   }
 
   program(vertex, fragment) {
@@ -293,18 +317,20 @@ class Renderer {
     const gl = this.gl;
     const faces = gl.createVertexArray();
     gl.bindVertexArray(faces);
-    this.buffer(gl.ARRAY_BUFFER, mesh.positions);
+    const buffers = [this.buffer(gl.ARRAY_BUFFER, mesh.positions)];
     this.attribute(0, 0, 0, 0);
-    this.buffer(gl.ARRAY_BUFFER, mesh.normals);
+    buffers.push(this.buffer(gl.ARRAY_BUFFER, mesh.normals));
     this.attribute(1, 0, 0, 0);
-    this.buffer(gl.ELEMENT_ARRAY_BUFFER, mesh.triangles);
+    buffers.push(this.buffer(gl.ELEMENT_ARRAY_BUFFER, mesh.triangles));
     const edges = gl.createVertexArray();
     gl.bindVertexArray(edges);
-    this.buffer(gl.ARRAY_BUFFER, mesh.corners);
+    buffers.push(this.buffer(gl.ARRAY_BUFFER, mesh.corners));
     this.attribute(0, 0, 0, 0);
-    this.buffer(gl.ELEMENT_ARRAY_BUFFER, mesh.edges);
+    buffers.push(this.buffer(gl.ELEMENT_ARRAY_BUFFER, mesh.edges));
     gl.bindVertexArray(null);
-    return {faces, edges, triangles: mesh.triangles.length, pairs: mesh.edges.length};
+    return {
+      faces, edges, triangles: mesh.triangles.length, pairs: mesh.edges.length,
+      arrays: [faces, edges], buffers};
   }
 
   uploadLine(points) {
@@ -315,7 +341,9 @@ class Renderer {
     this.attribute(0, 12, 0, 1);
     this.attribute(1, 12, 12, 1);
     gl.bindVertexArray(null);
-    return {array, buffer, pieces: Math.max(0, points.length / 3 - 1)};
+    return {
+      array, buffer, pieces: Math.max(0, points.length / 3 - 1), arrays: [array],
+      buffers: [buffer]};
   }
 
   use({program, places}, numbers) {

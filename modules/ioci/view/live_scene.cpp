@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+// The scene of a record for programs that draw it themselves and follow it, such as the page of the
+// server: what changed since they asked last.
+#include <set>
+#include <utility>
+
+#include "ioci/core/commands.h"
+#include "ioci/simulation/live_runs.h"
+#include "ioci/view/picture.h"
+#include "kernel/base64.h"
+#include "scene/build.h"
+#include "scene/replay.h"
+
+namespace robomosp::ioci {
+namespace {
+
+/// Kept with the application.
+struct ShownMeshes {
+  explicit ShownMeshes(Application&) {}
+  scene::MeshKeys keys;
+};
+
+/// Moves the scene of a world to where a run is.
+Result<void> pose_by(CommandContext& ctx, const scene::Source& source, AnyId world,
+                     std::uint64_t number, render::Scene& scene) {
+  const LiveRunPtr run = ctx.app.runs->find(number);
+  if (!run) throw StaleHandle{{"run", number}};
+  if (world.kind != Kind::world || run->subject.kind != "world" ||
+      run->subject.number != world.number)
+    return error(ErrorCode::invalid_argument,
+                 "the run " + text::quote(run->title) + " is not of " + name_in(ctx, world),
+                 "Give the world that it simulates.", "run");
+  const sim::LiveRun::Shown shown = run->run->shown();
+  recording::Recording row = run->run->head();
+  if (row.columns.empty() || shown.values.size() < row.columns.size()) return {};  // not begun
+  for (std::size_t c = 0; c < row.columns.size(); ++c) row.columns[c].values = {shown.values[c]};
+  RMP_TRY_ASSIGN(const scene::Playback playback,
+                 scene::build_playback(source, WorldId{world.number}, row, ctx.progress));
+  scene::pose_at(scene, playback, shown.time);
+  return {};
+}
+
+Result<Value> scene_of(CommandContext& ctx, const Map& args) {
+  const AnyId id = ref(args, "what");
+  RMP_TRY_ASSIGN(const render::Camera camera, read_camera(args));
+  std::set<std::string> kept;
+  if (const Value* given = args.find("meshes"); given && given->as_list())
+    for (const Value& key : *given->as_list()) {
+      if (!key.as_string())
+        return error(ErrorCode::invalid_argument, "a key of a mesh is a text",
+                     "Give those that the header of a scene named.", "meshes");
+      kept.insert(*key.as_string());
+    }
+  const scene::Source source{ctx.snapshot(), ctx.app.derived, ctx.app.registry};
+  RMP_TRY_ASSIGN(scene::Built built, scene::build(source, id, {}, ctx.progress));
+  if (has(args, "run"))
+    RMP_TRY(pose_by(ctx, source, id, args.find("run")->as_handle()->number, built.scene));
+  scene::SceneData data = scene::scene_data(built.scene, camera, ctx.app.kept<ShownMeshes>().keys,
+                                            has(args, "known") ? text_of(args, "known") : "", kept);
+  const std::size_t rows = data.poses.size() / 7;
+  Map out{{"shape", data.shape},
+          {"poses", rows ? NumericArray(std::move(data.poses), rows, 7) : NumericArray()}};
+  if (!data.header.empty()) {
+    std::string bytes;
+    base64::append(bytes, data.bytes);
+    List left_out;
+    for (const std::string& sentence : built.left_out) left_out.emplace_back(sentence);
+    out.set("header", std::move(data.header));
+    out.set("bytes", std::move(bytes));
+    out.set("left_out", std::move(left_out));
+  }
+  return Value(std::move(out));
+}
+
+}  // namespace
+
+RMP_COMMANDS(live_scene_commands) {
+  CommandSpec c;
+  c.name = "view.scene";
+  c.summary = "Gives what is to be drawn to a program that draws it: all of it, or what changed.";
+  c.details =
+      "The header lists bodies, meshes, frames, lines and lights as JSON; the bytes hold their "
+      "numbers, as modules/scene/replay.h says, for the scripts in modules/scene/replay. Who names "
+      "the shape it knows is given the poses alone as long as nothing else changed, and else no "
+      "mesh that it keeps.";
+  c.example =
+      "local plate = solid.create{name = \"plate\", root = {kind = \"box\", x = 0.2, y = 0.1, z = "
+      "0.02}}\n"
+      "local cell = world.create{name = \"cell\"}\n"
+      "cell:add_object{name = \"plate\", what = plate}\n"
+      "local all = view.scene{what = cell}\n"
+      "assert(#all.header > 100 and #all.poses == 1)\n"
+      "cell:place{member = \"plate\", position = {0, 0, 1}}\n"
+      "local moved = view.scene{what = cell, known = all.shape}\n"
+      "assert(not moved.header and moved.poses[1][3] == 1)";
+  c.params = {
+      needed("what", "ref:world|robot|object|solid|material", "", "What to draw."),
+      optional("known", "string", "", "The shape that was given last."),
+      optional("meshes", "list", "", "Keys of meshes that are kept, texts of headers before."),
+      optional("run", "ref:run", "", "A run of the world, which is shown where the run is.")};
+  for (ParamSpec& p : camera_params()) c.params.push_back(std::move(p));
+  c.returns = {
+      "map",
+      "",
+      "",
+      {field("shape", "string", "", "Stands for everything but the poses."),
+       field("poses", "array", "",
+             "x, y, z [m], qw, qx, qy, qz of each body of the header, then of each frame."),
+       field("header", "string", "", "JSON; absent when the shape is known."),
+       field("bytes", "string", "", "The numbers as base64; absent with the header."),
+       field("left_out", "list", "", "Sentences about what could not be shown; the same.")}};
+  c.effect = Effect::reads;
+  c.run = scene_of;
+  std::vector<CommandSpec> all;
+  all.push_back(std::move(c));
+  return all;
+}
+
+}  // namespace robomosp::ioci
