@@ -1,0 +1,289 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The page of `robomosp serve --browser` in a real headless browser. ROBOMOSP_PICTURES=FOLDER keeps what it shows."""
+import http.server
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import unittest
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+sys.path[:0] = [HERE, os.path.join(HERE, "..", "..", "sdk", "clients", "python")]
+import robomosp  # noqa: E402
+from devtools import Browser, WebSocket, find_browser, pixels  # noqa: E402
+
+PROGRAM = os.environ.get("ROBOMOSP_PROGRAM", "robomosp")
+CELL = """
+cell = world.load("worlds/pa10_circle.wld")
+run = cell:inverse_dynamics{robot = "pa10", trajectory = "circle"}
+"""
+
+
+class Server:
+    def __init__(self, folder, port=0, script=CELL):
+        self.tokens = os.path.join(folder, "tokens")
+        file = os.path.join(folder, "cell.lua")
+        with open(file, "w") as out:
+            out.write(script)
+        self.process = subprocess.Popen(
+            [PROGRAM, "serve", "--listen", f"127.0.0.1:{port}", "--browser", "--token-file", self.tokens, "--allow",
+             "reads,edits,simulates,files_read", file], stdout=subprocess.PIPE, text=True)
+        said = self.process.stdout.readline()
+        self.port = int(re.search(r"127\.0\.0\.1:(\d+)", said)[1])
+        self.url = re.search(r"http://\S+", self.process.stdout.readline())[0]
+
+    def grant(self, name, effects):
+        words = ", ".join(f'"{e}"' for e in effects)
+        return subprocess.run([PROGRAM, "eval", f'return server.grant{{name = "{name}", effects = {{{words}}}, '
+                               f'token_file = "{self.tokens}"}}'], check=True, capture_output=True,
+                              text=True).stdout.strip()
+
+    def connect(self):
+        return robomosp.connect(f"127.0.0.1:{self.port}", numpy=False)
+
+    def stop(self):
+        self.process.send_signal(signal.SIGTERM)
+        self.process.wait(20)
+        self.process.stdout.close()
+
+
+def scene_box(page):
+    return page.run("(() => { const b = document.getElementById('scene').getBoundingClientRect();"
+                    "return {x: b.x, y: b.y, width: b.width, height: b.height}; })()")
+
+
+def difference(a, b):
+    """The share of the picture elements that differ visibly."""
+    width, height, rows, step = pixels(a)
+    _, _, others, _ = pixels(b)
+    count = 0
+    for row, other in zip(rows, others):
+        if row != other:
+            count += sum(abs(x - y) > 12 for x, y in zip(row[::step], other[::step]))
+    return count / (width * height)
+
+
+def shown(page):
+    """The scene, when it stands still."""
+    page.run("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+    return page.picture(clip=scene_box(page))
+
+
+def keep(page, name):
+    folder = os.environ.get("ROBOMOSP_PICTURES")
+    if folder:
+        page.picture(os.path.join(folder, name + ".png"))
+
+
+def text(page, name):
+    return page.run(f"document.getElementById('{name}').textContent")
+
+
+def is_hidden(page, name):
+    return page.run(f"document.getElementById('{name}').hidden")
+
+
+class PageTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.mkdtemp(prefix="robomosp-page-")
+        cls.server = Server(cls.folder)
+        cls.browser = Browser()
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.browser.close()
+        cls.server.stop()
+        shutil.rmtree(cls.folder, ignore_errors=True)
+
+    def open(self, more="", **options):
+        page = self.browser.open(self.server.url + more, **options)
+        self.addCleanup(lambda: page.ask("Page.close"))
+        page.wait("document.body.dataset.first")
+        return page
+
+    def test_1_the_world_appears_and_moves_when_somebody_else_moves_it(self):
+        page = self.open()
+        first = int(page.run("document.body.dataset.first"))
+        print(f"\nfirst picture after {first} ms")
+        self.assertLess(first, 5000)  # 1000 on a machine of its own
+        keep(page, "browser_world")
+        before = shown(page)
+        width, height, rows, step = pixels(before)
+        colours = {bytes(row[i:i + 3]) for row in rows[::4] for i in range(0, len(row), 4 * step)}
+        self.assertGreater(len(colours), 300)
+        self.assertIn("read only", text(page, "status"))
+        self.assertTrue(is_hidden(page, "console"))
+        self.assertTrue(is_hidden(page, "fault"), text(page, "fault"))
+        # By itself nothing is fetched anew.
+        updates = page.run("document.body.dataset.updates")
+        with self.server.connect() as r:
+            cell = r.world.list()[0]
+            q = [x + 0.5 for x in r.robot.joint_values("pa10")]
+            begin = time.monotonic()
+            cell.set_robot_q(robot="pa10", q=q)
+            page.wait(f"document.body.dataset.updates !== '{updates}'")
+            print(f"{1000 * (time.monotonic() - begin):.0f} ms from the edit to the page, the look at it included")
+            moved = shown(page)
+            self.assertGreater(difference(before, moved), 0.01)
+            cell.undo() if False else r.document.undo()
+            page.wait(f"Number(document.body.dataset.updates) >= {int(updates) + 2}")
+            self.assertLess(difference(before, shown(page)), 0.001)
+            # What is said appears; a new world can be chosen.
+            r.world.create(name="another")
+            page.wait("[...document.getElementById('world').options].some((o) => o.text === 'another')")
+            page.run("(() => { const w = document.getElementById('world'); w.selectedIndex = [...w.options].findIndex("
+                     "(o) => o.text === 'another'); w.dispatchEvent(new Event('change')); })()")
+            page.wait("!document.getElementById('hint').hidden")
+            self.assertIn("empty", text(page, "hint"))
+            r.document.undo()
+            page.wait("document.getElementById('world').selectedOptions[0].text === 'pa10_circle'")
+            page.wait("document.getElementById('hint').hidden")
+        self.assertEqual(page.requests(), [])
+        self.assertEqual(page.faults(), [])
+
+    def test_2_recordings_play_with_their_plots(self):
+        page = self.open()
+        page.run("(() => { const s = document.getElementById('shown'); s.selectedIndex = 1;"
+                 "s.dispatchEvent(new Event('change')); })()")
+        page.wait("!document.getElementById('player').hidden && document.querySelectorAll('figure').length === 2")
+        page.wait("Number(document.getElementById('time').value) > 0")
+        page.run("document.activeElement.blur()")
+        for key, code in ((" ", 32), ("End", 35)):
+            page.ask("Input.dispatchKeyEvent", type="keyDown", key=key, windowsVirtualKeyCode=code)
+        page.wait("document.getElementById('play').getAttribute('aria-label') === 'play'")
+        page.wait("/^62.83 /.test(document.getElementById('now').textContent)")
+        page.run("(() => { const t = document.getElementById('time'); t.value = t.max / 3;"
+                 "t.dispatchEvent(new Event('input')); })()")
+        page.wait("/^20.9/.test(document.getElementById('now').textContent)")
+        keep(page, "browser_recording")
+        page.run("(() => { const s = document.getElementById('shown'); s.value = '';"
+                 "s.dispatchEvent(new Event('change')); })()")
+        page.wait("document.getElementById('player').hidden && document.querySelectorAll('figure').length === 0")
+        self.assertEqual(page.faults(), [])
+
+    def test_3_a_token_opens_the_console_and_a_wrong_one_is_a_sentence(self):
+        page = self.open()
+        page.run("document.getElementById('enter').click()")
+        self.assertEqual(page.run("document.activeElement.id"), "token")
+        page.ask("Input.insertText", text="rmp_wrong")
+        page.ask("Input.dispatchKeyEvent", type="keyDown", key="Enter", windowsVirtualKeyCode=13, text="\r")
+        page.wait("!document.getElementById('fault').hidden")
+        self.assertIn("token", text(page, "fault"))
+        self.assertNotIn("undefined", text(page, "fault"))
+        self.assertTrue(is_hidden(page, "console"))
+        keep(page, "browser_wrong_token")
+        token = self.server.grant("student", ["reads", "edits", "simulates"])
+        page.run("document.getElementById('token').focus()")
+        page.ask("Input.insertText", text=token)
+        page.ask("Input.dispatchKeyEvent", type="keyDown", key="Enter", windowsVirtualKeyCode=13, text="\r")
+        page.wait("!document.getElementById('console').hidden && document.getElementById('login').hidden")
+        self.assertIn("student, may edit", text(page, "status"))
+        self.assertTrue(is_hidden(page, "fault"))
+        page.wait("document.getElementById('world').value !== ''")
+        before = shown(page)
+
+        def type_in(code, seen):
+            page.run("document.getElementById('code').focus()")
+            page.ask("Input.insertText", text=code)
+            page.ask("Input.dispatchKeyEvent", type="keyDown", key="Enter", windowsVirtualKeyCode=13, text="\r")
+            page.wait(f"document.getElementById('output').textContent.includes({seen!r})")
+        type_in("print(6 * 7)", "42")
+        type_in("world.list()[1]:set_robot_q{robot = 'pa10', q = {0.8, 0.5, 0, 1, 0, 0.5, 0}} return 'moved'", "moved")
+        type_in("<img src=x>", "unexpected symbol")
+        self.assertEqual(page.run("document.images.length"), 0)
+        type_in("os.execute('true')", "os.execute")
+        page.wait("true")
+        self.assertGreater(difference(before, shown(page)), 0.01)
+        page.ask("Input.dispatchKeyEvent", type="keyDown", key="ArrowUp", windowsVirtualKeyCode=38)
+        self.assertEqual(page.run("document.getElementById('code').value"), "os.execute('true')")
+        self.assertEqual(page.faults(), [])
+        # In the address it works, too, and is taken out of it.
+        dark = self.open("#token=" + token, dark=True)
+        dark.wait("!document.getElementById('console').hidden")
+        self.assertEqual(dark.run("location.href"), self.server.url)
+        ground = dark.run("getComputedStyle(document.body).backgroundColor")
+        self.assertLess(max(int(x) for x in re.findall(r"\d+", ground)[:3]), 80)
+        dark.run("document.getElementById('code').focus()")
+        dark.ask("Input.insertText", text="robot.get('pa10'):joint_values()")
+        dark.ask("Input.dispatchKeyEvent", type="keyDown", key="Enter", windowsVirtualKeyCode=13, text="\r")
+        dark.wait("document.getElementById('output').children.length > 1")
+        keep(dark, "browser_console")
+
+    def test_4_keys_turn_the_view(self):
+        page = self.open()
+        before = shown(page)
+        page.run("document.getElementById('scene').focus()")
+        for _ in range(3):
+            page.ask("Input.dispatchKeyEvent", type="keyDown", key="ArrowLeft", windowsVirtualKeyCode=37)
+        turned = shown(page)
+        self.assertGreater(difference(before, turned), 0.02)
+        page.ask("Input.dispatchKeyEvent", type="keyDown", key="Home", windowsVirtualKeyCode=36)
+        self.assertLess(difference(before, shown(page)), 0.001)
+        # Everything that acts can be reached by the Tab key, and has a name.
+        nameless = page.run(
+            "[...document.querySelectorAll('button, input, select')].filter((e) => !e.labels?.length &&"
+            "!e.getAttribute('aria-label') && !e.textContent.trim()).map((e) => e.id)")
+        self.assertEqual(nameless, [])
+
+    def test_5_pages_from_elsewhere_are_refused(self):
+        class Quiet(http.server.BaseHTTPRequestHandler):
+            def do_GET(self):
+                self.send_response(200)
+                self.send_header("Content-Type", "text/html")
+                self.end_headers()
+                self.wfile.write(b"<title>elsewhere</title>")
+
+            def log_message(self, *_):
+                pass
+        elsewhere = http.server.HTTPServer(("127.0.0.1", 0), Quiet)
+        threading.Thread(target=elsewhere.serve_forever, daemon=True).start()
+        self.addCleanup(elsewhere.server_close)
+        self.addCleanup(elsewhere.shutdown)
+        page = self.browser.open(f"http://127.0.0.1:{elsewhere.server_port}/")
+        self.addCleanup(lambda: page.ask("Page.close"))
+        page.wait("document.title === 'elsewhere'")
+        address = f"127.0.0.1:{self.server.port}"
+        outcome = page.run(f"new Promise((done) => {{ const s = new WebSocket('ws://{address}/socket');"
+                           "s.onopen = () => done('open'); s.onerror = () => done('refused'); })")
+        self.assertEqual(outcome, "refused")
+        for code in (f"fetch('http://{address}/')", f"fetch('http://{address}/', {{method: 'POST', body: '{{}}'}})",
+                     f"import('http://{address}/robomosp.js')"):
+            self.assertEqual(page.run(f"{code}.then(() => 'there', () => 'refused')"), "refused", code)
+        frame = page.run(f"new Promise((done) => {{ const f = document.createElement('iframe'); f.src = 'http://{address}/';"
+                         "f.onload = () => { try { done(f.contentDocument ? 'own' : 'not shown'); } catch (e) "
+                         "{ done('not shown'); } }; document.body.append(f); })")
+        self.assertEqual(frame, "not shown")
+        for origin in ("http://evil.example", "null", f"http://localhost:{self.server.port}"):
+            socket = WebSocket("127.0.0.1", self.server.port, origin=origin)
+            self.assertEqual(socket.status, 403, origin)
+            socket.close()
+
+    def test_6_a_lost_server_is_told_and_found_again(self):
+        folder = os.path.join(self.folder, "own")
+        os.makedirs(folder)
+        script = "solid.create{name = 'b', root = {kind = 'box', x = 1, y = 1, z = 1}}\n" \
+                 "world.create{name = 'w'}:add_object{name = 'b', what = 'b'}\n"
+        server = Server(folder, script=script)
+        page = self.browser.open(server.url)
+        self.addCleanup(lambda: page.ask("Page.close"))
+        page.wait("document.body.dataset.first")
+        server.stop()
+        page.wait("!document.getElementById('fault').hidden")
+        self.assertIn("The server ends.", text(page, "fault"))
+        again = Server(folder, port=server.port, script=script)
+        page.wait("document.getElementById('fault').hidden && document.getElementById('status').textContent === 'read only'")
+        page.wait("document.getElementById('world').selectedOptions[0].text === 'w'")
+        again.stop()
+
+
+if __name__ == "__main__":
+    if not find_browser():
+        print("no Chromium is installed (packages.txt)")
+        sys.exit(77)
+    unittest.main()
