@@ -123,6 +123,10 @@ class Page:
                 return message["result"]
             self.events.append(message)
 
+    def close(self):
+        self.ask("Page.close")
+        self.socket.close()
+
     def go(self, url):
         self.ask("Page.navigate", url=url)
 

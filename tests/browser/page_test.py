@@ -93,7 +93,8 @@ class PageTest(unittest.TestCase):
     def setUpClass(cls):
         cls.folder = tempfile.mkdtemp(prefix="robomosp-page-")
         cls.server = Server(cls.folder)
-        cls.browser = Browser()
+        # Small, as the processor draws it.
+        cls.browser = Browser((1100, 800) if os.environ.get("ROBOMOSP_PICTURES") else (720, 560))
 
     @classmethod
     def tearDownClass(cls):
@@ -101,9 +102,13 @@ class PageTest(unittest.TestCase):
         cls.server.stop()
         shutil.rmtree(cls.folder, ignore_errors=True)
 
+    def setUp(self):
+        self.begin = time.monotonic()
+        self.addCleanup(lambda: print(f"{self._testMethodName}: {time.monotonic() - self.begin:.1f} s"))
+
     def open(self, more="", **options):
         page = self.browser.open(self.server.url + more, **options)
-        self.addCleanup(lambda: page.ask("Page.close"))
+        self.addCleanup(page.close)
         page.wait("document.body.dataset.first")
         return page
 
@@ -131,7 +136,7 @@ class PageTest(unittest.TestCase):
             print(f"{1000 * (time.monotonic() - begin):.0f} ms from the edit to the page, the look at it included")
             moved = shown(page)
             self.assertGreater(difference(before, moved), 0.01)
-            cell.undo() if False else r.document.undo()
+            r.document.undo()
             page.wait(f"Number(document.body.dataset.updates) >= {int(updates) + 2}")
             self.assertLess(difference(before, shown(page)), 0.001)
             # What is said appears; a new world can be chosen.
@@ -175,9 +180,8 @@ class PageTest(unittest.TestCase):
         page.ask("Input.dispatchKeyEvent", type="keyDown", key="Enter", windowsVirtualKeyCode=13, text="\r")
         page.wait("!document.getElementById('fault').hidden")
         self.assertIn("token", text(page, "fault"))
-        self.assertNotIn("undefined", text(page, "fault"))
+        self.assertIn("read only", text(page, "status"))  # as before
         self.assertTrue(is_hidden(page, "console"))
-        keep(page, "browser_wrong_token")
         token = self.server.grant("student", ["reads", "edits", "simulates"])
         page.run("document.getElementById('token').focus()")
         page.ask("Input.insertText", text=token)
@@ -198,7 +202,6 @@ class PageTest(unittest.TestCase):
         type_in("<img src=x>", "unexpected symbol")
         self.assertEqual(page.run("document.images.length"), 0)
         type_in("os.execute('true')", "os.execute")
-        page.wait("true")
         self.assertGreater(difference(before, shown(page)), 0.01)
         page.ask("Input.dispatchKeyEvent", type="keyDown", key="ArrowUp", windowsVirtualKeyCode=38)
         self.assertEqual(page.run("document.getElementById('code').value"), "os.execute('true')")
@@ -246,7 +249,7 @@ class PageTest(unittest.TestCase):
         self.addCleanup(elsewhere.server_close)
         self.addCleanup(elsewhere.shutdown)
         page = self.browser.open(f"http://127.0.0.1:{elsewhere.server_port}/")
-        self.addCleanup(lambda: page.ask("Page.close"))
+        self.addCleanup(page.close)
         page.wait("document.title === 'elsewhere'")
         address = f"127.0.0.1:{self.server.port}"
         outcome = page.run(f"new Promise((done) => {{ const s = new WebSocket('ws://{address}/socket');"
@@ -271,7 +274,7 @@ class PageTest(unittest.TestCase):
                  "world.create{name = 'w'}:add_object{name = 'b', what = 'b'}\n"
         server = Server(folder, script=script)
         page = self.browser.open(server.url)
-        self.addCleanup(lambda: page.ask("Page.close"))
+        self.addCleanup(page.close)
         page.wait("document.body.dataset.first")
         server.stop()
         page.wait("!document.getElementById('fault').hidden")

@@ -153,26 +153,23 @@ class Page {
     if (sentence) this.told(sentence);
   }
 
+  /// The connection that is there stays until the new one stands.
   async connect(token) {
     const before = this.r;
-    this.r = null;
-    this.token = token || null;
-    if (before) await before.close().catch(() => {});
-    byId('status').textContent = 'connecting';
+    if (!before) byId('status').textContent = 'connecting';
     try {
-      const r = await connect(undefined, {token: this.token, client: 'browser', timeout: 120});
+      const r = await connect(undefined, {token: token || null, client: 'browser', timeout: 120});
       this.r = r;
+      this.token = token || null;
+      if (before) before.close().catch(() => {});
       r.onClose = (why) => { if (this.r === r) this.lost(why); };
       await this.begin();
     } catch (fault) {
-      this.refused(fault);
+      // Nothing changes by trying again what was answered.
+      if (!(fault instanceof ConnectionLost)) this.askForToken(fault.message.replace(/^wss?:\S+: /, ''));
+      else if (!this.r) this.lost(fault);
+      if (!this.r) this.enable(null);
     }
-  }
-  refused(fault) {
-    this.enable(null);
-    // Nothing changes by trying again what was answered.
-    if (!(fault instanceof ConnectionLost)) this.askForToken(fault.message);
-    else this.lost(fault);
   }
   lost(why) {
     this.r = null;
