@@ -25,14 +25,14 @@ run = cell:inverse_dynamics{robot = "pa10", trajectory = "circle"}
 
 
 class Server:
-    def __init__(self, folder, port=0, script=CELL):
+    def __init__(self, folder, port=0, script=CELL, more=()):
         self.tokens = os.path.join(folder, "tokens")
         file = os.path.join(folder, "cell.lua")
         with open(file, "w") as out:
             out.write(script)
         self.process = subprocess.Popen(
             [PROGRAM, "serve", "--listen", f"127.0.0.1:{port}", "--browser", "--token-file", self.tokens, "--allow",
-             "reads,edits,simulates,files_read", file], stdout=subprocess.PIPE, text=True)
+             "reads,edits,simulates,files_read", *more, file], stdout=subprocess.PIPE, text=True)
         said = self.process.stdout.readline()
         self.port = int(re.search(r"127\.0\.0\.1:(\d+)", said)[1])
         self.url = re.search(r"http://\S+", self.process.stdout.readline())[0]
@@ -47,8 +47,13 @@ class Server:
         return robomosp.connect(f"127.0.0.1:{self.port}", numpy=False)
 
     def stop(self):
-        self.process.send_signal(signal.SIGTERM)
-        self.process.wait(20)
+        if self.process.poll() is None:
+            self.process.send_signal(signal.SIGTERM)
+            try:
+                self.process.wait(20)
+            except subprocess.TimeoutExpired:
+                self.process.kill()
+                self.process.wait()
         self.process.stdout.close()
 
 
@@ -267,25 +272,96 @@ class PageTest(unittest.TestCase):
             self.assertEqual(socket.status, 403, origin)
             socket.close()
 
+    def test_7_a_page_of_ones_own_uses_the_client(self):
+        client = os.path.join(HERE, "..", "..", "sdk", "clients", "javascript", "robomosp.js")
+        with open(client, "rb") as file:
+            texts = {"/robomosp.js": ("text/javascript", file.read())}
+
+        class Own(http.server.BaseHTTPRequestHandler):
+            def do_GET(self):
+                kind, content = texts.get(self.path, ("text/html", b"<title>own</title><img>"))
+                self.send_response(200)
+                self.send_header("Content-Type", kind)
+                self.end_headers()
+                self.wfile.write(content)
+
+            def log_message(self, *_):
+                pass
+        own = http.server.HTTPServer(("127.0.0.1", 0), Own)
+        threading.Thread(target=own.serve_forever, daemon=True).start()
+        self.addCleanup(own.server_close)
+        self.addCleanup(own.shutdown)
+        folder = os.path.join(self.folder, "ones_own")
+        os.makedirs(folder)
+        origin = f"http://127.0.0.1:{own.server_port}"
+        server = Server(folder, script="", more=["--origin", origin])
+        self.addCleanup(server.stop)
+        token = server.grant("student", ["reads", "edits", "simulates", "files_read"])
+        page = self.browser.open(origin + "/")
+        self.addCleanup(page.close)
+        page.wait("document.title === 'own'")
+        said = page.run(f"""(async () => {{
+            const {{connect}} = await import('/robomosp.js');
+            const r = await connect('ws://127.0.0.1:{server.port}/socket', {{token: '{token}'}});
+            const arm = await r.robot.get('pa10');
+            const found = await arm.solve_ik({{target: [0.557, 0, 0.374, '180 deg', 0, '180 deg']}});
+            const cell = await r.world.create({{name: 'student'}});
+            await cell.add_robot({{robot: arm}});
+            await cell.set_robot_q({{robot: 'pa10', q: found.q}});
+            const at = (await arm.fk({{q: await arm.joint_values()}})).position;
+            let picture = 'no renderer';
+            try {{
+              document.images[0].src = (await cell.picture({{size: [64, 48], quality: 'draft'}})).url;
+              await document.images[0].decode();
+              picture = document.images[0].naturalWidth;
+            }} catch (fault) {{
+              if (!/no renderer/.test(fault.message)) throw fault;
+            }}
+            await r.close();
+            return [...at, picture];
+        }})()""")
+        for have, want in zip(said, (0.557, 0, 0.374)):
+            self.assertAlmostEqual(have, want, delta=1e-9)
+        self.assertIn(said[3], (64, "no renderer"))
+
     def test_6_a_lost_server_is_told_and_found_again(self):
         folder = os.path.join(self.folder, "own")
         os.makedirs(folder)
         script = "solid.create{name = 'b', root = {kind = 'box', x = 1, y = 1, z = 1}}\n" \
                  "world.create{name = 'w'}:add_object{name = 'b', what = 'b'}\n"
         server = Server(folder, script=script)
+        self.addCleanup(server.stop)
         page = self.browser.open(server.url)
         self.addCleanup(page.close)
         page.wait("document.body.dataset.first")
+        # A run that plays is followed, and what it shows when it stands still.
+        with server.connect() as r:
+            r.material.create(name="steel", density=7800)
+            r.solid.set(id="b", path="material", value="steel")
+            before = shown(page)
+            run = r.world.list()[0].start_run(of="physics", **{"with": {"duration": 5}})
+            run.play(speed=0.5)
+            page.wait("Number(document.body.dataset.updates) >= 8")
+            run.pause()
+            self.assertGreater(difference(before, shown(page)), 0.01)
+            run.remove()
         server.stop()
         page.wait("!document.getElementById('fault').hidden")
         self.assertIn("The server ends.", text(page, "fault"))
         again = Server(folder, port=server.port, script=script)
+        self.addCleanup(again.stop)
         page.wait("document.getElementById('fault').hidden && document.getElementById('status').textContent === 'read only'")
         page.wait("document.getElementById('world').selectedOptions[0].text === 'w'")
-        again.stop()
+        self.assertEqual(page.faults(), [])
+
+
+def too_late(*_):
+    raise TimeoutError("the test took too long")
 
 
 if __name__ == "__main__":
+    signal.signal(signal.SIGALRM, too_late)
+    signal.alarm(240)
     if not find_browser():
         print("no Chromium is installed (packages.txt)")
         sys.exit(77)

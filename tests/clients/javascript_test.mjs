@@ -7,6 +7,7 @@ import fs from 'node:fs';
 import net from 'node:net';
 import os from 'node:os';
 import path from 'node:path';
+import tls from 'node:tls';
 import {fileURLToPath} from 'node:url';
 import * as robomosp from '../../sdk/clients/javascript/robomosp.js';
 
@@ -244,6 +245,27 @@ test('TLS, where the certificate is trusted', async () => {
     assert.equal(r.hello.protocol, 1);
     await r.close();
     await assert.rejects(robomosp.connect(s.tcp, {tls: true}), robomosp.ConnectionLost);
+    // Browsers come the same way; the origin of the page is then https.
+    const ask = (origin) => new Promise((resolve, reject) => {
+      const socket = tls.connect({
+        host: 'localhost', port: s.port, servername: 'localhost', ca: fs.readFileSync(certificate)});
+      const text = JSON.stringify({jsonrpc: '2.0', id: 1, method: 'server.hello', params: {protocol: 1}});
+      let said = '';
+      socket.on('error', reject);
+      socket.on('close', () => resolve(said));
+      socket.on('data', (chunk) => {
+        said += chunk.toString('latin1');
+        // Masked by zeros; then the end.
+        if (said.endsWith('\r\n\r\n') && said.includes(' 101 '))
+          socket.write(Buffer.concat([Buffer.from([0x81, 0x80 | text.length, 0, 0, 0, 0]), Buffer.from(text),
+            Buffer.from([0x88, 0x80, 0, 0, 0, 0])]));
+      });
+      socket.write(`GET /socket HTTP/1.1\r\nHost: localhost:${s.port}\r\nUpgrade: websocket\r\n` +
+        'Connection: Upgrade\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: ' +
+        `dGhlIHNhbXBsZSBub25jZQ==\r\nOrigin: ${origin}\r\n\r\n`);
+    });
+    assert.match(await ask(`https://localhost:${s.port}`), /"program":"robomosp"/);
+    assert.match(await ask(`http://localhost:${s.port}`), /^HTTP\/1.1 403 /);
   } finally {
     await s.stop();
   }

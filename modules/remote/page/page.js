@@ -6,6 +6,7 @@
 const kMostLines = 500;  // of messages and output that stay
 const kSoon = 200;       // ms until lists are asked for again, after something happened
 const kNowAndThen = 3000;  // ms, as recordings come without an event
+const kFrame = 33;  // ms between two looks at a run that plays
 const kAgain = [500, 1000, 2000, 5000];  // ms until a lost connection is tried again
 
 const byId = (id) => document.getElementById(id);
@@ -110,6 +111,8 @@ class Page {
     this.token = null;
     this.world = null;
     this.player = null;
+    this.worlds = new Map();
+    this.recordings = new Map();
     this.run = null;         // a live run that is shown
     this.shape = null;       // of the scene that is shown
     this.meshes = new Map(); // by key: those of that scene
@@ -195,7 +198,9 @@ class Page {
     this.enable(r.hello);
     byId('login').hidden = true;
     this.told('');
-    this.shape = null;
+    // Handles are those of a connection.
+    this.shape = this.run = null;
+    this.worlds = new Map();
     await r.onEvent((event) => this.happened(event));
     await this.look();
   }
@@ -272,15 +277,16 @@ class Page {
         const params = {what: this.worlds.get(world), meshes: [...this.meshes.keys()]};
         if (shape) params.known = shape;
         if (run) params.run = run;
-        let answer;
-        try {
-          answer = await r.call('view.scene', params);
-        } catch (fault) {
-          if (!run || fault instanceof ConnectionLost) throw fault;
+        const [answer, state] = await r.batch(
+          [['view.scene', params], ...(run ? [['run.state', {id: run}]] : [])]);
+        if (answer instanceof Error) {
+          if (!run || answer instanceof ConnectionLost) throw answer;
           if (this.run === run) this.run = null;  // of another world, or over
           this.isBehind = true;
           continue;
         }
+        // A run that plays tells of its begin and its end.
+        if (run && state.is_playing && !state.is_over) setTimeout(() => this.follow(), kFrame);
         if (this.world === world && this.r === r && !this.player) this.take(answer, !shape);
       }
     } catch (fault) {
