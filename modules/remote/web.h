@@ -47,7 +47,7 @@ class WebDoor {
   };
   /// Takes bytes of the network. False when the connection ends once all is sent.
   bool feed(std::string_view bytes, const Sinks& sinks);
-  /// Whether lines may be sent: the handshake is done. [any thread]
+  /// Whether lines may be sent: the handshake is done.
   [[nodiscard]] bool is_socket() const { return is_socket_; }
   [[nodiscard]] bool is_within() const { return reader_.is_within(); }
   void set_longest(std::size_t bytes) { reader_.set_longest(bytes); }

@@ -425,6 +425,53 @@ TEST_F(ReplayTest, ThePagesOwnScriptsDecodeTheSame) {
   fs::remove_all(folder);
 }
 
+TEST_F(ReplayTest, AFollowedSceneSendsWhatChanged) {
+  MeshKeys keys;
+  const Built first = scene();
+  const SceneData all = scene_data(first.scene, {}, keys, "", {});
+  // Poses are those of the scene, bodies before frames.
+  std::vector<Pose> wanted;
+  for (const render::Item& item : first.scene.items)
+    if (item.mesh && item.mesh->triangle_count() > 0) wanted.push_back(item.pose);
+  for (const render::Triad& t : first.scene.triads) wanted.push_back(t.pose);
+  ASSERT_EQ(all.poses.size(), 7 * wanted.size());
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    const double* x = &all.poses[7 * i];
+    for (std::size_t k = 0; k < 3; ++k) EXPECT_EQ(x[k], wanted[i].p[k]);
+    const auto R = spatial::from_quaternion({x[3], x[4], x[5], x[6]});
+    for (std::size_t k = 0; k < 9; ++k) EXPECT_NEAR(R[k], wanted[i].R[k], 1e-12);
+  }
+  // A robot that moved: the shape is the same, so that poses are all there is.
+  Built moved = scene();
+  pose_at(moved.scene, playback(), 3);
+  const SceneData later = scene_data(moved.scene, {}, keys, all.shape, {});
+  EXPECT_EQ(later.shape, all.shape);
+  EXPECT_TRUE(later.header.empty() && later.bytes.empty());
+  EXPECT_EQ(later.poses.size(), all.poses.size());
+  EXPECT_NE(later.poses, all.poses);
+  // A colour that changed: the header without the meshes that are kept, and another shape.
+  std::set<std::string> kept;
+  for (std::size_t at = 0; (at = all.header.find("\"key\":\"", at)) != std::string::npos; at += 7)
+    kept.insert(all.header.substr(at + 7, 32));
+  EXPECT_EQ(kept.size(), numbers(all.header, "vertices").size());
+  moved.scene.items[0].appearance.colour.r *= 0.5F;
+  const SceneData painted = scene_data(moved.scene, {}, keys, all.shape, kept);
+  EXPECT_NE(painted.shape, all.shape);
+  EXPECT_FALSE(painted.header.empty());
+  EXPECT_LT(painted.bytes.size(), all.bytes.size() / 50);
+  // One mesh that is another: that alone is sent.
+  auto other = *moved.scene.items[0].mesh;
+  other.positions[0] += 0.01F;
+  moved.scene.items[0].mesh = std::make_shared<const Mesh>(std::move(other));
+  const SceneData edited = scene_data(moved.scene, {}, keys, painted.shape, kept);
+  EXPECT_NE(edited.shape, painted.shape);
+  EXPECT_GT(edited.bytes.size(), painted.bytes.size());
+  EXPECT_LT(edited.bytes.size(), all.bytes.size() / 2);
+  // Keys are of content: another program, or the same mesh made again, has the same.
+  MeshKeys others;
+  EXPECT_EQ(scene_data(scene().scene, {}, others, "", {}).shape, all.shape);
+}
+
 TEST_F(ReplayTest, WhatCannotBeReplayedIsTold) {
   const auto told = [&](const Playback& motion) {
     const auto done = replay_data(scene().scene, motion, request, progress);
