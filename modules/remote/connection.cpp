@@ -317,6 +317,7 @@ bool Connection::received(std::string_view plain) {
 }
 
 bool Connection::received_from_web(std::string_view plain) {
+  const bool is_new = web_->status() == 0;
   const bool go_on =
       web_->feed(plain, {.line = [this](std::string_view text) { return line(text); },
                          .too_long = [this] { return too_long(); },
@@ -326,6 +327,11 @@ bool Connection::received_from_web(std::string_view plain) {
                                if (unread() < hall_.options.limits.unread)
                                  send_bytes(std::move(bytes));
                              }});
+  if (hall_.audit && is_new && web_->status() != 0)
+    hall_.audit(Map{{"client", static_cast<std::int64_t>(number_)},
+                    {"peer", peer_},
+                    {"method", "http"},
+                    {"result", std::to_string(web_->status())}});
   if (go_on) {
     is_web_ = web_->is_socket();
     return true;

@@ -132,7 +132,9 @@ bool WebDoor::feed(std::string_view bytes, const Sinks& sinks) {
   if (!head_.feed(bytes)) return true;
   HttpFault fault;
   const auto request = head_.read(fault);
-  sinks.send(request ? answer(*request) : http_answer(fault));
+  std::string said = request ? answer(*request) : http_answer(fault);
+  status_ = std::stoi(said.substr(std::string_view("HTTP/1.1 ").size(), 3));
+  sinks.send(std::move(said));
   head_ = {};
   return is_socket_;
 }

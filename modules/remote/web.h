@@ -49,6 +49,8 @@ class WebDoor {
   bool feed(std::string_view bytes, const Sinks& sinks);
   /// Whether lines may be sent: the handshake is done.
   [[nodiscard]] bool is_socket() const { return is_socket_; }
+  /// Of the answer to the request, 0 before; 101 = the handshake is done.
+  [[nodiscard]] int status() const { return status_; }
   [[nodiscard]] bool is_within() const { return reader_.is_within(); }
   void set_longest(std::size_t bytes) { reader_.set_longest(bytes); }
 
@@ -60,6 +62,7 @@ class WebDoor {
   HttpHead head_;
   WebSocketReader reader_;
   bool is_socket_ = false;
+  int status_ = 0;
 };
 
 }  // namespace robomosp::remote

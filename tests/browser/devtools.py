@@ -17,6 +17,7 @@ import socket
 import struct
 import subprocess
 import tempfile
+import threading
 import time
 import urllib.request
 import zlib
@@ -187,19 +188,20 @@ class Browser:
                    "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-dev-shm-usage",
                    "--disable-extensions", "--disable-background-networking", "--disable-sync", "--mute-audio",
                    "--hide-scrollbars", "--force-device-scale-factor=1"]
-        if os.geteuid() == 0:
-            command.append("--no-sandbox")
-        self.process = subprocess.Popen(command + ["about:blank"], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
-                                        text=True)
-        for line in self.process.stderr:
-            found = re.search(r"DevTools listening on ws://([^:/]+):(\d+)", line)
-            if found:
-                self.host, self.port = found[1], int(found[2])
-                break
-        else:
-            raise RuntimeError("the browser did not start")
-        import threading
-        threading.Thread(target=self.process.stderr.read, daemon=True).start()
+        # Where the system lets nobody else make a sandbox, there is none.
+        for more in ([["--no-sandbox"]] if os.geteuid() == 0 else [[], ["--no-sandbox"]]):
+            self.process = subprocess.Popen(command + more + ["about:blank"], stdout=subprocess.DEVNULL,
+                                            stderr=subprocess.PIPE, text=True)
+            for line in self.process.stderr:
+                found = re.search(r"DevTools listening on ws://([^:/]+):(\d+)", line)
+                if found:
+                    self.host, self.port = found[1], int(found[2])
+                    # What it says is read on, so that it never waits for that.
+                    threading.Thread(target=self.process.stderr.read, daemon=True).start()
+                    return
+            self.process.wait()
+        shutil.rmtree(self.folder, ignore_errors=True)
+        raise RuntimeError("the browser did not start")
 
     def open(self, url, dark=False):
         request = urllib.request.Request(f"http://{self.host}:{self.port}/json/new?about:blank", method="PUT")

@@ -11,6 +11,8 @@
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <memory>
 #include <optional>
 #include <random>
@@ -456,6 +458,7 @@ TEST_F(WebTest, WithoutTheSettingBrowsersAreClosedWithoutAWord) {
 
 TEST_F(WebTest, OnlyOwnPagesConnectAndOnlyByARightHandshake) {
   options_.origins = {"https://robots.example"};
+  options_.audit = folder_ / "audit";
   start();
   const auto status = [this](const std::string& request) {
     Peer p(where());
@@ -486,6 +489,12 @@ TEST_F(WebTest, OnlyOwnPagesConnectAndOnlyByARightHandshake) {
     EXPECT_TRUE(p.upgrade("Origin: " + own + "\r\n")) << own;
     EXPECT_TRUE(has(p.hello(), "\"result\""));
   }
+  // Who was refused can be looked up.
+  std::ifstream in(folder_ / "audit");
+  const std::string audit((std::istreambuf_iterator<char>(in)), {});
+  for (const char* said : {R"("method":"http","result":"403")", R"("method":"http","result":"421")",
+                           R"("method":"http","result":"101")"})
+    EXPECT_TRUE(has(audit, said)) << said;
 }
 
 TEST_F(WebTest, ABrowserWithoutATokenLooksAndWithOneDoesWhatThatMay) {
