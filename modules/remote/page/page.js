@@ -316,7 +316,7 @@ class Page {
       byId('hint').textContent = 'This world is empty.';
       for (const sentence of answer.left_out) say(byId('messages'), sentence, 'error');
     }
-    // For who tests: how often the picture was made anew.
+    // How often something new came; with `first` of Stage for who looks why it is slow, and for tests.
     document.body.dataset.updates = String(Number(document.body.dataset.updates || 0) + 1);
   }
 
