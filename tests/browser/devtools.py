@@ -13,6 +13,7 @@ import json
 import os
 import re
 import shutil
+import signal
 import socket
 import struct
 import subprocess
@@ -191,7 +192,7 @@ class Browser:
         # Where the system lets nobody else make a sandbox, there is none.
         for more in ([["--no-sandbox"]] if os.geteuid() == 0 else [[], ["--no-sandbox"]]):
             self.process = subprocess.Popen(command + more + ["about:blank"], stdout=subprocess.DEVNULL,
-                                            stderr=subprocess.PIPE, text=True)
+                                            stderr=subprocess.PIPE, text=True, start_new_session=True)
             for line in self.process.stderr:
                 found = re.search(r"DevTools listening on ws://([^:/]+):(\d+)", line)
                 if found:
@@ -213,12 +214,15 @@ class Browser:
         return page
 
     def close(self):
-        self.process.terminate()
-        try:
-            self.process.wait(10)
-        except subprocess.TimeoutExpired:
-            self.process.kill()
-            self.process.wait()
+        # Debian's program is a script, which passes no signal on: its whole session ends.
+        for kind in (signal.SIGTERM, signal.SIGKILL):
+            try:
+                os.killpg(self.process.pid, kind)
+                self.process.wait(10)
+            except subprocess.TimeoutExpired:
+                continue
+            except ProcessLookupError:
+                break
         shutil.rmtree(self.folder, ignore_errors=True)
 
     def __enter__(self):
