@@ -6,7 +6,7 @@
 const kMostLines = 500;  // of messages and output that stay
 const kSoon = 200;       // ms until lists are asked for again, after something happened
 const kNowAndThen = 3000;  // ms, as recordings come without an event
-const kFrame = 33;  // ms between two looks at a run that plays
+const kStates = 30;      // of a run that plays, a second
 const kAgain = [500, 1000, 2000, 5000];  // ms until a lost connection is tried again
 
 const byId = (id) => document.getElementById(id);
@@ -201,7 +201,7 @@ class Page {
     // Handles are those of a connection.
     this.shape = this.run = null;
     this.worlds = new Map();
-    await r.onEvent((event) => this.happened(event));
+    await r.onEvent((event) => this.happened(event), [], {rate: kStates});
     await this.look();
   }
   happened(event) {
@@ -214,6 +214,7 @@ class Page {
     } else if (event.topic === 'run') {
       this.run = event.id;
       this.follow();
+      return;  // states come often, and no list changes with them
     }
     if (event.topic !== 'message') this.lookSoon();
   }
@@ -277,16 +278,13 @@ class Page {
         const params = {what: this.worlds.get(world), meshes: [...this.meshes.keys()]};
         if (shape) params.known = shape;
         if (run) params.run = run;
-        const [answer, state] = await r.batch(
-          [['view.scene', params], ...(run ? [['run.state', {id: run}]] : [])]);
+        const [answer] = await r.batch([['view.scene', params]]);
         if (answer instanceof Error) {
           if (!run || answer instanceof ConnectionLost) throw answer;
           if (this.run === run) this.run = null;  // of another world, or over
           this.isBehind = true;
           continue;
         }
-        // A run that plays tells of its begin and its end.
-        if (run && state.is_playing && !state.is_over) setTimeout(() => this.follow(), kFrame);
         if (this.world === world && this.r === r && !this.player) this.take(answer, !shape);
       }
     } catch (fault) {
