@@ -470,6 +470,25 @@ TEST_F(ServerTest, LongCommandsOfSomeDoNotKeepOthersWaitingAndEndWhenAsked) {
   EXPECT_LT(Clock::now() - begin, 30s);
 }
 
+TEST_F(ServerTest, ClientsThatCameAndWentLeaveNothingBehind) {
+  start();
+  const auto come = [&](int times) {
+    for (int i = 0; i < times; ++i) {
+      Client c(where());
+      EXPECT_TRUE(is_ok(c.hello({{"subscribe", List{Value("change")}}})));
+      EXPECT_TRUE(is_ok(c.call("material.list")));
+    }
+    EXPECT_TRUE(wait_for_clients(0));
+  };
+  come(3000);
+  EXPECT_LE(app().sessions().size(), 4200U) << "those that closed are forgotten";
+  EXPECT_FALSE(app().events.has_subscribers());
+  // Steps of a session that is forgotten can be undone, as those of one that is closed.
+  const auto all = app().sessions();
+  EXPECT_TRUE(std::is_sorted(all.begin(), all.end(),
+                             [](const auto& a, const auto& b) { return a.number < b.number; }));
+}
+
 std::uint64_t resident_mib() {
   std::ifstream in("/proc/self/statm");
   std::uint64_t all = 0, resident = 0;

@@ -751,30 +751,51 @@ Result<Value> Application::update_gesture(Session& session, std::uint64_t gestur
 document::Author Application::author(Session& session) {
   const AppLock::Hold hold(lock, "author");
   if (session.number_ == 0) {
-    session.number_ = sessions_.size() + 1;
-    sessions_.push_back(
-        {{session.number_, session.name(), session.kind(), true}, session.alive_, {}});
+    if (sessions_.size() >= most_sessions_) forget_closed_sessions();
+    session.number_ = next_session_++;
+    sessions_.emplace_hint(
+        sessions_.end(), session.number_,
+        KnownSession{{session.number_, session.name(), session.kind(), true}, session.alive_, {}});
   }
   return {session.number_, session.name()};
 }
 
+void Application::forget_closed_sessions() {
+  constexpr std::size_t kKept = 1000;
+  std::vector<std::uint64_t> closed;
+  for (const auto& [number, s] : sessions_)
+    if (s.alive.expired()) closed.push_back(number);
+  end_orphaned_subscriptions();
+  for (std::size_t i = 0; i + kKept < closed.size(); ++i) sessions_.erase(closed[i]);
+  most_sessions_ = 2 * sessions_.size() + kKept;
+}
+
 void Application::keep_subscription(Session& session, std::uint64_t token) {
   const AppLock::Hold hold(lock, "keep_subscription");
-  end_orphaned_subscriptions();
-  sessions_[author(session).session - 1].subscriptions.push_back(token);
+  if (subscribed_.size() >= most_subscribed_) end_orphaned_subscriptions();
+  const std::uint64_t number = author(session).session;
+  sessions_[number].subscriptions.push_back(token);
+  subscribed_.insert(number);
 }
 
 bool Application::has_subscription(Session& session, std::uint64_t token) {
   const AppLock::Hold hold(lock, "has_subscription");
-  const auto& own = sessions_[author(session).session - 1].subscriptions;
+  const auto& own = sessions_[author(session).session].subscriptions;
   return std::find(own.begin(), own.end(), token) != own.end();
 }
 
 void Application::end_orphaned_subscriptions() {
-  for (KnownSession& s : sessions_)
-    if (!s.subscriptions.empty() && s.alive.expired())
-      for (const std::uint64_t token : std::exchange(s.subscriptions, {}))
-        events.unsubscribe(token);
+  for (auto it = subscribed_.begin(); it != subscribed_.end();) {
+    KnownSession& s = sessions_[*it];
+    if (!s.alive.expired()) {
+      ++it;
+      continue;
+    }
+    for (const std::uint64_t token : s.subscriptions) events.unsubscribe(token);
+    s.subscriptions.clear();
+    it = subscribed_.erase(it);
+  }
+  most_subscribed_ = 2 * subscribed_.size() + 8;
 }
 
 Result<FileRoot> Application::file_root(const std::filesystem::path& folder) const {
@@ -786,7 +807,7 @@ Result<FileRoot> Application::file_root(const std::filesystem::path& folder) con
 std::vector<Application::SessionInfo> Application::sessions() const {
   std::vector<SessionInfo> out;
   const AppLock::Hold hold(lock, "sessions");
-  for (const KnownSession& s : sessions_) {
+  for (const auto& [number, s] : sessions_) {
     out.push_back(s.info);
     out.back().is_open = !s.alive.expired();
   }
@@ -795,13 +816,14 @@ std::vector<Application::SessionInfo> Application::sessions() const {
 
 void Application::end_orphaned_gestures() {
   const AppLock::Hold hold(lock, "end_orphaned_gestures");
-  for (const auto& [number, who] : document.gestures())
-    if (who.session > 0 && who.session <= sessions_.size() &&
-        sessions_[who.session - 1].alive.expired()) {
+  for (const auto& [number, who] : document.gestures()) {
+    const auto at = sessions_.find(who.session);
+    if (who.session > 0 && (at == sessions_.end() || at->second.alive.expired())) {
       const PermitScope own(nullptr);
       if (const auto ended = document.cancel_gesture(number); !ended.ok())
         messages.post(Severity::error, "gesture", ended.error().sentence(), "ioci");
     }
+  }
 }
 
 namespace {

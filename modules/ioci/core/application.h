@@ -13,6 +13,7 @@
 #include <mutex>
 #include <optional>
 #include <span>
+#include <set>
 #include <string>
 #include <string_view>
 #include <typeindex>
@@ -102,7 +103,8 @@ class Application {
   /// Ends the subscription with the session.
   void keep_subscription(Session&, std::uint64_t token);
   [[nodiscard]] bool has_subscription(Session&, std::uint64_t token);
-  /// All that have run a command, in the order of their numbers.
+  /// Those that have run a command, in the order of their numbers; of closed ones the last 1,000 at
+  /// least.
   [[nodiscard]] std::vector<SessionInfo> sessions() const;
   /// A folder for Session::confine(). What comes with the program may be read besides: the library,
   /// modules in Lua. ErrorCode::not_found, ErrorCode::io.
@@ -182,10 +184,17 @@ class Application {
     std::vector<std::uint64_t> subscriptions;
   };
   void end_orphaned_subscriptions();
+  void forget_closed_sessions();
   std::mutex kept_mutex_;
   std::map<std::type_index, std::shared_ptr<void>> kept_;  // guarded by kept_mutex_
-  std::vector<KnownSession> sessions_;                     ///< number n stands at n - 1
-  bool told_forgotten_ = false;                            ///< that the history forgets steps
+  // Under the lock; looked through only when they have doubled, so that a session costs the same
+  // however many came before it:
+  std::map<std::uint64_t, KnownSession> sessions_;  ///< by number; the oldest closed ones go
+  std::uint64_t next_session_ = 1;
+  std::size_t most_sessions_ = 0;
+  std::set<std::uint64_t> subscribed_;  ///< sessions with subscriptions
+  std::size_t most_subscribed_ = 0;
+  bool told_forgotten_ = false;  ///< that the history forgets steps
   ApplicationOptions options_;
   Components components_;
   std::shared_ptr<Jobs> shared_jobs_;  ///< `jobs`, for as long as this lives

@@ -28,9 +28,11 @@ std::optional<std::uint64_t> whose(CommandContext& ctx, std::uint64_t step) {
   if (step == 0) return mine;
   const auto sessions = ctx.app.sessions();
   for (const document::HistoryEntry& e : ctx.app.document.history()) {
+    if (e.number != step) continue;
     const std::uint64_t by = e.author.session;
-    if (e.number == step && (by == 0 || (by <= sessions.size() && !sessions[by - 1].is_open)))
-      return std::nullopt;
+    const bool is_open = std::any_of(sessions.begin(), sessions.end(),
+                                     [by](const auto& s) { return s.number == by && s.is_open; });
+    if (!is_open) return std::nullopt;
   }
   return mine;
 }
