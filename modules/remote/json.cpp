@@ -224,7 +224,7 @@ class Lifted {
 
 /// {"$handle": {"kind": "robot", "number": 17}} as a handle, {"$array": ...} as an array, anything
 /// else as it is.
-Value read_object(Map map, const Lifted& lifted) {
+Value read_object(Map map, const Lifted& lifted, Handles handles) {
   if (map.size() == 1) {
     if (const Value* inner = map.find(kArray)) {
       const Value* bytes = inner->as_map() ? inner->as_map()->find("base64") : nullptr;
@@ -233,7 +233,8 @@ Value read_object(Map map, const Lifted& lifted) {
       if (array.ok()) return std::move(*array);
       return Map{{kArray, Map{{kFault, array.error().message}, {"hint", array.error().hint}}}};
     }
-    if (const Value* inner = map.find("$handle"); inner && inner->as_map()) {
+    const Value* inner = handles == Handles::own ? map.find("$handle") : nullptr;
+    if (inner && inner->as_map()) {
       const Value* kind = inner->as_map()->find("kind");
       const Value* n = inner->as_map()->find("number");
       if (kind && kind->as_string() && n && n->as_int() && *n->as_int() > 0)
@@ -246,7 +247,7 @@ Value read_object(Map map, const Lifted& lifted) {
 /// Builds a Value while the text is read, so that depth is refused before anything deep exists.
 class Builder final : public nlohmann::json_sax<nlohmann::json> {
  public:
-  explicit Builder(const Lifted& lifted) : lifted_(lifted) {}
+  Builder(const Lifted& lifted, Handles handles) : lifted_(lifted), handles_(handles) {}
   bool null() override { return add(Value()); }
   bool boolean(bool v) override { return add(v); }
   bool number_integer(number_integer_t v) override {
@@ -274,7 +275,7 @@ class Builder final : public nlohmann::json_sax<nlohmann::json> {
     if (!is_inner && stands_for_another(map.find("base64"))) return false;
     if (const Value* inner = map.size() > 1 ? map.find(kArray) : nullptr; inner && inner->as_map())
       if (stands_for_another(inner->as_map()->find("base64"))) return false;
-    return add(read_object(std::move(map), lifted_));
+    return add(read_object(std::move(map), lifted_, handles_));
   }
   bool end_array() override {
     List list = std::move(frames_.back().list);
@@ -339,6 +340,7 @@ class Builder final : public nlohmann::json_sax<nlohmann::json> {
     return true;
   }
   const Lifted& lifted_;
+  const Handles handles_;
   std::vector<Frame> frames_;
 };
 
@@ -356,16 +358,16 @@ void append_json(std::string& out, const Value& value, const NameOf& name_of, Ar
   write(out, value, {name_of, arrays}, 0);
 }
 
-Result<Value> from_json(std::string_view text) {
+Result<Value> from_json(std::string_view text, Handles handles) {
   if (const Lifted lifted(text); lifted.any()) {
-    Builder builder(lifted);
+    Builder builder(lifted, handles);
     const std::string_view rest = lifted.rest();
     if (nlohmann::json::sax_parse(rest.begin(), rest.end(), &builder) && builder.done)
       return std::move(*builder.done);
     // What is wrong is told of the message as it is.
   }
   const Lifted none{std::string_view()};
-  Builder builder(none);
+  Builder builder(none, handles);
   const bool ok = nlohmann::json::sax_parse(text.begin(), text.end(), &builder);
   if (ok && builder.done) return std::move(*builder.done);
   return error(ErrorCode::syntax, "the text is not JSON: " + builder.fault,

@@ -34,9 +34,15 @@ enum class Arrays {
 void append_json(std::string& out, const Value& value, const NameOf& name_of = {},
                  Arrays arrays = Arrays::numbers);
 
+/// How {"$handle": ...} is read.
+enum class Handles {
+  own,     ///< as a handle of this program
+  foreign  ///< as the table that it is: the handle is another program's
+};
+
 /// Strict JSON; ErrorCode::syntax names the place. Whole numbers within 64 bits are integers. An
 /// {"$array": ...} that is none is left for array_fault() to be found.
-[[nodiscard]] Result<Value> from_json(std::string_view text);
+[[nodiscard]] Result<Value> from_json(std::string_view text, Handles handles = Handles::own);
 
 /// What is wrong with the first {"$array": ...} of a value that could not be read; `where` is its
 /// path. nullopt = nothing.

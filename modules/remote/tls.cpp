@@ -2,10 +2,13 @@
 #include "remote/tls.h"
 
 #include <openssl/err.h>
+#include <openssl/pem.h>
 #include <openssl/ssl.h>
+#include <openssl/x509v3.h>
 #include <sys/stat.h>
 
 #include <array>
+#include <utility>
 
 #include "kernel/text.h"
 
@@ -65,7 +68,43 @@ Result<std::shared_ptr<TlsContext>> TlsContext::create(const std::filesystem::pa
   return out;
 }
 
-TlsContext::~TlsContext() { SSL_CTX_free(static_cast<SSL_CTX*>(context_)); }
+Result<std::shared_ptr<TlsContext>> TlsContext::create_client(
+    const std::filesystem::path& trusted) {
+  std::shared_ptr<TlsContext> out(new TlsContext);
+  SSL_CTX* context = SSL_CTX_new(TLS_client_method());
+  if (!context) return error(ErrorCode::internal, "OpenSSL: " + reason());
+  out->context_ = context;
+  SSL_CTX_set_min_proto_version(context, TLS1_2_VERSION);
+  SSL_CTX_set_options(
+      context, SSL_OP_NO_COMPRESSION | SSL_OP_NO_RENEGOTIATION | SSL_OP_IGNORE_UNEXPECTED_EOF);
+  // Whom it is looked at after the handshake, by check_server(), before a byte is sent.
+  SSL_CTX_set_verify(context, SSL_VERIFY_NONE, nullptr);
+  if (trusted.empty()) {
+    SSL_CTX_set_default_verify_paths(context);
+    return out;
+  }
+  const auto wrong = [&trusted](const std::string& why) {
+    return error(ErrorCode::io,
+                 "the certificate " + text::quote(trusted.string()) + " cannot be read: " + why,
+                 "Give a PEM file.", "certificate");
+  };
+  BIO* file = BIO_new_file(trusted.c_str(), "r");
+  if (!file) return wrong(reason());
+  X509_STORE* store = SSL_CTX_get_cert_store(context);
+  while (X509* one = PEM_read_bio_X509(file, nullptr, nullptr, nullptr)) {
+    X509_STORE_add_cert(store, one);
+    out->trusted_.push_back(one);
+  }
+  BIO_free(file);
+  ERR_clear_error();
+  if (out->trusted_.empty()) return wrong("it holds no certificate");
+  return out;
+}
+
+TlsContext::~TlsContext() {
+  for (void* one : trusted_) X509_free(static_cast<X509*>(one));
+  SSL_CTX_free(static_cast<SSL_CTX*>(context_));
+}
 
 TlsStream::TlsStream(std::shared_ptr<TlsContext> context) : context_(std::move(context)) {
   SSL* ssl = SSL_new(static_cast<SSL_CTX*>(context_->context_));
@@ -73,6 +112,37 @@ TlsStream::TlsStream(std::shared_ptr<TlsContext> context) : context_(std::move(c
   if (!ssl) return;  // feed() says so
   SSL_set_bio(ssl, BIO_new(BIO_s_mem()), BIO_new(BIO_s_mem()));
   SSL_set_accept_state(ssl);
+}
+
+TlsStream::TlsStream(std::shared_ptr<TlsContext> context, std::string host)
+    : context_(std::move(context)), host_(std::move(host)) {
+  SSL* ssl = SSL_new(static_cast<SSL_CTX*>(context_->context_));
+  ssl_ = ssl;
+  if (!ssl) return;  // feed() says so
+  SSL_set_bio(ssl, BIO_new(BIO_s_mem()), BIO_new(BIO_s_mem()));
+  SSL_set_connect_state(ssl);
+  SSL_set_hostflags(ssl, X509_CHECK_FLAG_NO_PARTIAL_WILDCARDS);
+  if (X509_VERIFY_PARAM_set1_ip_asc(SSL_get0_param(ssl), host_.c_str()) != 1) {
+    SSL_set_tlsext_host_name(ssl, host_.c_str());
+    SSL_set1_host(ssl, host_.c_str());
+  }
+  ERR_clear_error();
+  (void)SSL_do_handshake(ssl);
+  ERR_clear_error();
+}
+
+/// Whether the server is who it should be.
+Result<void> TlsStream::check_server() const {
+  SSL* ssl = static_cast<SSL*>(ssl_);
+  X509* shown = SSL_get0_peer_certificate(ssl);
+  for (const void* one : context_->trusted_)
+    if (shown && X509_cmp(shown, static_cast<const X509*>(one)) == 0) return {};
+  const long found = shown ? SSL_get_verify_result(ssl) : X509_V_ERR_UNSPECIFIED;
+  if (found == X509_V_OK) return {};
+  return error(ErrorCode::permission,
+               "the server " + text::quote(host_) +
+                   " is not trusted: " + X509_verify_cert_error_string(found),
+               "Give the server's certificate: certificate = \"server.pem\".");
 }
 
 TlsStream::~TlsStream() { SSL_free(static_cast<SSL*>(ssl_)); }
@@ -95,6 +165,7 @@ Result<void> TlsStream::feed(std::string_view bytes,
         if (why == SSL_ERROR_WANT_READ || why == SSL_ERROR_WANT_WRITE) continue;
         return error(ErrorCode::io, "the TLS handshake failed: " + reason());
       }
+      if (!host_.empty()) RMP_TRY(check_server());
       is_ready_ = true;
     }
     for (;;) {

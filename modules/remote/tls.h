@@ -8,18 +8,23 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include <robomosp/sdk/result.h>
 
 namespace robomosp::remote {
 
-/// A server's certificate and key, TLS 1.2 or later. [any thread]
+/// What one end of connections needs for TLS 1.2 or later: a server its certificate and key, a
+/// client whom it trusts. [any thread]
 class TlsContext {
  public:
   /// PEM files: the certificate with its chain, and the private key, which only its owner may be
   /// able to read. ErrorCode::io or invalid_argument says which file is wrong and why.
   static Result<std::shared_ptr<TlsContext>> create(const std::filesystem::path& certificate,
                                                     const std::filesystem::path& key);
+  /// Of a client. `trusted`: a PEM file of certificates; a server that shows one of them is trusted
+  /// whatever its name, and what they signed by name. Empty = the authorities of the system.
+  static Result<std::shared_ptr<TlsContext>> create_client(const std::filesystem::path& trusted);
   ~TlsContext();
   TlsContext(const TlsContext&) = delete;
   TlsContext& operator=(const TlsContext&) = delete;
@@ -27,13 +32,18 @@ class TlsContext {
  private:
   friend class TlsStream;
   TlsContext() = default;
-  void* context_ = nullptr;  ///< SSL_CTX
+  void* context_ = nullptr;     ///< SSL_CTX
+  std::vector<void*> trusted_;  ///< X509, whatever their name
 };
 
-/// The server's end of one connection. [one thread at a time]
+/// One end of a connection. [one thread at a time]
 class TlsStream {
  public:
+  /// The server's end.
   explicit TlsStream(std::shared_ptr<TlsContext> context);
+  /// The client's end, which speaks first: its output() holds the beginning. `host` is the name or
+  /// the address that the server must be certified for.
+  TlsStream(std::shared_ptr<TlsContext> context, std::string host);
   ~TlsStream();
   TlsStream(const TlsStream&) = delete;
   TlsStream& operator=(const TlsStream&) = delete;
@@ -51,7 +61,9 @@ class TlsStream {
   [[nodiscard]] bool is_closed() const { return is_closed_; }  ///< by the peer
 
  private:
+  [[nodiscard]] Result<void> check_server() const;
   std::shared_ptr<TlsContext> context_;
+  std::string host_;     ///< of the server; "" = this is the server
   void* ssl_ = nullptr;  ///< SSL
   bool is_ready_ = false, is_closed_ = false;
 };
