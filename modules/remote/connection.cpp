@@ -97,9 +97,14 @@ struct Connection::Talk {
         conversation(app, prepared(app, session, rights), server,
                      {.say = [&owner](std::string text) { owner.send(std::move(text)); },
                       .ready = {},
-                      .most_waits = owner.hall_.options.limits.waits}) {}
+                      .most_waits = owner.hall_.options.limits.waits,
+                      .after =
+                          [&owner](double seconds, std::function<void()> fn) {
+                            return owner.after(seconds, std::move(fn));
+                          }}) {}
 
   ~Talk() {
+    tell_gone();
     if (has_script) --hall.scripts;
   }
   static bool is_granted(const Rights& rights, std::string_view command) {
@@ -186,7 +191,20 @@ struct Connection::Talk {
     return o;
   }
 
+  void tell_came() {
+    is_told_gone = false;
+    waits->client_came(client);
+    if (rights.name != client) waits->client_came(rights.name);
+  }
+  void tell_gone() {
+    if (is_told_gone.exchange(true)) return;
+    waits->client_gone(client);
+    if (rights.name != client) waits->client_gone(rights.name);
+  }
+
   Hall& hall;
+  const std::shared_ptr<SignalWaits> waits = SignalWaits::of(hall.app);
+  std::atomic<bool> is_told_gone{true};  ///< to `waits`
   const Rights rights;
   bool has_script = false;  ///< counted in the hall
   std::string client;       ///< as it calls itself
@@ -489,6 +507,7 @@ bool Connection::admit(const std::string& secret, const std::string& client, Val
   else if (!client.empty()) name += " (" + client + ")";
   talk_ = std::make_unique<Talk>(*this, hall_.app, name, std::move(rights));
   talk_->client = client;
+  talk_->tell_came();
   lines_.set_longest(hall_.options.limits.line);
   if (web_) web_->set_longest(hall_.options.limits.line);
   {
@@ -983,6 +1002,17 @@ void Connection::shut() {
   }
   if (has_talk_) talk_->session.interrupt();
   hall_.gone(number_);
+  if (has_talk_) talk_->tell_gone();
+}
+
+std::function<void()> Connection::after(double seconds, std::function<void()> fn) {
+  auto timer = std::make_shared<asio::steady_timer>(
+      hall_.reactor.io(),
+      std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds)));
+  timer->async_wait([timer, fn = std::move(fn)](const asio::error_code& ec) {
+    if (!ec) fn();
+  });
+  return [&io = hall_.reactor.io(), timer] { asio::post(io, [timer] { timer->cancel(); }); };
 }
 
 void Connection::look(Clock::time_point now) {

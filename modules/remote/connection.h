@@ -126,6 +126,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void send_event(std::uint64_t number, Map params, Arrays arrays = Arrays::numbers);
   void send_event(std::uint64_t number, std::string_view params);
   [[nodiscard]] std::string event_text(Map params, Arrays arrays) const;
+  std::function<void()> after(double seconds, std::function<void()> fn);
   void flush_locked();
   void end_locked();
   void shut();

@@ -58,6 +58,7 @@ Conversation::Conversation(ioci::Application& app, ioci::Session& session, RpcSe
       session_(session),
       server_(server),
       options_(std::move(options)),
+      signal_waits_(SignalWaits::of(app)),
       beside_(session.name(), session.kind()) {
   copy_rights(beside_);
   server_.watch = [this](std::uint64_t job) { watch(job); };
@@ -72,6 +73,10 @@ Conversation::~Conversation() {
     gate_->conversation = nullptr;
   }
   std::unique_lock lock(mutex_);
+  for (const auto& [number, s] : signals_) {
+    signal_waits_->end(s.wait);
+    if (s.stop) s.stop();
+  }
   for (ioci::Session& waiting : waits_) waiting.interrupt();
   wait_serving(lock, changed_, [this] { return waits_.empty(); });
 }
@@ -103,10 +108,94 @@ void Conversation::take(std::string_view line) {
   const Value* method = m ? m->find("method") : nullptr;
   const std::string* name = method ? method->as_string() : nullptr;
   if (name && *name == "rpc.cancel") return cancel(*m);
+  if (name && *name == "server.wait" && !m->find("job"))
+    return options_.after ? wait_for_signal(std::move(*message))
+                          : wait_for_job(std::move(*message));
   if (!name || !name->starts_with("job.") || m->find("job"))
     return put({.message = std::move(*message), .bytes = line.size()});
   if (*name == "job.wait") return wait_for_job(std::move(*message));
   if (auto text = server_.answer_beside(*message, beside_)) options_.say(std::move(*text));
+}
+
+void Conversation::refuse_wait(const Value& request) const {
+  if (const Value* id = request.as_map()->find("id"))
+    options_.say(
+        RpcServer::failure(*id, error(ErrorCode::conflict,
+                                      std::to_string(options_.most_waits) +
+                                          " requests job.wait and server.wait wait already",
+                                      "Ask job.progress, or wait for the end of one.")));
+}
+
+/// No thread waits: the answer is sent by whoever makes it come true, or by the timer.
+void Conversation::wait_for_signal(Value request) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (waits_.size() + signals_.size() >= options_.most_waits) return refuse_wait(request);
+  }
+  DeferredWait deferred;
+  auto text = server_.answer_beside(request, beside_);
+  if (!deferred.wish) {
+    if (text) options_.say(std::move(*text));
+    return;
+  }
+  const Value* id = request.as_map()->find("id");
+  if (!id) return;  // nobody wants to know
+  std::uint64_t number = 0;
+  {
+    const std::lock_guard lock(mutex_);
+    number = next_signal_++;
+    signals_.emplace(number, SignalWait{*id, 0, *deferred.wish});
+  }
+  const auto tell = [gate = gate_, number](Result<Value> outcome) {
+    const std::lock_guard lock(gate->mutex);
+    if (gate->conversation) gate->conversation->signal_told(number, std::move(outcome));
+  };
+  const std::uint64_t wait = signal_waits_->begin(*deferred.wish, tell);
+  {
+    const std::lock_guard lock(mutex_);
+    const auto it = signals_.find(number);
+    if (it == signals_.end()) return;  // it has come true meanwhile
+    it->second.wait = wait;
+  }
+  auto stop = options_.after(deferred.seconds, [gate = gate_, number, seconds = deferred.seconds] {
+    const std::lock_guard lock(gate->mutex);
+    if (gate->conversation) gate->conversation->signal_late(number, seconds);
+  });
+  {
+    const std::lock_guard lock(mutex_);
+    const auto it = signals_.find(number);
+    if (it != signals_.end()) {
+      it->second.stop = std::move(stop);
+      return;
+    }
+  }
+  stop();
+}
+
+void Conversation::signal_late(std::uint64_t number, double seconds) {
+  SignalWish wish;
+  {
+    const std::lock_guard lock(mutex_);
+    const auto it = signals_.find(number);
+    if (it == signals_.end()) return;
+    wish = it->second.wish;
+  }
+  signal_told(number, signal_waits_->late(wish, seconds));
+}
+
+void Conversation::signal_told(std::uint64_t number, Result<Value> outcome) {
+  SignalWait s;
+  {
+    const std::lock_guard lock(mutex_);
+    const auto node = signals_.extract(number);
+    if (node.empty()) return;
+    s = node.mapped();
+  }
+  signal_waits_->end(s.wait);
+  if (s.stop) s.stop();
+  options_.say(outcome.ok()
+                   ? server_.success(s.id, *outcome)
+                   : RpcServer::failure(s.id, std::move(outcome).error().in("server.wait")));
 }
 
 /// A session belongs to one thread, so each that waits gets its own.
@@ -114,15 +203,7 @@ void Conversation::wait_for_job(Value request) {
   std::list<ioci::Session>::iterator own;
   {
     const std::lock_guard lock(mutex_);
-    if (waits_.size() >= options_.most_waits) {
-      const Value* id = request.as_map()->find("id");
-      if (id)
-        options_.say(RpcServer::failure(
-            *id, error(ErrorCode::conflict,
-                       std::to_string(options_.most_waits) + " requests job.wait wait already",
-                       "Ask job.progress, or wait for the end of one.")));
-      return;
-    }
+    if (waits_.size() + signals_.size() >= options_.most_waits) return refuse_wait(request);
     own = waits_.emplace(waits_.end(), session_.name(), session_.kind());
   }
   copy_rights(*own);
@@ -148,8 +229,11 @@ void Conversation::cancel(const Map& message) {
   }
   bool found = false;
   std::optional<Value> dropped;
+  std::uint64_t signal = 0;
   {
     const std::lock_guard lock(mutex_);
+    for (const auto& [number, s] : signals_)
+      if (s.id == *request) signal = number;
     if (running_ && *running_ == *request) {
       found = was_cancelled_ = true;
       cancelling_ = *request;
@@ -167,6 +251,10 @@ void Conversation::cancel(const Map& message) {
       inbox_bytes_ -= it->bytes;
       inbox_.erase(it);
     }
+  }
+  if (signal != 0) {
+    found = true;
+    signal_told(signal, error(ErrorCode::cancelled, "the wait was cancelled"));
   }
   if (dropped)
     options_.say(

@@ -20,6 +20,7 @@
 #include "ioci/core/application.h"
 #include "kernel/value.h"
 #include "remote/rpc.h"
+#include "remote/signal_waits.h"
 
 namespace robomosp::remote {
 
@@ -34,7 +35,10 @@ class Conversation {
     std::function<void(std::string)> say;
     /// Called when a request came. [the reader's thread]
     std::function<void()> ready;
-    std::size_t most_waits = 64;  ///< of job.wait that wait at a time
+    std::size_t most_waits = 64;  ///< of job.wait and server.wait that wait at a time
+    /// Calls `fn` after so many seconds, on any thread, unless what it gives is called before;
+    /// empty = server.wait takes a thread each.
+    std::function<std::function<void()>(double seconds, std::function<void()> fn)> after = {};
   };
   Conversation(ioci::Application& app, ioci::Session& session, RpcServer& server, Options options);
   /// Ends what waits. The reader's and the session's thread are done with it.
@@ -84,6 +88,10 @@ class Conversation {
   void copy_rights(ioci::Session& to) const;
   void put(Entry entry);
   void wait_for_job(Value request);
+  void wait_for_signal(Value request);
+  void refuse_wait(const Value& request) const;
+  void signal_late(std::uint64_t number, double seconds);
+  void signal_told(std::uint64_t number, Result<Value> outcome);
   void cancel(const Map& message);
   void watch(std::uint64_t job);
   void report(const JobStatus& s);
@@ -93,6 +101,7 @@ class Conversation {
   ioci::Session& session_;
   RpcServer& server_;
   const Options options_;
+  const std::shared_ptr<SignalWaits> signal_waits_;
   ioci::Session beside_;  ///< of the same user, for what the reader's thread answers about jobs
   const std::shared_ptr<Gate> gate_ = std::make_shared<Gate>();
   std::uint64_t watching_ = 0;  ///< subscription to jobs; 0 = none yet. The session's thread
@@ -104,6 +113,14 @@ class Conversation {
   std::optional<Value> running_, cancelling_;  ///< ids
   std::optional<Clock::time_point> since_;
   bool was_cancelled_ = false;
+  struct SignalWait {
+    Value id;                ///< of the request
+    std::uint64_t wait = 0;  ///< in SignalWaits; 0 = not there yet
+    SignalWish wish;
+    std::function<void()> stop = {};  ///< its timer
+  };
+  std::map<std::uint64_t, SignalWait> signals_;
+  std::uint64_t next_signal_ = 1;
   std::list<ioci::Session> waits_;  ///< of the same user, each for a job.wait that waits
   std::map<std::uint64_t, Clock::time_point> watched_;  ///< jobs: when they were last reported
 };

@@ -86,6 +86,23 @@ Result<Value> remove_signal(CommandContext& ctx, const Map& args) {
   });
 }
 
+Result<Value> set_signal(CommandContext& ctx, const Map& args) {
+  const std::string name = text_of(args, "signal");
+  const double value = real(args, "value");
+  return change_world(ctx, args, [&](World& w) -> Result<void> {
+    const auto it = std::find_if(w.signals.begin(), w.signals.end(),
+                                 [&](const model::Signal& s) { return s.name == name; });
+    if (it == w.signals.end()) return no_signal(w, name);
+    if (it->kind == model::SignalKind::digital && value != 0 && value != 1)
+      return error(
+          ErrorCode::invalid_argument,
+          "the digital signal " + text::quote(name) + " cannot be " + text::print_rounded(value),
+          "It is 0 or 1.");
+    it->initial = value;
+    return {};
+  });
+}
+
 Result<Value> attach(CommandContext& ctx, const Map& args) {
   model::Attachment a;
   a.object = text_of(args, "object");
@@ -218,6 +235,14 @@ RMP_COMMANDS(world_task_commands) {
       with_cell("cell:add_signal{name = \"part_ready\"}\ncell:remove_signal(\"part_ready\")\n"
                 "assert(#cell:signals() == 0)"),
       {self("world"), needed("signal", "string", "", "Its name.")}, {}, remove_signal, false);
+  add("world.set_signal", "Sets a signal of a world.",
+      "Runs of tasks start with this value. Who waits for it by server.wait goes on, in this "
+      "program and in others that are connected.",
+      with_cell("cell:add_signal{name = \"part_ready\"}\ncell:set_signal(\"part_ready\", 1)\n"
+                "assert(cell:signals()[1].initial == 1)"),
+      {self("world"), needed("signal", "string", "", "Its name."),
+       needed("value", "real", "", "0 or 1, or any number of an analogue one, in the SI unit.")},
+      {}, set_signal, false);
   add("world.attach", "Lets a robot of a world hold an object when a run starts.",
       "The placement is that of the object in the frame of the link or tool. An object that is "
       "held already changes hands. Its mass counts in the dynamics of the robot: torques, "
