@@ -191,15 +191,18 @@ def _short(value, most=200):
     return text if len(text) <= most else text[:most - 3] + "..."
 
 
-class Picture:
-    """A picture of the program: .png holds the bytes of a PNG file. Notebooks show it."""
+class Picture(Result):
+    """A picture of the program: .png holds the bytes of a PNG file. Notebooks show it.
+
+    It is the table of the answer as well: picture["width"], with the bytes under "png".
+    """
 
     def __init__(self, png, about=None):
-        self.png = png
-        about = about or {}
-        self.width = about.get("width")
-        self.height = about.get("height")
-        self.left_out = about.get("left_out", [])  #: sentences about what could not be drawn
+        super().__init__(about or {})
+        self["png"] = png
+        self.setdefault("width", None)
+        self.setdefault("height", None)
+        self.setdefault("left_out", [])  # sentences about what could not be drawn
 
     def save(self, file):
         """Writes the picture to a file on this machine."""
@@ -208,6 +211,8 @@ class Picture:
 
     def _repr_png_(self):
         return self.png
+
+    _repr_html_ = None  # notebooks show the picture and not the table
 
     def __repr__(self):
         size = f"{self.width} x {self.height} px, " if self.width else ""
@@ -732,6 +737,8 @@ class _Base:
         self._pending = {}
         self._jobs = collections.OrderedDict()  # number: the last that was said of it
         self._subscriptions = {}
+        self._interrupted = []  # subscriptions of a connection that was lost
+        self._is_reconnecting = False
         self._early = collections.OrderedDict()  # events of subscriptions that are not known yet
         self._specs = {}
         self._has_table = False
@@ -1078,6 +1085,31 @@ class _Base:
         return Timeout(f"{method} was not answered within {seconds:g} s; it was cancelled.", "cancelled",
                        where=method, hint="Give it more time (_timeout), or start it as a job.")
 
+    def _keep_subscription(self, subscription):
+        self._subscriptions[subscription._number] = subscription
+        for event in self._early.pop(subscription._number, ()):
+            subscription._add(event)
+
+    def _take_up(self, subscription, number):
+        """A subscription goes on under another number."""
+        subscription._number = number.get("subscription") if isinstance(number, dict) else number
+        self._keep_subscription(subscription)
+
+    def _interrupt_subscriptions(self, is_own_wish):
+        """The connection is over; they wait for the next one, unless it was meant."""
+        self._interrupted += self._subscriptions.values()
+        self._subscriptions.clear()
+        self._early.clear()
+        if is_own_wish and not self._is_reconnecting:
+            for subscription in self._interrupted:
+                subscription.is_open = False
+            self._interrupted = []
+
+    def _lost_subscriptions(self):
+        """Those of the connection before that nobody closed."""
+        lost, self._interrupted = self._interrupted, []
+        return [s for s in lost if s.is_open]
+
     def _event_options(self, topics, options):
         out = {_plain_name(k): v for k, v in options.items()}
         if topics:
@@ -1165,10 +1197,11 @@ class Job(Handle):
 class Subscription:
     """What happens, event by event: for event in subscription. Close it, or use it in `with`."""
 
-    def __init__(self, owner, number, is_pushed):
+    def __init__(self, owner, number, is_pushed, params):
         self._owner = owner
         self._number = number
         self._is_pushed = is_pushed
+        self._params = params  # to subscribe again after a reconnect
         self._events = collections.deque()
         self._left_out = 0
         self.is_open = True
@@ -1360,18 +1393,43 @@ class Connection(_Base):
             self.close()
             raise
 
-    def reconnect(self):
+    def reconnect(self, wait=0):
         """Connects again, after the connection was lost or to begin anew.
 
-        Handles keep their meaning when the program over there is still the same; those of a program
-        that has ended are refused. Subscriptions and jobs' notices end.
+        wait [s]: tries for so long while nobody answers there. Handles keep their meaning when the
+        program over there is still the same; those of a program that has ended are refused.
+        Subscriptions go on, without what happened meanwhile; jobs' notices end.
         """
+        self._is_reconnecting = True  # so that subscriptions stay
+        try:
+            self._reconnect(time.monotonic() + (_check_seconds(wait) or 0))
+        finally:
+            self._is_reconnecting = False
+        self._wake()
+        return self
+
+    def _reconnect(self, end):
         self.close()
         if isinstance(self._transport, _Child):
             self._forget()
             self.hello = {}
-        self._open()
-        return self
+        while True:
+            try:
+                self._open()
+                break
+            except ConnectionLost as e:
+                if e.code != "io" or time.monotonic() >= end:
+                    raise
+                time.sleep(0.1)
+        lost = self._lost_subscriptions()
+        while lost:
+            try:
+                number = self.call("server.subscribe" if lost[0]._is_pushed else "event.subscribe",
+                                   lost[0]._params, timeout=self._connect_timeout)
+            except Error:
+                self._interrupted += lost  # of the next attempt
+                raise
+            self._take_up(lost.pop(0), number)
 
     def close(self):
         """Ends the connection; a child process ends with it."""
@@ -1394,10 +1452,7 @@ class Connection(_Base):
             self._pending.clear()
         for slot in waiting:
             self._settle(slot, (None, self._again_lost()))
-        for subscription in list(self._subscriptions.values()):
-            subscription.is_open = subscription.is_open and not is_own_wish
-        self._subscriptions.clear()
-        self._early.clear()
+        self._interrupt_subscriptions(is_own_wish)
         self._wake()
 
     def _again_lost(self):
@@ -1547,10 +1602,8 @@ class Connection(_Base):
         number = self.call(method, params)
         if isinstance(number, dict):
             number = number.get("subscription")
-        subscription = Subscription(self, number, is_pushed)
-        self._subscriptions[number] = subscription
-        for event in self._early.pop(number, ()):
-            subscription._add(event)
+        subscription = Subscription(self, number, is_pushed, params)
+        self._keep_subscription(subscription)
         return subscription
 
     def on_event(self, callback, *topics, **options):
@@ -1558,14 +1611,18 @@ class Connection(_Base):
         subscription = self._subscribe(topics, options)
 
         def run():
-            try:
-                for event in subscription:
-                    try:
-                        callback(event)
-                    except Exception:  # the next event comes all the same
-                        sys.excepthook(*sys.exc_info())
-            except Error:
-                pass  # the connection has ended, which whoever calls is told
+            while subscription.is_open:
+                try:
+                    for event in subscription:
+                        try:
+                            callback(event)
+                        except Exception:  # the next event comes all the same
+                            sys.excepthook(*sys.exc_info())
+                except ConnectionLost:  # which whoever calls is told; after reconnect() it goes on
+                    with self._changed:
+                        self._changed.wait_for(lambda: self._lost is None or not subscription.is_open)
+                except Error:
+                    return
 
         threading.Thread(target=run, name="robomosp events", daemon=True).start()
         return subscription
@@ -1789,8 +1846,8 @@ class AsyncSubscription:
 
     _add, _pop = Subscription._add, Subscription._pop
 
-    def __init__(self, owner, number, is_pushed):
-        Subscription.__init__(self, owner, number, is_pushed)
+    def __init__(self, owner, number, is_pushed, params):
+        Subscription.__init__(self, owner, number, is_pushed, params)
 
     async def get(self, timeout=None):
         """The next event; None when none came within `timeout` [s] or after close()."""
@@ -1907,17 +1964,41 @@ class AsyncConnection(_Base):
         self._over(why)
         self._writer.close()
 
-    async def reconnect(self):
+    async def reconnect(self, wait=0):
         """Connects again; see Connection.reconnect."""
+        self._is_reconnecting = True
+        try:
+            await self._reconnect(time.monotonic() + (_check_seconds(wait) or 0))
+        finally:
+            self._is_reconnecting = False
+        return self
+
+    async def _reconnect(self, end):
         await self.close()
         if self._process is not None:
             self._forget()
             self.hello = {}
-        return await self._open()
+        while True:
+            try:
+                await self._open()
+                break
+            except ConnectionLost as e:
+                if e.code != "io" or time.monotonic() >= end:
+                    raise
+                await asyncio.sleep(0.1)
+        lost = self._lost_subscriptions()
+        while lost:
+            try:
+                number = await self.call("server.subscribe" if lost[0]._is_pushed else "event.subscribe",
+                                         lost[0]._params, timeout=self._connect_timeout)
+            except Error:
+                self._interrupted += lost
+                raise
+            self._take_up(lost.pop(0), number)
 
     async def close(self):
         """Ends the connection; a child process ends with it."""
-        self._over(ConnectionLost(f"The connection to {self.address} is closed.", "io", hint="Call reconnect()."))
+        self._over(ConnectionLost(f"The connection to {self.address} is closed.", "io", hint="Call reconnect()."), True)
         task, self._reader_task = self._reader_task, None
         if task is not None and task is not asyncio.current_task():
             task.cancel()
@@ -1945,15 +2026,14 @@ class AsyncConnection(_Base):
     _again_lost = Connection._again_lost
     refresh = Connection.refresh
 
-    def _over(self, why):
+    def _over(self, why, is_own_wish=False):
         if self._lost is None:
             self._lost = why
         waiting = list(self._pending.values())
         self._pending.clear()
         for slot in waiting:
             self._settle(slot, (None, self._again_lost()))
-        self._subscriptions.clear()
-        self._early.clear()
+        self._interrupt_subscriptions(is_own_wish)
         self._wake()
 
     def _settle(self, slot, outcome):
@@ -2050,14 +2130,12 @@ class AsyncConnection(_Base):
     async def events(self, *topics, **options):
         """A subscription to what happens: async for event in await r.events("change")."""
         is_pushed = self._is_served
-        number = await self.call("server.subscribe" if is_pushed else "event.subscribe",
-                                 self._event_options(topics, options))
+        params = self._event_options(topics, options)
+        number = await self.call("server.subscribe" if is_pushed else "event.subscribe", params)
         if isinstance(number, dict):
             number = number.get("subscription")
-        subscription = AsyncSubscription(self, number, is_pushed)
-        self._subscriptions[number] = subscription
-        for event in self._early.pop(number, ()):
-            subscription._add(event)
+        subscription = AsyncSubscription(self, number, is_pushed, params)
+        self._keep_subscription(subscription)
         return subscription
 
     async def picture(self, what, **options):
