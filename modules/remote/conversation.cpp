@@ -150,7 +150,14 @@ void Conversation::wait_for_signal(Value request) {
     const std::lock_guard lock(gate->mutex);
     if (gate->conversation) gate->conversation->signal_told(number, std::move(outcome));
   };
-  const std::uint64_t wait = signal_waits_->begin(*deferred.wish, tell);
+  const auto away = [gate = gate_, seconds = deferred.wish->absent](std::uint64_t wait) {
+    const std::lock_guard lock(gate->mutex);
+    if (!gate->conversation) return;
+    // A timer too many does nothing when its time has come.
+    gate->conversation->options_.after(
+        seconds, [waits = gate->conversation->signal_waits_, wait] { waits->check_absent(wait); });
+  };
+  const std::uint64_t wait = signal_waits_->begin(*deferred.wish, tell, away);
   {
     const std::lock_guard lock(mutex_);
     const auto it = signals_.find(number);

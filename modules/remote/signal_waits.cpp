@@ -3,6 +3,7 @@
 #include "remote/signal_waits.h"
 
 #include <algorithm>
+#include <chrono>
 #include <condition_variable>
 #include <map>
 #include <mutex>
@@ -46,18 +47,22 @@ std::string signal_in(const SignalWish& w) {
 
 Error gone(const SignalWish& w) {
   return error(ErrorCode::cancelled,
-               "no client " + text::quote(w.client) + " is connected, and " + signal_in(w) +
-                   " is not " + wanted(w),
+               "no client " + text::quote(w.client) + " has been connected for " +
+                   text::print_rounded(w.absent) + " s, and " + signal_in(w) + " is not " +
+                   wanted(w),
                "What it did before stays; wait again when it has come back.");
 }
 
 }  // namespace
 
 struct SignalWaits::State : std::enable_shared_from_this<State> {
+  using Clock = std::chrono::steady_clock;
   explicit State(Application& a) : app(&a) {}
   struct Waiting {
     SignalWish wish;
     Done done;
+    Away away;
+    std::optional<Clock::time_point> away_since{};
   };
   using Over = std::vector<std::pair<Done, Result<Value>>>;
 
@@ -160,7 +165,7 @@ std::optional<Result<Value>> SignalWaits::look(const SignalWish& wish) const {
   return State::look(*state_->app->document.now(), wish);
 }
 
-std::uint64_t SignalWaits::begin(SignalWish wish, Done done) {
+std::uint64_t SignalWaits::begin(SignalWish wish, Done done, Away away) {
   std::unique_lock lock(state_->mutex);
   const std::uint64_t number = state_->next++;
   if (!state_->app) {
@@ -179,14 +184,19 @@ std::uint64_t SignalWaits::begin(SignalWish wish, Done done) {
     });
   }
   state_->by_world[wish.world.number].insert(number);
-  const auto it =
-      state_->all.emplace(number, State::Waiting{std::move(wish), std::move(done)}).first;
+  State::Waiting waiting{std::move(wish), std::move(done), std::move(away)};
+  const auto it = state_->all.emplace(number, std::move(waiting)).first;
   // It may have come true before anybody looked at changes.
   const SignalWish& asked = it->second.wish;
   auto outcome = State::look(*state_->app->document.now(), asked);
-  if (!outcome && !asked.client.empty() && !state_->clients.contains(asked.client))
-    outcome = gone(asked);
-  if (!outcome) return number;
+  if (!outcome) {
+    if (asked.client.empty() || state_->clients.contains(asked.client)) return number;
+    it->second.away_since = State::Clock::now();
+    const Away absent = it->second.away;
+    lock.unlock();
+    absent(number);
+    return number;
+  }
   const Done told = std::move(it->second.done);
   state_->erase(it);
   lock.unlock();
@@ -204,27 +214,44 @@ bool SignalWaits::end(std::uint64_t wait) {
   return true;
 }
 
+void SignalWaits::check_absent(std::uint64_t wait) {
+  Done told;
+  std::optional<Error> why;
+  {
+    const std::lock_guard lock(state_->mutex);
+    const auto it = state_->all.find(wait);
+    if (it == state_->all.end() || !it->second.away_since) return;
+    const std::chrono::duration<double> away = State::Clock::now() - *it->second.away_since;
+    if (away.count() < it->second.wish.absent) return;
+    told = std::move(it->second.done);
+    why = gone(it->second.wish);
+    state_->erase(it);
+  }
+  told(std::move(*why));
+}
+
 void SignalWaits::client_came(const std::string& name) {
   if (name.empty()) return;
   const std::lock_guard lock(state_->mutex);
-  ++state_->clients[name];
+  if (++state_->clients[name] > 1) return;
+  for (auto& [number, w] : state_->all)
+    if (w.wish.client == name) w.away_since.reset();
 }
 
 void SignalWaits::client_gone(const std::string& name) {
-  State::Over over;
+  std::vector<std::pair<Away, std::uint64_t>> told;
   {
     const std::lock_guard lock(state_->mutex);
     const auto of = state_->clients.find(name);
     if (of == state_->clients.end() || --of->second > 0) return;
     state_->clients.erase(of);
-    for (auto it = state_->all.begin(); it != state_->all.end();) {
-      const auto here = it++;
-      if (here->second.wish.client != name) continue;
-      over.emplace_back(std::move(here->second.done), gone(here->second.wish));
-      state_->erase(here);
+    for (auto& [number, w] : state_->all) {
+      if (w.wish.client != name) continue;
+      w.away_since = State::Clock::now();
+      told.emplace_back(w.away, number);
     }
   }
-  for (auto& [done, outcome] : over) done(std::move(outcome));
+  for (const auto& [away, number] : told) away(number);
 }
 
 Error SignalWaits::late(const SignalWish& wish, double seconds) const {
@@ -281,6 +308,7 @@ Result<Value> wait(CommandContext& ctx, const Map& args) {
     wish.is = SignalWish::Is::at_least, wish.value = real(args, "at_least");
   if (has(args, "at_most")) wish.is = SignalWish::Is::at_most, wish.value = real(args, "at_most");
   wish.client = text_of(args, "client");
+  wish.absent = real(args, "absent");
   const double seconds = real(args, "timeout");
   const auto shared_waits = SignalWaits::of(ctx.app);
   SignalWaits& waits = *shared_waits;
@@ -301,11 +329,12 @@ Result<Value> wait(CommandContext& ctx, const Map& args) {
     std::optional<Result<Value>> outcome;
   };
   const auto shared = std::make_shared<Shared>();
-  const std::uint64_t number = waits.begin(wish, [shared](Result<Value> outcome) {
+  const auto done = [shared](Result<Value> outcome) {
     const std::lock_guard lock(shared->mutex);
     shared->outcome = std::move(outcome);
     shared->changed.notify_all();
-  });
+  };
+  const std::uint64_t number = waits.begin(wish, done, [](std::uint64_t) {});  // it looks itself
   const auto end =
       std::chrono::steady_clock::now() +
       std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::duration<double>(seconds));
@@ -317,8 +346,12 @@ Result<Value> wait(CommandContext& ctx, const Map& args) {
                      is_done))
       return std::move(*shared->outcome);
     const bool is_late = std::chrono::steady_clock::now() >= end;
-    if (!is_late && !ctx.progress.cancelled()) continue;
     lock.unlock();
+    if (!is_late && !ctx.progress.cancelled()) {
+      waits.check_absent(number);
+      lock.lock();
+      continue;
+    }
     if (!waits.end(number)) {  // it has come just now
       lock.lock();
       shared->changed.wait(lock, is_done);
@@ -357,8 +390,11 @@ RMP_COMMANDS(signal_commands) {
                                     "After that it is an error; 0 = look only."),
                           0, kLongestWait),
                   optional("client", "string", "",
-                           "Give up when no client of this name, or with a token of this name, "
-                           "is connected.")},
+                           "Who is to set it: give up when no client of this name, or with a "
+                           "token of this name, is connected."),
+                  between(defaulted("absent", "real", "s", 5.0,
+                                    "How long it may be away, to start or to connect again."),
+                          0, kLongestWait)},
        .returns = {"real", "", "The value of the signal, in SI.", {}},
        .effect = Effect::reads,
        .run = wait});

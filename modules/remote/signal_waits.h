@@ -22,7 +22,8 @@ struct SignalWish {
   std::string signal;
   Is is = Is::equal;
   double value = 1;    ///< SI
-  std::string client;  ///< given up when no client of this name is connected; "" = never
+  std::string client;  ///< who is to set it; "" = anybody
+  double absent = 5;   ///< how long nobody of that name may be connected [s]
 };
 
 /// Nobody polls: each commit that changes a world is looked at once for those who wait for its
@@ -39,8 +40,13 @@ class SignalWaits {
 
   /// The value when it is as wished now; why it never will be; nullopt = not yet.
   [[nodiscard]] std::optional<Result<Value>> look(const SignalWish& wish) const;
-  /// `done` is called once, with what look() gives then, by any thread or before this returns.
-  std::uint64_t begin(SignalWish wish, Done done);
+  /// Called when the client of a wait is not there; after wish.absent check_absent() is due.
+  using Away = std::function<void(std::uint64_t wait)>;
+  /// `done` is called once, with what look() gives then, by any thread or before this returns; so
+  /// is `away`, as often as need be.
+  std::uint64_t begin(SignalWish wish, Done done, Away away);
+  /// Ends the wait if its client has been away for too long.
+  void check_absent(std::uint64_t wait);
   /// False when `done` has been called, or is about to be.
   bool end(std::uint64_t wait);
   /// A client has connected, or has gone.

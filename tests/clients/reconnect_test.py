@@ -114,7 +114,7 @@ class Killed(unittest.TestCase):
                     victim.stdout.close()
                 # What it did stays, who counts on it is told, and everybody else is answered.
                 with self.assertRaisesRegex(robomosp.Error, "no client \"victim\""):
-                    r.server.wait(world=f"of {n}", signal="busy", value=7, client="victim", timeout=10)
+                    r.server.wait(world=f"of {n}", signal="busy", value=7, client="victim", absent=0, timeout=10)
                 self.assertEqual(len(r.world.list()), n + 1)
 
     def test_a_script_in_lua_outlives_its_server(self):
