@@ -155,6 +155,10 @@ Result<void> Client::open_socket(Clock::time_point end, Progress& progress) {
     return error(ErrorCode::io, where + " cannot be reached: " + why,
                  "Is `robomosp serve` running there?");
   };
+  std::shared_ptr<TlsContext> tls;
+  if (options_.tls.value_or(!options_.address.is_local())) {
+    RMP_TRY_ASSIGN(tls, TlsContext::create_client(options_.certificate));
+  }
   socket_ = std::make_unique<Socket>(io_);
   std::optional<asio::error_code> outcome;
   if (options_.address.is_unix) {
@@ -198,9 +202,8 @@ Result<void> Client::open_socket(Clock::time_point end, Progress& progress) {
   }
   socket_->non_blocking(true);
   buffer_.resize(kPiece);
-  if (options_.tls.value_or(!options_.address.is_local())) {
-    RMP_TRY_ASSIGN(auto context, TlsContext::create_client(options_.certificate));
-    tls_ = std::make_unique<TlsStream>(std::move(context), options_.address.host);
+  if (tls) {
+    tls_ = std::make_unique<TlsStream>(std::move(tls), options_.address.host);
     out_ += tls_->output();
   }
   read();

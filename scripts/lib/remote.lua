@@ -19,8 +19,9 @@ local own_source = debug.getinfo(1, "S").source
 
 -- Of each connection what it keeps: number, timeout, specs, kinds, handlers.
 local inside = setmetatable({}, {__mode = "k"})
--- Of each handle: its connection.
+-- Of each handle: its connection, and what it is.
 local owner_of = setmetatable({}, {__mode = "k"})
+local facts_of = setmetatable({}, {__mode = "k"})
 
 --- The line of the script that called into this file.
 local function caller()
@@ -74,8 +75,7 @@ local function packed(c, value, depth)
       refuse("invalid_argument", tostring(value) .. " is of another connection",
              "Get it by name through this one.")
     end
-    return {["$handle"] = {kind = value.kind, number = value.number, name = value.name,
-                           generation = value.generation}}
+    return {["$handle"] = facts_of[value]}
   end
   local out = {}
   for key, v in pairs(value) do
@@ -92,29 +92,34 @@ local function new_handle(c, h)
     meta = {
       __name = h.kind,
       __index = function(handle, key)
-        local method = methods[key]
-        if method then
-          return method
+        local found = methods[key]
+        if found == nil then
+          found = facts_of[handle][key]
         end
-        refuse("unknown_name", "a " .. handle.kind .. " over there has no method \"" .. tostring(key) .. "\"")
+        if found ~= nil then
+          return found
+        end
+        refuse("unknown_name", "a " .. handle.kind .. " over there has no method \"" .. tostring(key) .. "\"",
+               "r." .. handle.kind .. " holds the commands of its kind.")
       end,
       __newindex = function(handle)
         refuse("invalid_argument", "fields of a " .. handle.kind .. " cannot be assigned",
                "Edit it by a command, for example x:set{...}.")
       end,
       __eq = function(a, b)
-        return owner_of[a] == owner_of[b] and a.kind == b.kind and a.number == b.number and
-               a.generation == b.generation
+        local x, y = facts_of[a], facts_of[b]
+        return owner_of[a] == owner_of[b] and x and y and x.kind == y.kind and x.number == y.number and
+               x.generation == y.generation or false
       end,
       __tostring = function(handle)
-        local name = rawget(handle, "name")
-        return handle.kind .. (name and ":" .. name or "") .. "#" .. handle.number
+        local facts = facts_of[handle]
+        return facts.kind .. (facts.name ~= "" and ":" .. facts.name or "") .. "#" .. facts.number
       end}
     self.kinds[h.kind] = meta
   end
-  local handle = setmetatable({kind = h.kind, number = h.number, name = h.name or "", generation = h.generation},
-                              meta)
+  local handle = setmetatable({}, meta)
   owner_of[handle] = c
+  facts_of[handle] = {kind = h.kind, number = h.number, name = h.name or "", generation = h.generation}
   return handle
 end
 
@@ -130,7 +135,7 @@ local function unpacked(c, value, returns)
     return value
   end
   local inner = rawget(value, "$handle")
-  if inner then
+  if type(inner) == "table" and inner.kind and inner.number then
     return new_handle(c, inner)
   end
   local fields = {}

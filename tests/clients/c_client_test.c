@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The client in C under sanitizers: c_client_test fuzz SECONDS | rpc PROGRAM | connect ADDRESS. */
+/* The client in C under sanitizers: c_client_test fuzz SECONDS | rpc PROGRAM |
+ * connect ADDRESS [TOKEN [CERTIFICATE]]. */
 #include "../../sdk/clients/c/robomosp_client.c"
 
 #define NEED(x) \
@@ -187,6 +188,12 @@ int main(int argc, char **argv) {
   NEED(rmpc_connect(c, "unix:/nowhere/at/all", NULL) == RMPC_LOST && strstr(rmpc_message(c), "cannot be reached"));
   NEED(rmpc_connect(c, "127.0.0.1:99999", NULL) == RMPC_USAGE && rmpc_connect(c, "[::1", NULL) == RMPC_USAGE);
   NEED(rmpc_start(c, "/no/such/program") == RMPC_LOST && strstr(rmpc_message(c), "cannot be started"));
+#ifndef ROBOMOSP_TLS
+  NEED(rmpc_set_tls(c, "") == RMPC_USAGE && strstr(rmpc_message(c), "-DROBOMOSP_TLS") && !rmpc_set_tls(c, NULL));
+#else
+  NEED(!rmpc_set_tls(c, "") && rmpc_connect(c, "unix:/nowhere", NULL) == RMPC_USAGE);
+  NEED(!rmpc_set_tls(c, argc > 4 ? argv[4] : NULL));
+#endif
   if (strcmp(argv[1], "rpc") == 0) NEED(!rmpc_start(c, argv[2]));
   else NEED(!rmpc_connect(c, argv[2], argc > 3 ? argv[3] : NULL));
   result = work(c);

@@ -27,6 +27,13 @@
 #include <time.h>
 #include <unistd.h>
 
+#ifdef ROBOMOSP_TLS
+#include <openssl/err.h>
+#include <openssl/pem.h>
+#include <openssl/ssl.h>
+#include <openssl/x509v3.h>
+#endif
+
 #ifndef MSG_NOSIGNAL
 #define MSG_NOSIGNAL 0
 #endif
@@ -51,6 +58,14 @@ typedef struct event {
 
 struct rmpc_client {
   int fd;
+  int wants_tls;
+  char trusted[512]; /* PEM file; "" = the authorities of the system */
+#ifdef ROBOMOSP_TLS
+  SSL_CTX *tls_context;
+  SSL *tls; /* NULL = not spoken */
+  char cipher[17408]; /* that is to be sent */
+  size_t cipher_used, cipher_sent;
+#endif
   pid_t child; /* 0 = none */
   double timeout;
   const volatile sig_atomic_t *stop;
@@ -731,7 +746,209 @@ static void drop_events(rmpc_client *c) {
   c->event_bytes = 0;
 }
 
+/* --- TLS by OpenSSL, where it is wanted --- */
+
+rmpc_status rmpc_set_tls(rmpc_client *c, const char *trusted) {
+#ifdef ROBOMOSP_TLS
+  c->wants_tls = trusted != NULL;
+  if (trusted && strlen(trusted) >= sizeof c->trusted)
+    return fault(c, RMPC_USAGE, "The path of the certificate is too long.");
+  copy_text(c->trusted, sizeof c->trusted, trusted ? trusted : "");
+  return RMPC_OK;
+#else
+  if (!trusted) return RMPC_OK;
+  return fault(c, RMPC_USAGE, "This client was compiled without TLS. Compile it with -DROBOMOSP_TLS and link "
+                              "libssl and libcrypto, or use a tunnel.");
+#endif
+}
+
+#ifdef ROBOMOSP_TLS
+static const char *tls_reason(void) {
+  const unsigned long code = ERR_get_error();
+  const char *text = code ? ERR_reason_error_string(code) : NULL;
+  ERR_clear_error();
+  return text ? text : "the connection was closed";
+}
+
+/* Sends what is encrypted, as far as it is taken: 1 = all, 0 = not yet, -1 = an error. By send() and not by
+ * OpenSSL, which would raise SIGPIPE. */
+static int tls_flush(rmpc_client *c) {
+  for (;;) {
+    ssize_t n;
+    if (c->cipher_sent == c->cipher_used) {
+      const int taken = BIO_read(SSL_get_wbio(c->tls), c->cipher, (int)sizeof c->cipher);
+      c->cipher_sent = 0;
+      c->cipher_used = taken > 0 ? (size_t)taken : 0;
+      if (taken <= 0) return 1;
+    }
+    n = send(c->fd, c->cipher + c->cipher_sent, c->cipher_used - c->cipher_sent, MSG_NOSIGNAL);
+    if (n > 0) c->cipher_sent += (size_t)n;
+    else if (n < 0 && errno == EINTR) continue;
+    else return n < 0 && (errno == EAGAIN || errno == EWOULDBLOCK) ? 0 : -1;
+  }
+}
+
+/* Takes in what the network has: > 0 = something, 0 = its end, -1 as recv(). */
+static ssize_t tls_feed(rmpc_client *c) {
+  char raw[16384];
+  const ssize_t n = recv(c->fd, raw, sizeof raw, 0);
+  if (n > 0 && BIO_write(SSL_get_rbio(c->tls), raw, (int)n) != (int)n) {
+    errno = ENOMEM;
+    return -1;
+  }
+  return n;
+}
+
+static void tls_end(rmpc_client *c) {
+  if (c->tls && c->fd >= 0 && SSL_is_init_finished(c->tls)) {
+    SSL_shutdown(c->tls);
+    tls_flush(c);
+  }
+  SSL_free(c->tls);
+  SSL_CTX_free(c->tls_context);
+  c->tls = NULL;
+  c->tls_context = NULL;
+  c->cipher_used = c->cipher_sent = 0;
+  ERR_clear_error();
+}
+
+/* Whether the server shows one of the trusted certificates itself, whatever its name. */
+static int tls_is_pinned(const rmpc_client *c) {
+  X509 *shown_one = SSL_get_peer_certificate(c->tls), *one;
+  BIO *file = c->trusted[0] ? BIO_new_file(c->trusted, "r") : NULL;
+  int found = 0;
+  while (file && shown_one && !found && (one = PEM_read_bio_X509(file, NULL, NULL, NULL))) {
+    found = X509_cmp(shown_one, one) == 0;
+    X509_free(one);
+  }
+  BIO_free(file);
+  X509_free(shown_one);
+  ERR_clear_error();
+  return found;
+}
+
+static rmpc_status wait_for(rmpc_client *c, short what, double until, short *got, int heeds_stop);
+
+/* Begins TLS on the socket that is connected. */
+static rmpc_status tls_begin(rmpc_client *c, const char *host) {
+  const double until = c->timeout > 0 ? now() + c->timeout : 0;
+  BIO *in, *out;
+  long trust;
+  c->tls_context = SSL_CTX_new(TLS_client_method());
+  if (!c->tls_context || !SSL_CTX_set_min_proto_version(c->tls_context, TLS1_2_VERSION)) return no_memory(c);
+#ifdef SSL_OP_IGNORE_UNEXPECTED_EOF
+  SSL_CTX_set_options(c->tls_context, SSL_OP_IGNORE_UNEXPECTED_EOF);
+#endif
+  SSL_CTX_set_verify(c->tls_context, SSL_VERIFY_NONE, NULL); /* looked at below, before anything is sent */
+  if (c->trusted[0] ? !SSL_CTX_load_verify_locations(c->tls_context, c->trusted, NULL)
+                    : !SSL_CTX_set_default_verify_paths(c->tls_context))
+    return over(c, fault(c, RMPC_USAGE, "%s cannot be read as certificates: %s.", c->trusted, tls_reason()));
+  c->tls = SSL_new(c->tls_context);
+  in = BIO_new(BIO_s_mem());
+  out = BIO_new(BIO_s_mem());
+  if (!c->tls || !in || !out) {
+    BIO_free(in);
+    BIO_free(out);
+    return no_memory(c);
+  }
+  SSL_set_bio(c->tls, in, out);
+  SSL_set_connect_state(c->tls);
+  if (!X509_VERIFY_PARAM_set1_ip_asc(SSL_get0_param(c->tls), host)) {
+    SSL_set_tlsext_host_name(c->tls, host);
+    SSL_set1_host(c->tls, host);
+  }
+  for (;;) {
+    const int done = (ERR_clear_error(), SSL_do_handshake(c->tls));
+    const int why = SSL_get_error(c->tls, done);
+    short got = 0;
+    rmpc_status waited;
+    ssize_t n;
+    int sent = tls_flush(c);
+    if (done == 1 && sent != 0) break;
+    if ((done != 1 && why != SSL_ERROR_WANT_READ && why != SSL_ERROR_WANT_WRITE) || sent < 0)
+      return over(c, fault(c, RMPC_PROTOCOL, "%s does not speak TLS: %s. Connect without TLS if it serves without.",
+                           c->peer, tls_reason()));
+    waited = wait_for(c, (short)(sent ? POLLIN : POLLIN | POLLOUT), until, &got, 1);
+    if (waited) return over(c, fault(c, waited, "%s did not begin TLS within %g s.", c->peer, c->timeout));
+    if (!(got & (POLLIN | POLLERR | POLLHUP))) continue;
+    n = tls_feed(c);
+    if (n == 0 || (n < 0 && errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR))
+      return over(c, fault(c, RMPC_PROTOCOL, "%s does not speak TLS: it closed the connection. Connect without TLS "
+                                             "if it serves without.", c->peer));
+  }
+  trust = SSL_get_verify_result(c->tls);
+  if (trust != X509_V_OK && !tls_is_pinned(c))
+    return over(c, fault(c, RMPC_LOST, "%s is not trusted: %s. Give the server's certificate to rmpc_set_tls().",
+                         c->peer, X509_verify_cert_error_string(trust)));
+  return RMPC_OK;
+}
+#endif
+
+/* As recv() and send(). */
+static ssize_t take_bytes(rmpc_client *c, char *to, size_t most) {
+#ifdef ROBOMOSP_TLS
+  while (c->tls) {
+    const int n = (ERR_clear_error(), SSL_read(c->tls, to, (int)most));
+    ssize_t more;
+    if (n > 0) return n;
+    if (SSL_get_error(c->tls, n) == SSL_ERROR_ZERO_RETURN) return 0;
+    if (SSL_get_error(c->tls, n) != SSL_ERROR_WANT_READ) {
+      errno = EPROTO;
+      return -1;
+    }
+    tls_flush(c);
+    more = tls_feed(c);
+    if (more <= 0) return more;
+  }
+#endif
+  return recv(c->fd, to, most, 0);
+}
+
+static ssize_t give_bytes(rmpc_client *c, const char *from, size_t count) {
+#ifdef ROBOMOSP_TLS
+  if (c->tls) {
+    const int flushed = tls_flush(c);
+    int n;
+    if (flushed < 0) return -1;
+    if (flushed == 0 || count == 0) {
+      errno = EAGAIN;
+      return flushed ? 0 : -1;
+    }
+    n = (ERR_clear_error(), SSL_write(c->tls, from, count > 16384 ? 16384 : (int)count));
+    if (n <= 0) {
+      errno = EPROTO;
+      return -1;
+    }
+    tls_flush(c);
+    return n;
+  }
+#endif
+  return send(c->fd, from, count, MSG_NOSIGNAL);
+}
+
+static int has_tls(const rmpc_client *c) {
+#ifdef ROBOMOSP_TLS
+  return c->tls != NULL;
+#else
+  (void)c;
+  return 0;
+#endif
+}
+
+/* Whether bytes wait that were taken by give_bytes(). */
+static int is_giving(rmpc_client *c) {
+#ifdef ROBOMOSP_TLS
+  return c->tls && (c->cipher_sent < c->cipher_used || BIO_ctrl_pending(SSL_get_wbio(c->tls)) > 0);
+#else
+  (void)c;
+  return 0;
+#endif
+}
+
 void rmpc_close(rmpc_client *c) {
+#ifdef ROBOMOSP_TLS
+  tls_end(c);
+#endif
   if (c->fd >= 0) close(c->fd);
   c->fd = -1;
   c->in_used = c->in_line = c->in_scanned = 0;
@@ -821,25 +1038,28 @@ static rmpc_status ended(rmpc_client *c) {
 /* Takes in what is there. */
 static rmpc_status receive(rmpc_client *c) {
   ssize_t n;
-  if (c->in_used - c->in_line >= RMPC_LONGEST_ANSWER)
-    return over(c, fault(c, RMPC_PROTOCOL, "%s sent an answer of more than %u MiB.", c->peer, RMPC_LONGEST_ANSWER >> 20));
-  if (!grow_text(&c->in, &c->in_room, c->in_used + 65536)) return no_memory(c);
-  n = recv(c->fd, c->in + c->in_used, 65536, 0);
-  if (n > 0) c->in_used += (size_t)n;
-  else if (n == 0 || (errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR)) return ended(c);
+  do {
+    if (c->in_used - c->in_line >= RMPC_LONGEST_ANSWER)
+      return over(c, fault(c, RMPC_PROTOCOL, "%s sent an answer of more than %u MiB.", c->peer,
+                           RMPC_LONGEST_ANSWER >> 20));
+    if (!grow_text(&c->in, &c->in_room, c->in_used + 65536)) return no_memory(c);
+    n = take_bytes(c, c->in + c->in_used, 65536);
+    if (n > 0) c->in_used += (size_t)n;
+    else if (n == 0 || (errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR)) return ended(c);
+  } while (n > 0 && has_tls(c)); /* poll() does not see what is decrypted already */
   return RMPC_OK;
 }
 
 /* Sends the request. What comes meanwhile is taken in, so that neither end waits for the other. */
 static rmpc_status send_all(rmpc_client *c, const char *text, size_t length, double until) {
   size_t done = 0;
-  while (done < length) {
+  while (done < length || is_giving(c)) {
     short got = 0;
     const rmpc_status waited = wait_for(c, POLLIN | POLLOUT, until, &got, 0);
     if (waited == RMPC_TIMEOUT)
       return over(c, fault(c, RMPC_TIMEOUT, "%s did not take the request in time; the connection is closed.", c->peer));
     if (got & POLLOUT) {
-      const ssize_t n = send(c->fd, text + done, length - done, MSG_NOSIGNAL);
+      const ssize_t n = give_bytes(c, text + done, length - done);
       if (n > 0) done += (size_t)n;
       else if (n < 0 && errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR) got |= POLLIN;
     }
@@ -1377,6 +1597,8 @@ static rmpc_status unreachable(rmpc_client *c, const char *why) {
 rmpc_status rmpc_connect(rmpc_client *c, const char *address, const char *token) {
   int fd = -1, why = 0;
   rmpc_close(c);
+  if (c->wants_tls && address && strncmp(address, "unix:", 5) == 0)
+    return fault(c, RMPC_USAGE, "A Unix socket has no TLS. Call rmpc_set_tls(c, NULL).");
   if (!address || !*address) return fault(c, RMPC_USAGE, "An address is needed, such as \"127.0.0.1:7007\".");
   copy_text(c->peer, sizeof c->peer, address);
   if (strncmp(address, "unix:", 5) == 0) {
@@ -1425,6 +1647,14 @@ rmpc_status rmpc_connect(rmpc_client *c, const char *address, const char *token)
       const int on = 1;
       setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
     }
+#ifdef ROBOMOSP_TLS
+    if (c->wants_tls) {
+      rmpc_status status;
+      c->fd = fd;
+      status = tls_begin(c, host);
+      if (status) return status;
+    }
+#endif
   }
   return rmpc_open(c, fd, 1, token);
 }

@@ -19,7 +19,8 @@
  * freed. Texts that point into an answer hold until the next call or event; handles and numbers are copies.
  *
  * Threads. A client belongs to one thread at a time. No function raises signals, prints, or exits.
- * TLS is not spoken: for other machines use a tunnel (ssh -L, stunnel), or the client in Python. */
+ * TLS needs OpenSSL 1.1.1 or later: compile robomosp_client.c with -DROBOMOSP_TLS, link libssl and libcrypto, and
+ * call rmpc_set_tls(). Without, use a tunnel for other machines (ssh -L, stunnel). */
 #ifndef ROBOMOSP_CLIENT_H
 #define ROBOMOSP_CLIENT_H
 
@@ -66,6 +67,10 @@ typedef struct rmpc_handle {
 rmpc_client *rmpc_new(void);
 /* Ends the connection and frees everything; NULL is fine. */
 void rmpc_free(rmpc_client *c);
+/* What the next rmpc_connect() does: NULL = no TLS, as at first; "" = TLS, with the authorities of the system; else
+ * TLS, with a PEM file of certificates: a server that shows one of them is trusted whatever its name, and what they
+ * signed by name. RMPC_USAGE where it was compiled without ROBOMOSP_TLS. */
+rmpc_status rmpc_set_tls(rmpc_client *c, const char *trusted);
 /* Connects to a server: "127.0.0.1:7007", "localhost", "[::1]:7007" or "unix:/path". token: NULL without
  * one. The time of rmpc_set_timeout() holds for the connection, apart from looking up a host's name. */
 rmpc_status rmpc_connect(rmpc_client *c, const char *address, const char *token);
