@@ -28,7 +28,7 @@ constexpr LimitSpec kSpecs[] = {
     {"rate", &Limits::rate, 1, 10'000'000, "1/s",
      "Requests of a client, with a reserve of one second; one beyond is refused.", true},
     {"jobs", &Limits::jobs, 1, 10'000, "jobs", "Jobs of a client that run or wait.", true},
-    {"waits", &Limits::waits, 1, 1'000, "requests", "job.wait of a client that wait."},
+    {"waits", &Limits::waits, 1, 1'000, "requests", "job.wait and server.wait of a client that wait."},
     {"subscriptions", &Limits::subscriptions, 1, 1'000, "subscriptions", "Those of a client."},
     {"seconds", &Limits::seconds, 1, kYear, "s",
      "What one command may take; then it is cancelled. Jobs are not meant.", true},
