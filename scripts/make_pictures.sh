@@ -29,6 +29,7 @@ two_arms normal: two_arms_25
 redundant_arm normal: redundant_arm_clearance
 plan_around normal: plan_around=plan_around_2
 pass_part normal: pass_part_belt pass_part_middle
+cooperation_pictures normal: cooperation_taken
 pick_and_place normal: pick_and_place_carried pick_and_place_fingers
 palletising normal: palletising_carried
 welding normal: welding_large_tube welding_small_tube
