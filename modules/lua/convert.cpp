@@ -67,7 +67,23 @@ Result<Value> list_from(lua_State* L, int table, std::size_t count, int depth) {
   return Value(std::move(list));
 }
 
+/// What a script shows its object as: the text __shown of the metatable. scripts/lib/remote.lua
+/// says so of what stands for another program's things. nullopt for tables without.
+std::optional<std::string> shown_as(lua_State* L, int table) {
+  if (!lua_checkstack(L, 3) || lua_getmetatable(L, table) == 0) return std::nullopt;
+  lua_pushliteral(L, "__shown");
+  lua_rawget(L, -2);
+  std::optional<std::string> text;
+  std::size_t length = 0;
+  if (lua_type(L, -1) == LUA_TSTRING)
+    if (const char* s = lua_tolstring(L, -1, &length)) text.emplace(s, length);
+  lua_pop(L, 2);
+  return text;
+}
+
 Result<Value> table_to_value(lua_State* L, int table, int depth) {
+  if (const auto object = shown_as(L, table))
+    return bad_value(*object + " means nothing to this program", "Give a name, or what it holds.");
   if (depth >= kDeepestValue)
     return bad_value("the table is nested deeper than " + std::to_string(kDeepestValue) +
                          " levels or contains itself",
@@ -447,6 +463,7 @@ class TableText {
 
   // The depth of the recursion is bounded by kDeepest.
   std::string of(int table) {
+    if (auto object = shown_as(L_, table)) return std::move(*object);
     if (const void* id = lua_topointer(L_, table);
         std::find(open_.begin(), open_.end(), id) != open_.end())
       return "<cycle>";
@@ -485,6 +502,7 @@ class TableText {
 
   std::string nested(int table) {
     std::string text = of(table);
+    if (shown_as(L_, table)) return text;
     if (text == "<cycle>" || text == "{}" || text == "table") return text;
     for (std::size_t at = text.find('\n'); at != std::string::npos; at = text.find('\n', at + 3))
       text.insert(at + 1, "  ");
@@ -519,6 +537,7 @@ std::string pretty_of(Impl& impl, lua_State* L, int index, Shown shown) {
     lua_pop(L, 2);
     if (is_error) return to_error(L, index).sentence();
   }
+  if (auto object = shown_as(L, index)) return std::move(*object);
   const auto value = to_value(L, index);
   if (!value.ok()) return TableText(impl, L, shown).of(index);
   const ioci::ReturnSpec* returns = returns_of(L, index);

@@ -84,43 +84,47 @@ local function packed(c, value, depth)
   return out
 end
 
+local function handle_text(handle)
+  local facts = facts_of[handle]
+  return facts.kind .. (facts.name ~= "" and ":" .. facts.name or "") .. "#" .. facts.number
+end
+
+local function no_field(handle)
+  refuse("invalid_argument", "fields of a " .. handle.kind .. " cannot be assigned",
+         "Edit it by a command, for example x:set{...}.")
+end
+
+local function is_same(a, b)
+  local x, y = facts_of[a], facts_of[b]
+  return owner_of[a] == owner_of[b] and x and y and x.kind == y.kind and x.number == y.number and
+         x.generation == y.generation or false
+end
+
 local function new_handle(c, h)
   local self = inside[c]
-  local meta = self.kinds[h.kind]
-  if not meta then
+  local find = self.kinds[h.kind]
+  if not find then
     local methods = self.methods[h.kind] or {}
-    meta = {
-      __name = h.kind,
-      __index = function(handle, key)
-        local found = methods[key]
-        if found == nil then
-          found = facts_of[handle][key]
-        end
-        if found ~= nil then
-          return found
-        end
-        refuse("unknown_name", "a " .. handle.kind .. " over there has no method \"" .. tostring(key) .. "\"",
-               "r." .. handle.kind .. " holds the commands of its kind.")
-      end,
-      __newindex = function(handle)
-        refuse("invalid_argument", "fields of a " .. handle.kind .. " cannot be assigned",
-               "Edit it by a command, for example x:set{...}.")
-      end,
-      __eq = function(a, b)
-        local x, y = facts_of[a], facts_of[b]
-        return owner_of[a] == owner_of[b] and x and y and x.kind == y.kind and x.number == y.number and
-               x.generation == y.generation or false
-      end,
-      __tostring = function(handle)
-        local facts = facts_of[handle]
-        return facts.kind .. (facts.name ~= "" and ":" .. facts.name or "") .. "#" .. facts.number
-      end}
-    self.kinds[h.kind] = meta
+    find = function(handle, key)
+      local found = methods[key]
+      if found == nil then
+        found = facts_of[handle][key]
+      end
+      if found ~= nil then
+        return found
+      end
+      refuse("unknown_name", "a " .. h.kind .. " over there has no method \"" .. tostring(key) .. "\"",
+             "r." .. h.kind .. " holds the commands of its kind.")
+    end
+    self.kinds[h.kind] = find
   end
-  local handle = setmetatable({}, meta)
+  local handle = {}
   owner_of[handle] = c
   facts_of[handle] = {kind = h.kind, number = h.number, name = h.name or "", generation = h.generation}
-  return handle
+  -- One metatable each: __shown is what a console shows, which runs no script.
+  return setmetatable(handle, {__name = h.kind, __index = find, __newindex = no_field, __eq = is_same,
+                               __tostring = handle_text,
+                               __shown = handle_text(handle) .. " at " .. self.about.address})
 end
 
 --- What came, with handles to be used; `types` says which texts are numbers and which units there are.
@@ -370,7 +374,6 @@ function Connection:close()
 end
 
 local kMeta = {
-  __name = "connection",
   __index = function(c, key)
     if Connection[key] then
       return Connection[key]
@@ -397,7 +400,11 @@ function remote.connect(options)
     options = {address = options}
   end
   local about = run(connection.open, options or {})
-  local c = setmetatable({}, kMeta)
+  local meta = {__name = "connection", __shown = "connection to " .. about.address}
+  for name, value in pairs(kMeta) do
+    meta[name] = value
+  end
+  local c = setmetatable({}, meta)
   inside[c] = {number = about.connection, about = about, handlers = {}, specs = {}}
   local ok, why = pcall(learn, c)
   if not ok then

@@ -110,7 +110,7 @@ class OverAServer(unittest.TestCase):
             """)
         self.assertIn("invalid_argument\ttrue\t5\n", out)
         for sentence in ('has no method "fkk"', 'no command "robot.fkk"', 'no commands "robott"', "cannot be assigned",
-                         "more arguments", "is not a robot", "means nothing to", "stale_handle", "is closed"):
+                         "more arguments", "means nothing to this program", "means nothing to unix:", "stale_handle", "is closed"):
             self.assertIn(sentence, out)
         self.assertNotIn("remote.lua", out)
 
