@@ -278,12 +278,15 @@ void Client::read() {
           return lose(error(ErrorCode::io, "it closed the connection"));
         if (!goodbye_.empty())
           return lose(error(ErrorCode::io, where + " closed the connection: " + goodbye_));
+        // As of a server that is about to end, too: its socket takes connections to the last.
+        if (!has_spoken_ && first_.empty())
+          return lose(error(ErrorCode::io, where + " closed the connection without an answer",
+                            "Is it a ROBOMOSP server?"));
         if (!has_spoken_)
           return lose(first_.starts_with("\x15\x03")
                           ? error(ErrorCode::unsupported, where + " speaks TLS",
                                   "Give tls = true, or the server's certificate.")
-                          : no_server(first_.empty() ? "it closed the connection without an answer"
-                                                     : "it answered " + shown(first_)));
+                          : no_server("it answered " + shown(first_)));
         lose(error(ErrorCode::io,
                    where + " closed the connection" +
                        (lines_.is_within() ? " in the middle of an answer" : ""),

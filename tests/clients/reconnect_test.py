@@ -26,12 +26,14 @@ class Server:
 
     def __init__(self, folder):
         self.path = os.path.join(folder, "s")
+        self.environment = {**os.environ, "XDG_STATE_HOME": folder}  # unsaved work of those that are killed
         self.address = "unix:" + self.path
         self.start()
 
     def start(self):
         self.process = subprocess.Popen([PROGRAM, "serve", "--listen", self.address],
-                                        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+                                        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                                        env=self.environment)
         line = self.process.stdout.readline()
         if not line.startswith("Listening"):
             raise RuntimeError(line + self.process.stdout.read())
