@@ -48,12 +48,16 @@ Error error_of(const Map& fault) {
   static const Map kNone;
   const Map& about = data && data->as_map() ? *data->as_map() : kNone;
   const std::string code = text_at(about, "code");
-  Error e = error(ErrorCode::internal, text_at(fault, "message"));
+  Error e = error(ErrorCode::unsupported, text_at(fault, "message"));
+  // JSON-RPC 2.0, section 5.1: what a server means that gives no word of ours.
+  const Value* given = fault.find("code");
+  const std::int64_t number = given && given->as_int() ? *given->as_int() : 0;
+  if (number == -32'700) e.code = ErrorCode::syntax;
+  if (number == -32'600) e.code = ErrorCode::usage;
+  if (number == -32'601) e.code = ErrorCode::unknown_name;
+  if (number == -32'602) e.code = ErrorCode::invalid_argument;
   for (int c = 1; c <= static_cast<int>(ErrorCode::script_failed); ++c)
     if (to_string(static_cast<ErrorCode>(c)) == code) e.code = static_cast<ErrorCode>(c);
-  const Value* number = fault.find("code");
-  if (code.empty() && number && number->as_int() && *number->as_int() == -32601)
-    e.code = ErrorCode::unknown_name;
   e.where = text_at(about, "where");
   e.hint = text_at(about, "hint");
   // The message is the whole sentence; where and hint stand by themselves here.

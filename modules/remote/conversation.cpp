@@ -215,6 +215,8 @@ void Conversation::wait_for_job(Value request) {
   }
   copy_rights(*own);
   Executor::of_process().run([this, own, request = std::move(request)] {
+    DeferredWait here;
+    here.may_block = true;  // on this thread of its own
     if (auto text = server_.answer_beside(request, *own)) options_.say(std::move(*text));
     const std::lock_guard lock(mutex_);
     waits_.erase(own);

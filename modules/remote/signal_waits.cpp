@@ -318,7 +318,13 @@ Result<Value> wait(CommandContext& ctx, const Map& args) {
                  "a wait for a signal cannot be part of a group of edits, which others see only "
                  "when it ends",
                  "Wait before or after the group.");
-  if (DeferredWait* deferred = DeferredWait::of_this_thread()) {
+  DeferredWait* deferred = DeferredWait::of_this_thread();
+  if (!deferred && ctx.session.kind() == SessionKind::connection)
+    return error(ErrorCode::unsupported,
+                 "within a batch, a job or a script of a client a wait for a signal would hold up "
+                 "others",
+                 "Send server.wait as a request of its own.");
+  if (deferred && !deferred->may_block) {
     deferred->seconds = seconds;
     deferred->wish = std::move(wish);
     return Value();
@@ -374,7 +380,10 @@ RMP_COMMANDS(signal_commands) {
            "Several programs, or consoles, work together by it: one sets a signal with "
            "world.set_signal, the other waits for it. Of a client of the server it is answered "
            "when it comes true, beside its other requests, and rpc.cancel ends it; as many wait "
-           "at a time as the limit waits says. A value that is there for less than it takes to "
+           "at a time as the limit waits says. Clients send it as a request of its own: in "
+           "batches, "
+           "jobs and scripts of theirs it is refused, unless it is true already. A value that is "
+           "there for less than it takes to "
            "look may be missed, so let who waits take it back.",
        .example = "local cell = world.create{name = \"cell\"}\n"
                   "cell:add_signal{name = \"ready\"}\ncell:set_signal(\"ready\", 1)\n"

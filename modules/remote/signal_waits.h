@@ -62,7 +62,9 @@ class SignalWaits {
   std::shared_ptr<State> state_;
 };
 
-/// While it lives, server.wait on this thread does not wait but leaves its wish here.
+/// While it lives, server.wait on this thread does not wait but leaves its wish here; or may wait
+/// on this thread though it is a client's. Elsewhere a client's wait is refused, as it would hold
+/// up others.
 class DeferredWait {
  public:
   DeferredWait();
@@ -72,6 +74,7 @@ class DeferredWait {
   [[nodiscard]] static DeferredWait* of_this_thread();
   std::optional<SignalWish> wish{};
   double seconds = 0;
+  bool may_block = false;
 
  private:
   DeferredWait* before_;

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """`require "remote"`: scripts in Lua over another robomosp, over servers that lie, and TLS of Lua and C."""
+import json
 import os
+import random
 import socket
 import ssl
 import subprocess
@@ -274,6 +276,36 @@ class Fakes(unittest.TestCase):
                 r:call("restart") r:reconnect() print(pcall(r.call, r, "echo", {a = arm}))
                 print(r:call("robot.get") == arm)""")
             self.assertRegex(out, "^true\nfalse\t.*has ended.*\nfalse\n$")
+
+
+class Mutations(unittest.TestCase):
+    def test_answers_that_were_changed_are_one_sentence_each(self):
+        moments = random.Random(int(os.environ.get("ROBOMOSP_FUZZ_SEED", "5")))
+        rounds = int(os.environ.get("ROBOMOSP_FUZZ_ROUNDS", "300"))
+        seeds = [json.dumps({"jsonrpc": "2.0", "id": 1, "result": HELLO}).encode() + b"\n",
+                 b'{"jsonrpc":"2.0","id":1,"error":{"code":-32000,"message":"no","data":{"code":"io","where":"w"}}}\n',
+                 b'{"method":"event","params":{"subscription":1}}\n{"method":"server.closing","params":{"reason":"x"}}\n',
+                 b'{"id":1,"result":{"$array":{"shape":[2,1],"base64":"AAAAAAAA8D8AAAAAAAAAQA=="}}}\n']
+        with FakeServer(raw=b"") as server:
+            def changed():
+                text = bytearray(moments.choice(seeds))
+                for _ in range(moments.randrange(1, 6)):
+                    at = moments.randrange(len(text))
+                    text[at:at + moments.randrange(3)] = bytes(moments.choices(b'{}[]",:\\\x00\xff\n019e$u', k=moments.randrange(4)))
+                    text = text or bytearray(b"{")
+                return bytes(text)
+
+            class Changing(type(server)):
+                raw = property(lambda self: changed(), lambda self, value: None)
+            server.__class__ = Changing
+            out = lua("""for i = 1, tonumber(arg[2]) do
+                local ok, e = pcall(remote.connect, {address = arg[1], timeout = 5})
+                assert(not ok or e, "?")
+                assert(ok or (e.code and #e.message > 0 and not e.message:find "\\n" and e.code ~= "internal"), tostring(e))
+                if ok then e:close() end
+              end
+              print("all")""", server.address, str(rounds))
+        self.assertEqual(out, "all\n")
 
 
 class Tls(unittest.TestCase):

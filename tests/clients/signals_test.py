@@ -146,6 +146,28 @@ class Signals(unittest.TestCase):
         for r in clients:
             r.close()
 
+    def test_a_client_holds_up_nobody_by_batches_jobs_and_scripts(self):
+        for work in (lambda: self.b.batch([("server.wait", {"world": self.cell.name, "signal": "free"})]),
+                     lambda: [self.b.server.wait.job(world=self.cell.name, signal="free").wait(20)],
+                     lambda: [self.b.lua(f"return server.wait{{world = '{self.cell.name}', signal = 'free'}}")]):
+            began = time.monotonic()
+            try:
+                outcome = work()[0]
+            except robomosp.Error as e:
+                outcome = e
+            self.assertIn("would hold up others", str(outcome))
+            self.assertLess(time.monotonic() - began, 15)
+        self.assertEqual(self.b.batch([("server.wait", {"world": self.cell.name, "signal": "free", "value": 0})]), [0])
+
+    def test_over_standard_input(self):
+        with robomosp.start(PROGRAM) as r:
+            cell = r.world.create(name="cell")
+            cell.add_signal(name="free")
+            with self.assertRaisesRegex(robomosp.Error, "did not become 1 within 0.1 s"):
+                r.server.wait(signal="free", timeout=0.1)
+            self.soon(lambda: r.world.set_signal("cell", "free", 1))
+            self.assertEqual(r.server.wait(signal="free"), 1)
+
     def test_in_the_program_itself(self):
         done = subprocess.run([PROGRAM, "eval", """
             local cell = world.create{name = "cell"}
