@@ -34,6 +34,7 @@ pick_and_place normal: pick_and_place_carried pick_and_place_fingers
 palletising normal: palletising_carried
 welding normal: welding_large_tube welding_small_tube
 story_pictures normal: programmer_cell researcher_error researcher_steps student_arm student_torques
+bridge_pictures: bridge_residual
 library_pictures normal: library_robots library_parts tools_library
 LIST
 }

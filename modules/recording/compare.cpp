@@ -5,64 +5,10 @@
 #include <cmath>
 
 #include "kernel/text.h"
+#include "recording/pairing.h"
 
 namespace robomosp::recording {
 namespace {
-
-/// Where the rows of one recording stand between those of another.
-struct Pairing {
-  struct Row {
-    std::size_t first, other;
-    double share;  ///< of the other's next row
-    double at;
-  };
-  std::vector<Row> rows;
-};
-
-/// A hair beyond the ends that both share counts as within: times that were rounded.
-constexpr double kRounding = 1e-9;
-
-Result<Pairing> pair(const Recording& first, const Recording& other) {
-  Pairing out;
-  const Column *t = first.find("time"), *u = other.find("time");
-  if (!t || !u) {
-    if (first.rows() != other.rows())
-      return error(ErrorCode::invalid_argument,
-                   "they have " + std::to_string(first.rows()) + " and " +
-                       std::to_string(other.rows()) +
-                       " rows and no time to tell which belong "
-                       "together",
-                   "Give both a column \"time\", or as many rows.");
-    for (std::size_t i = 0; i < first.rows(); ++i)
-      out.rows.push_back({i, i, 0, static_cast<double>(i + 1)});
-    return out;
-  }
-  if (t->values.empty() || u->values.empty())
-    return error(ErrorCode::invalid_argument, "one of them has no rows", "Compare others.");
-  const double hair = kRounding * std::max(std::fabs(u->values.back()), 1e-3);
-  for (std::size_t i = 0; i < t->values.size(); ++i) {
-    const double at = t->values[i];
-    if (!(at >= u->values.front() - hair && at <= u->values.back() + hair)) continue;
-    const auto after = std::upper_bound(u->values.begin(), u->values.end(), at);
-    std::size_t k =
-        after == u->values.begin() ? 0 : static_cast<std::size_t>(after - u->values.begin()) - 1;
-    if (k + 1 >= u->values.size()) {
-      out.rows.push_back({i, k, 0, at});
-      continue;
-    }
-    const double share = (at - u->values[k]) / (u->values[k + 1] - u->values[k]);
-    out.rows.push_back({i, k, std::clamp(share, 0.0, 1.0), at});
-  }
-  if (out.rows.empty())
-    return error(ErrorCode::invalid_argument,
-                 "they have no time in common: one is from " +
-                     text::print_rounded(t->values.front()) + " s to " +
-                     text::print_rounded(t->values.back()) + " s, the other from " +
-                     text::print_rounded(u->values.front()) + " s to " +
-                     text::print_rounded(u->values.back()) + " s",
-                 "Compare recordings of the same time.");
-  return out;
-}
 
 ColumnDifference difference(const Pairing& pairing, const Column& a, const Column& b) {
   ColumnDifference d;
@@ -70,9 +16,7 @@ ColumnDifference difference(const Pairing& pairing, const Column& a, const Colum
   d.unit = a.unit;
   std::vector<double> x, y;
   for (const auto& row : pairing.rows) {
-    const double other = row.share == 0 ? b.values[row.other]
-                                        : b.values[row.other] * (1 - row.share) +
-                                              b.values[row.other + 1] * row.share;
+    const double other = row.of(b.values);
     if (!std::isfinite(a.values[row.first]) || !std::isfinite(other)) continue;
     x.push_back(a.values[row.first]);
     y.push_back(other);

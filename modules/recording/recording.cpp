@@ -2,6 +2,9 @@
 #include "recording/recording.h"
 
 #include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <limits>
 
 #include "kernel/text.h"
 #include "spatial/rotation.h"
@@ -50,38 +53,150 @@ Result<std::vector<const Column*>> Recording::select(std::span<const std::string
   return chosen;
 }
 
-std::uint64_t Recordings::add(RecordingPtr recording) {
-  const std::lock_guard lock(mutex_);
-  recordings_.emplace(next_, std::move(recording));
-  return next_++;
-}
+/// One number's table: either as it was given, or one that grows.
+struct Recordings::Slot {
+  /// A table that grows, and how many have it as it is.
+  struct Growing {
+    Recording table;
+    std::atomic<std::size_t> lent{0};
+  };
+  std::mutex mutex;
+  RecordingPtr given;                        // guarded by mutex; none once it grows
+  std::shared_ptr<Growing> growing;          // guarded by mutex
+  std::vector<std::vector<double>> waiting;  // guarded by mutex; rows that no reader has seen
 
-RecordingPtr Recordings::find(std::uint64_t number) const {
+  [[nodiscard]] const Recording& table() const { return given ? *given : growing->table; }
+  [[nodiscard]] std::size_t rows_waiting() const {
+    return waiting.empty() ? 0 : waiting.front().size();
+  }
+
+  /// The table with all rows. With `mutex` held.
+  RecordingPtr now() {
+    if (rows_waiting() > 0) {
+      // Who gave it back has done so before the count is seen as zero.
+      if (!growing || growing->lent.load(std::memory_order_acquire) > 0) {
+        auto copy = std::make_shared<Growing>();
+        copy->table = table();
+        growing = std::move(copy);
+        given.reset();
+      }
+      for (std::size_t c = 0; c < waiting.size(); ++c) {
+        auto& values = growing->table.columns[c].values;
+        values.insert(values.end(), waiting[c].begin(), waiting[c].end());
+        waiting[c].clear();
+      }
+    }
+    if (given) return given;
+    growing->lent.fetch_add(1, std::memory_order_relaxed);
+    return {&growing->table, [keep = growing](const Recording*) {
+              keep->lent.fetch_sub(1, std::memory_order_release);
+            }};
+  }
+};
+
+std::shared_ptr<Recordings::Slot> Recordings::slot(std::uint64_t number) const {
   const std::lock_guard lock(mutex_);
   const auto it = recordings_.find(number);
   return it == recordings_.end() ? nullptr : it->second;
 }
 
-std::vector<std::pair<std::uint64_t, RecordingPtr>> Recordings::list() const {
+std::uint64_t Recordings::add(RecordingPtr recording) {
+  auto made = std::make_shared<Slot>();
+  made->given = std::move(recording);
   const std::lock_guard lock(mutex_);
-  return {recordings_.begin(), recordings_.end()};
+  recordings_.emplace(next_, std::move(made));
+  return next_++;
+}
+
+RecordingPtr Recordings::find(std::uint64_t number) const {
+  const auto found = slot(number);
+  if (!found) return nullptr;
+  const std::lock_guard lock(found->mutex);
+  return found->now();
+}
+
+std::vector<std::pair<std::uint64_t, RecordingPtr>> Recordings::list() const {
+  std::vector<std::pair<std::uint64_t, std::shared_ptr<Slot>>> slots;
+  {
+    const std::lock_guard lock(mutex_);
+    slots.assign(recordings_.begin(), recordings_.end());
+  }
+  std::vector<std::pair<std::uint64_t, RecordingPtr>> out;
+  for (const auto& [number, each] : slots) {
+    const std::lock_guard lock(each->mutex);
+    out.emplace_back(number, each->now());
+  }
+  return out;
 }
 
 Result<void> Recordings::replace(std::uint64_t number, const RecordingPtr& was,
                                  RecordingPtr recording) {
-  const std::lock_guard lock(mutex_);
-  const auto it = recordings_.find(number);
-  if (it == recordings_.end() || it->second != was)
-    return error(ErrorCode::conflict,
-                 std::string("the recording was ") +
-                     (it == recordings_.end() ? "removed" : "changed") + " meanwhile",
+  const auto found = slot(number);
+  const auto refused = [&](const char* what) {
+    return error(ErrorCode::conflict, std::string("the recording was ") + what + " meanwhile",
                  "Nothing was changed. Run it again.", "recording#" + std::to_string(number));
-  it->second = std::move(recording);
+  };
+  if (!found) return refused("removed");
+  const std::lock_guard lock(found->mutex);
+  if (&found->table() != was.get() || found->rows_waiting() > 0) return refused("changed");
+  found->given = std::move(recording);
+  found->growing.reset();
+  found->waiting.clear();
   return {};
 }
 
+Result<std::size_t> Recordings::append(std::uint64_t number,
+                                       std::span<const std::vector<double>> columns) {
+  const std::string where = "recording#" + std::to_string(number);
+  const auto found = slot(number);
+  if (!found)
+    return error(ErrorCode::not_found, "there is no " + where,
+                 "recording.list names those there are.");
+  const std::lock_guard lock(found->mutex);
+  const Recording& table = found->table();
+  if (columns.size() != table.columns.size())
+    return error(ErrorCode::conflict,
+                 "the recording has " + std::to_string(table.columns.size()) +
+                     " columns and the rows have " + std::to_string(columns.size()),
+                 "Give a value of each column in every row.", where);
+  if (columns.empty())
+    return error(ErrorCode::invalid_argument, "the recording has no columns", "", where);
+  const std::size_t count = columns.front().size();
+  for (const auto& c : columns)
+    if (c.size() != count)
+      return error(ErrorCode::invalid_argument, "the columns have different numbers of values",
+                   "Give as many to each.", where);
+  const std::size_t rows = table.rows() + found->rows_waiting();
+  if (count > kMostValues / columns.size() - std::min(rows, kMostValues / columns.size()))
+    return error(ErrorCode::unsupported,
+                 "the recording would have " + std::to_string(rows + count) + " rows of " +
+                     std::to_string(columns.size()) + " columns, more than " +
+                     std::to_string(kMostValues) + " numbers",
+                 "Begin another recording, and save or remove this one.", where);
+  for (std::size_t c = 0; c < columns.size(); ++c) {
+    if (table.columns[c].name != "time") continue;
+    const auto& before = found->rows_waiting() > 0 ? found->waiting[c] : table.columns[c].values;
+    double last = before.empty() ? -std::numeric_limits<double>::infinity() : before.back();
+    for (std::size_t i = 0; i < count; ++i) {
+      if (!(columns[c][i] > last) || std::isinf(columns[c][i]))
+        return error(
+            ErrorCode::invalid_argument,
+            "the time does not rise from " +
+                (rows + i == 0 ? std::string("the beginning") : text::print_rounded(last) + " s") +
+                " to " + text::print_rounded(columns[c][i]) + " s, row " + std::to_string(i + 1) +
+                " of those to append",
+            "Give rows that are later than those there are, in their order.", where);
+      last = columns[c][i];
+    }
+  }
+  found->waiting.resize(columns.size());
+  for (std::size_t c = 0; c < columns.size(); ++c)
+    found->waiting[c].insert(found->waiting[c].end(), columns[c].begin(), columns[c].end());
+  return rows + count;
+}
+
 bool Recordings::remove(std::uint64_t number) {
-  RecordingPtr gone;  // a large table is let go without the lock
+  std::shared_ptr<Slot> gone;  // a large table is let go without the lock
   const std::lock_guard lock(mutex_);
   const auto it = recordings_.find(number);
   if (it == recordings_.end()) return false;

@@ -74,7 +74,15 @@ struct Recording {
 };
 using RecordingPtr = std::shared_ptr<const Recording>;
 
+/// Numbers that one recording may hold, all columns together.
+inline constexpr std::size_t kMostValues = std::size_t{1} << 28;
+
 /// Run state, outside the document and its history. [any thread]
+///
+/// A recording that is appended to stays immutable for who has it: `find` gives the rows of now,
+/// and rows that come later are in what the next `find` gives. Appending costs the rows appended.
+/// Reading copies the table only where somebody still has the one of before; else it grows in its
+/// place.
 class Recordings {
  public:
   std::uint64_t add(RecordingPtr);  ///< number of its handle, never reused
@@ -84,11 +92,18 @@ class Recordings {
   /// Puts another table behind a number, such as the same one with columns added; an error where it
   /// is no longer `was`, from which it was made.
   Result<void> replace(std::uint64_t number, const RecordingPtr& was, RecordingPtr recording);
+  /// Adds rows at the end: the values of each column, in the recording's order, as many of each.
+  /// All or none. An error where a column is missing, the time does not rise, or there would be
+  /// more than kMostValues numbers. Gives how many rows there are then.
+  Result<std::size_t> append(std::uint64_t number, std::span<const std::vector<double>> columns);
 
  private:
+  struct Slot;
+  [[nodiscard]] std::shared_ptr<Slot> slot(std::uint64_t number) const;
+
   mutable std::mutex mutex_;
-  std::uint64_t next_ = 1;                            // guarded by mutex_
-  std::map<std::uint64_t, RecordingPtr> recordings_;  // guarded by mutex_
+  std::uint64_t next_ = 1;                                     // guarded by mutex_
+  std::map<std::uint64_t, std::shared_ptr<Slot>> recordings_;  // guarded by mutex_
 };
 
 }  // namespace robomosp::recording

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Robots in: URDF, MJCF and SDF; and out: URDF (layer: plugin).
+// Robots in: URDF, MJCF and SDF; and out: URDF, and packages of ROS 2 (layer: plugin).
 #include <filesystem>
 #include <string>
 
@@ -9,6 +9,7 @@
 
 #include "files.h"
 #include "read.h"
+#include "ros2_package.h"
 #include "urdf_writer.h"
 
 namespace robomosp::robot_files {
@@ -28,6 +29,26 @@ const rmp_param kExportParams[] = {
      1, 0},
     {"bodies", "bool", "", "False leaves out the shapes: joints and masses only.", "true", nullptr,
      1, 0},
+};
+
+const rmp_param kPackageParams[] = {
+    {"package", "string", "", "Name of the package.", "", nullptr, 1, 0},
+    {"bodies", "bool", "", "False leaves out the shapes: joints and masses only.", "true", nullptr,
+     1, 0},
+    {"description", "string", "", "What package.xml says of it.", "", nullptr, 1, 0},
+    {"maintainer", "string", "", "Name in package.xml.", "The maintainer", nullptr, 1, 0},
+    {"email", "string", "", "Address of the maintainer in package.xml.", "maintainer@example.org",
+     nullptr, 1, 0},
+    {"licence", "string", "", "Of the package.", "Proprietary", nullptr, 1, 0},
+    {"version", "string", "", "Of the package: three numbers.", "0.1.0", nullptr, 1, 0},
+    {"group", "string", "",
+     "Planning group of the SRDF; of several chains the beginning of theirs.", "manipulator",
+     nullptr, 1, 0},
+    {"hardware", "string", "", "Plugin of ros2_control that drives the joints.",
+     "mock_components/GenericSystem", nullptr, 1, 0},
+    {"command", "enum", "", "Interface that commands go to.", "position",
+     "position|velocity|effort", 1, 0},
+    {"rate", "real", "Hz", "Of the controllers.", "100", nullptr, 1, 10000},
 };
 
 class RobotImporter final : public Importer {
@@ -75,18 +96,14 @@ class InMetres final : public Params {
   Pose pose(std::string_view) const override { return {}; }
 };
 
-class RobotExporter final : public Exporter {
+/// What writes the meshes: the host's provider of STL files.
+class Meshes {
  public:
-  explicit RobotExporter(const rmp_host* host) : host_(host) {}
-  std::string_view extensions() const override { return "urdf"; }
-  bool is_exact(std::string_view) const override { return false; }
-
-  Result<std::vector<ExportedFile>> write(const ExportTask& task, const Params& params,
-                                          Progress& progress) const override {
-    const UrdfWishes wishes{std::string(params.text("package")), params.boolean("bodies")};
-    std::unique_ptr<Exporter> stl;
-    const InMetres metres;
-    const StlWriter write_stl = [&](const ExportItem& item) -> Result<std::string> {
+  explicit Meshes(const rmp_host* host) : host_(host) {}
+  /// While both arguments live.
+  StlWriter writer(std::unique_ptr<Exporter>& stl, Progress& progress) const {
+    return [this, &stl, &progress](const ExportItem& item) -> Result<std::string> {
+      const InMetres metres;
       if (progress.cancelled()) return error(ErrorCode::cancelled, "the export was cancelled");
       if (!stl) {
         RMP_TRY_ASSIGN(stl, stl_exporter());
@@ -103,10 +120,6 @@ class RobotExporter final : public Exporter {
         if (f.name == part.name) return std::move(f.bytes);
       return error(ErrorCode::plugin_failed, "the provider that writes STL files wrote none");
     };
-    ExportReport unread;
-    const bool takes_report =
-        task.struct_size >= offsetof(ExportTask, report) + sizeof task.report && task.report;
-    return write_urdf(task, wishes, write_stl, takes_report ? *task.report : unread);
   }
 
  private:
@@ -122,15 +135,75 @@ class RobotExporter final : public Exporter {
   Host host_;
 };
 
+ExportReport& report_of(const ExportTask& task, ExportReport& unread) {
+  const bool takes_report =
+      task.struct_size >= offsetof(ExportTask, report) + sizeof task.report && task.report;
+  return takes_report ? *task.report : unread;
+}
+
+class RobotExporter final : public Exporter {
+ public:
+  explicit RobotExporter(const rmp_host* host) : meshes_(host) {}
+  std::string_view extensions() const override { return "urdf"; }
+  bool is_exact(std::string_view) const override { return false; }
+
+  Result<std::vector<ExportedFile>> write(const ExportTask& task, const Params& params,
+                                          Progress& progress) const override {
+    const UrdfWishes wishes{std::string(params.text("package")), params.boolean("bodies")};
+    std::unique_ptr<Exporter> stl;
+    ExportReport unread;
+    return write_urdf(task, wishes, meshes_.writer(stl, progress), report_of(task, unread));
+  }
+
+ private:
+  Meshes meshes_;
+};
+
+class PackageExporter final : public Exporter {
+ public:
+  explicit PackageExporter(const rmp_host* host) : meshes_(host) {}
+  std::string_view extensions() const override { return "xml"; }
+  bool is_exact(std::string_view) const override { return false; }
+
+  Result<std::vector<ExportedFile>> write(const ExportTask& task, const Params& params,
+                                          Progress& progress) const override {
+    const auto text = [&](const char* name) { return std::string(params.text(name)); };
+    Ros2Wishes wishes;
+    wishes.package = text("package");
+    wishes.description = text("description");
+    if (wishes.description.empty() && !task.robots.empty())
+      wishes.description = "The robot " + task.robots[0].name + ", written by ROBOMOSP.";
+    wishes.maintainer = text("maintainer");
+    wishes.email = text("email");
+    wishes.licence = text("licence");
+    wishes.version = text("version");
+    wishes.group = text("group");
+    wishes.hardware = text("hardware");
+    wishes.command = text("command");
+    wishes.rate = params.real("rate");
+    wishes.with_bodies = params.boolean("bodies");
+    std::unique_ptr<Exporter> stl;
+    ExportReport unread;
+    return write_ros2_package(task, wishes, meshes_.writer(stl, progress), report_of(task, unread));
+  }
+
+ private:
+  Meshes meshes_;
+};
+
 }  // namespace
 }  // namespace robomosp::robot_files
 
-using robomosp::robot_files::RobotExporter, robomosp::robot_files::RobotImporter;
+using robomosp::robot_files::PackageExporter, robomosp::robot_files::RobotExporter,
+    robomosp::robot_files::RobotImporter;
 
 RMP_PLUGIN("org.robomosp.robot_files", "0.1.0", "Apache-2.0",
-           "Robots from URDF, MJCF and SDF, and as URDF.",
+           "Robots from URDF, MJCF and SDF, and as URDF and packages of ROS 2.",
            RMP_PROVIDER(RobotImporter, "robot",
                         "URDF, MJCF (MuJoCo) and SDF (Gazebo): joints, masses, shapes.",
                         "robot,confined", robomosp::robot_files::kImportParams),
            RMP_PROVIDER(RobotExporter, "urdf", "URDF: joints, masses, limits, shapes.", "robots",
-                        robomosp::robot_files::kExportParams))
+                        robomosp::robot_files::kExportParams),
+           RMP_PROVIDER(PackageExporter, "ros2_package",
+                        "Packages of ROS 2: URDF with ros2_control, SRDF, settings, launch file.",
+                        "robots", robomosp::robot_files::kPackageParams))

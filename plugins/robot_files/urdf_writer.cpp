@@ -58,11 +58,12 @@ std::string enumerate(std::span<const std::string> words) {
 class UrdfWriter {
  public:
   UrdfWriter(const ExportTask& task, const UrdfWishes& wishes, const StlWriter& stl,
-             ExportReport& report)
+             ExportReport& report, UrdfNames& names)
       : task_(task),
         wishes_(wishes),
         stl_(stl),
         report_(report),
+        names_(names),
         robot_(task.robots[0]),
         model_(*robot_.model),
         links_(mechanism(robot_)->links) {}
@@ -77,12 +78,14 @@ class UrdfWriter {
       links_taken_.insert(l.name);
     }
     base_ = free_name("base", links_taken_);
+    names_.root = names_.base = base_;
     RMP_TRY(bodies());
     xml_ = "<?xml version=\"1.0\"?>\n<robot name=\"" + escaped(robot_.name) + "\">\n";
     if (!is_identity(robot_.pose)) {
       const std::string mounting = free_name("mounting", links_taken_);
       xml_ += "  <link name=\"" + escaped(mounting) + "\"/>\n";
       ++link_count_;
+      names_.root = mounting;
       fixed(mounting, base_, robot_.pose);
       report_.notes.push_back("The base stands on a link " + in_quotes(mounting) +
                               " of its own, the root.");
@@ -91,10 +94,15 @@ class UrdfWriter {
     for (std::size_t i = 0; i < links_.size(); ++i) add_link(i);
     for (const ExportFrame& f : m.frames) {
       const std::string name = free_name(f.name, links_taken_);
+      names_.frames.push_back(name);
       link(name, {}, {});
       fixed(f.link < 0 ? base_ : links_[static_cast<std::size_t>(f.link)].name, name, f.pose);
     }
     xml_ += joint_xml_ + "</robot>\n";
+    for (std::size_t j = 0; j < model_.joints.size(); ++j)
+      names_.joints.push_back(model_.joints[j].type == JointType::spherical ? std::string()
+                                                                            : urdf_joint(j));
+    names_.links = links_taken_;
     report(m);
     report_.counts.push_back({"links", link_count_});
     report_.counts.push_back({"joints", joint_count_});
@@ -368,7 +376,8 @@ class UrdfWriter {
               ? c
               : '_';
     const std::string stem(task_.name.substr(0, task_.name.rfind('.')));
-    const std::string local = stem + "_meshes/" + free_name(plain, meshes_taken_) + ".stl";
+    const std::string folder = wishes_.mesh_folder.empty() ? stem + "_meshes" : wishes_.mesh_folder;
+    const std::string local = folder + "/" + free_name(plain, meshes_taken_) + ".stl";
     RMP_TRY_ASSIGN(std::string bytes, stl_(item));
     files_.push_back({local, std::move(bytes)});
     const std::string uri =
@@ -435,6 +444,7 @@ class UrdfWriter {
   const UrdfWishes& wishes_;
   const StlWriter& stl_;
   ExportReport& report_;
+  UrdfNames& names_;
   const ExportRobot& robot_;
   const RobotModel& model_;
   const std::vector<ExportLink>& links_;
@@ -451,7 +461,8 @@ class UrdfWriter {
 }  // namespace
 
 Result<std::vector<ExportedFile>> write_urdf(const ExportTask& task, const UrdfWishes& wishes,
-                                             const StlWriter& stl, ExportReport& report) {
+                                             const StlWriter& stl, ExportReport& report,
+                                             UrdfNames* names) {
   if (task.robots.size() != 1)
     return error(ErrorCode::unsupported,
                  "a URDF file holds one robot and there are " + std::to_string(task.robots.size()),
@@ -459,7 +470,8 @@ Result<std::vector<ExportedFile>> write_urdf(const ExportTask& task, const UrdfW
   if (!task.robots[0].model || !mechanism(task.robots[0]))
     return error(ErrorCode::unsupported, "the program does not say which links the robot has",
                  "Update it; the plugin is newer.");
-  return UrdfWriter(task, wishes, stl, report).run();
+  UrdfNames unread;
+  return UrdfWriter(task, wishes, stl, report, names ? *names : unread).run();
 }
 
 }  // namespace robomosp::robot_files

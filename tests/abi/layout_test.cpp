@@ -322,7 +322,9 @@ void plain_types(std::ostream& out) {
   TYPE(ExportPose);
   F2(ExportPose, name, q);
   TYPE(ExportMechanism);
-  F5(ExportMechanism, struct_size, links, frames, poses, left_out);
+  F6(ExportMechanism, struct_size, links, frames, poses, left_out, pairs);
+  TYPE(ExportPair);
+  F5(ExportPair, a, b, why, text, room);
   TYPE(ExportReport);
   F3(ExportReport, struct_size, notes, counts);
   TYPE(ExportReport::Count);

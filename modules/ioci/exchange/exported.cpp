@@ -5,6 +5,7 @@
 
 #include "io/native.h"
 #include "kernel/file_root.h"
+#include "kernel/text.h"
 
 namespace robomosp::ioci {
 
@@ -30,6 +31,18 @@ Result<void> write_exported(const std::vector<ExportedFile>& files, const fs::pa
       RMP_TRY(batch.add(to, f.bytes));
     }
   return batch.finish();
+}
+
+Result<void> check_new(const std::vector<ExportedFile>& files, const fs::path& file) {
+  std::vector<std::string> there;
+  for (const ExportedFile& f : files)
+    if (file_kind(file.parent_path() / f.name) != FileKind::none)
+      there.push_back(text::quote(f.name));
+  if (there.empty()) return {};
+  return error(ErrorCode::conflict,
+               text::enumerate_some(there, 4) + (there.size() == 1 ? " is" : " are") +
+                   " there already, and nothing was written",
+               "overwrite = true replaces what is there.", file.parent_path().string());
 }
 
 }  // namespace robomosp::ioci

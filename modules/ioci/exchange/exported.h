@@ -15,4 +15,7 @@ namespace robomosp::ioci {
 Result<void> write_exported(const std::vector<ExportedFile>& files,
                             const std::filesystem::path& file);
 
+/// An error that names files which are there already.
+Result<void> check_new(const std::vector<ExportedFile>& files, const std::filesystem::path& file);
+
 }  // namespace robomosp::ioci

@@ -16,6 +16,7 @@
 #include "evaluation/attached_tools.h"
 #include "io/native.h"
 #include "ioci/core/commands.h"
+#include "ioci/exchange/export_pairs.h"
 #include "ioci/exchange/exported.h"
 #include "ioci/records/solid_nodes.h"
 #include "kernel/executor.h"
@@ -646,6 +647,11 @@ class Items {
   std::vector<std::string> notes;
   bool wants_bodies = true;  ///< of robots
 
+  /// Of the only robot.
+  void set_pairs(std::vector<ExportPair> pairs) {
+    if (mechanisms_.size() == 1) mechanisms_.front().pairs = std::move(pairs);
+  }
+
   /// `number` is the link's, -1 = the base.
   std::int32_t group(const std::string& name, const Pose& pose, std::int32_t parent,
                      ItemOfRobot link = {}, std::int32_t number = -1) {
@@ -824,11 +830,19 @@ struct Exported {
   std::vector<ExportReport::Count> counts;
 };
 
+/// What an export may have that is no argument of all exports.
+struct ExportExtras {
+  std::string file;               ///< instead of the argument
+  std::vector<ExportPair> pairs;  ///< of a robot
+  bool may_replace = true;        ///< files that are there
+};
+
 /// Writes a record by the provider that writes files of the extension.
 Result<Exported> export_record(CommandContext& ctx, AnyId id, const Map& args,
-                               const std::string& extension, const Map& options) {
+                               const std::string& extension, const Map& options,
+                               ExportExtras extras = {}) {
   Exported done;
-  done.file = text_of(args, "file");
+  done.file = extras.file.empty() ? text_of(args, "file") : extras.file;
   RMP_TRY_ASSIGN(const auto chosen, provider_for<Exporter>(ctx, extension, "export"));
   RMP_TRY_ASSIGN(const auto params,
                  params_for(chosen.info, args, options, {"unit", "schema"}, done.file));
@@ -843,6 +857,7 @@ Result<Exported> export_record(CommandContext& ctx, AnyId id, const Map& args,
   Items out(ctx, is_exact, has(args, "chord") ? real(args, "chord") : 0);
   out.wants_bodies = !params->has("bodies") || params->boolean("bodies");
   RMP_TRY(collect(ctx, id, out).in(name_in(ctx, id)));
+  out.set_pairs(std::move(extras.pairs));
   if (is_drawing) {
     RMP_TRY_ASSIGN(const Pose plane, drawing_plane(ctx, args, id));
     RMP_TRY(out.cut(plane).in(name_in(ctx, id)));
@@ -867,6 +882,7 @@ Result<Exported> export_record(CommandContext& ctx, AnyId id, const Map& args,
   auto files = guarded(chosen.info.name,
                        [&] { return chosen.provider->write(task, *params, ctx.progress); });
   if (!files.ok()) return std::move(files).in(name_in(ctx, id)).error();
+  if (!extras.may_replace) RMP_TRY(check_new(*files, done.file));
   RMP_TRY(write_exported(*files, done.file).in(name_in(ctx, id)));
   const auto folder = std::filesystem::path(done.file).parent_path();
   for (const ExportedFile& f : *files)
@@ -898,6 +914,54 @@ Result<Value> export_urdf(CommandContext& ctx, const Map& args) {
     if (has(args, name)) options.set(name, *args.find(name));
   RMP_TRY_ASSIGN(const Exported done, export_record(ctx, ref(args, "id"), args, "urdf", options));
   Map out{{"file", done.file}, {"meshes", texts(done.others)}, {"notes", texts(done.notes)}};
+  for (const ExportReport::Count& c : done.counts) out.set(c.what, c.count);
+  return Value(std::move(out));
+}
+
+/// "My arm" gives "my_arm_description".
+std::string package_of(const std::string& robot) {
+  std::string out;
+  for (char c : robot) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c + 32);
+    const bool is_plain = (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9');
+    if (is_plain) out += c;
+    else if (!out.empty() && out.back() != '_') out += '_';
+  }
+  if (out.empty() || (out[0] >= '0' && out[0] <= '9')) out = "robot_" + out;
+  return out + (out.back() == '_' ? "" : "_") + "description";
+}
+
+Result<Value> export_ros2(CommandContext& ctx, const Map& args) {
+  const AnyId id = ref(args, "id");
+  Map options;
+  for (const char* name : {"bodies", "description", "maintainer", "email", "licence", "version",
+                           "group", "hardware", "command", "rate"})
+    if (has(args, name)) options.set(name, *args.find(name));
+  const std::string package =
+      has(args, "package") ? text_of(args, "package") : package_of(ctx.snapshot().find(id)->name);
+  options.set("package", package);
+  ExportExtras extras;
+  const std::filesystem::path folder = std::filesystem::path(text_of(args, "folder")) / package;
+  extras.file = (folder / "package.xml").string();
+  extras.may_replace = flag(args, "overwrite");
+  const auto samples = static_cast<std::size_t>(integer(args, "samples"));
+  std::vector<std::string> notes;
+  if (samples > 0) {
+    RMP_TRY_ASSIGN(extras.pairs, export_pairs(ctx, RobotId{id.number}, samples,
+                                              static_cast<std::uint64_t>(integer(args, "seed"))));
+  } else {
+    notes.emplace_back("No pairs of links were looked for that need no check for collision.");
+  }
+  const std::size_t pairs = extras.pairs.size();
+  RMP_TRY_ASSIGN(Exported done, export_record(ctx, id, args, "xml", options, std::move(extras)));
+  notes.insert(notes.begin(), done.notes.begin(), done.notes.end());
+  std::vector<std::string> files = std::move(done.others);
+  files.push_back(done.file);
+  Map out{{"package", package},
+          {"folder", folder.string()},
+          {"files", texts(files)},
+          {"disabled_pairs", pairs},
+          {"notes", texts(notes)}};
   for (const ExportReport::Count& c : done.counts) out.set(c.what, c.count);
   return Value(std::move(out));
 }
@@ -946,6 +1010,8 @@ const char* const kFormats =
     "| `.stl`, `.obj`, `.ply` | one mesh; no unit is stated in the file |\n"
     "| `.glb` | meshes, names, colours, assemblies; metres, y up |\n"
     "| `.3mf` | meshes, names, colours, assemblies |\n"
+    "| `package.xml` | a package of ROS 2: `robot.export_ros2`, but for the pairs that need no "
+    "check; `provider.params` of `ros2_package` |\n"
     "| `.urdf` | one robot: links, joints, masses, limits, shapes; `provider.params` of `urdf` |\n"
     "| `.dxf` | the section at a plane (lines, arcs, circles, splines), or the mesh as faces |\n";
 
@@ -1083,6 +1149,59 @@ RMP_COMMANDS(exchange_commands) {
        .effect = Effect::files_write,
        .sometimes = Effect::processes,
        .run = export_urdf});
+  all.push_back(
+      {.name = "robot.export_ros2",
+       .classic = "",
+       .summary = "Writes the robot as a description package of ROS 2.",
+       .details =
+           "A folder with package.xml, CMakeLists.txt, the URDF with its meshes and a ros2_control "
+           "system (mock components unless `hardware` names another plugin), an SRDF with groups, "
+           "named poses and the pairs of links that need no check for collision, settings of "
+           "controllers, joint limits and kinematics, and a launch file. Pairs are found as by "
+           "`robot.find_allowed_pairs`: Adjacent, Never and Always, and User where the robot's "
+           "rules say so; a pair that touched in none of the samples may still do so between them. "
+           "Names that ROS 2 does not take are refused, and so are files that are there, unless "
+           "overwrite = true. Other options are those of the provider ros2_package.",
+       .example = with_arm("local done = arm:export_ros2{folder = \"ros2\", samples = 100}\n"
+                           "assert(done.package == \"arm_description\" and #done.files >= 8)\n"
+                           "assert(done.joints >= 6)"),
+       .params = {self("robot"),
+                  needed("folder", "path", "",
+                         "Where the package's folder goes, such as src of a workspace."),
+                  optional("package", "string", "",
+                           "Its name; that of the robot with _description when left out."),
+                  defaulted("overwrite", "bool", "", false, "Replace files that are there."),
+                  defaulted("bodies", "bool", "", true,
+                            "False leaves out the shapes: joints and masses only."),
+                  between(defaulted("samples", "int", "", 10000,
+                                    "Random configurations in which pairs are checked; 0 = none "
+                                    "are looked for."),
+                          0, 10000000),
+                  defaulted("seed", "int", "", 1, "Of the random numbers."),
+                  optional("group", "string", "", "Name of the planning group; manipulator."),
+                  optional("hardware", "string", "",
+                           "Plugin of ros2_control; mock_components/GenericSystem."),
+                  maybe_choice("command", {"position", "velocity", "effort"},
+                               "Interface that commands go to; position."),
+                  optional("rate", "real", "Hz", "Of the controllers; 100 Hz."),
+                  optional("description", "string", "", "What package.xml says of it."),
+                  optional("maintainer", "string", "", "Name in package.xml."),
+                  optional("email", "string", "", "Address of the maintainer."),
+                  optional("licence", "string", "", "Of the package."),
+                  optional("version", "string", "", "Of the package, such as 0.1.0.")},
+       .returns = {"map",
+                   "",
+                   "",
+                   {field("package", "string", "", "Its name."),
+                    field("folder", "string", "", "Its folder."),
+                    field("files", "list", "", "All that was written."),
+                    field("links", "int", "", "Links of the URDF."),
+                    field("joints", "int", "", "Joints of it, fixed ones too."),
+                    field("disabled_pairs", "int", "", "Pairs that need no check."),
+                    field("notes", "list", "", "What was changed or left out, a sentence each.")}},
+       .effect = Effect::files_write,
+       .sometimes = Effect::processes,
+       .run = export_ros2});
   return all;
 }
 

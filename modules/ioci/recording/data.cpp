@@ -7,9 +7,9 @@
 #include "io/native.h"
 #include "ioci/core/commands.h"
 #include "ioci/core/word_list.h"
+#include "ioci/recording/given_columns.h"
 #include "ioci/recording/origins.h"
 #include "ioci/recording/watchers.h"
-#include "kernel/units.h"
 #include "recording/compare.h"
 #include "recording/file.h"
 #include "sim/recording_columns.h"
@@ -46,89 +46,6 @@ Result<Value> save(CommandContext& ctx, const Map& args) {
   return Value(Map{{"file", file}, {"rows", r->rows()}, {"columns", r->columns.size()}});
 }
 
-/// The numbers of a vector, a matrix or a list, with the shape and unit that they bring.
-Result<NumericArray> numbers_of(const Value& given, const std::string& where) {
-  const auto refused = [&](const std::string& what) {
-    return error(ErrorCode::invalid_argument, what,
-                 "Give numbers: a list, an array, or a matrix with a row a sample.", where);
-  };
-  if (const NumericArray* a = given.as_array()) return *a;
-  const List* list = given.as_list();
-  if (!list) return refused(given.text() + " is no list of numbers");
-  if (!list->empty() && ((*list)[0].as_list() || (*list)[0].as_array())) {  // rows of a matrix
-    std::vector<double> all;
-    std::size_t width = 0;
-    for (std::size_t i = 0; i < list->size(); ++i) {
-      if (!(*list)[i].as_list() && !(*list)[i].as_array())
-        return refused("row " + std::to_string(i + 1) + " is no list of numbers");
-      RMP_TRY_ASSIGN(const NumericArray row, numbers_of((*list)[i], where));
-      if (row.is_matrix() || row.size() == 0 || (i > 0 && row.size() != width))
-        return refused("row " + std::to_string(i + 1) + " has another length than row 1, or none");
-      width = row.size();
-      for (const double v : row.data()) all.push_back(v);
-    }
-    return NumericArray(std::move(all), list->size(), width);
-  }
-  std::vector<double> values;
-  values.reserve(list->size());
-  for (const Value& v : *list) {
-    if (!v.as_real() && !v.as_int())
-      return refused("entry " + std::to_string(values.size() + 1) + ", " + v.text() +
-                     ", is no number");
-    values.push_back(v.number());
-  }
-  return NumericArray(std::move(values));
-}
-
-/// Adds the columns that an entry of `columns` describes: one, or one for each column of a matrix.
-Result<void> add_columns(const Value& entry, const std::string& where, recording::Recording& out) {
-  const Map* field = entry.as_map();
-  const Value* name = field ? field->find("name") : nullptr;
-  const Value* given = field ? field->find("values") : nullptr;
-  if (!name || !name->as_string() || !given)
-    return error(ErrorCode::invalid_argument, "a column needs a name and values",
-                 "Give such as {name = \"error\", unit = \"m\", values = {0.1, 0.2}}.", where);
-  for (const auto& [key, value] : *field)
-    if (key != "name" && key != "values" && key != "unit" && key != "doc")
-      return error(ErrorCode::invalid_argument, "a column has no field " + text::quote(key),
-                   "The fields are name, values, unit and doc.", where);
-  const std::string& stem = *name->as_string();
-  if (text::trim(stem).empty() || text::read_real(stem))
-    return error(ErrorCode::invalid_argument, text::quote(stem) + " is not the name of a column",
-                 "Names are not empty, and are no numbers.", where);
-  RMP_TRY_ASSIGN(const NumericArray values, numbers_of(*given, where + ".values"));
-  const Value* named = field->find("unit");
-  const std::string typed =
-      named && named->as_string() ? *named->as_string() : std::string(values.unit());
-  auto unit = units::parse(typed);
-  if (!unit.ok()) return std::move(unit).error().in(where + ".unit");
-  const Value* doc = field->find("doc");
-  const std::size_t count = values.is_matrix() ? values.cols() : 1;
-  for (std::size_t c = 0; c < count; ++c) {
-    recording::Column column;
-    column.name = values.is_matrix() ? stem + std::to_string(c + 1) : stem;
-    column.unit = unit->factor == 1 ? typed : units::si_name(unit->dimension);
-    if (doc && doc->as_string()) column.doc = *doc->as_string();
-    column.values.reserve(values.rows());
-    for (std::size_t r = 0; r < values.rows(); ++r)
-      column.values.push_back(
-          units::to_si(values.is_matrix() ? values.at(r, c) : values[r], *unit));
-    const auto same = std::find_if(out.columns.begin(), out.columns.end(),
-                                   [&](const auto& other) { return other.name == column.name; });
-    if (same != out.columns.end())
-      return error(ErrorCode::invalid_argument, "there are two columns " + text::quote(column.name),
-                   "Rename one.", where);
-    if (!out.columns.empty() && column.values.size() != out.rows())
-      return error(ErrorCode::invalid_argument,
-                   "the column " + text::quote(column.name) + " has " +
-                       std::to_string(column.values.size()) + " values, but " +
-                       text::quote(out.columns.front().name) + " has " + std::to_string(out.rows()),
-                   "Give as many to each.", where);
-    out.columns.push_back(std::move(column));
-  }
-  return {};
-}
-
 Result<Value> create(CommandContext& ctx, const Map& args) {
   recording::Recording r;
   r.title = text_of(args, "title");
@@ -145,6 +62,7 @@ Result<Value> create(CommandContext& ctx, const Map& args) {
                      "the time does not rise from row " + std::to_string(i) + " to row " +
                          std::to_string(i + 1),
                      "Sort the rows by time, or give the column another name.", "columns");
+  RMP_TRY(give_robot(ctx, args, r));
   const std::uint64_t number =
       ctx.app.recordings.add(std::make_shared<const recording::Recording>(std::move(r)));
   ctx.app.origins->note_fixed(number, "it was made of given values");
@@ -167,6 +85,10 @@ Result<Value> load(CommandContext& ctx, const Map& args) {
     if (!read.ok()) return std::move(read).error().in(file.filename().string());
     r = std::move(read).value();
     r.title = file.stem().string();
+    RMP_TRY(give_robot(ctx, args, r));
+  } else if (has(args, "robot") || has(args, "world")) {
+    return error(ErrorCode::invalid_argument, "a *.rec says itself which robot it is of",
+                 "Leave world and robot out.", "robot");
   } else {
     auto read = recording::recording_from_text(bytes, ctx.progress);
     if (!read.ok()) return std::move(read).error().in(file.filename().string());
@@ -288,7 +210,8 @@ RMP_COMMANDS(recording_data_commands) {
                   "r:plot{file = \"drops.svg\", log = \"xy\"}\n"
                   "r:csv{file = \"drops.csv\"}",
        .params = {needed("columns", "list", "", "The columns, in their order."),
-                  defaulted("title", "string", "", std::string(), "Title of plots and files.")},
+                  defaulted("title", "string", "", std::string(), "Title of plots and files."),
+                  robot_of_columns_field(), world_of_columns_field()},
        .returns = {"handle", "", "The recording.", {}},
        .effect = Effect::simulates,
        .run = create});
@@ -304,7 +227,8 @@ RMP_COMMANDS(recording_data_commands) {
        .example = with_recording("run:save(\"example.rec\")\n"
                                  "local again = recording.load(\"example.rec\")\n"
                                  "assert(again:values(\"q2\")[21] == run:values(\"q2\")[21])"),
-       .params = {needed("file", "path", "", "The file, *.rec, *.csv or *.plot.")},
+       .params = {needed("file", "path", "", "The file, *.rec, *.csv or *.plot."),
+                  robot_of_columns_field(), world_of_columns_field()},
        .returns = {"handle", "", "The recording.", {}},
        .effect = Effect::files_read | Effect::simulates,
        .run = load});

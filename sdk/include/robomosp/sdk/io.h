@@ -140,6 +140,19 @@ struct ExportPose {
   std::string name;
   std::vector<double> q;
 };
+/// Two links whose bodies need no check for collision with each other.
+struct ExportPair {
+  enum class Why : std::int32_t {
+    adjacent,  ///< nothing but one joint between them
+    never,     ///< they touch in none of many random configurations
+    always,    ///< they touch in all of them
+    rule,      ///< the robot's author said so
+  };
+  std::int32_t a = -1, b = -1;  ///< into ExportMechanism::links; -1 = the base
+  Why why = Why::adjacent;
+  std::string text;  ///< of a rule: its reason; may be empty
+  Room room{};
+};
 /// What the model of an exported robot does not say. Made by the host; may gain fields at the end.
 struct ExportMechanism {
   std::uint32_t struct_size = sizeof(ExportMechanism);  ///< see plugin.h
@@ -148,6 +161,7 @@ struct ExportMechanism {
   std::vector<ExportPose> poses;                        ///< named configurations
   /// What the record has and nothing here says, a sentence each.
   std::vector<std::string> left_out;
+  std::vector<ExportPair> pairs;  ///< where the command computed them; check struct_size first
 };
 
 /// A robot in what is exported. Its links' bodies are among the items (robot_part).

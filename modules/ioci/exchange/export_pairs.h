@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which links of a robot need no check for collision, for files that say so (layer: application,
+// ioci).
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <robomosp/sdk/io.h>
+
+#include "ioci/core/commands.h"
+
+namespace robomosp::ioci {
+
+/// All pairs of links of the robot that its collision model does not check, and those that touch in
+/// none or all of `samples` random configurations within the limits, in the order of the links.
+[[nodiscard]] Result<std::vector<ExportPair>> export_pairs(CommandContext&, RobotId,
+                                                           std::size_t samples, std::uint64_t seed);
+
+}  // namespace robomosp::ioci

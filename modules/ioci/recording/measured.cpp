@@ -1,0 +1,322 @@
+// SPDX-License-Identifier: Apache-2.0
+// Commands for what was measured: recordings that grow, parts of them, and residuals against a
+// model.
+#include <algorithm>
+#include <cmath>
+
+#include "ioci/core/commands.h"
+#include "ioci/core/word_list.h"
+#include "ioci/recording/given_columns.h"
+#include "ioci/recording/origins.h"
+#include "recording/residual.h"
+#include "sim/measured_motion.h"
+
+namespace robomosp::ioci {
+namespace {
+
+std::uint64_t number_of(const Map& args) { return args.find("id")->as_handle()->number; }
+recording::RecordingPtr recording_of(CommandContext& ctx, const Map& args) {
+  return ctx.recording(*args.find("id")->as_handle());
+}
+
+Result<Value> append(CommandContext& ctx, const Map& args) {
+  const std::uint64_t number = number_of(args);
+  std::vector<std::string> names, units;
+  {
+    // Not longer than needed: the table grows in its place while nobody has it.
+    const auto r = recording_of(ctx, args);
+    for (const recording::Column& c : r->columns) names.push_back(c.name), units.push_back(c.unit);
+  }
+  recording::Recording given;
+  const List& entries = *args.find("columns")->as_list();
+  for (std::size_t i = 0; i < entries.size(); ++i)
+    RMP_TRY(add_columns(entries[i], "columns[" + std::to_string(i + 1) + "]", given));
+  if (given.rows() == 0)
+    return error(ErrorCode::invalid_argument, "there are no rows to append",
+                 "Give at least one value of every column.", "columns");
+  std::vector<std::vector<double>> values(names.size());
+  for (recording::Column& c : given.columns) {
+    const auto at = std::find(names.begin(), names.end(), c.name);
+    if (at == names.end()) return unknown_name("column", c.name, names).in("columns");
+    const auto k = static_cast<std::size_t>(at - names.begin());
+    if (c.unit != units[k])
+      return error(ErrorCode::invalid_argument,
+                   "column " + text::quote(c.name) + " is in " + text::quote(units[k]) +
+                       " and the rows are in " + text::quote(c.unit),
+                   "Name a unit of the same kind.", "columns");
+    values[k] = std::move(c.values);
+  }
+  for (std::size_t k = 0; k < names.size(); ++k)
+    if (values[k].empty())
+      return error(ErrorCode::invalid_argument,
+                   "the rows have no values of column " + text::quote(names[k]),
+                   "Give all columns. Those that recording.compute and recording.watch add are for "
+                   "recordings that do not grow, such as a recording.part of this one.",
+                   "columns");
+  RMP_TRY_ASSIGN(const std::size_t rows, ctx.app.recordings.append(number, values));
+  // What a command made is no longer what it would make.
+  if (const OriginPtr origin = ctx.app.origins->find(number); !origin || origin->fixed.empty())
+    ctx.app.origins->note_fixed(number, "rows were appended to it");
+  return Value(Map{{"rows", rows}, {"appended", values.front().size()}});
+}
+
+Result<Value> part(CommandContext& ctx, const Map& args) {
+  const auto r = recording_of(ctx, args);
+  const recording::Column* const time = r->find("time");
+  if (!time)
+    return error(ErrorCode::invalid_argument, "the recording has no time",
+                 "Parts are by time: it needs a column \"time\".");
+  const auto index = [&](const char* name, bool is_end) {
+    const auto& t = time->values;
+    if (!has(args, name)) return is_end ? t.size() : std::size_t{0};
+    const auto at = is_end ? std::upper_bound(t.begin(), t.end(), real(args, name))
+                           : std::lower_bound(t.begin(), t.end(), real(args, name));
+    return static_cast<std::size_t>(at - t.begin());
+  };
+  std::size_t first = index("from", false);
+  const std::size_t end = index("to", true);
+  if (has(args, "last")) {
+    const double begin = time->values.empty() ? 0 : time->values.back() - real(args, "last");
+    first = std::max(first, static_cast<std::size_t>(
+                                std::lower_bound(time->values.begin(), time->values.end(), begin) -
+                                time->values.begin()));
+  }
+  if (first >= end)
+    return error(ErrorCode::invalid_argument,
+                 time->values.empty() ? std::string("the recording has no rows")
+                                      : "it has no rows in this time; they are from " +
+                                            text::print_rounded(time->values.front()) + " s to " +
+                                            text::print_rounded(time->values.back()) + " s",
+                 "Give times within it.");
+  recording::Recording out;
+  out.title = r->title;
+  out.world = r->world;
+  out.robot = r->robot;
+  out.trajectory = r->trajectory;
+  out.dof = r->dof;
+  out.loads = r->loads;
+  out.notes = r->notes;
+  for (const recording::Column& c : r->columns)
+    out.columns.push_back(
+        {c.name, c.unit, c.doc,
+         std::vector<double>(c.values.begin() + static_cast<std::ptrdiff_t>(first),
+                             c.values.begin() + static_cast<std::ptrdiff_t>(end)),
+         c.lower, c.upper});
+  return Value(
+      Handle{"recording",
+             ctx.app.recordings.add(std::make_shared<const recording::Recording>(std::move(out)))});
+}
+
+/// The recording of a residual and its statistics.
+Value residual_answer(CommandContext& ctx, recording::Recording r, double shift) {
+  List columns;
+  for (const recording::ResidualStatistics& s : recording::residual_statistics(r))
+    columns.emplace_back(Map{{"name", s.name},
+                             {"unit", s.unit},
+                             {"mean", s.mean},
+                             {"rms", s.rms},
+                             {"deviation", s.deviation},
+                             {"max", s.greatest},
+                             {"at", s.at},
+                             {"samples", s.samples}});
+  const std::size_t rows = r.rows();
+  const std::uint64_t number =
+      ctx.app.recordings.add(std::make_shared<const recording::Recording>(std::move(r)));
+  return Value(Map{{"recording", Handle{"recording", number}},
+                   {"columns", std::move(columns)},
+                   {"shift", shift},
+                   {"rows", rows}});
+}
+
+Result<Value> residual(CommandContext& ctx, const Map& args) {
+  const auto measured = recording_of(ctx, args);
+  const auto model = ctx.recording(*args.find("with")->as_handle());
+  RMP_TRY_ASSIGN(const auto columns, word_list(args, "columns"));
+  double shift = real(args, "shift");
+  if (has(args, "find_shift")) {
+    if (shift != 0)
+      return error(ErrorCode::invalid_argument, "shift and find_shift are both given",
+                   "Leave one out.", "find_shift");
+    RMP_TRY_ASSIGN(shift, recording::best_shift(*measured, *model, columns,
+                                                real(args, "find_shift"), ctx.progress));
+  }
+  RMP_TRY_ASSIGN(auto r, recording::residual(*measured, *model, columns, shift));
+  return residual_answer(ctx, std::move(r), shift);
+}
+
+Result<Value> torque_residual(CommandContext& ctx, const Map& args) {
+  const auto measured = recording_of(ctx, args);
+  const sim::Simulator simulator{ctx.app.registry, ctx.app.derived, ctx.snapshot(),
+                                 &ctx.app.collision_models};
+  RMP_TRY_ASSIGN(
+      const auto model,
+      sim::torques_of_motion(simulator, *measured, has(args, "window") ? real(args, "window") : 0,
+                             ctx.progress));
+  std::vector<std::string> torques;
+  for (const recording::Column& c : model->columns)
+    if (c.name.starts_with("tau")) torques.push_back(c.name);
+  recording::Recording with_torques = *measured;
+  if (const Value* given = args.find("torque_per_current"); given && !given->is_nil()) {
+    const NumericArray& constants = *given->as_array();
+    if (constants.size() != torques.size())
+      return error(ErrorCode::invalid_argument,
+                   "there are " + std::to_string(constants.size()) + " values for " +
+                       std::to_string(torques.size()) + " joints",
+                   "Give one for each joint.", "torque_per_current");
+    for (std::size_t k = 0; k < torques.size(); ++k) {
+      const std::string name = "current" + std::to_string(k + 1);
+      const recording::Column* current = with_torques.find(name);
+      if (!current || current->unit != "A")
+        return error(ErrorCode::invalid_argument,
+                     current ? "column " + text::quote(name) + " is in " +
+                                   text::quote(current->unit) + ", which is no current"
+                             : "the recording has no column " + text::quote(name),
+                     "torque_per_current needs the currents current1, current2 and so on in A.",
+                     "torque_per_current");
+      recording::Column tau{torques[k], model->find(torques[k])->unit, "from the measured current",
+                            current->values};
+      for (double& v : tau.values) v *= constants[k];
+      std::erase_if(with_torques.columns, [&](const auto& c) { return c.name == torques[k]; });
+      with_torques.columns.push_back(std::move(tau));
+    }
+  }
+  for (const std::string& name : torques)
+    if (!with_torques.find(name))
+      return error(ErrorCode::invalid_argument,
+                   "the recording has no measured torque " + text::quote(name),
+                   "It needs tau1, tau2 and so on, or currents and torque_per_current.");
+  RMP_TRY_ASSIGN(auto r, recording::residual(with_torques, *model, torques));
+  r.title = measured->title + ": measured torques minus those of the model";
+  return residual_answer(ctx, std::move(r), 0);
+}
+
+std::string with_measured(const char* rest) {
+  return with_arm(
+             "local run = arm:simulate{q = \"ready\", duration = 0.2}\n"
+             "local q = run:values(\"q\")\n"
+             "local measured = recording.create{title = \"measured\", robot = \"arm\", columns = "
+             "{\n"
+             "  {name = \"time\", unit = \"s\", values = run:values(\"time\")},\n"
+             "  {name = \"q\", unit = \"rad\", values = q}}}\n") +
+         rest;
+}
+
+}  // namespace
+
+RMP_COMMANDS(measured_recording_commands) {
+  std::vector<CommandSpec> all;
+  all.push_back(
+      {.name = "recording.append",
+       .classic = "",
+       .summary =
+           "Adds rows at the end of a recording, such as what a controller has measured since.",
+       .details =
+           "Columns are given as to recording.create, all that the recording has, in any order; "
+           "their units are brought to SI. The time has to rise, all rows come or none. The work "
+           "is "
+           "that of the rows, however many there are; a recording holds up to 268,435,456 numbers. "
+           "Who has read the recording keeps the rows of then. Recordings are outside the "
+           "document: "
+           "undo takes no rows away, recording.part leaves some out.",
+       .example = with_measured(
+           "measured:append{columns = {{name = \"time\", unit = \"ms\", values = {210, 220}},\n"
+           "  {name = \"q\", unit = \"deg\", values = {{1, 2, 3, 4, 5, 6}, {1, 2, 3, 4, 5, 6}}}}}\n"
+           "assert(#measured:values(\"q1\") == 23)\n"
+           "assert(math.abs(measured:values(\"q6\")[23] - math.rad(6)) < 1e-12)"),
+       .params = {self("recording"),
+                  needed("columns", "list", "",
+                         "Columns with their values, such as {name =, values =, unit =}.")},
+       .returns = {"map",
+                   "",
+                   "",
+                   {field("rows", "int", "", "It has now."),
+                    field("appended", "int", "", "Of them new.")}},
+       .effect = Effect::simulates,
+       .run = append});
+  all.push_back(
+      {.name = "recording.part",
+       .classic = "",
+       .summary = "Copies the rows of a time from a recording.",
+       .details = "Such as the last seconds of one that grows.",
+       .example = with_measured("assert(#measured:part{from = 0.1}:values(\"time\") == 11)\n"
+                                "assert(#measured:part{last = 0.05}:values(\"time\") == 6)"),
+       .params = {self("recording"),
+                  optional("from", "real", "s", "The first time; the beginning when left out."),
+                  optional("to", "real", "s", "The last time; the end when left out."),
+                  above_zero(optional("last", "real", "s", "Only so much before the end."))},
+       .returns = {"handle", "", "The new recording.", {}},
+       .effect = Effect::simulates,
+       .run = part});
+  const auto answer = [](const char* shift) {
+    return ReturnSpec{
+        "map",
+        "",
+        "",
+        {field("recording", "handle", "",
+               "Columns such as q_residual1 over the measured times, to be plotted and saved."),
+         field("columns", "list", "",
+               "For each of them name, unit, mean, rms (root mean square), deviation (standard "
+               "deviation), max (greatest amount), at (its time) and samples."),
+         field("shift", "real", "s", shift), field("rows", "int", "", "Rows of the recording.")}};
+  };
+  all.push_back(
+      {.name = "recording.residual",
+       .classic = "",
+       .summary = "Gives what was measured minus what a model says, over the time.",
+       .details =
+           "Over the time that both cover; the model is interpolated linearly at the measured "
+           "times. Clocks of controllers begin elsewhere: shift says by how much the model is "
+           "later, find_shift looks for the shift at which both fit best.",
+       .example = with_measured(
+           "local late = recording.create{columns = {\n"
+           "  {name = \"time\", unit = \"s\", values = run:values(\"time\") + 0.03},\n"
+           "  {name = \"q\", unit = \"rad\", values = q}}}\n"
+           "local fit = late:residual{with = run, columns = \"q\", find_shift = 0.1}\n"
+           "assert(math.abs(fit.shift + 0.03) < 1e-4 and fit.columns[2].rms < 1e-4)\n"
+           "fit.recording:plot{file = \"residual.svg\"}"),
+       .params = {self("recording"), needed("with", "ref:recording", "", "The model's recording."),
+                  optional(
+                      "columns", "any", "",
+                      "A name or a list of names; \"q\" means q1, q2 and so on. What both have "
+                      "when left out."),
+                  defaulted("shift", "real", "s", 0.0,
+                            "Added to the measured times before the model is looked up."),
+                  above_zero(optional("find_shift", "real", "s",
+                                      "Look for the shift up to so much either way."))},
+       .returns = answer("The shift that was used."),
+       .effect = Effect::simulates,
+       .run = residual});
+  all.push_back(
+      {.name = "recording.torque_residual",
+       .classic = "",
+       .summary =
+           "Gives measured torques minus those that the model needs for the measured motion.",
+       .details =
+           "Inverse dynamics of the recording's robot at the measured q1, q2 and so on, with the "
+           "velocities and accelerations that were measured, else their derivatives. Noise grows "
+           "with each derivative: window fits parabolas to what is within it. What remains is "
+           "friction, payload or inertia that the model does not know, or a touch.",
+       .example = with_measured(
+           "run:compute(\"torque\")\n"
+           "local torques = recording.create{robot = \"arm\", columns = {\n"
+           "  {name = \"time\", unit = \"s\", values = run:values(\"time\")},\n"
+           "  {name = \"q\", unit = \"rad\", values = q},\n"
+           "  {name = \"qd\", unit = \"rad/s\", values = run:values(\"qd\")},\n"
+           "  {name = \"qdd\", unit = \"rad/s^2\", values = run:values(\"qdd\")},\n"
+           "  {name = \"tau\", unit = \"N m\", values = run:values(\"tau\") + 0.5}}}\n"
+           "local r = torques:torque_residual()\n"
+           "assert(math.abs(r.columns[1].mean - 0.5) < 1e-9)"),
+       .params = {self("recording"),
+                  above_zero(optional("window", "real", "s",
+                                      "Time of the samples about each that are fitted together; "
+                                      "1000 of them at most.")),
+                  optional("torque_per_current", "real[]", "",
+                           "Of each joint, in N m/A (N/A where it slides): the torques are then "
+                           "those of the columns current1, current2 and so on.")},
+       .returns = answer("0."),
+       .effect = Effect::simulates,
+       .run = torque_residual});
+  return all;
+}
+
+}  // namespace robomosp::ioci
