@@ -51,8 +51,7 @@ struct RecordingWish {
   struct Column {
     std::string name, unit;
   };
-  std::vector<Column> columns;  ///< without the time
-  std::string time_unit = "s";
+  std::vector<Column> columns;      ///< without the time
   std::size_t most_rows = 1000000;  ///< then another recording is begun
   std::size_t keep = 4;             ///< recordings of it; the oldest are removed
 };

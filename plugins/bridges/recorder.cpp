@@ -35,7 +35,7 @@ std::string columns_json(const RecordingWish& wish, const std::vector<const Row*
     if (c > 0) out += ",";
     out +=
         "{\"name\":" + (c == 0 ? std::string("\"time\"") : Json(wish.columns[c - 1].name).dump()) +
-        ",\"unit\":" + Json(c == 0 ? wish.time_unit : wish.columns[c - 1].unit).dump() +
+        ",\"unit\":" + Json(c == 0 ? std::string("s") : wish.columns[c - 1].unit).dump() +
         ",\"values\":[";
     for (std::size_t r = 0; r < rows.size(); ++r) {
       if (r > 0) out += ",";

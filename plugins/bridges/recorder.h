@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "clients/c/robomosp_client.h"
+#include <robomosp_client.h>
 #include "config.h"
 #include "log.h"
 #include "row_queue.h"

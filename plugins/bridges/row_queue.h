@@ -14,7 +14,7 @@
 
 namespace robomosp::bridges {
 
-/// One sample of a recording: the time, then its columns.
+/// One sample of a recording: the time [s], then its columns.
 struct Row {
   std::size_t recording = 0;  ///< into the configuration's list
   std::vector<double> values;

@@ -80,7 +80,7 @@ TEST_F(Ros2Package, OfLibraryRobotsAreSoundAndComeBack) {
     const std::string package = std::string(name) + "_description";
     EXPECT_EQ(check(package), "");
     EXPECT_EQ(eval("return done.package"), package);
-    run(R"(
+    run(R"lua(
       for _, file in ipairs(done.files) do assert(io.open(file), file) end
       back = import{file = done.folder .. "/urdf/" .. done.package .. ".urdf", name = "back"}[1]
       worst = 0
@@ -89,14 +89,14 @@ TEST_F(Ros2Package, OfLibraryRobotsAreSoundAndComeBack) {
         for i = 1, arm:dof() do q[i] = 0.1 * math.sin(3.7 * k + 1.3 * i) end
         local a, b = arm:fk{q = q}, back:fk{q = q}
         for i = 1, 3 do worst = math.max(worst, math.abs(a.position[i] - b.position[i])) end
-      end)");
+      end)lua");
     EXPECT_EQ(eval("return worst < 1e-12"), "true") << eval("return worst");
     app().document.clear();
   }
 }
 
 TEST_F(Ros2Package, PairsThatAreDisabledDoNotTouchInOtherConfigurations) {
-  run(R"(
+  run(R"lua(
     arm = robot "ur5"
     done = arm:export_ros2{folder = folder, samples = 5000, seed = 4}
     srdf = io.open(done.folder .. "/config/" .. done.package .. ".srdf"):read("a")
@@ -120,8 +120,8 @@ TEST_F(Ros2Package, PairsThatAreDisabledDoNotTouchInOtherConfigurations) {
     adjacent, found = 0, 0
     for _, why in pairs(reason) do
       if why == "Adjacent" then adjacent = adjacent + 1 else found = found + 1 end
-    end)");
-  EXPECT_EQ(eval("return touched > 0, never, adjacent > 0"), "true\t0\ttrue");
+    end)lua");
+  EXPECT_EQ(eval("return touched > 0, never, adjacent > 0"), "true\n0\ntrue");
   EXPECT_EQ(eval("return found / 2 == #arm:find_allowed_pairs{samples = 5000, seed = 4}"), "true");
   // With the rules in the robot they are the user's.
   run("again = arm:export_ros2{folder = folder, samples = 10, overwrite = true}");
@@ -131,8 +131,8 @@ TEST_F(Ros2Package, PairsThatAreDisabledDoNotTouchInOtherConfigurations) {
 }
 
 TEST_F(Ros2Package, SaysLimitsPosesAndFollowers) {
-  run(R"(robot "gripper":export_ros2{folder = folder, package = "hand", bodies = false, command = "effort",
-    hardware = "my_driver/MyHardware", group = "fingers", samples = 0, email = "a@b.c", maintainer = "A & B"})");
+  run(R"lua(robot "gripper":export_ros2{folder = folder, package = "hand", bodies = false, command = "effort",
+    hardware = "my_driver/MyHardware", group = "fingers", samples = 0, email = "a@b.c", maintainer = "A & B"})lua");
   const std::string urdf = text("hand/urdf/hand.urdf"), srdf = text("hand/config/hand.srdf");
   EXPECT_NE(urdf.find("<plugin>my_driver/MyHardware</plugin>"), std::string::npos);
   EXPECT_NE(urdf.find("<command_interface name=\"effort\">"), std::string::npos);
@@ -142,11 +142,13 @@ TEST_F(Ros2Package, SaysLimitsPosesAndFollowers) {
   EXPECT_EQ(srdf.find("disable_collisions"), std::string::npos);
   EXPECT_NE(text("hand/package.xml").find("A &amp; B"), std::string::npos);
   EXPECT_FALSE(fs::exists(folder_ / "hand/meshes"));
-  if (fs::exists("/usr/bin/python3")) EXPECT_EQ(check("hand"), "");
+  if (fs::exists("/usr/bin/python3")) {
+    EXPECT_EQ(check("hand"), "");
+  }
 }
 
 TEST_F(Ros2Package, NothingIsReplacedUnasked) {
-  run(R"(arm = robot "planar2rods" arm:export_ros2{folder = folder, samples = 0})");
+  run(R"lua(arm = robot "planar2rods" arm:export_ros2{folder = folder, samples = 0})lua");
   const std::string before = text("planar2rods_description/package.xml");
   refused("arm:export_ros2{folder = folder, samples = 0, licence = 'MIT'}", "there already");
   EXPECT_EQ(text("planar2rods_description/package.xml"), before);
@@ -155,7 +157,7 @@ TEST_F(Ros2Package, NothingIsReplacedUnasked) {
 }
 
 TEST_F(Ros2Package, NamesThatRosDoesNotTakeAreRefused) {
-  run(R"(arm = robot "planar2rods")");
+  run(R"lua(arm = robot "planar2rods")lua");
   for (const char* name : {"Arm", "a", "2arm", "my-arm", "my__arm", "arm_", "m y", "../x"})
     refused(std::string("arm:export_ros2{folder = folder, samples = 0, package = '") + name + "'}",
             "package");

@@ -166,12 +166,10 @@ Result<Value> torque_residual(CommandContext& ctx, const Map& args) {
     for (std::size_t k = 0; k < torques.size(); ++k) {
       const std::string name = "current" + std::to_string(k + 1);
       const recording::Column* current = with_torques.find(name);
-      if (!current || current->unit != "A")
+      if (!current)
         return error(ErrorCode::invalid_argument,
-                     current ? "column " + text::quote(name) + " is in " +
-                                   text::quote(current->unit) + ", which is no current"
-                             : "the recording has no column " + text::quote(name),
-                     "torque_per_current needs the currents current1, current2 and so on in A.",
+                     "the recording has no column " + text::quote(name),
+                     "torque_per_current needs the currents current1, current2 and so on.",
                      "torque_per_current");
       recording::Column tau{torques[k], model->find(torques[k])->unit, "from the measured current",
                             current->values};
@@ -312,7 +310,7 @@ RMP_COMMANDS(measured_recording_commands) {
                                       "1000 of them at most.")),
                   optional("torque_per_current", "real[]", "",
                            "Of each joint, in N m/A (N/A where it slides): the torques are then "
-                           "those of the columns current1, current2 and so on.")},
+                           "those of the columns current1, current2 and so on, in A.")},
        .returns = answer("0."),
        .effect = Effect::simulates,
        .run = torque_residual});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "mqtt/broker.h"
+#include "broker.h"
 
 #include <unistd.h>
 

@@ -9,8 +9,8 @@
 #include <thread>
 #include <vector>
 
-#include "config.h"
-#include "log.h"
+#include "../config.h"
+#include "../log.h"
 
 struct mosquitto;
 struct mosquitto_message;

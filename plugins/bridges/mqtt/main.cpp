@@ -18,12 +18,12 @@
 
 #include <mosquitto.h>
 
-#include "config.h"
-#include "log.h"
-#include "mqtt/broker.h"
-#include "mqtt/payload.h"
-#include "recorder.h"
-#include "row_queue.h"
+#include "../config.h"
+#include "../log.h"
+#include "../recorder.h"
+#include "../row_queue.h"
+#include "broker.h"
+#include "payload.h"
 
 namespace robomosp::bridges {
 namespace {
@@ -71,7 +71,15 @@ Source read_source(Table& t) {
     Table time = t.table("time");
     s.time = read_field(time, "");
     if (s.time->count) time.fault("is a list; the time is one number.", "count");
-    s.recording.time_unit = time.text("unit", "s");
+    const std::string unit = time.text("unit", "s");
+    const double factor = unit == "s"    ? 1
+                          : unit == "ms" ? 1e-3
+                          : unit == "us" ? 1e-6
+                          : unit == "ns" ? 1e-9
+                                         : 0;
+    if (factor == 0) time.fault("is none of s, ms, us and ns.", "unit");
+    s.time->scale[0] *= factor;
+    s.time->offset[0] *= factor;
     time.done();
   }
   for (Table& c : t.tables("columns")) {

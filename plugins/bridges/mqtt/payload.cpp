@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "mqtt/payload.h"
+#include "payload.h"
 
 #include <cmath>
 #include <cstdint>

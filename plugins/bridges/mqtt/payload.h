@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "config.h"
+#include "../config.h"
 
 namespace robomosp::bridges {
 

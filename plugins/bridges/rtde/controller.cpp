@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rtde/controller.h"
+#include "controller.h"
 
 #include <fcntl.h>
 #include <netdb.h>

@@ -9,8 +9,8 @@
 #include <string_view>
 #include <vector>
 
-#include "log.h"
-#include "rtde/protocol.h"
+#include "../log.h"
+#include "protocol.h"
 
 namespace robomosp::bridges::rtde {
 

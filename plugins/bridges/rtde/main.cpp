@@ -12,11 +12,11 @@
 #include <thread>
 #include <vector>
 
-#include "config.h"
-#include "log.h"
-#include "recorder.h"
-#include "row_queue.h"
-#include "rtde/controller.h"
+#include "../config.h"
+#include "../log.h"
+#include "../recorder.h"
+#include "../row_queue.h"
+#include "controller.h"
 
 namespace robomosp::bridges::rtde {
 namespace {
@@ -35,7 +35,7 @@ struct Default {
 };
 constexpr Default kDefaults[] = {{"actual_q", "q", "rad"},
                                  {"actual_qd", "qd", "rad/s"},
-                                 {"actual_current", "current", "A"},
+                                 {"actual_current", "current", ""},
                                  {"target_q", "target_q", "rad"}};
 
 Config read(const char* file) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rtde/protocol.h"
+#include "protocol.h"
 
 #include <array>
 #include <bit>
