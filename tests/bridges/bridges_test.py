@@ -349,7 +349,7 @@ class Mqtt(BridgeTest):
         mouth.publish("plant/left/set", json.dumps({"q": [0.5, 1]}))
         mouth.publish("plant/speed", json.dumps({"value": 7}))
         until(lambda: [float(q) for q in r.world.robots(id="cell")[0]["q"]] == [0.5, 1], what="the joints set")
-        until(lambda: [p["value"] for p in r.world.parameters(id="cell") if p["name"] == "speed"] == [7],
+        until(lambda: r.world.parameters(id="cell")["speed"]["value"] == 7,
               what="the parameter set")
         r.close()
 
@@ -374,6 +374,22 @@ class Mqtt(BridgeTest):
         stranger = self.child("stranger", os.environ["ROBOMOSP_MQTT"],
                               self.config(recordings=[self.recording()], broker={"port": port}))
         until(lambda: "refuses the connection" in stranger.said(), what="the refusal")
+
+    def test_a_broker_with_tls_is_trusted_by_its_certificate(self):
+        self.serve()
+        if not shutil.which("openssl"):
+            self.skipTest("there is no openssl")
+        key, certificate, other = (os.path.join(self.folder, n) for n in ("key.pem", "certificate.pem", "other.pem"))
+        for made in (other, certificate):
+            subprocess.run(["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "2", "-subj",
+                            "/CN=localhost", "-keyout", key, "-out", made], check=True, capture_output=True)
+        os.chmod(key, 0o644)
+        _, port = self.broker(None, "allow_anonymous true", f"certfile {certificate}", f"keyfile {key}")
+        stranger = self.child("stranger", os.environ["ROBOMOSP_MQTT"], self.config(
+            recordings=[self.recording()], broker={"host": "localhost", "port": port, "ca_file": other}))
+        until(lambda: "cannot be reached" in stranger.said(), what="the refusal")
+        self.assertNotIn("Connected to the broker", stranger.said())
+        self.bridge(port, recordings=[self.recording()], broker={"host": "localhost", "ca_file": certificate})
 
     def test_faults_of_the_configuration_are_one_sentence(self):
         program = os.environ["ROBOMOSP_MQTT"]
