@@ -63,8 +63,7 @@ double spread(const std::vector<double>& values) {
 constexpr std::size_t kShiftRows = 2000;
 constexpr int kShiftGrid = 400;
 
-/// Of a shift: the mean square of the residuals over their columns' spread, and how many rows
-/// count.
+/// Of a shift: the variances of the residuals over their columns' spread, and how many rows count.
 struct Misfit {
   double mean = 0;
   std::size_t rows = 0;
@@ -133,17 +132,21 @@ Result<double> best_shift(const Recording& measured, const Recording& model,
     Misfit m;
     const auto pairing = pair(some, model, shift);
     if (!pairing.ok()) return m;
-    double sum = 0;
-    std::size_t n = 0;
-    for (const auto& row : pairing->rows) {
-      for (std::size_t c = 0; c < both.size(); ++c) {
+    for (std::size_t c = 0; c < both.size(); ++c) {
+      // About the mean: an offset of a joint says nothing of the time.
+      double sum = 0, squares = 0;
+      std::size_t n = 0;
+      for (const auto& row : pairing->rows) {
         const double off =
             (some.columns[c + 1].values[row.first] - row.of(both[c].second->values)) * scale[c];
-        if (std::isfinite(off)) sum += off * off, ++n;
+        if (std::isfinite(off)) sum += off, squares += off * off, ++n;
       }
+      if (n == 0) continue;
+      const double mean = sum / static_cast<double>(n);
+      m.mean += std::max(0.0, squares / static_cast<double>(n) - mean * mean);
+      m.rows += n;
     }
-    m.rows = n / both.size();
-    m.mean = n > 0 ? sum / static_cast<double>(n) : 0;
+    m.rows /= both.size();
     return m;
   };
   std::vector<Misfit> grid;

@@ -34,10 +34,10 @@ struct ResidualStatistics {
 [[nodiscard]] Result<Recording> residual(const Recording& measured, const Recording& model,
                                          std::span<const std::string> columns, double shift = 0);
 
-/// The shift within +-most [s] whose residual is least: root mean square of the columns, each over
-/// its spread in the model. Shifts at which less than half of the measured rows that can be
-/// compared at the best of all shifts have a partner do not count. Found on a grid, then by golden
-/// section to 1e-6 of `most`.
+/// The shift within +-most [s] whose residual varies least: the variances of the columns, each over
+/// its spread in the model, so that a constant offset moves nothing. Shifts at which fewer than
+/// half as many measured rows have a partner as at others do not count. Found on a grid, then by
+/// golden section to 1e-6 of `most`.
 [[nodiscard]] Result<double> best_shift(const Recording& measured, const Recording& model,
                                         std::span<const std::string> columns, double most,
                                         Progress&);

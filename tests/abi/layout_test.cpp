@@ -640,6 +640,7 @@ void enumerators(std::ostream& out) {
   TYPE(CsgRange);
   TYPE(CsgCurve::Kind);
   TYPE(CsgGeometry::Form);
+  TYPE(ExportPair::Why);
   TYPE(CsgEdge::Kind);
   TYPE(CsgFeature::Kind);
   TYPE(CsgEdgeTest);
