@@ -15,6 +15,7 @@
 #include <utility>
 
 #include <robomosp/sdk/files.h>
+#include <robomosp/sdk/module.h>
 #include <robomosp/sdk/plugin.h>
 #include <robomosp/sdk/threads.h>
 
@@ -25,8 +26,12 @@
 #include "kernel/interface_adapters.h"
 #include "kernel/interface_file.h"
 #include "kernel/permit.h"
+#include "kernel/plugin_entry.h"
 #include "kernel/plugin_opening.h"
+#include "kernel/plugin_run.h"
 #include "kernel/process.h"
+#include "kernel/provider_process/doors.h"
+#include "kernel/provider_process/proxies.h"
 #include "kernel/text.h"
 
 #include <cxxabi.h>
@@ -330,16 +335,16 @@ std::string unknown_interface(const std::string& id) {
 }
 
 Registry::Create creator(const rmp_provider& row, std::string label) {
-  return [create = row.create, id = std::string(row.interface_id),
-          label = std::move(label)]() -> Result<void*> {
-    std::array<char, 512> reason{};
-    void* made = create(&kHost, reason.data(), static_cast<std::uint32_t>(reason.size()));
-    if (made) return adapted(id, made);
-    reason.back() = '\0';
-    const std::string why = reason[0] ? std::string(": ") + reason.data() : " and gave no reason";
-    return error(ErrorCode::plugin_failed, "provider \"" + label + "\" could not be made" + why,
-                 "Choose another provider or see the documentation of this one.");
-  };
+  return [row = &row, label = std::move(label)]() { return make_provider(*row, &kHost, label); };
+}
+/// Names of the parameters of any provider, for those that others ask for.
+std::vector<std::string> parameter_names(std::string_view interface_id, std::string_view name) {
+  std::vector<std::string> out;
+  const Registry* registry = g_registry.load();
+  const auto info = registry ? registry->find(interface_id, name) : Result<ProviderInfo>(Error{});
+  if (info.ok())
+    for (const ParamSpec& p : info->schema) out.push_back(p.name);
+  return out;
 }
 
 std::vector<std::string> tag_list(const char* tags) {
@@ -384,69 +389,138 @@ Registry::Create in_process(Registry::Create create, const ProviderInfo& info, b
   };
 }
 
-void register_provider(Registry& registry, const rmp_plugin& plugin, std::uint32_t index,
-                       PluginReport& report) {
-  const rmp_provider& row = rmp_provider_at(plugin, index);
-  const std::string interface_id = or_empty(row.interface_id), name = or_empty(row.name);
+/// What a row says, wherever it was read.
+struct Row {
+  std::string interface_id, name, summary, tags;
+  std::vector<rmp_param> params;  ///< their texts live elsewhere
+  std::string fault;
+};
+
+/// `create` makes it by its label and the names of its parameters.
+template <class Create>
+void register_provider(Registry& registry, std::uint32_t index, const Row& row,
+                       PluginReport& report, bool is_apart, Create&& create) {
   const auto skip = [&](const std::string& why) {
-    const std::string which = name.empty() ? "provider number " + std::to_string(index + 1)
-                                           : "provider " + text::quote(name);
+    const std::string which = row.name.empty() ? "provider number " + std::to_string(index + 1)
+                                               : "provider " + text::quote(row.name);
     const char last = why.back();
     report.remarks.push_back(which + " is skipped: " + why +
                              (last == '.' || last == '?' ? "" : "."));
   };
-  if (name.empty()) return skip("it has no name");
-  if (interface_id.empty()) return skip("it names no interface");
-  const std::string usable_as = current_interface(interface_id);
-  if (usable_as.empty()) return skip(unknown_interface(interface_id));
-  if (!row.create) return skip("it has no create function");
-  if (row.param_count > kMostRows || (row.param_count && !row.params) ||
-      (row.param_count && row.param_size < kParamSize))
-    return skip("its parameter table is broken");
-  auto schema = schema_from(row);
+  if (row.name.empty()) return skip("it has no name");
+  if (row.interface_id.empty()) return skip("it names no interface");
+  const std::string usable_as = current_interface(row.interface_id);
+  if (usable_as.empty()) return skip(unknown_interface(row.interface_id));
+  if (!row.fault.empty()) return skip(row.fault);
+  if (is_apart && !apart::interface_wire(usable_as))
+    return skip(apart::not_apart(usable_as) + ". Load the plugin with run_in_process = true.");
+  auto schema = schema_from(row.params);
   if (!schema.ok()) return skip(schema.error().message);
 
   ProviderInfo info;
   info.interface_id = usable_as;
-  info.name = name;
-  info.summary = or_empty(row.summary);
-  info.tags = tag_list(row.tags);
+  info.name = row.name;
+  info.summary = row.summary;
+  info.tags = tag_list(row.tags.c_str());
   info.origin = report.file.string();
   info.version = report.version;
   info.schema = std::move(*schema);
   info.shipped = report.shipped;
-  Registry::Create create = creator(row, interface_id + " " + name);
+  Registry::Create made = create(row, info);
   const auto has_tag = [&](const char* tag) {
     return std::find(info.tags.begin(), info.tags.end(), tag) != info.tags.end();
   };
   // One that opens files by itself does so in a process that is kept to the session's folder.
   if (usable_as == Importer::kInterfaceId && (has_tag("process") || !has_tag("confined")))
-    create = in_process(std::move(create), info, !has_tag("process"));
-  auto added = registry.add(std::move(info), std::move(create));
+    made = in_process(std::move(made), info, !is_apart && !has_tag("process"));
+  auto added = registry.add(std::move(info), std::move(made));
   if (!added.ok()) return skip(added.error().message);
-  report.providers.push_back(interface_id + " " + name);
+  report.providers.push_back(row.interface_id + " " + row.name);
+}
+
+Row row_of(const rmp_provider& from) {
+  Row out{or_empty(from.interface_id), or_empty(from.name), or_empty(from.summary),
+          or_empty(from.tags), {}, {}};
+  if (!from.create) out.fault = "it has no create function";
+  else if (has_broken_parameters(from)) out.fault = "its parameter table is broken";
+  else
+    for (std::uint32_t i = 0; i < from.param_count; ++i)
+      out.params.push_back(rmp_param_at(from, i));
+  return out;
+}
+/// The texts are borrowed.
+Row row_of(const apart::ProviderWire& from) {
+  Row out{from.interface_id, from.name, from.summary, from.tags, {}, from.fault};
+  const auto text_of = [](const std::string& s) { return s.empty() ? nullptr : s.c_str(); };
+  for (const apart::RowWire& r : from.params)
+    out.params.push_back({r.name.c_str(), r.type.c_str(), r.unit.c_str(), r.doc.c_str(),
+                          r.default_text ? r.default_text->c_str() : nullptr,
+                          r.choices ? r.choices->c_str() : nullptr, r.min, r.max, r.flags,
+                          text_of(r.label), text_of(r.group)});
+  return out;
+}
+
+/// Takes the providers of a file away, to be registered again from elsewhere.
+Result<void> leave(Registry& registry, const fs::path& file) {
+  std::vector<ProviderInfo> own;
+  for (ProviderInfo& p : registry.list())
+    if (p.origin == file.string()) own.push_back(std::move(p));
+  for (const ProviderInfo& p : own)
+    if (p.interface_id == Module::kInterfaceId)
+      return error(ErrorCode::unsupported,
+                   "the plugin " + text::quote(file.string()) +
+                       " adds commands, which stay where they are until the program ends",
+                   "Keep the choice with keep = \"user\", and it holds when the program starts.",
+                   "run_in_process");
+  for (const ProviderInfo& p : own) registry.remove(p.interface_id, p.name);
+  return {};
 }
 
 /// Opens, checks and registers `file`; every fault ends in the report.
 Result<void> load_file(Registry& registry, PluginReport& report) {
-  void* library = ::dlopen(report.file.c_str(), kOpenFlags);
-  if (!library) {
-    const char* reason = ::dlerror();
-    return cannot_open(report.file, reason ? reason : "no reason given");
-  }
-  void* symbol = ::dlsym(library, "rmp_plugin_entry_v1");
-  if (!symbol) return no_entry(library);
-  RMP_TRY_ASSIGN(const rmp_plugin* plugin,
-                 call_entry(reinterpret_cast<rmp_plugin_entry_fn>(symbol)));
+  RMP_TRY_ASSIGN(const rmp_plugin* plugin, open_plugin(report.file));
   report.id = plugin->id;
   report.version = or_empty(plugin->version);
   report.license = or_empty(plugin->license);
   report.summary = or_empty(plugin->summary);
   report.shipped = report.file.parent_path() == resolved(shipped_folder()) &&
                    report.id.starts_with("org.robomosp.");
-  for (std::uint32_t i = 0; i < plugin->provider_count; ++i)
-    register_provider(registry, *plugin, i, report);
+  for (std::uint32_t i = 0; i < plugin->provider_count; ++i) {
+    const rmp_provider& row = rmp_provider_at(*plugin, i);
+    register_provider(registry, i, row_of(row), report, false, [&](const Row& r, const ProviderInfo&) {
+      return creator(row, r.interface_id + " " + r.name);
+    });
+  }
   report.loaded = true;
+  return {};
+}
+
+/// The same in a process of the plugin's own; nothing of the file is opened here.
+Result<void> load_file_apart(Registry& registry, PluginReport& report, const ApartLimits& limits) {
+  const auto process =
+      std::make_shared<ProviderProcess>(report.file, limits, &kHost, &parameter_names);
+  RMP_TRY_ASSIGN(const apart::PluginWire plugin, process->describe());
+  report.id = plugin.id;
+  report.version = plugin.version;
+  report.license = plugin.license;
+  report.summary = plugin.summary;
+  report.shipped = report.file.parent_path() == resolved(shipped_folder()) &&
+                   report.id.starts_with("org.robomosp.");
+  std::uint32_t i = 0;
+  for (const apart::ProviderWire& row : plugin.providers) {
+    register_provider(
+        registry, i, row_of(row), report, true,
+        [&](const Row&, const ProviderInfo& info) -> Registry::Create {
+          std::vector<std::string> params;
+          for (const ParamSpec& p : info.schema) params.push_back(p.name);
+          return [process, i, id = info.interface_id, name = info.name,
+                  params = std::move(params)] { return process->create(i, id, name, params); };
+        });
+    ++i;
+  }
+  report.loaded = true;
+  process->end();  // until somebody needs it
+  PluginRuns::of_program().set_process(report.file, process);
   return {};
 }
 
@@ -459,6 +533,33 @@ const std::vector<std::string>& known_interfaces() {
     return all;
   }();
   return ids;
+}
+
+Result<const rmp_plugin*> open_plugin(const fs::path& file) {
+  void* library = ::dlopen(file.c_str(), kOpenFlags);
+  if (!library) {
+    const char* reason = ::dlerror();
+    return cannot_open(file, reason ? reason : "no reason given");
+  }
+  void* symbol = ::dlsym(library, "rmp_plugin_entry_v1");
+  if (!symbol) return no_entry(library);
+  return call_entry(reinterpret_cast<rmp_plugin_entry_fn>(symbol));
+}
+
+bool has_broken_parameters(const rmp_provider& row) {
+  return row.param_count > kMostRows || (row.param_count && !row.params) ||
+         (row.param_count && row.param_size < kParamSize);
+}
+
+Result<void*> make_provider(const rmp_provider& row, const rmp_host* host,
+                            const std::string& label) {
+  std::array<char, 512> reason{};
+  void* made = row.create(host, reason.data(), static_cast<std::uint32_t>(reason.size()));
+  if (made) return adapted(row.interface_id, made);
+  reason.back() = '\0';
+  const std::string why = reason[0] ? std::string(": ") + reason.data() : " and gave no reason";
+  return error(ErrorCode::plugin_failed, "provider \"" + label + "\" could not be made" + why,
+               "Choose another provider or see the documentation of this one.");
 }
 
 fs::path executable_folder() {
@@ -551,15 +652,33 @@ void PluginLoader::remember_failures(const fs::path& state) {
 
 const PluginReport& PluginLoader::load_resolved(const fs::path& found, bool is_asked) {
   const fs::path file = resolved(found);
-  for (const PluginReport& known : reports_)
-    if (known.loaded && known.file == file) return known;
+  PluginRuns& runs = PluginRuns::of_program();
+  const PluginRun run = runs.wished(file);
+  for (const PluginReport& known : reports_) {
+    if (!known.loaded || known.file != file) continue;
+    PluginRunScope* scope = PluginRunScope::current();
+    const auto process = runs.process(file);
+    if (!scope || (run.in_process ? !process : process && process->limits() == run.limits))
+      return known;
+    if (auto left = leave(registry_, file); !left.ok()) {
+      scope->refusal = std::move(left).error();
+      return known;
+    }
+    break;
+  }
   PluginReport report;
   report.file = file;
-  auto loaded = admit(file, is_asked);
-  if (loaded.ok()) {
-    std::optional<PluginTrials::Opening> opening;
-    if (trials_) opening.emplace(*trials_, file);
-    loaded = load_file(registry_, report);
+  Result<void> loaded;
+  if (!run.in_process) {
+    loaded = load_file_apart(registry_, report, run.limits);
+  } else {
+    loaded = admit(file, is_asked);
+    if (loaded.ok()) {
+      std::optional<PluginTrials::Opening> opening;
+      if (trials_) opening.emplace(*trials_, file);
+      loaded = load_file(registry_, report);
+      if (loaded.ok()) runs.set_process(file, nullptr);
+    }
   }
   if (!loaded.ok())
     report.refusal = std::move(loaded).error().in("plugin " + text::quote(file.string()));

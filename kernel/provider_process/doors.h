@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+// Doors: what the program asks of a plugin's process, and that of the program, beside the calls of
+// interfaces; and the numbers by which either side's objects are known (layer: core, header-only).
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "kernel/provider_process/calls.h"
+#include "kernel/provider_process/sdk_fields.h"
+
+namespace robomosp::apart {
+
+struct ProviderWire {
+  std::string interface_id, name, summary, tags;
+  std::vector<RowWire> params;
+  std::string fault;  ///< why it cannot be used; may be empty
+};
+struct PluginWire {
+  std::string id, version, license, summary;
+  std::vector<ProviderWire> providers;
+};
+RMP_FIELDS(ProviderWire, interface_id, name, summary, tags, params, fault)
+RMP_FIELDS(PluginWire, id, version, license, summary, providers)
+
+/// Of a plugin's process: its object number 1.
+class PluginDoor {
+ public:
+  virtual ~PluginDoor() = default;
+  /// What the plugin's tables say; why it cannot be opened, as the loader says it.
+  virtual Result<PluginWire> describe() = 0;
+  /// Makes a provider, by its row; gives its number.
+  virtual Result<std::uint64_t> create(std::uint32_t row) = 0;
+};
+template <>
+struct Methods<PluginDoor> : MethodList<&PluginDoor::describe, &PluginDoor::create> {};
+
+struct CreatedWire {
+  std::uint64_t id = 0;
+  std::string interface_id, name;
+  std::vector<std::string> params;
+};
+struct ProgramWire {
+  std::string name, input;
+  std::vector<std::string> arguments;
+  double seconds = 0;
+  std::uint64_t memory = 0, most_output = 0;
+};
+struct ProgramDone {
+  std::string output;
+  std::vector<std::string> lines;
+};
+RMP_FIELDS(CreatedWire, id, interface_id, name, params)
+RMP_FIELDS(ProgramWire, name, input, arguments, seconds, memory, most_output)
+RMP_FIELDS(ProgramDone, output, lines)
+
+/// Of the program: its object number 1. rmp_host, as a plugin has it in the program itself.
+class HostDoor {
+ public:
+  virtual ~HostDoor() = default;
+  virtual void log(std::int32_t severity, const std::string& source, const std::string& words) = 0;
+  virtual Result<CreatedWire> create(const std::string& interface_id, const std::string& name) = 0;
+  virtual std::vector<std::pair<std::string, std::string>> list(
+      const std::string& interface_id) = 0;
+  virtual std::int32_t file_kind(const std::string& path) = 0;
+  virtual Result<std::string> file_read(const std::string& path, std::uint64_t most) = 0;
+  virtual Result<ProgramDone> run(const ProgramWire& program) = 0;
+  virtual void release(std::uint64_t lent) = 0;
+};
+template <>
+struct Methods<HostDoor>
+    : MethodList<&HostDoor::log, &HostDoor::create, &HostDoor::list, &HostDoor::file_kind,
+                 &HostDoor::file_read, &HostDoor::run, &HostDoor::release> {};
+
+inline constexpr std::uint64_t kDoor = 1;
+
+/// Objects of one side by the numbers that the other knows them by. [any thread]
+class Table {
+ public:
+  struct Entry {
+    void* object = nullptr;
+    Serve serve = nullptr;
+    std::shared_ptr<void> owner;
+    const void* scope = nullptr;  ///< the only conversation that may ask for it; null = all
+    /// Calls of what the other side made come one after the other.
+    std::shared_ptr<std::recursive_mutex> in_turn;
+  };
+  std::uint64_t add(Entry entry) {
+    const std::lock_guard lock(mutex_);
+    entries_.emplace(++last_, std::move(entry));
+    return last_;
+  }
+  void erase(std::uint64_t id) {
+    Entry gone;  // which ends after the lock does
+    const std::lock_guard lock(mutex_);
+    if (const auto at = entries_.find(id); at != entries_.end()) {
+      gone = std::move(at->second);
+      entries_.erase(at);
+    }
+  }
+  [[nodiscard]] Entry find(std::uint64_t id) const {
+    const std::lock_guard lock(mutex_);
+    const auto at = entries_.find(id);
+    return at == entries_.end() ? Entry{} : at->second;
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  std::map<std::uint64_t, Entry> entries_;  // guarded by mutex_
+  std::uint64_t last_ = 0;                  // guarded by mutex_
+};
+
+/// Control messages of the program, one a packet; a new channel comes with its descriptor.
+struct Control {
+  enum class What : std::uint32_t { channel = 1, release = 2 };
+  What what = What::channel;
+  std::uint64_t id = 0;
+};
+
+}  // namespace robomosp::apart

@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+// A plugin that does to its process what q[0] of a batch says; 0 = it works.
+#include <fcntl.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <random>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <robomosp/sdk/dynamics.h>
+#include <robomosp/sdk/host.h>
+#include <robomosp/sdk/planner.h>
+#include <robomosp/sdk/plugin.h>
+#include <robomosp/sdk/render.h>
+
+namespace {
+
+using namespace robomosp;
+
+/// What of the forbidden went well, by bits.
+double misdeeds() {
+  int done = 0;
+  if (std::ifstream("/etc/passwd").good()) done |= 1;
+  if (std::ifstream("/proc/1/cmdline").good()) done |= 2;
+  if (const int fd = ::open("/tmp/robomosp-reckless", O_CREAT | O_WRONLY, 0600); fd >= 0) done |= 4;
+  if (::socket(AF_INET, SOCK_STREAM, 0) >= 0) done |= 8;
+  if (const pid_t pid = ::fork(); pid >= 0) {
+    if (pid == 0) ::_exit(0);
+    done |= 16;
+    ::waitpid(pid, nullptr, 0);
+  }
+  if (::kill(::getppid(), 0) == 0) done |= 32;
+  char* const words[] = {nullptr};
+  if (std::system("true") == 0) done |= 64;  // NOLINT
+  (void)words;
+  return done;
+}
+
+/// Writes over all that it shares with the program.
+void smash(std::uint64_t seed) {
+  std::ifstream maps("/proc/self/maps");
+  std::mt19937_64 random(seed);
+  for (std::string line; std::getline(maps, line);) {
+    if (line.find("memfd:robomosp-provider") == std::string::npos) continue;
+    unsigned long from = 0, to = 0;
+    if (std::sscanf(line.c_str(), "%lx-%lx", &from, &to) != 2) continue;
+    auto* bytes = reinterpret_cast<unsigned char*>(from);
+    // All but whose turn it is, so that the answer is read.
+    for (unsigned long i = 4096; i < to - from; ++i)
+      bytes[i] = static_cast<unsigned char>(random());
+  }
+}
+
+class Reckless final : public InverseDynamics {
+ public:
+  explicit Reckless(const rmp_host* host) : host_(host) {}
+  Result<void> prepare(const RobotModel& model, const Params& params) override {
+    if (model.name == "crash in prepare") std::raise(SIGSEGV);
+    gain_ = params.real("gain");
+    dof_ = model.dof();
+    return {};
+  }
+  std::size_t scratch_size() const override { return 7; }
+  Result<void> torques(const DynamicsBatch& b, std::span<double> tau,
+                       Progress& progress) const override {
+    if (b.scratch.size() < 7 || tau.size() != b.count * dof_)
+      return error(ErrorCode::internal, "the batch did not arrive");
+    const int what = b.q.empty() ? 0 : static_cast<int>(b.q[0]);
+    switch (what) {
+      case 1: std::raise(SIGSEGV); break;
+      case 2: std::abort();
+      case 3: std::exit(7);
+      case 4:
+        for (volatile bool on = true; on;) {
+        }
+        break;
+      case 5: throw std::runtime_error("thrown by hand");
+      case 6: {
+        std::vector<std::vector<char>> all;
+        for (;;) all.emplace_back(std::size_t{1} << 26, 'x');
+      }
+      case 7:
+        for (int i = 0; i < 100'000; ++i) std::fputs("endless words of no use, and more of them\n", stdout);
+        std::fflush(stdout);
+        break;
+      case 8: return {};  // nothing filled
+      case 9:
+        while (!progress.cancelled()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        return error(ErrorCode::cancelled, "cancelled");
+      case 10: ::kill(::getpid(), SIGKILL); break;
+      case 11: tau[0] = misdeeds(); return {};
+      case 12:
+        progress.report(0.5, "half");
+        break;
+      case 13: smash(static_cast<std::uint64_t>(b.q[1])); break;
+      case 14: throw 42;
+      case 15: std::fputs("assertion \"x > 0\" failed\n", stderr); std::abort();
+      case 16: host_.log(Host::Severity::info, "reckless", "said by hand"); break;
+      case 17: {
+        auto other = host_.create<InverseDynamics>("newton_euler");
+        if (!other.ok()) return other.error();
+        tau[0] = static_cast<double>(host_.names<InverseDynamics>().size());
+        return {};
+      }
+      case 18: return error(ErrorCode::unreachable, "it cannot be reached", "Come nearer.", "here");
+      default: break;
+    }
+    for (std::size_t i = 0; i < tau.size(); ++i) tau[i] = gain_ * b.q[i];
+    return {};
+  }
+  Result<void> inertia(const DynamicsBatch&, std::span<double> m, Progress&) const override {
+    m[0] = static_cast<double>(::getpid());
+    return {};
+  }
+
+ private:
+  Host host_;
+  double gain_ = 0;
+  std::size_t dof_ = 0;
+};
+
+class Renders final : public render::Renderer {
+ public:
+  Result<render::Image> draw(const render::Scene&, const render::Options&,
+                             Progress&) const override {
+    return error(ErrorCode::unsupported, "none");
+  }
+  Result<std::string> png(const render::Image&) const override { return std::string(); }
+};
+
+const rmp_param kParams[] = {{"gain", "real", "", "By which q is multiplied.", "2", nullptr, 1, -1,
+                              0, nullptr, nullptr}};
+
+}  // namespace
+
+RMP_PLUGIN("test.reckless", "1.0", "Apache-2.0", "Does to its process what it is told.",
+           RMP_PROVIDER(Reckless, "reckless", "Told by q[0].", "simple", kParams),
+           RMP_PROVIDER_NO_PARAMS(Renders, "draws", "A renderer.", ""))
