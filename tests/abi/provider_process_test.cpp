@@ -10,7 +10,10 @@
 #include <atomic>
 #include <chrono>
 #include <csignal>
+#include <cstdlib>
+#include <filesystem>
 #include <fstream>
+#include <memory>
 #include <random>
 #include <string>
 #include <thread>
@@ -140,7 +143,7 @@ TEST_F(ProviderProcesses, ComputesInItsOwnProcess) {
 
 TEST_F(ProviderProcesses, WhateverEndsTheProcessIsNamedAndTheNextCallWorks) {
   ApartLimits limits;
-  limits.seconds = 0.3;
+  limits.seconds = 2;
   limits.memory = std::uint64_t{512} << 20;
   open(limits);
   const auto s = solver(model(2));
@@ -151,7 +154,7 @@ TEST_F(ProviderProcesses, WhateverEndsTheProcessIsNamedAndTheNextCallWorks) {
   } all[] = {{1, "crashed (signal SIGSEGV)", false},
              {2, "crashed (signal SIGABRT)", false},
              {3, "ended its process (exit code 7)", false},
-             {4, "did not answer for 0.3 s, and its process was ended", false},
+             {4, "did not answer for 2 s, and its process was ended", false},
              {5, "threw: thrown by hand", true},
 #if !defined(__SANITIZE_ADDRESS__)
              {6, "threw: std::bad_alloc", true},
@@ -245,9 +248,9 @@ TEST_F(ProviderProcesses, SeveralThreadsCallAtOnceAndKillsAreSurvived) {
   std::atomic<int> good{0}, ended{0}, wrong{0};
   std::atomic<bool> goes_on{true};
   std::vector<std::thread> threads;
-  for (int t = 0; t < 8; ++t)
+  for (int t = 0; t < 4; ++t)
     threads.emplace_back([&, t] {
-      for (int i = 0; i < 200; ++i) {
+      for (int i = 0; i < 150; ++i) {
         std::vector<double> tau;
         const std::string said = ask(*s, 0, t * 1000 + i, &tau);
         if (said == "ok") ++(tau[1] == 2 * (t * 1000 + i) ? good : wrong);
@@ -257,7 +260,7 @@ TEST_F(ProviderProcesses, SeveralThreadsCallAtOnceAndKillsAreSurvived) {
   std::thread killer([&] {
     std::mt19937 random(7);
     while (goes_on) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(random() % 20));
+      std::this_thread::sleep_for(std::chrono::milliseconds(20 + random() % 40));
       if (const int pid = process()->process()) ::kill(pid, SIGKILL);
     }
   });
@@ -266,7 +269,8 @@ TEST_F(ProviderProcesses, SeveralThreadsCallAtOnceAndKillsAreSurvived) {
   killer.join();
   EXPECT_EQ(wrong, 0);
   EXPECT_GT(good, 0);
-  EXPECT_EQ(good + ended, 1600);
+  EXPECT_EQ(good + ended, 600);
+  (void)ask(*s, 0);  // which may be the one that hears of the last kill
   EXPECT_EQ(ask(*s, 0), "ok");
 }
 
@@ -292,24 +296,30 @@ bool is_alive(int pid) {
   return static_cast<bool>(in >> number >> name >> state) && state != "Z" && state != "X";
 }
 
+/// The program of the next test, which starts it: it says the number of its plugin's process, and
+/// waits to be killed.
+TEST_F(ProviderProcesses, DISABLED_Program) {
+  open();
+  const auto made = registry_.create<InverseDynamics>("reckless");
+  const int pid = process()->process();
+  ASSERT_EQ(::write(9, &pid, sizeof pid), static_cast<ssize_t>(sizeof pid));
+  for (;;) ::pause();
+}
+
 TEST_F(ProviderProcesses, EndsWithTheProgramHoweverThatEnds) {
   int pipe[2];
   ASSERT_EQ(::pipe(pipe), 0);
   const pid_t program = ::fork();
-  if (program == 0) {  // a program with such a plugin, which is killed while it computes
-    Registry registry;
-    PluginLoader loader(registry);
-    const PluginRunScope scope(PluginRun{false, {}});
-    loader.load(kFile);
-    auto made = registry.create<InverseDynamics>("reckless");
-    const int pid = process()->process();
-    (void)!::write(pipe[1], &pid, sizeof pid);
-    for (;;) ::pause();
+  if (program == 0) {
+    ::dup2(pipe[1], 9);
+    ::execl("/proc/self/exe", "program", "--gtest_also_run_disabled_tests",
+            "--gtest_filter=ProviderProcesses.DISABLED_Program", nullptr);
+    ::_exit(1);
   }
+  ::close(pipe[1]);
   int pid = 0;
   ASSERT_EQ(::read(pipe[0], &pid, sizeof pid), static_cast<ssize_t>(sizeof pid));
   ::close(pipe[0]);
-  ::close(pipe[1]);
   ASSERT_GT(pid, 0);
   EXPECT_TRUE(is_alive(pid));
   ::kill(program, SIGKILL);

@@ -6,6 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
@@ -41,9 +42,7 @@ double misdeeds() {
     ::waitpid(pid, nullptr, 0);
   }
   if (::kill(::getppid(), 0) == 0) done |= 32;
-  char* const words[] = {nullptr};
   if (std::system("true") == 0) done |= 64;  // NOLINT
-  (void)words;
   return done;
 }
 
@@ -99,7 +98,9 @@ class Reckless final : public InverseDynamics {
         while (!progress.cancelled()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
         return error(ErrorCode::cancelled, "cancelled");
       case 10: ::kill(::getpid(), SIGKILL); break;
-      case 11: tau[0] = misdeeds(); return {};
+      case 11:
+        std::fill(tau.begin(), tau.end(), misdeeds());
+        return {};
       case 12:
         progress.report(0.5, "half");
         break;
@@ -110,7 +111,8 @@ class Reckless final : public InverseDynamics {
       case 17: {
         auto other = host_.create<InverseDynamics>("newton_euler");
         if (!other.ok()) return other.error();
-        tau[0] = static_cast<double>(host_.names<InverseDynamics>().size());
+        std::fill(tau.begin(), tau.end(),
+                  static_cast<double>(host_.names<InverseDynamics>().size()));
         return {};
       }
       case 18: return error(ErrorCode::unreachable, "it cannot be reached", "Come nearer.", "here");

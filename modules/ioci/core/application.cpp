@@ -14,6 +14,7 @@
 #include "ioci/core/commands.h"
 #include "ioci/core/document_providers.h"
 #include "ioci/core/handle_text.h"
+#include "ioci/core/kept_plugin_runs.h"
 #include "ioci/core/kept_solvers.h"
 #include "ioci/core/lua_plugins.h"
 #include "ioci/core/modules.h"
@@ -26,6 +27,7 @@
 #include "kernel/check.h"
 #include "kernel/executor.h"
 #include "kernel/permit.h"
+#include "kernel/plugin_run.h"
 #include "kernel/text.h"
 #include "kernel/value_text.h"
 #include "spatial/parallel.h"
@@ -282,6 +284,7 @@ Result<void> Application::start() {
     plugins.set_search_path(PluginLoader::search_path(options_.plugin_path));
     if (!options_.plugins) return {};
     plugins.remember_failures();
+    PluginRuns::of_program().set_wishes(kept_plugin_runs());
     plugins.load_all();
     for (const auto& [interface_id, name] : chosen_providers()) {
       const auto set = registry.set_user_default(interface_id, name);

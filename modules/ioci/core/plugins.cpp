@@ -3,12 +3,16 @@
 #include "ioci/core/commands.h"
 #include "ioci/core/document_providers.h"
 #include "ioci/core/interface_words.h"
+#include "ioci/core/kept_plugin_runs.h"
 #include "ioci/core/modules.h"
 #include "kernel/interface_adapters.h"
 #include "kernel/permit.h"
+#include "kernel/plugin_run.h"
 
 namespace robomosp::ioci {
 namespace {
+
+constexpr double kMiB = 1 << 20;
 
 Map report_map(const PluginReport& r) {
   List providers, remarks;
@@ -23,6 +27,15 @@ Map report_map(const PluginReport& r) {
         {"providers", std::move(providers)},
         {"remarks", std::move(remarks)}};
   if (r.refusal) m.set("refusal", r.refusal->sentence());
+  const auto apart = r.loaded ? PluginRuns::of_program().process(r.file) : nullptr;
+  m.set("run_in_process", apart == nullptr);
+  if (apart) {
+    m.set("seconds", apart->limits().seconds);
+    m.set("memory", static_cast<double>(apart->limits().memory) / kMiB);
+    m.set("confined", apart->limits().confined);
+    m.set("process", apart->process());
+    m.set("starts", static_cast<std::int64_t>(apart->starts()));
+  }
   return m;
 }
 
@@ -61,15 +74,39 @@ Result<Value> load(CommandContext& ctx, const Map& args) {
                  "Run it: dofile(" + text::quote(file) +
                      "). In a folder of plugins it is run when the program starts.",
                  "file");
+  const bool keeps = text_of(args, "keep") == "user";
+  const bool is_said = has(args, "run_in_process");
+  if (!is_said && (keeps || has(args, "seconds") || has(args, "memory") || has(args, "confined")))
+    return error(ErrorCode::invalid_argument,
+                 "seconds, memory, confined and keep are of a plugin that is said to run in a "
+                 "process of its own, or not to",
+                 "Give run_in_process = false or true.", "run_in_process");
+  if (keeps && !ctx.session.may(Effect::files_write))
+    return error(ErrorCode::permission, "this session may not write files",
+                 "Leave keep out, and the choice holds for this run.", "keep");
+  PluginRun run;
+  if (is_said) {
+    run.in_process = flag(args, "run_in_process");
+    if (has(args, "seconds")) run.limits.seconds = real(args, "seconds");
+    if (has(args, "memory"))
+      run.limits.memory = static_cast<std::uint64_t>(real(args, "memory") * kMiB);
+    if (has(args, "confined")) run.limits.confined = flag(args, "confined");
+  }
+  std::optional<Error> stays;
   const PluginReport r = [&] {
     const std::lock_guard lock(ctx.app.plugins_mutex);
+    std::optional<PluginRunScope> scope;
+    if (is_said) scope.emplace(run);
     const std::filesystem::path file = ctx.app.plugins.load(text_of(args, "file")).file;
+    if (scope) stays = scope->refusal;
     (void)ctx.app.modules->adopt();
     for (const PluginReport& report : ctx.app.plugins.reports())
       if (report.file == file) return report;
     return PluginReport{};
   }();
   if (r.refusal) return *r.refusal;
+  if (keeps) RMP_TRY(keep_plugin_run(r.file, run));
+  if (stays && !keeps) return *stays;
   return Value(report_map(r));
 }
 
@@ -207,15 +244,31 @@ RMP_COMMANDS(plugin_commands) {
       field("summary", "string", "", "What it is."),
       field("providers", "list", "", "What it offers, \"robomosp.ik/1 numeric\"."),
       field("remarks", "list", "", "Providers and commands left out and why."),
-      field("refusal", "string", "", "Why it was refused.")};
+      field("refusal", "string", "", "Why it was refused."),
+      field("run_in_process", "bool", "",
+            "Whether its providers run in the program; false: in a process of their own."),
+      field("seconds", "real", "s", "After which a call of that process without a word ends it."),
+      field("memory", "real", "", "Address space of that process [MiB]."),
+      field("confined", "bool", "", "Whether that process reaches no files, programs or network."),
+      field("process", "int", "", "Number of that process; 0 = none is needed now."),
+      field("starts", "int", "", "How many such processes were started.")};
   const ParamSpec interface =
       needed("interface", "string", "", "Such as \"ik\" or \"robomosp.ik/1\".");
   const ParamSpec name = needed("name", "string", "", "Name of the provider.");
+  ParamSpec seconds = optional("seconds", "real", "s",
+                               "A call of that process that says nothing for so long ends it; 60 "
+                               "when left out.");
+  seconds.min = 0.01;
+  seconds.max = 1e6;
+  ParamSpec memory = optional("memory", "real", "",
+                              "Address space of that process [MiB]; 4096 when left out.");
+  memory.min = 256;
+  memory.max = 1e6;
   all.push_back(
       {.name = "plugin.list",
        .classic = "",
        .summary = "Lists the plugin files that were looked at and what became of each.",
-       .details = "",
+       .details = "What is said of a process is there for plugins in one of their own.",
        .example = "for _, p in ipairs(plugin.list()) do\n  assert(p.loaded or p.refusal)\nend",
        .params = {},
        .returns = {"list", "", "", report},
@@ -225,12 +278,30 @@ RMP_COMMANDS(plugin_commands) {
       {.name = "plugin.load",
        .classic = "",
        .summary = "Loads a plugin.",
-       .details = "A plugin stays until the program ends.",
-       .example = "local ok, e = pcall(plugin.load, \"no_such_plugin\")\nassert(not ok)",
-       .params = {needed("file", "string", "", "A name looked for in the search path, or a path.")},
+       .details =
+           "A plugin stays until the program ends. With `run_in_process = false` its code never "
+           "runs in the program: its providers are called in a process of their own, whose crash "
+           "or hang is an error that names them, and the next call starts it anew. One that is "
+           "loaded already is moved, unless it adds commands; solvers that are in use finish where "
+           "they are. `keep = \"user\"` holds whenever the file is found from then on.",
+       .example = "local ok, e = pcall(plugin.load, \"no_such_plugin\")\nassert(not ok)\n"
+                  "local p = plugin.load{file = \"ik_numeric\", run_in_process = false}\n"
+                  "assert(not p.run_in_process)\n"
+                  "plugin.load{file = \"ik_numeric\", run_in_process = true}",
+       .params = {needed("file", "string", "", "A name looked for in the search path, or a path."),
+                  optional("run_in_process", "bool", "",
+                           "false: its providers run in a process of their own; true: in the "
+                           "program; left out: as it was kept, else in the program."),
+                  seconds, memory,
+                  optional("confined", "bool", "",
+                           "Whether that process is kept from files, programs and the network; "
+                           "true when left out."),
+                  choice("keep", {"session", "user"},
+                         "How long the choice holds: this run, or every run of the user's.")},
        .returns = {"map", "", "", report},
        .effect = Effect::loads_code | Effect::providers,
-       .sometimes = Effect::processes,  // files of strangers are tried in one first
+       // Files of strangers are tried in a process first, and some stay in one.
+       .sometimes = Effect::processes | Effect::files_write,
        .run = load});
   all.push_back(
       {.name = "plugin.check",

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ioci/core/kept_plugin_runs.h"
+
+#include <cmath>
+#include <cstdint>
+#include <fstream>
+#include <sstream>
+#include <string>
+#include <system_error>
+
+#include "io/native.h"
+#include "ioci/core/chosen_providers.h"
+#include "kernel/text.h"
+
+namespace robomosp::ioci {
+
+namespace {
+constexpr double kMiB = 1 << 20;
+}
+
+std::filesystem::path kept_plugin_runs_file() {
+  const std::filesystem::path beside = chosen_providers_file();
+  return beside.empty() ? beside : beside.parent_path() / "plugins";
+}
+
+// One file a line: seconds, MiB, "confined" or "free", and the rest of the line is its path.
+PluginRuns::Wishes kept_plugin_runs() {
+  PluginRuns::Wishes out;
+  std::ifstream in(kept_plugin_runs_file());
+  for (std::string line; std::getline(in, line);) {
+    std::istringstream words(line);
+    double seconds = 0, memory = 0;
+    std::string how, file;
+    if (!(words >> seconds >> memory >> how) || !std::getline(words >> std::ws, file)) continue;
+    if (!(seconds > 0) || !(memory >= 1) || memory > 1e9 || (how != "confined" && how != "free"))
+      continue;
+    PluginRun run;
+    run.in_process = false;
+    run.limits = {seconds, static_cast<std::uint64_t>(memory * kMiB), how == "confined"};
+    out[file] = run;
+  }
+  return out;
+}
+
+Result<void> keep_plugin_run(const std::filesystem::path& file, const PluginRun& run) {
+  const std::filesystem::path settings = kept_plugin_runs_file();
+  if (settings.empty())
+    return error(ErrorCode::io, "there is no home folder to keep the choice in",
+                 "Set HOME or XDG_CONFIG_HOME, or leave keep out.");
+  if (file.string().find('\n') != std::string::npos)
+    return error(ErrorCode::unsupported, "a file whose name has more than one line is not kept",
+                 "Rename it.");
+  auto kept = kept_plugin_runs();
+  if (run.in_process) kept.erase(file);
+  else kept[file] = run;
+  std::string text =
+      "# Plugins that run in processes of their own: plugin.load{run_in_process = false, keep = "
+      "\"user\"}.\n# Seconds without an answer, MiB, confined or free, file.\n";
+  for (const auto& [path, one] : kept)
+    text += text::print(one.limits.seconds) + " " +
+            text::print(static_cast<double>(one.limits.memory) / kMiB) + " " +
+            (one.limits.confined ? "confined " : "free ") + path.string() + "\n";
+  std::error_code failed;
+  std::filesystem::create_directories(settings.parent_path(), failed);  // write_file says it
+  return io::write_file(settings, text);
+}
+
+}  // namespace robomosp::ioci
