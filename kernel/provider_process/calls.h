@@ -41,6 +41,8 @@ class Sink {
  public:
   virtual ~Sink() = default;
   virtual void send(Reply&) = 0;
+  /// What the object that was called may go on using: a solver its robot.
+  virtual void keep(std::shared_ptr<const void> what, bool is_in_place_of_the_last) = 0;
 };
 using Serve = void (*)(void* object, std::uint32_t method, Reader& request, Progress&, Sink&);
 
@@ -57,6 +59,7 @@ class Exchange {
   /// The object's proxy keeps what is lent with this call, and says it again to a new process.
   bool is_lasting = false;
   std::string* keep = nullptr;  ///< gets the message, to be said again
+  bool is_in_out = false;       ///< what it fills is read, too
   bool lends = false;           ///< set: it lends what is there for the call only
   std::vector<Remote*> also{};  ///< objects of the other side that it speaks of
 };
@@ -320,12 +323,20 @@ class Answer final : public Reply {
   Slots& slots_;
 };
 
+/// Functions that bind an object to what they are given for good.
+template <auto M>
+inline constexpr bool kBinds = false;
+/// Functions that change numbers which they are given, and do not only fill them in.
+template <auto M>
+inline constexpr bool kIsInOut = false;
+
 /// Reads what one function is asked for, calls it and answers.
 template <auto M>
 void serve_one(void* object, Reader& request, Progress& progress, Sink& sink) {
   using S = Signature<decltype(M)>;
   using R = typename S::Return;
-  typename S::Slots slots;
+  const auto kept = std::make_shared<typename S::Slots>();
+  auto& slots = *kept;
   std::apply([&](auto&... s) { (s.read(request), ...); }, slots);
   if (request.is_broken()) {
     Fault misread(Outcome::misread, "a message was cut off");
@@ -355,6 +366,11 @@ void serve_one(void* object, Reader& request, Progress& progress, Sink& sink) {
     thrown.emplace(Outcome::threw_unknown, "");
   }
   request.bring_back();
+  if constexpr (kBinds<M>) {
+    using Kept = std::pair<std::shared_ptr<typename S::Slots>,
+                           std::vector<std::shared_ptr<const void>>>;
+    sink.keep(std::make_shared<Kept>(kept, request.take_kept()), !thrown && !answer.fault);
+  }
   if (!thrown) {
     try {  // what is made is asked for more on its way out
       return sink.send(answer);
@@ -433,6 +449,7 @@ auto call_with(const std::shared_ptr<Remote>& object, const CallOptions& options
   static_assert(method != ~0U, "it is not in the list of its class");
   Call<S> one(typename S::Sends{{&arguments}...}, object, method);
   one.is_lasting = options.is_lasting;
+  one.is_in_out = kIsInOut<M>;
   one.keep = options.keep;
   const auto done = object->peer->exchange(*object, method, one);
   if (options.lends) *options.lends = one.lends;

@@ -25,7 +25,7 @@ constexpr std::uint64_t kFirst = std::uint64_t{256} << 10;  ///< size of new mem
 /// Memory beyond this is given back when the conversation is over [bytes].
 constexpr std::uint64_t kKept = std::uint64_t{64} << 20;
 /// A short answer comes sooner than a thread is woken.
-constexpr auto kSpin = std::chrono::microseconds(30);
+constexpr auto kSpin = std::chrono::microseconds(150);
 
 static_assert(sizeof(Shared) <= kPage);
 static_assert(std::atomic<std::uint32_t>::is_always_lock_free);
@@ -139,6 +139,7 @@ bool Channel::wait(int milliseconds) {
         if (is_mine()) return true;
         relax();
       }
+      std::this_thread::yield();  // the other side may be waiting for this core
     } while (std::chrono::steady_clock::now() < end);
   }
   std::atomic<std::uint32_t>& asleep = shared_->asleep[mine];

@@ -85,6 +85,8 @@ class Table {
   struct Entry {
     void* object = nullptr;
     Serve serve = nullptr;
+    /// What it uses; it ends before that does.
+    std::shared_ptr<std::vector<std::shared_ptr<const void>>> bound{};
     std::shared_ptr<void> owner;
     const void* scope = nullptr;  ///< the only conversation that may ask for it; null = all
     /// Calls of what the other side made come one after the other.
@@ -102,6 +104,15 @@ class Table {
       gone = std::move(at->second);
       entries_.erase(at);
     }
+  }
+  void keep(std::uint64_t id, std::shared_ptr<const void> what, bool is_in_place_of_the_last) {
+    auto all = std::make_shared<std::vector<std::shared_ptr<const void>>>();
+    const std::lock_guard lock(mutex_);
+    const auto at = entries_.find(id);
+    if (at == entries_.end()) return;
+    if (at->second.bound && !is_in_place_of_the_last) *all = *at->second.bound;
+    all->push_back(std::move(what));
+    at->second.bound.swap(all);
   }
   [[nodiscard]] Entry find(std::uint64_t id) const {
     const std::lock_guard lock(mutex_);

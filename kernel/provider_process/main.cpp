@@ -70,7 +70,7 @@ class ChannelProgress final : public Progress {
 class Process final : public Peer, private PluginDoor {
  public:
   Process(std::string file) : file_(std::move(file)) {
-    (void)table_.add({static_cast<PluginDoor*>(this), &Methods<PluginDoor>::serve, nullptr, nullptr, nullptr});
+    (void)table_.add({static_cast<PluginDoor*>(this), &Methods<PluginDoor>::serve, nullptr, nullptr, nullptr, nullptr});
   }
   void start() {
     host_ = std::make_shared<Remote>();
@@ -89,7 +89,7 @@ class Process final : public Peer, private PluginDoor {
       Message message;
       if (!channel.wait(-1) || !channel.receive(message) || message.kind != Kind::call) ::_exit(3);
       const Table::Entry entry = table_.find(message.object);
-      Out out(*this, channel);
+      Out out(*this, channel, message.object);
       if (!entry.object) {
         Fault gone(Outcome::threw, "what it asked for is not there any more");
         out.send(gone);
@@ -127,6 +127,7 @@ class Process final : public Peer, private PluginDoor {
     if (!place) return error(ErrorCode::unsupported, "a question is longer than the memory there is");
     Writer writer(*this, place, sizer.size());
     writer.is_lasting = e.is_lasting;
+    writer.is_in_out = e.is_in_out;
     e.write(writer);
     if (e.is_lasting) object.lent.insert(object.lent.end(), writer.lent.begin(), writer.lent.end());
     channel.post(Kind::call, object.id, method, sizer.size());
@@ -142,7 +143,7 @@ class Process final : public Peer, private PluginDoor {
     return {};
   }
   std::uint64_t lend(void* object, Serve kind, std::shared_ptr<void> owner, bool) override {
-    return table_.add({object, kind, std::move(owner), nullptr, nullptr});
+    return table_.add({object, kind, nullptr, std::move(owner), nullptr, nullptr});
   }
   void take_back(std::uint64_t lent) override { table_.erase(lent); }
   std::shared_ptr<void> own(std::uint64_t lent, Serve kind) override {
@@ -160,7 +161,11 @@ class Process final : public Peer, private PluginDoor {
  private:
   class Out final : public Sink {
    public:
-    Out(Peer& peer, Channel& channel) : peer_(peer), channel_(channel) {}
+    Out(Process& peer, Channel& channel, std::uint64_t object)
+        : peer_(peer), channel_(channel), object_(object) {}
+    void keep(std::shared_ptr<const void> what, bool replaces) override {
+      peer_.table_.keep(object_, std::move(what), replaces);
+    }
     void send(Reply& reply) override {
       Sizer sizer;
       reply.measure(sizer);
@@ -175,8 +180,9 @@ class Process final : public Peer, private PluginDoor {
     }
 
    private:
-    Peer& peer_;
+    Process& peer_;
     Channel& channel_;
+    std::uint64_t object_;
   };
 
   // --- PluginDoor ---
@@ -384,7 +390,7 @@ Result<std::uint64_t> Process::create(std::uint32_t index) {
   const InterfaceWire* wire = interface_wire(current_interface(id));
   if (!wire) return error(ErrorCode::unsupported, not_apart(id));
   RMP_TRY_ASSIGN(void* made, make_provider(row, &kHost, label));
-  return table_.add({made, wire->serve, wire->own(made), nullptr, nullptr});
+  return table_.add({made, wire->serve, nullptr, wire->own(made), nullptr, nullptr});
 }
 
 /// Takes what the program says beside the channels, until it is gone.

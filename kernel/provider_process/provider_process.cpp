@@ -241,7 +241,7 @@ class ProviderProcess::Impl final : public Peer, private HostDoor {
       : plugin_(std::move(plugin)), limits_(limits), host_(host), params_(std::move(params)) {
     limits_.memory = std::max(limits_.memory, kLeastMemory);
     limits_.seconds = std::clamp(limits_.seconds, 0.01, 1e6);
-    (void)table_.add({static_cast<HostDoor*>(this), &Methods<HostDoor>::serve, nullptr, nullptr, nullptr});
+    (void)table_.add({static_cast<HostDoor*>(this), &Methods<HostDoor>::serve, nullptr, nullptr, nullptr, nullptr});
   }
 
   std::shared_ptr<Remote> door() {
@@ -293,7 +293,7 @@ class ProviderProcess::Impl final : public Peer, private HostDoor {
   std::uint64_t lend(void* object, Serve kind, std::shared_ptr<void> owner,
                      bool is_for_call) override {
     return table_.add(
-        {object, kind, std::move(owner), is_for_call ? lending_scope_of_thread() : nullptr, nullptr});
+        {object, kind, nullptr, std::move(owner), is_for_call ? lending_scope_of_thread() : nullptr, nullptr});
   }
   void take_back(std::uint64_t lent) override { table_.erase(lent); }
   std::shared_ptr<void> own(std::uint64_t lent, Serve kind) override {
@@ -485,13 +485,14 @@ class ProviderProcess::Impl final : public Peer, private HostDoor {
                    "Give its plugin more memory, or work on less at once.");
     Writer writer(*this, place, sizer.size());
     writer.is_lasting = e.is_lasting;
+    writer.is_in_out = e.is_in_out;
     e.write(writer);
     if (e.is_lasting) object.lent.insert(object.lent.end(), writer.lent.begin(), writer.lent.end());
     else lent = writer.lent;
     if (!writer.lent.empty() && !e.is_lasting) e.lends = true;
     if (e.keep) e.keep->assign(place, sizer.size());
     Shared& shared = channel.shared();
-    shared.cancelled.store(0);
+    shared.cancelled.store(e.progress && e.progress->cancelled() ? 1 : 0);
     std::uint32_t told = shared.told.load();
     channel.post(Kind::call, id, method, sizer.size());
     Limits limits(*this);
@@ -563,7 +564,11 @@ class ProviderProcess::Impl final : public Peer, private HostDoor {
   void serve(Channel& channel, const Message& message) {
     class Out final : public Sink {
      public:
-      Out(Peer& peer, Channel& channel) : peer_(peer), channel_(channel) {}
+      Out(Impl& peer, Channel& channel, std::uint64_t object)
+          : peer_(peer), channel_(channel), object_(object) {}
+      void keep(std::shared_ptr<const void> what, bool replaces) override {
+        peer_.table_.keep(object_, std::move(what), replaces);
+      }
       void send(Reply& reply) override {
         Sizer sizer;
         reply.measure(sizer);
@@ -578,9 +583,10 @@ class ProviderProcess::Impl final : public Peer, private HostDoor {
       }
 
      private:
-      Peer& peer_;
+      Impl& peer_;
       Channel& channel_;
-    } out(*this, channel);
+      std::uint64_t object_;
+    } out(*this, channel, message.object);
     const Table::Entry entry = table_.find(message.object);
     if (!entry.object || (entry.scope && entry.scope != &channel)) {
       Fault gone(Outcome::threw, "what it asked for is not there any more");
@@ -612,7 +618,7 @@ class ProviderProcess::Impl final : public Peer, private HostDoor {
                                : nullptr;
     if (!made) return error(ErrorCode::plugin_failed, why.data());
     CreatedWire out;
-    out.id = table_.add({made, wire->serve, wire->own(made), nullptr,
+    out.id = table_.add({made, wire->serve, nullptr, wire->own(made), nullptr,
                          std::make_shared<std::recursive_mutex>()});
     out.interface_id = interface_id;
     out.name = name;

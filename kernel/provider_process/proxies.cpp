@@ -690,6 +690,23 @@ template <>
 struct Methods<ModuleCall> : MethodList<&ModuleCall::run, &ModuleCall::setting, &ModuleCall::name,
                                         &ModuleCall::robot_model, &ModuleCall::say> {};
 
+template <>
+inline constexpr bool kBinds<&IkSolver::prepare> = true;
+template <>
+inline constexpr bool kBinds<&InverseDynamics::prepare> = true;
+template <>
+inline constexpr bool kBinds<&ForwardDynamics::prepare> = true;
+template <>
+inline constexpr bool kBinds<&Controller::prepare> = true;
+template <>
+inline constexpr bool kBinds<&Integrator::prepare> = true;
+template <>
+inline constexpr bool kIsInOut<&Controller::torques> = true;
+template <>
+inline constexpr bool kIsInOut<&OdeSystem::project> = true;
+template <>
+inline constexpr bool kIsInOut<&OdeSystem::at_event> = true;
+
 // --- shapes as parameters ---
 
 namespace {

@@ -75,11 +75,14 @@ class Writer {
     const std::uint64_t to = (at_ + kArrayAlign - 1) / kArrayAlign * kArrayAlign;
     if (to <= size_) at_ = to;
   }
-  /// Numbers that the other side fills: they come back from where they are written.
+  /// Numbers that the other side fills: they come back from where they are written. They go there
+  /// only where that changes them (`is_in_out`).
   void filled(void* to, std::uint64_t n) {
     align();
-    if (n <= size_ - at_) filled_.push_back({at_, to, n});
-    bytes(to, n);
+    if (n > size_ - at_) n = size_ - at_;
+    filled_.push_back({at_, to, n});
+    if (is_in_out) bytes(to, n);
+    else at_ += n;
   }
   void take_back() const {
     for (const Filled& f : filled_)
@@ -89,6 +92,7 @@ class Writer {
   /// Objects that are lent for the call; with `is_lasting`, for as long as their proxy is there.
   std::vector<std::uint64_t> lent;
   bool is_lasting = false;
+  bool is_in_out = false;
   int depth = 0;
 
  private:
@@ -126,10 +130,13 @@ class Reader {
     if (is_broken_ || n > left() / each) fail();
     return is_broken_ ? 0 : n;
   }
-  /// `count` numbers where they are, or a copy; `is_filled`: what is written there goes back.
+  /// Numbers where they are, or a copy. `is_filled`: what is written there goes back; unless they
+  /// were given, they are no numbers (NaN) until then.
   template <class T>
   std::span<T> view(bool is_filled) {
-    std::uint64_t n = count(sizeof(T));
+    const std::uint64_t n = count(sizeof(T));
+    std::uint8_t is_given = 1;
+    if (is_filled) bytes(&is_given, 1);
     align();
     if (is_broken_ || n > left() / sizeof(T)) {
       fail();
@@ -137,9 +144,14 @@ class Reader {
     }
     char* from = base_ + at_;
     at_ += n * sizeof(T);
-    if (!copies_) return {reinterpret_cast<T*>(from), static_cast<std::size_t>(n)};
+    constexpr int kNoNumber = 0xff;
+    if (!copies_) {
+      if (!is_given) std::memset(static_cast<void*>(from), kNoNumber, n * sizeof(T));
+      return {reinterpret_cast<T*>(from), static_cast<std::size_t>(n)};
+    }
     auto own = std::make_unique_for_overwrite<T[]>(n);
-    if (n) std::memcpy(static_cast<void*>(own.get()), from, n * sizeof(T));
+    if (!is_given) std::memset(static_cast<void*>(own.get()), kNoNumber, n * sizeof(T));
+    else if (n) std::memcpy(static_cast<void*>(own.get()), from, n * sizeof(T));
     const std::span<T> out(own.get(), static_cast<std::size_t>(n));
     if (is_filled && n) back_.push_back({from, own.get(), n * sizeof(T)});
     keep(std::shared_ptr<T[]>(std::move(own)));
@@ -150,6 +162,7 @@ class Reader {
     for (const Back& b : back_) std::memcpy(b.to, b.from, b.size);
   }
   void keep(std::shared_ptr<const void> what) { kept_.push_back(std::move(what)); }
+  [[nodiscard]] std::vector<std::shared_ptr<const void>> take_kept() { return std::move(kept_); }
   void fail() {
     is_broken_ = true;
     at_ = size_;
@@ -237,6 +250,11 @@ void fields(V& v, std::span<T>& all) {
     } else {
       std::uint64_t n = all.size();
       v.bytes(&n, sizeof n);
+      if constexpr (!std::is_const_v<T>) {
+        std::uint8_t is_given = 1;
+        if constexpr (V::is_writer) is_given = v.is_in_out ? 1 : 0;
+        v.bytes(&is_given, 1);
+      }
       v.align();
       if constexpr (V::is_writer && !std::is_const_v<T>) v.filled(all.data(), all.size_bytes());
       else v.bytes(all.data(), all.size_bytes());
