@@ -13,6 +13,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
+#include <memory>
 #include <random>
 #include <stdexcept>
 #include <string>
@@ -20,7 +21,11 @@
 #include <vector>
 
 #include <robomosp/sdk/dynamics.h>
+#include <robomosp/sdk/files.h>
+#include <robomosp/sdk/csg_primitive.h>
 #include <robomosp/sdk/host.h>
+#include <robomosp/sdk/io.h>
+#include <robomosp/sdk/module.h>
 #include <robomosp/sdk/planner.h>
 #include <robomosp/sdk/plugin.h>
 #include <robomosp/sdk/render.h>
@@ -141,6 +146,91 @@ class Renders final : public render::Renderer {
   Result<std::string> png(const render::Image&) const override { return std::string(); }
 };
 
+class Brick final : public CsgPrimitive {
+ public:
+  Result<CsgTree> build(const Params& params, Progress&) const override {
+    CsgTree tree;
+    CsgNode& node = tree.nodes.emplace_back();
+    node.name = "brick";
+    node.sizes = {params.real("gain"), 2, 3};
+    auto profile = std::make_shared<CsgProfile>();
+    profile->loops.push_back({{1, 2}, {{CsgCurve::Kind::arc, {{3, 4}, {5, 6}}}}});
+    node.profile = std::move(profile);
+    return tree;
+  }
+};
+
+class Reader final : public Importer {
+ public:
+  explicit Reader(const rmp_host* host) : host_(host) {}
+  std::string_view extensions() const override { return "words"; }
+  Result<Imported> read(std::string_view path, const Params&, Progress&) const override {
+    const auto* files = static_cast<const rmp_files*>(host_.extension(RMP_FILES));
+    Imported out;
+    out.records.push_back({"a.sld", ""});
+    char why[200] = "";
+    const std::string name(path);
+    if (files->read(name.c_str(), 1000, &out.records[0].text,
+                    [](void* to, const char* bytes, std::uint64_t size) {
+                      static_cast<std::string*>(to)->assign(bytes, size);
+                    },
+                    why, sizeof why) != 0)
+      return error(ErrorCode::io, why);
+    out.notes = {"read"};
+    return out;
+  }
+
+ private:
+  Host host_;
+};
+
+class Writer final : public Exporter {
+ public:
+  std::string_view extensions() const override { return "words, exact"; }
+  bool is_exact(std::string_view extension) const override { return extension == "exact"; }
+  Result<std::vector<ExportedFile>> write(const ExportTask& task, const Params&,
+                                          Progress&) const override {
+    std::string text(task.name);
+    for (const ExportItem& i : task.items) {
+      text += " " + i.name + std::to_string(i.mesh ? i.mesh->vertex_count() : 0);
+      if (const auto part = robot_part(i)) text += " joint" + std::to_string(part->joint);
+      if (const auto* p = primitive(i)) text += " size" + std::to_string(p->sizes[0]);
+    }
+    if (task.report) task.report->notes.emplace_back("written");
+    return std::vector<ExportedFile>{{std::string(task.name), text}};
+  }
+};
+
+class Adds final : public Module {
+ public:
+  static Result<ModuleValue> twice(const Module&, const ModuleValue& arguments, ModuleCall& call) {
+    RMP_TRY_ASSIGN(ModuleValue out, call.run("ask.it", arguments));
+    RMP_TRY_ASSIGN(const ModuleValue setting, call.setting("factor"));
+    call.say(1, "for " + std::string(call.session()));
+    out.set("value", arguments["value"].real() * setting.real());
+    return out;
+  }
+  const ModuleTable& table() const override {
+    static const rmp_param params[] = {
+        {"value", "real", "m", "What.", "5 mm", nullptr, 1, -1, 0, nullptr, nullptr}};
+    static const ModuleCommand commands[] = {
+        {"reckless.twice", "Doubles.", "", "", "reads", "", params, "map", "", "", {}, &twice}};
+    static const ModuleTable t = [] {
+      ModuleTable made;
+      made.commands = commands;
+      made.command_count = 1;
+      made.settings = params;
+      made.runs = kModuleRunTask;
+      return made;
+    }();
+    return t;
+  }
+  Result<void> before_run(const ModuleRunNotice& notice, ModuleCall&) const override {
+    return error(ErrorCode::conflict, "not " + std::string(notice.command) + " " +
+                                          (*notice.arguments)["name"].text());
+  }
+};
+
 const rmp_param kParams[] = {{"gain", "real", "", "By which q is multiplied.", "2", nullptr, 1, -1,
                               0, nullptr, nullptr}};
 
@@ -148,4 +238,8 @@ const rmp_param kParams[] = {{"gain", "real", "", "By which q is multiplied.", "
 
 RMP_PLUGIN("test.reckless", "1.0", "Apache-2.0", "Does to its process what it is told.",
            RMP_PROVIDER(Reckless, "reckless", "Told by q[0].", "simple", kParams),
-           RMP_PROVIDER_NO_PARAMS(Renders, "draws", "A renderer.", ""))
+           RMP_PROVIDER_NO_PARAMS(Renders, "draws", "A renderer.", ""),
+           RMP_PROVIDER(Brick, "brick", "A primitive.", "", kParams),
+           RMP_PROVIDER_NO_PARAMS(Reader, "words", "Reads.", "confined"),
+           RMP_PROVIDER_NO_PARAMS(Writer, "words", "Writes.", ""),
+           RMP_PROVIDER_NO_PARAMS(Adds, "adds", "A module.", ""))
