@@ -439,8 +439,12 @@ void register_provider(Registry& registry, std::uint32_t index, const Row& row,
 }
 
 Row row_of(const rmp_provider& from) {
-  Row out{or_empty(from.interface_id), or_empty(from.name), or_empty(from.summary),
-          or_empty(from.tags), {}, {}};
+  Row out{or_empty(from.interface_id),
+          or_empty(from.name),
+          or_empty(from.summary),
+          or_empty(from.tags),
+          {},
+          {}};
   if (!from.create) out.fault = "it has no create function";
   else if (has_broken_parameters(from)) out.fault = "its parameter table is broken";
   else
@@ -487,9 +491,10 @@ Result<void> load_file(Registry& registry, PluginReport& report) {
                    report.id.starts_with("org.robomosp.");
   for (std::uint32_t i = 0; i < plugin->provider_count; ++i) {
     const rmp_provider& row = rmp_provider_at(*plugin, i);
-    register_provider(registry, i, row_of(row), report, false, [&](const Row& r, const ProviderInfo&) {
-      return creator(row, r.interface_id + " " + r.name);
-    });
+    register_provider(registry, i, row_of(row), report, false,
+                      [&](const Row& r, const ProviderInfo&) {
+                        return creator(row, r.interface_id + " " + r.name);
+                      });
   }
   report.loaded = true;
   return {};
@@ -508,14 +513,15 @@ Result<void> load_file_apart(Registry& registry, PluginReport& report, const Apa
                    report.id.starts_with("org.robomosp.");
   std::uint32_t i = 0;
   for (const apart::ProviderWire& row : plugin.providers) {
-    register_provider(
-        registry, i, row_of(row), report, true,
-        [&](const Row&, const ProviderInfo& info) -> Registry::Create {
-          std::vector<std::string> params;
-          for (const ParamSpec& p : info.schema) params.push_back(p.name);
-          return [process, i, id = info.interface_id, name = info.name,
-                  params = std::move(params)] { return process->create(i, id, name, params); };
-        });
+    register_provider(registry, i, row_of(row), report, true,
+                      [&](const Row&, const ProviderInfo& info) -> Registry::Create {
+                        std::vector<std::string> params;
+                        for (const ParamSpec& p : info.schema) params.push_back(p.name);
+                        return [process, i, id = info.interface_id, name = info.name,
+                                params = std::move(params)] {
+                          return process->create(i, id, name, params);
+                        };
+                      });
     ++i;
   }
   report.loaded = true;

@@ -38,8 +38,9 @@ class PluginRuns {
 
  private:
   mutable std::mutex mutex_;
-  Wishes wishes_;                                                             // guarded by mutex_
-  std::map<std::filesystem::path, std::shared_ptr<ProviderProcess>> processes_;  // guarded by mutex_
+  Wishes wishes_;  // guarded by mutex_
+  std::map<std::filesystem::path, std::shared_ptr<ProviderProcess>>
+      processes_;  // guarded by mutex_
 };
 
 /// What this thread loads until the scope ends runs so, whatever is wished. A file that is loaded

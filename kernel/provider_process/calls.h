@@ -27,7 +27,13 @@
 namespace robomosp::apart {
 
 /// How an answer begins.
-enum class Outcome : std::uint32_t { done = 0, fault = 1, threw = 2, threw_unknown = 3, misread = 4 };
+enum class Outcome : std::uint32_t {
+  done = 0,
+  fault = 1,
+  threw = 2,
+  threw_unknown = 3,
+  misread = 4
+};
 
 /// An answer on its way out.
 class Reply {
@@ -88,7 +94,7 @@ class Peer : public std::enable_shared_from_this<Peer> {
 class Remote {
  public:
   std::shared_ptr<Peer> peer;
-  std::string name;            ///< of the provider, for people
+  std::string name;                 ///< of the provider, for people
   std::vector<std::string> params;  ///< names of its parameters
   // What makes it: a row of the plugin's table, or a call of another object.
   std::uint32_t row = 0;
@@ -174,9 +180,7 @@ class WireParams final : public Params {
   long long integer(std::string_view name) const override {
     return find(name) ? find(name)->integer : 0;
   }
-  bool boolean(std::string_view name) const override {
-    return find(name) && find(name)->boolean;
-  }
+  bool boolean(std::string_view name) const override { return find(name) && find(name)->boolean; }
   std::string_view text(std::string_view name) const override {
     return find(name) ? std::string_view(find(name)->text) : std::string_view();
   }
@@ -222,8 +226,13 @@ struct Sent<const Params&> {
     for (const std::string& name : object.params) {
       if (!value->has(name)) continue;
       const auto reals = value->reals(name);
-      all.push_back({name, std::string(value->text(name)), value->real(name), value->integer(name),
-                     value->boolean(name), {reals.begin(), reals.end()}, value->pose(name)});
+      all.push_back({name,
+                     std::string(value->text(name)),
+                     value->real(name),
+                     value->integer(name),
+                     value->boolean(name),
+                     {reals.begin(), reals.end()},
+                     value->pose(name)});
     }
   }
   void answered(Reader&) {}
@@ -367,8 +376,8 @@ void serve_one(void* object, Reader& request, Progress& progress, Sink& sink) {
   }
   request.bring_back();
   if constexpr (kBinds<M>) {
-    using Kept = std::pair<std::shared_ptr<typename S::Slots>,
-                           std::vector<std::shared_ptr<const void>>>;
+    using Kept =
+        std::pair<std::shared_ptr<typename S::Slots>, std::vector<std::shared_ptr<const void>>>;
     sink.keep(std::make_shared<Kept>(kept, request.take_kept()), !thrown && !answer.fault);
   }
   if (!thrown) {

@@ -54,8 +54,8 @@ Result<std::unique_ptr<Channel>> Channel::make(std::uint64_t most) {
       ::syscall(SYS_memfd_create, "robomosp-provider", MFD_CLOEXEC | MFD_ALLOW_SEALING));
   if (fd < 0) return failed("no shared memory could be made");
   std::unique_ptr<Channel> out(new Channel(fd, Side::program, most));
-  if (::ftruncate(fd, kFirst) != 0 ||
-      ::fcntl(fd, F_ADD_SEALS, F_SEAL_SHRINK | F_SEAL_SEAL) != 0 || !out->map(0, kFirst))
+  if (::ftruncate(fd, kFirst) != 0 || ::fcntl(fd, F_ADD_SEALS, F_SEAL_SHRINK | F_SEAL_SEAL) != 0 ||
+      !out->map(0, kFirst))
     return failed("no shared memory could be made");
   return out;
 }
@@ -77,8 +77,8 @@ std::uint64_t Channel::file_size() const {
 }
 
 bool Channel::map(std::uint64_t offset, std::uint64_t size) {
-  void* base = ::mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_SHARED, fd_,
-                      static_cast<off_t>(offset));
+  void* base =
+      ::mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_SHARED, fd_, static_cast<off_t>(offset));
   if (base == MAP_FAILED) return false;
   segments_.push_back({offset, size, static_cast<char*>(base)});
   if (!shared_) {
@@ -167,8 +167,8 @@ bool Channel::receive(Message& out) {
   out.bytes = at(offset, size);
   if (!out.bytes) {
     const std::uint64_t from = offset / kPage * kPage, end = file_size() / kPage * kPage;
-    if (end > 8 * most_ + kFirst || end < from || size > end - from || offset - from > end - from - size ||
-        !map(from, end - from))
+    if (end > 8 * most_ + kFirst || end < from || size > end - from ||
+        offset - from > end - from - size || !map(from, end - from))
       return false;
     out.bytes = at(offset, size);
   }

@@ -70,7 +70,8 @@ class ChannelProgress final : public Progress {
 class Process final : public Peer, private PluginDoor {
  public:
   Process(std::string file) : file_(std::move(file)) {
-    (void)table_.add({static_cast<PluginDoor*>(this), &Methods<PluginDoor>::serve, nullptr, nullptr, nullptr, nullptr});
+    (void)table_.add({static_cast<PluginDoor*>(this), &Methods<PluginDoor>::serve, nullptr, nullptr,
+                      nullptr, nullptr});
   }
   void start() {
     host_ = std::make_shared<Remote>();
@@ -124,7 +125,8 @@ class Process final : public Peer, private PluginDoor {
     Sizer sizer;
     e.measure(sizer);
     char* place = channel.place(sizer.size());
-    if (!place) return error(ErrorCode::unsupported, "a question is longer than the memory there is");
+    if (!place)
+      return error(ErrorCode::unsupported, "a question is longer than the memory there is");
     Writer writer(*this, place, sizer.size());
     writer.is_lasting = e.is_lasting;
     writer.is_in_out = e.is_in_out;
@@ -210,8 +212,8 @@ class Process final : public Peer, private PluginDoor {
         for (std::uint32_t k = 0; k < row.param_count; ++k) {
           const rmp_param r = rmp_param_at(row, k);
           RowWire& to = w.params.emplace_back();
-          to = {text(r.name), text(r.type), text(r.unit), text(r.doc), text(r.label),
-                text(r.group), {}, {}, r.min, r.max, r.flags};
+          to = {text(r.name), text(r.type), text(r.unit), text(r.doc), text(r.label), text(r.group),
+                {},           {},           r.min,        r.max,       r.flags};
           if (r.default_text) to.default_text = r.default_text;
           if (r.choices) to.choices = r.choices;
         }
@@ -300,8 +302,7 @@ void* host_create(const char* interface_id, const char* name, char* error_text,
         auto made = call<&HostDoor::create>(g_process->host(), id, which);
         const InterfaceWire* wire = made.ok() ? interface_wire(made->interface_id) : nullptr;
         if (!wire) {
-          say(error_text, error_size,
-              made.ok() ? not_apart(id) : made.error().sentence());
+          say(error_text, error_size, made.ok() ? not_apart(id) : made.error().sentence());
           return nullptr;
         }
         auto remote = std::make_shared<Remote>();
@@ -369,9 +370,8 @@ void spread(std::size_t parts, std::size_t threads, void (*part)(void* context, 
 
 const void* host_extension(const char* id) {
   static const rmp_files files = {sizeof(rmp_files), &file_kind, &file_read};
-  static const rmp_threads threads = {sizeof(rmp_threads),
-                                      static_cast<std::uint32_t>(Executor::of_process().cores()),
-                                      &spread};
+  static const rmp_threads threads = {
+      sizeof(rmp_threads), static_cast<std::uint32_t>(Executor::of_process().cores()), &spread};
   const std::string_view which = id ? id : "";
   if (which == RMP_FILES) return &files;
   if (which == RMP_THREADS) return &threads;

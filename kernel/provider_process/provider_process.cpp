@@ -241,7 +241,8 @@ class ProviderProcess::Impl final : public Peer, private HostDoor {
       : plugin_(std::move(plugin)), limits_(limits), host_(host), params_(std::move(params)) {
     limits_.memory = std::max(limits_.memory, kLeastMemory);
     limits_.seconds = std::clamp(limits_.seconds, 0.01, 1e6);
-    (void)table_.add({static_cast<HostDoor*>(this), &Methods<HostDoor>::serve, nullptr, nullptr, nullptr, nullptr});
+    (void)table_.add({static_cast<HostDoor*>(this), &Methods<HostDoor>::serve, nullptr, nullptr,
+                      nullptr, nullptr});
   }
 
   std::shared_ptr<Remote> door() {
@@ -292,8 +293,8 @@ class ProviderProcess::Impl final : public Peer, private HostDoor {
   }
   std::uint64_t lend(void* object, Serve kind, std::shared_ptr<void> owner,
                      bool is_for_call) override {
-    return table_.add(
-        {object, kind, nullptr, std::move(owner), is_for_call ? lending_scope_of_thread() : nullptr, nullptr});
+    return table_.add({object, kind, nullptr, std::move(owner),
+                       is_for_call ? lending_scope_of_thread() : nullptr, nullptr});
   }
   void take_back(std::uint64_t lent) override { table_.erase(lent); }
   std::shared_ptr<void> own(std::uint64_t lent, Serve kind) override {
@@ -363,10 +364,9 @@ class ProviderProcess::Impl final : public Peer, private HostDoor {
         words.insert(words.end(), {"read", read});
       words.insert(words.end(), {"code", plugin_.parent_path().string(), "run"});
     }
-    words.insert(words.end(),
-                 {helper, plugin_.string(), std::to_string(limits_.memory),
-                  std::to_string(static_cast<long>(::getpid())),
-                  limits_.confined ? "confined" : "free"});
+    words.insert(words.end(), {helper, plugin_.string(), std::to_string(limits_.memory),
+                               std::to_string(static_cast<long>(::getpid())),
+                               limits_.confined ? "confined" : "free"});
     RMP_TRY_ASSIGN(out->pid, spawn_for_good(std::move(words), theirs.get(), prints.get()));
     out->generation = ++starts_;
     return out;
@@ -480,8 +480,7 @@ class ProviderProcess::Impl final : public Peer, private HostDoor {
     if (!place)
       return error(ErrorCode::unsupported,
                    "what provider " + text::quote(object.name) + " is handed is " +
-                       std::to_string(sizer.size() >> 20) +
-                       " MiB, more than its process may have",
+                       std::to_string(sizer.size() >> 20) + " MiB, more than its process may have",
                    "Give its plugin more memory, or work on less at once.");
     Writer writer(*this, place, sizer.size());
     writer.is_lasting = e.is_lasting;
@@ -599,7 +598,9 @@ class ProviderProcess::Impl final : public Peer, private HostDoor {
     class Quiet final : public Progress {
      public:
       void report(double, std::string_view) override {}
-      [[nodiscard]] bool cancelled() const override { return t_progress && t_progress->cancelled(); }
+      [[nodiscard]] bool cancelled() const override {
+        return t_progress && t_progress->cancelled();
+      }
     } quiet;
     entry.serve(entry.object, message.method, reader, quiet, out);
   }
@@ -654,8 +655,7 @@ class ProviderProcess::Impl final : public Peer, private HostDoor {
   }
   Result<ProgramDone> run(const ProgramWire& asked) override {
     if (limits_.confined || !host_->run)
-      return error(ErrorCode::permission,
-                   "a plugin in a process of its own starts no programs",
+      return error(ErrorCode::permission, "a plugin in a process of its own starts no programs",
                    "Allow it with confined = false where the plugin is loaded.");
     struct Heard {
       ProgramDone done;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // ProviderProcess: a plugin in a process of its own, robomosp-provider, whose providers are called
-// across shared memory. What they do to their process is an error that names them, and the next call
-// starts another (layer: core).
+// across shared memory. What they do to their process is an error that names them, and the next
+// call starts another (layer: core).
 #pragma once
 
 #include <cstdint>

@@ -277,9 +277,8 @@ template <auto M, class T, class... A>
 Result<std::unique_ptr<T>> make(const std::shared_ptr<Remote>& factory, A&&... arguments) {
   std::string bytes;
   bool lends = false;
-  RMP_TRY_ASSIGN(std::unique_ptr<T> made,
-                 call_with<M>(factory, CallOptions{false, &bytes, &lends},
-                              std::forward<A>(arguments)...));
+  RMP_TRY_ASSIGN(std::unique_ptr<T> made, call_with<M>(factory, CallOptions{false, &bytes, &lends},
+                                                       std::forward<A>(arguments)...));
   if (!made) return made;
   Remote& remote = *static_cast<Proxy<T>&>(*made).remote();
   if (lends) remote.lost = "it was made of something that was lent for that only";
@@ -293,8 +292,7 @@ Result<void> bind(const std::shared_ptr<Remote>& solver, A&&... arguments) {
   solver->is_prepared = false;
   for (const std::uint64_t l : std::exchange(solver->lent, {})) solver->peer->take_back(l);
   RMP_TRY(call_with<M>(solver, CallOptions{true, &bytes, nullptr}, std::forward<A>(arguments)...));
-  solver->prepare_method =
-      Methods<typename Signature<decltype(M)>::Class>::template index<M>();
+  solver->prepare_method = Methods<typename Signature<decltype(M)>::Class>::template index<M>();
   solver->prepare_bytes = std::move(bytes);
   solver->is_prepared = true;
   return {};
@@ -530,8 +528,17 @@ std::vector<RowWire> rows_of(const ModuleFields& f) {
                 reinterpret_cast<const char*>(f.rows) + static_cast<std::size_t>(i) * f.row_size,
                 std::min<std::size_t>(f.row_size, sizeof r));
     RowWire& w = out.emplace_back();
-    w = {or_empty(r.name), or_empty(r.type), or_empty(r.unit), or_empty(r.doc), or_empty(r.label),
-         or_empty(r.group), {}, {}, r.min, r.max, r.flags};
+    w = {or_empty(r.name),
+         or_empty(r.type),
+         or_empty(r.unit),
+         or_empty(r.doc),
+         or_empty(r.label),
+         or_empty(r.group),
+         {},
+         {},
+         r.min,
+         r.max,
+         r.flags};
     if (r.default_text) w.default_text = r.default_text;
     if (r.choices) w.choices = r.choices;
   }
@@ -658,8 +665,8 @@ struct Methods<OdeSink> : MethodList<&OdeSink::sample> {};
 template <>
 struct Methods<CollisionEngine> : MethodList<&CollisionEngine::build> {};
 template <>
-struct Methods<CollisionScene> : MethodList<&CollisionScene::distances,
-                                            &CollisionScene::collisions, &lower_bounds> {};
+struct Methods<CollisionScene>
+    : MethodList<&CollisionScene::distances, &CollisionScene::collisions, &lower_bounds> {};
 template <>
 struct Methods<PhysicsEngine> : MethodList<&PhysicsEngine::create> {};
 template <>
@@ -672,15 +679,14 @@ struct Methods<Planner> : MethodList<&plan_by> {};
 template <>
 struct Methods<Importer> : MethodList<&importer_extensions, &Importer::read> {};
 template <>
-struct Methods<Exporter>
-    : MethodList<&exporter_extensions, &exact_extensions, &Exporter::write> {};
+struct Methods<Exporter> : MethodList<&exporter_extensions, &exact_extensions, &Exporter::write> {};
 template <>
 struct Methods<CsgPrimitive> : MethodList<&CsgPrimitive::build> {};
 template <>
 struct Methods<CsgEngine>
-    : MethodList<&CsgEngine::evaluate, &CsgEngine::mesh, &CsgEngine::moments,
-                 &CsgEngine::partition, &CsgEngine::features, &CsgEngine::section,
-                 &CsgEngine::geometry, &has_edges, &csg_edges> {};
+    : MethodList<&CsgEngine::evaluate, &CsgEngine::mesh, &CsgEngine::moments, &CsgEngine::partition,
+                 &CsgEngine::features, &CsgEngine::section, &CsgEngine::geometry, &has_edges,
+                 &csg_edges> {};
 template <>
 struct Methods<CsgShape> : MethodList<> {};
 template <>
@@ -790,8 +796,8 @@ struct Sent<std::span<const PlacedShape>> {
 
 namespace {
 
-#define RMP_PROXY(T)                                                                       \
-  explicit Proxy(std::shared_ptr<Remote> r, Facts<T> facts = {})                           \
+#define RMP_PROXY(T)                                             \
+  explicit Proxy(std::shared_ptr<Remote> r, Facts<T> facts = {}) \
       : Proxied(std::move(r)), facts_(std::move(facts)) {}
 
 template <>
@@ -858,8 +864,7 @@ class Proxy<IkSolver> final : public IkSolver, public Proxied, private IkBranche
     if (tip < 0 || static_cast<std::size_t>(tip) >= branches_.size()) return {};
     return branches_[static_cast<std::size_t>(tip)].choices;
   }
-  void measure(std::int32_t tip, std::span<const double> q,
-               std::span<double> out) const override {
+  void measure(std::int32_t tip, std::span<const double> q, std::span<double> out) const override {
     const auto done = call<&ik_measure>(remote_, tip, q, out);
     if (!done.ok()) throw std::runtime_error(done.error().sentence());
   }
@@ -1049,8 +1054,8 @@ class Proxy<JointSegmentFactory> final : public JointSegmentFactory, public Prox
   Result<std::unique_ptr<JointSegment>> make(std::size_t dof, std::span<const double> points,
                                              const JointLimits& limits, const JointEnds& ends,
                                              const Params& params) const override {
-    return apart::make<&JointSegmentFactory::make, JointSegment>(remote_, dof, points, limits,
-                                                                 ends, params);
+    return apart::make<&JointSegmentFactory::make, JointSegment>(remote_, dof, points, limits, ends,
+                                                                 params);
   }
 
  private:
@@ -1449,7 +1454,8 @@ class Proxy<Module> final : public Module, public Proxied {
   static Run runner(std::size_t i) {
     static constexpr auto all = []<std::size_t... I>(std::index_sequence<I...>) {
       return std::array<Run, sizeof...(I)>{&run_one<I>...};
-    }(std::make_index_sequence<kMostCommands>());
+    }
+    (std::make_index_sequence<kMostCommands>());
     return all.at(i);
   }
   ModuleFields table_of(const std::vector<RowWire>& rows) {
@@ -1529,17 +1535,26 @@ void Given<std::shared_ptr<const CsgShape>>::read(Reader& r, std::shared_ptr<con
 }
 
 const InterfaceWire* interface_wire(std::string_view interface_id) {
-  static const InterfaceWire all[] = {
-      wire_of<IkSolver>(),           wire_of<InverseDynamics>(),
-      wire_of<ForwardDynamics>(),    wire_of<Controller>(),
-      wire_of<RobotCodeGenerator>(), wire_of<CurveFactory>(),
-      wire_of<MotionLawFactory>(),   wire_of<OrientationFactory>(),
-      wire_of<JointSegmentFactory>(), wire_of<SegmentFactory>(),
-      wire_of<Retimer>(),            wire_of<Integrator>(),
-      wire_of<CollisionEngine>(),    wire_of<PhysicsEngine>(),
-      wire_of<Planner>(),            wire_of<Importer>(),
-      wire_of<Exporter>(),           wire_of<CsgPrimitive>(),
-      wire_of<CsgEngine>(),          wire_of<Module>()};
+  static const InterfaceWire all[] = {wire_of<IkSolver>(),
+                                      wire_of<InverseDynamics>(),
+                                      wire_of<ForwardDynamics>(),
+                                      wire_of<Controller>(),
+                                      wire_of<RobotCodeGenerator>(),
+                                      wire_of<CurveFactory>(),
+                                      wire_of<MotionLawFactory>(),
+                                      wire_of<OrientationFactory>(),
+                                      wire_of<JointSegmentFactory>(),
+                                      wire_of<SegmentFactory>(),
+                                      wire_of<Retimer>(),
+                                      wire_of<Integrator>(),
+                                      wire_of<CollisionEngine>(),
+                                      wire_of<PhysicsEngine>(),
+                                      wire_of<Planner>(),
+                                      wire_of<Importer>(),
+                                      wire_of<Exporter>(),
+                                      wire_of<CsgPrimitive>(),
+                                      wire_of<CsgEngine>(),
+                                      wire_of<Module>()};
   for (const InterfaceWire& w : all)
     if (w.id == interface_id) return &w;
   return nullptr;

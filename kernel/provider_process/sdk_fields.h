@@ -56,23 +56,57 @@ RMP_PLAIN(ExportPrimitive);
 
 /// RMP_FIELDS(Type, a, b, ...): its fields in order.
 #define RMP_EACH_1(a) fields(v, x.a);
-#define RMP_EACH_2(a, ...) fields(v, x.a); RMP_EACH_1(__VA_ARGS__)
-#define RMP_EACH_3(a, ...) fields(v, x.a); RMP_EACH_2(__VA_ARGS__)
-#define RMP_EACH_4(a, ...) fields(v, x.a); RMP_EACH_3(__VA_ARGS__)
-#define RMP_EACH_5(a, ...) fields(v, x.a); RMP_EACH_4(__VA_ARGS__)
-#define RMP_EACH_6(a, ...) fields(v, x.a); RMP_EACH_5(__VA_ARGS__)
-#define RMP_EACH_7(a, ...) fields(v, x.a); RMP_EACH_6(__VA_ARGS__)
-#define RMP_EACH_8(a, ...) fields(v, x.a); RMP_EACH_7(__VA_ARGS__)
-#define RMP_EACH_9(a, ...) fields(v, x.a); RMP_EACH_8(__VA_ARGS__)
-#define RMP_EACH_10(a, ...) fields(v, x.a); RMP_EACH_9(__VA_ARGS__)
-#define RMP_EACH_11(a, ...) fields(v, x.a); RMP_EACH_10(__VA_ARGS__)
-#define RMP_EACH_12(a, ...) fields(v, x.a); RMP_EACH_11(__VA_ARGS__)
-#define RMP_EACH_13(a, ...) fields(v, x.a); RMP_EACH_12(__VA_ARGS__)
-#define RMP_EACH_14(a, ...) fields(v, x.a); RMP_EACH_13(__VA_ARGS__)
-#define RMP_EACH_15(a, ...) fields(v, x.a); RMP_EACH_14(__VA_ARGS__)
-#define RMP_EACH_16(a, ...) fields(v, x.a); RMP_EACH_15(__VA_ARGS__)
-#define RMP_EACH_17(a, ...) fields(v, x.a); RMP_EACH_16(__VA_ARGS__)
-#define RMP_EACH_18(a, ...) fields(v, x.a); RMP_EACH_17(__VA_ARGS__)
+#define RMP_EACH_2(a, ...) \
+  fields(v, x.a);          \
+  RMP_EACH_1(__VA_ARGS__)
+#define RMP_EACH_3(a, ...) \
+  fields(v, x.a);          \
+  RMP_EACH_2(__VA_ARGS__)
+#define RMP_EACH_4(a, ...) \
+  fields(v, x.a);          \
+  RMP_EACH_3(__VA_ARGS__)
+#define RMP_EACH_5(a, ...) \
+  fields(v, x.a);          \
+  RMP_EACH_4(__VA_ARGS__)
+#define RMP_EACH_6(a, ...) \
+  fields(v, x.a);          \
+  RMP_EACH_5(__VA_ARGS__)
+#define RMP_EACH_7(a, ...) \
+  fields(v, x.a);          \
+  RMP_EACH_6(__VA_ARGS__)
+#define RMP_EACH_8(a, ...) \
+  fields(v, x.a);          \
+  RMP_EACH_7(__VA_ARGS__)
+#define RMP_EACH_9(a, ...) \
+  fields(v, x.a);          \
+  RMP_EACH_8(__VA_ARGS__)
+#define RMP_EACH_10(a, ...) \
+  fields(v, x.a);           \
+  RMP_EACH_9(__VA_ARGS__)
+#define RMP_EACH_11(a, ...) \
+  fields(v, x.a);           \
+  RMP_EACH_10(__VA_ARGS__)
+#define RMP_EACH_12(a, ...) \
+  fields(v, x.a);           \
+  RMP_EACH_11(__VA_ARGS__)
+#define RMP_EACH_13(a, ...) \
+  fields(v, x.a);           \
+  RMP_EACH_12(__VA_ARGS__)
+#define RMP_EACH_14(a, ...) \
+  fields(v, x.a);           \
+  RMP_EACH_13(__VA_ARGS__)
+#define RMP_EACH_15(a, ...) \
+  fields(v, x.a);           \
+  RMP_EACH_14(__VA_ARGS__)
+#define RMP_EACH_16(a, ...) \
+  fields(v, x.a);           \
+  RMP_EACH_15(__VA_ARGS__)
+#define RMP_EACH_17(a, ...) \
+  fields(v, x.a);           \
+  RMP_EACH_16(__VA_ARGS__)
+#define RMP_EACH_18(a, ...) \
+  fields(v, x.a);           \
+  RMP_EACH_17(__VA_ARGS__)
 #define RMP_PICK_(_1, _2, _3, _4, _5, _6, _7, _8, _9, _10, _11, _12, _13, _14, _15, _16, _17, _18, \
                   name, ...)                                                                       \
   name
@@ -104,7 +138,8 @@ void fields(V& v, RobotModel& x) {
   std::uint64_t n = count_of(v, x.joints.size(), 1);
   if constexpr (V::is_reader) {
     x.joints.clear();
-    for (std::uint64_t i = 0; i < n && !v.is_broken(); ++i) joint_fields(v, x.joints.emplace_back());
+    for (std::uint64_t i = 0; i < n && !v.is_broken(); ++i)
+      joint_fields(v, x.joints.emplace_back());
   } else {
     for (JointModel& j : x.joints) joint_fields(v, j);
   }
@@ -296,8 +331,7 @@ void fields(V& v, ModuleValue& x) {
     case Type::list:
     case Type::map: {
       const std::uint64_t n = count_of(v, x.size(), 1);
-      if constexpr (V::is_reader)
-        x = type == Type::map ? ModuleValue::map() : ModuleValue::list();
+      if constexpr (V::is_reader) x = type == Type::map ? ModuleValue::map() : ModuleValue::list();
       for (std::uint64_t i = 0; i < n; ++i) {
         if constexpr (V::is_reader) {
           if (v.is_broken()) break;

@@ -67,7 +67,8 @@ class Writer {
   static constexpr bool is_reader = false, is_writer = true;
   Writer(Peer& peer, char* base, std::uint64_t size) : peer_(peer), base_(base), size_(size) {}
   void bytes(const void* from, std::uint64_t n) {
-    if (n > size_ - at_) n = size_ - at_;  // what is written changed meanwhile: the reader refuses it
+    if (n > size_ - at_)
+      n = size_ - at_;  // what is written changed meanwhile: the reader refuses it
     if (n) std::memcpy(base_ + at_, from, n);
     at_ += n;
   }
@@ -228,8 +229,7 @@ void fields(V& v, std::pair<A, B>& p);
 template <class V, class T>
 void fields(V& v, std::vector<T>& all);
 template <class V, class T>
-  requires(!Plain<T>)
-void fields(V& v, std::array<T, 2>& all) {
+requires(!Plain<T>) void fields(V& v, std::array<T, 2>& all) {
   for (T& one : all) fields(v, one);
 }
 template <class V, class T>

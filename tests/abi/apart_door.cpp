@@ -25,8 +25,13 @@ using namespace robomosp;
 /// What may be asked for by providers: those of the same file.
 void* create_other(const char* interface_id, const char* name, char* error,
                    std::uint32_t error_size);
-const rmp_host kHost{sizeof(rmp_host), "conformance", nullptr, nullptr, &create_other,
-                     nullptr,          &conformance::detail::host_extension};
+const rmp_host kHost{sizeof(rmp_host),
+                     "conformance",
+                     nullptr,
+                     nullptr,
+                     &create_other,
+                     nullptr,
+                     &conformance::detail::host_extension};
 
 struct Door {
   Door()
@@ -64,7 +69,8 @@ void* create(const rmp_host*, char* error, std::uint32_t error_size) {
 using Create = void* (*)(const rmp_host*, char*, std::uint32_t);
 constexpr auto kCreate = []<std::size_t... I>(std::index_sequence<I...>) {
   return std::array<Create, sizeof...(I)>{&create<I>...};
-}(std::make_index_sequence<64>());
+}
+(std::make_index_sequence<64>());
 
 void* create_other(const char* interface_id, const char* name, char* error,
                    std::uint32_t error_size) {

@@ -223,8 +223,7 @@ TEST_F(SameElsewhere, Robots) {
       b.all_solutions = true;
       NoProgress none;
       if (const auto done = s.solve(b, results, none); !done.ok()) seen.add(done.error());
-      const auto* branches =
-          static_cast<const IkBranches*>(s.extension(IkBranches::kExtensionId));
+      const auto* branches = static_cast<const IkBranches*>(s.extension(IkBranches::kExtensionId));
       ASSERT_TRUE(branches);
       for (const auto& c : branches->choices(0))
         seen.add(std::string(c.name) + c.positive + c.negative);
@@ -265,7 +264,9 @@ class Answers final : public ModuleCall {
     if (name != "factor") return error(ErrorCode::unknown_name, "which?");
     return ModuleValue(2.0);
   }
-  [[nodiscard]] Result<std::string> name(const ModuleValue&) const override { return std::string(); }
+  [[nodiscard]] Result<std::string> name(const ModuleValue&) const override {
+    return std::string();
+  }
   Result<std::shared_ptr<const RobotModel>> robot_model(const ModuleValue&) override {
     return error(ErrorCode::unknown_name, "none");
   }
@@ -283,7 +284,8 @@ class Answers final : public ModuleCall {
 TEST_F(SameElsewhere, FilesSolidsAndModules) {
   const std::string file = testing::TempDir() + "/some.words";
   std::ofstream(file) << "twelve words";
-  same(std::string(ABI_PLUGIN_DIR) + "/abi_reckless.so", [&](Registry& registry, Seen& seen) {
+  same(std::string(ABI_PLUGIN_DIR) + "/abi_reckless_module.so", [&](Registry& registry,
+                                                                    Seen& seen) {
     NoProgress none;
     each<CsgPrimitive>(registry, seen, [&](CsgPrimitive& p, const Params& params) {
       const auto tree = p.build(params, none);

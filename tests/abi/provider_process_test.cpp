@@ -151,19 +151,21 @@ TEST_F(ProviderProcesses, WhateverEndsTheProcessIsNamedAndTheNextCallWorks) {
     double what;
     const char* words;
     bool lives;
-  } all[] = {{1, "crashed (signal SIGSEGV)", false},
-             {2, "crashed (signal SIGABRT)", false},
-             {3, "ended its process (exit code 7)", false},
-             {4, "did not answer for 2 s, and its process was ended", false},
-             {5, "threw: thrown by hand", true},
+  } all[] = {
+    {1, "crashed (signal SIGSEGV)", false},
+    {2, "crashed (signal SIGABRT)", false},
+    {3, "ended its process (exit code 7)", false},
+    {4, "did not answer for 2 s, and its process was ended", false},
+    {5, "threw: thrown by hand", true},
 #if !defined(__SANITIZE_ADDRESS__)
-             {6, "threw: std::bad_alloc", true},
+    {6, "threw: std::bad_alloc", true},
 #endif
-             {7, "ok", true},
-             {8, "returned a value that is not a number", true},
-             {10, "was killed from outside", false},
-             {14, "threw an unknown exception", true},
-             {15, "it printed \"assertion \\\"x > 0\\\" failed\"", false}};
+    {7, "ok", true},
+    {8, "returned a value that is not a number", true},
+    {10, "was killed from outside", false},
+    {14, "threw an unknown exception", true},
+    {15, "it printed \"assertion \\\"x > 0\\\" failed\"", false}
+  };
   for (const auto& one : all) {
     SCOPED_TRACE(one.what);
     const std::uint64_t before = process()->starts();
@@ -250,10 +252,10 @@ TEST_F(ProviderProcesses, SeveralThreadsCallAtOnceAndKillsAreSurvived) {
   std::vector<std::thread> threads;
   for (int t = 0; t < 4; ++t)
     threads.emplace_back([&, t] {
-      for (int i = 0; i < 150; ++i) {
+      for (int i = 0; i < 2000; ++i) {
         std::vector<double> tau;
-        const std::string said = ask(*s, 0, t * 1000 + i, &tau);
-        if (said == "ok") ++(tau[1] == 2 * (t * 1000 + i) ? good : wrong);
+        const std::string said = ask(*s, 0, t * 10000 + i, &tau);
+        if (said == "ok") ++(tau[1] == 2 * (t * 10000 + i) ? good : wrong);
         else ++(said.find("its process") != std::string::npos ? ended : wrong);
       }
     });
@@ -269,7 +271,7 @@ TEST_F(ProviderProcesses, SeveralThreadsCallAtOnceAndKillsAreSurvived) {
   killer.join();
   EXPECT_EQ(wrong, 0);
   EXPECT_GT(good, 0);
-  EXPECT_EQ(good + ended, 600);
+  EXPECT_EQ(good + ended, 8000);
   (void)ask(*s, 0);  // which may be the one that hears of the last kill
   EXPECT_EQ(ask(*s, 0), "ok");
 }
@@ -338,6 +340,7 @@ TEST_F(ProviderProcesses, PluginMovesBetweenTheProgramAndAProcess) {
   ASSERT_TRUE(inside->inertia(b, pid, none).ok());
   EXPECT_EQ(static_cast<int>(pid[0]), ::getpid());
   open();
+  ASSERT_TRUE(process());
   const auto outside = solver(model(2));
   ASSERT_TRUE(outside->inertia(b, pid, none).ok());
   EXPECT_EQ(static_cast<int>(pid[0]), process()->process());
@@ -346,6 +349,16 @@ TEST_F(ProviderProcesses, PluginMovesBetweenTheProgramAndAProcess) {
   const PluginRunScope scope(PluginRun{});
   EXPECT_TRUE(loader_.load(kFile).loaded);
   EXPECT_EQ(process(), nullptr);
+}
+
+TEST_F(ProviderProcesses, CommandsStayWhereTheyAre) {
+  const std::string file = std::string(ABI_PLUGIN_DIR) + "/abi_reckless_module.so";
+  ASSERT_TRUE(loader_.load(file).loaded);
+  PluginRunScope scope(PluginRun{false, {}});
+  EXPECT_TRUE(loader_.load(file).loaded);
+  ASSERT_TRUE(scope.refusal);
+  EXPECT_NE(scope.refusal->message.find("adds commands, which stay where they are"),
+            std::string::npos);
 }
 
 TEST_F(ProviderProcesses, RefusalsAreThoseOfTheLoader) {

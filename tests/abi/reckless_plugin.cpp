@@ -20,9 +20,9 @@
 #include <thread>
 #include <vector>
 
+#include <robomosp/sdk/csg_primitive.h>
 #include <robomosp/sdk/dynamics.h>
 #include <robomosp/sdk/files.h>
-#include <robomosp/sdk/csg_primitive.h>
 #include <robomosp/sdk/host.h>
 #include <robomosp/sdk/io.h>
 #include <robomosp/sdk/module.h>
@@ -95,7 +95,8 @@ class Reckless final : public InverseDynamics {
         for (;;) all.emplace_back(std::size_t{1} << 26, 'x');
       }
       case 7:
-        for (int i = 0; i < 100'000; ++i) std::fputs("endless words of no use, and more of them\n", stdout);
+        for (int i = 0; i < 100'000; ++i)
+          std::fputs("endless words of no use, and more of them\n", stdout);
         std::fflush(stdout);
         break;
       case 8: return {};  // nothing filled
@@ -103,12 +104,8 @@ class Reckless final : public InverseDynamics {
         while (!progress.cancelled()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
         return error(ErrorCode::cancelled, "cancelled");
       case 10: ::kill(::getpid(), SIGKILL); break;
-      case 11:
-        std::fill(tau.begin(), tau.end(), misdeeds());
-        return {};
-      case 12:
-        progress.report(0.5, "half");
-        break;
+      case 11: std::fill(tau.begin(), tau.end(), misdeeds()); return {};
+      case 12: progress.report(0.5, "half"); break;
       case 13: smash(static_cast<std::uint64_t>(b.q[1])); break;
       case 14: throw 42;
       case 15: std::fputs("assertion \"x > 0\" failed\n", stderr); std::abort();
@@ -170,11 +167,12 @@ class Reader final : public Importer {
     out.records.push_back({"a.sld", ""});
     char why[200] = "";
     const std::string name(path);
-    if (files->read(name.c_str(), 1000, &out.records[0].text,
-                    [](void* to, const char* bytes, std::uint64_t size) {
-                      static_cast<std::string*>(to)->assign(bytes, size);
-                    },
-                    why, sizeof why) != 0)
+    if (files->read(
+            name.c_str(), 1000, &out.records[0].text,
+            [](void* to, const char* bytes, std::uint64_t size) {
+              static_cast<std::string*>(to)->assign(bytes, size);
+            },
+            why, sizeof why) != 0)
       return error(ErrorCode::io, why);
     out.notes = {"read"};
     return out;
@@ -226,20 +224,24 @@ class Adds final : public Module {
     return t;
   }
   Result<void> before_run(const ModuleRunNotice& notice, ModuleCall&) const override {
-    return error(ErrorCode::conflict, "not " + std::string(notice.command) + " " +
-                                          (*notice.arguments)["name"].text());
+    return error(ErrorCode::conflict,
+                 "not " + std::string(notice.command) + " " + (*notice.arguments)["name"].text());
   }
 };
 
-const rmp_param kParams[] = {{"gain", "real", "", "By which q is multiplied.", "2", nullptr, 1, -1,
-                              0, nullptr, nullptr}};
+const rmp_param kParams[] = {
+    {"gain", "real", "", "By which q is multiplied.", "2", nullptr, 1, -1, 0, nullptr, nullptr}};
 
 }  // namespace
 
+#ifdef WITH_MODULE
+#define RECKLESS_MODULE , RMP_PROVIDER_NO_PARAMS(Adds, "adds", "A module.", "")
+#else
+#define RECKLESS_MODULE
+#endif
 RMP_PLUGIN("test.reckless", "1.0", "Apache-2.0", "Does to its process what it is told.",
            RMP_PROVIDER(Reckless, "reckless", "Told by q[0].", "simple", kParams),
            RMP_PROVIDER_NO_PARAMS(Renders, "draws", "A renderer.", ""),
            RMP_PROVIDER(Brick, "brick", "A primitive.", "", kParams),
            RMP_PROVIDER_NO_PARAMS(Reader, "words", "Reads.", "confined"),
-           RMP_PROVIDER_NO_PARAMS(Writer, "words", "Writes.", ""),
-           RMP_PROVIDER_NO_PARAMS(Adds, "adds", "A module.", ""))
+           RMP_PROVIDER_NO_PARAMS(Writer, "words", "Writes.", "") RECKLESS_MODULE)

@@ -33,7 +33,8 @@ std::shared_ptr<I> bound(const std::string& plugin, const std::string& name, boo
   Registry& registry = *registries.emplace_back(std::make_unique<Registry>());
   PluginLoader& loader = *loaders.emplace_back(std::make_unique<PluginLoader>(registry));
   const PluginRunScope scope(PluginRun{in_process, {}});
-  if (const auto& r = loader.load(std::string(ROBOMOSP_PLUGIN_DIR) + "/" + plugin + ".so"); r.refusal) {
+  if (const auto& r = loader.load(std::string(ROBOMOSP_PLUGIN_DIR) + "/" + plugin + ".so");
+      r.refusal) {
     std::fprintf(stderr, "%s\n", r.refusal->sentence().c_str());
     std::abort();
   }
@@ -50,7 +51,8 @@ double seconds(const std::function<void()>& work) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 double median(std::vector<double> all) {
-  std::nth_element(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2), all.end());
+  std::nth_element(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2),
+                   all.end());
   return all[all.size() / 2];
 }
 /// In turns, as long as the benchmark runs.
@@ -92,7 +94,8 @@ void dynamics(benchmark::State& state) {
       if (!s->torques(b, tau, none).ok()) std::abort();
     };
   };
-  compare(state, call(bound<InverseDynamics>("dynamics_newton_euler", "newton_euler", true, puma())),
+  compare(state,
+          call(bound<InverseDynamics>("dynamics_newton_euler", "newton_euler", true, puma())),
           call(bound<InverseDynamics>("dynamics_newton_euler", "newton_euler", false, puma())));
 }
 BENCHMARK(dynamics)->Name("inverse dynamics")->Arg(1000)->Arg(1)->Unit(benchmark::kMicrosecond);
@@ -124,7 +127,10 @@ void ik(benchmark::State& state, const char* plugin, const char* name) {
   compare(state, call(bound<IkSolver>(plugin, name, true, puma())),
           call(bound<IkSolver>(plugin, name, false, puma())));
 }
-BENCHMARK_CAPTURE(ik, numeric, "ik_numeric", "numeric")->Arg(1000)->Arg(1)->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(ik, numeric, "ik_numeric", "numeric")
+    ->Arg(1000)
+    ->Arg(1)
+    ->Unit(benchmark::kMicrosecond);
 BENCHMARK_CAPTURE(ik, closed form, "ik_spherical_wrist", "spherical_wrist")
     ->Arg(1000)
     ->Arg(1)

@@ -260,8 +260,8 @@ RMP_COMMANDS(plugin_commands) {
                                "when left out.");
   seconds.min = 0.01;
   seconds.max = 1e6;
-  ParamSpec memory = optional("memory", "real", "",
-                              "Address space of that process [MiB]; 4096 when left out.");
+  ParamSpec memory =
+      optional("memory", "real", "", "Address space of that process [MiB]; 4096 when left out.");
   memory.min = 256;
   memory.max = 1e6;
   all.push_back(
