@@ -659,10 +659,21 @@ void PluginLoader::remember_failures(const fs::path& state) {
 const PluginReport& PluginLoader::load_resolved(const fs::path& found, bool is_asked) {
   const fs::path file = resolved(found);
   PluginRuns& runs = PluginRuns::of_program();
+  PluginRunScope* scope = PluginRunScope::current();
   const PluginRun run = runs.wished(file);
+  const auto open = [&](const PluginRun& how, PluginReport& report) -> Result<void> {
+    report.file = file;
+    if (!how.in_process) return load_file_apart(registry_, report, how.limits);
+    RMP_TRY(admit(file, is_asked));
+    std::optional<PluginTrials::Opening> opening;
+    if (trials_) opening.emplace(*trials_, file);
+    RMP_TRY(load_file(registry_, report));
+    runs.set_process(file, nullptr);
+    return {};
+  };
+  std::optional<PluginRun> before;  // where it ran until now
   for (const PluginReport& known : reports_) {
     if (!known.loaded || known.file != file) continue;
-    PluginRunScope* scope = PluginRunScope::current();
     const auto process = runs.process(file);
     if (!scope || (run.in_process ? !process : process && process->limits() == run.limits))
       return known;
@@ -670,21 +681,15 @@ const PluginReport& PluginLoader::load_resolved(const fs::path& found, bool is_a
       scope->refusal = std::move(left).error();
       return known;
     }
+    before = process ? PluginRun{false, process->limits()} : PluginRun{};
     break;
   }
   PluginReport report;
-  report.file = file;
-  Result<void> loaded;
-  if (!run.in_process) {
-    loaded = load_file_apart(registry_, report, run.limits);
-  } else {
-    loaded = admit(file, is_asked);
-    if (loaded.ok()) {
-      std::optional<PluginTrials::Opening> opening;
-      if (trials_) opening.emplace(*trials_, file);
-      loaded = load_file(registry_, report);
-      if (loaded.ok()) runs.set_process(file, nullptr);
-    }
+  auto loaded = open(run, report);
+  if (!loaded.ok() && before) {
+    scope->refusal = std::move(loaded).error().in("plugin " + text::quote(file.string()));
+    report = {};
+    loaded = open(*before, report);
   }
   if (!loaded.ok())
     report.refusal = std::move(loaded).error().in("plugin " + text::quote(file.string()));

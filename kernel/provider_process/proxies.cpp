@@ -347,7 +347,7 @@ struct Slot<std::span<IkResult>> {
   void read(Reader& r) {
     std::uint64_t n = 0;
     fields(r, n);
-    if (n > std::uint64_t{1} << 28) return r.fail();
+    if (n > r.size() / sizeof(Pose)) return r.fail();  // each has a target
     value.resize(n);
   }
   std::span<IkResult> get(Progress&) { return value; }

@@ -157,7 +157,7 @@ void scratch_fields(V& v, std::span<double>& scratch) {
   std::uint64_t n = scratch.size();
   v.bytes(&n, sizeof n);
   if constexpr (V::is_reader) {
-    if (n > std::uint64_t{1} << 28) return v.fail();
+    if (n > std::uint64_t{1} << 26) return v.fail();
     std::shared_ptr<double[]> own(new double[n]);
     scratch = {own.get(), static_cast<std::size_t>(n)};
     v.keep(std::move(own));
@@ -331,6 +331,8 @@ void fields(V& v, ModuleValue& x) {
     case Type::list:
     case Type::map: {
       const std::uint64_t n = count_of(v, x.size(), 1);
+      if constexpr (V::is_reader)  // each key of a map is looked for among the others
+        if (type == Type::map && n > 65536) return v.fail();
       if constexpr (V::is_reader) x = type == Type::map ? ModuleValue::map() : ModuleValue::list();
       for (std::uint64_t i = 0; i < n; ++i) {
         if constexpr (V::is_reader) {

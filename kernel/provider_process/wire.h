@@ -168,6 +168,7 @@ class Reader {
     is_broken_ = true;
     at_ = size_;
   }
+  [[nodiscard]] std::uint64_t size() const { return size_; }
   [[nodiscard]] bool is_broken() const { return is_broken_; }
   [[nodiscard]] Peer& peer() const { return *peer_; }
   int depth = 0;

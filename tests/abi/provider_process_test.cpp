@@ -351,6 +351,23 @@ TEST_F(ProviderProcesses, PluginMovesBetweenTheProgramAndAProcess) {
   EXPECT_EQ(process(), nullptr);
 }
 
+TEST_F(ProviderProcesses, WhatCannotMoveStaysAndWorks) {
+  // A copy that is gone when it is to be opened again.
+  const std::filesystem::path copy = std::filesystem::path(testing::TempDir()) / "moves.so";
+  std::filesystem::copy_file(kFile, copy, std::filesystem::copy_options::overwrite_existing);
+  ASSERT_TRUE(loader_.load(copy.string()).loaded);
+  std::filesystem::remove(copy);
+  std::ofstream(copy) << "no library";
+  PluginRunScope scope(PluginRun{false, {}});
+  EXPECT_TRUE(loader_.load(copy.string()).loaded);
+  ASSERT_TRUE(scope.refusal);
+  EXPECT_NE(scope.refusal->message.find("cannot open it"), std::string::npos)
+      << scope.refusal->sentence();
+  std::vector<double> tau;
+  EXPECT_EQ(ask(*solver(model(2)), 0, 4, &tau), "ok");
+  std::filesystem::remove(copy);
+}
+
 TEST_F(ProviderProcesses, CommandsStayWhereTheyAre) {
   const std::string file = std::string(ABI_PLUGIN_DIR) + "/abi_reckless_module.so";
   ASSERT_TRUE(loader_.load(file).loaded);

@@ -105,9 +105,18 @@ Result<Value> load(CommandContext& ctx, const Map& args) {
     return PluginReport{};
   }();
   if (r.refusal) return *r.refusal;
+  // One with commands is moved when the program starts again.
+  const bool is_later = stays && keeps && stays->where == "run_in_process";
+  if (stays && !is_later) return *stays;
   if (keeps) RMP_TRY(keep_plugin_run(r.file, run));
-  if (stays && !keeps) return *stays;
-  return Value(report_map(r));
+  Map out = report_map(r);
+  if (is_later) {
+    List remarks;
+    for (const auto& one : r.remarks) remarks.emplace_back(one);
+    remarks.emplace_back("It adds commands, and runs where it ran until the program starts again.");
+    out.set("remarks", std::move(remarks));
+  }
+  return Value(std::move(out));
 }
 
 Result<Value> check_plugin(CommandContext& ctx, const Map& args) {
