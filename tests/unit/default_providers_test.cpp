@@ -12,6 +12,9 @@
 #include <robomosp/sdk/dynamics.h>
 
 #include "ioci/core/document_providers.h"
+#include "ioci/core/kept_plugin_runs.h"
+#include "kernel/plugin_loader.h"
+#include "kernel/plugin_run.h"
 #include "support/program.h"
 
 namespace robomosp {
@@ -217,6 +220,41 @@ TEST_F(DefaultProviders, WhatCannotBeKeptIsRefused) {
                 .sentence()
                 .find("no name to keep"),
             std::string::npos);
+}
+
+/// Where a plugin runs, kept for the user.
+TEST_F(DefaultProviders, PluginsStayInProcessesOfTheirOwnWhereThatIsKept) {
+  const std::string file =
+      fs::canonical(std::string(ROBOMOSP_PLUGIN_DIR) + "/dynamics_newton_euler.so").string();
+  const auto load = [&](Map more) {
+    more.set("file", file);
+    return app().dispatch(session_, "plugin.load", more);
+  };
+  const auto refused = load({{"seconds", 5.0}});
+  ASSERT_FALSE(refused.ok());
+  EXPECT_NE(refused.error().sentence().find("Give run_in_process = false or true."),
+            std::string::npos);
+  const auto moved =
+      load({{"run_in_process", false}, {"seconds", 5.0}, {"memory", 1024.0}, {"keep", "user"}});
+  ASSERT_TRUE(moved.ok()) << moved.error().sentence();
+  const Map& report = *moved->as_map();
+  EXPECT_FALSE(*report.find("run_in_process")->as_bool());
+  EXPECT_EQ(*report.find("memory")->as_real(), 1024);
+  const auto kept = ioci::kept_plugin_runs();
+  ASSERT_TRUE(kept.contains(file));
+  EXPECT_FALSE(kept.at(file).in_process);
+  EXPECT_EQ(kept.at(file).limits.seconds, 5);
+  EXPECT_EQ(kept.at(file).limits.memory, std::uint64_t{1024} << 20);
+  EXPECT_TRUE(kept.at(file).limits.confined);
+  // Another program finds it so.
+  Registry registry;
+  PluginLoader loader(registry);
+  PluginRuns::of_program().set_wishes(kept);
+  EXPECT_TRUE(loader.load(file).loaded);
+  EXPECT_TRUE(PluginRuns::of_program().process(file));
+  ASSERT_TRUE(load({{"run_in_process", true}, {"keep", "user"}}).ok());
+  EXPECT_TRUE(ioci::kept_plugin_runs().empty());
+  PluginRuns::of_program().set_wishes({});
 }
 
 }  // namespace
