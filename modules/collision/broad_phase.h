@@ -3,69 +3,17 @@
 // (layer: application, collision).
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include <robomosp/sdk/collision.h>
 
 #include "spatial/box.h"
+#include "spatial/box_tree.h"
 
 namespace robomosp::collision {
-
-/// A binary tree over boxes. Which boxes stand together is decided once; where they are is kept
-/// outside, so that several threads can have them at different places.
-class BoxTree {
- public:
-  BoxTree() = default;
-  /// Halves at the median of the centres along the longest side, again and again.
-  explicit BoxTree(std::span<const spatial::Box> leaves);
-
-  [[nodiscard]] bool empty() const { return nodes_.empty(); }
-  /// The boxes of all nodes from those of the leaves.
-  void refit(std::span<const spatial::Box> leaves, std::vector<spatial::Box>& boxes) const;
-
-  /// Calls visit(leaf) for every leaf whose box is within bound() of `box`, the nearer half of each
-  /// node first; bound() [m] is asked again at every node and may shrink meanwhile; below 0 ends
-  /// it.
-  template <class Bound, class Visit>
-  void near(std::span<const spatial::Box> boxes, const spatial::Box& box, Bound&& bound,
-            Visit&& visit) const {
-    if (nodes_.empty()) return;
-    const auto is_beyond = [&](double squared) {
-      const double b = bound();
-      return !(b >= 0) || squared > b * b;
-    };
-    std::array<std::pair<std::uint32_t, double>, kDepth> stack;
-    std::size_t size = 0;
-    stack[size++] = {0, spatial::squared_gap(boxes[0], box)};
-    while (size > 0) {
-      const auto [at, squared] = stack[--size];
-      if (is_beyond(squared)) continue;
-      const Node& node = nodes_[at];
-      if (node.leaf >= 0) {
-        visit(static_cast<std::size_t>(node.leaf));
-        continue;
-      }
-      const double first = spatial::squared_gap(boxes[at + 1], box),
-                   second = spatial::squared_gap(boxes[node.second], box);
-      const std::pair<std::uint32_t, double> a{at + 1, first}, b{node.second, second};
-      stack[size++] = first <= second ? b : a;
-      stack[size++] = first <= second ? a : b;
-    }
-  }
-
- private:
-  static constexpr std::size_t kDepth = 72;  ///< of a halved tree of 2^31 leaves, and some
-  struct Node {
-    std::uint32_t second = 0;  ///< the first child is the next node
-    std::int32_t leaf = -1;
-  };
-  std::vector<Node> nodes_;  ///< children after their parent
-};
 
 /// Unordered pairs out of a number of bodies.
 class PairSet {
@@ -121,7 +69,7 @@ class BroadPhase {
  private:
   std::vector<std::int32_t> still_, moving_;  ///< bodies
   std::vector<spatial::Box> boxes_;           ///< of those that move, in their frames
-  BoxTree still_tree_, moving_tree_;
+  spatial::BoxTree still_tree_, moving_tree_;
   std::vector<spatial::Box> still_nodes_;
 };
 

@@ -82,10 +82,19 @@ PhysicsBody& PhysicsSimulation::add_body(std::vector<ShapePiece> pieces, const P
 
 Result<void> PhysicsSimulation::add_objects(Progress& progress) {
   std::vector<PhysicsObjectSettings> settings(world_record_->objects.size());
-  for (const PhysicsObjectSettings& s : run_.objects) {
-    RMP_TRY_ASSIGN(const std::size_t i, find(world_record_->objects, "object", s.name));
-    settings[i] = s;
+  if (!run_.objects.empty()) {
+    std::unordered_map<std::string_view, std::size_t> numbers;
+    for (std::size_t i = 0; i < settings.size(); ++i)
+      numbers.try_emplace(world_record_->objects[i].name, i);
+    for (const PhysicsObjectSettings& s : run_.objects) {
+      const auto at = numbers.find(s.name);
+      if (at == numbers.end()) return is_missing(world_record_->objects, "object", s.name);
+      settings[at->second] = s;
+    }
   }
+  if (from_)
+    for (std::size_t i = 0; i < from_->objects.size(); ++i)
+      before_.try_emplace(from_->objects[i].name, i);
   for (std::size_t i = 0; i < settings.size(); ++i) {
     const model::PlacedObject& o = world_record_->objects[i];
     const PhysicsObjectSettings& s = settings[i];
@@ -117,10 +126,8 @@ Result<void> PhysicsSimulation::add_objects(Progress& progress) {
 }
 
 const RunState::Body* PhysicsSimulation::before_of(const std::string& name) const {
-  if (from_)
-    for (const RunState::Body& b : from_->objects)
-      if (b.name == name) return &b;
-  return nullptr;
+  const auto at = before_.find(name);
+  return at == before_.end() ? nullptr : &from_->objects[at->second];
 }
 
 Result<void> PhysicsSimulation::add_robots(Progress& progress) {

@@ -10,6 +10,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <unordered_map>
 #include <vector>
 
 #include "kernel/text.h"
@@ -115,11 +116,16 @@ class PhysicsSimulation {
   template <class Members>
   [[nodiscard]] Result<std::size_t> find(const Members& all, std::string_view kind,
                                          const std::string& name) const {
-    std::vector<std::string> names;
-    for (std::size_t i = 0; i < all.size(); ++i) {
+    for (std::size_t i = 0; i < all.size(); ++i)
       if (all[i].name == name) return i;
-      names.push_back(all[i].name);
-    }
+    return is_missing(all, kind, name);
+  }
+
+  template <class Members>
+  [[nodiscard]] static Error is_missing(const Members& all, std::string_view kind,
+                                        const std::string& name) {
+    std::vector<std::string> names;
+    for (const auto& member : all) names.push_back(member.name);
     std::string hint = text::did_you_mean(name, names);
     if (hint.empty())
       hint =
@@ -136,6 +142,7 @@ class PhysicsSimulation {
   const PhysicsRun& run_;
   RowSink* sink_;
   const RunState* from_;
+  std::unordered_map<std::string_view, std::size_t> before_;  ///< objects of from_ by their names
   const model::World* world_record_ = nullptr;
   std::vector<PhysicsBody> bodies_;
   std::vector<std::vector<ShapePiece>> pieces_;  ///< keeps the meshes

@@ -11,6 +11,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "near_pairs.h"
 #include "spatial/mass.h"
 #include "spatial/pose.h"
 #include "spatial/principal.h"
@@ -118,7 +119,7 @@ Result<std::unique_ptr<OdeWorld>> OdeWorld::make(std::span<const PhysicsBody> bo
   w->settings_ = settings;
   w->gravity_ = gravity;
   w->world_ = dWorldCreate();
-  w->space_ = dHashSpaceCreate(nullptr);
+  w->space_ = dSimpleSpaceCreate(nullptr);
   w->contact_joints_ = dJointGroupCreate(0);
   dWorldSetGravity(w->world_, gravity[0], gravity[1], gravity[2]);
   dWorldSetERP(w->world_, settings.erp);
@@ -136,6 +137,8 @@ Result<std::unique_ptr<OdeWorld>> OdeWorld::make(std::span<const PhysicsBody> bo
   }
   return w;
 }
+
+OdeWorld::OdeWorld() : near_pairs_(std::make_unique<NearPairs>()) {}
 
 OdeWorld::~OdeWorld() {
   try {
@@ -200,6 +203,7 @@ Result<void> OdeWorld::add_body(const PhysicsBody& body, std::size_t number) {
     if (!made.ok()) return std::move(made).error().in(where);
     for (Geometry& g : *made) {
       dGeomSetData(g.id, reinterpret_cast<void*>(4 * number + static_cast<std::size_t>(g.role)));
+      near_pairs_->add(g.id, static_cast<std::int32_t>(number), bodies_.back().is_movable);
       bodies_.back().geometries.push_back(std::move(g));
     }
   }
@@ -211,15 +215,12 @@ Result<void> OdeWorld::add_body(const PhysicsBody& body, std::size_t number) {
   return {};
 }
 
-/// The geometries where the body is, or fixed to it. Pairs of which nothing moves are no pairs.
+/// The geometries where the body is, or fixed to it.
 void OdeWorld::fasten(const Body& b) {
-  constexpr unsigned long kMoves = 1, kStands = 2;
   for (const Geometry& g : b.geometries) {
     const Pose t = b.id ? g.body_T_geometry : spatial::compose(b.pose, g.body_T_geometry);
     dMatrix3 R;
     to_ode(t, R);
-    dGeomSetCategoryBits(g.id, b.is_movable ? kMoves : kStands);
-    dGeomSetCollideBits(g.id, b.is_movable ? kMoves | kStands : kMoves);
     if (b.id) {
       dGeomSetBody(g.id, b.id);
       dGeomSetOffsetPosition(g.id, t.p[0] - b.com[0], t.p[1] - b.com[1], t.p[2] - b.com[2]);
@@ -239,6 +240,7 @@ void OdeWorld::give_id(std::int32_t body) {
   dBodySetKinematic(b.id);
   place(b.id, b.pose, b.com);
   fasten(b);
+  near_pairs_->regroup();
 }
 
 bool OdeWorld::may_touch(std::int32_t a, std::int32_t b) const {
@@ -270,11 +272,10 @@ void OdeWorld::set_direction(const Body& x, const Body& y, dContact& c) const {
 
 void OdeWorld::collide(dGeomID first, dGeomID second) {
   const auto data = [](dGeomID g) { return reinterpret_cast<std::size_t>(dGeomGetData(g)); };
-  std::int32_t a = static_cast<std::int32_t>(data(first) / 4);
-  std::int32_t b = static_cast<std::int32_t>(data(second) / 4);
+  const auto a = static_cast<std::int32_t>(data(first) / 4);
+  const auto b = static_cast<std::int32_t>(data(second) / 4);
   const auto role = [&](dGeomID g) { return static_cast<Role>(data(g) % 4); };
-  if (a == b || !meet(role(first), role(second)) || !may_touch(a, b)) return;
-  if (a > b) std::swap(a, b), std::swap(first, second);
+  if (!meet(role(first), role(second)) || !may_touch(a, b)) return;
   dContactGeom points[64];
   const int count =
       dCollide(first, second, std::min(settings_.most_contacts, 64), points, sizeof(dContactGeom));
@@ -365,18 +366,13 @@ Result<void> OdeWorld::step_once(std::span<const double> forces, Progress& progr
   RMP_TRY(check_state());
   dJointGroupEmpty(contact_joints_);
   contacts_.clear();
-  struct Finder {
-    OdeWorld* world;
-    Progress& progress;
-    std::size_t asked = 0;
-    bool stops = false;
-  } finder{this, progress};
-  dSpaceCollide(space_, &finder, [](void* given, dGeomID a, dGeomID b) {
-    Finder& f = *static_cast<Finder*>(given);
-    if (f.asked++ % 256 == 255 && f.progress.cancelled()) f.stops = true;
-    if (!f.stops && f.world->contacts_.size() <= kMostContacts) f.world->collide(a, b);
-  });
-  if (finder.stops) return error(ErrorCode::cancelled, "the simulation was stopped");
+  std::size_t asked = 0;
+  for (const auto& [a, b] : near_pairs_->find()) {
+    if (asked++ % 256 == 255 && progress.cancelled())
+      return error(ErrorCode::cancelled, "the simulation was stopped");
+    if (contacts_.size() > kMostContacts) break;
+    collide(a, b);
+  }
   settle_piles();
   RMP_TRY(check_islands());
   make_contact_joints();
@@ -515,7 +511,7 @@ Result<void> OdeWorld::release(std::int32_t attachment) {
   dJointDestroy(at.joint);
   at.joint = nullptr;
   const std::pair<std::int32_t, std::int32_t> pair{std::min(at.a, at.b), std::max(at.a, at.b)};
-  tied_.erase(std::find(tied_.begin(), tied_.end(), pair));
+  tied_.erase(tied_.find(pair));
   return {};
 }
 

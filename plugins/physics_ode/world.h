@@ -17,6 +17,8 @@
 
 namespace robomosp::physics_ode {
 
+class NearPairs;
+
 enum Type { kRevolute = 0, kPrismatic = 1, kFixed = 2, kBall = 3, kDirections = 4 };
 
 inline Vec3 vec3(const dReal* v) { return {v[0], v[1], v[2]}; }
@@ -113,7 +115,7 @@ class OdeWorld final : public PhysicsWorld {
     std::int32_t a = -1, b = -1;
   };
 
-  OdeWorld() = default;
+  OdeWorld();
   Result<void> add_body(const PhysicsBody& body, std::size_t number);
   static void fasten(const Body& body);
   void give_id(std::int32_t body);  ///< also to what does not move; once
@@ -159,7 +161,8 @@ class OdeWorld final : public PhysicsWorld {
   Vec3 gravity_{};
   double dt_ = 1e-3;
   dWorldID world_ = nullptr;
-  dSpaceID space_ = nullptr;
+  dSpaceID space_ = nullptr;  ///< owns the geometries
+  std::unique_ptr<NearPairs> near_pairs_;
   dJointGroupID contact_joints_ = nullptr;
   std::vector<Body> bodies_;
   std::vector<Joint> joints_;

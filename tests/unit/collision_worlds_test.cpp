@@ -47,7 +47,7 @@ TEST(BoxTree, FindsTheLeavesThatAreNearEnoughAndNoOthers) {
     std::vector<spatial::Box> leaves;
     for (std::size_t i = 0; i < count; ++i) leaves.push_back(box());
     leaves.resize(2 * count, leaves[0]);  // many at one place
-    const collision::BoxTree tree(leaves);
+    const spatial::BoxTree tree(leaves);
     for (auto& b : leaves)
       for (double& x : b.centre) x += random.uniform(-1, 1);  // they have moved since
     std::vector<spatial::Box> boxes;
@@ -65,7 +65,7 @@ TEST(BoxTree, FindsTheLeavesThatAreNearEnoughAndNoOthers) {
     }
   }
   int visits = 0;
-  collision::BoxTree().near(
+  spatial::BoxTree().near(
       {}, {}, [] { return kInf; }, [&](std::size_t) { ++visits; });
   EXPECT_EQ(visits, 0);
 }

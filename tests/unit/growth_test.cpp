@@ -399,5 +399,32 @@ TEST_F(Growth, LongChainsAreAcceleratedByArticulatedBodiesUnlessSomebodyChose) {
       "for i = 1, n do assert(math.abs(a[i] - b[i]) < 1e-8 * most) end");
 }
 
+TEST_F(Growth, ContactPhysicsTakesTimeByTheNumberOfObjects) {
+  // A lattice of boxes that touch nothing, each with settings of its own.
+  run("function lattice(n)\n"
+      "  document.clear()\n"
+      "  solid.create{name = 'brick', root = {kind = 'box', x = 0.2, y = 0.1, z = 0.05}}\n"
+      "  local all, side = {}, math.ceil(n ^ (1 / 3))\n"
+      "  settings = {}\n"
+      "  for i = 0, n - 1 do\n"
+      "    all[i + 1] = {what = 'brick', name = 'b' .. i, position = {0.3 * (i % side), 0.3 * (i "
+      "// side % side), 0.3 * (i // side // side)}}\n"
+      "    settings[i + 1] = {name = 'b' .. i, friction = 0.3}\n"
+      "  end\n"
+      "  cell = world.create{name = 'cell'} cell:add_objects(all)\n"
+      "end");
+  const auto physics = [this](int count) {
+    run("lattice(" + std::to_string(count) + ")");
+    return time_of(2, [this] {
+      run("cell:simulate_physics{duration = 0.01, step = 0.001, objects = settings}");
+    });
+  };
+  physics(10);
+  const double few = physics(3000), many = physics(24000);
+  RecordProperty("times", std::to_string(many / few));
+  // It was 60 times as long for 8 times as many.
+  EXPECT_LT(many, 24 * few) << few << " s, " << many << " s";
+}
+
 }  // namespace
 }  // namespace robomosp::lua

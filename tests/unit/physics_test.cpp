@@ -4,11 +4,17 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <random>
+#include <set>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 
+#include "motion/provider_params.h"
 #include "sim/physics.h"
+#include "spatial/pose.h"
 #include "support/records.h"
 #include "support/workbench.h"
 
@@ -316,6 +322,59 @@ TEST_F(Physics, StopsWhenCancelled) {
   const auto r = sim::simulate_physics({bench.registry, bench.derived, *snapshot}, run, stop);
   ASSERT_FALSE(r.ok());
   EXPECT_EQ(r.error().code, ErrorCode::cancelled);
+}
+
+TEST(PhysicsPairs, BallsTouchWhereTheirCentresAreCloserThanTheirRadiiWhereverTheyHaveFlown) {
+  const Workbench bench;
+  NoProgress progress;
+  const auto engine = unwrap(bench.registry.create<PhysicsEngine>("ode"));
+  const auto info = unwrap(bench.registry.find(PhysicsEngine::kInterfaceId, "ode"));
+  const auto params = unwrap(motion::checked_params(info, {"ode", {}}, "ode"));
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  const std::size_t count = 400;
+  std::vector<PhysicsBody> bodies(count);
+  std::vector<double> radii(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    Shape ball;
+    ball.kind = ShapeKind::sphere;
+    radii[i] = i == 0 ? 3 : 0.05 + 0.04 * unit(random);
+    ball.sizes = {radii[i], 0, 0};
+    bodies[i].shape.shapes.push_back(ball);
+    bodies[i].pose.p = {unit(random), unit(random), unit(random)};
+    // The first is large, and far away until it is placed among the others; some stand still.
+    if (i == 0) bodies[i].pose.p = {100, 0, 0};
+    if (i == 0 || i % 5 == 1) continue;
+    const double moment = 0.4 * radii[i] * radii[i];
+    bodies[i].mass = {1, {}, {moment, moment, moment, 0, 0, 0}};
+    bodies[i].velocity = {4 * unit(random), 4 * unit(random), 4 * unit(random)};
+  }
+  const auto world = unwrap(engine->create(bodies, {}, {}, *params));
+  ASSERT_TRUE(world);
+  std::vector<Pose> poses(count);
+  std::vector<PhysicsContact> contacts;
+  std::size_t touched = 0;
+  for (int step = 0; step < 40; ++step) {
+    if (step == 20) {
+      ASSERT_TRUE(world->move(0, spatial::translation({3.2, 0, 0}), {}, {}).ok());
+    }
+    PhysicsState state;
+    state.poses = poses;
+    ASSERT_TRUE(world->read(state).ok());
+    std::set<std::pair<std::int32_t, std::int32_t>> expected, found;
+    const auto stands = [](std::size_t i) { return i == 0 || i % 5 == 1; };
+    for (std::size_t a = 0; a < count; ++a)
+      for (std::size_t b = a + 1; b < count; ++b)
+        if (!(stands(a) && stands(b)) &&
+            spatial::norm(spatial::sub(poses[a].p, poses[b].p)) < radii[a] + radii[b])
+          expected.emplace(static_cast<std::int32_t>(a), static_cast<std::int32_t>(b));
+    ASSERT_TRUE(world->step(0.02, 1, {}, progress).ok());
+    world->contacts(contacts);
+    for (const PhysicsContact& c : contacts) found.emplace(c.a, c.b);
+    EXPECT_EQ(found, expected) << "step " << step;
+    touched += found.size();
+  }
+  EXPECT_GT(touched, 500U);
 }
 
 }  // namespace
