@@ -2,7 +2,6 @@
 #include "evaluate.h"
 
 #include <algorithm>
-#include <numeric>
 #include <unordered_set>
 
 #include "content.h"
@@ -10,6 +9,7 @@
 #include "primitives.h"
 #include "prismatic.h"
 #include "scaling.h"
+#include "touching.h"
 
 #include <BRepCheck_Analyzer.hxx>
 
@@ -31,42 +31,14 @@ struct Operand {
   std::size_t item = 0;
 };
 
-/// Groups of operands whose boxes meet, by a sweep along x. None when it is cancelled.
+/// Groups of operands whose boxes meet. None when it is cancelled.
 std::vector<std::vector<std::size_t>> groups(const std::vector<Operand>& operands,
                                              const Progress& progress) {
-  const std::size_t n = operands.size();
-  std::vector<std::size_t> leader(n), order(n);
-  std::iota(leader.begin(), leader.end(), std::size_t{0});
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  const auto find = [&](std::size_t i) {
-    while (leader[i] != i) i = leader[i] = leader[leader[i]];
-    return i;
-  };
-  const auto low = [&](std::size_t i) { return operands[i].solid.box.CornerMin().X(); };
-  const auto high = [&](std::size_t i) { return operands[i].solid.box.CornerMax().X(); };
-  std::sort(order.begin(), order.end(),
-            [&](std::size_t a, std::size_t b) { return low(a) < low(b); });
-  std::vector<std::size_t> active;
-  for (const std::size_t i : order) {
-    if (progress.cancelled()) return {};
-    std::erase_if(active, [&](std::size_t j) { return high(j) < low(i); });
-    for (const std::size_t j : active)
-      if (operands[i].item != operands[j].item &&
-          boxes_meet(operands[i].solid.box, operands[j].solid.box))
-        leader[std::max(find(i), find(j))] = std::min(find(i), find(j));
-    active.push_back(i);
-  }
-  std::vector<std::vector<std::size_t>> result;
-  std::vector<std::size_t> place(n, n);
-  for (std::size_t i = 0; i < n; ++i) {
-    const std::size_t l = find(i);
-    if (place[l] == n) {
-      place[l] = result.size();
-      result.emplace_back();
-    }
-    result[place[l]].push_back(i);
-  }
-  return result;
+  std::vector<const Bnd_Box*> boxes;
+  for (const Operand& o : operands) boxes.push_back(&o.solid.box);
+  return touching_sets(
+      boxes, [&](std::size_t a, std::size_t b) { return operands[a].item != operands[b].item; },
+      progress);
 }
 
 /// Pairs that meet among the operands of one operation. Open CASCADE looks at all of them before it

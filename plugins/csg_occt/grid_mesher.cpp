@@ -10,6 +10,7 @@
 #include "edge_points.h"
 #include "occt_support.h"
 
+#include <Adaptor3d_Curve.hxx>
 #include <BRepAdaptor_Surface.hxx>
 #include <BRep_Builder.hxx>
 #include <BRep_Tool.hxx>
@@ -21,6 +22,8 @@
 #include <TopExp_Explorer.hxx>
 #include <TopoDS.hxx>
 #include <TopoDS_Edge.hxx>
+#include <gp_Circ.hxx>
+#include <gp_Lin.hxx>
 
 namespace robomosp::csg_occt {
 namespace {
@@ -50,18 +53,38 @@ class GridMesher {
                    surface_.Torus().MinorRadius()};
         break;
       case GeomAbs_Cone: is_cone_ = true; break;
+      case GeomAbs_SurfaceOfRevolution:
+        if (!measure_revolution()) return false;
+        break;
       default: return false;
     }
     for (TopExp_Explorer e(face_, TopAbs_EDGE); e.More(); e.Next())
       if (sides_.size() == 4 || !add_side(TopoDS::Edge(e.Current()))) return false;
     if (sides_.size() != 4 || !sort_sides()) return false;
     if (is_cone_) return run_cone();
-    if (!choose_angles() || !is_fine()) return false;
-    write();
-    return true;
+    if (choose_angles()) {
+      if (!is_fine()) return false;
+      write();
+      return true;
+    }
+    return run_rings();
   }
 
  private:
+  /// Radii of what an arc of a circle sweeps whose plane holds the axis, so that v is an angle.
+  bool measure_revolution() {
+    const Handle(Adaptor3d_Curve) meridian = surface_.BasisCurve();
+    if (meridian->GetType() != GeomAbs_Circle) return false;
+    const gp_Circ circle = meridian->Circle();
+    const gp_Ax1 axis = surface_.AxeOfRevolution();
+    const double off = gp_Vec(circle.Location(), axis.Location()).Dot(circle.Axis().Direction());
+    if (std::abs(axis.Direction().Dot(circle.Axis().Direction())) > kSameAngle ||
+        std::abs(off) > kSameAngle * circle.Radius())
+      return false;
+    radius_ = {gp_Lin(axis).Distance(circle.Location()) + circle.Radius(), circle.Radius()};
+    return true;
+  }
+
   /// An edge along which one of the two angles is constant.
   struct Side {
     TopoDS_Edge edge;
@@ -121,7 +144,7 @@ class GridMesher {
     return !sides_[2].is_point() && !sides_[3].is_point();
   }
 
-  /// A circle of a cone, or its tip.
+  /// A circle of a face, or a tip or pole.
   struct Ring {
     double v = 0;
     std::vector<double> u;
@@ -176,11 +199,52 @@ class GridMesher {
         const auto& u = rings[k == 0 ? 0 : rings.size() - 1].u;
         if (std::abs((at == sides_[2].at ? u.front() : u.back()) - at) > kSameAngle) return false;
       }
-    write_cone(rings);
+    write_rings(rings);
     return true;
   }
 
-  void write_cone(std::vector<Ring>& rings) {
+  /// Rims of different radii need different numbers of corners: rings between them have those of
+  /// the finer one.
+  bool run_rings() {
+    const Side &bottom = sides_[0], &top = sides_[1], &left = sides_[2], &right = sides_[3];
+    if (bottom.is_point() || top.is_point() || !agree(left.angles, right.angles)) return false;
+    const auto& finer = bottom.angles.size() > top.angles.size() ? bottom.angles : top.angles;
+    for (const Side* rim : {&bottom, &top})
+      if (std::abs(rim->angles.front() - left.at) > kSameAngle ||
+          std::abs(rim->angles.back() - right.at) > kSameAngle)
+        return false;
+    v_ = left.angles;
+    if (v_.size() < 3) return false;
+    // A coarse rim's side is the one of a triangle that gets narrower towards the next ring: how
+    // far the surface bulges over it is greatest at the rim unless the next ring is far wider.
+    const auto rim_radius = [&](std::size_t rim, std::size_t next) {
+      const double r = distance_from_axis(v_[rim]), more = distance_from_axis(v_[next]) - r;
+      return more <= 2 * r ? r : 4 * std::pow(r + more, 3) / (27 * more * more);
+    };
+    const double dv = widest(v_), du = widest(finer);
+    const auto fits = [&](double radius, double across) {
+      return (radius * across * across + radius_[1] * dv * dv) / 8 <= chord_ * (1 + kRounding) &&
+             std::max(across, dv) <= quality_.angle * (1 + kRounding);
+    };
+    if (!fits(radius_[0], du) || !fits(rim_radius(0, 1), widest(bottom.angles)) ||
+        !fits(rim_radius(v_.size() - 1, v_.size() - 2), widest(top.angles)))
+      return false;
+    std::vector<Ring> rings;
+    for (const double v : v_) rings.push_back({v, finer});
+    rings.front().u = bottom.angles;
+    rings.back().u = top.angles;
+    write_rings(rings);
+    return true;
+  }
+
+  [[nodiscard]] double distance_from_axis(double v) const {
+    const gp_Ax1 axis = surface_.GetType() == GeomAbs_Torus    ? surface_.Torus().Axis()
+                        : surface_.GetType() == GeomAbs_Sphere ? surface_.Sphere().Position().Axis()
+                                                               : surface_.AxeOfRevolution();
+    return gp_Lin(axis).Distance(surface_.Value(sides_[2].at, v));
+  }
+
+  void write_rings(std::vector<Ring>& rings) {
     int nodes = 0;
     for (Ring& r : rings) {
       r.first = nodes;
@@ -236,7 +300,10 @@ class GridMesher {
         const int at = side.along == 0 ? rim.node(step) : ring.node(k == 2 ? 0 : ring.u.size() - 1);
         polygon->SetNode(static_cast<int>(n) + 1, at);
         double parameter = side.first;
-        if (side.along == 1) {
+        if (side.along == 1 && side.points.points.size() == count) {
+          parameter = side.points.parameters[n];
+          set(at, side.points.points[n]);
+        } else if (side.along == 1) {
           const double share = (ring.v - rings.front().v) / (rings.back().v - rings.front().v);
           parameter += (side.ascends ? share : 1 - share) * (side.last - side.first);
         } else if (side.is_point()) {

@@ -12,6 +12,7 @@
 #include "engine.h"
 #include "face_mesher.h"
 #include "grid_mesher.h"
+#include "touching.h"
 
 #include <BRepAdaptor_Curve.hxx>
 #include <BRepAdaptor_Surface.hxx>
@@ -31,6 +32,7 @@
 #include <TopTools_ShapeMapHasher.hxx>
 #include <TopoDS.hxx>
 #include <TopoDS_Compound.hxx>
+#include <TopoDS_Iterator.hxx>
 
 namespace robomosp::csg_occt {
 namespace {
@@ -54,48 +56,54 @@ IMeshTools_Parameters parameters(const MeshQuality& quality, bool delabella, int
   return p;
 }
 
-/// True when some face was meshed for another quality.
-bool has_other_quality(const TopoDS_Shape& shape, const MeshQuality& quality) {
-  const double deflection = quality.chord * kMillimetresPerMetre;
-  for (TopExp_Explorer e(shape, TopAbs_FACE); e.More(); e.Next()) {
-    TopLoc_Location location;
-    const auto& mesh = BRep_Tool::Triangulation(TopoDS::Face(e.Current()), location);
-    if (mesh.IsNull()) continue;
-    const auto& made = mesh->Parameters();
-    if (made.IsNull() || made->Deflection() != deflection || made->Angle() != quality.angle)
-      return true;
-  }
-  return false;
-}
-
 bool is_unmeshed(const TopoDS_Face& face) {
   TopLoc_Location location;
   const auto& mesh = BRep_Tool::Triangulation(face, location);
   return mesh.IsNull() || mesh->NbTriangles() == 0;
 }
 
+/// Faces that have no triangles yet.
+struct Unmeshed {
+  std::vector<TopoDS_Face> faces;
+  bool has_other_quality = false;  ///< some face was meshed for another one
+};
+
+Unmeshed find_unmeshed(const TopoDS_Shape& shape, const MeshQuality& quality) {
+  const double deflection = quality.chord * kMillimetresPerMetre;
+  Unmeshed out;
+  for (TopExp_Explorer e(shape, TopAbs_FACE); e.More(); e.Next()) {
+    const TopoDS_Face& face = TopoDS::Face(e.Current());
+    TopLoc_Location location;
+    const auto& mesh = BRep_Tool::Triangulation(face, location);
+    if (!mesh.IsNull()) {
+      const auto& made = mesh->Parameters();
+      if (made.IsNull() || made->Deflection() != deflection || made->Angle() != quality.angle)
+        out.has_other_quality = true;
+    }
+    if (mesh.IsNull() || mesh->NbTriangles() == 0) out.faces.push_back(face);
+  }
+  return out;
+}
+
 // Delabella is ten times faster than Watson but now and then leaves a face empty. `own` lets
 // the project's own meshers do what they can.
-Result<void> triangulate(const TopoDS_Shape& shape, const MeshQuality& quality, bool own,
-                         bool delabella, Progress& progress) {
+Result<void> triangulate(const TopoDS_Shape& shape, const std::vector<TopoDS_Face>& faces,
+                         const MeshQuality& quality, bool own, bool delabella, Progress& progress) {
+  if (faces.empty()) return {};
   BRep_Builder builder;
   TopoDS_Compound fresh;
   builder.MakeCompound(fresh);
-  int others = 0, grids = 0;
+  int others = 0;
   std::vector<TopoDS_Face> plain;
-  for (TopExp_Explorer e(shape, TopAbs_FACE); e.More(); e.Next()) {
-    const TopoDS_Face& face = TopoDS::Face(e.Current());
-    if (!is_unmeshed(face)) continue;
+  for (const TopoDS_Face& face : faces) {
+    if (!is_unmeshed(face)) continue;  // it stands at several places
     if (own && is_plain_face(face)) {
       plain.push_back(face);
-    } else if (own && mesh_grid_face(face, quality)) {
-      ++grids;
-    } else {
+    } else if (!own || !mesh_grid_face(face, quality)) {
       builder.Add(fresh, face);
       ++others;
     }
   }
-  if (others == 0 && grids == 0 && plain.empty()) return {};
   // Only the new faces: OCCT discretises an edge by its curve alone, so that they fit the old
   // ones; the caller checks that they do.
   if (others > 0) {
@@ -113,18 +121,16 @@ Result<void> triangulate(const TopoDS_Shape& shape, const MeshQuality& quality, 
     BRepTools::Clean(shape);
     return cancelled_error();
   }
-  for (TopExp_Explorer e(shape, TopAbs_FACE); e.More(); e.Next()) {
-    const TopoDS_Face& face = TopoDS::Face(e.Current());
+  for (const TopoDS_Face& face : faces) {
     if (!is_unmeshed(face)) continue;
     const BRepMesh_IncrementalMesh again(face, parameters(quality, false, 1));
   }
   const Handle(Poly_TriangulationParameters) made =
       new Poly_TriangulationParameters(quality.chord * kMillimetresPerMetre, quality.angle);
-  for (TopExp_Explorer e(shape, TopAbs_FACE); e.More(); e.Next()) {
+  for (const TopoDS_Face& face : faces) {
     TopLoc_Location location;
-    const auto& mesh = BRep_Tool::Triangulation(TopoDS::Face(e.Current()), location);
-    if (mesh.IsNull()) continue;
-    mesh->Parameters(made);
+    const auto& mesh = BRep_Tool::Triangulation(face, location);
+    if (!mesh.IsNull()) mesh->Parameters(made);
   }
   return {};
 }
@@ -186,6 +192,8 @@ std::uint64_t surface_key(const BRepAdaptor_Surface& surface, bool reversed) {
   return key.a;
 }
 
+/// The mesh of solids that may share edges. Those that lie apart have one each: what topology is
+/// looked up in then stays in the processor's caches, however many there are.
 class MeshBuilder {
  public:
   MeshBuilder(const TopoDS_Shape& shape, const gp_Trsf& pose, double chord)
@@ -199,11 +207,31 @@ class MeshBuilder {
     if (has_empty_face_ || !is_closed()) {
       if (!close_faces() || !is_closed()) return false;
     }
-    number_equal_surfaces();
     add_edges();
     return true;
   }
-  Mesh take() { return std::move(mesh_); }
+  /// What run() made, behind what `mesh` holds; `centres` of faces as in mesh.faces.
+  void append_to(Mesh& mesh, std::vector<gp_XYZ>& centres) {
+    if (mesh.vertex_count() == 0 && mesh.faces.empty()) {
+      mesh = std::move(mesh_);
+      centres = std::move(face_centres_);
+      return;
+    }
+    const auto vertices = static_cast<std::uint32_t>(mesh.vertex_count()),
+               triangles = static_cast<std::uint32_t>(mesh.triangle_count());
+    for (std::uint32_t& v : mesh_.triangles) v += vertices;
+    for (Mesh::Face& f : mesh_.faces) f.first_triangle += triangles;
+    const auto append = [](auto& to, const auto& from) {
+      to.insert(to.end(), from.begin(), from.end());
+    };
+    append(mesh.positions, mesh_.positions);
+    append(mesh.normals, mesh_.normals);
+    append(mesh.triangles, mesh_.triangles);
+    append(mesh.faces, mesh_.faces);
+    append(mesh.edge_points, mesh_.edge_points);
+    append(mesh.edge_sizes, mesh_.edge_sizes);
+    append(centres, face_centres_);
+  }
 
  private:
   std::uint32_t new_id(const gp_Pnt& p) {
@@ -639,28 +667,6 @@ class MeshBuilder {
     return place;
   }
 
-  // Several faces on one surface are told apart by the order of their centres.
-  void number_equal_surfaces() {
-    std::map<std::uint64_t, std::vector<std::size_t>> same;
-    for (std::size_t i = 0; i < mesh_.faces.size(); ++i) same[mesh_.faces[i].id].push_back(i);
-    for (auto& [id, faces] : same) {
-      const auto before = [&](std::size_t a, std::size_t b) {
-        for (int k = 1; k <= 3; ++k) {
-          const double d = face_centres_[a].Coord(k) - face_centres_[b].Coord(k);
-          if (std::abs(d) > 1e-6) return d < 0;
-        }
-        return a < b;
-      };
-      std::stable_sort(faces.begin(), faces.end(), before);
-      for (std::size_t n = 1; n < faces.size(); ++n) {
-        Key key;
-        key.mix(id);
-        key.mix(static_cast<std::uint64_t>(n));
-        mesh_.faces[faces[n]].id = key.a;
-      }
-    }
-  }
-
   static bool normal_at(const TopoDS_Edge& edge, const TopoDS_Face& face, double share,
                         gp_XYZ& normal) {
     double first = 0, last = 0;
@@ -720,12 +726,48 @@ class MeshBuilder {
   NCollection_DataMap<TopoDS_Shape, NodeIds, TopTools_ShapeMapHasher> edge_ids_;
 };
 
-TopoDS_Compound compound_of(const std::vector<Solid>& solids) {
+/// Several faces on one surface are told apart by the order of their centres.
+void number_equal_surfaces(Mesh& mesh, const std::vector<gp_XYZ>& centres) {
+  std::map<std::uint64_t, std::vector<std::size_t>> same;
+  for (std::size_t i = 0; i < mesh.faces.size(); ++i) same[mesh.faces[i].id].push_back(i);
+  for (auto& [id, faces] : same) {
+    const auto before = [&](std::size_t a, std::size_t b) {
+      for (int k = 1; k <= 3; ++k) {
+        const double d = centres[a].Coord(k) - centres[b].Coord(k);
+        if (std::abs(d) > 1e-6) return d < 0;
+      }
+      return a < b;
+    };
+    std::stable_sort(faces.begin(), faces.end(), before);
+    for (std::size_t n = 1; n < faces.size(); ++n) {
+      Key key;
+      key.mix(id);
+      key.mix(static_cast<std::uint64_t>(n));
+      mesh.faces[faces[n]].id = key.a;
+    }
+  }
+}
+
+TopoDS_Compound compound_of(const std::vector<TopoDS_Shape>& shapes) {
   BRep_Builder builder;
   TopoDS_Compound compound;
   builder.MakeCompound(compound);
-  for (const Solid& s : solids) builder.Add(compound, s.shape);
+  for (const TopoDS_Shape& s : shapes) builder.Add(compound, s);
   return compound;
+}
+
+/// A compound for each set of solids that touch; what touches nothing is as it is.
+TopoDS_Compound compound_of_sets(const std::vector<Solid>& solids, const Progress& progress) {
+  std::vector<const Bnd_Box*> boxes;
+  for (const Solid& s : solids) boxes.push_back(&s.box);
+  std::vector<TopoDS_Shape> sets;
+  for (const auto& set : touching_sets(
+           boxes, [](std::size_t, std::size_t) { return true; }, progress)) {
+    std::vector<TopoDS_Shape> members;
+    for (const std::size_t i : set) members.push_back(solids[i].shape);
+    sets.push_back(members.size() == 1 ? members[0] : compound_of(members));
+  }
+  return compound_of(sets);
 }
 
 Result<void> check_quality(const MeshQuality& quality, double extent) {
@@ -753,14 +795,28 @@ Result<Mesh> mesh_solids(const std::vector<Solid>& solids, const gp_Trsf& pose,
   // First on the shared topology, which keeps the triangles of faces that an edit did not touch;
   // should that not close, on a private copy, by the fast and then by the sturdy algorithm.
   for (int attempt = 0; attempt < 3; ++attempt) {
-    TopoDS_Shape shape = compound_of(solids);
+    TopoDS_Shape shape = compound_of_sets(solids, progress);
+    if (progress.cancelled()) return cancelled_error();
     if (attempt > 0) shape = BRepBuilderAPI_Copy(shape, true, false).Shape();
-    if (attempt == 0 && has_other_quality(shape, quality)) BRepTools::Clean(shape);
-    RMP_TRY(triangulate(shape, quality, attempt == 0, attempt < 2, progress));
-    MeshBuilder builder(shape, pose, quality.chord * kMillimetresPerMetre);
-    if (builder.run()) {
+    Unmeshed unmeshed = find_unmeshed(shape, quality);
+    if (attempt == 0 && unmeshed.has_other_quality) {
+      BRepTools::Clean(shape);
+      unmeshed = find_unmeshed(shape, quality);
+    }
+    RMP_TRY(triangulate(shape, unmeshed.faces, quality, attempt == 0, attempt < 2, progress));
+    Mesh mesh;
+    std::vector<gp_XYZ> centres;
+    bool is_closed = true;
+    for (TopoDS_Iterator set(shape); is_closed && set.More(); set.Next()) {
+      if (progress.cancelled()) return cancelled_error();
+      MeshBuilder builder(set.Value(), pose, quality.chord * kMillimetresPerMetre);
+      is_closed = builder.run();
+      if (is_closed) builder.append_to(mesh, centres);
+    }
+    if (is_closed) {
+      number_equal_surfaces(mesh, centres);
       progress.report(1, "meshed");
-      return builder.take();
+      return mesh;
     }
     if (progress.cancelled()) return cancelled_error();
   }

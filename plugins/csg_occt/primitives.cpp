@@ -21,7 +21,6 @@
 #include <BRepPrimAPI_MakeSphere.hxx>
 #include <BRepPrimAPI_MakeTorus.hxx>
 #include <BRep_Builder.hxx>
-#include <GC_MakeArcOfCircle.hxx>
 #include <Standard_ConstructionError.hxx>
 #include <TopExp.hxx>
 #include <TopExp_Explorer.hxx>
@@ -34,6 +33,7 @@
 #include <TopoDS_Wire.hxx>
 #include <gp.hxx>
 #include <gp_Ax1.hxx>
+#include <gp_Circ.hxx>
 #include <gp_Trsf.hxx>
 
 namespace robomosp::csg_occt {
@@ -60,19 +60,21 @@ TopoDS_Shape rounded_box(const TopoDS_Shape& sharp, double radius) {
 TopoDS_Shape rounded_cylinder(double radius, double height, double fillet) {
   if (radius - fillet < kConfused) fillet = radius;
   const auto at = [](double r, double z) { return gp_Pnt(r, 0, z); };
-  const double flat = radius - fillet, bulge = flat + fillet * std::sqrt(0.5),
-               dip = fillet * (1 - std::sqrt(0.5));
+  const double flat = radius - fillet;
   BRepBuilderAPI_MakeWire wire;
   const auto line = [&](const gp_Pnt& a, const gp_Pnt& b) {
     if (a.Distance(b) >= kConfused) wire.Add(BRepBuilderAPI_MakeEdge(a, b).Edge());
   };
-  const auto arc = [&](const gp_Pnt& a, const gp_Pnt& through, const gp_Pnt& b) {
-    wire.Add(BRepBuilderAPI_MakeEdge(GC_MakeArcOfCircle(a, through, b).Value()).Edge());
+  // Counter-clockwise seen against y, on circles as such: what they sweep is a torus or a sphere
+  // by its kind, which is measured and meshed quickly.
+  const auto arc = [&](double z, const gp_Pnt& a, const gp_Pnt& b) {
+    const gp_Circ circle(gp_Ax2(at(flat, z), gp_Dir(0, -1, 0), gp::DX()), fillet);
+    wire.Add(BRepBuilderAPI_MakeEdge(circle, a, b).Edge());
   };
   line(at(0, 0), at(flat, 0));
-  arc(at(flat, 0), at(bulge, dip), at(radius, fillet));
+  arc(fillet, at(flat, 0), at(radius, fillet));
   line(at(radius, fillet), at(radius, height - fillet));
-  arc(at(radius, height - fillet), at(bulge, height - dip), at(flat, height));
+  arc(height - fillet, at(radius, height - fillet), at(flat, height));
   line(at(flat, height), at(0, height));
   line(at(0, height), at(0, 0));
   const TopoDS_Face profile =

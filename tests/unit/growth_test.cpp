@@ -426,5 +426,64 @@ TEST_F(Growth, ContactPhysicsTakesTimeByTheNumberOfObjects) {
   EXPECT_LT(many, 24 * few) << few << " s, " << many << " s";
 }
 
+TEST_F(Growth, SolidsApartAreUnitedAndMeshedInTimeByTheirNumberWhereverTheyLie) {
+  run("function column(n, axis)\n"
+      "  document.clear()\n"
+      "  local all = {}\n"
+      "  for i = 1, n do\n"
+      "    local p = {0, 0, 0} p[axis] = 0.02 * i\n"
+      "    all[i] = {kind = 'box', x = 0.01, y = 0.01, z = 0.01, position = p}\n"
+      "  end\n"
+      "  s = solid.create{name = 's', root = {kind = 'union', children = all}}\n"
+      "end\n"
+      "width = 0.01\n"
+      "function edit()\n"
+      "  width = width + 1e-5\n"
+      "  s:set{path = 'box_2.x', value = width} s:mass() s:mesh_info()\n"
+      "end");
+  for (const char* axis : {"1", "3"}) {
+    const auto edited = [&](int count) {
+      run("column(" + std::to_string(count) + ", " + axis + ") edit()");
+      return time_of(3, [this] { run("edit()"); });
+    };
+    const double few = edited(1000), many = edited(8000);
+    // Along z it was 30 times as long for 8 times as many.
+    EXPECT_LT(many, 16 * few) << "axis " << axis << ": " << few << " s, " << many << " s";
+  }
+  // What touches shares its edges: two boxes that meet along one have 23.
+  run("local function box(x, y) return {kind = 'box', x = 0.1, y = 0.1, z = 0.1, position = {x, y, "
+      "0}} end\n"
+      "s = solid.create{name = 'touching', root = {kind = 'union', children = {box(0, 0), box(0.1, "
+      "0.1), box(0.5, 0)}}}\n"
+      "local m = s:mesh_info() assert(m.edges == 23 + 12, m.edges)");
+}
+
+TEST_F(Growth, RoundedCylindersAreMadeOfToriAndSpheresThatMeshQuickly) {
+  // The volume of a cylinder with rounded rims, and of one whose rims meet in the middle, by
+  // Pappus.
+  run("local function volume(r, h, f)\n"
+      "  local c = r - f\n"
+      "  return math.pi * r * r * (h - 2 * f) + 2 * math.pi * (c * c * f + 2 * f * f * (c * "
+      "math.pi / 4 + f / 3))\n"
+      "end\n"
+      "for _, v in ipairs{{0.05, 0.1, 0.005}, {0.05, 0.1, 0.02}, {0.05, 0.1, 0.04}, {0.05, 0.1, "
+      "0.0499}, {0.05, 0.1, 0.001}} do\n"
+      "  local r, h, f = table.unpack(v)\n"
+      "  local s = solid.create{name = 's' .. f, root = {kind = 'cylinder', radius = r, height = "
+      "h, "
+      "fillet = f}}\n"
+      "  local exact = volume(r, h, f)\n"
+      "  assert(math.abs(s:mass().volume / exact - 1) < 1e-9, f .. ': ' .. s:mass().volume .. ' ' "
+      ".. "
+      "exact)\n"
+      "  assert(s:mesh_info().triangles > 100)\n"
+      "end");
+  // A first mesh took 12 ms.
+  run("k = 0 function fresh() k = k + 1 local s = solid.create{name = 'f' .. k, root = {kind = "
+      "'cylinder', radius = 0.05 + 1e-5 * k, height = 0.1, fillet = 0.01}} s:mesh_info() end "
+      "fresh()");
+  EXPECT_LT(time_of(10, [this] { run("fresh()"); }), 0.006);
+}
+
 }  // namespace
 }  // namespace robomosp::lua
