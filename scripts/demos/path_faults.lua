@@ -14,10 +14,6 @@ cell:add_object{what = "bench", name = "bench", position = {0.75, 0, -0.3}}
 solid.create{name = "foot", root = {kind = "union", children = {
   {kind = "cylinder", radius = 0.05, height = 0.36}, {kind = "cylinder", radius = 0.22, height = 0.02}}}}
 cell:add_object{what = "foot", name = "foot", position = {0.75, 0, -0.66}}
-cell:add_frame{name = "corner", position = {0.45, -0.6, -0.26}}
-cell:add_light{name = "sun", kind = "sun", rpy = {0.5, -0.4, 0}, colour = "#fff2dd"}
-cell:add_light{name = "lamp", kind = "spot", position = {1.6, -1.2, 1.4}, rpy = {0.45, 0.55, 0},
-               angle = "35 deg", colour = "#9fc0ff", intensity = 0.8}
 
 local from = arm:fk{q = ready}
 --- A trajectory by steps from where the tool is.
@@ -46,8 +42,8 @@ for name, kind in pairs{too_far = "unreachable", too_low = "collision"} do
   end
   assert(found[kind], "no fault of the kind " .. kind)
   if #provider.list("renderer") > 0 then
-    cell:check{robot = "arm", trajectory = name, file = file, size = {780, 520}, zoom = 0.85,
-               quality = quality}
+    cell:check{robot = "arm", trajectory = name, file = file, size = {900, 520}, axes = false,
+               eye = {2.45, -1.6, 1.0}, target = {0.5, 0.06, -0.1}, quality = quality}
     print(file)
   end
 end

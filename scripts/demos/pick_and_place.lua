@@ -119,7 +119,7 @@ end
 if folder then
   local drawn, fault = pcall(gripping.render, gripping, { recording = rubber, at = 2.5,
     file = folder .. "/pick_and_place_fingers.png", size = {780, 520}, quality = quality,
-    axes = false, eye = {1.5, 0.55, 1.15}, target = {0.5, -0.12, 0.72} })
+    axes = false, eye = {1.05, 0.6, 1.02}, target = {0.47, -0.12, 0.8} })
   if not drawn then print(fault) end
 end
 

@@ -48,8 +48,8 @@ for _, name in ipairs{"puma560", "pa10"} do
   assert(m.mean_share > 0.2 and m.mean_share < 1 and m.dexterous < 1 and m.unreached < 0.5)
   picture(arm, name .. "_reachability", { recording = m.recording, cut = "-y", low = 0, high = 1 })
   -- Where the tool has most of the directions, clear.
-  picture(arm, name .. "_clear", { recording = m.recording, above = fineness > 1 and 0.7 or 0.4, opacity = 0.12,
-                                   low = fineness > 1 and 0.7 or 0.4, high = 1 })
+  picture(arm, name .. "_clear", { recording = m.recording, above = fineness > 1 and 0.85 or 0.4, opacity = 0.3,
+                                   low = fineness > 1 and 0.8 or 0.4, high = 1 })
 end
 
 -- The manipulability of a PUMA's position is zero where the elbow is straight, whatever joint 2 does,

@@ -3,6 +3,17 @@
 #include "viewer/scene/scene_view_impl.h"
 
 namespace robomosp::viewer {
+namespace {
+
+/// Arrowheads and balls on a path, which shine with half their colour at least: whoever looks is to
+/// see where they are, not what they would hide from the light.
+bool is_mark(const Item& item) {
+  const Colour &c = item.appearance.colour, &glow = item.appearance.emission;
+  return glow.r + glow.g + glow.b > 0 && 2 * glow.r >= c.r && 2 * glow.g >= c.g &&
+         2 * glow.b >= c.b;
+}
+
+}  // namespace
 
 /// Lines in the look of the style; `is_hidden` = what faces hide, dashed.
 osg::ref_ptr<osg::Geode> SceneView::Impl::line_geode(osg::Geometry* segments,
@@ -37,7 +48,7 @@ void SceneView::Impl::build_item(ItemNode& node) {
   osg::Vec4f drawn = base;
   if (is_lined) drawn = item.selected ? osg::Vec4f(1.0F, 0.75F, 0.45F, 1) : osg::Vec4f(1, 1, 1, 1);
   // Dark enough for lines on white.
-  if (is_wire) drawn = osg::Vec4f(0.55F * base.x(), 0.55F * base.y(), 0.55F * base.z(), 0.40F);
+  if (is_wire) drawn = osg::Vec4f(0.55F * base.x(), 0.55F * base.y(), 0.55F * base.z(), 0.24F);
   set_uniform(s, "base", drawn);
   const float rough = 0.78F - 0.64F * std::clamp(item.appearance.shininess, 0.0F, 1.0F);
   set_uniform(s, "surface",
@@ -71,7 +82,7 @@ void SceneView::Impl::build_item(ItemNode& node) {
     t->setRenderBinDetails(kEdgeBin - 1, "RenderBin");
     place->addChild(geode);
   } else {
-    const auto geode = geode_of(node.triangles, kVisible | kCaster);
+    const auto geode = geode_of(node.triangles, is_mark(item) ? kVisible : kVisible | kCaster);
     osg::StateSet* t = geode->getOrCreateStateSet();
     // The nearest first, so that what it hides is not shaded.
     t->setRenderBinDetails(kBodyBin, kNearestFirst);
