@@ -126,18 +126,20 @@ Result<void> MotionTable::add_energy_columns(Recording& out, const Bound<Inverse
                                              Progress& progress) const {
   const std::size_t n = model_.dof(), c = model_.coordinate_count(), rows = times_.size();
   std::vector<double> kinetic(rows), potential(rows), energy(rows);
-  // So many samples at once that the matrices stay small.
-  const std::size_t chunk = std::max<std::size_t>(1, 100000 / (n * n));
+  // So many samples at once that their momenta stay small.
+  const std::size_t chunk = std::max<std::size_t>(1, 100000 / n);
   std::vector<Pose> frames(model_.joints.size());
   for (std::size_t start = 0; start < rows; start += chunk) {
     DynamicsBatch batch;
     batch.count = std::min(chunk, rows - start);
     batch.q = std::span<const double>(q_).subspan(start * c, batch.count * c);
-    RMP_TRY_ASSIGN(const auto m, inertia(dynamics, batch, progress));
+    // M qd is what accelerations of that size would take, without the matrix.
+    batch.qdd = std::span<const double>(qd_).subspan(start * n, batch.count * n);
+    batch.terms = kInertialTerm;
+    RMP_TRY_ASSIGN(const auto momentum, torques(dynamics, batch, progress));
     for (std::size_t i = start; i < start + batch.count; ++i) {
-      const double *mass = &m[(i - start) * n * n], *qd = &qd_[i * n];
-      for (std::size_t r = 0; r < n; ++r)
-        for (std::size_t k = 0; k < n; ++k) kinetic[i] += 0.5 * qd[r] * mass[r * n + k] * qd[k];
+      const double *p = &momentum[(i - start) * n], *qd = &qd_[i * n];
+      for (std::size_t k = 0; k < n; ++k) kinetic[i] += 0.5 * qd[k] * p[k];
       robotics::forward_kinematics(model_, std::span<const double>(q_).subspan(i * c, c), frames);
       for (std::size_t j = 0; j < model_.joints.size(); ++j) {
         const JointModel& joint = model_.joints[j];

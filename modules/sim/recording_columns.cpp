@@ -5,6 +5,8 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <string_view>
+#include <unordered_map>
 
 #include <Eigen/Core>
 
@@ -119,12 +121,15 @@ Result<Actor> actor_of(const Simulator& sim, const Recording& r, Progress& progr
 /// Columns stem1..stemN as rows, entry-fastest.
 Result<std::vector<double>> table(const Recording& r, const std::string& stem, std::size_t width) {
   std::vector<double> out(r.rows() * width);
+  const Column* c = nullptr;
   for (std::size_t k = 0; k < width; ++k) {
-    const Column* c = r.find(stem + std::to_string(k + 1));
+    // Mostly they stand one behind the other.
+    const std::string name = stem + std::to_string(k + 1);
+    c = c && c + 1 < r.columns.data() + r.columns.size() && c[1].name == name ? c + 1
+                                                                              : r.find(name);
     if (!c)
       return error(
-          ErrorCode::invalid_argument,
-          "the recording has no column " + text::quote(stem + std::to_string(k + 1)),
+          ErrorCode::invalid_argument, "the recording has no column " + text::quote(name),
           stem == "tau" ? "The quantity torque computes it." : "Record a motion of this robot.");
     for (std::size_t i = 0; i < r.rows(); ++i) out[i * width + k] = c->values[i];
   }
@@ -444,11 +449,13 @@ std::vector<double> integral_of(const std::vector<double>& time,
 }
 
 void mark_limits(Recording& recording, const RobotModel& model) {
+  std::unordered_map<std::string_view, Column*> columns;
+  for (Column& c : recording.columns) columns.try_emplace(c.name, &c);
   const auto mark = [&](const std::string& stem, std::int32_t entry, double lower, double upper) {
-    if (Column* c = column(recording, stem + std::to_string(entry + 1))) {
-      c->lower = lower;
-      c->upper = upper;
-    }
+    const auto at = columns.find(stem + std::to_string(entry + 1));
+    if (at == columns.end()) return;
+    at->second->lower = lower;
+    at->second->upper = upper;
   };
   for (const JointModel& joint : model.joints) {
     if (joint.is_coupled() || coordinate_count(joint.type) != 1) continue;

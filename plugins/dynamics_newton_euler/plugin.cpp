@@ -3,6 +3,7 @@
 // (layer: plugin). Paper eqs 2-6 and 8-10.
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <string>
 
 #include <robomosp/sdk/dynamics.h>
@@ -47,9 +48,10 @@ class NewtonEuler final : public InverseDynamics {
     RMP_TRY_ASSIGN(chain_, Chain::make(model));
     runner_ = make_runner(params);
     RMP_TRY_ASSIGN(tree_, spatial::make_body_tree(model));
-    scratch_ = std::max(
-        runner_.scratch_size(chain_, {What::torques, What::inertia, What::torque_derivatives}),
-        further_scratch(tree_));
+    scratch_ = std::max(runner_.scratch_size(chain_, {What::torques}), further_scratch(tree_));
+    if (chain_.dof() <= kMostWithMatrices)
+      scratch_ = std::max(scratch_,
+                          runner_.scratch_size(chain_, {What::inertia, What::torque_derivatives}));
     return {};
   }
   std::size_t scratch_size() const override { return scratch_; }
@@ -66,8 +68,9 @@ class NewtonEuler final : public InverseDynamics {
     const std::size_t width = chain_.dof() * chain_.dof();
     for (const std::span<double> out : {by_q, by_qd})
       RMP_TRY(spatial::check_batch(chain_.shape(), batch, scratch_, out.size(), width));
+    const Enough enough(batch, runner_.scratch_size(chain_, {What::torque_derivatives}));
     std::size_t bad = 0;
-    RMP_TRY_ASSIGN(bad, runner_.differentiate(chain_, batch, by_q, by_qd, {}, progress));
+    RMP_TRY_ASSIGN(bad, runner_.differentiate(chain_, enough.batch, by_q, by_qd, {}, progress));
     if (bad != batch.count) return not_finite("the derivatives", bad);
     return {};
   }
@@ -84,11 +87,26 @@ class NewtonEuler final : public InverseDynamics {
   Result<void> run(What what, const char* name, const DynamicsBatch& batch, std::span<double> out,
                    std::size_t width, Progress& progress) const {
     RMP_TRY(spatial::check_batch(chain_.shape(), batch, scratch_, out.size(), width));
+    const Enough enough(batch, what == What::torques ? 0 : runner_.scratch_size(chain_, {what}));
     std::size_t bad = 0;
-    RMP_TRY_ASSIGN(bad, runner_.run(chain_, what, batch, out, progress));
+    RMP_TRY_ASSIGN(bad, runner_.run(chain_, what, enough.batch, out, progress));
     if (bad != batch.count) return not_finite(name, bad);
     return {};
   }
+
+  /// Matrices of more velocities need scratch by their square: whoever asks for torques does not
+  /// bring it, and whoever asks for the matrices gets as much written.
+  static constexpr std::size_t kMostWithMatrices = 48;
+  /// A batch with scratch of this size at least.
+  struct Enough {
+    Enough(const DynamicsBatch& given, std::size_t size) : batch(given) {
+      if (given.scratch.size() >= size) return;
+      own = std::make_unique_for_overwrite<double[]>(size);
+      batch.scratch = {own.get(), size};
+    }
+    DynamicsBatch batch;
+    std::unique_ptr<double[]> own;
+  };
 
   Chain chain_;
   spatial::BodyTree tree_;  // of what is not in the kernels
