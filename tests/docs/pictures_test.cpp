@@ -26,6 +26,8 @@ const fs::path kSource = ROBOMOSP_SOURCE_DIR;
 const Names kByHand{"browser_console.png", "browser_recording.png", "browser_world.png",
                     "replay_pa10.png",     "growth_records.png",    "growth_samples.png",
                     "growth_nodes.png",    "growth_objects.png"};
+const Names kByHand{"replay_pa10.png",  "growth_records.png", "growth_samples.png",
+                    "growth_nodes.png", "growth_objects.png", "growth_joints.png"};
 
 Names in_folder() {
   Names all;
