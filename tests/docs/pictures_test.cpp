@@ -25,9 +25,7 @@ const fs::path kSource = ROBOMOSP_SOURCE_DIR;
 /// Taken in a browser, which no script of ours starts; measured by tests/bench/growth.lua.
 const Names kByHand{"browser_console.png", "browser_recording.png", "browser_world.png",
                     "replay_pa10.png",     "growth_records.png",    "growth_samples.png",
-                    "growth_nodes.png",    "growth_objects.png"};
-const Names kByHand{"replay_pa10.png",  "growth_records.png", "growth_samples.png",
-                    "growth_nodes.png", "growth_objects.png", "growth_joints.png"};
+                    "growth_nodes.png",    "growth_objects.png",    "growth_joints.png"};
 
 Names in_folder() {
   Names all;
